@@ -1,0 +1,25 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// The first include of every core header. ORB-SLAM2, ORB-SLAM3 and most of their forks write
+// -std=c++11 into CMAKE_CXX_FLAGS; a target's compile feature cannot undo that, because CMake sees
+// that the compiler's default is new enough and adds no flag. The include that cannot be found ends
+// the compilation here, so that this one message is not buried under hundreds of others.
+
+#ifndef DYNFILTER_DETAIL_REQUIRE_CXX17_HPP
+#define DYNFILTER_DETAIL_REQUIRE_CXX17_HPP
+
+#if defined(_MSVC_LANG)
+#define DYNFILTER_CPLUSPLUS _MSVC_LANG
+#else
+#define DYNFILTER_CPLUSPLUS __cplusplus
+#endif
+
+#if DYNFILTER_CPLUSPLUS < 201703L
+// clang-format off
+#error "dynfilter needs C++17: in CMAKE_CXX_FLAGS replace -std=c++11 (or c++14) by -std=gnu++17, or set(CMAKE_CXX_STANDARD 17)"
+#include <dynfilter needs C++17, see the line above>
+// clang-format on
+#endif
+
+#endif  // DYNFILTER_DETAIL_REQUIRE_CXX17_HPP

@@ -1,0 +1,80 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_FRAME_HPP
+#define DYNFILTER_FRAME_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include <cmath>
+#include <cstdint>
+#include <optional>
+
+#include <opencv2/core.hpp>
+
+#include "dynfilter/detail/errors.hpp"
+
+namespace dynfilter {
+
+/// One frame of the caller's. Nothing is owned: pixels are read during a call and not kept. Every
+/// member may be empty; what a component cannot do without, it names.
+struct FrameView {
+  std::uint64_t id = 0;  ///< the host's frame number; chooses the random sample of the frame
+  double timestamp_s = 0.0;
+  cv::Mat image;               ///< 8-bit, grey or BGR
+  cv::Mat depth;               ///< registered to the image: CV_16UC1, or CV_32FC1
+  double metres_per_unit = 0;  ///< of depth; needed for CV_16UC1; CV_32FC1 is metres when it is 0
+
+  /// Metres a unit of `depth`: metres_per_unit, or 1 for CV_32FC1 where that is 0.
+  double depth_scale() const {
+    return depth.type() == CV_32FC1 && metres_per_unit == 0 ? 1.0 : metres_per_unit;
+  }
+
+  /// Depth at a pixel in metres; nothing where the sensor saw nothing (0, negative, NaN, infinite),
+  /// outside the image, and without a depth image. O(1).
+  std::optional<double> depth_m(cv::Point pixel) const {
+    if (pixel.x < 0 || pixel.y < 0 || pixel.x >= depth.cols || pixel.y >= depth.rows) return {};
+    double value = 0;
+    if (depth.type() == CV_16UC1) value = depth.ptr<std::uint16_t>(pixel.y)[pixel.x];
+    if (depth.type() == CV_32FC1) value = double{depth.ptr<float>(pixel.y)[pixel.x]};
+    if (!(value > 0) || std::isinf(value)) return {};
+    return value * depth_scale();
+  }
+};
+
+/// Throws std::invalid_argument, in the name of `component`, if the time is not finite, the depth
+/// image is neither CV_16UC1 with metres_per_unit nor CV_32FC1, or image and depth differ in size.
+inline void validate(const FrameView& frame, const char* component) {
+  if (!std::isfinite(frame.timestamp_s)) {
+    detail::throw_misuse(component,
+                         detail::concatenate("timestamp_s = ", frame.timestamp_s, " in the frame"),
+                         "a finite time in seconds");
+  }
+  if (frame.depth.empty()) return;
+  const int type = frame.depth.type();
+  if ((type != CV_16UC1 && type != CV_32FC1) || frame.depth.dims != 2) {
+    detail::throw_misuse(
+        component,
+        detail::concatenate("a depth image of type ", detail::type_name(frame.depth), " and ",
+                            frame.depth.dims, " dimensions"),
+        "CV_16UC1 with metres_per_unit, or CV_32FC1 in metres");
+  }
+  const double scale = frame.depth_scale();
+  if (!(scale > 0) || std::isinf(scale)) {
+    detail::throw_misuse(component,
+                         detail::concatenate("metres_per_unit = ", frame.metres_per_unit,
+                                             " with a ", detail::type_name(frame.depth), " depth"),
+                         "metres a depth unit, above 0 (TUM and BONN: 1.0 / 5000)");
+  }
+  if (!frame.image.empty() && frame.image.size() != frame.depth.size()) {
+    detail::throw_misuse(
+        component,
+        detail::concatenate("an image of ", detail::size_name(frame.image.size()),
+                            " and a depth image of ", detail::size_name(frame.depth.size())),
+        "depth registered to the image, of the same size");
+  }
+}
+
+}  // namespace dynfilter
+
+#endif  // DYNFILTER_FRAME_HPP

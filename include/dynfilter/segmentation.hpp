@@ -1,0 +1,69 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_SEGMENTATION_HPP
+#define DYNFILTER_SEGMENTATION_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "dynfilter/detail/errors.hpp"
+#include "dynfilter/instance.hpp"
+
+namespace dynfilter {
+
+/// What a segmenter found in one image. "Nobody is there" is a segmentation without instances; "no
+/// masks are known" is an absent one (std::optional), and the statistics tell the two apart.
+struct Segmentation {
+  std::uint64_t frame_id = 0;  ///< FrameView::id of the image that was segmented
+  double timestamp_s = 0.0;    ///< its time; older than the filtered frame's when masks are stale
+  cv::Size image_size;         ///< pixels; must be that of the depth image and of the colour image
+  std::vector<Instance> instances;
+};
+
+/// Throws std::invalid_argument, in the name of `component`, if a time is not finite, an image size
+/// is missing where there are instances, a mask is not CV_8UC1, a box has a negative side, or a
+/// score lies outside 0 to 1. O(instances).
+inline void validate(const Segmentation& segmentation, const char* component) {
+  if (!std::isfinite(segmentation.timestamp_s)) {
+    detail::throw_misuse(
+        component,
+        detail::concatenate("timestamp_s = ", segmentation.timestamp_s, " in the segmentation"),
+        "a finite time in seconds");
+  }
+  const bool has_size = segmentation.image_size.width > 0 && segmentation.image_size.height > 0;
+  if (!has_size && !segmentation.instances.empty()) {
+    detail::throw_misuse(
+        component,
+        detail::concatenate("image_size ", detail::size_name(segmentation.image_size), " and ",
+                            segmentation.instances.size(), " instances"),
+        "the size of the image that was segmented");
+  }
+  for (std::size_t i = 0; i < segmentation.instances.size(); ++i) {
+    const Instance& instance = segmentation.instances[i];
+    const auto refuse = [&](const std::string& got, const char* want) {
+      detail::throw_misuse(component, detail::concatenate(got, " in instance ", i), want);
+    };
+    if (!instance.mask.empty() && (instance.mask.type() != CV_8UC1 || instance.mask.dims != 2)) {
+      refuse(detail::concatenate("a mask of type ", detail::type_name(instance.mask), " and ",
+                                 instance.mask.dims, " dimensions"),
+             "a two-dimensional CV_8UC1 mask, or an empty one");
+    }
+    if (instance.box.width < 0 || instance.box.height < 0) {
+      refuse(detail::concatenate("a box of ", detail::size_name(instance.box.size())),
+             "a width and a height of at least 0");
+    }
+    if (!(instance.score >= 0.0F && instance.score <= 1.0F)) {
+      refuse(detail::concatenate("score ", instance.score), "a score from 0 to 1");
+    }
+  }
+}
+
+}  // namespace dynfilter
+
+#endif  // DYNFILTER_SEGMENTATION_HPP
