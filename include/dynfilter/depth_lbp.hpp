@@ -1,0 +1,147 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_DEPTH_LBP_HPP
+#define DYNFILTER_DEPTH_LBP_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "dynfilter/detail/depth_lbp_kernel.hpp"
+#include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/rectangles.hpp"
+#include "dynfilter/features.hpp"
+
+namespace dynfilter {
+
+/// What a neighbour without depth counts as in a comparison with a centre that has depth.
+enum class MissingNeighbour {
+  nearer,  ///< bit 0: taken literally, since 0 is not greater than the centre's depth
+  farther  ///< bit 1: most missing depth is background in the projector's shadow
+};
+
+struct DepthLbpOptions {
+  /// The bit (0 to 7) of each neighbour, clockwise from the top-left one.
+  std::array<std::uint8_t, 8> bits = {0, 1, 2, 3, 4, 5, 6, 7};
+  MissingNeighbour missing_neighbour = MissingNeighbour::nearer;
+};
+
+/// D-LBP, the local binary pattern of a depth image (paper section 3.2, Figure 2): bit k of a
+/// pixel's code is 1 where neighbour k is farther away than the pixel; equal depth gives 0.
+///
+/// A pixel has no code if it lies on the border of the image or has no depth. Depth is CV_16UC1 or
+/// CV_32FC1; 0, negative, NaN and infinite mean "no depth". Codes compare depths only, so the unit
+/// is of no account.
+class DepthLbp {
+ public:
+  /// Throws std::invalid_argument unless the bits are the numbers 0 to 7 in some order.
+  explicit DepthLbp(const DepthLbpOptions& options = {}) : options_(options) {
+    unsigned seen = 0;
+    for (const std::uint8_t bit : options.bits) seen |= bit < 8 ? 1U << bit : 0U;
+    if (seen != 0xFFU) {
+      detail::throw_misuse("DepthLbp", "bits that are not a permutation",
+                           "each of 0 to 7 once, clockwise from the top-left neighbour");
+    }
+    for (unsigned code = 0; code < 256; ++code) {
+      unsigned arranged = 0;
+      for (unsigned k = 0; k < 8; ++k) arranged |= (code >> k & 1U) << options.bits[k];
+      arrangement_[code] = static_cast<std::uint8_t>(arranged);
+    }
+  }
+
+  /// The code of one pixel; nothing if it has none. Throws std::invalid_argument for a depth image
+  /// of another type. O(1).
+  std::optional<std::uint8_t> code(const cv::Mat& depth, cv::Point pixel) const {
+    require_depth(depth);
+    if (pixel.x < 1 || pixel.y < 1 || pixel.x >= depth.cols - 1 || pixel.y >= depth.rows - 1) {
+      return {};
+    }
+    return depth.type() == CV_16UC1 ? code_of<std::uint16_t>(depth, pixel)
+                                    : code_of<float>(depth, pixel);
+  }
+
+  /// The codes of many features, one for each of them in their order. `codes` is resized, which
+  /// reuses its memory. O(features).
+  void codes(const cv::Mat& depth, FeaturesView features,
+             std::vector<std::optional<std::uint8_t>>& codes) const {
+    require_depth(depth);
+    codes.resize(features.size());
+    for (std::size_t i = 0; i < features.size(); ++i) codes[i] = code(depth, features.pixel(i));
+  }
+
+  /// The codes of all pixels of a region, which may reach beyond the image: CV_8UC1 of the size of
+  /// `depth`, 0 where a pixel has no code. A matrix of that type and size is written in the region
+  /// only, so threads may share it and each do some rows; another one is made anew, with 0 outside
+  /// the region. `codes` must not share data with `depth`. O(pixels of the region).
+  void dense(const cv::Mat& depth, const cv::Rect& region, cv::Mat& codes) const {
+    require_depth(depth);
+    if (codes.type() != CV_8UC1 || codes.size() != depth.size()) {
+      codes = cv::Mat::zeros(depth.size(), CV_8UC1);
+    }
+    const cv::Rect inside = detail::clip(region, depth.size());
+    for (int y = inside.y; y < inside.y + inside.height; ++y) {
+      if (depth.type() == CV_16UC1) {
+        dense_row<std::uint16_t>(depth, y, inside, codes);
+      } else {
+        dense_row<float>(depth, y, inside, codes);
+      }
+    }
+  }
+
+  /// The codes of the whole image.
+  cv::Mat dense(const cv::Mat& depth) const {
+    cv::Mat codes;
+    dense(depth, cv::Rect(0, 0, depth.cols, depth.rows), codes);
+    return codes;
+  }
+
+ private:
+  static void require_depth(const cv::Mat& depth) {
+    const bool known = depth.type() == CV_16UC1 || depth.type() == CV_32FC1;
+    if ((!known && !depth.empty()) || depth.dims > 2) {
+      detail::throw_misuse("DepthLbp",
+                           detail::concatenate("a depth image of type ", detail::type_name(depth)),
+                           "CV_16UC1 or CV_32FC1");
+    }
+  }
+
+  std::uint32_t missing() const {
+    return options_.missing_neighbour == MissingNeighbour::farther ? 1U : 0U;
+  }
+
+  template <class Depth>
+  std::optional<std::uint8_t> code_of(const cv::Mat& depth, cv::Point pixel) const {
+    const auto rows = detail::DepthRows<Depth>::around(depth, pixel.y);
+    if (!detail::has_depth(rows.middle[pixel.x])) return {};
+    return arrangement_[detail::clockwise_code(rows, pixel.x, missing())];
+  }
+
+  template <class Depth>
+  void dense_row(const cv::Mat& depth, int y, const cv::Rect& region, cv::Mat& codes) const {
+    std::uint8_t* out = codes.ptr<std::uint8_t>(y);
+    std::fill_n(out + region.x, region.width, std::uint8_t{0});
+    if (y == 0 || y == depth.rows - 1) return;
+    const auto rows = detail::DepthRows<Depth>::around(depth, y);
+    const int first = std::max(region.x, 1);
+    const int last = std::min(region.x + region.width, depth.cols - 1);
+    for (int x = first; x < last; ++x) {
+      if (!detail::has_depth(rows.middle[x])) continue;
+      out[x] = arrangement_[detail::clockwise_code(rows, x, missing())];
+    }
+  }
+
+  DepthLbpOptions options_;
+  std::array<std::uint8_t, 256> arrangement_{};  // from clockwise bits to the bits of the options
+};
+
+}  // namespace dynfilter
+
+#endif  // DYNFILTER_DEPTH_LBP_HPP

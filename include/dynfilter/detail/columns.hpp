@@ -1,0 +1,89 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// What keep_static does with one column: a std::vector, or the rows of a cv::Mat.
+
+#ifndef DYNFILTER_DETAIL_COLUMNS_HPP
+#define DYNFILTER_DETAIL_COLUMNS_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstring>
+#include <iterator>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "dynfilter/detail/errors.hpp"
+#include "dynfilter/labels.hpp"
+
+namespace dynfilter::detail {
+
+/// OpenCV's small types do not throw on assignment, but before 4.5 they did not say so.
+template <class T>
+struct MovesWithoutThrowing : std::is_nothrow_move_assignable<T> {};
+template <class T>
+struct MovesWithoutThrowing<cv::Point_<T>> : std::is_arithmetic<T> {};
+template <class T>
+struct MovesWithoutThrowing<cv::Point3_<T>> : std::is_arithmetic<T> {};
+
+[[noreturn]] inline void throw_length(std::size_t position, std::size_t got, std::size_t want) {
+  throw_misuse("keep_static", concatenate("column ", position, " of length ", got),
+               concatenate("as many as there are labels, ", want));
+}
+
+template <class T, class Allocator>
+void require_length(const std::vector<T, Allocator>& column, std::size_t length,
+                    std::size_t position) {
+  static_assert(MovesWithoutThrowing<T>::value,
+                "keep_static must not fail halfway: elements need a noexcept move assignment");
+  if (column.size() != length) throw_length(position, column.size(), length);
+}
+
+inline void require_length(const cv::Mat& column, std::size_t length, std::size_t position) {
+  if (column.dims > 2) {
+    throw_misuse("keep_static",
+                 concatenate("column ", position, " with ", column.dims, " dimensions"),
+                 "a matrix with a row a feature");
+  }
+  const auto rows = static_cast<std::size_t>(column.rows);
+  if (rows != length) throw_length(position, rows, length);
+}
+
+template <class T, class Allocator>
+void unshare(std::vector<T, Allocator>&) {}
+
+inline void unshare(cv::Mat& column) {
+  const bool owned_alone = column.u != nullptr && column.u->refcount == 1;
+  if (!owned_alone) column = column.clone();
+}
+
+template <class T, class Allocator>
+void compact(std::vector<T, Allocator>& column, const FeatureLabels& labels) {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < column.size(); ++i) {
+    if (labels.is_removed(i)) continue;
+    if (kept != i) column[kept] = std::move(column[i]);
+    ++kept;
+  }
+  column.erase(std::next(column.begin(), static_cast<std::ptrdiff_t>(kept)), column.end());
+}
+
+inline void compact(cv::Mat& column, const FeatureLabels& labels) {
+  const std::size_t row_bytes = static_cast<std::size_t>(column.cols) * column.elemSize();
+  int kept = 0;
+  for (int i = 0; i < column.rows; ++i) {
+    if (labels.is_removed(static_cast<std::size_t>(i))) continue;
+    if (kept != i && row_bytes > 0) std::memcpy(column.ptr(kept), column.ptr(i), row_bytes);
+    ++kept;
+  }
+  if (kept < column.rows) column = column.rowRange(0, kept);
+}
+
+}  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_DETAIL_COLUMNS_HPP

@@ -1,0 +1,56 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_DETAIL_MASK_DISTANCE_HPP
+#define DYNFILTER_DETAIL_MASK_DISTANCE_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include <opencv2/core.hpp>
+
+#include "dynfilter/instance.hpp"
+
+namespace dynfilter::detail {
+
+/// Half the length of the row of a disc that lies `offset` rows from its centre: the greatest dx
+/// with dx^2 + offset^2 <= radius^2. `offset` must not be larger than the radius.
+inline std::int64_t chord_half_length(double radius, double offset) {
+  const double square = radius * radius - offset * offset;
+  auto half = static_cast<std::int64_t>(std::sqrt(square));
+  while (static_cast<double>(half * half) > square) --half;  // the root may have been rounded up
+  return half;
+}
+
+/// Whether a pixel of the mask lies within `radius` pixels (Euclidean, between pixel centres) of
+/// `pixel`. A radius of 0, negative or NaN asks for the pixel itself. O(radius^2), and never more
+/// than the pixels of the mask.
+inline bool mask_within(const Instance& instance, cv::Point pixel, double radius) {
+  if (!(radius > 0)) return instance.covers(pixel);
+  const cv::Mat& mask = instance.mask;
+  // Beyond any image, and small enough that the squares below are exact.
+  radius = std::min(radius, 67108864.0);
+  const auto reach = static_cast<std::int64_t>(radius);
+  const std::int64_t x = std::int64_t{pixel.x} - instance.mask_origin.x;
+  const std::int64_t y = std::int64_t{pixel.y} - instance.mask_origin.y;
+  const std::int64_t first_row = std::max<std::int64_t>(0, y - reach);
+  const std::int64_t last_row = std::min<std::int64_t>(mask.rows - 1, y + reach);
+  for (std::int64_t row = first_row; row <= last_row; ++row) {
+    const std::int64_t half = chord_half_length(radius, static_cast<double>(row - y));
+    const std::int64_t first = std::max<std::int64_t>(0, x - half);
+    const std::int64_t last = std::min<std::int64_t>(mask.cols - 1, x + half);
+    if (first > last) continue;
+    const std::uint8_t* pixels = mask.ptr<std::uint8_t>(static_cast<int>(row));
+    if (std::any_of(pixels + first, pixels + last + 1, [](std::uint8_t v) { return v != 0; })) {
+      return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_DETAIL_MASK_DISTANCE_HPP

@@ -1,0 +1,197 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// Definitions of what overlay.hpp declares; include that one.
+
+#ifndef DYNFILTER_DETAIL_OVERLAY_DRAWING_HPP
+#define DYNFILTER_DETAIL_OVERLAY_DRAWING_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include <array>
+#include <string>
+
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/rectangles.hpp"
+#include "dynfilter/overlay.hpp"
+
+namespace dynfilter {
+namespace detail {
+
+enum class Mark { ring, cross, diamond, square };
+
+/// How one kind of feature is drawn.
+struct MarkStyle {
+  const char* name;
+  Mark mark;
+  cv::Scalar colour;  // BGR
+};
+
+inline const MarkStyle& mark_style(const FeatureLabel& label) {
+  static const std::array<MarkStyle, 5> styles = {{
+      {"kept", Mark::ring, {233, 180, 86}},
+      {"in mask", Mark::cross, {0, 94, 213}},
+      {"compensated", Mark::diamond, {66, 228, 240}},
+      {"restored", Mark::ring, {115, 158, 0}},
+      {"custom", Mark::square, {167, 121, 204}},
+  }};
+  switch (label.reason) {
+    case Reason::untouched:
+      return styles[0];
+    case Reason::in_mask:
+      return styles[1];
+    case Reason::compensated:
+      return styles[2];
+    case Reason::restored:
+      return styles[3];
+    default:
+      return styles[4];
+  }
+}
+
+inline void draw_lines(cv::Mat& canvas, cv::Point centre, Mark mark, const cv::Scalar& colour,
+                       int thickness) {
+  const auto line = [&](int x0, int y0, int x1, int y1) {
+    cv::line(canvas, centre + cv::Point(x0, y0), centre + cv::Point(x1, y1), colour, thickness,
+             cv::LINE_AA);
+  };
+  switch (mark) {
+    case Mark::ring:
+      cv::circle(canvas, centre, 3, colour, thickness, cv::LINE_AA);
+      break;
+    case Mark::cross:
+      line(-3, -3, 3, 3);
+      line(-3, 3, 3, -3);
+      break;
+    case Mark::diamond:
+      line(-4, 0, 0, -4);
+      line(0, -4, 4, 0);
+      line(4, 0, 0, 4);
+      line(0, 4, -4, 0);
+      break;
+    case Mark::square:
+      cv::rectangle(canvas, centre - cv::Point(3, 3), centre + cv::Point(3, 3), colour, thickness);
+      break;
+  }
+}
+
+/// A mark with a dark rim, so that it shows on any ground.
+inline void draw_mark(cv::Mat& canvas, cv::Point centre, const MarkStyle& style) {
+  draw_lines(canvas, centre, style.mark, cv::Scalar(0, 0, 0), 3);
+  draw_lines(canvas, centre, style.mark, style.colour, 1);
+}
+
+inline void tint_mask(cv::Mat& canvas, const Instance& instance, double opacity) {
+  const cv::Scalar tint(0, 94, 213);
+  for (int y = 0; y < canvas.rows; ++y) {
+    auto* row = canvas.ptr<cv::Vec3b>(y);
+    for (int x = 0; x < canvas.cols; ++x) {
+      if (!instance.covers({x, y})) continue;
+      for (int c = 0; c < 3; ++c) {
+        row[x][c] = cv::saturate_cast<std::uint8_t>((1 - opacity) * row[x][c] + opacity * tint[c]);
+      }
+    }
+  }
+}
+
+inline void draw_boxes(cv::Mat& canvas, const Segmentation& segmentation) {
+  for (std::size_t k = 0; k < segmentation.instances.size(); ++k) {
+    const cv::Rect box = clip(segmentation.instances[k].box, canvas.size());
+    if (box.empty()) continue;
+    cv::rectangle(canvas, box, cv::Scalar(255, 255, 255), 1);
+    cv::putText(canvas, std::to_string(k), box.tl() + cv::Point(3, 13), cv::FONT_HERSHEY_SIMPLEX,
+                0.45, cv::Scalar(255, 255, 255), 1, cv::LINE_AA);
+  }
+}
+
+inline void draw_marks(cv::Mat& canvas, FeaturesView features, const FeatureLabels& labels,
+                       bool draw_removed) {
+  const cv::Rect drawable(-8, -8, canvas.cols + 16, canvas.rows + 16);
+  // Kept ones first, so that the removed ones, which one looks for, lie on top.
+  for (const bool removed : {false, true}) {
+    if (removed && !draw_removed) continue;
+    for (std::size_t i = 0; i < features.size(); ++i) {
+      const cv::Point pixel = features.pixel(i);
+      if (labels.is_removed(i) != removed || !drawable.contains(pixel)) continue;
+      draw_mark(canvas, pixel, mark_style(labels[i]));
+    }
+  }
+}
+
+/// A strip that names the marks that occur, with their numbers.
+inline cv::Mat draw_legend(const FeatureLabels& labels, int width) {
+  cv::Mat strip(22, width, CV_8UC3, cv::Scalar(40, 40, 40));
+  int x = 12;
+  for (const Reason reason : {Reason::untouched, Reason::in_mask, Reason::compensated,
+                              Reason::restored, Reason::custom}) {
+    FeatureLabel example;
+    example.reason = reason;
+    const MarkStyle& style = mark_style(example);
+    std::size_t count = 0;
+    for (const FeatureLabel& label : labels) count += &mark_style(label) == &style ? 1 : 0;
+    if (count == 0) continue;
+    const std::string text = concatenate(style.name, " ", count);
+    draw_mark(strip, {x, 11}, style);
+    cv::putText(strip, text, {x + 9, 15}, cv::FONT_HERSHEY_SIMPLEX, 0.42, cv::Scalar(255, 255, 255),
+                1, cv::LINE_AA);
+    int baseline = 0;
+    x += 32 + cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, 0.42, 1, &baseline).width;
+  }
+  return strip;
+}
+
+inline cv::Mat colour_copy(const cv::Mat& image) {
+  if (image.empty() || image.dims != 2 || (image.type() != CV_8UC1 && image.type() != CV_8UC3)) {
+    throw_misuse(
+        "draw_overlay",
+        concatenate("an image of type ", type_name(image), " and size ", size_name(image.size())),
+        "a CV_8UC1 or CV_8UC3 image");
+  }
+  cv::Mat canvas;
+  if (image.type() == CV_8UC1) {
+    cv::cvtColor(image, canvas, cv::COLOR_GRAY2BGR);
+  } else {
+    canvas = image.clone();
+  }
+  return canvas;
+}
+
+}  // namespace detail
+
+inline cv::Mat draw_overlay(const cv::Mat& image, const Segmentation& segmentation,
+                            FeaturesView features, const FeatureLabels& labels,
+                            const OverlayOptions& options) {
+  if (labels.size() != features.size()) {
+    detail::throw_misuse(
+        "draw_overlay",
+        detail::concatenate(labels.size(), " labels and ", features.size(), " features"),
+        "a label a feature");
+  }
+  if (!(options.mask_opacity >= 0 && options.mask_opacity <= 1)) {
+    detail::throw_misuse("draw_overlay",
+                         detail::concatenate("mask_opacity = ", options.mask_opacity), "0 to 1");
+  }
+  validate(segmentation, "draw_overlay");
+  cv::Mat canvas = detail::colour_copy(image);
+  if (options.masks) {
+    for (const Instance& instance : segmentation.instances) {
+      detail::tint_mask(canvas, instance, options.mask_opacity);
+    }
+  }
+  if (options.boxes) detail::draw_boxes(canvas, segmentation);
+  detail::draw_marks(canvas, features, labels, options.removed);
+  if (options.legend) cv::vconcat(canvas, detail::draw_legend(labels, canvas.cols), canvas);
+  return canvas;
+}
+
+inline cv::Mat draw_features(const cv::Mat& image, FeaturesView features) {
+  const FeatureLabels untouched(features.size(), Segmentation());
+  return draw_overlay(image, Segmentation(), features, untouched);
+}
+
+}  // namespace dynfilter
+
+#endif  // DYNFILTER_DETAIL_OVERLAY_DRAWING_HPP

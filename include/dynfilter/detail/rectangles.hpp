@@ -1,0 +1,41 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_DETAIL_RECTANGLES_HPP
+#define DYNFILTER_DETAIL_RECTANGLES_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <utility>
+
+#include <opencv2/core.hpp>
+
+namespace dynfilter::detail {
+
+/// The part of a rectangle that lies in an image of this size; empty (0x0 at 0,0) if there is none.
+/// In 64 bits, unlike cv::Rect's operator&, since boxes come from anywhere.
+inline cv::Rect clip(const cv::Rect& rectangle, const cv::Size& image) {
+  const auto interval = [](std::int64_t first, std::int64_t length, std::int64_t limit) {
+    const std::int64_t begin = std::clamp<std::int64_t>(first, 0, limit);
+    const std::int64_t end = std::clamp<std::int64_t>(first + length, begin, limit);
+    return std::make_pair(static_cast<int>(begin), static_cast<int>(end - begin));
+  };
+  const auto [x, width] = interval(rectangle.x, rectangle.width, image.width);
+  const auto [y, height] = interval(rectangle.y, rectangle.height, image.height);
+  return width > 0 && height > 0 ? cv::Rect(x, y, width, height) : cv::Rect();
+}
+
+/// a - b, wrapping round where the difference is not an int.
+inline cv::Point wrapping_difference(cv::Point a, cv::Point b) {
+  const auto difference = [](int minuend, int subtrahend) {
+    return static_cast<int>(static_cast<std::uint32_t>(minuend) -
+                            static_cast<std::uint32_t>(subtrahend));
+  };
+  return {difference(a.x, b.x), difference(a.y, b.y)};
+}
+
+}  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_DETAIL_RECTANGLES_HPP

@@ -1,0 +1,45 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_DETECTION_MASK_HPP
+#define DYNFILTER_DETECTION_MASK_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include <utility>
+
+#include <opencv2/core.hpp>
+
+#include "dynfilter/mask_culler.hpp"
+#include "dynfilter/segmentation.hpp"
+
+namespace dynfilter {
+
+/// Tells a feature detector where it may look, so that its budget of features is spent on static
+/// ground: a host asks for every corner before it spreads them over the image (ORB-SLAM: before
+/// the quadtree). Exact to the pixel and equal to what MaskCuller would decide later; no pixel of
+/// the image is changed, so no false corners appear along the masks.
+class DetectionMask {
+ public:
+  /// Throws std::invalid_argument for a malformed segmentation, see validate. Masks share their
+  /// pixels with the caller's.
+  explicit DetectionMask(Segmentation segmentation, MaskCuller culler = MaskCuller())
+      : segmentation_(std::move(segmentation)), culler_(std::move(culler)) {
+    validate(segmentation_, "DetectionMask");
+  }
+
+  /// Whether a corner at this position is static as far as masks can tell. The position is that of
+  /// pyramid level 0: (corner + border) x scale of its level. `diameter_px`, likewise of level 0,
+  /// counts only for a margin in proportion to it. O(instances) and the pixels within the margin.
+  bool allows(cv::Point2f position, float diameter_px = 0.0F) const {
+    return !culler_.instance_at(segmentation_, position, diameter_px);
+  }
+
+ private:
+  Segmentation segmentation_;
+  MaskCuller culler_;
+};
+
+}  // namespace dynfilter
+
+#endif  // DYNFILTER_DETECTION_MASK_HPP

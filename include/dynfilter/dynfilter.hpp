@@ -1,0 +1,32 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// The core, whole: everything that needs no file, no network and no thread.
+
+#ifndef DYNFILTER_DYNFILTER_HPP
+#define DYNFILTER_DYNFILTER_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include "dynfilter/depth_lbp.hpp"
+#include "dynfilter/detection_mask.hpp"
+#include "dynfilter/dynamic_filter.hpp"
+#include "dynfilter/edge_compensator.hpp"
+#include "dynfilter/feature_sampler.hpp"
+#include "dynfilter/features.hpp"
+#include "dynfilter/filter_input.hpp"
+#include "dynfilter/frame.hpp"
+#include "dynfilter/instance.hpp"
+#include "dynfilter/keep_static.hpp"
+#include "dynfilter/labels.hpp"
+#include "dynfilter/mask_culler.hpp"
+#include "dynfilter/overlay.hpp"
+#include "dynfilter/pipeline.hpp"
+#include "dynfilter/range_estimator.hpp"
+#include "dynfilter/segmentation.hpp"
+#include "dynfilter/segmenter.hpp"
+#include "dynfilter/statistics.hpp"
+#include "dynfilter/version.hpp"
+#include "dynfilter/workspace.hpp"
+
+#endif  // DYNFILTER_DYNFILTER_HPP

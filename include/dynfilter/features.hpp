@@ -1,0 +1,85 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_FEATURES_HPP
+#define DYNFILTER_FEATURES_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+namespace dynfilter {
+
+/// The pixel that a position belongs to: the nearest one, halves rounded up, clamped nowhere. A
+/// position that is NaN, infinite or beyond the range of int gets a pixel that lies in no image.
+inline cv::Point nearest_pixel(cv::Point2f position) {
+  const auto round_half_up = [](float coordinate) {
+    // In double, because in float 0.49999997 + 0.5 is 1.
+    const double rounded = std::floor(double{coordinate} + 0.5);
+    const bool representable = std::abs(rounded) < std::numeric_limits<int>::max();
+    return representable ? static_cast<int>(rounded) : std::numeric_limits<int>::min();
+  };
+  return {round_half_up(position.x), round_half_up(position.y)};
+}
+
+/// The features of one frame, in raw (distorted) pixels of the image that was segmented: a strided
+/// view on the caller's keypoints or points. Nothing is owned; the caller's vector must outlive the
+/// view. Cheap to copy.
+class FeaturesView {
+ public:
+  FeaturesView() = default;
+
+  FeaturesView(const cv::KeyPoint* keypoints, std::size_t count)
+      : first_(reinterpret_cast<const unsigned char*>(keypoints)),
+        stride_(sizeof(cv::KeyPoint)),
+        count_(count),
+        has_diameters_(true) {}
+
+  /// Points have no size; KLT front ends and anything else that tracks positions have them.
+  FeaturesView(const cv::Point2f* points, std::size_t count)
+      : first_(reinterpret_cast<const unsigned char*>(points)),
+        stride_(sizeof(cv::Point2f)),
+        count_(count) {}
+
+  template <class Allocator>
+  FeaturesView(const std::vector<cv::KeyPoint, Allocator>& keypoints)
+      : FeaturesView(keypoints.data(), keypoints.size()) {}
+
+  template <class Allocator>
+  FeaturesView(const std::vector<cv::Point2f, Allocator>& points)
+      : FeaturesView(points.data(), points.size()) {}
+
+  std::size_t size() const { return count_; }
+  bool empty() const { return count_ == 0; }
+
+  /// Position of feature i, pixels. i must be below size().
+  cv::Point2f operator[](std::size_t i) const {
+    const unsigned char* element = first_ + i * stride_;
+    return has_diameters_ ? reinterpret_cast<const cv::KeyPoint*>(element)->pt
+                          : *reinterpret_cast<const cv::Point2f*>(element);
+  }
+
+  /// The pixel that feature i belongs to, see nearest_pixel.
+  cv::Point pixel(std::size_t i) const { return nearest_pixel((*this)[i]); }
+
+  /// Diameter of feature i in pixels (cv::KeyPoint::size); 0 for points.
+  float diameter_px(std::size_t i) const {
+    return has_diameters_ ? reinterpret_cast<const cv::KeyPoint*>(first_ + i * stride_)->size
+                          : 0.0F;
+  }
+
+ private:
+  const unsigned char* first_ = nullptr;
+  std::size_t stride_ = 0;
+  std::size_t count_ = 0;
+  bool has_diameters_ = false;
+};
+
+}  // namespace dynfilter
+
+#endif  // DYNFILTER_FEATURES_HPP

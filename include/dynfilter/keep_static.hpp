@@ -1,0 +1,64 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_KEEP_STATIC_HPP
+#define DYNFILTER_KEEP_STATIC_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "dynfilter/detail/columns.hpp"
+#include "dynfilter/detail/errors.hpp"
+#include "dynfilter/labels.hpp"
+
+namespace dynfilter {
+
+/// Where each feature stands after keep_static: its new index, or -1 if it was removed. For arrays
+/// that refer to features by index.
+inline std::vector<std::int32_t> new_indices(const FeatureLabels& labels) {
+  std::vector<std::int32_t> indices(labels.size(), -1);
+  std::int32_t next = 0;
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    if (!labels.is_removed(i)) indices[i] = next++;
+  }
+  return indices;
+}
+
+/// How many features below index `pivot` survive. Hosts whose arrays have two blocks need it
+/// (ORB-SLAM3's monoLeft, monoRight, Nleft). Throws std::invalid_argument for a pivot above the
+/// number of features.
+inline std::size_t kept_below(const FeatureLabels& labels, std::size_t pivot) {
+  if (pivot > labels.size()) {
+    detail::throw_misuse("kept_below", detail::concatenate("pivot ", pivot),
+                         detail::concatenate("at most the number of features, ", labels.size()));
+  }
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < pivot; ++i) kept += labels.is_removed(i) ? 0 : 1;
+  return kept;
+}
+
+/// Takes the removed features out of the caller's parallel arrays, in place and in order: any
+/// number of columns, each a std::vector with an element a feature (keypoints, points, ids, track
+/// counts, …) or a cv::Mat with a row a feature (descriptors). Returns the number of features kept.
+///
+/// All lengths are checked first: either every column shrinks or none. A matrix that shares its
+/// data with another header, or does not own it, is compacted into a copy, so that no one else's
+/// rows move. Throws std::invalid_argument for a column of another length. Elements of vectors
+/// must be nothrow move-assignable. O(features x columns); allocates only for shared matrices.
+template <class... Columns>
+std::size_t keep_static(const FeatureLabels& labels, Columns&... columns) {
+  std::size_t position = 0;
+  (detail::require_length(columns, labels.size(), position++), ...);
+  (detail::unshare(columns), ...);  // the last step that may throw, and no row has moved yet
+  (detail::compact(columns, labels), ...);
+  return kept_below(labels, labels.size());
+}
+
+}  // namespace dynfilter
+
+#endif  // DYNFILTER_KEEP_STATIC_HPP

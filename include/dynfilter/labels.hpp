@@ -1,0 +1,150 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_LABELS_HPP
+#define DYNFILTER_LABELS_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "dynfilter/detail/errors.hpp"
+#include "dynfilter/segmentation.hpp"
+#include "dynfilter/statistics.hpp"
+
+namespace dynfilter {
+
+/// Why a feature has its label. Stages of the caller's use `custom` and the values above it.
+enum class Reason : std::uint8_t {
+  untouched,
+  in_mask,      ///< on the mask of a dynamic object, or on the static mask (instance -1)
+  compensated,  ///< an edge feature that the mask missed
+  restored,     ///< removed first, then given back
+  custom = 128
+};
+
+/// The verdict on one feature.
+struct FeatureLabel {
+  float score = 0.0F;          ///< 0 surely static … 1 surely dynamic
+  std::int32_t instance = -1;  ///< index into Segmentation::instances, -1 = none
+  Reason reason = Reason::untouched;
+  bool removed = false;
+};
+
+/// The verdicts on the features of one frame, in their order, with the frame's statistics. Stages
+/// write into it: the first one that removes a feature has it.
+class FeatureLabels {
+ public:
+  FeatureLabels() = default;
+
+  /// All features untouched. `segmentation` gives the instances that labels may refer to.
+  FeatureLabels(std::size_t features, const Segmentation& segmentation) {
+    reset(features, segmentation);
+  }
+
+  /// Back to all features untouched, reusing memory.
+  void reset(std::size_t features, const Segmentation& segmentation) {
+    labels_.assign(features, FeatureLabel());
+    // Not the whole struct is replaced: the vector of instances keeps its memory.
+    std::vector<InstanceStatistics> instances = std::move(statistics_.instances);
+    statistics_ = FrameStatistics();
+    statistics_.instances = std::move(instances);
+    statistics_.instances.assign(segmentation.instances.size(), InstanceStatistics());
+    statistics_.features = features;
+    for (std::size_t k = 0; k < segmentation.instances.size(); ++k) {
+      statistics_.instances[k].class_id = segmentation.instances[k].class_id;
+    }
+  }
+
+  std::size_t size() const { return labels_.size(); }
+  bool empty() const { return labels_.empty(); }
+  const FeatureLabel& operator[](std::size_t i) const { return labels_[i]; }
+  bool is_removed(std::size_t i) const { return labels_[i].removed; }
+  std::vector<FeatureLabel>::const_iterator begin() const { return labels_.begin(); }
+  std::vector<FeatureLabel>::const_iterator end() const { return labels_.end(); }
+
+  /// Removes feature i in the name of an instance (-1 = none) and counts it. A feature that is
+  /// removed already keeps its label; returns whether this call removed it. Throws
+  /// std::invalid_argument for a feature or instance that does not exist, for the reasons untouched
+  /// and restored, and for a score outside 0 to 1. O(1).
+  bool remove(std::size_t i, std::int32_t instance, Reason reason, float score) {
+    require_removal(i, instance, reason, score);
+    FeatureLabel& label = labels_[i];
+    if (label.removed) return false;
+    label = {score, instance, reason, true};
+    count(label, +1);
+    return true;
+  }
+
+  /// Gives a removed feature back; its instance and score stay to be read. Returns whether it was
+  /// removed. Throws std::invalid_argument for a feature that does not exist. O(1).
+  bool restore(std::size_t i) {
+    require_feature(i);
+    FeatureLabel& label = labels_[i];
+    if (!label.removed) return false;
+    count(label, -1);
+    label.reason = Reason::restored;
+    label.removed = false;
+    ++statistics_.restored;
+    return true;
+  }
+
+  const FrameStatistics& statistics() const { return statistics_; }
+
+  /// For stages, which fill in what they alone know (ranges, abstentions). The counts of removed
+  /// features are kept by remove and restore.
+  FrameStatistics& statistics() { return statistics_; }
+
+ private:
+  void require_feature(std::size_t i) const {
+    if (i >= labels_.size()) {
+      detail::throw_misuse("FeatureLabels", detail::concatenate("feature ", i),
+                           detail::concatenate("an index below ", labels_.size()));
+    }
+  }
+
+  void require_removal(std::size_t i, std::int32_t instance, Reason reason, float score) const {
+    require_feature(i);
+    const auto instances = static_cast<std::int64_t>(statistics_.instances.size());
+    if (instance < -1 || instance >= instances) {
+      detail::throw_misuse("FeatureLabels::remove", detail::concatenate("instance ", instance),
+                           detail::concatenate("-1, or an index below ", instances));
+    }
+    if (reason == Reason::untouched || reason == Reason::restored) {
+      detail::throw_misuse("FeatureLabels::remove", "the reason untouched or restored",
+                           "in_mask, compensated, or custom and above");
+    }
+    if (!(score >= 0.0F && score <= 1.0F)) {
+      detail::throw_misuse("FeatureLabels::remove", detail::concatenate("score ", score),
+                           "a score from 0 to 1");
+    }
+  }
+
+  void count(const FeatureLabel& label, int change) {
+    const auto add = [change](std::size_t& counter) {
+      counter += static_cast<std::size_t>(change);
+    };
+    InstanceStatistics* instance =
+        label.instance < 0 ? nullptr
+                           : &statistics_.instances[static_cast<std::size_t>(label.instance)];
+    if (label.reason == Reason::in_mask) {
+      add(statistics_.masked);
+      if (instance) add(instance->masked);
+    } else if (label.reason == Reason::compensated) {
+      add(statistics_.compensated);
+      if (instance) add(instance->compensated);
+    } else {
+      add(statistics_.custom);
+    }
+  }
+
+  std::vector<FeatureLabel> labels_;
+  FrameStatistics statistics_;
+};
+
+}  // namespace dynfilter
+
+#endif  // DYNFILTER_LABELS_HPP

@@ -1,0 +1,133 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_MASK_CULLER_HPP
+#define DYNFILTER_MASK_CULLER_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/mask_distance.hpp"
+#include "dynfilter/filter_input.hpp"
+#include "dynfilter/labels.hpp"
+
+namespace dynfilter {
+
+struct MaskCullerOptions {
+  std::vector<int> dynamic_classes = {0};  ///< class ids that move of themselves; 0: COCO's person
+  double margin_px = 0.0;                  ///< features this close to a mask go too
+  double margin_per_diameter = 0.0;        ///< added to the margin, times the keypoint's diameter
+  /// CV_8UC1 of the image's size, or empty: non-zero where every frame shows the robot itself (an
+  /// arm, a bonnet). It is copied, and no margin is added to it.
+  cv::Mat static_mask;
+};
+
+/// Removes the features on prior dynamic objects (paper section 3.1: the sets FP_object). The
+/// margin is the Euclidean distance from the feature's pixel to the nearest pixel of the mask,
+/// looked for at the features only; no image is dilated. With overlapping masks the first instance
+/// has the feature. A removed feature's score is the detector's confidence in the object.
+class MaskCuller {
+ public:
+  /// Throws std::invalid_argument for a margin that is negative or not finite and for a static mask
+  /// of another type.
+  explicit MaskCuller(MaskCullerOptions options = {}) : options_(std::move(options)) {
+    require_margin("margin_px", options_.margin_px);
+    require_margin("margin_per_diameter", options_.margin_per_diameter);
+    const cv::Mat& mask = options_.static_mask;
+    if (!mask.empty() && (mask.type() != CV_8UC1 || mask.dims != 2)) {
+      detail::throw_misuse("MaskCuller",
+                           detail::concatenate("a static_mask of type ", detail::type_name(mask)),
+                           "CV_8UC1 of the image's size, or an empty one");
+    }
+    options_.static_mask = mask.clone();
+  }
+
+  /// Throws std::invalid_argument where the input is malformed or the static mask has another size
+  /// than the images. O(instances).
+  void check(const FilterInput& input) const {
+    validate(input, "MaskCuller");
+    require_static_mask_size(input.segmentation.image_size);
+    require_static_mask_size(input.frame.image.size());
+    require_static_mask_size(input.frame.depth.size());
+  }
+
+  /// O(features x instances), each times the pixels within the margin. Allocates nothing.
+  void operator()(const FilterInput& input, FeatureLabels& labels) const {
+    check(input);
+    validate(input, labels, "MaskCuller");
+    const std::vector<Instance>& instances = input.segmentation.instances;
+    for (std::size_t k = 0; k < instances.size(); ++k) {
+      labels.statistics().instances[k].dynamic = is_dynamic(instances[k].class_id);
+    }
+    for (std::size_t i = 0; i < input.features.size(); ++i) {
+      const auto owner =
+          instance_at(input.segmentation, input.features[i], input.features.diameter_px(i));
+      if (!owner) continue;
+      const float score = *owner < 0 ? 1.0F : instances[static_cast<std::size_t>(*owner)].score;
+      labels.remove(i, *owner, Reason::in_mask, score);
+    }
+  }
+
+  bool is_dynamic(int class_id) const {
+    const std::vector<int>& classes = options_.dynamic_classes;
+    return std::find(classes.begin(), classes.end(), class_id) != classes.end();
+  }
+
+  /// The first dynamic instance that a feature of this diameter belongs to, -1 for the static mask,
+  /// nothing for the static world. The segmentation must be a valid one.
+  std::optional<std::int32_t> instance_at(const Segmentation& segmentation, cv::Point2f position,
+                                          float diameter_px = 0.0F) const {
+    const cv::Point pixel = nearest_pixel(position);
+    if (on_static_mask(pixel)) return -1;
+    const double margin = options_.margin_px + options_.margin_per_diameter * usable(diameter_px);
+    for (std::size_t k = 0; k < segmentation.instances.size(); ++k) {
+      const Instance& instance = segmentation.instances[k];
+      if (is_dynamic(instance.class_id) && detail::mask_within(instance, pixel, margin)) {
+        return static_cast<std::int32_t>(k);
+      }
+    }
+    return {};
+  }
+
+ private:
+  static void require_margin(const char* name, double margin) {
+    if (std::isfinite(margin) && margin >= 0) return;
+    detail::throw_misuse("MaskCuller", detail::concatenate(name, " = ", margin),
+                         "a finite number of at least 0");
+  }
+
+  /// A diameter that says nothing (negative, NaN, infinite) counts as 0.
+  static double usable(float diameter_px) {
+    return std::isfinite(diameter_px) && diameter_px > 0 ? double{diameter_px} : 0.0;
+  }
+
+  void require_static_mask_size(const cv::Size& size) const {
+    const cv::Mat& mask = options_.static_mask;
+    if (mask.empty() || size.empty() || mask.size() == size) return;
+    detail::throw_misuse("MaskCuller",
+                         detail::concatenate("a static_mask of ", detail::size_name(mask.size()),
+                                             " and an image of ", detail::size_name(size)),
+                         "the same size");
+  }
+
+  bool on_static_mask(cv::Point pixel) const {
+    const cv::Mat& mask = options_.static_mask;
+    return pixel.x >= 0 && pixel.y >= 0 && pixel.x < mask.cols && pixel.y < mask.rows &&
+           mask.ptr<std::uint8_t>(pixel.y)[pixel.x] != 0;
+  }
+
+  MaskCullerOptions options_;
+};
+
+}  // namespace dynfilter
+
+#endif  // DYNFILTER_MASK_CULLER_HPP

@@ -1,0 +1,93 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_PIPELINE_HPP
+#define DYNFILTER_PIPELINE_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include <optional>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+#include "dynfilter/detail/stage_traits.hpp"
+#include "dynfilter/filter_input.hpp"
+#include "dynfilter/labels.hpp"
+#include "dynfilter/workspace.hpp"
+
+namespace dynfilter {
+
+/// Runs stages in their order on one frame.
+///
+/// A stage is any callable void(const FilterInput&, FeatureLabels&) const: a lambda, or a component
+/// such as MaskCuller. It may take a Workspace& as third argument for scratch memory, and may have
+/// a check(const FilterInput&) const that throws for input that it cannot work with; all checks run
+/// before the first label is written. `apply` is const and re-entrant where the stages are.
+template <class... Stages>
+class Pipeline {
+ public:
+  explicit Pipeline(Stages... stages) : stages_(std::move(stages)...) {}
+
+  /// The labels of the frame's features. Throws std::invalid_argument for malformed input (see
+  /// validate) and passes on what a stage throws.
+  FeatureLabels apply(const FrameView& frame, const Segmentation& segmentation,
+                      FeaturesView features) const {
+    FeatureLabels labels;
+    Workspace workspace;
+    apply(frame, segmentation, features, labels, workspace);
+    return labels;
+  }
+
+  /// The same where masks may be unknown. std::nullopt says so; that is not a segmentation without
+  /// instances, which says that nobody is there.
+  FeatureLabels apply(const FrameView& frame, const std::optional<Segmentation>& segmentation,
+                      FeaturesView features) const {
+    FeatureLabels labels;
+    Workspace workspace;
+    apply(frame, segmentation, features, labels, workspace);
+    return labels;
+  }
+
+  /// The same into labels whose memory is reused.
+  void apply(const FrameView& frame, const Segmentation& segmentation, FeaturesView features,
+             FeatureLabels& labels, Workspace& workspace) const {
+    run({frame, segmentation, features}, true, labels, workspace);
+  }
+
+  void apply(const FrameView& frame, const std::optional<Segmentation>& segmentation,
+             FeaturesView features, FeatureLabels& labels, Workspace& workspace) const {
+    const Segmentation no_masks;
+    run({frame, segmentation ? *segmentation : no_masks, features}, segmentation.has_value(),
+        labels, workspace);
+  }
+
+ private:
+  void run(const FilterInput& input, bool has_segmentation, FeatureLabels& labels,
+           Workspace& workspace) const {
+    validate(input, "Pipeline");
+    for_each_stage([&](const auto& stage) { detail::check_stage(stage, input); });
+    begin_frame(input, has_segmentation, labels);
+    for_each_stage([&](const auto& stage) { detail::run_stage(stage, input, labels, workspace); });
+  }
+
+  static void begin_frame(const FilterInput& input, bool has_segmentation, FeatureLabels& labels) {
+    labels.reset(input.features.size(), input.segmentation);
+    FrameStatistics& statistics = labels.statistics();
+    statistics.has_depth = !input.frame.depth.empty();
+    statistics.has_segmentation = has_segmentation;
+    if (!has_segmentation) return;
+    statistics.segmentation_age_s = input.frame.timestamp_s - input.segmentation.timestamp_s;
+  }
+
+  template <class Action>
+  void for_each_stage(const Action& action) const {
+    std::apply([&](const auto&... stage) { (action(stage), ...); }, stages_);
+  }
+
+  std::tuple<Stages...> stages_;
+};
+
+}  // namespace dynfilter
+
+#endif  // DYNFILTER_PIPELINE_HPP

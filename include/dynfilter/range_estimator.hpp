@@ -1,0 +1,131 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_RANGE_ESTIMATOR_HPP
+#define DYNFILTER_RANGE_ESTIMATOR_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <iterator>
+#include <limits>
+#include <vector>
+
+#include "dynfilter/detail/errors.hpp"
+#include "dynfilter/statistics.hpp"
+
+namespace dynfilter {
+
+/// Which values of a sample are outliers; `outlier_factor` is theirs.
+enum class OutlierRule {
+  /// Farther from the median than factor x 1.4826 x the median absolute deviation (MAD), which is
+  /// the standard deviation of normal values. Quantised values often have a MAD of 0; then 1.2533 x
+  /// the mean absolute deviation takes its place, and if that is 0 as well, nothing is an outlier.
+  median_absolute_deviation,
+  /// More than factor x the inter-quartile range outside the quartiles (Tukey's fences).
+  interquartile_range
+};
+
+struct RangeEstimatorOptions {
+  OutlierRule outlier_rule = OutlierRule::median_absolute_deviation;
+  double outlier_factor = 3.0;    ///< 3 for MAD, 1.5 for the inter-quartile range are customary
+  std::size_t least_samples = 5;  ///< fewer values give no range
+  double expansion = 0.0;         ///< added on both sides, in the values' unit
+};
+
+/// Tells the range [a, b] of a quantity on an object from a sample of it: rejects outliers, takes
+/// the least and the greatest of the rest, and expands (paper section 3.2). One class for depth in
+/// metres and for D-LBP codes.
+class RangeEstimator {
+ public:
+  /// Throws std::invalid_argument for a factor or expansion that is negative or not finite, and for
+  /// least_samples = 0.
+  explicit RangeEstimator(const RangeEstimatorOptions& options = {}) : options_(options) {
+    const auto require = [](bool holds, const char* name, double value, const char* want) {
+      if (!holds) {
+        detail::throw_misuse("RangeEstimator", detail::concatenate(name, " = ", value), want);
+      }
+    };
+    require(std::isfinite(options.outlier_factor) && options.outlier_factor >= 0, "outlier_factor",
+            options.outlier_factor, "a finite number of at least 0");
+    require(std::isfinite(options.expansion) && options.expansion >= 0, "expansion",
+            options.expansion, "a finite number of at least 0");
+    require(options.least_samples > 0, "least_samples", 0, "at least 1");
+  }
+
+  /// The range of the sampled values, which are sorted on the way; empty if they are fewer than
+  /// least_samples or (with a factor below 1) all are outliers. Throws std::invalid_argument for a
+  /// value that is not finite. Allocates nothing. O(n log n).
+  ValueRange estimate(std::vector<double>& values) const {
+    for (const double value : values) {
+      if (!std::isfinite(value)) {
+        detail::throw_misuse("RangeEstimator", detail::concatenate("the value ", value),
+                             "finite values");
+      }
+    }
+    if (values.size() < options_.least_samples) return {};
+    std::sort(values.begin(), values.end());
+    const ValueRange fences = inlier_fences(values);
+    const auto first = std::lower_bound(values.begin(), values.end(), fences.lower);
+    const auto last = std::upper_bound(first, values.end(), fences.upper);
+    if (first == last) return {};
+    return {*first - options_.expansion, *std::prev(last) + options_.expansion};
+  }
+
+ private:
+  ValueRange inlier_fences(const std::vector<double>& sorted) const {
+    if (options_.outlier_rule == OutlierRule::interquartile_range) {
+      const double lower = quantile(sorted, 0.25);
+      const double upper = quantile(sorted, 0.75);
+      const double reach = options_.outlier_factor * (upper - lower);
+      return {lower - reach, upper + reach};
+    }
+    const double median = quantile(sorted, 0.5);
+    const double deviation = standard_deviation(sorted, median);
+    const double reach = deviation > 0 ? options_.outlier_factor * deviation
+                                       : std::numeric_limits<double>::infinity();
+    return {median - reach, median + reach};
+  }
+
+  /// Linear between the two neighbouring order statistics; 0.5 gives the usual median.
+  static double quantile(const std::vector<double>& sorted, double share) {
+    const double position = share * static_cast<double>(sorted.size() - 1);
+    const auto below = static_cast<std::size_t>(position);
+    const std::size_t above = std::min(below + 1, sorted.size() - 1);
+    return sorted[below] + (position - std::floor(position)) * (sorted[above] - sorted[below]);
+  }
+
+  /// Of normal values, from their absolute deviations: by the median, or where that is 0 the mean.
+  static double standard_deviation(const std::vector<double>& sorted, double median) {
+    const double by_median = 1.4826 * median_absolute_deviation(sorted, median);
+    if (by_median > 0) return by_median;
+    double sum = 0;
+    for (const double value : sorted) sum += std::abs(value - median);
+    return 1.2533 * sum / static_cast<double>(sorted.size());
+  }
+
+  /// The deviations grow from the median outwards on either side of a sorted sample, so a merge of
+  /// the two sides meets them in order and needs no memory.
+  static double median_absolute_deviation(const std::vector<double>& sorted, double median) {
+    const std::size_t count = sorted.size();
+    std::size_t below = count - count / 2;  // one past the next value on the lower side
+    std::size_t above = below;              // the next value on the upper side
+    double previous = 0;
+    double current = 0;
+    for (std::size_t step = 0; step <= count / 2; ++step) {
+      previous = current;
+      const bool take_below =
+          above >= count || (below > 0 && median - sorted[below - 1] <= sorted[above] - median);
+      current = take_below ? median - sorted[--below] : sorted[above++] - median;
+    }
+    return count % 2 == 1 ? current : (previous + current) / 2;
+  }
+
+  RangeEstimatorOptions options_;
+};
+
+}  // namespace dynfilter
+
+#endif  // DYNFILTER_RANGE_ESTIMATOR_HPP

@@ -1,0 +1,29 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_WORKSPACE_HPP
+#define DYNFILTER_WORKSPACE_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "dynfilter/feature_sampler.hpp"
+
+namespace dynfilter {
+
+/// Scratch memory of a filter, kept by the caller between frames so that a frame allocates nothing
+/// once one of at least that many features and instances was seen. It carries no information from
+/// call to call. One for each thread.
+struct Workspace {
+  std::vector<cv::Point> pixels;            ///< of the features
+  std::vector<SampleCandidate> candidates;  ///< for the sample of one instance
+  std::vector<double> depths_m;             ///< of the sample
+  std::vector<double> codes;                ///< of the sample
+};
+
+}  // namespace dynfilter
+
+#endif  // DYNFILTER_WORKSPACE_HPP

@@ -1,0 +1,158 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_TESTS_SUPPORT_FILTER_CASE_HPP
+#define DYNFILTER_TESTS_SUPPORT_FILTER_CASE_HPP
+
+#include <limits>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "dynfilter/dynfilter.hpp"
+#include "support/byte_source.hpp"
+
+namespace dynfilter::testing {
+
+/// One input of the whole filter.
+struct FilterCase {
+  FrameView frame;
+  Segmentation segmentation;
+  std::vector<cv::KeyPoint> keypoints;
+  DynamicFilterOptions options;
+};
+
+/// A matrix that is a region of a larger one, so that its rows are not continuous.
+inline cv::Mat inside_larger_matrix(const cv::Size& size, int type) {
+  const cv::Mat larger(size.height + 3, size.width + 5, type, cv::Scalar::all(77));
+  return larger(cv::Rect({2, 1}, size));
+}
+
+/// Depths as sensors give them and as they should not: few distinct values, so that ties are
+/// common; missing, negative, NaN and infinite ones.
+inline cv::Mat arbitrary_depth(ByteSource& source, const cv::Size& size, bool floating) {
+  cv::Mat depth = inside_larger_matrix(size, floating ? CV_32FC1 : CV_16UC1);
+  const int hostile = source.between(0, 40);
+  const float bad[] = {0.0F, -1.0F, std::numeric_limits<float>::quiet_NaN(),
+                       std::numeric_limits<float>::infinity(),
+                       -std::numeric_limits<float>::infinity()};
+  for (int y = 0; y < size.height; ++y) {
+    for (int x = 0; x < size.width; ++x) {
+      const bool is_bad = source.chance(hostile);
+      const int value = source.between(1, 12);
+      if (floating) {
+        depth.at<float>(y, x) =
+            is_bad ? bad[source.between(0, 4)] : 0.2F * static_cast<float>(value);
+      } else {
+        depth.at<std::uint16_t>(y, x) = static_cast<std::uint16_t>(is_bad        ? 0
+                                                                   : value == 12 ? 65535
+                                                                                 : value * 1000);
+      }
+    }
+  }
+  return depth;
+}
+
+inline cv::Mat arbitrary_mask(ByteSource& source, const cv::Size& size) {
+  if (size.empty()) return {};
+  cv::Mat mask = inside_larger_matrix(size, CV_8UC1);
+  const int share = source.chance(10) ? 0 : source.chance(10) ? 100 : source.between(5, 50);
+  for (int y = 0; y < size.height; ++y) {
+    for (int x = 0; x < size.width; ++x) {
+      mask.at<std::uint8_t>(y, x) =
+          source.chance(share) ? static_cast<std::uint8_t>(source.chance(50) ? 255 : 1) : 0;
+    }
+  }
+  return mask;
+}
+
+/// Box and mask placed independently, partly or wholly outside the image.
+inline Instance arbitrary_instance(ByteSource& source, const cv::Size& image) {
+  const auto place = [&](int length) { return source.between(-length / 2 - 2, length + 2); };
+  const auto extent = [&](int length) { return source.between(0, length + 4); };
+  Instance instance;
+  instance.class_id = source.chance(75) ? 0 : source.between(1, 3);
+  instance.score = static_cast<float>(source.between(0, 100)) / 100.0F;
+  instance.box = {place(image.width), place(image.height), extent(image.width),
+                  extent(image.height)};
+  instance.mask_origin = {place(image.width), place(image.height)};
+  instance.mask = arbitrary_mask(source, {extent(image.width), extent(image.height)});
+  if (source.chance(3)) {
+    const int extreme =
+        source.chance(50) ? std::numeric_limits<int>::max() : std::numeric_limits<int>::min();
+    instance.box.x = extreme;
+    instance.mask_origin.y = extreme;
+  }
+  return instance;
+}
+
+/// Positions on pixels, between them, outside, repeated, and no numbers at all.
+inline std::vector<cv::KeyPoint> arbitrary_keypoints(ByteSource& source, const cv::Size& image) {
+  std::vector<cv::KeyPoint> keypoints(static_cast<std::size_t>(source.between(0, 120)));
+  const float odd[] = {std::numeric_limits<float>::quiet_NaN(),
+                       std::numeric_limits<float>::infinity(), -1e30F, 3e9F, 2147483520.0F};
+  for (std::size_t i = 0; i < keypoints.size(); ++i) {
+    cv::KeyPoint& keypoint = keypoints[i];
+    keypoint.pt.x = static_cast<float>(source.between(-8, image.width * 4 + 8)) / 4;
+    keypoint.pt.y = static_cast<float>(source.between(-8, image.height * 4 + 8)) / 4;
+    keypoint.size = static_cast<float>(source.between(0, 40)) / 4;
+    if (source.chance(2)) keypoint.pt.x = odd[source.between(0, 4)];
+    if (source.chance(2)) keypoint.size = odd[source.between(0, 2)];
+    if (i > 0 && source.chance(5)) keypoint = keypoints[i - 1];
+  }
+  return keypoints;
+}
+
+inline RangeEstimatorOptions arbitrary_range_options(ByteSource& source, double expansion) {
+  RangeEstimatorOptions options;
+  options.outlier_rule =
+      source.chance(50) ? OutlierRule::interquartile_range : OutlierRule::median_absolute_deviation;
+  options.outlier_factor = source.between(0, 12) / 4.0;
+  options.least_samples = static_cast<std::size_t>(source.between(1, 6));
+  options.expansion = expansion;
+  return options;
+}
+
+inline DynamicFilterOptions arbitrary_options(ByteSource& source, const cv::Size& image) {
+  DynamicFilterOptions options;
+  if (source.chance(30)) options.mask_culler.dynamic_classes = {0, 2};
+  if (source.chance(20)) options.mask_culler.margin_px = source.between(0, 20) / 4.0;
+  if (source.chance(20)) options.mask_culler.margin_per_diameter = source.between(0, 8) / 8.0;
+  if (source.chance(15)) options.mask_culler.static_mask = arbitrary_mask(source, image);
+  EdgeCompensatorOptions& edge = options.edge_compensator;
+  edge.seed = source.byte();
+  edge.samples = static_cast<std::size_t>(source.between(1, 25));
+  edge.depth = arbitrary_range_options(source, source.between(0, 10) / 20.0);
+  edge.code = arbitrary_range_options(source, source.between(0, 64));
+  if (source.chance(30)) edge.missing_depth = MissingDepth::remove;
+  if (source.chance(30)) edge.depth_lbp.missing_neighbour = MissingNeighbour::farther;
+  if (source.chance(30)) edge.depth_lbp.bits = {3, 1, 0, 2, 7, 6, 5, 4};
+  return options;
+}
+
+/// Any input that the filter accepts, odd sizes and hostile values included.
+inline FilterCase arbitrary_case(ByteSource& source) {
+  FilterCase made;
+  const auto length = [&] {
+    return source.chance(20) ? source.between(1, 4) : source.between(5, 28);
+  };
+  const int width = length();
+  const cv::Size image(width, length());
+  made.frame.id = source.word();
+  made.frame.timestamp_s = source.between(0, 100);
+  const int kind = source.between(0, 9);  // 0: no depth; then 16-bit or float
+  if (kind > 0) made.frame.depth = arbitrary_depth(source, image, kind > 5);
+  if (kind <= 5 || source.chance(50)) made.frame.metres_per_unit = kind > 5 ? 0.5 : 1.0 / 5000;
+  made.segmentation.image_size = image;
+  const int instances = source.chance(10) ? 0 : source.between(1, 6);
+  for (int k = 0; k < instances; ++k) {
+    made.segmentation.instances.push_back(arbitrary_instance(source, image));
+  }
+  made.keypoints = arbitrary_keypoints(source, image);
+  made.options = arbitrary_options(source, image);
+  return made;
+}
+
+}  // namespace dynfilter::testing
+
+#endif  // DYNFILTER_TESTS_SUPPORT_FILTER_CASE_HPP

@@ -1,0 +1,58 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_TESTS_SUPPORT_FILTER_PROPERTY_HPP
+#define DYNFILTER_TESTS_SUPPORT_FILTER_PROPERTY_HPP
+
+#include <string>
+#include <vector>
+
+#include "dynfilter/dynfilter.hpp"
+#include "support/filter_case.hpp"
+#include "support/oracle.hpp"
+
+namespace dynfilter::testing {
+
+inline bool same_label(const FeatureLabel& a, const FeatureLabel& b) {
+  return a.score == b.score && a.instance == b.instance && a.reason == b.reason &&
+         a.removed == b.removed;
+}
+
+inline std::string describe(const FeatureLabel& label) {
+  return detail::concatenate("reason ", static_cast<int>(label.reason), ", instance ",
+                             label.instance, ", score ", label.score,
+                             label.removed ? ", removed" : ", kept");
+}
+
+/// Runs the filter on one input and compares every label with the oracle's, the counts with the
+/// labels, and what keep_static leaves with the labels. Empty if all is well, else what is not.
+inline std::string check_filter(const FilterCase& input) {
+  const FeatureLabels labels =
+      DynamicFilter(input.options).apply(input.frame, input.segmentation, input.keypoints);
+  const std::vector<FeatureLabel> expected = oracle_filter(input);
+  if (labels.size() != expected.size()) return "a wrong number of labels";
+  std::size_t removed = 0;
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    if (!same_label(labels[i], expected[i])) {
+      return detail::concatenate("feature ", i, ": got ", describe(labels[i]), "; want ",
+                                 describe(expected[i]));
+    }
+    removed += labels.is_removed(i) ? 1 : 0;
+  }
+  const FrameStatistics& statistics = labels.statistics();
+  if (statistics.removed() != removed || statistics.kept() + removed != labels.size()) {
+    return "counts that do not add up";
+  }
+  std::vector<int> ids(labels.size());
+  for (std::size_t i = 0; i < ids.size(); ++i) ids[i] = static_cast<int>(i);
+  keep_static(labels, ids);
+  if (ids.size() != labels.size() - removed) return "keep_static left a wrong number";
+  for (const int id : ids) {
+    if (labels.is_removed(static_cast<std::size_t>(id))) return "keep_static left a removed one";
+  }
+  return {};
+}
+
+}  // namespace dynfilter::testing
+
+#endif  // DYNFILTER_TESTS_SUPPORT_FILTER_PROPERTY_HPP

@@ -1,0 +1,205 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// The design's section 5 once more, as plainly as it can be written: no shortcut, no sharing of
+// code with the library but FeatureSampler::key, whose values are pinned by a test of their own.
+
+#ifndef DYNFILTER_TESTS_SUPPORT_ORACLE_HPP
+#define DYNFILTER_TESTS_SUPPORT_ORACLE_HPP
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "dynfilter/dynfilter.hpp"
+#include "support/filter_case.hpp"
+
+namespace dynfilter::testing {
+
+using WidePoint = cv::Point_<double>;  // any int, and outside of all images where it is NaN
+
+inline WidePoint oracle_pixel(cv::Point2f position) {
+  return {std::floor(double{position.x} + 0.5), std::floor(double{position.y} + 0.5)};
+}
+
+inline bool oracle_on_mask(const Instance& instance, WidePoint pixel, double margin) {
+  if (!(margin > 0)) margin = 0;
+  for (int row = 0; row < instance.mask.rows; ++row) {
+    for (int column = 0; column < instance.mask.cols; ++column) {
+      if (instance.mask.at<std::uint8_t>(row, column) == 0) continue;
+      const double dx = double{1} * column + instance.mask_origin.x - pixel.x;
+      const double dy = double{1} * row + instance.mask_origin.y - pixel.y;
+      if (dx * dx + dy * dy <= margin * margin) return true;
+    }
+  }
+  return false;
+}
+
+/// Raw depth, nothing where there is none or the pixel lies outside.
+inline std::optional<double> oracle_depth(const cv::Mat& depth, WidePoint pixel) {
+  if (!(pixel.x >= 0 && pixel.y >= 0 && pixel.x < depth.cols && pixel.y < depth.rows)) return {};
+  const cv::Point at(static_cast<int>(pixel.x), static_cast<int>(pixel.y));
+  const double value =
+      depth.type() == CV_16UC1 ? depth.at<std::uint16_t>(at) : double{depth.at<float>(at)};
+  if (!(value > 0) || std::isinf(value)) return {};
+  return value;
+}
+
+inline std::optional<std::uint8_t> oracle_code(const cv::Mat& depth, WidePoint pixel,
+                                               const DepthLbpOptions& options = {}) {
+  const int clockwise[8][2] = {{-1, -1}, {0, -1}, {1, -1}, {1, 0},
+                               {1, 1},   {0, 1},  {-1, 1}, {-1, 0}};
+  const auto centre = oracle_depth(depth, pixel);
+  const bool inside =
+      pixel.x >= 1 && pixel.y >= 1 && pixel.x <= depth.cols - 2 && pixel.y <= depth.rows - 2;
+  if (!centre || !inside) return {};
+  int code = 0;
+  for (std::size_t k = 0; k < 8; ++k) {
+    const auto neighbour =
+        oracle_depth(depth, {pixel.x + clockwise[k][0], pixel.y + clockwise[k][1]});
+    const bool farther =
+        neighbour ? *neighbour > *centre : options.missing_neighbour == MissingNeighbour::farther;
+    if (farther) code += 1 << options.bits[k];
+  }
+  return static_cast<std::uint8_t>(code);
+}
+
+/// Between the order statistics, linearly.
+inline double oracle_quantile(std::vector<double> values, double share) {
+  std::sort(values.begin(), values.end());
+  const double position = share * static_cast<double>(values.size() - 1);
+  const double below = values[static_cast<std::size_t>(std::floor(position))];
+  const double above = values[static_cast<std::size_t>(std::ceil(position))];
+  return below + (position - std::floor(position)) * (above - below);
+}
+
+inline ValueRange oracle_range(std::vector<double> values, const RangeEstimatorOptions& options) {
+  if (values.size() < options.least_samples) return {};
+  std::sort(values.begin(), values.end());
+  const double median = oracle_quantile(values, 0.5);
+  double lower = 0, upper = 0;
+  if (options.outlier_rule == OutlierRule::interquartile_range) {
+    lower = oracle_quantile(values, 0.25);
+    upper = oracle_quantile(values, 0.75);
+    const double reach = options.outlier_factor * (upper - lower);
+    lower -= reach;
+    upper += reach;
+  } else {
+    std::vector<double> deviations;
+    double sum = 0;
+    for (const double value : values) {
+      deviations.push_back(std::abs(value - median));
+      sum += deviations.back();
+    }
+    std::sort(deviations.begin(), deviations.end());
+    const std::size_t half = deviations.size() / 2;
+    const double mad = deviations.size() % 2 == 1 ? deviations[half]
+                                                  : (deviations[half - 1] + deviations[half]) / 2;
+    double scale = 1.4826 * mad;
+    if (scale == 0) scale = 1.2533 * sum / static_cast<double>(values.size());
+    if (scale == 0) scale = INFINITY;
+    const double reach = std::isinf(scale) ? INFINITY : options.outlier_factor * scale;
+    lower = median - reach;
+    upper = median + reach;
+  }
+  ValueRange range;
+  for (const double value : values) {
+    if (value < lower || value > upper) continue;
+    range.lower = std::min(range.lower, value - options.expansion);
+    range.upper = std::max(range.upper, value + options.expansion);
+  }
+  return range;
+}
+
+/// The ranges of depth in metres and of codes on instance k.
+inline std::pair<ValueRange, ValueRange> oracle_ranges(const FilterCase& input,
+                                                       const std::vector<FeatureLabel>& labels,
+                                                       std::size_t k) {
+  const EdgeCompensatorOptions& options = input.options.edge_compensator;
+  const FeatureSampler sampler(options.samples, options.seed);
+  const Instance& instance = input.segmentation.instances[k];
+  std::vector<std::pair<std::uint64_t, std::size_t>> keyed;
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    const WidePoint pixel = oracle_pixel(input.keypoints[i].pt);
+    if (labels[i].reason != Reason::in_mask || labels[i].instance != static_cast<int>(k)) continue;
+    if (!oracle_on_mask(instance, pixel, 0) || !oracle_depth(input.frame.depth, pixel)) continue;
+    const auto wrap = [](double value) {
+      return static_cast<int>(static_cast<std::uint32_t>(static_cast<std::int64_t>(value)));
+    };
+    const cv::Point in_box(wrap(pixel.x - instance.box.x), wrap(pixel.y - instance.box.y));
+    keyed.emplace_back(sampler.key(input.frame.id, k, in_box), i);
+  }
+  std::sort(keyed.begin(), keyed.end());
+  keyed.resize(std::min(keyed.size(), options.samples));
+  std::vector<double> depths, codes;
+  for (const auto& [key, i] : keyed) {
+    const WidePoint pixel = oracle_pixel(input.keypoints[i].pt);
+    depths.push_back(*oracle_depth(input.frame.depth, pixel) * input.frame.depth_scale());
+    const auto code = oracle_code(input.frame.depth, pixel, options.depth_lbp);
+    if (code) codes.push_back(*code);
+  }
+  return {oracle_range(depths, options.depth), oracle_range(codes, options.code)};
+}
+
+/// Section 3.1.
+inline std::vector<FeatureLabel> oracle_cull(const FilterCase& input) {
+  const MaskCullerOptions& options = input.options.mask_culler;
+  std::vector<FeatureLabel> labels(input.keypoints.size());
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    const WidePoint pixel = oracle_pixel(input.keypoints[i].pt);
+    const float diameter = input.keypoints[i].size;
+    const double usable = std::isfinite(diameter) && diameter > 0 ? double{diameter} : 0;
+    const double margin = options.margin_px + options.margin_per_diameter * usable;
+    Instance robot;
+    robot.mask = options.static_mask;
+    for (std::size_t k = input.segmentation.instances.size(); k-- > 0;) {
+      const Instance& instance = input.segmentation.instances[k];
+      const auto& classes = options.dynamic_classes;
+      const bool dynamic =
+          std::find(classes.begin(), classes.end(), instance.class_id) != classes.end();
+      if (!dynamic || !oracle_on_mask(instance, pixel, margin)) continue;
+      labels[i] = {instance.score, static_cast<int>(k), Reason::in_mask, true};
+    }
+    if (oracle_on_mask(robot, pixel, 0)) labels[i] = {1.0F, -1, Reason::in_mask, true};
+  }
+  return labels;
+}
+
+/// Sections 3.1 and 3.2.
+inline std::vector<FeatureLabel> oracle_filter(const FilterCase& input) {
+  std::vector<FeatureLabel> labels = oracle_cull(input);
+  if (input.frame.depth.empty()) return labels;
+  const EdgeCompensatorOptions& options = input.options.edge_compensator;
+  const bool without_value = options.missing_depth == MissingDepth::remove;
+  const std::vector<FeatureLabel> culled = labels;
+  for (std::size_t k = 0; k < input.segmentation.instances.size(); ++k) {
+    const auto [depth_range, code_range] = oracle_ranges(input, culled, k);
+    if (depth_range.empty() || code_range.empty()) continue;
+    const Instance& instance = input.segmentation.instances[k];
+    for (std::size_t i = 0; i < labels.size(); ++i) {
+      const WidePoint pixel = oracle_pixel(input.keypoints[i].pt);
+      const double x = pixel.x - instance.box.x;
+      const double y = pixel.y - instance.box.y;
+      const bool in_box = x >= 0 && y >= 0 && x < instance.box.width && y < instance.box.height;
+      if (labels[i].removed || !in_box) continue;
+      const auto depth = oracle_depth(input.frame.depth, pixel);
+      const auto code = oracle_code(input.frame.depth, pixel, options.depth_lbp);
+      const double metres = depth ? *depth * input.frame.depth_scale() : 0;
+      const bool depth_fits =
+          depth ? metres >= depth_range.lower && metres <= depth_range.upper : without_value;
+      const bool code_fits =
+          code ? *code >= code_range.lower && *code <= code_range.upper : without_value;
+      if (!depth_fits || !code_fits) continue;
+      labels[i] = {instance.score, static_cast<int>(k), Reason::compensated, true};
+    }
+  }
+  return labels;
+}
+
+}  // namespace dynfilter::testing
+
+#endif  // DYNFILTER_TESTS_SUPPORT_ORACLE_HPP
