@@ -66,10 +66,16 @@ inline cv::Mat arbitrary_mask(ByteSource& source, const cv::Size& size) {
   return mask;
 }
 
-/// Box and mask placed independently, partly or wholly outside the image.
+/// Mostly a mask in its box; at times both placed independently, partly or wholly outside the
+/// image.
 inline Instance arbitrary_instance(ByteSource& source, const cv::Size& image) {
-  const auto place = [&](int length) { return source.between(-length / 2 - 2, length + 2); };
-  const auto extent = [&](int length) { return source.between(0, length + 4); };
+  const bool usual = source.chance(60);
+  const auto place = [&](int length) {
+    return usual ? source.between(-2, length / 3) : source.between(-length / 2 - 2, length + 2);
+  };
+  const auto extent = [&](int length) {
+    return source.between(usual ? length / 2 : 0, length + 4);
+  };
   Instance instance;
   instance.class_id = source.chance(75) ? 0 : source.between(1, 3);
   instance.score = static_cast<float>(source.between(0, 100)) / 100.0F;

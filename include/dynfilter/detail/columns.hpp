@@ -81,6 +81,8 @@ inline void compact(cv::Mat& column, const FeatureLabels& labels) {
     if (kept != i && row_bytes > 0) std::memcpy(column.ptr(kept), column.ptr(i), row_bytes);
     ++kept;
   }
+  // An empty range of rows would lose the number of columns.
+  if (kept == 0) column = cv::Mat(0, column.cols, column.type());
   if (kept < column.rows) column = column.rowRange(0, kept);
 }
 

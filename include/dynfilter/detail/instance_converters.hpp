@@ -28,6 +28,27 @@ inline void require_mask_type(const cv::Mat& mask, const char* component) {
   }
 }
 
+/// The smallest box round the non-zero pixels. cv::boundingRect is not used because that of OpenCV
+/// 4.6 (Debian 12) is wrong on some images of a few pixels' width.
+inline cv::Rect bounding_box(const cv::Mat& mask) {
+  int left = mask.cols, top = mask.rows, right = 0, bottom = 0;
+  const auto on_object = [](std::uint8_t value) { return value != 0; };
+  for (int y = 0; y < mask.rows; ++y) {
+    const std::uint8_t* row = mask.ptr<std::uint8_t>(y);
+    const std::uint8_t* end = row + mask.cols;
+    const std::uint8_t* first = std::find_if(row, end, on_object);
+    if (first == end) continue;
+    const std::uint8_t* last = end;
+    while (!on_object(*--last)) {
+    }
+    left = std::min(left, static_cast<int>(first - row));
+    right = std::max(right, static_cast<int>(last - row) + 1);
+    top = std::min(top, y);
+    bottom = y + 1;
+  }
+  return right > left ? cv::Rect(left, top, right - left, bottom - top) : cv::Rect();
+}
+
 /// The smallest boxes of the labels 1 … of a label map; element k-1 belongs to label k.
 template <class Label>
 std::vector<cv::Rect> label_boxes(const cv::Mat& label_map) {
@@ -73,7 +94,7 @@ inline Instance Instance::from_image_mask(const cv::Mat& mask, int class_id, flo
   Instance instance;
   instance.class_id = class_id;
   instance.score = score;
-  instance.box = cv::boundingRect(mask);
+  instance.box = detail::bounding_box(mask);
   instance.mask_origin = instance.box.tl();
   instance.mask = mask(instance.box);
   return instance;

@@ -1,0 +1,292 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// Every way to misuse the core: each throws std::invalid_argument that names the component, what
+// it got and what it wants, and leaves the caller's data as it was.
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "support/filter_property.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+constexpr double infinite = std::numeric_limits<double>::infinity();
+
+/// What an action says when it throws std::invalid_argument; empty if it does not throw.
+std::string complaint(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return {};
+}
+
+bool mentions(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+FilterCase good_case() {
+  FilterCase input;
+  input.frame.image = cv::Mat::zeros(20, 30, CV_8UC3);
+  input.frame.depth = cv::Mat(20, 30, CV_16UC1, cv::Scalar(5000));
+  input.frame.metres_per_unit = 1.0 / 5000;
+  input.segmentation.image_size = {30, 20};
+  for (int k = 0; k < 2; ++k) {
+    input.segmentation.instances.push_back(
+        Instance::from_box_mask(cv::Mat(5, 5, CV_8UC1, cv::Scalar(255)), {3, 3, 5, 5}));
+  }
+  input.keypoints = {{4, 4, 1}, {20, 10, 1}};
+  return input;
+}
+
+struct BadInput {
+  const char* what;
+  std::function<void(FilterCase&)> spoil;
+  std::vector<std::string> message;
+};
+
+Instance& second_instance(FilterCase& input) { return input.segmentation.instances[1]; }
+
+const std::vector<BadInput> bad_inputs = {
+    {"8-bit depth",
+     [](auto& c) { c.frame.depth = cv::Mat::zeros(20, 30, CV_8UC1); },
+     {"CV_8UC1", "CV_16UC1", "CV_32FC1"}},
+    {"double depth",
+     [](auto& c) { c.frame.depth = cv::Mat::zeros(20, 30, CV_64FC1); },
+     {"CV_64FC1"}},
+    {"depth of three channels",
+     [](auto& c) { c.frame.depth = cv::Mat::zeros(20, 30, CV_16UC3); },
+     {"CV_16UC3"}},
+    {"no depth unit", [](auto& c) { c.frame.metres_per_unit = 0; }, {"metres_per_unit = 0"}},
+    {"negative depth unit",
+     [](auto& c) { c.frame.metres_per_unit = -1; },
+     {"metres_per_unit = -1"}},
+    {"depth unit that is no number",
+     [](auto& c) { c.frame.metres_per_unit = not_a_number; },
+     {"metres_per_unit = nan"}},
+    {"infinite depth unit",
+     [](auto& c) { c.frame.metres_per_unit = infinite; },
+     {"metres_per_unit = inf"}},
+    {"depth of another size than the image",
+     [](auto& c) { c.frame.depth = cv::Mat::zeros(10, 15, CV_16UC1); },
+     {"30x20", "15x10"}},
+    {"time that is no number",
+     [](auto& c) { c.frame.timestamp_s = not_a_number; },
+     {"timestamp_s = nan", "frame"}},
+    {"infinite time of the masks",
+     [](auto& c) { c.segmentation.timestamp_s = infinite; },
+     {"timestamp_s = inf", "segmentation"}},
+    {"masks of another image size",
+     [](auto& c) {
+       c.segmentation.image_size = {640, 480};
+     },
+     {"640x480", "30x20"}},
+    {"masks of another size than the image",
+     [](auto& c) {
+       c.frame.depth = cv::Mat();
+       c.segmentation.image_size = {640, 480};
+     },
+     {"640x480", "an image of 30x20"}},
+    {"instances without an image size",
+     [](auto& c) { c.segmentation.image_size = {}; },
+     {"image_size 0x0", "2 instances"}},
+    {"float mask",
+     [](auto& c) { second_instance(c).mask = cv::Mat::zeros(5, 5, CV_32FC1); },
+     {"CV_32FC1", "instance 1", "CV_8UC1"}},
+    {"mask of three channels",
+     [](auto& c) { second_instance(c).mask = cv::Mat::zeros(5, 5, CV_8UC3); },
+     {"CV_8UC3", "instance 1"}},
+    {"box with a negative width",
+     [](auto& c) { second_instance(c).box.width = -4; },
+     {"box of -4x5", "instance 1"}},
+    {"score above 1",
+     [](auto& c) { second_instance(c).score = 87.0F; },
+     {"score 87", "instance 1"}},
+    {"score that is no number",
+     [](auto& c) { second_instance(c).score = std::nanf(""); },
+     {"score nan", "instance 1"}},
+    {"static mask of another size",
+     [](auto& c) { c.options.mask_culler.static_mask = cv::Mat::zeros(48, 64, CV_8UC1); },
+     {"static_mask of 64x48", "30x20", "MaskCuller"}},
+};
+
+TEST(BadInput, OfTheFilterIsNamedAndNothingIsTouched) {
+  const FilterCase good = good_case();
+  ASSERT_EQ(check_filter(good), "");
+  for (const BadInput& bad : bad_inputs) {
+    FilterCase input = good_case();
+    bad.spoil(input);
+    FeatureLabels labels(5, Segmentation());
+    labels.remove(3, -1, Reason::custom, 0.5F);
+    Workspace workspace;
+    const std::vector<cv::KeyPoint> keypoints = input.keypoints;
+    const std::string text = complaint([&] {
+      DynamicFilter(input.options)
+          .apply(input.frame, input.segmentation, input.keypoints, labels, workspace);
+    });
+    for (const std::string& part : bad.message) {
+      EXPECT_TRUE(mentions(text, part)) << bad.what << ": \"" << text << "\" lacks " << part;
+    }
+    EXPECT_TRUE(mentions(text, "dynfilter::")) << bad.what;
+    EXPECT_TRUE(mentions(text, "got ") && mentions(text, "; want ")) << bad.what << ": " << text;
+    EXPECT_EQ(labels.size(), 5U) << bad.what;
+    EXPECT_TRUE(labels.is_removed(3) && !labels.is_removed(0)) << bad.what;
+    EXPECT_TRUE(std::equal(keypoints.begin(), keypoints.end(), input.keypoints.begin(),
+                           [](const auto& a, const auto& b) { return a.pt == b.pt; }));
+  }
+}
+
+TEST(BadInput, OfAStageAloneIsNamedByTheStage) {
+  const FilterCase input = good_case();
+  const FilterInput stage_input = {input.frame, input.segmentation, input.keypoints};
+  FeatureLabels too_few(1, input.segmentation);
+  FeatureLabels other_instances(2, Segmentation());
+  const MaskCuller culler;
+  const EdgeCompensator compensator;
+  EXPECT_TRUE(mentions(complaint([&] { culler(stage_input, too_few); }),
+                       "MaskCuller: got 1 labels and 2 features"));
+  EXPECT_TRUE(mentions(complaint([&] { compensator(stage_input, too_few); }),
+                       "EdgeCompensator: got 1 labels and 2 features"));
+  EXPECT_TRUE(mentions(complaint([&] { compensator(stage_input, other_instances); }),
+                       "labels for 0 instances and a segmentation of 2"));
+}
+
+struct BadCall {
+  std::function<void()> call;
+  std::string message;
+};
+
+template <class Change>
+std::function<void()> with_range_options(const Change& change) {
+  return [change] {
+    RangeEstimatorOptions options;
+    change(options);
+    RangeEstimator estimator(options);
+  };
+}
+
+template <class Change>
+std::function<void()> with_culler_options(const Change& change) {
+  return [change] {
+    MaskCullerOptions options;
+    change(options);
+    MaskCuller culler(options);
+  };
+}
+
+const cv::Mat float_image = cv::Mat::zeros(4, 4, CV_32FC1);
+
+const std::vector<BadCall> bad_calls = {
+    {with_culler_options([](auto& o) { o.margin_px = -1; }), "MaskCuller: got margin_px = -1"},
+    {with_culler_options([](auto& o) { o.margin_px = not_a_number; }), "margin_px = nan"},
+    {with_culler_options([](auto& o) { o.margin_per_diameter = infinite; }),
+     "margin_per_diameter = inf"},
+    {with_culler_options([](auto& o) { o.static_mask = float_image; }),
+     "static_mask of type CV_32FC1"},
+    {with_range_options([](auto& o) { o.outlier_factor = -0.5; }), "outlier_factor = -0.5"},
+    {with_range_options([](auto& o) { o.outlier_factor = not_a_number; }), "outlier_factor = nan"},
+    {with_range_options([](auto& o) { o.expansion = -0.1; }),
+     "RangeEstimator: got expansion = -0.1"},
+    {with_range_options([](auto& o) { o.expansion = infinite; }), "expansion = inf"},
+    {with_range_options([](auto& o) { o.least_samples = 0; }), "least_samples = 0"},
+    {[] {
+       std::vector<double> values = {1, 2, not_a_number, 3, 4};
+       RangeEstimator().estimate(values);
+     },
+     "RangeEstimator: got the value nan"},
+    {[] { FeatureSampler sampler(0); }, "FeatureSampler: got samples = 0"},
+    {[] {
+       EdgeCompensatorOptions options;
+       options.samples = 0;
+       EdgeCompensator compensator(options);
+     },
+     "samples = 0"},
+    {[] {
+       DepthLbpOptions options;
+       options.bits = {0, 1, 2, 3, 4, 5, 6, 6};
+       DepthLbp lbp(options);
+     },
+     "DepthLbp: got bits that are not a permutation"},
+    {[] {
+       DepthLbpOptions options;
+       options.bits = {0, 1, 2, 3, 4, 5, 6, 8};
+       DepthLbp lbp(options);
+     },
+     "DepthLbp"},
+    {[] {
+       DepthLbp().code(cv::Mat::zeros(4, 4, CV_8UC1), {1, 1});
+     },
+     "CV_8UC1"},
+    {[] { DepthLbp().dense(cv::Mat::zeros(4, 4, CV_16SC1)); }, "CV_16SC1"},
+    {[] {
+       std::vector<std::optional<std::uint8_t>> codes;
+       DepthLbp().codes(cv::Mat::zeros(4, 4, CV_64FC1), FeaturesView(), codes);
+     },
+     "CV_64FC1"},
+    {[] { Instance::from_image_mask(cv::Mat()); }, "Instance::from_image_mask: got an empty mask"},
+    {[] {
+       Instance::from_image_mask(float_image, {0, 0, 4, 4});
+     },
+     "mask of type CV_32FC1"},
+    {[] { Instance::from_static_mask(float_image); }, "Instance::from_static_mask"},
+    {[] {
+       Instance::from_box_mask(cv::Mat::zeros(4, 5, CV_8UC1), {0, 0, 4, 5});
+     },
+     "a mask of 5x4 and a box of 4x5"},
+    {[] { instances_from_label_map(float_image); }, "instances_from_label_map"},
+    {[] { instances_from_label_map(cv::Mat()); }, "an empty label map"},
+    {[] { instances_from_binary_mask(float_image); }, "instances_from_binary_mask"},
+    {[] { instances_from_binary_mask(cv::Mat::zeros(4, 4, CV_8UC1), -1); }, "box_margin_px = -1"},
+    {[] { instances_from_binary_mask(cv::Mat::zeros(4, 4, CV_8UC1), 0, 0); }, "least_pixels = 0"},
+    {[] { CallbackSegmenter segmenter(nullptr); }, "CallbackSegmenter: got an empty callback"},
+    {[] {
+       Segmentation segmentation;
+       segmentation.instances.resize(1);
+       DetectionMask mask(segmentation);
+     },
+     "DetectionMask: got image_size 0x0"},
+    {[] { FeatureLabels(2, Segmentation()).remove(2, -1, Reason::custom, 1); }, "feature 2"},
+    {[] { FeatureLabels(2, Segmentation()).restore(5); }, "feature 5"},
+    {[] { FeatureLabels(2, Segmentation()).remove(0, 0, Reason::custom, 1); }, "instance 0"},
+    {[] { FeatureLabels(2, Segmentation()).remove(0, -2, Reason::custom, 1); }, "instance -2"},
+    {[] { FeatureLabels(2, Segmentation()).remove(0, -1, Reason::untouched, 1); }, "untouched"},
+    {[] { FeatureLabels(2, Segmentation()).remove(0, -1, Reason::restored, 1); }, "restored"},
+    {[] { FeatureLabels(2, Segmentation()).remove(0, -1, Reason::custom, 1.5F); }, "score 1.5"},
+    {[] { FeatureLabels(2, Segmentation()).remove(0, -1, Reason::custom, std::nanf("")); },
+     "score nan"},
+    {[] { draw_features(float_image, FeaturesView()); },
+     "draw_overlay: got an image of type CV_32FC1"},
+    {[] { draw_features(cv::Mat(), FeaturesView()); }, "size 0x0"},
+    {[] {
+       draw_overlay(cv::Mat::zeros(4, 4, CV_8UC1), Segmentation(), FeaturesView(),
+                    FeatureLabels(3, Segmentation()));
+     },
+     "3 labels and 0 features"},
+    {[] {
+       OverlayOptions options;
+       options.mask_opacity = 2;
+       draw_overlay(cv::Mat::zeros(4, 4, CV_8UC1), Segmentation(), FeaturesView(), FeatureLabels(),
+                    options);
+     },
+     "mask_opacity = 2"},
+};
+
+TEST(BadInput, OfEveryOtherCallIsNamed) {
+  for (const BadCall& bad : bad_calls) {
+    const std::string text = complaint(bad.call);
+    EXPECT_TRUE(mentions(text, bad.message)) << "\"" << text << "\" lacks " << bad.message;
+    EXPECT_TRUE(mentions(text, "; want ")) << text;
+  }
+}
+
+}  // namespace
+}  // namespace dynfilter::testing

@@ -1,0 +1,102 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/depth_lbp.hpp"
+
+#include <gtest/gtest.h>
+
+#include "support/oracle.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+/// Paper, Figure 2: the neighbours clockwise from the top-left one, 1 where greater than the
+/// centre.
+TEST(DepthLbp, EqualsThePapersDefinitionOnATableByHand) {
+  // 6 5 2      0 0 0      bits clockwise from the top-left: 0 0 0 0 1 1 1 0
+  // 7 6 1  ->  1 . 0      but (6,9)=9, (8)=8, (7)=7 stand at the bottom and the left
+  // 9 8 7      1 1 1
+  const cv::Mat_<std::uint16_t> grey = (cv::Mat_<std::uint16_t>(3, 3) << 6, 5, 2, 7, 6, 1, 9, 8, 7);
+  // Bottom-right 7 is bit 4, bottom 8 bit 5, bottom-left 9 bit 6, left 7 bit 7; the equal 6 is 0.
+  EXPECT_EQ(DepthLbp().code(grey, {1, 1}), 16 + 32 + 64 + 128);
+
+  cv::Mat metres;
+  grey.convertTo(metres, CV_32FC1, 0.1);
+  EXPECT_EQ(DepthLbp().code(metres, {1, 1}), 16 + 32 + 64 + 128);
+}
+
+TEST(DepthLbp, EveryNeighbourHasItsBit) {
+  const cv::Point clockwise[] = {{0, 0}, {1, 0}, {2, 0}, {2, 1}, {2, 2}, {1, 2}, {0, 2}, {0, 1}};
+  for (std::size_t k = 0; k < 8; ++k) {
+    cv::Mat depth(3, 3, CV_16UC1, cv::Scalar(500));
+    depth.at<std::uint16_t>(clockwise[k]) = 501;
+    EXPECT_EQ(DepthLbp().code(depth, {1, 1}), 1 << k);
+  }
+}
+
+TEST(DepthLbp, MissingDepthIsNearerTakenLiterallyAndFartherOnRequest) {
+  cv::Mat depth(3, 3, CV_16UC1, cv::Scalar(65535));
+  depth.at<std::uint16_t>(0, 0) = 0;
+  EXPECT_EQ(DepthLbp().code(depth, {1, 1}), 0);
+  DepthLbpOptions options;
+  options.missing_neighbour = MissingNeighbour::farther;
+  EXPECT_EQ(DepthLbp(options).code(depth, {1, 1}), 1);
+}
+
+TEST(DepthLbp, EqualsTheOracleAtAPointAtManyAndDenseOnHostileValues) {
+  for (std::uint64_t seed = 0; seed < 1500; ++seed) {
+    ByteSource source(seed);
+    const int width = source.between(1, 40);
+    const cv::Size size(width, source.between(1, 12));
+    const cv::Mat depth = arbitrary_depth(source, size, source.chance(50));
+    const DepthLbpOptions options = arbitrary_options(source, size).edge_compensator.depth_lbp;
+    const DepthLbp lbp(options);
+    const cv::Mat dense = lbp.dense(depth);
+    ASSERT_EQ(dense.size(), size);
+    ASSERT_EQ(dense.type(), CV_8UC1);
+    std::vector<cv::Point2f> points;
+    for (int y = -1; y <= size.height; ++y) {
+      for (int x = -1; x <= size.width; ++x) {
+        points.emplace_back(static_cast<float>(x), static_cast<float>(y));
+      }
+    }
+    std::vector<std::optional<std::uint8_t>> codes;
+    lbp.codes(depth, points, codes);
+    ASSERT_EQ(codes.size(), points.size());
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const cv::Point pixel = nearest_pixel(points[i]);
+      const auto expected = oracle_code(depth, WidePoint(pixel.x, pixel.y), options);
+      ASSERT_EQ(lbp.code(depth, pixel), expected) << "seed " << seed << " at " << pixel;
+      ASSERT_EQ(codes[i], expected) << "seed " << seed << " at " << pixel;
+      if (!cv::Rect({0, 0}, size).contains(pixel)) continue;
+      ASSERT_EQ(dense.at<std::uint8_t>(pixel), expected.value_or(0)) << "seed " << seed << pixel;
+    }
+  }
+}
+
+TEST(DepthLbp, WritesTheRegionAndNothingElse) {
+  for (std::uint64_t seed = 0; seed < 500; ++seed) {
+    ByteSource source(seed);
+    const cv::Size size(source.between(1, 20), source.between(1, 20));
+    const cv::Mat depth = arbitrary_depth(source, size, source.chance(50));
+    const cv::Rect region(source.between(-5, 20), source.between(-5, 20), source.between(0, 25),
+                          source.between(0, 25));
+    cv::Mat codes(size, CV_8UC1, cv::Scalar(99));
+    DepthLbp().dense(depth, region, codes);
+    const cv::Mat whole = DepthLbp().dense(depth);
+    for (int y = 0; y < size.height; ++y) {
+      for (int x = 0; x < size.width; ++x) {
+        const int expected = region.contains({x, y}) ? whole.at<std::uint8_t>(y, x) : 99;
+        ASSERT_EQ(codes.at<std::uint8_t>(y, x), expected) << "seed " << seed;
+      }
+    }
+  }
+}
+
+TEST(DepthLbp, AnEmptyDepthImageHasNoCodes) {
+  EXPECT_FALSE(DepthLbp().code(cv::Mat(), {0, 0}));
+  EXPECT_TRUE(DepthLbp().dense(cv::Mat()).empty());
+}
+
+}  // namespace
+}  // namespace dynfilter::testing

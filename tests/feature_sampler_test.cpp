@@ -1,0 +1,108 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/feature_sampler.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace dynfilter {
+namespace {
+
+/// Features in a row of pixels, with the keys of one frame.
+std::vector<SampleCandidate> candidates_of(const FeatureSampler& sampler, std::uint64_t frame,
+                                           std::size_t count) {
+  std::vector<SampleCandidate> candidates;
+  for (std::size_t i = 0; i < count; ++i) {
+    const cv::Point pixel(static_cast<int>(i), 3);
+    candidates.push_back({sampler.key(frame, 1, pixel), pixel, i});
+  }
+  return candidates;
+}
+
+std::vector<std::size_t> drawn(const FeatureSampler& sampler,
+                               std::vector<SampleCandidate> candidates) {
+  sampler.draw(candidates);
+  std::vector<std::size_t> features;
+  for (const SampleCandidate& candidate : candidates) features.push_back(candidate.feature);
+  std::sort(features.begin(), features.end());
+  return features;
+}
+
+TEST(FeatureSampler, KeysAreWhatTheyHaveAlwaysBeen) {
+  EXPECT_EQ(FeatureSampler(20, 0).key(0, 0, {0, 0}), 0x2130748AAAC80268U);
+  EXPECT_EQ(FeatureSampler(20, 42).key(7, 2, {13, 200}), 0x76DA5E46064E15E7U);
+  EXPECT_EQ(FeatureSampler(20, 42).key(7, 2, {-1, -200}), 0xF8C17E23B794F586U);
+}
+
+TEST(FeatureSampler, TheSampleIsWhatItHasAlwaysBeen) {
+  const FeatureSampler sampler(8, 5);
+  EXPECT_EQ(drawn(sampler, candidates_of(sampler, 11, 60)),
+            (std::vector<std::size_t>{1, 8, 18, 37, 40, 46, 48, 51}));
+}
+
+TEST(FeatureSampler, EveryPartOfTheKeyCounts) {
+  const std::uint64_t key = FeatureSampler(1, 1).key(2, 3, {4, 5});
+  EXPECT_NE(key, FeatureSampler(1, 2).key(2, 3, {4, 5}));
+  EXPECT_NE(key, FeatureSampler(1, 1).key(3, 3, {4, 5}));
+  EXPECT_NE(key, FeatureSampler(1, 1).key(2, 4, {4, 5}));
+  EXPECT_NE(key, FeatureSampler(1, 1).key(2, 3, {5, 5}));
+  EXPECT_NE(key, FeatureSampler(1, 1).key(2, 3, {5, 4}));
+}
+
+TEST(FeatureSampler, TakesAllWhereThereAreFew) {
+  const FeatureSampler sampler(10);
+  EXPECT_EQ(drawn(sampler, candidates_of(sampler, 1, 10)).size(), 10U);
+  EXPECT_EQ(drawn(sampler, candidates_of(sampler, 1, 3)).size(), 3U);
+  EXPECT_TRUE(drawn(sampler, {}).empty());
+}
+
+TEST(FeatureSampler, DoesNotDependOnTheOrderOfTheFeatures) {
+  const FeatureSampler sampler(20, 3);
+  for (std::uint64_t frame = 0; frame < 50; ++frame) {
+    std::vector<SampleCandidate> candidates = candidates_of(sampler, frame, 100);
+    const std::vector<std::size_t> expected = drawn(sampler, candidates);
+    std::reverse(candidates.begin(), candidates.end());
+    EXPECT_EQ(drawn(sampler, candidates), expected);
+    std::rotate(candidates.begin(), candidates.begin() + 37, candidates.end());
+    EXPECT_EQ(drawn(sampler, candidates), expected);
+  }
+}
+
+/// Over many frames every feature is drawn equally often, and so is every pair of neighbours. Each
+/// cell adds (count - expected)^2 / variance, which has mean 1, so the statistic of n cells is
+/// about chi-square with n degrees of freedom: mean n, standard deviation sqrt(2 n). The seed is
+/// fixed, so the test does not fail by chance.
+TEST(FeatureSampler, IsUnbiased) {
+  constexpr std::size_t features = 200, samples = 20;
+  constexpr double frames = 20000;
+  const FeatureSampler sampler(samples, 2024);
+  std::vector<double> hits(features), pairs(features);
+  for (std::uint64_t frame = 0; frame < static_cast<std::uint64_t>(frames); ++frame) {
+    const std::vector<std::size_t> sample = drawn(sampler, candidates_of(sampler, frame, features));
+    for (std::size_t i = 0; i < sample.size(); ++i) {
+      hits[sample[i]] += 1;
+      if (i > 0 && sample[i] == sample[i - 1] + 1) pairs[sample[i]] += 1;
+    }
+  }
+  const auto require_uniform = [&](const std::vector<double>& counts, std::size_t first,
+                                   double probability) {
+    const double expected = frames * probability;
+    const double variance = expected * (1 - probability);
+    double statistic = 0;
+    double cells = 0;
+    for (std::size_t i = first; i < counts.size(); ++i, ++cells) {
+      statistic += (counts[i] - expected) * (counts[i] - expected) / variance;
+    }
+    EXPECT_NEAR(statistic, cells, 4 * std::sqrt(2 * cells));
+  };
+  const double share = double{samples} / features;
+  require_uniform(hits, 0, share);
+  require_uniform(pairs, 1, share * (samples - 1.0) / (features - 1.0));
+}
+
+}  // namespace
+}  // namespace dynfilter

@@ -1,0 +1,57 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/features.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <vector>
+
+namespace dynfilter {
+namespace {
+
+TEST(NearestPixel, RoundsHalvesUp) {
+  EXPECT_EQ(nearest_pixel({0.5F, 1.5F}), cv::Point(1, 2));
+  EXPECT_EQ(nearest_pixel({-0.5F, -1.5F}), cv::Point(0, -1));
+  EXPECT_EQ(nearest_pixel({2.49F, -0.51F}), cv::Point(2, -1));
+  // The float next below 0.5; adding 0.5 to it in float gives 1.
+  EXPECT_EQ(nearest_pixel({std::nextafter(0.5F, 0.0F), 0}), cv::Point(0, 0));
+}
+
+TEST(NearestPixel, GivesWhatIsNoPositionAPixelOfNoImage) {
+  const float infinity = std::numeric_limits<float>::infinity();
+  const float bad[] = {
+      std::numeric_limits<float>::quiet_NaN(), infinity, -infinity, 3e9F, -3e9F, 2147483648.0F,
+      std::numeric_limits<float>::max()};
+  for (const float coordinate : bad) {
+    EXPECT_LT(nearest_pixel({coordinate, 0}).x, 0) << coordinate;
+    EXPECT_LT(nearest_pixel({0, coordinate}).y, 0) << coordinate;
+  }
+}
+
+TEST(FeaturesView, ReadsKeypointsAndPointsInPlace) {
+  std::vector<cv::KeyPoint> keypoints = {{1.25F, 2.5F, 31.0F}, {3.0F, 4.0F, 7.0F}};
+  const FeaturesView view = keypoints;
+  ASSERT_EQ(view.size(), 2U);
+  EXPECT_EQ(view[1], cv::Point2f(3, 4));
+  EXPECT_EQ(view.pixel(0), cv::Point(1, 3));
+  EXPECT_EQ(view.diameter_px(0), 31.0F);
+  keypoints[1].pt.x = 9;
+  EXPECT_EQ(view[1], cv::Point2f(9, 4)) << "a view, not a copy";
+
+  const std::vector<cv::Point2f> points = {{5, 6}, {7.5F, 8}};
+  const FeaturesView of_points = points;
+  ASSERT_EQ(of_points.size(), 2U);
+  EXPECT_EQ(of_points[1], points[1]);
+  EXPECT_EQ(of_points.diameter_px(1), 0.0F);
+}
+
+TEST(FeaturesView, MayBeEmpty) {
+  EXPECT_TRUE(FeaturesView().empty());
+  EXPECT_TRUE(FeaturesView(std::vector<cv::KeyPoint>()).empty());
+}
+
+}  // namespace
+}  // namespace dynfilter

@@ -1,0 +1,163 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/keep_static.hpp"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <numeric>
+#include <string>
+#include <vector>
+
+#include "support/byte_source.hpp"
+
+namespace dynfilter {
+namespace {
+
+/// Labels with the features of `removed` taken away.
+FeatureLabels labels_with(std::size_t count, const std::vector<std::size_t>& removed) {
+  FeatureLabels labels(count, Segmentation());
+  for (const std::size_t i : removed) labels.remove(i, -1, Reason::custom, 1.0F);
+  return labels;
+}
+
+/// Row i holds the number i in every column.
+cv::Mat numbered_rows(int rows, int columns = 32) {
+  cv::Mat matrix(rows, columns, CV_8UC1);
+  for (int y = 0; y < rows; ++y) matrix.row(y).setTo(y);
+  return matrix;
+}
+
+std::vector<int> first_column(const cv::Mat& matrix) {
+  std::vector<int> values;
+  for (int y = 0; y < matrix.rows; ++y) values.push_back(matrix.at<std::uint8_t>(y, 0));
+  return values;
+}
+
+TEST(KeepStatic, KeepsAllColumnsInStep) {
+  for (std::uint64_t seed = 0; seed < 300; ++seed) {
+    testing::ByteSource source(seed);
+    const int count = source.between(0, 40);
+    const int share = source.between(0, 100);
+    FeatureLabels labels(static_cast<std::size_t>(count), Segmentation());
+    std::vector<int> expected;
+    for (int i = 0; i < count; ++i) {
+      if (source.chance(share)) {
+        labels.remove(static_cast<std::size_t>(i), -1, Reason::custom, 1.0F);
+      } else {
+        expected.push_back(i);
+      }
+    }
+    std::vector<int> ids(static_cast<std::size_t>(count));
+    std::iota(ids.begin(), ids.end(), 0);
+    std::vector<cv::KeyPoint> keypoints;
+    std::vector<cv::Point3f> points;
+    std::vector<std::unique_ptr<int>> landmarks;
+    std::vector<bool> flags;
+    for (const int id : ids) {
+      keypoints.emplace_back(static_cast<float>(id), 0.0F, 1.0F);
+      points.emplace_back(0.0F, 0.0F, static_cast<float>(id));
+      landmarks.push_back(std::make_unique<int>(id));
+      flags.push_back(id % 3 == 0);
+    }
+    cv::Mat descriptors = numbered_rows(count);
+    const std::size_t kept =
+        keep_static(labels, ids, keypoints, points, landmarks, flags, descriptors);
+
+    ASSERT_EQ(kept, expected.size());
+    ASSERT_EQ(ids, expected);
+    ASSERT_EQ(first_column(descriptors), expected);
+    ASSERT_EQ(keypoints.size(), kept);
+    for (std::size_t i = 0; i < kept; ++i) {
+      ASSERT_EQ(static_cast<int>(keypoints[i].pt.x), expected[i]);
+      ASSERT_EQ(static_cast<int>(points[i].z), expected[i]);
+      ASSERT_EQ(*landmarks[i], expected[i]);
+      ASSERT_EQ(flags[i], expected[i] % 3 == 0);
+    }
+  }
+}
+
+TEST(KeepStatic, ChangesNothingWhereNothingIsRemoved) {
+  std::vector<int> ids = {4, 5, 6};
+  cv::Mat descriptors = numbered_rows(3);
+  const void* before = descriptors.data;
+  EXPECT_EQ(keep_static(labels_with(3, {}), ids, descriptors), 3U);
+  EXPECT_EQ(ids, (std::vector<int>{4, 5, 6}));
+  EXPECT_EQ(first_column(descriptors), (std::vector<int>{0, 1, 2}));
+  EXPECT_EQ(descriptors.data, before);
+}
+
+TEST(KeepStatic, ChecksAllLengthsBeforeItChangesAny) {
+  std::vector<int> ids = {0, 1, 2};
+  std::vector<int> too_short = {0, 1};
+  cv::Mat descriptors = numbered_rows(4);
+  const FeatureLabels labels = labels_with(3, {0});
+  EXPECT_THROW(keep_static(labels, ids, too_short), std::invalid_argument);
+  EXPECT_THROW(keep_static(labels, ids, descriptors), std::invalid_argument);
+  EXPECT_EQ(ids, (std::vector<int>{0, 1, 2}));
+  EXPECT_EQ(first_column(descriptors), (std::vector<int>{0, 1, 2, 3}));
+  try {
+    keep_static(labels, ids, descriptors);
+  } catch (const std::invalid_argument& error) {
+    EXPECT_EQ(
+        std::string(error.what()),
+        "dynfilter::keep_static: got column 1 of length 4; want as many as there are labels, 3");
+  }
+}
+
+TEST(KeepStatic, MovesNoRowsOfSomeoneElses) {
+  const FeatureLabels labels = labels_with(4, {0, 2});
+  cv::Mat shared = numbered_rows(4);
+  const cv::Mat other_header = shared;
+  keep_static(labels, shared);
+  EXPECT_EQ(first_column(shared), (std::vector<int>{1, 3}));
+  EXPECT_EQ(first_column(other_header), (std::vector<int>{0, 1, 2, 3}));
+
+  std::vector<std::uint8_t> buffer = {0, 1, 2, 3};
+  cv::Mat borrowed(4, 1, CV_8UC1, buffer.data());
+  keep_static(labels, borrowed);
+  EXPECT_EQ(first_column(borrowed), (std::vector<int>{1, 3}));
+  EXPECT_EQ(buffer, (std::vector<std::uint8_t>{0, 1, 2, 3}));
+
+  cv::Mat larger = numbered_rows(6);
+  cv::Mat region = larger(cv::Rect(3, 1, 5, 4));
+  keep_static(labels, region);
+  EXPECT_EQ(first_column(region), (std::vector<int>{2, 4}));
+  EXPECT_EQ(first_column(larger), (std::vector<int>{0, 1, 2, 3, 4, 5}));
+}
+
+TEST(KeepStatic, TwoHeadersOfOneMatrixMayBothBeColumns) {
+  cv::Mat first = numbered_rows(3);
+  cv::Mat second = first;
+  keep_static(labels_with(3, {1}), first, second);
+  EXPECT_EQ(first_column(first), (std::vector<int>{0, 2}));
+  EXPECT_EQ(first_column(second), (std::vector<int>{0, 2}));
+}
+
+TEST(KeepStatic, LeavesAMatrixContinuousAndOfItsWidth) {
+  cv::Mat descriptors = numbered_rows(3);
+  keep_static(labels_with(3, {0, 1, 2}), descriptors);
+  EXPECT_EQ(descriptors.rows, 0);
+  EXPECT_EQ(descriptors.cols, 32);
+  cv::Mat some = numbered_rows(3);
+  keep_static(labels_with(3, {1}), some);
+  EXPECT_TRUE(some.isContinuous());
+}
+
+TEST(NewIndices, SayWhereEveryFeatureWent) {
+  EXPECT_EQ(new_indices(labels_with(5, {0, 3})), (std::vector<std::int32_t>{-1, 0, 1, -1, 2}));
+  EXPECT_TRUE(new_indices(labels_with(0, {})).empty());
+}
+
+TEST(KeptBelow, CountsTheSurvivorsBelowAPivot) {
+  const FeatureLabels labels = labels_with(5, {0, 3});
+  const std::size_t expected[] = {0, 0, 1, 2, 2, 3};
+  for (std::size_t pivot = 0; pivot <= 5; ++pivot) {
+    EXPECT_EQ(kept_below(labels, pivot), expected[pivot]);
+  }
+  EXPECT_THROW(kept_below(labels, 6), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace dynfilter

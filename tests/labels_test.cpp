@@ -1,0 +1,93 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/labels.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+
+#include "support/byte_source.hpp"
+
+namespace dynfilter {
+namespace {
+
+Segmentation with_instances(std::size_t count) {
+  Segmentation segmentation;
+  segmentation.image_size = {8, 8};
+  segmentation.instances.resize(count);
+  return segmentation;
+}
+
+TEST(FeatureLabels, TheFirstToRemoveAFeatureHasIt) {
+  FeatureLabels labels(2, with_instances(2));
+  EXPECT_TRUE(labels.remove(1, 0, Reason::in_mask, 0.5F));
+  EXPECT_FALSE(labels.remove(1, 1, Reason::compensated, 0.9F));
+  EXPECT_FALSE(labels.is_removed(0));
+  EXPECT_EQ(labels[0].instance, -1);
+  EXPECT_EQ(labels[1].instance, 0);
+  EXPECT_EQ(labels[1].reason, Reason::in_mask);
+  EXPECT_EQ(labels[1].score, 0.5F);
+  EXPECT_EQ(labels.statistics().masked, 1U);
+  EXPECT_EQ(labels.statistics().compensated, 0U);
+}
+
+TEST(FeatureLabels, RestoreGivesAFeatureBackAndKeepsWhatWasSaid) {
+  FeatureLabels labels(1, with_instances(1));
+  EXPECT_FALSE(labels.restore(0));
+  labels.remove(0, 0, Reason::compensated, 0.75F);
+  EXPECT_TRUE(labels.restore(0));
+  EXPECT_FALSE(labels.is_removed(0));
+  EXPECT_EQ(labels[0].reason, Reason::restored);
+  EXPECT_EQ(labels[0].score, 0.75F);
+  EXPECT_EQ(labels.statistics().compensated, 0U);
+  EXPECT_EQ(labels.statistics().instances[0].compensated, 0U);
+  EXPECT_EQ(labels.statistics().restored, 1U);
+  EXPECT_EQ(labels.statistics().kept(), 1U);
+}
+
+TEST(FeatureLabels, CountsAlwaysEqualTheLabels) {
+  const Reason reasons[] = {Reason::in_mask, Reason::compensated, Reason::custom,
+                            static_cast<Reason>(200)};
+  testing::ByteSource source(7);
+  FeatureLabels labels(50, with_instances(3));
+  for (int step = 0; step < 2000; ++step) {
+    const auto i = static_cast<std::size_t>(source.between(0, 49));
+    if (source.chance(70)) {
+      labels.remove(i, source.between(-1, 2), reasons[source.between(0, 3)], 0.5F);
+    } else {
+      labels.restore(i);
+    }
+    std::size_t masked = 0, compensated = 0, custom = 0, masked_of_1 = 0;
+    for (const FeatureLabel& label : labels) {
+      if (!label.removed) continue;
+      masked += label.reason == Reason::in_mask;
+      compensated += label.reason == Reason::compensated;
+      custom += label.reason >= Reason::custom;
+      masked_of_1 += label.reason == Reason::in_mask && label.instance == 1;
+    }
+    const FrameStatistics& statistics = labels.statistics();
+    ASSERT_EQ(statistics.masked, masked);
+    ASSERT_EQ(statistics.compensated, compensated);
+    ASSERT_EQ(statistics.custom, custom);
+    ASSERT_EQ(statistics.instances[1].masked, masked_of_1);
+    ASSERT_EQ(statistics.kept(), 50 - masked - compensated - custom);
+  }
+}
+
+TEST(FeatureLabels, ResetForgetsEverything) {
+  FeatureLabels labels(3, with_instances(2));
+  labels.remove(2, 1, Reason::custom, 1.0F);
+  labels.statistics().has_depth = true;
+  labels.statistics().instances[0].sampled = 9;
+  labels.reset(4, with_instances(1));
+  EXPECT_EQ(labels.size(), 4U);
+  EXPECT_EQ(labels.statistics().features, 4U);
+  EXPECT_EQ(labels.statistics().removed(), 0U);
+  EXPECT_FALSE(labels.statistics().has_depth);
+  ASSERT_EQ(labels.statistics().instances.size(), 1U);
+  EXPECT_EQ(labels.statistics().instances[0].sampled, 0U);
+}
+
+}  // namespace
+}  // namespace dynfilter

@@ -1,0 +1,137 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/mask_culler.hpp"
+
+#include <gtest/gtest.h>
+
+#include "dynfilter/detection_mask.hpp"
+#include "support/filter_property.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+FeatureLabels culled(const FilterCase& input) {
+  FeatureLabels labels(input.keypoints.size(), input.segmentation);
+  MaskCuller(input.options.mask_culler)({input.frame, input.segmentation, input.keypoints}, labels);
+  return labels;
+}
+
+TEST(MaskCuller, EqualsTheOracleOnArbitraryInput) {
+  for (std::uint64_t seed = 0; seed < 3000; ++seed) {
+    ByteSource source(seed);
+    const FilterCase input = arbitrary_case(source);
+    const FeatureLabels labels = culled(input);
+    const std::vector<FeatureLabel> expected = oracle_cull(input);
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+      ASSERT_TRUE(same_label(labels[i], expected[i]))
+          << "seed " << seed << ", feature " << i << ": got " << describe(labels[i]) << "; want "
+          << describe(expected[i]);
+    }
+  }
+}
+
+TEST(MaskCuller, HundredOverlappingInstancesGoToTheFirst) {
+  FilterCase input;
+  input.segmentation.image_size = {40, 40};
+  for (int k = 0; k < 100; ++k) {
+    const cv::Rect box(k % 7, k % 11, 20, 20);
+    input.segmentation.instances.push_back(
+        Instance::from_box_mask(cv::Mat(20, 20, CV_8UC1, cv::Scalar(255)), box));
+  }
+  for (int y = 0; y < 40; ++y) {
+    for (int x = 0; x < 40; ++x) {
+      input.keypoints.emplace_back(static_cast<float>(x), static_cast<float>(y), 1.0F);
+    }
+  }
+  const FeatureLabels labels = culled(input);
+  const std::vector<FeatureLabel> expected = oracle_cull(input);
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    ASSERT_TRUE(same_label(labels[i], expected[i])) << i;
+  }
+}
+
+/// The margin is a disc: for every radius, all pixels round a single masked one.
+TEST(MaskCuller, TheMarginIsAnExactDisc) {
+  FilterCase input;
+  input.segmentation.image_size = {41, 41};
+  Instance instance =
+      Instance::from_box_mask(cv::Mat(1, 1, CV_8UC1, cv::Scalar(1)), {20, 20, 1, 1});
+  input.segmentation.instances.push_back(instance);
+  for (int y = 0; y < 41; ++y) {
+    for (int x = 0; x < 41; ++x) {
+      input.keypoints.emplace_back(static_cast<float>(x), static_cast<float>(y), 1.0F);
+    }
+  }
+  for (const double margin : {0.0, 0.5, 1.0, 1.42, 2.0, 4.9999, 5.0, 12.5, 15.0}) {
+    input.options.mask_culler.margin_px = margin;
+    const FeatureLabels labels = culled(input);
+    for (std::size_t i = 0; i < labels.size(); ++i) {
+      const cv::Point offset = FeaturesView(input.keypoints).pixel(i) - cv::Point(20, 20);
+      ASSERT_EQ(labels.is_removed(i), offset.dot(offset) <= margin * margin) << margin;
+    }
+  }
+}
+
+TEST(MaskCuller, TheMarginMayGrowWithTheKeypoint) {
+  FilterCase input;
+  input.segmentation.image_size = {30, 30};
+  input.segmentation.instances.push_back(
+      Instance::from_box_mask(cv::Mat(30, 5, CV_8UC1, cv::Scalar(1)), {0, 0, 5, 30}));
+  input.keypoints = {{10, 10, 10.0F}, {10, 20, 14.0F}};  // six pixels from the mask
+  input.options.mask_culler.margin_px = 1;
+  input.options.mask_culler.margin_per_diameter = 0.4;
+  const FeatureLabels labels = culled(input);
+  EXPECT_FALSE(labels.is_removed(0));  // 1 + 4 px
+  EXPECT_TRUE(labels.is_removed(1));   // 1 + 5.6 px
+}
+
+TEST(MaskCuller, TheStaticMaskActsInEveryFrameAndBelongsToNoInstance) {
+  FilterCase input;
+  input.frame.image = cv::Mat::zeros(4, 4, CV_8UC1);
+  cv::Mat robot = cv::Mat::zeros(4, 4, CV_8UC1);
+  robot.row(3).setTo(1);
+  input.options.mask_culler.static_mask = robot;
+  input.keypoints = {{1, 3, 1}, {1, 2, 1}};
+  const MaskCuller culler(input.options.mask_culler);
+  robot.setTo(255);  // the option was copied
+  FeatureLabels labels(2, input.segmentation);
+  culler({input.frame, input.segmentation, input.keypoints}, labels);
+  EXPECT_TRUE(labels.is_removed(0));
+  EXPECT_EQ(labels[0].instance, -1);
+  EXPECT_EQ(labels[0].score, 1.0F);
+  EXPECT_FALSE(labels.is_removed(1));
+  EXPECT_EQ(labels.statistics().masked, 1U);
+}
+
+TEST(DetectionMask, DecidesAsTheCullerWould) {
+  for (std::uint64_t seed = 0; seed < 1000; ++seed) {
+    ByteSource source(seed);
+    const FilterCase input = arbitrary_case(source);
+    const FeatureLabels labels = culled(input);
+    const DetectionMask mask(input.segmentation, MaskCuller(input.options.mask_culler));
+    for (std::size_t i = 0; i < labels.size(); ++i) {
+      const cv::KeyPoint& keypoint = input.keypoints[i];
+      ASSERT_EQ(mask.allows(keypoint.pt, keypoint.size), !labels.is_removed(i)) << "seed " << seed;
+    }
+  }
+}
+
+TEST(DetectionMask, IsExactToThePixelOnHigherPyramidLevels) {
+  const cv::Rect box(100, 80, 60, 120);
+  Segmentation segmentation;
+  segmentation.image_size = {640, 480};
+  segmentation.instances.push_back(
+      Instance::from_box_mask(cv::Mat(120, 60, CV_8UC1, cv::Scalar(255)), box));
+  const DetectionMask mask(segmentation);
+  const double scale = 1.2 * 1.2 * 1.2;
+  for (int y = 0; y < 277; ++y) {
+    for (int x = 0; x < 370; ++x) {
+      const cv::Point2f level_0(static_cast<float>(x * scale), static_cast<float>(y * scale));
+      ASSERT_EQ(mask.allows(level_0), !box.contains(nearest_pixel(level_0)));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace dynfilter::testing

@@ -1,0 +1,93 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/overlay.hpp"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "support/filter_case.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+const cv::Size image_size(120, 90);
+
+/// The colours that a picture has in the surroundings of a pixel.
+bool has_colour_near(const cv::Mat& picture, cv::Point centre, const cv::Vec3b& colour) {
+  for (int y = -5; y <= 5; ++y) {
+    for (int x = -5; x <= 5; ++x) {
+      if (picture.at<cv::Vec3b>(centre + cv::Point(x, y)) == colour) return true;
+    }
+  }
+  return false;
+}
+
+TEST(Overlay, EveryReasonHasAColourOfItsOwn) {
+  const std::vector<cv::Point2f> points = {{20, 20}, {40, 20}, {60, 20}, {80, 20}, {100, 20}};
+  FeatureLabels labels(points.size(), Segmentation());
+  labels.remove(1, -1, Reason::in_mask, 1.0F);
+  labels.remove(2, -1, Reason::compensated, 1.0F);
+  labels.remove(3, -1, Reason::custom, 1.0F);
+  labels.remove(4, -1, Reason::custom, 1.0F);
+  labels.restore(4);
+  const cv::Mat grey(image_size, CV_8UC1, cv::Scalar(90));
+  OverlayOptions options;
+  options.legend = false;
+  const cv::Mat picture = draw_overlay(grey, Segmentation(), points, labels, options);
+  ASSERT_EQ(picture.type(), CV_8UC3);
+  ASSERT_EQ(picture.size(), image_size);
+  const cv::Vec3b vermilion(0, 94, 213), purple(167, 121, 204);
+  EXPECT_TRUE(has_colour_near(picture, {40, 20}, vermilion));
+  EXPECT_TRUE(has_colour_near(picture, {80, 20}, purple));
+  for (const cv::Point2f& point : {points[0], points[2], points[4]}) {
+    EXPECT_FALSE(has_colour_near(picture, point, vermilion));
+    EXPECT_FALSE(has_colour_near(picture, point, purple));
+  }
+  EXPECT_EQ(picture.at<cv::Vec3b>(70, 60), cv::Vec3b(90, 90, 90)) << "nothing is drawn elsewhere";
+}
+
+TEST(Overlay, ShowsMasksBoxesAndALegendBelowTheImage) {
+  const cv::Mat image(image_size, CV_8UC3, cv::Scalar(10, 20, 30));
+  const cv::Mat before = image.clone();
+  Segmentation segmentation;
+  segmentation.image_size = image_size;
+  Instance instance =
+      Instance::from_box_mask(cv::Mat(20, 20, CV_8UC1, cv::Scalar(255)), {60, 50, 20, 20});
+  instance.box = {55, 40, 1000, 30};  // reaches beyond the image
+  segmentation.instances.push_back(instance);
+  const cv::Mat picture =
+      draw_overlay(image, segmentation, FeaturesView(), FeatureLabels(0, segmentation));
+  EXPECT_EQ(picture.cols, image_size.width);
+  EXPECT_GT(picture.rows, image_size.height);
+  EXPECT_EQ(picture.at<cv::Vec3b>(40, 70), cv::Vec3b(255, 255, 255)) << "the box";
+  EXPECT_NE(picture.at<cv::Vec3b>(60, 70), cv::Vec3b(10, 20, 30)) << "the mask";
+  EXPECT_EQ(picture.at<cv::Vec3b>(20, 20), cv::Vec3b(10, 20, 30));
+  EXPECT_EQ(cv::norm(image, before), 0) << "the caller's image is as it was";
+}
+
+TEST(Overlay, DrawsArbitraryInputWithoutTrouble) {
+  for (std::uint64_t seed = 0; seed < 300; ++seed) {
+    ByteSource source(seed);
+    const FilterCase input = arbitrary_case(source);
+    const cv::Mat image = cv::Mat::zeros(input.segmentation.image_size, CV_8UC3);
+    const FeatureLabels labels =
+        DynamicFilter(input.options).apply(input.frame, input.segmentation, input.keypoints);
+    const cv::Mat picture = draw_overlay(image, input.segmentation, input.keypoints, labels);
+    ASSERT_EQ(picture.cols, image.cols);
+  }
+}
+
+TEST(Overlay, BeforeFilteringAllFeaturesLookAlike) {
+  const cv::Mat image(image_size, CV_8UC1, cv::Scalar(0));
+  const std::vector<cv::Point2f> points = {{30, 30}, {60, 60}};
+  const cv::Mat picture = draw_features(image, points);
+  const cv::Mat first = picture(cv::Rect(20, 20, 20, 20));
+  const cv::Mat second = picture(cv::Rect(50, 50, 20, 20));
+  EXPECT_EQ(cv::norm(first, second), 0);
+  EXPECT_GT(cv::norm(first), 0);
+}
+
+}  // namespace
+}  // namespace dynfilter::testing

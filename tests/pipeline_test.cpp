@@ -1,0 +1,105 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/pipeline.hpp"
+
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+
+#include "dynfilter/dynfilter.hpp"
+
+namespace dynfilter {
+namespace {
+
+/// A stage of a stranger's: takes every feature nearer than a metre, through public headers.
+struct NearerThan {
+  double depth_m;
+
+  void operator()(const FilterInput& input, FeatureLabels& labels) const {
+    for (std::size_t i = 0; i < input.features.size(); ++i) {
+      const auto depth = input.frame.depth_m(input.features.pixel(i));
+      if (depth && *depth < depth_m) labels.remove(i, -1, Reason::custom, 0.5F);
+    }
+  }
+};
+
+FrameView frame_with_depths(const std::vector<float>& depths) {
+  FrameView frame;
+  frame.depth = cv::Mat(depths, true).reshape(1, 1);
+  return frame;
+}
+
+TEST(Pipeline, RunsAStageOfTheCallers) {
+  const FrameView frame = frame_with_depths({0.5F, 2.0F, 0.0F});
+  const std::vector<cv::Point2f> points = {{0, 0}, {1, 0}, {2, 0}};
+  const FeatureLabels labels = Pipeline(NearerThan{1.0}).apply(frame, Segmentation(), points);
+  EXPECT_TRUE(labels.is_removed(0));
+  EXPECT_EQ(labels[0].reason, Reason::custom);
+  EXPECT_FALSE(labels.is_removed(1));
+  EXPECT_FALSE(labels.is_removed(2));
+  EXPECT_EQ(labels.statistics().custom, 1U);
+}
+
+TEST(Pipeline, RunsStagesInOrderAndTheFirstHasTheFeature) {
+  const auto first = [](const FilterInput&, FeatureLabels& labels) {
+    labels.remove(0, -1, Reason::custom, 0.25F);
+  };
+  const auto second = [](const FilterInput&, FeatureLabels& labels) {
+    EXPECT_TRUE(labels.is_removed(0));
+    labels.remove(0, -1, Reason::in_mask, 1.0F);
+    labels.remove(1, -1, Reason::in_mask, 1.0F);
+  };
+  const std::vector<cv::Point2f> points(2);
+  const FeatureLabels labels = Pipeline(first, second).apply(FrameView(), Segmentation(), points);
+  EXPECT_EQ(labels[0].reason, Reason::custom);
+  EXPECT_EQ(labels[1].reason, Reason::in_mask);
+}
+
+TEST(Pipeline, TellsNoMasksFromNobody) {
+  const DynamicFilter filter;
+  FrameView frame;
+  frame.timestamp_s = 3.0;
+  Segmentation nobody;
+  nobody.timestamp_s = 2.75;
+  const FrameStatistics of_nobody = filter.apply(frame, nobody, FeaturesView()).statistics();
+  EXPECT_TRUE(of_nobody.has_segmentation);
+  EXPECT_EQ(of_nobody.segmentation_age_s, 0.25);
+  const FrameStatistics of_nothing = filter.apply(frame, std::nullopt, FeaturesView()).statistics();
+  EXPECT_FALSE(of_nothing.has_segmentation);
+  const std::optional<Segmentation> maybe = nobody;
+  EXPECT_TRUE(filter.apply(frame, maybe, FeaturesView()).statistics().has_segmentation);
+}
+
+struct Checking {
+  void check(const FilterInput&) const { throw std::invalid_argument("not this input"); }
+  void operator()(const FilterInput&, FeatureLabels&) const {}
+};
+
+TEST(Pipeline, ChecksAllStagesBeforeItWritesALabel) {
+  bool ran = false;
+  const auto stage = [&](const FilterInput&, FeatureLabels&) { ran = true; };
+  FeatureLabels labels(3, Segmentation());
+  labels.remove(1, -1, Reason::custom, 1.0F);
+  Workspace workspace;
+  const std::vector<cv::Point2f> points(2);
+  EXPECT_THROW(
+      Pipeline(stage, Checking()).apply(FrameView(), Segmentation(), points, labels, workspace),
+      std::invalid_argument);
+  EXPECT_FALSE(ran);
+  EXPECT_EQ(labels.size(), 3U) << "the caller's labels are as they were";
+  EXPECT_TRUE(labels.is_removed(1));
+}
+
+TEST(Pipeline, HandsTheWorkspaceToStagesThatTakeIt) {
+  const auto stage = [](const FilterInput&, FeatureLabels&, Workspace& workspace) {
+    workspace.codes.assign(1, 7.0);
+  };
+  FeatureLabels labels;
+  Workspace workspace;
+  Pipeline(stage).apply(FrameView(), Segmentation(), FeaturesView(), labels, workspace);
+  EXPECT_EQ(workspace.codes, std::vector<double>{7.0});
+}
+
+}  // namespace
+}  // namespace dynfilter

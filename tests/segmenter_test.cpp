@@ -1,0 +1,78 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/segmenter.hpp"
+
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+
+namespace dynfilter {
+namespace {
+
+FrameView frame_of(const cv::Size& size) {
+  FrameView frame;
+  frame.id = 17;
+  frame.timestamp_s = 2.5;
+  frame.image = cv::Mat::zeros(size, CV_8UC3);
+  return frame;
+}
+
+/// Returns whatever it was given.
+class CannedSegmenter final : public Segmenter {
+ public:
+  explicit CannedSegmenter(Segmentation result) : result_(std::move(result)) {}
+
+ private:
+  Segmentation do_segment(const FrameView&) override { return result_; }
+  Segmentation result_;
+};
+
+TEST(CallbackSegmenter, HandsTheImageOnAndNamesTheFrame) {
+  const FrameView frame = frame_of({4, 3});
+  CallbackSegmenter segmenter([&](const cv::Mat& image) {
+    EXPECT_EQ(image.data, frame.image.data);
+    return std::vector{Instance::from_box({0, 0, 2, 2})};
+  });
+  const Segmentation result = segmenter.segment(frame);
+  EXPECT_EQ(result.frame_id, 17U);
+  EXPECT_EQ(result.timestamp_s, 2.5);
+  EXPECT_EQ(result.image_size, cv::Size(4, 3));
+  ASSERT_EQ(result.instances.size(), 1U);
+  EXPECT_EQ(result.instances[0].box, cv::Rect(0, 0, 2, 2));
+}
+
+TEST(CallbackSegmenter, PassesOnWhatTheCallbackThrows) {
+  CallbackSegmenter segmenter(
+      [](const cv::Mat&) -> std::vector<Instance> { throw std::out_of_range("no network"); });
+  EXPECT_THROW(segmenter.segment(frame_of({4, 3})), std::out_of_range);
+}
+
+TEST(Segmenter, RefusesAResultOfAnotherSize) {
+  Segmentation wrong;
+  wrong.image_size = {3, 4};
+  EXPECT_THROW(CannedSegmenter(wrong).segment(frame_of({4, 3})), std::invalid_argument);
+}
+
+TEST(Segmenter, RefusesMalformedInstances) {
+  Segmentation wrong;
+  wrong.image_size = {4, 3};
+  wrong.instances.push_back(Instance::from_box({0, 0, 2, 2}));
+  wrong.instances[0].mask = cv::Mat::zeros(2, 2, CV_32FC1);
+  EXPECT_THROW(CannedSegmenter(wrong).segment(frame_of({4, 3})), std::invalid_argument);
+}
+
+TEST(Segmenter, RefusesAFrameWithoutAnyImage) {
+  CallbackSegmenter segmenter([](const cv::Mat&) { return std::vector<Instance>(); });
+  EXPECT_THROW(segmenter.segment(FrameView()), std::invalid_argument);
+}
+
+TEST(Segmenter, AcceptsADepthImageAlone) {
+  FrameView frame;
+  frame.depth = cv::Mat(3, 4, CV_32FC1, cv::Scalar(1));
+  CallbackSegmenter segmenter([](const cv::Mat&) { return std::vector<Instance>(); });
+  EXPECT_EQ(segmenter.segment(frame).image_size, cv::Size(4, 3));
+}
+
+}  // namespace
+}  // namespace dynfilter
