@@ -1,2 +1,188 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
+
+#include "dynfilter/segmenters/mask_folder_segmenter.hpp"
+
+#include <cstdint>
+#include <cstdlib>
+#include <iterator>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "../image_file.hpp"
+#include "../output_folder.hpp"
+#include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/text_table.hpp"
+#include "mask_table.hpp"
+
+namespace dynfilter {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// One row of instances.csv.
+struct TableRow {
+  double time_s = 0;
+  int label = 0;
+  Instance instance;
+};
+
+TableRow read_row(const detail::TableReader& table) {
+  table.require_columns(8, detail::mask_table_header);
+  TableRow row;
+  const std::optional<double> time_s = detail::time_of_stem(table.text(0));
+  if (!time_s) table.fail("frame: got '" + table.text(0) + "'; want a time in seconds");
+  row.time_s = *time_s;
+  row.label = table.integer(1, "instance");
+  if (row.label < 1 || row.label > detail::max_mask_label) {
+    table.fail("instance: got '" + table.text(1) + "'; want 1 to 65535");
+  }
+  row.instance.class_id = table.integer(2, "class_id");
+  const double score = table.number(3, "score");
+  if (score < 0 || score > 1) table.fail("score: got '" + table.text(3) + "'; want 0 to 1");
+  row.instance.score = static_cast<float>(score);
+  row.instance.box = {table.integer(4, "x"), table.integer(5, "y"), table.integer(6, "width"),
+                      table.integer(7, "height")};
+  if (row.instance.box.width < 0 || row.instance.box.height < 0) {
+    table.fail("width and height: got '" + table.text(6) + "' and '" + table.text(7) +
+               "'; want at least 0");
+  }
+  return row;
+}
+
+void require_header(detail::TableReader& table) {
+  if (!table.next()) detail::throw_file_error(table.path(), "is empty");
+  std::string header = table.text(0);
+  for (std::size_t i = 1; i < table.columns(); ++i) header += ',' + table.text(i);
+  if (header != detail::mask_table_header) {
+    table.fail("got '" + header + "'; want the header " + detail::mask_table_header);
+  }
+}
+
+/// The instances of a label map, with what the table knows about them.
+std::vector<Instance> labelled_instances(const cv::Mat& label_map,
+                                         const std::map<int, Instance>& table,
+                                         const fs::path& file) {
+  std::vector<Instance> labels = instances_from_label_map(label_map);
+  for (std::size_t k = 0; k < labels.size(); ++k) {
+    if (!labels[k].mask.empty() && table.count(static_cast<int>(k + 1)) == 0) {
+      detail::throw_file_error(
+          file, detail::concatenate("label ", k + 1, " has no row in instances.csv"));
+    }
+  }
+  std::vector<Instance> instances;
+  instances.reserve(table.size());
+  for (const auto& [label, row] : table) {
+    Instance instance = row;
+    const std::size_t k = static_cast<std::size_t>(label) - 1;
+    if (k < labels.size()) {
+      instance.mask = labels[k].mask;
+      instance.mask_origin = labels[k].mask_origin;
+    }
+    instances.push_back(std::move(instance));
+  }
+  return instances;
+}
+
+}  // namespace
+
+MaskFolderSegmenter::MaskFolderSegmenter(const fs::path& folder, const MaskFolderOptions& options)
+    : folder_(folder), options_(options) {
+  const double reach = options.max_time_difference_s;
+  if (!(reach >= 0) || !detail::is_time_in_seconds(reach) || options.box_margin_px < 0 ||
+      options.least_pixels < 1) {
+    detail::throw_misuse("MaskFolderSegmenter",
+                         detail::concatenate("max_time_difference_s = ", reach,
+                                             ", box_margin_px = ", options.box_margin_px,
+                                             " and least_pixels = ", options.least_pixels),
+                         "at least 0, 0 and 1");
+  }
+  if (!fs::is_directory(folder)) detail::throw_file_error(folder, "there is no such folder");
+  index_masks();
+  const fs::path table = folder / detail::mask_table_name;
+  has_table_ = fs::exists(table);
+  if (has_table_) read_table(table);
+}
+
+void MaskFolderSegmenter::index_masks() {
+  for (const fs::path& file : detail::png_files(folder_)) {
+    const std::optional<double> time_s = detail::time_of_stem(file.stem().string());
+    if (!time_s) {
+      detail::throw_file_error(file,
+                               "the name of a mask is its frame's time, 1341846434.710184.png");
+    }
+    const auto [found, is_new] = masks_.emplace(detail::microseconds(*time_s), Mask{file, {}});
+    if (!is_new) {
+      detail::throw_file_error(file, "is of the same time as " + found->second.path.string());
+    }
+  }
+  if (masks_.empty()) detail::throw_file_error(folder_, "holds no mask (*.png)");
+}
+
+void MaskFolderSegmenter::read_table(const fs::path& path) {
+  detail::TableReader table(path, ',');
+  require_header(table);
+  while (table.next()) {
+    const TableRow row = read_row(table);
+    const auto mask = nearest(row.time_s);
+    if (!is_within_reach(mask, row.time_s)) {
+      table.fail("frame " + table.text(0) + " has no mask " + table.text(0) + ".png");
+    }
+    if (!mask->second.instances.emplace(row.label, row.instance).second) {
+      table.fail("instance " + table.text(1) + " of frame " + table.text(0) +
+                 " stands in an earlier line already");
+    }
+  }
+}
+
+MaskFolderSegmenter::Masks::iterator MaskFolderSegmenter::nearest(double time_s) {
+  const std::int64_t time = detail::microseconds(time_s);
+  const auto later = masks_.lower_bound(time);
+  if (later == masks_.begin()) return later;
+  const auto earlier = std::prev(later);
+  if (later == masks_.end() || time - earlier->first <= later->first - time) return earlier;
+  return later;
+}
+
+bool MaskFolderSegmenter::is_within_reach(Masks::iterator mask, double time_s) const {
+  return std::abs(mask->first - detail::microseconds(time_s)) <=
+         detail::microseconds(options_.max_time_difference_s);
+}
+
+Segmentation MaskFolderSegmenter::do_segment(const FrameView& frame) {
+  const std::string time = detail::time_text(frame.timestamp_s);
+  if (!detail::is_time_in_seconds(frame.timestamp_s)) {
+    detail::throw_misuse("MaskFolderSegmenter", "timestamp_s = " + time, "seconds");
+  }
+  const auto mask = nearest(frame.timestamp_s);
+  const fs::path& file = mask->second.path;
+  if (!is_within_reach(mask, frame.timestamp_s)) {
+    detail::throw_file_error(folder_ / (time + ".png"),
+                             "there is no such mask; the nearest is " + file.filename().string());
+  }
+  cv::Mat pixels = detail::read_image(file, cv::IMREAD_UNCHANGED);
+  if (pixels.type() != CV_8UC1 && pixels.type() != CV_16UC1) {
+    detail::throw_file_error(
+        file, "a mask of type " + detail::type_name(pixels) + "; want one channel of 8 or 16 bits");
+  }
+  Segmentation result = empty_segmentation(frame);
+  if (pixels.size() != result.image_size) {
+    detail::throw_file_error(file, "a mask of " + detail::size_name(pixels.size()) +
+                                       ", but the frame has " +
+                                       detail::size_name(result.image_size));
+  }
+  if (has_table_) {
+    result.instances = labelled_instances(pixels, mask->second.instances, file);
+  } else {
+    result.instances = instances_from_binary_mask(cv::Mat(pixels != 0), options_.box_margin_px,
+                                                  options_.least_pixels);
+  }
+  return result;
+}
+
+}  // namespace dynfilter

@@ -1,2 +1,115 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
+
+#include "dynfilter/segmenters/mask_folder_writer.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "../image_file.hpp"
+#include "../output_folder.hpp"
+#include "dynfilter/detail/errors.hpp"
+#include "mask_table.hpp"
+
+namespace dynfilter {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* name = "MaskFolderWriter";
+
+/// The part [first, last) of a mask's side that lies in the image. 64 bits: a mask may lie
+/// anywhere.
+cv::Range visible_part(std::int64_t origin, int length, int image_length) {
+  const std::int64_t first = std::clamp<std::int64_t>(-origin, 0, length);
+  const std::int64_t last = std::clamp<std::int64_t>(image_length - origin, first, length);
+  return {static_cast<int>(first), static_cast<int>(last)};
+}
+
+void paint(const Instance& instance, std::size_t label, cv::Mat& label_map) {
+  const cv::Point origin = instance.mask_origin;
+  const cv::Range columns = visible_part(origin.x, instance.mask.cols, label_map.cols);
+  const cv::Range rows = visible_part(origin.y, instance.mask.rows, label_map.rows);
+  if (columns.empty() || rows.empty()) return;
+  const cv::Rect place(origin.x + columns.start, origin.y + rows.start, columns.size(),
+                       rows.size());
+  label_map(place).setTo(static_cast<double>(label), instance.mask(rows, columns));
+}
+
+cv::Mat label_map_of(const Segmentation& segmentation) {
+  const std::size_t count = segmentation.instances.size();
+  cv::Mat label_map(segmentation.image_size, count > 255 ? CV_16UC1 : CV_8UC1, cv::Scalar(0));
+  for (std::size_t i = count; i-- > 0;) paint(segmentation.instances[i], i + 1, label_map);
+  return label_map;
+}
+
+std::string table_row(const std::string& stem, std::size_t label, const Instance& instance) {
+  std::string row = stem;
+  const auto append = [&](const std::string& text) { row += ',' + text; };
+  append(std::to_string(label));
+  append(std::to_string(instance.class_id));
+  append(detail::fixed_decimals(double{instance.score}, 6));
+  for (const int side : {instance.box.x, instance.box.y, instance.box.width, instance.box.height}) {
+    append(std::to_string(side));
+  }
+  return row;
+}
+
+void require_writable(const Segmentation& segmentation) {
+  validate(segmentation, name);
+  if (segmentation.image_size.width <= 0 || segmentation.image_size.height <= 0) {
+    detail::throw_misuse(name, "image_size " + detail::size_name(segmentation.image_size),
+                         "the size of the image that was segmented");
+  }
+  if (segmentation.instances.size() > detail::max_mask_label) {
+    detail::throw_misuse(name, detail::concatenate(segmentation.instances.size(), " instances"),
+                         detail::concatenate("at most ", detail::max_mask_label));
+  }
+}
+
+}  // namespace
+
+MaskFolderWriter::MaskFolderWriter(const fs::path& folder, const MaskFolderWriterOptions& options)
+    : folder_(folder) {
+  std::vector<fs::path> earlier = detail::timed_png_files(folder);
+  earlier.push_back(folder / detail::mask_table_name);
+  detail::make_room(folder, earlier, options.overwrite);
+  fs::create_directories(folder);
+  table_.emplace(folder / detail::mask_table_name);
+  table_->line(detail::mask_table_header);
+  table_->flush();
+}
+
+void MaskFolderWriter::add(const Segmentation& segmentation) {
+  add(segmentation, detail::time_text(segmentation.timestamp_s));
+}
+
+void MaskFolderWriter::add(const Segmentation& segmentation, const std::string& stem) {
+  require_writable(segmentation);
+  if (!table_) detail::throw_misuse(name, "a segmentation after finish()", "all before it");
+  const std::optional<double> time_s = detail::time_of_stem(stem);
+  if (!time_s) {
+    detail::throw_misuse(name, "the stem '" + stem + "'", "a time in seconds");
+  }
+  if (times_.count(detail::microseconds(*time_s)) > 0) {
+    detail::throw_misuse(name, "time " + stem + " a second time", "one segmentation a frame");
+  }
+  detail::write_png(folder_ / (stem + ".png"), label_map_of(segmentation));
+  for (std::size_t i = 0; i < segmentation.instances.size(); ++i) {
+    table_->line(table_row(stem, i + 1, segmentation.instances[i]));
+  }
+  table_->flush();
+  times_.insert(detail::microseconds(*time_s));
+}
+
+void MaskFolderWriter::finish() {
+  if (!table_) return;
+  table_->close();
+  table_.reset();
+}
+
+}  // namespace dynfilter

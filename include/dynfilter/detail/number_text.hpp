@@ -1,0 +1,52 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// Numbers in text, whatever the process's locale is: a comma as decimal point in the host's program
+// must not change what is read or written. (std::from_chars for double needs g++ 11.)
+
+#ifndef DYNFILTER_DETAIL_NUMBER_TEXT_HPP
+#define DYNFILTER_DETAIL_NUMBER_TEXT_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include <cmath>
+#include <cstdint>
+#include <ios>
+#include <locale>
+#include <optional>
+#include <sstream>
+#include <string>
+
+namespace dynfilter::detail {
+
+/// The finite number that the whole of `text` is, in decimal notation.
+inline std::optional<double> parse_number(const std::string& text) {
+  if (text.find_first_of(" \t\n\v\f\r") != std::string::npos) return {};
+  std::istringstream stream(text);
+  stream.imbue(std::locale::classic());
+  double value = 0;
+  stream >> value;
+  const bool whole = !stream.fail() && stream.peek() == std::istringstream::traits_type::eof();
+  if (!whole || !std::isfinite(value)) return {};
+  return value;
+}
+
+/// With that many decimals, as 1341846434.710184.
+inline std::string fixed_decimals(double value, int decimals) {
+  std::ostringstream stream;
+  stream.imbue(std::locale::classic());
+  stream.setf(std::ios::fixed);
+  stream.precision(decimals);
+  stream << value;
+  return stream.str();
+}
+
+/// Times have 6 decimals in these formats. A double near 1.4e9 s is exact to 2e-7 s only, so that
+/// times are compared in whole microseconds: then ties and limits are what the digits say.
+inline bool is_time_in_seconds(double value) { return std::abs(value) < 9e9; }  // false for NaN
+inline std::int64_t microseconds(double time_s) { return std::llround(time_s * 1e6); }
+inline std::string time_text(double time_s) { return fixed_decimals(time_s, 6); }
+
+}  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_DETAIL_NUMBER_TEXT_HPP

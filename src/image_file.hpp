@@ -1,0 +1,59 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// Image files for the compiled components. cv::imread and cv::imwrite tell a missing file, a
+// truncated one and a full disk apart badly, and print about some of them.
+
+#ifndef DYNFILTER_SRC_IMAGE_FILE_HPP
+#define DYNFILTER_SRC_IMAGE_FILE_HPP
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <ios>
+#include <system_error>
+#include <vector>
+
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "dynfilter/detail/text_table.hpp"
+
+namespace dynfilter::detail {
+
+/// Decodes an image file; flags as for cv::imread. Throws std::runtime_error that names it.
+inline cv::Mat read_image(const std::filesystem::path& path, int flags) {
+  std::error_code unreadable;
+  const std::uintmax_t size = std::filesystem::file_size(path, unreadable);
+  if (unreadable) throw_file_error(path, "cannot be read: " + unreadable.message());
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(size));
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream.read(reinterpret_cast<char*>(bytes.data()),
+                   static_cast<std::streamsize>(bytes.size()))) {
+    throw_file_error(path, "cannot be read");
+  }
+  cv::Mat image;
+  try {
+    if (!bytes.empty()) image = cv::imdecode(bytes, flags);
+  } catch (const cv::Exception&) {
+    image.release();
+  }
+  if (image.empty()) throw_file_error(path, "cannot be decoded: truncated, or no image");
+  return image;
+}
+
+/// Writes an image of a type that PNG has. Throws std::runtime_error that names the file.
+inline void write_png(const std::filesystem::path& path, const cv::Mat& image) {
+  std::vector<std::uint8_t> bytes;
+  if (!cv::imencode(".png", image, bytes)) throw_file_error(path, "cannot be encoded");
+  std::ofstream stream(path, std::ios::binary | std::ios::trunc);
+  stream.write(reinterpret_cast<const char*>(bytes.data()),
+               static_cast<std::streamsize>(bytes.size()));
+  stream.close();
+  if (!stream) throw_file_error(path, "cannot be written");
+}
+
+}  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_SRC_IMAGE_FILE_HPP

@@ -1,0 +1,28 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_TESTS_EXPECT_ERROR_HPP
+#define DYNFILTER_TESTS_EXPECT_ERROR_HPP
+
+#include <stdexcept>
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace dynfilter::testing {
+
+/// Expects an exception of this type whose message holds `part`.
+template <class Error, class Call>
+void expect_error(Call&& call, const std::string& part) {
+  try {
+    call();
+    ADD_FAILURE() << "nothing was thrown; want an error with: " << part;
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find(part), std::string::npos)
+        << "got:  " << error.what() << "\nwant: " << part;
+  }
+}
+
+}  // namespace dynfilter::testing
+
+#endif  // DYNFILTER_TESTS_EXPECT_ERROR_HPP

@@ -1,0 +1,489 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/segmenters/mask_folder_segmenter.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "dynfilter/segmenters/mask_folder_writer.hpp"
+#include "expect_error.hpp"
+#include "temporary_folder.hpp"
+#include "test_data.hpp"
+
+namespace dynfilter {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::expect_error;
+using testing::file_text;
+using testing::TemporaryFolder;
+
+const std::string header = "frame,instance,class_id,score,x,y,width,height\n";
+
+FrameView frame_at(double timestamp_s, cv::Size size = {8, 6}) {
+  FrameView frame;
+  frame.id = 77;
+  frame.timestamp_s = timestamp_s;
+  frame.image = cv::Mat(size, CV_8UC3, cv::Scalar::all(0));
+  return frame;
+}
+
+void write_mask(const TemporaryFolder& folder, const std::string& file, const cv::Mat& mask) {
+  fs::create_directories((folder / file).parent_path());
+  ASSERT_TRUE(cv::imwrite((folder / file).string(), mask));
+}
+
+/// 8x6 pixels: label 1 in a 2x2 block at (1,1), label 3 at (5,4).
+cv::Mat some_labels(int type = CV_8UC1) {
+  cv::Mat labels(6, 8, type, cv::Scalar(0));
+  labels(cv::Rect(1, 1, 2, 2)).setTo(1);
+  labels(cv::Rect(5, 4, 1, 1)).setTo(3);
+  return labels;
+}
+
+cv::Mat full_mask(const Instance& instance, cv::Size size) {
+  cv::Mat full(size, CV_8UC1, cv::Scalar(0));
+  for (int y = 0; y < size.height; ++y) {
+    for (int x = 0; x < size.width; ++x) {
+      full.at<std::uint8_t>(y, x) = instance.covers({x, y}) ? 255 : 0;
+    }
+  }
+  return full;
+}
+
+// --- Label maps
+// -----------------------------------------------------------------------------------
+
+TEST(MaskFolderSegmenter, ReadsLabelMapsOfBothDepths) {
+  for (const int type : {CV_8UC1, CV_16UC1}) {
+    const TemporaryFolder folder;
+    write_mask(folder, "12.500000.png", some_labels(type));
+    folder.write("instances.csv", header +
+                                      "12.500000,1,0,0.909,0,0,4,5\r\n\r\n"
+                                      "# label 2 is hidden by others\r\n"
+                                      "12.5, 3, 56, 1, -2, 3, 100, 0\r\n"
+                                      "12.500000,2,62,0.25,1,2,3,4\r\n");
+    MaskFolderSegmenter people(folder.path().c_str());
+    EXPECT_EQ(people.size(), 1U);
+    const Segmentation result = people.segment(frame_at(12.5));
+    EXPECT_EQ(result.frame_id, 77U);
+    EXPECT_EQ(result.timestamp_s, 12.5);
+    EXPECT_EQ(result.image_size, cv::Size(8, 6));
+    ASSERT_EQ(result.instances.size(), 3U);
+    const Instance& first = result.instances[0];
+    EXPECT_EQ(first.class_id, 0);
+    EXPECT_EQ(first.score, 0.909F);
+    EXPECT_EQ(first.box, cv::Rect(0, 0, 4, 5));
+    EXPECT_EQ(cv::norm(full_mask(first, {8, 6}), some_labels() == 1, cv::NORM_INF), 0);
+    EXPECT_FALSE(first.track_id);
+    EXPECT_TRUE(result.instances[1].mask.empty());
+    EXPECT_EQ(result.instances[1].class_id, 62);
+    EXPECT_EQ(result.instances[1].box, cv::Rect(1, 2, 3, 4));
+    EXPECT_EQ(result.instances[2].box, cv::Rect(-2, 3, 100, 0));
+    EXPECT_TRUE(result.instances[2].covers({5, 4}));
+  }
+}
+
+TEST(MaskFolderSegmenter, AFileWithoutRowsIsNobody) {
+  const TemporaryFolder folder;
+  write_mask(folder, "1.png", cv::Mat(6, 8, CV_8UC1, cv::Scalar(0)));
+  folder.write("instances.csv", header);
+  EXPECT_TRUE(MaskFolderSegmenter(folder.path()).segment(frame_at(1)).instances.empty());
+}
+
+TEST(MaskFolderSegmenter, ALabelWithoutARowIsAnError) {
+  const TemporaryFolder folder;
+  write_mask(folder, "1.png", some_labels());
+  folder.write("instances.csv", header + "1,1,0,0.9,0,0,4,5\n");
+  MaskFolderSegmenter people(folder.path());
+  expect_error<std::runtime_error>(
+      [&] { people.segment(frame_at(1)); },
+      (folder / "1.png").string() + ": label 3 has no row in instances.csv");
+}
+
+TEST(MaskFolderSegmenter, RefusesMalformedTables) {
+  const std::string good = "1.5,1,0,0.9,0,0,4,5\n";
+  const struct {
+    std::string text, message;
+  } cases[] = {
+      {"", ": is empty"},
+      {good, ":1: got '1.5,1,0,0.9,0,0,4,5'; want the header frame,instance"},
+      {"frame,instance\n", ":1: got 'frame,instance'; want the header"},
+      {header + good + "1.5,2,0,0.9,0,0,4\n", ":3: got 7 columns; want frame,instance"},
+      {header + "\r\nx,1,0,0.9,0,0,4,5\r\n", ":3: frame: got 'x'"},
+      {header + ",1,0,0.9,0,0,4,5\n", ":2: frame: got ''"},
+      {header + "1.5,0,0,0.9,0,0,4,5\n", ":2: instance: got '0'; want 1 to 65535"},
+      {header + "1.5,65536,0,0.9,0,0,4,5\n", ":2: instance: got '65536'"},
+      {header + "1.5,1,person,0.9,0,0,4,5\n", ":2: class_id: got 'person'; want a whole number"},
+      {header + "1.5,1,0,1.1,0,0,4,5\n", ":2: score: got '1.1'; want 0 to 1"},
+      {header + "1.5,1,0,nan,0,0,4,5\n", ":2: score: got 'nan'"},
+      {header + "1.5,1,0,0.9,0.5,0,4,5\n", ":2: x: got '0.5'; want a whole number"},
+      {header + "1.5,1,0,0.9,0,99999999999,4,5\n", ":2: y: got '99999999999'"},
+      {header + "1.5,1,0,0.9,0,0,-4,5\n", ":2: width and height: got '-4' and '5'"},
+      {header + "1.5,1,0,0.9,0,0,4,\n", ":2: height: got ''"},
+      {header + good + good, ":3: instance 1 of frame 1.5 stands in an earlier line already"},
+      {header + good + "1.6,1,0,0.9,0,0,4,5\n", ":3: frame 1.6 has no mask 1.6.png"},
+  };
+  for (const auto& c : cases) {
+    SCOPED_TRACE(c.text);
+    const TemporaryFolder folder;
+    write_mask(folder, "1.5.png", some_labels());
+    const auto path = folder.write("instances.csv", c.text);
+    expect_error<std::runtime_error>([&] { MaskFolderSegmenter{folder.path()}; },
+                                     path.string() + c.message);
+  }
+}
+
+// --- Binary masks
+// ---------------------------------------------------------------------------------
+
+TEST(MaskFolderSegmenter, TakesConnectedObjectsOfBinaryMasks) {
+  for (const int on : {1, 255}) {
+    const TemporaryFolder folder;
+    cv::Mat mask(60, 80, CV_8UC1, cv::Scalar(0));
+    mask(cv::Rect(30, 25, 10, 5)).setTo(on);
+    mask(cv::Rect(70, 50, 2, 2)).setTo(on);
+    write_mask(folder, "3.25.png", mask);
+    const Segmentation all =
+        MaskFolderSegmenter(folder.path()).segment(frame_at(3.25, mask.size()));
+    ASSERT_EQ(all.instances.size(), 2U);
+    EXPECT_EQ(all.instances[0].class_id, 0);
+    EXPECT_EQ(all.instances[0].score, 1);
+    EXPECT_EQ(all.instances[0].box, cv::Rect(10, 5, 50, 45));
+    EXPECT_EQ(all.instances[1].box, cv::Rect(50, 30, 30, 30));
+    EXPECT_EQ(cv::countNonZero(all.instances[1].mask), 4);
+
+    MaskFolderOptions options;
+    options.box_margin_px = 0;
+    options.least_pixels = 5;
+    const Segmentation large =
+        MaskFolderSegmenter(folder.path(), options).segment(frame_at(3.25, mask.size()));
+    ASSERT_EQ(large.instances.size(), 1U);
+    EXPECT_EQ(large.instances[0].box, cv::Rect(30, 25, 10, 5));
+  }
+}
+
+TEST(MaskFolderSegmenter, TakesBinaryMasksOf16Bits) {
+  const TemporaryFolder folder;
+  cv::Mat mask(6, 8, CV_16UC1, cv::Scalar(0));
+  mask(cv::Rect(2, 2, 3, 1)).setTo(256);  // its low byte is 0
+  write_mask(folder, "1.png", mask);
+  const Segmentation result = MaskFolderSegmenter(folder.path()).segment(frame_at(1));
+  ASSERT_EQ(result.instances.size(), 1U);
+  EXPECT_EQ(cv::countNonZero(result.instances[0].mask), 3);
+}
+
+// --- Matching
+// -------------------------------------------------------------------------------------
+
+TEST(MaskFolderSegmenter, TakesTheNearestMaskWithinAMillisecond) {
+  const TemporaryFolder folder;
+  const auto mask_with = [](int pixels) {
+    cv::Mat mask(6, 8, CV_8UC1, cv::Scalar(0));
+    mask(cv::Rect(0, 0, pixels, 1)).setTo(255);
+    return mask;
+  };
+  write_mask(folder, "1341846434.710184.png", mask_with(1));
+  write_mask(folder, "1341846434.711384.png", mask_with(2));
+  write_mask(folder, "1341846435.png", mask_with(3));
+  folder.write("readme.txt", "not a mask");
+  MaskFolderSegmenter people(folder.path());
+  EXPECT_EQ(people.size(), 3U);
+  const auto pixels_at = [&](double time_s) {
+    return cv::countNonZero(people.segment(frame_at(time_s)).instances.at(0).mask);
+  };
+  EXPECT_EQ(pixels_at(1341846434.710184), 1);
+  EXPECT_EQ(pixels_at(1341846434.709184), 1);
+  EXPECT_EQ(pixels_at(1341846434.710784), 1);  // a tie: the earlier one
+  EXPECT_EQ(pixels_at(1341846434.710785), 2);
+  EXPECT_EQ(pixels_at(1341846435.001), 3);
+  EXPECT_EQ(pixels_at(1341846434.999), 3);
+  expect_error<std::runtime_error>(
+      [&] { people.segment(frame_at(1341846434.709183)); },
+      (folder / "1341846434.709183.png").string() +
+          ": there is no such mask; the nearest is 1341846434.710184.png");
+  expect_error<std::runtime_error>([&] { people.segment(frame_at(1341846435.001001)); },
+                                   "the nearest is 1341846435.png");
+  expect_error<std::invalid_argument>([&] { people.segment(frame_at(1e18)); }, "want seconds");
+}
+
+TEST(MaskFolderSegmenter, RefusesFoldersThatHoldNoMasks) {
+  const TemporaryFolder folder;
+  expect_error<std::runtime_error>([&] { MaskFolderSegmenter(folder / "none"); },
+                                   "none: there is no such folder");
+  expect_error<std::runtime_error>([&] { MaskFolderSegmenter{folder.path()}; },
+                                   folder.path().string() + ": holds no mask (*.png)");
+  write_mask(folder, "1.5.png", some_labels());
+  write_mask(folder, "1.50.png", some_labels());
+  expect_error<std::runtime_error>([&] { MaskFolderSegmenter{folder.path()}; },
+                                   "is of the same time as");
+  fs::remove(folder / "1.50.png");
+  write_mask(folder, "preview.png", some_labels());
+  expect_error<std::runtime_error>([&] { MaskFolderSegmenter{folder.path()}; },
+                                   (folder / "preview.png").string() + ": the name of a mask");
+}
+
+TEST(MaskFolderSegmenter, RefusesMasksThatDoNotFit) {
+  const TemporaryFolder folder;
+  write_mask(folder, "1.png", some_labels());
+  MaskFolderSegmenter people(folder.path());
+  expect_error<std::runtime_error>(
+      [&] {
+        people.segment(frame_at(1, {9, 6}));
+      },
+      (folder / "1.png").string() + ": a mask of 8x6, but the frame has 9x6");
+  write_mask(folder, "1.png", cv::Mat(6, 8, CV_8UC3, cv::Scalar::all(255)));
+  expect_error<std::runtime_error>([&] { people.segment(frame_at(1)); }, "type CV_8UC3");
+  const std::string bytes = file_text(folder / "1.png");
+  folder.write("1.png", bytes.substr(0, bytes.size() / 2));
+  expect_error<std::runtime_error>([&] { people.segment(frame_at(1)); }, "cannot be decoded");
+  fs::remove(folder / "1.png");
+  expect_error<std::runtime_error>([&] { people.segment(frame_at(1)); }, "1.png: cannot be read");
+}
+
+TEST(MaskFolderSegmenter, RefusesNegativeOptions) {
+  const auto expect_refused = [](double seconds, int margin, int least) {
+    expect_error<std::invalid_argument>(
+        [&] {
+          MaskFolderSegmenter("masks", {seconds, margin, least});
+        },
+        "want at least 0, 0 and 1");
+  };
+  expect_refused(-1, 20, 1);
+  expect_refused(std::numeric_limits<double>::quiet_NaN(), 20, 1);
+  expect_refused(0.001, -1, 1);
+  expect_refused(0.001, 20, 0);
+}
+
+// --- Writing
+// --------------------------------------------------------------------------------------
+
+/// Disjoint instances with random pixels, so that a label map can hold them.
+Segmentation random_segmentation(std::mt19937& random, int count, double timestamp_s) {
+  Segmentation segmentation;
+  segmentation.timestamp_s = timestamp_s;
+  segmentation.image_size = {40, 30};
+  cv::Mat owner(segmentation.image_size, CV_32SC1);
+  for (int y = 0; y < owner.rows; ++y) {
+    for (int x = 0; x < owner.cols; ++x) {
+      owner.at<int>(y, x) = static_cast<int>(random() % static_cast<unsigned>(count + 1));
+    }
+  }
+  for (int k = 1; k <= count; ++k) {
+    const cv::Mat mask = owner == k;
+    const int x = static_cast<int>(random() % 40) - 5;
+    Instance instance =
+        Instance::from_image_mask(mask, {x, 3, 50, k}, static_cast<int>(random() % 80),
+                                  static_cast<float>(random() % 1001) / 1000);
+    if (k % 7 == 3) {
+      instance.mask_origin = {0, 0};  // as a whole image
+      instance.mask = mask;
+    }
+    segmentation.instances.push_back(instance);
+  }
+  return segmentation;
+}
+
+TEST(MaskFolderWriter, WhatItWritesComesBack) {
+  std::mt19937 random(23);
+  const TemporaryFolder folder;
+  std::vector<Segmentation> written;
+  MaskFolderWriter writer(folder / "new/masks");
+  for (const int count : {3, 0, 1, 12, 255, 256, 700}) {
+    written.push_back(random_segmentation(
+        random, count, 1341846434.710184 + 0.033 * static_cast<double>(written.size())));
+    writer.add(written.back());
+  }
+  EXPECT_EQ(writer.size(), written.size());
+  writer.finish();
+  writer.finish();
+
+  MaskFolderSegmenter reader(folder / "new/masks");
+  for (const Segmentation& want : written) {
+    const Segmentation got = reader.segment(frame_at(want.timestamp_s, want.image_size));
+    ASSERT_EQ(got.instances.size(), want.instances.size());
+    for (std::size_t i = 0; i < got.instances.size(); ++i) {
+      const Instance& a = got.instances[i];
+      const Instance& b = want.instances[i];
+      EXPECT_EQ(a.class_id, b.class_id);
+      EXPECT_NEAR(a.score, b.score, 1e-6);
+      EXPECT_EQ(a.box, b.box);
+      EXPECT_EQ(
+          cv::norm(full_mask(a, want.image_size), full_mask(b, want.image_size), cv::NORM_INF), 0);
+    }
+  }
+}
+
+TEST(MaskFolderWriter, WritesTheDocumentedFormat) {
+  const TemporaryFolder folder;
+  MaskFolderWriter writer(folder.path());
+  Segmentation segmentation;
+  segmentation.timestamp_s = 12.5;
+  segmentation.image_size = {8, 6};
+  const cv::Mat block(3, 3, CV_8UC1, cv::Scalar(1));
+  segmentation.instances = {Instance::from_box_mask(block, {1, 1, 3, 3}, 0, 0.909F),
+                            Instance::from_box_mask(block, {2, 2, 3, 3}, 56, 0.5F),
+                            Instance::from_box({-3, 0, 900, 2}, 7)};
+  writer.add(segmentation);
+  segmentation.instances.clear();
+  writer.add(segmentation, "13");
+  // Not finished: what was added is there all the same.
+  EXPECT_EQ(file_text(folder / "instances.csv"), header +
+                                                     "12.500000,1,0,0.909000,1,1,3,3\n"
+                                                     "12.500000,2,56,0.500000,2,2,3,3\n"
+                                                     "12.500000,3,7,1.000000,-3,0,900,2\n");
+  cv::Mat want(6, 8, CV_8UC1, cv::Scalar(0));
+  want(cv::Rect(2, 2, 3, 3)).setTo(2);
+  want(cv::Rect(1, 1, 3, 3)).setTo(1);  // the lower index has the overlap
+  const cv::Mat labels = cv::imread((folder / "12.500000.png").string(), cv::IMREAD_UNCHANGED);
+  ASSERT_EQ(labels.type(), CV_8UC1);
+  EXPECT_EQ(cv::norm(labels, want, cv::NORM_INF), 0);
+  const cv::Mat nobody = cv::imread((folder / "13.png").string(), cv::IMREAD_UNCHANGED);
+  EXPECT_EQ(nobody.size(), cv::Size(8, 6));
+  EXPECT_EQ(cv::countNonZero(nobody), 0);
+}
+
+TEST(MaskFolderWriter, CutsMasksAtTheImage) {
+  constexpr int most = std::numeric_limits<int>::max();
+  constexpr int least = std::numeric_limits<int>::min();
+  const struct {
+    cv::Point origin;
+    cv::Rect visible;
+  } cases[] = {
+      {{-1, -2}, {0, 0, 2, 1}},
+      {{6, 4}, {6, 4, 2, 2}},
+      {{-3, 0}, {}},
+      {{8, 0}, {}},
+      {{0, 6}, {}},
+      {{most, 0}, {}},
+      {{least, 0}, {}},
+      {{0, most}, {}},
+      {{2, 2}, {2, 2, 3, 3}},
+  };
+  for (const auto& c : cases) {
+    SCOPED_TRACE(c.origin);
+    const TemporaryFolder folder;
+    Segmentation segmentation;
+    segmentation.image_size = {8, 6};
+    Instance instance;
+    instance.mask_origin = c.origin;
+    instance.mask = cv::Mat(3, 3, CV_8UC1, cv::Scalar(255));
+    segmentation.instances = {instance};
+    MaskFolderWriter(folder.path()).add(segmentation);
+    cv::Mat want(6, 8, CV_8UC1, cv::Scalar(0));
+    want(c.visible).setTo(1);
+    const cv::Mat labels = cv::imread((folder / "0.000000.png").string(), cv::IMREAD_UNCHANGED);
+    EXPECT_EQ(cv::norm(labels, want, cv::NORM_INF), 0);
+  }
+}
+
+TEST(MaskFolderWriter, RefusesWhatItCannotWrite) {
+  const TemporaryFolder folder;
+  MaskFolderWriter writer(folder.path());
+  Segmentation segmentation;
+  const auto expect_refused = [&](const std::string& stem, const std::string& part) {
+    expect_error<std::invalid_argument>([&] { writer.add(segmentation, stem); }, part);
+  };
+  expect_refused("1", "image_size 0x0");
+  segmentation.image_size = {8, 6};
+  expect_refused("frame1", "the stem 'frame1'; want a time");
+  expect_refused("../1", "the stem '../1'");
+  expect_refused("", "the stem ''");
+  segmentation.instances.resize(65536);
+  expect_refused("1", "65536 instances; want at most 65535");
+  segmentation.instances.resize(1);
+  segmentation.instances[0].score = 2;
+  expect_refused("1", "score 2");
+  segmentation.instances.clear();
+  writer.add(segmentation, "1");
+  expect_refused("1.0", "time 1.0 a second time");
+  writer.finish();
+  expect_refused("2", "after finish()");
+  EXPECT_EQ(file_text(folder / "instances.csv"), header);
+}
+
+TEST(MaskFolderWriter, LeavesWhatIsThereUnlessTold) {
+  for (const char* file : {"instances.csv", "12.5.png"}) {
+    const TemporaryFolder folder;
+    folder.write(file, "earlier");
+    expect_error<std::runtime_error>([&] { MaskFolderWriter{folder.path()}; },
+                                     folder.path().string() + ": holds " + file + " already");
+    EXPECT_EQ(file_text(folder / file), "earlier");
+    folder.write("preview.png", "mine");
+    MaskFolderWriterOptions options;
+    options.overwrite = true;
+    MaskFolderWriter writer(folder.path(), options);
+    EXPECT_EQ(file_text(folder / "preview.png"), "mine");
+    EXPECT_EQ(file_text(folder / "instances.csv"), header);
+    EXPECT_FALSE(fs::exists(folder / "12.5.png"));
+  }
+}
+
+TEST(MaskFolderWriter, SaysWhenItCannotWrite) {
+  const TemporaryFolder folder;
+  folder.write("file", "");
+  expect_error<std::runtime_error>([&] { MaskFolderWriter(folder / "file/masks"); }, "file");
+  MaskFolderWriter writer(folder / "masks");
+  fs::create_directories(folder / "masks/1.png");
+  Segmentation segmentation;
+  segmentation.image_size = {8, 6};
+  expect_error<std::runtime_error>([&] { writer.add(segmentation, "1"); },
+                                   "1.png: cannot be written");
+}
+
+// --- Recorded masks
+// -------------------------------------------------------------------------------
+
+class MaskFolderData : public testing::RecordedData {};
+
+TEST_F(MaskFolderData, ReadsTheMasksOfWalkingHalfsphere) {
+  const fs::path masks = data("tum_fr3_walking_halfsphere_50") / "masks";
+  MaskFolderSegmenter people(masks);
+  EXPECT_EQ(people.size(), 49U);
+  std::size_t instances = 0, persons = 0, without_pixels = 0;
+  for (const auto& file : fs::directory_iterator(masks)) {
+    if (file.path().extension() != ".png") continue;
+    const double time_s = std::stod(file.path().stem().string());
+    const Segmentation result = people.segment(frame_at(time_s, {640, 480}));
+    for (const Instance& instance : result.instances) {
+      ++instances;
+      persons += instance.class_id == 0 ? 1 : 0;
+      without_pixels += instance.mask.empty() ? 1 : 0;
+      const cv::Rect mask(instance.mask_origin, instance.mask.size());
+      EXPECT_EQ(mask & instance.box, mask);
+    }
+  }
+  EXPECT_EQ(instances, 299U);
+  EXPECT_EQ(persons, 93U);
+  EXPECT_EQ(without_pixels, 1U);
+  const Segmentation first = people.segment(frame_at(1341846434.710184, {640, 480}));
+  EXPECT_EQ(first.instances.at(0).box, cv::Rect(42, 204, 200, 273));
+  EXPECT_EQ(first.instances.at(0).score, 0.909F);
+}
+
+TEST_F(MaskFolderData, WhatIsReadIsWrittenBackAlike) {
+  const fs::path masks = data("tum_fr3_walking_halfsphere_50") / "masks";
+  const TemporaryFolder folder;
+  MaskFolderSegmenter people(masks);
+  MaskFolderWriter writer(folder.path());
+  for (const char* stem : {"1341846434.710184", "1341846435.045942", "1341846436.354084"}) {
+    writer.add(people.segment(frame_at(std::stod(stem), {640, 480})), stem);
+    const std::string file = std::string(stem) + ".png";
+    const cv::Mat got = cv::imread((folder / file).string(), cv::IMREAD_UNCHANGED);
+    const cv::Mat want = cv::imread((masks / file).string(), cv::IMREAD_UNCHANGED);
+    EXPECT_EQ(cv::norm(got, want, cv::NORM_INF), 0) << file;
+  }
+}
+
+}  // namespace
+}  // namespace dynfilter

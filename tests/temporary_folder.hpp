@@ -1,0 +1,60 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_TESTS_TEMPORARY_FOLDER_HPP
+#define DYNFILTER_TESTS_TEMPORARY_FOLDER_HPP
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <system_error>
+
+namespace dynfilter::testing {
+
+/// A folder of its own for a test, removed with all that is in it.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    std::random_device random;
+    do {
+      path_ = std::filesystem::temp_directory_path() /
+              ("dynfilter_test_" + std::to_string(random()) + std::to_string(random()));
+    } while (!std::filesystem::create_directories(path_));
+  }
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+  std::filesystem::path operator/(const std::filesystem::path& file) const { return path_ / file; }
+
+  /// Writes a file, and the folders that it lies in; returns its path.
+  std::filesystem::path write(const std::filesystem::path& file, const std::string& text) const {
+    const std::filesystem::path target = path_ / file;
+    std::filesystem::create_directories(target.parent_path());
+    std::ofstream stream(target, std::ios::binary);
+    stream << text;
+    stream.close();
+    if (!stream) throw std::runtime_error("cannot write " + target.string());
+    return target;
+  }
+
+ private:
+  std::filesystem::path path_;
+};
+
+inline std::string file_text(const std::filesystem::path& file) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) throw std::runtime_error("cannot read " + file.string());
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+}  // namespace dynfilter::testing
+
+#endif  // DYNFILTER_TESTS_TEMPORARY_FOLDER_HPP

@@ -1,0 +1,34 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// Tests on recorded sequences, which are not part of the project: DYNFILTER_DATA_DIR names the
+// folder that holds data/<sequence>. Without it such tests are skipped, and say so.
+
+#ifndef DYNFILTER_TESTS_TEST_DATA_HPP
+#define DYNFILTER_TESTS_TEST_DATA_HPP
+
+#include <cstdlib>
+#include <filesystem>
+
+#include <gtest/gtest.h>
+
+namespace dynfilter::testing {
+
+/// A fixture for them. Tests use data("tum_fr1_xyz_120").
+class RecordedData : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const char* folder = std::getenv("DYNFILTER_DATA_DIR");
+    if (folder == nullptr || *folder == '\0') GTEST_SKIP() << "DYNFILTER_DATA_DIR is not set";
+    folder_ = std::filesystem::path(folder) / "data";
+  }
+
+  std::filesystem::path data(const char* sequence) const { return folder_ / sequence; }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+}  // namespace dynfilter::testing
+
+#endif  // DYNFILTER_TESTS_TEST_DATA_HPP
