@@ -1,2 +1,116 @@
-# The package: one export set a component, so that a header-only install needs nothing of the
-# others; a config that finds its own dependencies; usable from the build tree and when moved.
+# The package. Each component is an export set and a file of its own, so that an install without a
+# component needs nothing of what that one needs. No file of the package holds a path: it works from
+# the build tree, installed, and moved after installing.
+
+if(NOT DYNFILTER_INSTALL)
+  return()
+endif()
+include(CMakePackageConfigHelpers)
+
+set(_package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/dynfilter)
+
+# Writes into `out` the calls by which a consumer finds what a component links to. They are read off
+# its target, because a list kept by hand goes stale unseen: OpenCV's targets have no namespace, and
+# CMake takes one that nobody looked for as the name of a library. A static library names its private
+# dependencies too (LINK_ONLY): the consumer's linker needs them.
+function(dynfilter_needs out component target)
+  set(opencv "")
+  set(calls "")
+  get_target_property(links ${target} INTERFACE_LINK_LIBRARIES)
+  foreach(link IN LISTS links)
+    string(REGEX REPLACE "^\\$<LINK_ONLY:(.*)>$" "\\1" link "${link}")
+    if(link MATCHES "^opencv_(.+)$")
+      list(APPEND opencv ${CMAKE_MATCH_1})
+    elseif(link MATCHES "^Eigen3::")
+      string(APPEND calls "_dynfilter_need(${component} Eigen3 3.3 CONFIG)\n")
+    elseif(link STREQUAL "Threads::Threads")
+      string(APPEND calls "_dynfilter_need(${component} Threads)\n")
+    elseif(link MATCHES "^dynfilter(_|::)(.+)$" AND NOT CMAKE_MATCH_2 STREQUAL "dynfilter")
+      string(APPEND calls "_dynfilter_need_component(${CMAKE_MATCH_2})\n")
+    elseif(NOT link MATCHES "^dynfilter(::dynfilter)?$")
+      message(FATAL_ERROR "${target} links to ${link}: teach DynfilterPackage how to find it")
+    endif()
+  endforeach()
+  if(opencv)
+    list(REMOVE_DUPLICATES opencv)
+    list(JOIN opencv " " opencv)
+    string(PREPEND calls "_dynfilter_need(${component} OpenCV 4.2 CONFIG COMPONENTS ${opencv})\n")
+  endif()
+  set(${out} "${calls}" PARENT_SCOPE)
+endfunction()
+
+# Packs `target` as the component `component`: its library, its export set, its component file, and
+# the folders of include/dynfilter that are its own.
+#   dynfilter_package(<component> <target> [<folder>...])
+function(dynfilter_package component target)
+  set(export dynfilter-${component}-targets)
+  install(
+    TARGETS ${target}
+    EXPORT ${export}
+    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dynfilter-${component}
+    LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT dynfilter-${component}
+    RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT dynfilter-${component})
+  install(EXPORT ${export} NAMESPACE dynfilter:: DESTINATION ${_package_dir}
+          COMPONENT dynfilter-${component})
+  export(EXPORT ${export} NAMESPACE dynfilter:: FILE ${PROJECT_BINARY_DIR}/${export}.cmake)
+
+  dynfilter_needs(needs ${component} ${target})
+  set(component_file ${PROJECT_BINARY_DIR}/dynfilter-${component}.cmake)
+  configure_file(${PROJECT_SOURCE_DIR}/cmake/component.cmake.in ${component_file} @ONLY)
+  install(FILES ${component_file} DESTINATION ${_package_dir} COMPONENT dynfilter-${component})
+
+  foreach(folder IN LISTS ARGN)
+    # A component may come before its first header.
+    if(EXISTS ${PROJECT_SOURCE_DIR}/include/dynfilter/${folder})
+      install(
+        DIRECTORY ${PROJECT_SOURCE_DIR}/include/dynfilter/${folder}
+        DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/dynfilter
+        COMPONENT dynfilter-${component}
+        FILES_MATCHING PATTERN "*.hpp")
+    endif()
+  endforeach()
+endfunction()
+
+# --- The components -------------------------------------------------------------------------------
+dynfilter_package(core dynfilter)
+if(TARGET dynfilter_segmenters)
+  dynfilter_package(segmenters dynfilter_segmenters segmenters)
+endif()
+if(TARGET dynfilter_evaluation)
+  dynfilter_package(evaluation dynfilter_evaluation datasets evaluation)
+endif()
+
+# The core's headers: all but the folders of the components.
+install(
+  DIRECTORY ${PROJECT_SOURCE_DIR}/include/dynfilter
+  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
+  COMPONENT dynfilter-core
+  FILES_MATCHING PATTERN "*.hpp"
+  REGEX "/include/dynfilter/(segmenters|datasets|evaluation)$" EXCLUDE)
+
+# --- The config, its version file, pkg-config -----------------------------------------------------
+set(_arch_independent "")
+if(NOT TARGET dynfilter_segmenters AND NOT TARGET dynfilter_evaluation)
+  set(_arch_independent ARCH_INDEPENDENT)
+endif()
+write_basic_package_version_file(
+  ${PROJECT_BINARY_DIR}/dynfilterConfigVersion.cmake COMPATIBILITY SameMinorVersion
+  ${_arch_independent})
+configure_file(cmake/dynfilterConfig.cmake ${PROJECT_BINARY_DIR}/dynfilterConfig.cmake COPYONLY)
+configure_file(cmake/dynfilterCheckStandard.cmake
+               ${PROJECT_BINARY_DIR}/dynfilterCheckStandard.cmake COPYONLY)
+install(
+  FILES ${PROJECT_BINARY_DIR}/dynfilterConfig.cmake
+        ${PROJECT_BINARY_DIR}/dynfilterConfigVersion.cmake
+        ${PROJECT_BINARY_DIR}/dynfilterCheckStandard.cmake
+  DESTINATION ${_package_dir}
+  COMPONENT dynfilter-core)
+
+file(RELATIVE_PATH _pc_to_prefix ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig ${CMAKE_INSTALL_PREFIX})
+string(REGEX REPLACE "/$" "" _pc_to_prefix "${_pc_to_prefix}")
+file(RELATIVE_PATH _prefix_to_include ${CMAKE_INSTALL_PREFIX} ${CMAKE_INSTALL_FULL_INCLUDEDIR})
+configure_file(cmake/dynfilter.pc.in ${PROJECT_BINARY_DIR}/dynfilter.pc @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/dynfilter.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig
+        COMPONENT dynfilter-core)
+install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR}
+        COMPONENT dynfilter-core)

@@ -13,21 +13,30 @@ function(dynfilter_library target scope)
     ${target} ${scope} $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>
     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   if(NOT scope STREQUAL "INTERFACE")
-    set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+    # While the version is 0.x, a new minor version may break the binary interface.
+    set_target_properties(
+      ${target} PROPERTIES POSITION_INDEPENDENT_CODE ON VERSION ${PROJECT_VERSION}
+                           SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
     dynfilter_own_code(${target})
   endif()
 endfunction()
 
-# Warnings, and sanitizers where they were asked for, for code that is built here.
+# C++17, warnings, and sanitizers where they were asked for, for code that is built here.
 function(dynfilter_own_code target)
+  # A property besides the compile feature: only this one overrides a -std=c++11 that a host, of which
+  # we are a part by add_subdirectory, has written into CMAKE_CXX_FLAGS.
+  if(NOT CMAKE_CXX_STANDARD)
+    set_target_properties(${target} PROPERTIES CXX_STANDARD 17 CXX_EXTENSIONS OFF)
+  endif()
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wconversion -Wshadow
                                            -Wold-style-cast)
   if(DYNFILTER_WARNINGS_AS_ERRORS)
     target_compile_options(${target} PRIVATE -Werror)
   endif()
   if(DYNFILTER_SANITIZE)
+    # Options and not libraries: a static library hands its private libraries on to whoever links it.
     target_compile_options(${target} PRIVATE -fsanitize=${DYNFILTER_SANITIZE}
                                              -fno-sanitize-recover=all -fno-omit-frame-pointer)
-    target_link_libraries(${target} PRIVATE -fsanitize=${DYNFILTER_SANITIZE})
+    target_link_options(${target} PRIVATE -fsanitize=${DYNFILTER_SANITIZE})
   endif()
 endfunction()

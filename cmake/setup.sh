@@ -1,0 +1,91 @@
+# shellcheck shell=bash
+# SPDX-FileCopyrightText: 2026 the dynfilter authors
+# SPDX-License-Identifier: MIT
+
+# What the scripts of this repository share: they bring their own tools on Debian and Ubuntu. To be
+# sourced. Installs packages only as root or where sudo asks no password, and changes nothing else.
+
+# Says what is going on, apart from the output of the tools.
+log() {
+  printf '\n== %s\n' "$*"
+}
+
+die() {
+  printf '\n%s: %s\n' "$(basename "$0")" "$*" >&2
+  exit 1
+}
+
+is_installed() {
+  dpkg-query -W -f '${db:Status-Status}\n' "$1" 2>/dev/null | grep -qx installed
+}
+
+# Runs a command as root, or fails.
+as_root() {
+  if [[ $EUID -eq 0 ]]; then
+    "$@"
+  elif command -v sudo >/dev/null && sudo -n true 2>/dev/null; then
+    sudo -n "$@"
+  else
+    return 1
+  fi
+}
+
+# Debian's package lists: a fresh container has none.
+update_package_lists() {
+  if [[ -z ${package_lists_are_fresh:-} ]]; then
+    as_root apt-get -qq update </dev/null || return
+    package_lists_are_fresh=yes
+  fi
+}
+
+# Installs those of the packages that are missing; ends the script with the line to run if it may
+# not.
+#   need_packages <package>...
+need_packages() {
+  local package missing=()
+  if ! command -v dpkg-query >/dev/null; then
+    log "This is neither Debian nor Ubuntu; what they call as follows must be here: $*"
+    return
+  fi
+  for package in "$@"; do
+    is_installed "$package" || missing+=("$package")
+  done
+  if ((${#missing[@]} == 0)); then return; fi
+
+  local install=(apt-get install --yes --no-install-recommends "${missing[@]}")
+  as_root true || die "packages are missing and installing them needs root. Run:
+  sudo apt-get update && sudo ${install[*]}"
+  log "Installing ${missing[*]} and what they need; this can take some minutes"
+  update_package_lists || die "apt-get update failed"
+  # Packages ask questions otherwise (the time zone), and another apt may be at work. What goes
+  # wrong is on standard error.
+  as_root env DEBIAN_FRONTEND=noninteractive "${install[@]}" -qq -o Dpkg::Use-Pty=0 \
+    -o DPkg::Lock::Timeout=600 </dev/null >/dev/null || die "${install[*]} failed"
+}
+
+# Whether a package is installed, or could be: some are not in every release.
+is_available() {
+  if ! command -v dpkg-query >/dev/null || is_installed "$1"; then return; fi
+  if as_root true; then update_package_lists || die "apt-get update failed"; fi
+  [[ -n $(apt-cache --quiet=0 madison "$1" 2>/dev/null) ]]
+}
+
+# What builds and tests the library.
+need_build_packages() {
+  need_packages g++ cmake ninja-build pkg-config libopencv-dev libeigen3-dev "$@"
+}
+
+# What the program dynfilter needs besides. Not every release has libcli11-dev.
+need_tool_packages() {
+  is_available libcli11-dev || die "this release has no package libcli11-dev, which the program needs"
+  need_build_packages libcli11-dev nlohmann-json3-dev
+}
+
+# Sets the array `configure_options` for every build: Ninja, and ccache where it is.
+# shellcheck disable=SC2034  # for the script that sources this file
+find_configure_options() {
+  configure_options=(-G Ninja)
+  if command -v ccache >/dev/null; then
+    configure_options+=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
+  fi
+}

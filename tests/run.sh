@@ -1,0 +1,127 @@
+#!/usr/bin/env bash
+# SPDX-FileCopyrightText: 2026 the dynfilter authors
+# SPDX-License-Identifier: MIT
+
+set -euo pipefail
+exec </dev/null # nothing here asks
+
+usage() {
+  cat <<'END'
+usage: tests/run.sh [--all] [-h]
+
+Builds the library and runs its tests: first the unit tests under the address and
+undefined-behaviour sanitizers, then everything in the dev build, whose ctest summary comes last.
+Installs the packages that are missing (Debian, Ubuntu; as root or by sudo without password), or says
+which.
+
+  --all  slow tests too, the unit tests built by clang, and some of them under valgrind; checks of
+         format and scripts, which are skipped otherwise where their tools are missing
+
+  DYNFILTER_BUILD_DIR         folder of the dev build, default build/dev; others lie beside it
+  DYNFILTER_DATA_DIR          folder with recorded data for tests that can use it
+  CMAKE_BUILD_PARALLEL_LEVEL  jobs at a time, default: one a core
+END
+}
+
+all=no
+for argument in "$@"; do
+  case "$argument" in
+    --all) all=yes ;;
+    -h | --help)
+      usage
+      exit
+      ;;
+    *)
+      usage >&2
+      exit 2
+      ;;
+  esac
+done
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+readonly root
+# shellcheck source-path=SCRIPTDIR source=../cmake/setup.sh
+source "$root/cmake/setup.sh"
+
+# An absolute path: the steps below change folders.
+dev_dir=$(realpath -m "${DYNFILTER_BUILD_DIR:-$root/build/dev}")
+if [[ -n ${DYNFILTER_BUILD_DIR:-} ]]; then other_dirs="$dev_dir-"; else other_dirs="$root/build/"; fi
+jobs=${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}
+if [[ $all == yes ]]; then not_these=consumers; else not_these='consumers|slow'; fi
+readonly dev_dir other_dirs jobs not_these
+
+# The presets of CMakePresets.json spelled out, because CMake reads those from 3.20 on only.
+unit_tests_only=(-DDYNFILTER_BUILD_EXAMPLES=OFF -DDYNFILTER_BUILD_TOOLS=OFF)
+
+# build <folder> <option of cmake>...
+build() {
+  local folder=$1
+  shift
+  cmake -S "$root" -B "$folder" "${configure_options[@]}" "$@"
+  cmake --build "$folder" -j "$jobs"
+}
+
+# run_tests <folder> <option of ctest>...
+run_tests() {
+  local folder=$1
+  shift
+  (cd "$folder" && ctest --output-on-failure -j "$jobs" "$@")
+}
+
+sanitized() {
+  log "Unit tests under the address and undefined-behaviour sanitizers"
+  build "${other_dirs}asan-ubsan" "${unit_tests_only[@]}" -DCMAKE_BUILD_TYPE=Debug \
+    -DCMAKE_CXX_FLAGS_DEBUG="-g -O1 -D_GLIBCXX_ASSERTIONS" -DDYNFILTER_SANITIZE=address,undefined
+  ASAN_OPTIONS=halt_on_error=1:detect_leaks=1 UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1 \
+    LSAN_OPTIONS="suppressions=$root/tests/lsan.supp:print_suppressions=0" \
+    run_tests "${other_dirs}asan-ubsan" -LE "$not_these"
+}
+
+by_clang() {
+  log "Unit tests, built by clang"
+  build "${other_dirs}clang" "${unit_tests_only[@]}" -DCMAKE_BUILD_TYPE=RelWithDebInfo \
+    -DCMAKE_CXX_COMPILER=clang++
+  run_tests "${other_dirs}clang" -LE "$not_these|repository"
+}
+
+# The tests of what handles memory itself. Their programs come from the dev build.
+under_valgrind() {
+  log "Some unit tests under valgrind"
+  local name
+  for name in instance features labels keep_static edge_compensator dynamic_filter; do
+    if [[ -x $dev_dir/tests/${name}_test ]]; then
+      valgrind --quiet --error-exitcode=1 --leak-check=full --show-leak-kinds=definite \
+        --errors-for-leak-kinds=definite "$dev_dir/tests/${name}_test" --gtest_brief=1
+    fi
+  done
+}
+
+packages=(libgtest-dev libbenchmark-dev)
+dev_options=(-DCMAKE_BUILD_TYPE=RelWithDebInfo -DCMAKE_EXPORT_COMPILE_COMMANDS=ON
+  -DDYNFILTER_BUILD_BENCHMARKS=ON)
+if is_available libcli11-dev; then
+  packages+=(libcli11-dev nlohmann-json3-dev)
+  dev_options+=(-DDYNFILTER_BUILD_TOOLS=ON)
+else
+  log "This release has no package libcli11-dev: the program dynfilter is neither built nor tested"
+  dev_options+=(-DDYNFILTER_BUILD_TOOLS=OFF)
+fi
+if [[ $all == yes ]]; then packages+=(clang valgrind clang-format shellcheck); fi
+need_build_packages "${packages[@]}"
+find_configure_options
+# The compiler that we test with; others warn of other things.
+if [[ $("${CXX:-c++}" -dumpversion) == 12* ]]; then
+  configure_options+=(-DDYNFILTER_WARNINGS_AS_ERRORS=ON)
+fi
+
+sanitized
+if [[ $all == yes ]]; then by_clang; fi
+
+log "All tests"
+build "$dev_dir" "${dev_options[@]}"
+if [[ $all == yes ]]; then
+  under_valgrind
+  run_tests "$dev_dir"
+else
+  run_tests "$dev_dir" -LE slow
+fi
