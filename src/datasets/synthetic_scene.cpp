@@ -1,2 +1,127 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
+
+#include "dynfilter/datasets/synthetic_scene.hpp"
+
+#include <cmath>
+
+#include "dynfilter/detail/errors.hpp"
+#include "scene/depth_sensor.hpp"
+#include "scene/masks.hpp"
+#include "scene/noise.hpp"
+#include "scene/renderer.hpp"
+#include "scene/world.hpp"
+
+namespace dynfilter {
+namespace {
+
+void require_range(const char* option, double value, double low, double high) {
+  if (value >= low && value <= high) return;  // false for NaN
+  detail::throw_misuse("SyntheticScene", detail::concatenate(option, " = ", value),
+                       detail::concatenate("a number from ", low, " to ", high));
+}
+
+void require_valid(const SyntheticSceneOptions& options) {
+  require_range("frames", options.frames, 1, 1e6);
+  require_range("image_size.width", options.image_size.width, 16, 8192);
+  require_range("image_size.height", options.image_size.height, 16, 8192);
+  require_range("frames_per_second", options.frames_per_second, 1e-3, 1e4);
+  require_range("start_time_s", options.start_time_s, 0, 1e10);
+  require_range("persons", options.persons, 0, 8);
+  require_range("person_distance_m", options.person_distance_m, 1.0, 18.0);
+  require_range("person_speed_m_s", options.person_speed_m_s, 0, 5);
+  require_range("wall_distance_m", options.wall_distance_m, options.person_distance_m + 1.5, 20);
+  require_range("background_contrast", options.background_contrast, 0, 1);
+  require_range("camera_motion", options.camera_motion, 0, 1.5);
+  require_range("max_depth_m", options.max_depth_m, 0.1, 13.1);
+  require_range("least_missing_limbs", options.least_missing_limbs, 0, scene::limb_regions);
+  require_range("most_missing_limbs", options.most_missing_limbs, options.least_missing_limbs,
+                scene::limb_regions);
+}
+
+SyntheticSceneOptions checked(const SyntheticSceneOptions& options) {
+  require_valid(options);
+  return options;
+}
+
+void require_index(const SyntheticScene& scene, int index) {
+  if (index >= 0 && index < scene.size()) return;
+  detail::throw_misuse("SyntheticScene", detail::concatenate("frame ", index),
+                       detail::concatenate("a frame from 0 to ", scene.size() - 1));
+}
+
+double elapsed_s(const SyntheticSceneOptions& options, int index) {
+  return index / options.frames_per_second;
+}
+
+}  // namespace
+
+struct SyntheticScene::Content {
+  explicit Content(const SyntheticSceneOptions& wanted)
+      : options(checked(wanted)), world(options) {}
+
+  SyntheticSceneOptions options;
+  scene::World world;
+};
+
+SyntheticScene::SyntheticScene(const SyntheticSceneOptions& options)
+    : content_(std::make_shared<const Content>(options)) {}
+
+const SyntheticSceneOptions& SyntheticScene::options() const { return content_->options; }
+
+CameraParameters SyntheticScene::camera() const {
+  const cv::Size size = options().image_size;
+  const double scale_x = size.width / 640.0;
+  const double scale_y = size.height / 480.0;
+  CameraParameters camera;
+  camera.fx = 535.4 * scale_x;
+  camera.fy = 539.2 * scale_y;
+  camera.cx = (320.1 + 0.5) * scale_x - 0.5;  // 0 is the centre of the first pixel
+  camera.cy = (247.6 + 0.5) * scale_y - 0.5;
+  camera.image_size = size;
+  camera.frames_per_second = options().frames_per_second;
+  camera.depth_units_per_metre = scene::depth_units_per_metre;
+  return camera;
+}
+
+double SyntheticScene::timestamp_s(int index) const {
+  require_index(*this, index);
+  return options().start_time_s + elapsed_s(options(), index);
+}
+
+CameraPose SyntheticScene::pose(int index) const {
+  require_index(*this, index);
+  return scene::camera_at(options(), elapsed_s(options(), index));
+}
+
+SyntheticFrame SyntheticScene::render(int index) const {
+  SyntheticFrame out;
+  out.pose = pose(index);
+  scene::Bodies bodies;
+  for (int person = 0; person < options().persons; ++person) {
+    bodies.push_back(scene::body_at(options(), person, elapsed_s(options(), index)));
+  }
+  const scene::Rendering rendering = scene::render(content_->world, bodies, camera(), out.pose);
+  const std::uint64_t seed = options().seed;
+
+  out.frame.id = static_cast<std::uint64_t>(index);
+  out.frame.timestamp_s = timestamp_s(index);
+  out.frame.image =
+      scene::expose(rendering, scene::make_key(seed, scene::Stream::image_noise, index));
+  out.frame.depth = scene::measure_depth(rendering, camera(), options().max_depth_m,
+                                         scene::make_key(seed, scene::Stream::depth_noise, index));
+  out.frame.metres_per_unit = 1 / scene::depth_units_per_metre;
+  out.exact_depth_m = rendering.depth;
+
+  for (Segmentation* segmentation : {&out.true_segmentation, &out.poor_segmentation}) {
+    segmentation->frame_id = out.frame.id;
+    segmentation->timestamp_s = out.frame.timestamp_s;
+    segmentation->image_size = options().image_size;
+  }
+  out.true_segmentation.instances = scene::true_instances(rendering, options().persons);
+  out.poor_segmentation.instances =
+      scene::poor_instances(options(), index, rendering, bodies, out.true_segmentation.instances);
+  return out;
+}
+
+}  // namespace dynfilter

@@ -1,0 +1,103 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_DATASETS_SYNTHETIC_SCENE_HPP
+#define DYNFILTER_DATASETS_SYNTHETIC_SCENE_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include <cstdint>
+#include <memory>
+
+#include <opencv2/core.hpp>
+
+#include "dynfilter/datasets/camera.hpp"
+#include "dynfilter/frame.hpp"
+#include "dynfilter/segmentation.hpp"
+
+namespace dynfilter {
+
+/// What a synthetic scene looks like. The defaults discriminate moderately: two persons are the
+/// nearest and strongest texture, walk in one direction and turn back together, and their masks
+/// miss limbs. Lengths are metres, times seconds.
+struct SyntheticSceneOptions {
+  std::uint64_t seed = 1;         ///< every random choice follows from it
+  int frames = 90;                ///< at least 1
+  cv::Size image_size{640, 480};  ///< pixels, 16 to 8192; the field of view stays that of TUM fr3
+  double frames_per_second = 30;
+  double start_time_s = 1.0;  ///< time stamp of frame 0; the scene itself does not depend on it
+
+  int persons = 2;                  ///< 0 to 8
+  double person_distance_m = 1.55;  ///< of the nearest person's way from the camera; from 1
+  double person_speed_m_s = 1.0;    ///< 0 stands still; up to 5
+  bool persons_together = true;     ///< false: every other person walks the opposite way
+
+  double wall_distance_m = 4.2;      ///< of the back wall; from person_distance_m + 1.5 to 20
+  double background_contrast = 0.6;  ///< of the room's textures: 0 grey to 1 full
+  bool furniture = true;             ///< shelves, a table, boxes
+  double camera_motion = 1.0;        ///< 1: about 0.36, 0.24, 0.20 m and 4.5, 3, 1.8 deg; 0 still
+
+  double max_depth_m = 9.0;     ///< beyond it the depth sensor sees nothing; at most 13.1
+  int least_missing_limbs = 2;  ///< a poor mask misses that many limbs of nine at a time …
+  int most_missing_limbs = 5;   ///< … up to that many; the choice changes every 0.4 s
+};
+
+/// Pose of the camera in the world: point_world = rotation * point_camera + translation. The camera
+/// looks along its z, its x points right and its y down; the world's z points up from the floor.
+struct CameraPose {
+  cv::Matx33d rotation;
+  cv::Vec3d translation;  ///< metres
+};
+
+/// One rendered frame; owns its pixels.
+struct SyntheticFrame {
+  /// BGR image, and CV_16UC1 depth of 5000 units a metre as a Kinect gives it: disparity quantised
+  /// to 1/8 px, shadow bands, misregistered edges, holes. 0 = nothing measured.
+  FrameView frame;
+  /// Exact silhouettes of what is visible, by person: smallest boxes, score 1, class 0.
+  Segmentation true_segmentation;
+  /// As of a network that works on 138x138 pixels and misses limbs, by falling score: class 0, the
+  /// box off by a few pixels. A mask may be empty; a person of whom little is visible is missing.
+  /// In both, track_id is the person.
+  Segmentation poor_segmentation;
+  CameraPose pose;
+  cv::Mat exact_depth_m;  ///< CV_32FC1, metres along the optical axis, of every pixel
+};
+
+/// A sequence with known truth: a textured room, a camera moved as by hand, walking persons.
+///
+/// Frames are rendered on demand and in any order. A frame is a pure function of the options and
+/// its index: neither the order of calls nor OpenCV's number of threads changes a pixel. Copies
+/// share the textures (about 20 MB); all functions are const and re-entrant.
+class SyntheticScene {
+ public:
+  /// Paints the textures, a few tenths of a second. Throws std::invalid_argument that names the
+  /// option that is out of its range.
+  explicit SyntheticScene(const SyntheticSceneOptions& options = {});
+
+  const SyntheticSceneOptions& options() const;
+
+  /// Number of frames.
+  int size() const { return options().frames; }
+
+  /// Intrinsics of TUM fr3 scaled to the image size (no distortion), rate and depth factor (5000).
+  CameraParameters camera() const;
+
+  /// Time stamp of a frame. Throws std::invalid_argument for an index outside [0, size()). O(1).
+  double timestamp_s(int index) const;
+
+  /// The exact pose of a frame, without rendering it. Throws as timestamp_s. O(1).
+  CameraPose pose(int index) const;
+
+  /// Renders a frame; frame.id is the index. Throws as timestamp_s. O(pixels), about 0.15 s of one
+  /// core at 640x480.
+  SyntheticFrame render(int index) const;
+
+ private:
+  struct Content;
+  std::shared_ptr<const Content> content_;
+};
+
+}  // namespace dynfilter
+
+#endif  // DYNFILTER_DATASETS_SYNTHETIC_SCENE_HPP

@@ -1,0 +1,122 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "depth_sensor.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "noise.hpp"
+
+namespace dynfilter::scene {
+namespace {
+
+// The sensor: projector 7.5 cm to the right of a camera of 580 px, disparity in eighths of a pixel.
+// A step of disparity is then 2.9e-3 z^2 metres.
+constexpr double baseline_m = 0.075;
+constexpr double sensor_focal_px = 580;
+constexpr double steps_a_pixel = 8;
+
+constexpr double noise_px = 0.10;        // of disparity, in patches
+constexpr double edge_shift_px = 2.2;    // of depth against colour, at 640 pixels' width
+constexpr double step_share = 0.06;      // a jump of 1/z by that share is a depth step
+constexpr float filled_shadow = -0.10F;  // noise above it: the sensor's window bridges the shadow
+constexpr float lost_step = 0.55F;       // noise above it: nothing is measured at a depth step
+constexpr float hole = 0.49F;            // noise above it: a hole, at 2 m
+
+/// Noise whose patches have that size on an image of 640 pixels' width.
+cv::Mat1f patches(cv::Size size, double cell_px, std::uint64_t key) {
+  return noise_field(size, std::max(1, static_cast<int>(std::lround(cell_px * size.width / 640.0))),
+                     key);
+}
+
+/// What may go wrong, drawn anew for every frame.
+struct Disturbance {
+  Disturbance(cv::Size size, std::uint64_t key)
+      : disparity(patches(size, 4, make_key(key, 1))),
+        shift_x(patches(size, 14, make_key(key, 2))),
+        shift_y(patches(size, 14, make_key(key, 3))),
+        edges(patches(size, 9, make_key(key, 4))),
+        shadow(patches(size, 16, make_key(key, 5))),
+        holes(patches(size, 20, make_key(key, 6))) {
+    add_noise(holes, std::max(1, 6 * size.width / 640), 0.35F, make_key(key, 7));
+  }
+
+  cv::Mat1f disparity, shift_x, shift_y, edges, shadow, holes;
+};
+
+/// The projector is right of the camera, so a near surface hides from it what lies left of its left
+/// edge. In a row, walked from the right, the projector's column of visible points falls.
+void cast_shadow(const cv::Mat1f& depth, double focal_baseline, int y, cv::Mat1b& shadow) {
+  double leftmost = no_hit;
+  for (int x = depth.cols - 1; x >= 0; --x) {
+    const double column = x - focal_baseline / static_cast<double>(depth(y, x));
+    shadow(y, x) = column > leftmost + 0.75 ? 1 : 0;
+    leftmost = std::min(leftmost, column);
+  }
+}
+
+/// Whether the depth jumps within two pixels (at 640 pixels' width) of this one.
+bool at_step(const cv::Mat1f& depth, int reach, int x, int y) {
+  const float here = depth(y, x);
+  const auto jumps = [&](int column, int row) {
+    if (column < 0 || row < 0 || column >= depth.cols || row >= depth.rows) return false;
+    const float there = depth(row, column);
+    return std::abs(there - here) > static_cast<float>(step_share) * std::min(there, here);
+  };
+  return jumps(x - reach, y) || jumps(x + reach, y) || jumps(x, y - reach) || jumps(x, y + reach);
+}
+
+bool is_lost(const Rendering& seen, const Disturbance& disturbance, int reach, int x, int y) {
+  const float z = seen.depth(y, x);
+  const float edge = disturbance.edges(y, x);
+  // The projector's dots smear out on a surface seen at a grazing angle.
+  if (seen.facing(y, x) < 0.12F + 0.25F * edge) return true;
+  if (edge > lost_step && at_step(seen.depth, reach, x, y)) return true;
+  // Less light comes back from far away.
+  return disturbance.holes(y, x) > hole + 0.16F * (3.5F - z);
+}
+
+std::uint16_t quantised(double depth_m, double noise) {
+  const double disparity = sensor_focal_px * baseline_m / depth_m + noise;
+  const double steps = std::max(std::round(disparity * steps_a_pixel), 1.0);
+  const double measured = sensor_focal_px * baseline_m * steps_a_pixel / steps;
+  return static_cast<std::uint16_t>(std::min(measured * depth_units_per_metre + 0.5, 65535.0));
+}
+
+}  // namespace
+
+cv::Mat1w measure_depth(const Rendering& rendering, const CameraParameters& camera,
+                        double max_depth_m, std::uint64_t key) {
+  const cv::Size size = rendering.depth.size();
+  const Disturbance disturbance(size, key);
+  const double scale = size.width / 640.0;
+  const int reach = std::max(1, static_cast<int>(std::lround(2 * scale)));
+  const auto shift_px = static_cast<float>(edge_shift_px * scale);
+  cv::Mat1b shadow(size);
+  cv::Mat1w raw(size);
+  cv::parallel_for_(cv::Range(0, size.height), [&](const cv::Range& rows) {
+    for (int y = rows.start; y < rows.end; ++y) {
+      cast_shadow(rendering.depth, camera.fx * baseline_m, y, shadow);
+      for (int x = 0; x < size.width; ++x) {
+        const double z = static_cast<double>(rendering.depth(y, x));
+        const bool dark = shadow(y, x) != 0 && disturbance.shadow(y, x) <= filled_shadow;
+        const double noise = noise_px * static_cast<double>(disturbance.disparity(y, x));
+        const bool lost = z > max_depth_m || dark || is_lost(rendering, disturbance, reach, x, y);
+        raw(y, x) = lost ? std::uint16_t{0} : quantised(z, noise);
+      }
+    }
+  });
+  cv::Mat1w registered(size);
+  for (int y = 0; y < size.height; ++y) {
+    for (int x = 0; x < size.width; ++x) {
+      const auto dx = static_cast<int>(std::lround(shift_px * disturbance.shift_x(y, x)));
+      const auto dy = static_cast<int>(std::lround(shift_px * disturbance.shift_y(y, x)));
+      registered(y, x) =
+          raw(std::clamp(y + dy, 0, size.height - 1), std::clamp(x + dx, 0, size.width - 1));
+    }
+  }
+  return registered;
+}
+
+}  // namespace dynfilter::scene

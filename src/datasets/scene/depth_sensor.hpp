@@ -1,0 +1,23 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_SRC_DATASETS_SCENE_DEPTH_SENSOR_HPP
+#define DYNFILTER_SRC_DATASETS_SCENE_DEPTH_SENSOR_HPP
+
+#include <cstdint>
+
+#include <opencv2/core.hpp>
+
+#include "renderer.hpp"
+
+namespace dynfilter::scene {
+
+constexpr double depth_units_per_metre = 5000;
+
+/// Depth as of a Kinect of the first kind, registered to the colour image: CV_16UC1.
+cv::Mat1w measure_depth(const Rendering& rendering, const CameraParameters& camera,
+                        double max_depth_m, std::uint64_t key);
+
+}  // namespace dynfilter::scene
+
+#endif  // DYNFILTER_SRC_DATASETS_SCENE_DEPTH_SENSOR_HPP

@@ -1,0 +1,185 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "person.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "noise.hpp"
+
+namespace dynfilter::scene {
+namespace {
+
+constexpr double thigh_m = 0.44;
+constexpr double shin_m = 0.42;
+constexpr double ankle_m = 0.09;
+constexpr double stride_m = 1.30;
+constexpr double turn_m = 0.80;  // how far from the middle of the way a person turns back
+
+/// Where a person is on the way, which goes to and fro along the world's x.
+struct Walk {
+  cv::Vec2d place;
+  cv::Vec2d forward;   // unit
+  double pace = 0;     // 0 standing to 1 at full speed
+  double covered = 0;  // metres walked, which drives the legs, so that feet do not slide
+};
+
+/// A triangle wave with rounded corners: even pace, and a turn of a few tenths of a second.
+Walk walk_at(const SyntheticSceneOptions& options, int person, double elapsed_s) {
+  constexpr double sharpness = 0.96;
+  const double slowest = std::sqrt(1 - sharpness * sharpness);
+  const double peak = std::asin(sharpness);
+  const std::uint64_t key = make_key(options.seed, Stream::walk);
+  double phase =
+      elapsed_s * options.person_speed_m_s * peak / turn_m - between(key, 0.30, 0.42) * CV_PI;
+  if (!options.persons_together && person % 2 == 1) phase += CV_PI;
+  const double x = turn_m * std::asin(sharpness * std::sin(phase)) / peak;
+  const double speed =
+      std::cos(phase) / std::sqrt(1 - sharpness * sharpness * std::sin(phase) * std::sin(phase));
+  const double half_turns = std::floor(phase / CV_PI + 0.5);
+  const bool rightward = std::fmod(std::abs(half_turns), 2.0) < 0.5;
+
+  Walk walk;
+  const double rank = person - 0.5 * (options.persons - 1);
+  walk.place = {x + 0.54 * rank,
+                options.person_distance_m + 0.28 * (person % 2) + 0.05 * (person / 2)};
+  // A person who turns faces the camera half-way, and looks a little towards it all the time.
+  walk.forward = {speed, -0.30 - slowest * (1 - std::abs(speed))};
+  walk.forward *= 1 / std::sqrt(walk.forward.dot(walk.forward));
+  walk.pace = std::abs(speed);
+  walk.covered = turn_m * (2 * half_turns + 1) + (rightward ? x : -x);
+  return walk;
+}
+
+/// Angles of one side of the body in its plane of walking, from hanging down, forward positive.
+struct Stride {
+  double thigh = 0, shin = 0, upper_arm = 0, forearm = 0;
+};
+
+Stride stride_at(double phase, double pace) {
+  const double reach = 0.10 + 0.90 * pace;
+  const double lift = std::max(0.0, std::cos(phase));  // the leg that swings forward is bent
+  Stride stride;
+  stride.thigh = reach * (0.43 * std::sin(phase) + 0.06);
+  stride.shin = stride.thigh - reach * (0.10 + 0.75 * lift * lift);
+  stride.upper_arm = -reach * 0.50 * std::sin(phase) - 0.05;
+  stride.forearm = stride.upper_arm + 0.35 + reach * 0.25 * (1 - std::sin(phase));
+  return stride;
+}
+
+/// Builds the parts of a body whose size is `scale` times that of a person of 1.75 m.
+class Body {
+ public:
+  Body(const Walk& walk, double scale)
+      : scale_(scale),
+        forward_(walk.forward[0], walk.forward[1], 0),
+        left_(-walk.forward[1], walk.forward[0], 0),
+        ground_(walk.place[0], walk.place[1], 0) {
+    const double phase = 2 * CV_PI * walk.covered / (stride_m * scale);
+    const Stride left = stride_at(phase, walk.pace);
+    const Stride right = stride_at(phase + CV_PI, walk.pace);
+    hip_m_ = ankle_m + std::max(leg_height(left), leg_height(right));
+    twist_ = 0.14 * walk.pace * std::sin(phase);
+    add_trunk();
+    add_head();
+    add_arm(left, 1);
+    add_arm(right, -1);
+    add_leg(left, 1);
+    add_leg(right, -1);
+  }
+
+  std::vector<BodyPart> parts() && { return std::move(parts_); }
+
+ private:
+  static double leg_height(const Stride& stride) {
+    return thigh_m * std::cos(stride.thigh) + shin_m * std::cos(stride.shin);
+  }
+
+  /// A point by its distances forward, to the left and above the floor.
+  cv::Vec3d point(double forward, double left, double up) const {
+    return ground_ + (forward_ * forward + left_ * left + cv::Vec3d(0, 0, up)) * scale_;
+  }
+
+  cv::Vec3d swing(double angle, double outward) const {
+    return (forward_ * std::sin(angle) + cv::Vec3d(0, 0, -std::cos(angle)) + left_ * outward) *
+           scale_;
+  }
+
+  void add(Garment garment, BodyRegion region, const cv::Vec3d& base, const cv::Vec3d& tip,
+           cv::Vec2d half_widths, double cap, double taper) {
+    BodyPart part;
+    part.limb = Limb(base, tip, shoulder_side(), half_widths * scale_, cap * scale_, taper);
+    part.garment = garment;
+    part.region = region;
+    const auto index = static_cast<double>(parts_.size());
+    if (region != BodyRegion::torso && region != BodyRegion::head) {
+      part.texture_offset_m = {0.31 * index, 0.17 * index};
+    }
+    parts_.push_back(part);
+  }
+
+  cv::Vec3d shoulder_side() const { return left_ - forward_ * twist_; }
+
+  void add_trunk() {
+    const double hip = hip_m_;
+    add(Garment::trousers, BodyRegion::torso, point(0, 0, hip - 0.02), point(0, 0, hip + 0.10),
+        {0.165, 0.115}, 0.09, 0.93);
+    add(Garment::shirt, BodyRegion::torso, point(0, 0, hip + 0.12), point(0.01, 0, hip + 0.45),
+        {0.155, 0.110}, 0.095, 1.18);
+  }
+
+  void add_head() {
+    const double neck = hip_m_ + 0.50;
+    add(Garment::skin, BodyRegion::head, point(0.01, 0, neck), point(0.03, 0, neck + 0.12),
+        {0.050, 0.053}, 0.05, 1.0);
+    const cv::Vec3d centre = point(0.04, 0, neck + 0.205);
+    add(Garment::skin, BodyRegion::head, centre, centre, {0.076, 0.094}, 0.125, 1.0);
+    const cv::Vec3d crown = point(0.016, 0, neck + 0.242);
+    add(Garment::hair, BodyRegion::head, crown, crown, {0.084, 0.098}, 0.108, 1.0);
+  }
+
+  void add_arm(const Stride& stride, int side) {
+    const bool left = side > 0;
+    const cv::Vec3d shoulder =
+        point(0, 0, hip_m_ + 0.445) + shoulder_side() * (0.205 * side * scale_);
+    const cv::Vec3d elbow = shoulder + swing(stride.upper_arm, 0.12 * side) * 0.28;
+    const cv::Vec3d wrist = elbow + swing(stride.forearm, 0.02 * side) * 0.24;
+    const cv::Vec3d fingers = wrist + swing(stride.forearm + 0.1, 0.0) * 0.10;
+    add(Garment::shirt, left ? BodyRegion::left_upper_arm : BodyRegion::right_upper_arm, shoulder,
+        elbow, {0.056, 0.060}, 0.055, 0.80);
+    const BodyRegion forearm = left ? BodyRegion::left_forearm : BodyRegion::right_forearm;
+    add(Garment::shirt, forearm, elbow, wrist, {0.045, 0.047}, 0.045, 0.78);
+    add(Garment::skin, forearm, wrist + (fingers - wrist) * 0.4, fingers, {0.022, 0.042}, 0.045,
+        0.85);
+  }
+
+  void add_leg(const Stride& stride, int side) {
+    const bool left = side > 0;
+    const cv::Vec3d hip = point(0, 0.09 * side, hip_m_);
+    const cv::Vec3d knee = hip + swing(stride.thigh, 0.01 * side) * thigh_m;
+    const cv::Vec3d ankle = knee + swing(stride.shin, 0.0) * shin_m;
+    const cv::Vec3d heel = ankle + swing(stride.shin, 0.0) * 0.045;
+    const cv::Vec3d toes = heel + swing(stride.shin + 1.45, 0.04 * side) * 0.16;
+    add(Garment::trousers, left ? BodyRegion::left_thigh : BodyRegion::right_thigh, hip, knee,
+        {0.082, 0.092}, 0.085, 0.75);
+    const BodyRegion shin = left ? BodyRegion::left_shin : BodyRegion::right_shin;
+    add(Garment::trousers, shin, knee, ankle, {0.063, 0.069}, 0.06, 0.80);
+    add(Garment::shoe, shin, heel, toes, {0.042, 0.046}, 0.042, 0.85);
+  }
+
+  double scale_;
+  cv::Vec3d forward_, left_, ground_;
+  double hip_m_ = 0;
+  double twist_ = 0;
+  std::vector<BodyPart> parts_;
+};
+
+}  // namespace
+
+std::vector<BodyPart> body_at(const SyntheticSceneOptions& options, int person, double elapsed_s) {
+  const double scale = between(make_key(options.seed, Stream::body, person), 0.95, 1.06);
+  return Body(walk_at(options, person, elapsed_s), scale).parts();
+}
+
+}  // namespace dynfilter::scene

@@ -1,0 +1,50 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_SRC_DATASETS_SCENE_RENDERER_HPP
+#define DYNFILTER_SRC_DATASETS_SCENE_RENDERER_HPP
+
+#include <cstdint>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "world.hpp"
+
+namespace dynfilter::scene {
+
+/// What a pixel's ray met: a room face, a face of a block, or a part of a person.
+class SurfaceId {
+ public:
+  static int room(int face) { return face; }
+  static int block(int index, int face) { return 6 + 6 * index + face; }
+  static int part(int person, int index) { return first_part + parts_a_person * person + index; }
+
+  static bool is_part(int id) { return id >= first_part; }
+  static int person(int id) { return (id - first_part) / parts_a_person; }
+  static int part_index(int id) { return (id - first_part) % parts_a_person; }
+
+ private:
+  static constexpr int first_part = 1 << 16;
+  static constexpr int parts_a_person = 64;
+};
+
+using Bodies = std::vector<std::vector<BodyPart>>;
+
+/// What the camera sees, before any sensor.
+struct Rendering {
+  cv::Mat3f colour;   // BGR, 0 to 255, edges smoothed
+  cv::Mat1f depth;    // metres along the optical axis, at the pixel's centre
+  cv::Mat1f facing;   // cosine between the ray and the surface's normal
+  cv::Mat1i surface;  // SurfaceId
+};
+
+Rendering render(const World& world, const Bodies& bodies, const CameraParameters& camera,
+                 const CameraPose& pose);
+
+/// The colour image: noise of the sensor added, rounded to bytes.
+cv::Mat3b expose(const Rendering& rendering, std::uint64_t key);
+
+}  // namespace dynfilter::scene
+
+#endif  // DYNFILTER_SRC_DATASETS_SCENE_RENDERER_HPP

@@ -1,0 +1,59 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_SRC_DATASETS_SCENE_TEXTURE_HPP
+#define DYNFILTER_SRC_DATASETS_SCENE_TEXTURE_HPP
+
+#include <cstdint>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+namespace dynfilter::scene {
+
+/// A texture that repeats, with its smaller copies: what is far away is read from a smaller one, so
+/// that it does not flicker from frame to frame.
+class Texture {
+ public:
+  /// From BGR values of 0 to 255; both sides powers of two. `texel_m` is the side of a texel.
+  Texture(const cv::Mat3f& pixels, double texel_m);
+
+  double texel_m() const { return texel_m_; }
+
+  /// The colour at (u, v) metres, averaged over about `footprint_m`.
+  cv::Vec3f sample(double u, double v, double footprint_m) const;
+
+ private:
+  std::vector<cv::Mat3b> levels_;
+  double texel_m_;
+};
+
+/// What textures are painted on: BGR values, coordinates in texels, everything wraps around.
+class Canvas {
+ public:
+  Canvas(cv::Size size, cv::Vec3f colour);
+
+  cv::Mat3f& pixels() { return pixels_; }
+  cv::Size size() const { return pixels_.size(); }
+
+  /// Noise of equal strength in every octave from `coarsest` texels down to 2: about 1/f. `tint`
+  /// says how strongly each channel follows it.
+  void noise(int coarsest, float amplitude, cv::Vec3f tint, std::uint64_t key);
+  void rectangle(cv::Rect area, cv::Vec3f colour, float opacity = 1.0F);
+  void disc(cv::Point centre, int radius, cv::Vec3f colour, float opacity = 1.0F);
+  /// Square cells, each of a random mixture of two colours.
+  void mosaic(cv::Rect area, int cell, cv::Vec3f first, cv::Vec3f second, std::uint64_t key);
+  /// Rows of short strokes, as of a printed page.
+  void writing(cv::Rect area, int line_height, cv::Vec3f colour, std::uint64_t key);
+  /// Scales the differences from the mean colour.
+  void contrast(double factor);
+
+ private:
+  void blend(int x, int y, const cv::Vec3f& colour, float opacity);
+
+  cv::Mat3f pixels_;
+};
+
+}  // namespace dynfilter::scene
+
+#endif  // DYNFILTER_SRC_DATASETS_SCENE_TEXTURE_HPP

@@ -1,0 +1,133 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "world.hpp"
+
+#include <cmath>
+
+#include "materials.hpp"
+#include "noise.hpp"
+
+namespace dynfilter::scene {
+namespace {
+
+constexpr double camera_height_m = 1.30;
+constexpr double ceiling_m = 2.70;
+
+double radians(double degrees) { return degrees * CV_PI / 180.0; }
+
+Block block(cv::Vec3d foot, cv::Vec3d size, double turn_deg, Material material) {
+  Block made;
+  made.centre = {foot[0], foot[1], foot[2] + size[2] / 2};
+  made.half_size = size * 0.5;
+  made.cosine = std::cos(radians(turn_deg));
+  made.sine = std::sin(radians(turn_deg));
+  made.material = static_cast<int>(material);
+  return made;
+}
+
+/// A table with what lies on it; `foot` is below its middle.
+void add_table(std::vector<Block>& blocks, cv::Vec3d foot) {
+  const auto add = [&](cv::Vec3d at, cv::Vec3d size, double turn, Material material) {
+    blocks.push_back(block(foot + at, size, turn, material));
+  };
+  add({0, 0, 0.71}, {1.30, 0.65, 0.04}, 0, Material::wood);
+  for (const double x : {-0.6, 0.6}) {
+    for (const double y : {-0.28, 0.28}) {
+      add({x, y, 0}, {0.06, 0.06, 0.71}, 0, Material::wood);
+    }
+  }
+  add({-0.15, 0.12, 0.75}, {0.16, 0.14, 0.10}, 0, Material::screen);
+  add({-0.15, 0.10, 0.85}, {0.62, 0.05, 0.38}, 6, Material::screen);
+  add({0.38, -0.02, 0.75}, {0.26, 0.22, 0.18}, 25, Material::cardboard);
+  add({-0.5, -0.15, 0.75}, {0.22, 0.30, 0.05}, -12, Material::books);
+}
+
+/// Shelves at the wall, a table, boxes on the floor; places vary a little with the seed.
+std::vector<Block> furniture(const SyntheticSceneOptions& options) {
+  const double wall = options.wall_distance_m;
+  const auto jitter = [&](int what) {
+    return between(make_key(options.seed, Stream::layout, what), -0.12, 0.12);
+  };
+  std::vector<Block> blocks;
+  const double shelf = -1.75 + jitter(1);
+  blocks.push_back(block({shelf, wall - 0.16, 0}, {0.95, 0.30, 1.52}, 0, Material::books));
+  blocks.push_back(block({shelf, wall - 0.17, 1.52}, {1.02, 0.34, 0.04}, 0, Material::wood));
+  blocks.push_back(
+      block({shelf - 0.2, wall - 0.2, 1.56}, {0.3, 0.24, 0.22}, 15, Material::cardboard));
+  add_table(blocks, {1.25 + jitter(2), wall - 0.75 + jitter(3), 0});
+  const double pile = 0.05 + jitter(4);
+  blocks.push_back(block({pile, wall - 0.45, 0}, {0.55, 0.42, 0.46}, 12, Material::cardboard));
+  blocks.push_back(
+      block({pile - 0.04, wall - 0.43, 0.46}, {0.38, 0.32, 0.30}, -18, Material::cardboard));
+  // A chest of drawers on the right, nearer, so that the static scene has depth of its own.
+  blocks.push_back(block({2.05 + jitter(5), 2.75, 0}, {0.55, 0.45, 0.86}, -20, Material::wood));
+  blocks.push_back(block({2.02 + jitter(5), 2.72, 0.86}, {0.24, 0.2, 0.3}, 10, Material::books));
+  blocks.push_back(block({-2.25 + jitter(6), 2.6, 0}, {0.5, 0.5, 0.55}, 30, Material::cloth));
+  blocks.push_back(
+      block({-2.25 + jitter(6), 2.6, 0.55}, {0.3, 0.34, 0.26}, 8, Material::cardboard));
+  return blocks;
+}
+
+/// One coordinate of the camera: a slow sway, a quicker one and the tremor of a hand, at most 1.
+double sway(std::uint64_t seed, int coordinate, double elapsed_s) {
+  struct Wave {
+    double hertz, share;
+  };
+  constexpr Wave waves[] = {{0.22, 0.78}, {0.55, 0.17}, {1.4, 0.05}};
+  double sum = 0;
+  for (int i = 0; i < 3; ++i) {
+    const std::uint64_t key = make_key(seed, Stream::camera, coordinate, i);
+    const double hertz = waves[i].hertz * between(make_key(key, 1), 0.85, 1.15);
+    sum += waves[i].share * std::sin(2 * CV_PI * (hertz * elapsed_s + unit(make_key(key, 2))));
+  }
+  return sum;
+}
+
+cv::Matx33d turn_about(int axis, double angle) {
+  const double c = std::cos(angle);
+  const double s = std::sin(angle);
+  cv::Matx33d turn = cv::Matx33d::eye();
+  const int first = (axis + 1) % 3;
+  const int second = (axis + 2) % 3;
+  turn(first, first) = c;
+  turn(second, second) = c;
+  turn(first, second) = -s;
+  turn(second, first) = s;
+  return turn;
+}
+
+}  // namespace
+
+World::World(const SyntheticSceneOptions& options) {
+  room.low = {-3.1, -2.0, 0};
+  room.high = {3.1, options.wall_distance_m, ceiling_m};
+  if (options.furniture) blocks = furniture(options);
+  for (int i = 0; i < scene::materials; ++i) {
+    materials.push_back(
+        paint_material(static_cast<Material>(i), options.background_contrast, options.seed));
+  }
+  for (int person = 0; person < options.persons; ++person) {
+    for (int i = 0; i < scene::garments; ++i) {
+      garments.push_back(paint_garment(static_cast<Garment>(i), person, options.seed));
+    }
+  }
+}
+
+CameraPose camera_at(const SyntheticSceneOptions& options, double elapsed_s) {
+  const auto coordinate = [&](int index, double amplitude) {
+    return options.camera_motion * amplitude * sway(options.seed, index, elapsed_s);
+  };
+  // Level and looking along the world's y: its columns are the camera's right, down and forward.
+  const cv::Matx33d level(1, 0, 0, 0, 0, 1, 0, -1, 0);
+  const double yaw = radians(coordinate(3, 4.5));
+  const double pitch = radians(coordinate(4, 3.0) - 4.0);
+  const double roll = radians(coordinate(5, 1.8));
+  CameraPose pose;
+  pose.rotation = level * turn_about(1, yaw) * turn_about(0, pitch) * turn_about(2, roll);
+  pose.translation = {coordinate(0, 0.36), coordinate(1, 0.24),
+                      camera_height_m + coordinate(2, 0.20)};
+  return pose;
+}
+
+}  // namespace dynfilter::scene
