@@ -61,9 +61,6 @@ class DepthLbp {
   /// of another type. O(1).
   std::optional<std::uint8_t> code(const cv::Mat& depth, cv::Point pixel) const {
     require_depth(depth);
-    if (pixel.x < 1 || pixel.y < 1 || pixel.x >= depth.cols - 1 || pixel.y >= depth.rows - 1) {
-      return {};
-    }
     return depth.type() == CV_16UC1 ? code_of<std::uint16_t>(depth, pixel)
                                     : code_of<float>(depth, pixel);
   }
@@ -74,7 +71,11 @@ class DepthLbp {
              std::vector<std::optional<std::uint8_t>>& codes) const {
     require_depth(depth);
     codes.resize(features.size());
-    for (std::size_t i = 0; i < features.size(); ++i) codes[i] = code(depth, features.pixel(i));
+    if (depth.type() == CV_16UC1) {
+      codes_of<std::uint16_t>(depth, features, codes);
+    } else {
+      codes_of<float>(depth, features, codes);
+    }
   }
 
   /// The codes of all pixels of a region, which may reach beyond the image: CV_8UC1 of the size of
@@ -119,9 +120,20 @@ class DepthLbp {
 
   template <class Depth>
   std::optional<std::uint8_t> code_of(const cv::Mat& depth, cv::Point pixel) const {
+    if (pixel.x < 1 || pixel.y < 1 || pixel.x >= depth.cols - 1 || pixel.y >= depth.rows - 1) {
+      return {};
+    }
     const auto rows = detail::DepthRows<Depth>::around(depth, pixel.y);
     if (!detail::has_depth(rows.middle[pixel.x])) return {};
     return arrangement_[detail::clockwise_code(rows, pixel.x, missing())];
+  }
+
+  template <class Depth>
+  void codes_of(const cv::Mat& depth, FeaturesView features,
+                std::vector<std::optional<std::uint8_t>>& codes) const {
+    for (std::size_t i = 0; i < features.size(); ++i) {
+      codes[i] = code_of<Depth>(depth, features.pixel(i));
+    }
   }
 
   template <class Depth>

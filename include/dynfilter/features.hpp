@@ -6,7 +6,6 @@
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
-#include <cmath>
 #include <cstddef>
 #include <limits>
 #include <vector>
@@ -20,9 +19,12 @@ namespace dynfilter {
 inline cv::Point nearest_pixel(cv::Point2f position) {
   const auto round_half_up = [](float coordinate) {
     // In double, because in float 0.49999997 + 0.5 is 1.
-    const double rounded = std::floor(double{coordinate} + 0.5);
-    const bool representable = std::abs(rounded) < std::numeric_limits<int>::max();
-    return representable ? static_cast<int>(rounded) : std::numeric_limits<int>::min();
+    const double shifted = double{coordinate} + 0.5;
+    constexpr double beyond = 2147483647.0;
+    if (!(shifted > -beyond && shifted < beyond)) return std::numeric_limits<int>::min();
+    // The floor, without the call that std::floor is where the compiler may not assume SSE 4.1.
+    const int truncated = static_cast<int>(shifted);
+    return truncated > shifted ? truncated - 1 : truncated;
   };
   return {round_half_up(position.x), round_half_up(position.y)};
 }

@@ -15,11 +15,11 @@
 namespace dynfilter {
 
 struct OverlayOptions {
-  bool masks = true;           ///< tint the pixels of the masks
+  bool masks = true;           ///< tint the masks: vermilion for dynamic objects, grey for others
   bool boxes = true;           ///< outline the detector's boxes
   bool removed = true;         ///< draw the removed features as well as the kept ones
   bool legend = true;          ///< a strip below the image with the meaning and number of each mark
-  double mask_opacity = 0.35;  ///< 0 to 1
+  double mask_opacity = 0.20;  ///< 0 to 1; the contours are opaque
 };
 
 /// A picture of what the filter did, for a person to look at. Each reason has a colour and a shape

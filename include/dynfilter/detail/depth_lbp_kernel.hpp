@@ -48,13 +48,14 @@ struct DepthRows {
 template <class Depth>
 std::uint8_t clockwise_code(const DepthRows<Depth>& rows, int x, std::uint32_t missing) {
   const std::uint32_t centre = depth_order(rows.middle[x]) - missing;
-  const auto bit = [&](Depth neighbour, unsigned weight) {
-    return depth_order(neighbour) - missing > centre ? weight : 0U;
+  // A shift and no choice of values, so that no branch hangs on depths, which nobody can foresee.
+  const auto bit = [&](Depth neighbour, unsigned position) {
+    return static_cast<unsigned>(depth_order(neighbour) - missing > centre) << position;
   };
-  return static_cast<std::uint8_t>(bit(rows.upper[x - 1], 1) | bit(rows.upper[x], 2) |
-                                   bit(rows.upper[x + 1], 4) | bit(rows.middle[x + 1], 8) |
-                                   bit(rows.lower[x + 1], 16) | bit(rows.lower[x], 32) |
-                                   bit(rows.lower[x - 1], 64) | bit(rows.middle[x - 1], 128));
+  return static_cast<std::uint8_t>(bit(rows.upper[x - 1], 0) | bit(rows.upper[x], 1) |
+                                   bit(rows.upper[x + 1], 2) | bit(rows.middle[x + 1], 3) |
+                                   bit(rows.lower[x + 1], 4) | bit(rows.lower[x], 5) |
+                                   bit(rows.lower[x - 1], 6) | bit(rows.middle[x - 1], 7));
 }
 
 }  // namespace dynfilter::detail

@@ -6,6 +6,7 @@
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
+#include <locale>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -17,6 +18,7 @@ namespace dynfilter::detail {
 template <class... Parts>
 std::string concatenate(const Parts&... parts) {
   std::ostringstream text;
+  text.imbue(std::locale::classic());  // 1e6 is not 1,000,000, whatever the host has set
   (text << ... << parts);
   return text.str();
 }

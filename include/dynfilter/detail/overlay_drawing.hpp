@@ -84,16 +84,31 @@ inline void draw_mark(cv::Mat& canvas, cv::Point centre, const MarkStyle& style)
   draw_lines(canvas, centre, style.mark, style.colour, 1);
 }
 
-inline void tint_mask(cv::Mat& canvas, const Instance& instance, double opacity) {
-  const cv::Scalar tint(0, 94, 213);
-  for (int y = 0; y < canvas.rows; ++y) {
+/// Tints the pixels of a mask and draws its contour, so that poor borders show.
+inline void draw_mask(cv::Mat& canvas, const Instance& instance, const cv::Scalar& colour,
+                      double opacity) {
+  const cv::Rect area = clip({instance.mask_origin, instance.mask.size()}, canvas.size());
+  for (int y = area.y; y < area.y + area.height; ++y) {
     auto* row = canvas.ptr<cv::Vec3b>(y);
-    for (int x = 0; x < canvas.cols; ++x) {
+    for (int x = area.x; x < area.x + area.width; ++x) {
       if (!instance.covers({x, y})) continue;
+      const bool is_inner = instance.covers({x - 1, y}) && instance.covers({x + 1, y}) &&
+                            instance.covers({x, y - 1}) && instance.covers({x, y + 1});
+      const double share = is_inner ? opacity : 1.0;
       for (int c = 0; c < 3; ++c) {
-        row[x][c] = cv::saturate_cast<std::uint8_t>((1 - opacity) * row[x][c] + opacity * tint[c]);
+        row[x][c] = cv::saturate_cast<std::uint8_t>((1 - share) * row[x][c] + share * colour[c]);
       }
     }
+  }
+}
+
+/// Dynamic objects in vermilion, others in grey; all in vermilion where the labels do not know.
+inline void draw_masks(cv::Mat& canvas, const Segmentation& segmentation,
+                       const FrameStatistics& statistics, double opacity) {
+  for (std::size_t k = 0; k < segmentation.instances.size(); ++k) {
+    const bool is_static = k < statistics.instances.size() && !statistics.instances[k].dynamic;
+    draw_mask(canvas, segmentation.instances[k],
+              is_static ? cv::Scalar::all(160) : cv::Scalar(0, 94, 213), opacity);
   }
 }
 
@@ -177,9 +192,7 @@ inline cv::Mat draw_overlay(const cv::Mat& image, const Segmentation& segmentati
   validate(segmentation, "draw_overlay");
   cv::Mat canvas = detail::colour_copy(image);
   if (options.masks) {
-    for (const Instance& instance : segmentation.instances) {
-      detail::tint_mask(canvas, instance, options.mask_opacity);
-    }
+    detail::draw_masks(canvas, segmentation, labels.statistics(), options.mask_opacity);
   }
   if (options.boxes) detail::draw_boxes(canvas, segmentation);
   detail::draw_marks(canvas, features, labels, options.removed);

@@ -1,0 +1,45 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_BENCH_PEERS_NAIVE_DEPTH_LBP_HPP
+#define DYNFILTER_BENCH_PEERS_NAIVE_DEPTH_LBP_HPP
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+#include <opencv2/core.hpp>
+
+namespace dynfilter::peers {
+
+inline bool is_measured(std::uint16_t depth) { return depth > 0; }
+inline bool is_measured(float depth) { return depth > 0 && std::isfinite(depth); }
+
+/// The code of an inner pixel as one writes it first: cv::Mat::at, a loop over the neighbours. 0
+/// without depth.
+template <class Depth>
+std::uint8_t naive_code(const cv::Mat& depth, int x, int y) {
+  static constexpr int clockwise[8][2] = {{-1, -1}, {0, -1}, {1, -1}, {1, 0},
+                                          {1, 1},   {0, 1},  {-1, 1}, {-1, 0}};
+  const auto centre = depth.at<Depth>(y, x);
+  if (!is_measured(centre)) return 0;
+  unsigned code = 0;
+  for (std::size_t k = 0; k < 8; ++k) {
+    const auto neighbour = depth.at<Depth>(y + clockwise[k][1], x + clockwise[k][0]);
+    if (is_measured(neighbour) && neighbour > centre) code |= 1U << k;
+  }
+  return static_cast<std::uint8_t>(code);
+}
+
+template <class Depth>
+void naive_dense(const cv::Mat& depth, cv::Mat& codes) {
+  for (int y = 1; y < depth.rows - 1; ++y) {
+    for (int x = 1; x < depth.cols - 1; ++x) {
+      codes.at<std::uint8_t>(y, x) = naive_code<Depth>(depth, x, y);
+    }
+  }
+}
+
+}  // namespace dynfilter::peers
+
+#endif  // DYNFILTER_BENCH_PEERS_NAIVE_DEPTH_LBP_HPP
