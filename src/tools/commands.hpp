@@ -1,0 +1,18 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// The sub-commands of the program: each declares its options and what to do with them.
+
+#ifndef DYNFILTER_TOOLS_COMMANDS_HPP
+#define DYNFILTER_TOOLS_COMMANDS_HPP
+
+#include <CLI/CLI.hpp>
+
+namespace dynfilter::tools {
+
+void add_synth_command(CLI::App& program);
+void add_run_command(CLI::App& program);
+
+}  // namespace dynfilter::tools
+
+#endif  // DYNFILTER_TOOLS_COMMANDS_HPP

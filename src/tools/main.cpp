@@ -1,0 +1,26 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include <cstdio>
+#include <exception>
+
+#include <CLI/CLI.hpp>
+
+#include "commands.hpp"
+
+int main(int argc, char** argv) {
+  CLI::App program("Keeps the features of moving objects out of visual SLAM.", "dynfilter");
+  program.set_version_flag("--version", DYNFILTER_VERSION);
+  program.require_subcommand(1);
+  dynfilter::tools::add_synth_command(program);
+  dynfilter::tools::add_run_command(program);
+  try {
+    program.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return program.exit(error);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "dynfilter: %s\n", error.what());
+    return 1;
+  }
+  return 0;
+}

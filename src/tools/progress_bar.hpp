@@ -1,0 +1,58 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_TOOLS_PROGRESS_BAR_HPP
+#define DYNFILTER_TOOLS_PROGRESS_BAR_HPP
+
+#include <unistd.h>
+
+#include <chrono>
+#include <cstddef>
+#include <cstdio>
+#include <string>
+#include <utility>
+
+namespace dynfilter::tools {
+
+/// A line on standard error that shows how far long work is; nothing where that is no terminal.
+class ProgressBar {
+ public:
+  ProgressBar(std::string what, std::size_t total)
+      : what_(std::move(what)), total_(total), is_shown_(isatty(STDERR_FILENO) != 0) {}
+  ProgressBar(const ProgressBar&) = delete;
+  ProgressBar& operator=(const ProgressBar&) = delete;
+
+  /// Leaves the cursor on a line of its own, in an error too.
+  ~ProgressBar() {
+    if (is_shown_) std::fputc('\n', stderr);
+  }
+
+  void advance() {
+    ++done_;
+    const auto now = Clock::now();
+    const bool is_due = done_ == total_ || now - last_drawn_ > std::chrono::milliseconds(100);
+    if (!is_shown_ || !is_due) return;
+    last_drawn_ = now;
+    const double elapsed_s = std::chrono::duration<double>(now - start_).count();
+    const double share = static_cast<double>(done_) / static_cast<double>(total_);
+    const auto filled = static_cast<std::size_t>(share * 30);
+    const std::string bar = std::string(filled, '#') + std::string(30 - filled, '.');
+    std::fprintf(stderr, "\r%s [%s] %zu/%zu, %.0f s left  ", what_.c_str(), bar.c_str(), done_,
+                 total_, elapsed_s / share - elapsed_s);
+    std::fflush(stderr);
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  std::string what_;
+  std::size_t total_;
+  bool is_shown_;
+  std::size_t done_ = 0;
+  Clock::time_point start_ = Clock::now();
+  Clock::time_point last_drawn_ = start_;
+};
+
+}  // namespace dynfilter::tools
+
+#endif  // DYNFILTER_TOOLS_PROGRESS_BAR_HPP

@@ -1,0 +1,79 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "run_pictures.hpp"
+
+#include <algorithm>
+
+#include <opencv2/imgproc.hpp>
+
+#include "dynfilter/overlay.hpp"
+#include "image_file.hpp"
+#include "output_folder.hpp"
+
+namespace dynfilter::tools {
+namespace {
+
+/// The picture under a line of text.
+cv::Mat with_caption(const cv::Mat& picture, const std::string& text) {
+  cv::Mat caption(24, picture.cols, CV_8UC3, cv::Scalar::all(255));
+  cv::putText(caption, text, {8, 17}, cv::FONT_HERSHEY_SIMPLEX, 0.5, cv::Scalar::all(0), 1,
+              cv::LINE_AA);
+  cv::Mat captioned;
+  cv::vconcat(caption, picture, captioned);
+  return captioned;
+}
+
+}  // namespace
+
+FeatureLabels only_masked(const FeatureLabels& labels, const Segmentation& segmentation) {
+  FeatureLabels masked(labels.size(), segmentation);
+  for (std::size_t k = 0; k < segmentation.instances.size(); ++k) {
+    masked.statistics().instances[k].dynamic = labels.statistics().instances[k].dynamic;
+  }
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    if (labels[i].reason != Reason::in_mask) continue;
+    masked.remove(i, labels[i].instance, Reason::in_mask, labels[i].score);
+  }
+  return masked;
+}
+
+RunPictures::RunPictures(const std::filesystem::path& folder, std::size_t frames,
+                         std::size_t pictures)
+    : folder_(folder), frames_(frames), pictures_(std::min(pictures, frames)) {
+  if (pictures_ == 0) return;
+  const std::filesystem::path overlays = folder_ / "overlays";
+  std::filesystem::create_directories(overlays);
+  detail::make_room(overlays, detail::timed_png_files(overlays), true);
+}
+
+bool RunPictures::wants(std::size_t frame) const {
+  // Frame i is the first of its share of the sequence.
+  return pictures_ > 0 &&
+         (frame == 0 || frame * pictures_ / frames_ != (frame - 1) * pictures_ / frames_);
+}
+
+void RunPictures::add(const std::string& stem, const cv::Mat& image,
+                      const Segmentation& segmentation, FeaturesView features,
+                      const FeatureLabels& by_mask, const FeatureLabels& labels) {
+  const cv::Mat panels[] = {
+      with_caption(draw_features(image, features), "all features"),
+      with_caption(draw_overlay(image, segmentation, features, by_mask), "masks only"),
+      with_caption(draw_overlay(image, segmentation, features, labels),
+                   "masks and edge compensation")};
+  cv::Mat row;
+  cv::hconcat(panels, 3, row);
+  detail::write_png(folder_ / "overlays" / (stem + ".png"), row);
+  cv::Mat small;
+  cv::resize(row, small, {}, 0.5, 0.5, cv::INTER_AREA);
+  rows_.push_back(small);
+}
+
+void RunPictures::write_contact_sheet() const {
+  if (rows_.empty()) return;
+  cv::Mat sheet;
+  cv::vconcat(rows_, sheet);
+  detail::write_png(folder_ / "contact_sheet.png", sheet);
+}
+
+}  // namespace dynfilter::tools

@@ -1,0 +1,46 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_TOOLS_RUN_PICTURES_HPP
+#define DYNFILTER_TOOLS_RUN_PICTURES_HPP
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "dynfilter/features.hpp"
+#include "dynfilter/labels.hpp"
+#include "dynfilter/segmentation.hpp"
+
+namespace dynfilter::tools {
+
+/// The pictures of a run: for some frames, evenly spread, all features, what the masks remove, and
+/// what compensation removes besides (the paper's Figures 3 and 4), side by side in
+/// overlays/<stem>.png; all of them below each other and smaller in contact_sheet.png.
+class RunPictures {
+ public:
+  RunPictures(const std::filesystem::path& folder, std::size_t frames, std::size_t pictures);
+
+  bool wants(std::size_t frame) const;
+
+  void add(const std::string& stem, const cv::Mat& image, const Segmentation& segmentation,
+           FeaturesView features, const FeatureLabels& by_mask, const FeatureLabels& labels);
+
+  void write_contact_sheet() const;
+
+ private:
+  std::filesystem::path folder_;
+  std::size_t frames_;
+  std::size_t pictures_;
+  std::vector<cv::Mat> rows_;  // of the contact sheet
+};
+
+/// The labels as they would be had only the masks acted.
+FeatureLabels only_masked(const FeatureLabels& labels, const Segmentation& segmentation);
+
+}  // namespace dynfilter::tools
+
+#endif  // DYNFILTER_TOOLS_RUN_PICTURES_HPP

@@ -1,0 +1,176 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "run_report.hpp"
+
+#include <cstdio>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+namespace dynfilter::tools {
+namespace {
+
+/// A text file that says so when it could not be written.
+class TextFile {
+ public:
+  explicit TextFile(const std::filesystem::path& path) : path_(path), stream_(path) {}
+
+  template <class Value>
+  TextFile& operator<<(const Value& value) {
+    stream_ << value;
+    return *this;
+  }
+
+  void close() {
+    stream_.close();
+    if (!stream_) throw std::runtime_error(path_.string() + ": cannot be written");
+  }
+
+ private:
+  std::filesystem::path path_;
+  std::ofstream stream_;
+};
+
+/// "lower,upper", or two empty cells.
+std::string cells_of(const ValueRange& range) {
+  if (range.empty()) return ",";
+  char text[64];
+  std::snprintf(text, sizeof text, "%.4f,%.4f", range.lower, range.upper);
+  return text;
+}
+
+/// Two cells of a pair of scores, empty where the truth is not known.
+std::string cells_of(const FrameRecord& frame, std::size_t FeatureScores::*score) {
+  if (!frame.scores || !frame.mask_only_scores) return ",";
+  return std::to_string((*frame.mask_only_scores).*score) + "," +
+         std::to_string((*frame.scores).*score);
+}
+
+const char* name_of(Compensation compensation) {
+  switch (compensation) {
+    case Compensation::not_run:
+      return "not_run";
+    case Compensation::no_depth_image:
+      return "no_depth_image";
+    case Compensation::too_few_samples:
+      return "too_few_samples";
+    case Compensation::applied:
+      return "applied";
+  }
+  return "";
+}
+
+std::size_t count_of(const FrameStatistics& statistics, Compensation compensation) {
+  std::size_t count = 0;
+  for (const InstanceStatistics& instance : statistics.instances) {
+    count += instance.compensation == compensation ? 1 : 0;
+  }
+  return count;
+}
+
+void print_count(const char* name, std::size_t count, std::size_t frames) {
+  std::printf("  %-34s %9zu %11.1f\n", name, count,
+              static_cast<double>(count) / static_cast<double>(frames));
+}
+
+void print_scores(const RunRecord& run) {
+  const std::size_t frames = run.frames.size();
+  const FeatureScores masks = run.total_scores(&FrameRecord::mask_only_scores);
+  const FeatureScores all = run.total_scores(&FrameRecord::scores);
+  std::printf("against the true masks                    total   per frame\n");
+  print_count("dynamic left, nothing removed", all.dynamic_left + all.dynamic_removed, frames);
+  print_count("dynamic left, masks only", masks.dynamic_left, frames);
+  print_count("dynamic left, with compensation", all.dynamic_left, frames);
+  print_count("static removed, masks only", masks.static_removed, frames);
+  print_count("static removed, with compensation", all.static_removed, frames);
+}
+
+}  // namespace
+
+void print_report(const RunRecord& run) {
+  const FrameStatistics totals = run.totals();
+  const std::size_t frames = run.frames.size();
+  std::printf("\n%s: %zu frames, rule %s, %s\n\n", run.sequence.c_str(), frames, run.rule.c_str(),
+              run.masks.empty() ? "no masks: there is no masks/ folder, so nothing can be removed"
+                                : ("masks from " + run.masks).c_str());
+  std::printf("features                                  total   per frame\n");
+  print_count("extracted", totals.features, frames);
+  print_count("removed by mask", totals.masked, frames);
+  print_count("removed by compensation", totals.compensated, frames);
+  print_count("kept", totals.kept(), frames);
+  if (!run.true_masks.empty()) print_scores(run);
+  std::printf("time a frame                             median        95 %%\n");
+  for (const auto& [name, times] : run.stages) {
+    std::printf("  %-34s %6.3f ms %8.3f ms\n", name.c_str(), times.quantile_ms(0.5),
+                times.quantile_ms(0.95));
+  }
+}
+
+void write_frames_csv(const RunRecord& run, const std::filesystem::path& file) {
+  TextFile csv(file);
+  csv << "frame,timestamp_s,has_masks,mask_age_s,instances,features,masked,compensated,kept,"
+         "instances_without_depth,instances_with_too_few_samples,dynamic_left_mask_only,"
+         "dynamic_left,static_removed_mask_only,static_removed\n";
+  for (const FrameRecord& frame : run.frames) {
+    const FrameStatistics& s = frame.statistics;
+    char times[64];
+    std::snprintf(times, sizeof times, "%.6f,%d,%.6f", frame.timestamp_s,
+                  s.has_segmentation ? 1 : 0, s.segmentation_age_s);
+    csv << frame.stem << ',' << times << ',' << s.instances.size() << ',' << s.features << ','
+        << s.masked << ',' << s.compensated << ',' << s.kept() << ','
+        << count_of(s, Compensation::no_depth_image) << ','
+        << count_of(s, Compensation::too_few_samples) << ','
+        << cells_of(frame, &FeatureScores::dynamic_left) << ','
+        << cells_of(frame, &FeatureScores::static_removed) << '\n';
+  }
+  csv.close();
+}
+
+void write_instances_csv(const RunRecord& run, const std::filesystem::path& file) {
+  TextFile csv(file);
+  csv << "frame,instance,class_id,dynamic,masked,sampled,candidates,passed_depth,passed_code,"
+         "compensated,compensation,depth_lower_m,depth_upper_m,code_lower,code_upper\n";
+  for (const FrameRecord& frame : run.frames) {
+    std::size_t k = 0;
+    for (const InstanceStatistics& s : frame.statistics.instances) {
+      csv << frame.stem << ',' << k++ << ',' << s.class_id << ',' << (s.dynamic ? 1 : 0) << ','
+          << s.masked << ',' << s.sampled << ',' << s.candidates << ',' << s.passed_depth << ','
+          << s.passed_code << ',' << s.compensated << ',' << name_of(s.compensation) << ','
+          << cells_of(s.depth_range_m) << ',' << cells_of(s.code_range) << '\n';
+    }
+  }
+  csv.close();
+}
+
+void write_summary_json(const RunRecord& run, const std::filesystem::path& file) {
+  const FrameStatistics totals = run.totals();
+  nlohmann::ordered_json summary;
+  summary["sequence"] = run.sequence;
+  summary["rule"] = run.rule;
+  summary["has_masks"] = !run.masks.empty();
+  summary["frames"] = run.frames.size();
+  summary["features"] = totals.features;
+  summary["masked"] = totals.masked;
+  summary["compensated"] = totals.compensated;
+  summary["kept"] = totals.kept();
+  if (!run.true_masks.empty()) {
+    const FeatureScores masks = run.total_scores(&FrameRecord::mask_only_scores);
+    const FeatureScores all = run.total_scores(&FrameRecord::scores);
+    summary["dynamic_left"] = all.dynamic_left;
+    summary["dynamic_left_mask_only"] = masks.dynamic_left;
+    summary["static_removed"] = all.static_removed;
+    summary["static_removed_mask_only"] = masks.static_removed;
+  }
+  for (const auto& [name, times] : run.stages) {
+    summary["times_ms"][name] = {{"median", times.quantile_ms(0.5)},
+                                 {"p95", times.quantile_ms(0.95)}};
+  }
+  TextFile json(file);
+  json << summary.dump(2) << '\n';
+  json.close();
+}
+
+}  // namespace dynfilter::tools

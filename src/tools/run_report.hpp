@@ -1,0 +1,25 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_TOOLS_RUN_REPORT_HPP
+#define DYNFILTER_TOOLS_RUN_REPORT_HPP
+
+#include <filesystem>
+
+#include "run_record.hpp"
+
+namespace dynfilter::tools {
+
+/// The table for a person, on standard output.
+void print_report(const RunRecord& run);
+
+/// frames.csv: a line a frame, what was removed. instances.csv: a line an instance of a frame, why.
+/// summary.json: the totals and times. Throw std::runtime_error that names the file that cannot be
+/// written.
+void write_frames_csv(const RunRecord& run, const std::filesystem::path& file);
+void write_instances_csv(const RunRecord& run, const std::filesystem::path& file);
+void write_summary_json(const RunRecord& run, const std::filesystem::path& file);
+
+}  // namespace dynfilter::tools
+
+#endif  // DYNFILTER_TOOLS_RUN_REPORT_HPP

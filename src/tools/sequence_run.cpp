@@ -1,0 +1,85 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "sequence_run.hpp"
+
+#include <utility>
+#include <vector>
+
+#include <opencv2/imgproc.hpp>
+
+#include "dynfilter/evaluation/feature_scores.hpp"
+
+namespace dynfilter::tools {
+
+SequenceRun::SequenceRun(const RunOptions& options)
+    : sequence_(options.sequence, {0.02, options.camera}),
+      extractor_(options.features),
+      filter_({MaskCuller(options.mask_culler), culler_time_},
+              edge_stage(options, compensator_time_)),
+      pictures_(options.out, sequence_.size(), options.overlays) {
+  std::filesystem::create_directories(options.out);
+  record_.sequence = options.sequence.string();
+  record_.rule = options.rule;
+  const auto masks = options.masks.empty() ? sequence_.masks_folder() : options.masks;
+  if (masks) {
+    masks_.emplace(*masks);
+    record_.masks = masks->string();
+  }
+  if (sequence_.true_masks_folder()) {
+    true_masks_.emplace(*sequence_.true_masks_folder());
+    record_.true_masks = sequence_.true_masks_folder()->string();
+  }
+}
+
+SequenceRun::Stage SequenceRun::edge_stage(const RunOptions& options, Times& times) {
+  if (options.rule == "mask") return [](const FilterInput&, FeatureLabels&, Workspace&) {};
+  EdgeCompensatorOptions edge_options = EdgeCompensatorOptions::paper();
+  edge_options.seed = options.seed;
+  return TimedStage(EdgeCompensator(edge_options), times);
+}
+
+void SequenceRun::process(std::size_t i) {
+  const FrameView frame = sequence_.read(i);
+  std::vector<cv::KeyPoint> keypoints;
+  cv::Mat descriptors;
+  cv::Mat grey;
+  cv::cvtColor(frame.image, grey, cv::COLOR_BGR2GRAY);
+  extraction_time_.measure([&] { extractor_.extract(grey, keypoints, descriptors); });
+
+  std::optional<Segmentation> masks;
+  if (masks_) masks = masks_time_.measure([&] { return masks_->segment(frame); });
+  filter_.apply(frame, masks, keypoints, labels_, workspace_);
+
+  FrameRecord record;
+  record.stem = sequence_.entry(i).stem;
+  record.timestamp_s = frame.timestamp_s;
+  record.statistics = labels_.statistics();
+  const FeatureLabels by_mask = only_masked(labels_, masks.value_or(Segmentation()));
+  if (true_masks_) {
+    const Segmentation truth = true_masks_->segment(frame);
+    record.scores = score_features(keypoints, labels_, truth);
+    record.mask_only_scores = score_features(keypoints, by_mask, truth);
+  }
+  if (pictures_.wants(i)) {
+    pictures_.add(record.stem, frame.image, masks.value_or(Segmentation()), keypoints, by_mask,
+                  labels_);
+  }
+  record_.frames.push_back(std::move(record));
+  keep_static_time_.measure([&] { return keep_static(labels_, keypoints, descriptors); });
+}
+
+RunRecord SequenceRun::finish() {
+  pictures_.write_contact_sheet();
+  const std::pair<const char*, const Times&> stages[] = {
+      {"ORB extraction", extraction_time_}, {"masks from files", masks_time_},
+      {"mask culler", culler_time_},        {"edge compensator", compensator_time_},
+      {"keep_static", keep_static_time_},
+  };
+  for (const auto& [name, times] : stages) {
+    if (!times.empty()) record_.stages.emplace_back(name, times);
+  }
+  return std::move(record_);
+}
+
+}  // namespace dynfilter::tools

@@ -1,0 +1,72 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_TOOLS_STOPWATCH_HPP
+#define DYNFILTER_TOOLS_STOPWATCH_HPP
+
+#include <algorithm>
+#include <chrono>
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include "dynfilter/pipeline.hpp"
+
+namespace dynfilter::tools {
+
+/// Times of one piece of work, a value a frame, in milliseconds.
+class Times {
+ public:
+  /// Runs the work, notes how long it took, and hands its result on.
+  template <class Work>
+  decltype(auto) measure(Work&& work) {
+    const Note note(*this);
+    return std::forward<Work>(work)();
+  }
+
+  bool empty() const { return values_ms_.empty(); }
+
+  /// The value below which that share of the frames lies (nearest rank).
+  double quantile_ms(double share) const {
+    std::vector<double> sorted = values_ms_;
+    std::sort(sorted.begin(), sorted.end());
+    const auto rank = static_cast<std::size_t>(share * static_cast<double>(sorted.size()));
+    return sorted[std::min(rank, sorted.size() - 1)];
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  struct Note {
+    explicit Note(Times& target) : times(target) {}
+    ~Note() {
+      times.values_ms_.push_back(
+          std::chrono::duration<double, std::milli>(Clock::now() - start).count());
+    }
+    Times& times;
+    Clock::time_point start = Clock::now();
+  };
+
+  std::vector<double> values_ms_;
+};
+
+/// A stage of a pipeline whose time is noted. The times are the caller's.
+template <class Stage>
+class TimedStage {
+ public:
+  TimedStage(Stage stage, Times& times) : stage_(std::move(stage)), times_(&times) {}
+
+  void check(const FilterInput& input) const { detail::check_stage(stage_, input); }
+
+  void operator()(const FilterInput& input, FeatureLabels& labels, Workspace& workspace) const {
+    times_->measure([&] { detail::run_stage(stage_, input, labels, workspace); });
+  }
+
+ private:
+  Stage stage_;
+  Times* times_;
+};
+
+}  // namespace dynfilter::tools
+
+#endif  // DYNFILTER_TOOLS_STOPWATCH_HPP

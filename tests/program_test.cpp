@@ -1,0 +1,252 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// The program dynfilter as a user meets it: run in a shell, read by what it prints and writes.
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "support/temporary_folder.hpp"
+#include "support/test_data.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Outcome {
+  int exit_code;
+  std::string printed;
+
+  bool mentions(const std::string& text) const { return printed.find(text) != std::string::npos; }
+};
+
+Outcome run(const std::string& arguments) {
+  const std::string command = std::string("'" DYNFILTER_PROGRAM "' ") + arguments + " 2>&1";
+  Outcome outcome{-1, {}};
+  std::FILE* pipe = popen(command.c_str(), "r");
+  if (pipe == nullptr) return outcome;
+  std::array<char, 4096> buffer;
+  while (std::fgets(buffer.data(), buffer.size(), pipe) != nullptr)
+    outcome.printed += buffer.data();
+  outcome.exit_code = pclose(pipe) == 0 ? 0 : 1;
+  return outcome;
+}
+
+std::string quoted(const fs::path& path) { return "'" + path.string() + "'"; }
+
+/// The rows of a CSV file, its header first.
+std::vector<std::vector<std::string>> read_csv(const fs::path& path) {
+  std::vector<std::vector<std::string>> rows;
+  std::ifstream file(path);
+  for (std::string line; std::getline(file, line);) {
+    std::vector<std::string> cells;
+    std::istringstream stream(line + ",");
+    for (std::string cell; std::getline(stream, cell, ',');) cells.push_back(cell);
+    rows.push_back(cells);
+  }
+  return rows;
+}
+
+/// The sum of a column of frames.csv.
+std::size_t sum_of(const std::vector<std::vector<std::string>>& rows, const std::string& name) {
+  std::size_t column = 0;
+  while (rows.at(0).at(column) != name) ++column;
+  std::size_t sum = 0;
+  for (std::size_t i = 1; i < rows.size(); ++i) sum += std::stoul(rows[i].at(column));
+  return sum;
+}
+
+nlohmann::json read_json(const fs::path& path) {
+  std::ifstream file(path);
+  return nlohmann::json::parse(file);
+}
+
+/// A small scene on disk, made once.
+class Program : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new TemporaryFolder();
+    const Outcome synth = run("synth " + quoted(scene()) + " --frames 6 --width 320 --height 240");
+    ASSERT_EQ(synth.exit_code, 0) << synth.printed;
+  }
+  static void TearDownTestSuite() {
+    delete folder_;
+    folder_ = nullptr;
+  }
+
+  static fs::path scene() { return folder_->path() / "a scene"; }
+  static fs::path out(const char* name) { return folder_->path() / name; }
+
+ private:
+  static TemporaryFolder* folder_;
+};
+
+TemporaryFolder* Program::folder_ = nullptr;
+
+TEST_F(Program, SynthWritesASequenceWithMasksAndTruth) {
+  for (const char* name : {"camera.yaml", "rgb.txt", "depth.txt", "associations.txt",
+                           "groundtruth.txt", "masks/instances.csv", "masks_true/instances.csv"}) {
+    EXPECT_TRUE(fs::is_regular_file(scene() / name)) << name;
+  }
+}
+
+TEST_F(Program, SynthReplacesASceneOnlyIfItIsTold) {
+  const std::string again = "synth " + quoted(out("twice")) + " --frames 2 --width 64 --height 48";
+  EXPECT_EQ(run(again).exit_code, 0);
+  const Outcome refused = run(again);
+  EXPECT_NE(refused.exit_code, 0);
+  EXPECT_TRUE(refused.mentions("already")) << refused.printed;
+  EXPECT_EQ(run(again + " --overwrite").exit_code, 0);
+}
+
+TEST_F(Program, RunWritesWhatItPromisesAndTheNumbersAgree) {
+  const fs::path folder = out("result");
+  const Outcome outcome =
+      run("run " + quoted(scene()) + " --out " + quoted(folder) + " --features 400 --overlays 2");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
+  for (const char* line : {"removed by mask", "removed by compensation", "kept", "ORB extraction",
+                           "mask culler", "edge compensator", "dynamic left, masks only"}) {
+    EXPECT_TRUE(outcome.mentions(line)) << line;
+  }
+  const nlohmann::json summary = read_json(folder / "summary.json");
+  const auto frames = read_csv(folder / "frames.csv");
+  ASSERT_EQ(frames.size(), 7U);
+  EXPECT_EQ(summary["frames"], 6);
+  for (const char* name : {"features", "masked", "compensated", "kept", "dynamic_left",
+                           "dynamic_left_mask_only", "static_removed"}) {
+    EXPECT_EQ(summary[name], sum_of(frames, name)) << name;
+  }
+  EXPECT_EQ(summary["features"].get<int>(), summary["masked"].get<int>() +
+                                                summary["compensated"].get<int>() +
+                                                summary["kept"].get<int>());
+  EXPECT_GT(summary["masked"], 0);
+  EXPECT_GT(summary["compensated"], 0);
+  EXPECT_LT(summary["dynamic_left"], summary["dynamic_left_mask_only"]);
+
+  std::size_t overlays = 0;
+  for (const auto& entry : fs::directory_iterator(folder / "overlays")) {
+    EXPECT_EQ(cv::imread(entry.path().string()).cols, 3 * 320);
+    ++overlays;
+  }
+  EXPECT_EQ(overlays, 2U);
+  EXPECT_FALSE(cv::imread((folder / "contact_sheet.png").string()).empty());
+}
+
+TEST_F(Program, RunTwiceGivesTheSameNumbersAndNoOldPictures) {
+  const std::string command =
+      "run " + quoted(scene()) + " --features 300 --out " + quoted(out("again"));
+  ASSERT_EQ(run(command).exit_code, 0);
+  const auto first = read_csv(out("again") / "frames.csv");
+  ASSERT_EQ(run(command + " --overlays 1").exit_code, 0);
+  EXPECT_EQ(read_csv(out("again") / "frames.csv"), first);
+  const auto overlays = fs::directory_iterator(out("again") / "overlays");
+  EXPECT_EQ(std::distance(begin(overlays), end(overlays)), 1);
+}
+
+TEST_F(Program, TheMaskRuleCompensatesNothing) {
+  ASSERT_EQ(run("run " + quoted(scene()) + " --rule mask --out " + quoted(out("mask"))).exit_code,
+            0);
+  const nlohmann::json summary = read_json(out("mask") / "summary.json");
+  EXPECT_GT(summary["masked"], 0);
+  EXPECT_EQ(summary["compensated"], 0);
+  EXPECT_EQ(summary["dynamic_left"], summary["dynamic_left_mask_only"]);
+}
+
+TEST_F(Program, PerfectMasksLeaveNothingDynamic) {
+  const Outcome outcome = run("run " + quoted(scene()) + " --rule mask --masks " +
+                              quoted(scene() / "masks_true") + " --out " + quoted(out("perfect")));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
+  const nlohmann::json summary = read_json(out("perfect") / "summary.json");
+  EXPECT_EQ(summary["dynamic_left"], 0);
+  EXPECT_EQ(summary["static_removed"], 0);
+}
+
+TEST_F(Program, WithoutMasksItRemovesNothingAndSaysSo) {
+  const fs::path copy = out("no masks");
+  fs::copy(scene(), copy, fs::copy_options::recursive);
+  fs::remove_all(copy / "masks");
+  const Outcome outcome = run("run " + quoted(copy) + " --out " + quoted(out("none")));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("no masks")) << outcome.printed;
+  const nlohmann::json summary = read_json(out("none") / "summary.json");
+  EXPECT_EQ(summary["has_masks"], false);
+  EXPECT_EQ(summary["kept"], summary["features"]);
+}
+
+TEST_F(Program, NamesWhatIsMissing) {
+  const fs::path copy = out("broken");
+  fs::copy(scene(), copy, fs::copy_options::recursive);
+  fs::remove(copy / "masks" / "1.100000.png");
+  Outcome outcome = run("run " + quoted(copy) + " --out " + quoted(out("unused")));
+  EXPECT_NE(outcome.exit_code, 0);
+  EXPECT_TRUE(outcome.mentions("1.1")) << outcome.printed;
+
+  fs::remove(copy / "camera.yaml");
+  outcome = run("run " + quoted(copy) + " --out " + quoted(out("unused")));
+  EXPECT_NE(outcome.exit_code, 0);
+  EXPECT_TRUE(outcome.mentions("DepthMapFactor")) << "the file to write: " << outcome.printed;
+
+  outcome = run("run " + quoted(out("nowhere")));
+  EXPECT_NE(outcome.exit_code, 0);
+  EXPECT_TRUE(outcome.mentions("nowhere")) << outcome.printed;
+}
+
+TEST_F(Program, RefusesOptionsThatMakeNoSense) {
+  EXPECT_NE(run("").exit_code, 0);
+  EXPECT_NE(run("walk").exit_code, 0);
+  EXPECT_NE(run("synth " + quoted(out("x")) + " --frames 0").exit_code, 0);
+  const std::string command = "run " + quoted(scene()) + " --out " + quoted(out("unused")) + " ";
+  EXPECT_NE(run(command + "--rule best").exit_code, 0);
+  EXPECT_NE(run(command + "--features 0").exit_code, 0);
+  EXPECT_TRUE(run(command + "--margin -1").mentions("margin_px = -1"));
+}
+
+TEST_F(Program, HelpsWithExamples) {
+  EXPECT_TRUE(run("run --help").mentions("examples:"));
+  EXPECT_TRUE(run("synth --help").mentions("example:"));
+  EXPECT_TRUE(run("--version").mentions("0."));
+}
+
+class ProgramOnRecordedData : public RecordedData {
+ protected:
+  TemporaryFolder folder;
+
+  nlohmann::json summary_of(const char* sequence, Outcome& outcome) {
+    outcome = run("run " + quoted(data(sequence)) + " --out " + quoted(folder.path()));
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
+    return read_json(folder.path() / "summary.json");
+  }
+};
+
+TEST_F(ProgramOnRecordedData, FindsAndRemovesTheTwoPersons) {
+  Outcome outcome;
+  const nlohmann::json summary = summary_of("tum_fr3_walking_halfsphere_50", outcome);
+  EXPECT_EQ(summary["frames"], 49);
+  // Persons cover a fifth of the image; every frame has a good share of its features on them.
+  EXPECT_GT(summary["masked"], 49 * 50);
+  EXPECT_GT(summary["compensated"], 49);
+  EXPECT_GT(summary["kept"], summary["features"].get<int>() / 2);
+  for (const auto& row : read_csv(folder.path() / "frames.csv")) EXPECT_NE(row.at(6), "0");
+}
+
+TEST_F(ProgramOnRecordedData, RemovesNothingWhereNobodyIs) {
+  Outcome outcome;
+  const nlohmann::json summary = summary_of("tum_fr1_xyz_120", outcome);
+  EXPECT_EQ(summary["frames"], 120);
+  EXPECT_EQ(summary["kept"], summary["features"]);
+  EXPECT_TRUE(outcome.mentions("no masks")) << outcome.printed;
+}
+
+}  // namespace
+}  // namespace dynfilter::testing
