@@ -10,9 +10,9 @@
 
 #include <gtest/gtest.h>
 
-#include "expect_error.hpp"
-#include "temporary_folder.hpp"
-#include "test_data.hpp"
+#include "support/expect_error.hpp"
+#include "support/temporary_folder.hpp"
+#include "support/test_data.hpp"
 
 namespace dynfilter {
 namespace {

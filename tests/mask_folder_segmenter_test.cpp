@@ -16,9 +16,9 @@
 #include <opencv2/imgproc.hpp>
 
 #include "dynfilter/segmenters/mask_folder_writer.hpp"
-#include "expect_error.hpp"
-#include "temporary_folder.hpp"
-#include "test_data.hpp"
+#include "support/expect_error.hpp"
+#include "support/temporary_folder.hpp"
+#include "support/test_data.hpp"
 
 namespace dynfilter {
 namespace {

@@ -18,9 +18,9 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "dynfilter/datasets/association.hpp"
-#include "expect_error.hpp"
-#include "temporary_folder.hpp"
-#include "test_data.hpp"
+#include "support/expect_error.hpp"
+#include "support/temporary_folder.hpp"
+#include "support/test_data.hpp"
 
 namespace dynfilter {
 namespace {

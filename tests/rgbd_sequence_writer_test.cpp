@@ -14,8 +14,8 @@
 
 #include "dynfilter/datasets/rgbd_sequence.hpp"
 #include "dynfilter/evaluation/trajectory.hpp"
-#include "expect_error.hpp"
-#include "temporary_folder.hpp"
+#include "support/expect_error.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace dynfilter {
 namespace {

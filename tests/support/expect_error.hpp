@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TESTS_EXPECT_ERROR_HPP
-#define DYNFILTER_TESTS_EXPECT_ERROR_HPP
+#ifndef DYNFILTER_TESTS_SUPPORT_EXPECT_ERROR_HPP
+#define DYNFILTER_TESTS_SUPPORT_EXPECT_ERROR_HPP
 
 #include <stdexcept>
 #include <string>
@@ -25,4 +25,4 @@ void expect_error(Call&& call, const std::string& part) {
 
 }  // namespace dynfilter::testing
 
-#endif  // DYNFILTER_TESTS_EXPECT_ERROR_HPP
+#endif  // DYNFILTER_TESTS_SUPPORT_EXPECT_ERROR_HPP

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TESTS_TEMPORARY_FOLDER_HPP
-#define DYNFILTER_TESTS_TEMPORARY_FOLDER_HPP
+#ifndef DYNFILTER_TESTS_SUPPORT_TEMPORARY_FOLDER_HPP
+#define DYNFILTER_TESTS_SUPPORT_TEMPORARY_FOLDER_HPP
 
 #include <filesystem>
 #include <fstream>
@@ -57,4 +57,4 @@ inline std::string file_text(const std::filesystem::path& file) {
 
 }  // namespace dynfilter::testing
 
-#endif  // DYNFILTER_TESTS_TEMPORARY_FOLDER_HPP
+#endif  // DYNFILTER_TESTS_SUPPORT_TEMPORARY_FOLDER_HPP

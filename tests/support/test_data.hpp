@@ -4,8 +4,8 @@
 // Tests on recorded sequences, which are not part of the project: DYNFILTER_DATA_DIR names the
 // folder that holds data/<sequence>. Without it such tests are skipped, and say so.
 
-#ifndef DYNFILTER_TESTS_TEST_DATA_HPP
-#define DYNFILTER_TESTS_TEST_DATA_HPP
+#ifndef DYNFILTER_TESTS_SUPPORT_TEST_DATA_HPP
+#define DYNFILTER_TESTS_SUPPORT_TEST_DATA_HPP
 
 #include <cstdlib>
 #include <filesystem>
@@ -31,4 +31,4 @@ class RecordedData : public ::testing::Test {
 
 }  // namespace dynfilter::testing
 
-#endif  // DYNFILTER_TESTS_TEST_DATA_HPP
+#endif  // DYNFILTER_TESTS_SUPPORT_TEST_DATA_HPP

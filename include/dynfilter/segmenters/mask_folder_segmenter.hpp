@@ -29,8 +29,8 @@ struct MaskFolderOptions {
 /// Takes the instances of a frame from a folder of PNG files named by time, 1341846434.710184.png.
 /// A frame's mask is the one nearest in time, within `max_time_difference_s`. Two formats:
 ///
-/// Label maps, where there is `instances.csv` (frame,instance,class_id,score,x,y,width,height): 8 or
-/// 16 bits, 0 = background, k = instance k of the frame. Instances come in the order of their
+/// Label maps, where there is `instances.csv` (frame,instance,class_id,score,x,y,width,height): 8
+/// or 16 bits, 0 = background, k = instance k of the frame. Instances come in the order of their
 /// numbers, with class, score and box of the table; one may have no pixel and then no mask. A file
 /// without rows in the table is a frame without instances.
 ///

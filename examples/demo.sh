@@ -1,0 +1,71 @@
+#!/usr/bin/env bash
+# SPDX-FileCopyrightText: 2026 the dynfilter authors
+# SPDX-License-Identifier: MIT
+
+set -euo pipefail
+
+usage() {
+  cat <<'END'
+usage: examples/demo.sh [SEQUENCE] [--out DIR] [-h]
+
+Builds the program and runs its main job: takes the features of moving objects away on every frame of
+a sequence (TUM RGB-D or BONN layout, with masks in SEQUENCE/masks), or, without one, of a small scene
+that it renders first. Ends with a table and writes pictures, frames.csv and summary.json into DIR.
+Installs the packages that are missing (Debian, Ubuntu; as root or by sudo without password), or says
+which.
+
+  --out DIR  default: out/demo in the repository
+
+  DYNFILTER_BUILD_DIR  folder of the build, default build/release in the repository
+END
+}
+
+sequence=
+out=
+while (($#)); do
+  case "$1" in
+    --out)
+      [[ $# -ge 2 ]] || { usage >&2; exit 2; }
+      out=$2
+      shift
+      ;;
+    --out=*) out=${1#--out=} ;;
+    -h | --help)
+      usage
+      exit
+      ;;
+    -*)
+      usage >&2
+      exit 2
+      ;;
+    *)
+      [[ -z $sequence ]] || { usage >&2; exit 2; }
+      sequence=$1
+      ;;
+  esac
+  shift
+done
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+readonly root
+# shellcheck source-path=SCRIPTDIR source=../cmake/setup.sh
+source "$root/cmake/setup.sh"
+build_dir=$(realpath -m "${DYNFILTER_BUILD_DIR:-$root/build/release}")
+out=$(realpath -m "${out:-$root/out/demo}")
+[[ -z $sequence || -d $sequence ]] || die "$sequence is no folder"
+
+need_tool_packages
+find_configure_options
+log "Building the program dynfilter"
+cmake -S "$root" -B "$build_dir" "${configure_options[@]}" -DCMAKE_BUILD_TYPE=Release \
+  -DDYNFILTER_BUILD_TESTS=OFF -DDYNFILTER_BUILD_EXAMPLES=OFF -DDYNFILTER_BUILD_TOOLS=ON >/dev/null
+cmake --build "$build_dir" --target dynfilter_program
+dynfilter=$build_dir/src/tools/dynfilter
+
+if [[ -z $sequence ]]; then
+  log "Rendering a scene"
+  sequence=$out/scene
+  "$dynfilter" synth "$sequence" --overwrite
+fi
+log "Filtering $sequence"
+"$dynfilter" run "$sequence" --out "$out"

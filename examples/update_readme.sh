@@ -1,0 +1,28 @@
+#!/usr/bin/env bash
+# SPDX-FileCopyrightText: 2026 the dynfilter authors
+# SPDX-License-Identifier: MIT
+
+# Makes the README's picture and table anew: runs the demo on its own scene, shrinks one of its
+# overlays, and puts the counts that it printed between the README's two marks.
+
+set -euo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+# shellcheck source-path=SCRIPTDIR source=../cmake/setup.sh
+source "$root/cmake/setup.sh"
+need_packages imagemagick
+
+mkdir -p "$root/examples/images"
+printed=$(bash "$root/examples/demo.sh")
+convert "$root/out/demo/overlays/2.000000.png" -resize 1440x -strip -quality 82 \
+  "$root/examples/images/filter.jpg"
+
+# The counts stand between the heading of the features and that of the times.
+counts=$(sed -n '/^features /,/^time a frame/{/^time a frame/d;p}' <<<"$printed")
+[[ -n $counts ]] || die "the demo printed no table"
+table=$(printf '%s\n' '```text' "$counts" '```')
+awk -v table="$table" '
+  /<!-- demo table: begin -->/ { print; print table; skip = 1; next }
+  /<!-- demo table: end -->/ { skip = 0 }
+  !skip' "$root/README.md" >"$root/README.md.new"
+mv "$root/README.md.new" "$root/README.md"
+log "updated README.md and examples/images/filter.jpg ($(stat -c %s "$root/examples/images/filter.jpg") bytes)"
