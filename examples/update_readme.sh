@@ -13,7 +13,10 @@ need_packages imagemagick
 
 mkdir -p "$root/examples/images"
 printed=$(bash "$root/examples/demo.sh")
-convert "$root/out/demo/overlays/2.000000.png" -resize 1440x -strip -quality 82 \
+# Of the frames that were drawn, the one in which most features were compensated.
+frame=$(awk -F, 'FNR == NR { drawn[$1] = 1; next } $1 in drawn && $8 > most { most = $8; frame = $1 }
+  END { print frame }' <(basename -s .png "$root"/out/demo/overlays/*.png) "$root/out/demo/frames.csv")
+convert "$root/out/demo/overlays/$frame.png" -resize 1440x -strip -quality 82 \
   "$root/examples/images/filter.jpg"
 
 # The counts stand between the heading of the features and that of the times.
