@@ -48,10 +48,12 @@ struct InstanceStatistics {
 /// What happened in one frame. masked, compensated, custom and kept add up to features.
 struct FrameStatistics {
   std::size_t features = 0;
-  std::size_t masked = 0;           ///< removed on a mask or on the static mask
-  std::size_t compensated = 0;      ///< removed by edge compensation
-  std::size_t custom = 0;           ///< removed by a stage of the caller's
-  std::size_t restored = 0;         ///< removed first, then given back; they count as kept
+  std::size_t masked = 0;       ///< removed on a mask or on the static mask
+  std::size_t compensated = 0;  ///< removed by edge compensation
+  std::size_t custom = 0;       ///< removed by a stage of the caller's
+  std::size_t restored = 0;     ///< removed first, then given back; they count as kept
+  bool starved = false;         ///< fewer features than the floor were left, before restoring
+  std::size_t suggested_features = 0;  ///< to extract next time; 0 = no more than now are needed
   bool has_segmentation = false;    ///< false: no masks are known. True with no instances: nobody
   double segmentation_age_s = 0.0;  ///< time of the frame minus time of its masks
   bool has_depth = false;

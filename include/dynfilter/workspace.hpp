@@ -6,6 +6,8 @@
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
+#include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include <opencv2/core.hpp>
@@ -13,6 +15,15 @@
 #include "dynfilter/feature_sampler.hpp"
 
 namespace dynfilter {
+
+/// A removed feature that may be given back.
+struct RestoreCandidate {
+  std::size_t cell = 0;  ///< of the image
+  float score = 0.0F;
+  bool on_mask = false;
+  std::uint64_t key = 0;  ///< hash that decides among equals
+  std::size_t feature = 0;
+};
 
 /// Scratch memory of a filter, kept by the caller between frames so that a frame allocates nothing
 /// once one of at least that many features and instances was seen. It carries no information from
@@ -22,6 +33,7 @@ struct Workspace {
   std::vector<SampleCandidate> candidates;  ///< for the sample of one instance
   std::vector<double> depths_m;             ///< of the sample
   std::vector<double> codes;                ///< of the sample
+  std::vector<RestoreCandidate> restorable;
 };
 
 }  // namespace dynfilter

@@ -1,0 +1,153 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_FEATURE_FLOOR_HPP
+#define DYNFILTER_FEATURE_FLOOR_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <tuple>
+
+#include <opencv2/core.hpp>
+
+#include "dynfilter/detail/errors.hpp"
+#include "dynfilter/feature_sampler.hpp"
+#include "dynfilter/filter_input.hpp"
+#include "dynfilter/labels.hpp"
+#include "dynfilter/workspace.hpp"
+
+namespace dynfilter {
+
+/// What to do when fewer features than the floor are left.
+enum class FloorPolicy {
+  report_only,          ///< say so in the statistics
+  restore_best_scored,  ///< give back the removed features with the lowest scores
+  restore_balanced      ///< give back features where the image has fewest, the best scored first
+};
+
+struct FeatureFloorOptions {
+  std::size_t floor = 0;  ///< features that should be left; ORB-SLAM needs more than 500 to begin
+  FloorPolicy policy = FloorPolicy::report_only;
+};
+
+/// The last stage: sees to it that a frame is not left with too few features to track, or says that
+/// it is. A frame with fewer features than the floor is `starved` in the statistics, whatever the
+/// policy, and they suggest how many features to extract next time.
+///
+/// Features on the static mask are never given back: the robot moves with the camera. Restored
+/// features keep their instance and score. Among equal scores those that compensation removed come
+/// before those on a mask, and then a hash of frame and pixel decides, so that the choice is spread
+/// and does not depend on the order of the features.
+class FeatureFloor {
+ public:
+  explicit FeatureFloor(const FeatureFloorOptions& options = {}) : options_(options) {}
+
+  void operator()(const FilterInput& input, FeatureLabels& labels) const {
+    Workspace workspace;
+    (*this)(input, labels, workspace);
+  }
+
+  /// O(features), and where features are restored O(n log n) of the removed ones. Throws
+  /// std::invalid_argument for malformed input.
+  void operator()(const FilterInput& input, FeatureLabels& labels, Workspace& workspace) const {
+    validate(input, labels, "FeatureFloor");
+    workspace.restorable.reserve(labels.size());
+    FrameStatistics& statistics = labels.statistics();
+    statistics.starved = statistics.kept() < options_.floor;
+    if (!statistics.starved) return;
+    statistics.suggested_features = suggestion(statistics);
+    if (options_.policy != FloorPolicy::report_only) restore(input, labels, workspace);
+  }
+
+ private:
+  static constexpr int columns = 8, rows = 6;  // cells of 80x80 at 640x480
+  using CellCounts = std::array<std::size_t, std::size_t{columns * rows}>;
+
+  /// So many that the floor would be left if the same share survived; at most four times as many.
+  std::size_t suggestion(const FrameStatistics& statistics) const {
+    if (statistics.features == 0) return options_.floor;
+    const std::size_t most = 4 * statistics.features;
+    if (statistics.kept() == 0) return most;
+    const double share =
+        static_cast<double>(statistics.kept()) / static_cast<double>(statistics.features);
+    const double wanted = std::ceil(static_cast<double>(options_.floor) / share);
+    return wanted < static_cast<double>(most) ? static_cast<std::size_t>(wanted) : most;
+  }
+
+  void restore(const FilterInput& input, FeatureLabels& labels, Workspace& workspace) const {
+    CellCounts kept{};
+    collect(input, labels, workspace, kept);
+    auto& restorable = workspace.restorable;
+    std::sort(restorable.begin(), restorable.end(), [](const auto& a, const auto& b) {
+      return std::tie(a.cell, a.score, a.on_mask, a.key, a.feature) <
+             std::tie(b.cell, b.score, b.on_mask, b.key, b.feature);
+    });
+    CellCounts next{}, end{};  // the cells' parts of restorable
+    for (const RestoreCandidate& candidate : restorable) ++end[candidate.cell];
+    for (std::size_t cell = 1; cell < end.size(); ++cell) {
+      next[cell] = end[cell - 1];
+      end[cell] += end[cell - 1];
+    }
+    const std::size_t missing = options_.floor - labels.statistics().kept();
+    for (std::size_t i = 0; i < std::min(missing, restorable.size()); ++i) {
+      const std::size_t cell = emptiest(kept, next, end);
+      labels.restore(restorable[next[cell]++].feature);
+      ++kept[cell];
+    }
+  }
+
+  /// What may be restored, with its place in the order; and how many features each cell keeps.
+  void collect(const FilterInput& input, const FeatureLabels& labels, Workspace& workspace,
+               CellCounts& kept) const {
+    const FeatureSampler sampler;
+    workspace.restorable.clear();
+    for (std::size_t i = 0; i < labels.size(); ++i) {
+      const cv::Point pixel = input.features.pixel(i);
+      const std::size_t cell = cell_of(pixel, input);
+      const FeatureLabel& label = labels[i];
+      const bool on_mask = label.reason == Reason::in_mask;
+      if (!label.removed) {
+        ++kept[cell];
+      } else if (!on_mask || label.instance >= 0) {
+        workspace.restorable.push_back(
+            {cell, label.score, on_mask, sampler.key(input.frame.id, 0, pixel), i});
+      }
+    }
+  }
+
+  /// One cell is as good as another where the policy asks for the best scores alone, and where no
+  /// image size is known.
+  std::size_t cell_of(cv::Point pixel, const FilterInput& input) const {
+    const cv::Size size =
+        input.frame.depth.empty() ? input.segmentation.image_size : input.frame.depth.size();
+    if (options_.policy == FloorPolicy::restore_best_scored || size.empty()) return 0;
+    const auto along = [](int position, int length, int cells) {
+      const std::int64_t clamped = std::clamp(position, 0, length - 1);
+      return static_cast<std::size_t>(clamped * cells / length);
+    };
+    return along(pixel.y, size.height, rows) * columns + along(pixel.x, size.width, columns);
+  }
+
+  /// Of the cells that have something to restore, the one that keeps fewest features; the first of
+  /// equals.
+  static std::size_t emptiest(const CellCounts& kept, const CellCounts& next,
+                              const CellCounts& end) {
+    std::size_t best = kept.size();
+    for (std::size_t cell = 0; cell < kept.size(); ++cell) {
+      if (next[cell] == end[cell]) continue;
+      if (best == kept.size() || kept[cell] < kept[best]) best = cell;
+    }
+    return best;
+  }
+
+  FeatureFloorOptions options_;
+};
+
+}  // namespace dynfilter
+
+#endif  // DYNFILTER_FEATURE_FLOOR_HPP
