@@ -14,8 +14,9 @@ undefined-behaviour sanitizers, then everything in the dev build, whose ctest su
 Installs the packages that are missing (Debian, Ubuntu; as root or by sudo without password), or says
 which.
 
-  --all  slow tests too, the unit tests built by clang, and some of them under valgrind; checks of
-         format and scripts, which are skipped otherwise where their tools are missing
+  --all  slow tests too, the unit tests built by clang, a minute of fuzzing, and some tests under
+         valgrind; checks of format and scripts, which are skipped otherwise where their tools are
+         missing
 
   DYNFILTER_BUILD_DIR         folder of the dev build, default build/dev; others lie beside it
   DYNFILTER_DATA_DIR          folder with recorded data for tests that can use it
@@ -96,6 +97,18 @@ under_valgrind() {
   done
 }
 
+# A minute of fuzzing from the kept inputs, under the sanitizers; what it finds it names and keeps.
+fuzzed() {
+  log "A minute of fuzzing"
+  build "${other_dirs}fuzz" "${unit_tests_only[@]}" -DCMAKE_BUILD_TYPE=RelWithDebInfo \
+    -DCMAKE_CXX_COMPILER=clang++ -DDYNFILTER_BUILD_FUZZERS=ON -DDYNFILTER_BUILD_SEGMENTERS=OFF \
+    -DDYNFILTER_BUILD_EVALUATION=OFF -DDYNFILTER_SANITIZE=address,undefined
+  mkdir -p "${other_dirs}fuzz/corpus"
+  "${other_dirs}fuzz/tests/fuzz/whole_filter_fuzz" -max_len=4096 -max_total_time=60 \
+    -print_final_stats=1 -verbosity=0 -artifact_prefix="${other_dirs}fuzz/" \
+    "${other_dirs}fuzz/corpus" "$root/tests/fuzz/corpus"
+}
+
 packages=(libgtest-dev libbenchmark-dev)
 dev_options=(-DCMAKE_BUILD_TYPE=RelWithDebInfo -DCMAKE_EXPORT_COMPILE_COMMANDS=ON
   -DDYNFILTER_BUILD_BENCHMARKS=ON)
@@ -106,7 +119,7 @@ else
   log "This release has no package libcli11-dev: the program dynfilter is neither built nor tested"
   dev_options+=(-DDYNFILTER_BUILD_TOOLS=OFF)
 fi
-if [[ $all == yes ]]; then packages+=(clang valgrind clang-format shellcheck); fi
+if [[ $all == yes ]]; then packages+=(clang libclang-rt-dev valgrind clang-format shellcheck); fi
 need_build_packages "${packages[@]}"
 find_configure_options
 # The compiler that we test with; others warn of other things.
@@ -115,7 +128,10 @@ if [[ $("${CXX:-c++}" -dumpversion) == 12* ]]; then
 fi
 
 sanitized
-if [[ $all == yes ]]; then by_clang; fi
+if [[ $all == yes ]]; then
+  by_clang
+  fuzzed
+fi
 
 log "All tests"
 build "$dev_dir" "${dev_options[@]}"
