@@ -76,17 +76,22 @@ dynfilter_package(core dynfilter)
 if(TARGET dynfilter_segmenters)
   dynfilter_package(segmenters dynfilter_segmenters segmenters)
 endif()
+if(TARGET dynfilter_plugin)
+  dynfilter_package(plugin dynfilter_plugin)
+  install(FILES ${PROJECT_SOURCE_DIR}/include/dynfilter/plugin.hpp
+          DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/dynfilter COMPONENT dynfilter-plugin)
+endif()
 if(TARGET dynfilter_evaluation)
   dynfilter_package(evaluation dynfilter_evaluation datasets evaluation)
 endif()
 
-# The core's headers: all but the folders of the components.
+# The core's headers: all but those of the components.
 install(
   DIRECTORY ${PROJECT_SOURCE_DIR}/include/dynfilter
   DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
   COMPONENT dynfilter-core
   FILES_MATCHING PATTERN "*.hpp"
-  REGEX "/include/dynfilter/(segmenters|datasets|evaluation)$" EXCLUDE)
+  REGEX "/include/dynfilter/(segmenters|datasets|evaluation|plugin\\.hpp)$" EXCLUDE)
 
 # --- The config, its version file, pkg-config -----------------------------------------------------
 set(_arch_independent "")

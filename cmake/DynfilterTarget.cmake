@@ -3,12 +3,15 @@
 
 # Settles what every library of the project has in common: include directories, C++17, the name that
 # consumers use (dynfilter::<alias>, the same installed and in the build tree).
-#   dynfilter_library(<target> <INTERFACE|PUBLIC> ALIAS <alias>)
+# With CXX11_HEADERS its headers are C++11, and no standard is asked of consumers.
+#   dynfilter_library(<target> <INTERFACE|PUBLIC> ALIAS <alias> [CXX11_HEADERS])
 function(dynfilter_library target scope)
-  cmake_parse_arguments(arg "" "ALIAS" "" ${ARGN})
+  cmake_parse_arguments(arg "CXX11_HEADERS" "ALIAS" "" ${ARGN})
   add_library(dynfilter::${arg_ALIAS} ALIAS ${target})
   set_target_properties(${target} PROPERTIES EXPORT_NAME ${arg_ALIAS})
-  target_compile_features(${target} ${scope} cxx_std_17)
+  if(NOT arg_CXX11_HEADERS)
+    target_compile_features(${target} ${scope} cxx_std_17)
+  endif()
   target_include_directories(
     ${target} ${scope} $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>
     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)

@@ -6,8 +6,11 @@
 # looked at, so that its dependencies need not be there. OPTIONAL_COMPONENTS may be missing, or may
 # lack a dependency.
 
-# Before our own policies: it reads one of the host's.
-include("${CMAKE_CURRENT_LIST_DIR}/dynfilterCheckStandard.cmake")
+# Before our own policies: it reads one of the host's. Whoever asks for the plugin may stay with C++11.
+list(FIND dynfilter_FIND_COMPONENTS plugin _dynfilter_plugin)
+if(_dynfilter_plugin EQUAL -1)
+  include("${CMAKE_CURRENT_LIST_DIR}/dynfilterCheckStandard.cmake")
+endif()
 
 # Hosts may ask for CMake 2.8. find_package() restores their policies.
 cmake_policy(VERSION 3.16...3.25)

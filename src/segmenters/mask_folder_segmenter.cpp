@@ -133,14 +133,19 @@ void MaskFolderSegmenter::read_table(const fs::path& path) {
     if (!is_within_reach(mask, row.time_s)) {
       table.fail("frame " + table.text(0) + " has no mask " + table.text(0) + ".png");
     }
-    if (!mask->second.instances.emplace(row.label, row.instance).second) {
+    if (!masks_.at(mask->first).instances.emplace(row.label, row.instance).second) {
       table.fail("instance " + table.text(1) + " of frame " + table.text(0) +
                  " stands in an earlier line already");
     }
   }
 }
 
-MaskFolderSegmenter::Masks::iterator MaskFolderSegmenter::nearest(double time_s) {
+bool MaskFolderSegmenter::has_mask(double timestamp_s) const {
+  return detail::is_time_in_seconds(timestamp_s) &&
+         is_within_reach(nearest(timestamp_s), timestamp_s);
+}
+
+MaskFolderSegmenter::Masks::const_iterator MaskFolderSegmenter::nearest(double time_s) const {
   const std::int64_t time = detail::microseconds(time_s);
   const auto later = masks_.lower_bound(time);
   if (later == masks_.begin()) return later;
@@ -149,7 +154,7 @@ MaskFolderSegmenter::Masks::iterator MaskFolderSegmenter::nearest(double time_s)
   return later;
 }
 
-bool MaskFolderSegmenter::is_within_reach(Masks::iterator mask, double time_s) const {
+bool MaskFolderSegmenter::is_within_reach(Masks::const_iterator mask, double time_s) const {
   return std::abs(mask->first - detail::microseconds(time_s)) <=
          detail::microseconds(options_.max_time_difference_s);
 }

@@ -46,7 +46,7 @@ void add_run_command(CLI::App& program) {
   command->add_option("--camera", options->camera, "camera file [SEQUENCE/camera.yaml]");
   command
       ->add_option("--rule", options->rule, "paper: masks and edge compensation; mask: masks only")
-      ->check(CLI::IsMember({"paper", "mask"}))
+      ->check(CLI::IsMember(detail::rule_names()))
       ->capture_default_str();
   command->add_option("--features", options->features, "ORB features a frame")
       ->check(CLI::Range(1, 100000))

@@ -10,6 +10,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "frame_table.hpp"
+
 namespace dynfilter::tools {
 namespace {
 
@@ -63,14 +65,6 @@ const char* name_of(Compensation compensation) {
   return "";
 }
 
-std::size_t count_of(const FrameStatistics& statistics, Compensation compensation) {
-  std::size_t count = 0;
-  for (const InstanceStatistics& instance : statistics.instances) {
-    count += instance.compensation == compensation ? 1 : 0;
-  }
-  return count;
-}
-
 void print_count(const char* name, std::size_t count, std::size_t frames) {
   std::printf("  %-34s %9zu %11.1f\n", name, count,
               static_cast<double>(count) / static_cast<double>(frames));
@@ -111,18 +105,10 @@ void print_report(const RunRecord& run) {
 
 void write_frames_csv(const RunRecord& run, const std::filesystem::path& file) {
   TextFile csv(file);
-  csv << "frame,timestamp_s,has_masks,mask_age_s,instances,features,masked,compensated,kept,"
-         "instances_without_depth,instances_with_too_few_samples,dynamic_left_mask_only,"
-         "dynamic_left,static_removed_mask_only,static_removed\n";
+  csv << detail::frame_columns()
+      << ",dynamic_left_mask_only,dynamic_left,static_removed_mask_only,static_removed\n";
   for (const FrameRecord& frame : run.frames) {
-    const FrameStatistics& s = frame.statistics;
-    char times[64];
-    std::snprintf(times, sizeof times, "%.6f,%d,%.6f", frame.timestamp_s,
-                  s.has_segmentation ? 1 : 0, s.segmentation_age_s);
-    csv << frame.stem << ',' << times << ',' << s.instances.size() << ',' << s.features << ','
-        << s.masked << ',' << s.compensated << ',' << s.kept() << ','
-        << count_of(s, Compensation::no_depth_image) << ','
-        << count_of(s, Compensation::too_few_samples) << ','
+    csv << detail::frame_cells(frame.stem, frame.timestamp_s, frame.statistics) << ','
         << cells_of(frame, &FeatureScores::dynamic_left) << ','
         << cells_of(frame, &FeatureScores::static_removed) << '\n';
   }

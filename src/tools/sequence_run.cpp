@@ -12,11 +12,21 @@
 
 namespace dynfilter::tools {
 
+namespace {
+
+EdgeCompensatorOptions edge_options(const RunOptions& options) {
+  EdgeCompensatorOptions edge = EdgeCompensatorOptions::paper();
+  edge.seed = options.seed;
+  return edge;
+}
+
+}  // namespace
+
 SequenceRun::SequenceRun(const RunOptions& options)
     : sequence_(options.sequence, {0.02, options.camera}),
       extractor_(options.features),
       filter_({MaskCuller(options.mask_culler), culler_time_},
-              edge_stage(options, compensator_time_)),
+              {detail::edge_stage(options.rule, edge_options(options)), compensator_time_}),
       pictures_(options.out, sequence_.size(), options.overlays) {
   std::filesystem::create_directories(options.out);
   record_.sequence = options.sequence.string();
@@ -30,13 +40,6 @@ SequenceRun::SequenceRun(const RunOptions& options)
     true_masks_.emplace(*sequence_.true_masks_folder());
     record_.true_masks = sequence_.true_masks_folder()->string();
   }
-}
-
-SequenceRun::Stage SequenceRun::edge_stage(const RunOptions& options, Times& times) {
-  if (options.rule == "mask") return [](const FilterInput&, FeatureLabels&, Workspace&) {};
-  EdgeCompensatorOptions edge_options = EdgeCompensatorOptions::paper();
-  edge_options.seed = options.seed;
-  return TimedStage(EdgeCompensator(edge_options), times);
 }
 
 void SequenceRun::process(std::size_t i) {

@@ -7,7 +7,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <string>
 
@@ -15,6 +14,7 @@
 #include "dynfilter/dynfilter.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "feature_extractor.hpp"
+#include "rules.hpp"
 #include "run_pictures.hpp"
 #include "run_record.hpp"
 #include "stopwatch.hpp"
@@ -26,7 +26,7 @@ struct RunOptions {
   std::filesystem::path out = "dynfilter_out";
   std::filesystem::path masks;   ///< empty: the sequence's own
   std::filesystem::path camera;  ///< empty: the sequence's own
-  std::string rule = "paper";    ///< or "mask"
+  std::string rule = "paper";    ///< one of detail::rule_names()
   int features = 1000;
   std::size_t overlays = 6;
   MaskCullerOptions mask_culler;
@@ -50,9 +50,7 @@ class SequenceRun {
   RunRecord finish();
 
  private:
-  using Stage = std::function<void(const FilterInput&, FeatureLabels&, Workspace&)>;
-
-  static Stage edge_stage(const RunOptions& options, Times& times);
+  using EdgeStage = TimedStage<detail::AnyStage>;
 
   RgbdSequence sequence_;
   std::optional<MaskFolderSegmenter> masks_;
@@ -60,7 +58,7 @@ class SequenceRun {
   FeatureExtractor extractor_;
 
   Times extraction_time_, masks_time_, culler_time_, compensator_time_, keep_static_time_;
-  Pipeline<TimedStage<MaskCuller>, Stage> filter_;
+  Pipeline<TimedStage<MaskCuller>, EdgeStage> filter_;
   FeatureLabels labels_;
   Workspace workspace_;
 

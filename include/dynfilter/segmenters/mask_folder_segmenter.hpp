@@ -52,6 +52,9 @@ class MaskFolderSegmenter final : public Segmenter {
   /// How many masks the folder has.
   std::size_t size() const { return masks_.size(); }
 
+  /// Whether there is a mask for a frame of this time. O(log n).
+  bool has_mask(double timestamp_s) const;
+
  private:
   struct Mask {
     std::filesystem::path path;
@@ -65,8 +68,8 @@ class MaskFolderSegmenter final : public Segmenter {
 
   void index_masks();
   void read_table(const std::filesystem::path& path);
-  Masks::iterator nearest(double time_s);
-  bool is_within_reach(Masks::iterator mask, double time_s) const;
+  Masks::const_iterator nearest(double time_s) const;
+  bool is_within_reach(Masks::const_iterator mask, double time_s) const;
 
   std::filesystem::path folder_;
   MaskFolderOptions options_;

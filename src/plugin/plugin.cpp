@@ -1,0 +1,188 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/plugin.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <stdexcept>
+#include <utility>
+
+#include "dynfilter/detail/number_text.hpp"
+#include "dynfilter/dynfilter.hpp"
+#include "dynfilter/segmenters/mask_folder_segmenter.hpp"
+#include "plugin/plugin_settings.hpp"
+#include "plugin/recorder.hpp"
+#include "rules.hpp"
+
+namespace dynfilter {
+namespace {
+
+using Filter = Pipeline<MaskCuller, detail::AnyStage, FeatureFloor>;
+
+/// What options refuse is the settings file's fault.
+Filter make_filter(const detail::PluginSettings& settings) {
+  try {
+    return Filter(MaskCuller(settings.filter.mask_culler),
+                  detail::edge_stage(settings.rule, settings.filter.edge_compensator),
+                  FeatureFloor(settings.filter.feature_floor));
+  } catch (const std::invalid_argument& error) {
+    throw std::runtime_error(settings.file + ": " + error.what());
+  }
+}
+
+MaskFolderSegmenter open_masks(const detail::PluginSettings& settings) {
+  try {
+    return MaskFolderSegmenter(settings.mask_folder, settings.mask_folder_options);
+  } catch (const std::exception& error) {
+    throw std::runtime_error(settings.file + ": " + error.what());
+  }
+}
+
+void require_in_step(const std::vector<cv::KeyPoint>& keypoints, const cv::Mat& descriptors,
+                     const int* pivot) {
+  if (!descriptors.empty() && static_cast<std::size_t>(descriptors.rows) != keypoints.size()) {
+    detail::throw_misuse(
+        "Plugin::filter",
+        detail::concatenate(descriptors.rows, " descriptors and ", keypoints.size(), " keypoints"),
+        "a descriptor a keypoint, or none at all");
+  }
+  if (pivot && (*pivot < 0 || static_cast<std::size_t>(*pivot) > keypoints.size())) {
+    detail::throw_misuse(
+        "Plugin::filter",
+        detail::concatenate("pivot ", *pivot, " with ", keypoints.size(), " keypoints"),
+        "the number of keypoints in the first block");
+  }
+}
+
+/// Tracking code must not meet a frame without a feature: the last resort is the feature that looks
+/// most static, whatever the policy.
+void keep_at_least_one(FeatureLabels& labels) {
+  if (labels.empty() || labels.statistics().kept() > 0) return;
+  const auto best = std::min_element(
+      labels.begin(), labels.end(), [](const auto& a, const auto& b) { return a.score < b.score; });
+  labels.restore(static_cast<std::size_t>(best - labels.begin()));
+}
+
+}  // namespace
+
+struct Plugin::State {
+  explicit State(const detail::PluginSettings& from)
+      : settings(from), masks(open_masks(from)), filter(make_filter(from)) {
+    if (!settings.output_folder.empty()) {
+      recorder.emplace(settings.output_folder, settings.overlay_every);
+    }
+  }
+
+  FrameView view(double timestamp_s, const cv::Mat& depth);
+  std::optional<Segmentation> segment(const FrameView& frame);
+  FrameStatistics run(double timestamp_s, const cv::Mat& depth,
+                      std::vector<cv::KeyPoint>& keypoints, cv::Mat& descriptors, int* pivot);
+
+  detail::PluginSettings settings;
+  MaskFolderSegmenter masks;
+  Filter filter;
+  std::optional<detail::Recorder> recorder;
+  PluginCounters counters;
+  FeatureLabels labels;
+  Workspace workspace;
+
+  // The image that was submitted and not filtered yet.
+  cv::Mat image;
+  double image_time_s = 0;
+};
+
+/// The frame with the submitted image, if that is of its time.
+FrameView Plugin::State::view(double timestamp_s, const cv::Mat& depth) {
+  FrameView frame;
+  frame.id = counters.filtered;
+  frame.timestamp_s = timestamp_s;
+  frame.depth = depth;
+  if (depth.type() == CV_16UC1 && settings.depth_units_per_metre > 0) {
+    frame.metres_per_unit = 1.0 / settings.depth_units_per_metre;
+  }
+  const double limit_s = settings.mask_folder_options.max_time_difference_s;
+  if (!image.empty() && std::abs(image_time_s - timestamp_s) <= limit_s) frame.image = image;
+  return frame;
+}
+
+std::optional<Segmentation> Plugin::State::segment(const FrameView& frame) {
+  if (settings.missing_masks == "keep" && !masks.has_mask(frame.timestamp_s)) return {};
+  if (frame.image.empty() && frame.depth.empty()) {
+    throw std::runtime_error(detail::concatenate(
+        "dynfilter::Plugin: no image was submitted for the frame at ",
+        detail::time_text(frame.timestamp_s),
+        " s, and without depth its size is not known; call submit() before filter()"));
+  }
+  return masks.segment(frame);
+}
+
+FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
+                                   std::vector<cv::KeyPoint>& keypoints, cv::Mat& descriptors,
+                                   int* pivot) {
+  require_in_step(keypoints, descriptors, pivot);
+  const FrameView frame = view(timestamp_s, depth);
+  validate(frame, "Plugin::filter");
+  const std::optional<Segmentation> segmentation = segment(frame);
+  filter.apply(frame, segmentation, keypoints, labels, workspace);
+  keep_at_least_one(labels);
+  if (recorder) recorder->record(frame, segmentation.value_or(Segmentation()), keypoints, labels);
+
+  if (pivot) *pivot = static_cast<int>(kept_below(labels, static_cast<std::size_t>(*pivot)));
+  if (descriptors.empty()) {
+    keep_static(labels, keypoints);
+  } else {
+    keep_static(labels, keypoints, descriptors);
+  }
+  ++counters.filtered;
+  counters.never_submitted += frame.image.empty() ? 1 : 0;
+  counters.without_masks += segmentation ? 0 : 1;
+  counters.starved += labels.statistics().starved ? 1 : 0;
+  if (!frame.image.empty()) image.release();
+  return labels.statistics();
+}
+
+Plugin::Plugin(const std::string& settings_file, const std::string& prefix)
+    : state_(new State(detail::read_plugin_settings(settings_file, prefix))) {}
+
+Plugin::~Plugin() = default;
+Plugin::Plugin(Plugin&& other) noexcept = default;
+Plugin& Plugin::operator=(Plugin&& other) noexcept = default;
+
+void Plugin::submit(const cv::Mat& image, double timestamp_s) {
+  if (image.empty() || (image.type() != CV_8UC1 && image.type() != CV_8UC3)) {
+    detail::throw_misuse("Plugin::submit",
+                         detail::concatenate("an image of type ", detail::type_name(image),
+                                             " and size ", detail::size_name(image.size())),
+                         "CV_8UC1 or CV_8UC3");
+  }
+  if (!std::isfinite(timestamp_s)) {
+    detail::throw_misuse("Plugin::submit", detail::concatenate("timestamp_s = ", timestamp_s),
+                         "a finite time in seconds");
+  }
+  ++state_->counters.submitted;
+  state_->counters.never_filtered += state_->image.empty() ? 0 : 1;
+  state_->image = image;
+  state_->image_time_s = timestamp_s;
+}
+
+FrameStatistics Plugin::filter(double timestamp_s, const cv::Mat& depth,
+                               std::vector<cv::KeyPoint>& keypoints, cv::Mat& descriptors) {
+  return state_->run(timestamp_s, depth, keypoints, descriptors, nullptr);
+}
+
+FrameStatistics Plugin::filter(double timestamp_s, std::vector<cv::KeyPoint>& keypoints,
+                               cv::Mat& descriptors) {
+  return state_->run(timestamp_s, cv::Mat(), keypoints, descriptors, nullptr);
+}
+
+FrameStatistics Plugin::filter(double timestamp_s, std::vector<cv::KeyPoint>& keypoints,
+                               cv::Mat& descriptors, int& pivot) {
+  return state_->run(timestamp_s, cv::Mat(), keypoints, descriptors, &pivot);
+}
+
+PluginCounters Plugin::counters() const { return state_->counters; }
+
+}  // namespace dynfilter

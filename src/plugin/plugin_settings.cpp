@@ -1,0 +1,97 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "plugin/plugin_settings.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <stdexcept>
+#include <vector>
+
+#include <opencv2/imgcodecs.hpp>
+
+#include "image_file.hpp"
+#include "plugin/settings_file.hpp"
+#include "rules.hpp"
+
+namespace dynfilter::detail {
+namespace {
+
+/// Reads a choice whose names are those of an enumeration's values, in their order.
+template <class Enumeration>
+void read_enumeration(SettingsFile& file, const std::string& name,
+                      const std::vector<std::string>& names, Enumeration& value) {
+  std::string chosen = names.at(static_cast<std::size_t>(value));
+  file.read_choice(name, names, chosen);
+  value = static_cast<Enumeration>(std::find(names.begin(), names.end(), chosen) - names.begin());
+}
+
+void read_masks(SettingsFile& file, PluginSettings& settings) {
+  file.read_text("mask_folder", settings.mask_folder);
+  file.read_number("max_time_difference_s", settings.mask_folder_options.max_time_difference_s);
+  file.read_count("box_margin_px", settings.mask_folder_options.box_margin_px);
+  file.read_count("least_pixels", settings.mask_folder_options.least_pixels);
+  file.read_choice("missing_masks", {"error", "keep"}, settings.missing_masks);
+}
+
+void read_mask_culler(SettingsFile& file, MaskCullerOptions& options) {
+  file.read_integers("dynamic_classes", options.dynamic_classes);
+  file.read_number("margin_px", options.margin_px);
+  file.read_number("margin_per_diameter", options.margin_per_diameter);
+  std::string static_mask;
+  file.read_text("static_mask", static_mask);
+  if (static_mask.empty()) return;
+  try {
+    options.static_mask = read_image(static_mask, cv::IMREAD_UNCHANGED);
+  } catch (const std::runtime_error& error) {
+    file.refuse("static_mask", error.what(), "an image file");
+  }
+}
+
+void read_range(SettingsFile& file, const std::string& name, RangeEstimatorOptions& options) {
+  read_enumeration(file, name + ".outlier_rule",
+                   {"median_absolute_deviation", "interquartile_range"}, options.outlier_rule);
+  file.read_number(name + ".outlier_factor", options.outlier_factor);
+  file.read_count(name + ".least_samples", options.least_samples);
+  file.read_number(name + ".expansion", options.expansion);
+}
+
+void read_edge_compensator(SettingsFile& file, EdgeCompensatorOptions& options) {
+  std::size_t seed = 0;
+  file.read_count("samples", options.samples);
+  file.read_count("seed", seed);
+  options.seed = seed;
+  read_range(file, "depth", options.depth);
+  read_range(file, "code", options.code);
+  read_enumeration(file, "depth_lbp.missing_neighbour", {"nearer", "farther"},
+                   options.depth_lbp.missing_neighbour);
+  read_enumeration(file, "missing_depth", {"keep", "remove"}, options.missing_depth);
+}
+
+void read_feature_floor(SettingsFile& file, FeatureFloorOptions& options) {
+  file.read_count("floor", options.floor);
+  read_enumeration(file, "policy", {"report_only", "restore_best_scored", "restore_balanced"},
+                   options.policy);
+}
+
+}  // namespace
+
+PluginSettings read_plugin_settings(const std::string& path, const std::string& prefix) {
+  SettingsFile file(path, prefix);
+  PluginSettings settings;
+  settings.file = path;
+  read_masks(file, settings);
+  file.read_choice("rule", rule_names(), settings.rule);
+  read_mask_culler(file, settings.filter.mask_culler);
+  read_edge_compensator(file, settings.filter.edge_compensator);
+  read_feature_floor(file, settings.filter.feature_floor);
+  file.read_text("output_folder", settings.output_folder);
+  file.read_count("overlay_every", settings.overlay_every);
+  file.finish();
+  if (settings.mask_folder.empty())
+    file.refuse("mask_folder", "nothing", "the folder of the masks");
+  settings.depth_units_per_metre = file.foreign_number("DepthMapFactor");
+  return settings;
+}
+
+}  // namespace dynfilter::detail

@@ -1,0 +1,32 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_SRC_PLUGIN_PLUGIN_SETTINGS_HPP
+#define DYNFILTER_SRC_PLUGIN_PLUGIN_SETTINGS_HPP
+
+#include <string>
+
+#include "dynfilter/dynamic_filter.hpp"
+#include "dynfilter/segmenters/mask_folder_segmenter.hpp"
+
+namespace dynfilter::detail {
+
+/// All that a settings file says. The keys are the options' names; see examples/orb_slam/README.md.
+struct PluginSettings {
+  std::string file;
+  std::string mask_folder;
+  MaskFolderOptions mask_folder_options;
+  std::string missing_masks = "error";  ///< or "keep": go on without, and count it
+  std::string rule = "paper";
+  DynamicFilterOptions filter;
+  std::string output_folder;         ///< for frames.csv and overlays; empty: none
+  int overlay_every = 0;             ///< draw every n-th frame; 0: none
+  double depth_units_per_metre = 0;  ///< DepthMapFactor; 0: not in the file
+};
+
+/// Throws std::runtime_error that names file and key.
+PluginSettings read_plugin_settings(const std::string& path, const std::string& prefix);
+
+}  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_SRC_PLUGIN_PLUGIN_SETTINGS_HPP

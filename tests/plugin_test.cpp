@@ -1,0 +1,443 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/plugin.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "dynfilter/dynfilter.hpp"
+#include "dynfilter/segmenters/mask_folder_writer.hpp"
+#include "support/expect_error.hpp"
+#include "support/filter_property.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+namespace fs = std::filesystem;
+
+const cv::Size image_size(160, 120);
+
+/// A frame with a person at 1.5 m before a wall at 3 m, whose mask misses the lower half.
+struct HostFrame {
+  double timestamp_s;
+  cv::Mat image = cv::Mat(image_size, CV_8UC3, cv::Scalar(30, 60, 90));
+  cv::Mat depth = cv::Mat(image_size, CV_32FC1, cv::Scalar(3.0));
+  std::vector<cv::KeyPoint> keypoints;
+  cv::Mat descriptors;
+  Segmentation segmentation;
+
+  explicit HostFrame(int index) : timestamp_s(100 + index * 0.1) {
+    const int x = 20 + 3 * (index % 20);
+    depth(cv::Rect(x, 20, 40, 80)).setTo(1.5);
+    segmentation.timestamp_s = timestamp_s;
+    segmentation.image_size = image_size;
+    Instance person = Instance::from_box({x - 5, 15, 50, 90}, 0, 0.75F);
+    person.mask_origin = {x, 20};
+    person.mask = cv::Mat(40, 40, CV_8UC1, cv::Scalar(255));
+    segmentation.instances.push_back(person);
+    for (int v = 2; v < image_size.height; v += 7) {
+      for (int u = 2; u < image_size.width; u += 7) {
+        keypoints.emplace_back(static_cast<float>(u), static_cast<float>(v), 31.0F);
+      }
+    }
+    // Each descriptor knows its keypoint, so that one sees whether they stay in step.
+    descriptors = cv::Mat::zeros(static_cast<int>(keypoints.size()), 32, CV_8UC1);
+    for (int i = 0; i < descriptors.rows; ++i) {
+      keypoints[static_cast<std::size_t>(i)].class_id = i;
+      descriptors.at<int>(i, 0) = i;
+    }
+  }
+
+  FrameView view(std::uint64_t id) const {
+    FrameView frame;
+    frame.id = id;
+    frame.timestamp_s = timestamp_s;
+    frame.image = image;
+    frame.depth = depth;
+    return frame;
+  }
+};
+
+bool in_step(const HostFrame& frame) {
+  if (frame.descriptors.rows != static_cast<int>(frame.keypoints.size())) return false;
+  for (int i = 0; i < frame.descriptors.rows; ++i) {
+    if (frame.descriptors.at<int>(i, 0) != frame.keypoints[static_cast<std::size_t>(i)].class_id) {
+      return false;
+    }
+  }
+  return true;
+}
+
+/// Masks of some frames on disk, and a settings file as an ORB-SLAM has it.
+class PluginTest : public ::testing::Test {
+ protected:
+  static constexpr int frames = 6;
+
+  PluginTest() {
+    MaskFolderWriter writer(masks());
+    for (int i = 0; i < frames; ++i) writer.add(HostFrame(i).segmentation);
+  }
+
+  fs::path masks() const { return folder_.path() / "masks"; }
+  fs::path file() const { return folder_.path() / "TUM3.yaml"; }
+  fs::path path(const char* name) const { return folder_.path() / name; }
+
+  /// The settings file with these lines; mask_folder is added.
+  std::string settings(const std::string& lines = {}) const {
+    return raw_settings("dynfilter.mask_folder: \"" + masks().string() + "\"\n" + lines);
+  }
+
+  std::string raw_settings(const std::string& lines) const {
+    std::ofstream(file()) << "%YAML:1.0\n# Camera\nCamera.fx: 535.4\nDepthMapFactor: 5000.0\n"
+                          << "ORBextractor.nFeatures: 1000\n"
+                          << lines;
+    return file().string();
+  }
+
+ private:
+  TemporaryFolder folder_;
+};
+
+TEST_F(PluginTest, GivesExactlyTheLabelsOfTheCore) {
+  Plugin plugin(settings("dynfilter.margin_px: 1.5\ndynfilter.seed: 7\n"));
+  DynamicFilterOptions options;
+  options.mask_culler.margin_px = 1.5;
+  options.edge_compensator.seed = 7;
+  const DynamicFilter core(options);
+  for (int i = 0; i < frames; ++i) {
+    HostFrame frame(i);
+    HostFrame expected(i);
+    const FeatureLabels labels = core.apply(expected.view(static_cast<std::uint64_t>(i)),
+                                            expected.segmentation, expected.keypoints);
+    keep_static(labels, expected.keypoints, expected.descriptors);
+
+    plugin.submit(frame.image, frame.timestamp_s);
+    const FrameStatistics statistics =
+        plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors);
+    EXPECT_EQ(statistics.masked, labels.statistics().masked);
+    EXPECT_EQ(statistics.compensated, labels.statistics().compensated);
+    EXPECT_GT(statistics.masked, 0U);
+    EXPECT_GT(statistics.compensated, 0U);
+    ASSERT_EQ(frame.keypoints.size(), expected.keypoints.size());
+    for (std::size_t k = 0; k < frame.keypoints.size(); ++k) {
+      ASSERT_EQ(frame.keypoints[k].class_id, expected.keypoints[k].class_id) << "order is kept";
+    }
+    EXPECT_TRUE(in_step(frame));
+  }
+  EXPECT_EQ(plugin.counters().filtered, static_cast<std::size_t>(frames));
+  EXPECT_EQ(plugin.counters().never_submitted, 0U);
+}
+
+TEST_F(PluginTest, TakesRawDepthInUnitsOfTheSettingsFile) {
+  Plugin of_metres(settings()), of_units(settings());
+  HostFrame metres(0), units(0);
+  cv::Mat raw;
+  units.depth.convertTo(raw, CV_16UC1, 5000);
+  of_metres.filter(metres.timestamp_s, metres.depth, metres.keypoints, metres.descriptors);
+  of_units.filter(units.timestamp_s, raw, units.keypoints, units.descriptors);
+  EXPECT_EQ(metres.keypoints.size(), units.keypoints.size());
+  EXPECT_LT(metres.keypoints.size(), HostFrame(0).keypoints.size());
+}
+
+TEST_F(PluginTest, MonoHasMasksAlone) {
+  Plugin plugin(settings());
+  HostFrame frame(0);
+  plugin.submit(frame.image, frame.timestamp_s);
+  const FrameStatistics statistics =
+      plugin.filter(frame.timestamp_s, frame.keypoints, frame.descriptors);
+  EXPECT_GT(statistics.masked, 0U);
+  EXPECT_EQ(statistics.compensated, 0U);
+  EXPECT_FALSE(statistics.has_depth);
+  EXPECT_TRUE(in_step(frame));
+}
+
+TEST_F(PluginTest, MonoOfOrbSlam3InReverseOrderKeepsItsOrder) {
+  Plugin plugin(settings());
+  HostFrame frame(0);
+  std::reverse(frame.keypoints.begin(), frame.keypoints.end());
+  cv::flip(frame.descriptors, frame.descriptors, 0);
+  plugin.submit(frame.image, frame.timestamp_s);
+  plugin.filter(frame.timestamp_s, frame.keypoints, frame.descriptors);
+  EXPECT_TRUE(in_step(frame));
+  for (std::size_t i = 1; i < frame.keypoints.size(); ++i) {
+    EXPECT_GT(frame.keypoints[i - 1].class_id, frame.keypoints[i].class_id);
+  }
+}
+
+TEST_F(PluginTest, TwoCamerasHaveTwoPluginsAndTheirPivots) {
+  const std::string file = settings("dynfilter_right.mask_folder: \"" + masks().string() + "\"\n");
+  Plugin left(file), right(file, "dynfilter_right");
+  HostFrame frame(0), other(0);
+  for (const int pivot : {0, 1, 100, static_cast<int>(frame.keypoints.size())}) {
+    HostFrame at_left(0), at_right(0);
+    left.submit(at_left.image, at_left.timestamp_s);
+    right.submit(at_right.image, at_right.timestamp_s);
+    int mono_left = pivot, mono_right = pivot;
+    left.filter(at_left.timestamp_s, at_left.keypoints, at_left.descriptors, mono_left);
+    right.filter(at_right.timestamp_s, at_right.keypoints, at_right.descriptors, mono_right);
+    int expected = 0;
+    for (const cv::KeyPoint& keypoint : at_left.keypoints) expected += keypoint.class_id < pivot;
+    EXPECT_EQ(mono_left, expected);
+    EXPECT_EQ(mono_right, expected);
+  }
+  int beyond = 100000;
+  expect_error<std::invalid_argument>(
+      [&] { left.filter(frame.timestamp_s, frame.keypoints, frame.descriptors, beyond); },
+      "pivot 100000");
+}
+
+TEST_F(PluginTest, TwoPluginsInOneProcessAreIndependent) {
+  Plugin strict(settings("dynfilter.margin_px: 8\n"));
+  Plugin loose(settings("dynfilter.rule: \"mask\"\n"));
+  HostFrame first(0), second(0);
+  strict.submit(first.image, first.timestamp_s);
+  const auto of_loose =
+      loose.filter(second.timestamp_s, second.depth, second.keypoints, second.descriptors);
+  const auto of_strict =
+      strict.filter(first.timestamp_s, first.depth, first.keypoints, first.descriptors);
+  EXPECT_GT(of_strict.masked, of_loose.masked);
+  EXPECT_EQ(of_loose.compensated, 0U);
+  EXPECT_EQ(strict.counters().never_submitted, 0U);
+  EXPECT_EQ(loose.counters().never_submitted, 1U);
+}
+
+TEST_F(PluginTest, NeverEmptiesAFrame) {
+  Plugin plugin(settings());
+  HostFrame frame(0);
+  std::vector<cv::KeyPoint> on_person = {{30, 30, 31}, {31, 31, 31}};
+  cv::Mat descriptors = frame.descriptors.rowRange(0, 2).clone();
+  const FrameStatistics statistics =
+      plugin.filter(frame.timestamp_s, frame.depth, on_person, descriptors);
+  EXPECT_EQ(on_person.size(), 1U);
+  EXPECT_EQ(descriptors.rows, 1);
+  EXPECT_EQ(statistics.restored, 1U);
+  std::vector<cv::KeyPoint> nothing;
+  cv::Mat no_descriptors;
+  EXPECT_EQ(plugin.filter(frame.timestamp_s, frame.depth, nothing, no_descriptors).features, 0U);
+}
+
+TEST_F(PluginTest, RestoresUpToTheFloorAndSaysThatItStarved) {
+  Plugin plugin(settings("dynfilter.floor: 350\ndynfilter.policy: \"restore_balanced\"\n"));
+  HostFrame frame(0);
+  const FrameStatistics statistics =
+      plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors);
+  EXPECT_TRUE(statistics.starved);
+  EXPECT_GT(statistics.suggested_features, HostFrame(0).keypoints.size());
+  EXPECT_EQ(frame.keypoints.size(), 350U);
+  EXPECT_TRUE(in_step(frame));
+  EXPECT_EQ(plugin.counters().starved, 1U);
+}
+
+TEST_F(PluginTest, CountsWhatWasNotPairedInTime) {
+  Plugin plugin(settings());
+  HostFrame first(0), second(1);
+  plugin.submit(first.image, first.timestamp_s);
+  plugin.submit(second.image, second.timestamp_s);  // the first is never filtered
+  plugin.filter(first.timestamp_s, first.depth, first.keypoints, first.descriptors);
+  EXPECT_EQ(plugin.counters().submitted, 2U);
+  EXPECT_EQ(plugin.counters().never_filtered, 1U);
+  EXPECT_EQ(plugin.counters().never_submitted, 1U) << "the image at hand is of another time";
+  plugin.filter(second.timestamp_s, second.depth, second.keypoints, second.descriptors);
+  EXPECT_EQ(plugin.counters().never_submitted, 1U);
+  EXPECT_EQ(plugin.counters().filtered, 2U);
+}
+
+TEST_F(PluginTest, AMissingMaskIsAnErrorOrCounted) {
+  Plugin strict(settings());
+  HostFrame late(50);
+  const std::size_t before = late.keypoints.size();
+  expect_error<std::runtime_error>(
+      [&] { strict.filter(late.timestamp_s, late.depth, late.keypoints, late.descriptors); },
+      "105.000000.png");
+  EXPECT_EQ(late.keypoints.size(), before) << "an error leaves the frame as it was";
+  EXPECT_TRUE(in_step(late));
+
+  Plugin lenient(settings("dynfilter.missing_masks: \"keep\"\n"));
+  const FrameStatistics statistics =
+      lenient.filter(late.timestamp_s, late.depth, late.keypoints, late.descriptors);
+  EXPECT_FALSE(statistics.has_segmentation);
+  EXPECT_EQ(late.keypoints.size(), before);
+  EXPECT_EQ(lenient.counters().without_masks, 1U);
+}
+
+TEST_F(PluginTest, NamesMalformedInput) {
+  Plugin plugin(settings());
+  HostFrame frame(0);
+  const auto filter = [&](const cv::Mat& depth, cv::Mat descriptors) {
+    plugin.filter(frame.timestamp_s, depth, frame.keypoints, descriptors);
+  };
+  expect_error<std::invalid_argument>(
+      [&] { filter(frame.depth, frame.descriptors.rowRange(0, 5)); }, "5 descriptors");
+  expect_error<std::invalid_argument>(
+      [&] { filter(cv::Mat::zeros(image_size, CV_8UC1), frame.descriptors); }, "CV_8UC1");
+  expect_error<std::runtime_error>(
+      [&] { filter(cv::Mat(60, 80, CV_32FC1, cv::Scalar(1)), frame.descriptors); }, "80x60");
+  expect_error<std::invalid_argument>([&] { plugin.submit(cv::Mat(), 1.0); }, "Plugin::submit");
+  expect_error<std::invalid_argument>([&] { plugin.submit(cv::Mat::zeros(4, 4, CV_32FC1), 1.0); },
+                                      "CV_32FC1");
+  expect_error<std::invalid_argument>([&] { plugin.submit(frame.image, std::nan("")); }, "nan");
+  plugin.submit(cv::Mat::zeros(60, 80, CV_8UC3), frame.timestamp_s);
+  expect_error<std::invalid_argument>([&] { filter(frame.depth, frame.descriptors); }, "80x60");
+  EXPECT_TRUE(in_step(frame));
+  EXPECT_EQ(frame.keypoints.size(), HostFrame(0).keypoints.size());
+}
+
+TEST_F(PluginTest, MonoWithoutAnImageSaysWhatToCall) {
+  Plugin plugin(settings());
+  HostFrame frame(0);
+  expect_error<std::runtime_error>(
+      [&] { plugin.filter(frame.timestamp_s, frame.keypoints, frame.descriptors); },
+      "call submit()");
+}
+
+TEST_F(PluginTest, RecordsFramesAndOverlaysOnRequest) {
+  Plugin plugin(settings("dynfilter.output_folder: \"" + path("out").string() +
+                         "\"\ndynfilter.overlay_every: 3\n"));
+  for (int i = 0; i < frames; ++i) {
+    HostFrame frame(i);
+    plugin.submit(frame.image, frame.timestamp_s);
+    plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors);
+    std::ifstream table(path("out") / "frames.csv");
+    int lines = 0;
+    for (std::string line; std::getline(table, line);) ++lines;
+    EXPECT_EQ(lines, i + 2) << "complete while the host runs";
+  }
+  EXPECT_TRUE(fs::exists(path("out") / "overlays" / "100.000000.png"));
+  EXPECT_TRUE(fs::exists(path("out") / "overlays" / "100.300000.png"));
+  EXPECT_FALSE(fs::exists(path("out") / "overlays" / "100.100000.png"));
+}
+
+TEST_F(PluginTest, CanBeMoved) {
+  Plugin first(settings());
+  Plugin second(std::move(first));
+  HostFrame frame(0);
+  EXPECT_GT(
+      second.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors).masked, 0U);
+}
+
+// --- Settings
+// ---------------------------------------------------------------------------------------
+
+TEST_F(PluginTest, AcceptsEveryKey) {
+  cv::Mat robot = cv::Mat::zeros(image_size, CV_8UC1);
+  robot.row(119).setTo(255);
+  std::ofstream(path("robot.pgm")) << "P5\n160 120\n255\n"
+                                   << std::string(robot.begin<char>(), robot.end<char>());
+  const std::string file = settings(
+      "dynfilter.max_time_difference_s: 0.002\ndynfilter.box_margin_px: 10\n"
+      "dynfilter.least_pixels: 3\ndynfilter.missing_masks: \"keep\"\ndynfilter.rule: \"paper\"\n"
+      "dynfilter.dynamic_classes: [ 0, 16 ]\ndynfilter.margin_px: 2\n"
+      "dynfilter.margin_per_diameter: 0.25\ndynfilter.static_mask: \"" +
+      path("robot.pgm").string() +
+      "\"\ndynfilter.samples: 30\ndynfilter.seed: 3\n"
+      "dynfilter.depth.outlier_rule: \"interquartile_range\"\n"
+      "dynfilter.depth.outlier_factor: 1.5\ndynfilter.depth.least_samples: 4\n"
+      "dynfilter.depth.expansion: 0.2\ndynfilter.code.outlier_rule: \"median_absolute_deviation\"\n"
+      "dynfilter.code.outlier_factor: 3\ndynfilter.code.least_samples: 5\n"
+      "dynfilter.code.expansion: 20\ndynfilter.depth_lbp.missing_neighbour: \"farther\"\n"
+      "dynfilter.missing_depth: \"remove\"\ndynfilter.floor: 100\n"
+      "dynfilter.policy: \"restore_best_scored\"\ndynfilter.output_folder: \"" +
+      path("all").string() + "\"\ndynfilter.overlay_every: 2\n");
+  DynamicFilterOptions options;
+  options.mask_culler.dynamic_classes = {0, 16};
+  options.mask_culler.margin_px = 2;
+  options.mask_culler.margin_per_diameter = 0.25;
+  options.mask_culler.static_mask = robot;
+  options.edge_compensator.samples = 30;
+  options.edge_compensator.seed = 3;
+  options.edge_compensator.depth = {OutlierRule::interquartile_range, 1.5, 4, 0.2};
+  options.edge_compensator.code = {OutlierRule::median_absolute_deviation, 3, 5, 20};
+  options.edge_compensator.depth_lbp.missing_neighbour = MissingNeighbour::farther;
+  options.edge_compensator.missing_depth = MissingDepth::remove;
+  HostFrame frame(0);
+  const FeatureLabels labels =
+      DynamicFilter(options).apply(frame.view(0), frame.segmentation, frame.keypoints);
+  Plugin plugin(file);
+  const FrameStatistics statistics =
+      plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors);
+  EXPECT_EQ(statistics.masked, labels.statistics().masked);
+  EXPECT_EQ(statistics.compensated, labels.statistics().compensated);
+  EXPECT_EQ(statistics.instances.at(0).sampled, labels.statistics().instances.at(0).sampled);
+}
+
+TEST_F(PluginTest, RefusesEveryWrongValueByItsKey) {
+  const std::pair<const char*, const char*> wrong[] = {
+      {"margin_px: \"wide\"", "dynfilter.margin_px: got \"wide\"; want a number"},
+      {"margin_px: -1", "margin_px = -1"},
+      {"margin_per_diameter: [ 1 ]", "dynfilter.margin_per_diameter: got a list"},
+      {"margin_per_diameter: -0.5", "margin_per_diameter = -0.5"},
+      {"max_time_difference_s: -1.0", "max_time_difference_s = -1"},
+      {"max_time_difference_s: \"x\"", "dynfilter.max_time_difference_s: got \"x\""},
+      {"box_margin_px: 1.5", "dynfilter.box_margin_px: got 1.5; want a whole number"},
+      {"least_pixels: 0", "least_pixels = 0"},
+      {"missing_masks: \"skip\"", "want one of error, keep"},
+      {"rule: \"best\"", "dynfilter.rule: got \"best\"; want one of paper, mask"},
+      {"dynamic_classes: 0", "want a list of whole numbers"},
+      {"dynamic_classes: [ 0, \"person\" ]", "dynfilter.dynamic_classes: got \"person\" in it"},
+      {"static_mask: \"nowhere.png\"", "nowhere.png"},
+      {"samples: 0", "samples = 0"},
+      {"samples: -3", "dynfilter.samples: got -3; want a whole number of at least 0"},
+      {"seed: 1.5", "dynfilter.seed: got 1.5"},
+      {"depth.outlier_rule: \"mean\"",
+       "want one of median_absolute_deviation, interquartile_range"},
+      {"depth.outlier_factor: -1", "outlier_factor = -1"},
+      {"depth.least_samples: 0", "least_samples = 0"},
+      {"depth.expansion: -0.1", "expansion = -0.1"},
+      {"code.outlier_rule: 3", "dynfilter.code.outlier_rule: got 3"},
+      {"code.outlier_factor: \"a\"", "dynfilter.code.outlier_factor: got \"a\""},
+      {"code.least_samples: -1", "dynfilter.code.least_samples: got -1"},
+      {"code.expansion: -16", "expansion = -16"},
+      {"depth_lbp.missing_neighbour: \"far\"", "want one of nearer, farther"},
+      {"missing_depth: \"drop\"", "want one of keep, remove"},
+      {"floor: -1", "dynfilter.floor: got -1"},
+      {"policy: \"none\"", "want one of report_only, restore_best_scored, restore_balanced"},
+      {"output_folder: 5", "dynfilter.output_folder: got 5; want a text in quotes"},
+      {"overlay_every: \"often\"", "dynfilter.overlay_every: got \"often\""},
+  };
+  for (const auto& [line, message] : wrong) {
+    const std::string file = settings("dynfilter." + std::string(line) + "\n");
+    expect_error<std::runtime_error>([&] { Plugin plugin(file); }, message);
+    expect_error<std::runtime_error>([&] { Plugin plugin(file); }, "TUM3.yaml");
+  }
+}
+
+TEST_F(PluginTest, NamesTheNearestKeyForAnUnknownOne) {
+  const std::pair<const char*, const char*> misspelt[] = {
+      {"margin: 3", "dynfilter.margin; the nearest is dynfilter.margin_px"},
+      {"maskfolder: \"a\"", "the nearest is dynfilter.mask_folder"},
+      {"depth.expanson: 1.0", "the nearest is dynfilter.depth.expansion"},
+      {"Rule: \"paper\"", "the nearest is dynfilter.rule"}};
+  for (const auto& [line, message] : misspelt) {
+    expect_error<std::runtime_error>(
+        [&, wrong = line] { Plugin plugin(settings("dynfilter." + std::string(wrong) + "\n")); },
+        message);
+  }
+}
+
+TEST_F(PluginTest, SaysWhichKeysItWantsWhereThereIsNone) {
+  for (const char* part :
+       {"dynfilter.mask_folder: \"masks\"", "dynfilter.margin_px", "TUM3.yaml"}) {
+    expect_error<std::runtime_error>([&] { Plugin plugin(raw_settings("")); }, part);
+  }
+  expect_error<std::runtime_error>([&] { Plugin plugin(raw_settings("dynfilter.margin_px: 1\n")); },
+                                   "dynfilter.mask_folder");
+}
+
+TEST_F(PluginTest, NamesAFileThatCannotBeRead) {
+  expect_error<std::runtime_error>([&] { Plugin plugin(path("none.yaml").string()); }, "none.yaml");
+  std::ofstream(path("bad.yaml")) << "this is: [ no yaml\n of: opencv";
+  expect_error<std::runtime_error>([&] { Plugin plugin(path("bad.yaml").string()); }, "bad.yaml");
+  expect_error<std::runtime_error>(
+      [&] { Plugin plugin(raw_settings("dynfilter.mask_folder: \"no_such_folder\"\n")); },
+      "no_such_folder");
+}
+
+}  // namespace
+}  // namespace dynfilter::testing
