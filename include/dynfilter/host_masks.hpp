@@ -1,0 +1,124 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// Masks and depth images for hosts that take those instead of a filtered list of features. The
+// polarity stands in the name: a mask of some pixels is 255 on these pixels and 0 elsewhere.
+//
+//   host                                                takes
+//   OpenCV's detectors (detect, goodFeaturesToTrack)    mask_of_static_pixels
+//   stella_vslam (mask of feed_*_frame)                 mask_of_static_pixels
+//   Kimera-VIO (Frame::detection_mask_)                 mask_of_static_pixels
+//   VINS-Fusion, VINS-Mono (FeatureTracker::mask)       mask_of_static_pixels
+//   RTAB-Map (mask of Feature2D::generateKeypoints)     mask_of_static_pixels
+//   OpenVINS (CameraData::masks)                        mask_of_dynamic_pixels
+//   RTAB-Map (depth), dense mapping after any host      depth_with_holes
+//
+// All three say of every pixel what MaskCuller::instance_at says of it: the masks of the dynamic
+// classes, grown by margin_px, and the culler's static mask. margin_per_diameter has no effect,
+// since a pixel has no diameter. An instance without a mask covers nothing, though it has a box.
+//
+// Edge features that a mask missed (EdgeCompensator) are not in them. That stage judges features by
+// what features on the mask have measured: before detection there are none, and a disc round each
+// would take static ground too. Where the host lets its features be filtered, do that as well.
+//
+// examples/other_hosts/ shows where the lines go in each host.
+
+#ifndef DYNFILTER_HOST_MASKS_HPP
+#define DYNFILTER_HOST_MASKS_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include <cstdint>
+
+#include <opencv2/core.hpp>
+
+#include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/mask_painting.hpp"
+#include "dynfilter/filter_input.hpp"
+#include "dynfilter/frame.hpp"
+#include "dynfilter/mask_culler.hpp"
+#include "dynfilter/segmentation.hpp"
+
+namespace dynfilter {
+
+namespace detail {
+
+/// Paints `value` on the dynamic pixels of a canvas of the segmented image's size. The input must
+/// have been checked.
+inline void paint_dynamic_pixels(cv::Mat& canvas, std::uint8_t value,
+                                 const Segmentation& segmentation, const MaskCuller& culler) {
+  for (const Instance& instance : segmentation.instances) {
+    if (!culler.is_dynamic(instance.class_id)) continue;
+    paint_mask_within(instance, culler.options().margin_px, value, canvas);
+  }
+  const cv::Mat& static_mask = culler.options().static_mask;
+  if (!static_mask.empty()) canvas.setTo(value, static_mask);
+}
+
+inline cv::Mat paint_image_mask(std::uint8_t background, std::uint8_t dynamic,
+                                const Segmentation& segmentation, const MaskCuller& culler,
+                                const char* component) {
+  validate(segmentation, component);
+  const cv::Size size = segmentation.image_size;
+  if (size.width <= 0 || size.height <= 0) {
+    throw_misuse(component, concatenate("a segmentation of image_size ", size_name(size)),
+                 "the size of the image that the mask is for");
+  }
+  culler.check({FrameView(), segmentation, FeaturesView()});
+  cv::Mat mask(size, CV_8UC1, cv::Scalar::all(background));
+  paint_dynamic_pixels(mask, dynamic, segmentation, culler);
+  return mask;
+}
+
+}  // namespace detail
+
+/// 255 on the dynamic pixels, 0 elsewhere: a mask of what to ignore. CV_8UC1 of the segmentation's
+/// image_size, a matrix of its own: hosts keep it, and some draw into it.
+///
+/// Throws std::invalid_argument for a malformed segmentation, see validate, for a static mask of
+/// another size, and for a segmentation without image_size even where it knows nobody: of an empty
+/// mask some hosts think that all is static, others read beyond its end. O(pixels of the image and
+/// of the masks, grown by the margin).
+inline cv::Mat mask_of_dynamic_pixels(const Segmentation& segmentation,
+                                      const MaskCuller& culler = MaskCuller()) {
+  return detail::paint_image_mask(0, 255, segmentation, culler, "mask_of_dynamic_pixels");
+}
+
+/// 255 on the static pixels, 0 on the dynamic ones: a mask of where to look. Else as
+/// mask_of_dynamic_pixels; Instance::from_static_mask is the way back. Not to be mistaken for
+/// MaskCullerOptions::static_mask, which marks the robot itself, to be ignored in every frame.
+inline cv::Mat mask_of_static_pixels(const Segmentation& segmentation,
+                                     const MaskCuller& culler = MaskCuller()) {
+  return detail::paint_image_mask(255, 0, segmentation, culler, "mask_of_static_pixels");
+}
+
+/// A copy of a depth image with 0, which is no depth, on the dynamic pixels; all others keep their
+/// value to the bit. `depth`: CV_16UC1 or CV_32FC1 in any unit, registered to the segmented image;
+/// it is not changed. The result is continuous. A segmentation that knows nobody needs no
+/// image_size.
+///
+/// Throws std::invalid_argument for a depth image that is empty or of another type, for a malformed
+/// segmentation, and for sizes that differ. O(pixels), as mask_of_dynamic_pixels.
+inline cv::Mat depth_with_holes(const cv::Mat& depth, const Segmentation& segmentation,
+                                const MaskCuller& culler = MaskCuller()) {
+  constexpr const char* component = "depth_with_holes";
+  if (depth.empty()) {
+    detail::throw_misuse(component, "an empty depth image (was a file missing?)",
+                         "CV_16UC1 or CV_32FC1");
+  }
+  FrameView frame;
+  frame.depth = depth;
+  frame.metres_per_unit = 1.0;  // of no consequence: no depth is read
+  const FilterInput input{frame, segmentation, FeaturesView()};
+  validate(input, component);
+  culler.check(input);
+  cv::Mat mask(depth.size(), CV_8UC1, cv::Scalar::all(0));
+  detail::paint_dynamic_pixels(mask, 255, segmentation, culler);
+  cv::Mat result = depth.clone();
+  result.setTo(cv::Scalar::all(0), mask);
+  return result;
+}
+
+}  // namespace dynfilter
+
+#endif  // DYNFILTER_HOST_MASKS_HPP

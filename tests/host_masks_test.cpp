@@ -1,0 +1,353 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/host_masks.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <opencv2/features2d.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "support/expect_error.hpp"
+#include "support/filter_case.hpp"
+#include "support/oracle.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+cv::Point2f position(int x, int y) { return {static_cast<float>(x), static_cast<float>(y)}; }
+
+/// Whether the oracle of section 3.1 removes a feature without size at this pixel.
+bool oracle_is_dynamic(const Segmentation& segmentation, const MaskCullerOptions& options,
+                       cv::Point pixel) {
+  const WidePoint at(pixel.x, pixel.y);
+  Instance robot;
+  robot.mask = options.static_mask;
+  if (oracle_on_mask(robot, at, 0)) return true;
+  for (const Instance& instance : segmentation.instances) {
+    const auto& classes = options.dynamic_classes;
+    const bool dynamic =
+        std::find(classes.begin(), classes.end(), instance.class_id) != classes.end();
+    if (dynamic && oracle_on_mask(instance, at, options.margin_px)) return true;
+  }
+  return false;
+}
+
+/// Empty if the masks are of the right type and say of every pixel what the culler and the oracle
+/// say of it.
+std::string check_masks(const Segmentation& segmentation, const MaskCullerOptions& options) {
+  const MaskCuller culler(options);
+  const cv::Mat dynamic = mask_of_dynamic_pixels(segmentation, culler);
+  const cv::Mat fixed = mask_of_static_pixels(segmentation, culler);
+  for (const cv::Mat& mask : {dynamic, fixed}) {
+    if (mask.type() != CV_8UC1 || mask.size() != segmentation.image_size) return "a wrong matrix";
+    if (!mask.isContinuous()) return "a matrix that is not continuous";
+  }
+  for (int y = 0; y < dynamic.rows; ++y) {
+    for (int x = 0; x < dynamic.cols; ++x) {
+      const bool culled = culler.instance_at(segmentation, position(x, y)).has_value();
+      const bool expected = oracle_is_dynamic(segmentation, options, {x, y});
+      if (culled != expected || dynamic.at<std::uint8_t>(y, x) != (expected ? 255 : 0) ||
+          fixed.at<std::uint8_t>(y, x) != (expected ? 0 : 255)) {
+        return detail::concatenate("pixel ", x, ", ", y, " of ", dynamic.cols, "x", dynamic.rows);
+      }
+    }
+  }
+  return {};
+}
+
+/// Empty if the depth has holes where the mask says so and is as it was elsewhere, to the bit.
+std::string check_holes(const cv::Mat& depth, const cv::Mat& holes, const cv::Mat& dynamic) {
+  if (holes.type() != depth.type() || holes.size() != depth.size()) return "a wrong matrix";
+  if (!holes.isContinuous()) return "a matrix that is not continuous";
+  const std::size_t size = depth.elemSize();
+  const std::vector<std::uint8_t> hole(size, 0);
+  for (int y = 0; y < depth.rows; ++y) {
+    for (int x = 0; x < depth.cols; ++x) {
+      const void* want = dynamic.at<std::uint8_t>(y, x) != 0 ? hole.data() : depth.ptr(y, x);
+      if (std::memcmp(holes.ptr(y, x), want, size) != 0) {
+        return detail::concatenate("pixel ", x, ", ", y);
+      }
+    }
+  }
+  return {};
+}
+
+Segmentation segmentation_of(cv::Size size, std::vector<Instance> instances) {
+  return {7, 1.5, size, std::move(instances)};
+}
+
+Instance rectangle(const cv::Rect& box) {
+  return Instance::from_box_mask(cv::Mat(box.size(), CV_8UC1, cv::Scalar(255)), box);
+}
+
+TEST(HostMasks, EqualTheOracleOnArbitraryInput) {
+  for (std::uint64_t seed = 0; seed < 1500; ++seed) {
+    ByteSource source(seed);
+    FilterCase input = arbitrary_case(source);
+    if (source.chance(50)) input.options.mask_culler.margin_px = source.between(0, 120) / 8.0;
+    ASSERT_EQ(check_masks(input.segmentation, input.options.mask_culler), "") << "seed " << seed;
+  }
+}
+
+TEST(HostMasks, TheMarginIsAnExactDisc) {
+  const Segmentation segmentation = segmentation_of({41, 41}, {rectangle({20, 20, 1, 1})});
+  for (const double margin : {0.0, 0.5, 0.999, 1.0, 1.41, 1.42, 2.0, 4.9999, 5.0, 12.5, 15.0}) {
+    MaskCullerOptions options;
+    options.margin_px = margin;
+    ASSERT_EQ(check_masks(segmentation, options), "") << margin;
+  }
+}
+
+/// The square roots of sums of two squares, and their neighbours: where a rounded distance would
+/// be wrong.
+TEST(HostMasks, TheMarginIsExactAtTheDistancesThatPixelsHave) {
+  const Segmentation segmentation =
+      segmentation_of({30, 20}, {rectangle({3, 2, 1, 1}), rectangle({24, 15, 2, 1})});
+  for (int square = 1; square < 500; ++square) {
+    const double margin = std::sqrt(square);
+    for (const double exact : {std::nextafter(margin, 0), margin, std::nextafter(margin, 99)}) {
+      MaskCullerOptions options;
+      options.margin_px = exact;
+      ASSERT_EQ(check_masks(segmentation, options), "") << square;
+    }
+  }
+}
+
+TEST(HostMasks, InstancesMayLieOutsideTheImageAndReachIntoItByTheirMargin) {
+  constexpr int lowest = std::numeric_limits<int>::min();
+  constexpr int highest = std::numeric_limits<int>::max();
+  const cv::Size size(12, 9);
+  for (const int x : {lowest, -60000000, -1000, -7, -3, -2, 0, 5, 11, 12, 15, 900, highest}) {
+    for (const int y : {lowest, -60000000, -1000, -5, -2, 0, 4, 8, 9, 13, 900, highest}) {
+      for (const double margin : {0.0, 1.0, 3.5, 6.0, 1005.0, 1e9, 1e300}) {
+        Instance instance = rectangle({0, 0, 3, 2});
+        instance.mask_origin = {x, y};
+        MaskCullerOptions options;
+        options.margin_px = margin;
+        const MaskCuller culler(options);
+        const Segmentation segmentation = segmentation_of(size, {instance});
+        const cv::Mat mask = mask_of_dynamic_pixels(segmentation, culler);
+        for (int v = 0; v < size.height; ++v) {
+          for (int u = 0; u < size.width; ++u) {
+            ASSERT_EQ(mask.at<std::uint8_t>(v, u) != 0,
+                      culler.instance_at(segmentation, position(u, v)).has_value())
+                << x << ' ' << y << ' ' << margin;
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST(HostMasks, TheStaticMaskAndOtherClassesAreTreatedAsTheCullerDoes) {
+  Instance chair = rectangle({2, 2, 6, 4});
+  chair.class_id = 56;
+  const Segmentation segmentation = segmentation_of({20, 10}, {chair, rectangle({10, 3, 3, 3})});
+  MaskCullerOptions options;
+  options.margin_px = 2;
+  options.static_mask = cv::Mat::zeros(10, 20, CV_8UC1);
+  options.static_mask.row(9).setTo(1);
+  EXPECT_EQ(check_masks(segmentation, options), "");
+  const cv::Mat mask = mask_of_dynamic_pixels(segmentation, MaskCuller(options));
+  EXPECT_EQ(mask.at<std::uint8_t>(4, 4), 0);     // the chair
+  EXPECT_EQ(mask.at<std::uint8_t>(4, 11), 255);  // the person
+  EXPECT_EQ(mask.at<std::uint8_t>(9, 0), 255);   // the robot …
+  EXPECT_EQ(mask.at<std::uint8_t>(8, 0), 0);     // … which has no margin
+}
+
+TEST(HostMasks, AMarginInProportionToTheKeypointHasNoEffectAndABoxAloneCoversNothing) {
+  MaskCullerOptions options;
+  options.margin_per_diameter = 3;
+  const Segmentation segmentation =
+      segmentation_of({20, 10}, {rectangle({4, 4, 2, 2}), Instance::from_box({0, 0, 20, 10})});
+  EXPECT_EQ(cv::countNonZero(mask_of_dynamic_pixels(segmentation, MaskCuller(options))), 4);
+}
+
+TEST(HostMasks, AFineMaskIsGrownByAHundredPixels) {
+  cv::Mat checkered(480, 640, CV_8UC1);
+  for (int y = 0; y < 480; ++y) {
+    for (int x = 0; x < 640; ++x) {
+      checkered.at<std::uint8_t>(y, x) = x < 300 && (x + y) % 2 == 0 ? 255 : 0;
+    }
+  }
+  const Segmentation segmentation =
+      segmentation_of({640, 480}, {Instance::from_image_mask(checkered)});
+  MaskCullerOptions options;
+  options.margin_px = 100;
+  const cv::Mat mask = mask_of_dynamic_pixels(segmentation, MaskCuller(options));
+  EXPECT_EQ(cv::countNonZero(mask.colRange(0, 399)), 399 * 480);
+  EXPECT_EQ(cv::countNonZero(mask.colRange(400, 640)), 0);
+}
+
+TEST(HostMasks, GoTheWayBackToTheSamePixels) {
+  const Segmentation segmentation =
+      segmentation_of({50, 40}, {rectangle({5, 6, 20, 9}), rectangle({20, 10, 9, 20})});
+  const Instance all = Instance::from_static_mask(mask_of_static_pixels(segmentation));
+  const Segmentation again = segmentation_of({50, 40}, {all});
+  EXPECT_EQ(cv::norm(mask_of_dynamic_pixels(segmentation), mask_of_dynamic_pixels(again)), 0);
+}
+
+TEST(HostMasks, AreMatricesOfTheirOwn) {
+  const Segmentation segmentation = segmentation_of({50, 40}, {rectangle({5, 6, 20, 9})});
+  const cv::Mat first = mask_of_static_pixels(segmentation);
+  cv::Mat second = mask_of_static_pixels(segmentation);
+  second.setTo(0);  // as a host that draws the features it has into the mask
+  EXPECT_EQ(cv::countNonZero(first), 50 * 40 - 20 * 9);
+  EXPECT_EQ(cv::countNonZero(segmentation.instances[0].mask), 20 * 9);
+}
+
+TEST(DepthWithHoles, HasThemWhereTheMaskIsAndLeavesTheRestToTheBit) {
+  for (std::uint64_t seed = 0; seed < 1000; ++seed) {
+    ByteSource source(seed);
+    const FilterCase input = arbitrary_case(source);  // depth is a region of a larger matrix
+    if (input.frame.depth.empty()) continue;
+    const MaskCuller culler(input.options.mask_culler);
+    const cv::Mat before = input.frame.depth.clone();
+    const cv::Mat dynamic = mask_of_dynamic_pixels(input.segmentation, culler);
+    const cv::Mat holes = depth_with_holes(input.frame.depth, input.segmentation, culler);
+    ASSERT_EQ(check_holes(before, holes, dynamic), "") << "seed " << seed;
+    ASSERT_EQ(check_holes(before, input.frame.depth.clone(), dynamic * 0), "") << "it was changed";
+  }
+}
+
+TEST(DepthWithHoles, AreNoDepthInEitherType) {
+  const Segmentation segmentation = segmentation_of({8, 6}, {rectangle({2, 2, 3, 2})});
+  for (const int type : {CV_16UC1, CV_32FC1}) {
+    FrameView frame;
+    frame.depth = depth_with_holes(cv::Mat(6, 8, type, cv::Scalar(3)), segmentation);
+    frame.metres_per_unit = 1;
+    EXPECT_EQ(frame.depth.type(), type);
+    EXPECT_FALSE(frame.depth_m({2, 2}));
+    EXPECT_EQ(frame.depth_m({5, 2}), 3.0);
+  }
+}
+
+TEST(DepthWithHoles, NeedsNoImageSizeWhereNobodyIsKnown) {
+  const cv::Mat depth(6, 8, CV_32FC1, cv::Scalar(2));
+  EXPECT_EQ(cv::norm(depth_with_holes(depth, Segmentation()), depth), 0);
+  MaskCullerOptions options;
+  options.static_mask = cv::Mat::ones(6, 8, CV_8UC1);
+  EXPECT_EQ(cv::countNonZero(depth_with_holes(depth, Segmentation(), MaskCuller(options))), 0);
+}
+
+/// What each host makes of a pixel of its mask.
+TEST(HostMasks, EachHostIgnoresTheDynamicPixelsAndNoOthers) {
+  struct Host {
+    const char* name;
+    cv::Mat (*mask)(const Segmentation&, const MaskCuller&);
+    std::function<bool(int)> ignores;
+  };
+  const std::vector<Host> hosts = {
+      {"OpenCV", mask_of_static_pixels, [](int v) { return v == 0; }},
+      {"stella_vslam", mask_of_static_pixels, [](int v) { return v == 0; }},
+      {"Kimera-VIO", mask_of_static_pixels, [](int v) { return v == 0; }},
+      {"VINS, a tracked point", mask_of_static_pixels, [](int v) { return v != 255; }},
+      {"VINS, a new corner", mask_of_static_pixels, [](int v) { return v == 0; }},
+      {"RTAB-Map, 8-bit mask", mask_of_static_pixels, [](int v) { return v == 0; }},
+      {"OpenVINS, a point", mask_of_dynamic_pixels, [](int v) { return v > 127; }},
+      {"OpenVINS, a cell of its grid", mask_of_dynamic_pixels, [](int v) { return v == 255; }},
+  };
+  const Segmentation segmentation = segmentation_of({30, 20}, {rectangle({5, 5, 9, 8})});
+  const MaskCuller culler;
+  for (const Host& host : hosts) {
+    const cv::Mat mask = host.mask(segmentation, culler);
+    for (int y = 0; y < mask.rows; ++y) {
+      for (int x = 0; x < mask.cols; ++x) {
+        ASSERT_EQ(host.ignores(mask.at<std::uint8_t>(y, x)),
+                  culler.instance_at(segmentation, position(x, y)).has_value())
+            << host.name << ' ' << x << ' ' << y;
+      }
+    }
+  }
+}
+
+class OpenCvDetectors : public ::testing::Test {
+ protected:
+  OpenCvDetectors() : image(240, 320, CV_8UC1) {
+    cv::RNG random(5);
+    random.fill(image, cv::RNG::UNIFORM, 0, 256);
+    cv::GaussianBlur(image, image, {3, 3}, 0);
+  }
+
+  void expect_static(const std::vector<cv::KeyPoint>& keypoints) const {
+    EXPECT_GT(keypoints.size(), 100U);
+    for (const cv::KeyPoint& keypoint : keypoints) {
+      EXPECT_FALSE(culler.instance_at(segmentation, keypoint.pt)) << keypoint.pt;
+    }
+  }
+
+  cv::Mat image;
+  Segmentation segmentation =
+      segmentation_of({320, 240}, {rectangle({60, 40, 90, 150}), rectangle({200, 90, 70, 150})});
+  MaskCuller culler{[] {
+    MaskCullerOptions options;
+    options.margin_px = 4;
+    return options;
+  }()};
+};
+
+TEST_F(OpenCvDetectors, FindNothingOnADynamicPixel) {
+  const cv::Mat mask = mask_of_static_pixels(segmentation, culler);
+  std::vector<cv::KeyPoint> keypoints;
+  cv::GFTTDetector::create(500)->detect(image, keypoints, mask);
+  expect_static(keypoints);
+  cv::FastFeatureDetector::create()->detect(image, keypoints, mask);
+  expect_static(keypoints);
+  cv::Mat descriptors;
+  cv::ORB::create(500, 1.2F, 1)->detectAndCompute(image, mask, keypoints, descriptors);
+  expect_static(keypoints);
+}
+
+/// On the higher levels of its pyramid ORB shrinks the mask: what is left on the mask's edge is
+/// removed by the filter, which is exact to the pixel.
+TEST_F(OpenCvDetectors, LeaveOnAPyramidWhatTheFilterThenRemoves) {
+  const cv::Mat mask = mask_of_static_pixels(segmentation, culler);
+  std::vector<cv::KeyPoint> keypoints;
+  cv::Mat descriptors;
+  cv::ORB::create(1000)->detectAndCompute(image, mask, keypoints, descriptors);
+  FrameView frame;
+  frame.image = image;
+  const auto labels = Pipeline<MaskCuller>(culler).apply(frame, segmentation, keypoints);
+  EXPECT_LT(labels.statistics().removed(), keypoints.size() / 20);
+  keep_static(labels, keypoints, descriptors);
+  expect_static(keypoints);
+}
+
+TEST(HostMasks, RefuseBadInput) {
+  const Segmentation good = segmentation_of({30, 20}, {rectangle({5, 5, 9, 8})});
+  const auto refused = [](const auto& call, const std::string& part) {
+    expect_error<std::invalid_argument>(call, part);
+  };
+  refused([] { mask_of_dynamic_pixels(Segmentation()); }, "mask_of_dynamic_pixels: got a segm");
+  refused([] { mask_of_static_pixels(Segmentation()); }, "image_size 0x0; want the size");
+  Segmentation bad = good;
+  bad.image_size = {};
+  refused([&] { mask_of_static_pixels(bad); }, "mask_of_static_pixels: got image_size 0x0 and 1");
+  bad = good;
+  bad.instances[0].mask = cv::Mat::ones(8, 9, CV_32FC1);
+  refused([&] { mask_of_dynamic_pixels(bad); }, "a mask of type CV_32FC1");
+  refused([&] { depth_with_holes(cv::Mat::ones(20, 30, CV_32FC1), bad); }, "depth_with_holes");
+  MaskCullerOptions options;
+  options.static_mask = cv::Mat::ones(48, 64, CV_8UC1);
+  const MaskCuller culler(options);
+  refused([&] { mask_of_dynamic_pixels(good, culler); }, "a static_mask of 64x48 and an image of");
+  refused([&] { depth_with_holes(cv::Mat::ones(20, 30, CV_32FC1), Segmentation(), culler); },
+          "a static_mask of 64x48 and an image of 30x20");
+  refused([&] { depth_with_holes(cv::Mat(), good); }, "an empty depth image");
+  refused([&] { depth_with_holes(cv::Mat::ones(20, 30, CV_8UC1), good); }, "CV_8UC1");
+  refused([&] { depth_with_holes(cv::Mat::ones(20, 30, CV_64FC1), good); }, "CV_64FC1");
+  refused([&] { depth_with_holes(cv::Mat::ones(20, 30, CV_16UC3), good); }, "CV_16UC3");
+  refused([&] { depth_with_holes(cv::Mat::ones(20, 31, CV_16UC1), good); }, "31x20");
+}
+
+}  // namespace
+}  // namespace dynfilter::testing
