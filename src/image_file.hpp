@@ -2,11 +2,13 @@
 // SPDX-License-Identifier: MIT
 
 // Image files for the compiled components. cv::imread and cv::imwrite tell a missing file, a
-// truncated one and a full disk apart badly, and print about some of them.
+// truncated one and a full disk apart badly, and print about them.
 
 #ifndef DYNFILTER_SRC_IMAGE_FILE_HPP
 #define DYNFILTER_SRC_IMAGE_FILE_HPP
 
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -22,6 +24,16 @@
 
 namespace dynfilter::detail {
 
+/// Whether a PNG file lacks its last chunk. libpng prints a line about it when it decodes one.
+inline bool is_truncated_png(const std::vector<std::uint8_t>& bytes) {
+  constexpr std::array<std::uint8_t, 8> signature = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
+  constexpr std::array<std::uint8_t, 4> last_chunk = {'I', 'E', 'N', 'D'};
+  if (bytes.size() < signature.size()) return false;
+  if (!std::equal(signature.begin(), signature.end(), bytes.begin())) return false;
+  return std::search(bytes.begin(), bytes.end(), last_chunk.begin(), last_chunk.end()) ==
+         bytes.end();
+}
+
 /// Decodes an image file; flags as for cv::imread. Throws std::runtime_error that names it.
 inline cv::Mat read_image(const std::filesystem::path& path, int flags) {
   std::error_code unreadable;
@@ -35,7 +47,7 @@ inline cv::Mat read_image(const std::filesystem::path& path, int flags) {
   }
   cv::Mat image;
   try {
-    if (!bytes.empty()) image = cv::imdecode(bytes, flags);
+    if (!bytes.empty() && !is_truncated_png(bytes)) image = cv::imdecode(bytes, flags);
   } catch (const cv::Exception&) {
     image.release();
   }

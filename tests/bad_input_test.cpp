@@ -79,6 +79,12 @@ const std::vector<BadInput> bad_inputs = {
     {"depth of another size than the image",
      [](auto& c) { c.frame.depth = cv::Mat::zeros(10, 15, CV_16UC1); },
      {"30x20", "15x10"}},
+    {"depth of another size than the image, with nobody there",
+     [](auto& c) {
+       c.frame.depth = cv::Mat::zeros(10, 15, CV_16UC1);
+       c.segmentation = Segmentation();
+     },
+     {"an image of 30x20", "a depth image of 15x10"}},
     {"time that is no number",
      [](auto& c) { c.frame.timestamp_s = not_a_number; },
      {"timestamp_s = nan", "frame"}},
@@ -203,6 +209,31 @@ const std::vector<BadCall> bad_calls = {
        RangeEstimator().estimate(values);
      },
      "RangeEstimator: got the value nan"},
+    {[] {
+       EdgeCompensatorOptions options;
+       options.samples = 4;
+       EdgeCompensator compensator(options);
+     },
+     "EdgeCompensator: got samples = 4"},
+    {[] {
+       MaskCullerOptions options;
+       options.static_mask = cv::Mat::zeros(5, 5, CV_8UC1);
+       Segmentation segmentation;
+       segmentation.image_size = {30, 20};
+       DetectionMask mask(segmentation, MaskCuller(options));
+     },
+     "a static_mask of 5x5 and an image of 30x20"},
+    {[] {
+       std::vector<int> ids(2);
+       keep_static(FeatureLabels(2, Segmentation()), ids, ids);
+     },
+     "keep_static: got column 1 that is column 0 again"},
+    {[] {
+       Segmentation segmentation;
+       segmentation.image_size = {64, 48};
+       draw_overlay(cv::Mat::zeros(4, 4, CV_8UC1), segmentation, FeaturesView(), FeatureLabels());
+     },
+     "64x48"},
     {[] { FeatureSampler sampler(0); }, "FeatureSampler: got samples = 0"},
     {[] {
        EdgeCompensatorOptions options;
@@ -258,8 +289,10 @@ const std::vector<BadCall> bad_calls = {
     {[] { FeatureLabels(2, Segmentation()).restore(5); }, "feature 5"},
     {[] { FeatureLabels(2, Segmentation()).remove(0, 0, Reason::custom, 1); }, "instance 0"},
     {[] { FeatureLabels(2, Segmentation()).remove(0, -2, Reason::custom, 1); }, "instance -2"},
-    {[] { FeatureLabels(2, Segmentation()).remove(0, -1, Reason::untouched, 1); }, "untouched"},
-    {[] { FeatureLabels(2, Segmentation()).remove(0, -1, Reason::restored, 1); }, "restored"},
+    {[] { FeatureLabels(2, Segmentation()).remove(0, -1, Reason::untouched, 1); }, "the reason 0"},
+    {[] { FeatureLabels(2, Segmentation()).remove(0, -1, Reason::restored, 1); }, "the reason 3"},
+    {[] { FeatureLabels(2, Segmentation()).remove(0, -1, static_cast<Reason>(50), 1); },
+     "the reason 50"},
     {[] { FeatureLabels(2, Segmentation()).remove(0, -1, Reason::custom, 1.5F); }, "score 1.5"},
     {[] { FeatureLabels(2, Segmentation()).remove(0, -1, Reason::custom, std::nanf("")); },
      "score nan"},

@@ -110,6 +110,56 @@ TEST(EdgeCompensator, DoesNotSampleWhatOnlyAMarginTook) {
   EXPECT_EQ(with.sampled, without.masked);
 }
 
+/// Two instances whose boxes and ranges hold the same features.
+TEST(EdgeCompensator, TheFirstInstanceWhoseTestAFeaturePassesHasIt) {
+  Scene scene;
+  Instance second = scene.input.segmentation.instances[0];
+  second.mask_origin.y += 20;  // the lower half of the same person
+  second.mask = cv::Mat(5, 30, CV_8UC1, cv::Scalar(255));
+  scene.input.segmentation.instances.push_back(second);
+  const FeatureLabels labels = scene.filtered();
+  EXPECT_EQ(labels.statistics().instances[1].compensation, Compensation::applied);
+  EXPECT_GT(labels.statistics().instances[0].compensated, 20U);
+  for (const FeatureLabel& label : labels) {
+    EXPECT_TRUE(label.reason != Reason::compensated || label.instance == 0);
+  }
+}
+
+TEST(EdgeCompensator, PassesOverWhatAnotherStageRemoved) {
+  const Scene scene;
+  const FilterInput input = {scene.input.frame, scene.input.segmentation, scene.input.keypoints};
+  FeatureLabels labels(scene.input.keypoints.size(), scene.input.segmentation);
+  MaskCuller()(input, labels);
+  FeatureLabels with_custom = labels;
+  std::size_t removed = 0;
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    const bool in_box = scene.input.segmentation.instances[0].box_contains(input.features.pixel(i));
+    if (in_box && i % 2 == 0) removed += with_custom.remove(i, -1, Reason::custom, 1.0F) ? 1 : 0;
+  }
+  ASSERT_GT(removed, 20U);
+  EdgeCompensator()(input, labels);
+  EdgeCompensator()(input, with_custom);
+  EXPECT_EQ(with_custom.statistics().instances[0].candidates,
+            labels.statistics().instances[0].candidates - removed);
+  EXPECT_EQ(with_custom.statistics().custom, removed);
+}
+
+TEST(EdgeCompensator, ServesAMaskStageOfTheCallers) {
+  Scene scene;
+  scene.input.segmentation.instances[0].class_id = 56;  // dynamic by the caller's own judgement
+  const auto own_masks = [](const FilterInput& input, FeatureLabels& labels) {
+    for (std::size_t i = 0; i < input.features.size(); ++i) {
+      if (!input.segmentation.instances[0].covers(input.features.pixel(i))) continue;
+      labels.remove(i, 0, Reason::in_mask, 1.0F);
+    }
+  };
+  const FeatureLabels labels =
+      Pipeline(own_masks, EdgeCompensator())
+          .apply(scene.input.frame, scene.input.segmentation, scene.input.keypoints);
+  EXPECT_EQ(labels.statistics().instances[0].compensation, Compensation::applied);
+  EXPECT_GT(labels.statistics().compensated, 20U);
+}
+
 TEST(EdgeCompensator, MayTakeWhatHasNoDepth) {
   Scene scene;
   for (int y = 30; y < 50; ++y) scene.input.frame.depth.at<std::uint16_t>(y, 22) = 0;
@@ -134,6 +184,7 @@ TEST(EdgeCompensator, ThePapersRuleStaysWhatTheDesignSays) {
   EXPECT_EQ(paper.code.expansion, 16.0);
   EXPECT_EQ(paper.missing_depth, MissingDepth::keep);
   EXPECT_EQ(paper.depth_lbp.missing_neighbour, MissingNeighbour::nearer);
+  EXPECT_EQ(paper.depth_lbp.bits, (std::array<std::uint8_t, 8>{0, 1, 2, 3, 4, 5, 6, 7}));
 }
 
 /// The ranges that the statistics report are the ones that the oracle finds.

@@ -48,6 +48,19 @@ TEST(FeaturesView, ReadsKeypointsAndPointsInPlace) {
   EXPECT_EQ(of_points.diameter_px(1), 0.0F);
 }
 
+TEST(FeaturesView, ReadsPointsInsideLargerThings) {
+  struct Track {
+    int id;
+    cv::Point2f point;
+    double age_s;
+  };
+  const std::vector<Track> tracks = {{1, {2, 3}, 0.5}, {7, {4.5F, 6}, 1.5}};
+  const FeaturesView view(&tracks[0].point, tracks.size(), sizeof(Track));
+  EXPECT_EQ(view[1], cv::Point2f(4.5F, 6));
+  EXPECT_EQ(view.pixel(1), cv::Point(5, 6));
+  EXPECT_EQ(view.diameter_px(1), 0.0F);
+}
+
 TEST(FeaturesView, MayBeEmpty) {
   EXPECT_TRUE(FeaturesView().empty());
   EXPECT_TRUE(FeaturesView(std::vector<cv::KeyPoint>()).empty());

@@ -46,6 +46,16 @@ TEST(FeatureLabels, RestoreGivesAFeatureBackAndKeepsWhatWasSaid) {
   EXPECT_EQ(labels.statistics().kept(), 1U);
 }
 
+TEST(FeatureLabels, ARestoredFeatureThatIsRemovedAgainIsNotRestored) {
+  FeatureLabels labels(1, with_instances(1));
+  labels.remove(0, 0, Reason::in_mask, 1.0F);
+  labels.restore(0);
+  labels.remove(0, -1, Reason::custom, 1.0F);
+  EXPECT_EQ(labels.statistics().restored, 0U);
+  EXPECT_EQ(labels.statistics().custom, 1U);
+  EXPECT_EQ(labels.statistics().kept(), 0U);
+}
+
 TEST(FeatureLabels, CountsAlwaysEqualTheLabels) {
   const Reason reasons[] = {Reason::in_mask, Reason::compensated, Reason::custom,
                             static_cast<Reason>(200)};

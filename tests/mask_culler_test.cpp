@@ -104,6 +104,21 @@ TEST(MaskCuller, TheStaticMaskActsInEveryFrameAndBelongsToNoInstance) {
   EXPECT_EQ(labels.statistics().masked, 1U);
 }
 
+TEST(MaskCuller, TwoInOnePipelineAddUp) {
+  FilterCase input;
+  input.segmentation.image_size = {20, 20};
+  for (const int class_id : {0, 2}) {
+    input.segmentation.instances.push_back(Instance::from_box_mask(
+        cv::Mat(5, 5, CV_8UC1, cv::Scalar(1)), {3, 3 + 5 * class_id, 5, 5}, class_id));
+  }
+  MaskCullerOptions cars;
+  cars.dynamic_classes = {2};
+  const FeatureLabels labels = Pipeline(MaskCuller(), MaskCuller(cars))
+                                   .apply(input.frame, input.segmentation, input.keypoints);
+  EXPECT_TRUE(labels.statistics().instances[0].dynamic);
+  EXPECT_TRUE(labels.statistics().instances[1].dynamic);
+}
+
 TEST(DetectionMask, DecidesAsTheCullerWould) {
   for (std::uint64_t seed = 0; seed < 1000; ++seed) {
     ByteSource source(seed);

@@ -67,6 +67,36 @@ TEST(Overlay, ShowsMasksBoxesAndALegendBelowTheImage) {
   EXPECT_EQ(cv::norm(image, before), 0) << "the caller's image is as it was";
 }
 
+TEST(Overlay, LeavesRemovedFeaturesOutOnRequest) {
+  const std::vector<cv::Point2f> points = {{30, 30}};
+  FeatureLabels labels(1, Segmentation());
+  labels.remove(0, -1, Reason::in_mask, 1.0F);
+  const cv::Mat image(image_size, CV_8UC3, cv::Scalar(10, 20, 30));
+  OverlayOptions options;
+  options.legend = false;
+  EXPECT_GT(cv::norm(draw_overlay(image, Segmentation(), points, labels, options), image), 0);
+  options.removed = false;
+  EXPECT_EQ(cv::norm(draw_overlay(image, Segmentation(), points, labels, options), image), 0);
+}
+
+TEST(Overlay, TellsDynamicObjectsFromOthers) {
+  const cv::Mat image(image_size, CV_8UC3, cv::Scalar::all(0));
+  Segmentation segmentation;
+  segmentation.image_size = image_size;
+  for (const int class_id : {0, 62}) {
+    segmentation.instances.push_back(Instance::from_box_mask(
+        cv::Mat(20, 20, CV_8UC1, cv::Scalar(255)), {10 + class_id, 30, 20, 20}, class_id));
+  }
+  FeatureLabels labels(0, segmentation);
+  labels.statistics().instances[0].dynamic = true;
+  const cv::Mat picture = draw_overlay(image, segmentation, FeaturesView(), labels);
+  const cv::Vec3b dynamic = picture.at<cv::Vec3b>(40, 20);
+  const cv::Vec3b other = picture.at<cv::Vec3b>(40, 82);
+  EXPECT_GT(dynamic[2], dynamic[0]) << "vermilion";
+  EXPECT_EQ(other[2], other[0]) << "grey";
+  EXPECT_GT(other[0], 0);
+}
+
 TEST(Overlay, DrawsArbitraryInputWithoutTrouble) {
   for (std::uint64_t seed = 0; seed < 300; ++seed) {
     ByteSource source(seed);

@@ -91,6 +91,16 @@ TEST(Pipeline, ChecksAllStagesBeforeItWritesALabel) {
   EXPECT_TRUE(labels.is_removed(1));
 }
 
+TEST(Pipeline, ChecksAStageBehindAReferenceToo) {
+  const Checking stage;
+  FeatureLabels labels(3, Segmentation());
+  Workspace workspace;
+  EXPECT_THROW(Pipeline(std::cref(stage))
+                   .apply(FrameView(), Segmentation(), FeaturesView(), labels, workspace),
+               std::invalid_argument);
+  EXPECT_EQ(labels.size(), 3U);
+}
+
 TEST(Pipeline, HandsTheWorkspaceToStagesThatTakeIt) {
   const auto stage = [](const FilterInput&, FeatureLabels&, Workspace& workspace) {
     workspace.codes.assign(1, 7.0);

@@ -124,7 +124,7 @@ TEST_F(Program, RunWritesWhatItPromisesAndTheNumbersAgree) {
   ASSERT_EQ(frames.size(), 7U);
   EXPECT_EQ(summary["frames"], 6);
   for (const char* name : {"features", "masked", "compensated", "kept", "dynamic_left",
-                           "dynamic_left_mask_only", "static_removed"}) {
+                           "dynamic_left_mask_only", "static_removed", "rim_removed"}) {
     EXPECT_EQ(summary[name], sum_of(frames, name)) << name;
   }
   EXPECT_EQ(summary["features"].get<int>(), summary["masked"].get<int>() +
@@ -154,9 +154,26 @@ TEST_F(Program, RunTwiceGivesTheSameNumbersAndNoOldPictures) {
   EXPECT_EQ(std::distance(begin(overlays), end(overlays)), 1);
 }
 
-TEST_F(Program, TheMaskRuleCompensatesNothing) {
-  ASSERT_EQ(run("run " + quoted(scene()) + " --rule mask --out " + quoted(out("mask"))).exit_code,
-            0);
+TEST_F(Program, AnErrorLeavesEarlierResultsAlone) {
+  const std::string command = "run " + quoted(scene()) + " --out " + quoted(out("kept"));
+  ASSERT_EQ(run(command).exit_code, 0);
+  EXPECT_NE(run(command + " --masks /nowhere").exit_code, 0);
+  EXPECT_FALSE(fs::is_empty(out("kept") / "overlays"));
+  EXPECT_TRUE(fs::exists(out("kept") / "frames.csv"));
+}
+
+TEST_F(Program, TakesClassesBeforeTheSequence) {
+  const Outcome outcome =
+      run("run --classes 5,6 " + quoted(scene()) + " --out " + quoted(out("classes")));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
+  EXPECT_EQ(read_json(out("classes") / "summary.json")["masked"], 0);
+}
+
+TEST_F(Program, TheMaskRuleCompensatesNothingAndDoesNotClaimTo) {
+  const Outcome outcome =
+      run("run " + quoted(scene()) + " --rule mask --out " + quoted(out("mask")));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
+  EXPECT_FALSE(outcome.mentions("with compensation")) << outcome.printed;
   const nlohmann::json summary = read_json(out("mask") / "summary.json");
   EXPECT_GT(summary["masked"], 0);
   EXPECT_EQ(summary["compensated"], 0);
@@ -209,6 +226,7 @@ TEST_F(Program, RefusesOptionsThatMakeNoSense) {
   const std::string command = "run " + quoted(scene()) + " --out " + quoted(out("unused")) + " ";
   EXPECT_NE(run(command + "--rule best").exit_code, 0);
   EXPECT_NE(run(command + "--features 0").exit_code, 0);
+  EXPECT_NE(run(command + "--overlays -1").exit_code, 0);
   EXPECT_TRUE(run(command + "--margin -1").mentions("margin_px = -1"));
 }
 

@@ -21,11 +21,12 @@ namespace dynfilter {
 /// the image is changed, so no false corners appear along the masks.
 class DetectionMask {
  public:
-  /// Throws std::invalid_argument for a malformed segmentation, see validate. Masks share their
-  /// pixels with the caller's.
+  /// Throws std::invalid_argument for a malformed segmentation, see validate, and a static mask of
+  /// another size. Masks share their pixels with the caller's.
   explicit DetectionMask(Segmentation segmentation, MaskCuller culler = MaskCuller())
       : segmentation_(std::move(segmentation)), culler_(std::move(culler)) {
     validate(segmentation_, "DetectionMask");
+    culler_.check_image_size(segmentation_.image_size);
   }
 
   /// Whether a corner at this position is static as far as masks can tell. The position is that of

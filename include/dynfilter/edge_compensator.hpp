@@ -6,6 +6,7 @@
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -63,13 +64,19 @@ struct EdgeCompensatorOptions {
 class EdgeCompensator {
  public:
   /// Throws std::invalid_argument for options that FeatureSampler, RangeEstimator or DepthLbp
-  /// refuse.
+  /// refuse, and for fewer samples than a range needs.
   explicit EdgeCompensator(const EdgeCompensatorOptions& options = {})
       : sampler_(options.samples, options.seed),
         depth_estimator_(options.depth),
         code_estimator_(options.code),
         depth_lbp_(options.depth_lbp),
-        passes_without_value_(options.missing_depth == MissingDepth::remove) {}
+        passes_without_value_(options.missing_depth == MissingDepth::remove) {
+    const std::size_t least = std::max(options.depth.least_samples, options.code.least_samples);
+    if (options.samples < least) {
+      detail::throw_misuse("EdgeCompensator", detail::concatenate("samples = ", options.samples),
+                           detail::concatenate("at least least_samples, ", least));
+    }
+  }
 
   void operator()(const FilterInput& input, FeatureLabels& labels) const {
     Workspace workspace;
@@ -141,6 +148,7 @@ class EdgeCompensator {
   void compensate(const FilterInput& input, FeatureLabels& labels, std::size_t k,
                   const Workspace& workspace, InstanceStatistics& statistics) const {
     const Instance& instance = input.segmentation.instances[k];
+    statistics.candidates = statistics.passed_depth = statistics.passed_code = 0;
     for (std::size_t i = 0; i < labels.size(); ++i) {
       const cv::Point pixel = workspace.pixels[i];
       if (labels.is_removed(i) || !instance.box_contains(pixel)) continue;

@@ -48,6 +48,13 @@ class FeaturesView {
         stride_(sizeof(cv::Point2f)),
         count_(count) {}
 
+  /// Points that are members of something larger: the first one, and the bytes from one to the
+  /// next.
+  FeaturesView(const cv::Point2f* first, std::size_t count, std::size_t stride_bytes)
+      : first_(reinterpret_cast<const unsigned char*>(first)),
+        stride_(stride_bytes),
+        count_(count) {}
+
   template <class Allocator>
   FeaturesView(const std::vector<cv::KeyPoint, Allocator>& keypoints)
       : FeaturesView(keypoints.data(), keypoints.size()) {}

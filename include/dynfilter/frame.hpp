@@ -16,8 +16,9 @@
 
 namespace dynfilter {
 
-/// One frame of the caller's. Nothing is owned: pixels are read during a call and not kept. Every
-/// member may be empty; what a component cannot do without, it names.
+/// One frame, by its pixels: the matrices are headers, as cv::Mat is, and the library reads what
+/// they show during a call and keeps none of it. Every member may be empty; what a component cannot
+/// do without, it names.
 struct FrameView {
   std::uint64_t id = 0;  ///< the host's frame number; chooses the random sample of the frame
   double timestamp_s = 0.0;
@@ -37,8 +38,9 @@ struct FrameView {
     double value = 0;
     if (depth.type() == CV_16UC1) value = depth.ptr<std::uint16_t>(pixel.y)[pixel.x];
     if (depth.type() == CV_32FC1) value = double{depth.ptr<float>(pixel.y)[pixel.x]};
-    if (!(value > 0) || std::isinf(value)) return {};
-    return value * depth_scale();
+    const double metres = value * depth_scale();
+    if (!(value > 0) || !std::isfinite(metres)) return {};
+    return metres;
   }
 };
 

@@ -48,10 +48,12 @@ inline std::size_t kept_below(const FeatureLabels& labels, std::size_t pivot) {
 ///
 /// All lengths are checked first: either every column shrinks or none. A matrix that shares its
 /// data with another header, or does not own it, is compacted into a copy, so that no one else's
-/// rows move. Throws std::invalid_argument for a column of another length. Elements of vectors
-/// must be nothrow move-assignable. O(features x columns); allocates only for shared matrices.
+/// rows move. Throws std::invalid_argument for a column of another length and for one that is
+/// given twice. Elements of vectors must be nothrow move-assignable. O(features x columns);
+/// allocates only for shared matrices.
 template <class... Columns>
 std::size_t keep_static(const FeatureLabels& labels, Columns&... columns) {
+  detail::require_distinct({static_cast<const void*>(&columns)...});
   std::size_t position = 0;
   (detail::require_length(columns, labels.size(), position++), ...);
   (detail::unshare(columns), ...);  // the last step that may throw, and no row has moved yet

@@ -74,6 +74,7 @@ class FeatureLabels {
     require_removal(i, instance, reason, score);
     FeatureLabel& label = labels_[i];
     if (label.removed) return false;
+    if (label.reason == Reason::restored) --statistics_.restored;
     label = {score, instance, reason, true};
     count(label, +1);
     return true;
@@ -113,8 +114,9 @@ class FeatureLabels {
       detail::throw_misuse("FeatureLabels::remove", detail::concatenate("instance ", instance),
                            detail::concatenate("-1, or an index below ", instances));
     }
-    if (reason == Reason::untouched || reason == Reason::restored) {
-      detail::throw_misuse("FeatureLabels::remove", "the reason untouched or restored",
+    if (reason != Reason::in_mask && reason != Reason::compensated && reason < Reason::custom) {
+      detail::throw_misuse("FeatureLabels::remove",
+                           detail::concatenate("the reason ", static_cast<int>(reason)),
                            "in_mask, compensated, or custom and above");
     }
     if (!(score >= 0.0F && score <= 1.0F)) {

@@ -55,9 +55,19 @@ class MaskCuller {
   /// than the images. O(instances).
   void check(const FilterInput& input) const {
     validate(input, "MaskCuller");
-    require_static_mask_size(input.segmentation.image_size);
-    require_static_mask_size(input.frame.image.size());
-    require_static_mask_size(input.frame.depth.size());
+    check_image_size(input.segmentation.image_size);
+    check_image_size(input.frame.image.size());
+    check_image_size(input.frame.depth.size());
+  }
+
+  /// Throws std::invalid_argument where the static mask has another size. An empty size passes.
+  void check_image_size(const cv::Size& size) const {
+    const cv::Mat& mask = options_.static_mask;
+    if (mask.empty() || size.empty() || mask.size() == size) return;
+    detail::throw_misuse("MaskCuller",
+                         detail::concatenate("a static_mask of ", detail::size_name(mask.size()),
+                                             " and an image of ", detail::size_name(size)),
+                         "the same size");
   }
 
   /// O(features x instances), each times the pixels within the margin. Allocates nothing.
@@ -66,7 +76,7 @@ class MaskCuller {
     validate(input, labels, "MaskCuller");
     const std::vector<Instance>& instances = input.segmentation.instances;
     for (std::size_t k = 0; k < instances.size(); ++k) {
-      labels.statistics().instances[k].dynamic = is_dynamic(instances[k].class_id);
+      labels.statistics().instances[k].dynamic |= is_dynamic(instances[k].class_id);
     }
     for (std::size_t i = 0; i < input.features.size(); ++i) {
       const auto owner =
@@ -76,6 +86,9 @@ class MaskCuller {
       labels.remove(i, *owner, Reason::in_mask, score);
     }
   }
+
+  /// As they were given; the static mask is a copy.
+  const MaskCullerOptions& options() const { return options_; }
 
   bool is_dynamic(int class_id) const {
     const std::vector<int>& classes = options_.dynamic_classes;
@@ -108,15 +121,6 @@ class MaskCuller {
   /// A diameter that says nothing (negative, NaN, infinite) counts as 0.
   static double usable(float diameter_px) {
     return std::isfinite(diameter_px) && diameter_px > 0 ? double{diameter_px} : 0.0;
-  }
-
-  void require_static_mask_size(const cv::Size& size) const {
-    const cv::Mat& mask = options_.static_mask;
-    if (mask.empty() || size.empty() || mask.size() == size) return;
-    detail::throw_misuse("MaskCuller",
-                         detail::concatenate("a static_mask of ", detail::size_name(mask.size()),
-                                             " and an image of ", detail::size_name(size)),
-                         "the same size");
   }
 
   bool on_static_mask(cv::Point pixel) const {

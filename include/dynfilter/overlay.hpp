@@ -28,8 +28,9 @@ struct OverlayOptions {
 /// which colour-blind people can tell apart.
 ///
 /// `image`: CV_8UC1 or CV_8UC3 (BGR), not changed. Returns a CV_8UC3 image of its size, higher by
-/// the legend. Throws std::invalid_argument for another image type, for labels of another number
-/// than the features, and for an opacity outside 0 to 1. O(pixels + features).
+/// the legend. Throws std::invalid_argument for another image type, for a segmentation of another
+/// image size, for labels of another number than the features, and for an opacity outside 0 to 1.
+/// O(pixels + features).
 cv::Mat draw_overlay(const cv::Mat& image, const Segmentation& segmentation, FeaturesView features,
                      const FeatureLabels& labels, const OverlayOptions& options = {});
 

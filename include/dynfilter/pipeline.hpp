@@ -11,9 +11,9 @@
 #include <type_traits>
 #include <utility>
 
-#include "dynfilter/detail/stage_traits.hpp"
 #include "dynfilter/filter_input.hpp"
 #include "dynfilter/labels.hpp"
+#include "dynfilter/stage.hpp"
 #include "dynfilter/workspace.hpp"
 
 namespace dynfilter {
@@ -66,9 +66,9 @@ class Pipeline {
   void run(const FilterInput& input, bool has_segmentation, FeatureLabels& labels,
            Workspace& workspace) const {
     validate(input, "Pipeline");
-    for_each_stage([&](const auto& stage) { detail::check_stage(stage, input); });
+    for_each_stage([&](const auto& stage) { check_stage(stage, input); });
     begin_frame(input, has_segmentation, labels);
-    for_each_stage([&](const auto& stage) { detail::run_stage(stage, input, labels, workspace); });
+    for_each_stage([&](const auto& stage) { run_stage(stage, input, labels, workspace); });
   }
 
   static void begin_frame(const FilterInput& input, bool has_segmentation, FeatureLabels& labels) {

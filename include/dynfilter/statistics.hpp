@@ -24,7 +24,7 @@ struct ValueRange {
 
 /// What edge compensation did with an instance.
 enum class Compensation : std::uint8_t {
-  not_run,  ///< no compensation in the pipeline, or none of the instance's features is masked
+  not_run,          ///< no compensation in the pipeline; or another class, and nothing masked
   no_depth_image,   ///< abstained: the frame has no depth (mono, stereo)
   too_few_samples,  ///< abstained: too few masked features with depth to tell the ranges
   applied
@@ -51,7 +51,7 @@ struct FrameStatistics {
   std::size_t masked = 0;       ///< removed on a mask or on the static mask
   std::size_t compensated = 0;  ///< removed by edge compensation
   std::size_t custom = 0;       ///< removed by a stage of the caller's
-  std::size_t restored = 0;     ///< removed first, then given back; they count as kept
+  std::size_t restored = 0;     ///< of the kept ones, those that were removed first and given back
   bool starved = false;         ///< fewer features than the floor were left, before restoring
   std::size_t suggested_features = 0;  ///< to extract next time; 0 = no more than now are needed
   bool has_segmentation = false;    ///< false: no masks are known. True with no instances: nobody

@@ -11,10 +11,19 @@
 #include <tuple>
 
 namespace dynfilter::tools {
+namespace {
+
+constexpr int spare = 4;  // so many times the features wanted are extracted, to choose from
+
+}  // namespace
 
 FeatureExtractor::FeatureExtractor(int features)
-    : features_(features), orb_(cv::ORB::create(4 * features)) {
+    : features_(features), orb_(cv::ORB::create(spare * features)) {
   orb_->setFastThreshold(7);  // ORB-SLAM's lower threshold: weak texture gets features too
+}
+
+std::string FeatureExtractor::description() const {
+  return std::to_string(spare * features_) + ", spread to " + std::to_string(features_);
 }
 
 void FeatureExtractor::extract(const cv::Mat& grey, std::vector<cv::KeyPoint>& keypoints,

@@ -4,6 +4,7 @@
 #ifndef DYNFILTER_TOOLS_FEATURE_EXTRACTOR_HPP
 #define DYNFILTER_TOOLS_FEATURE_EXTRACTOR_HPP
 
+#include <string>
 #include <vector>
 
 #include <opencv2/core.hpp>
@@ -16,6 +17,9 @@ namespace dynfilter::tools {
 class FeatureExtractor {
  public:
   explicit FeatureExtractor(int features);
+
+  /// "4000, spread to 1000": what its time is the time of.
+  std::string description() const;
 
   /// At most that many keypoints of a grey image, and a descriptor a row for each.
   void extract(const cv::Mat& grey, std::vector<cv::KeyPoint>& keypoints,

@@ -52,7 +52,10 @@ void add_run_command(CLI::App& program) {
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
   command
-      ->add_option("--classes", options->mask_culler.dynamic_classes, "class ids that are dynamic")
+      ->add_option("--classes", options->mask_culler.dynamic_classes,
+                   "class ids that are dynamic, as 0,16")
+      ->delimiter(',')
+      ->allow_extra_args(false)
       ->capture_default_str();
   command
       ->add_option("--margin", options->mask_culler.margin_px,
@@ -60,6 +63,7 @@ void add_run_command(CLI::App& program) {
       ->capture_default_str();
   command->add_option("--seed", options->seed, "of the sampled features")->capture_default_str();
   command->add_option("--overlays", options->overlays, "number of frames to draw")
+      ->check(CLI::Range(0, 100000))
       ->capture_default_str();
   command->footer(
       "examples:\n"

@@ -4,6 +4,7 @@
 #include "run_pictures.hpp"
 
 #include <algorithm>
+#include <system_error>
 
 #include <opencv2/imgproc.hpp>
 
@@ -39,12 +40,17 @@ FeatureLabels only_masked(const FeatureLabels& labels, const Segmentation& segme
 }
 
 RunPictures::RunPictures(const std::filesystem::path& folder, std::size_t frames,
-                         std::size_t pictures)
-    : folder_(folder), frames_(frames), pictures_(std::min(pictures, frames)) {
-  if (pictures_ == 0) return;
+                         std::size_t pictures, bool compensates)
+    : folder_(folder),
+      frames_(frames),
+      pictures_(std::min(pictures, frames)),
+      compensates_(compensates) {
   const std::filesystem::path overlays = folder_ / "overlays";
-  std::filesystem::create_directories(overlays);
+  std::error_code failure;
+  std::filesystem::create_directories(overlays, failure);
+  if (failure) detail::throw_file_error(overlays, "cannot be made: " + failure.message());
   detail::make_room(overlays, detail::timed_png_files(overlays), true);
+  detail::make_room(folder_, {folder_ / "contact_sheet.png"}, true);
 }
 
 bool RunPictures::wants(std::size_t frame) const {
@@ -56,13 +62,15 @@ bool RunPictures::wants(std::size_t frame) const {
 void RunPictures::add(const std::string& stem, const cv::Mat& image,
                       const Segmentation& segmentation, FeaturesView features,
                       const FeatureLabels& by_mask, const FeatureLabels& labels) {
-  const cv::Mat panels[] = {
+  std::vector<cv::Mat> panels = {
       with_caption(draw_features(image, features), "all features"),
-      with_caption(draw_overlay(image, segmentation, features, by_mask), "masks only"),
-      with_caption(draw_overlay(image, segmentation, features, labels),
-                   "masks and edge compensation")};
+      with_caption(draw_overlay(image, segmentation, features, by_mask), "masks only")};
+  if (compensates_) {
+    panels.push_back(with_caption(draw_overlay(image, segmentation, features, labels),
+                                  "masks and edge compensation"));
+  }
   cv::Mat row;
-  cv::hconcat(panels, 3, row);
+  cv::hconcat(panels, row);
   detail::write_png(folder_ / "overlays" / (stem + ".png"), row);
   cv::Mat small;
   cv::resize(row, small, {}, 0.5, 0.5, cv::INTER_AREA);

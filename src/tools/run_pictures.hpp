@@ -17,12 +17,15 @@
 
 namespace dynfilter::tools {
 
-/// The pictures of a run: for some frames, evenly spread, all features, what the masks remove, and
-/// what compensation removes besides (the paper's Figures 3 and 4), side by side in
-/// overlays/<stem>.png; all of them below each other and smaller in contact_sheet.png.
+/// The pictures of a run: for some frames, evenly spread, all features, what the masks remove, and,
+/// if the rule compensates, what compensation removes besides (the paper's Figures 3 and 4), side
+/// by side in overlays/<stem>.png; all of them below each other and smaller in contact_sheet.png.
 class RunPictures {
  public:
-  RunPictures(const std::filesystem::path& folder, std::size_t frames, std::size_t pictures);
+  /// Makes the folder and removes the pictures of an earlier run. Throws std::runtime_error that
+  /// names what cannot be made.
+  RunPictures(const std::filesystem::path& folder, std::size_t frames, std::size_t pictures,
+              bool compensates);
 
   bool wants(std::size_t frame) const;
 
@@ -35,6 +38,7 @@ class RunPictures {
   std::filesystem::path folder_;
   std::size_t frames_;
   std::size_t pictures_;
+  bool compensates_;
   std::vector<cv::Mat> rows_;  // of the contact sheet
 };
 

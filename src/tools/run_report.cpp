@@ -66,20 +66,28 @@ const char* name_of(Compensation compensation) {
 }
 
 void print_count(const char* name, std::size_t count, std::size_t frames) {
-  std::printf("  %-34s %9zu %11.1f\n", name, count,
+  std::printf("  %-38s %9zu %11.1f\n", name, count,
               static_cast<double>(count) / static_cast<double>(frames));
 }
 
+/// One row with masks only, and one with compensation where the rule compensates.
+void print_score(const RunRecord& run, const std::string& name, std::size_t FeatureScores::*score) {
+  const auto total = [&](auto which) { return run.total_scores(which).*score; };
+  print_count((name + ", masks only").c_str(), total(&FrameRecord::mask_only_scores),
+              run.frames.size());
+  if (run.rule == "mask") return;
+  print_count((name + ", with compensation").c_str(), total(&FrameRecord::scores),
+              run.frames.size());
+}
+
 void print_scores(const RunRecord& run) {
-  const std::size_t frames = run.frames.size();
-  const FeatureScores masks = run.total_scores(&FrameRecord::mask_only_scores);
   const FeatureScores all = run.total_scores(&FrameRecord::scores);
-  std::printf("against the true masks                    total   per frame\n");
-  print_count("dynamic left, nothing removed", all.dynamic_left + all.dynamic_removed, frames);
-  print_count("dynamic left, masks only", masks.dynamic_left, frames);
-  print_count("dynamic left, with compensation", all.dynamic_left, frames);
-  print_count("static removed, masks only", masks.static_removed, frames);
-  print_count("static removed, with compensation", all.static_removed, frames);
+  std::printf("against the true masks                        total   per frame\n");
+  print_count("dynamic ones, nothing removed", all.dynamic_left + all.dynamic_removed,
+              run.frames.size());
+  print_score(run, "dynamic left", &FeatureScores::dynamic_left);
+  print_score(run, "static removed", &FeatureScores::static_removed);
+  print_score(run, "removed on the 3 px rim", &FeatureScores::rim_removed);
 }
 
 }  // namespace
@@ -90,15 +98,15 @@ void print_report(const RunRecord& run) {
   std::printf("\n%s: %zu frames, rule %s, %s\n\n", run.sequence.c_str(), frames, run.rule.c_str(),
               run.masks.empty() ? "no masks: there is no masks/ folder, so nothing can be removed"
                                 : ("masks from " + run.masks).c_str());
-  std::printf("features                                  total   per frame\n");
+  std::printf("features                                      total   per frame\n");
   print_count("extracted", totals.features, frames);
   print_count("removed by mask", totals.masked, frames);
   print_count("removed by compensation", totals.compensated, frames);
   print_count("kept", totals.kept(), frames);
   if (!run.true_masks.empty()) print_scores(run);
-  std::printf("time a frame                             median        95 %%\n");
+  std::printf("time a frame                                 median        95 %%\n");
   for (const auto& [name, times] : run.stages) {
-    std::printf("  %-34s %6.3f ms %8.3f ms\n", name.c_str(), times.quantile_ms(0.5),
+    std::printf("  %-38s %6.3f ms %8.3f ms\n", name.c_str(), times.quantile_ms(0.5),
                 times.quantile_ms(0.95));
   }
 }
@@ -106,11 +114,13 @@ void print_report(const RunRecord& run) {
 void write_frames_csv(const RunRecord& run, const std::filesystem::path& file) {
   TextFile csv(file);
   csv << detail::frame_columns()
-      << ",dynamic_left_mask_only,dynamic_left,static_removed_mask_only,static_removed\n";
+      << ",dynamic_left_mask_only,dynamic_left,static_removed_mask_only,static_removed,"
+         "rim_removed_mask_only,rim_removed\n";
   for (const FrameRecord& frame : run.frames) {
     csv << detail::frame_cells(frame.stem, frame.timestamp_s, frame.statistics) << ','
         << cells_of(frame, &FeatureScores::dynamic_left) << ','
-        << cells_of(frame, &FeatureScores::static_removed) << '\n';
+        << cells_of(frame, &FeatureScores::static_removed) << ','
+        << cells_of(frame, &FeatureScores::rim_removed) << '\n';
   }
   csv.close();
 }
@@ -149,6 +159,8 @@ void write_summary_json(const RunRecord& run, const std::filesystem::path& file)
     summary["dynamic_left_mask_only"] = masks.dynamic_left;
     summary["static_removed"] = all.static_removed;
     summary["static_removed_mask_only"] = masks.static_removed;
+    summary["rim_removed"] = all.rim_removed;
+    summary["rim_removed_mask_only"] = masks.rim_removed;
   }
   for (const auto& [name, times] : run.stages) {
     summary["times_ms"][name] = {{"median", times.quantile_ms(0.5)},

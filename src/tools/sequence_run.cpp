@@ -26,9 +26,7 @@ SequenceRun::SequenceRun(const RunOptions& options)
     : sequence_(options.sequence, {0.02, options.camera}),
       extractor_(options.features),
       filter_({MaskCuller(options.mask_culler), culler_time_},
-              {detail::edge_stage(options.rule, edge_options(options)), compensator_time_}),
-      pictures_(options.out, sequence_.size(), options.overlays) {
-  std::filesystem::create_directories(options.out);
+              {detail::edge_stage(options.rule, edge_options(options)), compensator_time_}) {
   record_.sequence = options.sequence.string();
   record_.rule = options.rule;
   const auto masks = options.masks.empty() ? sequence_.masks_folder() : options.masks;
@@ -40,6 +38,8 @@ SequenceRun::SequenceRun(const RunOptions& options)
     true_masks_.emplace(*sequence_.true_masks_folder());
     record_.true_masks = sequence_.true_masks_folder()->string();
   }
+  // Last, so that an error in the input leaves the results of an earlier run alone.
+  pictures_.emplace(options.out, sequence_.size(), options.overlays, options.rule != "mask");
 }
 
 void SequenceRun::process(std::size_t i) {
@@ -64,19 +64,21 @@ void SequenceRun::process(std::size_t i) {
     record.scores = score_features(keypoints, labels_, truth);
     record.mask_only_scores = score_features(keypoints, by_mask, truth);
   }
-  if (pictures_.wants(i)) {
-    pictures_.add(record.stem, frame.image, masks.value_or(Segmentation()), keypoints, by_mask,
-                  labels_);
+  if (pictures_->wants(i)) {
+    pictures_->add(record.stem, frame.image, masks.value_or(Segmentation()), keypoints, by_mask,
+                   labels_);
   }
   record_.frames.push_back(std::move(record));
   keep_static_time_.measure([&] { return keep_static(labels_, keypoints, descriptors); });
 }
 
 RunRecord SequenceRun::finish() {
-  pictures_.write_contact_sheet();
-  const std::pair<const char*, const Times&> stages[] = {
-      {"ORB extraction", extraction_time_}, {"masks from files", masks_time_},
-      {"mask culler", culler_time_},        {"edge compensator", compensator_time_},
+  pictures_->write_contact_sheet();
+  const std::pair<std::string, const Times&> stages[] = {
+      {"ORB extraction (" + extractor_.description() + ")", extraction_time_},
+      {"masks from files", masks_time_},
+      {"mask culler", culler_time_},
+      {"edge compensator", compensator_time_},
       {"keep_static", keep_static_time_},
   };
   for (const auto& [name, times] : stages) {

@@ -62,7 +62,7 @@ class SequenceRun {
   FeatureLabels labels_;
   Workspace workspace_;
 
-  RunPictures pictures_;
+  std::optional<RunPictures> pictures_;
   RunRecord record_;
 };
 

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "dynfilter/pipeline.hpp"
+#include "dynfilter/stage.hpp"
 
 namespace dynfilter::tools {
 
@@ -56,10 +56,10 @@ class TimedStage {
  public:
   TimedStage(Stage stage, Times& times) : stage_(std::move(stage)), times_(&times) {}
 
-  void check(const FilterInput& input) const { detail::check_stage(stage_, input); }
+  void check(const FilterInput& input) const { check_stage(stage_, input); }
 
   void operator()(const FilterInput& input, FeatureLabels& labels, Workspace& workspace) const {
-    times_->measure([&] { detail::run_stage(stage_, input, labels, workspace); });
+    times_->measure([&] { run_stage(stage_, input, labels, workspace); });
   }
 
  private:

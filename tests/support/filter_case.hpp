@@ -4,6 +4,7 @@
 #ifndef DYNFILTER_TESTS_SUPPORT_FILTER_CASE_HPP
 #define DYNFILTER_TESTS_SUPPORT_FILTER_CASE_HPP
 
+#include <algorithm>
 #include <limits>
 #include <vector>
 
@@ -127,9 +128,10 @@ inline DynamicFilterOptions arbitrary_options(ByteSource& source, const cv::Size
   if (source.chance(15)) options.mask_culler.static_mask = arbitrary_mask(source, image);
   EdgeCompensatorOptions& edge = options.edge_compensator;
   edge.seed = source.byte();
-  edge.samples = static_cast<std::size_t>(source.between(1, 25));
   edge.depth = arbitrary_range_options(source, source.between(0, 10) / 20.0);
   edge.code = arbitrary_range_options(source, source.between(0, 64));
+  const std::size_t least = std::max(edge.depth.least_samples, edge.code.least_samples);
+  edge.samples = least + static_cast<std::size_t>(source.between(0, 24));
   if (source.chance(30)) edge.missing_depth = MissingDepth::remove;
   if (source.chance(30)) edge.depth_lbp.missing_neighbour = MissingNeighbour::farther;
   if (source.chance(30)) edge.depth_lbp.bits = {3, 1, 0, 2, 7, 6, 5, 4};

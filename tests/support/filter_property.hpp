@@ -24,12 +24,20 @@ inline std::string describe(const FeatureLabel& label) {
                              label.removed ? ", removed" : ", kept");
 }
 
-/// Runs the filter on one input and compares every label with the oracle's, the counts with the
-/// labels, and what keep_static leaves with the labels. Empty if all is well, else what is not.
+inline bool same_counts(const InstanceStatistics& a, const InstanceStatistics& b) {
+  return a.class_id == b.class_id && a.dynamic == b.dynamic && a.masked == b.masked &&
+         a.candidates == b.candidates && a.passed_depth == b.passed_depth &&
+         a.passed_code == b.passed_code && a.compensated == b.compensated;
+}
+
+/// Runs the filter on one input and compares every label and every instance's counts with the
+/// oracle's, the totals with the labels, and what keep_static leaves with the labels. Empty if all
+/// is well, else what is not.
 inline std::string check_filter(const FilterCase& input) {
   const FeatureLabels labels =
       DynamicFilter(input.options).apply(input.frame, input.segmentation, input.keypoints);
-  const std::vector<FeatureLabel> expected = oracle_filter(input);
+  const OracleVerdict verdict = oracle_filter(input);
+  const std::vector<FeatureLabel>& expected = verdict.labels;
   if (labels.size() != expected.size()) return "a wrong number of labels";
   std::size_t removed = 0;
   for (std::size_t i = 0; i < expected.size(); ++i) {
@@ -40,6 +48,12 @@ inline std::string check_filter(const FilterCase& input) {
     removed += labels.is_removed(i) ? 1 : 0;
   }
   const FrameStatistics& statistics = labels.statistics();
+  if (statistics.has_depth == input.frame.depth.empty()) return "a wrong has_depth";
+  for (std::size_t k = 0; k < verdict.instances.size(); ++k) {
+    if (!same_counts(statistics.instances[k], verdict.instances[k])) {
+      return detail::concatenate("wrong counts for instance ", k);
+    }
+  }
   if (statistics.removed() != removed || statistics.kept() + removed != labels.size()) {
     return "counts that do not add up";
   }

@@ -169,17 +169,33 @@ inline std::vector<FeatureLabel> oracle_cull(const FilterCase& input) {
   return labels;
 }
 
+/// What the filter should say of a frame.
+struct OracleVerdict {
+  std::vector<FeatureLabel> labels;
+  std::vector<InstanceStatistics> instances;  // all but the compensation's outcome
+};
+
 /// Sections 3.1 and 3.2.
-inline std::vector<FeatureLabel> oracle_filter(const FilterCase& input) {
-  std::vector<FeatureLabel> labels = oracle_cull(input);
-  if (input.frame.depth.empty()) return labels;
+inline OracleVerdict oracle_filter(const FilterCase& input) {
+  OracleVerdict verdict;
+  std::vector<FeatureLabel>& labels = verdict.labels;
+  labels = oracle_cull(input);
   const EdgeCompensatorOptions& options = input.options.edge_compensator;
   const bool without_value = options.missing_depth == MissingDepth::remove;
   const std::vector<FeatureLabel> culled = labels;
   for (std::size_t k = 0; k < input.segmentation.instances.size(); ++k) {
+    const Instance& instance = input.segmentation.instances[k];
+    InstanceStatistics& statistics = verdict.instances.emplace_back();
+    statistics.class_id = instance.class_id;
+    const auto& classes = input.options.mask_culler.dynamic_classes;
+    statistics.dynamic =
+        std::find(classes.begin(), classes.end(), instance.class_id) != classes.end();
+    for (const FeatureLabel& label : culled) {
+      statistics.masked += label.removed && label.instance == static_cast<int>(k) ? 1 : 0;
+    }
+    if (input.frame.depth.empty()) continue;
     const auto [depth_range, code_range] = oracle_ranges(input, culled, k);
     if (depth_range.empty() || code_range.empty()) continue;
-    const Instance& instance = input.segmentation.instances[k];
     for (std::size_t i = 0; i < labels.size(); ++i) {
       const WidePoint pixel = oracle_pixel(input.keypoints[i].pt);
       const double x = pixel.x - instance.box.x;
@@ -193,11 +209,15 @@ inline std::vector<FeatureLabel> oracle_filter(const FilterCase& input) {
           depth ? metres >= depth_range.lower && metres <= depth_range.upper : without_value;
       const bool code_fits =
           code ? *code >= code_range.lower && *code <= code_range.upper : without_value;
+      statistics.candidates += 1;
+      statistics.passed_depth += depth_fits ? 1 : 0;
+      statistics.passed_code += code_fits ? 1 : 0;
       if (!depth_fits || !code_fits) continue;
+      statistics.compensated += 1;
       labels[i] = {instance.score, static_cast<int>(k), Reason::compensated, true};
     }
   }
-  return labels;
+  return verdict;
 }
 
 }  // namespace dynfilter::testing

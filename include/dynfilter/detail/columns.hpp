@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstring>
+#include <initializer_list>
 #include <iterator>
 #include <type_traits>
 #include <utility>
@@ -23,14 +24,6 @@
 
 namespace dynfilter::detail {
 
-/// OpenCV's small types do not throw on assignment, but before 4.5 they did not say so.
-template <class T>
-struct MovesWithoutThrowing : std::is_nothrow_move_assignable<T> {};
-template <class T>
-struct MovesWithoutThrowing<cv::Point_<T>> : std::is_arithmetic<T> {};
-template <class T>
-struct MovesWithoutThrowing<cv::Point3_<T>> : std::is_arithmetic<T> {};
-
 [[noreturn]] inline void throw_length(std::size_t position, std::size_t got, std::size_t want) {
   throw_misuse("keep_static", concatenate("column ", position, " of length ", got),
                concatenate("as many as there are labels, ", want));
@@ -39,7 +32,7 @@ struct MovesWithoutThrowing<cv::Point3_<T>> : std::is_arithmetic<T> {};
 template <class T, class Allocator>
 void require_length(const std::vector<T, Allocator>& column, std::size_t length,
                     std::size_t position) {
-  static_assert(MovesWithoutThrowing<T>::value,
+  static_assert(std::is_nothrow_move_assignable<T>::value,
                 "keep_static must not fail halfway: elements need a noexcept move assignment");
   if (column.size() != length) throw_length(position, column.size(), length);
 }
@@ -52,6 +45,18 @@ inline void require_length(const cv::Mat& column, std::size_t length, std::size_
   }
   const auto rows = static_cast<std::size_t>(column.rows);
   if (rows != length) throw_length(position, rows, length);
+}
+
+/// Throws where a column stands in the list twice: the second time its rows would be others.
+inline void require_distinct(std::initializer_list<const void*> columns) {
+  for (auto column = columns.begin(); column != columns.end(); ++column) {
+    const auto first = std::find(columns.begin(), column, *column);
+    if (first == column) continue;
+    throw_misuse("keep_static",
+                 concatenate("column ", column - columns.begin(), " that is column ",
+                             first - columns.begin(), " again"),
+                 "every column once");
+  }
 }
 
 template <class T, class Allocator>

@@ -24,7 +24,6 @@ std::string concatenate(const Parts&... parts) {
 }
 
 /// Misuse: "dynfilter::<component>: got <got>; want <want>".
-/// Kept out of line and never inlined by intent, so that checks cost a compare in the caller.
 [[noreturn]] inline void throw_misuse(const char* component, const std::string& got,
                                       const std::string& want) {
   throw std::invalid_argument(

@@ -190,6 +190,13 @@ inline cv::Mat draw_overlay(const cv::Mat& image, const Segmentation& segmentati
                          detail::concatenate("mask_opacity = ", options.mask_opacity), "0 to 1");
   }
   validate(segmentation, "draw_overlay");
+  if (!segmentation.image_size.empty() && segmentation.image_size != image.size()) {
+    detail::throw_misuse("draw_overlay",
+                         detail::concatenate("a segmentation of image_size ",
+                                             detail::size_name(segmentation.image_size),
+                                             " and an image of ", detail::size_name(image.size())),
+                         "the same size");
+  }
   cv::Mat canvas = detail::colour_copy(image);
   if (options.masks) {
     detail::draw_masks(canvas, segmentation, labels.statistics(), options.mask_opacity);

@@ -1,13 +1,14 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// The two things that a stage may offer beyond being callable.
+// How a stage is called. Pipeline does it; whoever wraps a stage, to time it say, does it too.
 
-#ifndef DYNFILTER_DETAIL_STAGE_TRAITS_HPP
-#define DYNFILTER_DETAIL_STAGE_TRAITS_HPP
+#ifndef DYNFILTER_STAGE_HPP
+#define DYNFILTER_STAGE_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
+#include <functional>
 #include <type_traits>
 #include <utility>
 
@@ -15,7 +16,8 @@
 #include "dynfilter/labels.hpp"
 #include "dynfilter/workspace.hpp"
 
-namespace dynfilter::detail {
+namespace dynfilter {
+namespace detail {
 
 template <class Stage, class = void>
 struct HasCheck : std::false_type {};
@@ -23,11 +25,20 @@ template <class Stage>
 struct HasCheck<Stage, std::void_t<decltype(std::declval<const Stage&>().check(
                            std::declval<const FilterInput&>()))>> : std::true_type {};
 
+}  // namespace detail
+
+/// Lets a stage that has check(const FilterInput&) const refuse the input, by an exception.
 template <class Stage>
 void check_stage(const Stage& stage, const FilterInput& input) {
-  if constexpr (HasCheck<Stage>::value) stage.check(input);
+  if constexpr (detail::HasCheck<Stage>::value) stage.check(input);
 }
 
+template <class Stage>
+void check_stage(const std::reference_wrapper<Stage>& stage, const FilterInput& input) {
+  check_stage(stage.get(), input);
+}
+
+/// Runs a stage, with the workspace if it takes one.
 template <class Stage>
 void run_stage(const Stage& stage, const FilterInput& input, FeatureLabels& labels,
                Workspace& workspace) {
@@ -43,6 +54,6 @@ void run_stage(const Stage& stage, const FilterInput& input, FeatureLabels& labe
   }
 }
 
-}  // namespace dynfilter::detail
+}  // namespace dynfilter
 
-#endif  // DYNFILTER_DETAIL_STAGE_TRAITS_HPP
+#endif  // DYNFILTER_STAGE_HPP
