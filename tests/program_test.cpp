@@ -230,8 +230,43 @@ TEST_F(Program, RefusesOptionsThatMakeNoSense) {
   EXPECT_TRUE(run(command + "--margin -1").mentions("margin_px = -1"));
 }
 
+TEST_F(Program, EvalPrintsAFigureALineAndWritesThemAsJson) {
+  // The truth itself, 0.1 m further along x in every second pose.
+  std::ifstream truth(scene() / "groundtruth.txt");
+  std::ofstream shifted(out("shifted.txt"));
+  int row = 0;
+  for (std::string line; std::getline(truth, line);) {
+    if (line[0] == '#') continue;
+    std::istringstream cells(line);
+    std::string time, rest;
+    double x = 0;
+    cells >> time >> x;
+    std::getline(cells, rest);
+    shifted << time << ' ' << x + 0.1 * (row++ % 2) << rest << '\n';
+  }
+  shifted.close();
+  const std::string files = quoted(out("shifted.txt")) + " " + quoted(scene() / "groundtruth.txt");
+  const Outcome outcome = run("eval " + files + " --frames 1 --json " + quoted(out("errors.json")) +
+                              " --baseline " + quoted(out("shifted.txt")));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("ate_rmse_m ")) << outcome.printed;
+  const nlohmann::json errors = read_json(out("errors.json"));
+  EXPECT_EQ(errors["pairs"], 6);
+  EXPECT_GT(errors["ate_rmse_m"], 0.03);
+  EXPECT_LT(errors["ate_rmse_m"], 0.051);  // half the shift, and less by the alignment
+  EXPECT_NEAR(errors["rpe_translation_rmse_m"].get<double>(), 0.1, 1e-3);
+  EXPECT_NEAR(errors["rpe_rotation_rmse_deg"].get<double>(), 0, 1e-4);
+  EXPECT_NEAR(errors["ate_improvement_percent"].get<double>(), 0, 1e-9);
+
+  EXPECT_NE(run("eval " + files).exit_code, 0) << "0.2 s are shorter than the interval of 1 s";
+  EXPECT_TRUE(run("eval " + files).mentions("intervals"));
+  EXPECT_TRUE(
+      run("eval nowhere.txt " + quoted(scene() / "groundtruth.txt")).mentions("nowhere.txt"));
+}
+
 TEST_F(Program, HelpsWithExamples) {
   EXPECT_TRUE(run("run --help").mentions("examples:"));
+  EXPECT_TRUE(run("eval --help").mentions("examples:"));
   EXPECT_TRUE(run("synth --help").mentions("example:"));
   EXPECT_TRUE(run("--version").mentions("0."));
 }

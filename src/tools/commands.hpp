@@ -12,6 +12,7 @@ namespace dynfilter::tools {
 
 void add_synth_command(CLI::App& program);
 void add_run_command(CLI::App& program);
+void add_eval_command(CLI::App& program);
 
 }  // namespace dynfilter::tools
 

@@ -14,6 +14,7 @@ int main(int argc, char** argv) {
   program.require_subcommand(1);
   dynfilter::tools::add_synth_command(program);
   dynfilter::tools::add_run_command(program);
+  dynfilter::tools::add_eval_command(program);
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

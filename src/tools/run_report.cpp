@@ -4,37 +4,15 @@
 #include "run_report.hpp"
 
 #include <cstdio>
-#include <fstream>
-#include <stdexcept>
 #include <string>
 
 #include <nlohmann/json.hpp>
 
 #include "frame_table.hpp"
+#include "output_file.hpp"
 
 namespace dynfilter::tools {
 namespace {
-
-/// A text file that says so when it could not be written.
-class TextFile {
- public:
-  explicit TextFile(const std::filesystem::path& path) : path_(path), stream_(path) {}
-
-  template <class Value>
-  TextFile& operator<<(const Value& value) {
-    stream_ << value;
-    return *this;
-  }
-
-  void close() {
-    stream_.close();
-    if (!stream_) throw std::runtime_error(path_.string() + ": cannot be written");
-  }
-
- private:
-  std::filesystem::path path_;
-  std::ofstream stream_;
-};
 
 /// "lower,upper", or two empty cells.
 std::string cells_of(const ValueRange& range) {
@@ -112,7 +90,7 @@ void print_report(const RunRecord& run) {
 }
 
 void write_frames_csv(const RunRecord& run, const std::filesystem::path& file) {
-  TextFile csv(file);
+  OutputFile csv(file);
   csv << detail::frame_columns()
       << ",dynamic_left_mask_only,dynamic_left,static_removed_mask_only,static_removed,"
          "rim_removed_mask_only,rim_removed\n";
@@ -126,7 +104,7 @@ void write_frames_csv(const RunRecord& run, const std::filesystem::path& file) {
 }
 
 void write_instances_csv(const RunRecord& run, const std::filesystem::path& file) {
-  TextFile csv(file);
+  OutputFile csv(file);
   csv << "frame,instance,class_id,dynamic,masked,sampled,candidates,passed_depth,passed_code,"
          "compensated,compensation,depth_lower_m,depth_upper_m,code_lower,code_upper\n";
   for (const FrameRecord& frame : run.frames) {
@@ -166,7 +144,7 @@ void write_summary_json(const RunRecord& run, const std::filesystem::path& file)
     summary["times_ms"][name] = {{"median", times.quantile_ms(0.5)},
                                  {"p95", times.quantile_ms(0.95)}};
   }
-  TextFile json(file);
+  OutputFile json(file);
   json << summary.dump(2) << '\n';
   json.close();
 }

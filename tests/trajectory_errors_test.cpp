@@ -1,0 +1,322 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/evaluation/trajectory_errors.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <set>
+#include <tuple>
+
+#include "support/byte_source.hpp"
+#include "support/expect_error.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+// --- An independent, naive implementation
+// -----------------------------------------------------------
+
+/// All pairs in reach, the closest first, each pose once.
+std::vector<std::pair<std::size_t, std::size_t>> naive_pairs(const Trajectory& a,
+                                                             const Trajectory& b, double reach) {
+  std::vector<std::tuple<std::int64_t, std::size_t, std::size_t>> all;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const auto off =
+          std::llabs(std::llround(a[i].timestamp_s * 1e6) - std::llround(b[j].timestamp_s * 1e6));
+      if (off <= std::llround(reach * 1e6)) all.emplace_back(off, i, j);
+    }
+  }
+  std::sort(all.begin(), all.end());
+  std::set<std::size_t> used_a, used_b;
+  std::vector<std::pair<std::size_t, std::size_t>> pairs;
+  for (const auto& [off, i, j] : all) {
+    if (used_a.count(i) || used_b.count(j)) continue;
+    used_a.insert(i);
+    used_b.insert(j);
+    pairs.emplace_back(i, j);
+  }
+  return pairs;
+}
+
+/// Horn's closed form with unit quaternions (JOSA A 1987), not the decomposition that the library
+/// uses.
+double naive_ate(const Trajectory& estimate, const Trajectory& truth, bool with_scale) {
+  const auto pairs = naive_pairs(estimate, truth, 0.02);
+  const double n = static_cast<double>(pairs.size());
+  Eigen::Vector3d mean_e(0, 0, 0), mean_t(0, 0, 0);
+  for (const auto& [i, j] : pairs) {
+    mean_e += estimate[i].translation / n;
+    mean_t += truth[j].translation / n;
+  }
+  Eigen::Matrix3d s = Eigen::Matrix3d::Zero();
+  double extent = 0;
+  for (const auto& [i, j] : pairs) {
+    const Eigen::Vector3d e = estimate[i].translation - mean_e;
+    s += e * (truth[j].translation - mean_t).transpose();
+    extent += e.squaredNorm();
+  }
+  Eigen::Matrix4d m;
+  m << s(0, 0) + s(1, 1) + s(2, 2), s(1, 2) - s(2, 1), s(2, 0) - s(0, 2), s(0, 1) - s(1, 0),
+      s(1, 2) - s(2, 1), s(0, 0) - s(1, 1) - s(2, 2), s(0, 1) + s(1, 0), s(2, 0) + s(0, 2),
+      s(2, 0) - s(0, 2), s(0, 1) + s(1, 0), s(1, 1) - s(0, 0) - s(2, 2), s(1, 2) + s(2, 1),
+      s(0, 1) - s(1, 0), s(2, 0) + s(0, 2), s(1, 2) + s(2, 1), s(2, 2) - s(0, 0) - s(1, 1);
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d> solver(m);
+  const Eigen::Vector4d q = solver.eigenvectors().col(3);
+  const Eigen::Matrix3d r = Eigen::Quaterniond(q(0), q(1), q(2), q(3)).toRotationMatrix();
+  double along = 0;
+  for (const auto& [i, j] : pairs) {
+    along += (truth[j].translation - mean_t).dot(r * (estimate[i].translation - mean_e));
+  }
+  const double scale = with_scale && extent > 0 ? along / extent : 1.0;
+  double squares = 0;
+  for (const auto& [i, j] : pairs) {
+    const Eigen::Vector3d aligned = scale * (r * (estimate[i].translation - mean_e)) + mean_t;
+    squares += (aligned - truth[j].translation).squaredNorm() / n;
+  }
+  return std::sqrt(squares);
+}
+
+std::size_t naive_nearest(const Trajectory& trajectory, double time_s) {
+  std::size_t best = 0;
+  for (std::size_t i = 0; i < trajectory.size(); ++i) {
+    if (std::abs(trajectory[i].timestamp_s - time_s) <
+        std::abs(trajectory[best].timestamp_s - time_s)) {
+      best = i;
+    }
+  }
+  return best;
+}
+
+/// With homogeneous matrices and general inverses, and the angle from the trace.
+std::pair<double, double> naive_rpe(const Trajectory& estimate, const Trajectory& truth,
+                                    double interval_s) {
+  const auto matrix = [](const TimedPose& pose) {
+    Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
+    m.topLeftCorner<3, 3>() = pose.rotation;
+    m.topRightCorner<3, 1>() = pose.translation;
+    return m;
+  };
+  double translation = 0, rotation = 0, count = 0;
+  for (std::size_t i = 0; i < estimate.size(); ++i) {
+    const std::size_t j = naive_nearest(estimate, estimate[i].timestamp_s + interval_s);
+    if (j + 1 == estimate.size()) continue;
+    const TimedPose& t0 = truth[naive_nearest(truth, estimate[i].timestamp_s)];
+    const TimedPose& t1 = truth[naive_nearest(truth, estimate[j].timestamp_s)];
+    if (std::abs(t0.timestamp_s - estimate[i].timestamp_s) > 0.02) continue;
+    if (std::abs(t1.timestamp_s - estimate[j].timestamp_s) > 0.02) continue;
+    const Eigen::Matrix4d back_e = matrix(estimate[j]).inverse() * matrix(estimate[i]);
+    const Eigen::Matrix4d back_t = matrix(t1).inverse() * matrix(t0);
+    const Eigen::Matrix4d error = back_e.inverse() * back_t;
+    translation += error.topRightCorner<3, 1>().squaredNorm();
+    const double cosine = std::min(1.0, (error.topLeftCorner<3, 3>().trace() - 1) / 2);
+    const double degrees = std::acos(std::max(-1.0, cosine)) * 180 / M_PI;
+    rotation += degrees * degrees;
+    count += 1;
+  }
+  return {std::sqrt(translation / count), std::sqrt(rotation / count)};
+}
+
+// --- Trajectories
+// ----------------------------------------------------------------------------------
+
+double number(ByteSource& source, double reach) {
+  return reach * (source.word() / 4294967295.0 * 2 - 1);
+}
+
+TimedPose random_step(ByteSource& source, const TimedPose& from, double time_s) {
+  TimedPose pose;
+  pose.timestamp_s = time_s;
+  const Eigen::Vector3d axis(number(source, 1), number(source, 1), number(source, 1) + 2);
+  pose.rotation =
+      from.rotation * Eigen::AngleAxisd(number(source, 0.1), axis.normalized()).toRotationMatrix();
+  pose.translation = from.translation +
+                     Eigen::Vector3d(number(source, .1), number(source, .1), number(source, .1));
+  return pose;
+}
+
+/// A truth at about 100 Hz, and an estimate at about 30 Hz that drifts, lives in another frame, has
+/// gaps, starts later, ends earlier and is stamped with jitter.
+std::pair<Trajectory, Trajectory> random_trajectories(std::uint64_t seed) {
+  ByteSource source(seed);
+  Trajectory truth = {TimedPose()};
+  const int count = source.between(300, 600);
+  for (int i = 1; i < count; ++i) {
+    truth.push_back(random_step(source, truth.back(), i * 0.01 + number(source, 0.002)));
+  }
+  const TimedPose frame = random_step(source, TimedPose(), 0);
+  Trajectory estimate;
+  for (std::size_t i = 20; i + 20 < truth.size(); i += 3) {
+    if (source.chance(10)) continue;
+    TimedPose pose = random_step(source, truth[i], truth[i].timestamp_s + number(source, 0.004));
+    pose.rotation = frame.rotation * pose.rotation;
+    pose.translation = frame.rotation * pose.translation * 1.7 + frame.translation;
+    estimate.push_back(pose);
+  }
+  return {estimate, truth};
+}
+
+TEST(TrajectoryErrors, EqualANaiveImplementationOnRandomTrajectories) {
+  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+    const auto [estimate, truth] = random_trajectories(seed);
+    AbsoluteErrorOptions options;
+    for (const bool with_scale : {false, true}) {
+      options.with_scale = with_scale;
+      const auto ate = absolute_trajectory_error(estimate, truth, options);
+      EXPECT_NEAR(ate.translation_m.rmse, naive_ate(estimate, truth, with_scale), 1e-6) << seed;
+      EXPECT_EQ(ate.errors_m.size(), ate.translation_m.count);
+    }
+    for (const double interval_s : {0.1, 1.0}) {
+      RelativeErrorOptions relative;
+      relative.interval_s = interval_s;
+      const auto rpe = relative_pose_error(estimate, truth, relative);
+      const auto [translation, rotation] = naive_rpe(estimate, truth, interval_s);
+      EXPECT_NEAR(rpe.translation_m.rmse, translation, 1e-6) << seed;
+      EXPECT_NEAR(rpe.rotation_deg.rmse, rotation, 1e-6) << seed;
+    }
+  }
+}
+
+TEST(TrajectoryErrors, AreNoughtForTheTruthInAnyFrame) {
+  const Trajectory truth = random_trajectories(1).second;
+  Trajectory moved = truth;
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(2.0, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+  for (TimedPose& pose : moved) {
+    pose.rotation = turn * pose.rotation;
+    pose.translation = turn * pose.translation + Eigen::Vector3d(5, -6, 7);
+  }
+  const auto ate = absolute_trajectory_error(moved, truth);
+  EXPECT_LT(ate.translation_m.greatest, 1e-9);
+  EXPECT_LT((ate.alignment.rotation - turn.transpose()).norm(), 1e-9);
+  const auto rpe = relative_pose_error(moved, truth);
+  EXPECT_LT(rpe.translation_m.greatest, 1e-9);
+  EXPECT_LT(rpe.rotation_deg.greatest, 1e-5);
+}
+
+TEST(TrajectoryErrors, FindTheScaleOfAMonoTrajectory) {
+  const Trajectory truth = random_trajectories(2).second;
+  Trajectory scaled = truth;
+  for (TimedPose& pose : scaled) pose.translation *= 0.25;
+  AbsoluteErrorOptions options;
+  options.with_scale = true;
+  const auto ate = absolute_trajectory_error(scaled, truth, options);
+  EXPECT_NEAR(ate.alignment.scale, 4.0, 1e-9);
+  EXPECT_LT(ate.translation_m.rmse, 1e-9);
+  RelativeErrorOptions relative;
+  relative.scale = ate.alignment.scale;
+  EXPECT_LT(relative_pose_error(scaled, truth, relative).translation_m.rmse, 1e-9);
+}
+
+/// Poses along x, a second apart.
+Trajectory along_x(const std::vector<double>& x) {
+  Trajectory trajectory;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    TimedPose pose;
+    pose.timestamp_s = static_cast<double>(i);
+    pose.translation = {x[i], 0, 0};
+    trajectory.push_back(pose);
+  }
+  return trajectory;
+}
+
+/// Truth 0 1 2 3, estimate 0 1 2 4: means 1.5 and 1.75, so the errors after alignment are 0.25,
+/// 0.25, 0.25 and 0.75. (Along a line the rotation about it is free and changes nothing.)
+TEST(TrajectoryErrors, EqualValuesWorkedOutByHand) {
+  const Trajectory truth = along_x({0, 1, 2, 3});
+  const auto ate = absolute_trajectory_error(along_x({0, 1, 2, 4}), truth).translation_m;
+  EXPECT_EQ(ate.count, 4U);
+  EXPECT_NEAR(ate.rmse, std::sqrt((3 * 0.0625 + 0.5625) / 4), 1e-12);
+  EXPECT_NEAR(ate.mean, 0.375, 1e-12);
+  EXPECT_NEAR(ate.median, 0.25, 1e-12);
+  EXPECT_NEAR(ate.standard_deviation, std::sqrt(0.1875 - 0.140625), 1e-12);
+  EXPECT_NEAR(ate.least, 0.25, 1e-12);
+  EXPECT_NEAR(ate.greatest, 0.75, 1e-12);
+  // Steps of the estimate: 1, 1, 1.5 and 0.5; the interval that ends at the last pose is left out.
+  const auto rpe = relative_pose_error(along_x({0, 1, 2, 3.5, 4}), along_x({0, 1, 2, 3, 4}));
+  EXPECT_EQ(rpe.translation_m.count, 3U);
+  EXPECT_NEAR(rpe.translation_m.rmse, std::sqrt(0.25 / 3), 1e-12);
+  EXPECT_EQ(rpe.rotation_deg.greatest, 0);
+}
+
+/// A pure rotation: 10 degrees a step where there were 12.
+TEST(TrajectoryErrors, OfAPureRotationAreTheAngle) {
+  const auto turning = [](double step_deg) {
+    Trajectory trajectory = along_x({0, 0, 0, 0, 0});
+    for (std::size_t i = 0; i < trajectory.size(); ++i) {
+      const double angle = step_deg * static_cast<double>(i) * M_PI / 180;
+      trajectory[i].rotation = Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()).matrix();
+    }
+    return trajectory;
+  };
+  RelativeErrorOptions options;
+  options.interval_frames = 1;
+  const auto rpe = relative_pose_error(turning(10), turning(12), options);
+  EXPECT_EQ(rpe.rotation_deg.count, 3U);
+  EXPECT_NEAR(rpe.rotation_deg.rmse, 2, 1e-9);
+  EXPECT_NEAR(rpe.translation_m.rmse, 0, 1e-12);
+  EXPECT_NEAR(absolute_trajectory_error(turning(10), turning(12)).translation_m.rmse, 0, 1e-12);
+}
+
+TEST(TrajectoryErrors, StandIdenticalPosesAndThreeOfThem) {
+  AbsoluteErrorOptions with_scale;
+  with_scale.with_scale = true;
+  for (const auto& options : {AbsoluteErrorOptions(), with_scale}) {
+    const auto still = absolute_trajectory_error(along_x({2, 2, 2}), along_x({7, 7, 7}), options);
+    EXPECT_NEAR(still.translation_m.rmse, 0, 1e-12);
+    const auto only_truth_moves =
+        absolute_trajectory_error(along_x({2, 2, 2}), along_x({0, 3, 0}), options);
+    EXPECT_NEAR(only_truth_moves.translation_m.rmse, std::sqrt(2.0), 1e-12);
+    const auto only_estimate_moves =
+        absolute_trajectory_error(along_x({0, 3, 0}), along_x({2, 2, 2}), options);
+    EXPECT_TRUE(std::isfinite(only_estimate_moves.translation_m.rmse));
+  }
+  EXPECT_NEAR(absolute_trajectory_error(along_x({0, 1, 3}), along_x({1, 2, 4})).translation_m.rmse,
+              0, 1e-12);
+}
+
+TEST(TrajectoryErrors, SayWhatIsMissing) {
+  const Trajectory truth = along_x({0, 1, 2, 3});
+  Trajectory late = truth;
+  for (TimedPose& pose : late) pose.timestamp_s += 100;
+  expect_error<std::runtime_error>([&] { absolute_trajectory_error(late, truth); },
+                                   "0 of 4 estimated poses");
+  expect_error<std::runtime_error>([&] { absolute_trajectory_error({}, truth); }, "0 of 0");
+  expect_error<std::runtime_error>([&] { relative_pose_error(late, truth); }, "0 intervals");
+  expect_error<std::runtime_error>([&] { relative_pose_error({}, {}); }, "0 intervals");
+  RelativeErrorOptions options;
+  options.interval_s = 0;
+  expect_error<std::invalid_argument>([&] { relative_pose_error(truth, truth, options); },
+                                      "interval_s = 0");
+  options.interval_s = 1;
+  options.scale = -1;
+  expect_error<std::invalid_argument>([&] { relative_pose_error(truth, truth, options); },
+                                      "scale = -1");
+}
+
+TEST(ErrorSummary, EqualsTheDefinitions) {
+  const ErrorSummary summary = summarise_errors({3, 1, 2, 10});
+  EXPECT_EQ(summary.count, 4U);
+  EXPECT_NEAR(summary.rmse, std::sqrt(114.0 / 4), 1e-12);
+  EXPECT_NEAR(summary.mean, 4, 1e-12);
+  EXPECT_EQ(summary.median, 2.5);
+  EXPECT_NEAR(summary.standard_deviation, std::sqrt((1 + 9 + 4 + 36) / 4.0), 1e-12);
+  EXPECT_EQ(summary.least, 1);
+  EXPECT_EQ(summary.greatest, 10);
+  EXPECT_THROW(summarise_errors({}), std::invalid_argument);
+  EXPECT_THROW(summarise_errors({1, std::nan("")}), std::invalid_argument);
+}
+
+TEST(Improvement, IsThePapersEquation2) {
+  // Table 1, fr3_w_static: 0.39 and 0.0079.
+  EXPECT_NEAR(improvement_percent(0.39, 0.0079), 97.97, 0.005);
+  EXPECT_NEAR(improvement_percent(0.8705, 0.0316), 96.37, 0.005);
+  EXPECT_LT(improvement_percent(1, 2), 0);
+  EXPECT_THROW(improvement_percent(0, 1), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace dynfilter::testing
