@@ -65,7 +65,7 @@ void print_scores(const RunRecord& run) {
               run.frames.size());
   print_score(run, "dynamic left", &FeatureScores::dynamic_left);
   print_score(run, "static removed", &FeatureScores::static_removed);
-  print_score(run, "removed on the 3 px rim", &FeatureScores::rim_removed);
+  print_score(run, "removed on the rim", &FeatureScores::rim_removed);
 }
 
 }  // namespace
