@@ -18,9 +18,9 @@
 namespace dynfilter {
 
 /// What a synthetic scene looks like. With the defaults two persons are the nearest and strongest
-/// texture, walk in one direction and turn back together, and their masks miss limbs. Nothing static
-/// stands at their depth, so a rule that goes by depth alone pays no price here. Lengths are metres,
-/// times seconds.
+/// texture, walk in one direction and turn back together, and their masks miss limbs. Nothing
+/// static stands at their depth, so a rule that goes by depth alone pays no price here. Lengths are
+/// metres, times seconds.
 struct SyntheticSceneOptions {
   std::uint64_t seed = 1;         ///< every random choice follows from it
   int frames = 90;                ///< at least 1
