@@ -7,6 +7,7 @@
 #include "dynfilter/detail/require_cxx17.hpp"
 
 #include <cstddef>
+#include <optional>
 
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/mask_distance.hpp"
@@ -15,6 +16,20 @@
 #include "dynfilter/segmentation.hpp"
 
 namespace dynfilter {
+
+/// What counts as dynamic: the rim is a question of taste, so scores are given both ways.
+enum class DynamicTruth {
+  silhouette,         ///< features on the exact silhouette; those on the rim are static
+  silhouette_and_rim  ///< features on the rim are dynamic too
+};
+
+/// The usual rates of a detector of dynamic features; nothing where a rate would be 0 / 0.
+struct DetectionRates {
+  std::optional<double> true_positive_rate;   ///< of the dynamic features, those removed (recall)
+  std::optional<double> false_positive_rate;  ///< of the static features, those removed
+  std::optional<double> precision;            ///< of the removed features, those dynamic
+  std::optional<double> f1;                   ///< harmonic mean of recall and precision
+};
 
 /// How a filter's labels compare with the truth. A feature is dynamic on the exact silhouette of an
 /// object, static more than `rim_px` outside every silhouette, and on the rim in between, where an
@@ -35,6 +50,26 @@ struct FeatureScores {
     rim_left += other.rim_left;
     rim_removed += other.rim_removed;
     return *this;
+  }
+
+  DetectionRates rates(DynamicTruth truth) const {
+    const bool with_rim = truth == DynamicTruth::silhouette_and_rim;
+    const std::size_t true_positives = dynamic_removed + (with_rim ? rim_removed : 0);
+    const std::size_t false_negatives = dynamic_left + (with_rim ? rim_left : 0);
+    const std::size_t false_positives = static_removed + (with_rim ? 0 : rim_removed);
+    const std::size_t true_negatives = static_left + (with_rim ? 0 : rim_left);
+    DetectionRates rates;
+    rates.true_positive_rate = share(true_positives, true_positives + false_negatives);
+    rates.false_positive_rate = share(false_positives, false_positives + true_negatives);
+    rates.precision = share(true_positives, true_positives + false_positives);
+    rates.f1 = share(2 * true_positives, 2 * true_positives + false_positives + false_negatives);
+    return rates;
+  }
+
+ private:
+  static std::optional<double> share(std::size_t part, std::size_t whole) {
+    if (whole == 0) return {};
+    return static_cast<double>(part) / static_cast<double>(whole);
   }
 };
 
