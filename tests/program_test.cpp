@@ -123,6 +123,8 @@ TEST_F(Program, RunWritesWhatItPromisesAndTheNumbersAgree) {
   const auto frames = read_csv(folder / "frames.csv");
   ASSERT_EQ(frames.size(), 7U);
   EXPECT_EQ(summary["frames"], 6);
+  EXPECT_EQ(summary["options"]["features"], "400");
+  EXPECT_EQ(summary["options"]["rule"], "paper");
   for (const char* name : {"features", "masked", "compensated", "kept", "dynamic_left",
                            "dynamic_left_mask_only", "static_removed", "rim_removed"}) {
     EXPECT_EQ(summary[name], sum_of(frames, name)) << name;

@@ -30,6 +30,7 @@ struct RunRecord {
   std::string masks;       ///< the folder, empty = none were there
   std::string true_masks;  ///< the folder, empty = the truth is not known
   std::string rule;
+  std::vector<std::pair<std::string, std::string>> options;  ///< as resolved, by their names
   std::vector<FrameRecord> frames;
   std::vector<std::pair<std::string, Times>> stages;  ///< name and time, in the order of work
 

@@ -140,6 +140,7 @@ void write_summary_json(const RunRecord& run, const std::filesystem::path& file)
     summary["rim_removed"] = all.rim_removed;
     summary["rim_removed_mask_only"] = masks.rim_removed;
   }
+  for (const auto& [name, value] : run.options) summary["options"][name] = value;
   for (const auto& [name, times] : run.stages) {
     summary["times_ms"][name] = {{"median", times.quantile_ms(0.5)},
                                  {"p95", times.quantile_ms(0.95)}};

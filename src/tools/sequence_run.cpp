@@ -3,6 +3,7 @@
 
 #include "sequence_run.hpp"
 
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -13,6 +14,19 @@
 namespace dynfilter::tools {
 
 namespace {
+
+/// What the run was made with, for whoever finds its results later.
+std::vector<std::pair<std::string, std::string>> resolved(const RunOptions& options) {
+  std::string classes;
+  for (const int id : options.mask_culler.dynamic_classes) {
+    classes += (classes.empty() ? "" : ",") + std::to_string(id);
+  }
+  return {{"rule", options.rule},
+          {"features", std::to_string(options.features)},
+          {"classes", classes},
+          {"margin", detail::concatenate(options.mask_culler.margin_px)},
+          {"seed", std::to_string(options.seed)}};
+}
 
 EdgeCompensatorOptions edge_options(const RunOptions& options) {
   EdgeCompensatorOptions edge = EdgeCompensatorOptions::paper();
@@ -29,6 +43,7 @@ SequenceRun::SequenceRun(const RunOptions& options)
               {detail::edge_stage(options.rule, edge_options(options)), compensator_time_}) {
   record_.sequence = options.sequence.string();
   record_.rule = options.rule;
+  record_.options = resolved(options);
   const auto masks = options.masks.empty() ? sequence_.masks_folder() : options.masks;
   if (masks) {
     masks_.emplace(*masks);
