@@ -20,7 +20,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "dynfilter/detail/text_table.hpp"
+#include "file_error.hpp"
 
 namespace dynfilter::detail {
 

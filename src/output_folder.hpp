@@ -11,7 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "dynfilter/detail/text_table.hpp"
+#include "dynfilter/detail/number_text.hpp"
+#include "file_error.hpp"
 
 namespace dynfilter::detail {
 

@@ -9,6 +9,7 @@
 #include <random>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -336,6 +337,7 @@ TEST(MaskFolderWriter, WritesTheDocumentedFormat) {
                             Instance::from_box({-3, 0, 900, 2}, 7)};
   writer.add(segmentation);
   segmentation.instances.clear();
+  segmentation.timestamp_s = 13;
   writer.add(segmentation, "13");
   // Not finished: what was added is there all the same.
   EXPECT_EQ(file_text(folder / "instances.csv"), header +
@@ -391,6 +393,7 @@ TEST(MaskFolderWriter, RefusesWhatItCannotWrite) {
   const TemporaryFolder folder;
   MaskFolderWriter writer(folder.path());
   Segmentation segmentation;
+  segmentation.timestamp_s = 1;
   const auto expect_refused = [&](const std::string& stem, const std::string& part) {
     expect_error<std::invalid_argument>([&] { writer.add(segmentation, stem); }, part);
   };
@@ -410,6 +413,48 @@ TEST(MaskFolderWriter, RefusesWhatItCannotWrite) {
   writer.finish();
   expect_refused("2", "after finish()");
   EXPECT_EQ(file_text(folder / "instances.csv"), header);
+}
+
+TEST(MaskFolderWriter, RefusesAStemUnderWhichTheMaskIsNotFound) {
+  const TemporaryFolder folder;
+  MaskFolderWriter writer(folder.path());
+  Segmentation segmentation;
+  segmentation.image_size = {8, 6};
+  const auto expect_refused = [&](double timestamp_s, const std::string& stem) {
+    segmentation.timestamp_s = timestamp_s;
+    expect_error<std::invalid_argument>([&] { writer.add(segmentation, stem); },
+                                        "the stem '" + stem + "' for a segmentation of time");
+    EXPECT_FALSE(fs::exists(folder / (stem + ".png")));
+  };
+  expect_refused(12.5, "13");
+  expect_refused(1341846434.710184, "1341846434.711185");
+  expect_refused(1341846434.710184, "1341846434.709183");
+  expect_refused(1341846434.710184, "1341846434");  // cut off
+  expect_refused(1e18, "13");                       // nanoseconds
+  expect_error<std::invalid_argument>([&] { writer.add(segmentation, "13"); },
+                                      "of time 1000000000000000000.000000");
+  EXPECT_EQ(writer.size(), 0U);
+
+  for (const char* stem : {"1341846434.711184", "1341846434.709184", "1341846434.71"}) {
+    const TemporaryFolder found;
+    segmentation.timestamp_s = 1341846434.710184;
+    MaskFolderWriter(found.path()).add(segmentation, stem);
+    EXPECT_TRUE(MaskFolderSegmenter(found.path()).has_mask(segmentation.timestamp_s)) << stem;
+  }
+}
+
+TEST(MaskFolderWriter, GoesOnWhereItWasMovedTo) {
+  const TemporaryFolder folder;
+  Segmentation segmentation;
+  segmentation.image_size = {8, 6};
+  MaskFolderWriter first(folder.path());
+  first.add(segmentation);
+  MaskFolderWriter second = std::move(first);
+  expect_error<std::invalid_argument>([&] { second.add(segmentation); }, "a second time");
+  segmentation.timestamp_s = 1;
+  second.add(segmentation);
+  second.finish();
+  EXPECT_EQ(MaskFolderSegmenter(folder.path()).size(), 2U);
 }
 
 TEST(MaskFolderWriter, LeavesWhatIsThereUnlessTold) {
@@ -436,6 +481,7 @@ TEST(MaskFolderWriter, SaysWhenItCannotWrite) {
   MaskFolderWriter writer(folder / "masks");
   fs::create_directories(folder / "masks/1.png");
   Segmentation segmentation;
+  segmentation.timestamp_s = 1;
   segmentation.image_size = {8, 6};
   expect_error<std::runtime_error>([&] { writer.add(segmentation, "1"); },
                                    "1.png: cannot be written");

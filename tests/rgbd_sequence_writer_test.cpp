@@ -8,6 +8,7 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -254,6 +255,30 @@ TEST(RgbdSequenceWriter, SaysWhenItCannotWrite) {
   RgbdSequenceWriter writer(folder / "sequence", some_camera());
   folder.write("sequence/rgb", "a file where the folder should be");
   expect_error<std::runtime_error>([&] { writer.add(some_frame(0)); }, "rgb");
+}
+
+TEST(RgbdSequenceWriter, DropsNoDepthAfterAnError) {
+  const TemporaryFolder folder;
+  RgbdSequenceWriter writer(folder.path(), some_camera());
+  folder.write("depth", "a file where the folder should be");
+  for (int attempt = 0; attempt < 2; ++attempt) {
+    expect_error<std::runtime_error>([&] { writer.add(some_frame(0)); }, "depth");
+  }
+  fs::remove(folder / "depth");
+  writer.add(some_frame(0));
+  EXPECT_TRUE(RgbdSequence(folder.path()).has_depth());
+}
+
+TEST(RgbdSequenceWriter, GoesOnWhereItWasMovedTo) {
+  const TemporaryFolder folder;
+  RgbdSequenceWriter first(folder.path(), some_camera());
+  first.add(some_frame(0), cv::Matx33d::eye(), {1, 2, 3});
+  RgbdSequenceWriter second = std::move(first);
+  second.add(some_frame(1), cv::Matx33d::eye(), {1, 2, 3});
+  EXPECT_EQ(second.size(), 2U);
+  second.finish();
+  EXPECT_EQ(RgbdSequence(folder.path()).size(), 2U);
+  EXPECT_EQ(read_trajectory(folder / "groundtruth.txt").size(), 2U);
 }
 
 // The rows reach the disk with the frame, not with finish().

@@ -10,8 +10,10 @@
 #include <sstream>
 #include <string>
 
+#include "../file_error.hpp"
+#include "../text_table.hpp"
 #include "dynfilter/detail/errors.hpp"
-#include "dynfilter/detail/text_table.hpp"
+#include "dynfilter/detail/number_text.hpp"
 
 namespace dynfilter {
 namespace {

@@ -13,10 +13,12 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "../file_error.hpp"
 #include "../image_file.hpp"
+#include "../text_table.hpp"
 #include "dynfilter/datasets/association.hpp"
 #include "dynfilter/detail/errors.hpp"
-#include "dynfilter/detail/text_table.hpp"
+#include "dynfilter/detail/number_text.hpp"
 
 namespace dynfilter {
 namespace {
@@ -77,7 +79,10 @@ std::vector<ListedFrame> read_associations(const fs::path& folder) {
   DistinctTimes times;
   while (table.next()) {
     table.require_columns(4, "4: time and file of the colour image, time and file of the depth");
-    frames.push_back({listed_image(table, 0, folder), listed_image(table, 2, folder)});
+    // Named, because g++ 9 leaks the first member of an aggregate when that of the second throws.
+    ListedImage image = listed_image(table, 0, folder);
+    ListedImage depth = listed_image(table, 2, folder);
+    frames.push_back({std::move(image), std::move(depth)});
     times.add(table, frames.back().image.time_s);
   }
   if (frames.empty()) detail::throw_file_error(table.path(), "lists no pair of images");

@@ -5,16 +5,20 @@
 
 #include <cmath>
 #include <cstdint>
+#include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include <Eigen/Core>
 #include <opencv2/core.hpp>
 
 #include "../image_file.hpp"
 #include "../output_folder.hpp"
+#include "../text_table.hpp"
 #include "dynfilter/detail/errors.hpp"
-#include "dynfilter/evaluation/trajectory.hpp"
+#include "dynfilter/detail/number_text.hpp"
+#include "dynfilter/evaluation/detail/trajectory_rows.hpp"
 
 namespace dynfilter {
 namespace {
@@ -45,22 +49,28 @@ cv::Mat depth_image(const FrameView& frame, double units_per_metre) {
   return units;
 }
 
-std::string groundtruth_row(double time_s, const cv::Matx33d& rotation,
-                            const cv::Vec3d& translation) {
-  TimedPose pose;
-  pose.timestamp_s = time_s;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) pose.rotation(i, j) = rotation(i, j);
-    pose.translation(i) = translation(i);
-  }
-  return detail::pose_text(pose, name);
-}
-
 }  // namespace
+
+/// All but the last are opened for the first frame, groundtruth.txt for the first pose.
+struct RgbdSequenceWriter::Lists {
+  std::optional<detail::TableWriter> rgb, depth, associations, groundtruth;
+
+  Lists() = default;  // none yet
+  Lists(const fs::path& folder, bool with_depth) {
+    fs::create_directories(folder / "rgb");
+    rgb.emplace(folder / "rgb.txt");
+    write_heading(*rgb, "color images", "timestamp filename");
+    if (!with_depth) return;
+    fs::create_directories(folder / "depth");
+    depth.emplace(folder / "depth.txt");
+    write_heading(*depth, "depth maps", "timestamp filename");
+    associations.emplace(folder / "associations.txt");  // ORB-SLAM takes no comment in this one
+  }
+};
 
 RgbdSequenceWriter::RgbdSequenceWriter(const fs::path& folder, const CameraParameters& camera,
                                        const RgbdSequenceWriterOptions& options)
-    : folder_(folder), camera_(camera) {
+    : folder_(folder), camera_(camera), lists_(std::make_unique<Lists>()) {
   camera_file_text(camera);  // refuses a camera before anything is removed
   std::vector<fs::path> earlier;
   for (const char* file :
@@ -76,12 +86,16 @@ RgbdSequenceWriter::RgbdSequenceWriter(const fs::path& folder, const CameraParam
   write_camera(folder / "camera.yaml", camera);
 }
 
+RgbdSequenceWriter::RgbdSequenceWriter(RgbdSequenceWriter&&) noexcept = default;
+RgbdSequenceWriter& RgbdSequenceWriter::operator=(RgbdSequenceWriter&&) noexcept = default;
+RgbdSequenceWriter::~RgbdSequenceWriter() = default;
+
 void RgbdSequenceWriter::require_frame(const FrameView& frame) const {
   validate(frame, name);
   const auto refuse = [](const std::string& got, const std::string& want) {
     detail::throw_misuse(name, got, want);
   };
-  if (finished_) refuse("a frame after finish()", "all frames before");
+  if (!lists_) refuse("a frame after finish()", "all frames before");
   const int type = frame.image.type();
   if (frame.image.empty() || frame.image.dims > 2 || (type != CV_8UC1 && type != CV_8UC3)) {
     refuse(frame.image.empty() ? "no image" : "an image of type " + detail::type_name(frame.image),
@@ -101,40 +115,30 @@ void RgbdSequenceWriter::require_frame(const FrameView& frame) const {
            "a time after the last frame's, " +
                detail::time_text(static_cast<double>(last_time_) * 1e-6));
   }
-  if (frame.depth.empty() == depth_.has_value()) {
+  if (frame.depth.empty() == lists_->depth.has_value()) {
     refuse(frame.depth.empty() ? "a frame without depth" : "a frame with depth",
            "depth in every frame or in none");
   }
 }
 
-void RgbdSequenceWriter::open_lists(bool with_depth) {
-  fs::create_directories(folder_ / "rgb");
-  rgb_.emplace(folder_ / "rgb.txt");
-  write_heading(*rgb_, "color images", "timestamp filename");
-  if (!with_depth) return;
-  fs::create_directories(folder_ / "depth");
-  depth_.emplace(folder_ / "depth.txt");
-  write_heading(*depth_, "depth maps", "timestamp filename");
-  associations_.emplace(folder_ / "associations.txt");  // ORB-SLAM takes no comment in this one
-}
-
 void RgbdSequenceWriter::write_frame(const FrameView& frame) {
-  if (!rgb_) open_lists(!frame.depth.empty());
+  // All or none: had rgb.txt been opened alone, the next frame would lose its depth.
+  if (!lists_->rgb) *lists_ = Lists(folder_, !frame.depth.empty());
   const std::string time = detail::time_text(frame.timestamp_s);
   const std::string image_row = time + " rgb/" + time + ".png";
   const std::string depth_row = time + " depth/" + time + ".png";
   detail::write_png(folder_ / "rgb" / (time + ".png"), frame.image);
-  if (depth_) {
+  if (lists_->depth) {
     detail::write_png(folder_ / "depth" / (time + ".png"),
                       depth_image(frame, camera_.depth_units_per_metre));
-    depth_->line(depth_row);
-    depth_->flush();
+    lists_->depth->line(depth_row);
+    lists_->depth->flush();
   }
-  rgb_->line(image_row);
-  rgb_->flush();
-  if (associations_) {
-    associations_->line(image_row + ' ' + depth_row);
-    associations_->flush();
+  lists_->rgb->line(image_row);
+  lists_->rgb->flush();
+  if (lists_->associations) {
+    lists_->associations->line(image_row + ' ' + depth_row);
+    lists_->associations->flush();
   }
   last_time_ = detail::microseconds(frame.timestamp_s);
   ++size_;
@@ -148,20 +152,22 @@ void RgbdSequenceWriter::add(const FrameView& frame) {
 void RgbdSequenceWriter::add(const FrameView& frame, const cv::Matx33d& rotation,
                              const cv::Vec3d& translation) {
   require_frame(frame);
-  const std::string row = groundtruth_row(frame.timestamp_s, rotation, translation);
+  const std::string row =
+      detail::trajectory_row_text(frame.timestamp_s, rotation, translation, name);
   write_frame(frame);
-  if (!groundtruth_) {
-    groundtruth_.emplace(folder_ / "groundtruth.txt");
-    write_heading(*groundtruth_, "ground truth trajectory", "timestamp tx ty tz qx qy qz qw");
+  std::optional<detail::TableWriter>& groundtruth = lists_->groundtruth;
+  if (!groundtruth) {
+    groundtruth.emplace(folder_ / "groundtruth.txt");
+    write_heading(*groundtruth, "ground truth trajectory", "timestamp tx ty tz qx qy qz qw");
   }
-  groundtruth_->line(row);
-  groundtruth_->flush();
+  groundtruth->line(row);
+  groundtruth->flush();
 }
 
 void RgbdSequenceWriter::finish() {
-  if (finished_) return;
-  finished_ = true;
-  for (auto* table : {&rgb_, &depth_, &associations_, &groundtruth_}) {
+  const std::unique_ptr<Lists> lists = std::move(lists_);
+  if (!lists) return;
+  for (auto* table : {&lists->rgb, &lists->depth, &lists->associations, &lists->groundtruth}) {
     if (*table) (*table)->close();
   }
 }

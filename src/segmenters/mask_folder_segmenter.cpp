@@ -14,10 +14,12 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "../file_error.hpp"
 #include "../image_file.hpp"
 #include "../output_folder.hpp"
+#include "../text_table.hpp"
 #include "dynfilter/detail/errors.hpp"
-#include "dynfilter/detail/text_table.hpp"
+#include "dynfilter/detail/number_text.hpp"
 #include "mask_table.hpp"
 
 namespace dynfilter {
@@ -176,6 +178,7 @@ Segmentation MaskFolderSegmenter::do_segment(const FrameView& frame) {
         file, "a mask of type " + detail::type_name(pixels) + "; want one channel of 8 or 16 bits");
   }
   Segmentation result = empty_segmentation(frame);
+  if (result.image_size.empty()) result.image_size = pixels.size();
   if (pixels.size() != result.image_size) {
     detail::throw_file_error(file, "a mask of " + detail::size_name(pixels.size()) +
                                        ", but the frame has " +

@@ -5,6 +5,9 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <cstdlib>
+#include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,7 +15,10 @@
 
 #include "../image_file.hpp"
 #include "../output_folder.hpp"
+#include "../text_table.hpp"
 #include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/number_text.hpp"
+#include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "mask_table.hpp"
 
 namespace dynfilter {
@@ -71,6 +77,13 @@ void require_writable(const Segmentation& segmentation) {
   }
 }
 
+/// Whether MaskFolderSegmenter finds a mask of that time for the frame, unless told otherwise.
+bool is_found(double mask_time_s, double frame_time_s) {
+  return detail::is_time_in_seconds(frame_time_s) &&
+         std::abs(detail::microseconds(mask_time_s) - detail::microseconds(frame_time_s)) <=
+             detail::microseconds(MaskFolderOptions().max_time_difference_s);
+}
+
 }  // namespace
 
 MaskFolderWriter::MaskFolderWriter(const fs::path& folder, const MaskFolderWriterOptions& options)
@@ -79,10 +92,14 @@ MaskFolderWriter::MaskFolderWriter(const fs::path& folder, const MaskFolderWrite
   earlier.push_back(folder / detail::mask_table_name);
   detail::make_room(folder, earlier, options.overwrite);
   fs::create_directories(folder);
-  table_.emplace(folder / detail::mask_table_name);
+  table_ = std::make_unique<detail::TableWriter>(folder / detail::mask_table_name);
   table_->line(detail::mask_table_header);
   table_->flush();
 }
+
+MaskFolderWriter::MaskFolderWriter(MaskFolderWriter&&) noexcept = default;
+MaskFolderWriter& MaskFolderWriter::operator=(MaskFolderWriter&&) noexcept = default;
+MaskFolderWriter::~MaskFolderWriter() = default;
 
 void MaskFolderWriter::add(const Segmentation& segmentation) {
   add(segmentation, detail::time_text(segmentation.timestamp_s));
@@ -94,6 +111,12 @@ void MaskFolderWriter::add(const Segmentation& segmentation, const std::string& 
   const std::optional<double> time_s = detail::time_of_stem(stem);
   if (!time_s) {
     detail::throw_misuse(name, "the stem '" + stem + "'", "a time in seconds");
+  }
+  if (!is_found(*time_s, segmentation.timestamp_s)) {
+    detail::throw_misuse(name,
+                         "the stem '" + stem + "' for a segmentation of time " +
+                             detail::time_text(segmentation.timestamp_s),
+                         "the frame's time, to 1 ms");
   }
   if (times_.count(detail::microseconds(*time_s)) > 0) {
     detail::throw_misuse(name, "time " + stem + " a second time", "one segmentation a frame");

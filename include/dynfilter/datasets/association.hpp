@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "dynfilter/detail/errors.hpp"
-#include "dynfilter/detail/text_table.hpp"
+#include "dynfilter/detail/number_text.hpp"
 
 namespace dynfilter {
 namespace detail {

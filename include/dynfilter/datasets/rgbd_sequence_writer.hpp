@@ -9,12 +9,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <optional>
+#include <memory>
 
 #include <opencv2/core.hpp>
 
 #include "dynfilter/datasets/camera.hpp"
-#include "dynfilter/detail/text_table.hpp"
 #include "dynfilter/frame.hpp"
 
 namespace dynfilter {
@@ -38,6 +37,9 @@ class RgbdSequenceWriter {
   /// std::invalid_argument for a camera that write_camera refuses, before anything is removed.
   RgbdSequenceWriter(const std::filesystem::path& folder, const CameraParameters& camera,
                      const RgbdSequenceWriterOptions& options = {});
+  RgbdSequenceWriter(RgbdSequenceWriter&&) noexcept;
+  RgbdSequenceWriter& operator=(RgbdSequenceWriter&&) noexcept;
+  ~RgbdSequenceWriter();
 
   /// Writes a frame whose pose is not known. Its time must be a microsecond after the last one's at
   /// least; the image CV_8UC1 or CV_8UC3; the depth CV_16UC1 or CV_32FC1, written in the units of
@@ -61,16 +63,16 @@ class RgbdSequenceWriter {
   std::size_t size() const { return size_; }
 
  private:
+  struct Lists;
+
   void require_frame(const FrameView& frame) const;
-  void open_lists(bool with_depth);
   void write_frame(const FrameView& frame);
 
   std::filesystem::path folder_;
   CameraParameters camera_;
-  std::optional<detail::TableWriter> rgb_, depth_, associations_, groundtruth_;
+  std::unique_ptr<Lists> lists_;  // none after finish()
   std::size_t size_ = 0;
   std::int64_t last_time_ = 0;  // microseconds
-  bool finished_ = false;
 };
 
 }  // namespace dynfilter

@@ -37,7 +37,8 @@ struct MaskFolderOptions {
 /// Binary masks, where there is none: 0 and non-zero. Every connected object is one instance of
 /// class 0 and score 1 (see instances_from_binary_mask).
 ///
-/// track_id is never set. Frames are looked up by time alone; any order will do. The files must not
+/// Neither image nor depth is needed; where there is one, the mask must be of its size. track_id is
+/// never set. Frames are looked up by time alone; any order will do. The files must not
 /// change while the segmenter lives.
 class MaskFolderSegmenter final : public Segmenter {
  public:

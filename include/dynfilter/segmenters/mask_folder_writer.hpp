@@ -9,14 +9,16 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <optional>
+#include <memory>
 #include <set>
 #include <string>
 
-#include "dynfilter/detail/text_table.hpp"
 #include "dynfilter/segmentation.hpp"
 
 namespace dynfilter {
+namespace detail {
+class TableWriter;
+}
 
 struct MaskFolderWriterOptions {
   /// Whether earlier masks in the folder may be replaced.
@@ -39,6 +41,9 @@ class MaskFolderWriter {
   /// `overwrite` is set: then these files are removed, and no others.
   explicit MaskFolderWriter(const std::filesystem::path& folder,
                             const MaskFolderWriterOptions& options = {});
+  MaskFolderWriter(MaskFolderWriter&&) noexcept;
+  MaskFolderWriter& operator=(MaskFolderWriter&&) noexcept;
+  ~MaskFolderWriter();
 
   /// Writes <timestamp_s with 6 decimals>.png, 8 bits, or 16 where there are more than 255
   /// instances, and their rows. Throws std::invalid_argument for a segmentation that is malformed
@@ -47,8 +52,10 @@ class MaskFolderWriter {
   /// be written. O(pixels + area of the masks).
   void add(const Segmentation& segmentation);
 
-  /// The same under the name of the frame's image without folder and extension, which must be a
-  /// time in seconds (std::invalid_argument): RgbdSequenceEntry::stem.
+  /// The same under the name of the frame's image without folder and extension:
+  /// RgbdSequenceEntry::stem. Throws std::invalid_argument also for a stem that is no time in
+  /// seconds, and for one more than 1 ms from timestamp_s, under which MaskFolderSegmenter would
+  /// not find the frame's mask.
   void add(const Segmentation& segmentation, const std::string& stem);
 
   /// Closes the table. No frame can be added afterwards; a second call does nothing. Throws
@@ -60,8 +67,8 @@ class MaskFolderWriter {
 
  private:
   std::filesystem::path folder_;
-  std::optional<detail::TableWriter> table_;
-  std::set<std::int64_t> times_;  // microseconds
+  std::unique_ptr<detail::TableWriter> table_;  // none after finish()
+  std::set<std::int64_t> times_;                // microseconds
 };
 
 }  // namespace dynfilter

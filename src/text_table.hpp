@@ -3,10 +3,8 @@
 
 // Tables in text files: row by row, with errors that name file and line.
 
-#ifndef DYNFILTER_DETAIL_TEXT_TABLE_HPP
-#define DYNFILTER_DETAIL_TEXT_TABLE_HPP
-
-#include "dynfilter/detail/require_cxx17.hpp"
+#ifndef DYNFILTER_SRC_TEXT_TABLE_HPP
+#define DYNFILTER_SRC_TEXT_TABLE_HPP
 
 #include <cmath>
 #include <cstddef>
@@ -21,14 +19,9 @@
 #include <vector>
 
 #include "dynfilter/detail/number_text.hpp"
+#include "file_error.hpp"
 
 namespace dynfilter::detail {
-
-/// A file that is missing, malformed or cannot be written: "<path>: <what is wrong>".
-[[noreturn]] inline void throw_file_error(const std::filesystem::path& path,
-                                          const std::string& what) {
-  throw std::runtime_error(path.string() + ": " + what);
-}
 
 /// Reads a table row by row. Blank lines, lines that start with '#', a byte order mark and CR LF
 /// are passed over. Columns are separated by blanks, or by `separator` where one is given. Every
@@ -159,4 +152,4 @@ class TableWriter {
 
 }  // namespace dynfilter::detail
 
-#endif  // DYNFILTER_DETAIL_TEXT_TABLE_HPP
+#endif  // DYNFILTER_SRC_TEXT_TABLE_HPP
