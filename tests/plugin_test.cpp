@@ -289,12 +289,16 @@ TEST_F(PluginTest, NamesMalformedInput) {
   EXPECT_EQ(frame.keypoints.size(), HostFrame(0).keypoints.size());
 }
 
-TEST_F(PluginTest, MonoWithoutAnImageSaysWhatToCall) {
-  Plugin plugin(settings());
-  HostFrame frame(0);
-  expect_error<std::runtime_error>(
-      [&] { plugin.filter(frame.timestamp_s, frame.keypoints, frame.descriptors); },
-      "call submit()");
+TEST_F(PluginTest, MonoNeedsNoImageForMasksFromAFolder) {
+  Plugin with(settings()), without(settings());
+  HostFrame first(0), second(0);
+  with.submit(first.image, first.timestamp_s);
+  with.filter(first.timestamp_s, first.keypoints, first.descriptors);
+  const FrameStatistics statistics =
+      without.filter(second.timestamp_s, second.keypoints, second.descriptors);
+  EXPECT_GT(statistics.masked, 0U);
+  EXPECT_EQ(second.keypoints.size(), first.keypoints.size());
+  EXPECT_EQ(without.counters().never_submitted, 1U);
 }
 
 TEST_F(PluginTest, RecordsFramesAndOverlaysOnRequest) {

@@ -25,18 +25,16 @@ class Segmenter {
  public:
   virtual ~Segmenter() = default;
 
-  /// The instances of the frame's image. Throws std::invalid_argument for a frame without an image
-  /// and depth to tell the size from, and for a result that is malformed (see validate) or of
-  /// another image size than the frame's; passes on what the implementer throws.
+  /// The instances of the frame's image. Throws std::invalid_argument for a result that is
+  /// malformed (see validate) or of another image size than the frame's; passes on what the
+  /// implementer throws. A frame with neither image nor depth is for segmenters that need none,
+  /// such as a folder of masks; its size is then what they say.
   Segmentation segment(const FrameView& frame) {
     validate(frame, "Segmenter");
-    const cv::Size size = frame.image.empty() ? frame.depth.size() : frame.image.size();
-    if (size.empty()) {
-      detail::throw_misuse("Segmenter", "a frame without an image", "an image to segment");
-    }
     Segmentation result = do_segment(frame);
     validate(result, "Segmenter (what do_segment returned)");
-    if (result.image_size != size) {
+    const cv::Size size = size_of(frame);
+    if (!size.empty() && result.image_size != size) {
       detail::throw_misuse("Segmenter (what do_segment returned)",
                            detail::concatenate("image_size ", detail::size_name(result.image_size)),
                            detail::concatenate("that of the frame, ", detail::size_name(size)));
@@ -51,17 +49,22 @@ class Segmenter {
   Segmenter& operator=(const Segmenter&) = default;
   Segmenter& operator=(Segmenter&&) = default;
 
-  /// A segmentation of this frame without instances, with id, time and size filled in.
+  /// A segmentation of this frame without instances, with id, time and size filled in. The size is
+  /// empty for a frame with neither image nor depth.
   static Segmentation empty_segmentation(const FrameView& frame) {
-    const cv::Size size = frame.image.empty() ? frame.depth.size() : frame.image.size();
-    return {frame.id, frame.timestamp_s, size, {}};
+    return {frame.id, frame.timestamp_s, size_of(frame), {}};
   }
 
  private:
+  static cv::Size size_of(const FrameView& frame) {
+    return frame.image.empty() ? frame.depth.size() : frame.image.size();
+  }
+
   virtual Segmentation do_segment(const FrameView& frame) = 0;
 };
 
-/// A segmenter from any callable that takes the image and returns its instances.
+/// A segmenter from any callable that takes the image and returns its instances. A frame with
+/// neither image nor depth is refused (std::invalid_argument).
 class CallbackSegmenter final : public Segmenter {
  public:
   using Callback = std::function<std::vector<Instance>(const cv::Mat& image)>;
@@ -77,6 +80,9 @@ class CallbackSegmenter final : public Segmenter {
  private:
   Segmentation do_segment(const FrameView& frame) override {
     Segmentation result = empty_segmentation(frame);
+    if (result.image_size.empty()) {
+      detail::throw_misuse("CallbackSegmenter", "a frame without an image", "an image to segment");
+    }
     result.instances = callback_(frame.image);
     return result;
   }

@@ -10,7 +10,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "dynfilter/detail/number_text.hpp"
 #include "dynfilter/dynfilter.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "plugin/plugin_settings.hpp"
@@ -110,12 +109,6 @@ FrameView Plugin::State::view(double timestamp_s, const cv::Mat& depth) {
 
 std::optional<Segmentation> Plugin::State::segment(const FrameView& frame) {
   if (settings.missing_masks == "keep" && !masks.has_mask(frame.timestamp_s)) return {};
-  if (frame.image.empty() && frame.depth.empty()) {
-    throw std::runtime_error(detail::concatenate(
-        "dynfilter::Plugin: no image was submitted for the frame at ",
-        detail::time_text(frame.timestamp_s),
-        " s, and without depth its size is not known; call submit() before filter()"));
-  }
   return masks.segment(frame);
 }
 
