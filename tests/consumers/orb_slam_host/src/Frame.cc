@@ -1,0 +1,144 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "Frame.h"
+
+#include <cmath>
+#include <thread>
+
+namespace ORB_SLAM_HOST {
+
+Frame::Frame(const cv::Mat& imLeft, const cv::Mat& imRight, const double& timeStamp,
+             ORBextractor* extractorLeft, ORBextractor* extractorRight, const float& bf)
+    : mpORBextractorLeft(extractorLeft),
+      mpORBextractorRight(extractorRight),
+      mTimeStamp(timeStamp),
+      mbf(bf) {
+  ExtractBoth(imLeft, imRight, {0, 0}, {0, 0});
+
+  mpORBextractorLeft->mpFilter->filter(mTimeStamp, mvKeys, mDescriptors);  // dynfilter
+  N = mvKeys.size();
+  if (mvKeys.empty()) return;
+
+  mvKeysUn = mvKeys;
+  ComputeStereoMatches();
+  MakeColumns();
+}
+
+Frame::Frame(const cv::Mat& imGray, const cv::Mat& imDepth, const double& timeStamp,
+             ORBextractor* extractor, const float& bf)
+    : mpORBextractorLeft(extractor), mTimeStamp(timeStamp), mbf(bf) {
+  ExtractORB(0, imGray, 0, 0);
+
+  mpORBextractorLeft->mpFilter->filter(mTimeStamp, imDepth, mvKeys, mDescriptors);  // dynfilter
+  N = mvKeys.size();
+  if (mvKeys.empty()) return;
+
+  mvKeysUn = mvKeys;
+  ComputeStereoFromRGBD(imDepth);
+  MakeColumns();
+}
+
+Frame::Frame(const cv::Mat& imGray, const double& timeStamp, ORBextractor* extractor)
+    : mpORBextractorLeft(extractor), mTimeStamp(timeStamp) {
+  ExtractORB(0, imGray, 0, 1000);
+
+  mpORBextractorLeft->mpFilter->filter(mTimeStamp, mvKeys, mDescriptors);  // dynfilter
+  N = mvKeys.size();
+  if (mvKeys.empty()) return;
+
+  mvKeysUn = mvKeys;
+  mvuRight = std::vector<float>(N, -1);
+  mvDepth = std::vector<float>(N, -1);
+  monoLeft = -1;
+  MakeColumns();
+}
+
+Frame::Frame(const cv::Mat& imLeft, const cv::Mat& imRight, const double& timeStamp,
+             ORBextractor* extractorLeft, ORBextractor* extractorRight, Camera* pCamera,
+             Camera* pCamera2)
+    : mpORBextractorLeft(extractorLeft),
+      mpORBextractorRight(extractorRight),
+      mTimeStamp(timeStamp) {
+  ExtractBoth(imLeft, imRight, pCamera->mvLappingArea, pCamera2->mvLappingArea);
+
+  // clang-format off
+  mpORBextractorLeft->mpFilter->filter(mTimeStamp, mvKeys, mDescriptors, monoLeft);  // dynfilter
+  mpORBextractorRight->mpFilter->filter(mTimeStamp, mvKeysRight, mDescriptorsRight, monoRight);  // dynfilter
+  // clang-format on
+  Nleft = mvKeys.size();
+  Nright = mvKeysRight.size();
+  N = Nleft + Nright;
+  if (N == 0) return;
+
+  ComputeStereoFishEyeMatches();
+  cv::vconcat(mDescriptors, mDescriptorsRight, mDescriptors);
+  MakeColumns();
+}
+
+void Frame::ExtractORB(int flag, const cv::Mat& im, int x0, int x1) {
+  const std::vector<int> vLapping = {x0, x1};
+  if (flag == 0) {
+    monoLeft = (*mpORBextractorLeft)(im, mvKeys, mDescriptors, vLapping);
+  } else {
+    monoRight = (*mpORBextractorRight)(im, mvKeysRight, mDescriptorsRight, vLapping);
+  }
+}
+
+void Frame::ExtractBoth(const cv::Mat& imLeft, const cv::Mat& imRight, const std::vector<int>& left,
+                        const std::vector<int>& right) {
+  std::thread threadLeft(&Frame::ExtractORB, this, 0, imLeft, left[0], left[1]);
+  std::thread threadRight(&Frame::ExtractORB, this, 1, imRight, right[0], right[1]);
+  threadLeft.join();
+  threadRight.join();
+}
+
+/// The nearest right feature of the same row and level.
+void Frame::ComputeStereoMatches() {
+  mvuRight = std::vector<float>(N, -1);
+  mvDepth = std::vector<float>(N, -1);
+  for (int i = 0; i < N; ++i) {
+    for (const cv::KeyPoint& right : mvKeysRight) {
+      const float disparity = mvKeys[i].pt.x - right.pt.x;
+      const bool matches = right.octave == mvKeys[i].octave && disparity > 0 &&
+                           std::abs(right.pt.y - mvKeys[i].pt.y) < 1;
+      if (matches && right.pt.x > mvuRight[i]) {
+        mvuRight[i] = right.pt.x;
+        mvDepth[i] = mbf / disparity;
+      }
+    }
+  }
+}
+
+void Frame::ComputeStereoFromRGBD(const cv::Mat& imDepth) {
+  mvuRight = std::vector<float>(N, -1);
+  mvDepth = std::vector<float>(N, -1);
+  for (int i = 0; i < N; ++i) {
+    const float d = imDepth.at<float>(mvKeys[i].pt.y, mvKeys[i].pt.x);
+    if (d > 0) {
+      mvDepth[i] = d;
+      mvuRight[i] = mvKeysUn[i].pt.x - mbf / d;
+    }
+  }
+}
+
+/// What the hosts do with the pivots: the rows behind them are cut out and matched.
+void Frame::ComputeStereoFishEyeMatches() {
+  const cv::Mat left = mDescriptors.rowRange(monoLeft, mDescriptors.rows);
+  const cv::Mat right = mDescriptorsRight.rowRange(monoRight, mDescriptorsRight.rows);
+  mvuRight = std::vector<float>(N, -1);
+  mvDepth = std::vector<float>(N, -1);
+  for (int i = 0; i < left.rows; ++i) {
+    for (int j = 0; j < right.rows; ++j) {
+      if (cv::norm(left.row(i), right.row(j), cv::NORM_HAMMING) < 16) mvDepth[monoLeft + i] = 1;
+    }
+  }
+}
+
+void Frame::MakeColumns() {
+  mvpMapPoints = std::vector<MapPoint*>(N, static_cast<MapPoint*>(nullptr));
+  mvbOutlier = std::vector<bool>(N, false);
+  mpMutexImu = std::make_shared<std::mutex>();
+}
+
+}  // namespace ORB_SLAM_HOST

@@ -1,0 +1,22 @@
+# The library as this build made it, and a host that clang compiles.
+include(${CMAKE_CURRENT_LIST_DIR}/helpers.cmake)
+include(${CMAKE_CURRENT_LIST_DIR}/orb_slam_host/helpers.cmake)
+
+find_program(CLANG NAMES clang++ clang++-14)
+if(NOT CLANG)
+  message("SKIPPED: there is no clang++")
+  return()
+endif()
+if(NOT EXISTS ${INSTALLED_DIR}/bin/dynfilter)
+  message("SKIPPED: without the program dynfilter there is no sequence")
+  return()
+endif()
+
+fresh_folder(folder orb_slam_host_clang)
+render_sequences(${folder})
+foreach(sensor IN ITEMS rgbd mono stereo)
+  write_settings(${folder} ${sensor})
+endforeach()
+write_fisheye_settings(${folder} fisheye)
+build_host(${HOST_DIR} ${folder}/build -DCMAKE_CXX_COMPILER=${CLANG})
+run_host(${folder}/build ${folder})

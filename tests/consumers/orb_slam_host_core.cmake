@@ -1,0 +1,27 @@
+# The same host with the header-only core in the plugin's place, and CMAKE_CXX_STANDARD 17.
+include(${CMAKE_CURRENT_LIST_DIR}/helpers.cmake)
+include(${CMAKE_CURRENT_LIST_DIR}/orb_slam_host/helpers.cmake)
+
+if(NOT EXISTS ${INSTALLED_DIR}/bin/dynfilter)
+  message("SKIPPED: without the program dynfilter there is no sequence")
+  return()
+endif()
+
+fresh_folder(folder orb_slam_host_core)
+file(COPY ${HOST_DIR} DESTINATION ${folder})
+foreach(file IN LISTS HOST_LINE_FILES)
+  file(READ ${folder}/orb_slam_host/${file} text)
+  string(REPLACE "REQUIRED COMPONENTS plugin" "REQUIRED" text "${text}")
+  string(REPLACE "dynfilter::plugin" "dynfilter::dynfilter" text "${text}")
+  string(REPLACE "<dynfilter/plugin.hpp>" "\"../core/CoreFilter.h\"" text "${text}")
+  string(REPLACE "dynfilter::Plugin" "CoreFilter" text "${text}")
+  file(WRITE ${folder}/orb_slam_host/${file} "${text}")
+endforeach()
+
+render_sequences(${folder})
+foreach(sensor IN ITEMS rgbd mono stereo)
+  write_settings(${folder} ${sensor})
+endforeach()
+write_fisheye_settings(${folder} fisheye)
+build_host(${folder}/orb_slam_host ${folder}/build -DCMAKE_CXX_STANDARD=17)
+run_host(${folder}/build ${folder})
