@@ -1,0 +1,104 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "local_mapping.hpp"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "bundle_adjustment.hpp"
+
+namespace odometry {
+namespace {
+
+constexpr std::size_t most_fixed = 20;
+constexpr std::size_t least_shared = 15;
+
+/// What is to be adjusted, by the ids of the map.
+struct Selection {
+  std::vector<KeyframeId> keyframes;  // the free ones first
+  std::size_t free_keyframes = 0;
+  std::vector<PointId> points;
+};
+
+Selection select(const LocalMap& map, KeyframeId keyframe, std::size_t neighbours) {
+  Selection selection;
+  const std::vector<PointId>& own_points = map.keyframe(keyframe).points;
+  selection.keyframes = map.covisible(own_points, neighbours + 1, least_shared);
+  std::vector<KeyframeId>& keyframes = selection.keyframes;
+  if (std::find(keyframes.begin(), keyframes.end(), keyframe) == keyframes.end()) {
+    keyframes.push_back(keyframe);
+  }
+  selection.points = map.points_of(keyframes);
+  selection.free_keyframes = keyframes.size();
+  for (const KeyframeId k : map.covisible(selection.points, most_fixed, 1)) {
+    if (std::find(keyframes.begin(), keyframes.end(), k) == keyframes.end()) keyframes.push_back(k);
+  }
+  // The world's frame is the first keyframe's: it stays where it is.
+  const auto free_end = keyframes.begin() + static_cast<std::ptrdiff_t>(selection.free_keyframes);
+  const auto oldest = std::min_element(keyframes.begin(), free_end);
+  if (*oldest == 0 || keyframes.size() == selection.free_keyframes) {
+    std::iter_swap(oldest, free_end - 1);
+    --selection.free_keyframes;
+  }
+  return selection;
+}
+
+Bundle make_bundle(const LocalMap& map, const Selection& selection) {
+  Bundle bundle;
+  bundle.free_poses = selection.free_keyframes;
+  std::vector<std::size_t> index(map.size(), selection.keyframes.size());
+  for (std::size_t i = 0; i < selection.keyframes.size(); ++i) {
+    index[selection.keyframes[i]] = i;
+    bundle.poses.push_back(map.keyframe(selection.keyframes[i]).pose);
+  }
+  for (const PointId id : selection.points) {
+    for (const auto& [keyframe, feature] : map.point(id).observations) {
+      if (index[keyframe] == selection.keyframes.size()) continue;
+      bundle.observations.push_back({index[keyframe], bundle.points.size(),
+                                     map.keyframe(keyframe).features[feature].observation});
+    }
+    bundle.points.push_back(map.point(id).position);
+  }
+  return bundle;
+}
+
+/// The same order as make_bundle's, so that the n-th observation is the n-th one there.
+std::vector<std::pair<KeyframeId, std::size_t>> outliers_of(const LocalMap& map,
+                                                            const Selection& selection,
+                                                            const Bundle& bundle) {
+  std::vector<bool> is_selected(map.size(), false);
+  for (const KeyframeId k : selection.keyframes) is_selected[k] = true;
+  std::vector<std::pair<KeyframeId, std::size_t>> outliers;
+  std::size_t n = 0;
+  for (const PointId id : selection.points) {
+    for (const auto& observation : map.point(id).observations) {
+      if (!is_selected[observation.first]) continue;
+      if (!bundle.observations[n++].is_inlier) outliers.push_back(observation);
+    }
+  }
+  return outliers;
+}
+
+}  // namespace
+
+void adjust_around(LocalMap& map, const PinholeCamera& camera, KeyframeId keyframe,
+                   std::size_t neighbours) {
+  const Selection selection = select(map, keyframe, neighbours);
+  Bundle bundle = make_bundle(map, selection);
+  adjust_bundle(camera, bundle);
+  const auto outliers = outliers_of(map, selection, bundle);
+  for (std::size_t i = 0; i < selection.free_keyframes; ++i) {
+    map.keyframe(selection.keyframes[i]).pose = bundle.poses[i];
+  }
+  for (std::size_t p = 0; p < selection.points.size(); ++p) {
+    map.point(selection.points[p]).position = bundle.points[p];
+  }
+  for (const auto& [seer, feature] : outliers) {
+    // The point may have gone with an earlier one of its observations.
+    if (map.keyframe(seer).points[feature] != no_point) map.remove_observation(seer, feature);
+  }
+}
+
+}  // namespace odometry

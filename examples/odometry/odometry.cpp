@@ -1,0 +1,211 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "odometry.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include <opencv2/imgproc.hpp>
+
+#include "local_mapping.hpp"
+#include "pnp_ransac.hpp"
+
+namespace odometry {
+namespace {
+
+constexpr double last_frame_radius_px = 15;
+constexpr double local_map_radius_px = 8;
+constexpr std::size_t least_followed = 20;     // matches with the last frame, else look wider
+constexpr std::size_t keyframes_searched = 5;  // for a lost track, from the newest back
+
+cv::Mat grey_of(const cv::Mat& image) {
+  if (image.channels() == 1) return image;
+  cv::Mat grey;
+  cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
+  return grey;
+}
+
+dynfilter::TimedPose timed(double timestamp_s, const Pose& pose) {
+  const Pose camera_to_world = pose.inverse();
+  return {timestamp_s, camera_to_world.rotation, camera_to_world.translation};
+}
+
+}  // namespace
+
+Odometry::Odometry(const dynfilter::CameraParameters& camera, Filter filter,
+                   const OdometryOptions& options)
+    : parameters_(camera),
+      filter_(std::move(filter)),
+      options_(options),
+      extractor_(options.features) {}
+
+FrameResult Odometry::track(const dynfilter::FrameView& frame,
+                            const std::optional<dynfilter::Segmentation>& segmentation) {
+  ++frames_;
+  camera_ = pinhole_of(parameters_, frame.image.size());
+  Tracking tracking;
+  tracking.features = observe(frame, segmentation);
+  tracking.points.assign(tracking.features.size(), no_point);
+  FrameResult result;
+  result.features = tracking.features.size();
+  if (map_.empty()) {
+    if (!start(tracking)) return result;
+    result.inliers = result.features;
+    result.is_keyframe = true;
+    result.tracked = Tracked::found;
+    return finish(frame.timestamp_s, std::move(tracking), result);
+  }
+  const Pose predicted = motion_ * last_.pose;
+  tracking.pose = predicted;
+  result.inliers = follow(tracking);
+  if (result.inliers < options_.least_inliers) {
+    tracking.pose = predicted;
+    std::fill(tracking.points.begin(), tracking.points.end(), no_point);
+    result.tracked = Tracked::lost;
+    return finish(frame.timestamp_s, std::move(tracking), result);
+  }
+  result.tracked = Tracked::found;
+  result.is_keyframe = wants_keyframe(tracking, result.inliers);
+  if (result.is_keyframe) add_keyframe(tracking);
+  return finish(frame.timestamp_s, std::move(tracking), result);
+}
+
+/// All that a host does to use the library: one apply, one keep_static.
+FrameFeatures Odometry::observe(const dynfilter::FrameView& frame,
+                                const std::optional<dynfilter::Segmentation>& segmentation) {
+  std::vector<cv::KeyPoint> keypoints;
+  cv::Mat descriptors;
+  extractor_.extract(grey_of(frame.image), keypoints, descriptors);
+  filter_.apply(frame, segmentation, keypoints, labels_, workspace_);
+  dynfilter::keep_static(labels_, keypoints, descriptors);
+  return make_features(frame, keypoints, descriptors, parameters_,
+                       {options_.max_depth_m, options_.disparity_sigma_px});
+}
+
+bool Odometry::start(Tracking& tracking) {
+  std::size_t with_depth = 0;
+  for (std::size_t i = 0; i < tracking.features.size(); ++i) {
+    with_depth += tracking.features[i].observation.depth_m > 0 ? 1U : 0U;
+  }
+  if (with_depth < options_.first_points) return false;
+  add_keyframe(tracking);
+  return true;
+}
+
+/// Inliers with the local map; 0 where the track is lost.
+std::size_t Odometry::follow(Tracking& tracking) {
+  std::size_t inliers = track_predicted(tracking);
+  if (inliers >= options_.least_inliers / 2) inliers = track_local_map(tracking);
+  if (inliers >= options_.least_inliers) return inliers;
+  if (find_again(tracking) == 0) return 0;
+  return track_local_map(tracking);
+}
+
+std::size_t Odometry::track_predicted(Tracking& tracking) {
+  for (const double widened : {1.0, 2.0}) {
+    std::fill(tracking.points.begin(), tracking.points.end(), no_point);
+    const std::size_t matches =
+        match_last_frame(map_, camera_, last_, widened * last_frame_radius_px, tracking);
+    if (matches >= least_followed) return refine(tracking);
+  }
+  return 0;
+}
+
+std::size_t Odometry::find_again(Tracking& tracking) {
+  for (std::size_t i = 0; i <= keyframes_searched && i <= map_.size(); ++i) {
+    const KeyframeId id = i == 0 ? reference_ : map_.size() - i;
+    std::fill(tracking.points.begin(), tracking.points.end(), no_point);
+    match_keyframe(map_, map_.keyframe(id), tracking);
+    std::vector<PointMatch> matches = matches_of(tracking);
+    const auto pose = pnp_ransac(camera_, matches, options_.least_inliers / 2,
+                                 options_.seed * 0x9E3779B97F4A7C15U + frames_);
+    if (!pose) continue;
+    tracking.pose = *pose;
+    const std::size_t inliers = refine(tracking);
+    if (inliers >= options_.least_inliers / 2) return inliers;
+  }
+  return 0;
+}
+
+std::size_t Odometry::track_local_map(Tracking& tracking) {
+  const std::vector<KeyframeId> local =
+      map_.covisible(tracking.points, options_.local_keyframes, 1);
+  if (local.empty()) return 0;
+  reference_ = local.front();
+  match_local_map(map_, camera_, map_.points_of(local), local_map_radius_px, tracking);
+  return refine(tracking);
+}
+
+std::vector<PointMatch> Odometry::matches_of(const Tracking& tracking) const {
+  std::vector<PointMatch> matches;
+  for (std::size_t i = 0; i < tracking.points.size(); ++i) {
+    if (tracking.points[i] == no_point) continue;
+    matches.push_back(
+        {map_.point(tracking.points[i]).position, tracking.features[i].observation, true});
+  }
+  return matches;
+}
+
+/// Refines the pose and forgets the matches that do not agree with it.
+std::size_t Odometry::refine(Tracking& tracking) {
+  std::vector<PointMatch> matches = matches_of(tracking);
+  const std::size_t inliers = refine_pose(camera_, tracking.pose, matches);
+  auto match = matches.begin();
+  for (PointId& point : tracking.points) {
+    if (point == no_point) continue;
+    if (!match->is_inlier) point = no_point;
+    ++match;
+  }
+  return inliers;
+}
+
+/// When much of what the reference keyframe saw is gone, or close features come in that the map
+/// does not have: they are what fixes the translation.
+bool Odometry::wants_keyframe(const Tracking& tracking, std::size_t inliers) const {
+  constexpr std::size_t few_close = 100, many_new_close = 70;
+  if (frames_since_keyframe_ < options_.keyframe_interval) return false;
+  std::size_t close = 0, new_close = 0;
+  for (std::size_t i = 0; i < tracking.points.size(); ++i) {
+    const double depth_m = tracking.features[i].observation.depth_m;
+    if (depth_m == 0 || depth_m > options_.close_depth_m) continue;
+    ++(tracking.points[i] == no_point ? new_close : close);
+  }
+  const std::size_t confirmed_by = map_.size() <= 2 ? 1 : 2;
+  std::size_t confirmed = 0;
+  for (const PointId id : map_.keyframe(reference_).points) {
+    if (id == no_point) continue;
+    confirmed += map_.point(id).observations.size() >= confirmed_by ? 1U : 0U;
+  }
+  return (close < few_close && new_close > many_new_close) ||
+         static_cast<double>(inliers) < options_.keyframe_share * static_cast<double>(confirmed);
+}
+
+void Odometry::add_keyframe(Tracking& tracking) {
+  reference_ = map_.add_keyframe(tracking.pose, tracking.features, tracking.points,
+                                 options_.close_depth_m, options_.least_points);
+  frames_since_keyframe_ = 0;
+  map_.cull_points();
+  if (options_.adjusted_keyframes > 0 && map_.size() > 1) {
+    adjust_around(map_, camera_, reference_, options_.adjusted_keyframes);
+  }
+  tracking.pose = map_.keyframe(reference_).pose;
+  tracking.points = map_.keyframe(reference_).points;
+}
+
+FrameResult Odometry::finish(double timestamp_s, Tracking tracking, FrameResult result) {
+  for (const PointId id : tracking.points) {
+    if (id != no_point) ++map_.point(id).times_found;
+  }
+  const bool is_lost = result.tracked == Tracked::lost;
+  lost_frames_ += is_lost ? 1U : 0U;
+  result.pose = timed(timestamp_s, tracking.pose);
+  // A prediction of a prediction is worth nothing: a camera that is lost stands still.
+  motion_ = is_lost || last_.features.size() == 0 ? Pose() : tracking.pose * last_.pose.inverse();
+  ++frames_since_keyframe_;
+  last_ = std::move(tracking);
+  trajectory_.push_back(*result.pose);
+  return result;
+}
+
+}  // namespace odometry

@@ -1,0 +1,84 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "orb_extractor.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <tuple>
+#include <utility>
+
+namespace odometry {
+namespace {
+
+constexpr int candidates_a_feature = 4;
+constexpr int fast_threshold = 7;  // low, so that weak texture has corners to choose from
+
+/// A total order, so that the choice depends on the corners alone.
+bool is_stronger(const cv::KeyPoint& a, const cv::KeyPoint& b) {
+  return std::make_tuple(-a.response, a.pt.y, a.pt.x, a.octave) <
+         std::make_tuple(-b.response, b.pt.y, b.pt.x, b.octave);
+}
+
+/// The strongest corner of every cell of a grid, then the second strongest of every cell, and so on
+/// until there are `count`.
+void spread(std::vector<cv::KeyPoint>& keypoints, std::size_t count, const cv::Size& image_size) {
+  if (keypoints.size() <= count) return;
+  std::sort(keypoints.begin(), keypoints.end(), is_stronger);
+  // Half as many cells as features, since some cells have no corner.
+  const double cell_px = std::sqrt(2.0 * image_size.area() / static_cast<double>(count));
+  std::map<std::pair<int, int>, std::size_t> taken_of_cell;
+  std::vector<std::pair<std::size_t, std::size_t>> ranked;  // rank in its cell, keypoint
+  for (std::size_t i = 0; i < keypoints.size(); ++i) {
+    const cv::Point2f& position = keypoints[i].pt;
+    const std::pair<int, int> cell(static_cast<int>(position.y / cell_px),
+                                   static_cast<int>(position.x / cell_px));
+    ranked.emplace_back(taken_of_cell[cell]++, i);
+  }
+  std::sort(ranked.begin(), ranked.end());
+  std::vector<cv::KeyPoint> kept;
+  kept.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) kept.push_back(keypoints[ranked[i].second]);
+  keypoints = std::move(kept);
+}
+
+std::array<double, octaves> octave_scales() {
+  std::array<double, octaves> scales{};
+  double scale = 1;
+  for (double& value : scales) {
+    value = scale;
+    scale *= octave_factor;
+  }
+  return scales;
+}
+
+}  // namespace
+
+double octave_scale(int octave) {
+  static const std::array<double, octaves> scales = octave_scales();
+  return scales[static_cast<std::size_t>(std::clamp(octave, 0, octaves - 1))];
+}
+
+OrbExtractor::OrbExtractor(int features)
+    : features_(static_cast<std::size_t>(features)),
+      orb_(cv::ORB::create(candidates_a_feature * features, static_cast<float>(octave_factor),
+                           octaves)) {
+  orb_->setFastThreshold(fast_threshold);
+}
+
+void OrbExtractor::extract(const cv::Mat& grey, std::vector<cv::KeyPoint>& keypoints,
+                           cv::Mat& descriptors) const {
+  orb_->detect(grey, keypoints);
+  spread(keypoints, features_, grey.size());
+  orb_->compute(grey, keypoints, descriptors);
+  // OpenCV scales the index of a pixel, but the octaves' images share their corners, not the
+  // centres of their first pixels.
+  for (cv::KeyPoint& keypoint : keypoints) {
+    const auto shift = static_cast<float>((octave_scale(keypoint.octave) - 1) / 2);
+    keypoint.pt += cv::Point2f(shift, shift);
+  }
+}
+
+}  // namespace odometry

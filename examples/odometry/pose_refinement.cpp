@@ -1,0 +1,114 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "pose_refinement.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include <Eigen/Cholesky>
+
+namespace odometry {
+namespace {
+
+constexpr int rounds = 4;
+constexpr int steps_a_round = 10;
+constexpr double least_depth_m = 0.05;
+
+struct NormalEquations {
+  Eigen::Matrix<double, 6, 6> hessian = Eigen::Matrix<double, 6, 6>::Zero();
+  Twist gradient = Twist::Zero();
+};
+
+RobustCost cost_of(const PointMatch& match, const Eigen::Vector3d& residuals, bool robust) {
+  const double squared = residuals.squaredNorm();
+  if (!robust) return {squared, 1};
+  return huber(squared, chi2_limit(match.observation));
+}
+
+double total_cost(const PinholeCamera& camera, const Pose& pose,
+                  const std::vector<PointMatch>& matches, bool robust) {
+  double total = 0;
+  for (const PointMatch& match : matches) {
+    if (!match.is_inlier) continue;
+    const Eigen::Vector3d point = pose * match.point;
+    // A step that takes an inlier behind the camera is a bad one.
+    if (point.z() < least_depth_m) return std::numeric_limits<double>::infinity();
+    total += cost_of(match, residual(camera, match.observation, point), robust).cost;
+  }
+  return total;
+}
+
+NormalEquations linearise(const PinholeCamera& camera, const Pose& pose,
+                          const std::vector<PointMatch>& matches, bool robust) {
+  NormalEquations equations;
+  for (const PointMatch& match : matches) {
+    if (!match.is_inlier) continue;
+    const Eigen::Vector3d point = pose * match.point;
+    const Eigen::Vector3d residuals = residual(camera, match.observation, point);
+    const Eigen::Matrix<double, 3, 6> jacobian =
+        pose_jacobian(point_jacobian(camera, match.observation, point), point);
+    const double weight = cost_of(match, residuals, robust).weight;
+    equations.hessian.noalias() += weight * jacobian.transpose() * jacobian;
+    equations.gradient.noalias() += weight * jacobian.transpose() * residuals;
+  }
+  return equations;
+}
+
+void levenberg_marquardt(const PinholeCamera& camera, Pose& pose,
+                         const std::vector<PointMatch>& matches, bool robust) {
+  double damping = 1e-5;
+  double cost = total_cost(camera, pose, matches, robust);
+  for (int step = 0; step < steps_a_round; ++step) {
+    const NormalEquations equations = linearise(camera, pose, matches, robust);
+    Eigen::Matrix<double, 6, 6> damped = equations.hessian;
+    damped.diagonal() *= 1 + damping;
+    damped.diagonal().array() += 1e-9;  // a degenerate view has directions that nothing fixes
+    const Twist change = -damped.ldlt().solve(equations.gradient);
+    if (!change.allFinite()) return;
+    const Pose candidate = moved(pose, change);
+    const double candidate_cost = total_cost(camera, candidate, matches, robust);
+    if (candidate_cost < cost) {
+      const bool has_converged = cost - candidate_cost < 1e-6 * cost;
+      pose = candidate;
+      cost = candidate_cost;
+      damping = std::max(damping / 10, 1e-9);
+      if (has_converged) return;
+    } else {
+      damping *= 10;
+      if (damping > 1e3) return;
+    }
+  }
+}
+
+std::size_t mark_outliers(const PinholeCamera& camera, const Pose& pose,
+                          std::vector<PointMatch>& matches) {
+  std::size_t inliers = 0;
+  for (PointMatch& match : matches) {
+    const Eigen::Vector3d point = pose * match.point;
+    match.is_inlier =
+        point.z() >= least_depth_m &&
+        residual(camera, match.observation, point).squaredNorm() <= chi2_limit(match.observation);
+    inliers += match.is_inlier ? 1U : 0U;
+  }
+  return inliers;
+}
+
+}  // namespace
+
+std::size_t refine_pose(const PinholeCamera& camera, Pose& pose, std::vector<PointMatch>& matches) {
+  if (matches.size() < 3) return 0;
+  const Pose start = pose;
+  for (PointMatch& match : matches) match.is_inlier = (pose * match.point).z() >= least_depth_m;
+  std::size_t inliers = matches.size();
+  for (int round = 0; round < rounds && inliers >= 3; ++round) {
+    // From the start each time: outliers of the round before shall leave no trace.
+    Pose candidate = start;
+    levenberg_marquardt(camera, candidate, matches, round < rounds / 2);
+    pose = candidate;
+    inliers = mark_outliers(camera, pose, matches);
+  }
+  return inliers;
+}
+
+}  // namespace odometry
