@@ -3,10 +3,12 @@
 
 #include "dynfilter/datasets/synthetic_scene.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "dynfilter/detail/errors.hpp"
 #include "scene/depth_sensor.hpp"
+#include "scene/detections.hpp"
 #include "scene/masks.hpp"
 #include "scene/noise.hpp"
 #include "scene/renderer.hpp"
@@ -30,13 +32,25 @@ void require_valid(const SyntheticSceneOptions& options) {
   require_range("persons", options.persons, 0, 8);
   require_range("person_distance_m", options.person_distance_m, 1.0, 18.0);
   require_range("person_speed_m_s", options.person_speed_m_s, 0, 5);
+  require_range("person_way_m", options.person_way_m, 0.2, 2.4);
+  if (options.furniture_at_persons) {
+    require_range("person_distance_m", options.person_distance_m, 1.7, 18.0);
+  }
   require_range("wall_distance_m", options.wall_distance_m, options.person_distance_m + 1.5, 20);
   require_range("background_contrast", options.background_contrast, 0, 1);
   require_range("camera_motion", options.camera_motion, 0, 1.5);
   require_range("max_depth_m", options.max_depth_m, 0.1, 13.1);
+  require_range("depth_edge_shift_px", options.depth_edge_shift_px, 0, 10);
+  require_range("depth_hole_slope", options.depth_hole_slope, 0, 1);
+  require_range("exposure_s", options.exposure_s, 0, 0.1);
+  require_range("exposure_change_stops", options.exposure_change_stops, 0, 2);
   require_range("least_missing_limbs", options.least_missing_limbs, 0, scene::limb_regions);
   require_range("most_missing_limbs", options.most_missing_limbs, options.least_missing_limbs,
                 scene::limb_regions);
+  require_range("torso_missing_share", options.torso_missing_share, 0, 1);
+  require_range("empty_mask_share", options.empty_mask_share, 0, 1);
+  require_range("mask_age_frames", options.mask_age_frames, 0, 1000);
+  require_range("missed_frames", options.missed_frames, 0, scene::missed_period_frames);
 }
 
 SyntheticSceneOptions checked(const SyntheticSceneOptions& options) {
@@ -60,9 +74,36 @@ struct SyntheticScene::Content {
   explicit Content(const SyntheticSceneOptions& wanted)
       : options(checked(wanted)), world(options) {}
 
+  scene::Rendering render(const CameraParameters& camera, double elapsed_s) const {
+    return scene::render(world, scene::bodies_at(options, elapsed_s), camera,
+                         scene::camera_at(options, elapsed_s));
+  }
+  cv::Mat1i surfaces(const CameraParameters& camera, int frame) const {
+    const double elapsed = elapsed_s(options, frame);
+    return scene::render_surfaces(world, scene::bodies_at(options, elapsed), camera,
+                                  scene::camera_at(options, elapsed));
+  }
+  cv::Mat3f blurred_colour(const CameraParameters& camera, double elapsed_s) const;
+
   SyntheticSceneOptions options;
   scene::World world;
 };
+
+/// The mean of what the open shutter lets in.
+cv::Mat3f SyntheticScene::Content::blurred_colour(const CameraParameters& camera,
+                                                  double elapsed_s) const {
+  const int samples = 1 + static_cast<int>(std::ceil(options.exposure_s / 0.002));
+  cv::Mat3f sum(camera.image_size, cv::Vec3f(0, 0, 0));
+  for (int i = 0; i < samples; ++i) {
+    const double off = (i + 0.5) / samples - 0.5;
+    const cv::Mat3f colour = render(camera, elapsed_s + off * options.exposure_s).colour;
+    std::transform(sum.begin(), sum.end(), colour.begin(), sum.begin(),
+                   [](const cv::Vec3f& a, const cv::Vec3f& b) { return a + b; });
+  }
+  const float share = 1.0F / static_cast<float>(samples);
+  for (cv::Vec3f& pixel : sum) pixel *= share;
+  return sum;
+}
 
 SyntheticScene::SyntheticScene(const SyntheticSceneOptions& options)
     : content_(std::make_shared<const Content>(options)) {}
@@ -97,30 +138,28 @@ CameraPose SyntheticScene::pose(int index) const {
 SyntheticFrame SyntheticScene::render(int index) const {
   SyntheticFrame out;
   out.pose = pose(index);
-  scene::Bodies bodies;
-  for (int person = 0; person < options().persons; ++person) {
-    bodies.push_back(scene::body_at(options(), person, elapsed_s(options(), index)));
-  }
-  const scene::Rendering rendering = scene::render(content_->world, bodies, camera(), out.pose);
+  const double elapsed = elapsed_s(options(), index);
+  const scene::Rendering rendering = content_->render(camera(), elapsed);
+  const cv::Mat3f colour =
+      options().exposure_s > 0 ? content_->blurred_colour(camera(), elapsed) : rendering.colour;
   const std::uint64_t seed = options().seed;
 
   out.frame.id = static_cast<std::uint64_t>(index);
   out.frame.timestamp_s = timestamp_s(index);
-  out.frame.image =
-      scene::expose(rendering, scene::make_key(seed, scene::Stream::image_noise, index));
-  out.frame.depth = scene::measure_depth(rendering, camera(), options().max_depth_m,
+  out.frame.image = scene::expose(colour, scene::gain_at(options(), elapsed),
+                                  scene::make_key(seed, scene::Stream::image_noise, index));
+  out.frame.depth = scene::measure_depth(rendering, camera(), options(),
                                          scene::make_key(seed, scene::Stream::depth_noise, index));
   out.frame.metres_per_unit = 1 / scene::depth_units_per_metre;
   out.exact_depth_m = rendering.depth;
 
-  for (Segmentation* segmentation : {&out.true_segmentation, &out.poor_segmentation}) {
-    segmentation->frame_id = out.frame.id;
-    segmentation->timestamp_s = out.frame.timestamp_s;
-    segmentation->image_size = options().image_size;
-  }
-  out.true_segmentation.instances = scene::true_instances(rendering, options().persons);
-  out.poor_segmentation.instances =
-      scene::poor_instances(options(), index, rendering, bodies, out.true_segmentation.instances);
+  out.true_segmentation = {out.frame.id, out.frame.timestamp_s, options().image_size,
+                           scene::true_instances(rendering.surface, options().persons)};
+  const int age = std::min(options().mask_age_frames, index);
+  out.poor_segmentation = {
+      static_cast<std::uint64_t>(index - age), timestamp_s(index - age), options().image_size,
+      scene::detections(options(), index - age,
+                        age == 0 ? rendering.surface : content_->surfaces(camera(), index - age))};
   return out;
 }
 

@@ -1,16 +1,22 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
+#include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
+#include <string>
 
 #include "commands.hpp"
 #include "dynfilter/datasets/rgbd_sequence_writer.hpp"
+#include "dynfilter/datasets/scene_levels.hpp"
 #include "dynfilter/datasets/synthetic_scene.hpp"
 #include "dynfilter/segmenters/mask_folder_writer.hpp"
 #include "progress_bar.hpp"
+#include "scene_statistics.hpp"
 
 namespace dynfilter::tools {
 namespace {
@@ -18,8 +24,16 @@ namespace {
 struct SynthOptions {
   std::filesystem::path folder;
   bool overwrite = false;
+  bool statistics = false;
   SyntheticSceneOptions scene;
 };
+
+/// The name under which a frame's masks are found, whatever the age of the frame they were made of.
+Segmentation used_for(Segmentation segmentation, const FrameView& frame) {
+  segmentation.frame_id = frame.id;
+  segmentation.timestamp_s = frame.timestamp_s;
+  return segmentation;
+}
 
 void synthesise(const SynthOptions& options) {
   const SyntheticScene scene(options.scene);
@@ -35,7 +49,7 @@ void synthesise(const SynthOptions& options) {
     for (int i = 0; i < scene.size(); ++i) {
       const SyntheticFrame rendered = scene.render(i);
       sequence.add(rendered.frame, rendered.pose.rotation, rendered.pose.translation);
-      masks.add(rendered.poor_segmentation);
+      masks.add(used_for(rendered.poor_segmentation, rendered.frame));
       true_masks.add(rendered.true_segmentation);
       progress.advance();
     }
@@ -49,26 +63,75 @@ void synthesise(const SynthOptions& options) {
 
 }  // namespace
 
+namespace {
+
+std::string level_list() {
+  std::string text = "levels:";
+  for (const SceneLevel& level : scene_levels()) {
+    text += "\n  " + level.name +
+            std::string(12 - std::min<std::size_t>(level.name.size(), 11), ' ') + level.description;
+  }
+  return text;
+}
+
+/// Options that a level sets and that are set again where they were given beside it.
+struct Given {
+  std::string level;
+  std::uint64_t seed = 1;
+  std::optional<int> frames, persons, width, height, mask_age;
+};
+
+SyntheticSceneOptions scene_options(const Given& given) {
+  SyntheticSceneOptions scene =
+      given.level.empty() ? SyntheticSceneOptions{} : scene_level(given.level);
+  scene.seed = given.seed;
+  scene.frames = given.frames.value_or(scene.frames);
+  scene.persons = given.persons.value_or(scene.persons);
+  scene.image_size.width = given.width.value_or(scene.image_size.width);
+  scene.image_size.height = given.height.value_or(scene.image_size.height);
+  scene.mask_age_frames = given.mask_age.value_or(scene.mask_age_frames);
+  return scene;
+}
+
+}  // namespace
+
 void add_synth_command(CLI::App& program) {
   const auto options = std::make_shared<SynthOptions>();
+  const auto given = std::make_shared<Given>();
   CLI::App* command = program.add_subcommand(
       "synth",
       "Render a sequence with known truth: a room, a moving camera, walking persons.\n"
       "Writes rgb/, depth/, their lists, groundtruth.txt, camera.yaml, the poor masks of an\n"
       "imagined network (masks/) and the exact ones (masks_true/).");
-  SyntheticSceneOptions& scene = options->scene;
   command->add_option("FOLDER", options->folder, "where to write the sequence")->required();
-  command->add_option("--frames", scene.frames, "number of frames")->capture_default_str();
-  command->add_option("--seed", scene.seed, "another seed is another scene")->capture_default_str();
-  command->add_option("--persons", scene.persons, "number of persons, 0 to 8")
+  command->add_option("--level", given->level,
+                      "a named scene, of the list below; without it, a scene of 90 frames");
+  command->add_option("--seed", given->seed, "another seed is another scene")
       ->capture_default_str();
-  command->add_option("--width", scene.image_size.width, "of the images, pixels")
-      ->capture_default_str();
-  command->add_option("--height", scene.image_size.height, "of the images, pixels")
-      ->capture_default_str();
+  command->add_option("--frames", given->frames, "number of frames: 90, or the level's 300");
+  command->add_option("--persons", given->persons, "number of persons, 0 to 8");
+  command->add_option("--width", given->width, "of the images, pixels: 640");
+  command->add_option("--height", given->height, "of the images, pixels: 480");
+  command->add_option(
+      "--mask-age", given->mask_age,
+      "masks/ holds, under each frame's name, what was found so many frames before");
+  command->add_flag("--statistics", options->statistics,
+                    "render nothing: print how depth behaves at the masks of the sequence in\n"
+                    "FOLDER, rendered or recorded, so that the two can be compared");
   command->add_flag("--overwrite", options->overwrite, "replace an earlier sequence in FOLDER");
-  command->footer("example: dynfilter synth scene --frames 90 --seed 1");
-  command->callback([options] { synthesise(*options); });
+  command->footer(
+      "example: dynfilter synth scene --frames 90 --seed 1\n"
+      "         dynfilter synth medium_5 --level medium --seed 5\n"
+      "         dynfilter synth medium_5 --statistics\n" +
+      level_list());
+  command->callback([options, given] {
+    if (options->statistics) {
+      std::printf("%s", depth_statistics(options->folder).c_str());
+      return;
+    }
+    options->scene = scene_options(*given);
+    synthesise(*options);
+  });
 }
 
 }  // namespace dynfilter::tools

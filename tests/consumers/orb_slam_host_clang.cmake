@@ -1,4 +1,4 @@
-# The library as this build made it, and a host that clang compiles.
+# The library as this build made it, and a host that clang compiles; and that submits no images.
 include(${CMAKE_CURRENT_LIST_DIR}/helpers.cmake)
 include(${CMAKE_CURRENT_LIST_DIR}/orb_slam_host/helpers.cmake)
 
@@ -18,5 +18,13 @@ foreach(sensor IN ITEMS rgbd mono stereo)
   write_settings(${folder} ${sensor})
 endforeach()
 write_fisheye_settings(${folder} fisheye)
-build_host(${HOST_DIR} ${folder}/build -DCMAKE_CXX_COMPILER=${CLANG})
+copy_host_without_submit(${folder})
+build_host(${folder}/orb_slam_host ${folder}/build -DCMAKE_CXX_COMPILER=${CLANG})
 run_host(${folder}/build ${folder})
+
+file(STRINGS ${folder}/out/fisheye_right/frames.csv lines)
+list(LENGTH lines count)
+file(GLOB overlays ${folder}/out/fisheye_right/overlays/*.png)
+if(NOT count EQUAL 14 OR overlays)
+  message(FATAL_ERROR "frames.csv has ${count} lines; overlays without images: ${overlays}")
+endif()

@@ -17,10 +17,10 @@
 
 namespace dynfilter {
 
-/// What a synthetic scene looks like. With the defaults two persons are the nearest and strongest
-/// texture, walk in one direction and turn back together, and their masks miss limbs. Nothing
-/// static stands at their depth, so a rule that goes by depth alone pays no price here. Lengths are
-/// metres, times seconds.
+/// What a synthetic scene looks like; scene_levels.hpp has named choices. With the defaults two
+/// persons are the nearest and strongest texture, walk in one direction and turn back together, and
+/// their masks miss limbs. Nothing static stands at their depth, so a rule that goes by depth alone
+/// pays no price here. Lengths are metres, times seconds.
 struct SyntheticSceneOptions {
   std::uint64_t seed = 1;         ///< every random choice follows from it
   int frames = 90;                ///< at least 1
@@ -32,15 +32,41 @@ struct SyntheticSceneOptions {
   double person_distance_m = 1.55;  ///< of the nearest person's way from the camera; from 1
   double person_speed_m_s = 1.0;    ///< 0 stands still; up to 5
   bool persons_together = true;     ///< false: every other person walks the opposite way
+  double person_way_m = 0.8;        ///< they turn back so far from the middle; 0.2 to 2.4, and from
+                                    ///< about 2 they leave the image and come back
 
   double wall_distance_m = 4.2;      ///< of the back wall; from person_distance_m + 1.5 to 20
   double background_contrast = 0.6;  ///< of the room's textures: 0 grey to 1 full
   bool furniture = true;             ///< shelves, a table, boxes
-  double camera_motion = 1.0;        ///< 1: about 0.36, 0.24, 0.20 m and 4.5, 3, 1.8 deg; 0 still
+  /// Static things at the persons' depth: shelves 5 to 40 cm behind the farther ones' backs, and a
+  /// desk with a monitor in front of all. Nobody walks through them. Needs person_distance_m of at
+  /// least 1.7.
+  bool furniture_at_persons = false;
+  double camera_motion = 1.0;  ///< 1: about 0.36, 0.24, 0.20 m and 4.5, 3, 1.8 deg; 0 still
 
-  double max_depth_m = 9.0;     ///< beyond it the depth sensor sees nothing; at most 13.1
-  int least_missing_limbs = 2;  ///< a poor mask misses that many limbs of nine at a time …
-  int most_missing_limbs = 5;   ///< … up to that many; the choice changes every 0.4 s
+  double max_depth_m = 9.0;  ///< beyond it the depth sensor sees nothing; at most 13.1
+  /// Depth is off against colour by up to that at edges; pixels at 640 pixels' width, 0 to 10.
+  double depth_edge_shift_px = 2.2;
+  /// Holes: 0 the same at every distance, more: they fade out near by and spread far away; per
+  /// metre, 0 to 1.
+  double depth_hole_slope = 0.16;
+  /// The shutter is open that long, the middle of it at the frame's time: what moves is blurred in
+  /// the colour image alone. 0 (no blur) to 0.1; a frame takes 1 + exposure_s / 0.002 renderings.
+  double exposure_s = 0;
+  /// Brightness sways by up to so many stops (factors of 2) both ways within about 4 s, and clips
+  /// at 255, as with automatic exposure. 0 (constant) to 2.
+  double exposure_change_stops = 0;
+
+  int least_missing_limbs = 2;     ///< a poor mask misses that many limbs of nine at a time …
+  int most_missing_limbs = 5;      ///< … up to that many; the choice changes every 0.4 s
+  double torso_missing_share = 0;  ///< of these times the torso is missing as well; 0 to 1
+  double empty_mask_share = 0;     ///< of these times the mask has no pixel; 0 to 1
+  bool perfect_masks = false;      ///< what is found has the exact silhouette and its box instead
+  /// poor_segmentation was made of the frame that many frames before, as by a network slower than
+  /// the camera; at the beginning of frame 0. 0 to 1000.
+  int mask_age_frames = 0;
+  int missed_frames = 0;  ///< a person is not found in so many frames in a row, once every 30
+  bool overlapping_as_one = false;  ///< persons whose boxes overlap are found as one instance
 };
 
 /// Pose of the camera in the world: point_world = rotation * point_camera + translation. The camera
@@ -59,7 +85,8 @@ struct SyntheticFrame {
   Segmentation true_segmentation;
   /// As of a network that works on 138x138 pixels and misses limbs, by falling score: class 0, the
   /// box off by a few pixels. A mask may be empty; a person of whom little is visible is missing.
-  /// In both, track_id is the person.
+  /// Options make it perfect, stale, or missing for a while; frame_id and timestamp_s are those of
+  /// the frame it was made of. In both, track_id is the person, of several in one the lowest.
   Segmentation poor_segmentation;
   CameraPose pose;
   cv::Mat exact_depth_m;  ///< CV_32FC1, metres along the optical axis, of every pixel
@@ -91,7 +118,7 @@ class SyntheticScene {
   CameraPose pose(int index) const;
 
   /// Renders a frame; frame.id is the index. Throws as timestamp_s. O(pixels), about 0.15 s of one
-  /// core at 640x480.
+  /// core at 640x480, more with stale masks (half as much again) and with motion blur.
   SyntheticFrame render(int index) const;
 
  private:

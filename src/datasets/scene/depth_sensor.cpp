@@ -18,7 +18,6 @@ constexpr double sensor_focal_px = 580;
 constexpr double steps_a_pixel = 8;
 
 constexpr double noise_px = 0.10;        // of disparity, in patches
-constexpr double edge_shift_px = 2.2;    // of depth against colour, at 640 pixels' width
 constexpr double step_share = 0.06;      // a jump of 1/z by that share is a depth step
 constexpr float filled_shadow = -0.10F;  // noise above it: the sensor's window bridges the shadow
 constexpr float lost_step = 0.55F;       // noise above it: nothing is measured at a depth step
@@ -67,14 +66,15 @@ bool at_step(const cv::Mat1f& depth, int reach, int x, int y) {
   return jumps(x - reach, y) || jumps(x + reach, y) || jumps(x, y - reach) || jumps(x, y + reach);
 }
 
-bool is_lost(const Rendering& seen, const Disturbance& disturbance, int reach, int x, int y) {
+bool is_lost(const Rendering& seen, const Disturbance& disturbance, int reach, float slope, int x,
+             int y) {
   const float z = seen.depth(y, x);
   const float edge = disturbance.edges(y, x);
   // The projector's dots smear out on a surface seen at a grazing angle.
   if (seen.facing(y, x) < 0.12F + 0.25F * edge) return true;
   if (edge > lost_step && at_step(seen.depth, reach, x, y)) return true;
   // Less light comes back from far away.
-  return disturbance.holes(y, x) > hole + 0.16F * (3.5F - z);
+  return disturbance.holes(y, x) > hole + slope * (3.5F - z);
 }
 
 std::uint16_t quantised(double depth_m, double noise) {
@@ -87,12 +87,13 @@ std::uint16_t quantised(double depth_m, double noise) {
 }  // namespace
 
 cv::Mat1w measure_depth(const Rendering& rendering, const CameraParameters& camera,
-                        double max_depth_m, std::uint64_t key) {
+                        const SyntheticSceneOptions& options, std::uint64_t key) {
   const cv::Size size = rendering.depth.size();
   const Disturbance disturbance(size, key);
   const double scale = size.width / 640.0;
   const int reach = std::max(1, static_cast<int>(std::lround(2 * scale)));
-  const auto shift_px = static_cast<float>(edge_shift_px * scale);
+  const auto shift_px = static_cast<float>(options.depth_edge_shift_px * scale);
+  const auto slope = static_cast<float>(options.depth_hole_slope);
   cv::Mat1b shadow(size);
   cv::Mat1w raw(size);
   cv::parallel_for_(cv::Range(0, size.height), [&](const cv::Range& rows) {
@@ -102,7 +103,8 @@ cv::Mat1w measure_depth(const Rendering& rendering, const CameraParameters& came
         const double z = static_cast<double>(rendering.depth(y, x));
         const bool dark = shadow(y, x) != 0 && disturbance.shadow(y, x) <= filled_shadow;
         const double noise = noise_px * static_cast<double>(disturbance.disparity(y, x));
-        const bool lost = z > max_depth_m || dark || is_lost(rendering, disturbance, reach, x, y);
+        const bool lost =
+            z > options.max_depth_m || dark || is_lost(rendering, disturbance, reach, slope, x, y);
         raw(y, x) = lost ? std::uint16_t{0} : quantised(z, noise);
       }
     }

@@ -16,7 +16,7 @@ constexpr double depth_units_per_metre = 5000;
 
 /// Depth as of a Kinect of the first kind, registered to the colour image: CV_16UC1.
 cv::Mat1w measure_depth(const Rendering& rendering, const CameraParameters& camera,
-                        double max_depth_m, std::uint64_t key);
+                        const SyntheticSceneOptions& options, std::uint64_t key);
 
 }  // namespace dynfilter::scene
 

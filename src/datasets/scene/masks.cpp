@@ -19,9 +19,10 @@ constexpr int network_side = 138;                    // of YOLACT's prototypes
 constexpr double least_share = 200.0 / (640 * 480);  // of the image, for a person to be found
 constexpr double limbs_missing_s = 0.4;
 
-/// Which limbs of a person are missing at a time, by BodyRegion; the torso never is.
-std::array<bool, limb_regions + 1> missing_regions(const SyntheticSceneOptions& options, int person,
-                                                   double elapsed_s) {
+using Regions = std::array<bool, limb_regions + 1>;  // by BodyRegion
+
+/// Which parts of a person a mask misses at a time: all of them where it is empty.
+Regions missing_regions(const SyntheticSceneOptions& options, int person, double elapsed_s) {
   const std::uint64_t key = make_key(options.seed, Stream::mask_limbs, person);
   const auto slot = static_cast<std::int64_t>(std::floor(elapsed_s / limbs_missing_s + unit(key)));
   const std::uint64_t now = make_key(key, slot);
@@ -29,11 +30,16 @@ std::array<bool, limb_regions + 1> missing_regions(const SyntheticSceneOptions& 
       options.least_missing_limbs +
       static_cast<int>(mix(now) % static_cast<std::uint64_t>(options.most_missing_limbs -
                                                              options.least_missing_limbs + 1));
+  Regions missing{};
+  if (unit(make_key(now, 101)) < options.empty_mask_share) {
+    missing.fill(true);
+    return missing;
+  }
+  missing[0] = unit(make_key(now, 100)) < options.torso_missing_share;
   std::array<int, limb_regions> order{};
   std::iota(order.begin(), order.end(), 1);
   std::sort(order.begin(), order.end(),
             [&](int a, int b) { return make_key(now, a) < make_key(now, b); });
-  std::array<bool, limb_regions + 1> missing{};
   for (int i = 0; i < count; ++i) {
     missing[static_cast<std::size_t>(order[static_cast<std::size_t>(i)])] = true;
   }
@@ -42,7 +48,7 @@ std::array<bool, limb_regions + 1> missing_regions(const SyntheticSceneOptions& 
 
 /// The share of each of the network's cells that the person covers, missing limbs left out.
 cv::Mat1f covered_cells(const cv::Mat1i& surface, int person, const std::vector<BodyPart>& body,
-                        const std::array<bool, limb_regions + 1>& missing) {
+                        const Regions& missing) {
   cv::Mat1f covered(network_side, network_side, 0.0F);
   cv::Mat1f total(network_side, network_side, 0.0F);
   for (int y = 0; y < surface.rows; ++y) {
@@ -127,14 +133,14 @@ cv::Rect jittered_box(const cv::Rect& box, cv::Size size, std::uint64_t key) {
 
 }  // namespace
 
-std::vector<Instance> true_instances(const Rendering& rendering, int persons) {
+std::vector<Instance> true_instances(const cv::Mat1i& surface, int persons) {
   std::vector<cv::Mat1b> masks;
   for (int person = 0; person < persons; ++person) {
-    masks.emplace_back(rendering.surface.size(), std::uint8_t{0});
+    masks.emplace_back(surface.size(), std::uint8_t{0});
   }
-  for (int y = 0; y < rendering.surface.rows; ++y) {
-    for (int x = 0; x < rendering.surface.cols; ++x) {
-      const int id = rendering.surface(y, x);
+  for (int y = 0; y < surface.rows; ++y) {
+    for (int x = 0; x < surface.cols; ++x) {
+      const int id = surface(y, x);
       if (SurfaceId::is_part(id))
         masks[static_cast<std::size_t>(SurfaceId::person(id))](y, x) = 255;
     }
@@ -149,9 +155,8 @@ std::vector<Instance> true_instances(const Rendering& rendering, int persons) {
 }
 
 std::vector<Instance> poor_instances(const SyntheticSceneOptions& options, int frame,
-                                     const Rendering& rendering, const Bodies& bodies,
-                                     const std::vector<Instance>& truth) {
-  const cv::Size size = rendering.surface.size();
+                                     const cv::Mat1i& surface, const std::vector<Instance>& truth) {
+  const cv::Size size = surface.size();
   const double elapsed_s = frame / options.frames_per_second;
   std::vector<Instance> found;
   for (const Instance& exact : truth) {
@@ -160,8 +165,8 @@ std::vector<Instance> poor_instances(const SyntheticSceneOptions& options, int f
     const std::uint64_t key = make_key(options.seed, Stream::detection, person, frame);
     const cv::Rect box = jittered_box(exact.box, size, key);
     const auto missing = missing_regions(options, person, elapsed_s);
-    const auto& body = bodies[static_cast<std::size_t>(person)];
-    cv::Mat1f cells = blurred(blurred(covered_cells(rendering.surface, person, body, missing)));
+    const std::vector<BodyPart> body = body_at(options, person, elapsed_s);
+    cv::Mat1f cells = blurred(blurred(covered_cells(surface, person, body, missing)));
     const std::uint64_t noise = make_key(options.seed, Stream::mask_noise, person, frame);
     add_noise(cells, 5, 0.20F, noise);
     add_noise(cells, 2, 0.10F, make_key(noise, 1));

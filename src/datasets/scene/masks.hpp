@@ -12,13 +12,12 @@
 namespace dynfilter::scene {
 
 /// The exact silhouettes of all persons of whom a pixel is visible, by person.
-std::vector<Instance> true_instances(const Rendering& rendering, int persons);
+std::vector<Instance> true_instances(const cv::Mat1i& surface, int persons);
 
 /// What a network of a low resolution that misses limbs makes of them, by falling score. Persons of
 /// whom little is visible are not found.
 std::vector<Instance> poor_instances(const SyntheticSceneOptions& options, int frame,
-                                     const Rendering& rendering, const Bodies& bodies,
-                                     const std::vector<Instance>& truth);
+                                     const cv::Mat1i& surface, const std::vector<Instance>& truth);
 
 }  // namespace dynfilter::scene
 

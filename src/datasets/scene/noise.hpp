@@ -30,7 +30,9 @@ enum class Stream : std::uint64_t {
   depth_holes,
   mask_limbs,
   mask_noise,
-  detection
+  detection,
+  missed,
+  exposure
 };
 
 /// The finaliser of splitmix64 (Steele, Lea and Flood 2014): a bijection that mixes all 64 bits.

@@ -15,7 +15,6 @@ constexpr double thigh_m = 0.44;
 constexpr double shin_m = 0.42;
 constexpr double ankle_m = 0.09;
 constexpr double stride_m = 1.30;
-constexpr double turn_m = 0.80;  // how far from the middle of the way a person turns back
 
 /// Where a person is on the way, which goes to and fro along the world's x.
 struct Walk {
@@ -30,6 +29,7 @@ Walk walk_at(const SyntheticSceneOptions& options, int person, double elapsed_s)
   constexpr double sharpness = 0.96;
   const double slowest = std::sqrt(1 - sharpness * sharpness);
   const double peak = std::asin(sharpness);
+  const double turn_m = options.person_way_m;
   const std::uint64_t key = make_key(options.seed, Stream::walk);
   double phase =
       elapsed_s * options.person_speed_m_s * peak / turn_m - between(key, 0.30, 0.42) * CV_PI;
@@ -180,6 +180,14 @@ class Body {
 std::vector<BodyPart> body_at(const SyntheticSceneOptions& options, int person, double elapsed_s) {
   const double scale = between(make_key(options.seed, Stream::body, person), 0.95, 1.06);
   return Body(walk_at(options, person, elapsed_s), scale).parts();
+}
+
+Bodies bodies_at(const SyntheticSceneOptions& options, double elapsed_s) {
+  Bodies bodies;
+  for (int person = 0; person < options.persons; ++person) {
+    bodies.push_back(body_at(options, person, elapsed_s));
+  }
+  return bodies;
 }
 
 }  // namespace dynfilter::scene

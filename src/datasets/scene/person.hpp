@@ -44,6 +44,11 @@ struct BodyPart {
 /// same number of parts, in the same order.
 std::vector<BodyPart> body_at(const SyntheticSceneOptions& options, int person, double elapsed_s);
 
+using Bodies = std::vector<std::vector<BodyPart>>;
+
+/// All of them.
+Bodies bodies_at(const SyntheticSceneOptions& options, double elapsed_s);
+
 }  // namespace dynfilter::scene
 
 #endif  // DYNFILTER_SRC_DATASETS_SCENE_PERSON_HPP

@@ -226,11 +226,25 @@ Rendering render(const World& world, const Bodies& bodies, const CameraParameter
   return out;
 }
 
-cv::Mat3b expose(const Rendering& rendering, std::uint64_t key) {
-  cv::Mat3b image(rendering.colour.size());
+cv::Mat1i render_surfaces(const World& world, const Bodies& bodies, const CameraParameters& camera,
+                          const CameraPose& pose) {
+  cv::Mat1i surface(camera.image_size);
+  const View view(world, bodies, camera, pose);
+  cv::parallel_for_(cv::Range(0, surface.rows), [&](const cv::Range& rows) {
+    for (int y = rows.start; y < rows.end; ++y) {
+      for (int x = 0; x < surface.cols; ++x) {
+        surface(y, x) = view.trace(view.ray(x, y), x, y).id;
+      }
+    }
+  });
+  return surface;
+}
+
+cv::Mat3b expose(const cv::Mat3f& colour, float gain, std::uint64_t key) {
+  cv::Mat3b image(colour.size());
   cv::parallel_for_(cv::Range(0, image.rows), [&](const cv::Range& rows) {
     for (int y = rows.start; y < rows.end; ++y) {
-      const cv::Vec3f* from = rendering.colour.ptr<cv::Vec3f>(y);
+      const cv::Vec3f* from = colour.ptr<cv::Vec3f>(y);
       cv::Vec3b* to = image.ptr<cv::Vec3b>(y);
       for (int x = 0; x < image.cols; ++x) {
         std::uint64_t bits = make_key(key, y, x);
@@ -239,7 +253,8 @@ cv::Mat3b expose(const Rendering& rendering, std::uint64_t key) {
           const int sum = static_cast<int>(bits & 255U) + static_cast<int>((bits >> 8U) & 255U);
           const float noise = static_cast<float>(sum - 255) * (1.5F / 104.5F);
           bits >>= 16U;
-          to[x][c] = static_cast<std::uint8_t>(std::clamp(from[x][c] + noise, 0.0F, 255.0F) + 0.5F);
+          to[x][c] =
+              static_cast<std::uint8_t>(std::clamp(from[x][c] * gain + noise, 0.0F, 255.0F) + 0.5F);
         }
       }
     }

@@ -29,8 +29,6 @@ class SurfaceId {
   static constexpr int parts_a_person = 64;
 };
 
-using Bodies = std::vector<std::vector<BodyPart>>;
-
 /// What the camera sees, before any sensor.
 struct Rendering {
   cv::Mat3f colour;   // BGR, 0 to 255, edges smoothed
@@ -42,8 +40,12 @@ struct Rendering {
 Rendering render(const World& world, const Bodies& bodies, const CameraParameters& camera,
                  const CameraPose& pose);
 
-/// The colour image: noise of the sensor added, rounded to bytes.
-cv::Mat3b expose(const Rendering& rendering, std::uint64_t key);
+/// The surfaces alone, in a third of the time.
+cv::Mat1i render_surfaces(const World& world, const Bodies& bodies, const CameraParameters& camera,
+                          const CameraPose& pose);
+
+/// The colour image: amplified, noise of the sensor added, rounded to bytes.
+cv::Mat3b expose(const cv::Mat3f& colour, float gain, std::uint64_t key);
 
 }  // namespace dynfilter::scene
 

@@ -3,6 +3,7 @@
 
 #include "world.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "materials.hpp"
@@ -69,6 +70,34 @@ std::vector<Block> furniture(const SyntheticSceneOptions& options) {
   return blocks;
 }
 
+/// Static things right behind and in front of the persons' way, clear of every limb. Walking, a
+/// body reaches 0.40 m from its way to either side.
+void add_furniture_at_persons(std::vector<Block>& blocks, const SyntheticSceneOptions& options) {
+  constexpr double reach_m = 0.40;
+  const int persons = std::max(options.persons, 1);
+  const double last = 0.28 * (persons > 1 ? 1 : 0) + 0.05 * ((persons - 1) / 2);
+  const double behind = options.person_distance_m + last + reach_m;
+  const double before = options.person_distance_m - reach_m;
+  struct Unit {
+    double x, width, gap, height;
+    Material material;
+  };
+  constexpr Unit units[] = {{-1.05, 0.72, 0.05, 1.62, Material::books},
+                            {-0.30, 0.58, 0.22, 1.18, Material::cardboard},
+                            {0.34, 0.62, 0.40, 1.86, Material::books},
+                            {1.05, 0.70, 0.12, 1.40, Material::wood}};
+  for (const Unit& unit : units) {
+    const double depth = 0.30;
+    blocks.push_back(block({unit.x, behind + unit.gap + depth / 2, 0},
+                           {unit.width, depth, unit.height}, 0, unit.material));
+  }
+  const double desk = before - 0.28;
+  blocks.push_back(block({0.10, desk, 0.71}, {1.50, 0.52, 0.04}, 0, Material::wood));
+  blocks.push_back(block({0.22, desk + 0.06, 0.75}, {0.16, 0.14, 0.10}, 0, Material::screen));
+  blocks.push_back(block({0.22, desk + 0.06, 0.85}, {0.50, 0.05, 0.34}, 4, Material::screen));
+  blocks.push_back(block({-0.42, desk + 0.02, 0.75}, {0.26, 0.22, 0.28}, 20, Material::cardboard));
+}
+
 /// One coordinate of the camera: a slow sway, a quicker one and the tremor of a hand, at most 1.
 double sway(std::uint64_t seed, int coordinate, double elapsed_s) {
   struct Wave {
@@ -103,6 +132,7 @@ World::World(const SyntheticSceneOptions& options) {
   room.low = {-3.1, -2.0, 0};
   room.high = {3.1, options.wall_distance_m, ceiling_m};
   if (options.furniture) blocks = furniture(options);
+  if (options.furniture_at_persons) add_furniture_at_persons(blocks, options);
   for (int i = 0; i < scene::materials; ++i) {
     materials.push_back(
         paint_material(static_cast<Material>(i), options.background_contrast, options.seed));
@@ -112,6 +142,14 @@ World::World(const SyntheticSceneOptions& options) {
       garments.push_back(paint_garment(static_cast<Garment>(i), person, options.seed));
     }
   }
+}
+
+float gain_at(const SyntheticSceneOptions& options, double elapsed_s) {
+  if (options.exposure_change_stops == 0) return 1.0F;
+  const double start = unit(make_key(options.seed, Stream::exposure));
+  const double stops =
+      options.exposure_change_stops * std::sin(2 * CV_PI * (0.125 * elapsed_s + start));
+  return static_cast<float>(std::exp2(stops));
 }
 
 CameraPose camera_at(const SyntheticSceneOptions& options, double elapsed_s) {

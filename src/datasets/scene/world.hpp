@@ -23,6 +23,9 @@ struct World {
   std::vector<Texture> garments;   // by person, then Garment
 };
 
+/// The camera's gain at that time: 1 where the exposure does not change.
+float gain_at(const SyntheticSceneOptions& options, double elapsed_s);
+
 /// The camera some seconds after frame 0: smooth sines with seeded phases.
 CameraPose camera_at(const SyntheticSceneOptions& options, double elapsed_s);
 

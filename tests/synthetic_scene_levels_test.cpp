@@ -1,0 +1,335 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/datasets/scene_levels.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace dynfilter {
+namespace {
+
+SyntheticSceneOptions small(const std::string& level, std::uint64_t seed = 1) {
+  SyntheticSceneOptions options = scene_level(level, seed);
+  options.image_size = {160, 120};
+  return options;
+}
+
+cv::Mat1b painted(const Segmentation& segmentation) {
+  cv::Mat1b image(segmentation.image_size, std::uint8_t{0});
+  for (const Instance& instance : segmentation.instances) {
+    if (instance.mask.empty()) continue;
+    image(cv::Rect(instance.mask_origin, instance.mask.size())).setTo(255, instance.mask);
+  }
+  return image;
+}
+
+bool same(const cv::Mat& a, const cv::Mat& b) {
+  return a.size() == b.size() && a.type() == b.type() && cv::norm(a, b, cv::NORM_INF) == 0;
+}
+
+/// What is measured on a level, over its frames and two seeds.
+struct Figures {
+  double overlap = 0;       // of the masks of all persons with the truth
+  double person_share = 0;  // of the image
+  double absent_share = 0;  // of the frames: nobody is seen
+  int empty_masks = 0;
+};
+
+Figures figures(const std::string& level) {
+  Figures sum;
+  double common = 0, together = 0, pixels = 0, frames = 0;
+  for (const std::uint64_t seed : {1U, 2U}) {
+    const SyntheticScene scene(small(level, seed));
+    for (int i = 0; i < scene.size(); i += 10) {
+      const SyntheticFrame frame = scene.render(i);
+      const cv::Mat1b truth = painted(frame.true_segmentation);
+      const cv::Mat1b found = painted(frame.poor_segmentation);
+      common += cv::countNonZero(truth & found);
+      together += cv::countNonZero(truth | found);
+      pixels += static_cast<double>(truth.total());
+      sum.person_share += cv::countNonZero(truth);
+      sum.absent_share += cv::countNonZero(truth) == 0;
+      for (const Instance& instance : frame.poor_segmentation.instances) {
+        sum.empty_masks += instance.mask.empty();
+      }
+      ++frames;
+    }
+  }
+  sum.overlap = common / std::max(together, 1.0);
+  sum.person_share /= pixels;
+  sum.absent_share /= frames;
+  return sum;
+}
+
+TEST(SceneLevels, EveryLevelRendersAndIsFoundByItsName) {
+  std::set<std::string> names;
+  for (const SceneLevel& level : scene_levels()) {
+    EXPECT_TRUE(names.insert(level.name).second) << level.name;
+    EXPECT_FALSE(level.description.empty()) << level.name;
+    const SyntheticSceneOptions options = scene_level(level.name, 7);
+    EXPECT_EQ(options.seed, 7U);
+    EXPECT_EQ(options.frames, 300);
+    EXPECT_EQ(options.image_size, cv::Size(640, 480));
+    const SyntheticFrame frame = SyntheticScene(small(level.name)).render(150);
+    EXPECT_NO_THROW(validate(frame.frame, "test")) << level.name;
+    EXPECT_NO_THROW(validate(frame.poor_segmentation, "test")) << level.name;
+  }
+  for (const char* name : {"static", "cross", "together", "medium", "hard", "stale_3", "stale_6",
+                           "furniture", "two_in_one", "leave"}) {
+    EXPECT_EQ(names.count(name), 1U) << name;
+  }
+}
+
+/// 64-bit FNV-1a over the pixels, begun with another hash.
+std::uint64_t pixel_hash(const cv::Mat& image, std::uint64_t hash) {
+  for (int y = 0; y < image.rows; ++y) {
+    const std::uint8_t* row = image.ptr(y);
+    for (std::size_t i = 0; i < static_cast<std::size_t>(image.cols) * image.elemSize(); ++i) {
+      hash = (hash ^ row[i]) * 1099511628211ULL;
+    }
+  }
+  return hash;
+}
+
+std::uint64_t frame_hash(const SyntheticFrame& frame) {
+  std::uint64_t hash = 14695981039346656037ULL;
+  for (const cv::Mat& image :
+       {frame.frame.image, frame.frame.depth, cv::Mat(painted(frame.true_segmentation)),
+        cv::Mat(painted(frame.poor_segmentation))}) {
+    hash = pixel_hash(image, hash);
+  }
+  return hash;
+}
+
+// Rules are compared on these levels, so they must not change unnoticed. Other machines may
+// contract multiplications or round sines differently.
+#if defined(__x86_64__) && !defined(__FMA__) && defined(__GLIBC__)
+TEST(SceneLevels, FirstAndLastFrameAreThoseThatResultsWereMeasuredOn) {
+  const std::vector<std::pair<std::string, std::pair<std::uint64_t, std::uint64_t>>> expected = {
+      {"static", {4856997344571119429U, 8285268388338897882U}},
+      {"cross", {17092195740211661221U, 12681881146745272374U}},
+      {"together", {17290153820378628447U, 18297124559620753116U}},
+      {"medium", {10398795818594418144U, 7559481601388910050U}},
+      {"hard", {13612549738806059132U, 10018760134327701000U}},
+      {"stale_3", {4110766657313218784U, 3734401703953876356U}},
+      {"stale_6", {4110766657313218784U, 667855625624664242U}},
+      {"furniture", {18004651758852746914U, 7818587524297697704U}},
+      {"two_in_one", {1540553908848021801U, 4264670050285268602U}},
+      {"leave", {12125127737084972849U, 9335400114006771006U}},
+  };
+  ASSERT_EQ(expected.size(), scene_levels().size());
+  for (const auto& [name, hashes] : expected) {
+    const SyntheticScene scene(small(name));
+    EXPECT_EQ(frame_hash(scene.render(0)), hashes.first) << name;
+    EXPECT_EQ(frame_hash(scene.render(scene.size() - 1)), hashes.second) << name;
+  }
+}
+#endif
+
+TEST(SceneLevels, RefusesANameThatIsNoneAndListsThem) {
+  try {
+    scene_level("meduim");
+    ADD_FAILURE() << "accepted";
+  } catch (const std::invalid_argument& error) {
+    const std::string text = error.what();
+    EXPECT_NE(text.find("\"meduim\""), std::string::npos) << text;
+    EXPECT_NE(text.find("together, medium, hard"), std::string::npos) << text;
+  }
+}
+
+TEST(SceneLevels, MasksGetWorseFromLevelToLevel) {
+  const Figures cross = figures("cross");
+  const Figures medium = figures("medium");
+  const Figures hard = figures("hard");
+  EXPECT_NEAR(cross.overlap, 0.79, 0.07);
+  EXPECT_NEAR(medium.overlap, 0.69, 0.07);
+  EXPECT_NEAR(hard.overlap, 0.36, 0.10);
+  EXPECT_GT(hard.empty_masks, 0);
+  EXPECT_NEAR(medium.person_share, 0.22, 0.05);
+  EXPECT_NEAR(hard.person_share, 0.23, 0.05);
+  EXPECT_EQ(figures("static").person_share, 0);
+}
+
+TEST(SceneLevels, PersonsLeaveTheImageAndComeBack) {
+  const SyntheticScene scene(small("leave"));
+  std::string seen;  // by person 0, in runs
+  for (int i = 0; i < scene.size(); i += 5) {
+    const SyntheticFrame frame = scene.render(i);
+    const auto& instances = frame.true_segmentation.instances;
+    const char now = std::any_of(instances.begin(), instances.end(),
+                                 [](const Instance& one) { return one.track_id == 0; })
+                         ? '1'
+                         : '0';
+    if (seen.empty() || seen.back() != now) seen += now;
+  }
+  EXPECT_NE(seen.find("101"), std::string::npos) << seen;
+}
+
+TEST(SceneLevels, OverlappingPersonsAreOneDetection) {
+  const SyntheticScene scene(small("two_in_one"));
+  int joint = 0, apart = 0;
+  for (int i = 0; i < scene.size(); i += 6) {
+    const SyntheticFrame frame = scene.render(i);
+    const auto& found = frame.poor_segmentation.instances;
+    if (found.size() == 2) {
+      EXPECT_TRUE((found[0].box & found[1].box).empty()) << i;
+      ++apart;
+    }
+    if (found.size() != 1 || frame.true_segmentation.instances.size() != 2) continue;
+    const cv::Rect all =
+        frame.true_segmentation.instances[0].box | frame.true_segmentation.instances[1].box;
+    if (std::abs(found[0].box.width - all.width) <= 2) ++joint;
+    EXPECT_EQ(found[0].mask_origin.x >= found[0].box.x || found[0].mask.empty(), true);
+  }
+  EXPECT_GT(joint, 5);
+  EXPECT_GT(apart, 2);
+}
+
+TEST(SceneLevels, NobodyWalksThroughTheFurnitureAtTheirDepth) {
+  const SyntheticScene scene(small("furniture"));
+  SyntheticSceneOptions empty = small("furniture");
+  empty.persons = 0;
+  const SyntheticScene without(empty);
+  const CameraParameters camera = scene.camera();
+  const double way = scene.options().person_distance_m;
+  int close = 0;
+  for (int i = 0; i < scene.size(); i += 15) {
+    const SyntheticFrame frame = scene.render(i);
+    const cv::Mat1f room = without.render(i).exact_depth_m;
+    const cv::Mat1b persons = painted(frame.true_segmentation);
+    for (int y = 0; y < persons.rows; ++y) {
+      for (int x = 0; x < persons.cols; ++x) {
+        if (persons(y, x) == 0) continue;
+        const double z = static_cast<double>(frame.exact_depth_m.at<float>(y, x));
+        const cv::Vec3d point((x - camera.cx) / camera.fx * z, (y - camera.cy) / camera.fy * z, z);
+        const double at = (frame.pose.rotation * point + frame.pose.translation)[1];
+        EXPECT_GT(at, way - 0.42) << i;         // the desk ends there
+        EXPECT_LT(at, way + 0.28 + 0.45) << i;  // where the first shelf begins
+        const double gap = static_cast<double>(room(y, x)) - z;
+        close += gap > 0 && gap < 0.45;
+      }
+    }
+  }
+  EXPECT_GT(close, 1000);  // pixels where something static stands right behind
+}
+
+SyntheticFrame rendered(const std::function<void(SyntheticSceneOptions&)>& change, int index,
+                        const char* level = "medium") {
+  SyntheticSceneOptions options = small(level);
+  change(options);
+  return SyntheticScene(options).render(index);
+}
+
+TEST(StaleMasks, AreThoseOfAnEarlierFrame) {
+  const SyntheticScene now(small("medium"));
+  const SyntheticFrame stale =
+      rendered([](SyntheticSceneOptions& o) { o.mask_age_frames = 4; }, 20);
+  const SyntheticFrame then = now.render(16);
+  EXPECT_EQ(stale.poor_segmentation.frame_id, 16U);
+  EXPECT_DOUBLE_EQ(stale.poor_segmentation.timestamp_s, now.timestamp_s(16));
+  EXPECT_EQ(stale.true_segmentation.frame_id, 20U);
+  EXPECT_TRUE(same(painted(stale.poor_segmentation), painted(then.poor_segmentation)));
+  EXPECT_TRUE(same(stale.frame.image, now.render(20).frame.image));
+  EXPECT_TRUE(same(painted(stale.true_segmentation), painted(now.render(20).true_segmentation)));
+  EXPECT_EQ(rendered([](SyntheticSceneOptions& o) { o.mask_age_frames = 4; }, 2)
+                .poor_segmentation.frame_id,
+            0U);
+}
+
+TEST(StaleMasks, OfTheLevelsAreExactOnes) {
+  const SyntheticScene scene(small("stale_3"));
+  const SyntheticFrame later = scene.render(33);
+  const SyntheticFrame then = scene.render(30);
+  EXPECT_EQ(later.poor_segmentation.frame_id, 30U);
+  EXPECT_TRUE(same(painted(later.poor_segmentation), painted(then.true_segmentation)));
+  EXPECT_FALSE(same(painted(later.poor_segmentation), painted(later.true_segmentation)));
+  ASSERT_EQ(later.poor_segmentation.instances.size(), then.true_segmentation.instances.size());
+  EXPECT_EQ(later.poor_segmentation.instances[0].box, then.true_segmentation.instances[0].box);
+  EXPECT_EQ(SyntheticScene(small("stale_6")).render(33).poor_segmentation.frame_id, 27U);
+}
+
+TEST(MissedDetections, LastAsLongAsTheOptionSays) {
+  SyntheticSceneOptions options = small("medium");
+  options.perfect_masks = true;
+  options.missed_frames = 4;
+  const SyntheticScene scene(options);
+  int missed = 0;
+  for (int i = 60; i < 90; ++i) {
+    const SyntheticFrame frame = scene.render(i);
+    missed += static_cast<int>(frame.true_segmentation.instances.size()) -
+              static_cast<int>(frame.poor_segmentation.instances.size());
+  }
+  EXPECT_EQ(missed, 2 * 4);
+}
+
+TEST(MotionBlur, BlursTheImageAndNothingElse) {
+  const auto open_for = [](double seconds) {
+    return rendered([=](SyntheticSceneOptions& o) { o.exposure_s = seconds; }, 40);
+  };
+  const SyntheticFrame sharp = open_for(0);
+  const SyntheticFrame blurred = open_for(0.03);
+  EXPECT_TRUE(same(sharp.frame.depth, blurred.frame.depth));
+  EXPECT_TRUE(same(painted(sharp.poor_segmentation), painted(blurred.poor_segmentation)));
+  const auto sharpness = [](const cv::Mat& image) {
+    return cv::norm(image.colRange(1, image.cols), image.colRange(0, image.cols - 1), cv::NORM_L1);
+  };
+  EXPECT_LT(sharpness(blurred.frame.image), 0.93 * sharpness(sharp.frame.image));
+  EXPECT_NEAR(cv::mean(blurred.frame.image)[1], cv::mean(sharp.frame.image)[1], 2);
+}
+
+TEST(ExposureChange, SwaysTheBrightnessAndNothingElse) {
+  SyntheticSceneOptions options = small("medium");
+  options.exposure_change_stops = 1;
+  const SyntheticScene swaying(options);
+  const SyntheticScene steady(small("medium"));
+  double least = 9, greatest = 0;
+  for (int i = 0; i < 240; i += 20) {
+    const SyntheticFrame frame = swaying.render(i);
+    const SyntheticFrame plain = steady.render(i);
+    EXPECT_TRUE(same(frame.frame.depth, plain.frame.depth));
+    const double gain = cv::mean(frame.frame.image)[1] / cv::mean(plain.frame.image)[1];
+    least = std::min(least, gain);
+    greatest = std::max(greatest, gain);
+  }
+  EXPECT_NEAR(least, 0.5, 0.06);
+  EXPECT_GT(greatest, 1.5);  // 2, but for what clips
+  EXPECT_LT(greatest, 2.1);
+}
+
+TEST(SceneLevels, NewOptionsOutOfRangeAreRefusedByName) {
+  const auto expect_named = [](const char* option,
+                               const std::function<void(SyntheticSceneOptions&)>& spoil) {
+    SyntheticSceneOptions options = small("medium");
+    spoil(options);
+    try {
+      const SyntheticScene scene(options);
+      ADD_FAILURE() << option << " accepted";
+    } catch (const std::invalid_argument& error) {
+      const std::string text = error.what();
+      EXPECT_NE(text.find(std::string("got ") + option), std::string::npos) << text;
+    }
+  };
+  using Options = SyntheticSceneOptions;
+  expect_named("person_way_m = 0.1", [](Options& o) { o.person_way_m = 0.1; });
+  expect_named("person_distance_m", [](Options& o) { o.furniture_at_persons = true; });
+  expect_named("depth_edge_shift_px", [](Options& o) { o.depth_edge_shift_px = 11; });
+  expect_named("depth_hole_slope", [](Options& o) { o.depth_hole_slope = -1; });
+  expect_named("exposure_s", [](Options& o) { o.exposure_s = -0.01; });
+  expect_named("exposure_change_stops", [](Options& o) { o.exposure_change_stops = 3; });
+  expect_named("torso_missing_share", [](Options& o) { o.torso_missing_share = 1.1; });
+  expect_named("empty_mask_share", [](Options& o) { o.empty_mask_share = -1; });
+  expect_named("mask_age_frames", [](Options& o) { o.mask_age_frames = -1; });
+  expect_named("missed_frames", [](Options& o) { o.missed_frames = 31; });
+}
+
+}  // namespace
+}  // namespace dynfilter
