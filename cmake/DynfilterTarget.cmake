@@ -17,8 +17,10 @@ function(dynfilter_library target scope)
     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   if(NOT scope STREQUAL "INTERFACE")
     # While the version is 0.x, a new minor version may break the binary interface.
+    # $ORIGIN: an installed shared library finds those beside it that it builds upon.
     set_target_properties(
-      ${target} PROPERTIES POSITION_INDEPENDENT_CODE ON VERSION ${PROJECT_VERSION}
+      ${target} PROPERTIES POSITION_INDEPENDENT_CODE ON INSTALL_RPATH "$ORIGIN"
+                           VERSION ${PROJECT_VERSION}
                            SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
     dynfilter_own_code(${target})
   endif()
