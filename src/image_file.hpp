@@ -55,15 +55,26 @@ inline cv::Mat read_image(const std::filesystem::path& path, int flags) {
   return image;
 }
 
-/// Writes an image of a type that PNG has. Throws std::runtime_error that names the file.
-inline void write_png(const std::filesystem::path& path, const cv::Mat& image) {
+/// Writes an image in the format of the extension, ".png" say, whatever the name of the file.
+inline void write_image(const std::filesystem::path& path, const char* extension,
+                        const cv::Mat& image) {
   std::vector<std::uint8_t> bytes;
-  if (!cv::imencode(".png", image, bytes)) throw_file_error(path, "cannot be encoded");
+  if (!cv::imencode(extension, image, bytes)) throw_file_error(path, "cannot be encoded");
   std::ofstream stream(path, std::ios::binary | std::ios::trunc);
   stream.write(reinterpret_cast<const char*>(bytes.data()),
                static_cast<std::streamsize>(bytes.size()));
   stream.close();
   if (!stream) throw_file_error(path, "cannot be written");
+}
+
+/// Writes an image of a type that PNG has. Throws std::runtime_error that names the file.
+inline void write_png(const std::filesystem::path& path, const cv::Mat& image) {
+  write_image(path, ".png", image);
+}
+
+/// The same for a picture that need not come back exactly.
+inline void write_jpeg(const std::filesystem::path& path, const cv::Mat& image) {
+  write_image(path, ".jpg", image);
 }
 
 }  // namespace dynfilter::detail

@@ -5,72 +5,20 @@
 
 #include <gtest/gtest.h>
 
-#include <array>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <string>
 #include <vector>
 
-#include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "support/program.hpp"
 #include "support/temporary_folder.hpp"
 #include "support/test_data.hpp"
 
 namespace dynfilter::testing {
 namespace {
-
-namespace fs = std::filesystem;
-
-struct Outcome {
-  int exit_code;
-  std::string printed;
-
-  bool mentions(const std::string& text) const { return printed.find(text) != std::string::npos; }
-};
-
-Outcome run(const std::string& arguments) {
-  const std::string command = std::string("'" DYNFILTER_PROGRAM "' ") + arguments + " 2>&1";
-  Outcome outcome{-1, {}};
-  std::FILE* pipe = popen(command.c_str(), "r");
-  if (pipe == nullptr) return outcome;
-  std::array<char, 4096> buffer;
-  while (std::fgets(buffer.data(), buffer.size(), pipe) != nullptr)
-    outcome.printed += buffer.data();
-  outcome.exit_code = pclose(pipe) == 0 ? 0 : 1;
-  return outcome;
-}
-
-std::string quoted(const fs::path& path) { return "'" + path.string() + "'"; }
-
-/// The rows of a CSV file, its header first.
-std::vector<std::vector<std::string>> read_csv(const fs::path& path) {
-  std::vector<std::vector<std::string>> rows;
-  std::ifstream file(path);
-  for (std::string line; std::getline(file, line);) {
-    std::vector<std::string> cells;
-    std::istringstream stream(line + ",");
-    for (std::string cell; std::getline(stream, cell, ',');) cells.push_back(cell);
-    rows.push_back(cells);
-  }
-  return rows;
-}
-
-/// The sum of a column of frames.csv.
-std::size_t sum_of(const std::vector<std::vector<std::string>>& rows, const std::string& name) {
-  std::size_t column = 0;
-  while (rows.at(0).at(column) != name) ++column;
-  std::size_t sum = 0;
-  for (std::size_t i = 1; i < rows.size(); ++i) sum += std::stoul(rows[i].at(column));
-  return sum;
-}
-
-nlohmann::json read_json(const fs::path& path) {
-  std::ifstream file(path);
-  return nlohmann::json::parse(file);
-}
 
 /// A small scene on disk, made once.
 class Program : public ::testing::Test {
@@ -266,7 +214,55 @@ TEST_F(Program, EvalPrintsAFigureALineAndWritesThemAsJson) {
       run("eval nowhere.txt " + quoted(scene() / "groundtruth.txt")).mentions("nowhere.txt"));
 }
 
+TEST_F(Program, SynthRendersALevelAndMasksThatAreOld) {
+  const std::string size = " --frames 3 --width 160 --height 120";
+  ASSERT_EQ(run("synth " + quoted(out("level")) + " --level stale_3 --mask-age 0" + size).exit_code,
+            0);
+  ASSERT_EQ(run("synth " + quoted(out("old")) + " --level stale_3 --mask-age 2" + size).exit_code,
+            0);
+  // Frame 0's instances come first; two frames later they still stand, under that frame's name.
+  const auto fresh = read_csv(out("level") / "masks" / "instances.csv");
+  const auto old = read_csv(out("old") / "masks" / "instances.csv");
+  const auto of_frame = [](const auto& rows, const char* frame) {
+    std::vector<std::vector<std::string>> found;
+    for (auto row : rows) {
+      if (row.at(0) != frame) continue;
+      row.at(0).clear();
+      found.push_back(row);
+    }
+    return found;
+  };
+  EXPECT_FALSE(of_frame(fresh, "1.000000").empty());
+  EXPECT_EQ(of_frame(old, "1.066667"), of_frame(fresh, "1.000000"));
+  EXPECT_NE(of_frame(fresh, "1.066667"), of_frame(fresh, "1.000000"));
+  EXPECT_TRUE(run("synth " + quoted(out("x")) + " --level easy").mentions("medium"));
+}
+
+TEST_F(Program, SynthPrintsHowDepthBehaves) {
+  const Outcome outcome = run("synth " + quoted(scene()) + " --statistics");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("depth missing, % of the image")) << outcome.printed;
+  EXPECT_TRUE(run("synth " + quoted(out("nowhere")) + " --statistics").mentions("nowhere"));
+}
+
+TEST_F(Program, RunTracksTheCameraAndWritesItsTrajectory) {
+  const Outcome outcome = run("run " + quoted(scene()) + " --out " + quoted(out("tracked")));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("ATE, RMSE")) << outcome.printed;
+  const nlohmann::json summary = read_json(out("tracked") / "summary.json");
+  EXPECT_EQ(summary["pairs"], 6);
+  const std::string files =
+      quoted(out("tracked") / "trajectory.txt") + " " + quoted(out("tracked") / "groundtruth.txt");
+  ASSERT_EQ(run("eval " + files + " --frames 1 --json " + quoted(out("tracked.json"))).exit_code,
+            0);
+  // The files hold less digits than the run had.
+  EXPECT_NEAR(read_json(out("tracked.json"))["ate_rmse_m"].get<double>(),
+              summary["ate_rmse_m"].get<double>(), 1e-6);
+  EXPECT_LT(summary["ate_rmse_m"].get<double>(), 0.05);
+}
+
 TEST_F(Program, HelpsWithExamples) {
+  EXPECT_TRUE(run("ablate --help").mentions("examples:"));
   EXPECT_TRUE(run("run --help").mentions("examples:"));
   EXPECT_TRUE(run("eval --help").mentions("examples:"));
   EXPECT_TRUE(run("synth --help").mentions("example:"));

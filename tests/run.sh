@@ -113,13 +113,16 @@ packages=(libgtest-dev libbenchmark-dev)
 dev_options=(-DCMAKE_BUILD_TYPE=RelWithDebInfo -DCMAKE_EXPORT_COMPILE_COMMANDS=ON
   -DDYNFILTER_BUILD_BENCHMARKS=ON)
 if is_available libcli11-dev; then
-  packages+=(libcli11-dev nlohmann-json3-dev)
+  packages+=(libcli11-dev nlohmann-json3-dev parallel)
   dev_options+=(-DDYNFILTER_BUILD_TOOLS=ON)
 else
   log "This release has no package libcli11-dev: the program dynfilter is neither built nor tested"
   dev_options+=(-DDYNFILTER_BUILD_TOOLS=OFF)
 fi
-if [[ $all == yes ]]; then packages+=(clang libclang-rt-dev valgrind clang-format shellcheck); fi
+if [[ $all == yes ]]; then
+  packages+=(clang libclang-rt-dev valgrind clang-format shellcheck)
+  if is_available chromium; then packages+=(chromium); fi # Ubuntu has none outside its store
+fi
 need_build_packages "${packages[@]}"
 find_configure_options
 # The compiler that we test with; others warn of other things.

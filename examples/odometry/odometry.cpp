@@ -40,12 +40,25 @@ Odometry::Odometry(const dynfilter::CameraParameters& camera, Filter filter,
       options_(options),
       extractor_(options.features) {}
 
+/// All that a host does to use the library: one apply, one keep_static.
 FrameResult Odometry::track(const dynfilter::FrameView& frame,
                             const std::optional<dynfilter::Segmentation>& segmentation) {
+  std::vector<cv::KeyPoint> keypoints;
+  cv::Mat descriptors;
+  extractor_.extract(grey_of(frame.image), keypoints, descriptors);
+  filter_.apply(frame, segmentation, keypoints, labels_, workspace_);
+  dynfilter::keep_static(labels_, keypoints, descriptors);
+  return track(frame, keypoints, descriptors);
+}
+
+FrameResult Odometry::track(const dynfilter::FrameView& frame,
+                            const std::vector<cv::KeyPoint>& keypoints,
+                            const cv::Mat& descriptors) {
   ++frames_;
   camera_ = pinhole_of(parameters_, frame.image.size());
   Tracking tracking;
-  tracking.features = observe(frame, segmentation);
+  tracking.features = make_features(frame, keypoints, descriptors, parameters_,
+                                    {options_.max_depth_m, options_.disparity_sigma_px});
   tracking.points.assign(tracking.features.size(), no_point);
   FrameResult result;
   result.features = tracking.features.size();
@@ -69,18 +82,6 @@ FrameResult Odometry::track(const dynfilter::FrameView& frame,
   result.is_keyframe = wants_keyframe(tracking, result.inliers);
   if (result.is_keyframe) add_keyframe(tracking);
   return finish(frame.timestamp_s, std::move(tracking), result);
-}
-
-/// All that a host does to use the library: one apply, one keep_static.
-FrameFeatures Odometry::observe(const dynfilter::FrameView& frame,
-                                const std::optional<dynfilter::Segmentation>& segmentation) {
-  std::vector<cv::KeyPoint> keypoints;
-  cv::Mat descriptors;
-  extractor_.extract(grey_of(frame.image), keypoints, descriptors);
-  filter_.apply(frame, segmentation, keypoints, labels_, workspace_);
-  dynfilter::keep_static(labels_, keypoints, descriptors);
-  return make_features(frame, keypoints, descriptors, parameters_,
-                       {options_.max_depth_m, options_.disparity_sigma_px});
 }
 
 bool Odometry::start(Tracking& tracking) {

@@ -71,6 +71,10 @@ class Odometry {
   FrameResult track(const dynfilter::FrameView& frame,
                     const std::optional<dynfilter::Segmentation>& segmentation);
 
+  /// The same with features that were extracted and filtered by whoever calls: a descriptor a row.
+  FrameResult track(const dynfilter::FrameView& frame, const std::vector<cv::KeyPoint>& keypoints,
+                    const cv::Mat& descriptors);
+
   /// The poses of all frames so far, lost ones included, as each was when it was tracked.
   const dynfilter::Trajectory& trajectory() const { return trajectory_; }
 
@@ -78,8 +82,6 @@ class Odometry {
   std::size_t keyframes() const { return map_.size(); }
 
  private:
-  FrameFeatures observe(const dynfilter::FrameView& frame,
-                        const std::optional<dynfilter::Segmentation>& segmentation);
   bool start(Tracking& tracking);
   std::size_t follow(Tracking& tracking);
   std::size_t track_predicted(Tracking& tracking);

@@ -6,6 +6,8 @@
 #ifndef DYNFILTER_TOOLS_COMMANDS_HPP
 #define DYNFILTER_TOOLS_COMMANDS_HPP
 
+#include <string>
+
 #include <CLI/CLI.hpp>
 
 namespace dynfilter::tools {
@@ -13,6 +15,8 @@ namespace dynfilter::tools {
 void add_synth_command(CLI::App& program);
 void add_run_command(CLI::App& program);
 void add_eval_command(CLI::App& program);
+/// `called_as` is the program's name as its caller wrote it.
+void add_ablate_command(CLI::App& program, const std::string& called_as);
 
 }  // namespace dynfilter::tools
 

@@ -15,6 +15,7 @@ int main(int argc, char** argv) {
   dynfilter::tools::add_synth_command(program);
   dynfilter::tools::add_run_command(program);
   dynfilter::tools::add_eval_command(program);
+  dynfilter::tools::add_ablate_command(program, argv[0]);
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -3,73 +3,90 @@
 
 #include <cstddef>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
+#include <string>
 
 #include "commands.hpp"
 #include "progress_bar.hpp"
+#include "rule_run.hpp"
 #include "run_report.hpp"
-#include "sequence_run.hpp"
+#include "shared_options.hpp"
 
 namespace dynfilter::tools {
 namespace {
 
+struct RunOptions {
+  SceneSpec scene;
+  std::string rule = "paper";
+  std::filesystem::path out = "dynfilter_out";
+  RunSettings settings;
+};
+
 void run(const RunOptions& options) {
-  SequenceRun work(options);
+  const std::unique_ptr<FrameSource> source = options.scene.open();
+  RuleRun work(rule_info(options.rule), options.scene, *source, options.settings, options.out);
+  const odometry::OrbExtractor extractor(options.settings.features);
   {
-    ProgressBar progress("filtering", work.size());
-    for (std::size_t i = 0; i < work.size(); ++i) {
-      work.process(i);
+    ProgressBar progress("filtering", source->size());
+    for (std::size_t i = 0; i < source->size(); ++i) {
+      const SourceFrame frame = source->read(i);
+      work.process(frame, extract_features(extractor, frame.frame.image));
       progress.advance();
     }
   }
-  const RunRecord record = work.finish();
-  write_frames_csv(record, options.out / "frames.csv");
-  write_instances_csv(record, options.out / "instances.csv");
-  write_summary_json(record, options.out / "summary.json");
-  print_report(record);
-  std::printf("\nwritten to %s: frames.csv, instances.csv, summary.json%s\n", options.out.c_str(),
-              options.overlays > 0 ? ", overlays/, contact_sheet.png" : "");
+  print_report(work.finish(*source));
+  std::printf("\nwritten to %s: summary.json, frames.csv, instances.csv%s%s\n", options.out.c_str(),
+              source->has_depth() ? ", trajectory.txt" : "",
+              options.settings.overlays > 0 ? ", overlays/, contact_sheet.png" : "");
 }
 
 }  // namespace
 
 void add_run_command(CLI::App& program) {
   const auto options = std::make_shared<RunOptions>();
+  options->settings.overlays = 6;
   CLI::App* command = program.add_subcommand(
       "run",
-      "Filter the ORB features of a sequence (TUM RGB-D or BONN layout) by its masks/ folder, and\n"
-      "show what was removed: a table, overlays, a line a frame. Where there is masks_true/, the\n"
-      "features are scored against it.");
-  command->add_option("SEQUENCE", options->sequence, "folder of the sequence")->required();
+      "Filter the ORB features of a sequence (TUM RGB-D or BONN layout) by its masks/ folder, "
+      "show\n"
+      "what was removed (a table, overlays, a line a frame), and track the camera with what is "
+      "left\n"
+      "by the reference odometry. Where there is masks_true/, the features are scored against it;\n"
+      "where there is groundtruth.txt, the trajectory.");
+  CLI::Option* sequence =
+      command->add_option("SEQUENCE", options->scene.sequence, "folder of the sequence");
+  CLI::Option* level = command->add_option("--level", options->scene.level,
+                                           "instead of SEQUENCE: a level of dynfilter synth, "
+                                           "rendered while it is filtered");
+  sequence->excludes(level);
+  command->add_option("--scene-seed", options->scene.level_seed, "of the level")
+      ->capture_default_str()
+      ->needs(level);
+  add_level_size_options(*command, options->scene);
   command->add_option("--out", options->out, "folder for the results")->capture_default_str();
-  command->add_option("--masks", options->masks, "folder of the masks [SEQUENCE/masks]");
-  command->add_option("--camera", options->camera, "camera file [SEQUENCE/camera.yaml]");
-  command
-      ->add_option("--rule", options->rule, "paper: masks and edge compensation; mask: masks only")
-      ->check(CLI::IsMember(detail::rule_names()))
+  command->add_option("--masks", options->scene.masks, "folder of the masks [SEQUENCE/masks]")
+      ->excludes(level);
+  command->add_option("--camera", options->scene.camera, "camera file [SEQUENCE/camera.yaml]")
+      ->excludes(level);
+  command->add_option("--rule", options->rule, "which features are removed, see below")
+      ->check(CLI::IsMember(all_rule_names()))
       ->capture_default_str();
-  command->add_option("--features", options->features, "ORB features a frame")
-      ->check(CLI::Range(1, 100000))
-      ->capture_default_str();
-  command
-      ->add_option("--classes", options->mask_culler.dynamic_classes,
-                   "class ids that are dynamic, as 0,16")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->capture_default_str();
-  command
-      ->add_option("--margin", options->mask_culler.margin_px,
-                   "features that close to a mask go too, pixels")
-      ->capture_default_str();
-  command->add_option("--seed", options->seed, "of the sampled features")->capture_default_str();
-  command->add_option("--overlays", options->overlays, "number of frames to draw")
+  add_setting_options(*command, options->settings);
+  command->add_option("--overlays", options->settings.overlays, "number of frames to draw")
       ->check(CLI::Range(0, 100000))
       ->capture_default_str();
-  command->footer(
-      "examples:\n"
-      "  dynfilter run rgbd_dataset_freiburg3_walking_xyz --out result\n"
-      "  dynfilter run scene --rule mask --masks scene/masks_true");
-  command->callback([options] { run(*options); });
+  command->footer(rule_list() +
+                  "\n\nexamples:\n"
+                  "  dynfilter run rgbd_dataset_freiburg3_walking_xyz --out result\n"
+                  "  dynfilter run scene --rule mask --masks scene/masks_true\n"
+                  "  dynfilter run --level medium --scene-seed 5 --rule crowd_slam");
+  command->callback([options] {
+    if (options->scene.sequence.empty() && options->scene.level.empty()) {
+      throw CLI::RequiredError("SEQUENCE or --level");
+    }
+    run(*options);
+  });
 }
 
 }  // namespace dynfilter::tools

@@ -40,15 +40,17 @@ FeatureLabels only_masked(const FeatureLabels& labels, const Segmentation& segme
 }
 
 RunPictures::RunPictures(const std::filesystem::path& folder, std::size_t frames,
-                         std::size_t pictures, bool compensates)
+                         std::size_t pictures, bool takes_masks, bool compensates)
     : folder_(folder),
       frames_(frames),
       pictures_(std::min(pictures, frames)),
+      takes_masks_(takes_masks),
       compensates_(compensates) {
   const std::filesystem::path overlays = folder_ / "overlays";
+  const std::filesystem::path& made = pictures_ > 0 ? overlays : folder_;
   std::error_code failure;
-  std::filesystem::create_directories(overlays, failure);
-  if (failure) detail::throw_file_error(overlays, "cannot be made: " + failure.message());
+  std::filesystem::create_directories(made, failure);
+  if (failure) detail::throw_file_error(made, "cannot be made: " + failure.message());
   detail::make_room(overlays, detail::timed_png_files(overlays), true);
   detail::make_room(folder_, {folder_ / "contact_sheet.png"}, true);
 }
@@ -62,12 +64,14 @@ bool RunPictures::wants(std::size_t frame) const {
 void RunPictures::add(const std::string& stem, const cv::Mat& image,
                       const Segmentation& segmentation, FeaturesView features,
                       const FeatureLabels& by_mask, const FeatureLabels& labels) {
-  std::vector<cv::Mat> panels = {
-      with_caption(draw_features(image, features), "all features"),
-      with_caption(draw_overlay(image, segmentation, features, by_mask), "masks only")};
+  std::vector<cv::Mat> panels = {with_caption(draw_features(image, features), "all features")};
+  if (takes_masks_) {
+    panels.push_back(
+        with_caption(draw_overlay(image, segmentation, features, by_mask), "masks only"));
+  }
   if (compensates_) {
     panels.push_back(with_caption(draw_overlay(image, segmentation, features, labels),
-                                  "masks and edge compensation"));
+                                  takes_masks_ ? "masks and edge compensation" : "removed"));
   }
   cv::Mat row;
   cv::hconcat(panels, row);
@@ -82,6 +86,21 @@ void RunPictures::write_contact_sheet() const {
   cv::Mat sheet;
   cv::vconcat(rows_, sheet);
   detail::write_png(folder_ / "contact_sheet.png", sheet);
+}
+
+void WorstFrame::offer(std::size_t dynamic_left, const std::string& stem, const cv::Mat& image,
+                       const Segmentation& segmentation, FeaturesView features,
+                       const FeatureLabels& labels) {
+  if (dynamic_left <= dynamic_left_) return;
+  dynamic_left_ = dynamic_left;
+  picture_ = with_caption(draw_overlay(image, segmentation, features, labels),
+                          stem + " s: " + std::to_string(dynamic_left) + " dynamic left");
+}
+
+void WorstFrame::write(const std::filesystem::path& folder) const {
+  const std::filesystem::path file = folder / "worst_frame.jpg";
+  detail::make_room(folder, {file}, true);
+  if (!picture_.empty()) detail::write_jpeg(file, picture_);
 }
 
 }  // namespace dynfilter::tools

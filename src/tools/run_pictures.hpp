@@ -17,15 +17,15 @@
 
 namespace dynfilter::tools {
 
-/// The pictures of a run: for some frames, evenly spread, all features, what the masks remove, and,
-/// if the rule compensates, what compensation removes besides (the paper's Figures 3 and 4), side
-/// by side in overlays/<stem>.png; all of them below each other and smaller in contact_sheet.png.
+/// The pictures of a run: for some frames, evenly spread, all features, what the masks remove if
+/// the rule takes masks, and what the rule removes besides (the paper's Figures 3 and 4), side by
+/// side in overlays/<stem>.png; all of them below each other and smaller in contact_sheet.png.
 class RunPictures {
  public:
   /// Makes the folder and removes the pictures of an earlier run. Throws std::runtime_error that
   /// names what cannot be made.
   RunPictures(const std::filesystem::path& folder, std::size_t frames, std::size_t pictures,
-              bool compensates);
+              bool takes_masks, bool compensates);
 
   bool wants(std::size_t frame) const;
 
@@ -38,8 +38,23 @@ class RunPictures {
   std::filesystem::path folder_;
   std::size_t frames_;
   std::size_t pictures_;
+  bool takes_masks_;
   bool compensates_;
   std::vector<cv::Mat> rows_;  // of the contact sheet
+};
+
+/// The frame of a run in which most dynamic features are left, the first of several.
+class WorstFrame {
+ public:
+  void offer(std::size_t dynamic_left, const std::string& stem, const cv::Mat& image,
+             const Segmentation& segmentation, FeaturesView features, const FeatureLabels& labels);
+
+  /// Writes worst_frame.jpg; removes an earlier one where there is nothing to show.
+  void write(const std::filesystem::path& folder) const;
+
+ private:
+  std::size_t dynamic_left_ = 0;
+  cv::Mat picture_;
 };
 
 /// The labels as they would be had only the masks acted.

@@ -4,13 +4,17 @@
 #ifndef DYNFILTER_TOOLS_RUN_RECORD_HPP
 #define DYNFILTER_TOOLS_RUN_RECORD_HPP
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "dynfilter/evaluation/feature_scores.hpp"
+#include "dynfilter/evaluation/trajectory_errors.hpp"
 #include "dynfilter/statistics.hpp"
+#include "rule_set.hpp"
+#include "scene_spec.hpp"
 #include "stopwatch.hpp"
 
 namespace dynfilter::tools {
@@ -22,16 +26,30 @@ struct FrameRecord {
   FrameStatistics statistics;
   std::optional<FeatureScores> scores;            ///< where the true masks are known
   std::optional<FeatureScores> mask_only_scores;  ///< the same had only the masks acted
+  bool is_lost = false;                           ///< by the odometry, or not begun yet
+};
+
+/// How the odometry did. The errors are missing where the true trajectory is, or where the estimate
+/// is too short to have them.
+struct TrajectoryRecord {
+  bool has_truth = false;
+  std::size_t keyframes = 0;
+  std::size_t pairs = 0;
+  std::optional<ErrorSummary> ate_m;
+  std::optional<ErrorSummary> rpe_translation_m;  ///< over 1 s
+  std::optional<ErrorSummary> rpe_rotation_deg;
 };
 
 /// What is kept of a run over a sequence.
 struct RunRecord {
-  std::string sequence;
-  std::string masks;       ///< the folder, empty = none were there
-  std::string true_masks;  ///< the folder, empty = the truth is not known
-  std::string rule;
+  SceneName scene;
+  std::string input;  ///< the scene as arguments of `dynfilter run`
+  RuleInfo rule;
+  std::string masks;  ///< the folder, empty = none were there
+  bool has_truth = false;
   std::vector<std::pair<std::string, std::string>> options;  ///< as resolved, by their names
   std::vector<FrameRecord> frames;
+  std::optional<TrajectoryRecord> trajectory;         ///< where there was depth
   std::vector<std::pair<std::string, Times>> stages;  ///< name and time, in the order of work
 
   /// Sums over the frames.
@@ -51,6 +69,12 @@ struct RunRecord {
     FeatureScores sum;
     for (const FrameRecord& frame : frames) sum += (frame.*which).value_or(FeatureScores());
     return sum;
+  }
+
+  std::size_t lost_frames() const {
+    std::size_t lost = 0;
+    for (const FrameRecord& frame : frames) lost += frame.is_lost ? 1U : 0U;
+    return lost;
   }
 };
 

@@ -3,6 +3,8 @@
 
 #include "run_report.hpp"
 
+#include <unistd.h>
+
 #include <cstdio>
 #include <string>
 
@@ -48,14 +50,16 @@ void print_count(const char* name, std::size_t count, std::size_t frames) {
               static_cast<double>(count) / static_cast<double>(frames));
 }
 
-/// One row with masks only, and one with compensation where the rule compensates.
+/// A row of what the masks did, one of what the rule made of it, or either alone.
 void print_score(const RunRecord& run, const std::string& name, std::size_t FeatureScores::*score) {
   const auto total = [&](auto which) { return run.total_scores(which).*score; };
-  print_count((name + ", masks only").c_str(), total(&FrameRecord::mask_only_scores),
-              run.frames.size());
-  if (run.rule == "mask") return;
-  print_count((name + ", with compensation").c_str(), total(&FrameRecord::scores),
-              run.frames.size());
+  if (run.rule.takes_masks) {
+    print_count((name + ", masks only").c_str(), total(&FrameRecord::mask_only_scores),
+                run.frames.size());
+  }
+  if (run.rule.takes_masks && !run.rule.compensates) return;
+  const char* how = run.rule.takes_masks ? ", with compensation" : "";
+  print_count((name + how).c_str(), total(&FrameRecord::scores), run.frames.size());
 }
 
 void print_scores(const RunRecord& run) {
@@ -68,20 +72,98 @@ void print_scores(const RunRecord& run) {
   print_score(run, "removed on the rim", &FeatureScores::rim_removed);
 }
 
+void print_trajectory(const RunRecord& run) {
+  std::printf("the reference odometry\n");
+  print_count("frames lost", run.lost_frames(), run.frames.size());
+  const auto print = [](const char* name, const std::optional<ErrorSummary>& errors,
+                        const char* unit) {
+    if (errors) std::printf("  %-38s %9.4f %s\n", name, errors->rmse, unit);
+  };
+  print("ATE, RMSE", run.trajectory->ate_m, "m");
+  print("RPE over 1 s, RMSE", run.trajectory->rpe_translation_m, "m");
+  print("RPE over 1 s, RMSE", run.trajectory->rpe_rotation_deg, "deg");
+  if (!run.trajectory->has_truth) {
+    std::printf("  no errors: the true trajectory is not known\n");
+  } else if (!run.trajectory->rpe_translation_m) {
+    std::printf("  no error over 1 s: too few poses\n");
+  }
+}
+
+std::string masks_text(const RunRecord& run) {
+  if (run.masks.empty()) return "no masks: there is no masks/ folder, so nothing can be removed";
+  return "masks: " + run.masks;
+}
+
+/// null where there is no such rate.
+nlohmann::ordered_json json_of(const DetectionRates& rates) {
+  nlohmann::ordered_json json;
+  const auto add = [&](const char* name, const std::optional<double>& rate) {
+    json[name] = rate ? nlohmann::ordered_json(*rate) : nlohmann::ordered_json();
+  };
+  add("true_positive_rate", rates.true_positive_rate);
+  add("false_positive_rate", rates.false_positive_rate);
+  add("precision", rates.precision);
+  add("f1", rates.f1);
+  return json;
+}
+
+void add_scores(nlohmann::ordered_json& summary, const RunRecord& run) {
+  const FeatureScores masks = run.total_scores(&FrameRecord::mask_only_scores);
+  const FeatureScores all = run.total_scores(&FrameRecord::scores);
+  summary["dynamic_left"] = all.dynamic_left;
+  summary["dynamic_left_mask_only"] = masks.dynamic_left;
+  summary["dynamic_removed"] = all.dynamic_removed;
+  summary["static_left"] = all.static_left;
+  summary["static_removed"] = all.static_removed;
+  summary["static_removed_mask_only"] = masks.static_removed;
+  summary["rim_left"] = all.rim_left;
+  summary["rim_removed"] = all.rim_removed;
+  summary["rim_removed_mask_only"] = masks.rim_removed;
+  summary["rates"]["silhouette"] = json_of(all.rates(DynamicTruth::silhouette));
+  summary["rates"]["silhouette_and_rim"] = json_of(all.rates(DynamicTruth::silhouette_and_rim));
+}
+
+void add_trajectory(nlohmann::ordered_json& summary, const RunRecord& run) {
+  const TrajectoryRecord& trajectory = *run.trajectory;
+  summary["keyframes"] = trajectory.keyframes;
+  summary["lost_frames"] = run.lost_frames();
+  summary["pairs"] = trajectory.pairs;
+  const auto add = [&](const char* name, const std::optional<ErrorSummary>& errors) {
+    if (errors) summary[name] = errors->rmse;
+  };
+  add("ate_rmse_m", trajectory.ate_m);
+  add("rpe_translation_rmse_m", trajectory.rpe_translation_m);
+  add("rpe_rotation_rmse_deg", trajectory.rpe_rotation_deg);
+}
+
+/// Under another name until it is whole: who finds a summary finds a run that came to its end.
+void write_whole(const std::filesystem::path& path, const std::string& text) {
+  std::filesystem::path part = path;
+  part += "." + std::to_string(getpid());
+  OutputFile file(part);
+  file << text;
+  file.close();
+  std::filesystem::rename(part, path);
+}
+
 }  // namespace
 
 void print_report(const RunRecord& run) {
   const FrameStatistics totals = run.totals();
   const std::size_t frames = run.frames.size();
-  std::printf("\n%s: %zu frames, rule %s, %s\n\n", run.sequence.c_str(), frames, run.rule.c_str(),
-              run.masks.empty() ? "no masks: there is no masks/ folder, so nothing can be removed"
-                                : ("masks from " + run.masks).c_str());
+  std::printf("\n%s: %zu frames, rule %s, %s\n\n", run.scene.name.c_str(), frames,
+              run.rule.name.c_str(), masks_text(run).c_str());
   std::printf("features                                      total   per frame\n");
   print_count("extracted", totals.features, frames);
-  print_count("removed by mask", totals.masked, frames);
-  print_count("removed by compensation", totals.compensated, frames);
+  if (run.rule.takes_masks) {
+    print_count("removed by mask", totals.masked, frames);
+    print_count("removed by compensation", totals.compensated, frames);
+  } else {
+    print_count("removed", totals.masked + totals.compensated + totals.custom, frames);
+  }
   print_count("kept", totals.kept(), frames);
-  if (!run.true_masks.empty()) print_scores(run);
+  if (run.has_truth) print_scores(run);
+  if (run.trajectory) print_trajectory(run);
   std::printf("time a frame                                 median        95 %%\n");
   for (const auto& [name, times] : run.stages) {
     std::printf("  %-38s %6.3f ms %8.3f ms\n", name.c_str(), times.quantile_ms(0.5),
@@ -122,32 +204,25 @@ void write_instances_csv(const RunRecord& run, const std::filesystem::path& file
 void write_summary_json(const RunRecord& run, const std::filesystem::path& file) {
   const FrameStatistics totals = run.totals();
   nlohmann::ordered_json summary;
-  summary["sequence"] = run.sequence;
-  summary["rule"] = run.rule;
+  summary["group"] = run.scene.group;
+  summary["scene"] = run.scene.name;
+  summary["input"] = run.input;
+  summary["rule"] = run.rule.name;
   summary["has_masks"] = !run.masks.empty();
   summary["frames"] = run.frames.size();
   summary["features"] = totals.features;
   summary["masked"] = totals.masked;
   summary["compensated"] = totals.compensated;
+  summary["custom"] = totals.custom;
   summary["kept"] = totals.kept();
-  if (!run.true_masks.empty()) {
-    const FeatureScores masks = run.total_scores(&FrameRecord::mask_only_scores);
-    const FeatureScores all = run.total_scores(&FrameRecord::scores);
-    summary["dynamic_left"] = all.dynamic_left;
-    summary["dynamic_left_mask_only"] = masks.dynamic_left;
-    summary["static_removed"] = all.static_removed;
-    summary["static_removed_mask_only"] = masks.static_removed;
-    summary["rim_removed"] = all.rim_removed;
-    summary["rim_removed_mask_only"] = masks.rim_removed;
-  }
+  if (run.has_truth) add_scores(summary, run);
+  if (run.trajectory) add_trajectory(summary, run);
   for (const auto& [name, value] : run.options) summary["options"][name] = value;
   for (const auto& [name, times] : run.stages) {
     summary["times_ms"][name] = {{"median", times.quantile_ms(0.5)},
                                  {"p95", times.quantile_ms(0.95)}};
   }
-  OutputFile json(file);
-  json << summary.dump(2) << '\n';
-  json.close();
+  write_whole(file, summary.dump(2) + '\n');
 }
 
 }  // namespace dynfilter::tools

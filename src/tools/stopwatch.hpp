@@ -24,6 +24,8 @@ class Times {
     return std::forward<Work>(work)();
   }
 
+  void add(double time_ms) { values_ms_.push_back(time_ms); }
+
   bool empty() const { return values_ms_.empty(); }
 
   /// The value below which that share of the frames lies (nearest rank).
@@ -39,10 +41,7 @@ class Times {
 
   struct Note {
     explicit Note(Times& target) : times(target) {}
-    ~Note() {
-      times.values_ms_.push_back(
-          std::chrono::duration<double, std::milli>(Clock::now() - start).count());
-    }
+    ~Note() { times.add(std::chrono::duration<double, std::milli>(Clock::now() - start).count()); }
     Times& times;
     Clock::time_point start = Clock::now();
   };

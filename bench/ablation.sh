@@ -1,0 +1,83 @@
+#!/usr/bin/env bash
+# SPDX-FileCopyrightText: 2026 the dynfilter authors
+# SPDX-License-Identifier: MIT
+
+set -euo pipefail
+
+usage() {
+  cat <<'END'
+usage: bench/ablation.sh [--quick] [--seeds LIST] [--out DIR] [--readme] [-h] [SEQUENCE...]
+
+Builds the program and compares all rules on the levels of the rendered scene, and on the sequences
+that are given: features left and removed, rates, and the trajectory of the reference odometry.
+Prints the tables and writes DIR/report.html. About half an hour for every five seeds on two cores.
+Installs the packages that are missing (Debian, Ubuntu), or says which.
+
+  --quick       one seed and 60 frames a level, to see what it does
+  --seeds LIST  default 101-105: seeds by which nothing was tuned
+  --out DIR     default: out/ablation in the repository
+  --readme      put the tables that the README shows between its marks
+
+  DYNFILTER_BUILD_DIR  folder of the build, default build/release in the repository
+END
+}
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+readonly root
+levels=static,cross,together,medium,hard,stale_3,stale_6,furniture,two_in_one,leave
+seeds=101-105
+out=$root/out/ablation
+options=()
+sequences=()
+readme=no
+while (($#)); do
+  case "$1" in
+    --quick)
+      seeds=101
+      options+=(--frames 60)
+      ;;
+    --seeds | --out)
+      [[ $# -ge 2 ]] || { usage >&2; exit 2; }
+      if [[ $1 == --seeds ]]; then seeds=$2; else out=$(realpath -m "$2"); fi
+      shift
+      ;;
+    --readme) readme=yes ;;
+    -h | --help)
+      usage
+      exit
+      ;;
+    -*)
+      usage >&2
+      exit 2
+      ;;
+    *) sequences+=("$(realpath "$1")") ;;
+  esac
+  shift
+done
+
+# shellcheck source-path=SCRIPTDIR source=../cmake/setup.sh
+source "$root/cmake/setup.sh"
+build_dir=$(realpath -m "${DYNFILTER_BUILD_DIR:-$root/build/release}")
+
+need_tool_packages
+find_configure_options
+log "Building the program dynfilter"
+cmake -S "$root" -B "$build_dir" "${configure_options[@]}" -DCMAKE_BUILD_TYPE=Release \
+  -DDYNFILTER_BUILD_TESTS=OFF -DDYNFILTER_BUILD_EXAMPLES=OFF -DDYNFILTER_BUILD_TOOLS=ON >/dev/null
+cmake --build "$build_dir" --target dynfilter_program
+
+log "Comparing all rules; results in $out"
+mkdir -p "$out"
+"$build_dir/src/tools/dynfilter" ablate "${sequences[@]}" --levels "$levels" --seeds "$seeds" \
+  "${options[@]}" --out "$out" --report "$out/report.html" | tee "$out/tables.txt"
+
+if [[ $readme == yes ]]; then
+  # The overviews and what follows them: a table of every level is more than a README can bear.
+  tables=$(printf '%s\n' '```text' "$(sed -n '/^all: /,$p' "$out/tables.txt" | sed '/^report /d')" '```')
+  awk -v tables="$tables" '
+    /<!-- ablation tables: begin -->/ { print; print tables; skip = 1; next }
+    /<!-- ablation tables: end -->/ { skip = 0 }
+    !skip' "$root/README.md" >"$root/README.md.new"
+  mv "$root/README.md.new" "$root/README.md"
+  log "updated README.md"
+fi

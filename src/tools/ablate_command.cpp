@@ -1,0 +1,156 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "ablation.hpp"
+#include "ablation_tables.hpp"
+#include "commands.hpp"
+#include "dynfilter/datasets/scene_levels.hpp"
+#include "dynfilter/detail/errors.hpp"
+#include "report/html_report.hpp"
+#include "run_results.hpp"
+#include "shared_options.hpp"
+
+namespace dynfilter::tools {
+namespace {
+
+struct AblateOptions {
+  std::string program = "dynfilter";
+  std::vector<std::filesystem::path> sequences;
+  std::vector<std::string> levels;
+  std::string seeds = "1-5";
+  SceneSpec of_level;  // what all levels share
+  AblationPlan plan;
+  bool list = false;
+  std::filesystem::path gather;  // empty: run
+  std::filesystem::path report;  // empty: none
+};
+
+/// "3", "1-5", "1,3,8-10" as numbers.
+std::vector<std::uint64_t> numbers_of(const std::string& text) {
+  const auto refuse = [&] {
+    detail::throw_misuse("ablate", "--seeds " + text, "numbers and ranges, as 1-5 or 1,3,8-10");
+  };
+  std::vector<std::uint64_t> numbers;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    const std::string part = text.substr(begin, end - begin);
+    unsigned long first = 0, last = 0;
+    char rest = 0;
+    const int count = std::sscanf(part.c_str(), "%9lu-%9lu%c", &first, &last, &rest);
+    const bool is_one = part.find_first_not_of("0123456789") == std::string::npos;
+    if (count == 1 && is_one) last = first;
+    if (count < 1 || count > 2 || (count == 1 && !is_one) || last < first) refuse();
+    for (unsigned long number = first; number <= last; ++number) numbers.push_back(number);
+    begin = end + 1;
+  }
+  return numbers;
+}
+
+AblationPlan plan_of(const AblateOptions& options) {
+  AblationPlan plan = options.plan;
+  for (const std::filesystem::path& sequence : options.sequences) {
+    SceneSpec scene;
+    scene.sequence = sequence;
+    plan.scenes.push_back(scene);
+  }
+  for (const std::string& level : options.levels) {
+    for (const std::uint64_t seed : numbers_of(options.seeds)) {
+      SceneSpec scene = options.of_level;
+      scene.level = level;
+      scene.level_seed = seed;
+      plan.scenes.push_back(scene);
+    }
+  }
+  if (plan.scenes.empty()) throw CLI::RequiredError("SEQUENCE, --levels or --gather");
+  if (plan.rules.empty()) plan.rules = all_rule_names();
+  return plan;
+}
+
+void show(const std::filesystem::path& folder, const std::filesystem::path& report) {
+  const std::vector<RunResult> results = read_results(folder);
+  for (const Table& table : ablation_tables(results)) std::printf("%s\n", text_of(table).c_str());
+  const std::vector<std::string> missing = missing_runs(results);
+  for (const std::string& run : missing) std::printf("missing: %s\n", run.c_str());
+  if (!report.empty()) {
+    write_html_report(results, report);
+    std::printf("report written to %s\n", report.c_str());
+  }
+}
+
+void ablate(const AblateOptions& options) {
+  if (!options.gather.empty()) return show(options.gather, options.report);
+  const AblationPlan plan = plan_of(options);
+  if (options.list) {
+    for (const std::string& line : job_lines(plan, options.program)) std::puts(line.c_str());
+    return;
+  }
+  run_all(plan);
+  show(plan.out, options.report);
+}
+
+std::vector<std::string> level_names() {
+  std::vector<std::string> names;
+  for (const SceneLevel& level : scene_levels()) names.push_back(level.name);
+  return names;
+}
+
+/// How this program was called, for others to call it from any folder.
+std::string callable(const std::string& program) {
+  if (program.find('/') == std::string::npos) return program;
+  return std::filesystem::absolute(program).lexically_normal().string();
+}
+
+}  // namespace
+
+void add_ablate_command(CLI::App& program, const std::string& called_as) {
+  const auto options = std::make_shared<AblateOptions>();
+  options->program = callable(called_as);
+  options->plan.out = "dynfilter_ablation";
+  CLI::App* command = program.add_subcommand(
+      "ablate",
+      "Compare rules on sequences, or on levels and seeds: features left and removed, rates, and\n"
+      "what becomes of the reference odometry's trajectory. A job is one scene under one rule; "
+      "its\n"
+      "results lie in OUT/<scene>/<rule>, and the tables are made of what lies there.");
+  command->add_option("SEQUENCES", options->sequences, "folders of sequences");
+  command->add_option("--levels", options->levels, "levels of dynfilter synth, as medium,hard")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(CLI::IsMember(level_names()));
+  command->add_option("--seeds", options->seeds, "of the levels, as 1-5 or 1,3,8-10")
+      ->capture_default_str();
+  add_level_size_options(*command, options->of_level);
+  command->add_option("--rules", options->plan.rules, "as mask,paper; default: all, see below")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(CLI::IsMember(all_rule_names()));
+  add_setting_options(*command, options->plan.settings);
+  command->add_option("--out", options->plan.out, "folder for the results")->capture_default_str();
+  CLI::Option* list =
+      command->add_flag("--list", options->list,
+                        "run nothing: print a command a job, to be run anywhere in any order");
+  command
+      ->add_option("--gather", options->gather,
+                   "run nothing: make the tables from the results in this folder")
+      ->excludes(list);
+  command
+      ->add_option("--report", options->report, "write the tables and pictures to this page, too")
+      ->excludes(list);
+  command->footer(
+      rule_list() +
+      "\n\nexamples:\n"
+      "  dynfilter ablate --levels medium,hard --seeds 1-5 --out sweep --report sweep.html\n"
+      "  dynfilter ablate rgbd_dataset_freiburg3_walking_xyz --rules none,mask,paper\n"
+      "  dynfilter ablate --levels medium --seeds 1-20 --out sweep --list | parallel\n"
+      "  dynfilter ablate --gather sweep");
+  command->callback([options] { ablate(*options); });
+}
+
+}  // namespace dynfilter::tools

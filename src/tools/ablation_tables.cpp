@@ -1,0 +1,311 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "ablation_tables.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdio>
+#include <map>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "dynfilter/evaluation/trajectory_errors.hpp"
+#include "rule_set.hpp"
+
+namespace dynfilter::tools {
+namespace {
+
+/// The results of one group under one rule.
+using Runs = std::vector<RunResult>;
+/// A group's runs by rule, in the order of the results.
+using RulesOfGroup = std::vector<std::pair<std::string, Runs>>;
+using Groups = std::vector<std::pair<std::string, RulesOfGroup>>;
+
+template <class Value>
+Value& entry(std::vector<std::pair<std::string, Value>>& list, const std::string& name) {
+  for (auto& [key, value] : list) {
+    if (key == name) return value;
+  }
+  list.emplace_back(name, Value());
+  return list.back().second;
+}
+
+Groups grouped(const std::vector<RunResult>& results) {
+  Groups groups;
+  for (const RunResult& result : results) {
+    entry(entry(groups, result.scene.group), result.rule).push_back(result);
+  }
+  // A rule may be missing in a group's first scene: its place is that of the set of rules.
+  const std::vector<std::string> order = all_rule_names();
+  const auto rank = [&](const std::string& rule) {
+    return std::find(order.begin(), order.end(), rule) - order.begin();
+  };
+  for (auto& [group, rules] : groups) {
+    std::stable_sort(rules.begin(), rules.end(),
+                     [&](const auto& a, const auto& b) { return rank(a.first) < rank(b.first); });
+  }
+  return groups;
+}
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  const std::size_t middle = values.size() / 2;
+  return values.size() % 2 == 1 ? values[middle] : (values[middle - 1] + values[middle]) / 2;
+}
+
+std::string number(double value, int decimals) {
+  char text[64];
+  std::snprintf(text, sizeof text, "%.*f", decimals, value);
+  return text;
+}
+
+/// "median (least..greatest)"; a dash where there is no value.
+std::string spread(const std::vector<double>& values, int decimals) {
+  if (values.empty()) return "-";
+  const std::string middle = number(median(values), decimals);
+  if (values.size() == 1) return middle;
+  const auto [least, greatest] = std::minmax_element(values.begin(), values.end());
+  return middle + " (" + number(*least, decimals) + ".." + number(*greatest, decimals) + ")";
+}
+
+/// Without the columns that have no figure.
+Table without_empty_columns(Table table) {
+  for (std::size_t k = table.header.size(); k-- > 1;) {
+    const auto is_empty = [&](const auto& row) { return row[k] == "-"; };
+    if (!std::all_of(table.rows.begin(), table.rows.end(), is_empty)) continue;
+    const auto column = static_cast<std::ptrdiff_t>(k);
+    table.header.erase(table.header.begin() + column);
+    for (auto& row : table.rows) row.erase(row.begin() + column);
+  }
+  return table;
+}
+
+/// Of those runs that have the value.
+template <class Get>
+std::vector<double> values_of(const Runs& runs, const Get& get) {
+  std::vector<double> values;
+  for (const RunResult& run : runs) {
+    const std::optional<double> value = get(run);
+    if (value) values.push_back(*value);
+  }
+  return values;
+}
+
+/// A count a frame.
+auto per_frame(std::size_t FeatureScores::*count) {
+  return [count](const RunResult& run) -> std::optional<double> {
+    if (!run.scores) return {};
+    return static_cast<double>((*run.scores).*count) / static_cast<double>(run.frames);
+  };
+}
+
+std::string titled(const std::string& group, std::size_t scenes, const char* what) {
+  return group + (scenes == 1 ? "" : ", " + std::to_string(scenes) + " scenes") + ": " + what;
+}
+
+std::size_t most_scenes(const RulesOfGroup& rules) {
+  std::size_t most = 0;
+  for (const auto& [rule, runs] : rules) most = std::max(most, runs.size());
+  return most;
+}
+
+/// How many scenes a row stands for, where that is not all.
+std::string row_name(const std::string& rule, const Runs& runs, std::size_t scenes) {
+  return runs.size() == scenes ? rule : rule + " [" + std::to_string(runs.size()) + "]";
+}
+
+Table feature_table(const std::string& group, const RulesOfGroup& rules) {
+  const std::size_t scenes = most_scenes(rules);
+  Table table{titled(group, scenes, "features a frame"),
+              {"rule", "dynamic left", "static removed", "rim removed", "kept"},
+              {}};
+  for (const auto& [rule, runs] : rules) {
+    const auto kept = [](const RunResult& run) -> std::optional<double> {
+      return static_cast<double>(run.kept) / static_cast<double>(run.frames);
+    };
+    table.rows.push_back({row_name(rule, runs, scenes),
+                          spread(values_of(runs, per_frame(&FeatureScores::dynamic_left)), 1),
+                          spread(values_of(runs, per_frame(&FeatureScores::static_removed)), 1),
+                          spread(values_of(runs, per_frame(&FeatureScores::rim_removed)), 1),
+                          spread(values_of(runs, kept), 0)});
+  }
+  return table;
+}
+
+void add_rates(std::vector<std::string>& row, const DetectionRates& rates) {
+  for (const auto& rate :
+       {rates.true_positive_rate, rates.false_positive_rate, rates.precision, rates.f1}) {
+    row.push_back(rate ? number(*rate, 3) : "-");
+  }
+}
+
+Table rate_table(const std::string& group, const RulesOfGroup& rules) {
+  const std::size_t scenes = most_scenes(rules);
+  Table table{titled(group, scenes, "dynamic = silhouette | silhouette and rim"),
+              {"rule", "TPR", "FPR", "precision", "F1", "| TPR", "FPR", "precision", "F1"},
+              {}};
+  for (const auto& [rule, runs] : rules) {
+    FeatureScores sum;
+    for (const RunResult& run : runs) sum += run.scores.value_or(FeatureScores());
+    std::vector<std::string> row = {row_name(rule, runs, scenes)};
+    add_rates(row, sum.rates(DynamicTruth::silhouette));
+    add_rates(row, sum.rates(DynamicTruth::silhouette_and_rim));
+    table.rows.push_back(row);
+  }
+  return table;
+}
+
+/// ATE over the perfect mask's on the same scene.
+std::vector<double> ratios_to_perfect(const Runs& runs, const RulesOfGroup& rules) {
+  std::map<std::string, double> perfect;
+  for (const auto& [rule, others] : rules) {
+    if (!rule_info(rule).takes_true_masks) continue;
+    for (const RunResult& run : others) {
+      if (run.ate_rmse_m) perfect[run.scene.name] = *run.ate_rmse_m;
+    }
+  }
+  return values_of(runs, [&](const RunResult& run) -> std::optional<double> {
+    const auto bound = perfect.find(run.scene.name);
+    if (bound == perfect.end() || !run.ate_rmse_m || !(bound->second > 0)) return {};
+    return *run.ate_rmse_m / bound->second;
+  });
+}
+
+Table trajectory_table(const std::string& group, const RulesOfGroup& rules) {
+  const std::size_t scenes = most_scenes(rules);
+  Table table{titled(group, scenes, "the odometry's RMSE"),
+              {"rule", "ATE m", "over perfect", "RPE m in 1 s", "RPE deg in 1 s", "lost %"},
+              {}};
+  for (const auto& [rule, runs] : rules) {
+    const auto lost = [](const RunResult& run) -> std::optional<double> {
+      if (!run.lost_frames) return {};
+      return 100.0 * static_cast<double>(*run.lost_frames) / static_cast<double>(run.frames);
+    };
+    table.rows.push_back(
+        {row_name(rule, runs, scenes),
+         spread(values_of(runs, [](const RunResult& r) { return r.ate_rmse_m; }), 4),
+         spread(ratios_to_perfect(runs, rules), 2),
+         spread(values_of(runs, [](const RunResult& r) { return r.rpe_translation_rmse_m; }), 4),
+         spread(values_of(runs, [](const RunResult& r) { return r.rpe_rotation_rmse_deg; }), 3),
+         spread(values_of(runs, lost), 1)});
+  }
+  return table;
+}
+
+/// A row a rule, a column a group.
+template <class Cell>
+Table overview(const Groups& groups, const std::string& title, const Cell& cell) {
+  Table table{title, {"rule"}, {}};
+  for (const auto& [group, rules] : groups) table.header.push_back(group);
+  for (const std::string& name : all_rule_names()) {
+    std::vector<std::string> row = {name};
+    for (const auto& [group, rules] : groups) {
+      const auto found = std::find_if(rules.begin(), rules.end(),
+                                      [&](const auto& entry) { return entry.first == name; });
+      row.push_back(found == rules.end() ? "-" : cell(found->second));
+    }
+    const bool is_empty = std::all_of(row.begin() + 1, row.end(),
+                                      [](const std::string& text) { return text == "-"; });
+    if (!is_empty) table.rows.push_back(row);
+  }
+  return table;
+}
+
+Table feature_overview(const Groups& groups) {
+  return overview(groups, "all: dynamic left / static removed a frame, medians over scenes",
+                  [](const Runs& runs) -> std::string {
+                    const auto left = values_of(runs, per_frame(&FeatureScores::dynamic_left));
+                    const auto lost = values_of(runs, per_frame(&FeatureScores::static_removed));
+                    if (left.empty()) return "-";
+                    return number(median(left), 1) + " / " + number(median(lost), 1);
+                  });
+}
+
+Table trajectory_overview(const Groups& groups) {
+  return overview(groups, "all: RMSE of the ATE in m, medians over scenes",
+                  [](const Runs& runs) -> std::string {
+                    const auto errors =
+                        values_of(runs, [](const RunResult& r) { return r.ate_rmse_m; });
+                    return errors.empty() ? "-" : number(median(errors), 4);
+                  });
+}
+
+std::optional<double> median_ate(const RulesOfGroup& rules, const char* wanted) {
+  for (const auto& [rule, runs] : rules) {
+    if (rule != wanted) continue;
+    const auto values = values_of(runs, [](const RunResult& r) { return r.ate_rmse_m; });
+    if (!values.empty()) return median(values);
+  }
+  return {};
+}
+
+Table paper_table(const Groups& groups) {
+  Table table{"in the form of the paper's Table 4: RMSE of the ATE in m, median over scenes",
+              {"scenes", "Y", "Y+D", "improvement"},
+              {}};
+  for (const auto& [group, rules] : groups) {
+    const std::optional<double> y = median_ate(rules, "mask"), y_d = median_ate(rules, "paper");
+    if (!y || !y_d) continue;
+    const std::string improvement = *y > 0 ? number(improvement_percent(*y, *y_d), 1) + " %" : "-";
+    table.rows.push_back({group, number(*y, 4), number(*y_d, 4), improvement});
+  }
+  return table;
+}
+
+template <class Has>
+bool any_run(const RulesOfGroup& rules, const Has& has) {
+  for (const auto& [rule, runs] : rules) {
+    if (std::any_of(runs.begin(), runs.end(), has)) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::vector<Table> ablation_tables(const std::vector<RunResult>& results) {
+  const Groups groups = grouped(results);
+  std::vector<Table> tables;
+  for (const auto& [group, rules] : groups) {
+    tables.push_back(without_empty_columns(feature_table(group, rules)));
+    if (any_run(rules, [](const RunResult& run) { return run.scores.has_value(); })) {
+      tables.push_back(rate_table(group, rules));
+    }
+    if (any_run(rules, [](const RunResult& run) { return run.ate_rmse_m.has_value(); })) {
+      tables.push_back(without_empty_columns(trajectory_table(group, rules)));
+    }
+  }
+  const auto add_where_filled = [&](Table table) {
+    if (!table.rows.empty()) tables.push_back(std::move(table));
+  };
+  if (groups.size() > 1) {
+    add_where_filled(feature_overview(groups));
+    add_where_filled(trajectory_overview(groups));
+  }
+  add_where_filled(paper_table(groups));
+  return tables;
+}
+
+std::vector<std::string> missing_runs(const std::vector<RunResult>& results) {
+  std::set<std::pair<std::string, std::string>> there;
+  std::vector<std::pair<std::string, bool>> scenes;  // name, and whether the truth is known
+  std::set<std::string> rules;
+  for (const RunResult& result : results) {
+    there.emplace(result.scene.name, result.rule);
+    bool& has_truth = entry(scenes, result.scene.name);
+    has_truth = has_truth || result.scores.has_value();
+    rules.insert(result.rule);
+  }
+  std::vector<std::string> missing;
+  for (const auto& [scene, has_truth] : scenes) {
+    for (const std::string& rule : all_rule_names()) {
+      const bool is_wanted =
+          rules.count(rule) == 1 && (has_truth || !rule_info(rule).takes_true_masks);
+      if (is_wanted && there.count({scene, rule}) == 0) missing.push_back(scene + " under " + rule);
+    }
+  }
+  return missing;
+}
+
+}  // namespace dynfilter::tools

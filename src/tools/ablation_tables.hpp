@@ -1,0 +1,27 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_TOOLS_ABLATION_TABLES_HPP
+#define DYNFILTER_TOOLS_ABLATION_TABLES_HPP
+
+#include <string>
+#include <vector>
+
+#include "run_results.hpp"
+#include "table.hpp"
+
+namespace dynfilter::tools {
+
+/// The tables of all results, which are in the order that read_results gives. For every group: what
+/// is left and removed a frame; the rates of detection under both truths; the odometry's errors.
+/// Then all groups side by side, and masks alone (Y) and the paper's rule (Y+D) in the form of the
+/// paper's Table 4. A table that would have no figure is left out. Cells of several scenes are
+/// "median (least..greatest)".
+std::vector<Table> ablation_tables(const std::vector<RunResult>& results);
+
+/// "scene under rule" for every pair that has no result though its scene and its rule have others.
+std::vector<std::string> missing_runs(const std::vector<RunResult>& results);
+
+}  // namespace dynfilter::tools
+
+#endif  // DYNFILTER_TOOLS_ABLATION_TABLES_HPP

@@ -1,0 +1,103 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "frame_source.hpp"
+
+#include "dynfilter/datasets/rgbd_sequence.hpp"
+#include "dynfilter/detail/number_text.hpp"
+#include "dynfilter/segmenters/mask_folder_segmenter.hpp"
+
+namespace dynfilter::tools {
+namespace {
+
+class Recording final : public FrameSource {
+ public:
+  Recording(const std::filesystem::path& folder, const std::filesystem::path& masks,
+            const std::filesystem::path& camera)
+      : sequence_(folder, {0.02, camera}) {
+    const auto given = masks.empty() ? sequence_.masks_folder() : masks;
+    if (given) {
+      masks_.emplace(*given);
+      masks_name_ = given->string();
+    }
+    if (sequence_.true_masks_folder()) true_masks_.emplace(*sequence_.true_masks_folder());
+  }
+
+  std::size_t size() const override { return sequence_.size(); }
+  CameraParameters camera() const override { return sequence_.camera(); }
+  bool has_depth() const override { return sequence_.has_depth(); }
+  bool has_true_masks() const override { return true_masks_.has_value(); }
+  std::string masks_name() const override { return masks_name_; }
+
+  SourceFrame read(std::size_t i) override {
+    SourceFrame frame{sequence_.entry(i).stem, sequence_.read(i), {}, {}};
+    if (masks_) frame.masks = masks_->segment(frame.frame);
+    if (true_masks_) frame.true_masks = true_masks_->segment(frame.frame);
+    return frame;
+  }
+
+  std::optional<Trajectory> true_trajectory() const override {
+    if (!sequence_.groundtruth_file()) return {};
+    return read_trajectory(*sequence_.groundtruth_file());
+  }
+
+ private:
+  RgbdSequence sequence_;
+  std::string masks_name_;
+  std::optional<MaskFolderSegmenter> masks_;
+  std::optional<MaskFolderSegmenter> true_masks_;
+};
+
+TimedPose timed(double timestamp_s, const CameraPose& pose) {
+  TimedPose timed;
+  timed.timestamp_s = timestamp_s;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      timed.rotation(row, column) = pose.rotation(row, column);
+    }
+    timed.translation(row) = pose.translation(row);
+  }
+  return timed;
+}
+
+class Rendering final : public FrameSource {
+ public:
+  explicit Rendering(const SyntheticSceneOptions& options) : scene_(options) {}
+
+  std::size_t size() const override { return static_cast<std::size_t>(scene_.size()); }
+  CameraParameters camera() const override { return scene_.camera(); }
+  bool has_depth() const override { return true; }
+  bool has_true_masks() const override { return true; }
+  std::string masks_name() const override { return "rendered"; }
+
+  SourceFrame read(std::size_t i) override {
+    SyntheticFrame rendered = scene_.render(static_cast<int>(i));
+    return {detail::time_text(rendered.frame.timestamp_s), rendered.frame,
+            std::move(rendered.poor_segmentation), std::move(rendered.true_segmentation)};
+  }
+
+  std::optional<Trajectory> true_trajectory() const override {
+    Trajectory trajectory;
+    for (int i = 0; i < scene_.size(); ++i) {
+      trajectory.push_back(timed(scene_.timestamp_s(i), scene_.pose(i)));
+    }
+    return trajectory;
+  }
+
+ private:
+  SyntheticScene scene_;
+};
+
+}  // namespace
+
+std::unique_ptr<FrameSource> open_sequence(const std::filesystem::path& folder,
+                                           const std::filesystem::path& masks,
+                                           const std::filesystem::path& camera) {
+  return std::make_unique<Recording>(folder, masks, camera);
+}
+
+std::unique_ptr<FrameSource> render_scene(const SyntheticSceneOptions& options) {
+  return std::make_unique<Rendering>(options);
+}
+
+}  // namespace dynfilter::tools

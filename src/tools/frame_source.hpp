@@ -1,0 +1,61 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_TOOLS_FRAME_SOURCE_HPP
+#define DYNFILTER_TOOLS_FRAME_SOURCE_HPP
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "dynfilter/datasets/camera.hpp"
+#include "dynfilter/datasets/synthetic_scene.hpp"
+#include "dynfilter/evaluation/trajectory.hpp"
+#include "dynfilter/frame.hpp"
+#include "dynfilter/segmentation.hpp"
+
+namespace dynfilter::tools {
+
+/// A frame with all that is known about it.
+struct SourceFrame {
+  std::string stem;  ///< of its files
+  FrameView frame;
+  std::optional<Segmentation> masks;       ///< none where the sequence has no masks
+  std::optional<Segmentation> true_masks;  ///< none where the truth is not known
+};
+
+/// Where frames come from: a sequence on disk, or a scene that is rendered as it is asked for.
+class FrameSource {
+ public:
+  FrameSource() = default;
+  FrameSource(const FrameSource&) = delete;
+  FrameSource& operator=(const FrameSource&) = delete;
+  virtual ~FrameSource() = default;
+
+  virtual std::size_t size() const = 0;
+  virtual CameraParameters camera() const = 0;
+  virtual bool has_depth() const = 0;
+  virtual bool has_true_masks() const = 0;
+  virtual std::string masks_name() const = 0;  ///< empty where there are none
+
+  /// Throws std::runtime_error that names the file that is missing or broken.
+  virtual SourceFrame read(std::size_t i) = 0;
+
+  virtual std::optional<Trajectory> true_trajectory() const = 0;
+};
+
+/// A sequence in the layout of TUM or BONN. Empty paths stand for what lies in its folder. Throws
+/// std::runtime_error that names what cannot be read.
+std::unique_ptr<FrameSource> open_sequence(const std::filesystem::path& folder,
+                                           const std::filesystem::path& masks = {},
+                                           const std::filesystem::path& camera = {});
+
+/// Throws std::invalid_argument for options out of range.
+std::unique_ptr<FrameSource> render_scene(const SyntheticSceneOptions& options);
+
+}  // namespace dynfilter::tools
+
+#endif  // DYNFILTER_TOOLS_FRAME_SOURCE_HPP

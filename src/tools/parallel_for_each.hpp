@@ -1,0 +1,46 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_TOOLS_PARALLEL_FOR_EACH_HPP
+#define DYNFILTER_TOOLS_PARALLEL_FOR_EACH_HPP
+
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace dynfilter::tools {
+
+/// Calls work(i) for every i below count, on as many threads as there are cores. The first
+/// exception is passed on when all threads have ended; what was not begun by then is left out.
+/// (cv::parallel_for_ does not pass an exception's type on.)
+template <class Work>
+void parallel_for_each(std::size_t count, const Work& work) {
+  std::atomic<std::size_t> next{0};
+  std::mutex mutex;
+  std::exception_ptr failure;
+  const auto take = [&] {
+    for (std::size_t i = next++; i < count; i = next++) {
+      try {
+        work(i);
+      } catch (...) {
+        const std::lock_guard<std::mutex> lock(mutex);
+        if (!failure) failure = std::current_exception();
+        next = count;
+      }
+    }
+  };
+  const std::size_t cores = std::max(1U, std::thread::hardware_concurrency());
+  std::vector<std::thread> threads;
+  for (std::size_t k = 1; k < std::min(cores, count); ++k) threads.emplace_back(take);
+  take();
+  for (std::thread& thread : threads) thread.join();
+  if (failure) std::rethrow_exception(failure);
+}
+
+}  // namespace dynfilter::tools
+
+#endif  // DYNFILTER_TOOLS_PARALLEL_FOR_EACH_HPP

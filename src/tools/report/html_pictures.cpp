@@ -1,0 +1,106 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "html_pictures.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <stdexcept>
+#include <vector>
+
+#include <opencv2/imgproc.hpp>
+
+#include "dynfilter/detail/number_text.hpp"
+#include "image_file.hpp"
+
+namespace dynfilter::tools {
+namespace {
+
+constexpr int picture_width = 480;
+constexpr int jpeg_quality = 75;
+
+struct WorstRun {
+  RunResult run;
+  double dynamic_left = 0;  ///< in its worst frame
+};
+
+/// Of a rule's runs; nothing where no run has scores that can be read.
+std::optional<WorstRun> worst_of(const GroupOfRuns& group, const std::string& rule, Notes& notes) {
+  std::optional<WorstRun> worst;
+  for (const RunResult& run : group.runs) {
+    if (run.rule != rule || !run.scores) continue;
+    try {
+      const std::vector<double> left = read_frame_series(run.folder / "frames.csv").dynamic_left;
+      if (left.empty())
+        throw std::runtime_error((run.folder / "frames.csv").string() + ": has no scores");
+      const double most = *std::max_element(left.begin(), left.end());
+      if (!worst || most > worst->dynamic_left) worst = {run, most};
+    } catch (const std::runtime_error& error) {
+      notes.push_back("Scene " + run.scene.name + " under rule " + rule +
+                      " was not searched for the worst frame: " + error.what() + ".");
+    }
+  }
+  return worst;
+}
+
+/// An <img> that holds the picture.
+std::string image_of(const std::filesystem::path& file, const std::string& description) {
+  cv::Mat image = detail::read_image(file, cv::IMREAD_COLOR);
+  if (image.cols > picture_width) {
+    const int height = std::max(1, image.rows * picture_width / image.cols);
+    cv::resize(image, image, {picture_width, height}, 0, 0, cv::INTER_AREA);
+  }
+  std::vector<std::uint8_t> jpeg;
+  cv::imencode(".jpg", image, jpeg, {cv::IMWRITE_JPEG_QUALITY, jpeg_quality});
+  return "<img loading=\"lazy\" width=\"" + std::to_string(image.cols) + "\" height=\"" +
+         std::to_string(image.rows) + "\" alt=\"" + escaped(description) +
+         "\" src=\"data:image/jpeg;base64," + base64(jpeg) + "\">\n";
+}
+
+std::string picture_of(const WorstRun& worst) {
+  const std::string count = detail::fixed_decimals(worst.dynamic_left, 0);
+  const std::string& scene = worst.run.scene.name;
+  const std::string description = "A frame of scene " + scene + " with what rule " +
+                                  worst.run.rule + " keeps and removes; " + count +
+                                  " dynamic features are left";
+  return "<figure>" + image_of(worst.run.folder / "worst_frame.jpg", description) +
+         "<figcaption><strong>" + escaped(worst.run.rule) + "</strong>, scene " + escaped(scene) +
+         ": " + count + " left</figcaption></figure>\n";
+}
+
+}  // namespace
+
+std::string worst_frames(const GroupOfRuns& group, Notes& notes) {
+  std::string pictures;
+  std::size_t count = 0;
+  std::vector<std::string> perfect, unscored;
+  for (const std::string& rule : rules_of(group.runs)) {
+    const std::optional<WorstRun> worst = worst_of(group, rule, notes);
+    if (!worst || worst->dynamic_left <= 0) {
+      (worst ? perfect : unscored).push_back(rule);
+      continue;
+    }
+    try {
+      pictures += picture_of(*worst);
+      ++count;
+    } catch (const std::runtime_error& error) {
+      notes.push_back("No picture of rule " + rule + ": " + error.what() + ".");
+    }
+  }
+  if (!perfect.empty()) {
+    notes.push_back("No picture of " + rules_text(perfect) + ": no dynamic feature is left.");
+  }
+  if (!unscored.empty()) {
+    notes.push_back("No picture of " + rules_text(unscored) + ": true masks are not known.");
+  }
+  if (count == 0) return "";
+  return "<details>" + element("summary", "Worst frames: " + counted(count, "picture")) +
+         element("p",
+                 "For every rule the frame in which most dynamic features are left, of all scenes "
+                 "of the group. A ring is a kept feature, any other mark a removed one.") +
+         "<div class=\"pictures\">\n" + pictures + "</div></details>\n";
+}
+
+}  // namespace dynfilter::tools

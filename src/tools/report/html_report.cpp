@@ -1,0 +1,133 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "html_report.hpp"
+
+#include <cstddef>
+#include <string>
+
+#include "ablation_tables.hpp"
+#include "html_page.hpp"
+#include "html_pictures.hpp"
+#include "html_plots.hpp"
+#include "html_runs.hpp"
+#include "html_style.hpp"
+#include "output_file.hpp"
+#include "rule_set.hpp"
+
+namespace dynfilter::tools {
+namespace {
+
+/// The policy forbids the browser whatever is not in the page.
+std::string head(const std::string& title, const RuleStyles& styles) {
+  return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+         "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+         "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; "
+         "img-src data:; style-src 'unsafe-inline'\">\n" +
+         element("title", title) + "<style>" + styles.style_sheet() +
+         "</style>\n</head>\n<body>\n" + element("h1", title);
+}
+
+std::string explanation() {
+  return element(
+      "p",
+      "Every rule gets the same features of the same frames and says which of them to remove. "
+      "Against the true masks a feature is dynamic on the exact silhouette of an object, static "
+      "more than 3 px outside every silhouette, and on the rim in between, where either verdict is "
+      "right. Dynamic left are the dynamic features that a rule keeps; static removed are the "
+      "static ones that it takes away. The reference odometry works with what is kept; the ATE, "
+      "absolute trajectory error, is what remains between its positions and the true ones after "
+      "alignment.");
+}
+
+std::string descriptions(const std::vector<std::string>& rules) {
+  std::string html = "<dl>\n";
+  for (const std::string& rule : rules) {
+    html += element("dt", rule);
+    std::string text = "not known to this version of dynfilter";
+    for (const RuleInfo& info : all_rules()) {
+      if (info.name == rule) text = info.description;
+    }
+    html += element("dd", text);
+  }
+  return html + "</dl>\n";
+}
+
+std::string missing(const std::vector<RunResult>& results) {
+  const std::vector<std::string> runs = missing_runs(results);
+  if (runs.empty()) return "";
+  return element("p", "Missing: " + counted(runs.size(), "run") +
+                          " of a scene and a rule that have other results.") +
+         "<details>" + element("summary", "Which") + html_of(runs) + "</details>\n";
+}
+
+std::string trimmed(std::string text) {
+  text.erase(text.find_last_not_of(' ') + 1);
+  return text;
+}
+
+std::string overview(const std::vector<RunResult>& results, const RuleStyles& styles) {
+  return explanation() +
+         element("p", counted(scenes_of(results).size(), "scene") + " under " +
+                          counted(styles.rules().size(), "rule") + ", " +
+                          counted(results.size(), "run") + ". All were made with the options: " +
+                          trimmed(results.front().options) + ".") +
+         missing(results) + descriptions(styles.rules());
+}
+
+std::string anchor(std::size_t group) { return "group" + std::to_string(group); }
+
+std::string navigation(const std::vector<GroupOfRuns>& groups) {
+  std::string html = "<nav aria-label=\"Sections\">" + element("a", "Tables", "href=\"#tables\"");
+  for (std::size_t k = 0; k < groups.size(); ++k) {
+    html += element("a", groups[k].name, "href=\"#" + anchor(k) + "\"");
+  }
+  return html + "</nav>\n";
+}
+
+std::string tables(const std::vector<RunResult>& results) {
+  std::string html =
+      element("h2", "Tables", "id=\"tables\"") +
+      element(
+          "p",
+          "Figures of several scenes are the median, with the least and the greatest in "
+          "brackets; a dash stands where there is none. In the table in the form of the paper's, "
+          "Y is rule mask and Y+D rule paper.");
+  for (const Table& table : ablation_tables(results)) html += html_of(table);
+  return html;
+}
+
+std::string scene_remark(const GroupOfRuns& group, const TypicalScene& scene) {
+  const std::size_t scenes = scenes_of(group.runs).size();
+  if (scenes == 1) return element("p", "Scene " + scene.name + ".");
+  const std::string of_all = " of " + std::to_string(scenes) + " scenes";
+  if (!scene.is_median)
+    return element("p", "Plotted is scene " + scene.name + ", the first" + of_all + ".");
+  const std::string place = scenes % 2 == 1 ? ", the middle one" : ", the last before the middle";
+  return element("p", "Plotted is scene " + scene.name + place + of_all +
+                          " in the order of their ATE under rule paper.");
+}
+
+std::string section(const GroupOfRuns& group, std::size_t number, const RuleStyles& styles) {
+  const TypicalScene scene = typical_scene(group);
+  Notes notes;
+  const std::string plots = scene_plots(runs_of(group, scene.name), styles, notes);
+  const std::string pictures = worst_frames(group, notes);
+  return "<section>\n" + element("h2", group.name, "id=\"" + anchor(number) + "\"") +
+         scene_remark(group, scene) + plots + pictures + html_of(notes) + "</section>\n";
+}
+
+}  // namespace
+
+void write_html_report(const std::vector<RunResult>& results, const std::filesystem::path& file) {
+  const RuleStyles styles(rules_of(results));
+  const std::vector<GroupOfRuns> groups = groups_of(results);
+  OutputFile page(file);
+  page << head("dynfilter: rules compared", styles) << navigation(groups)
+       << overview(results, styles) << tables(results);
+  for (std::size_t k = 0; k < groups.size(); ++k) page << section(groups[k], k, styles);
+  page << "</body>\n</html>\n";
+  page.close();
+}
+
+}  // namespace dynfilter::tools

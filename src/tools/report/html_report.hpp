@@ -1,0 +1,23 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_TOOLS_HTML_REPORT_HPP
+#define DYNFILTER_TOOLS_HTML_REPORT_HPP
+
+#include <filesystem>
+#include <vector>
+
+#include "run_results.hpp"
+
+namespace dynfilter::tools {
+
+/// One page that needs nothing else, no network: the tables, and for every group of scenes the
+/// trajectories from above with the truth, features left and removed over time, and the frames in
+/// which most dynamic features were left. It reads them from the results' folders; what is missing
+/// there is left out and said. Throws std::runtime_error that names the file that cannot be
+/// written.
+void write_html_report(const std::vector<RunResult>& results, const std::filesystem::path& file);
+
+}  // namespace dynfilter::tools
+
+#endif  // DYNFILTER_TOOLS_HTML_REPORT_HPP

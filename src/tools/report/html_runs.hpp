@@ -1,0 +1,54 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// What the page takes from results and from the files in their folders.
+
+#ifndef DYNFILTER_TOOLS_HTML_RUNS_HPP
+#define DYNFILTER_TOOLS_HTML_RUNS_HPP
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "run_results.hpp"
+
+namespace dynfilter::tools {
+
+/// What was left and removed, frame by frame.
+struct FrameSeries {
+  std::vector<double> times_s;
+  std::vector<double> kept;
+  std::vector<double> dynamic_left;    ///< empty where the truth is not known
+  std::vector<double> static_removed;  ///< empty where the truth is not known
+};
+
+/// Of a run's frames.csv. Throws std::runtime_error that names the file, and the line.
+FrameSeries read_frame_series(const std::filesystem::path& file);
+
+/// The results of one group, in their order.
+struct GroupOfRuns {
+  std::string name;
+  std::vector<RunResult> runs;
+};
+
+std::vector<GroupOfRuns> groups_of(const std::vector<RunResult>& results);
+
+/// The rules that have results, in the order that tables have.
+std::vector<std::string> rules_of(const std::vector<RunResult>& results);
+
+std::vector<std::string> scenes_of(const std::vector<RunResult>& results);
+
+struct TypicalScene {
+  std::string name;
+  bool is_median = false;  ///< by the ATE under rule paper; else the first scene
+};
+
+/// Of an even number of scenes the one before the middle.
+TypicalScene typical_scene(const GroupOfRuns& group);
+
+/// The group's runs of one scene.
+std::vector<RunResult> runs_of(const GroupOfRuns& group, const std::string& scene);
+
+}  // namespace dynfilter::tools
+
+#endif  // DYNFILTER_TOOLS_HTML_RUNS_HPP

@@ -1,0 +1,171 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "rule_run.hpp"
+
+#include <stdexcept>
+#include <utility>
+
+#include <opencv2/imgproc.hpp>
+
+#include "dynfilter/evaluation/feature_scores.hpp"
+#include "run_report.hpp"
+
+namespace dynfilter::tools {
+namespace {
+
+/// What the run was made with, for whoever finds its results later.
+std::vector<std::pair<std::string, std::string>> resolved(const RuleInfo& rule,
+                                                          const RunSettings& settings) {
+  std::string classes;
+  for (const int id : settings.mask_culler.dynamic_classes) {
+    classes += (classes.empty() ? "" : ",") + std::to_string(id);
+  }
+  return {{"rule", rule.name},
+          {"features", std::to_string(settings.features)},
+          {"classes", classes},
+          {"margin", detail::concatenate(settings.mask_culler.margin_px)},
+          {"seed", std::to_string(settings.seed)}};
+}
+
+detail::AnyStage first_stage(const RuleInfo& rule, const MaskCullerOptions& options) {
+  if (!rule.takes_masks) return [](const FilterInput&, FeatureLabels&, Workspace&) {};
+  return [culler = MaskCuller(options)](const FilterInput& input, FeatureLabels& labels,
+                                        Workspace&) { culler(input, labels); };
+}
+
+const RuleInfo& require_masks(const RuleInfo& rule, const SceneSpec& scene,
+                              const FrameSource& source) {
+  if (rule.takes_true_masks && !source.has_true_masks()) {
+    throw std::runtime_error("rule " + rule.name + " takes true masks, and " + scene.name().name +
+                             " has no masks_true/");
+  }
+  return rule;
+}
+
+odometry::OdometryOptions odometry_options(const RunSettings& settings) {
+  odometry::OdometryOptions options;
+  options.seed = settings.seed;
+  options.features = settings.features;
+  return options;
+}
+
+/// The errors of an estimate, as far as it is long enough to have them.
+TrajectoryRecord errors_of(const Trajectory& estimate, const Trajectory& truth) {
+  TrajectoryRecord record;
+  try {
+    const AbsoluteTrajectoryError ate = absolute_trajectory_error(estimate, truth);
+    record.pairs = ate.translation_m.count;
+    record.ate_m = ate.translation_m;
+    const RelativePoseError rpe = relative_pose_error(estimate, truth);
+    record.rpe_translation_m = rpe.translation_m;
+    record.rpe_rotation_deg = rpe.rotation_deg;
+  } catch (const std::runtime_error&) {
+    // Too few poses: what is missing from the record says so.
+  }
+  return record;
+}
+
+}  // namespace
+
+ExtractedFeatures extract_features(const odometry::OrbExtractor& extractor, const cv::Mat& image) {
+  ExtractedFeatures features;
+  cv::Mat grey;
+  cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
+  Times time;
+  time.measure([&] { extractor.extract(grey, features.keypoints, features.descriptors); });
+  features.extraction_ms = time.quantile_ms(0.5);
+  return features;
+}
+
+RuleRun::RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource& source,
+                 const RunSettings& settings, const std::filesystem::path& folder)
+    : rule_(require_masks(rule, scene, source)),
+      folder_(folder),
+      filter_({first_stage(rule, settings.mask_culler), masks_time_},
+              {stage_of(rule, settings.mask_culler, settings.seed), rule_time_}),
+      pictures_(folder, source.size(), settings.overlays, rule.takes_masks, rule.compensates) {
+  if (source.has_depth()) {
+    // It gets features that were filtered already; its own filter does nothing.
+    const auto nothing = [](const FilterInput&, FeatureLabels&, Workspace&) {};
+    odometry_.emplace(source.camera(), odometry::Filter(nothing, nothing),
+                      odometry_options(settings));
+  }
+  record_.scene = scene.name();
+  record_.input = scene.arguments();
+  record_.rule = rule;
+  record_.masks = rule.takes_true_masks ? "true masks" : source.masks_name();
+  record_.has_truth = source.has_true_masks();
+  record_.options = resolved(rule, settings);
+}
+
+void RuleRun::process(const SourceFrame& frame, ExtractedFeatures features) {
+  extraction_time_.add(features.extraction_ms);
+  const auto& masks = rule_.takes_true_masks ? frame.true_masks : frame.masks;
+  filter_.apply(frame.frame, masks, features.keypoints, labels_, workspace_);
+
+  FrameRecord record;
+  record.stem = frame.stem;
+  record.timestamp_s = frame.frame.timestamp_s;
+  record.statistics = labels_.statistics();
+  const Segmentation shown = masks.value_or(Segmentation());
+  const FeatureLabels by_mask = only_masked(labels_, shown);
+  if (frame.true_masks) {
+    record.scores = score_features(features.keypoints, labels_, *frame.true_masks);
+    record.mask_only_scores = score_features(features.keypoints, by_mask, *frame.true_masks);
+  }
+  add_pictures(frame, shown, features.keypoints, record, by_mask);
+  keep_static_time_.measure(
+      [&] { return keep_static(labels_, features.keypoints, features.descriptors); });
+  if (odometry_) {
+    record.is_lost = odometry_time_.measure([&] {
+      return odometry_->track(frame.frame, features.keypoints, features.descriptors).tracked !=
+             odometry::Tracked::found;
+    });
+  }
+  record_.frames.push_back(std::move(record));
+}
+
+void RuleRun::add_pictures(const SourceFrame& frame, const Segmentation& masks,
+                           FeaturesView features, const FrameRecord& record,
+                           const FeatureLabels& by_mask) {
+  const cv::Mat& image = frame.frame.image;
+  if (record.scores) {
+    worst_.offer(record.scores->dynamic_left, frame.stem, image, masks, features, labels_);
+  }
+  if (pictures_.wants(record_.frames.size())) {
+    pictures_.add(frame.stem, image, masks, features, by_mask, labels_);
+  }
+}
+
+void RuleRun::note_times() {
+  const auto note = [&](const std::string& name, const Times& times) {
+    if (!times.empty()) record_.stages.emplace_back(name, times);
+  };
+  note("ORB extraction", extraction_time_);
+  if (rule_.takes_masks) note("mask culler", masks_time_);
+  if (rule_.compensates) note(rule_.takes_masks ? "edge compensator" : rule_.name, rule_time_);
+  note("keep_static", keep_static_time_);
+  note("odometry", odometry_time_);
+}
+
+RunRecord RuleRun::finish(const FrameSource& source) {
+  note_times();
+  const std::optional<Trajectory> truth = source.true_trajectory();
+  if (odometry_) {
+    const Trajectory& estimate = odometry_->trajectory();
+    record_.trajectory = truth ? errors_of(estimate, *truth) : TrajectoryRecord();
+    record_.trajectory->has_truth = truth.has_value();
+    record_.trajectory->keyframes = odometry_->keyframes();
+    write_trajectory(folder_ / "trajectory.txt", estimate);
+    if (truth) write_trajectory(folder_ / "groundtruth.txt", *truth);
+  }
+  pictures_.write_contact_sheet();
+  worst_.write(folder_);
+  write_frames_csv(record_, folder_ / "frames.csv");
+  write_instances_csv(record_, folder_ / "instances.csv");
+  write_summary_json(record_, folder_ / "summary.json");
+  return std::move(record_);
+}
+
+}  // namespace dynfilter::tools

@@ -1,0 +1,84 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_TOOLS_RULE_RUN_HPP
+#define DYNFILTER_TOOLS_RULE_RUN_HPP
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <odometry.hpp>
+#include <opencv2/core.hpp>
+
+#include "dynfilter/dynfilter.hpp"
+#include "frame_source.hpp"
+#include "rule_set.hpp"
+#include "run_pictures.hpp"
+#include "run_record.hpp"
+#include "scene_spec.hpp"
+#include "stopwatch.hpp"
+
+namespace dynfilter::tools {
+
+/// What a run is made with besides its frames and its rule.
+struct RunSettings {
+  int features = 1000;
+  MaskCullerOptions mask_culler;
+  std::uint64_t seed = 0;    ///< of the samples of the rule and of the odometry
+  std::size_t overlays = 0;  ///< frames to draw
+};
+
+/// The ORB features of a frame, before any is removed. Rules that are compared share them.
+struct ExtractedFeatures {
+  std::vector<cv::KeyPoint> keypoints;
+  cv::Mat descriptors;
+  double extraction_ms = 0;
+};
+
+/// Those of a BGR image.
+ExtractedFeatures extract_features(const odometry::OrbExtractor& extractor, const cv::Mat& image);
+
+/// One rule on every frame of a source, in their order, as a SLAM system would use it: the filter,
+/// and where there is depth the reference odometry with what the filter leaves.
+class RuleRun {
+ public:
+  /// Throws std::runtime_error where the rule takes true masks and there are none, and for a folder
+  /// that cannot be made. What an earlier run left in the folder is replaced.
+  RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource& source,
+          const RunSettings& settings, const std::filesystem::path& folder);
+  RuleRun(const RuleRun&) = delete;
+  RuleRun& operator=(const RuleRun&) = delete;
+
+  void process(const SourceFrame& frame, ExtractedFeatures features);
+
+  /// Writes frames.csv, instances.csv, the pictures, where there was depth trajectory.txt, and
+  /// where the truth is known groundtruth.txt; summary.json last, so that it stands for a run that
+  /// came to its end. Throws std::runtime_error that names the file that cannot be written.
+  RunRecord finish(const FrameSource& source);
+
+ private:
+  using Stage = TimedStage<detail::AnyStage>;
+
+  void add_pictures(const SourceFrame& frame, const Segmentation& masks, FeaturesView features,
+                    const FrameRecord& record, const FeatureLabels& by_mask);
+  void note_times();
+
+  RuleInfo rule_;
+  std::filesystem::path folder_;
+  Times extraction_time_, masks_time_, rule_time_, keep_static_time_, odometry_time_;
+  Pipeline<Stage, Stage> filter_;
+  FeatureLabels labels_;
+  Workspace workspace_;
+  std::optional<odometry::Odometry> odometry_;
+  RunPictures pictures_;
+  WorstFrame worst_;
+  RunRecord record_;
+};
+
+}  // namespace dynfilter::tools
+
+#endif  // DYNFILTER_TOOLS_RULE_RUN_HPP

@@ -1,0 +1,144 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "rule_set.hpp"
+
+#include <functional>
+#include <utility>
+
+#include "dynfilter/detail/errors.hpp"
+#include "dynfilter/stage.hpp"
+#include "peers/box_depth_deviation.hpp"
+#include "peers/box_depth_mask.hpp"
+#include "peers/box_depth_threshold.hpp"
+#include "peers/depth_variance_mask.hpp"
+#include "peers/dilated_mask.hpp"
+#include "peers/whole_box.hpp"
+
+namespace dynfilter::tools {
+namespace {
+
+using detail::AnyStage;
+
+template <class Stage>
+AnyStage any(Stage stage) {
+  return [stage = std::move(stage)](const FilterInput& input, FeatureLabels& labels,
+                                    Workspace& workspace) {
+    check_stage(stage, input);
+    run_stage(stage, input, labels, workspace);
+  };
+}
+
+/// A peer's stage, with the classes that are dynamic for ours.
+template <class Stage, class Options>
+AnyStage peer(Options options, const MaskCullerOptions& masks) {
+  options.dynamic_classes = masks.dynamic_classes;
+  return any(Stage(options));
+}
+
+AnyStage dilated(const MaskCullerOptions& masks, int passes) {
+  peers::DilatedMaskOptions options;
+  options.passes = passes;
+  return peer<peers::DilatedMask>(options, masks);
+}
+
+AnyStage paper(const MaskCullerOptions&, std::uint64_t seed) {
+  EdgeCompensatorOptions options = EdgeCompensatorOptions::paper();
+  options.seed = seed;
+  return EdgeCompensator(options);
+}
+
+struct Entry {
+  RuleInfo info;
+  std::function<AnyStage(const MaskCullerOptions&, std::uint64_t)> make;
+};
+
+template <class Make>
+Entry of_peer(const char* name, const char* description, Make make) {
+  return {{name, description, false, false, true},
+          [make](const MaskCullerOptions& masks, std::uint64_t) { return make(masks); }};
+}
+
+AnyStage nothing() {
+  return [](const FilterInput&, FeatureLabels&, Workspace&) {};
+}
+
+const std::vector<Entry>& entries() {
+  using Masks = MaskCullerOptions;
+  static const std::vector<Entry> all = {
+      {{"none", "nothing is removed", false, false, false},
+       [](const Masks&, std::uint64_t) { return nothing(); }},
+      {{"mask", "features on the masks", true, false, false},
+       [](const Masks&, std::uint64_t) { return nothing(); }},
+      of_peer("dynaslam", "masks dilated by a 31x31 ellipse (DynaSLAM)",
+              [](const Masks& masks) { return dilated(masks, 1); }),
+      of_peer("dynaslam_twice", "the same dilation twice (DynaSLAM's two passes)",
+              [](const Masks& masks) { return dilated(masks, 2); }),
+      of_peer("crowd_slam", "the whole box, grown by 5 px (Crowd-SLAM)",
+              [](const Masks& masks) {
+                return peer<peers::WholeBox>(peers::WholeBoxOptions(), masks);
+              }),
+      of_peer("dynamic_vins", "the box before a depth threshold (Dynamic-VINS)",
+              [](const Masks& masks) {
+                return peer<peers::BoxDepthThreshold>(peers::BoxDepthThresholdOptions(), masks);
+              }),
+      of_peer("ovd_slam", "depth mean and deviation in the box (OVD-SLAM)",
+              [](const Masks& masks) {
+                return peer<peers::BoxDepthDeviation>(peers::BoxDepthDeviationOptions(), masks);
+              }),
+      of_peer("ngd_slam", "a mask of the box's depth (NGD-SLAM)",
+              [](const Masks& masks) {
+                return peer<peers::BoxDepthMask>(peers::BoxDepthMaskOptions(), masks);
+              }),
+      of_peer("genea_slam2", "a mask by the variance of depth (GeneA-SLAM2)",
+              [](const Masks& masks) {
+                return peer<peers::DepthVarianceMask>(peers::DepthVarianceMaskOptions(), masks);
+              }),
+      {{"paper", "masks, and edge features by depth and D-LBP in the box"}, paper},
+      {{"perfect", "features on the true masks", true, true, false},
+       [](const Masks&, std::uint64_t) { return nothing(); }},
+  };
+  return all;
+}
+
+const Entry& entry_of(const std::string& name) {
+  std::string names;
+  for (const Entry& entry : entries()) {
+    if (entry.info.name == name) return entry;
+    names += (names.empty() ? "" : ", ") + entry.info.name;
+  }
+  detail::throw_misuse("rule", "'" + name + "'", "one of " + names);
+}
+
+}  // namespace
+
+const std::vector<RuleInfo>& all_rules() {
+  static const std::vector<RuleInfo> rules = [] {
+    std::vector<RuleInfo> infos;
+    for (const Entry& entry : entries()) infos.push_back(entry.info);
+    return infos;
+  }();
+  return rules;
+}
+
+std::vector<std::string> all_rule_names() {
+  std::vector<std::string> names;
+  for (const RuleInfo& rule : all_rules()) names.push_back(rule.name);
+  return names;
+}
+
+const RuleInfo& rule_info(const std::string& name) { return entry_of(name).info; }
+
+std::string rule_list() {
+  std::string text = "rules:";
+  for (const RuleInfo& rule : all_rules()) {
+    text += "\n  " + rule.name + std::string(16 - rule.name.size(), ' ') + rule.description;
+  }
+  return text;
+}
+
+AnyStage stage_of(const RuleInfo& rule, const MaskCullerOptions& masks, std::uint64_t seed) {
+  return entry_of(rule.name).make(masks, seed);
+}
+
+}  // namespace dynfilter::tools

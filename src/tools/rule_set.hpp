@@ -1,0 +1,41 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// The rules that can be compared: ours, those of other systems, and the bounds.
+
+#ifndef DYNFILTER_TOOLS_RULE_SET_HPP
+#define DYNFILTER_TOOLS_RULE_SET_HPP
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "dynfilter/mask_culler.hpp"
+#include "rules.hpp"
+
+namespace dynfilter::tools {
+
+struct RuleInfo {
+  std::string name;
+  std::string description;  ///< half a line
+  bool takes_masks = true;  ///< the mask culler comes first
+  bool takes_true_masks = false;
+  bool compensates = true;  ///< a stage comes after it
+};
+
+/// In the order in which tables show them.
+const std::vector<RuleInfo>& all_rules();
+std::vector<std::string> all_rule_names();
+
+/// Throws std::invalid_argument that lists the names for one that is none.
+const RuleInfo& rule_info(const std::string& name);
+
+/// A line a rule, for --help.
+std::string rule_list();
+
+/// What a rule does after the mask culler, or without it. The seed is that of its samples, if any.
+detail::AnyStage stage_of(const RuleInfo& rule, const MaskCullerOptions& masks, std::uint64_t seed);
+
+}  // namespace dynfilter::tools
+
+#endif  // DYNFILTER_TOOLS_RULE_SET_HPP

@@ -1,0 +1,139 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "run_results.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <fstream>
+#include <map>
+#include <tuple>
+
+#include <nlohmann/json.hpp>
+
+#include "dynfilter/datasets/scene_levels.hpp"
+#include "file_error.hpp"
+#include "rule_set.hpp"
+
+namespace dynfilter::tools {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+std::vector<fs::path> summaries_in(const fs::path& folder) {
+  if (!fs::is_directory(folder)) detail::throw_file_error(folder, "is no folder");
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.path().filename() == "summary.json") files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  if (files.empty()) {
+    detail::throw_file_error(folder, "holds no results: no summary.json in it, however deep");
+  }
+  return files;
+}
+
+std::optional<double> number(const Json& json, const char* name) {
+  if (!json.contains(name)) return {};
+  return json.at(name).get<double>();
+}
+
+std::optional<FeatureScores> scores_of(const Json& json) {
+  if (!json.contains("dynamic_left")) return {};
+  FeatureScores scores;
+  json.at("dynamic_left").get_to(scores.dynamic_left);
+  json.at("dynamic_removed").get_to(scores.dynamic_removed);
+  json.at("static_left").get_to(scores.static_left);
+  json.at("static_removed").get_to(scores.static_removed);
+  json.at("rim_left").get_to(scores.rim_left);
+  json.at("rim_removed").get_to(scores.rim_removed);
+  return scores;
+}
+
+RunResult result_of(const Json& json) {
+  RunResult result;
+  json.at("group").get_to(result.scene.group);
+  json.at("scene").get_to(result.scene.name);
+  json.at("rule").get_to(result.rule);
+  std::map<std::string, std::string> options;
+  json.at("options").get_to(options);
+  for (const auto& [name, value] : options) {
+    if (name != "rule") result.options += name + " " + value + " ";
+  }
+  json.at("frames").get_to(result.frames);
+  json.at("features").get_to(result.features);
+  json.at("kept").get_to(result.kept);
+  result.scores = scores_of(json);
+  if (json.contains("lost_frames")) result.lost_frames = json.at("lost_frames").get<std::size_t>();
+  result.ate_rmse_m = number(json, "ate_rmse_m");
+  result.rpe_translation_rmse_m = number(json, "rpe_translation_rmse_m");
+  result.rpe_rotation_rmse_deg = number(json, "rpe_rotation_rmse_deg");
+  return result;
+}
+
+RunResult read_result(const fs::path& file) {
+  try {
+    std::ifstream stream(file);
+    RunResult result = result_of(Json::parse(stream));
+    result.folder = file.parent_path();
+    return result;
+  } catch (const nlohmann::json::exception& error) {
+    detail::throw_file_error(file, std::string("is no summary of dynfilter run: ") + error.what());
+  }
+}
+
+/// All that a table shows, to tell whether two runs say the same.
+auto figures(const RunResult& r) {
+  const FeatureScores s = r.scores.value_or(FeatureScores());
+  return std::make_tuple(r.frames, r.features, r.kept, s.dynamic_left, s.static_removed,
+                         s.rim_removed, r.lost_frames, r.ate_rmse_m, r.rpe_translation_rmse_m,
+                         r.rpe_rotation_rmse_deg);
+}
+
+/// Levels and rules have an order of their own; what is in neither list comes last, by name.
+template <class Names>
+std::size_t rank(const Names& names, const std::string& name) {
+  return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
+}
+
+void sort_for_tables(std::vector<RunResult>& results) {
+  std::vector<std::string> levels;
+  for (const SceneLevel& level : scene_levels()) levels.push_back(level.name);
+  const std::vector<std::string> rules = all_rule_names();
+  const auto key = [&](const RunResult& r) {
+    // medium_2 before medium_10.
+    return std::make_tuple(rank(levels, r.scene.group), r.scene.group, r.scene.name.size(),
+                           r.scene.name, rank(rules, r.rule), r.rule);
+  };
+  std::sort(results.begin(), results.end(),
+            [&](const RunResult& a, const RunResult& b) { return key(a) < key(b); });
+}
+
+}  // namespace
+
+std::vector<RunResult> read_results(const fs::path& folder) {
+  std::vector<RunResult> results;
+  std::map<std::pair<std::string, std::string>, std::size_t> seen;  // scene and rule to result
+  for (const fs::path& file : summaries_in(folder)) {
+    RunResult result = read_result(file);
+    if (!results.empty() && results.front().options != result.options) {
+      detail::throw_file_error(file, "was made with " + result.options + "and " +
+                                         results.front().folder.string() + " with " +
+                                         results.front().options);
+    }
+    const auto [earlier, is_new] =
+        seen.emplace(std::make_pair(result.scene.name, result.rule), results.size());
+    if (is_new) {
+      results.push_back(std::move(result));
+    } else if (figures(results[earlier->second]) != figures(result)) {
+      detail::throw_file_error(file, "is another result of scene " + result.scene.name +
+                                         " under rule " + result.rule + " than the one in " +
+                                         results[earlier->second].folder.string());
+    }
+  }
+  sort_for_tables(results);
+  return results;
+}
+
+}  // namespace dynfilter::tools

@@ -1,0 +1,74 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "scene_spec.hpp"
+
+#include "dynfilter/datasets/scene_levels.hpp"
+
+namespace dynfilter::tools {
+namespace {
+
+/// The last part of a path that may end in a slash or in dots.
+std::string folder_name(const std::filesystem::path& folder) {
+  const auto whole = std::filesystem::absolute(folder).lexically_normal();
+  return (whole.has_filename() ? whole : whole.parent_path()).filename().string();
+}
+
+}  // namespace
+
+SceneName SceneSpec::name() const {
+  if (level.empty()) return {folder_name(sequence), folder_name(sequence)};
+  return {level, level + "_" + std::to_string(level_seed)};
+}
+
+std::unique_ptr<FrameSource> SceneSpec::open() const {
+  if (level.empty()) return open_sequence(sequence, masks, camera);
+  SyntheticSceneOptions options = scene_level(level, level_seed);
+  options.frames = frames.value_or(options.frames);
+  options.image_size.width = width.value_or(options.image_size.width);
+  options.image_size.height = height.value_or(options.image_size.height);
+  return render_scene(options);
+}
+
+std::string SceneSpec::arguments() const {
+  std::string text;
+  const auto add = [&](const char* option, const auto& value) {
+    if (value) text += std::string(" ") + option + " " + std::to_string(*value);
+  };
+  const auto add_path = [&](const char* option, const std::filesystem::path& path) {
+    if (path.empty()) return;
+    text += option + shell_quoted(std::filesystem::absolute(path).lexically_normal().string());
+  };
+  if (!level.empty()) {
+    text = "--level " + level + " --scene-seed " + std::to_string(level_seed);
+    add("--frames", frames);
+    add("--width", width);
+    add("--height", height);
+    return text;
+  }
+  add_path("", sequence);
+  add_path(" --masks ", masks);
+  add_path(" --camera ", camera);
+  return text;
+}
+
+std::string shell_quoted(const std::string& text) {
+  const auto is_plain = [](char c) {
+    return ('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || ('0' <= c && c <= '9') ||
+           std::string("/._-+,:=@%").find(c) != std::string::npos;
+  };
+  bool plain = !text.empty();
+  for (const char c : text) plain = plain && is_plain(c);
+  if (plain) return text;
+  std::string quoted = "'";
+  for (const char c : text) {
+    if (c == '\'') {
+      quoted += "'\\''";
+    } else {
+      quoted += c;
+    }
+  }
+  return quoted + "'";
+}
+
+}  // namespace dynfilter::tools

@@ -1,0 +1,228 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// `dynfilter ablate`: rules compared in one process, or as jobs that run anywhere.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "support/program.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+constexpr const char* tiny = " --frames 4 --width 160 --height 120 --features 200";
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+/// The exit code of a shell command.
+int shell(const std::string& command) { return std::system(("(" + command + ") 2>&1").c_str()); }
+
+/// Two levels and two seeds under three rules, run once in one process.
+class Ablate : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new TemporaryFolder();
+    outcome_ = new Outcome(run("ablate" + sweep() + " --out " + quoted(out("one process"))));
+    ASSERT_EQ(outcome_->exit_code, 0) << outcome_->printed;
+  }
+  static void TearDownTestSuite() {
+    delete outcome_;
+    delete folder_;
+    outcome_ = nullptr;
+    folder_ = nullptr;
+  }
+
+  static std::string sweep() {
+    return std::string(" --levels medium,static --seeds 1-2 --rules mask,paper,perfect") + tiny;
+  }
+  static const std::string& printed() { return outcome_->printed; }
+  static fs::path out(const char* name) { return folder_->path() / name; }
+
+  /// A copy of the results that a test may spoil.
+  static fs::path copy(const char* name) {
+    fs::copy(out("one process"), out(name), fs::copy_options::recursive);
+    return out(name);
+  }
+
+  /// The jobs of the sweep with their results in that folder.
+  static std::vector<std::string> jobs(const char* name) {
+    return lines_of(run("ablate" + sweep() + " --list --out " + quoted(out(name))).printed);
+  }
+
+ private:
+  static TemporaryFolder* folder_;
+  static Outcome* outcome_;
+};
+
+TemporaryFolder* Ablate::folder_ = nullptr;
+Outcome* Ablate::outcome_ = nullptr;
+
+TEST_F(Ablate, PrintsTheTablesOfEveryGroup) {
+  for (const char* title :
+       {"static, 2 scenes: features a frame", "medium, 2 scenes: features a frame",
+        "medium, 2 scenes: dynamic = silhouette | silhouette and rim",
+        "medium, 2 scenes: the odometry's RMSE", "in the form of the paper's Table 4"}) {
+    EXPECT_NE(printed().find(title), std::string::npos) << title << '\n' << printed();
+  }
+  EXPECT_EQ(printed().find("missing"), std::string::npos) << printed();
+}
+
+TEST_F(Ablate, LeavesWhatEveryRunWroteWithItsOptions) {
+  for (const char* job : {"medium_1/mask", "medium_2/paper", "static_1/perfect"}) {
+    const fs::path folder = out("one process") / job;
+    for (const char* file :
+         {"summary.json", "frames.csv", "instances.csv", "trajectory.txt", "groundtruth.txt"}) {
+      EXPECT_TRUE(fs::is_regular_file(folder / file)) << folder / file;
+    }
+    EXPECT_EQ(read_json(folder / "summary.json")["options"]["features"], "200");
+  }
+  const nlohmann::json summary = read_json(out("one process") / "medium_2/paper/summary.json");
+  EXPECT_EQ(summary["input"], "--level medium --scene-seed 2 --frames 4 --width 160 --height 120");
+}
+
+TEST_F(Ablate, TheMedianOfTwoScenesStandsBetweenTheirValues) {
+  double left[2];
+  for (const int seed : {1, 2}) {
+    const fs::path folder = out("one process") / ("medium_" + std::to_string(seed)) / "mask";
+    left[seed - 1] = read_json(folder / "summary.json")["dynamic_left"].get<double>() / 4;
+  }
+  char cell[64];
+  std::snprintf(cell, sizeof cell, "%.1f (%.1f..%.1f)", (left[0] + left[1]) / 2,
+                std::min(left[0], left[1]), std::max(left[0], left[1]));
+  EXPECT_NE(printed().find(cell), std::string::npos) << cell << '\n' << printed();
+}
+
+TEST_F(Ablate, ARunByItselfGivesTheSameFigures) {
+  std::string input;
+  const nlohmann::json together = read_json(out("one process") / "medium_1/paper/summary.json");
+  together["input"].get_to(input);
+  const Outcome alone = run("run " + input + " --rule paper --features 200 --overlays 0 --out " +
+                            quoted(out("alone")));
+  ASSERT_EQ(alone.exit_code, 0) << alone.printed;
+  nlohmann::json summary = read_json(out("alone") / "summary.json");
+  for (const char* name : {"scene", "masked", "compensated", "kept", "dynamic_left", "rim_removed",
+                           "static_removed", "ate_rmse_m", "options"}) {
+    EXPECT_EQ(summary[name], together[name]) << name;
+  }
+}
+
+TEST_F(Ablate, ListsAJobASceneAndRule) {
+  const std::vector<std::string> list = jobs("listed");
+  ASSERT_EQ(list.size(), 12U);
+  for (const std::string& line : list) {
+    EXPECT_NE(line.find(" run --level "), std::string::npos) << line;
+    EXPECT_NE(line.find("--rule "), std::string::npos) << line;
+  }
+  EXPECT_FALSE(fs::exists(out("listed"))) << "it runs nothing";
+}
+
+TEST_F(Ablate, JobsInAnyOrderAndTwiceGiveTheSameTables) {
+  std::vector<std::string> list = jobs("in jobs");
+  ASSERT_EQ(list.size(), 12U);
+  for (std::size_t i = list.size(); i-- > 0;) EXPECT_EQ(shell(list[i] + " >/dev/null"), 0);
+  EXPECT_EQ(shell(list[3] + " >/dev/null"), 0);
+  fs::copy(out("in jobs") / "medium_1", out("in jobs") / "from another machine",
+           fs::copy_options::recursive);
+  EXPECT_EQ(run("ablate --gather " + quoted(out("in jobs"))).printed, printed());
+}
+
+TEST_F(Ablate, GnuParallelRunsTheList) {
+  if (shell("command -v parallel >/dev/null") != 0) {
+    GTEST_SKIP() << "the program parallel is not installed";
+  }
+  const std::string command = "'" DYNFILTER_PROGRAM "' ablate" + sweep() + " --list --out " +
+                              quoted(out("in parallel")) + " | parallel --will-cite >/dev/null";
+  ASSERT_EQ(shell(command), 0);
+  EXPECT_EQ(run("ablate --gather " + quoted(out("in parallel"))).printed, printed());
+}
+
+TEST_F(Ablate, GatheringSaysWhatIsMissing) {
+  const fs::path folder = copy("one missing");
+  fs::remove_all(folder / "medium_2" / "paper");
+  const Outcome outcome = run("ablate --gather " + quoted(folder));
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("missing: medium_2 under paper\n")) << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("paper [1]")) << "one of two scenes: " << outcome.printed;
+}
+
+TEST_F(Ablate, AJobThatWasCutOffCountsAsMissing) {
+  const fs::path folder = copy("cut off");
+  fs::rename(folder / "static_1" / "mask" / "summary.json",
+             folder / "static_1" / "mask" / "summary.json.123");
+  const Outcome outcome = run("ablate --gather " + quoted(folder));
+  EXPECT_TRUE(outcome.mentions("missing: static_1 under mask\n")) << outcome.printed;
+}
+
+TEST_F(Ablate, RefusesToMixResults) {
+  const fs::path folder = copy("mixed");
+  const std::string paper = "run --level medium --scene-seed 1 --rule paper" + std::string(tiny);
+  ASSERT_EQ(run(paper + " --seed 7 --out " + quoted(folder / "other")).exit_code, 0);
+  const Outcome options = run("ablate --gather " + quoted(folder));
+  EXPECT_NE(options.exit_code, 0);
+  EXPECT_TRUE(options.mentions("seed 7")) << options.printed;
+
+  const fs::path changed = copy("changed");
+  nlohmann::json summary = read_json(changed / "medium_1/mask/summary.json");
+  summary["dynamic_left"] = summary["dynamic_left"].get<int>() + 1;
+  fs::create_directories(changed / "twice");
+  std::ofstream(changed / "twice" / "summary.json") << summary;
+  const Outcome figures = run("ablate --gather " + quoted(changed));
+  EXPECT_NE(figures.exit_code, 0);
+  EXPECT_TRUE(figures.mentions("medium_1 under rule mask")) << figures.printed;
+}
+
+TEST_F(Ablate, NamesAFolderThatIsNotWhatItShouldBe) {
+  EXPECT_TRUE(run("ablate --gather /nowhere").mentions("/nowhere"));
+  fs::create_directories(out("empty"));
+  EXPECT_TRUE(run("ablate --gather " + quoted(out("empty"))).mentions("no summary.json"));
+  fs::create_directories(out("foreign"));
+  std::ofstream(out("foreign") / "summary.json") << "{\"frames\": 3}";
+  const Outcome foreign = run("ablate --gather " + quoted(out("foreign")));
+  EXPECT_NE(foreign.exit_code, 0);
+  EXPECT_TRUE(foreign.mentions("foreign/summary.json")) << foreign.printed;
+  EXPECT_TRUE(run("ablate " + quoted(out("empty"))).mentions("rgb.txt"));
+}
+
+TEST_F(Ablate, RefusesPlansThatMakeNoSense) {
+  const auto refuses = [](const std::string& arguments, const char* what) {
+    const Outcome outcome = run("ablate " + arguments);
+    EXPECT_NE(outcome.exit_code, 0) << arguments;
+    EXPECT_TRUE(outcome.mentions(what)) << outcome.printed;
+  };
+  refuses("", "SEQUENCE");
+  refuses("--levels easy", "medium");
+  refuses("--levels medium --rules best", "crowd_slam");
+  for (const char* seeds : {"5-1", "a", "1-", "-1", "1,,2", "1.5", "1-2-3", ""}) {
+    refuses("--levels medium --list --seeds '" + std::string(seeds) + "'", "--seeds");
+  }
+  refuses("--levels medium,medium --list", "two scenes named medium_1");
+  refuses("--levels medium --gather x --list", "excludes");
+}
+
+TEST_F(Ablate, ARecordingWithoutTruthHasNoPerfectMask) {
+  const fs::path recorded = out("recorded");
+  ASSERT_EQ(run("synth " + quoted(recorded) + " --frames 3 --width 160 --height 120").exit_code, 0);
+  fs::remove_all(recorded / "masks_true");
+  const Outcome outcome = run("ablate " + quoted(recorded) + " --rules mask,perfect --out " +
+                              quoted(out("of recording")));
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
+  EXPECT_FALSE(outcome.mentions("perfect ")) << outcome.printed;
+  const Outcome alone = run("run " + quoted(recorded) + " --rule perfect");
+  EXPECT_NE(alone.exit_code, 0);
+  EXPECT_TRUE(alone.mentions("masks_true")) << alone.printed;
+}
+
+}  // namespace
+}  // namespace dynfilter::testing
