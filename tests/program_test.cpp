@@ -291,6 +291,21 @@ TEST_F(ProgramOnRecordedData, FindsAndRemovesTheTwoPersons) {
   for (const auto& row : read_csv(folder.path() / "frames.csv")) EXPECT_NE(row.at(6), "0");
 }
 
+TEST_F(ProgramOnRecordedData, DegradedMasksMissWhatTheGoodOnesHave) {
+  const std::string sequence = quoted(data("tum_fr3_walking_halfsphere_50"));
+  const auto dynamic_left = [&](const std::string& how) {
+    const Outcome outcome = run("run " + sequence + " --rule mask --overlays 0 --degrade " + how +
+                                " --out " + quoted(folder.path() / how));
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
+    return read_json(folder.path() / how / "summary.json")["dynamic_left"].get<int>();
+  };
+  const int cut = dynamic_left("cut"), poor = dynamic_left("poor");
+  EXPECT_GT(cut, 49);
+  EXPECT_GT(poor, 2 * cut);
+  EXPECT_GT(dynamic_left("late"), 49);
+  EXPECT_TRUE(run("run " + sequence + " --degrade torn").mentions("eroded"));
+}
+
 TEST_F(ProgramOnRecordedData, RemovesNothingWhereNobodyIs) {
   Outcome outcome;
   const nlohmann::json summary = summary_of("tum_fr1_xyz_120", outcome);

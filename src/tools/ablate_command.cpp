@@ -11,6 +11,7 @@
 #include "ablation.hpp"
 #include "ablation_tables.hpp"
 #include "commands.hpp"
+#include "degraded_masks.hpp"
 #include "dynfilter/datasets/scene_levels.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "report/html_report.hpp"
@@ -23,6 +24,7 @@ namespace {
 struct AblateOptions {
   std::string program = "dynfilter";
   std::vector<std::filesystem::path> sequences;
+  std::vector<std::string> degradations;  // of the sequences' masks; none: as they are
   std::vector<std::string> levels;
   std::string seeds = "1-5";
   SceneSpec of_level;  // what all levels share
@@ -58,7 +60,11 @@ AblationPlan plan_of(const AblateOptions& options) {
   for (const std::filesystem::path& sequence : options.sequences) {
     SceneSpec scene;
     scene.sequence = sequence;
-    plan.scenes.push_back(scene);
+    if (options.degradations.empty()) plan.scenes.push_back(scene);
+    for (const std::string& how : options.degradations) {
+      scene.degraded = how;
+      plan.scenes.push_back(scene);
+    }
   }
   for (const std::string& level : options.levels) {
     for (const std::uint64_t seed : numbers_of(options.seeds)) {
@@ -120,6 +126,13 @@ void add_ablate_command(CLI::App& program, const std::string& called_as) {
       "its\n"
       "results lie in OUT/<scene>/<rule>, and the tables are made of what lies there.");
   command->add_option("SEQUENCES", options->sequences, "folders of sequences");
+  command
+      ->add_option("--degrade", options->degradations,
+                   "make the sequences' masks worse, and score against what they were: as\n"
+                   "eroded,cut,disc,poor,late; features on the rim are then up to 15 px away")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(CLI::IsMember(degradation_names()));
   command->add_option("--levels", options->levels, "levels of dynfilter synth, as medium,hard")
       ->delimiter(',')
       ->allow_extra_args(false)

@@ -40,6 +40,8 @@ class FrameSource {
   virtual bool has_depth() const = 0;
   virtual bool has_true_masks() const = 0;
   virtual std::string masks_name() const = 0;  ///< empty where there are none
+  /// Features that close to a true mask, and not on it, are neither dynamic nor static.
+  virtual double rim_px() const { return 3; }
 
   /// Throws std::runtime_error that names the file that is missing or broken.
   virtual SourceFrame read(std::size_t i) = 0;

@@ -82,6 +82,7 @@ RuleRun::RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource
                  const RunSettings& settings, const std::filesystem::path& folder)
     : rule_(require_masks(rule, scene, source)),
       folder_(folder),
+      rim_px_(source.rim_px()),
       filter_({first_stage(rule, settings.mask_culler), masks_time_},
               {stage_of(rule, settings.mask_culler, settings.seed), rule_time_}),
       pictures_(folder, source.size(), settings.overlays, rule.takes_masks, rule.compensates) {
@@ -111,8 +112,9 @@ void RuleRun::process(const SourceFrame& frame, ExtractedFeatures features) {
   const Segmentation shown = masks.value_or(Segmentation());
   const FeatureLabels by_mask = only_masked(labels_, shown);
   if (frame.true_masks) {
-    record.scores = score_features(features.keypoints, labels_, *frame.true_masks);
-    record.mask_only_scores = score_features(features.keypoints, by_mask, *frame.true_masks);
+    record.scores = score_features(features.keypoints, labels_, *frame.true_masks, rim_px_);
+    record.mask_only_scores =
+        score_features(features.keypoints, by_mask, *frame.true_masks, rim_px_);
   }
   add_pictures(frame, shown, features.keypoints, record, by_mask);
   keep_static_time_.measure(

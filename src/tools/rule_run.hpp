@@ -69,6 +69,7 @@ class RuleRun {
 
   RuleInfo rule_;
   std::filesystem::path folder_;
+  double rim_px_;
   Times extraction_time_, masks_time_, rule_time_, keep_static_time_, odometry_time_;
   Pipeline<Stage, Stage> filter_;
   FeatureLabels labels_;

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "commands.hpp"
+#include "degraded_masks.hpp"
 #include "progress_bar.hpp"
 #include "rule_run.hpp"
 #include "run_report.hpp"
@@ -66,6 +67,11 @@ void add_run_command(CLI::App& program) {
   add_level_size_options(*command, options->scene);
   command->add_option("--out", options->out, "folder for the results")->capture_default_str();
   command->add_option("--masks", options->scene.masks, "folder of the masks [SEQUENCE/masks]")
+      ->excludes(level);
+  command
+      ->add_option("--degrade", options->scene.degraded,
+                   "make the masks worse, and score against what they were")
+      ->check(CLI::IsMember(degradation_names()))
       ->excludes(level);
   command->add_option("--camera", options->scene.camera, "camera file [SEQUENCE/camera.yaml]")
       ->excludes(level);

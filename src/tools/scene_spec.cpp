@@ -3,6 +3,7 @@
 
 #include "scene_spec.hpp"
 
+#include "degraded_masks.hpp"
 #include "dynfilter/datasets/scene_levels.hpp"
 
 namespace dynfilter::tools {
@@ -17,12 +18,18 @@ std::string folder_name(const std::filesystem::path& folder) {
 }  // namespace
 
 SceneName SceneSpec::name() const {
-  if (level.empty()) return {folder_name(sequence), folder_name(sequence)};
+  if (level.empty()) {
+    const std::string name = folder_name(sequence) + (degraded.empty() ? "" : "_" + degraded);
+    return {name, name};
+  }
   return {level, level + "_" + std::to_string(level_seed)};
 }
 
 std::unique_ptr<FrameSource> SceneSpec::open() const {
-  if (level.empty()) return open_sequence(sequence, masks, camera);
+  if (level.empty()) {
+    std::unique_ptr<FrameSource> source = open_sequence(sequence, masks, camera);
+    return degraded.empty() ? std::move(source) : degrade_masks(std::move(source), degraded);
+  }
   SyntheticSceneOptions options = scene_level(level, level_seed);
   options.frames = frames.value_or(options.frames);
   options.image_size.width = width.value_or(options.image_size.width);
@@ -49,6 +56,7 @@ std::string SceneSpec::arguments() const {
   add_path("", sequence);
   add_path(" --masks ", masks);
   add_path(" --camera ", camera);
+  if (!degraded.empty()) text += " --degrade " + degraded;
   return text;
 }
 

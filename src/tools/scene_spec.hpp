@@ -25,6 +25,7 @@ struct SceneSpec {
   std::filesystem::path sequence;  ///< empty: a level
   std::filesystem::path masks;     ///< empty: the sequence's own
   std::filesystem::path camera;    ///< empty: the sequence's own
+  std::string degraded;            ///< how the sequence's masks are, empty: not at all
   std::string level;
   std::uint64_t level_seed = 1;
   std::optional<int> frames, width, height;  ///< of a level, instead of its own
