@@ -15,8 +15,14 @@
 
 #include <opencv2/features2d.hpp>
 
+#include "support/scene_images.hpp"
+
 namespace dynfilter {
 namespace {
+
+using testing::painted;
+using testing::pixel_hash;
+using testing::same;
 
 SyntheticSceneOptions small() {
   SyntheticSceneOptions options;
@@ -29,10 +35,6 @@ SyntheticSceneOptions small() {
 const SyntheticScene& small_scene() {
   static const SyntheticScene scene(small());
   return scene;
-}
-
-bool same(const cv::Mat& a, const cv::Mat& b) {
-  return a.size() == b.size() && a.type() == b.type() && cv::norm(a, b, cv::NORM_INF) == 0;
 }
 
 bool same(const Segmentation& a, const Segmentation& b) {
@@ -51,28 +53,6 @@ bool same(const SyntheticFrame& a, const SyntheticFrame& b) {
          a.pose.translation == b.pose.translation &&
          same(a.true_segmentation, b.true_segmentation) &&
          same(a.poor_segmentation, b.poor_segmentation);
-}
-
-/// The masks of a segmentation on one image: 255 where any instance is.
-cv::Mat1b painted(const Segmentation& segmentation) {
-  cv::Mat1b image(segmentation.image_size, std::uint8_t{0});
-  for (const Instance& instance : segmentation.instances) {
-    if (instance.mask.empty()) continue;
-    image(cv::Rect(instance.mask_origin, instance.mask.size())).setTo(255, instance.mask);
-  }
-  return image;
-}
-
-/// 64-bit FNV-1a over the pixels.
-std::uint64_t pixel_hash(const cv::Mat& image) {
-  std::uint64_t hash = 14695981039346656037ULL;
-  for (int y = 0; y < image.rows; ++y) {
-    const std::uint8_t* row = image.ptr(y);
-    for (std::size_t i = 0; i < static_cast<std::size_t>(image.cols) * image.elemSize(); ++i) {
-      hash = (hash ^ row[i]) * 1099511628211ULL;
-    }
-  }
-  return hash;
 }
 
 TEST(SyntheticScene, GivesTheFrameItPromises) {

@@ -32,6 +32,7 @@ void require_valid(const SyntheticSceneOptions& options) {
   require_range("persons", options.persons, 0, 8);
   require_range("person_distance_m", options.person_distance_m, 1.0, 18.0);
   require_range("person_speed_m_s", options.person_speed_m_s, 0, 5);
+  require_range("limb_swing", options.limb_swing, 0, 1.2);
   require_range("person_way_m", options.person_way_m, 0.2, 2.4);
   if (options.furniture_at_persons) {
     require_range("person_distance_m", options.person_distance_m, 1.7, 18.0);
@@ -42,6 +43,8 @@ void require_valid(const SyntheticSceneOptions& options) {
   require_range("max_depth_m", options.max_depth_m, 0.1, 13.1);
   require_range("depth_edge_shift_px", options.depth_edge_shift_px, 0, 10);
   require_range("depth_hole_slope", options.depth_hole_slope, 0, 1);
+  require_range("depth_fringe_px", options.depth_fringe_px, 0, 30);
+  require_range("depth_blind_top_px", options.depth_blind_top_px, 0, 200);
   require_range("exposure_s", options.exposure_s, 0, 0.1);
   require_range("exposure_change_stops", options.exposure_change_stops, 0, 2);
   require_range("least_missing_limbs", options.least_missing_limbs, 0, scene::limb_regions);

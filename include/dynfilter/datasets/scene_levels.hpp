@@ -23,10 +23,12 @@ struct SceneLevel {
 
 /// All levels, from easy to hard, then the special cases:
 /// - static: nobody.
-/// - cross: two persons cross each other before a textured room.
+/// - cross: two persons cross each other before a textured room; masks miss one to three limbs of
+///   nine.
 /// - together: both walk in one direction, 1.7 m away.
-/// - medium: 1.45 m away, the room has little contrast, masks miss two to five limbs of nine.
-/// - hard: 1.35 m away, masks miss three to six limbs and the torso, and are empty at times.
+/// - medium: 1.45 m away, slowly and nearly in one piece, before a room of little contrast; masks
+///   miss two to five limbs, and what they miss misleads an odometry.
+/// - hard: as medium, 1.35 m away; masks miss three to six limbs and mostly the torso, or all.
 /// - stale_3, stale_6: medium with exact masks and boxes that are 3 and 6 frames old.
 /// - furniture: two persons cross between shelves and a desk; depth alone does not tell them apart.
 /// - two_in_one: two persons cross, and are one detection where their boxes overlap.

@@ -31,9 +31,11 @@ struct SyntheticSceneOptions {
   int persons = 2;                  ///< 0 to 8
   double person_distance_m = 1.55;  ///< of the nearest person's way from the camera; from 1
   double person_speed_m_s = 1.0;    ///< 0 stands still; up to 5
-  bool persons_together = true;     ///< false: every other person walks the opposite way
-  double person_way_m = 0.8;        ///< they turn back so far from the middle; 0.2 to 2.4, and from
-                                    ///< about 2 they leave the image and come back
+  /// 1: limbs swing as in a brisk walk; less: they move with the body, and persons glide; 0 to 1.2.
+  double limb_swing = 1.0;
+  bool persons_together = true;  ///< false: every other person walks the opposite way
+  double person_way_m = 0.8;     ///< they turn back so far from the middle; 0.2 to 2.4, and from
+                                 ///< about 2 they leave the image and come back
 
   double wall_distance_m = 4.2;      ///< of the back wall; from person_distance_m + 1.5 to 20
   double background_contrast = 0.6;  ///< of the room's textures: 0 grey to 1 full
@@ -50,6 +52,12 @@ struct SyntheticSceneOptions {
   /// Holes: 0 the same at every distance, more: they fade out near by and spread far away; per
   /// metre, 0 to 1.
   double depth_hole_slope = 0.16;
+  /// Near surfaces lose depth along their edges, in patches up to so deep, as hair and what turns
+  /// away do; pixels at 640 pixels' width, 0 to 30.
+  double depth_fringe_px = 0;
+  /// So many rows at the top have no depth, as where the colour camera sees more than the depth
+  /// camera; pixels at 480 pixels' height, 0 to 200.
+  double depth_blind_top_px = 0;
   /// The shutter is open that long, the middle of it at the frame's time: what moves is blurred in
   /// the colour image alone. 0 (no blur) to 0.1; a frame takes 1 + exposure_s / 0.002 renderings.
   double exposure_s = 0;

@@ -31,7 +31,7 @@ cv::Mat1f patches(cv::Size size, double cell_px, std::uint64_t key) {
 
 /// What may go wrong, drawn anew for every frame.
 struct Disturbance {
-  Disturbance(cv::Size size, std::uint64_t key)
+  Disturbance(cv::Size size, bool with_fringe, std::uint64_t key)
       : disparity(patches(size, 4, make_key(key, 1))),
         shift_x(patches(size, 14, make_key(key, 2))),
         shift_y(patches(size, 14, make_key(key, 3))),
@@ -39,9 +39,10 @@ struct Disturbance {
         shadow(patches(size, 16, make_key(key, 5))),
         holes(patches(size, 20, make_key(key, 6))) {
     add_noise(holes, std::max(1, 6 * size.width / 640), 0.35F, make_key(key, 7));
+    if (with_fringe) fringe = patches(size, 12, make_key(key, 8));
   }
 
-  cv::Mat1f disparity, shift_x, shift_y, edges, shadow, holes;
+  cv::Mat1f disparity, shift_x, shift_y, edges, shadow, holes, fringe;
 };
 
 /// The projector is right of the camera, so a near surface hides from it what lies left of its left
@@ -64,6 +65,18 @@ bool at_step(const cv::Mat1f& depth, int reach, int x, int y) {
     return std::abs(there - here) > static_cast<float>(step_share) * std::min(there, here);
   };
   return jumps(x - reach, y) || jumps(x + reach, y) || jumps(x, y - reach) || jumps(x, y + reach);
+}
+
+/// Whether this surface ends within `reach` pixels before one that is farther away.
+bool ends_within(const cv::Mat1f& depth, int reach, int x, int y) {
+  const float farther = depth(y, x) * static_cast<float>(1 + 2 * step_share);
+  for (int step = 1; step <= reach; ++step) {
+    if (depth(y, std::max(x - step, 0)) > farther) return true;
+    if (depth(y, std::min(x + step, depth.cols - 1)) > farther) return true;
+    if (depth(std::max(y - step, 0), x) > farther) return true;
+    if (depth(std::min(y + step, depth.rows - 1), x) > farther) return true;
+  }
+  return false;
 }
 
 bool is_lost(const Rendering& seen, const Disturbance& disturbance, int reach, float slope, int x,
@@ -89,8 +102,9 @@ std::uint16_t quantised(double depth_m, double noise) {
 cv::Mat1w measure_depth(const Rendering& rendering, const CameraParameters& camera,
                         const SyntheticSceneOptions& options, std::uint64_t key) {
   const cv::Size size = rendering.depth.size();
-  const Disturbance disturbance(size, key);
+  const Disturbance disturbance(size, options.depth_fringe_px > 0, key);
   const double scale = size.width / 640.0;
+  const auto fringe_px = static_cast<float>(options.depth_fringe_px * scale);
   const int reach = std::max(1, static_cast<int>(std::lround(2 * scale)));
   const auto shift_px = static_cast<float>(options.depth_edge_shift_px * scale);
   const auto slope = static_cast<float>(options.depth_hole_slope);
@@ -103,8 +117,11 @@ cv::Mat1w measure_depth(const Rendering& rendering, const CameraParameters& came
         const double z = static_cast<double>(rendering.depth(y, x));
         const bool dark = shadow(y, x) != 0 && disturbance.shadow(y, x) <= filled_shadow;
         const double noise = noise_px * static_cast<double>(disturbance.disparity(y, x));
-        const bool lost =
-            z > options.max_depth_m || dark || is_lost(rendering, disturbance, reach, slope, x, y);
+        const int fringe =
+            fringe_px > 0 ? static_cast<int>(fringe_px * disturbance.fringe(y, x)) : 0;
+        const bool lost = z > options.max_depth_m || dark ||
+                          is_lost(rendering, disturbance, reach, slope, x, y) ||
+                          ends_within(rendering.depth, fringe, x, y);
         raw(y, x) = lost ? std::uint16_t{0} : quantised(z, noise);
       }
     }
@@ -118,6 +135,8 @@ cv::Mat1w measure_depth(const Rendering& rendering, const CameraParameters& came
           raw(std::clamp(y + dy, 0, size.height - 1), std::clamp(x + dx, 0, size.width - 1));
     }
   }
+  const double blind = options.depth_blind_top_px * size.height / 480.0;
+  registered.rowRange(0, std::min(static_cast<int>(std::lround(blind)), size.height)).setTo(0);
   return registered;
 }
 

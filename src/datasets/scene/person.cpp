@@ -21,6 +21,7 @@ struct Walk {
   cv::Vec2d place;
   cv::Vec2d forward;   // unit
   double pace = 0;     // 0 standing to 1 at full speed
+  double swing = 1;    // of limbs and shoulders, 1 as in a brisk walk
   double covered = 0;  // metres walked, which drives the legs, so that feet do not slide
 };
 
@@ -48,6 +49,7 @@ Walk walk_at(const SyntheticSceneOptions& options, int person, double elapsed_s)
   walk.forward = {speed, -0.30 - slowest * (1 - std::abs(speed))};
   walk.forward *= 1 / std::sqrt(walk.forward.dot(walk.forward));
   walk.pace = std::abs(speed);
+  walk.swing = options.limb_swing;
   walk.covered = turn_m * (2 * half_turns + 1) + (rightward ? x : -x);
   return walk;
 }
@@ -57,8 +59,8 @@ struct Stride {
   double thigh = 0, shin = 0, upper_arm = 0, forearm = 0;
 };
 
-Stride stride_at(double phase, double pace) {
-  const double reach = 0.10 + 0.90 * pace;
+Stride stride_at(double phase, const Walk& walk) {
+  const double reach = walk.swing * (0.10 + 0.90 * walk.pace);
   const double lift = std::max(0.0, std::cos(phase));  // the leg that swings forward is bent
   Stride stride;
   stride.thigh = reach * (0.43 * std::sin(phase) + 0.06);
@@ -77,10 +79,10 @@ class Body {
         left_(-walk.forward[1], walk.forward[0], 0),
         ground_(walk.place[0], walk.place[1], 0) {
     const double phase = 2 * CV_PI * walk.covered / (stride_m * scale);
-    const Stride left = stride_at(phase, walk.pace);
-    const Stride right = stride_at(phase + CV_PI, walk.pace);
+    const Stride left = stride_at(phase, walk);
+    const Stride right = stride_at(phase + CV_PI, walk);
     hip_m_ = ankle_m + std::max(leg_height(left), leg_height(right));
-    twist_ = 0.14 * walk.pace * std::sin(phase);
+    twist_ = 0.14 * walk.swing * walk.pace * std::sin(phase);
     add_trunk();
     add_head();
     add_arm(left, 1);
