@@ -49,7 +49,7 @@ TEST(DepthLbp, EqualsTheOracleAtAPointAtManyAndDenseOnHostileValues) {
     const int width = source.between(1, 40);
     const cv::Size size(width, source.between(1, 12));
     const cv::Mat depth = arbitrary_depth(source, size, source.chance(50));
-    const DepthLbpOptions options = arbitrary_options(source, size).edge_compensator.depth_lbp;
+    const DepthLbpOptions options = arbitrary_options(source, size).compensator.paper.depth_lbp;
     const DepthLbp lbp(options);
     const cv::Mat dense = lbp.dense(depth);
     ASSERT_EQ(dense.size(), size);

@@ -8,22 +8,37 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
 #include <numeric>
+#include <string>
 #include <thread>
+#include <vector>
 
+#include "support/expect_error.hpp"
 #include "support/filter_property.hpp"
 
 namespace dynfilter::testing {
 namespace {
 
+constexpr CompensationRule every_rule[] = {CompensationRule::object_depth, CompensationRule::paper,
+                                           CompensationRule::none};
+
 FeatureLabels filtered(const FilterCase& input) {
   return DynamicFilter(input.options).apply(input.frame, input.segmentation, input.keypoints);
 }
 
+void expect_same(const FeatureLabels& a, const FeatureLabels& b) {
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    ASSERT_TRUE(same_label(a[i], b[i])) << i << ": " << describe(a[i]) << "; " << describe(b[i]);
+  }
+}
+
 TEST(DynamicFilter, PermutingTheFeaturesPermutesTheLabels) {
-  for (std::uint64_t seed = 0; seed < 1000; ++seed) {
+  for (std::uint64_t seed = 0; seed < 2000; ++seed) {
     ByteSource source(seed);
-    FilterCase input = arbitrary_case(source);
+    FilterCase input = arbitrary_case_of_any_rule(source);
     const FeatureLabels before = filtered(input);
     std::vector<std::size_t> order(input.keypoints.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
@@ -39,13 +54,17 @@ TEST(DynamicFilter, PermutingTheFeaturesPermutesTheLabels) {
   }
 }
 
-/// The same small picture at two places of a large one that is empty otherwise.
-FilterCase placed_at(const FilterCase& small, cv::Point offset) {
+/// The same small picture at two places of a large one that is empty otherwise. All that can be
+/// masked or boxed lies inside the large one: its border would clip that, and so move the pixels
+/// which DepthCompensator reads, for they are counted from the first one inside.
+FilterCase placed_at(const FilterCase& small, cv::Point offset, ByteSource& source) {
   FilterCase large = small;
+  const cv::Size size(160, 140);
   large.options.mask_culler.static_mask = cv::Mat();
-  large.segmentation.image_size = {100, 100};
+  large.options.compensator.object_depth = arbitrary_depth_options(source, size);
+  large.segmentation.image_size = size;
   if (!small.frame.depth.empty()) {
-    large.frame.depth = cv::Mat::zeros(100, 100, small.frame.depth.type());
+    large.frame.depth = cv::Mat::zeros(size, small.frame.depth.type());
     small.frame.depth.copyTo(large.frame.depth(cv::Rect(offset, small.frame.depth.size())));
   }
   for (Instance& instance : large.segmentation.instances) {
@@ -58,55 +77,148 @@ FilterCase placed_at(const FilterCase& small, cv::Point offset) {
 }
 
 TEST(DynamicFilter, MovingEverythingByWholePixelsChangesNothing) {
-  int compared = 0;
-  for (std::uint64_t seed = 0; seed < 1000; ++seed) {
+  std::size_t compared = 0, compensated = 0, restored = 0;
+  for (std::uint64_t seed = 0; seed < 2000; ++seed) {
     ByteSource source(seed);
-    const FilterCase small = arbitrary_case(source);
+    const FilterCase small = arbitrary_case_of_any_rule(source);
     const auto out_of_reach = [](const Instance& instance) {
       return std::abs(double{1} * instance.box.x) > 1000;  // at the ends of int: cannot be moved
     };
     const auto& instances = small.segmentation.instances;
     if (std::any_of(instances.begin(), instances.end(), out_of_reach)) continue;
-    const FeatureLabels here = filtered(placed_at(small, {30, 30}));
-    const FeatureLabels there = filtered(placed_at(small, {53, 41}));
+    ByteSource options(seed), same_options(seed);
+    const FeatureLabels here = filtered(placed_at(small, {30, 30}, options));
+    const FeatureLabels there = filtered(placed_at(small, {73, 51}, same_options));
     for (std::size_t i = 0; i < here.size(); ++i) {
       if (std::abs(small.keypoints[i].pt.x) > 1000 || std::isnan(small.keypoints[i].pt.x)) continue;
       ASSERT_TRUE(same_label(here[i], there[i])) << "seed " << seed << ", feature " << i;
       ++compared;
     }
+    compensated += here.statistics().compensated;
+    restored += here.statistics().restored;
   }
-  EXPECT_GT(compared, 20000);
+  EXPECT_GT(compared, 40000U);
+  EXPECT_GT(compensated, 2000U);
+  EXPECT_GT(restored, 1000U);
+}
+
+/// The first seed from `seed` on whose case has this rule.
+FilterCase case_with_rule(CompensationRule rule, std::uint64_t seed) {
+  while (true) {
+    ByteSource source(seed++);
+    FilterCase input = arbitrary_case_of_any_rule(source);
+    if (input.options.compensator.rule == rule) return input;
+  }
 }
 
 TEST(DynamicFilter, IsTheSameFromAnyThreadInAnyOrder) {
   constexpr std::size_t cases = 200;
-  std::vector<FilterCase> inputs;
-  for (std::uint64_t seed = 0; seed < cases; ++seed) {
-    ByteSource source(seed);
-    inputs.push_back(arbitrary_case(source));
-    inputs.back().options = inputs.front().options;
-    inputs.back().options.mask_culler.static_mask = cv::Mat();
+  for (const CompensationRule rule : every_rule) {
+    std::vector<FilterCase> inputs;
+    for (std::uint64_t seed = 0; seed < cases; ++seed) {
+      inputs.push_back(case_with_rule(rule, 1000 * seed));
+      inputs.back().options = inputs.front().options;
+      inputs.back().options.mask_culler.static_mask = cv::Mat();
+    }
+    const DynamicFilter filter(inputs[0].options);
+    const auto run = [&](std::size_t i, FeatureLabels& labels, Workspace& workspace) {
+      filter.apply(inputs[i].frame, inputs[i].segmentation, inputs[i].keypoints, labels, workspace);
+    };
+    std::vector<FeatureLabels> forwards(cases), backwards(cases);
+    std::thread first([&] {
+      Workspace workspace;
+      for (std::size_t i = 0; i < cases; ++i) run(i, forwards[i], workspace);
+    });
+    std::thread second([&] {
+      Workspace workspace;
+      for (std::size_t i = cases; i-- > 0;) run(i, backwards[i], workspace);
+    });
+    first.join();
+    second.join();
+    for (std::size_t i = 0; i < cases; ++i) expect_same(forwards[i], backwards[i]);
   }
-  const DynamicFilter filter(inputs[0].options);
-  const auto run = [&](std::size_t i, FeatureLabels& labels, Workspace& workspace) {
-    filter.apply(inputs[i].frame, inputs[i].segmentation, inputs[i].keypoints, labels, workspace);
-  };
-  std::vector<FeatureLabels> forwards(cases), backwards(cases);
-  std::thread first([&] {
-    Workspace workspace;
-    for (std::size_t i = 0; i < cases; ++i) run(i, forwards[i], workspace);
-  });
-  std::thread second([&] {
-    Workspace workspace;
-    for (std::size_t i = cases; i-- > 0;) run(i, backwards[i], workspace);
-  });
-  first.join();
-  second.join();
-  for (std::size_t i = 0; i < cases; ++i) {
-    for (std::size_t j = 0; j < forwards[i].size(); ++j) {
-      ASSERT_TRUE(same_label(forwards[i][j], backwards[i][j])) << "case " << i << ", feature " << j;
+}
+
+TEST(DynamicFilter, UsedMemoryChangesNothing) {
+  FeatureLabels labels;
+  Workspace workspace;
+  for (std::uint64_t seed = 0; seed < 2000; ++seed) {
+    ByteSource source(seed);
+    const FilterCase input = arbitrary_case_of_any_rule(source);
+    DynamicFilter(input.options)
+        .apply(input.frame, input.segmentation, input.keypoints, labels, workspace);
+    expect_same(labels, filtered(input));
+  }
+}
+
+/// Not so the paper's rule, whose sample another feature may enter.
+TEST(DynamicFilter, ByTheObjectsDepthNoFeatureChangesTheLabelOfAnother) {
+  std::size_t compensated = 0;
+  for (std::uint64_t seed = 0; seed < 1000; ++seed) {
+    FilterCase input = case_with_rule(CompensationRule::object_depth, 1000 * seed);
+    const FeatureLabels all = filtered(input);
+    std::vector<std::size_t> left;
+    std::vector<cv::KeyPoint> keypoints;
+    for (std::size_t i = seed % 3; i < all.size(); i += 3) {
+      left.push_back(i);
+      keypoints.push_back(input.keypoints[i]);
+    }
+    input.keypoints = keypoints;
+    const FeatureLabels some = filtered(input);
+    for (std::size_t i = 0; i < left.size(); ++i) {
+      ASSERT_TRUE(same_label(some[i], all[left[i]])) << "seed " << seed << ", feature " << i;
+    }
+    compensated += some.statistics().compensated;
+  }
+  EXPECT_GT(compensated, 1000U);
+}
+
+/// With a unit that is a power of two the metres are the same numbers.
+TEST(DynamicFilter, DepthIn16BitsAndInFloatsIsTheSame) {
+  std::size_t compensated = 0;
+  for (std::uint64_t seed = 0; seed < 1000; ++seed) {
+    FilterCase input = case_with_rule(every_rule[seed % 2], 1000 * seed);
+    if (input.frame.depth.type() != CV_16UC1) continue;
+    input.frame.metres_per_unit = 1.0 / 4096;
+    FilterCase floating = input;
+    input.frame.depth.convertTo(floating.frame.depth, CV_32FC1, 1.0 / 4096);
+    floating.frame.metres_per_unit = 0;
+    const FeatureLabels labels = filtered(input);
+    expect_same(labels, filtered(floating));
+    compensated += labels.statistics().compensated;
+  }
+  EXPECT_GT(compensated, 1000U);
+}
+
+/// With a feature at every pixel, the refined mask is where features go that are in its reach.
+TEST(DynamicFilter, ARefinedMaskIsWhereFeaturesGo) {
+  std::size_t on_mask = 0, off_mask = 0;
+  for (std::uint64_t seed = 0; seed < 600; ++seed) {
+    FilterCase input = case_with_rule(CompensationRule::object_depth, 1000 * seed);
+    std::vector<Instance>& instances = input.segmentation.instances;
+    if (instances.empty() || instances[0].class_id != 0) continue;
+    instances.resize(1);
+    input.options.mask_culler = MaskCullerOptions();
+    input.keypoints.clear();
+    const cv::Size size = input.segmentation.image_size;
+    for (int y = 0; y < size.height; ++y) {
+      for (int x = 0; x < size.width; ++x) input.keypoints.emplace_back(cv::Point(x, y), 1.0F);
+    }
+    const FeatureLabels labels = filtered(input);
+    if (labels.statistics().instances[0].compensation != Compensation::applied) continue;
+    const DepthCompensator compensator(input.options.compensator.object_depth);
+    const Instance refined = compensator.refined(input.frame, input.segmentation, 0);
+    if (refined.mask.data == instances[0].mask.data) continue;  // its box is nowhere in the image
+    const cv::Rect reach(refined.mask_origin, refined.mask.size());
+    for (std::size_t i = 0; i < labels.size(); ++i) {
+      const cv::Point pixel = FeaturesView(input.keypoints).pixel(i);
+      if (!reach.contains(pixel)) continue;
+      ASSERT_EQ(refined.covers(pixel), labels.is_removed(i)) << "seed " << seed << ": " << pixel;
+      (labels.is_removed(i) ? on_mask : off_mask) += 1;
     }
   }
+  EXPECT_GT(on_mask, 5000U);
+  EXPECT_GT(off_mask, 5000U);
 }
 
 TEST(DynamicFilter, ALargerExpansionNeverLosesACompensatedFeature) {
@@ -115,8 +227,8 @@ TEST(DynamicFilter, ALargerExpansionNeverLosesACompensatedFeature) {
     ByteSource source(seed);
     FilterCase input = arbitrary_case(source);
     const FeatureLabels before = filtered(input);
-    input.options.edge_compensator.depth.expansion += 0.3;
-    input.options.edge_compensator.code.expansion += 20;
+    input.options.compensator.paper.depth.expansion += 0.3;
+    input.options.compensator.paper.code.expansion += 20;
     const FeatureLabels after = filtered(input);
     for (std::size_t i = 0; i < before.size(); ++i) {
       ASSERT_TRUE(after.is_removed(i) || !before.is_removed(i)) << "seed " << seed;
@@ -129,7 +241,7 @@ TEST(DynamicFilter, ALargerExpansionNeverLosesACompensatedFeature) {
 TEST(DynamicFilter, TakesPointsAsWellAsKeypoints) {
   for (std::uint64_t seed = 0; seed < 300; ++seed) {
     ByteSource source(seed);
-    FilterCase input = arbitrary_case(source);
+    FilterCase input = arbitrary_case_of_any_rule(source);
     input.options.mask_culler.margin_per_diameter = 0;
     std::vector<cv::Point2f> points;
     for (const cv::KeyPoint& keypoint : input.keypoints) points.push_back(keypoint.pt);
@@ -143,18 +255,90 @@ TEST(DynamicFilter, TakesPointsAsWellAsKeypoints) {
 }
 
 TEST(DynamicFilter, TwoFiltersInOneProcessShareNothing) {
-  ByteSource source(3);
-  FilterCase input = arbitrary_case(source);
-  const FeatureLabels alone = filtered(input);
-  FilterCase other = input;
-  other.options.mask_culler.dynamic_classes = {0, 1, 2, 3};
-  other.options.edge_compensator.seed += 1;
-  const DynamicFilter first(input.options), second(other.options);
-  for (int round = 0; round < 3; ++round) {
-    second.apply(other.frame, other.segmentation, other.keypoints);
-    const FeatureLabels again = first.apply(input.frame, input.segmentation, input.keypoints);
-    for (std::size_t i = 0; i < alone.size(); ++i) ASSERT_TRUE(same_label(alone[i], again[i]));
+  for (const CompensationRule rule : every_rule) {
+    const FilterCase input = case_with_rule(rule, 3);
+    const FeatureLabels alone = filtered(input);
+    FilterCase other = input;
+    other.options.mask_culler.dynamic_classes = {0, 1, 2, 3};
+    other.options.compensator.paper.seed += 1;
+    other.options.compensator.object_depth.box_margin_px += 100;
+    const DynamicFilter first(input.options), second(other.options);
+    for (int round = 0; round < 3; ++round) {
+      second.apply(other.frame, other.segmentation, other.keypoints);
+      expect_same(alone, first.apply(input.frame, input.segmentation, input.keypoints));
+    }
   }
+}
+
+/// Each option of the rules, whichever rule is chosen.
+TEST(DynamicFilter, NamesTheOptionsOfItsRulesThatItCannotTake) {
+  struct Bad {
+    std::function<void(DepthCompensatorOptions&, double)> spoil;
+    std::string part;
+  };
+  const std::vector<Bad> options = {
+      {[](auto& o, double v) { o.least_nearness = v; }, "DepthCompensator: got least_nearness = "},
+      {[](auto& o, double v) { o.reach_px = v; }, "DepthCompensator: got reach_px = "},
+      {[](auto& o, double v) { o.box_margin_px = v; }, "DepthCompensator: got box_margin_px = "},
+      {[](auto& o, double v) { o.mask_margin_px = v; }, "DepthCompensator: got mask_margin_px = "},
+      {[](auto& o, double v) { o.stale_age_s = v; }, "DepthCompensator: got stale_age_s = "},
+      {[](auto& o, double v) { o.motion_px_per_s = v; },
+       "DepthCompensator: got motion_px_per_s = "},
+      {[](auto& o, double v) { o.most_age_s = v; }, "DepthCompensator: got most_age_s = "},
+      {[](auto& o, double v) { o.object_depth.least_half_width_m = v; },
+       "ObjectDepthEstimator: got half widths"},
+      {[](auto& o, double v) { o.object_depth.least_share = v; },
+       "ObjectDepthEstimator: got least_share"},
+  };
+  const auto refuses = [](const Bad& bad, double value) {
+    for (const CompensationRule rule : every_rule) {
+      DynamicFilterOptions filter_options;
+      filter_options.compensator.rule = rule;
+      bad.spoil(filter_options.compensator.object_depth, value);
+      expect_error<std::invalid_argument>([&] { DynamicFilter filter(filter_options); }, bad.part);
+    }
+  };
+  for (const Bad& bad : options) {
+    for (const double value : {-0.5, 1e7, static_cast<double>(INFINITY), std::nan("")}) {
+      if (value != 1e7 || bad.part[0] == 'D') refuses(bad, value);
+    }
+  }
+  refuses(options[1], 0);
+  DynamicFilterOptions paper;
+  paper.compensator.paper.samples = 0;
+  expect_error<std::invalid_argument>([&] { DynamicFilter filter(paper); }, "samples = 0");
+}
+
+/// Labels that were written into, and then input that does not fit them.
+TEST(DynamicFilter, ADepthStageThatThrowsChangesNoLabel) {
+  FilterCase input = case_with_rule(CompensationRule::object_depth, 7);
+  input.keypoints.resize(20);
+  input.segmentation.instances.resize(2);
+  FeatureLabels labels(20, input.segmentation);
+  labels.remove(3, 1, Reason::in_mask, 0.5F);
+  const auto refuses = [&](const std::string& part) {
+    const FeatureLabels before = labels;
+    const FilterInput stage_input = {input.frame, input.segmentation, input.keypoints};
+    expect_error<std::invalid_argument>([&] { DepthCompensator()(stage_input, labels); },
+                                        "dynfilter::DepthCompensator: got " + part);
+    expect_same(before, labels);
+    for (const InstanceStatistics& statistics : labels.statistics().instances) {
+      EXPECT_EQ(statistics.compensation, Compensation::not_run);
+    }
+  };
+  input.keypoints.resize(21);
+  refuses("20 labels and 21 features");
+  input.keypoints.resize(20);
+  input.segmentation.instances.resize(1);
+  refuses("labels for 2 instances and a segmentation of 1");
+  input.segmentation.instances.resize(2);
+  input.segmentation.instances[1].score = 2;
+  refuses("score 2 in instance 1");
+  input.segmentation.instances[1].score = 1;
+  input.frame.depth = cv::Mat(input.segmentation.image_size, CV_8UC1, cv::Scalar(1));
+  refuses("a depth image of type CV_8UC1");
+  input.frame.depth = cv::Mat(1, 99, CV_32FC1, cv::Scalar(1));
+  refuses("a segmentation of image_size ");
 }
 
 }  // namespace

@@ -22,6 +22,7 @@ struct Scene {
         depth.at<std::uint16_t>(y, x) = static_cast<std::uint16_t>(7500 + (x * 7 + y * 3) % 11);
       }
     }
+    input.options.compensator.rule = CompensationRule::paper;
     input.frame.depth = depth;
     input.frame.metres_per_unit = 1.0 / 5000;
     input.segmentation.image_size = depth.size();
@@ -104,7 +105,7 @@ TEST(EdgeCompensator, DoesNotSampleWhatOnlyAMarginTook) {
   Scene scene;
   const InstanceStatistics without = scene.filtered().statistics().instances[0];
   scene.input.options.mask_culler.margin_px = 12;  // reaches far into the wall
-  scene.input.options.edge_compensator.samples = 100000;
+  scene.input.options.compensator.paper.samples = 100000;
   const InstanceStatistics with = scene.filtered().statistics().instances[0];
   EXPECT_GT(with.masked, without.masked);
   EXPECT_EQ(with.sampled, without.masked);
@@ -168,7 +169,7 @@ TEST(EdgeCompensator, MayTakeWhatHasNoDepth) {
     scene.input.keypoints[static_cast<std::size_t>(i)].pt.x += static_cast<float>(i % 10);
   scene.input.keypoints.emplace_back(22.0F, 40.0F, 1.0F);
   EXPECT_FALSE(scene.filtered().is_removed(20));
-  scene.input.options.edge_compensator.missing_depth = MissingDepth::remove;
+  scene.input.options.compensator.paper.missing_depth = MissingDepth::remove;
   EXPECT_EQ(scene.filtered()[20].reason, Reason::compensated);
 }
 

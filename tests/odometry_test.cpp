@@ -29,13 +29,6 @@ using dynfilter::SyntheticFrame;
 using dynfilter::SyntheticScene;
 using dynfilter::SyntheticSceneOptions;
 
-Filter mask_filter() {
-  return Filter(
-      [](const dynfilter::FilterInput& input, dynfilter::FeatureLabels& labels,
-         dynfilter::Workspace&) { dynfilter::MaskCuller()(input, labels); },
-      [](const dynfilter::FilterInput&, dynfilter::FeatureLabels&, dynfilter::Workspace&) {});
-}
-
 SyntheticScene small_scene(int persons, int frames) {
   SyntheticSceneOptions options;
   options.image_size = {400, 300};
@@ -82,7 +75,7 @@ const Rendered& moving_frames() {
 Odometry track(const Rendered& rendered, bool with_true_masks) {
   OdometryOptions options;
   options.features = 800;
-  Odometry odometry(rendered.camera, mask_filter(), options);
+  Odometry odometry(rendered.camera, options);
   for (const SyntheticFrame& frame : rendered.frames) {
     std::optional<Segmentation> masks;
     if (with_true_masks) masks = frame.true_segmentation;
@@ -167,7 +160,7 @@ TEST(Odometry, IsDraggedByPersonsUnlessTheirFeaturesAreRemoved) {
 
 TEST(Odometry, SaysWhenItIsLostAndFindsItsMapAgain) {
   const Rendered& rendered = static_frames();
-  Odometry odometry(rendered.camera, mask_filter());
+  Odometry odometry(rendered.camera);
   for (std::size_t i = 0; i < 6; ++i) odometry.track(rendered.frames[i].frame, {});
   dynfilter::FrameView dark = rendered.frames[6].frame;
   dark.image = cv::Mat::zeros(dark.image.size(), dark.image.type());
@@ -184,7 +177,7 @@ TEST(Odometry, SaysWhenItIsLostAndFindsItsMapAgain) {
 
 TEST(Odometry, WaitsForAFrameWithFeaturesAndDepth) {
   const Rendered& rendered = static_frames();
-  Odometry odometry(rendered.camera, mask_filter());
+  Odometry odometry(rendered.camera);
   dynfilter::FrameView frame = rendered.frames[0].frame;
   frame.depth = cv::Mat();
   EXPECT_EQ(odometry.track(frame, {}).tracked, Tracked::waiting);
@@ -274,7 +267,7 @@ using OdometryOnRecordedData = dynfilter::testing::RecordedData;
 
 TEST_F(OdometryOnRecordedData, FollowsFr1XyzToCentimetres) {
   const dynfilter::RgbdSequence sequence(data("tum_fr1_xyz_120"));
-  Odometry odometry(sequence.camera(), mask_filter());
+  Odometry odometry(sequence.camera());
   for (std::size_t i = 0; i < sequence.size(); ++i) odometry.track(sequence.read(i), {});
   EXPECT_EQ(odometry.lost_frames(), 0U);
   const auto truth = dynfilter::read_trajectory(*sequence.groundtruth_file());

@@ -109,7 +109,7 @@ TEST_F(PluginTest, GivesExactlyTheLabelsOfTheCore) {
   Plugin plugin(settings("dynfilter.margin_px: 1.5\ndynfilter.seed: 7\n"));
   DynamicFilterOptions options;
   options.mask_culler.margin_px = 1.5;
-  options.edge_compensator.seed = 7;
+  options.compensator.paper.seed = 7;
   const DynamicFilter core(options);
   for (int i = 0; i < frames; ++i) {
     HostFrame frame(i);
@@ -354,12 +354,13 @@ TEST_F(PluginTest, AcceptsEveryKey) {
   options.mask_culler.margin_px = 2;
   options.mask_culler.margin_per_diameter = 0.25;
   options.mask_culler.static_mask = robot;
-  options.edge_compensator.samples = 30;
-  options.edge_compensator.seed = 3;
-  options.edge_compensator.depth = {OutlierRule::interquartile_range, 1.5, 4, 0.2};
-  options.edge_compensator.code = {OutlierRule::median_absolute_deviation, 3, 5, 20};
-  options.edge_compensator.depth_lbp.missing_neighbour = MissingNeighbour::farther;
-  options.edge_compensator.missing_depth = MissingDepth::remove;
+  options.compensator.rule = CompensationRule::paper;
+  options.compensator.paper.samples = 30;
+  options.compensator.paper.seed = 3;
+  options.compensator.paper.depth = {OutlierRule::interquartile_range, 1.5, 4, 0.2};
+  options.compensator.paper.code = {OutlierRule::median_absolute_deviation, 3, 5, 20};
+  options.compensator.paper.depth_lbp.missing_neighbour = MissingNeighbour::farther;
+  options.compensator.paper.missing_depth = MissingDepth::remove;
   HostFrame frame(0);
   const FeatureLabels labels =
       DynamicFilter(options).apply(frame.view(0), frame.segmentation, frame.keypoints);
@@ -369,6 +370,30 @@ TEST_F(PluginTest, AcceptsEveryKey) {
   EXPECT_EQ(statistics.masked, labels.statistics().masked);
   EXPECT_EQ(statistics.compensated, labels.statistics().compensated);
   EXPECT_EQ(statistics.instances.at(0).sampled, labels.statistics().instances.at(0).sampled);
+}
+
+TEST_F(PluginTest, AcceptsTheKeysOfTheDepthRule) {
+  const std::string file = settings(
+      "dynfilter.rule: \"depth\"\ndynfilter.object_depth.least_half_width_m: 0.2\n"
+      "dynfilter.object_depth.most_half_width_m: 0.3\ndynfilter.least_nearness: 2\n"
+      "dynfilter.mask_margin_px: 4\ndynfilter.stale_age_s: 0.5\ndynfilter.motion_px_per_s: 100\n");
+  DynamicFilterOptions options;
+  options.compensator.object_depth.object_depth.least_half_width_m = 0.2;
+  options.compensator.object_depth.object_depth.most_half_width_m = 0.3;
+  options.compensator.object_depth.least_nearness = 2;
+  options.compensator.object_depth.mask_margin_px = 4;
+  options.compensator.object_depth.stale_age_s = 0.5;
+  options.compensator.object_depth.motion_px_per_s = 100;
+  HostFrame frame(0);
+  const FrameStatistics expected =
+      DynamicFilter(options).apply(frame.view(0), frame.segmentation, frame.keypoints).statistics();
+  Plugin plugin(file);
+  const FrameStatistics statistics =
+      plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors);
+  EXPECT_GT(statistics.compensated, 0U);
+  EXPECT_EQ(statistics.compensated, expected.compensated);
+  EXPECT_EQ(statistics.instances.at(0).depth_range_m.lower,
+            expected.instances.at(0).depth_range_m.lower);
 }
 
 TEST_F(PluginTest, RefusesEveryWrongValueByItsKey) {
@@ -382,7 +407,7 @@ TEST_F(PluginTest, RefusesEveryWrongValueByItsKey) {
       {"box_margin_px: 1.5", "dynfilter.box_margin_px: got 1.5; want a whole number"},
       {"least_pixels: 0", "least_pixels = 0"},
       {"missing_masks: \"skip\"", "want one of error, keep"},
-      {"rule: \"best\"", "dynfilter.rule: got \"best\"; want one of paper, mask"},
+      {"rule: \"best\"", "dynfilter.rule: got \"best\"; want one of depth, paper, mask"},
       {"dynamic_classes: 0", "want a list of whole numbers"},
       {"dynamic_classes: [ 0, \"person\" ]", "dynfilter.dynamic_classes: got \"person\" in it"},
       {"static_mask: \"nowhere.png\"", "nowhere.png"},

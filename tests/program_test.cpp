@@ -72,7 +72,7 @@ TEST_F(Program, RunWritesWhatItPromisesAndTheNumbersAgree) {
   ASSERT_EQ(frames.size(), 7U);
   EXPECT_EQ(summary["frames"], 6);
   EXPECT_EQ(summary["options"]["features"], "400");
-  EXPECT_EQ(summary["options"]["rule"], "paper");
+  EXPECT_EQ(summary["options"]["rule"], "depth");
   for (const char* name : {"features", "masked", "compensated", "kept", "dynamic_left",
                            "dynamic_left_mask_only", "static_removed", "rim_removed"}) {
     EXPECT_EQ(summary[name], sum_of(frames, name)) << name;

@@ -12,7 +12,7 @@ TEST(WholeFilter, EqualsTheOracleOnArbitraryInput) {
   std::size_t masked = 0, compensated = 0, kept = 0;
   for (std::uint64_t seed = 0; seed < 20000; ++seed) {
     ByteSource source(seed);
-    const FilterCase input = arbitrary_case(source);
+    const FilterCase input = arbitrary_case_of_any_rule(source);
     ASSERT_EQ(check_filter(input), "") << "seed " << seed;
     const FrameStatistics statistics = DynamicFilter(input.options)
                                            .apply(input.frame, input.segmentation, input.keypoints)
@@ -25,6 +25,39 @@ TEST(WholeFilter, EqualsTheOracleOnArbitraryInput) {
   EXPECT_GT(masked, 100000U);
   EXPECT_GT(compensated, 5000U);
   EXPECT_GT(kept, 10000U);
+}
+
+/// Most on small images with lengths to match; some as wide as those that the defaults are for, at
+/// depths and units from a near hand to beyond all sensors.
+FilterCase depth_case(std::uint64_t seed) {
+  ByteSource source(seed);
+  const bool wide = seed % 20 == 0;
+  FilterCase made =
+      wide ? arbitrary_case(source, {source.between(600, 1300), 24}) : arbitrary_case(source);
+  draw_rule(source, made, CompensationRule::object_depth);
+  const double units[] = {1, 0.93, 0.2, 6.1, 100, 1e30};
+  const double factor = units[source.chance(50) ? 0 : source.between(0, 5)];
+  if (!made.frame.depth.empty()) made.frame.metres_per_unit = made.frame.depth_scale() * factor;
+  return made;
+}
+
+TEST(WholeFilter, ByTheObjectsDepthEqualsItsOracleAndTakesEachPathOften) {
+  std::size_t by_depth = 0, by_nearness = 0, by_margin = 0, given_back = 0, box_fallbacks = 0;
+  for (std::uint64_t seed = 0; seed < 8000; ++seed) {
+    const FilterCase input = depth_case(seed);
+    ASSERT_EQ(check_filter(input), "") << "seed " << seed;
+    const DepthVerdict verdict = DepthOracle(input).verdict();
+    by_depth += verdict.by_depth;
+    by_nearness += verdict.by_nearness;
+    by_margin += verdict.by_margin;
+    given_back += verdict.given_back;
+    box_fallbacks += verdict.box_fallbacks;
+  }
+  EXPECT_GT(by_depth, 15000U);
+  EXPECT_GT(by_nearness, 15000U);
+  EXPECT_GT(by_margin, 1500U);
+  EXPECT_GT(given_back, 8000U);
+  EXPECT_GT(box_fallbacks, 3000U);
 }
 
 }  // namespace

@@ -24,13 +24,14 @@
 namespace {
 
 constexpr const char* usage =
-    R"(odometry SEQUENCE [--masks DIR] [--rule none|mask|paper] [--out FILE] [--seed N]
+    R"(odometry SEQUENCE [--masks DIR] [--rule none|mask|paper|depth] [--out FILE] [--seed N]
 
 Tracks the camera through SEQUENCE, a folder in the layout of TUM RGB-D or BONN, and prints the
 errors of the trajectory where SEQUENCE has a groundtruth.txt.
 
   --masks DIR   masks of persons; default: masks/ in SEQUENCE
-  --rule RULE   features removed: none; mask, those on masks; paper (default), edge features too
+  --rule RULE   features removed: none; mask, those on masks; paper, and those that masks missed by
+                the paper's rule; depth (default), the same by the object's depth
   --out FILE    writes the trajectory, in the format of TUM RGB-D
   --seed N      of random samples, 0 by default
 
@@ -40,7 +41,7 @@ odometry data/tum_fr3_walking_halfsphere_50 --rule mask --out trajectory.txt
 struct Arguments {
   std::filesystem::path sequence;
   std::filesystem::path masks;
-  std::string rule = "paper";
+  std::string rule = "depth";
   std::filesystem::path out;
   std::uint64_t seed = 0;
   bool help = false;
@@ -90,19 +91,19 @@ Arguments parse(const std::vector<std::string>& words) {
   return arguments;
 }
 
-odometry::Filter filter_of(const std::string& rule) {
-  const auto nothing = [](const dynfilter::FilterInput&, dynfilter::FeatureLabels&,
-                          dynfilter::Workspace&) {};
-  const auto masks = [culler = dynfilter::MaskCuller()](
-                         const dynfilter::FilterInput& input, dynfilter::FeatureLabels& labels,
-                         dynfilter::Workspace&) { culler(input, labels); };
-  if (rule == "none") return odometry::Filter(nothing, nothing);
-  if (rule == "mask") return odometry::Filter(masks, nothing);
-  if (rule == "paper") {
-    return odometry::Filter(masks,
-                            dynfilter::EdgeCompensator(dynfilter::EdgeCompensatorOptions::paper()));
+dynfilter::DynamicFilter filter_of(const std::string& rule) {
+  using dynfilter::CompensationRule;
+  dynfilter::DynamicFilterOptions options;
+  if (rule == "depth") {
+    options.compensator.rule = CompensationRule::object_depth;
+  } else if (rule == "paper") {
+    options.compensator.rule = CompensationRule::paper;
+  } else if (rule == "mask" || rule == "none") {
+    options.compensator.rule = CompensationRule::none;
+  } else {
+    throw std::invalid_argument("--rule " + rule + " is none of: none, mask, paper, depth");
   }
-  throw std::invalid_argument("--rule " + rule + " is none of: none, mask, paper");
+  return dynfilter::DynamicFilter(options);
 }
 
 std::optional<dynfilter::MaskFolderSegmenter> masks_of(const Arguments& arguments,
@@ -137,7 +138,7 @@ int run(const Arguments& arguments) {
   auto masks = masks_of(arguments, sequence);
   odometry::OdometryOptions options;
   options.seed = arguments.seed;
-  odometry::Odometry tracker(sequence.camera(), filter_of(arguments.rule), options);
+  odometry::Odometry tracker(sequence.camera(), options, filter_of(arguments.rule));
   double tracking_s = 0;
   for (std::size_t i = 0; i < sequence.size(); ++i) {
     const dynfilter::FrameView frame = sequence.read(i);

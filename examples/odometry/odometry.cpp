@@ -33,12 +33,9 @@ dynfilter::TimedPose timed(double timestamp_s, const Pose& pose) {
 
 }  // namespace
 
-Odometry::Odometry(const dynfilter::CameraParameters& camera, Filter filter,
-                   const OdometryOptions& options)
-    : parameters_(camera),
-      filter_(std::move(filter)),
-      options_(options),
-      extractor_(options.features) {}
+Odometry::Odometry(const dynfilter::CameraParameters& camera, const OdometryOptions& options,
+                   const dynfilter::DynamicFilter& filter)
+    : parameters_(camera), filter_(filter), options_(options), extractor_(options.features) {}
 
 /// All that a host does to use the library: one apply, one keep_static.
 FrameResult Odometry::track(const dynfilter::FrameView& frame,

@@ -6,7 +6,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <optional>
 #include <vector>
 
@@ -20,13 +19,6 @@
 #include "pose_refinement.hpp"
 
 namespace odometry {
-
-/// A stage that is chosen at run time.
-using Stage = std::function<void(const dynfilter::FilterInput&, dynfilter::FeatureLabels&,
-                                 dynfilter::Workspace&)>;
-
-/// What takes features away before the odometry sees them: masks, then what they missed.
-using Filter = dynfilter::Pipeline<Stage, Stage>;
 
 struct OdometryOptions {
   std::uint64_t seed = 0;              ///< of the samples by which a lost track is found again
@@ -64,8 +56,8 @@ struct FrameResult {
 /// Same frames, masks and seed give the same poses, to the bit, on one machine.
 class Odometry {
  public:
-  Odometry(const dynfilter::CameraParameters& camera, Filter filter,
-           const OdometryOptions& options = {});
+  explicit Odometry(const dynfilter::CameraParameters& camera, const OdometryOptions& options = {},
+                    const dynfilter::DynamicFilter& filter = dynfilter::DynamicFilter());
 
   /// Frames in the order of their time; the image is BGR or grey. std::nullopt = no masks known.
   FrameResult track(const dynfilter::FrameView& frame,
@@ -94,7 +86,7 @@ class Odometry {
   FrameResult finish(double timestamp_s, Tracking tracking, FrameResult result);
 
   dynfilter::CameraParameters parameters_;
-  Filter filter_;
+  dynfilter::DynamicFilter filter_;
   OdometryOptions options_;
   OrbExtractor extractor_;
   dynfilter::FeatureLabels labels_;

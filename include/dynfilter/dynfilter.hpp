@@ -8,6 +8,8 @@
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
+#include "dynfilter/compensator.hpp"
+#include "dynfilter/depth_compensator.hpp"
 #include "dynfilter/depth_lbp.hpp"
 #include "dynfilter/detection_mask.hpp"
 #include "dynfilter/dynamic_filter.hpp"
@@ -22,6 +24,8 @@
 #include "dynfilter/keep_static.hpp"
 #include "dynfilter/labels.hpp"
 #include "dynfilter/mask_culler.hpp"
+#include "dynfilter/object_depth.hpp"
+#include "dynfilter/object_nearness.hpp"
 #include "dynfilter/overlay.hpp"
 #include "dynfilter/pipeline.hpp"
 #include "dynfilter/range_estimator.hpp"

@@ -17,9 +17,10 @@
 // classes, grown by margin_px, and the culler's static mask. margin_per_diameter has no effect,
 // since a pixel has no diameter. An instance without a mask covers nothing, though it has a box.
 //
-// Edge features that a mask missed (EdgeCompensator) are not in them. That stage judges features by
-// what features on the mask have measured: before detection there are none, and a disc round each
-// would take static ground too. Where the host lets its features be filtered, do that as well.
+// What a mask missed is in them only where the segmentation's instances were refined before, by
+// DepthCompensator::refined, which needs depth. (The paper's EdgeCompensator judges features by
+// what features on the mask have measured, and before detection there are none.) Where the host
+// lets its features be filtered, do that as well.
 //
 // examples/other_hosts/ shows where the lines go in each host.
 

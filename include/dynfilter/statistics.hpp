@@ -26,22 +26,23 @@ struct ValueRange {
 enum class Compensation : std::uint8_t {
   not_run,          ///< no compensation in the pipeline; or another class, and nothing masked
   no_depth_image,   ///< abstained: the frame has no depth (mono, stereo)
-  too_few_samples,  ///< abstained: too few masked features with depth to tell the ranges
+  too_few_samples,  ///< abstained: too few features or pixels with depth to tell the ranges
   applied
 };
 
 /// What happened to the features round one instance. Counts are features.
 struct InstanceStatistics {
   int class_id = 0;
-  bool dynamic = false;          ///< its class is one of the dynamic ones
-  std::size_t masked = 0;        ///< FP_object: removed because they lie on the mask
-  std::size_t sampled = 0;       ///< of these, how many told the ranges
-  std::size_t candidates = 0;    ///< in the box and not removed when its turn came
-  std::size_t passed_depth = 0;  ///< candidates that the depth range alone would remove
-  std::size_t passed_code = 0;   ///< candidates that the D-LBP range alone would remove
-  std::size_t compensated = 0;   ///< removed by edge compensation
+  bool dynamic = false;             ///< its class is one of the dynamic ones
+  std::size_t masked = 0;           ///< FP_object: removed because they lie on the mask
+  std::size_t sampled = 0;          ///< features or pixels that told the ranges
+  std::size_t candidates = 0;       ///< in the box and not removed when its turn came
+  std::size_t passed_depth = 0;     ///< candidates that the depth range alone would remove
+  std::size_t passed_code = 0;      ///< candidates that the D-LBP range alone would remove
+  std::size_t passed_nearness = 0;  ///< candidates without the object's depth that it surrounds
+  std::size_t compensated = 0;      ///< removed by edge compensation
   Compensation compensation = Compensation::not_run;
-  ValueRange depth_range_m;  ///< [a, b] of depth in eq. (1), metres; may be empty
+  ValueRange depth_range_m;  ///< where the object is, [a, b] in eq. (1), metres; may be empty
   ValueRange code_range;     ///< [a, b] of D-LBP codes in eq. (1); may be empty
 };
 

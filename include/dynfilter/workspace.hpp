@@ -13,6 +13,7 @@
 #include <opencv2/core.hpp>
 
 #include "dynfilter/feature_sampler.hpp"
+#include "dynfilter/object_depth.hpp"
 
 namespace dynfilter {
 
@@ -25,6 +26,13 @@ struct RestoreCandidate {
   std::size_t feature = 0;
 };
 
+/// A dynamic object whose depth is known.
+struct ObjectInFrame {
+  std::size_t instance = 0;  ///< index into the segmentation's
+  cv::Rect reach;            ///< features outside it are not the object's
+  ObjectDepth depth;
+};
+
 /// Scratch memory of a filter, kept by the caller between frames so that a frame allocates nothing
 /// once one of at least that many features and instances was seen. It carries no information from
 /// call to call. One for each thread.
@@ -34,6 +42,8 @@ struct Workspace {
   std::vector<double> depths_m;             ///< of the sample
   std::vector<double> codes;                ///< of the sample
   std::vector<RestoreCandidate> restorable;
+  std::vector<float> pixel_depths_m;  ///< of one instance
+  std::vector<ObjectInFrame> objects;
 };
 
 }  // namespace dynfilter

@@ -14,19 +14,14 @@
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "plugin/plugin_settings.hpp"
 #include "plugin/recorder.hpp"
-#include "rules.hpp"
 
 namespace dynfilter {
 namespace {
 
-using Filter = Pipeline<MaskCuller, detail::AnyStage, FeatureFloor>;
-
 /// What options refuse is the settings file's fault.
-Filter make_filter(const detail::PluginSettings& settings) {
+DynamicFilter make_filter(const detail::PluginSettings& settings) {
   try {
-    return Filter(MaskCuller(settings.filter.mask_culler),
-                  detail::edge_stage(settings.rule, settings.filter.edge_compensator),
-                  FeatureFloor(settings.filter.feature_floor));
+    return DynamicFilter(settings.filter);
   } catch (const std::invalid_argument& error) {
     throw std::runtime_error(settings.file + ": " + error.what());
   }
@@ -82,7 +77,7 @@ struct Plugin::State {
 
   detail::PluginSettings settings;
   MaskFolderSegmenter masks;
-  Filter filter;
+  DynamicFilter filter;
   std::optional<detail::Recorder> recorder;
   PluginCounters counters;
   FeatureLabels labels;

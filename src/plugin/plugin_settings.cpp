@@ -56,6 +56,15 @@ void read_range(SettingsFile& file, const std::string& name, RangeEstimatorOptio
   file.read_number(name + ".expansion", options.expansion);
 }
 
+void read_depth_compensator(SettingsFile& file, DepthCompensatorOptions& options) {
+  file.read_number("object_depth.least_half_width_m", options.object_depth.least_half_width_m);
+  file.read_number("object_depth.most_half_width_m", options.object_depth.most_half_width_m);
+  file.read_number("least_nearness", options.least_nearness);
+  file.read_number("mask_margin_px", options.mask_margin_px);
+  file.read_number("stale_age_s", options.stale_age_s);
+  file.read_number("motion_px_per_s", options.motion_px_per_s);
+}
+
 void read_edge_compensator(SettingsFile& file, EdgeCompensatorOptions& options) {
   std::size_t seed = 0;
   file.read_count("samples", options.samples);
@@ -81,9 +90,10 @@ PluginSettings read_plugin_settings(const std::string& path, const std::string& 
   PluginSettings settings;
   settings.file = path;
   read_masks(file, settings);
-  file.read_choice("rule", rule_names(), settings.rule);
+  read_enumeration(file, "rule", rule_names(), settings.filter.compensator.rule);
   read_mask_culler(file, settings.filter.mask_culler);
-  read_edge_compensator(file, settings.filter.edge_compensator);
+  read_depth_compensator(file, settings.filter.compensator.object_depth);
+  read_edge_compensator(file, settings.filter.compensator.paper);
   read_feature_floor(file, settings.filter.feature_floor);
   file.read_text("output_folder", settings.output_folder);
   file.read_count("overlay_every", settings.overlay_every);

@@ -17,7 +17,6 @@ struct PluginSettings {
   std::string mask_folder;
   MaskFolderOptions mask_folder_options;
   std::string missing_masks = "error";  ///< or "keep": go on without, and count it
-  std::string rule = "paper";
   DynamicFilterOptions filter;
   std::string output_folder;         ///< for frames.csv and overlays; empty: none
   int overlay_every = 0;             ///< draw every n-th frame; 0: none

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <map>
 #include <optional>
+#include <random>
 #include <set>
 #include <utility>
 
@@ -68,6 +69,24 @@ std::string spread(const std::vector<double>& values, int decimals) {
   if (values.size() == 1) return middle;
   const auto [least, greatest] = std::minmax_element(values.begin(), values.end());
   return middle + " (" + number(*least, decimals) + ".." + number(*greatest, decimals) + ")";
+}
+
+/// "median [lower..upper]" with the bootstrap's 95 % interval of the median (percentiles of 2000
+/// resamples): what is known of the median of all scenes of the kind.
+std::string with_interval(const std::vector<double>& values, int decimals) {
+  if (values.size() < 2) return spread(values, decimals);
+  constexpr std::size_t resamples = 2000;
+  std::mt19937_64 random(1);
+  std::vector<double> medians;
+  for (std::size_t i = 0; i < resamples; ++i) {
+    std::vector<double> resample;
+    for (std::size_t k = 0; k < values.size(); ++k)
+      resample.push_back(values[random() % values.size()]);
+    medians.push_back(median(std::move(resample)));
+  }
+  std::sort(medians.begin(), medians.end());
+  return number(median(values), decimals) + " [" + number(medians[resamples / 40], decimals) +
+         ".." + number(medians[resamples - resamples / 40], decimals) + "]";
 }
 
 /// Without the columns that have no figure.
@@ -186,7 +205,7 @@ Table trajectory_table(const std::string& group, const RulesOfGroup& rules) {
     table.rows.push_back(
         {row_name(rule, runs, scenes),
          spread(values_of(runs, [](const RunResult& r) { return r.ate_rmse_m; }), 4),
-         spread(ratios_to_perfect(runs, rules), 2),
+         with_interval(ratios_to_perfect(runs, rules), 2),
          spread(values_of(runs, [](const RunResult& r) { return r.rpe_translation_rmse_m; }), 4),
          spread(values_of(runs, [](const RunResult& r) { return r.rpe_rotation_rmse_deg; }), 3),
          spread(values_of(runs, lost), 1)});

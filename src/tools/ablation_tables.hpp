@@ -16,7 +16,8 @@ namespace dynfilter::tools {
 /// is left and removed a frame; the rates of detection under both truths; the odometry's errors.
 /// Then all groups side by side, and masks alone (Y) and the paper's rule (Y+D) in the form of the
 /// paper's Table 4. A table that would have no figure is left out. Cells of several scenes are
-/// "median (least..greatest)".
+/// "median (least..greatest)", those of the error over the perfect mask's "median [95 % interval of
+/// the median]".
 std::vector<Table> ablation_tables(const std::vector<RunResult>& results);
 
 /// "scene under rule" for every pair that has no result though its scene and its rule have others.

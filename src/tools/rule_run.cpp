@@ -28,7 +28,7 @@ std::vector<std::pair<std::string, std::string>> resolved(const RuleInfo& rule,
           {"seed", std::to_string(settings.seed)}};
 }
 
-detail::AnyStage first_stage(const RuleInfo& rule, const MaskCullerOptions& options) {
+AnyStage first_stage(const RuleInfo& rule, const MaskCullerOptions& options) {
   if (!rule.takes_masks) return [](const FilterInput&, FeatureLabels&, Workspace&) {};
   return [culler = MaskCuller(options)](const FilterInput& input, FeatureLabels& labels,
                                         Workspace&) { culler(input, labels); };
@@ -87,10 +87,7 @@ RuleRun::RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource
               {stage_of(rule, settings.mask_culler, settings.seed), rule_time_}),
       pictures_(folder, source.size(), settings.overlays, rule.takes_masks, rule.compensates) {
   if (source.has_depth()) {
-    // It gets features that were filtered already; its own filter does nothing.
-    const auto nothing = [](const FilterInput&, FeatureLabels&, Workspace&) {};
-    odometry_.emplace(source.camera(), odometry::Filter(nothing, nothing),
-                      odometry_options(settings));
+    odometry_.emplace(source.camera(), odometry_options(settings));
   }
   record_.scene = scene.name();
   record_.input = scene.arguments();

@@ -61,7 +61,7 @@ class RuleRun {
   RunRecord finish(const FrameSource& source);
 
  private:
-  using Stage = TimedStage<detail::AnyStage>;
+  using Stage = TimedStage<AnyStage>;
 
   void add_pictures(const SourceFrame& frame, const Segmentation& masks, FeaturesView features,
                     const FrameRecord& record, const FeatureLabels& by_mask);

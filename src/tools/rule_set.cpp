@@ -6,7 +6,9 @@
 #include <functional>
 #include <utility>
 
+#include "dynfilter/depth_compensator.hpp"
 #include "dynfilter/detail/errors.hpp"
+#include "dynfilter/edge_compensator.hpp"
 #include "dynfilter/stage.hpp"
 #include "peers/box_depth_deviation.hpp"
 #include "peers/box_depth_mask.hpp"
@@ -17,8 +19,6 @@
 
 namespace dynfilter::tools {
 namespace {
-
-using detail::AnyStage;
 
 template <class Stage>
 AnyStage any(Stage stage) {
@@ -47,6 +47,8 @@ AnyStage paper(const MaskCullerOptions&, std::uint64_t seed) {
   options.seed = seed;
   return EdgeCompensator(options);
 }
+
+AnyStage object_depth(const MaskCullerOptions&, std::uint64_t) { return DepthCompensator(); }
 
 struct Entry {
   RuleInfo info;
@@ -95,6 +97,7 @@ const std::vector<Entry>& entries() {
                 return peer<peers::DepthVarianceMask>(peers::DepthVarianceMaskOptions(), masks);
               }),
       {{"paper", "masks, and edge features by depth and D-LBP in the box"}, paper},
+      {{"depth", "masks, and what they missed by the object's depth (the default)"}, object_depth},
       {{"perfect", "features on the true masks", true, true, false},
        [](const Masks&, std::uint64_t) { return nothing(); }},
   };

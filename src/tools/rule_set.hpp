@@ -7,13 +7,17 @@
 #define DYNFILTER_TOOLS_RULE_SET_HPP
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
 #include "dynfilter/mask_culler.hpp"
-#include "rules.hpp"
+#include "dynfilter/workspace.hpp"
 
 namespace dynfilter::tools {
+
+/// A stage that is chosen at run time.
+using AnyStage = std::function<void(const FilterInput&, FeatureLabels&, Workspace&)>;
 
 struct RuleInfo {
   std::string name;
@@ -34,7 +38,7 @@ const RuleInfo& rule_info(const std::string& name);
 std::string rule_list();
 
 /// What a rule does after the mask culler, or without it. The seed is that of its samples, if any.
-detail::AnyStage stage_of(const RuleInfo& rule, const MaskCullerOptions& masks, std::uint64_t seed);
+AnyStage stage_of(const RuleInfo& rule, const MaskCullerOptions& masks, std::uint64_t seed);
 
 }  // namespace dynfilter::tools
 

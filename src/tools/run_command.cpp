@@ -19,7 +19,7 @@ namespace {
 
 struct RunOptions {
   SceneSpec scene;
-  std::string rule = "paper";
+  std::string rule = "depth";
   std::filesystem::path out = "dynfilter_out";
   RunSettings settings;
 };

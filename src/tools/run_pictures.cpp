@@ -33,7 +33,8 @@ FeatureLabels only_masked(const FeatureLabels& labels, const Segmentation& segme
     masked.statistics().instances[k].dynamic = labels.statistics().instances[k].dynamic;
   }
   for (std::size_t i = 0; i < labels.size(); ++i) {
-    if (labels[i].reason != Reason::in_mask) continue;
+    // A stage of compensation may have given back what a stale mask took.
+    if (labels[i].reason != Reason::in_mask && labels[i].reason != Reason::restored) continue;
     masked.remove(i, labels[i].instance, Reason::in_mask, labels[i].score);
   }
   return masked;

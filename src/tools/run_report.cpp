@@ -158,6 +158,7 @@ void print_report(const RunRecord& run) {
   if (run.rule.takes_masks) {
     print_count("removed by mask", totals.masked, frames);
     print_count("removed by compensation", totals.compensated, frames);
+    if (totals.restored > 0) print_count("given back", totals.restored, frames);
   } else {
     print_count("removed", totals.masked + totals.compensated + totals.custom, frames);
   }
@@ -188,14 +189,16 @@ void write_frames_csv(const RunRecord& run, const std::filesystem::path& file) {
 void write_instances_csv(const RunRecord& run, const std::filesystem::path& file) {
   OutputFile csv(file);
   csv << "frame,instance,class_id,dynamic,masked,sampled,candidates,passed_depth,passed_code,"
-         "compensated,compensation,depth_lower_m,depth_upper_m,code_lower,code_upper\n";
+         "passed_nearness,compensated,compensation,depth_lower_m,depth_upper_m,code_lower,code_"
+         "upper\n";
   for (const FrameRecord& frame : run.frames) {
     std::size_t k = 0;
     for (const InstanceStatistics& s : frame.statistics.instances) {
       csv << frame.stem << ',' << k++ << ',' << s.class_id << ',' << (s.dynamic ? 1 : 0) << ','
           << s.masked << ',' << s.sampled << ',' << s.candidates << ',' << s.passed_depth << ','
-          << s.passed_code << ',' << s.compensated << ',' << name_of(s.compensation) << ','
-          << cells_of(s.depth_range_m) << ',' << cells_of(s.code_range) << '\n';
+          << s.passed_code << ',' << s.passed_nearness << ',' << s.compensated << ','
+          << name_of(s.compensation) << ',' << cells_of(s.depth_range_m) << ','
+          << cells_of(s.code_range) << '\n';
     }
   }
   csv.close();

@@ -120,13 +120,15 @@ inline RangeEstimatorOptions arbitrary_range_options(ByteSource& source, double 
   return options;
 }
 
+/// By the paper's rule.
 inline DynamicFilterOptions arbitrary_options(ByteSource& source, const cv::Size& image) {
   DynamicFilterOptions options;
   if (source.chance(30)) options.mask_culler.dynamic_classes = {0, 2};
   if (source.chance(20)) options.mask_culler.margin_px = source.between(0, 20) / 4.0;
   if (source.chance(20)) options.mask_culler.margin_per_diameter = source.between(0, 8) / 8.0;
   if (source.chance(15)) options.mask_culler.static_mask = arbitrary_mask(source, image);
-  EdgeCompensatorOptions& edge = options.edge_compensator;
+  options.compensator.rule = CompensationRule::paper;
+  EdgeCompensatorOptions& edge = options.compensator.paper;
   edge.seed = source.byte();
   edge.depth = arbitrary_range_options(source, source.between(0, 10) / 20.0);
   edge.code = arbitrary_range_options(source, source.between(0, 64));
@@ -138,14 +140,9 @@ inline DynamicFilterOptions arbitrary_options(ByteSource& source, const cv::Size
   return options;
 }
 
-/// Any input that the filter accepts, odd sizes and hostile values included.
-inline FilterCase arbitrary_case(ByteSource& source) {
+/// Any input of that size which the filter accepts, hostile values included; the paper's rule.
+inline FilterCase arbitrary_case(ByteSource& source, const cv::Size& image) {
   FilterCase made;
-  const auto length = [&] {
-    return source.chance(20) ? source.between(1, 4) : source.between(5, 28);
-  };
-  const int width = length();
-  const cv::Size image(width, length());
   made.frame.id = source.word();
   made.frame.timestamp_s = source.between(0, 100);
   const int kind = source.between(0, 9);  // 0: no depth; then 16-bit or float
@@ -158,6 +155,56 @@ inline FilterCase arbitrary_case(ByteSource& source) {
   }
   made.keypoints = arbitrary_keypoints(source, image);
   made.options = arbitrary_options(source, image);
+  return made;
+}
+
+/// The same of any small size.
+inline FilterCase arbitrary_case(ByteSource& source) {
+  const auto length = [&] {
+    return source.chance(20) ? source.between(1, 4) : source.between(5, 28);
+  };
+  const int width = length();
+  return arbitrary_case(source, cv::Size(width, length()));
+}
+
+/// Lengths that are some pixels of this image, be it ever so small, and no distance of two pixels.
+inline DepthCompensatorOptions arbitrary_depth_options(ByteSource& source, const cv::Size& image) {
+  DepthCompensatorOptions options;
+  ObjectDepthOptions& depth = options.object_depth;
+  depth.least_half_width_m = source.between(1, 60) / 100.0;
+  depth.most_half_width_m = depth.least_half_width_m + source.between(0, 60) / 100.0;
+  depth.least_share = source.between(0, 40) / 100.0;
+  depth.least_mask_share = source.between(0, 40) / 100.0;
+  depth.least_box_share = source.between(0, 60) / 100.0;
+  depth.least_samples = static_cast<std::size_t>(source.between(0, 12));
+  const double scale = image.width / 640.0;
+  options.least_nearness = (source.between(0, 8) / 4.0 + 0.11) * scale;
+  options.reach_px = (source.between(1, 6) + 0.2) / scale;
+  options.box_margin_px = (source.between(0, 5) + 0.15) / scale;
+  options.mask_margin_px = (source.between(0, 2) + 0.3) / scale;
+  options.motion_px_per_s = source.between(0, 40) * 10 / scale;
+  return options;
+}
+
+/// The same input by a rule of any kind, with masks of any age.
+inline void draw_rule(ByteSource& source, FilterCase& made, CompensationRule rule) {
+  const double ages_s[] = {0, 0.01, 0.03, 0.1, 0.5, -0.03, 2};
+  made.segmentation.timestamp_s = made.frame.timestamp_s - ages_s[source.between(0, 6)];
+  made.options.compensator.rule = rule;
+  if (source.chance(70)) {
+    made.options.compensator.object_depth =
+        arbitrary_depth_options(source, made.segmentation.image_size);
+  }
+}
+
+/// Without bytes to choose by, the paper's rule: the kept inputs of the fuzzer were made for it.
+inline FilterCase arbitrary_case_of_any_rule(ByteSource& source) {
+  FilterCase made = arbitrary_case(source);
+  const int rule = source.between(0, 9);
+  draw_rule(source, made,
+            rule < 3   ? CompensationRule::paper
+            : rule < 9 ? CompensationRule::object_depth
+                       : CompensationRule::none);
   return made;
 }
 

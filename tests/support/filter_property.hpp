@@ -4,10 +4,12 @@
 #ifndef DYNFILTER_TESTS_SUPPORT_FILTER_PROPERTY_HPP
 #define DYNFILTER_TESTS_SUPPORT_FILTER_PROPERTY_HPP
 
+#include <cmath>
 #include <string>
 #include <vector>
 
 #include "dynfilter/dynfilter.hpp"
+#include "support/depth_oracle.hpp"
 #include "support/filter_case.hpp"
 #include "support/oracle.hpp"
 
@@ -30,22 +32,48 @@ inline bool same_counts(const InstanceStatistics& a, const InstanceStatistics& b
          a.passed_code == b.passed_code && a.compensated == b.compensated;
 }
 
+inline bool same_range(const ValueRange& a, const ValueRange& b) {
+  return (a.empty() && b.empty()) ||
+         (std::abs(a.lower - b.lower) < 1e-9 && std::abs(a.upper - b.upper) < 1e-9);
+}
+
+/// What only DepthCompensator tells.
+inline bool same_object(const InstanceStatistics& a, const InstanceStatistics& b) {
+  return a.sampled == b.sampled && a.passed_nearness == b.passed_nearness &&
+         a.compensation == b.compensation && same_range(a.depth_range_m, b.depth_range_m);
+}
+
+/// By the oracle of the input's rule.
+inline OracleVerdict expected_verdict(const FilterCase& input) {
+  switch (input.options.compensator.rule) {
+    case CompensationRule::object_depth:
+      return DepthOracle(input).verdict().filter;
+    case CompensationRule::paper:
+      return oracle_filter(input);
+    case CompensationRule::none:
+      break;
+  }
+  return oracle_masks(input);
+}
+
 /// Runs the filter on one input and compares every label and every instance's counts with the
 /// oracle's, the totals with the labels, and what keep_static leaves with the labels. Empty if all
 /// is well, else what is not.
 inline std::string check_filter(const FilterCase& input) {
   const FeatureLabels labels =
       DynamicFilter(input.options).apply(input.frame, input.segmentation, input.keypoints);
-  const OracleVerdict verdict = oracle_filter(input);
+  const OracleVerdict verdict = expected_verdict(input);
+  const bool by_depth = input.options.compensator.rule == CompensationRule::object_depth;
   const std::vector<FeatureLabel>& expected = verdict.labels;
   if (labels.size() != expected.size()) return "a wrong number of labels";
-  std::size_t removed = 0;
+  std::size_t removed = 0, restored = 0;
   for (std::size_t i = 0; i < expected.size(); ++i) {
     if (!same_label(labels[i], expected[i])) {
       return detail::concatenate("feature ", i, ": got ", describe(labels[i]), "; want ",
                                  describe(expected[i]));
     }
     removed += labels.is_removed(i) ? 1 : 0;
+    restored += labels[i].reason == Reason::restored ? 1 : 0;
   }
   const FrameStatistics& statistics = labels.statistics();
   if (statistics.has_depth == input.frame.depth.empty()) return "a wrong has_depth";
@@ -53,7 +81,11 @@ inline std::string check_filter(const FilterCase& input) {
     if (!same_counts(statistics.instances[k], verdict.instances[k])) {
       return detail::concatenate("wrong counts for instance ", k);
     }
+    if (by_depth && !same_object(statistics.instances[k], verdict.instances[k])) {
+      return detail::concatenate("wrong depths for instance ", k);
+    }
   }
+  if (statistics.restored != restored) return "a wrong number of restored ones";
   if (statistics.removed() != removed || statistics.kept() + removed != labels.size()) {
     return "counts that do not add up";
   }

@@ -119,7 +119,7 @@ inline ValueRange oracle_range(std::vector<double> values, const RangeEstimatorO
 inline std::pair<ValueRange, ValueRange> oracle_ranges(const FilterCase& input,
                                                        const std::vector<FeatureLabel>& labels,
                                                        std::size_t k) {
-  const EdgeCompensatorOptions& options = input.options.edge_compensator;
+  const EdgeCompensatorOptions& options = input.options.compensator.paper;
   const FeatureSampler sampler(options.samples, options.seed);
   const Instance& instance = input.segmentation.instances[k];
   std::vector<std::pair<std::uint64_t, std::size_t>> keyed;
@@ -180,7 +180,7 @@ inline OracleVerdict oracle_filter(const FilterCase& input) {
   OracleVerdict verdict;
   std::vector<FeatureLabel>& labels = verdict.labels;
   labels = oracle_cull(input);
-  const EdgeCompensatorOptions& options = input.options.edge_compensator;
+  const EdgeCompensatorOptions& options = input.options.compensator.paper;
   const bool without_value = options.missing_depth == MissingDepth::remove;
   const std::vector<FeatureLabel> culled = labels;
   for (std::size_t k = 0; k < input.segmentation.instances.size(); ++k) {

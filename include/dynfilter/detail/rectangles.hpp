@@ -14,17 +14,26 @@
 
 namespace dynfilter::detail {
 
-/// The part of a rectangle that lies in an image of this size; empty (0x0 at 0,0) if there is none.
-/// In 64 bits, unlike cv::Rect's operator&, since boxes come from anywhere.
-inline cv::Rect clip(const cv::Rect& rectangle, const cv::Size& image) {
+/// The part of a rectangle, grown by so many pixels on either side, that lies in an image of this
+/// size; empty (0x0 at 0,0) if there is none. In 64 bits, unlike cv::Rect's operator&, since boxes
+/// come from anywhere.
+inline cv::Rect clip_grown(const cv::Rect& rectangle, std::int64_t sideways, std::int64_t upwards,
+                           const cv::Size& image) {
   const auto interval = [](std::int64_t first, std::int64_t length, std::int64_t limit) {
     const std::int64_t begin = std::clamp<std::int64_t>(first, 0, limit);
     const std::int64_t end = std::clamp<std::int64_t>(first + length, begin, limit);
     return std::make_pair(static_cast<int>(begin), static_cast<int>(end - begin));
   };
-  const auto [x, width] = interval(rectangle.x, rectangle.width, image.width);
-  const auto [y, height] = interval(rectangle.y, rectangle.height, image.height);
+  const auto [x, width] =
+      interval(rectangle.x - sideways, rectangle.width + 2 * sideways, image.width);
+  const auto [y, height] =
+      interval(rectangle.y - upwards, rectangle.height + 2 * upwards, image.height);
   return width > 0 && height > 0 ? cv::Rect(x, y, width, height) : cv::Rect();
+}
+
+/// The same without growth.
+inline cv::Rect clip(const cv::Rect& rectangle, const cv::Size& image) {
+  return clip_grown(rectangle, 0, 0, image);
 }
 
 /// a - b, wrapping round where the difference is not an int.

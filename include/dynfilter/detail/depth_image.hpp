@@ -1,0 +1,62 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// A frame's depth read without asking for its type at every pixel.
+
+#ifndef DYNFILTER_DETAIL_DEPTH_IMAGE_HPP
+#define DYNFILTER_DETAIL_DEPTH_IMAGE_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include <cmath>
+#include <cstdint>
+#include <type_traits>
+
+#include <opencv2/core.hpp>
+
+#include "dynfilter/frame.hpp"
+
+namespace dynfilter::detail {
+
+/// Depth in metres, as FrameView::depth_m gives it, with 0 for "no depth".
+template <class Depth>
+class DepthImage {
+ public:
+  explicit DepthImage(const FrameView& frame)
+      : depth_(frame.depth), metres_per_unit_(frame.depth_scale()) {}
+
+  cv::Size size() const { return depth_.size(); }
+
+  bool contains(int x, int y) const {
+    return x >= 0 && y >= 0 && x < depth_.cols && y < depth_.rows;
+  }
+
+  /// The pixel must lie in the image.
+  double metres(int x, int y) const {
+    const Depth value = depth_.ptr<Depth>(y)[x];
+    const double metres = static_cast<double>(value) * metres_per_unit_;
+    if constexpr (std::is_integral<Depth>::value) return metres;
+    return metres > 0 && std::isfinite(metres) ? metres : 0;
+  }
+
+ private:
+  const cv::Mat& depth_;
+  double metres_per_unit_;
+};
+
+/// Calls the action with the depth image of a valid frame that has one.
+template <class Action>
+void with_depth_image(const FrameView& frame, const Action& action) {
+  if (frame.depth.type() == CV_16UC1) {
+    action(DepthImage<std::uint16_t>(frame));
+  } else {
+    action(DepthImage<float>(frame));
+  }
+}
+
+/// Lengths in pixels were chosen on images 640 wide; this many pixels of this image are one there.
+inline double pixel_scale(const cv::Size& size) { return size.width / 640.0; }
+
+}  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_DETAIL_DEPTH_IMAGE_HPP

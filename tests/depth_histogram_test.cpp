@@ -1,0 +1,191 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/detail/depth_histogram.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "support/byte_source.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+using detail::DepthHistogram;
+
+/// So many depths in the middle of the bin of 5 cm which begins there.
+void add(std::vector<float>& depths, int count, double begin_m) {
+  depths.insert(depths.end(), static_cast<std::size_t>(count), static_cast<float>(begin_m + 0.025));
+}
+
+/// Clusters and single depths in the middles of bins, so that no edge has to be decided.
+std::vector<float> arbitrary_depths(ByteSource& source) {
+  std::vector<float> depths;
+  const int clusters = source.between(1, 5);
+  for (int i = 0; i < clusters; ++i) {
+    const int first = source.between(0, source.chance(10) ? 1020 : 90);
+    const int width = source.between(0, 20);
+    const int count = source.between(1, 60);
+    for (int j = 0; j < count; ++j) add(depths, 1, 0.05 * source.between(first, first + width));
+  }
+  return depths;
+}
+
+/// The depths from `lower` to `upper`, as far as they are counted.
+int count(const std::vector<float>& depths, double lower, double upper) {
+  int sum = 0;
+  for (const float depth : depths) {
+    sum += depth >= lower && depth < upper && depth < 51.2F ? 1 : 0;
+  }
+  return sum;
+}
+
+double brute_cluster(const std::vector<float>& depths, int half, double share) {
+  const auto window = [&](int end) { return count(depths, (end - 2 * half) * 0.05, end * 0.05); };
+  const double least = share * count(depths, 0, 51.2);
+  int fullest = 0;
+  for (int end = 0; end <= 1024 + half; ++end) {
+    const int here = window(end);
+    if (here > window(fullest)) fullest = end;
+    bool is_peak = here > 0 && here >= least;
+    for (int i = -half; is_peak && i <= half; ++i) is_peak = window(end + i) <= here;
+    if (is_peak) return (end - half) * 0.05;
+  }
+  return (fullest - half) * 0.05;
+}
+
+TEST(DepthHistogram, FindsTheClusterThatBruteForceFinds) {
+  int not_fullest = 0, without_peak = 0;
+  for (std::uint64_t seed = 0; seed < 3000; ++seed) {
+    ByteSource source(seed);
+    const std::vector<float> depths = arbitrary_depths(source);
+    if (count(depths, 0, 51.2) == 0) continue;
+    const int half = source.between(1, 12);
+    const double share = source.between(0, 100) / 100.0;
+    const double expected = brute_cluster(depths, half, share);
+    ASSERT_NEAR(DepthHistogram(depths).nearest_cluster(half * 0.05, share), expected, 1e-9)
+        << "seed " << seed;
+    const double fullest = brute_cluster(depths, half, 2);
+    not_fullest += expected == fullest ? 0 : 1;
+    without_peak +=
+        count(depths, fullest - half * 0.05, fullest + half * 0.05) < share * count(depths, 0, 51.2)
+            ? 1
+            : 0;
+  }
+  EXPECT_GT(not_fullest, 200);
+  EXPECT_GT(without_peak, 200);
+}
+
+/// As far as three bins in a row, the one in question in the middle, hold enough.
+ValueRange brute_extent(const std::vector<float>& depths, double depth, double most) {
+  const double enough = std::max(3.0, 0.015 * count(depths, 0, 51.2));
+  const auto end = [&](int direction) {
+    const int middle = static_cast<int>(depth / 0.05);
+    int bin = middle;
+    for (int next = middle + direction; next >= 0 && next < 1024; next += direction) {
+      const bool far = (std::abs(next - middle) + 2) * 0.05 > most + 1e-6;
+      if (far || count(depths, (next - 1) * 0.05, (next + 2) * 0.05) < enough) break;
+      bin = next;
+    }
+    return bin;
+  };
+  return {(end(-1) - 1) * 0.05, (end(+1) + 2) * 0.05};
+}
+
+TEST(DepthHistogram, FindsTheExtentThatBruteForceFinds) {
+  int stopped_by_most = 0;
+  for (std::uint64_t seed = 0; seed < 3000; ++seed) {
+    ByteSource source(seed);
+    const std::vector<float> depths = arbitrary_depths(source);
+    const double depth = double{depths[source.word() % depths.size()]};
+    if (depth >= 51.2) continue;
+    const double most = source.between(0, 30) * 0.05;
+    const ValueRange expected = brute_extent(depths, depth, most);
+    const ValueRange extent = DepthHistogram(depths).extent_round(depth, most);
+    ASSERT_NEAR(extent.lower, expected.lower, 1e-9) << "seed " << seed;
+    ASSERT_NEAR(extent.upper, expected.upper, 1e-9) << "seed " << seed;
+    stopped_by_most += brute_extent(depths, depth, 100).upper > expected.upper ? 1 : 0;
+  }
+  EXPECT_GT(stopped_by_most, 500);
+}
+
+TEST(DepthHistogram, TheNearestClusterWinsAgainstAFullerOneBehindIt) {
+  std::vector<float> depths;
+  add(depths, 10, 1.50);
+  add(depths, 90, 4.00);
+  const DepthHistogram histogram(depths);
+  // The first window that holds all of it ends with its bin.
+  EXPECT_NEAR(histogram.nearest_cluster(0.4, 0.10), 1.55 - 0.4, 1e-9);
+  EXPECT_NEAR(histogram.nearest_cluster(0.4, 0.11), 4.05 - 0.4, 1e-9);
+}
+
+TEST(DepthHistogram, WithoutAPeakTheFullestPlaceCounts) {
+  std::vector<float> depths;
+  for (int i = 0; i < 10; ++i) add(depths, i == 7 ? 2 : 1, 1.0 * i);
+  EXPECT_NEAR(DepthHistogram(depths).nearest_cluster(0.1, 0.5), 7.05 - 0.1, 1e-9);
+}
+
+TEST(DepthHistogram, AGapEndsTheExtent) {
+  std::vector<float> depths;
+  for (int bin = 30; bin < 36; ++bin) add(depths, 3, bin * 0.05);  // 1.50 to 1.80 m
+  add(depths, 50, 2.00);
+  const ValueRange extent = DepthHistogram(depths).extent_round(1.6, 5);
+  // Bins 29 and 36 have a full neighbour, and a bin more is added; 37 and 38 are the gap.
+  EXPECT_NEAR(extent.lower, 1.40, 1e-9);
+  EXPECT_NEAR(extent.upper, 1.90, 1e-9);
+}
+
+TEST(DepthHistogram, NoExtentGoesFartherThanAsked) {
+  std::vector<float> depths;
+  for (int bin = 0; bin < 100; ++bin) add(depths, 5, bin * 0.05);
+  const ValueRange extent = DepthHistogram(depths).extent_round(2.525, 0.7);
+  EXPECT_NEAR(extent.lower, 2.525 - 0.7, 0.05);
+  EXPECT_GE(extent.lower, 2.525 - 0.7);
+  EXPECT_NEAR(extent.upper, 2.525 + 0.7, 0.05);
+  EXPECT_LE(extent.upper, 2.525 + 0.7);
+}
+
+TEST(DepthHistogram, DoesNotCountWhatIsFartherThanItReaches) {
+  const float beyond[] = {51.2F,
+                          52.0F,
+                          1e10F,
+                          1e30F,
+                          std::numeric_limits<float>::max(),
+                          std::numeric_limits<float>::infinity(),
+                          std::numeric_limits<float>::quiet_NaN()};
+  for (const float depth : beyond) {
+    EXPECT_EQ(DepthHistogram({depth, depth, depth}).total(), 0U) << depth;
+    EXPECT_EQ(DepthHistogram({depth, 2.0F, depth}).total(), 1U) << depth;
+  }
+  EXPECT_EQ(DepthHistogram({51.1F}).total(), 1U);
+}
+
+TEST(DepthHistogram, TakesWindowsOfAnyWidth) {
+  std::vector<float> depths;
+  add(depths, 5, 0.5);
+  add(depths, 5, 40.0);
+  const DepthHistogram histogram(depths);
+  for (const double half : {51.2, 1e6, 1e300}) {
+    const double centre = histogram.nearest_cluster(half, 0.9);
+    EXPECT_LE(centre - half, 0.5) << half;
+    EXPECT_GE(centre + half, 40.05) << half;
+  }
+  EXPECT_NEAR(histogram.nearest_cluster(1e-9, 0.1), 0.5, 1e-9) << "a bin at least";
+}
+
+TEST(MedianWithin, IsTheUpperOfTheMiddleOnesOfThoseInside) {
+  std::vector<float> values = {5, 1, 9, 3, 2, 4, 7};
+  EXPECT_EQ(detail::median_within(values, 2, 4), 3.0);
+  EXPECT_EQ(detail::median_within(values, 2, 5), 4.0) << "of 2, 3, 4, 5";
+  EXPECT_EQ(detail::median_within(values, 9, 9), 9.0) << "both ends belong to it";
+  EXPECT_EQ(detail::median_within(values, 20, 30), 0.0) << "nothing there";
+  std::sort(values.begin(), values.end());
+  EXPECT_EQ(values, (std::vector<float>{1, 2, 3, 4, 5, 7, 9})) << "reordered, no more";
+}
+
+}  // namespace
+}  // namespace dynfilter::testing

@@ -1,0 +1,240 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/object_depth.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "support/depth_oracle.hpp"
+#include "support/expect_error.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+/// A wall at 4 m in 640x480, of which every fourth pixel is read; a mask of 80x80 pixels, 20 x 20
+/// readings, in a box of 120x120.
+struct Scene {
+  FrameView frame;
+  Instance instance;
+  ObjectDepthOptions options;
+
+  Scene() {
+    frame.depth = cv::Mat(480, 640, CV_32FC1, cv::Scalar(4.0F));
+    instance = Instance::from_box({180, 180, 120, 120});
+    instance.mask_origin = {200, 200};
+    instance.mask = cv::Mat(80, 80, CV_8UC1, cv::Scalar(255));
+  }
+
+  /// Depths by place, in the columns from `first` up to and without `end` of the mask.
+  void set_columns(int first, int end, const std::function<double(int, int)>& depth_m) {
+    for (int y = 0; y < 80; ++y) {
+      for (int x = first; x < end; ++x) {
+        frame.depth.at<float>(200 + y, 200 + x) = static_cast<float>(depth_m(x, y));
+      }
+    }
+  }
+
+  void set_columns(int first, int end, double depth_m) {
+    set_columns(first, end, [=](int, int) { return depth_m; });
+  }
+
+  ObjectDepth estimate() const { return ObjectDepthEstimator(options).estimate(frame, instance); }
+};
+
+TEST(ObjectDepth, OfAFlatObjectIsTheLeastWidthRoundIt) {
+  Scene scene;
+  scene.set_columns(0, 80, 1.5);
+  const ObjectDepth depth = scene.estimate();
+  EXPECT_EQ(depth.samples, 400U);
+  EXPECT_NEAR(depth.of_mask_m.lower, 1.1, 1e-6);
+  EXPECT_NEAR(depth.of_mask_m.upper, 1.9, 1e-6);
+  EXPECT_TRUE(depth.of_box_m.empty());
+  EXPECT_FALSE(depth.empty());
+  EXPECT_EQ(depth.hull_m().upper, depth.of_mask_m.upper);
+}
+
+TEST(ObjectDepth, GoesOnWithDepthsThatHaveNoGap) {
+  Scene scene;
+  // One column of readings in each bin of 5 cm: 1.225, 1.275 ... 2.175 m.
+  scene.set_columns(0, 80, [](int x, int) { return 1.225 + 0.05 * (x / 4); });
+  const ObjectDepth depth = scene.estimate();
+  // The first window of 0.8 m that is full holds 16 columns; their upper median is the ninth.
+  const double median = 1.225 + 0.05 * 8;
+  EXPECT_NEAR(depth.of_mask_m.lower, 1.2 - 0.1, 1e-6) << "a bin beside the last, and one more";
+  EXPECT_NEAR(depth.of_mask_m.upper, 2.3, 1e-6);
+  EXPECT_LE(depth.of_mask_m.upper, median + scene.options.most_half_width_m);
+}
+
+TEST(ObjectDepth, GoesNoFartherThanTheGreatestWidth) {
+  Scene scene;
+  scene.set_columns(0, 80,
+                    [](int x, int y) { return 0.525 + 0.05 * (((x / 4) * 20 + y / 4) / 4); });
+  const ObjectDepth depth = scene.estimate();  // four readings in each bin, 0.5 to 5.5 m
+  const double median = 0.525 + 0.05 * 8;
+  EXPECT_NEAR(depth.of_mask_m.upper, median + 0.7, 0.0251);
+  EXPECT_LE(depth.of_mask_m.upper, median + 0.7);
+}
+
+/// A stale mask: a twentieth is enough, and what is nearest has it.
+TEST(ObjectDepth, IsThatOfTheNearestClusterNotOfTheLargest) {
+  Scene scene;
+  scene.set_columns(0, 4, 1.5);  // 20 of 400 readings
+  EXPECT_NEAR(scene.estimate().of_mask_m.upper, 1.9, 1e-6);
+  scene.options.least_share = 0.051;
+  EXPECT_NEAR(scene.estimate().of_mask_m.upper, 4.4, 1e-6);
+}
+
+TEST(ObjectDepth, OfTwoObjectsApartIsThatOfTheNearerOne) {
+  Scene scene;
+  scene.set_columns(0, 40, 1.5);
+  scene.set_columns(40, 80, 3.0);
+  const ObjectDepth depth = scene.estimate();
+  EXPECT_TRUE(depth.contains(1.5));
+  EXPECT_FALSE(depth.contains(3.0));
+}
+
+TEST(ObjectDepth, WithoutAMaskIsThatOfTheMiddleOfTheBox) {
+  Scene scene;
+  scene.set_columns(0, 80, 1.5);
+  scene.instance.mask = cv::Mat();
+  const ObjectDepth depth = scene.estimate();
+  EXPECT_TRUE(depth.of_mask_m.empty());
+  EXPECT_NEAR(depth.of_box_m.lower, 1.1, 1e-6);
+  EXPECT_NEAR(depth.of_box_m.upper, 1.9, 1e-6);
+  EXPECT_EQ(depth.samples, 15U * 18U) << "of 60x72 pixels";
+}
+
+TEST(ObjectDepth, OfAMaskThatHoldsOneLimbIsTheLimbsAndTheBoxes) {
+  Scene scene;
+  scene.set_columns(0, 80, 2.0);
+  scene.set_columns(0, 16, 1.0);
+  scene.options.least_mask_share = 0.10;
+  scene.instance.mask = cv::Mat(80, 16, CV_8UC1, cv::Scalar(1));  // 80 of 900 readings
+  ObjectDepth depth = scene.estimate();
+  EXPECT_NEAR(depth.of_mask_m.lower, 0.6, 1e-6);
+  EXPECT_NEAR(depth.of_mask_m.upper, 1.4, 1e-6);
+  EXPECT_NEAR(depth.of_box_m.upper, 2.4, 1e-6);
+  EXPECT_NEAR(depth.hull_m().lower, 0.6, 1e-6);
+  EXPECT_NEAR(depth.hull_m().upper, 2.4, 1e-6);
+  scene.options.least_mask_share = 0.08;
+  EXPECT_TRUE(scene.estimate().of_box_m.empty()) << "the mask says enough";
+}
+
+TEST(ObjectDepth, NeedsSoManyDepths) {
+  Scene scene;
+  scene.frame.depth.setTo(0);
+  for (int i = 0; i < 7; ++i) scene.frame.depth.at<float>(202, 202 + 4 * i) = 1.5F;
+  ObjectDepth depth = scene.estimate();
+  EXPECT_TRUE(depth.empty());
+  EXPECT_EQ(depth.samples, 7U);
+  scene.frame.depth.at<float>(242, 242) = 1.5F;
+  EXPECT_TRUE(scene.estimate().contains(1.5));
+  scene.frame.depth = cv::Mat();
+  depth = scene.estimate();
+  EXPECT_TRUE(depth.empty());
+  EXPECT_EQ(depth.samples, 0U);
+}
+
+/// 0 is "no depth", which must not become the depth of an object within the least width.
+TEST(ObjectDepth, OfAHandBeforeTheLensHasNoMissingDepths) {
+  Scene scene;
+  scene.set_columns(0, 80, 0.3);
+  const ObjectDepth depth = scene.estimate();
+  EXPECT_TRUE(depth.contains(0.01));
+  EXPECT_TRUE(depth.contains(0.69));
+  EXPECT_FALSE(depth.contains(0.0));
+}
+
+TEST(ObjectDepth, IsNotKnownWhereAllIsFartherThanItLooks) {
+  for (const float far : {51.2F, 65.535F, 1e10F, 1e30F, std::numeric_limits<float>::max()}) {
+    Scene scene;
+    scene.frame.depth.setTo(far);
+    EXPECT_TRUE(scene.estimate().empty()) << far;
+    scene.set_columns(0, 40, 1.5);
+    EXPECT_NEAR(scene.estimate().of_mask_m.lower, 1.1, 1e-6) << far;
+    EXPECT_NEAR(scene.estimate().of_mask_m.upper, 1.9, 1e-6) << far;
+  }
+  Scene scene;
+  scene.frame.depth.setTo(std::numeric_limits<float>::max());
+  scene.frame.metres_per_unit = 1000;  // beyond float, but finite
+  EXPECT_TRUE(scene.estimate().empty());
+}
+
+TEST(ObjectDepth, TakesWidthsBelowABinAndBeyondAllDepths) {
+  Scene scene;
+  scene.set_columns(0, 80, 1.53);
+  scene.options.least_half_width_m = scene.options.most_half_width_m = 0.01;
+  const ObjectDepth depth = scene.estimate();
+  EXPECT_TRUE(depth.contains(1.53));
+  EXPECT_GT(depth.of_mask_m.lower, 1.4);
+  EXPECT_LT(depth.of_mask_m.upper, 1.65);
+  for (const double half : {60.0, 1e300}) {
+    scene.options.least_half_width_m = scene.options.most_half_width_m = half;
+    EXPECT_TRUE(scene.estimate().contains(4.0)) << half;
+  }
+}
+
+TEST(ObjectDepth, EqualsTheOracleOnHostileInput) {
+  std::size_t by_mask = 0, by_box = 0;
+  std::vector<float> scratch;  // the same for all
+  for (std::uint64_t seed = 0; seed < 6000; ++seed) {
+    ByteSource source(seed);
+    const int width = source.chance(3) ? source.between(230, 700) : source.between(1, 40);
+    const cv::Size size(width, source.between(1, 30));
+    FrameView frame;
+    const bool floating = source.chance(50);
+    frame.depth = arbitrary_depth(source, size, floating);
+    frame.metres_per_unit = source.between(1, 60) / (floating ? 10.0 : 50000.0);
+    const Instance instance = arbitrary_instance(source, size);
+    const ObjectDepthOptions options = arbitrary_depth_options(source, size).object_depth;
+    const OracleObject expected = oracle_object(frame, instance, options);
+    const ObjectDepth depth = ObjectDepthEstimator(options).estimate(frame, instance, scratch);
+    ASSERT_EQ(depth.samples, expected.samples) << "seed " << seed;
+    ASSERT_EQ(depth.empty(), expected.ranges.empty()) << "seed " << seed;
+    by_mask += depth.of_mask_m.empty() ? 0 : 1;
+    by_box += depth.of_box_m.empty() ? 0 : 1;
+    ASSERT_EQ(!depth.of_box_m.empty(), expected.by_box) << "seed " << seed;
+    if (depth.empty()) continue;
+    ASSERT_NEAR(depth.hull_m().lower, expected.hull().lower, 1e-9) << "seed " << seed;
+    ASSERT_NEAR(depth.hull_m().upper, expected.hull().upper, 1e-9) << "seed " << seed;
+    for (double metres = 0; metres < 15; metres += 0.0137) {
+      ASSERT_EQ(depth.contains(metres), expected.has(metres)) << "seed " << seed;
+    }
+  }
+  EXPECT_GT(by_mask, 3000U);
+  EXPECT_GT(by_box, 500U);
+}
+
+TEST(ObjectDepth, NamesWhatItCannotTake) {
+  constexpr double infinite = std::numeric_limits<double>::infinity();
+  const auto refuses = [](const std::function<void(ObjectDepthOptions&)>& spoil,
+                          const std::string& part) {
+    ObjectDepthOptions options;
+    spoil(options);
+    expect_error<std::invalid_argument>([&] { ObjectDepthEstimator estimator(options); },
+                                        "dynfilter::ObjectDepthEstimator: got " + part);
+  };
+  for (const double bad : {0.0, -0.1, infinite, std::nan("")}) {
+    refuses([&](auto& o) { o.least_half_width_m = bad; }, "half widths of ");
+    refuses([&](auto& o) { o.most_half_width_m = bad; }, "half widths of ");
+  }
+  refuses([](auto& o) { o.most_half_width_m = 0.39; }, "half widths of 0.4 to 0.39 m; want 0 <");
+  for (const double bad : {-0.01, 1.01, infinite, std::nan("")}) {
+    refuses([&](auto& o) { o.least_share = bad; }, "least_share = ");
+    refuses([&](auto& o) { o.least_mask_share = bad; }, "least_mask_share = ");
+    refuses([&](auto& o) { o.least_box_share = bad; }, "least_box_share = ");
+  }
+  Scene scene;
+  scene.frame.depth = cv::Mat(480, 640, CV_64FC1, cv::Scalar(1));
+  expect_error<std::invalid_argument>([&] { scene.estimate(); },
+                                      "ObjectDepthEstimator: got a depth image of type CV_64FC1");
+}
+
+}  // namespace
+}  // namespace dynfilter::testing

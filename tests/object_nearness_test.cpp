@@ -1,0 +1,165 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/object_nearness.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "support/depth_oracle.hpp"
+#include "support/expect_error.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+constexpr float missing = 0.0F, person = 1.5F, wall = 4.0F;
+
+ObjectDepth object_at(double lower_m, double upper_m) {
+  ObjectDepth object;
+  object.of_mask_m = {lower_m, upper_m};
+  return object;
+}
+
+/// 640 pixels wide, so that a vote counts 1 / its distance.
+FrameView frame_of(float depth_m) {
+  FrameView frame;
+  frame.depth = cv::Mat(100, 640, CV_32FC1, cv::Scalar(depth_m));
+  return frame;
+}
+
+const cv::Point centre(320, 50);
+
+void fill(FrameView& frame, const cv::Rect& area, float depth_m) {
+  frame.depth(area).setTo(depth_m);
+}
+
+/// The square of all pixels that are closer than `distance` steps.
+void fill_round(FrameView& frame, int distance, float depth_m) {
+  const int side = 2 * distance - 1;
+  fill(frame, {centre.x - distance + 1, centre.y - distance + 1, side, side}, depth_m);
+}
+
+double nearness(const FrameView& frame, cv::Point pixel, double reach_px = 10) {
+  return object_nearness(frame, pixel, object_at(1.1, 1.9), reach_px);
+}
+
+TEST(ObjectNearness, EightDirectionsVoteByOneOverTheirDistance) {
+  EXPECT_EQ(nearness(frame_of(person), centre), 8.0) << "in the midst";
+  for (int distance = 1; distance <= 10; ++distance) {
+    FrameView frame = frame_of(person);
+    fill_round(frame, distance, missing);
+    EXPECT_NEAR(nearness(frame, centre), 8.0 / distance, 1e-12) << distance;
+  }
+}
+
+TEST(ObjectNearness, OneSideIsThreeVotes) {
+  for (int distance = 1; distance <= 10; ++distance) {
+    FrameView frame = frame_of(wall);
+    fill_round(frame, distance, missing);
+    fill(frame, {0, 0, centre.x - distance + 1, 100}, person);
+    EXPECT_NEAR(nearness(frame, centre), 3.0 / distance, 1e-12) << distance;
+  }
+}
+
+TEST(ObjectNearness, OnlyTheFirstPixelWithDepthVotes) {
+  FrameView frame = frame_of(person);
+  fill_round(frame, 4, missing);
+  fill(frame, {centre.x - 2, centre.y, 1, 1}, wall);    // hides the person on the left
+  fill(frame, {centre.x + 3, centre.y, 1, 1}, person);  // nearer than the rest on the right
+  EXPECT_NEAR(nearness(frame, centre), 6.0 / 4 + 1.0 / 3, 1e-12);
+}
+
+TEST(ObjectNearness, ThePixelItselfDoesNotVote) {
+  FrameView frame = frame_of(wall);
+  fill(frame, {centre, cv::Size(1, 1)}, person);
+  EXPECT_EQ(nearness(frame, centre), 0.0);
+}
+
+TEST(ObjectNearness, SeesNothingBeyondItsReach) {
+  FrameView frame = frame_of(person);
+  fill_round(frame, 11, missing);
+  EXPECT_EQ(nearness(frame, centre, 10), 0.0);
+  EXPECT_NEAR(nearness(frame, centre, 11), 8.0 / 11, 1e-12);
+  EXPECT_EQ(nearness(frame_of(person), centre, 0.01), 8.0) << "it looks one pixel far at least";
+}
+
+TEST(ObjectNearness, WhatLiesOutsideTheImageDoesNotVote) {
+  const FrameView frame = frame_of(person);
+  EXPECT_EQ(nearness(frame, {0, 0}), 3.0);
+  EXPECT_EQ(nearness(frame, {639, 99}), 3.0);
+  EXPECT_EQ(nearness(frame, {320, 0}), 5.0);
+  FrameView hole = frame_of(person);
+  fill(hole, {0, 0, 4, 100}, missing);
+  EXPECT_NEAR(nearness(hole, {1, 1}), 2.0 / 3, 1e-12) << "right, and down to the right";
+}
+
+TEST(ObjectNearness, BothRangesAreTheObjects) {
+  FrameView frame = frame_of(person);
+  fill(frame, {0, 0, centre.x, 100}, 3.0F);
+  ObjectDepth object = object_at(1.1, 1.9);
+  EXPECT_EQ(object_nearness(frame, centre, object), 5.0);
+  object.of_box_m = {2.6, 3.4};
+  EXPECT_EQ(object_nearness(frame, centre, object), 8.0);
+  EXPECT_EQ(object_nearness(frame, centre, ObjectDepth()), 0.0);
+}
+
+TEST(ObjectNearness, AMissingDepthIsNoObjectsHoweverNearThatIs) {
+  const FrameView frame = frame_of(missing);
+  EXPECT_EQ(object_nearness(frame, centre, object_at(-0.2, 0.6)), 0.0);
+}
+
+TEST(ObjectNearness, LengthsGrowWithTheImage) {
+  FrameView frame;
+  frame.depth = cv::Mat(100, 1280, CV_32FC1, cv::Scalar(person));
+  fill_round(frame, 20, missing);
+  EXPECT_NEAR(nearness(frame, centre), 8.0 / 10, 1e-12) << "20 pixels are 10";
+  fill_round(frame, 21, missing);
+  EXPECT_EQ(nearness(frame, centre), 0.0);
+}
+
+TEST(ObjectNearness, EqualsTheOracleOnHostileDepth) {
+  std::size_t some = 0;
+  for (std::uint64_t seed = 0; seed < 4000; ++seed) {
+    ByteSource source(seed);
+    const int width = source.chance(20) ? source.between(600, 700) : source.between(1, 40);
+    const cv::Size size(width, source.between(1, 12));
+    FrameView frame;
+    const bool floating = source.chance(50);
+    frame.depth = arbitrary_depth(source, size, floating);
+    frame.metres_per_unit = floating ? 0 : 1.0 / 5000;
+    ObjectDepth object = object_at(source.between(-2, 10) / 10.0, source.between(0, 20) / 10.0);
+    if (source.chance(50)) object.of_box_m = {1.9, 2.3};
+    OracleObject expected;
+    expected.ranges = {object.of_mask_m, object.of_box_m};
+    const double reach = std::min(1000.0, (source.between(0, 6) + 0.2) * 640 / width);
+    const cv::Point pixel(source.between(0, size.width - 1), source.between(0, size.height - 1));
+    const double want = oracle_nearness(frame, WidePoint(pixel), expected, reach);
+    ASSERT_NEAR(object_nearness(frame, pixel, object, reach), want, 1e-12) << "seed " << seed;
+    some += want > 0 ? 1 : 0;
+  }
+  EXPECT_GT(some, 1500U);
+}
+
+TEST(ObjectNearness, NamesWhatItCannotTake) {
+  const FrameView frame = frame_of(person);
+  using Error = std::invalid_argument;
+  for (const cv::Point outside : {cv::Point(-1, 5), cv::Point(5, -1), cv::Point(640, 5),
+                                  cv::Point(5, 100), cv::Point(1 << 30, 1 << 30)}) {
+    expect_error<Error>([&] { nearness(frame, outside); }, "object_nearness: got pixel (");
+  }
+  constexpr double infinite = std::numeric_limits<double>::infinity();
+  for (const double reach : {0.0, -1.0, 1000.5, infinite, std::nan("")}) {
+    expect_error<Error>([&] { nearness(frame, centre, reach); },
+                        "object_nearness: got reach_px = ");
+  }
+  expect_error<Error>([&] { nearness(FrameView(), {0, 0}); }, "object_nearness: got pixel (0, 0)");
+  FrameView no_unit = frame;
+  no_unit.depth = cv::Mat(100, 640, CV_16UC1, cv::Scalar(1));
+  expect_error<Error>([&] { nearness(no_unit, centre); }, "object_nearness: got metres_per_unit");
+}
+
+}  // namespace
+}  // namespace dynfilter::testing

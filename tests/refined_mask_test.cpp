@@ -1,0 +1,104 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// DepthCompensator::refined: the same verdict for every pixel.
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <stdexcept>
+#include <vector>
+
+#include "dynfilter/dynfilter.hpp"
+#include "support/expect_error.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+/// A person 1.5 m away before a wall at 4 m, of whom the mask has the left half; on the right a
+/// strip without depth.
+struct Scene {
+  FrameView frame;
+  Segmentation segmentation;
+  cv::Rect person{200, 100, 120, 300};
+
+  explicit Scene(double age_s = 0) {
+    cv::Mat depth(480, 640, CV_16UC1, cv::Scalar(20000));
+    depth(person).setTo(7500);
+    depth(cv::Rect(320, 100, 6, 300)).setTo(0);
+    frame.depth = depth;
+    frame.metres_per_unit = 1.0 / 5000;
+    frame.timestamp_s = 100;
+    segmentation.timestamp_s = 100 - age_s;
+    segmentation.image_size = depth.size();
+    Instance instance = Instance::from_box(person, 0, 0.9F);
+    instance.mask_origin = {180, 100};
+    instance.mask = cv::Mat(300, 80, CV_8UC1, cv::Scalar(255));
+    segmentation.instances.push_back(instance);
+  }
+
+  Instance refined() const { return DepthCompensator().refined(frame, segmentation, 0); }
+};
+
+TEST(RefinedMask, HasTheWholePersonAndKeepsAFreshMask) {
+  const Instance refined = Scene().refined();
+  EXPECT_TRUE(refined.covers({315, 390})) << "the mask missed it";
+  EXPECT_TRUE(refined.covers({185, 200})) << "on the wall, and on the mask";
+  EXPECT_FALSE(refined.covers({340, 200})) << "the wall";
+  EXPECT_EQ(refined.box, Scene().person);
+}
+
+TEST(RefinedMask, TakesBackWhatAStaleMaskCovers) {
+  const Instance refined = Scene(0.1).refined();
+  EXPECT_TRUE(refined.covers({315, 390}));
+  EXPECT_FALSE(refined.covers({185, 200})) << "the wall, which the person has left";
+}
+
+TEST(RefinedMask, GivesEveryPixelTheVerdictOfAFeatureThere) {
+  for (const double age_s : {0.0, 0.1}) {
+    const Scene scene(age_s);
+    std::vector<cv::Point2f> points;
+    for (int y = 0; y < 480; y += 7) {
+      for (int x = 0; x < 640; x += 3) {
+        points.emplace_back(static_cast<float>(x), static_cast<float>(y));
+      }
+    }
+    const FeatureLabels labels = DynamicFilter().apply(scene.frame, scene.segmentation, points);
+    const Instance refined = scene.refined();
+    std::size_t removed = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      ASSERT_EQ(labels.is_removed(i), refined.covers(FeaturesView(points).pixel(i))) << points[i];
+      removed += labels.is_removed(i) ? 1 : 0;
+    }
+    EXPECT_GT(removed, 1000U);
+  }
+}
+
+TEST(RefinedMask, IsTheMaskWhereTheDepthIsNotKnown) {
+  Scene scene;
+  scene.frame.depth.setTo(0);
+  const Instance refined = scene.refined();
+  EXPECT_EQ(refined.mask.data, scene.segmentation.instances[0].mask.data);
+  EXPECT_EQ(refined.mask_origin, scene.segmentation.instances[0].mask_origin);
+}
+
+TEST(RefinedMask, MakesHolesInTheDepthThatAMapIsMadeOf) {
+  const Scene scene;
+  Segmentation refined = scene.segmentation;
+  refined.instances[0] = scene.refined();
+  const cv::Mat holes = depth_with_holes(scene.frame.depth, refined);
+  EXPECT_EQ(holes.at<std::uint16_t>(390, 315), 0);
+  EXPECT_EQ(holes.at<std::uint16_t>(390, 340), 20000);
+  EXPECT_EQ(depth_with_holes(scene.frame.depth, scene.segmentation).at<std::uint16_t>(390, 315),
+            7500);
+}
+
+TEST(RefinedMask, RefusesAnInstanceThatIsNone) {
+  const Scene scene;
+  expect_error<std::invalid_argument>(
+      [&] { (void)DepthCompensator().refined(scene.frame, scene.segmentation, 1); },
+      "DepthCompensator::refined");
+}
+
+}  // namespace
+}  // namespace dynfilter::testing

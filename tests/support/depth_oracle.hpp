@@ -1,0 +1,312 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// The compensation by the object's depth once more, as plainly as it can be written: no code is
+// shared with the library but FrameView::depth_m and Instance::covers.
+
+#ifndef DYNFILTER_TESTS_SUPPORT_DEPTH_ORACLE_HPP
+#define DYNFILTER_TESTS_SUPPORT_DEPTH_ORACLE_HPP
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "support/oracle.hpp"
+
+namespace dynfilter::testing {
+
+using OracleBins = std::map<int, int>;  // how many depths lie in each bin of 5 cm, up to 51.2 m
+using OracleRanges = std::vector<ValueRange>;
+using WideRect = cv::Rect_<double>;
+
+/// In metres, 0 = no depth.
+inline double oracle_metres(const FrameView& frame, WidePoint pixel) {
+  if (!oracle_depth(frame.depth, pixel)) return 0;
+  return frame.depth_m({static_cast<int>(pixel.x), static_cast<int>(pixel.y)}).value_or(0);
+}
+
+inline int oracle_bin(float depth) { return static_cast<int>(std::floor(depth * 20.0F)); }
+
+/// Those in the bins from `first` up to and without `end`.
+inline int oracle_count(const OracleBins& bins, int first, int end) {
+  int sum = 0;
+  for (const auto& [bin, count] : bins) sum += bin >= first && bin < end ? count : 0;
+  return sum;
+}
+
+/// The bin after the window's last one.
+inline int oracle_cluster_end(const OracleBins& bins, int total, int half, double share) {
+  const auto window = [&](int end) { return oracle_count(bins, end - 2 * half, end); };
+  int fullest = 0;
+  for (int end = 1; end <= bins.rbegin()->first + half; ++end) {
+    const int here = window(end);
+    if (here > window(fullest)) fullest = end;
+    bool peak = here > 0 && here >= share * total;
+    for (int other = end - half; peak && other <= end + half; ++other) {
+      peak = window(other) <= here;
+    }
+    if (peak) return end;
+  }
+  return fullest;
+}
+
+inline ValueRange oracle_object_range(std::vector<float> depths, const ObjectDepthOptions& options,
+                                      double share) {
+  const double narrow = options.least_half_width_m, wide = options.most_half_width_m;
+  std::sort(depths.begin(), depths.end());
+  while (!depths.empty() && !(depths.back() * 20.0F < 1024)) depths.pop_back();
+  const int total = static_cast<int>(depths.size());
+  if (depths.empty() || depths.size() < options.least_samples) return {};
+  OracleBins bins;
+  for (const float depth : depths) ++bins[oracle_bin(depth)];
+  const int half = std::max(1, static_cast<int>(narrow / 0.05 + 1e-9));
+  const double centre = (oracle_cluster_end(bins, total, half, share) - half) * 0.05;
+  const double reach = std::max(narrow, 0.05);
+  std::vector<float> near;
+  for (const float depth : depths) {
+    if (depth >= centre - reach && depth <= centre + reach) near.push_back(depth);
+  }
+  const double median = double{near.at(near.size() / 2)};
+  const int middle = oracle_bin(near.at(near.size() / 2));
+  const auto goes_on = [&](int bin) {
+    const int three = oracle_count(bins, bin - 1, bin + 2);
+    const bool in_reach = (std::abs(bin - middle) + 2) * 0.05 <= wide + 1e-9;
+    return bin >= 0 && bin < 1024 && in_reach && three >= 3 && three >= 0.015 * total;
+  };
+  int first = middle, last = middle;
+  while (goes_on(first - 1)) --first;
+  while (goes_on(last + 1)) ++last;
+  return {std::min(median - narrow, (first - 1) * 0.05),
+          std::max(median + narrow, (last + 2) * 0.05)};
+}
+
+/// The part of [first, first + length) that lies in an image of that length.
+inline std::pair<int, int> oracle_clip(double first, double length, int image) {
+  const double begin = std::clamp(first, 0.0, double{1} * image);
+  return {static_cast<int>(begin),
+          static_cast<int>(std::clamp(first + length, begin, double{1} * image))};
+}
+
+/// The depths of an instance's mask and of the middle of its box, where that counts.
+struct OracleObject {
+  int instance = 0;
+  std::size_t samples = 0;
+  OracleRanges ranges;  // one by the mask, one by the box
+  bool by_box = false;
+
+  bool has(double metres) const {
+    return metres > 0 && std::any_of(ranges.begin(), ranges.end(), [&](const ValueRange& range) {
+             return metres >= range.lower && metres <= range.upper;
+           });
+  }
+
+  ValueRange hull() const {
+    ValueRange all;
+    for (const ValueRange& range : ranges) {
+      all = {std::min(all.lower, range.lower), std::max(all.upper, range.upper)};
+    }
+    return all;
+  }
+};
+
+inline OracleObject oracle_object(const FrameView& frame, const Instance& instance,
+                                  const ObjectDepthOptions& options) {
+  OracleObject object;
+  const cv::Size size = frame.depth.size();
+  const int step = std::max(1, static_cast<int>(std::round(4 * size.width / 640.0)));
+  const auto [left, right] = oracle_clip(instance.mask_origin.x, instance.mask.cols, size.width);
+  const auto [top, bottom] = oracle_clip(instance.mask_origin.y, instance.mask.rows, size.height);
+  double masked = 0;
+  std::vector<float> of_mask, of_box;
+  const auto add = [&](std::vector<float>& depths, int x, int y) {
+    const double metres = oracle_metres(frame, WidePoint(x, y));
+    if (metres > 0) depths.push_back(static_cast<float>(metres));
+  };
+  for (int y = top + step / 2; y < bottom; y += step) {
+    for (int x = left + step / 2; x < right; x += step) {
+      if (!instance.covers({x, y})) continue;
+      masked += 1;
+      add(of_mask, x, y);
+    }
+  }
+  const ValueRange by_mask = oracle_object_range(of_mask, options, options.least_share);
+  if (!by_mask.empty()) object.ranges.push_back(by_mask);
+  const auto [x, x_end] = oracle_clip(instance.box.x, instance.box.width, size.width);
+  const auto [y, y_end] = oracle_clip(instance.box.y, instance.box.height, size.height);
+  const double boxed = double{1} * (x_end - x) * (y_end - y) / (step * step);
+  object.samples = of_mask.size();
+  if (!by_mask.empty() && masked >= options.least_mask_share * boxed) return object;
+  const cv::Rect middle(x + (x_end - x) / 4, y + (y_end - y) / 5, (x_end - x) / 2,
+                        (y_end - y) * 3 / 5);
+  for (int v = middle.y; v < middle.y + middle.height; v += step) {
+    for (int u = middle.x; u < middle.x + middle.width; u += step) add(of_box, u, v);
+  }
+  object.samples += of_box.size();
+  const ValueRange by_box = oracle_object_range(of_box, options, options.least_box_share);
+  if (!by_box.empty()) object.ranges.push_back(by_box);
+  object.by_box = !by_box.empty();
+  return object;
+}
+
+/// Each of eight directions votes by the first pixel that has depth.
+inline double oracle_nearness(const FrameView& frame, WidePoint pixel, const OracleObject& object,
+                              double reach_px) {
+  const double scale = frame.depth.cols / 640.0;
+  const double steps = std::max(1.0, std::round(reach_px * scale));
+  const int clockwise[8][2] = {{-1, -1}, {0, -1}, {1, -1}, {1, 0},
+                               {1, 1},   {0, 1},  {-1, 1}, {-1, 0}};
+  double nearness = 0;
+  for (const auto& way : clockwise) {
+    int step = 1;
+    const auto metres = [&] {
+      return oracle_metres(frame, {pixel.x + step * way[0], pixel.y + step * way[1]});
+    };
+    while (step <= steps && metres() == 0) ++step;
+    if (step <= steps && object.has(metres())) nearness += scale / step;
+  }
+  return nearness;
+}
+
+/// What the masks alone remove.
+inline OracleVerdict oracle_masks(FilterCase input) {
+  input.frame.depth = cv::Mat();
+  return oracle_filter(input);
+}
+
+/// What the filter should say of one frame, and how often each path was taken.
+struct DepthVerdict {
+  OracleVerdict filter;
+  std::size_t by_depth = 0, by_nearness = 0, by_margin = 0, given_back = 0, box_fallbacks = 0;
+};
+
+class DepthOracle {
+ public:
+  explicit DepthOracle(const FilterCase& input)
+      : input_(input), options_(input.options.compensator.object_depth) {}
+
+  DepthVerdict verdict() {
+    verdict_.filter = oracle_masks(input_);
+    find_objects();
+    if (stale()) give_back();
+    for (const OracleObject& object : objects_) compensate(object);
+    return verdict_;
+  }
+
+ private:
+  double age() const {
+    const double age = std::abs(input_.frame.timestamp_s - input_.segmentation.timestamp_s);
+    return age > options_.most_age_s ? 0 : age;
+  }
+
+  bool stale() const { return age() > options_.stale_age_s; }
+  double scale() const { return input_.frame.depth.cols / 640.0; }
+
+  const Instance& instance_of(const OracleObject& object) const {
+    return input_.segmentation.instances[static_cast<std::size_t>(object.instance)];
+  }
+
+  void find_objects() {
+    for (std::size_t k = 0; k < input_.segmentation.instances.size(); ++k) {
+      InstanceStatistics& statistics = verdict_.filter.instances[k];
+      if (!statistics.dynamic) continue;
+      statistics.compensation = Compensation::no_depth_image;
+      if (input_.frame.depth.empty()) continue;
+      OracleObject object =
+          oracle_object(input_.frame, input_.segmentation.instances[k], options_.object_depth);
+      object.instance = static_cast<int>(k);
+      statistics.sampled = object.samples;
+      statistics.depth_range_m = object.hull();
+      statistics.compensation =
+          object.ranges.empty() ? Compensation::too_few_samples : Compensation::applied;
+      verdict_.box_fallbacks += object.by_box ? 1 : 0;
+      if (!object.ranges.empty()) objects_.push_back(object);
+    }
+  }
+
+  /// In the image and in the box with its margin and what the object may have moved.
+  bool in_reach(const OracleObject& object, WidePoint pixel) const {
+    const cv::Rect& box = instance_of(object).box;
+    const cv::Size size = input_.frame.depth.size();
+    const double moved = options_.motion_px_per_s * age();
+    const double most = std::max(size.width, size.height);
+    const double dx = std::min(most, (options_.box_margin_px + moved) * scale());
+    const double dy = std::min(most, (options_.box_margin_px + moved / 2) * scale());
+    const auto holds = [](double first, double length, double margin, double value) {
+      margin = std::round(margin);
+      return length + 2 * margin > 0 && value >= first - margin && value < first + length + margin;
+    };
+    return pixel.x >= 0 && pixel.y >= 0 && pixel.x < size.width && pixel.y < size.height &&
+           holds(box.x, box.width, dx, pixel.x) && holds(box.y, box.height, dy, pixel.y);
+  }
+
+  /// 0 where neither depth nor nearness speaks for the object.
+  double evidence(const OracleObject& object, WidePoint pixel) const {
+    const double metres = oracle_metres(input_.frame, pixel);
+    if (object.has(metres)) return 1;
+    if (metres > 0 && metres < object.hull().upper) return 0;
+    const double nearness = oracle_nearness(input_.frame, pixel, object, options_.reach_px);
+    if (nearness <= 0 || nearness < options_.least_nearness) return 0;
+    return std::min(1.0, 0.5 + nearness / 8);
+  }
+
+  void give_back() {
+    for (std::size_t i = 0; i < input_.keypoints.size(); ++i) {
+      FeatureLabel& label = verdict_.filter.labels[i];
+      const WidePoint pixel = oracle_pixel(input_.keypoints[i].pt);
+      const double metres = oracle_metres(input_.frame, pixel);
+      const bool in_image = pixel.inside(WideRect({0, 0}, cv::Size2d(input_.frame.depth.size())));
+      bool known = false, nobodys = true;
+      for (const OracleObject& object : objects_) {
+        if (object.instance == label.instance) {
+          known = true;
+          nobodys = nobodys && (metres == 0 || metres > object.hull().upper);
+        }
+        nobodys = nobodys && !(in_reach(object, pixel) && evidence(object, pixel) > 0);
+      }
+      if (!label.removed || !in_image || !known || !nobodys) continue;
+      label.removed = false;
+      label.reason = Reason::restored;
+      --verdict_.filter.instances[static_cast<std::size_t>(label.instance)].masked;
+      ++verdict_.given_back;
+    }
+  }
+
+  void compensate(const OracleObject& object) {
+    InstanceStatistics& statistics =
+        verdict_.filter.instances[static_cast<std::size_t>(object.instance)];
+    for (std::size_t i = 0; i < input_.keypoints.size(); ++i) {
+      FeatureLabel& label = verdict_.filter.labels[i];
+      const WidePoint pixel = oracle_pixel(input_.keypoints[i].pt);
+      if (label.removed || !in_reach(object, pixel)) continue;
+      const bool own = object.has(oracle_metres(input_.frame, pixel));
+      const bool close =
+          !stale() && oracle_on_mask(instance_of(object), pixel, options_.mask_margin_px * scale());
+      double sure = evidence(object, pixel);
+      statistics.candidates += 1;
+      statistics.passed_depth += own ? 1 : 0;
+      statistics.passed_nearness += !own && sure > 0 ? 1 : 0;
+      verdict_.by_depth += own ? 1 : 0;
+      verdict_.by_nearness += !own && sure > 0 ? 1 : 0;
+      verdict_.by_margin += sure == 0 && close ? 1 : 0;
+      if (sure == 0 && close) sure = 1;
+      if (sure == 0) continue;
+      statistics.compensated += 1;
+      const float score = instance_of(object).score * static_cast<float>(sure);
+      label = {score, object.instance, Reason::compensated, true};
+    }
+  }
+
+  const FilterCase& input_;
+  const DepthCompensatorOptions& options_;
+  DepthVerdict verdict_;
+  std::vector<OracleObject> objects_;
+};
+
+}  // namespace dynfilter::testing
+
+#endif  // DYNFILTER_TESTS_SUPPORT_DEPTH_ORACLE_HPP
