@@ -25,8 +25,9 @@
 
 namespace dynfilter {
 
-/// Lengths in pixels are those at a width of 640 pixels; with wider images they grow. The defaults
-/// were chosen by bench/rule_constants.cpp, which prints what others do.
+/// Lengths in pixels are those at a width of 640 pixels; with wider images they grow, with narrower
+/// ones they shrink (a margin of less than a pixel does nothing). The defaults were chosen by
+/// bench/rule_constants.cpp, which prints what others do.
 struct DepthCompensatorOptions {
   ObjectDepthOptions object_depth;
   /// A feature without a depth of its own object goes if the object is that near, see
@@ -36,7 +37,7 @@ struct DepthCompensatorOptions {
   double box_margin_px = 6;   ///< features that far outside the box may be the object's
   double mask_margin_px = 1;  ///< features that close to a fresh mask go in any case
   /// Masks that are older than that, seconds, do not decide: what lies on them counts like whatever
-  /// else is in the box, and is given back where its depth says that it is not the object's.
+  /// else is in the box, and is given back where nothing says that it is the object's.
   double stale_age_s = 0.02;
   /// How fast objects move through the image, pixels a second. By that, times the age of the masks,
   /// the box grows to the sides, and by half of it upwards and downwards.
@@ -66,8 +67,8 @@ struct DepthCompensatorOptions {
 /// feature is the detector's confidence, less where the object is not near on all sides.
 class DepthCompensator {
  public:
-  /// Throws std::invalid_argument for options that ObjectDepthEstimator refuses, and for a reach, a
-  /// margin, an age or a speed that is negative or not finite (the reach must be above 0).
+  /// Throws std::invalid_argument for options that ObjectDepthEstimator refuses, for any other
+  /// number outside 0 to 1000000, and for a reach of 0.
   explicit DepthCompensator(const DepthCompensatorOptions& options = {})
       : options_(options), estimator_(options.object_depth) {
     require("least_nearness", options.least_nearness);
