@@ -64,27 +64,16 @@ done
 
 # shellcheck source-path=SCRIPTDIR source=../cmake/setup.sh
 source "$root/cmake/setup.sh"
-build_dir=$(realpath -m "${DYNFILTER_BUILD_DIR:-$root/build/release}")
-
-need_tool_packages
-find_configure_options
-log "Building the program dynfilter"
-cmake -S "$root" -B "$build_dir" "${configure_options[@]}" -DCMAKE_BUILD_TYPE=Release \
-  -DDYNFILTER_BUILD_TESTS=OFF -DDYNFILTER_BUILD_EXAMPLES=OFF -DDYNFILTER_BUILD_TOOLS=ON >/dev/null
-cmake --build "$build_dir" --target dynfilter_program
+build_program "$root"
 
 log "Comparing all rules; results in $out"
 mkdir -p "$out"
-"$build_dir/src/tools/dynfilter" ablate "${sequences[@]}" --levels "$levels" --seeds "$seeds" \
+"$dynfilter" ablate "${sequences[@]}" --levels "$levels" --seeds "$seeds" \
   "${options[@]}" --out "$out" --report "$out/report.html" | tee "$out/tables.txt"
 
 if [[ $readme == yes ]]; then
   # The overviews and what follows them: a table of every level is more than a README can bear.
-  tables=$(printf '%s\n' '```text' "$(sed -n '/^all: /,$p' "$out/tables.txt" | sed '/^report /d')" '```')
-  awk -v tables="$tables" '
-    /<!-- ablation tables: begin -->/ { print; print tables; skip = 1; next }
-    /<!-- ablation tables: end -->/ { skip = 0 }
-    !skip' "$root/README.md" >"$root/README.md.new"
-  mv "$root/README.md.new" "$root/README.md"
+  fill_marks "$root/README.md" "ablation tables" \
+    "$(sed -n '/^all: /,$p' "$out/tables.txt" | sed '/^report /d')"
   log "updated README.md"
 fi

@@ -4,6 +4,8 @@
 // The whole filter on a frame of 640x480 with 1000 features and three persons, by each rule, and
 // beside it the extraction of these features, which is what a tracker pays in any case.
 
+#include <vector>
+
 #include <benchmark/benchmark.h>
 
 #include <opencv2/features2d.hpp>

@@ -89,3 +89,30 @@ find_configure_options() {
     configure_options+=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
   fi
 }
+
+# Builds the program dynfilter of the repository in a Release build, with what it needs, and sets the
+# variable `dynfilter` to its path. DYNFILTER_BUILD_DIR may name the folder of the build.
+#   build_program <repository>
+# shellcheck disable=SC2034  # for the script that sources this file
+build_program() {
+  local build_dir
+  build_dir=$(realpath -m "${DYNFILTER_BUILD_DIR:-$1/build/release}")
+  need_tool_packages
+  find_configure_options
+  log "Building the program dynfilter"
+  cmake -S "$1" -B "$build_dir" "${configure_options[@]}" -DCMAKE_BUILD_TYPE=Release \
+    -DDYNFILTER_BUILD_TESTS=OFF -DDYNFILTER_BUILD_EXAMPLES=OFF -DDYNFILTER_BUILD_TOOLS=ON >/dev/null
+  cmake --build "$build_dir" --target dynfilter_program
+  dynfilter=$build_dir/src/tools/dynfilter
+}
+
+# Puts a text, fenced, between the marks <!-- NAME: begin --> and <!-- NAME: end --> of a file.
+#   fill_marks <file> <name> <text>
+fill_marks() {
+  [[ -n $3 ]] || die "there is no text to put between the marks '$2' of $1"
+  awk -v name="$2" -v text="$(printf '%s\n' '```text' "$3" '```')" '
+    index($0, "<!-- " name ": begin -->") { print; print text; skip = 1; next }
+    index($0, "<!-- " name ": end -->") { skip = 0 }
+    !skip' "$1" >"$1.new"
+  mv "$1.new" "$1"
+}

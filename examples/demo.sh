@@ -50,17 +50,10 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 readonly root
 # shellcheck source-path=SCRIPTDIR source=../cmake/setup.sh
 source "$root/cmake/setup.sh"
-build_dir=$(realpath -m "${DYNFILTER_BUILD_DIR:-$root/build/release}")
 out=$(realpath -m "${out:-$root/out/demo}")
 [[ -z $sequence || -d $sequence ]] || die "$sequence is no folder"
 
-need_tool_packages
-find_configure_options
-log "Building the program dynfilter"
-cmake -S "$root" -B "$build_dir" "${configure_options[@]}" -DCMAKE_BUILD_TYPE=Release \
-  -DDYNFILTER_BUILD_TESTS=OFF -DDYNFILTER_BUILD_EXAMPLES=OFF -DDYNFILTER_BUILD_TOOLS=ON >/dev/null
-cmake --build "$build_dir" --target dynfilter_program
-dynfilter=$build_dir/src/tools/dynfilter
+build_program "$root"
 
 if [[ -z $sequence ]]; then
   log "Rendering a scene"

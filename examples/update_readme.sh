@@ -21,11 +21,5 @@ convert "$root/out/demo/overlays/$frame.png" -resize 1440x -strip -quality 82 \
 
 # The counts stand between the heading of the features and that of the times.
 counts=$(sed -n '/^features /,/^time a frame/{/^time a frame/d;p}' <<<"$printed")
-[[ -n $counts ]] || die "the demo printed no table"
-table=$(printf '%s\n' '```text' "$counts" '```')
-awk -v table="$table" '
-  /<!-- demo table: begin -->/ { print; print table; skip = 1; next }
-  /<!-- demo table: end -->/ { skip = 0 }
-  !skip' "$root/README.md" >"$root/README.md.new"
-mv "$root/README.md.new" "$root/README.md"
+fill_marks "$root/README.md" "demo table" "$counts"
 log "updated README.md and examples/images/filter.jpg ($(stat -c %s "$root/examples/images/filter.jpg") bytes)"

@@ -104,7 +104,7 @@ echo 'no picture' >"sweep/$scene/none/worst_frame.jpg"
 sed -i '3s/,[^,]*$//' "sweep/$scene/paper/frames.csv"
 "$dynfilter" ablate --gather sweep --report broken.html >/dev/null
 for file in medium_1/none/frames.csv '/none/trajectory.txt:1' '/paper/groundtruth.txt' \
-  '/none/worst_frame.jpg' '/paper/frames.csv: line 3'; do
+  '/none/worst_frame.jpg' '/paper/frames.csv:3:'; do
   grep -F "$file" broken.html | grep -q '^<li>' || fail "the page does not say what is wrong with $file"
 done
 browse broken.html >broken.dom

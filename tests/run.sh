@@ -89,7 +89,7 @@ by_clang() {
 under_valgrind() {
   log "Some unit tests under valgrind"
   local name
-  for name in instance features labels keep_static edge_compensator dynamic_filter; do
+  for name in instance features labels keep_static edge_compensator depth_compensator dynamic_filter; do
     if [[ -x $dev_dir/tests/${name}_test ]]; then
       valgrind --quiet --error-exitcode=1 --leak-check=full --show-leak-kinds=definite \
         --errors-for-leak-kinds=definite "$dev_dir/tests/${name}_test" --gtest_brief=1

@@ -92,10 +92,7 @@ class DepthCompensator {
     validate(input, labels, "DepthCompensator");
     find_objects(input, labels, workspace);
     if (workspace.objects.empty()) return;
-    workspace.pixels.resize(input.features.size());
-    for (std::size_t i = 0; i < input.features.size(); ++i) {
-      workspace.pixels[i] = input.features.pixel(i);
-    }
+    detail::read_pixels(input.features, workspace);
     detail::with_depth_image(input.frame, [&](const auto& image) {
       if (is_stale(input)) give_back(image, workspace, labels);
       for (const ObjectInFrame& object : workspace.objects) {

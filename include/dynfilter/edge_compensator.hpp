@@ -101,8 +101,7 @@ class EdgeCompensator {
     workspace.candidates.reserve(features.size());
     workspace.depths_m.reserve(features.size());
     workspace.codes.reserve(features.size());
-    workspace.pixels.resize(features.size());
-    for (std::size_t i = 0; i < features.size(); ++i) workspace.pixels[i] = features.pixel(i);
+    detail::read_pixels(features, workspace);
   }
 
   /// [a, b]_depth and [a, b]_D-LBP from a sample of FP_object.

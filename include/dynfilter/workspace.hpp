@@ -13,6 +13,7 @@
 #include <opencv2/core.hpp>
 
 #include "dynfilter/feature_sampler.hpp"
+#include "dynfilter/features.hpp"
 #include "dynfilter/object_depth.hpp"
 
 namespace dynfilter {
@@ -46,6 +47,15 @@ struct Workspace {
   std::vector<ObjectInFrame> objects;
 };
 
+namespace detail {
+
+/// Puts the features' pixels into the workspace.
+inline void read_pixels(FeaturesView features, Workspace& workspace) {
+  workspace.pixels.resize(features.size());
+  for (std::size_t i = 0; i < features.size(); ++i) workspace.pixels[i] = features.pixel(i);
+}
+
+}  // namespace detail
 }  // namespace dynfilter
 
 #endif  // DYNFILTER_WORKSPACE_HPP

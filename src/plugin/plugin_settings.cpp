@@ -12,7 +12,6 @@
 
 #include "image_file.hpp"
 #include "plugin/settings_file.hpp"
-#include "rules.hpp"
 
 namespace dynfilter::detail {
 namespace {
@@ -90,7 +89,7 @@ PluginSettings read_plugin_settings(const std::string& path, const std::string& 
   PluginSettings settings;
   settings.file = path;
   read_masks(file, settings);
-  read_enumeration(file, "rule", rule_names(), settings.filter.compensator.rule);
+  read_enumeration(file, "rule", {"depth", "paper", "mask"}, settings.filter.compensator.rule);
   read_mask_culler(file, settings.filter.mask_culler);
   read_depth_compensator(file, settings.filter.compensator.object_depth);
   read_edge_compensator(file, settings.filter.compensator.paper);

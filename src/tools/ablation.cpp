@@ -4,6 +4,7 @@
 #include "ablation.hpp"
 
 #include <cstddef>
+#include <map>
 #include <memory>
 #include <set>
 
@@ -20,10 +21,32 @@ std::filesystem::path folder_of(const AblationPlan& plan, const SceneSpec& scene
   return plan.out / scene.name().name / rule;
 }
 
-std::vector<std::string> rules_for(const AblationPlan& plan, const FrameSource& source) {
+/// What is to be known of a scene before its turn.
+struct Outline {
+  std::size_t frames = 0;
+  bool has_true_masks = false;
+};
+
+/// Of every scene, in their order. Opens one scene a group: those of a level differ in their seed
+/// alone. So what is wrong with the last of them is found before the first is begun.
+std::vector<Outline> outlines_of(const AblationPlan& plan) {
+  std::map<std::string, Outline> of_group;
+  std::vector<Outline> outlines;
+  for (const SceneSpec& scene : plan.scenes) {
+    const auto [outline, is_new] = of_group.emplace(scene.name().group, Outline());
+    if (is_new) {
+      const std::unique_ptr<FrameSource> source = scene.open();
+      outline->second = {source->size(), source->has_true_masks()};
+    }
+    outlines.push_back(outline->second);
+  }
+  return outlines;
+}
+
+std::vector<std::string> rules_for(const AblationPlan& plan, bool has_true_masks) {
   std::vector<std::string> rules;
   for (const std::string& rule : plan.rules) {
-    if (!rule_info(rule).takes_true_masks || source.has_true_masks()) rules.push_back(rule);
+    if (!rule_info(rule).takes_true_masks || has_true_masks) rules.push_back(rule);
   }
   return rules;
 }
@@ -31,7 +54,7 @@ std::vector<std::string> rules_for(const AblationPlan& plan, const FrameSource& 
 void run_scene(const AblationPlan& plan, const SceneSpec& scene, FrameSource& source,
                ProgressBar& progress) {
   std::vector<std::unique_ptr<RuleRun>> runs;
-  for (const std::string& rule : rules_for(plan, source)) {
+  for (const std::string& rule : rules_for(plan, source.has_true_masks())) {
     runs.push_back(std::make_unique<RuleRun>(rule_info(rule), scene, source, plan.settings,
                                              folder_of(plan, scene, rule)));
   }
@@ -59,30 +82,25 @@ void validate(const AblationPlan& plan) {
 
 void run_all(const AblationPlan& plan) {
   validate(plan);
-  // All at the beginning: an error in the last of them should not wait for the others' results.
   std::size_t frames = 0;
-  for (const SceneSpec& scene : plan.scenes) frames += scene.open()->size();
+  for (const Outline& outline : outlines_of(plan)) frames += outline.frames;
   ProgressBar progress("filtering", frames);
   for (const SceneSpec& scene : plan.scenes) run_scene(plan, scene, *scene.open(), progress);
 }
 
 std::vector<std::string> job_lines(const AblationPlan& plan, const std::string& program) {
   validate(plan);
-  const RunSettings& settings = plan.settings;
-  std::string classes;
-  for (const int id : settings.mask_culler.dynamic_classes) {
-    classes += (classes.empty() ? "" : ",") + std::to_string(id);
-  }
+  const std::vector<Outline> outlines = outlines_of(plan);
   std::vector<std::string> lines;
-  for (const SceneSpec& scene : plan.scenes) {
-    const std::unique_ptr<FrameSource> source = scene.open();
-    for (const std::string& rule : rules_for(plan, *source)) {
+  for (std::size_t i = 0; i < plan.scenes.size(); ++i) {
+    const SceneSpec& scene = plan.scenes[i];
+    for (const std::string& rule : rules_for(plan, outlines[i].has_true_masks)) {
+      std::string line = shell_quoted(program) + " run " + scene.arguments();
+      for (const auto& [name, value] : resolved_options(rule_info(rule), plan.settings)) {
+        line += " --" + name + " " + shell_quoted(value);
+      }
       const auto out = std::filesystem::absolute(folder_of(plan, scene, rule)).lexically_normal();
-      lines.push_back(shell_quoted(program) + " run " + scene.arguments() + " --rule " + rule +
-                      " --features " + std::to_string(settings.features) + " --classes " + classes +
-                      " --margin " + detail::concatenate(settings.mask_culler.margin_px) +
-                      " --seed " + std::to_string(settings.seed) + " --overlays 0 --out " +
-                      shell_quoted(out.string()));
+      lines.push_back(line + " --overlays 0 --out " + shell_quoted(out.string()));
     }
   }
   return lines;

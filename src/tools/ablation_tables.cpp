@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdio>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <random>
@@ -20,32 +21,20 @@ namespace {
 
 /// The results of one group under one rule.
 using Runs = std::vector<RunResult>;
-/// A group's runs by rule, in the order of the results.
+/// A group's runs by rule, in the order of rules that tables have.
 using RulesOfGroup = std::vector<std::pair<std::string, Runs>>;
 using Groups = std::vector<std::pair<std::string, RulesOfGroup>>;
 
-template <class Value>
-Value& entry(std::vector<std::pair<std::string, Value>>& list, const std::string& name) {
-  for (auto& [key, value] : list) {
-    if (key == name) return value;
-  }
-  list.emplace_back(name, Value());
-  return list.back().second;
-}
-
 Groups grouped(const std::vector<RunResult>& results) {
   Groups groups;
-  for (const RunResult& result : results) {
-    entry(entry(groups, result.scene.group), result.rule).push_back(result);
-  }
-  // A rule may be missing in a group's first scene: its place is that of the set of rules.
-  const std::vector<std::string> order = all_rule_names();
-  const auto rank = [&](const std::string& rule) {
-    return std::find(order.begin(), order.end(), rule) - order.begin();
-  };
-  for (auto& [group, rules] : groups) {
-    std::stable_sort(rules.begin(), rules.end(),
-                     [&](const auto& a, const auto& b) { return rank(a.first) < rank(b.first); });
+  for (const GroupOfRuns& group : groups_of(results)) {
+    groups.emplace_back(group.name, RulesOfGroup());
+    for (const std::string& rule : rules_of(group.runs)) {
+      Runs runs;
+      std::copy_if(group.runs.begin(), group.runs.end(), std::back_inserter(runs),
+                   [&](const RunResult& run) { return run.rule == rule; });
+      groups.back().second.emplace_back(rule, std::move(runs));
+    }
   }
   return groups;
 }
@@ -308,19 +297,15 @@ std::vector<Table> ablation_tables(const std::vector<RunResult>& results) {
 
 std::vector<std::string> missing_runs(const std::vector<RunResult>& results) {
   std::set<std::pair<std::string, std::string>> there;
-  std::vector<std::pair<std::string, bool>> scenes;  // name, and whether the truth is known
-  std::set<std::string> rules;
+  std::set<std::string> with_truth;
   for (const RunResult& result : results) {
     there.emplace(result.scene.name, result.rule);
-    bool& has_truth = entry(scenes, result.scene.name);
-    has_truth = has_truth || result.scores.has_value();
-    rules.insert(result.rule);
+    if (result.scores) with_truth.insert(result.scene.name);
   }
   std::vector<std::string> missing;
-  for (const auto& [scene, has_truth] : scenes) {
-    for (const std::string& rule : all_rule_names()) {
-      const bool is_wanted =
-          rules.count(rule) == 1 && (has_truth || !rule_info(rule).takes_true_masks);
+  for (const std::string& scene : scenes_of(results)) {
+    for (const std::string& rule : rules_of(results)) {
+      const bool is_wanted = with_truth.count(scene) == 1 || !rule_info(rule).takes_true_masks;
       if (is_wanted && there.count({scene, rule}) == 0) missing.push_back(scene + " under " + rule);
     }
   }

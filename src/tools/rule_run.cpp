@@ -9,30 +9,11 @@
 #include <opencv2/imgproc.hpp>
 
 #include "dynfilter/evaluation/feature_scores.hpp"
+#include "output_folder.hpp"
 #include "run_report.hpp"
 
 namespace dynfilter::tools {
 namespace {
-
-/// What the run was made with, for whoever finds its results later.
-std::vector<std::pair<std::string, std::string>> resolved(const RuleInfo& rule,
-                                                          const RunSettings& settings) {
-  std::string classes;
-  for (const int id : settings.mask_culler.dynamic_classes) {
-    classes += (classes.empty() ? "" : ",") + std::to_string(id);
-  }
-  return {{"rule", rule.name},
-          {"features", std::to_string(settings.features)},
-          {"classes", classes},
-          {"margin", detail::concatenate(settings.mask_culler.margin_px)},
-          {"seed", std::to_string(settings.seed)}};
-}
-
-AnyStage first_stage(const RuleInfo& rule, const MaskCullerOptions& options) {
-  if (!rule.takes_masks) return [](const FilterInput&, FeatureLabels&, Workspace&) {};
-  return [culler = MaskCuller(options)](const FilterInput& input, FeatureLabels& labels,
-                                        Workspace&) { culler(input, labels); };
-}
 
 const RuleInfo& require_masks(const RuleInfo& rule, const SceneSpec& scene,
                               const FrameSource& source) {
@@ -68,6 +49,19 @@ TrajectoryRecord errors_of(const Trajectory& estimate, const Trajectory& truth) 
 
 }  // namespace
 
+std::vector<std::pair<std::string, std::string>> resolved_options(const RuleInfo& rule,
+                                                                  const RunSettings& settings) {
+  std::string classes;
+  for (const int id : settings.mask_culler.dynamic_classes) {
+    classes += (classes.empty() ? "" : ",") + std::to_string(id);
+  }
+  return {{"rule", rule.name},
+          {"features", std::to_string(settings.features)},
+          {"classes", classes},
+          {"margin", detail::concatenate(settings.mask_culler.margin_px)},
+          {"seed", std::to_string(settings.seed)}};
+}
+
 ExtractedFeatures extract_features(const odometry::OrbExtractor& extractor, const cv::Mat& image) {
   ExtractedFeatures features;
   cv::Mat grey;
@@ -83,7 +77,7 @@ RuleRun::RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource
     : rule_(require_masks(rule, scene, source)),
       folder_(folder),
       rim_px_(source.rim_px()),
-      filter_({first_stage(rule, settings.mask_culler), masks_time_},
+      filter_({mask_stage_of(rule, settings.mask_culler), masks_time_},
               {stage_of(rule, settings.mask_culler, settings.seed), rule_time_}),
       pictures_(folder, source.size(), settings.overlays, rule.takes_masks, rule.compensates) {
   if (source.has_depth()) {
@@ -94,7 +88,7 @@ RuleRun::RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource
   record_.rule = rule;
   record_.masks = rule.takes_true_masks ? "true masks" : source.masks_name();
   record_.has_truth = source.has_true_masks();
-  record_.options = resolved(rule, settings);
+  record_.options = resolved_options(rule, settings);
 }
 
 void RuleRun::process(const SourceFrame& frame, ExtractedFeatures features) {
@@ -151,13 +145,15 @@ void RuleRun::note_times() {
 RunRecord RuleRun::finish(const FrameSource& source) {
   note_times();
   const std::optional<Trajectory> truth = source.true_trajectory();
+  const auto trajectory_file = folder_ / "trajectory.txt", truth_file = folder_ / "groundtruth.txt";
+  detail::make_room(folder_, {trajectory_file, truth_file}, true);
   if (odometry_) {
     const Trajectory& estimate = odometry_->trajectory();
     record_.trajectory = truth ? errors_of(estimate, *truth) : TrajectoryRecord();
     record_.trajectory->has_truth = truth.has_value();
     record_.trajectory->keyframes = odometry_->keyframes();
-    write_trajectory(folder_ / "trajectory.txt", estimate);
-    if (truth) write_trajectory(folder_ / "groundtruth.txt", *truth);
+    write_trajectory(trajectory_file, estimate);
+    if (truth) write_trajectory(truth_file, *truth);
   }
   pictures_.write_contact_sheet();
   worst_.write(folder_);

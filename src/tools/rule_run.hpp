@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <odometry.hpp>
@@ -31,6 +32,11 @@ struct RunSettings {
   std::uint64_t seed = 0;    ///< of the samples of the rule and of the odometry
   std::size_t overlays = 0;  ///< frames to draw
 };
+
+/// Rule and settings by the names of the options of `dynfilter run`: what a run was made with, for
+/// whoever finds its results later, and what makes it again.
+std::vector<std::pair<std::string, std::string>> resolved_options(const RuleInfo& rule,
+                                                                  const RunSettings& settings);
 
 /// The ORB features of a frame, before any is removed. Rules that are compared share them.
 struct ExtractedFeatures {

@@ -29,17 +29,8 @@ AnyStage any(Stage stage) {
   };
 }
 
-/// A peer's stage, with the classes that are dynamic for ours.
-template <class Stage, class Options>
-AnyStage peer(Options options, const MaskCullerOptions& masks) {
-  options.dynamic_classes = masks.dynamic_classes;
-  return any(Stage(options));
-}
-
-AnyStage dilated(const MaskCullerOptions& masks, int passes) {
-  peers::DilatedMaskOptions options;
-  options.passes = passes;
-  return peer<peers::DilatedMask>(options, masks);
+AnyStage nothing() {
+  return [](const FilterInput&, FeatureLabels&, Workspace&) {};
 }
 
 AnyStage paper(const MaskCullerOptions&, std::uint64_t seed) {
@@ -55,14 +46,21 @@ struct Entry {
   std::function<AnyStage(const MaskCullerOptions&, std::uint64_t)> make;
 };
 
-template <class Make>
-Entry of_peer(const char* name, const char* description, Make make) {
+/// A peer's rule, with the classes that are dynamic for ours.
+template <class Stage, class Options>
+Entry of_peer(const char* name, const char* description, Options options) {
   return {{name, description, false, false, true},
-          [make](const MaskCullerOptions& masks, std::uint64_t) { return make(masks); }};
+          [options](const MaskCullerOptions& masks, std::uint64_t) {
+            Options with_classes = options;
+            with_classes.dynamic_classes = masks.dynamic_classes;
+            return any(Stage(with_classes));
+          }};
 }
 
-AnyStage nothing() {
-  return [](const FilterInput&, FeatureLabels&, Workspace&) {};
+peers::DilatedMaskOptions dilated(int passes) {
+  peers::DilatedMaskOptions options;
+  options.passes = passes;
+  return options;
 }
 
 const std::vector<Entry>& entries() {
@@ -72,30 +70,23 @@ const std::vector<Entry>& entries() {
        [](const Masks&, std::uint64_t) { return nothing(); }},
       {{"mask", "features on the masks", true, false, false},
        [](const Masks&, std::uint64_t) { return nothing(); }},
-      of_peer("dynaslam", "masks dilated by a 31x31 ellipse (DynaSLAM)",
-              [](const Masks& masks) { return dilated(masks, 1); }),
-      of_peer("dynaslam_twice", "the same dilation twice (DynaSLAM's two passes)",
-              [](const Masks& masks) { return dilated(masks, 2); }),
-      of_peer("crowd_slam", "the whole box, grown by 5 px (Crowd-SLAM)",
-              [](const Masks& masks) {
-                return peer<peers::WholeBox>(peers::WholeBoxOptions(), masks);
-              }),
-      of_peer("dynamic_vins", "the box before a depth threshold (Dynamic-VINS)",
-              [](const Masks& masks) {
-                return peer<peers::BoxDepthThreshold>(peers::BoxDepthThresholdOptions(), masks);
-              }),
-      of_peer("ovd_slam", "depth mean and deviation in the box (OVD-SLAM)",
-              [](const Masks& masks) {
-                return peer<peers::BoxDepthDeviation>(peers::BoxDepthDeviationOptions(), masks);
-              }),
-      of_peer("ngd_slam", "a mask of the box's depth (NGD-SLAM)",
-              [](const Masks& masks) {
-                return peer<peers::BoxDepthMask>(peers::BoxDepthMaskOptions(), masks);
-              }),
-      of_peer("genea_slam2", "a mask by the variance of depth (GeneA-SLAM2)",
-              [](const Masks& masks) {
-                return peer<peers::DepthVarianceMask>(peers::DepthVarianceMaskOptions(), masks);
-              }),
+      of_peer<peers::DilatedMask>("dynaslam", "masks dilated by a 31x31 ellipse (DynaSLAM)",
+                                  dilated(1)),
+      of_peer<peers::DilatedMask>("dynaslam_twice",
+                                  "the same dilation twice (DynaSLAM's two passes)", dilated(2)),
+      of_peer<peers::WholeBox>("crowd_slam", "the whole box, grown by 5 px (Crowd-SLAM)",
+                               peers::WholeBoxOptions()),
+      of_peer<peers::BoxDepthThreshold>("dynamic_vins",
+                                        "the box before a depth threshold (Dynamic-VINS)",
+                                        peers::BoxDepthThresholdOptions()),
+      of_peer<peers::BoxDepthDeviation>("ovd_slam",
+                                        "depth mean and deviation in the box (OVD-SLAM)",
+                                        peers::BoxDepthDeviationOptions()),
+      of_peer<peers::BoxDepthMask>("ngd_slam", "a mask of the box's depth (NGD-SLAM)",
+                                   peers::BoxDepthMaskOptions()),
+      of_peer<peers::DepthVarianceMask>("genea_slam2",
+                                        "a mask by the variance of depth (GeneA-SLAM2)",
+                                        peers::DepthVarianceMaskOptions()),
       {{"paper", "masks, and edge features by depth and D-LBP in the box"}, paper},
       {{"depth", "masks, and what they missed by the object's depth (the default)"}, object_depth},
       {{"perfect", "features on the true masks", true, true, false},
@@ -138,6 +129,10 @@ std::string rule_list() {
     text += "\n  " + rule.name + std::string(16 - rule.name.size(), ' ') + rule.description;
   }
   return text;
+}
+
+AnyStage mask_stage_of(const RuleInfo& rule, const MaskCullerOptions& masks) {
+  return rule.takes_masks ? any(MaskCuller(masks)) : nothing();
 }
 
 AnyStage stage_of(const RuleInfo& rule, const MaskCullerOptions& masks, std::uint64_t seed) {

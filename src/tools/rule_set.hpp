@@ -37,6 +37,9 @@ const RuleInfo& rule_info(const std::string& name);
 /// A line a rule, for --help.
 std::string rule_list();
 
+/// The mask culler, or nothing where the rule does without.
+AnyStage mask_stage_of(const RuleInfo& rule, const MaskCullerOptions& masks);
+
 /// What a rule does after the mask culler, or without it. The seed is that of its samples, if any.
 AnyStage stage_of(const RuleInfo& rule, const MaskCullerOptions& masks, std::uint64_t seed);
 

@@ -110,6 +110,10 @@ void sort_for_tables(std::vector<RunResult>& results) {
             [&](const RunResult& a, const RunResult& b) { return key(a) < key(b); });
 }
 
+void add_name(std::vector<std::string>& names, const std::string& name) {
+  if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+}
+
 }  // namespace
 
 std::vector<RunResult> read_results(const fs::path& folder) {
@@ -134,6 +138,34 @@ std::vector<RunResult> read_results(const fs::path& folder) {
   }
   sort_for_tables(results);
   return results;
+}
+
+std::vector<GroupOfRuns> groups_of(const std::vector<RunResult>& results) {
+  std::vector<GroupOfRuns> groups;
+  for (const RunResult& result : results) {
+    auto group = std::find_if(groups.begin(), groups.end(), [&](const GroupOfRuns& candidate) {
+      return candidate.name == result.scene.group;
+    });
+    if (group == groups.end()) group = groups.insert(group, {result.scene.group, {}});
+    group->runs.push_back(result);
+  }
+  return groups;
+}
+
+std::vector<std::string> rules_of(const std::vector<RunResult>& results) {
+  std::vector<std::string> there, rules;
+  for (const RunResult& result : results) add_name(there, result.rule);
+  for (const std::string& rule : all_rule_names()) {
+    if (std::find(there.begin(), there.end(), rule) != there.end()) rules.push_back(rule);
+  }
+  for (const std::string& rule : there) add_name(rules, rule);  // of another version, perhaps
+  return rules;
+}
+
+std::vector<std::string> scenes_of(const std::vector<RunResult>& results) {
+  std::vector<std::string> scenes;
+  for (const RunResult& result : results) add_name(scenes, result.scene.name);
+  return scenes;
 }
 
 }  // namespace dynfilter::tools

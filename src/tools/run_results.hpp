@@ -42,6 +42,19 @@ struct RunResult {
 /// different options, which no table should mix.
 std::vector<RunResult> read_results(const std::filesystem::path& folder);
 
+/// The results of one group, in their order.
+struct GroupOfRuns {
+  std::string name;
+  std::vector<RunResult> runs;
+};
+
+std::vector<GroupOfRuns> groups_of(const std::vector<RunResult>& results);
+
+/// The rules that have results, in the order that tables have.
+std::vector<std::string> rules_of(const std::vector<RunResult>& results);
+
+std::vector<std::string> scenes_of(const std::vector<RunResult>& results);
+
 }  // namespace dynfilter::tools
 
 #endif  // DYNFILTER_TOOLS_RUN_RESULTS_HPP

@@ -5,83 +5,43 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <fstream>
-#include <optional>
 #include <utility>
 
-#include "dynfilter/detail/number_text.hpp"
 #include "file_error.hpp"
-#include "rule_set.hpp"
+#include "text_table.hpp"
 
 namespace dynfilter::tools {
 namespace {
 
-using Cells = std::vector<std::string>;
-
-Cells cells_of(const std::string& line) {
-  Cells cells;
-  for (std::size_t begin = 0; begin <= line.size();) {
-    const std::size_t end = std::min(line.find(',', begin), line.size());
-    cells.push_back(line.substr(begin, end - begin));
-    begin = end + 1;
-  }
-  return cells;
-}
-
-/// A frames.csv, line by line.
+/// A frames.csv, whose columns are known by their header.
 class FrameTable {
  public:
-  explicit FrameTable(const std::filesystem::path& file) : file_(file), stream_(file) {
-    if (!stream_) detail::throw_file_error(file_, "cannot be read");
-    read_line();
-    header_ = cells_;
+  explicit FrameTable(const std::filesystem::path& file) : rows_(file, ',') {
+    if (!rows_.next()) return;  // it holds no frames, which whoever asks for one finds out
+    for (std::size_t k = 0; k < rows_.columns(); ++k) header_.push_back(rows_.text(k));
   }
 
   bool next() {
-    if (!read_line()) return false;
-    if (cells_.size() != header_.size()) refuse("has another number of cells than the header");
+    if (!rows_.next()) return false;
+    if (rows_.columns() != header_.size())
+      rows_.fail("has another number of cells than the header");
     return true;
   }
 
-  /// Nothing for an empty cell.
-  std::optional<double> value(const std::string& column) const {
-    const auto place = std::find(header_.begin(), header_.end(), column);
-    if (place == header_.end()) detail::throw_file_error(file_, "has no column " + column);
-    const std::string& cell = cells_[static_cast<std::size_t>(place - header_.begin())];
-    if (cell.empty()) return {};
-    const std::optional<double> value = detail::parse_number(cell);
-    if (!value) refuse("has no number for " + column);
-    return value;
-  }
+  double number(const char* column) const { return rows_.number(place_of(column), column); }
 
-  double needed(const std::string& column) const {
-    const std::optional<double> there = value(column);
-    if (!there) refuse("has no " + column);
-    return *there;
-  }
+  bool has(const char* column) const { return !rows_.text(place_of(column)).empty(); }
 
  private:
-  [[noreturn]] void refuse(const std::string& what) const {
-    detail::throw_file_error(file_, "line " + std::to_string(line_) + " " + what);
+  std::size_t place_of(const char* column) const {
+    const auto place = std::find(header_.begin(), header_.end(), column);
+    if (place == header_.end()) rows_.fail("there is no column " + std::string(column));
+    return static_cast<std::size_t>(place - header_.begin());
   }
 
-  bool read_line() {
-    std::string line;
-    if (!std::getline(stream_, line)) return false;
-    ++line_;
-    cells_ = cells_of(line);
-    return true;
-  }
-
-  std::filesystem::path file_;
-  std::ifstream stream_;
-  std::size_t line_ = 0;
-  Cells header_, cells_;
+  detail::TableReader rows_;
+  std::vector<std::string> header_;
 };
-
-void add_name(std::vector<std::string>& names, const std::string& name) {
-  if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
-}
 
 }  // namespace
 
@@ -89,46 +49,17 @@ FrameSeries read_frame_series(const std::filesystem::path& file) {
   FrameSeries series;
   FrameTable table(file);
   while (table.next()) {
-    series.times_s.push_back(table.needed("timestamp_s"));
-    series.kept.push_back(table.needed("kept"));
-    const auto left = table.value("dynamic_left"), removed = table.value("static_removed");
-    if (!left || !removed) continue;
-    series.dynamic_left.push_back(*left);
-    series.static_removed.push_back(*removed);
+    series.times_s.push_back(table.number("timestamp_s"));
+    series.kept.push_back(table.number("kept"));
+    if (!table.has("dynamic_left") || !table.has("static_removed")) continue;
+    series.dynamic_left.push_back(table.number("dynamic_left"));
+    series.static_removed.push_back(table.number("static_removed"));
   }
   if (series.times_s.empty()) detail::throw_file_error(file, "holds no frames");
   if (!series.dynamic_left.empty() && series.dynamic_left.size() != series.times_s.size()) {
     detail::throw_file_error(file, "has the scores of some frames only");
   }
   return series;
-}
-
-std::vector<GroupOfRuns> groups_of(const std::vector<RunResult>& results) {
-  std::vector<GroupOfRuns> groups;
-  for (const RunResult& result : results) {
-    auto group = std::find_if(groups.begin(), groups.end(), [&](const GroupOfRuns& candidate) {
-      return candidate.name == result.scene.group;
-    });
-    if (group == groups.end()) group = groups.insert(group, {result.scene.group, {}});
-    group->runs.push_back(result);
-  }
-  return groups;
-}
-
-std::vector<std::string> rules_of(const std::vector<RunResult>& results) {
-  std::vector<std::string> there, rules;
-  for (const RunResult& result : results) add_name(there, result.rule);
-  for (const std::string& rule : all_rule_names()) {
-    if (std::find(there.begin(), there.end(), rule) != there.end()) rules.push_back(rule);
-  }
-  for (const std::string& rule : there) add_name(rules, rule);  // of another version, perhaps
-  return rules;
-}
-
-std::vector<std::string> scenes_of(const std::vector<RunResult>& results) {
-  std::vector<std::string> scenes;
-  for (const RunResult& result : results) add_name(scenes, result.scene.name);
-  return scenes;
 }
 
 TypicalScene typical_scene(const GroupOfRuns& group) {

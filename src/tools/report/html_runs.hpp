@@ -25,19 +25,6 @@ struct FrameSeries {
 /// Of a run's frames.csv. Throws std::runtime_error that names the file, and the line.
 FrameSeries read_frame_series(const std::filesystem::path& file);
 
-/// The results of one group, in their order.
-struct GroupOfRuns {
-  std::string name;
-  std::vector<RunResult> runs;
-};
-
-std::vector<GroupOfRuns> groups_of(const std::vector<RunResult>& results);
-
-/// The rules that have results, in the order that tables have.
-std::vector<std::string> rules_of(const std::vector<RunResult>& results);
-
-std::vector<std::string> scenes_of(const std::vector<RunResult>& results);
-
 struct TypicalScene {
   std::string name;
   bool is_median = false;  ///< by the ATE under rule paper; else the first scene
