@@ -124,6 +124,8 @@ std::vector<Variant> variants() {
   add(all, "least_mask_share", depth(&Depth::least_mask_share), {.0, .01, .05, .10, .20});
   add(all, "least_box_share", depth(&Depth::least_box_share), {.05, .10, .30, .40});
   add(all, "least_nearness", rule(&Options::least_nearness), {.3, .4, .6, .7, .8, 1.0});
+  add(all, "least_nearness_if_stale", rule(&Options::least_nearness_if_stale),
+      {.2, .3, .35, .45, .5, .6});
   add(all, "reach_px", rule(&Options::reach_px), {4, 6, 8, 10, 16});
   add(all, "box_margin_px", rule(&Options::box_margin_px), {0, 3, 10, 20});
   add(all, "mask_margin_px", rule(&Options::mask_margin_px), {0, 2, 3, 6});

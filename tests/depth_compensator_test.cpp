@@ -143,6 +143,40 @@ TEST(DepthCompensator, AHoleIsTheObjectsWhereTheObjectIsNear) {
   EXPECT_EQ(statistics.passed_nearness, 1U);
 }
 
+TEST(DepthCompensator, KeptFeaturesHaveScoresBelowHalfTheConfidence) {
+  Scene scene;
+  scene.set_depth({360, 300, 40, 60}, 0);
+  const FeatureLabel suspect = scene.at(366, 330);  // nearness 3 / 7 of the 1 / 2 that is wanted
+  EXPECT_EQ(suspect.reason, Reason::untouched);
+  EXPECT_EQ(suspect.instance, 0);
+  EXPECT_NEAR(suspect.score, 0.8 * 0.5 * 6 / 7, 1e-6);
+  const FeatureLabel far_off = scene.at(380, 330);
+  EXPECT_EQ(far_off.instance, -1);
+  EXPECT_EQ(far_off.score, 0);
+}
+
+TEST(DepthCompensator, WhereMasksAreStaleLessNearnessIsEnough) {
+  Scene scene;
+  scene.set_depth({360, 300, 40, 60}, 0);
+  scene.make_stale();
+  EXPECT_TRUE(scene.takes(366, 330)) << "3 / 7";
+  EXPECT_FALSE(scene.takes(367, 330)) << "3 / 8";
+  EXPECT_NEAR(scene.at(367, 330).score, 0.8 * 0.5 * 0.375 / 0.4, 1e-6);
+  scene.options.least_nearness_if_stale = 0.5;
+  EXPECT_FALSE(scene.takes(366, 330));
+}
+
+TEST(DepthCompensator, ABoxWithoutAMaskIsEnough) {
+  Scene scene;
+  scene.segmentation.instances = {Instance::from_box(scene.box, 0, 0.8F)};
+  EXPECT_TRUE(scene.takes(390, 210));
+  EXPECT_TRUE(scene.takes(300, 300));
+  EXPECT_FALSE(scene.takes(400, 400));
+  const InstanceStatistics statistics = scene.filtered().statistics().instances[0];
+  EXPECT_EQ(statistics.compensation, Compensation::applied);
+  EXPECT_NEAR(statistics.depth_range_m.lower, 1.1, 1e-6);
+}
+
 TEST(DepthCompensator, AHoleInTheMidstOfTheObjectIsSurelyTheObjects) {
   Scene scene;
   scene.person().mask.rowRange(160, 320).setTo(0);
@@ -220,6 +254,7 @@ TEST(DepthCompensator, GivesBackWhatAStaleMaskCoversNoMore) {
   EXPECT_EQ(wall.reason, Reason::restored);
   EXPECT_FALSE(wall.removed);
   EXPECT_EQ(wall.instance, 0);
+  EXPECT_LT(wall.score, 0.4F) << "no longer the mask's";
   EXPECT_EQ(scene.filtered().statistics().restored, 1U);
   EXPECT_EQ(scene.filtered().statistics().masked, 0U);
   EXPECT_EQ(scene.at(300, 300).reason, Reason::in_mask) << "the person's depth";

@@ -289,6 +289,8 @@ TEST(DynamicFilter, NamesTheOptionsOfItsRulesThatItCannotTake) {
        "ObjectDepthEstimator: got half widths"},
       {[](auto& o, double v) { o.object_depth.least_share = v; },
        "ObjectDepthEstimator: got least_share"},
+      {[](auto& o, double v) { o.least_nearness_if_stale = v; },
+       "DepthCompensator: got least_nearness_if_stale = "},
   };
   const auto refuses = [](const Bad& bad, double value) {
     for (const CompensationRule rule : every_rule) {

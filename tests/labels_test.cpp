@@ -5,9 +5,13 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdint>
+#include <stdexcept>
+#include <string>
 
 #include "support/byte_source.hpp"
+#include "support/expect_error.hpp"
 
 namespace dynfilter {
 namespace {
@@ -44,6 +48,51 @@ TEST(FeatureLabels, RestoreGivesAFeatureBackAndKeepsWhatWasSaid) {
   EXPECT_EQ(labels.statistics().instances[0].compensated, 0U);
   EXPECT_EQ(labels.statistics().restored, 1U);
   EXPECT_EQ(labels.statistics().kept(), 1U);
+}
+
+TEST(FeatureLabels, RestoreMayReplaceTheScore) {
+  FeatureLabels labels(1, with_instances(1));
+  labels.remove(0, 0, Reason::in_mask, 0.75F);
+  EXPECT_TRUE(labels.restore(0, 0.125F));
+  EXPECT_EQ(labels[0].score, 0.125F);
+  EXPECT_EQ(labels[0].instance, 0);
+  EXPECT_FALSE(labels.restore(0, 0.5F));
+  EXPECT_EQ(labels[0].score, 0.125F);
+}
+
+TEST(FeatureLabels, SuspicionsRaiseTheScoresOfKeptFeaturesOnly) {
+  FeatureLabels labels(2, with_instances(2));
+  EXPECT_TRUE(labels.suspect(0, 1, 0.25F));
+  EXPECT_FALSE(labels.suspect(0, 0, 0.25F)) << "the first of equals stays";
+  EXPECT_FALSE(labels.suspect(0, 0, 0.125F));
+  EXPECT_EQ(labels[0].instance, 1);
+  EXPECT_EQ(labels[0].score, 0.25F);
+  EXPECT_EQ(labels[0].reason, Reason::untouched);
+  EXPECT_FALSE(labels.is_removed(0));
+  EXPECT_TRUE(labels.suspect(0, 0, 0.5F));
+  EXPECT_EQ(labels[0].instance, 0);
+  labels.remove(1, 0, Reason::in_mask, 0.25F);
+  EXPECT_FALSE(labels.suspect(1, 1, 1.0F));
+  EXPECT_EQ(labels[1].score, 0.25F);
+  EXPECT_TRUE(labels.remove(0, 1, Reason::compensated, 0.3F)) << "whatever was suspected before";
+  EXPECT_EQ(labels[0].score, 0.3F);
+  EXPECT_EQ(labels.statistics().removed(), 2U);
+  EXPECT_EQ(labels.statistics().kept(), 0U);
+}
+
+TEST(FeatureLabels, VerdictsOnWhatIsNotThereAreRefused) {
+  FeatureLabels labels(1, with_instances(1));
+  const auto refuses = [](const auto& call, const std::string& part) {
+    testing::expect_error<std::invalid_argument>(call, part);
+  };
+  refuses([&] { labels.suspect(1, 0, 0.5F); }, "feature 1");
+  refuses([&] { labels.suspect(0, 1, 0.5F); }, "FeatureLabels::suspect: got instance 1");
+  refuses([&] { labels.suspect(0, -2, 0.5F); }, "FeatureLabels::suspect: got instance -2");
+  refuses([&] { labels.suspect(0, 0, 1.5F); }, "FeatureLabels::suspect: got score 1.5");
+  refuses([&] { labels.suspect(0, 0, NAN); }, "FeatureLabels::suspect: got score nan");
+  refuses([&] { labels.restore(1, 0.5F); }, "feature 1");
+  refuses([&] { labels.restore(0, -0.5F); }, "FeatureLabels::restore: got score -0.5");
+  EXPECT_EQ(labels[0].score, 0);
 }
 
 TEST(FeatureLabels, ARestoredFeatureThatIsRemovedAgainIsNotRestored) {

@@ -33,6 +33,8 @@ struct DepthCompensatorOptions {
   /// A feature without a depth of its own object goes if the object is that near, see
   /// object_nearness. Lower takes more static features, higher leaves more dynamic ones.
   double least_nearness = 0.5;
+  /// The same where masks are stale: there most of the object may be beside its mask.
+  double least_nearness_if_stale = 0.4;
   double reach_px = 12;       ///< how far object_nearness looks
   double box_margin_px = 6;   ///< features that far outside the box may be the object's
   double mask_margin_px = 1;  ///< features that close to a fresh mask go in any case
@@ -63,8 +65,12 @@ struct DepthCompensatorOptions {
 /// and is left; a margin of MaskCuller's helps. Without depth, and where fewer than eight depths
 /// are known in mask and box, the stage abstains and says so in the statistics.
 ///
-/// With overlapping boxes the first instance whose test a feature passes has it. The score of a
-/// feature is the detector's confidence, less where the object is not near on all sides.
+/// With overlapping boxes the first instance whose test a feature passes has it.
+///
+/// Scores are the detector's confidence in the instance times how surely the feature is that
+/// instance's: 1 by its depth or the mask's margin, 1/2 to 1 by nearness, and below 1/2 for
+/// features that are kept but have the object in sight, in proportion to their nearness. A host
+/// that weighs features rather than removes them has a grade for each.
 class DepthCompensator {
  public:
   /// Throws std::invalid_argument for options that ObjectDepthEstimator refuses, for any other
@@ -72,6 +78,7 @@ class DepthCompensator {
   explicit DepthCompensator(const DepthCompensatorOptions& options = {})
       : options_(options), estimator_(options.object_depth) {
     require("least_nearness", options.least_nearness);
+    require("least_nearness_if_stale", options.least_nearness_if_stale);
     require("reach_px", options.reach_px);
     require("box_margin_px", options.box_margin_px);
     require("mask_margin_px", options.mask_margin_px);
@@ -114,7 +121,7 @@ class DepthCompensator {
                            detail::concatenate("below ", segmentation.instances.size()));
     }
     Instance instance = segmentation.instances[k];
-    const ObjectInFrame object{k, reach_of(instance, input), estimator_.estimate(frame, instance)};
+    const ObjectInFrame object = in_frame(k, estimator_.estimate(frame, instance), input);
     const cv::Rect masked =
         detail::clip({instance.mask_origin, instance.mask.size()}, frame.depth.size());
     const cv::Rect area = is_stale(input) ? object.reach : object.reach | masked;
@@ -165,8 +172,13 @@ class DepthCompensator {
       statistics.compensation = input.frame.depth.empty() ? Compensation::no_depth_image
                                 : depth.empty()           ? Compensation::too_few_samples
                                                           : Compensation::applied;
-      if (!depth.empty()) workspace.objects.push_back({k, reach_of(instances[k], input), depth});
+      if (!depth.empty()) workspace.objects.push_back(in_frame(k, depth, input));
     }
+  }
+
+  ObjectInFrame in_frame(std::size_t k, const ObjectDepth& depth, const FilterInput& input) const {
+    return {k, reach_of(input.segmentation.instances[k], input), depth,
+            is_stale(input) ? options_.least_nearness_if_stale : options_.least_nearness};
   }
 
   /// The box with its margin, and as far as the object may have moved since.
@@ -183,20 +195,16 @@ class DepthCompensator {
                               grown(options_.box_margin_px + motion / 2), size);
   }
 
-  /// How surely a pixel is the object's: 1 by its own depth, by nearness from 0.5 on, 0 = it is
-  /// not.
+  /// How surely a pixel is the object's. From 1/2 on it is taken to be.
   template <class Image>
-  double evidence(const Image& image, const ObjectDepth& object, cv::Point pixel,
-                  InstanceStatistics* statistics) const {
+  double certainty(const Image& image, const ObjectInFrame& object, cv::Point pixel) const {
     const double depth_m = image.metres(pixel.x, pixel.y);
-    if (object.contains(depth_m)) {
-      if (statistics) ++statistics->passed_depth;
-      return 1;
-    }
-    if (depth_m > 0 && depth_m < object.hull_m().upper) return 0;  // nearer, or between two ranges
-    const double nearness = detail::object_nearness(image, pixel, object, options_.reach_px);
-    if (!(nearness > 0) || nearness < options_.least_nearness) return 0;
-    if (statistics) ++statistics->passed_nearness;
+    if (object.depth.contains(depth_m)) return 1;
+    const bool nearer_or_between = depth_m > 0 && depth_m < object.depth.hull_m().upper;
+    if (nearer_or_between) return 0;
+    const double nearness = detail::object_nearness(image, pixel, object.depth, options_.reach_px);
+    if (!(nearness > 0)) return 0;
+    if (nearness < object.least_nearness) return 0.5 * (nearness / object.least_nearness);
     return std::min(1.0, 0.5 + nearness / 8);
   }
 
@@ -205,7 +213,7 @@ class DepthCompensator {
   bool is_on_object(const Image& image, const FilterInput& input, const ObjectInFrame& object,
                     cv::Point pixel) const {
     const bool is_in_reach = object.reach.contains(pixel);
-    if (is_in_reach && evidence(image, object.depth, pixel, nullptr) > 0) return true;
+    if (is_in_reach && certainty(image, object, pixel) >= 0.5) return true;
     const Instance& instance = input.segmentation.instances[object.instance];
     if (!is_stale(input)) {
       return detail::mask_within(instance, pixel, is_in_reach ? mask_margin(image) : 0);
@@ -241,9 +249,10 @@ class DepthCompensator {
       if (owner == objects.end() || !image.contains(pixel.x, pixel.y)) continue;
       if (hides_object(image, owner->depth, pixel)) continue;
       const bool is_objects = std::any_of(objects.begin(), objects.end(), [&](const auto& object) {
-        return object.reach.contains(pixel) && evidence(image, object.depth, pixel, nullptr) > 0;
+        return object.reach.contains(pixel) && certainty(image, object, pixel) >= 0.5;
       });
-      if (!is_objects) labels.restore(i);
+      // Its score comes from compensate, like that of any other feature.
+      if (!is_objects) labels.restore(i, 0);
     }
   }
 
@@ -252,18 +261,30 @@ class DepthCompensator {
                   const std::vector<cv::Point>& pixels, FeatureLabels& labels) const {
     const Instance& instance = input.segmentation.instances[object.instance];
     InstanceStatistics& statistics = labels.statistics().instances[object.instance];
+    const auto index = static_cast<std::int32_t>(object.instance);
     const double margin = is_stale(input) ? 0 : mask_margin(image);
     for (std::size_t i = 0; i < pixels.size(); ++i) {
       if (labels.is_removed(i) || !object.reach.contains(pixels[i])) continue;
       ++statistics.candidates;
-      double evident = evidence(image, object.depth, pixels[i], &statistics);
-      if (evident == 0 && margin > 0) {
-        evident = detail::mask_within(instance, pixels[i], margin) ? 1 : 0;
+      double certain = certainty(image, object, pixels[i]);
+      if (certain >= 0.5) {
+        ++(has_depth_of(object, image, pixels[i]) ? statistics.passed_depth
+                                                  : statistics.passed_nearness);
+      } else if (margin > 0 && detail::mask_within(instance, pixels[i], margin)) {
+        certain = 1;
       }
-      if (evident == 0) continue;
-      labels.remove(i, static_cast<std::int32_t>(object.instance), Reason::compensated,
-                    instance.score * static_cast<float>(evident));
+      const float score = instance.score * static_cast<float>(certain);
+      if (certain >= 0.5) {
+        labels.remove(i, index, Reason::compensated, score);
+      } else {
+        labels.suspect(i, index, score);
+      }
     }
+  }
+
+  template <class Image>
+  static bool has_depth_of(const ObjectInFrame& object, const Image& image, cv::Point pixel) {
+    return object.depth.contains(image.metres(pixel.x, pixel.y));
   }
 
   DepthCompensatorOptions options_;

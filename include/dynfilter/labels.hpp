@@ -26,7 +26,7 @@ enum class Reason : std::uint8_t {
   custom = 128
 };
 
-/// The verdict on one feature.
+/// The verdict on one feature. Kept features have scores, too: what came near to being removed.
 struct FeatureLabel {
   float score = 0.0F;          ///< 0 surely static … 1 surely dynamic
   std::int32_t instance = -1;  ///< index into Segmentation::instances, -1 = none
@@ -71,7 +71,8 @@ class FeatureLabels {
   /// std::invalid_argument for a feature or instance that does not exist, for the reasons untouched
   /// and restored, and for a score outside 0 to 1. O(1).
   bool remove(std::size_t i, std::int32_t instance, Reason reason, float score) {
-    require_removal(i, instance, reason, score);
+    require_verdict("FeatureLabels::remove", i, instance, score);
+    require_removing(reason);
     FeatureLabel& label = labels_[i];
     if (label.removed) return false;
     if (label.reason == Reason::restored) --statistics_.restored;
@@ -80,13 +81,34 @@ class FeatureLabels {
     return true;
   }
 
+  /// Says that a feature which is kept may be an instance's: raises its score and names the
+  /// instance. Removed features, and those with a score as high, keep what they have; returns
+  /// whether this call changed the label. Throws std::invalid_argument for a feature or instance
+  /// that does not exist and for a score outside 0 to 1. O(1).
+  bool suspect(std::size_t i, std::int32_t instance, float score) {
+    require_verdict("FeatureLabels::suspect", i, instance, score);
+    FeatureLabel& label = labels_[i];
+    if (label.removed || !(score > label.score)) return false;
+    label.score = score;
+    label.instance = instance;
+    return true;
+  }
+
   /// Gives a removed feature back; its instance and score stay to be read. Returns whether it was
   /// removed. Throws std::invalid_argument for a feature that does not exist. O(1).
   bool restore(std::size_t i) {
     require_feature(i);
+    return restore(i, labels_[i].score);
+  }
+
+  /// The same with a new score, for a stage that knows better than the one that removed it. Throws
+  /// std::invalid_argument for a score outside 0 to 1, too.
+  bool restore(std::size_t i, float score) {
+    require_verdict("FeatureLabels::restore", i, -1, score);
     FeatureLabel& label = labels_[i];
     if (!label.removed) return false;
     count(label, -1);
+    label.score = score;
     label.reason = Reason::restored;
     label.removed = false;
     ++statistics_.restored;
@@ -107,22 +129,25 @@ class FeatureLabels {
     }
   }
 
-  void require_removal(std::size_t i, std::int32_t instance, Reason reason, float score) const {
+  void require_verdict(const char* call, std::size_t i, std::int32_t instance, float score) const {
     require_feature(i);
     const auto instances = static_cast<std::int64_t>(statistics_.instances.size());
     if (instance < -1 || instance >= instances) {
-      detail::throw_misuse("FeatureLabels::remove", detail::concatenate("instance ", instance),
+      detail::throw_misuse(call, detail::concatenate("instance ", instance),
                            detail::concatenate("-1, or an index below ", instances));
     }
-    if (reason != Reason::in_mask && reason != Reason::compensated && reason < Reason::custom) {
-      detail::throw_misuse("FeatureLabels::remove",
-                           detail::concatenate("the reason ", static_cast<int>(reason)),
-                           "in_mask, compensated, or custom and above");
-    }
     if (!(score >= 0.0F && score <= 1.0F)) {
-      detail::throw_misuse("FeatureLabels::remove", detail::concatenate("score ", score),
-                           "a score from 0 to 1");
+      detail::throw_misuse(call, detail::concatenate("score ", score), "a score from 0 to 1");
     }
+  }
+
+  static void require_removing(Reason reason) {
+    if (reason == Reason::in_mask || reason == Reason::compensated || reason >= Reason::custom) {
+      return;
+    }
+    detail::throw_misuse("FeatureLabels::remove",
+                         detail::concatenate("the reason ", static_cast<int>(reason)),
+                         "in_mask, compensated, or custom and above");
   }
 
   void count(const FeatureLabel& label, int change) {

@@ -32,6 +32,7 @@ struct ObjectInFrame {
   std::size_t instance = 0;  ///< index into the segmentation's
   cv::Rect reach;            ///< features outside it are not the object's
   ObjectDepth depth;
+  double least_nearness = 0;  ///< from which on a pixel without its depth is the object's
 };
 
 /// Scratch memory of a filter, kept by the caller between frames so that a frame allocates nothing

@@ -59,6 +59,7 @@ void read_depth_compensator(SettingsFile& file, DepthCompensatorOptions& options
   file.read_number("object_depth.least_half_width_m", options.object_depth.least_half_width_m);
   file.read_number("object_depth.most_half_width_m", options.object_depth.most_half_width_m);
   file.read_number("least_nearness", options.least_nearness);
+  file.read_number("least_nearness_if_stale", options.least_nearness_if_stale);
   file.read_number("mask_margin_px", options.mask_margin_px);
   file.read_number("stale_age_s", options.stale_age_s);
   file.read_number("motion_px_per_s", options.motion_px_per_s);

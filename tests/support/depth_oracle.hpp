@@ -244,14 +244,15 @@ class DepthOracle {
            holds(box.x, box.width, dx, pixel.x) && holds(box.y, box.height, dy, pixel.y);
   }
 
-  /// 0 where neither depth nor nearness speaks for the object.
-  double evidence(const OracleObject& object, WidePoint pixel) const {
+  /// From 1/2 on the pixel is the object's.
+  double certainty(const OracleObject& object, WidePoint pixel) const {
     const double metres = oracle_metres(input_.frame, pixel);
     if (object.has(metres)) return 1;
     if (metres > 0 && metres < object.hull().upper) return 0;
     const double nearness = oracle_nearness(input_.frame, pixel, object, options_.reach_px);
-    if (nearness <= 0 || nearness < options_.least_nearness) return 0;
-    return std::min(1.0, 0.5 + nearness / 8);
+    const double least = stale() ? options_.least_nearness_if_stale : options_.least_nearness;
+    if (nearness <= 0) return 0;
+    return nearness < least ? 0.5 * (nearness / least) : std::min(1.0, 0.5 + nearness / 8);
   }
 
   void give_back() {
@@ -266,10 +267,11 @@ class DepthOracle {
           known = true;
           nobodys = nobodys && (metres == 0 || metres > object.hull().upper);
         }
-        nobodys = nobodys && !(in_reach(object, pixel) && evidence(object, pixel) > 0);
+        nobodys = nobodys && !(in_reach(object, pixel) && certainty(object, pixel) >= 0.5);
       }
       if (!label.removed || !in_image || !known || !nobodys) continue;
       label.removed = false;
+      label.score = 0;
       label.reason = Reason::restored;
       --verdict_.filter.instances[static_cast<std::size_t>(label.instance)].masked;
       ++verdict_.given_back;
@@ -286,18 +288,21 @@ class DepthOracle {
       const bool own = object.has(oracle_metres(input_.frame, pixel));
       const bool close =
           !stale() && oracle_on_mask(instance_of(object), pixel, options_.mask_margin_px * scale());
-      double sure = evidence(object, pixel);
+      double sure = certainty(object, pixel);
       statistics.candidates += 1;
       statistics.passed_depth += own ? 1 : 0;
-      statistics.passed_nearness += !own && sure > 0 ? 1 : 0;
+      statistics.passed_nearness += !own && sure >= 0.5 ? 1 : 0;
       verdict_.by_depth += own ? 1 : 0;
-      verdict_.by_nearness += !own && sure > 0 ? 1 : 0;
-      verdict_.by_margin += sure == 0 && close ? 1 : 0;
-      if (sure == 0 && close) sure = 1;
-      if (sure == 0) continue;
-      statistics.compensated += 1;
+      verdict_.by_nearness += !own && sure >= 0.5 ? 1 : 0;
+      verdict_.by_margin += sure < 0.5 && close ? 1 : 0;
+      if (sure < 0.5 && close) sure = 1;
       const float score = instance_of(object).score * static_cast<float>(sure);
-      label = {score, object.instance, Reason::compensated, true};
+      if (sure >= 0.5) {
+        statistics.compensated += 1;
+        label = {score, object.instance, Reason::compensated, true};
+      } else if (score > label.score) {
+        label = {score, object.instance, label.reason, false};
+      }
     }
   }
 

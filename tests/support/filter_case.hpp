@@ -179,6 +179,7 @@ inline DepthCompensatorOptions arbitrary_depth_options(ByteSource& source, const
   depth.least_samples = static_cast<std::size_t>(source.between(0, 12));
   const double scale = image.width / 640.0;
   options.least_nearness = (source.between(0, 8) / 4.0 + 0.11) * scale;
+  options.least_nearness_if_stale = (source.between(0, 8) / 4.0 + 0.11) * scale;
   options.reach_px = (source.between(1, 6) + 0.2) / scale;
   options.box_margin_px = (source.between(0, 5) + 0.15) / scale;
   options.mask_margin_px = (source.between(0, 2) + 0.3) / scale;
