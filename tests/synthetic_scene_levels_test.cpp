@@ -79,7 +79,7 @@ TEST(SceneLevels, EveryLevelRendersAndIsFoundByItsName) {
     EXPECT_NO_THROW(validate(frame.poor_segmentation, "test")) << level.name;
   }
   for (const char* name : {"static", "cross", "together", "medium", "hard", "stale_3", "stale_6",
-                           "furniture", "two_in_one", "leave"}) {
+                           "late_10hz", "late_5hz", "furniture", "two_in_one", "leave"}) {
     EXPECT_EQ(names.count(name), 1U) << name;
   }
 }
@@ -103,6 +103,8 @@ TEST(SceneLevels, FirstAndLastFrameAreThoseThatResultsWereMeasuredOn) {
       {"hard", {13205927157171350959U, 14768256650120105190U}},
       {"stale_3", {4468715455461750016U, 14876406295090871188U}},
       {"stale_6", {4468715455461750016U, 6210395533375282810U}},
+      {"late_10hz", {4468715455461750016U, 8278102052883152411U}},
+      {"late_5hz", {4468715455461750016U, 2357305123598442154U}},
       {"furniture", {11977781343944195487U, 9427909592159296739U}},
       {"two_in_one", {11083575821733685800U, 9073359649126194435U}},
       {"leave", {15606252654312388750U, 10259689514115540788U}},
@@ -238,6 +240,28 @@ TEST(StaleMasks, OfTheLevelsAreExactOnes) {
   EXPECT_EQ(SyntheticScene(small("stale_6")).render(33).poor_segmentation.frame_id, 27U);
 }
 
+TEST(LateMasks, AreTheNewestThatASlowNetworkHasDone) {
+  const auto masks_of = [](double rate_hz) {
+    SyntheticSceneOptions options = small("medium");
+    options.mask_rate_hz = rate_hz;
+    const SyntheticScene scene(options);
+    std::vector<std::uint64_t> frames;
+    for (int i = 0; i < 13; ++i) {
+      const Segmentation masks = scene.render(i).poor_segmentation;
+      EXPECT_DOUBLE_EQ(masks.timestamp_s, scene.timestamp_s(static_cast<int>(masks.frame_id)));
+      frames.push_back(masks.frame_id);
+    }
+    return frames;
+  };
+  using Frames = std::vector<std::uint64_t>;
+  EXPECT_EQ(masks_of(10), (Frames{0, 0, 0, 0, 0, 0, 3, 3, 3, 6, 6, 6, 9}));
+  EXPECT_EQ(masks_of(5), (Frames{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 6}));
+  // 2.5 frames: done at 2.5, 5, 7.5, 10, 12.5; of frames 0, 2, 5, 7, 10.
+  EXPECT_EQ(masks_of(12), (Frames{0, 0, 0, 0, 0, 2, 2, 2, 5, 5, 7, 7, 7}));
+  EXPECT_EQ(masks_of(30), (Frames{0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11}));
+  EXPECT_EQ(masks_of(60), (Frames{0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11}));
+}
+
 TEST(MissedDetections, LastAsLongAsTheOptionSays) {
   SyntheticSceneOptions options = small("medium");
   options.perfect_masks = true;
@@ -354,6 +378,12 @@ TEST(SceneLevels, NewOptionsOutOfRangeAreRefusedByName) {
   expect_named("torso_missing_share", [](Options& o) { o.torso_missing_share = 1.1; });
   expect_named("empty_mask_share", [](Options& o) { o.empty_mask_share = -1; });
   expect_named("mask_age_frames", [](Options& o) { o.mask_age_frames = -1; });
+  expect_named("mask_rate_hz", [](Options& o) { o.mask_rate_hz = -1; });
+  expect_named("mask_rate_hz", [](Options& o) { o.mask_rate_hz = std::nan(""); });
+  expect_named("mask_age_frames, with a mask_rate_hz", [](Options& o) {
+    o.mask_rate_hz = 10;
+    o.mask_age_frames = 1;
+  });
   expect_named("missed_frames", [](Options& o) { o.missed_frames = 31; });
 }
 

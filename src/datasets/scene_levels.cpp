@@ -67,6 +67,13 @@ SyntheticSceneOptions stale(int age_frames) {
   return options;
 }
 
+SyntheticSceneOptions late(double rate_hz) {
+  SyntheticSceneOptions options = medium();
+  options.perfect_masks = true;
+  options.mask_rate_hz = rate_hz;
+  return options;
+}
+
 /// The special cases in which persons cross: they walk briskly again.
 SyntheticSceneOptions crossing() {
   SyntheticSceneOptions options = medium();
@@ -107,6 +114,8 @@ std::vector<SceneLevel> scene_levels() {
       {"hard", "as medium, masks miss most limbs and the torso, or are empty", hard()},
       {"stale_3", "medium, exact masks 3 frames old", stale(3)},
       {"stale_6", "medium, exact masks 6 frames old", stale(6)},
+      {"late_10hz", "medium, exact masks of a network at 10 Hz", late(10)},
+      {"late_5hz", "medium, exact masks of a network at 5 Hz", late(5)},
       {"furniture", "static things at the persons' depth", furniture()},
       {"two_in_one", "overlapping persons are one detection", two_in_one()},
       {"leave", "persons leave the image and come back", leave()},

@@ -53,6 +53,10 @@ void require_valid(const SyntheticSceneOptions& options) {
   require_range("torso_missing_share", options.torso_missing_share, 0, 1);
   require_range("empty_mask_share", options.empty_mask_share, 0, 1);
   require_range("mask_age_frames", options.mask_age_frames, 0, 1000);
+  require_range("mask_rate_hz", options.mask_rate_hz, 0, 1000);
+  if (options.mask_rate_hz > 0) {
+    require_range("mask_age_frames, with a mask_rate_hz,", options.mask_age_frames, 0, 0);
+  }
   require_range("missed_frames", options.missed_frames, 0, scene::missed_period_frames);
 }
 
@@ -69,6 +73,21 @@ void require_index(const SyntheticScene& scene, int index) {
 
 double elapsed_s(const SyntheticSceneOptions& options, int index) {
   return index / options.frames_per_second;
+}
+
+/// The frame whose masks are the newest at a frame.
+int masks_from(const SyntheticSceneOptions& options, int index) {
+  if (options.mask_rate_hz == 0) return std::max(0, index - options.mask_age_frames);
+  const double period = options.frames_per_second / options.mask_rate_hz;  // in frames
+  constexpr double instant = 1e-9;  // what is done at the time of a frame is there for it
+  int done = 0, segmented = 0;
+  for (double end = period; end <= index + instant;) {
+    done = segmented;
+    const int newest = static_cast<int>(end + instant);
+    segmented = std::max(newest, segmented + 1);  // a faster one waits for the next frame
+    end = std::max<double>(end, segmented) + period;
+  }
+  return done;
 }
 
 }  // namespace
@@ -158,11 +177,12 @@ SyntheticFrame SyntheticScene::render(int index) const {
 
   out.true_segmentation = {out.frame.id, out.frame.timestamp_s, options().image_size,
                            scene::true_instances(rendering.surface, options().persons)};
-  const int age = std::min(options().mask_age_frames, index);
+  const int segmented = masks_from(options(), index);
   out.poor_segmentation = {
-      static_cast<std::uint64_t>(index - age), timestamp_s(index - age), options().image_size,
-      scene::detections(options(), index - age,
-                        age == 0 ? rendering.surface : content_->surfaces(camera(), index - age))};
+      static_cast<std::uint64_t>(segmented), timestamp_s(segmented), options().image_size,
+      scene::detections(
+          options(), segmented,
+          segmented == index ? rendering.surface : content_->surfaces(camera(), segmented))};
   return out;
 }
 

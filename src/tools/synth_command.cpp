@@ -79,6 +79,7 @@ struct Given {
   std::string level;
   std::uint64_t seed = 1;
   std::optional<int> frames, persons, width, height, mask_age;
+  std::optional<double> mask_rate;
 };
 
 SyntheticSceneOptions scene_options(const Given& given) {
@@ -90,6 +91,7 @@ SyntheticSceneOptions scene_options(const Given& given) {
   scene.image_size.width = given.width.value_or(scene.image_size.width);
   scene.image_size.height = given.height.value_or(scene.image_size.height);
   scene.mask_age_frames = given.mask_age.value_or(scene.mask_age_frames);
+  scene.mask_rate_hz = given.mask_rate.value_or(scene.mask_rate_hz);
   return scene;
 }
 
@@ -115,6 +117,9 @@ void add_synth_command(CLI::App& program) {
   command->add_option(
       "--mask-age", given->mask_age,
       "masks/ holds, under each frame's name, what was found so many frames before");
+  command->add_option("--mask-rate", given->mask_rate,
+                      "masks/ holds, under each frame's name, the newest masks of a network that\n"
+                      "gives so many a second");
   command->add_flag("--statistics", options->statistics,
                     "render nothing: print how depth behaves at the masks of the sequence in\n"
                     "FOLDER, rendered or recorded, so that the two can be compared");

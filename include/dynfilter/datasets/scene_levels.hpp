@@ -30,6 +30,8 @@ struct SceneLevel {
 ///   miss two to five limbs, and what they miss misleads an odometry.
 /// - hard: as medium, 1.35 m away; masks miss three to six limbs and mostly the torso, or all.
 /// - stale_3, stale_6: medium with exact masks and boxes that are 3 and 6 frames old.
+/// - late_10hz, late_5hz: medium with exact masks and boxes of a network that gives so many a
+///   second, which are 3 to 5 and 6 to 11 frames old.
 /// - furniture: two persons cross between shelves and a desk; depth alone does not tell them apart.
 /// - two_in_one: two persons cross, and are one detection where their boxes overlap.
 /// - leave: two persons leave the image on both sides and come back.

@@ -73,6 +73,11 @@ struct SyntheticSceneOptions {
   /// poor_segmentation was made of the frame that many frames before, as by a network slower than
   /// the camera; at the beginning of frame 0. 0 to 1000.
   int mask_age_frames = 0;
+  /// poor_segmentation is the newest result of a network that gives so many a second, from frame 0
+  /// on: it takes the newest frame whenever it is free, and what it found is there a period later.
+  /// Frames before the first result have that of frame 0. 0: as mask_age_frames says, which must be
+  /// 0 otherwise; up to 1000.
+  double mask_rate_hz = 0;
   int missed_frames = 0;  ///< a person is not found in so many frames in a row, once every 30
   bool overlapping_as_one = false;  ///< persons whose boxes overlap are found as one instance
 };
