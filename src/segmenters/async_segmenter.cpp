@@ -1,0 +1,371 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/segmenters/async_segmenter.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <condition_variable>
+#include <exception>
+#include <iterator>
+#include <mutex>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "dynfilter/detail/errors.hpp"
+#include "image_buffers.hpp"
+
+namespace dynfilter {
+namespace {
+
+void require_valid(const Segmenter* segmenter, const AsyncSegmenterOptions& options) {
+  if (!segmenter) detail::throw_misuse("AsyncSegmenter", "no segmenter", "one to run");
+  if (!(options.most_wait_s >= 0 && options.most_wait_s <= 3600)) {
+    detail::throw_misuse("AsyncSegmenter",
+                         detail::concatenate("most_wait_s = ", options.most_wait_s),
+                         "0 to 3600 seconds");
+  }
+  if (!(options.most_age_s >= 0)) {
+    detail::throw_misuse("AsyncSegmenter", detail::concatenate("most_age_s = ", options.most_age_s),
+                         "at least 0 seconds");
+  }
+  if (options.hand_over > HandOver::drop) {
+    detail::throw_misuse("AsyncSegmenter",
+                         detail::concatenate("hand_over = ", static_cast<int>(options.hand_over)),
+                         "one of HandOver");
+  }
+}
+
+/// What the network made of a frame: masks, or a failure.
+struct Outcome {
+  Segmentation masks;
+  std::exception_ptr failure;
+  double seconds = 0;
+};
+
+/// The network may use the memory of its masks again for the next frame.
+void own_masks(Segmentation& masks) {
+  for (Instance& instance : masks.instances) {
+    if (!instance.mask.empty()) instance.mask = instance.mask.clone();
+  }
+}
+
+Outcome infer(Segmenter& segmenter, const FrameView& frame) {
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point start = Clock::now();
+  Outcome outcome;
+  try {
+    outcome.masks = segmenter.segment(frame);
+    own_masks(outcome.masks);
+  } catch (...) {
+    outcome.failure = std::current_exception();
+  }
+  outcome.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  return outcome;
+}
+
+enum class Progress : std::uint8_t { waiting, running, segmented, failed, replaced };
+
+/// A frame that was submitted and is not forgotten yet.
+struct SubmittedFrame {
+  SubmittedFrame(std::uint64_t number_, FrameView view_)
+      : id(view_.id), number(number_), view(std::move(view_)) {}
+
+  std::uint64_t id;
+  std::uint64_t number;  // counts submissions: unique, and grows
+  FrameView view;        // while it waits
+  Progress progress = Progress::waiting;
+  Segmentation masks;          // once it is segmented
+  std::exception_ptr failure;  // once it failed, until that was thrown
+  bool collected = false;
+
+  bool is_settled() const { return progress != Progress::waiting && progress != Progress::running; }
+};
+
+}  // namespace
+
+class AsyncSegmenter::Worker {
+ public:
+  Worker(std::unique_ptr<Segmenter> segmenter, const AsyncSegmenterOptions& options)
+      : segmenter_(std::move(segmenter)), options_(options) {
+    thread_ = std::thread([this] { work(); });
+  }
+
+  ~Worker() {
+    {
+      const std::lock_guard lock(mutex_);
+      stop_ = true;
+    }
+    submitted_.notify_one();
+    thread_.join();
+  }
+
+  void submit(const FrameView& frame);
+  std::optional<Segmentation> collect(std::uint64_t id);
+  void reset();
+
+  AsyncSegmenterStatistics statistics() const {
+    const std::lock_guard lock(mutex_);
+    return statistics_;
+  }
+
+ private:
+  using Frames = std::vector<SubmittedFrame>;
+  using Lock = std::unique_lock<std::mutex>;
+
+  // In the thread.
+  void work();
+  void settle(std::uint64_t number, Outcome outcome);
+
+  // Of submit. The mutex is held, here and below.
+  void require_room(std::uint64_t id) const;
+  FrameView owned(const FrameView& frame);
+  void replace_waiting_before(std::uint64_t number);
+  void forget_what_nobody_collects();
+
+  // Of collect.
+  std::optional<Segmentation> newest();
+  std::uint64_t number_of(std::uint64_t id) const;
+  void wait_for(std::uint64_t number, Lock& lock);
+  std::exception_ptr first_failure_up_to(std::uint64_t number);
+  void forget_settled_before(std::uint64_t number);
+
+  /// None if it was forgotten.
+  SubmittedFrame* find(std::uint64_t number) {
+    const auto frame = std::find_if(frames_.begin(), frames_.end(),
+                                    [&](const auto& other) { return other.number == number; });
+    return frame == frames_.end() ? nullptr : &*frame;
+  }
+
+  Frames::iterator first_waiting() {
+    return std::find_if(frames_.begin(), frames_.end(), [](const SubmittedFrame& frame) {
+      return frame.progress == Progress::waiting;
+    });
+  }
+
+  const std::unique_ptr<Segmenter> segmenter_;  // the thread's alone
+  const AsyncSegmenterOptions options_;
+
+  mutable std::mutex mutex_;  // guards all that follows
+  std::condition_variable submitted_;
+  std::condition_variable settled_;
+  Frames frames_;  // in the order of their numbers; few
+  std::uint64_t next_number_ = 0;
+  double last_timestamp_s_ = 0;         // of the frame that was submitted last
+  std::optional<Segmentation> newest_;  // HandOver::latest
+  detail::ImageBuffers buffers_;
+  AsyncSegmenterStatistics statistics_;
+  bool stop_ = false;
+
+  std::thread thread_;
+};
+
+// --- The thread ----------------------------------------------------------------------------------
+
+void AsyncSegmenter::Worker::work() {
+  Lock lock(mutex_);
+  while (true) {
+    submitted_.wait(lock, [&] { return stop_ || first_waiting() != frames_.end(); });
+    if (stop_) return;
+    SubmittedFrame& frame = *first_waiting();
+    frame.progress = Progress::running;
+    const std::uint64_t number = frame.number;
+    FrameView view = std::exchange(frame.view, {});
+
+    lock.unlock();
+    Outcome outcome = infer(*segmenter_, view);
+    lock.lock();
+
+    view = {};  // its buffers are free from here on
+    settle(number, std::move(outcome));
+    settled_.notify_all();
+  }
+}
+
+void AsyncSegmenter::Worker::settle(std::uint64_t number, Outcome outcome) {
+  --statistics_.pending;
+  if (outcome.failure) {
+    ++statistics_.failed;
+  } else {
+    ++statistics_.segmented;
+    statistics_.last_inference_s = outcome.seconds;
+    statistics_.total_inference_s += outcome.seconds;
+    statistics_.longest_inference_s = std::max(statistics_.longest_inference_s, outcome.seconds);
+  }
+  SubmittedFrame* frame = find(number);
+  if (!frame) return;  // reset() came meanwhile
+  if (outcome.failure) {
+    frame->progress = Progress::failed;
+    if (!frame->failure) frame->failure = std::move(outcome.failure);  // an earlier one goes first
+    return;
+  }
+  frame->progress = Progress::segmented;
+  (options_.hand_over == HandOver::latest ? newest_.emplace() : frame->masks) =
+      std::move(outcome.masks);
+}
+
+// --- submit --------------------------------------------------------------------------------------
+
+void AsyncSegmenter::Worker::submit(const FrameView& frame) {
+  validate(frame, "AsyncSegmenter::submit");
+  const std::lock_guard lock(mutex_);
+  const bool none_is_lost = options_.hand_over == HandOver::wait;
+  if (none_is_lost) require_room(frame.id);
+  frames_.emplace_back(next_number_, owned(frame));
+  last_timestamp_s_ = frame.timestamp_s;
+  ++statistics_.submitted;
+  ++statistics_.pending;
+  if (!none_is_lost) {
+    replace_waiting_before(next_number_);
+    forget_what_nobody_collects();
+  }
+  ++next_number_;
+  submitted_.notify_one();
+}
+
+void AsyncSegmenter::Worker::require_room(std::uint64_t id) const {
+  const auto uncollected = std::count_if(
+      frames_.begin(), frames_.end(), [](const SubmittedFrame& frame) { return !frame.collected; });
+  if (static_cast<std::size_t>(uncollected) < most_uncollected) return;
+  detail::throw_misuse(
+      "AsyncSegmenter::submit",
+      detail::concatenate("frame ", id, " while ", uncollected, " frames are not collected"),
+      "a collect for every frame that is submitted (HandOver::wait loses none)");
+}
+
+FrameView AsyncSegmenter::Worker::owned(const FrameView& frame) {
+  const auto own = [&](const cv::Mat& image) {
+    if (image.empty()) return cv::Mat();
+    const bool lives_as_long_as_its_headers = image.u != nullptr;
+    if (!options_.copy_images && lives_as_long_as_its_headers) return image;
+    return buffers_.copy_of(image);
+  };
+  return {frame.id, frame.timestamp_s, own(frame.image), own(frame.depth), frame.metres_per_unit};
+}
+
+void AsyncSegmenter::Worker::replace_waiting_before(std::uint64_t number) {
+  for (SubmittedFrame& frame : frames_) {
+    if (frame.number >= number || frame.progress != Progress::waiting) continue;
+    frame.progress = Progress::replaced;
+    frame.view = {};
+    ++statistics_.replaced;
+    --statistics_.pending;
+    settled_.notify_all();  // another thread may wait for it
+  }
+}
+
+void AsyncSegmenter::Worker::forget_what_nobody_collects() {
+  while (frames_.size() > most_uncollected) {
+    const auto oldest = std::find_if(frames_.begin(), frames_.end(),
+                                     [](const auto& frame) { return frame.is_settled(); });
+    // One runs and one waits: all others are settled. Their errors are still to be thrown.
+    SubmittedFrame& next = *std::next(oldest);
+    if (oldest->failure) next.failure = std::move(oldest->failure);
+    frames_.erase(oldest);
+  }
+}
+
+// --- collect -------------------------------------------------------------------------------------
+
+std::optional<Segmentation> AsyncSegmenter::Worker::collect(std::uint64_t id) {
+  Lock lock(mutex_);
+  if (options_.hand_over == HandOver::latest) return newest();
+  const std::uint64_t number = number_of(id);
+  replace_waiting_before(number);
+  wait_for(number, lock);
+  const std::exception_ptr failure = first_failure_up_to(number);
+  forget_settled_before(number);
+  SubmittedFrame* frame = find(number);
+  if (frame) frame->collected = frame->is_settled();
+  if (failure) std::rethrow_exception(failure);
+  if (!frame || frame->progress != Progress::segmented) return {};
+  return frame->masks;
+}
+
+std::optional<Segmentation> AsyncSegmenter::Worker::newest() {
+  const std::exception_ptr failure = first_failure_up_to(next_number_);
+  forget_settled_before(next_number_);
+  if (failure) std::rethrow_exception(failure);
+  if (newest_ && std::abs(last_timestamp_s_ - newest_->timestamp_s) > options_.most_age_s) {
+    return {};
+  }
+  return newest_;
+}
+
+std::uint64_t AsyncSegmenter::Worker::number_of(std::uint64_t id) const {
+  const auto frame = std::find_if(frames_.rbegin(), frames_.rend(),
+                                  [&](const SubmittedFrame& other) { return other.id == id; });
+  if (frame == frames_.rend()) {
+    detail::throw_misuse("AsyncSegmenter::collect",
+                         detail::concatenate("frame ", id,
+                                             ", which was not submitted, or was given up when a "
+                                             "later one was collected"),
+                         "a frame that was submitted, in the order of submission");
+  }
+  return frame->number;
+}
+
+void AsyncSegmenter::Worker::wait_for(std::uint64_t number, Lock& lock) {
+  const auto is_settled = [&] {
+    const SubmittedFrame* frame = find(number);
+    return !frame || frame->is_settled();
+  };
+  if (options_.hand_over == HandOver::wait) settled_.wait(lock, is_settled);
+  if (options_.hand_over == HandOver::wait_at_most) {
+    settled_.wait_for(lock, std::chrono::duration<double>(options_.most_wait_s), is_settled);
+  }
+}
+
+/// Takes them all: what is not the first is in the statistics only.
+std::exception_ptr AsyncSegmenter::Worker::first_failure_up_to(std::uint64_t number) {
+  std::exception_ptr first;
+  for (SubmittedFrame& frame : frames_) {
+    if (frame.number > number) break;
+    const std::exception_ptr failure = std::exchange(frame.failure, nullptr);
+    if (!first) first = failure;
+  }
+  return first;
+}
+
+void AsyncSegmenter::Worker::forget_settled_before(std::uint64_t number) {
+  const auto goes = [&](const SubmittedFrame& frame) {
+    return frame.number < number && frame.is_settled();
+  };
+  frames_.erase(std::remove_if(frames_.begin(), frames_.end(), goes), frames_.end());
+}
+
+void AsyncSegmenter::Worker::reset() {
+  const std::lock_guard lock(mutex_);
+  replace_waiting_before(next_number_);
+  frames_.clear();
+  newest_.reset();
+  settled_.notify_all();  // who waits in collect waits for nothing now
+}
+
+// --- The public face -----------------------------------------------------------------------------
+
+AsyncSegmenter::AsyncSegmenter(std::unique_ptr<Segmenter> segmenter,
+                               const AsyncSegmenterOptions& options) {
+  require_valid(segmenter.get(), options);
+  worker_ = std::make_unique<Worker>(std::move(segmenter), options);
+}
+
+AsyncSegmenter::AsyncSegmenter(AsyncSegmenter&&) noexcept = default;
+AsyncSegmenter& AsyncSegmenter::operator=(AsyncSegmenter&&) noexcept = default;
+AsyncSegmenter::~AsyncSegmenter() = default;
+
+void AsyncSegmenter::submit(const FrameView& frame) { worker_->submit(frame); }
+
+std::optional<Segmentation> AsyncSegmenter::collect(std::uint64_t frame_id) {
+  return worker_->collect(frame_id);
+}
+
+void AsyncSegmenter::reset() { worker_->reset(); }
+
+AsyncSegmenterStatistics AsyncSegmenter::statistics() const { return worker_->statistics(); }
+
+}  // namespace dynfilter

@@ -1,0 +1,42 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_SEGMENTERS_IMAGE_BUFFERS_HPP
+#define DYNFILTER_SEGMENTERS_IMAGE_BUFFERS_HPP
+
+#include <algorithm>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+namespace dynfilter::detail {
+
+/// Copies images into memory that is used again once nobody holds the copy any more, by whatever
+/// header: a segmenter may keep the image of the last frame.
+class ImageBuffers {
+ public:
+  cv::Mat copy_of(const cv::Mat& image) {
+    const auto fits = [&](const cv::Mat& buffer) {
+      return is_free(buffer) && buffer.size == image.size && buffer.type() == image.type();
+    };
+    auto buffer = std::find_if(buffers_.begin(), buffers_.end(), fits);
+    if (buffer == buffers_.end()) {
+      buffer = std::find_if(buffers_.begin(), buffers_.end(), is_free);  // of another size
+    }
+    if (buffer == buffers_.end()) buffer = buffers_.emplace(buffer);
+    image.copyTo(*buffer);
+    return *buffer;
+  }
+
+ private:
+  /// Held by this alone. Read as OpenCV counts: others may let go in another thread meanwhile.
+  static bool is_free(const cv::Mat& buffer) {
+    return buffer.u == nullptr || CV_XADD(&buffer.u->refcount, 0) == 1;
+  }
+
+  std::vector<cv::Mat> buffers_;
+};
+
+}  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_SEGMENTERS_IMAGE_BUFFERS_HPP
