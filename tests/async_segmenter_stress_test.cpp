@@ -207,7 +207,10 @@ TEST_P(OwnMasksOnly, OfTheFrameOrNone) {
 }
 
 INSTANTIATE_TEST_SUITE_P(AsyncSegmenterStress, OwnMasksOnly,
-                         ::testing::Values(HandOver::wait_at_most, HandOver::drop));
+                         ::testing::Values(HandOver::wait_at_most, HandOver::drop),
+                         [](const auto& test) {
+                           return test.param == HandOver::drop ? "drop" : "wait_at_most";
+                         });
 
 TEST(AsyncSegmenterStress, EndsAndStartsAnewInTheMiddle) {
   for (const HandOver hand_over :

@@ -14,9 +14,9 @@ undefined-behaviour sanitizers, then everything in the dev build, whose ctest su
 Installs the packages that are missing (Debian, Ubuntu; as root or by sudo without password), or says
 which.
 
-  --all  slow tests too, the unit tests built by clang, a minute of fuzzing, and some tests under
-         valgrind; checks of format and scripts, which are skipped otherwise where their tools are
-         missing
+  --all  slow tests too, the unit tests built by clang, those of threads under the thread sanitizer,
+         a minute of fuzzing, and some tests under valgrind; checks of format and scripts, which are
+         skipped otherwise where their tools are missing
 
   DYNFILTER_BUILD_DIR         folder of the dev build, default build/dev; others lie beside it
   DYNFILTER_DATA_DIR          folder with recorded data for tests that can use it
@@ -54,12 +54,17 @@ readonly dev_dir other_dirs jobs not_these
 # The presets of CMakePresets.json spelled out, because CMake reads those from 3.20 on only.
 unit_tests_only=(-DDYNFILTER_BUILD_EXAMPLES=OFF -DDYNFILTER_BUILD_TOOLS=OFF)
 
-# build <folder> <option of cmake>...
-build() {
+# configure <folder> <option of cmake>...
+configure() {
   local folder=$1
   shift
   cmake -S "$root" -B "$folder" "${configure_options[@]}" "$@"
-  cmake --build "$folder" -j "$jobs"
+}
+
+# build <folder> <option of cmake>...
+build() {
+  configure "$@"
+  cmake --build "$1" -j "$jobs"
 }
 
 # run_tests <folder> <option of ctest>...
@@ -76,6 +81,17 @@ sanitized() {
   ASAN_OPTIONS=halt_on_error=1:detect_leaks=1 UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1 \
     LSAN_OPTIONS="suppressions=$root/tests/lsan.supp:print_suppressions=0" \
     run_tests "${other_dirs}asan-ubsan" -LE "$not_these"
+}
+
+# The tests with the label `threads`, and no others are built.
+threads_sanitized() {
+  log "Tests of threads under the thread sanitizer"
+  local folder=${other_dirs}tsan
+  configure "$folder" "${unit_tests_only[@]}" -DCMAKE_BUILD_TYPE=RelWithDebInfo \
+    -DDYNFILTER_SANITIZE=thread
+  cmake --build "$folder" -j "$jobs" --target threads_tests
+  TSAN_OPTIONS="halt_on_error=1:suppressions=$root/tests/tsan.supp:print_suppressions=0" \
+    run_tests "$folder" -L threads --no-tests=error
 }
 
 by_clang() {
@@ -132,6 +148,7 @@ fi
 
 sanitized
 if [[ $all == yes ]]; then
+  threads_sanitized
   by_clang
   fuzzed
 fi

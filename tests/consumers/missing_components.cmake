@@ -18,3 +18,10 @@ run(output ${configure} ${without_eigen} -DREQUIRED=segmenters -DOPTIONAL=evalua
 expect("${output}" "found: core segmenters\\.")
 run_and_fail(output ${configure} ${without_eigen} -DREQUIRED=evaluation -DOPTIONAL=)
 expect("${output}" "component 'evaluation' needs Eigen3")
+
+set(without_threads -DCMAKE_DISABLE_FIND_PACKAGE_Threads=ON)
+run(output ${configure} -DCMAKE_DISABLE_FIND_PACKAGE_Eigen3=OFF ${without_threads}
+    -DREQUIRED=evaluation -DOPTIONAL=segmenters)
+expect("${output}" "found: core evaluation\\.")
+run_and_fail(output ${configure} ${without_threads} -DREQUIRED=segmenters -DOPTIONAL=)
+expect("${output}" "component 'segmenters' needs Threads")

@@ -1,13 +1,17 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Calls into the compiled components: exit code 0 if they refuse what is not there, and name it.
+// Calls into the compiled components: exit code 0 if they refuse what is not there by its name, and
+// if there are threads.
 
 #include <exception>
+#include <memory>
 #include <string>
+#include <vector>
 
 #include <dynfilter/datasets/camera.hpp>
 #include <dynfilter/dynfilter.hpp>
+#include <dynfilter/segmenters/async_segmenter.hpp>
 #include <dynfilter/segmenters/mask_folder_segmenter.hpp>
 
 namespace {
@@ -22,11 +26,25 @@ bool refuses_by_name(Action action) {
   return false;
 }
 
+/// Threads are a dependency that nobody asked for by name.
+bool segments_in_a_thread() {
+  dynfilter::AsyncSegmenterOptions options;
+  options.hand_over = dynfilter::HandOver::wait;
+  dynfilter::AsyncSegmenter segmenter(
+      std::make_unique<dynfilter::CallbackSegmenter>(
+          [](const cv::Mat&) { return std::vector<dynfilter::Instance>(); }),
+      options);
+  dynfilter::FrameView frame;
+  frame.image = cv::Mat::zeros(3, 4, CV_8UC1);
+  segmenter.submit(frame);
+  return segmenter.collect(0).has_value();
+}
+
 }  // namespace
 
 int main() {
   const bool segmenters_work =
       refuses_by_name([] { dynfilter::MaskFolderSegmenter("no_such_place"); });
   const bool evaluation_works = refuses_by_name([] { dynfilter::read_camera("no_such_place"); });
-  return segmenters_work && evaluation_works ? 0 : 1;
+  return segmenters_work && evaluation_works && segments_in_a_thread() ? 0 : 1;
 }
