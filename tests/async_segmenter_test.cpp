@@ -337,6 +337,17 @@ TEST(AsyncSegmenter, ErrorsOutliveTheFramesThatAreForgotten) {
   }
 }
 
+TEST(AsyncSegmenter, TheFirstErrorStaysTheFirst) {
+  Async async(options_of(HandOver::drop), failing_on({1, 2}));
+  async.submit_and_await(1);
+  async.finish_one_and_go_on_with(2);
+  for (std::uint64_t id = 3; id <= 20; ++id) async.submit(id);  // 1 is forgotten while 2 runs
+  async.gate->open();
+  async.gate->await_arrivals(3);
+  expect_error<std::out_of_range>([&] { async.segmenter.collect(20); }, "frame 1");
+  EXPECT_FALSE(async.segmenter.collect(20).has_value());
+}
+
 TEST(AsyncSegmenter, ThrowsWhereTheNetworkMakesNonsense) {
   Async async(options_of(HandOver::wait), [](const FrameView&, Segmentation& result) {
     result.image_size = {1, 1};

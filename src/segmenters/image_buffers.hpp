@@ -29,9 +29,9 @@ class ImageBuffers {
   }
 
  private:
-  /// Held by this alone. Read as OpenCV counts: others may let go in another thread meanwhile.
+  /// Held by this alone. Read atomically, as OpenCV counts: others may let go in another thread.
   static bool is_free(const cv::Mat& buffer) {
-    return buffer.u == nullptr || CV_XADD(&buffer.u->refcount, 0) == 1;
+    return buffer.u == nullptr || __atomic_load_n(&buffer.u->refcount, __ATOMIC_ACQUIRE) == 1;
   }
 
   std::vector<cv::Mat> buffers_;

@@ -64,9 +64,9 @@ struct AsyncSegmenterStatistics {
 /// HandOver says.
 ///
 /// Frames count in the order in which they were submitted; their ids need not grow. Where an id
-/// comes again, the last submission of it is meant. collect(frame_id) gives up the frames that were
-/// submitted before this one: their masks are let go, and those that still waited the network never
-/// sees. The same frame may be collected again.
+/// comes again, the last submission of it is meant. Except with HandOver::latest, collect(frame_id)
+/// gives up the frames that were submitted before this one: their masks are let go, and those that
+/// still waited the network never sees. The same frame may be collected again.
 ///
 /// Errors. What the network throws, or makes malformed, collect throws: the error of this frame, or
 /// the first of an earlier frame that no call has thrown yet (HandOver::latest: of any frame). An
@@ -80,8 +80,8 @@ struct AsyncSegmenterStatistics {
 /// later: read masks, do not paint into them.
 ///
 /// A network cannot be interrupted: the destructor waits for the inference that is running, and for
-/// no other. All other functions may be called from several threads at a time. After a move only
-/// destruction and assignment are allowed.
+/// no other. All functions may be called from several threads at a time, but for the destructor and
+/// moves. After a move only destruction and assignment are allowed.
 class AsyncSegmenter {
  public:
   /// Most frames that are submitted and not collected, with HandOver::wait; and what is remembered
