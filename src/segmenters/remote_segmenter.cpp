@@ -1,0 +1,222 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/segmenters/remote_segmenter.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "../file_error.hpp"
+#include "dynfilter/detail/errors.hpp"
+#include "remote/connection.hpp"
+#include "remote/deadline.hpp"
+#include "remote/protocol.hpp"
+
+namespace dynfilter {
+namespace detail {
+
+using remote::Clock;
+using remote::Connection;
+using remote::ConnectionError;
+using remote::Deadline;
+using remote::Message;
+using remote::MessageType;
+using remote::ProtocolError;
+using remote::TimeIsUp;
+
+/// The image, or a copy where its rows do not follow each other in memory.
+cv::Mat continuous(const cv::Mat& image) { return image.isContinuous() ? image : image.clone(); }
+
+/// The frames that go out and the replies that come back, over connections that come and go.
+class RemoteChannel {
+ public:
+  RemoteChannel(std::string path, const RemoteSegmenterOptions& options)
+      : path_(std::move(path)), options_(options) {}
+
+  Segmentation exchange(const FrameView& frame);
+
+ private:
+  /// The frame that the other side has and has not answered.
+  struct InFlight {
+    std::uint64_t request;
+    std::uint64_t frame_id;
+    Clock::time_point sent_at;
+  };
+
+  Segmentation exchange(const FrameView& frame, const Deadline& deadline);
+  void get_ready(const Deadline& deadline);
+  void connect(const Deadline& deadline);
+  bool leave_late_reply(const Deadline& deadline);
+  void drop_connection();
+  void send(const FrameView& frame, const Deadline& deadline);
+  Message receive_reply(const Deadline& deadline);
+
+  std::string path_;
+  RemoteSegmenterOptions options_;
+  std::optional<Connection> connection_;
+  std::optional<InFlight> in_flight_;  // on this connection
+  std::uint64_t requests_ = 0;
+};
+
+Segmentation RemoteChannel::exchange(const FrameView& frame) {
+  const Deadline deadline(options_.timeout_s);
+  try {
+    return exchange(frame, deadline);
+  } catch (const ConnectionError& error) {
+    drop_connection();
+    throw_file_error(path_, error.what());
+  } catch (const ProtocolError& error) {
+    drop_connection();
+    throw_file_error(path_, error.what());
+  } catch (const TimeIsUp& error) {
+    // The connection stays where the next call can go on with it.
+    throw_file_error(path_, concatenate("no masks of frame ", frame.id, " within ",
+                                        options_.timeout_s, " s: ", error.what()));
+  }
+}
+
+Segmentation RemoteChannel::exchange(const FrameView& frame, const Deadline& deadline) {
+  get_ready(deadline);
+  send(frame, deadline);
+  const Message reply = receive_reply(deadline);
+  if (reply.header.type == MessageType::error) {
+    // The connection is as good as before: the other side failed in what it does, not in talking.
+    throw_file_error(path_, concatenate("the other side has failed at frame ", frame.id, ": ",
+                                        remote::decode_error(reply.payload)));
+  }
+  return remote::decode_instances(reply.payload, frame.id, frame.timestamp_s, frame.image.size());
+}
+
+/// Sees to a connection on which nothing is under way.
+void RemoteChannel::get_ready(const Deadline& deadline) {
+  if (in_flight_ &&
+      Clock::now() - in_flight_->sent_at >= remote::duration_of(options_.lost_after_s)) {
+    drop_connection();
+  }
+  if (in_flight_ && !leave_late_reply(deadline)) drop_connection();
+  // The other side may have gone since the last call, and come back.
+  if (connection_ && connection_->is_over()) drop_connection();
+  if (!connection_) connect(deadline);
+}
+
+/// Receives the reply to a frame of an earlier call and does nothing with it. Returns whether the
+/// connection is still good.
+bool RemoteChannel::leave_late_reply(const Deadline& deadline) {
+  try {
+    receive_reply(deadline);
+    return true;
+  } catch (const TimeIsUp&) {
+    throw TimeIsUp(concatenate("the other side is still busy with frame ", in_flight_->frame_id));
+  } catch (const ConnectionError&) {
+    return false;
+  } catch (const ProtocolError&) {
+    return false;
+  }
+}
+
+void RemoteChannel::connect(const Deadline& deadline) {
+  const auto interval = remote::duration_of(options_.retry_interval_s);
+  while (true) {
+    connection_ = Connection::to(path_, deadline);
+    if (connection_) return;
+    if (interval == Clock::duration::zero()) throw ConnectionError("nobody listens there");
+    if (deadline.has_passed()) throw TimeIsUp("nobody listens there");
+    std::this_thread::sleep_for(std::min(interval, deadline.left()));
+  }
+}
+
+void RemoteChannel::drop_connection() {
+  connection_.reset();
+  in_flight_.reset();
+}
+
+void RemoteChannel::send(const FrameView& frame, const Deadline& deadline) {
+  const bool with_depth = options_.send_depth && !frame.depth.empty();
+  const std::uint64_t request = ++requests_;
+  const std::vector<std::uint8_t> head = remote::encode_frame_head(request, frame, with_depth);
+  std::vector<cv::Mat> images = {continuous(frame.image)};
+  if (with_depth) images.push_back(continuous(frame.depth));
+  try {
+    // Where the other side hangs up, receiving tells what it has said before.
+    connection_->send(head, images, deadline);
+  } catch (const TimeIsUp&) {
+    drop_connection();  // in the middle of a message
+    throw TimeIsUp("the other side does not take the image");
+  }
+  in_flight_ = InFlight{request, frame.id, Clock::now()};
+}
+
+/// The reply to what is in flight, which it is then no longer.
+Message RemoteChannel::receive_reply(const Deadline& deadline) {
+  Message reply = connection_->receive(deadline);
+  if (reply.header.type == MessageType::error && reply.header.request == 0) {
+    throw ConnectionError("the other side refuses the connection: " +
+                          remote::decode_error(reply.payload));
+  }
+  if (reply.header.request != in_flight_->request) {
+    throw ProtocolError(concatenate("malformed reply: to request ", reply.header.request,
+                                    "; want request ", in_flight_->request));
+  }
+  in_flight_.reset();
+  return reply;
+}
+
+}  // namespace detail
+
+namespace {
+
+void validate(const std::filesystem::path& path, const RemoteSegmenterOptions& options) {
+  if (!detail::remote::is_socket_path(path.string())) {
+    detail::throw_misuse("RemoteSegmenter", "the path '" + path.string() + "'",
+                         "the path of a socket, of 1 to 107 bytes");
+  }
+  const auto in_range = [](double seconds) { return seconds >= 0 && seconds <= 3600; };
+  if (!in_range(options.timeout_s) || options.timeout_s == 0 ||
+      !in_range(options.retry_interval_s) || !in_range(options.lost_after_s)) {
+    detail::throw_misuse("RemoteSegmenter",
+                         detail::concatenate("timeout_s = ", options.timeout_s,
+                                             ", retry_interval_s = ", options.retry_interval_s,
+                                             " and lost_after_s = ", options.lost_after_s),
+                         "above 0, at least 0 and at least 0, all up to 3600");
+  }
+}
+
+constexpr bool is_little_endian() {
+#if defined(__BYTE_ORDER__) && __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
+  return true;
+#else
+  return false;
+#endif
+}
+
+}  // namespace
+
+RemoteSegmenter::RemoteSegmenter(const std::filesystem::path& socket_path,
+                                 const RemoteSegmenterOptions& options) {
+  validate(socket_path, options);
+  if (options.send_depth && !is_little_endian()) {
+    // Its bytes go out as they lie in memory.
+    detail::throw_misuse("RemoteSegmenter", "send_depth on a big-endian machine",
+                         "a little-endian one");
+  }
+  channel_ = std::make_unique<detail::RemoteChannel>(socket_path.string(), options);
+}
+
+RemoteSegmenter::RemoteSegmenter(RemoteSegmenter&&) noexcept = default;
+RemoteSegmenter& RemoteSegmenter::operator=(RemoteSegmenter&&) noexcept = default;
+RemoteSegmenter::~RemoteSegmenter() = default;
+
+Segmentation RemoteSegmenter::do_segment(const FrameView& frame) {
+  detail::remote::require_sendable(frame.image, "RemoteSegmenter");
+  return channel_->exchange(frame);
+}
+
+}  // namespace dynfilter

@@ -1,0 +1,24 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// Replies of another process, as RemoteSegmenter reads them. remote_protocol_test.cpp checks the
+// same property on random replies.
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+
+#include "support/remote_reply_property.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace dynfilter::testing;
+  const Bytes bytes(data, data + size);
+  int accepted = 0;
+  for (const std::string& complaint : {check_header(bytes), check_reply(bytes, accepted)}) {
+    if (complaint.empty()) continue;
+    std::fprintf(stderr, "%s\n", complaint.c_str());
+    std::abort();
+  }
+  return 0;
+}

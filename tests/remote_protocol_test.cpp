@@ -1,0 +1,346 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "segmenters/remote/protocol.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "support/byte_source.hpp"
+#include "support/expect_error.hpp"
+#include "support/remote_messages.hpp"
+#include "support/remote_reply_property.hpp"
+
+namespace dynfilter {
+namespace {
+
+using detail::remote::decode_header;
+using detail::remote::decode_instances;
+using detail::remote::encode_frame_head;
+using detail::remote::Header;
+using detail::remote::MessageType;
+using detail::remote::ProtocolError;
+using testing::Bytes;
+using testing::expect_error;
+using testing::fuzzed_frame_id;
+using testing::fuzzed_size;
+using testing::fuzzed_time_s;
+
+Header header_of(const Bytes& bytes) {
+  std::uint8_t header[detail::remote::header_bytes];
+  std::copy_n(bytes.begin(), sizeof header, header);
+  return decode_header(header);
+}
+
+Segmentation decode(const Bytes& payload) {
+  return decode_instances(payload, fuzzed_frame_id, fuzzed_time_s, fuzzed_size());
+}
+
+Segmentation some_segmentation() {
+  Segmentation segmentation{fuzzed_frame_id, fuzzed_time_s, fuzzed_size(), {}};
+  Instance person;
+  person.score = 0.75F;
+  person.box = {-1, 2, 9, 8};
+  person.mask_origin = {2, 3};
+  person.mask = (cv::Mat_<std::uint8_t>(2, 3) << 0, 1, 255, 7, 0, 1);
+  person.track_id = -4;
+  segmentation.instances = {person, Instance::from_box({1, 1, 400, 3}, 56, 0.5F)};
+  return segmentation;
+}
+
+Segmentation random_segmentation(testing::ByteSource& random) {
+  Segmentation segmentation{fuzzed_frame_id, fuzzed_time_s, fuzzed_size(), {}};
+  segmentation.instances.resize(static_cast<std::size_t>(random.between(0, 4)));
+  for (Instance& instance : segmentation.instances) {
+    instance.class_id = static_cast<int>(random.word());
+    instance.score = static_cast<float>(random.between(0, 1000)) / 1000;
+    instance.box = {random.between(-999, 999), random.between(-999, 999), random.between(0, 999),
+                    random.between(0, 999)};
+    if (random.chance(50)) instance.track_id = static_cast<int>(random.word());
+    if (random.chance(30)) continue;
+    instance.mask_origin = {random.between(0, 15), random.between(0, 11)};
+    instance.mask.create(random.between(1, 12 - instance.mask_origin.y),
+                         random.between(1, 16 - instance.mask_origin.x), CV_8UC1);
+    for (int y = 0; y < instance.mask.rows; ++y) {
+      for (int x = 0; x < instance.mask.cols; ++x) {
+        instance.mask.at<std::uint8_t>(y, x) = random.byte();
+      }
+    }
+  }
+  return segmentation;
+}
+
+// --- What we send
+// ---------------------------------------------------------------------------------
+
+// The bytes of the tables in examples/remote_masks/README.md.
+TEST(RemoteProtocol, AFrameHasItsGoldenBytes) {
+  FrameView frame;
+  frame.id = 0x0102030405060708;
+  frame.timestamp_s = 1.5;
+  frame.image = cv::Mat(2, 3, CV_8UC3);
+  frame.depth = cv::Mat(2, 3, CV_16UC1);
+  frame.metres_per_unit = 0.25;
+  const Bytes with_depth = {
+      'D', 'Y', 'N', 'F', 1, 0, 1,    0,     // magic, version, type
+      70,  0,   0,   0,   0, 0, 0,    0,     // 40 + 2 * 3 * 3 + 2 * 3 * 2 bytes, reserved
+      9,   0,   0,   0,   0, 0, 0,    0,     // request
+      8,   7,   6,   5,   4, 3, 2,    1,     // frame id
+      0,   0,   0,   0,   0, 0, 0xf8, 0x3f,  // 1.5
+      3,   0,   0,   0,   2, 0, 0,    0,     // width, height
+      3,   1,   0,   0,   0, 0, 0,    0,     // formats, reserved
+      0,   0,   0,   0,   0, 0, 0xd0, 0x3f,  // 0.25
+  };
+  EXPECT_EQ(encode_frame_head(9, frame, true), with_depth);
+
+  frame.image = cv::Mat(2, 3, CV_8UC1);
+  Bytes without = with_depth;
+  without[8] = 46;
+  without[48] = 1;
+  without[49] = 0;
+  without[62] = without[63] = 0;
+  EXPECT_EQ(encode_frame_head(9, frame, false), without);
+
+  frame.depth = cv::Mat(2, 3, CV_32FC1);
+  frame.metres_per_unit = 0;  // is in metres
+  Bytes metres = with_depth;
+  metres[8] = 70;  // 40 + 6 + 24
+  metres[48] = 1;
+  metres[49] = 2;
+  metres[62] = 0xf0;
+  EXPECT_EQ(encode_frame_head(9, frame, true), metres);
+}
+
+TEST(RemoteProtocol, RefusesImagesThatCannotBeSent) {
+  const auto expect_refused = [](const cv::Mat& image, const std::string& part) {
+    expect_error<std::invalid_argument>([&] { detail::remote::require_sendable(image, "Test"); },
+                                        "dynfilter::Test: got " + part);
+  };
+  expect_refused({}, "a frame without an image; want CV_8UC1 or CV_8UC3");
+  expect_refused(cv::Mat(2, 2, CV_8UC4), "an image of 2x2 and type CV_8UC4");
+  expect_refused(cv::Mat(2, 2, CV_16UC1), "an image of 2x2 and type CV_16UC1");
+  expect_refused(cv::Mat(1, 16385, CV_8UC1), "an image of 16385x1");
+  expect_refused(cv::Mat(16385, 1, CV_8UC1), "an image of 1x16385");
+  // Only the size is looked at, no pixel.
+  std::uint8_t pixel = 0;
+  expect_refused(cv::Mat(8192, 4097, CV_8UC1, &pixel), "an image of 4097x8192");
+  detail::remote::require_sendable(cv::Mat(8192, 4096, CV_8UC1, &pixel), "Test");
+  detail::remote::require_sendable(cv::Mat(1, 16384, CV_8UC3), "Test");
+}
+
+// --- What we receive
+// ------------------------------------------------------------------------------
+
+TEST(RemoteProtocol, AReplyHasItsGoldenBytes) {
+  const Bytes payload = {
+      7,    0,    0,    0,    0,    0,    0,    0,    16,   0, 0, 0, 12, 0, 0, 0,  // frame id, size
+      2,    0,    0,    0,    0,    0,    0,    0,     // instances, reserved
+      0,    0,    0,    0,    0,    0,    0x40, 0x3f,  // class 0, score 0.75
+      0xff, 0xff, 0xff, 0xff, 2,    0,    0,    0,    9,    0, 0, 0, 8,  0, 0, 0,  // box
+      2,    0,    0,    0,    3,    0,    0,    0,    3,    0, 0, 0, 2,  0, 0, 0,  // mask
+      1,    0,    0,    0,    0xfc, 0xff, 0xff, 0xff,                              // track -4
+      56,   0,    0,    0,    0,    0,    0,    0x3f,  // class 56, score 0.5
+      1,    0,    0,    0,    1,    0,    0,    0,    0x90, 1, 0, 0, 3,  0, 0, 0,  // box
+      0,    0,    0,    0,    0,    0,    0,    0,    0,    0, 0, 0, 0,  0, 0, 0,  // no mask
+      0,    0,    0,    0,    0,    0,    0,    0,                                 // no track
+      0,    1,    255,  7,    0,    1,  // the mask's pixels
+  };
+  const Segmentation want = some_segmentation();
+  const Segmentation got = decode(payload);
+  EXPECT_EQ(got.frame_id, want.frame_id);
+  EXPECT_EQ(got.timestamp_s, want.timestamp_s);
+  EXPECT_EQ(got.image_size, want.image_size);
+  ASSERT_EQ(got.instances.size(), 2U);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const Instance& a = got.instances[i];
+    const Instance& b = want.instances[i];
+    EXPECT_EQ(a.class_id, b.class_id);
+    EXPECT_EQ(a.score, b.score);
+    EXPECT_EQ(a.box, b.box);
+    EXPECT_EQ(a.mask_origin, b.mask_origin);
+    EXPECT_EQ(a.mask.size(), b.mask.size());
+    EXPECT_EQ(a.track_id, b.track_id);
+  }
+  EXPECT_EQ(cv::norm(got.instances[0].mask, want.instances[0].mask, cv::NORM_INF), 0);
+  // The tests' own half of the protocol.
+  EXPECT_EQ(testing::instances_payload(want), payload);
+}
+
+TEST(RemoteProtocol, WhatIsWrittenIsRead) {
+  testing::ByteSource random(5);
+  for (int i = 0; i < 2000; ++i) {
+    const Segmentation want = random_segmentation(random);
+    EXPECT_TRUE(testing::is_same(decode(testing::instances_payload(want)), want));
+  }
+}
+
+TEST(RemoteProtocol, RefusesRepliesOfAnotherFrameOrSize) {
+  const Bytes payload = testing::instances_payload(some_segmentation());
+  expect_error<ProtocolError>([&] { decode_instances(payload, 8, 0, fuzzed_size()); },
+                              "malformed reply: of frame 7; want frame 8");
+  expect_error<ProtocolError>(
+      [&] {
+        decode_instances(payload, 7, 0, {12, 16});
+      },
+      "for an image of 16x12; the frame has 12x16");
+}
+
+TEST(RemoteProtocol, RefusesRepliesOfAnotherLength) {
+  const Bytes payload = testing::instances_payload(some_segmentation());
+  for (std::size_t size = 0; size < payload.size(); ++size) {
+    EXPECT_THROW(decode(Bytes(payload.begin(), payload.begin() + static_cast<long>(size))),
+                 ProtocolError)
+        << size;
+  }
+  Bytes longer = payload;
+  longer.push_back(0);
+  expect_error<ProtocolError>([&] { decode(longer); },
+                              "127 bytes; 2 instances and their masks have 126");
+}
+
+TEST(RemoteProtocol, RefusesNumbersBeyondTheLimits) {
+  const auto expect_refused = [](auto change, const std::string& part) {
+    Segmentation segmentation = some_segmentation();
+    change(segmentation.instances[0]);
+    const Bytes payload = testing::instances_payload(segmentation);
+    expect_error<ProtocolError>([&] { decode(payload); }, part);
+  };
+  constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+  constexpr int most = std::numeric_limits<int>::max();
+  constexpr int least = std::numeric_limits<int>::min();
+  for (const float score : {nan, -0.001F, 1.001F, std::numeric_limits<float>::infinity()}) {
+    expect_refused([&](Instance& it) { it.score = score; }, "in instance 0; want 0 to 1");
+  }
+  for (const cv::Rect& box :
+       {cv::Rect(0, 0, -1, 1), cv::Rect(0, 0, 1, -1), cv::Rect(most, 0, 1, 1),
+        cv::Rect(0, least, 1, 1), cv::Rect(0, 0, most, 1), cv::Rect(0, 0, 1, (1 << 20) + 1)}) {
+    expect_refused([&](Instance& it) { it.box = box; }, "a box of");
+  }
+  for (const cv::Point origin : {cv::Point(-1, 3), cv::Point(2, -1), cv::Point(14, 3),
+                                 cv::Point(2, 11), cv::Point(most, 3), cv::Point(2, least)}) {
+    expect_refused([&](Instance& it) { it.mask_origin = origin; }, "a mask of 3x2 at");
+  }
+  expect_refused([](Instance& it) { it.mask = cv::Mat(13, 1, CV_8UC1); }, "a mask of 1x13");
+  expect_refused([](Instance& it) { it.mask.release(); }, "a mask of 0x0 at 2,3");
+}
+
+TEST(RemoteProtocol, RefusesCountsThatTheBytesDoNotBear) {
+  Bytes payload = testing::instances_payload(some_segmentation());
+  const auto with_count = [&](std::uint32_t count) {
+    Bytes changed = payload;
+    std::memcpy(changed.data() + 16, &count, sizeof count);
+    return changed;
+  };
+  expect_error<ProtocolError>([&] { decode(with_count(1001)); },
+                              "1001 instances; want at most 1000");
+  expect_error<ProtocolError>([&] { decode(with_count(0xffffffff)); }, "want at most 1000");
+  expect_error<ProtocolError>([&] { decode(with_count(1000)); }, "bytes for 1000 instances");
+  Segmentation many{fuzzed_frame_id, fuzzed_time_s, fuzzed_size(), {}};
+  many.instances.resize(1000);
+  EXPECT_EQ(decode(testing::instances_payload(many)).instances.size(), 1000U);
+}
+
+TEST(RemoteProtocol, ReadsHeaders) {
+  const Header reply = header_of(testing::message(2, 0x0102030405060708, Bytes(5)));
+  EXPECT_EQ(reply.type, MessageType::instances);
+  EXPECT_EQ(reply.payload_bytes, 5U);
+  EXPECT_EQ(reply.request, 0x0102030405060708U);
+  EXPECT_EQ(header_of(testing::error_reply(3, "text")).type, MessageType::error);
+  // Of another version, an error is understood all the same.
+  Bytes later = testing::error_reply(3, "text");
+  later[4] = 2;
+  EXPECT_EQ(header_of(later).request, 3U);
+}
+
+TEST(RemoteProtocol, RefusesHeadersThatAreNoReplys) {
+  const auto expect_refused = [](std::size_t position, std::uint8_t value,
+                                 const std::string& part) {
+    Bytes bytes = testing::message(2, 1, {});
+    bytes[position] = value;
+    expect_error<ProtocolError>([&] { header_of(bytes); }, "malformed reply: " + part);
+  };
+  expect_refused(0, 'd', "it does not start with DYNF");
+  expect_refused(3, 0, "it does not start with DYNF");
+  expect_refused(4, 2, "version 2 of the protocol; want 1");
+  expect_refused(5, 1, "version 257 of the protocol; want 1");
+  expect_refused(6, 1, "a message of type 1");  // a frame
+  expect_refused(6, 4, "a message of type 4");
+  expect_refused(7, 1, "a message of type 258");
+  expect_refused(11, 5, "83886080 bytes are announced; want at most 67108864");
+  expect_refused(12, 1, "reserved bytes of the header are not 0");
+  Bytes longest = testing::message(2, 1, {});
+  longest[11] = 4;
+  EXPECT_EQ(header_of(longest).payload_bytes, 67108864U);
+  Bytes error = testing::error_reply(1, "");
+  error[9] = 0x11;
+  expect_error<ProtocolError>([&] { header_of(error); },
+                              "4352 bytes are announced; want at most 4096");
+}
+
+TEST(RemoteProtocol, ErrorsAreOneLine) {
+  const std::string text("a\nb\0c\x1b[31m\x7f \xc3\xa9", 14);
+  EXPECT_EQ(detail::remote::decode_error(Bytes(text.begin(), text.end())), "a b c [31m  \xc3\xa9");
+}
+
+// --- Anything at all
+// ------------------------------------------------------------------------------
+
+void mutate(Bytes& bytes, testing::ByteSource& random) {
+  for (int changes = random.between(1, 3); changes > 0 && !bytes.empty(); --changes) {
+    const int position = random.between(0, static_cast<int>(bytes.size()) - 1);
+    std::uint8_t& byte = bytes[static_cast<std::size_t>(position)];
+    switch (random.between(0, 4)) {
+      case 0:
+        byte = random.byte();
+        break;
+      case 1:
+        byte = static_cast<std::uint8_t>(byte ^ 1U << static_cast<unsigned>(random.between(0, 7)));
+        break;
+      case 2:
+        byte = random.chance(50) ? 0xff : 0;
+        break;
+      case 3:
+        bytes.resize(static_cast<std::size_t>(position));
+        break;
+      default:
+        bytes.insert(bytes.begin() + position, random.byte());
+    }
+  }
+}
+
+TEST(RemoteProtocol, MutatedRepliesAreRefusedOrReadToTheByte) {
+  testing::ByteSource random(23);
+  int accepted = 0;
+  constexpr int cases = 100000;
+  for (int i = 0; i < cases; ++i) {
+    Bytes payload = testing::instances_payload(random_segmentation(random));
+    mutate(payload, random);
+    ASSERT_EQ(testing::check_reply(payload, accepted), "") << "case " << i;
+  }
+  // Some mutations change a class, a box or a mask's pixel: both outcomes must occur.
+  EXPECT_GT(accepted, cases / 20);
+  EXPECT_LT(accepted, cases * 19 / 20);
+}
+
+TEST(RemoteProtocol, RandomBytesAreRefusedOrReadToTheByte) {
+  testing::ByteSource random(29);
+  int accepted = 0;
+  for (int i = 0; i < 100000; ++i) {
+    Bytes bytes(static_cast<std::size_t>(random.between(0, 255)));
+    for (std::uint8_t& byte : bytes) byte = random.byte();
+    ASSERT_EQ(testing::check_reply(bytes, accepted), "") << "case " << i;
+    Bytes header = testing::message(2, random.word(), {});
+    mutate(header, random);
+    ASSERT_EQ(testing::check_header(header), "") << "case " << i;
+  }
+}
+
+}  // namespace
+}  // namespace dynfilter
