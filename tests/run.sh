@@ -114,6 +114,7 @@ under_valgrind() {
 }
 
 # A minute of fuzzing from the kept inputs, under the sanitizers; what it finds it names and keeps.
+# Then a third of one on the replies of another process.
 fuzzed() {
   log "A minute of fuzzing"
   build "${other_dirs}fuzz" "${unit_tests_only[@]}" -DCMAKE_BUILD_TYPE=RelWithDebInfo \
@@ -123,9 +124,13 @@ fuzzed() {
   "${other_dirs}fuzz/tests/fuzz/whole_filter_fuzz" -max_len=4096 -max_total_time=60 \
     -print_final_stats=1 -verbosity=0 -artifact_prefix="${other_dirs}fuzz/" \
     "${other_dirs}fuzz/corpus" "$root/tests/fuzz/corpus"
+  mkdir -p "${other_dirs}fuzz/remote_reply"
+  "${other_dirs}fuzz/tests/fuzz/remote_reply_fuzz" -max_len=512 -max_total_time=20 \
+    -print_final_stats=1 -verbosity=0 -artifact_prefix="${other_dirs}fuzz/" \
+    "${other_dirs}fuzz/remote_reply"
 }
 
-packages=(libgtest-dev libbenchmark-dev)
+packages=(libgtest-dev libbenchmark-dev python3-numpy)
 dev_options=(-DCMAKE_BUILD_TYPE=RelWithDebInfo -DCMAKE_EXPORT_COMPILE_COMMANDS=ON
   -DDYNFILTER_BUILD_BENCHMARKS=ON)
 if is_available libcli11-dev; then

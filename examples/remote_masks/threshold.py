@@ -1,0 +1,82 @@
+#!/usr/bin/env python3
+# SPDX-FileCopyrightText: 2026 the dynfilter authors
+# SPDX-License-Identifier: MIT
+"""Masks by a threshold, to try the channel without a network: what is brighter than LEVEL is one
+person.
+
+    python3 threshold.py SOCKET [LEVEL]
+
+SOCKET is a path in a folder of yours, such as "$XDG_RUNTIME_DIR/masks.sock".
+"""
+
+import logging
+import sys
+
+import numpy as np
+
+import remote_masks
+
+PERSON = 0  # COCO
+
+
+def threshold(level):
+    def segment(image):
+        grey = image if image.ndim == 2 else image.mean(axis=2)
+        mask = grey > level
+        if not mask.any():
+            return []
+        return [(PERSON, 1.0, None, mask)]
+
+    return segment
+
+
+# A network goes in the same place. Load it once, before serving, and give back whole-image masks,
+# bool or integer, of the image's own size (many networks return smaller ones, or probabilities).
+#
+# With ultralytics:
+#
+#   model = ultralytics.YOLO("yolo11n-seg.pt")
+#
+#   def segment(image):                            # BGR, as ultralytics expects an array
+#       found = model(image, retina_masks=True, verbose=False)[0]     # masks of the image's size
+#       if found.masks is None:
+#           return []
+#       return [
+#           (int(kind), float(score), (x0, y0, x1 - x0, y1 - y0), mask > 0.5)
+#           for kind, score, (x0, y0, x1, y1), mask in zip(
+#               found.boxes.cls, found.boxes.conf, found.boxes.xyxy.tolist(),
+#               found.masks.data.cpu().numpy())
+#       ]
+#
+# With torchvision's Mask R-CNN, which takes RGB, 0 to 1, and whose class 1 is the person:
+#
+#   def segment(image):
+#       tensor = torch.from_numpy(image[:, :, ::-1].copy()).permute(2, 0, 1) / 255
+#       with torch.inference_mode():
+#           found = model([tensor.to(device)])[0]
+#       return [
+#           (PERSON, float(score), (x0, y0, x1 - x0, y1 - y0), mask[0] > 0.5)
+#           for kind, score, (x0, y0, x1, y1), mask in zip(
+#               found["labels"], found["scores"], found["boxes"].tolist(),
+#               found["masks"].cpu().numpy())
+#           if kind == 1 and score > 0.5
+#       ]
+
+
+def main():
+    if len(sys.argv) not in (2, 3):
+        sys.exit(__doc__)
+    logging.basicConfig(format="%(name)s: %(message)s", level=logging.INFO)
+    level = float(sys.argv[2]) if len(sys.argv) == 3 else 128.0
+    # The first calls of a network are its slowest ones: make them before anybody waits.
+    threshold(level)(np.zeros((480, 640, 3), np.uint8))
+    try:
+        remote_masks.serve(sys.argv[1], threshold(level))
+    except KeyboardInterrupt:
+        pass
+    except OSError as problem:
+        sys.exit(f"threshold.py: {problem}")
+
+
+if __name__ == "__main__":
+    main()
