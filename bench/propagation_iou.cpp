@@ -1,0 +1,241 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// How well moved masks lie on rendered persons, by lag and level.
+//
+//   propagation_iou [FIRST_SEED [LAST_SEED [WINDOWS [--options]]]]    21 22 4 by default
+//
+// Of each scene so many stretches of frames are taken. Exact masks of a stretch's first frame are
+// moved through it; printed is the intersection over union of mask and true mask, 1, 3, 6 and 9
+// frames later, as a mean over persons: masks left where they were, moved, and moved when they
+// arrive 6 frames late. A person counts who has 2000 visible pixels in the first frame and 500 in
+// the later one. Next come boxes; the poor masks and boxes of a level, against those that the
+// detector finds in the later frame. With --options, what other values of the options would give.
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <map>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <dynfilter/datasets/scene_levels.hpp>
+#include <dynfilter/segmenters/mask_propagator.hpp>
+
+namespace {
+
+using dynfilter::Instance;
+using dynfilter::Segmentation;
+
+constexpr int lags[] = {1, 3, 6, 9};
+constexpr int late = 6;
+constexpr int before = 2;  // frames of a stretch before the masks'
+
+struct Stretch {
+  std::vector<dynfilter::SyntheticFrame> frames;
+};
+
+struct Level {
+  std::string name;
+  std::vector<Stretch> stretches;
+};
+
+std::vector<Level> render(int first_seed, int last_seed, int windows) {
+  std::vector<Level> levels;
+  for (const char* name : {"cross", "together", "medium", "furniture", "leave"}) {
+    Level level{name, {}};
+    for (int seed = first_seed; seed <= last_seed; ++seed) {
+      const dynfilter::SyntheticScene scene(
+          dynfilter::scene_level(name, static_cast<std::uint64_t>(seed)));
+      for (int i = 0; i < windows; ++i) {
+        Stretch stretch;
+        const int start = 10 + i * 270 / windows;
+        for (int k = 0; k <= before + lags[3]; ++k) {
+          stretch.frames.push_back(scene.render(start + k));
+        }
+        level.stretches.push_back(std::move(stretch));
+      }
+    }
+    std::fprintf(stderr, "rendered %s\n", name);
+    levels.push_back(std::move(level));
+  }
+  return levels;
+}
+
+cv::Mat1b painted(const Instance& instance, const cv::Size& size) {
+  cv::Mat1b image(size, std::uint8_t{0});
+  if (instance.mask.empty()) return image;
+  const cv::Rect place = cv::Rect(instance.mask_origin, instance.mask.size());
+  image(place).setTo(255, instance.mask);
+  return image;
+}
+
+double mask_iou(const Instance& a, const Instance& b, const cv::Size& size) {
+  const cv::Mat1b first = painted(a, size), second = painted(b, size);
+  const int either = cv::countNonZero(first | second);
+  return either == 0 ? 1.0 : double{1} * cv::countNonZero(first & second) / either;
+}
+
+double box_iou(const Instance& a, const Instance& b, const cv::Size& size) {
+  const cv::Rect image({}, size);
+  const double both = (a.box & b.box & image).area();
+  return both / ((a.box & image).area() + (b.box & image).area() - both);
+}
+
+const Instance* find(const Segmentation& segmentation, int track_id) {
+  for (const Instance& instance : segmentation.instances) {
+    if (instance.track_id == track_id) return &instance;
+  }
+  return nullptr;
+}
+
+/// Which masks, and how two instances are compared.
+struct Question {
+  Segmentation dynfilter::SyntheticFrame::*masks;
+  double (*overlap)(const Instance&, const Instance&, const cv::Size&);
+  bool without_masks = false;
+};
+
+struct Mean {
+  double sum = 0;
+  int count = 0;
+  void add(double value) {
+    sum += value;
+    ++count;
+  }
+  double value() const { return count == 0 ? 0 : sum / count; }
+};
+
+using Means = std::map<int, Mean>;  // by lag
+
+/// What comes of a stretch if its masks arrive so many frames late; negative: left where they are.
+void measure(const Stretch& stretch, const Question& question, int arrival,
+             const dynfilter::MaskPropagatorOptions& options, Means& means) {
+  const bool is_moved = arrival >= 0;
+  dynfilter::MaskPropagator propagator(options);
+  const dynfilter::SyntheticFrame& first = stretch.frames[before];
+  Segmentation masks = first.*question.masks;
+  for (Instance& instance : masks.instances) {
+    if (question.without_masks) instance.mask.release();
+  }
+  for (int k = -before; k <= lags[3]; ++k) {
+    const dynfilter::SyntheticFrame& frame = stretch.frames[static_cast<std::size_t>(before + k)];
+    std::optional<Segmentation> moved = masks;
+    if (is_moved) {
+      std::optional<Segmentation> newest;
+      if (k >= arrival) newest = masks;
+      moved = propagator.propagate(frame.frame, newest);
+    }
+    if (std::find(std::begin(lags), std::end(lags), k) == std::end(lags) || k < arrival) continue;
+    for (const Instance& source : first.true_segmentation.instances) {
+      const Instance* seen = find(frame.true_segmentation, *source.track_id);
+      const bool counts = cv::countNonZero(source.mask) >= 2000 && seen != nullptr &&
+                          cv::countNonZero(seen->mask) >= 500;
+      if (!counts) continue;
+      const Instance* want = find(frame.*question.masks, *source.track_id);
+      if (want == nullptr || find(masks, *source.track_id) == nullptr) continue;
+      const Instance* got = moved ? find(*moved, *source.track_id) : nullptr;
+      means[k].add(got == nullptr ? 0 : question.overlap(*got, *want, masks.image_size));
+    }
+  }
+}
+
+void print_row(const std::string& name, const std::vector<Level>& levels, const Question& question,
+               int arrival, const dynfilter::MaskPropagatorOptions& options = {}) {
+  std::printf("%-30s", name.c_str());
+  Means of_all;
+  for (const Level& level : levels) {
+    Means means;
+    for (const Stretch& stretch : level.stretches) {
+      measure(stretch, question, arrival, options, means);
+    }
+    std::printf(" |");
+    for (const int lag : lags) {
+      if (lag < arrival) {
+        std::printf("     ");
+        continue;
+      }
+      std::printf(" %.2f", means[lag].value());
+      of_all[lag].add(means[lag].value());
+    }
+  }
+  std::printf(" |");
+  for (const int lag : lags) {
+    if (lag < arrival) {
+      std::printf("      ");
+    } else {
+      std::printf(" %.3f", of_all[lag].value());
+    }
+  }
+  std::printf("\n");
+  std::fflush(stdout);
+}
+
+void print_options(const std::vector<Level>& levels, const Question& question) {
+  const auto row = [&](const char* name, auto dynfilter::MaskPropagatorOptions::*member,
+                       std::initializer_list<double> values) {
+    for (const double value : values) {
+      dynfilter::MaskPropagatorOptions options;
+      using Value = std::decay_t<decltype(options.*member)>;
+      options.*member = static_cast<Value>(value);
+      char text[64];
+      std::snprintf(text, sizeof text, "%s %g", name, value);
+      print_row(text, levels, question, 0, options);
+    }
+  };
+  using Options = dynfilter::MaskPropagatorOptions;
+  row("work_width_px", &Options::work_width_px, {160, 213, 427, 640});
+  row("point_spacing_px", &Options::point_spacing_px, {5, 6, 12, 16});
+  row("most_forward_backward_px", &Options::most_forward_backward_px, {0.2, 0.4, 1.0, 2.0, 100});
+  row("field_sigma_px", &Options::field_sigma_px, {5, 7, 14, 20, 40, 1000});
+  row("least_points", &Options::least_points, {1, 5, 10, 20});
+}
+
+int argument(int count, char** words, int index, int otherwise) {
+  if (index >= count) return otherwise;
+  const int value = std::atoi(words[index]);
+  if (value < 1) throw std::invalid_argument(std::string(words[index]) + " is no number above 0");
+  return value;
+}
+
+}  // namespace
+
+int main(int count, char** words) {
+  try {
+    cv::setNumThreads(1);
+    const bool with_options = count > 1 && std::strcmp(words[count - 1], "--options") == 0;
+    if (with_options) --count;
+    const int first = argument(count, words, 1, 21);
+    const std::vector<Level> levels =
+        render(first, argument(count, words, 2, first + 1), argument(count, words, 3, 4));
+    std::printf("%-30s", "");
+    for (const Level& level : levels) std::printf(" | %-19s", level.name.c_str());
+    std::printf(" | mean\n%-30s", "frames");
+    for (std::size_t i = 0; i < levels.size(); ++i) std::printf(" |    1    3    6    9");
+    std::printf(" |     1     3     6     9\n");
+    using Frame = dynfilter::SyntheticFrame;
+    const Question exact{&Frame::true_segmentation, mask_iou};
+    const Question exact_boxes{&Frame::true_segmentation, box_iou};
+    const Question only_boxes{&Frame::true_segmentation, box_iou, true};
+    const Question poor{&Frame::poor_segmentation, mask_iou};
+    const Question poor_boxes{&Frame::poor_segmentation, box_iou};
+    const std::pair<const char*, Question> questions[] = {{"exact masks", exact},
+                                                          {"their boxes", exact_boxes},
+                                                          {"boxes without masks", only_boxes},
+                                                          {"poor masks", poor},
+                                                          {"their boxes", poor_boxes}};
+    for (const auto& [name, question] : questions) {
+      print_row(std::string(name) + ", left", levels, question, -1);
+      print_row(std::string(name) + ", moved", levels, question, 0);
+      print_row(std::string(name) + ", late", levels, question, late);
+    }
+    if (with_options) print_options(levels, exact);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "propagation_iou: %s\n", error.what());
+    return 1;
+  }
+  return 0;
+}

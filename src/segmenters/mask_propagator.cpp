@@ -1,0 +1,312 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/segmenters/mask_propagator.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <deque>
+#include <iterator>
+#include <limits>
+#include <utility>
+
+#include "dynfilter/detail/depth_image.hpp"
+#include "dynfilter/detail/errors.hpp"
+#include "propagation/box_association.hpp"
+#include "propagation/point_flow.hpp"
+#include "propagation/tracked_instance.hpp"
+
+namespace dynfilter {
+namespace {
+
+constexpr const char* name = "MaskPropagator";
+constexpr double cell_px = 16;  // of the grid of a motion map, at a width of 640 pixels
+
+void require(const char* option, double value, double least, double most) {
+  if (value >= least && value <= most) return;
+  detail::throw_misuse(name, detail::concatenate(option, " = ", value),
+                       detail::concatenate("a number from ", least, " to ", most));
+}
+
+MaskPropagatorOptions checked(const MaskPropagatorOptions& options) {
+  require("work_width_px", options.work_width_px, 64, 4096);
+  require("point_spacing_px", options.point_spacing_px, 4, 64);
+  require("most_forward_backward_px", options.most_forward_backward_px, 0, 100);
+  require("field_sigma_px", options.field_sigma_px, 1, 1000);
+  require("least_points", static_cast<double>(options.least_points), 1, 1000);
+  require("least_iou", options.least_iou, 0, 1);
+  require("most_missed", static_cast<double>(options.most_missed), 0, 1e6);
+  require("most_age_s", options.most_age_s, 0, 1e6);
+  require("history_frames", static_cast<double>(options.history_frames), 1, 1000);
+  require("age_share", options.age_share, 0, 1);
+  return options;
+}
+
+cv::Size size_of(const FrameView& frame, const std::optional<Segmentation>& newest) {
+  if (!frame.image.empty()) return frame.image.size();
+  if (!frame.depth.empty()) return frame.depth.size();
+  return newest ? newest->image_size : cv::Size();
+}
+
+void check(const FrameView& frame, const std::optional<Segmentation>& newest) {
+  validate(frame, name);
+  const cv::Mat& image = frame.image;
+  const int channels = image.channels();
+  if (!image.empty() && (image.depth() != CV_8U || image.dims != 2 ||
+                         (channels != 1 && channels != 3 && channels != 4))) {
+    detail::throw_misuse(name, detail::concatenate("an image of type ", detail::type_name(image)),
+                         "CV_8UC1, CV_8UC3 or CV_8UC4");
+  }
+  if (!newest) return;
+  validate(*newest, name);
+  const cv::Size size = size_of(frame, newest);
+  if (newest->image_size != size && !newest->instances.empty()) {
+    detail::throw_misuse(
+        name, detail::concatenate("masks of an image of ", detail::size_name(newest->image_size)),
+        detail::concatenate("those of the frames, ", detail::size_name(size)));
+  }
+}
+
+/// Track ids that nobody has had go up to the largest number there is, then begin again.
+int following(int track_id) {
+  return track_id == std::numeric_limits<int>::max() ? 0 : track_id + 1;
+}
+
+/// A tracked instance, with who it is.
+struct Known {
+  detail::TrackedInstance instance;
+  int track_id = 0;
+  bool came_with_id = false;
+  std::size_t missed = 0;
+};
+
+/// Where in the history a result belongs.
+struct ResultPlace {
+  double timestamp_s;       // of the result
+  double step_timestamp_s;  // of the frame in the history that it is taken to be of
+  std::deque<detail::FlowStep>::const_iterator first_step;  // away from that frame
+  bool is_known;
+};
+
+}  // namespace
+
+struct MaskPropagator::State {
+  explicit State(const MaskPropagatorOptions& checked_options)
+      : options(checked_options),
+        flow({options.work_width_px, options.point_spacing_px, options.most_forward_backward_px}) {}
+
+  void restart();
+  void track(const FrameView& frame);
+  void drop_lost(double now_s);
+  void look_at(const FrameView& frame, const Segmentation& result);
+  ResultPlace place_of(const Segmentation& result) const;
+  void take(const Segmentation& result, const ResultPlace& place);
+  std::vector<std::optional<std::size_t>> matches(const Segmentation& result,
+                                                  double step_time_s) const;
+  Segmentation output(const FrameView& frame);
+  void choose_points();
+
+  MaskPropagatorOptions options;
+  detail::PointFlow flow;
+  std::deque<detail::FlowStep> steps;  // by time; the last one leads into the newest frame
+  std::vector<Known> known;
+  cv::Size size;
+  int next_track_id = 0;
+  struct Result {
+    std::uint64_t frame_id;
+    double timestamp_s;       // as it was given
+    double true_timestamp_s;  // of its frame
+  };
+  std::optional<Result> last_result;
+  PropagationStatistics statistics;
+};
+
+void MaskPropagator::State::restart() {
+  const int next_id = next_track_id;
+  *this = State(options);
+  next_track_id = next_id;
+}
+
+/// Into the frame: the image's motion, and with it all that is known.
+void MaskPropagator::State::track(const FrameView& frame) {
+  detail::FlowStep step;
+  step.frame_id = frame.id;
+  step.timestamp_s = frame.timestamp_s;
+  step.duration_s = steps.empty() ? 0 : frame.timestamp_s - steps.back().timestamp_s;
+  step.motions = flow.track(frame.image);
+  statistics.tracked_points = step.motions.size();
+  steps.push_back(std::move(step));
+  if (steps.size() > options.history_frames) steps.pop_front();
+  for (Known& one : known) {
+    one.instance.advance(steps.back(), options);
+    one.instance.settle();
+  }
+}
+
+void MaskPropagator::State::drop_lost(double now_s) {
+  const auto drop = [&](std::size_t& counter, const auto& is_lost) {
+    const auto end = std::remove_if(known.begin(), known.end(), is_lost);
+    counter += static_cast<std::size_t>(known.end() - end);
+    known.erase(end, known.end());
+  };
+  drop(statistics.left_image, [](const Known& one) { return one.instance.has_left_image(); });
+  drop(statistics.given_up, [&](const Known& one) {
+    return one.missed > options.most_missed ||
+           now_s - one.instance.timestamp_s() > options.most_age_s;
+  });
+}
+
+/// Where a result belongs: by its time; by its id, if the host numbers its frames; else it is taken
+/// for one of the next frame after its time.
+ResultPlace MaskPropagator::State::place_of(const Segmentation& result) const {
+  const auto find = [&](const auto& is_own) {
+    return std::find_if(steps.begin(), steps.end(), is_own);
+  };
+  const auto own = [](std::deque<detail::FlowStep>::const_iterator step) {
+    return ResultPlace{step->timestamp_s, step->timestamp_s, step + 1, true};
+  };
+  const auto same_time =
+      find([&](const detail::FlowStep& step) { return step.timestamp_s == result.timestamp_s; });
+  if (same_time != steps.end()) return own(same_time);
+  const bool are_numbered = steps.size() > 1 && std::is_sorted(steps.begin(), steps.end(),
+                                                               [](const auto& a, const auto& b) {
+                                                                 return a.frame_id <= b.frame_id;
+                                                               });
+  const auto same_id =
+      find([&](const detail::FlowStep& step) { return step.frame_id == result.frame_id; });
+  if (are_numbered && same_id != steps.end()) return own(same_id);
+  const auto later =
+      find([&](const detail::FlowStep& step) { return step.timestamp_s > result.timestamp_s; });
+  if (later == steps.end()) return {result.timestamp_s, result.timestamp_s, later, false};
+  return {result.timestamp_s, later->timestamp_s, later + 1, false};
+}
+
+/// For each instance of the result the index of the known one that it is.
+std::vector<std::optional<std::size_t>> MaskPropagator::State::matches(const Segmentation& result,
+                                                                       double step_time_s) const {
+  std::vector<detail::LabelledBox> found, there;
+  for (const Instance& instance : result.instances) {
+    found.push_back({cv::Rect2d(instance.box), instance.class_id, !instance.track_id});
+  }
+  for (const Known& one : known) {
+    there.push_back({one.instance.box_at(step_time_s), one.instance.class_id(), !one.came_with_id});
+  }
+  std::vector<std::optional<std::size_t>> match =
+      detail::associate(found, there, options.least_iou);
+  for (std::size_t i = 0; i < match.size(); ++i) {
+    const std::optional<int>& id = result.instances[i].track_id;
+    for (std::size_t k = 0; id && k < known.size(); ++k) {
+      if (known[k].came_with_id && known[k].track_id == *id) match[i] = k;
+    }
+  }
+  return match;
+}
+
+/// Takes a result, unless it is the last one again or cannot be used.
+void MaskPropagator::State::look_at(const FrameView& frame, const Segmentation& result) {
+  if (last_result && result.frame_id == last_result->frame_id &&
+      result.timestamp_s == last_result->timestamp_s) {
+    return;
+  }
+  const ResultPlace place = place_of(result);
+  const double age_s = frame.timestamp_s - place.timestamp_s;
+  statistics.ignored_result = age_s < 0 || age_s > options.most_age_s ||
+                              (last_result && place.timestamp_s <= last_result->true_timestamp_s);
+  if (statistics.ignored_result) return;
+  statistics.took_result = true;
+  statistics.unknown_start = !place.is_known;
+  take(result, place);
+  last_result = {result.frame_id, result.timestamp_s, place.timestamp_s};
+}
+
+/// Replaces what is known by what the result says, moved on to the newest frame.
+void MaskPropagator::State::take(const Segmentation& result, const ResultPlace& place) {
+  const auto match = matches(result, place.step_timestamp_s);
+  std::vector<Known> next;
+  std::vector<bool> is_seen(known.size(), false);
+  for (std::size_t i = 0; i < result.instances.size(); ++i) {
+    const Instance& instance = result.instances[i];
+    const auto cell = static_cast<float>(std::max(4.0, cell_px * detail::pixel_scale(size)));
+    Known one{{instance, place.timestamp_s, size, cell}};
+    if (match[i]) {
+      one.instance.succeed(known[*match[i]].instance);
+      one.track_id = known[*match[i]].track_id;
+      is_seen[*match[i]] = true;
+    }
+    one.came_with_id = instance.track_id.has_value();
+    if (one.came_with_id) one.track_id = *instance.track_id;
+    if (!match[i] && !one.came_with_id) one.track_id = next_track_id;
+    next_track_id = std::max(next_track_id, following(one.track_id));
+    for (auto step = place.first_step; step != steps.end(); ++step)
+      one.instance.advance(*step, options);
+    one.instance.settle();
+    next.push_back(std::move(one));
+  }
+  std::vector<Known> bridged;
+  for (std::size_t k = 0; k < known.size(); ++k) {
+    if (is_seen[k]) continue;
+    ++known[k].missed;
+    bridged.push_back(std::move(known[k]));
+  }
+  std::sort(bridged.begin(), bridged.end(),
+            [](const Known& a, const Known& b) { return a.track_id < b.track_id; });
+  std::move(bridged.begin(), bridged.end(), std::back_inserter(next));
+  known = std::move(next);
+}
+
+Segmentation MaskPropagator::State::output(const FrameView& frame) {
+  const double age_s = frame.timestamp_s - last_result->true_timestamp_s;
+  Segmentation segmentation{frame.id, frame.timestamp_s - options.age_share * age_s, size, {}};
+  for (const Known& one : known) {
+    segmentation.instances.push_back(one.instance.instance());
+    segmentation.instances.back().track_id = one.track_id;
+    InstancePropagation counts = one.instance.counts();
+    counts.missed = one.missed;
+    counts.age_s = frame.timestamp_s - one.instance.timestamp_s();
+    statistics.instances.push_back(counts);
+  }
+  return segmentation;
+}
+
+void MaskPropagator::State::choose_points() {
+  std::vector<cv::Rect> regions;
+  for (const Known& one : known) regions.push_back(one.instance.region());
+  flow.choose_points(regions);
+}
+
+MaskPropagator::MaskPropagator(const MaskPropagatorOptions& options)
+    : state_(std::make_unique<State>(checked(options))) {}
+MaskPropagator::MaskPropagator(MaskPropagator&&) noexcept = default;
+MaskPropagator& MaskPropagator::operator=(MaskPropagator&&) noexcept = default;
+MaskPropagator::~MaskPropagator() = default;
+
+void MaskPropagator::reset() { *state_ = State(state_->options); }
+
+const PropagationStatistics& MaskPropagator::statistics() const { return state_->statistics; }
+
+std::optional<Segmentation> MaskPropagator::propagate(const FrameView& frame,
+                                                      const std::optional<Segmentation>& newest) {
+  check(frame, newest);
+  State& state = *state_;
+  state.statistics = {};
+  const cv::Size size = size_of(frame, newest);
+  const bool is_known_size = size.empty() || state.size.empty() || size == state.size;
+  const bool is_later = state.steps.empty() || frame.timestamp_s > state.steps.back().timestamp_s;
+  if (!is_known_size || !is_later) {
+    state.restart();
+    state.statistics.restarted = true;
+  }
+  if (!size.empty()) state.size = size;
+
+  state.track(frame);
+  if (newest) state.look_at(frame, *newest);
+  state.drop_lost(frame.timestamp_s);
+  state.choose_points();
+  const bool is_known =
+      state.last_result &&
+      frame.timestamp_s - state.last_result->true_timestamp_s <= state.options.most_age_s;
+  if (!is_known) return {};
+  return state.output(frame);
+}
+
+}  // namespace dynfilter

@@ -1,0 +1,121 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "point_flow.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+#include <opencv2/imgproc.hpp>
+#include <opencv2/video/tracking.hpp>
+
+namespace dynfilter::detail {
+namespace {
+
+// Of the reduced image. Larger windows reach over the edge of a limb, more iterations change
+// nothing that the check does not catch.
+const cv::Size window(9, 9);
+constexpr int levels = 3;
+constexpr double least_eigenvalue = 1e-4;
+const cv::TermCriteria criteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 5, 0.03);
+
+cv::Mat grey_of(const cv::Mat& image) {
+  if (image.channels() == 1) return image;
+  cv::Mat grey;
+  cv::cvtColor(image, grey, image.channels() == 3 ? cv::COLOR_BGR2GRAY : cv::COLOR_BGRA2GRAY);
+  return grey;
+}
+
+void follow(const std::vector<cv::Mat>& from, const std::vector<cv::Mat>& to,
+            const std::vector<cv::Point2f>& points, std::vector<cv::Point2f>& found,
+            std::vector<std::uint8_t>& is_found) {
+  std::vector<float> errors;
+  cv::calcOpticalFlowPyrLK(from, to, points, found, is_found, errors, window, levels, criteria, 0,
+                           least_eigenvalue);
+}
+
+/// The strongest corner in a part of the image, unless there is no texture.
+void add_corner(const cv::Mat& strength, const cv::Rect& part, std::vector<cv::Point2f>& points) {
+  double most = 0;
+  cv::Point place;
+  cv::minMaxLoc(strength(part), nullptr, &most, nullptr, &place);
+  if (most >= least_eigenvalue) points.emplace_back(place + part.tl());
+}
+
+}  // namespace
+
+std::vector<PointMotion> PointFlow::track(const cv::Mat& image) {
+  std::swap(pyramid_, last_pyramid_);
+  build_pyramid(image);
+  std::vector<PointMotion> motions;
+  if (pyramid_.empty() || last_pyramid_.empty() || points_.empty()) return motions;
+  std::vector<cv::Point2f> there, back;
+  std::vector<std::uint8_t> is_there, is_back;
+  follow(last_pyramid_, pyramid_, points_, there, is_there);
+  follow(pyramid_, last_pyramid_, there, back, is_back);
+  const double most = options_.most_forward_backward_px;
+  for (std::size_t i = 0; i < points_.size(); ++i) {
+    if (is_there[i] == 0 || is_back[i] == 0 || !(cv::norm(back[i] - points_[i]) <= most)) continue;
+    motions.push_back({to_full(points_[i]), to_full(there[i])});
+  }
+  return motions;
+}
+
+void PointFlow::build_pyramid(const cv::Mat& image) {
+  pyramid_.clear();  // its memory must not be that of the last one
+  work_.release();
+  if (image.empty()) return;
+  const int width = std::min(image.cols, options_.work_width_px);
+  const double height = std::round(static_cast<double>(image.rows) * width / image.cols);
+  const cv::Size size(width, std::max(1, static_cast<int>(height)));
+  // So small an image holds no motion that could be told from its border.
+  if (size.width < 2 * window.width || size.height < 2 * window.height) return;
+  scale_ = {static_cast<float>(image.cols) / static_cast<float>(size.width),
+            static_cast<float>(image.rows) / static_cast<float>(size.height)};
+  const cv::Mat grey = grey_of(image);
+  if (size == grey.size()) {
+    work_ = grey.clone();
+  } else {
+    cv::resize(grey, work_, size, 0, 0, cv::INTER_AREA);
+  }
+  cv::buildOpticalFlowPyramid(work_, pyramid_, window, levels);
+}
+
+void PointFlow::choose_points(const std::vector<cv::Rect>& dense) {
+  points_.clear();
+  if (work_.empty()) return;
+  cv::Mat strength;
+  cv::cornerMinEigenVal(work_, strength, 3);
+  const cv::Rect whole({}, work_.size());
+  const auto is_dense = [&](const cv::Rect& part) {
+    const cv::Rect2f full(
+        static_cast<float>(part.x) * scale_.x, static_cast<float>(part.y) * scale_.y,
+        static_cast<float>(part.width) * scale_.x, static_cast<float>(part.height) * scale_.y);
+    return std::any_of(dense.begin(), dense.end(), [&](const cv::Rect& rectangle) {
+      return !(cv::Rect2f(rectangle) & full).empty();
+    });
+  };
+  const int fine = options_.point_spacing_px, coarse = 2 * fine;
+  for (int y = 0; y < work_.rows; y += coarse) {
+    for (int x = 0; x < work_.cols; x += coarse) {
+      const cv::Rect part = cv::Rect(x, y, coarse, coarse) & whole;
+      if (!is_dense(part)) {
+        add_corner(strength, part, points_);
+        continue;
+      }
+      for (const cv::Point corner :
+           {cv::Point(x, y), {x + fine, y}, {x, y + fine}, {x + fine, y + fine}}) {
+        const cv::Rect quarter = cv::Rect(corner, cv::Size(fine, fine)) & whole;
+        if (!quarter.empty()) add_corner(strength, quarter, points_);
+      }
+    }
+  }
+}
+
+/// The centre of a pixel lies half a pixel from its corner in either image.
+cv::Point2f PointFlow::to_full(cv::Point2f point) const {
+  return {(point.x + 0.5F) * scale_.x - 0.5F, (point.y + 0.5F) * scale_.y - 0.5F};
+}
+
+}  // namespace dynfilter::detail

@@ -1,0 +1,55 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// How the image moves from frame to frame, at scattered points.
+
+#ifndef DYNFILTER_SRC_SEGMENTERS_PROPAGATION_POINT_FLOW_HPP
+#define DYNFILTER_SRC_SEGMENTERS_PROPAGATION_POINT_FLOW_HPP
+
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+namespace dynfilter::detail {
+
+/// Where a point was in the last frame and is in this one, pixels of the full image.
+struct PointMotion {
+  cv::Point2f from, to;
+
+  cv::Point2f shift() const { return to - from; }
+};
+
+struct PointFlowOptions {
+  int work_width_px = 0, point_spacing_px = 0;
+  double most_forward_backward_px = 0;
+};
+
+/// Tracks corners of one image into the next. Keeps the pyramid of the last image and its corners,
+/// nothing of earlier ones.
+class PointFlow {
+ public:
+  explicit PointFlow(const PointFlowOptions& options) : options_(options) {}
+
+  /// The motion of the points that could be followed from the last image into this one: none if
+  /// there is no last image, or no image. 8 bits, 1, 3 or 4 channels.
+  std::vector<PointMotion> track(const cv::Mat& image);
+
+  /// Chooses the points of the image that track() was given last, densely in these rectangles
+  /// (pixels of the full image).
+  void choose_points(const std::vector<cv::Rect>& dense);
+
+ private:
+  void build_pyramid(const cv::Mat& image);
+  cv::Point2f to_full(cv::Point2f point) const;
+
+  PointFlowOptions options_;
+  cv::Mat work_;                  // grey, reduced
+  std::vector<cv::Mat> pyramid_;  // of it, with derivatives
+  std::vector<cv::Mat> last_pyramid_;
+  cv::Point2f scale_{1, 1};  // full pixels a pixel of work_
+  std::vector<cv::Point2f> points_;
+};
+
+}  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_SRC_SEGMENTERS_PROPAGATION_POINT_FLOW_HPP

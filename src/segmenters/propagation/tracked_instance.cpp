@@ -1,0 +1,220 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "tracked_instance.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <iterator>
+
+#include "dynfilter/detail/depth_image.hpp"
+#include "dynfilter/detail/rectangles.hpp"
+
+namespace dynfilter::detail {
+namespace {
+
+// A side of the box is the mask's where the mask comes so near to it: pixels at a width of 640, or
+// a share of the box.
+constexpr double side_reach_px = 8;
+constexpr double side_reach_share = 0.1;
+
+/// The median of both coordinates, each for itself.
+cv::Point2f median_shift(const std::vector<PointMotion>& motions) {
+  std::vector<float> x, y;
+  for (const PointMotion& motion : motions) {
+    x.push_back(motion.shift().x);
+    y.push_back(motion.shift().y);
+  }
+  const auto median = [](std::vector<float>& values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+  };
+  return {median(x), median(y)};
+}
+
+cv::Point2d centre(const cv::Rect2d& box) { return (box.tl() + box.br()) / 2; }
+
+/// Rounded to pixels and clipped to the image; empty where nothing of it is in there.
+cv::Rect pixels_of(const cv::Rect2d& box, const cv::Size& image) {
+  const auto along = [](double first, double last, int limit) {
+    const auto pixel = [&](double side) {
+      return static_cast<int>(std::lround(std::clamp(side, 0.0, static_cast<double>(limit))));
+    };
+    return cv::Range(pixel(first), pixel(last));
+  };
+  const cv::Range columns = along(box.x, box.x + box.width, image.width);
+  const cv::Range rows = along(box.y, box.y + box.height, image.height);
+  if (columns.size() <= 0 || rows.size() <= 0) return {};
+  return {columns.start, rows.start, columns.size(), rows.size()};
+}
+
+}  // namespace
+
+TrackedInstance::TrackedInstance(const Instance& instance, double timestamp_s,
+                                 const cv::Size& image, float cell_px)
+    : source_(instance),
+      timestamp_s_(timestamp_s),
+      image_(image),
+      map_({}, cell_px),
+      box_(instance.box),
+      shifted_box_(instance.box) {
+  source_.mask = instance.mask.clone();
+  const cv::Rect visible = clip({instance.mask_origin, instance.mask.size()}, image);
+  if (!visible.empty()) {
+    const cv::Point offset = wrapping_difference(visible.tl(), instance.mask_origin);
+    const cv::Mat part = source_.mask(cv::Rect(offset, visible.size()));
+    const cv::Rect bounds = bounding_box(part);
+    mask_ = part(bounds);
+    mask_origin_ = visible.tl() + bounds.tl();
+  }
+  if (!mask_.empty()) map_ = MotionMap({mask_origin_, mask_.size()}, cell_px);
+  moved_mask_ = mask_;
+  moved_origin_ = mask_origin_;
+}
+
+void TrackedInstance::succeed(const TrackedInstance& earlier) {
+  velocity_px_s_ = earlier.velocity_px_s_;
+  const double passed_s = timestamp_s_ - earlier.timestamp_s_;
+  if (!velocity_px_s_ && passed_s > 0) {
+    velocity_px_s_ = (centre(box_) - centre(cv::Rect2d(earlier.source_.box))) / passed_s;
+  }
+}
+
+std::vector<PointMotion> TrackedInstance::motions_on_mask(
+    const std::vector<PointMotion>& all) const {
+  std::vector<PointMotion> on_mask;
+  if (mask_.empty()) return on_mask;
+  for (const PointMotion& motion : all) {
+    const cv::Point2f source = map_.source_of(motion.from);
+    const int x = static_cast<int>(std::floor(source.x + 0.5F)) - mask_origin_.x;
+    const int y = static_cast<int>(std::floor(source.y + 0.5F)) - mask_origin_.y;
+    const bool is_on_mask =
+        x >= 0 && y >= 0 && x < mask_.cols && y < mask_.rows && mask_.ptr<std::uint8_t>(y)[x] != 0;
+    if (is_on_mask) on_mask.push_back(motion);
+  }
+  return on_mask;
+}
+
+/// In the middle of the box, which an object fills whatever its arms and legs do.
+std::vector<PointMotion> TrackedInstance::motions_in_box(
+    const std::vector<PointMotion>& all) const {
+  const cv::Rect2d visible(pixels_of(box_, image_));
+  const cv::Rect2d middle(visible.x + visible.width / 4, visible.y + visible.height / 5,
+                          visible.width / 2, visible.height * 3 / 5);
+  std::vector<PointMotion> in_box;
+  std::copy_if(all.begin(), all.end(), std::back_inserter(in_box), [&](const PointMotion& motion) {
+    return middle.contains(cv::Point2d(motion.from));
+  });
+  return in_box;
+}
+
+void TrackedInstance::advance(const FlowStep& step, const MaskPropagatorOptions& options) {
+  if (!is_moved_) {
+    is_moved_ = true;
+    mask_ = mask_.clone();  // what lies outside the image and round the object is needed no more
+    source_.mask.release();
+  }
+  std::vector<PointMotion> motions = motions_on_mask(step.motions);
+  bool as_one = false;
+  if (motions.size() < options.least_points) {
+    motions = motions_in_box(step.motions);
+    as_one = true;
+  }
+  counts_.points = motions.size();
+  if (motions.size() >= options.least_points) {
+    move_by_flow(motions, as_one, options, step.duration_s);
+    ++counts_.by_flow;
+  } else if (velocity_px_s_) {
+    shift(*velocity_px_s_ * step.duration_s);
+    ++counts_.by_velocity;
+  } else {
+    ++counts_.left;
+  }
+  past_.push_back({step.timestamp_s, box_});
+  if (past_.size() > options.history_frames) past_.pop_front();
+}
+
+void TrackedInstance::move_by_flow(const std::vector<PointMotion>& motions, bool as_one,
+                                   const MaskPropagatorOptions& options, double duration_s) {
+  const cv::Point2f common = median_shift(motions);
+  if (as_one) {
+    map_.shift(common);
+  } else {
+    const double sigma_px = options.field_sigma_px * pixel_scale(image_);
+    map_.deform(motions, common, static_cast<float>(sigma_px), image_);
+  }
+  box_ += cv::Point2d(common);
+  shifted_box_ += cv::Point2d(common);
+  const cv::Point2d now = cv::Point2d(common) / duration_s;
+  velocity_px_s_ = velocity_px_s_ ? (*velocity_px_s_ + now) / 2 : now;
+}
+
+void TrackedInstance::shift(cv::Point2d by) {
+  map_.shift(cv::Point2f(by));
+  box_ += by;
+  shifted_box_ += by;
+}
+
+void TrackedInstance::settle() {
+  if (!is_moved_) return;
+  if (!mask_.empty()) {
+    cv::Point origin;
+    const cv::Mat mask = map_.moved(mask_, image_, origin);
+    const cv::Rect bounds = bounding_box(mask);
+    moved_mask_ = mask(bounds).clone();
+    moved_origin_ = origin + bounds.tl();
+    fit_box();
+  }
+  if (!past_.empty()) past_.back().box = box_;
+}
+
+/// The sides that the mask reached move with the mask's.
+void TrackedInstance::fit_box() {
+  box_ = shifted_box_;
+  if (moved_mask_.empty()) return;
+  const cv::Rect2d box(source_.box), mask(cv::Rect(mask_origin_, mask_.size())),
+      now(cv::Rect(moved_origin_, moved_mask_.size()));
+  const auto fitted = [&](double box_side, double mask_side, double now_side, double shifted_side,
+                          double length) {
+    const double reach = std::max(side_reach_px * pixel_scale(image_), side_reach_share * length);
+    const double beyond = box_side - mask_side;
+    return std::abs(beyond) <= reach ? now_side + beyond : shifted_side;
+  };
+  const cv::Point2d first(fitted(box.x, mask.x, now.x, shifted_box_.x, box.width),
+                          fitted(box.y, mask.y, now.y, shifted_box_.y, box.height));
+  const cv::Point2d last(
+      fitted(box.br().x, mask.br().x, now.br().x, shifted_box_.br().x, box.width),
+      fitted(box.br().y, mask.br().y, now.br().y, shifted_box_.br().y, box.height));
+  box_ = {first.x, first.y, std::max(0.0, last.x - first.x), std::max(0.0, last.y - first.y)};
+}
+
+Instance TrackedInstance::instance() const {
+  Instance moved = source_;
+  if (!is_moved_) {
+    moved.mask = source_.mask.clone();  // for the caller to do with it what he likes
+    return moved;
+  }
+  moved.box = pixels_of(box_, image_);
+  moved.mask = moved_mask_;
+  moved.mask_origin = moved_origin_;
+  return moved;
+}
+
+bool TrackedInstance::has_left_image() const {
+  if (!is_moved_) return false;
+  return mask_.empty() ? pixels_of(box_, image_).empty() : moved_mask_.empty();
+}
+
+cv::Rect2d TrackedInstance::box_at(double time_s) const {
+  const auto found = std::find_if(past_.begin(), past_.end(),
+                                  [&](const PastBox& past) { return past.timestamp_s == time_s; });
+  return found == past_.end() ? box_ : found->box;
+}
+
+cv::Rect TrackedInstance::region() const {
+  return pixels_of(box_ | cv::Rect2d(cv::Rect(moved_origin_, moved_mask_.size())), image_);
+}
+
+}  // namespace dynfilter::detail
