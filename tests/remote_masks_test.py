@@ -13,7 +13,9 @@ import struct
 import sys
 import tempfile
 import threading
+import time
 import unittest
+import unittest.mock
 
 import numpy as np
 
@@ -125,6 +127,14 @@ class Messages(unittest.TestCase):
             changed(62, 0xF8, 0x7F),
         ]:
             with self.assertRaises(remote_masks.ProtocolError, msg=data.hex()):
+                self.receive(data)
+
+    def test_an_image_beyond_the_limit_is_refused_before_it_is_received(self):
+        for width, height in [(16384, 2049), (16385, 1), (1, 16385)]:
+            data = bytearray(frame_bytes())
+            struct.pack_into("<I", data, 8, 40 + width * height)
+            struct.pack_into("<II", data, 40, width, height)
+            with self.assertRaisesRegex(remote_masks.ProtocolError, f"{width}x{height}"):
                 self.receive(data)
 
     def test_a_reply_has_its_golden_bytes(self):
@@ -324,6 +334,16 @@ class Served(unittest.TestCase):
             server.close()
             self.assertFalse(os.path.exists(self.path))
 
+    def test_nobody_else_may_open_the_socket_from_its_first_moment(self):
+        with unittest.mock.patch.object(remote_masks.os, "chmod"):  # which comes later
+            before = os.umask(0)
+            try:
+                server = remote_masks.Server(self.path, None)
+            finally:
+                os.umask(before)
+        self.assertEqual(stat.S_IMODE(os.lstat(self.path).st_mode), 0o600)
+        server.close()
+
     def test_the_socket_of_a_dead_process_is_replaced(self):
         dead = socket.socket(socket.AF_UNIX)
         dead.bind(self.path)
@@ -380,7 +400,17 @@ class Served(unittest.TestCase):
         remote_masks.Server(self.path, None).close()
 
     def test_of_two_that_start_at_a_time_one_serves(self):
-        for _ in range(50):
+        remove_dead = remote_masks._remove_dead
+
+        def remove_slowly(path):
+            time.sleep(0.01)
+            remove_dead(path)
+            time.sleep(0.01)
+
+        patch = unittest.mock.patch.object(remote_masks, "_remove_dead", remove_slowly)
+        patch.start()
+        self.addCleanup(patch.stop)
+        for _ in range(3):
             dead = socket.socket(socket.AF_UNIX)
             dead.bind(self.path)
             dead.close()

@@ -371,11 +371,32 @@ TEST_F(RemoteSegmenterTest, WaitsNoLongerThanAskedWhereNobodyAccepts) {
 
 TEST_F(RemoteSegmenterTest, WaitsNoLongerThanAskedWhereTheImageIsNotTaken) {
   const PeerSocket listener = PeerSocket::listening(path);
-  RemoteSegmenter people(path, impatient());
-  const FrameView frame = frame_of(1, 1, {2000, 2000});
-  expect_fails(people, frame,
-               "no masks of frame 1 within 0.05 s: the other side does not take the image");
-  expect_fails(people, frame, "no masks of frame 1 within 0.05 s: ");
+  RemoteSegmenterOptions options;
+  options.timeout_s = 0.2;
+  RemoteSegmenter people(path, options);
+  const cv::Size large(2000, 2000);
+  expect_fails(people, frame_of(1, 1, large),
+               "no masks of frame 1 within 0.2 s: the other side does not take the image");
+  // What is sent after half a frame must not be taken for its other half.
+  std::atomic<bool> is_answered{false};
+  std::thread other([&] {
+    while (!is_answered) {
+      const PeerSocket socket = listener.accepted();
+      while (const auto frame = testing::receive_frame(socket)) {
+        EXPECT_EQ(frame->id, 2U);
+        if (!answer(socket, *frame)) break;
+      }
+    }
+  });
+  while (!is_answered) {
+    try {
+      expect_answered(people, frame_of(2, 2, large));
+      is_answered = true;
+    } catch (const std::runtime_error&) {
+    }
+  }
+  people = RemoteSegmenter(path);  // hangs up
+  other.join();
 }
 
 TEST_F(RemoteSegmenterTest, WaitsNoLongerThanAskedForAReplyThatTrickles) {
