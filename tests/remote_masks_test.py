@@ -399,6 +399,20 @@ class Served(unittest.TestCase):
         os.chmod(self.folder.name, 0o1777)
         remote_masks.Server(self.path, None).close()
 
+    @unittest.skipIf(os.geteuid() != 0, "only root can give files away")
+    def test_what_belongs_to_another_user_is_refused_and_stays(self):
+        with socket.socket(socket.AF_UNIX) as dead:
+            dead.bind(self.path)
+        os.chown(self.path, 65534, -1)
+        with self.assertRaisesRegex(PermissionError, "masks.sock: belongs to another user"):
+            remote_masks.Server(self.path, None)
+        self.assertTrue(os.path.exists(self.path))
+        os.unlink(self.path)
+        os.chown(self.folder.name, 65534, -1)
+        with self.assertRaisesRegex(PermissionError, "belongs to another user"):
+            remote_masks.Server(self.path, None)
+        self.assertFalse(os.path.exists(self.path))
+
     def test_of_two_that_start_at_a_time_one_serves(self):
         remove_dead = remote_masks._remove_dead
 
