@@ -7,18 +7,29 @@
 
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include <opencv2/imgcodecs.hpp>
 
+#include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "support/program.hpp"
+#if defined(__linux__)
+#include "support/remote_peer.hpp"
+#endif
 #include "support/temporary_folder.hpp"
 #include "support/test_data.hpp"
 
 namespace dynfilter::testing {
 namespace {
+
+std::string read_text(const fs::path& file) {
+  std::ifstream stream(file);
+  EXPECT_TRUE(stream.good()) << file;
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
 
 /// A small scene on disk, made once.
 class Program : public ::testing::Test {
@@ -213,6 +224,62 @@ TEST_F(Program, EvalPrintsAFigureALineAndWritesThemAsJson) {
   EXPECT_TRUE(
       run("eval nowhere.txt " + quoted(scene() / "groundtruth.txt")).mentions("nowhere.txt"));
 }
+
+TEST_F(Program, AThreadThatIsWaitedForChangesNothing) {
+  const std::string common = "run " + quoted(scene()) + " --overlays 0 --out ";
+  ASSERT_EQ(run(common + quoted(out("alone"))).exit_code, 0);
+  const Outcome outcome = run(common + quoted(out("thread")) + " --async wait");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("masks made in a thread")) << outcome.printed;
+  EXPECT_EQ(read_text(out("thread") / "frames.csv"), read_text(out("alone") / "frames.csv"));
+  EXPECT_TRUE(run("run " + quoted(scene()) + " --hz 10").mentions("--async"));
+}
+
+TEST_F(Program, ASlowThreadSegmentsTheNewestFramesOnly) {
+  const Outcome outcome = run("run " + quoted(scene()) + " --overlays 0 --out " +
+                              quoted(out("slow")) + " --async latest --hz 5 --rule depth_moved");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("latest of a thread at 5 Hz")) << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("mask propagation")) << outcome.printed;
+}
+
+#if defined(__linux__)
+/// The other process knows what is in the masks folder.
+RemotePeer::Answer from_folder(MaskFolderSegmenter& masks) {
+  return [&masks](const PeerSocket& socket, const ReceivedFrame& frame) {
+    FrameView view;
+    view.id = frame.id;
+    view.timestamp_s = frame.timestamp_s;
+    view.image = frame.image;
+    return socket.send(reply(frame.request, masks.segment(view)));
+  };
+}
+
+TEST_F(Program, KeepsAndUsesTheMasksOfAnotherProcess) {
+  MaskFolderSegmenter masks(scene() / "masks");
+  const RemotePeer peer(out("socket"), from_folder(masks));
+  const std::string remote = " --remote " + quoted(out("socket")) + " --remote-timeout 30";
+  const Outcome kept = run("masks " + quoted(scene()) + remote + " --out " + quoted(out("kept")));
+  ASSERT_EQ(kept.exit_code, 0) << kept.printed;
+  EXPECT_EQ(read_text(out("kept") / "instances.csv"),
+            read_text(scene() / "masks" / "instances.csv"));
+  EXPECT_EQ(run("masks " + quoted(scene()) + remote + " --out " + quoted(out("kept"))).exit_code, 1)
+      << "they are not replaced unasked";
+
+  const std::string common = "run " + quoted(scene()) + " --overlays 0 --out ";
+  ASSERT_EQ(run(common + quoted(out("own"))).exit_code, 0);
+  ASSERT_EQ(run(common + quoted(out("remote")) + remote).exit_code, 0);
+  EXPECT_EQ(read_text(out("remote") / "frames.csv"), read_text(out("own") / "frames.csv"));
+}
+
+TEST_F(Program, NamesTheProcessThatIsNotThere) {
+  const Outcome outcome = run("masks " + quoted(scene()) + " --remote " + quoted(out("nobody")) +
+                              " --remote-timeout 0.1 --out " + quoted(out("unused_masks")));
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_TRUE(outcome.mentions(out("nobody").string())) << outcome.printed;
+  EXPECT_NE(run("masks " + quoted(scene()) + " --out " + quoted(out("x"))).exit_code, 0);
+}
+#endif
 
 TEST_F(Program, SynthRendersALevelAndMasksThatAreOld) {
   const std::string size = " --frames 3 --width 160 --height 120";

@@ -31,6 +31,7 @@ struct PluginCounters {
   std::size_t never_filtered = 0;   ///< submitted, and another came before its filter()
   std::size_t never_submitted = 0;  ///< filtered without a submitted image of that time
   std::size_t without_masks = 0;    ///< filtered while no masks were known
+  std::size_t mask_failures = 0;    ///< masks could not be had, and missing_masks is "keep"
   std::size_t starved = 0;          ///< left with fewer features than the floor
 };
 
@@ -53,9 +54,11 @@ class DYNFILTER_PLUGIN_API Plugin {
   Plugin(const Plugin&) = delete;
   Plugin& operator=(const Plugin&) = delete;
 
-  /// Hands over the frame's image (CV_8UC1 or CV_8UC3, raw pixels as features are) before its
-  /// filter(). Masks from a folder do without; overlays, and networks, need it. The pixels are
-  /// shared until then and not changed. Throws std::invalid_argument for another image.
+  /// Hands over the frame's image (CV_8UC1, or CV_8UC3 in the order BGR; raw pixels as features
+  /// are) before its filter(). Masks from a folder do without; overlays, and segmenters that look
+  /// at images, need it. With the setting `async` its masks are made from now on, beside whatever
+  /// the host does until filter(). The pixels are shared until then and not changed. Throws
+  /// std::invalid_argument for another image.
   void submit(const cv::Mat& image, double timestamp_s);
 
   /// Takes the features on moving objects away: RGB-D. Depth is CV_32FC1 in metres, as ORB-SLAM has

@@ -11,7 +11,7 @@
 #include <utility>
 
 #include "dynfilter/dynfilter.hpp"
-#include "dynfilter/segmenters/mask_folder_segmenter.hpp"
+#include "plugin/mask_source.hpp"
 #include "plugin/plugin_settings.hpp"
 #include "plugin/recorder.hpp"
 
@@ -23,14 +23,6 @@ DynamicFilter make_filter(const detail::PluginSettings& settings) {
   try {
     return DynamicFilter(settings.filter);
   } catch (const std::invalid_argument& error) {
-    throw std::runtime_error(settings.file + ": " + error.what());
-  }
-}
-
-MaskFolderSegmenter open_masks(const detail::PluginSettings& settings) {
-  try {
-    return MaskFolderSegmenter(settings.mask_folder, settings.mask_folder_options);
-  } catch (const std::exception& error) {
     throw std::runtime_error(settings.file + ": " + error.what());
   }
 }
@@ -64,19 +56,18 @@ void keep_at_least_one(FeatureLabels& labels) {
 
 struct Plugin::State {
   explicit State(const detail::PluginSettings& from)
-      : settings(from), masks(open_masks(from)), filter(make_filter(from)) {
+      : settings(from), masks(from), filter(make_filter(from)) {
     if (!settings.output_folder.empty()) {
       recorder.emplace(settings.output_folder, settings.overlay_every);
     }
   }
 
   FrameView view(double timestamp_s, const cv::Mat& depth);
-  std::optional<Segmentation> segment(const FrameView& frame);
   FrameStatistics run(double timestamp_s, const cv::Mat& depth,
                       std::vector<cv::KeyPoint>& keypoints, cv::Mat& descriptors, int* pivot);
 
   detail::PluginSettings settings;
-  MaskFolderSegmenter masks;
+  detail::MaskSource masks;
   DynamicFilter filter;
   std::optional<detail::Recorder> recorder;
   PluginCounters counters;
@@ -102,18 +93,13 @@ FrameView Plugin::State::view(double timestamp_s, const cv::Mat& depth) {
   return frame;
 }
 
-std::optional<Segmentation> Plugin::State::segment(const FrameView& frame) {
-  if (settings.missing_masks == "keep" && !masks.has_mask(frame.timestamp_s)) return {};
-  return masks.segment(frame);
-}
-
 FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
                                    std::vector<cv::KeyPoint>& keypoints, cv::Mat& descriptors,
                                    int* pivot) {
   require_in_step(keypoints, descriptors, pivot);
   const FrameView frame = view(timestamp_s, depth);
   validate(frame, "Plugin::filter");
-  const std::optional<Segmentation> segmentation = segment(frame);
+  const std::optional<Segmentation> segmentation = masks.masks_for(frame);
   filter.apply(frame, segmentation, keypoints, labels, workspace);
   keep_at_least_one(labels);
   if (recorder) recorder->record(frame, segmentation.value_or(Segmentation()), keypoints, labels);
@@ -150,6 +136,7 @@ void Plugin::submit(const cv::Mat& image, double timestamp_s) {
     detail::throw_misuse("Plugin::submit", detail::concatenate("timestamp_s = ", timestamp_s),
                          "a finite time in seconds");
   }
+  state_->masks.submit({0, timestamp_s, image, {}, 0});
   ++state_->counters.submitted;
   state_->counters.never_filtered += state_->image.empty() ? 0 : 1;
   state_->image = image;
@@ -171,6 +158,10 @@ FrameStatistics Plugin::filter(double timestamp_s, std::vector<cv::KeyPoint>& ke
   return state_->run(timestamp_s, cv::Mat(), keypoints, descriptors, &pivot);
 }
 
-PluginCounters Plugin::counters() const { return state_->counters; }
+PluginCounters Plugin::counters() const {
+  PluginCounters counters = state_->counters;
+  counters.mask_failures = state_->masks.failures();
+  return counters;
+}
 
 }  // namespace dynfilter

@@ -25,8 +25,48 @@ void read_enumeration(SettingsFile& file, const std::string& name,
   value = static_cast<Enumeration>(std::find(names.begin(), names.end(), chosen) - names.begin());
 }
 
-void read_masks(SettingsFile& file, PluginSettings& settings) {
+/// One of three: a folder, another process, a network.
+void read_segmenter(SettingsFile& file, PluginSettings& settings) {
   file.read_text("mask_folder", settings.mask_folder);
+#ifdef DYNFILTER_HAS_REMOTE_SEGMENTER
+  file.read_text("remote", settings.remote);
+  file.read_number("remote_timeout_s", settings.remote_timeout_s);
+#endif
+#ifdef DYNFILTER_HAS_NETWORKS
+  file.read_text("model", settings.model);
+#endif
+}
+
+void require_one_segmenter(const SettingsFile& file, const PluginSettings& settings) {
+  std::string given;
+  const auto add = [&](const char* name, const std::string& value) {
+    if (!value.empty()) given += (given.empty() ? "" : " and ") + std::string(name);
+  };
+  add("mask_folder", settings.mask_folder);
+  add("remote", settings.remote);
+  add("model", settings.model);
+  if (given.empty()) file.refuse("mask_folder", "nothing", "the folder of the masks");
+  if (given.find(' ') != std::string::npos) {
+    file.refuse("mask_folder", given, "one source of masks");
+  }
+}
+
+void read_thread(SettingsFile& file, PluginSettings& settings) {
+  const std::vector<std::string> names = {"wait", "wait_at_most", "latest", "drop"};
+  std::string chosen;
+  file.read_choice("async", names, chosen);
+  file.read_number("most_wait_s", settings.most_wait_s);
+  if (chosen.empty()) return;
+  settings.hand_over =
+      static_cast<HandOver>(std::find(names.begin(), names.end(), chosen) - names.begin());
+}
+
+void read_masks(SettingsFile& file, PluginSettings& settings) {
+  read_segmenter(file, settings);
+  read_thread(file, settings);
+  std::string moved = "no";
+  file.read_choice("propagate", {"no", "yes"}, moved);
+  settings.moves_masks = moved == "yes";
   file.read_number("max_time_difference_s", settings.mask_folder_options.max_time_difference_s);
   file.read_count("box_margin_px", settings.mask_folder_options.box_margin_px);
   file.read_count("least_pixels", settings.mask_folder_options.least_pixels);
@@ -98,8 +138,7 @@ PluginSettings read_plugin_settings(const std::string& path, const std::string& 
   file.read_text("output_folder", settings.output_folder);
   file.read_count("overlay_every", settings.overlay_every);
   file.finish();
-  if (settings.mask_folder.empty())
-    file.refuse("mask_folder", "nothing", "the folder of the masks");
+  require_one_segmenter(file, settings);
   settings.depth_units_per_metre = file.foreign_number("DepthMapFactor");
   return settings;
 }

@@ -4,9 +4,11 @@
 #ifndef DYNFILTER_SRC_PLUGIN_PLUGIN_SETTINGS_HPP
 #define DYNFILTER_SRC_PLUGIN_PLUGIN_SETTINGS_HPP
 
+#include <optional>
 #include <string>
 
 #include "dynfilter/dynamic_filter.hpp"
+#include "dynfilter/segmenters/async_segmenter.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 
 namespace dynfilter::detail {
@@ -14,8 +16,14 @@ namespace dynfilter::detail {
 /// All that a settings file says. The keys are the options' names; see examples/orb_slam/README.md.
 struct PluginSettings {
   std::string file;
-  std::string mask_folder;
+  std::string mask_folder;  ///< or
+  std::string remote;       ///< the socket of another process, or
+  std::string model;        ///< the file of a network: one of the three
   MaskFolderOptions mask_folder_options;
+  double remote_timeout_s = 1.0;
+  std::optional<HandOver> hand_over;  ///< by a thread; none: masks are made when they are needed
+  double most_wait_s = 0.03;
+  bool moves_masks = false;             ///< to the frame, see MaskPropagator
   std::string missing_masks = "error";  ///< or "keep": go on without, and count it
   DynamicFilterOptions filter;
   std::string output_folder;         ///< for frames.csv and overlays; empty: none

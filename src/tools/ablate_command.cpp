@@ -75,7 +75,7 @@ AblationPlan plan_of(const AblateOptions& options) {
     }
   }
   if (plan.scenes.empty()) throw CLI::RequiredError("SEQUENCE, --levels or --gather");
-  if (plan.rules.empty()) plan.rules = all_rule_names();
+  if (plan.rules.empty()) plan.rules = usual_rule_names();
   return plan;
 }
 
@@ -140,7 +140,9 @@ void add_ablate_command(CLI::App& program, const std::string& called_as) {
   command->add_option("--seeds", options->seeds, "of the levels, as 1-5 or 1,3,8-10")
       ->capture_default_str();
   add_level_size_options(*command, options->of_level);
-  command->add_option("--rules", options->plan.rules, "as mask,paper; default: all, see below")
+  command
+      ->add_option("--rules", options->plan.rules,
+                   "as mask,paper; default: all that are not about late masks, see below")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::IsMember(all_rule_names()));

@@ -14,6 +14,7 @@ int main(int argc, char** argv) {
   program.require_subcommand(1);
   dynfilter::tools::add_synth_command(program);
   dynfilter::tools::add_run_command(program);
+  dynfilter::tools::add_masks_command(program);
   dynfilter::tools::add_eval_command(program);
   dynfilter::tools::add_ablate_command(program, argv[0]);
   try {

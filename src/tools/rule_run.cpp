@@ -80,20 +80,30 @@ RuleRun::RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource
       filter_({mask_stage_of(rule, settings.mask_culler), masks_time_},
               {stage_of(rule, settings.mask_culler, settings.seed), rule_time_}),
       pictures_(folder, source.size(), settings.overlays, rule.takes_masks, rule.compensates) {
+  if (rule.moves_masks) propagator_.emplace();
   if (source.has_depth()) {
     odometry_.emplace(source.camera(), odometry_options(settings));
   }
   record_.scene = scene.name();
   record_.input = scene.arguments();
   record_.rule = rule;
-  record_.masks = rule.takes_true_masks ? "true masks" : source.masks_name();
+  const std::string masks = settings.masks.empty() ? source.masks_name() : settings.masks;
+  record_.masks = rule.takes_true_masks ? "true masks" : masks;
   record_.has_truth = source.has_true_masks();
   record_.options = resolved_options(rule, settings);
 }
 
+/// Those that the rule acts on.
+std::optional<Segmentation> RuleRun::masks_of(const SourceFrame& frame) {
+  if (rule_.takes_true_masks) return frame.true_masks;
+  if (!propagator_) return frame.masks;
+  return propagation_time_.measure(
+      [&] { return propagator_->propagate(frame.frame, frame.masks); });
+}
+
 void RuleRun::process(const SourceFrame& frame, ExtractedFeatures features) {
   extraction_time_.add(features.extraction_ms);
-  const auto& masks = rule_.takes_true_masks ? frame.true_masks : frame.masks;
+  const std::optional<Segmentation> masks = masks_of(frame);
   filter_.apply(frame.frame, masks, features.keypoints, labels_, workspace_);
 
   FrameRecord record;
@@ -136,6 +146,8 @@ void RuleRun::note_times() {
     if (!times.empty()) record_.stages.emplace_back(name, times);
   };
   note("ORB extraction", extraction_time_);
+  note("waiting for masks", waiting_time_);
+  note("mask propagation", propagation_time_);
   if (rule_.takes_masks) note("mask culler", masks_time_);
   if (rule_.compensates) note(rule_.takes_masks ? "edge compensator" : rule_.name, rule_time_);
   note("keep_static", keep_static_time_);

@@ -16,6 +16,7 @@
 #include <opencv2/core.hpp>
 
 #include "dynfilter/dynfilter.hpp"
+#include "dynfilter/segmenters/mask_propagator.hpp"
 #include "frame_source.hpp"
 #include "rule_set.hpp"
 #include "run_pictures.hpp"
@@ -31,6 +32,7 @@ struct RunSettings {
   MaskCullerOptions mask_culler;
   std::uint64_t seed = 0;    ///< of the samples of the rule and of the odometry
   std::size_t overlays = 0;  ///< frames to draw
+  std::string masks;         ///< what results call the masks; empty: as the source does
 };
 
 /// Rule and settings by the names of the options of `dynfilter run`: what a run was made with, for
@@ -59,6 +61,12 @@ class RuleRun {
   RuleRun(const RuleRun&) = delete;
   RuleRun& operator=(const RuleRun&) = delete;
 
+  /// Runs the work, which gets a frame its masks, and notes how long the frame waited for them.
+  template <class Work>
+  std::optional<Segmentation> wait_for_masks(const Work& work) {
+    return waiting_time_.measure(work);
+  }
+
   void process(const SourceFrame& frame, ExtractedFeatures features);
 
   /// Writes frames.csv, instances.csv, the pictures, where there was depth trajectory.txt, and
@@ -69,6 +77,7 @@ class RuleRun {
  private:
   using Stage = TimedStage<AnyStage>;
 
+  std::optional<Segmentation> masks_of(const SourceFrame& frame);
   void add_pictures(const SourceFrame& frame, const Segmentation& masks, FeaturesView features,
                     const FrameRecord& record, const FeatureLabels& by_mask);
   void note_times();
@@ -76,7 +85,9 @@ class RuleRun {
   RuleInfo rule_;
   std::filesystem::path folder_;
   double rim_px_;
-  Times extraction_time_, masks_time_, rule_time_, keep_static_time_, odometry_time_;
+  Times extraction_time_, waiting_time_, propagation_time_, masks_time_, rule_time_,
+      keep_static_time_, odometry_time_;
+  std::optional<MaskPropagator> propagator_;
   Pipeline<Stage, Stage> filter_;
   FeatureLabels labels_;
   Workspace workspace_;

@@ -89,6 +89,13 @@ const std::vector<Entry>& entries() {
                                         peers::DepthVarianceMaskOptions()),
       {{"paper", "masks, and edge features by depth and D-LBP in the box"}, paper},
       {{"depth", "masks, and what they missed by the object's depth (the default)"}, object_depth},
+      {{"mask_moved", "features on the masks, moved by what is seen", true, false, false, true,
+        true},
+       [](const Masks&, std::uint64_t) { return nothing(); }},
+      {{"depth_moved", "the default on moved masks", true, false, true, true, true}, object_depth},
+      {{"depth_waited", "the default on the true masks: the camera waits for the network", true,
+        true, true, false, true},
+       object_depth},
       {{"perfect", "features on the true masks", true, true, false},
        [](const Masks&, std::uint64_t) { return nothing(); }},
   };
@@ -118,6 +125,14 @@ const std::vector<RuleInfo>& all_rules() {
 std::vector<std::string> all_rule_names() {
   std::vector<std::string> names;
   for (const RuleInfo& rule : all_rules()) names.push_back(rule.name);
+  return names;
+}
+
+std::vector<std::string> usual_rule_names() {
+  std::vector<std::string> names;
+  for (const RuleInfo& rule : all_rules()) {
+    if (!rule.is_of_late_masks) names.push_back(rule.name);
+  }
   return names;
 }
 

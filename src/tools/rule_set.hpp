@@ -24,12 +24,16 @@ struct RuleInfo {
   std::string description;  ///< half a line
   bool takes_masks = true;  ///< the mask culler comes first
   bool takes_true_masks = false;
-  bool compensates = true;  ///< a stage comes after it
+  bool compensates = true;        ///< a stage comes after it
+  bool moves_masks = false;       ///< masks of an earlier frame are moved to this one first
+  bool is_of_late_masks = false;  ///< compares what to do about late masks: runs when asked for
 };
 
 /// In the order in which tables show them.
 const std::vector<RuleInfo>& all_rules();
 std::vector<std::string> all_rule_names();
+/// Without those about late masks.
+std::vector<std::string> usual_rule_names();
 
 /// Throws std::invalid_argument that lists the names for one that is none.
 const RuleInfo& rule_info(const std::string& name);

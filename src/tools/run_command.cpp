@@ -6,9 +6,11 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "commands.hpp"
 #include "degraded_masks.hpp"
+#include "mask_feed.hpp"
 #include "progress_bar.hpp"
 #include "rule_run.hpp"
 #include "run_report.hpp"
@@ -22,21 +24,31 @@ struct RunOptions {
   std::string rule = "depth";
   std::filesystem::path out = "dynfilter_out";
   RunSettings settings;
+  MaskFeedOptions masks;
 };
 
 void run(const RunOptions& options) {
   const std::unique_ptr<FrameSource> source = options.scene.open();
-  RuleRun work(rule_info(options.rule), options.scene, *source, options.settings, options.out);
+  MaskFeed masks(options.masks, *source);
+  RunSettings settings = options.settings;
+  settings.masks = masks.name();
+  RuleRun work(rule_info(options.rule), options.scene, *source, settings, options.out);
   const odometry::OrbExtractor extractor(options.settings.features);
   {
     ProgressBar progress("filtering", source->size());
     for (std::size_t i = 0; i < source->size(); ++i) {
-      const SourceFrame frame = source->read(i);
-      work.process(frame, extract_features(extractor, frame.frame.image));
+      SourceFrame frame = source->read(i);
+      masks.submit(frame);
+      ExtractedFeatures features = extract_features(extractor, frame.frame.image);
+      if (!masks.are_the_sources()) {
+        frame.masks = work.wait_for_masks([&] { return masks.collect(frame); });
+      }
+      work.process(frame, std::move(features));
       progress.advance();
     }
   }
   print_report(work.finish(*source));
+  if (!masks.report().empty()) std::printf("\n%s\n", masks.report().c_str());
   std::printf("\nwritten to %s: summary.json, frames.csv, instances.csv%s%s\n", options.out.c_str(),
               source->has_depth() ? ", trajectory.txt" : "",
               options.settings.overlays > 0 ? ", overlays/, contact_sheet.png" : "");
@@ -78,6 +90,7 @@ void add_run_command(CLI::App& program) {
   command->add_option("--rule", options->rule, "which features are removed, see below")
       ->check(CLI::IsMember(all_rule_names()))
       ->capture_default_str();
+  add_mask_feed_options(*command, options->masks);
   add_setting_options(*command, options->settings);
   command->add_option("--overlays", options->settings.overlays, "number of frames to draw")
       ->check(CLI::Range(0, 100000))
@@ -86,7 +99,8 @@ void add_run_command(CLI::App& program) {
                   "\n\nexamples:\n"
                   "  dynfilter run rgbd_dataset_freiburg3_walking_xyz --out result\n"
                   "  dynfilter run scene --rule mask --masks scene/masks_true\n"
-                  "  dynfilter run --level medium --scene-seed 5 --rule crowd_slam");
+                  "  dynfilter run --level medium --scene-seed 5 --rule crowd_slam\n"
+                  "  dynfilter run scene --rule depth_moved --async latest --hz 10");
   command->callback([options] {
     if (options->scene.sequence.empty() && options->scene.level.empty()) {
       throw CLI::RequiredError("SEQUENCE or --level");

@@ -1,0 +1,88 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "plugin/mask_source.hpp"
+
+#include <exception>
+#include <stdexcept>
+#include <utility>
+
+#ifdef DYNFILTER_HAS_REMOTE_SEGMENTER
+#include "dynfilter/segmenters/remote_segmenter.hpp"
+#endif
+#ifdef DYNFILTER_HAS_NETWORKS
+#include "dynfilter/networks/network_segmenter.hpp"
+#endif
+
+namespace dynfilter::detail {
+namespace {
+
+std::unique_ptr<Segmenter> make_segmenter(const PluginSettings& settings) {
+#ifdef DYNFILTER_HAS_REMOTE_SEGMENTER
+  if (!settings.remote.empty()) {
+    RemoteSegmenterOptions options;
+    options.timeout_s = settings.remote_timeout_s;
+    return std::make_unique<RemoteSegmenter>(settings.remote, options);
+  }
+#endif
+#ifdef DYNFILTER_HAS_NETWORKS
+  if (!settings.model.empty()) return make_network_segmenter(settings.model);
+#endif
+  return std::make_unique<MaskFolderSegmenter>(settings.mask_folder, settings.mask_folder_options);
+}
+
+}  // namespace
+
+MaskSource::MaskSource(const PluginSettings& settings)
+    : goes_on_without_masks_(settings.missing_masks == "keep") {
+  try {
+    segmenter_ = make_segmenter(settings);
+    if (settings.hand_over) {
+      AsyncSegmenterOptions options;
+      options.hand_over = *settings.hand_over;
+      options.most_wait_s = settings.most_wait_s;
+      thread_ = std::make_unique<AsyncSegmenter>(std::move(segmenter_), options);
+    } else {
+      folder_ = dynamic_cast<MaskFolderSegmenter*>(segmenter_.get());
+    }
+  } catch (const std::exception& error) {
+    throw std::runtime_error(settings.file + ": " + error.what());
+  }
+  if (settings.moves_masks) propagator_.emplace();
+}
+
+void MaskSource::submit(const FrameView& frame) {
+  FrameView numbered = frame;
+  numbered.id = frame_id_ + 1;
+  if (thread_) thread_->submit(numbered);
+  ++frame_id_;
+  submitted_s_ = frame.timestamp_s;
+}
+
+std::optional<Segmentation> MaskSource::masks_for(FrameView frame) {
+  // A host may filter a frame again, when its image was let go already.
+  const bool was_submitted = !frame.image.empty() || frame.timestamp_s == submitted_s_;
+  if (!was_submitted) submit(frame);
+  frame.id = frame_id_;
+  std::optional<Segmentation> masks = segment_or_go_on(frame);
+  return propagator_ ? propagator_->propagate(frame, masks) : std::move(masks);
+}
+
+std::optional<Segmentation> MaskSource::segment_or_go_on(const FrameView& frame) {
+  // What is wrong with the masks in a folder does not mend itself.
+  if (!goes_on_without_masks_ || folder_) return segment(frame);
+  try {
+    return segment(frame);
+  } catch (const std::runtime_error&) {
+    ++failures_;
+    return {};
+  }
+}
+
+std::optional<Segmentation> MaskSource::segment(const FrameView& frame) {
+  if (thread_) return thread_->collect(frame.id);
+  if (folder_ && goes_on_without_masks_ && !folder_->has_mask(frame.timestamp_s)) return {};
+  return segmenter_->segment(frame);
+}
+
+}  // namespace dynfilter::detail

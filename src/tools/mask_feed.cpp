@@ -1,0 +1,175 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "mask_feed.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <cstdio>
+#include <map>
+#include <mutex>
+#include <stdexcept>
+#include <thread>
+#include <utility>
+#include <vector>
+
+namespace dynfilter::tools {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+std::chrono::nanoseconds seconds(double seconds) {
+  return std::chrono::nanoseconds(static_cast<std::int64_t>(seconds * 1e9));
+}
+
+const std::vector<std::string>& hand_over_names() {
+  static const std::vector<std::string> names = {"wait", "wait_at_most", "latest", "drop"};
+  return names;
+}
+
+HandOver hand_over_of(const std::string& name) {
+  const auto& names = hand_over_names();
+  return static_cast<HandOver>(std::find(names.begin(), names.end(), name) - names.begin());
+}
+
+/// Takes at least a period for each frame, as a slower network does.
+class SlowedSegmenter final : public Segmenter {
+ public:
+  SlowedSegmenter(std::unique_ptr<Segmenter> segmenter, double rate_hz)
+      : segmenter_(std::move(segmenter)), period_(seconds(1 / rate_hz)) {}
+
+ private:
+  Segmentation do_segment(const FrameView& frame) override {
+    const Clock::time_point end = Clock::now() + period_;
+    Segmentation result = segmenter_->segment(frame);
+    std::this_thread::sleep_until(end);
+    return result;
+  }
+
+  std::unique_ptr<Segmenter> segmenter_;
+  std::chrono::nanoseconds period_;
+};
+
+}  // namespace
+
+/// The masks that were read with the frames, for a thread to hand over.
+class MaskFeed::SourceMasks final : public Segmenter {
+ public:
+  void remember(const SourceFrame& frame) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    masks_[frame.frame.id] = frame.masks.value();
+  }
+
+ private:
+  Segmentation do_segment(const FrameView& frame) override {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    const auto own = masks_.find(frame.id);
+    Segmentation masks = std::move(own->second);
+    masks_.erase(masks_.begin(), std::next(own));  // frames come in order, or never
+    return masks;
+  }
+
+  std::mutex mutex_;
+  std::map<std::uint64_t, Segmentation> masks_;
+};
+
+/// Lets frames come when they came from the camera, the first one now.
+class MaskFeed::Pace {
+ public:
+  void wait_for(double timestamp_s) {
+    if (!first_s_) {
+      first_s_ = timestamp_s;
+      start_ = Clock::now();
+    }
+    std::this_thread::sleep_until(start_ + seconds(timestamp_s - *first_s_));
+  }
+
+ private:
+  std::optional<double> first_s_;
+  Clock::time_point start_;
+};
+
+void add_mask_feed_options(CLI::App& command, MaskFeedOptions& options) {
+  add_segmenter_options(command, options.segmenter);
+  CLI::Option* hand_over =
+      command
+          .add_option("--async", options.hand_over,
+                      "make the masks in a thread beside tracking, with the frames at the pace of\n"
+                      "their times: wait for each frame's, wait_at_most so long, take the latest,\n"
+                      "or drop what is not there")
+          ->check(CLI::IsMember(hand_over_names()));
+  command.add_option("--most-wait", options.most_wait_s, "for --async wait_at_most, seconds")
+      ->needs(hand_over)
+      ->check(CLI::Range(0.0, 3600.0))
+      ->capture_default_str();
+  command
+      .add_option("--hz", options.rate_hz,
+                  "slow the masks down to so many frames a second [as fast as they come]")
+      ->needs(hand_over)
+      ->check(CLI::Range(0.001, 1000.0));
+}
+
+MaskFeed::MaskFeed(const MaskFeedOptions& options, const FrameSource& source)
+    : options_(options), source_name_(source.masks_name()) {
+  const bool by_thread = !options.hand_over.empty();
+  if (!options.segmenter.is_nobody()) segmenter_ = options.segmenter.make();
+  if (!by_thread) return;
+  if (!segmenter_) {
+    if (source_name_.empty()) {
+      throw std::runtime_error("--async without masks: the sequence has none; name a segmenter");
+    }
+    auto masks = std::make_unique<SourceMasks>();
+    source_masks_ = masks.get();
+    segmenter_ = std::move(masks);
+  }
+  if (options.rate_hz > 0) {
+    segmenter_ = std::make_unique<SlowedSegmenter>(std::move(segmenter_), options.rate_hz);
+  }
+  AsyncSegmenterOptions thread;
+  thread.hand_over = hand_over_of(options.hand_over);
+  thread.most_wait_s = options.most_wait_s;
+  thread_ = std::make_unique<AsyncSegmenter>(std::move(segmenter_), thread);
+  pace_ = std::make_unique<Pace>();
+}
+
+MaskFeed::~MaskFeed() = default;
+
+std::string MaskFeed::name() const {
+  std::string name = options_.segmenter.is_nobody() ? source_name_ : options_.segmenter.name();
+  if (!thread_) return name;
+  name += ", " + options_.hand_over + " of a thread";
+  if (options_.rate_hz > 0) {
+    char text[32];
+    std::snprintf(text, sizeof text, " at %g Hz", options_.rate_hz);
+    name += text;
+  }
+  return name;
+}
+
+void MaskFeed::submit(const SourceFrame& frame) {
+  if (!thread_) return;
+  pace_->wait_for(frame.frame.timestamp_s);
+  if (source_masks_) source_masks_->remember(frame);
+  thread_->submit(frame.frame);
+}
+
+std::optional<Segmentation> MaskFeed::collect(const SourceFrame& frame) {
+  if (thread_) return thread_->collect(frame.frame.id);
+  if (segmenter_) return segmenter_->segment(frame.frame);
+  return frame.masks;
+}
+
+std::string MaskFeed::report() const {
+  if (!thread_) return "";
+  const AsyncSegmenterStatistics counts = thread_->statistics();
+  char text[160];
+  std::snprintf(text, sizeof text,
+                "masks made in a thread: %llu of %llu frames, %.1f ms each, %llu failed",
+                static_cast<unsigned long long>(counts.segmented),
+                static_cast<unsigned long long>(counts.submitted), 1e3 * counts.mean_inference_s(),
+                static_cast<unsigned long long>(counts.failed));
+  return text;
+}
+
+}  // namespace dynfilter::tools

@@ -1,0 +1,67 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include <cstddef>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "commands.hpp"
+#include "dynfilter/datasets/rgbd_sequence.hpp"
+#include "dynfilter/segmenters/mask_folder_writer.hpp"
+#include "progress_bar.hpp"
+#include "segmenter_spec.hpp"
+
+namespace dynfilter::tools {
+namespace {
+
+struct MasksOptions {
+  std::filesystem::path sequence, camera, out;
+  SegmenterSpec segmenter;
+  bool overwrite = false;
+};
+
+void make_masks(const MasksOptions& options) {
+  const RgbdSequence sequence(options.sequence, {0.02, options.camera});
+  const std::unique_ptr<Segmenter> segmenter = options.segmenter.make();
+  MaskFolderWriterOptions writer_options;
+  writer_options.overwrite = options.overwrite;
+  MaskFolderWriter writer(options.out, writer_options);
+  std::size_t instances = 0;
+  {
+    ProgressBar progress("segmenting", sequence.size());
+    for (std::size_t i = 0; i < sequence.size(); ++i) {
+      const Segmentation masks = segmenter->segment(sequence.read(i));
+      writer.add(masks, sequence.entry(i).stem);
+      instances += masks.instances.size();
+      progress.advance();
+    }
+  }
+  writer.finish();
+  std::printf("%zu instances in %zu frames, written to %s\n", instances, sequence.size(),
+              options.out.c_str());
+}
+
+}  // namespace
+
+void add_masks_command(CLI::App& program) {
+  const auto options = std::make_shared<MasksOptions>();
+  CLI::App* command = program.add_subcommand(
+      "masks",
+      "Run a segmenter over a sequence once and keep its masks, label maps with an instances.csv,\n"
+      "for dynfilter run --masks, for MaskFolderSegmenter and for the plugin.");
+  command->add_option("SEQUENCE", options->sequence, "folder of the sequence")->required();
+  command->add_option("--out", options->out, "folder for the masks")->required();
+  command->add_option("--camera", options->camera, "camera file [SEQUENCE/camera.yaml]");
+  command->add_flag("--overwrite", options->overwrite, "replace earlier masks there");
+  add_segmenter_options(*command, options->segmenter);
+  command->footer(
+      "example: dynfilter masks rgbd_dataset_freiburg3_walking_xyz --remote /run/user/1000/masks\n"
+      "           --out rgbd_dataset_freiburg3_walking_xyz/masks");
+  command->callback([options] {
+    if (options->segmenter.is_nobody()) throw CLI::RequiredError("a segmenter, such as --remote");
+    make_masks(*options);
+  });
+}
+
+}  // namespace dynfilter::tools

@@ -1,0 +1,61 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "segmenter_spec.hpp"
+
+#include <stdexcept>
+
+#ifdef DYNFILTER_HAS_REMOTE_SEGMENTER
+#include "dynfilter/segmenters/remote_segmenter.hpp"
+#endif
+#ifdef DYNFILTER_HAS_NETWORKS
+#include "dynfilter/networks/network_segmenter.hpp"
+#endif
+
+namespace dynfilter::tools {
+
+std::string SegmenterSpec::name() const {
+  if (!remote.empty()) return "process at " + remote.string();
+  return model.string();
+}
+
+std::unique_ptr<Segmenter> SegmenterSpec::make() const {
+#ifdef DYNFILTER_HAS_REMOTE_SEGMENTER
+  if (!remote.empty()) {
+    RemoteSegmenterOptions options;
+    options.timeout_s = remote_timeout_s;
+    options.retry_interval_s = 0.1;  // either side may be started first
+    return std::make_unique<RemoteSegmenter>(remote, options);
+  }
+#endif
+#ifdef DYNFILTER_HAS_NETWORKS
+  if (!model.empty()) return make_network_segmenter(model);
+#endif
+  throw std::runtime_error("no segmenter was chosen that this build has");
+}
+
+void add_segmenter_options([[maybe_unused]] CLI::App& command,
+                           [[maybe_unused]] SegmenterSpec& segmenter) {
+#ifdef DYNFILTER_HAS_REMOTE_SEGMENTER
+  CLI::Option* remote = command.add_option(
+      "--remote", segmenter.remote,
+      "masks from the process that listens at this socket, see examples/remote_masks");
+  command
+      .add_option("--remote-timeout", segmenter.remote_timeout_s,
+                  "seconds that a frame may take there")
+      ->needs(remote)
+      ->check(CLI::Range(0.001, 3600.0))
+      ->capture_default_str();
+#endif
+#ifdef DYNFILTER_HAS_NETWORKS
+  CLI::Option* model =
+      command.add_option("--model", segmenter.model, "masks of this network, an ONNX file");
+#ifdef DYNFILTER_HAS_REMOTE_SEGMENTER
+  model->excludes(remote);
+#else
+  (void)model;
+#endif
+#endif
+}
+
+}  // namespace dynfilter::tools
