@@ -33,6 +33,7 @@ MaskPropagatorOptions checked(const MaskPropagatorOptions& options) {
   require("point_spacing_px", options.point_spacing_px, 4, 64);
   require("most_forward_backward_px", options.most_forward_backward_px, 0, 100);
   require("field_sigma_px", options.field_sigma_px, 1, 1000);
+  require("edge_px", options.edge_px, 0, 100);
   require("least_points", static_cast<double>(options.least_points), 1, 1000);
   require("least_iou", options.least_iou, 0, 1);
   require("most_missed", static_cast<double>(options.most_missed), 0, 1e6);

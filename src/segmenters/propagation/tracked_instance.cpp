@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdlib>
 #include <iterator>
 
 #include "dynfilter/detail/depth_image.hpp"
@@ -18,6 +19,14 @@ namespace {
 // a share of the box.
 constexpr double side_reach_px = 8;
 constexpr double side_reach_share = 0.1;
+
+// A point is the background's if it moves so much nearer to the background's way than to the
+// object's, as a share of the distances, and if these two differ at all: pixels at a width of 640.
+constexpr double share_of_distance = 0.75;
+constexpr double least_difference_px = 2;
+
+// A mask that fills less of its box than that says little about how the object moves.
+constexpr double least_mask_share = 0.1;
 
 /// The median of both coordinates, each for itself.
 cv::Point2f median_shift(const std::vector<PointMotion>& motions) {
@@ -32,6 +41,24 @@ cv::Point2f median_shift(const std::vector<PointMotion>& motions) {
     return *middle;
   };
   return {median(x), median(y)};
+}
+
+/// The mean of the motions round a point, with weights by a Gaussian of their distance; nothing
+/// where they are all far away.
+std::optional<cv::Point2f> mean_motion(const std::vector<PointMotion>& motions, cv::Point2f round,
+                                       double sigma_px) {
+  cv::Point2d sum(0, 0);
+  double weights = 0;
+  for (const PointMotion& motion : motions) {
+    const cv::Point2d away = motion.from - round;
+    const double exponent = away.dot(away) / (2 * sigma_px * sigma_px);
+    if (exponent > 4.5) continue;
+    const double weight = std::exp(-exponent);
+    sum += weight * cv::Point2d(motion.shift());
+    weights += weight;
+  }
+  if (weights < 0.05) return {};
+  return cv::Point2f(sum / weights);
 }
 
 cv::Point2d centre(const cv::Rect2d& box) { return (box.tl() + box.br()) / 2; }
@@ -82,19 +109,55 @@ void TrackedInstance::succeed(const TrackedInstance& earlier) {
   }
 }
 
-std::vector<PointMotion> TrackedInstance::motions_on_mask(
-    const std::vector<PointMotion>& all) const {
-  std::vector<PointMotion> on_mask;
-  if (mask_.empty()) return on_mask;
-  for (const PointMotion& motion : all) {
-    const cv::Point2f source = map_.source_of(motion.from);
-    const int x = static_cast<int>(std::floor(source.x + 0.5F)) - mask_origin_.x;
-    const int y = static_cast<int>(std::floor(source.y + 0.5F)) - mask_origin_.y;
-    const bool is_on_mask =
-        x >= 0 && y >= 0 && x < mask_.cols && y < mask_.rows && mask_.ptr<std::uint8_t>(y)[x] != 0;
-    if (is_on_mask) on_mask.push_back(motion);
+/// Whether the mask has the object there and `reach` pixels away on all sides, as far as the image
+/// goes.
+bool TrackedInstance::is_inside(cv::Point pixel, int reach) const {
+  const auto covers = [&](cv::Point at) {
+    const cv::Point in_mask = at - mask_origin_;
+    return cv::Rect({}, mask_.size()).contains(in_mask) &&
+           mask_.ptr<std::uint8_t>(in_mask.y)[in_mask.x] != 0;
+  };
+  if (!covers(pixel)) return false;
+  for (int y = -1; reach > 0 && y <= 1; ++y) {
+    for (int x = -1; x <= 1; ++x) {
+      const cv::Point at = pixel + reach * cv::Point(x, y);
+      if (cv::Rect({}, image_).contains(at) && !covers(at)) return false;
+    }
   }
-  return on_mask;
+  return true;
+}
+
+/// Those of the points on the mask. Of points close to its edge some are the background's: those
+/// that move rather as the points outside do than as those well inside.
+std::vector<PointMotion> TrackedInstance::motions_on_mask(
+    const FlowStep& step, const MaskPropagatorOptions& options) const {
+  if (mask_.empty()) return {};
+  const int edge_px = static_cast<int>(std::lround(options.edge_px * pixel_scale(image_)));
+  std::vector<PointMotion> inside, edge, outside;
+  for (const PointMotion& motion : step.motions) {
+    const cv::Point2f source = map_.source_of(motion.from) + cv::Point2f(0.5F, 0.5F);
+    const cv::Point pixel(cvFloor(source.x), cvFloor(source.y));
+    auto& part = is_inside(pixel, edge_px) ? inside : is_inside(pixel, 0) ? edge : outside;
+    part.push_back(motion);
+  }
+  const double sigma_px = options.field_sigma_px * pixel_scale(image_);
+  const double least_px = least_difference_px * pixel_scale(image_);
+  const auto is_background = [&](const PointMotion& motion) {
+    const auto background = mean_motion(outside, motion.from, sigma_px);
+    auto object = mean_motion(inside, motion.from, sigma_px);
+    if (!object && velocity_px_s_) object = cv::Point2f(*velocity_px_s_ * step.duration_s);
+    if (!object || !background || cv::norm(*object - *background) < least_px) return false;
+    return cv::norm(motion.shift() - *background) <
+           share_of_distance * cv::norm(motion.shift() - *object);
+  };
+  std::vector<PointMotion> motions = inside;
+  std::remove_copy_if(edge.begin(), edge.end(), std::back_inserter(motions), is_background);
+  return motions;
+}
+
+bool TrackedInstance::fills_box() const {
+  return static_cast<double>(mask_.total()) >= least_mask_share * cv::Rect2d(source_.box).area() &&
+         !mask_.empty();
 }
 
 /// In the middle of the box, which an object fills whatever its arms and legs do.
@@ -116,11 +179,11 @@ void TrackedInstance::advance(const FlowStep& step, const MaskPropagatorOptions&
     mask_ = mask_.clone();  // what lies outside the image and round the object is needed no more
     source_.mask.release();
   }
-  std::vector<PointMotion> motions = motions_on_mask(step.motions);
-  bool as_one = false;
-  if (motions.size() < options.least_points) {
-    motions = motions_in_box(step.motions);
-    as_one = true;
+  std::vector<PointMotion> motions = motions_on_mask(step, options);
+  const bool as_one = motions.size() < options.least_points && !fills_box();
+  if (as_one) motions = motions_in_box(step.motions);
+  if (!as_one && motions.size() >= options.least_points && has_gone_out(motions, step)) {
+    motions.clear();
   }
   counts_.points = motions.size();
   if (motions.size() >= options.least_points) {
@@ -134,6 +197,24 @@ void TrackedInstance::advance(const FlowStep& step, const MaskPropagatorOptions&
   }
   past_.push_back({step.timestamp_s, box_});
   if (past_.size() > options.history_frames) past_.pop_front();
+}
+
+/// Whether the points on a mask at the border of the image, which it was about to cross, are the
+/// background's: what is left of the object is too little to hold points of its own, and its mask
+/// would stay at the border for good.
+bool TrackedInstance::has_gone_out(const std::vector<PointMotion>& on_mask,
+                                   const FlowStep& step) const {
+  if (!velocity_px_s_) return false;
+  const cv::Rect place = region();
+  const cv::Point2d expected = *velocity_px_s_ * step.duration_s;
+  const bool crosses_border = (place.x <= 1 && expected.x < 0) ||
+                              (place.y <= 1 && expected.y < 0) ||
+                              (place.br().x + 1 >= image_.width && expected.x > 0) ||
+                              (place.br().y + 1 >= image_.height && expected.y > 0);
+  if (!crosses_border) return false;
+  const cv::Point2d background(median_shift(step.motions)), now(median_shift(on_mask));
+  return cv::norm(expected - background) > least_difference_px * pixel_scale(image_) &&
+         cv::norm(now - background) < share_of_distance * cv::norm(now - expected);
 }
 
 void TrackedInstance::move_by_flow(const std::vector<PointMotion>& motions, bool as_one,

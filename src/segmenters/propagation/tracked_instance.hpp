@@ -70,8 +70,12 @@ class TrackedInstance {
     cv::Rect2d box;
   };
 
-  std::vector<PointMotion> motions_on_mask(const std::vector<PointMotion>& all) const;
+  bool fills_box() const;
+  bool is_inside(cv::Point pixel, int reach) const;
+  std::vector<PointMotion> motions_on_mask(const FlowStep& step,
+                                           const MaskPropagatorOptions& options) const;
   std::vector<PointMotion> motions_in_box(const std::vector<PointMotion>& all) const;
+  bool has_gone_out(const std::vector<PointMotion>& on_mask, const FlowStep& step) const;
   void move_by_flow(const std::vector<PointMotion>& motions, bool as_one,
                     const MaskPropagatorOptions& options, double duration_s);
   void shift(cv::Point2d by);
