@@ -6,7 +6,6 @@
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -15,6 +14,7 @@
 
 #include <opencv2/core.hpp>
 
+#include "dynfilter/detail/depth_lbp_dense.hpp"
 #include "dynfilter/detail/depth_lbp_kernel.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/rectangles.hpp"
@@ -81,19 +81,18 @@ class DepthLbp {
   /// The codes of all pixels of a region, which may reach beyond the image: CV_8UC1 of the size of
   /// `depth`, 0 where a pixel has no code. A matrix of that type and size is written in the region
   /// only, so threads may share it and each do some rows; another one is made anew, with 0 outside
-  /// the region. `codes` must not share data with `depth`. O(pixels of the region).
+  /// the region. `codes` must not share data with `depth`. O(pixels of the region), by the widest
+  /// registers that the processor has.
   void dense(const cv::Mat& depth, const cv::Rect& region, cv::Mat& codes) const {
     require_depth(depth);
     if (codes.type() != CV_8UC1 || codes.size() != depth.size()) {
       codes = cv::Mat::zeros(depth.size(), CV_8UC1);
     }
     const cv::Rect inside = detail::clip(region, depth.size());
-    for (int y = inside.y; y < inside.y + inside.height; ++y) {
-      if (depth.type() == CV_16UC1) {
-        dense_row<std::uint16_t>(depth, y, inside, codes);
-      } else {
-        dense_row<float>(depth, y, inside, codes);
-      }
+    if (depth.type() == CV_16UC1) {
+      dense_of<std::uint16_t>(depth, inside, codes);
+    } else {
+      dense_of<float>(depth, inside, codes);
     }
   }
 
@@ -114,8 +113,9 @@ class DepthLbp {
     }
   }
 
-  std::uint32_t missing() const {
-    return options_.missing_neighbour == MissingNeighbour::farther ? 1U : 0U;
+  template <class Depth>
+  typename detail::DepthBits<Depth>::Type bias() const {
+    return detail::depth_bias<Depth>(options_.missing_neighbour == MissingNeighbour::farther);
   }
 
   template <class Depth>
@@ -125,7 +125,7 @@ class DepthLbp {
     }
     const auto rows = detail::DepthRows<Depth>::around(depth, pixel.y);
     if (!detail::has_depth(rows.middle[pixel.x])) return {};
-    return arrangement_[detail::clockwise_code(rows, pixel.x, missing())];
+    return arrangement_[detail::clockwise_code(rows, pixel.x, bias<Depth>())];
   }
 
   template <class Depth>
@@ -137,20 +137,13 @@ class DepthLbp {
   }
 
   template <class Depth>
-  void dense_row(const cv::Mat& depth, int y, const cv::Rect& region, cv::Mat& codes) const {
-    std::uint8_t* out = codes.ptr<std::uint8_t>(y);
-    std::fill_n(out + region.x, region.width, std::uint8_t{0});
-    if (y == 0 || y == depth.rows - 1) return;
-    const auto rows = detail::DepthRows<Depth>::around(depth, y);
-    const int first = std::max(region.x, 1);
-    const int last = std::min(region.x + region.width, depth.cols - 1);
-    for (int x = first; x < last; ++x) {
-      if (!detail::has_depth(rows.middle[x])) continue;
-      out[x] = arrangement_[detail::clockwise_code(rows, x, missing())];
-    }
+  void dense_of(const cv::Mat& depth, const cv::Rect& region, cv::Mat& codes) const {
+    const detail::DepthLbpRule<Depth> rule = {options_.bits, bias<Depth>()};
+    detail::dense_depth_lbp(depth, region, rule, instruction_set_, codes);
   }
 
   DepthLbpOptions options_;
+  detail::InstructionSet instruction_set_ = detail::best_instruction_set();
   std::array<std::uint8_t, 256> arrangement_{};  // from clockwise bits to the bits of the options
 };
 

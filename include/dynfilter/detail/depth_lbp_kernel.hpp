@@ -1,13 +1,15 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// The code of one pixel, with bit k for neighbour k clockwise from the top-left one.
+// The code of one pixel, in plain C++, and what the kernels for whole rows have in common with it.
 
 #ifndef DYNFILTER_DETAIL_DEPTH_LBP_KERNEL_HPP
 #define DYNFILTER_DETAIL_DEPTH_LBP_KERNEL_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 
@@ -15,19 +17,45 @@
 
 namespace dynfilter::detail {
 
-/// A depth as an integer that sorts like it; 0 = no depth (0, negative, NaN, infinite).
-inline std::uint32_t depth_order(std::uint16_t depth) { return depth; }
+/// An unsigned integer of a depth's own bits. "No depth" is 0 or at least `first_beyond`: positive
+/// floats sort like their bits; infinity and NaN stand above, negative ones above those.
+template <class Depth>
+struct DepthBits;
 
-inline std::uint32_t depth_order(float depth) {
-  // Positive floats sort like their bits; infinity and NaN stand above, negative ones above those.
-  std::uint32_t bits = 0;
-  std::memcpy(&bits, &depth, sizeof bits);
-  return bits < 0x7F800000U ? bits : 0U;
-}
+template <>
+struct DepthBits<std::uint16_t> {
+  using Type = std::uint16_t;
+  static constexpr std::uint32_t first_beyond = 0x10000;
+};
+
+template <>
+struct DepthBits<float> {
+  using Type = std::uint32_t;
+  static constexpr std::uint32_t first_beyond = 0x7F800000;  // infinity
+};
 
 template <class Depth>
+typename DepthBits<Depth>::Type depth_bits(Depth depth) {
+  typename DepthBits<Depth>::Type bits;
+  static_assert(sizeof bits == sizeof depth, "the same bits");
+  std::memcpy(&bits, &depth, sizeof bits);
+  return bits;
+}
+
+/// Whether a pixel has a depth: it is not 0, negative, NaN or infinite.
+template <class Depth>
 bool has_depth(Depth depth) {
-  return depth_order(depth) != 0;
+  return depth_bits(depth) - std::uint32_t{1} < DepthBits<Depth>::first_beyond - 1;
+}
+
+/// What to add to the bits of a depth, modulo their width, so that as unsigned integers depths keep
+/// their order and all that is no depth stands below every one of them (which is what a neighbour
+/// without depth counts as), or above.
+template <class Depth>
+constexpr typename DepthBits<Depth>::Type depth_bias(bool missing_is_farther) {
+  using Bits = typename DepthBits<Depth>::Type;
+  return missing_is_farther ? static_cast<Bits>(-1)
+                            : static_cast<Bits>(0U - DepthBits<Depth>::first_beyond);
 }
 
 /// Three neighbouring rows of a depth image.
@@ -38,24 +66,35 @@ struct DepthRows {
   const Depth* lower;
 
   static DepthRows around(const cv::Mat& depth, int y) {
-    return {depth.ptr<Depth>(y - 1), depth.ptr<Depth>(y), depth.ptr<Depth>(y + 1)};
+    const std::size_t step = depth.step[0];
+    const unsigned char* middle = depth.data + step * static_cast<std::size_t>(y);
+    return {reinterpret_cast<const Depth*>(middle - step), reinterpret_cast<const Depth*>(middle),
+            reinterpret_cast<const Depth*>(middle + step)};
   }
 };
 
-/// `missing` is 0 if a neighbour without depth counts as nearer, and 1 if as farther: taking it
-/// from both sides of the comparison leaves the order of depths alone (the centre's is at least 1)
-/// and wraps "no depth" to the top.
+/// The code of a pixel that has depth, with bit k for neighbour k clockwise from the top-left one.
 template <class Depth>
-std::uint8_t clockwise_code(const DepthRows<Depth>& rows, int x, std::uint32_t missing) {
-  const std::uint32_t centre = depth_order(rows.middle[x]) - missing;
-  // A shift and no choice of values, so that no branch hangs on depths, which nobody can foresee.
-  const auto bit = [&](Depth neighbour, unsigned position) {
-    return static_cast<unsigned>(depth_order(neighbour) - missing > centre) << position;
+std::uint8_t clockwise_code(const DepthRows<Depth>& rows, std::ptrdiff_t x,
+                            typename DepthBits<Depth>::Type bias) {
+  using Bits = typename DepthBits<Depth>::Type;
+  const auto biased = [bias](Depth depth) { return static_cast<Bits>(depth_bits(depth) + bias); };
+  const Bits centre = biased(rows.middle[x]);
+  // A comparison and an addition with carry, so that no branch hangs on depths, which nobody can
+  // foresee.
+  unsigned code = 0;
+  const auto append = [&](Depth neighbour) {
+    code = code + code + static_cast<unsigned>(biased(neighbour) > centre);
   };
-  return static_cast<std::uint8_t>(bit(rows.upper[x - 1], 0) | bit(rows.upper[x], 1) |
-                                   bit(rows.upper[x + 1], 2) | bit(rows.middle[x + 1], 3) |
-                                   bit(rows.lower[x + 1], 4) | bit(rows.lower[x], 5) |
-                                   bit(rows.lower[x - 1], 6) | bit(rows.middle[x - 1], 7));
+  append(rows.middle[x - 1]);
+  append(rows.lower[x - 1]);
+  append(rows.lower[x]);
+  append(rows.lower[x + 1]);
+  append(rows.middle[x + 1]);
+  append(rows.upper[x + 1]);
+  append(rows.upper[x]);
+  append(rows.upper[x - 1]);
+  return static_cast<std::uint8_t>(code);
 }
 
 }  // namespace dynfilter::detail

@@ -1,0 +1,110 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// Dense D-LBP by the best instructions of the processor that the program runs on, whatever it was
+// compiled for.
+
+#ifndef DYNFILTER_DETAIL_DEPTH_LBP_DENSE_HPP
+#define DYNFILTER_DETAIL_DEPTH_LBP_DENSE_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <type_traits>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "dynfilter/detail/depth_lbp_strip.hpp"
+
+// What these compilers need to mix instruction sets in one file, and to ask for them.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(_MSC_VER)
+#define DYNFILTER_HAS_X86_KERNELS 1
+#include "dynfilter/detail/depth_lbp_avx2.hpp"
+#include "dynfilter/detail/depth_lbp_avx512.hpp"
+#include "dynfilter/detail/depth_lbp_sse2.hpp"
+#else
+#define DYNFILTER_HAS_X86_KERNELS 0
+#endif
+
+namespace dynfilter::detail {
+
+/// In the order of preference. avx512 stands for what Ice Lake and Zen 4 have, and later ones.
+enum class InstructionSet { portable, sse2, avx2, avx512 };
+
+/// Those that this processor has, the best last.
+inline std::vector<InstructionSet> supported_instruction_sets() {
+  std::vector<InstructionSet> sets = {InstructionSet::portable};
+#if DYNFILTER_HAS_X86_KERNELS
+  __builtin_cpu_init();
+  sets.push_back(InstructionSet::sse2);
+  const bool has_avx2 = __builtin_cpu_supports("avx2") != 0;
+  if (has_avx2) sets.push_back(InstructionSet::avx2);
+  if (has_avx2 && __builtin_cpu_supports("avx512f") != 0 &&
+      __builtin_cpu_supports("avx512bw") != 0 && __builtin_cpu_supports("avx512vbmi") != 0 &&
+      __builtin_cpu_supports("gfni") != 0) {
+    sets.push_back(InstructionSet::avx512);
+  }
+#endif
+  return sets;
+}
+
+inline InstructionSet best_instruction_set() { return supported_instruction_sets().back(); }
+
+/// The codes of a strip. One that is narrower than what a set does at a time is done by a lower
+/// set.
+template <class Depth>
+void depth_lbp(const DepthLbpStrip<Depth>& strip, const DepthLbpRule<Depth>& rule,
+               InstructionSet best) {
+#if DYNFILTER_HAS_X86_KERNELS
+  const auto may_use = [&](InstructionSet set, std::ptrdiff_t columns) {
+    return best >= set && strip.columns >= columns;
+  };
+  if (may_use(InstructionSet::avx512, DepthLbpAvx512<Depth, true>::columns)) {
+    if constexpr (std::is_same<Depth, std::uint16_t>::value) {
+      if (rule.bias == 0) return depth_lbp_avx512<Depth, false>(strip, rule);
+    }
+    return depth_lbp_avx512<Depth, true>(strip, rule);
+  }
+  if (may_use(InstructionSet::avx2, DepthLbpAvx2<Depth>::columns)) {
+    return depth_lbp_avx2(strip, rule);
+  }
+  if (may_use(InstructionSet::sse2, DepthLbpSse2<Depth>::columns)) {
+    return depth_lbp_sse2(strip, rule);
+  }
+#endif
+  depth_lbp_portable(strip, rule);
+}
+
+/// The codes of a region of the image, which must lie in it: 0 on the border.
+template <class Depth>
+void dense_depth_lbp(const cv::Mat& depth, const cv::Rect& region, const DepthLbpRule<Depth>& rule,
+                     InstructionSet best, cv::Mat& codes) {
+  const int first_x = std::max(region.x, 1);
+  const int first_y = std::max(region.y, 1);
+  const int end_x = std::min(region.x + region.width, depth.cols - 1);
+  const int end_y = std::min(region.y + region.height, depth.rows - 1);
+  const auto clear = [&codes](int y, int begin, int end) {
+    if (begin < end) std::fill(codes.ptr(y) + begin, codes.ptr(y) + end, std::uint8_t{0});
+  };
+  for (int y = region.y; y < region.y + region.height; ++y) {
+    const bool is_border = y < first_y || y >= end_y;
+    clear(y, region.x, is_border ? region.x + region.width : first_x);
+    clear(y, std::max(end_x, region.x), region.x + region.width);
+  }
+  if (first_x >= end_x || first_y >= end_y) return;
+  const DepthLbpStrip<Depth> strip = {depth.ptr<Depth>(first_y) + first_x,
+                                      static_cast<std::ptrdiff_t>(depth.step1()),
+                                      codes.ptr(first_y) + first_x,
+                                      static_cast<std::ptrdiff_t>(codes.step1()),
+                                      end_y - first_y,
+                                      end_x - first_x};
+  depth_lbp(strip, rule, best);
+}
+
+}  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_DETAIL_DEPTH_LBP_DENSE_HPP

@@ -1,0 +1,72 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// What a kernel for dense D-LBP gets, and the kernel in plain C++.
+
+#ifndef DYNFILTER_DETAIL_DEPTH_LBP_STRIP_HPP
+#define DYNFILTER_DETAIL_DEPTH_LBP_STRIP_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "dynfilter/detail/depth_lbp_kernel.hpp"
+
+namespace dynfilter::detail {
+
+/// Pixels that have all eight neighbours, in rows one below the other, and where their codes go.
+/// Strides are in elements.
+template <class Depth>
+struct DepthLbpStrip {
+  const Depth* depth;
+  std::ptrdiff_t depth_stride;
+  std::uint8_t* codes;
+  std::ptrdiff_t codes_stride;
+  std::ptrdiff_t rows;
+  std::ptrdiff_t columns;
+};
+
+template <class Depth>
+struct DepthLbpRule {
+  using Bits = typename DepthBits<Depth>::Type;
+
+  std::array<std::uint8_t, 8> bits;  ///< of the neighbours clockwise from the top-left one
+  Bits bias;                         ///< see depth_bias
+
+  /// What takes the bias away again, and 1 besides: depths are then what is below `depths`.
+  Bits unbias() const { return static_cast<Bits>(~bias); }
+  static constexpr Bits depths = static_cast<Bits>(DepthBits<Depth>::first_beyond - 1);
+
+  /// The same for comparisons of signed integers.
+  static constexpr Bits sign = static_cast<Bits>(Bits{1} << (8 * sizeof(Bits) - 1));
+  static constexpr Bits signed_depths = static_cast<Bits>(depths ^ sign);
+  Bits signed_bias() const { return static_cast<Bits>(bias ^ sign); }
+};
+
+/// As one writes it, with no branch on a depth.
+template <class Depth>
+void depth_lbp_portable(const DepthLbpStrip<Depth>& strip, const DepthLbpRule<Depth>& rule) {
+  std::array<std::uint8_t, 256> arrangement{};  // from clockwise bits to the weights
+  for (std::size_t code = 1; code < 256; ++code) {
+    for (std::size_t k = 0; k < 8; ++k) {
+      const auto bit = static_cast<std::uint8_t>((code >> k & 1U) << rule.bits[k]);
+      arrangement[code] = static_cast<std::uint8_t>(arrangement[code] | bit);
+    }
+  }
+  for (std::ptrdiff_t y = 0; y < strip.rows; ++y) {
+    const Depth* middle = strip.depth + y * strip.depth_stride;
+    const DepthRows<Depth> rows = {middle - strip.depth_stride, middle,
+                                   middle + strip.depth_stride};
+    std::uint8_t* codes = strip.codes + y * strip.codes_stride;
+    for (std::ptrdiff_t x = 0; x < strip.columns; ++x) {
+      const std::uint8_t code = arrangement[clockwise_code(rows, x, rule.bias)];
+      codes[x] = has_depth(middle[x]) ? code : std::uint8_t{0};
+    }
+  }
+}
+
+}  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_DETAIL_DEPTH_LBP_STRIP_HPP
