@@ -6,6 +6,7 @@
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -15,7 +16,7 @@
 #include <opencv2/core.hpp>
 
 #include "dynfilter/detail/depth_lbp_dense.hpp"
-#include "dynfilter/detail/depth_lbp_kernel.hpp"
+#include "dynfilter/detail/depth_lbp_points.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/rectangles.hpp"
 #include "dynfilter/features.hpp"
@@ -61,8 +62,11 @@ class DepthLbp {
   /// of another type. O(1).
   std::optional<std::uint8_t> code(const cv::Mat& depth, cv::Point pixel) const {
     require_depth(depth);
-    return depth.type() == CV_16UC1 ? code_of<std::uint16_t>(depth, pixel)
-                                    : code_of<float>(depth, pixel);
+    using detail::DepthLbpPoints;
+    return depth.type() == CV_16UC1
+               ? code_of(DepthLbpPoints<std::uint16_t>(depth, missing_is_farther()), pixel.x,
+                         pixel.y)
+               : code_of(DepthLbpPoints<float>(depth, missing_is_farther()), pixel.x, pixel.y);
   }
 
   /// The codes of many features, one for each of them in their order. `codes` is resized, which
@@ -113,32 +117,42 @@ class DepthLbp {
     }
   }
 
-  template <class Depth>
-  typename detail::DepthBits<Depth>::Type bias() const {
-    return detail::depth_bias<Depth>(options_.missing_neighbour == MissingNeighbour::farther);
+  bool missing_is_farther() const {
+    return options_.missing_neighbour == MissingNeighbour::farther;
   }
 
   template <class Depth>
-  std::optional<std::uint8_t> code_of(const cv::Mat& depth, cv::Point pixel) const {
-    if (pixel.x < 1 || pixel.y < 1 || pixel.x >= depth.cols - 1 || pixel.y >= depth.rows - 1) {
-      return {};
-    }
-    const auto rows = detail::DepthRows<Depth>::around(depth, pixel.y);
-    if (!detail::has_depth(rows.middle[pixel.x])) return {};
-    return arrangement_[detail::clockwise_code(rows, pixel.x, bias<Depth>())];
+  [[gnu::always_inline]] std::optional<std::uint8_t> code_of(
+      const detail::DepthLbpPoints<Depth>& image, int x, int y) const {
+    if (!image.is_inner(x, y)) return {};
+    bool exists = false;
+    const std::uint8_t code = arrangement_[image.clockwise_code(x, y, exists)];
+    return exists ? std::optional<std::uint8_t>(code) : std::nullopt;
   }
 
   template <class Depth>
   void codes_of(const cv::Mat& depth, FeaturesView features,
                 std::vector<std::optional<std::uint8_t>>& codes) const {
-    for (std::size_t i = 0; i < features.size(); ++i) {
-      codes[i] = code_of<Depth>(depth, features.pixel(i));
+    const detail::DepthLbpPoints<Depth> image(depth, missing_is_farther());
+    // Some pixels ahead of their codes, so that their depths are fetched all at once.
+    constexpr std::size_t at_a_time = 32;
+    std::array<cv::Point, at_a_time> pixels;
+    for (std::size_t first = 0; first < features.size(); first += at_a_time) {
+      const std::size_t count = std::min(features.size() - first, at_a_time);
+      for (std::size_t i = 0; i < count; ++i) {
+        pixels[i] = features.pixel(first + i);
+        image.prefetch(pixels[i].x, pixels[i].y);
+      }
+      for (std::size_t i = 0; i < count; ++i) {
+        codes[first + i] = code_of(image, pixels[i].x, pixels[i].y);
+      }
     }
   }
 
   template <class Depth>
   void dense_of(const cv::Mat& depth, const cv::Rect& region, cv::Mat& codes) const {
-    const detail::DepthLbpRule<Depth> rule = {options_.bits, bias<Depth>()};
+    const detail::DepthLbpRule<Depth> rule = {options_.bits,
+                                              detail::depth_bias<Depth>(missing_is_farther())};
     detail::dense_depth_lbp(depth, region, rule, instruction_set_, codes);
   }
 

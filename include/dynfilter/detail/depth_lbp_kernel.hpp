@@ -1,19 +1,16 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// The code of one pixel, in plain C++, and what the kernels for whole rows have in common with it.
+// The code of one pixel, in plain C++, and what the kernels for others have in common with it.
 
 #ifndef DYNFILTER_DETAIL_DEPTH_LBP_KERNEL_HPP
 #define DYNFILTER_DETAIL_DEPTH_LBP_KERNEL_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-
-#include <opencv2/core.hpp>
 
 namespace dynfilter::detail {
 
@@ -64,37 +61,24 @@ struct DepthRows {
   const Depth* upper;
   const Depth* middle;
   const Depth* lower;
-
-  static DepthRows around(const cv::Mat& depth, int y) {
-    const std::size_t step = depth.step[0];
-    const unsigned char* middle = depth.data + step * static_cast<std::size_t>(y);
-    return {reinterpret_cast<const Depth*>(middle - step), reinterpret_cast<const Depth*>(middle),
-            reinterpret_cast<const Depth*>(middle + step)};
-  }
 };
 
 /// The code of a pixel that has depth, with bit k for neighbour k clockwise from the top-left one.
 template <class Depth>
-std::uint8_t clockwise_code(const DepthRows<Depth>& rows, std::ptrdiff_t x,
-                            typename DepthBits<Depth>::Type bias) {
+[[gnu::always_inline]] inline std::uint8_t clockwise_code(const DepthRows<Depth>& rows,
+                                                          std::ptrdiff_t x,
+                                                          typename DepthBits<Depth>::Type bias) {
   using Bits = typename DepthBits<Depth>::Type;
   const auto biased = [bias](Depth depth) { return static_cast<Bits>(depth_bits(depth) + bias); };
   const Bits centre = biased(rows.middle[x]);
-  // A comparison and an addition with carry, so that no branch hangs on depths, which nobody can
-  // foresee.
-  unsigned code = 0;
-  const auto append = [&](Depth neighbour) {
-    code = code + code + static_cast<unsigned>(biased(neighbour) > centre);
+  // A shift and no choice of values, so that no branch hangs on depths, which nobody can foresee.
+  const auto bit = [&](Depth neighbour, unsigned position) {
+    return static_cast<unsigned>(biased(neighbour) > centre) << position;
   };
-  append(rows.middle[x - 1]);
-  append(rows.lower[x - 1]);
-  append(rows.lower[x]);
-  append(rows.lower[x + 1]);
-  append(rows.middle[x + 1]);
-  append(rows.upper[x + 1]);
-  append(rows.upper[x]);
-  append(rows.upper[x - 1]);
-  return static_cast<std::uint8_t>(code);
+  return static_cast<std::uint8_t>(bit(rows.upper[x - 1], 0) | bit(rows.upper[x], 1) |
+                                   bit(rows.upper[x + 1], 2) | bit(rows.middle[x + 1], 3) |
+                                   bit(rows.lower[x + 1], 4) | bit(rows.lower[x], 5) |
+                                   bit(rows.lower[x - 1], 6) | bit(rows.middle[x - 1], 7));
 }
 
 }  // namespace dynfilter::detail
