@@ -1,32 +1,52 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// D-LBP, dense and at points, beside the naive loop and beside memcpy of the depth image, which
-// nothing that reads it can beat by much. Each benchmark compares its result with the naive one
-// before it is timed. Threads split the rows of one image (dense) or the points.
+// D-LBP, dense and at points, by every instruction set that this processor has, beside what people
+// would use instead and beside memcpy of the depth image, which nothing that reads it can beat by
+// much. Each result is compared with the naive one before it is timed.
+//
+//   dense/<u16|f32>/<width>x<height>/<portable|sse2|avx2|avx512|best>  ours; best is what users get
+//   dense/<u16|f32>/<width>x<height>/<one_thread|two_threads>          the same, rows split
+//   dense/<u16|f32>/<width>x<height>/<memcpy|mat_at|mat_at_loop|cv_compare|bgr2gray>
+//   sparse/<u16|f32>/<points>/<codes|code|naive>/<warm|cold>           640x480
 
 #include "dynfilter/depth_lbp.hpp"
 
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
+#include <atomic>
 #include <cstdint>
 #include <cstring>
+#include <functional>
 #include <optional>
+#include <string>
+#include <thread>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
+#include "peers/composed_depth_lbp.hpp"
 #include "peers/naive_depth_lbp.hpp"
 
 namespace dynfilter {
 namespace {
 
+using detail::InstructionSet;
+
+template <class Depth>
+constexpr int mat_type = cv::DataType<Depth>::type;
+
+template <class Depth>
+constexpr const char* depth_name = std::is_same_v<Depth, float> ? "f32" : "u16";
+
 /// A slope with steps, quantisation and holes, as a depth camera gives it.
 template <class Depth>
 cv::Mat depth_image(const cv::Size& size) {
-  constexpr int type = std::is_same_v<Depth, float> ? CV_32FC1 : CV_16UC1;
-  cv::Mat depth(size, type);
+  cv::Mat depth(size, mat_type<Depth>);
   std::uint32_t noise = 1;
   for (int y = 0; y < size.height; ++y) {
     for (int x = 0; x < size.width; ++x) {
@@ -40,151 +60,283 @@ cv::Mat depth_image(const cv::Size& size) {
   return depth;
 }
 
-cv::Size size_of(const benchmark::State& state) {
-  return {static_cast<int>(state.range(0)), static_cast<int>(state.range(1))};
-}
-
-/// The rows, or points, of one of the threads that share the work.
-struct Share {
-  int first;
-  int count;
-  Share(int total, const benchmark::State& state)
-      : first(total * state.thread_index() / state.threads()),
-        count(total * (state.thread_index() + 1) / state.threads() - first) {}
-};
-
-void report_pixels(benchmark::State& state, const cv::Size& size) {
-  state.counters["pixels/s"] =
-      benchmark::Counter(static_cast<double>(size.area()) / state.threads(),
-                         benchmark::Counter::kIsIterationInvariantRate);
-}
-
 template <class Depth>
-void dense(benchmark::State& state) {
-  // Shared by the threads; made once for each size.
-  static cv::Mat depth, codes;
-  const cv::Size size = size_of(state);
-  if (state.thread_index() == 0) {
-    depth = depth_image<Depth>(size);
-    codes = cv::Mat::zeros(size, CV_8UC1);
-    cv::Mat expected = cv::Mat::zeros(size, CV_8UC1);
-    peers::naive_dense<Depth>(depth, expected);
-    if (cv::norm(DepthLbp().dense(depth), expected, cv::NORM_INF) != 0) {
-      state.SkipWithError("differs from the naive codes");
-    }
-  }
-  const Share rows(size.height, state);
-  const cv::Rect region(0, rows.first, size.width, rows.count);
-  const DepthLbp lbp;
-  for (auto _ : state) {
-    lbp.dense(depth, region, codes);
-    benchmark::ClobberMemory();
-  }
-  report_pixels(state, size);
-}
-
-template <class Depth>
-void dense_naive(benchmark::State& state) {
-  const cv::Mat depth = depth_image<Depth>(size_of(state));
+cv::Mat expected_codes(const cv::Mat& depth) {
   cv::Mat codes = cv::Mat::zeros(depth.size(), CV_8UC1);
+  peers::naive_dense<Depth>(depth, codes);
+  return codes;
+}
+
+/// Times `make_codes(depth, codes)` if its codes are right.
+template <class Depth, class MakeCodes>
+void time_dense(benchmark::State& state, const cv::Size& size, const MakeCodes& make_codes) {
+  const cv::Mat depth = depth_image<Depth>(size);
+  cv::Mat codes = cv::Mat::zeros(size, CV_8UC1);
+  make_codes(depth, codes);
+  if (cv::norm(codes, expected_codes<Depth>(depth), cv::NORM_INF) != 0) {
+    state.SkipWithError("differs from the naive codes");
+    return;
+  }
   for (auto _ : state) {
-    peers::naive_dense<Depth>(depth, codes);
+    make_codes(depth, codes);
     benchmark::DoNotOptimize(codes.data);
     benchmark::ClobberMemory();
   }
-  report_pixels(state, depth.size());
 }
 
 template <class Depth>
-void dense_memcpy(benchmark::State& state) {
-  const cv::Mat depth = depth_image<Depth>(size_of(state));
-  cv::Mat copy = depth.clone();
-  for (auto _ : state) {
-    std::memcpy(copy.data, depth.data, depth.total() * depth.elemSize());
-    benchmark::DoNotOptimize(copy.data);
-    benchmark::ClobberMemory();
-  }
-  report_pixels(state, depth.size());
+void dense_by(benchmark::State& state, const cv::Size& size, InstructionSet set) {
+  const detail::DepthLbpRule<Depth> rule = {{0, 1, 2, 3, 4, 5, 6, 7},
+                                            detail::depth_bias<Depth>(false)};
+  time_dense<Depth>(state, size, [&](const cv::Mat& depth, cv::Mat& codes) {
+    detail::dense_depth_lbp(depth, cv::Rect({0, 0}, size), rule, set, codes);
+  });
 }
 
-std::vector<cv::Point2f> points_in(const cv::Size& size, int count) {
+/// One more thread that waits for work without sleeping, so that what is measured is the split of
+/// the work and not the wake-up.
+class SpinningWorker {
+ public:
+  explicit SpinningWorker(std::function<void()> work) : work_(std::move(work)) {
+    thread_ = std::thread([this] {
+      for (unsigned done = 0;; ++done) {
+        while (asked_.load(std::memory_order_acquire) == done) {
+          if (stop_.load(std::memory_order_relaxed)) return;
+        }
+        work_();
+        done_.store(done + 1, std::memory_order_release);
+      }
+    });
+  }
+  ~SpinningWorker() {
+    stop_ = true;
+    thread_.join();
+  }
+  void start() { asked_.fetch_add(1, std::memory_order_release); }
+  void wait() const {
+    while (done_.load(std::memory_order_acquire) != asked_.load(std::memory_order_relaxed)) {
+    }
+  }
+
+ private:
+  std::function<void()> work_;
+  std::atomic<unsigned> asked_{0}, done_{0};
+  std::atomic<bool> stop_{false};
+  std::thread thread_;
+};
+
+template <class Depth>
+void dense_two_threads(benchmark::State& state, const cv::Size& size) {
+  const cv::Mat depth = depth_image<Depth>(size);
+  cv::Mat codes = cv::Mat::zeros(size, CV_8UC1);
+  const DepthLbp lbp;
+  const int half = size.height / 2;
+  const cv::Rect upper(0, 0, size.width, half);
+  const cv::Rect lower(0, half, size.width, size.height - half);
+  SpinningWorker worker([&] { lbp.dense(depth, lower, codes); });
+  const auto make_codes = [&] {
+    worker.start();
+    lbp.dense(depth, upper, codes);
+    worker.wait();
+  };
+  make_codes();
+  if (cv::norm(codes, expected_codes<Depth>(depth), cv::NORM_INF) != 0) {
+    state.SkipWithError("differs from the naive codes");
+    return;
+  }
+  for (auto _ : state) make_codes();
+}
+
+template <class Depth>
+void copy(benchmark::State& state, const cv::Size& size) {
+  const cv::Mat depth = depth_image<Depth>(size);
+  cv::Mat to = depth.clone();
+  for (auto _ : state) {
+    std::memcpy(to.data, depth.data, depth.total() * depth.elemSize());
+    benchmark::DoNotOptimize(to.data);
+    benchmark::ClobberMemory();
+  }
+}
+
+void bgr_to_grey(benchmark::State& state, const cv::Size& size) {
+  cv::Mat colour(size, CV_8UC3), grey;
+  cv::randu(colour, cv::Scalar::all(0), cv::Scalar::all(256));
+  cv::setNumThreads(1);
+  for (auto _ : state) {
+    cv::cvtColor(colour, grey, cv::COLOR_BGR2GRAY);
+    benchmark::DoNotOptimize(grey.data);
+  }
+}
+
+std::vector<cv::Point2f> points_in(const cv::Size& size, std::size_t count) {
   std::vector<cv::Point2f> points;
   std::uint32_t noise = 7;
-  for (int i = 0; i < count; ++i) {
+  const auto below = [&noise](int limit) {
     noise = noise * 1664525U + 1013904223U;
-    const auto x = static_cast<float>(1 + noise % static_cast<std::uint32_t>(size.width - 2));
-    noise = noise * 1664525U + 1013904223U;
-    const auto y = static_cast<float>(1 + noise % static_cast<std::uint32_t>(size.height - 2));
-    points.emplace_back(x, y);
+    return static_cast<float>((noise >> 8U) % static_cast<std::uint32_t>(limit));
+  };
+  while (points.size() < count) {
+    const float x = 1 + below(size.width - 2);
+    points.emplace_back(x, 1 + below(size.height - 2));
   }
   return points;
 }
 
-template <class Depth>
-void sparse(benchmark::State& state) {
+/// Puts the image out of the caches, as the rest of a SLAM system does between two frames.
+void forget(const cv::Mat& image) {
+#if defined(__x86_64__) && defined(__GNUC__)
+  for (std::size_t i = 0; i < image.total() * image.elemSize(); i += 64) {
+    __builtin_ia32_clflush(image.data + i);
+  }
+  __builtin_ia32_mfence();
+#else
+  static std::vector<char> other(std::size_t{64} << 20U);
+  for (std::size_t i = 0; i < other.size(); i += 64) ++other[i];
+  benchmark::DoNotOptimize(image.data);
+#endif
+}
+
+/// Times `make_codes(depth, points, codes)` if its codes are right, where the naive code 0 may
+/// stand for none.
+template <class Depth, class Code, class MakeCodes>
+void time_sparse(benchmark::State& state, std::size_t count, bool is_cold,
+                 const MakeCodes& make_codes) {
   const cv::Mat depth = depth_image<Depth>({640, 480});
-  const auto points = points_in(depth.size(), static_cast<int>(state.range(0)));
-  std::vector<std::optional<std::uint8_t>> codes;
-  const DepthLbp lbp;
-  lbp.codes(depth, points, codes);
-  for (std::size_t i = 0; i < points.size(); ++i) {
+  const std::vector<cv::Point2f> points = points_in(depth.size(), count);
+  std::vector<Code> codes(count);
+  make_codes(depth, points, codes);
+  for (std::size_t i = 0; i < count; ++i) {
     const cv::Point pixel(points[i]);
-    if (codes[i].value_or(0) != peers::naive_code<Depth>(depth, pixel.x, pixel.y)) {
-      state.SkipWithError("differs from the naive codes");
-    }
+    const std::optional<std::uint8_t> code = codes[i];
+    if (code.value_or(0) == peers::naive_code<Depth>(depth, pixel.x, pixel.y)) continue;
+    state.SkipWithError("differs from the naive codes");
+    return;
   }
-  const Share share(static_cast<int>(points.size()), state);
-  const FeaturesView mine(points.data() + share.first, static_cast<std::size_t>(share.count));
   for (auto _ : state) {
-    lbp.codes(depth, mine, codes);
+    if (is_cold) {
+      state.PauseTiming();
+      forget(depth);
+      state.ResumeTiming();
+    }
+    make_codes(depth, points, codes);
     benchmark::DoNotOptimize(codes.data());
     benchmark::ClobberMemory();
   }
+  state.counters["ns/point"] = benchmark::Counter(
+      static_cast<double>(count) * 1e-9,
+      benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+}
+
+using Points = std::vector<cv::Point2f>;
+using OptionalCodes = std::vector<std::optional<std::uint8_t>>;
+
+template <class Depth>
+void sparse_codes(benchmark::State& state, std::size_t count, bool is_cold) {
+  time_sparse<Depth, std::optional<std::uint8_t>>(
+      state, count, is_cold,
+      [lbp = DepthLbp()](const cv::Mat& depth, const Points& points, OptionalCodes& codes) {
+        lbp.codes(depth, points, codes);
+      });
 }
 
 template <class Depth>
-void sparse_naive(benchmark::State& state) {
-  const cv::Mat depth = depth_image<Depth>({640, 480});
-  const auto points = points_in(depth.size(), static_cast<int>(state.range(0)));
-  std::vector<std::uint8_t> codes(points.size());
-  for (auto _ : state) {
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      const cv::Point pixel(points[i]);
-      codes[i] = peers::naive_code<Depth>(depth, pixel.x, pixel.y);
-    }
-    benchmark::DoNotOptimize(codes.data());
-    benchmark::ClobberMemory();
+void sparse_code(benchmark::State& state, std::size_t count, bool is_cold) {
+  time_sparse<Depth, std::optional<std::uint8_t>>(
+      state, count, is_cold,
+      [lbp = DepthLbp()](const cv::Mat& depth, const Points& points, OptionalCodes& codes) {
+        for (std::size_t i = 0; i < points.size(); ++i) {
+          codes[i] = lbp.code(depth, nearest_pixel(points[i]));
+        }
+      });
+}
+
+template <class Depth>
+void sparse_naive(benchmark::State& state, std::size_t count, bool is_cold) {
+  time_sparse<Depth, std::uint8_t>(
+      state, count, is_cold,
+      [](const cv::Mat& depth, const Points& points, std::vector<std::uint8_t>& codes) {
+        for (std::size_t i = 0; i < points.size(); ++i) {
+          const cv::Point pixel(points[i]);
+          codes[i] = peers::naive_code<Depth>(depth, pixel.x, pixel.y);
+        }
+      });
+}
+
+std::string name_of(InstructionSet set) {
+  static constexpr const char* names[] = {"portable", "sse2", "avx2", "avx512"};
+  return names[static_cast<std::size_t>(set)];
+}
+
+template <class Depth>
+void register_dense(const cv::Size& size) {
+  const std::string prefix = std::string("dense/") + depth_name<Depth> + "/" +
+                             std::to_string(size.width) + "x" + std::to_string(size.height) + "/";
+  const auto add = [&](const std::string& name, auto function) {
+    return benchmark::RegisterBenchmark((prefix + name).c_str(), function)
+        ->Unit(benchmark::kMicrosecond);
+  };
+  for (const InstructionSet set : detail::supported_instruction_sets()) {
+    add(name_of(set), [=](benchmark::State& state) { dense_by<Depth>(state, size, set); });
+  }
+  const auto by_us = [=](benchmark::State& state) {
+    time_dense<Depth>(state, size, [lbp = DepthLbp()](const cv::Mat& depth, cv::Mat& codes) {
+      lbp.dense(depth, cv::Rect({0, 0}, depth.size()), codes);
+    });
+  };
+  add("best", by_us);
+  add("one_thread", by_us)->UseRealTime();
+  if (std::thread::hardware_concurrency() > 1) {
+    add("two_threads", [=](benchmark::State& state) {
+      dense_two_threads<Depth>(state, size);
+    })->UseRealTime();
+  }
+  add("memcpy", [=](benchmark::State& state) { copy<Depth>(state, size); });
+  add("mat_at", [=](benchmark::State& state) {
+    time_dense<Depth>(state, size, peers::straight_dense<Depth>);
+  });
+  add("mat_at_loop",
+      [=](benchmark::State& state) { time_dense<Depth>(state, size, peers::naive_dense<Depth>); });
+  add("cv_compare", [=](benchmark::State& state) {
+    cv::setNumThreads(1);
+    peers::ComposedDepthLbp composed;
+    time_dense<Depth>(state, size,
+                      [&](const cv::Mat& depth, cv::Mat& codes) { composed.dense(depth, codes); });
+  });
+  add("bgr2gray", [=](benchmark::State& state) { bgr_to_grey(state, size); });
+}
+
+template <class Depth>
+void register_sparse(std::size_t count) {
+  const std::string prefix =
+      std::string("sparse/") + depth_name<Depth> + "/" + std::to_string(count) + "/";
+  for (const bool is_cold : {false, true}) {
+    const auto add = [&](const std::string& name, auto function) {
+      benchmark::RegisterBenchmark(
+          (prefix + name + (is_cold ? "/cold" : "/warm")).c_str(),
+          [=](benchmark::State& state) { function(state, count, is_cold); })
+          ->Unit(benchmark::kMicrosecond);
+    };
+    add("codes", sparse_codes<Depth>);
+    add("code", sparse_code<Depth>);
+    add("naive", sparse_naive<Depth>);
   }
 }
-
-void image_sizes(benchmark::internal::Benchmark* benchmark) {
-  benchmark->Args({640, 480})->Args({1280, 720})->Args({1920, 1080})->Unit(benchmark::kMicrosecond);
-}
-
-void with_threads(benchmark::internal::Benchmark* benchmark) {
-  image_sizes(benchmark);
-  benchmark->Threads(1)->Threads(2)->UseRealTime();
-}
-
-void point_counts(benchmark::internal::Benchmark* benchmark) {
-  benchmark->Arg(250)->Arg(1000)->Arg(4000)->Unit(benchmark::kMicrosecond);
-}
-
-void points_with_threads(benchmark::internal::Benchmark* benchmark) {
-  point_counts(benchmark);
-  benchmark->Threads(1)->Threads(2)->UseRealTime();
-}
-
-BENCHMARK_TEMPLATE(dense, std::uint16_t)->Apply(with_threads);
-BENCHMARK_TEMPLATE(dense, float)->Apply(with_threads);
-BENCHMARK_TEMPLATE(dense_naive, std::uint16_t)->Apply(image_sizes);
-BENCHMARK_TEMPLATE(dense_naive, float)->Apply(image_sizes);
-BENCHMARK_TEMPLATE(dense_memcpy, std::uint16_t)->Apply(image_sizes);
-BENCHMARK_TEMPLATE(dense_memcpy, float)->Apply(image_sizes);
-BENCHMARK_TEMPLATE(sparse, std::uint16_t)->Apply(points_with_threads);
-BENCHMARK_TEMPLATE(sparse, float)->Apply(points_with_threads);
-BENCHMARK_TEMPLATE(sparse_naive, std::uint16_t)->Apply(point_counts);
-BENCHMARK_TEMPLATE(sparse_naive, float)->Apply(point_counts);
 
 }  // namespace
 }  // namespace dynfilter
+
+int main(int argc, char** argv) {
+  for (const cv::Size size :
+       {cv::Size(640, 480), cv::Size(1280, 720), cv::Size(1920, 1080), cv::Size(3840, 2160)}) {
+    dynfilter::register_dense<std::uint16_t>(size);
+    dynfilter::register_dense<float>(size);
+  }
+  for (const std::size_t count : {250U, 1000U, 2000U, 4000U, 16384U}) {
+    dynfilter::register_sparse<std::uint16_t>(count);
+    dynfilter::register_sparse<float>(count);
+  }
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
+  benchmark::RunSpecifiedBenchmarks();
+  benchmark::Shutdown();
+}

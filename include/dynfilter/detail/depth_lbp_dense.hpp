@@ -83,6 +83,7 @@ void depth_lbp(const DepthLbpStrip<Depth>& strip, const DepthLbpRule<Depth>& rul
 template <class Depth>
 void dense_depth_lbp(const cv::Mat& depth, const cv::Rect& region, const DepthLbpRule<Depth>& rule,
                      InstructionSet best, cv::Mat& codes) {
+  if (region.empty()) return;
   const int first_x = std::max(region.x, 1);
   const int first_y = std::max(region.y, 1);
   const int end_x = std::min(region.x + region.width, depth.cols - 1);
