@@ -94,17 +94,14 @@ void dense_by(benchmark::State& state, const cv::Size& size, InstructionSet set)
 }
 
 /// One more thread that waits for work without sleeping, so that what is measured is the split of
-/// the work and not the wake-up.
+/// the work and not the wake-up. On a busy machine each lets others go first after a while.
 class SpinningWorker {
  public:
   explicit SpinningWorker(std::function<void()> work) : work_(std::move(work)) {
     thread_ = std::thread([this] {
-      for (unsigned done = 0;; ++done) {
-        while (asked_.load(std::memory_order_acquire) == done) {
-          if (stop_.load(std::memory_order_relaxed)) return;
-        }
+      for (unsigned done = 0; wait_until([&] { return stop_ || asked_ != done; }), !stop_;) {
         work_();
-        done_.store(done + 1, std::memory_order_release);
+        done_ = ++done;
       }
     });
   }
@@ -112,13 +109,19 @@ class SpinningWorker {
     stop_ = true;
     thread_.join();
   }
-  void start() { asked_.fetch_add(1, std::memory_order_release); }
+  void start() { ++asked_; }
   void wait() const {
-    while (done_.load(std::memory_order_acquire) != asked_.load(std::memory_order_relaxed)) {
-    }
+    wait_until([this] { return done_ == asked_; });
   }
 
  private:
+  template <class Condition>
+  static void wait_until(const Condition& holds) {
+    for (unsigned tries = 1; !holds(); ++tries) {
+      if (tries % 4096 == 0) std::this_thread::yield();
+    }
+  }
+
   std::function<void()> work_;
   std::atomic<unsigned> asked_{0}, done_{0};
   std::atomic<bool> stop_{false};

@@ -10,13 +10,15 @@
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
-#include <immintrin.h>
-
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
 #include "dynfilter/detail/depth_lbp_strip.hpp"
+
+#if DYNFILTER_HAS_X86_KERNELS
+
+#include <immintrin.h>
 
 #define DYNFILTER_AVX2 gnu::target("avx2")
 #define DYNFILTER_AVX2_INLINE [[DYNFILTER_AVX2, gnu::always_inline]] inline
@@ -148,5 +150,7 @@ template <class Depth>
 
 #undef DYNFILTER_AVX2_INLINE
 #undef DYNFILTER_AVX2
+
+#endif  // DYNFILTER_HAS_X86_KERNELS
 
 #endif  // DYNFILTER_DETAIL_DEPTH_LBP_AVX2_HPP

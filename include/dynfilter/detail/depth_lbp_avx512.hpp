@@ -13,8 +13,6 @@
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
-#include <immintrin.h>
-
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -22,6 +20,10 @@
 #include <type_traits>
 
 #include "dynfilter/detail/depth_lbp_strip.hpp"
+
+#if DYNFILTER_HAS_X86_KERNELS
+
+#include <immintrin.h>
 
 #define DYNFILTER_AVX512 gnu::target("avx2,avx512f,avx512bw,avx512vbmi,gfni")
 #define DYNFILTER_AVX512_INLINE [[DYNFILTER_AVX512, gnu::always_inline]] inline
@@ -224,5 +226,7 @@ template <class Depth, bool has_bias>
 
 #undef DYNFILTER_AVX512_INLINE
 #undef DYNFILTER_AVX512
+
+#endif  // DYNFILTER_HAS_X86_KERNELS
 
 #endif  // DYNFILTER_DETAIL_DEPTH_LBP_AVX512_HPP

@@ -18,41 +18,47 @@
 
 #include <opencv2/core.hpp>
 
-#include "dynfilter/detail/depth_lbp_strip.hpp"
-
-// What these compilers need to mix instruction sets in one file, and to ask for them.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(_MSC_VER)
-#define DYNFILTER_HAS_X86_KERNELS 1
 #include "dynfilter/detail/depth_lbp_avx2.hpp"
 #include "dynfilter/detail/depth_lbp_avx512.hpp"
 #include "dynfilter/detail/depth_lbp_sse2.hpp"
-#else
-#define DYNFILTER_HAS_X86_KERNELS 0
-#endif
+#include "dynfilter/detail/depth_lbp_strip.hpp"
 
 namespace dynfilter::detail {
 
 /// In the order of preference. avx512 stands for what Ice Lake and Zen 4 have, and later ones.
 enum class InstructionSet { portable, sse2, avx2, avx512 };
 
-/// Those that this processor has, the best last.
-inline std::vector<InstructionSet> supported_instruction_sets() {
-  std::vector<InstructionSet> sets = {InstructionSet::portable};
+/// Whether this processor has it, and this compiler can make use of it.
+inline bool is_supported(InstructionSet set) {
+  if (set == InstructionSet::portable) return true;
 #if DYNFILTER_HAS_X86_KERNELS
   __builtin_cpu_init();
-  sets.push_back(InstructionSet::sse2);
-  const bool has_avx2 = __builtin_cpu_supports("avx2") != 0;
-  if (has_avx2) sets.push_back(InstructionSet::avx2);
-  if (has_avx2 && __builtin_cpu_supports("avx512f") != 0 &&
-      __builtin_cpu_supports("avx512bw") != 0 && __builtin_cpu_supports("avx512vbmi") != 0 &&
-      __builtin_cpu_supports("gfni") != 0) {
-    sets.push_back(InstructionSet::avx512);
-  }
+  if (set == InstructionSet::sse2) return true;
+  if (__builtin_cpu_supports("avx2") == 0) return false;
+  return set == InstructionSet::avx2 ||
+         (__builtin_cpu_supports("avx512f") != 0 && __builtin_cpu_supports("avx512bw") != 0 &&
+          __builtin_cpu_supports("avx512vbmi") != 0 && __builtin_cpu_supports("gfni") != 0);
+#else
+  return false;
 #endif
+}
+
+/// Those that are supported, the best last.
+inline std::vector<InstructionSet> supported_instruction_sets() {
+  std::vector<InstructionSet> sets;
+  for (const auto set : {InstructionSet::portable, InstructionSet::sse2, InstructionSet::avx2,
+                         InstructionSet::avx512}) {
+    if (is_supported(set)) sets.push_back(set);
+  }
   return sets;
 }
 
-inline InstructionSet best_instruction_set() { return supported_instruction_sets().back(); }
+inline InstructionSet best_instruction_set() {
+  for (const auto set : {InstructionSet::avx512, InstructionSet::avx2, InstructionSet::sse2}) {
+    if (is_supported(set)) return set;
+  }
+  return InstructionSet::portable;
+}
 
 /// The codes of a strip. One that is narrower than what a set does at a time is done by a lower
 /// set.

@@ -15,13 +15,13 @@
 
 #include "dynfilter/detail/depth_lbp_kernel.hpp"
 
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(_MSC_VER)
+#if DYNFILTER_HAS_X86_KERNELS
 #include <emmintrin.h>
 #endif
 
 namespace dynfilter::detail {
 
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(_MSC_VER)
+#if DYNFILTER_HAS_X86_KERNELS
 
 // What clockwise_code does, for all neighbours at once: SSE2 is what every x86-64 processor has.
 

@@ -9,13 +9,15 @@
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
-#include <emmintrin.h>
-
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
 #include "dynfilter/detail/depth_lbp_strip.hpp"
+
+#if DYNFILTER_HAS_X86_KERNELS
+
+#include <emmintrin.h>
 
 namespace dynfilter::detail {
 
@@ -127,5 +129,7 @@ void depth_lbp_sse2(const DepthLbpStrip<Depth>& strip, const DepthLbpRule<Depth>
 }
 
 }  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_HAS_X86_KERNELS
 
 #endif  // DYNFILTER_DETAIL_DEPTH_LBP_SSE2_HPP

@@ -1,0 +1,81 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// What count.sh counts the instructions of: one call each, by name, of a fixed input.
+
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <optional>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "dynfilter/depth_lbp.hpp"
+
+namespace {
+
+using dynfilter::DepthLbp;
+using dynfilter::detail::InstructionSet;
+
+constexpr int skipped = 77;
+const cv::Size size(640, 480);
+constexpr std::size_t points_count = 1000;
+
+std::uint32_t next(std::uint32_t& noise) { return (noise = noise * 1664525U + 1013904223U) >> 8U; }
+
+template <class Depth>
+cv::Mat depth_image() {
+  cv::Mat depth(size, cv::DataType<Depth>::type);
+  std::uint32_t noise = 1;
+  for (int y = 0; y < size.height; ++y) {
+    for (int x = 0; x < size.width; ++x) {
+      const std::uint32_t value = next(noise);
+      depth.at<Depth>(y, x) = static_cast<Depth>(value % 8 == 0 ? 0 : 1000 + value % 50);
+    }
+  }
+  return depth;
+}
+
+std::vector<cv::Point2f> points() {
+  std::vector<cv::Point2f> points;
+  std::uint32_t noise = 7;
+  while (points.size() < points_count) {
+    const auto x = static_cast<float>(next(noise) % 640);
+    points.emplace_back(x, static_cast<float>(next(noise) % 480));
+  }
+  return points;
+}
+
+}  // namespace
+
+// Not static and not inlined, so that callgrind finds them by name.
+extern "C" {
+
+[[gnu::noinline]] void counted_dense(const DepthLbp& lbp, const cv::Mat& depth, cv::Mat& codes) {
+  lbp.dense(depth, cv::Rect({0, 0}, depth.size()), codes);
+}
+
+[[gnu::noinline]] void counted_sparse(const DepthLbp& lbp, const cv::Mat& depth,
+                                      const std::vector<cv::Point2f>& at,
+                                      std::vector<std::optional<std::uint8_t>>& codes) {
+  lbp.codes(depth, at, codes);
+}
+}
+
+int main(int argc, char** argv) {
+#ifndef __OPTIMIZE__
+  std::puts("SKIPPED: this build is not optimised");
+  return skipped;
+#endif
+  if (dynfilter::detail::best_instruction_set() != InstructionSet::avx2) {
+    std::puts("SKIPPED: AVX2 is not the best that there is under valgrind");
+    return skipped;
+  }
+  const bool is_float = argc > 1 && std::strstr(argv[1], "f32") != nullptr;
+  const cv::Mat depth = is_float ? depth_image<float>() : depth_image<std::uint16_t>();
+  cv::Mat codes = cv::Mat::zeros(size, CV_8UC1);
+  std::vector<std::optional<std::uint8_t>> sparse(points_count);
+  counted_dense(DepthLbp(), depth, codes);
+  counted_sparse(DepthLbp(), depth, points(), sparse);
+}
