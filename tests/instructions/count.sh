@@ -36,9 +36,9 @@ check() {
   if ((count > bound)); then failed=yes; fi
 }
 
-check u16 counted_dense $((640 * 480)) 300
-check f32 counted_dense $((640 * 480)) 600
-check u16 counted_sparse 1000 15000
-check f32 counted_sparse 1000 15000
+check u16 counted_dense $((640 * 480)) 380
+check f32 counted_dense $((640 * 480)) 640
+check u16 counted_sparse 1000 17500
+check f32 counted_sparse 1000 17500
 
 [[ $failed == no ]]
