@@ -14,13 +14,16 @@
 
 #include <opencv2/core.hpp>
 
+#include "dynfilter/detail/blocks.hpp"
 #include "dynfilter/detail/depth_image.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/mask_distance.hpp"
+#include "dynfilter/feature_pixels.hpp"
 #include "dynfilter/filter_input.hpp"
 #include "dynfilter/labels.hpp"
 #include "dynfilter/object_depth.hpp"
 #include "dynfilter/object_nearness.hpp"
+#include "dynfilter/stage.hpp"
 #include "dynfilter/workspace.hpp"
 
 namespace dynfilter {
@@ -99,11 +102,11 @@ class DepthCompensator {
     validate(input, labels, "DepthCompensator");
     find_objects(input, labels, workspace);
     if (workspace.objects.empty()) return;
-    detail::read_pixels(input.features, workspace);
+    const FeaturePixels& pixels = pixels_of(input, workspace);
     detail::with_depth_image(input.frame, [&](const auto& image) {
-      if (is_stale(input)) give_back(image, workspace, labels);
+      if (is_stale(input)) give_back(image, workspace.objects, pixels, labels);
       for (const ObjectInFrame& object : workspace.objects) {
-        compensate(image, input, object, workspace.pixels, labels);
+        compensate(image, input, object, pixels, labels);
       }
     });
   }
@@ -236,12 +239,12 @@ class DepthCompensator {
 
   /// On stale masks: what by its depth is no object's was covered by one before.
   template <class Image>
-  void give_back(const Image& image, const Workspace& workspace, FeatureLabels& labels) const {
-    const std::vector<ObjectInFrame>& objects = workspace.objects;
+  void give_back(const Image& image, const std::vector<ObjectInFrame>& objects,
+                 const FeaturePixels& pixels, FeatureLabels& labels) const {
     for (std::size_t i = 0; i < labels.size(); ++i) {
       const FeatureLabel& label = labels[i];
       if (!label.removed || label.reason != Reason::in_mask) continue;
-      const cv::Point pixel = workspace.pixels[i];
+      const cv::Point pixel = pixels[i];
       const auto owner = std::find_if(objects.begin(), objects.end(), [&](const auto& object) {
         return static_cast<std::int32_t>(object.instance) == label.instance;
       });
@@ -258,27 +261,31 @@ class DepthCompensator {
 
   template <class Image>
   void compensate(const Image& image, const FilterInput& input, const ObjectInFrame& object,
-                  const std::vector<cv::Point>& pixels, FeatureLabels& labels) const {
+                  const FeaturePixels& pixels, FeatureLabels& labels) const {
     const Instance& instance = input.segmentation.instances[object.instance];
     InstanceStatistics& statistics = labels.statistics().instances[object.instance];
     const auto index = static_cast<std::int32_t>(object.instance);
     const double margin = is_stale(input) ? 0 : mask_margin(image);
-    for (std::size_t i = 0; i < pixels.size(); ++i) {
-      if (labels.is_removed(i) || !object.reach.contains(pixels[i])) continue;
-      ++statistics.candidates;
-      double certain = certainty(image, object, pixels[i]);
-      if (certain >= 0.5) {
-        ++(has_depth_of(object, image, pixels[i]) ? statistics.passed_depth
-                                                  : statistics.passed_nearness);
-      } else if (margin > 0 && detail::mask_within(instance, pixels[i], margin)) {
-        certain = 1;
-      }
-      const float score = instance.score * static_cast<float>(certain);
-      if (certain >= 0.5) {
-        labels.remove(i, index, Reason::compensated, score);
-      } else {
-        labels.suspect(i, index, score);
-      }
+    for (std::size_t block = 0; block < pixels.blocks(); ++block) {
+      const std::uint64_t in_reach =
+          pixels.inside(block, object.reach) & ~labels.removed_bits(block);
+      statistics.candidates += detail::count_bits(in_reach);
+      detail::for_each_bit(in_reach, [&](std::size_t j) {
+        const std::size_t i = block * detail::block_size + j;
+        double certain = certainty(image, object, pixels[i]);
+        if (certain >= 0.5) {
+          ++(has_depth_of(object, image, pixels[i]) ? statistics.passed_depth
+                                                    : statistics.passed_nearness);
+        } else if (margin > 0 && detail::mask_within(instance, pixels[i], margin)) {
+          certain = 1;
+        }
+        const float score = instance.score * static_cast<float>(certain);
+        if (certain >= 0.5) {
+          labels.remove(i, index, Reason::compensated, score);
+        } else {
+          labels.suspect(i, index, score);
+        }
+      });
     }
   }
 

@@ -7,18 +7,26 @@
 #include "dynfilter/detail/require_cxx17.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
+#include <limits>
+#include <vector>
 
 #include <opencv2/core.hpp>
 
 #include "dynfilter/depth_lbp.hpp"
+#include "dynfilter/detail/blocks.hpp"
+#include "dynfilter/detail/depth_image.hpp"
+#include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/on_mask.hpp"
 #include "dynfilter/detail/rectangles.hpp"
+#include "dynfilter/feature_pixels.hpp"
 #include "dynfilter/feature_sampler.hpp"
 #include "dynfilter/filter_input.hpp"
 #include "dynfilter/labels.hpp"
 #include "dynfilter/range_estimator.hpp"
+#include "dynfilter/stage.hpp"
 #include "dynfilter/workspace.hpp"
 
 namespace dynfilter {
@@ -83,42 +91,51 @@ class EdgeCompensator {
     (*this)(input, labels, workspace);
   }
 
-  /// O(features x instances). Throws std::invalid_argument for malformed input.
+  /// O(features x instances), 64 features at a time, and for those in a box the pixels round each.
+  /// Throws std::invalid_argument for malformed input.
   void operator()(const FilterInput& input, FeatureLabels& labels, Workspace& workspace) const {
     validate(input, labels, "EdgeCompensator");
-    prepare(input.features, workspace);
+    reserve(input.features.size(), workspace);
+    const FeaturePixels& pixels = pixels_of(input, workspace);
     for (std::size_t k = 0; k < input.segmentation.instances.size(); ++k) {
       InstanceStatistics& statistics = labels.statistics().instances[k];
       if (!statistics.dynamic && statistics.masked == 0) continue;
-      statistics.compensation = estimate_ranges(input, labels, k, workspace, statistics);
-      if (statistics.compensation != Compensation::applied) continue;
-      compensate(input, labels, k, workspace, statistics);
+      if (input.frame.depth.empty()) {
+        statistics.compensation = Compensation::no_depth_image;
+        continue;
+      }
+      detail::with_depth_image(input.frame, [&](const auto& image) {
+        statistics.compensation = estimate_ranges(image, input, k, pixels, labels, workspace);
+        if (statistics.compensation != Compensation::applied) return;
+        compensate(image, input, k, pixels, labels);
+      });
     }
   }
 
  private:
-  static void prepare(FeaturesView features, Workspace& workspace) {
-    workspace.candidates.reserve(features.size());
-    workspace.depths_m.reserve(features.size());
-    workspace.codes.reserve(features.size());
-    detail::read_pixels(features, workspace);
+  static void reserve(std::size_t features, Workspace& workspace) {
+    workspace.candidates.reserve(features);
+    workspace.depths_m.reserve(features);
+    workspace.codes.reserve(features);
   }
 
   /// [a, b]_depth and [a, b]_D-LBP from a sample of FP_object.
-  Compensation estimate_ranges(const FilterInput& input, const FeatureLabels& labels, std::size_t k,
-                               Workspace& workspace, InstanceStatistics& statistics) const {
-    if (input.frame.depth.empty()) return Compensation::no_depth_image;
-    collect_candidates(input, labels, k, workspace);
+  template <class Image>
+  Compensation estimate_ranges(const Image& image, const FilterInput& input, std::size_t k,
+                               const FeaturePixels& pixels, FeatureLabels& labels,
+                               Workspace& workspace) const {
+    collect_candidates(image, input, k, pixels, labels, workspace.candidates);
     sampler_.draw(workspace.candidates);
-    statistics.sampled = workspace.candidates.size();
     workspace.depths_m.clear();
     workspace.codes.clear();
     for (const SampleCandidate& sample : workspace.candidates) {
-      const cv::Point pixel = workspace.pixels[sample.feature];
-      workspace.depths_m.push_back(*input.frame.depth_m(pixel));
+      const cv::Point pixel = pixels[sample.feature];
+      workspace.depths_m.push_back(image.metres_or_nan(pixel));
       const auto code = depth_lbp_.code(input.frame.depth, pixel);
       if (code) workspace.codes.push_back(*code);
     }
+    InstanceStatistics& statistics = labels.statistics().instances[k];
+    statistics.sampled = workspace.candidates.size();
     statistics.depth_range_m = depth_estimator_.estimate(workspace.depths_m);
     statistics.code_range = code_estimator_.estimate(workspace.codes);
     return statistics.depth_range_m.empty() || statistics.code_range.empty()
@@ -127,43 +144,64 @@ class EdgeCompensator {
   }
 
   /// The features of FP_object that have depth.
-  void collect_candidates(const FilterInput& input, const FeatureLabels& labels, std::size_t k,
-                          Workspace& workspace) const {
+  template <class Image>
+  void collect_candidates(const Image& image, const FilterInput& input, std::size_t k,
+                          const FeaturePixels& pixels, const FeatureLabels& labels,
+                          std::vector<SampleCandidate>& candidates) const {
     const Instance& instance = input.segmentation.instances[k];
-    workspace.candidates.clear();
-    for (std::size_t i = 0; i < labels.size(); ++i) {
-      const FeatureLabel& label = labels[i];
-      const cv::Point pixel = workspace.pixels[i];
-      const bool on_object = label.removed && label.reason == Reason::in_mask &&
-                             label.instance == static_cast<std::int32_t>(k) &&
-                             instance.covers(pixel);
-      if (!on_object || !input.frame.depth_m(pixel)) continue;
-      const cv::Point in_box = detail::wrapping_difference(pixel, instance.box.tl());
-      workspace.candidates.push_back({sampler_.key(input.frame.id, k, in_box), in_box, i});
+    const std::uint64_t instance_hash = sampler_.instance_hash(input.frame.id, k);
+    candidates.clear();
+    for (std::size_t block = 0; block < pixels.blocks(); ++block) {
+      const std::uint64_t covered = detail::on_mask(pixels, block, labels.removed_bits(block),
+                                                    instance.mask, instance.mask_origin);
+      detail::for_each_bit(covered, [&](std::size_t j) {
+        const std::size_t i = block * detail::block_size + j;
+        const FeatureLabel& label = labels[i];
+        const bool on_object =
+            label.reason == Reason::in_mask && label.instance == static_cast<std::int32_t>(k);
+        if (!on_object || std::isnan(image.metres_or_nan(pixels[i]))) return;
+        const cv::Point in_box = detail::wrapping_difference(pixels[i], instance.box.tl());
+        candidates.push_back({FeatureSampler::key(instance_hash, in_box), in_box, i});
+      });
     }
   }
 
   /// Eq. (1) for every feature in the box that is not removed yet.
-  void compensate(const FilterInput& input, FeatureLabels& labels, std::size_t k,
-                  const Workspace& workspace, InstanceStatistics& statistics) const {
+  template <class Image>
+  void compensate(const Image& image, const FilterInput& input, std::size_t k,
+                  const FeaturePixels& pixels, FeatureLabels& labels) const {
     const Instance& instance = input.segmentation.instances[k];
-    statistics.candidates = statistics.passed_depth = statistics.passed_code = 0;
-    for (std::size_t i = 0; i < labels.size(); ++i) {
-      const cv::Point pixel = workspace.pixels[i];
-      if (labels.is_removed(i) || !instance.box_contains(pixel)) continue;
-      const bool depth_fits = fits(input.frame.depth_m(pixel), statistics.depth_range_m);
-      const bool code_fits = fits(depth_lbp_.code(input.frame.depth, pixel), statistics.code_range);
-      statistics.candidates += 1;
-      statistics.passed_depth += depth_fits ? 1 : 0;
-      statistics.passed_code += code_fits ? 1 : 0;
-      if (!depth_fits || !code_fits) continue;
-      labels.remove(i, static_cast<std::int32_t>(k), Reason::compensated, instance.score);
+    InstanceStatistics& statistics = labels.statistics().instances[k];
+    const ValueRange depth_range = statistics.depth_range_m, code_range = statistics.code_range;
+    std::size_t candidates = 0, passed_depth = 0, passed_code = 0;
+    for (std::size_t block = 0; block < pixels.blocks(); ++block) {
+      const std::uint64_t in_box = pixels.inside(block, instance.box) & ~labels.removed_bits(block);
+      std::uint64_t passed_both = 0;
+      detail::for_each_bit(in_box, [&](std::size_t j) {
+        const cv::Point pixel = pixels[block * detail::block_size + j];
+        const bool depth_fits = fits(image.metres_or_nan(pixel), depth_range);
+        const bool code_fits = fits(code_or_nan(input.frame.depth, pixel), code_range);
+        passed_depth += depth_fits ? 1 : 0;
+        passed_code += code_fits ? 1 : 0;
+        passed_both |= std::uint64_t{depth_fits && code_fits} << j;
+      });
+      candidates += detail::count_bits(in_box);
+      labels.remove_bits(block, passed_both, static_cast<std::int32_t>(k), Reason::compensated,
+                         instance.score);
     }
+    statistics.candidates = candidates;
+    statistics.passed_depth = passed_depth;
+    statistics.passed_code = passed_code;
   }
 
-  template <class Value>
-  bool fits(const std::optional<Value>& value, const ValueRange& range) const {
-    return value ? range.contains(*value) : passes_without_value_;
+  double code_or_nan(const cv::Mat& depth, cv::Point pixel) const {
+    const auto code = depth_lbp_.code(depth, pixel);
+    return code ? static_cast<double>(*code) : std::numeric_limits<double>::quiet_NaN();
+  }
+
+  /// NaN is no value.
+  bool fits(double value, const ValueRange& range) const {
+    return range.contains(value) || (passes_without_value_ && std::isnan(value));
   }
 
   FeatureSampler sampler_;

@@ -40,12 +40,19 @@ class FeatureSampler {
 
   /// The hash of (seed, frame id, instance index, pixel relative to the box). O(1).
   std::uint64_t key(std::uint64_t frame_id, std::size_t instance, cv::Point pixel) const {
+    return key(instance_hash(frame_id, instance), pixel);
+  }
+
+  /// The same in two steps, for many features of one instance: what their keys have in common, and
+  /// the rest.
+  std::uint64_t instance_hash(std::uint64_t frame_id, std::size_t instance) const {
+    return mix(mix(mix(seed_) ^ frame_id) ^ static_cast<std::uint64_t>(instance));
+  }
+
+  static std::uint64_t key(std::uint64_t instance_hash, cv::Point pixel) {
     const auto x = static_cast<std::uint32_t>(pixel.x);
     const auto y = static_cast<std::uint32_t>(pixel.y);
-    std::uint64_t hash = mix(seed_);
-    hash = mix(hash ^ frame_id);
-    hash = mix(hash ^ static_cast<std::uint64_t>(instance));
-    return mix(hash ^ (std::uint64_t{x} << 32U | y));
+    return mix(instance_hash ^ (std::uint64_t{x} << 32U | y));
   }
 
   /// Reduces the candidates to the sample, in no particular order: those with the smallest keys,
@@ -53,6 +60,7 @@ class FeatureSampler {
   /// features of the same pixel are interchangeable, since they read the same depth. O(candidates).
   void draw(std::vector<SampleCandidate>& candidates) const {
     if (candidates.size() <= samples_) return;
+    leave_small_keys(candidates);
     const auto end = std::next(candidates.begin(), static_cast<std::ptrdiff_t>(samples_));
     std::nth_element(candidates.begin(), end, candidates.end(),
                      [](const SampleCandidate& a, const SampleCandidate& b) {
@@ -70,6 +78,24 @@ class FeatureSampler {
     state = (state ^ state >> 30U) * 0xBF58476D1CE4E5B9U;
     state = (state ^ state >> 27U) * 0x94D049BB133111EBU;
     return state ^ state >> 31U;
+  }
+
+  /// Leaves about twice the sample, which is among them: keys are hashes and lie evenly between 0
+  /// and 2^64, so a bound tells small ones from others without comparing them with each other.
+  /// Leaves all where the keys of a frame chance to lie otherwise.
+  void leave_small_keys(std::vector<SampleCandidate>& candidates) const {
+    const double share = 2 * static_cast<double>(samples_) / static_cast<double>(candidates.size());
+    if (!(share < 1)) return;
+    const auto bound = static_cast<std::uint64_t>(share * 18446744073709551616.0);
+    std::size_t small = 0;
+    for (const SampleCandidate& candidate : candidates) small += candidate.key < bound ? 1 : 0;
+    if (small < samples_) return;
+    small = 0;
+    for (const SampleCandidate& candidate : candidates) {
+      candidates[small] = candidate;  // at its own place or before it; whether it stays or not
+      small += candidate.key < bound ? 1 : 0;
+    }
+    candidates.resize(small);
   }
 
   std::size_t samples_;

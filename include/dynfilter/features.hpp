@@ -7,26 +7,39 @@
 #include "dynfilter/detail/require_cxx17.hpp"
 
 #include <cstddef>
+#include <cstring>
 #include <limits>
+#include <type_traits>
 #include <vector>
 
 #include <opencv2/core.hpp>
 
 namespace dynfilter {
+namespace detail {
+
+/// The coordinate itself, or where it is none that an int can hold, NaN included, the smallest int.
+inline float int_range_or_least(float coordinate) {
+  constexpr float beyond = 2147483648.0F;
+  const bool is_in_range = (coordinate > -beyond) & (coordinate < beyond);
+  return is_in_range ? coordinate : -beyond;
+}
+
+/// The nearest int to what int_range_or_least returns. Without a branch, and in float, so that a
+/// loop over many is one over vectors. Exact: what truncating leaves is a float, where the sum of
+/// 0.49999997 and 0.5 would have to be rounded.
+inline int round_half_up(float coordinate) {
+  const int truncated = static_cast<int>(coordinate);
+  const float rest = coordinate - static_cast<float>(truncated);
+  return truncated + static_cast<int>(rest >= 0.5F) - static_cast<int>(rest < -0.5F);
+}
+
+}  // namespace detail
 
 /// The pixel that a position belongs to: the nearest one, halves rounded up, clamped nowhere. A
 /// position that is NaN, infinite or beyond the range of int gets a pixel that lies in no image.
 inline cv::Point nearest_pixel(cv::Point2f position) {
-  const auto round_half_up = [](float coordinate) {
-    // In double, because in float 0.49999997 + 0.5 is 1.
-    const double shifted = double{coordinate} + 0.5;
-    constexpr double beyond = 2147483647.0;
-    if (!(shifted > -beyond && shifted < beyond)) return std::numeric_limits<int>::min();
-    // The floor, without the call that std::floor is where the compiler may not assume SSE 4.1.
-    const int truncated = static_cast<int>(shifted);
-    return truncated > shifted ? truncated - 1 : truncated;
-  };
-  return {round_half_up(position.x), round_half_up(position.y)};
+  return {detail::round_half_up(detail::int_range_or_least(position.x)),
+          detail::round_half_up(detail::int_range_or_least(position.y))};
 }
 
 /// The features of one frame, in raw (distorted) pixels of the image that was segmented: a strided
@@ -35,6 +48,9 @@ inline cv::Point nearest_pixel(cv::Point2f position) {
 class FeaturesView {
  public:
   FeaturesView() = default;
+
+  static_assert(std::is_standard_layout<cv::KeyPoint>::value && offsetof(cv::KeyPoint, pt) == 0,
+                "copy_positions reads the position where the keypoint begins");
 
   FeaturesView(const cv::KeyPoint* keypoints, std::size_t count)
       : first_(reinterpret_cast<const unsigned char*>(keypoints)),
@@ -75,6 +91,20 @@ class FeaturesView {
 
   /// The pixel that feature i belongs to, see nearest_pixel.
   cv::Point pixel(std::size_t i) const { return nearest_pixel((*this)[i]); }
+
+  /// Copies the positions of `count` features from `first` on, x and y in turn.
+  void copy_positions(std::size_t first, std::size_t count, float* coordinates) const {
+    // A keypoint begins with its position, too.
+    const unsigned char* element = first_ + first * stride_;
+    for (std::size_t i = 0; i < count; ++i, element += stride_) {
+      std::memcpy(coordinates + 2 * i, element, sizeof(cv::Point2f));
+    }
+  }
+
+  /// Whether the other view shows the same elements in memory.
+  bool is_same_view(const FeaturesView& other) const {
+    return first_ == other.first_ && stride_ == other.stride_ && count_ == other.count_;
+  }
 
   /// Diameter of feature i in pixels (cv::KeyPoint::size); 0 for points.
   float diameter_px(std::size_t i) const {

@@ -7,6 +7,7 @@
 #include "dynfilter/detail/require_cxx17.hpp"
 
 #include "dynfilter/detail/errors.hpp"
+#include "dynfilter/feature_pixels.hpp"
 #include "dynfilter/features.hpp"
 #include "dynfilter/frame.hpp"
 #include "dynfilter/labels.hpp"
@@ -19,6 +20,8 @@ struct FilterInput {
   const FrameView& frame;
   const Segmentation& segmentation;  ///< without instances where no masks are known
   FeaturesView features;
+  /// Of these features, from a pipeline that has read them once for all its stages; else nullptr.
+  const FeaturePixels* pixels = nullptr;
 };
 
 /// Throws std::invalid_argument, in the name of `component`, if frame or segmentation is malformed
@@ -40,10 +43,10 @@ inline void validate(const FilterInput& input, const char* component) {
   require_same_size(input.frame.image, "an image");
 }
 
-/// The same, and that there is one label a feature and one statistic an instance. What a stage
-/// that is called on its own checks first.
-inline void validate(const FilterInput& input, const FeatureLabels& labels, const char* component) {
-  validate(input, component);
+/// Throws std::invalid_argument, in the name of `component`, unless there is one label a feature
+/// and one statistic an instance. O(1).
+inline void validate_labels(const FilterInput& input, const FeatureLabels& labels,
+                            const char* component) {
   if (labels.size() != input.features.size()) {
     detail::throw_misuse(
         component,
@@ -57,6 +60,12 @@ inline void validate(const FilterInput& input, const FeatureLabels& labels, cons
                                              input.segmentation.instances.size()),
                          "labels made or reset for this segmentation");
   }
+}
+
+/// Both: what a stage that is called on its own checks first.
+inline void validate(const FilterInput& input, const FeatureLabels& labels, const char* component) {
+  validate(input, component);
+  validate_labels(input, labels, component);
 }
 
 }  // namespace dynfilter

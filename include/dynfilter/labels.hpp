@@ -6,11 +6,14 @@
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <utility>
 #include <vector>
 
+#include "dynfilter/detail/blocks.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/segmentation.hpp"
 #include "dynfilter/statistics.hpp"
@@ -47,7 +50,7 @@ class FeatureLabels {
 
   /// Back to all features untouched, reusing memory.
   void reset(std::size_t features, const Segmentation& segmentation) {
-    labels_.assign(features, FeatureLabel());
+    make_untouched(features);
     // Not the whole struct is replaced: the vector of instances keeps its memory.
     std::vector<InstanceStatistics> instances = std::move(statistics_.instances);
     statistics_ = FrameStatistics();
@@ -63,6 +66,12 @@ class FeatureLabels {
   bool empty() const { return labels_.empty(); }
   const FeatureLabel& operator[](std::size_t i) const { return labels_[i]; }
   bool is_removed(std::size_t i) const { return labels_[i].removed; }
+
+  /// The removed ones of features 64 * block to 64 * block + 63, from the lowest bit on. For stages
+  /// that work on 64 features at once. `block` must lie below the number of features / 64, rounded
+  /// up.
+  std::uint64_t removed_bits(std::size_t block) const { return removed_bits_[block]; }
+
   std::vector<FeatureLabel>::const_iterator begin() const { return labels_.begin(); }
   std::vector<FeatureLabel>::const_iterator end() const { return labels_.end(); }
 
@@ -77,8 +86,29 @@ class FeatureLabels {
     if (label.removed) return false;
     if (label.reason == Reason::restored) --statistics_.restored;
     label = {score, instance, reason, true};
-    count(label, +1);
+    removed_bits_[i / detail::block_size] |= bit_of(i);
+    count(label, 1);
     return true;
+  }
+
+  /// The same for many of features 64 * block to 64 * block + 63: those whose bits are set. Returns
+  /// how many this call removed. O(their number).
+  std::size_t remove_bits(std::size_t block, std::uint64_t bits, std::int32_t instance,
+                          Reason reason, float score) {
+    if (bits == 0) return 0;
+    const std::size_t first = block * detail::block_size;
+    require_verdict("FeatureLabels::remove_bits", first + detail::last_bit(bits), instance, score);
+    require_removing(reason);
+    bits &= ~removed_bits_[block];
+    const FeatureLabel label = {score, instance, reason, true};
+    detail::for_each_bit(bits, [&](std::size_t j) {
+      statistics_.restored -= labels_[first + j].reason == Reason::restored ? 1U : 0U;
+      labels_[first + j] = label;
+    });
+    removed_bits_[block] |= bits;
+    const std::size_t removed = detail::count_bits(bits);
+    count(label, removed);
+    return removed;
   }
 
   /// Says that a feature which is kept may be an instance's: raises its score and names the
@@ -107,7 +137,8 @@ class FeatureLabels {
     require_verdict("FeatureLabels::restore", i, -1, score);
     FeatureLabel& label = labels_[i];
     if (!label.removed) return false;
-    count(label, -1);
+    count(label, std::size_t{0} - 1);
+    removed_bits_[i / detail::block_size] &= ~bit_of(i);
     label.score = score;
     label.reason = Reason::restored;
     label.removed = false;
@@ -150,10 +181,24 @@ class FeatureLabels {
                          "in_mask, compensated, or custom and above");
   }
 
-  void count(const FeatureLabel& label, int change) {
-    const auto add = [change](std::size_t& counter) {
-      counter += static_cast<std::size_t>(change);
-    };
+  static std::uint64_t bit_of(std::size_t i) {
+    return std::uint64_t{1} << (i % detail::block_size);
+  }
+
+  void make_untouched(std::size_t features) {
+    removed_bits_.assign(detail::blocks_for(features), 0);
+    labels_.resize(features);
+    // In blocks that are copied whole: a label at a time is three times as slow.
+    static constexpr std::array<FeatureLabel, detail::block_size> untouched{};
+    for (auto label = labels_.begin(); label != labels_.end();) {
+      const auto count = std::min<std::ptrdiff_t>(untouched.size(), labels_.end() - label);
+      label = std::copy_n(untouched.begin(), count, label);
+    }
+  }
+
+  /// `change` is added to what counts such labels; it may wrap round.
+  void count(const FeatureLabel& label, std::size_t change) {
+    const auto add = [change](std::size_t& counter) { counter += change; };
     InstanceStatistics* instance =
         label.instance < 0 ? nullptr
                            : &statistics_.instances[static_cast<std::size_t>(label.instance)];
@@ -169,6 +214,7 @@ class FeatureLabels {
   }
 
   std::vector<FeatureLabel> labels_;
+  std::vector<std::uint64_t> removed_bits_;  // of blocks of 64: the labels' `removed` once more
   FrameStatistics statistics_;
 };
 

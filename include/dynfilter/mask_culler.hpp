@@ -15,10 +15,15 @@
 
 #include <opencv2/core.hpp>
 
+#include "dynfilter/detail/blocks.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/mask_distance.hpp"
+#include "dynfilter/detail/on_mask.hpp"
+#include "dynfilter/feature_pixels.hpp"
 #include "dynfilter/filter_input.hpp"
 #include "dynfilter/labels.hpp"
+#include "dynfilter/stage.hpp"
+#include "dynfilter/workspace.hpp"
 
 namespace dynfilter {
 
@@ -70,20 +75,23 @@ class MaskCuller {
                          "the same size");
   }
 
-  /// O(features x instances), each times the pixels within the margin. Allocates nothing.
   void operator()(const FilterInput& input, FeatureLabels& labels) const {
+    Workspace workspace;
+    (*this)(input, labels, workspace);
+  }
+
+  /// O(features x instances), 64 features at a time, and for features in the rectangle of a mask
+  /// the pixels within the margin.
+  void operator()(const FilterInput& input, FeatureLabels& labels, Workspace& workspace) const {
     check(input);
-    validate(input, labels, "MaskCuller");
+    validate_labels(input, labels, "MaskCuller");
+    const FeaturePixels& pixels = pixels_of(input, workspace);
+    cull_static_mask(pixels, labels);
     const std::vector<Instance>& instances = input.segmentation.instances;
     for (std::size_t k = 0; k < instances.size(); ++k) {
-      labels.statistics().instances[k].dynamic |= is_dynamic(instances[k].class_id);
-    }
-    for (std::size_t i = 0; i < input.features.size(); ++i) {
-      const auto owner =
-          instance_at(input.segmentation, input.features[i], input.features.diameter_px(i));
-      if (!owner) continue;
-      const float score = *owner < 0 ? 1.0F : instances[static_cast<std::size_t>(*owner)].score;
-      labels.remove(i, *owner, Reason::in_mask, score);
+      if (!is_dynamic(instances[k].class_id)) continue;
+      labels.statistics().instances[k].dynamic = true;
+      cull(instances[k], static_cast<std::int32_t>(k), input.features, pixels, labels);
     }
   }
 
@@ -101,7 +109,7 @@ class MaskCuller {
                                           float diameter_px = 0.0F) const {
     const cv::Point pixel = nearest_pixel(position);
     if (on_static_mask(pixel)) return -1;
-    const double margin = options_.margin_px + options_.margin_per_diameter * usable(diameter_px);
+    const double margin = margin_of(diameter_px);
     for (std::size_t k = 0; k < segmentation.instances.size(); ++k) {
       const Instance& instance = segmentation.instances[k];
       if (is_dynamic(instance.class_id) && detail::mask_within(instance, pixel, margin)) {
@@ -123,10 +131,60 @@ class MaskCuller {
     return std::isfinite(diameter_px) && diameter_px > 0 ? double{diameter_px} : 0.0;
   }
 
+  double margin_of(float diameter_px) const {
+    return options_.margin_px + options_.margin_per_diameter * usable(diameter_px);
+  }
+
   bool on_static_mask(cv::Point pixel) const {
     const cv::Mat& mask = options_.static_mask;
     return pixel.x >= 0 && pixel.y >= 0 && pixel.x < mask.cols && pixel.y < mask.rows &&
            mask.ptr<std::uint8_t>(pixel.y)[pixel.x] != 0;
+  }
+
+  void cull_static_mask(const FeaturePixels& pixels, FeatureLabels& labels) const {
+    const cv::Mat& mask = options_.static_mask;
+    if (mask.empty()) return;
+    for (std::size_t block = 0; block < pixels.blocks(); ++block) {
+      const std::uint64_t on_mask = detail::on_mask(pixels, block, ~std::uint64_t{0}, mask, {0, 0});
+      labels.remove_bits(block, on_mask, -1, Reason::in_mask, 1.0F);
+    }
+  }
+
+  /// The features of one instance, but for those that are removed already.
+  void cull(const Instance& instance, std::int32_t index, FeaturesView features,
+            const FeaturePixels& pixels, FeatureLabels& labels) const {
+    const bool has_margin = options_.margin_px > 0 || options_.margin_per_diameter > 0;
+    for (std::size_t block = 0; block < pixels.blocks(); ++block) {
+      const std::uint64_t kept = ~labels.removed_bits(block);
+      const std::uint64_t on_object =
+          has_margin ? within_margin(instance, features, pixels, block, kept)
+                     : detail::on_mask(pixels, block, kept, instance.mask, instance.mask_origin);
+      labels.remove_bits(block, on_object, index, Reason::in_mask, instance.score);
+    }
+  }
+
+  std::uint64_t within_margin(const Instance& instance, FeaturesView features,
+                              const FeaturePixels& pixels, std::size_t block,
+                              std::uint64_t wanted) const {
+    const std::size_t first = block * detail::block_size;
+    std::uint64_t within = 0;
+    detail::for_each_bit(wanted & near_mask(instance, pixels, block), [&](std::size_t j) {
+      const double margin = margin_of(features.diameter_px(first + j));
+      const bool is_within = detail::mask_within(instance, pixels[first + j], margin);
+      within |= std::uint64_t{is_within} << j;
+    });
+    return within;
+  }
+
+  /// Those that the margin may reach: any, where it is in proportion to the keypoints.
+  std::uint64_t near_mask(const Instance& instance, const FeaturePixels& pixels,
+                          std::size_t block) const {
+    const double most =
+        options_.margin_per_diameter > 0 ? detail::most_mask_radius : std::ceil(options_.margin_px);
+    const auto reach = static_cast<std::int64_t>(std::min(most, detail::most_mask_radius));
+    const cv::Point origin = instance.mask_origin;
+    return pixels.inside(block, detail::Interval(origin.x - reach, instance.mask.cols + 2 * reach),
+                         detail::Interval(origin.y - reach, instance.mask.rows + 2 * reach));
   }
 
   MaskCullerOptions options_;

@@ -68,7 +68,10 @@ class Pipeline {
     validate(input, "Pipeline");
     for_each_stage([&](const auto& stage) { check_stage(stage, input); });
     begin_frame(input, has_segmentation, labels);
-    for_each_stage([&](const auto& stage) { run_stage(stage, input, labels, workspace); });
+    workspace.frame_pixels.read(input.features);
+    const FilterInput prepared{input.frame, input.segmentation, input.features,
+                               &workspace.frame_pixels};
+    for_each_stage([&](const auto& stage) { run_stage(stage, prepared, labels, workspace); });
   }
 
   static void begin_frame(const FilterInput& input, bool has_segmentation, FeatureLabels& labels) {

@@ -12,8 +12,8 @@
 
 #include <opencv2/core.hpp>
 
+#include "dynfilter/feature_pixels.hpp"
 #include "dynfilter/feature_sampler.hpp"
-#include "dynfilter/features.hpp"
 #include "dynfilter/object_depth.hpp"
 
 namespace dynfilter {
@@ -39,7 +39,8 @@ struct ObjectInFrame {
 /// once one of at least that many features and instances was seen. It carries no information from
 /// call to call. One for each thread.
 struct Workspace {
-  std::vector<cv::Point> pixels;            ///< of the features
+  FeaturePixels frame_pixels;               ///< a pipeline's, for all its stages
+  FeaturePixels pixels;                     ///< of the features, read by a stage on its own
   std::vector<SampleCandidate> candidates;  ///< for the sample of one instance
   std::vector<double> depths_m;             ///< of the sample
   std::vector<double> codes;                ///< of the sample
@@ -48,15 +49,6 @@ struct Workspace {
   std::vector<ObjectInFrame> objects;
 };
 
-namespace detail {
-
-/// Puts the features' pixels into the workspace.
-inline void read_pixels(FeaturesView features, Workspace& workspace) {
-  workspace.pixels.resize(features.size());
-  for (std::size_t i = 0; i < features.size(); ++i) workspace.pixels[i] = features.pixel(i);
-}
-
-}  // namespace detail
 }  // namespace dynfilter
 
 #endif  // DYNFILTER_WORKSPACE_HPP

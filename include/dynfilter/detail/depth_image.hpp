@@ -10,6 +10,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <type_traits>
 
 #include <opencv2/core.hpp>
@@ -29,6 +30,15 @@ class DepthImage {
 
   bool contains(int x, int y) const {
     return x >= 0 && y >= 0 && x < depth_.cols && y < depth_.rows;
+  }
+
+  /// As FrameView::depth_m tells it for any pixel, with NaN where that has nothing.
+  double metres_or_nan(cv::Point pixel) const {
+    constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
+    if (!contains(pixel.x, pixel.y)) return nothing;
+    const Depth value = depth_.ptr<Depth>(pixel.y)[pixel.x];
+    const double metres = static_cast<double>(value) * metres_per_unit_;
+    return value > 0 && std::isfinite(metres) ? metres : nothing;
   }
 
   /// The pixel must lie in the image.

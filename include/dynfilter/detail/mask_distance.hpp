@@ -25,14 +25,16 @@ inline std::int64_t chord_half_length(double radius, double offset) {
   return half;
 }
 
+/// What greater radii are taken for: beyond any image, and its square is exact.
+constexpr double most_mask_radius = 67108864.0;
+
 /// Whether a pixel of the mask lies within `radius` pixels (Euclidean, between pixel centres) of
 /// `pixel`. A radius of 0, negative or NaN asks for the pixel itself. O(radius^2), and never more
 /// than the pixels of the mask.
 inline bool mask_within(const Instance& instance, cv::Point pixel, double radius) {
   if (!(radius > 0)) return instance.covers(pixel);
   const cv::Mat& mask = instance.mask;
-  // Beyond any image, and small enough that the squares below are exact.
-  radius = std::min(radius, 67108864.0);
+  radius = std::min(radius, most_mask_radius);
   const auto reach = static_cast<std::int64_t>(radius);
   const std::int64_t x = std::int64_t{pixel.x} - instance.mask_origin.x;
   const std::int64_t y = std::int64_t{pixel.y} - instance.mask_origin.y;
