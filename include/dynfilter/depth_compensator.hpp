@@ -14,9 +14,9 @@
 
 #include <opencv2/core.hpp>
 
-#include "dynfilter/detail/blocks.hpp"
 #include "dynfilter/detail/depth_image.hpp"
 #include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/feature_lists.hpp"
 #include "dynfilter/detail/mask_distance.hpp"
 #include "dynfilter/feature_pixels.hpp"
 #include "dynfilter/filter_input.hpp"
@@ -106,7 +106,7 @@ class DepthCompensator {
     detail::with_depth_image(input.frame, [&](const auto& image) {
       if (is_stale(input)) give_back(image, workspace.objects, pixels, labels);
       for (const ObjectInFrame& object : workspace.objects) {
-        compensate(image, input, object, pixels, labels);
+        compensate(image, input, object, pixels, labels, workspace);
       }
     });
   }
@@ -261,31 +261,27 @@ class DepthCompensator {
 
   template <class Image>
   void compensate(const Image& image, const FilterInput& input, const ObjectInFrame& object,
-                  const FeaturePixels& pixels, FeatureLabels& labels) const {
+                  const FeaturePixels& pixels, FeatureLabels& labels, Workspace& workspace) const {
     const Instance& instance = input.segmentation.instances[object.instance];
     InstanceStatistics& statistics = labels.statistics().instances[object.instance];
     const auto index = static_cast<std::int32_t>(object.instance);
     const double margin = is_stale(input) ? 0 : mask_margin(image);
-    for (std::size_t block = 0; block < pixels.blocks(); ++block) {
-      const std::uint64_t in_reach =
-          pixels.inside(block, object.reach) & ~labels.removed_bits(block);
-      statistics.candidates += detail::count_bits(in_reach);
-      detail::for_each_bit(in_reach, [&](std::size_t j) {
-        const std::size_t i = block * detail::block_size + j;
-        double certain = certainty(image, object, pixels[i]);
-        if (certain >= 0.5) {
-          ++(has_depth_of(object, image, pixels[i]) ? statistics.passed_depth
-                                                    : statistics.passed_nearness);
-        } else if (margin > 0 && detail::mask_within(instance, pixels[i], margin)) {
-          certain = 1;
-        }
-        const float score = instance.score * static_cast<float>(certain);
-        if (certain >= 0.5) {
-          labels.remove(i, index, Reason::compensated, score);
-        } else {
-          labels.suspect(i, index, score);
-        }
-      });
+    const auto in_reach = detail::kept_inside(pixels, labels, object.reach, workspace.features);
+    statistics.candidates = in_reach.size();
+    for (const std::size_t i : in_reach) {
+      double certain = certainty(image, object, pixels[i]);
+      if (certain >= 0.5) {
+        ++(has_depth_of(object, image, pixels[i]) ? statistics.passed_depth
+                                                  : statistics.passed_nearness);
+      } else if (margin > 0 && detail::mask_within(instance, pixels[i], margin)) {
+        certain = 1;
+      }
+      const float score = instance.score * static_cast<float>(certain);
+      if (certain >= 0.5) {
+        labels.remove(i, index, Reason::compensated, score);
+      } else {
+        labels.suspect(i, index, score);
+      }
     }
   }
 

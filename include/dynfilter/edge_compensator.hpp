@@ -16,10 +16,9 @@
 #include <opencv2/core.hpp>
 
 #include "dynfilter/depth_lbp.hpp"
-#include "dynfilter/detail/blocks.hpp"
 #include "dynfilter/detail/depth_image.hpp"
 #include "dynfilter/detail/errors.hpp"
-#include "dynfilter/detail/on_mask.hpp"
+#include "dynfilter/detail/feature_lists.hpp"
 #include "dynfilter/detail/rectangles.hpp"
 #include "dynfilter/feature_pixels.hpp"
 #include "dynfilter/feature_sampler.hpp"
@@ -95,113 +94,109 @@ class EdgeCompensator {
   /// Throws std::invalid_argument for malformed input.
   void operator()(const FilterInput& input, FeatureLabels& labels, Workspace& workspace) const {
     validate(input, labels, "EdgeCompensator");
+    if (input.frame.depth.empty()) {
+      for_each_object(labels, [](std::size_t, InstanceStatistics& statistics) {
+        statistics.compensation = Compensation::no_depth_image;
+      });
+      return;
+    }
     reserve(input.features.size(), workspace);
     const FeaturePixels& pixels = pixels_of(input, workspace);
-    for (std::size_t k = 0; k < input.segmentation.instances.size(); ++k) {
-      InstanceStatistics& statistics = labels.statistics().instances[k];
-      if (!statistics.dynamic && statistics.masked == 0) continue;
-      if (input.frame.depth.empty()) {
-        statistics.compensation = Compensation::no_depth_image;
-        continue;
-      }
-      detail::with_depth_image(input.frame, [&](const auto& image) {
-        statistics.compensation = estimate_ranges(image, input, k, pixels, labels, workspace);
+    const detail::MaskedFeatures masked(labels, workspace.masked_first, workspace.masked_next);
+    detail::with_depth_image(input.frame, [&](const auto& image) {
+      for_each_object(labels, [&](std::size_t k, InstanceStatistics& statistics) {
+        SampleCandidate* const sample = workspace.candidates.data();
+        SampleCandidate* const end = collect_candidates(image, input, k, pixels, masked, sample);
+        estimate_ranges(image, input, pixels, sample, sampler_.draw(sample, end), workspace,
+                        statistics);
         if (statistics.compensation != Compensation::applied) return;
-        compensate(image, input, k, pixels, labels);
+        compensate(image, input, k, pixels, labels, workspace);
       });
-    }
+    });
   }
 
  private:
   static void reserve(std::size_t features, Workspace& workspace) {
-    workspace.candidates.reserve(features);
+    // One more: what is no candidate is written behind the last that is one.
+    if (workspace.candidates.size() <= features) workspace.candidates.resize(features + 1);
     workspace.depths_m.reserve(features);
     workspace.codes.reserve(features);
   }
 
+  /// Those that are dynamic, or whose features somebody takes for dynamic.
+  template <class Action>
+  static void for_each_object(FeatureLabels& labels, const Action& action) {
+    std::vector<InstanceStatistics>& instances = labels.statistics().instances;
+    for (std::size_t k = 0; k < instances.size(); ++k) {
+      if (instances[k].dynamic || instances[k].masked > 0) action(k, instances[k]);
+    }
+  }
+
+  /// The features of FP_object that have depth, put where `end` points; returns where they end.
+  template <class Image>
+  SampleCandidate* collect_candidates(const Image& image, const FilterInput& input, std::size_t k,
+                                      const FeaturePixels& pixels,
+                                      const detail::MaskedFeatures& masked,
+                                      SampleCandidate* end) const {
+    const Instance& instance = input.segmentation.instances[k];
+    const std::uint64_t instance_hash = sampler_.instance_hash(input.frame.id, k);
+    masked.for_each_of(k, [&](std::size_t i) {
+      const cv::Point pixel = pixels[i];
+      end->pixel = detail::wrapping_difference(pixel, instance.box.tl());
+      end->key = FeatureSampler::key(instance_hash, end->pixel);
+      end->feature = i;
+      end += instance.covers(pixel) & image.read(pixel).is_known ? 1 : 0;
+    });
+    return end;
+  }
+
   /// [a, b]_depth and [a, b]_D-LBP from a sample of FP_object.
   template <class Image>
-  Compensation estimate_ranges(const Image& image, const FilterInput& input, std::size_t k,
-                               const FeaturePixels& pixels, FeatureLabels& labels,
-                               Workspace& workspace) const {
-    collect_candidates(image, input, k, pixels, labels, workspace.candidates);
-    sampler_.draw(workspace.candidates);
+  void estimate_ranges(const Image& image, const FilterInput& input, const FeaturePixels& pixels,
+                       const SampleCandidate* sample, const SampleCandidate* sample_end,
+                       Workspace& workspace, InstanceStatistics& statistics) const {
     workspace.depths_m.clear();
     workspace.codes.clear();
-    for (const SampleCandidate& sample : workspace.candidates) {
-      const cv::Point pixel = pixels[sample.feature];
-      workspace.depths_m.push_back(image.metres_or_nan(pixel));
+    statistics.sampled = static_cast<std::size_t>(sample_end - sample);
+    for (; sample != sample_end; ++sample) {
+      const cv::Point pixel = pixels[sample->feature];
+      workspace.depths_m.push_back(image.read(pixel).metres);
       const auto code = depth_lbp_.code(input.frame.depth, pixel);
       if (code) workspace.codes.push_back(*code);
     }
-    InstanceStatistics& statistics = labels.statistics().instances[k];
-    statistics.sampled = workspace.candidates.size();
     statistics.depth_range_m = depth_estimator_.estimate(workspace.depths_m);
     statistics.code_range = code_estimator_.estimate(workspace.codes);
-    return statistics.depth_range_m.empty() || statistics.code_range.empty()
-               ? Compensation::too_few_samples
-               : Compensation::applied;
-  }
-
-  /// The features of FP_object that have depth.
-  template <class Image>
-  void collect_candidates(const Image& image, const FilterInput& input, std::size_t k,
-                          const FeaturePixels& pixels, const FeatureLabels& labels,
-                          std::vector<SampleCandidate>& candidates) const {
-    const Instance& instance = input.segmentation.instances[k];
-    const std::uint64_t instance_hash = sampler_.instance_hash(input.frame.id, k);
-    candidates.clear();
-    for (std::size_t block = 0; block < pixels.blocks(); ++block) {
-      const std::uint64_t covered = detail::on_mask(pixels, block, labels.removed_bits(block),
-                                                    instance.mask, instance.mask_origin);
-      detail::for_each_bit(covered, [&](std::size_t j) {
-        const std::size_t i = block * detail::block_size + j;
-        const FeatureLabel& label = labels[i];
-        const bool on_object =
-            label.reason == Reason::in_mask && label.instance == static_cast<std::int32_t>(k);
-        if (!on_object || std::isnan(image.metres_or_nan(pixels[i]))) return;
-        const cv::Point in_box = detail::wrapping_difference(pixels[i], instance.box.tl());
-        candidates.push_back({FeatureSampler::key(instance_hash, in_box), in_box, i});
-      });
-    }
+    const bool is_known = !statistics.depth_range_m.empty() && !statistics.code_range.empty();
+    statistics.compensation = is_known ? Compensation::applied : Compensation::too_few_samples;
   }
 
   /// Eq. (1) for every feature in the box that is not removed yet.
   template <class Image>
   void compensate(const Image& image, const FilterInput& input, std::size_t k,
-                  const FeaturePixels& pixels, FeatureLabels& labels) const {
+                  const FeaturePixels& pixels, FeatureLabels& labels, Workspace& workspace) const {
     const Instance& instance = input.segmentation.instances[k];
     InstanceStatistics& statistics = labels.statistics().instances[k];
     const ValueRange depth_range = statistics.depth_range_m, code_range = statistics.code_range;
-    std::size_t candidates = 0, passed_depth = 0, passed_code = 0;
-    for (std::size_t block = 0; block < pixels.blocks(); ++block) {
-      const std::uint64_t in_box = pixels.inside(block, instance.box) & ~labels.removed_bits(block);
-      std::uint64_t passed_both = 0;
-      detail::for_each_bit(in_box, [&](std::size_t j) {
-        const cv::Point pixel = pixels[block * detail::block_size + j];
-        const bool depth_fits = fits(image.metres_or_nan(pixel), depth_range);
-        const bool code_fits = fits(code_or_nan(input.frame.depth, pixel), code_range);
-        passed_depth += depth_fits ? 1 : 0;
-        passed_code += code_fits ? 1 : 0;
-        passed_both |= std::uint64_t{depth_fits && code_fits} << j;
-      });
-      candidates += detail::count_bits(in_box);
-      labels.remove_bits(block, passed_both, static_cast<std::int32_t>(k), Reason::compensated,
-                         instance.score);
-    }
-    statistics.candidates = candidates;
+    auto features = detail::kept_inside(pixels, labels, instance.box, workspace.features);
+    statistics.candidates = features.size();
+    std::size_t passed_depth = 0, passed_code = 0;
+    features.leave_only([&](std::size_t i) {
+      const auto depth = image.read(pixels[i]);
+      const auto code = depth_lbp_.code(input.frame.depth, pixels[i]);
+      const bool depth_fits = fits(depth.is_known, depth.metres, depth_range);
+      const bool code_fits = fits(code.has_value(), code.value_or(0), code_range);
+      passed_depth += depth_fits ? 1 : 0;
+      passed_code += code_fits ? 1 : 0;
+      return depth_fits & code_fits;
+    });
     statistics.passed_depth = passed_depth;
     statistics.passed_code = passed_code;
+    labels.remove_all(features, static_cast<std::int32_t>(k), Reason::compensated, instance.score);
   }
 
-  double code_or_nan(const cv::Mat& depth, cv::Point pixel) const {
-    const auto code = depth_lbp_.code(depth, pixel);
-    return code ? static_cast<double>(*code) : std::numeric_limits<double>::quiet_NaN();
-  }
-
-  /// NaN is no value.
-  bool fits(double value, const ValueRange& range) const {
-    return range.contains(value) || (passes_without_value_ && std::isnan(value));
+  bool fits(bool is_known, double value, const ValueRange& range) const {
+    const bool is_in_range = (range.lower <= value) & (value <= range.upper);
+    return (is_known & is_in_range) | (!is_known & passes_without_value_);
   }
 
   FeatureSampler sampler_;

@@ -10,8 +10,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <iterator>
-#include <limits>
 #include <vector>
 
 #include <opencv2/core.hpp>
@@ -21,26 +19,24 @@
 
 namespace dynfilter {
 
-/// The pixels of a frame's features, rounded once and laid out so that blocks of 64 of them are
-/// compared with a rectangle at once: stages ask for each instance which features are in its box.
-///
-/// A set of features of a block is a 64-bit word: bit j is feature 64 * block + j.
+/// The pixels of a frame's features, rounded once and laid out so that 64 of them are compared with
+/// a rectangle at once: stages ask for each instance which features are in its box.
 class FeaturePixels {
  public:
   /// Reads the features' pixels, reusing memory. O(features).
   void read(FeaturesView features) {
     view_ = features;
-    const std::size_t padded = detail::blocks_for(features.size()) * detail::block_size;
-    if (pixels_.size() < padded) {
-      pixels_.resize(padded);
-      narrow_x_.resize(padded);
-      narrow_y_.resize(padded);
-    }
-    for (std::size_t block = 0; block < blocks(); ++block) read_block(features, block);
+    reserve_blocks(blocks());
+    // All are copied before the first is read: reading what was just written in smaller pieces
+    // would wait for it.
+    features.copy_positions(0, size(), positions_.data());
+    const auto padding = static_cast<float>(detail::outside_narrow);
+    std::fill(positions_.data() + 2 * size(), positions_.data() + 2 * blocks() * detail::block_size,
+              padding);
+    for (std::size_t block = 0; block < blocks(); ++block) round_block(block);
   }
 
   std::size_t size() const { return view_.size(); }
-  std::size_t blocks() const { return detail::blocks_for(size()); }
 
   /// Whether these are the pixels of that view, as far as its place in memory tells.
   bool are_of(const FeaturesView& features) const { return view_.is_same_view(features); }
@@ -48,57 +44,80 @@ class FeaturePixels {
   /// As FeaturesView::pixel gives it. i must be below size().
   cv::Point operator[](std::size_t i) const { return pixels_[i]; }
 
-  /// Those of a block whose pixel lies in the rectangle, wherever that lies. O(64).
-  std::uint64_t inside(std::size_t block, const cv::Rect& rectangle) const {
-    return inside(block, detail::Interval(rectangle.x, rectangle.width),
-                  detail::Interval(rectangle.y, rectangle.height));
+  /// Calls action(i) for every feature whose pixel lies in the rectangle, wherever that lies, in
+  /// an order of its own. O(features / 64), and the features that lie in it.
+  template <class Action>
+  void for_each_inside(const cv::Rect& rectangle, const Action& action) const {
+    for_each_inside(detail::Interval(rectangle.x, rectangle.width),
+                    detail::Interval(rectangle.y, rectangle.height), action);
   }
 
-  std::uint64_t inside(std::size_t block, const detail::Interval& columns,
-                       const detail::Interval& rows) const {
-    if (columns.empty() || rows.empty()) return 0;
-    const std::size_t first = block * detail::block_size;
-    if (columns.is_narrow() && rows.is_narrow()) {
-      return detail::block_inside(&narrow_x_[first], &narrow_y_[first], columns, rows);
+  template <class Action>
+  void for_each_inside(const detail::Interval& columns, const detail::Interval& rows,
+                       const Action& action) const {
+    if (columns.empty() || rows.empty()) return;
+    if (!columns.is_narrow() || !rows.is_narrow()) {
+      for (std::size_t i = 0; i < size(); ++i) {
+        if (columns.contains(pixels_[i].x) && rows.contains(pixels_[i].y)) action(i);
+      }
+      return;
     }
-    std::uint64_t inside = 0;
-    for (std::size_t j = 0; j < detail::block_size; ++j) {
-      const cv::Point pixel = pixels_[first + j];
-      const bool is_inside = columns.contains(pixel.x) && rows.contains(pixel.y);
-      inside |= std::uint64_t{is_inside} << j;
+    for (std::size_t first = 0; first < size(); first += detail::block_size) {
+      const std::uint64_t inside =
+          detail::block_inside(&narrow_x_[first], &narrow_y_[first], columns, rows);
+      detail::for_each_bit(inside, [&](std::size_t bit) { action(order_[first + bit]); });
     }
-    return inside;
   }
 
  private:
-  void read_block(FeaturesView features, std::size_t block) {
+  std::size_t blocks() const { return detail::blocks_for(size()); }
+
+  void reserve_blocks(std::size_t blocks) {
+    const std::size_t padded = blocks * detail::block_size;
+    if (pixels_.size() >= padded) return;
+    positions_.resize(2 * padded);
+    pixels_.resize(padded);
+    narrow_x_.resize(padded);
+    narrow_y_.resize(padded);
+    order_.resize(padded);
+    for (std::size_t i = 0; i < padded; ++i) {
+      const std::size_t point = i % detail::block_size;
+      order_[i - point + detail::bit_of_point(point)] = static_cast<std::uint32_t>(i);
+    }
+  }
+
+  void round_block(std::size_t block) {
     const std::size_t first = block * detail::block_size;
-    const std::size_t count = std::min(features.size() - first, detail::block_size);
-    float coordinates[2 * detail::block_size];
-    features.copy_positions(first, count, coordinates);
-    // What pads the last block is no position, so it is in no rectangle.
-    std::fill(coordinates + 2 * count, std::end(coordinates),
-              std::numeric_limits<float>::quiet_NaN());
-    for (float& coordinate : coordinates) coordinate = detail::int_range_or_least(coordinate);
-    // A loop of its own: together with the one above, g++ 12 makes branches of it.
+    if (!detail::are_ordinary(&positions_[2 * first])) return round_extraordinary_block(first);
     int rounded[2 * detail::block_size];
     for (std::size_t j = 0; j < 2 * detail::block_size; ++j) {
-      rounded[j] = detail::round_half_up(coordinates[j]);
+      rounded[j] = detail::round_half_up(positions_[2 * first + j]);
     }
     std::int16_t x[detail::block_size], y[detail::block_size];
     for (std::size_t j = 0; j < detail::block_size; ++j) {
-      x[j] = detail::narrowed(rounded[2 * j]);
-      y[j] = detail::narrowed(rounded[2 * j + 1]);
+      x[j] = static_cast<std::int16_t>(rounded[2 * j]);
+      y[j] = static_cast<std::int16_t>(rounded[2 * j + 1]);
     }
     std::memcpy(&pixels_[first], rounded, sizeof rounded);
-    std::copy(std::begin(x), std::end(x), &narrow_x_[first]);
-    std::copy(std::begin(y), std::end(y), &narrow_y_[first]);
+    std::memcpy(&narrow_x_[first], x, sizeof x);
+    std::memcpy(&narrow_y_[first], y, sizeof y);
+  }
+
+  /// With positions that are no numbers, or lie far from any image.
+  void round_extraordinary_block(std::size_t first) {
+    for (std::size_t i = first; i < first + detail::block_size; ++i) {
+      pixels_[i] = nearest_pixel({positions_[2 * i], positions_[2 * i + 1]});
+      narrow_x_[i] = detail::narrowed(pixels_[i].x);
+      narrow_y_[i] = detail::narrowed(pixels_[i].y);
+    }
   }
 
   FeaturesView view_;
+  std::vector<float> positions_;  // x and y in turn
   std::vector<cv::Point> pixels_;
   // The same, cut off at the ends of 16 bits: half the bytes to compare.
   std::vector<std::int16_t> narrow_x_, narrow_y_;
+  std::vector<std::uint32_t> order_;  // the feature that a bit of a block stands for
 };
 
 }  // namespace dynfilter

@@ -59,15 +59,20 @@ class FeatureSampler {
   /// all of them if there are fewer. Equal keys are told apart by their pixels (row, then column);
   /// features of the same pixel are interchangeable, since they read the same depth. O(candidates).
   void draw(std::vector<SampleCandidate>& candidates) const {
-    if (candidates.size() <= samples_) return;
-    leave_small_keys(candidates);
-    const auto end = std::next(candidates.begin(), static_cast<std::ptrdiff_t>(samples_));
-    std::nth_element(candidates.begin(), end, candidates.end(),
-                     [](const SampleCandidate& a, const SampleCandidate& b) {
-                       return std::tie(a.key, a.pixel.y, a.pixel.x) <
-                              std::tie(b.key, b.pixel.y, b.pixel.x);
-                     });
-    candidates.erase(end, candidates.end());
+    const SampleCandidate* end = draw(candidates.data(), candidates.data() + candidates.size());
+    candidates.resize(static_cast<std::size_t>(end - candidates.data()));
+  }
+
+  /// The same in an array: puts the sample at its beginning and returns where it ends.
+  SampleCandidate* draw(SampleCandidate* begin, SampleCandidate* end) const {
+    if (static_cast<std::size_t>(end - begin) <= samples_) return end;
+    end = leave_small_keys(begin, end);
+    SampleCandidate* const sample_end = begin + samples_;
+    std::nth_element(
+        begin, sample_end, end, [](const SampleCandidate& a, const SampleCandidate& b) {
+          return std::tie(a.key, a.pixel.y, a.pixel.x) < std::tie(b.key, b.pixel.y, b.pixel.x);
+        });
+    return sample_end;
   }
 
  private:
@@ -83,19 +88,19 @@ class FeatureSampler {
   /// Leaves about twice the sample, which is among them: keys are hashes and lie evenly between 0
   /// and 2^64, so a bound tells small ones from others without comparing them with each other.
   /// Leaves all where the keys of a frame chance to lie otherwise.
-  void leave_small_keys(std::vector<SampleCandidate>& candidates) const {
-    const double share = 2 * static_cast<double>(samples_) / static_cast<double>(candidates.size());
-    if (!(share < 1)) return;
+  SampleCandidate* leave_small_keys(SampleCandidate* begin, SampleCandidate* end) const {
+    const double share = 2 * static_cast<double>(samples_) / static_cast<double>(end - begin);
+    if (!(share < 1)) return end;
     const auto bound = static_cast<std::uint64_t>(share * 18446744073709551616.0);
     std::size_t small = 0;
-    for (const SampleCandidate& candidate : candidates) small += candidate.key < bound ? 1 : 0;
-    if (small < samples_) return;
-    small = 0;
-    for (const SampleCandidate& candidate : candidates) {
-      candidates[small] = candidate;  // at its own place or before it; whether it stays or not
-      small += candidate.key < bound ? 1 : 0;
+    for (const SampleCandidate* c = begin; c != end; ++c) small += c->key < bound ? 1 : 0;
+    if (small < samples_) return end;
+    SampleCandidate* small_end = begin;
+    for (const SampleCandidate* c = begin; c != end; ++c) {
+      *small_end = *c;  // to its own place or one before it, and there it stays or not
+      small_end += c->key < bound ? 1 : 0;
     }
-    candidates.resize(small);
+    return small_end;
   }
 
   std::size_t samples_;

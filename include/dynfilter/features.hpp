@@ -17,16 +17,9 @@
 namespace dynfilter {
 namespace detail {
 
-/// The coordinate itself, or where it is none that an int can hold, NaN included, the smallest int.
-inline float int_range_or_least(float coordinate) {
-  constexpr float beyond = 2147483648.0F;
-  const bool is_in_range = (coordinate > -beyond) & (coordinate < beyond);
-  return is_in_range ? coordinate : -beyond;
-}
-
-/// The nearest int to what int_range_or_least returns. Without a branch, and in float, so that a
-/// loop over many is one over vectors. Exact: what truncating leaves is a float, where the sum of
-/// 0.49999997 and 0.5 would have to be rounded.
+/// Of a coordinate in the range of int. Without a branch, and in float, so that a loop over many is
+/// one over vectors. Exact: what truncating leaves is a float, where the sum of 0.49999997 and 0.5
+/// would have to be rounded.
 inline int round_half_up(float coordinate) {
   const int truncated = static_cast<int>(coordinate);
   const float rest = coordinate - static_cast<float>(truncated);
@@ -38,8 +31,12 @@ inline int round_half_up(float coordinate) {
 /// The pixel that a position belongs to: the nearest one, halves rounded up, clamped nowhere. A
 /// position that is NaN, infinite or beyond the range of int gets a pixel that lies in no image.
 inline cv::Point nearest_pixel(cv::Point2f position) {
-  return {detail::round_half_up(detail::int_range_or_least(position.x)),
-          detail::round_half_up(detail::int_range_or_least(position.y))};
+  const auto rounded = [](float coordinate) {
+    constexpr float beyond = 2147483648.0F;
+    if (!(coordinate > -beyond && coordinate < beyond)) return std::numeric_limits<int>::min();
+    return detail::round_half_up(coordinate);
+  };
+  return {rounded(position.x), rounded(position.y)};
 }
 
 /// The features of one frame, in raw (distorted) pixels of the image that was segmented: a strided

@@ -57,8 +57,7 @@ std::size_t keep_static(const FeatureLabels& labels, Columns&... columns) {
   std::size_t position = 0;
   (detail::require_length(columns, labels.size(), position++), ...);
   (detail::unshare(columns), ...);  // the last step that may throw, and no row has moved yet
-  (detail::compact(columns, labels), ...);
-  return kept_below(labels, labels.size());
+  return detail::compact(labels, columns...);
 }
 
 }  // namespace dynfilter

@@ -65,12 +65,12 @@ class FeatureLabels {
   std::size_t size() const { return labels_.size(); }
   bool empty() const { return labels_.empty(); }
   const FeatureLabel& operator[](std::size_t i) const { return labels_[i]; }
-  bool is_removed(std::size_t i) const { return labels_[i].removed; }
+  bool is_removed(std::size_t i) const {
+    return (removed_bits_[i / detail::block_size] >> (i % detail::block_size) & 1U) != 0;
+  }
 
-  /// The removed ones of features 64 * block to 64 * block + 63, from the lowest bit on. For stages
-  /// that work on 64 features at once. `block` must lie below the number of features / 64, rounded
-  /// up.
-  std::uint64_t removed_bits(std::size_t block) const { return removed_bits_[block]; }
+  /// Whether feature i is removed: bit i % 64 of word i / 64. O(1).
+  const std::vector<std::uint64_t>& removed_bits() const { return removed_bits_; }
 
   std::vector<FeatureLabel>::const_iterator begin() const { return labels_.begin(); }
   std::vector<FeatureLabel>::const_iterator end() const { return labels_.end(); }
@@ -91,23 +91,28 @@ class FeatureLabels {
     return true;
   }
 
-  /// The same for many of features 64 * block to 64 * block + 63: those whose bits are set. Returns
-  /// how many this call removed. O(their number).
-  std::size_t remove_bits(std::size_t block, std::uint64_t bits, std::int32_t instance,
-                          Reason reason, float score) {
-    if (bits == 0) return 0;
-    const std::size_t first = block * detail::block_size;
-    require_verdict("FeatureLabels::remove_bits", first + detail::last_bit(bits), instance, score);
+  /// The same for many features; those that are removed already keep their labels. `features` may
+  /// be any range of indices. Returns how many this call removed. On errors no label is changed.
+  /// O(their number).
+  template <class Indices>
+  std::size_t remove_all(const Indices& features, std::int32_t instance, Reason reason,
+                         float score) {
+    std::size_t last = 0, removed = 0, restored = 0;
+    for (const std::size_t i : features) last = std::max(last, i);
+    if (std::begin(features) == std::end(features)) return 0;
+    require_verdict("FeatureLabels::remove_all", last, instance, score);
     require_removing(reason);
-    bits &= ~removed_bits_[block];
-    const FeatureLabel label = {score, instance, reason, true};
-    detail::for_each_bit(bits, [&](std::size_t j) {
-      statistics_.restored -= labels_[first + j].reason == Reason::restored ? 1U : 0U;
-      labels_[first + j] = label;
-    });
-    removed_bits_[block] |= bits;
-    const std::size_t removed = detail::count_bits(bits);
-    count(label, removed);
+    const FeatureLabel verdict = {score, instance, reason, true};
+    for (const std::size_t i : features) {
+      FeatureLabel& label = labels_[i];
+      if (label.removed) continue;
+      restored += label.reason == Reason::restored ? 1U : 0U;
+      removed += 1;
+      label = verdict;
+      removed_bits_[i / detail::block_size] |= bit_of(i);
+    }
+    statistics_.restored -= restored;
+    count(verdict, removed);
     return removed;
   }
 

@@ -17,8 +17,8 @@
 
 #include "dynfilter/detail/blocks.hpp"
 #include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/feature_lists.hpp"
 #include "dynfilter/detail/mask_distance.hpp"
-#include "dynfilter/detail/on_mask.hpp"
 #include "dynfilter/feature_pixels.hpp"
 #include "dynfilter/filter_input.hpp"
 #include "dynfilter/labels.hpp"
@@ -86,12 +86,14 @@ class MaskCuller {
     check(input);
     validate_labels(input, labels, "MaskCuller");
     const FeaturePixels& pixels = pixels_of(input, workspace);
-    cull_static_mask(pixels, labels);
+    cull_static_mask(pixels, labels, workspace);
     const std::vector<Instance>& instances = input.segmentation.instances;
     for (std::size_t k = 0; k < instances.size(); ++k) {
       if (!is_dynamic(instances[k].class_id)) continue;
       labels.statistics().instances[k].dynamic = true;
-      cull(instances[k], static_cast<std::int32_t>(k), input.features, pixels, labels);
+      const auto on_object = features_of(instances[k], input.features, pixels, labels, workspace);
+      labels.remove_all(on_object, static_cast<std::int32_t>(k), Reason::in_mask,
+                        instances[k].score);
     }
   }
 
@@ -141,50 +143,36 @@ class MaskCuller {
            mask.ptr<std::uint8_t>(pixel.y)[pixel.x] != 0;
   }
 
-  void cull_static_mask(const FeaturePixels& pixels, FeatureLabels& labels) const {
-    const cv::Mat& mask = options_.static_mask;
-    if (mask.empty()) return;
-    for (std::size_t block = 0; block < pixels.blocks(); ++block) {
-      const std::uint64_t on_mask = detail::on_mask(pixels, block, ~std::uint64_t{0}, mask, {0, 0});
-      labels.remove_bits(block, on_mask, -1, Reason::in_mask, 1.0F);
-    }
+  void cull_static_mask(const FeaturePixels& pixels, FeatureLabels& labels,
+                        Workspace& workspace) const {
+    const auto on_mask =
+        detail::kept_on_mask(pixels, labels, options_.static_mask, {0, 0}, workspace.features);
+    labels.remove_all(on_mask, -1, Reason::in_mask, 1.0F);
   }
 
-  /// The features of one instance, but for those that are removed already.
-  void cull(const Instance& instance, std::int32_t index, FeaturesView features,
-            const FeaturePixels& pixels, FeatureLabels& labels) const {
+  /// Those of one instance that are not removed yet.
+  detail::FeatureList features_of(const Instance& instance, FeaturesView features,
+                                  const FeaturePixels& pixels, const FeatureLabels& labels,
+                                  Workspace& workspace) const {
     const bool has_margin = options_.margin_px > 0 || options_.margin_per_diameter > 0;
-    for (std::size_t block = 0; block < pixels.blocks(); ++block) {
-      const std::uint64_t kept = ~labels.removed_bits(block);
-      const std::uint64_t on_object =
-          has_margin ? within_margin(instance, features, pixels, block, kept)
-                     : detail::on_mask(pixels, block, kept, instance.mask, instance.mask_origin);
-      labels.remove_bits(block, on_object, index, Reason::in_mask, instance.score);
+    if (!has_margin) {
+      return detail::kept_on_mask(pixels, labels, instance.mask, instance.mask_origin,
+                                  workspace.features);
     }
-  }
-
-  std::uint64_t within_margin(const Instance& instance, FeaturesView features,
-                              const FeaturePixels& pixels, std::size_t block,
-                              std::uint64_t wanted) const {
-    const std::size_t first = block * detail::block_size;
-    std::uint64_t within = 0;
-    detail::for_each_bit(wanted & near_mask(instance, pixels, block), [&](std::size_t j) {
-      const double margin = margin_of(features.diameter_px(first + j));
-      const bool is_within = detail::mask_within(instance, pixels[first + j], margin);
-      within |= std::uint64_t{is_within} << j;
-    });
-    return within;
-  }
-
-  /// Those that the margin may reach: any, where it is in proportion to the keypoints.
-  std::uint64_t near_mask(const Instance& instance, const FeaturePixels& pixels,
-                          std::size_t block) const {
+    detail::FeatureList list(workspace.features, pixels.size());
+    // As far as margins may reach: anywhere, where they are in proportion to the keypoints.
     const double most =
         options_.margin_per_diameter > 0 ? detail::most_mask_radius : std::ceil(options_.margin_px);
     const auto reach = static_cast<std::int64_t>(std::min(most, detail::most_mask_radius));
     const cv::Point origin = instance.mask_origin;
-    return pixels.inside(block, detail::Interval(origin.x - reach, instance.mask.cols + 2 * reach),
-                         detail::Interval(origin.y - reach, instance.mask.rows + 2 * reach));
+    const detail::Interval columns(origin.x - reach, instance.mask.cols + 2 * reach);
+    const detail::Interval rows(origin.y - reach, instance.mask.rows + 2 * reach);
+    pixels.for_each_inside(columns, rows, [&](std::size_t i) {
+      if (labels.is_removed(i)) return;
+      const double margin = margin_of(features.diameter_px(i));
+      list.add_if(detail::mask_within(instance, pixels[i], margin), i);
+    });
+    return list;
   }
 
   MaskCullerOptions options_;

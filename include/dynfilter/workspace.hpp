@@ -39,11 +39,13 @@ struct ObjectInFrame {
 /// once one of at least that many features and instances was seen. It carries no information from
 /// call to call. One for each thread.
 struct Workspace {
-  FeaturePixels frame_pixels;               ///< a pipeline's, for all its stages
-  FeaturePixels pixels;                     ///< of the features, read by a stage on its own
-  std::vector<SampleCandidate> candidates;  ///< for the sample of one instance
-  std::vector<double> depths_m;             ///< of the sample
-  std::vector<double> codes;                ///< of the sample
+  FeaturePixels frame_pixels;           ///< a pipeline's, for all its stages
+  FeaturePixels pixels;                 ///< of the features, read by a stage on its own
+  std::vector<std::uint32_t> features;  ///< of one instance
+  std::vector<std::uint32_t> masked_first, masked_next;  ///< chains of the masked ones
+  std::vector<SampleCandidate> candidates;               ///< for the sample of one instance
+  std::vector<double> depths_m;                          ///< of the sample
+  std::vector<double> codes;                             ///< of the sample
   std::vector<RestoreCandidate> restorable;
   std::vector<float> pixel_depths_m;  ///< of one instance
   std::vector<ObjectInFrame> objects;

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <cstring>
 #include <initializer_list>
 #include <iterator>
@@ -19,6 +20,7 @@
 
 #include <opencv2/core.hpp>
 
+#include "dynfilter/detail/blocks.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/labels.hpp"
 
@@ -67,28 +69,66 @@ inline void unshare(cv::Mat& column) {
   if (!owned_alone) column = column.clone();
 }
 
+/// Moves those elements of a block whose bits are set to where the kept ones end.
 template <class T, class Allocator>
-void compact(std::vector<T, Allocator>& column, const FeatureLabels& labels) {
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < column.size(); ++i) {
-    if (labels.is_removed(i)) continue;
-    if (kept != i) column[kept] = std::move(column[i]);
+void compact_block(std::vector<T, Allocator>& column, std::size_t block, std::uint64_t kept_bits,
+                   std::size_t kept) {
+  const std::size_t first = block * block_size;
+  for_each_bit(kept_bits, [&](std::size_t bit) {
+    if (kept != first + bit) column[kept] = std::move(column[first + bit]);
     ++kept;
-  }
+  });
+}
+
+/// Copies in one step if it knows how many bytes there are.
+template <std::size_t row_bytes>
+void compact_rows_of(std::uint8_t* rows, std::size_t step, std::size_t first,
+                     std::uint64_t kept_bits, std::size_t kept) {
+  for_each_bit(kept_bits, [&](std::size_t bit) {
+    std::uint8_t row[row_bytes];
+    std::memcpy(row, rows + (first + bit) * step, row_bytes);
+    std::memcpy(rows + kept++ * step, row, row_bytes);
+  });
+}
+
+inline void compact_block(cv::Mat& column, std::size_t block, std::uint64_t kept_bits,
+                          std::size_t kept) {
+  const std::size_t row_bytes = static_cast<std::size_t>(column.cols) * column.elemSize();
+  const std::size_t first = block * block_size, step = column.step[0];
+  if (row_bytes == 32)
+    return compact_rows_of<32>(column.data, step, first, kept_bits, kept);  // ORB
+  if (row_bytes == 0) return;
+  for_each_bit(kept_bits, [&](std::size_t bit) {
+    std::memmove(column.data + kept++ * step, column.data + (first + bit) * step, row_bytes);
+  });
+}
+
+template <class T, class Allocator>
+void shorten(std::vector<T, Allocator>& column, std::size_t kept) {
   column.erase(std::next(column.begin(), static_cast<std::ptrdiff_t>(kept)), column.end());
 }
 
-inline void compact(cv::Mat& column, const FeatureLabels& labels) {
-  const std::size_t row_bytes = static_cast<std::size_t>(column.cols) * column.elemSize();
-  int kept = 0;
-  for (int i = 0; i < column.rows; ++i) {
-    if (labels.is_removed(static_cast<std::size_t>(i))) continue;
-    if (kept != i && row_bytes > 0) std::memcpy(column.ptr(kept), column.ptr(i), row_bytes);
-    ++kept;
-  }
+inline void shorten(cv::Mat& column, std::size_t kept) {
+  const int rows = static_cast<int>(kept);
   // An empty range of rows would lose the number of columns.
-  if (kept == 0) column = cv::Mat(0, column.cols, column.type());
-  if (kept < column.rows) column = column.rowRange(0, kept);
+  if (rows == 0) column = cv::Mat(0, column.cols, column.type());
+  if (rows < column.rows) column = column.rowRange(0, rows);
+}
+
+/// Takes the removed features out of all columns, block by block. Returns how many are kept.
+template <class... Columns>
+std::size_t compact(const FeatureLabels& labels, Columns&... columns) {
+  std::size_t kept = 0;
+  for (std::size_t block = 0; block < labels.removed_bits().size(); ++block) {
+    const std::size_t first = block * block_size;
+    const std::uint64_t kept_bits =
+        ~labels.removed_bits()[block] & bits_below(labels.size() - first);
+    const bool all_stay = kept == first && labels.removed_bits()[block] == 0;
+    if (!all_stay) (compact_block(columns, block, kept_bits, kept), ...);
+    kept += count_bits(kept_bits);
+  }
+  (shorten(columns, kept), ...);
+  return kept;
 }
 
 }  // namespace dynfilter::detail

@@ -32,13 +32,19 @@ class DepthImage {
     return x >= 0 && y >= 0 && x < depth_.cols && y < depth_.rows;
   }
 
-  /// As FrameView::depth_m tells it for any pixel, with NaN where that has nothing.
-  double metres_or_nan(cv::Point pixel) const {
-    constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
-    if (!contains(pixel.x, pixel.y)) return nothing;
+  /// A depth, or that there is none.
+  struct Reading {
+    double metres = 0;
+    bool is_known = false;
+  };
+
+  /// Of any pixel, as FrameView::depth_m tells it. No branch hangs on the depth.
+  Reading read(cv::Point pixel) const {
+    if (!contains(pixel.x, pixel.y)) return {};
     const Depth value = depth_.ptr<Depth>(pixel.y)[pixel.x];
     const double metres = static_cast<double>(value) * metres_per_unit_;
-    return value > 0 && std::isfinite(metres) ? metres : nothing;
+    const bool is_finite = metres <= std::numeric_limits<double>::max();
+    return {metres, value > 0 && is_finite};
   }
 
   /// The pixel must lie in the image.
