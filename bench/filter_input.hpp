@@ -46,8 +46,8 @@ inline void paint_ellipse(cv::Mat& image, const cv::Rect& box, double share, dou
   cv::ellipse(image, (box.tl() + box.br()) / 2, half, 0, 0, 360, cv::Scalar(value), cv::FILLED);
 }
 
-/// A floor that rises to a wall, with a sensor's noise; 5000 units a metre.
-inline cv::Mat background_depth(const cv::Size& image, std::mt19937& random) {
+/// A floor that rises to a wall; 5000 units a metre.
+inline cv::Mat background_depth(const cv::Size& image) {
   cv::Mat depth(image, CV_16UC1);
   for (int y = 0; y < image.height; ++y) {
     for (int x = 0; x < image.width; ++x) {
@@ -55,26 +55,32 @@ inline cv::Mat background_depth(const cv::Size& image, std::mt19937& random) {
       depth.at<std::uint16_t>(y, x) = static_cast<std::uint16_t>(slope + 2000 * x / image.width);
     }
   }
-  cv::Mat noise(image, CV_16SC1);
-  cv::RNG noise_source(random());
-  noise_source.fill(noise, cv::RNG::NORMAL, 0, 40);
-  cv::add(depth, noise, depth, cv::noArray(), CV_16U);
   return depth;
 }
 
-/// Persons whose masks end within their silhouettes, as those of networks do, and depth with holes.
+/// Persons whose masks end within their silhouettes, as those of networks do.
 inline void place_persons(FilterInputData& input, int persons, std::mt19937& random) {
   const cv::Size image = input.frame.depth.size();
   for (int k = 0; k < persons; ++k) {
     const cv::Rect box = person_box(image, k, persons, random);
-    paint_ellipse(input.frame.depth, box, 1.0, 9000 + 1500 * (k % 4));
+    const double metres = 1.8 + 0.3 * (k % 4);
+    for (int layer = 0; layer < 6; ++layer) {  // the chest is nearer than the sides
+      paint_ellipse(input.frame.depth, box, 1.0 - 0.15 * layer, 5000 * (metres - 0.05 * layer));
+    }
     cv::Mat mask = cv::Mat::zeros(box.size(), CV_8UC1);
     paint_ellipse(mask, {0, 0, box.width, box.height}, 0.85, 255);
     input.segmentation.instances.push_back(Instance::from_box_mask(mask, box));
   }
-  for (int y = 0; y < image.height; ++y) {
-    for (int x = 0; x < image.width; ++x) {
-      if (random() % 16 == 0) input.frame.depth.at<std::uint16_t>(y, x) = 0;
+}
+
+/// A sensor's: noise everywhere, and holes.
+inline void spoil_depth(cv::Mat& depth, std::mt19937& random) {
+  cv::Mat noise(depth.size(), CV_16SC1);
+  cv::RNG(random()).fill(noise, cv::RNG::NORMAL, 0, 60);
+  cv::add(depth, noise, depth, cv::noArray(), CV_16U);
+  for (int y = 0; y < depth.rows; ++y) {
+    for (int x = 0; x < depth.cols; ++x) {
+      if (random() % 16 == 0) depth.at<std::uint16_t>(y, x) = 0;
     }
   }
 }
@@ -99,10 +105,11 @@ inline FilterInputData make_filter_input(const cv::Size& image, std::size_t feat
   std::mt19937 random(seed);
   FilterInputData input;
   input.frame.id = seed;
-  input.frame.depth = background_depth(image, random);
+  input.frame.depth = background_depth(image);
   input.frame.metres_per_unit = 1.0 / 5000;
   input.segmentation.image_size = image;
   place_persons(input, persons, random);
+  spoil_depth(input.frame.depth, random);
   input.keypoints = spread_keypoints(image, features, random);
   input.descriptors.create(static_cast<int>(features), 32, CV_8UC1);
   cv::RNG(seed).fill(input.descriptors, cv::RNG::UNIFORM, 0, 256);

@@ -177,14 +177,50 @@ TEST(DepthHistogram, TakesWindowsOfAnyWidth) {
   EXPECT_NEAR(histogram.nearest_cluster(1e-9, 0.1), 0.5, 1e-9) << "a bin at least";
 }
 
+/// Of a copy, since the histogram overwrites what it is given.
+double median_within(std::vector<float> values, double lower, double upper) {
+  const DepthHistogram histogram(values);
+  return histogram.median_within(values, lower, upper);
+}
+
 TEST(MedianWithin, IsTheUpperOfTheMiddleOnesOfThoseInside) {
-  std::vector<float> values = {5, 1, 9, 3, 2, 4, 7};
-  EXPECT_EQ(detail::median_within(values, 2, 4), 3.0);
-  EXPECT_EQ(detail::median_within(values, 2, 5), 4.0) << "of 2, 3, 4, 5";
-  EXPECT_EQ(detail::median_within(values, 9, 9), 9.0) << "both ends belong to it";
-  EXPECT_EQ(detail::median_within(values, 20, 30), 0.0) << "nothing there";
+  const std::vector<float> values = {5, 1, 9, 3, 2, 4, 7};
+  EXPECT_EQ(median_within(values, 2, 4), 3.0);
+  EXPECT_EQ(median_within(values, 2, 5), 4.0) << "of 2, 3, 4, 5";
+  EXPECT_EQ(median_within(values, 9, 9), 9.0) << "both ends belong to it";
+  EXPECT_EQ(median_within(values, 20, 30), 0.0) << "nothing there";
+  EXPECT_EQ(median_within({}, 20, 30), 0.0);
+}
+
+/// Sorted, and counted.
+double plain_median_within(std::vector<float> values, double lower, double upper) {
   std::sort(values.begin(), values.end());
-  EXPECT_EQ(values, (std::vector<float>{1, 2, 3, 4, 5, 7, 9})) << "reordered, no more";
+  std::vector<float> inside;
+  for (const float value : values) {
+    if (double{value} >= lower && double{value} <= upper) inside.push_back(value);
+  }
+  return inside.empty() ? 0 : double{inside[inside.size() / 2]};
+}
+
+TEST(MedianWithin, EqualsThePlainOneForAnyNumberOfDepthsAndAnyEnds) {
+  std::size_t found = 0;
+  for (std::uint64_t seed = 0; seed < 3000; ++seed) {
+    ByteSource source(seed);
+    std::vector<float> values(static_cast<std::size_t>(source.between(0, 200)));
+    for (float& value : values) {
+      value = static_cast<float>(source.between(1, 60)) * (source.chance(50) ? 0.05F : 1.01F);
+    }
+    const auto end = [&] {
+      const double any = source.between(-20, 1400) / 20.0;
+      return values.empty() || source.chance(50) ? any
+                                                 : double{values[source.word() % values.size()]};
+    };
+    const double lower = end(), upper = source.chance(90) ? lower + end() : end();
+    const double expected = plain_median_within(values, lower, upper);
+    ASSERT_EQ(median_within(values, lower, upper), expected) << "seed " << seed;
+    found += expected > 0 ? 1 : 0;
+  }
+  EXPECT_GT(found, 1000U);
 }
 
 }  // namespace

@@ -130,12 +130,6 @@ class ObjectDepthEstimator {
     return std::max(1, static_cast<int>(std::lround(4 * detail::pixel_scale(size))));
   }
 
-  template <class Image>
-  static void read(const Image& image, int x, int y, std::vector<float>& depths_m) {
-    const double depth_m = image.metres(x, y);
-    if (depth_m > 0) depths_m.push_back(static_cast<float>(depth_m));
-  }
-
   /// The depths on the mask; returns how many of its pixels were looked at.
   template <class Image>
   static std::size_t read_mask(const Image& image, const Instance& instance, int step,
@@ -146,11 +140,8 @@ class ObjectDepthEstimator {
     const cv::Rect inside = detail::clip({origin, instance.mask.size()}, image.size());
     for (int y = inside.y + step / 2; y < inside.y + inside.height; y += step) {
       const std::uint8_t* mask = instance.mask.ptr<std::uint8_t>(y - origin.y);
-      for (int x = inside.x + step / 2; x < inside.x + inside.width; x += step) {
-        if (mask[x - origin.x] == 0) continue;
-        ++masked;
-        read(image, x, y, depths_m);
-      }
+      masked += read_row(image, y, inside.x + step / 2, inside.x + inside.width, step, depths_m,
+                         [&](int x) { return mask[x - origin.x] != 0; });
     }
     return masked;
   }
@@ -163,8 +154,32 @@ class ObjectDepthEstimator {
     const cv::Rect middle(box.x + box.width / 4, box.y + box.height / 5, box.width / 2,
                           box.height * 3 / 5);
     for (int y = middle.y; y < middle.y + middle.height; y += step) {
-      for (int x = middle.x; x < middle.x + middle.width; x += step) read(image, x, y, depths_m);
+      read_row(image, y, middle.x, middle.x + middle.width, step, depths_m,
+               [](int) { return true; });
     }
+  }
+
+  /// Adds the depths from `first` to before `end` of those pixels that `is_wanted`; returns how
+  /// many are.
+  template <class Image, class Predicate>
+  static std::size_t read_row(const Image& image, int y, int first, int end, int step,
+                              std::vector<float>& depths_m, const Predicate& is_wanted) {
+    if (first >= end) return 0;
+    const std::size_t old_size = depths_m.size();
+    depths_m.resize(old_size + static_cast<std::size_t>((end - first - 1) / step + 1));
+    float* next = depths_m.data() + old_size;
+    std::size_t wanted = 0;
+    const auto* const row = image.at(0, y);
+    for (int x = first; x < end; x += step) {
+      if (!is_wanted(x)) continue;
+      ++wanted;
+      const double depth_m = image.metres_of(row[x]);
+      // What is no depth is overwritten by the next one: holes are where nobody foresees them.
+      *next = static_cast<float>(depth_m);
+      next += depth_m > 0 ? 1 : 0;
+    }
+    depths_m.resize(static_cast<std::size_t>(next - depths_m.data()));
+    return wanted;
   }
 
   ValueRange range_of(std::vector<float>& depths_m, double least_share) const {
@@ -173,7 +188,7 @@ class ObjectDepthEstimator {
     const double half = options_.least_half_width_m;
     const double window = std::max(half, detail::DepthHistogram::bin_m);  // as the cluster's
     const double centre = histogram.nearest_cluster(half, least_share);
-    const double median = detail::median_within(depths_m, centre - window, centre + window);
+    const double median = histogram.median_within(depths_m, centre - window, centre + window);
     const ValueRange extent = histogram.extent_round(median, options_.most_half_width_m);
     return {std::min(median - half, extent.lower), std::max(median + half, extent.upper)};
   }

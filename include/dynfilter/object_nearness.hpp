@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 
 #include <opencv2/core.hpp>
 
@@ -20,6 +21,23 @@
 namespace dynfilter {
 namespace detail {
 
+/// How many steps of -1, 0 or 1 lead from a position to the end of the image, `most` at most.
+inline int steps_inside(int position, int step, int length, int most) {
+  return step == 0 ? most : std::min(most, step > 0 ? length - 1 - position : position);
+}
+
+/// How many pixels away the first pixel with depth is, along the offset of one step; 0 if there is
+/// none within so many steps.
+template <class Depth>
+int steps_to_depth(const DepthImage<Depth>& image, const Depth* pixel, std::ptrdiff_t offset,
+                   int steps) {
+  for (int step = 1; step <= steps; ++step) {
+    pixel += offset;
+    if (image.metres_of(*pixel) != 0) return step;
+  }
+  return 0;
+}
+
 /// The pixel must lie in the image.
 template <class Depth>
 double object_nearness(const DepthImage<Depth>& image, cv::Point pixel, const ObjectDepth& object,
@@ -29,17 +47,21 @@ double object_nearness(const DepthImage<Depth>& image, cv::Point pixel, const Ob
   };
   constexpr std::array<Step, 8> directions = {
       {{-1, -1}, {0, -1}, {1, -1}, {1, 0}, {1, 1}, {0, 1}, {-1, 1}, {-1, 0}}};
-  const double scale = pixel_scale(image.size());
-  const int steps = std::max(1, static_cast<int>(std::lround(reach_px * scale)));
+  const cv::Size size = image.size();
+  const double scale = pixel_scale(size);
+  const int reach = std::max(1, static_cast<int>(std::lround(reach_px * scale)));
+  const Depth* const centre = image.at(pixel.x, pixel.y);
   double nearness = 0;
+  const bool all_inside = pixel.x >= reach && pixel.y >= reach && pixel.x < size.width - reach &&
+                          pixel.y < size.height - reach;
   for (const Step& direction : directions) {
-    for (int step = 1; step <= steps; ++step) {
-      const int x = pixel.x + step * direction.x, y = pixel.y + step * direction.y;
-      if (!image.contains(x, y)) break;
-      const double depth_m = image.metres(x, y);
-      if (depth_m == 0) continue;
-      if (object.contains(depth_m)) nearness += scale / step;
-      break;
+    const int steps = all_inside ? reach
+                                 : std::min(steps_inside(pixel.x, direction.x, size.width, reach),
+                                            steps_inside(pixel.y, direction.y, size.height, reach));
+    const std::ptrdiff_t offset = direction.y * image.row_step() + direction.x;
+    const int step = steps_to_depth(image, centre, offset, steps);
+    if (step > 0 && object.contains(image.metres_of(centre[step * offset]))) {
+      nearness += scale / step;
     }
   }
   return nearness;

@@ -9,6 +9,7 @@
 #include "dynfilter/detail/require_cxx17.hpp"
 
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <type_traits>
@@ -41,18 +42,26 @@ class DepthImage {
   /// Of any pixel, as FrameView::depth_m tells it. No branch hangs on the depth.
   Reading read(cv::Point pixel) const {
     if (!contains(pixel.x, pixel.y)) return {};
-    const Depth value = depth_.ptr<Depth>(pixel.y)[pixel.x];
+    const Depth value = *at(pixel.x, pixel.y);
     const double metres = static_cast<double>(value) * metres_per_unit_;
     const bool is_finite = metres <= std::numeric_limits<double>::max();
     return {metres, value > 0 && is_finite};
   }
 
   /// The pixel must lie in the image.
-  double metres(int x, int y) const {
-    const Depth value = depth_.ptr<Depth>(y)[x];
+  double metres(int x, int y) const { return metres_of(*at(x, y)); }
+
+  /// What a pixel's value says, 0 for "no depth".
+  double metres_of(Depth value) const {
     const double metres = static_cast<double>(value) * metres_per_unit_;
     if constexpr (std::is_integral<Depth>::value) return metres;
     return metres > 0 && std::isfinite(metres) ? metres : 0;
+  }
+
+  /// The pixel must lie in the image; so must what is reached from it by steps and rows.
+  const Depth* at(int x, int y) const { return depth_.ptr<Depth>(y) + x; }
+  std::ptrdiff_t row_step() const {
+    return static_cast<std::ptrdiff_t>(depth_.step[0] / sizeof(Depth));
   }
 
  private:
