@@ -1,72 +1,321 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// The whole filter on a frame of 640x480 with 1000 features and three persons, by each rule, and
-// beside it the extraction of these features, which is what a tracker pays in any case.
-
-#include <vector>
+// The whole filter by each rule, beside the limits of the machine. What else people would use is in
+// filter_peers.cpp, in the same program. Names are for scripts:
+//
+//   filter/<rule>/<size>/<features>/<instances>          labels alone, all in the caches
+//   filter_keep/<rule>/...                               and keep_static of keypoints, descriptors
+//   filter_cold/<rule>/...                               labels, nothing in the caches
+//   filter_two_cameras/<rule>/...                        two threads, each with a filter of its own
+//   limit/memcpy/...                                     keypoints and descriptors, once
+//   limit/restore/...                                    what filter_keep does besides
+//   limit/touch/...  limit_cold/touch/...                depth and masks at all features
+//
+// keep_static changes its columns, so filter_keep puts them back first: that part of its time is
+// what limit/restore measures, and has to be taken off. It leaves the columns in the caches, as a
+// tracker does that has just computed them.
 
 #include <benchmark/benchmark.h>
 
-#include <opencv2/features2d.hpp>
-#include <opencv2/imgproc.hpp>
+#include <chrono>
+#include <cstdint>
+#include <cstring>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <tuple>
+#include <vector>
 
-#include <dynfilter/datasets/scene_levels.hpp>
-#include <dynfilter/dynfilter.hpp>
+#include <opencv2/core.hpp>
 
+#include "allocation_counter.hpp"
+#include "filter_check.hpp"
+#include "filter_input.hpp"
+#include "filter_peers.hpp"
+
+namespace dynfilter::benchmarks {
 namespace {
 
-struct Input {
-  dynfilter::SyntheticFrame frame;
-  cv::Mat grey;
-  std::vector<cv::KeyPoint> keypoints;
+struct Case {
+  cv::Size image;
+  int features;
+  int instances;
+
+  std::string name() const {
+    return detail::concatenate(image.width, "x", image.height, "/", features, "/", instances);
+  }
 };
 
-const Input& input() {
-  static const Input made = [] {
-    dynfilter::SyntheticSceneOptions options = dynfilter::scene_level("medium", 1);
-    options.persons = 3;
-    Input input;
-    input.frame = dynfilter::SyntheticScene(options).render(40);
-    cv::cvtColor(input.frame.frame.image, input.grey, cv::COLOR_BGR2GRAY);
-    cv::ORB::create(1000)->detect(input.grey, input.keypoints);
-    return input;
-  }();
-  return made;
+struct Rule {
+  const char* name;
+  CompensationRule rule;
+
+  DynamicFilterOptions options() const {
+    DynamicFilterOptions options;
+    options.compensator.rule = rule;
+    return options;
+  }
+};
+
+constexpr Rule paper = {"paper", CompensationRule::paper};
+constexpr Rule object_depth = {"default", CompensationRule::object_depth};
+constexpr Rule masks = {"masks", CompensationRule::none};
+
+/// Made when the first benchmark needs it; the benchmarks' threads share it.
+const FilterInputData& input_of(const Case& which) {
+  static std::mutex mutex;
+  static std::map<std::string, std::unique_ptr<FilterInputData>> made;
+  const std::lock_guard<std::mutex> lock(mutex);
+  auto& input = made[which.name()];
+  if (!input) {
+    input = std::make_unique<FilterInputData>(
+        make_filter_input(which.image, static_cast<std::size_t>(which.features), which.instances));
+  }
+  return *input;
 }
 
-void filter_by(benchmark::State& state, dynfilter::CompensationRule rule) {
-  dynfilter::DynamicFilterOptions options;
-  options.compensator.rule = rule;
-  const dynfilter::DynamicFilter filter(options);
-  const dynfilter::SyntheticFrame& frame = input().frame;
-  dynfilter::FeatureLabels labels;
-  dynfilter::Workspace workspace;
-  for (auto _ : state) {
-    filter.apply(frame.frame, frame.poor_segmentation, input().keypoints, labels, workspace);
-    benchmark::DoNotOptimize(labels);
-  }
-  state.counters["features"] = static_cast<double>(input().keypoints.size());
-  state.counters["instances"] = static_cast<double>(frame.poor_segmentation.instances.size());
-  state.counters["removed"] = static_cast<double>(labels.statistics().removed());
-}
-BENCHMARK_CAPTURE(filter_by, object_depth, dynfilter::CompensationRule::object_depth)
-    ->Unit(benchmark::kMicrosecond);
-BENCHMARK_CAPTURE(filter_by, paper, dynfilter::CompensationRule::paper)
-    ->Unit(benchmark::kMicrosecond);
-BENCHMARK_CAPTURE(filter_by, masks_alone, dynfilter::CompensationRule::none)
-    ->Unit(benchmark::kMicrosecond);
+/// The filter with what a tracker keeps between frames.
+struct RunningFilter {
+  RunningFilter(const Rule& rule, const Case& which)
+      : input(input_of(which)), options(rule.options()), filter(options) {}
 
-void orb_extraction(benchmark::State& state) {
-  cv::setNumThreads(1);
-  const cv::Ptr<cv::ORB> orb = cv::ORB::create(1000);
+  void apply() {
+    filter.apply(input.frame, input.segmentation, input.keypoints, labels, workspace);
+  }
+
+  /// Runs once, which also makes the memory, and refuses to go on if the labels are wrong.
+  bool check(benchmark::State& state) {
+    apply();
+    static std::mutex mutex;
+    static std::map<std::tuple<const void*, CompensationRule>, std::string> complaints;
+    const std::lock_guard<std::mutex> lock(mutex);
+    const auto key = std::make_tuple(static_cast<const void*>(&input), options.compensator.rule);
+    if (complaints.count(key) == 0) complaints[key] = check_labels(input, options, labels);
+    if (!complaints[key].empty()) state.SkipWithError(complaints[key].c_str());
+    return complaints[key].empty();
+  }
+
+  void report(benchmark::State& state) const {
+    const auto per_thread = [&](std::size_t count) {
+      return benchmark::Counter(static_cast<double>(count), benchmark::Counter::kAvgThreads);
+    };
+    state.counters["masked"] = per_thread(labels.statistics().masked);
+    state.counters["compensated"] = per_thread(labels.statistics().compensated);
+  }
+
+  const FilterInputData& input;
+  DynamicFilterOptions options;
+  DynamicFilter filter;
+  FeatureLabels labels;
+  Workspace workspace;
+};
+
+/// Counts the allocations of what is timed, for each frame.
+class AllocationsPerFrame {
+ public:
+  explicit AllocationsPerFrame(benchmark::State& state)
+      : state_(state), before_(allocations_so_far()) {}
+  ~AllocationsPerFrame() {
+    if (!can_count_allocations || state_.iterations() == 0) return;
+    const auto count = static_cast<double>(allocations_so_far() - before_);
+    state_.counters["allocations"] = benchmark::Counter(
+        count / static_cast<double>(state_.iterations()), benchmark::Counter::kAvgThreads);
+  }
+
+ private:
+  benchmark::State& state_;
+  std::size_t before_;
+};
+
+void label(benchmark::State& state, const Rule& rule, const Case& which) {
+  RunningFilter running(rule, which);
+  if (!running.check(state)) return;
+  {
+    const AllocationsPerFrame allocations(state);
+    for (auto _ : state) {
+      running.apply();
+      benchmark::DoNotOptimize(running.labels);
+      benchmark::ClobberMemory();
+    }
+  }
+  running.report(state);
+}
+
+/// Keypoints and descriptors of a tracker's own, that are put back before each frame.
+class Columns {
+ public:
+  explicit Columns(const FilterInputData& input)
+      : input_(input), keypoints(input.keypoints), descriptors(input.descriptors.clone()) {}
+
+  void restore() {
+    keypoints.assign(input_.keypoints.begin(), input_.keypoints.end());
+    descriptors.adjustROI(0, input_.descriptors.rows - descriptors.rows, 0, 0);
+    std::memcpy(descriptors.data, input_.descriptors.data, input_.descriptors.total());
+  }
+
+ private:
+  const FilterInputData& input_;
+
+ public:
+  std::vector<cv::KeyPoint> keypoints;
+  cv::Mat descriptors;
+};
+
+void label_and_keep(benchmark::State& state, const Rule& rule, const Case& which) {
+  RunningFilter running(rule, which);
+  if (!running.check(state)) return;
+  Columns columns(running.input);
+  {
+    const AllocationsPerFrame allocations(state);
+    for (auto _ : state) {
+      columns.restore();
+      running.apply();
+      benchmark::DoNotOptimize(keep_static(running.labels, columns.keypoints, columns.descriptors));
+      benchmark::ClobberMemory();
+    }
+  }
+  if (columns.keypoints.size() != running.labels.statistics().kept()) {
+    state.SkipWithError("keep_static left a wrong number");
+  }
+  running.report(state);
+}
+
+void restore(benchmark::State& state, const Case& which) {
+  const FilterInputData& input = input_of(which);
+  Columns columns(input);
   for (auto _ : state) {
-    std::vector<cv::KeyPoint> keypoints;
-    cv::Mat descriptors;
-    orb->detectAndCompute(input().grey, cv::noArray(), keypoints, descriptors);
-    benchmark::DoNotOptimize(descriptors);
+    columns.restore();
+    benchmark::DoNotOptimize(columns.keypoints.data());
+    benchmark::ClobberMemory();
   }
 }
-BENCHMARK(orb_extraction)->Unit(benchmark::kMicrosecond);
+
+void copy_columns(benchmark::State& state, const Case& which) {
+  const FilterInputData& input = input_of(which);
+  const std::size_t keypoint_bytes = input.keypoints.size() * sizeof(cv::KeyPoint);
+  const std::size_t descriptor_bytes = input.descriptors.total();
+  std::vector<unsigned char> copy(keypoint_bytes + descriptor_bytes);
+  for (auto _ : state) {
+    std::memcpy(copy.data(), static_cast<const void*>(input.keypoints.data()), keypoint_bytes);
+    std::memcpy(copy.data() + keypoint_bytes, input.descriptors.data, descriptor_bytes);
+    benchmark::DoNotOptimize(copy.data());
+    benchmark::ClobberMemory();
+  }
+}
+
+/// Reads the depth and the masks at every feature, as whoever filters by them must.
+unsigned touch_pixels(const FilterInputData& input, const std::vector<cv::Point>& pixels) {
+  unsigned sum = 0;
+  for (const cv::Point pixel : pixels)
+    sum += input.frame.depth.ptr<std::uint16_t>(pixel.y)[pixel.x];
+  for (const Instance& instance : input.segmentation.instances) {
+    for (const cv::Point pixel : pixels) sum += instance.covers(pixel) ? 1U : 0U;
+  }
+  return sum;
+}
+
+std::vector<cv::Point> pixels_of_features(const FilterInputData& input) {
+  std::vector<cv::Point> pixels;
+  for (const cv::KeyPoint& keypoint : input.keypoints) pixels.push_back(nearest_pixel(keypoint.pt));
+  return pixels;
+}
+
+void touch(benchmark::State& state, const Case& which) {
+  const FilterInputData& input = input_of(which);
+  const std::vector<cv::Point> pixels = pixels_of_features(input);
+  for (auto _ : state) benchmark::DoNotOptimize(touch_pixels(input, pixels));
+}
+
+/// Times each frame by itself, after something else has filled the caches: for frames that come
+/// from a camera's buffer.
+void time_cold(benchmark::State& state, const std::function<void()>& frame) {
+  std::vector<std::uint8_t> other(64U << 20U, 1);
+  for (auto _ : state) {
+    for (std::size_t i = 0; i < other.size(); i += 64) ++other[i];
+    benchmark::ClobberMemory();
+    const auto begin = std::chrono::steady_clock::now();
+    frame();
+    benchmark::ClobberMemory();
+    const std::chrono::duration<double> time = std::chrono::steady_clock::now() - begin;
+    state.SetIterationTime(time.count());
+  }
+}
+
+void label_cold(benchmark::State& state, const Rule& rule, const Case& which) {
+  RunningFilter running(rule, which);
+  if (!running.check(state)) return;
+  time_cold(state, [&] { running.apply(); });
+  running.report(state);
+}
+
+void touch_cold(benchmark::State& state, const Case& which) {
+  const FilterInputData& input = input_of(which);
+  const std::vector<cv::Point> pixels = pixels_of_features(input);
+  time_cold(state, [&] { benchmark::DoNotOptimize(touch_pixels(input, pixels)); });
+}
+
+template <class Function, class... Arguments>
+benchmark::internal::Benchmark* add(const std::string& name, Function function,
+                                    const Arguments&... arguments) {
+  return benchmark::RegisterBenchmark(
+             name.c_str(), [=](benchmark::State& state) { function(state, arguments...); })
+      ->Unit(benchmark::kMicrosecond);
+}
+
+std::vector<Case> cases() {
+  const cv::Size vga(640, 480);
+  std::vector<Case> cases;
+  for (const cv::Size size :
+       {vga, cv::Size(1280, 720), cv::Size(1920, 1080), cv::Size(3840, 2160)}) {
+    cases.push_back({size, 1000, 3});
+  }
+  for (const int features : {250, 500, 2000, 4000, 8000, 16384})
+    cases.push_back({vga, features, 3});
+  for (const int instances : {0, 1, 10, 30, 100}) cases.push_back({vga, 1000, instances});
+  cases.push_back({vga, 16384, 100});
+  return cases;
+}
+
+void register_all() {
+  for (const Case& which : cases()) {
+    for (const Rule& rule : {paper, object_depth, masks}) {
+      add(std::string("filter/") + rule.name + "/" + which.name(), label, rule, which);
+    }
+  }
+  const Case usual = {{640, 480}, 1000, 3}, large = {{3840, 2160}, 1000, 3};
+  for (const Rule& rule : {paper, object_depth, masks}) {
+    add(std::string("filter_keep/") + rule.name + "/" + usual.name(), label_and_keep, rule, usual);
+    add(std::string("filter_two_cameras/") + rule.name + "/" + usual.name(), label, rule, usual)
+        ->Threads(2)
+        ->UseRealTime();
+    for (const Case& which : {usual, large}) {
+      add(std::string("filter_cold/") + rule.name + "/" + which.name(), label_cold, rule, which)
+          ->UseManualTime()
+          ->Iterations(50);
+    }
+  }
+  add("limit/memcpy/" + usual.name(), copy_columns, usual);
+  add("limit/restore/" + usual.name(), restore, usual);
+  for (const Case& which : {usual, large}) {
+    add("limit/touch/" + which.name(), touch, which);
+    add("limit_cold/touch/" + which.name(), touch_cold, which)->UseManualTime()->Iterations(50);
+  }
+}
 
 }  // namespace
+}  // namespace dynfilter::benchmarks
+
+int main(int argc, char** argv) {
+  // What is compared runs on one thread.
+  cv::setNumThreads(1);
+  dynfilter::benchmarks::register_all();
+  dynfilter::benchmarks::register_filter_peers();
+  benchmark::Initialize(&argc, argv);
+  if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
+  benchmark::RunSpecifiedBenchmarks();
+  benchmark::Shutdown();
+  return 0;
+}

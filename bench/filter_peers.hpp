@@ -1,0 +1,17 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_BENCH_FILTER_PEERS_HPP
+#define DYNFILTER_BENCH_FILTER_PEERS_HPP
+
+namespace dynfilter::benchmarks {
+
+/// What people would use in place of the filter, and what a tracker pays in any case:
+///
+///   peer/dilation/...  peer/run_by_pixels_mask/...  peer/naive_filter/...  peer/region_growing/...
+///   peer/lk_fundamental/scene  peer/orb_extraction/scene  filter/<rule>/scene
+void register_filter_peers();
+
+}  // namespace dynfilter::benchmarks
+
+#endif  // DYNFILTER_BENCH_FILTER_PEERS_HPP
