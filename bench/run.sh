@@ -1,0 +1,96 @@
+#!/usr/bin/env bash
+# SPDX-FileCopyrightText: 2026 the dynfilter authors
+# SPDX-License-Identifier: MIT
+
+set -euo pipefail
+
+usage() {
+  cat <<'END'
+usage: bench/run.sh [--quick] [--out DIR] [--readme] [-h]
+
+Builds the benchmarks of D-LBP and of the whole filter in a Release build, runs them in random order
+and several times, each beside its physical limit (memcpy) and what people would use instead, and
+prints medians, then a line `ratio <name> <value>` each: `_vs_` is the peer's time over ours,
+`_over_` ours over the other's; the best instruction set, or the one that the name ends with.
+Results are JSON files in DIR, and a plot.
+Every benchmark checks its result before it is timed.
+Installs the packages that are missing (Debian, Ubuntu), or says which.
+
+  --quick    fewer repetitions: some minutes
+  --out DIR  default: out/bench in the repository
+  --readme   put the ratios between their marks in the README
+
+  DYNFILTER_BUILD_DIR  folder of the build, default build/bench in the repository
+END
+}
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+readonly root
+out=$root/out/bench
+repetitions=9
+min_time=0.1
+readme=no
+while (($#)); do
+  case "$1" in
+    --quick)
+      repetitions=3
+      min_time=0.03
+      ;;
+    --out)
+      [[ $# -ge 2 ]] || { usage >&2; exit 2; }
+      out=$(realpath -m "$2")
+      shift
+      ;;
+    --readme) readme=yes ;;
+    -h | --help)
+      usage
+      exit
+      ;;
+    *)
+      usage >&2
+      exit 2
+      ;;
+  esac
+  shift
+done
+
+# shellcheck source-path=SCRIPTDIR source=../cmake/setup.sh
+source "$root/cmake/setup.sh"
+need_build_packages libbenchmark-dev python3
+for package in python3-skimage python3-matplotlib; do
+  if is_available "$package"; then need_packages "$package"; fi
+done
+
+build_dir=$(realpath -m "${DYNFILTER_BUILD_DIR:-$root/build/bench}")
+find_configure_options
+log "Building the benchmarks"
+cmake -S "$root" -B "$build_dir" "${configure_options[@]}" -DCMAKE_BUILD_TYPE=Release \
+  -DDYNFILTER_BUILD_TESTS=OFF -DDYNFILTER_BUILD_EXAMPLES=OFF -DDYNFILTER_BUILD_TOOLS=OFF \
+  -DDYNFILTER_BUILD_BENCHMARKS=ON >/dev/null
+cmake --build "$build_dir" --target depth_lbp_benchmark filter_benchmark
+
+mkdir -p "$out"
+rm -f "$out"/{depth_lbp,filter}.json "$out/skimage_us.txt" "$out/cost.png"
+for name in depth_lbp filter; do
+  log "Running ${name}_benchmark"
+  "$build_dir/bench/${name}_benchmark" --benchmark_enable_random_interleaving=true \
+    --benchmark_repetitions="$repetitions" --benchmark_min_time="$min_time" \
+    --benchmark_out="$out/$name.json" --benchmark_out_format=json >"$out/$name.txt" 2>&1 ||
+    { tail -20 "$out/$name.txt" >&2; die "${name}_benchmark failed"; }
+done
+# Debian's Python, for an environment of the user's need not have its packages.
+if /usr/bin/python3 -c 'import skimage' 2>/dev/null; then
+  log "Timing scikit-image"
+  /usr/bin/python3 "$root/bench/peers/skimage_lbp.py" "$repetitions" >"$out/skimage_us.txt"
+else
+  log "scikit-image is not there: no figure for it"
+fi
+
+python=python3
+if [[ -x /usr/bin/python3 ]]; then python=/usr/bin/python3; fi
+"$python" "$root/bench/report.py" "$out" | tee "$out/report.txt"
+
+if [[ $readme == yes ]]; then
+  fill_marks "$root/README.md" "bench ratios" "$(grep '^ratio ' "$out/report.txt")"
+  log "updated README.md"
+fi
