@@ -13,6 +13,7 @@
 #include <dynfilter/dynfilter.hpp>
 #include <dynfilter/segmenters/async_segmenter.hpp>
 #include <dynfilter/segmenters/mask_folder_segmenter.hpp>
+#include <dynfilter/segmenters/mask_propagator.hpp>
 
 namespace {
 
@@ -45,6 +46,8 @@ bool segments_in_a_thread() {
 int main() {
   const bool segmenters_work =
       refuses_by_name([] { dynfilter::MaskFolderSegmenter("no_such_place"); });
+  // It is what needs OpenCV's video module.
+  const bool propagation_works = !dynfilter::MaskPropagator().propagate({}, {});
   const bool evaluation_works = refuses_by_name([] { dynfilter::read_camera("no_such_place"); });
-  return segmenters_work && evaluation_works && segments_in_a_thread() ? 0 : 1;
+  return segmenters_work && propagation_works && evaluation_works && segments_in_a_thread() ? 0 : 1;
 }
