@@ -65,7 +65,6 @@ TEST_P(MaskPropagatorScenes, MovedMasksLieBetterThanThoseLeftBehind) {
   const Case& want = GetParam();
   Overlaps got = overlaps(want.level, 41, want.start);
   for (const int lag : {1, 3, 6}) {
-    RecordProperty("iou", std::to_string(got.moved[lag]));
     std::printf("%s, %d frames: moved %.3f, left %.3f\n", want.level, lag, got.moved[lag],
                 got.left[lag]);
   }

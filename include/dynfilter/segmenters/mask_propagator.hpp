@@ -97,15 +97,16 @@ struct PropagationStatistics {
 /// The propagated segmentation has the frame's id, for that is where its masks lie, and the time of
 /// the result that they were made from (see `age_share`), for that is how old the evidence is. A
 /// moved mask is nearly right, not right: with its true age DepthCompensator lets depth decide at
-/// its rim. Called fresh it costs two to eight times as many static features on the rendered levels
-/// where persons walk briskly, and leaves no fewer dynamic ones there.
+/// its rim. Called fresh, on rendered levels where persons walk briskly, it costs 1.5 to 8 times as
+/// many static features and leaves about as many dynamic ones.
 ///
 /// Limits: what was hidden or outside the image at the mask's frame is in no moved mask. Points on
 /// whatever hides an instance may drag it along.
 ///
-/// Memory: the reduced image with its pyramid (0.8 MB at 320x240), no more than `history_frames`
-/// steps of 16 bytes a point (1200 points: 0.6 MB), and the known instances' masks. Nothing of the
-/// caller's is kept. Deterministic; not for two threads at once; two propagators share nothing.
+/// Memory: two reduced images with their pyramids (1.2 MB at 320x240), no more than
+/// `history_frames` steps of 16 bytes a point (1200 points: 0.6 MB), and the known instances'
+/// masks. Nothing of the caller's is kept. Deterministic; not for two threads at once; two
+/// propagators share nothing.
 class MaskPropagator {
  public:
   /// Throws std::invalid_argument for options out of their ranges.
