@@ -61,12 +61,10 @@ class DepthLbp {
   /// The code of one pixel; nothing if it has none. Throws std::invalid_argument for a depth image
   /// of another type. O(1).
   std::optional<std::uint8_t> code(const cv::Mat& depth, cv::Point pixel) const {
-    require_depth(depth);
-    using detail::DepthLbpPoints;
-    return depth.type() == CV_16UC1
-               ? code_of(DepthLbpPoints<std::uint16_t>(depth, missing_is_farther()), pixel.x,
-                         pixel.y)
-               : code_of(DepthLbpPoints<float>(depth, missing_is_farther()), pixel.x, pixel.y);
+    if (depth.type() == CV_16UC1 && depth.dims <= 2) return code_in<std::uint16_t>(depth, pixel);
+    if (depth.type() == CV_32FC1 && depth.dims <= 2) return code_in<float>(depth, pixel);
+    require_depth(depth);  // it is empty, or this throws
+    return {};
   }
 
   /// The codes of many features, one for each of them in their order. `codes` is resized, which
@@ -128,6 +126,12 @@ class DepthLbp {
     bool exists = false;
     const std::uint8_t code = arrangement_[image.clockwise_code(x, y, exists)];
     return exists ? std::optional<std::uint8_t>(code) : std::nullopt;
+  }
+
+  template <class Depth>
+  [[gnu::always_inline]] std::optional<std::uint8_t> code_in(const cv::Mat& depth,
+                                                             const cv::Point& pixel) const {
+    return code_of(detail::DepthLbpPoints<Depth>(depth, missing_is_farther()), pixel.x, pixel.y);
   }
 
   template <class Depth>
