@@ -64,7 +64,7 @@ inline InstructionSet best_instruction_set() {
 /// set.
 template <class Depth>
 void depth_lbp(const DepthLbpStrip<Depth>& strip, const DepthLbpRule<Depth>& rule,
-               InstructionSet best) {
+               [[maybe_unused]] InstructionSet best) {
 #if DYNFILTER_HAS_X86_KERNELS
   const auto may_use = [&](InstructionSet set, std::ptrdiff_t columns) {
     return best >= set && strip.columns >= columns;

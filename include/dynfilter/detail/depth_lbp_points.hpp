@@ -90,7 +90,7 @@ class DepthLbpPoints {
   }
 
   /// Starts to load what the code of a pixel, if it has one, is made of.
-  [[gnu::always_inline]] void prefetch(int x, int y) const {
+  [[gnu::always_inline]] void prefetch([[maybe_unused]] int x, [[maybe_unused]] int y) const {
 #if defined(__GNUC__)
     if (!is_inner(x, y)) return;
     const unsigned char* middle = data_ + y * step_ + x * std::ptrdiff_t{sizeof(Depth)};
