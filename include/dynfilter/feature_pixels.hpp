@@ -7,9 +7,11 @@
 #include "dynfilter/detail/require_cxx17.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <utility>
 #include <vector>
 
 #include <opencv2/core.hpp>
@@ -23,8 +25,9 @@ namespace dynfilter {
 /// a rectangle at once: stages ask for each instance which features are in its box.
 class FeaturePixels {
  public:
-  /// Reads the features' pixels, reusing memory. O(features).
-  void read(FeaturesView features) {
+  /// Reads the features' pixels, reusing memory. Where many rectangles will be asked for, features
+  /// are sorted by their column, so that most of them need not be looked at. O(features).
+  void read(FeaturesView features, std::size_t expected_rectangles = 0) {
     view_ = features;
     reserve_blocks(blocks());
     // All are copied before the first is read: reading what was just written in smaller pieces
@@ -34,6 +37,9 @@ class FeaturePixels {
     std::fill(positions_.data() + 2 * size(), positions_.data() + 2 * blocks() * detail::block_size,
               padding);
     for (std::size_t block = 0; block < blocks(); ++block) round_block(block);
+    // Sorting costs about as much as comparing all features with four rectangles.
+    if (expected_rectangles >= 8) return sort_by_column();
+    if (is_sorted_) restore_order();
   }
 
   std::size_t size() const { return view_.size(); }
@@ -62,7 +68,8 @@ class FeaturePixels {
       }
       return;
     }
-    for (std::size_t first = 0; first < size(); first += detail::block_size) {
+    const auto [begin, end] = slots_of(columns);
+    for (std::size_t first = begin; first < end; first += detail::block_size) {
       const std::uint64_t inside =
           detail::block_inside(&narrow_x_[first], &narrow_y_[first], columns, rows);
       detail::for_each_bit(inside, [&](std::size_t bit) { action(order_[first + bit]); });
@@ -70,6 +77,8 @@ class FeaturePixels {
   }
 
  private:
+  static constexpr std::size_t most_columns = 64;
+
   std::size_t blocks() const { return detail::blocks_for(size()); }
 
   void reserve_blocks(std::size_t blocks) {
@@ -79,12 +88,62 @@ class FeaturePixels {
     pixels_.resize(padded);
     narrow_x_.resize(padded);
     narrow_y_.resize(padded);
+    sorted_x_.resize(padded);
+    sorted_y_.resize(padded);
     order_.resize(padded);
-    for (std::size_t i = 0; i < padded; ++i) {
-      const std::size_t point = i % detail::block_size;
-      order_[i - point + detail::bit_of_point(point)] = static_cast<std::uint32_t>(i);
-    }
+    restore_order();
   }
+
+  void put_into_slot(std::size_t slot, std::size_t feature) {
+    const std::size_t point = slot % detail::block_size;
+    order_[slot - point + detail::bit_of_point(point)] = static_cast<std::uint32_t>(feature);
+  }
+
+  void restore_order() {
+    for (std::size_t i = 0; i < order_.size(); ++i) put_into_slot(i, i);
+    is_sorted_ = false;
+  }
+
+  /// By counting: features of equal columns keep their order.
+  void sort_by_column() {
+    is_sorted_ = true;
+    const int highest = *std::max_element(narrow_x_.begin(), narrow_x_.begin() + signed_size());
+    column_shift_ = 0;
+    while (std::size_t{1} * static_cast<unsigned>(std::max(highest, 0)) >> column_shift_ >=
+           most_columns) {
+      ++column_shift_;
+    }
+    first_slots_.fill(0);
+    for (std::size_t i = 0; i < size(); ++i) ++first_slots_[column_of(narrow_x_[i]) + 1];
+    for (std::size_t c = 0; c < most_columns; ++c) first_slots_[c + 1] += first_slots_[c];
+    std::array<std::uint32_t, most_columns + 1> next = first_slots_;
+    for (std::size_t i = 0; i < size(); ++i) {
+      const std::size_t slot = next[column_of(narrow_x_[i])]++;
+      sorted_x_[slot] = narrow_x_[i];
+      sorted_y_[slot] = narrow_y_[i];
+      put_into_slot(slot, i);
+    }
+    const auto padding = static_cast<std::int16_t>(detail::outside_narrow);
+    std::fill(sorted_x_.begin() + signed_size(), sorted_x_.end(), padding);
+    narrow_x_.swap(sorted_x_);
+    narrow_y_.swap(sorted_y_);
+  }
+
+  /// What lies left of the image is in its first column, what lies right of all features in the
+  /// last.
+  std::size_t column_of(int x) const {
+    const std::size_t column = static_cast<unsigned>(std::max(x, 0)) >> column_shift_;
+    return std::min(column, most_columns - 1);
+  }
+
+  /// Where the features of these columns are, from the beginning of a block on.
+  std::pair<std::size_t, std::size_t> slots_of(const detail::Interval& columns) const {
+    if (!is_sorted_) return {0, size()};
+    const std::size_t begin = first_slots_[column_of(columns.narrow_first())];
+    return {begin - begin % detail::block_size, first_slots_[column_of(columns.narrow_last()) + 1]};
+  }
+
+  std::ptrdiff_t signed_size() const { return static_cast<std::ptrdiff_t>(size()); }
 
   void round_block(std::size_t block) {
     const std::size_t first = block * detail::block_size;
@@ -117,7 +176,11 @@ class FeaturePixels {
   std::vector<cv::Point> pixels_;
   // The same, cut off at the ends of 16 bits: half the bytes to compare.
   std::vector<std::int16_t> narrow_x_, narrow_y_;
-  std::vector<std::uint32_t> order_;  // the feature that a bit of a block stands for
+  std::vector<std::uint32_t> order_;               // the feature that a bit of a block stands for
+  std::vector<std::int16_t> sorted_x_, sorted_y_;  // memory to sort into
+  bool is_sorted_ = false;
+  int column_shift_ = 0;                                       // a column is 2^shift pixels wide
+  std::array<std::uint32_t, most_columns + 1> first_slots_{};  // of each column, and the end
 };
 
 }  // namespace dynfilter

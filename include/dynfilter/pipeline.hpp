@@ -68,7 +68,7 @@ class Pipeline {
     validate(input, "Pipeline");
     for_each_stage([&](const auto& stage) { check_stage(stage, input); });
     begin_frame(input, has_segmentation, labels);
-    workspace.frame_pixels.read(input.features);
+    workspace.frame_pixels.read(input.features, input.segmentation.instances.size());
     const FilterInput prepared{input.frame, input.segmentation, input.features,
                                &workspace.frame_pixels};
     for_each_stage([&](const auto& stage) { run_stage(stage, prepared, labels, workspace); });

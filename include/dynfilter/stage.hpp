@@ -59,7 +59,7 @@ void run_stage(const Stage& stage, const FilterInput& input, FeatureLabels& labe
 inline const FeaturePixels& pixels_of(const FilterInput& input, Workspace& workspace) {
   // A stage may have handed the pipeline's workspace to another pipeline.
   if (input.pixels != nullptr && input.pixels->are_of(input.features)) return *input.pixels;
-  workspace.pixels.read(input.features);
+  workspace.pixels.read(input.features, input.segmentation.instances.size());
   return workspace.pixels;
 }
 
