@@ -104,5 +104,31 @@ TEST(FeatureSampler, IsUnbiased) {
   require_uniform(pairs, 1, share * (samples - 1.0) / (features - 1.0));
 }
 
+/// The smallest keys, by sorting; any keys, for a caller may have his own: spread as hashes are,
+/// all large, all small, mostly equal.
+TEST(FeatureSampler, DrawsTheSmallestKeysHoweverTheyLie) {
+  for (std::uint64_t frame = 0; frame < 200; ++frame) {
+    for (const std::size_t count : {0U, 1U, 19U, 20U, 21U, 40U, 41U, 79U, 300U}) {
+      const FeatureSampler sampler(20, frame);
+      std::vector<SampleCandidate> candidates = candidates_of(sampler, frame, count);
+      for (SampleCandidate& candidate : candidates) {
+        if (frame % 4 == 1) candidate.key |= 0xFFFF000000000000U;
+        if (frame % 4 == 2) candidate.key >>= 16U;
+        if (frame % 4 == 3) candidate.key %= 3;
+      }
+      std::vector<SampleCandidate> sorted = candidates;
+      std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
+        return a.key != b.key ? a.key < b.key : a.pixel.x < b.pixel.x;
+      });
+      std::vector<std::size_t> expected;
+      for (std::size_t i = 0; i < std::min<std::size_t>(20, count); ++i) {
+        expected.push_back(sorted[i].feature);
+      }
+      std::sort(expected.begin(), expected.end());
+      ASSERT_EQ(drawn(sampler, candidates), expected) << "frame " << frame << ", " << count;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace dynfilter

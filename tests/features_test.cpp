@@ -6,6 +6,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <limits>
 #include <vector>
 
@@ -29,6 +31,34 @@ TEST(NearestPixel, GivesWhatIsNoPositionAPixelOfNoImage) {
     EXPECT_LT(nearest_pixel({coordinate, 0}).x, 0) << coordinate;
     EXPECT_LT(nearest_pixel({0, coordinate}).y, 0) << coordinate;
   }
+}
+
+/// At and beside the edges of pixels and of what a float can tell apart.
+TEST(NearestPixel, IsTheFloorOfHalfAPixelMoreForEveryFloat) {
+  std::size_t compared = 0;
+  for (std::uint32_t bits = 0; bits < 0x4F000000U; bits += 4099) {  // up to 2^31
+    float value = 0;
+    std::memcpy(&value, &bits, sizeof value);
+    for (const float centre : {value, std::floor(value) + 0.5F}) {
+      for (const float coordinate : {centre, std::nextafter(centre, 0.0F), -centre}) {
+        if (!(std::abs(coordinate) < 2147483648.0F)) continue;
+        const double expected = std::floor(double{coordinate} + 0.5);
+        ASSERT_EQ(static_cast<double>(nearest_pixel({coordinate, 0}).x), expected) << coordinate;
+        ++compared;
+      }
+    }
+  }
+  EXPECT_GT(compared, 1000000U);
+}
+
+TEST(FeaturesView, CopiesPositionsOfWhateverItShows) {
+  const std::vector<cv::KeyPoint> keypoints = {{1.25F, 2.5F, 31.0F}, {3.0F, 4.0F, 7.0F}};
+  float coordinates[4] = {};
+  FeaturesView(keypoints).copy_positions(0, 2, coordinates);
+  EXPECT_EQ(coordinates[1], 2.5F);
+  EXPECT_EQ(coordinates[2], 3.0F);
+  FeaturesView(keypoints).copy_positions(1, 1, coordinates);
+  EXPECT_EQ(coordinates[0], 3.0F);
 }
 
 TEST(FeaturesView, ReadsKeypointsAndPointsInPlace) {

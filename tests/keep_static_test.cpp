@@ -159,5 +159,35 @@ TEST(KeptBelow, CountsTheSurvivorsBelowAPivot) {
   EXPECT_THROW(kept_below(labels, 6), std::invalid_argument);
 }
 
+/// Rows of any width, in matrices whose rows are not continuous, too; as many as blocks and not.
+TEST(KeepStatic, KeepsRowsOfAnyWidthInStep) {
+  for (std::uint64_t seed = 0; seed < 400; ++seed) {
+    testing::ByteSource source(seed);
+    const int counts[] = {0, 1, 63, 64, 65, 127, 128, 129, 200};
+    const int widths[] = {1, 31, 32, 33, 61, 64};
+    const int count = counts[source.between(0, 8)], width = widths[source.between(0, 5)];
+    const int first = source.chance(30) ? 70 : 0;  // the first block may stay whole
+    FeatureLabels labels(static_cast<std::size_t>(count), Segmentation());
+    std::vector<int> expected, ids(static_cast<std::size_t>(count));
+    std::iota(ids.begin(), ids.end(), 0);
+    for (int i = 0; i < count; ++i) {
+      const bool goes = i >= first && source.chance(static_cast<int>(seed % 101));
+      if (goes) labels.remove(static_cast<std::size_t>(i), -1, Reason::custom, 1.0F);
+      if (!goes) expected.push_back(i);
+    }
+    cv::Mat narrow = numbered_rows(count, width);
+    if (source.chance(50)) {  // the only header of a part of larger rows
+      const cv::Mat wide = numbered_rows(count, width + 7);
+      narrow = wide.colRange(3, 3 + width);
+    }
+    ASSERT_EQ(keep_static(labels, ids, narrow), expected.size());
+    ASSERT_EQ(ids, expected) << "seed " << seed;
+    ASSERT_EQ(first_column(narrow), expected) << "seed " << seed;
+    for (int y = 0; y < narrow.rows; ++y) {
+      ASSERT_EQ(narrow.at<std::uint8_t>(y, width - 1), expected[static_cast<std::size_t>(y)]);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace dynfilter

@@ -111,5 +111,31 @@ TEST(Pipeline, HandsTheWorkspaceToStagesThatTakeIt) {
   EXPECT_EQ(workspace.codes, std::vector<double>{7.0});
 }
 
+/// One frame with a mask on its left half.
+Segmentation left_half_masked() {
+  Segmentation segmentation;
+  segmentation.image_size = {100, 10};
+  segmentation.instances = {
+      Instance::from_box_mask(cv::Mat(10, 50, CV_8UC1, cv::Scalar(1)), {0, 0, 50, 10})};
+  return segmentation;
+}
+
+/// What it writes into the workspace must not be taken for the frame's by the stages after it.
+TEST(Pipeline, AStageMayRunAnotherPipelineOnOtherFeaturesInTheSameWorkspace) {
+  const std::vector<cv::Point2f> points = {{10, 5}, {90, 5}, {20, 5}},
+                                 mirrored = {{90, 5}, {10, 5}, {80, 5}};
+  const auto other_features = [&](const FilterInput& input, FeatureLabels&, Workspace& workspace) {
+    FeatureLabels labels;
+    Pipeline(MaskCuller()).apply(input.frame, input.segmentation, mirrored, labels, workspace);
+    EXPECT_TRUE(labels.is_removed(1));
+    MaskCuller()({input.frame, input.segmentation, mirrored}, labels, workspace);
+  };
+  const FeatureLabels labels =
+      Pipeline(other_features, MaskCuller()).apply(FrameView(), left_half_masked(), points);
+  EXPECT_TRUE(labels.is_removed(0));
+  EXPECT_FALSE(labels.is_removed(1));
+  EXPECT_TRUE(labels.is_removed(2));
+}
+
 }  // namespace
 }  // namespace dynfilter

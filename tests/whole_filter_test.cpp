@@ -60,5 +60,35 @@ TEST(WholeFilter, ByTheObjectsDepthEqualsItsOracleAndTakesEachPathOften) {
   EXPECT_GT(box_fallbacks, 3000U);
 }
 
+/// So many that features are sorted by their columns, and by a workspace that has seen others.
+TEST(WholeFilter, EqualsTheOracleInCrowds) {
+  std::size_t masked = 0, compensated = 0;
+  for (std::uint64_t seed = 0; seed < 1500; ++seed) {
+    ByteSource source(seed);
+    FilterCase input = arbitrary_case_of_any_rule(source);
+    const cv::Size image = input.segmentation.image_size;
+    const std::size_t persons = static_cast<std::size_t>(source.between(7, 20));
+    while (input.segmentation.instances.size() < persons) {
+      input.segmentation.instances.push_back(arbitrary_instance(source, image));
+    }
+    for (const cv::KeyPoint& keypoint : arbitrary_keypoints(source, image)) {
+      input.keypoints.push_back(keypoint);
+    }
+    ASSERT_EQ(check_filter(input), "") << "seed " << seed;
+    static FeatureLabels labels;
+    static Workspace workspace;
+    DynamicFilter(input.options)
+        .apply(input.frame, input.segmentation, input.keypoints, labels, workspace);
+    const OracleVerdict verdict = expected_verdict(input);
+    for (std::size_t i = 0; i < labels.size(); ++i) {
+      ASSERT_TRUE(same_label(labels[i], verdict.labels[i])) << "seed " << seed << ", " << i;
+    }
+    masked += labels.statistics().masked;
+    compensated += labels.statistics().compensated;
+  }
+  EXPECT_GT(masked, 50000U);
+  EXPECT_GT(compensated, 300U);
+}
+
 }  // namespace
 }  // namespace dynfilter::testing

@@ -124,7 +124,7 @@ class FeaturePixels {
       put_into_slot(slot, i);
     }
     const auto padding = static_cast<std::int16_t>(detail::outside_narrow);
-    std::fill(sorted_x_.begin() + signed_size(), sorted_x_.end(), padding);
+    std::fill(sorted_x_.data() + size(), sorted_x_.data() + blocks() * detail::block_size, padding);
     narrow_x_.swap(sorted_x_);
     narrow_y_.swap(sorted_y_);
   }

@@ -1,0 +1,133 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/feature_pixels.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "support/byte_source.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+using Features = std::vector<std::size_t>;
+
+/// In 64 bits and one by one; what is no position is nowhere.
+bool is_inside(cv::Point2f position, const cv::Rect& rectangle) {
+  const double x = std::floor(double{position.x} + 0.5) - rectangle.x;
+  const double y = std::floor(double{position.y} + 0.5) - rectangle.y;
+  return std::abs(position.x) < 2147483648.0F && std::abs(position.y) < 2147483648.0F && x >= 0 &&
+         y >= 0 && x < rectangle.width && y < rectangle.height;
+}
+
+Features plainly_inside(const std::vector<cv::Point2f>& points, const cv::Rect& rectangle) {
+  Features inside;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (is_inside(points[i], rectangle)) inside.push_back(i);
+  }
+  return inside;
+}
+
+Features inside_of(const FeaturePixels& pixels, const cv::Rect& rectangle) {
+  Features inside;
+  pixels.for_each_inside(rectangle, [&](std::size_t i) { inside.push_back(i); });
+  std::sort(inside.begin(), inside.end());
+  return inside;
+}
+
+/// On pixels, on their edges, outside of images, at the ends of 16 bits, and no numbers at all.
+float arbitrary_coordinate(ByteSource& source, bool hostile) {
+  constexpr float infinity = std::numeric_limits<float>::infinity();
+  const float odd[] = {NAN,      infinity,  -infinity, 3e9F,      -3e9F,          2147483520.0F,
+                       32766.5F, -32766.5F, 32767.0F,  -32767.0F, -2147483648.0F, 40000.0F};
+  if (hostile && source.chance(4)) return odd[source.between(0, 11)];
+  return static_cast<float>(source.between(-40, 640 * 4)) / 4;
+}
+
+std::vector<cv::Point2f> arbitrary_points(ByteSource& source, std::size_t count) {
+  const bool hostile = source.chance(60);
+  std::vector<cv::Point2f> points(count);
+  for (cv::Point2f& point : points) {
+    point = {arbitrary_coordinate(source, hostile), arbitrary_coordinate(source, hostile)};
+  }
+  return points;
+}
+
+cv::Rect arbitrary_rectangle(ByteSource& source) {
+  constexpr int least = std::numeric_limits<int>::min(), most = std::numeric_limits<int>::max();
+  const int odd_first[] = {least, least + 1, -40000, -32768, -32767, -32766, 32000, 40000, most};
+  const int odd_length[] = {0, 1, 32767, 32768, 65534, 70000, most};
+  const auto first = [&] {
+    return source.chance(10) ? odd_first[source.between(0, 8)] : source.between(-30, 640);
+  };
+  const auto length = [&] {
+    return source.chance(10) ? odd_length[source.between(0, 6)] : source.between(0, 400);
+  };
+  const int x = first(), y = first(), width = length();
+  return {x, y, width, length()};
+}
+
+/// The same object for all, so that each reading has to forget the one before.
+TEST(FeaturePixels, FindsInARectangleWhatAPlainLoopFinds) {
+  FeaturePixels pixels;
+  std::size_t found = 0;
+  const std::size_t counts[] = {0, 1, 2, 63, 64, 65, 127, 128, 129, 300, 1000};
+  for (std::uint64_t seed = 0; seed < 3000; ++seed) {
+    ByteSource source(seed);
+    const std::vector<cv::Point2f> points = arbitrary_points(source, counts[source.between(0, 10)]);
+    const std::size_t rectangles = source.chance(50) ? 100 : 0;  // sorted, or as they are
+    pixels.read(points, rectangles);
+    ASSERT_EQ(pixels.size(), points.size());
+    for (int round = 0; round < 10; ++round) {
+      const cv::Rect rectangle = arbitrary_rectangle(source);
+      const Features expected = plainly_inside(points, rectangle);
+      ASSERT_EQ(inside_of(pixels, rectangle), expected)
+          << "seed " << seed << ": " << rectangle << ", sorted for " << rectangles;
+      found += expected.size();
+    }
+  }
+  EXPECT_GT(found, 100000U);
+}
+
+TEST(FeaturePixels, AreThoseOfTheView) {
+  FeaturePixels pixels;
+  for (std::uint64_t seed = 0; seed < 300; ++seed) {
+    ByteSource source(seed);
+    const auto points = arbitrary_points(source, static_cast<std::size_t>(source.between(0, 200)));
+    std::vector<cv::KeyPoint> keypoints;
+    for (const cv::Point2f point : points) keypoints.emplace_back(point, 7.0F);
+    pixels.read(keypoints, seed % 2 * 50);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      ASSERT_EQ(pixels[i], nearest_pixel(points[i])) << "seed " << seed << ", feature " << i;
+    }
+  }
+}
+
+TEST(FeaturePixels, KnowWhoseTheyAre) {
+  const std::vector<cv::Point2f> points(9), others(9);
+  FeaturePixels pixels;
+  pixels.read(points);
+  EXPECT_TRUE(pixels.are_of(points));
+  EXPECT_FALSE(pixels.are_of(others));
+  EXPECT_FALSE(pixels.are_of(FeaturesView(points.data(), 8)));
+}
+
+TEST(BlockInside, HasABitOfItsOwnForEachPoint) {
+  std::int16_t x[detail::block_size] = {}, y[detail::block_size] = {};
+  const detail::Interval columns(5, 1), rows(0, 1);
+  for (std::size_t k = 0; k < detail::block_size; ++k) {
+    x[k] = 5;
+    EXPECT_EQ(detail::block_inside(x, y, columns, rows),
+              std::uint64_t{1} << detail::bit_of_point(k));
+    x[k] = 0;
+  }
+}
+
+}  // namespace
+}  // namespace dynfilter::testing
