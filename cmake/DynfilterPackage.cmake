@@ -76,6 +76,9 @@ dynfilter_package(core dynfilter)
 if(TARGET dynfilter_segmenters)
   dynfilter_package(segmenters dynfilter_segmenters segmenters)
 endif()
+if(TARGET dynfilter_networks)
+  dynfilter_package(networks dynfilter_networks networks)
+endif()
 if(TARGET dynfilter_plugin)
   dynfilter_package(plugin dynfilter_plugin)
   install(FILES ${PROJECT_SOURCE_DIR}/include/dynfilter/plugin.hpp
@@ -91,11 +94,12 @@ install(
   DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
   COMPONENT dynfilter-core
   FILES_MATCHING PATTERN "*.hpp"
-  REGEX "/include/dynfilter/(segmenters|datasets|evaluation|plugin\\.hpp)$" EXCLUDE)
+  REGEX "/include/dynfilter/(segmenters|networks|datasets|evaluation|plugin\\.hpp)$" EXCLUDE)
 
 # --- The config, its version file, pkg-config -----------------------------------------------------
 set(_arch_independent "")
-if(NOT TARGET dynfilter_segmenters AND NOT TARGET dynfilter_evaluation)
+if(NOT TARGET dynfilter_segmenters AND NOT TARGET dynfilter_networks
+   AND NOT TARGET dynfilter_evaluation)
   set(_arch_independent ARCH_INDEPENDENT)
 endif()
 write_basic_package_version_file(

@@ -1,0 +1,40 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// What decoders make of a network's outputs, before masks are assembled.
+
+#ifndef DYNFILTER_SRC_NETWORKS_DETECTIONS_HPP
+#define DYNFILTER_SRC_NETWORKS_DETECTIONS_HPP
+
+#include <functional>
+#include <vector>
+
+namespace dynfilter::detail {
+
+/// Corners of a rectangle. A point on the right or lower side belongs to it in area only.
+struct Box {
+  float x1 = 0, y1 = 0, x2 = 0, y2 = 0;
+
+  /// False also where a corner is not a number.
+  bool has_area() const { return x2 > x1 && y2 > y1; }
+};
+
+/// One object that a network found.
+struct Detection {
+  int class_id = 0;
+  float score = 0;                  // 0 to 1
+  Box box;                          // in pixels of the network's input
+  std::vector<float> coefficients;  // of the prototypes of masks
+};
+
+/// Which detections a decoder returns.
+struct DetectionOptions {
+  std::function<bool(int class_id)> is_wanted;
+  float score_threshold = 0;  // scores must lie above
+  float iou_threshold = 0.5F;
+  int max_detections = 100;
+};
+
+}  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_SRC_NETWORKS_DETECTIONS_HPP

@@ -1,0 +1,72 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// What a NetworkSegmenter is made of: a network, what comes before it, and what comes after it.
+
+#ifndef DYNFILTER_SRC_NETWORKS_LOADED_NETWORK_HPP
+#define DYNFILTER_SRC_NETWORKS_LOADED_NETWORK_HPP
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "detections.hpp"
+#include "dynfilter/instance.hpp"
+#include "dynfilter/networks/network_segmenter.hpp"
+#include "input_placement.hpp"
+#include "network.hpp"
+
+namespace dynfilter::detail {
+
+/// A kind of network.
+class NetworkKind {
+ public:
+  virtual ~NetworkKind() = default;
+
+  /// What fills an input that the image does not: BGR.
+  virtual cv::Scalar border() const = 0;
+
+  /// Brings a BGR image to the input's size.
+  virtual PlacedImage place(const PlacedImage& upright, const cv::Size& input) const = 0;
+
+  /// The input [1, 3, rows, columns].
+  virtual cv::Mat tensor_of(const PlacedImage& placed) const = 0;
+
+  /// Number of classes; 0 = unknown. Throws std::runtime_error that says what the outputs lack.
+  virtual int class_count(const std::vector<NamedTensor>& outputs) const = 0;
+
+  /// The instances in the image, the highest score first. Throws as class_count does.
+  virtual std::vector<Instance> decode(const std::vector<NamedTensor>& outputs,
+                                       const InputPlacement& placement) const = 0;
+};
+
+struct LoadedNetwork {
+  Network network;
+  std::unique_ptr<NetworkKind> kind;
+  std::vector<std::string> class_names;
+  std::function<double(const FrameView&)> roll_rad;
+};
+
+/// The thresholds of a kind of network where the user sets none.
+struct UsualThresholds {
+  float score, iou;
+  int max_instances;
+};
+
+/// Throws std::invalid_argument, in the name of `component`, for options out of range.
+void require_valid(const NetworkOptions& options, const char* component);
+
+DetectionOptions detection_options(const NetworkOptions& options, const UsualThresholds& usual);
+
+/// The outputs for an empty image: what they look like is known before the first frame.
+std::vector<NamedTensor> outputs_of_trial(Network& network);
+
+/// Puts the parts together. Throws std::runtime_error where the outputs are not of this kind, and
+/// std::invalid_argument for options that do not fit the number of classes.
+std::unique_ptr<LoadedNetwork> assemble(Network network, const std::vector<NamedTensor>& trial,
+                                        std::unique_ptr<NetworkKind> kind,
+                                        const NetworkOptions& options, const char* component);
+
+}  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_SRC_NETWORKS_LOADED_NETWORK_HPP

@@ -1,0 +1,93 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/networks/network_segmenter.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+#include <opencv2/imgproc.hpp>
+
+#include "dynfilter/detail/errors.hpp"
+#include "loaded_network.hpp"
+#include "yolo_kind.hpp"
+
+namespace dynfilter {
+namespace {
+
+cv::Mat bgr_image(const FrameView& frame) {
+  if (frame.image.empty() || frame.image.dims != 2 ||
+      (frame.image.type() != CV_8UC1 && frame.image.type() != CV_8UC3)) {
+    detail::throw_misuse("NetworkSegmenter",
+                         frame.image.empty() ? "a frame without an image"
+                                             : "an image of type " + detail::type_name(frame.image),
+                         "8 bits, grey or BGR");
+  }
+  if (frame.image.type() == CV_8UC3) return frame.image;
+  cv::Mat bgr;
+  cv::cvtColor(frame.image, bgr, cv::COLOR_GRAY2BGR);
+  return bgr;
+}
+
+double roll_of(const FrameView& frame, const std::function<double(const FrameView&)>& roll_rad) {
+  if (!roll_rad) return 0;
+  const double roll = roll_rad(frame);
+  if (!std::isfinite(roll)) {
+    detail::throw_misuse("NetworkSegmenter", detail::concatenate("a roll of ", roll),
+                         "a finite angle in radians");
+  }
+  return roll;
+}
+
+}  // namespace
+
+NetworkSegmenter::NetworkSegmenter(std::unique_ptr<detail::LoadedNetwork> network)
+    : network_(std::move(network)) {}
+NetworkSegmenter::NetworkSegmenter(NetworkSegmenter&&) noexcept = default;
+NetworkSegmenter& NetworkSegmenter::operator=(NetworkSegmenter&&) noexcept = default;
+NetworkSegmenter::~NetworkSegmenter() = default;
+
+const std::vector<std::string>& NetworkSegmenter::class_names() const {
+  return network_->class_names;
+}
+
+std::optional<int> NetworkSegmenter::class_id(const std::string& name) const {
+  const std::vector<std::string>& names = network_->class_names;
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found == names.end()) return {};
+  return static_cast<int>(found - names.begin());
+}
+
+cv::Size NetworkSegmenter::input_size() const { return network_->network.input_size(); }
+
+Segmentation NetworkSegmenter::do_segment(const FrameView& frame) {
+  detail::Network& network = network_->network;
+  const detail::NetworkKind& kind = *network_->kind;
+  const cv::Mat image = bgr_image(frame);
+  const detail::PlacedImage upright =
+      detail::turn_upright(image, roll_of(frame, network_->roll_rad), kind.border());
+  const detail::PlacedImage placed = kind.place(upright, network.input_size());
+  const std::vector<detail::NamedTensor> outputs = network.forward(kind.tensor_of(placed));
+  Segmentation result = empty_segmentation(frame);
+  try {
+    result.instances = kind.decode(outputs, placed.placement);
+  } catch (const std::runtime_error& error) {
+    network.fail(error.what());
+  }
+  return result;
+}
+
+std::unique_ptr<NetworkSegmenter> make_network_segmenter(const std::filesystem::path& model,
+                                                         const NetworkOptions& options) {
+  constexpr const char* name = "make_network_segmenter";
+  detail::require_valid(options, name);
+  detail::Network network(model, options.input_size);
+  const std::vector<detail::NamedTensor> trial = detail::outputs_of_trial(network);
+  auto kind = std::make_unique<detail::YoloKind>(network.input_size(), options);
+  return std::unique_ptr<NetworkSegmenter>(new NetworkSegmenter(
+      detail::assemble(std::move(network), trial, std::move(kind), options, name)));
+}
+
+}  // namespace dynfilter

@@ -1,0 +1,43 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// What stands in an ONNX file besides the layers, which OpenCV reads: its inputs and outputs with
+// their shapes and in their order, outputs that are constants, what exporters wrote about it, and
+// whether it is whole. OpenCV 4.6 tells none of it, drops constant outputs, and fails on a broken
+// file with messages about something else.
+
+#ifndef DYNFILTER_SRC_NETWORKS_ONNX_FILE_HPP
+#define DYNFILTER_SRC_NETWORKS_ONNX_FILE_HPP
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+namespace dynfilter::detail {
+
+/// An input or output of the graph. A side that the file leaves open is 0.
+struct OnnxValue {
+  std::string name;
+  std::vector<int> shape;
+};
+
+struct OnnxFile {
+  std::vector<char> bytes;                      ///< the whole file
+  std::vector<OnnxValue> inputs;                ///< without those that have a constant value
+  std::vector<OnnxValue> outputs;               ///< in the order of the file
+  std::map<std::string, cv::Mat> constants;     ///< outputs whose value stands in the file; CV_32F
+  std::map<std::string, std::string> metadata;  ///< key and value, as exporters write them
+};
+
+/// Reads a model. Throws std::runtime_error that names the file for one that is missing, truncated
+/// or no ONNX model, and for one whose weights lie in another file.
+OnnxFile read_onnx_file(const std::filesystem::path& path);
+
+}  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_SRC_NETWORKS_ONNX_FILE_HPP

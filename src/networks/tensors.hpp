@@ -1,0 +1,128 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// The outputs of a network, and views of them that hide how exporters arrange rows and columns.
+
+#ifndef DYNFILTER_SRC_NETWORKS_TENSORS_HPP
+#define DYNFILTER_SRC_NETWORKS_TENSORS_HPP
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstddef>
+#include <initializer_list>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+namespace dynfilter::detail {
+
+/// One output: CV_32F, continuous, of any number of dimensions.
+struct NamedTensor {
+  std::string name;
+  cv::Mat data;
+};
+
+inline std::vector<int> shape_of(const cv::Mat& tensor) {
+  return {tensor.size.p, tensor.size.p + tensor.dims};
+}
+
+/// "[1, 32, 160, 160]"
+inline std::string shape_text(const std::vector<int>& shape) {
+  std::string text = "[";
+  for (std::size_t i = 0; i < shape.size(); ++i) {
+    text += (i > 0 ? ", " : "") + std::to_string(shape[i]);
+  }
+  return text + "]";
+}
+
+/// "loc [1, 19248, 4], proto [1, 138, 138, 32]"
+inline std::string shapes_text(const std::vector<NamedTensor>& tensors) {
+  std::string text;
+  for (const NamedTensor& tensor : tensors) {
+    text += (text.empty() ? "" : ", ") + tensor.name + ' ' + shape_text(shape_of(tensor.data));
+  }
+  return text;
+}
+
+/// Whether the name of a tensor holds one of these words, in whatever case.
+inline bool is_named(const NamedTensor& tensor, std::initializer_list<std::string_view> words) {
+  std::string name = tensor.name;
+  std::transform(name.begin(), name.end(), name.begin(),
+                 [](unsigned char letter) { return static_cast<char>(std::tolower(letter)); });
+  return std::any_of(words.begin(), words.end(),
+                     [&](std::string_view word) { return name.find(word) != std::string::npos; });
+}
+
+/// Rows and columns of numbers that lie anyhow in memory. Views a tensor and does not keep it.
+struct Table {
+  const float* data = nullptr;
+  int rows = 0;
+  int columns = 0;
+  std::size_t row_step = 0;  // in floats
+  std::size_t column_step = 1;
+
+  float at(int row, int column) const {
+    return data[static_cast<std::size_t>(row) * row_step +
+                static_cast<std::size_t>(column) * column_step];
+  }
+
+  /// So many columns from `first` on.
+  Table part(int first, int count) const {
+    return {data + static_cast<std::size_t>(first) * column_step, rows, count, row_step,
+            column_step};
+  }
+};
+
+/// A tensor [1, rows, columns], [rows, columns].
+inline Table rows_first(const cv::Mat& tensor) {
+  const int rows = tensor.size[tensor.dims - 2];
+  const int columns = tensor.size[tensor.dims - 1];
+  return {tensor.ptr<float>(), rows, columns, static_cast<std::size_t>(columns), 1};
+}
+
+/// A tensor [1, columns, rows].
+inline Table columns_first(const cv::Mat& tensor) {
+  const Table turned = rows_first(tensor);
+  return {turned.data, turned.columns, turned.rows, 1, turned.row_step};
+}
+
+/// The prototypes of masks: `count` images of rows x columns numbers.
+struct Prototypes {
+  const float* data = nullptr;
+  int count = 0;
+  int rows = 0;
+  int columns = 0;
+  std::size_t prototype_step = 0;  // in floats
+  std::size_t cell_step = 1;
+};
+
+/// Of a tensor [1, count, rows, columns].
+inline Prototypes prototypes_first(const cv::Mat& tensor) {
+  const int rows = tensor.size[2];
+  const int columns = tensor.size[3];
+  return {tensor.ptr<float>(),
+          tensor.size[1],
+          rows,
+          columns,
+          static_cast<std::size_t>(rows) * static_cast<std::size_t>(columns),
+          1};
+}
+
+/// Of a tensor [1, rows, columns, count].
+inline Prototypes prototypes_last(const cv::Mat& tensor) {
+  return {tensor.ptr<float>(),
+          tensor.size[3],
+          tensor.size[1],
+          tensor.size[2],
+          1,
+          static_cast<std::size_t>(tensor.size[3])};
+}
+
+inline float sigmoid(float value) { return 1.0F / (1.0F + std::exp(-value)); }
+
+}  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_SRC_NETWORKS_TENSORS_HPP

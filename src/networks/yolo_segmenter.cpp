@@ -1,0 +1,31 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/networks/yolo_segmenter.hpp"
+
+#include <memory>
+#include <utility>
+
+#include "loaded_network.hpp"
+#include "yolo_kind.hpp"
+
+namespace dynfilter {
+namespace {
+
+constexpr const char* name = "YoloSegmenter";
+
+std::unique_ptr<detail::LoadedNetwork> load(const std::filesystem::path& model,
+                                            const NetworkOptions& options) {
+  detail::require_valid(options, name);
+  detail::Network network(model, options.input_size);
+  const std::vector<detail::NamedTensor> trial = detail::outputs_of_trial(network);
+  auto kind = std::make_unique<detail::YoloKind>(network.input_size(), options);
+  return detail::assemble(std::move(network), trial, std::move(kind), options, name);
+}
+
+}  // namespace
+
+YoloSegmenter::YoloSegmenter(const std::filesystem::path& model, const NetworkOptions& options)
+    : NetworkSegmenter(load(model, options)) {}
+
+}  // namespace dynfilter

@@ -1,0 +1,195 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "networks/mask_assembly.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <random>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
+
+#include "random_tensors.hpp"
+
+namespace dynfilter {
+namespace {
+
+using detail::assemble_instances;
+using detail::Box;
+using detail::Detection;
+using detail::InputPlacement;
+using detail::MaskRule;
+using detail::Prototypes;
+using testing::count_last;
+using testing::random_tensor;
+using testing::tensor;
+
+constexpr int count = 3;
+
+InputPlacement letterboxed(cv::Size image, cv::Size input, double roll = 0) {
+  const cv::Mat pixels(image, CV_8UC3, cv::Scalar::all(0));
+  return detail::letterbox(detail::turn_upright(pixels, roll, {}), input, {}).placement;
+}
+
+InputPlacement stretched(cv::Size image, cv::Size input) {
+  const cv::Mat pixels(image, CV_8UC3, cv::Scalar::all(0));
+  return detail::stretch(detail::turn_upright(pixels, 0, {}), input).placement;
+}
+
+/// A grid of numbers between its cells, with edges that go on for ever.
+double between(const cv::Mat_<double>& grid, double x, double y) {
+  const auto at = [&](int column, int row) {
+    return grid(std::clamp(row, 0, grid.rows - 1), std::clamp(column, 0, grid.cols - 1));
+  };
+  const int x0 = static_cast<int>(std::floor(x - 0.5));
+  const int y0 = static_cast<int>(std::floor(y - 0.5));
+  const double right = x - 0.5 - x0;
+  const double below = y - 0.5 - y0;
+  return (at(x0, y0) * (1 - right) + at(x0 + 1, y0) * right) * (1 - below) +
+         (at(x0, y0 + 1) * (1 - right) + at(x0 + 1, y0 + 1) * right) * below;
+}
+
+/// The mask in the whole image, in the plainest way; pixels whose value is at the threshold to
+/// within rounding are set in `unsure`.
+cv::Mat naive_mask(const Detection& detection, const cv::Mat& prototypes,
+                   const InputPlacement& placement, MaskRule rule, cv::Mat& unsure) {
+  cv::Mat_<double> grid(prototypes.size[2], prototypes.size[3], 0.0);
+  const double cells_x = grid.cols / double(placement.input.width);
+  const double cells_y = grid.rows / double(placement.input.height);
+  const Box& box = detection.box;
+  for (int y = 0; y < grid.rows; ++y) {
+    for (int x = 0; x < grid.cols; ++x) {
+      for (int k = 0; k < count; ++k) {
+        grid(y, x) += double{detection.coefficients[std::size_t(k)]} *
+                      double{prototypes.at<float>(cv::Vec4i(0, k, y, x))};
+      }
+      if (rule == MaskRule::crop_pixels) continue;
+      const bool is_inside = x >= std::max(box.x1 * cells_x - 1, 0.0) &&
+                             x < std::min(box.x2 * cells_x + 1, double(grid.cols)) &&
+                             y >= std::max(box.y1 * cells_y - 1, 0.0) &&
+                             y < std::min(box.y2 * cells_y + 1, double(grid.rows));
+      grid(y, x) = is_inside ? 1 / (1 + std::exp(-grid(y, x))) : 0;
+    }
+  }
+  cv::Mat mask(placement.image, CV_8UC1, cv::Scalar(0));
+  unsure = mask.clone();
+  for (int y = 0; y < mask.rows; ++y) {
+    for (int x = 0; x < mask.cols; ++x) {
+      const cv::Point2d point = detail::transformed(placement.to_input, {x + 0.5, y + 0.5});
+      const double value = between(grid, point.x * cells_x, point.y * cells_y);
+      const bool is_inside =
+          rule == MaskRule::crop_cells ||
+          (point.x >= box.x1 && point.x < box.x2 && point.y >= box.y1 && point.y < box.y2);
+      const double threshold = rule == MaskRule::crop_cells ? 0.5 : 0;
+      if (is_inside && value > threshold) mask.at<std::uint8_t>(y, x) = 255;
+      if (std::abs(value - threshold) < 1e-5) unsure.at<std::uint8_t>(y, x) = 255;
+    }
+  }
+  return mask;
+}
+
+cv::Mat full_mask(const Instance& instance, cv::Size size) {
+  cv::Mat full(size, CV_8UC1, cv::Scalar(0));
+  instance.mask.copyTo(full(cv::Rect(instance.mask_origin, instance.mask.size())));
+  return full;
+}
+
+TEST(MaskAssembly, MakesTheMasksThatANaiveLoopMakes) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> place(-20, 120);
+  int compared = 0;
+  const std::vector<InputPlacement> placements = {
+      letterboxed({90, 61}, {96, 96}), letterboxed({200, 150}, {96, 64}),
+      letterboxed({70, 45}, {96, 96}, 0.4), stretched({131, 77}, {92, 92})};
+  for (int round = 0; round < 80; ++round) {
+    const InputPlacement& placement = placements[std::size_t(round) % placements.size()];
+    const cv::Mat prototypes = random_tensor(random, {1, count, 23, 24}, -1, 1);
+    Detection detection;
+    const float x1 = place(random), y1 = place(random);
+    detection.box = {x1, y1, x1 + std::abs(place(random)) + 1, y1 + std::abs(place(random)) + 1};
+    detection.class_id = 5;
+    detection.score = 0.5F;
+    detection.coefficients = {1, -0.5F, 0.75F};
+    for (const MaskRule rule : {MaskRule::crop_cells, MaskRule::crop_pixels}) {
+      cv::Mat unsure;
+      const cv::Mat want = naive_mask(detection, prototypes, placement, rule, unsure);
+      const auto first =
+          assemble_instances({detection}, detail::prototypes_first(prototypes), placement, rule);
+      const cv::Mat turned = count_last(prototypes);
+      const auto last =
+          assemble_instances({detection}, detail::prototypes_last(turned), placement, rule);
+      ASSERT_EQ(first.size(), last.size());
+      const cv::Rect box = detail::box_in_image(detection.box, placement);
+      if (cv::countNonZero(want) == 0 || box.empty()) {
+        EXPECT_TRUE(first.empty());
+        continue;
+      }
+      ASSERT_EQ(first.size(), 1U);
+      const cv::Mat got = full_mask(first[0], placement.image);
+      EXPECT_EQ(cv::countNonZero((got != want) & (unsure == 0)), 0) << round;
+      EXPECT_EQ(cv::norm(got, full_mask(last[0], placement.image), cv::NORM_INF), 0);
+      EXPECT_EQ(first[0].box, box);
+      EXPECT_EQ(first[0].class_id, 5);
+      EXPECT_EQ(first[0].score, 0.5F);
+      EXPECT_EQ(cv::boundingRect(first[0].mask), cv::Rect({0, 0}, first[0].mask.size()));
+      ++compared;
+    }
+  }
+  EXPECT_GT(compared, 80);
+}
+
+TEST(MaskAssembly, IsYolactsRecipeOfResizedCroppedMasks) {
+  // The recipe step by step, with OpenCV's resize.
+  std::mt19937 random(2);
+  const cv::Size image(640, 480);
+  const InputPlacement placement = stretched(image, {550, 550});
+  const cv::Mat prototypes = random_tensor(random, {1, count, 138, 138}, 0, 1);
+  const Detection detection{0, 0.9F, {100, 120, 300, 401}, {1, -0.7F, -0.3F}};
+  cv::Mat_<float> cells(138, 138, 0.0F);
+  for (int y = 0; y < 138; ++y) {
+    for (int x = 0; x < 138; ++x) {
+      float sum = 0;
+      for (int k = 0; k < count; ++k) {
+        sum += detection.coefficients[std::size_t(k)] * prototypes.at<float>(cv::Vec4i(0, k, y, x));
+      }
+      const float x1 = 100 / 550.0F * 138 - 1, x2 = 300 / 550.0F * 138 + 1;
+      const float y1 = 120 / 550.0F * 138 - 1, y2 = 401 / 550.0F * 138 + 1;
+      const bool is_inside = float(x) >= x1 && float(x) < x2 && float(y) >= y1 && float(y) < y2;
+      cells(y, x) = is_inside ? 1 / (1 + std::exp(-sum)) : 0;
+    }
+  }
+  cv::Mat large;
+  cv::resize(cells, large, image, 0, 0, cv::INTER_LINEAR);
+  const auto instances = assemble_instances({detection}, detail::prototypes_first(prototypes),
+                                            placement, MaskRule::crop_cells);
+  ASSERT_EQ(instances.size(), 1U);
+  const cv::Mat got = full_mask(instances[0], image);
+  const cv::Mat unsure = cv::abs(large - 0.5) < 1e-4;
+  EXPECT_EQ(cv::countNonZero((got != (large > 0.5)) & ~unsure), 0);
+  EXPECT_GT(cv::countNonZero(got), 1000);
+}
+
+TEST(MaskAssembly, LeavesOutWhatHasNoPixelInTheImage) {
+  const cv::Mat prototypes = tensor({1, count, 24, 24}, 1);
+  const InputPlacement placement = letterboxed({96, 48}, {96, 96});
+  const std::vector<Detection> detections = {
+      {0, 0.9F, {10, 30, 20, 40}, {-1, 0, 0}},             // an empty mask
+      {1, 0.8F, {10, 2, 20, 20}, {1, 0, 0}},               // above the image
+      {2, 0.7F, {200, 30, 250, 40}, {1, 0, 0}},            // beside it
+      {3, 0.6F, {-20, 30, 4, 40}, {1, 0, 0}},              // a part of it is in the image
+      {4, 0.5F, {10.6F, 30.6F, 10.9F, 30.9F}, {1, 0, 0}},  // between the centres of pixels
+  };
+  const auto instances = assemble_instances(detections, detail::prototypes_first(prototypes),
+                                            placement, MaskRule::crop_pixels);
+  ASSERT_EQ(instances.size(), 1U);
+  EXPECT_EQ(instances[0].class_id, 3);
+  EXPECT_EQ(instances[0].box, cv::Rect(0, 6, 4, 10));
+  EXPECT_EQ(instances[0].mask_origin, cv::Point(0, 6));
+  EXPECT_EQ(instances[0].mask.size(), cv::Size(4, 10));
+}
+
+}  // namespace
+}  // namespace dynfilter
