@@ -85,7 +85,7 @@ std::unique_ptr<LoadedNetwork> assemble(Network network, const std::vector<Named
                                         const NetworkOptions& options, const char* component) {
   int count = 0;
   try {
-    count = kind->class_count(trial);
+    count = kind->prepare(trial);
   } catch (const std::runtime_error& error) {
     network.fail(std::string(error.what()) + "; its outputs are " + shapes_text(trial));
   }

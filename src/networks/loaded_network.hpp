@@ -32,10 +32,11 @@ class NetworkKind {
   /// The input [1, 3, rows, columns].
   virtual cv::Mat tensor_of(const PlacedImage& placed) const = 0;
 
-  /// Number of classes; 0 = unknown. Throws std::runtime_error that says what the outputs lack.
-  virtual int class_count(const std::vector<NamedTensor>& outputs) const = 0;
+  /// Looks at the outputs for an empty image, once, and returns the number of classes; 0 = unknown.
+  /// Throws std::runtime_error that says what the outputs lack.
+  virtual int prepare(const std::vector<NamedTensor>& outputs) = 0;
 
-  /// The instances in the image, the highest score first. Throws as class_count does.
+  /// The instances in the image, the highest score first. Throws as prepare does.
   virtual std::vector<Instance> decode(const std::vector<NamedTensor>& outputs,
                                        const InputPlacement& placement) const = 0;
 };

@@ -10,6 +10,7 @@
 
 #include "../file_error.hpp"
 #include "dynfilter/detail/errors.hpp"
+#include "dynfilter/networks/deformable_convolution.hpp"
 
 namespace dynfilter::detail {
 namespace {
@@ -74,6 +75,7 @@ Network::Network(const std::filesystem::path& path, const cv::Size& size_where_o
     : path_(path),
       file_(read_onnx_file(path)),
       input_size_(input_size_of(file_, path, size_where_open)) {
+  register_deformable_convolution();
   try {
     net_ = cv::dnn::readNetFromONNX(file_.bytes.data(), file_.bytes.size());
   } catch (const cv::Exception& error) {

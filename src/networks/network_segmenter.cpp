@@ -12,6 +12,7 @@
 
 #include "dynfilter/detail/errors.hpp"
 #include "loaded_network.hpp"
+#include "yolact_kind.hpp"
 #include "yolo_kind.hpp"
 
 namespace dynfilter {
@@ -39,6 +40,33 @@ double roll_of(const FrameView& frame, const std::function<double(const FrameVie
                          "a finite angle in radians");
   }
   return roll;
+}
+
+/// What is wrong with outputs for one kind of network; empty where nothing is.
+template <class Bind>
+std::string objection(const Bind& bind) {
+  try {
+    bind();
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  return {};
+}
+
+std::unique_ptr<detail::NetworkKind> kind_of(const detail::Network& network,
+                                             const std::vector<detail::NamedTensor>& trial,
+                                             const NetworkOptions& options) {
+  const cv::Size input = network.input_size();
+  const std::string not_yolact = objection([&] { detail::bind_yolact(trial); });
+  if (not_yolact.empty()) {
+    YolactOptions yolact;
+    static_cast<NetworkOptions&>(yolact) = options;
+    return std::make_unique<detail::YolactKind>(input, yolact);
+  }
+  const std::string not_yolo = objection([&] { detail::bind_yolo(trial, input); });
+  if (not_yolo.empty()) return std::make_unique<detail::YoloKind>(input, options);
+  network.fail("is no network that is known by its outputs, " + detail::shapes_text(trial) +
+               ". YOLACT: " + not_yolact + ". YOLO: " + not_yolo);
 }
 
 }  // namespace
@@ -85,7 +113,7 @@ std::unique_ptr<NetworkSegmenter> make_network_segmenter(const std::filesystem::
   detail::require_valid(options, name);
   detail::Network network(model, options.input_size);
   const std::vector<detail::NamedTensor> trial = detail::outputs_of_trial(network);
-  auto kind = std::make_unique<detail::YoloKind>(network.input_size(), options);
+  std::unique_ptr<detail::NetworkKind> kind = kind_of(network, trial, options);
   return std::unique_ptr<NetworkSegmenter>(new NetworkSegmenter(
       detail::assemble(std::move(network), trial, std::move(kind), options, name)));
 }

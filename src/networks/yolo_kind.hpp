@@ -28,7 +28,7 @@ class YoloKind final : public NetworkKind {
     return normalized_rgb(placed.pixels, cv::Scalar::all(0), cv::Scalar::all(255));
   }
 
-  int class_count(const std::vector<NamedTensor>& outputs) const override {
+  int prepare(const std::vector<NamedTensor>& outputs) override {
     return bind_yolo(outputs, input_).class_count();
   }
 

@@ -1,0 +1,339 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "yolact_decoder.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <functional>
+#include <initializer_list>
+#include <map>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "dynfilter/detail/errors.hpp"
+#include "finite_scores.hpp"
+#include "non_maximum_suppression.hpp"
+
+namespace dynfilter::detail {
+namespace {
+
+// --- Binding
+// --------------------------------------------------------------------------------------
+
+using Outputs = std::vector<const NamedTensor*>;
+
+/// Takes out the one that fits: by name among several. Null where there is none.
+const NamedTensor* take(Outputs& outputs, const char* what,
+                        std::initializer_list<std::string_view> names,
+                        const std::function<bool(const cv::Mat&)>& fits) {
+  Outputs fitting;
+  for (const NamedTensor* output : outputs) {
+    if (fits(output->data)) fitting.push_back(output);
+  }
+  if (fitting.size() > 1) {
+    const auto is_other = [&](const NamedTensor* output) { return !is_named(*output, names); };
+    fitting.erase(std::remove_if(fitting.begin(), fitting.end(), is_other), fitting.end());
+    if (fitting.size() != 1) {
+      throw std::runtime_error(std::string("it is unclear which output holds the ") + what +
+                               ": give it a name such as " + std::string(*names.begin()));
+    }
+  }
+  if (fitting.empty()) return nullptr;
+  outputs.erase(std::find(outputs.begin(), outputs.end(), fitting[0]));
+  return fitting[0];
+}
+
+const NamedTensor& need(const NamedTensor* output, const char* what) {
+  if (output == nullptr) throw std::runtime_error(std::string("the ") + what + " are missing");
+  return *output;
+}
+
+bool is_table(const cv::Mat& data) {
+  return data.dims == 2 || (data.dims == 3 && data.size[0] == 1);
+}
+
+int rows_of(const cv::Mat& table) { return table.size[table.dims - 2]; }
+int columns_of(const cv::Mat& table) { return table.size[table.dims - 1]; }
+
+// --- Priors
+// ---------------------------------------------------------------------------------------
+
+constexpr int levels = 5;  // P3 to P7
+constexpr std::array<double, levels> scales = {24, 48, 96, 192, 384};
+constexpr std::array<double, 3> aspect_ratios = {1, 0.5, 2};
+constexpr double published_side = 550;
+
+/// Rows and columns of the feature maps: P3 has an eighth of the input's, every further one half,
+/// and halves are rounded up.
+std::array<cv::Size, levels> feature_maps(const cv::Size& input) {
+  const auto halved = [](const cv::Size& size) {
+    return cv::Size((size.width + 1) / 2, (size.height + 1) / 2);
+  };
+  std::array<cv::Size, levels> maps;
+  cv::Size size = halved(halved(halved(input)));
+  for (cv::Size& map : maps) {
+    map = size;
+    size = halved(size);
+  }
+  return maps;
+}
+
+/// Of the network for this side of the input: the published ones for 400 and 700 have the scales of
+/// the one for 550 in proportion, cut to whole pixels.
+double scale_at(std::size_t level, int side) {
+  return side == static_cast<int>(published_side)
+             ? scales[level]
+             : std::floor(scales[level] / published_side * side);
+}
+
+// --- Decoding
+// -------------------------------------------------------------------------------------
+
+constexpr float least_confidence = 0.05F;  // as published
+
+/// The probabilities of one row.
+class RowScores {
+ public:
+  RowScores(const Table& confidences, bool are_probabilities)
+      : confidences_(confidences),
+        are_probabilities_(are_probabilities),
+        probabilities_(static_cast<std::size_t>(confidences.columns)) {}
+
+  void read(int row) {
+    float sum = 0;
+    float largest = confidences_.at(row, 0);
+    for (int c = 1; c < confidences_.columns; ++c) {
+      largest = std::max(largest, confidences_.at(row, c));
+    }
+    for (int c = 0; c < confidences_.columns; ++c) {
+      const float value = confidences_.at(row, c);
+      float& probability = probabilities_[static_cast<std::size_t>(c)];
+      probability = are_probabilities_ ? value : std::exp(value - largest);
+      sum += probability;
+    }
+    if (are_probabilities_) return;
+    for (float& probability : probabilities_) probability /= sum;
+  }
+
+  /// Of a class, the background not counted.
+  float of(int class_id) const { return probabilities_[static_cast<std::size_t>(class_id) + 1]; }
+
+  bool are_finite() const {
+    return std::all_of(probabilities_.begin(), probabilities_.end(),
+                       [](float value) { return std::isfinite(value); });
+  }
+
+  /// Of all classes.
+  float best() const { return *std::max_element(probabilities_.begin() + 1, probabilities_.end()); }
+
+ private:
+  const Table& confidences_;
+  bool are_probabilities_;
+  std::vector<float> probabilities_;
+};
+
+/// SSD's coding of boxes (W. Liu et al., ECCV 2016) with its variances 0.1 and 0.2, as a fraction
+/// of the input.
+Box decoded_box(const Table& locations, const Table& priors, int row) {
+  const float width = priors.at(row, 2) * std::exp(locations.at(row, 2) * 0.2F);
+  const float height = priors.at(row, 3) * std::exp(locations.at(row, 3) * 0.2F);
+  const float x = priors.at(row, 0) + locations.at(row, 0) * 0.1F * priors.at(row, 2) - width / 2;
+  const float y = priors.at(row, 1) + locations.at(row, 1) * 0.1F * priors.at(row, 3) - height / 2;
+  return {x, y, x + width, y + height};
+}
+
+bool is_finite(const Box& box) {
+  return std::isfinite(box.x1) && std::isfinite(box.y1) && std::isfinite(box.x2) &&
+         std::isfinite(box.y2);
+}
+
+bool has_finite_coefficients(const Table& coefficients, int row) {
+  for (int k = 0; k < coefficients.columns; ++k) {
+    if (!std::isfinite(coefficients.at(row, k))) return false;
+  }
+  return true;
+}
+
+std::vector<Candidate> candidates_of(const YolactOutputs& outputs, const Table& priors,
+                                     const DetectionOptions& options) {
+  std::vector<int> wanted;
+  for (int c = 0; c < outputs.class_count(); ++c) {
+    if (options.is_wanted(c)) wanted.push_back(c);
+  }
+  FiniteScores seen;
+  RowScores scores(outputs.confidences, are_probabilities(outputs.confidences));
+  std::vector<Candidate> candidates;
+  for (int row = 0; row < outputs.confidences.rows; ++row) {
+    scores.read(row);
+    if (!scores.are_finite()) continue;
+    const float best = seen.probability(scores.best());
+    if (!(best > least_confidence) || !(best > options.score_threshold)) continue;
+    const Box box = decoded_box(outputs.locations, priors, row);
+    if (!is_finite(box) || !box.has_area() || !has_finite_coefficients(outputs.coefficients, row)) {
+      continue;
+    }
+    for (const int class_id : wanted) {
+      const float score = std::clamp(scores.of(class_id), 0.0F, 1.0F);
+      if (score > options.score_threshold) candidates.push_back({class_id, score, row, box});
+    }
+  }
+  seen.require_some(outputs.confidences.rows);
+  return candidates;
+}
+
+Detection detection_of(const Candidate& candidate, const Table& coefficients,
+                       const cv::Size& input) {
+  Detection detection;
+  detection.class_id = candidate.class_id;
+  detection.score = candidate.score;
+  const auto width = static_cast<float>(input.width);
+  const auto height = static_cast<float>(input.height);
+  detection.box = {candidate.box.x1 * width, candidate.box.y1 * height, candidate.box.x2 * width,
+                   candidate.box.y2 * height};
+  for (int k = 0; k < coefficients.columns; ++k) {
+    detection.coefficients.push_back(coefficients.at(candidate.row, k));
+  }
+  return detection;
+}
+
+}  // namespace
+
+YolactOutputs bind_yolact(const std::vector<NamedTensor>& outputs) {
+  Outputs rest;
+  for (const NamedTensor& output : outputs) rest.push_back(&output);
+
+  // Priors have no batch; where they have one all the same, they are told by their name.
+  const NamedTensor* priors = take(rest, "priors", {"prior", "anchor"}, [](const cv::Mat& data) {
+    return data.dims == 2 && data.size[1] == 4;
+  });
+  if (priors == nullptr) {
+    const auto named = std::find_if(rest.begin(), rest.end(), [](const NamedTensor* output) {
+      return is_table(output->data) && columns_of(output->data) == 4 &&
+             is_named(*output, {"prior", "anchor"});
+    });
+    if (named != rest.end()) {
+      priors = *named;
+      rest.erase(named);
+    }
+  }
+  const NamedTensor& locations =
+      need(take(rest, "locations [1, N, 4]", {"loc", "bbox", "box"},
+                [](const cv::Mat& data) {
+                  return data.dims == 3 && is_table(data) && columns_of(data) == 4;
+                }),
+           "locations [1, N, 4]");
+  const int rows = rows_of(locations.data);
+  const auto is_table_of_rows = [&](const cv::Mat& data) {
+    return data.dims == 3 && is_table(data) && rows_of(data) == rows;
+  };
+  // What coefficients are is said by the prototypes: the one table with a column for each.
+  const auto is_grid_for = [&](const cv::Mat& grid, int count) {
+    return grid.dims == 4 && grid.size[0] == 1 && (grid.size[1] == count || grid.size[3] == count);
+  };
+  const auto fits_a_grid = [&](const cv::Mat& data) {
+    return is_table_of_rows(data) &&
+           std::any_of(outputs.begin(), outputs.end(), [&](const NamedTensor& output) {
+             return is_grid_for(output.data, columns_of(data));
+           });
+  };
+  const NamedTensor& coefficients =
+      need(take(rest, "coefficients [1, N, P]", {"mask", "coef"}, fits_a_grid),
+           "coefficients [1, N, P] with prototypes [1, h, w, P] or [1, P, h, w]");
+  const NamedTensor& confidences = need(
+      take(rest, "confidences [1, N, C+1]", {"conf", "cls", "class", "score"},
+           [&](const cv::Mat& data) { return is_table_of_rows(data) && columns_of(data) >= 2; }),
+      "confidences [1, N, C+1]");
+  const int count = columns_of(coefficients.data);
+  const NamedTensor& prototypes =
+      need(take(rest, "prototypes", {"proto"},
+                [&](const cv::Mat& data) { return is_grid_for(data, count); }),
+           "prototypes");
+
+  YolactOutputs bound;
+  bound.locations = rows_first(locations.data);
+  bound.confidences = rows_first(confidences.data);
+  bound.coefficients = rows_first(coefficients.data);
+  bound.prototypes = prototypes.data.size[3] == count ? prototypes_last(prototypes.data)
+                                                      : prototypes_first(prototypes.data);
+  if (priors != nullptr) {
+    bound.priors = rows_first(priors->data);
+    if (bound.priors.rows != rows) {
+      throw std::runtime_error(
+          concatenate("there are ", bound.priors.rows, " priors for ", rows, " locations"));
+    }
+  }
+  return bound;
+}
+
+cv::Mat yolact_priors(int count, const cv::Size& input) {
+  const std::array<cv::Size, levels> maps = feature_maps(input);
+  int cells = 0;
+  for (const cv::Size& map : maps) cells += map.area();
+  const bool is_plus = count == 9 * cells;
+  if (!is_plus && count != 3 * cells) {
+    throw std::runtime_error(concatenate("it has ", count, " priors; YOLACT has ", 3 * cells,
+                                         " and YOLACT++ ", 9 * cells, " for an input of ",
+                                         size_name(input), ": set YolactOptions::priors"));
+  }
+  cv::Mat priors(count, 4, CV_32F);
+  int row = 0;
+  for (std::size_t level = 0; level < maps.size(); ++level) {
+    const cv::Size& map = maps[level];
+    for (int cell = 0; cell < map.area(); ++cell) {
+      for (int third = 0; third < (is_plus ? 3 : 1); ++third) {
+        const double scale = scale_at(level, input.width) * std::pow(2.0, third / 3.0);
+        for (const double ratio : aspect_ratios) {
+          const double width = scale * std::sqrt(ratio) / input.width;
+          // YOLACT was trained with a slip that made every prior a square, and keeps it.
+          const double height = is_plus ? scale / std::sqrt(ratio) / input.height : width;
+          float* prior = priors.ptr<float>(row++);
+          prior[0] = static_cast<float>((cell % map.width + 0.5) / map.width);
+          prior[1] = static_cast<float>((cell / map.width + 0.5) / map.height);
+          prior[2] = static_cast<float>(width);
+          prior[3] = static_cast<float>(height);
+        }
+      }
+    }
+  }
+  return priors;
+}
+
+bool are_probabilities(const Table& confidences) {
+  constexpr int sample = 64;
+  const int step = std::max(confidences.rows / sample, 1);
+  bool has_seen_any = false;
+  for (int row = 0; row < confidences.rows; row += step) {
+    float sum = 0;
+    float smallest = 0;
+    for (int c = 0; c < confidences.columns; ++c) {
+      sum += confidences.at(row, c);
+      smallest = std::min(smallest, confidences.at(row, c));
+    }
+    if (!std::isfinite(sum)) continue;
+    if (smallest < 0 || std::abs(sum - 1) > 1e-2F) return false;
+    has_seen_any = true;
+  }
+  return has_seen_any;
+}
+
+std::vector<Detection> decode_yolact(const YolactOutputs& outputs, const Table& priors,
+                                     const cv::Size& input, const YolactDecoding& decoding) {
+  std::vector<Candidate> candidates = candidates_of(outputs, priors, decoding.detections);
+  const float iou = decoding.detections.iou_threshold;
+  candidates = decoding.suppression == YolactSuppression::fast
+                   ? suppress_fast(std::move(candidates), iou, decoding.most_per_class)
+                   : suppress_greedily(std::move(candidates), iou);
+  std::vector<Detection> detections;
+  for (const Candidate& candidate : candidates) {
+    if (detections.size() == static_cast<std::size_t>(decoding.detections.max_detections)) break;
+    detections.push_back(detection_of(candidate, outputs.coefficients, input));
+  }
+  return detections;
+}
+
+}  // namespace dynfilter::detail

@@ -1,0 +1,415 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "networks/yolact_decoder.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <random>
+#include <stdexcept>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "detection_checks.hpp"
+#include "random_tensors.hpp"
+#include "support/expect_error.hpp"
+
+namespace dynfilter {
+namespace {
+
+using detail::bind_yolact;
+using detail::Box;
+using detail::decode_yolact;
+using detail::Detection;
+using detail::NamedTensor;
+using detail::rows_first;
+using detail::yolact_priors;
+using detail::YolactDecoding;
+using testing::count_last;
+using testing::expect_error;
+using testing::expect_same;
+using testing::options_of;
+using testing::random_tensor;
+using testing::tensor;
+
+const cv::Size input(60, 40);
+constexpr int prototype_count = 5;
+constexpr float nan = std::numeric_limits<float>::quiet_NaN();
+constexpr float infinity = std::numeric_limits<float>::infinity();
+
+struct Outputs {
+  cv::Mat locations, confidences, coefficients, prototypes, priors;
+
+  std::vector<NamedTensor> tensors() const {
+    return {
+        {"loc", locations}, {"conf", confidences}, {"mask", coefficients}, {"proto", prototypes}};
+  }
+  int rows() const { return locations.size[1]; }
+};
+
+/// Boxes that overlap here and there; logits or probabilities.
+Outputs random_outputs(std::mt19937& random, int rows, int classes, bool are_logits) {
+  Outputs outputs = {random_tensor(random, {1, rows, 4}, -2, 2),
+                     random_tensor(random, {1, rows, classes + 1}, -3, 3),
+                     random_tensor(random, {1, rows, prototype_count}, -1, 1),
+                     random_tensor(random, {1, 6, 7, prototype_count}, 0, 1),
+                     random_tensor(random, {rows, 4}, 0.2F, 0.6F)};
+  if (are_logits) return outputs;
+  for (int row = 0; row < rows; ++row) {
+    float sum = 0;
+    for (int c = 0; c <= classes; ++c) {
+      float& value = outputs.confidences.at<float>(0, row, c);
+      value = std::exp(value);
+      sum += value;
+    }
+    for (int c = 0; c <= classes; ++c) outputs.confidences.at<float>(0, row, c) /= sum;
+  }
+  return outputs;
+}
+
+YolactDecoding decoding_of(float score, int most_per_class = 200, int most = 100,
+                           YolactSuppression suppression = YolactSuppression::fast) {
+  return {options_of(score, 0.5F, most), suppression, most_per_class};
+}
+
+std::vector<Detection> decoded(const Outputs& outputs, const YolactDecoding& decoding) {
+  return decode_yolact(bind_yolact(outputs.tensors()), rows_first(outputs.priors), input, decoding);
+}
+
+/// The published procedure, step by step, nothing left out: all classes and scores to the end.
+std::vector<Detection> naive(const Outputs& outputs, bool are_logits,
+                             const YolactDecoding& decoding) {
+  const int classes = outputs.confidences.size[2] - 1;
+  std::vector<std::vector<Detection>> of_class(static_cast<std::size_t>(classes));
+  for (int row = 0; row < outputs.rows(); ++row) {
+    std::vector<double> p;
+    double sum = 0;
+    for (int c = 0; c <= classes; ++c) {
+      const double value = double{outputs.confidences.at<float>(0, row, c)};
+      p.push_back(are_logits ? std::exp(value) : value);
+      sum += p.back();
+    }
+    if (are_logits)
+      for (double& value : p) value /= sum;
+    if (!(*std::max_element(p.begin() + 1, p.end()) > 0.05)) continue;
+    const auto l = [&](int i) { return double{outputs.locations.at<float>(0, row, i)}; };
+    const auto prior = [&](int i) { return double{outputs.priors.at<float>(row, i)}; };
+    const double cx = prior(0) + l(0) * 0.1 * prior(2), cy = prior(1) + l(1) * 0.1 * prior(3);
+    const double w = prior(2) * std::exp(l(2) * 0.2), h = prior(3) * std::exp(l(3) * 0.2);
+    Detection detection;
+    detection.box = {float((cx - w / 2) * input.width), float((cy - h / 2) * input.height),
+                     float((cx + w / 2) * input.width), float((cy + h / 2) * input.height)};
+    for (int k = 0; k < prototype_count; ++k) {
+      detection.coefficients.push_back(outputs.coefficients.at<float>(0, row, k));
+    }
+    for (int c = 0; c < classes; ++c) {
+      detection.class_id = c;
+      detection.score = float(p[std::size_t(c) + 1]);
+      of_class[std::size_t(c)].push_back(detection);
+    }
+  }
+  const auto by_score = [](const Detection& a, const Detection& b) { return a.score > b.score; };
+  std::vector<Detection> result;
+  for (std::vector<Detection>& candidates : of_class) {
+    std::stable_sort(candidates.begin(), candidates.end(), by_score);
+    if (candidates.size() > std::size_t(decoding.most_per_class))
+      candidates.resize(std::size_t(decoding.most_per_class));
+    for (std::size_t j = 0; j < candidates.size(); ++j) {
+      bool is_kept = true;
+      for (std::size_t i = 0; i < j; ++i) {
+        is_kept = is_kept && testing::overlap(candidates[i].box, candidates[j].box) <= 0.5;
+      }
+      if (is_kept) result.push_back(candidates[j]);
+    }
+  }
+  std::stable_sort(result.begin(), result.end(), by_score);
+  if (result.size() > std::size_t(decoding.detections.max_detections))
+    result.resize(std::size_t(decoding.detections.max_detections));
+  std::vector<Detection> above;
+  for (const Detection& detection : result) {
+    if (detection.score > decoding.detections.score_threshold) above.push_back(detection);
+  }
+  return above;
+}
+
+TEST(YolactDecoder, FindsWhatThePublishedProcedureFinds) {
+  std::mt19937 random(1);
+  std::size_t found = 0;
+  for (int round = 0; round < 60; ++round) {
+    const bool are_logits = round % 2 == 0;
+    const Outputs outputs = random_outputs(random, 40 + round, round % 3 == 0 ? 1 : 6, are_logits);
+    const YolactDecoding decoding = decoding_of(round % 4 == 0 ? 0 : 0.02F * float(round % 20),
+                                                round % 5 == 0 ? 9 : 200, round % 7 == 0 ? 4 : 100);
+    const std::vector<Detection> want = naive(outputs, are_logits, decoding);
+    SCOPED_TRACE(round);
+    expect_same(decoded(outputs, decoding), want);
+    found += want.size();
+  }
+  EXPECT_GT(found, 500U);
+}
+
+/// So many priors at one place, sides 0.2; each row's box is moved there by its location.
+struct Placed {
+  Outputs outputs;
+
+  explicit Placed(int rows, int classes = 2)
+      : outputs{tensor({1, rows, 4}), tensor({1, rows, classes + 1}),
+                tensor({1, rows, prototype_count}), tensor({1, 6, 7, prototype_count}),
+                tensor({rows, 4}, 0.2F)} {
+    for (int row = 0; row < rows; ++row) outputs.confidences.at<float>(0, row, 0) = 1;
+  }
+  /// In shares of the input: left side and width.
+  void put(int row, float left, float width, std::vector<float> scores) {
+    outputs.locations.at<float>(0, row, 0) = (left + width / 2 - 0.2F) / 0.02F;
+    outputs.locations.at<float>(0, row, 2) = std::log(width / 0.2F) / 0.2F;
+    float background = 1;
+    for (std::size_t c = 0; c < scores.size(); ++c) {
+      outputs.confidences.at<float>(0, row, int(c) + 1) = scores[c];
+      background -= scores[c];
+    }
+    outputs.confidences.at<float>(0, row, 0) = background;
+    outputs.coefficients.at<float>(0, row, 0) = float(row);
+  }
+  std::vector<int> rows_found(const YolactDecoding& decoding) const {
+    std::vector<int> rows;
+    for (const Detection& detection : decoded(outputs, decoding))
+      rows.push_back(int(detection.coefficients[0]));
+    return rows;
+  }
+};
+
+TEST(YolactDecoder, WhatFastSuppressionDropsStillSuppresses) {
+  Placed placed(3);
+  placed.put(0, 0.10F, 0.20F, {0.9F, 0});
+  placed.put(1, 0.16F, 0.20F, {0.8F, 0});  // overlaps row 0 by 0.14 / 0.26
+  placed.put(2, 0.22F, 0.20F, {0.7F, 0});  // overlaps row 1 so, row 0 by 0.08 / 0.32
+  EXPECT_EQ(placed.rows_found(decoding_of(0.15F)), (std::vector<int>{0}));
+  EXPECT_EQ(placed.rows_found(decoding_of(0.15F, 200, 100, YolactSuppression::greedy)),
+            (std::vector<int>{0, 2}));
+}
+
+TEST(YolactDecoder, ABoxIsAnInstanceOfEveryClassThatItLooksLike) {
+  Placed placed(1);
+  placed.put(0, 0.1F, 0.2F, {0.3F, 0.6F});
+  const std::vector<Detection> found = decoded(placed.outputs, decoding_of(0.15F));
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_EQ(found[0].class_id, 1);
+  EXPECT_FLOAT_EQ(found[0].score, 0.6F);
+  EXPECT_EQ(found[1].class_id, 0);
+  EXPECT_NEAR(found[0].box.x1, 6, 1e-4F);
+  EXPECT_NEAR(found[0].box.x2, 18, 1e-4F);
+  EXPECT_NEAR(found[0].box.y1, 4, 1e-4F);
+  EXPECT_NEAR(found[0].box.y2, 12, 1e-4F);
+}
+
+TEST(YolactDecoder, OnlyWantedClassesAreLookedAt) {
+  Placed placed(2);
+  placed.put(0, 0.1F, 0.2F, {0.3F, 0.6F});
+  placed.put(1, 0.6F, 0.2F, {0.1F, 0.8F});
+  YolactDecoding decoding = decoding_of(0.15F, 200, 1);
+  decoding.detections.is_wanted = [](int class_id) { return class_id == 0; };
+  EXPECT_EQ(placed.rows_found(decoding), std::vector<int>{0});
+}
+
+TEST(YolactDecoder, OfEqualScoresTheFirstRowIsTheBetterOne) {
+  Placed placed(4);
+  placed.put(3, 0.1F, 0.2F, {0.5F, 0});
+  placed.put(1, 0.11F, 0.2F, {0.5F, 0});
+  placed.put(2, 0.6F, 0.2F, {0, 0.5F});
+  placed.put(0, 0.9F, 0.2F, {0.5F, 0});
+  EXPECT_EQ(placed.rows_found(decoding_of(0.15F)), (std::vector<int>{0, 1, 2}));
+}
+
+TEST(YolactDecoder, FindsNothingWhereNothingIsAndAHundredOfThem) {
+  Placed placed(130);
+  EXPECT_TRUE(placed.rows_found(decoding_of(0)).empty());
+  for (int row = 0; row < 130; ++row)
+    placed.put(row, float(row), 0.2F, {0.2F + 0.005F * float(row), 0});
+  const std::vector<int> rows = placed.rows_found(decoding_of(0.15F));
+  ASSERT_EQ(rows.size(), 100U);
+  EXPECT_EQ(rows.front(), 129);
+  EXPECT_EQ(rows.back(), 30);
+}
+
+TEST(YolactDecoder, ScoresAtAThresholdAreNotAbove) {
+  Placed placed(2);
+  placed.put(0, 0.1F, 0.2F, {0.05F, 0});
+  placed.put(1, 0.6F, 0.2F, {0.25F, 0});
+  EXPECT_EQ(placed.rows_found(decoding_of(0)), std::vector<int>{1});
+  EXPECT_TRUE(placed.rows_found(decoding_of(0.25F)).empty());
+}
+
+TEST(YolactDecoder, LeavesOutRowsWithNumbersThatAreNotFinite) {
+  for (const float bad : {nan, infinity, -infinity}) {
+    for (int part = 0; part < 4; ++part) {
+      Placed placed(2);
+      placed.put(0, 0.1F, 0.2F, {0.9F, 0});
+      placed.put(1, 0.6F, 0.2F, {0.8F, 0});
+      Outputs& o = placed.outputs;
+      cv::Mat* const parts[] = {&o.locations, &o.confidences, &o.coefficients};
+      if (part < 3) parts[part]->at<float>(0, 0, 1) = bad;
+      if (part == 3) o.priors.at<float>(0, 2) = bad;
+      EXPECT_EQ(placed.rows_found(decoding_of(0.15F)), std::vector<int>{1})
+          << bad << " in part " << part;
+    }
+  }
+}
+
+TEST(YolactDecoder, SaysSoWhereNoScoreIsANumber) {
+  Placed placed(3);
+  placed.outputs.confidences = cv::Scalar(double{nan});
+  expect_error<std::runtime_error>([&] { placed.rows_found(decoding_of(0.15F)); },
+                                   "none of its scores");
+}
+
+TEST(YolactDecoder, TellsLogitsFromProbabilities) {
+  std::mt19937 random(5);
+  EXPECT_TRUE(
+      detail::are_probabilities(rows_first(random_outputs(random, 300, 80, false).confidences)));
+  EXPECT_FALSE(
+      detail::are_probabilities(rows_first(random_outputs(random, 300, 80, true).confidences)));
+  EXPECT_FALSE(detail::are_probabilities(rows_first(tensor({1, 3, 81}))));  // logits, all 0
+}
+
+// --- Binding
+// --------------------------------------------------------------------------------------
+
+TEST(YolactDecoder, TellsOutputsByShapeInAnyOrder) {
+  std::mt19937 random(6);
+  const Outputs o = random_outputs(random, 30, 6, true);
+  const YolactDecoding decoding = decoding_of(0.15F);
+  const std::vector<Detection> want = decoded(o, decoding);
+  ASSERT_GT(want.size(), 3U);
+  std::vector<NamedTensor> tensors = {{"5", o.priors},
+                                      {"4", o.prototypes},
+                                      {"3", o.coefficients},
+                                      {"2", o.confidences},
+                                      {"1", o.locations}};
+  do {
+    const detail::YolactOutputs bound = bind_yolact(tensors);
+    ASSERT_EQ(bound.priors.rows, 30);
+    ASSERT_EQ(bound.class_count(), 6);
+    ASSERT_EQ(bound.prototypes.rows, 6);
+    expect_same(decode_yolact(bound, bound.priors, input, decoding), want);
+  } while (std::next_permutation(tensors.begin(), tensors.end(),
+                                 [](const auto& a, const auto& b) { return a.name < b.name; }));
+}
+
+TEST(YolactDecoder, ReadsPrototypesInEitherArrangement) {
+  std::mt19937 random(7);
+  Outputs o = random_outputs(random, 30, 6, true);
+  const detail::Prototypes last = bind_yolact(o.tensors()).prototypes;
+  const cv::Mat first_tensor = random_tensor(random, {1, prototype_count, 6, 7}, 0, 1);
+  o.prototypes = first_tensor;
+  const detail::Prototypes first = bind_yolact(o.tensors()).prototypes;
+  for (const detail::Prototypes& p : {first, last}) {
+    EXPECT_EQ(p.count, prototype_count);
+    EXPECT_EQ(p.rows, 6);
+    EXPECT_EQ(p.columns, 7);
+  }
+  EXPECT_EQ(first.data[2 * first.prototype_step + 10 * first.cell_step],
+            first_tensor.at<float>(cv::Vec4i(0, 2, 1, 3)));
+}
+
+TEST(YolactDecoder, TellsOutputsOfOneShapeByName) {
+  std::mt19937 random(8);
+  Outputs o =
+      random_outputs(random, 30, prototype_count - 1, true);  // as many classes as prototypes
+  const auto bound = bind_yolact(o.tensors());
+  EXPECT_EQ(bound.confidences.data, o.confidences.ptr<float>());
+  EXPECT_EQ(bound.coefficients.data, o.coefficients.ptr<float>());
+  expect_error<std::runtime_error>(
+      [&] {
+        bind_yolact(
+            {{"a", o.locations}, {"b", o.confidences}, {"c", o.coefficients}, {"d", o.prototypes}});
+      },
+      "unclear which output holds the coefficients");
+  o = random_outputs(random, 30, 6, true);
+  const cv::Mat priors = o.priors.reshape(1, {1, 30, 4});
+  std::vector<NamedTensor> tensors = o.tensors();
+  tensors.insert(tensors.begin(), {"anchors", priors});
+  EXPECT_EQ(bind_yolact(tensors).priors.data, priors.ptr<float>());
+  tensors[0].name = "x";
+  EXPECT_EQ(bind_yolact(tensors).locations.data, o.locations.ptr<float>());
+}
+
+TEST(YolactDecoder, RefusesOtherOutputs) {
+  std::mt19937 random(9);
+  const Outputs o = random_outputs(random, 30, 6, true);
+  const auto refused = [](const std::vector<NamedTensor>& tensors, const char* part) {
+    expect_error<std::runtime_error>([&] { bind_yolact(tensors); }, part);
+  };
+  refused({}, "locations [1, N, 4] are missing");
+  std::vector<NamedTensor> tensors = o.tensors();
+  tensors[1].data = tensor({1, 29, 7});
+  refused(tensors, "confidences [1, N, C+1] are missing");
+  tensors = o.tensors();
+  tensors[2].data = tensor({1, 30, 9});
+  refused(tensors, "coefficients [1, N, P] with prototypes");
+  tensors = o.tensors();
+  tensors.push_back({"priors", tensor({29, 4})});
+  refused(tensors, "29 priors for 30 locations");
+  tensors = o.tensors();
+  tensors.push_back({"x", tensor({1, 30, 4})});
+  EXPECT_NO_THROW(bind_yolact(tensors));  // one is called loc
+  tensors[0].name = "y";
+  refused(tensors, "unclear which output holds the locations");
+}
+
+// --- Priors
+// ---------------------------------------------------------------------------------------
+
+void expect_prior(const cv::Mat& priors, int row, double x, double y, double width, double height) {
+  SCOPED_TRACE(row);
+  EXPECT_NEAR(priors.at<float>(row, 0), x, 1e-6);
+  EXPECT_NEAR(priors.at<float>(row, 1), y, 1e-6);
+  EXPECT_NEAR(priors.at<float>(row, 2), width, 1e-6);
+  EXPECT_NEAR(priors.at<float>(row, 3), height, 1e-6);
+}
+
+TEST(YolactPriors, OfTheBaseAreSquares) {
+  const cv::Mat priors = yolact_priors(19248, {550, 550});
+  ASSERT_EQ(priors.rows, 19248);
+  const double root = std::sqrt(0.5);
+  expect_prior(priors, 0, 0.5 / 69, 0.5 / 69, 24 / 550.0, 24 / 550.0);
+  expect_prior(priors, 1, 0.5 / 69, 0.5 / 69, 24 * root / 550, 24 * root / 550);
+  expect_prior(priors, 2, 0.5 / 69, 0.5 / 69, 24 / root / 550, 24 / root / 550);
+  expect_prior(priors, 3, 1.5 / 69, 0.5 / 69, 24 / 550.0, 24 / 550.0);
+  expect_prior(priors, 69 * 3, 0.5 / 69, 1.5 / 69, 24 / 550.0, 24 / 550.0);
+  expect_prior(priors, 69 * 69 * 3, 0.5 / 35, 0.5 / 35, 48 / 550.0, 48 / 550.0);
+  expect_prior(priors, 19247, 4.5 / 5, 4.5 / 5, 384 / root / 550, 384 / root / 550);
+}
+
+TEST(YolactPriors, OfPlusHaveThreeScalesAndTrueRatios) {
+  const cv::Mat priors = yolact_priors(57744, {550, 550});
+  ASSERT_EQ(priors.rows, 57744);
+  const double root = std::sqrt(0.5);
+  expect_prior(priors, 0, 0.5 / 69, 0.5 / 69, 24 / 550.0, 24 / 550.0);
+  expect_prior(priors, 1, 0.5 / 69, 0.5 / 69, 24 * root / 550, 24 / root / 550);
+  expect_prior(priors, 2, 0.5 / 69, 0.5 / 69, 24 / root / 550, 24 * root / 550);
+  expect_prior(priors, 3, 0.5 / 69, 0.5 / 69, 24 * std::cbrt(2) / 550, 24 * std::cbrt(2) / 550);
+  expect_prior(priors, 57743, 4.5 / 5, 4.5 / 5, 384 * std::cbrt(4) / root / 550,
+               384 * std::cbrt(4) * root / 550);
+}
+
+TEST(YolactPriors, OfOtherInputsAreInProportionCutToWholePixels) {
+  // 400: maps of 50, 25, 13, 7, 4 and scales of 17, 34, 69, 139, 279.
+  const int cells = 50 * 50 + 25 * 25 + 13 * 13 + 7 * 7 + 4 * 4;
+  const cv::Mat priors = yolact_priors(3 * cells, {400, 400});
+  expect_prior(priors, 0, 0.5 / 50, 0.5 / 50, 17 / 400.0, 17 / 400.0);
+  expect_prior(priors, 3 * cells - 3, 3.5 / 4, 3.5 / 4, 279 / 400.0, 279 / 400.0);
+}
+
+TEST(YolactPriors, RefuseAnotherCount) {
+  expect_error<std::runtime_error>(
+      [] {
+        yolact_priors(19247, {550, 550});
+      },
+      "19247 priors; YOLACT has 19248 and YOLACT++ 57744");
+}
+
+}  // namespace
+}  // namespace dynfilter
