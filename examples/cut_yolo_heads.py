@@ -1,0 +1,198 @@
+#!/usr/bin/env python3
+# SPDX-FileCopyrightText: 2026 the dynfilter authors
+# SPDX-License-Identifier: MIT
+
+"""Makes a YOLOv8-seg or YOLO11-seg model run in OpenCV before 4.7, Debian 12's and Ubuntu 24.04's say.
+
+    cut_yolo_heads.py yolov8n-seg.onnx yolov8n-seg-raw-heads.onnx
+
+As exported, the model computes boxes by operations that such an OpenCV does not do. The script leaves
+that part of the graph out: the new model puts out what goes into it, and dynfilter::YoloSegmenter does
+the rest. Weights and metadata stay as they are. Needs python3-onnx (Debian, Ubuntu) or `pip install
+onnx`. Export with a fixed input size (not dynamic=True) and without nms=True.
+"""
+
+import argparse
+import sys
+
+try:
+    import numpy as np
+    import onnx
+    from onnx import TensorProto, helper, numpy_helper, shape_inference
+except ImportError as error:
+    sys.exit(f"cut_yolo_heads.py: python3-onnx is missing ({error})")
+
+
+class NotYolo(Exception):
+    """The graph is not that of a YOLO-seg export."""
+
+
+class Graph:
+    """Who computes what, and of which shape."""
+
+    def __init__(self, model):
+        self.graph = model.graph
+        self.producers = {name: node for node in model.graph.node for name in node.output}
+        inferred = shape_inference.infer_shapes(model).graph
+        self.shapes = {}
+        for value in [*inferred.value_info, *inferred.input, *inferred.output]:
+            sides = value.type.tensor_type.shape.dim
+            self.shapes[value.name] = [side.dim_value for side in sides]
+
+    def upwards(self, tensor):
+        """The tensor and all that it is computed from, the nearest first."""
+        queue, seen = [tensor], {tensor}
+        for name in queue:
+            yield name
+            producer = self.producers.get(name)
+            for source in producer.input if producer else []:
+                if source not in seen:
+                    seen.add(source)
+                    queue.append(source)
+
+    def producer(self, tensor, operator):
+        """The node of this kind that computes the tensor, or None."""
+        node = self.producers.get(tensor)
+        return node if node is not None and node.op_type == operator else None
+
+
+def outputs_by_rank(graph):
+    """The names of the decoded output [1, 4 + classes + P, N] and of the prototypes."""
+    ranks = {3: [], 4: []}
+    for output in graph.graph.output:
+        ranks.setdefault(len(graph.shapes[output.name]), []).append(output.name)
+    if len(graph.graph.output) != 2 or len(ranks[3]) != 1 or len(ranks[4]) != 1:
+        shapes = [graph.shapes[output.name] for output in graph.graph.output]
+        raise NotYolo(f"its outputs have the shapes {shapes}; want [1, 4+C+P, N] and [1, P, h, w]")
+    return ranks[3][0], ranks[4][0]
+
+
+def raw_heads(graph):
+    """The tensors to put out: boxes, classes, coefficients, prototypes."""
+    decoded, prototypes = outputs_by_rank(graph)
+    _, rows, anchors = graph.shapes[decoded]
+    count = graph.shapes[prototypes][1]
+
+    def is_head(tensor, channels):
+        return graph.shapes.get(tensor) == [1, channels, anchors]
+
+    # The last node joins boxes and scores with the coefficients.
+    last = graph.producer(decoded, "Concat")
+    if last is None or not is_head(last.input[-1], count):
+        raise NotYolo("its output is no concatenation that ends with the masks' coefficients")
+    coefficients = last.input[-1]
+
+    # Scores are the logistic function of the classes' logits.
+    class_count = rows - 4 - count
+    rest = [name for source in last.input[:-1] for name in graph.upwards(source)]
+    sigmoids = [node for node in (graph.producer(name, "Sigmoid") for name in rest) if node]
+    classes = next((n.input[0] for n in sigmoids if is_head(n.input[0], class_count)), None)
+    if classes is None:
+        raise NotYolo(f"it computes no scores [1, {class_count}, {anchors}] by Sigmoid")
+
+    # Boxes are made of distributions of the distances to four sides: the nearest tensor that has a
+    # multiple of four channels, more than four, and is reached without the scores.
+    for name in rest:
+        shape = graph.shapes.get(name, [])
+        if len(shape) == 3 and shape[2] == anchors and shape[1] % 4 == 0 and shape[1] > 4:
+            feeds = [node for node in graph.graph.node if name in node.input]
+            if name != classes and any(node.op_type == "Reshape" for node in feeds):
+                return [name, classes, coefficients, prototypes]
+    raise NotYolo("it computes no distributions of distances [1, 4 bins, N]")
+
+
+def rename(graph, old, new):
+    for node in graph.node:
+        node.input[:] = [new if name == old else name for name in node.input]
+        node.output[:] = [new if name == old else name for name in node.output]
+
+
+def drop_unused(graph):
+    """Leaves out the nodes and constants that no output needs."""
+    needed = {output.name for output in graph.output}
+    nodes = []
+    for node in reversed(graph.node):
+        if needed.intersection(node.output):
+            nodes.insert(0, node)
+            needed.update(node.input)
+    del graph.node[:]
+    graph.node.extend(nodes)
+    constants = [constant for constant in graph.initializer if constant.name in needed]
+    del graph.initializer[:]
+    graph.initializer.extend(constants)
+    del graph.value_info[:]
+
+
+def constant_values(graph, name):
+    for constant in graph.initializer:
+        if constant.name == name:
+            return numpy_helper.to_array(constant)
+    for node in graph.node:
+        if node.op_type == "Constant" and name in node.output:
+            return numpy_helper.to_array(node.attribute[0].t)
+    return None
+
+
+def slice_instead_of_split(graph):
+    """OpenCV before 4.7 does not read a Split whose sizes are an input, as from opset 13 on."""
+    nodes = []
+    for node in graph.node:
+        sizes = None
+        if node.op_type == "Split" and len(node.input) == 2:
+            sizes = constant_values(graph, node.input[1])
+        if sizes is None:
+            nodes.append(node)
+            continue
+        axis = next((a.i for a in node.attribute if a.name == "axis"), 0)
+        ends = np.cumsum(sizes)
+        for output, begin, end in zip(node.output, ends - sizes, ends):
+            names = []
+            for what, value in [("begin", begin), ("end", end), ("axis", axis)]:
+                names.append(f"{output}_{what}")
+                graph.initializer.append(
+                    numpy_helper.from_array(np.array([value], np.int64), names[-1])
+                )
+            nodes.append(
+                helper.make_node("Slice", [node.input[0], *names], [output], name=f"{output}_slice")
+            )
+    del graph.node[:]
+    graph.node.extend(nodes)
+
+
+def cut(model):
+    graph = Graph(model)
+    heads = raw_heads(graph)
+    names = ["boxes", "classes", "coefficients", "prototypes"]
+    del model.graph.output[:]
+    for head, name in zip(heads, names):
+        rename(model.graph, head, name)
+        model.graph.output.append(
+            helper.make_tensor_value_info(name, TensorProto.FLOAT, graph.shapes[head])
+        )
+    drop_unused(model.graph)
+    slice_instead_of_split(model.graph)
+    drop_unused(model.graph)  # the sizes of the splits
+    onnx.checker.check_model(model)
+
+
+def main():
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("export", help="the model as exported")
+    parser.add_argument("result", help="the model to write")
+    arguments = parser.parse_args()
+    try:
+        model = onnx.load(arguments.export)
+        cut(model)
+        onnx.save(model, arguments.result)
+    except NotYolo as error:
+        sys.exit(f"cut_yolo_heads.py: {arguments.export} is no YOLO-seg model as exported: {error}")
+    except OSError as error:
+        sys.exit(f"cut_yolo_heads.py: {error}")
+    except Exception as error:  # protobuf's own, where it is no ONNX file
+        sys.exit(f"cut_yolo_heads.py: {arguments.export}: {error}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,422 @@
+#!/usr/bin/env python3
+# SPDX-FileCopyrightText: 2026 the dynfilter authors
+# SPDX-License-Identifier: MIT
+
+"""Writes the models of the tests of dynfilter::networks: make_models.py FOLDER CUT_YOLO_HEADS.PY
+
+They are tiny, and what they put out is known by hand: they find red and blue blocks of 32x32 pixels
+in images of 64x64. Exit code 77 where python3-onnx is missing. The folder is made anew.
+"""
+
+import math
+import os
+import shutil
+import subprocess
+import sys
+
+try:
+    import numpy as np
+    import onnx
+    from onnx import TensorProto, helper, numpy_helper
+except ImportError as error:
+    print(f"SKIPPED: python3-onnx is missing ({error})")
+    sys.exit(77)
+
+SIDE = 64
+CLASSES = ["red", "blue"]
+PROTOTYPES = 4
+MEAN_RED, DEVIATION_RED = 123.68, 58.40  # of YOLACT's input
+MEAN_BLUE, DEVIATION_BLUE = 103.94, 57.38
+
+
+class Graph:
+    """Nodes and constants under construction."""
+
+    def __init__(self):
+        self.nodes = []
+        self.constants = []
+        self.inputs = [
+            helper.make_tensor_value_info("images", TensorProto.FLOAT, [1, 3, SIDE, SIDE])
+        ]
+        self.outputs = []
+        self.opset = 12
+        self.domains = []
+
+    def constant(self, values, dtype=np.float32, name=None):
+        name = name or f"constant_{len(self.constants)}"
+        self.constants.append(numpy_helper.from_array(np.asarray(values, dtype), name))
+        return name
+
+    def node(self, operator, inputs, outputs=1, output=None, **attributes):
+        names = [output] if output else [f"{operator}_{len(self.nodes)}_{i}" for i in range(outputs)]
+        self.nodes.append(
+            helper.make_node(operator, inputs, names, name=f"node_{len(self.nodes)}", **attributes)
+        )
+        return names[0] if outputs == 1 else names
+
+    def reshape(self, tensor, shape, output=None):
+        return self.node("Reshape", [tensor, self.constant(shape, np.int64)], output=output)
+
+    def mean_over_cells(self, stride, weights, biases, source="images"):
+        """For every cell of `stride` pixels a weighted mean of red, green and blue, plus a bias."""
+        weights = np.asarray(weights, np.float32)
+        kernel = np.repeat(np.repeat(weights[:, :, None, None], stride, 2), stride, 3) / stride**2
+        return self.node(
+            "Conv",
+            [source, self.constant(kernel), self.constant(biases)],
+            kernel_shape=[stride, stride],
+            strides=[stride, stride],
+        )
+
+    def output(self, tensor, name, shape):
+        for node in self.nodes:
+            node.output[:] = [name if output == tensor else output for output in node.output]
+            node.input[:] = [name if source == tensor else source for source in node.input]
+        self.outputs.append(helper.make_tensor_value_info(name, TensorProto.FLOAT, shape))
+
+    def save(self, folder, name, metadata=None, **options):
+        graph = helper.make_graph(self.nodes, name, self.inputs, self.outputs, self.constants)
+        opsets = [helper.make_opsetid("", self.opset)]
+        opsets += [helper.make_opsetid(domain, 1) for domain in self.domains]
+        model = helper.make_model(graph, opset_imports=opsets)
+        model.ir_version = 7
+        helper.set_model_props(model, metadata or {})
+        onnx.save_model(model, os.path.join(folder, name + ".onnx"), **options)
+
+
+# --- YOLO -----------------------------------------------------------------------------------------
+
+YOLO_NAMES = {"names": "{0: 'red', 1: \"blue\"}", "task": "segment"}
+STRIDES = [8, 16, 32]
+ANCHORS = sum((SIDE // stride) ** 2 for stride in STRIDES)
+
+
+def yolo_heads(graph):
+    """A list per level of (boxes, classes, coefficients). Boxes are the cells themselves."""
+    levels = []
+    for stride in STRIDES:
+        half_a_cell = [20.0, 20.0] + [-20.0] * 14  # as much for distance 0 as for distance 1
+        boxes = graph.mean_over_cells(stride, np.zeros((64, 3)), half_a_cell * 4)
+        sharpness = 40.0 if stride == 32 else 0.0  # only cells of 32 pixels see anything
+        classes = graph.mean_over_cells(
+            stride, [[sharpness, 0, 0], [0, 0, sharpness]], [-20.0, -20.0]
+        )
+        coefficients = graph.mean_over_cells(
+            stride, [[10, 0, 0], [0, 0, 0], [0, 0, 0], [0, 0, 10]], np.full(PROTOTYPES, -2.5)
+        )
+        coefficients = graph.node("Relu", [coefficients])  # 0 for what is little, or grey
+        levels.append((boxes, classes, coefficients))
+    return levels
+
+
+def prototypes(graph, red=(40.0, -20.0), blue=(40.0, -20.0)):
+    """Above 0 where it is red (the first) or blue (the last); coefficients tell which."""
+    weights = np.zeros((PROTOTYPES, 3))
+    weights[0][0], weights[3][2] = red[0], blue[0]
+    return graph.mean_over_cells(4, weights, [red[1], 0, 0, blue[1]])
+
+
+def joined(graph, heads, channels):
+    flat = [graph.reshape(head, [1, channels, -1]) for head in heads]
+    return graph.node("Concat", flat, axis=2)
+
+
+def yolo_raw(folder):
+    graph = Graph()
+    levels = yolo_heads(graph)
+    for index, (name, channels) in enumerate(
+        [("output0", 64), ("output1", len(CLASSES)), ("output2", PROTOTYPES)]
+    ):
+        tensor = joined(graph, [level[index] for level in levels], channels)
+        graph.output(tensor, name, [1, channels, ANCHORS])
+    graph.output(prototypes(graph), "output3", [1, PROTOTYPES, 16, 16])
+    graph.save(folder, "yolo_raw", YOLO_NAMES)
+
+
+def yolo_stock(folder, name, opset):
+    """Boxes are computed in the network, as exporters write it."""
+    graph = Graph()
+    graph.opset = opset
+    levels = yolo_heads(graph)
+    grid = prototypes(graph)
+    coefficients = joined(graph, [level[2] for level in levels], PROTOTYPES)
+    both = [graph.node("Concat", [level[0], level[1]], axis=1) for level in levels]
+    both = joined(graph, both, 64 + len(CLASSES))
+    if opset < 13:
+        boxes, classes = graph.node("Split", [both], 2, axis=1, split=[64, len(CLASSES)])
+    else:
+        sizes = graph.constant([64, len(CLASSES)], np.int64)
+        boxes, classes = graph.node("Split", [both, sizes], 2, axis=1)
+    distances = graph.reshape(boxes, [1, 4, 16, ANCHORS])
+    distances = graph.node("Transpose", [distances], perm=[0, 2, 1, 3])
+    distances = graph.node("Softmax", [distances], axis=1)
+    bins = graph.constant(np.arange(16).reshape(1, 16, 1, 1))
+    distances = graph.node("Conv", [distances, bins], kernel_shape=[1, 1])
+    distances = graph.reshape(distances, [1, 4, ANCHORS])
+
+    def part(begin, end):
+        limits = [graph.constant([value], np.int64) for value in (begin, end, 1)]
+        return graph.node("Slice", [distances, *limits])
+
+    centres, strides = [], []
+    for stride in STRIDES:
+        for cell in range((SIDE // stride) ** 2):
+            row, column = divmod(cell, SIDE // stride)
+            centres.append((column + 0.5, row + 0.5))
+            strides.append(stride)
+    centres = graph.constant(np.asarray(centres).T[None])
+    first = graph.node("Sub", [centres, part(0, 2)])
+    last = graph.node("Add", [centres, part(2, 4)])
+    middle = graph.node("Div", [graph.node("Add", [first, last]), graph.constant(2.0)])
+    sides = graph.node("Sub", [last, first])
+    decoded = graph.node("Concat", [middle, sides], axis=1)
+    decoded = graph.node("Mul", [decoded, graph.constant(np.asarray(strides)[None])])
+    scores = graph.node("Sigmoid", [classes])
+    decoded = graph.node("Concat", [decoded, scores], axis=1)
+    everything = graph.node("Concat", [decoded, coefficients], axis=1)
+    graph.output(everything, "output0", [1, 4 + len(CLASSES) + PROTOTYPES, ANCHORS])
+    graph.output(grid, "output1", [1, PROTOTYPES, 16, 16])
+    graph.save(folder, name, YOLO_NAMES)
+
+
+def yolo_end_to_end(folder):
+    """Two objects, whatever the image; a third is too unsure."""
+    rows = np.zeros((3, 6 + PROTOTYPES))
+    rows[0] = [0, 0, 32, 32, 0.5, 1, 1, 0, 0, 0]
+    rows[1] = [32, 0, 64, 32, 0.75, 0, 1, 0, 0, 0]
+    rows[2] = [0, 32, 32, 64, 0.125, 0, 0, 0, 0, 1]
+    graph = Graph()
+    mean = graph.node("GlobalAveragePool", ["images"])
+    values = graph.node(
+        "Conv",
+        [mean, graph.constant(np.zeros((rows.size, 3, 1, 1))), graph.constant(rows.flatten())],
+        kernel_shape=[1, 1],
+    )
+    graph.output(graph.reshape(values, [1, *rows.shape]), "output0", [1, *rows.shape])
+    graph.output(prototypes(graph), "output1", [1, PROTOTYPES, 16, 16])
+    graph.save(folder, "yolo_end_to_end", YOLO_NAMES)
+
+
+# --- YOLACT ---------------------------------------------------------------------------------------
+
+MAPS = [(8, 8), (16, 4), (32, 2), (64, 1), (64, 1)]  # stride of the cells, cells a side
+ANCHOR_SIDE = math.floor(96 / 550 * SIDE)  # of the first prior of a cell of 32 pixels
+
+
+def normalized(sharpness, offset, mean, deviation):
+    """Weight and bias for sharpness * value / 255 + offset of a normalised input."""
+    return sharpness * deviation / 255, sharpness * mean / 255 + offset
+
+
+def yolact(folder, name, priors_per_cell=3, softmax=True, channels_last=True, priors=None):
+    graph = Graph()
+    red = normalized(40.0, -20.0, MEAN_RED, DEVIATION_RED)
+    blue = normalized(40.0, -20.0, MEAN_BLUE, DEVIATION_BLUE)
+    rows = priors_per_cell * sum(side**2 for _, side in MAPS)
+    heads = {"loc": [], "conf": [], "mask": []}
+    for stride, side in MAPS:
+        locations = np.zeros((priors_per_cell, 4))
+        locations[0][2:] = math.log(32 / ANCHOR_SIDE) / 0.2  # a box of 32x32
+        confidences = np.tile([20.0, 0, 0], (priors_per_cell, 1))  # background
+        weights = np.zeros((priors_per_cell, 3, 3))
+        if stride == 32:
+            weights[0][1][0], weights[0][2][2] = red[0], blue[0]
+            confidences[0] = [0, red[1], blue[1]]
+        sure_red = normalized(10.0, 0, MEAN_RED, DEVIATION_RED)  # 0 or, after tanh, 1
+        sure_blue = normalized(10.0, 0, MEAN_BLUE, DEVIATION_BLUE)
+        coefficients = np.tile([sure_red[1], 0, 0, sure_blue[1]], (priors_per_cell, 1))
+        mask_weights = np.zeros((priors_per_cell, PROTOTYPES, 3))
+        mask_weights[:, 0, 0], mask_weights[:, 3, 2] = sure_red[0], sure_blue[0]
+        for key, columns, weight, bias in [
+            ("loc", 4, np.zeros((priors_per_cell * 4, 3)), locations),
+            ("conf", 3, weights.reshape(-1, 3), confidences),
+            ("mask", PROTOTYPES, mask_weights.reshape(-1, 3), coefficients),
+        ]:
+            head = graph.mean_over_cells(stride, weight, bias.flatten())
+            if key == "mask":
+                head = graph.node("Tanh", [head])
+            head = graph.node("Transpose", [head], perm=[0, 2, 3, 1])
+            heads[key].append(graph.reshape(head, [1, side**2 * priors_per_cell, columns]))
+    tensors = {key: graph.node("Concat", parts, axis=1) for key, parts in heads.items()}
+    if softmax:
+        tensors["conf"] = graph.node("Softmax", [tensors["conf"]], axis=2)
+    grid = prototypes(graph, red, blue)
+    shape = [1, PROTOTYPES, 16, 16]
+    if channels_last:
+        grid = graph.node("Transpose", [grid], perm=[0, 2, 3, 1])
+        shape = [1, 16, 16, PROTOTYPES]
+    if priors is not None:
+        values = np.tile(priors, (rows, 1))
+        graph.constant(values, name="priors")
+        graph.outputs.append(
+            helper.make_tensor_value_info("priors", TensorProto.FLOAT, values.shape)
+        )
+        graph.output(grid, "proto", shape)
+    graph.output(tensors["mask"], "mask", [1, rows, PROTOTYPES])
+    graph.output(tensors["loc"], "loc", [1, rows, 4])
+    graph.output(tensors["conf"], "conf", [1, rows, 3])
+    if priors is None:
+        graph.output(grid, "proto", shape)
+    graph.save(folder, name)
+
+
+# --- Deformable convolution -----------------------------------------------------------------------
+
+
+def weights_of(shape):
+    """The test computes the same."""
+    return ((np.arange(np.prod(shape)) * 5 % 13 - 6) / 8).reshape(shape)
+
+
+def deformable(folder, name, operator, domain, order, channels, parts, offset_parts, **attributes):
+    """Puts out offsets and mask too, so that the test can do the rest itself. `order` names the
+    inputs; a letter that is missing is an input that is not there."""
+    graph = Graph()
+    graph.opset = 19 if domain == "" else 12
+    graph.domains = [domain] if domain else []
+    graph.inputs = [helper.make_tensor_value_info("x", TensorProto.FLOAT, [1, channels, 9, 10])]
+    taps = 9
+    stride, pads, dilation = attributes.pop("geometry")
+    rows = (9 + pads[0] + pads[2] - 2 * dilation[0] - 1) // stride[0] + 1
+    columns = (10 + pads[1] + pads[3] - 2 * dilation[1] - 1) // stride[1] + 1
+
+    def maps(count, scale):
+        weights = graph.constant(weights_of((count, channels, 3, 3)) * scale)
+        return graph.node(
+            "Conv",
+            ["x", weights],
+            kernel_shape=[3, 3],
+            strides=stride,
+            pads=pads,
+            dilations=dilation,
+        )
+
+    inputs = {"x": "x"}
+    outputs = []
+    inputs["o"] = maps(2 * taps * offset_parts, 1.0)
+    outputs.append((inputs["o"], "offsets", 2 * taps * offset_parts))
+    if "m" in order:
+        inputs["m"] = graph.node("Sigmoid", [maps(taps * offset_parts, 0.5)])
+        outputs.append((inputs["m"], "mask", taps * offset_parts))
+    inputs["w"] = graph.constant(weights_of((4, channels // parts, 3, 3)))
+    if "b" in order:
+        inputs["b"] = graph.constant([0.5, -0.25, 0.125, 1.0])
+    names = [inputs[letter] for letter in order]
+    if domain:
+        attributes["domain"] = domain
+    result = graph.node(operator, names, **attributes)
+    outputs.insert(0, (result, "y", 4))
+    for tensor, output, count in outputs:
+        graph.output(tensor, output, [1, count, rows, columns])
+    graph.save(folder, name)
+
+
+def all_deformable(folder):
+    uneven = ([2, 1], [0, 1, 2, 3], [1, 2])
+    deformable(
+        folder, "deform_conv", "DeformConv", "", "xwobm", 4, 2, 2, geometry=uneven,
+        kernel_shape=[3, 3], strides=uneven[0], pads=uneven[1], dilations=uneven[2],
+        group=2, offset_group=2,
+    )
+    plain = ([1, 1], [0, 0, 0, 0], [1, 1])
+    deformable(folder, "deform_conv_plain", "DeformConv", "", "xwo", 3, 1, 1, geometry=plain)
+    usual = ([2, 2], [1, 1, 1, 1], [1, 1])
+    deformable(
+        folder, "yolact_dcn", "DCNv2", "yolact", "xomwb", 3, 1, 1, geometry=usual,
+        stride_h="2", stride_w="2", padding_h="1", padding_w="1", dilation_h="1", dilation_w="1",
+        deformable_groups="1",
+    )
+    wide = ([1, 2], [2, 1, 2, 1], [2, 1])
+    for domain in ["mmcv", "mmdeploy"]:
+        deformable(
+            folder, domain + "_dcn", "MMCVModulatedDeformConv2d", domain, "xomwb", 4, 2, 2,
+            geometry=wide, stride=wide[0], padding=wide[1][:2], dilation=wide[2], groups=2,
+            deform_groups=2,
+        )
+    deformable(
+        folder, "mmcv_dcn_v1", "MMCVDeformConv2d", "mmcv", "xow", 4, 2, 2, geometry=wide,
+        stride=wide[0], padding=wide[1][:2], dilation=wide[2], groups=2, deform_groups=2,
+    )
+    deformable(
+        folder, "torchvision_dcn", "deform_conv2d", "torchvision", "xwomb", 4, 2, 2, geometry=wide,
+        stride_h=1, stride_w=2, pad_h=2, pad_w=1, dil_h=2, dil_w=1, n_weight_grps=2,
+        n_offset_grps=2, use_mask=1,
+    )
+
+
+# --- Models that are refused ----------------------------------------------------------------------
+
+
+def small(channels=3):
+    graph = Graph()
+    return graph, graph.mean_over_cells(8, np.ones((channels, 3)), np.zeros(channels))
+
+
+def bad(folder):
+    graph, cells = small()
+    graph.output(graph.node("Frobnicate", [cells]), "output0", [1, 3, 8, 8])
+    graph.save(folder, "bad_operator")
+
+    graph, cells = small()
+    graph.output(cells, "output0", [1, 3, 8, 8])
+    graph.save(folder, "bad_outputs")
+
+    graph, cells = small()
+    graph.inputs.append(helper.make_tensor_value_info("more", TensorProto.FLOAT, [1, 3, 8, 8]))
+    graph.output(graph.node("Add", [cells, "more"]), "output0", [1, 3, 8, 8])
+    graph.save(folder, "bad_inputs")
+
+    graph, cells = small()
+    graph.inputs = [helper.make_tensor_value_info("images", TensorProto.FLOAT, [1, 1, 8, 8])]
+    graph.output(cells, "output0", [1, 3, 8, 8])
+    graph.save(folder, "bad_channels")
+
+    graph, cells = small()
+    weights = graph.node("Relu", [cells])
+    mask = graph.node("Sigmoid", [cells])
+    graph.output(graph.node("DeformConv", [cells, weights, mask]), "output0", [1, 3, 8, 8])
+    graph.save(folder, "bad_deformable")
+
+    graph, cells = small()
+    graph.inputs = [
+        helper.make_tensor_value_info("images", TensorProto.FLOAT, [1, 3, "height", "width"])
+    ]
+    graph.output(cells, "output0", [1, 3, "rows", "columns"])
+    graph.save(folder, "open_size")
+
+    for name, keep in [("external", True), ("external_absent", False)]:
+        graph, cells = small()
+        graph.output(cells, "output0", [1, 3, 8, 8])
+        graph.save(
+            folder,
+            name,
+            save_as_external_data=True,
+            location=name + ".weights",
+            size_threshold=0,
+        )
+        if not keep:
+            os.remove(os.path.join(folder, name + ".weights"))
+
+
+def main():
+    folder = sys.argv[1]
+    shutil.rmtree(folder, ignore_errors=True)
+    os.makedirs(folder)
+    yolo_raw(folder)
+    for name, opset in [("yolo_stock", 12), ("yolo_stock_13", 13)]:
+        yolo_stock(folder, name, opset)
+        paths = [os.path.join(folder, name + ending) for ending in (".onnx", "_cut.onnx")]
+        subprocess.run([sys.executable, sys.argv[2], *paths], check=True)
+    yolo_end_to_end(folder)
+    yolact(folder, "yolact")
+    yolact(folder, "yolact_logits", softmax=False, channels_last=False)
+    yolact(folder, "yolact_plus", priors_per_cell=9)
+    half = ANCHOR_SIDE / SIDE / 2
+    yolact(folder, "yolact_priors", priors=[[0.25, 0.75, half, half]])
+    yolact(folder, "yolact_odd", priors_per_cell=4)
+    all_deformable(folder)
+    bad(folder)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,462 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/networks/network_segmenter.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <opencv2/core/version.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "dynfilter/networks/yolact_segmenter.hpp"
+#include "dynfilter/networks/yolo_segmenter.hpp"
+#include "models.hpp"
+#include "networks/input_placement.hpp"
+#include "networks/onnx_file.hpp"
+#include "support/expect_error.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace dynfilter {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::black_image;
+using testing::blue;
+using testing::blue_class;
+using testing::expect_error;
+using testing::frame_of;
+using testing::Models;
+using testing::red;
+using testing::red_class;
+
+constexpr double pi = 3.14159265358979323846;
+constexpr bool runs_stock_yolo = CV_VERSION_MAJOR > 4 ||
+                                 (CV_VERSION_MAJOR == 4 && CV_VERSION_MINOR >= 7);
+
+/// A mask that fills a rectangle and nothing else, but that interpolation may round its corners
+/// off.
+void expect_block(const Instance& instance, const cv::Rect& rectangle, int corner_px = 4) {
+  EXPECT_EQ(cv::Rect(instance.mask_origin, instance.mask.size()), rectangle);
+  for (int y = 0; y < instance.mask.rows; ++y) {
+    for (int x = 0; x < instance.mask.cols; ++x) {
+      const int from_side = std::min(x, instance.mask.cols - 1 - x);
+      const int from_top = std::min(y, instance.mask.rows - 1 - y);
+      if (from_side + from_top < corner_px) continue;
+      ASSERT_EQ(instance.mask.at<std::uint8_t>(y, x), 255) << x << ' ' << y;
+    }
+  }
+}
+
+class NetworkSegmenterTest : public Models {
+ protected:
+  static Segmentation segment(const std::string& name, const cv::Mat& image,
+                              const NetworkOptions& options = {}) {
+    return make_network_segmenter(model(name), options)->segment(frame_of(image));
+  }
+
+  /// A red block in the upper right cell of 32x32 pixels, a blue one in the lower left.
+  static cv::Mat two_blocks() {
+    cv::Mat image = black_image({64, 64});
+    image(cv::Rect(32, 0, 32, 32)).setTo(red);
+    image(cv::Rect(0, 32, 32, 32)).setTo(blue);
+    return image;
+  }
+
+  static void expect_two_blocks(const Segmentation& found) {
+    EXPECT_EQ(found.frame_id, 5U);
+    EXPECT_EQ(found.timestamp_s, 2.5);
+    EXPECT_EQ(found.image_size, cv::Size(64, 64));
+    ASSERT_EQ(found.instances.size(), 2U);
+    for (const Instance& instance : found.instances) {
+      const cv::Rect block =
+          instance.class_id == red_class ? cv::Rect(32, 0, 32, 32) : cv::Rect(0, 32, 32, 32);
+      EXPECT_EQ(instance.box, block);
+      expect_block(instance, block);
+      EXPECT_GT(instance.score, 0.999F);
+      EXPECT_FALSE(instance.track_id);
+    }
+    EXPECT_NE(found.instances[0].class_id, found.instances[1].class_id);
+  }
+};
+
+// --- What every kind of model finds
+// ---------------------------------------------------------------
+
+TEST_F(NetworkSegmenterTest, FindsWhatStandsInTheImage) {
+  for (const char* name : {"yolo_raw", "yolact", "yolact_logits", "yolact_plus"}) {
+    SCOPED_TRACE(name);
+    expect_two_blocks(segment(name, two_blocks()));
+  }
+}
+
+TEST_F(NetworkSegmenterTest, FindsNothingWhereNothingIs) {
+  for (const char* name : {"yolo_raw", "yolact", "yolact_logits", "yolact_plus"}) {
+    const Segmentation found = segment(name, black_image({64, 64}));
+    EXPECT_TRUE(found.instances.empty()) << name;
+    EXPECT_EQ(found.image_size, cv::Size(64, 64));
+  }
+}
+
+TEST_F(NetworkSegmenterTest, KnowsItsClasses) {
+  const auto yolo = make_network_segmenter(model("yolo_raw"));
+  EXPECT_EQ(yolo->class_names(), (std::vector<std::string>{"red", "blue"}));
+  EXPECT_EQ(yolo->class_id("blue"), std::optional<int>(1));
+  EXPECT_FALSE(yolo->class_id("person"));
+  EXPECT_EQ(yolo->input_size(), cv::Size(64, 64));
+  EXPECT_TRUE(make_network_segmenter(model("yolact"))->class_names().empty());
+  NetworkOptions options;
+  options.class_names = {"one", "two"};
+  EXPECT_EQ(make_network_segmenter(model("yolact"), options)->class_id("two"),
+            std::optional<int>(1));
+  EXPECT_EQ(make_network_segmenter(model("yolo_raw"), options)->class_id("red"), std::nullopt);
+}
+
+TEST_F(NetworkSegmenterTest, FindsTheClassesThatAreWanted) {
+  NetworkOptions options;
+  options.classes = {blue_class};
+  for (const char* name : {"yolo_raw", "yolact"}) {
+    const Segmentation found = segment(name, two_blocks(), options);
+    ASSERT_EQ(found.instances.size(), 1U) << name;
+    EXPECT_EQ(found.instances[0].class_id, blue_class);
+  }
+}
+
+TEST_F(NetworkSegmenterTest, ServesFrameAfterFrame) {
+  const auto network = make_network_segmenter(model("yolo_raw"));
+  for (int round = 0; round < 3; ++round) {
+    expect_two_blocks(network->segment(frame_of(two_blocks())));
+    EXPECT_TRUE(network->segment(frame_of(black_image({31, 77}))).instances.empty());
+  }
+}
+
+TEST_F(NetworkSegmenterTest, MayBeMoved) {
+  YoloSegmenter first(model("yolo_raw"));
+  YoloSegmenter second = std::move(first);
+  expect_two_blocks(second.segment(frame_of(two_blocks())));
+}
+
+TEST_F(NetworkSegmenterTest, LeavesTheImageAsItIsAndTakesGreyOnes) {
+  cv::Mat image(64, 64, CV_8UC1, cv::Scalar(0));
+  image(cv::Rect(32, 0, 32, 32)).setTo(255);
+  const cv::Mat before = image.clone();
+  NetworkOptions options;
+  options.roll_rad = [](const FrameView&) { return 0.5; };
+  segment("yolact", image, options);
+  EXPECT_EQ(cv::norm(image, before, cv::NORM_INF), 0);
+  const Segmentation found = segment("yolo_raw", image);  // white is red, and blue
+  ASSERT_EQ(found.instances.size(), 1U);
+  EXPECT_EQ(found.instances[0].class_id, red_class);
+  EXPECT_EQ(found.instances[0].box, cv::Rect(32, 0, 32, 32));
+}
+
+TEST_F(NetworkSegmenterTest, RefusesFramesWithoutAColorOrGreyImage) {
+  const auto network = make_network_segmenter(model("yolo_raw"));
+  expect_error<std::invalid_argument>([&] { network->segment(frame_of(cv::Mat())); },
+                                      "a frame without an image");
+  expect_error<std::invalid_argument>([&] { network->segment(frame_of(cv::Mat(8, 8, CV_8UC4))); },
+                                      "CV_8UC4");
+  expect_error<std::invalid_argument>([&] { network->segment(frame_of(cv::Mat(8, 8, CV_16UC1))); },
+                                      "CV_16UC1");
+}
+
+// --- YOLO
+// -----------------------------------------------------------------------------------------
+
+TEST_F(NetworkSegmenterTest, UndoesLetterboxing) {
+  // 128x64 becomes 64x32 between borders of 16 rows. A block that fills the cell at (32, 32) of the
+  // input is in the lower right: columns 64 to 127; rows 32 on, of which 32 are in the image.
+  cv::Mat image = black_image({128, 64});
+  image(cv::Rect(64, 32, 64, 32)).setTo(red);
+  const Segmentation found = segment("yolo_raw", image);
+  ASSERT_EQ(found.instances.size(), 1U);
+  EXPECT_EQ(found.instances[0].box, cv::Rect(64, 32, 64, 32));
+  expect_block(found.instances[0], {64, 32, 64, 32});
+}
+
+TEST_F(NetworkSegmenterTest, TakesEndToEndModels) {
+  cv::Mat image = two_blocks();
+  image(cv::Rect(0, 0, 16, 32)).setTo(red);
+  const Segmentation found = segment("yolo_end_to_end", image);
+  ASSERT_EQ(found.instances.size(), 2U);
+  EXPECT_EQ(found.instances[0].class_id, red_class);
+  EXPECT_FLOAT_EQ(found.instances[0].score, 0.75F);
+  expect_block(found.instances[0], {32, 0, 32, 32});
+  EXPECT_EQ(found.instances[1].class_id, blue_class);
+  EXPECT_EQ(found.instances[1].box, cv::Rect(0, 0, 32, 32));
+  expect_block(found.instances[1], {0, 0, 16, 32});
+  // Where its boxes have no mask there is no instance.
+  EXPECT_TRUE(segment("yolo_end_to_end", black_image({64, 64})).instances.empty());
+}
+
+TEST_F(NetworkSegmenterTest, StockModelsRunOrNameTheRemedy) {
+  for (const char* name : {"yolo_stock", "yolo_stock_13"}) {
+    SCOPED_TRACE(name);
+    if (runs_stock_yolo) {
+      expect_two_blocks(segment(name, two_blocks()));
+      continue;
+    }
+    expect_error<std::runtime_error>([&] { make_network_segmenter(model(name)); },
+                                     std::string(name) + ".onnx: OpenCV");
+    expect_error<std::runtime_error>([&] { make_network_segmenter(model(name)); },
+                                     "needs OpenCV 4.7 or newer");
+    expect_error<std::runtime_error>([&] { YoloSegmenter{model(name)}; },
+                                     "examples/cut_yolo_heads.py");
+  }
+}
+
+TEST_F(NetworkSegmenterTest, StockModelsRunOnceTheyAreCut) {
+  for (const char* name : {"yolo_stock", "yolo_stock_13"}) {
+    SCOPED_TRACE(name);
+    const fs::path cut = folder() / (std::string(name) + "_cut.onnx");
+    ASSERT_TRUE(fs::exists(cut));
+    expect_two_blocks(YoloSegmenter(cut).segment(frame_of(two_blocks())));
+    EXPECT_EQ(make_network_segmenter(cut)->class_names(),
+              (std::vector<std::string>{"red", "blue"}));
+  }
+}
+
+// --- YOLACT
+// ---------------------------------------------------------------------------------------
+
+TEST_F(NetworkSegmenterTest, YolactStretchesTheImage) {
+  cv::Mat image = black_image({128, 32});
+  image(cv::Rect(64, 0, 64, 16)).setTo(red);
+  const Segmentation found = segment("yolact", image);
+  ASSERT_EQ(found.instances.size(), 1U);
+  EXPECT_EQ(found.instances[0].box, cv::Rect(64, 0, 64, 16));
+  expect_block(found.instances[0], {64, 0, 64, 16});
+}
+
+TEST_F(NetworkSegmenterTest, YolactTakesPriorsFromTheModelAndFromTheOptions) {
+  // All at (0.25, 0.75), half the usual size: 16x16 round (16, 48).
+  const Segmentation from_model = segment("yolact_priors", two_blocks());
+  ASSERT_EQ(from_model.instances.size(), 1U);  // the red one has no mask there
+  EXPECT_EQ(from_model.instances[0].class_id, blue_class);
+  EXPECT_EQ(from_model.instances[0].box, cv::Rect(8, 40, 16, 16));
+  YolactOptions options;
+  options.priors = cv::Mat(3 * 86, 4, CV_32F);
+  for (int row = 0; row < options.priors.rows; ++row) {
+    const float values[] = {0.75F, 0.25F, 11.0F / 128, 11.0F / 64};
+    for (int i = 0; i < 4; ++i) options.priors.at<float>(row, i) = values[i];
+  }
+  const Segmentation from_options =
+      YolactSegmenter(model("yolact_priors"), options).segment(frame_of(two_blocks()));
+  ASSERT_EQ(from_options.instances.size(), 1U);
+  EXPECT_EQ(from_options.instances[0].class_id, red_class);
+  EXPECT_EQ(from_options.instances[0].box, cv::Rect(40, 0, 16, 32));
+  options.priors = cv::Mat(7, 4, CV_32F, cv::Scalar(0.5));
+  expect_error<std::runtime_error>([&] { YolactSegmenter(model("yolact"), options); },
+                                   "7 priors for 258 locations");
+}
+
+TEST_F(NetworkSegmenterTest, YolactRefusesAnUnknownNumberOfPriors) {
+  for (const bool by_factory : {false, true}) {
+    expect_error<std::runtime_error>(
+        [&] {
+          if (by_factory)
+            make_network_segmenter(model("yolact_odd"));
+          else
+            YolactSegmenter{model("yolact_odd")};
+        },
+        "yolact_odd.onnx: it has 344 priors; YOLACT has 258 and YOLACT++ 774");
+  }
+}
+
+TEST_F(NetworkSegmenterTest, OneKindIsNotTheOther) {
+  expect_error<std::runtime_error>([] { YolactSegmenter{model("yolo_raw")}; },
+                                   "locations [1, N, 4] are missing");
+  expect_error<std::runtime_error>([] { YoloSegmenter{model("yolact")}; }, "yolact.onnx");
+}
+
+// --- Roll
+// -----------------------------------------------------------------------------------------
+
+TEST_F(NetworkSegmenterTest, TurnsTheImageUprightAndTheResultBack) {
+  const std::vector<std::pair<double, int>> turns = {{pi / 2, cv::ROTATE_90_COUNTERCLOCKWISE},
+                                                     {-pi / 2, cv::ROTATE_90_CLOCKWISE},
+                                                     {pi, cv::ROTATE_180}};
+  for (const char* name : {"yolo_raw", "yolact"}) {
+    for (const auto& [roll, rotation] : turns) {
+      SCOPED_TRACE(name + std::to_string(roll));
+      // What an upright camera sees, as the rolled one sees it; 128x64 to tell the sides apart.
+      cv::Mat upright = black_image({128, 64});
+      upright(cv::Rect(64, 32, 64, 32)).setTo(red);
+      cv::Mat image;
+      cv::rotate(upright, image, rotation);
+      NetworkOptions options;
+      int calls = 0;
+      options.roll_rad = [&calls, angle = roll](const FrameView& frame) {
+        EXPECT_EQ(frame.timestamp_s, 2.5);
+        ++calls;
+        return angle;
+      };
+      const Segmentation found = segment(name, image, options);
+      EXPECT_EQ(calls, 1);
+      EXPECT_EQ(found.image_size, image.size());
+      ASSERT_EQ(found.instances.size(), 1U);
+      cv::Mat where;
+      cv::inRange(image, red, red, where);
+      expect_block(found.instances[0], cv::boundingRect(where));
+      EXPECT_EQ(found.instances[0].box, cv::boundingRect(where));
+    }
+  }
+}
+
+TEST_F(NetworkSegmenterTest, TurnsByAnyAngle) {
+  // A red block that stands upright in the turned image only, in the upper right of its four cells.
+  const double roll = 0.35;
+  cv::Mat image = black_image({90, 90});
+  const detail::InputPlacement turn = detail::turn_upright(image, roll, {}).placement;
+  ASSERT_EQ(turn.input, cv::Size(116, 116));
+  std::vector<cv::Point> corners;
+  for (const cv::Point2d corner :
+       {cv::Point2d(60, 24), cv::Point2d(92, 24), cv::Point2d(92, 56), cv::Point2d(60, 56)}) {
+    const cv::Point2d point = detail::transformed(turn.to_image, corner);
+    corners.emplace_back(cvRound(point.x - 0.5), cvRound(point.y - 0.5));
+  }
+  cv::fillConvexPoly(image, corners, red);
+  NetworkOptions options;
+  options.score_threshold = 0.001F;  // the block fills a third of the cell
+  options.roll_rad = [roll](const FrameView&) { return roll; };
+  const Segmentation found = segment("yolo_raw", image, options);
+  ASSERT_EQ(found.instances.size(), 1U);
+  const Instance& instance = found.instances[0];
+  EXPECT_EQ(instance.class_id, red_class);
+  cv::Mat covered(image.size(), CV_8UC1, cv::Scalar(0));
+  instance.mask.copyTo(covered(cv::Rect(instance.mask_origin, instance.mask.size())));
+  cv::Mat where;
+  cv::inRange(image, red, red, where);
+  EXPECT_GT(cv::countNonZero(covered & where) / double(cv::countNonZero(covered | where)), 0.9);
+  EXPECT_EQ(instance.box, detail::box_in_image({58, 0, 116, 58}, turn));
+}
+
+TEST_F(NetworkSegmenterTest, RefusesARollThatIsNoAngle) {
+  NetworkOptions options;
+  options.roll_rad = [](const FrameView&) { return std::numeric_limits<double>::quiet_NaN(); };
+  expect_error<std::invalid_argument>([&] { segment("yolo_raw", two_blocks(), options); },
+                                      "a roll of nan");
+}
+
+// --- Bad models
+// -----------------------------------------------------------------------------------
+
+class BadModels : public Models {
+ protected:
+  /// Every way of making a segmenter refuses it, and names the file and what is wrong.
+  static void expect_refused(const fs::path& file, const std::string& what) {
+    SCOPED_TRACE(file);
+    for (const std::string& part : {file.string(), what}) {
+      expect_error<std::runtime_error>([&] { make_network_segmenter(file); }, part);
+      expect_error<std::runtime_error>([&] { YoloSegmenter{file}; }, part);
+      expect_error<std::runtime_error>([&] { YolactSegmenter{file}; }, part);
+    }
+  }
+};
+
+TEST_F(BadModels, AreRefusedByName) {
+  expect_refused(folder() / "absent.onnx", "cannot be read");
+  expect_refused(folder(), "cannot be read");
+  expect_refused(model("bad_operator"), "Frobnicate");
+  expect_refused(model("bad_inputs"), "has 2 inputs; want 1");
+  expect_refused(model("bad_channels"), "its input images has the shape [1, 1, 8, 8]");
+  expect_refused(model("bad_deformable"), "must be a constant");
+  expect_refused(model("open_size"), "set NetworkOptions::input_size");
+  expect_refused(model("external_absent"), "external_absent.weights, which is not there");
+  expect_refused(model("external"), "external.weights; save the model as one file");
+  expect_error<std::runtime_error>([] { make_network_segmenter(model("bad_outputs")); },
+                                   "no network that is known by its outputs, output0 [1, 3, 8, 8]");
+}
+
+TEST_F(BadModels, TruncatedOnesAreRefusedWhereverTheyEnd) {
+  const testing::TemporaryFolder place;
+  const std::string whole = testing::file_text(model("yolo_raw"));
+  for (std::size_t length : {std::size_t{0}, std::size_t{1}, std::size_t{10}, whole.size() / 3,
+                             whole.size() / 2, whole.size() - 1}) {
+    const fs::path file = place.write("cut.onnx", whole.substr(0, length));
+    expect_error<std::runtime_error>([&] { make_network_segmenter(file); }, "cut.onnx: ");
+  }
+}
+
+TEST_F(BadModels, OtherFilesAreRefused) {
+  const testing::TemporaryFolder place;
+  for (const char* text : {"no model", "<!DOCTYPE html>\n<html>404</html>",
+                           "version https://git-lfs.github.com/spec/v1\n"}) {
+    const fs::path file = place.write("other.onnx", text);
+    expect_error<std::runtime_error>([&] { make_network_segmenter(file); },
+                                     "is truncated or no ONNX model");
+  }
+}
+
+TEST_F(BadModels, DamagedOnesDoNotUpsetTheReader) {
+  // Bytes turned over here and there: an exception of the promised type, or what may be a network.
+  const testing::TemporaryFolder place;
+  const std::string whole = testing::file_text(model("yolact"));
+  for (std::size_t i = 0; i < 200; ++i) {
+    std::string damaged = whole;
+    damaged[i * 7919 % std::min<std::size_t>(damaged.size(), 4000)] ^= char(1 + i % 255);
+    const fs::path file = place.write("damaged.onnx", damaged);
+    try {
+      detail::read_onnx_file(file);
+    } catch (const std::runtime_error& error) {
+      EXPECT_NE(std::string(error.what()).find("damaged.onnx"), std::string::npos);
+    }
+  }
+}
+
+TEST_F(BadModels, OptionsOutOfRangeAreRefused) {
+  const auto refused = [](const NetworkOptions& options, const char* part) {
+    expect_error<std::invalid_argument>([&] { make_network_segmenter(model("yolo_raw"), options); },
+                                        part);
+    expect_error<std::invalid_argument>([&] { YoloSegmenter(model("yolo_raw"), options); }, part);
+  };
+  NetworkOptions options;
+  options.score_threshold = 1.5F;
+  refused(options, "score_threshold = 1.5");
+  options = {};
+  options.iou_threshold = std::numeric_limits<float>::quiet_NaN();
+  refused(options, "iou_threshold = nan");
+  options = {};
+  options.max_instances = 0;
+  refused(options, "max_instances = 0");
+  options = {};
+  options.classes = {-1};
+  refused(options, "class -1");
+  options.classes = {0, 2};
+  refused(options, "class 2 in classes; want 0 to 1");
+  options = {};
+  options.class_names = {"one"};
+  refused(options, "1 class_names; want 2");
+  options = {};
+  options.input_size = {640, 0};
+  refused(options, "input_size 640x0");
+  options.input_size = {128, 64};
+  expect_error<std::runtime_error>([&] { make_network_segmenter(model("yolo_raw"), options); },
+                                   "has an input of 64x64");
+  YolactOptions yolact;
+  yolact.candidates_per_class = 0;
+  expect_error<std::invalid_argument>([&] { YolactSegmenter(model("yolact"), yolact); },
+                                      "candidates_per_class = 0");
+  yolact = {};
+  yolact.priors = cv::Mat(3, 3, CV_32F);
+  expect_error<std::invalid_argument>([&] { YolactSegmenter(model("yolact"), yolact); },
+                                      "priors CV_32FC1 [3, 3]");
+  yolact = {};
+  yolact.deviation_rgb = {1, 0, 1};
+  expect_error<std::invalid_argument>([&] { YolactSegmenter(model("yolact"), yolact); },
+                                      "deviation_rgb 0");
+}
+
+}  // namespace
+}  // namespace dynfilter
