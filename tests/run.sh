@@ -119,7 +119,7 @@ fuzzed() {
   log "A minute of fuzzing"
   build "${other_dirs}fuzz" "${unit_tests_only[@]}" -DCMAKE_BUILD_TYPE=RelWithDebInfo \
     -DCMAKE_CXX_COMPILER=clang++ -DDYNFILTER_BUILD_FUZZERS=ON -DDYNFILTER_BUILD_SEGMENTERS=OFF \
-    -DDYNFILTER_BUILD_EVALUATION=OFF -DDYNFILTER_SANITIZE=address,undefined
+    -DDYNFILTER_BUILD_NETWORKS=OFF -DDYNFILTER_BUILD_EVALUATION=OFF -DDYNFILTER_SANITIZE=address,undefined
   mkdir -p "${other_dirs}fuzz/corpus"
   "${other_dirs}fuzz/tests/fuzz/whole_filter_fuzz" -max_len=4096 -max_total_time=60 \
     -print_final_stats=1 -verbosity=0 -artifact_prefix="${other_dirs}fuzz/" \
@@ -130,7 +130,7 @@ fuzzed() {
     "${other_dirs}fuzz/remote_reply"
 }
 
-packages=(libgtest-dev libbenchmark-dev python3-numpy)
+packages=(libgtest-dev libbenchmark-dev python3-numpy python3-onnx)
 dev_options=(-DCMAKE_BUILD_TYPE=RelWithDebInfo -DCMAKE_EXPORT_COMPILE_COMMANDS=ON
   -DDYNFILTER_BUILD_BENCHMARKS=ON)
 if is_available libcli11-dev; then

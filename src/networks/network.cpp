@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <exception>
+#include <new>
 
 #include <opencv2/core/version.hpp>
 
@@ -78,7 +80,9 @@ Network::Network(const std::filesystem::path& path, const cv::Size& size_where_o
   register_deformable_convolution();
   try {
     net_ = cv::dnn::readNetFromONNX(file_.bytes.data(), file_.bytes.size());
-  } catch (const cv::Exception& error) {
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception& error) {
     fail_in_opencv(error);
   }
   if (net_.empty()) fail("OpenCV makes an empty network of it");
@@ -96,7 +100,9 @@ std::vector<NamedTensor> Network::forward(const cv::Mat& input) {
   try {
     net_.setInput(input);
     if (!names.empty()) net_.forward(computed, names);
-  } catch (const cv::Exception& error) {
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception& error) {
     fail_in_opencv(error);
   }
   std::vector<NamedTensor> outputs;
@@ -114,7 +120,7 @@ std::vector<NamedTensor> Network::forward(const cv::Mat& input) {
 
 void Network::fail(const std::string& what) const { throw_file_error(path_, what); }
 
-void Network::fail_in_opencv(const cv::Exception& error) const {
+void Network::fail_in_opencv(const std::exception& error) const {
   std::string what = "OpenCV " CV_VERSION " cannot run it";
   if (!opencv_runs_stock_yolo && may_be_stock_yolo(file_)) {
     what +=
@@ -122,7 +128,8 @@ void Network::fail_in_opencv(const cv::Exception& error) const {
         "it "
         "that runs here";
   }
-  fail(what + ": " + in_one_line(error.err));
+  const auto* of_opencv = dynamic_cast<const cv::Exception*>(&error);
+  fail(what + ": " + in_one_line(of_opencv != nullptr ? of_opencv->err : error.what()));
 }
 
 }  // namespace dynfilter::detail

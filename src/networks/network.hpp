@@ -6,6 +6,7 @@
 #ifndef DYNFILTER_SRC_NETWORKS_NETWORK_HPP
 #define DYNFILTER_SRC_NETWORKS_NETWORK_HPP
 
+#include <exception>
 #include <filesystem>
 #include <map>
 #include <string>
@@ -37,8 +38,8 @@ class Network {
   [[noreturn]] void fail(const std::string& what) const;
 
  private:
-  /// One that OpenCV threw, with what would help.
-  [[noreturn]] void fail_in_opencv(const cv::Exception& error) const;
+  /// The same for what was thrown in OpenCV, with what would help.
+  [[noreturn]] void fail_in_opencv(const std::exception& error) const;
 
   std::filesystem::path path_;
   OnnxFile file_;

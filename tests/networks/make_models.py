@@ -121,16 +121,20 @@ def joined(graph, heads, channels):
     return graph.node("Concat", flat, axis=2)
 
 
-def yolo_raw(folder):
+def yolo_raw(folder, name, has_open_size=False):
     graph = Graph()
+    if has_open_size:
+        graph.inputs = [
+            helper.make_tensor_value_info("images", TensorProto.FLOAT, [1, 3, "height", "width"])
+        ]
     levels = yolo_heads(graph)
-    for index, (name, channels) in enumerate(
+    for index, (output, channels) in enumerate(
         [("output0", 64), ("output1", len(CLASSES)), ("output2", PROTOTYPES)]
     ):
         tensor = joined(graph, [level[index] for level in levels], channels)
-        graph.output(tensor, name, [1, channels, ANCHORS])
+        graph.output(tensor, output, [1, channels, ANCHORS])
     graph.output(prototypes(graph), "output3", [1, PROTOTYPES, 16, 16])
-    graph.save(folder, "yolo_raw", YOLO_NAMES)
+    graph.save(folder, name, YOLO_NAMES)
 
 
 def yolo_stock(folder, name, opset):
@@ -377,13 +381,6 @@ def bad(folder):
     graph.output(graph.node("DeformConv", [cells, weights, mask]), "output0", [1, 3, 8, 8])
     graph.save(folder, "bad_deformable")
 
-    graph, cells = small()
-    graph.inputs = [
-        helper.make_tensor_value_info("images", TensorProto.FLOAT, [1, 3, "height", "width"])
-    ]
-    graph.output(cells, "output0", [1, 3, "rows", "columns"])
-    graph.save(folder, "open_size")
-
     for name, keep in [("external", True), ("external_absent", False)]:
         graph, cells = small()
         graph.output(cells, "output0", [1, 3, 8, 8])
@@ -402,7 +399,8 @@ def main():
     folder = sys.argv[1]
     shutil.rmtree(folder, ignore_errors=True)
     os.makedirs(folder)
-    yolo_raw(folder)
+    yolo_raw(folder, "yolo_raw")
+    yolo_raw(folder, "yolo_open_size", has_open_size=True)
     for name, opset in [("yolo_stock", 12), ("yolo_stock_13", 13)]:
         yolo_stock(folder, name, opset)
         paths = [os.path.join(folder, name + ending) for ending in (".onnx", "_cut.onnx")]

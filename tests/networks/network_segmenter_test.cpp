@@ -185,6 +185,19 @@ TEST_F(NetworkSegmenterTest, UndoesLetterboxing) {
   expect_block(found.instances[0], {64, 32, 64, 32});
 }
 
+TEST_F(NetworkSegmenterTest, TakesTheSizeOfTheInputWhereTheModelLeavesItOpen) {
+  NetworkOptions options;
+  options.input_size = {64, 64};
+  expect_two_blocks(segment("yolo_open_size", two_blocks(), options));
+  options.input_size = {128, 64};
+  EXPECT_EQ(make_network_segmenter(model("yolo_open_size"), options)->input_size(),
+            cv::Size(128, 64));
+  const Segmentation found =
+      segment("yolo_open_size", two_blocks(), options);  // 32 columns of border
+  ASSERT_EQ(found.instances.size(), 2U);
+  expect_block(found.instances[0], found.instances[0].box);
+}
+
 TEST_F(NetworkSegmenterTest, TakesEndToEndModels) {
   cv::Mat image = two_blocks();
   image(cv::Rect(0, 0, 16, 32)).setTo(red);
@@ -372,7 +385,7 @@ TEST_F(BadModels, AreRefusedByName) {
   expect_refused(model("bad_inputs"), "has 2 inputs; want 1");
   expect_refused(model("bad_channels"), "its input images has the shape [1, 1, 8, 8]");
   expect_refused(model("bad_deformable"), "must be a constant");
-  expect_refused(model("open_size"), "set NetworkOptions::input_size");
+  expect_refused(model("yolo_open_size"), "set NetworkOptions::input_size");
   expect_refused(model("external_absent"), "external_absent.weights, which is not there");
   expect_refused(model("external"), "external.weights; save the model as one file");
   expect_error<std::runtime_error>([] { make_network_segmenter(model("bad_outputs")); },

@@ -11,6 +11,7 @@
 
 #include <dynfilter/datasets/camera.hpp>
 #include <dynfilter/dynfilter.hpp>
+#include <dynfilter/networks/network_segmenter.hpp>
 #include <dynfilter/segmenters/async_segmenter.hpp>
 #include <dynfilter/segmenters/mask_folder_segmenter.hpp>
 #include <dynfilter/segmenters/mask_propagator.hpp>
@@ -48,6 +49,9 @@ int main() {
       refuses_by_name([] { dynfilter::MaskFolderSegmenter("no_such_place"); });
   // It is what needs OpenCV's video module.
   const bool propagation_works = !dynfilter::MaskPropagator().propagate({}, {});
+  const bool networks_work =
+      refuses_by_name([] { dynfilter::make_network_segmenter("no_such_place"); });
   const bool evaluation_works = refuses_by_name([] { dynfilter::read_camera("no_such_place"); });
-  return segmenters_work && propagation_works && evaluation_works && segments_in_a_thread() ? 0 : 1;
+  const bool segmenters_all_work = segmenters_work && propagation_works && segments_in_a_thread();
+  return segmenters_all_work && networks_work && evaluation_works ? 0 : 1;
 }
