@@ -206,27 +206,31 @@ void copy_columns(benchmark::State& state, const Case& which) {
   }
 }
 
-/// Reads the depth and the masks at every feature, as whoever filters by them must.
-unsigned touch_pixels(const FilterInputData& input, const std::vector<cv::Point>& pixels) {
-  unsigned sum = 0;
-  for (const cv::Point pixel : pixels)
-    sum += input.frame.depth.ptr<std::uint16_t>(pixel.y)[pixel.x];
-  for (const Instance& instance : input.segmentation.instances) {
-    for (const cv::Point pixel : pixels) sum += instance.covers(pixel) ? 1U : 0U;
+/// One byte of depth and one of each mask for every feature there, which whoever filters by them
+/// has to read.
+std::vector<const std::uint8_t*> bytes_to_touch(const FilterInputData& input) {
+  std::vector<const std::uint8_t*> bytes;
+  for (const cv::KeyPoint& keypoint : input.keypoints) {
+    const cv::Point pixel = nearest_pixel(keypoint.pt);
+    bytes.push_back(input.frame.depth.ptr<std::uint8_t>(pixel.y) + 2 * pixel.x);
+    for (const Instance& instance : input.segmentation.instances) {
+      const cv::Point in_mask = pixel - instance.mask_origin;
+      if (!cv::Rect({0, 0}, instance.mask.size()).contains(in_mask)) continue;
+      bytes.push_back(instance.mask.ptr<std::uint8_t>(in_mask.y) + in_mask.x);
+    }
   }
+  return bytes;
+}
+
+unsigned touch_all(const std::vector<const std::uint8_t*>& bytes) {
+  unsigned sum = 0;
+  for (const std::uint8_t* byte : bytes) sum += *byte;
   return sum;
 }
 
-std::vector<cv::Point> pixels_of_features(const FilterInputData& input) {
-  std::vector<cv::Point> pixels;
-  for (const cv::KeyPoint& keypoint : input.keypoints) pixels.push_back(nearest_pixel(keypoint.pt));
-  return pixels;
-}
-
 void touch(benchmark::State& state, const Case& which) {
-  const FilterInputData& input = input_of(which);
-  const std::vector<cv::Point> pixels = pixels_of_features(input);
-  for (auto _ : state) benchmark::DoNotOptimize(touch_pixels(input, pixels));
+  const auto bytes = bytes_to_touch(input_of(which));
+  for (auto _ : state) benchmark::DoNotOptimize(touch_all(bytes));
 }
 
 /// Times each frame by itself, after something else has filled the caches: for frames that come
@@ -252,9 +256,8 @@ void label_cold(benchmark::State& state, const Rule& rule, const Case& which) {
 }
 
 void touch_cold(benchmark::State& state, const Case& which) {
-  const FilterInputData& input = input_of(which);
-  const std::vector<cv::Point> pixels = pixels_of_features(input);
-  time_cold(state, [&] { benchmark::DoNotOptimize(touch_pixels(input, pixels)); });
+  const auto bytes = bytes_to_touch(input_of(which));
+  time_cold(state, [&] { benchmark::DoNotOptimize(touch_all(bytes)); });
 }
 
 template <class Function, class... Arguments>

@@ -268,6 +268,7 @@ class DepthCompensator {
     const double margin = is_stale(input) ? 0 : mask_margin(image);
     const auto in_reach = detail::kept_inside(pixels, labels, object.reach, workspace.features);
     statistics.candidates = in_reach.size();
+    for (const std::size_t i : in_reach) image.prefetch(pixels[i], 1);
     for (const std::size_t i : in_reach) {
       double certain = certainty(image, object, pixels[i]);
       if (certain >= 0.5) {

@@ -140,12 +140,15 @@ class EdgeCompensator {
                                       SampleCandidate* end) const {
     const Instance& instance = input.segmentation.instances[k];
     const std::uint64_t instance_hash = sampler_.instance_hash(input.frame.id, k);
+    masked.for_each_of(k, [&](std::size_t i) { image.prefetch(pixels[i], 0); });
     masked.for_each_of(k, [&](std::size_t i) {
       const cv::Point pixel = pixels[i];
       end->pixel = detail::wrapping_difference(pixel, instance.box.tl());
       end->key = FeatureSampler::key(instance_hash, end->pixel);
       end->feature = i;
-      end += instance.covers(pixel) & image.read(pixel).is_known ? 1 : 0;
+      // Whether it is a candidate adds up, for a branch would hang on what nobody can foresee.
+      const int is_on_mask = instance.covers(pixel) ? 1 : 0;
+      end += is_on_mask & (image.read(pixel).is_known ? 1 : 0);
     });
     return end;
   }
@@ -179,6 +182,7 @@ class EdgeCompensator {
     const ValueRange depth_range = statistics.depth_range_m, code_range = statistics.code_range;
     auto features = detail::kept_inside(pixels, labels, instance.box, workspace.features);
     statistics.candidates = features.size();
+    for (const std::size_t i : features) image.prefetch(pixels[i], 1);
     std::size_t passed_depth = 0, passed_code = 0;
     features.leave_only([&](std::size_t i) {
       const auto depth = image.read(pixels[i]);
@@ -187,7 +191,7 @@ class EdgeCompensator {
       const bool code_fits = fits(code.has_value(), code.value_or(0), code_range);
       passed_depth += depth_fits ? 1 : 0;
       passed_code += code_fits ? 1 : 0;
-      return depth_fits & code_fits;
+      return depth_fits && code_fits;
     });
     statistics.passed_depth = passed_depth;
     statistics.passed_code = passed_code;
@@ -195,8 +199,7 @@ class EdgeCompensator {
   }
 
   bool fits(bool is_known, double value, const ValueRange& range) const {
-    const bool is_in_range = (range.lower <= value) & (value <= range.upper);
-    return (is_known & is_in_range) | (!is_known & passes_without_value_);
+    return is_known ? range.contains(value) : passes_without_value_;
   }
 
   FeatureSampler sampler_;

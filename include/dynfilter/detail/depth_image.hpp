@@ -48,6 +48,15 @@ class DepthImage {
     return {metres, value > 0 && is_finite};
   }
 
+  /// Has the memory fetched that a reading of the pixel, and of those up to `rows` above and below,
+  /// will need: many at once, where frames come from a camera and are in no cache.
+  void prefetch(cv::Point pixel, int rows) const {
+    const std::int64_t x = pixel.x, y = pixel.y;
+    if (x < 0 || x >= depth_.cols || y < rows || y >= std::int64_t{depth_.rows} - rows) return;
+    const Depth* const value = at(pixel.x, pixel.y);
+    for (int row = -rows; row <= rows; ++row) __builtin_prefetch(value + row * row_step());
+  }
+
   /// The pixel must lie in the image.
   double metres(int x, int y) const { return metres_of(*at(x, y)); }
 
