@@ -225,6 +225,22 @@ TEST_F(Program, EvalPrintsAFigureALineAndWritesThemAsJson) {
       run("eval nowhere.txt " + quoted(scene() / "groundtruth.txt")).mentions("nowhere.txt"));
 }
 
+TEST_F(Program, EveryThirdFrameIsForTheFeaturesAlone) {
+  const Outcome outcome =
+      run("run " + quoted(scene()) + " --every 3 --overlays 0 --out " + quoted(out("third")));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
+  ASSERT_EQ(
+      run("run " + quoted(scene()) + " --overlays 0 --out " + quoted(out("all frames"))).exit_code,
+      0);
+  const auto rows = read_csv(out("third") / "frames.csv");
+  const auto all = read_csv(out("all frames") / "frames.csv");
+  ASSERT_EQ(rows.size(), 3U) << "a header and frames 0 and 3";
+  EXPECT_EQ(rows.at(1), all.at(1));
+  EXPECT_EQ(rows.at(2), all.at(4));
+  EXPECT_FALSE(fs::exists(out("third") / "trajectory.txt"));
+  EXPECT_FALSE(outcome.mentions("odometry")) << outcome.printed;
+}
+
 TEST_F(Program, AThreadThatIsWaitedForChangesNothing) {
   const std::string common = "run " + quoted(scene()) + " --overlays 0 --out ";
   ASSERT_EQ(run(common + quoted(out("alone"))).exit_code, 0);

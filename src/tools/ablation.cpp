@@ -59,11 +59,11 @@ void run_scene(const AblationPlan& plan, const SceneSpec& scene, FrameSource& so
                                              folder_of(plan, scene, rule)));
   }
   const odometry::OrbExtractor extractor(plan.settings.features);
-  for (std::size_t i = 0; i < source.size(); ++i) {
+  for (std::size_t i = 0; i < source.size(); i += plan.settings.every) {
     const SourceFrame frame = source.read(i);
     const ExtractedFeatures features = extract_features(extractor, frame.frame.image);
     parallel_for_each(runs.size(), [&](std::size_t k) { runs[k]->process(frame, features); });
-    progress.advance();
+    progress.advance(plan.settings.every);
   }
   for (const std::unique_ptr<RuleRun>& run : runs) run->finish(source);
 }

@@ -322,7 +322,7 @@ std::vector<Table> ablation_tables(const std::vector<RunResult>& results) {
     add_where_filled(feature_overview(groups));
     add_where_filled(trajectory_overview(groups));
     add_where_filled(ratio_overview(groups));
-    add_where_filled(default_table(groups));
+    add_where_filled(without_empty_columns(default_table(groups)));
   }
   add_where_filled(paper_table(groups));
   return tables;

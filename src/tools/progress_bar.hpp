@@ -6,6 +6,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <cstdio>
@@ -27,8 +28,8 @@ class ProgressBar {
     if (is_shown_) std::fputc('\n', stderr);
   }
 
-  void advance() {
-    ++done_;
+  void advance(std::size_t steps = 1) {
+    done_ = std::min(total_, done_ + steps);
     const auto now = Clock::now();
     const bool is_due = done_ == total_ || now - last_drawn_ > std::chrono::milliseconds(100);
     if (!is_shown_ || !is_due) return;

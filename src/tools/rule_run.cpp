@@ -58,6 +58,7 @@ std::vector<std::pair<std::string, std::string>> resolved_options(const RuleInfo
   return {{"rule", rule.name},
           {"features", std::to_string(settings.features)},
           {"classes", classes},
+          {"every", std::to_string(settings.every)},
           {"margin", detail::concatenate(settings.mask_culler.margin_px)},
           {"seed", std::to_string(settings.seed)}};
 }
@@ -81,7 +82,7 @@ RuleRun::RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource
               {stage_of(rule, settings.mask_culler, settings.seed), rule_time_}),
       pictures_(folder, source.size(), settings.overlays, rule.takes_masks, rule.compensates) {
   if (rule.moves_masks) propagator_.emplace();
-  if (source.has_depth()) {
+  if (source.has_depth() && settings.every == 1) {
     odometry_.emplace(source.camera(), odometry_options(settings));
   }
   record_.scene = scene.name();

@@ -29,6 +29,7 @@ namespace dynfilter::tools {
 /// What a run is made with besides its frames and its rule.
 struct RunSettings {
   int features = 1000;
+  std::size_t every = 1;  ///< every n-th frame only, and then no odometry, which needs them all
   MaskCullerOptions mask_culler;
   std::uint64_t seed = 0;    ///< of the samples of the rule and of the odometry
   std::size_t overlays = 0;  ///< frames to draw

@@ -36,7 +36,7 @@ void run(const RunOptions& options) {
   const odometry::OrbExtractor extractor(options.settings.features);
   {
     ProgressBar progress("filtering", source->size());
-    for (std::size_t i = 0; i < source->size(); ++i) {
+    for (std::size_t i = 0; i < source->size(); i += options.settings.every) {
       SourceFrame frame = source->read(i);
       masks.submit(frame);
       ExtractedFeatures features = extract_features(extractor, frame.frame.image);
@@ -44,13 +44,13 @@ void run(const RunOptions& options) {
         frame.masks = work.wait_for_masks([&] { return masks.collect(frame); });
       }
       work.process(frame, std::move(features));
-      progress.advance();
+      progress.advance(options.settings.every);
     }
   }
   print_report(work.finish(*source));
   if (!masks.report().empty()) std::printf("\n%s\n", masks.report().c_str());
   std::printf("\nwritten to %s: summary.json, frames.csv, instances.csv%s%s\n", options.out.c_str(),
-              source->has_depth() ? ", trajectory.txt" : "",
+              source->has_depth() && settings.every == 1 ? ", trajectory.txt" : "",
               options.settings.overlays > 0 ? ", overlays/, contact_sheet.png" : "");
 }
 

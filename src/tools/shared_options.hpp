@@ -24,6 +24,11 @@ inline void add_setting_options(CLI::App& command, RunSettings& settings) {
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
   command
+      .add_option("--every", settings.every,
+                  "every n-th frame only, for the features alone: the odometry needs them all")
+      ->check(CLI::Range(1, 1000000))
+      ->capture_default_str();
+  command
       .add_option("--classes", settings.mask_culler.dynamic_classes,
                   "class ids that are dynamic, as 0,16")
       ->delimiter(',')
