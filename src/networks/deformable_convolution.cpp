@@ -219,20 +219,19 @@ void DeformableConvolution::apply(const cv::Mat& input, const cv::Mat& offsets, 
 
   const std::vector<int> columns_shape = {1, parts.inputs * parts.taps(), size.height, size.width};
   const std::vector<int> output_shape = {batch, parts.outputs, size.height, size.width};
+  // The result takes the output's place at the end: they may be one matrix, the input and it.
   const bool is_in_place =
       output.data != nullptr &&
       (output.data == input.data || output.data == offsets.data || output.data == mask.data);
-  if (is_in_place) output = cv::Mat();
-  if (output.type() != CV_32FC1 || !output.isContinuous() ||
-      detail::shape_of(output) != output_shape) {
-    output = cv::Mat(4, output_shape.data(), CV_32F);
-  }
+  const bool fits = output.type() == CV_32FC1 && output.isContinuous() &&
+                    detail::shape_of(output) == output_shape;
+  cv::Mat result = fits && !is_in_place ? output : cv::Mat(4, output_shape.data(), CV_32F);
   parts.columns.create(4, columns_shape.data(), CV_32F);
   for (int n = 0; n < batch; ++n) {
     parts.sample(input.ptr<float>(n), input_size, offsets.ptr<float>(n),
                  mask.empty() ? nullptr : mask.ptr<float>(n), size);
     const std::array<int, 4> image_shape = {1, parts.outputs, size.height, size.width};
-    std::vector<cv::Mat> images = {cv::Mat(4, image_shape.data(), CV_32F, output.ptr<float>(n))};
+    std::vector<cv::Mat> images = {cv::Mat(4, image_shape.data(), CV_32F, result.ptr<float>(n))};
     const std::vector<cv::Mat> columns = {parts.columns};
     std::vector<cv::Mat> internals;
     if (parts.product_shape != columns_shape) {
@@ -241,6 +240,7 @@ void DeformableConvolution::apply(const cv::Mat& input, const cv::Mat& offsets, 
     }
     parts.product->forward(columns, images, internals);
   }
+  output = result;
 }
 
 }  // namespace dynfilter

@@ -178,7 +178,7 @@ INSTANTIATE_TEST_SUITE_P(
                            make_options({1, 1}, {1, 1}, {0, 0, 0, 0}), true, true, 1},
                       Case{"one_pixel", 1, 4, 3, 1, 1, 3, 3,
                            make_options({1, 1}, {1, 1}, {1, 1, 1, 1}), true, true, 1},
-                      Case{"many_channels", 1, 96, 70, 12, 13, 3, 3,
+                      Case{"many_channels", 1, 40, 37, 8, 9, 3, 3,
                            make_options({1, 1}, {1, 1}, {1, 1, 1, 1}), true, true, 2}),
     [](const auto& chosen) { return std::string(chosen.param.name); });
 

@@ -415,7 +415,7 @@ TEST_F(BadModels, OtherFilesAreRefused) {
 TEST_F(BadModels, DamagedOnesDoNotUpsetTheReader) {
   // Bytes turned over here and there: an exception of the promised type, or what may be a network.
   const testing::TemporaryFolder place;
-  const std::string whole = testing::file_text(model("yolact"));
+  const std::string whole = testing::file_text(model("yolo_end_to_end"));
   for (std::size_t i = 0; i < 200; ++i) {
     std::string damaged = whole;
     damaged[i * 7919 % std::min<std::size_t>(damaged.size(), 4000)] ^= char(1 + i % 255);
