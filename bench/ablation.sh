@@ -17,7 +17,7 @@ Installs the packages that are missing (Debian, Ubuntu), or says which.
 
   --quick        one seed and 60 frames a level, to see what it does
   --every N      every n-th frame, and no odometry: features alone
-  --levels LIST  default: static,cross,medium,hard,stale_3,stale_6,furniture,two_in_one
+  --levels LIST  default: cross,medium,hard,stale_3,stale_6,late_10hz,late_5hz,furniture,two_in_one
   --seeds LIST   default 101-115: seeds by which nothing was tuned
   --out DIR      default: out/ablation in the repository
   --readme       put the tables that the README shows between its marks: those of the features with
@@ -29,7 +29,7 @@ END
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 readonly root
-levels=static,cross,medium,hard,stale_3,stale_6,furniture,two_in_one
+levels=cross,medium,hard,stale_3,stale_6,late_10hz,late_5hz,furniture,two_in_one
 seeds=101-115
 marks='trajectory tables'
 first_table='all: RMSE of the ATE'

@@ -7,7 +7,7 @@
 //
 //   dense/<u16|f32>/<width>x<height>/<portable|sse2|avx2|avx512|best>  ours; best is what users get
 //   dense/<u16|f32>/<width>x<height>/<one_thread|two_threads>          the same, rows split
-//   dense/<u16|f32>/<width>x<height>/<memcpy|mat_at|mat_at_loop|cv_compare|bgr2gray>
+//   dense/<u16|f32>/<width>x<height>/<memcpy|mat_at|mat_at_loop|cv_compare|bgr2gray|dlib>
 //   sparse/<u16|f32>/<points>/<codes|code|naive>/<warm|cold>           640x480
 
 #include "dynfilter/depth_lbp.hpp"
@@ -15,6 +15,7 @@
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <cstring>
@@ -30,6 +31,9 @@
 #include <opencv2/imgproc.hpp>
 
 #include "peers/composed_depth_lbp.hpp"
+#ifdef DYNFILTER_HAS_DLIB
+#include "peers/dlib_lbp.hpp"
+#endif
 #include "peers/naive_depth_lbp.hpp"
 
 namespace dynfilter {
@@ -265,6 +269,39 @@ void sparse_naive(benchmark::State& state, std::size_t count, bool is_cold) {
       });
 }
 
+#ifdef DYNFILTER_HAS_DLIB
+/// Whether pixels of the same D-LBP code have the same code of dlib's; it knows of no missing
+/// depth.
+bool says_the_same(const cv::Mat& depth, const cv::Mat& expected, const cv::Mat& codes) {
+  std::array<int, 256> code_of;
+  code_of.fill(-1);
+  for (int y = 1; y < depth.rows - 1; ++y) {
+    for (int x = 1; x < depth.cols - 1; ++x) {
+      if (depth.at<std::uint16_t>(y, x) == 0) continue;
+      int& known = code_of[expected.at<std::uint8_t>(y, x)];
+      const int code = codes.at<std::uint8_t>(y, x);
+      if (known >= 0 && known != code) return false;
+      known = code;
+    }
+  }
+  return true;
+}
+
+void dense_by_dlib(benchmark::State& state, const cv::Size& size) {
+  const cv::Mat depth = depth_image<std::uint16_t>(size);
+  peers::DlibLbp dlib(depth);
+  dlib.make_codes();
+  if (!says_the_same(depth, expected_codes<std::uint16_t>(depth), dlib.codes())) {
+    state.SkipWithError("has other patterns than the naive codes");
+    return;
+  }
+  for (auto _ : state) {
+    dlib.make_codes();
+    benchmark::ClobberMemory();
+  }
+}
+#endif
+
 std::string name_of(InstructionSet set) {
   static constexpr const char* names[] = {"portable", "sse2", "avx2", "avx512"};
   return names[static_cast<std::size_t>(set)];
@@ -305,6 +342,11 @@ void register_dense(const cv::Size& size) {
     time_dense<Depth>(state, size,
                       [&](const cv::Mat& depth, cv::Mat& codes) { composed.dense(depth, codes); });
   });
+#ifdef DYNFILTER_HAS_DLIB
+  if (std::is_same_v<Depth, std::uint16_t>) {
+    add("dlib", [=](benchmark::State& state) { dense_by_dlib(state, size); });
+  }
+#endif
   add("bgr2gray", [=](benchmark::State& state) { bgr_to_grey(state, size); });
 }
 

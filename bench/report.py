@@ -67,6 +67,7 @@ def dense_ratios(times, skimage_us, ratios):
                 continue
             ratios.add(f"dense_{kind}_vs_mat_at{suffix}", of("mat_at"), ours)
             ratios.add(f"dense_{kind}_vs_cv_compare{suffix}", of("cv_compare"), ours)
+            ratios.add(f"dense_{kind}_vs_dlib{suffix}", of("dlib"), ours)
             ratios.add(f"dense_{kind}_over_memcpy{suffix}", ours, of("memcpy"))
             ratios.add(f"dense_{kind}_over_bgr2gray{suffix}", ours, of("bgr2gray"))
             if kind == "u16":
@@ -105,7 +106,7 @@ def filter_ratios(times, counters, ratios):
 
 def print_dense(times):
     sizes = ["640x480", "1280x720", "1920x1080", "3840x2160"]
-    rows = ["memcpy", "bgr2gray"] + SETS + ["best", "cv_compare", "mat_at"]
+    rows = ["memcpy", "bgr2gray"] + SETS + ["best", "cv_compare", "dlib", "mat_at"]
     for kind in ["u16", "f32"]:
         print(f"dense D-LBP, {kind}: microseconds (times memcpy of the image)")
         print(f"{'':12}" + "".join(f"{size:>18}" for size in sizes))

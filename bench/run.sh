@@ -57,7 +57,7 @@ done
 # shellcheck source-path=SCRIPTDIR source=../cmake/setup.sh
 source "$root/cmake/setup.sh"
 need_build_packages libbenchmark-dev python3
-for package in python3-skimage python3-matplotlib; do
+for package in libdlib-dev python3-skimage python3-matplotlib; do
   if is_available "$package"; then need_packages "$package"; fi
 done
 

@@ -1,0 +1,60 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// From image to trajectory with a real network, through the program: frame by frame, and beside the
+// tracker at the network's own pace.
+
+#include <gtest/gtest.h>
+
+#include "support/program.hpp"
+#include "support/temporary_folder.hpp"
+#include "support/test_data.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+class ProgramWithNetwork : public RecordedData {
+ protected:
+  void SetUp() override {
+    RecordedData::SetUp();
+    if (IsSkipped()) return;
+    sequence_ = data("tum_fr3_walking_halfsphere_50");
+    model_ = sequence_.parent_path().parent_path() / "models" / "yolov8n-seg-raw-heads.onnx";
+    if (!fs::exists(model_)) GTEST_SKIP() << "there is no " << model_;
+  }
+
+  /// What `dynfilter run` says of the sequence with the network.
+  nlohmann::json summary_of(const std::string& options) const {
+    const fs::path out = folder_.path() / "out";
+    const Outcome outcome = run("run " + quoted(sequence_) + " --model " + quoted(model_) +
+                                " --overlays 0 --out " + quoted(out) + options);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
+    return read_json(out / "summary.json");
+  }
+
+  fs::path sequence_, model_;
+  TemporaryFolder folder_;
+};
+
+TEST_F(ProgramWithNetwork, TracksTheCameraPastThePersons) {
+  const nlohmann::json summary = summary_of("");
+  EXPECT_GT(summary["masked"], 49 * 150);
+  EXPECT_EQ(summary["lost_frames"], 0);
+  EXPECT_LT(summary["ate_rmse_m"], 0.03) << "0.22 m with all features";
+}
+
+TEST_F(ProgramWithNetwork, DoesNotHoldUpTheTracker) {
+  const nlohmann::json summary = summary_of(" --async latest --rule depth_moved");
+  EXPECT_GT(summary["masked"], 0);
+  EXPECT_EQ(summary["lost_frames"], 0);
+}
+
+TEST_F(ProgramWithNetwork, NamesAModelThatIsNone) {
+  const Outcome outcome = run("masks " + quoted(sequence_) + " --model " +
+                              quoted(sequence_ / "rgb.txt") + " --out " + quoted(folder_.path()));
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_TRUE(outcome.mentions("rgb.txt")) << outcome.printed;
+}
+
+}  // namespace
+}  // namespace dynfilter::testing
