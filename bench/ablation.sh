@@ -6,8 +6,8 @@ set -euo pipefail
 
 usage() {
   cat <<'END'
-usage: bench/ablation.sh [--quick] [--every N] [--levels LIST] [--seeds LIST] [--out DIR] [--readme]
-                         [-h] [SEQUENCE...]
+usage: bench/ablation.sh [--quick] [--every N] [--levels LIST] [--seeds LIST] [--rules LIST]
+                         [--out DIR] [--readme] [--marks NAME] [-h] [SEQUENCE...]
 
 Builds the program and compares all rules on the levels of the rendered scene, and on the sequences
 that are given: features left and removed, rates, and the trajectory of the reference odometry.
@@ -19,9 +19,11 @@ Installs the packages that are missing (Debian, Ubuntu), or says which.
   --every N      every n-th frame, and no odometry: features alone
   --levels LIST  default: cross,medium,hard,stale_3,stale_6,late_10hz,late_5hz,furniture,two_in_one
   --seeds LIST   default 101-115: seeds by which nothing was tuned
+  --rules LIST   default: all that are not about late masks, for which there is late_masks.sh
   --out DIR      default: out/ablation in the repository
   --readme       put the tables that the README shows between its marks: those of the features with
                  --every, else those of the trajectories
+  --marks NAME   other marks, for all overviews
 
   DYNFILTER_BUILD_DIR  folder of the build, default build/release in the repository
 END
@@ -43,7 +45,7 @@ while (($#)); do
       seeds=101
       options+=(--frames 60)
       ;;
-    --every | --levels | --seeds | --out)
+    --every | --levels | --seeds | --rules | --out | --marks)
       [[ $# -ge 2 ]] || { usage >&2; exit 2; }
       case "$1" in
         --every)
@@ -53,6 +55,11 @@ while (($#)); do
           ;;
         --levels) levels=$2 ;;
         --seeds) seeds=$2 ;;
+        --rules) options+=(--rules "$2") ;;
+        --marks)
+          marks=$2
+          first_table='all: dynamic left'
+          ;;
         *) out=$(realpath -m "$2") ;;
       esac
       shift

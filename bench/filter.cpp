@@ -31,10 +31,10 @@
 
 #include <opencv2/core.hpp>
 
-#include "allocation_counter.hpp"
 #include "filter_check.hpp"
 #include "filter_input.hpp"
 #include "filter_peers.hpp"
+#include "support/allocation_counter.hpp"
 
 namespace dynfilter::benchmarks {
 namespace {
@@ -117,10 +117,10 @@ struct RunningFilter {
 class AllocationsPerFrame {
  public:
   explicit AllocationsPerFrame(benchmark::State& state)
-      : state_(state), before_(allocations_so_far()) {}
+      : state_(state), before_(testing::allocations_of_this_thread_so_far()) {}
   ~AllocationsPerFrame() {
-    if (!can_count_allocations || state_.iterations() == 0) return;
-    const auto count = static_cast<double>(allocations_so_far() - before_);
+    if (!testing::can_count_allocations || state_.iterations() == 0) return;
+    const auto count = static_cast<double>(testing::allocations_of_this_thread_so_far() - before_);
     state_.counters["allocations"] = benchmark::Counter(
         count / static_cast<double>(state_.iterations()), benchmark::Counter::kAvgThreads);
   }

@@ -14,7 +14,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <map>
 #include <optional>
@@ -24,6 +23,8 @@
 
 #include <dynfilter/datasets/scene_levels.hpp>
 #include <dynfilter/segmenters/mask_propagator.hpp>
+
+#include "arguments.hpp"
 
 namespace {
 
@@ -194,13 +195,6 @@ void print_options(const std::vector<Level>& levels, const Question& question) {
   row("field_sigma_px", &Options::field_sigma_px, {7, 10, 20, 30, 1000});
   row("edge_px", &Options::edge_px, {0, 2, 3, 4, 6, 8, 10});
   row("least_points", &Options::least_points, {1, 5, 10, 20});
-}
-
-int argument(int count, char** words, int index, int otherwise) {
-  if (index >= count) return otherwise;
-  const int value = std::atoi(words[index]);
-  if (value < 1) throw std::invalid_argument(std::string(words[index]) + " is no number above 0");
-  return value;
 }
 
 }  // namespace

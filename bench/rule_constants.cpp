@@ -10,7 +10,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <cstdlib>
 #include <functional>
 #include <stdexcept>
 #include <string>
@@ -23,6 +22,8 @@
 #include <dynfilter/datasets/scene_levels.hpp>
 #include <dynfilter/dynfilter.hpp>
 #include <dynfilter/evaluation/feature_scores.hpp>
+
+#include "arguments.hpp"
 
 namespace {
 
@@ -132,13 +133,6 @@ std::vector<Variant> variants() {
   add(all, "motion_px_per_s", rule(&Options::motion_px_per_s), {0, 200, 300, 600, 800});
   add(all, "stale_age_s", rule(&Options::stale_age_s), {1e6});
   return all;
-}
-
-int argument(int count, char** words, int index, int otherwise) {
-  if (index >= count) return otherwise;
-  const int value = std::atoi(words[index]);
-  if (value < 1) throw std::invalid_argument(std::string(words[index]) + " is no number above 0");
-  return value;
 }
 
 }  // namespace

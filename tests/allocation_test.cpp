@@ -6,69 +6,29 @@
 
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <cstddef>
-#include <cstdlib>
+#include <vector>
 
+#include "support/allocation_counter.hpp"
 #include "support/filter_case.hpp"
-
-// Sanitizers bring their own malloc, and other C libraries do not export these names.
-#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-#define DYNFILTER_COUNTS_ALLOCATIONS 1
-#endif
-#if defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#undef DYNFILTER_COUNTS_ALLOCATIONS
-#endif
-#endif
-
-#ifdef DYNFILTER_COUNTS_ALLOCATIONS
-
-namespace {
-std::atomic<std::size_t> allocations{0};
-}
-
-extern "C" {
-void* __libc_malloc(std::size_t size);
-void* __libc_calloc(std::size_t count, std::size_t size);
-void* __libc_realloc(void* memory, std::size_t size);
-void* __libc_memalign(std::size_t alignment, std::size_t size);
-
-void* malloc(std::size_t size) {
-  ++allocations;
-  return __libc_malloc(size);
-}
-void* calloc(std::size_t count, std::size_t size) {
-  ++allocations;
-  return __libc_calloc(count, size);
-}
-void* realloc(void* memory, std::size_t size) {
-  ++allocations;
-  return __libc_realloc(memory, size);
-}
-void* memalign(std::size_t alignment, std::size_t size) {
-  ++allocations;
-  return __libc_memalign(alignment, size);
-}
-void* aligned_alloc(std::size_t alignment, std::size_t size) { return memalign(alignment, size); }
-int posix_memalign(void** memory, std::size_t alignment, std::size_t size) {
-  *memory = memalign(alignment, size);
-  return *memory == nullptr ? 12 : 0;  // ENOMEM
-}
-}
-
-#endif  // DYNFILTER_COUNTS_ALLOCATIONS
 
 namespace dynfilter::testing {
 namespace {
 
-#ifdef DYNFILTER_COUNTS_ALLOCATIONS
+class Allocations : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!can_count_allocations) {
+      GTEST_SKIP() << "allocations are counted with glibc and without sanitizers only";
+    }
+  }
+};
 
 template <class Action>
 std::size_t allocations_of(const Action& action) {
-  const std::size_t before = allocations;
+  const std::size_t before = allocations_so_far();
   action();
-  return allocations - before;
+  return allocations_so_far() - before;
 }
 
 FilterCase full_size_case(std::uint64_t seed) {
@@ -93,7 +53,7 @@ FilterCase full_size_case(std::uint64_t seed) {
   return input;
 }
 
-TEST(Allocations, AreCounted) {
+TEST_F(Allocations, AreCounted) {
   // Written to something volatile, or the compiler may leave the allocation out.
   const void* volatile seen = nullptr;
   EXPECT_GE(allocations_of([&] {
@@ -108,9 +68,10 @@ TEST(Allocations, AreCounted) {
             1U);
 }
 
-TEST(Allocations, TheFilterNeedsNoneInTheSteadyState) {
+void expect_steady_state_without_allocations(CompensationRule rule) {
   DynamicFilterOptions options;
   options.mask_culler.margin_px = 2;
+  options.compensator.rule = rule;
   const DynamicFilter filter(options);
   FeatureLabels labels;
   Workspace workspace;
@@ -124,11 +85,21 @@ TEST(Allocations, TheFilterNeedsNoneInTheSteadyState) {
     const std::size_t count = allocations_of(
         [&] { filter.apply(input.frame, input.segmentation, input.keypoints, labels, workspace); });
     ASSERT_EQ(count, 0U) << "frame " << seed;
-    ASSERT_GT(labels.statistics().compensated, 0U) << "or nothing was shown";
+    const std::size_t taken = rule == CompensationRule::none ? labels.statistics().masked
+                                                             : labels.statistics().compensated;
+    ASSERT_GT(taken, 0U) << "or nothing was shown";
   }
 }
 
-TEST(Allocations, KeepStaticNeedsNoneForColumnsOfItsOwn) {
+TEST_F(Allocations, TheFilterNeedsNoneInTheSteadyState) {
+  for (const CompensationRule rule :
+       {CompensationRule::object_depth, CompensationRule::paper, CompensationRule::none}) {
+    SCOPED_TRACE(static_cast<int>(rule));
+    expect_steady_state_without_allocations(rule);
+  }
+}
+
+TEST_F(Allocations, KeepStaticNeedsNoneForColumnsOfItsOwn) {
   FilterCase input = full_size_case(1);
   const FeatureLabels labels =
       DynamicFilter().apply(input.frame, input.segmentation, input.keypoints);
@@ -136,14 +107,6 @@ TEST(Allocations, KeepStaticNeedsNoneForColumnsOfItsOwn) {
   EXPECT_EQ(allocations_of([&] { keep_static(labels, input.keypoints, descriptors); }), 0U);
   EXPECT_LT(descriptors.rows, 1000);
 }
-
-#else
-
-TEST(Allocations, TheFilterNeedsNoneInTheSteadyState) {
-  GTEST_SKIP() << "allocations are counted with glibc and without sanitizers only";
-}
-
-#endif
 
 }  // namespace
 }  // namespace dynfilter::testing

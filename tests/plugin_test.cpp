@@ -537,6 +537,13 @@ TEST_F(PluginTest, WantsOneSourceOfMasks) {
 #endif
 }
 
+#ifdef DYNFILTER_HAS_NETWORKS
+TEST_F(PluginTest, NamesTheNetworkThatItCannotLoad) {
+  refuses_file(raw_settings("dynfilter.model: \"no_such.onnx\"\n"), "no_such.onnx");
+  refuses_file(settings("dynfilter.model: \"no_such.onnx\"\n"), "got mask_folder and model");
+}
+#endif
+
 #if defined(__linux__)
 std::string remote_settings(const fs::path& socket) {
   return "dynfilter.remote: \"" + socket.string() + "\"\ndynfilter.remote_timeout_s: 20\n";

@@ -251,7 +251,7 @@ TEST_F(Program, AThreadThatIsWaitedForChangesNothing) {
   EXPECT_TRUE(run("run " + quoted(scene()) + " --hz 10").mentions("--async"));
 }
 
-TEST_F(Program, ASlowThreadSegmentsTheNewestFramesOnly) {
+TEST_F(Program, ReportsASlowThreadAndWhatItsMasksWereMovedBy) {
   const Outcome outcome = run("run " + quoted(scene()) + " --overlays 0 --out " +
                               quoted(out("slow")) + " --async latest --hz 5 --rule depth_moved");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;

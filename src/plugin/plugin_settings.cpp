@@ -10,6 +10,7 @@
 
 #include <opencv2/imgcodecs.hpp>
 
+#include "hand_over_names.hpp"
 #include "image_file.hpp"
 #include "plugin/settings_file.hpp"
 
@@ -52,13 +53,10 @@ void require_one_segmenter(const SettingsFile& file, const PluginSettings& setti
 }
 
 void read_thread(SettingsFile& file, PluginSettings& settings) {
-  const std::vector<std::string> names = {"wait", "wait_at_most", "latest", "drop"};
   std::string chosen;
-  file.read_choice("async", names, chosen);
+  file.read_choice("async", hand_over_names(), chosen);
   file.read_number("most_wait_s", settings.most_wait_s);
-  if (chosen.empty()) return;
-  settings.hand_over =
-      static_cast<HandOver>(std::find(names.begin(), names.end(), chosen) - names.begin());
+  if (!chosen.empty()) settings.hand_over = hand_over_of(chosen);
 }
 
 void read_masks(SettingsFile& file, PluginSettings& settings) {

@@ -3,7 +3,6 @@
 
 #include "mask_feed.hpp"
 
-#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <cstdio>
@@ -12,7 +11,8 @@
 #include <stdexcept>
 #include <thread>
 #include <utility>
-#include <vector>
+
+#include "hand_over_names.hpp"
 
 namespace dynfilter::tools {
 namespace {
@@ -21,16 +21,6 @@ using Clock = std::chrono::steady_clock;
 
 std::chrono::nanoseconds seconds(double seconds) {
   return std::chrono::nanoseconds(static_cast<std::int64_t>(seconds * 1e9));
-}
-
-const std::vector<std::string>& hand_over_names() {
-  static const std::vector<std::string> names = {"wait", "wait_at_most", "latest", "drop"};
-  return names;
-}
-
-HandOver hand_over_of(const std::string& name) {
-  const auto& names = hand_over_names();
-  return static_cast<HandOver>(std::find(names.begin(), names.end(), name) - names.begin());
 }
 
 /// Takes at least a period for each frame, as a slower network does.
@@ -98,7 +88,7 @@ void add_mask_feed_options(CLI::App& command, MaskFeedOptions& options) {
                       "make the masks in a thread beside tracking, with the frames at the pace of\n"
                       "their times: wait for each frame's, wait_at_most so long, take the latest,\n"
                       "or drop what is not there")
-          ->check(CLI::IsMember(hand_over_names()));
+          ->check(CLI::IsMember(detail::hand_over_names()));
   command.add_option("--most-wait", options.most_wait_s, "for --async wait_at_most, seconds")
       ->needs(hand_over)
       ->check(CLI::Range(0.0, 3600.0))
@@ -127,7 +117,7 @@ MaskFeed::MaskFeed(const MaskFeedOptions& options, const FrameSource& source)
     segmenter_ = std::make_unique<SlowedSegmenter>(std::move(segmenter_), options.rate_hz);
   }
   AsyncSegmenterOptions thread;
-  thread.hand_over = hand_over_of(options.hand_over);
+  thread.hand_over = detail::hand_over_of(options.hand_over);
   thread.most_wait_s = options.most_wait_s;
   thread_ = std::make_unique<AsyncSegmenter>(std::move(segmenter_), thread);
   pace_ = std::make_unique<Pace>();

@@ -43,7 +43,7 @@ TEST_F(ProgramWithNetwork, TracksTheCameraPastThePersons) {
   EXPECT_LT(summary["ate_rmse_m"], 0.03) << "0.22 m with all features";
 }
 
-TEST_F(ProgramWithNetwork, DoesNotHoldUpTheTracker) {
+TEST_F(ProgramWithNetwork, MakesMasksBesideTheTracker) {
   const nlohmann::json summary = summary_of(" --async latest --rule depth_moved");
   EXPECT_GT(summary["masked"], 0);
   EXPECT_EQ(summary["lost_frames"], 0);
