@@ -5,6 +5,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <optional>
+#include <vector>
+
 #include "support/oracle.hpp"
 
 namespace dynfilter::testing {
@@ -89,6 +93,36 @@ TEST(DepthLbp, WritesTheRegionAndNothingElse) {
         const int expected = region.contains({x, y}) ? whole.at<std::uint8_t>(y, x) : 99;
         ASSERT_EQ(codes.at<std::uint8_t>(y, x), expected) << "seed " << seed;
       }
+    }
+  }
+}
+
+/// For sanitizers to see: the image fills its memory to the last byte.
+template <class Depth>
+void read_all_pixels_of(const cv::Size& size) {
+  std::vector<Depth> depths(static_cast<std::size_t>(size.area()), Depth{1000});
+  const cv::Mat depth(size, cv::DataType<Depth>::type, depths.data());
+  const cv::Mat codes = DepthLbp().dense(depth);
+  std::vector<cv::Point2f> pixels;
+  for (int y = -1; y <= size.height; ++y) {
+    for (int x = -1; x <= size.width; ++x) {
+      pixels.emplace_back(static_cast<float>(x), static_cast<float>(y));
+    }
+  }
+  std::vector<std::optional<std::uint8_t>> at_points;
+  DepthLbp().codes(depth, pixels, at_points);
+  const auto inner = std::max(size.width - 2, 0) * std::max(size.height - 2, 0);
+  EXPECT_EQ(std::count_if(at_points.begin(), at_points.end(),
+                          [](const auto& code) { return code.has_value(); }),
+            inner);
+  EXPECT_EQ(cv::countNonZero(codes), 0);
+}
+
+TEST(DepthLbp, ReadsNothingBeyondTheImage) {
+  for (int width = 1; width < 80; ++width) {
+    for (int height = 1; height < 6; ++height) {
+      read_all_pixels_of<std::uint16_t>({width, height});
+      read_all_pixels_of<float>({width, height});
     }
   }
 }

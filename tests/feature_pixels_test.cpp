@@ -26,19 +26,34 @@ bool is_inside(cv::Point2f position, const cv::Rect& rectangle) {
          y >= 0 && x < rectangle.width && y < rectangle.height;
 }
 
-Features plainly_inside(const std::vector<cv::Point2f>& points, const cv::Rect& rectangle) {
+Features plainly_inside(const std::vector<cv::Point2f>& points, const cv::Rect& rectangle,
+                        const std::vector<std::uint64_t>& without) {
   Features inside;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    if (is_inside(points[i], rectangle)) inside.push_back(i);
+    const bool is_left_out = (without[i / 64] >> i % 64 & 1U) != 0;
+    if (!is_left_out && is_inside(points[i], rectangle)) inside.push_back(i);
   }
   return inside;
 }
 
-Features inside_of(const FeaturePixels& pixels, const cv::Rect& rectangle) {
-  Features inside;
-  pixels.for_each_inside(rectangle, [&](std::size_t i) { inside.push_back(i); });
+Features inside_of(const FeaturePixels& pixels, const cv::Rect& rectangle,
+                   const std::vector<std::uint64_t>& without) {
+  std::vector<std::uint32_t> memory;
+  const FeatureList list = pixels.inside(rectangle, without, memory);
+  EXPECT_EQ(list.features(), pixels.size());
+  Features inside(list.begin(), list.end());
   std::sort(inside.begin(), inside.end());
   return inside;
+}
+
+/// Of every second feature or so, or of none.
+std::vector<std::uint64_t> arbitrary_bits(ByteSource& source, std::size_t features) {
+  std::vector<std::uint64_t> bits(detail::blocks_for(features));
+  if (source.chance(40)) return bits;
+  for (std::uint64_t& word : bits) {
+    for (int k = 0; k < 64; ++k) word = word << 1U | (source.chance(50) ? 1U : 0U);
+  }
+  return bits;
 }
 
 /// On pixels, on their edges, outside of images, at the ends of 16 bits, and no numbers at all.
@@ -73,9 +88,11 @@ cv::Rect arbitrary_rectangle(ByteSource& source) {
   return {x, y, width, length()};
 }
 
+class FeaturePixelsBySet : public ::testing::TestWithParam<detail::InstructionSet> {};
+
 /// The same object for all, so that each reading has to forget the one before.
-TEST(FeaturePixels, FindsInARectangleWhatAPlainLoopFinds) {
-  FeaturePixels pixels;
+TEST_P(FeaturePixelsBySet, FindsInARectangleWhatAPlainLoopFinds) {
+  FeaturePixels pixels(GetParam());
   std::size_t found = 0;
   const std::size_t counts[] = {0, 1, 2, 63, 64, 65, 127, 128, 129, 300, 1000};
   for (std::uint64_t seed = 0; seed < 3000; ++seed) {
@@ -84,10 +101,11 @@ TEST(FeaturePixels, FindsInARectangleWhatAPlainLoopFinds) {
     const std::size_t rectangles = source.chance(50) ? 100 : 0;  // sorted, or as they are
     pixels.read(points, rectangles);
     ASSERT_EQ(pixels.size(), points.size());
+    const std::vector<std::uint64_t> without = arbitrary_bits(source, points.size());
     for (int round = 0; round < 10; ++round) {
       const cv::Rect rectangle = arbitrary_rectangle(source);
-      const Features expected = plainly_inside(points, rectangle);
-      ASSERT_EQ(inside_of(pixels, rectangle), expected)
+      const Features expected = plainly_inside(points, rectangle, without);
+      ASSERT_EQ(inside_of(pixels, rectangle, without), expected)
           << "seed " << seed << ": " << rectangle << ", sorted for " << rectangles;
       found += expected.size();
     }
@@ -95,8 +113,8 @@ TEST(FeaturePixels, FindsInARectangleWhatAPlainLoopFinds) {
   EXPECT_GT(found, 100000U);
 }
 
-TEST(FeaturePixels, AreThoseOfTheView) {
-  FeaturePixels pixels;
+TEST_P(FeaturePixelsBySet, AreThoseOfTheView) {
+  FeaturePixels pixels(GetParam());
   for (std::uint64_t seed = 0; seed < 300; ++seed) {
     ByteSource source(seed);
     const auto points = arbitrary_points(source, static_cast<std::size_t>(source.between(0, 200)));
@@ -109,6 +127,26 @@ TEST(FeaturePixels, AreThoseOfTheView) {
   }
 }
 
+/// The float before each half, the half, and the one after it, of either sign.
+TEST_P(FeaturePixelsBySet, RoundHalvesUpAndNothingElse) {
+  std::vector<cv::Point2f> points;
+  for (int pixel = -130; pixel < 130; ++pixel) {
+    const float half = static_cast<float>(pixel) + 0.5F;
+    for (const float x : {std::nextafter(half, -1e9F), half, std::nextafter(half, 1e9F)}) {
+      points.emplace_back(x, static_cast<float>(pixel));
+    }
+  }
+  FeaturePixels pixels(GetParam());
+  pixels.read(points);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double exact = std::floor(double{points[i].x} + 0.5);
+    ASSERT_EQ(pixels[i], cv::Point(static_cast<int>(exact), static_cast<int>(points[i].y))) << i;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, FeaturePixelsBySet,
+                         ::testing::ValuesIn(detail::supported_instruction_sets()));
+
 TEST(FeaturePixels, KnowWhoseTheyAre) {
   const std::vector<cv::Point2f> points(9), others(9);
   FeaturePixels pixels;
@@ -116,17 +154,6 @@ TEST(FeaturePixels, KnowWhoseTheyAre) {
   EXPECT_TRUE(pixels.are_of(points));
   EXPECT_FALSE(pixels.are_of(others));
   EXPECT_FALSE(pixels.are_of(FeaturesView(points.data(), 8)));
-}
-
-TEST(BlockInside, HasABitOfItsOwnForEachPoint) {
-  std::int16_t x[detail::block_size] = {}, y[detail::block_size] = {};
-  const detail::Interval columns(5, 1), rows(0, 1);
-  for (std::size_t k = 0; k < detail::block_size; ++k) {
-    x[k] = 5;
-    EXPECT_EQ(detail::block_inside(x, y, columns, rows),
-              std::uint64_t{1} << detail::bit_of_point(k));
-    x[k] = 0;
-  }
 }
 
 }  // namespace

@@ -44,27 +44,23 @@ struct DepthLbpOptions {
 class DepthLbp {
  public:
   /// Throws std::invalid_argument unless the bits are the numbers 0 to 7 in some order.
-  explicit DepthLbp(const DepthLbpOptions& options = {}) : options_(options) {
-    unsigned seen = 0;
-    for (const std::uint8_t bit : options.bits) seen |= bit < 8 ? 1U << bit : 0U;
-    if (seen != 0xFFU) {
-      detail::throw_misuse("DepthLbp", "bits that are not a permutation",
-                           "each of 0 to 7 once, clockwise from the top-left neighbour");
-    }
-    for (unsigned code = 0; code < 256; ++code) {
-      unsigned arranged = 0;
-      for (unsigned k = 0; k < 8; ++k) arranged |= (code >> k & 1U) << options.bits[k];
-      arrangement_[code] = static_cast<std::uint8_t>(arranged);
-    }
-  }
+  explicit DepthLbp(const DepthLbpOptions& options = {})
+      : options_(options), codes_(checked(options.bits)) {}
 
   /// The code of one pixel; nothing if it has none. Throws std::invalid_argument for a depth image
   /// of another type. O(1).
   std::optional<std::uint8_t> code(const cv::Mat& depth, cv::Point pixel) const {
-    if (depth.type() == CV_16UC1 && depth.dims <= 2) return code_in<std::uint16_t>(depth, pixel);
-    if (depth.type() == CV_32FC1 && depth.dims <= 2) return code_in<float>(depth, pixel);
-    require_depth(depth);  // it is empty, or this throws
-    return {};
+    require_depth(depth);
+    if (depth.type() == CV_16UC1) return points_of<std::uint16_t>(depth)(pixel.x, pixel.y);
+    if (depth.type() == CV_32FC1) return points_of<float>(depth)(pixel.x, pixel.y);
+    return {};  // it is empty
+  }
+
+  /// What gives the codes of many pixels of a depth image of this type, one by one. It refers to
+  /// this operator and to the image's data.
+  template <class Depth>
+  detail::DepthLbpPoints<Depth> points_of(const cv::Mat& depth) const {
+    return {depth, codes_, missing_is_farther()};
   }
 
   /// The codes of many features, one for each of them in their order. `codes` is resized, which
@@ -106,6 +102,16 @@ class DepthLbp {
   }
 
  private:
+  static const std::array<std::uint8_t, 8>& checked(const std::array<std::uint8_t, 8>& bits) {
+    unsigned seen = 0;
+    for (const std::uint8_t bit : bits) seen |= bit < 8 ? 1U << bit : 0U;
+    if (seen != 0xFFU) {
+      detail::throw_misuse("DepthLbp", "bits that are not a permutation",
+                           "each of 0 to 7 once, clockwise from the top-left neighbour");
+    }
+    return bits;
+  }
+
   static void require_depth(const cv::Mat& depth) {
     const bool known = depth.type() == CV_16UC1 || depth.type() == CV_32FC1;
     if ((!known && !depth.empty()) || depth.dims > 2) {
@@ -120,24 +126,9 @@ class DepthLbp {
   }
 
   template <class Depth>
-  [[gnu::always_inline]] std::optional<std::uint8_t> code_of(
-      const detail::DepthLbpPoints<Depth>& image, int x, int y) const {
-    if (!image.is_inner(x, y)) return {};
-    bool exists = false;
-    const std::uint8_t code = arrangement_[image.clockwise_code(x, y, exists)];
-    return exists ? std::optional<std::uint8_t>(code) : std::nullopt;
-  }
-
-  template <class Depth>
-  [[gnu::always_inline]] std::optional<std::uint8_t> code_in(const cv::Mat& depth,
-                                                             const cv::Point& pixel) const {
-    return code_of(detail::DepthLbpPoints<Depth>(depth, missing_is_farther()), pixel.x, pixel.y);
-  }
-
-  template <class Depth>
   void codes_of(const cv::Mat& depth, FeaturesView features,
                 std::vector<std::optional<std::uint8_t>>& codes) const {
-    const detail::DepthLbpPoints<Depth> image(depth, missing_is_farther());
+    const detail::DepthLbpPoints<Depth> code_at = points_of<Depth>(depth);
     // Some pixels ahead of their codes, so that their depths are fetched all at once.
     constexpr std::size_t at_a_time = 32;
     std::array<cv::Point, at_a_time> pixels;
@@ -145,10 +136,10 @@ class DepthLbp {
       const std::size_t count = std::min(features.size() - first, at_a_time);
       for (std::size_t i = 0; i < count; ++i) {
         pixels[i] = features.pixel(first + i);
-        image.prefetch(pixels[i].x, pixels[i].y);
+        code_at.prefetch(pixels[i].x, pixels[i].y);
       }
       for (std::size_t i = 0; i < count; ++i) {
-        codes[first + i] = code_of(image, pixels[i].x, pixels[i].y);
+        codes[first + i] = code_at(pixels[i].x, pixels[i].y);
       }
     }
   }
@@ -162,7 +153,7 @@ class DepthLbp {
 
   DepthLbpOptions options_;
   detail::InstructionSet instruction_set_ = detail::best_instruction_set();
-  std::array<std::uint8_t, 256> arrangement_{};  // from clockwise bits to the bits of the options
+  detail::NeighbourCodes codes_;
 };
 
 }  // namespace dynfilter

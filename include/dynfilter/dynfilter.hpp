@@ -15,6 +15,8 @@
 #include "dynfilter/dynamic_filter.hpp"
 #include "dynfilter/edge_compensator.hpp"
 #include "dynfilter/feature_floor.hpp"
+#include "dynfilter/feature_list.hpp"
+#include "dynfilter/feature_pixels.hpp"
 #include "dynfilter/feature_sampler.hpp"
 #include "dynfilter/features.hpp"
 #include "dynfilter/filter_input.hpp"

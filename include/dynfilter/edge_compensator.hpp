@@ -17,6 +17,7 @@
 
 #include "dynfilter/depth_lbp.hpp"
 #include "dynfilter/detail/depth_image.hpp"
+#include "dynfilter/detail/depth_reader.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/feature_lists.hpp"
 #include "dynfilter/detail/rectangles.hpp"
@@ -104,21 +105,20 @@ class EdgeCompensator {
     const FeaturePixels& pixels = pixels_of(input, workspace);
     const detail::MaskedFeatures masked(labels, workspace.masked_first, workspace.masked_next);
     detail::with_depth_image(input.frame, [&](const auto& image) {
+      const detail::DepthReader reader(image, depth_lbp_, input.frame.depth, pixels);
       for_each_object(labels, [&](std::size_t k, InstanceStatistics& statistics) {
-        SampleCandidate* const sample = workspace.candidates.data();
-        SampleCandidate* const end = collect_candidates(image, input, k, pixels, masked, sample);
-        estimate_ranges(image, input, pixels, sample, sampler_.draw(sample, end), workspace,
-                        statistics);
+        estimate_ranges(reader, draw(reader, input, k, statistics.masked, masked, workspace),
+                        workspace, statistics);
         if (statistics.compensation != Compensation::applied) return;
-        compensate(image, input, k, pixels, labels, workspace);
+        compensate(reader, input, k, labels, workspace);
       });
     });
   }
 
  private:
   static void reserve(std::size_t features, Workspace& workspace) {
-    // One more: what is no candidate is written behind the last that is one.
-    if (workspace.candidates.size() <= features) workspace.candidates.resize(features + 1);
+    if (workspace.candidates.size() < features) workspace.candidates.resize(features);
+    if (workspace.readings.size() < features) workspace.readings.resize(features);
     workspace.depths_m.reserve(features);
     workspace.codes.reserve(features);
   }
@@ -132,40 +132,71 @@ class EdgeCompensator {
     }
   }
 
-  /// The features of FP_object that have depth, put where `end` points; returns where they end.
-  template <class Image>
-  SampleCandidate* collect_candidates(const Image& image, const FilterInput& input, std::size_t k,
-                                      const FeaturePixels& pixels,
-                                      const detail::MaskedFeatures& masked,
-                                      SampleCandidate* end) const {
+  struct Sample {
+    const SampleCandidate* first;
+    const SampleCandidate* last;
+
+    const SampleCandidate* begin() const { return first; }
+    const SampleCandidate* end() const { return last; }
+    std::size_t size() const { return static_cast<std::size_t>(last - first); }
+  };
+
+  /// Of the features of FP_object that have depth; a candidate's feature is the index of its
+  /// reading.
+  template <class Reader>
+  Sample draw(const Reader& reader, const FilterInput& input, std::size_t k,
+              std::size_t expected_features, const detail::MaskedFeatures& masked,
+              Workspace& workspace) const {
+    constexpr auto highest_key = std::numeric_limits<std::uint64_t>::max();
+    const std::uint64_t high_key = sampler_.high_key(expected_features);
+    SampleCandidate* const begin = workspace.candidates.data();
+    SampleCandidate* end = collect_candidates(reader, input, k, high_key, masked, workspace);
+    if (static_cast<std::size_t>(end - begin) < sampler_.samples() && high_key < highest_key) {
+      end = collect_candidates(reader, input, k, highest_key, masked, workspace);
+    }
+    return {begin, sampler_.draw(begin, end)};
+  }
+
+  /// Those with keys up to `high_key`; returns where they end.
+  template <class Reader>
+  SampleCandidate* collect_candidates(const Reader& reader, const FilterInput& input, std::size_t k,
+                                      std::uint64_t high_key, const detail::MaskedFeatures& masked,
+                                      Workspace& workspace) const {
     const Instance& instance = input.segmentation.instances[k];
     const std::uint64_t instance_hash = sampler_.instance_hash(input.frame.id, k);
-    masked.for_each_of(k, [&](std::size_t i) { image.prefetch(pixels[i], 0); });
+    SampleCandidate* const begin = workspace.candidates.data();
+    SampleCandidate* end = begin;
     masked.for_each_of(k, [&](std::size_t i) {
-      const cv::Point pixel = pixels[i];
-      end->pixel = detail::wrapping_difference(pixel, instance.box.tl());
-      end->key = FeatureSampler::key(instance_hash, end->pixel);
-      end->feature = i;
-      // Whether it is a candidate adds up, for a branch would hang on what nobody can foresee.
-      const int is_on_mask = instance.covers(pixel) ? 1 : 0;
-      end += is_on_mask & (image.read(pixel).is_known ? 1 : 0);
+      const cv::Point pixel = detail::wrapping_difference(reader.pixels[i], instance.box.tl());
+      const std::uint64_t key = FeatureSampler::key(instance_hash, pixel);
+      *end = {key, pixel, i};
+      // Whether it is one adds up, for a branch would hang on what nobody can foresee.
+      end += key <= high_key ? 1 : 0;
     });
-    return end;
+    reader.read(begin, end, workspace.readings);
+    const detail::NumberRange known_depths = reader.known_depths;
+    const detail::PixelReading* const readings = workspace.readings.data();
+    SampleCandidate* left = begin;
+    for (const SampleCandidate* candidate = begin; candidate != end; ++candidate) {
+      const std::size_t i = candidate->feature, index = static_cast<std::size_t>(candidate - begin);
+      *left = {candidate->key, candidate->pixel, index};
+      const bool has_depth = known_depths.contains(readings[index].depth_bits);
+      left += has_depth && instance.covers(reader.pixels[i]) ? 1 : 0;
+    }
+    return left;
   }
 
   /// [a, b]_depth and [a, b]_D-LBP from a sample of FP_object.
-  template <class Image>
-  void estimate_ranges(const Image& image, const FilterInput& input, const FeaturePixels& pixels,
-                       const SampleCandidate* sample, const SampleCandidate* sample_end,
-                       Workspace& workspace, InstanceStatistics& statistics) const {
+  template <class Reader>
+  void estimate_ranges(const Reader& reader, const Sample& sample, Workspace& workspace,
+                       InstanceStatistics& statistics) const {
     workspace.depths_m.clear();
     workspace.codes.clear();
-    statistics.sampled = static_cast<std::size_t>(sample_end - sample);
-    for (; sample != sample_end; ++sample) {
-      const cv::Point pixel = pixels[sample->feature];
-      workspace.depths_m.push_back(image.read(pixel).metres);
-      const auto code = depth_lbp_.code(input.frame.depth, pixel);
-      if (code) workspace.codes.push_back(*code);
+    statistics.sampled = sample.size();
+    for (const SampleCandidate& candidate : sample) {
+      const detail::PixelReading& reading = workspace.readings[candidate.feature];
+      workspace.depths_m.push_back(reader.image.metres_of_bits(reading.depth_bits));
+      if (reader.codes.has_code(reading)) workspace.codes.push_back(reader.codes.code(reading));
     }
     statistics.depth_range_m = depth_estimator_.estimate(workspace.depths_m);
     statistics.code_range = code_estimator_.estimate(workspace.codes);
@@ -174,32 +205,42 @@ class EdgeCompensator {
   }
 
   /// Eq. (1) for every feature in the box that is not removed yet.
-  template <class Image>
-  void compensate(const Image& image, const FilterInput& input, std::size_t k,
-                  const FeaturePixels& pixels, FeatureLabels& labels, Workspace& workspace) const {
+  template <class Reader>
+  void compensate(const Reader& reader, const FilterInput& input, std::size_t k,
+                  FeatureLabels& labels, Workspace& workspace) const {
     const Instance& instance = input.segmentation.instances[k];
     InstanceStatistics& statistics = labels.statistics().instances[k];
-    const ValueRange depth_range = statistics.depth_range_m, code_range = statistics.code_range;
-    auto features = detail::kept_inside(pixels, labels, instance.box, workspace.features);
+    auto features = detail::kept_inside(reader.pixels, labels, instance.box, workspace.features);
     statistics.candidates = features.size();
-    for (const std::size_t i : features) image.prefetch(pixels[i], 1);
+    reader.read(features.begin(), features.end(), workspace.readings);
+    const detail::NumberRange known_depths = reader.known_depths;
+    const detail::NumberRange depths = reader.image.bits_of(statistics.depth_range_m);
+    const detail::NumberRange codes = whole_numbers_in(statistics.code_range);
+    const bool passes_without = passes_without_value_;
+    const detail::PixelReading* reading = workspace.readings.data();
     std::size_t passed_depth = 0, passed_code = 0;
-    features.leave_only([&](std::size_t i) {
-      const auto depth = image.read(pixels[i]);
-      const auto code = depth_lbp_.code(input.frame.depth, pixels[i]);
-      const bool depth_fits = fits(depth.is_known, depth.metres, depth_range);
-      const bool code_fits = fits(code.has_value(), code.value_or(0), code_range);
+    features.leave_only([&](std::size_t) {
+      const bool has_depth = known_depths.contains(reading->depth_bits);
+      const bool has_code = reader.codes.has_code(*reading);
+      const bool is_within = codes.contains(reader.codes.code(*reading));
+      const bool depth_fits = depths.contains(reading->depth_bits) | (passes_without & !has_depth);
+      const bool code_fits = (has_code & is_within) | (passes_without & !has_code);
+      ++reading;
       passed_depth += depth_fits ? 1 : 0;
       passed_code += code_fits ? 1 : 0;
-      return depth_fits && code_fits;
+      return depth_fits & code_fits;
     });
     statistics.passed_depth = passed_depth;
     statistics.passed_code = passed_code;
     labels.remove_all(features, static_cast<std::int32_t>(k), Reason::compensated, instance.score);
   }
 
-  bool fits(bool is_known, double value, const ValueRange& range) const {
-    return is_known ? range.contains(value) : passes_without_value_;
+  /// The codes in a range that is not empty.
+  static detail::NumberRange whole_numbers_in(const ValueRange& range) {
+    const double first = std::max(std::ceil(range.lower), 0.0);
+    const double last = std::min(std::floor(range.upper), 255.0);
+    if (first > last) return {};
+    return {static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(last - first) + 1};
   }
 
   FeatureSampler sampler_;

@@ -10,13 +10,15 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
-#include <utility>
 #include <vector>
 
 #include <opencv2/core.hpp>
 
+#include "dynfilter/detail/block_rounding.hpp"
 #include "dynfilter/detail/blocks.hpp"
+#include "dynfilter/detail/instruction_set.hpp"
+#include "dynfilter/detail/narrow_pixels.hpp"
+#include "dynfilter/feature_list.hpp"
 #include "dynfilter/features.hpp"
 
 namespace dynfilter {
@@ -25,21 +27,19 @@ namespace dynfilter {
 /// a rectangle at once: stages ask for each instance which features are in its box.
 class FeaturePixels {
  public:
+  /// Of the processor's instructions, the best up to those of a set are used.
+  explicit FeaturePixels(detail::InstructionSet best = detail::best_instruction_set())
+      : instruction_set_(best) {}
+
   /// Reads the features' pixels, reusing memory. Where many rectangles will be asked for, features
   /// are sorted by their column, so that most of them need not be looked at. O(features).
   void read(FeaturesView features, std::size_t expected_rectangles = 0) {
     view_ = features;
-    reserve_blocks(blocks());
-    // All are copied before the first is read: reading what was just written in smaller pieces
-    // would wait for it.
-    features.copy_positions(0, size(), positions_.data());
-    const auto padding = static_cast<float>(detail::outside_narrow);
-    std::fill(positions_.data() + 2 * size(), positions_.data() + 2 * blocks() * detail::block_size,
-              padding);
-    for (std::size_t block = 0; block < blocks(); ++block) round_block(block);
-    // Sorting costs about as much as comparing all features with four rectangles.
-    if (expected_rectangles >= 8) return sort_by_column();
-    if (is_sorted_) restore_order();
+    reserve();
+    round_all();
+    // Sorting costs about as much as comparing all features with some ten rectangles.
+    is_sorted_ = expected_rectangles >= 8;
+    if (is_sorted_) sort_by_column();
   }
 
   std::size_t size() const { return view_.size(); }
@@ -50,30 +50,31 @@ class FeaturePixels {
   /// As FeaturesView::pixel gives it. i must be below size().
   cv::Point operator[](std::size_t i) const { return pixels_[i]; }
 
-  /// Calls action(i) for every feature whose pixel lies in the rectangle, wherever that lies, in
-  /// an order of its own. O(features / 64), and the features that lie in it.
-  template <class Action>
-  void for_each_inside(const cv::Rect& rectangle, const Action& action) const {
-    for_each_inside(detail::Interval(rectangle.x, rectangle.width),
-                    detail::Interval(rectangle.y, rectangle.height), action);
+  /// The features whose pixels lie in the rectangle, wherever that lies, in an order of their own,
+  /// but for those whose bit in `without` is set: bit i % 64 of word i / 64, as
+  /// FeatureLabels::removed_bits has them. The list lies in `memory`. O(features / 64), and the
+  /// features that lie in it.
+  FeatureList inside(const cv::Rect& rectangle, const std::vector<std::uint64_t>& without,
+                     std::vector<std::uint32_t>& memory) const {
+    return inside(detail::Interval(rectangle.x, rectangle.width),
+                  detail::Interval(rectangle.y, rectangle.height), without, memory);
   }
 
-  template <class Action>
-  void for_each_inside(const detail::Interval& columns, const detail::Interval& rows,
-                       const Action& action) const {
-    if (columns.empty() || rows.empty()) return;
+  FeatureList inside(const detail::Interval& columns, const detail::Interval& rows,
+                     const std::vector<std::uint64_t>& without,
+                     std::vector<std::uint32_t>& memory) const {
+    FeatureList list(memory, size());
+    if (columns.empty() || rows.empty()) return list;
     if (!columns.is_narrow() || !rows.is_narrow()) {
-      for (std::size_t i = 0; i < size(); ++i) {
-        if (columns.contains(pixels_[i].x) && rows.contains(pixels_[i].y)) action(i);
-      }
-      return;
+      list_wide(columns, rows, without, list);
+    } else if (is_sorted_) {
+      list_sorted(columns, rows, without, list);
+    } else {
+      const detail::PixelBlocks all = {narrow_.data(), blocks(), 0, without.data()};
+      list.end_at(
+          detail::list_inside(all, {columns, rows}, instruction_set_, list.place_to_write()));
     }
-    const auto [begin, end] = slots_of(columns);
-    for (std::size_t first = begin; first < end; first += detail::block_size) {
-      const std::uint64_t inside =
-          detail::block_inside(&narrow_x_[first], &narrow_y_[first], columns, rows);
-      detail::for_each_bit(inside, [&](std::size_t bit) { action(order_[first + bit]); });
-    }
+    return list;
   }
 
  private:
@@ -81,52 +82,57 @@ class FeaturePixels {
 
   std::size_t blocks() const { return detail::blocks_for(size()); }
 
-  void reserve_blocks(std::size_t blocks) {
-    const std::size_t padded = blocks * detail::block_size;
-    if (pixels_.size() >= padded) return;
-    positions_.resize(2 * padded);
-    pixels_.resize(padded);
-    narrow_x_.resize(padded);
-    narrow_y_.resize(padded);
-    sorted_x_.resize(padded);
-    sorted_y_.resize(padded);
-    order_.resize(padded);
-    restore_order();
+  void reserve() {
+    if (narrow_.size() >= blocks()) return;
+    narrow_.resize(blocks());
+    sorted_.resize(blocks());
+    pixels_.resize(blocks() * detail::block_size);
+    order_.resize(blocks() * detail::block_size);
   }
 
-  void put_into_slot(std::size_t slot, std::size_t feature) {
-    const std::size_t point = slot % detail::block_size;
-    order_[slot - point + detail::bit_of_point(point)] = static_cast<std::uint32_t>(feature);
+  static detail::NarrowPixel& pixel(std::vector<detail::NarrowBlock>& blocks, std::size_t i) {
+    return blocks[i / detail::block_size].pixels[i % detail::block_size];
   }
 
-  void restore_order() {
-    for (std::size_t i = 0; i < order_.size(); ++i) put_into_slot(i, i);
-    is_sorted_ = false;
+  void round_all() {
+    const detail::Positions positions = {static_cast<const unsigned char*>(view_.data()),
+                                         view_.stride_bytes()};
+    const std::size_t whole_blocks = size() / detail::block_size;
+    for (std::size_t block = 0; block < whole_blocks; ++block) {
+      const std::size_t first = block * detail::block_size;
+      detail::round_block({positions.at(first), positions.stride}, instruction_set_,
+                          &pixels_[first], narrow_[block]);
+    }
+    if (whole_blocks == blocks()) return;
+    const std::size_t first = whole_blocks * detail::block_size;
+    detail::round_plainly({positions.at(first), positions.stride}, size() - first, &pixels_[first],
+                          narrow_[whole_blocks]);
+    pad(narrow_);
+  }
+
+  /// With pixels that lie in no narrow interval, to the end of the last block.
+  void pad(std::vector<detail::NarrowBlock>& pixels) const {
+    const detail::NarrowPixel outside = {detail::least_narrow, detail::least_narrow};
+    for (std::size_t i = size(); i < blocks() * detail::block_size; ++i) pixel(pixels, i) = outside;
   }
 
   /// By counting: features of equal columns keep their order.
   void sort_by_column() {
-    is_sorted_ = true;
-    const int highest = *std::max_element(narrow_x_.begin(), narrow_x_.begin() + signed_size());
+    const auto column = [&](std::size_t i) { return column_of(pixel(narrow_, i).x); };
+    int highest = 0;
+    for (std::size_t i = 0; i < size(); ++i) highest = std::max<int>(highest, pixel(narrow_, i).x);
     column_shift_ = 0;
-    while (std::size_t{1} * static_cast<unsigned>(std::max(highest, 0)) >> column_shift_ >=
-           most_columns) {
-      ++column_shift_;
-    }
+    while (static_cast<unsigned>(highest) >> column_shift_ >= most_columns) ++column_shift_;
     first_slots_.fill(0);
-    for (std::size_t i = 0; i < size(); ++i) ++first_slots_[column_of(narrow_x_[i]) + 1];
+    for (std::size_t i = 0; i < size(); ++i) ++first_slots_[column(i) + 1];
     for (std::size_t c = 0; c < most_columns; ++c) first_slots_[c + 1] += first_slots_[c];
     std::array<std::uint32_t, most_columns + 1> next = first_slots_;
     for (std::size_t i = 0; i < size(); ++i) {
-      const std::size_t slot = next[column_of(narrow_x_[i])]++;
-      sorted_x_[slot] = narrow_x_[i];
-      sorted_y_[slot] = narrow_y_[i];
-      put_into_slot(slot, i);
+      const std::size_t slot = next[column(i)]++;
+      pixel(sorted_, slot) = pixel(narrow_, i);
+      order_[slot] = static_cast<std::uint32_t>(i);
     }
-    const auto padding = static_cast<std::int16_t>(detail::outside_narrow);
-    std::fill(sorted_x_.data() + size(), sorted_x_.data() + blocks() * detail::block_size, padding);
-    narrow_x_.swap(sorted_x_);
-    narrow_y_.swap(sorted_y_);
+    pad(sorted_);
   }
 
   /// What lies left of the image is in its first column, what lies right of all features in the
@@ -136,49 +142,38 @@ class FeaturePixels {
     return std::min(column, most_columns - 1);
   }
 
-  /// Where the features of these columns are, from the beginning of a block on.
-  std::pair<std::size_t, std::size_t> slots_of(const detail::Interval& columns) const {
-    if (!is_sorted_) return {0, size()};
-    const std::size_t begin = first_slots_[column_of(columns.narrow_first())];
-    return {begin - begin % detail::block_size, first_slots_[column_of(columns.narrow_last()) + 1]};
+  void list_sorted(const detail::Interval& columns, const detail::Interval& rows,
+                   const std::vector<std::uint64_t>& without, FeatureList& list) const {
+    const std::size_t begin = first_slots_[column_of(columns.narrow_first())] / detail::block_size;
+    const std::size_t end = detail::blocks_for(first_slots_[column_of(columns.narrow_last()) + 1]);
+    const detail::PixelBlocks slots = {sorted_.data() + begin, end - begin,
+                                       begin * detail::block_size, nullptr};
+    list.end_at(
+        detail::list_inside(slots, {columns, rows}, instruction_set_, list.place_to_write()));
+    list.replace([&](std::size_t slot) { return order_[slot]; });
+    list.leave_only([&](std::size_t i) { return !has_bit(without, i); });
   }
 
-  std::ptrdiff_t signed_size() const { return static_cast<std::ptrdiff_t>(size()); }
-
-  void round_block(std::size_t block) {
-    const std::size_t first = block * detail::block_size;
-    if (!detail::are_ordinary(&positions_[2 * first])) return round_extraordinary_block(first);
-    int rounded[2 * detail::block_size];
-    for (std::size_t j = 0; j < 2 * detail::block_size; ++j) {
-      rounded[j] = detail::round_half_up(positions_[2 * first + j]);
-    }
-    std::int16_t x[detail::block_size], y[detail::block_size];
-    for (std::size_t j = 0; j < detail::block_size; ++j) {
-      x[j] = static_cast<std::int16_t>(rounded[2 * j]);
-      y[j] = static_cast<std::int16_t>(rounded[2 * j + 1]);
-    }
-    std::memcpy(&pixels_[first], rounded, sizeof rounded);
-    std::memcpy(&narrow_x_[first], x, sizeof x);
-    std::memcpy(&narrow_y_[first], y, sizeof y);
-  }
-
-  /// With positions that are no numbers, or lie far from any image.
-  void round_extraordinary_block(std::size_t first) {
-    for (std::size_t i = first; i < first + detail::block_size; ++i) {
-      pixels_[i] = nearest_pixel({positions_[2 * i], positions_[2 * i + 1]});
-      narrow_x_[i] = detail::narrowed(pixels_[i].x);
-      narrow_y_[i] = detail::narrowed(pixels_[i].y);
+  /// Rectangles that reach to the ends of 16 bits, or beyond.
+  void list_wide(const detail::Interval& columns, const detail::Interval& rows,
+                 const std::vector<std::uint64_t>& without, FeatureList& list) const {
+    for (std::size_t i = 0; i < size(); ++i) {
+      const bool is_inside = columns.contains(pixels_[i].x) && rows.contains(pixels_[i].y);
+      list.add_if(is_inside && !has_bit(without, i), i);
     }
   }
 
+  static bool has_bit(const std::vector<std::uint64_t>& bits, std::size_t i) {
+    return (bits[i / detail::block_size] >> i % detail::block_size & 1U) != 0;
+  }
+
+  detail::InstructionSet instruction_set_;
   FeaturesView view_;
-  std::vector<float> positions_;  // x and y in turn
   std::vector<cv::Point> pixels_;
-  // The same, cut off at the ends of 16 bits: half the bytes to compare.
-  std::vector<std::int16_t> narrow_x_, narrow_y_;
-  std::vector<std::uint32_t> order_;               // the feature that a bit of a block stands for
-  std::vector<std::int16_t> sorted_x_, sorted_y_;  // memory to sort into
+  std::vector<detail::NarrowBlock> narrow_;  // the same in half the bytes
   bool is_sorted_ = false;
+  std::vector<detail::NarrowBlock> sorted_;
+  std::vector<std::uint32_t> order_;                           // the feature of a sorted pixel
   int column_shift_ = 0;                                       // a column is 2^shift pixels wide
   std::array<std::uint32_t, most_columns + 1> first_slots_{};  // of each column, and the end
 };

@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <iterator>
+#include <limits>
 #include <tuple>
 #include <vector>
 
@@ -55,6 +55,17 @@ class FeatureSampler {
     return mix(instance_hash ^ (std::uint64_t{x} << 32U | y));
   }
 
+  std::size_t samples() const { return samples_; }
+
+  /// The highest key of about one and a half times the sample, of so many features: keys are hashes
+  /// and lie evenly between 0 and 2^64. So most features need not be looked at to know that they
+  /// are not drawn, provided that at least samples() others have keys up to this one.
+  std::uint64_t high_key(std::size_t features) const {
+    const double share = 1.5 * static_cast<double>(samples_) / static_cast<double>(features);
+    return share < 1 ? static_cast<std::uint64_t>(share * 18446744073709551616.0)
+                     : std::numeric_limits<std::uint64_t>::max();
+  }
+
   /// Reduces the candidates to the sample, in no particular order: those with the smallest keys,
   /// all of them if there are fewer. Equal keys are told apart by their pixels (row, then column);
   /// features of the same pixel are interchangeable, since they read the same depth. O(candidates).
@@ -66,7 +77,6 @@ class FeatureSampler {
   /// The same in an array: puts the sample at its beginning and returns where it ends.
   SampleCandidate* draw(SampleCandidate* begin, SampleCandidate* end) const {
     if (static_cast<std::size_t>(end - begin) <= samples_) return end;
-    end = leave_small_keys(begin, end);
     SampleCandidate* const sample_end = begin + samples_;
     std::nth_element(
         begin, sample_end, end, [](const SampleCandidate& a, const SampleCandidate& b) {
@@ -83,24 +93,6 @@ class FeatureSampler {
     state = (state ^ state >> 30U) * 0xBF58476D1CE4E5B9U;
     state = (state ^ state >> 27U) * 0x94D049BB133111EBU;
     return state ^ state >> 31U;
-  }
-
-  /// Leaves about twice the sample, which is among them: keys are hashes and lie evenly between 0
-  /// and 2^64, so a bound tells small ones from others without comparing them with each other.
-  /// Leaves all where the keys of a frame chance to lie otherwise.
-  SampleCandidate* leave_small_keys(SampleCandidate* begin, SampleCandidate* end) const {
-    const double share = 2 * static_cast<double>(samples_) / static_cast<double>(end - begin);
-    if (!(share < 1)) return end;
-    const auto bound = static_cast<std::uint64_t>(share * 18446744073709551616.0);
-    std::size_t small = 0;
-    for (const SampleCandidate* c = begin; c != end; ++c) small += c->key < bound ? 1 : 0;
-    if (small < samples_) return end;
-    SampleCandidate* small_end = begin;
-    for (const SampleCandidate* c = begin; c != end; ++c) {
-      *small_end = *c;  // to its own place or one before it, and there it stays or not
-      small_end += c->key < bound ? 1 : 0;
-    }
-    return small_end;
   }
 
   std::size_t samples_;

@@ -47,7 +47,7 @@ class FeaturesView {
   FeaturesView() = default;
 
   static_assert(std::is_standard_layout<cv::KeyPoint>::value && offsetof(cv::KeyPoint, pt) == 0,
-                "copy_positions reads the position where the keypoint begins");
+                "data() is where the position is");
 
   FeaturesView(const cv::KeyPoint* keypoints, std::size_t count)
       : first_(reinterpret_cast<const unsigned char*>(keypoints)),
@@ -89,14 +89,10 @@ class FeaturesView {
   /// The pixel that feature i belongs to, see nearest_pixel.
   cv::Point pixel(std::size_t i) const { return nearest_pixel((*this)[i]); }
 
-  /// Copies the positions of `count` features from `first` on, x and y in turn.
-  void copy_positions(std::size_t first, std::size_t count, float* coordinates) const {
-    // A keypoint begins with its position, too.
-    const unsigned char* element = first_ + first * stride_;
-    for (std::size_t i = 0; i < count; ++i, element += stride_) {
-      std::memcpy(coordinates + 2 * i, element, sizeof(cv::Point2f));
-    }
-  }
+  /// Where the position of the first feature lies in memory, x and y as floats, and how many bytes
+  /// there are from one to the next.
+  const void* data() const { return first_; }
+  std::size_t stride_bytes() const { return stride_; }
 
   /// Whether the other view shows the same elements in memory.
   bool is_same_view(const FeaturesView& other) const {

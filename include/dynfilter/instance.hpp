@@ -31,10 +31,10 @@ struct Instance {
   /// Whether the mask has the object at this pixel. False outside the mask. O(1).
   bool covers(cv::Point pixel) const {
     // 64 bits: a pixel or an origin may lie anywhere in the range of int.
-    const std::int64_t x = std::int64_t{pixel.x} - mask_origin.x;
-    const std::int64_t y = std::int64_t{pixel.y} - mask_origin.y;
-    return x >= 0 && y >= 0 && x < mask.cols && y < mask.rows &&
-           mask.ptr<std::uint8_t>(static_cast<int>(y))[x] != 0;
+    const auto x = static_cast<std::uint64_t>(std::int64_t{pixel.x} - mask_origin.x);
+    const auto y = static_cast<std::uint64_t>(std::int64_t{pixel.y} - mask_origin.y);
+    return x < static_cast<std::uint64_t>(mask.cols) && y < static_cast<std::uint64_t>(mask.rows) &&
+           mask.data[y * mask.step[0] + x] != 0;
   }
 
   /// Whether the box holds this pixel; its right and lower edge do not belong to it. O(1).

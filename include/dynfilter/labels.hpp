@@ -15,6 +15,7 @@
 
 #include "dynfilter/detail/blocks.hpp"
 #include "dynfilter/detail/errors.hpp"
+#include "dynfilter/feature_list.hpp"
 #include "dynfilter/segmentation.hpp"
 #include "dynfilter/statistics.hpp"
 
@@ -97,19 +98,20 @@ class FeatureLabels {
   template <class Indices>
   std::size_t remove_all(const Indices& features, std::int32_t instance, Reason reason,
                          float score) {
-    std::size_t last = 0, removed = 0, restored = 0;
-    for (const std::size_t i : features) last = std::max(last, i);
     if (std::begin(features) == std::end(features)) return 0;
-    require_verdict("FeatureLabels::remove_all", last, instance, score);
+    require_verdict("FeatureLabels::remove_all", last_of(features), instance, score);
     require_removing(reason);
     const FeatureLabel verdict = {score, instance, reason, true};
+    FeatureLabel* const labels = labels_.data();
+    std::uint64_t* const removed_bits = removed_bits_.data();
+    std::size_t removed = 0, restored = 0;
     for (const std::size_t i : features) {
-      FeatureLabel& label = labels_[i];
+      FeatureLabel& label = labels[i];
       if (label.removed) continue;
       restored += label.reason == Reason::restored ? 1U : 0U;
       removed += 1;
       label = verdict;
-      removed_bits_[i / detail::block_size] |= bit_of(i);
+      removed_bits[i / detail::block_size] |= bit_of(i);
     }
     statistics_.restored -= restored;
     count(verdict, removed);
@@ -185,6 +187,15 @@ class FeatureLabels {
                          detail::concatenate("the reason ", static_cast<int>(reason)),
                          "in_mask, compensated, or custom and above");
   }
+
+  /// The highest index of a range that is not empty, or one that none is above.
+  template <class Indices>
+  static std::size_t last_of(const Indices& features) {
+    std::size_t last = 0;
+    for (const std::size_t i : features) last = std::max(last, i);
+    return last;
+  }
+  static std::size_t last_of(const FeatureList& features) { return features.features() - 1; }
 
   static std::uint64_t bit_of(std::size_t i) {
     return std::uint64_t{1} << (i % detail::block_size);

@@ -15,10 +15,11 @@
 
 #include <opencv2/core.hpp>
 
-#include "dynfilter/detail/blocks.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/feature_lists.hpp"
 #include "dynfilter/detail/mask_distance.hpp"
+#include "dynfilter/detail/narrow_pixels.hpp"
+#include "dynfilter/feature_list.hpp"
 #include "dynfilter/feature_pixels.hpp"
 #include "dynfilter/filter_input.hpp"
 #include "dynfilter/labels.hpp"
@@ -151,15 +152,14 @@ class MaskCuller {
   }
 
   /// Those of one instance that are not removed yet.
-  detail::FeatureList features_of(const Instance& instance, FeaturesView features,
-                                  const FeaturePixels& pixels, const FeatureLabels& labels,
-                                  Workspace& workspace) const {
+  FeatureList features_of(const Instance& instance, FeaturesView features,
+                          const FeaturePixels& pixels, const FeatureLabels& labels,
+                          Workspace& workspace) const {
     const bool has_margin = options_.margin_px > 0 || options_.margin_per_diameter > 0;
     if (!has_margin) {
       return detail::kept_on_mask(pixels, labels, instance.mask, instance.mask_origin,
                                   workspace.features);
     }
-    detail::FeatureList list(workspace.features, pixels.size());
     // As far as margins may reach: anywhere, where they are in proportion to the keypoints.
     const double most =
         options_.margin_per_diameter > 0 ? detail::most_mask_radius : std::ceil(options_.margin_px);
@@ -167,10 +167,9 @@ class MaskCuller {
     const cv::Point origin = instance.mask_origin;
     const detail::Interval columns(origin.x - reach, instance.mask.cols + 2 * reach);
     const detail::Interval rows(origin.y - reach, instance.mask.rows + 2 * reach);
-    pixels.for_each_inside(columns, rows, [&](std::size_t i) {
-      if (labels.is_removed(i)) return;
-      const double margin = margin_of(features.diameter_px(i));
-      list.add_if(detail::mask_within(instance, pixels[i], margin), i);
+    FeatureList list = pixels.inside(columns, rows, labels.removed_bits(), workspace.features);
+    list.leave_only([&](std::size_t i) {
+      return detail::mask_within(instance, pixels[i], margin_of(features.diameter_px(i)));
     });
     return list;
   }

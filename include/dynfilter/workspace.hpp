@@ -12,6 +12,7 @@
 
 #include <opencv2/core.hpp>
 
+#include "dynfilter/detail/depth_lbp_points.hpp"
 #include "dynfilter/feature_pixels.hpp"
 #include "dynfilter/feature_sampler.hpp"
 #include "dynfilter/object_depth.hpp"
@@ -44,6 +45,7 @@ struct Workspace {
   std::vector<std::uint32_t> features;  ///< of one instance
   std::vector<std::uint32_t> masked_first, masked_next;  ///< chains of the masked ones
   std::vector<SampleCandidate> candidates;               ///< for the sample of one instance
+  std::vector<detail::PixelReading> readings;            ///< at the pixels of `features`
   std::vector<double> depths_m;                          ///< of the sample
   std::vector<double> codes;                             ///< of the sample
   std::vector<RestoreCandidate> restorable;

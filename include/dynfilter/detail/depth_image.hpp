@@ -11,26 +11,48 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <type_traits>
 
 #include <opencv2/core.hpp>
 
+#include "dynfilter/detail/depth_lbp_kernel.hpp"
 #include "dynfilter/frame.hpp"
+#include "dynfilter/statistics.hpp"
 
 namespace dynfilter::detail {
+
+/// Some numbers that follow each other.
+struct NumberRange {
+  std::uint32_t first = 0;
+  std::uint32_t count = 0;
+
+  bool contains(std::uint32_t number) const { return number - first < count; }
+};
+
+/// Whether an index is at least 0 and below a count: in one comparison, to which a negative one is
+/// a high number.
+inline bool is_below(int index, int count) {
+  return static_cast<unsigned>(index) < static_cast<unsigned>(count);
+}
 
 /// Depth in metres, as FrameView::depth_m gives it, with 0 for "no depth".
 template <class Depth>
 class DepthImage {
  public:
-  explicit DepthImage(const FrameView& frame)
-      : depth_(frame.depth), metres_per_unit_(frame.depth_scale()) {}
+  using Value = Depth;
 
-  cv::Size size() const { return depth_.size(); }
+  explicit DepthImage(const FrameView& frame)
+      : data_(frame.depth.data),
+        row_bytes_(static_cast<std::ptrdiff_t>(frame.depth.step[0])),
+        size_(frame.depth.size()),
+        metres_per_unit_(frame.depth_scale()) {}
+
+  cv::Size size() const { return size_; }
 
   bool contains(int x, int y) const {
-    return x >= 0 && y >= 0 && x < depth_.cols && y < depth_.rows;
+    return is_below(x, size_.width) && is_below(y, size_.height);
   }
 
   /// A depth, or that there is none.
@@ -51,10 +73,36 @@ class DepthImage {
   /// Has the memory fetched that a reading of the pixel, and of those up to `rows` above and below,
   /// will need: many at once, where frames come from a camera and are in no cache.
   void prefetch(cv::Point pixel, int rows) const {
-    const std::int64_t x = pixel.x, y = pixel.y;
-    if (x < 0 || x >= depth_.cols || y < rows || y >= std::int64_t{depth_.rows} - rows) return;
+    if (!is_below(pixel.x, size_.width) || pixel.y < rows || pixel.y >= size_.height - rows) return;
     const Depth* const value = at(pixel.x, pixel.y);
     for (int row = -rows; row <= rows; ++row) __builtin_prefetch(value + row * row_step());
+  }
+
+  /// The bits of the depths in a range of metres, see DepthBits: they sort like the depths, so that
+  /// two searches find the ends.
+  NumberRange bits_of(const ValueRange& metres) const {
+    const auto first_that = [&](const auto& is_far_enough) {
+      std::uint32_t begin = 1, end = DepthBits<Depth>::first_beyond;
+      while (begin < end) {
+        const std::uint32_t middle = begin + (end - begin) / 2;
+        if (is_far_enough(metres_of_bits(middle))) {
+          end = middle;
+        } else {
+          begin = middle + 1;
+        }
+      }
+      return begin;
+    };
+    const std::uint32_t first = first_that([&](double m) { return m >= metres.lower; });
+    const std::uint32_t end = first_that([&](double m) { return m > metres.upper; });
+    return {first, end - first};
+  }
+
+  double metres_of_bits(std::uint32_t bits) const {
+    const auto depth = static_cast<typename DepthBits<Depth>::Type>(bits);
+    Depth value;
+    std::memcpy(&value, &depth, sizeof value);
+    return static_cast<double>(value) * metres_per_unit_;
   }
 
   /// The pixel must lie in the image.
@@ -68,13 +116,15 @@ class DepthImage {
   }
 
   /// The pixel must lie in the image; so must what is reached from it by steps and rows.
-  const Depth* at(int x, int y) const { return depth_.ptr<Depth>(y) + x; }
-  std::ptrdiff_t row_step() const {
-    return static_cast<std::ptrdiff_t>(depth_.step[0] / sizeof(Depth));
+  const Depth* at(int x, int y) const {
+    return reinterpret_cast<const Depth*>(data_ + y * row_bytes_) + x;
   }
+  std::ptrdiff_t row_step() const { return row_bytes_ / std::ptrdiff_t{sizeof(Depth)}; }
 
  private:
-  const cv::Mat& depth_;
+  const unsigned char* data_;
+  std::ptrdiff_t row_bytes_;
+  cv::Size size_;
   double metres_per_unit_;
 };
 

@@ -22,43 +22,9 @@
 #include "dynfilter/detail/depth_lbp_avx512.hpp"
 #include "dynfilter/detail/depth_lbp_sse2.hpp"
 #include "dynfilter/detail/depth_lbp_strip.hpp"
+#include "dynfilter/detail/instruction_set.hpp"
 
 namespace dynfilter::detail {
-
-/// In the order of preference. avx512 stands for what Ice Lake and Zen 4 have, and later ones.
-enum class InstructionSet { portable, sse2, avx2, avx512 };
-
-/// Whether this processor has it, and this compiler can make use of it.
-inline bool is_supported(InstructionSet set) {
-  if (set == InstructionSet::portable) return true;
-#if DYNFILTER_HAS_X86_KERNELS
-  __builtin_cpu_init();
-  if (set == InstructionSet::sse2) return true;
-  if (__builtin_cpu_supports("avx2") == 0) return false;
-  return set == InstructionSet::avx2 ||
-         (__builtin_cpu_supports("avx512f") != 0 && __builtin_cpu_supports("avx512bw") != 0 &&
-          __builtin_cpu_supports("avx512vbmi") != 0 && __builtin_cpu_supports("gfni") != 0);
-#else
-  return false;
-#endif
-}
-
-/// Those that are supported, the best last.
-inline std::vector<InstructionSet> supported_instruction_sets() {
-  std::vector<InstructionSet> sets;
-  for (const auto set : {InstructionSet::portable, InstructionSet::sse2, InstructionSet::avx2,
-                         InstructionSet::avx512}) {
-    if (is_supported(set)) sets.push_back(set);
-  }
-  return sets;
-}
-
-inline InstructionSet best_instruction_set() {
-  for (const auto set : {InstructionSet::avx512, InstructionSet::avx2, InstructionSet::sse2}) {
-    if (is_supported(set)) return set;
-  }
-  return InstructionSet::portable;
-}
 
 /// The codes of a strip. One that is narrower than what a set does at a time is done by a lower
 /// set.

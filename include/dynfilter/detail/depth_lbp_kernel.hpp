@@ -12,12 +12,7 @@
 #include <cstdint>
 #include <cstring>
 
-// What these compilers need to mix instruction sets in one file, and to ask the processor for them.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(_MSC_VER)
-#define DYNFILTER_HAS_X86_KERNELS 1
-#else
-#define DYNFILTER_HAS_X86_KERNELS 0
-#endif
+#include "dynfilter/detail/instruction_set.hpp"
 
 namespace dynfilter::detail {
 

@@ -8,8 +8,10 @@
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 #include <opencv2/core.hpp>
 
@@ -21,78 +23,123 @@
 
 namespace dynfilter::detail {
 
-#if DYNFILTER_HAS_X86_KERNELS
+// Which neighbours of a pixel are farther is told by 16 bits, as three rows side by side: bits 0 to
+// 2 for the upper row, 4 to 6 for the lower one, 8 and 10 for the pixel's own. What the other bits
+// are is of no account.
 
-// What clockwise_code does, for all neighbours at once: SSE2 is what every x86-64 processor has.
+/// The bits of the neighbours clockwise from the top-left one.
+constexpr std::array<std::uint8_t, 8> bits_clockwise = {0, 1, 2, 10, 6, 5, 4, 8};
 
-[[gnu::always_inline]] inline unsigned clockwise_code_at(const DepthRows<std::uint16_t>& rows,
-                                                         std::ptrdiff_t x, std::uint16_t bias) {
-  const auto [upper, middle, lower] = rows;
-  // One by one, and no _mm_set(1)_epi16, of which g++ makes detours by way of memory.
-  __m128i neighbours = _mm_cvtsi32_si128(upper[x - 1]);
-  neighbours = _mm_insert_epi16(neighbours, upper[x], 1);
-  neighbours = _mm_insert_epi16(neighbours, upper[x + 1], 2);
-  neighbours = _mm_insert_epi16(neighbours, middle[x + 1], 3);
-  neighbours = _mm_insert_epi16(neighbours, lower[x + 1], 4);
-  neighbours = _mm_insert_epi16(neighbours, lower[x], 5);
-  neighbours = _mm_insert_epi16(neighbours, lower[x - 1], 6);
-  neighbours = _mm_insert_epi16(neighbours, middle[x - 1], 7);
-  const auto broadcast = [](int value) __attribute__((always_inline)) {
-    const __m128i four = _mm_shufflelo_epi16(_mm_cvtsi32_si128(value), 0);
-    return _mm_unpacklo_epi64(four, four);
-  };
-  const __m128i signed_bias = broadcast(bias ^ 0x8000);
-  const __m128i farther = _mm_cmpgt_epi16(_mm_add_epi16(neighbours, signed_bias),
-                                          _mm_add_epi16(broadcast(middle[x]), signed_bias));
-  return static_cast<unsigned>(_mm_movemask_epi8(_mm_packs_epi16(farther, _mm_setzero_si128())));
+/// Makes codes of them, with the bits of DepthLbpOptions.
+class NeighbourCodes {
+ public:
+  explicit NeighbourCodes(const std::array<std::uint8_t, 8>& bits) {
+    const auto add = [](auto& codes, unsigned at, unsigned bit) {
+      for (unsigned i = 0; i < codes.size(); ++i) {
+        if ((i >> at & 1U) != 0) codes[i] = static_cast<std::uint8_t>(codes[i] | bit);
+      }
+    };
+    for (std::size_t k = 0; k < 8; ++k) {
+      const unsigned at = bits_clockwise[k], bit = 1U << bits[k];
+      if (at < 8) add(of_outer_rows_, at, bit);
+      if (at >= 8) add(of_own_row_, at - 8, bit);
+    }
+  }
+
+  unsigned operator[](unsigned farther) const {
+    return unsigned{of_outer_rows_[farther & 0x7FU]} | of_own_row_[farther >> 8U & 7U];
+  }
+
+ private:
+  std::array<std::uint8_t, 128> of_outer_rows_{};
+  std::array<std::uint8_t, 8> of_own_row_{};
+};
+
+/// One neighbour after the other.
+template <class Depth>
+std::uint16_t farther_plainly(const DepthRows<Depth>& rows, std::ptrdiff_t x,
+                              typename DepthBits<Depth>::Type bias) {
+  const unsigned code = clockwise_code(rows, x, bias);
+  unsigned farther = 0;
+  for (unsigned k = 0; k < 8; ++k) farther |= (code >> k & 1U) << bits_clockwise[k];
+  return static_cast<std::uint16_t>(farther);
 }
 
-[[gnu::always_inline]] inline unsigned clockwise_code_at(const DepthRows<float>& rows,
-                                                         std::ptrdiff_t x, std::uint32_t bias) {
-  const auto [upper, middle, lower] = rows;
-  const __m128i signed_bias = _mm_set1_epi32(static_cast<int>(bias ^ 0x80000000U));
-  const auto biased = [&](__m128 depths) __attribute__((always_inline)) {
-    return _mm_add_epi32(_mm_castps_si128(depths), signed_bias);
+#if DYNFILTER_HAS_X86_KERNELS
+
+// For all neighbours at once: SSE2 is what every x86-64 processor has. Of each row four depths are
+// read, the last of which is of no account but must be there.
+
+[[gnu::always_inline]] inline std::uint16_t farther_of_four(const DepthRows<std::uint16_t>& rows,
+                                                            std::ptrdiff_t x, std::uint16_t bias) {
+  const auto four = [x](const std::uint16_t* row) __attribute__((always_inline)) {
+    return _mm_loadl_epi64(reinterpret_cast<const __m128i*>(row + x - 1));
   };
-  const __m128i first = biased(_mm_set_ps(middle[x + 1], upper[x + 1], upper[x], upper[x - 1]));
-  const __m128i second = biased(_mm_set_ps(middle[x - 1], lower[x - 1], lower[x], lower[x + 1]));
-  const __m128i centre = biased(_mm_set1_ps(middle[x]));
-  return static_cast<unsigned>(_mm_movemask_epi8(_mm_packs_epi16(
-      _mm_packs_epi32(_mm_cmpgt_epi32(first, centre), _mm_cmpgt_epi32(second, centre)),
-      _mm_setzero_si128())));
+  const auto to_all = [](__m128i lane_1) __attribute__((always_inline)) {
+    const __m128i lower_four = _mm_shufflelo_epi16(lane_1, 0x55);
+    return _mm_unpacklo_epi64(lower_four, lower_four);
+  };
+  const __m128i signed_bias = _mm_set1_epi16(static_cast<short>(bias ^ 0x8000));
+  const __m128i outer =
+      _mm_add_epi16(_mm_unpacklo_epi64(four(rows.upper), four(rows.lower)), signed_bias);
+  const __m128i middle = _mm_add_epi16(four(rows.middle), signed_bias);
+  const __m128i centre = to_all(middle);
+  const __m128i farther =
+      _mm_packs_epi16(_mm_cmpgt_epi16(outer, centre), _mm_cmpgt_epi16(middle, centre));
+  return static_cast<std::uint16_t>(_mm_movemask_epi8(farther));
+}
+
+[[gnu::always_inline]] inline std::uint16_t farther_of_four(const DepthRows<float>& rows,
+                                                            std::ptrdiff_t x, std::uint32_t bias) {
+  const __m128i signed_bias = _mm_set1_epi32(static_cast<int>(bias ^ 0x80000000U));
+  const auto four = [ x, signed_bias ](const float* row) __attribute__((always_inline)) {
+    return _mm_add_epi32(_mm_castps_si128(_mm_loadu_ps(row + x - 1)), signed_bias);
+  };
+  const __m128i middle = four(rows.middle);
+  const __m128i centre = _mm_shuffle_epi32(middle, 0x55);
+  const __m128i outer = _mm_packs_epi32(_mm_cmpgt_epi32(four(rows.upper), centre),
+                                        _mm_cmpgt_epi32(four(rows.lower), centre));
+  const __m128i inner = _mm_packs_epi32(_mm_cmpgt_epi32(middle, centre), _mm_setzero_si128());
+  return static_cast<std::uint16_t>(_mm_movemask_epi8(_mm_packs_epi16(outer, inner)));
 }
 
 #else
 
 template <class Depth>
-unsigned clockwise_code_at(const DepthRows<Depth>& rows, std::ptrdiff_t x,
-                           typename DepthBits<Depth>::Type bias) {
-  return clockwise_code(rows, x, bias);
+std::uint16_t farther_of_four(const DepthRows<Depth>& rows, std::ptrdiff_t x,
+                              typename DepthBits<Depth>::Type bias) {
+  return farther_plainly(rows, x, bias);
 }
 
 #endif
 
-/// Codes at points of one image. What it knows of the image stands here by value, because the
-/// compiler must take codes, which are bytes, for something that may overwrite a cv::Mat.
+/// What a depth image has at a pixel, before it is made metres and a code of.
+struct PixelReading {
+  std::uint32_t depth_bits;  ///< see DepthBits; 0 outside the image
+  std::uint16_t farther;     ///< see above
+  bool is_inner;             ///< it has all eight neighbours
+};
+
+/// Codes at points of one image. What it knows of the image stands here by value, and a loop over
+/// many points should have a copy of its own, because the compiler must take what the loop writes
+/// for something that may overwrite a cv::Mat, or this.
 template <class Depth>
 class DepthLbpPoints {
  public:
-  DepthLbpPoints(const cv::Mat& depth, bool missing_is_farther)
+  DepthLbpPoints(const cv::Mat& depth, const NeighbourCodes& codes, bool missing_is_farther)
       : data_(depth.data),
         step_(static_cast<std::ptrdiff_t>(depth.step[0])),
-        last_x_(depth.cols - 1),
-        last_y_(depth.rows - 1),
+        columns_(static_cast<unsigned>(depth.cols)),
+        rows_(static_cast<unsigned>(depth.rows)),
+        columns_with_four_(columns_ > 3 ? columns_ - 3 : 0),
+        inner_rows_(rows_ > 2 ? rows_ - 2 : 0),
+        codes_(codes),
         bias_(depth_bias<Depth>(missing_is_farther)) {}
 
-  /// Whether the pixel has all eight neighbours.
-  [[gnu::always_inline]] bool is_inner(int x, int y) const {
-    return x >= 1 && y >= 1 && x < last_x_ && y < last_y_;
-  }
-
-  /// Starts to load what the code of a pixel, if it has one, is made of.
+  /// Starts to load what the code of a pixel is made of.
   [[gnu::always_inline]] void prefetch([[maybe_unused]] int x, [[maybe_unused]] int y) const {
 #if defined(__GNUC__)
-    if (!is_inner(x, y)) return;
+    if (!has_neighbours(x, y)) return;
     const unsigned char* middle = data_ + y * step_ + x * std::ptrdiff_t{sizeof(Depth)};
     __builtin_prefetch(middle - step_);
     __builtin_prefetch(middle);
@@ -100,20 +147,59 @@ class DepthLbpPoints {
 #endif
   }
 
-  /// The clockwise code of an inner pixel, and whether it has one.
-  [[gnu::always_inline]] unsigned clockwise_code(int x, int y, bool& exists) const {
-    const unsigned char* middle = data_ + y * step_;
-    const DepthRows<Depth> rows = {reinterpret_cast<const Depth*>(middle - step_),
-                                   reinterpret_cast<const Depth*>(middle),
-                                   reinterpret_cast<const Depth*>(middle + step_)};
-    exists = has_depth(rows.middle[x]);
-    return clockwise_code_at(rows, x, bias_);
+  /// Of any pixel. No branch hangs on a depth.
+  [[gnu::always_inline]] void read(int x, int y, PixelReading& reading) const {
+    if (!has_neighbours(x, y)) return read_near_border(*this, x, y, reading);
+    const DepthRows<Depth> rows = rows_at(y);
+    reading.depth_bits = depth_bits(rows.middle[x]);
+    reading.farther = farther_of_four(rows, x, bias_);
+    reading.is_inner = true;
+  }
+
+  bool has_code(const PixelReading& reading) const {
+    return reading.is_inner & (reading.depth_bits - 1U < DepthBits<Depth>::first_beyond - 1U);
+  }
+  unsigned code(const PixelReading& reading) const { return codes_[reading.farther]; }
+
+  /// The code of any pixel; nothing if it has none.
+  [[gnu::always_inline]] std::optional<std::uint8_t> operator()(int x, int y) const {
+    PixelReading reading;
+    read(x, y, reading);
+    const auto code_there = static_cast<std::uint8_t>(code(reading));
+    return has_code(reading) ? std::optional<std::uint8_t>(code_there) : std::nullopt;
   }
 
  private:
+  /// Whether the pixel has all eight neighbours, and one more to the right. In one comparison an
+  /// axis, to which what lies before the first is a high number.
+  [[gnu::always_inline]] bool has_neighbours(int x, int y) const {
+    return static_cast<unsigned>(x) - 1U < columns_with_four_ &&
+           static_cast<unsigned>(y) - 1U < inner_rows_;
+  }
+
+  /// By value, so that a loop may keep its own copy in registers.
+  [[gnu::noinline]] static void read_near_border(const DepthLbpPoints points, int x, int y,
+                                                 PixelReading& reading) {
+    const unsigned column = static_cast<unsigned>(x), row = static_cast<unsigned>(y);
+    reading = {0, 0, false};
+    if (column >= points.columns_ || row >= points.rows_) return;
+    const DepthRows<Depth> rows = points.rows_at(y);
+    reading.depth_bits = depth_bits(rows.middle[x]);
+    reading.is_inner = x > 0 && y > 0 && column + 1 < points.columns_ && row + 1 < points.rows_;
+    if (reading.is_inner) reading.farther = farther_plainly(rows, x, points.bias_);
+  }
+
+  [[gnu::always_inline]] DepthRows<Depth> rows_at(int y) const {
+    const unsigned char* middle = data_ + y * step_;
+    return {reinterpret_cast<const Depth*>(middle - step_), reinterpret_cast<const Depth*>(middle),
+            reinterpret_cast<const Depth*>(middle + step_)};
+  }
+
   const unsigned char* data_;
   std::ptrdiff_t step_;
-  int last_x_, last_y_;
+  unsigned columns_, rows_;
+  unsigned columns_with_four_, inner_rows_;
+  const NeighbourCodes& codes_;
   typename DepthBits<Depth>::Type bias_;
 };
 

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Lists of features by where they lie. What decides whether a feature joins a list is put into
-// numbers and not into branches: pixels of masks are nothing that a processor can foresee.
+// Lists of features by where they lie, and by why they were removed.
 
 #ifndef DYNFILTER_DETAIL_FEATURE_LISTS_HPP
 #define DYNFILTER_DETAIL_FEATURE_LISTS_HPP
@@ -16,45 +15,11 @@
 #include <opencv2/core.hpp>
 
 #include "dynfilter/detail/blocks.hpp"
+#include "dynfilter/feature_list.hpp"
 #include "dynfilter/feature_pixels.hpp"
 #include "dynfilter/labels.hpp"
 
 namespace dynfilter::detail {
-
-/// Indices of features, in memory that is there already.
-class FeatureList {
- public:
-  /// Empty, with room for as many features as the frame has.
-  FeatureList(std::vector<std::uint32_t>& memory, std::size_t features) {
-    if (memory.size() < features) memory.resize(features);
-    begin_ = end_ = memory.data();
-  }
-
-  /// At most once for a feature.
-  void add_if(bool condition, std::size_t i) {
-    *end_ = static_cast<std::uint32_t>(i);
-    end_ += condition ? 1 : 0;
-  }
-
-  /// Takes out those for which predicate(i) is false.
-  template <class Predicate>
-  void leave_only(const Predicate& predicate) {
-    const std::uint32_t* const old_end = end_;
-    end_ = begin_;
-    for (const std::uint32_t* feature = begin_; feature != old_end; ++feature) {
-      const std::size_t i = *feature;
-      add_if(predicate(i), i);
-    }
-  }
-
-  std::size_t size() const { return static_cast<std::size_t>(end_ - begin_); }
-  const std::uint32_t* begin() const { return begin_; }
-  const std::uint32_t* end() const { return end_; }
-
- private:
-  std::uint32_t* begin_;
-  std::uint32_t* end_;
-};
 
 /// The features that were removed as in_mask, by their instance: a chain for each, through arrays
 /// that are kept, so that one pass over the labels serves all instances.
@@ -97,24 +62,19 @@ class MaskedFeatures {
 inline FeatureList kept_on_mask(const FeaturePixels& pixels, const FeatureLabels& labels,
                                 const cv::Mat& mask, cv::Point origin,
                                 std::vector<std::uint32_t>& memory) {
-  FeatureList list(memory, pixels.size());
+  FeatureList list = pixels.inside({origin, mask.size()}, labels.removed_bits(), memory);
   const std::uint8_t* data = mask.data;
-  const std::size_t row_bytes = mask.step[0];
-  pixels.for_each_inside({origin, mask.size()}, [&](std::size_t i) {
-    const auto x = static_cast<std::size_t>(std::int64_t{pixels[i].x} - origin.x);
-    const auto y = static_cast<std::size_t>(std::int64_t{pixels[i].y} - origin.y);
-    const bool is_on_mask = data[y * row_bytes + x] != 0;
-    list.add_if(is_on_mask & !labels.is_removed(i), i);
-  });
+  const auto row_bytes = static_cast<std::int64_t>(mask.step[0]);
+  const std::int64_t before = origin.y * row_bytes + origin.x;
+  list.leave_only(
+      [&](std::size_t i) { return data[pixels[i].y * row_bytes + pixels[i].x - before] != 0; });
   return list;
 }
 
 /// The features that are not removed and lie in a rectangle.
 inline FeatureList kept_inside(const FeaturePixels& pixels, const FeatureLabels& labels,
                                const cv::Rect& rectangle, std::vector<std::uint32_t>& memory) {
-  FeatureList list(memory, pixels.size());
-  pixels.for_each_inside(rectangle, [&](std::size_t i) { list.add_if(!labels.is_removed(i), i); });
-  return list;
+  return pixels.inside(rectangle, labels.removed_bits(), memory);
 }
 
 }  // namespace dynfilter::detail

@@ -1,0 +1,63 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// Which instructions the processor has beyond those that the compiler was told of.
+
+#ifndef DYNFILTER_DETAIL_INSTRUCTION_SET_HPP
+#define DYNFILTER_DETAIL_INSTRUCTION_SET_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include <vector>
+
+// What these compilers need to mix instruction sets in one file, and to ask the processor for them.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(_MSC_VER)
+#define DYNFILTER_HAS_X86_KERNELS 1
+#else
+#define DYNFILTER_HAS_X86_KERNELS 0
+#endif
+
+namespace dynfilter::detail {
+
+/// In the order of preference. avx512 stands for what Ice Lake and Zen 4 have, and later ones.
+enum class InstructionSet { portable, sse2, avx2, avx512 };
+
+/// Whether this processor has it, and this compiler can make use of it.
+inline bool is_supported(InstructionSet set) {
+  if (set == InstructionSet::portable) return true;
+#if DYNFILTER_HAS_X86_KERNELS
+  __builtin_cpu_init();
+  if (set == InstructionSet::sse2) return true;
+  // The small ones came with AVX2, or before it.
+  if (__builtin_cpu_supports("avx2") == 0 || __builtin_cpu_supports("bmi") == 0 ||
+      __builtin_cpu_supports("popcnt") == 0) {
+    return false;
+  }
+  return set == InstructionSet::avx2 ||
+         (__builtin_cpu_supports("avx512f") != 0 && __builtin_cpu_supports("avx512bw") != 0 &&
+          __builtin_cpu_supports("avx512vbmi") != 0 && __builtin_cpu_supports("gfni") != 0);
+#else
+  return false;
+#endif
+}
+
+/// Those that are supported, the best last.
+inline std::vector<InstructionSet> supported_instruction_sets() {
+  std::vector<InstructionSet> sets;
+  for (const auto set : {InstructionSet::portable, InstructionSet::sse2, InstructionSet::avx2,
+                         InstructionSet::avx512}) {
+    if (is_supported(set)) sets.push_back(set);
+  }
+  return sets;
+}
+
+inline InstructionSet best_instruction_set() {
+  for (const auto set : {InstructionSet::avx512, InstructionSet::avx2, InstructionSet::sse2}) {
+    if (is_supported(set)) return set;
+  }
+  return InstructionSet::portable;
+}
+
+}  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_DETAIL_INSTRUCTION_SET_HPP
