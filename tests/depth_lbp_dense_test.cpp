@@ -138,6 +138,25 @@ TYPED_TEST(DepthLbpDense, EverySetEqualsTheOracleOnEveryWidth) {
   }
 }
 
+TYPED_TEST(DepthLbpDense, EverySetEqualsTheOracleOnManyRowsOfAnyLength) {
+  // Rows that lie so that kernels do few or many of them together.
+  for (const int width : {66, 130, 512, 600, 1024, 1280, 1281, 2048, 2561, 4096}) {
+    for (const int height : {3, 26, 27, 50, 59}) {
+      ByteSource source(static_cast<std::uint64_t>(width * 100 + height));
+      const cv::Size size(width, height);
+      ExactMatrix<TypeParam> depth(size, TypeParam{0});
+      fill<TypeParam>(source, depth.mat);
+      const DepthLbpOptions options = arbitrary_options(source);
+      const cv::Mat expected = oracle_codes(depth.mat, options);
+      for (const InstructionSet set : detail::supported_instruction_sets()) {
+        ExactMatrix<std::uint8_t> codes(size, 99);
+        dense_by<TypeParam>(set, depth.mat, cv::Rect({0, 0}, size), options, codes.mat);
+        ASSERT_TRUE(equal(codes.mat, expected)) << "set " << static_cast<int>(set);
+      }
+    }
+  }
+}
+
 TYPED_TEST(DepthLbpDense, EverySetEqualsTheOracleInRegionsOfSubMatricesAndNothingElseIsWritten) {
   for (std::uint64_t seed = 0; seed < 400; ++seed) {
     ByteSource source(seed);

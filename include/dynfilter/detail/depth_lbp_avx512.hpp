@@ -3,10 +3,10 @@
 
 // Dense D-LBP with AVX-512: a comparison yields a mask of one bit a pixel. The eight masks of 64
 // pixels are a matrix of bits whose columns are the codes, and GFNI transposes it in one
-// instruction. What is left is the comparisons, of which these processors do one a cycle. Four rows
-// of codes are made from six rows of depth, each loaded once, because most loads cross a cache
-// line. Written with intrinsics since compilers make of the same in plain C++ something from 1.3 to
-// 150 times slower, depending on which and on its options.
+// instruction. What is left is the comparisons, of which these processors do one a cycle, and the
+// loads, most of which cross a cache line. So one goes down columns of pixels, where each load
+// serves three rows of codes. Written with intrinsics since compilers make of the same in plain C++
+// something from 1.3 to 150 times slower, depending on which and on its options.
 
 #ifndef DYNFILTER_DETAIL_DEPTH_LBP_AVX512_HPP
 #define DYNFILTER_DETAIL_DEPTH_LBP_AVX512_HPP
@@ -17,6 +17,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <numeric>
 #include <type_traits>
 
 #include "dynfilter/detail/depth_lbp_strip.hpp"
@@ -67,7 +68,6 @@ template <class Depth, bool has_bias>
 class DepthLbpAvx512 {
  public:
   static constexpr std::ptrdiff_t columns = 64;
-  static constexpr std::ptrdiff_t rows = 4;
 
   [[DYNFILTER_AVX512, gnu::always_inline]] explicit DepthLbpAvx512(const DepthLbpRule<Depth>& rule)
       : bias_(Set::broadcast(rule.bias)),
@@ -83,34 +83,37 @@ class DepthLbpAvx512 {
     order_ = _mm512_load_si512(order);
   }
 
-  /// The codes of one to four rows.
-  DYNFILTER_AVX512_INLINE void operator()(const DepthLbpStrip<Depth>& strip,
-                                          std::ptrdiff_t y) const {
-    const std::ptrdiff_t count = std::min(strip.rows - y, rows);
+  /// How many rows to do together: of more rows fewer are loaded twice. But addresses that are
+  /// multiples of 4096 bytes apart share a few places in the first cache, and of rows that are long
+  /// the processor does not foresee in time what many at once need from the last cache.
+  static std::ptrdiff_t rows_together(std::ptrdiff_t stride) {
+    const std::ptrdiff_t bytes = stride * static_cast<std::ptrdiff_t>(sizeof(Depth));
+    if (bytes > 5120) return least_rows;
+    const std::ptrdiff_t without_conflict = 16384 / std::gcd(bytes, std::ptrdiff_t{4096});
+    return std::clamp(without_conflict, least_rows, most_rows);
+  }
+
+  /// The codes of one or more rows, at most as many as can be done together.
+  DYNFILTER_AVX512_INLINE void operator()(const DepthLbpStrip<Depth>& strip, std::ptrdiff_t y,
+                                          std::ptrdiff_t count) const {
     const Depth* from = strip.depth + y * strip.depth_stride;
     std::uint8_t* to = strip.codes + y * strip.codes_stride;
     const Blocks blocks(strip.columns, to);
-    // Some blocks are compared before their masks are read, because a load that follows several
-    // smaller stores to the same place has to wait for them.
-    constexpr std::ptrdiff_t at_a_time = 16;
-    alignas(64) Masks masks[at_a_time][rows];
-    for (std::ptrdiff_t begin = 0; begin < blocks.count; begin += at_a_time) {
-      const std::ptrdiff_t end = std::min(begin + at_a_time, blocks.count);
-      for (std::ptrdiff_t i = begin; i < end; ++i) {
-        compare_block(from + blocks.column(i), strip.depth_stride, count, masks[i - begin]);
-      }
-      for (std::ptrdiff_t row = 0; row < count; ++row) {
-        std::uint8_t* codes = to + row * strip.codes_stride;
-        for (std::ptrdiff_t i = begin; i < end; ++i) {
-          _mm512_storeu_si512(codes + blocks.column(i), transposed(masks[i - begin][row]));
-        }
-      }
+    const Rows rows = {strip.depth_stride, strip.codes_stride, count};
+    alignas(64) Masks masks[most_rows];
+    compare_block(from, rows, masks, nullptr);
+    for (std::ptrdiff_t i = 1; i < blocks.count; ++i) {
+      compare_block(from + blocks.column(i), rows, masks, to + blocks.column(i - 1));
+    }
+    for (std::ptrdiff_t row = 0; row < count; ++row) {
+      store_codes(masks[row], to + blocks.column(blocks.count - 1) + row * strip.codes_stride);
     }
   }
 
  private:
   using Set = Avx512<Depth>;
   static constexpr std::ptrdiff_t lanes = columns / static_cast<std::ptrdiff_t>(sizeof(Depth));
+  static constexpr std::ptrdiff_t least_rows = 4, most_rows = 24;
 
   /// Blocks that cover a row: the first and the last overlap others, so that these, which are all
   /// the rest, are stored within a cache line.
@@ -128,9 +131,21 @@ class DepthLbpAvx512 {
     }
   };
 
+  struct Rows {
+    std::ptrdiff_t depth_stride, codes_stride, count;
+  };
+
   /// Of 64 pixels: which neighbours are farther, clockwise.
   struct Masks {
     std::uint8_t farther[8][8];
+  };
+
+  /// Where one is on the way down a column that is as wide as what is compared at a time.
+  struct Column {
+    const Depth* from;
+    Masks* masks;
+    std::ptrdiff_t byte;         ///< of the masks
+    std::uint8_t* codes_before;  ///< of the pixels that the masks were of until now, if any
   };
 
   /// The depths of a row, biased, each beside its neighbours.
@@ -156,8 +171,8 @@ class DepthLbpAvx512 {
     } else if constexpr (has_bias) {
       return depths;  // the bias has taken 0 there
     } else {
-      const __m512i one = _mm512_set1_epi16(1);  // round from 0, and back but for the highest
-      return _mm512_adds_epu16(_mm512_sub_epi16(depths, one), one);
+      const __m512i one = _mm512_set1_epi16(1);  // 0 less 1 is the highest number
+      return _mm512_max_epu16(depths, _mm512_sub_epi16(depths, one));
     }
   }
 
@@ -178,36 +193,49 @@ class DepthLbpAvx512 {
     store(masks.farther[7] + byte, Set::greater(middle.left, centre));
   }
 
-  DYNFILTER_AVX512_INLINE void compare_block(const Depth* from, std::ptrdiff_t stride,
-                                             std::ptrdiff_t count, Masks* masks) const {
-    for (std::ptrdiff_t lane = 0; lane < columns; lane += lanes) {
-      compare_column(from + lane, stride, count, masks, lane / 8);
+  /// The masks of a block in all rows. What they were until now become the codes of the block
+  /// before, row by row in between: so the masks were stored long before they are loaded, and a
+  /// load that follows several smaller stores to the same place would have to wait for them.
+  DYNFILTER_AVX512_INLINE void compare_block(const Depth* from, const Rows& rows, Masks* masks,
+                                             std::uint8_t* codes_before) const {
+    compare_column({from, masks, 0, codes_before}, rows);
+    for (std::ptrdiff_t lane = lanes; lane < columns; lane += lanes) {
+      compare_column({from + lane, masks, lane / 8, nullptr}, rows);
     }
   }
 
-  DYNFILTER_AVX512_INLINE void compare_column(const Depth* from, std::ptrdiff_t stride,
-                                              std::ptrdiff_t count, Masks* masks,
-                                              std::ptrdiff_t byte) const {
-    Row a = row(from - stride);
-    Row b = row(from);
-    Row c = row(from += stride);
-    compare(a, b, c, masks[0], byte);
-    if (count == 1) return;
-    a = row(from += stride);
-    compare(b, c, a, masks[1], byte);
-    if (count == 2) return;
-    b = row(from += stride);
-    compare(c, a, b, masks[2], byte);
-    if (count == 3) return;
-    c = row(from + stride);
-    compare(a, b, c, masks[3], byte);
+  DYNFILTER_AVX512_INLINE void compare_column(Column at, const Rows& rows) const {
+    Row a = row(at.from - rows.depth_stride);
+    Row b = row(at.from);
+    for (std::ptrdiff_t left = rows.count;;) {
+      Row c = row(at.from += rows.depth_stride);
+      compare_row(a, b, c, at, rows);
+      if (--left == 0) return;
+      a = row(at.from += rows.depth_stride);
+      compare_row(b, c, a, at, rows);
+      if (--left == 0) return;
+      b = row(at.from += rows.depth_stride);
+      compare_row(c, a, b, at, rows);
+      if (--left == 0) return;
+    }
   }
 
-  DYNFILTER_AVX512_INLINE __m512i transposed(const Masks& masks) const {
+  DYNFILTER_AVX512_INLINE void compare_row(const Row& upper, const Row& middle, const Row& lower,
+                                           Column& at, const Rows& rows) const {
+    // What this column of the next block starts with.
+    _mm_prefetch(reinterpret_cast<const char*>(at.from + columns), _MM_HINT_T0);
+    if (at.codes_before != nullptr) {
+      store_codes(*at.masks, at.codes_before);
+      at.codes_before += rows.codes_stride;
+    }
+    compare(upper, middle, lower, *at.masks++, at.byte);
+  }
+
+  DYNFILTER_AVX512_INLINE void store_codes(const Masks& masks, std::uint8_t* codes) const {
     const __m512i matrices =
         _mm512_maskz_permutexvar_epi8(~__mmask64{0}, order_, _mm512_load_si512(masks.farther));
     const __m512i columns_wanted = _mm512_set1_epi64(static_cast<long long>(0x8040201008040201));
-    return _mm512_gf2p8affine_epi64_epi8(columns_wanted, matrices, 0);
+    _mm512_storeu_si512(codes, _mm512_gf2p8affine_epi64_epi8(columns_wanted, matrices, 0));
   }
 
   __m512i bias_, unbias_, depths_, order_;
@@ -219,7 +247,10 @@ template <class Depth, bool has_bias>
                                            const DepthLbpRule<Depth>& rule) {
   using Kernel = DepthLbpAvx512<Depth, has_bias>;
   const Kernel kernel(rule);
-  for (std::ptrdiff_t y = 0; y < strip.rows; y += Kernel::rows) kernel(strip, y);
+  const std::ptrdiff_t rows = Kernel::rows_together(strip.depth_stride);
+  for (std::ptrdiff_t y = 0; y < strip.rows; y += rows) {
+    kernel(strip, y, std::min(strip.rows - y, rows));
+  }
 }
 
 }  // namespace dynfilter::detail
