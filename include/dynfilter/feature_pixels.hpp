@@ -103,10 +103,16 @@ class FeaturePixels {
       detail::round_block({positions.at(first), positions.stride}, instruction_set_,
                           &pixels_[first], narrow_[block]);
     }
-    if (whole_blocks == blocks()) return;
-    const std::size_t first = whole_blocks * detail::block_size;
-    detail::round_plainly({positions.at(first), positions.stride}, size() - first, &pixels_[first],
-                          narrow_[whole_blocks]);
+    if (whole_blocks < blocks()) round_last_block(positions, whole_blocks);
+  }
+
+  /// One that is not full, in a copy that is.
+  void round_last_block(const detail::Positions& positions, std::size_t block) {
+    const std::size_t first = block * detail::block_size;
+    std::array<cv::Point2f, detail::block_size> full{};
+    for (std::size_t i = first; i < size(); ++i) full[i - first] = positions[i];
+    detail::round_block({reinterpret_cast<const unsigned char*>(full.data()), sizeof full[0]},
+                        instruction_set_, &pixels_[first], narrow_[block]);
     pad(narrow_);
   }
 
