@@ -15,6 +15,7 @@
 
 #include <opencv2/core.hpp>
 
+#include "dynfilter/detail/block_rounding.hpp"
 #include "dynfilter/detail/depth_lbp_dense.hpp"
 #include "dynfilter/detail/depth_lbp_points.hpp"
 #include "dynfilter/detail/errors.hpp"
@@ -129,15 +130,12 @@ class DepthLbp {
   void codes_of(const cv::Mat& depth, FeaturesView features,
                 std::vector<std::optional<std::uint8_t>>& codes) const {
     const detail::DepthLbpPoints<Depth> code_at = points_of<Depth>(depth);
-    // Some pixels ahead of their codes, so that their depths are fetched all at once.
-    constexpr std::size_t at_a_time = 32;
-    std::array<cv::Point, at_a_time> pixels;
-    for (std::size_t first = 0; first < features.size(); first += at_a_time) {
-      const std::size_t count = std::min(features.size() - first, at_a_time);
-      for (std::size_t i = 0; i < count; ++i) {
-        pixels[i] = features.pixel(first + i);
-        code_at.prefetch(pixels[i].x, pixels[i].y);
-      }
+    const detail::Positions positions(features);
+    std::array<cv::Point, detail::block_size> pixels;
+    detail::NarrowBlock narrow;
+    for (std::size_t first = 0; first < features.size(); first += detail::block_size) {
+      const std::size_t count = std::min(features.size() - first, detail::block_size);
+      detail::round_block(positions.from(first), count, instruction_set_, pixels.data(), narrow);
       for (std::size_t i = 0; i < count; ++i) {
         codes[first + i] = code_at(pixels[i].x, pixels[i].y);
       }

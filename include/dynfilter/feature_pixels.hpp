@@ -95,24 +95,12 @@ class FeaturePixels {
   }
 
   void round_all() {
-    const detail::Positions positions = {static_cast<const unsigned char*>(view_.data()),
-                                         view_.stride_bytes()};
-    const std::size_t whole_blocks = size() / detail::block_size;
-    for (std::size_t block = 0; block < whole_blocks; ++block) {
+    const detail::Positions positions(view_);
+    for (std::size_t block = 0; block < blocks(); ++block) {
       const std::size_t first = block * detail::block_size;
-      detail::round_block({positions.at(first), positions.stride}, instruction_set_,
-                          &pixels_[first], narrow_[block]);
+      detail::round_block(positions.from(first), size() - first, instruction_set_, &pixels_[first],
+                          narrow_[block]);
     }
-    if (whole_blocks < blocks()) round_last_block(positions, whole_blocks);
-  }
-
-  /// One that is not full, in a copy that is.
-  void round_last_block(const detail::Positions& positions, std::size_t block) {
-    const std::size_t first = block * detail::block_size;
-    std::array<cv::Point2f, detail::block_size> full{};
-    for (std::size_t i = first; i < size(); ++i) full[i - first] = positions[i];
-    detail::round_block({reinterpret_cast<const unsigned char*>(full.data()), sizeof full[0]},
-                        instruction_set_, &pixels_[first], narrow_[block]);
     pad(narrow_);
   }
 

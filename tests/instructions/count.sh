@@ -2,9 +2,10 @@
 # SPDX-FileCopyrightText: 2026 the dynfilter authors
 # SPDX-License-Identifier: MIT
 
-# Fails where D-LBP takes more instructions than it should: count.sh <program>
+# Fails where a program's functions take more instructions than they should: count.sh <program>
+# `program list` prints what to count, a line each: argument, function, items, and the bound in
+# instructions a hundred items. `program <argument>` calls the function once.
 # Counts, unlike times, are the same on a busy machine. valgrind knows no AVX-512, so AVX2 is counted.
-# The bounds are what g++ 12 and clang 14 need, and half as much again.
 
 set -euo pipefail
 readonly program=$1
@@ -19,26 +20,27 @@ readonly folder
 trap 'rm -rf "$folder"' EXIT
 failed=no
 
-# check <u16|f32> <function> <items> <bound, instructions a hundred items>
+# check <argument> <function> <items> <bound>
 check() {
-  local depth=$1 function=$2 items=$3 bound=$4 code=0 count
+  local argument=$1 function=$2 items=$3 bound=$4 code=0 count
   valgrind --tool=callgrind --callgrind-out-file=/dev/null --toggle-collect="$function" \
-    "$program" "$depth" >"$folder/out" 2>"$folder/err" || code=$?
+    "$program" "$argument" >"$folder/out" 2>"$folder/err" || code=$?
   if grep SKIPPED "$folder/out"; then exit 77; fi
   count=$(sed -n 's/.*Collected : \([0-9]*\).*/\1/p' "$folder/err")
   if ((code != 0)) || [[ -z $count ]] || ((count == 0)); then
     cat "$folder/err" >&2
-    echo "$function $depth: nothing was counted" >&2
+    echo "$function $argument: nothing was counted" >&2
     exit 1
   fi
   count=$((count * 100 / items))
-  printf '%s %s: %d instructions a hundred, at most %d\n' "$function" "$depth" "$count" "$bound"
+  printf '%s %s: %d instructions a hundred, at most %d\n' "$function" "$argument" "$count" "$bound"
   if ((count > bound)); then failed=yes; fi
 }
 
-check u16 counted_dense $((640 * 480)) 380
-check f32 counted_dense $((640 * 480)) 640
-check u16 counted_sparse 1000 17500
-check f32 counted_sparse 1000 17500
+"$program" list >"$folder/list"
+[[ -s $folder/list ]] || { echo "$program lists nothing to count" >&2; exit 1; }
+while read -r argument function items bound; do
+  check "$argument" "$function" "$items" "$bound"
+done <"$folder/list"
 
 [[ $failed == no ]]

@@ -3,22 +3,21 @@
 
 // What count.sh counts the instructions of: one call each, by name, of a fixed input.
 
+#include <cstddef>
 #include <cstdint>
-#include <cstdio>
-#include <cstring>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include <opencv2/core.hpp>
 
+#include "counted.hpp"
 #include "dynfilter/depth_lbp.hpp"
 
 namespace {
 
 using dynfilter::DepthLbp;
-using dynfilter::detail::InstructionSet;
 
-constexpr int skipped = 77;
 const cv::Size size(640, 480);
 constexpr std::size_t points_count = 1000;
 
@@ -64,16 +63,14 @@ extern "C" {
 }
 
 int main(int argc, char** argv) {
-#ifndef __OPTIMIZE__
-  std::puts("SKIPPED: this build is not optimised");
-  return skipped;
-#endif
-  if (dynfilter::detail::best_instruction_set() != InstructionSet::avx2) {
-    std::puts("SKIPPED: AVX2 is not the best that there is under valgrind");
-    return skipped;
-  }
-  const bool is_float = argc > 1 && std::strstr(argv[1], "f32") != nullptr;
-  const cv::Mat depth = is_float ? depth_image<float>() : depth_image<std::uint16_t>();
+  constexpr std::size_t pixels = 640 * 480;
+  const std::string depth_type =
+      dynfilter::testing::argument_or_exit(argc, argv,
+                                           {{"u16", "counted_dense", pixels, 380},
+                                            {"f32", "counted_dense", pixels, 640},
+                                            {"u16", "counted_sparse", points_count, 10500},
+                                            {"f32", "counted_sparse", points_count, 10500}});
+  const cv::Mat depth = depth_type == "f32" ? depth_image<float>() : depth_image<std::uint16_t>();
   cv::Mat codes = cv::Mat::zeros(size, CV_8UC1);
   std::vector<std::optional<std::uint8_t>> sparse(points_count);
   counted_dense(DepthLbp(), depth, codes);

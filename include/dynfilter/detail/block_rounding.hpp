@@ -8,6 +8,7 @@
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -30,10 +31,15 @@ struct Positions {
   const unsigned char* first;
   std::size_t stride;
 
-  const unsigned char* at(std::size_t i) const { return first + i * stride; }
+  Positions(const unsigned char* first_byte, std::size_t stride_bytes)
+      : first(first_byte), stride(stride_bytes) {}
+  explicit Positions(const FeaturesView& features)
+      : Positions(static_cast<const unsigned char*>(features.data()), features.stride_bytes()) {}
+
+  Positions from(std::size_t i) const { return {first + i * stride, stride}; }
   cv::Point2f operator[](std::size_t i) const {
     cv::Point2f position;
-    std::memcpy(&position, at(i), sizeof position);
+    std::memcpy(&position, first + i * stride, sizeof position);
     return position;
   }
 };
@@ -121,9 +127,9 @@ inline bool round_ordinary_sse2(const Positions& positions, cv::Point* pixels,
 
 #endif
 
-/// By the best instructions up to those of a set.
-inline void round_block(const Positions& positions, [[maybe_unused]] InstructionSet best,
-                        cv::Point* pixels, NarrowBlock& narrow) {
+/// A block of positions, by the best instructions up to those of a set.
+inline void round_full_block(const Positions& positions, [[maybe_unused]] InstructionSet best,
+                             cv::Point* pixels, NarrowBlock& narrow) {
 #if DYNFILTER_HAS_X86_KERNELS
   if (best >= InstructionSet::avx2) {
     if (round_ordinary_avx2(positions, pixels, narrow)) return;
@@ -132,6 +138,17 @@ inline void round_block(const Positions& positions, [[maybe_unused]] Instruction
   }
 #endif
   round_plainly(positions, block_size, pixels, narrow);
+}
+
+/// As many positions as there are, at most a block of them. There must be room for a block of
+/// pixels.
+inline void round_block(const Positions& positions, std::size_t count, InstructionSet best,
+                        cv::Point* pixels, NarrowBlock& narrow) {
+  if (count >= block_size) return round_full_block(positions, best, pixels, narrow);
+  std::array<cv::Point2f, block_size> full{};
+  for (std::size_t i = 0; i < count; ++i) full[i] = positions[i];
+  const auto* first = reinterpret_cast<const unsigned char*>(full.data());
+  round_full_block({first, sizeof full[0]}, best, pixels, narrow);
 }
 
 }  // namespace dynfilter::detail

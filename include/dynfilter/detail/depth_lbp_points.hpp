@@ -136,17 +136,6 @@ class DepthLbpPoints {
         codes_(codes),
         bias_(depth_bias<Depth>(missing_is_farther)) {}
 
-  /// Starts to load what the code of a pixel is made of.
-  [[gnu::always_inline]] void prefetch([[maybe_unused]] int x, [[maybe_unused]] int y) const {
-#if defined(__GNUC__)
-    if (!has_neighbours(x, y)) return;
-    const unsigned char* middle = data_ + y * step_ + x * std::ptrdiff_t{sizeof(Depth)};
-    __builtin_prefetch(middle - step_);
-    __builtin_prefetch(middle);
-    __builtin_prefetch(middle + step_);
-#endif
-  }
-
   /// Of any pixel. No branch hangs on a depth.
   [[gnu::always_inline]] void read(int x, int y, PixelReading& reading) const {
     if (!has_neighbours(x, y)) return read_near_border(*this, x, y, reading);

@@ -1,0 +1,50 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// What the programs that count.sh runs have in common.
+
+#ifndef DYNFILTER_TESTS_INSTRUCTIONS_COUNTED_HPP
+#define DYNFILTER_TESTS_INSTRUCTIONS_COUNTED_HPP
+
+#include <cstddef>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "dynfilter/detail/instruction_set.hpp"
+
+namespace dynfilter::testing {
+
+struct Counted {
+  const char* argument;  ///< of the program
+  const char* function;  ///< that it calls once
+  std::size_t items;
+  std::size_t bound;  ///< instructions a hundred items: what g++ and clang need, and half as much
+};
+
+/// The argument that the program was called with. Ends the program where it was asked for the list,
+/// and where there is nothing to count.
+inline std::string argument_or_exit(int argc, char** argv, const std::vector<Counted>& all) {
+  const std::string argument = argc > 1 ? argv[1] : "list";
+  if (argument == "list") {
+    for (const Counted& one : all) {
+      std::printf("%s %s %zu %zu\n", one.argument, one.function, one.items, one.bound);
+    }
+    std::exit(0);
+  }
+  constexpr int skipped = 77;
+#ifndef __OPTIMIZE__
+  std::puts("SKIPPED: this build is not optimised");
+  std::exit(skipped);
+#endif
+  if (detail::best_instruction_set() != detail::InstructionSet::avx2) {
+    std::puts("SKIPPED: AVX2 is not the best that there is under valgrind");
+    std::exit(skipped);
+  }
+  return argument;
+}
+
+}  // namespace dynfilter::testing
+
+#endif  // DYNFILTER_TESTS_INSTRUCTIONS_COUNTED_HPP

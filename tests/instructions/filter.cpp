@@ -1,0 +1,49 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// What count.sh counts the instructions of: one frame of the whole filter, by each rule, on the
+// benchmarks' input.
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "counted.hpp"
+#include "dynfilter/dynfilter.hpp"
+#include "filter_input.hpp"
+
+using dynfilter::DynamicFilter;
+using dynfilter::FeatureLabels;
+using dynfilter::Workspace;
+using dynfilter::benchmarks::FilterInputData;
+
+// Not static and not inlined, so that callgrind finds it by name.
+extern "C" {
+
+[[gnu::noinline]] void counted_filter(const DynamicFilter& filter, const FilterInputData& input,
+                                      FeatureLabels& labels, Workspace& workspace) {
+  filter.apply(input.frame, input.segmentation, input.keypoints, labels, workspace);
+}
+}
+
+int main(int argc, char** argv) {
+  using namespace dynfilter;
+  constexpr std::size_t features = 1000;
+  const std::string rule =
+      testing::argument_or_exit(argc, argv,
+                                {{"masks", "counted_filter", features, 5400},
+                                 {"paper", "counted_filter", features, 14700},
+                                 {"default", "counted_filter", features, 67000}});
+  DynamicFilterOptions options;
+  if (rule == "masks") options.compensator.rule = CompensationRule::none;
+  if (rule == "paper") options.compensator.rule = CompensationRule::paper;
+  const DynamicFilter filter(options);
+  const FilterInputData input = benchmarks::make_filter_input({640, 480}, features, 3);
+  FeatureLabels labels;
+  Workspace workspace;
+  filter.apply(input.frame, input.segmentation, input.keypoints, labels,
+               workspace);  // makes memory
+  counted_filter(filter, input, labels, workspace);
+}
