@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "support/byte_source.hpp"
@@ -16,6 +17,29 @@ namespace dynfilter::testing {
 namespace {
 
 using detail::DepthHistogram;
+using detail::DepthSamples;
+
+/// Depths in memory of their own.
+class Samples {
+ public:
+  Samples(std::vector<float> depths) : memory_(std::move(depths)), samples_(filled()) {}
+  operator const DepthSamples&() const { return samples_; }
+
+ private:
+  DepthSamples filled() {
+    const std::size_t size = memory_.size();
+    DepthSamples samples(memory_, size);
+    samples.set_size(size);
+    return samples;
+  }
+
+  std::vector<float> memory_;
+  DepthSamples samples_;
+};
+
+DepthHistogram histogram_of(std::vector<float> depths) {
+  return DepthHistogram(Samples(std::move(depths)));
+}
 
 /// So many depths in the middle of the bin of 5 cm which begins there.
 void add(std::vector<float>& depths, int count, double begin_m) {
@@ -67,7 +91,7 @@ TEST(DepthHistogram, FindsTheClusterThatBruteForceFinds) {
     const int half = source.between(1, 12);
     const double share = source.between(0, 100) / 100.0;
     const double expected = brute_cluster(depths, half, share);
-    ASSERT_NEAR(DepthHistogram(depths).nearest_cluster(half * 0.05, share), expected, 1e-9)
+    ASSERT_NEAR(histogram_of(depths).nearest_cluster(half * 0.05, share), expected, 1e-9)
         << "seed " << seed;
     const double fullest = brute_cluster(depths, half, 2);
     not_fullest += expected == fullest ? 0 : 1;
@@ -105,7 +129,7 @@ TEST(DepthHistogram, FindsTheExtentThatBruteForceFinds) {
     if (depth >= 51.2) continue;
     const double most = source.between(0, 30) * 0.05;
     const ValueRange expected = brute_extent(depths, depth, most);
-    const ValueRange extent = DepthHistogram(depths).extent_round(depth, most);
+    const ValueRange extent = histogram_of(depths).extent_round(depth, most);
     ASSERT_NEAR(extent.lower, expected.lower, 1e-9) << "seed " << seed;
     ASSERT_NEAR(extent.upper, expected.upper, 1e-9) << "seed " << seed;
     stopped_by_most += brute_extent(depths, depth, 100).upper > expected.upper ? 1 : 0;
@@ -117,7 +141,7 @@ TEST(DepthHistogram, TheNearestClusterWinsAgainstAFullerOneBehindIt) {
   std::vector<float> depths;
   add(depths, 10, 1.50);
   add(depths, 90, 4.00);
-  const DepthHistogram histogram(depths);
+  const DepthHistogram histogram = histogram_of(depths);
   // The first window that holds all of it ends with its bin.
   EXPECT_NEAR(histogram.nearest_cluster(0.4, 0.10), 1.55 - 0.4, 1e-9);
   EXPECT_NEAR(histogram.nearest_cluster(0.4, 0.11), 4.05 - 0.4, 1e-9);
@@ -126,14 +150,14 @@ TEST(DepthHistogram, TheNearestClusterWinsAgainstAFullerOneBehindIt) {
 TEST(DepthHistogram, WithoutAPeakTheFullestPlaceCounts) {
   std::vector<float> depths;
   for (int i = 0; i < 10; ++i) add(depths, i == 7 ? 2 : 1, 1.0 * i);
-  EXPECT_NEAR(DepthHistogram(depths).nearest_cluster(0.1, 0.5), 7.05 - 0.1, 1e-9);
+  EXPECT_NEAR(histogram_of(depths).nearest_cluster(0.1, 0.5), 7.05 - 0.1, 1e-9);
 }
 
 TEST(DepthHistogram, AGapEndsTheExtent) {
   std::vector<float> depths;
   for (int bin = 30; bin < 36; ++bin) add(depths, 3, bin * 0.05);  // 1.50 to 1.80 m
   add(depths, 50, 2.00);
-  const ValueRange extent = DepthHistogram(depths).extent_round(1.6, 5);
+  const ValueRange extent = histogram_of(depths).extent_round(1.6, 5);
   // Bins 29 and 36 have a full neighbour, and a bin more is added; 37 and 38 are the gap.
   EXPECT_NEAR(extent.lower, 1.40, 1e-9);
   EXPECT_NEAR(extent.upper, 1.90, 1e-9);
@@ -142,7 +166,7 @@ TEST(DepthHistogram, AGapEndsTheExtent) {
 TEST(DepthHistogram, NoExtentGoesFartherThanAsked) {
   std::vector<float> depths;
   for (int bin = 0; bin < 100; ++bin) add(depths, 5, bin * 0.05);
-  const ValueRange extent = DepthHistogram(depths).extent_round(2.525, 0.7);
+  const ValueRange extent = histogram_of(depths).extent_round(2.525, 0.7);
   EXPECT_NEAR(extent.lower, 2.525 - 0.7, 0.05);
   EXPECT_GE(extent.lower, 2.525 - 0.7);
   EXPECT_NEAR(extent.upper, 2.525 + 0.7, 0.05);
@@ -158,17 +182,17 @@ TEST(DepthHistogram, DoesNotCountWhatIsFartherThanItReaches) {
                           std::numeric_limits<float>::infinity(),
                           std::numeric_limits<float>::quiet_NaN()};
   for (const float depth : beyond) {
-    EXPECT_EQ(DepthHistogram({depth, depth, depth}).total(), 0U) << depth;
-    EXPECT_EQ(DepthHistogram({depth, 2.0F, depth}).total(), 1U) << depth;
+    EXPECT_EQ(histogram_of({depth, depth, depth}).total(), 0U) << depth;
+    EXPECT_EQ(histogram_of({depth, 2.0F, depth}).total(), 1U) << depth;
   }
-  EXPECT_EQ(DepthHistogram({51.1F}).total(), 1U);
+  EXPECT_EQ(histogram_of({51.1F}).total(), 1U);
 }
 
 TEST(DepthHistogram, TakesWindowsOfAnyWidth) {
   std::vector<float> depths;
   add(depths, 5, 0.5);
   add(depths, 5, 40.0);
-  const DepthHistogram histogram(depths);
+  const DepthHistogram histogram = histogram_of(depths);
   for (const double half : {51.2, 1e6, 1e300}) {
     const double centre = histogram.nearest_cluster(half, 0.9);
     EXPECT_LE(centre - half, 0.5) << half;
@@ -177,10 +201,9 @@ TEST(DepthHistogram, TakesWindowsOfAnyWidth) {
   EXPECT_NEAR(histogram.nearest_cluster(1e-9, 0.1), 0.5, 1e-9) << "a bin at least";
 }
 
-/// Of a copy, since the histogram overwrites what it is given.
 double median_within(std::vector<float> values, double lower, double upper) {
-  const DepthHistogram histogram(values);
-  return histogram.median_within(values, lower, upper);
+  const Samples samples(std::move(values));
+  return DepthHistogram(samples).median_within(samples, lower, upper);
 }
 
 TEST(MedianWithin, IsTheUpperOfTheMiddleOnesOfThoseInside) {

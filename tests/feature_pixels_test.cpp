@@ -147,6 +147,13 @@ TEST_P(FeaturePixelsBySet, RoundHalvesUpAndNothingElse) {
 INSTANTIATE_TEST_SUITE_P(All, FeaturePixelsBySet,
                          ::testing::ValuesIn(detail::supported_instruction_sets()));
 
+TEST(FeaturePixels, MayBeNoneInAnyMemory) {
+  FeaturePixels pixels;
+  pixels.read({}, 100);
+  EXPECT_EQ(pixels.size(), 0U);
+  EXPECT_TRUE(inside_of(pixels, {0, 0, 640, 480}, {}).empty());
+}
+
 TEST(FeaturePixels, KnowWhoseTheyAre) {
   const std::vector<cv::Point2f> points(9), others(9);
   FeaturePixels pixels;

@@ -90,5 +90,34 @@ TEST(WholeFilter, EqualsTheOracleInCrowds) {
   EXPECT_GT(compensated, 300U);
 }
 
+/// More objects than a word has bits.
+TEST(WholeFilter, EqualsTheOracleWithHundredsOfObjects) {
+  std::size_t compensated = 0, given_back = 0, by_later_ones = 0;
+  for (std::uint64_t seed = 0; seed < 300; ++seed) {
+    ByteSource source(seed);
+    FilterCase input = arbitrary_case(source, {source.between(20, 60), source.between(20, 60)});
+    draw_rule(source, input, CompensationRule::object_depth);
+    const std::size_t persons = static_cast<std::size_t>(source.between(60, 200));
+    while (input.segmentation.instances.size() < persons) {
+      Instance instance = arbitrary_instance(source, input.segmentation.image_size);
+      if (source.chance(80)) instance.mask = cv::Mat();  // or masks leave nothing to compensate
+      if (source.chance(90)) instance.box.width = instance.box.width / 5 + 1;
+      if (source.chance(90)) instance.box.height = instance.box.height / 5 + 1;
+      input.segmentation.instances.push_back(instance);
+    }
+    ASSERT_EQ(check_filter(input), "") << "seed " << seed;
+    const DepthVerdict verdict = DepthOracle(input).verdict();
+    given_back += verdict.given_back;
+    for (const FeatureLabel& label : verdict.filter.labels) {
+      const bool is_compensated = label.removed && label.reason == Reason::compensated;
+      compensated += is_compensated ? 1 : 0;
+      by_later_ones += is_compensated && label.instance >= 64 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(compensated, 500U);
+  EXPECT_GT(by_later_ones, 50U);
+  EXPECT_GT(given_back, 300U);
+}
+
 }  // namespace
 }  // namespace dynfilter::testing

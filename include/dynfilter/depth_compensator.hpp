@@ -10,14 +10,17 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include <opencv2/core.hpp>
 
+#include "dynfilter/detail/blocks.hpp"
 #include "dynfilter/detail/depth_image.hpp"
 #include "dynfilter/detail/errors.hpp"
-#include "dynfilter/detail/feature_lists.hpp"
 #include "dynfilter/detail/mask_distance.hpp"
+#include "dynfilter/detail/objects_by_place.hpp"
+#include "dynfilter/feature_list.hpp"
 #include "dynfilter/feature_pixels.hpp"
 #include "dynfilter/filter_input.hpp"
 #include "dynfilter/labels.hpp"
@@ -96,18 +99,17 @@ class DepthCompensator {
     (*this)(input, labels, workspace);
   }
 
-  /// O(pixels of the masks / 16 + features x instances). Throws std::invalid_argument for malformed
-  /// input.
+  /// O(pixels of the masks / 16 + features x instances / 64, and the features in the boxes). Throws
+  /// std::invalid_argument for malformed input.
   void operator()(const FilterInput& input, FeatureLabels& labels, Workspace& workspace) const {
     validate(input, labels, "DepthCompensator");
     find_objects(input, labels, workspace);
     if (workspace.objects.empty()) return;
     const FeaturePixels& pixels = pixels_of(input, workspace);
     detail::with_depth_image(input.frame, [&](const auto& image) {
-      if (is_stale(input)) give_back(image, workspace.objects, pixels, labels);
-      for (const ObjectInFrame& object : workspace.objects) {
-        compensate(image, input, object, pixels, labels, workspace);
-      }
+      const detail::ObjectsByPlace objects(workspace.objects, image.size(), workspace.reaches);
+      if (is_stale(input)) give_back(image, workspace.objects, objects, pixels, labels);
+      compensate(image, input, objects, pixels, labels, workspace.features);
     });
   }
 
@@ -163,6 +165,7 @@ class DepthCompensator {
     const std::vector<Instance>& instances = input.segmentation.instances;
     workspace.objects.clear();
     workspace.objects.reserve(instances.size());
+    workspace.reaches.reserve(detail::ObjectsByPlace::tables_for(instances.size()));
     workspace.pixel_depths_m.reserve(ObjectDepthEstimator::most_samples(input.frame.depth.size()));
     for (std::size_t k = 0; k < instances.size(); ++k) {
       InstanceStatistics& statistics = labels.statistics().instances[k];
@@ -199,13 +202,13 @@ class DepthCompensator {
   }
 
   /// How surely a pixel is the object's. From 1/2 on it is taken to be.
-  template <class Image>
-  double certainty(const Image& image, const ObjectInFrame& object, cv::Point pixel) const {
-    const double depth_m = image.metres(pixel.x, pixel.y);
+  template <class Depth>
+  static double certainty(detail::LocalDepth<Depth>& here, const ObjectInFrame& object) {
+    const double depth_m = here.metres();
     if (object.depth.contains(depth_m)) return 1;
     const bool nearer_or_between = depth_m > 0 && depth_m < object.depth.hull_m().upper;
     if (nearer_or_between) return 0;
-    const double nearness = detail::object_nearness(image, pixel, object.depth, options_.reach_px);
+    const double nearness = here.nearness(object.depth);
     if (!(nearness > 0)) return 0;
     if (nearness < object.least_nearness) return 0.5 * (nearness / object.least_nearness);
     return std::min(1.0, 0.5 + nearness / 8);
@@ -216,19 +219,18 @@ class DepthCompensator {
   bool is_on_object(const Image& image, const FilterInput& input, const ObjectInFrame& object,
                     cv::Point pixel) const {
     const bool is_in_reach = object.reach.contains(pixel);
-    if (is_in_reach && certainty(image, object, pixel) >= 0.5) return true;
+    detail::LocalDepth here(image, pixel, detail::steps_of_reach(options_.reach_px, image.size()));
+    if (is_in_reach && certainty(here, object) >= 0.5) return true;
     const Instance& instance = input.segmentation.instances[object.instance];
     if (!is_stale(input)) {
       return detail::mask_within(instance, pixel, is_in_reach ? mask_margin(image) : 0);
     }
-    return instance.covers(pixel) && hides_object(image, object.depth, pixel);
+    return instance.covers(pixel) && hides_object(here.metres(), object.depth);
   }
 
   /// Nearer than the farthest that the object is: whatever it is, it is not what the object has
   /// left.
-  template <class Image>
-  static bool hides_object(const Image& image, const ObjectDepth& object, cv::Point pixel) {
-    const double depth_m = image.metres(pixel.x, pixel.y);
+  static bool hides_object(double depth_m, const ObjectDepth& object) {
     return depth_m > 0 && depth_m <= object.hull_m().upper;
   }
 
@@ -237,58 +239,100 @@ class DepthCompensator {
     return options_.mask_margin_px * detail::pixel_scale(image.size());
   }
 
+  /// What lies as close to a mask goes in any case; nothing does where masks are stale.
+  template <class Image>
+  std::optional<detail::MaskDisc> mask_disc(const Image& image, const FilterInput& input) const {
+    const double margin = mask_margin(image);
+    if (is_stale(input) || !(margin > 0)) return {};
+    return detail::MaskDisc(margin);
+  }
+
+  /// That of an instance, if its depth is known. Objects are in the order of their instances.
+  static const ObjectInFrame* find_object(const std::vector<ObjectInFrame>& objects,
+                                          std::int32_t instance) {
+    const auto index_of = [](const ObjectInFrame& object) {
+      return static_cast<std::int32_t>(object.instance);
+    };
+    const auto found = std::lower_bound(
+        objects.begin(), objects.end(), instance,
+        [&](const ObjectInFrame& object, std::int32_t other) { return index_of(object) < other; });
+    return found != objects.end() && index_of(*found) == instance ? &*found : nullptr;
+  }
+
   /// On stale masks: what by its depth is no object's was covered by one before.
   template <class Image>
   void give_back(const Image& image, const std::vector<ObjectInFrame>& objects,
-                 const FeaturePixels& pixels, FeatureLabels& labels) const {
+                 const detail::ObjectsByPlace& by_place, const FeaturePixels& pixels,
+                 FeatureLabels& labels) const {
+    const int reach = detail::steps_of_reach(options_.reach_px, image.size());
     for (std::size_t i = 0; i < labels.size(); ++i) {
       const FeatureLabel& label = labels[i];
       if (!label.removed || label.reason != Reason::in_mask) continue;
       const cv::Point pixel = pixels[i];
-      const auto owner = std::find_if(objects.begin(), objects.end(), [&](const auto& object) {
-        return static_cast<std::int32_t>(object.instance) == label.instance;
-      });
+      const ObjectInFrame* const owner = find_object(objects, label.instance);
       // Where the owner's depth is not known, nothing speaks against its mask.
-      if (owner == objects.end() || !image.contains(pixel.x, pixel.y)) continue;
-      if (hides_object(image, owner->depth, pixel)) continue;
-      const bool is_objects = std::any_of(objects.begin(), objects.end(), [&](const auto& object) {
-        return object.reach.contains(pixel) && certainty(image, object, pixel) >= 0.5;
-      });
+      if (owner == nullptr || !image.contains(pixel.x, pixel.y)) continue;
+      detail::LocalDepth here(image, pixel, reach);
+      if (hides_object(here.metres(), owner->depth)) continue;
+      const bool is_objects = by_place.any_in_reach(
+          pixel, [&](const ObjectInFrame& object) { return certainty(here, object) >= 0.5; });
       // Its score comes from compensate, like that of any other feature.
       if (!is_objects) labels.restore(i, 0);
     }
   }
 
-  template <class Image>
-  void compensate(const Image& image, const FilterInput& input, const ObjectInFrame& object,
-                  const FeaturePixels& pixels, FeatureLabels& labels, Workspace& workspace) const {
+  /// One object's claim on a feature that is not removed; returns whether the object has it now.
+  template <class Depth>
+  bool claim(const ObjectInFrame& object, const FilterInput& input, std::size_t i,
+             detail::LocalDepth<Depth>& here, const std::optional<detail::MaskDisc>& margin,
+             FeatureLabels& labels) const {
     const Instance& instance = input.segmentation.instances[object.instance];
     InstanceStatistics& statistics = labels.statistics().instances[object.instance];
     const auto index = static_cast<std::int32_t>(object.instance);
-    const double margin = is_stale(input) ? 0 : mask_margin(image);
-    const auto in_reach = detail::kept_inside(pixels, labels, object.reach, workspace.features);
-    statistics.candidates = in_reach.size();
-    for (const std::size_t i : in_reach) image.prefetch(pixels[i], 1);
-    for (const std::size_t i : in_reach) {
-      double certain = certainty(image, object, pixels[i]);
-      if (certain >= 0.5) {
-        ++(has_depth_of(object, image, pixels[i]) ? statistics.passed_depth
-                                                  : statistics.passed_nearness);
-      } else if (margin > 0 && detail::mask_within(instance, pixels[i], margin)) {
-        certain = 1;
-      }
-      const float score = instance.score * static_cast<float>(certain);
-      if (certain >= 0.5) {
-        labels.remove(i, index, Reason::compensated, score);
-      } else {
-        labels.suspect(i, index, score);
-      }
+    ++statistics.candidates;
+    double certain = certainty(here, object);
+    if (certain >= 0.5) {
+      const bool by_depth = object.depth.contains(here.metres());
+      ++(by_depth ? statistics.passed_depth : statistics.passed_nearness);
+    } else if (margin && margin->meets(instance, here.pixel())) {
+      certain = 1;
+    }
+    const float score = instance.score * static_cast<float>(certain);
+    if (certain >= 0.5) return labels.remove(i, index, Reason::compensated, score);
+    if (score > 0) labels.suspect(i, index, score);
+    return false;
+  }
+
+  /// Feature by feature, since what the objects ask about one is the same.
+  template <class Image>
+  void compensate(const Image& image, const FilterInput& input,
+                  const detail::ObjectsByPlace& objects, const FeaturePixels& pixels,
+                  FeatureLabels& labels, std::vector<std::uint32_t>& memory) const {
+    const int reach = detail::steps_of_reach(options_.reach_px, image.size());
+    const std::optional<detail::MaskDisc> margin = mask_disc(image, input);
+    const FeatureList near_objects = kept_near(objects, pixels, labels, memory);
+    for (const std::size_t i : near_objects) image.prefetch(pixels[i], 1);
+    for (const std::size_t i : near_objects) {
+      detail::LocalDepth here(image, pixels[i], reach);
+      objects.any_in_reach(pixels[i], [&](const ObjectInFrame& object) {
+        return claim(object, input, i, here, margin, labels);
+      });
     }
   }
 
-  template <class Image>
-  static bool has_depth_of(const ObjectInFrame& object, const Image& image, cv::Point pixel) {
-    return object.depth.contains(image.metres(pixel.x, pixel.y));
+  /// Those that are not removed and may lie in the reach of an object.
+  static FeatureList kept_near(const detail::ObjectsByPlace& objects, const FeaturePixels& pixels,
+                               const FeatureLabels& labels, std::vector<std::uint32_t>& memory) {
+    FeatureList list(memory, pixels.size());
+    const std::vector<std::uint64_t>& removed = labels.removed_bits();
+    for (std::size_t block = 0; block < removed.size(); ++block) {
+      const std::size_t first = block * detail::block_size;
+      const std::uint64_t kept = ~removed[block] & detail::bits_below(pixels.size() - first);
+      detail::for_each_bit(kept, [&](std::size_t bit) {
+        list.add_if(objects.may_reach(pixels[first + bit]), first + bit);
+      });
+    }
+    return list;
   }
 
   DepthCompensatorOptions options_;

@@ -16,6 +16,7 @@
 
 #include "dynfilter/detail/depth_histogram.hpp"
 #include "dynfilter/detail/depth_image.hpp"
+#include "dynfilter/detail/depth_samples.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/rectangles.hpp"
 #include "dynfilter/frame.hpp"
@@ -53,9 +54,12 @@ struct ObjectDepth {
 
   bool empty() const { return of_mask_m.empty() && of_box_m.empty(); }
 
-  /// False for 0, "no depth", however near the object is.
+  /// False for 0, "no depth", however near the object is. Without a branch: depths are nothing that
+  /// a processor can foresee, and a loop over some is one over vectors.
   bool contains(double depth_m) const {
-    return depth_m > 0 && (of_mask_m.contains(depth_m) || of_box_m.contains(depth_m));
+    const bool in_mask_range = (of_mask_m.lower <= depth_m) & (depth_m <= of_mask_m.upper);
+    const bool in_box_range = (of_box_m.lower <= depth_m) & (depth_m <= of_box_m.upper);
+    return (depth_m > 0) & (in_mask_range | in_box_range);
   }
 
   /// From the nearest to the farthest end of both.
@@ -89,7 +93,7 @@ class ObjectDepthEstimator {
     const auto along = [&](int length) {
       return static_cast<std::size_t>(length / step_for(image) + 1);
     };
-    return along(image.width) * along(image.height);
+    return detail::DepthSamples::room_for(along(image.width) * along(image.height));
   }
 
   /// Neither mask nor box need lie inside the image. `scratch` is memory that calls may share.
@@ -102,14 +106,15 @@ class ObjectDepthEstimator {
     detail::with_depth_image(frame, [&](const auto& image) {
       const cv::Rect box = detail::clip(instance.box, image.size());
       const int step = step_for(image.size());
-      const auto masked = static_cast<double>(read_mask(image, instance, step, scratch));
-      depth.samples = scratch.size();
-      depth.of_mask_m = range_of(scratch, options_.least_share);
+      detail::DepthSamples samples(scratch, most_samples(image.size()));
+      const auto masked = static_cast<double>(read_mask(image, instance, step, samples));
+      depth.samples = samples.size();
+      depth.of_mask_m = range_of(samples, options_.least_share);
       const double boxed = static_cast<double>(box.area()) / (step * step);
       if (!depth.of_mask_m.empty() && masked >= options_.least_mask_share * boxed) return;
-      read_middle(image, box, step, scratch);
-      depth.samples += scratch.size();
-      depth.of_box_m = range_of(scratch, options_.least_box_share);
+      read_middle(image, box, step, samples);
+      depth.samples += samples.size();
+      depth.of_box_m = range_of(samples, options_.least_box_share);
     });
     return depth;
   }
@@ -133,62 +138,57 @@ class ObjectDepthEstimator {
   /// The depths on the mask; returns how many of its pixels were looked at.
   template <class Image>
   static std::size_t read_mask(const Image& image, const Instance& instance, int step,
-                               std::vector<float>& depths_m) {
-    depths_m.clear();
-    std::size_t masked = 0;
+                               detail::DepthSamples& samples) {
     const cv::Point origin = instance.mask_origin;
-    const cv::Rect inside = detail::clip({origin, instance.mask.size()}, image.size());
-    for (int y = inside.y + step / 2; y < inside.y + inside.height; y += step) {
-      const std::uint8_t* mask = instance.mask.ptr<std::uint8_t>(y - origin.y);
-      masked += read_row(image, y, inside.x + step / 2, inside.x + inside.width, step, depths_m,
-                         [&](int x) { return mask[x - origin.x] != 0; });
-    }
-    return masked;
+    cv::Rect inside = detail::clip({origin, instance.mask.size()}, image.size());
+    const int margin = std::min({step / 2, inside.width, inside.height});
+    inside = {inside.x + margin, inside.y + margin, inside.width - margin, inside.height - margin};
+    return read(image, inside, step, samples, [&](int y) {
+      const std::uint8_t* const mask = instance.mask.ptr<std::uint8_t>(y - origin.y);
+      return [mask, origin](int x) { return mask[x - origin.x] != 0; };
+    });
   }
 
   /// The depths in the middle of the box, which an object fills whatever its arms and legs do.
   template <class Image>
   static void read_middle(const Image& image, const cv::Rect& box, int step,
-                          std::vector<float>& depths_m) {
-    depths_m.clear();
+                          detail::DepthSamples& samples) {
     const cv::Rect middle(box.x + box.width / 4, box.y + box.height / 5, box.width / 2,
                           box.height * 3 / 5);
-    for (int y = middle.y; y < middle.y + middle.height; y += step) {
-      read_row(image, y, middle.x, middle.x + middle.width, step, depths_m,
-               [](int) { return true; });
-    }
+    read(image, middle, step, samples, [](int) { return [](int) { return true; }; });
   }
 
-  /// Adds the depths from `first` to before `end` of those pixels that `is_wanted`; returns how
-  /// many are.
-  template <class Image, class Predicate>
-  static std::size_t read_row(const Image& image, int y, int first, int end, int step,
-                              std::vector<float>& depths_m, const Predicate& is_wanted) {
-    if (first >= end) return 0;
-    const std::size_t old_size = depths_m.size();
-    depths_m.resize(old_size + static_cast<std::size_t>((end - first - 1) / step + 1));
-    float* next = depths_m.data() + old_size;
-    std::size_t wanted = 0;
-    const auto* const row = image.at(0, y);
-    for (int x = first; x < end; x += step) {
-      if (!is_wanted(x)) continue;
-      ++wanted;
-      const double depth_m = image.metres_of(row[x]);
-      // What is no depth is overwritten by the next one: holes are where nobody foresees them.
-      *next = static_cast<float>(depth_m);
-      next += depth_m > 0 ? 1 : 0;
+  /// The depths of every `step`th pixel each way for which wanted_in_row(y)(x) is true; returns how
+  /// many pixels that is.
+  template <class Image, class WantedInRow>
+  static std::size_t read(const Image& image, const cv::Rect& area, int step,
+                          detail::DepthSamples& samples, const WantedInRow& wanted_in_row) {
+    std::size_t wanted = 0, count = 0;
+    float* const values = samples.begin();
+    for (int y = area.y; y < area.y + area.height; y += step) {
+      const auto is_wanted = wanted_in_row(y);
+      const auto* const row = image.at(0, y);
+      for (int x = area.x; x < area.x + area.width; x += step) {
+        // Masks are of a piece, so that a branch pays. Holes are where nobody foresees them: what
+        // is no depth is overwritten by the next one.
+        if (!is_wanted(x)) continue;
+        ++wanted;
+        values[count] = static_cast<float>(row[x]);
+        count += static_cast<std::size_t>(image.is_depth(row[x]));
+      }
     }
-    depths_m.resize(static_cast<std::size_t>(next - depths_m.data()));
+    samples.set_size(count);
+    samples.replace_each([&image](float value) { return image.float_metres_of(value); });
     return wanted;
   }
 
-  ValueRange range_of(std::vector<float>& depths_m, double least_share) const {
-    const detail::DepthHistogram histogram(depths_m);
+  ValueRange range_of(const detail::DepthSamples& depths, double least_share) const {
+    const detail::DepthHistogram histogram(depths);
     if (histogram.total() < std::max<std::size_t>(1, options_.least_samples)) return {};
     const double half = options_.least_half_width_m;
     const double window = std::max(half, detail::DepthHistogram::bin_m);  // as the cluster's
     const double centre = histogram.nearest_cluster(half, least_share);
-    const double median = histogram.median_within(depths_m, centre - window, centre + window);
+    const double median = histogram.median_within(depths, centre - window, centre + window);
     const ValueRange extent = histogram.extent_round(median, options_.most_half_width_m);
     return {std::min(median - half, extent.lower), std::max(median + half, extent.upper)};
   }

@@ -13,6 +13,7 @@
 #include <opencv2/core.hpp>
 
 #include "dynfilter/detail/depth_lbp_points.hpp"
+#include "dynfilter/detail/rectangle_table.hpp"
 #include "dynfilter/feature_pixels.hpp"
 #include "dynfilter/feature_sampler.hpp"
 #include "dynfilter/object_depth.hpp"
@@ -51,6 +52,7 @@ struct Workspace {
   std::vector<RestoreCandidate> restorable;
   std::vector<float> pixel_depths_m;  ///< of one instance
   std::vector<ObjectInFrame> objects;
+  std::vector<detail::RectangleTable> reaches;  ///< of the objects, 64 in each
 };
 
 }  // namespace dynfilter

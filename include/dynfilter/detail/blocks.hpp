@@ -10,6 +10,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 
 namespace dynfilter::detail {
 
@@ -32,6 +33,21 @@ constexpr std::uint64_t bits_below(std::size_t count) {
 
 inline std::size_t count_bits(std::uint64_t bits) {
   return static_cast<std::size_t>(__builtin_popcountll(bits));
+}
+
+/// The set of those of 64 that are 1, and not 0.
+inline std::uint64_t bits_of_bytes(const std::uint8_t* bytes) {
+  std::uint64_t bits = 0;
+  for (unsigned k = 0; k < block_size; k += 8) {
+    std::uint64_t eight = 0;
+    std::memcpy(&eight, bytes + k, sizeof eight);
+#if defined(__BYTE_ORDER__) && __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
+    eight = __builtin_bswap64(eight);
+#endif
+    // Shifts the bit of byte i, which is bit 8 i, to bit 56 + i, and adds.
+    bits |= (eight * 0x0102040810204080U >> 56U) << k;
+  }
+  return bits;
 }
 
 }  // namespace dynfilter::detail

@@ -72,7 +72,9 @@ class DepthImage {
 
   /// Has the memory fetched that a reading of the pixel, and of those up to `rows` above and below,
   /// will need: many at once, where frames come from a camera and are in no cache.
-  void prefetch(cv::Point pixel, int rows) const {
+  /// Inlined always: g++ takes what fetches and computes nothing for a function without effect, and
+  /// leaves calls of it out.
+  [[gnu::always_inline]] void prefetch(cv::Point pixel, int rows) const {
     if (!is_below(pixel.x, size_.width) || pixel.y < rows || pixel.y >= size_.height - rows) return;
     const Depth* const value = at(pixel.x, pixel.y);
     for (int row = -rows; row <= rows; ++row) __builtin_prefetch(value + row * row_step());
@@ -108,11 +110,22 @@ class DepthImage {
   /// The pixel must lie in the image.
   double metres(int x, int y) const { return metres_of(*at(x, y)); }
 
+  /// Whether a pixel's value says a depth.
+  bool is_depth(Depth value) const {
+    if constexpr (std::is_integral<Depth>::value) return value != 0;
+    return metres_of(value) != 0;
+  }
+
   /// What a pixel's value says, 0 for "no depth".
   double metres_of(Depth value) const {
     const double metres = static_cast<double>(value) * metres_per_unit_;
     if constexpr (std::is_integral<Depth>::value) return metres;
     return metres > 0 && std::isfinite(metres) ? metres : 0;
+  }
+
+  /// What a value says that was read into a float, rounded to a float.
+  float float_metres_of(float value) const {
+    return static_cast<float>(double{value} * metres_per_unit_);
   }
 
   /// The pixel must lie in the image; so must what is reached from it by steps and rows.

@@ -110,21 +110,6 @@ struct PixelBlocks {
 // What follows puts the indices of the pixels that lie in a rectangle where `end` points, in their
 // order, and returns where they end. What lies behind them, up to a block, may be overwritten.
 
-/// The lowest bits of 64 bytes that are 0 or 1.
-inline std::uint64_t bits_of_bytes(const std::uint8_t* bytes) {
-  std::uint64_t bits = 0;
-  for (unsigned k = 0; k < block_size; k += 8) {
-    std::uint64_t eight = 0;
-    std::memcpy(&eight, bytes + k, sizeof eight);
-#if defined(__BYTE_ORDER__) && __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
-    eight = __builtin_bswap64(eight);
-#endif
-    // Shifts the bit of byte i, which is bit 8 i, to bit 56 + i, and adds.
-    bits |= (eight * 0x0102040810204080U >> 56U) << k;
-  }
-  return bits;
-}
-
 /// In a loop of a constant number of steps, without a branch, of which compilers make vector code.
 inline std::uint32_t* list_inside_portable(const PixelBlocks& all, const NarrowRectangle& rectangle,
                                            std::uint32_t* end) {
