@@ -16,7 +16,8 @@ namespace dynfilter::detail {
 
 inline std::string frame_columns() {
   return "frame,timestamp_s,has_masks,mask_age_s,instances,features,masked,compensated,custom,"
-         "restored,kept,starved,instances_without_depth,instances_with_too_few_samples";
+         "restored,kept,starved,suggested_features,instances_without_depth,"
+         "instances_with_too_few_samples";
 }
 
 inline std::size_t count_instances(const FrameStatistics& statistics, Compensation compensation) {
@@ -34,7 +35,8 @@ inline std::string frame_cells(const std::string& frame, double timestamp_s,
                       (s.has_segmentation ? '1' : '0') + ',' + time_text(s.segmentation_age_s);
   for (const std::size_t count :
        {s.instances.size(), s.features, s.masked, s.compensated, s.custom, s.restored, s.kept(),
-        std::size_t{s.starved}, count_instances(s, Compensation::no_depth_image),
+        std::size_t{s.starved}, s.suggested_features,
+        count_instances(s, Compensation::no_depth_image),
         count_instances(s, Compensation::too_few_samples)}) {
     cells += ',' + std::to_string(count);
   }

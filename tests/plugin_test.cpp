@@ -12,6 +12,8 @@
 #include <utility>
 #include <vector>
 
+#include <opencv2/imgcodecs.hpp>
+
 #include "dynfilter/dynfilter.hpp"
 #include "dynfilter/segmenters/mask_folder_writer.hpp"
 #include "support/expect_error.hpp"
@@ -320,6 +322,28 @@ TEST_F(PluginTest, RecordsFramesAndOverlaysOnRequest) {
   EXPECT_TRUE(fs::exists(path("out") / "overlays" / "100.000000.png"));
   EXPECT_TRUE(fs::exists(path("out") / "overlays" / "100.300000.png"));
   EXPECT_FALSE(fs::exists(path("out") / "overlays" / "100.100000.png"));
+}
+
+TEST_F(PluginTest, DoesNotLookAtAFourthChannel) {
+  std::vector<std::vector<uchar>> overlays;
+  for (const char* name : {"three", "four"}) {
+    Plugin plugin(settings("dynfilter.output_folder: \"" + path(name).string() +
+                           "\"\ndynfilter.overlay_every: 1\n"));
+    HostFrame frame(0);
+    cv::Mat image = frame.image;
+    if (std::string(name) == "four") {
+      std::vector<cv::Mat> channels;
+      cv::split(image, channels);
+      channels.emplace_back(image.size(), CV_8UC1, cv::Scalar(77));
+      cv::merge(channels, image);
+    }
+    plugin.submit(image, frame.timestamp_s);
+    plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors);
+    const cv::Mat overlay = cv::imread((path(name) / "overlays" / "100.000000.png").string());
+    ASSERT_FALSE(overlay.empty());
+    overlays.emplace_back(overlay.datastart, overlay.dataend);
+  }
+  EXPECT_EQ(overlays[0], overlays[1]);
 }
 
 TEST_F(PluginTest, CanBeMoved) {

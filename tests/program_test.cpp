@@ -239,6 +239,11 @@ TEST_F(Program, EveryThirdFrameIsForTheFeaturesAlone) {
   EXPECT_EQ(rows.at(2), all.at(4));
   EXPECT_FALSE(fs::exists(out("third") / "trajectory.txt"));
   EXPECT_FALSE(outcome.mentions("odometry")) << outcome.printed;
+
+  const Outcome moved =
+      run("run " + quoted(scene()) + " --every 3 --rule mask_moved --out " + quoted(out("moved")));
+  EXPECT_NE(moved.exit_code, 0);
+  EXPECT_TRUE(moved.mentions("mask_moved follows objects from frame to frame")) << moved.printed;
 }
 
 TEST_F(Program, AThreadThatIsWaitedForChangesNothing) {

@@ -54,10 +54,11 @@ class DYNFILTER_PLUGIN_API Plugin {
   Plugin(const Plugin&) = delete;
   Plugin& operator=(const Plugin&) = delete;
 
-  /// Hands over the frame's image (CV_8UC1, or CV_8UC3 in the order BGR; raw pixels as features
-  /// are) before its filter(). Masks from a folder do without; overlays, and segmenters that look
-  /// at images, need it. With the setting `async` its masks are made from now on, beside whatever
-  /// the host does until filter(). The pixels are shared until then and not changed. Throws
+  /// Hands over the frame's image (CV_8UC1, or CV_8UC3 in the order BGR, or CV_8UC4, whose fourth
+  /// channel is not looked at; raw pixels as features are) before its filter(). Masks from a folder
+  /// do without; overlays, and segmenters that look at images, need it. With the setting `async`
+  /// its masks are made from now on, beside whatever the host does until filter(). The pixels,
+  /// unless they have four channels, are shared until then and not changed. Throws
   /// std::invalid_argument for another image.
   void submit(const cv::Mat& image, double timestamp_s);
 

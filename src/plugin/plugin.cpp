@@ -10,6 +10,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include <opencv2/imgproc.hpp>
+
 #include "dynfilter/dynfilter.hpp"
 #include "plugin/mask_source.hpp"
 #include "plugin/plugin_settings.hpp"
@@ -41,6 +43,14 @@ void require_in_step(const std::vector<cv::KeyPoint>& keypoints, const cv::Mat& 
         detail::concatenate("pivot ", *pivot, " with ", keypoints.size(), " keypoints"),
         "the number of keypoints in the first block");
   }
+}
+
+/// The image as segmenters take it.
+cv::Mat without_alpha(const cv::Mat& image) {
+  if (image.channels() != 4) return image;
+  cv::Mat bgr;
+  cv::cvtColor(image, bgr, cv::COLOR_BGRA2BGR);
+  return bgr;
 }
 
 /// Tracking code must not meet a frame without a feature: the last resort is the feature that looks
@@ -126,20 +136,22 @@ Plugin::Plugin(Plugin&& other) noexcept = default;
 Plugin& Plugin::operator=(Plugin&& other) noexcept = default;
 
 void Plugin::submit(const cv::Mat& image, double timestamp_s) {
-  if (image.empty() || (image.type() != CV_8UC1 && image.type() != CV_8UC3)) {
+  const int type = image.type();
+  if (image.empty() || (type != CV_8UC1 && type != CV_8UC3 && type != CV_8UC4)) {
     detail::throw_misuse("Plugin::submit",
                          detail::concatenate("an image of type ", detail::type_name(image),
                                              " and size ", detail::size_name(image.size())),
-                         "CV_8UC1 or CV_8UC3");
+                         "CV_8UC1, CV_8UC3 or CV_8UC4");
   }
   if (!std::isfinite(timestamp_s)) {
     detail::throw_misuse("Plugin::submit", detail::concatenate("timestamp_s = ", timestamp_s),
                          "a finite time in seconds");
   }
-  state_->masks.submit({0, timestamp_s, image, {}, 0});
+  const cv::Mat shown = without_alpha(image);
+  state_->masks.submit({0, timestamp_s, shown, {}, 0});
   ++state_->counters.submitted;
   state_->counters.never_filtered += state_->image.empty() ? 0 : 1;
-  state_->image = image;
+  state_->image = shown;
   state_->image_time_s = timestamp_s;
 }
 

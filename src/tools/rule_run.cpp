@@ -24,6 +24,12 @@ const RuleInfo& require_masks(const RuleInfo& rule, const SceneSpec& scene,
   return rule;
 }
 
+void require_every_frame(const RuleInfo& rule, const RunSettings& settings) {
+  if (settings.every == 1) return;
+  throw std::runtime_error("rule " + rule.name + " follows objects from frame to frame: not with " +
+                           "--every " + std::to_string(settings.every));
+}
+
 odometry::OdometryOptions odometry_options(const RunSettings& settings) {
   odometry::OdometryOptions options;
   options.seed = settings.seed;
@@ -81,7 +87,10 @@ RuleRun::RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource
       filter_({mask_stage_of(rule, settings.mask_culler), masks_time_},
               {stage_of(rule, settings.mask_culler, settings.seed), rule_time_}),
       pictures_(folder, source.size(), settings.overlays, rule.takes_masks, rule.compensates) {
-  if (rule.moves_masks) propagator_.emplace();
+  if (rule.moves_masks) {
+    require_every_frame(rule, settings);
+    propagator_.emplace();
+  }
   if (source.has_depth() && settings.every == 1) {
     odometry_.emplace(source.camera(), odometry_options(settings));
   }

@@ -55,25 +55,10 @@ class DepthImage {
     return is_below(x, size_.width) && is_below(y, size_.height);
   }
 
-  /// A depth, or that there is none.
-  struct Reading {
-    double metres = 0;
-    bool is_known = false;
-  };
-
-  /// Of any pixel, as FrameView::depth_m tells it. No branch hangs on the depth.
-  Reading read(cv::Point pixel) const {
-    if (!contains(pixel.x, pixel.y)) return {};
-    const Depth value = *at(pixel.x, pixel.y);
-    const double metres = static_cast<double>(value) * metres_per_unit_;
-    const bool is_finite = metres <= std::numeric_limits<double>::max();
-    return {metres, value > 0 && is_finite};
-  }
-
-  /// Has the memory fetched that a reading of the pixel, and of those up to `rows` above and below,
-  /// will need: many at once, where frames come from a camera and are in no cache.
-  /// Inlined always: g++ takes what fetches and computes nothing for a function without effect, and
-  /// leaves calls of it out.
+  /// Has the memory fetched that the depths of the pixel and of those up to `rows` above and below
+  /// are in: of many at once, where frames come from a camera and are in no cache. Inlined always:
+  /// g++ takes what fetches and computes nothing for a function without effect, and leaves calls of
+  /// it out.
   [[gnu::always_inline]] void prefetch(cv::Point pixel, int rows) const {
     if (!is_below(pixel.x, size_.width) || pixel.y < rows || pixel.y >= size_.height - rows) return;
     const Depth* const value = at(pixel.x, pixel.y);
