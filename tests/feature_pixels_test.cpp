@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <vector>
 
@@ -141,6 +142,21 @@ TEST_P(FeaturePixelsBySet, RoundHalvesUpAndNothingElse) {
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double exact = std::floor(double{points[i].x} + 0.5);
     ASSERT_EQ(pixels[i], cv::Point(static_cast<int>(exact), static_cast<int>(points[i].y))) << i;
+  }
+}
+
+/// All sizes of floats, of either sign, in blocks that are ordinary but for the last ones.
+TEST_P(FeaturePixelsBySet, RoundFloatsOfAnySizeAsOneByOne) {
+  std::vector<cv::Point2f> points;
+  for (std::uint32_t bits = 0; bits < 0x4F000000U; bits += 16411) {  // up to 2^31
+    float value = 0;
+    std::memcpy(&value, &bits, sizeof value);
+    points.emplace_back(value, -value);
+  }
+  FeaturePixels pixels(GetParam());
+  pixels.read(points);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    ASSERT_EQ(pixels[i], nearest_pixel(points[i])) << points[i];
   }
 }
 

@@ -51,14 +51,13 @@ TEST(NearestPixel, IsTheFloorOfHalfAPixelMoreForEveryFloat) {
   EXPECT_GT(compared, 1000000U);
 }
 
-TEST(FeaturesView, CopiesPositionsOfWhateverItShows) {
+TEST(FeaturesView, SaysWhereThePositionsAre) {
   const std::vector<cv::KeyPoint> keypoints = {{1.25F, 2.5F, 31.0F}, {3.0F, 4.0F, 7.0F}};
-  float coordinates[4] = {};
-  FeaturesView(keypoints).copy_positions(0, 2, coordinates);
-  EXPECT_EQ(coordinates[1], 2.5F);
-  EXPECT_EQ(coordinates[2], 3.0F);
-  FeaturesView(keypoints).copy_positions(1, 1, coordinates);
-  EXPECT_EQ(coordinates[0], 3.0F);
+  const FeaturesView view = keypoints;
+  const auto* bytes = static_cast<const unsigned char*>(view.data());
+  cv::Point2f second;
+  std::memcpy(&second, bytes + view.stride_bytes(), sizeof second);
+  EXPECT_EQ(second, cv::Point2f(3, 4));
 }
 
 TEST(FeaturesView, ReadsKeypointsAndPointsInPlace) {
