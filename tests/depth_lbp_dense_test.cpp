@@ -122,19 +122,25 @@ class DepthLbpDense : public ::testing::Test {};
 using Depths = ::testing::Types<std::uint16_t, float>;
 TYPED_TEST_SUITE(DepthLbpDense, Depths, );
 
+/// On a whole image of arbitrary depths, with arbitrary options.
+template <class Depth>
+void expect_oracle_of_every_set(const cv::Size& size, std::uint64_t seed) {
+  ByteSource source(seed);
+  ExactMatrix<Depth> depth(size, Depth{0});
+  fill<Depth>(source, depth.mat);
+  const DepthLbpOptions options = arbitrary_options(source);
+  const cv::Mat expected = oracle_codes(depth.mat, options);
+  for (const InstructionSet set : detail::supported_instruction_sets()) {
+    ExactMatrix<std::uint8_t> codes(size, 99);
+    dense_by<Depth>(set, depth.mat, cv::Rect({0, 0}, size), options, codes.mat);
+    ASSERT_TRUE(equal(codes.mat, expected)) << "set " << static_cast<int>(set);
+  }
+}
+
 TYPED_TEST(DepthLbpDense, EverySetEqualsTheOracleOnEveryWidth) {
   for (int width = 1; width <= 300; ++width) {
-    ByteSource source(static_cast<std::uint64_t>(width));
-    const cv::Size size(width, 1 + width % 11);
-    ExactMatrix<TypeParam> depth(size, TypeParam{0});
-    fill<TypeParam>(source, depth.mat);
-    const DepthLbpOptions options = arbitrary_options(source);
-    const cv::Mat expected = oracle_codes(depth.mat, options);
-    for (const InstructionSet set : detail::supported_instruction_sets()) {
-      ExactMatrix<std::uint8_t> codes(size, 99);
-      dense_by<TypeParam>(set, depth.mat, cv::Rect({0, 0}, size), options, codes.mat);
-      ASSERT_TRUE(equal(codes.mat, expected)) << "set " << static_cast<int>(set);
-    }
+    ASSERT_NO_FATAL_FAILURE(expect_oracle_of_every_set<TypeParam>(
+        {width, 1 + width % 11}, static_cast<std::uint64_t>(width)));
   }
 }
 
@@ -142,17 +148,8 @@ TYPED_TEST(DepthLbpDense, EverySetEqualsTheOracleOnManyRowsOfAnyLength) {
   // Rows that lie so that kernels do few or many of them together.
   for (const int width : {66, 130, 512, 600, 1024, 1280, 1281, 2048, 2561, 4096}) {
     for (const int height : {3, 26, 27, 50, 59}) {
-      ByteSource source(static_cast<std::uint64_t>(width * 100 + height));
-      const cv::Size size(width, height);
-      ExactMatrix<TypeParam> depth(size, TypeParam{0});
-      fill<TypeParam>(source, depth.mat);
-      const DepthLbpOptions options = arbitrary_options(source);
-      const cv::Mat expected = oracle_codes(depth.mat, options);
-      for (const InstructionSet set : detail::supported_instruction_sets()) {
-        ExactMatrix<std::uint8_t> codes(size, 99);
-        dense_by<TypeParam>(set, depth.mat, cv::Rect({0, 0}, size), options, codes.mat);
-        ASSERT_TRUE(equal(codes.mat, expected)) << "set " << static_cast<int>(set);
-      }
+      ASSERT_NO_FATAL_FAILURE(expect_oracle_of_every_set<TypeParam>(
+          {width, height}, static_cast<std::uint64_t>(width * 100 + height)));
     }
   }
 }

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "support/byte_source.hpp"
+#include "support/expect_error.hpp"
 
 namespace dynfilter::testing {
 namespace {
@@ -168,6 +169,17 @@ TEST(FeaturePixels, MayBeNoneInAnyMemory) {
   pixels.read({}, 100);
   EXPECT_EQ(pixels.size(), 0U);
   EXPECT_TRUE(inside_of(pixels, {0, 0, 640, 480}, {}).empty());
+}
+
+TEST(FeaturePixels, RefuseTooFewBits) {
+  FeaturePixels pixels;
+  pixels.read(std::vector<cv::Point2f>(65));
+  std::vector<std::uint32_t> memory;
+  expect_error<std::invalid_argument>(
+      [&] {
+        pixels.inside({0, 0, 9, 9}, {0}, memory);
+      },
+      "1 words of bits");
 }
 
 TEST(FeaturePixels, KnowWhoseTheyAre) {

@@ -16,6 +16,7 @@
 
 #include "dynfilter/detail/block_rounding.hpp"
 #include "dynfilter/detail/blocks.hpp"
+#include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/instruction_set.hpp"
 #include "dynfilter/detail/narrow_pixels.hpp"
 #include "dynfilter/feature_list.hpp"
@@ -52,8 +53,8 @@ class FeaturePixels {
 
   /// The features whose pixels lie in the rectangle, wherever that lies, in an order of their own,
   /// but for those whose bit in `without` is set: bit i % 64 of word i / 64, as
-  /// FeatureLabels::removed_bits has them. The list lies in `memory`. O(features / 64), and the
-  /// features that lie in it.
+  /// FeatureLabels::removed_bits has them. The list lies in `memory`. Throws std::invalid_argument
+  /// for fewer words. O(features / 64), and the features that lie in it.
   FeatureList inside(const cv::Rect& rectangle, const std::vector<std::uint64_t>& without,
                      std::vector<std::uint32_t>& memory) const {
     return inside(detail::Interval(rectangle.x, rectangle.width),
@@ -63,6 +64,10 @@ class FeaturePixels {
   FeatureList inside(const detail::Interval& columns, const detail::Interval& rows,
                      const std::vector<std::uint64_t>& without,
                      std::vector<std::uint32_t>& memory) const {
+    if (without.size() < blocks()) {
+      detail::throw_misuse("FeaturePixels", detail::concatenate(without.size(), " words of bits"),
+                           detail::concatenate("one for each 64 features, ", blocks()));
+    }
     FeatureList list(memory, size());
     if (columns.empty() || rows.empty()) return list;
     if (!columns.is_narrow() || !rows.is_narrow()) {
