@@ -69,38 +69,40 @@ inline void unshare(cv::Mat& column) {
   if (!owned_alone) column = column.clone();
 }
 
-/// Moves those elements of a block whose bits are set to where the kept ones end.
+/// Moves elements of a column; of bits, too, which have no addresses.
 template <class T, class Allocator>
-void compact_block(std::vector<T, Allocator>& column, std::size_t block, std::uint64_t kept_bits,
-                   std::size_t kept) {
-  const std::size_t first = block * block_size;
-  for_each_bit(kept_bits, [&](std::size_t bit) {
-    if (kept != first + bit) column[kept] = std::move(column[first + bit]);
-    ++kept;
-  });
+struct Elements {
+  std::vector<T, Allocator>& column;
+
+  void move(std::size_t from, std::size_t to) const {
+    if (from != to) column[to] = std::move(column[from]);
+  }
+};
+
+template <class T, class Allocator>
+Elements<T, Allocator> elements_of(std::vector<T, Allocator>& column) {
+  return {column};
 }
 
-/// Copies in one step if it knows how many bytes there are.
-template <std::size_t row_bytes>
-void compact_rows_of(std::uint8_t* rows, std::size_t step, std::size_t first,
-                     std::uint64_t kept_bits, std::size_t kept) {
-  for_each_bit(kept_bits, [&](std::size_t bit) {
-    std::uint8_t row[row_bytes];
-    std::memcpy(row, rows + (first + bit) * step, row_bytes);
-    std::memcpy(rows + kept++ * step, row, row_bytes);
-  });
-}
+/// Copies rows of a column.
+struct Rows {
+  std::uint8_t* first;
+  std::size_t step, row_bytes;
 
-inline void compact_block(cv::Mat& column, std::size_t block, std::uint64_t kept_bits,
-                          std::size_t kept) {
-  const std::size_t row_bytes = static_cast<std::size_t>(column.cols) * column.elemSize();
-  const std::size_t first = block * block_size, step = column.step[0];
-  if (row_bytes == 32)
-    return compact_rows_of<32>(column.data, step, first, kept_bits, kept);  // ORB
-  if (row_bytes == 0) return;
-  for_each_bit(kept_bits, [&](std::size_t bit) {
-    std::memmove(column.data + kept++ * step, column.data + (first + bit) * step, row_bytes);
-  });
+  void move(std::size_t from, std::size_t to) const {
+    constexpr std::size_t orb = 32;  // known lengths are copied in one step
+    if (row_bytes == orb) {
+      std::uint8_t row[orb];
+      std::memcpy(row, first + from * step, orb);
+      std::memcpy(first + to * step, row, orb);
+    } else if (row_bytes > 0) {
+      std::memmove(first + to * step, first + from * step, row_bytes);
+    }
+  }
+};
+
+inline Rows elements_of(cv::Mat& column) {
+  return {column.data, column.step[0], static_cast<std::size_t>(column.cols) * column.elemSize()};
 }
 
 template <class T, class Allocator>
@@ -115,18 +117,31 @@ inline void shorten(cv::Mat& column, std::size_t kept) {
   if (rows < column.rows) column = column.rowRange(0, rows);
 }
 
-/// Takes the removed features out of all columns, block by block. Returns how many are kept.
-template <class... Columns>
-std::size_t compact(const FeatureLabels& labels, Columns&... columns) {
+/// Moves what is kept to the front, in each of the columns. Returns how many are kept.
+template <class... AnyElements>
+std::size_t move_kept(const FeatureLabels& labels, const AnyElements... elements) {
   std::size_t kept = 0;
   for (std::size_t block = 0; block < labels.removed_bits().size(); ++block) {
     const std::size_t first = block * block_size;
     const std::uint64_t kept_bits =
         ~labels.removed_bits()[block] & bits_below(labels.size() - first);
     const bool all_stay = kept == first && labels.removed_bits()[block] == 0;
-    if (!all_stay) (compact_block(columns, block, kept_bits, kept), ...);
-    kept += count_bits(kept_bits);
+    if (all_stay) {
+      kept += count_bits(kept_bits);
+      continue;
+    }
+    for_each_bit(kept_bits, [&](std::size_t bit) {
+      (elements.move(first + bit, kept), ...);
+      ++kept;
+    });
   }
+  return kept;
+}
+
+/// Takes the removed features out of all columns. Returns how many are kept.
+template <class... Columns>
+std::size_t compact(const FeatureLabels& labels, Columns&... columns) {
+  const std::size_t kept = move_kept(labels, elements_of(columns)...);
   (shorten(columns, kept), ...);
   return kept;
 }
