@@ -81,12 +81,15 @@ need_tool_packages() {
   need_build_packages libcli11-dev nlohmann-json3-dev
 }
 
-# Sets the array `configure_options` for every build: Ninja, and ccache where it is.
+# Sets the array `configure_options` for every build: Ninja, and ccache where it is, for which files
+# of one checkout are those of another, wherever the two lie.
 # shellcheck disable=SC2034  # for the script that sources this file
 find_configure_options() {
   configure_options=(-G Ninja)
   if command -v ccache >/dev/null; then
     configure_options+=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
+    export CCACHE_BASEDIR=${CCACHE_BASEDIR:-$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)}
+    export CCACHE_NOHASHDIR=${CCACHE_NOHASHDIR:-true}
   fi
 }
 
