@@ -99,8 +99,9 @@ class DepthCompensator {
     (*this)(input, labels, workspace);
   }
 
-  /// O(pixels of the masks / 16 + features x instances / 64, and the features in the boxes). Throws
-  /// std::invalid_argument for malformed input.
+  /// O(pixels of the masks / 16 + features x instances / 64), and for each feature in an object's
+  /// box a comparison, and once the pixels round it up to reach_px. Throws std::invalid_argument
+  /// for malformed input.
   void operator()(const FilterInput& input, FeatureLabels& labels, Workspace& workspace) const {
     validate(input, labels, "DepthCompensator");
     find_objects(input, labels, workspace);

@@ -35,7 +35,7 @@ int main(int argc, char** argv) {
       testing::argument_or_exit(argc, argv,
                                 {{"masks", "counted_filter", features, 5400},
                                  {"paper", "counted_filter", features, 14700},
-                                 {"default", "counted_filter", features, 67000}});
+                                 {"default", "counted_filter", features, 57000}});
   DynamicFilterOptions options;
   if (rule == "masks") options.compensator.rule = CompensationRule::none;
   if (rule == "paper") options.compensator.rule = CompensationRule::paper;
