@@ -82,7 +82,9 @@ class NarrowRectangle {
     const auto from = [](std::uint16_t first, std::int16_t coordinate) {
       return static_cast<std::uint16_t>(coordinate - first);
     };
-    return (from(left_, pixel.x) <= width_) & (from(top_, pixel.y) <= height_);
+    const int in_columns = from(left_, pixel.x) <= width_ ? 1 : 0;  // and no branch in between
+    const int in_rows = from(top_, pixel.y) <= height_ ? 1 : 0;
+    return (in_columns & in_rows) != 0;
   }
 
   /// Column and row as a narrow pixel lies in memory, on machines whose low bytes come first.
