@@ -40,7 +40,7 @@ using Rules = ::testing::Types<Rule<peers::DilatedMask, peers::DilatedMaskOption
                                Rule<peers::BoxDepthDeviation, peers::BoxDepthDeviationOptions>,
                                Rule<peers::BoxDepthMask, peers::BoxDepthMaskOptions>,
                                Rule<peers::DepthVarianceMask, peers::DepthVarianceMaskOptions>>;
-TYPED_TEST_SUITE(Peer, Rules);
+TYPED_TEST_SUITE(Peer, Rules, );
 
 /// A person at 1.5 m of whom every rule finds the middle.
 PeerScene person_scene(int class_id = 0) {
