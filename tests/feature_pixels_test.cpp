@@ -12,6 +12,7 @@
 #include <limits>
 #include <vector>
 
+#include "dynfilter/labels.hpp"
 #include "support/byte_source.hpp"
 #include "support/expect_error.hpp"
 
@@ -180,6 +181,34 @@ TEST(FeaturePixels, RefuseTooFewBits) {
         pixels.inside({0, 0, 9, 9}, {0}, memory);
       },
       "1 words of bits");
+}
+
+TEST(FeaturePixels, ListAllButThoseWithABit) {
+  FeaturePixels pixels;
+  std::vector<std::uint32_t> memory;
+  for (std::uint64_t seed = 0; seed < 100; ++seed) {
+    ByteSource source(seed);
+    const auto points = arbitrary_points(source, static_cast<std::size_t>(source.between(0, 200)));
+    pixels.read(points);
+    const std::vector<std::uint64_t> without = arbitrary_bits(source, points.size());
+    const FeatureList list = pixels.all_but(without, memory);
+    Features expected;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if ((without[i / 64] >> i % 64 & 1U) == 0) expected.push_back(i);
+    }
+    ASSERT_EQ(Features(list.begin(), list.end()), expected) << "seed " << seed;
+  }
+}
+
+TEST(FeaturePixels, ListsOfAnotherFrameRemoveNothing) {
+  FeaturePixels pixels;
+  pixels.read(std::vector<cv::Point2f>(3));
+  std::vector<std::uint32_t> memory;
+  const FeatureList list = pixels.all_but({0}, memory);
+  FeatureLabels labels(2, {});
+  expect_error<std::invalid_argument>([&] { labels.remove_all(list, -1, Reason::in_mask, 1.0F); },
+                                      "feature 2");
+  EXPECT_EQ(labels.statistics().removed(), 0U);
 }
 
 TEST(FeaturePixels, KnowWhoseTheyAre) {

@@ -15,7 +15,6 @@
 
 #include <opencv2/core.hpp>
 
-#include "dynfilter/detail/blocks.hpp"
 #include "dynfilter/detail/depth_image.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/mask_distance.hpp"
@@ -324,15 +323,8 @@ class DepthCompensator {
   /// Those that are not removed and may lie in the reach of an object.
   static FeatureList kept_near(const detail::ObjectsByPlace& objects, const FeaturePixels& pixels,
                                const FeatureLabels& labels, std::vector<std::uint32_t>& memory) {
-    FeatureList list(memory, pixels.size());
-    const std::vector<std::uint64_t>& removed = labels.removed_bits();
-    for (std::size_t block = 0; block < removed.size(); ++block) {
-      const std::size_t first = block * detail::block_size;
-      const std::uint64_t kept = ~removed[block] & detail::bits_below(pixels.size() - first);
-      detail::for_each_bit(kept, [&](std::size_t bit) {
-        list.add_if(objects.may_reach(pixels[first + bit]), first + bit);
-      });
-    }
+    FeatureList list = pixels.all_but(labels.removed_bits(), memory);
+    list.leave_only([&](std::size_t i) { return objects.may_reach(pixels[i]); });
     return list;
   }
 

@@ -21,6 +21,7 @@
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/feature_lists.hpp"
 #include "dynfilter/detail/rectangles.hpp"
+#include "dynfilter/feature_list.hpp"
 #include "dynfilter/feature_pixels.hpp"
 #include "dynfilter/feature_sampler.hpp"
 #include "dynfilter/filter_input.hpp"
@@ -210,7 +211,8 @@ class EdgeCompensator {
                   FeatureLabels& labels, Workspace& workspace) const {
     const Instance& instance = input.segmentation.instances[k];
     InstanceStatistics& statistics = labels.statistics().instances[k];
-    auto features = detail::kept_inside(reader.pixels, labels, instance.box, workspace.features);
+    FeatureList features =
+        reader.pixels.inside(instance.box, labels.removed_bits(), workspace.features);
     statistics.candidates = features.size();
     reader.read(features.begin(), features.end(), workspace.readings);
     const detail::NumberRange known_depths = reader.known_depths;

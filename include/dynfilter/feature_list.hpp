@@ -14,26 +14,13 @@
 
 namespace dynfilter {
 
+class FeaturePixels;
+
 /// Some features of a frame, each at most once: their indices, in memory that is kept between
-/// frames.
+/// frames. FeaturePixels makes such lists, and they get shorter only, so that all indices are below
+/// features().
 class FeatureList {
  public:
-  /// Empty, with room for as many features as the frame has, and for what fast loops write behind
-  /// the last.
-  FeatureList(std::vector<std::uint32_t>& memory, std::size_t features) : features_(features) {
-    if (memory.size() < features + detail::block_size) memory.resize(features + detail::block_size);
-    begin_ = end_ = memory.data();
-  }
-
-  void add(std::size_t i) { *end_++ = static_cast<std::uint32_t>(i); }
-
-  /// What decides is made a number and no branch: whether a feature lies on a mask is nothing that
-  /// a processor can foresee.
-  void add_if(bool condition, std::size_t i) {
-    *end_ = static_cast<std::uint32_t>(i);
-    end_ += condition ? 1 : 0;
-  }
-
   /// Takes out those for which predicate(i) is false.
   template <class Predicate>
   void leave_only(const Predicate& predicate) {
@@ -45,26 +32,30 @@ class FeatureList {
     }
   }
 
-  /// Puts replacement(i) for each i.
-  template <class Replacement>
-  void replace(const Replacement& replacement) {
-    for (std::uint32_t* feature = begin_; feature != end_; ++feature) {
-      *feature = replacement(std::size_t{*feature});
-    }
-  }
-
-  /// Of the frame: all that are listed are below.
+  /// Of the frame.
   std::size_t features() const { return features_; }
 
   std::size_t size() const { return static_cast<std::size_t>(end_ - begin_); }
   const std::uint32_t* begin() const { return begin_; }
   const std::uint32_t* end() const { return end_; }
 
-  /// For what writes indices where the list ends, and says where it ends then.
-  std::uint32_t* place_to_write() { return end_; }
-  void end_at(std::uint32_t* end) { end_ = end; }
-
  private:
+  friend FeaturePixels;
+
+  /// Empty, with room for as many features as the frame has, and for what fast loops write behind
+  /// the last.
+  FeatureList(std::vector<std::uint32_t>& memory, std::size_t features) : features_(features) {
+    if (memory.size() < features + detail::block_size) memory.resize(features + detail::block_size);
+    begin_ = end_ = memory.data();
+  }
+
+  /// What decides is made a number and no branch: whether a feature lies on a mask is nothing that
+  /// a processor can foresee.
+  void add_if(bool condition, std::size_t i) {
+    *end_ = static_cast<std::uint32_t>(i);
+    end_ += condition ? 1 : 0;
+  }
+
   std::size_t features_;
   std::uint32_t* begin_;
   std::uint32_t* end_;

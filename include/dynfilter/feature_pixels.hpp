@@ -64,10 +64,7 @@ class FeaturePixels {
   FeatureList inside(const detail::Interval& columns, const detail::Interval& rows,
                      const std::vector<std::uint64_t>& without,
                      std::vector<std::uint32_t>& memory) const {
-    if (without.size() < blocks()) {
-      detail::throw_misuse("FeaturePixels", detail::concatenate(without.size(), " words of bits"),
-                           detail::concatenate("one for each 64 features, ", blocks()));
-    }
+    require_bits(without);
     FeatureList list(memory, size());
     if (columns.empty() || rows.empty()) return list;
     if (!columns.is_narrow() || !rows.is_narrow()) {
@@ -76,8 +73,20 @@ class FeaturePixels {
       list_sorted(columns, rows, without, list);
     } else {
       const detail::PixelBlocks all = {narrow_.data(), blocks(), 0, without.data()};
-      list.end_at(
-          detail::list_inside(all, {columns, rows}, instruction_set_, list.place_to_write()));
+      list.end_ = detail::list_inside(all, {columns, rows}, instruction_set_, list.end_);
+    }
+    return list;
+  }
+
+  /// All features but those whose bit is set, see inside. O(features).
+  FeatureList all_but(const std::vector<std::uint64_t>& without,
+                      std::vector<std::uint32_t>& memory) const {
+    require_bits(without);
+    FeatureList list(memory, size());
+    for (std::size_t block = 0; block < blocks(); ++block) {
+      const std::size_t first = block * detail::block_size;
+      detail::for_each_bit(~without[block] & detail::bits_below(size() - first),
+                           [&](std::size_t bit) { list.add_if(true, first + bit); });
     }
     return list;
   }
@@ -86,6 +95,12 @@ class FeaturePixels {
   static constexpr std::size_t most_columns = 64;
 
   std::size_t blocks() const { return detail::blocks_for(size()); }
+
+  void require_bits(const std::vector<std::uint64_t>& bits) const {
+    if (bits.size() >= blocks()) return;
+    detail::throw_misuse("FeaturePixels", detail::concatenate(bits.size(), " words of bits"),
+                         detail::concatenate("one for each 64 features, ", blocks()));
+  }
 
   void reserve() {
     if (narrow_.size() >= blocks()) return;
@@ -147,9 +162,8 @@ class FeaturePixels {
     const std::size_t end = detail::blocks_for(first_slots_[column_of(columns.narrow_last()) + 1]);
     const detail::PixelBlocks slots = {sorted_.data() + begin, end - begin,
                                        begin * detail::block_size, nullptr};
-    list.end_at(
-        detail::list_inside(slots, {columns, rows}, instruction_set_, list.place_to_write()));
-    list.replace([&](std::size_t slot) { return order_[slot]; });
+    list.end_ = detail::list_inside(slots, {columns, rows}, instruction_set_, list.end_);
+    for (std::uint32_t* slot = list.begin_; slot != list.end_; ++slot) *slot = order_[*slot];
     list.leave_only([&](std::size_t i) { return !has_bit(without, i); });
   }
 

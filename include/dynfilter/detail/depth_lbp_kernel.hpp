@@ -41,10 +41,15 @@ typename DepthBits<Depth>::Type depth_bits(Depth depth) {
   return bits;
 }
 
-/// Whether a pixel has a depth: it is not 0, negative, NaN or infinite.
+/// Whether bits are those of a depth: it is not 0, negative, NaN or infinite.
+template <class Depth>
+bool are_of_depth(std::uint32_t bits) {
+  return bits - 1 < DepthBits<Depth>::first_beyond - 1;
+}
+
 template <class Depth>
 bool has_depth(Depth depth) {
-  return depth_bits(depth) - std::uint32_t{1} < DepthBits<Depth>::first_beyond - 1;
+  return are_of_depth<Depth>(depth_bits(depth));
 }
 
 /// What to add to the bits of a depth, modulo their width, so that as unsigned integers depths keep

@@ -146,7 +146,7 @@ class DepthLbpPoints {
   }
 
   bool has_code(const PixelReading& reading) const {
-    return reading.is_inner & (reading.depth_bits - 1U < DepthBits<Depth>::first_beyond - 1U);
+    return reading.is_inner && are_of_depth<Depth>(reading.depth_bits);
   }
   unsigned code(const PixelReading& reading) const { return codes_[reading.farther]; }
 

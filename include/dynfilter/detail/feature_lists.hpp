@@ -71,12 +71,6 @@ inline FeatureList kept_on_mask(const FeaturePixels& pixels, const FeatureLabels
   return list;
 }
 
-/// The features that are not removed and lie in a rectangle.
-inline FeatureList kept_inside(const FeaturePixels& pixels, const FeatureLabels& labels,
-                               const cv::Rect& rectangle, std::vector<std::uint32_t>& memory) {
-  return pixels.inside(rectangle, labels.removed_bits(), memory);
-}
-
 }  // namespace dynfilter::detail
 
 #endif  // DYNFILTER_DETAIL_FEATURE_LISTS_HPP
