@@ -145,9 +145,9 @@ TYPED_TEST(DepthLbpDense, EverySetEqualsTheOracleOnEveryWidth) {
 }
 
 TYPED_TEST(DepthLbpDense, EverySetEqualsTheOracleOnManyRowsOfAnyLength) {
-  // Rows that lie so that kernels do few or many of them together.
+  // Rows that lie so that kernels do few or many of them together, in one to five bands.
   for (const int width : {66, 130, 512, 600, 1024, 1280, 1281, 2048, 2561, 4096}) {
-    for (const int height : {3, 26, 27, 50, 59}) {
+    for (const int height : {3, 26, 27, 50, 59, 74, 101}) {
       ASSERT_NO_FATAL_FAILURE(expect_oracle_of_every_set<TypeParam>(
           {width, height}, static_cast<std::uint64_t>(width * 100 + height)));
     }
