@@ -7,6 +7,7 @@
 //
 //   dense/<u16|f32>/<width>x<height>/<portable|sse2|avx2|avx512|best>  ours; best is what users get
 //   dense/<u16|f32>/<width>x<height>/<one_thread|two_threads>          the same, rows split
+//   machine/<one_thread|two_threads>                                   arithmetic without memory
 //   dense/<u16|f32>/<width>x<height>/<memcpy|mat_at|mat_at_loop|cv_compare|bgr2gray|dlib>
 //   sparse/<u16|f32>/<points>/<codes|code|naive>/<warm|cold>           640x480
 
@@ -113,8 +114,12 @@ class SpinningWorker {
     stop_ = true;
     thread_.join();
   }
-  void start() { ++asked_; }
-  void wait() const {
+
+  /// Does the work once, while the caller does another; returns when both are done.
+  template <class Work>
+  void run_beside(const Work& work) {
+    ++asked_;
+    work();
     wait_until([this] { return done_ == asked_; });
   }
 
@@ -141,17 +146,36 @@ void dense_two_threads(benchmark::State& state, const cv::Size& size) {
   const cv::Rect upper(0, 0, size.width, half);
   const cv::Rect lower(0, half, size.width, size.height - half);
   SpinningWorker worker([&] { lbp.dense(depth, lower, codes); });
-  const auto make_codes = [&] {
-    worker.start();
-    lbp.dense(depth, upper, codes);
-    worker.wait();
-  };
+  const auto make_codes = [&] { worker.run_beside([&] { lbp.dense(depth, upper, codes); }); };
   make_codes();
   if (cv::norm(codes, expected_codes<Depth>(depth), cv::NORM_INF) != 0) {
     state.SkipWithError("differs from the naive codes");
     return;
   }
   for (auto _ : state) make_codes();
+}
+
+/// Keeps a core's multiplier busy, touching no memory.
+void multiply(int steps) {
+  std::uint64_t a = 1, b = 2, c = 3, d = 4;
+  for (int i = 0; i < steps; ++i) {
+    for (std::uint64_t* number : {&a, &b, &c, &d}) *number = *number * 6364136223846793005U + 1;
+  }
+  benchmark::DoNotOptimize(a + b + c + d);
+}
+
+constexpr int multiply_steps = 20000;
+
+void machine_one_thread(benchmark::State& state) {
+  for (auto _ : state) multiply(multiply_steps);
+}
+
+/// What two threads can gain at most: less than twice where the machine's processors are two
+/// threads of one core, or where somebody else's machine has a part of them.
+void machine_two_threads(benchmark::State& state) {
+  const auto half = [] { multiply(multiply_steps / 2); };
+  SpinningWorker worker(half);
+  for (auto _ : state) worker.run_beside(half);
 }
 
 template <class Depth>
@@ -367,10 +391,19 @@ void register_sparse(std::size_t count) {
   }
 }
 
+void register_machine() {
+  const auto add = [](const char* name, auto function) {
+    benchmark::RegisterBenchmark(name, function)->Unit(benchmark::kMicrosecond)->UseRealTime();
+  };
+  add("machine/one_thread", machine_one_thread);
+  if (std::thread::hardware_concurrency() > 1) add("machine/two_threads", machine_two_threads);
+}
+
 }  // namespace
 }  // namespace dynfilter
 
 int main(int argc, char** argv) {
+  dynfilter::register_machine();
   for (const cv::Size size :
        {cv::Size(640, 480), cv::Size(1280, 720), cv::Size(1920, 1080), cv::Size(3840, 2160)}) {
     dynfilter::register_dense<std::uint16_t>(size);

@@ -73,6 +73,9 @@ def dense_ratios(times, skimage_us, ratios):
             if kind == "u16":
                 ratios.add(f"dense_u16_vs_skimage{suffix}", skimage_us, ours)
         ratios.add(f"dense_{kind}_two_threads", of("one_thread"), of("two_threads"))
+    # What the machine gives at most: its processors may be two threads of one core.
+    ratios.add("machine_two_threads", times.get("machine/one_thread"),
+               times.get("machine/two_threads"))
 
 
 def sparse_ratios(times, ratios):
