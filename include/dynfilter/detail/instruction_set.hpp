@@ -35,7 +35,9 @@ inline bool is_supported(InstructionSet set) {
   }
   return set == InstructionSet::avx2 ||
          (__builtin_cpu_supports("avx512f") != 0 && __builtin_cpu_supports("avx512bw") != 0 &&
-          __builtin_cpu_supports("avx512vbmi") != 0 && __builtin_cpu_supports("gfni") != 0);
+          __builtin_cpu_supports("avx512dq") != 0 && __builtin_cpu_supports("avx512vl") != 0 &&
+          __builtin_cpu_supports("avx512vbmi") != 0 && __builtin_cpu_supports("avx512vbmi2") != 0 &&
+          __builtin_cpu_supports("gfni") != 0);
 #else
   return false;
 #endif

@@ -13,7 +13,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <iterator>
 #include <limits>
+#include <numeric>
 
 #include <opencv2/core.hpp>
 
@@ -206,29 +208,54 @@ inline std::uint32_t* list_inside_sse2(const PixelBlocks& all, const NarrowRecta
 
 #undef DYNFILTER_AVX2
 
-/// A mask picks the indices out of sixteen: no branch at all.
-[[gnu::target("avx512f,avx512bw,popcnt")]] inline std::uint32_t* list_inside_avx512(
-    const PixelBlocks& all, const NarrowRectangle& rectangle, std::uint32_t* end) {
+#define DYNFILTER_AVX512 gnu::target("avx512f,avx512bw,avx512vbmi2,popcnt")
+
+[[DYNFILTER_AVX512, gnu::always_inline]] inline __mmask16 inside_avx512(const NarrowPixel* pixels,
+                                                                        __m512i first,
+                                                                        __m512i extent) {
+  const __m512i at = _mm512_load_si512(pixels);
+  const __m512i beyond = _mm512_subs_epu16(_mm512_sub_epi16(at, first), extent);
+  return _mm512_testn_epi32_mask(beyond, beyond);
+}
+
+/// The bits of a block pick its indices out of the numbers to 63.
+[[DYNFILTER_AVX512]] inline std::uint32_t* list_inside_avx512(const PixelBlocks& all,
+                                                              const NarrowRectangle& rectangle,
+                                                              std::uint32_t* end) {
+  constexpr std::size_t lanes = 16;
+  constexpr __mmask16 all_lanes = 0xFFFF;
   const __m512i first = _mm512_set1_epi32(rectangle.first_bits());
   const __m512i extent = _mm512_set1_epi32(rectangle.extent_bits());
-  const __m512i sixteen = _mm512_set1_epi32(16);
-  __m512i indices =
-      _mm512_add_epi32(_mm512_set1_epi32(static_cast<int>(all.first)),
-                       _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15));
+  alignas(64) std::uint8_t numbers[block_size];
+  std::iota(std::begin(numbers), std::end(numbers), std::uint8_t{0});
+  const __m512i all_numbers = _mm512_load_si512(numbers);
+  __m512i base = _mm512_set1_epi32(static_cast<int>(all.first));
   for (std::size_t block = 0; block < all.count; ++block) {
-    std::uint64_t asked_for = all.asked_for(block);
-    for (std::size_t k = 0; k < block_size; k += 16, asked_for >>= 16U) {
-      const __m512i at = _mm512_load_si512(all.blocks[block].pixels + k);
-      const __m512i beyond = _mm512_subs_epu16(_mm512_sub_epi16(at, first), extent);
-      const __mmask16 inside =
-          _mm512_mask_testn_epi32_mask(static_cast<__mmask16>(asked_for), beyond, beyond);
-      _mm512_storeu_si512(end, _mm512_maskz_compress_epi32(inside, indices));
-      end += _mm_popcnt_u32(inside);
-      indices = _mm512_add_epi32(indices, sixteen);
+    const NarrowPixel* pixels = all.blocks[block].pixels;
+    const __mmask32 low = _mm512_kunpackw(inside_avx512(pixels + lanes, first, extent),
+                                          inside_avx512(pixels, first, extent));
+    const __mmask32 high = _mm512_kunpackw(inside_avx512(pixels + 3 * lanes, first, extent),
+                                           inside_avx512(pixels + 2 * lanes, first, extent));
+    const __mmask64 bits = _mm512_kunpackd(high, low) & all.asked_for(block);
+    const auto count = static_cast<std::size_t>(_mm_popcnt_u64(bits));
+    __m512i picked = _mm512_maskz_compress_epi8(bits, all_numbers);
+    // Mostly there are fewer than sixteen.
+    for (std::size_t done = 0;;) {
+      __m128i bytes;
+      std::memcpy(&bytes, &picked, sizeof bytes);
+      const __m512i sixteen = _mm512_maskz_cvtepu8_epi32(all_lanes, bytes);
+      _mm512_storeu_si512(end + done, _mm512_add_epi32(base, sixteen));
+      done += lanes;
+      if (done >= count) break;
+      picked = _mm512_maskz_alignr_epi32(all_lanes, picked, picked, 4);
     }
+    end += count;
+    base = _mm512_add_epi32(base, _mm512_set1_epi32(static_cast<int>(block_size)));
   }
   return end;
 }
+
+#undef DYNFILTER_AVX512
 
 #endif
 
