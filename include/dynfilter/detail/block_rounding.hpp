@@ -55,23 +55,22 @@ inline void round_plainly(const Positions& positions, std::size_t count, cv::Poi
 
 #if DYNFILTER_HAS_X86_KERNELS
 
-// A block of positions that all round to pixels of 16 bits; false if one of them does not. Without
-// their signs floats sort like the integers of their bits, NaN above all others.
+// A block of positions that all round to pixels of 16 bits; false if one of them may not: then its
+// narrow pixel stands at an end of 16 bits, as conversions make the smallest int of what is no
+// number and of what no int can hold.
 
-constexpr int no_sign_bit = 0x7FFFFFFF;
-constexpr int bits_of_32767 = 0x46FFFE00;
+[[gnu::always_inline]] inline __m128 load_two(const unsigned char* from, std::size_t stride) {
+  const __m128 low = _mm_loadl_pi(_mm_setzero_ps(), reinterpret_cast<const __m64*>(from));
+  return _mm_loadh_pi(low, reinterpret_cast<const __m64*>(from + stride));
+}
 
 inline bool round_ordinary_sse2(const Positions& positions, cv::Point* pixels,
                                 NarrowBlock& narrow) {
-  __m128i extraordinary = _mm_setzero_si128();
+  __m128i least = _mm_setzero_si128(), most = least;
   const unsigned char* from = positions.first;
   const auto next_two = [&] {
-    __m128 two = _mm_loadl_pi(_mm_setzero_ps(), reinterpret_cast<const __m64*>(from));
-    two = _mm_loadh_pi(two, reinterpret_cast<const __m64*>(from + positions.stride));
+    const __m128 two = load_two(from, positions.stride);
     from += 2 * positions.stride;
-    const __m128i size = _mm_and_si128(_mm_castps_si128(two), _mm_set1_epi32(no_sign_bit));
-    extraordinary =
-        _mm_or_si128(extraordinary, _mm_cmpgt_epi32(size, _mm_set1_epi32(bits_of_32767)));
     // What round_half_up does; -1 stands for true.
     const __m128i truncated = _mm_cvttps_epi32(two);
     const __m128 rest = _mm_sub_ps(two, _mm_cvtepi32_ps(truncated));
@@ -83,47 +82,57 @@ inline bool round_ordinary_sse2(const Positions& positions, cv::Point* pixels,
     const __m128i low = next_two(), high = next_two();
     _mm_storeu_si128(reinterpret_cast<__m128i*>(pixels + i), low);
     _mm_storeu_si128(reinterpret_cast<__m128i*>(pixels + i + 2), high);
-    _mm_store_si128(reinterpret_cast<__m128i*>(narrow.pixels + i), _mm_packs_epi32(low, high));
+    const __m128i four = _mm_packs_epi32(low, high);
+    _mm_store_si128(reinterpret_cast<__m128i*>(narrow.pixels + i), four);
+    least = _mm_min_epi16(least, four);
+    most = _mm_max_epi16(most, four);
   }
-  return _mm_movemask_epi8(extraordinary) == 0;
+  const __m128i at_an_end = _mm_or_si128(_mm_cmpeq_epi16(least, _mm_set1_epi16(least_narrow)),
+                                         _mm_cmpeq_epi16(most, _mm_set1_epi16(most_narrow)));
+  return _mm_movemask_epi8(at_an_end) == 0;
+}
+
+// These round down and add 1 to what has a rest of a half or more.
+
+#define DYNFILTER_AVX2_INLINE [[gnu::target("avx2"), gnu::always_inline]] inline
+
+DYNFILTER_AVX2_INLINE __m256 load_four_avx2(const unsigned char*& from, std::size_t stride) {
+  const __m128 low = load_two(from, stride);
+  const __m128 high = load_two(from + 2 * stride, stride);
+  from += 4 * stride;
+  return _mm256_insertf128_ps(_mm256_castps128_ps256(low), high, 1);
+}
+
+DYNFILTER_AVX2_INLINE __m256i round_avx2(__m256 numbers) {
+  const __m256 down = _mm256_floor_ps(numbers);
+  const __m256 is_more =
+      _mm256_cmp_ps(_mm256_sub_ps(numbers, down), _mm256_set1_ps(0.5F), _CMP_GE_OQ);
+  return _mm256_sub_epi32(_mm256_cvttps_epi32(down), _mm256_castps_si256(is_more));
 }
 
 [[gnu::target("avx2")]] inline bool round_ordinary_avx2(const Positions& positions,
                                                         cv::Point* pixels, NarrowBlock& narrow) {
-  __m256i extraordinary = _mm256_setzero_si256();
+  __m256i least = _mm256_setzero_si256(), most = least;
   const unsigned char* from = positions.first;
-  const std::size_t stride = positions.stride;
   for (std::size_t i = 0; i < block_size; i += 8) {
-    __m256i rounded[2];
-    for (__m256i& four : rounded) {
-      __m128 low = _mm_loadl_pi(_mm_setzero_ps(), reinterpret_cast<const __m64*>(from));
-      low = _mm_loadh_pi(low, reinterpret_cast<const __m64*>(from + stride));
-      from += 2 * stride;
-      __m128 high = _mm_loadl_pi(_mm_setzero_ps(), reinterpret_cast<const __m64*>(from));
-      high = _mm_loadh_pi(high, reinterpret_cast<const __m64*>(from + stride));
-      from += 2 * stride;
-      const __m256 all = _mm256_insertf128_ps(_mm256_castps128_ps256(low), high, 1);
-      const __m256i size =
-          _mm256_and_si256(_mm256_castps_si256(all), _mm256_set1_epi32(no_sign_bit));
-      extraordinary = _mm256_or_si256(extraordinary,
-                                      _mm256_cmpgt_epi32(size, _mm256_set1_epi32(bits_of_32767)));
-      const __m256i truncated = _mm256_cvttps_epi32(all);
-      const __m256 rest = _mm256_sub_ps(all, _mm256_cvtepi32_ps(truncated));
-      const __m256i is_more =
-          _mm256_castps_si256(_mm256_cmp_ps(rest, _mm256_set1_ps(0.5F), _CMP_GE_OQ));
-      const __m256i is_less =
-          _mm256_castps_si256(_mm256_cmp_ps(rest, _mm256_set1_ps(-0.5F), _CMP_LT_OQ));
-      four = _mm256_add_epi32(_mm256_sub_epi32(truncated, is_more), is_less);
-    }
-    _mm256_storeu_si256(reinterpret_cast<__m256i*>(pixels + i), rounded[0]);
-    _mm256_storeu_si256(reinterpret_cast<__m256i*>(pixels + i + 4), rounded[1]);
+    const __m256i low = round_avx2(load_four_avx2(from, positions.stride));
+    const __m256i high = round_avx2(load_four_avx2(from, positions.stride));
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(pixels + i), low);
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(pixels + i + 4), high);
     // Packing works in either half of a register on its own.
-    const __m256i eight = _mm256_permute4x64_epi64(_mm256_packs_epi32(rounded[0], rounded[1]),
-                                                   _MM_SHUFFLE(3, 1, 2, 0));
+    const __m256i eight =
+        _mm256_permute4x64_epi64(_mm256_packs_epi32(low, high), _MM_SHUFFLE(3, 1, 2, 0));
     _mm256_store_si256(reinterpret_cast<__m256i*>(narrow.pixels + i), eight);
+    least = _mm256_min_epi16(least, eight);
+    most = _mm256_max_epi16(most, eight);
   }
-  return _mm256_testz_si256(extraordinary, extraordinary) != 0;
+  const __m256i at_an_end =
+      _mm256_or_si256(_mm256_cmpeq_epi16(least, _mm256_set1_epi16(least_narrow)),
+                      _mm256_cmpeq_epi16(most, _mm256_set1_epi16(most_narrow)));
+  return _mm256_testz_si256(at_an_end, at_an_end) != 0;
 }
+
+#undef DYNFILTER_AVX2_INLINE
 
 #endif
 
