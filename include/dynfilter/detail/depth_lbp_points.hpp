@@ -23,74 +23,63 @@
 
 namespace dynfilter::detail {
 
-// Which neighbours of a pixel are farther is told by 16 bits, as three rows side by side: bits 0 to
-// 2 for the upper row, 4 to 6 for the lower one, 8 and 10 for the pixel's own. What the other bits
-// are is of no account.
+// Which neighbours of a pixel are farther is told by 8 bits in the order that is easiest to get: 0
+// to 2 for the upper row, 3 for the one to the left, 4 to 6 for the lower row, 7 for the one to the
+// right.
 
 /// The bits of the neighbours clockwise from the top-left one.
-constexpr std::array<std::uint8_t, 8> bits_clockwise = {0, 1, 2, 10, 6, 5, 4, 8};
+constexpr std::array<std::uint8_t, 8> bits_clockwise = {0, 1, 2, 7, 6, 5, 4, 3};
 
 /// Makes codes of them, with the bits of DepthLbpOptions.
 class NeighbourCodes {
  public:
   explicit NeighbourCodes(const std::array<std::uint8_t, 8>& bits) {
-    const auto add = [](auto& codes, unsigned at, unsigned bit) {
-      for (unsigned i = 0; i < codes.size(); ++i) {
-        if ((i >> at & 1U) != 0) codes[i] = static_cast<std::uint8_t>(codes[i] | bit);
+    for (unsigned farther = 0; farther < codes_.size(); ++farther) {
+      for (std::size_t k = 0; k < 8; ++k) {
+        const unsigned bit = (farther >> bits_clockwise[k] & 1U) << bits[k];
+        codes_[farther] = static_cast<std::uint8_t>(codes_[farther] | bit);
       }
-    };
-    for (std::size_t k = 0; k < 8; ++k) {
-      const unsigned at = bits_clockwise[k], bit = 1U << bits[k];
-      if (at < 8) add(of_outer_rows_, at, bit);
-      if (at >= 8) add(of_own_row_, at - 8, bit);
     }
   }
 
-  unsigned operator[](unsigned farther) const {
-    return unsigned{of_outer_rows_[farther & 0x7FU]} | of_own_row_[farther >> 8U & 7U];
-  }
+  unsigned operator[](std::uint8_t farther) const { return codes_[farther]; }
 
  private:
-  std::array<std::uint8_t, 128> of_outer_rows_{};
-  std::array<std::uint8_t, 8> of_own_row_{};
+  std::array<std::uint8_t, 256> codes_{};
 };
 
 /// One neighbour after the other.
 template <class Depth>
-std::uint16_t farther_plainly(const DepthRows<Depth>& rows, std::ptrdiff_t x,
-                              typename DepthBits<Depth>::Type bias) {
+std::uint8_t farther_plainly(const DepthRows<Depth>& rows, std::ptrdiff_t x,
+                             typename DepthBits<Depth>::Type bias) {
   const unsigned code = clockwise_code(rows, x, bias);
   unsigned farther = 0;
   for (unsigned k = 0; k < 8; ++k) farther |= (code >> k & 1U) << bits_clockwise[k];
-  return static_cast<std::uint16_t>(farther);
+  return static_cast<std::uint8_t>(farther);
 }
 
 #if DYNFILTER_HAS_X86_KERNELS
 
-// For all neighbours at once: SSE2 is what every x86-64 processor has. Of each row four depths are
-// read, the last of which is of no account but must be there.
+// For all neighbours at once: SSE2 is what every x86-64 processor has. Of each row four depths may
+// be read, the last of which is of no account but must be there.
 
-[[gnu::always_inline]] inline std::uint16_t farther_of_four(const DepthRows<std::uint16_t>& rows,
-                                                            std::ptrdiff_t x, std::uint16_t bias) {
+[[gnu::always_inline]] inline std::uint8_t farther_of_four(const DepthRows<std::uint16_t>& rows,
+                                                           std::ptrdiff_t x, std::uint16_t bias) {
   const auto four = [x](const std::uint16_t* row) __attribute__((always_inline)) {
     return _mm_loadl_epi64(reinterpret_cast<const __m128i*>(row + x - 1));
   };
-  const auto to_all = [](__m128i lane_1) __attribute__((always_inline)) {
-    const __m128i lower_four = _mm_shufflelo_epi16(lane_1, 0x55);
-    return _mm_unpacklo_epi64(lower_four, lower_four);
-  };
   const __m128i signed_bias = _mm_set1_epi16(static_cast<short>(bias ^ 0x8000));
-  const __m128i outer =
-      _mm_add_epi16(_mm_unpacklo_epi64(four(rows.upper), four(rows.lower)), signed_bias);
-  const __m128i middle = _mm_add_epi16(four(rows.middle), signed_bias);
-  const __m128i centre = to_all(middle);
-  const __m128i farther =
-      _mm_packs_epi16(_mm_cmpgt_epi16(outer, centre), _mm_cmpgt_epi16(middle, centre));
-  return static_cast<std::uint16_t>(_mm_movemask_epi8(farther));
+  const __m128i centre =
+      _mm_add_epi16(_mm_set1_epi16(static_cast<short>(rows.middle[x])), signed_bias);
+  __m128i neighbours = _mm_unpacklo_epi64(four(rows.upper), four(rows.lower));
+  neighbours = _mm_insert_epi16(neighbours, rows.middle[x - 1], 3);
+  neighbours = _mm_insert_epi16(neighbours, rows.middle[x + 1], 7);
+  const __m128i farther = _mm_cmpgt_epi16(_mm_add_epi16(neighbours, signed_bias), centre);
+  return static_cast<std::uint8_t>(_mm_movemask_epi8(_mm_packs_epi16(farther, farther)));
 }
 
-[[gnu::always_inline]] inline std::uint16_t farther_of_four(const DepthRows<float>& rows,
-                                                            std::ptrdiff_t x, std::uint32_t bias) {
+[[gnu::always_inline]] inline std::uint8_t farther_of_four(const DepthRows<float>& rows,
+                                                           std::ptrdiff_t x, std::uint32_t bias) {
   const __m128i signed_bias = _mm_set1_epi32(static_cast<int>(bias ^ 0x80000000U));
   const auto four = [ x, signed_bias ](const float* row) __attribute__((always_inline)) {
     return _mm_add_epi32(_mm_castps_si128(_mm_loadu_ps(row + x - 1)), signed_bias);
@@ -100,14 +89,16 @@ std::uint16_t farther_plainly(const DepthRows<Depth>& rows, std::ptrdiff_t x,
   const __m128i outer = _mm_packs_epi32(_mm_cmpgt_epi32(four(rows.upper), centre),
                                         _mm_cmpgt_epi32(four(rows.lower), centre));
   const __m128i inner = _mm_packs_epi32(_mm_cmpgt_epi32(middle, centre), _mm_setzero_si128());
-  return static_cast<std::uint16_t>(_mm_movemask_epi8(_mm_packs_epi16(outer, inner)));
+  // Those of the rows as they lie, one above the other, and behind them those of the middle.
+  const int bits = _mm_movemask_epi8(_mm_packs_epi16(outer, inner));
+  return static_cast<std::uint8_t>((bits & 0x77) | (bits >> 5 & 0x08) | (bits >> 3 & 0x80));
 }
 
 #else
 
 template <class Depth>
-std::uint16_t farther_of_four(const DepthRows<Depth>& rows, std::ptrdiff_t x,
-                              typename DepthBits<Depth>::Type bias) {
+std::uint8_t farther_of_four(const DepthRows<Depth>& rows, std::ptrdiff_t x,
+                             typename DepthBits<Depth>::Type bias) {
   return farther_plainly(rows, x, bias);
 }
 
@@ -116,7 +107,7 @@ std::uint16_t farther_of_four(const DepthRows<Depth>& rows, std::ptrdiff_t x,
 /// What a depth image has at a pixel, before it is made metres and a code of.
 struct PixelReading {
   std::uint32_t depth_bits;  ///< see DepthBits; 0 outside the image
-  std::uint16_t farther;     ///< see above
+  std::uint8_t farther;      ///< see above
   bool is_inner;             ///< it has all eight neighbours
 };
 
