@@ -8,6 +8,7 @@
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -68,20 +69,10 @@ class DepthImage {
   /// The bits of the depths in a range of metres, see DepthBits: they sort like the depths, so that
   /// two searches find the ends.
   NumberRange bits_of(const ValueRange& metres) const {
-    const auto first_that = [&](const auto& is_far_enough) {
-      std::uint32_t begin = 1, end = DepthBits<Depth>::first_beyond;
-      while (begin < end) {
-        const std::uint32_t middle = begin + (end - begin) / 2;
-        if (is_far_enough(metres_of_bits(middle))) {
-          end = middle;
-        } else {
-          begin = middle + 1;
-        }
-      }
-      return begin;
-    };
-    const std::uint32_t first = first_that([&](double m) { return m >= metres.lower; });
-    const std::uint32_t end = first_that([&](double m) { return m > metres.upper; });
+    const std::uint32_t first =
+        first_bits_that([&](double m) { return m >= metres.lower; }, bits_near(metres.lower));
+    const std::uint32_t end =
+        first_bits_that([&](double m) { return m > metres.upper; }, bits_near(metres.upper));
     return {first, end - first};
   }
 
@@ -120,6 +111,31 @@ class DepthImage {
   std::ptrdiff_t row_step() const { return row_bytes_ / std::ptrdiff_t{sizeof(Depth)}; }
 
  private:
+  /// Those of the depth of so many metres, or of another one beside it.
+  std::uint32_t bits_near(double metres) const {
+    const double units = metres / metres_per_unit_;
+    const double most = std::numeric_limits<Depth>::max();
+    return depth_bits(static_cast<Depth>(units > 0 ? std::min(units, most) : 0.0));
+  }
+
+  /// The first bits of a depth whose metres are far enough, as all that come after them are; where
+  /// there are none, what follows those of depths. The guess, if it is a good one, leaves four.
+  template <class IsFarEnough>
+  std::uint32_t first_bits_that(const IsFarEnough& is_far_enough, std::uint32_t guess) const {
+    std::uint32_t begin = 1, end = DepthBits<Depth>::first_beyond;
+    if (guess > 2 && !is_far_enough(metres_of_bits(guess - 2))) begin = guess - 1;
+    if (guess + 2 < end && is_far_enough(metres_of_bits(guess + 2))) end = guess + 2;
+    while (begin < end) {
+      const std::uint32_t middle = begin + (end - begin) / 2;
+      if (is_far_enough(metres_of_bits(middle))) {
+        end = middle;
+      } else {
+        begin = middle + 1;
+      }
+    }
+    return begin;
+  }
+
   const unsigned char* data_;
   std::ptrdiff_t row_bytes_;
   cv::Size size_;
