@@ -204,12 +204,13 @@ class FeatureLabels {
   void make_untouched(std::size_t features) {
     removed_bits_.assign(detail::blocks_for(features), 0);
     labels_.resize(features);
-    // In blocks that are copied whole: a label at a time is three times as slow.
-    static constexpr std::array<FeatureLabel, detail::block_size> untouched{};
-    for (auto label = labels_.begin(); label != labels_.end();) {
-      const auto count = std::min<std::ptrdiff_t>(untouched.size(), labels_.end() - label);
-      label = std::copy_n(untouched.begin(), count, label);
+    // Four at a time are three stores of 16 bytes; a label at a time is three times as slow.
+    static constexpr std::array<FeatureLabel, 4> untouched{};
+    const std::size_t in_fours = features - features % untouched.size();
+    for (std::size_t i = 0; i < in_fours; i += untouched.size()) {
+      std::copy(untouched.begin(), untouched.end(), labels_.data() + i);
     }
+    std::copy_n(untouched.begin(), features - in_fours, labels_.data() + in_fours);
   }
 
   /// `change` is added to what counts such labels; it may wrap round.
