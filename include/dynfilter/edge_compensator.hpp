@@ -10,7 +10,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <vector>
 
 #include <opencv2/core.hpp>
@@ -19,8 +18,8 @@
 #include "dynfilter/detail/depth_image.hpp"
 #include "dynfilter/detail/depth_reader.hpp"
 #include "dynfilter/detail/errors.hpp"
-#include "dynfilter/detail/feature_lists.hpp"
-#include "dynfilter/detail/rectangles.hpp"
+#include "dynfilter/detail/instruction_set.hpp"
+#include "dynfilter/detail/likely_samples.hpp"
 #include "dynfilter/feature_list.hpp"
 #include "dynfilter/feature_pixels.hpp"
 #include "dynfilter/feature_sampler.hpp"
@@ -104,12 +103,13 @@ class EdgeCompensator {
     }
     reserve(input.features.size(), workspace);
     const FeaturePixels& pixels = pixels_of(input, workspace);
-    const detail::MaskedFeatures masked(labels, workspace.masked_first, workspace.masked_next);
+    const detail::LikelySamples samples(sampler_, input, labels, pixels, instruction_set_,
+                                        workspace.likely_samples);
     detail::with_depth_image(input.frame, [&](const auto& image) {
       const detail::DepthReader reader(image, depth_lbp_, input.frame.depth, pixels);
       for_each_object(labels, [&](std::size_t k, InstanceStatistics& statistics) {
-        estimate_ranges(reader, draw(reader, input, k, statistics.masked, masked, workspace),
-                        workspace, statistics);
+        const Sample sample = draw(reader, input.segmentation.instances[k], k, samples, workspace);
+        estimate_ranges(reader, sample, workspace, statistics);
         if (statistics.compensation != Compensation::applied) return;
         compensate(reader, input, k, labels, workspace);
       });
@@ -145,44 +145,35 @@ class EdgeCompensator {
   /// Of the features of FP_object that have depth; a candidate's feature is the index of its
   /// reading.
   template <class Reader>
-  Sample draw(const Reader& reader, const FilterInput& input, std::size_t k,
-              std::size_t expected_features, const detail::MaskedFeatures& masked,
-              Workspace& workspace) const {
-    constexpr auto highest_key = std::numeric_limits<std::uint64_t>::max();
-    const std::uint64_t high_key = sampler_.high_key(expected_features);
+  Sample draw(const Reader& reader, const Instance& instance, std::size_t k,
+              const detail::LikelySamples& samples, Workspace& workspace) const {
     SampleCandidate* const begin = workspace.candidates.data();
-    SampleCandidate* end = collect_candidates(reader, input, k, high_key, masked, workspace);
-    if (static_cast<std::size_t>(end - begin) < sampler_.samples() && high_key < highest_key) {
-      end = collect_candidates(reader, input, k, highest_key, masked, workspace);
+    SampleCandidate* end = begin;
+    samples.for_each_likely(k, [&](const SampleCandidate& candidate) { *end++ = candidate; });
+    end = leave_with_depth(reader, instance, begin, end, workspace.readings);
+    if (static_cast<std::size_t>(end - begin) < sampler_.samples() && !samples.are_all(k)) {
+      end = begin;
+      samples.for_each(k, [&](const SampleCandidate& candidate) { *end++ = candidate; });
+      end = leave_with_depth(reader, instance, begin, end, workspace.readings);
     }
     return {begin, sampler_.draw(begin, end)};
   }
 
-  /// Those with keys up to `high_key`; returns where they end.
+  /// Reads at the candidates and takes those out that have no depth, or lie beside the mask;
+  /// returns where the rest ends.
   template <class Reader>
-  SampleCandidate* collect_candidates(const Reader& reader, const FilterInput& input, std::size_t k,
-                                      std::uint64_t high_key, const detail::MaskedFeatures& masked,
-                                      Workspace& workspace) const {
-    const Instance& instance = input.segmentation.instances[k];
-    const std::uint64_t instance_hash = sampler_.instance_hash(input.frame.id, k);
-    SampleCandidate* const begin = workspace.candidates.data();
-    SampleCandidate* end = begin;
-    masked.for_each_of(k, [&](std::size_t i) {
-      const cv::Point pixel = detail::wrapping_difference(reader.pixels[i], instance.box.tl());
-      const std::uint64_t key = FeatureSampler::key(instance_hash, pixel);
-      *end = {key, pixel, i};
-      // Whether it is one adds up, for a branch would hang on what nobody can foresee.
-      end += key <= high_key ? 1 : 0;
-    });
-    reader.read(begin, end, workspace.readings);
+  static SampleCandidate* leave_with_depth(const Reader& reader, const Instance& instance,
+                                           SampleCandidate* begin, SampleCandidate* end,
+                                           std::vector<detail::PixelReading>& readings) {
+    reader.read(begin, end, readings);
     const detail::NumberRange known_depths = reader.known_depths;
-    const detail::PixelReading* const readings = workspace.readings.data();
+    const detail::PixelReading* reading = readings.data();
     SampleCandidate* left = begin;
-    for (const SampleCandidate* candidate = begin; candidate != end; ++candidate) {
-      const std::size_t i = candidate->feature, index = static_cast<std::size_t>(candidate - begin);
-      *left = {candidate->key, candidate->pixel, index};
-      const bool has_depth = known_depths.contains(readings[index].depth_bits);
-      left += has_depth && instance.covers(reader.pixels[i]) ? 1 : 0;
+    for (const SampleCandidate* candidate = begin; candidate != end; ++candidate, ++reading) {
+      const bool is_on_mask = instance.covers(reader.pixels[candidate->feature]);
+      const bool has_depth = known_depths.contains(reading->depth_bits);
+      *left = {candidate->key, candidate->pixel, static_cast<std::size_t>(candidate - begin)};
+      left += has_depth & is_on_mask ? 1 : 0;
     }
     return left;
   }
@@ -215,18 +206,31 @@ class EdgeCompensator {
         reader.pixels.inside(instance.box, labels.removed_bits(), workspace.features);
     statistics.candidates = features.size();
     reader.read(features.begin(), features.end(), workspace.readings);
+    if (passes_without_value_) {
+      leave_fitting<true>(reader, workspace.readings, features, statistics);
+    } else {
+      leave_fitting<false>(reader, workspace.readings, features, statistics);
+    }
+    labels.remove_all(features, static_cast<std::int32_t>(k), Reason::compensated, instance.score);
+  }
+
+  /// Leaves the features whose readings, which stand in their order, lie in both ranges.
+  template <bool passes_without_value, class Reader>
+  static void leave_fitting(const Reader& reader, const std::vector<detail::PixelReading>& readings,
+                            FeatureList& features, InstanceStatistics& statistics) {
     const detail::NumberRange known_depths = reader.known_depths;
     const detail::NumberRange depths = reader.image.bits_of(statistics.depth_range_m);
     const detail::NumberRange codes = whole_numbers_in(statistics.code_range);
-    const bool passes_without = passes_without_value_;
-    const detail::PixelReading* reading = workspace.readings.data();
+    const detail::PixelReading* reading = readings.data();
     std::size_t passed_depth = 0, passed_code = 0;
     features.leave_only([&](std::size_t) {
-      const bool has_depth = known_depths.contains(reading->depth_bits);
       const bool has_code = reader.codes.has_code(*reading);
-      const bool is_within = codes.contains(reader.codes.code(*reading));
-      const bool depth_fits = depths.contains(reading->depth_bits) | (passes_without & !has_depth);
-      const bool code_fits = (has_code & is_within) | (passes_without & !has_code);
+      bool depth_fits = depths.contains(reading->depth_bits);
+      bool code_fits = has_code & codes.contains(reader.codes.code(*reading));
+      if (passes_without_value) {
+        depth_fits |= !known_depths.contains(reading->depth_bits);
+        code_fits |= !has_code;
+      }
       ++reading;
       passed_depth += depth_fits ? 1 : 0;
       passed_code += code_fits ? 1 : 0;
@@ -234,7 +238,6 @@ class EdgeCompensator {
     });
     statistics.passed_depth = passed_depth;
     statistics.passed_code = passed_code;
-    labels.remove_all(features, static_cast<std::int32_t>(k), Reason::compensated, instance.score);
   }
 
   /// The codes in a range that is not empty.
@@ -250,6 +253,7 @@ class EdgeCompensator {
   RangeEstimator code_estimator_;
   DepthLbp depth_lbp_;
   bool passes_without_value_;
+  detail::InstructionSet instruction_set_ = detail::best_instruction_set();
 };
 
 }  // namespace dynfilter

@@ -13,6 +13,7 @@
 #include <opencv2/core.hpp>
 
 #include "dynfilter/detail/depth_lbp_points.hpp"
+#include "dynfilter/detail/likely_samples.hpp"
 #include "dynfilter/detail/rectangle_table.hpp"
 #include "dynfilter/feature_pixels.hpp"
 #include "dynfilter/feature_sampler.hpp"
@@ -44,11 +45,11 @@ struct Workspace {
   FeaturePixels frame_pixels;           ///< a pipeline's, for all its stages
   FeaturePixels pixels;                 ///< of the features, read by a stage on its own
   std::vector<std::uint32_t> features;  ///< of one instance
-  std::vector<std::uint32_t> masked_first, masked_next;  ///< chains of the masked ones
-  std::vector<SampleCandidate> candidates;               ///< for the sample of one instance
-  std::vector<detail::PixelReading> readings;            ///< at the pixels of `features`
-  std::vector<double> depths_m;                          ///< of the sample
-  std::vector<double> codes;                             ///< of the sample
+  detail::LikelySamplesMemory likely_samples;
+  std::vector<SampleCandidate> candidates;     ///< for the sample of one instance
+  std::vector<detail::PixelReading> readings;  ///< at the pixels of `features`
+  std::vector<double> depths_m;                ///< of the sample
+  std::vector<double> codes;                   ///< of the sample
   std::vector<RestoreCandidate> restorable;
   std::vector<float> pixel_depths_m;  ///< of one instance
   std::vector<ObjectInFrame> objects;
