@@ -68,8 +68,10 @@ class RangeEstimator {
     if (values.size() < options_.least_samples) return {};
     std::sort(values.begin(), values.end());
     const ValueRange fences = inlier_fences(values);
-    const auto first = std::lower_bound(values.begin(), values.end(), fences.lower);
-    const auto last = std::upper_bound(first, values.end(), fences.upper);
+    // Outliers are few, and at the ends.
+    auto first = values.begin(), last = values.end();
+    while (first != last && *first < fences.lower) ++first;
+    while (first != last && *std::prev(last) > fences.upper) --last;
     if (first == last) return {};
     return {*first - options_.expansion, *std::prev(last) + options_.expansion};
   }
@@ -94,7 +96,8 @@ class RangeEstimator {
     const double position = share * static_cast<double>(sorted.size() - 1);
     const auto below = static_cast<std::size_t>(position);
     const std::size_t above = std::min(below + 1, sorted.size() - 1);
-    return sorted[below] + (position - std::floor(position)) * (sorted[above] - sorted[below]);
+    const double beyond = position - static_cast<double>(below);
+    return sorted[below] + beyond * (sorted[above] - sorted[below]);
   }
 
   /// Of normal values, from their absolute deviations: by the median, or where that is 0 the mean.
