@@ -15,6 +15,28 @@
 
 namespace dynfilter {
 
+template <class... Stages>
+class Pipeline;
+
+namespace detail {
+
+/// Whether an input was found well-formed: pipelines alone say so, to their stages.
+class Validated {
+ public:
+  Validated() = default;
+  explicit operator bool() const { return is_validated_; }
+
+ private:
+  template <class... Stages>
+  friend class dynfilter::Pipeline;
+
+  explicit Validated(bool is_validated) : is_validated_(is_validated) {}
+
+  bool is_validated_ = false;
+};
+
+}  // namespace detail
+
 /// What every stage reads. A stage is any callable void(const FilterInput&, FeatureLabels&) const.
 struct FilterInput {
   const FrameView& frame;
@@ -22,11 +44,14 @@ struct FilterInput {
   FeaturesView features;
   /// Of these features, from a pipeline that has read them once for all its stages; else nullptr.
   const FeaturePixels* pixels = nullptr;
+  detail::Validated validated = {};
 };
 
 /// Throws std::invalid_argument, in the name of `component`, if frame or segmentation is malformed
-/// or the segmented image has another size than the frame's. O(instances).
+/// or the segmented image has another size than the frame's. O(instances), and O(1) in a stage of
+/// a pipeline, which has done it.
 inline void validate(const FilterInput& input, const char* component) {
+  if (input.validated) return;
   validate(input.frame, component);
   validate(input.segmentation, component);
   const cv::Size segmented = input.segmentation.image_size;
