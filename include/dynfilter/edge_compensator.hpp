@@ -169,10 +169,13 @@ class EdgeCompensator {
     const detail::NumberRange known_depths = reader.known_depths;
     const detail::PixelReading* reading = readings.data();
     SampleCandidate* left = begin;
-    for (const SampleCandidate* candidate = begin; candidate != end; ++candidate, ++reading) {
-      const bool is_on_mask = instance.covers(reader.pixels[candidate->feature]);
+    const cv::Point* const pixel_of = reader.pixels.data();
+    const auto count = static_cast<std::size_t>(end - begin);
+    for (std::size_t i = 0; i < count; ++i, ++reading) {
+      const SampleCandidate candidate = begin[i];
+      const bool is_on_mask = instance.covers(pixel_of[candidate.feature]);
       const bool has_depth = known_depths.contains(reading->depth_bits);
-      *left = {candidate->key, candidate->pixel, static_cast<std::size_t>(candidate - begin)};
+      *left = {candidate.key, candidate.pixel, i};
       left += has_depth & is_on_mask ? 1 : 0;
     }
     return left;
@@ -182,14 +185,18 @@ class EdgeCompensator {
   template <class Reader>
   void estimate_ranges(const Reader& reader, const Sample& sample, Workspace& workspace,
                        InstanceStatistics& statistics) const {
-    workspace.depths_m.clear();
-    workspace.codes.clear();
+    workspace.depths_m.resize(sample.size());
+    workspace.codes.resize(sample.size());
+    double* depth_m = workspace.depths_m.data();
+    double* code = workspace.codes.data();
     statistics.sampled = sample.size();
     for (const SampleCandidate& candidate : sample) {
       const detail::PixelReading& reading = workspace.readings[candidate.feature];
-      workspace.depths_m.push_back(reader.image.metres_of_bits(reading.depth_bits));
-      if (reader.codes.has_code(reading)) workspace.codes.push_back(reader.codes.code(reading));
+      *depth_m++ = reader.image.metres_of_bits(reading.depth_bits);
+      *code = reader.codes.code(reading);
+      code += reader.codes.has_code(reading) ? 1 : 0;
     }
+    workspace.codes.resize(static_cast<std::size_t>(code - workspace.codes.data()));
     statistics.depth_range_m = depth_estimator_.estimate(workspace.depths_m);
     statistics.code_range = code_estimator_.estimate(workspace.codes);
     const bool is_known = !statistics.depth_range_m.empty() && !statistics.code_range.empty();

@@ -51,6 +51,10 @@ class FeaturePixels {
   /// As FeaturesView::pixel gives it. i must be below size().
   cv::Point operator[](std::size_t i) const { return pixels_[i]; }
 
+  /// All of them. A loop that writes elsewhere had better ask once: compilers must take it that
+  /// what is written may be where this lies.
+  const cv::Point* data() const { return pixels_.data(); }
+
   /// The features whose pixels lie in the rectangle, wherever that lies, in an order of their own,
   /// but for those whose bit in `without` is set: bit i % 64 of word i / 64, as
   /// FeatureLabels::removed_bits has them. The list lies in `memory`. Throws std::invalid_argument

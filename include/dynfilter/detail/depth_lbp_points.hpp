@@ -42,7 +42,7 @@ class NeighbourCodes {
     }
   }
 
-  unsigned operator[](std::uint8_t farther) const { return codes_[farther]; }
+  unsigned operator[](unsigned farther) const { return codes_[farther]; }
 
  private:
   std::array<std::uint8_t, 256> codes_{};
@@ -107,7 +107,7 @@ std::uint8_t farther_of_four(const DepthRows<Depth>& rows, std::ptrdiff_t x,
 /// What a depth image has at a pixel, before it is made metres and a code of.
 struct PixelReading {
   std::uint32_t depth_bits;  ///< see DepthBits; 0 outside the image
-  std::uint8_t farther;      ///< see above
+  std::uint16_t farther;     ///< see above; not of 8 bits, which may overwrite anything
   bool is_inner;             ///< it has all eight neighbours
 };
 

@@ -39,9 +39,10 @@ struct DepthReader {
   template <class Iterator>
   void read(Iterator begin, Iterator end, std::vector<PixelReading>& readings) const {
     const DepthLbpPoints<Depth> points = codes;
+    const cv::Point* const pixel_of = pixels.data();
     PixelReading* reading = readings.data();
     for (Iterator i = begin; i != end; ++i) {
-      const cv::Point pixel = pixels[feature_of(*i)];
+      const cv::Point pixel = pixel_of[feature_of(*i)];
       points.read(pixel.x, pixel.y, *reading++);
     }
   }

@@ -110,6 +110,7 @@ class LikelySamples {
 
   /// All but the keys: in their place the hashes of the instances.
   void read_masked(const FeatureLabels& labels, const FeaturePixels& pixels) {
+    const cv::Point* const pixel_of = pixels.data();
     const InstanceKeys* const instances = memory_.instances.data();
     std::uint64_t* const keys = memory_.keys.data();
     cv::Point* const relative = memory_.pixels.data();
@@ -124,7 +125,7 @@ class LikelySamples {
         if (label.reason != Reason::in_mask || label.instance < 0) return;
         const InstanceKeys& instance = instances[label.instance];
         keys[count] = instance.hash;
-        relative[count] = wrapping_difference(pixels[i], instance.corner);
+        relative[count] = wrapping_difference(pixel_of[i], instance.corner);
         features[count] = static_cast<std::uint32_t>(i);
         instance_of[count] = static_cast<std::uint32_t>(label.instance);
         ++count;
