@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "dynfilter/dynfilter.hpp"
+#include "support/expect_error.hpp"
 
 namespace dynfilter {
 namespace {
@@ -99,6 +100,19 @@ TEST(Pipeline, ChecksAStageBehindAReferenceToo) {
                    .apply(FrameView(), Segmentation(), FeaturesView(), labels, workspace),
                std::invalid_argument);
   EXPECT_EQ(labels.size(), 3U);
+}
+
+TEST(Pipeline, WhatAStagePutsInPlaceOfTheInputIsValidated) {
+  Segmentation malformed;
+  malformed.image_size = {2, 1};
+  malformed.instances = {Instance::from_box({0, 0, -1, 1})};
+  const auto with_other_masks = [&](const FilterInput& input, FeatureLabels& labels) {
+    labels.reset(input.features.size(), malformed);
+    MaskCuller()({input.frame, malformed, input.features, input.pixels}, labels);
+  };
+  const std::vector<cv::Point2f> points(2);
+  const auto apply = [&] { Pipeline(with_other_masks).apply(FrameView(), Segmentation(), points); };
+  testing::expect_error<std::invalid_argument>(apply, "a box of -1x1 in instance 0");
 }
 
 TEST(Pipeline, HandsTheWorkspaceToStagesThatTakeIt) {

@@ -66,13 +66,13 @@ class Pipeline {
   void run(const FilterInput& input, bool has_segmentation, FeatureLabels& labels,
            Workspace& workspace) const {
     validate(input, "Pipeline");
-    const FilterInput validated{input.frame, input.segmentation, input.features, nullptr,
-                                detail::Validated(true)};
-    for_each_stage([&](const auto& stage) { check_stage(stage, validated); });
+    const FilterInput valid{input.frame, input.segmentation, input.features, nullptr,
+                            detail::Validated(true)};
+    for_each_stage([&](const auto& stage) { check_stage(stage, valid); });
     begin_frame(input, has_segmentation, labels);
     workspace.frame_pixels.read(input.features, input.segmentation.instances.size());
     const FilterInput prepared{input.frame, input.segmentation, input.features,
-                               &workspace.frame_pixels, validated.validated};
+                               &workspace.frame_pixels, valid.validated};
     for_each_stage([&](const auto& stage) { run_stage(stage, prepared, labels, workspace); });
   }
 
