@@ -176,7 +176,7 @@ class EdgeCompensator {
       const bool is_on_mask = instance.covers(pixel_of[candidate.feature]);
       const bool has_depth = known_depths.contains(reading->depth_bits);
       *left = {candidate.key, candidate.pixel, i};
-      left += has_depth & is_on_mask ? 1 : 0;
+      left += (has_depth & is_on_mask) ? 1 : 0;
     }
     return left;
   }

@@ -44,7 +44,7 @@ struct FilterInput {
   FeaturesView features;
   /// Of these features, from a pipeline that has read them once for all its stages; else nullptr.
   const FeaturePixels* pixels = nullptr;
-  detail::Validated validated = {};
+  detail::Validated validated = {};  ///< by a pipeline, for its stages
 };
 
 /// Throws std::invalid_argument, in the name of `component`, if frame or segmentation is malformed
