@@ -33,8 +33,8 @@ int main(int argc, char** argv) {
   constexpr std::size_t features = 1000;
   const std::string rule =
       testing::argument_or_exit(argc, argv,
-                                {{"masks", "counted_filter", features, 5400},
-                                 {"paper", "counted_filter", features, 14700},
+                                {{"masks", "counted_filter", features, 5100},
+                                 {"paper", "counted_filter", features, 13600},
                                  {"default", "counted_filter", features, 57000}});
   DynamicFilterOptions options;
   if (rule == "masks") options.compensator.rule = CompensationRule::none;
