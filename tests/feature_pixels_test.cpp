@@ -147,10 +147,10 @@ TEST_P(FeaturePixelsBySet, RoundHalvesUpAndNothingElse) {
   }
 }
 
-/// All sizes of floats, of either sign, in blocks that are ordinary but for the last ones.
+/// Floats of all sizes and of either sign, those that no int can hold, infinities and NaN.
 TEST_P(FeaturePixelsBySet, RoundFloatsOfAnySizeAsOneByOne) {
   std::vector<cv::Point2f> points;
-  for (std::uint32_t bits = 0; bits < 0x4F000000U; bits += 16411) {  // up to 2^31
+  for (std::uint32_t bits = 0; bits < 0x80000000U; bits += 16384) {
     float value = 0;
     std::memcpy(&value, &bits, sizeof value);
     points.emplace_back(value, -value);

@@ -40,7 +40,7 @@ TEST_P(SampleKeys, OfABlockAreThoseOfEachFeature) {
 INSTANTIATE_TEST_SUITE_P(All, SampleKeys,
                          ::testing::ValuesIn(detail::supported_instruction_sets()));
 
-/// Features with labels of all sorts; more of them on some instances than on others.
+/// Features with labels of all sorts.
 struct LabelledFrame {
   explicit LabelledFrame(ByteSource& source) {
     frame.id = source.byte();
@@ -55,12 +55,10 @@ struct LabelledFrame {
       position = {static_cast<float>(source.byte()), static_cast<float>(source.byte())};
     }
     labels.reset(positions.size(), segmentation);
-    const int most = source.between(0, instances);
     for (std::size_t i = 0; i < positions.size(); ++i) {
-      const int instance = source.between(-1, most) - (source.chance(50) ? 0 : most);
+      if (source.chance(30)) continue;
       const Reason reason = source.chance(80) ? Reason::in_mask : Reason::custom;
-      if (source.chance(30) || instance < -1 || instance >= instances) continue;
-      labels.remove(i, instance, reason, 1.0F);
+      labels.remove(i, source.between(-1, instances - 1), reason, 1.0F);
       if (source.chance(5)) labels.restore(i);
     }
     pixels.read(positions);

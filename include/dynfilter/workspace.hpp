@@ -42,10 +42,10 @@ struct ObjectInFrame {
 /// once one of at least that many features and instances was seen. It carries no information from
 /// call to call. One for each thread.
 struct Workspace {
-  FeaturePixels frame_pixels;           ///< a pipeline's, for all its stages
-  FeaturePixels pixels;                 ///< of the features, read by a stage on its own
-  std::vector<std::uint32_t> features;  ///< of one instance
-  detail::LikelySamplesMemory likely_samples;
+  FeaturePixels frame_pixels;                  ///< a pipeline's, for all its stages
+  FeaturePixels pixels;                        ///< of the features, read by a stage on its own
+  std::vector<std::uint32_t> features;         ///< of one instance
+  detail::LikelySamplesMemory likely_samples;  ///< of all instances
   std::vector<SampleCandidate> candidates;     ///< for the sample of one instance
   std::vector<detail::PixelReading> readings;  ///< at the pixels of `features`
   std::vector<double> depths_m;                ///< of the sample

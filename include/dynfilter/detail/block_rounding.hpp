@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 
 #include <opencv2/core.hpp>
 
@@ -44,65 +45,47 @@ struct Positions {
   }
 };
 
-/// Any positions, one by one.
-inline void round_plainly(const Positions& positions, std::size_t count, cv::Point* pixels,
-                          NarrowBlock& narrow) {
-  for (std::size_t i = 0; i < count; ++i) {
-    pixels[i] = nearest_pixel(positions[i]);
-    narrow.pixels[i] = narrowed(pixels[i]);
-  }
-}
-
 #if DYNFILTER_HAS_X86_KERNELS
 
-// A block of positions that all round to pixels of 16 bits; false if one of them may not: then its
-// narrow pixel stands at an end of 16 bits, as conversions make the smallest int of what is no
-// number and of what no int can hold.
+// A block of positions. Conversion makes the smallest int of what is no number and of what no int
+// can hold, as nearest_pixel does, and packing cuts off at the ends of 16 bits, as narrowed does.
 
 [[gnu::always_inline]] inline __m128 load_two(const unsigned char* from, std::size_t stride) {
   const __m128 low = _mm_loadl_pi(_mm_setzero_ps(), reinterpret_cast<const __m64*>(from));
   return _mm_loadh_pi(low, reinterpret_cast<const __m64*>(from + stride));
 }
 
-inline bool round_ordinary_sse2(const Positions& positions, cv::Point* pixels,
-                                NarrowBlock& narrow) {
-  __m128i least = _mm_setzero_si128(), most = least;
-  const unsigned char* from = positions.first;
-  const auto next_two = [&] {
-    const __m128 two = load_two(from, positions.stride);
-    from += 2 * positions.stride;
-    // What round_half_up does; -1 stands for true.
-    const __m128i truncated = _mm_cvttps_epi32(two);
-    const __m128 rest = _mm_sub_ps(two, _mm_cvtepi32_ps(truncated));
-    const __m128i is_more = _mm_castps_si128(_mm_cmpge_ps(rest, _mm_set1_ps(0.5F)));
-    const __m128i is_less = _mm_castps_si128(_mm_cmplt_ps(rest, _mm_set1_ps(-0.5F)));
-    return _mm_add_epi32(_mm_sub_epi32(truncated, is_more), is_less);
-  };
-  for (std::size_t i = 0; i < block_size; i += 4) {
-    const __m128i low = next_two(), high = next_two();
-    _mm_storeu_si128(reinterpret_cast<__m128i*>(pixels + i), low);
-    _mm_storeu_si128(reinterpret_cast<__m128i*>(pixels + i + 2), high);
-    const __m128i four = _mm_packs_epi32(low, high);
-    _mm_store_si128(reinterpret_cast<__m128i*>(narrow.pixels + i), four);
-    least = _mm_min_epi16(least, four);
-    most = _mm_max_epi16(most, four);
-  }
-  const __m128i at_an_end = _mm_or_si128(_mm_cmpeq_epi16(least, _mm_set1_epi16(least_narrow)),
-                                         _mm_cmpeq_epi16(most, _mm_set1_epi16(most_narrow)));
-  return _mm_movemask_epi8(at_an_end) == 0;
+/// What round_half_up does; -1 stands for true.
+inline __m128i round_sse2(__m128 numbers) {
+  const __m128i truncated = _mm_cvttps_epi32(numbers);
+  const __m128 rest = _mm_sub_ps(numbers, _mm_cvtepi32_ps(truncated));
+  const __m128i is_more = _mm_castps_si128(_mm_cmpge_ps(rest, _mm_set1_ps(0.5F)));
+  const __m128i is_less = _mm_castps_si128(_mm_cmplt_ps(rest, _mm_set1_ps(-0.5F)));
+  const __m128i is_beyond =
+      _mm_cmpeq_epi32(truncated, _mm_set1_epi32(std::numeric_limits<int>::min()));
+  return _mm_add_epi32(truncated, _mm_andnot_si128(is_beyond, _mm_sub_epi32(is_less, is_more)));
 }
 
-// These round down and add 1 to what has a rest of a half or more.
+inline void round_block_sse2(const Positions& positions, cv::Point* pixels, NarrowBlock& narrow) {
+  const unsigned char* from = positions.first;
+  for (std::size_t i = 0; i < block_size; i += 4, from += 4 * positions.stride) {
+    const __m128i low = round_sse2(load_two(from, positions.stride));
+    const __m128i high = round_sse2(load_two(from + 2 * positions.stride, positions.stride));
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(pixels + i), low);
+    _mm_storeu_si128(reinterpret_cast<__m128i*>(pixels + i + 2), high);
+    _mm_store_si128(reinterpret_cast<__m128i*>(narrow.pixels + i), _mm_packs_epi32(low, high));
+  }
+}
 
 #define DYNFILTER_AVX2_INLINE [[gnu::target("avx2"), gnu::always_inline]] inline
 
-DYNFILTER_AVX2_INLINE __m256 load_four_avx2(const unsigned char*& from, std::size_t stride) {
+DYNFILTER_AVX2_INLINE __m256 load_four_avx2(const unsigned char* from, std::size_t stride) {
   const __m128 low = load_two(from, stride);
   const __m128 high = load_two(from + 2 * stride, stride);
-  from += 4 * stride;
   return _mm256_insertf128_ps(_mm256_castps128_ps256(low), high, 1);
 }
 
+/// Down, and 1 more where the rest is a half or more; what no int can hold has none.
 DYNFILTER_AVX2_INLINE __m256i round_avx2(__m256 numbers) {
   const __m256 down = _mm256_floor_ps(numbers);
   const __m256 is_more =
@@ -110,26 +93,19 @@ DYNFILTER_AVX2_INLINE __m256i round_avx2(__m256 numbers) {
   return _mm256_sub_epi32(_mm256_cvttps_epi32(down), _mm256_castps_si256(is_more));
 }
 
-[[gnu::target("avx2")]] inline bool round_ordinary_avx2(const Positions& positions,
-                                                        cv::Point* pixels, NarrowBlock& narrow) {
-  __m256i least = _mm256_setzero_si256(), most = least;
+[[gnu::target("avx2")]] inline void round_block_avx2(const Positions& positions, cv::Point* pixels,
+                                                     NarrowBlock& narrow) {
   const unsigned char* from = positions.first;
-  for (std::size_t i = 0; i < block_size; i += 8) {
+  for (std::size_t i = 0; i < block_size; i += 8, from += 8 * positions.stride) {
     const __m256i low = round_avx2(load_four_avx2(from, positions.stride));
-    const __m256i high = round_avx2(load_four_avx2(from, positions.stride));
+    const __m256i high = round_avx2(load_four_avx2(from + 4 * positions.stride, positions.stride));
     _mm256_storeu_si256(reinterpret_cast<__m256i*>(pixels + i), low);
     _mm256_storeu_si256(reinterpret_cast<__m256i*>(pixels + i + 4), high);
     // Packing works in either half of a register on its own.
     const __m256i eight =
         _mm256_permute4x64_epi64(_mm256_packs_epi32(low, high), _MM_SHUFFLE(3, 1, 2, 0));
     _mm256_store_si256(reinterpret_cast<__m256i*>(narrow.pixels + i), eight);
-    least = _mm256_min_epi16(least, eight);
-    most = _mm256_max_epi16(most, eight);
   }
-  const __m256i at_an_end =
-      _mm256_or_si256(_mm256_cmpeq_epi16(least, _mm256_set1_epi16(least_narrow)),
-                      _mm256_cmpeq_epi16(most, _mm256_set1_epi16(most_narrow)));
-  return _mm256_testz_si256(at_an_end, at_an_end) != 0;
 }
 
 #undef DYNFILTER_AVX2_INLINE
@@ -140,13 +116,13 @@ DYNFILTER_AVX2_INLINE __m256i round_avx2(__m256 numbers) {
 inline void round_full_block(const Positions& positions, [[maybe_unused]] InstructionSet best,
                              cv::Point* pixels, NarrowBlock& narrow) {
 #if DYNFILTER_HAS_X86_KERNELS
-  if (best >= InstructionSet::avx2) {
-    if (round_ordinary_avx2(positions, pixels, narrow)) return;
-  } else if (best >= InstructionSet::sse2) {
-    if (round_ordinary_sse2(positions, pixels, narrow)) return;
-  }
+  if (best >= InstructionSet::avx2) return round_block_avx2(positions, pixels, narrow);
+  if (best >= InstructionSet::sse2) return round_block_sse2(positions, pixels, narrow);
 #endif
-  round_plainly(positions, block_size, pixels, narrow);
+  for (std::size_t i = 0; i < block_size; ++i) {
+    pixels[i] = nearest_pixel(positions[i]);
+    narrow.pixels[i] = narrowed(pixels[i]);
+  }
 }
 
 /// As many positions as there are, at most a block of them. There must be room for a block of

@@ -107,7 +107,7 @@ std::uint8_t farther_of_four(const DepthRows<Depth>& rows, std::ptrdiff_t x,
 /// What a depth image has at a pixel, before it is made metres and a code of.
 struct PixelReading {
   std::uint32_t depth_bits;  ///< see DepthBits; 0 outside the image
-  std::uint16_t farther;     ///< see above; not of 8 bits, which may overwrite anything
+  std::uint16_t farther;     ///< see above; writing 8 bits may change anything, to compilers
   bool is_inner;             ///< it has all eight neighbours
 };
 
