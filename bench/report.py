@@ -89,13 +89,17 @@ def filter_ratios(times, counters, ratios):
     copy = times.get(f"limit/memcpy/{USUAL}")
     kept = times.get(f"filter_keep/paper/{USUAL}")
     restored = times.get(f"limit/restore/{USUAL}")
-    # The columns are put back before every frame, which is none of the filter's work.
+    dilation, naive = times.get(f"peer/dilation/{USUAL}"), times.get(f"peer/naive_filter/{USUAL}")
     if kept is not None and restored is not None:
-        ratios.add("filter_paper_over_memcpy", kept - restored, copy)
-    ratios.add("filter_paper_vs_dilation", times.get(f"peer/dilation/{USUAL}"), paper)
+        # The columns are put back before every frame, which is none of the filter's work. What is
+        # compared with it here ends with the rows that are kept, too.
+        with_keep = kept - restored
+        ratios.add("filter_paper_over_memcpy", with_keep, copy)
+        ratios.add("filter_paper_vs_dilation", dilation, with_keep)
+        ratios.add("filter_paper_vs_naive", naive, with_keep)
+    ratios.add("filter_paper_labels_vs_dilation", dilation, paper)
     ratios.add("filter_paper_vs_lk_f", times.get("peer/lk_fundamental/scene"),
                times.get("filter/paper/scene"))
-    ratios.add("filter_paper_vs_naive", times.get(f"peer/naive_filter/{USUAL}"), paper)
     ratios.add("filter_paper_4k_over_vga", times.get("filter/paper/3840x2160/1000/3"), paper)
     ratios.add("filter_default_4k_over_vga", times.get("filter/default/3840x2160/1000/3"), default)
     ratios.add("filter_default_over_orb", times.get("filter/default/scene"),
