@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "dynfilter/detail/compaction.hpp"
+#include "dynfilter/detail/instruction_set.hpp"
 #include "support/byte_source.hpp"
 
 namespace dynfilter {
@@ -185,6 +187,59 @@ TEST(KeepStatic, KeepsRowsOfAnyWidthInStep) {
     ASSERT_EQ(first_column(narrow), expected) << "seed " << seed;
     for (int y = 0; y < narrow.rows; ++y) {
       ASSERT_EQ(narrow.at<std::uint8_t>(y, width - 1), expected[static_cast<std::size_t>(y)]);
+    }
+  }
+}
+
+/// Columns of all kinds, of which each element says the index of its feature.
+struct AllKinds {
+  explicit AllKinds(int count)
+      : rows(numbered_rows(count, 32)), narrow_rows(numbered_rows(count, 5)) {
+    for (int i = 0; i < count; ++i) {
+      keypoints.emplace_back(static_cast<float>(i), 0.0F, 1.0F, 0.0F, 0.0F, 0, i);
+      names.push_back(std::to_string(i));
+      flags.push_back(i % 3 == 0);
+    }
+  }
+
+  /// Whether the first ones are those of the features that are named.
+  void expect(const std::vector<int>& features) const {
+    for (std::size_t k = 0; k < features.size(); ++k) {
+      const int i = features[k], row = static_cast<int>(k);
+      ASSERT_EQ(keypoints[k].pt.x, static_cast<float>(i));
+      ASSERT_EQ(keypoints[k].class_id, i);
+      ASSERT_EQ(names[k], std::to_string(i));
+      ASSERT_EQ(flags[k], i % 3 == 0);
+      for (const int x : {0, 15, 16, 31}) ASSERT_EQ(rows.at<std::uint8_t>(row, x), i);
+      for (const int x : {0, 4}) ASSERT_EQ(narrow_rows.at<std::uint8_t>(row, x), i);
+    }
+  }
+
+  std::vector<cv::KeyPoint> keypoints;
+  std::vector<std::string> names;
+  std::vector<bool> flags;
+  cv::Mat rows, narrow_rows;
+};
+
+TEST(KeepStatic, MovesTheSameByEveryInstructionSet) {
+  for (const int count : {1, 63, 64, 65, 128, 200}) {
+    for (int share = 0; share <= 100; share += 10) {
+      testing::ByteSource source(static_cast<std::uint64_t>(share));
+      FeatureLabels labels(static_cast<std::size_t>(count), Segmentation());
+      std::vector<int> expected;
+      for (int i = 0; i < count; ++i) {
+        const bool goes = source.chance(share);
+        if (goes) labels.remove(static_cast<std::size_t>(i), -1, Reason::custom, 1.0F);
+        if (!goes) expected.push_back(i);
+      }
+      for (const detail::InstructionSet set : detail::supported_instruction_sets()) {
+        AllKinds columns(count);
+        const std::size_t kept =
+            detail::move_kept(labels, set, columns.keypoints, columns.names, columns.flags,
+                              columns.rows, columns.narrow_rows);
+        ASSERT_EQ(kept, expected.size());
+        columns.expect(expected);
+      }
     }
   }
 }

@@ -20,10 +20,15 @@ constexpr std::size_t blocks_for(std::size_t features) {
   return (features + block_size - 1) / block_size;
 }
 
+/// The index of the lowest bit that is set. There must be one.
+inline std::size_t lowest_bit(std::uint64_t bits) {
+  return static_cast<unsigned>(__builtin_ctzll(bits));
+}
+
 /// Calls the action with the index of each bit that is set, in ascending order.
 template <class Action>
 void for_each_bit(std::uint64_t bits, const Action& action) {
-  for (; bits != 0; bits &= bits - 1) action(static_cast<std::size_t>(__builtin_ctzll(bits)));
+  for (; bits != 0; bits &= bits - 1) action(lowest_bit(bits));
 }
 
 /// The lowest `count` bits, all 64 of them if it is more.

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// What keep_static does with one column: a std::vector, or the rows of a cv::Mat.
+// What keep_static does with one column, a std::vector or the rows of a cv::Mat, before elements of
+// it are moved, and afterwards.
 
 #ifndef DYNFILTER_DETAIL_COLUMNS_HPP
 #define DYNFILTER_DETAIL_COLUMNS_HPP
@@ -10,19 +11,14 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <cstdint>
-#include <cstring>
 #include <initializer_list>
 #include <iterator>
 #include <type_traits>
-#include <utility>
 #include <vector>
 
 #include <opencv2/core.hpp>
 
-#include "dynfilter/detail/blocks.hpp"
 #include "dynfilter/detail/errors.hpp"
-#include "dynfilter/labels.hpp"
 
 namespace dynfilter::detail {
 
@@ -69,42 +65,6 @@ inline void unshare(cv::Mat& column) {
   if (!owned_alone) column = column.clone();
 }
 
-/// Moves elements of a column; of bits, too, which have no addresses.
-template <class T, class Allocator>
-struct Elements {
-  std::vector<T, Allocator>& column;
-
-  void move(std::size_t from, std::size_t to) const {
-    if (from != to) column[to] = std::move(column[from]);
-  }
-};
-
-template <class T, class Allocator>
-Elements<T, Allocator> elements_of(std::vector<T, Allocator>& column) {
-  return {column};
-}
-
-/// Copies rows of a column.
-struct Rows {
-  std::uint8_t* first;
-  std::size_t step, row_bytes;
-
-  void move(std::size_t from, std::size_t to) const {
-    constexpr std::size_t orb = 32;  // known lengths are copied in one step
-    if (row_bytes == orb) {
-      std::uint8_t row[orb];
-      std::memcpy(row, first + from * step, orb);
-      std::memcpy(first + to * step, row, orb);
-    } else if (row_bytes > 0) {
-      std::memmove(first + to * step, first + from * step, row_bytes);
-    }
-  }
-};
-
-inline Rows elements_of(cv::Mat& column) {
-  return {column.data, column.step[0], static_cast<std::size_t>(column.cols) * column.elemSize()};
-}
-
 template <class T, class Allocator>
 void shorten(std::vector<T, Allocator>& column, std::size_t kept) {
   column.erase(std::next(column.begin(), static_cast<std::ptrdiff_t>(kept)), column.end());
@@ -115,35 +75,6 @@ inline void shorten(cv::Mat& column, std::size_t kept) {
   // An empty range of rows would lose the number of columns.
   if (rows == 0) column = cv::Mat(0, column.cols, column.type());
   if (rows < column.rows) column = column.rowRange(0, rows);
-}
-
-/// Moves what is kept to the front, in each of the columns. Returns how many are kept.
-template <class... AnyElements>
-std::size_t move_kept(const FeatureLabels& labels, const AnyElements... elements) {
-  std::size_t kept = 0;
-  for (std::size_t block = 0; block < labels.removed_bits().size(); ++block) {
-    const std::size_t first = block * block_size;
-    const std::uint64_t kept_bits =
-        ~labels.removed_bits()[block] & bits_below(labels.size() - first);
-    const bool all_stay = kept == first && labels.removed_bits()[block] == 0;
-    if (all_stay) {
-      kept += count_bits(kept_bits);
-      continue;
-    }
-    for_each_bit(kept_bits, [&](std::size_t bit) {
-      (elements.move(first + bit, kept), ...);
-      ++kept;
-    });
-  }
-  return kept;
-}
-
-/// Takes the removed features out of all columns. Returns how many are kept.
-template <class... Columns>
-std::size_t compact(const FeatureLabels& labels, Columns&... columns) {
-  const std::size_t kept = move_kept(labels, elements_of(columns)...);
-  (shorten(columns, kept), ...);
-  return kept;
 }
 
 }  // namespace dynfilter::detail
