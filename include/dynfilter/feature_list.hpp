@@ -24,12 +24,15 @@ class FeatureList {
   /// Takes out those for which predicate(i) is false.
   template <class Predicate>
   void leave_only(const Predicate& predicate) {
-    const std::uint32_t* const old_end = end_;
-    end_ = begin_;
-    for (const std::uint32_t* feature = begin_; feature != old_end; ++feature) {
-      const std::size_t i = *feature;
-      add_if(predicate(i), i);
+    std::uint32_t* const features = begin_;
+    const std::size_t count = size();
+    std::size_t left = 0;
+    for (std::size_t k = 0; k < count; ++k) {
+      const std::uint32_t i = features[k];
+      features[left] = i;
+      left += predicate(std::size_t{i}) ? 1 : 0;
     }
+    end_ = features + left;
   }
 
   /// Of the frame.
