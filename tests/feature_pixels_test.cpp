@@ -162,6 +162,26 @@ TEST_P(FeaturePixelsBySet, RoundFloatsOfAnySizeAsOneByOne) {
   }
 }
 
+TEST_P(FeaturePixelsBySet, KnowWhereAllOfThemLie) {
+  std::size_t unknown = 0;
+  for (std::uint64_t seed = 0; seed < 600; ++seed) {
+    ByteSource source(seed);
+    const auto points = arbitrary_points(source, static_cast<std::size_t>(source.between(0, 200)));
+    FeaturePixels pixels(GetParam());
+    pixels.read(points);
+    bool are_near = !points.empty();
+    std::vector<cv::Point> all;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      all.push_back(pixels[i]);
+      are_near &= all[i].x > -32768 && all[i].x < 32767 && all[i].y > -32768 && all[i].y < 32767;
+    }
+    unknown += are_near ? 0 : 1;
+    ASSERT_EQ(pixels.bounds(), are_near ? cv::boundingRect(all) : cv::Rect()) << "seed " << seed;
+  }
+  EXPECT_GT(unknown, 50U);
+  EXPECT_LT(unknown, 550U);
+}
+
 INSTANTIATE_TEST_SUITE_P(All, FeaturePixelsBySet,
                          ::testing::ValuesIn(detail::supported_instruction_sets()));
 

@@ -133,9 +133,11 @@ class DepthLbp {
     const detail::Positions positions(features);
     std::array<cv::Point, detail::block_size> pixels;
     detail::NarrowBlock narrow;
+    detail::NarrowBounds bounds;
     for (std::size_t first = 0; first < features.size(); first += detail::block_size) {
       const std::size_t count = std::min(features.size() - first, detail::block_size);
-      detail::round_block(positions.from(first), count, instruction_set_, pixels.data(), narrow);
+      detail::round_block(positions.from(first), count, instruction_set_, pixels.data(), narrow,
+                          bounds);
       for (std::size_t i = 0; i < count; ++i) {
         codes[first + i] = code_at(pixels[i].x, pixels[i].y);
       }

@@ -6,11 +6,14 @@
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
 #include "dynfilter/detail/blocks.hpp"
+#include "dynfilter/detail/index_selection.hpp"
+#include "dynfilter/detail/instruction_set.hpp"
 
 namespace dynfilter {
 
@@ -35,6 +38,19 @@ class FeatureList {
     end_ = features + left;
   }
 
+  /// The same for 64 at a time: of bits_of(features, count), with the next features of the list, at
+  /// most a block of them, bit k is for features[k].
+  template <class BitsOf>
+  void leave_blocks(const BitsOf& bits_of) {
+    const std::uint32_t* const old_end = end_;
+    end_ = begin_;
+    for (const std::uint32_t* block = begin_; block < old_end; block += detail::block_size) {
+      const auto count = std::min(detail::block_size, static_cast<std::size_t>(old_end - block));
+      const std::uint64_t bits = bits_of(block, count) & detail::bits_below(count);
+      end_ += detail::select_indices(block, bits, instruction_set_, end_);
+    }
+  }
+
   /// Of the frame.
   std::size_t features() const { return features_; }
 
@@ -47,7 +63,8 @@ class FeatureList {
 
   /// Empty, with room for as many features as the frame has, and for what fast loops write behind
   /// the last.
-  FeatureList(std::vector<std::uint32_t>& memory, std::size_t features) : features_(features) {
+  FeatureList(std::vector<std::uint32_t>& memory, std::size_t features, detail::InstructionSet best)
+      : features_(features), instruction_set_(best) {
     if (memory.size() < features + detail::block_size) memory.resize(features + detail::block_size);
     begin_ = end_ = memory.data();
   }
@@ -60,6 +77,7 @@ class FeatureList {
   }
 
   std::size_t features_;
+  detail::InstructionSet instruction_set_;
   std::uint32_t* begin_;
   std::uint32_t* end_;
 };

@@ -10,6 +10,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <vector>
 
 #include <opencv2/core.hpp>
@@ -55,6 +56,10 @@ class FeaturePixels {
   /// what is written may be where this lies.
   const cv::Point* data() const { return pixels_.data(); }
 
+  /// Where all of them lie; empty where that is not known, because some are very far away, and
+  /// where there are none.
+  const cv::Rect& bounds() const { return bounds_; }
+
   /// The features whose pixels lie in the rectangle, wherever that lies, in an order of their own,
   /// but for those whose bit in `without` is set: bit i % 64 of word i / 64, as
   /// FeatureLabels::removed_bits has them. The list lies in `memory`. Throws std::invalid_argument
@@ -69,7 +74,7 @@ class FeaturePixels {
                      const std::vector<std::uint64_t>& without,
                      std::vector<std::uint32_t>& memory) const {
     require_bits(without);
-    FeatureList list(memory, size());
+    FeatureList list(memory, size(), instruction_set_);
     if (columns.empty() || rows.empty()) return list;
     if (!columns.is_narrow() || !rows.is_narrow()) {
       list_wide(columns, rows, without, list);
@@ -86,7 +91,7 @@ class FeaturePixels {
   FeatureList all_but(const std::vector<std::uint64_t>& without,
                       std::vector<std::uint32_t>& memory) const {
     require_bits(without);
-    FeatureList list(memory, size());
+    FeatureList list(memory, size(), instruction_set_);
     for (std::size_t block = 0; block < blocks(); ++block) {
       const std::size_t first = block * detail::block_size;
       detail::for_each_bit(~without[block] & detail::bits_below(size() - first),
@@ -120,18 +125,23 @@ class FeaturePixels {
 
   void round_all() {
     const detail::Positions positions(view_);
+    detail::NarrowBounds bounds;
     for (std::size_t block = 0; block < blocks(); ++block) {
       const std::size_t first = block * detail::block_size;
       detail::round_block(positions.from(first), size() - first, instruction_set_, &pixels_[first],
-                          narrow_[block]);
+                          narrow_[block], bounds);
     }
+    bounds_ = bounds.rectangle();
     pad(narrow_);
   }
 
   /// With pixels that lie in no narrow interval, to the end of the last block.
   void pad(std::vector<detail::NarrowBlock>& pixels) const {
     const detail::NarrowPixel outside = {detail::least_narrow, detail::least_narrow};
-    for (std::size_t i = size(); i < blocks() * detail::block_size; ++i) pixel(pixels, i) = outside;
+    const std::size_t in_last = size() % detail::block_size;
+    if (in_last == 0) return;
+    detail::NarrowBlock& last = pixels[blocks() - 1];
+    std::fill(last.pixels + in_last, std::end(last.pixels), outside);
   }
 
   /// By counting: features of equal columns keep their order.
@@ -188,6 +198,7 @@ class FeaturePixels {
   FeaturesView view_;
   std::vector<cv::Point> pixels_;
   std::vector<detail::NarrowBlock> narrow_;  // the same in half the bytes
+  cv::Rect bounds_;
   bool is_sorted_ = false;
   std::vector<detail::NarrowBlock> sorted_;
   std::vector<std::uint32_t> order_;                           // the feature of a sorted pixel

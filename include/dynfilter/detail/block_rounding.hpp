@@ -8,6 +8,7 @@
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -66,15 +67,23 @@ inline __m128i round_sse2(__m128 numbers) {
   return _mm_add_epi32(truncated, _mm_andnot_si128(is_beyond, _mm_sub_epi32(is_less, is_more)));
 }
 
-inline void round_block_sse2(const Positions& positions, cv::Point* pixels, NarrowBlock& narrow) {
+inline void round_block_sse2(const Positions& positions, cv::Point* pixels, NarrowBlock& narrow,
+                             NarrowBounds& bounds) {
   const unsigned char* from = positions.first;
+  __m128i least = _mm_load_si128(reinterpret_cast<const __m128i*>(bounds.least));
+  __m128i most = _mm_load_si128(reinterpret_cast<const __m128i*>(bounds.most));
   for (std::size_t i = 0; i < block_size; i += 4, from += 4 * positions.stride) {
     const __m128i low = round_sse2(load_two(from, positions.stride));
     const __m128i high = round_sse2(load_two(from + 2 * positions.stride, positions.stride));
     _mm_storeu_si128(reinterpret_cast<__m128i*>(pixels + i), low);
     _mm_storeu_si128(reinterpret_cast<__m128i*>(pixels + i + 2), high);
-    _mm_store_si128(reinterpret_cast<__m128i*>(narrow.pixels + i), _mm_packs_epi32(low, high));
+    const __m128i four = _mm_packs_epi32(low, high);
+    _mm_store_si128(reinterpret_cast<__m128i*>(narrow.pixels + i), four);
+    least = _mm_min_epi16(least, four);
+    most = _mm_max_epi16(most, four);
   }
+  _mm_store_si128(reinterpret_cast<__m128i*>(bounds.least), least);
+  _mm_store_si128(reinterpret_cast<__m128i*>(bounds.most), most);
 }
 
 #define DYNFILTER_AVX2_INLINE [[gnu::target("avx2"), gnu::always_inline]] inline
@@ -94,8 +103,10 @@ DYNFILTER_AVX2_INLINE __m256i round_avx2(__m256 numbers) {
 }
 
 [[gnu::target("avx2")]] inline void round_block_avx2(const Positions& positions, cv::Point* pixels,
-                                                     NarrowBlock& narrow) {
+                                                     NarrowBlock& narrow, NarrowBounds& bounds) {
   const unsigned char* from = positions.first;
+  __m256i least = _mm256_load_si256(reinterpret_cast<const __m256i*>(bounds.least));
+  __m256i most = _mm256_load_si256(reinterpret_cast<const __m256i*>(bounds.most));
   for (std::size_t i = 0; i < block_size; i += 8, from += 8 * positions.stride) {
     const __m256i low = round_avx2(load_four_avx2(from, positions.stride));
     const __m256i high = round_avx2(load_four_avx2(from + 4 * positions.stride, positions.stride));
@@ -105,7 +116,11 @@ DYNFILTER_AVX2_INLINE __m256i round_avx2(__m256 numbers) {
     const __m256i eight =
         _mm256_permute4x64_epi64(_mm256_packs_epi32(low, high), _MM_SHUFFLE(3, 1, 2, 0));
     _mm256_store_si256(reinterpret_cast<__m256i*>(narrow.pixels + i), eight);
+    least = _mm256_min_epi16(least, eight);
+    most = _mm256_max_epi16(most, eight);
   }
+  _mm256_store_si256(reinterpret_cast<__m256i*>(bounds.least), least);
+  _mm256_store_si256(reinterpret_cast<__m256i*>(bounds.most), most);
 }
 
 #undef DYNFILTER_AVX2_INLINE
@@ -114,26 +129,28 @@ DYNFILTER_AVX2_INLINE __m256i round_avx2(__m256 numbers) {
 
 /// A block of positions, by the best instructions up to those of a set.
 inline void round_full_block(const Positions& positions, [[maybe_unused]] InstructionSet best,
-                             cv::Point* pixels, NarrowBlock& narrow) {
+                             cv::Point* pixels, NarrowBlock& narrow, NarrowBounds& bounds) {
 #if DYNFILTER_HAS_X86_KERNELS
-  if (best >= InstructionSet::avx2) return round_block_avx2(positions, pixels, narrow);
-  if (best >= InstructionSet::sse2) return round_block_sse2(positions, pixels, narrow);
+  if (best >= InstructionSet::avx2) return round_block_avx2(positions, pixels, narrow, bounds);
+  if (best >= InstructionSet::sse2) return round_block_sse2(positions, pixels, narrow, bounds);
 #endif
   for (std::size_t i = 0; i < block_size; ++i) {
     pixels[i] = nearest_pixel(positions[i]);
     narrow.pixels[i] = narrowed(pixels[i]);
+    bounds.add(narrow.pixels[i], i % NarrowBounds::lanes);
   }
 }
 
-/// As many positions as there are, at most a block of them. There must be room for a block of
-/// pixels.
+/// As many positions as there are, at least one, at most a block of them. There must be room for a
+/// block of pixels. The bounds grow by those of the pixels.
 inline void round_block(const Positions& positions, std::size_t count, InstructionSet best,
-                        cv::Point* pixels, NarrowBlock& narrow) {
-  if (count >= block_size) return round_full_block(positions, best, pixels, narrow);
-  std::array<cv::Point2f, block_size> full{};
+                        cv::Point* pixels, NarrowBlock& narrow, NarrowBounds& bounds) {
+  if (count >= block_size) return round_full_block(positions, best, pixels, narrow, bounds);
+  std::array<cv::Point2f, block_size> full;
   for (std::size_t i = 0; i < count; ++i) full[i] = positions[i];
+  std::fill(full.begin() + static_cast<std::ptrdiff_t>(count), full.end(), full[0]);
   const auto* first = reinterpret_cast<const unsigned char*>(full.data());
-  round_full_block({first, sizeof full[0]}, best, pixels, narrow);
+  round_full_block({first, sizeof full[0]}, best, pixels, narrow, bounds);
 }
 
 }  // namespace dynfilter::detail

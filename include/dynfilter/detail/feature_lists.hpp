@@ -14,6 +14,7 @@
 
 #include <opencv2/core.hpp>
 
+#include "dynfilter/detail/blocks.hpp"
 #include "dynfilter/feature_list.hpp"
 #include "dynfilter/feature_pixels.hpp"
 #include "dynfilter/labels.hpp"
@@ -26,11 +27,18 @@ inline FeatureList kept_on_mask(const FeaturePixels& pixels, const FeatureLabels
                                 const cv::Mat& mask, cv::Point origin,
                                 std::vector<std::uint32_t>& memory) {
   FeatureList list = pixels.inside({origin, mask.size()}, labels.removed_bits(), memory);
-  const std::uint8_t* data = mask.data;
+  const std::uint8_t* const data = mask.data;
   const auto row_bytes = static_cast<std::int64_t>(mask.step[0]);
   const std::int64_t before = origin.y * row_bytes + origin.x;
-  list.leave_only(
-      [&](std::size_t i) { return data[pixels[i].y * row_bytes + pixels[i].x - before] != 0; });
+  const cv::Point* const pixel_of = pixels.data();
+  list.leave_blocks([=](const std::uint32_t* features, std::size_t count) {
+    std::uint8_t on_mask[block_size];
+    for (std::size_t k = 0; k < count; ++k) {
+      const cv::Point pixel = pixel_of[features[k]];
+      on_mask[k] = data[pixel.y * row_bytes + pixel.x - before];
+    }
+    return bits_of_bytes(on_mask);
+  });
   return list;
 }
 

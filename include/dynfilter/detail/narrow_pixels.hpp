@@ -38,13 +38,43 @@ struct alignas(64) NarrowBlock {
   NarrowPixel pixels[block_size];
 };
 
-constexpr int least_narrow = std::numeric_limits<std::int16_t>::min();
-constexpr int most_narrow = std::numeric_limits<std::int16_t>::max();
+constexpr std::int16_t least_narrow = std::numeric_limits<std::int16_t>::min();
+constexpr std::int16_t most_narrow = std::numeric_limits<std::int16_t>::max();
 
 inline NarrowPixel narrowed(const cv::Point& pixel) {
-  return {static_cast<std::int16_t>(std::clamp(pixel.x, least_narrow, most_narrow)),
-          static_cast<std::int16_t>(std::clamp(pixel.y, least_narrow, most_narrow))};
+  return {static_cast<std::int16_t>(std::clamp<int>(pixel.x, least_narrow, most_narrow)),
+          static_cast<std::int16_t>(std::clamp<int>(pixel.y, least_narrow, most_narrow))};
 }
+
+/// Where pixels lie, eight side by side.
+struct alignas(32) NarrowBounds {
+  static constexpr std::size_t lanes = 8;
+
+  NarrowPixel least[lanes], most[lanes];
+
+  NarrowBounds() {
+    std::fill_n(least, lanes, NarrowPixel{most_narrow, most_narrow});
+    std::fill_n(most, lanes, NarrowPixel{least_narrow, least_narrow});
+  }
+
+  void add(const NarrowPixel& pixel, std::size_t lane) {
+    least[lane] = {std::min(least[lane].x, pixel.x), std::min(least[lane].y, pixel.y)};
+    most[lane] = {std::max(most[lane].x, pixel.x), std::max(most[lane].y, pixel.y)};
+  }
+
+  /// Of all of them. Empty where coordinates were cut off, or where there are no pixels.
+  cv::Rect rectangle() const {
+    NarrowPixel first = least[0], last = most[0];
+    for (std::size_t k = 1; k < lanes; ++k) {
+      first = {std::min(first.x, least[k].x), std::min(first.y, least[k].y)};
+      last = {std::max(last.x, most[k].x), std::max(last.y, most[k].y)};
+    }
+    const bool is_exact = first.x > least_narrow && first.y > least_narrow &&
+                          last.x < most_narrow && last.y < most_narrow && first.x <= last.x;
+    if (!is_exact) return {};
+    return {first.x, first.y, last.x - first.x + 1, last.y - first.y + 1};
+  }
+};
 
 /// The coordinates first to last, both included, along one axis of a rectangle.
 class Interval {
