@@ -31,6 +31,29 @@ TEST(MaskCuller, EqualsTheOracleOnArbitraryInput) {
   }
 }
 
+TEST(MaskCuller, CountsThoseThatAreOnTheMaskItself) {
+  std::size_t in_margins = 0;
+  for (std::uint64_t seed = 0; seed < 1000; ++seed) {
+    ByteSource source(seed);
+    const FilterCase input = arbitrary_case(source);
+    const FeatureLabels labels = culled(input);
+    for (std::size_t k = 0; k < input.segmentation.instances.size(); ++k) {
+      std::size_t expected = 0;
+      for (std::size_t i = 0; i < labels.size(); ++i) {
+        if (labels[i].reason != Reason::in_mask || labels[i].instance != static_cast<int>(k)) {
+          continue;
+        }
+        const cv::Point pixel = nearest_pixel(input.keypoints[i].pt);
+        expected += input.segmentation.instances[k].covers(pixel) ? 1 : 0;
+      }
+      const InstanceStatistics& statistics = labels.statistics().instances[k];
+      ASSERT_EQ(statistics.on_mask, expected) << "seed " << seed << ", instance " << k;
+      in_margins += statistics.masked - statistics.on_mask;
+    }
+  }
+  EXPECT_GT(in_margins, 1000U);
+}
+
 TEST(MaskCuller, HundredOverlappingInstancesGoToTheFirst) {
   FilterCase input;
   input.segmentation.image_size = {40, 40};

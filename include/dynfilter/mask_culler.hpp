@@ -91,8 +91,11 @@ class MaskCuller {
     const std::vector<Instance>& instances = input.segmentation.instances;
     for (std::size_t k = 0; k < instances.size(); ++k) {
       if (!is_dynamic(instances[k].class_id)) continue;
-      labels.statistics().instances[k].dynamic = true;
+      InstanceStatistics& statistics = labels.statistics().instances[k];
+      statistics.dynamic = true;
       const auto on_object = features_of(instances[k], input.features, pixels, labels, workspace);
+      statistics.on_mask +=
+          has_margin() ? count_on_mask(instances[k], pixels, on_object) : on_object.size();
       labels.remove_all(on_object, static_cast<std::int32_t>(k), Reason::in_mask,
                         instances[k].score);
     }
@@ -138,6 +141,15 @@ class MaskCuller {
     return options_.margin_px + options_.margin_per_diameter * usable(diameter_px);
   }
 
+  bool has_margin() const { return options_.margin_px > 0 || options_.margin_per_diameter > 0; }
+
+  static std::size_t count_on_mask(const Instance& instance, const FeaturePixels& pixels,
+                                   const FeatureList& features) {
+    std::size_t count = 0;
+    for (const std::uint32_t i : features) count += instance.covers(pixels[i]) ? 1 : 0;
+    return count;
+  }
+
   bool on_static_mask(cv::Point pixel) const {
     const cv::Mat& mask = options_.static_mask;
     return pixel.x >= 0 && pixel.y >= 0 && pixel.x < mask.cols && pixel.y < mask.rows &&
@@ -155,8 +167,7 @@ class MaskCuller {
   FeatureList features_of(const Instance& instance, FeaturesView features,
                           const FeaturePixels& pixels, const FeatureLabels& labels,
                           Workspace& workspace) const {
-    const bool has_margin = options_.margin_px > 0 || options_.margin_per_diameter > 0;
-    if (!has_margin) {
+    if (!has_margin()) {
       return detail::kept_on_mask(pixels, labels, instance.mask, instance.mask_origin,
                                   workspace.features);
     }

@@ -35,6 +35,7 @@ struct InstanceStatistics {
   int class_id = 0;
   bool dynamic = false;             ///< its class is one of the dynamic ones
   std::size_t masked = 0;           ///< FP_object: removed because they lie on the mask
+  std::size_t on_mask = 0;          ///< those of `masked` that no margin was needed for
   std::size_t sampled = 0;          ///< features or pixels that told the ranges
   std::size_t candidates = 0;       ///< in the box and not removed when its turn came
   std::size_t passed_depth = 0;     ///< candidates that the depth range alone would remove
