@@ -7,6 +7,7 @@
 #include "dynfilter/detail/require_cxx17.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -20,6 +21,8 @@
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/instruction_set.hpp"
 #include "dynfilter/detail/likely_samples.hpp"
+#include "dynfilter/detail/rectangles.hpp"
+#include "dynfilter/detail/sample_lanes.hpp"
 #include "dynfilter/feature_list.hpp"
 #include "dynfilter/feature_pixels.hpp"
 #include "dynfilter/feature_sampler.hpp"
@@ -107,19 +110,21 @@ class EdgeCompensator {
                                         workspace.likely_samples);
     detail::with_depth_image(input.frame, [&](const auto& image) {
       const detail::DepthReader reader(image, depth_lbp_, input.frame.depth, pixels);
-      for_each_object(labels, [&](std::size_t k, InstanceStatistics& statistics) {
-        const Sample sample = draw(reader, input.segmentation.instances[k], k, samples, workspace);
-        estimate_ranges(reader, sample, workspace, statistics);
-        if (statistics.compensation != Compensation::applied) return;
-        compensate(reader, input, k, labels, workspace);
+      ObjectGroup group;
+      for_each_object(labels, [&](std::size_t k, InstanceStatistics&) {
+        group.add(k);
+        if (!group.is_full()) return;
+        compensate(reader, input, group, samples, labels, workspace);
+        group = {};
       });
+      compensate(reader, input, group, samples, labels, workspace);
     });
   }
 
  private:
   static void reserve(std::size_t features, Workspace& workspace) {
     if (workspace.candidates.size() < features) workspace.candidates.resize(features);
-    if (workspace.readings.size() < features) workspace.readings.resize(features);
+    workspace.readings.reserve(features);
     workspace.depths_m.reserve(features);
     workspace.codes.reserve(features);
   }
@@ -148,57 +153,95 @@ class EdgeCompensator {
   Sample draw(const Reader& reader, const Instance& instance, std::size_t k,
               const detail::LikelySamples& samples, Workspace& workspace) const {
     SampleCandidate* const begin = workspace.candidates.data();
-    SampleCandidate* end = begin;
-    samples.for_each_likely(k, [&](const SampleCandidate& candidate) { *end++ = candidate; });
-    end = leave_with_depth(reader, instance, begin, end, workspace.readings);
+    SampleCandidate* end = read_candidates(reader, instance, samples, samples.likely(k), workspace);
     if (static_cast<std::size_t>(end - begin) < sampler_.samples() && !samples.are_all(k)) {
-      end = begin;
-      samples.for_each(k, [&](const SampleCandidate& candidate) { *end++ = candidate; });
-      end = leave_with_depth(reader, instance, begin, end, workspace.readings);
+      end = read_candidates(reader, instance, samples, samples.all(k), workspace);
     }
     return {begin, sampler_.draw(begin, end)};
   }
 
-  /// Reads at the candidates and takes those out that have no depth, or lie beside the mask;
-  /// returns where the rest ends.
+  /// Reads at features on the mask and makes candidates of those that have depth; returns where
+  /// these end.
   template <class Reader>
-  static SampleCandidate* leave_with_depth(const Reader& reader, const Instance& instance,
-                                           SampleCandidate* begin, SampleCandidate* end,
-                                           std::vector<detail::PixelReading>& readings) {
-    reader.read(begin, end, readings);
+  SampleCandidate* read_candidates(const Reader& reader, const Instance& instance,
+                                   const detail::LikelySamples& samples,
+                                   const detail::LikelySamples::Places& places,
+                                   Workspace& workspace) const {
+    const cv::Point* const pixel_of = samples.pixels();
+    const std::uint64_t* const key_of = samples.keys();
+    reader.codes.read(reader.pixels.bounds(), pixel_of, places.begin(), places.end(),
+                      instruction_set_, workspace.readings);
+    const std::uint32_t* const depth_bits = workspace.readings.depth_bits.data();
     const detail::NumberRange known_depths = reader.known_depths;
-    const detail::PixelReading* reading = readings.data();
-    SampleCandidate* left = begin;
-    const cv::Point* const pixel_of = reader.pixels.data();
-    const auto count = static_cast<std::size_t>(end - begin);
-    for (std::size_t i = 0; i < count; ++i, ++reading) {
-      const SampleCandidate candidate = begin[i];
-      const bool is_on_mask = instance.covers(pixel_of[candidate.feature]);
-      const bool has_depth = known_depths.contains(reading->depth_bits);
-      *left = {candidate.key, candidate.pixel, i};
-      left += (has_depth & is_on_mask) ? 1 : 0;
+    const cv::Point corner = instance.box.tl();
+    SampleCandidate* end = workspace.candidates.data();
+    std::size_t reading = 0;
+    for (const std::uint32_t place : places) {
+      const bool has_depth = known_depths.contains(depth_bits[reading]);
+      *end = {key_of[place], detail::wrapping_difference(pixel_of[place], corner), reading++};
+      end += has_depth ? 1 : 0;
     }
-    return left;
+    return end;
+  }
+
+  /// Objects whose samples are sorted at once: each takes two lanes.
+  class ObjectGroup {
+   public:
+    void add(std::size_t instance) { instances_[size_++] = instance; }
+    bool is_full() const { return size_ == instances_.size(); }
+    std::size_t size() const { return size_; }
+    std::size_t operator[](std::size_t j) const { return instances_[j]; }
+
+   private:
+    std::array<std::size_t, detail::sample_lanes / 2> instances_{};
+    std::size_t size_ = 0;
+  };
+
+  template <class Reader>
+  void compensate(const Reader& reader, const FilterInput& input, const ObjectGroup& group,
+                  const detail::LikelySamples& samples, FeatureLabels& labels,
+                  Workspace& workspace) const {
+    if (group.size() == 0) return;
+    const std::size_t most = std::min(sampler_.samples(), labels.size());
+    detail::SampleLanes lanes(workspace.lanes, most);
+    for (std::size_t j = 0; j < group.size(); ++j) {
+      const Instance& instance = input.segmentation.instances[group[j]];
+      const Sample sample = draw(reader, instance, group[j], samples, workspace);
+      labels.statistics().instances[group[j]].sampled = sample.size();
+      fill_lanes(reader, sample, workspace.readings, j, lanes);
+    }
+    lanes.sort(instruction_set_);
+    for (std::size_t j = 0; j < group.size(); ++j) {
+      InstanceStatistics& statistics = labels.statistics().instances[group[j]];
+      estimate_ranges(reader, lanes, j, workspace, statistics);
+      if (statistics.compensation != Compensation::applied) continue;
+      compensate(reader, input, group[j], labels, workspace);
+    }
+  }
+
+  /// Lane 2 j has the bits of the depths of the j-th object of a group, lane 2 j + 1 the codes.
+  template <class Reader>
+  static void fill_lanes(const Reader& reader, const Sample& sample,
+                         const detail::DepthReadings& readings, std::size_t j,
+                         detail::SampleLanes& lanes) {
+    for (const SampleCandidate& candidate : sample) {
+      const detail::PixelReading reading = {readings.depth_bits[candidate.feature],
+                                            readings.codes[candidate.feature]};
+      lanes.add_if(true, 2 * j, reading.depth_bits);
+      lanes.add_if(reader.codes.has_code(reading), 2 * j + 1, reading.code);
+    }
   }
 
   /// [a, b]_depth and [a, b]_D-LBP from a sample of FP_object.
   template <class Reader>
-  void estimate_ranges(const Reader& reader, const Sample& sample, Workspace& workspace,
-                       InstanceStatistics& statistics) const {
-    workspace.depths_m.resize(sample.size());
-    workspace.codes.resize(sample.size());
-    double* depth_m = workspace.depths_m.data();
-    double* code = workspace.codes.data();
-    statistics.sampled = sample.size();
-    for (const SampleCandidate& candidate : sample) {
-      const detail::PixelReading& reading = workspace.readings[candidate.feature];
-      *depth_m++ = reader.image.metres_of_bits(reading.depth_bits);
-      *code = reader.codes.code(reading);
-      code += reader.codes.has_code(reading) ? 1 : 0;
-    }
-    workspace.codes.resize(static_cast<std::size_t>(code - workspace.codes.data()));
-    statistics.depth_range_m = depth_estimator_.estimate(workspace.depths_m);
-    statistics.code_range = code_estimator_.estimate(workspace.codes);
+  void estimate_ranges(const Reader& reader, const detail::SampleLanes& lanes, std::size_t j,
+                       Workspace& workspace, InstanceStatistics& statistics) const {
+    lanes.transform(2 * j, workspace.depths_m,
+                    [&](std::uint32_t bits) { return reader.image.metres_of_bits(bits); });
+    lanes.transform(2 * j + 1, workspace.codes,
+                    [](std::uint32_t code) { return static_cast<double>(code); });
+    statistics.depth_range_m = depth_estimator_.range_of(workspace.depths_m);
+    statistics.code_range = code_estimator_.range_of(workspace.codes);
     const bool is_known = !statistics.depth_range_m.empty() && !statistics.code_range.empty();
     statistics.compensation = is_known ? Compensation::applied : Compensation::too_few_samples;
   }
@@ -212,35 +255,37 @@ class EdgeCompensator {
     FeatureList features =
         reader.pixels.inside(instance.box, labels.removed_bits(), workspace.features);
     statistics.candidates = features.size();
-    reader.read(features.begin(), features.end(), workspace.readings);
-    if (passes_without_value_) {
-      leave_fitting<true>(reader, workspace.readings, features, statistics);
-    } else {
-      leave_fitting<false>(reader, workspace.readings, features, statistics);
-    }
+    reader.codes.read(reader.pixels.bounds(), reader.pixels.data(), features.begin(),
+                      features.end(), instruction_set_, workspace.readings);
+    leave_fitting(reader, workspace.readings, features, statistics);
     labels.remove_all(features, static_cast<std::int32_t>(k), Reason::compensated, instance.score);
   }
 
   /// Leaves the features whose readings, which stand in their order, lie in both ranges.
-  template <bool passes_without_value, class Reader>
-  static void leave_fitting(const Reader& reader, const std::vector<detail::PixelReading>& readings,
-                            FeatureList& features, InstanceStatistics& statistics) {
-    const detail::NumberRange known_depths = reader.known_depths;
+  template <class Reader>
+  void leave_fitting(const Reader& reader, const detail::DepthReadings& readings,
+                     FeatureList& features, InstanceStatistics& statistics) const {
     const detail::NumberRange depths = reader.image.bits_of(statistics.depth_range_m);
     const detail::NumberRange codes = whole_numbers_in(statistics.code_range);
-    const detail::PixelReading* reading = readings.data();
+    const std::uint32_t* depth_bits = readings.depth_bits.data();
+    const std::uint16_t* code = readings.codes.data();
+    const auto in_range = [&](const auto* numbers, const detail::NumberRange& range) {
+      return detail::bits_in_range(numbers, range, instruction_set_);
+    };
     std::size_t passed_depth = 0, passed_code = 0;
-    features.leave_only([&](std::size_t) {
-      const bool has_code = reader.codes.has_code(*reading);
-      bool depth_fits = depths.contains(reading->depth_bits);
-      bool code_fits = has_code & codes.contains(reader.codes.code(*reading));
-      if (passes_without_value) {
-        depth_fits |= !known_depths.contains(reading->depth_bits);
-        code_fits |= !has_code;
+    features.leave_blocks([&](const std::uint32_t*, std::size_t count) {
+      const std::uint64_t has_code = in_range(depth_bits, reader.depths_with_code());
+      std::uint64_t depth_fits = in_range(depth_bits, depths);
+      std::uint64_t code_fits = has_code & in_range(code, codes);
+      if (passes_without_value_) {
+        depth_fits |= ~in_range(depth_bits, reader.known_depths);
+        code_fits |= ~(has_code & in_range(code, {0, 256}));
       }
-      ++reading;
-      passed_depth += depth_fits ? 1 : 0;
-      passed_code += code_fits ? 1 : 0;
+      depth_bits += detail::block_size;
+      code += detail::block_size;
+      const std::uint64_t there = detail::bits_below(count);
+      passed_depth += detail::count_bits(depth_fits & there);
+      passed_code += detail::count_bits(code_fits & there);
       return depth_fits & code_fits;
     });
     statistics.passed_depth = passed_depth;

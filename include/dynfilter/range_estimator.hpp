@@ -65,18 +65,25 @@ class RangeEstimator {
                              "finite values");
       }
     }
-    if (values.size() < options_.least_samples) return {};
     std::sort(values.begin(), values.end());
-    const ValueRange fences = inlier_fences(values);
+    return range_of(values);
+  }
+
+ private:
+  friend class EdgeCompensator;  // has sorted values
+
+  /// Of finite values in ascending order.
+  ValueRange range_of(const std::vector<double>& sorted) const {
+    if (sorted.size() < options_.least_samples) return {};
+    const ValueRange fences = inlier_fences(sorted);
     // Outliers are few, and at the ends.
-    auto first = values.begin(), last = values.end();
+    auto first = sorted.begin(), last = sorted.end();
     while (first != last && *first < fences.lower) ++first;
     while (first != last && *std::prev(last) > fences.upper) --last;
     if (first == last) return {};
     return {*first - options_.expansion, *std::prev(last) + options_.expansion};
   }
 
- private:
   ValueRange inlier_fences(const std::vector<double>& sorted) const {
     if (options_.outlier_rule == OutlierRule::interquartile_range) {
       const double lower = quantile(sorted, 0.25);
@@ -109,21 +116,22 @@ class RangeEstimator {
     return 1.2533 * sum / static_cast<double>(sorted.size());
   }
 
-  /// The deviations grow from the median outwards on either side of a sorted sample, so a merge of
-  /// the two sides meets them in order and needs no memory.
   static double median_absolute_deviation(const std::vector<double>& sorted, double median) {
     const std::size_t count = sorted.size();
-    std::size_t below = count - count / 2;  // one past the next value on the lower side
-    std::size_t above = below;              // the next value on the upper side
-    double previous = 0;
-    double current = 0;
-    for (std::size_t step = 0; step <= count / 2; ++step) {
-      previous = current;
-      const bool take_below =
-          above >= count || (below > 0 && median - sorted[below - 1] <= sorted[above] - median);
-      current = take_below ? median - sorted[--below] : sorted[above++] - median;
+    const double above = deviation_of(count / 2 + 1, sorted, median);
+    return count % 2 == 1 ? above : (deviation_of(count / 2, sorted, median) + above) / 2;
+  }
+
+  /// The least deviation from the median that so many values do not exceed. They follow each other
+  /// in the sorted sample, and none of them is farther than the first and the last: no deviation
+  /// need be sorted.
+  static double deviation_of(std::size_t values, const std::vector<double>& sorted, double median) {
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t last = values - 1; last < sorted.size(); ++last) {
+      const double first = sorted[last - (values - 1)];
+      least = std::min(least, std::max(median - first, sorted[last] - median));
     }
-    return count % 2 == 1 ? current : (previous + current) / 2;
+    return least;
   }
 
   RangeEstimatorOptions options_;

@@ -12,9 +12,10 @@
 
 #include <opencv2/core.hpp>
 
-#include "dynfilter/detail/depth_lbp_points.hpp"
+#include "dynfilter/detail/depth_readings.hpp"
 #include "dynfilter/detail/likely_samples.hpp"
 #include "dynfilter/detail/rectangle_table.hpp"
+#include "dynfilter/detail/sample_lanes.hpp"
 #include "dynfilter/feature_pixels.hpp"
 #include "dynfilter/feature_sampler.hpp"
 #include "dynfilter/object_depth.hpp"
@@ -47,7 +48,8 @@ struct Workspace {
   std::vector<std::uint32_t> features;         ///< of one instance
   detail::LikelySamplesMemory likely_samples;  ///< of all instances
   std::vector<SampleCandidate> candidates;     ///< for the sample of one instance
-  std::vector<detail::PixelReading> readings;  ///< at the pixels of `features`
+  detail::DepthReadings readings;              ///< at the pixels of features
+  std::vector<detail::LaneRow> lanes;          ///< of the samples of some instances
   std::vector<double> depths_m;                ///< of the sample
   std::vector<double> codes;                   ///< of the sample
   std::vector<RestoreCandidate> restorable;

@@ -16,6 +16,9 @@
 #include <opencv2/core.hpp>
 
 #include "dynfilter/detail/depth_lbp_kernel.hpp"
+#include "dynfilter/detail/depth_lbp_points_avx512.hpp"
+#include "dynfilter/detail/depth_readings.hpp"
+#include "dynfilter/detail/instruction_set.hpp"
 
 #if DYNFILTER_HAS_X86_KERNELS
 #include <emmintrin.h>
@@ -33,7 +36,7 @@ constexpr std::array<std::uint8_t, 8> bits_clockwise = {0, 1, 2, 7, 6, 5, 4, 3};
 /// Makes codes of them, with the bits of DepthLbpOptions.
 class NeighbourCodes {
  public:
-  explicit NeighbourCodes(const std::array<std::uint8_t, 8>& bits) {
+  explicit NeighbourCodes(const std::array<std::uint8_t, 8>& bits) : bits_(bits) {
     for (unsigned farther = 0; farther < codes_.size(); ++farther) {
       for (std::size_t k = 0; k < 8; ++k) {
         const unsigned bit = (farther >> bits_clockwise[k] & 1U) << bits[k];
@@ -42,9 +45,11 @@ class NeighbourCodes {
     }
   }
 
-  unsigned operator[](unsigned farther) const { return codes_[farther]; }
+  std::uint16_t operator[](unsigned farther) const { return codes_[farther]; }
+  const std::array<std::uint8_t, 8>& bits() const { return bits_; }
 
  private:
+  std::array<std::uint8_t, 8> bits_;
   std::array<std::uint8_t, 256> codes_{};
 };
 
@@ -104,11 +109,10 @@ std::uint8_t farther_of_four(const DepthRows<Depth>& rows, std::ptrdiff_t x,
 
 #endif
 
-/// What a depth image has at a pixel, before it is made metres and a code of.
+/// What a depth image has at a pixel, see DepthReadings.
 struct PixelReading {
-  std::uint32_t depth_bits;  ///< see DepthBits; 0 outside the image
-  std::uint16_t farther;     ///< see above; writing 8 bits may change anything, to compilers
-  bool is_inner;             ///< it has all eight neighbours
+  std::uint32_t depth_bits;
+  std::uint16_t code;
 };
 
 /// Codes at points of one image. What it knows of the image stands here by value, and a loop over
@@ -127,25 +131,47 @@ class DepthLbpPoints {
         codes_(codes),
         bias_(depth_bias<Depth>(missing_is_farther)) {}
 
-  /// Of any pixel. No branch hangs on a depth.
-  [[gnu::always_inline]] void read(int x, int y, PixelReading& reading) const {
-    if (!has_neighbours(x, y)) return read_near_border(*this, x, y, reading);
-    const DepthRows<Depth> rows = rows_at(y);
-    reading.depth_bits = depth_bits(rows.middle[x]);
-    reading.farther = farther_of_four(rows, x, bias_);
-    reading.is_inner = true;
+  /// At any pixel. No branch hangs on a depth.
+  [[gnu::always_inline]] PixelReading read(int x, int y) const {
+    return has_neighbours(x, y) ? read_inner(x, y) : read_near_border(*this, x, y);
   }
 
-  bool has_code(const PixelReading& reading) const {
-    return reading.is_inner && are_of_depth<Depth>(reading.depth_bits);
+  /// Reads at pixels that lie in a rectangle, in the order of their indices. Only that: while no
+  /// branch hangs on what is read, the processor works at many pixels at once, whether they are in
+  /// its caches or not. Where nothing is known of the rectangle, it is empty.
+  void read(const cv::Rect& rectangle, const cv::Point* pixel_of, const std::uint32_t* begin,
+            const std::uint32_t* end, [[maybe_unused]] InstructionSet best,
+            DepthReadings& readings) const {
+    const DepthLbpPoints points = *this;
+    std::uint32_t* const bits = readings.depth_bits.data();
+    std::uint16_t* const codes = readings.codes.data();
+    const auto count = static_cast<std::size_t>(end - begin);
+    const auto read_by = [=](const auto& read_at) {
+      for (std::size_t i = 0; i < count; ++i) {
+        const PixelReading reading = read_at(pixel_of[begin[i]]);
+        bits[i] = reading.depth_bits;
+        codes[i] = reading.code;
+      }
+    };
+    if (!have_neighbours(rectangle)) {
+      return read_by([&](cv::Point pixel) { return points.read(pixel.x, pixel.y); });
+    }
+#if DYNFILTER_HAS_X86_KERNELS
+    if (best >= InstructionSet::avx512) {
+      return read_inner_avx512(points, pixel_of, begin, count, bits, codes);
+    }
+#endif
+    read_by([&](cv::Point pixel) { return points.read_inner(pixel.x, pixel.y); });
   }
-  unsigned code(const PixelReading& reading) const { return codes_[reading.farther]; }
+
+  static bool has_code(const PixelReading& reading) {
+    return reading.code != no_code && are_of_depth<Depth>(reading.depth_bits);
+  }
 
   /// The code of any pixel; nothing if it has none.
   [[gnu::always_inline]] std::optional<std::uint8_t> operator()(int x, int y) const {
-    PixelReading reading;
-    read(x, y, reading);
-    const auto code_there = static_cast<std::uint8_t>(code(reading));
+    const PixelReading reading = read(x, y);
+    const auto code_there = static_cast<std::uint8_t>(reading.code);
     return has_code(reading) ? std::optional<std::uint8_t>(code_there) : std::nullopt;
   }
 
@@ -157,16 +183,43 @@ class DepthLbpPoints {
            static_cast<unsigned>(y) - 1U < inner_rows_;
   }
 
+  /// Whether all pixels of a rectangle have.
+  bool have_neighbours(const cv::Rect& rectangle) const {
+    const std::int64_t right = std::int64_t{rectangle.x} + rectangle.width;
+    const std::int64_t bottom = std::int64_t{rectangle.y} + rectangle.height;
+    return rectangle.x >= 1 && right <= std::int64_t{columns_with_four_} + 1 && rectangle.y >= 1 &&
+           bottom <= std::int64_t{inner_rows_} + 1;
+  }
+
+  [[gnu::always_inline]] PixelReading read_inner(int x, int y) const {
+    const DepthRows<Depth> rows = rows_at(y);
+    return {depth_bits(rows.middle[x]), codes_[farther_of_four(rows, x, bias_)]};
+  }
+
+#if DYNFILTER_HAS_X86_KERNELS
+  [[gnu::target("avx512f,avx512bw,avx512vl")]] static void read_inner_avx512(
+      const DepthLbpPoints points, const cv::Point* pixel_of, const std::uint32_t* indices,
+      std::size_t count, std::uint32_t* bits, std::uint16_t* codes) {
+    const PointCodesAvx512<Depth> code_at(places_of_bits(points.codes_.bits()), points.bias_);
+    for (std::size_t i = 0; i < count; ++i) {
+      const cv::Point pixel = pixel_of[indices[i]];
+      const DepthRows<Depth> rows = points.rows_at(pixel.y);
+      bits[i] = depth_bits(rows.middle[pixel.x]);
+      codes[i] = code_at(rows, pixel.x);
+    }
+  }
+#endif
+
   /// By value, so that a loop may keep its own copy in registers.
-  [[gnu::noinline]] static void read_near_border(const DepthLbpPoints points, int x, int y,
-                                                 PixelReading& reading) {
+  [[gnu::noinline]] static PixelReading read_near_border(const DepthLbpPoints points, int x,
+                                                         int y) {
     const unsigned column = static_cast<unsigned>(x), row = static_cast<unsigned>(y);
-    reading = {0, 0, false};
-    if (column >= points.columns_ || row >= points.rows_) return;
+    if (column >= points.columns_ || row >= points.rows_) return {0, no_code};
     const DepthRows<Depth> rows = points.rows_at(y);
-    reading.depth_bits = depth_bits(rows.middle[x]);
-    reading.is_inner = x > 0 && y > 0 && column + 1 < points.columns_ && row + 1 < points.rows_;
-    if (reading.is_inner) reading.farther = farther_plainly(rows, x, points.bias_);
+    const std::uint32_t bits = depth_bits(rows.middle[x]);
+    const bool is_inner = x > 0 && y > 0 && column + 1 < points.columns_ && row + 1 < points.rows_;
+    if (!is_inner) return {bits, no_code};
+    return {bits, points.codes_[farther_plainly(rows, x, points.bias_)]};
   }
 
   [[gnu::always_inline]] DepthRows<Depth> rows_at(int y) const {

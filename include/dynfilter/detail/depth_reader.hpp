@@ -11,15 +11,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <vector>
 
 #include <opencv2/core.hpp>
 
 #include "dynfilter/depth_lbp.hpp"
 #include "dynfilter/detail/depth_image.hpp"
 #include "dynfilter/detail/depth_lbp_points.hpp"
+#include "dynfilter/detail/depth_readings.hpp"
 #include "dynfilter/feature_pixels.hpp"
-#include "dynfilter/feature_sampler.hpp"
 
 namespace dynfilter::detail {
 
@@ -33,28 +32,13 @@ struct DepthReader {
         pixels(pixels_there),
         known_depths(image.bits_of({0, std::numeric_limits<double>::max()})) {}
 
-  /// Reads at the pixels of features, or of candidates, in their order. Only that: while no branch
-  /// hangs on what is read, the processor works at many pixels at once, whether they are in its
-  /// caches or not.
-  template <class Iterator>
-  void read(Iterator begin, Iterator end, std::vector<PixelReading>& readings) const {
-    const DepthLbpPoints<Depth> points = codes;
-    const cv::Point* const pixel_of = pixels.data();
-    PixelReading* reading = readings.data();
-    for (Iterator i = begin; i != end; ++i) {
-      const cv::Point pixel = pixel_of[feature_of(*i)];
-      points.read(pixel.x, pixel.y, *reading++);
-    }
-  }
+  /// Bits of the depths that have codes, where there are eight neighbours.
+  static NumberRange depths_with_code() { return {1, DepthBits<Depth>::first_beyond - 1}; }
 
   const DepthImage<Depth>& image;
   const DepthLbpPoints<Depth> codes;
   const FeaturePixels& pixels;
   const NumberRange known_depths;  ///< bits of them
-
- private:
-  static std::size_t feature_of(std::uint32_t feature) { return feature; }
-  static std::size_t feature_of(const SampleCandidate& candidate) { return candidate.feature; }
 };
 
 }  // namespace dynfilter::detail
