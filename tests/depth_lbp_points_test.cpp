@@ -16,14 +16,17 @@ namespace {
 
 using detail::InstructionSet;
 
-/// Some pixels of an image and round it, in an order of their own, and where they lie.
+/// Some pixels, in an order of their own, and where they lie: where all have four depths about them
+/// in each row, one step farther, or anywhere.
 struct Points {
   Points(ByteSource& source, const cv::Size& image) {
-    const bool is_inner = source.chance(60);
-    const int border = is_inner ? 1 : -3;
+    const cv::Point steps[] = {{0, 0}, {-1, 0}, {1, 0}, {0, -1}, {0, 1}};
+    const cv::Point step = steps[source.between(0, 4)];
+    const int beyond = source.chance(20) ? 4 : 0;
     for (int i = source.between(0, 80); i > 0; --i) {
-      pixels.emplace_back(source.between(border, image.width - 1 - border - (is_inner ? 1 : 0)),
-                          source.between(border, image.height - 1 - border));
+      const int x = source.between(1 - beyond, image.width - 3 + beyond);
+      const int y = source.between(1 - beyond, image.height - 2 + beyond);
+      pixels.push_back(cv::Point(x, y) + step);
       indices.insert(indices.begin() + source.between(0, static_cast<int>(indices.size())),
                      static_cast<std::uint32_t>(pixels.size() - 1));
     }
@@ -35,9 +38,12 @@ struct Points {
   cv::Rect rectangle;
 };
 
+/// The image fills its memory to the last byte, for sanitizers to see what reads beyond it.
 template <class Depth>
-void expect_readings(const cv::Mat& depth, const DepthLbpOptions& options, const Points& points,
+void expect_readings(const cv::Mat& image, const DepthLbpOptions& options, const Points& points,
                      InstructionSet set) {
+  std::vector<Depth> memory(image.begin<Depth>(), image.end<Depth>());
+  const cv::Mat depth(image.size(), image.type(), memory.data());
   const DepthLbp lbp(options);
   detail::DepthReadings readings;
   readings.reserve(points.indices.size());
