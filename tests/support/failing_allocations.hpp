@@ -1,0 +1,70 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_TESTS_SUPPORT_FAILING_ALLOCATIONS_HPP
+#define DYNFILTER_TESTS_SUPPORT_FAILING_ALLOCATIONS_HPP
+
+#include <cstddef>
+#include <new>
+
+#include <opencv2/core.hpp>
+
+namespace dynfilter::testing {
+
+/// Makes the n-th allocation of this thread fail while it lives; n = 1 is the next one. All others
+/// succeed, those after it included.
+///
+/// Counted are every form of operator new (containers, strings, OpenCV's own vectors) and the
+/// pixels of every cv::Mat, each matrix as one. Not counted are plain malloc (libpng's,
+/// cv::fastMalloc outside of matrices) and other threads. An operator new fails with
+/// std::bad_alloc, the nothrow one with null, a matrix with cv::Exception. It works with
+/// sanitizers, too.
+///
+/// Link support/failing_allocations.cpp, which replaces the operators of the whole program.
+class FailingAllocation {
+ public:
+  explicit FailingAllocation(std::size_t n);
+  ~FailingAllocation();
+
+  FailingAllocation(const FailingAllocation&) = delete;
+  FailingAllocation& operator=(const FailingAllocation&) = delete;
+
+  /// Tells whether the n-th allocation was asked for, and so failed.
+  static bool has_failed();
+};
+
+/// Calls `call` with the n-th allocation failing, and takes the exception of a failed allocation.
+/// Returns whether one failed: false means that the call has made fewer than n and was not
+/// disturbed.
+template <typename Call>
+bool fails_at_allocation(const std::size_t n, Call&& call) {
+  const FailingAllocation failing(n);
+  try {
+    call();
+  } catch (const std::bad_alloc&) {
+    if (!FailingAllocation::has_failed()) throw;
+  } catch (const cv::Exception&) {
+    if (!FailingAllocation::has_failed()) throw;
+  }
+  return FailingAllocation::has_failed();
+}
+
+/// Calls test(1), test(2), … until it returns false, as fails_at_allocation does when every
+/// allocation of its call has had its turn. Returns how many allocations failed.
+///
+///   for_each_failing_allocation([&](const std::size_t n) {
+///     Component component;                                              // nothing fails here
+///     const bool failed = fails_at_allocation(n, [&] { component.run(input); });
+///     EXPECT_EQ(component.run(input), expected) << "after allocation " << n << " failed";
+///     return failed;
+///   });
+template <typename Test>
+std::size_t for_each_failing_allocation(Test&& test) {
+  std::size_t failed = 0;
+  while (test(failed + 1)) ++failed;
+  return failed;
+}
+
+}  // namespace dynfilter::testing
+
+#endif  // DYNFILTER_TESTS_SUPPORT_FAILING_ALLOCATIONS_HPP
