@@ -310,7 +310,7 @@ class DepthCompensator {
                   FeatureLabels& labels, std::vector<std::uint32_t>& memory) const {
     const int reach = detail::steps_of_reach(options_.reach_px, image.size());
     const std::optional<detail::MaskDisc> margin = mask_disc(image, input);
-    const FeatureList near_objects = kept_near(objects, pixels, labels, memory);
+    const FeatureList near_objects = kept_near(objects, image.size(), pixels, labels, memory);
     for (const std::size_t i : near_objects) image.prefetch(pixels[i], 1);
     for (const std::size_t i : near_objects) {
       detail::LocalDepth here(image, pixels[i], reach);
@@ -320,11 +320,14 @@ class DepthCompensator {
     }
   }
 
-  /// Those that are not removed and may lie in the reach of an object.
-  static FeatureList kept_near(const detail::ObjectsByPlace& objects, const FeaturePixels& pixels,
-                               const FeatureLabels& labels, std::vector<std::uint32_t>& memory) {
+  /// Features in the image that are not removed and may lie in the reach of an object.
+  static FeatureList kept_near(const detail::ObjectsByPlace& objects, const cv::Size& image,
+                               const FeaturePixels& pixels, const FeatureLabels& labels,
+                               std::vector<std::uint32_t>& memory) {
+    const cv::Rect whole({0, 0}, image);
     FeatureList list = pixels.all_but(labels.removed_bits(), memory);
-    list.leave_only([&](std::size_t i) { return objects.may_reach(pixels[i]); });
+    list.leave_only(
+        [&](std::size_t i) { return whole.contains(pixels[i]) && objects.may_reach(pixels[i]); });
     return list;
   }
 

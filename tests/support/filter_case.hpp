@@ -5,13 +5,17 @@
 #define DYNFILTER_TESTS_SUPPORT_FILTER_CASE_HPP
 
 #include <algorithm>
+#include <cstdint>
+#include <cstdlib>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include <opencv2/core.hpp>
 
 #include "dynfilter/dynfilter.hpp"
 #include "support/byte_source.hpp"
+#include "support/guarded_image.hpp"
 
 namespace dynfilter::testing {
 
@@ -21,6 +25,7 @@ struct FilterCase {
   Segmentation segmentation;
   std::vector<cv::KeyPoint> keypoints;
   DynamicFilterOptions options;
+  std::optional<GuardedImage> depth_memory;  // of frame.depth, where it is guarded
 };
 
 /// A matrix that is a region of a larger one, so that its rows are not continuous.
@@ -198,7 +203,53 @@ inline void draw_rule(ByteSource& source, FilterCase& made, CompensationRule rul
   }
 }
 
-/// Without bytes to choose by, the paper's rule: the kept inputs of the fuzzer were made for it.
+/// A black image of a larger size with the smaller one at a place in it.
+inline cv::Mat embedded(const cv::Mat& image, const cv::Size& size, cv::Point place) {
+  cv::Mat larger = cv::Mat::zeros(size, image.type());
+  image.copyTo(larger(cv::Rect(place, image.size())));
+  return larger;
+}
+
+/// Puts the case somewhere into an image of any size up to 4096x2304, often into its lower right
+/// corner, with depth that begins or ends at a guard page and some features up to 100 pixels
+/// outside.
+inline void enlarge(ByteSource& source, FilterCase& made) {
+  const cv::Size small = made.segmentation.image_size;
+  const cv::Size size(source.between(small.width, 4096), source.between(small.height, 2304));
+  const cv::Size free = size - small;
+  const cv::Point place(source.chance(60) ? free.width : source.between(0, free.width),
+                        source.chance(60) ? free.height : source.between(0, free.height));
+  made.segmentation.image_size = size;
+  if (!made.frame.depth.empty()) {
+    const Guard guard = source.chance(70) ? Guard::behind : Guard::before;
+    made.depth_memory.emplace(size, made.frame.depth.type(), guard);
+    made.frame.depth.copyTo(made.depth_memory->image()(cv::Rect(place, small)));
+    made.frame.depth = made.depth_memory->image();
+  }
+  cv::Mat& static_mask = made.options.mask_culler.static_mask;
+  if (!static_mask.empty()) static_mask = embedded(static_mask, size, place);
+  for (Instance& instance : made.segmentation.instances) {
+    const auto moved = [](int position, int by) {  // what is far away stays there
+      return std::abs(std::int64_t{position}) > 100000 ? position : position + by;
+    };
+    instance.box.x = moved(instance.box.x, place.x);
+    instance.box.y = moved(instance.box.y, place.y);
+    instance.mask_origin.x = moved(instance.mask_origin.x, place.x);
+    instance.mask_origin.y = moved(instance.mask_origin.y, place.y);
+  }
+  const auto outside = [&](int length) {
+    return static_cast<float>(source.chance(30) ? -source.between(1, 100)
+                                                : length + source.between(-4, 100));
+  };
+  for (cv::KeyPoint& keypoint : made.keypoints) {
+    keypoint.pt += cv::Point2f(place);
+    if (source.chance(20)) keypoint.pt.x = outside(size.width);
+    if (source.chance(20)) keypoint.pt.y = outside(size.height);
+  }
+}
+
+/// Without bytes to choose by, the paper's rule and a small image: the kept inputs of the fuzzer
+/// were made for it.
 inline FilterCase arbitrary_case_of_any_rule(ByteSource& source) {
   FilterCase made = arbitrary_case(source);
   const int rule = source.between(0, 9);
@@ -206,6 +257,7 @@ inline FilterCase arbitrary_case_of_any_rule(ByteSource& source) {
             rule < 3   ? CompensationRule::paper
             : rule < 9 ? CompensationRule::object_depth
                        : CompensationRule::none);
+  if (source.byte() == 255) enlarge(source, made);
   return made;
 }
 
