@@ -113,10 +113,10 @@ class FeaturePixels {
 
   void reserve() {
     if (narrow_.size() >= blocks()) return;
-    narrow_.resize(blocks());
     sorted_.resize(blocks());
     pixels_.resize(blocks() * detail::block_size);
     order_.resize(blocks() * detail::block_size);
+    narrow_.resize(blocks());  // last: its size promises that of the others
   }
 
   static detail::NarrowPixel& pixel(std::vector<detail::NarrowBlock>& blocks, std::size_t i) {

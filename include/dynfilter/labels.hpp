@@ -49,8 +49,11 @@ class FeatureLabels {
     reset(features, segmentation);
   }
 
-  /// Back to all features untouched, reusing memory.
+  /// Makes all features untouched again, reusing memory. Where memory runs out, nothing changes.
   void reset(std::size_t features, const Segmentation& segmentation) {
+    removed_bits_.reserve(detail::blocks_for(features));
+    labels_.reserve(features);
+    statistics_.instances.reserve(segmentation.instances.size());
     make_untouched(features);
     // Not the whole struct is replaced: the vector of instances keeps its memory.
     std::vector<InstanceStatistics> instances = std::move(statistics_.instances);

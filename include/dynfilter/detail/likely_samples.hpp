@@ -109,9 +109,9 @@ class LikelySamples {
 
   void reserve(std::size_t features) {
     if (memory_.pixels.size() >= features + key_step) return;
-    memory_.pixels.resize(features + key_step);
     memory_.keys.resize(features + key_step);
     memory_.places.resize(features + block_size);
+    memory_.pixels.resize(features + key_step);  // last: its size promises that of the others
   }
 
   /// Where none was restored, no other stage has removed any in the place of one that is counted.

@@ -1,0 +1,126 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// A frame for which memory runs out costs that frame and nothing else.
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "support/failing_allocations.hpp"
+#include "support/filter_property.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+/// A frame that takes all paths of its rule. `seed` chooses it.
+FilterCase busy_case(std::uint64_t seed, CompensationRule rule, int persons) {
+  ByteSource source(seed);
+  FilterCase input = arbitrary_case(source, {200, 150});
+  draw_rule(source, input, rule);
+  if (input.frame.depth.empty()) {
+    input.frame.depth = arbitrary_depth(source, {200, 150}, false);
+    input.frame.metres_per_unit = 1.0 / 5000;
+  }
+  input.segmentation.instances.clear();
+  for (int k = 0; k < persons; ++k) {
+    Instance person = Instance::from_box({5 + k, 5, 180, 140});
+    person.mask = cv::Mat(60, 60, CV_8UC1, cv::Scalar(255));
+    person.mask_origin = {10 + 5 * k, 20};
+    input.segmentation.instances.push_back(person);
+  }
+  for (int i = 0; i < 400; ++i) {
+    input.keypoints.emplace_back(static_cast<float>(source.between(-5, 205)),
+                                 static_cast<float>(source.between(-5, 155)), 31.0F);
+  }
+  return input;
+}
+
+/// Everything that a caller sees of a frame.
+void expect_same(const FeatureLabels& labels, const FeatureLabels& expected) {
+  ASSERT_EQ(labels.size(), expected.size());
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    ASSERT_TRUE(same_label(labels[i], expected[i])) << "feature " << i;
+  }
+  EXPECT_EQ(labels.statistics().masked, expected.statistics().masked);
+  EXPECT_EQ(labels.statistics().compensated, expected.statistics().compensated);
+  EXPECT_EQ(labels.statistics().restored, expected.statistics().restored);
+}
+
+/// What labels say of themselves agrees, whatever happened before.
+void expect_consistent(const FeatureLabels& labels) {
+  std::size_t removed = 0;
+  for (const FeatureLabel& label : labels) {
+    removed += label.removed ? 1 : 0;
+    ASSERT_LT(label.instance, static_cast<int>(labels.statistics().instances.size()));
+  }
+  EXPECT_EQ(labels.statistics().removed(), removed);
+  EXPECT_EQ(labels.statistics().features, labels.size());
+}
+
+class FailedAllocation : public ::testing::TestWithParam<CompensationRule> {
+ protected:
+  DynamicFilter filter(const FilterCase& input) const {
+    DynamicFilterOptions options = input.options;
+    options.compensator.rule = GetParam();
+    options.feature_floor.floor = 450;
+    options.feature_floor.policy = FloorPolicy::restore_balanced;
+    return DynamicFilter(options);
+  }
+};
+
+/// A small frame is filtered, memory runs out in a large one, and other frames follow.
+TEST_P(FailedAllocation, OfAFrameLeavesLabelsAndWorkspaceUsable) {
+  for (const int persons : {2, 12}) {
+    FilterCase small = busy_case(1, GetParam(), 1);
+    small.keypoints.resize(70);
+    const FilterCase large = busy_case(2, GetParam(), persons);
+    FilterCase middle = large;
+    middle.keypoints.resize(300);
+    const DynamicFilter by = filter(large);
+    const FeatureLabels of_large = by.apply(large.frame, large.segmentation, large.keypoints);
+    const FeatureLabels of_middle = by.apply(middle.frame, middle.segmentation, middle.keypoints);
+    ASSERT_GT(of_large.statistics().masked + of_large.statistics().restored, 0U);
+    const std::size_t failed = for_each_failing_allocation([&](std::size_t n) {
+      FeatureLabels labels;
+      Workspace workspace;
+      by.apply(small.frame, small.segmentation, small.keypoints, labels, workspace);
+      const bool did_fail = fails_at_allocation(n, [&] {
+        by.apply(large.frame, large.segmentation, large.keypoints, labels, workspace);
+      });
+      expect_consistent(labels);
+      by.apply(middle.frame, middle.segmentation, middle.keypoints, labels, workspace);
+      expect_same(labels, of_middle);
+      by.apply(large.frame, large.segmentation, large.keypoints, labels, workspace);
+      expect_same(labels, of_large);
+      return did_fail;
+    });
+    EXPECT_GT(failed, 3U);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Rules, FailedAllocation,
+                         ::testing::Values(CompensationRule::object_depth, CompensationRule::paper,
+                                           CompensationRule::none));
+
+TEST(FailedAllocationOfKeepStatic, LeavesTheColumnsAsTheyWere) {
+  const FilterCase input = busy_case(3, CompensationRule::none, 2);
+  const FeatureLabels labels =
+      DynamicFilter().apply(input.frame, input.segmentation, input.keypoints);
+  ASSERT_GT(labels.statistics().removed(), 0U);
+  const auto rows = static_cast<int>(labels.size());
+  const std::size_t failed = for_each_failing_allocation([&](std::size_t n) {
+    std::vector<int> ids(labels.size(), 7);
+    cv::Mat descriptors(rows, 32, CV_8UC1, cv::Scalar(5));
+    const cv::Mat also_seen_by_others = descriptors;  // so that rows are moved in a copy
+    const bool did_fail = fails_at_allocation(n, [&] { keep_static(labels, ids, descriptors); });
+    EXPECT_EQ(ids.size(), did_fail ? labels.size() : labels.statistics().kept());
+    EXPECT_EQ(descriptors.rows, static_cast<int>(ids.size()));
+    EXPECT_EQ(also_seen_by_others.rows, rows);
+    return did_fail;
+  });
+  EXPECT_GT(failed, 0U);
+}
+
+}  // namespace
+}  // namespace dynfilter::testing
