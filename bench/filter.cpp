@@ -61,7 +61,7 @@ struct Rule {
 };
 
 constexpr Rule paper = {"paper", CompensationRule::paper};
-constexpr Rule object_depth = {"default", CompensationRule::object_depth};
+constexpr Rule object_depth = {"default", CompensationRule::depth};
 constexpr Rule masks = {"masks", CompensationRule::none};
 
 /// Made when the first benchmark needs it; the benchmarks' threads share it.

@@ -119,13 +119,13 @@ std::vector<Variant> variants() {
     return [member](Options& options) -> double& { return options.*member; };
   };
   using Depth = dynfilter::ObjectDepthOptions;
-  add(all, "least_half_width_m", depth(&Depth::least_half_width_m), {.25, .30, .35, .45, .50, .60});
-  add(all, "most_half_width_m", depth(&Depth::most_half_width_m), {.40, .50, .60, .80, 1.0});
-  add(all, "least_share", depth(&Depth::least_share), {.02, .03, .08, .10, .20});
-  add(all, "least_mask_share", depth(&Depth::least_mask_share), {.0, .01, .05, .10, .20});
-  add(all, "least_box_share", depth(&Depth::least_box_share), {.05, .10, .30, .40});
-  add(all, "least_nearness", rule(&Options::least_nearness), {.3, .4, .6, .7, .8, 1.0});
-  add(all, "least_nearness_if_stale", rule(&Options::least_nearness_if_stale),
+  add(all, "min_half_width_m", depth(&Depth::min_half_width_m), {.25, .30, .35, .45, .50, .60});
+  add(all, "max_half_width_m", depth(&Depth::max_half_width_m), {.40, .50, .60, .80, 1.0});
+  add(all, "min_share", depth(&Depth::min_share), {.02, .03, .08, .10, .20});
+  add(all, "min_mask_share", depth(&Depth::min_mask_share), {.0, .01, .05, .10, .20});
+  add(all, "min_box_share", depth(&Depth::min_box_share), {.05, .10, .30, .40});
+  add(all, "min_nearness", rule(&Options::min_nearness), {.3, .4, .6, .7, .8, 1.0});
+  add(all, "min_nearness_if_stale", rule(&Options::min_nearness_if_stale),
       {.2, .3, .35, .45, .5, .6});
   add(all, "reach_px", rule(&Options::reach_px), {4, 6, 8, 10, 16});
   add(all, "box_margin_px", rule(&Options::box_margin_px), {0, 3, 10, 20});
@@ -153,8 +153,8 @@ int main(int count, char** words) {
     for (const Variant& variant : variants()) {
       Options options;
       variant.change(options);
-      options.object_depth.most_half_width_m =
-          std::max(options.object_depth.most_half_width_m, options.object_depth.least_half_width_m);
+      options.object_depth.max_half_width_m =
+          std::max(options.object_depth.max_half_width_m, options.object_depth.min_half_width_m);
       print_row(variant.name, levels, dynfilter::DepthCompensator(options));
     }
   } catch (const std::exception& error) {

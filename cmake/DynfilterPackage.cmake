@@ -73,6 +73,9 @@ endfunction()
 
 # --- The components -------------------------------------------------------------------------------
 dynfilter_package(core dynfilter)
+if(TARGET dynfilter_compiled)
+  dynfilter_package(compiled dynfilter_compiled)
+endif()
 if(TARGET dynfilter_segmenters)
   dynfilter_package(segmenters dynfilter_segmenters segmenters)
 endif()
@@ -98,8 +101,8 @@ install(
 
 # --- The config, its version file, pkg-config -----------------------------------------------------
 set(_arch_independent "")
-if(NOT TARGET dynfilter_segmenters AND NOT TARGET dynfilter_networks
-   AND NOT TARGET dynfilter_evaluation)
+if(NOT TARGET dynfilter_compiled AND NOT TARGET dynfilter_segmenters
+   AND NOT TARGET dynfilter_networks AND NOT TARGET dynfilter_evaluation)
   set(_arch_independent ARCH_INDEPENDENT)
 endif()
 write_basic_package_version_file(

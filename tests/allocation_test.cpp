@@ -93,7 +93,7 @@ void expect_steady_state_without_allocations(CompensationRule rule) {
 
 TEST_F(Allocations, TheFilterNeedsNoneInTheSteadyState) {
   for (const CompensationRule rule :
-       {CompensationRule::object_depth, CompensationRule::paper, CompensationRule::none}) {
+       {CompensationRule::depth, CompensationRule::paper, CompensationRule::none}) {
     SCOPED_TRACE(static_cast<int>(rule));
     expect_steady_state_without_allocations(rule);
   }

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "dynfilter/dense_depth_lbp.hpp"
 #include "support/filter_property.hpp"
 
 namespace dynfilter::testing {
@@ -203,7 +204,7 @@ const std::vector<BadCall> bad_calls = {
     {with_range_options([](auto& o) { o.expansion = -0.1; }),
      "RangeEstimator: got expansion = -0.1"},
     {with_range_options([](auto& o) { o.expansion = infinite; }), "expansion = inf"},
-    {with_range_options([](auto& o) { o.least_samples = 0; }), "least_samples = 0"},
+    {with_range_options([](auto& o) { o.min_samples = 0; }), "min_samples = 0"},
     {[] {
        std::vector<double> values = {1, 2, not_a_number, 3, 4};
        RangeEstimator().estimate(values);
@@ -257,7 +258,7 @@ const std::vector<BadCall> bad_calls = {
        DepthLbp().code(cv::Mat::zeros(4, 4, CV_8UC1), {1, 1});
      },
      "CV_8UC1"},
-    {[] { DepthLbp().dense(cv::Mat::zeros(4, 4, CV_16SC1)); }, "CV_16SC1"},
+    {[] { dense_depth_lbp(cv::Mat::zeros(4, 4, CV_16SC1)); }, "CV_16SC1"},
     {[] {
        std::vector<std::optional<std::uint8_t>> codes;
        DepthLbp().codes(cv::Mat::zeros(4, 4, CV_64FC1), FeaturesView(), codes);

@@ -162,7 +162,7 @@ TEST(DepthCompensator, WhereMasksAreStaleLessNearnessIsEnough) {
   EXPECT_TRUE(scene.takes(366, 330)) << "3 / 7";
   EXPECT_FALSE(scene.takes(367, 330)) << "3 / 8";
   EXPECT_NEAR(scene.at(367, 330).score, 0.8 * 0.5 * 0.375 / 0.4, 1e-6);
-  scene.options.least_nearness_if_stale = 0.5;
+  scene.options.min_nearness_if_stale = 0.5;
   EXPECT_FALSE(scene.takes(366, 330));
 }
 
@@ -226,9 +226,9 @@ TEST(DepthCompensator, WithAMaskOfOneLimbTheBoxTellsTheRest) {
   scene.person().mask_origin = scene.limb.tl();
   scene.person().mask = cv::Mat(scene.limb.size(), CV_8UC1, cv::Scalar(1));
   EXPECT_EQ(scene.at(390, 210).reason, Reason::in_mask);
-  scene.options.object_depth.least_mask_share = 0.01;
+  scene.options.object_depth.min_mask_share = 0.01;
   EXPECT_FALSE(scene.takes(300, 300));
-  scene.options.object_depth.least_mask_share = 0.02;
+  scene.options.object_depth.min_mask_share = 0.02;
   EXPECT_TRUE(scene.takes(300, 300));
   EXPECT_FALSE(scene.takes(400, 400));
 }
@@ -368,7 +368,7 @@ TEST(DepthCompensator, TheFirstInstanceWhoseTestAFeaturePassesHasIt) {
   first.mask_origin = {420, 400};
   first.mask = cv::Mat(40, 20, CV_8UC1, cv::Scalar(1));
   first.box.width += 40;
-  scene.options.object_depth.least_mask_share = 0;
+  scene.options.object_depth.min_mask_share = 0;
   scene.segmentation.instances = {first, scene.person(), scene.person()};
   EXPECT_EQ(scene.at(390, 210).instance, 1);
   const FrameStatistics statistics = scene.filtered().statistics();
@@ -402,7 +402,7 @@ TEST(DepthCompensator, KeepsTheFarthestOfTheObjectOnAStaleMask) {
   scene.frame.metres_per_unit = 1.0 / 4096;  // all lengths here are exact
   scene.frame.depth.setTo(4 * 4096);
   scene.frame.depth(scene.body).setTo(6144);
-  scene.options.object_depth.least_half_width_m = 0.5;
+  scene.options.object_depth.min_half_width_m = 0.5;
   scene.options.motion_px_per_s = 0;
   scene.person().box.x = 300;
   scene.frame.depth(cv::Rect(268, 300, 5, 5)).setTo(8192);  // 1.5 + 0.5 m

@@ -17,29 +17,8 @@ namespace dynfilter::testing {
 namespace {
 
 using detail::DepthHistogram;
-using detail::DepthSamples;
 
-/// Depths in memory of their own.
-class Samples {
- public:
-  Samples(std::vector<float> depths) : memory_(std::move(depths)), samples_(filled()) {}
-  operator const DepthSamples&() const { return samples_; }
-
- private:
-  DepthSamples filled() {
-    const std::size_t size = memory_.size();
-    DepthSamples samples(memory_, size);
-    samples.set_size(size);
-    return samples;
-  }
-
-  std::vector<float> memory_;
-  DepthSamples samples_;
-};
-
-DepthHistogram histogram_of(std::vector<float> depths) {
-  return DepthHistogram(Samples(std::move(depths)));
-}
+DepthHistogram histogram_of(const std::vector<float>& depths) { return DepthHistogram(depths); }
 
 /// So many depths in the middle of the bin of 5 cm which begins there.
 void add(std::vector<float>& depths, int count, double begin_m) {
@@ -129,7 +108,7 @@ TEST(DepthHistogram, FindsTheExtentThatBruteForceFinds) {
     if (depth >= 51.2) continue;
     const double most = source.between(0, 30) * 0.05;
     const ValueRange expected = brute_extent(depths, depth, most);
-    const ValueRange extent = histogram_of(depths).extent_round(depth, most);
+    const ValueRange extent = histogram_of(depths).extent_around(depth, most);
     ASSERT_NEAR(extent.lower, expected.lower, 1e-9) << "seed " << seed;
     ASSERT_NEAR(extent.upper, expected.upper, 1e-9) << "seed " << seed;
     stopped_by_most += brute_extent(depths, depth, 100).upper > expected.upper ? 1 : 0;
@@ -157,7 +136,7 @@ TEST(DepthHistogram, AGapEndsTheExtent) {
   std::vector<float> depths;
   for (int bin = 30; bin < 36; ++bin) add(depths, 3, bin * 0.05);  // 1.50 to 1.80 m
   add(depths, 50, 2.00);
-  const ValueRange extent = histogram_of(depths).extent_round(1.6, 5);
+  const ValueRange extent = histogram_of(depths).extent_around(1.6, 5);
   // Bins 29 and 36 have a full neighbour, and a bin more is added; 37 and 38 are the gap.
   EXPECT_NEAR(extent.lower, 1.40, 1e-9);
   EXPECT_NEAR(extent.upper, 1.90, 1e-9);
@@ -166,7 +145,7 @@ TEST(DepthHistogram, AGapEndsTheExtent) {
 TEST(DepthHistogram, NoExtentGoesFartherThanAsked) {
   std::vector<float> depths;
   for (int bin = 0; bin < 100; ++bin) add(depths, 5, bin * 0.05);
-  const ValueRange extent = histogram_of(depths).extent_round(2.525, 0.7);
+  const ValueRange extent = histogram_of(depths).extent_around(2.525, 0.7);
   EXPECT_NEAR(extent.lower, 2.525 - 0.7, 0.05);
   EXPECT_GE(extent.lower, 2.525 - 0.7);
   EXPECT_NEAR(extent.upper, 2.525 + 0.7, 0.05);
@@ -202,8 +181,7 @@ TEST(DepthHistogram, TakesWindowsOfAnyWidth) {
 }
 
 double median_within(std::vector<float> values, double lower, double upper) {
-  const Samples samples(std::move(values));
-  return DepthHistogram(samples).median_within(samples, lower, upper);
+  return detail::median_within(values, lower, upper);
 }
 
 TEST(MedianWithin, IsTheUpperOfTheMiddleOnesOfThoseInside) {

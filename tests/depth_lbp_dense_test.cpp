@@ -18,6 +18,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "dynfilter/dense_depth_lbp.hpp"
 #include "dynfilter/depth_lbp.hpp"
 #include "support/byte_source.hpp"
 #include "support/oracle.hpp"
@@ -193,13 +194,14 @@ TYPED_TEST(DepthLbpDense, RangesOfRowsTogetherAreTheWholeAlsoFromThreads) {
     ExactMatrix<TypeParam> depth(size, TypeParam{0});
     fill<TypeParam>(source, depth.mat);
     const DepthLbp lbp(arbitrary_options(source));
-    const cv::Mat expected = lbp.dense(depth.mat);
+    const cv::Mat expected = dense_depth_lbp(depth.mat, lbp.options());
     cv::Mat codes(size, CV_8UC1, cv::Scalar(99));
     std::vector<std::thread> threads;
     for (int y = 0; y < size.height;) {
       const int rows = source.between(1, size.height - y);
       const cv::Rect region(0, y, size.width, rows);
-      threads.emplace_back([&, region] { lbp.dense(depth.mat, region, codes); });
+      threads.emplace_back(
+          [&, region] { dense_depth_lbp(depth.mat, region, codes, lbp.options()); });
       y += rows;
     }
     for (std::thread& thread : threads) thread.join();
@@ -238,7 +240,7 @@ TEST(DepthLbpDense, ReusesAndKeepsTheCallersMatrix) {
   const cv::Mat depth(20, 90, CV_16UC1, cv::Scalar(7));
   cv::Mat codes(20, 90, CV_8UC1, cv::Scalar(99));
   const std::uint8_t* before = codes.data;
-  DepthLbp().dense(depth, cv::Rect(0, 0, 90, 20), codes);
+  dense_depth_lbp(depth, cv::Rect(0, 0, 90, 20), codes);
   EXPECT_EQ(codes.data, before);
   EXPECT_EQ(cv::countNonZero(codes), 0);
 }

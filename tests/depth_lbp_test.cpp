@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: MIT
 
 #include "dynfilter/depth_lbp.hpp"
+#include "dynfilter/dense_depth_lbp.hpp"
 
 #include <gtest/gtest.h>
 
@@ -55,7 +56,7 @@ TEST(DepthLbp, EqualsTheOracleAtAPointAtManyAndDenseOnHostileValues) {
     const cv::Mat depth = arbitrary_depth(source, size, source.chance(50));
     const DepthLbpOptions options = arbitrary_options(source, size).compensator.paper.depth_lbp;
     const DepthLbp lbp(options);
-    const cv::Mat dense = lbp.dense(depth);
+    const cv::Mat dense = dense_depth_lbp(depth, lbp.options());
     ASSERT_EQ(dense.size(), size);
     ASSERT_EQ(dense.type(), CV_8UC1);
     std::vector<cv::Point2f> points;
@@ -86,8 +87,8 @@ TEST(DepthLbp, WritesTheRegionAndNothingElse) {
     const cv::Rect region(source.between(-5, 20), source.between(-5, 20), source.between(0, 25),
                           source.between(0, 25));
     cv::Mat codes(size, CV_8UC1, cv::Scalar(99));
-    DepthLbp().dense(depth, region, codes);
-    const cv::Mat whole = DepthLbp().dense(depth);
+    dense_depth_lbp(depth, region, codes);
+    const cv::Mat whole = dense_depth_lbp(depth);
     for (int y = 0; y < size.height; ++y) {
       for (int x = 0; x < size.width; ++x) {
         const int expected = region.contains({x, y}) ? whole.at<std::uint8_t>(y, x) : 99;
@@ -102,7 +103,7 @@ template <class Depth>
 void read_all_pixels_of(const cv::Size& size) {
   std::vector<Depth> depths(static_cast<std::size_t>(size.area()), Depth{1000});
   const cv::Mat depth(size, cv::DataType<Depth>::type, depths.data());
-  const cv::Mat codes = DepthLbp().dense(depth);
+  const cv::Mat codes = dense_depth_lbp(depth);
   std::vector<cv::Point2f> pixels;
   for (int y = -1; y <= size.height; ++y) {
     for (int x = -1; x <= size.width; ++x) {
@@ -129,7 +130,7 @@ TEST(DepthLbp, ReadsNothingBeyondTheImage) {
 
 TEST(DepthLbp, AnEmptyDepthImageHasNoCodes) {
   EXPECT_FALSE(DepthLbp().code(cv::Mat(), {0, 0}));
-  EXPECT_TRUE(DepthLbp().dense(cv::Mat()).empty());
+  EXPECT_TRUE(dense_depth_lbp(cv::Mat()).empty());
 }
 
 }  // namespace

@@ -21,7 +21,7 @@
 namespace dynfilter::testing {
 namespace {
 
-constexpr CompensationRule every_rule[] = {CompensationRule::object_depth, CompensationRule::paper,
+constexpr CompensationRule every_rule[] = {CompensationRule::depth, CompensationRule::paper,
                                            CompensationRule::none};
 
 FeatureLabels filtered(const FilterCase& input) {
@@ -61,7 +61,7 @@ FilterCase placed_at(const FilterCase& small, cv::Point offset, ByteSource& sour
   FilterCase large = small;
   const cv::Size size(160, 140);
   large.options.mask_culler.static_mask = cv::Mat();
-  large.options.compensator.object_depth = arbitrary_depth_options(source, size);
+  large.options.compensator.depth = arbitrary_depth_options(source, size);
   large.segmentation.image_size = size;
   if (!small.frame.depth.empty()) {
     large.frame.depth = cv::Mat::zeros(size, small.frame.depth.type());
@@ -155,7 +155,7 @@ TEST(DynamicFilter, UsedMemoryChangesNothing) {
 TEST(DynamicFilter, ByTheObjectsDepthNoFeatureChangesTheLabelOfAnother) {
   std::size_t compensated = 0;
   for (std::uint64_t seed = 0; seed < 1000; ++seed) {
-    FilterCase input = case_with_rule(CompensationRule::object_depth, 1000 * seed);
+    FilterCase input = case_with_rule(CompensationRule::depth, 1000 * seed);
     const FeatureLabels all = filtered(input);
     std::vector<std::size_t> left;
     std::vector<cv::KeyPoint> keypoints;
@@ -194,7 +194,7 @@ TEST(DynamicFilter, DepthIn16BitsAndInFloatsIsTheSame) {
 TEST(DynamicFilter, ARefinedMaskIsWhereFeaturesGo) {
   std::size_t on_mask = 0, off_mask = 0;
   for (std::uint64_t seed = 0; seed < 600; ++seed) {
-    FilterCase input = case_with_rule(CompensationRule::object_depth, 1000 * seed);
+    FilterCase input = case_with_rule(CompensationRule::depth, 1000 * seed);
     std::vector<Instance>& instances = input.segmentation.instances;
     if (instances.empty() || instances[0].class_id != 0) continue;
     instances.resize(1);
@@ -206,7 +206,7 @@ TEST(DynamicFilter, ARefinedMaskIsWhereFeaturesGo) {
     }
     const FeatureLabels labels = filtered(input);
     if (labels.statistics().instances[0].compensation != Compensation::applied) continue;
-    const DepthCompensator compensator(input.options.compensator.object_depth);
+    const DepthCompensator compensator(input.options.compensator.depth);
     const Instance refined = compensator.refined(input.frame, input.segmentation, 0);
     if (refined.mask.data == instances[0].mask.data) continue;  // its box is nowhere in the image
     const cv::Rect reach(refined.mask_origin, refined.mask.size());
@@ -261,7 +261,7 @@ TEST(DynamicFilter, TwoFiltersInOneProcessShareNothing) {
     FilterCase other = input;
     other.options.mask_culler.dynamic_classes = {0, 1, 2, 3};
     other.options.compensator.paper.seed += 1;
-    other.options.compensator.object_depth.box_margin_px += 100;
+    other.options.compensator.depth.box_margin_px += 100;
     const DynamicFilter first(input.options), second(other.options);
     for (int round = 0; round < 3; ++round) {
       second.apply(other.frame, other.segmentation, other.keypoints);
@@ -277,26 +277,26 @@ TEST(DynamicFilter, NamesTheOptionsOfItsRulesThatItCannotTake) {
     std::string part;
   };
   const std::vector<Bad> options = {
-      {[](auto& o, double v) { o.least_nearness = v; }, "DepthCompensator: got least_nearness = "},
+      {[](auto& o, double v) { o.min_nearness = v; }, "DepthCompensator: got min_nearness = "},
       {[](auto& o, double v) { o.reach_px = v; }, "DepthCompensator: got reach_px = "},
       {[](auto& o, double v) { o.box_margin_px = v; }, "DepthCompensator: got box_margin_px = "},
       {[](auto& o, double v) { o.mask_margin_px = v; }, "DepthCompensator: got mask_margin_px = "},
       {[](auto& o, double v) { o.stale_age_s = v; }, "DepthCompensator: got stale_age_s = "},
       {[](auto& o, double v) { o.motion_px_per_s = v; },
        "DepthCompensator: got motion_px_per_s = "},
-      {[](auto& o, double v) { o.most_age_s = v; }, "DepthCompensator: got most_age_s = "},
-      {[](auto& o, double v) { o.object_depth.least_half_width_m = v; },
+      {[](auto& o, double v) { o.max_age_s = v; }, "DepthCompensator: got max_age_s = "},
+      {[](auto& o, double v) { o.object_depth.min_half_width_m = v; },
        "ObjectDepthEstimator: got half widths"},
-      {[](auto& o, double v) { o.object_depth.least_share = v; },
-       "ObjectDepthEstimator: got least_share"},
-      {[](auto& o, double v) { o.least_nearness_if_stale = v; },
-       "DepthCompensator: got least_nearness_if_stale = "},
+      {[](auto& o, double v) { o.object_depth.min_share = v; },
+       "ObjectDepthEstimator: got min_share"},
+      {[](auto& o, double v) { o.min_nearness_if_stale = v; },
+       "DepthCompensator: got min_nearness_if_stale = "},
   };
   const auto refuses = [](const Bad& bad, double value) {
     for (const CompensationRule rule : every_rule) {
       DynamicFilterOptions filter_options;
       filter_options.compensator.rule = rule;
-      bad.spoil(filter_options.compensator.object_depth, value);
+      bad.spoil(filter_options.compensator.depth, value);
       expect_error<std::invalid_argument>([&] { DynamicFilter filter(filter_options); }, bad.part);
     }
   };
@@ -313,7 +313,7 @@ TEST(DynamicFilter, NamesTheOptionsOfItsRulesThatItCannotTake) {
 
 /// Labels that were written into, and then input that does not fit them.
 TEST(DynamicFilter, ADepthStageThatThrowsChangesNoLabel) {
-  FilterCase input = case_with_rule(CompensationRule::object_depth, 7);
+  FilterCase input = case_with_rule(CompensationRule::depth, 7);
   input.keypoints.resize(20);
   input.segmentation.instances.resize(2);
   FeatureLabels labels(20, input.segmentation);

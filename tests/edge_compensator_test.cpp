@@ -179,7 +179,7 @@ TEST(EdgeCompensator, ThePapersRuleStaysWhatTheDesignSays) {
   for (const RangeEstimatorOptions& range : {paper.depth, paper.code}) {
     EXPECT_EQ(range.outlier_rule, OutlierRule::median_absolute_deviation);
     EXPECT_EQ(range.outlier_factor, 3.0);
-    EXPECT_EQ(range.least_samples, 5U);
+    EXPECT_EQ(range.min_samples, 5U);
   }
   EXPECT_EQ(paper.depth.expansion, 0.10);
   EXPECT_EQ(paper.code.expansion, 16.0);

@@ -100,7 +100,7 @@ TEST_P(FailedAllocation, OfAFrameLeavesLabelsAndWorkspaceUsable) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Rules, FailedAllocation,
-                         ::testing::Values(CompensationRule::object_depth, CompensationRule::paper,
+                         ::testing::Values(CompensationRule::depth, CompensationRule::paper,
                                            CompensationRule::none));
 
 TEST(FailedAllocationOfKeepStatic, LeavesTheColumnsAsTheyWere) {

@@ -131,29 +131,5 @@ TEST(FeatureSampler, DrawsTheSmallestKeysHoweverTheyLie) {
   }
 }
 
-/// Whoever tries the features up to the high key alone, and finds enough, draws the same sample;
-/// which is nearly always so.
-TEST(FeatureSampler, TheSampleIsAmongThoseUpToTheHighKey) {
-  const FeatureSampler sampler(20, 4);
-  std::size_t enough = 0, tried = 0, frames = 0;
-  for (const std::size_t count : {31U, 40U, 100U, 1000U}) {
-    for (std::uint64_t frame = 0; frame < 200; ++frame, ++frames) {
-      const std::vector<SampleCandidate> all = candidates_of(sampler, frame, count);
-      std::vector<SampleCandidate> small;
-      for (const SampleCandidate& candidate : all) {
-        if (candidate.key <= sampler.high_key(count)) small.push_back(candidate);
-      }
-      tried += small.size();
-      if (small.size() < sampler.samples()) continue;
-      ++enough;
-      ASSERT_EQ(drawn(sampler, small), drawn(sampler, all)) << count << ", frame " << frame;
-    }
-  }
-  EXPECT_GT(enough, frames * 95 / 100);
-  EXPECT_LT(tried, frames * 35);
-  EXPECT_EQ(sampler.high_key(30), std::numeric_limits<std::uint64_t>::max());
-  EXPECT_EQ(sampler.high_key(0), std::numeric_limits<std::uint64_t>::max());
-}
-
 }  // namespace
 }  // namespace dynfilter

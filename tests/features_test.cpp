@@ -51,15 +51,6 @@ TEST(NearestPixel, IsTheFloorOfHalfAPixelMoreForEveryFloat) {
   EXPECT_GT(compared, 1000000U);
 }
 
-TEST(FeaturesView, SaysWhereThePositionsAre) {
-  const std::vector<cv::KeyPoint> keypoints = {{1.25F, 2.5F, 31.0F}, {3.0F, 4.0F, 7.0F}};
-  const FeaturesView view = keypoints;
-  const auto* bytes = static_cast<const unsigned char*>(view.data());
-  cv::Point2f second;
-  std::memcpy(&second, bytes + view.stride_bytes(), sizeof second);
-  EXPECT_EQ(second, cv::Point2f(3, 4));
-}
-
 TEST(FeaturesView, ReadsKeypointsAndPointsInPlace) {
   std::vector<cv::KeyPoint> keypoints = {{1.25F, 2.5F, 31.0F}, {3.0F, 4.0F, 7.0F}};
   const FeaturesView view = keypoints;

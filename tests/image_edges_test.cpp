@@ -91,7 +91,7 @@ INSTANTIATE_TEST_SUITE_P(
                                          cv::Size(600, 350), cv::Size(641, 480), cv::Size(640, 480),
                                          cv::Size(4096, 2304), cv::Size(129, 127), cv::Size(1, 1),
                                          cv::Size(3, 2), cv::Size(1, 300), cv::Size(700, 1)),
-                       ::testing::Values(CompensationRule::object_depth, CompensationRule::paper,
+                       ::testing::Values(CompensationRule::depth, CompensationRule::paper,
                                          CompensationRule::none)));
 
 TEST(ImagesOfAnySize, EqualTheOracleWithDepthThatEndsAtAGuardPage) {
@@ -99,8 +99,7 @@ TEST(ImagesOfAnySize, EqualTheOracleWithDepthThatEndsAtAGuardPage) {
   for (std::uint64_t seed = 0; seed < 300; ++seed) {
     ByteSource source(seed);
     FilterCase input = arbitrary_case(source);
-    draw_rule(source, input,
-              source.chance(70) ? CompensationRule::object_depth : CompensationRule::paper);
+    draw_rule(source, input, source.chance(70) ? CompensationRule::depth : CompensationRule::paper);
     enlarge(source, input);
     ASSERT_EQ(check_filter(input), "") << "seed " << seed;
     const FrameStatistics statistics = DynamicFilter(input.options)

@@ -10,8 +10,6 @@
 #include <string>
 #include <vector>
 
-#include "dynfilter/detail/compaction.hpp"
-#include "dynfilter/detail/instruction_set.hpp"
 #include "support/byte_source.hpp"
 
 namespace dynfilter {
@@ -221,8 +219,8 @@ struct AllKinds {
   cv::Mat rows, narrow_rows;
 };
 
-TEST(KeepStatic, MovesTheSameByEveryInstructionSet) {
-  for (const int count : {1, 63, 64, 65, 128, 200}) {
+TEST(KeepStatic, KeepsAnyFeaturesOfAllKindsOfColumnsInStep) {
+  for (const int count : {1, 2, 63, 64, 65, 200}) {
     for (int share = 0; share <= 100; share += 10) {
       testing::ByteSource source(static_cast<std::uint64_t>(share));
       FeatureLabels labels(static_cast<std::size_t>(count), Segmentation());
@@ -232,16 +230,24 @@ TEST(KeepStatic, MovesTheSameByEveryInstructionSet) {
         if (goes) labels.remove(static_cast<std::size_t>(i), -1, Reason::custom, 1.0F);
         if (!goes) expected.push_back(i);
       }
-      for (const detail::InstructionSet set : detail::supported_instruction_sets()) {
-        AllKinds columns(count);
-        const std::size_t kept =
-            detail::move_kept(labels, set, columns.keypoints, columns.names, columns.flags,
-                              columns.rows, columns.narrow_rows);
-        ASSERT_EQ(kept, expected.size());
-        columns.expect(expected);
-      }
+      AllKinds columns(count);
+      const std::size_t kept = keep_static(labels, columns.keypoints, columns.names, columns.flags,
+                                           columns.rows, columns.narrow_rows);
+      ASSERT_EQ(kept, expected.size());
+      ASSERT_EQ(columns.names.size(), kept);
+      ASSERT_EQ(columns.rows.rows, static_cast<int>(kept));
+      columns.expect(expected);
     }
   }
+}
+
+TEST(KeepStatic, CountsLabelsAndNotStatisticsThatAStageMayHaveWrittenOver) {
+  FeatureLabels labels(4, Segmentation());
+  labels.remove(1, -1, Reason::custom, 1.0F);
+  labels.statistics().custom = 77;
+  std::vector<int> ids = {0, 1, 2, 3};
+  EXPECT_EQ(keep_static(labels, ids), 3U);
+  EXPECT_EQ(ids, (std::vector<int>{0, 2, 3}));
 }
 
 }  // namespace

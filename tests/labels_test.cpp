@@ -149,68 +149,46 @@ TEST(FeatureLabels, ResetForgetsEverything) {
   EXPECT_EQ(labels.statistics().instances[0].sampled, 0U);
 }
 
-/// `removed` and the bits say the same.
-void expect_bits_of_labels(const FeatureLabels& labels) {
-  ASSERT_EQ(labels.removed_bits().size(), (labels.size() + 63) / 64);
-  std::size_t set = 0;
-  for (std::size_t i = 0; i < labels.size(); ++i) {
-    ASSERT_EQ(labels.is_removed(i), labels[i].removed) << i;
-    ASSERT_EQ((labels.removed_bits()[i / 64] >> (i % 64) & 1U) != 0, labels[i].removed) << i;
-    set += labels[i].removed ? 1 : 0;
-  }
-  ASSERT_EQ(labels.statistics().removed(), set);
+TEST(FeatureLabels, KnowsTheDynamicObjects) {
+  FeatureLabels labels(3, with_instances(3));
+  labels.mark_dynamic(1);
+  labels.remove(0, 2, Reason::in_mask, 1);
+  EXPECT_FALSE(labels.is_dynamic_object(0));
+  EXPECT_TRUE(labels.is_dynamic_object(1));
+  EXPECT_TRUE(labels.is_dynamic_object(2));
+  EXPECT_TRUE(labels.statistics().instances[1].dynamic);
+  EXPECT_FALSE(labels.statistics().instances[2].dynamic);
+  labels.restore(0);
+  EXPECT_FALSE(labels.is_dynamic_object(2));
+  testing::expect_error<std::invalid_argument>([&] { labels.mark_dynamic(3); }, "instance 3");
 }
 
-TEST(FeatureLabels, RemovesManyAsItRemovesOneByOne) {
+TEST(FeatureLabels, CountWhatTheyHoldAfterAnyCalls) {
   for (std::uint64_t seed = 0; seed < 500; ++seed) {
     testing::ByteSource source(seed);
     const auto count = static_cast<std::size_t>(source.between(1, 200));
-    FeatureLabels one_by_one(count, with_instances(3)), together(count, with_instances(3));
-    for (int round = 0; round < 6; ++round) {
-      std::vector<std::uint32_t> features(static_cast<std::size_t>(source.between(0, 60)));
-      for (std::uint32_t& feature : features) {
-        feature = static_cast<std::uint32_t>(source.word() % count);  // some of them twice
+    FeatureLabels labels(count, with_instances(3));
+    for (int call = 0; call < 300; ++call) {
+      const std::size_t i = source.word() % count;
+      if (source.chance(30)) {
+        labels.restore(i);
+      } else {
+        const Reason reason = source.chance(50) ? Reason::in_mask : Reason::compensated;
+        labels.remove(i, source.between(-1, 2), reason, 0.5F);
       }
-      const int instance = source.between(-1, 2);
-      const Reason reason = source.chance(50) ? Reason::in_mask : Reason::compensated;
-      std::size_t removed = 0;
-      for (const std::uint32_t i : features) {
-        removed += one_by_one.remove(i, instance, reason, 0.5F) ? 1 : 0;
-      }
-      ASSERT_EQ(together.remove_all(features, instance, reason, 0.5F), removed);
-      const std::size_t back = source.word() % count;
-      ASSERT_EQ(one_by_one.restore(back), together.restore(back));
     }
+    std::size_t removed = 0, restored = 0, masked_for_last = 0;
     for (std::size_t i = 0; i < count; ++i) {
-      ASSERT_EQ(together[i].removed, one_by_one[i].removed) << "seed " << seed;
-      ASSERT_EQ(together[i].instance, one_by_one[i].instance);
-      ASSERT_EQ(together[i].reason, one_by_one[i].reason);
+      ASSERT_EQ(labels.is_removed(i), labels[i].removed);
+      removed += labels[i].removed ? 1 : 0;
+      restored += labels[i].reason == Reason::restored ? 1 : 0;
+      const bool is_masked = labels[i].removed && labels[i].reason == Reason::in_mask;
+      masked_for_last += is_masked && labels[i].instance == 2 ? 1 : 0;
     }
-    const FrameStatistics& a = one_by_one.statistics();
-    const FrameStatistics& b = together.statistics();
-    ASSERT_EQ(a.masked, b.masked);
-    ASSERT_EQ(a.compensated, b.compensated);
-    ASSERT_EQ(a.restored, b.restored);
-    for (std::size_t k = 0; k < 3; ++k) ASSERT_EQ(a.instances[k].masked, b.instances[k].masked);
-    expect_bits_of_labels(together);
-    together.reset(count / 2, with_instances(1));
-    expect_bits_of_labels(together);
+    ASSERT_EQ(labels.statistics().removed(), removed) << "seed " << seed;
+    ASSERT_EQ(labels.statistics().restored, restored) << "seed " << seed;
+    ASSERT_EQ(labels.statistics().instances[2].masked, masked_for_last) << "seed " << seed;
   }
-}
-
-TEST(FeatureLabels, ManyOfWhichOneIsWrongChangeNothing) {
-  FeatureLabels labels(3, with_instances(1));
-  const std::vector<std::size_t> beyond = {0, 3}, fine = {0, 1};
-  testing::expect_error<std::invalid_argument>(
-      [&] { labels.remove_all(beyond, 0, Reason::in_mask, 1); }, "feature 3");
-  testing::expect_error<std::invalid_argument>(
-      [&] { labels.remove_all(fine, 1, Reason::in_mask, 1); }, "instance 1");
-  testing::expect_error<std::invalid_argument>(
-      [&] { labels.remove_all(fine, 0, Reason::in_mask, 2); }, "score 2");
-  testing::expect_error<std::invalid_argument>(
-      [&] { labels.remove_all(fine, 0, Reason::restored, 1); }, "the reason 3");
-  EXPECT_EQ(labels.statistics().removed(), 0U);
-  expect_bits_of_labels(labels);
 }
 
 }  // namespace

@@ -68,7 +68,7 @@ TEST(ObjectDepth, GoesOnWithDepthsThatHaveNoGap) {
   const double median = 1.225 + 0.05 * 8;
   EXPECT_NEAR(depth.of_mask_m.lower, 1.2 - 0.1, 1e-6) << "a bin beside the last, and one more";
   EXPECT_NEAR(depth.of_mask_m.upper, 2.3, 1e-6);
-  EXPECT_LE(depth.of_mask_m.upper, median + scene.options.most_half_width_m);
+  EXPECT_LE(depth.of_mask_m.upper, median + scene.options.max_half_width_m);
 }
 
 TEST(ObjectDepth, GoesNoFartherThanTheGreatestWidth) {
@@ -86,7 +86,7 @@ TEST(ObjectDepth, IsThatOfTheNearestClusterNotOfTheLargest) {
   Scene scene;
   scene.set_columns(0, 4, 1.5);  // 20 of 400 readings
   EXPECT_NEAR(scene.estimate().of_mask_m.upper, 1.9, 1e-6);
-  scene.options.least_share = 0.051;
+  scene.options.min_share = 0.051;
   EXPECT_NEAR(scene.estimate().of_mask_m.upper, 4.4, 1e-6);
 }
 
@@ -114,7 +114,7 @@ TEST(ObjectDepth, OfAMaskThatHoldsOneLimbIsTheLimbsAndTheBoxes) {
   Scene scene;
   scene.set_columns(0, 80, 2.0);
   scene.set_columns(0, 16, 1.0);
-  scene.options.least_mask_share = 0.10;
+  scene.options.min_mask_share = 0.10;
   scene.instance.mask = cv::Mat(80, 16, CV_8UC1, cv::Scalar(1));  // 80 of 900 readings
   ObjectDepth depth = scene.estimate();
   EXPECT_NEAR(depth.of_mask_m.lower, 0.6, 1e-6);
@@ -122,7 +122,7 @@ TEST(ObjectDepth, OfAMaskThatHoldsOneLimbIsTheLimbsAndTheBoxes) {
   EXPECT_NEAR(depth.of_box_m.upper, 2.4, 1e-6);
   EXPECT_NEAR(depth.hull_m().lower, 0.6, 1e-6);
   EXPECT_NEAR(depth.hull_m().upper, 2.4, 1e-6);
-  scene.options.least_mask_share = 0.08;
+  scene.options.min_mask_share = 0.08;
   EXPECT_TRUE(scene.estimate().of_box_m.empty()) << "the mask says enough";
 }
 
@@ -169,13 +169,13 @@ TEST(ObjectDepth, IsNotKnownWhereAllIsFartherThanItLooks) {
 TEST(ObjectDepth, TakesWidthsBelowABinAndBeyondAllDepths) {
   Scene scene;
   scene.set_columns(0, 80, 1.53);
-  scene.options.least_half_width_m = scene.options.most_half_width_m = 0.01;
+  scene.options.min_half_width_m = scene.options.max_half_width_m = 0.01;
   const ObjectDepth depth = scene.estimate();
   EXPECT_TRUE(depth.contains(1.53));
   EXPECT_GT(depth.of_mask_m.lower, 1.4);
   EXPECT_LT(depth.of_mask_m.upper, 1.65);
   for (const double half : {60.0, 1e300}) {
-    scene.options.least_half_width_m = scene.options.most_half_width_m = half;
+    scene.options.min_half_width_m = scene.options.max_half_width_m = half;
     EXPECT_TRUE(scene.estimate().contains(4.0)) << half;
   }
 }
@@ -221,14 +221,14 @@ TEST(ObjectDepth, NamesWhatItCannotTake) {
                                         "dynfilter::ObjectDepthEstimator: got " + part);
   };
   for (const double bad : {0.0, -0.1, infinite, std::nan("")}) {
-    refuses([&](auto& o) { o.least_half_width_m = bad; }, "half widths of ");
-    refuses([&](auto& o) { o.most_half_width_m = bad; }, "half widths of ");
+    refuses([&](auto& o) { o.min_half_width_m = bad; }, "half widths of ");
+    refuses([&](auto& o) { o.max_half_width_m = bad; }, "half widths of ");
   }
-  refuses([](auto& o) { o.most_half_width_m = 0.39; }, "half widths of 0.4 to 0.39 m; want 0 <");
+  refuses([](auto& o) { o.max_half_width_m = 0.39; }, "half widths of 0.4 to 0.39 m; want 0 <");
   for (const double bad : {-0.01, 1.01, infinite, std::nan("")}) {
-    refuses([&](auto& o) { o.least_share = bad; }, "least_share = ");
-    refuses([&](auto& o) { o.least_mask_share = bad; }, "least_mask_share = ");
-    refuses([&](auto& o) { o.least_box_share = bad; }, "least_box_share = ");
+    refuses([&](auto& o) { o.min_share = bad; }, "min_share = ");
+    refuses([&](auto& o) { o.min_mask_share = bad; }, "min_mask_share = ");
+    refuses([&](auto& o) { o.min_box_share = bad; }, "min_box_share = ");
   }
   Scene scene;
   scene.frame.depth = cv::Mat(480, 640, CV_64FC1, cv::Scalar(1));

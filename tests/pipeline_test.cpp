@@ -108,7 +108,7 @@ TEST(Pipeline, WhatAStagePutsInPlaceOfTheInputIsValidated) {
   malformed.instances = {Instance::from_box({0, 0, -1, 1})};
   const auto with_other_masks = [&](const FilterInput& input, FeatureLabels& labels) {
     labels.reset(input.features.size(), malformed);
-    MaskCuller()({input.frame, malformed, input.features, input.pixels}, labels);
+    MaskCuller()({input.frame, malformed, input.features}, labels);
   };
   const std::vector<cv::Point2f> points(2);
   const auto apply = [&] { Pipeline(with_other_masks).apply(FrameView(), Segmentation(), points); };
@@ -116,13 +116,20 @@ TEST(Pipeline, WhatAStagePutsInPlaceOfTheInputIsValidated) {
 }
 
 TEST(Pipeline, HandsTheWorkspaceToStagesThatTakeIt) {
+  struct Scratch {
+    std::vector<double> values;
+  };
   const auto stage = [](const FilterInput&, FeatureLabels&, Workspace& workspace) {
-    workspace.codes.assign(1, 7.0);
+    workspace.get<Scratch>().values.push_back(7.0);
   };
   FeatureLabels labels;
   Workspace workspace;
-  Pipeline(stage).apply(FrameView(), Segmentation(), FeaturesView(), labels, workspace);
-  EXPECT_EQ(workspace.codes, std::vector<double>{7.0});
+  const auto apply = [&] {
+    Pipeline(stage).apply(FrameView(), Segmentation(), FeaturesView(), labels, workspace);
+  };
+  apply();
+  apply();
+  EXPECT_EQ(workspace.get<Scratch>().values, (std::vector<double>{7.0, 7.0}));
 }
 
 /// One frame with a mask on its left half.

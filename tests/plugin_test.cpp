@@ -370,9 +370,9 @@ TEST_F(PluginTest, AcceptsEveryKey) {
       path("robot.pgm").string() +
       "\"\ndynfilter.samples: 30\ndynfilter.seed: 3\n"
       "dynfilter.depth.outlier_rule: \"interquartile_range\"\n"
-      "dynfilter.depth.outlier_factor: 1.5\ndynfilter.depth.least_samples: 4\n"
+      "dynfilter.depth.outlier_factor: 1.5\ndynfilter.depth.min_samples: 4\n"
       "dynfilter.depth.expansion: 0.2\ndynfilter.code.outlier_rule: \"median_absolute_deviation\"\n"
-      "dynfilter.code.outlier_factor: 3\ndynfilter.code.least_samples: 5\n"
+      "dynfilter.code.outlier_factor: 3\ndynfilter.code.min_samples: 5\n"
       "dynfilter.code.expansion: 20\ndynfilter.depth_lbp.missing_neighbour: \"farther\"\n"
       "dynfilter.missing_depth: \"remove\"\ndynfilter.floor: 100\n"
       "dynfilter.policy: \"restore_best_scored\"\ndynfilter.output_folder: \"" +
@@ -402,16 +402,16 @@ TEST_F(PluginTest, AcceptsEveryKey) {
 
 TEST_F(PluginTest, AcceptsTheKeysOfTheDepthRule) {
   const std::string file = settings(
-      "dynfilter.rule: \"depth\"\ndynfilter.object_depth.least_half_width_m: 0.2\n"
-      "dynfilter.object_depth.most_half_width_m: 0.3\ndynfilter.least_nearness: 2\n"
+      "dynfilter.rule: \"depth\"\ndynfilter.object_depth.min_half_width_m: 0.2\n"
+      "dynfilter.object_depth.max_half_width_m: 0.3\ndynfilter.min_nearness: 2\n"
       "dynfilter.mask_margin_px: 4\ndynfilter.stale_age_s: 0.5\ndynfilter.motion_px_per_s: 100\n");
   DynamicFilterOptions options;
-  options.compensator.object_depth.object_depth.least_half_width_m = 0.2;
-  options.compensator.object_depth.object_depth.most_half_width_m = 0.3;
-  options.compensator.object_depth.least_nearness = 2;
-  options.compensator.object_depth.mask_margin_px = 4;
-  options.compensator.object_depth.stale_age_s = 0.5;
-  options.compensator.object_depth.motion_px_per_s = 100;
+  options.compensator.depth.object_depth.min_half_width_m = 0.2;
+  options.compensator.depth.object_depth.max_half_width_m = 0.3;
+  options.compensator.depth.min_nearness = 2;
+  options.compensator.depth.mask_margin_px = 4;
+  options.compensator.depth.stale_age_s = 0.5;
+  options.compensator.depth.motion_px_per_s = 100;
   HostFrame frame(0);
   const FrameStatistics expected =
       DynamicFilter(options).apply(frame.view(0), frame.segmentation, frame.keypoints).statistics();
@@ -445,11 +445,11 @@ TEST_F(PluginTest, RefusesEveryWrongValueByItsKey) {
       {"depth.outlier_rule: \"mean\"",
        "want one of median_absolute_deviation, interquartile_range"},
       {"depth.outlier_factor: -1", "outlier_factor = -1"},
-      {"depth.least_samples: 0", "least_samples = 0"},
+      {"depth.min_samples: 0", "min_samples = 0"},
       {"depth.expansion: -0.1", "expansion = -0.1"},
       {"code.outlier_rule: 3", "dynfilter.code.outlier_rule: got 3"},
       {"code.outlier_factor: \"a\"", "dynfilter.code.outlier_factor: got \"a\""},
-      {"code.least_samples: -1", "dynfilter.code.least_samples: got -1"},
+      {"code.min_samples: -1", "dynfilter.code.min_samples: got -1"},
       {"code.expansion: -16", "expansion = -16"},
       {"depth_lbp.missing_neighbour: \"far\"", "want one of nearer, farther"},
       {"missing_depth: \"drop\"", "want one of keep, remove"},

@@ -12,7 +12,7 @@ TEST(WholeFilter, EqualsTheOracleOnArbitraryInput) {
   std::size_t masked = 0, compensated = 0, kept = 0;
   for (std::uint64_t seed = 0; seed < 20000; ++seed) {
     ByteSource source(seed);
-    const FilterCase input = arbitrary_case_of_any_rule(source);
+    const FilterCase input = arbitrary_case_of_any_size(source);
     ASSERT_EQ(check_filter(input), "") << "seed " << seed;
     const FrameStatistics statistics = DynamicFilter(input.options)
                                            .apply(input.frame, input.segmentation, input.keypoints)
@@ -34,7 +34,7 @@ FilterCase depth_case(std::uint64_t seed) {
   const bool wide = seed % 20 == 0;
   FilterCase made =
       wide ? arbitrary_case(source, {source.between(600, 1300), 24}) : arbitrary_case(source);
-  draw_rule(source, made, CompensationRule::object_depth);
+  draw_rule(source, made, CompensationRule::depth);
   const double units[] = {1, 0.93, 0.2, 6.1, 100, 1e30};
   const double factor = units[source.chance(50) ? 0 : source.between(0, 5)];
   if (!made.frame.depth.empty()) made.frame.metres_per_unit = made.frame.depth_scale() * factor;
@@ -96,7 +96,7 @@ TEST(WholeFilter, EqualsTheOracleWithHundredsOfObjects) {
   for (std::uint64_t seed = 0; seed < 300; ++seed) {
     ByteSource source(seed);
     FilterCase input = arbitrary_case(source, {source.between(20, 60), source.between(20, 60)});
-    draw_rule(source, input, CompensationRule::object_depth);
+    draw_rule(source, input, CompensationRule::depth);
     const std::size_t persons = static_cast<std::size_t>(source.between(60, 200));
     while (input.segmentation.instances.size() < persons) {
       Instance instance = arbitrary_instance(source, input.segmentation.image_size);

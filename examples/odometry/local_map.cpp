@@ -77,7 +77,7 @@ void LocalMap::mark_bad(PointId id) {
 }
 
 std::vector<KeyframeId> LocalMap::covisible(const std::vector<PointId>& points, std::size_t count,
-                                            std::size_t least_shared) const {
+                                            std::size_t min_shared) const {
   std::vector<std::size_t> shared(keyframes_.size(), 0);
   for (const PointId id : points) {
     if (id == no_point) continue;
@@ -85,7 +85,7 @@ std::vector<KeyframeId> LocalMap::covisible(const std::vector<PointId>& points, 
   }
   std::vector<KeyframeId> keyframes;
   for (KeyframeId k = 0; k < shared.size(); ++k) {
-    if (shared[k] >= least_shared) keyframes.push_back(k);
+    if (shared[k] >= min_shared) keyframes.push_back(k);
   }
   std::stable_sort(keyframes.begin(), keyframes.end(),
                    [&](KeyframeId a, KeyframeId b) { return shared[a] > shared[b]; });

@@ -56,7 +56,7 @@ class LocalMap {
 
   /// The keyframes that see most of these points, by falling number, at most `count`.
   std::vector<KeyframeId> covisible(const std::vector<PointId>& points, std::size_t count,
-                                    std::size_t least_shared) const;
+                                    std::size_t min_shared) const;
 
   /// The good points of keyframes, each once, in the order of their ids.
   std::vector<PointId> points_of(const std::vector<KeyframeId>& keyframes) const;

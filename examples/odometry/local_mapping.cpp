@@ -13,7 +13,7 @@ namespace odometry {
 namespace {
 
 constexpr std::size_t most_fixed = 20;
-constexpr std::size_t least_shared = 15;
+constexpr std::size_t min_shared = 15;
 
 /// What is to be adjusted, by the ids of the map.
 struct Selection {
@@ -25,7 +25,7 @@ struct Selection {
 Selection select(const LocalMap& map, KeyframeId keyframe, std::size_t neighbours) {
   Selection selection;
   const std::vector<PointId>& own_points = map.keyframe(keyframe).points;
-  selection.keyframes = map.covisible(own_points, neighbours + 1, least_shared);
+  selection.keyframes = map.covisible(own_points, neighbours + 1, min_shared);
   std::vector<KeyframeId>& keyframes = selection.keyframes;
   if (std::find(keyframes.begin(), keyframes.end(), keyframe) == keyframes.end()) {
     keyframes.push_back(keyframe);

@@ -95,7 +95,7 @@ dynfilter::DynamicFilter filter_of(const std::string& rule) {
   using dynfilter::CompensationRule;
   dynfilter::DynamicFilterOptions options;
   if (rule == "depth") {
-    options.compensator.rule = CompensationRule::object_depth;
+    options.compensator.rule = CompensationRule::depth;
   } else if (rule == "paper") {
     options.compensator.rule = CompensationRule::paper;
   } else if (rule == "mask" || rule == "none") {

@@ -16,14 +16,14 @@ namespace dynfilter {
 
 /// By which rule the features are found that masks missed.
 enum class CompensationRule {
-  object_depth,  ///< DepthCompensator
-  paper,         ///< EdgeCompensator: eq. (1)
-  none           ///< masks act alone
+  depth,  ///< DepthCompensator
+  paper,  ///< EdgeCompensator: eq. (1)
+  none    ///< masks act alone
 };
 
 struct CompensatorOptions {
-  CompensationRule rule = CompensationRule::object_depth;
-  DepthCompensatorOptions object_depth;
+  CompensationRule rule = CompensationRule::depth;
+  DepthCompensatorOptions depth;
   EdgeCompensatorOptions paper;
 };
 
@@ -32,7 +32,7 @@ class Compensator {
  public:
   /// Throws std::invalid_argument for options that either rule's component refuses.
   explicit Compensator(const CompensatorOptions& options = {})
-      : rule_(options.rule), by_object_depth_(options.object_depth), by_paper_(options.paper) {}
+      : rule_(options.rule), by_depth_(options.depth), by_paper_(options.paper) {}
 
   void operator()(const FilterInput& input, FeatureLabels& labels) const {
     Workspace workspace;
@@ -42,8 +42,8 @@ class Compensator {
   /// Cost and errors are those of the rule's component.
   void operator()(const FilterInput& input, FeatureLabels& labels, Workspace& workspace) const {
     switch (rule_) {
-      case CompensationRule::object_depth:
-        by_object_depth_(input, labels, workspace);
+      case CompensationRule::depth:
+        by_depth_(input, labels, workspace);
         break;
       case CompensationRule::paper:
         by_paper_(input, labels, workspace);
@@ -55,7 +55,7 @@ class Compensator {
 
  private:
   CompensationRule rule_;
-  DepthCompensator by_object_depth_;
+  DepthCompensator by_depth_;
   EdgeCompensator by_paper_;
 };
 

@@ -19,6 +19,11 @@ struct DynamicFilterOptions {
   FeatureFloorOptions feature_floor;
 };
 
+#ifdef DYNFILTER_COMPILED
+// The library dynfilter::compiled has it, so that files that include this header need not.
+extern template class Pipeline<MaskCuller, Compensator, FeatureFloor>;
+#endif
+
 /// The paper's section 3: removes the features on prior dynamic objects (3.1), then the features
 /// that the masks missed (3.2): by the object's depth, which finds more of them and takes fewer
 /// others, or by the paper's own rule, CompensationRule::paper. Then, which the paper leaves to the

@@ -12,6 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <tuple>
+#include <vector>
 
 #include <opencv2/core.hpp>
 
@@ -56,39 +57,54 @@ class FeatureFloor {
   /// std::invalid_argument for malformed input.
   void operator()(const FilterInput& input, FeatureLabels& labels, Workspace& workspace) const {
     validate(input, labels, "FeatureFloor");
-    workspace.restorable.reserve(labels.size());
+    std::vector<Candidate>& restorable = workspace.get<Scratch>().restorable;
+    restorable.reserve(labels.size());
     FrameStatistics& statistics = labels.statistics();
     statistics.starved = statistics.kept() < options_.floor;
     if (!statistics.starved) return;
     statistics.suggested_features = suggestion(statistics);
-    if (options_.policy != FloorPolicy::report_only) restore(input, labels, workspace);
+    if (options_.policy != FloorPolicy::report_only) restore(input, labels, restorable);
   }
 
  private:
+  /// A removed feature that may be given back.
+  struct Candidate {
+    std::size_t cell;  // of the image
+    float score;
+    bool on_mask;
+    std::uint64_t key;  // hash that decides among equals
+    std::size_t feature;
+  };
+
+  struct Scratch {
+    std::vector<Candidate> restorable;
+  };
+
   static constexpr int columns = 8, rows = 6;  // cells of 80x80 at 640x480
   using CellCounts = std::array<std::size_t, std::size_t{columns * rows}>;
 
   /// So many that the floor would be left if the same share survived; at most four times as many.
   std::size_t suggestion(const FrameStatistics& statistics) const {
     if (statistics.features == 0) return options_.floor;
-    const std::size_t most = 4 * statistics.features;
-    if (statistics.kept() == 0) return most;
+    const std::size_t max_features = 4 * statistics.features;
+    if (statistics.kept() == 0) return max_features;
     const double share =
         static_cast<double>(statistics.kept()) / static_cast<double>(statistics.features);
     const double wanted = std::ceil(static_cast<double>(options_.floor) / share);
-    return wanted < static_cast<double>(most) ? static_cast<std::size_t>(wanted) : most;
+    return wanted < static_cast<double>(max_features) ? static_cast<std::size_t>(wanted)
+                                                      : max_features;
   }
 
-  void restore(const FilterInput& input, FeatureLabels& labels, Workspace& workspace) const {
+  void restore(const FilterInput& input, FeatureLabels& labels,
+               std::vector<Candidate>& restorable) const {
     CellCounts kept{};
-    collect(input, labels, workspace, kept);
-    auto& restorable = workspace.restorable;
+    collect(input, labels, restorable, kept);
     std::sort(restorable.begin(), restorable.end(), [](const auto& a, const auto& b) {
       return std::tie(a.cell, a.score, a.on_mask, a.key, a.feature) <
              std::tie(b.cell, b.score, b.on_mask, b.key, b.feature);
     });
     CellCounts next{}, end{};  // the cells' parts of restorable
-    for (const RestoreCandidate& candidate : restorable) ++end[candidate.cell];
+    for (const Candidate& candidate : restorable) ++end[candidate.cell];
     for (std::size_t cell = 1; cell < end.size(); ++cell) {
       next[cell] = end[cell - 1];
       end[cell] += end[cell - 1];
@@ -102,10 +118,10 @@ class FeatureFloor {
   }
 
   /// What may be restored, with its place in the order; and how many features each cell keeps.
-  void collect(const FilterInput& input, const FeatureLabels& labels, Workspace& workspace,
-               CellCounts& kept) const {
+  void collect(const FilterInput& input, const FeatureLabels& labels,
+               std::vector<Candidate>& restorable, CellCounts& kept) const {
     const FeatureSampler sampler;
-    workspace.restorable.clear();
+    restorable.clear();
     for (std::size_t i = 0; i < labels.size(); ++i) {
       const cv::Point pixel = input.features.pixel(i);
       const std::size_t cell = cell_of(pixel, input);
@@ -114,7 +130,7 @@ class FeatureFloor {
       if (!label.removed) {
         ++kept[cell];
       } else if (!on_mask || label.instance >= 0) {
-        workspace.restorable.push_back(
+        restorable.push_back(
             {cell, label.score, on_mask, sampler.key(input.frame.id, 0, pixel), i});
       }
     }

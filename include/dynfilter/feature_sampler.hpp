@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <tuple>
 #include <vector>
 
@@ -40,49 +39,27 @@ class FeatureSampler {
 
   /// The hash of (seed, frame id, instance index, pixel relative to the box). O(1).
   std::uint64_t key(std::uint64_t frame_id, std::size_t instance, cv::Point pixel) const {
-    return key(instance_hash(frame_id, instance), pixel);
-  }
-
-  /// The same in two steps, for many features of one instance: what their keys have in common, and
-  /// the rest.
-  std::uint64_t instance_hash(std::uint64_t frame_id, std::size_t instance) const {
-    return mix(mix(mix(seed_) ^ frame_id) ^ static_cast<std::uint64_t>(instance));
-  }
-
-  static std::uint64_t key(std::uint64_t instance_hash, cv::Point pixel) {
     const auto x = static_cast<std::uint32_t>(pixel.x);
     const auto y = static_cast<std::uint32_t>(pixel.y);
-    return mix(instance_hash ^ (std::uint64_t{x} << 32U | y));
+    const std::uint64_t of_instance =
+        mix(mix(mix(seed_) ^ frame_id) ^ static_cast<std::uint64_t>(instance));
+    return mix(of_instance ^ (std::uint64_t{x} << 32U | y));
   }
 
   std::size_t samples() const { return samples_; }
-
-  /// The highest key of about one and a half times the sample, of so many features: keys are hashes
-  /// and lie evenly between 0 and 2^64. So most features need not be looked at to know that they
-  /// are not drawn, provided that at least samples() others have keys up to this one.
-  std::uint64_t high_key(std::size_t features) const {
-    const double share = 1.5 * static_cast<double>(samples_) / static_cast<double>(features);
-    return share < 1 ? static_cast<std::uint64_t>(share * 18446744073709551616.0)
-                     : std::numeric_limits<std::uint64_t>::max();
-  }
 
   /// Reduces the candidates to the sample, in no particular order: those with the smallest keys,
   /// all of them if there are fewer. Equal keys are told apart by their pixels (row, then column);
   /// features of the same pixel are interchangeable, since they read the same depth. O(candidates).
   void draw(std::vector<SampleCandidate>& candidates) const {
-    const SampleCandidate* end = draw(candidates.data(), candidates.data() + candidates.size());
-    candidates.resize(static_cast<std::size_t>(end - candidates.data()));
-  }
-
-  /// The same in an array: puts the sample at its beginning and returns where it ends.
-  SampleCandidate* draw(SampleCandidate* begin, SampleCandidate* end) const {
-    if (static_cast<std::size_t>(end - begin) <= samples_) return end;
-    SampleCandidate* const sample_end = begin + samples_;
-    std::nth_element(
-        begin, sample_end, end, [](const SampleCandidate& a, const SampleCandidate& b) {
-          return std::tie(a.key, a.pixel.y, a.pixel.x) < std::tie(b.key, b.pixel.y, b.pixel.x);
-        });
-    return sample_end;
+    if (candidates.size() <= samples_) return;
+    const auto sample_end = candidates.begin() + static_cast<std::ptrdiff_t>(samples_);
+    std::nth_element(candidates.begin(), sample_end, candidates.end(),
+                     [](const SampleCandidate& a, const SampleCandidate& b) {
+                       return std::tie(a.key, a.pixel.y, a.pixel.x) <
+                              std::tie(b.key, b.pixel.y, b.pixel.x);
+                     });
+    candidates.erase(sample_end, candidates.end());
   }
 
  private:

@@ -17,9 +17,8 @@
 namespace dynfilter {
 namespace detail {
 
-/// Of a coordinate in the range of int. Without a branch, and in float, so that a loop over many is
-/// one over vectors. Exact: what truncating leaves is a float, where the sum of 0.49999997 and 0.5
-/// would have to be rounded.
+/// Rounds a coordinate in the range of int. Exact: a float has what truncating leaves, where the
+/// sum of 0.49999997 and 0.5 would have to be rounded.
 inline int round_half_up(float coordinate) {
   const int truncated = static_cast<int>(coordinate);
   const float rest = coordinate - static_cast<float>(truncated);
@@ -88,16 +87,6 @@ class FeaturesView {
 
   /// The pixel that feature i belongs to, see nearest_pixel.
   cv::Point pixel(std::size_t i) const { return nearest_pixel((*this)[i]); }
-
-  /// Where the position of the first feature lies in memory, x and y as floats, and how many bytes
-  /// there are from one to the next.
-  const void* data() const { return first_; }
-  std::size_t stride_bytes() const { return stride_; }
-
-  /// Whether the other view shows the same elements in memory.
-  bool is_same_view(const FeaturesView& other) const {
-    return first_ == other.first_ && stride_ == other.stride_ && count_ == other.count_;
-  }
 
   /// Diameter of feature i in pixels (cv::KeyPoint::size); 0 for points.
   float diameter_px(std::size_t i) const {

@@ -7,7 +7,6 @@
 #include "dynfilter/detail/require_cxx17.hpp"
 
 #include "dynfilter/detail/errors.hpp"
-#include "dynfilter/feature_pixels.hpp"
 #include "dynfilter/features.hpp"
 #include "dynfilter/frame.hpp"
 #include "dynfilter/labels.hpp"
@@ -15,43 +14,16 @@
 
 namespace dynfilter {
 
-template <class... Stages>
-class Pipeline;
-
-namespace detail {
-
-/// Whether an input was found well-formed: pipelines alone say so, to their stages.
-class Validated {
- public:
-  Validated() = default;
-  explicit operator bool() const { return is_validated_; }
-
- private:
-  template <class... Stages>
-  friend class dynfilter::Pipeline;
-
-  explicit Validated(bool is_validated) : is_validated_(is_validated) {}
-
-  bool is_validated_ = false;
-};
-
-}  // namespace detail
-
 /// What every stage reads. A stage is any callable void(const FilterInput&, FeatureLabels&) const.
 struct FilterInput {
   const FrameView& frame;
   const Segmentation& segmentation;  ///< without instances where no masks are known
   FeaturesView features;
-  /// Of these features, from a pipeline that has read them once for all its stages; else nullptr.
-  const FeaturePixels* pixels = nullptr;
-  detail::Validated validated = {};  ///< by a pipeline, for its stages
 };
 
 /// Throws std::invalid_argument, in the name of `component`, if frame or segmentation is malformed
-/// or the segmented image has another size than the frame's. O(instances), and O(1) in a stage of
-/// a pipeline, which has done it.
+/// or the segmented image has another size than the frame's. O(instances).
 inline void validate(const FilterInput& input, const char* component) {
-  if (input.validated) return;
   validate(input.frame, component);
   validate(input.segmentation, component);
   const cv::Size segmented = input.segmentation.image_size;
@@ -87,7 +59,7 @@ inline void validate_labels(const FilterInput& input, const FeatureLabels& label
   }
 }
 
-/// Both: what a stage that is called on its own checks first.
+/// Checks both, as a stage does first.
 inline void validate(const FilterInput& input, const FeatureLabels& labels, const char* component) {
   validate(input, component);
   validate_labels(input, labels, component);

@@ -13,9 +13,7 @@
 #include <opencv2/core.hpp>
 
 #include "dynfilter/detail/columns.hpp"
-#include "dynfilter/detail/compaction.hpp"
 #include "dynfilter/detail/errors.hpp"
-#include "dynfilter/detail/instruction_set.hpp"
 #include "dynfilter/labels.hpp"
 
 namespace dynfilter {
@@ -59,7 +57,8 @@ std::size_t keep_static(const FeatureLabels& labels, Columns&... columns) {
   std::size_t position = 0;
   (detail::require_length(columns, labels.size(), position++), ...);
   (detail::unshare(columns), ...);  // the last step that may throw, and no row has moved yet
-  const std::size_t kept = detail::move_kept(labels, detail::best_instruction_set(), columns...);
+  const std::size_t kept = kept_below(labels, labels.size());
+  (detail::move_kept(labels, columns), ...);
   (detail::shorten(columns, kept), ...);
   return kept;
 }

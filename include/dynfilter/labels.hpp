@@ -7,15 +7,12 @@
 #include "dynfilter/detail/require_cxx17.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <utility>
 #include <vector>
 
-#include "dynfilter/detail/blocks.hpp"
 #include "dynfilter/detail/errors.hpp"
-#include "dynfilter/feature_list.hpp"
 #include "dynfilter/segmentation.hpp"
 #include "dynfilter/statistics.hpp"
 
@@ -51,10 +48,9 @@ class FeatureLabels {
 
   /// Makes all features untouched again, reusing memory. Where memory runs out, nothing changes.
   void reset(std::size_t features, const Segmentation& segmentation) {
-    removed_bits_.reserve(detail::blocks_for(features));
     labels_.reserve(features);
     statistics_.instances.reserve(segmentation.instances.size());
-    make_untouched(features);
+    labels_.assign(features, FeatureLabel());
     // Not the whole struct is replaced: the vector of instances keeps its memory.
     std::vector<InstanceStatistics> instances = std::move(statistics_.instances);
     statistics_ = FrameStatistics();
@@ -69,12 +65,7 @@ class FeatureLabels {
   std::size_t size() const { return labels_.size(); }
   bool empty() const { return labels_.empty(); }
   const FeatureLabel& operator[](std::size_t i) const { return labels_[i]; }
-  bool is_removed(std::size_t i) const {
-    return (removed_bits_[i / detail::block_size] >> (i % detail::block_size) & 1U) != 0;
-  }
-
-  /// Whether feature i is removed: bit i % 64 of word i / 64. O(1).
-  const std::vector<std::uint64_t>& removed_bits() const { return removed_bits_; }
+  bool is_removed(std::size_t i) const { return labels_[i].removed; }
 
   std::vector<FeatureLabel>::const_iterator begin() const { return labels_.begin(); }
   std::vector<FeatureLabel>::const_iterator end() const { return labels_.end(); }
@@ -90,37 +81,24 @@ class FeatureLabels {
     if (label.removed) return false;
     if (label.reason == Reason::restored) --statistics_.restored;
     label = {score, instance, reason, true};
-    removed_bits_[i / detail::block_size] |= bit_of(i);
     count(label, 1);
     return true;
   }
 
-  /// The same for many features; those that are removed already keep their labels. `features` may
-  /// be any range of indices. Returns how many this call removed. On errors no label is changed.
-  /// O(their number).
-  template <class Indices>
-  std::size_t remove_all(const Indices& features, std::int32_t instance, Reason reason,
-                         float score) {
-    if (std::begin(features) == std::end(features)) return 0;
-    require_verdict("FeatureLabels::remove_all", last_of(features), instance, score);
-    require_removing(reason);
-    const FeatureLabel verdict = {score, instance, reason, true};
-    FeatureLabel* const labels = labels_.data();
-    std::uint64_t* const removed_bits = removed_bits_.data();
-    std::size_t removed = 0, restored = 0;
-    for (const std::size_t i : features) {
-      FeatureLabel& label = labels[i];
-      if (label.reason != Reason::untouched) {  // which hardly any is
-        if (label.removed) continue;
-        ++restored;
-      }
-      ++removed;
-      label = verdict;
-      removed_bits[i / detail::block_size] |= bit_of(i);
+  /// Says that instance k is a dynamic object, whose features are to be removed. Throws
+  /// std::invalid_argument for an instance that does not exist. O(1).
+  void mark_dynamic(std::size_t k) {
+    if (k >= statistics_.instances.size()) {
+      detail::throw_misuse("FeatureLabels::mark_dynamic", detail::concatenate("instance ", k),
+                           detail::concatenate("an index below ", statistics_.instances.size()));
     }
-    statistics_.restored -= restored;
-    count(verdict, removed);
-    return removed;
+    statistics_.instances[k].dynamic = true;
+  }
+
+  /// Whether a stage marked instance k as dynamic, or removed features on its mask. k must be the
+  /// index of an instance. O(1).
+  bool is_dynamic_object(std::size_t k) const {
+    return statistics_.instances[k].dynamic || statistics_.instances[k].masked > 0;
   }
 
   /// Says that a feature which is kept may be an instance's: raises its score and names the
@@ -143,14 +121,13 @@ class FeatureLabels {
     return restore(i, labels_[i].score);
   }
 
-  /// The same with a new score, for a stage that knows better than the one that removed it. Throws
-  /// std::invalid_argument for a score outside 0 to 1, too.
+  /// Gives it back with a new score, for a stage that knows better than the one that removed it.
+  /// Throws std::invalid_argument for a score outside 0 to 1, too.
   bool restore(std::size_t i, float score) {
     require_verdict("FeatureLabels::restore", i, -1, score);
     FeatureLabel& label = labels_[i];
     if (!label.removed) return false;
     count(label, std::size_t{0} - 1);
-    removed_bits_[i / detail::block_size] &= ~bit_of(i);
     label.score = score;
     label.reason = Reason::restored;
     label.removed = false;
@@ -193,32 +170,7 @@ class FeatureLabels {
                          "in_mask, compensated, or custom and above");
   }
 
-  /// The highest index of a range that is not empty, or one that none is above.
-  template <class Indices>
-  static std::size_t last_of(const Indices& features) {
-    std::size_t last = 0;
-    for (const std::size_t i : features) last = std::max(last, i);
-    return last;
-  }
-  static std::size_t last_of(const FeatureList& features) { return features.features() - 1; }
-
-  static std::uint64_t bit_of(std::size_t i) {
-    return std::uint64_t{1} << (i % detail::block_size);
-  }
-
-  void make_untouched(std::size_t features) {
-    removed_bits_.assign(detail::blocks_for(features), 0);
-    labels_.resize(features);
-    // A label at a time is three times as slow as copies of a block of them.
-    FeatureLabel* const labels = labels_.data();
-    const std::size_t first = std::min(features, detail::block_size);
-    std::fill_n(labels, first, FeatureLabel());
-    for (std::size_t i = first; i < features; i += detail::block_size) {
-      std::copy_n(labels, std::min(detail::block_size, features - i), labels + i);
-    }
-  }
-
-  /// `change` is added to what counts such labels; it may wrap round.
+  /// Adds `change` to the counts of such labels, modulo 2^64, so that -1 takes one away.
   void count(const FeatureLabel& label, std::size_t change) {
     const auto add = [change](std::size_t& counter) { counter += change; };
     InstanceStatistics* instance =
@@ -236,7 +188,6 @@ class FeatureLabels {
   }
 
   std::vector<FeatureLabel> labels_;
-  std::vector<std::uint64_t> removed_bits_;  // of blocks of 64: the labels' `removed` once more
   FrameStatistics statistics_;
 };
 

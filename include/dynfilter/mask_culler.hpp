@@ -16,14 +16,11 @@
 #include <opencv2/core.hpp>
 
 #include "dynfilter/detail/errors.hpp"
-#include "dynfilter/detail/feature_lists.hpp"
 #include "dynfilter/detail/mask_distance.hpp"
-#include "dynfilter/detail/narrow_pixels.hpp"
-#include "dynfilter/feature_list.hpp"
-#include "dynfilter/feature_pixels.hpp"
+#include "dynfilter/detail/rectangles.hpp"
 #include "dynfilter/filter_input.hpp"
+#include "dynfilter/frame_features.hpp"
 #include "dynfilter/labels.hpp"
-#include "dynfilter/stage.hpp"
 #include "dynfilter/workspace.hpp"
 
 namespace dynfilter {
@@ -81,23 +78,19 @@ class MaskCuller {
     (*this)(input, labels, workspace);
   }
 
-  /// O(features x instances), 64 features at a time, and for features in the rectangle of a mask
-  /// the pixels within the margin.
+  /// O(features x instances), in a crowd O(features near each mask), and for those in the
+  /// rectangle of a mask the pixels within the margin.
   void operator()(const FilterInput& input, FeatureLabels& labels, Workspace& workspace) const {
     check(input);
     validate_labels(input, labels, "MaskCuller");
-    const FeaturePixels& pixels = pixels_of(input, workspace);
-    cull_static_mask(pixels, labels, workspace);
     const std::vector<Instance>& instances = input.segmentation.instances;
+    FrameFeatures& features = workspace.get<FrameFeatures>();
+    features.read(input.features, instances.size());
+    cull_static_mask(features, labels);
     for (std::size_t k = 0; k < instances.size(); ++k) {
       if (!is_dynamic(instances[k].class_id)) continue;
-      InstanceStatistics& statistics = labels.statistics().instances[k];
-      statistics.dynamic = true;
-      const auto on_object = features_of(instances[k], input.features, pixels, labels, workspace);
-      statistics.on_mask +=
-          has_margin() ? count_on_mask(instances[k], pixels, on_object) : on_object.size();
-      labels.remove_all(on_object, static_cast<std::int32_t>(k), Reason::in_mask,
-                        instances[k].score);
+      labels.mark_dynamic(k);
+      cull(input, k, features, labels);
     }
   }
 
@@ -141,48 +134,40 @@ class MaskCuller {
     return options_.margin_px + options_.margin_per_diameter * usable(diameter_px);
   }
 
-  bool has_margin() const { return options_.margin_px > 0 || options_.margin_per_diameter > 0; }
-
-  static std::size_t count_on_mask(const Instance& instance, const FeaturePixels& pixels,
-                                   const FeatureList& features) {
-    std::size_t count = 0;
-    for (const std::uint32_t i : features) count += instance.covers(pixels[i]) ? 1 : 0;
-    return count;
-  }
-
   bool on_static_mask(cv::Point pixel) const {
     const cv::Mat& mask = options_.static_mask;
     return pixel.x >= 0 && pixel.y >= 0 && pixel.x < mask.cols && pixel.y < mask.rows &&
            mask.ptr<std::uint8_t>(pixel.y)[pixel.x] != 0;
   }
 
-  void cull_static_mask(const FeaturePixels& pixels, FeatureLabels& labels,
-                        Workspace& workspace) const {
-    const auto on_mask =
-        detail::kept_on_mask(pixels, labels, options_.static_mask, {0, 0}, workspace.features);
-    labels.remove_all(on_mask, -1, Reason::in_mask, 1.0F);
+  void cull_static_mask(const FrameFeatures& features, FeatureLabels& labels) const {
+    if (options_.static_mask.empty()) return;
+    for (std::size_t i = 0; i < features.size(); ++i) {
+      if (on_static_mask(features.pixel(i))) labels.remove(i, -1, Reason::in_mask, 1.0F);
+    }
   }
 
-  /// Those of one instance that are not removed yet.
-  FeatureList features_of(const Instance& instance, FeaturesView features,
-                          const FeaturePixels& pixels, const FeatureLabels& labels,
-                          Workspace& workspace) const {
-    if (!has_margin()) {
-      return detail::kept_on_mask(pixels, labels, instance.mask, instance.mask_origin,
-                                  workspace.features);
+  /// Removes FP_object of instance k: the features on its mask and within the margin.
+  void cull(const FilterInput& input, std::size_t k, FrameFeatures& features,
+            FeatureLabels& labels) const {
+    const Instance& instance = input.segmentation.instances[k];
+    const cv::Rect masked(instance.mask_origin, instance.mask.size());
+    for (const std::size_t i : features.inside(detail::bounds_of(masked, max_margin()))) {
+      if (labels.is_removed(i)) continue;
+      const cv::Point pixel = features.pixel(i);
+      const bool is_on_mask = instance.covers(pixel);
+      const double margin = margin_of(input.features.diameter_px(i));
+      if (!is_on_mask && !(margin > 0 && detail::mask_within(instance, pixel, margin))) continue;
+      labels.remove(i, static_cast<std::int32_t>(k), Reason::in_mask, instance.score);
+      if (is_on_mask) ++labels.statistics().instances[k].on_mask;
     }
-    // As far as margins may reach: anywhere, where they are in proportion to the keypoints.
-    const double most =
-        options_.margin_per_diameter > 0 ? detail::most_mask_radius : std::ceil(options_.margin_px);
-    const auto reach = static_cast<std::int64_t>(std::min(most, detail::most_mask_radius));
-    const cv::Point origin = instance.mask_origin;
-    const detail::Interval columns(origin.x - reach, instance.mask.cols + 2 * reach);
-    const detail::Interval rows(origin.y - reach, instance.mask.rows + 2 * reach);
-    FeatureList list = pixels.inside(columns, rows, labels.removed_bits(), workspace.features);
-    list.leave_only([&](std::size_t i) {
-      return detail::mask_within(instance, pixels[i], margin_of(features.diameter_px(i)));
-    });
-    return list;
+  }
+
+  /// How far a margin may reach, whole pixels: anywhere, where it is in proportion to keypoints.
+  std::int64_t max_margin() const {
+    const double max_px =
+        options_.margin_per_diameter > 0 ? detail::max_mask_radius : std::ceil(options_.margin_px);
+    return static_cast<std::int64_t>(std::min(max_px, detail::max_mask_radius));
   }
 
   MaskCullerOptions options_;

@@ -39,8 +39,8 @@ class Pipeline {
     return labels;
   }
 
-  /// The same where masks may be unknown. std::nullopt says so; that is not a segmentation without
-  /// instances, which says that nobody is there.
+  /// Accepts that masks are unknown: std::nullopt says so. A segmentation without instances says
+  /// that nobody is there, which is not the same.
   FeatureLabels apply(const FrameView& frame, const std::optional<Segmentation>& segmentation,
                       FeaturesView features) const {
     FeatureLabels labels;
@@ -49,7 +49,7 @@ class Pipeline {
     return labels;
   }
 
-  /// The same into labels whose memory is reused.
+  /// Writes into labels whose memory is reused.
   void apply(const FrameView& frame, const Segmentation& segmentation, FeaturesView features,
              FeatureLabels& labels, Workspace& workspace) const {
     run({frame, segmentation, features}, true, labels, workspace);
@@ -64,17 +64,7 @@ class Pipeline {
 
  private:
   void run(const FilterInput& input, bool has_segmentation, FeatureLabels& labels,
-           Workspace& workspace) const {
-    validate(input, "Pipeline");
-    const FilterInput valid{input.frame, input.segmentation, input.features, nullptr,
-                            detail::Validated(true)};
-    for_each_stage([&](const auto& stage) { check_stage(stage, valid); });
-    begin_frame(input, has_segmentation, labels);
-    workspace.frame_pixels.read(input.features, input.segmentation.instances.size());
-    const FilterInput prepared{input.frame, input.segmentation, input.features,
-                               &workspace.frame_pixels, valid.validated};
-    for_each_stage([&](const auto& stage) { run_stage(stage, prepared, labels, workspace); });
-  }
+           Workspace& workspace) const;
 
   static void begin_frame(const FilterInput& input, bool has_segmentation, FeatureLabels& labels) {
     labels.reset(input.features.size(), input.segmentation);
@@ -92,6 +82,16 @@ class Pipeline {
 
   std::tuple<Stages...> stages_;
 };
+
+// Not inside the class, so that dynfilter::compiled can instantiate it once for all files.
+template <class... Stages>
+void Pipeline<Stages...>::run(const FilterInput& input, bool has_segmentation,
+                              FeatureLabels& labels, Workspace& workspace) const {
+  validate(input, "Pipeline");
+  for_each_stage([&](const auto& stage) { check_stage(stage, input); });
+  begin_frame(input, has_segmentation, labels);
+  for_each_stage([&](const auto& stage) { run_stage(stage, input, labels, workspace); });
+}
 
 }  // namespace dynfilter
 

@@ -30,9 +30,9 @@ enum class OutlierRule {
 
 struct RangeEstimatorOptions {
   OutlierRule outlier_rule = OutlierRule::median_absolute_deviation;
-  double outlier_factor = 3.0;    ///< 3 for MAD, 1.5 for the inter-quartile range are customary
-  std::size_t least_samples = 5;  ///< fewer values give no range
-  double expansion = 0.0;         ///< added on both sides, in the values' unit
+  double outlier_factor = 3.0;  ///< 3 for MAD, 1.5 for the inter-quartile range are customary
+  std::size_t min_samples = 5;  ///< fewer values give no range
+  double expansion = 0.0;       ///< added on both sides, in the values' unit
 };
 
 /// Tells the range [a, b] of a quantity on an object from a sample of it: rejects outliers, takes
@@ -41,7 +41,7 @@ struct RangeEstimatorOptions {
 class RangeEstimator {
  public:
   /// Throws std::invalid_argument for a factor or expansion that is negative or not finite, and for
-  /// least_samples = 0.
+  /// min_samples = 0.
   explicit RangeEstimator(const RangeEstimatorOptions& options = {}) : options_(options) {
     const auto require = [](bool holds, const char* name, double value, const char* want) {
       if (!holds) {
@@ -52,11 +52,11 @@ class RangeEstimator {
             options.outlier_factor, "a finite number of at least 0");
     require(std::isfinite(options.expansion) && options.expansion >= 0, "expansion",
             options.expansion, "a finite number of at least 0");
-    require(options.least_samples > 0, "least_samples", 0, "at least 1");
+    require(options.min_samples > 0, "min_samples", 0, "at least 1");
   }
 
   /// The range of the sampled values, which are sorted on the way; empty if they are fewer than
-  /// least_samples or (with a factor below 1) all are outliers. Throws std::invalid_argument for a
+  /// min_samples or (with a factor below 1) all are outliers. Throws std::invalid_argument for a
   /// value that is not finite. Allocates nothing. O(n log n).
   ValueRange estimate(std::vector<double>& values) const {
     for (const double value : values) {
@@ -66,24 +66,15 @@ class RangeEstimator {
       }
     }
     std::sort(values.begin(), values.end());
-    return range_of(values);
-  }
-
- private:
-  friend class EdgeCompensator;  // has sorted values
-
-  /// Of finite values in ascending order.
-  ValueRange range_of(const std::vector<double>& sorted) const {
-    if (sorted.size() < options_.least_samples) return {};
-    const ValueRange fences = inlier_fences(sorted);
-    // Outliers are few, and at the ends.
-    auto first = sorted.begin(), last = sorted.end();
-    while (first != last && *first < fences.lower) ++first;
-    while (first != last && *std::prev(last) > fences.upper) --last;
+    if (values.size() < options_.min_samples) return {};
+    const ValueRange fences = inlier_fences(values);
+    const auto first = std::lower_bound(values.begin(), values.end(), fences.lower);
+    const auto last = std::upper_bound(first, values.end(), fences.upper);
     if (first == last) return {};
     return {*first - options_.expansion, *std::prev(last) + options_.expansion};
   }
 
+ private:
   ValueRange inlier_fences(const std::vector<double>& sorted) const {
     if (options_.outlier_rule == OutlierRule::interquartile_range) {
       const double lower = quantile(sorted, 0.25);
@@ -107,7 +98,8 @@ class RangeEstimator {
     return sorted[below] + beyond * (sorted[above] - sorted[below]);
   }
 
-  /// Of normal values, from their absolute deviations: by the median, or where that is 0 the mean.
+  /// Estimates the standard deviation of normal values from their absolute deviations from the
+  /// median: by the median of those, or where it is 0 by their mean.
   static double standard_deviation(const std::vector<double>& sorted, double median) {
     const double by_median = 1.4826 * median_absolute_deviation(sorted, median);
     if (by_median > 0) return by_median;
@@ -118,20 +110,20 @@ class RangeEstimator {
 
   static double median_absolute_deviation(const std::vector<double>& sorted, double median) {
     const std::size_t count = sorted.size();
-    const double above = deviation_of(count / 2 + 1, sorted, median);
-    return count % 2 == 1 ? above : (deviation_of(count / 2, sorted, median) + above) / 2;
+    const double above = smallest_reach(count / 2 + 1, sorted, median);
+    return count % 2 == 1 ? above : (smallest_reach(count / 2, sorted, median) + above) / 2;
   }
 
-  /// The least deviation from the median that so many values do not exceed. They follow each other
-  /// in the sorted sample, and none of them is farther than the first and the last: no deviation
-  /// need be sorted.
-  static double deviation_of(std::size_t values, const std::vector<double>& sorted, double median) {
-    double least = std::numeric_limits<double>::infinity();
-    for (std::size_t last = values - 1; last < sorted.size(); ++last) {
-      const double first = sorted[last - (values - 1)];
-      least = std::min(least, std::max(median - first, sorted[last] - median));
+  /// The smallest deviation from the median that `count` values do not exceed. These values follow
+  /// each other in the sorted sample, and the first or the last of them is the farthest.
+  static double smallest_reach(std::size_t count, const std::vector<double>& sorted,
+                               double median) {
+    double smallest = std::numeric_limits<double>::infinity();
+    for (std::size_t last = count - 1; last < sorted.size(); ++last) {
+      const double first = sorted[last - (count - 1)];
+      smallest = std::min(smallest, std::max(median - first, sorted[last] - median));
     }
-    return least;
+    return smallest;
   }
 
   RangeEstimatorOptions options_;

@@ -54,15 +54,6 @@ void run_stage(const Stage& stage, const FilterInput& input, FeatureLabels& labe
   }
 }
 
-/// The pixels of the input's features: a pipeline's, or read into the workspace. For stages that
-/// take a workspace. O(features) without a pipeline.
-inline const FeaturePixels& pixels_of(const FilterInput& input, Workspace& workspace) {
-  // A stage may have handed the pipeline's workspace to another pipeline.
-  if (input.pixels != nullptr && input.pixels->are_of(input.features)) return *input.pixels;
-  workspace.pixels.read(input.features, input.segmentation.instances.size());
-  return workspace.pixels;
-}
-
 }  // namespace dynfilter
 
 #endif  // DYNFILTER_STAGE_HPP

@@ -6,56 +6,44 @@
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
-#include <cstddef>
-#include <cstdint>
+#include <memory>
+#include <typeindex>
+#include <typeinfo>
+#include <utility>
 #include <vector>
-
-#include <opencv2/core.hpp>
-
-#include "dynfilter/detail/depth_readings.hpp"
-#include "dynfilter/detail/likely_samples.hpp"
-#include "dynfilter/detail/rectangle_table.hpp"
-#include "dynfilter/detail/sample_lanes.hpp"
-#include "dynfilter/feature_pixels.hpp"
-#include "dynfilter/feature_sampler.hpp"
-#include "dynfilter/object_depth.hpp"
 
 namespace dynfilter {
 
-/// A removed feature that may be given back.
-struct RestoreCandidate {
-  std::size_t cell = 0;  ///< of the image
-  float score = 0.0F;
-  bool on_mask = false;
-  std::uint64_t key = 0;  ///< hash that decides among equals
-  std::size_t feature = 0;
-};
-
-/// A dynamic object whose depth is known.
-struct ObjectInFrame {
-  std::size_t instance = 0;  ///< index into the segmentation's
-  cv::Rect reach;            ///< features outside it are not the object's
-  ObjectDepth depth;
-  double least_nearness = 0;  ///< from which on a pixel without its depth is the object's
-};
-
 /// Scratch memory of a filter, kept by the caller between frames so that a frame allocates nothing
-/// once one of at least that many features and instances was seen. It carries no information from
-/// call to call. One for each thread.
-struct Workspace {
-  FeaturePixels frame_pixels;                  ///< a pipeline's, for all its stages
-  FeaturePixels pixels;                        ///< of the features, read by a stage on its own
-  std::vector<std::uint32_t> features;         ///< of one instance
-  detail::LikelySamplesMemory likely_samples;  ///< of all instances
-  std::vector<SampleCandidate> candidates;     ///< for the sample of one instance
-  detail::DepthReadings readings;              ///< at the pixels of features
-  std::vector<detail::LaneRow> lanes;          ///< of the samples of some instances
-  std::vector<double> depths_m;                ///< of the sample
-  std::vector<double> codes;                   ///< of the sample
-  std::vector<RestoreCandidate> restorable;
-  std::vector<float> pixel_depths_m;  ///< of one instance
-  std::vector<ObjectInFrame> objects;
-  std::vector<detail::RectangleTable> reaches;  ///< of the objects, 64 in each
+/// once one of at least that many features, instances and pixels was seen. It carries no
+/// information from call to call. Use one for each thread.
+///
+/// A stage, a user's too, declares a struct of the vectors that it needs and asks for it by type:
+///
+///   struct Scratch { std::vector<float> depths_m; };
+///   Scratch& scratch = workspace.get<Scratch>();
+class Workspace {
+ public:
+  Workspace() = default;
+  Workspace(Workspace&&) = default;
+  Workspace& operator=(Workspace&&) = default;
+
+  /// The scratch memory of that type. The first call makes it by its default constructor; later
+  /// ones return the same object with whatever the last user left in it. It stays where it is as
+  /// long as the workspace lives. Stages that ask for the same type share one object, so do not
+  /// hold it across a call of another stage. Throws what the constructor throws. O(types in use).
+  template <class Scratch>
+  Scratch& get() {
+    const std::type_index type(typeid(Scratch));
+    for (const auto& [known_type, scratch] : scratch_) {
+      if (known_type == type) return *static_cast<Scratch*>(scratch.get());
+    }
+    scratch_.emplace_back(type, std::make_shared<Scratch>());
+    return *static_cast<Scratch*>(scratch_.back().second.get());
+  }
+
+ private:
+  std::vector<std::pair<std::type_index, std::shared_ptr<void>>> scratch_;
 };
 
 }  // namespace dynfilter

@@ -89,15 +89,15 @@ void read_range(SettingsFile& file, const std::string& name, RangeEstimatorOptio
   read_enumeration(file, name + ".outlier_rule",
                    {"median_absolute_deviation", "interquartile_range"}, options.outlier_rule);
   file.read_number(name + ".outlier_factor", options.outlier_factor);
-  file.read_count(name + ".least_samples", options.least_samples);
+  file.read_count(name + ".min_samples", options.min_samples);
   file.read_number(name + ".expansion", options.expansion);
 }
 
 void read_depth_compensator(SettingsFile& file, DepthCompensatorOptions& options) {
-  file.read_number("object_depth.least_half_width_m", options.object_depth.least_half_width_m);
-  file.read_number("object_depth.most_half_width_m", options.object_depth.most_half_width_m);
-  file.read_number("least_nearness", options.least_nearness);
-  file.read_number("least_nearness_if_stale", options.least_nearness_if_stale);
+  file.read_number("object_depth.min_half_width_m", options.object_depth.min_half_width_m);
+  file.read_number("object_depth.max_half_width_m", options.object_depth.max_half_width_m);
+  file.read_number("min_nearness", options.min_nearness);
+  file.read_number("min_nearness_if_stale", options.min_nearness_if_stale);
   file.read_number("mask_margin_px", options.mask_margin_px);
   file.read_number("stale_age_s", options.stale_age_s);
   file.read_number("motion_px_per_s", options.motion_px_per_s);
@@ -130,7 +130,7 @@ PluginSettings read_plugin_settings(const std::string& path, const std::string& 
   read_masks(file, settings);
   read_enumeration(file, "rule", {"depth", "paper", "mask"}, settings.filter.compensator.rule);
   read_mask_culler(file, settings.filter.mask_culler);
-  read_depth_compensator(file, settings.filter.compensator.object_depth);
+  read_depth_compensator(file, settings.filter.compensator.depth);
   read_edge_compensator(file, settings.filter.compensator.paper);
   read_feature_floor(file, settings.filter.feature_floor);
   file.read_text("output_folder", settings.output_folder);

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "dynfilter/detail/instruction_set.hpp"
+#include "dynfilter/detail/kernels/instruction_set.hpp"
 
 namespace dynfilter::testing {
 

@@ -12,6 +12,7 @@
 #include <opencv2/core.hpp>
 
 #include "counted.hpp"
+#include "dynfilter/dense_depth_lbp.hpp"
 #include "dynfilter/depth_lbp.hpp"
 
 namespace {
@@ -52,7 +53,7 @@ std::vector<cv::Point2f> points() {
 extern "C" {
 
 [[gnu::noinline]] void counted_dense(const DepthLbp& lbp, const cv::Mat& depth, cv::Mat& codes) {
-  lbp.dense(depth, cv::Rect({0, 0}, depth.size()), codes);
+  dense_depth_lbp(depth, cv::Rect({0, 0}, depth.size()), codes, lbp.options());
 }
 
 [[gnu::noinline]] void counted_sparse(const DepthLbp& lbp, const cv::Mat& depth,

@@ -57,11 +57,11 @@ inline int oracle_cluster_end(const OracleBins& bins, int total, int half, doubl
 
 inline ValueRange oracle_object_range(std::vector<float> depths, const ObjectDepthOptions& options,
                                       double share) {
-  const double narrow = options.least_half_width_m, wide = options.most_half_width_m;
+  const double narrow = options.min_half_width_m, wide = options.max_half_width_m;
   std::sort(depths.begin(), depths.end());
   while (!depths.empty() && !(depths.back() * 20.0F < 1024)) depths.pop_back();
   const int total = static_cast<int>(depths.size());
-  if (depths.empty() || depths.size() < options.least_samples) return {};
+  if (depths.empty() || depths.size() < options.min_samples) return {};
   OracleBins bins;
   for (const float depth : depths) ++bins[oracle_bin(depth)];
   const int half = std::max(1, static_cast<int>(narrow / 0.05 + 1e-9));
@@ -134,20 +134,20 @@ inline OracleObject oracle_object(const FrameView& frame, const Instance& instan
       add(of_mask, x, y);
     }
   }
-  const ValueRange by_mask = oracle_object_range(of_mask, options, options.least_share);
+  const ValueRange by_mask = oracle_object_range(of_mask, options, options.min_share);
   if (!by_mask.empty()) object.ranges.push_back(by_mask);
   const auto [x, x_end] = oracle_clip(instance.box.x, instance.box.width, size.width);
   const auto [y, y_end] = oracle_clip(instance.box.y, instance.box.height, size.height);
   const double boxed = double{1} * (x_end - x) * (y_end - y) / (step * step);
   object.samples = of_mask.size();
-  if (!by_mask.empty() && masked >= options.least_mask_share * boxed) return object;
+  if (!by_mask.empty() && masked >= options.min_mask_share * boxed) return object;
   const cv::Rect middle(x + (x_end - x) / 4, y + (y_end - y) / 5, (x_end - x) / 2,
                         (y_end - y) * 3 / 5);
   for (int v = middle.y; v < middle.y + middle.height; v += step) {
     for (int u = middle.x; u < middle.x + middle.width; u += step) add(of_box, u, v);
   }
   object.samples += of_box.size();
-  const ValueRange by_box = oracle_object_range(of_box, options, options.least_box_share);
+  const ValueRange by_box = oracle_object_range(of_box, options, options.min_box_share);
   if (!by_box.empty()) object.ranges.push_back(by_box);
   object.by_box = !by_box.empty();
   return object;
@@ -187,7 +187,7 @@ struct DepthVerdict {
 class DepthOracle {
  public:
   explicit DepthOracle(const FilterCase& input)
-      : input_(input), options_(input.options.compensator.object_depth) {}
+      : input_(input), options_(input.options.compensator.depth) {}
 
   DepthVerdict verdict() {
     verdict_.filter = oracle_masks(input_);
@@ -200,7 +200,7 @@ class DepthOracle {
  private:
   double age() const {
     const double age = std::abs(input_.frame.timestamp_s - input_.segmentation.timestamp_s);
-    return age > options_.most_age_s ? 0 : age;
+    return age > options_.max_age_s ? 0 : age;
   }
 
   bool stale() const { return age() > options_.stale_age_s; }
@@ -250,7 +250,7 @@ class DepthOracle {
     if (object.has(metres)) return 1;
     if (metres > 0 && metres < object.hull().upper) return 0;
     const double nearness = oracle_nearness(input_.frame, pixel, object, options_.reach_px);
-    const double least = stale() ? options_.least_nearness_if_stale : options_.least_nearness;
+    const double least = stale() ? options_.min_nearness_if_stale : options_.min_nearness;
     if (nearness <= 0) return 0;
     return nearness < least ? 0.5 * (nearness / least) : std::min(1.0, 0.5 + nearness / 8);
   }

@@ -120,7 +120,7 @@ inline RangeEstimatorOptions arbitrary_range_options(ByteSource& source, double 
   options.outlier_rule =
       source.chance(50) ? OutlierRule::interquartile_range : OutlierRule::median_absolute_deviation;
   options.outlier_factor = source.between(0, 12) / 4.0;
-  options.least_samples = static_cast<std::size_t>(source.between(1, 6));
+  options.min_samples = static_cast<std::size_t>(source.between(1, 6));
   options.expansion = expansion;
   return options;
 }
@@ -137,7 +137,7 @@ inline DynamicFilterOptions arbitrary_options(ByteSource& source, const cv::Size
   edge.seed = source.byte();
   edge.depth = arbitrary_range_options(source, source.between(0, 10) / 20.0);
   edge.code = arbitrary_range_options(source, source.between(0, 64));
-  const std::size_t least = std::max(edge.depth.least_samples, edge.code.least_samples);
+  const std::size_t least = std::max(edge.depth.min_samples, edge.code.min_samples);
   edge.samples = least + static_cast<std::size_t>(source.between(0, 24));
   if (source.chance(30)) edge.missing_depth = MissingDepth::remove;
   if (source.chance(30)) edge.depth_lbp.missing_neighbour = MissingNeighbour::farther;
@@ -176,15 +176,15 @@ inline FilterCase arbitrary_case(ByteSource& source) {
 inline DepthCompensatorOptions arbitrary_depth_options(ByteSource& source, const cv::Size& image) {
   DepthCompensatorOptions options;
   ObjectDepthOptions& depth = options.object_depth;
-  depth.least_half_width_m = source.between(1, 60) / 100.0;
-  depth.most_half_width_m = depth.least_half_width_m + source.between(0, 60) / 100.0;
-  depth.least_share = source.between(0, 40) / 100.0;
-  depth.least_mask_share = source.between(0, 40) / 100.0;
-  depth.least_box_share = source.between(0, 60) / 100.0;
-  depth.least_samples = static_cast<std::size_t>(source.between(0, 12));
+  depth.min_half_width_m = source.between(1, 60) / 100.0;
+  depth.max_half_width_m = depth.min_half_width_m + source.between(0, 60) / 100.0;
+  depth.min_share = source.between(0, 40) / 100.0;
+  depth.min_mask_share = source.between(0, 40) / 100.0;
+  depth.min_box_share = source.between(0, 60) / 100.0;
+  depth.min_samples = static_cast<std::size_t>(source.between(0, 12));
   const double scale = image.width / 640.0;
-  options.least_nearness = (source.between(0, 8) / 4.0 + 0.11) * scale;
-  options.least_nearness_if_stale = (source.between(0, 8) / 4.0 + 0.11) * scale;
+  options.min_nearness = (source.between(0, 8) / 4.0 + 0.11) * scale;
+  options.min_nearness_if_stale = (source.between(0, 8) / 4.0 + 0.11) * scale;
   options.reach_px = (source.between(1, 6) + 0.2) / scale;
   options.box_margin_px = (source.between(0, 5) + 0.15) / scale;
   options.mask_margin_px = (source.between(0, 2) + 0.3) / scale;
@@ -198,8 +198,7 @@ inline void draw_rule(ByteSource& source, FilterCase& made, CompensationRule rul
   made.segmentation.timestamp_s = made.frame.timestamp_s - ages_s[source.between(0, 6)];
   made.options.compensator.rule = rule;
   if (source.chance(70)) {
-    made.options.compensator.object_depth =
-        arbitrary_depth_options(source, made.segmentation.image_size);
+    made.options.compensator.depth = arbitrary_depth_options(source, made.segmentation.image_size);
   }
 }
 
@@ -248,15 +247,21 @@ inline void enlarge(ByteSource& source, FilterCase& made) {
   }
 }
 
-/// Without bytes to choose by, the paper's rule and a small image: the kept inputs of the fuzzer
+/// Without bytes to choose by, the paper's rule: the kept inputs of the fuzzer
 /// were made for it.
 inline FilterCase arbitrary_case_of_any_rule(ByteSource& source) {
   FilterCase made = arbitrary_case(source);
   const int rule = source.between(0, 9);
   draw_rule(source, made,
             rule < 3   ? CompensationRule::paper
-            : rule < 9 ? CompensationRule::object_depth
+            : rule < 9 ? CompensationRule::depth
                        : CompensationRule::none);
+  return made;
+}
+
+/// The same, at times in an image of any size.
+inline FilterCase arbitrary_case_of_any_size(ByteSource& source) {
+  FilterCase made = arbitrary_case_of_any_rule(source);
   if (source.byte() == 255) enlarge(source, made);
   return made;
 }

@@ -46,7 +46,7 @@ inline bool same_object(const InstanceStatistics& a, const InstanceStatistics& b
 /// By the oracle of the input's rule.
 inline OracleVerdict expected_verdict(const FilterCase& input) {
   switch (input.options.compensator.rule) {
-    case CompensationRule::object_depth:
+    case CompensationRule::depth:
       return DepthOracle(input).verdict().filter;
     case CompensationRule::paper:
       return oracle_filter(input);
@@ -63,7 +63,7 @@ inline std::string check_filter(const FilterCase& input) {
   const FeatureLabels labels =
       DynamicFilter(input.options).apply(input.frame, input.segmentation, input.keypoints);
   const OracleVerdict verdict = expected_verdict(input);
-  const bool by_depth = input.options.compensator.rule == CompensationRule::object_depth;
+  const bool by_depth = input.options.compensator.rule == CompensationRule::depth;
   const std::vector<FeatureLabel>& expected = verdict.labels;
   if (labels.size() != expected.size()) return "a wrong number of labels";
   std::size_t removed = 0, restored = 0;

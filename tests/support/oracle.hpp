@@ -78,7 +78,7 @@ inline double oracle_quantile(std::vector<double> values, double share) {
 }
 
 inline ValueRange oracle_range(std::vector<double> values, const RangeEstimatorOptions& options) {
-  if (values.size() < options.least_samples) return {};
+  if (values.size() < options.min_samples) return {};
   std::sort(values.begin(), values.end());
   const double median = oracle_quantile(values, 0.5);
   double lower = 0, upper = 0;

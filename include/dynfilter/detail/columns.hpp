@@ -11,6 +11,8 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
+#include <cstring>
 #include <initializer_list>
 #include <iterator>
 #include <type_traits>
@@ -19,6 +21,7 @@
 #include <opencv2/core.hpp>
 
 #include "dynfilter/detail/errors.hpp"
+#include "dynfilter/labels.hpp"
 
 namespace dynfilter::detail {
 
@@ -63,6 +66,49 @@ void unshare(std::vector<T, Allocator>&) {}
 inline void unshare(cv::Mat& column) {
   const bool owned_alone = column.u != nullptr && column.u->refcount == 1;
   if (!owned_alone) column = column.clone();
+}
+
+/// Calls action(first, end, destination) for each run of features that are kept, in order: the
+/// features from `first` up to and without `end` are to move to `destination`. Runs that stay where
+/// they are, are left out.
+template <class Action>
+void for_each_kept_run(const FeatureLabels& labels, const Action& action) {
+  std::size_t destination = 0, first = 0;
+  while (first < labels.size()) {
+    if (labels.is_removed(first)) {
+      ++first;
+      continue;
+    }
+    std::size_t end = first + 1;
+    while (end < labels.size() && !labels.is_removed(end)) ++end;
+    if (destination != first) action(first, end, destination);
+    destination += end - first;
+    first = end;
+  }
+}
+
+/// Moves the elements of kept features to the front.
+template <class T, class Allocator>
+void move_kept(const FeatureLabels& labels, std::vector<T, Allocator>& column) {
+  const auto at = [&column](std::size_t i) {
+    return column.begin() + static_cast<std::ptrdiff_t>(i);
+  };
+  for_each_kept_run(labels, [&](std::size_t first, std::size_t end, std::size_t destination) {
+    std::move(at(first), at(end), at(destination));
+  });
+}
+
+/// Moves the rows of kept features to the front. Nobody else may see the matrix.
+inline void move_kept(const FeatureLabels& labels, cv::Mat& column) {
+  const std::size_t row_bytes = static_cast<std::size_t>(column.cols) * column.elemSize();
+  if (row_bytes == 0) return;
+  std::uint8_t* const data = column.data;
+  const std::size_t step = column.step[0];
+  for_each_kept_run(labels, [&](std::size_t first, std::size_t end, std::size_t destination) {
+    // Padding between rows moves with them.
+    std::memmove(data + destination * step, data + first * step,
+                 (end - first - 1) * step + row_bytes);
+  });
 }
 
 template <class T, class Allocator>

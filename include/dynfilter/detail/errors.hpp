@@ -6,26 +6,65 @@
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
+#include <cstdint>
+#include <initializer_list>
 #include <locale>
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 
 #include <opencv2/core.hpp>
 
 namespace dynfilter::detail {
 
+/// One part of a message: a text that somebody else keeps, or a number.
+class MessagePart {
+ public:
+  MessagePart(const char* text) : kind_(Kind::text), text_(text) {}
+  MessagePart(const std::string& text) : kind_(Kind::text), text_(text.c_str()) {}
+  MessagePart(double number) : kind_(Kind::real), real_(number) {}
+  template <class Integer, std::enable_if_t<std::is_integral<Integer>::value, int> = 0>
+  MessagePart(Integer number)
+      : kind_(std::is_signed<Integer>::value ? Kind::negative_or_not : Kind::natural),
+        integer_(static_cast<std::uint64_t>(number)) {}
+
+  void print(std::ostream& stream) const {
+    if (kind_ == Kind::text) stream << text_;
+    if (kind_ == Kind::real) stream << real_;
+    if (kind_ == Kind::natural) stream << integer_;
+    if (kind_ == Kind::negative_or_not) stream << static_cast<std::int64_t>(integer_);
+  }
+
+ private:
+  enum class Kind { text, real, natural, negative_or_not };
+
+  Kind kind_;
+  union {
+    const char* text_;
+    double real_;
+    std::uint64_t integer_;
+  };
+};
+
+/// Not inlined, as nothing here is: errors are rare, and compilers need not make them fast.
+[[gnu::cold, gnu::noinline]] inline std::string join(std::initializer_list<MessagePart> parts) {
+  std::ostringstream stream;
+  stream.imbue(std::locale::classic());  // 1e6 is not 1,000,000, whatever the host has set
+  for (const MessagePart& part : parts) part.print(stream);
+  return stream.str();
+}
+
+/// Joins texts and numbers to one text.
 template <class... Parts>
-std::string concatenate(const Parts&... parts) {
-  std::ostringstream text;
-  text.imbue(std::locale::classic());  // 1e6 is not 1,000,000, whatever the host has set
-  (text << ... << parts);
-  return text.str();
+[[gnu::cold]] std::string concatenate(const Parts&... parts) {
+  return join({MessagePart(parts)...});
 }
 
 /// Misuse: "dynfilter::<component>: got <got>; want <want>".
-[[noreturn]] inline void throw_misuse(const char* component, const std::string& got,
-                                      const std::string& want) {
+[[noreturn, gnu::cold, gnu::noinline]] inline void throw_misuse(const char* component,
+                                                                const std::string& got,
+                                                                const std::string& want) {
   throw std::invalid_argument(
       concatenate("dynfilter::", component, ": got ", got, "; want ", want));
 }

@@ -14,6 +14,23 @@
 
 namespace dynfilter::detail {
 
+/// A rectangle of pixels that may lie anywhere: in 64 bits, since boxes and masks come from
+/// anywhere and grow. Left and top belong to it, right and bottom do not.
+struct PixelBounds {
+  std::int64_t left, top, right, bottom;
+
+  bool empty() const { return left >= right || top >= bottom; }
+  bool contains(cv::Point pixel) const {
+    return ((pixel.x >= left) & (pixel.x < right) & (pixel.y >= top) & (pixel.y < bottom)) != 0;
+  }
+};
+
+/// The rectangle, grown by so many pixels on each side.
+inline PixelBounds bounds_of(const cv::Rect& rectangle, std::int64_t margin = 0) {
+  const std::int64_t x = rectangle.x, y = rectangle.y;
+  return {x - margin, y - margin, x + rectangle.width + margin, y + rectangle.height + margin};
+}
+
 /// The part of a rectangle, grown by so many pixels on either side, that lies in an image of this
 /// size; empty (0x0 at 0,0) if there is none. In 64 bits, unlike cv::Rect's operator&, since boxes
 /// come from anywhere.

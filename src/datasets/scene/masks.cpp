@@ -16,7 +16,7 @@ namespace dynfilter::scene {
 namespace {
 
 constexpr int network_side = 138;                    // of YOLACT's prototypes
-constexpr double least_share = 200.0 / (640 * 480);  // of the image, for a person to be found
+constexpr double min_share = 200.0 / (640 * 480);  // of the image, for a person to be found
 constexpr double limbs_missing_s = 0.4;
 
 using Regions = std::array<bool, limb_regions + 1>;  // by BodyRegion
@@ -160,7 +160,7 @@ std::vector<Instance> poor_instances(const SyntheticSceneOptions& options, int f
   const double elapsed_s = frame / options.frames_per_second;
   std::vector<Instance> found;
   for (const Instance& exact : truth) {
-    if (cv::countNonZero(exact.mask) < least_share * size.area()) continue;
+    if (cv::countNonZero(exact.mask) < min_share * size.area()) continue;
     const int person = *exact.track_id;
     const std::uint64_t key = make_key(options.seed, Stream::detection, person, frame);
     const cv::Rect box = jittered_box(exact.box, size, key);

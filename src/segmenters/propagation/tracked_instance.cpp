@@ -26,7 +26,7 @@ constexpr double share_of_distance = 0.75;
 constexpr double least_difference_px = 2;
 
 // A mask that fills less of its box than that says little about how the object moves.
-constexpr double least_mask_share = 0.1;
+constexpr double min_mask_share = 0.1;
 
 /// The median of both coordinates, each for itself.
 cv::Point2f median_shift(const std::vector<PointMotion>& motions) {
@@ -156,7 +156,7 @@ std::vector<PointMotion> TrackedInstance::motions_on_mask(
 }
 
 bool TrackedInstance::fills_box() const {
-  return static_cast<double>(mask_.total()) >= least_mask_share * cv::Rect2d(source_.box).area() &&
+  return static_cast<double>(mask_.total()) >= min_mask_share * cv::Rect2d(source_.box).area() &&
          !mask_.empty();
 }
 

@@ -8,8 +8,8 @@
 // serves three rows of codes. Written with intrinsics since compilers make of the same in plain C++
 // something from 1.3 to 150 times slower, depending on which and on its options.
 
-#ifndef DYNFILTER_DETAIL_DEPTH_LBP_AVX512_HPP
-#define DYNFILTER_DETAIL_DEPTH_LBP_AVX512_HPP
+#ifndef DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_AVX512_HPP
+#define DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_AVX512_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -20,7 +20,7 @@
 #include <numeric>
 #include <type_traits>
 
-#include "dynfilter/detail/depth_lbp_strip.hpp"
+#include "dynfilter/detail/kernels/depth_lbp_strip.hpp"
 
 #if DYNFILTER_HAS_X86_KERNELS
 
@@ -276,4 +276,4 @@ void depth_lbp_avx512(const DepthLbpStrip<Depth>& strip, const DepthLbpRule<Dept
 
 #endif  // DYNFILTER_HAS_X86_KERNELS
 
-#endif  // DYNFILTER_DETAIL_DEPTH_LBP_AVX512_HPP
+#endif  // DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_AVX512_HPP

@@ -4,8 +4,8 @@
 // Dense D-LBP by the best instructions of the processor that the program runs on, whatever it was
 // compiled for.
 
-#ifndef DYNFILTER_DETAIL_DEPTH_LBP_DENSE_HPP
-#define DYNFILTER_DETAIL_DEPTH_LBP_DENSE_HPP
+#ifndef DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_DENSE_HPP
+#define DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_DENSE_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -18,11 +18,11 @@
 
 #include <opencv2/core.hpp>
 
-#include "dynfilter/detail/depth_lbp_avx2.hpp"
-#include "dynfilter/detail/depth_lbp_avx512.hpp"
-#include "dynfilter/detail/depth_lbp_sse2.hpp"
-#include "dynfilter/detail/depth_lbp_strip.hpp"
-#include "dynfilter/detail/instruction_set.hpp"
+#include "dynfilter/detail/kernels/depth_lbp_avx2.hpp"
+#include "dynfilter/detail/kernels/depth_lbp_avx512.hpp"
+#include "dynfilter/detail/kernels/depth_lbp_sse2.hpp"
+#include "dynfilter/detail/kernels/depth_lbp_strip.hpp"
+#include "dynfilter/detail/kernels/instruction_set.hpp"
 
 namespace dynfilter::detail {
 
@@ -80,4 +80,4 @@ void dense_depth_lbp(const cv::Mat& depth, const cv::Rect& region, const DepthLb
 
 }  // namespace dynfilter::detail
 
-#endif  // DYNFILTER_DETAIL_DEPTH_LBP_DENSE_HPP
+#endif  // DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_DENSE_HPP

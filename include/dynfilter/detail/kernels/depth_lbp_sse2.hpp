@@ -4,8 +4,8 @@
 // Dense D-LBP with SSE2, which every x86-64 processor has, 16 pixels at a time: as
 // depth_lbp_avx2.hpp does it, in registers of half the width.
 
-#ifndef DYNFILTER_DETAIL_DEPTH_LBP_SSE2_HPP
-#define DYNFILTER_DETAIL_DEPTH_LBP_SSE2_HPP
+#ifndef DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_SSE2_HPP
+#define DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_SSE2_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -13,7 +13,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "dynfilter/detail/depth_lbp_strip.hpp"
+#include "dynfilter/detail/kernels/depth_lbp_strip.hpp"
 
 #if DYNFILTER_HAS_X86_KERNELS
 
@@ -132,4 +132,4 @@ void depth_lbp_sse2(const DepthLbpStrip<Depth>& strip, const DepthLbpRule<Depth>
 
 #endif  // DYNFILTER_HAS_X86_KERNELS
 
-#endif  // DYNFILTER_DETAIL_DEPTH_LBP_SSE2_HPP
+#endif  // DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_SSE2_HPP

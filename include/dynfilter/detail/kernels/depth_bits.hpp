@@ -3,8 +3,8 @@
 
 // The code of one pixel, in plain C++, and what the kernels for others have in common with it.
 
-#ifndef DYNFILTER_DETAIL_DEPTH_LBP_KERNEL_HPP
-#define DYNFILTER_DETAIL_DEPTH_LBP_KERNEL_HPP
+#ifndef DYNFILTER_DETAIL_KERNELS_DEPTH_BITS_HPP
+#define DYNFILTER_DETAIL_KERNELS_DEPTH_BITS_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -12,7 +12,7 @@
 #include <cstdint>
 #include <cstring>
 
-#include "dynfilter/detail/instruction_set.hpp"
+#include "dynfilter/detail/kernels/instruction_set.hpp"
 
 namespace dynfilter::detail {
 
@@ -90,4 +90,4 @@ template <class Depth>
 
 }  // namespace dynfilter::detail
 
-#endif  // DYNFILTER_DETAIL_DEPTH_LBP_KERNEL_HPP
+#endif  // DYNFILTER_DETAIL_KERNELS_DEPTH_BITS_HPP

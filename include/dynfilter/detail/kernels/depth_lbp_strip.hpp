@@ -3,8 +3,8 @@
 
 // What a kernel for dense D-LBP gets, and the kernel in plain C++.
 
-#ifndef DYNFILTER_DETAIL_DEPTH_LBP_STRIP_HPP
-#define DYNFILTER_DETAIL_DEPTH_LBP_STRIP_HPP
+#ifndef DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_STRIP_HPP
+#define DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_STRIP_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -12,7 +12,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "dynfilter/detail/depth_lbp_kernel.hpp"
+#include "dynfilter/detail/kernels/depth_bits.hpp"
 
 namespace dynfilter::detail {
 
@@ -102,4 +102,4 @@ void depth_lbp_portable(const DepthLbpStrip<Depth>& strip, const DepthLbpRule<De
 
 }  // namespace dynfilter::detail
 
-#endif  // DYNFILTER_DETAIL_DEPTH_LBP_STRIP_HPP
+#endif  // DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_STRIP_HPP

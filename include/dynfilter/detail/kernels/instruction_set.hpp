@@ -3,8 +3,8 @@
 
 // Which instructions the processor has beyond those that the compiler was told of.
 
-#ifndef DYNFILTER_DETAIL_INSTRUCTION_SET_HPP
-#define DYNFILTER_DETAIL_INSTRUCTION_SET_HPP
+#ifndef DYNFILTER_DETAIL_KERNELS_INSTRUCTION_SET_HPP
+#define DYNFILTER_DETAIL_KERNELS_INSTRUCTION_SET_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -62,4 +62,4 @@ inline InstructionSet best_instruction_set() {
 
 }  // namespace dynfilter::detail
 
-#endif  // DYNFILTER_DETAIL_INSTRUCTION_SET_HPP
+#endif  // DYNFILTER_DETAIL_KERNELS_INSTRUCTION_SET_HPP

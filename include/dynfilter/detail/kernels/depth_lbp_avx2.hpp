@@ -5,8 +5,8 @@
 // are packed to a byte a pixel before a bit of the code is taken from them. Written with intrinsics
 // since compilers make of the same in plain C++ something from 1.1 to 150 times slower.
 
-#ifndef DYNFILTER_DETAIL_DEPTH_LBP_AVX2_HPP
-#define DYNFILTER_DETAIL_DEPTH_LBP_AVX2_HPP
+#ifndef DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_AVX2_HPP
+#define DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_AVX2_HPP
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
@@ -14,7 +14,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "dynfilter/detail/depth_lbp_strip.hpp"
+#include "dynfilter/detail/kernels/depth_lbp_strip.hpp"
 
 #if DYNFILTER_HAS_X86_KERNELS
 
@@ -153,4 +153,4 @@ template <class Depth>
 
 #endif  // DYNFILTER_HAS_X86_KERNELS
 
-#endif  // DYNFILTER_DETAIL_DEPTH_LBP_AVX2_HPP
+#endif  // DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_AVX2_HPP

@@ -1,0 +1,58 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// A header of its own, not part of the umbrella: its kernels name instruction sets, which takes a
+// compiler as long as all the rest.
+
+#ifndef DYNFILTER_DENSE_DEPTH_LBP_HPP
+#define DYNFILTER_DENSE_DEPTH_LBP_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include <cstdint>
+
+#include <opencv2/core.hpp>
+
+#include "dynfilter/depth_lbp.hpp"
+#include "dynfilter/detail/kernels/depth_lbp_dense.hpp"
+#include "dynfilter/detail/rectangles.hpp"
+
+namespace dynfilter {
+
+/// Computes the D-LBP codes of all pixels of a region, which may reach beyond the image. `depth`:
+/// CV_16UC1 or CV_32FC1. `codes`: CV_8UC1 of its size, 0 where a pixel has no code. A matrix of
+/// that type and size is written in the region only, so threads may share it and each do some rows;
+/// another one is made anew, with 0 outside the region. `codes` must not share data with `depth`.
+///
+/// Throws std::invalid_argument for a depth image of another type and options that DepthLbp
+/// refuses. O(pixels of the region), by the widest registers that the processor has.
+inline void dense_depth_lbp(const cv::Mat& depth, const cv::Rect& region, cv::Mat& codes,
+                            const DepthLbpOptions& options = {}) {
+  const DepthLbp checked(options);
+  detail::require_depth_of_lbp(depth);
+  if (codes.type() != CV_8UC1 || codes.size() != depth.size()) {
+    codes = cv::Mat::zeros(depth.size(), CV_8UC1);
+  }
+  const cv::Rect inside = detail::clip(region, depth.size());
+  const bool missing_is_farther = options.missing_neighbour == MissingNeighbour::farther;
+  if (depth.type() == CV_16UC1) {
+    detail::dense_depth_lbp<std::uint16_t>(
+        depth, inside, {options.bits, detail::depth_bias<std::uint16_t>(missing_is_farther)},
+        detail::best_instruction_set(), codes);
+  } else {
+    detail::dense_depth_lbp<float>(depth, inside,
+                                   {options.bits, detail::depth_bias<float>(missing_is_farther)},
+                                   detail::best_instruction_set(), codes);
+  }
+}
+
+/// Computes the codes of the whole image.
+inline cv::Mat dense_depth_lbp(const cv::Mat& depth, const DepthLbpOptions& options = {}) {
+  cv::Mat codes;
+  dense_depth_lbp(depth, cv::Rect(0, 0, depth.cols, depth.rows), codes, options);
+  return codes;
+}
+
+}  // namespace dynfilter
+
+#endif  // DYNFILTER_DENSE_DEPTH_LBP_HPP

@@ -1,0 +1,49 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_DETAIL_DEPTH_LBP_POINT_HPP
+#define DYNFILTER_DETAIL_DEPTH_LBP_POINT_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+#include <opencv2/core.hpp>
+
+namespace dynfilter::detail {
+
+/// Whether a raw depth says where something is: it is not 0, negative, NaN or infinite.
+inline bool is_depth(std::uint16_t depth) { return depth != 0; }
+inline bool is_depth(float depth) { return depth > 0 && std::isfinite(depth); }
+
+/// The D-LBP code of one pixel; nothing on the border, outside, and without depth. `bits` has the
+/// bit of each neighbour clockwise from the top-left one. A neighbour without depth gives
+/// `bit_of_missing`.
+template <class Depth>
+std::optional<std::uint8_t> depth_lbp_code(const cv::Mat& depth, cv::Point pixel,
+                                           const std::array<std::uint8_t, 8>& bits,
+                                           bool bit_of_missing) {
+  const bool has_neighbours =
+      pixel.x >= 1 && pixel.y >= 1 && pixel.x < depth.cols - 1 && pixel.y < depth.rows - 1;
+  if (!has_neighbours) return {};
+  const Depth* const upper = depth.ptr<Depth>(pixel.y - 1) + pixel.x;
+  const Depth* const middle = depth.ptr<Depth>(pixel.y) + pixel.x;
+  const Depth* const lower = depth.ptr<Depth>(pixel.y + 1) + pixel.x;
+  if (!is_depth(*middle)) return {};
+  const std::array<Depth, 8> clockwise = {upper[-1], upper[0], upper[1],  middle[1],
+                                          lower[1],  lower[0], lower[-1], middle[-1]};
+  unsigned code = 0;
+  for (std::size_t k = 0; k < clockwise.size(); ++k) {
+    const bool is_farther = is_depth(clockwise[k]) ? clockwise[k] > *middle : bit_of_missing;
+    code |= (is_farther ? 1U : 0U) << bits[k];
+  }
+  return static_cast<std::uint8_t>(code);
+}
+
+}  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_DETAIL_DEPTH_LBP_POINT_HPP

@@ -1,0 +1,167 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_FRAME_FEATURES_HPP
+#define DYNFILTER_FRAME_FEATURES_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "dynfilter/detail/rectangles.hpp"
+#include "dynfilter/features.hpp"
+#include "dynfilter/labels.hpp"
+
+namespace dynfilter {
+
+/// Indices of some features of a frame, in memory of whoever answered. Any range-based for reads
+/// it.
+class FeatureIndices {
+ public:
+  FeatureIndices(const std::uint32_t* first, const std::uint32_t* last)
+      : first_(first), last_(last) {}
+
+  const std::uint32_t* begin() const { return first_; }
+  const std::uint32_t* end() const { return last_; }
+  std::size_t size() const { return static_cast<std::size_t>(last_ - first_); }
+  bool empty() const { return first_ == last_; }
+
+ private:
+  const std::uint32_t* first_;
+  const std::uint32_t* last_;
+};
+
+/// The pixels of one frame's features, which answer in sets: the features inside a box, those that
+/// an instance's mask removed. Stages keep it in their scratch memory, see Workspace::get.
+///
+/// In a crowd, features are sorted into the cells of a grid once, so that a box costs the features
+/// near it and not all features. The order of the indices in a set is not specified.
+class FrameFeatures {
+ public:
+  /// Reads the features' pixels, reusing memory. `boxes` is how many boxes will be asked for,
+  /// about: for many of them the grid is made. O(features).
+  void read(FeaturesView features, std::size_t boxes) {
+    pixels_.resize(features.size());
+    for (std::size_t i = 0; i < pixels_.size(); ++i) pixels_[i] = features.pixel(i);
+    found_.resize(features.size());
+    sorted_.resize(features.size());
+    // Sorting costs about as much as comparing all features with eight boxes.
+    has_grid_ = boxes > 8;
+    if (has_grid_) sort_into_cells();
+  }
+
+  std::size_t size() const { return pixels_.size(); }
+
+  /// The pixel of feature i, as FeaturesView::pixel gives it. i must be below size().
+  cv::Point pixel(std::size_t i) const { return pixels_[i]; }
+
+  /// The features whose pixels lie inside the box, wherever that lies; its right and lower edges do
+  /// not belong to it. Valid until the next call of `read` or `inside`. O(features near the box),
+  /// or O(features) without the grid.
+  FeatureIndices inside(const cv::Rect& box) { return inside(detail::bounds_of(box)); }
+
+  FeatureIndices inside(const detail::PixelBounds& bounds) {
+    std::uint32_t* end = found_.data();
+    const auto add_if_inside = [&](std::uint32_t i) {
+      *end = i;
+      end += bounds.contains(pixels_[i]) ? 1 : 0;
+    };
+    if (has_grid_) {
+      for_each_near(bounds, add_if_inside);
+    } else {
+      for (std::uint32_t i = 0; i < pixels_.size(); ++i) add_if_inside(i);
+    }
+    return {found_.data(), end};
+  }
+
+  /// The features that `labels` has removed for an instance with that reason. Call
+  /// sort_by_instance first, and again when labels have changed.
+  FeatureIndices removed_for(std::size_t instance) const {
+    const std::uint32_t* const first = by_instance_.data();
+    return {first + instance_begins_[instance], first + instance_begins_[instance + 1]};
+  }
+
+  /// Prepares removed_for. There must be a label a feature. O(features + instances).
+  void sort_by_instance(const FeatureLabels& labels, Reason reason) {
+    const std::size_t instances = labels.statistics().instances.size();
+    const auto counts = [reason](const FeatureLabel& label) {
+      return label.removed && label.reason == reason && label.instance >= 0;
+    };
+    instance_begins_.assign(instances + 2, 0);
+    by_instance_.resize(labels.size());
+    for (const FeatureLabel& label : labels) {
+      if (counts(label)) ++instance_begins_[static_cast<std::size_t>(label.instance) + 2];
+    }
+    for (std::size_t k = 2; k < instance_begins_.size(); ++k) {
+      instance_begins_[k] += instance_begins_[k - 1];
+    }
+    for (std::uint32_t i = 0; i < labels.size(); ++i) {
+      if (!counts(labels[i])) continue;
+      by_instance_[instance_begins_[static_cast<std::size_t>(labels[i].instance) + 1]++] = i;
+    }
+  }
+
+ private:
+  static constexpr std::int64_t grid_cells = 64;          // each way
+  static constexpr int greatest_on_grid = (1 << 16) - 1;  // coordinate of any image's pixel
+
+  /// Counting sort by cell. The grid spans the coordinates that the features have.
+  void sort_into_cells() {
+    int greatest = 0;
+    for (const cv::Point pixel : pixels_) {
+      if (pixel.x <= greatest_on_grid) greatest = std::max(greatest, pixel.x);
+      if (pixel.y <= greatest_on_grid) greatest = std::max(greatest, pixel.y);
+    }
+    cell_side_ = greatest / grid_cells + 1;
+    cell_begins_.assign(static_cast<std::size_t>(grid_cells * grid_cells) + 2, 0);
+    for (const cv::Point pixel : pixels_) ++cell_begins_[cell_of(pixel) + 2];
+    for (std::size_t cell = 2; cell < cell_begins_.size(); ++cell) {
+      cell_begins_[cell] += cell_begins_[cell - 1];
+    }
+    for (std::uint32_t i = 0; i < pixels_.size(); ++i) {
+      sorted_[cell_begins_[cell_of(pixels_[i]) + 1]++] = i;
+    }
+  }
+
+  /// The column or row of cells. Features left of the grid or above it are in its first one,
+  /// features beyond it in its last.
+  std::int64_t along(std::int64_t coordinate) const {
+    return std::clamp<std::int64_t>(coordinate, 0, grid_cells * cell_side_ - 1) / cell_side_;
+  }
+
+  std::size_t cell_of(cv::Point pixel) const {
+    return static_cast<std::size_t>(along(pixel.y) * grid_cells + along(pixel.x));
+  }
+
+  /// Calls action(i) for the features in all cells that the bounds meet. In each row of cells they
+  /// follow each other.
+  template <class Action>
+  void for_each_near(const detail::PixelBounds& bounds, const Action& action) const {
+    if (bounds.empty()) return;
+    for (std::int64_t row = along(bounds.top); row <= along(bounds.bottom - 1); ++row) {
+      const auto first = static_cast<std::size_t>(row * grid_cells + along(bounds.left));
+      const auto last = static_cast<std::size_t>(row * grid_cells + along(bounds.right - 1));
+      for (std::size_t slot = cell_begins_[first]; slot < cell_begins_[last + 1]; ++slot) {
+        action(sorted_[slot]);
+      }
+    }
+  }
+
+  std::vector<cv::Point> pixels_;
+  std::vector<std::uint32_t> found_;            // the last answer of inside
+  std::vector<std::uint32_t> by_instance_;      // features removed for instance 0, 1, …
+  std::vector<std::uint32_t> instance_begins_;  // of each instance's part, and the end
+  bool has_grid_ = false;
+  std::int64_t cell_side_ = 1;              // pixels
+  std::vector<std::uint32_t> sorted_;       // features by cell, row by row
+  std::vector<std::uint32_t> cell_begins_;  // of each cell's part, and the end
+};
+
+}  // namespace dynfilter
+
+#endif  // DYNFILTER_FRAME_FEATURES_HPP

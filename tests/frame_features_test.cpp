@@ -1,0 +1,110 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/frame_features.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <vector>
+
+#include "support/filter_case.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+using Indices = std::vector<std::size_t>;
+
+Indices sorted(const FeatureIndices& found) {
+  Indices indices(found.begin(), found.end());
+  std::sort(indices.begin(), indices.end());
+  return indices;
+}
+
+/// By a look at each feature, in doubles.
+Indices brute_inside(const std::vector<cv::KeyPoint>& keypoints, const cv::Rect& box) {
+  Indices indices;
+  for (std::size_t i = 0; i < keypoints.size(); ++i) {
+    const cv::Point pixel = nearest_pixel(keypoints[i].pt);
+    const double x = double{1} * pixel.x - box.x, y = double{1} * pixel.y - box.y;
+    if (x >= 0 && y >= 0 && x < box.width && y < box.height) indices.push_back(i);
+  }
+  return indices;
+}
+
+cv::Rect arbitrary_box(ByteSource& source, const cv::Size& image) {
+  constexpr int greatest = std::numeric_limits<int>::max(), least = std::numeric_limits<int>::min();
+  cv::Rect box(source.between(-9, image.width), source.between(-9, image.height),
+               source.between(0, image.width), source.between(0, image.height));
+  if (source.chance(3)) box.x = greatest;
+  if (source.chance(3)) box.y = least;
+  if (source.chance(3)) box.width = greatest;
+  if (source.chance(3)) box = {least, least, greatest, greatest};
+  if (source.chance(3)) box = {0, 0, greatest, greatest};
+  return box;
+}
+
+TEST(FrameFeatures, InsideMatchesBruteForceWithTheGridAndWithout) {
+  FrameFeatures features;  // keeps what earlier frames left in it
+  std::size_t found = 0;
+  for (std::uint64_t seed = 0; seed < 3000; ++seed) {
+    ByteSource source(seed);
+    const int most = source.chance(10) ? 60000 : 900;
+    const cv::Size image(source.between(1, most), source.between(1, most));
+    const std::vector<cv::KeyPoint> keypoints = arbitrary_keypoints(source, image);
+    features.read(keypoints, source.chance(50) ? 1 : 100);
+    ASSERT_EQ(features.size(), keypoints.size());
+    for (std::size_t i = 0; i < keypoints.size(); ++i) {
+      ASSERT_EQ(features.pixel(i), nearest_pixel(keypoints[i].pt));
+    }
+    for (int k = 0; k < 10; ++k) {
+      const cv::Rect box = arbitrary_box(source, image);
+      const Indices expected = brute_inside(keypoints, box);
+      ASSERT_EQ(sorted(features.inside(box)), expected) << "seed " << seed << ", " << box;
+      found += expected.size();
+    }
+  }
+  EXPECT_GT(found, 100000U);
+}
+
+TEST(FrameFeatures, GrownBoundsDoNotOverflow) {
+  FrameFeatures features;
+  const std::vector<cv::Point2f> points = {{5, 5}, {2147483520.0F, 5}};
+  for (const std::size_t boxes : {1U, 100U}) {
+    features.read(points, boxes);
+    const cv::Rect far_right(std::numeric_limits<int>::max(), 0, 10, 10);
+    EXPECT_EQ(sorted(features.inside(detail::bounds_of(far_right, 200))), Indices{1});
+    EXPECT_EQ(features.inside(detail::bounds_of(far_right, std::int64_t{1} << 40)).size(), 2U);
+    EXPECT_TRUE(features.inside(far_right).empty());
+  }
+}
+
+TEST(FrameFeatures, RemovedForMatchesTheLabels) {
+  FrameFeatures features;
+  Segmentation segmentation;
+  for (std::uint64_t seed = 0; seed < 500; ++seed) {
+    ByteSource source(seed);
+    const auto count = static_cast<std::size_t>(source.between(0, 120));
+    const int instances = source.between(0, 12);
+    segmentation.instances.assign(static_cast<std::size_t>(instances), Instance());
+    FeatureLabels labels(count, segmentation);
+    for (std::size_t i = 0; i < count; ++i) {
+      const Reason reason = source.chance(60) ? Reason::in_mask : Reason::compensated;
+      if (source.chance(60)) labels.remove(i, source.between(-1, instances - 1), reason, 1);
+      if (source.chance(10)) labels.restore(i);
+    }
+    features.sort_by_instance(labels, Reason::in_mask);
+    for (int k = 0; k < instances; ++k) {
+      Indices expected;
+      for (std::size_t i = 0; i < count; ++i) {
+        const bool is_masked = labels[i].removed && labels[i].reason == Reason::in_mask;
+        if (is_masked && labels[i].instance == k) expected.push_back(i);
+      }
+      ASSERT_EQ(sorted(features.removed_for(static_cast<std::size_t>(k))), expected);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace dynfilter::testing

@@ -1,0 +1,59 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/workspace.hpp"
+
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace dynfilter {
+namespace {
+
+struct Numbers {
+  std::vector<int> values;
+};
+struct Names {
+  std::vector<std::string> values;
+};
+
+TEST(Workspace, KeepsOneObjectOfEachType) {
+  Workspace workspace;
+  workspace.get<Numbers>().values = {1, 2};
+  workspace.get<Names>().values = {"a"};
+  EXPECT_EQ(workspace.get<Numbers>().values.size(), 2U);
+  EXPECT_EQ(workspace.get<Names>().values.size(), 1U);
+}
+
+TEST(Workspace, ScratchStaysWhereItIsWhileOthersAreMade) {
+  Workspace workspace;
+  const Numbers* const numbers = &workspace.get<Numbers>();
+  workspace.get<Names>();
+  workspace.get<int>();
+  workspace.get<double>();
+  EXPECT_EQ(&workspace.get<Numbers>(), numbers);
+  const Workspace moved = std::move(workspace);
+  EXPECT_EQ(numbers->values.size(), 0U) << "alive in the workspace that it moved to";
+}
+
+TEST(Workspace, TwoWorkspacesShareNothing) {
+  Workspace a, b;
+  a.get<Numbers>().values = {1};
+  EXPECT_TRUE(b.get<Numbers>().values.empty());
+}
+
+TEST(Workspace, ScratchThatCannotBeMadeLeavesTheRest) {
+  struct Throwing {
+    Throwing() { throw std::runtime_error("no memory"); }
+  };
+  Workspace workspace;
+  workspace.get<Numbers>().values = {1};
+  EXPECT_THROW(workspace.get<Throwing>(), std::runtime_error);
+  EXPECT_EQ(workspace.get<Numbers>().values.size(), 1U);
+}
+
+}  // namespace
+}  // namespace dynfilter
