@@ -96,7 +96,9 @@ struct MaskPropagator::State {
       : options(checked_options),
         flow({options.work_width_px, options.point_spacing_px, options.most_forward_backward_px}) {}
 
-  void restart();
+  void forget() noexcept;
+  std::optional<Segmentation> propagate(const FrameView& frame,
+                                        const std::optional<Segmentation>& newest);
   void track(const FrameView& frame);
   void drop_lost(double now_s);
   void look_at(const FrameView& frame, const Segmentation& result);
@@ -122,10 +124,16 @@ struct MaskPropagator::State {
   PropagationStatistics statistics;
 };
 
-void MaskPropagator::State::restart() {
-  const int next_id = next_track_id;
-  *this = State(options);
-  next_track_id = next_id;
+/// Forgets all but which track ids were given. Allocates nothing: it mends what a call left behind
+/// for which memory ran out.
+void MaskPropagator::State::forget() noexcept {
+  flow.forget();
+  steps.clear();
+  known.clear();
+  size = {};
+  last_result.reset();
+  statistics = {};
+  statistics.restarted = true;
 }
 
 /// Into the frame: the image's motion, and with it all that is known.
@@ -281,33 +289,42 @@ MaskPropagator::MaskPropagator(MaskPropagator&&) noexcept = default;
 MaskPropagator& MaskPropagator::operator=(MaskPropagator&&) noexcept = default;
 MaskPropagator::~MaskPropagator() = default;
 
-void MaskPropagator::reset() { *state_ = State(state_->options); }
+void MaskPropagator::reset() {
+  state_->forget();
+  state_->next_track_id = 0;
+  state_->statistics = {};
+}
 
 const PropagationStatistics& MaskPropagator::statistics() const { return state_->statistics; }
 
 std::optional<Segmentation> MaskPropagator::propagate(const FrameView& frame,
                                                       const std::optional<Segmentation>& newest) {
   check(frame, newest);
-  State& state = *state_;
-  state.statistics = {};
-  const cv::Size size = size_of(frame, newest);
-  const bool is_known_size = size.empty() || state.size.empty() || size == state.size;
-  const bool is_later = state.steps.empty() || frame.timestamp_s > state.steps.back().timestamp_s;
-  if (!is_known_size || !is_later) {
-    state.restart();
-    state.statistics.restarted = true;
+  try {
+    return state_->propagate(frame, newest);
+  } catch (...) {
+    state_->forget();  // what is half done would mislead the next call, or crash it
+    throw;
   }
-  if (!size.empty()) state.size = size;
+}
 
-  state.track(frame);
-  if (newest) state.look_at(frame, *newest);
-  state.drop_lost(frame.timestamp_s);
-  state.choose_points();
+std::optional<Segmentation> MaskPropagator::State::propagate(
+    const FrameView& frame, const std::optional<Segmentation>& newest) {
+  statistics = {};
+  const cv::Size frame_size = size_of(frame, newest);
+  const bool is_known_size = frame_size.empty() || size.empty() || frame_size == size;
+  const bool is_later = steps.empty() || frame.timestamp_s > steps.back().timestamp_s;
+  if (!is_known_size || !is_later) forget();
+  if (!frame_size.empty()) size = frame_size;
+
+  track(frame);
+  if (newest) look_at(frame, *newest);
+  drop_lost(frame.timestamp_s);
+  choose_points();
   const bool is_known =
-      state.last_result &&
-      frame.timestamp_s - state.last_result->true_timestamp_s <= state.options.most_age_s;
+      last_result && frame.timestamp_s - last_result->true_timestamp_s <= options.most_age_s;
   if (!is_known) return {};
-  return state.output(frame);
+  return output(frame);
 }
 
 }  // namespace dynfilter

@@ -68,7 +68,8 @@ struct PropagationStatistics {
   bool took_result = false;     ///< `newest` was a result that had not been seen yet
   bool ignored_result = false;  ///< … or older than the last one, or later than the frame
   bool unknown_start = false;   ///< the result's own frame is not in the history
-  bool restarted = false;       ///< all was forgotten: time went back, or the image's size changed
+  bool restarted = false;       ///< all was forgotten: time went back, the image's size changed,
+                                ///< or the call threw half way
 };
 
 /// Moves masks from the frame that they were made of to the frame at hand, for the time between two
@@ -128,7 +129,9 @@ class MaskPropagator {
   ///
   /// Throws std::invalid_argument, before anything has changed, for a malformed frame or result, an
   /// image that is not of 8 bits with 1, 3 or 4 channels, and a result of another size than the
-  /// frame. O(pixels + points + area of the masks).
+  /// frame. Whatever else it throws (std::bad_alloc, cv::Exception where memory runs out), the
+  /// propagator has then forgotten all but which track ids were given: the next call starts anew.
+  /// O(pixels + points + area of the masks).
   std::optional<Segmentation> propagate(const FrameView& frame,
                                         const std::optional<Segmentation>& newest);
 

@@ -113,6 +113,13 @@ void PointFlow::choose_points(const std::vector<cv::Rect>& dense) {
   }
 }
 
+void PointFlow::forget() noexcept {
+  work_.release();
+  pyramid_.clear();
+  last_pyramid_.clear();
+  points_.clear();
+}
+
 /// The centre of a pixel lies half a pixel from its corner in either image.
 cv::Point2f PointFlow::to_full(cv::Point2f point) const {
   return {(point.x + 0.5F) * scale_.x - 0.5F, (point.y + 0.5F) * scale_.y - 0.5F};

@@ -38,6 +38,10 @@ class PointFlow {
   /// (pixels of the full image).
   void choose_points(const std::vector<cv::Rect>& dense);
 
+  /// Forgets the last image. After an exception of the others this must come next: pyramids and
+  /// points may then be of different images, or halves.
+  void forget() noexcept;
+
  private:
   void build_pyramid(const cv::Mat& image);
   cv::Point2f to_full(cv::Point2f point) const;

@@ -1,0 +1,138 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// What a propagator does after a call for which memory ran out.
+
+#include "dynfilter/segmenters/mask_propagator.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
+
+#include "support/failing_allocations.hpp"
+#include "support/scene_images.hpp"
+
+namespace dynfilter {
+namespace {
+
+using testing::fails_at_allocation;
+using testing::for_each_failing_allocation;
+using testing::same;
+
+const cv::Size size(160, 120);
+
+/// A textured scene that moves three pixels a frame to the right, with two masks in it.
+class Film {
+ public:
+  Film() : wide_(size.height, 2 * size.width) {
+    cv::RNG(5).fill(wide_, cv::RNG::UNIFORM, 0, 256);
+    cv::GaussianBlur(wide_, wide_, cv::Size(), 1.5);
+    cv::normalize(wide_, wide_, 0, 255, cv::NORM_MINMAX);
+  }
+
+  FrameView frame(int index) const {
+    FrameView frame;
+    frame.id = static_cast<std::uint64_t>(index);
+    frame.timestamp_s = 1.0 + index / 30.0;
+    frame.image = wide_(cv::Rect({size.width / 2 - 3 * index, 0}, size));
+    return frame;
+  }
+
+  Segmentation masks(int index) const {
+    const FrameView view = frame(index);
+    const cv::Mat mask(50, 40, CV_8UC1, cv::Scalar(255));
+    return {view.id,
+            view.timestamp_s,
+            size,
+            {Instance::from_box_mask(mask, {{20 + 3 * index, 30}, mask.size()}),
+             Instance::from_box_mask(mask, {{90 + 3 * index, 40}, mask.size()})}};
+  }
+
+ private:
+  cv::Mat1b wide_;
+};
+
+/// Fails the test unless two propagators say the same, ids apart.
+void expect_same(const std::optional<Segmentation>& got, const std::optional<Segmentation>& want,
+                 const std::string& when) {
+  SCOPED_TRACE(when);
+  ASSERT_EQ(got.has_value(), want.has_value());
+  if (!got) return;
+  EXPECT_EQ(got->frame_id, want->frame_id);
+  EXPECT_EQ(got->timestamp_s, want->timestamp_s);
+  ASSERT_EQ(got->instances.size(), want->instances.size());
+  for (std::size_t i = 0; i < got->instances.size(); ++i) {
+    EXPECT_EQ(got->instances[i].box, want->instances[i].box);
+    EXPECT_EQ(got->instances[i].mask_origin, want->instances[i].mask_origin);
+    EXPECT_TRUE(same(got->instances[i].mask, want->instances[i].mask));
+  }
+}
+
+/// Frames 0 to `failing` - 1 go well, then every allocation of frame `failing` fails in turn. The
+/// frames after it must give what a propagator gives that sees none before them.
+void expect_new_start_after(int failing) {
+  const Film film;
+  const auto newest = [&](int frame) { return film.masks(frame >= failing ? failing : 0); };
+  const std::size_t failures = for_each_failing_allocation([&](const std::size_t n) {
+    MaskPropagator propagator;
+    for (int i = 0; i < failing; ++i) propagator.propagate(film.frame(i), newest(i));
+    const FrameView frame = film.frame(failing);
+    const std::optional<Segmentation> result = newest(failing);
+    bool is_thrown = true;
+    const bool has_failed = fails_at_allocation(n, [&] {
+      propagator.propagate(frame, result);
+      is_thrown = false;
+    });
+    if (!is_thrown) return has_failed;  // it made do without
+    EXPECT_TRUE(propagator.statistics().restarted);
+    MaskPropagator fresh;
+    for (int i = failing + 1; i < failing + 4; ++i) {
+      const std::optional<Segmentation> got = propagator.propagate(film.frame(i), newest(i));
+      expect_same(got, fresh.propagate(film.frame(i), newest(i)),
+                  "frame " + std::to_string(i) + " after allocation " + std::to_string(n));
+      EXPECT_EQ(propagator.statistics().tracked_points, fresh.statistics().tracked_points);
+    }
+    return !::testing::Test::HasFailure();
+  });
+  EXPECT_GT(failures, 50u);
+}
+
+class MaskPropagatorWithoutMemory : public ::testing::Test {
+ protected:
+  void SetUp() override { cv::setNumThreads(1); }  // allocations fail in this thread alone
+  void TearDown() override { cv::setNumThreads(-1); }
+};
+
+TEST_F(MaskPropagatorWithoutMemory, AFailedFirstCallLeavesItAsNew) { expect_new_start_after(0); }
+
+TEST_F(MaskPropagatorWithoutMemory, AFailedSecondCallLeavesItAsNew) { expect_new_start_after(1); }
+
+TEST_F(MaskPropagatorWithoutMemory, AFailedLaterCallLeavesItAsNew) { expect_new_start_after(4); }
+
+TEST_F(MaskPropagatorWithoutMemory, TheFrameThatFailedMayBeGivenAgain) {
+  const Film film;
+  MaskPropagator propagator, fresh;
+  propagator.propagate(film.frame(0), film.masks(0));
+  ASSERT_TRUE(fails_at_allocation(5, [&] { propagator.propagate(film.frame(1), {}); }));
+  expect_same(propagator.propagate(film.frame(1), film.masks(0)),
+              fresh.propagate(film.frame(1), film.masks(0)), "frame 1 again");
+  EXPECT_FALSE(propagator.statistics().restarted);
+}
+
+TEST_F(MaskPropagatorWithoutMemory, ATrackIdIsNotGivenTwice) {
+  const Film film;
+  MaskPropagator propagator;
+  const auto before = propagator.propagate(film.frame(0), film.masks(0));
+  ASSERT_TRUE(fails_at_allocation(5, [&] { propagator.propagate(film.frame(1), {}); }));
+  const auto after = propagator.propagate(film.frame(2), film.masks(2));
+  ASSERT_EQ(before->instances.back().track_id, 1);
+  EXPECT_EQ(after->instances.front().track_id, 2);
+}
+
+}  // namespace
+}  // namespace dynfilter
