@@ -26,9 +26,28 @@ struct Segmentation {
   std::vector<Instance> instances;
 };
 
+namespace detail {
+
+// The largest images that OpenCV's own readers take. Larger ones are mistakes, and a mask of such a
+// size would end in an overflow or in an attempt to allocate it.
+constexpr int max_image_side_px = 1 << 20;
+constexpr std::int64_t max_image_pixels = std::int64_t{1} << 30;
+
+inline void require_image_size(const cv::Size& size, const char* component) {
+  if (size.width <= max_image_side_px && size.height <= max_image_side_px &&
+      std::int64_t{size.width} * size.height <= max_image_pixels) {
+    return;
+  }
+  throw_misuse(component, concatenate("image_size ", size_name(size)),
+               concatenate("sides of at most ", max_image_side_px, " pixels and at most ",
+                           max_image_pixels, " pixels in all"));
+}
+
+}  // namespace detail
+
 /// Throws std::invalid_argument, in the name of `component`, if a time is not finite, an image size
-/// is missing where there are instances, a mask is not CV_8UC1, a box has a negative side, or a
-/// score lies outside 0 to 1. O(instances).
+/// is missing where there are instances or larger than 2^20 pixels a side or 2^30 pixels in all, a
+/// mask is not CV_8UC1, a box has a negative side, or a score lies outside 0 to 1. O(instances).
 inline void validate(const Segmentation& segmentation, const char* component) {
   if (!std::isfinite(segmentation.timestamp_s)) {
     detail::throw_misuse(
@@ -36,6 +55,7 @@ inline void validate(const Segmentation& segmentation, const char* component) {
         detail::concatenate("timestamp_s = ", segmentation.timestamp_s, " in the segmentation"),
         "a finite time in seconds");
   }
+  detail::require_image_size(segmentation.image_size, component);
   const bool has_size = segmentation.image_size.width > 0 && segmentation.image_size.height > 0;
   if (!has_size && !segmentation.instances.empty()) {
     detail::throw_misuse(
