@@ -11,6 +11,7 @@
 
 #include "dynfilter/detail/depth_image.hpp"
 #include "dynfilter/detail/rectangles.hpp"
+#include "dynfilter/segmentation.hpp"
 
 namespace dynfilter::detail {
 namespace {
@@ -27,6 +28,20 @@ constexpr double least_difference_px = 2;
 
 // A mask that fills less of its box than that says little about how the object moves.
 constexpr double min_mask_share = 0.1;
+
+// No image is so wide (see validate): what moves so far in a frame has left it. The sum over the
+// history still fits into an int.
+constexpr double max_shift_px = max_image_side_px;
+constexpr double max_velocity_px_s = 1e9;
+
+/// A vector whose coordinates are numbers within a limit, as those of real motion are. Times that
+/// nearly coincide and boxes that lie anywhere give any number, or none.
+cv::Point2d limited(cv::Point2d vector, double limit) {
+  const auto coordinate = [&](double value) {
+    return std::isnan(value) ? 0.0 : std::clamp(value, -limit, limit);
+  };
+  return {coordinate(vector.x), coordinate(vector.y)};
+}
 
 /// The median of both coordinates, each for itself.
 cv::Point2f median_shift(const std::vector<PointMotion>& motions) {
@@ -105,7 +120,8 @@ void TrackedInstance::succeed(const TrackedInstance& earlier) {
   velocity_px_s_ = earlier.velocity_px_s_;
   const double passed_s = timestamp_s_ - earlier.timestamp_s_;
   if (!velocity_px_s_ && passed_s > 0) {
-    velocity_px_s_ = (centre(box_) - centre(cv::Rect2d(earlier.source_.box))) / passed_s;
+    const cv::Point2d moved = centre(box_) - centre(cv::Rect2d(earlier.source_.box));
+    velocity_px_s_ = limited(moved / passed_s, max_velocity_px_s);
   }
 }
 
@@ -190,7 +206,7 @@ void TrackedInstance::advance(const FlowStep& step, const MaskPropagatorOptions&
     move_by_flow(motions, as_one, options, step.duration_s);
     ++counts_.by_flow;
   } else if (velocity_px_s_) {
-    shift(*velocity_px_s_ * step.duration_s);
+    shift(limited(*velocity_px_s_ * step.duration_s, max_shift_px));
     ++counts_.by_velocity;
   } else {
     ++counts_.left;
@@ -228,7 +244,7 @@ void TrackedInstance::move_by_flow(const std::vector<PointMotion>& motions, bool
   }
   box_ += cv::Point2d(common);
   shifted_box_ += cv::Point2d(common);
-  const cv::Point2d now = cv::Point2d(common) / duration_s;
+  const cv::Point2d now = limited(cv::Point2d(common) / duration_s, max_velocity_px_s);
   velocity_px_s_ = velocity_px_s_ ? (*velocity_px_s_ + now) / 2 : now;
 }
 
