@@ -273,6 +273,25 @@ TEST_F(PluginTest, AMissingMaskIsAnErrorOrCounted) {
   EXPECT_EQ(lenient.counters().without_masks, 1U);
 }
 
+TEST_F(PluginTest, GoesOnWithoutMasksWhereThatIsTheSetting) {
+  const std::string file = settings("dynfilter.missing_masks: \"keep\"\n");
+  HostFrame first(0), second(1);
+  fs::remove(masks() / "100.000000.png");  // its row stays in the table
+  Plugin one_missing(file);
+  EXPECT_FALSE(
+      one_missing.filter(100.0, first.depth, first.keypoints, first.descriptors).has_segmentation);
+  EXPECT_TRUE(one_missing.filter(100.1, second.depth, second.keypoints, second.descriptors)
+                  .has_segmentation);
+
+  fs::remove_all(masks());
+  fs::create_directory(masks());
+  HostFrame third(2);
+  Plugin all_missing(file);
+  EXPECT_FALSE(
+      all_missing.filter(100.2, third.depth, third.keypoints, third.descriptors).has_segmentation);
+  EXPECT_EQ(all_missing.counters().without_masks, 1U);
+}
+
 TEST_F(PluginTest, NamesMalformedInput) {
   Plugin plugin(settings());
   HostFrame frame(0);

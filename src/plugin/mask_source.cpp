@@ -28,7 +28,9 @@ std::unique_ptr<Segmenter> make_segmenter(const PluginSettings& settings) {
 #ifdef DYNFILTER_HAS_NETWORKS
   if (!settings.model.empty()) return make_network_segmenter(settings.model);
 #endif
-  return std::make_unique<MaskFolderSegmenter>(settings.mask_folder, settings.mask_folder_options);
+  MaskFolderOptions options = settings.mask_folder_options;
+  options.allow_missing = settings.missing_masks == "keep";
+  return std::make_unique<MaskFolderSegmenter>(settings.mask_folder, options);
 }
 
 }  // namespace

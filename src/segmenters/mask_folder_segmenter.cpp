@@ -8,6 +8,7 @@
 #include <iterator>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -66,6 +67,44 @@ void require_header(detail::TableReader& table) {
   }
 }
 
+/// What stands there; what cannot be asked is an error that names it, not one of std::filesystem's.
+fs::file_type type_of(const fs::path& path) {
+  std::error_code error;
+  const fs::file_type type = fs::status(path, error).type();
+  if (error && type != fs::file_type::not_found) {
+    detail::throw_file_error(path, "cannot be read: " + error.message());
+  }
+  return type;
+}
+
+/// Refuses what is there and no regular file: a FIFO that nobody writes into blocks for ever.
+void require_regular(const fs::path& path) {
+  const fs::file_type type = type_of(path);
+  if (type == fs::file_type::regular || type == fs::file_type::not_found) return;
+  detail::throw_file_error(path, "is no regular file; masks and their table must be");
+}
+
+std::vector<fs::path> mask_files(const fs::path& folder) {
+  if (type_of(folder) != fs::file_type::directory) {
+    detail::throw_file_error(folder, "there is no such folder");
+  }
+  std::vector<fs::path> files;
+  std::error_code error;
+  fs::directory_iterator entry(folder, error);
+  for (; !error && entry != fs::directory_iterator(); entry.increment(error)) {
+    const fs::path& file = entry->path();
+    // A symbolic link that leads nowhere is no mask.
+    if (file.extension() == ".png" && type_of(file) != fs::file_type::not_found) {
+      files.push_back(file);
+    }
+  }
+  if (error) {
+    detail::throw_file_error(
+        folder, "cannot be read: " + error.message() + "; want a folder of masks (*.png)");
+  }
+  return files;
+}
+
 /// The instances of a label map, with what the table knows about them.
 std::vector<Instance> labelled_instances(const cv::Mat& label_map,
                                          const std::map<int, Instance>& table,
@@ -104,15 +143,15 @@ MaskFolderSegmenter::MaskFolderSegmenter(const fs::path& folder, const MaskFolde
                                              " and least_pixels = ", options.least_pixels),
                          "at least 0, 0 and 1");
   }
-  if (!fs::is_directory(folder)) detail::throw_file_error(folder, "there is no such folder");
   index_masks();
   const fs::path table = folder / detail::mask_table_name;
-  has_table_ = fs::exists(table);
+  has_table_ = type_of(table) != fs::file_type::not_found;
   if (has_table_) read_table(table);
 }
 
 void MaskFolderSegmenter::index_masks() {
-  for (const fs::path& file : detail::png_files(folder_)) {
+  for (const fs::path& file : mask_files(folder_)) {
+    require_regular(file);
     const std::optional<double> time_s = detail::time_of_stem(file.stem().string());
     if (!time_s) {
       detail::throw_file_error(file,
@@ -123,16 +162,20 @@ void MaskFolderSegmenter::index_masks() {
       detail::throw_file_error(file, "is of the same time as " + found->second.path.string());
     }
   }
-  if (masks_.empty()) detail::throw_file_error(folder_, "holds no mask (*.png)");
+  if (masks_.empty() && !options_.allow_missing) {
+    detail::throw_file_error(folder_, "holds no mask (*.png)");
+  }
 }
 
 void MaskFolderSegmenter::read_table(const fs::path& path) {
+  require_regular(path);
   detail::TableReader table(path, ',');
   require_header(table);
   while (table.next()) {
     const TableRow row = read_row(table);
     const auto mask = nearest(row.time_s);
     if (!is_within_reach(mask, row.time_s)) {
+      if (options_.allow_missing) continue;
       table.fail("frame " + table.text(0) + " has no mask " + table.text(0) + ".png");
     }
     if (!masks_.at(mask->first).instances.emplace(row.label, row.instance).second) {
@@ -150,15 +193,15 @@ bool MaskFolderSegmenter::has_mask(double timestamp_s) const {
 MaskFolderSegmenter::Masks::const_iterator MaskFolderSegmenter::nearest(double time_s) const {
   const std::int64_t time = detail::microseconds(time_s);
   const auto later = masks_.lower_bound(time);
-  if (later == masks_.begin()) return later;
+  if (later == masks_.begin()) return later;  // also where there is none
   const auto earlier = std::prev(later);
   if (later == masks_.end() || time - earlier->first <= later->first - time) return earlier;
   return later;
 }
 
 bool MaskFolderSegmenter::is_within_reach(Masks::const_iterator mask, double time_s) const {
-  return std::abs(mask->first - detail::microseconds(time_s)) <=
-         detail::microseconds(options_.max_time_difference_s);
+  return mask != masks_.end() && std::abs(mask->first - detail::microseconds(time_s)) <=
+                                     detail::microseconds(options_.max_time_difference_s);
 }
 
 Segmentation MaskFolderSegmenter::do_segment(const FrameView& frame) {
@@ -167,11 +210,15 @@ Segmentation MaskFolderSegmenter::do_segment(const FrameView& frame) {
     detail::throw_misuse("MaskFolderSegmenter", "timestamp_s = " + time, "seconds");
   }
   const auto mask = nearest(frame.timestamp_s);
-  const fs::path& file = mask->second.path;
   if (!is_within_reach(mask, frame.timestamp_s)) {
-    detail::throw_file_error(folder_ / (time + ".png"),
-                             "there is no such mask; the nearest is " + file.filename().string());
+    detail::throw_file_error(
+        folder_ / (time + ".png"),
+        "there is no such mask; " +
+            (masks_.empty() ? "the folder holds none"
+                            : "the nearest is " + mask->second.path.filename().string()));
   }
+  const fs::path& file = mask->second.path;
+  require_regular(file);
   cv::Mat pixels = detail::read_image(file, cv::IMREAD_UNCHANGED);
   if (pixels.type() != CV_8UC1 && pixels.type() != CV_16UC1) {
     detail::throw_file_error(

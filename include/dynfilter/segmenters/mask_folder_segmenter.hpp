@@ -24,6 +24,9 @@ struct MaskFolderOptions {
   int box_margin_px = 20;
   /// Binary masks only: smaller objects are left out. 1 = all are kept.
   int least_pixels = 1;
+  /// Whether masks may be missing: the folder may hold none, and rows of the table may be of frames
+  /// that have no file. The masks of such a frame are unknown, see has_mask.
+  bool allow_missing = false;
 };
 
 /// Takes the instances of a frame from a folder of PNG files named by time, 1341846434.710184.png.
@@ -43,10 +46,12 @@ struct MaskFolderOptions {
 class MaskFolderSegmenter final : public Segmenter {
  public:
   /// Reads the table and the names of the masks, decodes none. Throws std::runtime_error that names
-  /// file and line for a folder that is absent or has no PNG file, a PNG file whose name is no time
-  /// (a mask that no frame would find), two for one time, a table whose header is another, a row
-  /// that is short or malformed, an instance that occurs twice, and rows of a frame that has no
-  /// file; std::invalid_argument for options that are negative. O(n log n) of files and rows.
+  /// file and line for a folder that is absent or cannot be read, a PNG file whose name is no time
+  /// (a mask that no frame would find), two for one time, a mask or table that is no regular file,
+  /// a table whose header is another, a row that is short or malformed, and an instance that occurs
+  /// twice; unless `allow_missing`, for a folder that has no PNG file and rows of a frame that has
+  /// none, too. Throws std::invalid_argument for options that are negative. O(n log n) of files and
+  /// rows.
   explicit MaskFolderSegmenter(const std::filesystem::path& folder,
                                const MaskFolderOptions& options = {});
 

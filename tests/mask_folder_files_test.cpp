@@ -1,0 +1,177 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// Folders of masks that lack files, hold something else, or cannot be read.
+
+#include "dynfilter/segmenters/mask_folder_segmenter.hpp"
+
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <gtest/gtest.h>
+#include <opencv2/imgcodecs.hpp>
+
+#include "support/expect_error.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace dynfilter {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::expect_error;
+using testing::TemporaryFolder;
+
+const std::string header = "frame,instance,class_id,score,x,y,width,height\n";
+
+FrameView frame_at(double timestamp_s) {
+  FrameView frame;
+  frame.timestamp_s = timestamp_s;
+  return frame;
+}
+
+void write_mask(const fs::path& file) {
+  fs::create_directories(file.parent_path());
+  ASSERT_TRUE(cv::imwrite(file.string(), cv::Mat(6, 8, CV_8UC1, cv::Scalar(1))));
+}
+
+MaskFolderOptions allowing_missing() {
+  MaskFolderOptions options;
+  options.allow_missing = true;
+  return options;
+}
+
+void expect_refused(const fs::path& folder, const std::string& message) {
+  for (const MaskFolderOptions& options : {MaskFolderOptions(), allowing_missing()}) {
+    expect_error<std::runtime_error>([&] { MaskFolderSegmenter(folder, options); }, message);
+  }
+}
+
+/// Gives up a superuser's rights, to whom every folder is readable.
+class OrdinaryUser {
+ public:
+  OrdinaryUser() : user_(geteuid()) {
+    if (user_ == 0) is_ordinary_ = seteuid(65534) == 0;
+  }
+  ~OrdinaryUser() {
+    if (user_ != 0 || !is_ordinary_) return;
+    EXPECT_EQ(seteuid(0), 0);
+  }
+  bool is_ordinary() const { return is_ordinary_; }
+
+ private:
+  uid_t user_;
+  bool is_ordinary_ = true;
+};
+
+TEST(MaskFolderFiles, AnythingElseInPlaceOfTheTableIsRefused) {
+  const TemporaryFolder folder;
+  write_mask(folder / "1.png");
+  const fs::path table = folder / "instances.csv";
+  ASSERT_EQ(mkfifo(table.c_str(), 0600), 0);
+  expect_refused(folder.path(), table.string() + ": is no regular file");
+  fs::remove(table);
+  fs::create_directory(table);
+  expect_refused(folder.path(), table.string() + ": is no regular file");
+}
+
+TEST(MaskFolderFiles, AnythingElseInPlaceOfAMaskIsRefused) {
+  const TemporaryFolder folder;
+  write_mask(folder / "1.png");
+  const fs::path mask = folder / "2.png";
+  ASSERT_EQ(mkfifo(mask.c_str(), 0600), 0);
+  expect_refused(folder.path(), mask.string() + ": is no regular file");
+  fs::remove(mask);
+  fs::create_directory(mask);
+  expect_refused(folder.path(), mask.string() + ": is no regular file");
+}
+
+TEST(MaskFolderFiles, AFifoThatTookTheNameOfAMaskIsRefused) {
+  const TemporaryFolder folder;
+  const fs::path mask = folder / "1.png";
+  write_mask(mask);
+  MaskFolderSegmenter people(folder.path());
+  fs::remove(mask);
+  ASSERT_EQ(mkfifo(mask.c_str(), 0600), 0);
+  expect_error<std::runtime_error>([&] { people.segment(frame_at(1)); },
+                                   mask.string() + ": is no regular file");
+}
+
+TEST(MaskFolderFiles, MayBeSymbolicLinks) {
+  const TemporaryFolder folder;
+  write_mask(folder / "elsewhere" / "1.png");
+  folder.write("elsewhere/instances.csv", header + "1,1,7,0.5,0,0,4,5\n");
+  fs::create_directory(folder / "masks");
+  for (const char* file : {"1.png", "instances.csv"}) {
+    fs::create_symlink(folder / "elsewhere" / file, folder / "masks" / file);
+  }
+  EXPECT_EQ(MaskFolderSegmenter(folder / "masks").segment(frame_at(1)).instances.at(0).class_id, 7);
+}
+
+TEST(MaskFolderFiles, ALinkThatLeadsNowhereIsNoMask) {
+  const TemporaryFolder folder;
+  write_mask(folder / "1.png");
+  fs::create_symlink(folder / "nothing.png", folder / "2.png");
+  EXPECT_EQ(MaskFolderSegmenter(folder.path()).size(), 1U);
+}
+
+TEST(MaskFolderFiles, AFolderThatCannotBeReadIsNamed) {
+  const TemporaryFolder folder;
+  const fs::path masks = folder / "masks";
+  write_mask(masks / "1.png");
+  fs::permissions(masks, fs::perms::none);
+  {
+    const OrdinaryUser user;
+    ASSERT_TRUE(user.is_ordinary());
+    expect_refused(
+        masks,
+        masks.string() + ": cannot be read: Permission denied; want a folder of masks (*.png)");
+  }
+  fs::permissions(masks, fs::perms::owner_all);
+  fs::create_directory_symlink(folder / "loop", folder / "loop");
+  expect_refused(folder / "loop", (folder / "loop").string() + ": cannot be read: ");
+}
+
+TEST(MaskFolderFiles, ARowWithoutAMaskIsPassedOverWhereMasksMayBeMissing) {
+  const TemporaryFolder folder;
+  write_mask(folder / "1.png");
+  folder.write("instances.csv", header + "1,1,0,0.9,0,0,4,5\n2,1,0,0.9,0,0,4,5\n");
+  expect_error<std::runtime_error>([&] { MaskFolderSegmenter{folder.path()}; },
+                                   "instances.csv:3: frame 2 has no mask 2.png");
+  MaskFolderSegmenter people(folder.path(), allowing_missing());
+  EXPECT_EQ(people.size(), 1U);
+  EXPECT_TRUE(people.has_mask(1));
+  EXPECT_FALSE(people.has_mask(2));
+  EXPECT_EQ(people.segment(frame_at(1)).instances.size(), 1U);
+  expect_error<std::runtime_error>([&] { people.segment(frame_at(2)); },
+                                   "2.000000.png: there is no such mask; the nearest is 1.png");
+}
+
+TEST(MaskFolderFiles, AFolderMayBeEmptyWhereMasksMayBeMissing) {
+  const TemporaryFolder folder;
+  const auto expect_no_masks = [&] {
+    MaskFolderSegmenter people(folder.path(), allowing_missing());
+    EXPECT_EQ(people.size(), 0U);
+    EXPECT_FALSE(people.has_mask(1));
+    expect_error<std::runtime_error>([&] { people.segment(frame_at(1)); },
+                                     "there is no such mask; the folder holds none");
+  };
+  expect_no_masks();
+  folder.write("instances.csv", header + "1,1,0,0.9,0,0,4,5\n");
+  expect_no_masks();
+}
+
+TEST(MaskFolderFiles, APathMayHoldAQuestionMark) {
+  const TemporaryFolder folder;
+  const fs::path masks = folder / "what?base64";
+  fs::create_directory(masks);
+  write_mask(folder / "1.png");
+  fs::rename(folder / "1.png", masks / "1.png");
+  EXPECT_EQ(MaskFolderSegmenter(masks).segment(frame_at(1)).instances.size(), 1U);
+}
+
+}  // namespace
+}  // namespace dynfilter
