@@ -41,6 +41,12 @@ namespace value_field {
 constexpr int name = 1, type = 2;
 }
 constexpr std::int64_t float_type = 1;
+constexpr std::size_t max_dimensions = 32;  // of a cv::Mat
+
+// A model of a hundred layers has thousands of fields.
+constexpr std::size_t max_fields = std::size_t{1} << 20;
+// What protocol buffers allow. A larger file is no model, and would have to fit into memory.
+constexpr std::uintmax_t max_file_bytes = (std::uintmax_t{1} << 31) - 1;
 
 struct Tensor {
   std::string name;
@@ -59,33 +65,35 @@ struct Node {
 
 /// The graph, as views of the file's bytes.
 struct Graph {
-  std::vector<Node> nodes;
+  bool has_nodes = false;
+  std::vector<Node> constants;  // the nodes that hold or pass on a constant
   std::vector<Tensor> initializers;
   std::vector<OnnxValue> inputs, outputs;
 };
 
-std::pair<std::string, std::string> read_entry(std::string_view message) {
+std::pair<std::string, std::string> read_entry(ProtobufReader reader) {
   std::pair<std::string, std::string> entry;
-  for (ProtobufReader reader(message); reader.next();) {
+  while (reader.next()) {
     if (reader.field() == 1) entry.first = reader.text();
     if (reader.field() == 2) entry.second = reader.text();
   }
   return entry;
 }
 
-void read_dims(const ProtobufReader& reader, std::vector<std::int64_t>& shape) {
+void read_dims(ProtobufReader& reader, std::vector<std::int64_t>& shape) {
   if (reader.is_number()) {
     shape.push_back(reader.number());
     return;
   }
   for (std::string_view packed = reader.bytes(); !packed.empty();) {
+    reader.count_field();
     shape.push_back(static_cast<std::int64_t>(ProtobufReader::take_varint(packed)));
   }
 }
 
-Tensor read_tensor(std::string_view message) {
+Tensor read_tensor(ProtobufReader reader) {
   Tensor tensor;
-  for (ProtobufReader reader(message); reader.next();) {
+  while (reader.next()) {
     switch (reader.field()) {
       case tensor_field::dims:
         read_dims(reader, tensor.shape);
@@ -103,7 +111,7 @@ Tensor read_tensor(std::string_view message) {
         tensor.raw_data = reader.bytes();
         break;
       case tensor_field::external_data: {
-        const auto [key, value] = read_entry(reader.bytes());
+        const auto [key, value] = read_entry(reader.message());
         if (key == "location") tensor.external_file = value;
         break;
       }
@@ -114,9 +122,9 @@ Tensor read_tensor(std::string_view message) {
   return tensor;
 }
 
-Node read_node(std::string_view message) {
+Node read_node(ProtobufReader reader) {
   Node node;
-  for (ProtobufReader reader(message); reader.next();) {
+  while (reader.next()) {
     switch (reader.field()) {
       case node_field::input:
         node.inputs.push_back(reader.text());
@@ -128,9 +136,9 @@ Node read_node(std::string_view message) {
         node.op_type = reader.text();
         break;
       case node_field::attribute:
-        for (ProtobufReader attribute(reader.bytes()); attribute.next();) {
+        for (ProtobufReader attribute = reader.message(); attribute.next();) {
           if (attribute.field() == attribute_field::tensor) {
-            node.value = read_tensor(attribute.bytes());
+            node.value = read_tensor(attribute.message());
           }
         }
         break;
@@ -142,25 +150,25 @@ Node read_node(std::string_view message) {
 }
 
 /// One side of a shape: 0 where it has a name, or nothing, in place of a number.
-int read_side(std::string_view message) {
+int read_side(ProtobufReader reader) {
   std::int64_t side = 0;
-  for (ProtobufReader reader(message); reader.next();) {
+  while (reader.next()) {
     if (reader.field() == 1) side = reader.number();
   }
   return side > 0 && side <= std::numeric_limits<int>::max() ? static_cast<int>(side) : 0;
 }
 
-OnnxValue read_value(std::string_view message) {
+OnnxValue read_value(ProtobufReader reader) {
   OnnxValue value;
-  for (ProtobufReader reader(message); reader.next();) {
+  while (reader.next()) {
     if (reader.field() == value_field::name) value.name = reader.text();
     if (reader.field() != value_field::type) continue;
-    for (ProtobufReader type(reader.bytes()); type.next();) {
+    for (ProtobufReader type = reader.message(); type.next();) {
       if (type.field() != 1) continue;  // a tensor
-      for (ProtobufReader tensor(type.bytes()); tensor.next();) {
+      for (ProtobufReader tensor = type.message(); tensor.next();) {
         if (tensor.field() != 2) continue;  // its shape
-        for (ProtobufReader shape(tensor.bytes()); shape.next();) {
-          if (shape.field() == 1) value.shape.push_back(read_side(shape.bytes()));
+        for (ProtobufReader shape = tensor.message(); shape.next();) {
+          if (shape.field() == 1) value.shape.push_back(read_side(shape.message()));
         }
       }
     }
@@ -168,21 +176,24 @@ OnnxValue read_value(std::string_view message) {
   return value;
 }
 
-Graph read_graph(std::string_view message) {
+Graph read_graph(ProtobufReader reader) {
   Graph graph;
-  for (ProtobufReader reader(message); reader.next();) {
+  while (reader.next()) {
     switch (reader.field()) {
-      case graph_field::node:
-        graph.nodes.push_back(read_node(reader.bytes()));
+      case graph_field::node: {
+        Node node = read_node(reader.message());
+        graph.has_nodes = true;
+        if (node.value || node.op_type == "Identity") graph.constants.push_back(std::move(node));
         break;
+      }
       case graph_field::initializer:
-        graph.initializers.push_back(read_tensor(reader.bytes()));
+        graph.initializers.push_back(read_tensor(reader.message()));
         break;
       case graph_field::input:
-        graph.inputs.push_back(read_value(reader.bytes()));
+        graph.inputs.push_back(read_value(reader.message()));
         break;
       case graph_field::output:
-        graph.outputs.push_back(read_value(reader.bytes()));
+        graph.outputs.push_back(read_value(reader.message()));
         break;
       default:
         break;
@@ -191,9 +202,11 @@ Graph read_graph(std::string_view message) {
   return graph;
 }
 
-/// The values of a float tensor; nothing for another type, or a count that is not the shape's.
+/// The values of a float tensor; nothing for another type, more dimensions than a cv::Mat has, or a
+/// count that is not the shape's.
 cv::Mat values_of(const Tensor& tensor) {
   if (tensor.data_type != float_type || tensor.shape.empty()) return {};
+  if (tensor.shape.size() > max_dimensions) return {};
   std::vector<int> shape;
   std::size_t count = 1;
   for (const std::int64_t side : tensor.shape) {
@@ -214,7 +227,7 @@ cv::Mat values_of(const Tensor& tensor) {
 std::map<std::string, const Tensor*> constants_of(const Graph& graph) {
   std::map<std::string, const Tensor*> constants;
   for (const Tensor& tensor : graph.initializers) constants[tensor.name] = &tensor;
-  for (const Node& node : graph.nodes) {
+  for (const Node& node : graph.constants) {
     if (node.outputs.empty()) continue;
     if (node.op_type == "Constant" && node.value) constants[node.outputs[0]] = &*node.value;
     // Nodes come in the order in which they are computed.
@@ -241,6 +254,10 @@ std::vector<char> read_bytes(const fs::path& path) {
   std::error_code unreadable;
   const std::uintmax_t size = fs::file_size(path, unreadable);
   if (unreadable) throw_file_error(path, "cannot be read: " + unreadable.message());
+  if (size > max_file_bytes) {
+    throw_file_error(path, "is no ONNX model: got " + std::to_string(size) +
+                               " bytes; want at most " + std::to_string(max_file_bytes));
+  }
   std::vector<char> bytes(static_cast<std::size_t>(size));
   std::ifstream stream(path, std::ios::binary);
   if (!stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()))) {
@@ -249,14 +266,13 @@ std::vector<char> read_bytes(const fs::path& path) {
   return bytes;
 }
 
-std::optional<std::string_view> read_model(std::string_view message,
-                                           std::map<std::string, std::string>& metadata) {
-  std::optional<std::string_view> graph;
-  for (ProtobufReader reader(message); reader.next();) {
-    if (reader.field() == model_field::graph) graph = reader.bytes();
-    if (reader.field() == model_field::metadata) metadata.insert(read_entry(reader.bytes()));
+Graph read_model(ProtobufReader reader, std::map<std::string, std::string>& metadata) {
+  std::optional<ProtobufReader> graph;
+  while (reader.next()) {
+    if (reader.field() == model_field::graph) graph = reader.message();
+    if (reader.field() == model_field::metadata) metadata.insert(read_entry(reader.message()));
   }
-  return graph;
+  return graph ? read_graph(*graph) : Graph();
 }
 
 }  // namespace
@@ -266,17 +282,19 @@ OnnxFile read_onnx_file(const fs::path& path) {
   file.bytes = read_bytes(path);
   Graph graph;
   try {
-    const std::string_view message(file.bytes.data(), file.bytes.size());
-    const std::optional<std::string_view> graph_message = read_model(message, file.metadata);
-    if (graph_message) graph = read_graph(*graph_message);
+    std::size_t fields_left = max_fields;
+    graph = read_model({{file.bytes.data(), file.bytes.size()}, fields_left}, file.metadata);
+  } catch (const OversizedMessage& error) {
+    throw_file_error(path, std::string("is no usable ONNX model: ") + error.what() + ", " +
+                               std::to_string(max_fields));
   } catch (const MalformedMessage& error) {
     throw_file_error(path, std::string("is truncated or no ONNX model: ") + error.what());
   }
-  if (graph.nodes.empty() || graph.outputs.empty()) {
+  if (!graph.has_nodes || graph.outputs.empty()) {
     throw_file_error(path, "is truncated or no ONNX model: it has no layers or no outputs");
   }
   for (const Tensor& tensor : graph.initializers) refuse_external_data(path, tensor);
-  for (const Node& node : graph.nodes) {
+  for (const Node& node : graph.constants) {
     if (node.value) refuse_external_data(path, *node.value);
   }
   const std::map<std::string, const Tensor*> constants = constants_of(graph);
@@ -287,8 +305,11 @@ OnnxFile read_onnx_file(const fs::path& path) {
     const auto constant = constants.find(output.name);
     if (constant != constants.end()) {
       const cv::Mat values = values_of(*constant->second);
-      if (values.empty())
-        throw_file_error(path, "its constant output " + output.name + " is no float tensor");
+      if (values.empty()) {
+        throw_file_error(path, "its constant output " + output.name +
+                                   " is no whole float tensor of 1 to " +
+                                   std::to_string(max_dimensions) + " dimensions");
+      }
       file.constants[output.name] = values;
     }
     file.outputs.push_back(std::move(output));

@@ -20,14 +20,25 @@ struct MalformedMessage : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// A message of more fields than any model has.
+struct OversizedMessage : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 /// Goes through the fields of a message: while (reader.next()) switch (reader.field()) …
+///
+/// A field may be of two bytes, and what stands for it in memory of hundreds. So the fields are
+/// counted, those of messages in the message included, and there is an end to their number.
 class ProtobufReader {
  public:
-  explicit ProtobufReader(std::string_view message) : rest_(message) {}
+  /// `fields_left` counts down and must live as long as the reader.
+  ProtobufReader(std::string_view message, std::size_t& fields_left)
+      : rest_(message), fields_left_(&fields_left) {}
 
   /// To the next field; false after the last one.
   bool next() {
     if (rest_.empty()) return false;
+    count_field();
     const std::uint64_t key = varint();
     field_ = key >> 3U;
     is_number_ = false;
@@ -66,6 +77,9 @@ class ProtobufReader {
     return bytes_;
   }
 
+  /// The message that the field is.
+  ProtobufReader message() const { return {bytes(), *fields_left_}; }
+
   std::string text() const { return std::string(bytes()); }
 
   bool is_number() const { return is_number_; }
@@ -83,6 +97,12 @@ class ProtobufReader {
     throw MalformedMessage("a number of more than 64 bits");
   }
 
+  /// Counts one number of packed ones, or a field.
+  void count_field() {
+    if (*fields_left_ == 0) throw OversizedMessage("it has more fields than any model");
+    --*fields_left_;
+  }
+
  private:
   std::uint64_t varint() { return take_varint(rest_); }
 
@@ -95,6 +115,7 @@ class ProtobufReader {
 
   std::string_view rest_;
   std::string_view bytes_;
+  std::size_t* fields_left_;
   std::uint64_t field_ = 0;
   std::uint64_t number_ = 0;
   bool is_number_ = false;

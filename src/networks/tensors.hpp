@@ -69,10 +69,11 @@ struct Table {
                 static_cast<std::size_t>(column) * column_step];
   }
 
-  /// So many columns from `first` on.
+  /// So many columns from `first` on. A tensor of 0 rows has no data to point into.
   Table part(int first, int count) const {
-    return {data + static_cast<std::size_t>(first) * column_step, rows, count, row_step,
-            column_step};
+    const float* const begin =
+        data == nullptr ? nullptr : data + static_cast<std::size_t>(first) * column_step;
+    return {begin, rows, count, row_step, column_step};
   }
 };
 

@@ -1,0 +1,148 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// ONNX files that are built to hurt: an error names the file before memory is spent on them.
+
+#include "networks/onnx_file.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "networks/tensors.hpp"
+#include "support/expect_error.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace dynfilter::detail {
+namespace {
+
+using testing::expect_error;
+using testing::TemporaryFolder;
+
+std::string varint(std::uint64_t value) {
+  std::string bytes;
+  for (; value >= 0x80; value >>= 7U) bytes += static_cast<char>((value & 0x7FU) | 0x80U);
+  return bytes + static_cast<char>(value);
+}
+
+std::string field(unsigned number, const std::string& bytes) {
+  return varint(number << 3U | 2U) + varint(bytes.size()) + bytes;
+}
+
+std::string field(unsigned number, std::uint64_t value) {
+  return varint(number << 3U) + varint(value);
+}
+
+std::string repeated(const std::string& part, std::size_t count) {
+  std::string all;
+  all.reserve(part.size() * count);
+  for (std::size_t i = 0; i < count; ++i) all += part;
+  return all;
+}
+
+/// A tensor of ones; its sides are 1 but for the last one.
+std::string tensor(std::size_t dimensions, std::uint64_t last_side) {
+  const float one = 1;
+  std::string number(sizeof one, '\0');
+  std::memcpy(number.data(), &one, sizeof one);
+  return repeated(field(1, 1), dimensions - 1) + field(1, last_side) + field(2, 1) +
+         field(9, repeated(number, last_side));
+}
+
+std::string constant_node(const std::string& name, const std::string& tensor) {
+  return field(1, field(2, name) + field(4, "Constant") + field(5, field(5, tensor)));
+}
+
+std::string model(const std::string& graph) { return field(7, graph); }
+
+/// A model whose output is a constant.
+std::string model_of_constant(const std::string& tensor) {
+  return model(constant_node("ones", tensor) + field(12, field(1, "ones")));
+}
+
+class OnnxFiles : public ::testing::Test {
+ protected:
+  void expect_refused(const std::string& bytes, const std::string& message) const {
+    const std::filesystem::path file = folder_.write("model.onnx", bytes);
+    expect_error<std::runtime_error>([&] { read_onnx_file(file); }, file.string() + ": " + message);
+  }
+
+  OnnxFile read(const std::string& bytes) const {
+    return read_onnx_file(folder_.write("model.onnx", bytes));
+  }
+
+  const TemporaryFolder folder_;
+};
+
+TEST_F(OnnxFiles, AConstantOutputHasAsManyDimensionsAsAMatrixMayHave) {
+  EXPECT_EQ(shape_of(read(model_of_constant(tensor(1, 5))).constants.at("ones")),
+            (std::vector<int>{1, 5}));
+  const cv::Mat most = read(model_of_constant(tensor(32, 5))).constants.at("ones");
+  EXPECT_EQ(most.dims, 32);
+  EXPECT_EQ(most.total(), 5U);
+  expect_refused(model_of_constant(tensor(33, 5)),
+                 "its constant output ones is no whole float tensor of 1 to 32 dimensions");
+}
+
+TEST_F(OnnxFiles, AConstantPassedOnIsAConstant) {
+  const std::string identity = field(1, field(1, "ones") + field(2, "same") + field(4, "Identity"));
+  const OnnxFile file =
+      read(model(constant_node("ones", tensor(2, 3)) + identity + field(12, field(1, "same"))));
+  EXPECT_EQ(shape_of(file.constants.at("same")), (std::vector<int>{1, 3}));
+}
+
+TEST_F(OnnxFiles, AShapeWhoseProductOverflowsIsRefused) {
+  const std::string side = field(1, std::uint64_t{1} << 24U);
+  for (const std::size_t dimensions : {2U, 3U, 6U, 11U, 32U}) {
+    expect_refused(model_of_constant(repeated(side, dimensions) + field(2, 1) + field(9, "")),
+                   "its constant output ones is no whole float tensor");
+  }
+}
+
+TEST_F(OnnxFiles, MoreFieldsThanAnyModelHasAreRefused) {
+  constexpr std::size_t many = 2000000;
+  const std::string output = field(12, field(1, "ones"));
+  const std::string want = "is no usable ONNX model: it has more fields than any model, 1048576";
+  const std::string graphs[] = {
+      repeated(field(1, ""), many),                 // nodes
+      repeated(field(5, ""), many),                 // initializers
+      repeated(field(11, ""), many),                // inputs
+      repeated(field(12, ""), many),                // outputs
+      field(1, repeated(field(1, ""), many)),       // inputs of a node
+      field(1, repeated(field(5, ""), many)),       // attributes of a node
+      field(5, repeated(field(1, 1), many)),        // sides of a tensor
+      field(5, field(1, std::string(many, '\1'))),  // packed sides
+      field(5, repeated(field(4, ""), many)),       // parts of a tensor
+  };
+  for (const std::string& graph : graphs) expect_refused(model(graph + output), want);
+  expect_refused(repeated(field(14, ""), many), want);  // metadata
+}
+
+TEST_F(OnnxFiles, AFileLargerThanAModelMayBeIsRefusedUnread) {
+  const std::filesystem::path file = folder_.write("model.onnx", "");
+  std::error_code error;
+  std::filesystem::resize_file(file, std::uintmax_t{1} << 40U, error);
+  if (error) GTEST_SKIP() << "the file system has no file of a terabyte: " << error.message();
+  expect_error<std::runtime_error>(
+      [&] { read_onnx_file(file); },
+      file.string() + ": is no ONNX model: got 1099511627776 bytes; want at most");
+}
+
+TEST(Tensors, PartsOfNoRowsAreEmpty) {
+  const int shape[] = {1, 0, 38};
+  const Table table = rows_first(cv::Mat(3, shape, CV_32F));
+  EXPECT_EQ(table.rows, 0);
+  const Table part = table.part(4, 2);
+  EXPECT_EQ(part.data, nullptr);
+  EXPECT_EQ(part.rows, 0);
+  EXPECT_EQ(part.columns, 2);
+}
+
+}  // namespace
+}  // namespace dynfilter::detail
