@@ -6,7 +6,7 @@ person.
 
     python3 threshold.py SOCKET [LEVEL]
 
-SOCKET is a path in a folder of yours, such as "$XDG_RUNTIME_DIR/masks.sock".
+SOCKET is a path in a folder of yours, such as "${XDG_RUNTIME_DIR:?}/masks.sock".
 """
 
 import logging
