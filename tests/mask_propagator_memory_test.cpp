@@ -24,7 +24,7 @@ using testing::fails_at_allocation;
 using testing::for_each_failing_allocation;
 using testing::same;
 
-const cv::Size size(160, 120);
+const cv::Size size(96, 72);
 
 /// A textured scene that moves three pixels a frame to the right, with two masks in it.
 class Film {
@@ -45,12 +45,12 @@ class Film {
 
   Segmentation masks(int index) const {
     const FrameView view = frame(index);
-    const cv::Mat mask(50, 40, CV_8UC1, cv::Scalar(255));
+    const cv::Mat mask(36, 24, CV_8UC1, cv::Scalar(255));
     return {view.id,
             view.timestamp_s,
             size,
-            {Instance::from_box_mask(mask, {{20 + 3 * index, 30}, mask.size()}),
-             Instance::from_box_mask(mask, {{90 + 3 * index, 40}, mask.size()})}};
+            {Instance::from_box_mask(mask, {{12 + 3 * index, 18}, mask.size()}),
+             Instance::from_box_mask(mask, {{52 + 3 * index, 24}, mask.size()})}};
   }
 
  private:
