@@ -18,6 +18,7 @@
 #include "dynfilter/segmenters/mask_folder_writer.hpp"
 #include "support/expect_error.hpp"
 #include "support/filter_property.hpp"
+#include "support/host_frame.hpp"
 #if defined(__linux__)
 #include "support/remote_peer.hpp"
 #endif
@@ -27,89 +28,6 @@ namespace dynfilter::testing {
 namespace {
 
 namespace fs = std::filesystem;
-
-const cv::Size image_size(160, 120);
-
-/// A frame with a person at 1.5 m before a wall at 3 m, whose mask misses the lower half.
-struct HostFrame {
-  double timestamp_s;
-  cv::Mat image = cv::Mat(image_size, CV_8UC3, cv::Scalar(30, 60, 90));
-  cv::Mat depth = cv::Mat(image_size, CV_32FC1, cv::Scalar(3.0));
-  std::vector<cv::KeyPoint> keypoints;
-  cv::Mat descriptors;
-  Segmentation segmentation;
-
-  explicit HostFrame(int index) : timestamp_s(100 + index * 0.1) {
-    const int x = 20 + 3 * (index % 20);
-    depth(cv::Rect(x, 20, 40, 80)).setTo(1.5);
-    segmentation.timestamp_s = timestamp_s;
-    segmentation.image_size = image_size;
-    Instance person = Instance::from_box({x - 5, 15, 50, 90}, 0, 0.75F);
-    person.mask_origin = {x, 20};
-    person.mask = cv::Mat(40, 40, CV_8UC1, cv::Scalar(255));
-    segmentation.instances.push_back(person);
-    for (int v = 2; v < image_size.height; v += 7) {
-      for (int u = 2; u < image_size.width; u += 7) {
-        keypoints.emplace_back(static_cast<float>(u), static_cast<float>(v), 31.0F);
-      }
-    }
-    // Each descriptor knows its keypoint, so that one sees whether they stay in step.
-    descriptors = cv::Mat::zeros(static_cast<int>(keypoints.size()), 32, CV_8UC1);
-    for (int i = 0; i < descriptors.rows; ++i) {
-      keypoints[static_cast<std::size_t>(i)].class_id = i;
-      descriptors.at<int>(i, 0) = i;
-    }
-  }
-
-  FrameView view(std::uint64_t id) const {
-    FrameView frame;
-    frame.id = id;
-    frame.timestamp_s = timestamp_s;
-    frame.image = image;
-    frame.depth = depth;
-    return frame;
-  }
-};
-
-bool in_step(const HostFrame& frame) {
-  if (frame.descriptors.rows != static_cast<int>(frame.keypoints.size())) return false;
-  for (int i = 0; i < frame.descriptors.rows; ++i) {
-    if (frame.descriptors.at<int>(i, 0) != frame.keypoints[static_cast<std::size_t>(i)].class_id) {
-      return false;
-    }
-  }
-  return true;
-}
-
-/// Masks of some frames on disk, and a settings file as an ORB-SLAM has it.
-class PluginTest : public ::testing::Test {
- protected:
-  static constexpr int frames = 6;
-
-  PluginTest() {
-    MaskFolderWriter writer(masks());
-    for (int i = 0; i < frames; ++i) writer.add(HostFrame(i).segmentation);
-  }
-
-  fs::path masks() const { return folder_.path() / "masks"; }
-  fs::path file() const { return folder_.path() / "TUM3.yaml"; }
-  fs::path path(const char* name) const { return folder_.path() / name; }
-
-  /// The settings file with these lines; mask_folder is added.
-  std::string settings(const std::string& lines = {}) const {
-    return raw_settings("dynfilter.mask_folder: \"" + masks().string() + "\"\n" + lines);
-  }
-
-  std::string raw_settings(const std::string& lines) const {
-    std::ofstream(file()) << "%YAML:1.0\n# Camera\nCamera.fx: 535.4\nDepthMapFactor: 5000.0\n"
-                          << "ORBextractor.nFeatures: 1000\n"
-                          << lines;
-    return file().string();
-  }
-
- private:
-  TemporaryFolder folder_;
-};
 
 TEST_F(PluginTest, GivesExactlyTheLabelsOfTheCore) {
   Plugin plugin(settings("dynfilter.margin_px: 1.5\ndynfilter.seed: 7\n"));
@@ -459,7 +377,7 @@ TEST_F(PluginTest, RefusesEveryWrongValueByItsKey) {
       {"dynamic_classes: [ 0, \"person\" ]", "dynfilter.dynamic_classes: got \"person\" in it"},
       {"static_mask: \"nowhere.png\"", "nowhere.png"},
       {"samples: 0", "samples = 0"},
-      {"samples: -3", "dynfilter.samples: got -3; want a whole number of at least 0"},
+      {"samples: -3", "dynfilter.samples: got -3; want a whole number from 0 to 2147483647"},
       {"seed: 1.5", "dynfilter.seed: got 1.5"},
       {"depth.outlier_rule: \"mean\"",
        "want one of median_absolute_deviation, interquartile_range"},
