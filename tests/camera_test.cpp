@@ -10,6 +10,10 @@
 
 #include <gtest/gtest.h>
 
+#if defined(__unix__)
+#include <sys/stat.h>
+#endif
+
 #include "support/expect_error.hpp"
 #include "support/temporary_folder.hpp"
 #include "support/test_data.hpp"
@@ -95,23 +99,27 @@ TEST(Camera, RefusesFilesThatAreNoCamera) {
   } cases[] = {
       {"empty", "", "is no OpenCV YAML file"},
       {"no first line", least.substr(least.find('\n') + 1), "%YAML:1.0"},
-      {"a tab", "%YAML:1.0\nCamera.fx:\t3\n", "camera.yaml(2): Tabs are prohibited"},
+      {"a tab", "%YAML:1.0\nCamera.fx:\t3\n", "(line 2: Tabs are prohibited"},
       {"a list", "%YAML:1.0\n- 3\n- 4\n", "holds no keys"},
       {"junk", std::string("\x89PNG\r\n\x1a\n\0\0", 10), "is no OpenCV YAML file"},
       {"no fx", with("Camera.fx", ""), "Camera.fx is missing"},
       {"no cy", with("Camera.cy", ""), "Camera.cy is missing"},
       {"no factor", with("DepthMapFactor", ""), "DepthMapFactor is missing"},
-      {"text", with("Camera.fy", "abc"), "Camera.fy is not a number"},
-      {"quoted", with("Camera.fy", "\"539\""), "Camera.fy is not a number"},
-      {"list", with("Camera.cx", "[ 1, 2 ]"), "Camera.cx is not a number"},
-      {"zero", with("Camera.fx", "0"), "Camera.fx is 0; want a number above 0"},
-      {"negative", with("DepthMapFactor", "-5000."), "DepthMapFactor is -5000"},
-      {"not finite", with("Camera.cx", ".inf"), "Camera.cx is not a finite number"},
-      {"NaN", with("Camera.fx", ".nan"), "Camera.fx is not a finite number"},
-      {"optional text", least + "Camera.k1: abc\n", "Camera.k1 is not a number"},
-      {"half pixel", least + "Camera.width: 640.5\n", "Camera.width is 640.5"},
-      {"negative size", least + "Camera.height: -480\n", "Camera.height is -480"},
-      {"negative rate", least + "Camera.fps: -30\n", "Camera.fps is -30"},
+      {"text", with("Camera.fy", "abc"), "Camera.fy: got \"abc\"; want a number"},
+      {"quoted", with("Camera.fy", "\"539\""), "Camera.fy: got \"539\"; want a number"},
+      {"list", with("Camera.cx", "[ 1, 2 ]"), "Camera.cx: got a list; want a number"},
+      {"zero", with("Camera.fx", "0"), "Camera.fx: got 0; want a number above 0"},
+      {"negative", with("DepthMapFactor", "-5000."),
+       "DepthMapFactor: got -5000.; want a number above 0"},
+      {"not finite", with("Camera.cx", ".inf"), "Camera.cx: got .inf; want a finite number"},
+      {"NaN", with("Camera.fx", ".nan"), "Camera.fx: got .nan; want a decimal number"},
+      {"optional text", least + "Camera.k1: abc\n", "Camera.k1: got \"abc\"; want a number"},
+      {"half pixel", least + "Camera.width: 640.5\n",
+       "Camera.width: got 640.5; want a whole number"},
+      {"negative size", least + "Camera.height: -480\n",
+       "Camera.height: got -480; want a whole number"},
+      {"negative rate", least + "Camera.fps: -30\n",
+       "Camera.fps: got -30; want a number of at least 0"},
   };
   for (const auto& c : cases) {
     SCOPED_TRACE(c.what);
@@ -122,11 +130,56 @@ TEST(Camera, RefusesFilesThatAreNoCamera) {
   }
 }
 
+TEST(Camera, RefusesWhatOpenCvReadsAsSomethingElse) {
+  const struct {
+    std::string text, message;
+  } cases[] = {
+      {least + "Camera.width: 4294967936\n", "Camera.width: got 4294967936; want a number that"},
+      {least + "Camera.width: 0640\n",
+       "Camera.width: got 0640; want a decimal number, without leading zeros"},
+      {least + "Camera.height: 0x1E0\n", "Camera.height: got 0x1E0; want a decimal number"},
+      {with("DepthMapFactor", "010"),
+       "DepthMapFactor: got 010; want a decimal number, without leading zeros"},
+      {with("DepthMapFactor", "5000000000"),
+       "DepthMapFactor: got 5000000000; want a number that OpenCV can hold, 5000000000.0"},
+      {least + "Camera.fx: 517.3\n", "Camera.fx: got the key 2 times; want it once"},
+      {least + "Camera.k1: 0.1\nCamera.k1: 0.2\n", "Camera.k1: got the key 2 times"},
+  };
+  for (const auto& c : cases) {
+    SCOPED_TRACE(c.text);
+    const TemporaryFolder folder;
+    const auto path = folder.write("camera.yaml", c.text);
+    expect_error<std::runtime_error>([&] { read_camera(path); }, path.string() + ": " + c.message);
+  }
+}
+
+TEST(Camera, ReadsAFileWhateverItsName) {
+  const TemporaryFolder folder;
+  for (const char* name : {"what?.yaml", "a?b=c", "camera.xml"}) {
+    SCOPED_TRACE(name);
+    EXPECT_EQ(read_camera(folder.write(name, least)).fx, 535.4);
+  }
+}
+
+TEST(Camera, PassesOverWhateverKeysAHostHas) {
+  const TemporaryFolder folder;
+  const std::string text = least +
+                           "Viewer.x: 010\nViewer.x: 5000000000\nBlock:\n  Camera.fx: 010\n"
+                           "Text: \"Camera.fx: 7\" # Camera.fx: 8\n# Camera.fx: 9\n";
+  EXPECT_EQ(read_camera(folder.write("camera.yaml", text)).fx, 535.4);
+}
+
 TEST(Camera, RefusesWhatIsNoFile) {
   const TemporaryFolder folder;
   expect_error<std::runtime_error>([&] { read_camera(folder / "none.yaml"); },
-                                   "none.yaml: there is no such camera file");
-  expect_error<std::runtime_error>([&] { read_camera(folder.path()); }, folder.path().string());
+                                   "none.yaml: there is no such file");
+  expect_error<std::runtime_error>([&] { read_camera(folder.path()); },
+                                   folder.path().string() + ": is no regular file");
+#if defined(__unix__)
+  const std::string fifo = (folder / "fifo.yaml").string();
+  ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
+  expect_error<std::runtime_error>([&] { read_camera(fifo); }, fifo + ": is no regular file");
+#endif
 }
 
 TEST(Camera, ComesBackExactly) {

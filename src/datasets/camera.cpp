@@ -6,11 +6,10 @@
 #include <cmath>
 #include <limits>
 #include <locale>
-#include <optional>
 #include <sstream>
 #include <string>
 
-#include "../file_error.hpp"
+#include "../io/yaml_file.hpp"
 #include "../text_table.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
@@ -18,70 +17,46 @@
 namespace dynfilter {
 namespace {
 
-/// One camera file that is being read.
+/// Reads one camera file.
 class CameraFile {
  public:
-  explicit CameraFile(const std::filesystem::path& path) : path_(path) {
-    // cv::FileStorage prints a line about a missing file.
-    if (!std::filesystem::is_regular_file(path)) {
-      detail::throw_file_error(path, "there is no such camera file");
-    }
-    try {
-      storage_.open(path.string(), cv::FileStorage::READ);
-      keys_ = storage_.root();
-    } catch (const cv::Exception& error) {
-      // The parser puts the line and what is wrong with it where the function's name belongs.
-      detail::throw_file_error(path, "is no OpenCV YAML file, whose first line is %YAML:1.0 (" +
-                                         error.err + ", " + error.func + ")");
-    }
-    if (!keys_.isMap()) detail::throw_file_error(path, "holds no keys as Camera.fx");
+  explicit CameraFile(const std::filesystem::path& path) : file_(path) {
+    if (file_.keys().empty()) file_.refuse("holds no keys as Camera.fx");
   }
 
   double required(const char* key) const {
-    const std::optional<double> value = find(key);
-    if (!value) refuse(key, "is missing");
-    return *value;
+    if (!file_.has(key)) file_.refuse(std::string(key) + " is missing");
+    return optional(key);
   }
 
   double positive(const char* key) const {
     const double value = required(key);
-    if (!(value > 0)) refuse(key, detail::concatenate("is ", value, "; want a number above 0"));
+    if (!(value > 0)) file_.refuse(key, file_.shown(key), "a number above 0");
     return value;
   }
 
-  double optional(const char* key) const { return find(key).value_or(0); }
+  double optional(const char* key) const {
+    const double value = file_.number(key).value_or(0);
+    if (!std::isfinite(value)) file_.refuse(key, file_.shown(key), "a finite number");
+    return value;
+  }
 
   double optional_not_negative(const char* key) const {
     const double value = optional(key);
-    if (value < 0) refuse(key, detail::concatenate("is ", value, "; want at least 0"));
+    if (value < 0) file_.refuse(key, file_.shown(key), "a number of at least 0");
     return value;
   }
 
   int optional_pixels(const char* key) const {
-    const double value = optional_not_negative(key);
-    if (value != std::floor(value) || value > std::numeric_limits<int>::max()) {
-      refuse(key, detail::concatenate("is ", value, "; want a whole number of pixels"));
+    const double value = optional(key);
+    if (value < 0 || value != std::floor(value) || value > std::numeric_limits<int>::max()) {
+      file_.refuse(key, file_.shown(key), "a whole number of pixels");
     }
     return static_cast<int>(value);
   }
 
  private:
-  [[noreturn]] void refuse(const char* key, const std::string& what) const {
-    detail::throw_file_error(path_, std::string(key) + " " + what);
-  }
-
-  std::optional<double> find(const char* key) const {
-    const cv::FileNode node = keys_[key];
-    if (node.empty()) return {};
-    if (!node.isReal() && !node.isInt()) refuse(key, "is not a number");
-    const double value = node.real();
-    if (!std::isfinite(value)) refuse(key, "is not a finite number");
-    return value;
-  }
-
-  std::filesystem::path path_;
-  cv::FileStorage storage_;
-  cv::FileNode keys_;
+  detail::YamlFile file_;
 };
 
 /// The fewest digits that give the same number back, and a decimal point, without which ORB-SLAM3

@@ -25,9 +25,10 @@ struct CameraParameters {
 
 /// Reads the camera from a settings file of ORB-SLAM2 or -3 (an OpenCV YAML file), with its own
 /// keys: Camera.fx, .fy, .cx, .cy and DepthMapFactor must be there, Camera.k1, .k2, .p1, .p2, .k3,
-/// .width, .height and .fps may be; other keys are passed over. Throws std::runtime_error that
-/// names the file, and the key, for a file that is missing or no OpenCV YAML, a key that is missing
-/// or not a finite number, and fx, fy or DepthMapFactor that is not above 0.
+/// .width, .height and .fps may be; other keys are passed over. Numbers are decimal: OpenCV would
+/// read 010 as 8 and 5000000000 as 705032704, so both are refused. Throws std::runtime_error that
+/// names the file, and the key, for a file that is missing, not regular or no OpenCV YAML, a key
+/// that is missing, repeated or not a finite number, and fx, fy or DepthMapFactor not above 0.
 CameraParameters read_camera(const std::filesystem::path& path);
 
 /// Writes a file that read_camera reads, with ORB-SLAM's keys; every value comes back exactly.
