@@ -40,6 +40,7 @@ struct PluginCounters {
 /// descriptors where they were extracted. examples/orb_slam/README.md shows where.
 ///
 /// Order is kept, descriptors stay in step, and a frame that has features is never left with none.
+/// A call that throws leaves the caller's data as they were, and the next call works.
 /// Not for use by two threads at once; two plugins share nothing.
 class DYNFILTER_PLUGIN_API Plugin {
  public:
@@ -66,7 +67,8 @@ class DYNFILTER_PLUGIN_API Plugin {
   /// it where it extracts features, or CV_16UC1 in units of the file's DepthMapFactor; descriptors
   /// have a row a keypoint, or are empty. Returns the frame's statistics. Throws
   /// std::invalid_argument for malformed input and std::runtime_error for a mask that is missing or
-  /// broken (see the setting missing_masks); keypoints and descriptors are then as they were.
+  /// broken (see the setting missing_masks). When it throws, even for want of memory, keypoints
+  /// and descriptors are as they were.
   FrameStatistics filter(double timestamp_s, const cv::Mat& depth,
                          std::vector<cv::KeyPoint>& keypoints, cv::Mat& descriptors);
 

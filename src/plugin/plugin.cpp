@@ -12,6 +12,7 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "dynfilter/detail/columns.hpp"
 #include "dynfilter/dynfilter.hpp"
 #include "plugin/mask_source.hpp"
 #include "plugin/plugin_settings.hpp"
@@ -103,6 +104,7 @@ FrameView Plugin::State::view(double timestamp_s, const cv::Mat& depth) {
   return frame;
 }
 
+/// All or nothing: whatever may fail comes before the caller's data change.
 FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
                                    std::vector<cv::KeyPoint>& keypoints, cv::Mat& descriptors,
                                    int* pivot) {
@@ -112,20 +114,24 @@ FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
   const std::optional<Segmentation> segmentation = masks.masks_for(frame);
   filter.apply(frame, segmentation, keypoints, labels, workspace);
   keep_at_least_one(labels);
+  FrameStatistics statistics = labels.statistics();
+  const std::size_t kept_of_pivot =
+      pivot ? kept_below(labels, static_cast<std::size_t>(*pivot)) : 0;
+  if (!descriptors.empty()) detail::unshare(descriptors);  // or keep_static would, and may fail
   if (recorder) recorder->record(frame, segmentation.value_or(Segmentation()), keypoints, labels);
 
-  if (pivot) *pivot = static_cast<int>(kept_below(labels, static_cast<std::size_t>(*pivot)));
   if (descriptors.empty()) {
     keep_static(labels, keypoints);
   } else {
     keep_static(labels, keypoints, descriptors);
   }
+  if (pivot) *pivot = static_cast<int>(kept_of_pivot);
   ++counters.filtered;
   counters.never_submitted += frame.image.empty() ? 1 : 0;
   counters.without_masks += segmentation ? 0 : 1;
-  counters.starved += labels.statistics().starved ? 1 : 0;
+  counters.starved += statistics.starved ? 1 : 0;
   if (!frame.image.empty()) image.release();
-  return labels.statistics();
+  return statistics;
 }
 
 Plugin::Plugin(const std::string& settings_file, const std::string& prefix)

@@ -30,9 +30,9 @@ void Recorder::record(const FrameView& frame, const Segmentation& segmentation,
     write_png(folder_ / "overlays" / (time + ".png"),
               draw_overlay(frame.image, segmentation, features, labels));
   }
-  ++frames_;
   table_ << frame_cells(time, frame.timestamp_s, labels.statistics()) << std::endl;
   if (!table_) throw_file_error(folder_ / "frames.csv", "cannot be written");
+  ++frames_;
 }
 
 }  // namespace dynfilter::detail
