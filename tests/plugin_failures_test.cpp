@@ -1,12 +1,13 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// What a host has after a call of the plugin that failed.
+// What a host has after a call of the plugin that failed, and what the errors say.
 
 #include "dynfilter/plugin.hpp"
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstddef>
 #include <filesystem>
 #include <fstream>
@@ -130,6 +131,127 @@ TEST_F(PluginFailures, AnOverlayThatCannotBeWrittenLeavesTheFrameAsItWas) {
   filter();
   EXPECT_LT(columns.pivot, 100);
   EXPECT_TRUE(fs::exists(path("out") / "overlays" / "100.000000.png"));
+}
+
+// --- Masks that cannot be had
+// ---------------------------------------------------------------------
+
+TEST_F(PluginFailures, NamesTheKeyOfMasksThatAreNotThere) {
+  fs::create_directory(path("empty"));
+  std::ofstream(path("file")) << "no folder";
+  const std::pair<std::string, const char*> wrong[] = {
+      {"mask_folder: \"" + path("none").string() + "\"", "there is no such folder"},
+      {"mask_folder: \"" + path("file").string() + "\"", "there is no such folder"},
+      {"mask_folder: \"" + path("empty").string() + "\"", "holds no mask"},
+      {"mask_folder: \"" + std::string(300, 'x') + "\"", "xxx"},
+      {"mask_folder: \"\"", "got nothing; want the folder of the masks"},
+#ifdef DYNFILTER_HAS_NETWORKS
+      {"model: \"" + path("none.onnx").string() + "\"", "none.onnx"},
+#endif
+  };
+  for (const auto& [line, message] : wrong) {
+    SCOPED_TRACE(line);
+    const std::string file = raw_settings("dynfilter." + line + "\n");
+    const std::string key = "dynfilter." + line.substr(0, line.find(':'));
+    expect_error<std::runtime_error>([&] { Plugin plugin(file); }, file + ": " + key + ": ");
+    expect_error<std::runtime_error>([&] { Plugin plugin(file); }, message);
+  }
+}
+
+TEST_F(PluginFailures, AMissingMaskNamesTheSettingThatGoesOnWithout) {
+  for (const char* thread : {"", "dynfilter.async: \"wait\"\n"}) {
+    Plugin plugin(settings(thread));
+    HostFrame late(50);
+    const auto filter = [&] {
+      plugin.filter(late.timestamp_s, late.depth, late.keypoints, late.descriptors);
+    };
+    const std::string file_and_key = file().string() + ": dynfilter.mask_folder: ";
+    expect_error<std::runtime_error>(
+        filter, file_and_key + (masks() / "105.000000.png").string() + ": there is no such mask");
+  }
+  Plugin plugin(settings());
+  HostFrame late(50);
+  expect_error<std::runtime_error>(
+      [&] { plugin.filter(late.timestamp_s, late.depth, late.keypoints, late.descriptors); },
+      "(dynfilter.missing_masks: \"keep\" goes on without)");
+}
+
+TEST_F(PluginFailures, ABrokenMaskIsAnErrorThatNoSettingPasses) {
+  std::ofstream(masks() / "100.000000.png") << "no image";
+  for (const char* policy : {"", "dynfilter.missing_masks: \"keep\"\n"}) {
+    Plugin plugin(settings(policy));
+    HostFrame frame(0);
+    try {
+      plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors);
+      ADD_FAILURE() << "a broken mask was taken";
+    } catch (const std::runtime_error& error) {
+      const std::string message = error.what();
+      EXPECT_NE(message.find("TUM3.yaml: dynfilter.mask_folder: "), std::string::npos) << message;
+      EXPECT_NE(message.find("100.000000.png: cannot be decoded"), std::string::npos) << message;
+      EXPECT_EQ(message.find("missing_masks"), std::string::npos) << message;
+    }
+    expect_equal(HostColumns(frame), HostColumns(HostFrame(0)));
+  }
+}
+
+// --- Switched off
+// ---------------------------------------------------------------------------------
+
+/// Expects that the plugin leaves frames alone, whatever they hold.
+void expect_switched_off(Plugin& plugin) {
+  EXPECT_FALSE(plugin.enabled());
+  HostFrame frame(0);
+  HostColumns columns(frame);
+  plugin.submit(frame.image, frame.timestamp_s);
+  plugin.submit(cv::Mat(), std::nan(""));
+  const FrameStatistics statistics =
+      plugin.filter(frame.timestamp_s, frame.depth, columns.keypoints, columns.descriptors);
+  EXPECT_EQ(statistics.features, frame.keypoints.size());
+  EXPECT_EQ(statistics.kept(), frame.keypoints.size());
+  EXPECT_FALSE(statistics.has_segmentation);
+  plugin.filter(frame.timestamp_s, columns.keypoints, columns.descriptors);
+  plugin.filter(frame.timestamp_s, columns.keypoints, columns.descriptors, columns.pivot);
+  expect_equal(columns, HostColumns(frame));
+  EXPECT_EQ(plugin.counters().filtered, 3U);
+  EXPECT_EQ(plugin.counters().submitted, 2U);
+  EXPECT_EQ(plugin.counters().mask_failures, 0U);
+}
+
+TEST_F(PluginFailures, OneSettingSwitchesTheFilterOffAndNeedsNothingElse) {
+  const std::string off = "dynfilter.enabled: 0\n";
+  const std::string others[] = {
+      "",
+      "dynfilter.mask_folder: \"no_such_folder\"\ndynfilter.static_mask: \"none.png\"\n",
+      "dynfilter.output_folder: \"" + path("out").string() + "\"\n",
+      "dynfilter.remote: \"nobody\"\ndynfilter.async: \"wait\"\n",
+  };
+  for (const std::string& lines : others) {
+    SCOPED_TRACE(lines);
+    Plugin plugin(raw_settings(off + lines));
+    expect_switched_off(plugin);
+  }
+  EXPECT_FALSE(fs::exists(path("out")));
+  Plugin right(raw_settings("dynfilter_right.enabled: 0\n"), "dynfilter_right");
+  expect_switched_off(right);
+}
+
+TEST_F(PluginFailures, TheFilterIsSwitchedOnUnlessASettingSaysOtherwise) {
+  for (const char* lines : {"", "dynfilter.enabled: 1\n"}) {
+    Plugin plugin(settings(lines));
+    EXPECT_TRUE(plugin.enabled());
+    HostFrame frame(0);
+    EXPECT_GT(
+        plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors).masked,
+        0U);
+  }
+}
+
+TEST_F(PluginFailures, AFileWithoutAKeyOfOursSaysHowToSwitchTheFilterOff) {
+  for (const char* lines : {"", "dynfilter.floor: 3\n"}) {
+    const std::string file = raw_settings(lines);
+    expect_error<std::runtime_error>([&] { Plugin plugin(file); }, "dynfilter.mask_folder");
+    expect_error<std::runtime_error>([&] { Plugin plugin(file); }, "dynfilter.enabled: 0");
+  }
 }
 
 }  // namespace

@@ -41,13 +41,17 @@ struct PluginCounters {
 ///
 /// Order is kept, descriptors stay in step, and a frame that has features is never left with none.
 /// A call that throws leaves the caller's data as they were, and the next call works.
+/// With the setting "<prefix>.enabled: 0" the filter is switched off: no other setting is looked
+/// at, no mask is needed, nothing is written, and every frame stays as it is.
 /// Not for use by two threads at once; two plugins share nothing.
 class DYNFILTER_PLUGIN_API Plugin {
  public:
   /// Reads the keys "<prefix>.*" of an OpenCV YAML file. Another prefix serves another camera.
   /// Throws std::runtime_error that names the file for one that cannot be read, has none of these
-  /// keys (the message lists them), or has one that is unknown (it names the nearest), of a wrong
-  /// type or out of its range; and for masks that are not there.
+  /// keys (the message lists them, and says how to switch the filter off), or has one that is
+  /// unknown (it names the nearest), repeated, in a block "<prefix>:", of a wrong type or out of
+  /// its range; for a DepthMapFactor that is no number of at least 0; and for masks that are not
+  /// there.
   explicit Plugin(const std::string& settings_file, const std::string& prefix = "dynfilter");
   ~Plugin();
   Plugin(Plugin&& other) noexcept;
@@ -81,7 +85,11 @@ class DYNFILTER_PLUGIN_API Plugin {
   FrameStatistics filter(double timestamp_s, std::vector<cv::KeyPoint>& keypoints,
                          cv::Mat& descriptors, int& pivot);
 
+  /// Counts what became of the frames. A filter that is switched off counts calls alone.
   PluginCounters counters() const;
+
+  /// Tells whether the filter is switched on, as it is without the setting `enabled`.
+  bool enabled() const;
 
  private:
   struct State;

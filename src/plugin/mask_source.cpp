@@ -36,7 +36,9 @@ std::unique_ptr<Segmenter> make_segmenter(const PluginSettings& settings) {
 }  // namespace
 
 MaskSource::MaskSource(const PluginSettings& settings)
-    : goes_on_without_masks_(settings.missing_masks == "keep") {
+    : origin_(settings.file + ": " + settings.source_key + ": "),
+      remedy_(settings.missing_masks_key + ": \"keep\""),
+      goes_on_without_masks_(settings.missing_masks == "keep") {
   try {
     segmenter_ = make_segmenter(settings);
     if (settings.hand_over) {
@@ -47,8 +49,10 @@ MaskSource::MaskSource(const PluginSettings& settings)
     } else {
       folder_ = dynamic_cast<MaskFolderSegmenter*>(segmenter_.get());
     }
-  } catch (const std::exception& error) {
+  } catch (const std::invalid_argument& error) {  // an option, which it names
     throw std::runtime_error(settings.file + ": " + error.what());
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error(origin_ + error.what());
   }
   if (settings.moves_masks) propagator_.emplace();
 }
@@ -71,11 +75,16 @@ std::optional<Segmentation> MaskSource::masks_for(FrameView frame) {
 }
 
 std::optional<Segmentation> MaskSource::segment_or_go_on(const FrameView& frame) {
-  // What is wrong with the masks in a folder does not mend itself.
-  if (!goes_on_without_masks_ || folder_) return segment(frame);
   try {
     return segment(frame);
-  } catch (const std::runtime_error&) {
+  } catch (const std::runtime_error& error) {
+    // What is wrong with a mask in a folder does not mend itself; one that is missing may be
+    // passed.
+    const bool is_passable = !folder_ || !folder_->has_mask(frame.timestamp_s);
+    if (!is_passable) throw std::runtime_error(origin_ + error.what());
+    if (!goes_on_without_masks_) {
+      throw std::runtime_error(origin_ + error.what() + " (" + remedy_ + " goes on without)");
+    }
     ++failures_;
     return {};
   }

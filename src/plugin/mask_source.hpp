@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
 
 #include <opencv2/core.hpp>
 
@@ -22,7 +23,7 @@ namespace dynfilter::detail {
 /// once or from a thread; as they are or moved to the frame.
 class MaskSource {
  public:
-  /// Throws std::runtime_error that names the settings file for what cannot be had.
+  /// Throws std::runtime_error that names the settings file, and the key, for what cannot be had.
   explicit MaskSource(const PluginSettings& settings);
 
   /// A frame's image has come, before its features. With a thread its masks are made from now on.
@@ -30,7 +31,8 @@ class MaskSource {
 
   /// The masks for a frame, std::nullopt where none are known, or where they could not be had and
   /// the settings say to go on then. A frame with an image is the one that was submitted last.
-  /// Passes on what the segmenter throws.
+  /// Passes on what the segmenter throws; where it is a std::runtime_error, with the settings file
+  /// and the key, and with the setting that goes on without masks, where that helps.
   std::optional<Segmentation> masks_for(FrameView frame);
 
   /// How often masks could not be had, and it went on.
@@ -40,6 +42,8 @@ class MaskSource {
   std::optional<Segmentation> segment(const FrameView& frame);
   std::optional<Segmentation> segment_or_go_on(const FrameView& frame);
 
+  std::string origin_;  // of the masks: the settings file and its key, for errors
+  std::string remedy_;  // against missing masks: a setting
   bool goes_on_without_masks_;
   MaskFolderSegmenter* folder_ = nullptr;  // the segmenter, where that is a folder without a thread
   std::unique_ptr<Segmenter> segmenter_;   // none where the thread has it

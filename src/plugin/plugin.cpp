@@ -66,8 +66,9 @@ void keep_at_least_one(FeatureLabels& labels) {
 }  // namespace
 
 struct Plugin::State {
-  explicit State(const detail::PluginSettings& from)
-      : settings(from), masks(from), filter(make_filter(from)) {
+  explicit State(const detail::PluginSettings& from) : settings(from), filter(make_filter(from)) {
+    if (!settings.enabled) return;
+    masks.emplace(settings);
     if (!settings.output_folder.empty()) {
       recorder.emplace(settings.output_folder, settings.overlay_every);
     }
@@ -76,9 +77,10 @@ struct Plugin::State {
   FrameView view(double timestamp_s, const cv::Mat& depth);
   FrameStatistics run(double timestamp_s, const cv::Mat& depth,
                       std::vector<cv::KeyPoint>& keypoints, cv::Mat& descriptors, int* pivot);
+  FrameStatistics leave_alone(const cv::Mat& depth, const std::vector<cv::KeyPoint>& keypoints);
 
   detail::PluginSettings settings;
-  detail::MaskSource masks;
+  std::optional<detail::MaskSource> masks;  // none: the filter is switched off
   DynamicFilter filter;
   std::optional<detail::Recorder> recorder;
   PluginCounters counters;
@@ -108,10 +110,11 @@ FrameView Plugin::State::view(double timestamp_s, const cv::Mat& depth) {
 FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
                                    std::vector<cv::KeyPoint>& keypoints, cv::Mat& descriptors,
                                    int* pivot) {
+  if (!masks) return leave_alone(depth, keypoints);
   require_in_step(keypoints, descriptors, pivot);
   const FrameView frame = view(timestamp_s, depth);
   validate(frame, "Plugin::filter");
-  const std::optional<Segmentation> segmentation = masks.masks_for(frame);
+  const std::optional<Segmentation> segmentation = masks->masks_for(frame);
   filter.apply(frame, segmentation, keypoints, labels, workspace);
   keep_at_least_one(labels);
   FrameStatistics statistics = labels.statistics();
@@ -134,6 +137,16 @@ FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
   return statistics;
 }
 
+/// What a filter does that is switched off.
+FrameStatistics Plugin::State::leave_alone(const cv::Mat& depth,
+                                           const std::vector<cv::KeyPoint>& keypoints) {
+  ++counters.filtered;
+  FrameStatistics statistics;
+  statistics.features = keypoints.size();
+  statistics.has_depth = !depth.empty();
+  return statistics;
+}
+
 Plugin::Plugin(const std::string& settings_file, const std::string& prefix)
     : state_(new State(detail::read_plugin_settings(settings_file, prefix))) {}
 
@@ -142,6 +155,10 @@ Plugin::Plugin(Plugin&& other) noexcept = default;
 Plugin& Plugin::operator=(Plugin&& other) noexcept = default;
 
 void Plugin::submit(const cv::Mat& image, double timestamp_s) {
+  if (!enabled()) {
+    ++state_->counters.submitted;
+    return;
+  }
   const int type = image.type();
   if (image.empty() || (type != CV_8UC1 && type != CV_8UC3 && type != CV_8UC4)) {
     detail::throw_misuse("Plugin::submit",
@@ -154,7 +171,7 @@ void Plugin::submit(const cv::Mat& image, double timestamp_s) {
                          "a finite time in seconds");
   }
   const cv::Mat shown = without_alpha(image);
-  state_->masks.submit({0, timestamp_s, shown, {}, 0});
+  state_->masks->submit({0, timestamp_s, shown, {}, 0});
   ++state_->counters.submitted;
   state_->counters.never_filtered += state_->image.empty() ? 0 : 1;
   state_->image = shown;
@@ -178,8 +195,10 @@ FrameStatistics Plugin::filter(double timestamp_s, std::vector<cv::KeyPoint>& ke
 
 PluginCounters Plugin::counters() const {
   PluginCounters counters = state_->counters;
-  counters.mask_failures = state_->masks.failures();
+  if (enabled()) counters.mask_failures = state_->masks->failures();
   return counters;
 }
+
+bool Plugin::enabled() const { return state_->masks.has_value(); }
 
 }  // namespace dynfilter

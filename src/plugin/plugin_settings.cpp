@@ -38,7 +38,8 @@ void read_segmenter(SettingsFile& file, PluginSettings& settings) {
 #endif
 }
 
-void require_one_segmenter(const SettingsFile& file, const PluginSettings& settings) {
+/// The key of the source of masks.
+std::string require_one_segmenter(const SettingsFile& file, const PluginSettings& settings) {
   std::string given;
   const auto add = [&](const char* name, const std::string& value) {
     if (!value.empty()) given += (given.empty() ? "" : " and ") + std::string(name);
@@ -46,10 +47,15 @@ void require_one_segmenter(const SettingsFile& file, const PluginSettings& setti
   add("mask_folder", settings.mask_folder);
   add("remote", settings.remote);
   add("model", settings.model);
-  if (given.empty()) file.refuse("mask_folder", "nothing", "the folder of the masks");
+  if (given.empty()) {
+    file.refuse("mask_folder", "nothing",
+                "the folder of the masks; to run without the filter, set " +
+                    file.key_of("enabled") + ": 0");
+  }
   if (given.find(' ') != std::string::npos) {
     file.refuse("mask_folder", given, "one source of masks");
   }
+  return file.key_of(given);
 }
 
 void read_thread(SettingsFile& file, PluginSettings& settings) {
@@ -127,6 +133,8 @@ PluginSettings read_plugin_settings(const std::string& path, const std::string& 
   SettingsFile file(path, prefix);
   PluginSettings settings;
   settings.file = path;
+  file.read_flag("enabled", settings.enabled);
+  if (!settings.enabled) return settings;
   read_masks(file, settings);
   read_enumeration(file, "rule", {"depth", "paper", "mask"}, settings.filter.compensator.rule);
   read_mask_culler(file, settings.filter.mask_culler);
@@ -136,8 +144,9 @@ PluginSettings read_plugin_settings(const std::string& path, const std::string& 
   file.read_text("output_folder", settings.output_folder);
   file.read_count("overlay_every", settings.overlay_every);
   file.finish();
-  require_one_segmenter(file, settings);
-  settings.depth_units_per_metre = file.foreign_number("DepthMapFactor");
+  settings.source_key = require_one_segmenter(file, settings);
+  settings.missing_masks_key = file.key_of("missing_masks");
+  settings.depth_units_per_metre = file.host_number("DepthMapFactor", 0);
   return settings;
 }
 

@@ -16,9 +16,12 @@ namespace dynfilter::detail {
 /// All that a settings file says. The keys are the options' names; see examples/orb_slam/README.md.
 struct PluginSettings {
   std::string file;
-  std::string mask_folder;  ///< or
-  std::string remote;       ///< the socket of another process, or
-  std::string model;        ///< the file of a network: one of the three
+  bool enabled = true;            ///< false: the filter is switched off, and nothing else was read
+  std::string mask_folder;        ///< or
+  std::string remote;             ///< the socket of another process, or
+  std::string model;              ///< the file of a network: one of the three
+  std::string source_key;         ///< the key of the one that is given, for messages
+  std::string missing_masks_key;  ///< the key of `missing_masks`, for messages
   MaskFolderOptions mask_folder_options;
   double remote_timeout_s = 1.0;
   std::optional<HandOver> hand_over;  ///< by a thread; none: masks are made when they are needed

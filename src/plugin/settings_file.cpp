@@ -4,11 +4,9 @@
 #include "plugin/settings_file.hpp"
 
 #include <algorithm>
-#include <fstream>
+#include <cmath>
 #include <numeric>
-#include <stdexcept>
-
-#include "dynfilter/detail/errors.hpp"
+#include <optional>
 
 namespace dynfilter::detail {
 namespace {
@@ -29,16 +27,6 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
   return row.back();
 }
 
-/// What a node holds, for messages.
-std::string text_of(const cv::FileNode& node) {
-  if (node.isInt()) return std::to_string(static_cast<int>(node));
-  if (node.isReal()) return concatenate(static_cast<double>(node));
-  if (node.isString()) return "\"" + static_cast<std::string>(node) + "\"";
-  if (node.isSeq()) return "a list";
-  if (node.isMap()) return "a map";
-  return "nothing";
-}
-
 std::string join(const std::vector<std::string>& words, const std::string& prefix = {}) {
   std::string text;
   for (const std::string& word : words) text += (text.empty() ? "" : ", ") + prefix + word;
@@ -48,105 +36,89 @@ std::string join(const std::vector<std::string>& words, const std::string& prefi
 }  // namespace
 
 SettingsFile::SettingsFile(const std::string& path, const std::string& prefix)
-    : path_(path), prefix_(prefix + ".") {
-  // cv::FileStorage prints about a file that is not there.
-  if (!std::ifstream(path)) refuse("cannot be read");
-  try {
-    storage_.open(path, cv::FileStorage::READ);
-    for (const cv::FileNode& node : storage_.root()) {
-      const std::string key = node.name();
-      if (key.compare(0, prefix_.size(), prefix_) == 0) nodes_[key.substr(prefix_.size())] = node;
+    : file_(path), prefix_(prefix + ".") {
+  for (const std::string& key : file_.keys()) {
+    if (key.compare(0, prefix_.size(), prefix_) == 0) names_.push_back(key.substr(prefix_.size()));
+    if (key == prefix) {
+      file_.refuse(prefix, "settings in a block",
+                   "each in a line of its own, as " + key_of("mask_folder") + ": \"masks\"");
     }
-  } catch (const cv::Exception& error) {
-    refuse("is no YAML file of OpenCV's: " + error.err);
   }
 }
 
-const cv::FileNode* SettingsFile::find(const std::string& name) {
+std::string SettingsFile::know(const std::string& name) {
   known_.push_back(name);
-  const auto node = nodes_.find(name);
-  return node == nodes_.end() ? nullptr : &node->second;
+  return key_of(name);
 }
 
 void SettingsFile::read_text(const std::string& name, std::string& value) {
-  const cv::FileNode* node = find(name);
-  if (node == nullptr) return;
-  if (!node->isString()) refuse(name, text_of(*node), "a text in quotes");
-  value = static_cast<std::string>(*node);
+  value = file_.text(know(name)).value_or(value);
 }
 
 void SettingsFile::read_choice(const std::string& name, const std::vector<std::string>& choices,
                                std::string& value) {
-  const cv::FileNode* node = find(name);
-  if (node == nullptr) return;
-  const std::string text = node->isString() ? static_cast<std::string>(*node) : std::string();
-  if (std::find(choices.begin(), choices.end(), text) == choices.end()) {
-    refuse(name, text_of(*node), "one of " + join(choices));
+  const std::string want = "one of " + join(choices);
+  const std::optional<std::string> text = file_.text(know(name), want);
+  if (!text) return;
+  if (std::find(choices.begin(), choices.end(), *text) == choices.end()) {
+    refuse(name, "\"" + *text + "\"", want);
   }
-  value = text;
+  value = *text;
+}
+
+void SettingsFile::read_flag(const std::string& name, bool& value) {
+  if (!file_.has(know(name))) return;
+  const std::string shown = file_.shown(key_of(name));
+  if (shown != "0" && shown != "1") refuse(name, shown, "0 or 1");
+  value = shown == "1";
 }
 
 void SettingsFile::read_number(const std::string& name, double& value) {
-  const cv::FileNode* node = find(name);
-  if (node == nullptr) return;
-  if (!node->isInt() && !node->isReal()) refuse(name, text_of(*node), "a number");
-  value = static_cast<double>(*node);
+  value = file_.number(know(name)).value_or(value);
 }
 
 void SettingsFile::read_count(const std::string& name, int& value) {
-  const cv::FileNode* node = find(name);
-  if (node == nullptr) return;
-  const int number = node->isInt() ? static_cast<int>(*node) : -1;
-  if (number < 0) refuse(name, text_of(*node), "a whole number of at least 0");
-  value = number;
+  value = file_.integer(know(name), 0).value_or(value);
 }
 
 void SettingsFile::read_count(const std::string& name, std::size_t& value) {
-  int number = -1;
-  read_count(name, number);
-  if (number >= 0) value = static_cast<std::size_t>(number);
+  const std::optional<int> number = file_.integer(know(name), 0);
+  if (number) value = static_cast<std::size_t>(*number);
 }
 
 void SettingsFile::read_integers(const std::string& name, std::vector<int>& values) {
-  const cv::FileNode* node = find(name);
-  if (node == nullptr) return;
-  const char* want = "a list of whole numbers, as [ 0, 16 ]";
-  if (!node->isSeq()) refuse(name, text_of(*node), want);
-  std::vector<int> read;
-  for (const cv::FileNode& element : *node) {
-    if (!element.isInt()) refuse(name, text_of(element) + " in it", want);
-    read.push_back(static_cast<int>(element));
-  }
-  values = read;
+  values = file_.integers(know(name)).value_or(values);
 }
 
-double SettingsFile::foreign_number(const std::string& key) const {
-  const cv::FileNode node = storage_[key];
-  return node.isInt() || node.isReal() ? static_cast<double>(node) : 0.0;
+double SettingsFile::host_number(const std::string& key, double value) const {
+  const std::optional<double> number = file_.number(key);
+  if (number && !(*number >= 0 && std::isfinite(*number))) {
+    file_.refuse(key, file_.shown(key), "a finite number of at least 0");
+  }
+  return number.value_or(value);
 }
 
 void SettingsFile::finish() const {
-  if (nodes_.empty()) {
-    refuse("has no setting of dynfilter. Add at least\n  " + prefix_ +
-           "mask_folder: \"masks\"\nThere are: " + join(known_, prefix_));
+  if (names_.empty()) {
+    refuse("has no setting of dynfilter. Add at least\n  " + key_of("mask_folder") +
+           ": \"masks\"\nor, to run without the filter,\n  " + key_of("enabled") +
+           ": 0\nThere are: " + join(known_, prefix_));
   }
-  for (const auto& [name, node] : nodes_) {
+  for (const std::string& name : names_) {
     if (std::find(known_.begin(), known_.end(), name) != known_.end()) continue;
-    const auto nearest = std::min_element(
-        known_.begin(), known_.end(), [&wanted = name](const std::string& a, const std::string& b) {
-          return edit_distance(a, wanted) < edit_distance(b, wanted);
-        });
-    refuse("there is no setting " + prefix_ + name + "; the nearest is " + prefix_ + *nearest);
+    const auto nearest = std::min_element(known_.begin(), known_.end(),
+                                          [&](const std::string& a, const std::string& b) {
+                                            return edit_distance(a, name) < edit_distance(b, name);
+                                          });
+    refuse("there is no setting " + key_of(name) + "; the nearest is " + key_of(*nearest));
   }
 }
 
 void SettingsFile::refuse(const std::string& name, const std::string& got,
                           const std::string& want) const {
-  refuse(prefix_ + name + ": got " + got + "; want " + want);
+  file_.refuse(key_of(name), got, want);
 }
 
-void SettingsFile::refuse(const std::string& what) const {
-  throw std::runtime_error(path_ + ": " + what);
-}
+void SettingsFile::refuse(const std::string& what) const { file_.refuse(what); }
 
 }  // namespace dynfilter::detail

@@ -5,50 +5,53 @@
 #define DYNFILTER_SRC_PLUGIN_SETTINGS_FILE_HPP
 
 #include <cstddef>
-#include <cstdint>
-#include <map>
 #include <string>
 #include <vector>
 
-#include <opencv2/core.hpp>
+#include "io/yaml_file.hpp"
 
 namespace dynfilter::detail {
 
-/// The settings "<prefix>.*" in an OpenCV YAML file that holds others besides. Each read_… call
-/// makes a key known, and where the file has it checks it and replaces the value, which is the
+/// Reads the settings "<prefix>.*" of an OpenCV YAML file that holds a host's besides. Each read_…
+/// call makes a key known, and where the file has it checks it and replaces the value, which is the
 /// default. finish() refuses the keys that nobody asked for. All errors are std::runtime_error that
 /// name file and key.
 class SettingsFile {
  public:
+  /// Throws for a file that cannot be read, and for settings in a block "<prefix>:", which nobody
+  /// would read.
   SettingsFile(const std::string& path, const std::string& prefix);
 
   void read_text(const std::string& name, std::string& value);
   void read_choice(const std::string& name, const std::vector<std::string>& choices,
                    std::string& value);
+  void read_flag(const std::string& name, bool& value);
   void read_number(const std::string& name, double& value);
   void read_count(const std::string& name, std::size_t& value);
   void read_count(const std::string& name, int& value);
   void read_integers(const std::string& name, std::vector<int>& values);
 
-  /// A number of the file's that is not ours, such as DepthMapFactor; 0 if it is not there.
-  double foreign_number(const std::string& key) const;
+  /// Reads a number of the host's, such as DepthMapFactor: finite, at least 0; `value` without it.
+  double host_number(const std::string& key, double value) const;
 
   /// Throws for a file without any key of ours, which it lists, and for unknown keys, with the
   /// nearest known one.
   void finish() const;
+
+  /// The whole key of a name: "dynfilter.margin_px" for "margin_px".
+  std::string key_of(const std::string& name) const { return prefix_ + name; }
 
   [[noreturn]] void refuse(const std::string& name, const std::string& got,
                            const std::string& want) const;
   [[noreturn]] void refuse(const std::string& what) const;
 
  private:
-  /// The key's node, null if the file does not have it.
-  const cv::FileNode* find(const std::string& name);
+  /// Makes the name known and returns its key.
+  std::string know(const std::string& name);
 
-  std::string path_;
-  std::string prefix_;  // with its dot
-  cv::FileStorage storage_;
-  std::map<std::string, cv::FileNode> nodes_;  // by name without prefix
+  YamlFile file_;
+  std::string prefix_;              // with its dot
+  std::vector<std::string> names_;  // of the file's keys, without prefix
   std::vector<std::string> known_;
 };
 

@@ -41,6 +41,18 @@ endforeach()
 write_fisheye_settings(${folder} everything ${wide} "dynfilter_right.margin_px: 320")
 run(output ${folder}/build/consumer fisheye ${folder} ${folder}/everything.yaml everything)
 
+# One setting runs the same program without the filter, and needs nothing else.
+file(READ ${folder}/fisheye.yaml text)
+string(REGEX REPLACE "dynfilter[^\n]*\n" "" text "${text}")
+file(WRITE ${folder}/off.yaml "${text}\ndynfilter.enabled: 0\ndynfilter_right.enabled: 0\n")
+run(output ${folder}/build/consumer fisheye ${folder} ${folder}/off.yaml nothing)
+file(READ ${folder}/rgbd.yaml text)
+string(REGEX REPLACE "dynfilter[^\n]*\n" "" text "${text}")
+file(WRITE ${folder}/off.yaml "${text}\ndynfilter.enabled: 0\n")
+foreach(sensor IN ITEMS rgbd mono stereo)
+  run(output ${folder}/build/consumer ${sensor} ${folder} ${folder}/off.yaml nothing)
+endforeach()
+
 # What a user gets to read who has forgotten the settings. The host's raw pointers then leak.
 set(ENV{ASAN_OPTIONS} detect_leaks=0)
 file(READ ${folder}/rgbd.yaml text)
@@ -48,3 +60,4 @@ string(REGEX REPLACE "dynfilter[^\n]*\n" "" text "${text}")
 file(WRITE ${folder}/forgotten.yaml "${text}")
 run_and_fail(output ${folder}/build/consumer rgbd ${folder} ${folder}/forgotten.yaml)
 expect("${output}" "forgotten.yaml.*dynfilter.mask_folder")
+expect("${output}" "dynfilter.enabled: 0")

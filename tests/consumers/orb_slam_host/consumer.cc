@@ -4,10 +4,11 @@
 // Runs the host on a sequence and compares each of its frames with what its extractor gives without
 // a filter. Exit code 0 if the filter did what the guide says it does.
 //
-//   consumer <rgbd|mono|stereo|fisheye> <folder> <settings> [everything]
+//   consumer <rgbd|mono|stereo|fisheye> <folder> <settings> [everything|nothing]
 //
 // The folder holds the sequence `left`, and for fisheye pairs `right`; of a rectified pair the
-// right image is the left one, moved. With "everything" the settings remove all features.
+// right image is the left one, moved. With "everything" the settings remove all features, with
+// "nothing" none.
 
 #include <cmath>
 #include <cstdlib>
@@ -106,10 +107,10 @@ class Comparison {
 class Run {
  public:
   Run(const std::string& sensor, const std::string& folder, const std::string& settings,
-      bool everything)
+      const std::string& removed)
       : sensor_(sensor),
         folder_(folder),
-        everything_(everything),
+        removed_(removed),
         settings_(settings, cv::FileStorage::READ),
         slam_(settings, sensor == "rgbd"   ? System::RGBD
                         : sensor == "mono" ? System::MONOCULAR
@@ -127,7 +128,7 @@ class Run {
       slam_.TrackStereo(image, pair ? Read(folder_ + "/right/" + rgb) : Moved(image), timestamp);
     }
     ++totals_.frames;
-    if (everything_) {
+    if (removed_ == "everything") {
       const int images = sensor_ == "fisheye" ? 2 : 1;
       Require(slam_.GetTracker().mCurrentFrame.N == images, "a frame is not emptied");
     } else {
@@ -159,7 +160,9 @@ class Run {
     return gray;
   }
 
+  /// Empty where features on persons stay.
   cv::Mat Mask(const std::string& camera, const std::string& time) const {
+    if (removed_ == "nothing") return cv::Mat();
     return Read(folder_ + "/" + camera + "/masks/" + time + ".png");
   }
 
@@ -192,8 +195,7 @@ class Run {
     features.Check(frame.mvKeys, frame.mDescriptors, Mask("left", time), totals_);
   }
 
-  std::string sensor_, folder_;
-  bool everything_;
+  std::string sensor_, folder_, removed_;
   cv::FileStorage settings_;
   System slam_;
   Totals totals_;
@@ -202,10 +204,10 @@ class Run {
 }  // namespace
 
 int main(int argc, char** argv) try {
-  Require(argc == 4 || argc == 5, "usage: consumer SENSOR SEQUENCE SETTINGS [everything]");
+  Require(argc == 4 || argc == 5, "usage: consumer SENSOR SEQUENCE SETTINGS [everything|nothing]");
   const std::string sensor = argv[1], folder = argv[2];
-  const bool everything = argc == 5;
-  Run run(sensor, folder, argv[3], everything);
+  const std::string removed = argc == 5 ? argv[4] : "";
+  Run run(sensor, folder, argv[3], removed);
 
   std::ifstream associations(folder + "/left/associations.txt");
   std::string line, time, rgb, depth_time, depth;
@@ -219,7 +221,9 @@ int main(int argc, char** argv) try {
             << totals.removed_on_masks << " removed on masks, " << totals.removed_beside
             << " beside them" << std::endl;
   Require(totals.frames > 0, "the sequence has frames");
-  if (!everything) {
+  if (removed == "nothing") {
+    Require(totals.extracted > 0 && totals.removed_beside == 0, "every feature is kept");
+  } else if (removed.empty()) {
     Require(totals.removed_on_masks > 0, "there are features on persons");
     Require((totals.removed_beside > 0) == (sensor == "rgbd"),
             "compensation acts with depth, and with depth only");
