@@ -133,6 +133,28 @@ TEST_F(PluginFailures, AnOverlayThatCannotBeWrittenLeavesTheFrameAsItWas) {
   EXPECT_TRUE(fs::exists(path("out") / "overlays" / "100.000000.png"));
 }
 
+TEST_F(PluginFailures, MasksThatWereMovedAreThereInTheCallAfterOneThatFailed) {
+  Plugin plugin(settings("dynfilter.missing_masks: \"keep\"\ndynfilter.propagate: \"yes\"\n" +
+                         ("dynfilter.output_folder: \"" + path("out").string()) +
+                         "\"\ndynfilter.overlay_every: 1\n"));
+  const auto filter = [&](HostFrame& frame) {
+    plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors);
+  };
+  for (int i = 0; i < frames; ++i) {
+    HostFrame frame(i);
+    plugin.submit(frame.image, frame.timestamp_s);
+    filter(frame);
+  }
+  HostFrame bridged(frames);  // it has no mask of its own
+  fs::remove_all(path("out") / "overlays");
+  plugin.submit(bridged.image, bridged.timestamp_s);
+  expect_error<std::runtime_error>([&] { filter(bridged); }, "cannot be written");
+  expect_equal(HostColumns(bridged), HostColumns(HostFrame(frames)));
+  fs::create_directory(path("out") / "overlays");
+  filter(bridged);
+  EXPECT_LT(bridged.keypoints.size(), HostFrame(frames).keypoints.size());
+}
+
 // --- Masks that cannot be had
 // ---------------------------------------------------------------------
 

@@ -146,8 +146,9 @@ TEST_F(YamlFileTest, NamesFileKeyWhatItGotAndWhatItWants) {
 
 TEST_F(YamlFileTest, RefusesAKeyThatBeginsNoLine) {
   const YamlFile file(write("%YAML:1.0\n{ other: 1, key: 2 }\n"));
-  expect_error<std::runtime_error>([&] { file.number("key"); },
-                                   "want the key at the beginning of a line");
+  expect_error<std::runtime_error>(
+      [&] { file.number("key"); },
+      "key: got it within a line, or twice; want it at the beginning of one line");
 }
 
 TEST_F(YamlFileTest, RefusesFilesThatAreNoYaml) {

@@ -171,7 +171,7 @@ std::size_t YamlFile::line_of(const std::string& key) const {
     is_unique = !found || indent < indent_of(lines_[*found]);
     found = i;
   }
-  if (!is_unique) refuse(key, "a value that is not found", "the key at the beginning of a line");
+  if (!is_unique) refuse(key, "it within a line, or twice", "it at the beginning of one line");
   return *found;
 }
 

@@ -70,8 +70,12 @@ std::optional<Segmentation> MaskSource::masks_for(FrameView frame) {
   const bool was_submitted = !frame.image.empty() || frame.timestamp_s == submitted_s_;
   if (!was_submitted) submit(frame);
   frame.id = frame_id_;
+  if (propagator_ && propagated_id_ == frame.id) return propagated_;
   std::optional<Segmentation> masks = segment_or_go_on(frame);
-  return propagator_ ? propagator_->propagate(frame, masks) : std::move(masks);
+  if (!propagator_) return masks;
+  propagated_ = propagator_->propagate(frame, masks);
+  propagated_id_ = frame.id;
+  return propagated_;
 }
 
 std::optional<Segmentation> MaskSource::segment_or_go_on(const FrameView& frame) {

@@ -49,6 +49,9 @@ class MaskSource {
   std::unique_ptr<Segmenter> segmenter_;   // none where the thread has it
   std::unique_ptr<AsyncSegmenter> thread_;
   std::optional<MaskPropagator> propagator_;
+  // The propagator's last answer: asked twice about a frame, it would begin anew.
+  std::optional<Segmentation> propagated_;
+  std::uint64_t propagated_id_ = 0;
   std::uint64_t frame_id_ = 0;  // of the frame that was submitted last; masks are matched by it
   std::optional<double> submitted_s_;  // its time
   std::size_t failures_ = 0;
