@@ -4,10 +4,14 @@
 #include "dynfilter/evaluation/detail/trajectory_rows.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
-#include <utility>
+#include <cstdint>
+#include <optional>
+#include <string>
 
+#include "../file_error.hpp"
 #include "../text_table.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
@@ -16,7 +20,12 @@ namespace dynfilter::detail {
 namespace {
 
 /// A row and the line that it stands in.
-using NumberedRow = std::pair<std::size_t, TrajectoryRow>;
+struct NumberedRow {
+  std::size_t line = 0;
+  TrajectoryRow row;
+
+  std::int64_t time() const { return microseconds(row.timestamp_s); }
+};
 
 void require_eight_columns(const TableReader& table) {
   constexpr const char* columns = "8: timestamp tx ty tz qx qy qz qw";
@@ -26,15 +35,50 @@ void require_eight_columns(const TableReader& table) {
   }
 }
 
-TrajectoryRow read_row(const TableReader& table) {
+/// Whether Python's float(), with which TUM's scripts read, takes the cell for NaN.
+bool is_nan(const std::string& cell) {
+  const std::size_t sign = !cell.empty() && (cell[0] == '+' || cell[0] == '-') ? 1 : 0;
+  const std::string rest = cell.substr(sign);
+  return rest.size() == 3 && (rest[0] | 0x20) == 'n' && (rest[1] | 0x20) == 'a' &&
+         (rest[2] | 0x20) == 'n';
+}
+
+/// The eight numbers of a row; none where one of them is NaN.
+std::optional<std::array<double, 8>> read_numbers(const TableReader& table) {
+  constexpr const char* names[] = {"time", "tx", "ty", "tz", "qx", "qy", "qz", "qw"};
   require_eight_columns(table);
-  TrajectoryRow row;
-  row.timestamp_s = table.time(0);
-  row.translation = {table.number(1, "tx"), table.number(2, "ty"), table.number(3, "tz")};
-  row.quaternion = {table.number(4, "qx"), table.number(5, "qy"), table.number(6, "qz"),
-                    table.number(7, "qw")};
-  const auto& [x, y, z, w] = row.quaternion;
-  const double length = std::sqrt(x * x + y * y + z * z + w * w);
+  std::array<double, 8> numbers{};
+  bool has_nan = false;
+  for (std::size_t k = 0; k < numbers.size(); ++k) {
+    if (is_nan(table.text(k))) {
+      has_nan = true;
+    } else {
+      numbers[k] = k == 0 ? table.time(k) : table.number(k, names[k]);
+    }
+  }
+  if (has_nan) return {};
+  return numbers;
+}
+
+double length_of(const std::array<double, 4>& quaternion) {
+  const auto& [x, y, z, w] = quaternion;
+  return std::sqrt(x * x + y * y + z * z + w * w);
+}
+
+/// The row that the reader stands at; none where it is one to skip, which is counted.
+std::optional<TrajectoryRow> read_row(const TableReader& table, TrajectoryFlaws& flaws) {
+  const auto numbers = read_numbers(table);
+  if (!numbers) {
+    flaws.not_a_number.add(table.line());
+    return {};
+  }
+  const auto& [time, tx, ty, tz, qx, qy, qz, qw] = *numbers;
+  const TrajectoryRow row{time, {tx, ty, tz}, {qx, qy, qz, qw}};
+  if (row.quaternion == std::array<double, 4>{}) {
+    flaws.zero_quaternion.add(table.line());
+    return {};
+  }
+  const double length = length_of(row.quaternion);
   // Files have as few as four decimals; farther from 1, the columns mean something else.
   if (!(std::abs(length - 1) <= 0.1)) {
     table.fail(concatenate("a quaternion of length ", length, "; want length 1"));
@@ -42,14 +86,24 @@ TrajectoryRow read_row(const TableReader& table) {
   return row;
 }
 
-void require_distinct_times(const std::vector<NumberedRow>& sorted, const TableReader& table) {
-  for (std::size_t i = 1; i < sorted.size(); ++i) {
-    const auto& [line, row] = sorted[i];
-    const auto& [earlier_line, earlier] = sorted[i - 1];
-    if (microseconds(row.timestamp_s) != microseconds(earlier.timestamp_s)) continue;
-    table.fail_at(line, concatenate("time ", time_text(row.timestamp_s), " stands in line ",
-                                    earlier_line, " already"));
+/// The rows that can be used, in the order of the file.
+std::vector<NumberedRow> read_usable_rows(TableReader& table, TrajectoryFlaws& flaws) {
+  std::vector<NumberedRow> rows;
+  while (table.next()) {
+    const std::optional<TrajectoryRow> row = read_row(table, flaws);
+    if (!row) continue;
+    const NumberedRow numbered{table.line(), *row};
+    if (!rows.empty() && numbered.time() < rows.back().time()) {
+      flaws.time_goes_back.add(table.line());
+    }
+    rows.push_back(numbered);
   }
+  if (rows.empty()) {
+    throw_file_error(table.path(),
+                     concatenate("holds no usable pose; of its rows, ", flaws.not_a_number.count,
+                                 " have NaN, ", flaws.zero_quaternion.count, " a zero quaternion"));
+  }
+  return rows;
 }
 
 /// 1e-3 leaves room for rotations in single precision.
@@ -90,18 +144,22 @@ cv::Vec4d quaternion_of(const cv::Matx33d& rotation) {
 
 }  // namespace
 
-std::vector<TrajectoryRow> read_trajectory_rows(const std::filesystem::path& path) {
+TrajectoryRows read_trajectory_rows(const std::filesystem::path& path) {
   TableReader table(path);
-  std::vector<NumberedRow> numbered;
-  while (table.next()) numbered.emplace_back(table.line(), read_row(table));
-  std::stable_sort(numbered.begin(), numbered.end(), [](const auto& a, const auto& b) {
-    return a.second.timestamp_s < b.second.timestamp_s;
-  });
-  require_distinct_times(numbered, table);
-  std::vector<TrajectoryRow> rows;
-  rows.reserve(numbered.size());
-  for (const NumberedRow& row : numbered) rows.push_back(row.second);
-  return rows;
+  TrajectoryRows read;
+  std::vector<NumberedRow> in_order = read_usable_rows(table, read.flaws);
+  std::stable_sort(in_order.begin(), in_order.end(),
+                   [](const auto& a, const auto& b) { return a.time() < b.time(); });
+  read.rows.reserve(in_order.size());
+  for (std::size_t i = 0; i < in_order.size(); ++i) {
+    if (i > 0 && in_order[i].time() == in_order[i - 1].time()) {
+      read.flaws.repeated_time.add(in_order[i].line);
+      read.rows.back() = in_order[i].row;
+    } else {
+      read.rows.push_back(in_order[i].row);
+    }
+  }
+  return read;
 }
 
 std::string trajectory_row_text(double timestamp_s, const cv::Matx33d& rotation,

@@ -17,6 +17,7 @@
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
 #include "dynfilter/evaluation/detail/trajectory_rows.hpp"
+#include "dynfilter/evaluation/trajectory_flaws.hpp"
 
 namespace dynfilter {
 
@@ -53,22 +54,41 @@ inline std::string row_text(const TimedPose& pose, const char* component) {
 
 }  // namespace detail
 
+/// A trajectory as it was read, and what was wrong with its file.
+struct TrajectoryFile {
+  Trajectory trajectory;
+  TrajectoryFlaws flaws;
+};
+
 /// Reads a trajectory in the format of the TUM RGB-D benchmark: rows of `timestamp tx ty tz qx qy
 /// qz qw`, seconds and metres, camera to world, scalar last; `#` comments, blank lines and CR LF
-/// are accepted. Rows that are not in the order of their times are put there; quaternions are
-/// normalised. A file without rows is an empty trajectory. Throws std::runtime_error that names
-/// file and line for a file that cannot be read, a row that has not 8 columns, a value that is not
-/// a finite number, a quaternion whose length is not 1 (beyond 10 %: zero, or other columns), and a
-/// time that occurs twice. O(n log n).
-inline Trajectory read_trajectory(const std::filesystem::path& path) {
-  Trajectory trajectory;
-  for (const detail::TrajectoryRow& row : detail::read_trajectory_rows(path)) {
-    trajectory.push_back(detail::pose_of(row));
+/// are accepted. Quaternions are normalised.
+///
+/// Does with flawed rows what evaluate_rpe.py of the benchmark does, and counts them: skips a row
+/// with a NaN or a zero quaternion, takes the last row of a repeated time (in whole microseconds),
+/// and puts rows whose time goes back in the order of their times.
+///
+/// Throws std::runtime_error that names file and line for a row that has not 8 columns, a value
+/// that is neither a finite number nor NaN, and a quaternion whose length is neither 0 nor 1
+/// (beyond 10 %: other columns); one that names the file for a file that cannot be read or has no
+/// usable row. O(n log n).
+inline TrajectoryFile read_trajectory_file(const std::filesystem::path& path) {
+  const detail::TrajectoryRows read = detail::read_trajectory_rows(path);
+  TrajectoryFile file;
+  file.flaws = read.flaws;
+  file.trajectory.reserve(read.rows.size());
+  for (const detail::TrajectoryRow& row : read.rows) {
+    file.trajectory.push_back(detail::pose_of(row));
   }
-  return trajectory;
+  return file;
 }
 
-/// Writes a trajectory in the same format: times with 6 decimals, positions with 7, quaternions
+/// Reads a trajectory as read_trajectory_file does, for callers who do not ask for its flaws.
+inline Trajectory read_trajectory(const std::filesystem::path& path) {
+  return read_trajectory_file(path).trajectory;
+}
+
+/// Writes a trajectory in this format: times with 6 decimals, positions with 7, quaternions
 /// with 9 and a scalar that is not negative, no comment, no trailing blank. Replaces a file that
 /// exists. Throws std::invalid_argument for a pose that is not finite, a rotation that is not
 /// orthonormal to 1e-3, and times that do not increase by a microsecond at least, before the file

@@ -16,6 +16,8 @@
 
 #include <opencv2/core.hpp>
 
+#include "dynfilter/evaluation/trajectory_flaws.hpp"
+
 namespace dynfilter::detail {
 
 /// As it stands in the file: the quaternion's length is 1 to 10 %.
@@ -25,8 +27,14 @@ struct TrajectoryRow {
   std::array<double, 4> quaternion{};   ///< x y z w
 };
 
-/// The rows in the order of their times. Throws as read_trajectory.
-std::vector<TrajectoryRow> read_trajectory_rows(const std::filesystem::path& path);
+/// A file's usable rows in the order of their times, which differ by a microsecond at least.
+struct TrajectoryRows {
+  std::vector<TrajectoryRow> rows;
+  TrajectoryFlaws flaws;
+};
+
+/// Throws as read_trajectory_file.
+TrajectoryRows read_trajectory_rows(const std::filesystem::path& path);
 
 /// One row of a trajectory file. Throws std::invalid_argument, in the name of `component`, for a
 /// pose that read_trajectory would refuse.
