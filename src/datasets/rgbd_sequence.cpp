@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <cstdint>
 #include <map>
+#include <stdexcept>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -15,6 +17,7 @@
 
 #include "../file_error.hpp"
 #include "../image_file.hpp"
+#include "../regular_file.hpp"
 #include "../text_table.hpp"
 #include "dynfilter/datasets/association.hpp"
 #include "dynfilter/detail/errors.hpp"
@@ -60,8 +63,13 @@ ListedImage listed_image(const detail::TableReader& table, std::size_t column,
           table.line()};
 }
 
+detail::TableReader open_table(const fs::path& path) {
+  detail::require_regular_file(path);
+  return detail::TableReader(path);
+}
+
 std::vector<ListedImage> read_list(const fs::path& folder, const char* name) {
-  detail::TableReader table(folder / name);
+  detail::TableReader table = open_table(folder / name);
   std::vector<ListedImage> images;
   DistinctTimes times;
   while (table.next()) {
@@ -74,7 +82,7 @@ std::vector<ListedImage> read_list(const fs::path& folder, const char* name) {
 }
 
 std::vector<ListedFrame> read_associations(const fs::path& folder) {
-  detail::TableReader table(folder / "associations.txt");
+  detail::TableReader table = open_table(folder / "associations.txt");
   std::vector<ListedFrame> frames;
   DistinctTimes times;
   while (table.next()) {
@@ -110,16 +118,21 @@ std::vector<ListedFrame> associate_lists(const fs::path& folder, double max_diff
 }
 
 std::vector<ListedFrame> read_frames(const fs::path& folder, double max_difference_s) {
-  if (fs::exists(folder / "associations.txt")) return read_associations(folder);
-  if (!fs::exists(folder / "rgb.txt")) {
+  if (detail::exists(folder / "associations.txt")) return read_associations(folder);
+  if (!detail::exists(folder / "rgb.txt")) {
     detail::throw_file_error(folder, "holds neither associations.txt nor rgb.txt");
   }
-  if (fs::exists(folder / "depth.txt")) return associate_lists(folder, max_difference_s);
+  if (detail::exists(folder / "depth.txt")) return associate_lists(folder, max_difference_s);
   std::vector<ListedFrame> frames;
   for (ListedImage& image : read_list(folder, "rgb.txt")) {
     frames.push_back({std::move(image), {}});
   }
   return frames;
+}
+
+[[noreturn]] void refuse(const ListedImage& image, const std::string& what) {
+  throw std::runtime_error(
+      detail::concatenate(image.list.string(), ":", image.line, ": ", image.file, " ", what));
 }
 
 void require_files(const std::vector<ListedFrame>& frames) {
@@ -129,7 +142,10 @@ void require_files(const std::vector<ListedFrame>& frames) {
   const auto look = [&](const ListedImage& image) {
     if (image.file.empty()) return;
     ++listed;
-    if (fs::is_regular_file(image.path)) return;
+    std::error_code failure;
+    const fs::file_type type = fs::status(image.path, failure).type();
+    if (type == fs::file_type::regular) return;
+    if (type == fs::file_type::none) refuse(image, "cannot be read: " + failure.message());
     ++missing;
     if (first_missing == nullptr) first_missing = &image;
   };
@@ -138,9 +154,8 @@ void require_files(const std::vector<ListedFrame>& frames) {
     look(frame.depth);
   }
   if (first_missing == nullptr) return;
-  throw std::runtime_error(detail::concatenate(
-      first_missing->list.string(), ":", first_missing->line, ": ", first_missing->file,
-      " is missing (", missing, " of the ", listed, " image files of the sequence are)"));
+  refuse(*first_missing, detail::concatenate("is missing (", missing, " of the ", listed,
+                                             " image files of the sequence are)"));
 }
 
 RgbdSequenceEntry entry_of(const ListedFrame& frame) {
@@ -172,7 +187,7 @@ RgbdSequenceEntry entry_of(const ListedFrame& frame) {
 }
 
 std::optional<fs::path> existing_folder(const fs::path& path) {
-  if (!fs::is_directory(path)) return {};
+  if (detail::type_of(path) != fs::file_type::directory) return {};
   return path;
 }
 
@@ -187,7 +202,9 @@ RgbdSequence::RgbdSequence(const fs::path& folder, const RgbdSequenceOptions& op
         detail::concatenate("max_time_difference_s = ", options.max_time_difference_s),
         "seconds, at least 0");
   }
-  if (!fs::is_directory(folder)) detail::throw_file_error(folder, "there is no such folder");
+  if (detail::type_of(folder) != fs::file_type::directory) {
+    detail::throw_file_error(folder, "there is no such folder");
+  }
 
   std::vector<ListedFrame> frames = read_frames(folder, options.max_time_difference_s);
   require_files(frames);
@@ -198,7 +215,8 @@ RgbdSequence::RgbdSequence(const fs::path& folder, const RgbdSequenceOptions& op
   for (const ListedFrame& frame : frames) entries_.push_back(entry_of(frame));
 
   camera_file_ = options.camera_file.empty() ? folder / "camera.yaml" : options.camera_file;
-  if (!fs::exists(camera_file_)) throw_no_camera(camera_file_);
+  if (!detail::exists(camera_file_)) throw_no_camera(camera_file_);
+  detail::require_regular_file(camera_file_);
   camera_ = read_camera(camera_file_);
 }
 
@@ -243,7 +261,8 @@ FrameView RgbdSequence::read(std::size_t i) const {
 
 std::optional<fs::path> RgbdSequence::groundtruth_file() const {
   const fs::path path = folder_ / "groundtruth.txt";
-  if (!fs::is_regular_file(path)) return {};
+  if (!detail::exists(path)) return {};
+  detail::require_regular_file(path);
   return path;
 }
 

@@ -48,7 +48,8 @@ class RgbdSequence {
   /// missing. In a truncated download, others are, and the refusal counts them.)
   ///
   /// Throws std::runtime_error that names the file, and the line where there is one: for a folder,
-  /// a list or an image that is missing, a row that is short or whose time is not a finite number,
+  /// a list or an image that is missing, cannot be read or is no regular file (a FIFO, a device; it
+  /// is not opened), a row that is short or whose time is not a finite number,
   /// times that stand in the colour list or in depth.txt twice, no frame at all, and a camera file
   /// that is malformed; a missing camera file is answered with the text to write. Throws
   /// std::invalid_argument for a negative max_time_difference_s. O(n log n) of the images.
@@ -71,7 +72,9 @@ class RgbdSequence {
   const std::filesystem::path& folder() const { return folder_; }
   bool has_depth() const { return has_depth_; }
 
-  /// groundtruth.txt, masks/ and masks_true/ of the folder, where they exist.
+  /// groundtruth.txt, masks/ and masks_true/ of the folder, where they exist. Throw
+  /// std::runtime_error that names what cannot be looked at, and a groundtruth.txt that is no
+  /// regular file.
   std::optional<std::filesystem::path> groundtruth_file() const;
   std::optional<std::filesystem::path> masks_folder() const;
   std::optional<std::filesystem::path> true_masks_folder() const;
