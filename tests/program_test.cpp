@@ -188,7 +188,7 @@ TEST_F(Program, RefusesOptionsThatMakeNoSense) {
   EXPECT_NE(run(command + "--rule best").exit_code, 0);
   EXPECT_NE(run(command + "--features 0").exit_code, 0);
   EXPECT_NE(run(command + "--overlays -1").exit_code, 0);
-  EXPECT_TRUE(run(command + "--margin -1").mentions("margin_px = -1"));
+  EXPECT_TRUE(run(command + "--margin -1").mentions("--margin: got -1"));
 }
 
 TEST_F(Program, EvalPrintsAFigureALineAndWritesThemAsJson) {

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
+#include <cstddef>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
@@ -14,6 +15,7 @@
 #include "degraded_masks.hpp"
 #include "dynfilter/datasets/scene_levels.hpp"
 #include "dynfilter/detail/errors.hpp"
+#include "number_options.hpp"
 #include "report/html_report.hpp"
 #include "run_results.hpp"
 #include "shared_options.hpp"
@@ -34,25 +36,14 @@ struct AblateOptions {
   std::filesystem::path report;  // empty: none
 };
 
-/// "3", "1-5", "1,3,8-10" as numbers.
-std::vector<std::uint64_t> numbers_of(const std::string& text) {
-  const auto refuse = [&] {
-    detail::throw_misuse("ablate", "--seeds " + text, "numbers and ranges, as 1-5 or 1,3,8-10");
-  };
-  std::vector<std::uint64_t> numbers;
-  for (std::size_t begin = 0; begin <= text.size();) {
-    const std::size_t end = std::min(text.find(',', begin), text.size());
-    const std::string part = text.substr(begin, end - begin);
-    unsigned long first = 0, last = 0;
-    char rest = 0;
-    const int count = std::sscanf(part.c_str(), "%9lu-%9lu%c", &first, &last, &rest);
-    const bool is_one = part.find_first_not_of("0123456789") == std::string::npos;
-    if (count == 1 && is_one) last = first;
-    if (count < 1 || count > 2 || (count == 1 && !is_one) || last < first) refuse();
-    for (unsigned long number = first; number <= last; ++number) numbers.push_back(number);
-    begin = end + 1;
-  }
-  return numbers;
+constexpr std::size_t max_seeds = 10000;
+
+std::vector<std::uint64_t> seeds_of(const std::string& text) {
+  const auto seeds = parse_number_list(text, max_seeds);
+  if (seeds) return *seeds;
+  detail::throw_misuse("ablate", "--seeds " + text,
+                       detail::concatenate("numbers and ascending ranges, at most ", max_seeds,
+                                           " seeds, as 1-5 or 1,3,8-10"));
 }
 
 AblationPlan plan_of(const AblateOptions& options) {
@@ -67,7 +58,7 @@ AblationPlan plan_of(const AblateOptions& options) {
     }
   }
   for (const std::string& level : options.levels) {
-    for (const std::uint64_t seed : numbers_of(options.seeds)) {
+    for (const std::uint64_t seed : seeds_of(options.seeds)) {
       SceneSpec scene = options.of_level;
       scene.level = level;
       scene.level_seed = seed;
@@ -137,7 +128,7 @@ void add_ablate_command(CLI::App& program, const std::string& called_as) {
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::IsMember(level_names()));
-  command->add_option("--seeds", options->seeds, "of the levels, as 1-5 or 1,3,8-10")
+  command->add_option("--seeds", options->seeds, "of the levels, as 1-5 or 1,3,8-10; at most 10000")
       ->capture_default_str();
   add_level_size_options(*command, options->of_level);
   command

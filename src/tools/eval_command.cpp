@@ -12,6 +12,7 @@
 
 #include "commands.hpp"
 #include "dynfilter/evaluation/trajectory_errors.hpp"
+#include "number_options.hpp"
 #include "output_file.hpp"
 
 namespace dynfilter::tools {
@@ -99,14 +100,16 @@ void add_eval_command(CLI::App& program) {
   command
       ->add_option("--max-difference", options->absolute.max_time_difference_s,
                    "between the times of an estimated pose and its true one, seconds")
+      ->check(real_number(0, 1e9))
       ->capture_default_str();
   command->add_flag("--scale", options->absolute.with_scale, "align the scale too (mono)");
   command->add_option("--interval", options->relative.interval_s, "of the relative error, seconds")
+      ->check(real_number(1e-6, 1e9))
       ->capture_default_str();
   command
       ->add_option("--frames", options->relative.interval_frames,
                    "of the relative error, in poses instead of seconds; 1 = frame to frame")
-      ->check(CLI::Range(1, 1000000));
+      ->transform(whole_number(1, 1000000));
   command->add_option("--baseline", options->baseline,
                       "another estimate, to print by how much the error is smaller");
   command->add_option("--json", options->json, "write the figures to this file, too");

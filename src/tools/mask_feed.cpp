@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "hand_over_names.hpp"
+#include "number_options.hpp"
 
 namespace dynfilter::tools {
 namespace {
@@ -91,13 +92,13 @@ void add_mask_feed_options(CLI::App& command, MaskFeedOptions& options) {
           ->check(CLI::IsMember(detail::hand_over_names()));
   command.add_option("--most-wait", options.most_wait_s, "for --async wait_at_most, seconds")
       ->needs(hand_over)
-      ->check(CLI::Range(0.0, 3600.0))
+      ->check(real_number(0, 3600))
       ->capture_default_str();
   command
       .add_option("--hz", options.rate_hz,
                   "slow the masks down to so many frames a second [as fast as they come]")
       ->needs(hand_over)
-      ->check(CLI::Range(0.001, 1000.0));
+      ->check(real_number(0.001, 1000));
 }
 
 MaskFeed::MaskFeed(const MaskFeedOptions& options, const FrameSource& source)

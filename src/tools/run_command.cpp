@@ -2,8 +2,10 @@
 // SPDX-License-Identifier: MIT
 
 #include <cstddef>
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <string>
 #include <utility>
@@ -74,6 +76,7 @@ void add_run_command(CLI::App& program) {
                                            "rendered while it is filtered");
   sequence->excludes(level);
   command->add_option("--scene-seed", options->scene.level_seed, "of the level")
+      ->transform(whole_number(0, std::numeric_limits<std::uint64_t>::max()))
       ->capture_default_str()
       ->needs(level);
   add_level_size_options(*command, options->scene);
@@ -93,7 +96,7 @@ void add_run_command(CLI::App& program) {
   add_mask_feed_options(*command, options->masks);
   add_setting_options(*command, options->settings);
   command->add_option("--overlays", options->settings.overlays, "number of frames to draw")
-      ->check(CLI::Range(0, 100000))
+      ->transform(whole_number(0, 100000))
       ->capture_default_str();
   command->footer(rule_list() +
                   "\n\nexamples:\n"

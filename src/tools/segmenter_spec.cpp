@@ -5,6 +5,8 @@
 
 #include <stdexcept>
 
+#include "number_options.hpp"
+
 #ifdef DYNFILTER_HAS_REMOTE_SEGMENTER
 #include "dynfilter/segmenters/remote_segmenter.hpp"
 #endif
@@ -44,7 +46,7 @@ void add_segmenter_options([[maybe_unused]] CLI::App& command,
       .add_option("--remote-timeout", segmenter.remote_timeout_s,
                   "seconds that a frame may take there")
       ->needs(remote)
-      ->check(CLI::Range(0.001, 3600.0))
+      ->check(real_number(0.001, 3600))
       ->capture_default_str();
 #endif
 #ifdef DYNFILTER_HAS_NETWORKS

@@ -6,39 +6,49 @@
 #ifndef DYNFILTER_TOOLS_SHARED_OPTIONS_HPP
 #define DYNFILTER_TOOLS_SHARED_OPTIONS_HPP
 
+#include <cstdint>
+#include <limits>
+
 #include <CLI/CLI.hpp>
 
+#include "number_options.hpp"
 #include "rule_run.hpp"
 #include "scene_spec.hpp"
 
 namespace dynfilter::tools {
 
 inline void add_level_size_options(CLI::App& command, SceneSpec& scene) {
-  command.add_option("--frames", scene.frames, "of a level: 300")->check(CLI::Range(1, 1000000));
-  command.add_option("--width", scene.width, "of a level's images, pixels: 640");
-  command.add_option("--height", scene.height, "of a level's images, pixels: 480");
+  command.add_option("--frames", scene.frames, "of a level: 300")
+      ->transform(whole_number(1, 1000000));
+  command.add_option("--width", scene.width, "of a level's images, pixels: 640")
+      ->transform(whole_number(16, 8192));
+  command.add_option("--height", scene.height, "of a level's images, pixels: 480")
+      ->transform(whole_number(16, 8192));
 }
 
 inline void add_setting_options(CLI::App& command, RunSettings& settings) {
   command.add_option("--features", settings.features, "ORB features a frame")
-      ->check(CLI::Range(1, 100000))
+      ->transform(whole_number(1, 100000))
       ->capture_default_str();
   command
       .add_option("--every", settings.every,
                   "every n-th frame only, for the features alone: the odometry needs them all")
-      ->check(CLI::Range(1, 1000000))
+      ->transform(whole_number(1, 1000000))
       ->capture_default_str();
   command
       .add_option("--classes", settings.mask_culler.dynamic_classes,
                   "class ids that are dynamic, as 0,16")
       ->delimiter(',')
       ->allow_extra_args(false)
+      ->transform(whole_number(0, std::numeric_limits<int>::max()))
       ->capture_default_str();
   command
       .add_option("--margin", settings.mask_culler.margin_px,
                   "features that close to a mask go too, pixels")
+      ->check(real_number(0, 1e6))
       ->capture_default_str();
   command.add_option("--seed", settings.seed, "of the sampled features, and of the odometry's")
+      ->transform(whole_number(0, std::numeric_limits<std::uint64_t>::max()))
       ->capture_default_str();
 }
 

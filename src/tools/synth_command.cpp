@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -15,6 +16,7 @@
 #include "dynfilter/datasets/scene_levels.hpp"
 #include "dynfilter/datasets/synthetic_scene.hpp"
 #include "dynfilter/segmenters/mask_folder_writer.hpp"
+#include "number_options.hpp"
 #include "progress_bar.hpp"
 #include "scene_statistics.hpp"
 
@@ -109,17 +111,25 @@ void add_synth_command(CLI::App& program) {
   command->add_option("--level", given->level,
                       "a named scene, of the list below; without it, a scene of 90 frames");
   command->add_option("--seed", given->seed, "another seed is another scene")
+      ->transform(whole_number(0, std::numeric_limits<std::uint64_t>::max()))
       ->capture_default_str();
-  command->add_option("--frames", given->frames, "number of frames: 90, or the level's 300");
-  command->add_option("--persons", given->persons, "number of persons, 0 to 8");
-  command->add_option("--width", given->width, "of the images, pixels: 640");
-  command->add_option("--height", given->height, "of the images, pixels: 480");
-  command->add_option(
-      "--mask-age", given->mask_age,
-      "masks/ holds, under each frame's name, what was found so many frames before");
-  command->add_option("--mask-rate", given->mask_rate,
-                      "masks/ holds, under each frame's name, the newest masks of a network that\n"
-                      "gives so many a second");
+  command->add_option("--frames", given->frames, "number of frames: 90, or the level's 300")
+      ->transform(whole_number(1, 1000000));
+  command->add_option("--persons", given->persons, "number of persons, 0 to 8")
+      ->transform(whole_number(0, 8));
+  command->add_option("--width", given->width, "of the images, pixels: 640")
+      ->transform(whole_number(16, 8192));
+  command->add_option("--height", given->height, "of the images, pixels: 480")
+      ->transform(whole_number(16, 8192));
+  command
+      ->add_option("--mask-age", given->mask_age,
+                   "masks/ holds, under each frame's name, what was found so many frames before")
+      ->transform(whole_number(0, 1000));
+  command
+      ->add_option("--mask-rate", given->mask_rate,
+                   "masks/ holds, under each frame's name, the newest masks of a network that\n"
+                   "gives so many a second")
+      ->check(real_number(0, 1000));
   command->add_flag("--statistics", options->statistics,
                     "render nothing: print how depth behaves at the masks of the sequence in\n"
                     "FOLDER, rendered or recorded, so that the two can be compared");

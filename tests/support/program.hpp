@@ -28,8 +28,7 @@ struct Outcome {
   bool mentions(const std::string& text) const { return printed.find(text) != std::string::npos; }
 };
 
-inline Outcome run(const std::string& arguments) {
-  const std::string command = std::string("'" DYNFILTER_PROGRAM "' ") + arguments + " 2>&1";
+inline Outcome run_command(const std::string& command) {
   Outcome outcome{-1, {}};
   std::FILE* pipe = popen(command.c_str(), "r");
   if (pipe == nullptr) return outcome;
@@ -38,6 +37,16 @@ inline Outcome run(const std::string& arguments) {
     outcome.printed += buffer.data();
   outcome.exit_code = pclose(pipe) == 0 ? 0 : 1;
   return outcome;
+}
+
+inline Outcome run(const std::string& arguments) {
+  return run_command("'" DYNFILTER_PROGRAM "' " + arguments + " 2>&1");
+}
+
+/// Ends the program after so many seconds, as a failure, so that a fault cannot hang the tests.
+inline Outcome run_at_most(int seconds, const std::string& arguments) {
+  return run_command("timeout " + std::to_string(seconds) + " '" DYNFILTER_PROGRAM "' " +
+                     arguments + " 2>&1");
 }
 
 inline std::string quoted(const fs::path& path) { return "'" + path.string() + "'"; }

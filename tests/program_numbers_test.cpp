@@ -1,0 +1,117 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// Numbers on the command line that make no sense: each is refused before any work, by its name.
+
+#include <algorithm>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "support/program.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+struct NumberOption {
+  const char* command;
+  const char* option;
+  std::vector<const char*> refused;
+  const char* range;
+};
+
+// 18446744073709551616 is 2^64, 4294967297 is 2^32 + 1: as an int, 1.
+const std::vector<NumberOption>& number_options() {
+  static const std::vector<NumberOption> options = {
+      {"synth OUT",
+       "--frames",
+       {"0", "-1", "1000001", "4294967297", "1.5", "x", "0x10"},
+       "1 to 1000000"},
+      {"synth OUT", "--width", {"15", "-640", "8193", "2147483647", "1e3"}, "16 to 8192"},
+      {"synth OUT", "--height", {"15", "-480", "8193", "2147483647", ""}, "16 to 8192"},
+      {"synth OUT", "--persons", {"-1", "9", "4294967297"}, "0 to 8"},
+      {"synth OUT", "--mask-age", {"-1", "1001", "4294967297"}, "0 to 1000"},
+      {"synth OUT", "--mask-rate", {"-1", "nan", "inf", "1001"}, "0 to 1000"},
+      {"synth OUT", "--seed", {"-1", "18446744073709551616", "1.5"}, "0 to 18446744073709551615"},
+      {"run --level medium", "--frames", {"0", "-1", "1000001", "4294967297"}, "1 to 1000000"},
+      {"run --level medium", "--width", {"15", "8193", "99999999999999999999"}, "16 to 8192"},
+      {"run --level medium", "--height", {"15", "8193", "-8"}, "16 to 8192"},
+      {"run --level medium",
+       "--scene-seed",
+       {"-1", "18446744073709551616"},
+       "0 to 18446744073709551615"},
+      {"run --level medium", "--features", {"0", "-1", "100001", "4294967297"}, "1 to 100000"},
+      {"run --level medium",
+       "--every",
+       {"0", "-1", "1000001", "18446744073709551617"},
+       "1 to 1000000"},
+      {"run --level medium", "--overlays", {"-1", "100001", "18446744073709551617"}, "0 to 100000"},
+      {"run --level medium", "--classes", {"-1", "0,4294967296", "a"}, "0 to 2147483647"},
+      {"run --level medium", "--margin", {"-1", "nan", "inf", "1e7", "0x10"}, "0 to 1e+06"},
+      {"run --level medium", "--seed", {"-1", "18446744073709551616"}, "0 to 18446744073709551615"},
+      {"run --level medium --async wait", "--hz", {"0", "nan", "1e9", "-5"}, "0.001 to 1000"},
+      {"run --level medium --async wait_at_most", "--most-wait", {"-1", "nan", "1e9"}, "0 to 3600"},
+      {"ablate --levels medium", "--frames", {"0", "4294967297"}, "1 to 1000000"},
+      {"ablate --levels medium", "--width", {"0", "100000"}, "16 to 8192"},
+      {"ablate --levels medium", "--features", {"0", "100001"}, "1 to 100000"},
+      {"eval a.txt b.txt", "--frames", {"0", "-1", "1000001"}, "1 to 1000000"},
+      {"eval a.txt b.txt", "--interval", {"0", "-1", "nan"}, "1e-06 to 1e+09"},
+      {"eval a.txt b.txt", "--max-difference", {"-1", "nan", "inf"}, "0 to 1e+09"},
+  };
+  return options;
+}
+
+TEST(ProgramNumbers, OutsideTheirRangeAreRefusedByName) {
+  const TemporaryFolder folder;
+  const fs::path out = folder / "out";
+  for (const NumberOption& option : number_options()) {
+    for (const char* value : option.refused) {
+      std::string command = option.command;
+      const std::size_t place = command.find("OUT");
+      if (place != std::string::npos) command.replace(place, 3, quoted(out));
+      if (command.compare(0, 4, "run ") == 0) command += " --out " + quoted(out);
+      const Outcome outcome = run_at_most(60, command + " " + option.option + " '" + value + "'");
+      SCOPED_TRACE(command + " " + option.option + " " + value + "\n" + outcome.printed);
+      EXPECT_NE(outcome.exit_code, 0);
+      EXPECT_TRUE(outcome.mentions(option.option));
+      EXPECT_TRUE(outcome.mentions(option.range));
+      EXPECT_FALSE(fs::exists(out)) << "nothing is written";
+    }
+  }
+}
+
+TEST(ProgramNumbers, ALeadingZeroMakesNoOctalNumber) {
+  const TemporaryFolder folder;
+  const Outcome outcome =
+      run("synth " + quoted(folder / "out") + " --frames 010 --width 064 --height 48");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("10 frames of 64x48")) << outcome.printed;
+}
+
+TEST(ProgramNumbers, SeedsAreListedAndLimited) {
+  const auto jobs = [](const std::string& seeds) {
+    return run_at_most(60, "ablate --levels static --rules mask --list --seeds '" + seeds + "'");
+  };
+  const auto count = [&](const std::string& seeds) {
+    const std::string lines = jobs(seeds).printed;
+    return std::count(lines.begin(), lines.end(), '\n');
+  };
+  EXPECT_EQ(count("3"), 1);
+  EXPECT_EQ(count("1,3,8-10"), 5);
+  EXPECT_EQ(count("0-9999"), 10000);
+  EXPECT_EQ(count("18446744073709551614-18446744073709551615"), 2);
+  for (const char* seeds : {"1-999999999", "1--1", "-1-3", "0-10000", "1-9999,10001,10002",
+                            "0-18446744073709551615", "18446744073709551616", "5-1", "1-2-3",
+                            "1 - 3", "+1", "1,", ",1", "0x1", "999999999999999999999999-1"}) {
+    const Outcome outcome = jobs(seeds);
+    EXPECT_NE(outcome.exit_code, 0) << seeds;
+    EXPECT_TRUE(outcome.mentions("--seeds " + std::string(seeds) + "; want")) << outcome.printed;
+    EXPECT_TRUE(outcome.mentions("at most 10000")) << outcome.printed;
+  }
+}
+
+}  // namespace
+}  // namespace dynfilter::testing
