@@ -18,7 +18,7 @@
 namespace dynfilter::tools {
 namespace {
 
-using Clock = std::chrono::steady_clock;
+using Clock = FramePace::Clock;
 
 std::chrono::nanoseconds seconds(double seconds) {
   return std::chrono::nanoseconds(static_cast<std::int64_t>(seconds * 1e9));
@@ -65,22 +65,6 @@ class MaskFeed::SourceMasks final : public Segmenter {
   std::map<std::uint64_t, Segmentation> masks_;
 };
 
-/// Lets frames come when they came from the camera, the first one now.
-class MaskFeed::Pace {
- public:
-  void wait_for(double timestamp_s) {
-    if (!first_s_) {
-      first_s_ = timestamp_s;
-      start_ = Clock::now();
-    }
-    std::this_thread::sleep_until(start_ + seconds(timestamp_s - *first_s_));
-  }
-
- private:
-  std::optional<double> first_s_;
-  Clock::time_point start_;
-};
-
 void add_mask_feed_options(CLI::App& command, MaskFeedOptions& options) {
   add_segmenter_options(command, options.segmenter);
   CLI::Option* hand_over =
@@ -121,7 +105,6 @@ MaskFeed::MaskFeed(const MaskFeedOptions& options, const FrameSource& source)
   thread.hand_over = detail::hand_over_of(options.hand_over);
   thread.most_wait_s = options.most_wait_s;
   thread_ = std::make_unique<AsyncSegmenter>(std::move(segmenter_), thread);
-  pace_ = std::make_unique<Pace>();
 }
 
 MaskFeed::~MaskFeed() = default;
@@ -140,7 +123,7 @@ std::string MaskFeed::name() const {
 
 void MaskFeed::submit(const SourceFrame& frame) {
   if (!thread_) return;
-  pace_->wait_for(frame.frame.timestamp_s);
+  std::this_thread::sleep_until(pace_.due(frame.frame.timestamp_s, Clock::now()));
   if (source_masks_) source_masks_->remember(frame);
   thread_->submit(frame.frame);
 }
@@ -160,7 +143,12 @@ std::string MaskFeed::report() const {
                 static_cast<unsigned long long>(counts.segmented),
                 static_cast<unsigned long long>(counts.submitted), 1e3 * counts.mean_inference_s(),
                 static_cast<unsigned long long>(counts.failed));
-  return text;
+  if (pace_.cuts() == 0) return text;
+  std::string report = text;
+  std::snprintf(text, sizeof text,
+                "\nthe times jump %zu times by more than %g s, or back: not waited for",
+                pace_.cuts(), FramePace::max_gap_s);
+  return report + text;
 }
 
 }  // namespace dynfilter::tools

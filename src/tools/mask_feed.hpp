@@ -11,6 +11,7 @@
 #include <CLI/CLI.hpp>
 
 #include "dynfilter/segmenters/async_segmenter.hpp"
+#include "frame_pace.hpp"
 #include "frame_source.hpp"
 #include "segmenter_spec.hpp"
 
@@ -44,25 +45,25 @@ class MaskFeed {
   /// Whether they are just those that were read with the frames.
   bool are_the_sources() const { return !thread_ && !segmenter_; }
 
-  /// Waits for the frame's time to come and hands it to the thread, if there is one.
+  /// Waits for the frame's time to come, a jump of times excepted, and hands it to the thread, if
+  /// there is one.
   void submit(const SourceFrame& frame);
 
   /// The masks for the frame, as far as they are there. Passes on what the segmenter throws.
   std::optional<Segmentation> collect(const SourceFrame& frame);
 
-  /// What became of the frames in the thread, a line for a report; empty without one.
+  /// What became of the frames in the thread, lines for a report; empty without one.
   std::string report() const;
 
  private:
   class SourceMasks;
-  class Pace;
 
   MaskFeedOptions options_;
   std::string source_name_;
   std::unique_ptr<Segmenter> segmenter_;  // none where the thread has it, or the source's are used
   SourceMasks* source_masks_ = nullptr;   // the thread's, where that hands over the source's
   std::unique_ptr<AsyncSegmenter> thread_;
-  std::unique_ptr<Pace> pace_;
+  FramePace pace_;
 };
 
 }  // namespace dynfilter::tools

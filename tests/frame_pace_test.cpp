@@ -1,0 +1,76 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "frame_pace.hpp"
+
+#include <chrono>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace dynfilter::tools {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr double recorded_s = 1341846434.5;
+
+/// A pace, and a clock that goes on to each frame's due time, as a thread that sleeps does.
+struct FakeCamera {
+  FramePace pace;
+  FramePace::Clock::time_point now{};
+
+  /// Milliseconds that the frame of this time waits.
+  double wait_ms(double timestamp_s) {
+    const auto due = pace.due(timestamp_s, now);
+    const double wait = std::chrono::duration<double, std::milli>(due - now).count();
+    if (due > now) now = due;
+    return wait;
+  }
+};
+
+TEST(FramePace, FramesComeAtThePaceOfTheirTimes) {
+  FakeCamera camera;
+  EXPECT_EQ(camera.wait_ms(recorded_s), 0);
+  EXPECT_NEAR(camera.wait_ms(recorded_s + 0.03), 30, 1e-3);
+  EXPECT_NEAR(camera.wait_ms(recorded_s + 0.06), 30, 1e-3);
+  camera.now += milliseconds(20);  // work
+  EXPECT_NEAR(camera.wait_ms(recorded_s + 0.09), 10, 1e-3);
+  EXPECT_NEAR(camera.wait_ms(recorded_s + 1.09), 1000, 1e-3) << "a second is no cut";
+  EXPECT_EQ(camera.pace.cuts(), 0U);
+}
+
+TEST(FramePace, LateFramesAreDueInThePastAndCatchUp) {
+  FakeCamera camera;
+  camera.wait_ms(recorded_s);
+  camera.now += milliseconds(100);
+  EXPECT_NEAR(camera.wait_ms(recorded_s + 0.03), -70, 1e-3);
+  EXPECT_NEAR(camera.wait_ms(recorded_s + 0.13), 30, 1e-3);
+}
+
+TEST(FramePace, AJumpOfAnHourIsNotWaitedFor) {
+  FakeCamera camera;
+  camera.wait_ms(recorded_s);
+  camera.wait_ms(recorded_s + 0.03);
+  EXPECT_EQ(camera.wait_ms(recorded_s + 3600), 0);
+  EXPECT_NEAR(camera.wait_ms(recorded_s + 3600.03), 30, 1e-3) << "the pace goes on after the cut";
+  EXPECT_EQ(camera.pace.cuts(), 1U);
+}
+
+TEST(FramePace, TimesThatGoBackAreNotWaitedFor) {
+  FakeCamera camera;
+  camera.wait_ms(recorded_s + 3600);
+  EXPECT_EQ(camera.wait_ms(recorded_s), 0);
+  EXPECT_NEAR(camera.wait_ms(recorded_s + 0.03), 30, 1e-3);
+  EXPECT_EQ(camera.wait_ms(recorded_s + 0.02), 0);
+  EXPECT_EQ(camera.pace.cuts(), 2U);
+}
+
+TEST(FramePace, TheWidestTimesOverflowNothing) {
+  FakeCamera camera;
+  for (const double time_s : {-8.9e9, 8.9e9, -8.9e9, 0.0}) EXPECT_EQ(camera.wait_ms(time_s), 0);
+  EXPECT_EQ(camera.pace.cuts(), 3U);
+}
+
+}  // namespace
+}  // namespace dynfilter::tools
