@@ -219,8 +219,8 @@ TEST_F(Program, EvalPrintsAFigureALineAndWritesThemAsJson) {
   EXPECT_NEAR(errors["rpe_rotation_rmse_deg"].get<double>(), 0, 1e-4);
   EXPECT_NEAR(errors["ate_improvement_percent"].get<double>(), 0, 1e-9);
 
-  EXPECT_NE(run("eval " + files).exit_code, 0) << "0.2 s are shorter than the interval of 1 s";
-  EXPECT_TRUE(run("eval " + files).mentions("intervals"));
+  EXPECT_TRUE(run("eval " + files).mentions("intervals"))
+      << "0.2 s are shorter than the interval of 1 s";
   EXPECT_TRUE(
       run("eval nowhere.txt " + quoted(scene() / "groundtruth.txt")).mentions("nowhere.txt"));
 }

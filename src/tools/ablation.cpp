@@ -4,9 +4,11 @@
 #include "ablation.hpp"
 
 #include <cstddef>
+#include <cstdio>
 #include <map>
 #include <memory>
 #include <set>
+#include <string>
 
 #include "dynfilter/detail/errors.hpp"
 #include "parallel_for_each.hpp"
@@ -25,6 +27,7 @@ std::filesystem::path folder_of(const AblationPlan& plan, const SceneSpec& scene
 struct Outline {
   std::size_t frames = 0;
   bool has_true_masks = false;
+  std::string note;
 };
 
 /// Of every scene, in their order. Opens one scene a group: those of a level differ in their seed
@@ -36,7 +39,8 @@ std::vector<Outline> outlines_of(const AblationPlan& plan) {
     const auto [outline, is_new] = of_group.emplace(scene.name().group, Outline());
     if (is_new) {
       const std::unique_ptr<FrameSource> source = scene.open();
-      outline->second = {source->size(), source->has_true_masks()};
+      require_masks(*source, plan.settings.every);
+      outline->second = {source->size(), source->has_true_masks(), source->note()};
     }
     outlines.push_back(outline->second);
   }
@@ -83,7 +87,13 @@ void validate(const AblationPlan& plan) {
 void run_all(const AblationPlan& plan) {
   validate(plan);
   std::size_t frames = 0;
-  for (const Outline& outline : outlines_of(plan)) frames += outline.frames;
+  std::set<std::string> notes;  // a sequence in several degradations has one
+  for (const Outline& outline : outlines_of(plan)) {
+    frames += outline.frames;
+    notes.insert(outline.note);
+  }
+  notes.erase("");
+  for (const std::string& note : notes) std::fprintf(stderr, "%s\n", note.c_str());
   ProgressBar progress("filtering", frames);
   for (const SceneSpec& scene : plan.scenes) run_scene(plan, scene, *scene.open(), progress);
 }

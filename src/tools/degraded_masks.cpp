@@ -89,6 +89,12 @@ class DegradedMasks final : public FrameSource {
   double rim_px() const override { return degraded_rim_px; }
   std::string masks_name() const override { return source_->masks_name() + ", " + how_; }
   std::optional<Trajectory> true_trajectory() const override { return source_->true_trajectory(); }
+  std::string note() const override { return source_->note(); }
+
+  void require_masks(std::size_t i) const override {
+    source_->require_masks(i);
+    if (how_ == "late") source_->require_masks(i - std::min(i, late_frames));
+  }
 
   SourceFrame read(std::size_t i) override {
     SourceFrame frame = source_->read(i);

@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,6 +16,7 @@
 #include "dynfilter/evaluation/trajectory_errors.hpp"
 #include "number_options.hpp"
 #include "output_file.hpp"
+#include "trajectory_note.hpp"
 
 namespace dynfilter::tools {
 namespace {
@@ -27,62 +30,115 @@ struct EvalOptions {
   RelativeErrorOptions relative;
 };
 
-/// Name and value, in the order in which they are printed.
-using Figures = std::vector<std::pair<std::string, double>>;
+bool is_count(const std::string& name) { return name == "pairs" || name == "rpe_intervals"; }
 
-void add(Figures& figures, const std::string& name, const std::string& unit,
-         const ErrorSummary& errors) {
-  const std::pair<const char*, double> values[] = {
-      {"rmse", errors.rmse},     {"mean", errors.mean},
-      {"median", errors.median}, {"standard_deviation", errors.standard_deviation},
-      {"least", errors.least},   {"greatest", errors.greatest}};
-  for (const auto& [which, value] : values) {
-    figures.emplace_back(name + "_" + which + "_" + unit, value);
+/// What can be said of an estimate, and why the rest cannot.
+struct Evaluation {
+  std::vector<std::pair<std::string, double>> figures;  // in the order in which they are printed
+  std::vector<std::pair<std::string, std::string>> missing;  // name and reason
+
+  void add(const std::string& name, const std::string& unit, const ErrorSummary& errors) {
+    const std::pair<const char*, double> values[] = {
+        {"rmse", errors.rmse},     {"mean", errors.mean},
+        {"median", errors.median}, {"standard_deviation", errors.standard_deviation},
+        {"least", errors.least},   {"greatest", errors.greatest}};
+    for (const auto& [which, value] : values) {
+      figures.emplace_back(name + "_" + which + "_" + unit, value);
+    }
   }
+
+  /// Runs what adds figures. "No answer" is noted under this name; misuse is passed on.
+  template <class Work>
+  void attempt(const char* name, const Work& work) {
+    try {
+      work();
+    } catch (const std::runtime_error& error) {
+      missing.emplace_back(name, error.what());
+    }
+  }
+};
+
+/// Reads a trajectory and says on standard error what was wrong with its file.
+Trajectory read_and_note(const std::filesystem::path& path) {
+  TrajectoryFile file = read_trajectory_file(path);
+  const std::string note = trajectory_note(path, file.flaws);
+  if (!note.empty()) std::fprintf(stderr, "%s\n", note.c_str());
+  return std::move(file.trajectory);
 }
 
-Figures evaluate(const EvalOptions& options) {
-  const Trajectory estimate = read_trajectory(options.estimate);
-  const Trajectory truth = read_trajectory(options.truth);
-  const auto ate = absolute_trajectory_error(estimate, truth, options.absolute);
+void add_relative_error(Evaluation& evaluation, const EvalOptions& options,
+                        const Trajectory& estimate, const Trajectory& truth,
+                        const std::optional<AbsoluteTrajectoryError>& ate) {
+  if (options.absolute.with_scale && !(ate && ate->alignment.scale > 0)) {
+    throw std::runtime_error("--scale takes the scale of the absolute error, which gives none");
+  }
   RelativeErrorOptions relative = options.relative;
   relative.max_time_difference_s = options.absolute.max_time_difference_s;
-  relative.scale = ate.alignment.scale;
+  if (ate) relative.scale = ate->alignment.scale;
   const auto rpe = relative_pose_error(estimate, truth, relative);
-
-  Figures figures;
-  figures.emplace_back("pairs", static_cast<double>(ate.translation_m.count));
-  figures.emplace_back("scale", ate.alignment.scale);
-  add(figures, "ate", "m", ate.translation_m);
-  figures.emplace_back("rpe_intervals", static_cast<double>(rpe.translation_m.count));
-  add(figures, "rpe_translation", "m", rpe.translation_m);
-  add(figures, "rpe_rotation", "deg", rpe.rotation_deg);
-  if (!options.baseline.empty()) {
-    const auto baseline =
-        absolute_trajectory_error(read_trajectory(options.baseline), truth, options.absolute);
-    figures.emplace_back("ate_baseline_rmse_m", baseline.translation_m.rmse);
-    figures.emplace_back("ate_improvement_percent",
-                         improvement_percent(baseline.translation_m.rmse, ate.translation_m.rmse));
-  }
-  return figures;
+  evaluation.figures.emplace_back("rpe_intervals", static_cast<double>(rpe.translation_m.count));
+  evaluation.add("rpe_translation", "m", rpe.translation_m);
+  evaluation.add("rpe_rotation", "deg", rpe.rotation_deg);
 }
 
-void report(const EvalOptions& options) {
-  const Figures figures = evaluate(options);
+void add_improvement(Evaluation& evaluation, const EvalOptions& options, const Trajectory& other,
+                     const Trajectory& truth, const std::optional<AbsoluteTrajectoryError>& ate) {
+  const double baseline =
+      absolute_trajectory_error(other, truth, options.absolute).translation_m.rmse;
+  evaluation.figures.emplace_back("ate_baseline_rmse_m", baseline);
+  if (!ate) throw std::runtime_error("the absolute error is missing");
+  if (!(baseline > 0)) throw std::runtime_error("the baseline has no error to improve on");
+  evaluation.figures.emplace_back("ate_improvement_percent",
+                                  improvement_percent(baseline, ate->translation_m.rmse));
+}
+
+Evaluation evaluate(const EvalOptions& options) {
+  const Trajectory estimate = read_and_note(options.estimate);
+  const Trajectory truth = read_and_note(options.truth);
+  std::optional<Trajectory> other;
+  if (!options.baseline.empty()) other = read_and_note(options.baseline);
+
+  Evaluation evaluation;
+  std::optional<AbsoluteTrajectoryError> ate;
+  evaluation.attempt("ate", [&] {
+    ate = absolute_trajectory_error(estimate, truth, options.absolute);
+    evaluation.figures.emplace_back("pairs", static_cast<double>(ate->translation_m.count));
+    evaluation.figures.emplace_back("scale", ate->alignment.scale);
+    evaluation.add("ate", "m", ate->translation_m);
+  });
+  evaluation.attempt("rpe", [&] { add_relative_error(evaluation, options, estimate, truth, ate); });
+  if (other) {
+    evaluation.attempt("ate_improvement",
+                       [&] { add_improvement(evaluation, options, *other, truth, ate); });
+  }
+  return evaluation;
+}
+
+void write_json(const Evaluation& evaluation, const std::filesystem::path& path) {
   nlohmann::ordered_json json;
-  for (const auto& [name, value] : figures) {
-    const bool is_count = name == "pairs" || name == "rpe_intervals";
-    std::printf(is_count ? "%-36s %.0f\n" : "%-36s %.6f\n", name.c_str(), value);
-    if (is_count) {
+  for (const auto& [name, value] : evaluation.figures) {
+    if (is_count(name)) {
       json[name] = static_cast<std::size_t>(value);
     } else {
       json[name] = value;
     }
   }
-  if (options.json.empty()) return;
-  OutputFile file(options.json);
+  for (const auto& [name, reason] : evaluation.missing) json["missing"][name] = reason;
+  OutputFile file(path);
   file << json.dump(2) << '\n';
   file.close();
+}
+
+void report(const EvalOptions& options) {
+  const Evaluation evaluation = evaluate(options);
+  for (const auto& [name, value] : evaluation.figures) {
+    std::printf(is_count(name) ? "%-36s %.0f\n" : "%-36s %.6f\n", name.c_str(), value);
+  }
+  for (const auto& [name, reason] : evaluation.missing) {
+    std::fprintf(stderr, "no %s: %s\n", name.c_str(), reason.c_str());
+  }
+  if (evaluation.figures.empty()) throw std::runtime_error("eval: there is no figure to print");
+  if (!options.json.empty()) write_json(evaluation, options.json);
 }
 
 }  // namespace
@@ -94,7 +150,10 @@ void add_eval_command(CLI::App& program) {
       "Compare an estimated trajectory with the true one, as the TUM RGB-D benchmark does: the\n"
       "absolute error after a rigid alignment, the relative error over an interval. Both files "
       "are\n"
-      "in TUM's format (timestamp tx ty tz qx qy qz qw). Prints a line a figure: name, value.");
+      "in TUM's format (timestamp tx ty tz qx qy qz qw); rows with NaN or a zero quaternion are\n"
+      "skipped, and of a repeated time the last row counts, as there. Prints a line a figure: "
+      "name,\n"
+      "value; on standard error, what was skipped, and which figures cannot be had and why.");
   command->add_option("ESTIMATE", options->estimate, "the estimated trajectory")->required();
   command->add_option("TRUTH", options->truth, "the true trajectory")->required();
   command

@@ -6,6 +6,8 @@
 #include "dynfilter/datasets/rgbd_sequence.hpp"
 #include "dynfilter/detail/number_text.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
+#include "file_error.hpp"
+#include "trajectory_note.hpp"
 
 namespace dynfilter::tools {
 namespace {
@@ -21,6 +23,11 @@ class Recording final : public FrameSource {
       masks_name_ = given->string();
     }
     if (sequence_.true_masks_folder()) true_masks_.emplace(*sequence_.true_masks_folder());
+    if (const auto truth = sequence_.groundtruth_file()) {
+      TrajectoryFile file = read_trajectory_file(*truth);
+      note_ = trajectory_note(*truth, file.flaws);
+      true_trajectory_ = std::move(file.trajectory);
+    }
   }
 
   std::size_t size() const override { return sequence_.size(); }
@@ -36,16 +43,29 @@ class Recording final : public FrameSource {
     return frame;
   }
 
-  std::optional<Trajectory> true_trajectory() const override {
-    if (!sequence_.groundtruth_file()) return {};
-    return read_trajectory(*sequence_.groundtruth_file());
+  void require_masks(std::size_t i) const override {
+    if (masks_) require_mask(*masks_, masks_name_, i);
+    if (true_masks_) require_mask(*true_masks_, *sequence_.true_masks_folder(), i);
   }
 
+  std::optional<Trajectory> true_trajectory() const override { return true_trajectory_; }
+  std::string note() const override { return note_; }
+
  private:
+  void require_mask(const MaskFolderSegmenter& masks, const std::filesystem::path& folder,
+                    std::size_t i) const {
+    const RgbdSequenceEntry& entry = sequence_.entry(i);
+    if (masks.has_mask(entry.timestamp_s)) return;
+    detail::throw_file_error(folder / (detail::time_text(entry.timestamp_s) + ".png"),
+                             "there is no such mask, which frame " + entry.stem + " needs");
+  }
+
   RgbdSequence sequence_;
   std::string masks_name_;
   std::optional<MaskFolderSegmenter> masks_;
   std::optional<MaskFolderSegmenter> true_masks_;
+  std::optional<Trajectory> true_trajectory_;
+  std::string note_;
 };
 
 TimedPose timed(double timestamp_s, const CameraPose& pose) {
@@ -69,6 +89,7 @@ class Rendering final : public FrameSource {
   bool has_depth() const override { return true; }
   bool has_true_masks() const override { return true; }
   std::string masks_name() const override { return "rendered"; }
+  void require_masks(std::size_t) const override {}
 
   SourceFrame read(std::size_t i) override {
     SyntheticFrame rendered = scene_.render(static_cast<int>(i));

@@ -46,10 +46,22 @@ class FrameSource {
   /// Throws std::runtime_error that names the file that is missing or broken.
   virtual SourceFrame read(std::size_t i) = 0;
 
+  /// Throws what read(i) would throw where its masks are missing. Decodes nothing.
+  virtual void require_masks(std::size_t i) const = 0;
+
   virtual std::optional<Trajectory> true_trajectory() const = 0;
+
+  /// A line about flaws of the input that were passed over; empty where there were none.
+  virtual std::string note() const { return {}; }
 };
 
-/// A sequence in the layout of TUM or BONN. Empty paths stand for what lies in its folder. Throws
+/// Throws where one of every so many frames misses its masks.
+inline void require_masks(const FrameSource& source, std::size_t every) {
+  for (std::size_t i = 0; i < source.size(); i += every) source.require_masks(i);
+}
+
+/// A sequence in the layout of TUM or BONN. Empty paths stand for what lies in its folder. Reads
+/// all but the images: lists, camera, tables of masks and the true trajectory. Throws
 /// std::runtime_error that names what cannot be read.
 std::unique_ptr<FrameSource> open_sequence(const std::filesystem::path& folder,
                                            const std::filesystem::path& masks = {},

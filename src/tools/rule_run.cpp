@@ -15,19 +15,20 @@
 namespace dynfilter::tools {
 namespace {
 
-const RuleInfo& require_masks(const RuleInfo& rule, const SceneSpec& scene,
-                              const FrameSource& source) {
+/// The rule, when all that can be known to fail before the first frame was looked at.
+const RuleInfo& checked(const RuleInfo& rule, const SceneSpec& scene, const FrameSource& source,
+                        const RunSettings& settings) {
   if (rule.takes_true_masks && !source.has_true_masks()) {
     throw std::runtime_error("rule " + rule.name + " takes true masks, and " + scene.name().name +
                              " has no masks_true/");
   }
+  if (rule.moves_masks && settings.every != 1) {
+    throw std::runtime_error("rule " + rule.name +
+                             " follows objects from frame to frame: not with --every " +
+                             std::to_string(settings.every));
+  }
+  require_masks(source, settings.every);
   return rule;
-}
-
-void require_every_frame(const RuleInfo& rule, const RunSettings& settings) {
-  if (settings.every == 1) return;
-  throw std::runtime_error("rule " + rule.name + " follows objects from frame to frame: not with " +
-                           "--every " + std::to_string(settings.every));
 }
 
 odometry::OdometryOptions odometry_options(const RunSettings& settings) {
@@ -37,18 +38,23 @@ odometry::OdometryOptions odometry_options(const RunSettings& settings) {
   return options;
 }
 
-/// The errors of an estimate, as far as it is long enough to have them.
+/// The errors of an estimate, as far as it is long enough to have them, and why not.
 TrajectoryRecord errors_of(const Trajectory& estimate, const Trajectory& truth) {
   TrajectoryRecord record;
+  // Whatever is wrong with the truth, what the run has found out is kept.
   try {
     const AbsoluteTrajectoryError ate = absolute_trajectory_error(estimate, truth);
     record.pairs = ate.translation_m.count;
     record.ate_m = ate.translation_m;
+  } catch (const std::exception& error) {
+    record.why_no_ate = error.what();
+  }
+  try {
     const RelativePoseError rpe = relative_pose_error(estimate, truth);
     record.rpe_translation_m = rpe.translation_m;
     record.rpe_rotation_deg = rpe.rotation_deg;
-  } catch (const std::runtime_error&) {
-    // Too few poses: what is missing from the record says so.
+  } catch (const std::exception& error) {
+    record.why_no_rpe = error.what();
   }
   return record;
 }
@@ -81,16 +87,13 @@ ExtractedFeatures extract_features(const odometry::OrbExtractor& extractor, cons
 
 RuleRun::RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource& source,
                  const RunSettings& settings, const std::filesystem::path& folder)
-    : rule_(require_masks(rule, scene, source)),
+    : rule_(checked(rule, scene, source, settings)),
       folder_(folder),
       rim_px_(source.rim_px()),
       filter_({mask_stage_of(rule, settings.mask_culler), masks_time_},
               {stage_of(rule, settings.mask_culler, settings.seed), rule_time_}),
       pictures_(folder, source.size(), settings.overlays, rule.takes_masks, rule.compensates) {
-  if (rule.moves_masks) {
-    require_every_frame(rule, settings);
-    propagator_.emplace();
-  }
+  if (rule.moves_masks) propagator_.emplace();
   if (source.has_depth() && settings.every == 1) {
     odometry_.emplace(source.camera(), odometry_options(settings));
   }

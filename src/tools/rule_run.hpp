@@ -55,8 +55,9 @@ ExtractedFeatures extract_features(const odometry::OrbExtractor& extractor, cons
 /// and where there is depth the reference odometry with what the filter leaves.
 class RuleRun {
  public:
-  /// Throws std::runtime_error where the rule takes true masks and there are none, and for a folder
-  /// that cannot be made. What an earlier run left in the folder is replaced.
+  /// Throws std::runtime_error where the rule takes true masks and there are none, where a frame
+  /// has no mask, and for a folder that cannot be made. What an earlier run left in the folder is
+  /// replaced.
   RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource& source,
           const RunSettings& settings, const std::filesystem::path& folder);
   RuleRun(const RuleRun&) = delete;

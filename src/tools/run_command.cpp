@@ -31,6 +31,7 @@ struct RunOptions {
 
 void run(const RunOptions& options) {
   const std::unique_ptr<FrameSource> source = options.scene.open();
+  if (!source->note().empty()) std::fprintf(stderr, "%s\n", source->note().c_str());
   MaskFeed masks(options.masks, *source);
   RunSettings settings = options.settings;
   settings.masks = masks.name();

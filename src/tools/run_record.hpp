@@ -35,6 +35,8 @@ struct TrajectoryRecord {
   bool has_truth = false;
   std::size_t keyframes = 0;
   std::size_t pairs = 0;
+  std::string why_no_ate;  ///< empty where it is there, or where there is no truth
+  std::string why_no_rpe;
   std::optional<ErrorSummary> ate_m;
   std::optional<ErrorSummary> rpe_translation_m;  ///< over 1 s
   std::optional<ErrorSummary> rpe_rotation_deg;

@@ -82,11 +82,12 @@ void print_trajectory(const RunRecord& run) {
   print("ATE, RMSE", run.trajectory->ate_m, "m");
   print("RPE over 1 s, RMSE", run.trajectory->rpe_translation_m, "m");
   print("RPE over 1 s, RMSE", run.trajectory->rpe_rotation_deg, "deg");
-  if (!run.trajectory->has_truth) {
-    std::printf("  no errors: the true trajectory is not known\n");
-  } else if (!run.trajectory->rpe_translation_m) {
-    std::printf("  no error over 1 s: too few poses\n");
-  }
+  const auto say_why = [](const char* name, const std::string& reason) {
+    if (!reason.empty()) std::printf("  no %s: %s\n", name, reason.c_str());
+  };
+  say_why("ATE", run.trajectory->why_no_ate);
+  say_why("RPE over 1 s", run.trajectory->why_no_rpe);
+  if (!run.trajectory->has_truth) say_why("errors", "the true trajectory is not known");
 }
 
 std::string masks_text(const RunRecord& run) {
@@ -134,6 +135,11 @@ void add_trajectory(nlohmann::ordered_json& summary, const RunRecord& run) {
   add("ate_rmse_m", trajectory.ate_m);
   add("rpe_translation_rmse_m", trajectory.rpe_translation_m);
   add("rpe_rotation_rmse_deg", trajectory.rpe_rotation_deg);
+  const auto add_reason = [&](const char* name, const std::string& reason) {
+    if (!reason.empty()) summary["missing"][name] = reason;
+  };
+  add_reason("ate", trajectory.why_no_ate);
+  add_reason("rpe", trajectory.why_no_rpe);
 }
 
 /// Under another name until it is whole: who finds a summary finds a run that came to its end.

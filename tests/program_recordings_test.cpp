@@ -1,0 +1,237 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// The program on recordings with faults in their truth, their masks, their times and their files.
+
+#include <sys/stat.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "support/program.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+/// A small recording on disk, made once, of which every test has a copy to spoil.
+class ProgramRecordings : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    made_ = new TemporaryFolder();
+    const Outcome synth =
+        run("synth " + quoted(*made_ / "scene") + " --frames 4 --width 160 --height 120");
+    ASSERT_EQ(synth.exit_code, 0) << synth.printed;
+  }
+  static void TearDownTestSuite() {
+    delete made_;
+    made_ = nullptr;
+  }
+  void SetUp() override { fs::copy(*made_ / "scene", scene(), fs::copy_options::recursive); }
+
+  fs::path scene() const { return folder_ / "scene"; }
+  fs::path out() const { return folder_ / "out"; }
+  fs::path truth() const { return scene() / "groundtruth.txt"; }
+  std::string run_scene() const {
+    return "run " + quoted(scene()) + " --overlays 0 --out " + quoted(out());
+  }
+
+  /// Neither `run` nor `ablate` begins with the recording.
+  void expect_refused_at_once(const std::string& message) const {
+    for (const std::string& command :
+         {run_scene(), "ablate " + quoted(scene()) + " --rules mask --out " + quoted(out())}) {
+      const Outcome outcome = run_at_most(60, command);
+      EXPECT_EQ(outcome.exit_code, 1) << command;
+      EXPECT_TRUE(outcome.mentions(message)) << outcome.printed << "\nwant: " << message;
+      EXPECT_FALSE(fs::exists(out())) << "the first frame was not begun";
+    }
+  }
+
+  TemporaryFolder folder_;
+
+ private:
+  static TemporaryFolder* made_;
+};
+
+TemporaryFolder* ProgramRecordings::made_ = nullptr;
+
+/// The rows of a trajectory file.
+std::vector<std::string> rows_of(const fs::path& file) {
+  std::vector<std::string> rows;
+  std::ifstream stream(file);
+  for (std::string row; std::getline(stream, row);) {
+    if (row[0] != '#') rows.push_back(row);
+  }
+  return rows;
+}
+
+TEST_F(ProgramRecordings, EvalCountsTheRowsThatItPassesOver) {
+  const std::vector<std::string> rows = rows_of(truth());
+  ASSERT_EQ(rows.size(), 4U);
+  const fs::path flawed = folder_.write(
+      "flawed.txt", "# truth\n" + rows[0] + "\n" + rows[2] + "\n" + rows[1] + "\n" +
+                        "1.1 nan 0 0 0 0 0 1\n1.2 0 0 nan 0 0 0 1\n1.3 0 0 0 0 0 0 0\n" +
+                        rows[3].substr(0, rows[3].find(' ')) + " 9 9 9 0 0 0 1\n" + rows[3] + "\n");
+  const std::string good = quoted(truth());
+  const Outcome clean = run("eval " + good + " " + good + " --frames 1");
+  const Outcome noted = run("eval " + good + " " + quoted(flawed) + " --frames 1");
+  ASSERT_EQ(noted.exit_code, 0) << noted.printed;
+  const std::string note =
+      flawed.string() +
+      ": 2 rows with NaN skipped (the first in line 5); 1 row with a zero quaternion skipped (line "
+      "7); 1 row repeats a time and replaces the earlier one (line 9); 1 row goes back in time and "
+      "was sorted (line 4)\n";
+  EXPECT_TRUE(noted.mentions(note)) << noted.printed;
+  EXPECT_TRUE(noted.mentions(clean.printed)) << noted.printed << clean.printed;
+  EXPECT_FALSE(clean.mentions("skipped")) << clean.printed;
+}
+
+TEST_F(ProgramRecordings, EvalNamesAFileWithoutAUsableRow) {
+  const fs::path useless = folder_.write("useless.txt", "1 0 0 nan 0 0 0 1\n");
+  const Outcome outcome = run("eval " + quoted(useless) + " " + quoted(truth()));
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_TRUE(outcome.mentions(useless.string() + ": holds no usable pose")) << outcome.printed;
+}
+
+TEST_F(ProgramRecordings, EvalPrintsTheAbsoluteErrorOfAShortTrajectory) {
+  const fs::path json = folder_ / "errors.json";
+  const Outcome outcome = run("eval " + quoted(truth()) + " " + quoted(truth()) + " --baseline " +
+                              quoted(truth()) + " --json " + quoted(json));
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("ate_rmse_m ")) << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("no rpe: relative_pose_error: 0 intervals")) << outcome.printed;
+  const nlohmann::json errors = read_json(json);
+  EXPECT_EQ(errors["pairs"], 4);
+  EXPECT_TRUE(errors.contains("ate_rmse_m"));
+  EXPECT_TRUE(errors.contains("ate_baseline_rmse_m"));
+  EXPECT_FALSE(errors.contains("rpe_translation_rmse_m"));
+  EXPECT_NE(errors["missing"]["rpe"].get<std::string>().find("interval"), std::string::npos);
+}
+
+TEST_F(ProgramRecordings, EvalSaysWhyThereIsNoFigureAtAll) {
+  const fs::path other = folder_.write("other.txt", "900 0 0 0 0 0 0 1\n901 0 0 0 0 0 0 1\n");
+  const fs::path json = folder_ / "errors.json";
+  for (const char* scale : {"", " --scale"}) {
+    const Outcome outcome =
+        run("eval " + quoted(other) + " " + quoted(truth()) + " --json " + quoted(json) + scale);
+    EXPECT_EQ(outcome.exit_code, 1);
+    EXPECT_TRUE(outcome.mentions("no ate: absolute_trajectory_error: 0 of 2 estimated poses"))
+        << outcome.printed;
+    EXPECT_TRUE(outcome.mentions("no rpe: ")) << outcome.printed;
+    EXPECT_FALSE(fs::exists(json));
+  }
+}
+
+TEST_F(ProgramRecordings, EvalReadsAPipe) {
+  const Outcome outcome = run_command("cat " + quoted(truth()) +
+                                      " | timeout 60 '" DYNFILTER_PROGRAM "' eval /dev/stdin " +
+                                      quoted(truth()) + " 2>&1");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("pairs                                4")) << outcome.printed;
+}
+
+TEST_F(ProgramRecordings, AFaultyTruthIsRefusedBeforeTheFirstFrame) {
+  folder_.write("scene/groundtruth.txt", "# t\n1 0 0 0 0 0 0 1\n2 0 0 oops 0 0 0 1\n");
+  expect_refused_at_once(truth().string() + ":3: tz: got 'oops'");
+  folder_.write("scene/groundtruth.txt", "1 nan 0 0 0 0 0 1\n");
+  expect_refused_at_once(truth().string() + ": holds no usable pose");
+}
+
+TEST_F(ProgramRecordings, AFifoForATruthDoesNotHang) {
+  fs::remove(truth());
+  ASSERT_EQ(mkfifo(truth().c_str(), 0600), 0);
+  expect_refused_at_once(truth().string() + ": cannot be read: it is no regular file");
+}
+
+TEST_F(ProgramRecordings, AMissingMaskIsNamedBeforeTheFirstFrame) {
+  for (const char* masks : {"masks", "masks_true"}) {
+    const fs::path last = scene() / masks / "1.100000.png";
+    const fs::path aside = folder_ / "aside.png";
+    fs::rename(last, aside);
+    fs::rename(scene() / masks / "instances.csv", folder_ / "instances.csv");
+    expect_refused_at_once(last.string() + ": there is no such mask");
+    fs::rename(aside, last);
+    fs::rename(folder_ / "instances.csv", scene() / masks / "instances.csv");
+  }
+  fs::remove(scene() / "masks" / "1.033333.png");
+  fs::remove(scene() / "masks" / "instances.csv");
+  EXPECT_EQ(run(run_scene() + " --every 2").exit_code, 0) << "it needs frames 0 and 2";
+}
+
+TEST_F(ProgramRecordings, RunNotesAFlawedTruthAndUsesIt) {
+  const std::vector<std::string> rows = rows_of(truth());
+  std::string text = "1.01 nan 0 0 0 0 0 1\n";
+  for (const std::string& row : rows) text += row + "\n" + row + "\n";
+  folder_.write("scene/groundtruth.txt", text);
+  const Outcome outcome = run(run_scene());
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
+  EXPECT_TRUE(outcome.mentions(truth().string() +
+                               ": 1 row with NaN skipped (line 1); 4 rows repeat "
+                               "a time and replace the earlier ones (the first "
+                               "in line 3)\n"))
+      << outcome.printed;
+  EXPECT_EQ(read_json(out() / "summary.json")["pairs"], 4);
+  EXPECT_EQ(rows_of(out() / "groundtruth.txt").size(), 4U);
+  const Outcome swept =
+      run("ablate " + quoted(scene()) + " --rules mask,none --out " + quoted(folder_ / "sweep"));
+  EXPECT_TRUE(swept.mentions("1 row with NaN skipped (line 1)")) << swept.printed;
+}
+
+TEST_F(ProgramRecordings, RunSaysWhyAnErrorIsMissing) {
+  const Outcome brief = run(run_scene());
+  ASSERT_EQ(brief.exit_code, 0) << brief.printed;
+  EXPECT_TRUE(brief.mentions("no RPE over 1 s: relative_pose_error: 0 intervals")) << brief.printed;
+  nlohmann::json summary = read_json(out() / "summary.json");
+  EXPECT_TRUE(summary.contains("ate_rmse_m"));
+  EXPECT_TRUE(summary["missing"].contains("rpe"));
+  EXPECT_FALSE(summary["missing"].contains("ate"));
+
+  folder_.write("scene/groundtruth.txt", "900 0 0 0 0 0 0 1\n901 0 0 0 0 0 0 1\n");
+  const Outcome other = run(run_scene());
+  ASSERT_EQ(other.exit_code, 0) << other.printed;
+  EXPECT_TRUE(other.mentions("no ATE: absolute_trajectory_error: 0 of 4")) << other.printed;
+
+  folder_.write("scene/groundtruth.txt", "1 0 0 0 0 0 0 1\n1.033333 1e300 0 0 0 0 0 1\n");
+  const Outcome huge = run(run_scene());
+  ASSERT_EQ(huge.exit_code, 0) << "a truth of no sense loses no results: " << huge.printed;
+  EXPECT_TRUE(huge.mentions("no ATE: ")) << huge.printed;
+
+  fs::remove(truth());
+  EXPECT_TRUE(run(run_scene()).mentions("no errors: the true trajectory is not known"));
+}
+
+/// The times of the last two frames are an hour later, in the lists and in the masks' names.
+void jump_by_an_hour(const fs::path& scene, const TemporaryFolder& folder) {
+  folder.write("scene/associations.txt",
+               "1.000000 rgb/1.000000.png 1.000000 depth/1.000000.png\n"
+               "1.033333 rgb/1.033333.png 1.033333 depth/1.033333.png\n"
+               "3601.066667 rgb/1.066667.png 1.066667 depth/1.066667.png\n"
+               "3601.100000 rgb/1.100000.png 1.100000 depth/1.100000.png\n");
+  fs::remove_all(scene / "masks_true");
+  fs::remove(scene / "masks" / "instances.csv");
+  fs::rename(scene / "masks" / "1.066667.png", scene / "masks" / "3601.066667.png");
+  fs::rename(scene / "masks" / "1.100000.png", scene / "masks" / "3601.100000.png");
+}
+
+TEST_F(ProgramRecordings, AThreadDoesNotSleepThroughAJumpOfTimes) {
+  jump_by_an_hour(scene(), folder_);
+  const Outcome outcome = run_at_most(120, run_scene() + " --async latest");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("the times jump 1 times by more than 1 s, or back: not waited for"))
+      << outcome.printed;
+  EXPECT_EQ(read_csv(out() / "frames.csv").size(), 5U);
+}
+
+TEST_F(ProgramRecordings, SteadyTimesAreNotCalledAJump) {
+  const Outcome outcome = run(run_scene() + " --async wait");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
+  EXPECT_FALSE(outcome.mentions("jump")) << outcome.printed;
+}
+
+}  // namespace
+}  // namespace dynfilter::testing
