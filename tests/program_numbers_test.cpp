@@ -59,7 +59,7 @@ const std::vector<NumberOption>& number_options() {
       {"ablate --levels medium", "--features", {"0", "100001"}, "1 to 100000"},
       {"eval a.txt b.txt", "--frames", {"0", "-1", "1000001"}, "1 to 1000000"},
       {"eval a.txt b.txt", "--interval", {"0", "-1", "nan"}, "1e-06 to 1e+09"},
-      {"eval a.txt b.txt", "--max-difference", {"-1", "nan", "inf"}, "0 to 1e+09"},
+      {"eval a.txt b.txt", "--max-difference", {"-1", "nan", "inf", "11"}, "0 to 10"},
   };
   return options;
 }

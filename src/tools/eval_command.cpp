@@ -159,7 +159,7 @@ void add_eval_command(CLI::App& program) {
   command
       ->add_option("--max-difference", options->absolute.max_time_difference_s,
                    "between the times of an estimated pose and its true one, seconds")
-      ->check(real_number(0, 1e9))
+      ->check(real_number(0, 10))
       ->capture_default_str();
   command->add_flag("--scale", options->absolute.with_scale, "align the scale too (mono)");
   command->add_option("--interval", options->relative.interval_s, "of the relative error, seconds")

@@ -69,10 +69,11 @@ void add_mask_feed_options(CLI::App& command, MaskFeedOptions& options) {
   add_segmenter_options(command, options.segmenter);
   CLI::Option* hand_over =
       command
-          .add_option("--async", options.hand_over,
-                      "make the masks in a thread beside tracking, with the frames at the pace of\n"
-                      "their times: wait for each frame's, wait_at_most so long, take the latest,\n"
-                      "or drop what is not there")
+          .add_option(
+              "--async", options.hand_over,
+              "make the masks in a thread beside tracking, with the frames at the pace of\n"
+              "their times (no jump is waited for): wait for each frame's, wait_at_most so\n"
+              "long, take the latest, or drop what is not there")
           ->check(CLI::IsMember(detail::hand_over_names()));
   command.add_option("--most-wait", options.most_wait_s, "for --async wait_at_most, seconds")
       ->needs(hand_over)
