@@ -128,9 +128,9 @@ TEST_F(ProgramRecordings, EvalSaysWhyThereIsNoFigureAtAll) {
 }
 
 TEST_F(ProgramRecordings, EvalReadsAPipe) {
-  const Outcome outcome = run_command("cat " + quoted(truth()) +
-                                      " | timeout 60 '" DYNFILTER_PROGRAM "' eval /dev/stdin " +
-                                      quoted(truth()) + " 2>&1");
+  const Outcome outcome =
+      run_in_shell("cat " + quoted(truth()) +
+                   " | timeout 60 '" DYNFILTER_PROGRAM "' eval /dev/stdin " + quoted(truth()));
   EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
   EXPECT_TRUE(outcome.mentions("pairs                                4")) << outcome.printed;
 }

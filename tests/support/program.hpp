@@ -28,9 +28,9 @@ struct Outcome {
   bool mentions(const std::string& text) const { return printed.find(text) != std::string::npos; }
 };
 
-inline Outcome run_command(const std::string& command) {
+inline Outcome run_in_shell(const std::string& command) {
   Outcome outcome{-1, {}};
-  std::FILE* pipe = popen(command.c_str(), "r");
+  std::FILE* pipe = popen(("{ " + command + "; } 2>&1").c_str(), "r");
   if (pipe == nullptr) return outcome;
   std::array<char, 4096> buffer;
   while (std::fgets(buffer.data(), buffer.size(), pipe) != nullptr)
@@ -40,13 +40,13 @@ inline Outcome run_command(const std::string& command) {
 }
 
 inline Outcome run(const std::string& arguments) {
-  return run_command("'" DYNFILTER_PROGRAM "' " + arguments + " 2>&1");
+  return run_in_shell("'" DYNFILTER_PROGRAM "' " + arguments);
 }
 
 /// Ends the program after so many seconds, as a failure, so that a fault cannot hang the tests.
 inline Outcome run_at_most(int seconds, const std::string& arguments) {
-  return run_command("timeout " + std::to_string(seconds) + " '" DYNFILTER_PROGRAM "' " +
-                     arguments + " 2>&1");
+  return run_in_shell("timeout " + std::to_string(seconds) + " '" DYNFILTER_PROGRAM "' " +
+                      arguments);
 }
 
 inline std::string quoted(const fs::path& path) { return "'" + path.string() + "'"; }
