@@ -21,6 +21,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "file_error.hpp"
+#include "file_writing.hpp"
 
 namespace dynfilter::detail {
 
@@ -60,11 +61,7 @@ inline void write_image(const std::filesystem::path& path, const char* extension
                         const cv::Mat& image) {
   std::vector<std::uint8_t> bytes;
   if (!cv::imencode(extension, image, bytes)) throw_file_error(path, "cannot be encoded");
-  std::ofstream stream(path, std::ios::binary | std::ios::trunc);
-  stream.write(reinterpret_cast<const char*>(bytes.data()),
-               static_cast<std::streamsize>(bytes.size()));
-  stream.close();
-  if (!stream) throw_file_error(path, "cannot be written");
+  write_file(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
 /// Writes an image of a type that PNG has. Throws std::runtime_error that names the file.

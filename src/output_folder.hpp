@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Folders of images whose names are times, and the policy of the components that write them.
+// Folders of images whose names are times.
 
 #ifndef DYNFILTER_SRC_OUTPUT_FOLDER_HPP
 #define DYNFILTER_SRC_OUTPUT_FOLDER_HPP
@@ -34,27 +34,13 @@ inline std::vector<std::filesystem::path> png_files(const std::filesystem::path&
   return files;
 }
 
-/// Those of them whose names are times: what the writers write.
+/// Those of them whose names are times.
 inline std::vector<std::filesystem::path> timed_png_files(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> files;
   for (const std::filesystem::path& file : png_files(folder)) {
     if (time_of_stem(file.stem().string())) files.push_back(file);
   }
   return files;
-}
-
-/// Before a writer begins: removes the `earlier` output in `folder`, or throws std::runtime_error
-/// where there is some and it must not be overwritten. Nothing else in the folder is touched.
-inline void make_room(const std::filesystem::path& folder,
-                      const std::vector<std::filesystem::path>& earlier, bool overwrite) {
-  for (const std::filesystem::path& file : earlier) {
-    if (!std::filesystem::exists(std::filesystem::symlink_status(file))) continue;
-    if (!overwrite) {
-      throw_file_error(folder, "holds " + file.lexically_relative(folder).string() +
-                                   " already; name another folder, or set overwrite");
-    }
-    std::filesystem::remove(file);
-  }
 }
 
 }  // namespace dynfilter::detail

@@ -20,6 +20,7 @@
 
 #include "dynfilter/detail/number_text.hpp"
 #include "file_error.hpp"
+#include "file_writing.hpp"
 
 namespace dynfilter::detail {
 
@@ -117,37 +118,19 @@ class TableReader {
   std::vector<std::string> cells_;
 };
 
-/// Writes a text file line by line. What `flush` has returned from is with the system; an error is
-/// a std::runtime_error that names the file.
+/// Writes a text file of lines, whole and with `close`; without it, nothing. An error is a
+/// std::runtime_error that names the file.
 class TableWriter {
  public:
-  explicit TableWriter(std::filesystem::path path) : path_(std::move(path)) {
-    stream_.open(path_, std::ios::binary | std::ios::trunc);
-    check();
-  }
+  explicit TableWriter(std::filesystem::path path) : path_(std::move(path)) {}
 
-  void line(const std::string& text) {
-    stream_ << text << '\n';
-    check();
-  }
+  void line(const std::string& text) { text_ += text + '\n'; }
 
-  void flush() {
-    stream_.flush();
-    check();
-  }
-
-  void close() {
-    stream_.close();
-    check();
-  }
+  void close() const { write_file(path_, text_); }
 
  private:
-  void check() const {
-    if (!stream_) throw_file_error(path_, "cannot be written");
-  }
-
   std::filesystem::path path_;
-  std::ofstream stream_;
+  std::string text_;
 };
 
 }  // namespace dynfilter::detail

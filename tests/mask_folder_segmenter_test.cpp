@@ -339,7 +339,7 @@ TEST(MaskFolderWriter, WritesTheDocumentedFormat) {
   segmentation.instances.clear();
   segmentation.timestamp_s = 13;
   writer.add(segmentation, "13");
-  // Not finished: what was added is there all the same.
+  writer.finish();
   EXPECT_EQ(file_text(folder / "instances.csv"), header +
                                                      "12.500000,1,0,0.909000,1,1,3,3\n"
                                                      "12.500000,2,56,0.500000,2,2,3,3\n"
@@ -381,7 +381,9 @@ TEST(MaskFolderWriter, CutsMasksAtTheImage) {
     instance.mask_origin = c.origin;
     instance.mask = cv::Mat(3, 3, CV_8UC1, cv::Scalar(255));
     segmentation.instances = {instance};
-    MaskFolderWriter(folder.path()).add(segmentation);
+    MaskFolderWriter writer(folder.path());
+    writer.add(segmentation);
+    writer.finish();
     cv::Mat want(6, 8, CV_8UC1, cv::Scalar(0));
     want(c.visible).setTo(1);
     const cv::Mat labels = cv::imread((folder / "0.000000.png").string(), cv::IMREAD_UNCHANGED);
@@ -438,7 +440,9 @@ TEST(MaskFolderWriter, RefusesAStemUnderWhichTheMaskIsNotFound) {
   for (const char* stem : {"1341846434.711184", "1341846434.709184", "1341846434.71"}) {
     const TemporaryFolder found;
     segmentation.timestamp_s = 1341846434.710184;
-    MaskFolderWriter(found.path()).add(segmentation, stem);
+    MaskFolderWriter finds(found.path());
+    finds.add(segmentation, stem);
+    finds.finish();
     EXPECT_TRUE(MaskFolderSegmenter(found.path()).has_mask(segmentation.timestamp_s)) << stem;
   }
 }
@@ -457,21 +461,59 @@ TEST(MaskFolderWriter, GoesOnWhereItWasMovedTo) {
   EXPECT_EQ(MaskFolderSegmenter(folder.path()).size(), 2U);
 }
 
-TEST(MaskFolderWriter, LeavesWhatIsThereUnlessTold) {
+/// One frame, in which nobody is.
+Segmentation nobody_at(double timestamp_s) {
+  Segmentation segmentation;
+  segmentation.timestamp_s = timestamp_s;
+  segmentation.image_size = {8, 6};
+  return segmentation;
+}
+
+TEST(MaskFolderWriter, NeverReplacesWhatAnotherWrote) {
   for (const char* file : {"instances.csv", "12.5.png"}) {
     const TemporaryFolder folder;
     folder.write(file, "earlier");
-    expect_error<std::runtime_error>([&] { MaskFolderWriter{folder.path()}; },
-                                     folder.path().string() + ": holds " + file + " already");
-    EXPECT_EQ(file_text(folder / file), "earlier");
-    folder.write("preview.png", "mine");
-    MaskFolderWriterOptions options;
-    options.overwrite = true;
-    MaskFolderWriter writer(folder.path(), options);
-    EXPECT_EQ(file_text(folder / "preview.png"), "mine");
-    EXPECT_EQ(file_text(folder / "instances.csv"), header);
-    EXPECT_FALSE(fs::exists(folder / "12.5.png"));
+    for (const bool overwrite : {false, true}) {
+      expect_error<std::runtime_error>([&] { MaskFolderWriter(folder.path(), {overwrite}); },
+                                       folder.path().string() + ": holds " + file);
+      EXPECT_EQ(file_text(folder / file), "earlier");
+    }
   }
+}
+
+TEST(MaskFolderWriter, ReplacesWhatItWroteOnlyIfToldAndOnlyWhenAllIsThere) {
+  const TemporaryFolder folder;
+  folder.write("notes.txt", "mine");
+  MaskFolderWriter first(folder.path());
+  first.add(nobody_at(1), "1.0");
+  first.finish();
+  const std::string before = file_text(folder / "1.0.png");
+  expect_error<std::runtime_error>([&] { MaskFolderWriter{folder.path()}; },
+                                   "holds instances.csv already");
+  {
+    MaskFolderWriter stopped(folder.path(), {true});
+    stopped.add(nobody_at(2), "2.0");
+    EXPECT_FALSE(fs::exists(folder / "2.0.png"));
+  }
+  EXPECT_EQ(file_text(folder / "1.0.png"), before);
+  EXPECT_EQ(MaskFolderSegmenter(folder / ".").size(), 1U);
+  MaskFolderWriter second(folder.path(), {true});
+  second.add(nobody_at(2), "2.0");
+  second.finish();
+  EXPECT_FALSE(fs::exists(folder / "1.0.png"));
+  EXPECT_EQ(file_text(folder / "notes.txt"), "mine");
+  EXPECT_EQ(file_text(folder / "instances.csv"), header);
+}
+
+TEST(MaskFolderWriter, KeepsWhatWasChangedAfterIt) {
+  const TemporaryFolder folder;
+  MaskFolderWriter first(folder.path());
+  first.add(nobody_at(1), "1.0");
+  first.finish();
+  folder.write("1.0.png", "painted by hand");
+  expect_error<std::runtime_error>([&] { MaskFolderWriter(folder.path(), {true}); },
+                                   "holds 1.0.png");
+  EXPECT_EQ(file_text(folder / "1.0.png"), "painted by hand");
 }
 
 TEST(MaskFolderWriter, SaysWhenItCannotWrite) {
@@ -479,12 +521,17 @@ TEST(MaskFolderWriter, SaysWhenItCannotWrite) {
   folder.write("file", "");
   expect_error<std::runtime_error>([&] { MaskFolderWriter(folder / "file/masks"); }, "file");
   MaskFolderWriter writer(folder / "masks");
+  writer.add(nobody_at(1), "1");
   fs::create_directories(folder / "masks/1.png");
-  Segmentation segmentation;
-  segmentation.timestamp_s = 1;
-  segmentation.image_size = {8, 6};
-  expect_error<std::runtime_error>([&] { writer.add(segmentation, "1"); },
-                                   "1.png: cannot be written");
+  expect_error<std::runtime_error>([&] { writer.finish(); }, "holds 1.png");
+  EXPECT_FALSE(fs::exists(folder / "masks/instances.csv"));
+}
+
+TEST(MaskFolderWriter, OneAtATimeWritesIntoAFolder) {
+  const TemporaryFolder folder;
+  const MaskFolderWriter first(folder.path());
+  expect_error<std::runtime_error>([&] { MaskFolderWriter{folder.path()}; },
+                                   "another dynfilter masks is writing there");
 }
 
 // --- Recorded masks
@@ -522,8 +569,12 @@ TEST_F(MaskFolderData, WhatIsReadIsWrittenBackAlike) {
   const TemporaryFolder folder;
   MaskFolderSegmenter people(masks);
   MaskFolderWriter writer(folder.path());
-  for (const char* stem : {"1341846434.710184", "1341846435.045942", "1341846436.354084"}) {
+  const char* stems[] = {"1341846434.710184", "1341846435.045942", "1341846436.354084"};
+  for (const char* stem : stems) {
     writer.add(people.segment(frame_at(std::stod(stem), {640, 480})), stem);
+  }
+  writer.finish();
+  for (const char* stem : stems) {
     const std::string file = std::string(stem) + ".png";
     const cv::Mat got = cv::imread((folder / file).string(), cv::IMREAD_UNCHANGED);
     const cv::Mat want = cv::imread((masks / file).string(), cv::IMREAD_UNCHANGED);

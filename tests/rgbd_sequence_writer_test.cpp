@@ -111,7 +111,7 @@ TEST(RgbdSequenceWriter, WritesTheFilesOfTum) {
   const TemporaryFolder folder;
   RgbdSequenceWriter writer(folder.path(), some_camera());
   writer.add(some_frame(0), cv::Matx33d::eye(), {1, 2, 3});
-  // Not finished: what was added is there all the same.
+  writer.finish();
   const std::string t = "1341846434.710184";
   EXPECT_EQ(file_text(folder / "associations.txt"),
             t + " rgb/" + t + ".png " + t + " depth/" + t + ".png\n");
@@ -137,13 +137,14 @@ TEST(RgbdSequenceWriter, WritesColourWithoutDepth) {
   frame.depth.release();
   frame.image = frame.image.reshape(3).clone();
   writer.add(frame);
+  expect_error<std::invalid_argument>([&] { writer.add(some_frame(1)); }, "a frame with depth");
+  writer.finish();
   EXPECT_FALSE(fs::exists(folder / "depth.txt"));
   EXPECT_FALSE(fs::exists(folder / "depth"));
   EXPECT_FALSE(fs::exists(folder / "associations.txt"));
   const RgbdSequence sequence(folder.path());
   EXPECT_FALSE(sequence.has_depth());
   expect_same(sequence.read(0).image, frame.image);
-  expect_error<std::invalid_argument>([&] { writer.add(some_frame(1)); }, "a frame with depth");
 }
 
 TEST(RgbdSequenceWriter, ConvertsDepthToTheUnitsOfTheFile) {
@@ -164,6 +165,7 @@ TEST(RgbdSequenceWriter, ConvertsDepthToTheUnitsOfTheFile) {
   RgbdSequenceWriter writer(folder.path(), some_camera());
   writer.add(frame);
   writer.add(millimetres);
+  writer.finish();
   const RgbdSequence sequence(folder.path());
   const cv::Mat depth = sequence.read(0).depth;
   ASSERT_EQ(depth.type(), CV_16UC1);
@@ -209,42 +211,55 @@ TEST(RgbdSequenceWriter, RefusesFramesItCannotWrite) {
         writer.add(some_frame(2), 2 * cv::Matx33d::eye(), {0, 0, 0});
       },
       "not orthonormal");
-  EXPECT_FALSE(fs::exists(folder / "groundtruth.txt"));
   writer.finish();
+  EXPECT_FALSE(fs::exists(folder / "groundtruth.txt"));
   expect_refused(some_frame(2), "after finish()");
   EXPECT_EQ(RgbdSequence(folder.path()).size(), 1U);
 }
 
-TEST(RgbdSequenceWriter, LeavesWhatIsThereUnlessTold) {
-  const char* earlier[] = {"camera.yaml",        "rgb.txt",         "depth.txt",
-                           "associations.txt",   "groundtruth.txt", "rgb/12.500000.png",
-                           "depth/12.500000.png"};
-  for (const char* file : earlier) {
+TEST(RgbdSequenceWriter, NeverReplacesWhatAnotherWrote) {
+  for (const char* file : {"camera.yaml", "rgb.txt", "depth.txt", "associations.txt",
+                           "groundtruth.txt", "rgb/12.500000.png", "depth/12.500000.png"}) {
     SCOPED_TRACE(file);
     const TemporaryFolder folder;
     folder.write(file, "earlier");
-    expect_error<std::runtime_error>([&] { RgbdSequenceWriter(folder.path(), some_camera()); },
-                                     folder.path().string() + ": holds " + file + " already");
-    EXPECT_EQ(file_text(folder / file), "earlier");
+    for (const bool overwrite : {false, true}) {
+      expect_error<std::runtime_error>(
+          [&] { RgbdSequenceWriter(folder.path(), some_camera(), {overwrite}); },
+          folder.path().string() + ": holds " + file);
+      EXPECT_EQ(file_text(folder / file), "earlier");
+    }
   }
+}
 
+TEST(RgbdSequenceWriter, ReplacesWhatItWroteAndNothingElse) {
   const TemporaryFolder folder;
-  for (const char* file : earlier) folder.write(file, "earlier");
   const char* foreign[] = {"notes.txt", "rgb/preview.png", "rgb/13.5.jpg", "masks/12.500000.png"};
   for (const char* file : foreign) folder.write(file, "mine");
-  RgbdSequenceWriterOptions options;
-  options.overwrite = true;
+  RgbdSequenceWriter first(folder.path(), some_camera());
+  for (int k = 0; k < 2; ++k) first.add(some_frame(k), cv::Matx33d::eye(), {1, 2, 3});
+  first.finish();
+  expect_error<std::runtime_error>([&] { RgbdSequenceWriter(folder.path(), some_camera()); },
+                                   "already");
   CameraParameters bad = some_camera();
   bad.fx = 0;
-  expect_error<std::invalid_argument>([&] { RgbdSequenceWriter(folder.path(), bad, options); },
+  expect_error<std::invalid_argument>([&] { RgbdSequenceWriter(folder.path(), bad, {true}); },
                                       "fx = 0");
-  EXPECT_EQ(file_text(folder / "rgb.txt"), "earlier");
-  RgbdSequenceWriter writer(folder.path(), some_camera(), options);
-  writer.add(some_frame(0));
-  for (const char* file : foreign) EXPECT_EQ(file_text(folder / file), "mine");
-  EXPECT_FALSE(fs::exists(folder / "rgb/12.500000.png"));
+  {
+    RgbdSequenceWriter stopped(folder.path(), some_camera(), {true});
+    stopped.add(some_frame(7));
+  }
+  EXPECT_EQ(RgbdSequence(folder.path()).size(), 2U);
+  RgbdSequenceWriter second(folder.path(), some_camera(), {true});
+  second.add(some_frame(7));
+  EXPECT_EQ(RgbdSequence(folder.path()).size(), 2U) << "before finish()";
+  second.finish();
+  const RgbdSequence sequence(folder.path());
+  ASSERT_EQ(sequence.size(), 1U);
+  expect_same(sequence.read(0).image, some_frame(7).image);
+  EXPECT_FALSE(fs::exists(folder / "rgb/1341846434.710184.png"));
   EXPECT_FALSE(fs::exists(folder / "groundtruth.txt"));
-  EXPECT_EQ(RgbdSequence(folder.path()).size(), 1U);
+  for (const char* file : foreign) EXPECT_EQ(file_text(folder / file), "mine");
 }
 
 TEST(RgbdSequenceWriter, SaysWhenItCannotWrite) {
@@ -252,21 +267,19 @@ TEST(RgbdSequenceWriter, SaysWhenItCannotWrite) {
   folder.write("file", "");
   expect_error<std::runtime_error>([&] { RgbdSequenceWriter(folder / "file/x", some_camera()); },
                                    "file");
-  RgbdSequenceWriter writer(folder / "sequence", some_camera());
   folder.write("sequence/rgb", "a file where the folder should be");
-  expect_error<std::runtime_error>([&] { writer.add(some_frame(0)); }, "rgb");
+  expect_error<std::runtime_error>([&] { RgbdSequenceWriter(folder / "sequence", some_camera()); },
+                                   "rgb: is no folder");
 }
 
-TEST(RgbdSequenceWriter, DropsNoDepthAfterAnError) {
+TEST(RgbdSequenceWriter, WritesIntoNoFolderBehindALink) {
   const TemporaryFolder folder;
-  RgbdSequenceWriter writer(folder.path(), some_camera());
-  folder.write("depth", "a file where the folder should be");
-  for (int attempt = 0; attempt < 2; ++attempt) {
-    expect_error<std::runtime_error>([&] { writer.add(some_frame(0)); }, "depth");
-  }
-  fs::remove(folder / "depth");
-  writer.add(some_frame(0));
-  EXPECT_TRUE(RgbdSequence(folder.path()).has_depth());
+  fs::create_directories(folder / "elsewhere");
+  fs::create_directories(folder / "sequence");
+  fs::create_directory_symlink(folder / "elsewhere", folder / "sequence/depth");
+  expect_error<std::runtime_error>([&] { RgbdSequenceWriter(folder / "sequence", some_camera()); },
+                                   "depth: is no folder");
+  EXPECT_TRUE(fs::is_empty(folder / "elsewhere"));
 }
 
 TEST(RgbdSequenceWriter, GoesOnWhereItWasMovedTo) {
@@ -279,16 +292,6 @@ TEST(RgbdSequenceWriter, GoesOnWhereItWasMovedTo) {
   second.finish();
   EXPECT_EQ(RgbdSequence(folder.path()).size(), 2U);
   EXPECT_EQ(read_trajectory(folder / "groundtruth.txt").size(), 2U);
-}
-
-// The rows reach the disk with the frame, not with finish().
-TEST(RgbdSequenceWriter, SaysWhenTheDiskIsFull) {
-  const TemporaryFolder folder;
-  RgbdSequenceWriter writer(folder.path(), some_camera());
-  if (!fs::exists("/dev/full")) return;
-  fs::create_symlink("/dev/full", folder / "associations.txt");
-  expect_error<std::runtime_error>([&] { writer.add(some_frame(0)); },
-                                   "associations.txt: cannot be written");
 }
 
 }  // namespace

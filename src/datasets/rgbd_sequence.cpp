@@ -18,6 +18,7 @@
 #include "../file_error.hpp"
 #include "../image_file.hpp"
 #include "../regular_file.hpp"
+#include "../staged_folder.hpp"
 #include "../text_table.hpp"
 #include "dynfilter/datasets/association.hpp"
 #include "dynfilter/detail/errors.hpp"
@@ -205,6 +206,7 @@ RgbdSequence::RgbdSequence(const fs::path& folder, const RgbdSequenceOptions& op
   if (detail::type_of(folder) != fs::file_type::directory) {
     detail::throw_file_error(folder, "there is no such folder");
   }
+  detail::require_whole(folder);
 
   std::vector<ListedFrame> frames = read_frames(folder, options.max_time_difference_s);
   require_files(frames);

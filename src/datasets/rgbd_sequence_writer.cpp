@@ -5,20 +5,20 @@
 
 #include <cmath>
 #include <cstdint>
+#include <list>
 #include <memory>
-#include <optional>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include <opencv2/core.hpp>
 
+#include "../file_writing.hpp"
 #include "../image_file.hpp"
-#include "../output_folder.hpp"
-#include "../text_table.hpp"
+#include "../staged_folder.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
 #include "dynfilter/evaluation/detail/trajectory_rows.hpp"
+#include "sequence_names.hpp"
 
 namespace dynfilter {
 namespace {
@@ -28,10 +28,8 @@ namespace fs = std::filesystem;
 constexpr const char* name = "RgbdSequenceWriter";
 
 /// ORB-SLAM and others skip the first three lines of rgb.txt and groundtruth.txt unread.
-void write_heading(detail::TableWriter& table, const char* content, const char* columns) {
-  table.line(std::string("# ") + content);
-  table.line("# written by dynfilter");
-  table.line(std::string("# ") + columns);
+std::string heading(const char* content, const char* columns) {
+  return std::string("# ") + content + "\n# written by dynfilter\n# " + columns + '\n';
 }
 
 /// Depth in the units of the file, 0 = none.
@@ -51,39 +49,11 @@ cv::Mat depth_image(const FrameView& frame, double units_per_metre) {
 
 }  // namespace
 
-/// All but the last are opened for the first frame, groundtruth.txt for the first pose.
-struct RgbdSequenceWriter::Lists {
-  std::optional<detail::TableWriter> rgb, depth, associations, groundtruth;
-
-  Lists() = default;  // none yet
-  Lists(const fs::path& folder, bool with_depth) {
-    fs::create_directories(folder / "rgb");
-    rgb.emplace(folder / "rgb.txt");
-    write_heading(*rgb, "color images", "timestamp filename");
-    if (!with_depth) return;
-    fs::create_directories(folder / "depth");
-    depth.emplace(folder / "depth.txt");
-    write_heading(*depth, "depth maps", "timestamp filename");
-    associations.emplace(folder / "associations.txt");  // ORB-SLAM takes no comment in this one
-  }
-};
-
 RgbdSequenceWriter::RgbdSequenceWriter(const fs::path& folder, const CameraParameters& camera,
                                        const RgbdSequenceWriterOptions& options)
-    : folder_(folder), camera_(camera), lists_(std::make_unique<Lists>()) {
-  camera_file_text(camera);  // refuses a camera before anything is removed
-  std::vector<fs::path> earlier;
-  for (const char* file :
-       {"camera.yaml", "rgb.txt", "depth.txt", "associations.txt", "groundtruth.txt"}) {
-    earlier.push_back(folder / file);
-  }
-  for (const char* images : {"rgb", "depth"}) {
-    const std::vector<fs::path> files = detail::timed_png_files(folder / images);
-    earlier.insert(earlier.end(), files.begin(), files.end());
-  }
-  detail::make_room(folder, earlier, options.overwrite);
-  fs::create_directories(folder);
-  write_camera(folder / "camera.yaml", camera);
+    : camera_(camera), camera_text_(camera_file_text(camera)) {
+  staged_ = std::make_unique<detail::StagedFolder>(
+      folder, "sequence", detail::sequence_names(folder), options.overwrite);
 }
 
 RgbdSequenceWriter::RgbdSequenceWriter(RgbdSequenceWriter&&) noexcept = default;
@@ -95,7 +65,7 @@ void RgbdSequenceWriter::require_frame(const FrameView& frame) const {
   const auto refuse = [](const std::string& got, const std::string& want) {
     detail::throw_misuse(name, got, want);
   };
-  if (!lists_) refuse("a frame after finish()", "all frames before");
+  if (!staged_) refuse("a frame after finish()", "all frames before");
   const int type = frame.image.type();
   if (frame.image.empty() || frame.image.dims > 2 || (type != CV_8UC1 && type != CV_8UC3)) {
     refuse(frame.image.empty() ? "no image" : "an image of type " + detail::type_name(frame.image),
@@ -109,67 +79,82 @@ void RgbdSequenceWriter::require_frame(const FrameView& frame) const {
   if (!detail::is_time_in_seconds(frame.timestamp_s)) {
     refuse(detail::concatenate("timestamp_s = ", frame.timestamp_s), "a time in seconds");
   }
-  if (size_ == 0) return;
+  if (rows_.empty()) return;
   if (detail::microseconds(frame.timestamp_s) <= last_time_) {
     refuse("a frame at " + detail::time_text(frame.timestamp_s),
            "a time after the last frame's, " +
                detail::time_text(static_cast<double>(last_time_) * 1e-6));
   }
-  if (frame.depth.empty() == lists_->depth.has_value()) {
+  if (frame.depth.empty() == has_depth_) {
     refuse(frame.depth.empty() ? "a frame without depth" : "a frame with depth",
            "depth in every frame or in none");
   }
 }
 
-void RgbdSequenceWriter::write_frame(const FrameView& frame) {
-  // All or none: had rgb.txt been opened alone, the next frame would lose its depth.
-  if (!lists_->rgb) *lists_ = Lists(folder_, !frame.depth.empty());
-  const std::string time = detail::time_text(frame.timestamp_s);
-  const std::string image_row = time + " rgb/" + time + ".png";
-  const std::string depth_row = time + " depth/" + time + ".png";
-  detail::write_png(folder_ / "rgb" / (time + ".png"), frame.image);
-  if (lists_->depth) {
-    detail::write_png(folder_ / "depth" / (time + ".png"),
-                      depth_image(frame, camera_.depth_units_per_metre));
-    lists_->depth->line(depth_row);
-    lists_->depth->flush();
+void RgbdSequenceWriter::write_frame(const FrameView& frame, std::string pose_row) {
+  const bool has_depth = !frame.depth.empty();
+  std::list<Row> row;
+  row.push_back({detail::time_text(frame.timestamp_s), std::move(pose_row)});
+  const std::string file = row.front().time + ".png";
+  const fs::path image = staged_->path() / "rgb" / file;
+  fs::create_directories(image.parent_path());
+  detail::write_png(image, frame.image);
+  if (has_depth) {
+    try {
+      fs::create_directories(staged_->path() / "depth");
+      detail::write_png(staged_->path() / "depth" / file,
+                        depth_image(frame, camera_.depth_units_per_metre));
+    } catch (...) {
+      fs::remove(image);
+      throw;
+    }
   }
-  lists_->rgb->line(image_row);
-  lists_->rgb->flush();
-  if (lists_->associations) {
-    lists_->associations->line(image_row + ' ' + depth_row);
-    lists_->associations->flush();
-  }
+  rows_.splice(rows_.end(), row);
+  has_depth_ = has_depth;
   last_time_ = detail::microseconds(frame.timestamp_s);
-  ++size_;
 }
 
 void RgbdSequenceWriter::add(const FrameView& frame) {
   require_frame(frame);
-  write_frame(frame);
+  write_frame(frame, {});
 }
 
 void RgbdSequenceWriter::add(const FrameView& frame, const cv::Matx33d& rotation,
                              const cv::Vec3d& translation) {
   require_frame(frame);
-  const std::string row =
-      detail::trajectory_row_text(frame.timestamp_s, rotation, translation, name);
-  write_frame(frame);
-  std::optional<detail::TableWriter>& groundtruth = lists_->groundtruth;
-  if (!groundtruth) {
-    groundtruth.emplace(folder_ / "groundtruth.txt");
-    write_heading(*groundtruth, "ground truth trajectory", "timestamp tx ty tz qx qy qz qw");
+  write_frame(frame,
+              detail::trajectory_row_text(frame.timestamp_s, rotation, translation, name) + '\n');
+}
+
+void RgbdSequenceWriter::write_lists() const {
+  const char* columns = "timestamp filename";
+  std::string rgb = heading("color images", columns), depth = heading("depth maps", columns);
+  std::string associations;  // ORB-SLAM takes no comment in this one
+  std::string poses;
+  for (const Row& row : rows_) {
+    const std::string rgb_row = row.time + " rgb/" + row.time + ".png";
+    const std::string depth_row = row.time + " depth/" + row.time + ".png";
+    rgb += rgb_row + '\n';
+    depth += depth_row + '\n';
+    associations += rgb_row + ' ' + depth_row + '\n';
+    poses += row.pose_row;
   }
-  groundtruth->line(row);
-  groundtruth->flush();
+  const fs::path& folder = staged_->path();
+  detail::write_file(folder / "camera.yaml", camera_text_);
+  if (rows_.empty()) return;
+  detail::write_file(folder / "rgb.txt", rgb);
+  if (has_depth_) detail::write_file(folder / "depth.txt", depth);
+  if (has_depth_) detail::write_file(folder / "associations.txt", associations);
+  if (poses.empty()) return;
+  detail::write_file(folder / "groundtruth.txt",
+                     heading("ground truth trajectory", "timestamp tx ty tz qx qy qz qw") + poses);
 }
 
 void RgbdSequenceWriter::finish() {
-  const std::unique_ptr<Lists> lists = std::move(lists_);
-  if (!lists) return;
-  for (auto* table : {&lists->rgb, &lists->depth, &lists->associations, &lists->groundtruth}) {
-    if (*table) (*table)->close();
-  }
+  if (!staged_) return;
+  write_lists();
+  const std::unique_ptr<detail::StagedFolder> staged = std::move(staged_);
+  staged->commit(detail::sequence_keys());
 }
 
 }  // namespace dynfilter

@@ -17,7 +17,9 @@ Recorder::Recorder(const std::filesystem::path& folder, int overlay_every)
   std::error_code failure;
   std::filesystem::create_directories(folder_ / "overlays", failure);
   if (failure) throw_file_error(folder_ / "overlays", "cannot be made: " + failure.message());
-  make_room(folder_ / "overlays", timed_png_files(folder_ / "overlays"), true);
+  for (const auto& earlier : timed_png_files(folder_ / "overlays")) {
+    std::filesystem::remove(earlier);
+  }
   table_.open(folder_ / "frames.csv");
   table_ << frame_columns() << std::endl;
   if (!table_) throw_file_error(folder_ / "frames.csv", "cannot be written");

@@ -18,6 +18,7 @@
 #include "../file_error.hpp"
 #include "../image_file.hpp"
 #include "../output_folder.hpp"
+#include "../staged_folder.hpp"
 #include "../text_table.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
@@ -143,6 +144,7 @@ MaskFolderSegmenter::MaskFolderSegmenter(const fs::path& folder, const MaskFolde
                                              " and least_pixels = ", options.least_pixels),
                          "at least 0, 0 and 1");
   }
+  for (const fs::path& whole : {folder, folder / ".."}) detail::require_whole(whole);
   index_masks();
   const fs::path table = folder / detail::mask_table_name;
   has_table_ = type_of(table) != fs::file_type::not_found;

@@ -6,16 +6,19 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
+#include <list>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
-#include <vector>
+#include <utility>
 
 #include <opencv2/core.hpp>
 
+#include "../file_writing.hpp"
 #include "../image_file.hpp"
 #include "../output_folder.hpp"
-#include "../text_table.hpp"
+#include "../staged_folder.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
@@ -87,15 +90,8 @@ bool is_found(double mask_time_s, double frame_time_s) {
 }  // namespace
 
 MaskFolderWriter::MaskFolderWriter(const fs::path& folder, const MaskFolderWriterOptions& options)
-    : folder_(folder) {
-  std::vector<fs::path> earlier = detail::timed_png_files(folder);
-  earlier.push_back(folder / detail::mask_table_name);
-  detail::make_room(folder, earlier, options.overwrite);
-  fs::create_directories(folder);
-  table_ = std::make_unique<detail::TableWriter>(folder / detail::mask_table_name);
-  table_->line(detail::mask_table_header);
-  table_->flush();
-}
+    : staged_(std::make_unique<detail::StagedFolder>(folder, "masks", detail::mask_names(folder),
+                                                     options.overwrite)) {}
 
 MaskFolderWriter::MaskFolderWriter(MaskFolderWriter&&) noexcept = default;
 MaskFolderWriter& MaskFolderWriter::operator=(MaskFolderWriter&&) noexcept = default;
@@ -107,7 +103,7 @@ void MaskFolderWriter::add(const Segmentation& segmentation) {
 
 void MaskFolderWriter::add(const Segmentation& segmentation, const std::string& stem) {
   require_writable(segmentation);
-  if (!table_) detail::throw_misuse(name, "a segmentation after finish()", "all before it");
+  if (!staged_) detail::throw_misuse(name, "a segmentation after finish()", "all before it");
   const std::optional<double> time_s = detail::time_of_stem(stem);
   if (!time_s) {
     detail::throw_misuse(name, "the stem '" + stem + "'", "a time in seconds");
@@ -121,18 +117,24 @@ void MaskFolderWriter::add(const Segmentation& segmentation, const std::string& 
   if (times_.count(detail::microseconds(*time_s)) > 0) {
     detail::throw_misuse(name, "time " + stem + " a second time", "one segmentation a frame");
   }
-  detail::write_png(folder_ / (stem + ".png"), label_map_of(segmentation));
+  // All that can fail comes before the first change.
+  std::list<std::string> rows(1);
   for (std::size_t i = 0; i < segmentation.instances.size(); ++i) {
-    table_->line(table_row(stem, i + 1, segmentation.instances[i]));
+    rows.front() += table_row(stem, i + 1, segmentation.instances[i]) + '\n';
   }
-  table_->flush();
-  times_.insert(detail::microseconds(*time_s));
+  std::set<std::int64_t> time = {detail::microseconds(*time_s)};
+  detail::write_png(staged_->path() / (stem + ".png"), label_map_of(segmentation));
+  rows_.splice(rows_.end(), rows);
+  times_.merge(time);
 }
 
 void MaskFolderWriter::finish() {
-  if (!table_) return;
-  table_->close();
-  table_.reset();
+  if (!staged_) return;
+  std::string table = std::string(detail::mask_table_header) + '\n';
+  for (const std::string& rows : rows_) table += rows;
+  detail::write_file(staged_->path() / detail::mask_table_name, table);
+  const std::unique_ptr<detail::StagedFolder> staged = std::move(staged_);
+  staged->commit({detail::mask_table_name});
 }
 
 }  // namespace dynfilter

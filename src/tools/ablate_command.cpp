@@ -16,6 +16,7 @@
 #include "dynfilter/datasets/scene_levels.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "number_options.hpp"
+#include "output_file.hpp"
 #include "report/html_report.hpp"
 #include "run_results.hpp"
 #include "shared_options.hpp"
@@ -82,6 +83,7 @@ void show(const std::filesystem::path& folder, const std::filesystem::path& repo
 }
 
 void ablate(const AblateOptions& options) {
+  require_replaceable(options.report, html_report_mark);
   if (!options.gather.empty()) return show(options.gather, options.report);
   const AblationPlan plan = plan_of(options);
   if (options.list) {
@@ -147,7 +149,8 @@ void add_ablate_command(CLI::App& program, const std::string& called_as) {
                    "run nothing: make the tables from the results in this folder")
       ->excludes(list);
   command
-      ->add_option("--report", options->report, "write the tables and pictures to this page, too")
+      ->add_option("--report", options->report,
+                   "write the tables and pictures to this page, too; an earlier page is replaced")
       ->excludes(list);
   command->footer(
       rule_list() +

@@ -11,6 +11,7 @@
 #include <string>
 
 #include "dynfilter/detail/errors.hpp"
+#include "inputs.hpp"
 #include "parallel_for_each.hpp"
 #include "progress_bar.hpp"
 #include "rule_set.hpp"
@@ -30,9 +31,10 @@ struct Outline {
   std::string note;
 };
 
-/// Of every scene, in their order. Opens one scene a group: those of a level differ in their seed
-/// alone. So what is wrong with the last of them is found before the first is begun.
-std::vector<Outline> outlines_of(const AblationPlan& plan) {
+/// Of every scene, in their order, and what all of them read. Opens one scene a group: those of a
+/// level differ in their seed alone. So what is wrong with the last of them is found before the
+/// first is begun.
+std::vector<Outline> outlines_of(const AblationPlan& plan, Inputs& inputs) {
   std::map<std::string, Outline> of_group;
   std::vector<Outline> outlines;
   for (const SceneSpec& scene : plan.scenes) {
@@ -41,6 +43,7 @@ std::vector<Outline> outlines_of(const AblationPlan& plan) {
       const std::unique_ptr<FrameSource> source = scene.open();
       require_masks(*source, plan.settings.every);
       outline->second = {source->size(), source->has_true_masks(), source->note()};
+      source->add_inputs(inputs);
     }
     outlines.push_back(outline->second);
   }
@@ -86,11 +89,17 @@ void validate(const AblationPlan& plan) {
 
 void run_all(const AblationPlan& plan) {
   validate(plan);
+  Inputs inputs;
+  const std::vector<Outline> outlines = outlines_of(plan, inputs);
   std::size_t frames = 0;
   std::set<std::string> notes;  // a sequence in several degradations has one
-  for (const Outline& outline : outlines_of(plan)) {
-    frames += outline.frames;
-    notes.insert(outline.note);
+  for (std::size_t i = 0; i < outlines.size(); ++i) {
+    frames += outlines[i].frames;
+    notes.insert(outlines[i].note);
+    for (const std::string& rule : rules_for(plan, outlines[i].has_true_masks)) {
+      const std::filesystem::path folder = folder_of(plan, plan.scenes[i], rule);
+      require_harmless(inputs, folder, run_writer, run_names(folder), true);
+    }
   }
   notes.erase("");
   for (const std::string& note : notes) std::fprintf(stderr, "%s\n", note.c_str());
@@ -100,7 +109,8 @@ void run_all(const AblationPlan& plan) {
 
 std::vector<std::string> job_lines(const AblationPlan& plan, const std::string& program) {
   validate(plan);
-  const std::vector<Outline> outlines = outlines_of(plan);
+  Inputs inputs;
+  const std::vector<Outline> outlines = outlines_of(plan, inputs);
   std::vector<std::string> lines;
   for (std::size_t i = 0; i < plan.scenes.size(); ++i) {
     const SceneSpec& scene = plan.scenes[i];
@@ -110,7 +120,12 @@ std::vector<std::string> job_lines(const AblationPlan& plan, const std::string& 
         line += " --" + name + " " + shell_quoted(value);
       }
       const auto out = std::filesystem::absolute(folder_of(plan, scene, rule)).lexically_normal();
-      lines.push_back(line + " --overlays 0 --out " + shell_quoted(out.string()));
+      line += " --overlays 0 --out " + shell_quoted(out.string());
+      if (line.find('\n') != std::string::npos) {
+        detail::throw_misuse("ablate", "a line break in the job '" + line + "'",
+                             "paths without, since a job is a line");
+      }
+      lines.push_back(line);
     }
   }
   return lines;

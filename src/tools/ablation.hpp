@@ -26,10 +26,12 @@ void validate(const AblationPlan& plan);
 
 /// Runs all jobs here, with a progress bar: every scene once, its frames read and their features
 /// extracted once, under all rules, as many at a time as the machine has cores. A job's results
-/// depend on neither. Throws what a run throws.
+/// depend on neither. Throws what a run throws, and before the first job for a job's folder that
+/// would touch what any scene is read from (see require_harmless).
 void run_all(const AblationPlan& plan);
 
-/// A line of shell a job: `program run …`.
+/// A line of shell a job: `program run …`. Throws std::invalid_argument for paths with a line
+/// break.
 std::vector<std::string> job_lines(const AblationPlan& plan, const std::string& program);
 
 }  // namespace dynfilter::tools

@@ -96,6 +96,8 @@ class DegradedMasks final : public FrameSource {
     if (how_ == "late") source_->require_masks(i - std::min(i, late_frames));
   }
 
+  void add_inputs(Inputs& inputs) const override { source_->add_inputs(inputs); }
+
   SourceFrame read(std::size_t i) override {
     SourceFrame frame = source_->read(i);
     frame.true_masks = persons_of(*frame.masks);

@@ -32,6 +32,9 @@ struct EvalOptions {
 
 bool is_count(const std::string& name) { return name == "pairs" || name == "rpe_intervals"; }
 
+/// What the JSON file is known by when it is to be replaced.
+constexpr const char* json_mark = "\"written_by\": \"dynfilter eval\"";
+
 /// What can be said of an estimate, and why the rest cannot.
 struct Evaluation {
   std::vector<std::pair<std::string, double>> figures;  // in the order in which they are printed
@@ -81,41 +84,9 @@ void add_relative_error(Evaluation& evaluation, const EvalOptions& options,
   evaluation.add("rpe_rotation", "deg", rpe.rotation_deg);
 }
 
-void add_improvement(Evaluation& evaluation, const EvalOptions& options, const Trajectory& other,
-                     const Trajectory& truth, const std::optional<AbsoluteTrajectoryError>& ate) {
-  const double baseline =
-      absolute_trajectory_error(other, truth, options.absolute).translation_m.rmse;
-  evaluation.figures.emplace_back("ate_baseline_rmse_m", baseline);
-  if (!ate) throw std::runtime_error("the absolute error is missing");
-  if (!(baseline > 0)) throw std::runtime_error("the baseline has no error to improve on");
-  evaluation.figures.emplace_back("ate_improvement_percent",
-                                  improvement_percent(baseline, ate->translation_m.rmse));
-}
-
-Evaluation evaluate(const EvalOptions& options) {
-  const Trajectory estimate = read_and_note(options.estimate);
-  const Trajectory truth = read_and_note(options.truth);
-  std::optional<Trajectory> other;
-  if (!options.baseline.empty()) other = read_and_note(options.baseline);
-
-  Evaluation evaluation;
-  std::optional<AbsoluteTrajectoryError> ate;
-  evaluation.attempt("ate", [&] {
-    ate = absolute_trajectory_error(estimate, truth, options.absolute);
-    evaluation.figures.emplace_back("pairs", static_cast<double>(ate->translation_m.count));
-    evaluation.figures.emplace_back("scale", ate->alignment.scale);
-    evaluation.add("ate", "m", ate->translation_m);
-  });
-  evaluation.attempt("rpe", [&] { add_relative_error(evaluation, options, estimate, truth, ate); });
-  if (other) {
-    evaluation.attempt("ate_improvement",
-                       [&] { add_improvement(evaluation, options, *other, truth, ate); });
-  }
-  return evaluation;
-}
-
 void write_json(const Evaluation& evaluation, const std::filesystem::path& path) {
   nlohmann::ordered_json json;
+  json["written_by"] = "dynfilter eval";
   for (const auto& [name, value] : evaluation.figures) {
     if (is_count(name)) {
       json[name] = static_cast<std::size_t>(value);
@@ -124,12 +95,11 @@ void write_json(const Evaluation& evaluation, const std::filesystem::path& path)
     }
   }
   for (const auto& [name, reason] : evaluation.missing) json["missing"][name] = reason;
-  OutputFile file(path);
-  file << json.dump(2) << '\n';
-  file.close();
+  write_replaceable(path, json_mark, json.dump(2) + '\n');
 }
 
 void report(const EvalOptions& options) {
+  if (!options.json.empty()) require_replaceable(options.json, json_mark);
   const Evaluation evaluation = evaluate(options);
   for (const auto& [name, value] : evaluation.figures) {
     std::printf(is_count(name) ? "%-36s %.0f\n" : "%-36s %.6f\n", name.c_str(), value);
@@ -171,7 +141,9 @@ void add_eval_command(CLI::App& program) {
       ->transform(whole_number(1, 1000000));
   command->add_option("--baseline", options->baseline,
                       "another estimate, to print by how much the error is smaller");
-  command->add_option("--json", options->json, "write the figures to this file, too");
+  command->add_option(
+      "--json", options->json,
+      "write the figures to this file, too; an earlier one of this kind is replaced");
   command->footer(
       "examples:\n"
       "  dynfilter eval CameraTrajectory.txt groundtruth.txt\n"

@@ -3,7 +3,6 @@
 
 #include "frame_source.hpp"
 
-#include "dynfilter/datasets/rgbd_sequence.hpp"
 #include "dynfilter/detail/number_text.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "file_error.hpp"
@@ -16,10 +15,11 @@ class Recording final : public FrameSource {
  public:
   Recording(const std::filesystem::path& folder, const std::filesystem::path& masks,
             const std::filesystem::path& camera)
-      : sequence_(folder, {0.02, camera}) {
+      : sequence_(folder, {0.02, camera}), camera_file_(camera) {
     const auto given = masks.empty() ? sequence_.masks_folder() : masks;
     if (given) {
       masks_.emplace(*given);
+      masks_folder_ = *given;
       masks_name_ = given->string();
     }
     if (sequence_.true_masks_folder()) true_masks_.emplace(*sequence_.true_masks_folder());
@@ -51,6 +51,15 @@ class Recording final : public FrameSource {
   std::optional<Trajectory> true_trajectory() const override { return true_trajectory_; }
   std::string note() const override { return note_; }
 
+  void add_inputs(Inputs& inputs) const override {
+    add_sequence_inputs(sequence_, inputs);
+    inputs.add(camera_file_);
+    inputs.add_folder(masks_folder_);
+    for (const auto& masks : {sequence_.masks_folder(), sequence_.true_masks_folder()}) {
+      if (masks) inputs.add_folder(*masks);
+    }
+  }
+
  private:
   void require_mask(const MaskFolderSegmenter& masks, const std::filesystem::path& folder,
                     std::size_t i) const {
@@ -61,6 +70,7 @@ class Recording final : public FrameSource {
   }
 
   RgbdSequence sequence_;
+  std::filesystem::path camera_file_, masks_folder_;  // empty where there is none of its own
   std::string masks_name_;
   std::optional<MaskFolderSegmenter> masks_;
   std::optional<MaskFolderSegmenter> true_masks_;
@@ -105,11 +115,23 @@ class Rendering final : public FrameSource {
     return trajectory;
   }
 
+  void add_inputs(Inputs&) const override {}
+
  private:
   SyntheticScene scene_;
 };
 
 }  // namespace
+
+void add_sequence_inputs(const RgbdSequence& sequence, Inputs& inputs) {
+  inputs.add_folder(sequence.folder());
+  for (std::size_t i = 0; i < sequence.size(); ++i) {
+    for (const auto& file : {sequence.entry(i).image_path, sequence.entry(i).depth_path}) {
+      inputs.add(file);
+      inputs.add(file.parent_path());
+    }
+  }
+}
 
 std::unique_ptr<FrameSource> open_sequence(const std::filesystem::path& folder,
                                            const std::filesystem::path& masks,

@@ -12,10 +12,12 @@
 #include <string>
 
 #include "dynfilter/datasets/camera.hpp"
+#include "dynfilter/datasets/rgbd_sequence.hpp"
 #include "dynfilter/datasets/synthetic_scene.hpp"
 #include "dynfilter/evaluation/trajectory.hpp"
 #include "dynfilter/frame.hpp"
 #include "dynfilter/segmentation.hpp"
+#include "inputs.hpp"
 
 namespace dynfilter::tools {
 
@@ -53,12 +55,18 @@ class FrameSource {
 
   /// A line about flaws of the input that were passed over; empty where there were none.
   virtual std::string note() const { return {}; }
+
+  /// Adds the files and folders that the frames are read from.
+  virtual void add_inputs(Inputs& inputs) const = 0;
 };
 
 /// Throws where one of every so many frames misses its masks.
 inline void require_masks(const FrameSource& source, std::size_t every) {
   for (std::size_t i = 0; i < source.size(); i += every) source.require_masks(i);
 }
+
+/// Adds the files and folders that frames without masks are read from.
+void add_sequence_inputs(const RgbdSequence& sequence, Inputs& inputs);
 
 /// A sequence in the layout of TUM or BONN. Empty paths stand for what lies in its folder. Reads
 /// all but the images: lists, camera, tables of masks and the true trajectory. Throws

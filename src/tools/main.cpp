@@ -3,6 +3,7 @@
 
 #include <cstdio>
 #include <exception>
+#include <iostream>
 
 #include <CLI/CLI.hpp>
 
@@ -17,13 +18,18 @@ int main(int argc, char** argv) {
   dynfilter::tools::add_masks_command(program);
   dynfilter::tools::add_eval_command(program);
   dynfilter::tools::add_ablate_command(program, argv[0]);
+  int exit_code = 0;
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return program.exit(error);
+    exit_code = program.exit(error);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "error: %s\n", error.what());
+    exit_code = 1;
+  }
+  if (!std::cout.flush() || std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
+    std::fprintf(stderr, "error: standard output: cannot be written\n");
     return 1;
   }
-  return 0;
+  return exit_code;
 }

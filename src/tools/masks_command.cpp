@@ -9,8 +9,11 @@
 #include "commands.hpp"
 #include "dynfilter/datasets/rgbd_sequence.hpp"
 #include "dynfilter/segmenters/mask_folder_writer.hpp"
+#include "frame_source.hpp"
+#include "inputs.hpp"
 #include "progress_bar.hpp"
 #include "segmenter_spec.hpp"
+#include "segmenters/mask_table.hpp"
 
 namespace dynfilter::tools {
 namespace {
@@ -23,6 +26,12 @@ struct MasksOptions {
 
 void make_masks(const MasksOptions& options) {
   const RgbdSequence sequence(options.sequence, {0.02, options.camera});
+  Inputs inputs;
+  add_sequence_inputs(sequence, inputs);
+  inputs.add(options.camera);
+  inputs.add(options.segmenter.model);
+  require_harmless(inputs, options.out, "masks", detail::mask_names(options.out),
+                   options.overwrite);
   const std::unique_ptr<Segmenter> segmenter = options.segmenter.make();
   MaskFolderWriterOptions writer_options;
   writer_options.overwrite = options.overwrite;
@@ -53,7 +62,8 @@ void add_masks_command(CLI::App& program) {
   command->add_option("SEQUENCE", options->sequence, "folder of the sequence")->required();
   command->add_option("--out", options->out, "folder for the masks")->required();
   command->add_option("--camera", options->camera, "camera file [SEQUENCE/camera.yaml]");
-  command->add_flag("--overwrite", options->overwrite, "replace earlier masks there");
+  command->add_flag("--overwrite", options->overwrite,
+                    "replace masks that an earlier call wrote there, once all new ones are made");
   add_segmenter_options(*command, options->segmenter);
   command->footer(
       "example: dynfilter masks rgbd_dataset_freiburg3_walking_xyz --remote /run/user/1000/masks\n"

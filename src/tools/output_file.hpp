@@ -4,32 +4,65 @@
 #ifndef DYNFILTER_TOOLS_OUTPUT_FILE_HPP
 #define DYNFILTER_TOOLS_OUTPUT_FILE_HPP
 
+#include <array>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 #include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "file_error.hpp"
+#include "file_writing.hpp"
 
 namespace dynfilter::tools {
 
-/// A text file that says so when it could not be written.
+/// A text file that appears whole, with `close`, or not at all, and then says so.
 class OutputFile {
  public:
-  explicit OutputFile(const std::filesystem::path& path) : path_(path), stream_(path) {}
+  explicit OutputFile(std::filesystem::path path) : path_(std::move(path)) {}
 
   template <class Value>
   OutputFile& operator<<(const Value& value) {
-    stream_ << value;
+    text_ << value;
     return *this;
   }
 
-  void close() {
-    stream_.close();
-    if (!stream_) throw std::runtime_error(path_.string() + ": cannot be written");
-  }
+  std::string text() const { return text_.str(); }
+
+  void close() const { detail::write_file(path_, text()); }
 
  private:
   std::filesystem::path path_;
-  std::ofstream stream_;
+  std::ostringstream text_;
 };
+
+/// How far into a file its kind is looked for.
+constexpr std::size_t kind_bytes = 1000;
+
+/// Refuses a file that is there and is not of this kind, which the text `mark` near its beginning
+/// tells: no sub-command replaces what another has written. An empty file is nobody's.
+inline void require_replaceable(const std::filesystem::path& file, const std::string& mark) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(file, ignored)) return;
+  std::array<char, kind_bytes> bytes{};
+  std::ifstream stream(file, std::ios::binary);
+  stream.read(bytes.data(), bytes.size());
+  const std::string beginning(bytes.data(), static_cast<std::size_t>(stream.gcount()));
+  if (stream.eof() && beginning.empty()) return;
+  if (beginning.find(mark) != std::string::npos) return;
+  detail::throw_file_error(file, "is there already and no file of this kind; name another");
+}
+
+/// Writes a text of that kind, unless that would replace a file of another.
+inline void write_replaceable(const std::filesystem::path& file, const std::string& mark,
+                              const std::string& text) {
+  if (text.substr(0, kind_bytes).find(mark) == std::string::npos) {
+    throw std::logic_error(file.string() + ": would not be known again, it lacks " + mark);
+  }
+  require_replaceable(file, mark);
+  detail::write_file(file, text);
+}
 
 }  // namespace dynfilter::tools
 

@@ -75,6 +75,16 @@ std::vector<std::pair<std::string, std::string>> resolved_options(const RuleInfo
           {"seed", std::to_string(settings.seed)}};
 }
 
+std::vector<std::filesystem::path> run_names(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> names = {
+      "summary.json",    "frames.csv",        "instances.csv",   "trajectory.txt",
+      "groundtruth.txt", "contact_sheet.png", "worst_frame.jpg", "overlays/"};
+  for (const std::filesystem::path& file : detail::timed_png_files(folder / "overlays")) {
+    names.push_back("overlays" / file.filename());
+  }
+  return names;
+}
+
 ExtractedFeatures extract_features(const odometry::OrbExtractor& extractor, const cv::Mat& image) {
   ExtractedFeatures features;
   cv::Mat grey;
@@ -88,11 +98,12 @@ ExtractedFeatures extract_features(const odometry::OrbExtractor& extractor, cons
 RuleRun::RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource& source,
                  const RunSettings& settings, const std::filesystem::path& folder)
     : rule_(checked(rule, scene, source, settings)),
-      folder_(folder),
+      staged_(folder, run_writer, run_names(folder), true),
       rim_px_(source.rim_px()),
       filter_({mask_stage_of(rule, settings.mask_culler), masks_time_},
               {stage_of(rule, settings.mask_culler, settings.seed), rule_time_}),
-      pictures_(folder, source.size(), settings.overlays, rule.takes_masks, rule.compensates) {
+      pictures_(staged_.path(), source.size(), settings.overlays, rule.takes_masks,
+                rule.compensates) {
   if (rule.moves_masks) propagator_.emplace();
   if (source.has_depth() && settings.every == 1) {
     odometry_.emplace(source.camera(), odometry_options(settings));
@@ -170,21 +181,21 @@ void RuleRun::note_times() {
 RunRecord RuleRun::finish(const FrameSource& source) {
   note_times();
   const std::optional<Trajectory> truth = source.true_trajectory();
-  const auto trajectory_file = folder_ / "trajectory.txt", truth_file = folder_ / "groundtruth.txt";
-  detail::make_room(folder_, {trajectory_file, truth_file}, true);
+  const std::filesystem::path& folder = staged_.path();
   if (odometry_) {
     const Trajectory& estimate = odometry_->trajectory();
     record_.trajectory = truth ? errors_of(estimate, *truth) : TrajectoryRecord();
     record_.trajectory->has_truth = truth.has_value();
     record_.trajectory->keyframes = odometry_->keyframes();
-    write_trajectory(trajectory_file, estimate);
-    if (truth) write_trajectory(truth_file, *truth);
+    write_trajectory(folder / "trajectory.txt", estimate);
+    if (truth) write_trajectory(folder / "groundtruth.txt", *truth);
   }
   pictures_.write_contact_sheet();
-  worst_.write(folder_);
-  write_frames_csv(record_, folder_ / "frames.csv");
-  write_instances_csv(record_, folder_ / "instances.csv");
-  write_summary_json(record_, folder_ / "summary.json");
+  worst_.write(folder);
+  write_frames_csv(record_, folder / "frames.csv");
+  write_instances_csv(record_, folder / "instances.csv");
+  write_summary_json(record_, folder / "summary.json");
+  staged_.commit({"summary.json"});
   return std::move(record_);
 }
 

@@ -22,6 +22,7 @@
 #include "run_pictures.hpp"
 #include "run_record.hpp"
 #include "scene_spec.hpp"
+#include "staged_folder.hpp"
 #include "stopwatch.hpp"
 
 namespace dynfilter::tools {
@@ -41,6 +42,10 @@ struct RunSettings {
 std::vector<std::pair<std::string, std::string>> resolved_options(const RuleInfo& rule,
                                                                   const RunSettings& settings);
 
+/// The writer that a run is for StagedFolder, and the names that it takes in a folder.
+constexpr const char* run_writer = "run";
+std::vector<std::filesystem::path> run_names(const std::filesystem::path& folder);
+
 /// The ORB features of a frame, before any is removed. Rules that are compared share them.
 struct ExtractedFeatures {
   std::vector<cv::KeyPoint> keypoints;
@@ -56,8 +61,8 @@ ExtractedFeatures extract_features(const odometry::OrbExtractor& extractor, cons
 class RuleRun {
  public:
   /// Throws std::runtime_error where the rule takes true masks and there are none, where a frame
-  /// has no mask, and for a folder that cannot be made. What an earlier run left in the folder is
-  /// replaced.
+  /// has no mask, for a folder that cannot be made, and for one that holds a file of a run's which
+  /// no earlier run wrote.
   RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource& source,
           const RunSettings& settings, const std::filesystem::path& folder);
   RuleRun(const RuleRun&) = delete;
@@ -71,9 +76,10 @@ class RuleRun {
 
   void process(const SourceFrame& frame, ExtractedFeatures features);
 
-  /// Writes frames.csv, instances.csv, the pictures, where there was depth trajectory.txt, and
-  /// where the truth is known groundtruth.txt; summary.json last, so that it stands for a run that
-  /// came to its end. Throws std::runtime_error that names the file that cannot be written.
+  /// Puts frames.csv, instances.csv, the pictures, where there was depth trajectory.txt, and where
+  /// the truth is known groundtruth.txt into the folder, in the place of an earlier run's;
+  /// summary.json last, so that it stands for a run that came to its end. Throws std::runtime_error
+  /// that names the file that cannot be written; the folder then holds what it held.
   RunRecord finish(const FrameSource& source);
 
  private:
@@ -85,7 +91,7 @@ class RuleRun {
   void note_times();
 
   RuleInfo rule_;
-  std::filesystem::path folder_;
+  detail::StagedFolder staged_;
   double rim_px_;
   Times extraction_time_, waiting_time_, propagation_time_, masks_time_, rule_time_,
       keep_static_time_, odometry_time_;

@@ -12,6 +12,7 @@
 
 #include "commands.hpp"
 #include "degraded_masks.hpp"
+#include "inputs.hpp"
 #include "mask_feed.hpp"
 #include "progress_bar.hpp"
 #include "rule_run.hpp"
@@ -32,6 +33,10 @@ struct RunOptions {
 void run(const RunOptions& options) {
   const std::unique_ptr<FrameSource> source = options.scene.open();
   if (!source->note().empty()) std::fprintf(stderr, "%s\n", source->note().c_str());
+  Inputs inputs;
+  source->add_inputs(inputs);
+  inputs.add(options.masks.segmenter.model);
+  require_harmless(inputs, options.out, run_writer, run_names(options.out), true);
   MaskFeed masks(options.masks, *source);
   RunSettings settings = options.settings;
   settings.masks = masks.name();
@@ -81,7 +86,10 @@ void add_run_command(CLI::App& program) {
       ->capture_default_str()
       ->needs(level);
   add_level_size_options(*command, options->scene);
-  command->add_option("--out", options->out, "folder for the results")->capture_default_str();
+  command
+      ->add_option("--out", options->out,
+                   "folder for the results; those of an earlier run are replaced, nothing else is")
+      ->capture_default_str();
   command->add_option("--masks", options->scene.masks, "folder of the masks [SEQUENCE/masks]")
       ->excludes(level);
   command

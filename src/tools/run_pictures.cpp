@@ -10,7 +10,6 @@
 
 #include "dynfilter/overlay.hpp"
 #include "image_file.hpp"
-#include "output_folder.hpp"
 
 namespace dynfilter::tools {
 namespace {
@@ -52,8 +51,6 @@ RunPictures::RunPictures(const std::filesystem::path& folder, std::size_t frames
   std::error_code failure;
   std::filesystem::create_directories(made, failure);
   if (failure) detail::throw_file_error(made, "cannot be made: " + failure.message());
-  detail::make_room(overlays, detail::timed_png_files(overlays), true);
-  detail::make_room(folder_, {folder_ / "contact_sheet.png"}, true);
 }
 
 bool RunPictures::wants(std::size_t frame) const {
@@ -99,9 +96,7 @@ void WorstFrame::offer(std::size_t dynamic_left, const std::string& stem, const 
 }
 
 void WorstFrame::write(const std::filesystem::path& folder) const {
-  const std::filesystem::path file = folder / "worst_frame.jpg";
-  detail::make_room(folder, {file}, true);
-  if (!picture_.empty()) detail::write_jpeg(file, picture_);
+  if (!picture_.empty()) detail::write_jpeg(folder / "worst_frame.jpg", picture_);
 }
 
 }  // namespace dynfilter::tools

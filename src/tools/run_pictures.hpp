@@ -22,8 +22,7 @@ namespace dynfilter::tools {
 /// side in overlays/<stem>.png; all of them below each other and smaller in contact_sheet.png.
 class RunPictures {
  public:
-  /// Makes the folder and removes the pictures of an earlier run. Throws std::runtime_error that
-  /// names what cannot be made.
+  /// Makes the folder. Throws std::runtime_error that names what cannot be made.
   RunPictures(const std::filesystem::path& folder, std::size_t frames, std::size_t pictures,
               bool takes_masks, bool compensates);
 
@@ -49,7 +48,7 @@ class WorstFrame {
   void offer(std::size_t dynamic_left, const std::string& stem, const cv::Mat& image,
              const Segmentation& segmentation, FeaturesView features, const FeatureLabels& labels);
 
-  /// Writes worst_frame.jpg; removes an earlier one where there is nothing to show.
+  /// Writes worst_frame.jpg where there is something to show.
   void write(const std::filesystem::path& folder) const;
 
  private:

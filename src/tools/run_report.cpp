@@ -3,13 +3,12 @@
 
 #include "run_report.hpp"
 
-#include <unistd.h>
-
 #include <cstdio>
 #include <string>
 
 #include <nlohmann/json.hpp>
 
+#include "file_writing.hpp"
 #include "frame_table.hpp"
 #include "output_file.hpp"
 
@@ -142,16 +141,6 @@ void add_trajectory(nlohmann::ordered_json& summary, const RunRecord& run) {
   add_reason("rpe", trajectory.why_no_rpe);
 }
 
-/// Under another name until it is whole: who finds a summary finds a run that came to its end.
-void write_whole(const std::filesystem::path& path, const std::string& text) {
-  std::filesystem::path part = path;
-  part += "." + std::to_string(getpid());
-  OutputFile file(part);
-  file << text;
-  file.close();
-  std::filesystem::rename(part, path);
-}
-
 }  // namespace
 
 void print_report(const RunRecord& run) {
@@ -231,7 +220,7 @@ void write_summary_json(const RunRecord& run, const std::filesystem::path& file)
     summary["times_ms"][name] = {{"median", times.quantile_ms(0.5)},
                                  {"p95", times.quantile_ms(0.95)}};
   }
-  write_whole(file, summary.dump(2) + '\n');
+  detail::write_file(file, summary.dump(2) + '\n');
 }
 
 }  // namespace dynfilter::tools

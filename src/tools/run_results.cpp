@@ -14,6 +14,7 @@
 #include "dynfilter/datasets/scene_levels.hpp"
 #include "file_error.hpp"
 #include "rule_set.hpp"
+#include "staging_area.hpp"
 
 namespace dynfilter::tools {
 namespace {
@@ -24,8 +25,11 @@ using Json = nlohmann::ordered_json;
 std::vector<fs::path> summaries_in(const fs::path& folder) {
   if (!fs::is_directory(folder)) detail::throw_file_error(folder, "is no folder");
   std::vector<fs::path> files;
-  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    if (entry.path().filename() == "summary.json") files.push_back(entry.path());
+  for (fs::recursive_directory_iterator entry(folder), end; entry != end; ++entry) {
+    const fs::path name = entry->path().filename();
+    // What a run has not put in its place yet is no result.
+    if (detail::is_hidden_name(name) && entry->is_directory()) entry.disable_recursion_pending();
+    if (name == "summary.json") files.push_back(entry->path());
   }
   std::sort(files.begin(), files.end());
   if (files.empty()) {

@@ -10,8 +10,10 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "commands.hpp"
+#include "datasets/sequence_names.hpp"
 #include "dynfilter/datasets/rgbd_sequence_writer.hpp"
 #include "dynfilter/datasets/scene_levels.hpp"
 #include "dynfilter/datasets/synthetic_scene.hpp"
@@ -19,6 +21,8 @@
 #include "number_options.hpp"
 #include "progress_bar.hpp"
 #include "scene_statistics.hpp"
+#include "segmenters/mask_table.hpp"
+#include "staged_folder.hpp"
 
 namespace dynfilter::tools {
 namespace {
@@ -37,15 +41,22 @@ Segmentation used_for(Segmentation segmentation, const FrameView& frame) {
   return segmentation;
 }
 
+/// What a scene takes in its folder.
+std::vector<std::filesystem::path> scene_names(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> names = detail::sequence_names(folder);
+  for (const char* masks : {"masks", "masks_true"}) {
+    for (const auto& name : detail::mask_names(folder, masks)) names.push_back(name);
+  }
+  return names;
+}
+
 void synthesise(const SynthOptions& options) {
   const SyntheticScene scene(options.scene);
-  RgbdSequenceWriterOptions sequence_options;
-  sequence_options.overwrite = options.overwrite;
-  MaskFolderWriterOptions mask_options;
-  mask_options.overwrite = options.overwrite;
-  RgbdSequenceWriter sequence(options.folder, scene.camera(), sequence_options);
-  MaskFolderWriter masks(options.folder / "masks", mask_options);
-  MaskFolderWriter true_masks(options.folder / "masks_true", mask_options);
+  detail::StagedFolder staged(options.folder, "synth", scene_names(options.folder),
+                              options.overwrite);
+  RgbdSequenceWriter sequence(staged.path(), scene.camera());
+  MaskFolderWriter masks(staged.path() / "masks");
+  MaskFolderWriter true_masks(staged.path() / "masks_true");
   {
     ProgressBar progress("rendering", static_cast<std::size_t>(scene.size()));
     for (int i = 0; i < scene.size(); ++i) {
@@ -59,6 +70,7 @@ void synthesise(const SynthOptions& options) {
   sequence.finish();
   masks.finish();
   true_masks.finish();
+  staged.commit(detail::sequence_keys());
   std::printf("%d frames of %dx%d in %s\n", scene.size(), options.scene.image_size.width,
               options.scene.image_size.height, options.folder.c_str());
 }
@@ -133,7 +145,8 @@ void add_synth_command(CLI::App& program) {
   command->add_flag("--statistics", options->statistics,
                     "render nothing: print how depth behaves at the masks of the sequence in\n"
                     "FOLDER, rendered or recorded, so that the two can be compared");
-  command->add_flag("--overwrite", options->overwrite, "replace an earlier sequence in FOLDER");
+  command->add_flag("--overwrite", options->overwrite,
+                    "replace an earlier scene in FOLDER, once the new one is rendered");
   command->footer(
       "example: dynfilter synth scene --frames 90 --seed 1\n"
       "         dynfilter synth medium_5 --level medium --seed 5\n"

@@ -82,6 +82,7 @@ class PluginTest : public ::testing::Test {
   PluginTest() {
     MaskFolderWriter writer(masks());
     for (int i = 0; i < frames; ++i) writer.add(HostFrame(i).segmentation);
+    writer.finish();
   }
 
   std::filesystem::path masks() const { return folder_.path() / "masks"; }

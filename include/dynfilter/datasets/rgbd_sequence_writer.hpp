@@ -9,7 +9,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <list>
 #include <memory>
+#include <string>
 
 #include <opencv2/core.hpp>
 
@@ -17,9 +19,12 @@
 #include "dynfilter/frame.hpp"
 
 namespace dynfilter {
+namespace detail {
+class StagedFolder;
+}
 
 struct RgbdSequenceWriterOptions {
-  /// Whether an earlier sequence in the folder may be replaced.
+  /// Whether a sequence that an earlier RgbdSequenceWriter wrote into the folder may be replaced.
   bool overwrite = false;
 };
 
@@ -27,27 +32,30 @@ struct RgbdSequenceWriterOptions {
 /// with depth also depth/, depth.txt and associations.txt, with poses groundtruth.txt. Images are
 /// named by their time, 1341846434.710184.png.
 ///
-/// What add() has returned from is in the files: rows are written after the images that they name.
-/// A writer that is destroyed without finish() loses nothing.
+/// The sequence appears in the folder all at once, with finish(), its lists last. Before it, and
+/// where a writer is destroyed without it, fails or is killed, the folder holds what it held. Files
+/// are collected in a hidden folder, .dynfilter-sequence-<process id>; .dynfilter-sequence.txt
+/// lists what was written, so that a later writer knows what it may replace.
 class RgbdSequenceWriter {
  public:
-  /// Makes the folder where needed and writes camera.yaml. A folder that holds camera.yaml, a list
-  /// or an image in rgb/ or depth/ whose name is a time is refused (std::runtime_error that names
-  /// what it holds), unless `overwrite` is set: then these files are removed, and no others. Throws
-  /// std::invalid_argument for a camera that write_camera refuses, before anything is removed.
+  /// Makes the folder where needed. Throws std::runtime_error that names what is in the way:
+  /// camera.yaml, a list, an image in rgb/ or depth/ whose name is a time, and anything that an
+  /// earlier writer wrote. With `overwrite` that is only what no earlier writer wrote, or what was
+  /// changed since. Throws std::runtime_error also while another writer is at work in the folder,
+  /// and std::invalid_argument for a camera that write_camera refuses.
   RgbdSequenceWriter(const std::filesystem::path& folder, const CameraParameters& camera,
                      const RgbdSequenceWriterOptions& options = {});
   RgbdSequenceWriter(RgbdSequenceWriter&&) noexcept;
   RgbdSequenceWriter& operator=(RgbdSequenceWriter&&) noexcept;
   ~RgbdSequenceWriter();
 
-  /// Writes a frame whose pose is not known. Its time must be a microsecond after the last one's at
-  /// least; the image CV_8UC1 or CV_8UC3; the depth CV_16UC1 or CV_32FC1, written in the units of
-  /// the camera's DepthMapFactor (unchanged where metres_per_unit says the same; else rounded to
-  /// the nearest unit, and 0 where a 16-bit image cannot hold it), or empty in every frame. Throws
-  /// std::invalid_argument for a frame that is not so, for one whose size is not the camera's, and
-  /// after finish(), with nothing written; std::runtime_error that names the file that cannot be
-  /// written. O(pixels).
+  /// Adds a frame whose pose is not known, all of it or nothing. Its time must be a microsecond
+  /// after the last one's at least; the image CV_8UC1 or CV_8UC3; the depth CV_16UC1 or CV_32FC1,
+  /// written in the units of the camera's DepthMapFactor (unchanged where metres_per_unit says the
+  /// same; else rounded to the nearest unit, and 0 where a 16-bit image cannot hold it), or empty
+  /// in every frame. Throws std::invalid_argument for a frame that is not so, for one whose size is
+  /// not the camera's, and after finish(), with nothing written; std::runtime_error that names the
+  /// file that cannot be written. O(pixels).
   void add(const FrameView& frame);
 
   /// The same, with where the camera was: a point p of the camera lies at rotation * p +
@@ -55,23 +63,29 @@ class RgbdSequenceWriter {
   /// not orthonormal to 1e-3.
   void add(const FrameView& frame, const cv::Matx33d& rotation, const cv::Vec3d& translation);
 
-  /// Closes the files. No frame can be added afterwards; a second call does nothing. Throws
-  /// std::runtime_error that names the file that could not be written.
+  /// Puts the sequence into the folder, in the place of an earlier one. No frame can be added
+  /// afterwards; a second call does nothing. Throws std::runtime_error that names the file that
+  /// cannot be written or is in the way; the folder then holds what it held.
   void finish();
 
   /// Frames that were added.
-  std::size_t size() const { return size_; }
+  std::size_t size() const { return rows_.size(); }
 
  private:
-  struct Lists;
+  struct Row {
+    std::string time;
+    std::string pose_row;  // of groundtruth.txt; empty: not known
+  };
 
   void require_frame(const FrameView& frame) const;
-  void write_frame(const FrameView& frame);
+  void write_frame(const FrameView& frame, std::string pose_row);
+  void write_lists() const;
 
-  std::filesystem::path folder_;
   CameraParameters camera_;
-  std::unique_ptr<Lists> lists_;  // none after finish()
-  std::size_t size_ = 0;
+  std::string camera_text_;
+  std::unique_ptr<detail::StagedFolder> staged_;  // none after finish()
+  std::list<Row> rows_;
+  bool has_depth_ = false;
   std::int64_t last_time_ = 0;  // microseconds
 };
 

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <list>
 #include <memory>
 #include <set>
 #include <string>
@@ -17,11 +18,11 @@
 
 namespace dynfilter {
 namespace detail {
-class TableWriter;
+class StagedFolder;
 }
 
 struct MaskFolderWriterOptions {
-  /// Whether earlier masks in the folder may be replaced.
+  /// Whether masks that an earlier MaskFolderWriter wrote into the folder may be replaced.
   bool overwrite = false;
 };
 
@@ -32,24 +33,28 @@ struct MaskFolderWriterOptions {
 /// the lowest index. Parts of a mask outside the image are cut off; boxes are written as they are;
 /// scores have 6 decimals; track_id is not written.
 ///
-/// What add() has returned from is in the files. A writer that is destroyed without finish() loses
-/// nothing.
+/// The masks appear in the folder all together, with finish(). Before it, and where a writer is
+/// destroyed without it, fails or is killed, the folder holds what it held. Files are collected in
+/// a hidden folder, .dynfilter-masks-<process id>; .dynfilter-masks.txt lists what was written, so
+/// that a later writer knows what it may replace.
 class MaskFolderWriter {
  public:
-  /// Makes the folder where needed, and instances.csv. A folder that holds instances.csv or a PNG
-  /// file whose name is a time is refused (std::runtime_error that names what it holds), unless
-  /// `overwrite` is set: then these files are removed, and no others.
+  /// Makes the folder where needed. Throws std::runtime_error that names what is in the way: a file
+  /// instances.csv, a PNG file whose name is a time, and anything that an earlier writer wrote.
+  /// With `overwrite` that is only what no earlier writer wrote, or what was changed since. Throws
+  /// std::runtime_error also while another writer is at work in the folder.
   explicit MaskFolderWriter(const std::filesystem::path& folder,
                             const MaskFolderWriterOptions& options = {});
   MaskFolderWriter(MaskFolderWriter&&) noexcept;
   MaskFolderWriter& operator=(MaskFolderWriter&&) noexcept;
   ~MaskFolderWriter();
 
-  /// Writes <timestamp_s with 6 decimals>.png, 8 bits, or 16 where there are more than 255
-  /// instances, and their rows. Throws std::invalid_argument for a segmentation that is malformed
-  /// (see validate), has no image size or more than 65535 instances, whose time was written before,
-  /// and after finish(), with nothing written; std::runtime_error that names the file that cannot
-  /// be written. O(pixels + area of the masks).
+  /// Adds <timestamp_s with 6 decimals>.png, 8 bits, or 16 where there are more than 255
+  /// instances, and their rows. All or nothing: what failed can be added again. Throws
+  /// std::invalid_argument for a segmentation that is malformed (see validate), has no image size
+  /// or more than 65535 instances, whose time was written before, and after finish(), with nothing
+  /// written; std::runtime_error that names the file that cannot be written. O(pixels + area of the
+  /// masks).
   void add(const Segmentation& segmentation);
 
   /// The same under the name of the frame's image without folder and extension:
@@ -58,17 +63,18 @@ class MaskFolderWriter {
   /// not find the frame's mask.
   void add(const Segmentation& segmentation, const std::string& stem);
 
-  /// Closes the table. No frame can be added afterwards; a second call does nothing. Throws
-  /// std::runtime_error that names the file that could not be written.
+  /// Puts the masks into the folder, in the place of earlier ones. No frame can be added
+  /// afterwards; a second call does nothing. Throws std::runtime_error that names the file that
+  /// cannot be written or is in the way; the folder then holds what it held.
   void finish();
 
   /// Frames that were added.
   std::size_t size() const { return times_.size(); }
 
  private:
-  std::filesystem::path folder_;
-  std::unique_ptr<detail::TableWriter> table_;  // none after finish()
-  std::set<std::int64_t> times_;                // microseconds
+  std::unique_ptr<detail::StagedFolder> staged_;  // none after finish()
+  std::list<std::string> rows_;                   // of instances.csv, of a frame each
+  std::set<std::int64_t> times_;                  // microseconds
 };
 
 }  // namespace dynfilter

@@ -123,11 +123,11 @@ void write_html_report(const std::vector<RunResult>& results, const std::filesys
   const RuleStyles styles(rules_of(results));
   const std::vector<GroupOfRuns> groups = groups_of(results);
   OutputFile page(file);
-  page << head("dynfilter: rules compared", styles) << navigation(groups)
-       << overview(results, styles) << tables(results);
+  page << head(html_report_mark, styles) << navigation(groups) << overview(results, styles)
+       << tables(results);
   for (std::size_t k = 0; k < groups.size(); ++k) page << section(groups[k], k, styles);
   page << "</body>\n</html>\n";
-  page.close();
+  write_replaceable(file, html_report_mark, page.text());
 }
 
 }  // namespace dynfilter::tools
