@@ -271,12 +271,16 @@ class StagingArea {
 
   /// Removes the file that says whose it is last: what a signal leaves is removed next time.
   static void remove_area(const std::filesystem::path& area) noexcept {
-    std::error_code ignored;
-    std::filesystem::remove_all(area / "new", ignored);
-    std::filesystem::remove_all(area / "old", ignored);
-    std::filesystem::remove(area / "mark", ignored);
-    std::filesystem::remove(area / "owner", ignored);
-    std::filesystem::remove(area, ignored);
+    std::error_code failure;
+    std::filesystem::directory_iterator entry(area, failure);
+    while (!failure && entry != std::filesystem::directory_iterator()) {
+      const std::filesystem::path path = entry->path();
+      entry.increment(failure);
+      std::error_code ignored;
+      if (path.filename() != "owner") std::filesystem::remove_all(path, ignored);
+    }
+    std::filesystem::remove(area / "owner", failure);
+    std::filesystem::remove(area, failure);
   }
 
   /// Removes the hidden folder, unless it holds what the folder needs, and the folders that were

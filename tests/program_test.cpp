@@ -280,11 +280,13 @@ TEST_F(Program, KeepsAndUsesTheMasksOfAnotherProcess) {
   MaskFolderSegmenter masks(scene() / "masks");
   const RemotePeer peer(out("socket"), from_folder(masks));
   const std::string remote = " --remote " + quoted(out("socket")) + " --remote-timeout 30";
-  const Outcome kept = run("masks " + quoted(scene()) + remote + " --out " + quoted(out("kept")));
+  const Outcome kept =
+      run("masks " + quoted(scene()) + remote + " --out " + quoted(out("kept masks")));
   ASSERT_EQ(kept.exit_code, 0) << kept.printed;
-  EXPECT_EQ(read_text(out("kept") / "instances.csv"),
+  EXPECT_EQ(read_text(out("kept masks") / "instances.csv"),
             read_text(scene() / "masks" / "instances.csv"));
-  EXPECT_EQ(run("masks " + quoted(scene()) + remote + " --out " + quoted(out("kept"))).exit_code, 1)
+  EXPECT_EQ(
+      run("masks " + quoted(scene()) + remote + " --out " + quoted(out("kept masks"))).exit_code, 1)
       << "they are not replaced unasked";
 
   const std::string common = "run " + quoted(scene()) + " --overlays 0 --out ";
