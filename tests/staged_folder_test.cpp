@@ -10,6 +10,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
@@ -29,6 +30,9 @@ namespace {
 /// How many names a process may still change before it is killed; negative: any number.
 int changes_left = -1;
 
+/// How many names may still be changed before one cannot be, once; negative: any number.
+int changes_before_failure = -1;
+
 void count_change() {
   if (changes_left == 0) kill(getpid(), SIGKILL);
   if (changes_left > 0) --changes_left;
@@ -39,6 +43,10 @@ void count_change() {
 // In the place of the C library's, for the library of C++, too.
 extern "C" int rename(const char* from, const char* to) noexcept {
   count_change();
+  if (changes_before_failure-- == 0) {
+    errno = ENOSPC;
+    return -1;
+  }
   return renameat(AT_FDCWD, from, AT_FDCWD, to);
 }
 extern "C" int unlink(const char* path) noexcept {
@@ -238,6 +246,31 @@ TEST(StagedFolder, PutsTheOldFilesBackEvenIfThatIsCutOff) {
     for (int back = 0; is_cut_off_twice(change, back); ++back) ++times;
   }
   EXPECT_GT(times, 20) << "or little was shown";
+}
+
+TEST(StagedFolder, AChangeThatFailsLeavesTheOldFiles) {
+  const Files old_files = results("old", 3);
+  bool failed = true;
+  int times = 0;
+  for (int change = 0; failed; ++change) {
+    SCOPED_TRACE(change);
+    const TemporaryFolder folder;
+    put(folder.path(), old_files);
+    failed = false;
+    changes_before_failure = change;
+    try {
+      put(folder.path(), results("new", 4));
+    } catch (const std::runtime_error& error) {
+      EXPECT_NE(std::string(error.what()).find(folder.path().string()), std::string::npos);
+      failed = true;
+      ++times;
+    }
+    changes_before_failure = -1;
+    EXPECT_TRUE(counts_as_whole(folder.path()));
+    EXPECT_EQ(visible(folder.path()), failed ? old_files : results("new", 4));
+    EXPECT_EQ(entries(folder.path()), 4U);
+  }
+  EXPECT_GT(times, 15) << "or little was shown";
 }
 
 TEST(StagedFolder, AnotherWriterRefusesAFolderOfHalfResults) {

@@ -1,0 +1,110 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// MaskFolderWriter without memory and without room: what failed can be done again.
+
+#include "dynfilter/segmenters/mask_folder_writer.hpp"
+
+#include <sys/resource.h>
+
+#include <csignal>
+#include <cstddef>
+#include <exception>
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "dynfilter/segmenters/mask_folder_segmenter.hpp"
+#include "support/allocation_limit.hpp"
+#include "support/expect_error.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace dynfilter {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::expect_error;
+using testing::file_text;
+using testing::TemporaryFolder;
+
+Segmentation two_persons_at(double timestamp_s) {
+  Segmentation segmentation;
+  segmentation.timestamp_s = timestamp_s;
+  segmentation.image_size = {64, 48};
+  const cv::Mat block(20, 10, CV_8UC1, cv::Scalar(255));
+  segmentation.instances = {Instance::from_box_mask(block, {5, 5, 10, 20}),
+                            Instance::from_box_mask(block, {30, 5, 10, 20})};
+  return segmentation;
+}
+
+TEST(MaskFolderWriterFailures, AnAdditionThatLacksMemoryCanBeMadeAgain) {
+  const TemporaryFolder folder;
+  MaskFolderWriter writer(folder.path());
+  int failures = 0;
+  for (int frame = 0;; ++frame) {
+    const Segmentation segmentation = two_persons_at(frame + 1);
+    bool failed = false;
+    try {
+      const testing::AllocationLimit limit(frame);
+      writer.add(segmentation);
+    } catch (const std::exception&) {
+      failed = true;
+    }
+    ASSERT_EQ(writer.size(), static_cast<std::size_t>(failed ? frame : frame + 1));
+    if (!failed) break;
+    ++failures;
+    writer.add(segmentation);
+  }
+  EXPECT_GT(failures, 5) << "or little was shown";
+  writer.finish();
+  MaskFolderSegmenter masks(folder.path());
+  EXPECT_EQ(masks.size(), writer.size());
+  FrameView frame;
+  frame.image = cv::Mat(48, 64, CV_8UC3, cv::Scalar::all(0));
+  for (std::size_t k = 0; k < writer.size(); ++k) {
+    frame.timestamp_s = static_cast<double>(k + 1);
+    EXPECT_EQ(masks.segment(frame).instances.size(), 2U) << k;
+  }
+}
+
+/// No file may become longer than this while it lives.
+class FileSizeLimit {
+ public:
+  explicit FileSizeLimit(rlim_t bytes) {
+    std::signal(SIGXFSZ, SIG_IGN);
+    getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit limit{bytes, before_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~FileSizeLimit() { setrlimit(RLIMIT_FSIZE, &before_); }
+  FileSizeLimit(const FileSizeLimit&) = delete;
+  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
+
+ private:
+  rlimit before_{};
+};
+
+TEST(MaskFolderWriterFailures, AnAdditionThatLacksRoomCanBeMadeAgain) {
+  const TemporaryFolder folder;
+  MaskFolderWriter writer(folder.path());
+  writer.add(two_persons_at(1));
+  {
+    const FileSizeLimit limit(20);
+    expect_error<std::runtime_error>([&] { writer.add(two_persons_at(2)); },
+                                     "2.000000.png: cannot be written: File too large");
+  }
+  EXPECT_EQ(writer.size(), 1U);
+  writer.add(two_persons_at(2));
+  {
+    const FileSizeLimit limit(20);
+    expect_error<std::runtime_error>([&] { writer.finish(); }, "instances.csv: cannot be written");
+    EXPECT_FALSE(fs::exists(folder / "1.000000.png"));
+  }
+  writer.finish();
+  EXPECT_EQ(MaskFolderSegmenter(folder.path()).size(), 2U);
+}
+
+}  // namespace
+}  // namespace dynfilter
