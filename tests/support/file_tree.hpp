@@ -1,0 +1,52 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_TESTS_SUPPORT_FILE_TREE_HPP
+#define DYNFILTER_TESTS_SUPPORT_FILE_TREE_HPP
+
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include "support/temporary_folder.hpp"
+
+namespace dynfilter::testing {
+
+/// The content of every file by its name.
+using FileTree = std::map<std::filesystem::path, std::string>;
+
+/// The files in a folder, however deep, the hidden ones, too. A link is what it leads to says, and
+/// links to folders are not followed.
+inline FileTree file_tree(const std::filesystem::path& folder) {
+  FileTree files;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+    if (entry.is_regular_file()) {
+      files[entry.path().lexically_relative(folder)] = file_text(entry.path());
+    }
+  }
+  return files;
+}
+
+/// Those that a user sees.
+inline FileTree visible_tree(const std::filesystem::path& folder) {
+  FileTree files;
+  if (!std::filesystem::exists(folder)) return files;
+  for (const auto& [name, text] : file_tree(folder)) {
+    if (name.string().find(".dynfilter-") == std::string::npos) files[name] = text;
+  }
+  return files;
+}
+
+/// The names in `before` that are not there any more, or not as they were.
+inline std::string changed_names(const FileTree& before, const FileTree& after) {
+  std::string names;
+  for (const auto& [name, text] : before) {
+    const auto found = after.find(name);
+    if (found == after.end() || found->second != text) names += name.string() + ' ';
+  }
+  return names;
+}
+
+}  // namespace dynfilter::testing
+
+#endif  // DYNFILTER_TESTS_SUPPORT_FILE_TREE_HPP
