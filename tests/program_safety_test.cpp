@@ -32,7 +32,7 @@ class ProgramSafety : public ::testing::Test {
   static void SetUpTestSuite() {
     made_ = new TemporaryFolder();
     const Outcome synth =
-        run("synth " + quoted(*made_ / "scene") + " --frames 3 --width 160 --height 120");
+        run("synth " + quoted(*made_ / "scene") + " --frames 4 --width 160 --height 120");
     ASSERT_EQ(synth.exit_code, 0) << synth.printed;
     // As if it were recorded: nothing tells where it comes from.
     fs::remove(*made_ / "scene/.dynfilter-synth.txt");
@@ -216,7 +216,7 @@ TEST_F(ProgramSafety, MasksMayLieInTheSequence) {
   expect(allowed, command);
   expect(refused, command);
   EXPECT_EQ(run(command + " --overwrite").exit_code, 0);
-  EXPECT_EQ(MaskFolderSegmenter(scene() / "masks").size(), 3U);
+  EXPECT_EQ(MaskFolderSegmenter(scene() / "masks").size(), 4U);
 }
 
 TEST_F(ProgramSafety, MasksThatCannotBeMadeCostNoEarlierOnes) {

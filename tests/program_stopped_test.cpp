@@ -61,7 +61,7 @@ class ProgramStopped : public ::testing::Test {
  protected:
   ProgramStopped() {
     const Outcome synth =
-        run("synth " + quoted(folder_ / "scene") + " --frames 3 --width 160 --height 120");
+        run("synth " + quoted(folder_ / "scene") + " --frames 4 --width 160 --height 120");
     if (synth.exit_code != 0) throw std::runtime_error(synth.printed);
     masks_ = std::make_unique<MaskFolderSegmenter>(folder_ / "scene/masks");
     peer_ = std::make_unique<RemotePeer>(
@@ -133,7 +133,7 @@ std::chrono::microseconds time_of(const std::function<void()>& action) {
 
 TEST_F(ProgramStopped, KilledAtAnyMomentItLeavesOldResultsOrNewOnesOrNone) {
   const char* wanted = std::getenv("DYNFILTER_KILLS");
-  const int kills = wanted == nullptr ? 12 : std::atoi(wanted);
+  const int kills = wanted == nullptr ? 4 : std::atoi(wanted);
   std::mt19937 random(16);
   for (const Replacement& command : replacements()) {
     SCOPED_TRACE(command.name);
@@ -181,7 +181,7 @@ TEST_F(ProgramStopped, AFileThatCannotGrowLeavesTheEarlierResults) {
   for (const Replacement& command : replacements()) {
     SCOPED_TRACE(command.name);
     const FileTree later = made(command.later, folder_ / "later" / command.name);
-    for (const int blocks : {0, 1, 2, 4, 10, 30, 80, 200, 400}) {
+    for (const int blocks : {0, 2, 10, 80, 400}) {
       SCOPED_TRACE(blocks);
       const fs::path out = folder_ / (command.name + std::to_string(blocks));
       const FileTree earlier = made(command.earlier, out);
@@ -193,7 +193,7 @@ TEST_F(ProgramStopped, AFileThatCannotGrowLeavesTheEarlierResults) {
       expect_whole(outcome, out, earlier, later);
     }
   }
-  EXPECT_GT(failures, 9) << "or little was shown";
+  EXPECT_GT(failures, 5) << "or little was shown";
 }
 
 /// A small file system of its own, where the system lets one mount it.
@@ -226,7 +226,7 @@ TEST_F(ProgramStopped, AFullDiskLeavesTheEarlierResults) {
     for (const auto& [name, text] : made(command.earlier, folder_ / "earlier" / command.name)) {
       earlier_bytes += (text.size() + 4095) / 4096 * 4096;
     }
-    for (const int more_kilobytes : {8, 16, 40, 100, 250, 500, 2000}) {
+    for (const int more_kilobytes : {8, 40, 100, 250, 2000}) {
       SCOPED_TRACE(more_kilobytes);
       const SmallDisk disk(folder_ / "disk",
                            static_cast<int>(earlier_bytes / 1024) + 24 + more_kilobytes);
@@ -242,7 +242,7 @@ TEST_F(ProgramStopped, AFullDiskLeavesTheEarlierResults) {
       fs::remove_all(folder_ / "copied");
     }
   }
-  EXPECT_GT(failures, 6) << "or little was shown";
+  EXPECT_GT(failures, 5) << "or little was shown";
 }
 
 TEST_F(ProgramStopped, APageOrATableThatCannotBeWrittenLeavesTheEarlierOne) {
