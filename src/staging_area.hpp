@@ -55,7 +55,7 @@ inline std::vector<std::filesystem::path> files_below(const std::filesystem::pat
   return files;
 }
 
-/// Those that are no hidden files of a writer.
+/// Names of the files below a folder without the hidden files of writers.
 inline std::vector<std::filesystem::path> visible_files_below(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> files = files_below(folder);
   files.erase(std::remove_if(files.begin(), files.end(),

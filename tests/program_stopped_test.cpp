@@ -37,7 +37,7 @@ struct Replacement {
   std::function<bool(const fs::path&)> is_read;  ///< whether a reader takes the folder
 };
 
-/// The same but for the times that a run took.
+/// Takes the times that a run took out of its summary.
 FileTree without_times(FileTree files) {
   const auto summary = files.find("summary.json");
   if (summary == files.end()) return files;

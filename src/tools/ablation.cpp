@@ -31,9 +31,9 @@ struct Outline {
   std::string note;
 };
 
-/// Of every scene, in their order, and what all of them read. Opens one scene a group: those of a
-/// level differ in their seed alone. So what is wrong with the last of them is found before the
-/// first is begun.
+/// Outlines every scene, in their order, and notes what all of them read. Opens one scene a group:
+/// those of a level differ in their seed alone. So what is wrong with the last of them is found
+/// before the first is begun.
 std::vector<Outline> outlines_of(const AblationPlan& plan, Inputs& inputs) {
   std::map<std::string, Outline> of_group;
   std::vector<Outline> outlines;

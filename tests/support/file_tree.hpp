@@ -27,7 +27,7 @@ inline FileTree file_tree(const std::filesystem::path& folder) {
   return files;
 }
 
-/// Those that a user sees.
+/// The files that a user sees.
 inline FileTree visible_tree(const std::filesystem::path& folder) {
   FileTree files;
   if (!std::filesystem::exists(folder)) return files;
