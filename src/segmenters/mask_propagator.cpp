@@ -10,7 +10,7 @@
 #include <limits>
 #include <utility>
 
-#include "dynfilter/detail/depth_image.hpp"
+#include "dynfilter/detail/pixel_scale.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "propagation/box_association.hpp"
 #include "propagation/point_flow.hpp"

@@ -84,6 +84,39 @@ void add_relative_error(Evaluation& evaluation, const EvalOptions& options,
   evaluation.add("rpe_rotation", "deg", rpe.rotation_deg);
 }
 
+void add_improvement(Evaluation& evaluation, const EvalOptions& options, const Trajectory& other,
+                     const Trajectory& truth, const std::optional<AbsoluteTrajectoryError>& ate) {
+  const double baseline =
+      absolute_trajectory_error(other, truth, options.absolute).translation_m.rmse;
+  evaluation.figures.emplace_back("ate_baseline_rmse_m", baseline);
+  if (!ate) throw std::runtime_error("the absolute error is missing");
+  if (!(baseline > 0)) throw std::runtime_error("the baseline has no error to improve on");
+  evaluation.figures.emplace_back("ate_improvement_percent",
+                                  improvement_percent(baseline, ate->translation_m.rmse));
+}
+
+Evaluation evaluate(const EvalOptions& options) {
+  const Trajectory estimate = read_and_note(options.estimate);
+  const Trajectory truth = read_and_note(options.truth);
+  std::optional<Trajectory> other;
+  if (!options.baseline.empty()) other = read_and_note(options.baseline);
+
+  Evaluation evaluation;
+  std::optional<AbsoluteTrajectoryError> ate;
+  evaluation.attempt("ate", [&] {
+    ate = absolute_trajectory_error(estimate, truth, options.absolute);
+    evaluation.figures.emplace_back("pairs", static_cast<double>(ate->translation_m.count));
+    evaluation.figures.emplace_back("scale", ate->alignment.scale);
+    evaluation.add("ate", "m", ate->translation_m);
+  });
+  evaluation.attempt("rpe", [&] { add_relative_error(evaluation, options, estimate, truth, ate); });
+  if (other) {
+    evaluation.attempt("ate_improvement",
+                       [&] { add_improvement(evaluation, options, *other, truth, ate); });
+  }
+  return evaluation;
+}
+
 void write_json(const Evaluation& evaluation, const std::filesystem::path& path) {
   nlohmann::ordered_json json;
   json["written_by"] = "dynfilter eval";

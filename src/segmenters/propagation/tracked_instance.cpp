@@ -9,7 +9,7 @@
 #include <cstdlib>
 #include <iterator>
 
-#include "dynfilter/detail/depth_image.hpp"
+#include "dynfilter/detail/pixel_scale.hpp"
 #include "dynfilter/detail/rectangles.hpp"
 #include "dynfilter/segmentation.hpp"
 
