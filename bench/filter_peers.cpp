@@ -19,7 +19,7 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 
-#include "dynfilter/datasets/scene_levels.hpp"
+#include "dynfilter/evaluation/scene_levels.hpp"
 #include "filter_check.hpp"
 #include "filter_input.hpp"
 #include "peers/naive_depth_lbp.hpp"

@@ -15,7 +15,7 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 
-#include <dynfilter/datasets/scene_levels.hpp>
+#include <dynfilter/evaluation/scene_levels.hpp>
 #include <dynfilter/segmenters/mask_propagator.hpp>
 
 namespace {

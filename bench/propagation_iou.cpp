@@ -21,7 +21,7 @@
 #include <string>
 #include <vector>
 
-#include <dynfilter/datasets/scene_levels.hpp>
+#include <dynfilter/evaluation/scene_levels.hpp>
 #include <dynfilter/segmenters/mask_propagator.hpp>
 
 #include "arguments.hpp"

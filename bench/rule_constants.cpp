@@ -19,7 +19,7 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include <dynfilter/datasets/scene_levels.hpp>
+#include <dynfilter/evaluation/scene_levels.hpp>
 #include <dynfilter/dynfilter.hpp>
 #include <dynfilter/evaluation/feature_scores.hpp>
 

@@ -88,7 +88,7 @@ if(TARGET dynfilter_plugin)
           DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/dynfilter COMPONENT dynfilter-plugin)
 endif()
 if(TARGET dynfilter_evaluation)
-  dynfilter_package(evaluation dynfilter_evaluation datasets evaluation)
+  dynfilter_package(evaluation dynfilter_evaluation evaluation)
 endif()
 
 # The core's headers: all but those of the components.
@@ -97,7 +97,7 @@ install(
   DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
   COMPONENT dynfilter-core
   FILES_MATCHING PATTERN "*.hpp"
-  REGEX "/include/dynfilter/(segmenters|networks|datasets|evaluation|plugin\\.hpp)$" EXCLUDE)
+  REGEX "/include/dynfilter/(segmenters|networks|evaluation|plugin\\.hpp)$" EXCLUDE)
 
 # --- The config, its version file, pkg-config -----------------------------------------------------
 set(_arch_independent "")

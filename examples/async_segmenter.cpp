@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include <dynfilter/datasets/synthetic_scene.hpp>
+#include <dynfilter/evaluation/synthetic_scene.hpp>
 #include <dynfilter/dynfilter.hpp>
 #include <dynfilter/segmenters/async_segmenter.hpp>
 #include <opencv2/features2d.hpp>

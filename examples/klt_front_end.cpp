@@ -10,7 +10,7 @@
 #include <cstdio>
 #include <vector>
 
-#include <dynfilter/datasets/synthetic_scene.hpp>
+#include <dynfilter/evaluation/synthetic_scene.hpp>
 #include <dynfilter/dynfilter.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>

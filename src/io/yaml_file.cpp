@@ -12,7 +12,7 @@
 #include <system_error>
 #include <utility>
 
-#include "../file_error.hpp"
+#include "io/file_error.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
 

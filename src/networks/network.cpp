@@ -10,7 +10,7 @@
 
 #include <opencv2/core/version.hpp>
 
-#include "../file_error.hpp"
+#include "io/file_error.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/networks/deformable_convolution.hpp"
 

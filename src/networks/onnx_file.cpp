@@ -13,7 +13,7 @@
 #include <system_error>
 #include <utility>
 
-#include "../file_error.hpp"
+#include "io/file_error.hpp"
 #include "protobuf_reader.hpp"
 
 namespace dynfilter::detail {

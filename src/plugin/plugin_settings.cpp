@@ -10,8 +10,8 @@
 
 #include <opencv2/imgcodecs.hpp>
 
-#include "hand_over_names.hpp"
-#include "image_file.hpp"
+#include "io/hand_over_names.hpp"
+#include "io/image_file.hpp"
 #include "plugin/settings_file.hpp"
 
 namespace dynfilter::detail {

@@ -6,9 +6,9 @@
 #include <string>
 
 #include "dynfilter/overlay.hpp"
-#include "frame_table.hpp"
-#include "image_file.hpp"
-#include "output_folder.hpp"
+#include "io/frame_table.hpp"
+#include "io/image_file.hpp"
+#include "io/output_folder.hpp"
 
 namespace dynfilter::detail {
 

@@ -15,11 +15,11 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "../file_error.hpp"
-#include "../image_file.hpp"
-#include "../output_folder.hpp"
-#include "../staged_folder.hpp"
-#include "../text_table.hpp"
+#include "io/file_error.hpp"
+#include "io/image_file.hpp"
+#include "io/output_folder.hpp"
+#include "io/staged_folder.hpp"
+#include "io/text_table.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
 #include "mask_table.hpp"

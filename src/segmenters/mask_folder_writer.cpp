@@ -15,10 +15,10 @@
 
 #include <opencv2/core.hpp>
 
-#include "../file_writing.hpp"
-#include "../image_file.hpp"
-#include "../output_folder.hpp"
-#include "../staged_folder.hpp"
+#include "io/file_writing.hpp"
+#include "io/image_file.hpp"
+#include "io/output_folder.hpp"
+#include "io/staged_folder.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"

@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "../output_folder.hpp"
+#include "io/output_folder.hpp"
 
 namespace dynfilter::detail {
 

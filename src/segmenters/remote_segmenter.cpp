@@ -14,7 +14,7 @@
 
 #include <opencv2/core.hpp>
 
-#include "../file_error.hpp"
+#include "io/file_error.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "remote/connection.hpp"
 #include "remote/deadline.hpp"

@@ -13,7 +13,7 @@
 #include "ablation_tables.hpp"
 #include "commands.hpp"
 #include "degraded_masks.hpp"
-#include "dynfilter/datasets/scene_levels.hpp"
+#include "dynfilter/evaluation/scene_levels.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "number_options.hpp"
 #include "output_file.hpp"

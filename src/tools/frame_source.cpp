@@ -5,7 +5,7 @@
 
 #include "dynfilter/detail/number_text.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
-#include "file_error.hpp"
+#include "io/file_error.hpp"
 #include "trajectory_note.hpp"
 
 namespace dynfilter::tools {

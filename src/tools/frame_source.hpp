@@ -11,9 +11,9 @@
 #include <optional>
 #include <string>
 
-#include "dynfilter/datasets/camera.hpp"
-#include "dynfilter/datasets/rgbd_sequence.hpp"
-#include "dynfilter/datasets/synthetic_scene.hpp"
+#include "dynfilter/evaluation/camera.hpp"
+#include "dynfilter/evaluation/rgbd_sequence.hpp"
+#include "dynfilter/evaluation/synthetic_scene.hpp"
 #include "dynfilter/evaluation/trajectory.hpp"
 #include "dynfilter/frame.hpp"
 #include "dynfilter/segmentation.hpp"

@@ -5,8 +5,8 @@
 
 #include <sys/stat.h>
 
-#include "file_error.hpp"
-#include "staged_folder.hpp"
+#include "io/file_error.hpp"
+#include "io/staged_folder.hpp"
 
 namespace dynfilter::tools {
 namespace {

@@ -12,7 +12,7 @@
 #include <thread>
 #include <utility>
 
-#include "hand_over_names.hpp"
+#include "io/hand_over_names.hpp"
 #include "number_options.hpp"
 
 namespace dynfilter::tools {

@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "commands.hpp"
-#include "dynfilter/datasets/rgbd_sequence.hpp"
+#include "dynfilter/evaluation/rgbd_sequence.hpp"
 #include "dynfilter/segmenters/mask_folder_writer.hpp"
 #include "frame_source.hpp"
 #include "inputs.hpp"

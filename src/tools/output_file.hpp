@@ -12,8 +12,8 @@
 #include <string>
 #include <utility>
 
-#include "file_error.hpp"
-#include "file_writing.hpp"
+#include "io/file_error.hpp"
+#include "io/file_writing.hpp"
 
 namespace dynfilter::tools {
 

@@ -9,7 +9,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "dynfilter/evaluation/feature_scores.hpp"
-#include "output_folder.hpp"
+#include "io/output_folder.hpp"
 #include "run_report.hpp"
 
 namespace dynfilter::tools {

@@ -22,7 +22,7 @@
 #include "run_pictures.hpp"
 #include "run_record.hpp"
 #include "scene_spec.hpp"
-#include "staged_folder.hpp"
+#include "io/staged_folder.hpp"
 #include "stopwatch.hpp"
 
 namespace dynfilter::tools {

@@ -10,12 +10,12 @@
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/edge_compensator.hpp"
 #include "dynfilter/stage.hpp"
-#include "peers/box_depth_deviation.hpp"
-#include "peers/box_depth_mask.hpp"
-#include "peers/box_depth_threshold.hpp"
-#include "peers/depth_variance_mask.hpp"
-#include "peers/dilated_mask.hpp"
-#include "peers/whole_box.hpp"
+#include "rules/box_depth_deviation.hpp"
+#include "rules/box_depth_mask.hpp"
+#include "rules/box_depth_threshold.hpp"
+#include "rules/depth_variance_mask.hpp"
+#include "rules/dilated_mask.hpp"
+#include "rules/whole_box.hpp"
 
 namespace dynfilter::tools {
 namespace {

@@ -9,7 +9,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "dynfilter/overlay.hpp"
-#include "image_file.hpp"
+#include "io/image_file.hpp"
 
 namespace dynfilter::tools {
 namespace {

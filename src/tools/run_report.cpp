@@ -8,8 +8,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "file_writing.hpp"
-#include "frame_table.hpp"
+#include "io/file_writing.hpp"
+#include "io/frame_table.hpp"
 #include "output_file.hpp"
 
 namespace dynfilter::tools {

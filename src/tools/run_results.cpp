@@ -11,10 +11,10 @@
 
 #include <nlohmann/json.hpp>
 
-#include "dynfilter/datasets/scene_levels.hpp"
-#include "file_error.hpp"
+#include "dynfilter/evaluation/scene_levels.hpp"
+#include "io/file_error.hpp"
 #include "rule_set.hpp"
-#include "staging_area.hpp"
+#include "io/staging_area.hpp"
 
 namespace dynfilter::tools {
 namespace {

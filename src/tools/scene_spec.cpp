@@ -4,7 +4,7 @@
 #include "scene_spec.hpp"
 
 #include "degraded_masks.hpp"
-#include "dynfilter/datasets/scene_levels.hpp"
+#include "dynfilter/evaluation/scene_levels.hpp"
 
 namespace dynfilter::tools {
 namespace {

@@ -10,7 +10,7 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "dynfilter/datasets/rgbd_sequence.hpp"
+#include "dynfilter/evaluation/rgbd_sequence.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "progress_bar.hpp"
 

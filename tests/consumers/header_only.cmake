@@ -11,10 +11,10 @@ run(output ${configure} ${without_eigen} -DDYNFILTER_BUILD_SEGMENTERS=OFF
 run(output ${CMAKE_COMMAND} --install ${folder}/build --prefix ${folder}/prefix)
 
 file(GLOB_RECURSE surplus LIST_DIRECTORIES true ${folder}/prefix/*/segmenters
-     ${folder}/prefix/*/networks ${folder}/prefix/*/datasets ${folder}/prefix/*/evaluation
+     ${folder}/prefix/*/networks ${folder}/prefix/*/evaluation
      ${folder}/prefix/*.a
      ${folder}/prefix/*.so*)
-list(FILTER surplus INCLUDE REGEX "/(segmenters|networks|datasets|evaluation|lib[^/]+)$")
+list(FILTER surplus INCLUDE REGEX "/(segmenters|networks|evaluation|lib[^/]+)$")
 if(surplus)
   message(FATAL_ERROR "a header-only install holds ${surplus}")
 endif()

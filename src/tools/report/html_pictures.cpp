@@ -13,7 +13,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "dynfilter/detail/number_text.hpp"
-#include "image_file.hpp"
+#include "io/image_file.hpp"
 
 namespace dynfilter::tools {
 namespace {

@@ -7,8 +7,8 @@
 #include <cstddef>
 #include <utility>
 
-#include "file_error.hpp"
-#include "text_table.hpp"
+#include "io/file_error.hpp"
+#include "io/text_table.hpp"
 
 namespace dynfilter::tools {
 namespace {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include <dynfilter/datasets/camera.hpp>
+#include <dynfilter/evaluation/camera.hpp>
 #include <dynfilter/dynfilter.hpp>
 #include <dynfilter/networks/network_segmenter.hpp>
 #include <dynfilter/segmenters/async_segmenter.hpp>

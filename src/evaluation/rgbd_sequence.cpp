@@ -1,0 +1,279 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/evaluation/rgbd_sequence.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <map>
+#include <stdexcept>
+#include <string>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "io/file_error.hpp"
+#include "io/image_file.hpp"
+#include "io/regular_file.hpp"
+#include "io/staged_folder.hpp"
+#include "io/text_table.hpp"
+#include "dynfilter/evaluation/association.hpp"
+#include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/number_text.hpp"
+
+namespace dynfilter {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// An image as a list names it.
+struct ListedImage {
+  double time_s = 0;
+  std::string file;  ///< as written
+  fs::path path;
+  fs::path list;
+  std::size_t line = 0;
+};
+
+/// One frame, with where it was listed; depth.file is empty for colour only.
+struct ListedFrame {
+  ListedImage image, depth;
+};
+
+/// Refuses a time that stands in a list twice.
+class DistinctTimes {
+ public:
+  void add(const detail::TableReader& table, double time_s) {
+    const auto [found, is_new] = lines_.emplace(detail::microseconds(time_s), table.line());
+    if (!is_new) {
+      table.fail("time " + detail::time_text(time_s) + " stands in line " +
+                 std::to_string(found->second) + " already");
+    }
+  }
+
+ private:
+  std::map<std::int64_t, std::size_t> lines_;
+};
+
+ListedImage listed_image(const detail::TableReader& table, std::size_t column,
+                         const fs::path& folder) {
+  return {table.time(column), table.text(column + 1), folder / table.text(column + 1), table.path(),
+          table.line()};
+}
+
+detail::TableReader open_table(const fs::path& path) {
+  detail::require_regular_file(path);
+  return detail::TableReader(path);
+}
+
+std::vector<ListedImage> read_list(const fs::path& folder, const char* name) {
+  detail::TableReader table = open_table(folder / name);
+  std::vector<ListedImage> images;
+  DistinctTimes times;
+  while (table.next()) {
+    table.require_columns(2, "2: time, file");
+    images.push_back(listed_image(table, 0, folder));
+    times.add(table, images.back().time_s);
+  }
+  if (images.empty()) detail::throw_file_error(table.path(), "lists no image");
+  return images;
+}
+
+std::vector<ListedFrame> read_associations(const fs::path& folder) {
+  detail::TableReader table = open_table(folder / "associations.txt");
+  std::vector<ListedFrame> frames;
+  DistinctTimes times;
+  while (table.next()) {
+    table.require_columns(4, "4: time and file of the colour image, time and file of the depth");
+    // Named, because g++ 9 leaks the first member of an aggregate when that of the second throws.
+    ListedImage image = listed_image(table, 0, folder);
+    ListedImage depth = listed_image(table, 2, folder);
+    frames.push_back({std::move(image), std::move(depth)});
+    times.add(table, frames.back().image.time_s);
+  }
+  if (frames.empty()) detail::throw_file_error(table.path(), "lists no pair of images");
+  return frames;
+}
+
+std::vector<double> times_of(const std::vector<ListedImage>& images) {
+  std::vector<double> times;
+  for (const ListedImage& image : images) times.push_back(image.time_s);
+  return times;
+}
+
+std::vector<ListedFrame> associate_lists(const fs::path& folder, double max_difference_s) {
+  const std::vector<ListedImage> images = read_list(folder, "rgb.txt");
+  const std::vector<ListedImage> depths = read_list(folder, "depth.txt");
+  std::vector<ListedFrame> frames;
+  for (const auto& [i, j] : associate(times_of(images), times_of(depths), max_difference_s)) {
+    frames.push_back({images[i], depths[j]});
+  }
+  if (frames.empty()) {
+    detail::throw_file_error(folder, detail::concatenate("no image of rgb.txt and depth.txt lie ",
+                                                         max_difference_s, " s apart or less"));
+  }
+  return frames;
+}
+
+std::vector<ListedFrame> read_frames(const fs::path& folder, double max_difference_s) {
+  if (detail::exists(folder / "associations.txt")) return read_associations(folder);
+  if (!detail::exists(folder / "rgb.txt")) {
+    detail::throw_file_error(folder, "holds neither associations.txt nor rgb.txt");
+  }
+  if (detail::exists(folder / "depth.txt")) return associate_lists(folder, max_difference_s);
+  std::vector<ListedFrame> frames;
+  for (ListedImage& image : read_list(folder, "rgb.txt")) {
+    frames.push_back({std::move(image), {}});
+  }
+  return frames;
+}
+
+[[noreturn]] void refuse(const ListedImage& image, const std::string& what) {
+  throw std::runtime_error(
+      detail::concatenate(image.list.string(), ":", image.line, ": ", image.file, " ", what));
+}
+
+void require_files(const std::vector<ListedFrame>& frames) {
+  const ListedImage* first_missing = nullptr;
+  std::size_t missing = 0;
+  std::size_t listed = 0;
+  const auto look = [&](const ListedImage& image) {
+    if (image.file.empty()) return;
+    ++listed;
+    std::error_code failure;
+    const fs::file_type type = fs::status(image.path, failure).type();
+    if (type == fs::file_type::regular) return;
+    if (type == fs::file_type::none) refuse(image, "cannot be read: " + failure.message());
+    ++missing;
+    if (first_missing == nullptr) first_missing = &image;
+  };
+  for (const ListedFrame& frame : frames) {
+    look(frame.image);
+    look(frame.depth);
+  }
+  if (first_missing == nullptr) return;
+  refuse(*first_missing, detail::concatenate("is missing (", missing, " of the ", listed,
+                                             " image files of the sequence are)"));
+}
+
+RgbdSequenceEntry entry_of(const ListedFrame& frame) {
+  RgbdSequenceEntry entry;
+  entry.timestamp_s = frame.image.time_s;
+  entry.image_path = frame.image.path;
+  entry.depth_timestamp_s = frame.depth.file.empty() ? frame.image.time_s : frame.depth.time_s;
+  entry.depth_path = frame.depth.path;
+  entry.stem = frame.image.path.stem().string();
+  return entry;
+}
+
+/// What to write, for a sequence that comes without: the data sets give the camera on a web page.
+[[noreturn]] void throw_no_camera(const fs::path& path) {
+  CameraParameters example;
+  example.fx = 535.4;
+  example.fy = 539.2;
+  example.cx = 320.1;
+  example.cy = 247.6;
+  example.image_size = {640, 480};
+  example.frames_per_second = 30;
+  example.depth_units_per_metre = 5000;
+  detail::throw_file_error(
+      path,
+      "there is no such camera file. Write it with these lines, or name another one. The values "
+      "are those of TUM's freiburg3 camera: replace them by those of the camera that recorded the "
+      "sequence.\n" +
+          camera_file_text(example));
+}
+
+std::optional<fs::path> existing_folder(const fs::path& path) {
+  if (detail::type_of(path) != fs::file_type::directory) return {};
+  return path;
+}
+
+}  // namespace
+
+RgbdSequence::RgbdSequence(const fs::path& folder, const RgbdSequenceOptions& options)
+    : folder_(folder) {
+  if (!(options.max_time_difference_s >= 0) ||
+      !detail::is_time_in_seconds(options.max_time_difference_s)) {
+    detail::throw_misuse(
+        "RgbdSequence",
+        detail::concatenate("max_time_difference_s = ", options.max_time_difference_s),
+        "seconds, at least 0");
+  }
+  if (detail::type_of(folder) != fs::file_type::directory) {
+    detail::throw_file_error(folder, "there is no such folder");
+  }
+  detail::require_whole(folder);
+
+  std::vector<ListedFrame> frames = read_frames(folder, options.max_time_difference_s);
+  require_files(frames);
+  has_depth_ = !frames.front().depth.file.empty();
+  std::stable_sort(frames.begin(), frames.end(), [](const ListedFrame& a, const ListedFrame& b) {
+    return a.image.time_s < b.image.time_s;
+  });
+  for (const ListedFrame& frame : frames) entries_.push_back(entry_of(frame));
+
+  camera_file_ = options.camera_file.empty() ? folder / "camera.yaml" : options.camera_file;
+  if (!detail::exists(camera_file_)) throw_no_camera(camera_file_);
+  detail::require_regular_file(camera_file_);
+  camera_ = read_camera(camera_file_);
+}
+
+const RgbdSequenceEntry& RgbdSequence::entry(std::size_t i) const {
+  if (i >= entries_.size()) {
+    detail::throw_misuse("RgbdSequence", detail::concatenate("frame ", i),
+                         detail::concatenate("a frame below ", entries_.size()));
+  }
+  return entries_[i];
+}
+
+FrameView RgbdSequence::read(std::size_t i) const {
+  const RgbdSequenceEntry& listed = entry(i);
+  FrameView frame;
+  frame.id = i;
+  frame.timestamp_s = listed.timestamp_s;
+  frame.metres_per_unit = 1.0 / camera_.depth_units_per_metre;
+  // Depth images are not turned by an orientation tag, so colour images must not be either.
+  frame.image =
+      detail::read_image(listed.image_path, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
+  const cv::Size size = frame.image.size();
+  if (!camera_.image_size.empty() && size != camera_.image_size) {
+    detail::throw_file_error(listed.image_path, detail::size_name(size) + " pixels, but " +
+                                                    camera_file_.string() + " says " +
+                                                    detail::size_name(camera_.image_size));
+  }
+  if (!has_depth_) return frame;
+
+  frame.depth = detail::read_image(listed.depth_path, cv::IMREAD_UNCHANGED);
+  if (frame.depth.type() != CV_16UC1 && frame.depth.type() != CV_32FC1) {
+    detail::throw_file_error(listed.depth_path,
+                             "a depth image of type " + detail::type_name(frame.depth) +
+                                 "; want CV_16UC1 (a 16-bit grey PNG) or CV_32FC1");
+  }
+  if (frame.depth.size() != size) {
+    detail::throw_file_error(listed.depth_path, detail::size_name(frame.depth.size()) +
+                                                    " pixels, but " + listed.image_path.string() +
+                                                    " has " + detail::size_name(size));
+  }
+  return frame;
+}
+
+std::optional<fs::path> RgbdSequence::groundtruth_file() const {
+  const fs::path path = folder_ / "groundtruth.txt";
+  if (!detail::exists(path)) return {};
+  detail::require_regular_file(path);
+  return path;
+}
+
+std::optional<fs::path> RgbdSequence::masks_folder() const {
+  return existing_folder(folder_ / "masks");
+}
+
+std::optional<fs::path> RgbdSequence::true_masks_folder() const {
+  return existing_folder(folder_ / "masks_true");
+}
+
+}  // namespace dynfilter

@@ -1,0 +1,54 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_SRC_DATASETS_SCENE_PERSON_HPP
+#define DYNFILTER_SRC_DATASETS_SCENE_PERSON_HPP
+
+#include <cstdint>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "dynfilter/evaluation/synthetic_scene.hpp"
+#include "geometry.hpp"
+
+namespace dynfilter::scene {
+
+/// What a part wears; each is one texture of the person's.
+enum class Garment : std::uint8_t { shirt, trousers, skin, hair, shoe };
+constexpr int garments = 5;
+
+/// What a segmenter misses as a whole. The torso comes first and is not counted as a limb.
+enum class BodyRegion : std::uint8_t {
+  torso,
+  head,
+  left_upper_arm,
+  right_upper_arm,
+  left_forearm,
+  right_forearm,
+  left_thigh,
+  right_thigh,
+  left_shin,
+  right_shin
+};
+constexpr int limb_regions = 9;
+
+struct BodyPart {
+  Limb limb;
+  Garment garment = Garment::shirt;
+  BodyRegion region = BodyRegion::torso;
+  cv::Vec2d texture_offset_m;
+};
+
+/// The body of a person some seconds after frame 0, in the world (z up, floor at 0). Always the
+/// same number of parts, in the same order.
+std::vector<BodyPart> body_at(const SyntheticSceneOptions& options, int person, double elapsed_s);
+
+using Bodies = std::vector<std::vector<BodyPart>>;
+
+/// All of them.
+Bodies bodies_at(const SyntheticSceneOptions& options, double elapsed_s);
+
+}  // namespace dynfilter::scene
+
+#endif  // DYNFILTER_SRC_DATASETS_SCENE_PERSON_HPP

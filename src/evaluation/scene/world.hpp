@@ -1,0 +1,34 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_SRC_DATASETS_SCENE_WORLD_HPP
+#define DYNFILTER_SRC_DATASETS_SCENE_WORLD_HPP
+
+#include <vector>
+
+#include "dynfilter/evaluation/synthetic_scene.hpp"
+#include "geometry.hpp"
+#include "person.hpp"
+#include "texture.hpp"
+
+namespace dynfilter::scene {
+
+/// All that does not move, and the textures of all that does.
+struct World {
+  explicit World(const SyntheticSceneOptions& options);
+
+  RoomBox room;
+  std::vector<Block> blocks;
+  std::vector<Texture> materials;  // by Material
+  std::vector<Texture> garments;   // by person, then Garment
+};
+
+/// The camera's gain at that time: 1 where the exposure does not change.
+float gain_at(const SyntheticSceneOptions& options, double elapsed_s);
+
+/// The camera some seconds after frame 0: smooth sines with seeded phases.
+CameraPose camera_at(const SyntheticSceneOptions& options, double elapsed_s);
+
+}  // namespace dynfilter::scene
+
+#endif  // DYNFILTER_SRC_DATASETS_SCENE_WORLD_HPP

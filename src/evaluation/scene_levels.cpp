@@ -1,0 +1,138 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/evaluation/scene_levels.hpp"
+
+#include "dynfilter/detail/errors.hpp"
+
+namespace dynfilter {
+namespace {
+
+SyntheticSceneOptions cross() {
+  SyntheticSceneOptions options;
+  options.frames = 300;
+  options.person_distance_m = 1.85;
+  options.persons_together = false;
+  options.depth_hole_slope = 0.45;
+  options.depth_fringe_px = 12;
+  options.depth_blind_top_px = 20;
+  options.background_contrast = 1.0;
+  options.least_missing_limbs = 1;
+  options.most_missing_limbs = 3;
+  return options;
+}
+
+SyntheticSceneOptions nobody() {
+  SyntheticSceneOptions options = cross();
+  options.persons = 0;
+  return options;
+}
+
+SyntheticSceneOptions together() {
+  SyntheticSceneOptions options = cross();
+  options.persons_together = true;
+  options.person_distance_m = 1.7;
+  options.background_contrast = 0.7;
+  return options;
+}
+
+/// What a mask misses of persons who walk briskly moves too fast, and each limb in its own way, to
+/// be taken for a part of the room; of persons who move slowly and as a whole it misleads.
+SyntheticSceneOptions medium() {
+  SyntheticSceneOptions options = together();
+  options.person_distance_m = 1.45;
+  options.person_speed_m_s = 0.5;
+  options.limb_swing = 0.25;
+  options.background_contrast = 0.42;
+  options.least_missing_limbs = 2;
+  options.most_missing_limbs = 5;
+  return options;
+}
+
+SyntheticSceneOptions hard() {
+  SyntheticSceneOptions options = medium();
+  options.person_distance_m = 1.35;
+  options.background_contrast = 0.60;
+  options.least_missing_limbs = 3;
+  options.most_missing_limbs = 6;
+  options.torso_missing_share = 0.75;
+  options.empty_mask_share = 0.06;
+  return options;
+}
+
+SyntheticSceneOptions stale(int age_frames) {
+  SyntheticSceneOptions options = medium();
+  options.perfect_masks = true;
+  options.mask_age_frames = age_frames;
+  return options;
+}
+
+SyntheticSceneOptions late(double rate_hz) {
+  SyntheticSceneOptions options = medium();
+  options.perfect_masks = true;
+  options.mask_rate_hz = rate_hz;
+  return options;
+}
+
+/// The special cases in which persons cross: they walk briskly again.
+SyntheticSceneOptions crossing() {
+  SyntheticSceneOptions options = medium();
+  options.persons_together = false;
+  options.person_speed_m_s = 1.0;
+  options.limb_swing = 1.0;
+  return options;
+}
+
+SyntheticSceneOptions furniture() {
+  SyntheticSceneOptions options = crossing();
+  options.person_distance_m = 1.85;
+  options.furniture_at_persons = true;
+  options.background_contrast = 0.60;
+  return options;
+}
+
+SyntheticSceneOptions two_in_one() {
+  SyntheticSceneOptions options = crossing();
+  options.overlapping_as_one = true;
+  return options;
+}
+
+SyntheticSceneOptions leave() {
+  SyntheticSceneOptions options = crossing();
+  options.person_way_m = 2.2;
+  return options;
+}
+
+}  // namespace
+
+std::vector<SceneLevel> scene_levels() {
+  return {
+      {"static", "nobody", nobody()},
+      {"cross", "two persons cross before a textured room", cross()},
+      {"together", "two persons walk in one direction", together()},
+      {"medium", "near and slow, little contrast behind, masks miss limbs", medium()},
+      {"hard", "as medium, masks miss most limbs and the torso, or are empty", hard()},
+      {"stale_3", "medium, exact masks 3 frames old", stale(3)},
+      {"stale_6", "medium, exact masks 6 frames old", stale(6)},
+      {"late_10hz", "medium, exact masks of a network at 10 Hz", late(10)},
+      {"late_5hz", "medium, exact masks of a network at 5 Hz", late(5)},
+      {"furniture", "static things at the persons' depth", furniture()},
+      {"two_in_one", "overlapping persons are one detection", two_in_one()},
+      {"leave", "persons leave the image and come back", leave()},
+  };
+}
+
+SyntheticSceneOptions scene_level(const std::string& name, std::uint64_t seed) {
+  std::string names;
+  for (const SceneLevel& level : scene_levels()) {
+    if (level.name == name) {
+      SyntheticSceneOptions options = level.options;
+      options.seed = seed;
+      return options;
+    }
+    names += (names.empty() ? "" : ", ") + level.name;
+  }
+  detail::throw_misuse("scene_level", detail::concatenate('"', name, '"'), "one of " + names);
+}
+
+}  // namespace dynfilter

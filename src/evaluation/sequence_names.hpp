@@ -1,0 +1,35 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_SRC_DATASETS_SEQUENCE_NAMES_HPP
+#define DYNFILTER_SRC_DATASETS_SEQUENCE_NAMES_HPP
+
+#include <filesystem>
+#include <vector>
+
+#include "io/output_folder.hpp"
+
+namespace dynfilter::detail {
+
+/// What a writer of sequences writes into the folder, and what of that kind is there: names
+/// relative to it.
+inline std::vector<std::filesystem::path> sequence_names(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> names = {
+      "camera.yaml",     "rgb.txt", "depth.txt", "associations.txt",
+      "groundtruth.txt", "rgb/",    "depth/"};
+  for (const char* images : {"rgb", "depth"}) {
+    for (const std::filesystem::path& file : timed_png_files(folder / images)) {
+      names.push_back(images / file.filename());
+    }
+  }
+  return names;
+}
+
+/// The lists without which nobody takes a folder for a sequence.
+inline std::vector<std::filesystem::path> sequence_keys() {
+  return {"rgb.txt", "associations.txt"};
+}
+
+}  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_SRC_DATASETS_SEQUENCE_NAMES_HPP

@@ -1,0 +1,190 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/evaluation/detail/trajectory_rows.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "io/file_error.hpp"
+#include "io/text_table.hpp"
+#include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/number_text.hpp"
+
+namespace dynfilter::detail {
+namespace {
+
+/// A row and the line that it stands in.
+struct NumberedRow {
+  std::size_t line = 0;
+  TrajectoryRow row;
+
+  std::int64_t time() const { return microseconds(row.timestamp_s); }
+};
+
+void require_eight_columns(const TableReader& table) {
+  constexpr const char* columns = "8: timestamp tx ty tz qx qy qz qw";
+  table.require_columns(8, columns);
+  if (table.columns() > 8) {
+    table.fail(concatenate("got ", table.columns(), " columns; want ", columns));
+  }
+}
+
+/// Whether Python's float(), with which TUM's scripts read, takes the cell for NaN.
+bool is_nan(const std::string& cell) {
+  const std::size_t sign = !cell.empty() && (cell[0] == '+' || cell[0] == '-') ? 1 : 0;
+  const std::string rest = cell.substr(sign);
+  return rest.size() == 3 && (rest[0] | 0x20) == 'n' && (rest[1] | 0x20) == 'a' &&
+         (rest[2] | 0x20) == 'n';
+}
+
+/// The eight numbers of a row; none where one of them is NaN.
+std::optional<std::array<double, 8>> read_numbers(const TableReader& table) {
+  constexpr const char* names[] = {"time", "tx", "ty", "tz", "qx", "qy", "qz", "qw"};
+  require_eight_columns(table);
+  std::array<double, 8> numbers{};
+  bool has_nan = false;
+  for (std::size_t k = 0; k < numbers.size(); ++k) {
+    if (is_nan(table.text(k))) {
+      has_nan = true;
+    } else {
+      numbers[k] = k == 0 ? table.time(k) : table.number(k, names[k]);
+    }
+  }
+  if (has_nan) return {};
+  return numbers;
+}
+
+double length_of(const std::array<double, 4>& quaternion) {
+  const auto& [x, y, z, w] = quaternion;
+  return std::sqrt(x * x + y * y + z * z + w * w);
+}
+
+/// The row that the reader stands at; none where it is one to skip, which is counted.
+std::optional<TrajectoryRow> read_row(const TableReader& table, TrajectoryFlaws& flaws) {
+  const auto numbers = read_numbers(table);
+  if (!numbers) {
+    flaws.not_a_number.add(table.line());
+    return {};
+  }
+  const auto& [time, tx, ty, tz, qx, qy, qz, qw] = *numbers;
+  const TrajectoryRow row{time, {tx, ty, tz}, {qx, qy, qz, qw}};
+  if (row.quaternion == std::array<double, 4>{}) {
+    flaws.zero_quaternion.add(table.line());
+    return {};
+  }
+  const double length = length_of(row.quaternion);
+  // Files have as few as four decimals; farther from 1, the columns mean something else.
+  if (!(std::abs(length - 1) <= 0.1)) {
+    table.fail(concatenate("a quaternion of length ", length, "; want length 1"));
+  }
+  return row;
+}
+
+/// The rows that can be used, in the order of the file.
+std::vector<NumberedRow> read_usable_rows(TableReader& table, TrajectoryFlaws& flaws) {
+  std::vector<NumberedRow> rows;
+  while (table.next()) {
+    const std::optional<TrajectoryRow> row = read_row(table, flaws);
+    if (!row) continue;
+    const NumberedRow numbered{table.line(), *row};
+    if (!rows.empty() && numbered.time() < rows.back().time()) {
+      flaws.time_goes_back.add(table.line());
+    }
+    rows.push_back(numbered);
+  }
+  if (rows.empty()) {
+    throw_file_error(table.path(),
+                     concatenate("holds no usable pose; of its rows, ", flaws.not_a_number.count,
+                                 " have NaN, ", flaws.zero_quaternion.count, " a zero quaternion"));
+  }
+  return rows;
+}
+
+/// 1e-3 leaves room for rotations in single precision.
+bool is_rotation(const cv::Matx33d& matrix) {
+  return cv::norm(matrix.t() * matrix - cv::Matx33d::eye()) < 1e-3 && cv::determinant(matrix) > 0;
+}
+
+bool is_finite(const cv::Vec3d& vector) {
+  return std::isfinite(vector[0]) && std::isfinite(vector[1]) && std::isfinite(vector[2]);
+}
+
+/// x y z w of a rotation, with w not negative: one sign of the two. One that is not near zero is
+/// computed first, for the others are divided by it. (Shoemake, "Animating rotation with quaternion
+/// curves", SIGGRAPH 1985.)
+cv::Vec4d quaternion_of(const cv::Matx33d& rotation) {
+  cv::Vec4d quaternion;
+  const double trace = cv::trace(rotation);
+  if (trace > 0) {
+    const double root = std::sqrt(trace + 1);
+    quaternion = {rotation(2, 1) - rotation(1, 2), rotation(0, 2) - rotation(2, 0),
+                  rotation(1, 0) - rotation(0, 1), root * root};
+    quaternion *= 0.5 / root;
+  } else {
+    int i = rotation(1, 1) > rotation(0, 0) ? 1 : 0;
+    if (rotation(2, 2) > rotation(i, i)) i = 2;
+    const int j = (i + 1) % 3;
+    const int k = (j + 1) % 3;
+    const double root = std::sqrt(rotation(i, i) - rotation(j, j) - rotation(k, k) + 1);
+    quaternion[i] = root * root;
+    quaternion[j] = rotation(j, i) + rotation(i, j);
+    quaternion[k] = rotation(k, i) + rotation(i, k);
+    quaternion[3] = rotation(k, j) - rotation(j, k);
+    quaternion *= 0.5 / root;
+  }
+  quaternion *= 1 / cv::norm(quaternion);
+  return quaternion[3] < 0 ? -quaternion : quaternion;
+}
+
+}  // namespace
+
+TrajectoryRows read_trajectory_rows(const std::filesystem::path& path) {
+  TableReader table(path);
+  TrajectoryRows read;
+  std::vector<NumberedRow> in_order = read_usable_rows(table, read.flaws);
+  std::stable_sort(in_order.begin(), in_order.end(),
+                   [](const auto& a, const auto& b) { return a.time() < b.time(); });
+  read.rows.reserve(in_order.size());
+  for (std::size_t i = 0; i < in_order.size(); ++i) {
+    if (i > 0 && in_order[i].time() == in_order[i - 1].time()) {
+      read.flaws.repeated_time.add(in_order[i].line);
+      read.rows.back() = in_order[i].row;
+    } else {
+      read.rows.push_back(in_order[i].row);
+    }
+  }
+  return read;
+}
+
+std::string trajectory_row_text(double timestamp_s, const cv::Matx33d& rotation,
+                                const cv::Vec3d& translation, const char* component) {
+  if (!is_rotation(rotation)) {
+    throw_misuse(component, "a rotation that is not orthonormal", "a rotation matrix");
+  }
+  if (!is_time_in_seconds(timestamp_s) || !is_finite(translation)) {
+    throw_misuse(component,
+                 concatenate("time ", timestamp_s, " s, translation (", translation[0], " ",
+                             translation[1], " ", translation[2], ")"),
+                 "a time in seconds and finite metres");
+  }
+  const cv::Vec4d quaternion = quaternion_of(rotation);
+  std::string text = time_text(timestamp_s);
+  for (int i = 0; i < 3; ++i) text += ' ' + fixed_decimals(translation[i], 7);
+  for (int i = 0; i < 4; ++i) text += ' ' + fixed_decimals(quaternion[i], 9);
+  return text;
+}
+
+void write_trajectory_rows(const std::filesystem::path& path,
+                           const std::vector<std::string>& rows) {
+  TableWriter file(path);
+  for (const std::string& row : rows) file.line(row);
+  file.close();
+}
+
+}  // namespace dynfilter::detail

@@ -1,0 +1,83 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// The one way in which files are written: text, tables, images and pages. A file appears whole or
+// not at all, and an error names it and says why.
+
+#ifndef DYNFILTER_IO_FILE_WRITING_HPP
+#define DYNFILTER_IO_FILE_WRITING_HPP
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstddef>
+#include <cstdio>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <system_error>
+
+#include "io/file_error.hpp"
+
+namespace dynfilter::detail {
+
+/// What `errno` says, in words.
+inline std::string errno_text() { return std::generic_category().message(errno); }
+
+/// Writes all bytes and closes the file. Returns false, with errno set, where that fails.
+inline bool write_and_close(int file, std::string_view bytes) {
+  constexpr std::size_t max_bytes_a_call = std::size_t{1} << 30;
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(file, bytes.data(), std::min(bytes.size(), max_bytes_a_call));
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) {
+      const int failure = errno;
+      ::close(file);
+      errno = failure;
+      return false;
+    }
+    bytes.remove_prefix(static_cast<std::size_t>(written));
+  }
+  return ::close(file) == 0;
+}
+
+/// Makes a file of a name that no other has, in this folder. Returns its descriptor, or -1.
+inline int make_part_file(const std::filesystem::path& folder, std::filesystem::path& part) {
+  for (int number = 0;; ++number) {
+    part =
+        folder / (".dynfilter-part-" + std::to_string(::getpid()) + "-" + std::to_string(number));
+    const int file = ::open(part.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (file >= 0 || errno != EEXIST) return file;
+  }
+}
+
+/// Writes a file of these bytes, in the place of an earlier one: beside it under a hidden name,
+/// then renamed. What a symbolic link leads to is replaced, not the link; a pipe or a device is
+/// written to as it is. Throws std::runtime_error that names the file; an earlier one is then
+/// untouched.
+inline void write_file(const std::filesystem::path& path, std::string_view bytes) {
+  namespace fs = std::filesystem;
+  const auto fail = [&] { throw_file_error(path, "cannot be written: " + errno_text()); };
+  std::error_code ignored;
+  const fs::file_status status = fs::status(path, ignored);
+  if (fs::exists(status) && !fs::is_regular_file(status)) {
+    const int file = ::open(path.c_str(), O_WRONLY | O_CLOEXEC);
+    if (file < 0 || !write_and_close(file, bytes)) fail();
+    return;
+  }
+  const fs::path target = fs::is_symlink(path, ignored) ? fs::weakly_canonical(path) : path;
+  fs::path part;
+  const int file = make_part_file(target.parent_path(), part);
+  if (file < 0) fail();
+  if (write_and_close(file, bytes) && std::rename(part.c_str(), target.c_str()) == 0) return;
+  const int failure = errno;
+  ::unlink(part.c_str());
+  errno = failure;
+  fail();
+}
+
+}  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_IO_FILE_WRITING_HPP

@@ -1,0 +1,48 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// frames.csv: a line a frame, what was removed and why. The program and the plugin write the same.
+
+#ifndef DYNFILTER_IO_FRAME_TABLE_HPP
+#define DYNFILTER_IO_FRAME_TABLE_HPP
+
+#include <cstddef>
+#include <string>
+
+#include "dynfilter/detail/number_text.hpp"
+#include "dynfilter/statistics.hpp"
+
+namespace dynfilter::detail {
+
+inline std::string frame_columns() {
+  return "frame,timestamp_s,has_masks,mask_age_s,instances,features,masked,compensated,custom,"
+         "restored,kept,starved,suggested_features,instances_without_depth,"
+         "instances_with_too_few_samples";
+}
+
+inline std::size_t count_instances(const FrameStatistics& statistics, Compensation compensation) {
+  std::size_t count = 0;
+  for (const InstanceStatistics& instance : statistics.instances) {
+    count += instance.compensation == compensation ? 1 : 0;
+  }
+  return count;
+}
+
+/// The cells of these columns, without an end of line.
+inline std::string frame_cells(const std::string& frame, double timestamp_s,
+                               const FrameStatistics& s) {
+  std::string cells = frame + ',' + time_text(timestamp_s) + ',' +
+                      (s.has_segmentation ? '1' : '0') + ',' + time_text(s.segmentation_age_s);
+  for (const std::size_t count :
+       {s.instances.size(), s.features, s.masked, s.compensated, s.custom, s.restored, s.kept(),
+        std::size_t{s.starved}, s.suggested_features,
+        count_instances(s, Compensation::no_depth_image),
+        count_instances(s, Compensation::too_few_samples)}) {
+    cells += ',' + std::to_string(count);
+  }
+  return cells;
+}
+
+}  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_IO_FRAME_TABLE_HPP

@@ -1,0 +1,29 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_IO_HAND_OVER_NAMES_HPP
+#define DYNFILTER_IO_HAND_OVER_NAMES_HPP
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "dynfilter/segmenters/async_segmenter.hpp"
+
+namespace dynfilter::detail {
+
+/// The values of HandOver in their order, as settings and options call them.
+inline const std::vector<std::string>& hand_over_names() {
+  static const std::vector<std::string> names = {"wait", "wait_at_most", "latest", "drop"};
+  return names;
+}
+
+/// The name must be one of them.
+inline HandOver hand_over_of(const std::string& name) {
+  const auto& names = hand_over_names();
+  return static_cast<HandOver>(std::find(names.begin(), names.end(), name) - names.begin());
+}
+
+}  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_IO_HAND_OVER_NAMES_HPP

@@ -1,0 +1,79 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// Image files for the compiled components. cv::imread and cv::imwrite tell a missing file, a
+// truncated one and a full disk apart badly, and print about them.
+
+#ifndef DYNFILTER_IO_IMAGE_FILE_HPP
+#define DYNFILTER_IO_IMAGE_FILE_HPP
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <ios>
+#include <system_error>
+#include <vector>
+
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "io/file_error.hpp"
+#include "io/file_writing.hpp"
+
+namespace dynfilter::detail {
+
+/// Whether a PNG file lacks its last chunk. libpng prints a line about it when it decodes one.
+inline bool is_truncated_png(const std::vector<std::uint8_t>& bytes) {
+  constexpr std::array<std::uint8_t, 8> signature = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
+  constexpr std::array<std::uint8_t, 4> last_chunk = {'I', 'E', 'N', 'D'};
+  if (bytes.size() < signature.size()) return false;
+  if (!std::equal(signature.begin(), signature.end(), bytes.begin())) return false;
+  return std::search(bytes.begin(), bytes.end(), last_chunk.begin(), last_chunk.end()) ==
+         bytes.end();
+}
+
+/// Decodes an image file; flags as for cv::imread. Throws std::runtime_error that names it.
+inline cv::Mat read_image(const std::filesystem::path& path, int flags) {
+  std::error_code unreadable;
+  const std::uintmax_t size = std::filesystem::file_size(path, unreadable);
+  if (unreadable) throw_file_error(path, "cannot be read: " + unreadable.message());
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(size));
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream.read(reinterpret_cast<char*>(bytes.data()),
+                   static_cast<std::streamsize>(bytes.size()))) {
+    throw_file_error(path, "cannot be read");
+  }
+  cv::Mat image;
+  try {
+    if (!bytes.empty() && !is_truncated_png(bytes)) image = cv::imdecode(bytes, flags);
+  } catch (const cv::Exception&) {
+    image.release();
+  }
+  if (image.empty()) throw_file_error(path, "cannot be decoded: truncated, or no image");
+  return image;
+}
+
+/// Writes an image in the format of the extension, ".png" say, whatever the name of the file.
+inline void write_image(const std::filesystem::path& path, const char* extension,
+                        const cv::Mat& image) {
+  std::vector<std::uint8_t> bytes;
+  if (!cv::imencode(extension, image, bytes)) throw_file_error(path, "cannot be encoded");
+  write_file(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+}
+
+/// Writes an image of a type that PNG has. Throws std::runtime_error that names the file.
+inline void write_png(const std::filesystem::path& path, const cv::Mat& image) {
+  write_image(path, ".png", image);
+}
+
+/// The same for a picture that need not come back exactly.
+inline void write_jpeg(const std::filesystem::path& path, const cv::Mat& image) {
+  write_image(path, ".jpg", image);
+}
+
+}  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_IO_IMAGE_FILE_HPP

@@ -1,0 +1,45 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// What lies at a path, looked at before it is opened: opening a FIFO waits for a writer, for ever
+// where there is none.
+
+#ifndef DYNFILTER_IO_REGULAR_FILE_HPP
+#define DYNFILTER_IO_REGULAR_FILE_HPP
+
+#include <filesystem>
+#include <system_error>
+
+#include "io/file_error.hpp"
+
+namespace dynfilter::detail {
+
+/// Follows symbolic links. Throws std::runtime_error that names a path that cannot be looked at.
+inline std::filesystem::file_type type_of(const std::filesystem::path& path) {
+  std::error_code failure;
+  const std::filesystem::file_type type = std::filesystem::status(path, failure).type();
+  if (type == std::filesystem::file_type::none) {
+    throw_file_error(path, "cannot be read: " + failure.message());
+  }
+  return type;
+}
+
+/// Throws as type_of.
+inline bool exists(const std::filesystem::path& path) {
+  return type_of(path) != std::filesystem::file_type::not_found;
+}
+
+/// Throws std::runtime_error that names a path at which there is nothing, or a folder, FIFO, device
+/// or socket.
+inline void require_regular_file(const std::filesystem::path& path) {
+  const std::filesystem::file_type type = type_of(path);
+  if (type == std::filesystem::file_type::not_found)
+    throw_file_error(path, "there is no such file");
+  if (type != std::filesystem::file_type::regular) {
+    throw_file_error(path, "cannot be read: it is no regular file");
+  }
+}
+
+}  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_IO_REGULAR_FILE_HPP

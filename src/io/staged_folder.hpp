@@ -1,0 +1,189 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// Folders of results that appear whole or not at all, and never in the place of anybody else's
+// files. A writer called `run` leaves these hidden names in its folder:
+//   .dynfilter-run.txt       the files that it wrote, with their sizes: what it may replace
+//   .dynfilter-run-<pid>/    what it is writing: gone at its end
+//   .dynfilter-commit        while the new files take the place of the earlier ones
+// A process may be killed at any moment. The next writer of that name puts the earlier files back
+// and removes what was being written.
+
+#ifndef DYNFILTER_IO_STAGED_FOLDER_HPP
+#define DYNFILTER_IO_STAGED_FOLDER_HPP
+
+#include <algorithm>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "io/file_error.hpp"
+#include "io/file_writing.hpp"
+#include "io/staging_area.hpp"
+#include "io/text_table.hpp"
+
+namespace dynfilter::detail {
+
+/// Throws std::runtime_error for a folder in which some results are earlier ones and some are new,
+/// because a writer was stopped, or is just at it.
+inline void require_whole(const std::filesystem::path& folder) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(folder / commit_mark_name, ignored)) return;
+  throw_file_error(folder, "holds half of what dynfilter " + StagingArea::marked(folder).writer +
+                               " was putting there when it was stopped; run it again");
+}
+
+/// The files that an earlier writer of this name wrote into a folder, with their sizes.
+class EarlierFiles {
+ public:
+  EarlierFiles(std::filesystem::path folder, std::string writer)
+      : folder_(std::move(folder)), writer_(std::move(writer)) {
+    const std::filesystem::path file = folder_ / manifest_name(writer_);
+    std::error_code ignored;
+    if (!std::filesystem::is_regular_file(file, ignored)) return;
+    for (TableReader rows(file, '/'); rows.next();) add_row(rows);
+  }
+
+  const std::map<std::filesystem::path, std::uintmax_t>& sizes() const { return sizes_; }
+
+  /// Whether the file is still as it was written, and lies in this folder and nowhere else.
+  bool holds(const std::filesystem::path& name) const {
+    const auto found = sizes_.find(name);
+    std::error_code failure;
+    return found != sizes_.end() && has_own_parent(name) &&
+           std::filesystem::is_regular_file(
+               std::filesystem::symlink_status(folder_ / name, failure)) &&
+           std::filesystem::file_size(folder_ / name, failure) == found->second;
+  }
+
+  /// Whether the folder that the file lies in, or would, is no link and no other file system's.
+  bool has_own_parent(const std::filesystem::path& name) const {
+    namespace fs = std::filesystem;
+    for (fs::path part = name.parent_path(); !part.empty(); part = part.parent_path()) {
+      const fs::file_status status = fs::symlink_status(folder_ / part);
+      if (!fs::exists(status)) continue;
+      if (!fs::is_directory(status) || device_of(folder_ / part) != device_of(folder_))
+        return false;
+    }
+    return true;
+  }
+
+  /// Throws std::runtime_error that names a file which is in the way of `names`: one that another
+  /// wrote, or unless `overwrite`, any. A name that ends in a slash is a folder's. What was written
+  /// earlier must be as it was, too.
+  void require_room(const std::vector<std::filesystem::path>& names, bool overwrite) const {
+    for (const std::filesystem::path& name : names) require_room_for(name, overwrite);
+    for (const auto& [name, size] : sizes_) require_room_for(name, overwrite);
+  }
+
+ private:
+  void add_row(const TableReader& rows) {
+    namespace fs = std::filesystem;
+    // "<size>/<name>": the size is the first cell, the name all others.
+    fs::path name;
+    for (std::size_t k = 1; k < rows.columns(); ++k) name /= rows.text(k);
+    const double size = rows.number(0, "size");
+    const bool goes_up = std::find(name.begin(), name.end(), "..") != name.end();
+    if (name.empty() || name.is_absolute() || goes_up || size < 0) rows.fail("want size/name");
+    sizes_.emplace(name, static_cast<std::uintmax_t>(size));
+  }
+
+  void require_room_for(const std::filesystem::path& name, bool overwrite) const {
+    const auto refuse = [&](const std::string& what) {
+      throw_file_error(folder_, "holds " + name.string() + what);
+    };
+    if (!has_own_parent(name)) {
+      throw_file_error(folder_ / name.parent_path(),
+                       "is no folder of " + folder_.string() + " itself; name another folder");
+    }
+    if (!name.has_filename()) return;
+    if (!std::filesystem::exists(std::filesystem::symlink_status(folder_ / name))) return;
+    if (!overwrite) refuse(" already; name another folder, or set overwrite");
+    if (!holds(name)) {
+      refuse(", which no earlier dynfilter " + writer_ +
+             " wrote, or not as it is; name another folder, or move it away");
+    }
+  }
+
+  std::filesystem::path folder_;
+  std::string writer_;
+  std::map<std::filesystem::path, std::uintmax_t> sizes_;
+};
+
+/// Collects the files of a writer aside, in the folder that they are for, and puts them there all
+/// together. Until then, and if that never happens, the folder stays as it was.
+class StagedFolder {
+ public:
+  /// Makes the folder where needed. Throws std::runtime_error, with nothing changed, where what is
+  /// in the folder is in the way of `names` (see EarlierFiles::require_room), and where another
+  /// process is writing there under the same name.
+  StagedFolder(const std::filesystem::path& folder, std::string writer,
+               std::vector<std::filesystem::path> names, bool overwrite)
+      : folder_(std::filesystem::weakly_canonical(std::filesystem::absolute(folder))),
+        writer_(std::move(writer)),
+        names_(std::move(names)),
+        overwrite_(overwrite) {
+    require_room();
+    area_ = StagingArea(folder_, writer_);
+  }
+
+  /// Throws what the constructor throws, and makes nothing. Puts back what a writer that was
+  /// stopped has moved away.
+  static void check(const std::filesystem::path& folder, const std::string& writer,
+                    const std::vector<std::filesystem::path>& names, bool overwrite) {
+    const auto whole = std::filesystem::weakly_canonical(std::filesystem::absolute(folder));
+    StagingArea::recover(whole, writer);
+    EarlierFiles(whole, writer).require_room(names, overwrite);
+  }
+
+  /// Where to write the files, under the names that they will have.
+  const std::filesystem::path& path() const { return area_.new_files(); }
+
+  /// Replaces the files of an earlier writer by the new ones. `keys` are those without which nobody
+  /// takes the others for results: they go first and come last. Hidden files of other writers are
+  /// left out. Throws std::runtime_error, with the folder as it was.
+  void commit(const std::vector<std::filesystem::path>& keys = {}) {
+    require_room();
+    std::vector<std::filesystem::path> files = visible_files_below(path());
+    const EarlierFiles earlier(folder_, writer_);
+    earlier.require_room(files, overwrite_);
+    const auto is_key = [&](const std::filesystem::path& file) {
+      return std::find(keys.begin(), keys.end(), file) != keys.end();
+    };
+    std::stable_partition(files.begin(), files.end(), [&](const auto& f) { return !is_key(f); });
+    write_manifest(files);
+    files.push_back(manifest_name(writer_));
+
+    std::vector<std::filesystem::path> old_files = {manifest_name(writer_)};
+    for (const auto& [name, size] : earlier.sizes()) old_files.push_back(name);
+    std::stable_partition(old_files.begin(), old_files.end(), is_key);
+    area_.swap(old_files, files);
+  }
+
+ private:
+  void require_room() const { check(folder_, writer_, names_, overwrite_); }
+
+  void write_manifest(const std::vector<std::filesystem::path>& files) const {
+    TableWriter manifest(path() / manifest_name(writer_));
+    manifest.line("# What dynfilter " + writer_ + " wrote here and may replace: size/name");
+    for (const std::filesystem::path& file : files) {
+      manifest.line(std::to_string(std::filesystem::file_size(path() / file)) + '/' +
+                    file.generic_string());
+    }
+    manifest.close();
+  }
+
+  std::filesystem::path folder_;
+  std::string writer_;
+  std::vector<std::filesystem::path> names_;
+  bool overwrite_;
+  StagingArea area_;
+};
+
+}  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_IO_STAGED_FOLDER_HPP

@@ -1,0 +1,308 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// The hidden folder of StagedFolder: who is writing in it, and the exchange of files with the
+// folder that it lies in. An exchange that a signal cut off is undone by whoever comes next.
+
+#ifndef DYNFILTER_IO_STAGING_AREA_HPP
+#define DYNFILTER_IO_STAGING_AREA_HPP
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "io/file_error.hpp"
+#include "io/file_writing.hpp"
+
+namespace dynfilter::detail {
+
+constexpr const char* hidden_prefix = ".dynfilter-";
+constexpr const char* commit_mark_name = ".dynfilter-commit";
+
+/// The file that lists what a writer wrote into a folder.
+inline std::string manifest_name(const std::string& writer) {
+  return hidden_prefix + writer + ".txt";
+}
+
+inline bool is_hidden_name(const std::filesystem::path& name) {
+  return name.string().rfind(hidden_prefix, 0) == 0;
+}
+
+/// The file system that a file lies on; 0 where there is no such file.
+inline dev_t device_of(const std::filesystem::path& path) {
+  struct stat status {};
+  return ::stat(path.c_str(), &status) == 0 ? status.st_dev : 0;
+}
+
+/// Names of the files in a folder, however deep, relative to it and sorted.
+inline std::vector<std::filesystem::path> files_below(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> files;
+  if (!std::filesystem::is_directory(folder)) return files;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+    if (!entry.is_directory()) files.push_back(entry.path().lexically_relative(folder));
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+/// Names of the files below a folder without the hidden files of writers.
+inline std::vector<std::filesystem::path> visible_files_below(const std::filesystem::path& folder) {
+  std::vector<std::filesystem::path> files = files_below(folder);
+  files.erase(std::remove_if(files.begin(), files.end(),
+                             [](const auto& file) { return is_hidden_name(file.filename()); }),
+              files.end());
+  return files;
+}
+
+/// Removes the folders of these files, as far as they are empty.
+inline void remove_empty_folders(const std::filesystem::path& folder,
+                                 const std::vector<std::filesystem::path>& files) {
+  std::error_code not_empty;
+  for (const std::filesystem::path& file : files) {
+    for (auto part = file.parent_path(); !part.empty(); part = part.parent_path()) {
+      std::filesystem::remove(folder / part, not_empty);
+    }
+  }
+}
+
+/// The hidden folder `.dynfilter-<writer>-<pid>` with new/, old/ and a lock that ends with the
+/// process.
+class StagingArea {
+ public:
+  /// What the mark of an exchange says.
+  struct Exchange {
+    std::string writer;
+    std::string area;                          ///< name of the hidden folder
+    std::vector<std::filesystem::path> files;  ///< the new ones
+  };
+
+  StagingArea() = default;
+
+  /// Makes the folder and the one that it is for, and removes those of writers of that name that
+  /// are no more. Throws std::runtime_error where one is at work, and for what cannot be made.
+  StagingArea(const std::filesystem::path& folder, const std::string& writer)
+      : folder_(folder), writer_(writer) {
+    try {
+      make_folder();
+      make_area();
+      remove_leftovers();
+    } catch (...) {
+      leave();
+      throw;
+    }
+  }
+
+  StagingArea(StagingArea&& other) noexcept { *this = std::move(other); }
+  StagingArea& operator=(StagingArea&& other) noexcept {
+    std::swap(folder_, other.folder_);
+    std::swap(writer_, other.writer_);
+    std::swap(area_, other.area_);
+    std::swap(new_files_, other.new_files_);
+    std::swap(made_, other.made_);
+    std::swap(lock_, other.lock_);
+    return *this;
+  }
+  ~StagingArea() { leave(); }
+
+  const std::filesystem::path& new_files() const { return new_files_; }
+
+  /// Moves `old_files` out of the folder, as far as they are there, and `files` of new/ into it, in
+  /// their order. Throws std::runtime_error, with the folder as it was.
+  void swap(const std::vector<std::filesystem::path>& old_files,
+            const std::vector<std::filesystem::path>& files) {
+    try {
+      for (const std::filesystem::path& file : files) {
+        std::filesystem::create_directories((folder_ / file).parent_path());
+      }
+      write_mark(files);
+      for (const std::filesystem::path& file : old_files) take(file);
+      for (const std::filesystem::path& file : files) {
+        std::filesystem::rename(new_files_ / file, folder_ / file);
+      }
+    } catch (...) {
+      undo(folder_, {writer_, area_.filename().string(), files});
+      throw;
+    }
+    std::filesystem::remove(folder_ / commit_mark_name);
+    made_.clear();
+    remove_empty_folders(folder_, old_files);
+  }
+
+  /// Undoes an exchange that was cut off. Throws std::runtime_error where another writer's was, or
+  /// where a process is still at it.
+  static void recover(const std::filesystem::path& folder, const std::string& writer) {
+    if (!std::filesystem::exists(folder / commit_mark_name)) return;
+    const Exchange exchange = marked(folder);
+    if (exchange.writer != writer) {
+      throw_file_error(folder, "holds half of what dynfilter " + exchange.writer +
+                                   " was putting there when it was stopped; run that again, or "
+                                   "name another folder");
+    }
+    require_nobody_at(folder / exchange.area, writer);
+    if (!std::filesystem::is_directory(folder / exchange.area)) {
+      throw_file_error(folder, "holds half of what dynfilter " + writer + " wrote, and " +
+                                   exchange.area + " with the other half is gone; move both away");
+    }
+    undo(folder, exchange);
+  }
+
+  static Exchange marked(const std::filesystem::path& folder) {
+    Exchange exchange;
+    std::ifstream mark(folder / commit_mark_name);
+    std::getline(mark, exchange.writer);
+    std::getline(mark, exchange.area);
+    for (std::string file; std::getline(mark, file);) exchange.files.emplace_back(file);
+    return exchange;
+  }
+
+ private:
+  static std::string owner_text(const std::string& writer) {
+    return "dynfilter " + writer + " is writing here\n";
+  }
+
+  /// Whether the hidden folder is a writer's of this name: it says so itself.
+  static bool is_area_of(const std::filesystem::path& area, const std::string& writer) {
+    std::ifstream owner(area / "owner");
+    std::string text;
+    return std::getline(owner, text) && text + '\n' == owner_text(writer);
+  }
+
+  /// Whether a process holds the lock. Where that cannot be found out, one does.
+  static bool is_held(const std::filesystem::path& area) {
+    const int file = ::open((area / "owner").c_str(), O_RDWR | O_CLOEXEC);
+    if (file < 0) return errno != ENOENT;
+    const bool is_free = ::flock(file, LOCK_EX | LOCK_NB) == 0;
+    ::close(file);
+    return !is_free;
+  }
+
+  static void require_nobody_at(const std::filesystem::path& area, const std::string& writer) {
+    if (!is_held(area)) return;
+    throw_file_error(area.parent_path(), "another dynfilter " + writer +
+                                             " is writing there: " + area.filename().string());
+  }
+
+  static void undo(const std::filesystem::path& folder, const Exchange& exchange) {
+    const std::filesystem::path area = folder / exchange.area;
+    for (const std::filesystem::path& file : exchange.files) {
+      const bool was_moved = !std::filesystem::exists(area / "new" / file);
+      if (!was_moved || !std::filesystem::exists(folder / file)) continue;
+      std::filesystem::rename(folder / file, area / "new" / file);
+    }
+    for (const std::filesystem::path& file : files_below(area / "old")) {
+      std::filesystem::create_directories((folder / file).parent_path());
+      std::filesystem::rename(area / "old" / file, folder / file);
+    }
+    remove_empty_folders(folder, exchange.files);
+    std::filesystem::remove(folder / commit_mark_name);
+  }
+
+  void make_folder() {
+    for (auto part = folder_; !std::filesystem::exists(part); part = part.parent_path()) {
+      made_.push_back(part);
+    }
+    std::error_code failure;
+    std::filesystem::create_directories(folder_, failure);
+    if (!failure && !std::filesystem::is_directory(folder_)) {
+      failure = std::make_error_code(std::errc::not_a_directory);
+    }
+    if (failure) throw_file_error(folder_, "cannot be made: " + failure.message());
+  }
+
+  void make_area() {
+    const std::string name = hidden_prefix + writer_ + '-' + std::to_string(::getpid());
+    std::error_code failure;
+    for (int number = 0; area_.empty(); ++number) {
+      const auto area = folder_ / (number == 0 ? name : name + '-' + std::to_string(number));
+      if (std::filesystem::create_directory(area, failure)) area_ = area;
+      if (failure) throw_file_error(area, "cannot be made: " + failure.message());
+    }
+    // Who finds the file empty knows nothing of it yet: it is locked before it says whose it is.
+    const std::filesystem::path owner = area_ / "owner";
+    lock_ = ::open(owner.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (lock_ < 0) throw_file_error(owner, "cannot be written: " + errno_text());
+    ::flock(lock_, LOCK_EX | LOCK_NB);
+    const std::string text = owner_text(writer_);
+    if (::write(lock_, text.data(), text.size()) != static_cast<ssize_t>(text.size())) {
+      throw_file_error(owner, "cannot be written: " + errno_text());
+    }
+    new_files_ = area_ / "new";
+    std::filesystem::create_directory(new_files_);
+    std::filesystem::create_directory(area_ / "old");
+  }
+
+  void remove_leftovers() const {
+    const std::string prefix = hidden_prefix + writer_ + '-';
+    std::vector<std::filesystem::path> areas;
+    for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
+      const bool has_name = entry.path().filename().string().rfind(prefix, 0) == 0;
+      if (!has_name || entry.path() == area_ || !entry.is_directory()) continue;
+      const bool is_ours = is_area_of(entry.path(), writer_);
+      if (is_ours || std::filesystem::is_empty(entry.path())) areas.push_back(entry.path());
+    }
+    for (const std::filesystem::path& area : areas) {
+      require_nobody_at(area, writer_);
+      remove_area(area);
+    }
+  }
+
+  void write_mark(const std::vector<std::filesystem::path>& files) const {
+    std::string text = writer_ + '\n' + area_.filename().string() + '\n';
+    for (const std::filesystem::path& file : files) text += file.generic_string() + '\n';
+    write_file(area_ / "mark", text);
+    std::filesystem::rename(area_ / "mark", folder_ / commit_mark_name);
+  }
+
+  void take(const std::filesystem::path& file) const {
+    if (!std::filesystem::exists(std::filesystem::symlink_status(folder_ / file))) return;
+    std::filesystem::create_directories((area_ / "old" / file).parent_path());
+    std::filesystem::rename(folder_ / file, area_ / "old" / file);
+  }
+
+  /// Removes the file that says whose it is last: what a signal leaves is removed next time.
+  static void remove_area(const std::filesystem::path& area) noexcept {
+    std::error_code failure;
+    std::filesystem::directory_iterator entry(area, failure);
+    while (!failure && entry != std::filesystem::directory_iterator()) {
+      const std::filesystem::path path = entry->path();
+      entry.increment(failure);
+      std::error_code ignored;
+      if (path.filename() != "owner") std::filesystem::remove_all(path, ignored);
+    }
+    std::filesystem::remove(area / "owner", failure);
+    std::filesystem::remove(area, failure);
+  }
+
+  /// Removes the hidden folder, unless it holds what the folder needs, and the folders that were
+  /// made for nothing.
+  void leave() noexcept {
+    std::error_code ignored;
+    if (!area_.empty() && !std::filesystem::exists(folder_ / commit_mark_name, ignored)) {
+      remove_area(area_);
+    }
+    if (lock_ >= 0) ::close(lock_);
+    for (const std::filesystem::path& folder : made_) std::filesystem::remove(folder, ignored);
+    area_.clear();
+    made_.clear();
+    lock_ = -1;
+  }
+
+  std::filesystem::path folder_, area_, new_files_;
+  std::string writer_;
+  std::vector<std::filesystem::path> made_;  // that were not there before, the deepest first
+  int lock_ = -1;
+};
+
+}  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_IO_STAGING_AREA_HPP

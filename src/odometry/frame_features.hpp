@@ -1,0 +1,69 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_ODOMETRY_FRAME_FEATURES_HPP
+#define DYNFILTER_ODOMETRY_FRAME_FEATURES_HPP
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include <dynfilter/evaluation/camera.hpp>
+#include <dynfilter/frame.hpp>
+#include <opencv2/core.hpp>
+
+#include "reprojection.hpp"
+
+namespace odometry {
+
+using Descriptor = std::array<std::uint64_t, 4>;
+
+/// Number of bits that differ, 0 to 256.
+int hamming_distance(const Descriptor& a, const Descriptor& b);
+
+struct Feature {
+  Observation observation;
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< in the camera's frame, where depth is known
+  Descriptor descriptor{};
+  int octave = 0;
+  float angle_deg = 0;
+};
+
+/// The features of one frame that the odometry works with, to be found by where they are.
+class FrameFeatures {
+ public:
+  FrameFeatures() = default;
+  FrameFeatures(std::vector<Feature> features, const PinholeCamera& camera);
+
+  std::size_t size() const { return features_.size(); }
+  const Feature& operator[](std::size_t i) const { return features_[i]; }
+
+  /// Appends the features of a square of 2 x `radius_px` about a pixel, in a fixed order.
+  void find(const Eigen::Vector2d& pixel, double radius_px, std::vector<std::size_t>& found) const;
+
+ private:
+  std::size_t column_of(double x) const;
+  std::size_t row_of(double y) const;
+
+  std::vector<Feature> features_;
+  std::size_t columns_ = 0, rows_ = 0;
+  std::vector<std::vector<std::size_t>> cells_;  // features beyond the image are in the outer ones
+};
+
+/// How far a depth can be trusted.
+struct DepthNoise {
+  double max_depth_m;         ///< what is farther counts as not measured
+  double disparity_sigma_px;  ///< see PinholeCamera
+};
+
+/// Depth is read at the raw pixel; the position is then freed of distortion.
+FrameFeatures make_features(const dynfilter::FrameView& frame,
+                            const std::vector<cv::KeyPoint>& keypoints, const cv::Mat& descriptors,
+                            const dynfilter::CameraParameters& parameters, const DepthNoise& noise);
+
+PinholeCamera pinhole_of(const dynfilter::CameraParameters& parameters, const cv::Size& image_size);
+
+}  // namespace odometry
+
+#endif  // DYNFILTER_ODOMETRY_FRAME_FEATURES_HPP

@@ -1,0 +1,81 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_ODOMETRY_LOCAL_MAP_HPP
+#define DYNFILTER_ODOMETRY_LOCAL_MAP_HPP
+
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include "frame_features.hpp"
+#include "pose.hpp"
+
+namespace odometry {
+
+using PointId = std::size_t;
+using KeyframeId = std::size_t;
+constexpr PointId no_point = static_cast<PointId>(-1);
+
+struct MapPoint {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+  Descriptor descriptor{};  ///< of the latest keyframe that sees it
+  int octave = 0;           ///< in that keyframe, as are the next two
+  double distance_m = 0;
+  Eigen::Vector3d view = Eigen::Vector3d::Zero();  ///< unit vector from the camera
+  KeyframeId first_keyframe = 0;
+  std::vector<std::pair<KeyframeId, std::size_t>> observations;  ///< keyframe, its feature
+  std::size_t times_visible = 1;                                 ///< expected in a frame
+  std::size_t times_found = 1;                                   ///< an inlier there
+  bool is_bad = false;
+};
+
+struct Keyframe {
+  Pose pose;
+  FrameFeatures features;
+  std::vector<PointId> points;  ///< by feature
+};
+
+/// Keyframes, and the points that they see. Nothing is erased: what is culled is marked as bad, so
+/// that ids stay.
+class LocalMap {
+ public:
+  bool empty() const { return keyframes_.empty(); }
+  std::size_t size() const { return keyframes_.size(); }
+  Keyframe& keyframe(KeyframeId id) { return keyframes_[id]; }
+  const Keyframe& keyframe(KeyframeId id) const { return keyframes_[id]; }
+  MapPoint& point(PointId id) { return points_[id]; }
+  const MapPoint& point(PointId id) const { return points_[id]; }
+
+  /// Takes a frame whose features have the points that they were matched to. Features without
+  /// one become new points where their depth is at most `close_depth_m`, and farther ones until
+  /// the keyframe has `least_points` with depth.
+  KeyframeId add_keyframe(const Pose& pose, const FrameFeatures& features,
+                          std::vector<PointId> points, double close_depth_m,
+                          std::size_t least_points);
+
+  /// The keyframes that see most of these points, by falling number, at most `count`.
+  std::vector<KeyframeId> covisible(const std::vector<PointId>& points, std::size_t count,
+                                    std::size_t min_shared) const;
+
+  /// The good points of keyframes, each once, in the order of their ids.
+  std::vector<PointId> points_of(const std::vector<KeyframeId>& keyframes) const;
+
+  /// Marks as bad what is young and seldom found where it is expected, and what no second keyframe
+  /// has confirmed when two more have been made.
+  void cull_points();
+
+  void remove_observation(KeyframeId keyframe, std::size_t feature);
+
+ private:
+  void add_observation(PointId id, KeyframeId keyframe, std::size_t feature);
+  void mark_bad(PointId id);
+
+  std::vector<Keyframe> keyframes_;
+  std::vector<MapPoint> points_;
+  std::vector<PointId> young_;  // points that may yet be culled
+};
+
+}  // namespace odometry
+
+#endif  // DYNFILTER_ODOMETRY_LOCAL_MAP_HPP

@@ -1,0 +1,37 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_ODOMETRY_MATCHING_HPP
+#define DYNFILTER_ODOMETRY_MATCHING_HPP
+
+#include <cstddef>
+#include <vector>
+
+#include "local_map.hpp"
+
+namespace odometry {
+
+/// A frame between matching and refinement: which point of the map each feature is taken for.
+struct Tracking {
+  FrameFeatures features;
+  Pose pose;
+  std::vector<PointId> points;  ///< by feature, no_point = none
+};
+
+/// Matches the points that the last frame saw, near where the predicted pose has them.
+/// Returns how many features have a point then.
+std::size_t match_last_frame(const LocalMap& map, const PinholeCamera& camera, const Tracking& last,
+                             double radius_px, Tracking& tracking);
+
+/// Matches further points of the local map by projection and counts those that should be visible.
+/// Features that have a point keep it.
+std::size_t match_local_map(LocalMap& map, const PinholeCamera& camera,
+                            const std::vector<PointId>& candidates, double radius_px,
+                            Tracking& tracking);
+
+/// Matches the points of a keyframe by their descriptors alone, for when no pose is to be trusted.
+std::size_t match_keyframe(const LocalMap& map, const Keyframe& keyframe, Tracking& tracking);
+
+}  // namespace odometry
+
+#endif  // DYNFILTER_ODOMETRY_MATCHING_HPP

@@ -1,0 +1,108 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_ODOMETRY_ODOMETRY_HPP
+#define DYNFILTER_ODOMETRY_ODOMETRY_HPP
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include <dynfilter/evaluation/camera.hpp>
+#include <dynfilter/dynfilter.hpp>
+#include <dynfilter/evaluation/trajectory.hpp>
+
+#include "local_map.hpp"
+#include "matching.hpp"
+#include "orb_extractor.hpp"
+#include "pose_refinement.hpp"
+
+namespace odometry {
+
+struct OdometryOptions {
+  std::uint64_t seed = 0;              ///< of the samples by which a lost track is found again
+  int features = 1000;                 ///< a frame, before any is removed
+  double max_depth_m = 9.0;            ///< beyond it a depth counts as not measured
+  double disparity_sigma_px = 0.5;     ///< of the depth, as the disparity of a pair 8 cm apart
+  double close_depth_m = 6.0;          ///< features up to there become points of the map …
+  std::size_t least_points = 300;      ///< … and farther ones, until a keyframe has so many
+  std::size_t first_points = 60;       ///< features with depth that the first frame must have
+  std::size_t least_inliers = 20;      ///< with fewer, a frame is lost
+  std::size_t local_keyframes = 10;    ///< whose points a frame is matched with
+  std::size_t adjusted_keyframes = 6;  ///< by bundle adjustment, besides the new one; 0 = none
+  double keyframe_share = 0.75;        ///< finding less of what its reference sees makes a keyframe
+  std::size_t keyframe_interval = 3;   ///< frames from one keyframe to the next, at least
+};
+
+enum class Tracked {
+  waiting,  ///< no map yet: no frame had enough features with depth
+  found,
+  lost  ///< the pose is the predicted one
+};
+
+struct FrameResult {
+  Tracked tracked = Tracked::waiting;
+  std::optional<dynfilter::TimedPose> pose;  ///< camera to world; nothing while waiting
+  std::size_t features = 0;                  ///< left by the filter
+  std::size_t inliers = 0;
+  bool is_keyframe = false;
+};
+
+/// RGB-D odometry by ORB features, a map of keyframes, and poses that are predicted from the last
+/// motion and refined: built as ORB-SLAM is, so that it suffers from moving objects as that does.
+/// There is no loop closing. The world is the camera's frame at the first keyframe.
+///
+/// Same frames, masks and seed give the same poses, to the bit, on one machine.
+class Odometry {
+ public:
+  explicit Odometry(const dynfilter::CameraParameters& camera, const OdometryOptions& options = {},
+                    const dynfilter::DynamicFilter& filter = dynfilter::DynamicFilter());
+
+  /// Frames in the order of their time; the image is BGR or grey. std::nullopt = no masks known.
+  FrameResult track(const dynfilter::FrameView& frame,
+                    const std::optional<dynfilter::Segmentation>& segmentation);
+
+  /// The same with features that were extracted and filtered by whoever calls: a descriptor a row.
+  FrameResult track(const dynfilter::FrameView& frame, const std::vector<cv::KeyPoint>& keypoints,
+                    const cv::Mat& descriptors);
+
+  /// The poses of all frames so far, lost ones included, as each was when it was tracked.
+  const dynfilter::Trajectory& trajectory() const { return trajectory_; }
+
+  std::size_t lost_frames() const { return lost_frames_; }
+  std::size_t keyframes() const { return map_.size(); }
+
+ private:
+  bool start(Tracking& tracking);
+  std::size_t follow(Tracking& tracking);
+  std::size_t track_predicted(Tracking& tracking);
+  std::size_t find_again(Tracking& tracking);
+  std::size_t track_local_map(Tracking& tracking);
+  std::size_t refine(Tracking& tracking);
+  std::vector<PointMatch> matches_of(const Tracking& tracking) const;
+  bool wants_keyframe(const Tracking& tracking, std::size_t inliers) const;
+  void add_keyframe(Tracking& tracking);
+  FrameResult finish(double timestamp_s, Tracking tracking, FrameResult result);
+
+  dynfilter::CameraParameters parameters_;
+  dynfilter::DynamicFilter filter_;
+  OdometryOptions options_;
+  OrbExtractor extractor_;
+  dynfilter::FeatureLabels labels_;
+  dynfilter::Workspace workspace_;
+
+  PinholeCamera camera_;
+  LocalMap map_;
+  Tracking last_;
+  Pose motion_;               // from the frame before the last to the last
+  KeyframeId reference_ = 0;  // the keyframe that shares most points with the last frame
+  std::size_t frames_since_keyframe_ = 0;
+  std::uint64_t frames_ = 0;
+  std::size_t lost_frames_ = 0;
+  dynfilter::Trajectory trajectory_;
+};
+
+}  // namespace odometry
+
+#endif  // DYNFILTER_ODOMETRY_ODOMETRY_HPP

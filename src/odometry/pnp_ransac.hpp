@@ -1,0 +1,24 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_ODOMETRY_PNP_RANSAC_HPP
+#define DYNFILTER_ODOMETRY_PNP_RANSAC_HPP
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "pose_refinement.hpp"
+
+namespace odometry {
+
+/// The pose that most matches agree with, among those of random samples of four (P3P and a fourth
+/// point to choose the solution); marks the inliers. Nothing if fewer than `least_inliers` agree.
+/// The samples follow from the seed alone.
+std::optional<Pose> pnp_ransac(const PinholeCamera& camera, std::vector<PointMatch>& matches,
+                               std::size_t least_inliers, std::uint64_t seed);
+
+}  // namespace odometry
+
+#endif  // DYNFILTER_ODOMETRY_PNP_RANSAC_HPP

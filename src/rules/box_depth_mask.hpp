@@ -1,0 +1,96 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_RULES_BOX_DEPTH_MASK_HPP
+#define DYNFILTER_RULES_BOX_DEPTH_MASK_HPP
+
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "rules/support.hpp"
+
+namespace dynfilter::peers {
+
+struct BoxDepthMaskOptions {
+  std::vector<int> dynamic_classes = {0};  ///< as MaskCullerOptions has them
+  double least_depth_share = 0.7;  ///< of the box's pixels: with less depth the box is passed over
+  double low_quantile = 0.33;      ///< averaged with the median, against background in the box
+  double tolerance_m = 0.33;       ///< of the mask's depths, both ways
+  int margin_px = 30;              ///< of the box: limbs reach out of it
+  int dilation_px = 3;             ///< radius of the square element
+  double most_image_share = 0.8;   ///< a larger mask is a mistake and dropped
+};
+
+/// How NGD-SLAM (Y. Zhang et al., "NGD-SLAM: Towards Real-Time Dynamic SLAM without
+/// GPU", IROS 2025) turns a box into a mask: the mean of the median and the 33rd percentile of the
+/// depths in the box, the pixels within 0.33 m of it and 30 px of the box, of these the largest
+/// component (4 neighbours), dilated. The features on the union go. How it carries masks from frame
+/// to frame is no part of this.
+///
+/// Assumptions: the element is square, as it is elsewhere in that system; the mask that must not
+/// cover more than 80 % of the image is the union. Without a depth image it removes nothing.
+/// O(instances x pixels of the grown box, plus pixels of the image).
+class BoxDepthMask {
+ public:
+  /// Throws std::invalid_argument for shares outside 0 to 1 and negative lengths.
+  explicit BoxDepthMask(BoxDepthMaskOptions options = {}) : options_(std::move(options)) {
+    const auto is_share = [](double value) { return value >= 0 && value <= 1; };
+    require_option(is_share(options_.least_depth_share) && is_share(options_.low_quantile) &&
+                       is_share(options_.most_image_share),
+                   "peers::BoxDepthMask: shares and quantiles must be 0 to 1");
+    require_option(
+        options_.tolerance_m >= 0 && options_.margin_px >= 0 && options_.dilation_px >= 0,
+        "peers::BoxDepthMask: tolerance_m, margin_px and dilation_px must be 0 or more");
+  }
+
+  void operator()(const FilterInput& input, FeatureLabels& labels) const {
+    validate(input, labels, "peers::BoxDepthMask");
+    if (input.frame.depth.empty()) return;
+    remove_on_mask(mask(input), input, labels);
+  }
+
+  /// What the rule takes for dynamic: CV_8UC1 of the depth image's size, 255 = dynamic. The frame
+  /// must have a depth image.
+  cv::Mat mask(const FilterInput& input) const {
+    const cv::Size image = input.frame.depth.size();
+    cv::Mat mask(image, CV_8UC1, cv::Scalar::all(0));
+    for (const Instance& instance : input.segmentation.instances) {
+      if (!is_dynamic(instance, options_.dynamic_classes)) continue;
+      std::vector<double> depths = depths_in(input.frame, grown_box(instance.box, 0, image));
+      if (depths.empty()) continue;
+      const double depth = (quantile(depths, 0.5) + quantile(depths, options_.low_quantile)) / 2;
+      paint_largest_at_depth(input.frame, grown_box(instance.box, options_.margin_px, image), depth,
+                             options_.tolerance_m, mask);
+    }
+    dilate_by_square(mask, options_.dilation_px);
+    const double covered = cv::countNonZero(mask);
+    if (covered > options_.most_image_share * static_cast<double>(mask.total())) mask.setTo(0);
+    return mask;
+  }
+
+ private:
+  /// The depths in the part of a box that lies in the image; none where too few pixels have one.
+  std::vector<double> depths_in(const FrameView& frame, const cv::Rect& box) const {
+    std::vector<double> depths;
+    const auto pixels = static_cast<std::size_t>(box.width) * static_cast<std::size_t>(box.height);
+    depths.reserve(pixels);
+    for (int y = box.y; y < box.y + box.height; ++y) {
+      for (int x = box.x; x < box.x + box.width; ++x) {
+        const auto depth = frame.depth_m({x, y});
+        if (depth) depths.push_back(*depth);
+      }
+    }
+    const double least = options_.least_depth_share * static_cast<double>(pixels);
+    if (static_cast<double>(depths.size()) < least) depths.clear();
+    return depths;
+  }
+
+  BoxDepthMaskOptions options_;
+};
+
+}  // namespace dynfilter::peers
+
+#endif  // DYNFILTER_RULES_BOX_DEPTH_MASK_HPP

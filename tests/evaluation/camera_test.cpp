@@ -1,0 +1,254 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/evaluation/camera.hpp"
+
+#include <limits>
+#include <random>
+#include <stdexcept>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#if defined(__unix__)
+#include <sys/stat.h>
+#endif
+
+#include "support/expect_error.hpp"
+#include "support/temporary_folder.hpp"
+#include "support/test_data.hpp"
+
+namespace dynfilter {
+namespace {
+
+using testing::expect_error;
+using testing::TemporaryFolder;
+
+const std::string least =
+    "%YAML:1.0\n"
+    "Camera.fx: 535.4\nCamera.fy: 539\nCamera.cx: 320.1\nCamera.cy: -1.5\nDepthMapFactor: 5000\n";
+
+std::string with(const std::string& key, const std::string& value) {
+  std::string text = least;
+  const std::size_t begin = text.find(key + ":");
+  const std::size_t end = text.find('\n', begin) + 1;
+  return text.replace(begin, end - begin, value.empty() ? "" : key + ": " + value + "\n");
+}
+
+CameraParameters some_camera() {
+  CameraParameters camera;
+  camera.fx = 535.4;
+  camera.fy = 539.2;
+  camera.cx = 320.1;
+  camera.cy = 247.6;
+  camera.depth_units_per_metre = 5000;
+  return camera;
+}
+
+void expect_equal(const CameraParameters& a, const CameraParameters& b) {
+  EXPECT_EQ(a.fx, b.fx);
+  EXPECT_EQ(a.fy, b.fy);
+  EXPECT_EQ(a.cx, b.cx);
+  EXPECT_EQ(a.cy, b.cy);
+  EXPECT_EQ(a.k1, b.k1);
+  EXPECT_EQ(a.k2, b.k2);
+  EXPECT_EQ(a.p1, b.p1);
+  EXPECT_EQ(a.p2, b.p2);
+  EXPECT_EQ(a.k3, b.k3);
+  EXPECT_EQ(a.image_size, b.image_size);
+  EXPECT_EQ(a.frames_per_second, b.frames_per_second);
+  EXPECT_EQ(a.depth_units_per_metre, b.depth_units_per_metre);
+}
+
+TEST(Camera, ReadsWhatMustBeThereAndTakesZeroForTheRest) {
+  const TemporaryFolder folder;
+  const CameraParameters camera = read_camera(folder.write("camera.yaml", least));
+  CameraParameters want;
+  want.fx = 535.4;
+  want.fy = 539;
+  want.cx = 320.1;
+  want.cy = -1.5;
+  want.depth_units_per_metre = 5000;
+  expect_equal(camera, want);
+}
+
+TEST(Camera, ReadsASettingsFileOfOrbSlam) {
+  const TemporaryFolder folder;
+  const std::string text =
+      "%YAML:1.0\r\n\r\n#-----\r\n# Camera Parameters. Adjust them!\r\n#-----\r\n\r\n"
+      "Camera.type: \"PinHole\"\r\n# calibration (OpenCV) \r\n"
+      "Camera.fx: 517.306408\r\nCamera.fy: 516.469215\r\nCamera.cx: 318.643040\r\n"
+      "Camera.cy: 255.313989\r\n\r\nCamera.k1: 0.262383\r\nCamera.k2: -0.953104\r\n"
+      "Camera.p1: -0.005358\r\nCamera.p2: 0.002628\r\nCamera.k3: 1.163314\r\n\r\n"
+      "Camera.width: 640\r\nCamera.height: 480\r\nCamera.fps: 30.0\r\nCamera.bf: 40.0\r\n"
+      "Camera.RGB: 1\r\nThDepth: 40.0\r\nDepthMapFactor: 5000.0\r\n"
+      "ORBextractor.nFeatures: 1000\r\n";
+  const CameraParameters camera = read_camera(folder.write("TUM1.yaml", text));
+  EXPECT_EQ(camera.fx, 517.306408);
+  EXPECT_EQ(camera.k3, 1.163314);
+  EXPECT_EQ(camera.p1, -0.005358);
+  EXPECT_EQ(camera.image_size, cv::Size(640, 480));
+  EXPECT_EQ(camera.frames_per_second, 30);
+  EXPECT_EQ(camera.depth_units_per_metre, 5000);
+}
+
+TEST(Camera, RefusesFilesThatAreNoCamera) {
+  const struct {
+    const char* what;
+    std::string text, message;
+  } cases[] = {
+      {"empty", "", "is no OpenCV YAML file"},
+      {"no first line", least.substr(least.find('\n') + 1), "%YAML:1.0"},
+      {"a tab", "%YAML:1.0\nCamera.fx:\t3\n", "(line 2: Tabs are prohibited"},
+      {"a list", "%YAML:1.0\n- 3\n- 4\n", "holds no keys"},
+      {"junk", std::string("\x89PNG\r\n\x1a\n\0\0", 10), "is no OpenCV YAML file"},
+      {"no fx", with("Camera.fx", ""), "Camera.fx is missing"},
+      {"no cy", with("Camera.cy", ""), "Camera.cy is missing"},
+      {"no factor", with("DepthMapFactor", ""), "DepthMapFactor is missing"},
+      {"text", with("Camera.fy", "abc"), "Camera.fy: got \"abc\"; want a number"},
+      {"quoted", with("Camera.fy", "\"539\""), "Camera.fy: got \"539\"; want a number"},
+      {"list", with("Camera.cx", "[ 1, 2 ]"), "Camera.cx: got a list; want a number"},
+      {"zero", with("Camera.fx", "0"), "Camera.fx: got 0; want a number above 0"},
+      {"negative", with("DepthMapFactor", "-5000."),
+       "DepthMapFactor: got -5000.; want a number above 0"},
+      {"not finite", with("Camera.cx", ".inf"), "Camera.cx: got .inf; want a finite number"},
+      {"NaN", with("Camera.fx", ".nan"), "Camera.fx: got .nan; want a decimal number"},
+      {"optional text", least + "Camera.k1: abc\n", "Camera.k1: got \"abc\"; want a number"},
+      {"half pixel", least + "Camera.width: 640.5\n",
+       "Camera.width: got 640.5; want a whole number"},
+      {"negative size", least + "Camera.height: -480\n",
+       "Camera.height: got -480; want a whole number"},
+      {"negative rate", least + "Camera.fps: -30\n",
+       "Camera.fps: got -30; want a number of at least 0"},
+  };
+  for (const auto& c : cases) {
+    SCOPED_TRACE(c.what);
+    const TemporaryFolder folder;
+    const auto path = folder.write("camera.yaml", c.text);
+    expect_error<std::runtime_error>([&] { read_camera(path); }, path.string() + ": ");
+    expect_error<std::runtime_error>([&] { read_camera(path); }, c.message);
+  }
+}
+
+TEST(Camera, RefusesWhatOpenCvReadsAsSomethingElse) {
+  const struct {
+    std::string text, message;
+  } cases[] = {
+      {least + "Camera.width: 4294967936\n", "Camera.width: got 4294967936; want a number that"},
+      {least + "Camera.width: 0640\n",
+       "Camera.width: got 0640; want a decimal number, without leading zeros"},
+      {least + "Camera.height: 0x1E0\n", "Camera.height: got 0x1E0; want a decimal number"},
+      {with("DepthMapFactor", "010"),
+       "DepthMapFactor: got 010; want a decimal number, without leading zeros"},
+      {with("DepthMapFactor", "5000000000"),
+       "DepthMapFactor: got 5000000000; want a number that OpenCV can hold, 5000000000.0"},
+      {least + "Camera.fx: 517.3\n", "Camera.fx: got the key 2 times; want it once"},
+      {least + "Camera.k1: 0.1\nCamera.k1: 0.2\n", "Camera.k1: got the key 2 times"},
+  };
+  for (const auto& c : cases) {
+    SCOPED_TRACE(c.text);
+    const TemporaryFolder folder;
+    const auto path = folder.write("camera.yaml", c.text);
+    expect_error<std::runtime_error>([&] { read_camera(path); }, path.string() + ": " + c.message);
+  }
+}
+
+TEST(Camera, ReadsAFileWhateverItsName) {
+  const TemporaryFolder folder;
+  for (const char* name : {"what?.yaml", "a?b=c", "camera.xml"}) {
+    SCOPED_TRACE(name);
+    EXPECT_EQ(read_camera(folder.write(name, least)).fx, 535.4);
+  }
+}
+
+TEST(Camera, PassesOverWhateverKeysAHostHas) {
+  const TemporaryFolder folder;
+  const std::string text = least +
+                           "Viewer.x: 010\nViewer.x: 5000000000\nBlock:\n  Camera.fx: 010\n"
+                           "Text: \"Camera.fx: 7\" # Camera.fx: 8\n# Camera.fx: 9\n";
+  EXPECT_EQ(read_camera(folder.write("camera.yaml", text)).fx, 535.4);
+}
+
+TEST(Camera, RefusesWhatIsNoFile) {
+  const TemporaryFolder folder;
+  expect_error<std::runtime_error>([&] { read_camera(folder / "none.yaml"); },
+                                   "none.yaml: there is no such file");
+  expect_error<std::runtime_error>([&] { read_camera(folder.path()); },
+                                   folder.path().string() + ": is no regular file");
+#if defined(__unix__)
+  const std::string fifo = (folder / "fifo.yaml").string();
+  ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
+  expect_error<std::runtime_error>([&] { read_camera(fifo); }, fifo + ": is no regular file");
+#endif
+}
+
+TEST(Camera, ComesBackExactly) {
+  const TemporaryFolder folder;
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> small(-1, 1);
+  for (int i = 0; i < 50; ++i) {
+    CameraParameters camera = some_camera();
+    camera.fx = 500 + small(random);
+    camera.cx = small(random) * 1e-5;
+    camera.cy = -1e7 * small(random);
+    camera.k1 = small(random);
+    camera.k2 = small(random) * 1e-9;
+    camera.p1 = i % 2 == 0 ? 0 : -small(random);
+    camera.k3 = small(random) * 1e20;
+    camera.depth_units_per_metre = i % 2 == 0 ? 5000 : 1e-3 + small(random) * 1e-4;
+    if (i % 3 > 0) camera.image_size = {640 + i, 480};
+    if (i % 3 > 1) camera.frames_per_second = 30 + small(random);
+    write_camera(folder / "camera.yaml", camera);
+    expect_equal(read_camera(folder / "camera.yaml"), camera);
+  }
+}
+
+// ORB-SLAM3 refuses a focal length that its parser takes for an integer.
+TEST(Camera, WritesRealNumbersWithAPoint) {
+  CameraParameters camera = some_camera();
+  camera.fx = 535;
+  camera.k1 = 1e20;
+  camera.image_size = {640, 480};
+  camera.frames_per_second = 30;
+  EXPECT_EQ(camera_file_text(camera),
+            "%YAML:1.0\n---\nCamera.fx: 535.0\nCamera.fy: 539.2\nCamera.cx: 320.1\n"
+            "Camera.cy: 247.6\nCamera.k1: 1.0e+20\nCamera.k2: 0.0\nCamera.p1: 0.0\n"
+            "Camera.p2: 0.0\nCamera.k3: 0.0\nCamera.width: 640\nCamera.height: 480\n"
+            "Camera.fps: 30.0\nDepthMapFactor: 5000.0\n");
+}
+
+TEST(Camera, RefusesToWriteWhatCannotBeRead) {
+  const TemporaryFolder folder;
+  const auto expect_refused = [&](double CameraParameters::*member, double value,
+                                  const std::string& part) {
+    CameraParameters camera = some_camera();
+    camera.*member = value;
+    expect_error<std::invalid_argument>([&] { write_camera(folder / "camera.yaml", camera); },
+                                        part);
+  };
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  expect_refused(&CameraParameters::fx, 0, "fx = 0");
+  expect_refused(&CameraParameters::fy, -1, "fy = -1");
+  expect_refused(&CameraParameters::cx, nan, "cx = nan");
+  expect_refused(&CameraParameters::k3, nan, "distortion");
+  expect_refused(&CameraParameters::frames_per_second, -1, "frames_per_second = -1");
+  expect_refused(&CameraParameters::depth_units_per_metre, 0, "depth_units_per_metre = 0");
+  EXPECT_FALSE(std::filesystem::exists(folder / "camera.yaml"));
+  expect_error<std::runtime_error>([&] { write_camera(folder / "no/camera.yaml", some_camera()); },
+                                   "cannot be written");
+}
+
+class CameraData : public testing::RecordedData {};
+
+TEST_F(CameraData, ReadsTheCamerasOfTum) {
+  const CameraParameters fr3 = read_camera(data("tum_fr3_walking_halfsphere_50") / "camera.yaml");
+  EXPECT_EQ(fr3.fx, 535.4);
+  EXPECT_EQ(fr3.cy, 247.6);
+  EXPECT_EQ(fr3.depth_units_per_metre, 5000);
+  const CameraParameters fr1 = read_camera(data("tum_fr1_xyz_120") / "camera.yaml");
+  EXPECT_EQ(fr1.k3, 1.163314);
+  EXPECT_EQ(fr1.image_size, cv::Size(640, 480));
+}
+
+}  // namespace
+}  // namespace dynfilter

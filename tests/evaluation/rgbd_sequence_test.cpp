@@ -1,0 +1,440 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/evaluation/rgbd_sequence.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <opencv2/imgcodecs.hpp>
+
+#include "dynfilter/evaluation/association.hpp"
+#include "support/expect_error.hpp"
+#include "support/temporary_folder.hpp"
+#include "support/test_data.hpp"
+
+namespace dynfilter {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::expect_error;
+using testing::file_text;
+using testing::TemporaryFolder;
+using Pairs = std::vector<std::pair<std::size_t, std::size_t>>;
+
+// --- Association
+// ----------------------------------------------------------------------------------
+
+/// The rule, word by word: of all pairs of unused times take the best until none is in reach.
+Pairs associate_by_search(const std::vector<double>& a, const std::vector<double>& b,
+                          double max_difference_s) {
+  const auto micro = [](double s) { return std::llround(s * 1e6); };
+  std::vector<bool> a_used(a.size()), b_used(b.size());
+  Pairs pairs;
+  while (true) {
+    auto best = std::make_tuple(micro(max_difference_s) + 1, 0LL, 0LL);
+    std::pair<std::size_t, std::size_t> found(a.size(), b.size());
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      for (std::size_t j = 0; j < b.size(); ++j) {
+        if (a_used[i] || b_used[j]) continue;
+        const auto candidate =
+            std::make_tuple(std::abs(micro(a[i]) - micro(b[j])), micro(a[i]), micro(b[j]));
+        if (candidate < best) {
+          best = candidate;
+          found = {i, j};
+        }
+      }
+    }
+    if (found.first == a.size()) break;
+    a_used[found.first] = b_used[found.second] = true;
+    pairs.push_back(found);
+  }
+  std::sort(pairs.begin(), pairs.end(),
+            [&](const auto& p, const auto& q) { return a[p.first] < a[q.first]; });
+  return pairs;
+}
+
+std::vector<double> random_times(std::mt19937& random, int count, double step) {
+  std::vector<double> times;
+  for (int i = 0; i < count; ++i) {
+    // A coarse grid makes ties.
+    const double time = 1341846434 + step * static_cast<double>(random() % 200);
+    if (std::find(times.begin(), times.end(), time) == times.end()) times.push_back(time);
+  }
+  return times;
+}
+
+TEST(Associate, AgreesWithTheSearchOfAllPairs) {
+  std::mt19937 random(11);
+  for (int round = 0; round < 300; ++round) {
+    const double step = round % 2 == 0 ? 0.005 : 0.000733;
+    const auto a = random_times(random, static_cast<int>(random() % 30), step);
+    const auto b = random_times(random, static_cast<int>(random() % 30), step);
+    const double limit = round % 5 == 0 ? 0 : 0.02;
+    EXPECT_EQ(associate(a, b, limit), associate_by_search(a, b, limit)) << "round " << round;
+  }
+}
+
+TEST(Associate, TakesTheBestPairFirst) {
+  // 1.010 is nearer to the second depth than the first image is, which then takes none.
+  EXPECT_EQ(associate({1.000, 1.010}, {1.011}, 0.02), (Pairs{{1, 0}}));
+  // A tie goes to the earlier first time, then to the earlier second time.
+  EXPECT_EQ(associate({1.02, 1.00}, {1.01}, 0.02), (Pairs{{1, 0}}));
+  EXPECT_EQ(associate({1.01}, {1.02, 1.00}, 0.02), (Pairs{{0, 1}}));
+}
+
+TEST(Associate, TakesTheLimitAsWritten) {
+  const std::vector<double> image = {1341846434.710184};
+  EXPECT_EQ(associate(image, {1341846434.730184}, 0.02).size(), 1U);
+  EXPECT_EQ(associate(image, {1341846434.730185}, 0.02).size(), 0U);
+  EXPECT_EQ(associate(image, {1341846434.690184}, 0.02).size(), 1U);
+  EXPECT_EQ(associate(image, {1341846434.690183}, 0.02).size(), 0U);
+}
+
+TEST(Associate, RefusesWhatIsNoTime) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  expect_error<std::invalid_argument>([&] { associate({nan}, {1}, 0.02); }, "finite times");
+  expect_error<std::invalid_argument>([&] { associate({1}, {1.4e18}, 0.02); }, "in seconds");
+  expect_error<std::invalid_argument>([&] { associate({1}, {1}, -1); }, "max_difference_s = -1");
+  expect_error<std::invalid_argument>([&] { associate({1}, {1}, nan); }, "max_difference_s = nan");
+  EXPECT_TRUE(associate({}, {}, 0.02).empty());
+}
+
+// --- Folders
+// --------------------------------------------------------------------------------------
+
+const char* const camera_text =
+    "%YAML:1.0\nCamera.fx: 5.0\nCamera.fy: 6.0\nCamera.cx: 3.0\nCamera.cy: 2.0\n"
+    "DepthMapFactor: 1000.0\n";
+
+/// Images of 6x4 pixels: colour (10 k, 20, 30) and depth 1000 k for the k-th, k = 1 … count, at the
+/// times k and k + 0.01.
+void write_images(const TemporaryFolder& folder, int count) {
+  fs::create_directories(folder / "rgb");
+  fs::create_directories(folder / "depth");
+  for (int k = 1; k <= count; ++k) {
+    const std::string number = std::to_string(k);
+    cv::imwrite((folder / ("rgb/" + number + ".5.png")).string(),
+                cv::Mat(4, 6, CV_8UC3, cv::Scalar(10 * k, 20, 30)));
+    cv::imwrite((folder / ("depth/" + number + ".51.png")).string(),
+                cv::Mat(4, 6, CV_16UC1, cv::Scalar(1000 * k)));
+  }
+  folder.write("camera.yaml", camera_text);
+}
+
+TEST(RgbdSequence, ReadsAssociations) {
+  const TemporaryFolder folder;
+  write_images(folder, 3);
+  folder.write("associations.txt",
+               "# any order; differences as they are\r\n"
+               "3.5 rgb/3.5.png 3.51 depth/3.51.png\r\n\r\n"
+               "1.5 rgb/1.5.png 9.25\tdepth/1.51.png\r\n");
+  const RgbdSequence sequence(folder.path());
+  ASSERT_EQ(sequence.size(), 2U);
+  EXPECT_TRUE(sequence.has_depth());
+  EXPECT_EQ(sequence.camera().fx, 5);
+  EXPECT_EQ(sequence.folder(), folder.path());
+  const RgbdSequenceEntry& first = sequence.entry(0);
+  EXPECT_EQ(first.timestamp_s, 1.5);
+  EXPECT_EQ(first.depth_timestamp_s, 9.25);
+  EXPECT_EQ(first.image_path, folder / "rgb/1.5.png");
+  EXPECT_EQ(first.depth_path, folder / "depth/1.51.png");
+  EXPECT_EQ(first.stem, "1.5");
+
+  const FrameView frame = sequence.read(1);
+  EXPECT_EQ(frame.id, 1U);
+  EXPECT_EQ(frame.timestamp_s, 3.5);
+  EXPECT_EQ(frame.metres_per_unit, 1e-3);
+  ASSERT_EQ(frame.image.type(), CV_8UC3);
+  EXPECT_EQ(frame.image.at<cv::Vec3b>(3, 5), cv::Vec3b(30, 20, 30));
+  ASSERT_EQ(frame.depth.type(), CV_16UC1);
+  EXPECT_EQ(frame.depth_m({5, 3}), 3.0);
+  EXPECT_NO_THROW(validate(frame, "test"));
+}
+
+TEST(RgbdSequence, AssociatesTheListsWhereNobodyDid) {
+  const TemporaryFolder folder;
+  write_images(folder, 3);
+  folder.write("rgb.txt",
+               "# color\n2.5 rgb/2.5.png\n1.5 rgb/1.5.png\n7 rgb/unpaired_and_missing.png\n");
+  folder.write("depth.txt", "1.51 depth/1.51.png\n2.51 depth/2.51.png\n3.51 depth/3.51.png\n");
+  const RgbdSequence sequence(folder.path());
+  ASSERT_EQ(sequence.size(), 2U);
+  EXPECT_EQ(sequence.entry(0).stem, "1.5");
+  EXPECT_EQ(sequence.entry(0).depth_path.filename(), "1.51.png");
+  EXPECT_EQ(sequence.entry(1).depth_timestamp_s, 2.51);
+
+  RgbdSequenceOptions options;
+  options.max_time_difference_s = 0.005;
+  expect_error<std::runtime_error>([&] { RgbdSequence(folder.path(), options); },
+                                   "no image of rgb.txt and depth.txt lie 0.005 s apart");
+}
+
+TEST(RgbdSequence, ReadsColourWithoutDepth) {
+  const TemporaryFolder folder;
+  write_images(folder, 2);
+  folder.write("rgb.txt", "2.5 rgb/2.5.png\n1.5 rgb/1.5.png\n");
+  const RgbdSequence sequence(folder.path());
+  ASSERT_EQ(sequence.size(), 2U);
+  EXPECT_FALSE(sequence.has_depth());
+  EXPECT_TRUE(sequence.entry(0).depth_path.empty());
+  EXPECT_EQ(sequence.entry(0).depth_timestamp_s, 1.5);
+  EXPECT_FALSE(sequence.read(0).image.empty());
+  EXPECT_TRUE(sequence.read(0).depth.empty());
+}
+
+TEST(RgbdSequence, FindsGroundTruthAndMasks) {
+  const TemporaryFolder folder;
+  write_images(folder, 1);
+  folder.write("rgb.txt", "1.5 rgb/1.5.png\n");
+  const RgbdSequence sequence(folder.path());
+  EXPECT_FALSE(sequence.groundtruth_file());
+  EXPECT_FALSE(sequence.masks_folder());
+  EXPECT_FALSE(sequence.true_masks_folder());
+  folder.write("groundtruth.txt", "");
+  folder.write("masks/a", "");
+  folder.write("masks_true/a", "");
+  EXPECT_EQ(sequence.groundtruth_file(), folder / "groundtruth.txt");
+  EXPECT_EQ(sequence.masks_folder(), folder / "masks");
+  EXPECT_EQ(sequence.true_masks_folder(), folder / "masks_true");
+}
+
+TEST(RgbdSequence, ReadsDepthInMetres) {
+  const TemporaryFolder folder;
+  write_images(folder, 1);
+  cv::imwrite((folder / "depth/1.51.tiff").string(), cv::Mat(4, 6, CV_32FC1, cv::Scalar(1.25)));
+  folder.write("camera.yaml",
+               std::string(camera_text).replace(std::string(camera_text).find("1000.0"), 6, "1.0"));
+  folder.write("associations.txt", "1.5 rgb/1.5.png 1.51 depth/1.51.tiff\n");
+  const FrameView frame = RgbdSequence(folder.path()).read(0);
+  EXPECT_EQ(frame.depth.type(), CV_32FC1);
+  EXPECT_EQ(frame.depth_m({1, 1}), 1.25);
+}
+
+TEST(RgbdSequence, PrintsTheCameraFileThatIsMissing) {
+  const TemporaryFolder folder;
+  write_images(folder, 1);
+  folder.write("rgb.txt", "1.5 rgb/1.5.png\n");
+  fs::remove(folder / "camera.yaml");
+  std::string message;
+  try {
+    RgbdSequence{folder.path()};
+  } catch (const std::runtime_error& error) {
+    message = error.what();
+  }
+  EXPECT_EQ(message.find((folder / "camera.yaml").string() + ": there is no such camera file"), 0U);
+  EXPECT_NE(message.find("freiburg3"), std::string::npos);
+  EXPECT_NE(message.find("replace them"), std::string::npos);
+  // What it prints is a file that works.
+  folder.write("other.yaml", message.substr(message.find("%YAML")));
+  RgbdSequenceOptions options;
+  options.camera_file = folder / "other.yaml";
+  const CameraParameters camera = RgbdSequence(folder.path(), options).camera();
+  EXPECT_EQ(camera.fx, 535.4);
+  EXPECT_EQ(camera.fy, 539.2);
+  EXPECT_EQ(camera.cx, 320.1);
+  EXPECT_EQ(camera.cy, 247.6);
+  EXPECT_EQ(camera.depth_units_per_metre, 5000);
+}
+
+TEST(RgbdSequence, RefusesMalformedLists) {
+  const std::string good = "1.5 rgb/1.5.png 1.51 depth/1.51.png\n";
+  const struct {
+    std::string file, text, message;
+  } cases[] = {
+      {"associations.txt", "", ": lists no pair"},
+      {"associations.txt", "# only\n\n", ": lists no pair"},
+      {"associations.txt", good + "2.5 rgb/2.5.png\n", ":2: got 2 columns; want 4"},
+      {"associations.txt", good + "\r\n2.5 rgb/2.5.png 2.51\r\n", ":3: got 3 columns; want 4"},
+      {"associations.txt", good + "x rgb/2.5.png 2 depth/2.51.png\n", ":2: time: got 'x'"},
+      {"associations.txt", good + "2.5 rgb/2.5.png inf depth/2.51.png\n", ":2: time: got 'inf'"},
+      {"associations.txt", good + "nan rgb/2.5.png 2 depth/2.51.png\n", ":2: time: got 'nan'"},
+      {"associations.txt", good + "1,5 rgb/2.5.png 2 depth/2.51.png\n", ":2: time: got '1,5'"},
+      {"associations.txt", good + good, ":2: time 1.500000 stands in line 1 already"},
+      {"associations.txt", good + "2.5 rgb/9.png 2.5 depth/2.51.png\n3 rgb/3.png 3 depth/3.png\n",
+       ":2: rgb/9.png is missing (3 of the 6 image files of the sequence are)"},
+      {"associations.txt", good + "2.5 rgb/2.5.png 2.5 depth\n", ":2: depth is missing (1 of"},
+      {"rgb.txt", "", ": lists no image"},
+      {"rgb.txt", "1.5 rgb/1.5.png\n1.5\n", ":2: got 1 columns; want 2"},
+      {"rgb.txt", "1.5 rgb/1.5.png\n1.50 rgb/2.5.png\n", ":2: time 1.500000 stands in line 1"},
+      {"rgb.txt", "1.5 rgb/1.5.png\n2.5 rgb/a.png\n", ":2: rgb/a.png is missing (1 of the 2"},
+  };
+  for (const auto& c : cases) {
+    SCOPED_TRACE(c.file + " with " + c.text);
+    const TemporaryFolder folder;
+    write_images(folder, 2);
+    const auto path = folder.write(c.file, c.text);
+    expect_error<std::runtime_error>([&] { RgbdSequence{folder.path()}; },
+                                     path.string() + c.message);
+  }
+}
+
+TEST(RgbdSequence, RefusesMalformedDepthLists) {
+  const TemporaryFolder folder;
+  write_images(folder, 2);
+  folder.write("rgb.txt", "1.5 rgb/1.5.png\n2.5 rgb/2.5.png\n");
+  const auto expect_refused = [&](const std::string& text, const std::string& message) {
+    const auto path = folder.write("depth.txt", text);
+    expect_error<std::runtime_error>([&] { RgbdSequence{folder.path()}; }, path.string() + message);
+  };
+  expect_refused("", ": lists no image");
+  expect_refused("1.51 depth/1.51.png\n1.51 depth/2.51.png\n", ":2: time 1.510000 stands");
+  expect_refused("1.51 depth/1.51.png\n2.51 depth/a.png\n",
+                 ":2: depth/a.png is missing (1 of the 4");
+}
+
+TEST(RgbdSequence, RefusesFoldersThatAreNoSequence) {
+  const TemporaryFolder folder;
+  expect_error<std::runtime_error>([&] { RgbdSequence(folder / "none"); },
+                                   "none: there is no such folder");
+  expect_error<std::runtime_error>([&] { RgbdSequence{folder.path()}; },
+                                   "holds neither associations.txt nor rgb.txt");
+  RgbdSequenceOptions options;
+  options.max_time_difference_s = -1;
+  expect_error<std::invalid_argument>([&] { RgbdSequence(folder.path(), options); },
+                                      "max_time_difference_s = -1");
+}
+
+class BrokenImages : public ::testing::Test {
+ protected:
+  BrokenImages() {
+    write_images(folder_, 2);
+    folder_.write("associations.txt",
+                  "1.5 rgb/1.5.png 1.51 depth/1.51.png\n2.5 rgb/2.5.png 2.51 depth/2.51.png\n");
+  }
+
+  void expect_unreadable(const std::string& message) {
+    const RgbdSequence sequence(folder_.path());
+    EXPECT_NO_THROW(sequence.read(0));
+    expect_error<std::runtime_error>([&] { sequence.read(1); }, message);
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(BrokenImages, AreNamedWhenTruncated) {
+  for (const char* file : {"rgb/2.5.png", "depth/2.51.png"}) {
+    const std::string bytes = file_text(folder_ / file);
+    for (const std::size_t length :
+         {std::size_t{0}, std::size_t{7}, bytes.size() / 2, bytes.size() - 13, bytes.size() - 1}) {
+      folder_.write(file, bytes.substr(0, length));
+      expect_unreadable((folder_ / file).string() + ": cannot be ");
+    }
+    folder_.write(file, "no image at all");
+    expect_unreadable((folder_ / file).string() + ": cannot be decoded");
+    folder_.write(file, bytes);
+  }
+}
+
+TEST_F(BrokenImages, AreNamedWhenGoneSinceOpening) {
+  const RgbdSequence sequence(folder_.path());
+  fs::remove(folder_ / "depth/2.51.png");
+  expect_error<std::runtime_error>([&] { sequence.read(1); }, "2.51.png: cannot be read");
+}
+
+TEST_F(BrokenImages, AreNamedWhenOfAnotherTypeOrSize) {
+  const std::string depth = (folder_ / "depth/2.51.png").string();
+  cv::imwrite(depth, cv::Mat(4, 6, CV_8UC1, cv::Scalar(3)));
+  expect_unreadable(depth + ": a depth image of type CV_8UC1; want CV_16UC1");
+  cv::imwrite(depth, cv::Mat(4, 6, CV_8UC3, cv::Scalar(3)));
+  expect_unreadable(depth + ": a depth image of type CV_8UC3");
+  cv::imwrite(depth, cv::Mat(4, 7, CV_16UC1, cv::Scalar(3)));
+  expect_unreadable(depth + ": 7x4 pixels, but " + (folder_ / "rgb/2.5.png").string());
+}
+
+TEST_F(BrokenImages, AreNamedWhenTheCameraIsAnother) {
+  folder_.write("camera.yaml", camera_text + std::string("Camera.width: 6\nCamera.height: 5\n"));
+  const RgbdSequence sequence(folder_.path());
+  expect_error<std::runtime_error>([&] { sequence.read(0); }, "camera.yaml says 6x5");
+}
+
+TEST_F(BrokenImages, OutOfRangeIsMisuse) {
+  const RgbdSequence sequence(folder_.path());
+  expect_error<std::invalid_argument>([&] { sequence.entry(2); }, "frame 2; want a frame below 2");
+  expect_error<std::invalid_argument>([&] { sequence.read(2); }, "frame 2");
+}
+
+// --- Recorded sequences
+// ---------------------------------------------------------------------------
+
+class RgbdSequenceData : public testing::RecordedData {};
+
+/// A list of all images of a folder, as rgb.txt of the benchmark.
+std::string list_of_files(const fs::path& folder, const std::string& images) {
+  std::vector<std::string> rows;
+  for (const auto& file : fs::directory_iterator(folder / images)) {
+    rows.push_back(file.path().stem().string() + " " + images + "/" +
+                   file.path().filename().string() + "\n");
+  }
+  std::sort(rows.begin(), rows.end());
+  std::string text = "# timestamp filename\n";
+  for (const std::string& row : rows) text += row;
+  return text;
+}
+
+TEST_F(RgbdSequenceData, ReadsWalkingHalfsphere) {
+  const fs::path folder = data("tum_fr3_walking_halfsphere_50");
+  const RgbdSequence sequence(folder);
+  ASSERT_EQ(sequence.size(), 49U);
+  EXPECT_EQ(sequence.entry(0).stem, "1341846434.710184");
+  EXPECT_EQ(sequence.entry(48).timestamp_s, 1341846436.354084);
+  EXPECT_EQ(sequence.groundtruth_file(), folder / "groundtruth.txt");
+  EXPECT_EQ(sequence.masks_folder(), folder / "masks");
+  EXPECT_FALSE(sequence.true_masks_folder());
+  for (const std::size_t i : {std::size_t{0}, std::size_t{48}}) {
+    const FrameView frame = sequence.read(i);
+    EXPECT_EQ(frame.image.size(), cv::Size(640, 480));
+    EXPECT_EQ(frame.depth.type(), CV_16UC1);
+    EXPECT_EQ(frame.metres_per_unit, 1.0 / 5000);
+  }
+}
+
+TEST_F(RgbdSequenceData, AssociatesWalkingHalfsphereAsTheBenchmarkDoes) {
+  const fs::path recorded = data("tum_fr3_walking_halfsphere_50");
+  const TemporaryFolder folder;
+  for (const char* images : {"rgb", "depth"}) {
+    fs::create_directory_symlink(fs::absolute(recorded / images), folder / images);
+    folder.write(std::string(images) + ".txt", list_of_files(recorded, images));
+  }
+  folder.write("camera.yaml", file_text(recorded / "camera.yaml"));
+  const RgbdSequence ours(folder.path());
+  const RgbdSequence theirs(recorded);
+  ASSERT_EQ(ours.size(), theirs.size());
+  for (std::size_t i = 0; i < ours.size(); ++i) {
+    EXPECT_EQ(ours.entry(i).stem, theirs.entry(i).stem);
+    EXPECT_EQ(ours.entry(i).depth_path.filename(), theirs.entry(i).depth_path.filename());
+  }
+}
+
+TEST_F(RgbdSequenceData, ReadsXyz) {
+  const RgbdSequence sequence(data("tum_fr1_xyz_120"));
+  EXPECT_EQ(sequence.size(), 120U);
+  EXPECT_FALSE(sequence.masks_folder());
+  EXPECT_FALSE(sequence.read(119).depth.empty());
+}
+
+// rgb.txt and depth.txt list the whole sequence, of which 120 pairs are there.
+TEST_F(RgbdSequenceData, NamesTheFirstFileThatXyzLacks) {
+  const fs::path recorded = data("tum_fr1_xyz_120");
+  const TemporaryFolder folder;
+  for (const char* images : {"rgb", "depth"}) {
+    fs::create_directory_symlink(fs::absolute(recorded / images), folder / images);
+    folder.write(std::string(images) + ".txt",
+                 file_text(recorded / (images + std::string(".txt"))));
+  }
+  folder.write("camera.yaml", file_text(recorded / "camera.yaml"));
+  expect_error<std::runtime_error>([&] { RgbdSequence{folder.path()}; },
+                                   "is missing (1344 of the 1584 image files");
+}
+
+}  // namespace
+}  // namespace dynfilter

@@ -1,0 +1,287 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// A folder of results is that of one writer or of another, never a mixture: whatever is in the way,
+// and whenever a writer is killed.
+
+#include "io/staged_folder.hpp"
+
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <iterator>
+#include <map>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "support/expect_error.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace {
+
+/// How many names a process may still change before it is killed; negative: any number.
+int changes_left = -1;
+
+/// How many names may still be changed before one cannot be, once; negative: any number.
+int changes_before_failure = -1;
+
+void count_change() {
+  if (changes_left == 0) kill(getpid(), SIGKILL);
+  if (changes_left > 0) --changes_left;
+}
+
+}  // namespace
+
+// In the place of the C library's, for the library of C++, too.
+extern "C" int rename(const char* from, const char* to) noexcept {
+  count_change();
+  if (changes_before_failure-- == 0) {
+    errno = ENOSPC;
+    return -1;
+  }
+  return renameat(AT_FDCWD, from, AT_FDCWD, to);
+}
+extern "C" int unlink(const char* path) noexcept {
+  count_change();
+  return unlinkat(AT_FDCWD, path, 0);
+}
+
+namespace dynfilter::detail {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::expect_error;
+using testing::file_text;
+using testing::TemporaryFolder;
+
+using Files = std::map<fs::path, std::string>;
+
+/// All that can be seen in a folder.
+Files visible(const fs::path& folder) {
+  Files files;
+  for (const fs::path& file : visible_files_below(folder)) {
+    if (file.string().find(hidden_prefix) == std::string::npos) {
+      files[file] = file_text(folder / file);
+    }
+  }
+  return files;
+}
+
+/// Results with a key, many files in a folder and some that only these results have.
+Files results(const std::string& content, int count) {
+  Files files = {{"key", content}, {"only " + content, content}};
+  for (int i = 0; i < count; ++i) files["parts/" + std::to_string(i)] = content;
+  return files;
+}
+
+void write(StagedFolder& staged, const Files& files) {
+  for (const auto& [name, text] : files) {
+    fs::create_directories((staged.path() / name).parent_path());
+    write_file(staged.path() / name, text);
+  }
+}
+
+void put(const fs::path& folder, const Files& files) {
+  StagedFolder staged(folder, "test", {}, true);
+  write(staged, files);
+  staged.commit({"key"});
+}
+
+std::size_t entries(const fs::path& folder) {
+  return static_cast<std::size_t>(
+      std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
+}
+
+TEST(StagedFolder, ShowsNothingUntilAllIsThereAndLeavesNothingBehind) {
+  const TemporaryFolder folder;
+  {
+    StagedFolder staged(folder / "new/out", "test", {}, false);
+    write(staged, results("first", 3));
+    EXPECT_TRUE(visible(folder / "new/out").empty());
+    staged.commit({"key"});
+  }
+  EXPECT_EQ(visible(folder / "new/out"), results("first", 3));
+  EXPECT_EQ(entries(folder / "new/out"), 4U) << "key, only first, parts, and the list of files";
+  { const StagedFolder unused(folder / "other/out", "test", {}, false); }
+  EXPECT_FALSE(fs::exists(folder / "other"));
+}
+
+TEST(StagedFolder, ReplacesWhatAnEarlierWriterOfItsNameWrote) {
+  const TemporaryFolder folder;
+  folder.write("parts/mine", "mine");
+  put(folder.path(), results("first", 3));
+  put(folder.path(), results("second", 1));
+  Files want = results("second", 1);
+  want["parts/mine"] = "mine";
+  EXPECT_EQ(visible(folder.path()), want);
+}
+
+TEST(StagedFolder, RefusesToReplaceAnythingElse) {
+  const TemporaryFolder folder;
+  folder.write("key", "mine");
+  expect_error<std::runtime_error>([&] { StagedFolder(folder.path(), "test", {"key"}, true); },
+                                   "holds key, which no earlier dynfilter test wrote");
+  // A name that was not foretold is found at the end, with nothing changed.
+  expect_error<std::runtime_error>([&] { put(folder.path(), results("first", 2)); }, "holds key");
+  EXPECT_EQ(visible(folder.path()), (Files{{"key", "mine"}}));
+  EXPECT_EQ(entries(folder.path()), 1U);
+
+  fs::remove(folder / "key");
+  put(folder.path(), results("first", 2));
+  folder.write("parts/1", "changed since");
+  expect_error<std::runtime_error>([&] { put(folder.path(), results("second", 2)); }, "parts/1");
+  EXPECT_EQ(file_text(folder / "parts/1"), "changed since");
+  EXPECT_EQ(file_text(folder / "parts/0"), "first");
+}
+
+TEST(StagedFolder, AListOfFilesReachesNothingOutside) {
+  for (const char* file : {"4/../outside", "4//outside/../../outside", "4/link/outside"}) {
+    SCOPED_TRACE(file);
+    const TemporaryFolder folder;
+    folder.write("outside", "mine");
+    fs::create_directories(folder / "out");
+    fs::create_directory_symlink(folder.path(), folder / "out/link");
+    folder.write("out/.dynfilter-test.txt", std::string(file) + "\n");
+    expect_error<std::runtime_error>([&] { put(folder / "out", results("first", 1)); }, "out");
+    EXPECT_EQ(file_text(folder / "outside"), "mine");
+  }
+}
+
+TEST(StagedFolder, RemovesWhatADeadWriterLeftAndNothingThatLooksLikeIt) {
+  const TemporaryFolder folder;
+  folder.write(".dynfilter-test-1/owner", "dynfilter test is writing here\n");
+  folder.write(".dynfilter-test-1/new/parts/7", "half");
+  folder.write(".dynfilter-test-2/mine", "mine");
+  folder.write(".dynfilter-other-3/owner", "dynfilter other is writing here\n");
+  put(folder.path(), results("first", 1));
+  EXPECT_FALSE(fs::exists(folder / ".dynfilter-test-1"));
+  EXPECT_TRUE(fs::exists(folder / ".dynfilter-test-2/mine"));
+  EXPECT_TRUE(fs::exists(folder / ".dynfilter-other-3/owner"));
+}
+
+TEST(StagedFolder, LeavesAWriterAloneThatIsAtWork) {
+  const TemporaryFolder folder;
+  StagedFolder first(folder.path(), "test", {}, true);
+  write(first, results("first", 2));
+  expect_error<std::runtime_error>([&] { put(folder.path(), results("second", 2)); },
+                                   "another dynfilter test is writing there");
+  put(folder / "next to it", results("third", 1));
+  first.commit({"key"});
+  EXPECT_EQ(file_text(folder / "parts/1"), "first");
+}
+
+bool counts_as_whole(const fs::path& folder) {
+  try {
+    require_whole(folder);
+    return true;
+  } catch (const std::runtime_error&) {
+    return false;
+  }
+}
+
+/// What a process of its own comes to that is killed when it changes a name for the n-th time.
+/// Returns false where it came to its end.
+template <class Action>
+bool is_killed_at(int change, const Action& action) {
+  const pid_t child = fork();
+  if (child == 0) {
+    changes_left = change;
+    action();
+    _exit(0);
+  }
+  int status = 0;
+  EXPECT_EQ(waitpid(child, &status, 0), child);
+  return WIFSIGNALED(status);
+}
+
+TEST(StagedFolder, KilledAtAnyChangeItHoldsTheOldFilesOrTheNewOnesOrSaysThatItDoesNot) {
+  const Files old_files = results("old", 3), new_files = results("new", 4);
+  int halves = 0;
+  bool killed = true;
+  for (int change = 0; killed; ++change) {
+    SCOPED_TRACE(change);
+    const TemporaryFolder folder;
+    put(folder.path(), old_files);
+    killed = is_killed_at(change, [&] { put(folder.path(), new_files); });
+    const Files found = visible(folder.path());
+    if (counts_as_whole(folder.path())) {
+      EXPECT_EQ(found, killed && found != new_files ? old_files : new_files);
+    } else {
+      ++halves;
+    }
+    put(folder.path(), results("next", 2));
+    EXPECT_EQ(visible(folder.path()), results("next", 2));
+    EXPECT_EQ(entries(folder.path()), 4U) << "nothing of the dead writer is left";
+  }
+  EXPECT_GT(halves, 10) << "or little was shown";
+}
+
+/// Cuts off an exchange at one change and what puts the old files back at another. Returns false
+/// where there was nothing to put back, or that was not cut off any more.
+bool is_cut_off_twice(int change, int change_back) {
+  const Files old_files = results("old", 1);
+  const TemporaryFolder folder;
+  put(folder.path(), old_files);
+  is_killed_at(change, [&] { put(folder.path(), results("new", 2)); });
+  if (counts_as_whole(folder.path())) return false;
+  const auto put_back = [&] { StagedFolder::check(folder.path(), "test", {}, true); };
+  const bool killed = is_killed_at(change_back, put_back);
+  put_back();
+  EXPECT_TRUE(counts_as_whole(folder.path()));
+  EXPECT_EQ(visible(folder.path()), old_files);
+  return killed;
+}
+
+TEST(StagedFolder, PutsTheOldFilesBackEvenIfThatIsCutOff) {
+  int times = 0;
+  for (int change = 0; change < 30; ++change) {
+    for (int back = 0; is_cut_off_twice(change, back); ++back) ++times;
+  }
+  EXPECT_GT(times, 20) << "or little was shown";
+}
+
+TEST(StagedFolder, AChangeThatFailsLeavesTheOldFiles) {
+  const Files old_files = results("old", 3);
+  bool failed = true;
+  int times = 0;
+  for (int change = 0; failed; ++change) {
+    SCOPED_TRACE(change);
+    const TemporaryFolder folder;
+    put(folder.path(), old_files);
+    failed = false;
+    changes_before_failure = change;
+    try {
+      put(folder.path(), results("new", 4));
+    } catch (const std::runtime_error& error) {
+      EXPECT_NE(std::string(error.what()).find(folder.path().string()), std::string::npos);
+      failed = true;
+      ++times;
+    }
+    changes_before_failure = -1;
+    EXPECT_TRUE(counts_as_whole(folder.path()));
+    EXPECT_EQ(visible(folder.path()), failed ? old_files : results("new", 4));
+    EXPECT_EQ(entries(folder.path()), 4U);
+  }
+  EXPECT_GT(times, 15) << "or little was shown";
+}
+
+TEST(StagedFolder, AnotherWriterRefusesAFolderOfHalfResults) {
+  const TemporaryFolder folder;
+  folder.write(".dynfilter-commit", "test\n.dynfilter-test-1\nkey\n");
+  EXPECT_FALSE(counts_as_whole(folder.path()));
+  expect_error<std::runtime_error>([&] { StagedFolder(folder.path(), "other", {}, true); },
+                                   "holds half of what dynfilter test was putting there");
+  expect_error<std::runtime_error>([&] { put(folder.path(), results("new", 1)); },
+                                   "with the other half is gone");
+}
+
+}  // namespace
+}  // namespace dynfilter::detail

@@ -1,0 +1,278 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// The reference odometry.
+
+#include "odometry.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <random>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <dynfilter/evaluation/rgbd_sequence.hpp>
+#include <dynfilter/evaluation/synthetic_scene.hpp>
+#include <dynfilter/evaluation/trajectory_errors.hpp>
+#include <opencv2/core.hpp>
+
+#include "bundle_adjustment.hpp"
+#include "pnp_ransac.hpp"
+#include "support/test_data.hpp"
+
+namespace odometry {
+namespace {
+
+using dynfilter::Segmentation;
+using dynfilter::SyntheticFrame;
+using dynfilter::SyntheticScene;
+using dynfilter::SyntheticSceneOptions;
+
+SyntheticScene small_scene(int persons, int frames) {
+  SyntheticSceneOptions options;
+  options.image_size = {400, 300};
+  options.frames = frames;
+  options.persons = persons;
+  return SyntheticScene(options);
+}
+
+struct Rendered {
+  dynfilter::CameraParameters camera;
+  std::vector<SyntheticFrame> frames;
+  dynfilter::Trajectory truth;
+};
+
+Rendered render(const SyntheticScene& scene) {
+  Rendered rendered{scene.camera(), {}, {}};
+  for (int i = 0; i < scene.size(); ++i) {
+    rendered.frames.push_back(scene.render(i));
+    const dynfilter::CameraPose& pose = rendered.frames.back().pose;
+    dynfilter::TimedPose timed;
+    timed.timestamp_s = scene.timestamp_s(i);
+    for (int row = 0; row < 3; ++row) {
+      timed.translation[row] = pose.translation[row];
+      for (int column = 0; column < 3; ++column) {
+        timed.rotation(row, column) = pose.rotation(row, column);
+      }
+    }
+    rendered.truth.push_back(timed);
+  }
+  return rendered;
+}
+
+/// Rendered once for all tests of this program.
+const Rendered& static_frames() {
+  static const Rendered rendered = render(small_scene(0, 25));
+  return rendered;
+}
+
+const Rendered& moving_frames() {
+  static const Rendered rendered = render(small_scene(2, 30));
+  return rendered;
+}
+
+Odometry track(const Rendered& rendered, bool with_true_masks) {
+  OdometryOptions options;
+  options.features = 800;
+  Odometry odometry(rendered.camera, options);
+  for (const SyntheticFrame& frame : rendered.frames) {
+    std::optional<Segmentation> masks;
+    if (with_true_masks) masks = frame.true_segmentation;
+    odometry.track(frame.frame, masks);
+  }
+  return odometry;
+}
+
+double ate_m(const Odometry& odometry, const dynfilter::Trajectory& truth) {
+  return dynfilter::absolute_trajectory_error(odometry.trajectory(), truth).translation_m.rmse;
+}
+
+bool are_equal(const dynfilter::Trajectory& a, const dynfilter::Trajectory& b) {
+  if (a.size() != b.size()) return false;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    if (a[i].rotation != b[i].rotation || a[i].translation != b[i].translation) return false;
+  }
+  return true;
+}
+
+PinholeCamera test_camera() {
+  PinholeCamera camera;
+  camera.fx = 500;
+  camera.fy = 510;
+  camera.cx = 320;
+  camera.cy = 240;
+  camera.width = 640;
+  camera.height = 480;
+  return camera;
+}
+
+Pose test_pose() {
+  Twist motion;
+  motion << 0.1, -0.2, 0.05, 0.3, -0.1, 0.2;
+  return moved(Pose(), motion);
+}
+
+/// Uniform in [low, high), the same with every standard library.
+double draw(std::mt19937_64& random, double low, double high) {
+  return low + (high - low) * static_cast<double>(random() >> 11) / 9007199254740992.0;
+}
+
+/// Exact matches, of which the first `outliers` have another place in the image.
+std::vector<PointMatch> exact_matches(const Pose& pose, std::size_t count, std::size_t outliers) {
+  std::mt19937_64 random(3);
+  const PinholeCamera camera = test_camera();
+  std::vector<PointMatch> matches(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Eigen::Vector2d pixel(draw(random, 0, 640), draw(random, 0, 480));
+    Observation& observation = matches[i].observation;
+    observation.pixel = pixel;
+    observation.depth_m = draw(random, 1, 4);
+    matches[i].point = pose.inverse() * camera.back_project(pixel, observation.depth_m);
+    if (i < outliers) observation.pixel.x() += draw(random, 30, 90);
+    if (i % 3 == 0) observation.depth_m = 0;
+  }
+  return matches;
+}
+
+TEST(Odometry, FollowsAStaticSceneToMillimetres) {
+  const Odometry odometry = track(static_frames(), false);
+  EXPECT_EQ(odometry.lost_frames(), 0U);
+  EXPECT_EQ(odometry.trajectory().size(), static_frames().frames.size());
+  EXPECT_LT(ate_m(odometry, static_frames().truth), 0.01);
+}
+
+TEST(Odometry, GivesTheSamePosesForTheSameFrames) {
+  const Odometry first = track(static_frames(), false);
+  const int threads = cv::getNumThreads();
+  cv::setNumThreads(1);
+  const Odometry second = track(static_frames(), false);
+  cv::setNumThreads(threads);
+  EXPECT_TRUE(are_equal(first.trajectory(), second.trajectory()));
+}
+
+TEST(Odometry, IsDraggedByPersonsUnlessTheirFeaturesAreRemoved) {
+  const double with_persons = ate_m(track(moving_frames(), false), moving_frames().truth);
+  const double without_persons = ate_m(track(moving_frames(), true), moving_frames().truth);
+  EXPECT_LT(without_persons, 0.03);
+  EXPECT_GT(with_persons, 4 * without_persons);
+}
+
+TEST(Odometry, SaysWhenItIsLostAndFindsItsMapAgain) {
+  const Rendered& rendered = static_frames();
+  Odometry odometry(rendered.camera);
+  for (std::size_t i = 0; i < 6; ++i) odometry.track(rendered.frames[i].frame, {});
+  dynfilter::FrameView dark = rendered.frames[6].frame;
+  dark.image = cv::Mat::zeros(dark.image.size(), dark.image.type());
+  const FrameResult lost = odometry.track(dark, {});
+  EXPECT_EQ(lost.tracked, Tracked::lost);
+  EXPECT_TRUE(lost.pose.has_value());
+  EXPECT_EQ(odometry.lost_frames(), 1U);
+  // Far enough on for the prediction to be of no use.
+  const FrameResult found = odometry.track(rendered.frames[20].frame, {});
+  EXPECT_EQ(found.tracked, Tracked::found);
+  EXPECT_EQ(odometry.trajectory().size(), 8U);
+  EXPECT_LT(ate_m(odometry, rendered.truth), 0.05);
+}
+
+TEST(Odometry, WaitsForAFrameWithFeaturesAndDepth) {
+  const Rendered& rendered = static_frames();
+  Odometry odometry(rendered.camera);
+  dynfilter::FrameView frame = rendered.frames[0].frame;
+  frame.depth = cv::Mat();
+  EXPECT_EQ(odometry.track(frame, {}).tracked, Tracked::waiting);
+  frame = rendered.frames[1].frame;
+  frame.image = cv::Mat::zeros(frame.image.size(), frame.image.type());
+  EXPECT_EQ(odometry.track(frame, {}).tracked, Tracked::waiting);
+  EXPECT_FALSE(odometry.track(frame, {}).pose.has_value());
+  EXPECT_TRUE(odometry.trajectory().empty());
+  EXPECT_EQ(odometry.track(rendered.frames[2].frame, {}).tracked, Tracked::found);
+  // Depth is not needed to go on.
+  frame = rendered.frames[3].frame;
+  frame.depth = cv::Mat();
+  EXPECT_EQ(odometry.track(frame, {}).tracked, Tracked::found);
+}
+
+TEST(PoseRefinement, JacobianIsTheDerivativeOfTheResidual) {
+  const PinholeCamera camera = test_camera();
+  const Eigen::Vector3d point(0.4, -0.3, 2.1);
+  for (const double depth_m : {0.0, 2.0}) {
+    Observation observation;
+    observation.pixel = {400, 200};
+    observation.depth_m = depth_m;
+    observation.sigma_px = 1.2;
+    observation.disparity_sigma_px = 0.5;
+    const Pose pose = test_pose();
+    const Eigen::Vector3d seen = pose * point;
+    const auto jacobian = pose_jacobian(point_jacobian(camera, observation, seen), seen);
+    for (int k = 0; k < 6; ++k) {
+      constexpr double step = 1e-6;
+      const Twist change = step * Twist::Unit(k);
+      const Eigen::Vector3d ahead = residual(camera, observation, moved(pose, change) * point);
+      const Eigen::Vector3d behind = residual(camera, observation, moved(pose, -change) * point);
+      const Eigen::Vector3d numeric = (ahead - behind) / (2 * step);
+      EXPECT_LT((jacobian.col(k) - numeric).norm(), 1e-4) << "component " << k;
+    }
+  }
+}
+
+TEST(PoseRefinement, FindsThePoseAndTheOutliers) {
+  std::vector<PointMatch> matches = exact_matches(test_pose(), 100, 15);
+  Pose pose = test_pose();
+  pose.translation.x() += 0.02;
+  EXPECT_EQ(refine_pose(test_camera(), pose, matches), 85U);
+  EXPECT_LT((pose.translation - test_pose().translation).norm(), 1e-6);
+  EXPECT_FALSE(matches[0].is_inlier);
+  EXPECT_TRUE(matches[99].is_inlier);
+}
+
+TEST(PoseRefinement, LeavesThePoseAloneWithoutMatches) {
+  std::vector<PointMatch> matches = exact_matches(test_pose(), 2, 0);
+  Pose pose;
+  EXPECT_EQ(refine_pose(test_camera(), pose, matches), 0U);
+  EXPECT_EQ(pose.translation, Eigen::Vector3d::Zero());
+}
+
+TEST(PnpRansac, FindsThePoseAmongHalfOutliersWithoutAGuess) {
+  std::vector<PointMatch> matches = exact_matches(test_pose(), 80, 40);
+  const auto pose = pnp_ransac(test_camera(), matches, 20, 1);
+  ASSERT_TRUE(pose.has_value());
+  EXPECT_LT((pose->translation - test_pose().translation).norm(), 1e-3);
+  EXPECT_FALSE(pnp_ransac(test_camera(), matches, 60, 1).has_value());
+}
+
+TEST(BundleAdjustment, BringsPosesAndPointsBack) {
+  const PinholeCamera camera = test_camera();
+  const std::vector<PointMatch> matches = exact_matches(Pose(), 60, 0);
+  Bundle bundle;
+  bundle.free_poses = 1;
+  bundle.poses = {test_pose(), Pose()};
+  for (const PointMatch& match : matches) {
+    for (std::size_t k = 0; k < 2; ++k) {
+      const Eigen::Vector3d seen = bundle.poses[k] * match.point;
+      Observation observation;
+      observation.pixel = camera.project(seen).head<2>();
+      observation.depth_m = seen.z();
+      bundle.observations.push_back({k, bundle.points.size(), observation});
+    }
+    bundle.points.push_back(match.point + Eigen::Vector3d(0.004, -0.003, 0.01));
+  }
+  bundle.poses[0].translation.y() += 0.01;
+  adjust_bundle(camera, bundle);
+  EXPECT_LT((bundle.poses[0].translation - test_pose().translation).norm(), 1e-5);
+  EXPECT_LT((bundle.points[30] - matches[30].point).norm(), 1e-4);
+}
+
+using OdometryOnRecordedData = dynfilter::testing::RecordedData;
+
+TEST_F(OdometryOnRecordedData, FollowsFr1XyzToCentimetres) {
+  const dynfilter::RgbdSequence sequence(data("tum_fr1_xyz_120"));
+  Odometry odometry(sequence.camera());
+  for (std::size_t i = 0; i < sequence.size(); ++i) odometry.track(sequence.read(i), {});
+  EXPECT_EQ(odometry.lost_frames(), 0U);
+  const auto truth = dynfilter::read_trajectory(*sequence.groundtruth_file());
+  EXPECT_LT(ate_m(odometry, truth), 0.02);
+}
+
+}  // namespace
+}  // namespace odometry

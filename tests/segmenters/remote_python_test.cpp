@@ -1,0 +1,210 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// RemoteSegmenter with the Python side in examples/remote_masks, and that side's own tests.
+
+#include "dynfilter/segmenters/remote_segmenter.hpp"
+
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <cstdlib>
+#include <filesystem>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <thread>
+
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+
+#include "support/expect_error.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace dynfilter {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::expect_error;
+
+const std::string python = DYNFILTER_PYTHON;
+const std::string sources = DYNFILTER_SOURCE_DIR;
+
+/// A script of Python that runs as long as this lives.
+class Script {
+ public:
+  Script(const std::string& file, const fs::path& socket) : id_(fork()) {
+    if (id_ != 0) return;
+    execl(python.c_str(), python.c_str(), "-B", (sources + file).c_str(), socket.c_str(),
+          static_cast<char*>(nullptr));
+    _exit(127);
+  }
+  ~Script() { stop(SIGKILL); }
+  Script(const Script&) = delete;
+  Script& operator=(const Script&) = delete;
+
+  void stop(int signal) {
+    if (id_ == 0) return;
+    kill(id_, signal);
+    waitpid(id_, nullptr, 0);
+    id_ = 0;
+  }
+
+ private:
+  pid_t id_;
+};
+
+class RemotePython : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (python.empty()) GTEST_SKIP() << "no python3 with NumPy was found by CMake";
+  }
+
+  /// Python takes a while until it listens.
+  static RemoteSegmenterOptions patient() {
+    RemoteSegmenterOptions options;
+    options.timeout_s = 60;
+    options.retry_interval_s = 0.01;
+    return options;
+  }
+
+  static FrameView frame_of(int first_pixel) {
+    FrameView frame;
+    frame.id = 1ULL << 63U;
+    frame.timestamp_s = 12.5;
+    frame.image = cv::Mat(20, 30, CV_8UC3, cv::Scalar::all(first_pixel));
+    return frame;
+  }
+
+  testing::TemporaryFolder folder;
+  fs::path path = folder / "masks.sock";
+};
+
+const std::string threshold = "/examples/remote_masks/threshold.py";
+const std::string peer = "/tests/segmenters/remote_python_peer.py";
+
+/// The example's rule: brighter than 128 on average over the channels.
+bool is_bright(const cv::Mat& image, int y, int x) {
+  const std::uint8_t* pixel = image.ptr(y, x);
+  int sum = 0;
+  for (int channel = 0; channel < image.channels(); ++channel) sum += pixel[channel];
+  return sum > 128 * image.channels();
+}
+
+TEST_F(RemotePython, TheExampleFindsWhatIsBright) {
+  const Script script(threshold, path);
+  RemoteSegmenter people(path, patient());
+  for (const int type : {CV_8UC1, CV_8UC3}) {
+    FrameView frame;
+    frame.image = cv::Mat(48, 64, type, cv::Scalar::all(0));
+    cv::Mat object = frame.image({20, 10, 17, 23});
+    cv::randu(object, 0, 256);
+    const Segmentation found = people.segment(frame);
+    ASSERT_EQ(found.instances.size(), 1U);
+    const Instance& instance = found.instances[0];
+    EXPECT_EQ(instance.class_id, 0);
+    EXPECT_EQ(instance.score, 1.0F);
+    EXPECT_EQ(instance.box, cv::Rect(instance.mask_origin, instance.mask.size()));
+    for (int y = 0; y < frame.image.rows; ++y) {
+      for (int x = 0; x < frame.image.cols; ++x) {
+        ASSERT_EQ(instance.covers({x, y}), is_bright(frame.image, y, x)) << x << "," << y;
+      }
+    }
+  }
+  EXPECT_TRUE(people.segment(frame_of(0)).instances.empty());
+}
+
+TEST_F(RemotePython, DepthGoesOutAndTracksComeBack) {
+  const Script script(peer, path);
+  RemoteSegmenterOptions options = patient();
+  options.send_depth = true;
+  RemoteSegmenter people(path, options);
+  FrameView frame = frame_of(3);
+  cv::Mat units(20, 30, CV_16UC1);
+  cv::randu(units, 0, 20000);
+  cv::Mat metres;
+  units.convertTo(metres, CV_32F, 0.0002);
+  for (const cv::Mat& depth : {units, metres}) {
+    frame.depth = depth;
+    frame.metres_per_unit = depth.type() == CV_16UC1 ? 0.0002 : 0;
+    const Segmentation found = people.segment(frame);
+    ASSERT_EQ(found.instances.size(), 1U);
+    const Instance& instance = found.instances[0];
+    EXPECT_EQ(instance.class_id, 5);
+    EXPECT_EQ(instance.score, 0.25F);
+    EXPECT_EQ(instance.box, cv::Rect(-2, 2, 11, 3));
+    EXPECT_EQ(instance.track_id, -7);
+    for (int y = 0; y < 20; ++y) {
+      for (int x = 0; x < 30; ++x) {
+        const int value = units.at<std::uint16_t>(y, x);
+        if (value == 10000) continue;  // just 2 m, give or take a rounding
+        ASSERT_EQ(instance.covers({x, y}), value > 0 && value < 10000) << x << "," << y;
+      }
+    }
+  }
+  frame.depth.release();
+  expect_error<std::runtime_error>([&] { people.segment(frame); }, "TypeError");
+}
+
+TEST_F(RemotePython, ErrorsOfTheNetworkReachTheHost) {
+  const Script script(peer, path);
+  RemoteSegmenter people(path, patient());
+  expect_error<std::runtime_error>([&] { people.segment(frame_of(1)); },
+                                   path.string() +
+                                       ": the other side has failed at frame 9223372036854775808: "
+                                       "RuntimeError: no masks today");
+  expect_error<std::runtime_error>([&] { people.segment(frame_of(2)); },
+                                   "ValueError: instance 0: score nan; want 0 to 1");
+  EXPECT_EQ(people.segment(frame_of(9)).instances.at(0).class_id, 9);
+}
+
+// Start order both ways, a socket's file that the dead have left, death in the middle of a call.
+TEST_F(RemotePython, IsKilledAtRandomPointsAndComesBack) {
+  std::mt19937 random(47);
+  RemoteSegmenter people(path, patient());
+  int answered = 0;
+  for (int life = 0; life < 8; ++life) {
+    Script script(peer, path);
+    EXPECT_EQ(people.segment(frame_of(9)).instances.at(0).class_id, 9);
+    std::atomic<bool> is_dead{false};
+    std::thread killer([&, delay = random() % 20000] {
+      std::this_thread::sleep_for(std::chrono::microseconds(delay));
+      script.stop(SIGKILL);
+      is_dead = true;
+    });
+    RemoteSegmenterOptions options = patient();
+    options.retry_interval_s = 0;
+    RemoteSegmenter others(path, options);
+    for (int i = 0; !is_dead; ++i) {
+      const int action = 4 + i % 200;
+      try {
+        EXPECT_EQ(others.segment(frame_of(action)).instances.at(0).class_id, action);
+        ++answered;
+      } catch (const std::runtime_error&) {
+      }
+    }
+    killer.join();
+    EXPECT_TRUE(fs::exists(path));
+  }
+  EXPECT_GT(answered, 8);
+}
+
+TEST_F(RemotePython, TakesItsSocketAwayWhenItIsInterrupted) {
+  Script script(threshold, path);
+  RemoteSegmenter people(path, patient());
+  people.segment(frame_of(9));
+  script.stop(SIGINT);
+  EXPECT_FALSE(fs::exists(path));
+}
+
+TEST_F(RemotePython, ItsOwnTestsPass) {
+  EXPECT_EQ(
+      std::system(("'" + python + "' -B '" + sources + "/tests/segmenters/remote_masks_test.py'").c_str()), 0);
+}
+
+}  // namespace
+}  // namespace dynfilter

@@ -1,0 +1,270 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// A sub-command that is killed, or that finds no room, leaves the earlier results or the new ones,
+// whole, or none that anybody takes for results.
+
+#include <gtest/gtest.h>
+
+#include <fcntl.h>
+#include <sys/mount.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <functional>
+#include <random>
+#include <string>
+#include <thread>
+
+#include "dynfilter/evaluation/rgbd_sequence.hpp"
+#include "dynfilter/segmenters/mask_folder_segmenter.hpp"
+#include "support/file_tree.hpp"
+#include "support/program.hpp"
+#include "support/remote_peer.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+/// A sub-command that replaces results of its own by others.
+struct Replacement {
+  std::string name;
+  std::string earlier, later;                    ///< arguments without the folder
+  std::function<bool(const fs::path&)> is_read;  ///< whether a reader takes the folder
+};
+
+/// Takes the times that a run took out of its summary.
+FileTree without_times(FileTree files) {
+  const auto summary = files.find("summary.json");
+  if (summary == files.end()) return files;
+  nlohmann::json json = nlohmann::json::parse(summary->second);
+  json.erase("times_ms");
+  summary->second = json.dump();
+  return files;
+}
+
+template <class Read>
+bool succeeds(const Read& read) {
+  try {
+    read();
+    return true;
+  } catch (const std::runtime_error&) {
+    return false;
+  }
+}
+
+class ProgramStopped : public ::testing::Test {
+ protected:
+  ProgramStopped() {
+    const Outcome synth =
+        run("synth " + quoted(folder_ / "scene") + " --frames 4 --width 160 --height 120");
+    if (synth.exit_code != 0) throw std::runtime_error(synth.printed);
+    masks_ = std::make_unique<MaskFolderSegmenter>(folder_ / "scene/masks");
+    peer_ = std::make_unique<RemotePeer>(
+        folder_ / "socket", [this](const PeerSocket& socket, const ReceivedFrame& frame) {
+          FrameView view;
+          view.id = frame.id;
+          view.timestamp_s = frame.timestamp_s;
+          view.image = frame.image;
+          return socket.send(reply(frame.request, masks_->segment(view)));
+        });
+  }
+
+  std::vector<Replacement> replacements() const {
+    const std::string scene = quoted(folder_ / "scene");
+    const std::string masks = "masks --overwrite --remote " + quoted(folder_ / "socket") + " ";
+    // The same sequence with a frame less has other masks.
+    const fs::path shorter = folder_ / "shorter";
+    fs::create_directories(shorter);
+    for (const char* name : {"camera.yaml", "rgb", "depth"}) {
+      fs::copy(folder_ / "scene" / name, shorter / name, fs::copy_options::recursive);
+    }
+    std::string rows = file_text(folder_ / "scene/associations.txt");
+    rows.erase(0, rows.find('\n') + 1);
+    folder_.write("shorter/associations.txt", rows);
+    return {
+        {"run", "run --features 200 --overlays 3 " + scene + " --out ",
+         "run --features 300 --overlays 2 " + scene + " --out ",
+         [](const fs::path& out) { return run("ablate --gather " + quoted(out)).exit_code == 0; }},
+        {"masks", masks + scene + " --out ", masks + quoted(shorter) + " --out ",
+         [](const fs::path& out) { return succeeds([&] { MaskFolderSegmenter{out}; }); }},
+        {"synth", "synth --overwrite --frames 3 --width 64 --height 48 ",
+         "synth --overwrite --frames 2 --width 96 --height 48 ",
+         [](const fs::path& out) { return succeeds([&] { RgbdSequence{out}; }); }}};
+  }
+
+  static FileTree made(const std::string& arguments, const fs::path& out) {
+    const Outcome outcome = run(arguments + quoted(out));
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
+    return without_times(visible_tree(out));
+  }
+
+  TemporaryFolder folder_;
+
+ private:
+  std::unique_ptr<MaskFolderSegmenter> masks_;
+  std::unique_ptr<RemotePeer> peer_;
+};
+
+/// Runs the program and kills it after a while, unless it ended before.
+void run_and_kill(const std::string& arguments, std::chrono::microseconds after) {
+  const std::string command = "exec '" DYNFILTER_PROGRAM "' " + arguments + " >/dev/null 2>&1";
+  const pid_t child = fork();
+  ASSERT_GE(child, 0);
+  if (child == 0) {
+    execl("/bin/sh", "sh", "-c", command.c_str(), nullptr);
+    _exit(127);
+  }
+  std::this_thread::sleep_for(after);
+  kill(child, SIGKILL);
+  waitpid(child, nullptr, 0);
+}
+
+std::chrono::microseconds time_of(const std::function<void()>& action) {
+  const auto begin = std::chrono::steady_clock::now();
+  action();
+  return std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::steady_clock::now() -
+                                                               begin);
+}
+
+TEST_F(ProgramStopped, KilledAtAnyMomentItLeavesOldResultsOrNewOnesOrNone) {
+  const char* wanted = std::getenv("DYNFILTER_KILLS");
+  const int kills = wanted == nullptr ? 4 : std::atoi(wanted);
+  std::mt19937 random(16);
+  for (const Replacement& command : replacements()) {
+    SCOPED_TRACE(command.name);
+    const FileTree earlier = made(command.earlier, folder_ / "earlier" / command.name);
+    FileTree later;
+    const auto whole_time =
+        time_of([&] { later = made(command.later, folder_ / "later" / command.name); });
+    ASSERT_NE(earlier, later);
+    for (int k = 0; k < kills; ++k) {
+      SCOPED_TRACE(k);
+      const fs::path out = folder_ / (command.name + std::to_string(k));
+      const bool is_fresh = k % 3 == 0;
+      if (!is_fresh) made(command.earlier, out);
+      const auto after = whole_time * static_cast<int>(random() % 1000) / 1000;
+      run_and_kill(command.later + quoted(out), after);
+
+      const FileTree found =
+          fs::exists(out / ".dynfilter-commit") ? FileTree() : without_times(visible_tree(out));
+      const FileTree& before = is_fresh ? FileTree() : earlier;
+      EXPECT_TRUE(found == before || found == later || found.empty());
+      EXPECT_EQ(command.is_read(out), !found.empty());
+      EXPECT_EQ(made(command.later, out), later) << "it can be done again";
+    }
+  }
+}
+
+/// The end of a call that may have had too little room: all new, or an error that names a file.
+void expect_whole(const Outcome& outcome, const fs::path& out, const FileTree& earlier,
+                  const FileTree& later) {
+  const FileTree found = without_times(visible_tree(out));
+  if (outcome.exit_code == 0) {
+    EXPECT_EQ(found, later);
+  } else {
+    EXPECT_EQ(found, earlier);
+    EXPECT_TRUE(outcome.mentions("cannot be")) << outcome.printed;
+    EXPECT_TRUE(outcome.mentions(out.string() + "/")) << outcome.printed;
+  }
+  for (const auto& [name, text] : file_tree(out)) {
+    EXPECT_EQ(name.parent_path().string().find(".dynfilter-"), std::string::npos) << name;
+  }
+}
+
+TEST_F(ProgramStopped, AFileThatCannotGrowLeavesTheEarlierResults) {
+  int failures = 0;
+  for (const Replacement& command : replacements()) {
+    SCOPED_TRACE(command.name);
+    const FileTree later = made(command.later, folder_ / "later" / command.name);
+    for (const int blocks : {0, 2, 10, 80, 400}) {
+      SCOPED_TRACE(blocks);
+      const fs::path out = folder_ / (command.name + std::to_string(blocks));
+      const FileTree earlier = made(command.earlier, out);
+      // Ignored, the signal leaves an error of write().
+      const std::string shell = "trap '' XFSZ; ulimit -f " + std::to_string(blocks) + "; exec ";
+      const Outcome outcome =
+          run_in_shell(shell + "'" DYNFILTER_PROGRAM "' " + command.later + quoted(out));
+      failures += outcome.exit_code != 0 ? 1 : 0;
+      expect_whole(outcome, out, earlier, later);
+    }
+  }
+  EXPECT_GT(failures, 5) << "or little was shown";
+}
+
+/// A small file system of its own, where the system lets one mount it.
+class SmallDisk {
+ public:
+  SmallDisk(const fs::path& folder, int kilobytes) : folder_(folder) {
+    fs::create_directories(folder);
+    const std::string size = "size=" + std::to_string(kilobytes) + "k";
+    is_mounted_ = mount("tmpfs", folder.c_str(), "tmpfs", 0, size.c_str()) == 0;
+  }
+  ~SmallDisk() {
+    if (is_mounted_) umount2(folder_.c_str(), MNT_DETACH);
+  }
+  SmallDisk(const SmallDisk&) = delete;
+  SmallDisk& operator=(const SmallDisk&) = delete;
+
+  bool is_mounted() const { return is_mounted_; }
+
+ private:
+  fs::path folder_;
+  bool is_mounted_;
+};
+
+TEST_F(ProgramStopped, AFullDiskLeavesTheEarlierResults) {
+  int failures = 0;
+  for (const Replacement& command : replacements()) {
+    SCOPED_TRACE(command.name);
+    const FileTree later = made(command.later, folder_ / "later" / command.name);
+    std::size_t earlier_bytes = 0;
+    for (const auto& [name, text] : made(command.earlier, folder_ / "earlier" / command.name)) {
+      earlier_bytes += (text.size() + 4095) / 4096 * 4096;
+    }
+    for (const int more_kilobytes : {8, 40, 100, 250, 2000}) {
+      SCOPED_TRACE(more_kilobytes);
+      const SmallDisk disk(folder_ / "disk",
+                           static_cast<int>(earlier_bytes / 1024) + 24 + more_kilobytes);
+      if (!disk.is_mounted()) GTEST_SKIP() << "a small file system needs the right to mount";
+      const fs::path out = folder_ / "disk/out";
+      // Made elsewhere: it would need more room than it takes.
+      made(command.earlier, folder_ / "copied");
+      fs::copy(folder_ / "copied", out, fs::copy_options::recursive);
+      const FileTree earlier = without_times(visible_tree(out));
+      const Outcome outcome = run(command.later + quoted(out));
+      failures += outcome.exit_code != 0 ? 1 : 0;
+      expect_whole(outcome, out, earlier, later);
+      fs::remove_all(folder_ / "copied");
+    }
+  }
+  EXPECT_GT(failures, 5) << "or little was shown";
+}
+
+TEST_F(ProgramStopped, APageOrATableThatCannotBeWrittenLeavesTheEarlierOne) {
+  const std::string truth = quoted(folder_ / "scene/groundtruth.txt");
+  ASSERT_EQ(run("run " + quoted(folder_ / "scene") + " --out " + quoted(folder_ / "out")).exit_code,
+            0);
+  const std::string commands[] = {
+      "eval " + truth + " " + truth + " --frames 1 --json " + quoted(folder_ / "files/one"),
+      "ablate --gather " + quoted(folder_ / "out") + " --report " + quoted(folder_ / "files/one")};
+  for (const std::string& command : commands) {
+    SCOPED_TRACE(command);
+    fs::remove_all(folder_ / "files");
+    fs::create_directories(folder_ / "files");
+    ASSERT_EQ(run(command).exit_code, 0);
+    const FileTree before = file_tree(folder_ / "files");
+    const Outcome outcome =
+        run_in_shell("trap '' XFSZ; ulimit -f 0; exec '" DYNFILTER_PROGRAM "' " + command);
+    EXPECT_NE(outcome.exit_code, 0);
+    EXPECT_TRUE(outcome.mentions("files/one: cannot be written")) << outcome.printed;
+    EXPECT_EQ(file_tree(folder_ / "files"), before);
+  }
+}
+
+}  // namespace
+}  // namespace dynfilter::testing
