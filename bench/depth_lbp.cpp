@@ -11,8 +11,8 @@
 //   dense/<u16|f32>/<width>x<height>/<memcpy|mat_at|mat_at_loop|cv_compare|bgr2gray|dlib>
 //   sparse/<u16|f32>/<points>/<codes|code|naive>/<warm|cold>           640x480
 
-#include "dynfilter/dense_depth_lbp.hpp"
 #include "dynfilter/depth_lbp.hpp"
+#include "dynfilter/dense_depth_lbp.hpp"
 
 #include <benchmark/benchmark.h>
 
@@ -147,7 +147,9 @@ void dense_two_threads(benchmark::State& state, const cv::Size& size) {
   const cv::Rect upper(0, 0, size.width, half);
   const cv::Rect lower(0, half, size.width, size.height - half);
   SpinningWorker worker([&] { dense_depth_lbp(depth, lower, codes, lbp.options()); });
-  const auto make_codes = [&] { worker.run_beside([&] { dense_depth_lbp(depth, upper, codes, lbp.options()); }); };
+  const auto make_codes = [&] {
+    worker.run_beside([&] { dense_depth_lbp(depth, upper, codes, lbp.options()); });
+  };
   make_codes();
   if (cv::norm(codes, expected_codes<Depth>(depth), cv::NORM_INF) != 0) {
     state.SkipWithError("differs from the naive codes");

@@ -62,7 +62,7 @@ struct Rule {
 
 constexpr Rule paper = {"paper", CompensationRule::paper};
 constexpr Rule object_depth = {"default", CompensationRule::depth};
-constexpr Rule masks = {"masks", CompensationRule::none};
+constexpr Rule masks = {"masks", CompensationRule::mask};
 
 /// Made when the first benchmark needs it; the benchmarks' threads share it.
 const FilterInputData& input_of(const Case& which) {

@@ -174,7 +174,7 @@ void naive_filter(benchmark::State& state) {
 /// pixels that are joined to it by steps of less than 5 cm. Holes are not crossed.
 std::size_t grow_region(const cv::Mat& depth, cv::Point seed, cv::Mat& region,
                         std::vector<cv::Point>& queue) {
-  constexpr int most_step = 250;  // units of 0.2 mm
+  constexpr int max_step = 250;  // units of 0.2 mm
   region.setTo(cv::Scalar(0));
   queue.assign(1, seed);
   region.at<std::uint8_t>(seed) = 255;
@@ -187,7 +187,7 @@ std::size_t grow_region(const cv::Mat& depth, cv::Point seed, cv::Mat& region,
       if (!cv::Rect({0, 0}, depth.size()).contains(there)) continue;
       const int value = depth.at<std::uint16_t>(there);
       std::uint8_t& mark = region.at<std::uint8_t>(there);
-      if (mark != 0 || value == 0 || std::abs(value - here) > most_step) continue;
+      if (mark != 0 || value == 0 || std::abs(value - here) > max_step) continue;
       mark = 255;
       queue.push_back(there);
     }
@@ -312,7 +312,7 @@ void register_filter_peers() {
   };
   add_scene("filter/paper/scene", CompensationRule::paper);
   add_scene("filter/default/scene", CompensationRule::depth);
-  add_scene("filter/masks/scene", CompensationRule::none);
+  add_scene("filter/masks/scene", CompensationRule::mask);
 }
 
 }  // namespace dynfilter::benchmarks

@@ -190,11 +190,10 @@ void print_options(const std::vector<Level>& levels, const Question& question) {
   using Options = dynfilter::MaskPropagatorOptions;
   row("work_width_px", &Options::work_width_px, {160, 213, 427, 640});
   row("point_spacing_px", &Options::point_spacing_px, {5, 6, 12, 16});
-  row("most_forward_backward_px", &Options::most_forward_backward_px,
-      {0.4, 0.7, 1.0, 2.0, 3.0, 100});
+  row("max_forward_backward_px", &Options::max_forward_backward_px, {0.4, 0.7, 1.0, 2.0, 3.0, 100});
   row("field_sigma_px", &Options::field_sigma_px, {7, 10, 20, 30, 1000});
   row("edge_px", &Options::edge_px, {0, 2, 3, 4, 6, 8, 10});
-  row("least_points", &Options::least_points, {1, 5, 10, 20});
+  row("min_points", &Options::min_points, {1, 5, 10, 20});
 }
 
 }  // namespace

@@ -19,9 +19,9 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include <dynfilter/evaluation/scene_levels.hpp>
 #include <dynfilter/dynfilter.hpp>
 #include <dynfilter/evaluation/feature_scores.hpp>
+#include <dynfilter/evaluation/scene_levels.hpp>
 
 #include "arguments.hpp"
 

@@ -13,8 +13,8 @@
 #include <utility>
 #include <vector>
 
-#include <dynfilter/evaluation/synthetic_scene.hpp>
 #include <dynfilter/dynfilter.hpp>
+#include <dynfilter/evaluation/synthetic_scene.hpp>
 #include <dynfilter/segmenters/async_segmenter.hpp>
 #include <opencv2/features2d.hpp>
 

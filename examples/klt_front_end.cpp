@@ -10,8 +10,8 @@
 #include <cstdio>
 #include <vector>
 
-#include <dynfilter/evaluation/synthetic_scene.hpp>
 #include <dynfilter/dynfilter.hpp>
+#include <dynfilter/evaluation/synthetic_scene.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 
@@ -73,7 +73,7 @@ class FrontEnd {
     for (const cv::Point2f& point : tracks_.points) {
       cv::circle(mask, dynfilter::nearest_pixel(point), spacing_px, cv::Scalar(0), cv::FILLED);
     }
-    const int wanted = most_points - static_cast<int>(tracks_.points.size());
+    const int wanted = max_points - static_cast<int>(tracks_.points.size());
     if (wanted <= 0) return;
     std::vector<cv::Point2f> corners;
     cv::goodFeaturesToTrack(grey, corners, wanted, 0.01, spacing_px, mask);
@@ -85,7 +85,7 @@ class FrontEnd {
     counts.detected = corners.size();
   }
 
-  static constexpr int most_points = 200;
+  static constexpr int max_points = 200;
   static constexpr int spacing_px = 8;
 
   dynfilter::DynamicFilter filter_;

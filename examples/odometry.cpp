@@ -99,7 +99,7 @@ dynfilter::DynamicFilter filter_of(const std::string& rule) {
   } else if (rule == "paper") {
     options.compensator.rule = CompensationRule::paper;
   } else if (rule == "mask" || rule == "none") {
-    options.compensator.rule = CompensationRule::none;
+    options.compensator.rule = CompensationRule::mask;
   } else {
     throw std::invalid_argument("--rule " + rule + " is none of: none, mask, paper, depth");
   }

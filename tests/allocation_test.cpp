@@ -85,7 +85,7 @@ void expect_steady_state_without_allocations(CompensationRule rule) {
     const std::size_t count = allocations_of(
         [&] { filter.apply(input.frame, input.segmentation, input.keypoints, labels, workspace); });
     ASSERT_EQ(count, 0U) << "frame " << seed;
-    const std::size_t taken = rule == CompensationRule::none ? labels.statistics().masked
+    const std::size_t taken = rule == CompensationRule::mask ? labels.statistics().masked
                                                              : labels.statistics().compensated;
     ASSERT_GT(taken, 0U) << "or nothing was shown";
   }
@@ -93,7 +93,7 @@ void expect_steady_state_without_allocations(CompensationRule rule) {
 
 TEST_F(Allocations, TheFilterNeedsNoneInTheSteadyState) {
   for (const CompensationRule rule :
-       {CompensationRule::depth, CompensationRule::paper, CompensationRule::none}) {
+       {CompensationRule::depth, CompensationRule::paper, CompensationRule::mask}) {
     SCOPED_TRACE(static_cast<int>(rule));
     expect_steady_state_without_allocations(rule);
   }

@@ -278,7 +278,7 @@ const std::vector<BadCall> bad_calls = {
     {[] { instances_from_label_map(cv::Mat()); }, "an empty label map"},
     {[] { instances_from_binary_mask(float_image); }, "instances_from_binary_mask"},
     {[] { instances_from_binary_mask(cv::Mat::zeros(4, 4, CV_8UC1), -1); }, "box_margin_px = -1"},
-    {[] { instances_from_binary_mask(cv::Mat::zeros(4, 4, CV_8UC1), 0, 0); }, "least_pixels = 0"},
+    {[] { instances_from_binary_mask(cv::Mat::zeros(4, 4, CV_8UC1), 0, 0); }, "min_pixels = 0"},
     {[] { CallbackSegmenter segmenter(nullptr); }, "CallbackSegmenter: got an empty callback"},
     {[] {
        Segmentation segmentation;

@@ -22,7 +22,7 @@ namespace dynfilter::testing {
 namespace {
 
 constexpr CompensationRule every_rule[] = {CompensationRule::depth, CompensationRule::paper,
-                                           CompensationRule::none};
+                                           CompensationRule::mask};
 
 FeatureLabels filtered(const FilterCase& input) {
   return DynamicFilter(input.options).apply(input.frame, input.segmentation, input.keypoints);

@@ -101,10 +101,10 @@ TEST_P(FailedAllocation, OfAFrameLeavesLabelsAndWorkspaceUsable) {
 
 INSTANTIATE_TEST_SUITE_P(Rules, FailedAllocation,
                          ::testing::Values(CompensationRule::depth, CompensationRule::paper,
-                                           CompensationRule::none));
+                                           CompensationRule::mask));
 
 TEST(FailedAllocationOfKeepStatic, LeavesTheColumnsAsTheyWere) {
-  const FilterCase input = busy_case(3, CompensationRule::none, 2);
+  const FilterCase input = busy_case(3, CompensationRule::mask, 2);
   const FeatureLabels labels =
       DynamicFilter().apply(input.frame, input.segmentation, input.keypoints);
   ASSERT_GT(labels.statistics().removed(), 0U);

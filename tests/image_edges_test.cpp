@@ -92,7 +92,7 @@ INSTANTIATE_TEST_SUITE_P(
                                          cv::Size(4096, 2304), cv::Size(129, 127), cv::Size(1, 1),
                                          cv::Size(3, 2), cv::Size(1, 300), cv::Size(700, 1)),
                        ::testing::Values(CompensationRule::depth, CompensationRule::paper,
-                                         CompensationRule::none)));
+                                         CompensationRule::mask)));
 
 TEST(ImagesOfAnySize, EqualTheOracleWithDepthThatEndsAtAGuardPage) {
   std::size_t compensated = 0, kept = 0;

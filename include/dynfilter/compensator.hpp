@@ -18,7 +18,7 @@ namespace dynfilter {
 enum class CompensationRule {
   depth,  ///< DepthCompensator
   paper,  ///< EdgeCompensator: eq. (1)
-  none    ///< masks act alone
+  mask    ///< masks act alone
 };
 
 struct CompensatorOptions {
@@ -48,7 +48,7 @@ class Compensator {
       case CompensationRule::paper:
         by_paper_(input, labels, workspace);
         break;
-      case CompensationRule::none:
+      case CompensationRule::mask:
         break;
     }
   }

@@ -79,11 +79,11 @@ std::vector<Instance> instances_from_label_map(const cv::Mat& label_map);
 /// apart: CV_8UC1, the size of the image, non-zero (1 or 255) = on some object. The box is the
 /// smallest one, grown by `box_margin_px` on each side, since such masks come without the
 /// detector's box and edge features lie beyond the mask; it is clipped to the image. Objects of
-/// fewer than `least_pixels` pixels are noise and left out. Order: by the top, then the left
+/// fewer than `min_pixels` pixels are noise and left out. Order: by the top, then the left
 /// side of the masks.
 /// Throws std::invalid_argument for another type or a negative option. O(pixels).
 std::vector<Instance> instances_from_binary_mask(const cv::Mat& mask, int box_margin_px = 0,
-                                                 int least_pixels = 1);
+                                                 int min_pixels = 1);
 
 }  // namespace dynfilter
 

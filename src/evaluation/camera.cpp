@@ -9,10 +9,10 @@
 #include <sstream>
 #include <string>
 
-#include "io/yaml_file.hpp"
-#include "io/text_table.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
+#include "io/text_table.hpp"
+#include "io/yaml_file.hpp"
 
 namespace dynfilter {
 namespace {

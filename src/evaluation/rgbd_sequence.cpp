@@ -15,14 +15,14 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/number_text.hpp"
+#include "dynfilter/evaluation/association.hpp"
 #include "io/file_error.hpp"
 #include "io/image_file.hpp"
 #include "io/regular_file.hpp"
 #include "io/staged_folder.hpp"
 #include "io/text_table.hpp"
-#include "dynfilter/evaluation/association.hpp"
-#include "dynfilter/detail/errors.hpp"
-#include "dynfilter/detail/number_text.hpp"
 
 namespace dynfilter {
 namespace {

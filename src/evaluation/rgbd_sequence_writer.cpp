@@ -12,12 +12,12 @@
 
 #include <opencv2/core.hpp>
 
-#include "io/file_writing.hpp"
-#include "io/image_file.hpp"
-#include "io/staged_folder.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
 #include "dynfilter/evaluation/detail/trajectory_rows.hpp"
+#include "io/file_writing.hpp"
+#include "io/image_file.hpp"
+#include "io/staged_folder.hpp"
 #include "sequence_names.hpp"
 
 namespace dynfilter {

@@ -17,8 +17,8 @@ SyntheticSceneOptions cross() {
   options.depth_fringe_px = 12;
   options.depth_blind_top_px = 20;
   options.background_contrast = 1.0;
-  options.least_missing_limbs = 1;
-  options.most_missing_limbs = 3;
+  options.min_missing_limbs = 1;
+  options.max_missing_limbs = 3;
   return options;
 }
 
@@ -44,8 +44,8 @@ SyntheticSceneOptions medium() {
   options.person_speed_m_s = 0.5;
   options.limb_swing = 0.25;
   options.background_contrast = 0.42;
-  options.least_missing_limbs = 2;
-  options.most_missing_limbs = 5;
+  options.min_missing_limbs = 2;
+  options.max_missing_limbs = 5;
   return options;
 }
 
@@ -53,8 +53,8 @@ SyntheticSceneOptions hard() {
   SyntheticSceneOptions options = medium();
   options.person_distance_m = 1.35;
   options.background_contrast = 0.60;
-  options.least_missing_limbs = 3;
-  options.most_missing_limbs = 6;
+  options.min_missing_limbs = 3;
+  options.max_missing_limbs = 6;
   options.torso_missing_share = 0.75;
   options.empty_mask_share = 0.06;
   return options;

@@ -47,8 +47,8 @@ void require_valid(const SyntheticSceneOptions& options) {
   require_range("depth_blind_top_px", options.depth_blind_top_px, 0, 200);
   require_range("exposure_s", options.exposure_s, 0, 0.1);
   require_range("exposure_change_stops", options.exposure_change_stops, 0, 2);
-  require_range("least_missing_limbs", options.least_missing_limbs, 0, scene::limb_regions);
-  require_range("most_missing_limbs", options.most_missing_limbs, options.least_missing_limbs,
+  require_range("min_missing_limbs", options.min_missing_limbs, 0, scene::limb_regions);
+  require_range("max_missing_limbs", options.max_missing_limbs, options.min_missing_limbs,
                 scene::limb_regions);
   require_range("torso_missing_share", options.torso_missing_share, 0, 1);
   require_range("empty_mask_share", options.empty_mask_share, 0, 1);

@@ -11,10 +11,10 @@
 #include <optional>
 #include <string>
 
-#include "io/file_error.hpp"
-#include "io/text_table.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
+#include "io/file_error.hpp"
+#include "io/text_table.hpp"
 
 namespace dynfilter::detail {
 namespace {

@@ -12,9 +12,9 @@
 #include <system_error>
 #include <utility>
 
-#include "io/file_error.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
+#include "io/file_error.hpp"
 
 namespace dynfilter::detail {
 namespace {

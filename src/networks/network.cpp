@@ -10,9 +10,9 @@
 
 #include <opencv2/core/version.hpp>
 
-#include "io/file_error.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/networks/deformable_convolution.hpp"
+#include "io/file_error.hpp"
 
 namespace dynfilter::detail {
 namespace {

@@ -45,12 +45,12 @@ std::vector<Candidate> suppress_greedily(std::vector<Candidate> candidates, floa
 }
 
 std::vector<Candidate> suppress_fast(std::vector<Candidate> candidates, float iou_threshold,
-                                     int most_per_class) {
+                                     int max_per_class) {
   sort_by_score(candidates);
   std::map<int, std::vector<Candidate>> classes;
   for (const Candidate& candidate : candidates) {
     std::vector<Candidate>& best = classes[candidate.class_id];
-    if (best.size() < static_cast<std::size_t>(most_per_class)) best.push_back(candidate);
+    if (best.size() < static_cast<std::size_t>(max_per_class)) best.push_back(candidate);
   }
   std::vector<Candidate> kept;
   for (const auto& [class_id, best] : classes) {

@@ -31,11 +31,11 @@ void sort_by_score(std::vector<Candidate>& candidates);
 std::vector<Candidate> suppress_greedily(std::vector<Candidate> candidates, float iou_threshold);
 
 /// Fast NMS (D. Bolya, C. Zhou, F. Xiao, Y. J. Lee, "YOLACT: Real-time Instance Segmentation", ICCV
-/// 2019, section 3.3): of every class the `most_per_class` with the highest scores are looked at,
+/// 2019, section 3.3): of every class the `max_per_class` with the highest scores are looked at,
 /// and one is left out if its box overlaps any of higher score by more than `iou_threshold`, though
-/// that may be left out itself. Sorted by score. O(classes · most_per_class²).
+/// that may be left out itself. Sorted by score. O(classes · max_per_class²).
 std::vector<Candidate> suppress_fast(std::vector<Candidate> candidates, float iou_threshold,
-                                     int most_per_class);
+                                     int max_per_class);
 
 }  // namespace dynfilter::detail
 

@@ -94,7 +94,7 @@ double scale_at(std::size_t level, int side) {
 // --- Decoding
 // -------------------------------------------------------------------------------------
 
-constexpr float least_confidence = 0.05F;  // as published
+constexpr float min_confidence = 0.05F;  // as published
 
 /// The probabilities of one row.
 class RowScores {
@@ -172,7 +172,7 @@ std::vector<Candidate> candidates_of(const YolactOutputs& outputs, const Table& 
     scores.read(row);
     if (!scores.are_finite()) continue;
     const float best = seen.probability(scores.best());
-    if (!(best > least_confidence) || !(best > options.score_threshold)) continue;
+    if (!(best > min_confidence) || !(best > options.score_threshold)) continue;
     const Box box = decoded_box(outputs.locations, priors, row);
     if (!is_finite(box) || !box.has_area() || !has_finite_coefficients(outputs.coefficients, row)) {
       continue;
@@ -326,7 +326,7 @@ std::vector<Detection> decode_yolact(const YolactOutputs& outputs, const Table& 
   std::vector<Candidate> candidates = candidates_of(outputs, priors, decoding.detections);
   const float iou = decoding.detections.iou_threshold;
   candidates = decoding.suppression == YolactSuppression::fast
-                   ? suppress_fast(std::move(candidates), iou, decoding.most_per_class)
+                   ? suppress_fast(std::move(candidates), iou, decoding.max_per_class)
                    : suppress_greedily(std::move(candidates), iou);
   std::vector<Detection> detections;
   for (const Candidate& candidate : candidates) {

@@ -51,7 +51,7 @@ bool are_probabilities(const Table& confidences);
 struct YolactDecoding {
   DetectionOptions detections;
   YolactSuppression suppression = YolactSuppression::fast;
-  int most_per_class = 200;  // of fast suppression
+  int max_per_class = 200;  // of fast suppression
 };
 
 /// The detections, the highest score first, boxes in pixels of the input. As published: priors
@@ -60,7 +60,7 @@ struct YolactDecoding {
 /// not wanted and scores at or below the threshold are left out from the start, which changes
 /// nothing for the rest but that they take nobody's place. Rows with a number that is not finite
 /// and boxes without area are left out. Throws std::runtime_error where no score is a number. O(N ·
-/// C + C · most_per_class²).
+/// C + C · max_per_class²).
 std::vector<Detection> decode_yolact(const YolactOutputs& outputs, const Table& priors,
                                      const cv::Size& input, const YolactDecoding& decoding);
 

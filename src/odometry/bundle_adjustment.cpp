@@ -15,7 +15,7 @@ namespace {
 
 constexpr int first_round_steps = 5;
 constexpr int second_round_steps = 8;
-constexpr double least_depth_m = 0.05;
+constexpr double min_depth_m = 0.05;
 
 using PoseBlock = Eigen::Matrix<double, 6, 6>;
 using MixedBlock = Eigen::Matrix<double, 6, 3>;
@@ -38,7 +38,7 @@ double total_cost(const PinholeCamera& camera, const Bundle& bundle) {
   for (const BundleObservation& seen : bundle.observations) {
     if (!seen.is_inlier) continue;
     const Eigen::Vector3d point = bundle.poses[seen.keyframe] * bundle.points[seen.point];
-    if (point.z() < least_depth_m) return std::numeric_limits<double>::infinity();
+    if (point.z() < min_depth_m) return std::numeric_limits<double>::infinity();
     total +=
         huber(residual(camera, seen.observation, point).squaredNorm(), chi2_limit(seen.observation))
             .cost;
@@ -141,7 +141,7 @@ void mark_outliers(const PinholeCamera& camera, Bundle& bundle) {
   for (BundleObservation& seen : bundle.observations) {
     const Eigen::Vector3d point = bundle.poses[seen.keyframe] * bundle.points[seen.point];
     seen.is_inlier =
-        point.z() >= least_depth_m &&
+        point.z() >= min_depth_m &&
         residual(camera, seen.observation, point).squaredNorm() <= chi2_limit(seen.observation);
   }
 }
@@ -152,7 +152,7 @@ void adjust_bundle(const PinholeCamera& camera, Bundle& bundle) {
   if (bundle.free_poses == 0 || bundle.observations.empty()) return;
   for (BundleObservation& seen : bundle.observations) {
     const Eigen::Vector3d point = bundle.poses[seen.keyframe] * bundle.points[seen.point];
-    seen.is_inlier = point.z() >= least_depth_m;
+    seen.is_inlier = point.z() >= min_depth_m;
   }
   levenberg_marquardt(camera, bundle, first_round_steps);
   mark_outliers(camera, bundle);

@@ -26,7 +26,7 @@ std::vector<std::size_t> by_depth(const FrameFeatures& features) {
 
 KeyframeId LocalMap::add_keyframe(const Pose& pose, const FrameFeatures& features,
                                   std::vector<PointId> points, double close_depth_m,
-                                  std::size_t least_points) {
+                                  std::size_t min_points) {
   const KeyframeId id = keyframes_.size();
   keyframes_.push_back({pose, features, std::vector<PointId>(features.size(), no_point)});
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -34,7 +34,7 @@ KeyframeId LocalMap::add_keyframe(const Pose& pose, const FrameFeatures& feature
   }
   std::size_t with_depth = 0;
   for (const std::size_t i : by_depth(features)) {
-    if (features[i].observation.depth_m > close_depth_m && with_depth >= least_points) break;
+    if (features[i].observation.depth_m > close_depth_m && with_depth >= min_points) break;
     ++with_depth;
     if (keyframes_[id].points[i] != no_point) continue;
     MapPoint point;
@@ -106,14 +106,14 @@ std::vector<PointId> LocalMap::points_of(const std::vector<KeyframeId>& keyframe
 }
 
 void LocalMap::cull_points() {
-  constexpr double least_found_share = 0.25;
+  constexpr double min_found_share = 0.25;
   std::vector<PointId> still_young;
   for (const PointId id : young_) {
     const MapPoint& point = points_[id];
     if (point.is_bad) continue;
     const std::size_t age = keyframes_.size() - 1 - point.first_keyframe;
     const bool is_seldom_found = static_cast<double>(point.times_found) <
-                                 least_found_share * static_cast<double>(point.times_visible);
+                                 min_found_share * static_cast<double>(point.times_visible);
     const bool is_unconfirmed = age >= 2 && point.observations.size() < 2;
     if (is_seldom_found || is_unconfirmed) {
       mark_bad(id);

@@ -49,10 +49,10 @@ class LocalMap {
 
   /// Takes a frame whose features have the points that they were matched to. Features without
   /// one become new points where their depth is at most `close_depth_m`, and farther ones until
-  /// the keyframe has `least_points` with depth.
+  /// the keyframe has `min_points` with depth.
   KeyframeId add_keyframe(const Pose& pose, const FrameFeatures& features,
                           std::vector<PointId> points, double close_depth_m,
-                          std::size_t least_points);
+                          std::size_t min_points);
 
   /// The keyframes that see most of these points, by falling number, at most `count`.
   std::vector<KeyframeId> covisible(const std::vector<PointId>& points, std::size_t count,

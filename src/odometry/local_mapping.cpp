@@ -12,7 +12,7 @@
 namespace odometry {
 namespace {
 
-constexpr std::size_t most_fixed = 20;
+constexpr std::size_t max_fixed = 20;
 constexpr std::size_t min_shared = 15;
 
 /// What is to be adjusted, by the ids of the map.
@@ -32,7 +32,7 @@ Selection select(const LocalMap& map, KeyframeId keyframe, std::size_t neighbour
   }
   selection.points = map.points_of(keyframes);
   selection.free_keyframes = keyframes.size();
-  for (const KeyframeId k : map.covisible(selection.points, most_fixed, 1)) {
+  for (const KeyframeId k : map.covisible(selection.points, max_fixed, 1)) {
     if (std::find(keyframes.begin(), keyframes.end(), k) == keyframes.end()) keyframes.push_back(k);
   }
   // The world's frame is the first keyframe's: it stays where it is.

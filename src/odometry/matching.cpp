@@ -14,8 +14,8 @@
 namespace odometry {
 namespace {
 
-constexpr int most_distance = 100;      // bits, for a match near a predicted position
-constexpr int most_distance_free = 50;  // bits, for one found anywhere
+constexpr int max_distance = 100;      // bits, for a match near a predicted position
+constexpr int max_distance_free = 50;  // bits, for one found anywhere
 
 /// The best feature for each point, and the best point for each feature. A point that loses its
 /// feature to a better one is not matched again.
@@ -54,7 +54,7 @@ struct Expectation {
 
 std::optional<Candidate> best_candidate(const Tracking& tracking, const BestMatches& matches,
                                         const Descriptor& descriptor, const Expectation& expected,
-                                        double most_ratio) {
+                                        double max_ratio) {
   static thread_local std::vector<std::size_t> found;
   found.clear();
   tracking.features.find(expected.pixel, expected.radius_px, found);
@@ -70,10 +70,10 @@ std::optional<Candidate> best_candidate(const Tracking& tracking, const BestMatc
       second = candidate;
     }
   }
-  if (best.distance > most_distance) return {};
+  if (best.distance > max_distance) return {};
   // Neighbouring octaves see one corner twice: that is no ambiguity.
   const bool is_ambiguous =
-      best.octave == second.octave && best.distance > most_ratio * second.distance;
+      best.octave == second.octave && best.distance > max_ratio * second.distance;
   if (is_ambiguous) return {};
   return best;
 }
@@ -97,17 +97,17 @@ int expected_octave(const MapPoint& point, double distance_m) {
 /// Nothing where the point is out of sight, or seen from another side or distance than ever before.
 std::optional<Expectation> expect(const MapPoint& point, const PinholeCamera& camera,
                                   const Pose& pose, double radius_px) {
-  constexpr double least_cosine = 0.5;
-  constexpr double most_distance_ratio = 2.5;
+  constexpr double min_cosine = 0.5;
+  constexpr double max_distance_ratio = 2.5;
   const Eigen::Vector3d seen = pose * point.position;
   if (seen.z() < 0.05) return {};
   const Eigen::Vector3d projected = camera.project(seen);
   if (!is_in_image(camera, projected)) return {};
   const double distance_m = seen.norm();
   const double ratio = distance_m / point.distance_m;
-  if (ratio > most_distance_ratio || ratio < 1 / most_distance_ratio) return {};
+  if (ratio > max_distance_ratio || ratio < 1 / max_distance_ratio) return {};
   const Eigen::Vector3d ray = point.position - pose.centre();
-  if (ray.dot(point.view) < least_cosine * distance_m) return {};
+  if (ray.dot(point.view) < min_cosine * distance_m) return {};
   const int octave = expected_octave(point, distance_m);
   return Expectation{projected.head<2>(), octave, radius_px * octave_scale(octave)};
 }
@@ -164,7 +164,7 @@ std::size_t match_keyframe(const LocalMap& map, const Keyframe& keyframe, Tracki
         second.distance = distance;
       }
     }
-    if (best.distance > most_distance_free || best.distance > 0.75 * second.distance) continue;
+    if (best.distance > max_distance_free || best.distance > 0.75 * second.distance) continue;
     matches.offer(best.feature, keyframe.points[i], best.distance);
   }
   return count_matches(tracking);

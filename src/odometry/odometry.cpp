@@ -16,7 +16,7 @@ namespace {
 
 constexpr double last_frame_radius_px = 15;
 constexpr double local_map_radius_px = 8;
-constexpr std::size_t least_followed = 20;     // matches with the last frame, else look wider
+constexpr std::size_t min_followed = 20;       // matches with the last frame, else look wider
 constexpr std::size_t keyframes_searched = 5;  // for a lost track, from the newest back
 
 cv::Mat grey_of(const cv::Mat& image) {
@@ -69,7 +69,7 @@ FrameResult Odometry::track(const dynfilter::FrameView& frame,
   const Pose predicted = motion_ * last_.pose;
   tracking.pose = predicted;
   result.inliers = follow(tracking);
-  if (result.inliers < options_.least_inliers) {
+  if (result.inliers < options_.min_inliers) {
     tracking.pose = predicted;
     std::fill(tracking.points.begin(), tracking.points.end(), no_point);
     result.tracked = Tracked::lost;
@@ -94,8 +94,8 @@ bool Odometry::start(Tracking& tracking) {
 /// Inliers with the local map; 0 where the track is lost.
 std::size_t Odometry::follow(Tracking& tracking) {
   std::size_t inliers = track_predicted(tracking);
-  if (inliers >= options_.least_inliers / 2) inliers = track_local_map(tracking);
-  if (inliers >= options_.least_inliers) return inliers;
+  if (inliers >= options_.min_inliers / 2) inliers = track_local_map(tracking);
+  if (inliers >= options_.min_inliers) return inliers;
   if (find_again(tracking) == 0) return 0;
   return track_local_map(tracking);
 }
@@ -105,7 +105,7 @@ std::size_t Odometry::track_predicted(Tracking& tracking) {
     std::fill(tracking.points.begin(), tracking.points.end(), no_point);
     const std::size_t matches =
         match_last_frame(map_, camera_, last_, widened * last_frame_radius_px, tracking);
-    if (matches >= least_followed) return refine(tracking);
+    if (matches >= min_followed) return refine(tracking);
   }
   return 0;
 }
@@ -116,12 +116,12 @@ std::size_t Odometry::find_again(Tracking& tracking) {
     std::fill(tracking.points.begin(), tracking.points.end(), no_point);
     match_keyframe(map_, map_.keyframe(id), tracking);
     std::vector<PointMatch> matches = matches_of(tracking);
-    const auto pose = pnp_ransac(camera_, matches, options_.least_inliers / 2,
+    const auto pose = pnp_ransac(camera_, matches, options_.min_inliers / 2,
                                  options_.seed * 0x9E3779B97F4A7C15U + frames_);
     if (!pose) continue;
     tracking.pose = *pose;
     const std::size_t inliers = refine(tracking);
-    if (inliers >= options_.least_inliers / 2) return inliers;
+    if (inliers >= options_.min_inliers / 2) return inliers;
   }
   return 0;
 }
@@ -181,7 +181,7 @@ bool Odometry::wants_keyframe(const Tracking& tracking, std::size_t inliers) con
 
 void Odometry::add_keyframe(Tracking& tracking) {
   reference_ = map_.add_keyframe(tracking.pose, tracking.features, tracking.points,
-                                 options_.close_depth_m, options_.least_points);
+                                 options_.close_depth_m, options_.min_points);
   frames_since_keyframe_ = 0;
   map_.cull_points();
   if (options_.adjusted_keyframes > 0 && map_.size() > 1) {

@@ -9,8 +9,8 @@
 #include <optional>
 #include <vector>
 
-#include <dynfilter/evaluation/camera.hpp>
 #include <dynfilter/dynfilter.hpp>
+#include <dynfilter/evaluation/camera.hpp>
 #include <dynfilter/evaluation/trajectory.hpp>
 
 #include "local_map.hpp"
@@ -26,9 +26,9 @@ struct OdometryOptions {
   double max_depth_m = 9.0;            ///< beyond it a depth counts as not measured
   double disparity_sigma_px = 0.5;     ///< of the depth, as the disparity of a pair 8 cm apart
   double close_depth_m = 6.0;          ///< features up to there become points of the map …
-  std::size_t least_points = 300;      ///< … and farther ones, until a keyframe has so many
+  std::size_t min_points = 300;        ///< … and farther ones, until a keyframe has so many
   std::size_t first_points = 60;       ///< features with depth that the first frame must have
-  std::size_t least_inliers = 20;      ///< with fewer, a frame is lost
+  std::size_t min_inliers = 20;        ///< with fewer, a frame is lost
   std::size_t local_keyframes = 10;    ///< whose points a frame is matched with
   std::size_t adjusted_keyframes = 6;  ///< by bundle adjustment, besides the new one; 0 = none
   double keyframe_share = 0.75;        ///< finding less of what its reference sees makes a keyframe

@@ -58,8 +58,8 @@ bool agrees(const PinholeCamera& camera, const Pose& pose, const PointMatch& mat
 }  // namespace
 
 std::optional<Pose> pnp_ransac(const PinholeCamera& camera, std::vector<PointMatch>& matches,
-                               std::size_t least_inliers, std::uint64_t seed) {
-  if (matches.size() < std::max(least_inliers, sample_size)) return {};
+                               std::size_t min_inliers, std::uint64_t seed) {
+  if (matches.size() < std::max(min_inliers, sample_size)) return {};
   std::mt19937_64 random(seed);
   std::optional<Pose> best;
   std::size_t most = 0;
@@ -73,7 +73,7 @@ std::optional<Pose> pnp_ransac(const PinholeCamera& camera, std::vector<PointMat
     most = inliers;
     best = pose;
   }
-  if (most < least_inliers) return {};
+  if (most < min_inliers) return {};
   for (PointMatch& match : matches) match.is_inlier = agrees(camera, *best, match);
   return best;
 }

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int rounds = 4;
 constexpr int steps_a_round = 10;
-constexpr double least_depth_m = 0.05;
+constexpr double min_depth_m = 0.05;
 
 struct NormalEquations {
   Eigen::Matrix<double, 6, 6> hessian = Eigen::Matrix<double, 6, 6>::Zero();
@@ -33,7 +33,7 @@ double total_cost(const PinholeCamera& camera, const Pose& pose,
     if (!match.is_inlier) continue;
     const Eigen::Vector3d point = pose * match.point;
     // A step that takes an inlier behind the camera is a bad one.
-    if (point.z() < least_depth_m) return std::numeric_limits<double>::infinity();
+    if (point.z() < min_depth_m) return std::numeric_limits<double>::infinity();
     total += cost_of(match, residual(camera, match.observation, point), robust).cost;
   }
   return total;
@@ -87,7 +87,7 @@ std::size_t mark_outliers(const PinholeCamera& camera, const Pose& pose,
   for (PointMatch& match : matches) {
     const Eigen::Vector3d point = pose * match.point;
     match.is_inlier =
-        point.z() >= least_depth_m &&
+        point.z() >= min_depth_m &&
         residual(camera, match.observation, point).squaredNorm() <= chi2_limit(match.observation);
     inliers += match.is_inlier ? 1U : 0U;
   }
@@ -99,7 +99,7 @@ std::size_t mark_outliers(const PinholeCamera& camera, const Pose& pose,
 std::size_t refine_pose(const PinholeCamera& camera, Pose& pose, std::vector<PointMatch>& matches) {
   if (matches.size() < 3) return 0;
   const Pose start = pose;
-  for (PointMatch& match : matches) match.is_inlier = (pose * match.point).z() >= least_depth_m;
+  for (PointMatch& match : matches) match.is_inlier = (pose * match.point).z() >= min_depth_m;
   std::size_t inliers = matches.size();
   for (int round = 0; round < rounds && inliers >= 3; ++round) {
     // From the start each time: outliers of the round before shall leave no trace.

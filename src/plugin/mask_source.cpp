@@ -44,7 +44,7 @@ MaskSource::MaskSource(const PluginSettings& settings)
     if (settings.hand_over) {
       AsyncSegmenterOptions options;
       options.hand_over = *settings.hand_over;
-      options.most_wait_s = settings.most_wait_s;
+      options.max_wait_s = settings.max_wait_s;
       thread_ = std::make_unique<AsyncSegmenter>(std::move(segmenter_), options);
     } else {
       folder_ = dynamic_cast<MaskFolderSegmenter*>(segmenter_.get());

@@ -61,7 +61,7 @@ std::string require_one_segmenter(const SettingsFile& file, const PluginSettings
 void read_thread(SettingsFile& file, PluginSettings& settings) {
   std::string chosen;
   file.read_choice("async", hand_over_names(), chosen);
-  file.read_number("most_wait_s", settings.most_wait_s);
+  file.read_number("max_wait_s", settings.max_wait_s);
   if (!chosen.empty()) settings.hand_over = hand_over_of(chosen);
 }
 
@@ -73,7 +73,7 @@ void read_masks(SettingsFile& file, PluginSettings& settings) {
   settings.moves_masks = moved == "yes";
   file.read_number("max_time_difference_s", settings.mask_folder_options.max_time_difference_s);
   file.read_count("box_margin_px", settings.mask_folder_options.box_margin_px);
-  file.read_count("least_pixels", settings.mask_folder_options.least_pixels);
+  file.read_count("min_pixels", settings.mask_folder_options.min_pixels);
   file.read_choice("missing_masks", {"error", "keep"}, settings.missing_masks);
 }
 

@@ -25,7 +25,7 @@ struct PluginSettings {
   MaskFolderOptions mask_folder_options;
   double remote_timeout_s = 1.0;
   std::optional<HandOver> hand_over;  ///< by a thread; none: masks are made when they are needed
-  double most_wait_s = 0.03;
+  double max_wait_s = 0.03;
   bool moves_masks = false;             ///< to the frame, see MaskPropagator
   std::string missing_masks = "error";  ///< or "keep": go on without, and count it
   DynamicFilterOptions filter;

@@ -5,11 +5,22 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <numeric>
 #include <optional>
 
 namespace dynfilter::detail {
 namespace {
+
+/// What a setting of version 0.1 is called today: min_ and max_ stand for least_ and most_.
+std::string present_name(std::string name) {
+  const std::size_t word = name.rfind('.') + 1;  // 0 where there is no dot
+  for (const auto& [old_prefix, prefix] :
+       {std::pair("least_", "min_"), std::pair("most_", "max_")}) {
+    if (name.rfind(old_prefix, word) == word) name.replace(word, std::strlen(old_prefix), prefix);
+  }
+  return name;
+}
 
 /// Levenshtein's distance: how many letters must be changed, added or taken away.
 std::size_t edit_distance(const std::string& a, const std::string& b) {
@@ -98,6 +109,10 @@ double SettingsFile::host_number(const std::string& key, double value) const {
   return number.value_or(value);
 }
 
+bool SettingsFile::is_known(const std::string& name) const {
+  return std::find(known_.begin(), known_.end(), name) != known_.end();
+}
+
 void SettingsFile::finish() const {
   if (names_.empty()) {
     refuse("has no setting of dynfilter. Add at least\n  " + key_of("mask_folder") +
@@ -105,7 +120,10 @@ void SettingsFile::finish() const {
            ": 0\nThere are: " + join(known_, prefix_));
   }
   for (const std::string& name : names_) {
-    if (std::find(known_.begin(), known_.end(), name) != known_.end()) continue;
+    if (is_known(name)) continue;
+    if (is_known(present_name(name))) {
+      refuse("the setting " + key_of(name) + " is called " + key_of(present_name(name)) + " now");
+    }
     const auto nearest = std::min_element(known_.begin(), known_.end(),
                                           [&](const std::string& a, const std::string& b) {
                                             return edit_distance(a, name) < edit_distance(b, name);

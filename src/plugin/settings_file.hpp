@@ -48,6 +48,7 @@ class SettingsFile {
  private:
   /// Makes the name known and returns its key.
   std::string know(const std::string& name);
+  bool is_known(const std::string& name) const;
 
   YamlFile file_;
   std::string prefix_;              // with its dot

@@ -19,10 +19,10 @@ namespace dynfilter::peers {
 
 struct BoxDepthDeviationOptions {
   std::vector<int> dynamic_classes = {0};  ///< as MaskCullerOptions has them
-  double width_growth = 0.2;   ///< of the box's width, half of it on the left, half on the right
-  int margin_px = 10;          ///< on each of the four sides, besides
-  double nearest_share = 0.8;  ///< of the features with depth in the box: those on the foreground
-  double least_chi_square = 3.2;  ///< of the background: its squared distance in deviations
+  double width_growth = 0.2;    ///< of the box's width, half of it on the left, half on the right
+  int margin_px = 10;           ///< on each of the four sides, besides
+  double nearest_share = 0.8;   ///< of the features with depth in the box: those on the foreground
+  double min_chi_square = 3.2;  ///< of the background: its squared distance in deviations
 };
 
 /// The rule of OVD-SLAM for persons (J. He et al., "OVD-SLAM: An Online Visual
@@ -44,9 +44,9 @@ class BoxDepthDeviation {
   /// Throws std::invalid_argument for negative options and for a share that is not above 0 to 1.
   explicit BoxDepthDeviation(BoxDepthDeviationOptions options = {}) : options_(std::move(options)) {
     require_option(options_.width_growth >= 0 && options_.width_growth <= 10 &&
-                       options_.margin_px >= 0 && options_.least_chi_square >= 0,
+                       options_.margin_px >= 0 && options_.min_chi_square >= 0,
                    "peers::BoxDepthDeviation: width_growth (to 10), margin_px and "
-                   "least_chi_square must be 0 or more");
+                   "min_chi_square must be 0 or more");
     require_option(options_.nearest_share > 0 && options_.nearest_share <= 1,
                    "peers::BoxDepthDeviation: nearest_share must be above 0, and at most 1");
   }
@@ -110,7 +110,7 @@ class BoxDepthDeviation {
   bool is_background(double depth, const Foreground& foreground) const {
     const double difference = depth - foreground.mean;
     return foreground.known &&
-           difference * difference > options_.least_chi_square * foreground.variance;
+           difference * difference > options_.min_chi_square * foreground.variance;
   }
 
   BoxDepthDeviationOptions options_;

@@ -16,12 +16,12 @@ namespace dynfilter::peers {
 
 struct BoxDepthMaskOptions {
   std::vector<int> dynamic_classes = {0};  ///< as MaskCullerOptions has them
-  double least_depth_share = 0.7;  ///< of the box's pixels: with less depth the box is passed over
-  double low_quantile = 0.33;      ///< averaged with the median, against background in the box
-  double tolerance_m = 0.33;       ///< of the mask's depths, both ways
-  int margin_px = 30;              ///< of the box: limbs reach out of it
-  int dilation_px = 3;             ///< radius of the square element
-  double most_image_share = 0.8;   ///< a larger mask is a mistake and dropped
+  double min_depth_share = 0.7;  ///< of the box's pixels: with less depth the box is passed over
+  double low_quantile = 0.33;    ///< averaged with the median, against background in the box
+  double tolerance_m = 0.33;     ///< of the mask's depths, both ways
+  int margin_px = 30;            ///< of the box: limbs reach out of it
+  int dilation_px = 3;           ///< radius of the square element
+  double max_image_share = 0.8;  ///< a larger mask is a mistake and dropped
 };
 
 /// How NGD-SLAM (Y. Zhang et al., "NGD-SLAM: Towards Real-Time Dynamic SLAM without
@@ -38,8 +38,8 @@ class BoxDepthMask {
   /// Throws std::invalid_argument for shares outside 0 to 1 and negative lengths.
   explicit BoxDepthMask(BoxDepthMaskOptions options = {}) : options_(std::move(options)) {
     const auto is_share = [](double value) { return value >= 0 && value <= 1; };
-    require_option(is_share(options_.least_depth_share) && is_share(options_.low_quantile) &&
-                       is_share(options_.most_image_share),
+    require_option(is_share(options_.min_depth_share) && is_share(options_.low_quantile) &&
+                       is_share(options_.max_image_share),
                    "peers::BoxDepthMask: shares and quantiles must be 0 to 1");
     require_option(
         options_.tolerance_m >= 0 && options_.margin_px >= 0 && options_.dilation_px >= 0,
@@ -67,7 +67,7 @@ class BoxDepthMask {
     }
     dilate_by_square(mask, options_.dilation_px);
     const double covered = cv::countNonZero(mask);
-    if (covered > options_.most_image_share * static_cast<double>(mask.total())) mask.setTo(0);
+    if (covered > options_.max_image_share * static_cast<double>(mask.total())) mask.setTo(0);
     return mask;
   }
 
@@ -83,7 +83,7 @@ class BoxDepthMask {
         if (depth) depths.push_back(*depth);
       }
     }
-    const double least = options_.least_depth_share * static_cast<double>(pixels);
+    const double least = options_.min_depth_share * static_cast<double>(pixels);
     if (static_cast<double>(depths.size()) < least) depths.clear();
     return depths;
   }

@@ -70,12 +70,12 @@ constexpr int noise = -1;  ///< the cluster of a point that belongs to none
 
 /// The cluster of each point, from 0, by DBSCAN (M. Ester, H.-P. Kriegel, J. Sander, X. Xu, "A
 /// density-based algorithm for discovering clusters in large spatial databases with noise", KDD
-/// 1996). A core point has `least_points` points within `radius`, itself among them. Clusters are
+/// 1996). A core point has `min_points` points within `radius`, itself among them. Clusters are
 /// numbered in the order of their first core point; a point on the border of two is in the lower.
 /// The coordinates must be finite, and x and y within 2^53 radii. O(n log n + pairs of points in
 /// buckets that touch).
 inline std::vector<int> dbscan(const std::vector<cv::Point3f>& points, double radius,
-                               std::size_t least_points) {
+                               std::size_t min_points) {
   const BucketGrid grid(points, radius);
   std::vector<int> clusters(points.size(), noise);
   std::vector<std::size_t> pending, near_by;
@@ -83,13 +83,13 @@ inline std::vector<int> dbscan(const std::vector<cv::Point3f>& points, double ra
   for (std::size_t first = 0; first < points.size(); ++first) {
     if (clusters[first] != noise) continue;
     grid.neighbours(first, near_by);
-    if (near_by.size() < least_points) continue;
+    if (near_by.size() < min_points) continue;
     clusters[first] = next;
     pending.assign(1, first);
     while (!pending.empty()) {
       grid.neighbours(pending.back(), near_by);
       pending.pop_back();
-      if (near_by.size() < least_points) continue;
+      if (near_by.size() < min_points) continue;
       for (const std::size_t i : near_by) {
         if (clusters[i] != noise) continue;
         clusters[i] = next;

@@ -22,17 +22,17 @@ struct DepthVarianceMaskOptions {
   std::vector<int> dynamic_classes = {0};  ///< as MaskCullerOptions has them
   /// Whether candidates count only inside the boxes of dynamic instances.
   bool in_boxes_only = true;
-  int box_margin_px = 15;         ///< of these boxes
-  double least_variance = 5e-6;   ///< of a candidate's depths, square metres; itself excluded
-  double most_variance = 5e-5;    ///< the same; itself excluded
-  double radius_px = 5;           ///< of DBSCAN
-  std::size_t least_points = 4;   ///< of DBSCAN: so many within the radius make a core point
-  double z_scale_px_per_m = 10;   ///< what a metre of depth is worth in DBSCAN
-  std::size_t most_clusters = 2;  ///< the largest ones become masks
-  int least_side_px = 50;         ///< of a cluster's bounding box
-  int margin_px = 15;             ///< of a cluster's bounding box, for its mask
-  double tolerance_m = 0.30;      ///< of a mask's depths round the cluster's median, both ways
-  int dilation_px = 3;            ///< radius of the square element
+  int box_margin_px = 15;        ///< of these boxes
+  double min_variance = 5e-6;    ///< of a candidate's depths, square metres; itself excluded
+  double max_variance = 5e-5;    ///< the same; itself excluded
+  double radius_px = 5;          ///< of DBSCAN
+  std::size_t min_points = 4;    ///< of DBSCAN: so many within the radius make a core point
+  double z_scale_px_per_m = 10;  ///< what a metre of depth is worth in DBSCAN
+  std::size_t max_clusters = 2;  ///< the largest ones become masks
+  int min_side_px = 50;          ///< of a cluster's bounding box
+  int margin_px = 15;            ///< of a cluster's bounding box, for its mask
+  double tolerance_m = 0.30;     ///< of a mask's depths round the cluster's median, both ways
+  int dilation_px = 3;           ///< radius of the square element
 };
 
 /// The mask of GeneA-SLAM2 (S. Qing et al., "GeneA-SLAM2: Dynamic SLAM with
@@ -60,7 +60,7 @@ class DepthVarianceMask {
   explicit DepthVarianceMask(DepthVarianceMaskOptions options = {}) : options_(std::move(options)) {
     require_option(options_.radius_px > 0, "peers::DepthVarianceMask: radius_px must be above 0");
     require_option(options_.box_margin_px >= 0 && options_.z_scale_px_per_m >= 0 &&
-                       options_.least_side_px >= 0 && options_.margin_px >= 0 &&
+                       options_.min_side_px >= 0 && options_.margin_px >= 0 &&
                        options_.tolerance_m >= 0 && options_.dilation_px >= 0,
                    "peers::DepthVarianceMask: lengths and scales must be 0 or more");
   }
@@ -77,7 +77,7 @@ class DepthVarianceMask {
     cv::Mat mask(input.frame.depth.size(), CV_8UC1, cv::Scalar::all(0));
     for (const Cluster& cluster : largest_clusters(candidates(input))) {
       const cv::Rect box = bounding_box(cluster);
-      if (box.width < options_.least_side_px || box.height < options_.least_side_px) continue;
+      if (box.width < options_.min_side_px || box.height < options_.min_side_px) continue;
       paint_largest_at_depth(input.frame, grown_box(box, options_.margin_px, mask.size()),
                              median_depth(cluster), options_.tolerance_m, mask);
     }
@@ -102,8 +102,7 @@ class DepthVarianceMask {
       for (int x = 1; x + 1 < searched.cols; x += window) {
         if (searched.at<std::uint8_t>(y, x) == 0) continue;
         const auto variance = window_variance(input.frame, {x, y});
-        if (!variance || *variance <= options_.least_variance ||
-            *variance >= options_.most_variance) {
+        if (!variance || *variance <= options_.min_variance || *variance >= options_.max_variance) {
           continue;
         }
         found.push_back({{x, y}, *input.frame.depth_m({x, y})});
@@ -147,7 +146,7 @@ class DepthVarianceMask {
                           static_cast<float>(candidate.pixel.y),
                           static_cast<float>(candidate.depth_m * options_.z_scale_px_per_m));
     }
-    const std::vector<int> labels = dbscan(points, options_.radius_px, options_.least_points);
+    const std::vector<int> labels = dbscan(points, options_.radius_px, options_.min_points);
     std::vector<Cluster> clusters;
     for (std::size_t i = 0; i < labels.size(); ++i) {
       if (labels[i] == noise) continue;
@@ -157,7 +156,7 @@ class DepthVarianceMask {
     }
     std::stable_sort(clusters.begin(), clusters.end(),
                      [](const Cluster& a, const Cluster& b) { return a.size() > b.size(); });
-    clusters.resize(std::min(clusters.size(), options_.most_clusters));
+    clusters.resize(std::min(clusters.size(), options_.max_clusters));
     return clusters;
   }
 

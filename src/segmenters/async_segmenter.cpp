@@ -24,13 +24,12 @@ namespace {
 
 void require_valid(const Segmenter* segmenter, const AsyncSegmenterOptions& options) {
   if (!segmenter) detail::throw_misuse("AsyncSegmenter", "no segmenter", "one to run");
-  if (!(options.most_wait_s >= 0 && options.most_wait_s <= 3600)) {
-    detail::throw_misuse("AsyncSegmenter",
-                         detail::concatenate("most_wait_s = ", options.most_wait_s),
+  if (!(options.max_wait_s >= 0 && options.max_wait_s <= 3600)) {
+    detail::throw_misuse("AsyncSegmenter", detail::concatenate("max_wait_s = ", options.max_wait_s),
                          "0 to 3600 seconds");
   }
-  if (!(options.most_age_s >= 0)) {
-    detail::throw_misuse("AsyncSegmenter", detail::concatenate("most_age_s = ", options.most_age_s),
+  if (!(options.max_age_s >= 0)) {
+    detail::throw_misuse("AsyncSegmenter", detail::concatenate("max_age_s = ", options.max_age_s),
                          "at least 0 seconds");
   }
   if (options.hand_over > HandOver::drop) {
@@ -230,7 +229,7 @@ void AsyncSegmenter::Worker::submit(const FrameView& frame) {
 void AsyncSegmenter::Worker::require_room(std::uint64_t id) const {
   const auto uncollected = std::count_if(
       frames_.begin(), frames_.end(), [](const SubmittedFrame& frame) { return !frame.collected; });
-  if (static_cast<std::size_t>(uncollected) < most_uncollected) return;
+  if (static_cast<std::size_t>(uncollected) < max_uncollected) return;
   detail::throw_misuse(
       "AsyncSegmenter::submit",
       detail::concatenate("frame ", id, " while ", uncollected, " frames are not collected"),
@@ -259,7 +258,7 @@ void AsyncSegmenter::Worker::replace_waiting_before(std::uint64_t number) {
 }
 
 void AsyncSegmenter::Worker::forget_what_nobody_collects() {
-  while (frames_.size() > most_uncollected) {
+  while (frames_.size() > max_uncollected) {
     const auto oldest = std::find_if(frames_.begin(), frames_.end(),
                                      [](const auto& frame) { return frame.is_settled(); });
     // One runs and one waits: all others are settled. Their errors are still to be thrown.
@@ -290,7 +289,7 @@ std::optional<Segmentation> AsyncSegmenter::Worker::newest() {
   const std::exception_ptr failure = first_failure_up_to(next_number_);
   forget_settled_before(next_number_);
   if (failure) std::rethrow_exception(failure);
-  if (newest_ && std::abs(last_timestamp_s_ - newest_->timestamp_s) > options_.most_age_s) {
+  if (newest_ && std::abs(last_timestamp_s_ - newest_->timestamp_s) > options_.max_age_s) {
     return {};
   }
   return newest_;
@@ -316,7 +315,7 @@ void AsyncSegmenter::Worker::wait_for(std::uint64_t number, Lock& lock) {
   };
   if (options_.hand_over == HandOver::wait) settled_.wait(lock, is_settled);
   if (options_.hand_over == HandOver::wait_at_most) {
-    settled_.wait_for(lock, std::chrono::duration<double>(options_.most_wait_s), is_settled);
+    settled_.wait_for(lock, std::chrono::duration<double>(options_.max_wait_s), is_settled);
   }
 }
 

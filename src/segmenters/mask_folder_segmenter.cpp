@@ -15,13 +15,13 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/number_text.hpp"
 #include "io/file_error.hpp"
 #include "io/image_file.hpp"
 #include "io/output_folder.hpp"
 #include "io/staged_folder.hpp"
 #include "io/text_table.hpp"
-#include "dynfilter/detail/errors.hpp"
-#include "dynfilter/detail/number_text.hpp"
 #include "mask_table.hpp"
 
 namespace dynfilter {
@@ -137,11 +137,11 @@ MaskFolderSegmenter::MaskFolderSegmenter(const fs::path& folder, const MaskFolde
     : folder_(folder), options_(options) {
   const double reach = options.max_time_difference_s;
   if (!(reach >= 0) || !detail::is_time_in_seconds(reach) || options.box_margin_px < 0 ||
-      options.least_pixels < 1) {
+      options.min_pixels < 1) {
     detail::throw_misuse("MaskFolderSegmenter",
                          detail::concatenate("max_time_difference_s = ", reach,
                                              ", box_margin_px = ", options.box_margin_px,
-                                             " and least_pixels = ", options.least_pixels),
+                                             " and min_pixels = ", options.min_pixels),
                          "at least 0, 0 and 1");
   }
   for (const fs::path& whole : {folder, folder / ".."}) detail::require_whole(whole);
@@ -237,7 +237,7 @@ Segmentation MaskFolderSegmenter::do_segment(const FrameView& frame) {
     result.instances = labelled_instances(pixels, mask->second.instances, file);
   } else {
     result.instances = instances_from_binary_mask(cv::Mat(pixels != 0), options_.box_margin_px,
-                                                  options_.least_pixels);
+                                                  options_.min_pixels);
   }
   return result;
 }

@@ -15,13 +15,13 @@
 
 #include <opencv2/core.hpp>
 
+#include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/number_text.hpp"
+#include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "io/file_writing.hpp"
 #include "io/image_file.hpp"
 #include "io/output_folder.hpp"
 #include "io/staged_folder.hpp"
-#include "dynfilter/detail/errors.hpp"
-#include "dynfilter/detail/number_text.hpp"
-#include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "mask_table.hpp"
 
 namespace dynfilter {

@@ -10,8 +10,8 @@
 #include <limits>
 #include <utility>
 
-#include "dynfilter/detail/pixel_scale.hpp"
 #include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/pixel_scale.hpp"
 #include "propagation/box_association.hpp"
 #include "propagation/point_flow.hpp"
 #include "propagation/tracked_instance.hpp"
@@ -31,13 +31,13 @@ void require(const char* option, double value, double least, double most) {
 MaskPropagatorOptions checked(const MaskPropagatorOptions& options) {
   require("work_width_px", options.work_width_px, 64, 4096);
   require("point_spacing_px", options.point_spacing_px, 4, 64);
-  require("most_forward_backward_px", options.most_forward_backward_px, 0, 100);
+  require("max_forward_backward_px", options.max_forward_backward_px, 0, 100);
   require("field_sigma_px", options.field_sigma_px, 1, 1000);
   require("edge_px", options.edge_px, 0, 100);
-  require("least_points", static_cast<double>(options.least_points), 1, 1000);
-  require("least_iou", options.least_iou, 0, 1);
-  require("most_missed", static_cast<double>(options.most_missed), 0, 1e6);
-  require("most_age_s", options.most_age_s, 0, 1e6);
+  require("min_points", static_cast<double>(options.min_points), 1, 1000);
+  require("min_iou", options.min_iou, 0, 1);
+  require("max_missed", static_cast<double>(options.max_missed), 0, 1e6);
+  require("max_age_s", options.max_age_s, 0, 1e6);
   require("history_frames", static_cast<double>(options.history_frames), 1, 1000);
   require("age_share", options.age_share, 0, 1);
   return options;
@@ -94,7 +94,7 @@ struct ResultPlace {
 struct MaskPropagator::State {
   explicit State(const MaskPropagatorOptions& checked_options)
       : options(checked_options),
-        flow({options.work_width_px, options.point_spacing_px, options.most_forward_backward_px}) {}
+        flow({options.work_width_px, options.point_spacing_px, options.max_forward_backward_px}) {}
 
   void forget() noexcept;
   std::optional<Segmentation> propagate(const FrameView& frame,
@@ -160,8 +160,8 @@ void MaskPropagator::State::drop_lost(double now_s) {
   };
   drop(statistics.left_image, [](const Known& one) { return one.instance.has_left_image(); });
   drop(statistics.given_up, [&](const Known& one) {
-    return one.missed > options.most_missed ||
-           now_s - one.instance.timestamp_s() > options.most_age_s;
+    return one.missed > options.max_missed ||
+           now_s - one.instance.timestamp_s() > options.max_age_s;
   });
 }
 
@@ -200,8 +200,7 @@ std::vector<std::optional<std::size_t>> MaskPropagator::State::matches(const Seg
   for (const Known& one : known) {
     there.push_back({one.instance.box_at(step_time_s), one.instance.class_id(), !one.came_with_id});
   }
-  std::vector<std::optional<std::size_t>> match =
-      detail::associate(found, there, options.least_iou);
+  std::vector<std::optional<std::size_t>> match = detail::associate(found, there, options.min_iou);
   for (std::size_t i = 0; i < match.size(); ++i) {
     const std::optional<int>& id = result.instances[i].track_id;
     for (std::size_t k = 0; id && k < known.size(); ++k) {
@@ -219,7 +218,7 @@ void MaskPropagator::State::look_at(const FrameView& frame, const Segmentation& 
   }
   const ResultPlace place = place_of(result);
   const double age_s = frame.timestamp_s - place.timestamp_s;
-  statistics.ignored_result = age_s < 0 || age_s > options.most_age_s ||
+  statistics.ignored_result = age_s < 0 || age_s > options.max_age_s ||
                               (last_result && place.timestamp_s <= last_result->true_timestamp_s);
   if (statistics.ignored_result) return;
   statistics.took_result = true;
@@ -322,7 +321,7 @@ std::optional<Segmentation> MaskPropagator::State::propagate(
   drop_lost(frame.timestamp_s);
   choose_points();
   const bool is_known =
-      last_result && frame.timestamp_s - last_result->true_timestamp_s <= options.most_age_s;
+      last_result && frame.timestamp_s - last_result->true_timestamp_s <= options.max_age_s;
   if (!is_known) return {};
   return output(frame);
 }

@@ -14,8 +14,8 @@
 
 #include <opencv2/core.hpp>
 
-#include "io/file_error.hpp"
 #include "dynfilter/detail/errors.hpp"
+#include "io/file_error.hpp"
 #include "remote/connection.hpp"
 #include "remote/deadline.hpp"
 #include "remote/protocol.hpp"

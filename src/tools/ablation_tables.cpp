@@ -113,7 +113,7 @@ std::string titled(const std::string& group, std::size_t scenes, const char* wha
   return group + (scenes == 1 ? "" : ", " + std::to_string(scenes) + " scenes") + ": " + what;
 }
 
-std::size_t most_scenes(const RulesOfGroup& rules) {
+std::size_t max_scenes(const RulesOfGroup& rules) {
   std::size_t most = 0;
   for (const auto& [rule, runs] : rules) most = std::max(most, runs.size());
   return most;
@@ -125,7 +125,7 @@ std::string row_name(const std::string& rule, const Runs& runs, std::size_t scen
 }
 
 Table feature_table(const std::string& group, const RulesOfGroup& rules) {
-  const std::size_t scenes = most_scenes(rules);
+  const std::size_t scenes = max_scenes(rules);
   Table table{titled(group, scenes, "features a frame"),
               {"rule", "dynamic left", "static removed", "rim removed", "kept"},
               {}};
@@ -150,7 +150,7 @@ void add_rates(std::vector<std::string>& row, const DetectionRates& rates) {
 }
 
 Table rate_table(const std::string& group, const RulesOfGroup& rules) {
-  const std::size_t scenes = most_scenes(rules);
+  const std::size_t scenes = max_scenes(rules);
   Table table{titled(group, scenes, "dynamic = silhouette | silhouette and rim"),
               {"rule", "TPR", "FPR", "precision", "F1", "| TPR", "FPR", "precision", "F1"},
               {}};
@@ -182,7 +182,7 @@ std::vector<double> ratios_to_perfect(const Runs& runs, const RulesOfGroup& rule
 }
 
 Table trajectory_table(const std::string& group, const RulesOfGroup& rules) {
-  const std::size_t scenes = most_scenes(rules);
+  const std::size_t scenes = max_scenes(rules);
   Table table{titled(group, scenes, "the odometry's RMSE"),
               {"rule", "ATE m", "over perfect", "RPE m in 1 s", "RPE deg in 1 s", "lost %"},
               {}};

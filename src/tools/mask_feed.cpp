@@ -75,10 +75,17 @@ void add_mask_feed_options(CLI::App& command, MaskFeedOptions& options) {
               "their times (no jump is waited for): wait for each frame's, wait_at_most so\n"
               "long, take the latest, or drop what is not there")
           ->check(CLI::IsMember(detail::hand_over_names()));
-  command.add_option("--most-wait", options.most_wait_s, "for --async wait_at_most, seconds")
+  command.add_option("--max-wait", options.max_wait_s, "for --async wait_at_most, seconds")
       ->needs(hand_over)
       ->check(real_number(0, 3600))
       ->capture_default_str();
+  command
+      .add_option_function<std::string>(
+          "--most-wait",
+          [](const std::string&) {
+            throw CLI::ValidationError("--most-wait is called --max-wait now");
+          })
+      ->group("");  // hidden
   command
       .add_option("--hz", options.rate_hz,
                   "slow the masks down to so many frames a second [as fast as they come]")
@@ -104,7 +111,7 @@ MaskFeed::MaskFeed(const MaskFeedOptions& options, const FrameSource& source)
   }
   AsyncSegmenterOptions thread;
   thread.hand_over = detail::hand_over_of(options.hand_over);
-  thread.most_wait_s = options.most_wait_s;
+  thread.max_wait_s = options.max_wait_s;
   thread_ = std::make_unique<AsyncSegmenter>(std::move(segmenter_), thread);
 }
 

@@ -21,7 +21,7 @@ namespace dynfilter::tools {
 struct MaskFeedOptions {
   SegmenterSpec segmenter;  ///< nobody: the sequence's own masks
   std::string hand_over;    ///< empty: masks are made when they are asked for, without a thread
-  double most_wait_s = 0.03;
+  double max_wait_s = 0.03;
   double rate_hz = 0;  ///< results a second at most; 0: as many as there can be
 };
 

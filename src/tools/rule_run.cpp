@@ -173,7 +173,7 @@ void RuleRun::note_times() {
   note("waiting for masks", waiting_time_);
   note("mask propagation", propagation_time_);
   if (rule_.takes_masks) note("mask culler", masks_time_);
-  if (rule_.compensates) note(rule_.takes_masks ? "edge compensator" : rule_.name, rule_time_);
+  if (rule_.compensates) note("rule " + rule_.name, rule_time_);
   note("keep_static", keep_static_time_);
   note("odometry", odometry_time_);
 }

@@ -18,11 +18,11 @@
 #include "dynfilter/dynfilter.hpp"
 #include "dynfilter/segmenters/mask_propagator.hpp"
 #include "frame_source.hpp"
+#include "io/staged_folder.hpp"
 #include "rule_set.hpp"
 #include "run_pictures.hpp"
 #include "run_record.hpp"
 #include "scene_spec.hpp"
-#include "io/staged_folder.hpp"
 #include "stopwatch.hpp"
 
 namespace dynfilter::tools {

@@ -39,7 +39,7 @@ AnyStage paper(const MaskCullerOptions&, std::uint64_t seed) {
   return EdgeCompensator(options);
 }
 
-AnyStage object_depth(const MaskCullerOptions&, std::uint64_t) { return DepthCompensator(); }
+AnyStage depth(const MaskCullerOptions&, std::uint64_t) { return DepthCompensator(); }
 
 struct Entry {
   RuleInfo info;
@@ -88,14 +88,14 @@ const std::vector<Entry>& entries() {
                                         "a mask by the variance of depth (GeneA-SLAM2)",
                                         peers::DepthVarianceMaskOptions()),
       {{"paper", "masks, and edge features by depth and D-LBP in the box"}, paper},
-      {{"depth", "masks, and what they missed by the object's depth (the default)"}, object_depth},
+      {{"depth", "masks, and what they missed by the object's depth (the default)"}, depth},
       {{"mask_moved", "features on the masks, moved by what is seen", true, false, false, true,
         true},
        [](const Masks&, std::uint64_t) { return nothing(); }},
-      {{"depth_moved", "the default on moved masks", true, false, true, true, true}, object_depth},
+      {{"depth_moved", "the default on moved masks", true, false, true, true, true}, depth},
       {{"depth_waited", "the default on the true masks: the camera waits for the network", true,
         true, true, false, true},
-       object_depth},
+       depth},
       {{"perfect", "features on the true masks", true, true, false},
        [](const Masks&, std::uint64_t) { return nothing(); }},
   };

@@ -13,8 +13,8 @@
 
 #include "dynfilter/evaluation/scene_levels.hpp"
 #include "io/file_error.hpp"
-#include "rule_set.hpp"
 #include "io/staging_area.hpp"
+#include "rule_set.hpp"
 
 namespace dynfilter::tools {
 namespace {

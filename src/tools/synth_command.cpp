@@ -13,16 +13,16 @@
 #include <vector>
 
 #include "commands.hpp"
-#include "evaluation/sequence_names.hpp"
 #include "dynfilter/evaluation/rgbd_sequence_writer.hpp"
 #include "dynfilter/evaluation/scene_levels.hpp"
 #include "dynfilter/evaluation/synthetic_scene.hpp"
 #include "dynfilter/segmenters/mask_folder_writer.hpp"
+#include "evaluation/sequence_names.hpp"
+#include "io/staged_folder.hpp"
 #include "number_options.hpp"
 #include "progress_bar.hpp"
 #include "scene_statistics.hpp"
 #include "segmenters/mask_table.hpp"
-#include "io/staged_folder.hpp"
 
 namespace dynfilter::tools {
 namespace {

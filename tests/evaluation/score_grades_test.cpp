@@ -10,8 +10,8 @@
 
 #include <opencv2/features2d.hpp>
 
-#include "dynfilter/evaluation/scene_levels.hpp"
 #include "dynfilter/dynamic_filter.hpp"
+#include "dynfilter/evaluation/scene_levels.hpp"
 
 namespace dynfilter {
 namespace {

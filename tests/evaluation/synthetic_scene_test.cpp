@@ -324,8 +324,8 @@ TEST(SyntheticScene, PoorMasksAreDeliberatelyPoor) {
 
 TEST(SyntheticScene, MasksWithoutMissingLimbsAreBetter) {
   SyntheticSceneOptions options = small();
-  options.least_missing_limbs = 0;
-  options.most_missing_limbs = 0;
+  options.min_missing_limbs = 0;
+  options.max_missing_limbs = 0;
   const SyntheticScene scene(options);
   double whole = 0, poor = 0, exact = 0;
   for (int i = 0; i < 60; i += 5) {
@@ -368,8 +368,8 @@ TEST(SyntheticScene, RefusesOptionsOutOfRangeByName) {
   expect_named(message([](Options& o) { o.background_contrast = 1.5; }), "background_contrast");
   expect_named(message([](Options& o) { o.camera_motion = 9; }), "camera_motion");
   expect_named(message([](Options& o) { o.max_depth_m = 14; }), "max_depth_m");
-  expect_named(message([](Options& o) { o.least_missing_limbs = -1; }), "least_missing_limbs");
-  expect_named(message([](Options& o) { o.most_missing_limbs = 1; }), "most_missing_limbs");
+  expect_named(message([](Options& o) { o.min_missing_limbs = -1; }), "min_missing_limbs");
+  expect_named(message([](Options& o) { o.max_missing_limbs = 1; }), "max_missing_limbs");
 }
 
 TEST(SyntheticScene, RefusesFramesItDoesNotHave) {

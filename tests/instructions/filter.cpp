@@ -44,7 +44,7 @@ int main(int argc, char** argv) {
                                  {"default", "counted_filter", features, 56000},
                                  {"keep", "counted_keep_static", features, 2400}});
   DynamicFilterOptions options;
-  if (rule == "masks") options.compensator.rule = CompensationRule::none;
+  if (rule == "masks") options.compensator.rule = CompensationRule::mask;
   if (rule == "paper" || rule == "keep") options.compensator.rule = CompensationRule::paper;
   const DynamicFilter filter(options);
   FilterInputData input = benchmarks::make_filter_input({640, 480}, features, 3);

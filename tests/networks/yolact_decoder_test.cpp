@@ -70,9 +70,9 @@ Outputs random_outputs(std::mt19937& random, int rows, int classes, bool are_log
   return outputs;
 }
 
-YolactDecoding decoding_of(float score, int most_per_class = 200, int most = 100,
+YolactDecoding decoding_of(float score, int max_per_class = 200, int most = 100,
                            YolactSuppression suppression = YolactSuppression::fast) {
-  return {options_of(score, 0.5F, most), suppression, most_per_class};
+  return {options_of(score, 0.5F, most), suppression, max_per_class};
 }
 
 std::vector<Detection> decoded(const Outputs& outputs, const YolactDecoding& decoding) {
@@ -115,8 +115,8 @@ std::vector<Detection> naive(const Outputs& outputs, bool are_logits,
   std::vector<Detection> result;
   for (std::vector<Detection>& candidates : of_class) {
     std::stable_sort(candidates.begin(), candidates.end(), by_score);
-    if (candidates.size() > std::size_t(decoding.most_per_class))
-      candidates.resize(std::size_t(decoding.most_per_class));
+    if (candidates.size() > std::size_t(decoding.max_per_class))
+      candidates.resize(std::size_t(decoding.max_per_class));
     for (std::size_t j = 0; j < candidates.size(); ++j) {
       bool is_kept = true;
       for (std::size_t i = 0; i < j; ++i) {

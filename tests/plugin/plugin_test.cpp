@@ -301,7 +301,7 @@ TEST_F(PluginTest, AcceptsEveryKey) {
                                    << std::string(robot.begin<char>(), robot.end<char>());
   const std::string file = settings(
       "dynfilter.max_time_difference_s: 0.002\ndynfilter.box_margin_px: 10\n"
-      "dynfilter.least_pixels: 3\ndynfilter.missing_masks: \"keep\"\ndynfilter.rule: \"paper\"\n"
+      "dynfilter.min_pixels: 3\ndynfilter.missing_masks: \"keep\"\ndynfilter.rule: \"paper\"\n"
       "dynfilter.dynamic_classes: [ 0, 16 ]\ndynfilter.margin_px: 2\n"
       "dynfilter.margin_per_diameter: 0.25\ndynfilter.static_mask: \"" +
       path("robot.pgm").string() +
@@ -370,7 +370,7 @@ TEST_F(PluginTest, RefusesEveryWrongValueByItsKey) {
       {"max_time_difference_s: -1.0", "max_time_difference_s = -1"},
       {"max_time_difference_s: \"x\"", "dynfilter.max_time_difference_s: got \"x\""},
       {"box_margin_px: 1.5", "dynfilter.box_margin_px: got 1.5; want a whole number"},
-      {"least_pixels: 0", "least_pixels = 0"},
+      {"min_pixels: 0", "min_pixels = 0"},
       {"missing_masks: \"skip\"", "want one of error, keep"},
       {"rule: \"best\"", "dynfilter.rule: got \"best\"; want one of depth, paper, mask"},
       {"dynamic_classes: 0", "want a list of whole numbers"},
@@ -407,7 +407,10 @@ TEST_F(PluginTest, NamesTheNearestKeyForAnUnknownOne) {
       {"margin: 3", "dynfilter.margin; the nearest is dynfilter.margin_px"},
       {"maskfolder: \"a\"", "the nearest is dynfilter.mask_folder"},
       {"depth.expanson: 1.0", "the nearest is dynfilter.depth.expansion"},
-      {"Rule: \"paper\"", "the nearest is dynfilter.rule"}};
+      {"Rule: \"paper\"", "the nearest is dynfilter.rule"},
+      {"most_wait_s: 1.0", "dynfilter.most_wait_s is called dynfilter.max_wait_s now"},
+      {"object_depth.least_half_width_m: 1.0",
+       "is called dynfilter.object_depth.min_half_width_m now"}};
   for (const auto& [line, message] : misspelt) {
     expect_error<std::runtime_error>(
         [&, wrong = line] { Plugin plugin(settings("dynfilter." + std::string(wrong) + "\n")); },
@@ -491,8 +494,8 @@ TEST_F(PluginTest, WantsOneSourceOfMasks) {
   refuses_file(raw_settings("dynfilter.floor: 3\n"), "dynfilter.mask_folder: got nothing");
   refuses_file(settings("dynfilter.async: \"late\"\n"), "dynfilter.async: got");
   refuses_file(settings("dynfilter.propagate: 1\n"), "dynfilter.propagate: got");
-  refuses_file(settings("dynfilter.async: \"wait_at_most\"\ndynfilter.most_wait_s: -1\n"),
-               "most_wait_s = -1");
+  refuses_file(settings("dynfilter.async: \"wait_at_most\"\ndynfilter.max_wait_s: -1\n"),
+               "max_wait_s = -1");
 #if defined(__linux__)
   refuses_file(settings("dynfilter.remote: \"socket\"\n"), "got mask_folder and remote");
 #endif

@@ -78,7 +78,7 @@ TEST(BoxDepthMask, PassesOverABoxWithTooLittleDepth) {
   scene.fill({62, 30, 1, 1}, 0);
   EXPECT_EQ(scene.verdicts(peers::BoxDepthMask(), {{70, 60}}), "o");
   peers::BoxDepthMaskOptions options;
-  options.least_depth_share = 0;
+  options.min_depth_share = 0;
   EXPECT_EQ(scene.verdicts(peers::BoxDepthMask(options), {{70, 60}}), "x");
   scene.frame.depth.setTo(0);
   EXPECT_EQ(scene.verdicts(peers::BoxDepthMask(options), {{70, 60}}), "o");
@@ -164,7 +164,7 @@ TEST(DepthVarianceMask, TakesTheLargestClusters) {
   scene.add_box({0, 0, 160, 120});
   peers::DepthVarianceMaskOptions options;
   EXPECT_EQ(scene.verdicts(peers::DepthVarianceMask(options), {{30, 60}, {120, 60}}), "xx");
-  options.most_clusters = 1;
+  options.max_clusters = 1;
   EXPECT_EQ(scene.verdicts(peers::DepthVarianceMask(options), {{30, 60}, {120, 60}}), "ox");
 }
 
@@ -242,13 +242,13 @@ bool within(const cv::Point3f& a, const cv::Point3f& b, double radius) {
 /// named after its first core point; the others are in the lowest cluster with a core point within
 /// the radius.
 std::vector<int> oracle_dbscan(const std::vector<cv::Point3f>& points, double radius,
-                               std::size_t least_points) {
+                               std::size_t min_points) {
   const std::size_t count = points.size();
   std::vector<std::size_t> cores;
   for (std::size_t i = 0; i < count; ++i) {
     std::size_t near_by = 0;
     for (const cv::Point3f& other : points) near_by += within(points[i], other, radius) ? 1 : 0;
-    if (near_by >= least_points) cores.push_back(i);
+    if (near_by >= min_points) cores.push_back(i);
   }
   std::vector<std::size_t> first_core(count);
   std::iota(first_core.begin(), first_core.end(), std::size_t{0});

@@ -144,7 +144,7 @@ void expect_consistent(const Host& host, const Trace& trace) {
 AsyncSegmenterOptions options_of(HandOver hand_over) {
   AsyncSegmenterOptions options;
   options.hand_over = hand_over;
-  options.most_wait_s = 100e-6;
+  options.max_wait_s = 100e-6;
   return options;
 }
 
@@ -153,7 +153,7 @@ TEST(AsyncSegmenterStress, WaitLosesNothingAndKeepsTheOrder) {
   Host host(trace, options_of(HandOver::wait));
   std::uint64_t next = 0;
   for (std::uint64_t id = 0; id < cycles; ++id) {
-    const std::uint64_t ahead = 1 + hash_of(id / 100) % AsyncSegmenter::most_uncollected;
+    const std::uint64_t ahead = 1 + hash_of(id / 100) % AsyncSegmenter::max_uncollected;
     while (next < cycles && next < id + ahead) host.submit(next++);
     dawdle(hash_of(id));
     const std::optional<Segmentation> masks = host.collect(id);

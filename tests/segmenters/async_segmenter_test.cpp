@@ -37,10 +37,10 @@ FrameView frame_of(std::uint64_t id) {
   return frame;
 }
 
-AsyncSegmenterOptions options_of(HandOver hand_over, double most_wait_s = for_ever_s) {
+AsyncSegmenterOptions options_of(HandOver hand_over, double max_wait_s = for_ever_s) {
   AsyncSegmenterOptions options;
   options.hand_over = hand_over;
-  options.most_wait_s = most_wait_s;
+  options.max_wait_s = max_wait_s;
   return options;
 }
 
@@ -107,9 +107,9 @@ TEST(AsyncSegmenter, WaitsForTheMasksOfTheFrame) {
 
 TEST(AsyncSegmenter, WaitLosesNothing) {
   Async async(options_of(HandOver::wait));
-  for (std::uint64_t id = 1; id <= AsyncSegmenter::most_uncollected; ++id) async.submit(id);
+  for (std::uint64_t id = 1; id <= AsyncSegmenter::max_uncollected; ++id) async.submit(id);
   async.gate->open_for_good();
-  for (std::uint64_t id = 1; id <= AsyncSegmenter::most_uncollected; ++id) {
+  for (std::uint64_t id = 1; id <= AsyncSegmenter::max_uncollected; ++id) {
     expect_masks_of(async.segmenter.collect(id), id);
     expect_masks_of(async.segmenter.collect(id), id);  // as often as one likes
   }
@@ -230,7 +230,7 @@ TEST(AsyncSegmenter, LatestServesFramesThatWereNeverSubmitted) {
 
 TEST(AsyncSegmenter, LatestLetsGoOfMasksThatAreTooOld) {
   AsyncSegmenterOptions options = options_of(HandOver::latest);
-  options.most_age_s = 0.35;
+  options.max_age_s = 0.35;
   Async async(options);
   async.submit_and_await(1);
   async.finish_one_and_go_on_with(2);
@@ -239,7 +239,7 @@ TEST(AsyncSegmenter, LatestLetsGoOfMasksThatAreTooOld) {
   async.submit(5);
   EXPECT_FALSE(async.segmenter.collect(5).has_value());
 
-  options.most_age_s = std::numeric_limits<double>::infinity();
+  options.max_age_s = std::numeric_limits<double>::infinity();
   Async patient(options);
   patient.submit_and_await(1);
   patient.finish_one_and_go_on_with(2);
@@ -361,12 +361,12 @@ TEST(AsyncSegmenter, RefusesMisuse) {
   expect_error<std::invalid_argument>([] { AsyncSegmenter(nullptr); }, "no segmenter");
   for (const double wrong : {-0.1, 3601.0, std::nan("")}) {
     expect_error<std::invalid_argument>([&] { Async(options_of(HandOver::wait_at_most, wrong)); },
-                                        "most_wait_s");
+                                        "max_wait_s");
   }
   for (const double wrong : {-0.1, std::nan("")}) {
     AsyncSegmenterOptions options;
-    options.most_age_s = wrong;
-    expect_error<std::invalid_argument>([&] { Async async(options); }, "most_age_s");
+    options.max_age_s = wrong;
+    expect_error<std::invalid_argument>([&] { Async async(options); }, "max_age_s");
   }
   expect_error<std::invalid_argument>([] { Async async(options_of(static_cast<HandOver>(4))); },
                                       "hand_over = 4");

@@ -166,7 +166,7 @@ TEST(MaskFolderSegmenter, TakesConnectedObjectsOfBinaryMasks) {
 
     MaskFolderOptions options;
     options.box_margin_px = 0;
-    options.least_pixels = 5;
+    options.min_pixels = 5;
     const Segmentation large =
         MaskFolderSegmenter(folder.path(), options).segment(frame_at(3.25, mask.size()));
     ASSERT_EQ(large.instances.size(), 1U);

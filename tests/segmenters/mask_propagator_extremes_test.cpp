@@ -57,7 +57,7 @@ TEST(MaskPropagatorExtremes, WhatIsMovedLiesInTheImage) {
   for (std::uint64_t seed = 1; seed <= 300; ++seed) {
     cv::RNG random(seed);
     MaskPropagatorOptions options;
-    options.most_age_s = 1e6;
+    options.max_age_s = 1e6;
     MaskPropagator propagator(options);
     FrameView frame;
     frame.timestamp_s = one_of({-1e308, -1e9, 0.0, 5.0}, random);

@@ -21,14 +21,14 @@ namespace {
 
 using testing::painted;
 
-constexpr int most_lag = 6;
+constexpr int max_lag = 6;
 
 double iou(const cv::Mat& a, const cv::Mat& b) {
   return double{1} * cv::countNonZero(a & b) / cv::countNonZero(a | b);
 }
 
 /// By lag: the intersection over union with the true masks, if the masks of the first frame are
-/// moved, if they stay, and if they arrive `most_lag` frames late.
+/// moved, if they stay, and if they arrive `max_lag` frames late.
 struct Overlaps {
   std::map<int, double> moved, left;
   double late = 0;
@@ -39,12 +39,12 @@ Overlaps overlaps(const char* level, std::uint64_t seed, int start) {
   MaskPropagator in_time, late;
   std::optional<Segmentation> newest;
   Overlaps result;
-  for (int lag = 0; lag <= most_lag; ++lag) {
+  for (int lag = 0; lag <= max_lag; ++lag) {
     const SyntheticFrame frame = scene.render(start + lag);
     if (lag == 0) newest = frame.true_segmentation;
     const auto moved = in_time.propagate(frame.frame, newest);
     const auto moved_late =
-        late.propagate(frame.frame, lag == most_lag ? newest : std::optional<Segmentation>());
+        late.propagate(frame.frame, lag == max_lag ? newest : std::optional<Segmentation>());
     const cv::Mat truth = painted(frame.true_segmentation);
     result.moved[lag] = iou(painted(*moved), truth);
     result.left[lag] = iou(painted(*newest), truth);

@@ -262,7 +262,7 @@ TEST(MaskPropagator, AResultOfTheFrameItselfIsNotTouched) {
 
 TEST(MaskPropagator, TellsNobodyFromNothingKnown) {
   MaskPropagatorOptions options;
-  options.most_age_s = 0.11;
+  options.max_age_s = 0.11;
   MaskPropagator propagator(options);
   const cv::Mat image = texture(size, 1);
   EXPECT_FALSE(propagator.propagate(frame_of(image, 0), std::nullopt));
@@ -278,7 +278,7 @@ TEST(MaskPropagator, TellsNobodyFromNothingKnown) {
 
 TEST(MaskPropagator, MasksAreGivenUpWhenTheyAreTooOld) {
   MaskPropagatorOptions options;
-  options.most_age_s = 0.11;
+  options.max_age_s = 0.11;
   MaskPropagator propagator(options);
   const cv::Mat image = texture(size, 1);
   const Segmentation result = result_of(frame_of(image, 0), {ring({100, 100}, 30)});
@@ -411,7 +411,7 @@ TEST(MaskPropagator, IgnoresResultsThatAreOlderThanTheLastOrOfAFrameToCome) {
 TEST(MaskPropagator, BridgesWhatAResultMissesThenDropsIt) {
   const cv::Mat image = texture(size, 1);
   MaskPropagatorOptions options;
-  options.most_missed = 2;
+  options.max_missed = 2;
   MaskPropagator propagator(options);
   const Instance object = ring({80, 120}, 40), other = ring({230, 120}, 40);
   const auto give = [&](int i, std::vector<Instance> instances) {
@@ -449,7 +449,7 @@ TEST(MaskPropagator, BridgesWhatAResultMissesThenDropsIt) {
 TEST(MaskPropagator, NothingIsBridgedWhereNothingShallBe) {
   const cv::Mat image = texture(size, 1);
   MaskPropagatorOptions options;
-  options.most_missed = 0;
+  options.max_missed = 0;
   MaskPropagator propagator(options);
   propagator.propagate(frame_of(image, 0), result_of(frame_of(image, 0), {ring({80, 120}, 40)}));
   const auto moved = propagator.propagate(frame_of(image, 1), result_of(frame_of(image, 1), {}));
@@ -664,12 +664,12 @@ TEST(MaskPropagator, RefusesOptionsOutOfRange) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   refuses(&Options::work_width_px, 63, "work_width_px = 63");
   refuses(&Options::point_spacing_px, 3, "point_spacing_px = 3");
-  refuses(&Options::most_forward_backward_px, -0.1, "most_forward_backward_px");
+  refuses(&Options::max_forward_backward_px, -0.1, "max_forward_backward_px");
   refuses(&Options::field_sigma_px, 0.5, "field_sigma_px");
   refuses(&Options::field_sigma_px, nan, "field_sigma_px");
-  refuses(&Options::least_points, std::size_t{0}, "least_points = 0");
-  refuses(&Options::least_iou, 1.01, "least_iou");
-  refuses(&Options::most_age_s, nan, "most_age_s");
+  refuses(&Options::min_points, std::size_t{0}, "min_points = 0");
+  refuses(&Options::min_iou, 1.01, "min_iou");
+  refuses(&Options::max_age_s, nan, "max_age_s");
   refuses(&Options::history_frames, std::size_t{0}, "history_frames = 0");
   refuses(&Options::age_share, 1.5, "age_share");
 }

@@ -19,7 +19,7 @@ import unittest.mock
 
 import numpy as np
 
-EXAMPLE = pathlib.Path(__file__).resolve().parent.parent / "examples" / "remote_masks"
+EXAMPLE = pathlib.Path(__file__).resolve().parents[2] / "examples" / "remote_masks"
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(EXAMPLE))
 import remote_masks  # noqa: E402

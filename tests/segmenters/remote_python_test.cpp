@@ -203,7 +203,9 @@ TEST_F(RemotePython, TakesItsSocketAwayWhenItIsInterrupted) {
 
 TEST_F(RemotePython, ItsOwnTestsPass) {
   EXPECT_EQ(
-      std::system(("'" + python + "' -B '" + sources + "/tests/segmenters/remote_masks_test.py'").c_str()), 0);
+      std::system(
+          ("'" + python + "' -B '" + sources + "/tests/segmenters/remote_masks_test.py'").c_str()),
+      0);
 }
 
 }  // namespace

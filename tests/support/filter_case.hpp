@@ -25,7 +25,7 @@ struct FilterCase {
   Segmentation segmentation;
   std::vector<cv::KeyPoint> keypoints;
   DynamicFilterOptions options;
-  std::optional<GuardedImage> depth_memory;  // of frame.depth, where it is guarded
+  std::optional<GuardedImage> depth_memory = std::nullopt;  // of frame.depth, where it is guarded
 };
 
 /// A matrix that is a region of a larger one, so that its rows are not continuous.
@@ -255,7 +255,7 @@ inline FilterCase arbitrary_case_of_any_rule(ByteSource& source) {
   draw_rule(source, made,
             rule < 3   ? CompensationRule::paper
             : rule < 9 ? CompensationRule::depth
-                       : CompensationRule::none);
+                       : CompensationRule::mask);
   return made;
 }
 

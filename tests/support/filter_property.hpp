@@ -50,7 +50,7 @@ inline OracleVerdict expected_verdict(const FilterCase& input) {
       return DepthOracle(input).verdict().filter;
     case CompensationRule::paper:
       return oracle_filter(input);
-    case CompensationRule::none:
+    case CompensationRule::mask:
       break;
   }
   return oracle_masks(input);

@@ -75,7 +75,7 @@ TEST_F(Program, RunWritesWhatItPromisesAndTheNumbersAgree) {
       run("run " + quoted(scene()) + " --out " + quoted(folder) + " --features 400 --overlays 2");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
   for (const char* line : {"removed by mask", "removed by compensation", "kept", "ORB extraction",
-                           "mask culler", "edge compensator", "dynamic left, masks only"}) {
+                           "mask culler", "rule depth", "dynamic left, masks only"}) {
     EXPECT_TRUE(outcome.mentions(line)) << line;
   }
   const nlohmann::json summary = read_json(folder / "summary.json");

@@ -152,20 +152,20 @@ inline std::vector<Instance> instances_from_label_map(const cv::Mat& label_map) 
 }
 
 inline std::vector<Instance> instances_from_binary_mask(const cv::Mat& mask, int box_margin_px,
-                                                        int least_pixels) {
+                                                        int min_pixels) {
   detail::require_mask_type(mask, "instances_from_binary_mask");
-  if (box_margin_px < 0 || least_pixels < 1) {
-    detail::throw_misuse("instances_from_binary_mask",
-                         detail::concatenate("box_margin_px = ", box_margin_px,
-                                             " and least_pixels = ", least_pixels),
-                         "at least 0 and at least 1");
+  if (box_margin_px < 0 || min_pixels < 1) {
+    detail::throw_misuse(
+        "instances_from_binary_mask",
+        detail::concatenate("box_margin_px = ", box_margin_px, " and min_pixels = ", min_pixels),
+        "at least 0 and at least 1");
   }
   cv::Mat labels, extents, centroids;
   const int count = cv::connectedComponentsWithStats(mask, labels, extents, centroids);
   std::vector<Instance> instances;
   for (int label = 1; label < count; ++label) {
     const int* extent = extents.ptr<int>(label);
-    if (extent[cv::CC_STAT_AREA] < least_pixels) continue;
+    if (extent[cv::CC_STAT_AREA] < min_pixels) continue;
     const cv::Rect tight(extent[cv::CC_STAT_LEFT], extent[cv::CC_STAT_TOP],
                          extent[cv::CC_STAT_WIDTH], extent[cv::CC_STAT_HEIGHT]);
     Instance instance = Instance::from_box_mask(labels(tight) == label, tight);

@@ -65,8 +65,8 @@ struct SyntheticSceneOptions {
   /// at 255, as with automatic exposure. 0 (constant) to 2.
   double exposure_change_stops = 0;
 
-  int least_missing_limbs = 2;     ///< a poor mask misses that many limbs of nine at a time …
-  int most_missing_limbs = 5;      ///< … up to that many; the choice changes every 0.4 s
+  int min_missing_limbs = 2;       ///< a poor mask misses that many limbs of nine at a time …
+  int max_missing_limbs = 5;       ///< … up to that many; the choice changes every 0.4 s
   double torso_missing_share = 0;  ///< of these times the torso is missing as well; 0 to 1
   double empty_mask_share = 0;     ///< of these times the mask has no pixel; 0 to 1
   bool perfect_masks = false;      ///< what is found has the exact silhouette and its box instead

@@ -17,8 +17,8 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "dynfilter/evaluation/association.hpp"
 #include "dynfilter/detail/errors.hpp"
+#include "dynfilter/evaluation/association.hpp"
 #include "dynfilter/evaluation/error_summary.hpp"
 #include "dynfilter/evaluation/trajectory.hpp"
 

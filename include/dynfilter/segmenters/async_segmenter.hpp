@@ -18,7 +18,7 @@ namespace dynfilter {
 /// What AsyncSegmenter::collect does about masks that are not there yet.
 enum class HandOver : std::uint8_t {
   wait,          ///< waits for the frame's masks, however long: the paper's synchronous hand-over
-  wait_at_most,  ///< waits for them for most_wait_s, then goes without
+  wait_at_most,  ///< waits for them for max_wait_s, then goes without
   latest,        ///< never waits: the newest masks that are there, of whatever frame
   drop,          ///< never waits: the frame's own masks, or none
 };
@@ -26,11 +26,11 @@ enum class HandOver : std::uint8_t {
 struct AsyncSegmenterOptions {
   HandOver hand_over = HandOver::latest;
   /// HandOver::wait_at_most only: seconds from the call of collect on, 0 to 3600.
-  double most_wait_s = 0.03;
+  double max_wait_s = 0.03;
   /// HandOver::latest only: masks that differ by more than that in time from the frame that was
   /// submitted last are no masks any more, lest a network that stalls or fails leaves its last ones
   /// in place for ever. Infinity keeps them.
-  double most_age_s = 1.0;
+  double max_age_s = 1.0;
   /// Whether submit copies the images of a frame. Without it the network reads the caller's pixels
   /// later on, and whoever writes into them (a camera driver that uses its buffers again) spoils
   /// its input: switch it off only where each frame has memory of its own that is left alone.
@@ -86,7 +86,7 @@ class AsyncSegmenter {
  public:
   /// Most frames that are submitted and not collected, with HandOver::wait; and what is remembered
   /// of frames that nobody collects, with the others.
-  static constexpr std::size_t most_uncollected = 8;
+  static constexpr std::size_t max_uncollected = 8;
 
   /// Starts the thread. Throws std::invalid_argument for no segmenter and options out of range,
   /// std::system_error where no thread can be had.
@@ -98,7 +98,7 @@ class AsyncSegmenter {
 
   /// Hands a frame to the network, and a copy of its images (see copy_images) in buffers that are
   /// used again. Throws std::invalid_argument for a malformed frame (see validate), and with
-  /// HandOver::wait where most_uncollected frames were submitted since the last that was collected:
+  /// HandOver::wait where max_uncollected frames were submitted since the last that was collected:
   /// nothing would be lost in silence, and waiting here would be waiting for oneself. The frame is
   /// then not submitted. O(pixels).
   void submit(const FrameView& frame);
@@ -107,12 +107,12 @@ class AsyncSegmenter {
   /// Segmentation::frame_id and timestamp_s tell their age: FrameStatistics::segmentation_age_s.
   ///
   /// std::nullopt, "no masks are known", where they are not ready and HandOver does not wait (any
-  /// longer; they may be there at a later call), where they are older than most_age_s, where a
+  /// longer; they may be there at a later call), where they are older than max_age_s, where a
   /// newer frame replaced this one before the network took it, where its error was thrown already,
   /// and where reset() came while this waited.
   ///
   /// Throws std::invalid_argument for a frame that was not submitted since reset(), or was given up
-  /// as said above, or with a HandOver other than wait is not one of the last most_uncollected.
+  /// as said above, or with a HandOver other than wait is not one of the last max_uncollected.
   /// HandOver::latest does not look at the id: a host may submit every third frame, or keyframes
   /// only, and collect for all. It may return masks of a later frame than this one if that was
   /// submitted already.

@@ -23,7 +23,7 @@ struct MaskFolderOptions {
   /// a network's mask in 95 % of the rows, and boxes that reach further than 20 px catch no more.
   int box_margin_px = 20;
   /// Binary masks only: smaller objects are left out. 1 = all are kept.
-  int least_pixels = 1;
+  int min_pixels = 1;
   /// Whether masks may be missing: the folder may hold none, and rows of the table may be of frames
   /// that have no file. The masks of such a frame are unknown, see has_mask.
   bool allow_missing = false;

@@ -25,7 +25,7 @@ struct MaskPropagatorOptions {
   int point_spacing_px = 8;
   /// A point counts if it comes back to its place within that, in the reduced image, when it is
   /// tracked backwards.
-  double most_forward_backward_px = 1.5;
+  double max_forward_backward_px = 1.5;
   /// How far a point's motion speaks for the pixels round it: the standard deviation of a Gaussian,
   /// pixels at a width of 640. Small: limbs move apart; large: as one piece.
   double field_sigma_px = 14;
@@ -33,14 +33,14 @@ struct MaskPropagatorOptions {
   /// the background beside it does: they would draw the mask out behind the object.
   double edge_px = 8;
   /// An instance is moved by the flow of no fewer points on it.
-  std::size_t least_points = 3;
+  std::size_t min_points = 3;
   /// How much the box of a new instance and that of a known one overlap, intersection over union,
   /// if they are the same.
-  double least_iou = 0.25;
+  double min_iou = 0.25;
   /// An instance that no more than so many results in a row miss stays, moved on. 0 = none does.
-  std::size_t most_missed = 3;
+  std::size_t max_missed = 3;
   /// Masks of frames longer ago than that, seconds, are dropped.
-  double most_age_s = 1.0;
+  double max_age_s = 1.0;
   /// How late a result may come, frames, for the motion since to be known. 1 to 1000.
   std::size_t history_frames = 30;
   /// The time of a propagated segmentation lies so far, as a share of its masks' true age, before
@@ -64,7 +64,7 @@ struct PropagationStatistics {
   std::vector<InstancePropagation> instances;  ///< in the order of the segmentation
   std::size_t tracked_points = 0;              ///< from the last frame into this one, in all
   std::size_t left_image = 0;   ///< instances dropped because nothing is in the image
-  std::size_t given_up = 0;     ///< instances dropped because of most_missed or most_age_s
+  std::size_t given_up = 0;     ///< instances dropped because of max_missed or max_age_s
   bool took_result = false;     ///< `newest` was a result that had not been seen yet
   bool ignored_result = false;  ///< … or older than the last one, or later than the frame
   bool unknown_start = false;   ///< the result's own frame is not in the history
@@ -93,7 +93,7 @@ struct PropagationStatistics {
 /// New results are matched to known instances of their class by the overlap of boxes, at the
 /// result's own frame, the best first; track_id says who is who and is never given twice, up to
 /// reset(). Instances that come with a track_id are matched by that alone and keep it. An instance
-/// that a result lacks is moved on, up to `most_missed` results.
+/// that a result lacks is moved on, up to `max_missed` results.
 ///
 /// The propagated segmentation has the frame's id, for that is where its masks lie, and the time of
 /// the result that they were made from (see `age_share`), for that is how old the evidence is. A
@@ -119,7 +119,7 @@ class MaskPropagator {
   /// The masks at `frame`, given the newest result that there is: of this frame or an earlier one,
   /// perhaps the same as in the last call, perhaps none. Call it for every frame, in order, also
   /// while there are no masks: only so is known how the image moved. Absent if no masks are known
-  /// that are at most `most_age_s` old. Instances come in the order of the newest result, then the
+  /// that are at most `max_age_s` old. Instances come in the order of the newest result, then the
   /// bridged ones by track_id; moved boxes and masks are clipped to the image.
   ///
   /// A result is found in the history by its frame_id; where it is not there, by its time, as if it

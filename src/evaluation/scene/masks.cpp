@@ -15,7 +15,7 @@
 namespace dynfilter::scene {
 namespace {
 
-constexpr int network_side = 138;                    // of YOLACT's prototypes
+constexpr int network_side = 138;                  // of YOLACT's prototypes
 constexpr double min_share = 200.0 / (640 * 480);  // of the image, for a person to be found
 constexpr double limbs_missing_s = 0.4;
 
@@ -27,9 +27,9 @@ Regions missing_regions(const SyntheticSceneOptions& options, int person, double
   const auto slot = static_cast<std::int64_t>(std::floor(elapsed_s / limbs_missing_s + unit(key)));
   const std::uint64_t now = make_key(key, slot);
   const int count =
-      options.least_missing_limbs +
-      static_cast<int>(mix(now) % static_cast<std::uint64_t>(options.most_missing_limbs -
-                                                             options.least_missing_limbs + 1));
+      options.min_missing_limbs +
+      static_cast<int>(mix(now) % static_cast<std::uint64_t>(options.max_missing_limbs -
+                                                             options.min_missing_limbs + 1));
   Regions missing{};
   if (unit(make_key(now, 101)) < options.empty_mask_share) {
     missing.fill(true);

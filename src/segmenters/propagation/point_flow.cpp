@@ -17,7 +17,7 @@ namespace {
 // nothing that the check does not catch.
 const cv::Size window(9, 9);
 constexpr int levels = 3;
-constexpr double least_eigenvalue = 1e-4;
+constexpr double min_eigenvalue = 1e-4;
 const cv::TermCriteria criteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 5, 0.03);
 
 cv::Mat grey_of(const cv::Mat& image) {
@@ -32,7 +32,7 @@ void follow(const std::vector<cv::Mat>& from, const std::vector<cv::Mat>& to,
             std::vector<std::uint8_t>& is_found) {
   std::vector<float> errors;
   cv::calcOpticalFlowPyrLK(from, to, points, found, is_found, errors, window, levels, criteria, 0,
-                           least_eigenvalue);
+                           min_eigenvalue);
 }
 
 /// The strongest corner in a part of the image, unless there is no texture.
@@ -40,7 +40,7 @@ void add_corner(const cv::Mat& strength, const cv::Rect& part, std::vector<cv::P
   double most = 0;
   cv::Point place;
   cv::minMaxLoc(strength(part), nullptr, &most, nullptr, &place);
-  if (most >= least_eigenvalue) points.emplace_back(place + part.tl());
+  if (most >= min_eigenvalue) points.emplace_back(place + part.tl());
 }
 
 }  // namespace
@@ -54,7 +54,7 @@ std::vector<PointMotion> PointFlow::track(const cv::Mat& image) {
   std::vector<std::uint8_t> is_there, is_back;
   follow(last_pyramid_, pyramid_, points_, there, is_there);
   follow(pyramid_, last_pyramid_, there, back, is_back);
-  const double most = options_.most_forward_backward_px;
+  const double most = options_.max_forward_backward_px;
   for (std::size_t i = 0; i < points_.size(); ++i) {
     if (is_there[i] == 0 || is_back[i] == 0 || !(cv::norm(back[i] - points_[i]) <= most)) continue;
     motions.push_back({to_full(points_[i]), to_full(there[i])});

@@ -21,7 +21,7 @@ struct PointMotion {
 
 struct PointFlowOptions {
   int work_width_px = 0, point_spacing_px = 0;
-  double most_forward_backward_px = 0;
+  double max_forward_backward_px = 0;
 };
 
 /// Tracks corners of one image into the next. Keeps the pyramid of the last image and its corners,

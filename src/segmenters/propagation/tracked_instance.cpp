@@ -24,7 +24,7 @@ constexpr double side_reach_share = 0.1;
 // A point is the background's if it moves so much nearer to the background's way than to the
 // object's, as a share of the distances, and if these two differ at all: pixels at a width of 640.
 constexpr double share_of_distance = 0.75;
-constexpr double least_difference_px = 2;
+constexpr double min_difference_px = 2;
 
 // A mask that fills less of its box than that says little about how the object moves.
 constexpr double min_mask_share = 0.1;
@@ -157,12 +157,12 @@ std::vector<PointMotion> TrackedInstance::motions_on_mask(
     part.push_back(motion);
   }
   const double sigma_px = options.field_sigma_px * pixel_scale(image_);
-  const double least_px = least_difference_px * pixel_scale(image_);
+  const double min_px = min_difference_px * pixel_scale(image_);
   const auto is_background = [&](const PointMotion& motion) {
     const auto background = mean_motion(outside, motion.from, sigma_px);
     auto object = mean_motion(inside, motion.from, sigma_px);
     if (!object && velocity_px_s_) object = cv::Point2f(*velocity_px_s_ * step.duration_s);
-    if (!object || !background || cv::norm(*object - *background) < least_px) return false;
+    if (!object || !background || cv::norm(*object - *background) < min_px) return false;
     return cv::norm(motion.shift() - *background) <
            share_of_distance * cv::norm(motion.shift() - *object);
   };
@@ -196,13 +196,13 @@ void TrackedInstance::advance(const FlowStep& step, const MaskPropagatorOptions&
     source_.mask.release();
   }
   std::vector<PointMotion> motions = motions_on_mask(step, options);
-  const bool as_one = motions.size() < options.least_points && !fills_box();
+  const bool as_one = motions.size() < options.min_points && !fills_box();
   if (as_one) motions = motions_in_box(step.motions);
-  if (!as_one && motions.size() >= options.least_points && has_gone_out(motions, step)) {
+  if (!as_one && motions.size() >= options.min_points && has_gone_out(motions, step)) {
     motions.clear();
   }
   counts_.points = motions.size();
-  if (motions.size() >= options.least_points) {
+  if (motions.size() >= options.min_points) {
     move_by_flow(motions, as_one, options, step.duration_s);
     ++counts_.by_flow;
   } else if (velocity_px_s_) {
@@ -229,7 +229,7 @@ bool TrackedInstance::has_gone_out(const std::vector<PointMotion>& on_mask,
                               (place.br().y + 1 >= image_.height && expected.y > 0);
   if (!crosses_border) return false;
   const cv::Point2d background(median_shift(step.motions)), now(median_shift(on_mask));
-  return cv::norm(expected - background) > least_difference_px * pixel_scale(image_) &&
+  return cv::norm(expected - background) > min_difference_px * pixel_scale(image_) &&
          cv::norm(now - background) < share_of_distance * cv::norm(now - expected);
 }
 

@@ -23,8 +23,8 @@ namespace {
 using Points = std::vector<cv::Point2d>;
 
 // More show nothing more at the size of a plot, and make the page larger.
-constexpr std::size_t most_positions = 400;
-constexpr std::size_t most_times = 100;
+constexpr std::size_t max_positions = 400;
+constexpr std::size_t max_times = 100;
 
 /// A figure, and the rules that have a line in it.
 struct Plot {
@@ -63,7 +63,7 @@ struct AlignedRuns {
 cv::Point2d from_above(const Eigen::Vector3d& position) { return {position.x(), position.y()}; }
 
 Points thinned(const Points& points) {
-  const std::size_t stride = points.size() / most_positions + 1;
+  const std::size_t stride = points.size() / max_positions + 1;
   Points some;
   for (std::size_t i = 0; i < points.size(); i += stride) some.push_back(points[i]);
   if (!points.empty() && (points.size() - 1) % stride != 0) some.push_back(points.back());
@@ -188,7 +188,7 @@ RunSeries series_of(const std::vector<RunResult>& runs, Notes& notes) {
   return all;
 }
 
-std::size_t frames_a_point(std::size_t frames) { return (frames + most_times - 1) / most_times; }
+std::size_t frames_a_point(std::size_t frames) { return (frames + max_times - 1) / max_times; }
 
 /// Means of as many frames as make up a point.
 Points means_over_time(const std::vector<double>& times_s, const std::vector<double>& values) {

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include <dynfilter/evaluation/camera.hpp>
 #include <dynfilter/dynfilter.hpp>
+#include <dynfilter/evaluation/camera.hpp>
 #include <dynfilter/networks/network_segmenter.hpp>
 #include <dynfilter/segmenters/async_segmenter.hpp>
 #include <dynfilter/segmenters/mask_folder_segmenter.hpp>

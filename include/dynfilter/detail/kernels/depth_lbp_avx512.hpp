@@ -88,9 +88,9 @@ class DepthLbpAvx512 {
   /// the processor does not foresee in time what many at once need from the last cache.
   static std::ptrdiff_t rows_together(std::ptrdiff_t stride) {
     const std::ptrdiff_t bytes = stride * static_cast<std::ptrdiff_t>(sizeof(Depth));
-    if (bytes > 5120) return least_rows;
+    if (bytes > 5120) return min_rows;
     const std::ptrdiff_t without_conflict = 16384 / std::gcd(bytes, std::ptrdiff_t{4096});
-    return std::clamp(without_conflict, least_rows, most_rows);
+    return std::clamp(without_conflict, min_rows, max_rows);
   }
 
   /// The codes of one or more rows, at most as many as can be done together.
@@ -100,7 +100,7 @@ class DepthLbpAvx512 {
     std::uint8_t* to = strip.codes + y * strip.codes_stride;
     const Blocks blocks(strip.columns, to);
     const Rows rows = {strip.depth_stride, strip.codes_stride, count};
-    alignas(64) Masks masks[most_rows];
+    alignas(64) Masks masks[max_rows];
     compare_block(from, rows, masks, nullptr);
     for (std::ptrdiff_t i = 1; i < blocks.count; ++i) {
       compare_block(from + blocks.column(i), rows, masks, to + blocks.column(i - 1));
@@ -113,7 +113,7 @@ class DepthLbpAvx512 {
  private:
   using Set = Avx512<Depth>;
   static constexpr std::ptrdiff_t lanes = columns / static_cast<std::ptrdiff_t>(sizeof(Depth));
-  static constexpr std::ptrdiff_t least_rows = 4, most_rows = 24;
+  static constexpr std::ptrdiff_t min_rows = 4, max_rows = 24;
 
   /// Blocks that cover a row: the first and the last overlap others, so that these, which are all
   /// the rest, are stored within a cache line.
