@@ -161,6 +161,9 @@ TEST_P(ProgramSafetyOfOut, SynthKeepsWhatIsThere) {
   if (GetParam().synth == refused) expect(refused, command + " --overwrite");
 }
 
+/// Says which row failed.
+void PrintTo(const Row& row, std::ostream* stream) { *stream << "--out " << row.out; }
+
 INSTANTIATE_TEST_SUITE_P(EveryFolder, ProgramSafetyOfOut, ::testing::ValuesIn(rows),
                          [](const auto& row) {
                            std::string name = row.param.out;

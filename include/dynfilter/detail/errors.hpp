@@ -23,6 +23,7 @@ class MessagePart {
  public:
   MessagePart(const char* text) : kind_(Kind::text), text_(text) {}
   MessagePart(const std::string& text) : kind_(Kind::text), text_(text.c_str()) {}
+  MessagePart(char letter) : kind_(Kind::letter), letter_(letter) {}
   MessagePart(double number) : kind_(Kind::real), real_(number) {}
   template <class Integer, std::enable_if_t<std::is_integral<Integer>::value, int> = 0>
   MessagePart(Integer number)
@@ -31,17 +32,19 @@ class MessagePart {
 
   void print(std::ostream& stream) const {
     if (kind_ == Kind::text) stream << text_;
+    if (kind_ == Kind::letter) stream << letter_;
     if (kind_ == Kind::real) stream << real_;
     if (kind_ == Kind::natural) stream << integer_;
     if (kind_ == Kind::negative_or_not) stream << static_cast<std::int64_t>(integer_);
   }
 
  private:
-  enum class Kind { text, real, natural, negative_or_not };
+  enum class Kind { text, letter, real, natural, negative_or_not };
 
   Kind kind_;
   union {
     const char* text_;
+    char letter_;
     double real_;
     std::uint64_t integer_;
   };
