@@ -76,6 +76,7 @@ TEST(FrameFeatures, GrownBoundsDoNotOverflow) {
     const cv::Rect far_right(std::numeric_limits<int>::max(), 0, 10, 10);
     EXPECT_EQ(sorted(features.inside(detail::bounds_of(far_right, 200))), Indices{1});
     EXPECT_EQ(features.inside(detail::bounds_of(far_right, std::int64_t{1} << 40)).size(), 2U);
+    EXPECT_TRUE(features.inside(detail::bounds_of(cv::Rect(5, 5, 0, 0))).empty());
     EXPECT_TRUE(features.inside(far_right).empty());
   }
 }

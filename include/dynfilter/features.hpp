@@ -6,8 +6,8 @@
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
+#include <cmath>
 #include <cstddef>
-#include <cstring>
 #include <limits>
 #include <type_traits>
 #include <vector>
@@ -15,14 +15,17 @@
 #include <opencv2/core.hpp>
 
 namespace dynfilter {
+
 namespace detail {
 
-/// Rounds a coordinate in the range of int. Exact: a float has what truncating leaves, where the
-/// sum of 0.49999997 and 0.5 would have to be rounded.
+/// Rounds a coordinate to the nearest integer, halves up. What is NaN, infinite or beyond the range
+/// of int gives the smallest int. Exact in double, where the float sum of 0.49999997 and 0.5 is 1.
 inline int round_half_up(float coordinate) {
-  const int truncated = static_cast<int>(coordinate);
-  const float rest = coordinate - static_cast<float>(truncated);
-  return truncated + static_cast<int>(rest >= 0.5F) - static_cast<int>(rest < -0.5F);
+  constexpr float beyond = 2147483648.0F;
+  const double shifted = double{coordinate} + 0.5;
+  if (coordinate >= 0 && coordinate < beyond) return static_cast<int>(shifted);
+  if (!(coordinate > -beyond && coordinate < 0)) return std::numeric_limits<int>::min();
+  return static_cast<int>(std::floor(shifted));
 }
 
 }  // namespace detail
@@ -30,12 +33,7 @@ inline int round_half_up(float coordinate) {
 /// The pixel that a position belongs to: the nearest one, halves rounded up, clamped nowhere. A
 /// position that is NaN, infinite or beyond the range of int gets a pixel that lies in no image.
 inline cv::Point nearest_pixel(cv::Point2f position) {
-  const auto rounded = [](float coordinate) {
-    constexpr float beyond = 2147483648.0F;
-    if (!(coordinate > -beyond && coordinate < beyond)) return std::numeric_limits<int>::min();
-    return detail::round_half_up(coordinate);
-  };
-  return {rounded(position.x), rounded(position.y)};
+  return {detail::round_half_up(position.x), detail::round_half_up(position.y)};
 }
 
 /// The features of one frame, in raw (distorted) pixels of the image that was segmented: a strided

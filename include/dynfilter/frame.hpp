@@ -35,11 +35,14 @@ struct FrameView {
   /// outside the image, and without a depth image. O(1).
   std::optional<double> depth_m(cv::Point pixel) const {
     if (pixel.x < 0 || pixel.y < 0 || pixel.x >= depth.cols || pixel.y >= depth.rows) return {};
-    double value = 0;
-    if (depth.type() == CV_16UC1) value = depth.ptr<std::uint16_t>(pixel.y)[pixel.x];
-    if (depth.type() == CV_32FC1) value = double{depth.ptr<float>(pixel.y)[pixel.x]};
-    const double metres = value * depth_scale();
-    if (!(value > 0) || !std::isfinite(metres)) return {};
+    const unsigned char* const row = depth.data + static_cast<std::size_t>(pixel.y) * depth.step[0];
+    double metres = 0;
+    if (depth.type() == CV_16UC1) {
+      metres = reinterpret_cast<const std::uint16_t*>(row)[pixel.x] * metres_per_unit;
+    } else if (depth.type() == CV_32FC1) {
+      metres = double{reinterpret_cast<const float*>(row)[pixel.x]} * depth_scale();
+    }
+    if (!(metres > 0) || !std::isfinite(metres)) return {};
     return metres;
   }
 };

@@ -46,19 +46,25 @@ class FrameFeatures {
   /// Reads the features' pixels, reusing memory. `boxes` is how many boxes will be asked for,
   /// about: for many of them the grid is made. O(features).
   void read(FeaturesView features, std::size_t boxes) {
-    pixels_.resize(features.size());
-    for (std::size_t i = 0; i < pixels_.size(); ++i) pixels_[i] = features.pixel(i);
+    x_.resize(features.size());
+    y_.resize(features.size());
+    is_inside_.resize(features.size());
     found_.resize(features.size());
     sorted_.resize(features.size());
+    for (std::size_t i = 0; i < x_.size(); ++i) {
+      const cv::Point pixel = features.pixel(i);
+      x_[i] = pixel.x;
+      y_[i] = pixel.y;
+    }
     // Sorting costs about as much as comparing all features with eight boxes.
     has_grid_ = boxes > 8;
     if (has_grid_) sort_into_cells();
   }
 
-  std::size_t size() const { return pixels_.size(); }
+  std::size_t size() const { return x_.size(); }
 
   /// The pixel of feature i, as FeaturesView::pixel gives it. i must be below size().
-  cv::Point pixel(std::size_t i) const { return pixels_[i]; }
+  cv::Point pixel(std::size_t i) const { return {x_[i], y_[i]}; }
 
   /// The features whose pixels lie inside the box, wherever that lies; its right and lower edges do
   /// not belong to it. Valid until the next call of `read` or `inside`. O(features near the box),
@@ -67,14 +73,19 @@ class FrameFeatures {
 
   FeatureIndices inside(const detail::PixelBounds& bounds) {
     std::uint32_t* end = found_.data();
-    const auto add_if_inside = [&](std::uint32_t i) {
-      *end = i;
-      end += bounds.contains(pixels_[i]) ? 1 : 0;
-    };
     if (has_grid_) {
-      for_each_near(bounds, add_if_inside);
+      for_each_near(bounds, [&](std::uint32_t i) {
+        *end = i;
+        end += is_inside(bounds, i);
+      });
     } else {
-      for (std::uint32_t i = 0; i < pixels_.size(); ++i) add_if_inside(i);
+      mark_inside(bounds, x_.data(), y_.data(), size(), is_inside_.data());
+      const std::uint8_t* const is_inside = is_inside_.data();
+      const auto count = static_cast<std::uint32_t>(size());
+      for (std::uint32_t i = 0; i < count; ++i) {
+        *end = i;
+        end += is_inside[i];
+      }
     }
     return {found_.data(), end};
   }
@@ -107,35 +118,51 @@ class FrameFeatures {
   }
 
  private:
-  static constexpr std::int64_t grid_cells = 64;          // each way
+  static constexpr int grid_cells = 64;                   // each way
   static constexpr int greatest_on_grid = (1 << 16) - 1;  // coordinate of any image's pixel
+
+  /// 1 if the feature lies inside, else 0; without a branch.
+  std::uint8_t is_inside(const detail::PixelBounds& bounds, std::uint32_t i) const {
+    std::uint8_t result = 0;
+    mark_inside(bounds, &x_[i], &y_[i], 1, &result);
+    return result;
+  }
+
+  /// Writes 1 for each pixel that lies inside, else 0. Compilers make vector code of the loop,
+  /// because all that it reads is local: bytes may alias anything else.
+  static void mark_inside(const detail::PixelBounds bounds, const int* x, const int* y,
+                          std::size_t count, std::uint8_t* is_inside) {
+    for (std::size_t i = 0; i < count; ++i) {
+      is_inside[i] = static_cast<std::uint8_t>((x[i] >= bounds.first_x) & (x[i] <= bounds.last_x) &
+                                               (y[i] >= bounds.first_y) & (y[i] <= bounds.last_y));
+    }
+  }
 
   /// Counting sort by cell. The grid spans the coordinates that the features have.
   void sort_into_cells() {
     int greatest = 0;
-    for (const cv::Point pixel : pixels_) {
-      if (pixel.x <= greatest_on_grid) greatest = std::max(greatest, pixel.x);
-      if (pixel.y <= greatest_on_grid) greatest = std::max(greatest, pixel.y);
+    for (std::size_t i = 0; i < size(); ++i) {
+      if (x_[i] <= greatest_on_grid) greatest = std::max(greatest, x_[i]);
+      if (y_[i] <= greatest_on_grid) greatest = std::max(greatest, y_[i]);
     }
-    cell_side_ = greatest / grid_cells + 1;
-    cell_begins_.assign(static_cast<std::size_t>(grid_cells * grid_cells) + 2, 0);
-    for (const cv::Point pixel : pixels_) ++cell_begins_[cell_of(pixel) + 2];
+    cell_shift_ = 0;
+    while (greatest >> cell_shift_ >= grid_cells) ++cell_shift_;
+    cell_begins_.assign(std::size_t{grid_cells} * grid_cells + 2, 0);
+    cells_.resize(size());
+    for (std::size_t i = 0; i < size(); ++i) {
+      cells_[i] = static_cast<std::uint32_t>(along(y_[i]) * grid_cells + along(x_[i]));
+      ++cell_begins_[cells_[i] + 2];
+    }
     for (std::size_t cell = 2; cell < cell_begins_.size(); ++cell) {
       cell_begins_[cell] += cell_begins_[cell - 1];
     }
-    for (std::uint32_t i = 0; i < pixels_.size(); ++i) {
-      sorted_[cell_begins_[cell_of(pixels_[i]) + 1]++] = i;
-    }
+    for (std::uint32_t i = 0; i < size(); ++i) sorted_[cell_begins_[cells_[i] + 1]++] = i;
   }
 
   /// The column or row of cells. Features left of the grid or above it are in its first one,
   /// features beyond it in its last.
-  std::int64_t along(std::int64_t coordinate) const {
-    return std::clamp<std::int64_t>(coordinate, 0, grid_cells * cell_side_ - 1) / cell_side_;
-  }
-
-  std::size_t cell_of(cv::Point pixel) const {
-    return static_cast<std::size_t>(along(pixel.y) * grid_cells + along(pixel.x));
+  int along(int coordinate) const {
+    return std::min(std::max(coordinate, 0) >> cell_shift_, grid_cells - 1);
   }
 
   /// Calls action(i) for the features in all cells that the bounds meet. In each row of cells they
@@ -143,21 +170,23 @@ class FrameFeatures {
   template <class Action>
   void for_each_near(const detail::PixelBounds& bounds, const Action& action) const {
     if (bounds.empty()) return;
-    for (std::int64_t row = along(bounds.top); row <= along(bounds.bottom - 1); ++row) {
-      const auto first = static_cast<std::size_t>(row * grid_cells + along(bounds.left));
-      const auto last = static_cast<std::size_t>(row * grid_cells + along(bounds.right - 1));
+    for (int row = along(bounds.first_y); row <= along(bounds.last_y); ++row) {
+      const auto first = static_cast<std::size_t>(row * grid_cells + along(bounds.first_x));
+      const auto last = static_cast<std::size_t>(row * grid_cells + along(bounds.last_x));
       for (std::size_t slot = cell_begins_[first]; slot < cell_begins_[last + 1]; ++slot) {
         action(sorted_[slot]);
       }
     }
   }
 
-  std::vector<cv::Point> pixels_;
+  std::vector<int> x_, y_;                      // the pixels
+  std::vector<std::uint8_t> is_inside_;         // of the last box
   std::vector<std::uint32_t> found_;            // the last answer of inside
   std::vector<std::uint32_t> by_instance_;      // features removed for instance 0, 1, …
   std::vector<std::uint32_t> instance_begins_;  // of each instance's part, and the end
   bool has_grid_ = false;
-  std::int64_t cell_side_ = 1;              // pixels
+  int cell_shift_ = 0;                      // a cell is 2^shift pixels wide and high
+  std::vector<std::uint32_t> cells_;        // the cell of each feature
   std::vector<std::uint32_t> sorted_;       // features by cell, row by row
   std::vector<std::uint32_t> cell_begins_;  // of each cell's part, and the end
 };

@@ -10,7 +10,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
+#include <limits>
 #include <vector>
 
 #include <opencv2/core.hpp>
@@ -100,7 +100,6 @@ class ObjectDepthEstimator {
     validate(frame, "ObjectDepthEstimator");
     ObjectDepth depth;
     if (frame.depth.empty()) return depth;
-    scratch.reserve(max_samples(frame.depth.size()));
     const cv::Size size = frame.depth.size();
     const int step = step_for(size);
     const auto masked = static_cast<double>(read_mask(frame, instance, step, scratch));
@@ -138,8 +137,7 @@ class ObjectDepthEstimator {
     cv::Rect inside = detail::clip(masked, frame.depth.size());
     const int margin = std::min({step / 2, inside.width, inside.height});
     inside = {inside.x + margin, inside.y + margin, inside.width - margin, inside.height - margin};
-    return read(frame, inside, step, depths_m,
-                [&](cv::Point pixel) { return instance.covers(pixel); });
+    return read(frame, inside, step, &instance, depths_m);
   }
 
   /// Reads the depths in the middle of the box, which an object fills whatever its limbs do.
@@ -147,22 +145,35 @@ class ObjectDepthEstimator {
                           std::vector<float>& depths_m) {
     const cv::Rect middle(box.x + box.width / 4, box.y + box.height / 5, box.width / 2,
                           box.height * 3 / 5);
-    read(frame, middle, step, depths_m, [](cv::Point) { return true; });
+    read(frame, middle, step, nullptr, depths_m);
   }
 
-  /// Reads the depths at every `step`th pixel each way that is wanted. Returns how many pixels are.
-  template <class IsWanted>
+  /// Reads the depths at every `step`th pixel each way of an area of the image; only on the mask
+  /// of an instance, if there is one. Returns how many pixels were looked at.
   static std::size_t read(const FrameView& frame, const cv::Rect& area, int step,
-                          std::vector<float>& depths_m, const IsWanted& is_wanted) {
+                          const Instance* instance, std::vector<float>& depths_m) {
+    return frame.depth.type() == CV_16UC1
+               ? read<std::uint16_t>(frame, area, step, instance, depths_m)
+               : read<float>(frame, area, step, instance, depths_m);
+  }
+
+  template <class Depth>
+  static std::size_t read(const FrameView& frame, const cv::Rect& area, int step,
+                          const Instance* instance, std::vector<float>& depths_m) {
     std::size_t wanted = 0;
+    const double scale = frame.depth_scale();
     depths_m.clear();
+    depths_m.reserve(max_samples(frame.depth.size()));
     for (int y = area.y; y < area.y + area.height; y += step) {
+      const Depth* const depths = frame.depth.ptr<Depth>(y);
+      const std::uint8_t* const mask =
+          instance ? instance->mask.ptr<std::uint8_t>(y - instance->mask_origin.y) : nullptr;
       for (int x = area.x; x < area.x + area.width; x += step) {
-        if (!is_wanted(cv::Point(x, y))) continue;
+        if (mask && mask[x - instance->mask_origin.x] == 0) continue;
         ++wanted;
-        if (const std::optional<double> depth_m = frame.depth_m({x, y})) {
-          depths_m.push_back(static_cast<float>(*depth_m));
-        }
+        const double depth_m = static_cast<double>(depths[x]) * scale;
+        const bool is_depth = depth_m > 0 && depth_m <= std::numeric_limits<double>::max();
+        if (is_depth) depths_m.push_back(static_cast<float>(depth_m));
       }
     }
     return wanted;

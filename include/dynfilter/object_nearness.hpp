@@ -8,7 +8,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
+#include <cstddef>
+#include <cstdint>
 
 #include <opencv2/core.hpp>
 
@@ -20,39 +21,49 @@
 namespace dynfilter {
 namespace detail {
 
+/// How many steps of -1, 0 or 1 lead from a position to the image's border, at most `reach`.
+inline int steps_to_border(int position, int step, int length, int reach) {
+  if (step == 0) return reach;
+  return std::min(reach, step > 0 ? length - 1 - position : position);
+}
+
 /// How far object_nearness looks in an image of this size, in steps.
 inline int steps_of_reach(double reach_px, const cv::Size& image) {
   return std::max(1, static_cast<int>(std::lround(reach_px * pixel_scale(image))));
 }
 
-/// The first depth in one direction from a pixel, and how many steps it is away.
-struct FirstDepth {
-  double metres = 0;  ///< 0 where there is none within reach
-  int steps = 0;
-};
-
-/// `direction` has coordinates of -1, 0 or 1.
-inline FirstDepth first_depth(const FrameView& frame, cv::Point pixel, cv::Point direction,
-                              int reach) {
-  for (int step = 1; step <= reach; ++step) {
-    pixel += direction;
-    if (const std::optional<double> metres = frame.depth_m(pixel)) return {*metres, step};
-  }
-  return {};
-}
-
-/// Sums the votes of the eight directions, clockwise from the upper left, in a valid frame.
-inline double object_nearness(const FrameView& frame, cv::Point pixel, const ObjectDepth& object,
-                              int reach) {
+/// Sums the votes of the eight directions, clockwise from the upper left: in each, the first pixel
+/// with depth votes. The pixel must lie in the image.
+template <class Depth>
+double object_nearness(const FrameView& frame, cv::Point pixel, const ObjectDepth& object,
+                       int reach) {
   constexpr int directions[8][2] = {{-1, -1}, {0, -1}, {1, -1}, {1, 0},
                                     {1, 1},   {0, 1},  {-1, 1}, {-1, 0}};
-  const double scale = pixel_scale(frame.depth.size());
+  const cv::Size size = frame.depth.size();
+  const auto row_step = static_cast<std::ptrdiff_t>(frame.depth.step1());
+  const Depth* const centre = frame.depth.ptr<Depth>(pixel.y) + pixel.x;
+  const double depth_scale = frame.depth_scale();
+  const double vote = pixel_scale(size);
   double nearness = 0;
   for (const auto& [x, y] : directions) {
-    const FirstDepth first = first_depth(frame, pixel, {x, y}, reach);
-    if (object.contains(first.metres)) nearness += scale / first.steps;
+    const int steps = std::min(steps_to_border(pixel.x, x, size.width, reach),
+                               steps_to_border(pixel.y, y, size.height, reach));
+    const std::ptrdiff_t offset = y * row_step + x;
+    for (int step = 1; step <= steps; ++step) {
+      const double metres = static_cast<double>(centre[step * offset]) * depth_scale;
+      if (!(metres > 0) || !std::isfinite(metres)) continue;
+      if (object.contains(metres)) nearness += vote / step;
+      break;
+    }
   }
   return nearness;
+}
+
+inline double object_nearness(const FrameView& frame, cv::Point pixel, const ObjectDepth& object,
+                              int reach) {
+  return frame.depth.type() == CV_16UC1
+             ? object_nearness<std::uint16_t>(frame, pixel, object, reach)
+             : object_nearness<float>(frame, pixel, object, reach);
 }
 
 }  // namespace detail

@@ -117,15 +117,17 @@ class DepthHistogram {
   std::array<std::uint32_t, bins + 1> counts_before_;  // depths in the bins before one, up to end_
 };
 
-/// The median of those depths that lie in [lower_m, upper_m]: the upper one of an even number; 0
-/// where there is none. Reorders the depths. O(depths).
+/// The median of the depths that lie in [lower_m, upper_m]: the upper one of an even number; 0
+/// where there is none. Overwrites the depths. O(depths).
 inline double median_within(std::vector<float>& depths_m, double lower_m, double upper_m) {
-  const auto last = std::partition(depths_m.begin(), depths_m.end(), [=](float depth_m) {
-    return lower_m <= double{depth_m} && double{depth_m} <= upper_m;
-  });
-  if (last == depths_m.begin()) return 0;
-  const auto middle = depths_m.begin() + (last - depths_m.begin()) / 2;
-  std::nth_element(depths_m.begin(), middle, last);
+  std::size_t count = 0;
+  for (const float depth_m : depths_m) {
+    depths_m[count] = depth_m;
+    count += (lower_m <= double{depth_m}) & (double{depth_m} <= upper_m) ? 1 : 0;
+  }
+  if (count == 0) return 0;
+  const auto middle = depths_m.begin() + static_cast<std::ptrdiff_t>(count / 2);
+  std::nth_element(depths_m.begin(), middle, depths_m.begin() + static_cast<std::ptrdiff_t>(count));
   return double{*middle};
 }
 

@@ -8,27 +8,31 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <utility>
 
 #include <opencv2/core.hpp>
 
 namespace dynfilter::detail {
 
-/// A rectangle of pixels that may lie anywhere: in 64 bits, since boxes and masks come from
-/// anywhere and grow. Left and top belong to it, right and bottom do not.
+/// The first and the last pixel of a rectangle, both included. Boxes and masks come from anywhere
+/// and grow: ends beyond the range of int are moved to its ends, where no other pixel lies.
 struct PixelBounds {
-  std::int64_t left, top, right, bottom;
+  int first_x, last_x, first_y, last_y;
 
-  bool empty() const { return left >= right || top >= bottom; }
-  bool contains(cv::Point pixel) const {
-    return ((pixel.x >= left) & (pixel.x < right) & (pixel.y >= top) & (pixel.y < bottom)) != 0;
-  }
+  bool empty() const { return first_x > last_x || first_y > last_y; }
 };
 
 /// The rectangle, grown by so many pixels on each side.
 inline PixelBounds bounds_of(const cv::Rect& rectangle, std::int64_t margin = 0) {
+  const auto clamped = [](std::int64_t coordinate) {
+    return static_cast<int>(std::clamp<std::int64_t>(coordinate, std::numeric_limits<int>::min(),
+                                                     std::numeric_limits<int>::max()));
+  };
   const std::int64_t x = rectangle.x, y = rectangle.y;
-  return {x - margin, y - margin, x + rectangle.width + margin, y + rectangle.height + margin};
+  const std::int64_t end_x = x + rectangle.width + margin, end_y = y + rectangle.height + margin;
+  if (x - margin >= end_x || y - margin >= end_y) return {0, -1, 0, -1};
+  return {clamped(x - margin), clamped(end_x - 1), clamped(y - margin), clamped(end_y - 1)};
 }
 
 /// The part of a rectangle, grown by so many pixels on either side, that lies in an image of this
