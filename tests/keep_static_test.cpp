@@ -102,7 +102,7 @@ TEST(KeepStatic, ChecksAllLengthsBeforeItChangesAny) {
   } catch (const std::invalid_argument& error) {
     EXPECT_EQ(
         std::string(error.what()),
-        "dynfilter::keep_static: got column 1 of length 4; want as many as there are labels, 3");
+        "dynfilter::keep_static: got column 1 of length 4; want the number of labels, 3");
   }
 }
 

@@ -14,32 +14,36 @@
 
 namespace dynfilter {
 
-/// By which rule the features are found that masks missed.
+/// Rule that finds the features that masks missed.
 enum class CompensationRule {
   depth,  ///< DepthCompensator
   paper,  ///< EdgeCompensator: eq. (1)
   mask    ///< masks act alone
 };
 
+/// Options of Compensator.
 struct CompensatorOptions {
-  CompensationRule rule = CompensationRule::depth;
-  DepthCompensatorOptions depth;
-  EdgeCompensatorOptions paper;
+  CompensationRule rule = CompensationRule::depth;  ///< rule to apply
+  DepthCompensatorOptions depth;                    ///< for CompensationRule::depth
+  EdgeCompensatorOptions paper;                     ///< for CompensationRule::paper
 };
 
-/// The stage after MaskCuller, by a rule that is chosen at run time.
+/// Stage after MaskCuller that removes the features that masks missed, by a rule chosen at run
+/// time.
 class Compensator {
  public:
-  /// Throws std::invalid_argument for options that either rule's component refuses.
+  /// Takes the options. Throws std::invalid_argument for options that either rule's component
+  /// refuses.
   explicit Compensator(const CompensatorOptions& options = {})
       : rule_(options.rule), by_depth_(options.depth), by_paper_(options.paper) {}
 
+  /// Runs the stage with a temporary workspace.
   void operator()(const FilterInput& input, FeatureLabels& labels) const {
     Workspace workspace;
     (*this)(input, labels, workspace);
   }
 
-  /// Cost and errors are those of the rule's component.
+  /// Runs the stage, at the cost and with the errors of the rule's component.
   void operator()(const FilterInput& input, FeatureLabels& labels, Workspace& workspace) const {
     switch (rule_) {
       case CompensationRule::depth:

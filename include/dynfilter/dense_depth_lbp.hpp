@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// A header of its own, not part of the umbrella: its kernels name instruction sets, which takes a
-// compiler as long as all the rest.
+// Not part of the umbrella header: its kernels name instruction sets, which take as long to compile
+// as everything else together.
 
 #ifndef DYNFILTER_DENSE_DEPTH_LBP_HPP
 #define DYNFILTER_DENSE_DEPTH_LBP_HPP
@@ -19,13 +19,15 @@
 
 namespace dynfilter {
 
-/// Computes the D-LBP codes of all pixels of a region, which may reach beyond the image. `depth`:
-/// CV_16UC1 or CV_32FC1. `codes`: CV_8UC1 of its size, 0 where a pixel has no code. A matrix of
-/// that type and size is written in the region only, so threads may share it and each do some rows;
-/// another one is made anew, with 0 outside the region. `codes` must not share data with `depth`.
+/// Computes the D-LBP codes of all pixels of a region, which may reach beyond the image. `depth` is
+/// CV_16UC1 or CV_32FC1.
+///
+/// `codes` becomes CV_8UC1 of the same size, 0 where a pixel has no code. If it has that type and
+/// size already, only the region is written, so threads may share it and each compute some rows.
+/// Otherwise it is allocated, with 0 outside the region. `codes` must not share data with `depth`.
 ///
 /// Throws std::invalid_argument for a depth image of another type and options that DepthLbp
-/// refuses. O(pixels of the region), by the widest registers that the processor has.
+/// refuses. O(pixels of the region), with the widest registers that the processor has.
 inline void dense_depth_lbp(const cv::Mat& depth, const cv::Rect& region, cv::Mat& codes,
                             const DepthLbpOptions& options = {}) {
   const DepthLbp checked(options);

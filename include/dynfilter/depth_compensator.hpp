@@ -27,56 +27,57 @@
 
 namespace dynfilter {
 
-/// Lengths in pixels are those at a width of 640 pixels; with wider images they grow, with narrower
-/// ones they shrink (a margin of less than a pixel does nothing). The defaults were chosen by
-/// bench/rule_constants.cpp, which prints what others do.
+/// Options of DepthCompensator. Lengths in pixels are for images 640 pixels wide and scale with the
+/// width; a margin of less than one pixel has no effect. The defaults were chosen with
+/// bench/rule_constants.cpp, which prints the results of other values.
 struct DepthCompensatorOptions {
-  ObjectDepthOptions object_depth;
-  /// A feature without a depth of its own object goes if the object is that near, see
-  /// object_nearness. Lower takes more static features, higher leaves more dynamic ones.
+  ObjectDepthOptions object_depth;  ///< how the object's depth is estimated
+  /// Smallest nearness (see object_nearness) at which a feature without the object's depth is
+  /// removed. Lower values remove more static features, higher ones leave more dynamic features.
   double min_nearness = 0.5;
-  /// The same where masks are stale: there most of the object may be beside its mask.
+  /// Smallest nearness if masks are stale, when most of the object may lie beside its mask.
   double min_nearness_if_stale = 0.4;
-  double reach_px = 12;       ///< how far object_nearness looks
-  double box_margin_px = 6;   ///< features that far outside the box may be the object's
-  double mask_margin_px = 1;  ///< features that close to a fresh mask go in any case
-  /// Masks that are older than that, seconds, do not decide: what lies on them counts like whatever
-  /// else is in the box, and is given back where nothing says that it is the object's.
+  double reach_px = 12;       ///< search distance of object_nearness
+  double box_margin_px = 6;   ///< features this far outside the box may belong to the object
+  double mask_margin_px = 1;  ///< features this close to a fresh mask are removed in any case
+  /// Age from which masks are stale, seconds. Features on a stale mask are judged like any other
+  /// feature in the box, and given back if they do not belong to the object.
   double stale_age_s = 0.02;
-  /// How fast objects move through the image, pixels a second. By that, times the age of the masks,
-  /// the box grows to the sides, and by half of it upwards and downwards.
+  /// Assumed speed of objects in the image, pixels per second. The box grows sideways by this speed
+  /// times the age of the masks, and by half of that upwards and downwards.
   double motion_px_per_s = 400;
-  /// Masks that seem older than that, seconds, are taken for fresh ones whose time was not set.
+  /// Age from which masks count as fresh ones whose time was not set, seconds.
   double max_age_s = 1.0;
 };
 
-/// Removes the features that masks missed, by the depth of the object itself: the paper's edge
-/// compensation (section 3.2) with its two questions put to the pixels round a feature.
+/// Removes the features that masks missed, by the object's own depth. It asks the two questions of
+/// the paper's edge compensation (section 3.2) of the pixels around a feature.
 ///
-/// A feature in the box joins the object if
-/// - its depth is one of the object's, which the pixels of the mask tell (ObjectDepthEstimator); or
-/// - it has no depth, or one behind the object, and object_nearness finds the object round it; or
-/// - it lies within a pixel of a fresh mask.
+/// A feature in the box belongs to the object if
+/// - its depth is one of the object's, as estimated from the pixels of the mask
+///   (ObjectDepthEstimator); or
+/// - it has no depth, or one behind the object, and object_nearness finds the object around it; or
+/// - it lies within mask_margin_px of a fresh mask.
 ///
-/// What lies on a stale mask is judged by the first two, too: where a slow network's masks lag
-/// behind, they cover what the object has left. So this stage gives back features that MaskCuller
-/// removed before it.
+/// Features on a stale mask are judged by the first two tests, too: the masks of a slow network lag
+/// behind and cover places that the object has left. So this stage gives back features that
+/// MaskCuller removed.
 ///
-/// Limits: a static thing at the object's depth inside its box goes with it. Where colour and depth
-/// are not taken at the same time, the trailing edge of what moves fast has the background's depth
-/// and is left; a margin of MaskCuller's helps. Without depth, and where fewer than eight depths
-/// are known in mask and box, the stage abstains and says so in the statistics.
+/// Limits: a static thing at the object's depth inside its box is removed with it. If colour and
+/// depth are not taken at the same time, the trailing edge of a fast object has the background's
+/// depth and stays; a margin in MaskCuller helps. The stage abstains, and reports it in the
+/// statistics, without depth and if fewer than eight depths are known in mask and box.
 ///
-/// With overlapping boxes the first instance whose test a feature passes has it.
+/// Where boxes overlap, the first instance whose test a feature passes owns it.
 ///
-/// Scores are the detector's confidence in the instance times how surely the feature is that
-/// instance's: 1 by its depth or the mask's margin, 1/2 to 1 by nearness, and below 1/2 for
-/// features that are kept but have the object in sight, in proportion to their nearness. A host
-/// that weighs features rather than removes them has a grade for each.
+/// The score is the detector's confidence in the instance times the certainty that the feature
+/// belongs to it: 1 by its depth or the mask's margin, 1/2 to 1 by nearness, and below 1/2, in
+/// proportion to the nearness, for kept features that have the object nearby. So a host can weigh
+/// features instead of removing them.
 class DepthCompensator {
  public:
-  /// Throws std::invalid_argument for options that ObjectDepthEstimator refuses, for any other
-  /// number outside 0 to 1000000, and for a reach of 0.
+  /// Takes the options. Throws std::invalid_argument for options that ObjectDepthEstimator refuses,
+  /// for any other number outside 0 to 1000000, and for a reach of 0.
   explicit DepthCompensator(const DepthCompensatorOptions& options = {})
       : options_(options), estimator_(options.object_depth) {
     require("min_nearness", options.min_nearness);
@@ -87,17 +88,19 @@ class DepthCompensator {
     require("stale_age_s", options.stale_age_s);
     require("motion_px_per_s", options.motion_px_per_s);
     require("max_age_s", options.max_age_s);
-    if (options.reach_px == 0) detail::throw_misuse("DepthCompensator", "reach_px = 0", "above 0");
+    if (options.reach_px == 0)
+      detail::throw_misuse("DepthCompensator", "reach_px = 0", "a number above 0");
   }
 
+  /// Runs the stage with a temporary workspace.
   void operator()(const FilterInput& input, FeatureLabels& labels) const {
     Workspace workspace;
     (*this)(input, labels, workspace);
   }
 
-  /// O(pixels of the masks / 16 + features x instances), in a crowd O(features near each box), and
-  /// for features in a box the pixels round them up to reach_px. Throws std::invalid_argument for
-  /// malformed input.
+  /// Runs the stage. Throws std::invalid_argument for malformed input. O(pixels of the masks / 16 +
+  /// features x instances), or O(features near each box) for crowds; for features in a box also the
+  /// pixels around them up to reach_px.
   void operator()(const FilterInput& input, FeatureLabels& labels, Workspace& workspace) const {
     validate(input, labels, "DepthCompensator");
     Scratch& scratch = workspace.get<Scratch>();
@@ -109,17 +112,17 @@ class DepthCompensator {
     for (const Object& object : scratch.objects) compensate(input, object, features, labels);
   }
 
-  /// Instance k with the mask that this test gives pixel by pixel, for whoever maps densely: a mask
-  /// of the box and its margin, clipped to the image. depth_with_holes and the like take it in
-  /// place of the network's. The instance as it is where its depth is not known. Throws
-  /// std::invalid_argument for malformed input and an index that is none. O(pixels of the box x
-  /// reach_px).
+  /// Returns instance k with a refined mask: this test applied to every pixel of the box and its
+  /// margin, clipped to the image. It is for dense mapping: depth_with_holes and its siblings take
+  /// it in place of the network's mask. Returns the instance unchanged if its depth is not known.
+  /// Throws std::invalid_argument for malformed input and an index out of range. O(pixels of the
+  /// box x reach_px).
   Instance refined(const FrameView& frame, const Segmentation& segmentation, std::size_t k) const {
     const FilterInput input{frame, segmentation, {}};
     validate(input, "DepthCompensator");
     if (k >= segmentation.instances.size()) {
       detail::throw_misuse("DepthCompensator::refined", detail::concatenate("instance ", k),
-                           detail::concatenate("below ", segmentation.instances.size()));
+                           detail::concatenate("an index below ", segmentation.instances.size()));
     }
     Instance instance = segmentation.instances[k];
     const Object object = in_frame(k, estimator_.estimate(frame, instance), input);
@@ -140,17 +143,17 @@ class DepthCompensator {
   }
 
  private:
-  /// A dynamic object whose depth is known.
+  /// Dynamic object whose depth is known.
   struct Object {
-    std::size_t instance;  // index into the segmentation's
-    cv::Rect reach;        // features outside it are not the object's
+    std::size_t instance;  // index into the segmentation
+    cv::Rect reach;        // no feature outside it belongs to the object
     ObjectDepth depth;
-    double min_nearness;  // from which on a pixel without the object's depth is the object's
+    double min_nearness;  // for a pixel without the object's depth
   };
 
   struct Scratch {
     std::vector<Object> objects;
-    std::vector<float> depths_m;  // of one instance
+    std::vector<float> depths_m;  // depths of one instance
   };
 
   static void require(const char* name, double value) {
@@ -159,7 +162,7 @@ class DepthCompensator {
                          "a number from 0 to 1000000");
   }
 
-  /// Age of the masks as far as it is believed.
+  /// Returns the age of the masks; 0 if it is too large to be true.
   double age_s(const FilterInput& input) const {
     const double age_s = std::abs(input.frame.timestamp_s - input.segmentation.timestamp_s);
     return age_s <= options_.max_age_s ? age_s : 0;
@@ -167,7 +170,7 @@ class DepthCompensator {
 
   bool is_stale(const FilterInput& input) const { return age_s(input) > options_.stale_age_s; }
 
-  /// Finds the dynamic instances whose depth is known.
+  /// Estimates the depth of the dynamic instances, and collects those whose depth is known.
   void find_objects(const FilterInput& input, FeatureLabels& labels, Scratch& scratch) const {
     const std::vector<Instance>& instances = input.segmentation.instances;
     scratch.objects.clear();
@@ -192,13 +195,13 @@ class DepthCompensator {
             is_stale(input) ? options_.min_nearness_if_stale : options_.min_nearness};
   }
 
-  /// The box with its margin, and as far as the object may have moved since.
+  /// Returns the box with its margin, grown by the distance that the object may have moved since.
   cv::Rect reach_of(const Instance& instance, const FilterInput& input) const {
     const cv::Size size = input.frame.depth.size();
     const double scale = detail::pixel_scale(size);
     const double motion = options_.motion_px_per_s * age_s(input);
     const auto grown = [&](double pixels) {
-      // No farther than from one end of the image to the other.
+      // At most from one end of the image to the other.
       return static_cast<std::int64_t>(std::lround(
           std::min(pixels * scale, static_cast<double>(std::max(size.width, size.height)))));
     };
@@ -206,7 +209,7 @@ class DepthCompensator {
                               grown(options_.box_margin_px + motion / 2), size);
   }
 
-  /// How surely a pixel of the image is the object's. From 1/2 on it is taken to be.
+  /// Returns the certainty that a pixel belongs to the object. From 1/2 on it is taken to belong.
   double certainty(const FrameView& frame, cv::Point pixel, const Object& object) const {
     const double depth_m = frame.depth_m(pixel).value_or(0);
     if (object.depth.contains(depth_m)) return 1;
@@ -219,7 +222,7 @@ class DepthCompensator {
     return std::min(1.0, 0.5 + nearness / 8);
   }
 
-  /// Whether a pixel of the image is the object's, all things considered.
+  /// Whether a pixel belongs to the object by all tests.
   bool is_on_object(const FilterInput& input, const Object& object, cv::Point pixel) const {
     const bool is_in_reach = object.reach.contains(pixel);
     if (is_in_reach && certainty(input.frame, pixel, object) >= 0.5) return true;
@@ -231,8 +234,8 @@ class DepthCompensator {
            hides_object(input.frame.depth_m(pixel).value_or(0), object.depth);
   }
 
-  /// Whether a depth is nearer than the farthest that the object is: whatever stands there, it is
-  /// not what the object has left.
+  /// Whether something at this depth hides the object or is part of it: it is no farther than the
+  /// object's farthest point.
   static bool hides_object(double depth_m, const ObjectDepth& object) {
     return depth_m > 0 && depth_m <= object.hull_m().upper;
   }
@@ -241,8 +244,8 @@ class DepthCompensator {
     return options_.mask_margin_px * detail::pixel_scale(input.frame.depth.size());
   }
 
-  /// The object of an instance, or nullptr where its depth is not known. Objects are in the order
-  /// of their instances.
+  /// Returns the object of an instance, or nullptr if its depth is not known. Objects are in the
+  /// order of their instances.
   static const Object* find_object(const std::vector<Object>& objects, std::size_t instance) {
     const auto found = std::lower_bound(
         objects.begin(), objects.end(), instance,
@@ -250,7 +253,8 @@ class DepthCompensator {
     return found != objects.end() && found->instance == instance ? &*found : nullptr;
   }
 
-  /// Gives back features on stale masks whose depth is no object's: an object covered them before.
+  /// Gives back features on stale masks that neither hide their object nor belong to any: an object
+  /// covered them before.
   void give_back(const FilterInput& input, const std::vector<Object>& objects,
                  const FrameFeatures& features, FeatureLabels& labels) const {
     const cv::Rect image({0, 0}, input.frame.depth.size());
@@ -259,20 +263,20 @@ class DepthCompensator {
       if (!label.removed || label.reason != Reason::in_mask || label.instance < 0) continue;
       const cv::Point pixel = features.pixel(i);
       const Object* const owner = find_object(objects, static_cast<std::size_t>(label.instance));
-      // Where the owner's depth is not known, nothing speaks against its mask.
+      // If the owner's depth is not known, its mask stands.
       if (owner == nullptr || !image.contains(pixel)) continue;
       if (hides_object(input.frame.depth_m(pixel).value_or(0), owner->depth)) continue;
       const bool is_objects =
           std::any_of(objects.begin(), objects.end(), [&](const Object& object) {
             return object.reach.contains(pixel) && certainty(input.frame, pixel, object) >= 0.5;
           });
-      // Its score comes from compensate, like that of any other feature.
+      // The score comes from compensate, as for any other feature.
       if (!is_objects) labels.restore(i, 0);
     }
   }
 
-  /// Removes the features that an object has beside its mask, and marks those that have it in
-  /// sight.
+  /// Removes the object's features beside its mask, and raises the scores of features that have it
+  /// nearby.
   void compensate(const FilterInput& input, const Object& object, FrameFeatures& features,
                   FeatureLabels& labels) const {
     const Instance& instance = input.segmentation.instances[object.instance];

@@ -31,27 +31,30 @@ inline void require_depth_of_lbp(const cv::Mat& depth) {
 
 }  // namespace detail
 
-/// What a neighbour without depth counts as in a comparison with a centre that has depth.
+/// Meaning of a neighbour without depth when the centre has depth.
 enum class MissingNeighbour {
-  nearer,  ///< bit 0: taken literally, since 0 is not greater than the centre's depth
+  nearer,  ///< bit 0: the literal reading, since 0 is not greater than the centre's depth
   farther  ///< bit 1: most missing depth is background in the projector's shadow
 };
 
+/// Options of DepthLbp.
 struct DepthLbpOptions {
-  /// The bit (0 to 7) of each neighbour, clockwise from the top-left one.
+  /// Bit (0 to 7) of each neighbour, clockwise from the top-left one.
   std::array<std::uint8_t, 8> bits = {0, 1, 2, 3, 4, 5, 6, 7};
+  /// Meaning of a neighbour without depth.
   MissingNeighbour missing_neighbour = MissingNeighbour::nearer;
 };
 
-/// D-LBP, the local binary pattern of a depth image (paper section 3.2, Figure 2): bit k of a
-/// pixel's code is 1 where neighbour k is farther away than the pixel; equal depth gives 0.
+/// Local binary pattern of a depth image, D-LBP (paper section 3.2, Figure 2). Bit k of a pixel's
+/// code is 1 if neighbour k is farther away than the pixel; equal depth gives 0.
 ///
-/// A pixel has no code if it lies on the border of the image or has no depth. Depth is CV_16UC1 or
-/// CV_32FC1; 0, negative, NaN and infinite mean "no depth". Codes compare depths only, so the unit
-/// is of no account.
+/// A pixel on the border of the image or without depth has no code. Depth is CV_16UC1 or CV_32FC1;
+/// 0, negative, NaN and infinite mean "no depth". Codes only compare depths, so the unit does not
+/// matter.
 class DepthLbp {
  public:
-  /// Throws std::invalid_argument unless the bits are the numbers 0 to 7 in some order.
+  /// Takes the options. Throws std::invalid_argument unless the bits are the numbers 0 to 7 in some
+  /// order.
   explicit DepthLbp(const DepthLbpOptions& options = {}) : options_(options) {
     unsigned seen = 0;
     for (const std::uint8_t bit : options.bits) seen |= bit < 8 ? 1U << bit : 0U;
@@ -61,15 +64,15 @@ class DepthLbp {
     }
   }
 
-  /// The code of one pixel; nothing if it has none. Throws std::invalid_argument for a depth image
-  /// of another type. O(1).
+  /// Returns the code of one pixel, or nothing if it has none. Throws std::invalid_argument for a
+  /// depth image of another type. O(1).
   std::optional<std::uint8_t> code(const cv::Mat& depth, cv::Point pixel) const {
     detail::require_depth_of_lbp(depth);
     return code_at(depth, pixel);
   }
 
-  /// The codes of many features, one for each of them in their order. `codes` is resized, which
-  /// reuses its memory. O(features).
+  /// Computes the codes of all features, in their order. `codes` is resized, which reuses its
+  /// memory. Throws std::invalid_argument for a depth image of another type. O(features).
   void codes(const cv::Mat& depth, FeaturesView features,
              std::vector<std::optional<std::uint8_t>>& codes) const {
     detail::require_depth_of_lbp(depth);
@@ -77,6 +80,7 @@ class DepthLbp {
     for (std::size_t i = 0; i < codes.size(); ++i) codes[i] = code_at(depth, features.pixel(i));
   }
 
+  /// Options as given.
   const DepthLbpOptions& options() const { return options_; }
 
  private:

@@ -15,23 +15,24 @@
 
 namespace dynfilter {
 
-/// Tells a feature detector where it may look, so that its budget of features is spent on static
-/// ground: a host asks for every corner before it spreads them over the image (ORB-SLAM: before
-/// the quadtree). Exact to the pixel and equal to what MaskCuller would decide later; no pixel of
-/// the image is changed, so no false corners appear along the masks.
+/// Tells a feature detector where it may detect, so that it spends its budget of features on static
+/// ground. A host asks for every corner before it spreads corners over the image (ORB-SLAM: before
+/// the quadtree). The answer is exact to the pixel and equals MaskCuller's. No pixel of the image
+/// is changed, so no false corners appear along the masks.
 class DetectionMask {
  public:
-  /// Throws std::invalid_argument for a malformed segmentation, see validate, and a static mask of
-  /// another size. Masks share their pixels with the caller's.
+  /// Takes the masks of one frame, which share their pixels with the caller's. Throws
+  /// std::invalid_argument for a malformed segmentation, see validate, and a static mask of another
+  /// size.
   explicit DetectionMask(Segmentation segmentation, MaskCuller culler = MaskCuller())
       : segmentation_(std::move(segmentation)), culler_(std::move(culler)) {
     validate(segmentation_, "DetectionMask");
     culler_.check_image_size(segmentation_.image_size);
   }
 
-  /// Whether a corner at this position is static as far as masks can tell. The position is that of
-  /// pyramid level 0: (corner + border) x scale of its level. `diameter_px`, likewise of level 0,
-  /// counts only for a margin in proportion to it. O(instances) and the pixels within the margin.
+  /// Whether a corner at this position is static, as MaskCuller sees it. The position is in pixels
+  /// of pyramid level 0: (corner + border) x scale of its level. `diameter_px`, also of level 0,
+  /// matters only with margin_per_diameter. O(instances), plus the pixels within the margin.
   bool allows(cv::Point2f position, float diameter_px = 0.0F) const {
     return !culler_.instance_at(segmentation_, position, diameter_px);
   }

@@ -13,29 +13,31 @@
 
 namespace dynfilter {
 
+/// Options of DynamicFilter, by stage.
 struct DynamicFilterOptions {
-  MaskCullerOptions mask_culler;
-  CompensatorOptions compensator;
-  FeatureFloorOptions feature_floor;
+  MaskCullerOptions mask_culler;      ///< for features on masks, paper section 3.1
+  CompensatorOptions compensator;     ///< for features that masks missed, paper section 3.2
+  FeatureFloorOptions feature_floor;  ///< for frames with too few features left
 };
 
 #ifdef DYNFILTER_COMPILED
-// The library dynfilter::compiled has it, so that files that include this header need not.
+// The library dynfilter::compiled contains it; files that include this header need not compile it.
 extern template class Pipeline<MaskCuller, Compensator, FeatureFloor>;
 #endif
 
-/// The paper's section 3: removes the features on prior dynamic objects (3.1), then the features
-/// that the masks missed (3.2): by the object's depth, which finds more of them and takes fewer
-/// others, or by the paper's own rule, CompensationRule::paper. Then, which the paper leaves to the
-/// host, sees whether enough features are left; by default it only says so.
+/// Filter of the paper's section 3. It removes the features on prior dynamic objects (3.1), then
+/// the features that the masks missed (3.2): by the object's depth, which finds more of them and
+/// removes fewer others, or by the paper's own rule, CompensationRule::paper. Then it checks
+/// whether enough features are left, which the paper leaves to the host; by default it only reports
+/// the result.
 ///
-/// Without a depth image (mono, stereo) only the first part acts. `apply`, see Pipeline, takes a
-/// frame, its segmentation and its features and returns a label a feature; keep_static then takes
-/// the removed ones out of the caller's arrays. Two filters share nothing; one filter may be used
-/// by many threads at once, each with its own labels and workspace.
+/// Without a depth image (mono, stereo) only masks act. `apply`, see Pipeline, takes a frame, its
+/// segmentation and its features and returns one label per feature; keep_static then removes the
+/// features from the caller's arrays. Two filters share nothing. Many threads may use one filter at
+/// once, each with its own labels and workspace.
 class DynamicFilter : public Pipeline<MaskCuller, Compensator, FeatureFloor> {
  public:
-  /// Throws std::invalid_argument for options that one of the stages refuses.
+  /// Takes the options. Throws std::invalid_argument for options that one of the stages refuses.
   explicit DynamicFilter(const DynamicFilterOptions& options = {})
       : Pipeline(MaskCuller(options.mask_culler), Compensator(options.compensator),
                  FeatureFloor(options.feature_floor)) {}

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// The core, whole: everything that needs no file, no network and no thread.
+// Includes the whole core: everything that needs no file, no network and no thread.
 
 #ifndef DYNFILTER_DYNFILTER_HPP
 #define DYNFILTER_DYNFILTER_HPP

@@ -26,24 +26,25 @@
 
 namespace dynfilter {
 
-/// What becomes of a feature in the box that has no depth, or no D-LBP code.
+/// Verdict on a feature in the box that has no depth, or no D-LBP code.
 enum class MissingDepth {
-  keep,   ///< it fails the test that it has no value for, and stays
-  remove  ///< it passes that test: the shadow beside a person has no depth
+  keep,   ///< it fails the test whose value is missing, and stays
+  remove  ///< it passes that test, because the sensor's shadow beside a person has no depth
 };
 
+/// Options of EdgeCompensator.
 struct EdgeCompensatorOptions {
-  std::size_t samples = 20;  ///< features of FP_object that tell the ranges
-  std::uint64_t seed = 0;    ///< of the sample
-  /// In metres.
+  std::size_t samples = 20;  ///< features of FP_object to estimate the ranges from
+  std::uint64_t seed = 0;    ///< seed of the random sample
+  /// Estimator of the depth range, metres.
   RangeEstimatorOptions depth = {OutlierRule::median_absolute_deviation, 3.0, 5, 0.10};
-  /// In codes, 0 to 255.
+  /// Estimator of the code range, codes from 0 to 255.
   RangeEstimatorOptions code = {OutlierRule::median_absolute_deviation, 3.0, 5, 16.0};
-  DepthLbpOptions depth_lbp;
-  MissingDepth missing_depth = MissingDepth::keep;
+  DepthLbpOptions depth_lbp;                        ///< how codes are computed
+  MissingDepth missing_depth = MissingDepth::keep;  ///< verdict on features without depth or code
 
-  /// The paper's rule taken literally. The defaults are the same today and may become better ones;
-  /// this stays.
+  /// Returns the paper's rule taken literally. The defaults equal it today but may improve; this
+  /// function will not change.
   static EdgeCompensatorOptions paper() {
     EdgeCompensatorOptions options;
     options.samples = 20;
@@ -56,18 +57,18 @@ struct EdgeCompensatorOptions {
 };
 
 /// Removes the edge features of dynamic objects that their masks missed (paper section 3.2). The
-/// features of FP_object, which an earlier stage removed as in_mask, tell the object's range of
-/// depth and of D-LBP codes; a feature in its box whose depth and code both lie in them belongs to
+/// features of FP_object, which an earlier stage removed as in_mask, give the object's ranges of
+/// depth and of D-LBP codes. A feature in its box whose depth and code both lie in them belongs to
 /// the object, eq. (1).
 ///
-/// It abstains, and says so in the statistics, without a depth image and where an instance has too
-/// few masked features with depth. With overlapping boxes the first instance whose test a feature
-/// passes has it. Features that a margin took beside the mask are not sampled. A removed feature's
-/// score is the detector's confidence in the object.
+/// The stage abstains, and reports it in the statistics, without a depth image and for an instance
+/// with too few masked features with depth. Where boxes overlap, the first instance whose test a
+/// feature passes owns it. Features that MaskCuller removed only because of its margin are not
+/// sampled. The score of a removed feature is the detector's confidence in the object.
 class EdgeCompensator {
  public:
-  /// Throws std::invalid_argument for options that FeatureSampler, RangeEstimator or DepthLbp
-  /// refuse, and for fewer samples than a range needs.
+  /// Takes the options. Throws std::invalid_argument for options that FeatureSampler,
+  /// RangeEstimator or DepthLbp refuse, and for fewer samples than a range needs.
   explicit EdgeCompensator(const EdgeCompensatorOptions& options = {})
       : sampler_(options.samples, options.seed),
         depth_range_(options.depth),
@@ -81,13 +82,14 @@ class EdgeCompensator {
     }
   }
 
+  /// Runs the stage with a temporary workspace.
   void operator()(const FilterInput& input, FeatureLabels& labels) const {
     Workspace workspace;
     (*this)(input, labels, workspace);
   }
 
-  /// O(features x instances), in a crowd O(features near each box). Throws std::invalid_argument
-  /// for malformed input.
+  /// Runs the stage. Throws std::invalid_argument for malformed input. O(features x instances), or
+  /// O(features near each box) for crowds.
   void operator()(const FilterInput& input, FeatureLabels& labels, Workspace& workspace) const {
     validate(input, labels, "EdgeCompensator");
     Scratch& scratch = workspace.get<Scratch>();
@@ -107,7 +109,7 @@ class EdgeCompensator {
  private:
   struct Scratch {
     std::vector<SampleCandidate> candidates;
-    std::vector<double> depths_m, codes;  // of the sample
+    std::vector<double> depths_m, codes;  // values of the sample
 
     void reserve(std::size_t features, std::size_t samples) {
       candidates.reserve(features);
@@ -116,7 +118,7 @@ class EdgeCompensator {
     }
   };
 
-  /// Tells [a, b]_depth and [a, b]_D-LBP of object k from a sample of its masked features.
+  /// Estimates [a, b]_depth and [a, b]_D-LBP of object k from a sample of its masked features.
   Compensation estimate_ranges(const FilterInput& input, std::size_t k,
                                const FrameFeatures& features, InstanceStatistics& statistics,
                                Scratch& scratch) const {
@@ -152,7 +154,7 @@ class EdgeCompensator {
     sampler_.draw(candidates);
   }
 
-  /// Asks eq. (1) of every feature in the box that is not removed yet.
+  /// Applies eq. (1) to every feature in the box that is not removed yet.
   void compensate(const FilterInput& input, std::size_t k, FrameFeatures& features,
                   FeatureLabels& labels) const {
     const Instance& instance = input.segmentation.instances[k];

@@ -24,37 +24,41 @@
 
 namespace dynfilter {
 
-/// What to do when fewer features than the floor are left.
+/// Policy for frames with fewer features than the floor.
 enum class FloorPolicy {
-  report_only,          ///< say so in the statistics
+  report_only,          ///< only report it in the statistics
   restore_best_scored,  ///< give back the removed features with the lowest scores
-  restore_balanced      ///< give back features where the image has fewest, the best scored first
+  restore_balanced      ///< give back features where the image has fewest, lowest scores first
 };
 
+/// Options of FeatureFloor.
 struct FeatureFloorOptions {
-  std::size_t floor = 0;  ///< features that should be left; ORB-SLAM needs more than 500 to begin
-  FloorPolicy policy = FloorPolicy::report_only;
+  /// Features that should be left; ORB-SLAM needs more than 500 to initialise.
+  std::size_t floor = 0;
+  FloorPolicy policy = FloorPolicy::report_only;  ///< what to do about it
 };
 
-/// The last stage: sees to it that a frame is not left with too few features to track, or says that
-/// it is. A frame with fewer features than the floor is `starved` in the statistics, whatever the
-/// policy, and they suggest how many features to extract next time.
+/// Last stage: keeps a frame from being left with too few features to track, or reports it. A frame
+/// with fewer features than the floor is `starved` in the statistics, whatever the policy, and the
+/// statistics suggest how many features to extract next time.
 ///
-/// Features on the static mask are never given back: the robot moves with the camera. Restored
-/// features keep their instance and score. Among equal scores those that compensation removed come
-/// before those on a mask, and then a hash of frame and pixel decides, so that the choice is spread
-/// and does not depend on the order of the features.
+/// Features on the static mask are never given back, because the robot moves with the camera.
+/// Restored features keep their instance and score. Among equal scores, features that compensation
+/// removed come before those on a mask; a hash of frame and pixel breaks further ties, so that the
+/// choice is spread and does not depend on the order of the features.
 class FeatureFloor {
  public:
+  /// Takes the options.
   explicit FeatureFloor(const FeatureFloorOptions& options = {}) : options_(options) {}
 
+  /// Runs the stage with a temporary workspace.
   void operator()(const FilterInput& input, FeatureLabels& labels) const {
     Workspace workspace;
     (*this)(input, labels, workspace);
   }
 
-  /// O(features), and where features are restored O(n log n) of the removed ones. Throws
-  /// std::invalid_argument for malformed input.
+  /// Runs the stage. Throws std::invalid_argument for malformed input. O(features); if features are
+  /// restored, O(n log n) of the removed ones.
   void operator()(const FilterInput& input, FeatureLabels& labels, Workspace& workspace) const {
     validate(input, labels, "FeatureFloor");
     std::vector<Candidate>& restorable = workspace.get<Scratch>().restorable;
@@ -67,12 +71,12 @@ class FeatureFloor {
   }
 
  private:
-  /// A removed feature that may be given back.
+  /// Removed feature that may be given back.
   struct Candidate {
-    std::size_t cell;  // of the image
+    std::size_t cell;  // cell of the image
     float score;
     bool on_mask;
-    std::uint64_t key;  // hash that decides among equals
+    std::uint64_t key;  // hash that breaks ties
     std::size_t feature;
   };
 
@@ -83,7 +87,8 @@ class FeatureFloor {
   static constexpr int columns = 8, rows = 6;  // cells of 80x80 at 640x480
   using CellCounts = std::array<std::size_t, std::size_t{columns * rows}>;
 
-  /// So many that the floor would be left if the same share survived; at most four times as many.
+  /// Suggests the number of features that reaches the floor if the same share survives, at most
+  /// four times the present number.
   std::size_t suggestion(const FrameStatistics& statistics) const {
     if (statistics.features == 0) return options_.floor;
     const std::size_t max_features = 4 * statistics.features;
@@ -103,7 +108,7 @@ class FeatureFloor {
       return std::tie(a.cell, a.score, a.on_mask, a.key, a.feature) <
              std::tie(b.cell, b.score, b.on_mask, b.key, b.feature);
     });
-    CellCounts next{}, end{};  // the cells' parts of restorable
+    CellCounts next{}, end{};  // each cell's part of restorable
     for (const Candidate& candidate : restorable) ++end[candidate.cell];
     for (std::size_t cell = 1; cell < end.size(); ++cell) {
       next[cell] = end[cell - 1];
@@ -117,7 +122,8 @@ class FeatureFloor {
     }
   }
 
-  /// What may be restored, with its place in the order; and how many features each cell keeps.
+  /// Collects the features that may be restored, with their sorting keys, and counts the kept
+  /// features of each cell.
   void collect(const FilterInput& input, const FeatureLabels& labels,
                std::vector<Candidate>& restorable, CellCounts& kept) const {
     const FeatureSampler sampler;
@@ -136,8 +142,8 @@ class FeatureFloor {
     }
   }
 
-  /// One cell is as good as another where the policy asks for the best scores alone, and where no
-  /// image size is known.
+  /// Returns a feature's cell. All features share cell 0 if only scores count or no image size is
+  /// known.
   std::size_t cell_of(cv::Point pixel, const FilterInput& input) const {
     const cv::Size size =
         input.frame.depth.empty() ? input.segmentation.image_size : input.frame.depth.size();
@@ -149,8 +155,8 @@ class FeatureFloor {
     return along(pixel.y, size.height, rows) * columns + along(pixel.x, size.width, columns);
   }
 
-  /// Of the cells that have something to restore, the one that keeps fewest features; the first of
-  /// equals.
+  /// Returns the cell with the fewest kept features among those with something to restore; ties go
+  /// to the first.
   static std::size_t emptiest(const CellCounts& kept, const CellCounts& next,
                               const CellCounts& end) {
     std::size_t best = kept.size();

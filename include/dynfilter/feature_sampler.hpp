@@ -18,26 +18,26 @@
 
 namespace dynfilter {
 
-/// A feature that may be sampled.
+/// Feature that may be sampled.
 struct SampleCandidate {
   std::uint64_t key = 0;    ///< FeatureSampler::key of the feature
-  cv::Point pixel;          ///< relative to the box
+  cv::Point pixel;          ///< pixel relative to the box
   std::size_t feature = 0;  ///< index of the feature
 };
 
-/// Draws "several feature points" of an object at random (paper section 3.2) without a generator
-/// that has a state: every feature gets a 64-bit hash, and those with the smallest hashes are the
-/// sample. So the sample is the same in any thread and for any order of the features, does not
-/// change when the object moves as a whole with its box, and one frame can be replayed alone.
+/// Draws "several feature points" of an object at random (paper section 3.2) without a stateful
+/// generator: every feature gets a 64-bit hash, and the features with the smallest hashes are the
+/// sample. So the sample is the same in any thread and for any order of the features, it does not
+/// change when the object moves together with its box, and any frame can be replayed alone.
 class FeatureSampler {
  public:
-  /// `samples`: how many features to draw. Throws std::invalid_argument for 0.
+  /// Takes the number of features to draw and the seed. Throws std::invalid_argument for 0 samples.
   explicit FeatureSampler(std::size_t samples = 20, std::uint64_t seed = 0)
       : samples_(samples), seed_(seed) {
     if (samples == 0) detail::throw_misuse("FeatureSampler", "samples = 0", "at least 1");
   }
 
-  /// The hash of (seed, frame id, instance index, pixel relative to the box). O(1).
+  /// Returns the hash of (seed, frame id, instance index, pixel relative to the box). O(1).
   std::uint64_t key(std::uint64_t frame_id, std::size_t instance, cv::Point pixel) const {
     const auto x = static_cast<std::uint32_t>(pixel.x);
     const auto y = static_cast<std::uint32_t>(pixel.y);
@@ -46,11 +46,12 @@ class FeatureSampler {
     return mix(of_instance ^ (std::uint64_t{x} << 32U | y));
   }
 
+  /// Number of features to draw.
   std::size_t samples() const { return samples_; }
 
-  /// Reduces the candidates to the sample, in no particular order: those with the smallest keys,
-  /// all of them if there are fewer. Equal keys are told apart by their pixels (row, then column);
-  /// features of the same pixel are interchangeable, since they read the same depth. O(candidates).
+  /// Reduces the candidates to the sample: those with the smallest keys, or all if there are fewer,
+  /// in no particular order. Equal keys are ordered by their pixels (row, then column); features of
+  /// the same pixel are interchangeable, since they read the same depth. O(candidates).
   void draw(std::vector<SampleCandidate>& candidates) const {
     if (candidates.size() <= samples_) return;
     const auto sample_end = candidates.begin() + static_cast<std::ptrdiff_t>(samples_);
@@ -63,8 +64,8 @@ class FeatureSampler {
   }
 
  private:
-  /// One step of splitmix64 (Steele, Lea, Flood, "Fast splittable pseudorandom number generators",
-  /// OOPSLA 2014): a bijection whose output bits all depend on all input bits.
+  /// Mixes the state by one step of splitmix64 (Steele, Lea, Flood, "Fast splittable pseudorandom
+  /// number generators", OOPSLA 2014): a bijection whose output bits all depend on all input bits.
   static std::uint64_t mix(std::uint64_t state) {
     state += 0x9E3779B97F4A7C15U;
     state = (state ^ state >> 30U) * 0xBF58476D1CE4E5B9U;

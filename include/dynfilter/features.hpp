@@ -30,50 +30,56 @@ inline int round_half_up(float coordinate) {
 
 }  // namespace detail
 
-/// The pixel that a position belongs to: the nearest one, halves rounded up, clamped nowhere. A
-/// position that is NaN, infinite or beyond the range of int gets a pixel that lies in no image.
+/// Returns the nearest pixel of a position: halves are rounded up, nothing is clamped. A position
+/// that is NaN, infinite or beyond the range of int gets a pixel that lies in no image.
 inline cv::Point nearest_pixel(cv::Point2f position) {
   return {detail::round_half_up(position.x), detail::round_half_up(position.y)};
 }
 
-/// The features of one frame, in raw (distorted) pixels of the image that was segmented: a strided
-/// view on the caller's keypoints or points. Nothing is owned; the caller's vector must outlive the
-/// view. Cheap to copy.
+/// View of one frame's features, in raw (distorted) pixels of the image that was segmented. It is a
+/// strided view of the caller's keypoints or points: it owns nothing, is cheap to copy, and must
+/// not outlive the caller's vector.
 class FeaturesView {
  public:
+  /// Makes an empty view.
   FeaturesView() = default;
 
   static_assert(std::is_standard_layout<cv::KeyPoint>::value && offsetof(cv::KeyPoint, pt) == 0,
                 "data() is where the position is");
 
+  /// Views `count` keypoints, with their positions and diameters.
   FeaturesView(const cv::KeyPoint* keypoints, std::size_t count)
       : first_(reinterpret_cast<const unsigned char*>(keypoints)),
         stride_(sizeof(cv::KeyPoint)),
         count_(count),
         has_diameters_(true) {}
 
-  /// Points have no size; KLT front ends and anything else that tracks positions have them.
+  /// Views `count` points, as KLT front ends track them. Points have no diameter.
   FeaturesView(const cv::Point2f* points, std::size_t count)
       : first_(reinterpret_cast<const unsigned char*>(points)),
         stride_(sizeof(cv::Point2f)),
         count_(count) {}
 
-  /// Points that are members of something larger: the first one, and the bytes from one to the
-  /// next.
+  /// Views points that are members of larger structs: the first one, and the number of bytes from
+  /// one point to the next.
   FeaturesView(const cv::Point2f* first, std::size_t count, std::size_t stride_bytes)
       : first_(reinterpret_cast<const unsigned char*>(first)),
         stride_(stride_bytes),
         count_(count) {}
 
+  /// Views a vector of keypoints.
   template <class Allocator>
   FeaturesView(const std::vector<cv::KeyPoint, Allocator>& keypoints)
       : FeaturesView(keypoints.data(), keypoints.size()) {}
 
+  /// Views a vector of points.
   template <class Allocator>
   FeaturesView(const std::vector<cv::Point2f, Allocator>& points)
       : FeaturesView(points.data(), points.size()) {}
 
+  /// Number of features.
   std::size_t size() const { return count_; }
+  /// Whether there are no features.
   bool empty() const { return count_ == 0; }
 
   /// Position of feature i, pixels. i must be below size().
@@ -83,7 +89,7 @@ class FeaturesView {
                           : *reinterpret_cast<const cv::Point2f*>(element);
   }
 
-  /// The pixel that feature i belongs to, see nearest_pixel.
+  /// Nearest pixel of feature i, see nearest_pixel.
   cv::Point pixel(std::size_t i) const { return nearest_pixel((*this)[i]); }
 
   /// Diameter of feature i in pixels (cv::KeyPoint::size); 0 for points.

@@ -14,20 +14,20 @@
 
 namespace dynfilter {
 
-/// What every stage reads. A stage is any callable void(const FilterInput&, FeatureLabels&) const.
+/// Input of every stage. A stage is any callable void(const FilterInput&, FeatureLabels&) const.
 struct FilterInput {
-  const FrameView& frame;
-  const Segmentation& segmentation;  ///< without instances where no masks are known
-  FeaturesView features;
+  const FrameView& frame;            ///< the frame to filter
+  const Segmentation& segmentation;  ///< its masks; without instances if no masks are known
+  FeaturesView features;             ///< the frame's features
 };
 
-/// Throws std::invalid_argument, in the name of `component`, if frame or segmentation is malformed
-/// or the segmented image has another size than the frame's. O(instances).
+/// Checks a stage's input. Throws std::invalid_argument, in the name of `component`, if frame or
+/// segmentation is malformed or the segmented image differs from the frame in size. O(instances).
 inline void validate(const FilterInput& input, const char* component) {
   validate(input.frame, component);
   validate(input.segmentation, component);
   const cv::Size segmented = input.segmentation.image_size;
-  if (segmented.empty()) return;  // nobody there: no pixel is compared with any other
+  if (segmented.empty()) return;  // no instances, so no pixels to compare
   const auto require_same_size = [&](const cv::Mat& matrix, const char* name) {
     if (matrix.empty() || matrix.size() == segmented) return;
     detail::throw_misuse(
@@ -40,8 +40,8 @@ inline void validate(const FilterInput& input, const char* component) {
   require_same_size(input.frame.image, "an image");
 }
 
-/// Throws std::invalid_argument, in the name of `component`, unless there is one label a feature
-/// and one statistic an instance. O(1).
+/// Checks that labels fit the input. Throws std::invalid_argument, in the name of `component`,
+/// unless there is one label per feature and one statistic per instance. O(1).
 inline void validate_labels(const FilterInput& input, const FeatureLabels& labels,
                             const char* component) {
   if (labels.size() != input.features.size()) {
@@ -59,7 +59,7 @@ inline void validate_labels(const FilterInput& input, const FeatureLabels& label
   }
 }
 
-/// Checks both, as a stage does first.
+/// Checks input and labels, as a stage does first. O(instances).
 inline void validate(const FilterInput& input, const FeatureLabels& labels, const char* component) {
   validate(input, component);
   validate_labels(input, labels, component);

@@ -16,23 +16,24 @@
 
 namespace dynfilter {
 
-/// One frame, by its pixels: the matrices are headers, as cv::Mat is, and the library reads what
-/// they show during a call and keeps none of it. Every member may be empty; what a component cannot
-/// do without, it names.
+/// One frame: pixels, time and number. The matrices are headers that share their pixels, as usual
+/// with cv::Mat; the library only reads them and keeps none after the call. Every member may be
+/// empty; a component that needs one says so in its error.
 struct FrameView {
-  std::uint64_t id = 0;  ///< the host's frame number; chooses the random sample of the frame
-  double timestamp_s = 0.0;
-  cv::Mat image;               ///< 8-bit, grey or BGR
-  cv::Mat depth;               ///< registered to the image: CV_16UC1, or CV_32FC1
-  double metres_per_unit = 0;  ///< of depth; needed for CV_16UC1; CV_32FC1 is metres when it is 0
+  std::uint64_t id = 0;      ///< the host's frame number; it seeds the frame's random sample
+  double timestamp_s = 0.0;  ///< time of the frame, seconds; must be finite
+  cv::Mat image;             ///< 8-bit, grey or BGR
+  cv::Mat depth;             ///< registered to the image: CV_16UC1, or CV_32FC1
+  /// Metres per unit of `depth`; required for CV_16UC1; CV_32FC1 is in metres when it is 0.
+  double metres_per_unit = 0;
 
-  /// Metres a unit of `depth`: metres_per_unit, or 1 for CV_32FC1 where that is 0.
+  /// Returns metres per unit of `depth`: metres_per_unit, or 1 for CV_32FC1 where that is 0.
   double depth_scale() const {
     return depth.type() == CV_32FC1 && metres_per_unit == 0 ? 1.0 : metres_per_unit;
   }
 
-  /// Depth at a pixel in metres; nothing where the sensor saw nothing (0, negative, NaN, infinite),
-  /// outside the image, and without a depth image. O(1).
+  /// Returns the depth at a pixel, metres. Returns nothing without a depth image, outside it, and
+  /// where the sensor measured nothing (0, negative, NaN, infinite). O(1).
   std::optional<double> depth_m(cv::Point pixel) const {
     if (pixel.x < 0 || pixel.y < 0 || pixel.x >= depth.cols || pixel.y >= depth.rows) return {};
     const unsigned char* const row = depth.data + static_cast<std::size_t>(pixel.y) * depth.step[0];
@@ -47,8 +48,9 @@ struct FrameView {
   }
 };
 
-/// Throws std::invalid_argument, in the name of `component`, if the time is not finite, the depth
-/// image is neither CV_16UC1 with metres_per_unit nor CV_32FC1, or image and depth differ in size.
+/// Checks a frame. Throws std::invalid_argument, in the name of `component`, if the time is not
+/// finite, if the depth image is neither CV_16UC1 with metres_per_unit nor CV_32FC1, or if image
+/// and depth differ in size. O(1).
 inline void validate(const FrameView& frame, const char* component) {
   if (!std::isfinite(frame.timestamp_s)) {
     detail::throw_misuse(component,
@@ -69,7 +71,7 @@ inline void validate(const FrameView& frame, const char* component) {
     detail::throw_misuse(component,
                          detail::concatenate("metres_per_unit = ", frame.metres_per_unit,
                                              " with a ", detail::type_name(frame.depth), " depth"),
-                         "metres a depth unit, above 0 (TUM and BONN: 1.0 / 5000)");
+                         "metres per depth unit, above 0 (TUM and BONN: 1.0 / 5000)");
   }
   if (!frame.image.empty() && frame.image.size() != frame.depth.size()) {
     detail::throw_misuse(

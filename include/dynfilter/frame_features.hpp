@@ -19,16 +19,21 @@
 
 namespace dynfilter {
 
-/// Indices of some features of a frame, in memory of whoever answered. Any range-based for reads
-/// it.
+/// Indices of some of a frame's features, for a range-based for loop. It refers to memory of the
+/// object that returned it.
 class FeatureIndices {
  public:
+  /// Refers to the indices from `first` up to, not including, `last`.
   FeatureIndices(const std::uint32_t* first, const std::uint32_t* last)
       : first_(first), last_(last) {}
 
+  /// First index.
   const std::uint32_t* begin() const { return first_; }
+  /// End of the indices.
   const std::uint32_t* end() const { return last_; }
+  /// Number of indices.
   std::size_t size() const { return static_cast<std::size_t>(last_ - first_); }
+  /// Whether there are none.
   bool empty() const { return first_ == last_; }
 
  private:
@@ -36,15 +41,15 @@ class FeatureIndices {
   const std::uint32_t* last_;
 };
 
-/// The pixels of one frame's features, which answer in sets: the features inside a box, those that
-/// an instance's mask removed. Stages keep it in their scratch memory, see Workspace::get.
+/// Pixels of one frame's features, with set queries: the features inside a box, or those removed
+/// for an instance. Stages keep it in their scratch memory, see Workspace::get.
 ///
-/// In a crowd, features are sorted into the cells of a grid once, so that a box costs the features
-/// near it and not all features. The order of the indices in a set is not specified.
+/// For crowds, the features are sorted into a grid once, so that a box costs only the features near
+/// it. The order of the indices in a set is not specified.
 class FrameFeatures {
  public:
-  /// Reads the features' pixels, reusing memory. `boxes` is how many boxes will be asked for,
-  /// about: for many of them the grid is made. O(features).
+  /// Reads the features' pixels, reusing memory. `boxes` is about how many boxes will be queried;
+  /// for many boxes the grid is built. O(features).
   void read(FeaturesView features, std::size_t boxes) {
     x_.resize(features.size());
     y_.resize(features.size());
@@ -66,11 +71,12 @@ class FrameFeatures {
   /// The pixel of feature i, as FeaturesView::pixel gives it. i must be below size().
   cv::Point pixel(std::size_t i) const { return {x_[i], y_[i]}; }
 
-  /// The features whose pixels lie inside the box, wherever that lies; its right and lower edges do
-  /// not belong to it. Valid until the next call of `read` or `inside`. O(features near the box),
-  /// or O(features) without the grid.
+  /// Returns the features whose pixels lie inside the box, which may lie outside the image; its
+  /// right and lower edges do not belong to it. The result is valid until the next call of `read`
+  /// or `inside`. O(features near the box), or O(features) without the grid.
   FeatureIndices inside(const cv::Rect& box) { return inside(detail::bounds_of(box)); }
 
+  /// Returns the features inside bounds of 64 bits, for the library's own stages.
   FeatureIndices inside(const detail::PixelBounds& bounds) {
     std::uint32_t* end = found_.data();
     if (has_grid_) {
@@ -90,14 +96,14 @@ class FrameFeatures {
     return {found_.data(), end};
   }
 
-  /// The features that `labels` has removed for an instance with that reason. Call
-  /// sort_by_instance first, and again when labels have changed.
+  /// Returns the features that were removed for an instance with the reason given to
+  /// sort_by_instance. Call sort_by_instance first, and again when labels have changed.
   FeatureIndices removed_for(std::size_t instance) const {
     const std::uint32_t* const first = by_instance_.data();
     return {first + instance_begins_[instance], first + instance_begins_[instance + 1]};
   }
 
-  /// Prepares removed_for. There must be a label a feature. O(features + instances).
+  /// Prepares removed_for. `labels` must have one label per feature. O(features + instances).
   void sort_by_instance(const FeatureLabels& labels, Reason reason) {
     const std::size_t instances = labels.statistics().instances.size();
     const auto counts = [reason](const FeatureLabel& label) {
@@ -165,8 +171,8 @@ class FrameFeatures {
     return std::min(std::max(coordinate, 0) >> cell_shift_, grid_cells - 1);
   }
 
-  /// Calls action(i) for the features in all cells that the bounds meet. In each row of cells they
-  /// follow each other.
+  /// Calls action(i) for the features in all cells that the bounds meet. The cells of one row are
+  /// adjacent in memory.
   template <class Action>
   void for_each_near(const detail::PixelBounds& bounds, const Action& action) const {
     if (bounds.empty()) return;
@@ -183,12 +189,12 @@ class FrameFeatures {
   std::vector<std::uint8_t> is_inside_;         // of the last box
   std::vector<std::uint32_t> found_;            // the last answer of inside
   std::vector<std::uint32_t> by_instance_;      // features removed for instance 0, 1, …
-  std::vector<std::uint32_t> instance_begins_;  // of each instance's part, and the end
+  std::vector<std::uint32_t> instance_begins_;  // start of each instance's part, and the end
   bool has_grid_ = false;
   int cell_shift_ = 0;                      // a cell is 2^shift pixels wide and high
   std::vector<std::uint32_t> cells_;        // the cell of each feature
   std::vector<std::uint32_t> sorted_;       // features by cell, row by row
-  std::vector<std::uint32_t> cell_begins_;  // of each cell's part, and the end
+  std::vector<std::uint32_t> cell_begins_;  // start of each cell's part, and the end
 };
 
 }  // namespace dynfilter

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Masks and depth images for hosts that take those instead of a filtered list of features. The
-// polarity stands in the name: a mask of some pixels is 255 on these pixels and 0 elsewhere.
+// Masks and depth images for hosts that take those instead of a filtered list of features. The name
+// states the polarity: a mask of some pixels is 255 on these pixels and 0 elsewhere.
 //
 //   host                                                takes
 //   OpenCV's detectors (detect, goodFeaturesToTrack)    mask_of_static_pixels
@@ -13,14 +13,15 @@
 //   OpenVINS (CameraData::masks)                        mask_of_dynamic_pixels
 //   RTAB-Map (depth), dense mapping after any host      depth_with_holes
 //
-// All three say of every pixel what MaskCuller::instance_at says of it: the masks of the dynamic
-// classes, grown by margin_px, and the culler's static mask. margin_per_diameter has no effect,
-// since a pixel has no diameter. An instance without a mask covers nothing, though it has a box.
+// All three agree with MaskCuller::instance_at at every pixel: the dynamic pixels are the masks of
+// the dynamic classes, grown by margin_px, and the culler's static mask. margin_per_diameter has no
+// effect, since a pixel has no diameter. An instance without a mask covers nothing, even if it has
+// a box.
 //
-// What a mask missed is in them only where the segmentation's instances were refined before, by
-// DepthCompensator::refined, which needs depth. (The paper's EdgeCompensator judges features by
-// what features on the mask have measured, and before detection there are none.) Where the host
-// lets its features be filtered, do that as well.
+// Pixels that a mask missed are included only if DepthCompensator::refined, which needs depth, has
+// refined the segmentation's instances. (The paper's EdgeCompensator needs measured features on the
+// mask, and before detection there are none.) If the host also lets its features be filtered, do
+// that as well.
 //
 // examples/other_hosts/ shows where the lines go in each host.
 
@@ -44,8 +45,8 @@ namespace dynfilter {
 
 namespace detail {
 
-/// Paints `value` on the dynamic pixels of a canvas of the segmented image's size. The input must
-/// have been checked.
+/// Paints `value` on the dynamic pixels of a canvas of the segmented image's size. Does not check
+/// the input.
 inline void paint_dynamic_pixels(cv::Mat& canvas, std::uint8_t value,
                                  const Segmentation& segmentation, const MaskCuller& culler) {
   for (const Instance& instance : segmentation.instances) {
@@ -73,30 +74,29 @@ inline cv::Mat paint_image_mask(std::uint8_t background, std::uint8_t dynamic,
 
 }  // namespace detail
 
-/// 255 on the dynamic pixels, 0 elsewhere: a mask of what to ignore. CV_8UC1 of the segmentation's
-/// image_size, a matrix of its own: hosts keep it, and some draw into it.
+/// Returns a mask of what to ignore: 255 on the dynamic pixels, 0 elsewhere. It is a new CV_8UC1
+/// matrix of the segmentation's image_size: hosts keep it, and some draw into it.
 ///
 /// Throws std::invalid_argument for a malformed segmentation, see validate, for a static mask of
-/// another size, and for a segmentation without image_size even where it knows nobody: of an empty
-/// mask some hosts think that all is static, others read beyond its end. O(pixels of the image and
-/// of the masks, grown by the margin).
+/// another size, and for a segmentation without image_size, even without instances: some hosts take
+/// an empty mask for "all static", others read beyond its end. O(pixels of the image and of the
+/// masks, grown by the margin).
 inline cv::Mat mask_of_dynamic_pixels(const Segmentation& segmentation,
                                       const MaskCuller& culler = MaskCuller()) {
   return detail::paint_image_mask(0, 255, segmentation, culler, "mask_of_dynamic_pixels");
 }
 
-/// 255 on the static pixels, 0 on the dynamic ones: a mask of where to look. Else as
-/// mask_of_dynamic_pixels; Instance::from_static_mask is the way back. Not to be mistaken for
+/// Returns a mask of where to look: 255 on the static pixels, 0 on the dynamic ones. Otherwise like
+/// mask_of_dynamic_pixels; Instance::from_static_mask is the inverse. Not the same as
 /// MaskCullerOptions::static_mask, which marks the robot itself, to be ignored in every frame.
 inline cv::Mat mask_of_static_pixels(const Segmentation& segmentation,
                                      const MaskCuller& culler = MaskCuller()) {
   return detail::paint_image_mask(255, 0, segmentation, culler, "mask_of_static_pixels");
 }
 
-/// A copy of a depth image with 0, which is no depth, on the dynamic pixels; all others keep their
-/// value to the bit. `depth`: CV_16UC1 or CV_32FC1 in any unit, registered to the segmented image;
-/// it is not changed. The result is continuous. A segmentation that knows nobody needs no
-/// image_size.
+/// Returns a copy of a depth image with 0, "no depth", on the dynamic pixels; all others keep their
+/// exact value. `depth` is CV_16UC1 or CV_32FC1 in any unit, registered to the segmented image; it
+/// is not changed. The result is continuous. A segmentation without instances needs no image_size.
 ///
 /// Throws std::invalid_argument for a depth image that is empty or of another type, for a malformed
 /// segmentation, and for sizes that differ. O(pixels), as mask_of_dynamic_pixels.
@@ -109,7 +109,7 @@ inline cv::Mat depth_with_holes(const cv::Mat& depth, const Segmentation& segmen
   }
   FrameView frame;
   frame.depth = depth;
-  frame.metres_per_unit = 1.0;  // of no consequence: no depth is read
+  frame.metres_per_unit = 1.0;  // any scale will do: no depth is read
   const FilterInput input{frame, segmentation, FeaturesView()};
   validate(input, component);
   culler.check(input);

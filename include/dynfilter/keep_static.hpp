@@ -18,8 +18,8 @@
 
 namespace dynfilter {
 
-/// Where each feature stands after keep_static: its new index, or -1 if it was removed. For arrays
-/// that refer to features by index.
+/// Returns the index of each feature after keep_static, or -1 if it was removed. For arrays that
+/// refer to features by index.
 inline std::vector<std::int32_t> new_indices(const FeatureLabels& labels) {
   std::vector<std::int32_t> indices(labels.size(), -1);
   std::int32_t next = 0;
@@ -29,8 +29,8 @@ inline std::vector<std::int32_t> new_indices(const FeatureLabels& labels) {
   return indices;
 }
 
-/// How many features below index `pivot` survive. Hosts whose arrays have two blocks need it
-/// (ORB-SLAM3's monoLeft, monoRight, Nleft). Throws std::invalid_argument for a pivot above the
+/// Returns how many features below index `pivot` are kept. Hosts whose arrays have two blocks need
+/// it (ORB-SLAM3's monoLeft, monoRight, Nleft). Throws std::invalid_argument for a pivot above the
 /// number of features.
 inline std::size_t kept_below(const FeatureLabels& labels, std::size_t pivot) {
   if (pivot > labels.size()) {
@@ -42,21 +42,21 @@ inline std::size_t kept_below(const FeatureLabels& labels, std::size_t pivot) {
   return kept;
 }
 
-/// Takes the removed features out of the caller's parallel arrays, in place and in order: any
-/// number of columns, each a std::vector with an element a feature (keypoints, points, ids, track
-/// counts, …) or a cv::Mat with a row a feature (descriptors). Returns the number of features kept.
+/// Removes the removed features from the caller's parallel arrays, in place and in order. A column
+/// is a std::vector with one element per feature (keypoints, points, ids, track counts, …) or a
+/// cv::Mat with one row per feature (descriptors). Returns the number of features kept.
 ///
 /// All lengths are checked first: either every column shrinks or none. A matrix that shares its
-/// data with another header, or does not own it, is compacted into a copy, so that no one else's
-/// rows move. Throws std::invalid_argument for a column of another length and for one that is
-/// given twice. Elements of vectors must be nothrow move-assignable. O(features x columns);
-/// allocates only for shared matrices.
+/// data with another header, or does not own it, is compacted into a copy, so that the rows of the
+/// other header stay in place. Elements of vectors must be nothrow move-assignable. Throws
+/// std::invalid_argument for a column of another length and for one that is given twice. O(features
+/// x columns); allocates only for shared matrices.
 template <class... Columns>
 std::size_t keep_static(const FeatureLabels& labels, Columns&... columns) {
   detail::require_distinct({static_cast<const void*>(&columns)...});
   std::size_t position = 0;
   (detail::require_length(columns, labels.size(), position++), ...);
-  (detail::unshare(columns), ...);  // the last step that may throw, and no row has moved yet
+  (detail::unshare(columns), ...);  // the last step that may throw; no row has moved yet
   const std::size_t kept = kept_below(labels, labels.size());
   (detail::move_kept(labels, columns), ...);
   (detail::shorten(columns, kept), ...);

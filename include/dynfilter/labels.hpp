@@ -18,40 +18,42 @@
 
 namespace dynfilter {
 
-/// Why a feature has its label. Stages of the caller's use `custom` and the values above it.
+/// Reason of a feature's label. Your own stages use `custom` and the values above it.
 enum class Reason : std::uint8_t {
-  untouched,
+  untouched,    ///< kept; no stage removed it
   in_mask,      ///< on the mask of a dynamic object, or on the static mask (instance -1)
   compensated,  ///< an edge feature that the mask missed
-  restored,     ///< removed first, then given back
-  custom = 128
+  restored,     ///< removed by one stage and given back by a later one
+  custom = 128  ///< removed by a stage of your own
 };
 
-/// The verdict on one feature. Kept features have scores, too: what came near to being removed.
+/// Verdict on one feature. Kept features have scores too: a high one was nearly removed.
 struct FeatureLabel {
-  float score = 0.0F;          ///< 0 surely static … 1 surely dynamic
-  std::int32_t instance = -1;  ///< index into Segmentation::instances, -1 = none
-  Reason reason = Reason::untouched;
-  bool removed = false;
+  float score = 0.0F;                 ///< 0 surely static … 1 surely dynamic
+  std::int32_t instance = -1;         ///< index into Segmentation::instances; -1 = none
+  Reason reason = Reason::untouched;  ///< why
+  bool removed = false;               ///< whether keep_static takes the feature out
 };
 
-/// The verdicts on the features of one frame, in their order, with the frame's statistics. Stages
-/// write into it: the first one that removes a feature has it.
+/// Verdicts on the features of one frame, in their order, with the frame's statistics. Stages write
+/// into it; the first stage that removes a feature owns the verdict.
 class FeatureLabels {
  public:
+  /// Makes labels of no features; call reset before use.
   FeatureLabels() = default;
 
-  /// All features untouched. `segmentation` gives the instances that labels may refer to.
+  /// Makes labels with all features untouched. `segmentation` gives the instances that labels may
+  /// refer to.
   FeatureLabels(std::size_t features, const Segmentation& segmentation) {
     reset(features, segmentation);
   }
 
-  /// Makes all features untouched again, reusing memory. Where memory runs out, nothing changes.
+  /// Makes all features untouched again, reusing memory. If memory runs out, nothing changes.
   void reset(std::size_t features, const Segmentation& segmentation) {
     labels_.reserve(features);
     statistics_.instances.reserve(segmentation.instances.size());
     labels_.assign(features, FeatureLabel());
-    // Not the whole struct is replaced: the vector of instances keeps its memory.
+    // Keep the memory of the vector of instances: reset the other members only.
     std::vector<InstanceStatistics> instances = std::move(statistics_.instances);
     statistics_ = FrameStatistics();
     statistics_.instances = std::move(instances);
@@ -62,16 +64,22 @@ class FeatureLabels {
     }
   }
 
+  /// Number of features.
   std::size_t size() const { return labels_.size(); }
+  /// Whether there are no features.
   bool empty() const { return labels_.empty(); }
+  /// Verdict on feature i, which must be below size().
   const FeatureLabel& operator[](std::size_t i) const { return labels_[i]; }
+  /// Whether feature i is removed. i must be below size().
   bool is_removed(std::size_t i) const { return labels_[i].removed; }
 
+  /// First verdict.
   std::vector<FeatureLabel>::const_iterator begin() const { return labels_.begin(); }
+  /// End of the verdicts.
   std::vector<FeatureLabel>::const_iterator end() const { return labels_.end(); }
 
   /// Removes feature i in the name of an instance (-1 = none) and counts it. A feature that is
-  /// removed already keeps its label; returns whether this call removed it. Throws
+  /// already removed keeps its label. Returns whether this call removed it. Throws
   /// std::invalid_argument for a feature or instance that does not exist, for the reasons untouched
   /// and restored, and for a score outside 0 to 1. O(1).
   bool remove(std::size_t i, std::int32_t instance, Reason reason, float score) {
@@ -85,7 +93,7 @@ class FeatureLabels {
     return true;
   }
 
-  /// Says that instance k is a dynamic object, whose features are to be removed. Throws
+  /// Marks instance k as a dynamic object, whose features should be removed. Throws
   /// std::invalid_argument for an instance that does not exist. O(1).
   void mark_dynamic(std::size_t k) {
     if (k >= statistics_.instances.size()) {
@@ -101,10 +109,10 @@ class FeatureLabels {
     return statistics_.instances[k].dynamic || statistics_.instances[k].masked > 0;
   }
 
-  /// Says that a feature which is kept may be an instance's: raises its score and names the
-  /// instance. Removed features, and those with a score as high, keep what they have; returns
-  /// whether this call changed the label. Throws std::invalid_argument for a feature or instance
-  /// that does not exist and for a score outside 0 to 1. O(1).
+  /// Raises the score of a kept feature that may belong to an instance, and names the instance.
+  /// Does nothing for a removed feature or one whose score is at least as high. Returns whether
+  /// this call changed the label. Throws std::invalid_argument for a feature or instance that does
+  /// not exist and for a score outside 0 to 1. O(1).
   bool suspect(std::size_t i, std::int32_t instance, float score) {
     require_verdict("FeatureLabels::suspect", i, instance, score);
     FeatureLabel& label = labels_[i];
@@ -114,15 +122,16 @@ class FeatureLabels {
     return true;
   }
 
-  /// Gives a removed feature back; its instance and score stay to be read. Returns whether it was
+  /// Gives a removed feature back; its instance and score stay readable. Returns whether it was
   /// removed. Throws std::invalid_argument for a feature that does not exist. O(1).
   bool restore(std::size_t i) {
     require_feature(i);
     return restore(i, labels_[i].score);
   }
 
-  /// Gives it back with a new score, for a stage that knows better than the one that removed it.
-  /// Throws std::invalid_argument for a score outside 0 to 1, too.
+  /// Gives a removed feature back with a new score, for a stage that knows better than the one that
+  /// removed it. Returns whether it was removed. Throws std::invalid_argument for a feature that
+  /// does not exist and for a score outside 0 to 1. O(1).
   bool restore(std::size_t i, float score) {
     require_verdict("FeatureLabels::restore", i, -1, score);
     FeatureLabel& label = labels_[i];
@@ -135,10 +144,11 @@ class FeatureLabels {
     return true;
   }
 
+  /// Statistics of the frame.
   const FrameStatistics& statistics() const { return statistics_; }
 
-  /// For stages, which fill in what they alone know (ranges, abstentions). The counts of removed
-  /// features are kept by remove and restore.
+  /// Statistics for stages to complete with their own results (ranges, abstentions). remove and
+  /// restore keep the counts of features.
   FrameStatistics& statistics() { return statistics_; }
 
  private:
@@ -170,7 +180,7 @@ class FeatureLabels {
                          "in_mask, compensated, or custom and above");
   }
 
-  /// Adds `change` to the counts of such labels, modulo 2^64, so that -1 takes one away.
+  /// Adds `change` to the counts of such labels, modulo 2^64, so that -1 decrements.
   void count(const FeatureLabel& label, std::size_t change) {
     const auto add = [change](std::size_t& counter) { counter += change; };
     InstanceStatistics* instance =

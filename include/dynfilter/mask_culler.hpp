@@ -25,23 +25,26 @@
 
 namespace dynfilter {
 
+/// Options of MaskCuller.
 struct MaskCullerOptions {
-  std::vector<int> dynamic_classes = {0};  ///< class ids that move of themselves; 0: COCO's person
-  double margin_px = 0.0;                  ///< features this close to a mask go too
-  double margin_per_diameter = 0.0;        ///< added to the margin, times the keypoint's diameter
-  /// CV_8UC1 of the image's size, or empty: non-zero where every frame shows the robot itself (an
-  /// arm, a bonnet). It is copied, and no margin is added to it.
+  std::vector<int> dynamic_classes = {0};  ///< class ids of dynamic objects; 0: COCO's person
+  double margin_px = 0.0;                  ///< features this close to a mask are removed too
+  double margin_per_diameter = 0.0;        ///< times the keypoint's diameter, added to margin_px
+  /// Mask of the robot's own parts in every frame (an arm, a bonnet): CV_8UC1 of the image's size,
+  /// non-zero = robot; may be empty. It is copied, and no margin is added to it.
   cv::Mat static_mask;
 };
 
-/// Removes the features on prior dynamic objects (paper section 3.1: the sets FP_object). The
-/// margin is the Euclidean distance from the feature's pixel to the nearest pixel of the mask,
-/// looked for at the features only; no image is dilated. With overlapping masks the first instance
-/// has the feature. A removed feature's score is the detector's confidence in the object.
+/// Removes the features on prior dynamic objects (paper section 3.1: the sets FP_object).
+///
+/// The margin is the Euclidean distance from the feature's pixel to the nearest pixel of the mask.
+/// It is measured at the features only; no image is dilated. Where masks overlap, the first
+/// instance owns the feature. The score of a removed feature is the detector's confidence in the
+/// object.
 class MaskCuller {
  public:
-  /// Throws std::invalid_argument for a margin that is negative or not finite and for a static mask
-  /// of another type.
+  /// Takes the options. Throws std::invalid_argument for a margin that is negative or not finite
+  /// and for a static mask of another type.
   explicit MaskCuller(MaskCullerOptions options = {}) : options_(std::move(options)) {
     require_margin("margin_px", options_.margin_px);
     require_margin("margin_per_diameter", options_.margin_per_diameter);
@@ -54,8 +57,8 @@ class MaskCuller {
     options_.static_mask = mask.clone();
   }
 
-  /// Throws std::invalid_argument where the input is malformed or the static mask has another size
-  /// than the images. O(instances).
+  /// Checks the input, as Pipeline does first. Throws std::invalid_argument if the input is
+  /// malformed or the static mask differs from the images in size. O(instances).
   void check(const FilterInput& input) const {
     validate(input, "MaskCuller");
     check_image_size(input.segmentation.image_size);
@@ -63,7 +66,8 @@ class MaskCuller {
     check_image_size(input.frame.depth.size());
   }
 
-  /// Throws std::invalid_argument where the static mask has another size. An empty size passes.
+  /// Checks an image size; an empty one passes. Throws std::invalid_argument if the static mask has
+  /// another size.
   void check_image_size(const cv::Size& size) const {
     const cv::Mat& mask = options_.static_mask;
     if (mask.empty() || size.empty() || mask.size() == size) return;
@@ -73,13 +77,14 @@ class MaskCuller {
                          "the same size");
   }
 
+  /// Runs the stage with a temporary workspace.
   void operator()(const FilterInput& input, FeatureLabels& labels) const {
     Workspace workspace;
     (*this)(input, labels, workspace);
   }
 
-  /// O(features x instances), in a crowd O(features near each mask), and for those in the
-  /// rectangle of a mask the pixels within the margin.
+  /// Runs the stage. O(features x instances), or O(features near each mask) for crowds; for the
+  /// features in the rectangle of a mask, the pixels within the margin too.
   void operator()(const FilterInput& input, FeatureLabels& labels, Workspace& workspace) const {
     check(input);
     validate_labels(input, labels, "MaskCuller");
@@ -94,16 +99,17 @@ class MaskCuller {
     }
   }
 
-  /// As they were given; the static mask is a copy.
+  /// Options as given; the static mask is a copy.
   const MaskCullerOptions& options() const { return options_; }
 
+  /// Whether instances of this class are dynamic objects.
   bool is_dynamic(int class_id) const {
     const std::vector<int>& classes = options_.dynamic_classes;
     return std::find(classes.begin(), classes.end(), class_id) != classes.end();
   }
 
-  /// The first dynamic instance that a feature of this diameter belongs to, -1 for the static mask,
-  /// nothing for the static world. The segmentation must be a valid one.
+  /// Returns the first dynamic instance that a feature of this position and diameter belongs to:
+  /// its index, -1 for the static mask, or nothing. The segmentation must be valid.
   std::optional<std::int32_t> instance_at(const Segmentation& segmentation, cv::Point2f position,
                                           float diameter_px = 0.0F) const {
     const cv::Point pixel = nearest_pixel(position);
@@ -125,7 +131,7 @@ class MaskCuller {
                          "a finite number of at least 0");
   }
 
-  /// A diameter that says nothing (negative, NaN, infinite) counts as 0.
+  /// Replaces an invalid diameter (negative, NaN, infinite) by 0.
   static double usable(float diameter_px) {
     return std::isfinite(diameter_px) && diameter_px > 0 ? double{diameter_px} : 0.0;
   }
@@ -163,7 +169,7 @@ class MaskCuller {
     }
   }
 
-  /// How far a margin may reach, whole pixels: anywhere, where it is in proportion to keypoints.
+  /// Largest possible margin in whole pixels: unlimited if it grows with keypoints.
   std::int64_t max_margin() const {
     const double max_px =
         options_.margin_per_diameter > 0 ? detail::max_mask_radius : std::ceil(options_.margin_px);

@@ -25,54 +25,61 @@
 
 namespace dynfilter {
 
-/// The defaults were chosen by bench/rule_constants.cpp, which prints what others do.
+/// Options of ObjectDepthEstimator. The defaults were chosen with bench/rule_constants.cpp, which
+/// prints the results of other values.
 struct ObjectDepthOptions {
-  /// The object reaches at least so far before and behind the median of its depth, metres, as a
-  /// person's arms and legs do.
+  /// Half width of the object's depth range around its median, at least, metres: the reach of a
+  /// person's arms and legs.
   double min_half_width_m = 0.40;
-  /// Beyond that it reaches as far as the depths on its mask go on without a gap, but no farther
-  /// than this from the median, metres: for two persons who are one detection.
+  /// Half width of the range, at most, metres. Between the two, the range extends over the depths
+  /// on the mask until a gap: for two people in one detection.
   double max_half_width_m = 0.70;
-  /// The object is the nearest cluster of depths with that share of those on the mask: a stale mask
-  /// may hold more background than object, and nothing is nearer than what hides it.
+  /// Smallest share of the depths on the mask that the object's cluster must have. The object is
+  /// the nearest such cluster, because a stale mask may hold more background than object, while
+  /// only what hides the object is nearer than it.
   double min_share = 0.05;
-  /// If the mask covers less than that share of its box, the nearest cluster of depths in the
-  /// middle of the box counts too: a network's mask may be empty, or hold one limb.
+  /// Smallest share of its box that a mask must cover to be trusted alone. Below it, the nearest
+  /// cluster of depths in the middle of the box counts too: a network's mask may be empty, or hold
+  /// one limb.
   double min_mask_share = 0.02;
-  /// That cluster must have that share of the depths there.
+  /// Smallest share of the depths in the middle of the box that that cluster must have.
   double min_box_share = 0.20;
-  /// Depths, up to 51.2 m, without which the object's depth is not known.
+  /// Smallest number of depths, up to 51.2 m, for an estimate.
   std::size_t min_samples = 8;
 };
 
-/// Where an object is in depth: one range told by its mask, another by its box where the mask says
-/// too little. Either may be empty; both are where nothing is known.
+/// Depth of an object: one range estimated from its mask, another from its box if the mask is too
+/// small. Either may be empty; both are if nothing is known.
 struct ObjectDepth {
-  ValueRange of_mask_m;
-  ValueRange of_box_m;
-  std::size_t samples = 0;  ///< depths that were read
+  ValueRange of_mask_m;     ///< range estimated from the mask, metres
+  ValueRange of_box_m;      ///< range estimated from the middle of the box, metres
+  std::size_t samples = 0;  ///< number of depths read
 
+  /// Whether nothing is known.
   bool empty() const { return of_mask_m.empty() && of_box_m.empty(); }
 
-  /// Whether a depth is one of the object's. False for 0, "no depth".
+  /// Whether a depth, metres, is one of the object's. False for 0, "no depth".
   bool contains(double depth_m) const {
     return depth_m > 0 && (of_mask_m.contains(depth_m) || of_box_m.contains(depth_m));
   }
 
-  /// From the nearest to the farthest end of both.
+  /// Returns the range from the nearest to the farthest end of both.
   ValueRange hull_m() const {
     return {std::min(of_mask_m.lower, of_box_m.lower), std::max(of_mask_m.upper, of_box_m.upper)};
   }
 };
 
-/// Tells the range of depth in which an object lies, from every fourth pixel each way of its mask.
-/// The paper (section 3.2) takes it from a sample of the masked features: these are few, lie where
-/// there is texture, and one of them that reads the background spoils the range or is thrown out
-/// with the limbs. Pixels are plenty; so the object can be told from what a mask holds besides.
+/// Estimates the range of depth in which an object lies, from every fourth pixel of its mask in
+/// each direction.
+///
+/// The paper (section 3.2) uses a sample of the masked features. These are few and lie where there
+/// is texture; one of them that reads the background either widens the range, or is rejected
+/// together with the limbs. Pixels are plentiful, so the object can be separated from the other
+/// things that a mask holds.
 class ObjectDepthEstimator {
  public:
-  /// Throws std::invalid_argument for half widths that are not above 0, finite and in order, and
-  /// for shares outside 0 to 1.
+  /// Takes the options. Throws std::invalid_argument for half widths that are not above 0, finite
+  /// and in order, and for shares outside 0 to 1.
   explicit ObjectDepthEstimator(const ObjectDepthOptions& options = {}) : options_(options) {
     const double min_m = options.min_half_width_m, max_m = options.max_half_width_m;
     if (!(min_m > 0) || !(max_m >= min_m) || !std::isfinite(max_m)) {
@@ -85,7 +92,8 @@ class ObjectDepthEstimator {
     require_share("min_box_share", options.min_box_share);
   }
 
-  /// How many depths are read of an image of this size at most: what `scratch` may grow to.
+  /// Returns the largest number of depths that are read from an image of this size: the size that
+  /// `scratch` may grow to.
   static std::size_t max_samples(const cv::Size& image) {
     const auto along = [&](int length) {
       return static_cast<std::size_t>(length / step_for(image) + 1);
@@ -93,8 +101,9 @@ class ObjectDepthEstimator {
     return along(image.width) * along(image.height);
   }
 
-  /// Neither mask nor box need lie inside the image. `scratch` is memory that calls may share.
-  /// Throws std::invalid_argument for a malformed frame. O(pixels of mask and box / 16).
+  /// Estimates the depth of an instance. Mask and box may lie outside the image. `scratch` is
+  /// memory that calls may share. Returns an empty depth without a depth image, or with too few
+  /// depths. Throws std::invalid_argument for a malformed frame. O(pixels of mask and box / 16).
   ObjectDepth estimate(const FrameView& frame, const Instance& instance,
                        std::vector<float>& scratch) const {
     validate(frame, "ObjectDepthEstimator");
@@ -114,6 +123,7 @@ class ObjectDepthEstimator {
     return depth;
   }
 
+  /// Estimates the depth of an instance with temporary memory.
   ObjectDepth estimate(const FrameView& frame, const Instance& instance) const {
     std::vector<float> scratch;
     return estimate(frame, instance, scratch);
@@ -130,7 +140,7 @@ class ObjectDepthEstimator {
     return std::max(1, static_cast<int>(std::lround(4 * detail::pixel_scale(size))));
   }
 
-  /// Reads the depths on the mask. Returns how many of its pixels were looked at.
+  /// Reads the depths on the mask. Returns the number of its pixels that were visited.
   static std::size_t read_mask(const FrameView& frame, const Instance& instance, int step,
                                std::vector<float>& depths_m) {
     const cv::Rect masked(instance.mask_origin, instance.mask.size());
@@ -140,7 +150,7 @@ class ObjectDepthEstimator {
     return read(frame, inside, step, &instance, depths_m);
   }
 
-  /// Reads the depths in the middle of the box, which an object fills whatever its limbs do.
+  /// Reads the depths in the middle of the box, which an object fills wherever its limbs are.
   static void read_middle(const FrameView& frame, const cv::Rect& box, int step,
                           std::vector<float>& depths_m) {
     const cv::Rect middle(box.x + box.width / 4, box.y + box.height / 5, box.width / 2,
@@ -183,7 +193,8 @@ class ObjectDepthEstimator {
     const detail::DepthHistogram histogram(depths_m);
     if (histogram.total() < std::max<std::size_t>(1, options_.min_samples)) return {};
     const double half = options_.min_half_width_m;
-    const double window = std::max(half, detail::DepthHistogram::bin_m);  // as the cluster's
+    const double window =
+        std::max(half, detail::DepthHistogram::bin_m);  // the window of the cluster
     const double centre = histogram.nearest_cluster(half, min_share);
     const double median = detail::median_within(depths_m, centre - window, centre + window);
     const ValueRange extent = histogram.extent_around(median, options_.max_half_width_m);

@@ -68,16 +68,18 @@ inline double object_nearness(const FrameView& frame, cv::Point pixel, const Obj
 
 }  // namespace detail
 
-/// How much of an object there is round a pixel: the D-LBP of the paper (section 3.2) with the
-/// neighbours at a distance. In each of the eight directions the first pixel that has depth, up to
-/// `reach_px` away, votes for the object if its depth is one of the object's, and the vote counts 1
-/// / its distance (in steps; at a width of 640 pixels). 0 where all look past the object, 8 in the
-/// midst of it, and from about 0.5 on the object is the likelier owner of a pixel whose own depth
-/// is missing or the background's.
+/// Measures how much of an object surrounds a pixel: the paper's D-LBP (section 3.2) with more
+/// distant neighbours.
 ///
-/// D-LBP's own neighbours, one pixel away, compare sensor noise: 29 to 57 % of a person's codes are
-/// 0, and their interval spans nearly all codes. Depth is missing, or off by some pixels against
-/// colour, in just the places where masks fail.
+/// In each of the eight directions, the first pixel with depth, up to `reach_px` away, votes for
+/// the object if its depth is one of the object's. The vote counts 1 / its distance (in steps,
+/// scaled to a width of 640 pixels). The result is 0 if no direction meets the object and 8 in the
+/// midst of it. From about 0.5 on, the object is the likelier owner of a pixel whose own depth is
+/// missing or the background's.
+///
+/// The neighbours of D-LBP itself, one pixel away, compare sensor noise: 29 to 57 % of a person's
+/// codes are 0, and their interval spans nearly all codes. Depth is missing, or shifted by some
+/// pixels against colour, in just the places where masks fail.
 ///
 /// Throws std::invalid_argument for a malformed frame or one without depth, a pixel outside it, and
 /// a reach that is not above 0 and at most 1000. O(reach_px).
@@ -88,11 +90,11 @@ inline double object_nearness(const FrameView& frame, cv::Point pixel, const Obj
   if (!whole.contains(pixel)) {
     detail::throw_misuse("object_nearness",
                          detail::concatenate("pixel (", pixel.x, ", ", pixel.y, ")"),
-                         "one inside the depth image");
+                         "a pixel inside the depth image");
   }
   if (!(reach_px > 0) || !(reach_px <= 1000)) {
     detail::throw_misuse("object_nearness", detail::concatenate("reach_px = ", reach_px),
-                         "above 0, at most 1000");
+                         "a number above 0 and at most 1000");
   }
   const int reach = detail::steps_of_reach(reach_px, frame.depth.size());
   return detail::object_nearness(frame, pixel, object, reach);

@@ -14,6 +14,7 @@
 
 namespace dynfilter {
 
+/// Options of draw_overlay.
 struct OverlayOptions {
   bool masks = true;           ///< tint the masks: vermilion for dynamic objects, grey for others
   bool boxes = true;           ///< outline the detector's boxes
@@ -22,19 +23,19 @@ struct OverlayOptions {
   double mask_opacity = 0.20;  ///< 0 to 1; the contours are opaque
 };
 
-/// A picture of what the filter did, for a person to look at. Each reason has a colour and a shape
-/// of its own (kept: blue ring, in mask: vermilion cross, compensated: yellow diamond, restored:
-/// green ring, custom: purple square), from the palette of Okabe and Ito, "Color universal design",
-/// which colour-blind people can tell apart.
+/// Draws what the filter did, for a person to look at. Each reason has its own colour and shape
+/// (kept: blue ring, in mask: vermilion cross, compensated: yellow diamond, restored: green ring,
+/// custom: purple square). The palette, by Okabe and Ito, "Color universal design", suits
+/// colour-blind people.
 ///
-/// `image`: CV_8UC1 or CV_8UC3 (BGR), not changed. Returns a CV_8UC3 image of its size, higher by
-/// the legend. Throws std::invalid_argument for another image type, for a segmentation of another
-/// image size, for labels of another number than the features, and for an opacity outside 0 to 1.
-/// O(pixels + features).
+/// `image`: CV_8UC1 or CV_8UC3 (BGR), not changed. Returns a CV_8UC3 image of the same width, with
+/// the legend added below. Throws std::invalid_argument for another image type, for a segmentation
+/// of another image size, for labels that do not match the features in number, and for an opacity
+/// outside 0 to 1. O(pixels + features).
 cv::Mat draw_overlay(const cv::Mat& image, const Segmentation& segmentation, FeaturesView features,
                      const FeatureLabels& labels, const OverlayOptions& options = {});
 
-/// The picture before filtering: every feature drawn as a kept one.
+/// Draws the features before filtering: every feature as a kept one. Throws like draw_overlay.
 cv::Mat draw_features(const cv::Mat& image, FeaturesView features);
 
 }  // namespace dynfilter

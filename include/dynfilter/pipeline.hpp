@@ -18,19 +18,21 @@
 
 namespace dynfilter {
 
-/// Runs stages in their order on one frame.
+/// Runs stages in order on one frame.
 ///
 /// A stage is any callable void(const FilterInput&, FeatureLabels&) const: a lambda, or a component
-/// such as MaskCuller. It may take a Workspace& as third argument for scratch memory, and may have
-/// a check(const FilterInput&) const that throws for input that it cannot work with; all checks run
-/// before the first label is written. `apply` is const and re-entrant where the stages are.
+/// such as MaskCuller. It may take a Workspace& as third argument for scratch memory. It may have a
+/// member check(const FilterInput&) const that throws for input that it cannot work with; all
+/// checks run before the first label is written. `apply` is const, and re-entrant if the stages
+/// are.
 template <class... Stages>
 class Pipeline {
  public:
+  /// Takes the stages in the order in which they run.
   explicit Pipeline(Stages... stages) : stages_(std::move(stages)...) {}
 
-  /// The labels of the frame's features. Throws std::invalid_argument for malformed input (see
-  /// validate) and passes on what a stage throws.
+  /// Returns the labels of the frame's features. Throws std::invalid_argument for malformed input
+  /// (see validate) and passes on what a stage throws.
   FeatureLabels apply(const FrameView& frame, const Segmentation& segmentation,
                       FeaturesView features) const {
     FeatureLabels labels;
@@ -39,8 +41,8 @@ class Pipeline {
     return labels;
   }
 
-  /// Accepts that masks are unknown: std::nullopt says so. A segmentation without instances says
-  /// that nobody is there, which is not the same.
+  /// Returns the labels of a frame whose masks may be unknown: std::nullopt. A segmentation without
+  /// instances says instead that nobody is there.
   FeatureLabels apply(const FrameView& frame, const std::optional<Segmentation>& segmentation,
                       FeaturesView features) const {
     FeatureLabels labels;
@@ -49,12 +51,13 @@ class Pipeline {
     return labels;
   }
 
-  /// Writes into labels whose memory is reused.
+  /// Writes the labels of the frame's features into `labels`, reusing its memory and the workspace.
   void apply(const FrameView& frame, const Segmentation& segmentation, FeaturesView features,
              FeatureLabels& labels, Workspace& workspace) const {
     run({frame, segmentation, features}, true, labels, workspace);
   }
 
+  /// Writes the labels of a frame whose masks may be unknown, reusing memory.
   void apply(const FrameView& frame, const std::optional<Segmentation>& segmentation,
              FeaturesView features, FeatureLabels& labels, Workspace& workspace) const {
     const Segmentation no_masks;
@@ -83,7 +86,7 @@ class Pipeline {
   std::tuple<Stages...> stages_;
 };
 
-// Not inside the class, so that dynfilter::compiled can instantiate it once for all files.
+// Defined outside the class, so that dynfilter::compiled can instantiate it once for all files.
 template <class... Stages>
 void Pipeline<Stages...>::run(const FilterInput& input, bool has_segmentation,
                               FeatureLabels& labels, Workspace& workspace) const {

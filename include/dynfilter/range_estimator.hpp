@@ -18,30 +18,34 @@
 
 namespace dynfilter {
 
-/// Which values of a sample are outliers; `outlier_factor` is theirs.
+/// Rule that decides which values of a sample are outliers.
 enum class OutlierRule {
-  /// Farther from the median than factor x 1.4826 x the median absolute deviation (MAD), which is
-  /// the standard deviation of normal values. Quantised values often have a MAD of 0; then 1.2533 x
-  /// the mean absolute deviation takes its place, and if that is 0 as well, nothing is an outlier.
+  /// Values farther from the median than outlier_factor x 1.4826 x the median absolute deviation
+  /// (MAD), an estimate of the standard deviation of normal values. If the MAD is 0, as is common
+  /// with quantised values, 1.2533 x the mean absolute deviation takes its place; if that is 0 too,
+  /// no value is an outlier.
   median_absolute_deviation,
-  /// More than factor x the inter-quartile range outside the quartiles (Tukey's fences).
+  /// Values more than outlier_factor x the inter-quartile range outside the quartiles (Tukey's
+  /// fences).
   interquartile_range
 };
 
+/// Options of RangeEstimator.
 struct RangeEstimatorOptions {
-  OutlierRule outlier_rule = OutlierRule::median_absolute_deviation;
-  double outlier_factor = 3.0;  ///< 3 for MAD, 1.5 for the inter-quartile range are customary
+  OutlierRule outlier_rule = OutlierRule::median_absolute_deviation;  ///< which values are rejected
+  /// Factor of the rule; customary: 3 for MAD, 1.5 for the inter-quartile range.
+  double outlier_factor = 3.0;
   std::size_t min_samples = 5;  ///< fewer values give no range
-  double expansion = 0.0;       ///< added on both sides, in the values' unit
+  double expansion = 0.0;       ///< added on both sides, in the unit of the values
 };
 
-/// Tells the range [a, b] of a quantity on an object from a sample of it: rejects outliers, takes
-/// the least and the greatest of the rest, and expands (paper section 3.2). One class for depth in
-/// metres and for D-LBP codes.
+/// Estimates the range [a, b] of a quantity on an object from a sample: rejects outliers, takes the
+/// smallest and the largest of the rest, and expands (paper section 3.2). The same class serves
+/// depth in metres and D-LBP codes.
 class RangeEstimator {
  public:
-  /// Throws std::invalid_argument for a factor or expansion that is negative or not finite, and for
-  /// min_samples = 0.
+  /// Takes the options. Throws std::invalid_argument for a factor or expansion that is negative or
+  /// not finite, and for min_samples = 0.
   explicit RangeEstimator(const RangeEstimatorOptions& options = {}) : options_(options) {
     const auto require = [](bool holds, const char* name, double value, const char* want) {
       if (!holds) {
@@ -55,9 +59,9 @@ class RangeEstimator {
     require(options.min_samples > 0, "min_samples", 0, "at least 1");
   }
 
-  /// The range of the sampled values, which are sorted on the way; empty if they are fewer than
-  /// min_samples or (with a factor below 1) all are outliers. Throws std::invalid_argument for a
-  /// value that is not finite. Allocates nothing. O(n log n).
+  /// Returns the range of the sampled values, and sorts them. The range is empty if there are fewer
+  /// values than min_samples or (with a factor below 1) all are outliers. Throws
+  /// std::invalid_argument for a value that is not finite. Allocates nothing. O(n log n).
   ValueRange estimate(std::vector<double>& values) const {
     for (const double value : values) {
       if (!std::isfinite(value)) {
@@ -89,7 +93,8 @@ class RangeEstimator {
     return {median - reach, median + reach};
   }
 
-  /// Linear between the two neighbouring order statistics; 0.5 gives the usual median.
+  /// Interpolates linearly between the two neighbouring order statistics; 0.5 gives the usual
+  /// median.
   static double quantile(const std::vector<double>& sorted, double share) {
     const double position = share * static_cast<double>(sorted.size() - 1);
     const auto below = static_cast<std::size_t>(position);
@@ -99,7 +104,7 @@ class RangeEstimator {
   }
 
   /// Estimates the standard deviation of normal values from their absolute deviations from the
-  /// median: by the median of those, or where it is 0 by their mean.
+  /// median: by the median of the deviations, or by their mean if that median is 0.
   static double standard_deviation(const std::vector<double>& sorted, double median) {
     const double by_median = 1.4826 * median_absolute_deviation(sorted, median);
     if (by_median > 0) return by_median;
@@ -114,8 +119,8 @@ class RangeEstimator {
     return count % 2 == 1 ? above : (smallest_reach(count / 2, sorted, median) + above) / 2;
   }
 
-  /// The smallest deviation from the median that `count` values do not exceed. These values follow
-  /// each other in the sorted sample, and the first or the last of them is the farthest.
+  /// Returns the smallest distance from the median that `count` values do not exceed. These values
+  /// are adjacent in the sorted sample, and the first or the last of them is the farthest.
   static double smallest_reach(std::size_t count, const std::vector<double>& sorted,
                                double median) {
     double smallest = std::numeric_limits<double>::infinity();

@@ -17,19 +17,20 @@
 
 namespace dynfilter {
 
-/// What a segmenter found in one image. "Nobody is there" is a segmentation without instances; "no
-/// masks are known" is an absent one (std::optional), and the statistics tell the two apart.
+/// Result of a segmenter for one image. A segmentation without instances says that nobody is there;
+/// an absent one (std::optional) says that no masks are known. The statistics distinguish the two.
 struct Segmentation {
   std::uint64_t frame_id = 0;  ///< FrameView::id of the image that was segmented
-  double timestamp_s = 0.0;    ///< its time; older than the filtered frame's when masks are stale
-  cv::Size image_size;         ///< pixels; must be that of the depth image and of the colour image
-  std::vector<Instance> instances;
+  /// Time of that image, seconds; earlier than the frame's when masks are stale.
+  double timestamp_s = 0.0;
+  cv::Size image_size;              ///< pixels; must equal the size of the colour and depth images
+  std::vector<Instance> instances;  ///< the detected objects, in the segmenter's order
 };
 
 namespace detail {
 
-// The largest images that OpenCV's own readers take. Larger ones are mistakes, and a mask of such a
-// size would end in an overflow or in an attempt to allocate it.
+// Limits of OpenCV's own image readers. Larger images are mistakes: a mask of such a size would
+// overflow or exhaust memory.
 constexpr int max_image_side_px = 1 << 20;
 constexpr std::int64_t max_image_pixels = std::int64_t{1} << 30;
 
@@ -45,9 +46,13 @@ inline void require_image_size(const cv::Size& size, const char* component) {
 
 }  // namespace detail
 
-/// Throws std::invalid_argument, in the name of `component`, if a time is not finite, an image size
-/// is missing where there are instances or larger than 2^20 pixels a side or 2^30 pixels in all, a
-/// mask is not CV_8UC1, a box has a negative side, or a score lies outside 0 to 1. O(instances).
+/// Checks a segmentation. Throws std::invalid_argument, in the name of `component`, if
+/// - a time is not finite;
+/// - the image size is missing although there are instances, or exceeds 2^20 pixels a side or 2^30
+///   pixels in all;
+/// - a mask is not CV_8UC1, a box has a negative side, or a score lies outside 0 to 1.
+///
+/// O(instances).
 inline void validate(const Segmentation& segmentation, const char* component) {
   if (!std::isfinite(segmentation.timestamp_s)) {
     detail::throw_misuse(

@@ -18,39 +18,42 @@
 
 namespace dynfilter {
 
-/// Finds the objects in an image (paper section 3.1: Yolact++). Anything that can is one: a
-/// network, a folder of masks, another process, a callback. Implement `do_segment`; callers use
-/// `segment`, which checks what the implementer returned.
+/// Finds the objects in an image (paper section 3.1: Yolact++). A segmenter may be a network, a
+/// folder of masks, another process or a callback. Derived classes implement `do_segment`; callers
+/// use `segment`, which checks the result.
 class Segmenter {
  public:
   virtual ~Segmenter() = default;
 
-  /// The instances of the frame's image. Throws std::invalid_argument for a result that is
-  /// malformed (see validate) or of another image size than the frame's; passes on what the
-  /// implementer throws. A frame with neither image nor depth is for segmenters that need none,
-  /// such as a folder of masks; its size is then what they say.
+  /// Segments the frame's image. Throws std::invalid_argument for a result that is malformed (see
+  /// validate) or differs from the frame in image size, and passes on what `do_segment` throws. A
+  /// frame with neither image nor depth suits segmenters that need none, such as a folder of masks;
+  /// the result then has the size that they report.
   Segmentation segment(const FrameView& frame) {
     validate(frame, "Segmenter");
     Segmentation result = do_segment(frame);
-    validate(result, "Segmenter (what do_segment returned)");
+    validate(result, "Segmenter (result of do_segment)");
     const cv::Size size = size_of(frame);
     if (!size.empty() && result.image_size != size) {
-      detail::throw_misuse("Segmenter (what do_segment returned)",
+      detail::throw_misuse("Segmenter (result of do_segment)",
                            detail::concatenate("image_size ", detail::size_name(result.image_size)),
-                           detail::concatenate("that of the frame, ", detail::size_name(size)));
+                           detail::concatenate("the frame's size, ", detail::size_name(size)));
     }
     return result;
   }
 
  protected:
   Segmenter() = default;
+  /// @{
+  /// Derived classes may be copied and moved.
   Segmenter(const Segmenter&) = default;
   Segmenter(Segmenter&&) = default;
   Segmenter& operator=(const Segmenter&) = default;
   Segmenter& operator=(Segmenter&&) = default;
+  /// @}
 
-  /// A segmentation of this frame without instances, with id, time and size filled in. The size is
-  /// empty for a frame with neither image nor depth.
+  /// Makes a segmentation of this frame without instances: id, time and size are filled in. The
+  /// size is empty for a frame with neither image nor depth.
   static Segmentation empty_segmentation(const FrameView& frame) {
     return {frame.id, frame.timestamp_s, size_of(frame), {}};
   }
@@ -63,10 +66,11 @@ class Segmenter {
   virtual Segmentation do_segment(const FrameView& frame) = 0;
 };
 
-/// A segmenter from any callable that takes the image and returns its instances. A frame with
-/// neither image nor depth is refused (std::invalid_argument).
+/// Segmenter that calls a function with the image and takes the instances that it returns. Throws
+/// std::invalid_argument for a frame with neither image nor depth.
 class CallbackSegmenter final : public Segmenter {
  public:
+  /// Function that returns the instances of an image.
   using Callback = std::function<std::vector<Instance>(const cv::Mat& image)>;
 
   /// Throws std::invalid_argument for an empty callback.

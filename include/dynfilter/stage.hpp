@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// How a stage is called. Pipeline does it; whoever wraps a stage, to time it say, does it too.
+// Helpers that call a stage. Pipeline uses them; so does code that wraps a stage, to time it for
+// example.
 
 #ifndef DYNFILTER_STAGE_HPP
 #define DYNFILTER_STAGE_HPP
@@ -27,18 +28,20 @@ struct HasCheck<Stage, std::void_t<decltype(std::declval<const Stage&>().check(
 
 }  // namespace detail
 
-/// Lets a stage that has check(const FilterInput&) const refuse the input, by an exception.
+/// Calls stage.check(input) if the stage has a member check(const FilterInput&) const. Such a
+/// member throws for input that the stage cannot work with.
 template <class Stage>
 void check_stage(const Stage& stage, const FilterInput& input) {
   if constexpr (detail::HasCheck<Stage>::value) stage.check(input);
 }
 
+/// Checks the stage that the wrapper refers to.
 template <class Stage>
 void check_stage(const std::reference_wrapper<Stage>& stage, const FilterInput& input) {
   check_stage(stage.get(), input);
 }
 
-/// Runs a stage, with the workspace if it takes one.
+/// Runs a stage; passes the workspace if the stage takes one.
 template <class Stage>
 void run_stage(const Stage& stage, const FilterInput& input, FeatureLabels& labels,
                Workspace& workspace) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// The one place where the version stands; CMakeLists.txt reads it from here.
+// Version of the library, stated only here; CMakeLists.txt reads it.
 
 #ifndef DYNFILTER_VERSION_HPP
 #define DYNFILTER_VERSION_HPP

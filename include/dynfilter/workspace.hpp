@@ -14,24 +14,29 @@
 
 namespace dynfilter {
 
-/// Scratch memory of a filter, kept by the caller between frames so that a frame allocates nothing
-/// once one of at least that many features, instances and pixels was seen. It carries no
-/// information from call to call. Use one for each thread.
+/// Scratch memory of a filter. The caller keeps it between frames, so that a frame allocates
+/// nothing once a frame with at least as many features, instances and pixels was processed. It
+/// carries no information from call to call. Use one per thread.
 ///
-/// A stage, a user's too, declares a struct of the vectors that it needs and asks for it by type:
+/// A stage, including your own, declares a struct of the vectors that it needs and asks for it by
+/// type:
 ///
-///   struct Scratch { std::vector<float> depths_m; };
-///   Scratch& scratch = workspace.get<Scratch>();
+///     struct Scratch { std::vector<float> depths_m; };
+///     Scratch& scratch = workspace.get<Scratch>();
 class Workspace {
  public:
+  /// Makes an empty workspace.
   Workspace() = default;
+  /// @{
+  /// Moves the memory; references from get stay valid.
   Workspace(Workspace&&) = default;
   Workspace& operator=(Workspace&&) = default;
+  /// @}
 
-  /// The scratch memory of that type. The first call makes it by its default constructor; later
-  /// ones return the same object with whatever the last user left in it. It stays where it is as
-  /// long as the workspace lives. Stages that ask for the same type share one object, so do not
-  /// hold it across a call of another stage. Throws what the constructor throws. O(types in use).
+  /// Returns the scratch memory of a type. The first call default-constructs it; later calls return
+  /// the same object, with the contents that the last user left. Its address does not change while
+  /// the workspace lives. Stages that ask for the same type share one object, so do not hold it
+  /// across a call of another stage. Throws what the constructor throws. O(types in use).
   template <class Scratch>
   Scratch& get() {
     const std::type_index type(typeid(Scratch));

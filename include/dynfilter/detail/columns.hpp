@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// What keep_static does with one column, a std::vector or the rows of a cv::Mat, before elements of
-// it are moved, and afterwards.
+// Steps of keep_static for one column, a std::vector or the rows of a cv::Mat: checks, then moves,
+// then shortening.
 
 #ifndef DYNFILTER_DETAIL_COLUMNS_HPP
 #define DYNFILTER_DETAIL_COLUMNS_HPP
@@ -27,7 +27,7 @@ namespace dynfilter::detail {
 
 [[noreturn]] inline void throw_length(std::size_t position, std::size_t got, std::size_t want) {
   throw_misuse("keep_static", concatenate("column ", position, " of length ", got),
-               concatenate("as many as there are labels, ", want));
+               concatenate("the number of labels, ", want));
 }
 
 template <class T, class Allocator>
@@ -42,13 +42,13 @@ inline void require_length(const cv::Mat& column, std::size_t length, std::size_
   if (column.dims > 2) {
     throw_misuse("keep_static",
                  concatenate("column ", position, " with ", column.dims, " dimensions"),
-                 "a matrix with a row a feature");
+                 "a matrix with one row per feature");
   }
   const auto rows = static_cast<std::size_t>(column.rows);
   if (rows != length) throw_length(position, rows, length);
 }
 
-/// Throws where a column stands in the list twice: the second time its rows would be others.
+/// Throws if a column is listed twice: its rows would be moved twice.
 inline void require_distinct(std::initializer_list<const void*> columns) {
   for (auto column = columns.begin(); column != columns.end(); ++column) {
     const auto first = std::find(columns.begin(), column, *column);
@@ -56,7 +56,7 @@ inline void require_distinct(std::initializer_list<const void*> columns) {
     throw_misuse("keep_static",
                  concatenate("column ", column - columns.begin(), " that is column ",
                              first - columns.begin(), " again"),
-                 "every column once");
+                 "each column once");
   }
 }
 
@@ -68,9 +68,8 @@ inline void unshare(cv::Mat& column) {
   if (!owned_alone) column = column.clone();
 }
 
-/// Calls action(first, end, destination) for each run of features that are kept, in order: the
-/// features from `first` up to and without `end` are to move to `destination`. Runs that stay where
-/// they are, are left out.
+/// Calls action(first, end, destination) for each run of kept features, in order: the features from
+/// `first` up to, not including, `end` move to `destination`. Runs that stay in place are left out.
 template <class Action>
 void for_each_kept_run(const FeatureLabels& labels, const Action& action) {
   std::size_t destination = 0, first = 0;
@@ -98,14 +97,14 @@ void move_kept(const FeatureLabels& labels, std::vector<T, Allocator>& column) {
   });
 }
 
-/// Moves the rows of kept features to the front. Nobody else may see the matrix.
+/// Moves the rows of kept features to the front. No other header may share the matrix.
 inline void move_kept(const FeatureLabels& labels, cv::Mat& column) {
   const std::size_t row_bytes = static_cast<std::size_t>(column.cols) * column.elemSize();
   if (row_bytes == 0) return;
   std::uint8_t* const data = column.data;
   const std::size_t step = column.step[0];
   for_each_kept_run(labels, [&](std::size_t first, std::size_t end, std::size_t destination) {
-    // Padding between rows moves with them.
+    // Padding between rows moves too.
     std::memmove(data + destination * step, data + first * step,
                  (end - first - 1) * step + row_bytes);
   });
@@ -118,7 +117,7 @@ void shorten(std::vector<T, Allocator>& column, std::size_t kept) {
 
 inline void shorten(cv::Mat& column, std::size_t kept) {
   const int rows = static_cast<int>(kept);
-  // An empty range of rows would lose the number of columns.
+  // An empty row range would lose the number of columns.
   if (rows == 0) column = cv::Mat(0, column.cols, column.type());
   if (rows < column.rows) column = column.rowRange(0, rows);
 }

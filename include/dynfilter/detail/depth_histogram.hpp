@@ -33,30 +33,32 @@ class DepthHistogram {
     for (std::size_t bin = 0; bin < end_; ++bin) counts_before_[bin + 1] += counts_before_[bin];
   }
 
-  /// How many depths were counted. Without any, nothing below means anything.
+  /// Number of depths counted. If it is 0, the other results are meaningless.
   std::size_t total() const { return counts_before_[end_]; }
 
-  /// The centre, in metres, of the nearest peak of a window of 2 `half_width_m`: a place where the
-  /// window holds `min_share` of all depths, and no fewer than half a window to either side. The
-  /// fullest place where there is no such peak.
+  /// Returns the centre, metres, of the nearest peak of a window of 2 `half_width_m`: a place where
+  /// the window holds at least `min_share` of all depths, and as many as anywhere within half a
+  /// window on either side. If there is no such peak, returns the place where the window holds
+  /// most.
   double nearest_cluster(double half_width_m, double min_share) const {
     const std::size_t half = std::max<std::size_t>(1, bins_in(half_width_m));
     const double min_count = min_share * static_cast<double>(total());
-    std::size_t fullest = 0;
+    std::size_t densest = 0;
     std::uint32_t max_count = 0;
     for (std::size_t end = 1; end < end_ + half; ++end) {
       const std::uint32_t here = window(end, half);
       if (here > max_count) {
-        fullest = end;
+        densest = end;
         max_count = here;
       }
       if (here > 0 && here >= min_count && is_peak(end, half)) return centre_of(end, half);
     }
-    return centre_of(fullest, half);
+    return centre_of(densest, half);
   }
 
-  /// How far depths go on without a gap from `depth_m`, a bin more on either side, and no farther
-  /// than `max_m` from it. Fewer than 1.5 % of the depths in three bins, or than 3, are a gap.
+  /// Returns the extent of the depths around `depth_m` up to the next gaps, plus one bin on either
+  /// side, and no farther than `max_m` from it. A gap is three bins with fewer than 1.5 % of the
+  /// depths, or fewer than 3.
   ValueRange extent_around(double depth_m, double max_m) const {
     const std::size_t middle = std::min(bin_of(static_cast<float>(depth_m)), bins - 1);
     const std::size_t max_bins = bins_in(max_m) - std::min<std::size_t>(2, bins_in(max_m));
@@ -69,14 +71,14 @@ class DepthHistogram {
  private:
   static constexpr std::size_t bins = 1024;
 
-  /// Computes in float everywhere, so that a depth on the edge of two bins has one. Returns `bins`
-  /// for what is too far.
+  /// Returns the bin of a depth, or `bins` if it is too far. Computes in float on every platform,
+  /// so that a depth on the edge of two bins always falls into the same one.
   static std::size_t bin_of(float depth_m) {
     const float scaled = depth_m * static_cast<float>(1 / bin_m);
     return scaled < static_cast<float>(bins) ? static_cast<std::size_t>(scaled) : bins;
   }
 
-  /// At most `bins`.
+  /// Returns the number of bins in a length, at most `bins`.
   static std::size_t bins_in(double length_m) {
     const double count = std::min(length_m / bin_m + 1e-9, static_cast<double>(bins));
     return static_cast<std::size_t>(std::max(0.0, count));
@@ -86,17 +88,18 @@ class DepthHistogram {
     return (static_cast<double>(end) - static_cast<double>(half)) * bin_m;
   }
 
-  /// Depths in the bins from `first` up to and without `end`.
+  /// Counts the depths in the bins from `first` up to, not including, `end`.
   std::uint32_t count(std::size_t first, std::size_t end) const {
     return counts_before_[std::min(end, end_)] - counts_before_[std::min(first, end_)];
   }
 
-  /// Depths in the 2 * half bins that end before bin `end`.
+  /// Counts the depths in the 2 * half bins before bin `end`.
   std::uint32_t window(std::size_t end, std::size_t half) const {
     return count(end - std::min(end, 2 * half), end);
   }
 
-  /// Asks first what lies farther away, which has more as long as a cluster begins.
+  /// Whether no window within half a window holds more. Checks the farther windows first, because
+  /// they hold more at the start of a cluster.
   bool is_peak(std::size_t end, std::size_t half) const {
     const std::uint32_t here = window(end, half);
     for (std::size_t other = end + 1; other <= end + half; ++other) {
@@ -113,8 +116,9 @@ class DepthHistogram {
     return nearby >= std::max(3.0, 0.015 * static_cast<double>(total()));
   }
 
-  std::size_t end_ = 0;                                // the bin after the last filled one
-  std::array<std::uint32_t, bins + 1> counts_before_;  // depths in the bins before one, up to end_
+  std::size_t end_ = 0;  // the bin after the last filled one
+  std::array<std::uint32_t, bins + 1>
+      counts_before_;  // depths in all earlier bins, valid up to end_
 };
 
 /// The median of the depths that lie in [lower_m, upper_m]: the upper one of an even number; 0

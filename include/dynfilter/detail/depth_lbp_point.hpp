@@ -16,13 +16,13 @@
 
 namespace dynfilter::detail {
 
-/// Whether a raw depth says where something is: it is not 0, negative, NaN or infinite.
+/// Whether a raw depth is valid: it is not 0, negative, NaN or infinite.
 inline bool is_depth(std::uint16_t depth) { return depth != 0; }
 inline bool is_depth(float depth) { return depth > 0 && std::isfinite(depth); }
 
-/// The D-LBP code of one pixel; nothing on the border, outside, and without depth. `bits` has the
-/// bit of each neighbour clockwise from the top-left one. A neighbour without depth gives
-/// `bit_of_missing`.
+/// Returns the D-LBP code of one pixel, or nothing on the border, outside the image, and without
+/// depth. `bits` has the bit of each neighbour clockwise from the top-left one. A neighbour without
+/// depth gives `bit_of_missing`.
 template <class Depth>
 std::optional<std::uint8_t> depth_lbp_code(const cv::Mat& depth, cv::Point pixel,
                                            const std::array<std::uint8_t, 8>& bits,

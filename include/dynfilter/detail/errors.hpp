@@ -18,7 +18,7 @@
 
 namespace dynfilter::detail {
 
-/// One part of a message: a text that somebody else keeps, or a number.
+/// One part of a message: a number, or a text that outlives it.
 class MessagePart {
  public:
   MessagePart(const char* text) : kind_(Kind::text), text_(text) {}
@@ -50,21 +50,21 @@ class MessagePart {
   };
 };
 
-/// Not inlined, as nothing here is: errors are rare, and compilers need not make them fast.
+/// Joins the parts of a message. Not inlined: errors are rare, and need not be fast.
 [[gnu::cold, gnu::noinline]] inline std::string join(std::initializer_list<MessagePart> parts) {
   std::ostringstream stream;
-  stream.imbue(std::locale::classic());  // 1e6 is not 1,000,000, whatever the host has set
+  stream.imbue(std::locale::classic());  // no digit grouping, whatever the host's locale
   for (const MessagePart& part : parts) part.print(stream);
   return stream.str();
 }
 
-/// Joins texts and numbers to one text.
+/// Joins texts and numbers into one text.
 template <class... Parts>
 [[gnu::cold]] std::string concatenate(const Parts&... parts) {
   return join({MessagePart(parts)...});
 }
 
-/// Misuse: "dynfilter::<component>: got <got>; want <want>".
+/// Throws std::invalid_argument: "dynfilter::<component>: got <got>; want <want>".
 [[noreturn, gnu::cold, gnu::noinline]] inline void throw_misuse(const char* component,
                                                                 const std::string& got,
                                                                 const std::string& want) {
@@ -72,14 +72,14 @@ template <class... Parts>
       concatenate("dynfilter::", component, ": got ", got, "; want ", want));
 }
 
-/// "CV_16UC1" for a matrix of that type, so that messages speak the caller's language.
+/// Returns the name of a matrix's type as users write it: "CV_16UC1".
 inline std::string type_name(const cv::Mat& matrix) {
   static constexpr const char* depths[] = {"CV_8U",  "CV_8S",  "CV_16U", "CV_16S",
                                            "CV_32S", "CV_32F", "CV_64F", "CV_16F"};
   return concatenate(depths[matrix.depth() & 7], "C", matrix.channels());
 }
 
-/// "640x480" (width x height), as people write it.
+/// Returns a size as "640x480" (width x height).
 inline std::string size_name(const cv::Size& size) {
   return concatenate(size.width, "x", size.height);
 }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Definitions of what instance.hpp declares; include that one.
+// Definitions for instance.hpp; include that header instead.
 
 #ifndef DYNFILTER_DETAIL_INSTANCE_CONVERTERS_HPP
 #define DYNFILTER_DETAIL_INSTANCE_CONVERTERS_HPP
@@ -28,8 +28,8 @@ inline void require_mask_type(const cv::Mat& mask, const char* component) {
   }
 }
 
-/// The smallest box round the non-zero pixels. cv::boundingRect is not used because that of OpenCV
-/// 4.6 (Debian 12) is wrong on some images of a few pixels' width.
+/// Returns the smallest box around the non-zero pixels. cv::boundingRect is not used because OpenCV
+/// 4.6 (Debian 12) returns a wrong box for some images a few pixels wide.
 inline cv::Rect bounding_box(const cv::Mat& mask) {
   int left = mask.cols, top = mask.rows, right = 0, bottom = 0;
   const auto on_object = [](std::uint8_t value) { return value != 0; };
@@ -49,7 +49,7 @@ inline cv::Rect bounding_box(const cv::Mat& mask) {
   return right > left ? cv::Rect(left, top, right - left, bottom - top) : cv::Rect();
 }
 
-/// The smallest boxes of the labels 1 … of a label map; element k-1 belongs to label k.
+/// Returns the smallest boxes of the labels 1 … of a label map; element k-1 belongs to label k.
 template <class Label>
 std::vector<cv::Rect> label_boxes(const cv::Mat& label_map) {
   struct Extent {
@@ -158,7 +158,7 @@ inline std::vector<Instance> instances_from_binary_mask(const cv::Mat& mask, int
     detail::throw_misuse(
         "instances_from_binary_mask",
         detail::concatenate("box_margin_px = ", box_margin_px, " and min_pixels = ", min_pixels),
-        "at least 0 and at least 1");
+        "box_margin_px of at least 0 and min_pixels of at least 1");
   }
   cv::Mat labels, extents, centroids;
   const int count = cv::connectedComponentsWithStats(mask, labels, extents, centroids);
@@ -169,7 +169,7 @@ inline std::vector<Instance> instances_from_binary_mask(const cv::Mat& mask, int
     const cv::Rect tight(extent[cv::CC_STAT_LEFT], extent[cv::CC_STAT_TOP],
                          extent[cv::CC_STAT_WIDTH], extent[cv::CC_STAT_HEIGHT]);
     Instance instance = Instance::from_box_mask(labels(tight) == label, tight);
-    // No more than the image is wide or high: a larger margin means the same and could overflow.
+    // Limit the margin to the image's size: a larger one has the same effect and could overflow.
     const int margin = std::min(box_margin_px, std::max(mask.cols, mask.rows));
     instance.box = cv::Rect(tight.x - margin, tight.y - margin, tight.width + 2 * margin,
                             tight.height + 2 * margin) &

@@ -17,21 +17,22 @@
 
 namespace dynfilter::detail {
 
-/// Half the length of the row of a disc that lies `offset` rows from its centre: the greatest dx
-/// with dx^2 + offset^2 <= radius^2. `offset` must not be larger than the radius.
+/// Returns half the length of a disc's row at `offset` rows from its centre: the largest dx with
+/// dx^2 + offset^2 <= radius^2. `offset` must not exceed the radius.
 inline std::int64_t chord_half_length(double radius, double offset) {
   const double square = radius * radius - offset * offset;
   auto half = static_cast<std::int64_t>(std::sqrt(square));
-  while (static_cast<double>(half * half) > square) --half;  // the root may have been rounded up
+  while (static_cast<double>(half * half) > square) --half;  // the root may be rounded up
   return half;
 }
 
-/// Greater radii are taken for this one. It is beyond any image, and its square is exact.
+/// Limit of the radius; larger ones are clamped to it. It exceeds any image, and its square is
+/// exact.
 constexpr double max_mask_radius = 67108864.0;
 
 /// Whether a pixel of the mask lies within `radius` pixels (Euclidean, between pixel centres) of
-/// `pixel`. A radius of 0, negative or NaN asks for the pixel itself. O(radius^2), and never more
-/// than the pixels of the mask.
+/// `pixel`. A radius of 0, negative or NaN tests the pixel itself. O(radius^2), and at most
+/// O(pixels of the mask).
 inline bool mask_within(const Instance& instance, cv::Point pixel, double radius) {
   if (!(radius > 0)) return instance.covers(pixel);
   radius = std::min(radius, max_mask_radius);

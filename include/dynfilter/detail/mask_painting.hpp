@@ -19,10 +19,9 @@
 
 namespace dynfilter::detail {
 
-/// How many rows away the nearest pixel of the mask in the same column is: one row for each of
-/// `count` rows from `first` on (in the mask's coordinates, and maybe outside of it), one column
-/// for each of the mask's. `reach + 1` where it is farther than `reach`. O(area) of result and
-/// mask.
+/// Returns the distances, in rows, to the nearest mask pixel of the same column. The result has
+/// `count` rows from row `first` of the mask on, which may lie outside the mask, and one column for
+/// each column of the mask. Distances above `reach` become `reach + 1`. O(area of result and mask).
 inline cv::Mat_<int> rows_to_mask(const cv::Mat& mask, std::int64_t first, int count, int reach) {
   cv::Mat_<int> distances(count, mask.cols, reach + 1);
   std::vector<std::int64_t> nearest(static_cast<std::size_t>(mask.cols));
@@ -41,7 +40,8 @@ inline cv::Mat_<int> rows_to_mask(const cv::Mat& mask, std::int64_t first, int c
   constexpr std::int64_t nowhere = std::numeric_limits<std::int64_t>::min() / 2;
   const std::int64_t end = first + count;
   const std::int64_t mask_end = mask.rows;
-  // Downwards, then upwards: first the rows of the mask that lie before the result, within reach.
+  // Pass downwards, then upwards, each starting with the mask's rows outside the result but within
+  // reach.
   std::fill(nearest.begin(), nearest.end(), nowhere);
   const std::int64_t top = std::max<std::int64_t>(0, first - reach);
   for (std::int64_t row = top; row < std::min(mask_end, first); ++row) visit(row);
@@ -53,7 +53,7 @@ inline cv::Mat_<int> rows_to_mask(const cv::Mat& mask, std::int64_t first, int c
   return distances;
 }
 
-/// The part of an image within `reach` rows and columns of a mask; empty if there is none.
+/// Returns the part of an image within `reach` rows and columns of a mask; empty if there is none.
 inline cv::Rect region_within(const Instance& instance, std::int64_t reach, const cv::Size& image) {
   const auto clamped = [](std::int64_t value, int limit) {
     return static_cast<int>(std::clamp<std::int64_t>(value, 0, limit));
@@ -66,15 +66,15 @@ inline cv::Rect region_within(const Instance& instance, std::int64_t reach, cons
   return {left, top, right - left, bottom - top};
 }
 
-/// Counts the discs of `radius` that cover each pixel of a row of an image, as changes from pixel
-/// to pixel: one disc for each column of the mask, round its pixel nearest to the row, which lies
-/// distances[x] rows away. `shift`: the row's x of the mask's first column.
+/// Counts the discs of `radius` that cover each pixel of an image row, as changes from pixel to
+/// pixel. Each column of the mask has one disc, around its pixel nearest to the row, which lies
+/// distances[x] rows away. `shift` is the x, in the row, of the mask's first column.
 inline void count_discs(const int* distances, int columns, double radius, std::int64_t shift,
                         std::vector<int>& changes) {
   std::fill(changes.begin(), changes.end(), 0);
   const auto width = static_cast<std::int64_t>(changes.size()) - 1;
   int offset = -1;
-  std::int64_t half = 0;  // of the chord at that offset
+  std::int64_t half = 0;  // half length of the chord at that offset
   for (int x = 0; x < columns; ++x) {
     if (distances[x] > radius) continue;
     if (distances[x] != offset) half = chord_half_length(radius, offset = distances[x]);
@@ -86,14 +86,14 @@ inline void count_discs(const int* distances, int columns, double radius, std::i
   }
 }
 
-/// Paints the pixels of a CV_8UC1 canvas that mask_within finds within `radius` of the mask, the
-/// canvas being the image. Exact: squared distances, compared without rounding, row by row from the
-/// distances within the columns (the separation in A. Meijster, J. Roerdink and W. Hesselink, "A
-/// general algorithm for computing distance transforms in linear time", 2000). O(area of the mask
-/// and of the box of what is painted), whatever the radius.
+/// Paints the pixels of a CV_8UC1 canvas, the whole image, that mask_within finds within `radius`
+/// of the mask. The result is exact: squared distances are compared without rounding, row by row
+/// from the distances within the columns (the separation in A. Meijster, J. Roerdink and W.
+/// Hesselink, "A general algorithm for computing distance transforms in linear time", 2000). O(area
+/// of the mask and of the painted box), for any radius.
 inline void paint_mask_within(const Instance& instance, double radius, std::uint8_t value,
                               cv::Mat& canvas) {
-  radius = std::clamp(radius, 0.0, 67108864.0);  // as mask_within
+  radius = std::clamp(radius, 0.0, max_mask_radius);
   const int reach = static_cast<int>(radius);
   const cv::Rect region = region_within(instance, reach, canvas.size());
   if (instance.mask.empty() || region.empty()) return;

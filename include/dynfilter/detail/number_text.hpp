@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Numbers in text, whatever the process's locale is: a comma as decimal point in the host's program
-// must not change what is read or written. (std::from_chars for double needs g++ 11.)
+// Conversion between numbers and text, independent of the process's locale: a decimal comma in the
+// host's program must not change files. (std::from_chars for double needs g++ 11.)
 
 #ifndef DYNFILTER_DETAIL_NUMBER_TEXT_HPP
 #define DYNFILTER_DETAIL_NUMBER_TEXT_HPP
@@ -19,7 +19,7 @@
 
 namespace dynfilter::detail {
 
-/// The finite number that the whole of `text` is, in decimal notation.
+/// Returns the finite number that the whole of `text` spells in decimal notation.
 inline std::optional<double> parse_number(const std::string& text) {
   if (text.find_first_of(" \t\n\v\f\r") != std::string::npos) return {};
   std::istringstream stream(text);
@@ -31,7 +31,7 @@ inline std::optional<double> parse_number(const std::string& text) {
   return value;
 }
 
-/// With that many decimals, as 1341846434.710184.
+/// Formats a number with a fixed number of decimals, such as 1341846434.710184.
 inline std::string fixed_decimals(double value, int decimals) {
   std::ostringstream stream;
   stream.imbue(std::locale::classic());
@@ -41,8 +41,8 @@ inline std::string fixed_decimals(double value, int decimals) {
   return stream.str();
 }
 
-/// Times have 6 decimals in these formats. A double near 1.4e9 s is exact to 2e-7 s only, so that
-/// times are compared in whole microseconds: then ties and limits are what the digits say.
+/// Helpers for times, which have 6 decimals in these formats. A double near 1.4e9 s is exact only
+/// to 2e-7 s, so times are compared in whole microseconds: ties and limits then match the digits.
 inline bool is_time_in_seconds(double value) { return std::abs(value) < 9e9; }  // false for NaN
 inline std::int64_t microseconds(double time_s) { return std::llround(time_s * 1e6); }
 inline std::string time_text(double time_s) { return fixed_decimals(time_s, 6); }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Definitions of what overlay.hpp declares; include that one.
+// Definitions for overlay.hpp; include that header instead.
 
 #ifndef DYNFILTER_DETAIL_OVERLAY_DRAWING_HPP
 #define DYNFILTER_DETAIL_OVERLAY_DRAWING_HPP
@@ -23,7 +23,7 @@ namespace detail {
 
 enum class Mark { ring, cross, diamond, square };
 
-/// How one kind of feature is drawn.
+/// Style of one kind of feature.
 struct MarkStyle {
   const char* name;
   Mark mark;
@@ -78,13 +78,13 @@ inline void draw_lines(cv::Mat& canvas, cv::Point centre, Mark mark, const cv::S
   }
 }
 
-/// A mark with a dark rim, so that it shows on any ground.
+/// Draws a mark with a dark rim, so that it is visible on any background.
 inline void draw_mark(cv::Mat& canvas, cv::Point centre, const MarkStyle& style) {
   draw_lines(canvas, centre, style.mark, cv::Scalar(0, 0, 0), 3);
   draw_lines(canvas, centre, style.mark, style.colour, 1);
 }
 
-/// Tints the pixels of a mask and draws its contour, so that poor borders show.
+/// Tints the pixels of a mask and draws its contour, so that poor borders are visible.
 inline void draw_mask(cv::Mat& canvas, const Instance& instance, const cv::Scalar& colour,
                       double opacity) {
   const cv::Rect area = clip({instance.mask_origin, instance.mask.size()}, canvas.size());
@@ -102,7 +102,8 @@ inline void draw_mask(cv::Mat& canvas, const Instance& instance, const cv::Scala
   }
 }
 
-/// Dynamic objects in vermilion, others in grey; all in vermilion where the labels do not know.
+/// Draws dynamic objects in vermilion and others in grey; all in vermilion if the labels have no
+/// statistics for them.
 inline void draw_masks(cv::Mat& canvas, const Segmentation& segmentation,
                        const FrameStatistics& statistics, double opacity) {
   for (std::size_t k = 0; k < segmentation.instances.size(); ++k) {
@@ -125,7 +126,7 @@ inline void draw_boxes(cv::Mat& canvas, const Segmentation& segmentation) {
 inline void draw_marks(cv::Mat& canvas, FeaturesView features, const FeatureLabels& labels,
                        bool draw_removed) {
   const cv::Rect drawable(-8, -8, canvas.cols + 16, canvas.rows + 16);
-  // Kept ones first, so that the removed ones, which one looks for, lie on top.
+  // Draw kept features first, so that the removed ones lie on top.
   for (const bool removed : {false, true}) {
     if (removed && !draw_removed) continue;
     for (std::size_t i = 0; i < features.size(); ++i) {
@@ -136,7 +137,7 @@ inline void draw_marks(cv::Mat& canvas, FeaturesView features, const FeatureLabe
   }
 }
 
-/// A strip that names the marks that occur, with their numbers.
+/// Draws the legend: a strip that names the marks in use, with their counts.
 inline cv::Mat draw_legend(const FeatureLabels& labels, int width) {
   cv::Mat strip(22, width, CV_8UC3, cv::Scalar(40, 40, 40));
   int x = 12;
@@ -183,11 +184,12 @@ inline cv::Mat draw_overlay(const cv::Mat& image, const Segmentation& segmentati
     detail::throw_misuse(
         "draw_overlay",
         detail::concatenate(labels.size(), " labels and ", features.size(), " features"),
-        "a label a feature");
+        "one label per feature");
   }
   if (!(options.mask_opacity >= 0 && options.mask_opacity <= 1)) {
     detail::throw_misuse("draw_overlay",
-                         detail::concatenate("mask_opacity = ", options.mask_opacity), "0 to 1");
+                         detail::concatenate("mask_opacity = ", options.mask_opacity),
+                         "a number from 0 to 1");
   }
   validate(segmentation, "draw_overlay");
   if (!segmentation.image_size.empty() && segmentation.image_size != image.size()) {

@@ -10,8 +10,8 @@
 
 namespace dynfilter::detail {
 
-/// Lengths in pixels were chosen on images 640 pixels wide. This many pixels of the image are one
-/// pixel there.
+/// Returns the factor from pixels at a width of 640, for which lengths in options are given, to
+/// pixels of an image.
 inline double pixel_scale(const cv::Size& size) { return size.width / 640.0; }
 
 }  // namespace dynfilter::detail

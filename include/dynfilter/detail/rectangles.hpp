@@ -23,7 +23,7 @@ struct PixelBounds {
   bool empty() const { return first_x > last_x || first_y > last_y; }
 };
 
-/// The rectangle, grown by so many pixels on each side.
+/// Returns the rectangle, grown by `margin` pixels on each side.
 inline PixelBounds bounds_of(const cv::Rect& rectangle, std::int64_t margin = 0) {
   const auto clamped = [](std::int64_t coordinate) {
     return static_cast<int>(std::clamp<std::int64_t>(coordinate, std::numeric_limits<int>::min(),
@@ -35,9 +35,10 @@ inline PixelBounds bounds_of(const cv::Rect& rectangle, std::int64_t margin = 0)
   return {clamped(x - margin), clamped(end_x - 1), clamped(y - margin), clamped(end_y - 1)};
 }
 
-/// The part of a rectangle, grown by so many pixels on either side, that lies in an image of this
-/// size; empty (0x0 at 0,0) if there is none. In 64 bits, unlike cv::Rect's operator&, since boxes
-/// come from anywhere.
+/// Returns the part of a grown rectangle that lies in an image of this size; empty (0x0 at 0,0) if
+/// there is none. The rectangle grows by `sideways` pixels to the left and right and by `upwards`
+/// pixels to the top and bottom. Computes in 64 bits, unlike cv::Rect's operator&, because boxes
+/// may lie anywhere.
 inline cv::Rect clip_grown(const cv::Rect& rectangle, std::int64_t sideways, std::int64_t upwards,
                            const cv::Size& image) {
   const auto interval = [](std::int64_t first, std::int64_t length, std::int64_t limit) {
@@ -52,12 +53,12 @@ inline cv::Rect clip_grown(const cv::Rect& rectangle, std::int64_t sideways, std
   return width > 0 && height > 0 ? cv::Rect(x, y, width, height) : cv::Rect();
 }
 
-/// The same without growth.
+/// Returns the part of a rectangle that lies in an image of this size.
 inline cv::Rect clip(const cv::Rect& rectangle, const cv::Size& image) {
   return clip_grown(rectangle, 0, 0, image);
 }
 
-/// a - b, wrapping round where the difference is not an int.
+/// Returns a - b, modulo 2^32 if the difference does not fit into int.
 inline cv::Point wrapping_difference(cv::Point a, cv::Point b) {
   const auto difference = [](int minuend, int subtrahend) {
     return static_cast<int>(static_cast<std::uint32_t>(minuend) -

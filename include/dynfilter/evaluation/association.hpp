@@ -43,19 +43,23 @@ inline std::vector<std::size_t> order_of(const std::vector<std::int64_t>& times)
 
 }  // namespace detail
 
-/// Pairs (index in `first_s`, index in `second_s`) of times that belong together: the rule of the
-/// TUM RGB-D benchmark. The pair with the smallest difference is taken first, each time is used
-/// once, and pairs further apart than `max_difference_s` are none; ties go to the earlier first
-/// time, then to the earlier second one. Differences are those of the times in whole microseconds.
-/// The result is ordered by the first time. Neither list need be sorted; it may be empty.
-/// Throws std::invalid_argument for times that are no seconds (not finite, 9e9 or more) and for a
-/// limit that is not finite or is negative. O(n log n), with n the times and the pairs in reach.
+/// Pairs times that belong together, by the rule of the TUM RGB-D benchmark. Returns pairs (index
+/// in `first_s`, index in `second_s`), ordered by the first time.
+///
+/// The pair with the smallest difference is taken first, each time is used once, and pairs further
+/// apart than `max_difference_s` are ignored. Ties go to the earlier first time, then to the
+/// earlier second one. Differences are computed in whole microseconds. The lists need not be sorted
+/// and may be empty.
+///
+/// Throws std::invalid_argument for times that are not seconds (not finite, 9e9 or more) and for a
+/// limit that is not finite or is negative. O(n log n), where n counts the times and the pairs
+/// within the limit.
 inline std::vector<std::pair<std::size_t, std::size_t>> associate(
     const std::vector<double>& first_s, const std::vector<double>& second_s,
     double max_difference_s) {
   if (!(max_difference_s >= 0) || !detail::is_time_in_seconds(max_difference_s)) {
     detail::throw_misuse("associate", detail::concatenate("max_difference_s = ", max_difference_s),
-                         "seconds, at least 0");
+                         "a finite number of seconds of at least 0");
   }
   const std::int64_t reach = detail::microseconds(max_difference_s);
   const std::vector<std::int64_t> first = detail::association_times(first_s);
@@ -63,7 +67,7 @@ inline std::vector<std::pair<std::size_t, std::size_t>> associate(
   const std::vector<std::size_t> first_order = detail::order_of(first);
   const std::vector<std::size_t> second_order = detail::order_of(second);
 
-  // Difference, then rank of the first and of the second time.
+  // Candidates: difference, rank of the first time, rank of the second time.
   std::vector<std::tuple<std::int64_t, std::size_t, std::size_t>> candidates;
   std::size_t begin = 0;
   for (std::size_t i = 0; i < first_order.size(); ++i) {

@@ -13,30 +13,37 @@
 
 namespace dynfilter {
 
-/// What a sequence's camera file says: a pinhole camera with OpenCV's radial-tangential distortion.
+/// Camera of a sequence: a pinhole camera with OpenCV's radial-tangential distortion.
 struct CameraParameters {
-  double fx = 0, fy = 0;                          ///< focal lengths, pixels; above 0
-  double cx = 0, cy = 0;                          ///< principal point, pixels
-  double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0;  ///< distortion; all 0 = rectified images
-  cv::Size image_size;                            ///< pixels; 0x0 = the file does not say
-  double frames_per_second = 0;                   ///< 0 = the file does not say
-  double depth_units_per_metre = 0;  ///< DepthMapFactor, 5000 for TUM and BONN; above 0
+  double fx = 0;  ///< focal length in x, pixels; above 0
+  double fy = 0;  ///< focal length in y, pixels; above 0
+  double cx = 0;  ///< principal point's x, pixels
+  double cy = 0;  ///< principal point's y, pixels
+  /// @{
+  /// Distortion coefficient; all 0 = rectified images.
+  double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0;
+  /// @}
+  cv::Size image_size;               ///< pixels; 0x0 = unknown
+  double frames_per_second = 0;      ///< frame rate, Hz; 0 = unknown
+  double depth_units_per_metre = 0;  ///< DepthMapFactor, above 0; 5000 for TUM and BONN
 };
 
 /// Reads the camera from a settings file of ORB-SLAM2 or -3 (an OpenCV YAML file), with its own
-/// keys: Camera.fx, .fy, .cx, .cy and DepthMapFactor must be there, Camera.k1, .k2, .p1, .p2, .k3,
-/// .width, .height and .fps may be; other keys are passed over. Numbers are decimal: OpenCV would
-/// read 010 as 8 and 5000000000 as 705032704, so both are refused. Throws std::runtime_error that
-/// names the file, and the key, for a file that is missing, not regular or no OpenCV YAML, a key
-/// that is missing, repeated or not a finite number, and fx, fy or DepthMapFactor not above 0.
+/// keys. Camera.fx, .fy, .cx, .cy and DepthMapFactor are required; Camera.k1, .k2, .p1, .p2, .k3,
+/// .width, .height and .fps are optional; other keys are ignored. Numbers must be decimal and in
+/// range: OpenCV would read 010 as 8 and 5000000000 as 705032704, so both are refused.
+///
+/// Throws std::runtime_error that names the file, and the key, for a file that is missing, not
+/// regular or not an OpenCV YAML file, for a key that is missing, repeated or not a finite number,
+/// and if fx, fy or DepthMapFactor is not above 0.
 CameraParameters read_camera(const std::filesystem::path& path);
 
-/// Writes a file that read_camera reads, with ORB-SLAM's keys; every value comes back exactly.
-/// Replaces a file that exists. Throws std::invalid_argument for a camera that read_camera would
-/// refuse, and std::runtime_error that names the file when it cannot be written.
+/// Writes a file for read_camera, with ORB-SLAM's keys; every value is read back exactly. Replaces
+/// an existing file. Throws std::invalid_argument for a camera that read_camera would refuse, and
+/// std::runtime_error that names the file if it cannot be written.
 void write_camera(const std::filesystem::path& path, const CameraParameters& camera);
 
-/// What write_camera writes. Throws std::invalid_argument as it does.
+/// Returns the text that write_camera writes. Throws std::invalid_argument as it does.
 std::string camera_file_text(const CameraParameters& camera);
 
 }  // namespace dynfilter

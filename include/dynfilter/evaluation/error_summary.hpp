@@ -15,18 +15,19 @@
 
 namespace dynfilter {
 
-/// The seven numbers that the TUM benchmark's tools print of a list of errors.
+/// Summary of a list of errors: the seven numbers that the TUM benchmark's tools print.
 struct ErrorSummary {
-  std::size_t count = 0;
-  double rmse = 0;
-  double mean = 0;
-  double median = 0;              ///< of an even number: the mean of the middle two
-  double standard_deviation = 0;  ///< of the population (divided by the count)
-  double least = 0;
-  double greatest = 0;
+  std::size_t count = 0;          ///< number of errors
+  double rmse = 0;                ///< root mean square
+  double mean = 0;                ///< mean
+  double median = 0;              ///< median; the mean of the middle two if the count is even
+  double standard_deviation = 0;  ///< standard deviation of the population (divided by the count)
+  double least = 0;               ///< smallest error
+  double greatest = 0;            ///< largest error
 };
 
-/// Throws std::invalid_argument for no errors and for one that is not finite. O(n log n).
+/// Summarises errors. Throws std::invalid_argument for no errors and for one that is not finite.
+/// O(n log n).
 inline ErrorSummary summarise_errors(std::vector<double> errors) {
   if (errors.empty()) detail::throw_misuse("summarise_errors", "no errors", "at least one");
   std::sort(errors.begin(), errors.end());

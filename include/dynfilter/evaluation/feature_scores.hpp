@@ -17,31 +17,34 @@
 
 namespace dynfilter {
 
-/// What counts as dynamic: the rim is a question of taste, so scores are given both ways.
+/// Definition of a dynamic feature. Either verdict on the rim is defensible, so scores are computed
+/// both ways.
 enum class DynamicTruth {
-  silhouette,         ///< features on the exact silhouette; those on the rim are static
+  silhouette,         ///< features on the exact silhouette; features on the rim are static
   silhouette_and_rim  ///< features on the rim are dynamic too
 };
 
-/// The usual rates of a detector of dynamic features; nothing where a rate would be 0 / 0.
+/// Rates of a detector of dynamic features. A rate of 0 / 0 is absent.
 struct DetectionRates {
-  std::optional<double> true_positive_rate;   ///< of the dynamic features, those removed (recall)
-  std::optional<double> false_positive_rate;  ///< of the static features, those removed
-  std::optional<double> precision;            ///< of the removed features, those dynamic
+  /// Share of the dynamic features that is removed (recall).
+  std::optional<double> true_positive_rate;
+  std::optional<double> false_positive_rate;  ///< share of the static features that is removed
+  std::optional<double> precision;            ///< share of the removed features that is dynamic
   std::optional<double> f1;                   ///< harmonic mean of recall and precision
 };
 
-/// How a filter's labels compare with the truth. A feature is dynamic on the exact silhouette of an
-/// object, static more than `rim_px` outside every silhouette, and on the rim in between, where an
-/// occlusion contour is no landmark and either verdict is right.
+/// Comparison of a filter's labels with the truth, in features. A feature is dynamic on the exact
+/// silhouette of an object, and static more than `rim_px` outside every silhouette. Between them is
+/// the rim, where an occlusion contour is not a landmark and either verdict is right.
 struct FeatureScores {
-  std::size_t dynamic_left = 0;
-  std::size_t dynamic_removed = 0;
-  std::size_t static_left = 0;
-  std::size_t static_removed = 0;
-  std::size_t rim_left = 0;
-  std::size_t rim_removed = 0;
+  std::size_t dynamic_left = 0;     ///< dynamic features that are kept
+  std::size_t dynamic_removed = 0;  ///< dynamic features that are removed
+  std::size_t static_left = 0;      ///< static features that are kept
+  std::size_t static_removed = 0;   ///< static features that are removed
+  std::size_t rim_left = 0;         ///< features on the rim that are kept
+  std::size_t rim_removed = 0;      ///< features on the rim that are removed
 
+  /// Adds the counts of another frame.
   FeatureScores& operator+=(const FeatureScores& other) {
     dynamic_left += other.dynamic_left;
     dynamic_removed += other.dynamic_removed;
@@ -52,6 +55,7 @@ struct FeatureScores {
     return *this;
   }
 
+  /// Returns the rates under one definition of a dynamic feature.
   DetectionRates rates(DynamicTruth truth) const {
     const bool with_rim = truth == DynamicTruth::silhouette_and_rim;
     const std::size_t true_positives = dynamic_removed + (with_rim ? rim_removed : 0);
@@ -74,8 +78,8 @@ struct FeatureScores {
 };
 
 /// Scores the labels of one frame. All instances of `truth` count as dynamic. Distances are
-/// Euclidean, between pixel centres. Throws std::invalid_argument for a malformed truth and for
-/// another number of labels than features. O(features x instances x rim_px^2).
+/// Euclidean, between pixel centres. Throws std::invalid_argument for a malformed truth and if
+/// labels and features differ in number. O(features x instances x rim_px^2).
 inline FeatureScores score_features(FeaturesView features, const FeatureLabels& labels,
                                     const Segmentation& truth, double rim_px = 3.0) {
   validate(truth, "score_features");
@@ -83,7 +87,7 @@ inline FeatureScores score_features(FeaturesView features, const FeatureLabels& 
     detail::throw_misuse(
         "score_features",
         detail::concatenate(labels.size(), " labels and ", features.size(), " features"),
-        "a label a feature");
+        "one label per feature");
   }
   const auto lies_within = [&](cv::Point pixel, double distance) {
     for (const Instance& instance : truth.instances) {

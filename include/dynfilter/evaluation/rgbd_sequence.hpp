@@ -17,67 +17,79 @@
 
 namespace dynfilter {
 
+/// Options of RgbdSequence.
 struct RgbdSequenceOptions {
-  /// Between a colour and a depth image, where the sequence brings no associations.txt.
+  /// Largest difference in time between a colour and a depth image, if the sequence has no
+  /// associations.txt.
   double max_time_difference_s = 0.02;
-  /// The camera file; empty = camera.yaml in the sequence's folder.
+  /// Camera file; empty = camera.yaml in the sequence's folder.
   std::filesystem::path camera_file = {};
 };
 
-/// One frame of a sequence, not yet decoded.
+/// One frame of a sequence, not decoded.
 struct RgbdSequenceEntry {
-  double timestamp_s = 0;            ///< of the colour image
-  std::filesystem::path image_path;  ///< with the sequence's folder
-  double depth_timestamp_s = 0;      ///< timestamp_s where there is no depth
-  std::filesystem::path depth_path;  ///< empty where there is no depth
-  std::string stem;                  ///< image_path without folder and extension: names the masks
+  double timestamp_s = 0;            ///< time of the colour image
+  std::filesystem::path image_path;  ///< path including the sequence's folder
+  double depth_timestamp_s = 0;      ///< time of the depth image; timestamp_s without one
+  std::filesystem::path depth_path;  ///< path of the depth image; empty without one
+  std::string stem;                  ///< image_path without folder and extension; names the masks
 };
 
-/// A recorded sequence in the layout of the TUM RGB-D benchmark and of BONN RGB-D Dynamic.
+/// Recorded sequence in the layout of the TUM RGB-D benchmark and of BONN RGB-D Dynamic.
 ///
-/// The frames are those of `associations.txt` (t_rgb rgb/… t_depth depth/…) where it exists,
-/// whatever the time differences in it. Else the images of `rgb.txt` and `depth.txt` (t file) are
-/// associated by `associate`, and those without a partner left out; without `depth.txt` the
-/// sequence has colour only. Frames are in the order of their time, and so are they when the file's
-/// rows are not.
-/// `#` comments, blank lines and CR LF are accepted in all of them.
+/// The frames are the rows of `associations.txt` (t_rgb rgb/… t_depth depth/…) if it exists,
+/// whatever their time differences. Otherwise `associate` pairs the images of `rgb.txt` and
+/// `depth.txt` (t file), and images without a partner are left out; without `depth.txt` the
+/// sequence has colour only. Frames are ordered by time, even if the file's rows are not. `#`
+/// comments, blank lines and CR LF are accepted in all of these files.
 class RgbdSequence {
  public:
-  /// Reads the lists and the camera file, and looks whether all images of the frames exist; decodes
-  /// none. (The images of frames only: one that is listed in rgb.txt and has no partner may be
-  /// missing. In a truncated download, others are, and the refusal counts them.)
+  /// Reads the lists and the camera file, and checks that the frames' images exist; decodes none.
+  /// Images of rgb.txt without a partner may be missing. If images of frames are missing, as in a
+  /// truncated download, the error counts them. O(n log n) of the images.
   ///
-  /// Throws std::runtime_error that names the file, and the line where there is one: for a folder,
-  /// a list or an image that is missing, cannot be read or is no regular file (a FIFO, a device; it
-  /// is not opened), a row that is short or whose time is not a finite number,
-  /// times that stand in the colour list or in depth.txt twice, no frame at all, and a camera file
-  /// that is malformed; a missing camera file is answered with the text to write. Throws
-  /// std::invalid_argument for a negative max_time_difference_s. O(n log n) of the images.
+  /// Throws std::runtime_error that names the file, and the line if there is one, for
+  /// - a folder, list or image that is missing, unreadable or not a regular file (a FIFO or a
+  ///   device is not opened);
+  /// - a row that is short, or whose time is not a finite number;
+  /// - a time that occurs twice in the colour list or in depth.txt;
+  /// - a sequence without frames;
+  /// - a camera file that is malformed or missing; the error then shows the text to write.
+  ///
+  /// Throws std::invalid_argument for a negative max_time_difference_s.
   explicit RgbdSequence(const std::filesystem::path& folder,
                         const RgbdSequenceOptions& options = {});
 
+  /// Number of frames.
   std::size_t size() const { return entries_.size(); }
 
-  /// Throws std::invalid_argument for i >= size(), as read does.
+  /// Returns the entry of frame i. Throws std::invalid_argument for i >= size().
   const RgbdSequenceEntry& entry(std::size_t i) const;
 
   /// Decodes frame i: id = i, time of the colour image, image CV_8UC3 (BGR), depth CV_16UC1 or
-  /// CV_32FC1 as the file has it, metres_per_unit = 1 / DepthMapFactor for either type. The frame
-  /// owns its pixels. May be called from several threads at once. Throws std::runtime_error that
-  /// names the file that cannot be read or decoded, the depth image of another type or another size
-  /// than the colour image, and the image of another size than the camera file says.
+  /// CV_32FC1 as in the file, metres_per_unit = 1 / DepthMapFactor for either type. The frame owns
+  /// its pixels. Several threads may call it at once.
+  ///
+  /// Throws std::invalid_argument for i >= size(). Throws std::runtime_error that names the file
+  /// that cannot be read or decoded, a depth image of another type or size than expected, or an
+  /// image whose size differs from the camera file.
   FrameView read(std::size_t i) const;
 
+  /// Camera of the sequence.
   const CameraParameters& camera() const { return camera_; }
+  /// Folder of the sequence.
   const std::filesystem::path& folder() const { return folder_; }
+  /// Whether the frames have depth.
   bool has_depth() const { return has_depth_; }
 
-  /// groundtruth.txt, masks/ and masks_true/ of the folder, where they exist. Throw
-  /// std::runtime_error that names what cannot be looked at, and a groundtruth.txt that is no
-  /// regular file.
+  /// @{
+  /// File or folder of the sequence, if it exists: groundtruth.txt, masks/ or masks_true/. Throws
+  /// std::runtime_error that names a path that cannot be inspected, or a groundtruth.txt that is
+  /// not a regular file.
   std::optional<std::filesystem::path> groundtruth_file() const;
   std::optional<std::filesystem::path> masks_folder() const;
   std::optional<std::filesystem::path> true_masks_folder() const;
+  /// @}
 
  private:
   std::filesystem::path folder_;

@@ -23,6 +23,7 @@ namespace detail {
 class StagedFolder;
 }
 
+/// Options of RgbdSequenceWriter.
 struct RgbdSequenceWriterOptions {
   /// Whether a sequence that an earlier RgbdSequenceWriter wrote into the folder may be replaced.
   bool overwrite = false;
@@ -32,49 +33,54 @@ struct RgbdSequenceWriterOptions {
 /// with depth also depth/, depth.txt and associations.txt, with poses groundtruth.txt. Images are
 /// named by their time, 1341846434.710184.png.
 ///
-/// The sequence appears in the folder all at once, with finish(), its lists last. Before it, and
-/// where a writer is destroyed without it, fails or is killed, the folder holds what it held. Files
-/// are collected in a hidden folder, .dynfilter-sequence-<process id>; .dynfilter-sequence.txt
+/// The sequence appears in the folder all at once, with finish(), its lists last. Until then, and
+/// if a writer is destroyed without it, fails or is killed, the folder keeps its contents. Files
+/// are collected in a hidden folder, `.dynfilter-sequence-<process id>`. `.dynfilter-sequence.txt`
 /// lists what was written, so that a later writer knows what it may replace.
 class RgbdSequenceWriter {
  public:
-  /// Makes the folder where needed. Throws std::runtime_error that names what is in the way:
-  /// camera.yaml, a list, an image in rgb/ or depth/ whose name is a time, and anything that an
-  /// earlier writer wrote. With `overwrite` that is only what no earlier writer wrote, or what was
+  /// Makes the folder if needed. Throws std::runtime_error that names a conflicting file:
+  /// camera.yaml, a list, an image in rgb/ or depth/ whose name is a time, or any file of an
+  /// earlier writer. With `overwrite`, files of an earlier writer conflict only if they were
   /// changed since. Throws std::runtime_error also while another writer is at work in the folder,
   /// and std::invalid_argument for a camera that write_camera refuses.
   RgbdSequenceWriter(const std::filesystem::path& folder, const CameraParameters& camera,
                      const RgbdSequenceWriterOptions& options = {});
+  /// Moves the writer; the source may only be destroyed or assigned to.
   RgbdSequenceWriter(RgbdSequenceWriter&&) noexcept;
+  /// Moves the writer; the source may only be destroyed or assigned to.
   RgbdSequenceWriter& operator=(RgbdSequenceWriter&&) noexcept;
   ~RgbdSequenceWriter();
 
-  /// Adds a frame whose pose is not known, all of it or nothing. Its time must be a microsecond
-  /// after the last one's at least; the image CV_8UC1 or CV_8UC3; the depth CV_16UC1 or CV_32FC1,
-  /// written in the units of the camera's DepthMapFactor (unchanged where metres_per_unit says the
-  /// same; else rounded to the nearest unit, and 0 where a 16-bit image cannot hold it), or empty
-  /// in every frame. Throws std::invalid_argument for a frame that is not so, for one whose size is
-  /// not the camera's, and after finish(), with nothing written; std::runtime_error that names the
-  /// file that cannot be written. O(pixels).
+  /// Adds a frame whose pose is not known. The frame must have
+  /// - a time at least a microsecond after the last one's;
+  /// - an image of type CV_8UC1 or CV_8UC3 and of the camera's size;
+  /// - depth of type CV_16UC1 or CV_32FC1, or none in every frame.
+  ///
+  /// Depth is written in the units of the camera's DepthMapFactor: unchanged if metres_per_unit
+  /// agrees, otherwise rounded to the nearest unit, and 0 if a 16-bit image cannot hold it.
+  ///
+  /// Throws std::invalid_argument for another frame and after finish(), and std::runtime_error that
+  /// names the file that cannot be written. A call that fails adds nothing. O(pixels).
   void add(const FrameView& frame);
 
-  /// The same, with where the camera was: a point p of the camera lies at rotation * p +
+  /// Adds a frame with the camera's pose: a point p in the camera's frame lies at rotation * p +
   /// translation (metres) in the world. Throws std::invalid_argument also for a rotation that is
   /// not orthonormal to 1e-3.
   void add(const FrameView& frame, const cv::Matx33d& rotation, const cv::Vec3d& translation);
 
-  /// Puts the sequence into the folder, in the place of an earlier one. No frame can be added
+  /// Moves the sequence into the folder and replaces an earlier one. No frame can be added
   /// afterwards; a second call does nothing. Throws std::runtime_error that names the file that
-  /// cannot be written or is in the way; the folder then holds what it held.
+  /// cannot be written or is in the way; the folder then keeps its contents.
   void finish();
 
-  /// Frames that were added.
+  /// Number of frames added.
   std::size_t size() const { return rows_.size(); }
 
  private:
   struct Row {
     std::string time;
-    std::string pose_row;  // of groundtruth.txt; empty: not known
+    std::string pose_row;  // row of groundtruth.txt; empty = unknown
   };
 
   void require_frame(const FrameView& frame) const;
@@ -83,7 +89,7 @@ class RgbdSequenceWriter {
 
   CameraParameters camera_;
   std::string camera_text_;
-  std::unique_ptr<detail::StagedFolder> staged_;  // none after finish()
+  std::unique_ptr<detail::StagedFolder> staged_;  // null after finish()
   std::list<Row> rows_;
   bool has_depth_ = false;
   std::int64_t last_time_ = 0;  // microseconds

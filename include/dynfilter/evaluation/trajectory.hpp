@@ -21,15 +21,15 @@
 
 namespace dynfilter {
 
-/// Where the camera was at a time: a point p of the camera lies at rotation * p + translation in
-/// the world. Header-only code only: Eigen's alignment depends on the flags of who compiles it.
+/// Pose of the camera at a time: a point p in the camera's frame lies at rotation * p + translation
+/// in the world. For header-only code, because Eigen's alignment depends on the compiler's flags.
 struct TimedPose {
-  double timestamp_s = 0;
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d translation = Eigen::Vector3d::Zero();  ///< metres
+  double timestamp_s = 0;                                  ///< seconds
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  ///< orthonormal
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();   ///< metres
 };
 
-/// Poses in the order of their times, which are distinct.
+/// Poses ordered by their times, which are distinct.
 using Trajectory = std::vector<TimedPose>;
 
 namespace detail {
@@ -54,23 +54,23 @@ inline std::string row_text(const TimedPose& pose, const char* component) {
 
 }  // namespace detail
 
-/// A trajectory as it was read, and what was wrong with its file.
+/// Trajectory with the flaws of its file.
 struct TrajectoryFile {
-  Trajectory trajectory;
-  TrajectoryFlaws flaws;
+  Trajectory trajectory;  ///< the usable poses
+  TrajectoryFlaws flaws;  ///< what was wrong with the file
 };
 
 /// Reads a trajectory in the format of the TUM RGB-D benchmark: rows of `timestamp tx ty tz qx qy
-/// qz qw`, seconds and metres, camera to world, scalar last; `#` comments, blank lines and CR LF
+/// qz qw`, seconds and metres, camera to world, scalar last. `#` comments, blank lines and CR LF
 /// are accepted. Quaternions are normalised.
 ///
-/// Does with flawed rows what evaluate_rpe.py of the benchmark does, and counts them: skips a row
-/// with a NaN or a zero quaternion, takes the last row of a repeated time (in whole microseconds),
-/// and puts rows whose time goes back in the order of their times.
+/// Flawed rows are treated as by the benchmark's evaluate_rpe.py, and counted: a row with a NaN or
+/// a zero quaternion is skipped, the last row of a repeated time (in whole microseconds) counts,
+/// and rows whose time goes back are sorted.
 ///
-/// Throws std::runtime_error that names file and line for a row that has not 8 columns, a value
-/// that is neither a finite number nor NaN, and a quaternion whose length is neither 0 nor 1
-/// (beyond 10 %: other columns); one that names the file for a file that cannot be read or has no
+/// Throws std::runtime_error that names file and line for a row without 8 columns, a value that is
+/// neither a finite number nor NaN, and a quaternion whose length is neither 0 nor 1 (beyond 10 %:
+/// other columns). Throws std::runtime_error that names the file if it cannot be read or has no
 /// usable row. O(n log n).
 inline TrajectoryFile read_trajectory_file(const std::filesystem::path& path) {
   const detail::TrajectoryRows read = detail::read_trajectory_rows(path);
@@ -83,16 +83,17 @@ inline TrajectoryFile read_trajectory_file(const std::filesystem::path& path) {
   return file;
 }
 
-/// Reads a trajectory as read_trajectory_file does, for callers who do not ask for its flaws.
+/// Reads a trajectory like read_trajectory_file, without its flaws.
 inline Trajectory read_trajectory(const std::filesystem::path& path) {
   return read_trajectory_file(path).trajectory;
 }
 
-/// Writes a trajectory in this format: times with 6 decimals, positions with 7, quaternions
-/// with 9 and a scalar that is not negative, no comment, no trailing blank. Replaces a file that
-/// exists. Throws std::invalid_argument for a pose that is not finite, a rotation that is not
-/// orthonormal to 1e-3, and times that do not increase by a microsecond at least, before the file
-/// is touched; std::runtime_error that names the file when it cannot be written.
+/// Writes a trajectory in this format: times with 6 decimals, positions with 7, quaternions with 9
+/// and a scalar that is not negative, no comment, no trailing blank. Replaces an existing file.
+///
+/// Throws std::invalid_argument, before the file is touched, for a pose that is not finite, a
+/// rotation that is not orthonormal to 1e-3, and times that do not increase by at least a
+/// microsecond. Throws std::runtime_error that names the file if it cannot be written.
 inline void write_trajectory(const std::filesystem::path& path, const Trajectory& trajectory) {
   std::vector<std::string> rows;
   rows.reserve(trajectory.size());

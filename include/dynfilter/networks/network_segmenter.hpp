@@ -22,62 +22,70 @@ namespace detail {
 struct LoadedNetwork;
 }
 
-/// What all networks have in common. What is not set is the usual value of the network's kind.
+/// Options of all networks. An unset option has the usual value of the network's kind.
 struct NetworkOptions {
-  /// The classes whose instances are wanted; empty = all. The filter has its own list of dynamic
-  /// classes, and instances of others are evidence too: leave this empty unless time is short.
+  /// Classes whose instances are returned; empty = all. The filter has its own list of dynamic
+  /// classes and uses instances of other classes as evidence, so leave this empty unless time is
+  /// short.
   std::vector<int> classes;
-  /// Instances have a higher score. YOLO 0.25, YOLACT 0.15.
+  /// Score that instances must exceed. Default: YOLO 0.25, YOLACT 0.15.
   std::optional<float> score_threshold;
-  /// Of two boxes of one class that overlap by more, intersection over union, the one of lower
-  /// score is left out. YOLO 0.7, YOLACT 0.5. Without effect where the network does it itself.
+  /// Overlap, intersection over union, above which the lower-scored of two boxes of one class is
+  /// dropped. Default: YOLO 0.7, YOLACT 0.5. No effect on networks that suppress overlaps
+  /// themselves.
   std::optional<float> iou_threshold;
-  /// The best so many are kept. YOLO 300, YOLACT 100.
+  /// Largest number of instances; the best are kept. Default: YOLO 300, YOLACT 100.
   std::optional<int> max_instances;
-  /// In the order of the classes. Empty = those in the model's file (metadata `names`, as
+  /// Names of the classes, in order. Empty = the names in the model's file (metadata `names`, as
   /// Ultralytics writes them), else COCO's if there are 80 classes, else none.
   std::vector<std::string> class_names;
-  /// Width and height of the network's input, for a model that leaves them open; others have their
-  /// own, and a size that differs from it is refused.
+  /// Width and height of the network's input, for a model that leaves them open. A model with a
+  /// fixed size refuses another one.
   cv::Size input_size;
-  /// The camera's roll in a frame, in radians: by how much the camera was turned clockwise about
-  /// the direction of its view, seen from behind it. With the direction of gravity (x, y, z) in the
-  /// camera's axes (x right, y down) it is atan2(x, y). The image is turned upright before the
-  /// network sees it, and boxes and masks are turned back: networks know few people who lie on the
-  /// ceiling. Empty = images are taken as they are. Called by the thread that calls segment().
+  /// Function that returns the camera's roll in a frame, radians: its clockwise rotation about the
+  /// viewing direction, seen from behind the camera. With the direction of gravity (x, y, z) in the
+  /// camera's axes (x right, y down) it is atan2(x, y).
+  ///
+  /// The image is rotated upright for the network, and boxes and masks are rotated back, because
+  /// networks recognise few people who appear sideways or upside down. Empty = images are used as
+  /// they are. The thread that calls segment() calls it.
   std::function<double(const FrameView&)> roll_rad;
 };
 
-/// A network from an ONNX file as a segmenter, run by OpenCV's dnn module on the CPU. Made by
+/// Segmenter that runs a network from an ONNX file by OpenCV's dnn module on the CPU. Made by
 /// make_network_segmenter, YoloSegmenter or YolactSegmenter.
 ///
-/// Instances are sorted by score, the highest first. Boxes are clipped to the image: the smallest
-/// rectangle of whole pixels that holds the network's box, or that box turned back. Masks have at
-/// least one pixel, may reach a few pixels beyond the box (YOLACT), and are cut out: mask_origin
-/// says where they lie. What has no pixel in the image is no instance. track_id is never set.
+/// Instances are sorted by score, the highest first. A box is the smallest rectangle of whole
+/// pixels that holds the network's box (rotated back), clipped to the image. A mask has at least
+/// one pixel and may reach a few pixels beyond the box (YOLACT); only its bounding rectangle is
+/// stored, at mask_origin. Detections without a pixel in the image are dropped. track_id is never
+/// set.
 ///
 /// segment() throws std::invalid_argument for a frame without an 8-bit grey or BGR image, and for a
-/// roll that is not finite; std::runtime_error that names the model where the network fails or puts
-/// out what cannot be scores. The frame's image is left as it is.
+/// roll that is not finite. It throws std::runtime_error that names the model if the network fails
+/// or its output cannot be scores. The frame's image is not changed.
 ///
-/// One object serves one thread at a time, for the network's memory is its own; several objects may
-/// run at once. The threads are OpenCV's (cv::setNumThreads).
+/// One object serves one thread at a time, because the network's memory is its own; several objects
+/// may run at once. The threads are OpenCV's (cv::setNumThreads).
 class NetworkSegmenter : public Segmenter {
  public:
   ~NetworkSegmenter() override;
+  /// Moves the network; the source may only be destroyed or assigned to.
   NetworkSegmenter(NetworkSegmenter&&) noexcept;
+  /// Moves the network; the source may only be destroyed or assigned to.
   NetworkSegmenter& operator=(NetworkSegmenter&&) noexcept;
 
-  /// The names of the classes, by class_id; empty where they are not known.
+  /// Names of the classes, by class_id; empty if they are not known.
   const std::vector<std::string>& class_names() const;
 
-  /// The class of that name, if there is one.
+  /// Returns the class with this name, if there is one.
   std::optional<int> class_id(const std::string& name) const;
 
-  /// Width and height that images are brought to before the network sees them.
+  /// Width and height of the network's input; images are resized to it.
   cv::Size input_size() const;
 
  protected:
+  /// Takes a loaded network, for the classes of this component.
   explicit NetworkSegmenter(std::unique_ptr<detail::LoadedNetwork> network);
 
  private:
@@ -89,15 +97,15 @@ class NetworkSegmenter : public Segmenter {
   std::unique_ptr<detail::LoadedNetwork> network_;
 };
 
-/// Loads a model and looks at its inputs and outputs to see what it is: YOLOv8-seg or YOLO11-seg
-/// (see YoloSegmenter), YOLACT or YOLACT++ (see YolactSegmenter). It is run once, so that what it
-/// cannot do shows here, and the first frame does not wait.
+/// Loads a model and recognises its kind by its inputs and outputs: YOLOv8-seg or YOLO11-seg (see
+/// YoloSegmenter), YOLACT or YOLACT++ (see YolactSegmenter). Runs it once, so that errors show here
+/// and the first frame does not wait.
 ///
-/// Throws std::runtime_error that names the file for one that is missing, truncated or no ONNX
-/// model, keeps its weights in another file, has an operator that this OpenCV lacks, more than one
-/// input, or outputs that are none of those; where a newer OpenCV or examples/cut_yolo_heads.py
-/// would help, it says so. Throws std::invalid_argument for options out of range. OpenCV logs what
-/// fails in it to the standard error, too.
+/// Throws std::runtime_error that names the file if it is missing, truncated or not an ONNX model,
+/// keeps its weights in another file, has an operator that this OpenCV lacks, more than one input,
+/// or outputs of no known kind. The message says so if a newer OpenCV or examples/cut_yolo_heads.py
+/// would help. Throws std::invalid_argument for options out of range. OpenCV also logs its own
+/// failures to the standard error.
 std::unique_ptr<NetworkSegmenter> make_network_segmenter(const std::filesystem::path& model,
                                                          const NetworkOptions& options = {});
 

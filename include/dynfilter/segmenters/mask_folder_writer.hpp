@@ -21,6 +21,7 @@ namespace detail {
 class StagedFolder;
 }
 
+/// Options of MaskFolderWriter.
 struct MaskFolderWriterOptions {
   /// Whether masks that an earlier MaskFolderWriter wrote into the folder may be replaced.
   bool overwrite = false;
@@ -29,51 +30,54 @@ struct MaskFolderWriterOptions {
 /// Writes segmentations as label maps with an instances.csv: the first format that
 /// MaskFolderSegmenter reads. Instance i of a segmentation is label i+1.
 ///
-/// A label map has one label a pixel: where masks overlap, the pixel is that of the instance with
-/// the lowest index. Parts of a mask outside the image are cut off; boxes are written as they are;
-/// scores have 6 decimals; track_id is not written.
+/// A label map has one label per pixel: where masks overlap, the instance with the lowest index
+/// gets the pixel. Parts of a mask outside the image are cut off, boxes are written unchanged,
+/// scores have 6 decimals, and track_id is not written.
 ///
-/// The masks appear in the folder all together, with finish(). Before it, and where a writer is
-/// destroyed without it, fails or is killed, the folder holds what it held. Files are collected in
-/// a hidden folder, .dynfilter-masks-<process id>; .dynfilter-masks.txt lists what was written, so
-/// that a later writer knows what it may replace.
+/// The masks appear in the folder all together, with finish(). Until then, and if a writer is
+/// destroyed without it, fails or is killed, the folder keeps its contents. Files are collected in
+/// a hidden folder, `.dynfilter-masks-<process id>`. `.dynfilter-masks.txt` lists what was written,
+/// so that a later writer knows what it may replace.
 class MaskFolderWriter {
  public:
-  /// Makes the folder where needed. Throws std::runtime_error that names what is in the way: a file
-  /// instances.csv, a PNG file whose name is a time, and anything that an earlier writer wrote.
-  /// With `overwrite` that is only what no earlier writer wrote, or what was changed since. Throws
+  /// Makes the folder if needed. Throws std::runtime_error that names a conflicting file: a file
+  /// instances.csv, a PNG file whose name is a time, or any file of an earlier writer. With
+  /// `overwrite`, files of an earlier writer conflict only if they were changed since. Throws
   /// std::runtime_error also while another writer is at work in the folder.
   explicit MaskFolderWriter(const std::filesystem::path& folder,
                             const MaskFolderWriterOptions& options = {});
+  /// Moves the writer; the source may only be destroyed or assigned to.
   MaskFolderWriter(MaskFolderWriter&&) noexcept;
+  /// Moves the writer; the source may only be destroyed or assigned to.
   MaskFolderWriter& operator=(MaskFolderWriter&&) noexcept;
   ~MaskFolderWriter();
 
-  /// Adds <timestamp_s with 6 decimals>.png, 8 bits, or 16 where there are more than 255
-  /// instances, and their rows. All or nothing: what failed can be added again. Throws
-  /// std::invalid_argument for a segmentation that is malformed (see validate), has no image size
-  /// or more than 65535 instances, whose time was written before, and after finish(), with nothing
-  /// written; std::runtime_error that names the file that cannot be written. O(pixels + area of the
+  /// Adds a frame's masks as `<timestamp_s with 6 decimals>.png`, and their rows. The file has 8
+  /// bits, or 16 for more than 255 instances. A call that fails adds nothing and can be repeated.
+  ///
+  /// Throws std::invalid_argument for a segmentation that is malformed (see validate), has no image
+  /// size or more than 65535 instances, for a time that was added before, and after finish().
+  /// Throws std::runtime_error that names the file that cannot be written. O(pixels + area of the
   /// masks).
   void add(const Segmentation& segmentation);
 
-  /// The same under the name of the frame's image without folder and extension:
-  /// RgbdSequenceEntry::stem. Throws std::invalid_argument also for a stem that is no time in
-  /// seconds, and for one more than 1 ms from timestamp_s, under which MaskFolderSegmenter would
-  /// not find the frame's mask.
+  /// Adds a frame's masks under the name of its image without folder and extension:
+  /// RgbdSequenceEntry::stem. Throws std::invalid_argument also for a stem that is not a time in
+  /// seconds, and for one more than 1 ms from timestamp_s, where MaskFolderSegmenter would not find
+  /// the mask.
   void add(const Segmentation& segmentation, const std::string& stem);
 
-  /// Puts the masks into the folder, in the place of earlier ones. No frame can be added
-  /// afterwards; a second call does nothing. Throws std::runtime_error that names the file that
-  /// cannot be written or is in the way; the folder then holds what it held.
+  /// Moves the masks into the folder and replaces earlier ones. No frame can be added afterwards; a
+  /// second call does nothing. Throws std::runtime_error that names the file that cannot be written
+  /// or is in the way; the folder then keeps its contents.
   void finish();
 
-  /// Frames that were added.
+  /// Number of frames added.
   std::size_t size() const { return times_.size(); }
 
  private:
-  std::unique_ptr<detail::StagedFolder> staged_;  // none after finish()
-  std::list<std::string> rows_;                   // of instances.csv, of a frame each
+  std::unique_ptr<detail::StagedFolder> staged_;  // null after finish()
+  std::list<std::string> rows_;                   // rows of instances.csv, one string per frame
   std::set<std::int64_t> times_;                  // microseconds
 };
 

@@ -16,55 +16,58 @@ namespace detail {
 class RemoteChannel;
 }
 
+/// Options of RemoteSegmenter.
 struct RemoteSegmenterOptions {
-  /// The longest that a call of segment() waits for the other side: connecting, sending and
-  /// receiving together. Above 0, at most 3600.
+  /// Longest duration of a call of segment(), seconds: connecting, sending and receiving together.
+  /// Above 0, at most 3600.
   double timeout_s = 1.0;
-  /// While nobody listens: how long to wait before another attempt to connect, within `timeout_s`.
-  /// 0 = the call fails at once, which suits a tracker; a program that can wait for its masks to
-  /// start asks for 0.1 or so.
+  /// Pause before another attempt to connect while nobody listens, seconds, within `timeout_s`. 0 =
+  /// the call fails at once, which suits a tracker; a program that can wait for its masks may use
+  /// 0.1.
   double retry_interval_s = 0;
-  /// Whether the other side gets the depth image too, where the frame has one.
+  /// Whether the depth image is sent too, if the frame has one.
   bool send_depth = false;
-  /// A reply that has not come after this time is lost: the next call connects anew. Until then
-  /// the other side, which may be loading its network, is sent no other frame. At least 0.
+  /// Age at which a missing reply is lost, seconds, at least 0: the next call then connects anew.
+  /// Until then the server, which may be loading its network, gets no other frame.
   double lost_after_s = 60;
 };
 
-/// Takes the instances of a frame from another process on this machine, in which any network in any
-/// language may run: the frame goes through a Unix domain socket, the instances come back. The
-/// other side listens; examples/remote_masks is one in Python, and its README.md states the
-/// protocol, for others. Linux only: elsewhere the library is built without it.
+/// Gets the instances of a frame from another process on this machine, which may run any network in
+/// any language. The frame goes through a Unix domain socket, and the instances come back. The
+/// other process is the server and listens; examples/remote_masks is one in Python, and its
+/// README.md defines the protocol. Linux only; on other systems the library is built without it.
 ///
-/// Either side may start first, die and come back. The first call connects; one that finds the
-/// earlier connection closed connects anew; one that fails leaves the segmenter fit for the next.
+/// Either side may start first, die and come back. The first call connects, a call that finds the
+/// connection closed connects anew, and a call that fails leaves the segmenter usable.
 ///
-/// No call takes longer than `timeout_s`, apart from the time for copying what has arrived. The
-/// other side works on one frame at a time and is not sent another before it has answered. Where
-/// its reply is late, the following call waits for it, within its own `timeout_s`, leaves it, and
-/// sends its own frame. So a network that is slower than `timeout_s` never answers in time: give it
-/// more time and run it beside tracking.
+/// No call takes longer than `timeout_s`, apart from the time for copying the data that arrived.
+/// The server works on one frame at a time and gets no other before it has answered. If its reply
+/// is late, the following call waits for it, within its own `timeout_s`, discards it, and sends its
+/// own frame. So a network that is slower than `timeout_s` never answers in time: allow it more
+/// time and run it beside tracking.
 ///
-/// Who may talk: the process that listens must be of the same user (SO_PEERCRED).
+/// The server must run as the same user (SO_PEERCRED).
 ///
-/// segment() throws std::runtime_error that starts with the path of the socket and says why, if
-/// nobody listens, time is up, the connection is lost, the other side reports an error of its own,
-/// or its reply is malformed, of another frame or image size, or beyond the limits of the protocol
-/// (1000 instances, masks inside the image, 64 MiB). It throws std::invalid_argument for a frame
-/// without an image, and for one that is neither CV_8UC1 nor CV_8UC3 or has a side above 16384 or
-/// more than 2^25 pixels. Memory for a reply grows with what has arrived, not with what is
-/// announced. No signal is raised (SIGPIPE) and none ends a call early.
+/// segment() throws std::runtime_error that begins with the path of the socket and states the
+/// reason, if nobody listens, time is up, the connection is lost, the server reports an error, or
+/// its reply is malformed, belongs to another frame or image size, or exceeds the limits of the
+/// protocol (1000 instances, masks inside the image, 64 MiB). It throws std::invalid_argument for a
+/// frame without an image, for one that is neither CV_8UC1 nor CV_8UC3, and for one with a side
+/// above 16384 or more than 2^25 pixels. Memory for a reply grows with the data that arrived, not
+/// with its announced size. No signal (SIGPIPE) is raised, and none ends a call early.
 ///
-/// One thread at a time may use a segmenter. Between fork() and exec() only one of the processes.
+/// One thread at a time may use a segmenter; between fork() and exec(), only one of the processes.
 class RemoteSegmenter final : public Segmenter {
  public:
-  /// Connects to nobody yet. Throws std::invalid_argument for options out of range and for a path
-  /// that is empty or longer than a socket's may be (107 bytes).
+  /// Takes the path and the options; connects later. Throws std::invalid_argument for options out
+  /// of range and for a path that is empty or longer than a socket's may be (107 bytes).
   explicit RemoteSegmenter(const std::filesystem::path& socket_path,
                            const RemoteSegmenterOptions& options = {});
+  /// Moves the connection; the source may only be destroyed or assigned to.
   RemoteSegmenter(RemoteSegmenter&&) noexcept;
+  /// Moves the connection; the source may only be destroyed or assigned to.
   RemoteSegmenter& operator=(RemoteSegmenter&&) noexcept;
-  /// Closes the connection, whatever was under way.
+  /// Closes the connection, even during a request.
   ~RemoteSegmenter() override;
 
  private:

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// The code of one pixel, in plain C++, and what the kernels for others have in common with it.
+// Portable code of one pixel, and the helpers that all kernels share.
 
 #ifndef DYNFILTER_DETAIL_KERNELS_DEPTH_BITS_HPP
 #define DYNFILTER_DETAIL_KERNELS_DEPTH_BITS_HPP
@@ -16,8 +16,8 @@
 
 namespace dynfilter::detail {
 
-/// An unsigned integer of a depth's own bits. "No depth" is 0 or at least `first_beyond`: positive
-/// floats sort like their bits; infinity and NaN stand above, negative ones above those.
+/// Bits of a depth as an unsigned integer. "No depth" is 0 or at least `first_beyond`: positive
+/// floats sort like their bits, infinity and NaN lie above them, and negative floats above those.
 template <class Depth>
 struct DepthBits;
 
@@ -41,7 +41,7 @@ typename DepthBits<Depth>::Type depth_bits(Depth depth) {
   return bits;
 }
 
-/// Whether bits are those of a depth: it is not 0, negative, NaN or infinite.
+/// Whether these bits are a valid depth: not 0, negative, NaN or infinite.
 template <class Depth>
 bool are_of_depth(std::uint32_t bits) {
   return bits - 1 < DepthBits<Depth>::first_beyond - 1;
@@ -52,9 +52,9 @@ bool has_depth(Depth depth) {
   return are_of_depth<Depth>(depth_bits(depth));
 }
 
-/// What to add to the bits of a depth, modulo their width, so that as unsigned integers depths keep
-/// their order and all that is no depth stands below every one of them (which is what a neighbour
-/// without depth counts as), or above.
+/// Returns the bias to add to the bits of a depth, modulo their width. Biased depths keep their
+/// order as unsigned integers, and all values of "no depth" lie below every depth or above every
+/// depth, as a neighbour without depth shall count.
 template <class Depth>
 constexpr typename DepthBits<Depth>::Type depth_bias(bool missing_is_farther) {
   using Bits = typename DepthBits<Depth>::Type;
@@ -62,7 +62,7 @@ constexpr typename DepthBits<Depth>::Type depth_bias(bool missing_is_farther) {
                             : static_cast<Bits>(0U - DepthBits<Depth>::first_beyond);
 }
 
-/// Three neighbouring rows of a depth image.
+/// Three adjacent rows of a depth image.
 template <class Depth>
 struct DepthRows {
   const Depth* upper;
@@ -70,7 +70,7 @@ struct DepthRows {
   const Depth* lower;
 };
 
-/// The code of a pixel that has depth, with bit k for neighbour k clockwise from the top-left one.
+/// Returns the code of a pixel with depth; bit k is neighbour k, clockwise from the top-left one.
 template <class Depth>
 [[gnu::always_inline]] inline std::uint8_t clockwise_code(const DepthRows<Depth>& rows,
                                                           std::ptrdiff_t x,
@@ -78,7 +78,7 @@ template <class Depth>
   using Bits = typename DepthBits<Depth>::Type;
   const auto biased = [bias](Depth depth) { return static_cast<Bits>(depth_bits(depth) + bias); };
   const Bits centre = biased(rows.middle[x]);
-  // A shift and no choice of values, so that no branch hangs on depths, which nobody can foresee.
+  // A shift instead of a condition, because depths are unpredictable for branches.
   const auto bit = [&](Depth neighbour, unsigned position) {
     return static_cast<unsigned>(biased(neighbour) > centre) << position;
   };

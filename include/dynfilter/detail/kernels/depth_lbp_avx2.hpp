@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Dense D-LBP with AVX2, 32 pixels at a time: comparisons, which there are of signed integers only,
-// are packed to a byte a pixel before a bit of the code is taken from them. Written with intrinsics
-// since compilers make of the same in plain C++ something from 1.1 to 150 times slower.
+// Dense D-LBP with AVX2, 32 pixels at a time. AVX2 compares signed integers only; the results are
+// packed to one byte per pixel before each gives its bit of the code. Intrinsics, because compilers
+// make the plain C++ version 1.1 to 150 times slower.
 
 #ifndef DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_AVX2_HPP
 #define DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_AVX2_HPP
@@ -25,8 +25,8 @@
 
 namespace dynfilter::detail {
 
-/// What depends on the type of depth. Packing works within halves of a register, so the bytes of a
-/// mask are out of order until `in_order`.
+/// Operations that depend on the type of depth. Packing works within halves of a register, so the
+/// bytes of a mask are out of order until `in_order`.
 template <class Depth>
 struct Avx2;
 
@@ -98,7 +98,7 @@ class DepthLbpAvx2 {
     }
   }
 
-  /// The codes of 32 pixels.
+  /// Computes the codes of 32 pixels.
   DYNFILTER_AVX2_INLINE void operator()(const Depth* from, std::ptrdiff_t stride,
                                         std::uint8_t* to) const {
     const Depth* upper = from - stride;
@@ -129,7 +129,7 @@ class DepthLbpAvx2 {
   __m256i weights_[8];
 };
 
-/// The strip must have 32 columns at least; the last block overlaps the one before.
+/// Computes the codes of a strip of at least 32 columns. The last block overlaps the one before.
 template <class Depth>
 [[DYNFILTER_AVX2]] void depth_lbp_avx2(const DepthLbpStrip<Depth>& strip,
                                        const DepthLbpRule<Depth>& rule) {

@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Dense D-LBP with AVX-512: a comparison yields a mask of one bit a pixel. The eight masks of 64
-// pixels are a matrix of bits whose columns are the codes, and GFNI transposes it in one
-// instruction. What is left is the comparisons, of which these processors do one a cycle, and the
-// loads, most of which cross a cache line. So one goes down columns of pixels, where each load
-// serves three rows of codes. Written with intrinsics since compilers make of the same in plain C++
-// something from 1.3 to 150 times slower, depending on which and on its options.
+// Dense D-LBP with AVX-512. A comparison yields a mask of one bit per pixel. The eight masks of 64
+// pixels are a bit matrix whose columns are the codes, and GFNI transposes it in one instruction.
+// The remaining cost is the comparisons, one per cycle on these processors, and the loads, most of
+// which cross a cache line. So the kernel walks down columns of pixels, where each load serves
+// three rows of codes. Intrinsics, because compilers make the plain C++ version 1.3 to 150 times
+// slower, depending on compiler and options.
 
 #ifndef DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_AVX512_HPP
 #define DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_AVX512_HPP
@@ -31,7 +31,7 @@
 
 namespace dynfilter::detail {
 
-/// What depends on the type of depth.
+/// Operations that depend on the type of depth.
 template <class Depth>
 struct Avx512;
 
@@ -63,7 +63,7 @@ struct Avx512<float> {
   }
 };
 
-/// A bias of 0 need not be added.
+/// Kernel for one type of depth; without a bias the addition is left out.
 template <class Depth, bool has_bias>
 class DepthLbpAvx512 {
  public:
@@ -73,7 +73,7 @@ class DepthLbpAvx512 {
       : bias_(Set::broadcast(rule.bias)),
         unbias_(Set::broadcast(rule.unbias())),
         depths_(Set::broadcast(rule.depths)) {
-    // Row 7 - b of a bit matrix makes bit b of its columns.
+    // Row 7 - b of a bit matrix becomes bit b of its columns.
     alignas(64) std::uint8_t order[64];
     for (std::size_t group = 0; group < 8; ++group) {
       for (std::size_t k = 0; k < 8; ++k) {
@@ -83,9 +83,9 @@ class DepthLbpAvx512 {
     order_ = _mm512_load_si512(order);
   }
 
-  /// How many rows to do together: of more rows fewer are loaded twice. But addresses that are
-  /// multiples of 4096 bytes apart share a few places in the first cache, and of rows that are long
-  /// the processor does not foresee in time what many at once need from the last cache.
+  /// Returns the number of rows to process together. With more rows, fewer are loaded twice. But
+  /// addresses that are multiples of 4096 bytes apart share a few places in the first-level cache,
+  /// and with long rows the prefetcher cannot keep up with many rows at once.
   static std::ptrdiff_t rows_together(std::ptrdiff_t stride) {
     const std::ptrdiff_t bytes = stride * static_cast<std::ptrdiff_t>(sizeof(Depth));
     if (bytes > 5120) return min_rows;
@@ -93,7 +93,7 @@ class DepthLbpAvx512 {
     return std::clamp(without_conflict, min_rows, max_rows);
   }
 
-  /// The codes of one or more rows, at most as many as can be done together.
+  /// Computes the codes of one or more rows, at most `rows_together`.
   DYNFILTER_AVX512_INLINE void operator()(const DepthLbpStrip<Depth>& strip, std::ptrdiff_t y,
                                           std::ptrdiff_t count) const {
     const Depth* from = strip.depth + y * strip.depth_stride;
@@ -115,8 +115,8 @@ class DepthLbpAvx512 {
   static constexpr std::ptrdiff_t lanes = columns / static_cast<std::ptrdiff_t>(sizeof(Depth));
   static constexpr std::ptrdiff_t min_rows = 4, max_rows = 24;
 
-  /// Blocks that cover a row: the first and the last overlap others, so that these, which are all
-  /// the rest, are stored within a cache line.
+  /// Blocks that cover a row. The first and the last overlap others, so that all others are stored
+  /// within a cache line.
   struct Blocks {
     std::ptrdiff_t second, last, count;
 
@@ -135,20 +135,20 @@ class DepthLbpAvx512 {
     std::ptrdiff_t depth_stride, codes_stride, count;
   };
 
-  /// Of 64 pixels: which neighbours are farther, clockwise.
+  /// Masks of 64 pixels: which neighbours are farther, clockwise.
   struct Masks {
     std::uint8_t farther[8][8];
   };
 
-  /// Where one is on the way down a column that is as wide as what is compared at a time.
+  /// Position on the way down a column, which is as wide as one comparison.
   struct Column {
     const Depth* from;
     Masks* masks;
-    std::ptrdiff_t byte;         ///< of the masks
-    std::uint8_t* codes_before;  ///< of the pixels that the masks were of until now, if any
+    std::ptrdiff_t byte;         ///< offset in the masks
+    std::uint8_t* codes_before;  ///< codes of the pixels whose masks are replaced, if any
   };
 
-  /// The depths of a row, biased, each beside its neighbours.
+  /// Biased depths of a row, each next to its neighbours.
   struct Row {
     __m512i left, middle, right;
   };
@@ -163,15 +163,16 @@ class DepthLbpAvx512 {
     return {load(from - 1), load(from), load(from + 1)};
   }
 
-  /// The depths of pixels, with the highest number for no depth, than which nothing is farther.
+  /// Returns the depths of pixels, with the highest number for "no depth", so that no neighbour is
+  /// farther.
   DYNFILTER_AVX512_INLINE __m512i centres(__m512i depths) const {
     if constexpr (std::is_same<Depth, float>::value) {
       const auto has_depth = _mm512_cmpgt_epu32_mask(depths_, _mm512_add_epi32(depths, unbias_));
       return _mm512_mask_mov_epi32(_mm512_set1_epi32(-1), has_depth, depths);
     } else if constexpr (has_bias) {
-      return depths;  // the bias has taken 0 there
+      return depths;  // the bias has moved 0 there
     } else {
-      const __m512i one = _mm512_set1_epi16(1);  // 0 less 1 is the highest number
+      const __m512i one = _mm512_set1_epi16(1);  // 0 - 1 is the highest number
       return _mm512_max_epu16(depths, _mm512_sub_epi16(depths, one));
     }
   }
@@ -193,9 +194,9 @@ class DepthLbpAvx512 {
     store(masks.farther[7] + byte, Set::greater(middle.left, centre));
   }
 
-  /// The masks of a block in all rows. What they were until now become the codes of the block
-  /// before, row by row in between: so the masks were stored long before they are loaded, and a
-  /// load that follows several smaller stores to the same place would have to wait for them.
+  /// Computes the masks of a block in all rows, and turns the previous masks into the codes of the
+  /// previous block, row by row in between. So masks are stored long before they are loaded; a load
+  /// right after several smaller stores to the same place would have to wait for them.
   DYNFILTER_AVX512_INLINE void compare_block(const Depth* from, const Rows& rows, Masks* masks,
                                              std::uint8_t* codes_before) const {
     compare_column({from, masks, 0, codes_before}, rows);
@@ -222,7 +223,7 @@ class DepthLbpAvx512 {
 
   DYNFILTER_AVX512_INLINE void compare_row(const Row& upper, const Row& middle, const Row& lower,
                                            Column& at, const Rows& rows) const {
-    // What this column of the next block starts with.
+    // Start of this column in the next block.
     _mm_prefetch(reinterpret_cast<const char*>(at.from + columns), _MM_HINT_T0);
     if (at.codes_before != nullptr) {
       store_codes(*at.masks, at.codes_before);
@@ -241,7 +242,7 @@ class DepthLbpAvx512 {
   __m512i bias_, unbias_, depths_, order_;
 };
 
-/// Band by band of rows.
+/// Computes the codes of a strip in bands of rows.
 template <class Depth, bool has_bias>
 [[DYNFILTER_AVX512]] void depth_lbp_avx512_downwards(const DepthLbpStrip<Depth>& strip,
                                                      const DepthLbpRule<Depth>& rule,
@@ -252,11 +253,11 @@ template <class Depth, bool has_bias>
   }
 }
 
-/// The strip must have 64 columns at least; the last block overlaps the one before. The upper half
-/// is done downwards and the lower half upwards: processors fetch beforehand what lies on the way,
-/// some fifty rows of it, and so that stays in the strip. What lies beyond may be what another
-/// thread is writing, such as the codes, where they come behind the depths in memory; fetching it
-/// took two threads, each with half an image, a fifth more time.
+/// Computes the codes of a strip of at least 64 columns. The last block overlaps the one before.
+/// The upper half is processed downwards and the lower half upwards, because processors prefetch
+/// some fifty rows ahead, and so they stay inside the strip. Rows beyond it may be memory that
+/// another thread is writing, such as codes that follow the depths in memory; prefetching those
+/// made two threads, each with half an image, a fifth slower.
 template <class Depth, bool has_bias>
 void depth_lbp_avx512(const DepthLbpStrip<Depth>& strip, const DepthLbpRule<Depth>& rule) {
   const std::ptrdiff_t band = DepthLbpAvx512<Depth, has_bias>::rows_together(strip.depth_stride);

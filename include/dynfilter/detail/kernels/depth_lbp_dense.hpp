@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Dense D-LBP by the best instructions of the processor that the program runs on, whatever it was
+// Dense D-LBP with the best instruction set of the processor that runs the program, whatever it was
 // compiled for.
 
 #ifndef DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_DENSE_HPP
@@ -26,8 +26,8 @@
 
 namespace dynfilter::detail {
 
-/// The codes of a strip. One that is narrower than what a set does at a time is done by a lower
-/// set.
+/// Computes the codes of a strip. A strip narrower than the block of an instruction set uses a
+/// lower set.
 template <class Depth>
 void depth_lbp(const DepthLbpStrip<Depth>& strip, const DepthLbpRule<Depth>& rule,
                [[maybe_unused]] InstructionSet best) {
@@ -51,7 +51,7 @@ void depth_lbp(const DepthLbpStrip<Depth>& strip, const DepthLbpRule<Depth>& rul
   depth_lbp_portable(strip, rule);
 }
 
-/// The codes of a region of the image, which must lie in it: 0 on the border.
+/// Computes the codes of a region, which must lie in the image: 0 on the border.
 template <class Depth>
 void dense_depth_lbp(const cv::Mat& depth, const cv::Rect& region, const DepthLbpRule<Depth>& rule,
                      InstructionSet best, cv::Mat& codes) {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Dense D-LBP with SSE2, which every x86-64 processor has, 16 pixels at a time: as
-// depth_lbp_avx2.hpp does it, in registers of half the width.
+// Dense D-LBP with SSE2, which every x86-64 processor has, 16 pixels at a time. Works like
+// depth_lbp_avx2.hpp in registers of half the width.
 
 #ifndef DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_SSE2_HPP
 #define DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_SSE2_HPP
@@ -21,7 +21,7 @@
 
 namespace dynfilter::detail {
 
-/// What depends on the type of depth.
+/// Operations that depend on the type of depth.
 template <class Depth>
 struct Sse2;
 
@@ -84,7 +84,7 @@ class DepthLbpSse2 {
     }
   }
 
-  /// The codes of 16 pixels.
+  /// Computes the codes of 16 pixels.
   void operator()(const Depth* from, std::ptrdiff_t stride, std::uint8_t* to) const {
     const Depth* upper = from - stride;
     const Depth* lower = from + stride;
@@ -112,7 +112,7 @@ class DepthLbpSse2 {
   __m128i weights_[8];
 };
 
-/// The strip must have 16 columns at least; the last block overlaps the one before.
+/// Computes the codes of a strip of at least 16 columns. The last block overlaps the one before.
 template <class Depth>
 void depth_lbp_sse2(const DepthLbpStrip<Depth>& strip, const DepthLbpRule<Depth>& rule) {
   using Kernel = DepthLbpSse2<Depth>;

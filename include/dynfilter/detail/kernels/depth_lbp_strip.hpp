@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// What a kernel for dense D-LBP gets, and the kernel in plain C++.
+// Input of the kernels for dense D-LBP, and the kernel in plain C++.
 
 #ifndef DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_STRIP_HPP
 #define DYNFILTER_DETAIL_KERNELS_DEPTH_LBP_STRIP_HPP
@@ -16,7 +16,7 @@
 
 namespace dynfilter::detail {
 
-/// Pixels that have all eight neighbours, in rows one below the other, and where their codes go.
+/// Pixels that all have eight neighbours, in adjacent rows, and the destination of their codes.
 /// Strides are in elements.
 template <class Depth>
 struct DepthLbpStrip {
@@ -32,27 +32,27 @@ template <class Depth>
 struct DepthLbpRule {
   using Bits = typename DepthBits<Depth>::Type;
 
-  std::array<std::uint8_t, 8> bits;  ///< of the neighbours clockwise from the top-left one
+  std::array<std::uint8_t, 8> bits;  ///< bits of the neighbours, clockwise from the top-left one
   Bits bias;                         ///< see depth_bias
 
-  /// What takes the bias away again, and 1 besides: depths are then what is below `depths`.
+  /// Number that removes the bias and subtracts 1: valid depths then lie below `depths`.
   Bits unbias() const { return static_cast<Bits>(~bias); }
   static constexpr Bits depths = static_cast<Bits>(DepthBits<Depth>::first_beyond - 1);
 
-  /// The same for comparisons of signed integers.
+  /// Number that maps unsigned to signed order, for signed comparisons.
   static constexpr Bits sign = static_cast<Bits>(Bits{1} << (8 * sizeof(Bits) - 1));
   static constexpr Bits signed_depths = static_cast<Bits>(depths ^ sign);
   Bits signed_bias() const { return static_cast<Bits>(bias ^ sign); }
 };
 
-/// The first rows of a strip.
+/// Returns the first rows of a strip.
 template <class Depth>
 DepthLbpStrip<Depth> upper_part(DepthLbpStrip<Depth> strip, std::ptrdiff_t rows) {
   strip.rows = rows;
   return strip;
 }
 
-/// What is below them.
+/// Returns the part of a strip below its first rows.
 template <class Depth>
 DepthLbpStrip<Depth> lower_part(DepthLbpStrip<Depth> strip, std::ptrdiff_t upper_rows) {
   strip.depth += upper_rows * strip.depth_stride;
@@ -61,8 +61,8 @@ DepthLbpStrip<Depth> lower_part(DepthLbpStrip<Depth> strip, std::ptrdiff_t upper
   return strip;
 }
 
-/// From the last row, of at least one, to the first. With its rule upside down it has the same
-/// codes.
+/// Returns the strip from the last row to the first; it must have a row. With its rule upside down,
+/// it has the same codes.
 template <class Depth>
 DepthLbpStrip<Depth> upside_down(DepthLbpStrip<Depth> strip) {
   strip.depth += (strip.rows - 1) * strip.depth_stride;
@@ -78,7 +78,7 @@ DepthLbpRule<Depth> upside_down(const DepthLbpRule<Depth>& rule) {
   return {{g, f, e, d, c, b, a, h}, rule.bias};
 }
 
-/// As one writes it, with no branch on a depth.
+/// Computes the codes of a strip in plain C++, without a branch on a depth.
 template <class Depth>
 void depth_lbp_portable(const DepthLbpStrip<Depth>& strip, const DepthLbpRule<Depth>& rule) {
   std::array<std::uint8_t, 256> arrangement{};  // from clockwise bits to the weights

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Which instructions the processor has beyond those that the compiler was told of.
+// Instruction sets of the processor beyond those that the compiler was allowed to use.
 
 #ifndef DYNFILTER_DETAIL_KERNELS_INSTRUCTION_SET_HPP
 #define DYNFILTER_DETAIL_KERNELS_INSTRUCTION_SET_HPP
@@ -10,7 +10,7 @@
 
 #include <vector>
 
-// What these compilers need to mix instruction sets in one file, and to ask the processor for them.
+// Attributes to mix instruction sets in one file, and to query the processor for them.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(_MSC_VER)
 #define DYNFILTER_HAS_X86_KERNELS 1
 #else
@@ -19,16 +19,17 @@
 
 namespace dynfilter::detail {
 
-/// In the order of preference. avx512 stands for what Ice Lake and Zen 4 have, and later ones.
+/// Instruction sets in order of preference, the best last. avx512 means the set of Ice Lake, Zen 4
+/// and later processors.
 enum class InstructionSet { portable, sse2, avx2, avx512 };
 
-/// Whether this processor has it, and this compiler can make use of it.
+/// Whether this processor has the set, and this compiler can use it.
 inline bool is_supported(InstructionSet set) {
   if (set == InstructionSet::portable) return true;
 #if DYNFILTER_HAS_X86_KERNELS
   __builtin_cpu_init();
   if (set == InstructionSet::sse2) return true;
-  // The small ones came with AVX2, or before it.
+  // The small extensions came with AVX2 or earlier.
   if (__builtin_cpu_supports("avx2") == 0 || __builtin_cpu_supports("bmi") == 0 ||
       __builtin_cpu_supports("popcnt") == 0) {
     return false;
@@ -43,7 +44,7 @@ inline bool is_supported(InstructionSet set) {
 #endif
 }
 
-/// Those that are supported, the best last.
+/// Returns the supported sets, the best last.
 inline std::vector<InstructionSet> supported_instruction_sets() {
   std::vector<InstructionSet> sets;
   for (const auto set : {InstructionSet::portable, InstructionSet::sse2, InstructionSet::avx2,

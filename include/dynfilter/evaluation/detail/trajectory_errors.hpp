@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Definitions of what trajectory_errors.hpp declares; include that one.
+// Definitions for trajectory_errors.hpp; include that header instead.
 
 #ifndef DYNFILTER_EVALUATION_DETAIL_TRAJECTORY_ERRORS_HPP
 #define DYNFILTER_EVALUATION_DETAIL_TRAJECTORY_ERRORS_HPP
@@ -29,7 +29,7 @@ inline std::vector<double> times_of(const Trajectory& trajectory) {
   return times;
 }
 
-/// Least squares over the columns. Of positions that all coincide the scale stays 1.
+/// Aligns the columns by least squares. If all positions coincide, the scale stays 1.
 inline Alignment align(const Eigen::Matrix3Xd& estimate, const Eigen::Matrix3Xd& truth,
                        bool with_scale) {
   const Eigen::Vector3d mean = estimate.rowwise().mean();
@@ -37,7 +37,7 @@ inline Alignment align(const Eigen::Matrix3Xd& estimate, const Eigen::Matrix3Xd&
   const Eigen::Matrix4d transform = Eigen::umeyama(estimate, truth, with_scale && has_extent);
   Alignment alignment;
   alignment.scale = with_scale && has_extent ? transform.topLeftCorner<3, 3>().col(0).norm() : 1.0;
-  if (!(alignment.scale > 0)) {  // the true positions coincide: any rotation will do
+  if (!(alignment.scale > 0)) {  // the true positions coincide, so any rotation fits
     alignment.rotation.setIdentity();
     alignment.scale = 0;
   } else {
@@ -47,7 +47,8 @@ inline Alignment align(const Eigen::Matrix3Xd& estimate, const Eigen::Matrix3Xd&
   return alignment;
 }
 
-/// The element nearest to a value in a sorted list that is not empty; the earlier one of equals.
+/// Returns the index of the element nearest to a value in a sorted, non-empty list; ties go to the
+/// earlier one.
 inline std::size_t nearest_index(const std::vector<double>& sorted, double value) {
   const auto above = std::lower_bound(sorted.begin(), sorted.end(), value);
   if (above == sorted.begin()) return 0;
