@@ -15,8 +15,8 @@ Installs the packages that are missing (Debian, Ubuntu; as root or by sudo witho
 which.
 
   --all  slow tests too, the unit tests built by clang, those of threads under the thread sanitizer,
-         a minute of fuzzing, and some tests under valgrind; checks of format and scripts, which are
-         skipped otherwise where their tools are missing
+         a minute of fuzzing, and some tests under valgrind; the API reference; checks of format and
+         scripts, which are skipped otherwise where their tools are missing
 
   DYNFILTER_BUILD_DIR         folder of the dev build, default build/dev; others lie beside it
   DYNFILTER_DATA_DIR          folder with recorded data for tests that can use it
@@ -130,6 +130,12 @@ fuzzed() {
     "${other_dirs}fuzz/remote_reply"
 }
 
+# An undocumented public symbol is an error.
+documented() {
+  log "The API reference"
+  cmake --build "$dev_dir" --target docs
+}
+
 packages=(libgtest-dev libbenchmark-dev python3-numpy)
 # Tests of networks make their models with it; without it they say that they are skipped.
 if is_available python3-onnx; then packages+=(python3-onnx); fi
@@ -143,7 +149,7 @@ else
   dev_options+=(-DDYNFILTER_BUILD_TOOLS=OFF)
 fi
 if [[ $all == yes ]]; then
-  packages+=(clang libclang-rt-dev valgrind clang-format shellcheck)
+  packages+=(clang libclang-rt-dev valgrind clang-format shellcheck doxygen)
   if is_available chromium; then packages+=(chromium); fi # Ubuntu has none outside its store
 fi
 need_build_packages "${packages[@]}"
@@ -163,6 +169,7 @@ fi
 log "All tests"
 build "$dev_dir" "${dev_options[@]}"
 if [[ $all == yes ]]; then
+  documented
   under_valgrind
   run_tests "$dev_dir"
 else

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Includes the whole core: everything that needs no file, no network and no thread.
+/// @file
+/// Includes the whole core: everything that needs no file, no network and no thread.
 
 #ifndef DYNFILTER_DYNFILTER_HPP
 #define DYNFILTER_DYNFILTER_HPP
@@ -36,5 +37,8 @@
 #include "dynfilter/statistics.hpp"
 #include "dynfilter/version.hpp"
 #include "dynfilter/workspace.hpp"
+
+/// Keeps the features of moving objects out of visual SLAM.
+namespace dynfilter {}
 
 #endif  // DYNFILTER_DYNFILTER_HPP

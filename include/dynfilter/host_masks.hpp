@@ -1,29 +1,31 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Masks and depth images for hosts that take those instead of a filtered list of features. The name
-// states the polarity: a mask of some pixels is 255 on these pixels and 0 elsewhere.
-//
-//   host                                                takes
-//   OpenCV's detectors (detect, goodFeaturesToTrack)    mask_of_static_pixels
-//   stella_vslam (mask of feed_*_frame)                 mask_of_static_pixels
-//   Kimera-VIO (Frame::detection_mask_)                 mask_of_static_pixels
-//   VINS-Fusion, VINS-Mono (FeatureTracker::mask)       mask_of_static_pixels
-//   RTAB-Map (mask of Feature2D::generateKeypoints)     mask_of_static_pixels
-//   OpenVINS (CameraData::masks)                        mask_of_dynamic_pixels
-//   RTAB-Map (depth), dense mapping after any host      depth_with_holes
-//
-// All three agree with MaskCuller::instance_at at every pixel: the dynamic pixels are the masks of
-// the dynamic classes, grown by margin_px, and the culler's static mask. margin_per_diameter has no
-// effect, since a pixel has no diameter. An instance without a mask covers nothing, even if it has
-// a box.
-//
-// Pixels that a mask missed are included only if DepthCompensator::refined, which needs depth, has
-// refined the segmentation's instances. (The paper's EdgeCompensator needs measured features on the
-// mask, and before detection there are none.) If the host also lets its features be filtered, do
-// that as well.
-//
-// examples/other_hosts/ shows where the lines go in each host.
+/// @file
+/// Masks and depth images for hosts that take those instead of a filtered list of features. The
+/// name states the polarity: a mask of some pixels is 255 on these pixels and 0 elsewhere.
+///
+/// | host                                               | takes                  |
+/// |----------------------------------------------------|------------------------|
+/// | OpenCV's detectors (detect, goodFeaturesToTrack)   | mask_of_static_pixels  |
+/// | stella_vslam (mask of feed_..._frame)              | mask_of_static_pixels  |
+/// | Kimera-VIO (Frame::detection_mask_)                | mask_of_static_pixels  |
+/// | VINS-Fusion, VINS-Mono (FeatureTracker::mask)      | mask_of_static_pixels  |
+/// | RTAB-Map (mask of Feature2D::generateKeypoints)    | mask_of_static_pixels  |
+/// | OpenVINS (CameraData::masks)                       | mask_of_dynamic_pixels |
+/// | RTAB-Map (depth), dense mapping after any host     | depth_with_holes       |
+///
+/// All three agree with MaskCuller::instance_at at every pixel: the dynamic pixels are the masks of
+/// the dynamic classes, grown by margin_px, and the culler's static mask. margin_per_diameter has
+/// no effect, since a pixel has no diameter. An instance without a mask covers nothing, even if it
+/// has a box.
+///
+/// Pixels that a mask missed are included only if DepthCompensator::refined, which needs depth, has
+/// refined the segmentation's instances. (The paper's EdgeCompensator needs measured features on
+/// the mask, and before detection there are none.) If the host also lets its features be filtered,
+/// do that as well.
+///
+/// examples/other_hosts/ shows where the lines go in each host.
 
 #ifndef DYNFILTER_HOST_MASKS_HPP
 #define DYNFILTER_HOST_MASKS_HPP

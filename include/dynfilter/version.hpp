@@ -1,13 +1,17 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Version of the library, stated only here; CMakeLists.txt reads it.
+/// @file
+/// Version of the library, stated only here; CMakeLists.txt reads it.
 
 #ifndef DYNFILTER_VERSION_HPP
 #define DYNFILTER_VERSION_HPP
 
+/// @{
+/// Part of the version, major.minor.patch.
 #define DYNFILTER_VERSION_MAJOR 0
 #define DYNFILTER_VERSION_MINOR 1
 #define DYNFILTER_VERSION_PATCH 0
+/// @}
 
 #endif  // DYNFILTER_VERSION_HPP
