@@ -100,9 +100,8 @@ TEST(KeepStatic, ChecksAllLengthsBeforeItChangesAny) {
   try {
     keep_static(labels, ids, descriptors);
   } catch (const std::invalid_argument& error) {
-    EXPECT_EQ(
-        std::string(error.what()),
-        "dynfilter::keep_static: got column 1 of length 4; want the number of labels, 3");
+    EXPECT_EQ(std::string(error.what()),
+              "dynfilter::keep_static: got column 1 of length 4; want the number of labels, 3");
   }
 }
 
