@@ -88,8 +88,8 @@ struct RelativePoseError {
 RelativePoseError relative_pose_error(const Trajectory& estimate, const Trajectory& truth,
                                       const RelativeErrorOptions& options = {});
 
-/// Returns the improvement of an RMSE over a baseline's, percent: the paper's eq. (2). Throws
-/// std::invalid_argument for a baseline that is not above 0.
+/// Returns the improvement of an RMSE over a baseline's, percent. Source: the paper's eq. (2).
+/// Throws std::invalid_argument for a baseline that is not above 0.
 inline double improvement_percent(double baseline_rmse, double rmse) {
   if (!(baseline_rmse > 0)) {
     detail::throw_misuse("improvement_percent",

@@ -25,9 +25,9 @@ struct DeformableConvolutionOptions {
   int offset_groups = 1;  ///< groups of input channels that share their offsets and mask
 };
 
-/// Modulated deformable convolution, a layer of YOLACT++ that OpenCV lacks (X. Zhu, H. Hu, S. Lin,
-/// J. Dai, "Deformable ConvNets v2: More Deformable, Better Results", CVPR 2019, eq. 1; without a
-/// mask it is the convolution of J. Dai et al., ICCV 2017).
+/// Modulated deformable convolution, a layer of YOLACT++ that OpenCV lacks. Source: X. Zhu, H. Hu,
+/// S. Lin, J. Dai, "Deformable ConvNets v2: More Deformable, Better Results", CVPR 2019, eq. 1;
+/// without a mask, J. Dai et al., ICCV 2017.
 ///
 /// Every tap of the kernel reads the input at a place shifted by an offset, bilinearly
 /// interpolated, 0 outside, and multiplies it by the mask. Tensors are laid out as in ONNX's

@@ -37,9 +37,9 @@ struct YolactOptions : NetworkOptions {
   cv::Scalar deviation_rgb = {58.40, 57.12, 57.38};
 };
 
-/// Segmenter that runs YOLACT or YOLACT++, the paper's segmenter (D. Bolya, C. Zhou, F. Xiao, Y. J.
-/// Lee, "YOLACT: Real-time Instance Segmentation", ICCV 2019; "YOLACT++: Better Real-time Instance
-/// Segmentation", PAMI 2020).
+/// Segmenter that runs YOLACT or YOLACT++, the paper's segmenter. Source: D. Bolya, C. Zhou, F.
+/// Xiao, Y. J. Lee, "YOLACT: Real-time Instance Segmentation", ICCV 2019; "YOLACT++: Better
+/// Real-time Instance Segmentation", PAMI 2020.
 ///
 /// With N priors, C classes and P prototypes, the model outputs in any order: locations [1, N, 4],
 /// confidences [1, N, C+1] with or without softmax, coefficients [1, N, P], prototypes [1, h, w, P]

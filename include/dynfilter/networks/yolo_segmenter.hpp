@@ -12,9 +12,10 @@
 
 namespace dynfilter {
 
-/// Segmenter that runs YOLOv8-seg or YOLO11-seg (G. Jocher et al., Ultralytics). The shapes of the
-/// outputs distinguish three forms, with C classes, P prototypes, and N anchors at strides 8, 16
-/// and 32:
+/// Segmenter that runs YOLOv8-seg or YOLO11-seg. Source: G. Jocher et al., Ultralytics.
+///
+/// The shapes of the outputs distinguish three forms, with C classes, P prototypes, and N anchors
+/// at strides 8, 16 and 32:
 ///
 /// - As exported: [1, 4+C+P, N] and prototypes [1, P, rows, columns]. OpenCV runs it from 4.7 on.
 /// - With raw heads: box distributions [1, 64, N], class logits [1, C, N], coefficients [1, P, N]
