@@ -74,7 +74,7 @@ struct RelativePoseError {
 };
 
 /// Computes the relative pose error (RPE) as evaluate_rpe.py of the TUM RGB-D benchmark defines it
-/// with --fixed_delta. For every estimated pose and the one nearest to `interval_s` later, the
+/// with `--fixed_delta`. For every estimated pose and the one nearest to `interval_s` later, the
 /// estimated motion between them, P, is compared with the true motion, Q. The error is P Q^-1: the
 /// length of its translation, and the angle of its rotation.
 ///
