@@ -53,9 +53,9 @@ class FrameFeatures {
   void read(FeaturesView features, std::size_t boxes) {
     x_.resize(features.size());
     y_.resize(features.size());
-    is_inside_.resize(features.size());
     found_.resize(features.size());
     sorted_.resize(features.size());
+    cells_.resize(features.size());
     for (std::size_t i = 0; i < x_.size(); ++i) {
       const cv::Point pixel = features.pixel(i);
       x_[i] = pixel.x;
@@ -66,116 +66,101 @@ class FrameFeatures {
     if (has_grid_) sort_into_cells();
   }
 
+  /// Number of features.
   std::size_t size() const { return x_.size(); }
 
-  /// The pixel of feature i, as FeaturesView::pixel gives it. i must be below size().
+  /// Pixel of feature i, as FeaturesView::pixel returns it. i must be below size().
   cv::Point pixel(std::size_t i) const { return {x_[i], y_[i]}; }
 
   /// Returns the features whose pixels lie inside the box, which may lie outside the image; its
-  /// right and lower edges do not belong to it. The result is valid until the next call of `read`
-  /// or `inside`. O(features near the box), or O(features) without the grid.
+  /// right and lower edges do not belong to it. The result is valid until the next call of `read`,
+  /// `inside` or `sort_by_instance`. O(features near the box), or O(features) without the grid.
   FeatureIndices inside(const cv::Rect& box) { return inside(detail::bounds_of(box)); }
 
-  /// Returns the features inside bounds of 64 bits, for the library's own stages.
+  /// Returns the features inside bounds that may reach beyond int, for the library's own stages.
   FeatureIndices inside(const detail::PixelBounds& bounds) {
     std::uint32_t* end = found_.data();
+    if (bounds.empty()) return {end, end};
+    const int *const x = x_.data(), *const y = y_.data();
+    const auto add_if_inside = [&end, bounds, x, y](std::uint32_t i) {
+      *end = i;
+      end += bounds.contains(x[i], y[i]) ? 1 : 0;
+    };
     if (has_grid_) {
-      for_each_near(bounds, [&](std::uint32_t i) {
-        *end = i;
-        end += is_inside(bounds, i);
-      });
+      for_each_near(bounds, add_if_inside);
     } else {
-      mark_inside(bounds, x_.data(), y_.data(), size(), is_inside_.data());
-      const std::uint8_t* const is_inside = is_inside_.data();
       const auto count = static_cast<std::uint32_t>(size());
-      for (std::uint32_t i = 0; i < count; ++i) {
-        *end = i;
-        end += is_inside[i];
-      }
+      for (std::uint32_t i = 0; i < count; ++i) add_if_inside(i);
     }
     return {found_.data(), end};
   }
 
-  /// Returns the features that were removed for an instance with the reason given to
-  /// sort_by_instance. Call sort_by_instance first, and again when labels have changed.
+  /// Returns the features that were removed for an instance, see sort_by_instance.
   FeatureIndices removed_for(std::size_t instance) const {
     const std::uint32_t* const first = by_instance_.data();
     return {first + instance_begins_[instance], first + instance_begins_[instance + 1]};
   }
 
-  /// Prepares removed_for. `labels` must have one label per feature. O(features + instances).
+  /// Prepares removed_for: sorts the features that `labels` has removed for this reason by their
+  /// instance. Call it again when labels have changed. `labels` must be those of the features.
+  /// O(features + instances).
   void sort_by_instance(const FeatureLabels& labels, Reason reason) {
-    const std::size_t instances = labels.statistics().instances.size();
-    const auto counts = [reason](const FeatureLabel& label) {
-      return label.removed && label.reason == reason && label.instance >= 0;
-    };
-    instance_begins_.assign(instances + 2, 0);
-    by_instance_.resize(labels.size());
-    for (const FeatureLabel& label : labels) {
-      if (counts(label)) ++instance_begins_[static_cast<std::size_t>(label.instance) + 2];
-    }
-    for (std::size_t k = 2; k < instance_begins_.size(); ++k) {
-      instance_begins_[k] += instance_begins_[k - 1];
-    }
+    std::uint32_t* end = found_.data();
     for (std::uint32_t i = 0; i < labels.size(); ++i) {
-      if (!counts(labels[i])) continue;
-      by_instance_[instance_begins_[static_cast<std::size_t>(labels[i].instance) + 1]++] = i;
+      const FeatureLabel& label = labels[i];
+      *end = i;
+      end += label.removed & (label.reason == reason) & (label.instance >= 0) ? 1 : 0;
     }
+    const FeatureIndices removed(found_.data(), end);
+    const auto instance_of = [&labels](std::uint32_t i) {
+      return static_cast<std::size_t>(labels[i].instance);
+    };
+    by_instance_.resize(size());
+    instance_begins_.assign(labels.statistics().instances.size() + 2, 0);
+    for (const std::uint32_t i : removed) ++instance_begins_[instance_of(i) + 2];
+    add_up(instance_begins_);
+    for (const std::uint32_t i : removed) by_instance_[instance_begins_[instance_of(i) + 1]++] = i;
   }
 
  private:
-  static constexpr int grid_cells = 64;                   // each way
-  static constexpr int greatest_on_grid = (1 << 16) - 1;  // coordinate of any image's pixel
+  static constexpr int grid_cells = 64;                 // each way
+  static constexpr int max_coordinate = (1 << 16) - 1;  // on the grid, of any image's pixel
 
-  /// 1 if the feature lies inside, else 0; without a branch.
-  std::uint8_t is_inside(const detail::PixelBounds& bounds, std::uint32_t i) const {
-    std::uint8_t result = 0;
-    mark_inside(bounds, &x_[i], &y_[i], 1, &result);
-    return result;
-  }
-
-  /// Writes 1 for each pixel that lies inside, else 0. Compilers make vector code of the loop,
-  /// because all that it reads is local: bytes may alias anything else.
-  static void mark_inside(const detail::PixelBounds bounds, const int* x, const int* y,
-                          std::size_t count, std::uint8_t* is_inside) {
-    for (std::size_t i = 0; i < count; ++i) {
-      is_inside[i] = static_cast<std::uint8_t>((x[i] >= bounds.first_x) & (x[i] <= bounds.last_x) &
-                                               (y[i] >= bounds.first_y) & (y[i] <= bounds.last_y));
-    }
-  }
-
-  /// Counting sort by cell. The grid spans the coordinates that the features have.
+  /// Sorts the features by cell (counting sort). The grid spans the coordinates that they have.
   void sort_into_cells() {
     int greatest = 0;
-    for (std::size_t i = 0; i < size(); ++i) {
-      if (x_[i] <= greatest_on_grid) greatest = std::max(greatest, x_[i]);
-      if (y_[i] <= greatest_on_grid) greatest = std::max(greatest, y_[i]);
+    for (const std::vector<int>* coordinates : {&x_, &y_}) {
+      for (const int coordinate : *coordinates) {
+        if (coordinate <= max_coordinate) greatest = std::max(greatest, coordinate);
+      }
     }
     cell_shift_ = 0;
     while (greatest >> cell_shift_ >= grid_cells) ++cell_shift_;
     cell_begins_.assign(std::size_t{grid_cells} * grid_cells + 2, 0);
-    cells_.resize(size());
     for (std::size_t i = 0; i < size(); ++i) {
       cells_[i] = static_cast<std::uint32_t>(along(y_[i]) * grid_cells + along(x_[i]));
       ++cell_begins_[cells_[i] + 2];
     }
-    for (std::size_t cell = 2; cell < cell_begins_.size(); ++cell) {
-      cell_begins_[cell] += cell_begins_[cell - 1];
-    }
+    add_up(cell_begins_);
     for (std::uint32_t i = 0; i < size(); ++i) sorted_[cell_begins_[cells_[i] + 1]++] = i;
   }
 
-  /// The column or row of cells. Features left of the grid or above it are in its first one,
-  /// features beyond it in its last.
+  /// Adds to each count from the third on the ones before it: begins of the parts of a counting
+  /// sort, one place late, so that filling the parts moves them into place.
+  static void add_up(std::vector<std::uint32_t>& counts) {
+    for (std::size_t k = 2; k < counts.size(); ++k) counts[k] += counts[k - 1];
+  }
+
+  /// Column or row of cells of a coordinate. Features left of the grid or above it are in its first
+  /// one, features beyond it in its last.
   int along(int coordinate) const {
     return std::min(std::max(coordinate, 0) >> cell_shift_, grid_cells - 1);
   }
 
-  /// Calls action(i) for the features in all cells that the bounds meet. The cells of one row are
-  /// adjacent in memory.
+  /// Calls action(i) for the features in all cells that the bounds meet. In each row of cells they
+  /// follow each other.
   template <class Action>
   void for_each_near(const detail::PixelBounds& bounds, const Action& action) const {
-    if (bounds.empty()) return;
     for (int row = along(bounds.first_y); row <= along(bounds.last_y); ++row) {
       const auto first = static_cast<std::size_t>(row * grid_cells + along(bounds.first_x));
       const auto last = static_cast<std::size_t>(row * grid_cells + along(bounds.last_x));
@@ -186,15 +171,14 @@ class FrameFeatures {
   }
 
   std::vector<int> x_, y_;                      // the pixels
-  std::vector<std::uint8_t> is_inside_;         // of the last box
   std::vector<std::uint32_t> found_;            // the last answer of inside
   std::vector<std::uint32_t> by_instance_;      // features removed for instance 0, 1, …
-  std::vector<std::uint32_t> instance_begins_;  // start of each instance's part, and the end
+  std::vector<std::uint32_t> instance_begins_;  // of each instance's part, and the end
   bool has_grid_ = false;
   int cell_shift_ = 0;                      // a cell is 2^shift pixels wide and high
   std::vector<std::uint32_t> cells_;        // the cell of each feature
   std::vector<std::uint32_t> sorted_;       // features by cell, row by row
-  std::vector<std::uint32_t> cell_begins_;  // start of each cell's part, and the end
+  std::vector<std::uint32_t> cell_begins_;  // of each cell's part, and the end
 };
 
 }  // namespace dynfilter

@@ -57,8 +57,7 @@ std::size_t keep_static(const FeatureLabels& labels, Columns&... columns) {
   std::size_t position = 0;
   (detail::require_length(columns, labels.size(), position++), ...);
   (detail::unshare(columns), ...);  // the last step that may throw; no row has moved yet
-  const std::size_t kept = kept_below(labels, labels.size());
-  (detail::move_kept(labels, columns), ...);
+  const std::size_t kept = detail::move_kept(labels, columns...);
   (detail::shorten(columns, kept), ...);
   return kept;
 }

@@ -162,8 +162,10 @@ class MaskCuller {
       if (labels.is_removed(i)) continue;
       const cv::Point pixel = features.pixel(i);
       const bool is_on_mask = instance.covers(pixel);
-      const double margin = margin_of(input.features.diameter_px(i));
-      if (!is_on_mask && !(margin > 0 && detail::mask_within(instance, pixel, margin))) continue;
+      if (!is_on_mask) {
+        const double margin = margin_of(input.features.diameter_px(i));
+        if (!(margin > 0) || !detail::mask_within(instance, pixel, margin)) continue;
+      }
       labels.remove(i, static_cast<std::int32_t>(k), Reason::in_mask, instance.score);
       if (is_on_mask) ++labels.statistics().instances[k].on_mask;
     }

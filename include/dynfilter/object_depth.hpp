@@ -111,15 +111,17 @@ class ObjectDepthEstimator {
     if (frame.depth.empty()) return depth;
     const cv::Size size = frame.depth.size();
     const int step = step_for(size);
-    const auto masked = static_cast<double>(read_mask(frame, instance, step, scratch));
-    depth.samples = scratch.size();
-    depth.of_mask_m = range_of(scratch, options_.min_share);
+    scratch.resize(max_samples(size));
+    detail::DepthSamples depths_m = {scratch.data(), 0};
+    const auto masked = static_cast<double>(read_mask(frame, instance, step, depths_m));
+    depth.samples = depths_m.size;
+    depth.of_mask_m = range_of(depths_m, options_.min_share);
     const cv::Rect box = detail::clip(instance.box, size);
     const double boxed = static_cast<double>(box.area()) / (step * step);
     if (!depth.of_mask_m.empty() && masked >= options_.min_mask_share * boxed) return depth;
-    read_middle(frame, box, step, scratch);
-    depth.samples += scratch.size();
-    depth.of_box_m = range_of(scratch, options_.min_box_share);
+    read_middle(frame, box, step, depths_m);
+    depth.samples += depths_m.size;
+    depth.of_box_m = range_of(depths_m, options_.min_box_share);
     return depth;
   }
 
@@ -142,7 +144,7 @@ class ObjectDepthEstimator {
 
   /// Reads the depths on the mask. Returns the number of its pixels that were visited.
   static std::size_t read_mask(const FrameView& frame, const Instance& instance, int step,
-                               std::vector<float>& depths_m) {
+                               detail::DepthSamples& depths_m) {
     const cv::Rect masked(instance.mask_origin, instance.mask.size());
     cv::Rect inside = detail::clip(masked, frame.depth.size());
     const int margin = std::min({step / 2, inside.width, inside.height});
@@ -152,7 +154,7 @@ class ObjectDepthEstimator {
 
   /// Reads the depths in the middle of the box, which an object fills wherever its limbs are.
   static void read_middle(const FrameView& frame, const cv::Rect& box, int step,
-                          std::vector<float>& depths_m) {
+                          detail::DepthSamples& depths_m) {
     const cv::Rect middle(box.x + box.width / 4, box.y + box.height / 5, box.width / 2,
                           box.height * 3 / 5);
     read(frame, middle, step, nullptr, depths_m);
@@ -161,7 +163,7 @@ class ObjectDepthEstimator {
   /// Reads the depths at every `step`th pixel each way of an area of the image; only on the mask
   /// of an instance, if there is one. Returns how many pixels were looked at.
   static std::size_t read(const FrameView& frame, const cv::Rect& area, int step,
-                          const Instance* instance, std::vector<float>& depths_m) {
+                          const Instance* instance, detail::DepthSamples& depths_m) {
     return frame.depth.type() == CV_16UC1
                ? read<std::uint16_t>(frame, area, step, instance, depths_m)
                : read<float>(frame, area, step, instance, depths_m);
@@ -169,11 +171,10 @@ class ObjectDepthEstimator {
 
   template <class Depth>
   static std::size_t read(const FrameView& frame, const cv::Rect& area, int step,
-                          const Instance* instance, std::vector<float>& depths_m) {
+                          const Instance* instance, detail::DepthSamples& depths_m) {
     std::size_t wanted = 0;
     const double scale = frame.depth_scale();
-    depths_m.clear();
-    depths_m.reserve(max_samples(frame.depth.size()));
+    float* end = depths_m.first;
     for (int y = area.y; y < area.y + area.height; y += step) {
       const Depth* const depths = frame.depth.ptr<Depth>(y);
       const std::uint8_t* const mask =
@@ -182,14 +183,15 @@ class ObjectDepthEstimator {
         if (mask && mask[x - instance->mask_origin.x] == 0) continue;
         ++wanted;
         const double depth_m = static_cast<double>(depths[x]) * scale;
-        const bool is_depth = depth_m > 0 && depth_m <= std::numeric_limits<double>::max();
-        if (is_depth) depths_m.push_back(static_cast<float>(depth_m));
+        *end = static_cast<float>(depth_m);  // the next one overwrites what is no depth
+        end += depth_m > 0 && depth_m <= std::numeric_limits<double>::max() ? 1 : 0;
       }
     }
+    depths_m.size = static_cast<std::size_t>(end - depths_m.first);
     return wanted;
   }
 
-  ValueRange range_of(std::vector<float>& depths_m, double min_share) const {
+  ValueRange range_of(detail::DepthSamples& depths_m, double min_share) const {
     const detail::DepthHistogram histogram(depths_m);
     if (histogram.total() < std::max<std::size_t>(1, options_.min_samples)) return {};
     const double half = options_.min_half_width_m;

@@ -18,7 +18,9 @@ namespace {
 
 using detail::DepthHistogram;
 
-DepthHistogram histogram_of(const std::vector<float>& depths) { return DepthHistogram(depths); }
+DepthHistogram histogram_of(std::vector<float> depths) {
+  return DepthHistogram({depths.data(), depths.size()});
+}
 
 /// So many depths in the middle of the bin of 5 cm which begins there.
 void add(std::vector<float>& depths, int count, double begin_m) {
@@ -181,7 +183,7 @@ TEST(DepthHistogram, TakesWindowsOfAnyWidth) {
 }
 
 double median_within(std::vector<float> values, double lower, double upper) {
-  return detail::median_within(values, lower, upper);
+  return detail::median_within({values.data(), values.size()}, lower, upper);
 }
 
 TEST(MedianWithin, IsTheUpperOfTheMiddleOnesOfThoseInside) {

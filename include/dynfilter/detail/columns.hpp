@@ -68,11 +68,37 @@ inline void unshare(cv::Mat& column) {
   if (!owned_alone) column = column.clone();
 }
 
-/// Calls action(first, end, destination) for each run of kept features, in order: the features from
-/// `first` up to, not including, `end` move to `destination`. Runs that stay in place are left out.
-template <class Action>
-void for_each_kept_run(const FeatureLabels& labels, const Action& action) {
-  std::size_t destination = 0, first = 0;
+/// Moves the elements from `first` up to and without `end` to the front, to `destination`.
+template <class T, class Allocator>
+void move_run(std::vector<T, Allocator>& column, std::size_t first, std::size_t end,
+              std::size_t destination) {
+  const auto at = [&column](std::size_t i) {
+    return column.begin() + static_cast<std::ptrdiff_t>(i);
+  };
+  std::move(at(first), at(end), at(destination));
+}
+
+/// Moves rows likewise. Nobody else may see the matrix.
+inline void move_run(cv::Mat& column, std::size_t first, std::size_t end, std::size_t destination) {
+  constexpr std::size_t orb_bytes = 32;  // compilers copy a known length without a call
+  const std::size_t row_bytes = static_cast<std::size_t>(column.cols) * column.elemSize();
+  const std::size_t step = column.step[0];
+  const std::uint8_t* from = column.data + first * step;
+  std::uint8_t* to = column.data + destination * step;
+  for (std::size_t i = first; i < end; ++i, from += step, to += step) {
+    if (row_bytes == orb_bytes) {
+      std::memcpy(to, from, orb_bytes);
+    } else if (row_bytes > 0) {
+      std::memcpy(to, from, row_bytes);
+    }
+  }
+}
+
+/// Moves the elements of kept features to the front of all columns, one run of them at a time.
+/// Returns how many they are.
+template <class... Columns>
+std::size_t move_kept(const FeatureLabels& labels, Columns&... columns) {
+  std::size_t kept = 0, first = 0;
   while (first < labels.size()) {
     if (labels.is_removed(first)) {
       ++first;
@@ -80,34 +106,11 @@ void for_each_kept_run(const FeatureLabels& labels, const Action& action) {
     }
     std::size_t end = first + 1;
     while (end < labels.size() && !labels.is_removed(end)) ++end;
-    if (destination != first) action(first, end, destination);
-    destination += end - first;
+    if (kept != first) (move_run(columns, first, end, kept), ...);
+    kept += end - first;
     first = end;
   }
-}
-
-/// Moves the elements of kept features to the front.
-template <class T, class Allocator>
-void move_kept(const FeatureLabels& labels, std::vector<T, Allocator>& column) {
-  const auto at = [&column](std::size_t i) {
-    return column.begin() + static_cast<std::ptrdiff_t>(i);
-  };
-  for_each_kept_run(labels, [&](std::size_t first, std::size_t end, std::size_t destination) {
-    std::move(at(first), at(end), at(destination));
-  });
-}
-
-/// Moves the rows of kept features to the front. No other header may share the matrix.
-inline void move_kept(const FeatureLabels& labels, cv::Mat& column) {
-  const std::size_t row_bytes = static_cast<std::size_t>(column.cols) * column.elemSize();
-  if (row_bytes == 0) return;
-  std::uint8_t* const data = column.data;
-  const std::size_t step = column.step[0];
-  for_each_kept_run(labels, [&](std::size_t first, std::size_t end, std::size_t destination) {
-    // Padding between rows moves too.
-    std::memmove(data + destination * step, data + first * step,
-                 (end - first - 1) * step + row_bytes);
-  });
+  return kept;
 }
 
 template <class T, class Allocator>

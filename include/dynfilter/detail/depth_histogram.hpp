@@ -10,11 +10,19 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 #include "dynfilter/statistics.hpp"
 
 namespace dynfilter::detail {
+
+/// Depths in memory of somebody else's: metres, none negative or NaN.
+struct DepthSamples {
+  float* first;
+  std::size_t size;
+
+  float* begin() const { return first; }
+  float* end() const { return first + size; }
+};
 
 /// Counts depths in bins of 5 cm up to 51.2 m. Depths farther away are not counted.
 class DepthHistogram {
@@ -22,7 +30,7 @@ class DepthHistogram {
   static constexpr double bin_m = 0.05;
 
   /// `depths_m`: metres, none negative or NaN.
-  explicit DepthHistogram(const std::vector<float>& depths_m) {
+  explicit DepthHistogram(const DepthSamples& depths_m) {
     counts_before_.fill(0);
     for (const float depth_m : depths_m) {
       const std::size_t bin = bin_of(depth_m);
@@ -123,15 +131,15 @@ class DepthHistogram {
 
 /// The median of the depths that lie in [lower_m, upper_m]: the upper one of an even number; 0
 /// where there is none. Overwrites the depths. O(depths).
-inline double median_within(std::vector<float>& depths_m, double lower_m, double upper_m) {
-  std::size_t count = 0;
+inline double median_within(const DepthSamples& depths_m, double lower_m, double upper_m) {
+  float* end = depths_m.first;
   for (const float depth_m : depths_m) {
-    depths_m[count] = depth_m;
-    count += (lower_m <= double{depth_m}) & (double{depth_m} <= upper_m) ? 1 : 0;
+    *end = depth_m;
+    end += (lower_m <= double{depth_m}) & (double{depth_m} <= upper_m) ? 1 : 0;
   }
-  if (count == 0) return 0;
-  const auto middle = depths_m.begin() + static_cast<std::ptrdiff_t>(count / 2);
-  std::nth_element(depths_m.begin(), middle, depths_m.begin() + static_cast<std::ptrdiff_t>(count));
+  if (end == depths_m.first) return 0;
+  float* const middle = depths_m.first + (end - depths_m.first) / 2;
+  std::nth_element(depths_m.first, middle, end);
   return double{*middle};
 }
 

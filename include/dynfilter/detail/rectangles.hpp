@@ -21,6 +21,16 @@ struct PixelBounds {
   int first_x, last_x, first_y, last_y;
 
   bool empty() const { return first_x > last_x || first_y > last_y; }
+
+  /// Whether bounds that are not empty hold a pixel: two comparisons, as numbers below the first
+  /// one wrap to great ones.
+  bool contains(int x, int y) const {
+    const auto beyond = [](int coordinate, int first) {
+      return static_cast<unsigned>(coordinate) - static_cast<unsigned>(first);
+    };
+    return (beyond(x, first_x) <= beyond(last_x, first_x)) &
+           (beyond(y, first_y) <= beyond(last_y, first_y));
+  }
 };
 
 /// Returns the rectangle, grown by `margin` pixels on each side.
