@@ -195,8 +195,7 @@ class ObjectDepthEstimator {
     const detail::DepthHistogram histogram(depths_m);
     if (histogram.total() < std::max<std::size_t>(1, options_.min_samples)) return {};
     const double half = options_.min_half_width_m;
-    const double window =
-        std::max(half, detail::DepthHistogram::bin_m);  // the window of the cluster
+    const double window = std::max(half, detail::DepthHistogram::bin_m);  // as in nearest_cluster
     const double centre = histogram.nearest_cluster(half, min_share);
     const double median = detail::median_within(depths_m, centre - window, centre + window);
     const ValueRange extent = histogram.extent_around(median, options_.max_half_width_m);

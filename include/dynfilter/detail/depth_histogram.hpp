@@ -124,9 +124,8 @@ class DepthHistogram {
     return nearby >= std::max(3.0, 0.015 * static_cast<double>(total()));
   }
 
-  std::size_t end_ = 0;  // the bin after the last filled one
-  std::array<std::uint32_t, bins + 1>
-      counts_before_;  // depths in all earlier bins, valid up to end_
+  std::size_t end_ = 0;                                // the bin after the last filled one
+  std::array<std::uint32_t, bins + 1> counts_before_;  // depths in earlier bins, up to end_
 };
 
 /// The median of the depths that lie in [lower_m, upper_m]: the upper one of an even number; 0
