@@ -1,5 +1,5 @@
-# find_package(dynfilter 0.1 REQUIRED)                          the header-only core
-# find_package(dynfilter 0.1 REQUIRED COMPONENTS segmenters)    the core and dynfilter::segmenters
+# find_package(dynfilter 0.2 REQUIRED)                          the header-only core
+# find_package(dynfilter 0.2 REQUIRED COMPONENTS segmenters)    the core and dynfilter::segmenters
 #
 # Defines dynfilter::dynfilter, and dynfilter::<component> with dynfilter_<component>_FOUND for each
 # component that is asked for and for those it builds upon. A component that nobody asks for is not

@@ -8,10 +8,11 @@
 #include <CLI/CLI.hpp>
 
 #include "commands.hpp"
+#include "dynfilter/version.hpp"
 
 int main(int argc, char** argv) {
   CLI::App program("Keeps the features of moving objects out of visual SLAM.", "dynfilter");
-  program.set_version_flag("--version", DYNFILTER_VERSION);
+  program.set_version_flag("--version", DYNFILTER_VERSION_STRING);
   program.require_subcommand(1);
   dynfilter::tools::add_synth_command(program);
   dynfilter::tools::add_run_command(program);
