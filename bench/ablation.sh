@@ -21,8 +21,8 @@ Installs the packages that are missing (Debian, Ubuntu), or says which.
   --seeds LIST   default 101-115: seeds by which nothing was tuned
   --rules LIST   default: all that are not about late masks, for which there is late_masks.sh
   --out DIR      default: out/ablation in the repository
-  --readme       put the tables that the README shows between its marks: those of the features with
-                 --every, else those of the trajectories
+  --readme       put the overviews into bench/README.md: those of the features with --every, else
+                 those of the trajectories
   --marks NAME   other marks, for all overviews
 
   DYNFILTER_BUILD_DIR  folder of the build, default build/release in the repository
@@ -88,8 +88,7 @@ mkdir -p "$out"
   "${options[@]}" --out "$out" --report "$out/report.html" | tee "$out/tables.txt"
 
 if [[ $readme == yes ]]; then
-  # The overviews and what follows them: a table of every level is more than a README can bear.
-  fill_marks "$root/README.md" "$marks" \
+  # The overviews and what follows them: a table of every level is more than a page can bear.
+  fill_marks "$root/bench/README.md" "$marks" \
     "$(sed -n "/^$first_table/,\$p" "$out/tables.txt" | sed '/^report /d')"
-  log "updated README.md"
 fi

@@ -61,8 +61,8 @@ struct Rule {
 };
 
 constexpr Rule paper = {"paper", CompensationRule::paper};
-constexpr Rule object_depth = {"default", CompensationRule::depth};
-constexpr Rule masks = {"masks", CompensationRule::mask};
+constexpr Rule depth = {"depth", CompensationRule::depth};
+constexpr Rule mask = {"mask", CompensationRule::mask};
 
 /// Made when the first benchmark needs it; the benchmarks' threads share it.
 const FilterInputData& input_of(const Case& which) {
@@ -284,12 +284,12 @@ std::vector<Case> cases() {
 
 void register_all() {
   for (const Case& which : cases()) {
-    for (const Rule& rule : {paper, object_depth, masks}) {
+    for (const Rule& rule : {paper, depth, mask}) {
       add(std::string("filter/") + rule.name + "/" + which.name(), label, rule, which);
     }
   }
   const Case usual = {{640, 480}, 1000, 3}, large = {{3840, 2160}, 1000, 3};
-  for (const Rule& rule : {paper, object_depth, masks}) {
+  for (const Rule& rule : {paper, depth, mask}) {
     add(std::string("filter_keep/") + rule.name + "/" + usual.name(), label_and_keep, rule, usual);
     add(std::string("filter_two_cameras/") + rule.name + "/" + usual.name(), label, rule, usual)
         ->Threads(2)

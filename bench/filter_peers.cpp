@@ -311,7 +311,7 @@ void register_filter_peers() {
     add(name, [rule](benchmark::State& state) { filter_scene(state, rule); });
   };
   add_scene("filter/paper/scene", CompensationRule::paper);
-  add_scene("filter/default/scene", CompensationRule::depth);
+  add_scene("filter/depth/scene", CompensationRule::depth);
   add_scene("filter/masks/scene", CompensationRule::mask);
 }
 

@@ -85,7 +85,7 @@ def sparse_ratios(times, ratios):
 
 
 def filter_ratios(times, counters, ratios):
-    paper, default = times.get(f"filter/paper/{USUAL}"), times.get(f"filter/default/{USUAL}")
+    paper, depth = times.get(f"filter/paper/{USUAL}"), times.get(f"filter/depth/{USUAL}")
     copy = times.get(f"limit/memcpy/{USUAL}")
     kept = times.get(f"filter_keep/paper/{USUAL}")
     restored = times.get(f"limit/restore/{USUAL}")
@@ -101,11 +101,11 @@ def filter_ratios(times, counters, ratios):
     ratios.add("filter_paper_vs_lk_f", times.get("peer/lk_fundamental/scene"),
                times.get("filter/paper/scene"))
     ratios.add("filter_paper_4k_over_vga", times.get("filter/paper/3840x2160/1000/3"), paper)
-    ratios.add("filter_default_4k_over_vga", times.get("filter/default/3840x2160/1000/3"), default)
-    ratios.add("filter_default_over_orb", times.get("filter/default/scene"),
+    ratios.add("filter_default_4k_over_vga", times.get("filter/depth/3840x2160/1000/3"), depth)
+    ratios.add("filter_default_over_orb", times.get("filter/depth/scene"),
                times.get("peer/orb_extraction/scene"))
-    ratios.add("filter_default_ms", times.get("filter/default/scene"), 1000)
-    ratios.add("filter_worst_ms", times.get("filter/default/640x480/16384/100"), 1000)
+    ratios.add("filter_default_ms", times.get("filter/depth/scene"), 1000)
+    ratios.add("filter_worst_ms", times.get("filter/depth/640x480/16384/100"), 1000)
     ratios.add("filter_worst_paper_ms", times.get("filter/paper/640x480/16384/100"), 1000)
     if counters:
         ratios.add("filter_allocations", max(counters.values()))
@@ -158,7 +158,7 @@ def draw(times, path):
     ]
     figure, axes = pyplot.subplots(1, 3, figsize=(12, 3.6), sharey=True)
     for axis, (label, belongs, at) in zip(axes, panels):
-        for rule in ["masks", "paper", "default"]:
+        for rule in ["mask", "paper", "depth"]:
             points = sorted((key[at], t) for key, t in cases.items() if key[0] == rule and belongs(key))
             if points:
                 axis.plot(*zip(*points), marker="o", label=rule)

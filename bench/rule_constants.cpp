@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// What each constant of the default rule is worth: every default, and values round it, on rendered
-// scenes. Prints dynamic features left / static ones removed / rim ones removed a frame.
+// Shows what each constant of the rule depth is worth: its default, and values around it, on
+// rendered scenes. Prints dynamic features left / static ones removed / rim ones removed a frame.
 //
 //   rule_constants [FIRST_SEED [LAST_SEED [EVERY_NTH_FRAME]]]    11 13 20 by default
 //

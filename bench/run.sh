@@ -18,7 +18,7 @@ Installs the packages that are missing (Debian, Ubuntu), or says which.
 
   --quick    fewer repetitions: some minutes
   --out DIR  default: out/bench in the repository
-  --readme   put the ratios between their marks in the README
+  --readme   put the ratios into bench/README.md, and ten of them into README.md
 
   DYNFILTER_BUILD_DIR  folder of the build, default build/bench in the repository
 END
@@ -53,6 +53,27 @@ while (($#)); do
   esac
   shift
 done
+
+# Reads lines `ratio <name> <value>` and prints the ten that README.md shows, in words.
+describe_ten_ratios() {
+  awk '
+    BEGIN { print "   value  ratio" }
+    FNR == NR { value[$2] = $3; next }
+    $1 in value { name = $1; $1 = ""; printf "%8s %s\n", value[name], $0 }' - <(
+    cat <<'END'
+dense_u16_vs_mat_at time of a loop over cv::Mat::at / time of dense D-LBP
+dense_u16_vs_dlib time of dlib's LBP / time of dense D-LBP
+dense_u16_vs_cv_compare time of eight cv::compare / time of dense D-LBP
+dense_u16_over_memcpy time of dense D-LBP / time of memcpy of the depth image
+dense_u16_over_bgr2gray time of dense D-LBP / time of cv::cvtColor, BGR to grey
+filter_default_over_orb time of the filter, rule depth / time of ORB extraction
+filter_paper_vs_dilation time of DynaSLAM's dilation / time of the filter, rule paper
+filter_paper_vs_naive time of a naive filter, rule paper / time of ours
+filter_paper_over_memcpy time of the filter, rule paper / time of memcpy of keypoints and descriptors
+filter_default_4k_over_vga time of the filter at 3840x2160 / time at 640x480, same features
+END
+  )
+}
 
 # shellcheck source-path=SCRIPTDIR source=../cmake/setup.sh
 source "$root/cmake/setup.sh"
@@ -91,6 +112,7 @@ if [[ -x /usr/bin/python3 ]]; then python=/usr/bin/python3; fi
 "$python" "$root/bench/report.py" "$out" | tee "$out/report.txt"
 
 if [[ $readme == yes ]]; then
-  fill_marks "$root/README.md" "bench ratios" "$(grep '^ratio ' "$out/report.txt")"
-  log "updated README.md"
+  ratios=$(grep '^ratio ' "$out/report.txt")
+  fill_marks "$root/bench/README.md" "bench ratios" "$ratios"
+  fill_marks "$root/README.md" "ten ratios" "$(describe_ten_ratios <<<"$ratios")"
 fi

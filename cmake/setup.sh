@@ -109,13 +109,17 @@ build_program() {
   dynfilter=$build_dir/src/tools/dynfilter
 }
 
-# Puts a text, fenced, between the marks <!-- NAME: begin --> and <!-- NAME: end --> of a file.
+# Puts a text, fenced, between the marks <!-- NAME: begin --> and <!-- NAME: end --> of a page.
 #   fill_marks <file> <name> <text>
 fill_marks() {
   [[ -n $3 ]] || die "there is no text to put between the marks '$2' of $1"
+  if ! grep -q "<!-- $2: begin -->" "$1" || ! grep -q "<!-- $2: end -->" "$1"; then
+    die "$1 has no marks '$2'"
+  fi
   awk -v name="$2" -v text="$(printf '%s\n' '```text' "$3" '```')" '
     index($0, "<!-- " name ": begin -->") { print; print text; skip = 1; next }
     index($0, "<!-- " name ": end -->") { skip = 0 }
     !skip' "$1" >"$1.new"
   mv "$1.new" "$1"
+  log "updated the $2 in $1"
 }

@@ -2,8 +2,8 @@
 # SPDX-FileCopyrightText: 2026 the dynfilter authors
 # SPDX-License-Identifier: MIT
 
-# Makes the README's picture and table anew: runs the demo on its own scene, shrinks one of its
-# overlays, and puts the counts that it printed between the README's two marks.
+# Makes the picture of README.md and the demo's table in bench/README.md anew: runs the demo on its
+# own scene, shrinks one of its overlays, and copies the counts that it printed.
 
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -21,5 +21,5 @@ convert "$root/out/demo/overlays/$frame.png" -resize 1440x -strip -quality 82 \
 
 # The counts stand between the heading of the features and that of the times.
 counts=$(sed -n '/^features /,/^time a frame/{/^time a frame/d;p}' <<<"$printed")
-fill_marks "$root/README.md" "demo table" "$counts"
-log "updated README.md and examples/images/filter.jpg ($(stat -c %s "$root/examples/images/filter.jpg") bytes)"
+fill_marks "$root/bench/README.md" "demo table" "$counts"
+log "updated examples/images/filter.jpg ($(stat -c %s "$root/examples/images/filter.jpg") bytes)"
