@@ -57,7 +57,6 @@ done
 # Reads lines `ratio <name> <value>` and prints the ten that README.md shows, in words.
 describe_ten_ratios() {
   awk '
-    BEGIN { print "   value  ratio" }
     FNR == NR { value[$2] = $3; next }
     $1 in value { name = $1; $1 = ""; printf "%8s %s\n", value[name], $0 }' - <(
     cat <<'END'
