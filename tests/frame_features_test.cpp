@@ -45,7 +45,7 @@ cv::Rect arbitrary_box(ByteSource& source, const cv::Size& image) {
   return box;
 }
 
-TEST(FrameFeatures, InsideMatchesBruteForceWithTheGridAndWithout) {
+TEST(FrameFeatures, InsideMatchesBruteForce) {
   FrameFeatures features;  // keeps what earlier frames left in it
   std::size_t found = 0;
   for (std::uint64_t seed = 0; seed < 3000; ++seed) {
@@ -53,7 +53,7 @@ TEST(FrameFeatures, InsideMatchesBruteForceWithTheGridAndWithout) {
     const int most = source.chance(10) ? 60000 : 900;
     const cv::Size image(source.between(1, most), source.between(1, most));
     const std::vector<cv::KeyPoint> keypoints = arbitrary_keypoints(source, image);
-    features.read(keypoints, source.chance(50) ? 1 : 100);
+    features.read(keypoints);
     ASSERT_EQ(features.size(), keypoints.size());
     for (std::size_t i = 0; i < keypoints.size(); ++i) {
       ASSERT_EQ(features.pixel(i), nearest_pixel(keypoints[i].pt));
@@ -71,8 +71,8 @@ TEST(FrameFeatures, InsideMatchesBruteForceWithTheGridAndWithout) {
 TEST(FrameFeatures, GrownBoundsDoNotOverflow) {
   FrameFeatures features;
   const std::vector<cv::Point2f> points = {{5, 5}, {2147483520.0F, 5}};
-  for (const std::size_t boxes : {1U, 100U}) {
-    features.read(points, boxes);
+  {
+    features.read(points);
     const cv::Rect far_right(std::numeric_limits<int>::max(), 0, 10, 10);
     EXPECT_EQ(sorted(features.inside(detail::bounds_of(far_right, 200))), Indices{1});
     EXPECT_EQ(features.inside(detail::bounds_of(far_right, std::int64_t{1} << 40)).size(), 2U);
@@ -84,6 +84,7 @@ TEST(FrameFeatures, GrownBoundsDoNotOverflow) {
 TEST(FrameFeatures, RemovedForMatchesTheLabels) {
   FrameFeatures features;
   Segmentation segmentation;
+  const std::vector<cv::Point2f> points(120);
   for (std::uint64_t seed = 0; seed < 500; ++seed) {
     ByteSource source(seed);
     const auto count = static_cast<std::size_t>(source.between(0, 120));
@@ -95,6 +96,7 @@ TEST(FrameFeatures, RemovedForMatchesTheLabels) {
       if (source.chance(60)) labels.remove(i, source.between(-1, instances - 1), reason, 1);
       if (source.chance(10)) labels.restore(i);
     }
+    features.read({points.data(), count});
     features.sort_by_instance(labels, Reason::in_mask);
     for (int k = 0; k < instances; ++k) {
       Indices expected;
@@ -105,6 +107,22 @@ TEST(FrameFeatures, RemovedForMatchesTheLabels) {
       ASSERT_EQ(sorted(features.removed_for(static_cast<std::size_t>(k))), expected);
     }
   }
+}
+
+TEST(FrameFeatures, AreReadOnceForAllStagesAndAgainForOthers) {
+  std::vector<cv::Point2f> points = {{1, 1}, {2, 2}};
+  const std::vector<cv::Point2f> others = {{7, 7}};
+  Workspace workspace;
+  {
+    const FrameFeatures::Reading reading(workspace.get<FrameFeatures>(), points);
+    EXPECT_TRUE(workspace.get<FrameFeatures>().keeps(points));
+    EXPECT_EQ(frame_features(points, workspace).pixel(0), cv::Point(1, 1));
+    EXPECT_EQ(frame_features(others, workspace).pixel(0), cv::Point(7, 7));
+    EXPECT_FALSE(workspace.get<FrameFeatures>().keeps(points)) << "others were read over them";
+    EXPECT_EQ(frame_features(points, workspace).pixel(1), cv::Point(2, 2));
+  }
+  points[0] = {5, 5};  // of the next frame, in the same memory
+  EXPECT_EQ(frame_features(points, workspace).pixel(0), cv::Point(5, 5));
 }
 
 }  // namespace

@@ -106,8 +106,7 @@ class DepthCompensator {
     Scratch& scratch = workspace.get<Scratch>();
     find_objects(input, labels, scratch);
     if (scratch.objects.empty()) return;
-    FrameFeatures& features = workspace.get<FrameFeatures>();
-    features.read(input.features, scratch.objects.size());
+    FrameFeatures& features = frame_features(input.features, workspace);
     if (is_stale(input)) give_back(input, scratch.objects, features, labels);
     for (const Object& object : scratch.objects) compensate(input, object, features, labels);
   }

@@ -94,8 +94,7 @@ class EdgeCompensator {
     validate(input, labels, "EdgeCompensator");
     Scratch& scratch = workspace.get<Scratch>();
     scratch.reserve(labels.size(), sampler_.samples());
-    FrameFeatures& features = workspace.get<FrameFeatures>();
-    features.read(input.features, input.segmentation.instances.size());
+    FrameFeatures& features = frame_features(input.features, workspace);
     features.sort_by_instance(labels, Reason::in_mask);
     for (std::size_t k = 0; k < input.segmentation.instances.size(); ++k) {
       if (!labels.is_dynamic_object(k)) continue;

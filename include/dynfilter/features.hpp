@@ -92,6 +92,11 @@ class FeaturesView {
   /// Nearest pixel of feature i, see nearest_pixel.
   cv::Point pixel(std::size_t i) const { return nearest_pixel((*this)[i]); }
 
+  /// Whether the other view shows the same elements in memory.
+  bool is_same_view(const FeaturesView& other) const {
+    return first_ == other.first_ && stride_ == other.stride_ && count_ == other.count_;
+  }
+
   /// Diameter of feature i in pixels (cv::KeyPoint::size); 0 for points.
   float diameter_px(std::size_t i) const {
     return has_diameters_ ? reinterpret_cast<const cv::KeyPoint*>(first_ + i * stride_)->size

@@ -16,6 +16,7 @@
 #include "dynfilter/detail/rectangles.hpp"
 #include "dynfilter/features.hpp"
 #include "dynfilter/labels.hpp"
+#include "dynfilter/workspace.hpp"
 
 namespace dynfilter {
 
@@ -42,28 +43,48 @@ class FeatureIndices {
 };
 
 /// Pixels of one frame's features, with set queries: the features inside a box, or those removed
-/// for an instance. Stages keep it in their scratch memory, see Workspace::get.
+/// for an instance. Stages get it from frame_features.
 ///
-/// For crowds, the features are sorted into a grid once, so that a box costs only the features near
-/// it. The order of the indices in a set is not specified.
+/// The features are sorted into the cells of a grid once, so that a box costs only the features
+/// near it, however many features and boxes there are. The order of the indices in a set is not
+/// specified.
 class FrameFeatures {
  public:
-  /// Reads the features' pixels, reusing memory. `boxes` is about how many boxes will be queried;
-  /// for many boxes the grid is built. O(features).
-  void read(FeaturesView features, std::size_t boxes) {
+  /// Reads the features' pixels, reusing memory. O(features).
+  void read(FeaturesView features) {
+    is_kept_ = false;
+    view_ = features;
     x_.resize(features.size());
     y_.resize(features.size());
     found_.resize(features.size());
-    sorted_.resize(features.size());
-    cells_.resize(features.size());
     for (std::size_t i = 0; i < x_.size(); ++i) {
       const cv::Point pixel = features.pixel(i);
       x_[i] = pixel.x;
       y_[i] = pixel.y;
     }
-    // Sorting costs about as much as comparing all features with eight boxes.
-    has_grid_ = boxes > 8;
-    if (has_grid_) sort_into_cells();
+    sort_into_cells();
+  }
+
+  /// Reads features for all stages of a pipeline: until it is destroyed, frame_features need not
+  /// read them again. A pipeline holds one while its stages run.
+  class Reading {
+   public:
+    /// Reads the features. They must not change while this lives.
+    Reading(FrameFeatures& features, FeaturesView view) : features_(features) {
+      features_.read(view);
+      features_.is_kept_ = true;
+    }
+    ~Reading() { features_.is_kept_ = false; }
+    Reading(const Reading&) = delete;
+    Reading& operator=(const Reading&) = delete;
+
+   private:
+    FrameFeatures& features_;
+  };
+
+  /// Whether a Reading keeps the features of this view.
+  bool keeps(const FeaturesView& features) const {
+    return is_kept_ && view_.is_same_view(features);
   }
 
   /// Number of features.
@@ -74,23 +95,22 @@ class FrameFeatures {
 
   /// Returns the features whose pixels lie inside the box, which may lie outside the image; its
   /// right and lower edges do not belong to it. The result is valid until the next call of `read`,
-  /// `inside` or `sort_by_instance`. O(features near the box), or O(features) without the grid.
+  /// `inside` or `sort_by_instance`. O(features near the box).
   FeatureIndices inside(const cv::Rect& box) { return inside(detail::bounds_of(box)); }
 
   /// Returns the features inside bounds that may reach beyond int, for the library's own stages.
   FeatureIndices inside(const detail::PixelBounds& bounds) {
     std::uint32_t* end = found_.data();
     if (bounds.empty()) return {end, end};
-    const int *const x = x_.data(), *const y = y_.data();
-    const auto add_if_inside = [&end, bounds, x, y](std::uint32_t i) {
-      *end = i;
-      end += bounds.contains(x[i], y[i]) ? 1 : 0;
-    };
-    if (has_grid_) {
-      for_each_near(bounds, add_if_inside);
-    } else {
-      const auto count = static_cast<std::uint32_t>(size());
-      for (std::uint32_t i = 0; i < count; ++i) add_if_inside(i);
+    // In each row of cells the cells that the bounds meet follow each other.
+    for (int row = along(bounds.first_y); row <= along(bounds.last_y); ++row) {
+      const auto first = static_cast<std::size_t>(row * grid_cells + along(bounds.first_x));
+      const auto last = static_cast<std::size_t>(row * grid_cells + along(bounds.last_x));
+      for (std::size_t slot = cell_begins_[first]; slot < cell_begins_[last + 1]; ++slot) {
+        const std::uint32_t i = sorted_[slot];
+        *end = i;  // the next one overwrites what is not inside
+        end += bounds.contains(x_[i], y_[i]) ? 1 : 0;
+      }
     }
     return {found_.data(), end};
   }
@@ -123,20 +143,21 @@ class FrameFeatures {
   }
 
  private:
-  static constexpr int grid_cells = 64;                 // each way
-  static constexpr int max_coordinate = (1 << 16) - 1;  // on the grid, of any image's pixel
+  static constexpr int grid_cells = 32;                        // each way
+  static constexpr unsigned max_coordinate = (1U << 16U) - 1;  // on the grid, of any image's pixel
 
   /// Sorts the features by cell (counting sort). The grid spans the coordinates that they have.
   void sort_into_cells() {
-    int greatest = 0;
-    for (const std::vector<int>* coordinates : {&x_, &y_}) {
-      for (const int coordinate : *coordinates) {
-        if (coordinate <= max_coordinate) greatest = std::max(greatest, coordinate);
-      }
+    unsigned bits = 0;  // set in some coordinate, of features that are not far outside all images
+    for (std::size_t i = 0; i < size(); ++i) {
+      const unsigned of_both = static_cast<unsigned>(x_[i]) | static_cast<unsigned>(y_[i]);
+      if (of_both <= max_coordinate) bits |= of_both;
     }
     cell_shift_ = 0;
-    while (greatest >> cell_shift_ >= grid_cells) ++cell_shift_;
+    while (bits >> cell_shift_ >= grid_cells) ++cell_shift_;
     cell_begins_.assign(std::size_t{grid_cells} * grid_cells + 2, 0);
+    cells_.resize(size());
+    sorted_.resize(size());
     for (std::size_t i = 0; i < size(); ++i) {
       cells_[i] = static_cast<std::uint32_t>(along(y_[i]) * grid_cells + along(x_[i]));
       ++cell_begins_[cells_[i] + 2];
@@ -157,29 +178,25 @@ class FrameFeatures {
     return std::min(std::max(coordinate, 0) >> cell_shift_, grid_cells - 1);
   }
 
-  /// Calls action(i) for the features in all cells that the bounds meet. In each row of cells they
-  /// follow each other.
-  template <class Action>
-  void for_each_near(const detail::PixelBounds& bounds, const Action& action) const {
-    for (int row = along(bounds.first_y); row <= along(bounds.last_y); ++row) {
-      const auto first = static_cast<std::size_t>(row * grid_cells + along(bounds.first_x));
-      const auto last = static_cast<std::size_t>(row * grid_cells + along(bounds.last_x));
-      for (std::size_t slot = cell_begins_[first]; slot < cell_begins_[last + 1]; ++slot) {
-        action(sorted_[slot]);
-      }
-    }
-  }
-
+  bool is_kept_ = false;  // by a Reading
+  FeaturesView view_;
   std::vector<int> x_, y_;                      // the pixels
   std::vector<std::uint32_t> found_;            // the last answer of inside
   std::vector<std::uint32_t> by_instance_;      // features removed for instance 0, 1, …
   std::vector<std::uint32_t> instance_begins_;  // of each instance's part, and the end
-  bool has_grid_ = false;
-  int cell_shift_ = 0;                      // a cell is 2^shift pixels wide and high
-  std::vector<std::uint32_t> cells_;        // the cell of each feature
-  std::vector<std::uint32_t> sorted_;       // features by cell, row by row
-  std::vector<std::uint32_t> cell_begins_;  // of each cell's part, and the end
+  int cell_shift_ = 0;                          // a cell is 2^shift pixels wide and high
+  std::vector<std::uint32_t> cells_;            // the cell of each feature
+  std::vector<std::uint32_t> sorted_;           // features by cell, row by row
+  std::vector<std::uint32_t> cell_begins_;      // of each cell's part, and the end
 };
+
+/// Returns the input's features for a stage: those that its pipeline has read for all stages, or
+/// reads them where the stage was called on its own. O(features) at most.
+inline FrameFeatures& frame_features(const FeaturesView& features, Workspace& workspace) {
+  FrameFeatures& result = workspace.get<FrameFeatures>();
+  if (!result.keeps(features)) result.read(features);
+  return result;
+}
 
 }  // namespace dynfilter
 

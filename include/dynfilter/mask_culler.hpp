@@ -89,8 +89,7 @@ class MaskCuller {
     check(input);
     validate_labels(input, labels, "MaskCuller");
     const std::vector<Instance>& instances = input.segmentation.instances;
-    FrameFeatures& features = workspace.get<FrameFeatures>();
-    features.read(input.features, instances.size());
+    FrameFeatures& features = frame_features(input.features, workspace);
     cull_static_mask(features, labels);
     for (std::size_t k = 0; k < instances.size(); ++k) {
       if (!is_dynamic(instances[k].class_id)) continue;

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "dynfilter/filter_input.hpp"
+#include "dynfilter/frame_features.hpp"
 #include "dynfilter/labels.hpp"
 #include "dynfilter/stage.hpp"
 #include "dynfilter/workspace.hpp"
@@ -93,6 +94,7 @@ void Pipeline<Stages...>::run(const FilterInput& input, bool has_segmentation,
   validate(input, "Pipeline");
   for_each_stage([&](const auto& stage) { check_stage(stage, input); });
   begin_frame(input, has_segmentation, labels);
+  const FrameFeatures::Reading reading(workspace.get<FrameFeatures>(), input.features);
   for_each_stage([&](const auto& stage) { run_stage(stage, input, labels, workspace); });
 }
 
