@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_DATASETS_SEQUENCE_NAMES_HPP
-#define DYNFILTER_SRC_DATASETS_SEQUENCE_NAMES_HPP
+#ifndef DYNFILTER_SRC_EVALUATION_SEQUENCE_NAMES_HPP
+#define DYNFILTER_SRC_EVALUATION_SEQUENCE_NAMES_HPP
 
 #include <filesystem>
 #include <vector>
@@ -32,4 +32,4 @@ inline std::vector<std::filesystem::path> sequence_keys() {
 
 }  // namespace dynfilter::detail
 
-#endif  // DYNFILTER_SRC_DATASETS_SEQUENCE_NAMES_HPP
+#endif  // DYNFILTER_SRC_EVALUATION_SEQUENCE_NAMES_HPP

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_IO_FILE_ERROR_HPP
-#define DYNFILTER_IO_FILE_ERROR_HPP
+#ifndef DYNFILTER_SRC_IO_FILE_ERROR_HPP
+#define DYNFILTER_SRC_IO_FILE_ERROR_HPP
 
 #include <filesystem>
 #include <stdexcept>
@@ -18,4 +18,4 @@ namespace dynfilter::detail {
 
 }  // namespace dynfilter::detail
 
-#endif  // DYNFILTER_IO_FILE_ERROR_HPP
+#endif  // DYNFILTER_SRC_IO_FILE_ERROR_HPP

@@ -4,8 +4,8 @@
 // The one way in which files are written: text, tables, images and pages. A file appears whole or
 // not at all, and an error names it and says why.
 
-#ifndef DYNFILTER_IO_FILE_WRITING_HPP
-#define DYNFILTER_IO_FILE_WRITING_HPP
+#ifndef DYNFILTER_SRC_IO_FILE_WRITING_HPP
+#define DYNFILTER_SRC_IO_FILE_WRITING_HPP
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -80,4 +80,4 @@ inline void write_file(const std::filesystem::path& path, std::string_view bytes
 
 }  // namespace dynfilter::detail
 
-#endif  // DYNFILTER_IO_FILE_WRITING_HPP
+#endif  // DYNFILTER_SRC_IO_FILE_WRITING_HPP

@@ -3,8 +3,8 @@
 
 // frames.csv: a line a frame, what was removed and why. The program and the plugin write the same.
 
-#ifndef DYNFILTER_IO_FRAME_TABLE_HPP
-#define DYNFILTER_IO_FRAME_TABLE_HPP
+#ifndef DYNFILTER_SRC_IO_FRAME_TABLE_HPP
+#define DYNFILTER_SRC_IO_FRAME_TABLE_HPP
 
 #include <cstddef>
 #include <string>
@@ -45,4 +45,4 @@ inline std::string frame_cells(const std::string& frame, double timestamp_s,
 
 }  // namespace dynfilter::detail
 
-#endif  // DYNFILTER_IO_FRAME_TABLE_HPP
+#endif  // DYNFILTER_SRC_IO_FRAME_TABLE_HPP

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_IO_HAND_OVER_NAMES_HPP
-#define DYNFILTER_IO_HAND_OVER_NAMES_HPP
+#ifndef DYNFILTER_SRC_IO_HAND_OVER_NAMES_HPP
+#define DYNFILTER_SRC_IO_HAND_OVER_NAMES_HPP
 
 #include <algorithm>
 #include <string>
@@ -26,4 +26,4 @@ inline HandOver hand_over_of(const std::string& name) {
 
 }  // namespace dynfilter::detail
 
-#endif  // DYNFILTER_IO_HAND_OVER_NAMES_HPP
+#endif  // DYNFILTER_SRC_IO_HAND_OVER_NAMES_HPP

@@ -4,8 +4,8 @@
 // Image files for the compiled components. cv::imread and cv::imwrite tell a missing file, a
 // truncated one and a full disk apart badly, and print about them.
 
-#ifndef DYNFILTER_IO_IMAGE_FILE_HPP
-#define DYNFILTER_IO_IMAGE_FILE_HPP
+#ifndef DYNFILTER_SRC_IO_IMAGE_FILE_HPP
+#define DYNFILTER_SRC_IO_IMAGE_FILE_HPP
 
 #include <algorithm>
 #include <array>
@@ -76,4 +76,4 @@ inline void write_jpeg(const std::filesystem::path& path, const cv::Mat& image) 
 
 }  // namespace dynfilter::detail
 
-#endif  // DYNFILTER_IO_IMAGE_FILE_HPP
+#endif  // DYNFILTER_SRC_IO_IMAGE_FILE_HPP

@@ -3,8 +3,8 @@
 
 // Folders of images whose names are times.
 
-#ifndef DYNFILTER_IO_OUTPUT_FOLDER_HPP
-#define DYNFILTER_IO_OUTPUT_FOLDER_HPP
+#ifndef DYNFILTER_SRC_IO_OUTPUT_FOLDER_HPP
+#define DYNFILTER_SRC_IO_OUTPUT_FOLDER_HPP
 
 #include <filesystem>
 #include <optional>
@@ -45,4 +45,4 @@ inline std::vector<std::filesystem::path> timed_png_files(const std::filesystem:
 
 }  // namespace dynfilter::detail
 
-#endif  // DYNFILTER_IO_OUTPUT_FOLDER_HPP
+#endif  // DYNFILTER_SRC_IO_OUTPUT_FOLDER_HPP

@@ -4,8 +4,8 @@
 // What lies at a path, looked at before it is opened: opening a FIFO waits for a writer, for ever
 // where there is none.
 
-#ifndef DYNFILTER_IO_REGULAR_FILE_HPP
-#define DYNFILTER_IO_REGULAR_FILE_HPP
+#ifndef DYNFILTER_SRC_IO_REGULAR_FILE_HPP
+#define DYNFILTER_SRC_IO_REGULAR_FILE_HPP
 
 #include <filesystem>
 #include <system_error>
@@ -42,4 +42,4 @@ inline void require_regular_file(const std::filesystem::path& path) {
 
 }  // namespace dynfilter::detail
 
-#endif  // DYNFILTER_IO_REGULAR_FILE_HPP
+#endif  // DYNFILTER_SRC_IO_REGULAR_FILE_HPP

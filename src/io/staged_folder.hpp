@@ -9,8 +9,8 @@
 // A process may be killed at any moment. The next writer of that name puts the earlier files back
 // and removes what was being written.
 
-#ifndef DYNFILTER_IO_STAGED_FOLDER_HPP
-#define DYNFILTER_IO_STAGED_FOLDER_HPP
+#ifndef DYNFILTER_SRC_IO_STAGED_FOLDER_HPP
+#define DYNFILTER_SRC_IO_STAGED_FOLDER_HPP
 
 #include <algorithm>
 #include <cstdint>
@@ -186,4 +186,4 @@ class StagedFolder {
 
 }  // namespace dynfilter::detail
 
-#endif  // DYNFILTER_IO_STAGED_FOLDER_HPP
+#endif  // DYNFILTER_SRC_IO_STAGED_FOLDER_HPP

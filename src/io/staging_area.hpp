@@ -4,8 +4,8 @@
 // The hidden folder of StagedFolder: who is writing in it, and the exchange of files with the
 // folder that it lies in. An exchange that a signal cut off is undone by whoever comes next.
 
-#ifndef DYNFILTER_IO_STAGING_AREA_HPP
-#define DYNFILTER_IO_STAGING_AREA_HPP
+#ifndef DYNFILTER_SRC_IO_STAGING_AREA_HPP
+#define DYNFILTER_SRC_IO_STAGING_AREA_HPP
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -305,4 +305,4 @@ class StagingArea {
 
 }  // namespace dynfilter::detail
 
-#endif  // DYNFILTER_IO_STAGING_AREA_HPP
+#endif  // DYNFILTER_SRC_IO_STAGING_AREA_HPP

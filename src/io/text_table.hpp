@@ -3,8 +3,8 @@
 
 // Tables in text files: row by row, with errors that name file and line.
 
-#ifndef DYNFILTER_IO_TEXT_TABLE_HPP
-#define DYNFILTER_IO_TEXT_TABLE_HPP
+#ifndef DYNFILTER_SRC_IO_TEXT_TABLE_HPP
+#define DYNFILTER_SRC_IO_TEXT_TABLE_HPP
 
 #include <cmath>
 #include <cstddef>
@@ -135,4 +135,4 @@ class TableWriter {
 
 }  // namespace dynfilter::detail
 
-#endif  // DYNFILTER_IO_TEXT_TABLE_HPP
+#endif  // DYNFILTER_SRC_IO_TEXT_TABLE_HPP

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_IO_YAML_FILE_HPP
-#define DYNFILTER_IO_YAML_FILE_HPP
+#ifndef DYNFILTER_SRC_IO_YAML_FILE_HPP
+#define DYNFILTER_SRC_IO_YAML_FILE_HPP
 
 #include <cstddef>
 #include <filesystem>
@@ -74,4 +74,4 @@ class YamlFile {
 
 }  // namespace dynfilter::detail
 
-#endif  // DYNFILTER_IO_YAML_FILE_HPP
+#endif  // DYNFILTER_SRC_IO_YAML_FILE_HPP

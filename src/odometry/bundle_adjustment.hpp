@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_ODOMETRY_BUNDLE_ADJUSTMENT_HPP
-#define DYNFILTER_ODOMETRY_BUNDLE_ADJUSTMENT_HPP
+#ifndef DYNFILTER_SRC_ODOMETRY_BUNDLE_ADJUSTMENT_HPP
+#define DYNFILTER_SRC_ODOMETRY_BUNDLE_ADJUSTMENT_HPP
 
 #include <cstddef>
 #include <vector>
@@ -35,4 +35,4 @@ void adjust_bundle(const PinholeCamera& camera, Bundle& bundle);
 
 }  // namespace odometry
 
-#endif  // DYNFILTER_ODOMETRY_BUNDLE_ADJUSTMENT_HPP
+#endif  // DYNFILTER_SRC_ODOMETRY_BUNDLE_ADJUSTMENT_HPP

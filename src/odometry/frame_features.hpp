@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_ODOMETRY_FRAME_FEATURES_HPP
-#define DYNFILTER_ODOMETRY_FRAME_FEATURES_HPP
+#ifndef DYNFILTER_SRC_ODOMETRY_FRAME_FEATURES_HPP
+#define DYNFILTER_SRC_ODOMETRY_FRAME_FEATURES_HPP
 
 #include <array>
 #include <cstddef>
@@ -66,4 +66,4 @@ PinholeCamera pinhole_of(const dynfilter::CameraParameters& parameters, const cv
 
 }  // namespace odometry
 
-#endif  // DYNFILTER_ODOMETRY_FRAME_FEATURES_HPP
+#endif  // DYNFILTER_SRC_ODOMETRY_FRAME_FEATURES_HPP

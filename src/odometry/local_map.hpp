@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_ODOMETRY_LOCAL_MAP_HPP
-#define DYNFILTER_ODOMETRY_LOCAL_MAP_HPP
+#ifndef DYNFILTER_SRC_ODOMETRY_LOCAL_MAP_HPP
+#define DYNFILTER_SRC_ODOMETRY_LOCAL_MAP_HPP
 
 #include <cstddef>
 #include <utility>
@@ -78,4 +78,4 @@ class LocalMap {
 
 }  // namespace odometry
 
-#endif  // DYNFILTER_ODOMETRY_LOCAL_MAP_HPP
+#endif  // DYNFILTER_SRC_ODOMETRY_LOCAL_MAP_HPP

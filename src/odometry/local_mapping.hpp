@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_ODOMETRY_LOCAL_MAPPING_HPP
-#define DYNFILTER_ODOMETRY_LOCAL_MAPPING_HPP
+#ifndef DYNFILTER_SRC_ODOMETRY_LOCAL_MAPPING_HPP
+#define DYNFILTER_SRC_ODOMETRY_LOCAL_MAPPING_HPP
 
 #include <cstddef>
 
@@ -18,4 +18,4 @@ void adjust_around(LocalMap& map, const PinholeCamera& camera, KeyframeId keyfra
 
 }  // namespace odometry
 
-#endif  // DYNFILTER_ODOMETRY_LOCAL_MAPPING_HPP
+#endif  // DYNFILTER_SRC_ODOMETRY_LOCAL_MAPPING_HPP

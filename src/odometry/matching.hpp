@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_ODOMETRY_MATCHING_HPP
-#define DYNFILTER_ODOMETRY_MATCHING_HPP
+#ifndef DYNFILTER_SRC_ODOMETRY_MATCHING_HPP
+#define DYNFILTER_SRC_ODOMETRY_MATCHING_HPP
 
 #include <cstddef>
 #include <vector>
@@ -34,4 +34,4 @@ std::size_t match_keyframe(const LocalMap& map, const Keyframe& keyframe, Tracki
 
 }  // namespace odometry
 
-#endif  // DYNFILTER_ODOMETRY_MATCHING_HPP
+#endif  // DYNFILTER_SRC_ODOMETRY_MATCHING_HPP

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_ODOMETRY_ODOMETRY_HPP
-#define DYNFILTER_ODOMETRY_ODOMETRY_HPP
+#ifndef DYNFILTER_SRC_ODOMETRY_ODOMETRY_HPP
+#define DYNFILTER_SRC_ODOMETRY_ODOMETRY_HPP
 
 #include <cstddef>
 #include <cstdint>
@@ -105,4 +105,4 @@ class Odometry {
 
 }  // namespace odometry
 
-#endif  // DYNFILTER_ODOMETRY_ODOMETRY_HPP
+#endif  // DYNFILTER_SRC_ODOMETRY_ODOMETRY_HPP

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_ODOMETRY_ORB_EXTRACTOR_HPP
-#define DYNFILTER_ODOMETRY_ORB_EXTRACTOR_HPP
+#ifndef DYNFILTER_SRC_ODOMETRY_ORB_EXTRACTOR_HPP
+#define DYNFILTER_SRC_ODOMETRY_ORB_EXTRACTOR_HPP
 
 #include <cstddef>
 #include <vector>
@@ -35,4 +35,4 @@ class OrbExtractor {
 
 }  // namespace odometry
 
-#endif  // DYNFILTER_ODOMETRY_ORB_EXTRACTOR_HPP
+#endif  // DYNFILTER_SRC_ODOMETRY_ORB_EXTRACTOR_HPP

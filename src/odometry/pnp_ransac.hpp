@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_ODOMETRY_PNP_RANSAC_HPP
-#define DYNFILTER_ODOMETRY_PNP_RANSAC_HPP
+#ifndef DYNFILTER_SRC_ODOMETRY_PNP_RANSAC_HPP
+#define DYNFILTER_SRC_ODOMETRY_PNP_RANSAC_HPP
 
 #include <cstddef>
 #include <cstdint>
@@ -21,4 +21,4 @@ std::optional<Pose> pnp_ransac(const PinholeCamera& camera, std::vector<PointMat
 
 }  // namespace odometry
 
-#endif  // DYNFILTER_ODOMETRY_PNP_RANSAC_HPP
+#endif  // DYNFILTER_SRC_ODOMETRY_PNP_RANSAC_HPP

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_ODOMETRY_POSE_HPP
-#define DYNFILTER_ODOMETRY_POSE_HPP
+#ifndef DYNFILTER_SRC_ODOMETRY_POSE_HPP
+#define DYNFILTER_SRC_ODOMETRY_POSE_HPP
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -52,4 +52,4 @@ inline Pose moved(const Pose& pose, const Twist& step) {
 
 }  // namespace odometry
 
-#endif  // DYNFILTER_ODOMETRY_POSE_HPP
+#endif  // DYNFILTER_SRC_ODOMETRY_POSE_HPP

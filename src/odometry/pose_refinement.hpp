@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_ODOMETRY_POSE_REFINEMENT_HPP
-#define DYNFILTER_ODOMETRY_POSE_REFINEMENT_HPP
+#ifndef DYNFILTER_SRC_ODOMETRY_POSE_REFINEMENT_HPP
+#define DYNFILTER_SRC_ODOMETRY_POSE_REFINEMENT_HPP
 
 #include <cstddef>
 #include <vector>
@@ -28,4 +28,4 @@ std::size_t refine_pose(const PinholeCamera& camera, Pose& pose, std::vector<Poi
 
 }  // namespace odometry
 
-#endif  // DYNFILTER_ODOMETRY_POSE_REFINEMENT_HPP
+#endif  // DYNFILTER_SRC_ODOMETRY_POSE_REFINEMENT_HPP

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_ODOMETRY_REPROJECTION_HPP
-#define DYNFILTER_ODOMETRY_REPROJECTION_HPP
+#ifndef DYNFILTER_SRC_ODOMETRY_REPROJECTION_HPP
+#define DYNFILTER_SRC_ODOMETRY_REPROJECTION_HPP
 
 #include <cmath>
 
@@ -97,4 +97,4 @@ inline RobustCost huber(double squared, double limit) {
 
 }  // namespace odometry
 
-#endif  // DYNFILTER_ODOMETRY_REPROJECTION_HPP
+#endif  // DYNFILTER_SRC_ODOMETRY_REPROJECTION_HPP

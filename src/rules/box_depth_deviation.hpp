@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_RULES_BOX_DEPTH_DEVIATION_HPP
-#define DYNFILTER_RULES_BOX_DEPTH_DEVIATION_HPP
+#ifndef DYNFILTER_SRC_RULES_BOX_DEPTH_DEVIATION_HPP
+#define DYNFILTER_SRC_RULES_BOX_DEPTH_DEVIATION_HPP
 
 #include <algorithm>
 #include <cmath>
@@ -118,4 +118,4 @@ class BoxDepthDeviation {
 
 }  // namespace dynfilter::peers
 
-#endif  // DYNFILTER_RULES_BOX_DEPTH_DEVIATION_HPP
+#endif  // DYNFILTER_SRC_RULES_BOX_DEPTH_DEVIATION_HPP

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_RULES_BOX_DEPTH_MASK_HPP
-#define DYNFILTER_RULES_BOX_DEPTH_MASK_HPP
+#ifndef DYNFILTER_SRC_RULES_BOX_DEPTH_MASK_HPP
+#define DYNFILTER_SRC_RULES_BOX_DEPTH_MASK_HPP
 
 #include <cstddef>
 #include <utility>
@@ -93,4 +93,4 @@ class BoxDepthMask {
 
 }  // namespace dynfilter::peers
 
-#endif  // DYNFILTER_RULES_BOX_DEPTH_MASK_HPP
+#endif  // DYNFILTER_SRC_RULES_BOX_DEPTH_MASK_HPP

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_RULES_BOX_DEPTH_THRESHOLD_HPP
-#define DYNFILTER_RULES_BOX_DEPTH_THRESHOLD_HPP
+#ifndef DYNFILTER_SRC_RULES_BOX_DEPTH_THRESHOLD_HPP
+#define DYNFILTER_SRC_RULES_BOX_DEPTH_THRESHOLD_HPP
 
 #include <algorithm>
 #include <cstddef>
@@ -77,4 +77,4 @@ class BoxDepthThreshold {
 
 }  // namespace dynfilter::peers
 
-#endif  // DYNFILTER_RULES_BOX_DEPTH_THRESHOLD_HPP
+#endif  // DYNFILTER_SRC_RULES_BOX_DEPTH_THRESHOLD_HPP

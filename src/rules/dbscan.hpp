@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_RULES_DBSCAN_HPP
-#define DYNFILTER_RULES_DBSCAN_HPP
+#ifndef DYNFILTER_SRC_RULES_DBSCAN_HPP
+#define DYNFILTER_SRC_RULES_DBSCAN_HPP
 
 #include <algorithm>
 #include <cmath>
@@ -103,4 +103,4 @@ inline std::vector<int> dbscan(const std::vector<cv::Point3f>& points, double ra
 
 }  // namespace dynfilter::peers
 
-#endif  // DYNFILTER_RULES_DBSCAN_HPP
+#endif  // DYNFILTER_SRC_RULES_DBSCAN_HPP

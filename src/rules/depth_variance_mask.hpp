@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_RULES_DEPTH_VARIANCE_MASK_HPP
-#define DYNFILTER_RULES_DEPTH_VARIANCE_MASK_HPP
+#ifndef DYNFILTER_SRC_RULES_DEPTH_VARIANCE_MASK_HPP
+#define DYNFILTER_SRC_RULES_DEPTH_VARIANCE_MASK_HPP
 
 #include <algorithm>
 #include <cstddef>
@@ -181,4 +181,4 @@ class DepthVarianceMask {
 
 }  // namespace dynfilter::peers
 
-#endif  // DYNFILTER_RULES_DEPTH_VARIANCE_MASK_HPP
+#endif  // DYNFILTER_SRC_RULES_DEPTH_VARIANCE_MASK_HPP

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_RULES_DILATED_MASK_HPP
-#define DYNFILTER_RULES_DILATED_MASK_HPP
+#ifndef DYNFILTER_SRC_RULES_DILATED_MASK_HPP
+#define DYNFILTER_SRC_RULES_DILATED_MASK_HPP
 
 #include <vector>
 
@@ -62,4 +62,4 @@ class DilatedMask {
 
 }  // namespace dynfilter::peers
 
-#endif  // DYNFILTER_RULES_DILATED_MASK_HPP
+#endif  // DYNFILTER_SRC_RULES_DILATED_MASK_HPP

@@ -4,8 +4,8 @@
 // What the rules of other systems, written here as stages, have in common. All of them are written
 // from descriptions in prose and share no code with the systems that they are named after.
 
-#ifndef DYNFILTER_RULES_SUPPORT_HPP
-#define DYNFILTER_RULES_SUPPORT_HPP
+#ifndef DYNFILTER_SRC_RULES_SUPPORT_HPP
+#define DYNFILTER_SRC_RULES_SUPPORT_HPP
 
 #include <algorithm>
 #include <cmath>
@@ -120,4 +120,4 @@ inline void dilate_by_square(cv::Mat& mask, int radius) {
 
 }  // namespace dynfilter::peers
 
-#endif  // DYNFILTER_RULES_SUPPORT_HPP
+#endif  // DYNFILTER_SRC_RULES_SUPPORT_HPP

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_RULES_WHOLE_BOX_HPP
-#define DYNFILTER_RULES_WHOLE_BOX_HPP
+#ifndef DYNFILTER_SRC_RULES_WHOLE_BOX_HPP
+#define DYNFILTER_SRC_RULES_WHOLE_BOX_HPP
 
 #include <cstddef>
 #include <utility>
@@ -51,4 +51,4 @@ class WholeBox {
 
 }  // namespace dynfilter::peers
 
-#endif  // DYNFILTER_RULES_WHOLE_BOX_HPP
+#endif  // DYNFILTER_SRC_RULES_WHOLE_BOX_HPP

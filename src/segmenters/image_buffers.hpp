@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SEGMENTERS_IMAGE_BUFFERS_HPP
-#define DYNFILTER_SEGMENTERS_IMAGE_BUFFERS_HPP
+#ifndef DYNFILTER_SRC_SEGMENTERS_IMAGE_BUFFERS_HPP
+#define DYNFILTER_SRC_SEGMENTERS_IMAGE_BUFFERS_HPP
 
 #include <algorithm>
 #include <vector>
@@ -39,4 +39,4 @@ class ImageBuffers {
 
 }  // namespace dynfilter::detail
 
-#endif  // DYNFILTER_SEGMENTERS_IMAGE_BUFFERS_HPP
+#endif  // DYNFILTER_SRC_SEGMENTERS_IMAGE_BUFFERS_HPP

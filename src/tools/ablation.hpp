@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TOOLS_ABLATION_HPP
-#define DYNFILTER_TOOLS_ABLATION_HPP
+#ifndef DYNFILTER_SRC_TOOLS_ABLATION_HPP
+#define DYNFILTER_SRC_TOOLS_ABLATION_HPP
 
 #include <filesystem>
 #include <string>
@@ -36,4 +36,4 @@ std::vector<std::string> job_lines(const AblationPlan& plan, const std::string& 
 
 }  // namespace dynfilter::tools
 
-#endif  // DYNFILTER_TOOLS_ABLATION_HPP
+#endif  // DYNFILTER_SRC_TOOLS_ABLATION_HPP

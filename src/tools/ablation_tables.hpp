@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TOOLS_ABLATION_TABLES_HPP
-#define DYNFILTER_TOOLS_ABLATION_TABLES_HPP
+#ifndef DYNFILTER_SRC_TOOLS_ABLATION_TABLES_HPP
+#define DYNFILTER_SRC_TOOLS_ABLATION_TABLES_HPP
 
 #include <string>
 #include <vector>
@@ -25,4 +25,4 @@ std::vector<std::string> missing_runs(const std::vector<RunResult>& results);
 
 }  // namespace dynfilter::tools
 
-#endif  // DYNFILTER_TOOLS_ABLATION_TABLES_HPP
+#endif  // DYNFILTER_SRC_TOOLS_ABLATION_TABLES_HPP

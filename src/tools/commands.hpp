@@ -3,8 +3,8 @@
 
 // The sub-commands of the program: each declares its options and what to do with them.
 
-#ifndef DYNFILTER_TOOLS_COMMANDS_HPP
-#define DYNFILTER_TOOLS_COMMANDS_HPP
+#ifndef DYNFILTER_SRC_TOOLS_COMMANDS_HPP
+#define DYNFILTER_SRC_TOOLS_COMMANDS_HPP
 
 #include <string>
 
@@ -21,4 +21,4 @@ void add_ablate_command(CLI::App& program, const std::string& called_as);
 
 }  // namespace dynfilter::tools
 
-#endif  // DYNFILTER_TOOLS_COMMANDS_HPP
+#endif  // DYNFILTER_SRC_TOOLS_COMMANDS_HPP

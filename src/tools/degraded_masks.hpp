@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TOOLS_DEGRADED_MASKS_HPP
-#define DYNFILTER_TOOLS_DEGRADED_MASKS_HPP
+#ifndef DYNFILTER_SRC_TOOLS_DEGRADED_MASKS_HPP
+#define DYNFILTER_SRC_TOOLS_DEGRADED_MASKS_HPP
 
 #include <memory>
 #include <string>
@@ -32,4 +32,4 @@ constexpr double degraded_rim_px = 15;
 
 }  // namespace dynfilter::tools
 
-#endif  // DYNFILTER_TOOLS_DEGRADED_MASKS_HPP
+#endif  // DYNFILTER_SRC_TOOLS_DEGRADED_MASKS_HPP

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TOOLS_FRAME_PACE_HPP
-#define DYNFILTER_TOOLS_FRAME_PACE_HPP
+#ifndef DYNFILTER_SRC_TOOLS_FRAME_PACE_HPP
+#define DYNFILTER_SRC_TOOLS_FRAME_PACE_HPP
 
 #include <chrono>
 #include <cstddef>
@@ -46,4 +46,4 @@ class FramePace {
 
 }  // namespace dynfilter::tools
 
-#endif  // DYNFILTER_TOOLS_FRAME_PACE_HPP
+#endif  // DYNFILTER_SRC_TOOLS_FRAME_PACE_HPP

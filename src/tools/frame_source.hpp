@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TOOLS_FRAME_SOURCE_HPP
-#define DYNFILTER_TOOLS_FRAME_SOURCE_HPP
+#ifndef DYNFILTER_SRC_TOOLS_FRAME_SOURCE_HPP
+#define DYNFILTER_SRC_TOOLS_FRAME_SOURCE_HPP
 
 #include <cstddef>
 #include <cstdint>
@@ -80,4 +80,4 @@ std::unique_ptr<FrameSource> render_scene(const SyntheticSceneOptions& options);
 
 }  // namespace dynfilter::tools
 
-#endif  // DYNFILTER_TOOLS_FRAME_SOURCE_HPP
+#endif  // DYNFILTER_SRC_TOOLS_FRAME_SOURCE_HPP

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TOOLS_INPUTS_HPP
-#define DYNFILTER_TOOLS_INPUTS_HPP
+#ifndef DYNFILTER_SRC_TOOLS_INPUTS_HPP
+#define DYNFILTER_SRC_TOOLS_INPUTS_HPP
 
 #include <sys/types.h>
 
@@ -40,4 +40,4 @@ void require_harmless(const Inputs& inputs, const std::filesystem::path& out,
 
 }  // namespace dynfilter::tools
 
-#endif  // DYNFILTER_TOOLS_INPUTS_HPP
+#endif  // DYNFILTER_SRC_TOOLS_INPUTS_HPP

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TOOLS_MASK_FEED_HPP
-#define DYNFILTER_TOOLS_MASK_FEED_HPP
+#ifndef DYNFILTER_SRC_TOOLS_MASK_FEED_HPP
+#define DYNFILTER_SRC_TOOLS_MASK_FEED_HPP
 
 #include <memory>
 #include <optional>
@@ -68,4 +68,4 @@ class MaskFeed {
 
 }  // namespace dynfilter::tools
 
-#endif  // DYNFILTER_TOOLS_MASK_FEED_HPP
+#endif  // DYNFILTER_SRC_TOOLS_MASK_FEED_HPP

@@ -4,8 +4,8 @@
 // Numbers of the command line. CLI11 reads 010 as octal, passes NaN through a range, and takes the
 // largest integer for one that is larger.
 
-#ifndef DYNFILTER_TOOLS_NUMBER_OPTIONS_HPP
-#define DYNFILTER_TOOLS_NUMBER_OPTIONS_HPP
+#ifndef DYNFILTER_SRC_TOOLS_NUMBER_OPTIONS_HPP
+#define DYNFILTER_SRC_TOOLS_NUMBER_OPTIONS_HPP
 
 #include <cstddef>
 #include <cstdint>
@@ -34,4 +34,4 @@ std::optional<std::vector<std::uint64_t>> parse_number_list(const std::string& t
 
 }  // namespace dynfilter::tools
 
-#endif  // DYNFILTER_TOOLS_NUMBER_OPTIONS_HPP
+#endif  // DYNFILTER_SRC_TOOLS_NUMBER_OPTIONS_HPP

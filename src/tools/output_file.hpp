@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TOOLS_OUTPUT_FILE_HPP
-#define DYNFILTER_TOOLS_OUTPUT_FILE_HPP
+#ifndef DYNFILTER_SRC_TOOLS_OUTPUT_FILE_HPP
+#define DYNFILTER_SRC_TOOLS_OUTPUT_FILE_HPP
 
 #include <array>
 #include <filesystem>
@@ -66,4 +66,4 @@ inline void write_replaceable(const std::filesystem::path& file, const std::stri
 
 }  // namespace dynfilter::tools
 
-#endif  // DYNFILTER_TOOLS_OUTPUT_FILE_HPP
+#endif  // DYNFILTER_SRC_TOOLS_OUTPUT_FILE_HPP

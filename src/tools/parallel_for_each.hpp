@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TOOLS_PARALLEL_FOR_EACH_HPP
-#define DYNFILTER_TOOLS_PARALLEL_FOR_EACH_HPP
+#ifndef DYNFILTER_SRC_TOOLS_PARALLEL_FOR_EACH_HPP
+#define DYNFILTER_SRC_TOOLS_PARALLEL_FOR_EACH_HPP
 
 #include <algorithm>
 #include <atomic>
@@ -43,4 +43,4 @@ void parallel_for_each(std::size_t count, const Work& work) {
 
 }  // namespace dynfilter::tools
 
-#endif  // DYNFILTER_TOOLS_PARALLEL_FOR_EACH_HPP
+#endif  // DYNFILTER_SRC_TOOLS_PARALLEL_FOR_EACH_HPP

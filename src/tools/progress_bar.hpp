@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TOOLS_PROGRESS_BAR_HPP
-#define DYNFILTER_TOOLS_PROGRESS_BAR_HPP
+#ifndef DYNFILTER_SRC_TOOLS_PROGRESS_BAR_HPP
+#define DYNFILTER_SRC_TOOLS_PROGRESS_BAR_HPP
 
 #include <unistd.h>
 
@@ -56,4 +56,4 @@ class ProgressBar {
 
 }  // namespace dynfilter::tools
 
-#endif  // DYNFILTER_TOOLS_PROGRESS_BAR_HPP
+#endif  // DYNFILTER_SRC_TOOLS_PROGRESS_BAR_HPP

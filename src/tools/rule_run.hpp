@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TOOLS_RULE_RUN_HPP
-#define DYNFILTER_TOOLS_RULE_RUN_HPP
+#ifndef DYNFILTER_SRC_TOOLS_RULE_RUN_HPP
+#define DYNFILTER_SRC_TOOLS_RULE_RUN_HPP
 
 #include <cstddef>
 #include <cstdint>
@@ -107,4 +107,4 @@ class RuleRun {
 
 }  // namespace dynfilter::tools
 
-#endif  // DYNFILTER_TOOLS_RULE_RUN_HPP
+#endif  // DYNFILTER_SRC_TOOLS_RULE_RUN_HPP

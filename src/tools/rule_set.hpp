@@ -3,8 +3,8 @@
 
 // The rules that can be compared: ours, those of other systems, and the bounds.
 
-#ifndef DYNFILTER_TOOLS_RULE_SET_HPP
-#define DYNFILTER_TOOLS_RULE_SET_HPP
+#ifndef DYNFILTER_SRC_TOOLS_RULE_SET_HPP
+#define DYNFILTER_SRC_TOOLS_RULE_SET_HPP
 
 #include <cstdint>
 #include <functional>
@@ -49,4 +49,4 @@ AnyStage stage_of(const RuleInfo& rule, const MaskCullerOptions& masks, std::uin
 
 }  // namespace dynfilter::tools
 
-#endif  // DYNFILTER_TOOLS_RULE_SET_HPP
+#endif  // DYNFILTER_SRC_TOOLS_RULE_SET_HPP

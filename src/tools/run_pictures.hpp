@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TOOLS_RUN_PICTURES_HPP
-#define DYNFILTER_TOOLS_RUN_PICTURES_HPP
+#ifndef DYNFILTER_SRC_TOOLS_RUN_PICTURES_HPP
+#define DYNFILTER_SRC_TOOLS_RUN_PICTURES_HPP
 
 #include <cstddef>
 #include <filesystem>
@@ -61,4 +61,4 @@ FeatureLabels only_masked(const FeatureLabels& labels, const Segmentation& segme
 
 }  // namespace dynfilter::tools
 
-#endif  // DYNFILTER_TOOLS_RUN_PICTURES_HPP
+#endif  // DYNFILTER_SRC_TOOLS_RUN_PICTURES_HPP

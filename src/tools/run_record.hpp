@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TOOLS_RUN_RECORD_HPP
-#define DYNFILTER_TOOLS_RUN_RECORD_HPP
+#ifndef DYNFILTER_SRC_TOOLS_RUN_RECORD_HPP
+#define DYNFILTER_SRC_TOOLS_RUN_RECORD_HPP
 
 #include <cstddef>
 #include <optional>
@@ -82,4 +82,4 @@ struct RunRecord {
 
 }  // namespace dynfilter::tools
 
-#endif  // DYNFILTER_TOOLS_RUN_RECORD_HPP
+#endif  // DYNFILTER_SRC_TOOLS_RUN_RECORD_HPP

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TOOLS_RUN_REPORT_HPP
-#define DYNFILTER_TOOLS_RUN_REPORT_HPP
+#ifndef DYNFILTER_SRC_TOOLS_RUN_REPORT_HPP
+#define DYNFILTER_SRC_TOOLS_RUN_REPORT_HPP
 
 #include <filesystem>
 
@@ -22,4 +22,4 @@ void write_summary_json(const RunRecord& run, const std::filesystem::path& file)
 
 }  // namespace dynfilter::tools
 
-#endif  // DYNFILTER_TOOLS_RUN_REPORT_HPP
+#endif  // DYNFILTER_SRC_TOOLS_RUN_REPORT_HPP

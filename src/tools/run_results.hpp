@@ -3,8 +3,8 @@
 
 // Results of runs, read back from the folders that they were written to.
 
-#ifndef DYNFILTER_TOOLS_RUN_RESULTS_HPP
-#define DYNFILTER_TOOLS_RUN_RESULTS_HPP
+#ifndef DYNFILTER_SRC_TOOLS_RUN_RESULTS_HPP
+#define DYNFILTER_SRC_TOOLS_RUN_RESULTS_HPP
 
 #include <cstddef>
 #include <filesystem>
@@ -57,4 +57,4 @@ std::vector<std::string> scenes_of(const std::vector<RunResult>& results);
 
 }  // namespace dynfilter::tools
 
-#endif  // DYNFILTER_TOOLS_RUN_RESULTS_HPP
+#endif  // DYNFILTER_SRC_TOOLS_RUN_RESULTS_HPP

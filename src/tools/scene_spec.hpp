@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TOOLS_SCENE_SPEC_HPP
-#define DYNFILTER_TOOLS_SCENE_SPEC_HPP
+#ifndef DYNFILTER_SRC_TOOLS_SCENE_SPEC_HPP
+#define DYNFILTER_SRC_TOOLS_SCENE_SPEC_HPP
 
 #include <cstdint>
 #include <filesystem>
@@ -44,4 +44,4 @@ std::string shell_quoted(const std::string& text);
 
 }  // namespace dynfilter::tools
 
-#endif  // DYNFILTER_TOOLS_SCENE_SPEC_HPP
+#endif  // DYNFILTER_SRC_TOOLS_SCENE_SPEC_HPP

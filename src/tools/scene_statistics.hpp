@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TOOLS_SCENE_STATISTICS_HPP
-#define DYNFILTER_TOOLS_SCENE_STATISTICS_HPP
+#ifndef DYNFILTER_SRC_TOOLS_SCENE_STATISTICS_HPP
+#define DYNFILTER_SRC_TOOLS_SCENE_STATISTICS_HPP
 
 #include <array>
 #include <cstdint>
@@ -56,4 +56,4 @@ std::string depth_statistics(const std::filesystem::path& folder);
 
 }  // namespace dynfilter::tools
 
-#endif  // DYNFILTER_TOOLS_SCENE_STATISTICS_HPP
+#endif  // DYNFILTER_SRC_TOOLS_SCENE_STATISTICS_HPP

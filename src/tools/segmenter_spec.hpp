@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TOOLS_SEGMENTER_SPEC_HPP
-#define DYNFILTER_TOOLS_SEGMENTER_SPEC_HPP
+#ifndef DYNFILTER_SRC_TOOLS_SEGMENTER_SPEC_HPP
+#define DYNFILTER_SRC_TOOLS_SEGMENTER_SPEC_HPP
 
 #include <filesystem>
 #include <memory>
@@ -34,4 +34,4 @@ void add_segmenter_options(CLI::App& command, SegmenterSpec& segmenter);
 
 }  // namespace dynfilter::tools
 
-#endif  // DYNFILTER_TOOLS_SEGMENTER_SPEC_HPP
+#endif  // DYNFILTER_SRC_TOOLS_SEGMENTER_SPEC_HPP

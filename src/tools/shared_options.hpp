@@ -3,8 +3,8 @@
 
 // Options that several sub-commands have.
 
-#ifndef DYNFILTER_TOOLS_SHARED_OPTIONS_HPP
-#define DYNFILTER_TOOLS_SHARED_OPTIONS_HPP
+#ifndef DYNFILTER_SRC_TOOLS_SHARED_OPTIONS_HPP
+#define DYNFILTER_SRC_TOOLS_SHARED_OPTIONS_HPP
 
 #include <cstdint>
 #include <limits>
@@ -54,4 +54,4 @@ inline void add_setting_options(CLI::App& command, RunSettings& settings) {
 
 }  // namespace dynfilter::tools
 
-#endif  // DYNFILTER_TOOLS_SHARED_OPTIONS_HPP
+#endif  // DYNFILTER_SRC_TOOLS_SHARED_OPTIONS_HPP

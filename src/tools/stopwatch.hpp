@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TOOLS_STOPWATCH_HPP
-#define DYNFILTER_TOOLS_STOPWATCH_HPP
+#ifndef DYNFILTER_SRC_TOOLS_STOPWATCH_HPP
+#define DYNFILTER_SRC_TOOLS_STOPWATCH_HPP
 
 #include <algorithm>
 #include <chrono>
@@ -68,4 +68,4 @@ class TimedStage {
 
 }  // namespace dynfilter::tools
 
-#endif  // DYNFILTER_TOOLS_STOPWATCH_HPP
+#endif  // DYNFILTER_SRC_TOOLS_STOPWATCH_HPP

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TOOLS_TABLE_HPP
-#define DYNFILTER_TOOLS_TABLE_HPP
+#ifndef DYNFILTER_SRC_TOOLS_TABLE_HPP
+#define DYNFILTER_SRC_TOOLS_TABLE_HPP
 
 #include <algorithm>
 #include <cstddef>
@@ -41,4 +41,4 @@ inline std::string text_of(const Table& table) {
 
 }  // namespace dynfilter::tools
 
-#endif  // DYNFILTER_TOOLS_TABLE_HPP
+#endif  // DYNFILTER_SRC_TOOLS_TABLE_HPP

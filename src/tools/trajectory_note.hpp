@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TOOLS_TRAJECTORY_NOTE_HPP
-#define DYNFILTER_TOOLS_TRAJECTORY_NOTE_HPP
+#ifndef DYNFILTER_SRC_TOOLS_TRAJECTORY_NOTE_HPP
+#define DYNFILTER_SRC_TOOLS_TRAJECTORY_NOTE_HPP
 
 #include <cstddef>
 #include <filesystem>
@@ -36,4 +36,4 @@ inline std::string trajectory_note(const std::filesystem::path& file,
 
 }  // namespace dynfilter::tools
 
-#endif  // DYNFILTER_TOOLS_TRAJECTORY_NOTE_HPP
+#endif  // DYNFILTER_SRC_TOOLS_TRAJECTORY_NOTE_HPP

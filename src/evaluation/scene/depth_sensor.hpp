@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_DATASETS_SCENE_DEPTH_SENSOR_HPP
-#define DYNFILTER_SRC_DATASETS_SCENE_DEPTH_SENSOR_HPP
+#ifndef DYNFILTER_SRC_EVALUATION_SCENE_DEPTH_SENSOR_HPP
+#define DYNFILTER_SRC_EVALUATION_SCENE_DEPTH_SENSOR_HPP
 
 #include <cstdint>
 
@@ -20,4 +20,4 @@ cv::Mat1w measure_depth(const Rendering& rendering, const CameraParameters& came
 
 }  // namespace dynfilter::scene
 
-#endif  // DYNFILTER_SRC_DATASETS_SCENE_DEPTH_SENSOR_HPP
+#endif  // DYNFILTER_SRC_EVALUATION_SCENE_DEPTH_SENSOR_HPP

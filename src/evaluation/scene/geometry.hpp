@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_DATASETS_SCENE_GEOMETRY_HPP
-#define DYNFILTER_SRC_DATASETS_SCENE_GEOMETRY_HPP
+#ifndef DYNFILTER_SRC_EVALUATION_SCENE_GEOMETRY_HPP
+#define DYNFILTER_SRC_EVALUATION_SCENE_GEOMETRY_HPP
 
 #include <limits>
 
@@ -93,4 +93,4 @@ class Limb {
 
 }  // namespace dynfilter::scene
 
-#endif  // DYNFILTER_SRC_DATASETS_SCENE_GEOMETRY_HPP
+#endif  // DYNFILTER_SRC_EVALUATION_SCENE_GEOMETRY_HPP

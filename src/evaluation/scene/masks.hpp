@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_DATASETS_SCENE_MASKS_HPP
-#define DYNFILTER_SRC_DATASETS_SCENE_MASKS_HPP
+#ifndef DYNFILTER_SRC_EVALUATION_SCENE_MASKS_HPP
+#define DYNFILTER_SRC_EVALUATION_SCENE_MASKS_HPP
 
 #include <vector>
 
@@ -21,4 +21,4 @@ std::vector<Instance> poor_instances(const SyntheticSceneOptions& options, int f
 
 }  // namespace dynfilter::scene
 
-#endif  // DYNFILTER_SRC_DATASETS_SCENE_MASKS_HPP
+#endif  // DYNFILTER_SRC_EVALUATION_SCENE_MASKS_HPP

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_DATASETS_SCENE_MATERIALS_HPP
-#define DYNFILTER_SRC_DATASETS_SCENE_MATERIALS_HPP
+#ifndef DYNFILTER_SRC_EVALUATION_SCENE_MATERIALS_HPP
+#define DYNFILTER_SRC_EVALUATION_SCENE_MATERIALS_HPP
 
 #include <cstdint>
 
@@ -23,4 +23,4 @@ Texture paint_garment(Garment garment, int person, std::uint64_t seed);
 
 }  // namespace dynfilter::scene
 
-#endif  // DYNFILTER_SRC_DATASETS_SCENE_MATERIALS_HPP
+#endif  // DYNFILTER_SRC_EVALUATION_SCENE_MATERIALS_HPP

@@ -4,8 +4,8 @@
 // Random numbers that are a pure function of (seed, what, where): nothing here has a state, so a
 // result depends neither on the order of calls nor on the number of threads.
 
-#ifndef DYNFILTER_SRC_DATASETS_SCENE_NOISE_HPP
-#define DYNFILTER_SRC_DATASETS_SCENE_NOISE_HPP
+#ifndef DYNFILTER_SRC_EVALUATION_SCENE_NOISE_HPP
+#define DYNFILTER_SRC_EVALUATION_SCENE_NOISE_HPP
 
 #include <cstdint>
 
@@ -68,4 +68,4 @@ cv::Mat1f noise_field(cv::Size size, int cell, std::uint64_t key);
 
 }  // namespace dynfilter::scene
 
-#endif  // DYNFILTER_SRC_DATASETS_SCENE_NOISE_HPP
+#endif  // DYNFILTER_SRC_EVALUATION_SCENE_NOISE_HPP

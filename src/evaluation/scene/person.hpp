@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_DATASETS_SCENE_PERSON_HPP
-#define DYNFILTER_SRC_DATASETS_SCENE_PERSON_HPP
+#ifndef DYNFILTER_SRC_EVALUATION_SCENE_PERSON_HPP
+#define DYNFILTER_SRC_EVALUATION_SCENE_PERSON_HPP
 
 #include <cstdint>
 #include <vector>
@@ -51,4 +51,4 @@ Bodies bodies_at(const SyntheticSceneOptions& options, double elapsed_s);
 
 }  // namespace dynfilter::scene
 
-#endif  // DYNFILTER_SRC_DATASETS_SCENE_PERSON_HPP
+#endif  // DYNFILTER_SRC_EVALUATION_SCENE_PERSON_HPP

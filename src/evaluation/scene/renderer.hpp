@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_DATASETS_SCENE_RENDERER_HPP
-#define DYNFILTER_SRC_DATASETS_SCENE_RENDERER_HPP
+#ifndef DYNFILTER_SRC_EVALUATION_SCENE_RENDERER_HPP
+#define DYNFILTER_SRC_EVALUATION_SCENE_RENDERER_HPP
 
 #include <cstdint>
 #include <vector>
@@ -49,4 +49,4 @@ cv::Mat3b expose(const cv::Mat3f& colour, float gain, std::uint64_t key);
 
 }  // namespace dynfilter::scene
 
-#endif  // DYNFILTER_SRC_DATASETS_SCENE_RENDERER_HPP
+#endif  // DYNFILTER_SRC_EVALUATION_SCENE_RENDERER_HPP

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_DATASETS_SCENE_TEXTURE_HPP
-#define DYNFILTER_SRC_DATASETS_SCENE_TEXTURE_HPP
+#ifndef DYNFILTER_SRC_EVALUATION_SCENE_TEXTURE_HPP
+#define DYNFILTER_SRC_EVALUATION_SCENE_TEXTURE_HPP
 
 #include <cstdint>
 #include <vector>
@@ -56,4 +56,4 @@ class Canvas {
 
 }  // namespace dynfilter::scene
 
-#endif  // DYNFILTER_SRC_DATASETS_SCENE_TEXTURE_HPP
+#endif  // DYNFILTER_SRC_EVALUATION_SCENE_TEXTURE_HPP

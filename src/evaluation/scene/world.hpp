@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_DATASETS_SCENE_WORLD_HPP
-#define DYNFILTER_SRC_DATASETS_SCENE_WORLD_HPP
+#ifndef DYNFILTER_SRC_EVALUATION_SCENE_WORLD_HPP
+#define DYNFILTER_SRC_EVALUATION_SCENE_WORLD_HPP
 
 #include <vector>
 
@@ -31,4 +31,4 @@ CameraPose camera_at(const SyntheticSceneOptions& options, double elapsed_s);
 
 }  // namespace dynfilter::scene
 
-#endif  // DYNFILTER_SRC_DATASETS_SCENE_WORLD_HPP
+#endif  // DYNFILTER_SRC_EVALUATION_SCENE_WORLD_HPP

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TOOLS_HTML_CHART_HPP
-#define DYNFILTER_TOOLS_HTML_CHART_HPP
+#ifndef DYNFILTER_SRC_TOOLS_REPORT_HTML_CHART_HPP
+#define DYNFILTER_SRC_TOOLS_REPORT_HTML_CHART_HPP
 
 #include <optional>
 #include <string>
@@ -46,4 +46,4 @@ constexpr double chart_width = 344;
 
 }  // namespace dynfilter::tools
 
-#endif  // DYNFILTER_TOOLS_HTML_CHART_HPP
+#endif  // DYNFILTER_SRC_TOOLS_REPORT_HTML_CHART_HPP

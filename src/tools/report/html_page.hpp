@@ -4,8 +4,8 @@
 // Pieces of a web page. What comes from files or from the caller is text and is escaped here; what
 // a function returns is HTML.
 
-#ifndef DYNFILTER_TOOLS_HTML_PAGE_HPP
-#define DYNFILTER_TOOLS_HTML_PAGE_HPP
+#ifndef DYNFILTER_SRC_TOOLS_REPORT_HTML_PAGE_HPP
+#define DYNFILTER_SRC_TOOLS_REPORT_HTML_PAGE_HPP
 
 #include <cstddef>
 #include <cstdint>
@@ -81,4 +81,4 @@ std::string html_of(const Notes& notes);
 
 }  // namespace dynfilter::tools
 
-#endif  // DYNFILTER_TOOLS_HTML_PAGE_HPP
+#endif  // DYNFILTER_SRC_TOOLS_REPORT_HTML_PAGE_HPP

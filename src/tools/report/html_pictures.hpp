@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TOOLS_HTML_PICTURES_HPP
-#define DYNFILTER_TOOLS_HTML_PICTURES_HPP
+#ifndef DYNFILTER_SRC_TOOLS_REPORT_HTML_PICTURES_HPP
+#define DYNFILTER_SRC_TOOLS_REPORT_HTML_PICTURES_HPP
 
 #include <string>
 
@@ -17,4 +17,4 @@ std::string worst_frames(const GroupOfRuns& group, Notes& notes);
 
 }  // namespace dynfilter::tools
 
-#endif  // DYNFILTER_TOOLS_HTML_PICTURES_HPP
+#endif  // DYNFILTER_SRC_TOOLS_REPORT_HTML_PICTURES_HPP

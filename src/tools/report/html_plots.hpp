@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TOOLS_HTML_PLOTS_HPP
-#define DYNFILTER_TOOLS_HTML_PLOTS_HPP
+#ifndef DYNFILTER_SRC_TOOLS_REPORT_HTML_PLOTS_HPP
+#define DYNFILTER_SRC_TOOLS_REPORT_HTML_PLOTS_HPP
 
 #include <string>
 #include <vector>
@@ -19,4 +19,4 @@ std::string scene_plots(const std::vector<RunResult>& runs, const RuleStyles& st
 
 }  // namespace dynfilter::tools
 
-#endif  // DYNFILTER_TOOLS_HTML_PLOTS_HPP
+#endif  // DYNFILTER_SRC_TOOLS_REPORT_HTML_PLOTS_HPP

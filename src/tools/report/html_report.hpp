@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TOOLS_HTML_REPORT_HPP
-#define DYNFILTER_TOOLS_HTML_REPORT_HPP
+#ifndef DYNFILTER_SRC_TOOLS_REPORT_HTML_REPORT_HPP
+#define DYNFILTER_SRC_TOOLS_REPORT_HTML_REPORT_HPP
 
 #include <filesystem>
 #include <vector>
@@ -23,4 +23,4 @@ void write_html_report(const std::vector<RunResult>& results, const std::filesys
 
 }  // namespace dynfilter::tools
 
-#endif  // DYNFILTER_TOOLS_HTML_REPORT_HPP
+#endif  // DYNFILTER_SRC_TOOLS_REPORT_HTML_REPORT_HPP

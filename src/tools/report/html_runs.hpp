@@ -3,8 +3,8 @@
 
 // What the page takes from results and from the files in their folders.
 
-#ifndef DYNFILTER_TOOLS_HTML_RUNS_HPP
-#define DYNFILTER_TOOLS_HTML_RUNS_HPP
+#ifndef DYNFILTER_SRC_TOOLS_REPORT_HTML_RUNS_HPP
+#define DYNFILTER_SRC_TOOLS_REPORT_HTML_RUNS_HPP
 
 #include <filesystem>
 #include <string>
@@ -38,4 +38,4 @@ std::vector<RunResult> runs_of(const GroupOfRuns& group, const std::string& scen
 
 }  // namespace dynfilter::tools
 
-#endif  // DYNFILTER_TOOLS_HTML_RUNS_HPP
+#endif  // DYNFILTER_SRC_TOOLS_REPORT_HTML_RUNS_HPP

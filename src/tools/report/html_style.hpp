@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_TOOLS_HTML_STYLE_HPP
-#define DYNFILTER_TOOLS_HTML_STYLE_HPP
+#ifndef DYNFILTER_SRC_TOOLS_REPORT_HTML_STYLE_HPP
+#define DYNFILTER_SRC_TOOLS_REPORT_HTML_STYLE_HPP
 
 #include <string>
 #include <vector>
@@ -36,4 +36,4 @@ class RuleStyles {
 
 }  // namespace dynfilter::tools
 
-#endif  // DYNFILTER_TOOLS_HTML_STYLE_HPP
+#endif  // DYNFILTER_SRC_TOOLS_REPORT_HTML_STYLE_HPP
