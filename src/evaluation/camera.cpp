@@ -59,8 +59,8 @@ class CameraFile {
   detail::YamlFile file_;
 };
 
-/// The fewest digits that give the same number back, and a decimal point, without which ORB-SLAM3
-/// takes a number for an integer and stops.
+/// Formats a number with the fewest digits that give it back exactly, and with a decimal point:
+/// ORB-SLAM3 takes a number without one for an integer and stops.
 std::string real_text(double value) {
   std::string text;
   for (int digits = 6; digits <= std::numeric_limits<double>::max_digits10; ++digits) {

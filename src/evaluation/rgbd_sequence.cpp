@@ -38,12 +38,12 @@ struct ListedImage {
   std::size_t line = 0;
 };
 
-/// One frame, with where it was listed; depth.file is empty for colour only.
+/// A frame and the place that lists it. depth.file is empty in a sequence of colour images only.
 struct ListedFrame {
   ListedImage image, depth;
 };
 
-/// Refuses a time that stands in a list twice.
+/// Refuses a time that occurs twice in a list.
 class DistinctTimes {
  public:
   void add(const detail::TableReader& table, double time_s) {
@@ -88,7 +88,8 @@ std::vector<ListedFrame> read_associations(const fs::path& folder) {
   DistinctTimes times;
   while (table.next()) {
     table.require_columns(4, "4: time and file of the colour image, time and file of the depth");
-    // Named, because g++ 9 leaks the first member of an aggregate when that of the second throws.
+    // Variables of their own: g++ 9 leaks an aggregate's first member when the second one's
+    // initialiser throws.
     ListedImage image = listed_image(table, 0, folder);
     ListedImage depth = listed_image(table, 2, folder);
     frames.push_back({std::move(image), std::move(depth)});
@@ -169,7 +170,8 @@ RgbdSequenceEntry entry_of(const ListedFrame& frame) {
   return entry;
 }
 
-/// What to write, for a sequence that comes without: the data sets give the camera on a web page.
+/// Prints the file to write for a sequence without one: the data sets give the camera on a web
+/// page.
 [[noreturn]] void throw_no_camera(const fs::path& path) {
   CameraParameters example;
   example.fx = 535.4;
@@ -236,7 +238,7 @@ FrameView RgbdSequence::read(std::size_t i) const {
   frame.id = i;
   frame.timestamp_s = listed.timestamp_s;
   frame.metres_per_unit = 1.0 / camera_.depth_units_per_metre;
-  // Depth images are not turned by an orientation tag, so colour images must not be either.
+  // Depth images ignore an orientation tag, so colour images must ignore it too.
   frame.image =
       detail::read_image(listed.image_path, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
   const cv::Size size = frame.image.size();

@@ -27,12 +27,13 @@ namespace fs = std::filesystem;
 
 constexpr const char* name = "RgbdSequenceWriter";
 
-/// ORB-SLAM and others skip the first three lines of rgb.txt and groundtruth.txt unread.
+/// Writes three lines, because ORB-SLAM and others skip the first three of rgb.txt and
+/// groundtruth.txt.
 std::string heading(const char* content, const char* columns) {
   return std::string("# ") + content + "\n# written by dynfilter\n# " + columns + '\n';
 }
 
-/// Depth in the units of the file, 0 = none.
+/// Converts depth to the units of the file; 0 means no depth.
 cv::Mat depth_image(const FrameView& frame, double units_per_metre) {
   const double factor = frame.depth_scale() * units_per_metre;
   if (frame.depth.type() == CV_16UC1 && std::abs(factor - 1) < 1e-9) return frame.depth;
@@ -129,7 +130,7 @@ void RgbdSequenceWriter::add(const FrameView& frame, const cv::Matx33d& rotation
 void RgbdSequenceWriter::write_lists() const {
   const char* columns = "timestamp filename";
   std::string rgb = heading("color images", columns), depth = heading("depth maps", columns);
-  std::string associations;  // ORB-SLAM takes no comment in this one
+  std::string associations;  // ORB-SLAM allows no comment in this file
   std::string poses;
   for (const Row& row : rows_) {
     const std::string rgb_row = row.time + " rgb/" + row.time + ".png";

@@ -36,8 +36,8 @@ SyntheticSceneOptions together() {
   return options;
 }
 
-/// What a mask misses of persons who walk briskly moves too fast, and each limb in its own way, to
-/// be taken for a part of the room; of persons who move slowly and as a whole it misleads.
+/// Persons walk slowly here, so that the unmasked parts of a body can pass for parts of the room.
+/// The limbs of people who walk briskly move too fast for that, each in its own way.
 SyntheticSceneOptions medium() {
   SyntheticSceneOptions options = together();
   options.person_distance_m = 1.45;
@@ -74,7 +74,7 @@ SyntheticSceneOptions late(double rate_hz) {
   return options;
 }
 
-/// The special cases in which persons cross: they walk briskly again.
+/// Persons cross each other in the special cases; they walk briskly again.
 SyntheticSceneOptions crossing() {
   SyntheticSceneOptions options = medium();
   options.persons_together = false;

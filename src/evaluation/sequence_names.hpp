@@ -11,8 +11,8 @@
 
 namespace dynfilter::detail {
 
-/// What a writer of sequences writes into the folder, and what of that kind is there: names
-/// relative to it.
+/// Names what a sequence writer writes into the folder, plus the files of these kinds that are
+/// there; all relative to the folder.
 inline std::vector<std::filesystem::path> sequence_names(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> names = {
       "camera.yaml",     "rgb.txt", "depth.txt", "associations.txt",
@@ -25,7 +25,7 @@ inline std::vector<std::filesystem::path> sequence_names(const std::filesystem::
   return names;
 }
 
-/// The lists without which nobody takes a folder for a sequence.
+/// Names the lists that make a folder a sequence: no reader accepts it without them.
 inline std::vector<std::filesystem::path> sequence_keys() {
   return {"rgb.txt", "associations.txt"};
 }

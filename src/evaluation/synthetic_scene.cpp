@@ -75,16 +75,17 @@ double elapsed_s(const SyntheticSceneOptions& options, int index) {
   return index / options.frames_per_second;
 }
 
-/// The frame whose masks are the newest at a frame.
+/// Returns the frame whose masks are the newest at frame `index`.
 int masks_from(const SyntheticSceneOptions& options, int index) {
   if (options.mask_rate_hz == 0) return std::max(0, index - options.mask_age_frames);
   const double period = options.frames_per_second / options.mask_rate_hz;  // in frames
-  constexpr double instant = 1e-9;  // what is done at the time of a frame is there for it
+  constexpr double instant = 1e-9;  // masks finished at the very time of a frame count for it
   int done = 0, segmented = 0;
   for (double end = period; end <= index + instant;) {
     done = segmented;
     const int newest = static_cast<int>(end + instant);
-    segmented = std::max(newest, segmented + 1);  // a faster one waits for the next frame
+    segmented =
+        std::max(newest, segmented + 1);  // a network that finishes early waits for the next frame
     end = std::max<double>(end, segmented) + period;
   }
   return done;
@@ -111,7 +112,7 @@ struct SyntheticScene::Content {
   scene::World world;
 };
 
-/// The mean of what the open shutter lets in.
+/// Returns the mean of the colours during the exposure.
 cv::Mat3f SyntheticScene::Content::blurred_colour(const CameraParameters& camera,
                                                   double elapsed_s) const {
   const int samples = 1 + static_cast<int>(std::ceil(options.exposure_s / 0.002));

@@ -19,7 +19,7 @@
 namespace dynfilter::detail {
 namespace {
 
-/// A row and the line that it stands in.
+/// A row and its line number.
 struct NumberedRow {
   std::size_t line = 0;
   TrajectoryRow row;
@@ -35,7 +35,7 @@ void require_eight_columns(const TableReader& table) {
   }
 }
 
-/// Whether Python's float(), with which TUM's scripts read, takes the cell for NaN.
+/// Tells whether Python's float(), which TUM's scripts use, reads the cell as NaN.
 bool is_nan(const std::string& cell) {
   const std::size_t sign = !cell.empty() && (cell[0] == '+' || cell[0] == '-') ? 1 : 0;
   const std::string rest = cell.substr(sign);
@@ -43,7 +43,7 @@ bool is_nan(const std::string& cell) {
          (rest[2] | 0x20) == 'n';
 }
 
-/// The eight numbers of a row; none where one of them is NaN.
+/// Reads the eight numbers of a row; std::nullopt if one of them is NaN.
 std::optional<std::array<double, 8>> read_numbers(const TableReader& table) {
   constexpr const char* names[] = {"time", "tx", "ty", "tz", "qx", "qy", "qz", "qw"};
   require_eight_columns(table);
@@ -65,7 +65,7 @@ double length_of(const std::array<double, 4>& quaternion) {
   return std::sqrt(x * x + y * y + z * z + w * w);
 }
 
-/// The row that the reader stands at; none where it is one to skip, which is counted.
+/// Reads the current row; std::nullopt for a row to skip, which is counted in `flaws`.
 std::optional<TrajectoryRow> read_row(const TableReader& table, TrajectoryFlaws& flaws) {
   const auto numbers = read_numbers(table);
   if (!numbers) {
@@ -79,14 +79,14 @@ std::optional<TrajectoryRow> read_row(const TableReader& table, TrajectoryFlaws&
     return {};
   }
   const double length = length_of(row.quaternion);
-  // Files have as few as four decimals; farther from 1, the columns mean something else.
+  // Files have as few as four decimals. Farther from 1, the columns mean something else.
   if (!(std::abs(length - 1) <= 0.1)) {
     table.fail(concatenate("a quaternion of length ", length, "; want length 1"));
   }
   return row;
 }
 
-/// The rows that can be used, in the order of the file.
+/// Reads the usable rows, in the order of the file.
 std::vector<NumberedRow> read_usable_rows(TableReader& table, TrajectoryFlaws& flaws) {
   std::vector<NumberedRow> rows;
   while (table.next()) {
@@ -106,7 +106,7 @@ std::vector<NumberedRow> read_usable_rows(TableReader& table, TrajectoryFlaws& f
   return rows;
 }
 
-/// 1e-3 leaves room for rotations in single precision.
+/// Tells whether the matrix is a rotation; the limit 1e-3 admits rotations in single precision.
 bool is_rotation(const cv::Matx33d& matrix) {
   return cv::norm(matrix.t() * matrix - cv::Matx33d::eye()) < 1e-3 && cv::determinant(matrix) > 0;
 }
@@ -115,9 +115,9 @@ bool is_finite(const cv::Vec3d& vector) {
   return std::isfinite(vector[0]) && std::isfinite(vector[1]) && std::isfinite(vector[2]);
 }
 
-/// x y z w of a rotation, with w not negative: one sign of the two. One that is not near zero is
-/// computed first, for the others are divided by it. (Shoemake, "Animating rotation with quaternion
-/// curves", SIGGRAPH 1985.)
+/// Returns x y z w of a rotation, with w >= 0, which picks one of the two signs. The first
+/// component computed is one that is not near zero, because the others are divided by it.
+/// (Shoemake, "Animating rotation with quaternion curves", SIGGRAPH 1985.)
 cv::Vec4d quaternion_of(const cv::Matx33d& rotation) {
   cv::Vec4d quaternion;
   const double trace = cv::trace(rotation);

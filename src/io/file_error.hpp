@@ -10,7 +10,7 @@
 
 namespace dynfilter::detail {
 
-/// A file that is missing, malformed or cannot be written: "<path>: <what is wrong>".
+/// Throws for a file that is missing, malformed or cannot be written: "<path>: <what is wrong>".
 [[noreturn]] inline void throw_file_error(const std::filesystem::path& path,
                                           const std::string& what) {
   throw std::runtime_error(path.string() + ": " + what);

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// The one way in which files are written: text, tables, images and pages. A file appears whole or
-// not at all, and an error names it and says why.
+// Writes all files: text, tables, images and pages. A file appears whole or not at all, and an
+// error names it and the cause.
 
 #ifndef DYNFILTER_SRC_IO_FILE_WRITING_HPP
 #define DYNFILTER_SRC_IO_FILE_WRITING_HPP
@@ -23,10 +23,10 @@
 
 namespace dynfilter::detail {
 
-/// What `errno` says, in words.
+/// Returns the message for `errno`.
 inline std::string errno_text() { return std::generic_category().message(errno); }
 
-/// Writes all bytes and closes the file. Returns false, with errno set, where that fails.
+/// Writes all bytes and closes the file. Returns false and sets errno on failure.
 inline bool write_and_close(int file, std::string_view bytes) {
   constexpr std::size_t max_bytes_a_call = std::size_t{1} << 30;
   while (!bytes.empty()) {
@@ -43,7 +43,7 @@ inline bool write_and_close(int file, std::string_view bytes) {
   return ::close(file) == 0;
 }
 
-/// Makes a file of a name that no other has, in this folder. Returns its descriptor, or -1.
+/// Makes a file with a fresh name in this folder. Returns its descriptor, or -1.
 inline int make_part_file(const std::filesystem::path& folder, std::filesystem::path& part) {
   for (int number = 0;; ++number) {
     part =
@@ -53,10 +53,9 @@ inline int make_part_file(const std::filesystem::path& folder, std::filesystem::
   }
 }
 
-/// Writes a file of these bytes, in the place of an earlier one: beside it under a hidden name,
-/// then renamed. What a symbolic link leads to is replaced, not the link; a pipe or a device is
-/// written to as it is. Throws std::runtime_error that names the file; an earlier one is then
-/// untouched.
+/// Writes these bytes to a file, replacing an earlier one: writes a hidden file beside it and
+/// renames that. Replaces the target of a symbolic link, not the link. Writes directly to a pipe or
+/// a device. Throws std::runtime_error that names the file; an earlier file is untouched then.
 inline void write_file(const std::filesystem::path& path, std::string_view bytes) {
   namespace fs = std::filesystem;
   const auto fail = [&] { throw_file_error(path, "cannot be written: " + errno_text()); };

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// frames.csv: a line a frame, what was removed and why. The program and the plugin write the same.
+// frames.csv: one line a frame says what was removed and why. The program and the plugin share it.
 
 #ifndef DYNFILTER_SRC_IO_FRAME_TABLE_HPP
 #define DYNFILTER_SRC_IO_FRAME_TABLE_HPP
@@ -28,7 +28,7 @@ inline std::size_t count_instances(const FrameStatistics& statistics, Compensati
   return count;
 }
 
-/// The cells of these columns, without an end of line.
+/// Returns the cells of these columns, without an end of line.
 inline std::string frame_cells(const std::string& frame, double timestamp_s,
                                const FrameStatistics& s) {
   std::string cells = frame + ',' + time_text(timestamp_s) + ',' +

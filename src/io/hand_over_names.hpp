@@ -12,13 +12,13 @@
 
 namespace dynfilter::detail {
 
-/// The values of HandOver in their order, as settings and options call them.
+/// Returns the names of HandOver's values, in their order, for settings and options.
 inline const std::vector<std::string>& hand_over_names() {
   static const std::vector<std::string> names = {"wait", "wait_at_most", "latest", "drop"};
   return names;
 }
 
-/// The name must be one of them.
+/// Returns the value with this name, which must be one of hand_over_names().
 inline HandOver hand_over_of(const std::string& name) {
   const auto& names = hand_over_names();
   return static_cast<HandOver>(std::find(names.begin(), names.end(), name) - names.begin());

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Image files for the compiled components. cv::imread and cv::imwrite tell a missing file, a
-// truncated one and a full disk apart badly, and print about them.
+// Image files for the compiled components. cv::imread and cv::imwrite do not tell a missing file, a
+// truncated one and a full disk apart, and print messages.
 
 #ifndef DYNFILTER_SRC_IO_IMAGE_FILE_HPP
 #define DYNFILTER_SRC_IO_IMAGE_FILE_HPP
@@ -25,7 +25,7 @@
 
 namespace dynfilter::detail {
 
-/// Whether a PNG file lacks its last chunk. libpng prints a line about it when it decodes one.
+/// Tells whether a PNG file lacks its last chunk. libpng prints a line when it decodes such a file.
 inline bool is_truncated_png(const std::vector<std::uint8_t>& bytes) {
   constexpr std::array<std::uint8_t, 8> signature = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
   constexpr std::array<std::uint8_t, 4> last_chunk = {'I', 'E', 'N', 'D'};
@@ -56,7 +56,7 @@ inline cv::Mat read_image(const std::filesystem::path& path, int flags) {
   return image;
 }
 
-/// Writes an image in the format of the extension, ".png" say, whatever the name of the file.
+/// Writes an image in the format of this extension (such as ".png"), whatever the file's name.
 inline void write_image(const std::filesystem::path& path, const char* extension,
                         const cv::Mat& image) {
   std::vector<std::uint8_t> bytes;
@@ -64,12 +64,14 @@ inline void write_image(const std::filesystem::path& path, const char* extension
   write_file(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
-/// Writes an image of a type that PNG has. Throws std::runtime_error that names the file.
+/// Writes a PNG file; PNG must support the image's type. Throws std::runtime_error that names the
+/// file.
 inline void write_png(const std::filesystem::path& path, const cv::Mat& image) {
   write_image(path, ".png", image);
 }
 
-/// The same for a picture that need not come back exactly.
+/// Writes a JPEG file, for pictures that need not be exact. Throws std::runtime_error that names
+/// the file.
 inline void write_jpeg(const std::filesystem::path& path, const cv::Mat& image) {
   write_image(path, ".jpg", image);
 }

@@ -16,14 +16,14 @@
 
 namespace dynfilter::detail {
 
-/// The time that a file's name is, without its extension: 1341846434.710184.png.
+/// Reads the time that a file's stem spells, as in 1341846434.710184.png.
 inline std::optional<double> time_of_stem(const std::string& stem) {
   const std::optional<double> time_s = parse_number(stem);
   if (!time_s || !is_time_in_seconds(*time_s)) return {};
   return time_s;
 }
 
-/// The PNG files of a folder; none if there is no such folder.
+/// Lists the PNG files of a folder; none if there is no such folder.
 inline std::vector<std::filesystem::path> png_files(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> files;
   if (!std::filesystem::is_directory(folder)) return files;
@@ -34,7 +34,7 @@ inline std::vector<std::filesystem::path> png_files(const std::filesystem::path&
   return files;
 }
 
-/// Those of them whose names are times.
+/// Lists the PNG files of a folder whose names are times.
 inline std::vector<std::filesystem::path> timed_png_files(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> files;
   for (const std::filesystem::path& file : png_files(folder)) {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// What lies at a path, looked at before it is opened: opening a FIFO waits for a writer, for ever
-// where there is none.
+// Checks the kind of a file before opening it: opening a FIFO waits for a writer, which may never
+// come.
 
 #ifndef DYNFILTER_SRC_IO_REGULAR_FILE_HPP
 #define DYNFILTER_SRC_IO_REGULAR_FILE_HPP
@@ -14,7 +14,8 @@
 
 namespace dynfilter::detail {
 
-/// Follows symbolic links. Throws std::runtime_error that names a path that cannot be looked at.
+/// Returns the type of file at a path and follows symbolic links. Throws std::runtime_error that
+/// names a path that cannot be inspected.
 inline std::filesystem::file_type type_of(const std::filesystem::path& path) {
   std::error_code failure;
   const std::filesystem::file_type type = std::filesystem::status(path, failure).type();
@@ -24,13 +25,13 @@ inline std::filesystem::file_type type_of(const std::filesystem::path& path) {
   return type;
 }
 
-/// Throws as type_of.
+/// Tells whether anything is at the path. Throws as type_of does.
 inline bool exists(const std::filesystem::path& path) {
   return type_of(path) != std::filesystem::file_type::not_found;
 }
 
-/// Throws std::runtime_error that names a path at which there is nothing, or a folder, FIFO, device
-/// or socket.
+/// Throws std::runtime_error that names the path if it is missing or is a folder, FIFO, device or
+/// socket.
 inline void require_regular_file(const std::filesystem::path& path) {
   const std::filesystem::file_type type = type_of(path);
   if (type == std::filesystem::file_type::not_found)

@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Folders of results that appear whole or not at all, and never in the place of anybody else's
-// files. A writer called `run` leaves these hidden names in its folder:
-//   .dynfilter-run.txt       the files that it wrote, with their sizes: what it may replace
-//   .dynfilter-run-<pid>/    what it is writing: gone at its end
-//   .dynfilter-commit        while the new files take the place of the earlier ones
-// A process may be killed at any moment. The next writer of that name puts the earlier files back
-// and removes what was being written.
+// Folders of results that appear whole or not at all, and never replace files that dynfilter did
+// not write. A writer called `run` uses these hidden names in its folder:
+//   .dynfilter-run.txt       the files that it wrote, with their sizes: it may replace these
+//   .dynfilter-run-<pid>/    the files that it is writing; removed at its end
+//   .dynfilter-commit        present while the new files replace the earlier ones
+// A process may be killed at any moment. The next writer of that name restores the earlier files
+// and removes the unfinished ones.
 
 #ifndef DYNFILTER_SRC_IO_STAGED_FOLDER_HPP
 #define DYNFILTER_SRC_IO_STAGED_FOLDER_HPP
@@ -28,8 +28,8 @@
 
 namespace dynfilter::detail {
 
-/// Throws std::runtime_error for a folder in which some results are earlier ones and some are new,
-/// because a writer was stopped, or is just at it.
+/// Throws std::runtime_error for a folder that mixes earlier and new results, because a writer was
+/// stopped there or is working there now.
 inline void require_whole(const std::filesystem::path& folder) {
   std::error_code ignored;
   if (!std::filesystem::exists(folder / commit_mark_name, ignored)) return;
@@ -37,7 +37,7 @@ inline void require_whole(const std::filesystem::path& folder) {
                                " was putting there when it was stopped; run it again");
 }
 
-/// The files that an earlier writer of this name wrote into a folder, with their sizes.
+/// Knows the files that an earlier writer of this name wrote into a folder, with their sizes.
 class EarlierFiles {
  public:
   EarlierFiles(std::filesystem::path folder, std::string writer)
@@ -50,7 +50,7 @@ class EarlierFiles {
 
   const std::map<std::filesystem::path, std::uintmax_t>& sizes() const { return sizes_; }
 
-  /// Whether the file is still as it was written, and lies in this folder and nowhere else.
+  /// Tells whether the file is unchanged since it was written and really lies in this folder.
   bool holds(const std::filesystem::path& name) const {
     const auto found = sizes_.find(name);
     std::error_code failure;
@@ -60,7 +60,8 @@ class EarlierFiles {
            std::filesystem::file_size(folder_ / name, failure) == found->second;
   }
 
-  /// Whether the folder that the file lies in, or would, is no link and no other file system's.
+  /// Tells whether the file's parent folder (existing or not) is neither a link nor on another file
+  /// system.
   bool has_own_parent(const std::filesystem::path& name) const {
     namespace fs = std::filesystem;
     for (fs::path part = name.parent_path(); !part.empty(); part = part.parent_path()) {
@@ -72,9 +73,9 @@ class EarlierFiles {
     return true;
   }
 
-  /// Throws std::runtime_error that names a file which is in the way of `names`: one that another
-  /// wrote, or unless `overwrite`, any. A name that ends in a slash is a folder's. What was written
-  /// earlier must be as it was, too.
+  /// Throws std::runtime_error that names a file in the way of `names`: one that somebody else
+  /// wrote or changed, or, unless `overwrite`, any file. A name that ends in a slash means a
+  /// folder.
   void require_room(const std::vector<std::filesystem::path>& names, bool overwrite) const {
     for (const std::filesystem::path& name : names) require_room_for(name, overwrite);
     for (const auto& [name, size] : sizes_) require_room_for(name, overwrite);
@@ -83,7 +84,7 @@ class EarlierFiles {
  private:
   void add_row(const TableReader& rows) {
     namespace fs = std::filesystem;
-    // "<size>/<name>": the size is the first cell, the name all others.
+    // "<size>/<name>": the first cell is the size, the rest is the name.
     fs::path name;
     for (std::size_t k = 1; k < rows.columns(); ++k) name /= rows.text(k);
     const double size = rows.number(0, "size");
@@ -114,13 +115,13 @@ class EarlierFiles {
   std::map<std::filesystem::path, std::uintmax_t> sizes_;
 };
 
-/// Collects the files of a writer aside, in the folder that they are for, and puts them there all
-/// together. Until then, and if that never happens, the folder stays as it was.
+/// Collects a writer's files aside, inside their folder, and moves them into place all together. If
+/// that never happens, the folder stays unchanged.
 class StagedFolder {
  public:
-  /// Makes the folder where needed. Throws std::runtime_error, with nothing changed, where what is
-  /// in the folder is in the way of `names` (see EarlierFiles::require_room), and where another
-  /// process is writing there under the same name.
+  /// Makes the folder if needed. Throws std::runtime_error and changes nothing if existing files
+  /// are in the way of `names` (see EarlierFiles::require_room) or another process is writing there
+  /// under the same name.
   StagedFolder(const std::filesystem::path& folder, std::string writer,
                std::vector<std::filesystem::path> names, bool overwrite)
       : folder_(std::filesystem::weakly_canonical(std::filesystem::absolute(folder))),
@@ -131,8 +132,8 @@ class StagedFolder {
     area_ = StagingArea(folder_, writer_);
   }
 
-  /// Throws what the constructor throws, and makes nothing. Puts back what a writer that was
-  /// stopped has moved away.
+  /// Throws what the constructor throws, but makes nothing. Restores files that a stopped writer
+  /// had moved away.
   static void check(const std::filesystem::path& folder, const std::string& writer,
                     const std::vector<std::filesystem::path>& names, bool overwrite) {
     const auto whole = std::filesystem::weakly_canonical(std::filesystem::absolute(folder));
@@ -140,12 +141,12 @@ class StagedFolder {
     EarlierFiles(whole, writer).require_room(names, overwrite);
   }
 
-  /// Where to write the files, under the names that they will have.
+  /// Returns the folder to write the files to, under their final names.
   const std::filesystem::path& path() const { return area_.new_files(); }
 
-  /// Replaces the files of an earlier writer by the new ones. `keys` are those without which nobody
-  /// takes the others for results: they go first and come last. Hidden files of other writers are
-  /// left out. Throws std::runtime_error, with the folder as it was.
+  /// Replaces an earlier writer's files by the new ones. Without the files `keys`, no reader
+  /// accepts the others as results: they are removed first and added last. Skips other writers'
+  /// hidden files. Throws std::runtime_error and restores the folder.
   void commit(const std::vector<std::filesystem::path>& keys = {}) {
     require_room();
     std::vector<std::filesystem::path> files = visible_files_below(path());

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// The hidden folder of StagedFolder: who is writing in it, and the exchange of files with the
-// folder that it lies in. An exchange that a signal cut off is undone by whoever comes next.
+// The hidden folder of StagedFolder: it tells who is writing, and exchanges files with the folder
+// around it. The next writer undoes an exchange that a signal interrupted.
 
 #ifndef DYNFILTER_SRC_IO_STAGING_AREA_HPP
 #define DYNFILTER_SRC_IO_STAGING_AREA_HPP
@@ -29,7 +29,7 @@ namespace dynfilter::detail {
 constexpr const char* hidden_prefix = ".dynfilter-";
 constexpr const char* commit_mark_name = ".dynfilter-commit";
 
-/// The file that lists what a writer wrote into a folder.
+/// Returns the name of the file that lists what a writer wrote into a folder.
 inline std::string manifest_name(const std::string& writer) {
   return hidden_prefix + writer + ".txt";
 }
@@ -38,13 +38,13 @@ inline bool is_hidden_name(const std::filesystem::path& name) {
   return name.string().rfind(hidden_prefix, 0) == 0;
 }
 
-/// The file system that a file lies on; 0 where there is no such file.
+/// Returns the file system of a file; 0 if there is no such file.
 inline dev_t device_of(const std::filesystem::path& path) {
   struct stat status {};
   return ::stat(path.c_str(), &status) == 0 ? status.st_dev : 0;
 }
 
-/// Names of the files in a folder, however deep, relative to it and sorted.
+/// Lists the files in a folder, at any depth: sorted names relative to the folder.
 inline std::vector<std::filesystem::path> files_below(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> files;
   if (!std::filesystem::is_directory(folder)) return files;
@@ -55,7 +55,7 @@ inline std::vector<std::filesystem::path> files_below(const std::filesystem::pat
   return files;
 }
 
-/// Names of the files below a folder without the hidden files of writers.
+/// Lists the files below a folder without the hidden files of writers.
 inline std::vector<std::filesystem::path> visible_files_below(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> files = files_below(folder);
   files.erase(std::remove_if(files.begin(), files.end(),
@@ -64,7 +64,7 @@ inline std::vector<std::filesystem::path> visible_files_below(const std::filesys
   return files;
 }
 
-/// Removes the folders of these files, as far as they are empty.
+/// Removes the folders of these files if they are empty.
 inline void remove_empty_folders(const std::filesystem::path& folder,
                                  const std::vector<std::filesystem::path>& files) {
   std::error_code not_empty;
@@ -75,11 +75,11 @@ inline void remove_empty_folders(const std::filesystem::path& folder,
   }
 }
 
-/// The hidden folder `.dynfilter-<writer>-<pid>` with new/, old/ and a lock that ends with the
+/// Owns the hidden folder `.dynfilter-<writer>-<pid>` with new/, old/ and a lock that ends with the
 /// process.
 class StagingArea {
  public:
-  /// What the mark of an exchange says.
+  /// The contents of an exchange's mark.
   struct Exchange {
     std::string writer;
     std::string area;                          ///< name of the hidden folder
@@ -88,8 +88,8 @@ class StagingArea {
 
   StagingArea() = default;
 
-  /// Makes the folder and the one that it is for, and removes those of writers of that name that
-  /// are no more. Throws std::runtime_error where one is at work, and for what cannot be made.
+  /// Makes the folder and the one around it, and removes the areas of dead writers of that name.
+  /// Throws std::runtime_error if such a writer is still working, or if something cannot be made.
   StagingArea(const std::filesystem::path& folder, const std::string& writer)
       : folder_(folder), writer_(writer) {
     try {
@@ -116,8 +116,8 @@ class StagingArea {
 
   const std::filesystem::path& new_files() const { return new_files_; }
 
-  /// Moves `old_files` out of the folder, as far as they are there, and `files` of new/ into it, in
-  /// their order. Throws std::runtime_error, with the folder as it was.
+  /// Moves those of `old_files` that exist out of the folder, then moves `files` from new/ into it,
+  /// in their order. Throws std::runtime_error and restores the folder.
   void swap(const std::vector<std::filesystem::path>& old_files,
             const std::vector<std::filesystem::path>& files) {
     try {
@@ -138,8 +138,8 @@ class StagingArea {
     remove_empty_folders(folder_, old_files);
   }
 
-  /// Undoes an exchange that was cut off. Throws std::runtime_error where another writer's was, or
-  /// where a process is still at it.
+  /// Undoes an interrupted exchange. Throws std::runtime_error if it was another writer's, or if a
+  /// process is still working on it.
   static void recover(const std::filesystem::path& folder, const std::string& writer) {
     if (!std::filesystem::exists(folder / commit_mark_name)) return;
     const Exchange exchange = marked(folder);
@@ -170,14 +170,14 @@ class StagingArea {
     return "dynfilter " + writer + " is writing here\n";
   }
 
-  /// Whether the hidden folder is a writer's of this name: it says so itself.
+  /// Tells whether the hidden folder belongs to a writer of this name, by the file inside it.
   static bool is_area_of(const std::filesystem::path& area, const std::string& writer) {
     std::ifstream owner(area / "owner");
     std::string text;
     return std::getline(owner, text) && text + '\n' == owner_text(writer);
   }
 
-  /// Whether a process holds the lock. Where that cannot be found out, one does.
+  /// Tells whether a process holds the lock; true if that cannot be found out.
   static bool is_held(const std::filesystem::path& area) {
     const int file = ::open((area / "owner").c_str(), O_RDWR | O_CLOEXEC);
     if (file < 0) return errno != ENOENT;
@@ -227,7 +227,8 @@ class StagingArea {
       if (std::filesystem::create_directory(area, failure)) area_ = area;
       if (failure) throw_file_error(area, "cannot be made: " + failure.message());
     }
-    // Who finds the file empty knows nothing of it yet: it is locked before it says whose it is.
+    // A process that finds this file empty must not judge it: the file is locked before the owner
+    // is written.
     const std::filesystem::path owner = area_ / "owner";
     lock_ = ::open(owner.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (lock_ < 0) throw_file_error(owner, "cannot be written: " + errno_text());
@@ -269,7 +270,7 @@ class StagingArea {
     std::filesystem::rename(folder_ / file, area_ / "old" / file);
   }
 
-  /// Removes the file that says whose it is last: what a signal leaves is removed next time.
+  /// Removes the owner file last, so that the next writer can remove what a signal left over.
   static void remove_area(const std::filesystem::path& area) noexcept {
     std::error_code failure;
     std::filesystem::directory_iterator entry(area, failure);
@@ -283,8 +284,8 @@ class StagingArea {
     std::filesystem::remove(area, failure);
   }
 
-  /// Removes the hidden folder, unless it holds what the folder needs, and the folders that were
-  /// made for nothing.
+  /// Removes the hidden folder, unless the outer folder needs its contents, and the folders that
+  /// were made in vain.
   void leave() noexcept {
     std::error_code ignored;
     if (!area_.empty() && !std::filesystem::exists(folder_ / commit_mark_name, ignored)) {
@@ -299,7 +300,7 @@ class StagingArea {
 
   std::filesystem::path folder_, area_, new_files_;
   std::string writer_;
-  std::vector<std::filesystem::path> made_;  // that were not there before, the deepest first
+  std::vector<std::filesystem::path> made_;  // folders that did not exist before, the deepest first
   int lock_ = -1;
 };
 

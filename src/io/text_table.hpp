@@ -24,9 +24,9 @@
 
 namespace dynfilter::detail {
 
-/// Reads a table row by row. Blank lines, lines that start with '#', a byte order mark and CR LF
-/// are passed over. Columns are separated by blanks, or by `separator` where one is given. Every
-/// error is a std::runtime_error that starts with "<path>:<line>: ".
+/// Reads a table row by row. Skips blank lines, lines that start with '#', a byte order mark and
+/// CR. Columns are separated by blanks, or by `separator` if given. Every error is a
+/// std::runtime_error that starts with "<path>:<line>: ".
 class TableReader {
  public:
   explicit TableReader(std::filesystem::path path, char separator = ' ')
@@ -62,7 +62,7 @@ class TableReader {
     throw std::runtime_error(path_.string() + ":" + std::to_string(line) + ": " + what);
   }
 
-  /// Refuses rows that are shorter; `want` says what the columns are.
+  /// Refuses rows with fewer columns; `want` names the columns.
   void require_columns(std::size_t count, const char* want) const {
     if (columns() >= count) return;
     fail("got " + std::to_string(columns()) + " columns; want " + want);
@@ -118,8 +118,8 @@ class TableReader {
   std::vector<std::string> cells_;
 };
 
-/// Writes a text file of lines, whole and with `close`; without it, nothing. An error is a
-/// std::runtime_error that names the file.
+/// Writes a text file line by line. The file appears whole on `close`, and not at all without it.
+/// Errors are std::runtime_error that name the file.
 class TableWriter {
  public:
   explicit TableWriter(std::filesystem::path path) : path_(std::move(path)) {}

@@ -36,8 +36,8 @@ std::string bytes_of(const fs::path& path) {
   return bytes;
 }
 
-/// The parser's complaint, "(12): Missing ':'", with the line's number in words. OpenCV puts it
-/// where the function's name belongs.
+/// Returns the parser's complaint, such as "(12): Missing ':'", with the line number in words.
+/// OpenCV stores it in place of the function's name.
 std::string complaint_of(const cv::Exception& error) {
   for (const std::string& text : {error.func, error.err}) {
     const std::size_t end = text.find(')');
@@ -48,8 +48,8 @@ std::string complaint_of(const cv::Exception& error) {
   return error.err;
 }
 
-/// The text's lines, without comments. A '#' in a text in quotes counts as one, too: texts are not
-/// read from here.
+/// Splits the text into lines without comments. It cuts at a '#' in quotes too, because texts are
+/// not read from these lines.
 std::vector<std::string> split_lines(const std::string& text) {
   std::vector<std::string> lines;
   std::istringstream stream(text);
@@ -61,12 +61,12 @@ std::vector<std::string> split_lines(const std::string& text) {
 
 bool is_blank(const std::string& line) { return line.find_first_not_of(' ') == std::string::npos; }
 
-/// How far the line is indented; all of it where it is blank.
+/// Returns the line's indentation; its whole length if it is blank.
 std::size_t indent_of(const std::string& line) {
   return std::min(line.find_first_not_of(' '), line.size());
 }
 
-/// Where the value begins in a line "<key>: <value>"; npos in other lines.
+/// Returns the position of the value in a line "<key>: <value>"; npos for other lines.
 std::size_t value_position(const std::string& line, const std::string& key) {
   const std::size_t begin = indent_of(line);
   if (line.compare(begin, key.size(), key) != 0) return std::string::npos;
@@ -83,7 +83,7 @@ bool is_whole(const std::string& token) {
   return !magnitude.empty() && magnitude.find_first_not_of(digits) == std::string::npos;
 }
 
-/// Whether OpenCV takes the number for an octal one.
+/// Tells whether OpenCV would read the number as octal.
 bool has_leading_zero(const std::string& token) {
   const std::string magnitude = without_sign(token);
   return is_whole(token) && magnitude.size() > 1 && magnitude[0] == '0';
@@ -93,7 +93,7 @@ std::string decimal_hint(const std::string& token) {
   return has_leading_zero(token) ? ", without leading zeros" : "";
 }
 
-/// The whole number that the token is in decimal notation, if an int can hold it.
+/// Returns the token's whole number in decimal notation, if an int can hold it.
 std::optional<int> parse_integer(const std::string& token) {
   if (!is_whole(token) || has_leading_zero(token)) return {};
   const std::optional<double> value = parse_number(token);  // exact where it fits an int
@@ -104,7 +104,7 @@ std::optional<int> parse_integer(const std::string& token) {
   return static_cast<int>(*value);
 }
 
-/// The number that the token is in decimal notation.
+/// Returns the token's number in decimal notation.
 std::optional<double> parse_real(const std::string& token) {
   if (token.find_first_not_of("0123456789.eE+-") != std::string::npos) return {};
   return parse_number(token);
@@ -115,7 +115,7 @@ bool is_infinity(const cv::FileNode& node, const std::string& token) {
          token.find_first_of(digits) == std::string::npos;
 }
 
-/// What a node holds, where that is no number of the file's text.
+/// Describes a node's content for messages, unless it is a number in the file's text.
 std::string text_of(const cv::FileNode& node) {
   if (node.isInt()) return std::to_string(static_cast<int>(node));
   if (node.isReal()) return concatenate(static_cast<double>(node));
@@ -130,7 +130,7 @@ std::string text_of(const cv::FileNode& node) {
 YamlFile::YamlFile(std::filesystem::path path) : path_(std::move(path)) {
   const std::string bytes = bytes_of(path_);
   if (bytes.empty()) refuse(no_yaml + std::string(" (it is empty)"));
-  // OpenCV would read up to it.
+  // OpenCV would stop reading at a NUL.
   if (bytes.find('\0') != std::string::npos) refuse(no_yaml + std::string(" (it is no text)"));
   parse(bytes);
   lines_ = split_lines(bytes);
@@ -138,7 +138,7 @@ YamlFile::YamlFile(std::filesystem::path path) : path_(std::move(path)) {
 
 void YamlFile::parse(const std::string& text) {
   try {
-    // From memory: in a path FileStorage takes what follows a '?' for options.
+    // Read from memory: in a path, FileStorage takes everything after a '?' for options.
     storage_.open(text, cv::FileStorage::READ | cv::FileStorage::MEMORY);
     cv::FileNode root;
     for (int document = 0; !(root = storage_.root(document)).empty(); ++document) {
@@ -160,7 +160,8 @@ const cv::FileNode* YamlFile::find(const std::string& key) const {
   return count == 0 ? nullptr : &begin->second;
 }
 
-/// The line that begins with the key. Deeper ones of that name are in a block of the host's.
+/// Returns the line that begins with the key. Indented keys of that name belong to blocks of the
+/// host.
 std::size_t YamlFile::line_of(const std::string& key) const {
   std::optional<std::size_t> found;
   bool is_unique = false;
@@ -175,7 +176,7 @@ std::size_t YamlFile::line_of(const std::string& key) const {
   return *found;
 }
 
-/// The value in words: a number, or the elements of a list of numbers.
+/// Splits the value into words: a number, or the elements of a list of numbers.
 std::vector<std::string> YamlFile::tokens(const std::string& key) const {
   const std::size_t first = line_of(key);
   std::string value = lines_[first].substr(value_position(lines_[first], key));
@@ -188,7 +189,7 @@ std::vector<std::string> YamlFile::tokens(const std::string& key) const {
   std::vector<std::string> words;
   std::istringstream stream(value);
   for (std::string word; stream >> word;) {
-    const bool is_syntax = word == "-" || word[0] == '!';  // of a block's element, a type's name
+    const bool is_syntax = word == "-" || word[0] == '!';  // a block's element, a type's name
     if (!is_syntax) words.push_back(word);
   }
   return words;
@@ -215,7 +216,7 @@ std::optional<double> YamlFile::number(const std::string& key) const {
   if (!value || has_leading_zero(token)) {
     refuse(key, token, "a decimal number" + decimal_hint(token));
   }
-  // The host would read another number.
+  // The host would read a different number.
   if (is_whole(token) && !parse_integer(token)) {
     refuse(key, token, "a number that OpenCV can hold, " + token + ".0");
   }

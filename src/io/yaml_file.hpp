@@ -16,11 +16,11 @@
 
 namespace dynfilter::detail {
 
-/// Reads top-level keys of an OpenCV YAML file strictly: a camera file, or the settings of a host.
-/// Only the keys that are asked for are judged; a host has others of any kind.
+/// Reads top-level keys of an OpenCV YAML file strictly: a camera file, or a host's settings.
+/// Judges only the keys that are asked for; a host may have any others.
 ///
 /// cv::FileStorage says whether the file is YAML, which keys it has, and what its texts are. It
-/// makes 705032704 of 5000000000 and 8 of 010, so numbers are read from the file's own text.
+/// turns 5000000000 into 705032704 and 010 into 8, so numbers are read from the file's text.
 ///
 /// All errors are std::runtime_error: "<path>: <what is wrong>", and where a value is wrong
 /// "<path>: <key>: got <value>; want <what is right>".
@@ -34,7 +34,7 @@ class YamlFile {
   /// Lists the top-level keys in the file's order; a key that is repeated is listed as often.
   const std::vector<std::string>& keys() const { return keys_; }
 
-  /// Tells whether the key is there. Throws where it is repeated, as all that follow do.
+  /// Tells whether the key is there. Throws if it is repeated, as do all functions below.
   bool has(const std::string& key) const { return find(key) != nullptr; }
 
   /// Reads a number, which may be infinite and is not NaN; std::nullopt without the key.

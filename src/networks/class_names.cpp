@@ -9,7 +9,7 @@
 namespace dynfilter::detail {
 namespace {
 
-/// Reads a text from the left.
+/// Reads a text from left to right.
 class Scanner {
  public:
   explicit Scanner(std::string_view text) : rest_(text) {}

@@ -9,11 +9,11 @@
 
 namespace dynfilter::detail {
 
-/// The 80 classes of COCO's detection task, in the order in which networks have them.
+/// Returns the 80 classes of COCO's detection task, in the order that networks use.
 const std::vector<std::string>& coco_class_names();
 
-/// Names as Ultralytics writes them into a model: {0: 'person', 1: "child's toy"}. Empty where the
-/// text is something else, or a class between has no name.
+/// Parses class names as Ultralytics writes them into a model: {0: 'person', 1: "child's toy"}.
+/// Empty if the text is anything else or skips a class.
 std::vector<std::string> parse_class_names(const std::string& text);
 
 }  // namespace dynfilter::detail

@@ -53,8 +53,8 @@ void require_valid(const DeformableConvolutionOptions& options) {
           "at least 1");
 }
 
-/// Where a tap reads: four pixels of a channel and their weights. A pixel outside the input has the
-/// weight 0 and stands for one that is inside.
+/// The place where a tap reads: four pixels of a channel and their weights. A pixel outside the
+/// input has weight 0, and its index points to one inside.
 struct Sample {
   std::array<int, 4> pixels;
   std::array<float, 4> weights;
@@ -84,15 +84,15 @@ Sample sample_at(float y, float x, float factor, const cv::Size& size) {
 struct DeformableConvolution::Parts {
   DeformableConvolutionOptions options;
   int outputs, inputs, taps_y, taps_x;
-  // The multiplication of weights and columns is a convolution of one tap with inputs x taps
-  // channels: OpenCV's is blocked, threaded, and chooses its instructions when it runs.
+  // Multiplying weights by columns is a convolution of one tap with inputs x taps channels.
+  // OpenCV's is blocked and threaded, and picks its instructions at run time.
   cv::Ptr<cv::dnn::Layer> product;
-  std::vector<int> product_shape;  // of the columns for which it is prepared
+  std::vector<int> product_shape;  // shape of the columns that it is prepared for
   cv::Mat columns;
 
   int taps() const { return taps_y * taps_x; }
 
-  /// Fills the columns of one image: for input channel c and tap k, row c · taps + k.
+  /// Fills the columns of one image: row c · taps + k is for input channel c and tap k.
   void sample(const float* input, const cv::Size& input_size, const float* offsets,
               const float* mask, const cv::Size& output_size);
 
@@ -219,7 +219,7 @@ void DeformableConvolution::apply(const cv::Mat& input, const cv::Mat& offsets, 
 
   const std::vector<int> columns_shape = {1, parts.inputs * parts.taps(), size.height, size.width};
   const std::vector<int> output_shape = {batch, parts.outputs, size.height, size.width};
-  // The result takes the output's place at the end: they may be one matrix, the input and it.
+  // Swaps the result into the output at the end, because input and output may be one matrix.
   const bool is_in_place =
       output.data != nullptr &&
       (output.data == input.data || output.data == offsets.data || output.data == mask.data);

@@ -24,7 +24,7 @@ namespace {
 // --- The attributes, as exporters spell them
 // ------------------------------------------------------
 
-/// Numbers of an attribute; some exporters write them as text.
+/// Returns the numbers of an attribute; some exporters write them as text.
 std::vector<int> numbers(const cv::dnn::DictValue& value) {
   std::vector<int> result;
   for (int i = 0; i < value.size(); ++i) {
@@ -47,7 +47,7 @@ int number(const cv::dnn::LayerParams& params, std::initializer_list<const char*
   return value && !value->empty() ? value->front() : otherwise;
 }
 
-/// Height and width in an attribute of two numbers or one, or in two attributes.
+/// Returns height and width from an attribute of two numbers or one, or from two attributes.
 cv::Size height_and_width(const cv::dnn::LayerParams& params,
                           std::initializer_list<const char*> together,
                           std::initializer_list<const char*> heights,
@@ -85,7 +85,8 @@ DeformableConvolutionOptions options_of(const cv::dnn::LayerParams& params) {
 // --- The layer
 // ------------------------------------------------------------------------------------
 
-/// Inputs are the tensor, offsets and, if there is one, the mask; weights and bias are its blobs.
+/// Wraps the convolution as a layer. Inputs are the tensor, the offsets and perhaps the mask;
+/// weights and bias are the blobs.
 class DeformableConvolutionLayer final : public cv::dnn::Layer {
  public:
   explicit DeformableConvolutionLayer(const cv::dnn::LayerParams& params) {
@@ -117,7 +118,7 @@ class DeformableConvolutionLayer final : public cv::dnn::Layer {
 
   void forward(cv::InputArrayOfArrays inputs, cv::OutputArrayOfArrays outputs,
                cv::OutputArrayOfArrays internals) override {
-    if (inputs.depth() == CV_16S) {  // OpenCV keeps half precision so
+    if (inputs.depth() == CV_16S) {  // OpenCV's code for half precision
       forward_fallback(inputs, outputs, internals);
       return;
     }
@@ -143,7 +144,7 @@ cv::Ptr<cv::dnn::Layer> make_layer(cv::dnn::LayerParams& params) {
 // --- Registration
 // ---------------------------------------------------------------------------------
 
-/// OpenCV 4.2 cannot be asked.
+/// Registers the layer if needed; OpenCV 4.2 cannot be asked whether it is registered.
 template <class Factory>
 auto is_registered(const std::string& type, int) -> decltype(Factory::isLayerRegistered(type)) {
   return Factory::isLayerRegistered(type);

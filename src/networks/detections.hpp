@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// What decoders make of a network's outputs, before masks are assembled.
+// Detections: what decoders read from a network's outputs, before masks are assembled.
 
 #ifndef DYNFILTER_SRC_NETWORKS_DETECTIONS_HPP
 #define DYNFILTER_SRC_NETWORKS_DETECTIONS_HPP
@@ -11,11 +11,11 @@
 
 namespace dynfilter::detail {
 
-/// Corners of a rectangle. A point on the right or lower side belongs to it in area only.
+/// A rectangle by its corners. Points on its right and lower sides belong to it only for its area.
 struct Box {
   float x1 = 0, y1 = 0, x2 = 0, y2 = 0;
 
-  /// False also where a corner is not a number.
+  /// Tells whether the area is positive; false if a corner is NaN.
   bool has_area() const { return x2 > x1 && y2 > y1; }
 };
 
@@ -27,10 +27,10 @@ struct Detection {
   std::vector<float> coefficients;  // of the prototypes of masks
 };
 
-/// Which detections a decoder returns.
+/// Selects the detections that a decoder returns.
 struct DetectionOptions {
   std::function<bool(int class_id)> is_wanted;
-  float score_threshold = 0;  // scores must lie above
+  float score_threshold = 0;  // a score must exceed it
   float iou_threshold = 0.5F;
   int max_detections = 100;
 };

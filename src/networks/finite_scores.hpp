@@ -13,12 +13,12 @@
 
 namespace dynfilter::detail {
 
-/// Watches the scores of one image. A network that overflowed, in half precision say, must not pass
-/// for one that saw nobody.
+/// Watches the scores of one image: a network that overflowed, for example in half precision, must
+/// not pass for one that saw no objects.
 class FiniteScores {
  public:
-  /// The score as a probability, rounding errors cut off; NaN where it is not finite. Throws
-  /// std::runtime_error for a finite number that is none.
+  /// Returns the score as a probability without rounding errors; NaN if it is not finite. Throws
+  /// std::runtime_error for a finite number that is no probability.
   float probability(float score) {
     if (!std::isfinite(score)) return std::numeric_limits<float>::quiet_NaN();
     constexpr float tolerance = 1e-3F;
@@ -30,7 +30,7 @@ class FiniteScores {
     return std::clamp(score, 0.0F, 1.0F);
   }
 
-  /// Throws std::runtime_error where there were rows and not one finite score.
+  /// Throws std::runtime_error if there were rows but no finite score.
   void require_some(int rows) const {
     if (rows > 0 && !has_any_) {
       throw std::runtime_error("none of its scores is a finite number (NaN or infinity)");

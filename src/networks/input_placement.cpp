@@ -12,7 +12,7 @@
 namespace dynfilter::detail {
 namespace {
 
-/// First `inner`, then `outer`.
+/// Composes two maps: `inner` first, then `outer`.
 cv::Matx23d composed(const cv::Matx23d& outer, const cv::Matx23d& inner) {
   cv::Matx23d result;
   for (int row = 0; row < 2; ++row) {
@@ -24,7 +24,7 @@ cv::Matx23d composed(const cv::Matx23d& outer, const cv::Matx23d& inner) {
   return result;
 }
 
-/// x' = factor_x x + shift_x, the same in y; and the way back.
+/// A map x' = factor_x x + shift_x, likewise in y, and its inverse.
 struct ScaleAndShift {
   double factor_x, factor_y, shift_x, shift_y;
 
@@ -40,7 +40,7 @@ InputPlacement placed_further(const InputPlacement& upright, const cv::Size& inp
           composed(upright.to_image, step.backward())};
 }
 
-/// Sine and cosine; exact for multiples of 90°.
+/// Returns cosine and sine; exact for multiples of 90°.
 cv::Point2d direction(double angle_rad) {
   const auto snapped = [](double value) {
     const double nearest = std::round(value);
@@ -81,7 +81,7 @@ PlacedImage turn_upright(const cv::Mat& image, double roll_rad, const cv::Scalar
       about_centres(rotation, width / 2, height / 2, canvas.width / 2.0, canvas.height / 2.0);
   upright.placement.to_image =
       about_centres(rotation.t(), canvas.width / 2.0, canvas.height / 2.0, width / 2, height / 2);
-  // OpenCV counts from the centre of the first pixel.
+  // OpenCV measures from the centre of the first pixel.
   const cv::Matx23d to_centre(1, 0, -0.5, 0, 1, -0.5);
   const cv::Matx23d to_corner(1, 0, 0.5, 0, 1, 0.5);
   const cv::Matx23d back = composed(to_centre, composed(upright.placement.to_image, to_corner));
@@ -110,7 +110,7 @@ PlacedImage letterbox(const PlacedImage& upright, const cv::Size& input, const c
   } else {
     cv::resize(upright.pixels, middle, size, 0, 0, cv::INTER_LINEAR);
   }
-  // Not `factor`: the sides were rounded.
+  // Uses the rounded sides, not `factor`.
   result.placement =
       placed_further(upright.placement, input,
                      {size.width / static_cast<double>(image.width),
@@ -152,7 +152,7 @@ cv::Rect box_in_image(const Box& box, const InputPlacement& placement) {
     x2 = std::max(x2, point.x);
     y2 = std::max(y2, point.y);
   }
-  // What a float of the network's is off by must not take another row of pixels.
+  // Tolerates the rounding error of the network's floats, which must not add a row of pixels.
   constexpr double tolerance = 1e-4;
   const auto side = [](double value, int limit) {
     return static_cast<int>(std::clamp(value, 0.0, static_cast<double>(limit)));

@@ -15,7 +15,7 @@
 namespace dynfilter::detail {
 namespace {
 
-/// Of `count` classes, or of an unknown number (0).
+/// Returns the names of `count` classes; 0 means that the number is unknown.
 std::vector<std::string> class_names(const Network& network, int count,
                                      const NetworkOptions& options, const char* component) {
   const auto fits = [&](const std::vector<std::string>& names) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// What a NetworkSegmenter is made of: a network, what comes before it, and what comes after it.
+// The parts of a NetworkSegmenter: a network, its preprocessing and its decoder.
 
 #ifndef DYNFILTER_SRC_NETWORKS_LOADED_NETWORK_HPP
 #define DYNFILTER_SRC_NETWORKS_LOADED_NETWORK_HPP
@@ -18,25 +18,25 @@
 
 namespace dynfilter::detail {
 
-/// A kind of network.
+/// A kind of network: its preprocessing and its decoder.
 class NetworkKind {
  public:
   virtual ~NetworkKind() = default;
 
-  /// What fills an input that the image does not: BGR.
+  /// Returns the colour (BGR) of the input's border around the image.
   virtual cv::Scalar border() const = 0;
 
   /// Brings a BGR image to the input's size.
   virtual PlacedImage place(const PlacedImage& upright, const cv::Size& input) const = 0;
 
-  /// The input [1, 3, rows, columns].
+  /// Makes the input [1, 3, rows, columns].
   virtual cv::Mat tensor_of(const PlacedImage& placed) const = 0;
 
-  /// Looks at the outputs for an empty image, once, and returns the number of classes; 0 = unknown.
+  /// Inspects the outputs for an empty image, once, and returns the number of classes; 0 = unknown.
   /// Throws std::runtime_error that says what the outputs lack.
   virtual int prepare(const std::vector<NamedTensor>& outputs) = 0;
 
-  /// The instances in the image, the highest score first. Throws as prepare does.
+  /// Returns the instances in the image, the highest score first. Throws as prepare does.
   virtual std::vector<Instance> decode(const std::vector<NamedTensor>& outputs,
                                        const InputPlacement& placement) const = 0;
 };
@@ -48,21 +48,22 @@ struct LoadedNetwork {
   std::function<double(const FrameView&)> roll_rad;
 };
 
-/// The thresholds of a kind of network where the user sets none.
+/// The default thresholds of a kind of network.
 struct UsualThresholds {
   float score, iou;
   int max_instances;
 };
 
-/// Throws std::invalid_argument, in the name of `component`, for options out of range.
+/// Throws std::invalid_argument for options out of range; the message begins with `component`.
 void require_valid(const NetworkOptions& options, const char* component);
 
 DetectionOptions detection_options(const NetworkOptions& options, const UsualThresholds& usual);
 
-/// The outputs for an empty image: what they look like is known before the first frame.
+/// Runs the network on an empty image, so that the outputs' shapes are known before the first
+/// frame.
 std::vector<NamedTensor> outputs_of_trial(Network& network);
 
-/// Puts the parts together. Throws std::runtime_error where the outputs are not of this kind, and
+/// Assembles the parts. Throws std::runtime_error if the outputs do not fit the kind, and
 /// std::invalid_argument for options that do not fit the number of classes.
 std::unique_ptr<LoadedNetwork> assemble(Network network, const std::vector<NamedTensor>& trial,
                                         std::unique_ptr<NetworkKind> kind,

@@ -14,7 +14,7 @@
 namespace dynfilter::detail {
 namespace {
 
-/// Points of the grid of prototypes: cell (x, y) covers [x, x+1) x [y, y+1).
+/// The grid of prototypes: cell (x, y) covers [x, x+1) x [y, y+1).
 struct Grid {
   int columns, rows;
   double cells_per_pixel_x, cells_per_pixel_y;  // of the network's input
@@ -30,10 +30,10 @@ struct Grid {
   }
 };
 
-/// The weighted sum of the prototypes in some of the cells, to be read between them.
+/// Holds the weighted sum of the prototypes in a part of the grid, and interpolates it.
 class CellPatch {
  public:
-  /// `cells` must hold those that are read.
+  /// Computes the sum for `cells`, which must hold all cells that are read later.
   CellPatch(const Prototypes& prototypes, const std::vector<float>& coefficients,
             const cv::Rect& cells)
       : cells_(cells), grid_(prototypes.columns, prototypes.rows), values_(cells.size(), 0.0F) {
@@ -54,7 +54,7 @@ class CellPatch {
     }
   }
 
-  /// Replaces every value: function(value, column, row) of the whole grid.
+  /// Replaces every value by function(value, column, row), in coordinates of the whole grid.
   template <class Function>
   void replace(const Function& function) {
     for (int y = 0; y < cells_.height; ++y) {
@@ -64,8 +64,8 @@ class CellPatch {
     }
   }
 
-  /// Between the four cells whose centres are next to a point of the grid. Beyond the outermost
-  /// centres the value is theirs.
+  /// Interpolates between the four cell centres around a point of the grid. Beyond the outermost
+  /// centres the value is constant.
   float interpolated(cv::Point2d point) const {
     const double x = std::clamp(point.x - 0.5, 0.0, grid_.width - 1.0);
     const double y = std::clamp(point.y - 0.5, 0.0, grid_.height - 1.0);
@@ -88,7 +88,7 @@ class CellPatch {
   cv::Mat_<float> values_;
 };
 
-/// The cells that are read for points in this rectangle of the grid.
+/// Returns the cells that interpolation reads for points in this rectangle of the grid.
 cv::Rect cells_around(cv::Point2d first, cv::Point2d last, const Grid& grid) {
   const auto interval = [](double from, double to, int limit) {
     const int begin = static_cast<int>(std::clamp(std::floor(from) - 1, 0.0, limit - 1.0));
@@ -100,7 +100,7 @@ cv::Rect cells_around(cv::Point2d first, cv::Point2d last, const Grid& grid) {
   return {columns.start, rows.start, columns.size(), rows.size()};
 }
 
-/// The cells under a rectangle of the image.
+/// Returns the cells under a rectangle of the image.
 cv::Rect cells_under(const cv::Rect& region, const InputPlacement& placement, const Grid& grid) {
   cv::Point2d first(1e30, 1e30);
   cv::Point2d last(-1e30, -1e30);
@@ -115,7 +115,8 @@ cv::Rect cells_under(const cv::Rect& region, const InputPlacement& placement, co
   return cells_around(first, last, grid);
 }
 
-/// The pixels of a rectangle of the image whose centre, as a point of the input, is on the object.
+/// Marks the pixels in a rectangle of the image whose centres, as points of the input, are on the
+/// object.
 template <class Predicate>
 cv::Mat painted(const cv::Rect& region, const InputPlacement& placement,
                 const Predicate& is_on_object) {
@@ -130,7 +131,7 @@ cv::Mat painted(const cv::Rect& region, const InputPlacement& placement,
   return mask;
 }
 
-/// A mask in the image, where `origin` is.
+/// A mask and the image position of its first pixel.
 struct PlacedMask {
   cv::Mat pixels;
   cv::Point origin;
@@ -160,7 +161,7 @@ PlacedMask mask_cropped_in_cells(const Detection& detection, const Prototypes& p
                     side(detection.box.y1, grid.cells_per_pixel_y, -1, grid.rows),
                     side(detection.box.x2, grid.cells_per_pixel_x, 1, grid.columns),
                     side(detection.box.y2, grid.cells_per_pixel_y, 1, grid.rows)};
-  // Interpolation carries the mask up to a cell beyond.
+  // Interpolation extends the mask by up to one cell.
   const Box reach = {static_cast<float>((double{crop.x1} - 1) / grid.cells_per_pixel_x),
                      static_cast<float>((double{crop.y1} - 1) / grid.cells_per_pixel_y),
                      static_cast<float>((double{crop.x2} + 1) / grid.cells_per_pixel_x),

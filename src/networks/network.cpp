@@ -19,7 +19,7 @@ namespace {
 
 constexpr int color_channels = 3;
 
-/// The size of the only input.
+/// Returns the size of the only input.
 cv::Size input_size_of(const OnnxFile& file, const std::filesystem::path& path,
                        const cv::Size& size_where_open) {
   if (file.inputs.size() != 1) {
@@ -46,8 +46,8 @@ cv::Size input_size_of(const OnnxFile& file, const std::filesystem::path& path,
   return size;
 }
 
-/// A YOLO export as it comes has boxes that are computed in the network, in one output with the
-/// rest.
+/// Tells whether the file may be YOLO as exported, which computes its boxes inside the network and
+/// joins them with the rest in one output.
 bool may_be_stock_yolo(const OnnxFile& file) {
   const auto has_output_of = [&](std::size_t sides) {
     return std::any_of(file.outputs.begin(), file.outputs.end(),
@@ -59,7 +59,7 @@ bool may_be_stock_yolo(const OnnxFile& file) {
 constexpr bool opencv_runs_stock_yolo = CV_VERSION_MAJOR > 4 ||
                                         (CV_VERSION_MAJOR == 4 && CV_VERSION_MINOR >= 7);
 
-/// A message of OpenCV's on one line.
+/// Puts OpenCV's message on one line.
 std::string in_one_line(const std::string& message) {
   std::string line;
   for (const char letter : message) {

@@ -42,7 +42,7 @@ double roll_of(const FrameView& frame, const std::function<double(const FrameVie
   return roll;
 }
 
-/// What is wrong with outputs for one kind of network; empty where nothing is.
+/// Returns why the outputs do not fit a kind of network; empty if they do.
 template <class Bind>
 std::string objection(const Bind& bind) {
   try {

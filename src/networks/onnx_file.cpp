@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The fields that are read, by their numbers in onnx.proto3 of the ONNX project.
+// The numbers, from the ONNX project's onnx.proto3, of the fields that are read.
 namespace model_field {
 constexpr int graph = 7, metadata = 14;
 }
@@ -41,11 +41,11 @@ namespace value_field {
 constexpr int name = 1, type = 2;
 }
 constexpr std::int64_t float_type = 1;
-constexpr std::size_t max_dimensions = 32;  // of a cv::Mat
+constexpr std::size_t max_dimensions = 32;  // the limit of cv::Mat
 
 // A model of a hundred layers has thousands of fields.
 constexpr std::size_t max_fields = std::size_t{1} << 20;
-// What protocol buffers allow. A larger file is no model, and would have to fit into memory.
+// The limit of protocol buffers. A larger file is no model, and would have to fit into memory.
 constexpr std::uintmax_t max_file_bytes = (std::uintmax_t{1} << 31) - 1;
 
 struct Tensor {
@@ -60,13 +60,13 @@ struct Tensor {
 struct Node {
   std::string op_type;
   std::vector<std::string> inputs, outputs;
-  std::optional<Tensor> value;  // of a Constant
+  std::optional<Tensor> value;  // the value of a Constant
 };
 
-/// The graph, as views of the file's bytes.
+/// The graph as views into the file's bytes.
 struct Graph {
   bool has_nodes = false;
-  std::vector<Node> constants;  // the nodes that hold or pass on a constant
+  std::vector<Node> constants;  // the nodes that hold or forward a constant
   std::vector<Tensor> initializers;
   std::vector<OnnxValue> inputs, outputs;
 };
@@ -149,7 +149,7 @@ Node read_node(ProtobufReader reader) {
   return node;
 }
 
-/// One side of a shape: 0 where it has a name, or nothing, in place of a number.
+/// Reads one side of a shape; 0 if it has a name or nothing in place of a number.
 int read_side(ProtobufReader reader) {
   std::int64_t side = 0;
   while (reader.next()) {
@@ -202,8 +202,8 @@ Graph read_graph(ProtobufReader reader) {
   return graph;
 }
 
-/// The values of a float tensor; nothing for another type, more dimensions than a cv::Mat has, or a
-/// count that is not the shape's.
+/// Returns the values of a float tensor; an empty matrix for another type, for more dimensions than
+/// cv::Mat allows, or for a count that does not match the shape.
 cv::Mat values_of(const Tensor& tensor) {
   if (tensor.data_type != float_type || tensor.shape.empty()) return {};
   if (tensor.shape.size() > max_dimensions) return {};
@@ -223,14 +223,14 @@ cv::Mat values_of(const Tensor& tensor) {
   return values;
 }
 
-/// The tensors of the graph that are constants, by name.
+/// Returns the constant tensors of the graph by name.
 std::map<std::string, const Tensor*> constants_of(const Graph& graph) {
   std::map<std::string, const Tensor*> constants;
   for (const Tensor& tensor : graph.initializers) constants[tensor.name] = &tensor;
   for (const Node& node : graph.constants) {
     if (node.outputs.empty()) continue;
     if (node.op_type == "Constant" && node.value) constants[node.outputs[0]] = &*node.value;
-    // Nodes come in the order in which they are computed.
+    // Nodes come in the order of computation.
     if (node.op_type == "Identity" && node.inputs.size() == 1 &&
         constants.count(node.inputs[0]) > 0) {
       constants[node.outputs[0]] = constants[node.inputs[0]];

@@ -1,10 +1,9 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// What stands in an ONNX file besides the layers, which OpenCV reads: its inputs and outputs with
-// their shapes and in their order, outputs that are constants, what exporters wrote about it, and
-// whether it is whole. OpenCV 4.6 tells none of it, drops constant outputs, and fails on a broken
-// file with messages about something else.
+// Facts that an ONNX file holds besides its layers: its inputs and outputs, their shapes and order,
+// constant outputs, the exporter's metadata, and whether the file is whole. OpenCV 4.6 reports none
+// of this, drops constant outputs, and fails on a broken file with unrelated messages.
 
 #ifndef DYNFILTER_SRC_NETWORKS_ONNX_FILE_HPP
 #define DYNFILTER_SRC_NETWORKS_ONNX_FILE_HPP
@@ -30,7 +29,7 @@ struct OnnxFile {
   std::vector<char> bytes;                      ///< the whole file
   std::vector<OnnxValue> inputs;                ///< without those that have a constant value
   std::vector<OnnxValue> outputs;               ///< in the order of the file
-  std::map<std::string, cv::Mat> constants;     ///< outputs whose value stands in the file; CV_32F
+  std::map<std::string, cv::Mat> constants;     ///< outputs with a value in the file; CV_32F
   std::map<std::string, std::string> metadata;  ///< key and value, as exporters write them
 };
 

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// The wire format of protocol buffers (protobuf.dev/programming-guides/encoding), as far as ONNX
-// uses it: a message is a row of fields, each a number or bytes; a message in a message is bytes.
+// The part of protocol buffers' wire format (protobuf.dev/programming-guides/encoding) that ONNX
+// uses: a message is a row of fields, each a number or bytes; a nested message is bytes.
 
 #ifndef DYNFILTER_SRC_NETWORKS_PROTOBUF_READER_HPP
 #define DYNFILTER_SRC_NETWORKS_PROTOBUF_READER_HPP
@@ -15,27 +15,27 @@
 
 namespace dynfilter::detail {
 
-/// Bytes that are no such message: cut off, or something else.
+/// Reports bytes that are no such message: truncated, or something else.
 struct MalformedMessage : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// A message of more fields than any model has.
+/// Reports a message with more fields than any model has.
 struct OversizedMessage : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
 /// Goes through the fields of a message: while (reader.next()) switch (reader.field()) …
 ///
-/// A field may be of two bytes, and what stands for it in memory of hundreds. So the fields are
-/// counted, those of messages in the message included, and there is an end to their number.
+/// A field of two bytes may take hundreds in memory. So all fields are counted, those of nested
+/// messages included, and their number is limited.
 class ProtobufReader {
  public:
-  /// `fields_left` counts down and must live as long as the reader.
+  /// Reads a message. `fields_left` counts down and must outlive the reader.
   ProtobufReader(std::string_view message, std::size_t& fields_left)
       : rest_(message), fields_left_(&fields_left) {}
 
-  /// To the next field; false after the last one.
+  /// Moves to the next field; false after the last one.
   bool next() {
     if (rest_.empty()) return false;
     count_field();
@@ -71,20 +71,20 @@ class ProtobufReader {
     return static_cast<std::int64_t>(number_);
   }
 
-  /// Of a string, a message, packed numbers, or a number of 4 or 8 bytes.
+  /// Returns the bytes of a string, a message, packed numbers, or a number of 4 or 8 bytes.
   std::string_view bytes() const {
     if (is_number_) throw MalformedMessage("a number in place of bytes");
     return bytes_;
   }
 
-  /// The message that the field is.
+  /// Returns a reader of the message in this field.
   ProtobufReader message() const { return {bytes(), *fields_left_}; }
 
   std::string text() const { return std::string(bytes()); }
 
   bool is_number() const { return is_number_; }
 
-  /// The first number of packed ones, taken off `packed`.
+  /// Takes the first of the packed numbers off `packed`.
   static std::uint64_t take_varint(std::string_view& packed) {
     std::uint64_t value = 0;
     for (unsigned shift = 0; shift < 64; shift += 7) {
@@ -97,7 +97,7 @@ class ProtobufReader {
     throw MalformedMessage("a number of more than 64 bits");
   }
 
-  /// Counts one number of packed ones, or a field.
+  /// Counts a field, or one of several packed numbers.
   void count_field() {
     if (*fields_left_ == 0) throw OversizedMessage("it has more fields than any model");
     --*fields_left_;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// The outputs of a network, and views of them that hide how exporters arrange rows and columns.
+// Outputs of a network, and views that hide how exporters arrange rows and columns.
 
 #ifndef DYNFILTER_SRC_NETWORKS_TENSORS_HPP
 #define DYNFILTER_SRC_NETWORKS_TENSORS_HPP
@@ -29,7 +29,7 @@ inline std::vector<int> shape_of(const cv::Mat& tensor) {
   return {tensor.size.p, tensor.size.p + tensor.dims};
 }
 
-/// "[1, 32, 160, 160]"
+/// Formats a shape: "[1, 32, 160, 160]".
 inline std::string shape_text(const std::vector<int>& shape) {
   std::string text = "[";
   for (std::size_t i = 0; i < shape.size(); ++i) {
@@ -38,7 +38,7 @@ inline std::string shape_text(const std::vector<int>& shape) {
   return text + "]";
 }
 
-/// "loc [1, 19248, 4], proto [1, 138, 138, 32]"
+/// Formats all shapes: "loc [1, 19248, 4], proto [1, 138, 138, 32]".
 inline std::string shapes_text(const std::vector<NamedTensor>& tensors) {
   std::string text;
   for (const NamedTensor& tensor : tensors) {
@@ -47,7 +47,7 @@ inline std::string shapes_text(const std::vector<NamedTensor>& tensors) {
   return text;
 }
 
-/// Whether the name of a tensor holds one of these words, in whatever case.
+/// Tells whether the tensor's name contains one of these words, ignoring case.
 inline bool is_named(const NamedTensor& tensor, std::initializer_list<std::string_view> words) {
   std::string name = tensor.name;
   std::transform(name.begin(), name.end(), name.begin(),
@@ -56,7 +56,7 @@ inline bool is_named(const NamedTensor& tensor, std::initializer_list<std::strin
                      [&](std::string_view word) { return name.find(word) != std::string::npos; });
 }
 
-/// Rows and columns of numbers that lie anyhow in memory. Views a tensor and does not keep it.
+/// A table of numbers with any strides. A view: it does not own the tensor.
 struct Table {
   const float* data = nullptr;
   int rows = 0;
@@ -69,7 +69,7 @@ struct Table {
                 static_cast<std::size_t>(column) * column_step];
   }
 
-  /// So many columns from `first` on. A tensor of 0 rows has no data to point into.
+  /// Returns `count` columns from `first` on. A tensor of 0 rows has no data to point into.
   Table part(int first, int count) const {
     const float* const begin =
         data == nullptr ? nullptr : data + static_cast<std::size_t>(first) * column_step;
@@ -77,20 +77,20 @@ struct Table {
   }
 };
 
-/// A tensor [1, rows, columns], [rows, columns].
+/// Views a tensor [1, rows, columns] or [rows, columns].
 inline Table rows_first(const cv::Mat& tensor) {
   const int rows = tensor.size[tensor.dims - 2];
   const int columns = tensor.size[tensor.dims - 1];
   return {tensor.ptr<float>(), rows, columns, static_cast<std::size_t>(columns), 1};
 }
 
-/// A tensor [1, columns, rows].
+/// Views a tensor [1, columns, rows].
 inline Table columns_first(const cv::Mat& tensor) {
   const Table turned = rows_first(tensor);
   return {turned.data, turned.columns, turned.rows, 1, turned.row_step};
 }
 
-/// The prototypes of masks: `count` images of rows x columns numbers.
+/// The mask prototypes: `count` images of rows x columns numbers.
 struct Prototypes {
   const float* data = nullptr;
   int count = 0;
@@ -100,7 +100,7 @@ struct Prototypes {
   std::size_t cell_step = 1;
 };
 
-/// Of a tensor [1, count, rows, columns].
+/// Views a tensor [1, count, rows, columns].
 inline Prototypes prototypes_first(const cv::Mat& tensor) {
   const int rows = tensor.size[2];
   const int columns = tensor.size[3];
@@ -112,7 +112,7 @@ inline Prototypes prototypes_first(const cv::Mat& tensor) {
           1};
 }
 
-/// Of a tensor [1, rows, columns, count].
+/// Views a tensor [1, rows, columns, count].
 inline Prototypes prototypes_last(const cv::Mat& tensor) {
   return {tensor.ptr<float>(),
           tensor.size[3],

@@ -27,7 +27,7 @@ namespace {
 
 using Outputs = std::vector<const NamedTensor*>;
 
-/// Takes out the one that fits: by name among several. Null where there is none.
+/// Takes the fitting output out of the list, by name if several fit. Null if none fits.
 const NamedTensor* take(Outputs& outputs, const char* what,
                         std::initializer_list<std::string_view> names,
                         const std::function<bool(const cv::Mat&)>& fits) {
@@ -68,8 +68,8 @@ constexpr std::array<double, levels> scales = {24, 48, 96, 192, 384};
 constexpr std::array<double, 3> aspect_ratios = {1, 0.5, 2};
 constexpr double published_side = 550;
 
-/// Rows and columns of the feature maps: P3 has an eighth of the input's, every further one half,
-/// and halves are rounded up.
+/// Returns rows and columns of the feature maps: P3 has an eighth of the input's, each further
+/// level half of the last, rounded up.
 std::array<cv::Size, levels> feature_maps(const cv::Size& input) {
   const auto halved = [](const cv::Size& size) {
     return cv::Size((size.width + 1) / 2, (size.height + 1) / 2);
@@ -83,8 +83,8 @@ std::array<cv::Size, levels> feature_maps(const cv::Size& input) {
   return maps;
 }
 
-/// Of the network for this side of the input: the published ones for 400 and 700 have the scales of
-/// the one for 550 in proportion, cut to whole pixels.
+/// Returns the scale of a level for an input side. The published networks for 400 and 700 scale
+/// those for 550 in proportion, cut to whole pixels.
 double scale_at(std::size_t level, int side) {
   return side == static_cast<int>(published_side)
              ? scales[level]
@@ -96,7 +96,7 @@ double scale_at(std::size_t level, int side) {
 
 constexpr float min_confidence = 0.05F;  // as published
 
-/// The probabilities of one row.
+/// Holds the probabilities of one row.
 class RowScores {
  public:
   RowScores(const Table& confidences, bool are_probabilities)
@@ -120,7 +120,7 @@ class RowScores {
     for (float& probability : probabilities_) probability /= sum;
   }
 
-  /// Of a class, the background not counted.
+  /// Returns the probability of a class; the background does not count as one.
   float of(int class_id) const { return probabilities_[static_cast<std::size_t>(class_id) + 1]; }
 
   bool are_finite() const {
@@ -128,7 +128,7 @@ class RowScores {
                        [](float value) { return std::isfinite(value); });
   }
 
-  /// Of all classes.
+  /// Returns the highest probability of all classes but the background.
   float best() const { return *std::max_element(probabilities_.begin() + 1, probabilities_.end()); }
 
  private:
@@ -137,8 +137,8 @@ class RowScores {
   std::vector<float> probabilities_;
 };
 
-/// SSD's coding of boxes (W. Liu et al., ECCV 2016) with its variances 0.1 and 0.2, as a fraction
-/// of the input.
+/// Decodes a box from SSD's coding (W. Liu et al., ECCV 2016) with its variances 0.1 and 0.2, as
+/// fractions of the input.
 Box decoded_box(const Table& locations, const Table& priors, int row) {
   const float width = priors.at(row, 2) * std::exp(locations.at(row, 2) * 0.2F);
   const float height = priors.at(row, 3) * std::exp(locations.at(row, 3) * 0.2F);
@@ -207,7 +207,7 @@ YolactOutputs bind_yolact(const std::vector<NamedTensor>& outputs) {
   Outputs rest;
   for (const NamedTensor& output : outputs) rest.push_back(&output);
 
-  // Priors have no batch; where they have one all the same, they are told by their name.
+  // Priors have no batch dimension. If they have one after all, their name identifies them.
   const NamedTensor* priors = take(rest, "priors", {"prior", "anchor"}, [](const cv::Mat& data) {
     return data.dims == 2 && data.size[1] == 4;
   });
@@ -231,7 +231,7 @@ YolactOutputs bind_yolact(const std::vector<NamedTensor>& outputs) {
   const auto is_table_of_rows = [&](const cv::Mat& data) {
     return data.dims == 3 && is_table(data) && rows_of(data) == rows;
   };
-  // What coefficients are is said by the prototypes: the one table with a column for each.
+  // The prototypes identify the coefficients: the only table with one column for each prototype.
   const auto is_grid_for = [&](const cv::Mat& grid, int count) {
     return grid.dims == 4 && grid.size[0] == 1 && (grid.size[1] == count || grid.size[3] == count);
   };
@@ -289,7 +289,7 @@ cv::Mat yolact_priors(int count, const cv::Size& input) {
         const double scale = scale_at(level, input.width) * std::pow(2.0, third / 3.0);
         for (const double ratio : aspect_ratios) {
           const double width = scale * std::sqrt(ratio) / input.width;
-          // YOLACT was trained with a slip that made every prior a square, and keeps it.
+          // YOLACT was trained with a bug that made every prior a square, and keeps it.
           const double height = is_plus ? scale / std::sqrt(ratio) / input.height : width;
           float* prior = priors.ptr<float>(row++);
           prior[0] = static_cast<float>((cell % map.width + 0.5) / map.width);

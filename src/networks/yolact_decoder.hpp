@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// From the outputs of a YOLACT or YOLACT++ network to detections.
+// Decodes the outputs of a YOLACT or YOLACT++ network into detections.
 
 #ifndef DYNFILTER_SRC_NETWORKS_YOLACT_DECODER_HPP
 #define DYNFILTER_SRC_NETWORKS_YOLACT_DECODER_HPP
@@ -16,19 +16,19 @@
 
 namespace dynfilter::detail {
 
-/// The outputs by what they mean: a row a prior. Views the tensors.
+/// The outputs by meaning; each row belongs to a prior. Views the tensors.
 struct YolactOutputs {
   Table locations;     // 4 columns
-  Table confidences;   // background and a column a class: logits, or probabilities
-  Table coefficients;  // a column a prototype
+  Table confidences;   // background, then one column a class: logits or probabilities
+  Table coefficients;  // one column a prototype
   Prototypes prototypes;
-  Table priors;  // 4 columns; without rows where the network puts none out
+  Table priors;  // 4 columns; no rows if the network does not output them
 
   int class_count() const { return confidences.columns - 1; }
 };
 
-/// Tells the outputs by their shapes, in whatever order, with N priors, C classes and P prototypes;
-/// where several would do, by their names:
+/// Identifies the outputs by their shapes, in any order, with N priors, C classes and P prototypes;
+/// if several fit, by their names:
 ///   [1, N, 4]        locations           loc, bbox, box
 ///   [N, 4]           priors              prior, anchor
 ///   [1, N, C+1]      confidences         conf, cls, class, score
@@ -37,30 +37,29 @@ struct YolactOutputs {
 /// Throws std::runtime_error that says what is missing or remains unclear.
 YolactOutputs bind_yolact(const std::vector<NamedTensor>& outputs);
 
-/// The priors of a network for this input with `count` of them (yolact/layers and data/config.py as
-/// published), in the order of its rows: N x 4, CV_32F, centre and sides as fractions of the input.
-/// Three a cell (YOLACT: three aspect ratios of one scale a level, and squares whatever the ratio)
-/// or nine (YOLACT++: each at three scales). 19248 and 57744 for an input of 550x550. Throws
-/// std::runtime_error for another count.
+/// Returns the priors of a network for this input, N x 4, CV_32F, centre and sides as fractions of
+/// the input, in the order of the network's rows (published in yolact/layers and data/config.py).
+/// `count` tells the kind: three priors a cell for YOLACT (three aspect ratios of one scale a
+/// level, all made squares) or nine for YOLACT++ (each ratio at three scales); 19248 and 57744 for
+/// an input of 550x550. Throws std::runtime_error for another count.
 cv::Mat yolact_priors(int count, const cv::Size& input);
 
-/// Whether the rows are probabilities already, as where the export has the softmax in it: those of
-/// a sample are positive and add up to 1.
+/// Tells whether the rows are probabilities already, because the export includes the softmax: the
+/// numbers of some sample rows are positive and add up to 1.
 bool are_probabilities(const Table& confidences);
 
 struct YolactDecoding {
   DetectionOptions detections;
   YolactSuppression suppression = YolactSuppression::fast;
-  int max_per_class = 200;  // of fast suppression
+  int max_per_class = 200;  // of Fast NMS
 };
 
-/// The detections, the highest score first, boxes in pixels of the input. As published: priors
-/// whose best class does not exceed 0.05 are dropped; every other one stands for each class;
-/// overlaps are suppressed within each class; the best max_detections are kept. Classes that are
-/// not wanted and scores at or below the threshold are left out from the start, which changes
-/// nothing for the rest but that they take nobody's place. Rows with a number that is not finite
-/// and boxes without area are left out. Throws std::runtime_error where no score is a number. O(N ·
-/// C + C · max_per_class²).
+/// Returns the detections, the highest score first, with boxes in pixels of the input. As
+/// published: drops priors whose best class does not exceed 0.05, lets every other prior stand for
+/// each class, suppresses overlaps within each class, and keeps the best max_detections. Leaves out
+/// unwanted classes and scores at or below the threshold from the start; otherwise this only frees
+/// places for the other detections. Leaves out rows with a number that is not finite and boxes
+/// without area. Throws std::runtime_error if no score is a number. O(N · C + C · max_per_class²).
 std::vector<Detection> decode_yolact(const YolactOutputs& outputs, const Table& priors,
                                      const cv::Size& input, const YolactDecoding& decoding);
 

@@ -15,10 +15,10 @@
 
 namespace dynfilter::detail {
 
-/// Throws std::invalid_argument, in the name of `component`, for options out of range.
+/// Throws std::invalid_argument for options out of range; the message begins with `component`.
 void require_valid(const YolactOptions& options, const char* component);
 
-/// YOLACT: the image stretched, RGB, normalised.
+/// YOLACT's preprocessing and decoding: the image is stretched, RGB and normalised.
 class YolactKind final : public NetworkKind {
  public:
   YolactKind(const cv::Size& input, const YolactOptions& options)
@@ -29,7 +29,7 @@ class YolactKind final : public NetworkKind {
                   options.candidates_per_class},
         priors_(options.priors.clone()) {}
 
-  /// What becomes 0: of the image that lies turned on its canvas.
+  /// Returns the colour that becomes 0; it surrounds an image turned on its canvas.
   cv::Scalar border() const override { return {mean_[2], mean_[1], mean_[0]}; }
 
   PlacedImage place(const PlacedImage& upright, const cv::Size& input) const override {
@@ -40,7 +40,7 @@ class YolactKind final : public NetworkKind {
     return normalized_rgb(placed.pixels, mean_, deviation_);
   }
 
-  /// Computes the priors too, where neither options nor outputs have them.
+  /// Binds the outputs, and computes the priors if neither options nor outputs have them.
   int prepare(const std::vector<NamedTensor>& outputs) override {
     const YolactOutputs bound = bind_yolact(outputs);
     if (priors_.empty() && bound.priors.rows == 0) {

@@ -35,7 +35,7 @@ int anchor_count(const cv::Size& input) {
   return count;
 }
 
-/// The centre of an anchor's cell, and the cell's side, in pixels of the input. Anchors come level
+/// The centre of an anchor's cell and the cell's side, in pixels of the input. Anchors come level
 /// by level, row by row.
 struct Anchor {
   float x, y, stride;
@@ -58,7 +58,7 @@ Anchor anchor_of(int row, const cv::Size& input) {
 // --- Binding
 // --------------------------------------------------------------------------------------
 
-/// Outputs of three sides, and the one of four.
+/// Outputs of three dimensions, and the one of four.
 struct Sorted {
   std::vector<const NamedTensor*> tables;
   const NamedTensor* prototypes = nullptr;
@@ -84,15 +84,15 @@ Sorted sorted_by_rank(const std::vector<NamedTensor>& outputs) {
   return sorted;
 }
 
-/// The table with a row for each of so many anchors, however it is turned.
+/// Views the output as a table with `rows` rows, transposed if necessary.
 std::optional<Table> with_rows(const NamedTensor& output, int rows) {
   if (output.data.size[2] == rows) return columns_first(output.data);
   if (output.data.size[1] == rows) return rows_first(output.data);
   return {};
 }
 
-/// The prototypes are the output's second side or its last one: their number fits the columns that
-/// tables have, and the sides of the grid are to each other as those of the input.
+/// Finds the prototypes' dimension, the second or the last: their number must fit the columns of
+/// the tables, and the grid must have the input's aspect ratio.
 Prototypes prototypes_where(const NamedTensor& output, const cv::Size& input,
                             const std::function<bool(int)>& fits) {
   for (const Prototypes& prototypes :
@@ -129,7 +129,7 @@ YoloOutputs bind_single(const NamedTensor& output, const NamedTensor& prototypes
   return bound;
 }
 
-/// Takes out the first table that is named so or, where none is, fits.
+/// Takes the first table with this name or, if there is none, the first that fits.
 Table take(std::vector<std::pair<const NamedTensor*, Table>>& tables,
            std::initializer_list<std::string_view> names, const std::function<bool(int)>& fits) {
   const auto found = [&](bool by_name) {
@@ -165,8 +165,8 @@ YoloOutputs bind_raw(const std::vector<const NamedTensor*>& outputs, const Named
   });
   const int count = bound.prototypes.count;
   if (tables.size() == 3) {
-    // Boxes first: where classes or boxes have as many columns as there are prototypes, the order
-    // tells them apart, and coefficients come last.
+    // Boxes first: if classes or boxes have as many columns as there are prototypes, order tells
+    // them apart, and coefficients come last.
     std::reverse(tables.begin(), tables.end());
     bound.coefficients = take(tables, {"coef", "mask"}, [&](int n) { return n == count; });
     std::reverse(tables.begin(), tables.end());
@@ -188,8 +188,8 @@ YoloOutputs bind_raw(const std::vector<const NamedTensor*>& outputs, const Named
 // --- Decoding
 // -------------------------------------------------------------------------------------
 
-/// The mean of a distribution over 0, 1, 2, … that is given by logits (X. Li et al., "Generalized
-/// Focal Loss", NeurIPS 2020); of a single bin, its value.
+/// Returns the mean of a distribution over 0, 1, 2, … given by logits (X. Li et al., "Generalized
+/// Focal Loss", NeurIPS 2020); for a single bin, its value.
 float expectation(const Table& logits, int row, int first, int bins) {
   if (bins == 1) return logits.at(row, first);
   float largest = logits.at(row, first);
@@ -235,7 +235,7 @@ bool is_finite(const Box& box) {
          std::isfinite(box.y2);
 }
 
-/// The coefficients of a row; nothing where one is not finite.
+/// Returns a row's coefficients; empty if one is not finite.
 std::vector<float> coefficients_of(const Table& table, int row) {
   std::vector<float> coefficients(static_cast<std::size_t>(table.columns));
   for (int k = 0; k < table.columns; ++k) {
@@ -250,7 +250,7 @@ struct ClassScore {
   float score;
 };
 
-/// The best class of a row, whose scores are counted; nothing where all are not numbers.
+/// Returns a row's best class and counts its scores; std::nullopt if all are NaN.
 std::optional<ClassScore> best_class(const YoloOutputs& outputs, int row, FiniteScores& seen) {
   const Table& scores = outputs.scores;
   if (outputs.head == YoloHead::end_to_end) {

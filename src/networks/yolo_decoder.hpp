@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// From the outputs of a YOLOv8-seg or YOLO11-seg network to detections.
+// Decodes the outputs of a YOLOv8-seg or YOLO11-seg network into detections.
 
 #ifndef DYNFILTER_SRC_NETWORKS_YOLO_DECODER_HPP
 #define DYNFILTER_SRC_NETWORKS_YOLO_DECODER_HPP
@@ -15,27 +15,27 @@
 
 namespace dynfilter::detail {
 
-/// How far the network itself went.
+/// How much of the decoding the network itself does.
 enum class YoloHead {
-  raw,         ///< boxes are distributions of distances to the sides, scores are logits
-  decoded,     ///< boxes are centre, width and height in pixels of the input, scores probabilities
+  raw,      ///< boxes are distributions of distances to the sides, scores are logits
+  decoded,  ///< boxes are centre, width and height in pixels of the input; scores are probabilities
   end_to_end,  ///< suppressed too: a row is x1, y1, x2, y2, score, class, coefficients
 };
 
-/// The outputs by what they mean: one row for each anchor, or for each object. Views the tensors.
+/// The outputs by meaning: one row for each anchor, or for each object. Views the tensors.
 struct YoloOutputs {
   YoloHead head = YoloHead::decoded;
   cv::Size input;
   Table boxes;   // 4 columns; raw: 4 x bins
-  Table scores;  // a column a class; end_to_end: score and class
+  Table scores;  // one column a class; end_to_end: score and class
   Table coefficients;
   Prototypes prototypes;
 
-  /// 0 = not known from the outputs.
+  /// Returns the number of classes; 0 if the outputs do not tell.
   int class_count() const { return head == YoloHead::end_to_end ? 0 : scores.columns; }
 };
 
-/// Tells the outputs by their shapes; where several would do, by their names, else by their order
+/// Identifies the outputs by their shapes; if several fit, by their names, or else by their order
 /// (boxes, classes, coefficients). With P prototypes, N anchors and C classes:
 ///   [1, P, h, w] or [1, h, w, P]                   prototypes, always
 ///   [1, 4+C+P, N] or [1, N, 4+C+P]                 decoded
@@ -45,11 +45,11 @@ struct YoloOutputs {
 /// Throws std::runtime_error that says which outputs there are and what is missing.
 YoloOutputs bind_yolo(const std::vector<NamedTensor>& outputs, const cv::Size& input);
 
-/// The detections, the highest score first. A row is of the class with the highest score (equal
-/// scores: the lowest class); rows of classes that are not wanted then fall away. A row with a
-/// number that is not finite, or a box without area, is left out. Throws std::runtime_error for
-/// scores that are no probabilities, and where none is a number. O(N · C + n²), n rows being above
-/// the threshold.
+/// Returns the detections, the highest score first. A row belongs to the class with the highest
+/// score (of equal scores: the lowest class); rows of unwanted classes are dropped afterwards.
+/// Leaves out rows with a number that is not finite, and boxes without area. Throws
+/// std::runtime_error for scores that are no probabilities, and if no score is a number. O(N · C +
+/// n²) for n rows above the threshold.
 std::vector<Detection> decode_yolo(const YoloOutputs& outputs, const DetectionOptions& options);
 
 }  // namespace dynfilter::detail

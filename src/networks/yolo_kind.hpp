@@ -12,7 +12,7 @@
 
 namespace dynfilter::detail {
 
-/// YOLO-seg: letterboxed in grey 114, RGB from 0 to 1.
+/// YOLO-seg's preprocessing and decoding: letterboxed in grey 114, RGB from 0 to 1.
 class YoloKind final : public NetworkKind {
  public:
   YoloKind(const cv::Size& input, const NetworkOptions& options)

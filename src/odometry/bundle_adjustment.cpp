@@ -20,7 +20,7 @@ constexpr double min_depth_m = 0.05;
 using PoseBlock = Eigen::Matrix<double, 6, 6>;
 using MixedBlock = Eigen::Matrix<double, 6, 3>;
 
-/// The normal equations of one point: its own block, and a block for each free pose that sees it.
+/// The normal equations of one point: its own block, and one for each free pose that sees it.
 struct PointEquations {
   Eigen::Matrix3d hessian = Eigen::Matrix3d::Zero();
   Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
@@ -82,7 +82,7 @@ Eigen::Matrix3d damped_inverse(const PointEquations& point, double damping) {
   return damped.inverse();
 }
 
-/// The step of the free poses, with the points eliminated.
+/// Solves for the step of the free poses, with the points eliminated.
 Eigen::VectorXd solve_poses(const NormalEquations& equations, double damping) {
   Eigen::MatrixXd reduced = equations.poses;
   Eigen::VectorXd gradient = equations.gradient;

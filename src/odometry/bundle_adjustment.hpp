@@ -22,15 +22,15 @@ struct BundleObservation {
 
 struct Bundle {
   std::vector<Pose> poses;
-  std::size_t free_poses = 0;  ///< the first ones; the others stay, and hold the rest in place
+  std::size_t free_poses = 0;  ///< the first ones; the others are fixed and anchor the rest
   std::vector<Eigen::Vector3d> points;
-  std::vector<BundleObservation> observations;  ///< in the order of their points
+  std::vector<BundleObservation> observations;  ///< ordered by their points
 };
 
-/// Moves the free poses and all points to where the observations agree best, by
-/// Levenberg-Marquardt with Huber's kernel; points are eliminated first (Schur complement), so that
-/// a step solves for the poses alone. After a first round what disagrees is marked as an outlier
-/// and left out of the second.
+/// Moves the free poses and all points to the best agreement with the observations, by
+/// Levenberg-Marquardt with Huber's kernel. Eliminates the points first (Schur complement), so that
+/// a step solves for the poses alone. After the first pass, observations that disagree are marked
+/// as outliers and left out of the second pass.
 void adjust_bundle(const PinholeCamera& camera, Bundle& bundle);
 
 }  // namespace odometry

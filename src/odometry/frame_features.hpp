@@ -19,18 +19,18 @@ namespace odometry {
 
 using Descriptor = std::array<std::uint64_t, 4>;
 
-/// Number of bits that differ, 0 to 256.
+/// Counts the bits that differ, 0 to 256.
 int hamming_distance(const Descriptor& a, const Descriptor& b);
 
 struct Feature {
   Observation observation;
-  Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< in the camera's frame, where depth is known
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< in the camera's frame, if depth is known
   Descriptor descriptor{};
   int octave = 0;
   float angle_deg = 0;
 };
 
-/// The features of one frame that the odometry works with, to be found by where they are.
+/// The features of one frame that the odometry uses, searchable by position.
 class FrameFeatures {
  public:
   FrameFeatures() = default;
@@ -39,7 +39,7 @@ class FrameFeatures {
   std::size_t size() const { return features_.size(); }
   const Feature& operator[](std::size_t i) const { return features_[i]; }
 
-  /// Appends the features of a square of 2 x `radius_px` about a pixel, in a fixed order.
+  /// Appends the features in a square of 2 x `radius_px` around a pixel, in a fixed order.
   void find(const Eigen::Vector2d& pixel, double radius_px, std::vector<std::size_t>& found) const;
 
  private:
@@ -48,16 +48,17 @@ class FrameFeatures {
 
   std::vector<Feature> features_;
   std::size_t columns_ = 0, rows_ = 0;
-  std::vector<std::vector<std::size_t>> cells_;  // features beyond the image are in the outer ones
+  std::vector<std::vector<std::size_t>>
+      cells_;  // features beyond the image go into the outer cells
 };
 
-/// How far a depth can be trusted.
+/// The accuracy of measured depth.
 struct DepthNoise {
-  double max_depth_m;         ///< what is farther counts as not measured
+  double max_depth_m;         ///< anything farther counts as not measured
   double disparity_sigma_px;  ///< see PinholeCamera
 };
 
-/// Depth is read at the raw pixel; the position is then freed of distortion.
+/// Makes the features: reads depth at the raw pixel, then removes the distortion from the position.
 FrameFeatures make_features(const dynfilter::FrameView& frame,
                             const std::vector<cv::KeyPoint>& keypoints, const cv::Mat& descriptors,
                             const dynfilter::CameraParameters& parameters, const DepthNoise& noise);

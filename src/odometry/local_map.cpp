@@ -9,7 +9,7 @@
 namespace odometry {
 namespace {
 
-/// Features with depth, the nearest first.
+/// Returns the features with depth, the nearest first.
 std::vector<std::size_t> by_depth(const FrameFeatures& features) {
   std::vector<std::pair<double, std::size_t>> depths;
   for (std::size_t i = 0; i < features.size(); ++i) {

@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t max_fixed = 20;
 constexpr std::size_t min_shared = 15;
 
-/// What is to be adjusted, by the ids of the map.
+/// The keyframes and points to adjust, by their ids in the map.
 struct Selection {
   std::vector<KeyframeId> keyframes;  // the free ones first
   std::size_t free_keyframes = 0;
@@ -35,7 +35,7 @@ Selection select(const LocalMap& map, KeyframeId keyframe, std::size_t neighbour
   for (const KeyframeId k : map.covisible(selection.points, max_fixed, 1)) {
     if (std::find(keyframes.begin(), keyframes.end(), k) == keyframes.end()) keyframes.push_back(k);
   }
-  // The world's frame is the first keyframe's: it stays where it is.
+  // The first keyframe defines the world's frame, so it stays fixed.
   const auto free_end = keyframes.begin() + static_cast<std::ptrdiff_t>(selection.free_keyframes);
   const auto oldest = std::min_element(keyframes.begin(), free_end);
   if (*oldest == 0 || keyframes.size() == selection.free_keyframes) {
@@ -64,7 +64,7 @@ Bundle make_bundle(const LocalMap& map, const Selection& selection) {
   return bundle;
 }
 
-/// The same order as make_bundle's, so that the n-th observation is the n-th one there.
+/// Lists the outliers in make_bundle's order: the n-th observation here is the n-th there.
 std::vector<std::pair<KeyframeId, std::size_t>> outliers_of(const LocalMap& map,
                                                             const Selection& selection,
                                                             const Bundle& bundle) {
@@ -96,7 +96,7 @@ void adjust_around(LocalMap& map, const PinholeCamera& camera, KeyframeId keyfra
     map.point(selection.points[p]).position = bundle.points[p];
   }
   for (const auto& [seer, feature] : outliers) {
-    // The point may have gone with an earlier one of its observations.
+    // An earlier removed observation may have removed the point, too.
     if (map.keyframe(seer).points[feature] != no_point) map.remove_observation(seer, feature);
   }
 }

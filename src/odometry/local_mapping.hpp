@@ -10,9 +10,9 @@
 
 namespace odometry {
 
-/// Local bundle adjustment: moves a keyframe, the `neighbours` keyframes that share most points
-/// with it, and the points that they see. Other keyframes that see these points hold them in place;
-/// where there is none, the oldest one does. Observations that disagree are taken out of the map.
+/// Adjusts the bundle around a keyframe: moves the keyframe, the `neighbours` keyframes that share
+/// most points with it, and the points that they see. Other keyframes that see these points anchor
+/// them; if there is none, the oldest one does. Removes observations that disagree from the map.
 void adjust_around(LocalMap& map, const PinholeCamera& camera, KeyframeId keyframe,
                    std::size_t neighbours);
 

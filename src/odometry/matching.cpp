@@ -17,8 +17,8 @@ namespace {
 constexpr int max_distance = 100;      // bits, for a match near a predicted position
 constexpr int max_distance_free = 50;  // bits, for one found anywhere
 
-/// The best feature for each point, and the best point for each feature. A point that loses its
-/// feature to a better one is not matched again.
+/// Keeps the best feature for each point, and the best point for each feature. A point that loses
+/// its feature to a better one is not matched again.
 class BestMatches {
  public:
   explicit BestMatches(Tracking& tracking)
@@ -45,7 +45,7 @@ struct Candidate {
   int octave = -1;
 };
 
-/// Where and how large a point should be seen.
+/// The place and size at which a point should be seen.
 struct Expectation {
   Eigen::Vector2d pixel;
   int octave;
@@ -71,7 +71,7 @@ std::optional<Candidate> best_candidate(const Tracking& tracking, const BestMatc
     }
   }
   if (best.distance > max_distance) return {};
-  // Neighbouring octaves see one corner twice: that is no ambiguity.
+  // Neighbouring octaves see the same corner twice; that is no ambiguity.
   const bool is_ambiguous =
       best.octave == second.octave && best.distance > max_ratio * second.distance;
   if (is_ambiguous) return {};
@@ -88,13 +88,14 @@ bool is_in_image(const PinholeCamera& camera, const Eigen::Vector3d& projected) 
          projected.y() < camera.height;
 }
 
-/// The octave in which a point has the size that it had when it was seen last.
+/// Returns the octave in which a point has the size that it had when last seen.
 int expected_octave(const MapPoint& point, double distance_m) {
   const double steps = std::log(point.distance_m / distance_m) / std::log(octave_factor);
   return std::clamp(point.octave + static_cast<int>(std::lround(steps)), 0, octaves - 1);
 }
 
-/// Nothing where the point is out of sight, or seen from another side or distance than ever before.
+/// Predicts where a point is seen; std::nullopt if it is out of sight, or is seen from a new
+/// direction or distance.
 std::optional<Expectation> expect(const MapPoint& point, const PinholeCamera& camera,
                                   const Pose& pose, double radius_px) {
   constexpr double min_cosine = 0.5;

@@ -16,8 +16,9 @@ namespace {
 
 constexpr double last_frame_radius_px = 15;
 constexpr double local_map_radius_px = 8;
-constexpr std::size_t min_followed = 20;       // matches with the last frame, else look wider
-constexpr std::size_t keyframes_searched = 5;  // for a lost track, from the newest back
+constexpr std::size_t min_followed =
+    20;  // matches with the last frame; with fewer, it searches wider
+constexpr std::size_t keyframes_searched = 5;  // to recover a lost track, from the newest back
 
 cv::Mat grey_of(const cv::Mat& image) {
   if (image.channels() == 1) return image;
@@ -37,7 +38,7 @@ Odometry::Odometry(const dynfilter::CameraParameters& camera, const OdometryOpti
                    const dynfilter::DynamicFilter& filter)
     : parameters_(camera), filter_(filter), options_(options), extractor_(options.features) {}
 
-/// All that a host does to use the library: one apply, one keep_static.
+/// Runs what a host needs of the library: one apply, one keep_static.
 FrameResult Odometry::track(const dynfilter::FrameView& frame,
                             const std::optional<dynfilter::Segmentation>& segmentation) {
   std::vector<cv::KeyPoint> keypoints;
@@ -91,7 +92,7 @@ bool Odometry::start(Tracking& tracking) {
   return true;
 }
 
-/// Inliers with the local map; 0 where the track is lost.
+/// Returns the number of inliers with the local map; 0 if the track is lost.
 std::size_t Odometry::follow(Tracking& tracking) {
   std::size_t inliers = track_predicted(tracking);
   if (inliers >= options_.min_inliers / 2) inliers = track_local_map(tracking);
@@ -145,7 +146,7 @@ std::vector<PointMatch> Odometry::matches_of(const Tracking& tracking) const {
   return matches;
 }
 
-/// Refines the pose and forgets the matches that do not agree with it.
+/// Refines the pose and drops the matches that disagree with it.
 std::size_t Odometry::refine(Tracking& tracking) {
   std::vector<PointMatch> matches = matches_of(tracking);
   const std::size_t inliers = refine_pose(camera_, tracking.pose, matches);
@@ -158,8 +159,8 @@ std::size_t Odometry::refine(Tracking& tracking) {
   return inliers;
 }
 
-/// When much of what the reference keyframe saw is gone, or close features come in that the map
-/// does not have: they are what fixes the translation.
+/// Tells whether the frame should become a keyframe: much of what the reference keyframe saw is
+/// gone, or there are close features that the map lacks, which fix the translation.
 bool Odometry::wants_keyframe(const Tracking& tracking, std::size_t inliers) const {
   constexpr std::size_t few_close = 100, many_new_close = 70;
   if (frames_since_keyframe_ < options_.keyframe_interval) return false;
@@ -198,7 +199,7 @@ FrameResult Odometry::finish(double timestamp_s, Tracking tracking, FrameResult 
   const bool is_lost = result.tracked == Tracked::lost;
   lost_frames_ += is_lost ? 1U : 0U;
   result.pose = timed(timestamp_s, tracking.pose);
-  // A prediction of a prediction is worth nothing: a camera that is lost stands still.
+  // Predictions must not build on predictions: a lost camera stands still.
   motion_ = is_lost || last_.features.size() == 0 ? Pose() : tracking.pose * last_.pose.inverse();
   ++frames_since_keyframe_;
   last_ = std::move(tracking);

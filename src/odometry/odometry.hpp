@@ -21,53 +21,55 @@
 namespace odometry {
 
 struct OdometryOptions {
-  std::uint64_t seed = 0;              ///< of the samples by which a lost track is found again
-  int features = 1000;                 ///< a frame, before any is removed
-  double max_depth_m = 9.0;            ///< beyond it a depth counts as not measured
-  double disparity_sigma_px = 0.5;     ///< of the depth, as the disparity of a pair 8 cm apart
-  double close_depth_m = 6.0;          ///< features up to there become points of the map …
-  std::size_t min_points = 300;        ///< … and farther ones, until a keyframe has so many
-  std::size_t first_points = 60;       ///< features with depth that the first frame must have
-  std::size_t min_inliers = 20;        ///< with fewer, a frame is lost
-  std::size_t local_keyframes = 10;    ///< whose points a frame is matched with
+  std::uint64_t seed = 0;           ///< for the samples that recover a lost track
+  int features = 1000;              ///< a frame, before any is removed
+  double max_depth_m = 9.0;         ///< beyond it, depth counts as not measured
+  double disparity_sigma_px = 0.5;  ///< depth's noise, as the disparity of a stereo pair 8 cm apart
+  double close_depth_m = 6.0;       ///< nearer features become points of the map …
+  std::size_t min_points = 300;     ///< … and farther ones, until a keyframe has this many
+  std::size_t first_points = 60;    ///< features with depth that the first frame needs
+  std::size_t min_inliers = 20;     ///< with fewer, a frame is lost
+  std::size_t local_keyframes = 10;    ///< keyframes whose points a frame is matched with
   std::size_t adjusted_keyframes = 6;  ///< by bundle adjustment, besides the new one; 0 = none
-  double keyframe_share = 0.75;        ///< finding less of what its reference sees makes a keyframe
-  std::size_t keyframe_interval = 3;   ///< frames from one keyframe to the next, at least
+  double keyframe_share =
+      0.75;  ///< makes a keyframe if it finds a smaller share of what its reference sees
+  std::size_t keyframe_interval = 3;  ///< minimum number of frames between keyframes
 };
 
 enum class Tracked {
-  waiting,  ///< no map yet: no frame had enough features with depth
+  waiting,  ///< no map yet, because no frame had enough features with depth
   found,
   lost  ///< the pose is the predicted one
 };
 
 struct FrameResult {
   Tracked tracked = Tracked::waiting;
-  std::optional<dynfilter::TimedPose> pose;  ///< camera to world; nothing while waiting
+  std::optional<dynfilter::TimedPose> pose;  ///< camera to world; std::nullopt while waiting
   std::size_t features = 0;                  ///< left by the filter
   std::size_t inliers = 0;
   bool is_keyframe = false;
 };
 
-/// RGB-D odometry by ORB features, a map of keyframes, and poses that are predicted from the last
-/// motion and refined: built as ORB-SLAM is, so that it suffers from moving objects as that does.
-/// There is no loop closing. The world is the camera's frame at the first keyframe.
+/// RGB-D odometry from ORB features and a map of keyframes; poses are predicted from the last
+/// motion and refined. It is built like ORB-SLAM, so moving objects disturb it in the same way. It
+/// closes no loops. The world is the camera's frame at the first keyframe.
 ///
-/// Same frames, masks and seed give the same poses, to the bit, on one machine.
+/// Equal frames, masks and seeds give bit-identical poses on one machine.
 class Odometry {
  public:
   explicit Odometry(const dynfilter::CameraParameters& camera, const OdometryOptions& options = {},
                     const dynfilter::DynamicFilter& filter = dynfilter::DynamicFilter());
 
-  /// Frames in the order of their time; the image is BGR or grey. std::nullopt = no masks known.
+  /// Tracks a frame; frames come in the order of time, with a BGR or grey image. std::nullopt = no
+  /// masks known.
   FrameResult track(const dynfilter::FrameView& frame,
                     const std::optional<dynfilter::Segmentation>& segmentation);
 
-  /// The same with features that were extracted and filtered by whoever calls: a descriptor a row.
+  /// Tracks a frame with features that the caller has extracted and filtered: one descriptor a row.
   FrameResult track(const dynfilter::FrameView& frame, const std::vector<cv::KeyPoint>& keypoints,
                     const cv::Mat& descriptors);
 
-  /// The poses of all frames so far, lost ones included, as each was when it was tracked.
+  /// Returns the poses of all frames so far, lost ones included, each as it was when tracked.
   const dynfilter::Trajectory& trajectory() const { return trajectory_; }
 
   std::size_t lost_frames() const { return lost_frames_; }

@@ -16,18 +16,18 @@ namespace {
 constexpr int candidates_a_feature = 4;
 constexpr int fast_threshold = 7;  // low, so that weak texture has corners to choose from
 
-/// A total order, so that the choice depends on the corners alone.
+/// Orders the corners totally, so that the choice depends on the corners alone.
 bool is_stronger(const cv::KeyPoint& a, const cv::KeyPoint& b) {
   return std::make_tuple(-a.response, a.pt.y, a.pt.x, a.octave) <
          std::make_tuple(-b.response, b.pt.y, b.pt.x, b.octave);
 }
 
-/// The strongest corner of every cell of a grid, then the second strongest of every cell, and so on
-/// until there are `count`.
+/// Keeps the strongest corner of every grid cell, then the second strongest of every cell, and so
+/// on until there are `count`.
 void spread(std::vector<cv::KeyPoint>& keypoints, std::size_t count, const cv::Size& image_size) {
   if (keypoints.size() <= count) return;
   std::sort(keypoints.begin(), keypoints.end(), is_stronger);
-  // Half as many cells as features, since some cells have no corner.
+  // Half as many cells as features, because some cells have no corner.
   const double cell_px = std::sqrt(2.0 * image_size.area() / static_cast<double>(count));
   std::map<std::pair<int, int>, std::size_t> taken_of_cell;
   std::vector<std::pair<std::size_t, std::size_t>> ranked;  // rank in its cell, keypoint
@@ -73,7 +73,7 @@ void OrbExtractor::extract(const cv::Mat& grey, std::vector<cv::KeyPoint>& keypo
   orb_->detect(grey, keypoints);
   spread(keypoints, features_, grey.size());
   orb_->compute(grey, keypoints, descriptors);
-  // OpenCV scales the index of a pixel, but the octaves' images share their corners, not the
+  // OpenCV scales pixel indices, but the octaves' images are aligned at their corners, not at the
   // centres of their first pixels.
   for (cv::KeyPoint& keypoint : keypoints) {
     const auto shift = static_cast<float>((octave_scale(keypoint.octave) - 1) / 2);

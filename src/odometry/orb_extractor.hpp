@@ -15,16 +15,16 @@ namespace odometry {
 constexpr int octaves = 8;
 constexpr double octave_factor = 1.2;
 
-/// Pixels of the image a pixel of that octave.
+/// Returns how many image pixels one pixel of the octave covers.
 double octave_scale(int octave);
 
-/// OpenCV's ORB features, of which only some are kept so that they cover the whole image: by
-/// themselves they crowd where the texture is strongest, and a pose from one corner is a poor one.
+/// Extracts OpenCV's ORB features and keeps a selection that covers the whole image. Otherwise they
+/// crowd where texture is strongest, and features of one corner give a poor pose.
 class OrbExtractor {
  public:
   explicit OrbExtractor(int features);
 
-  /// At most that many keypoints of a grey image, and a descriptor a row for each.
+  /// Extracts at most `features` keypoints of a grey image, and one descriptor row for each.
   void extract(const cv::Mat& grey, std::vector<cv::KeyPoint>& keypoints,
                cv::Mat& descriptors) const;
 

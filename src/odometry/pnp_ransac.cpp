@@ -17,7 +17,8 @@ constexpr std::size_t sample_size = 4;
 
 using Sample = std::array<std::size_t, sample_size>;
 
-/// Four different indices. Not by std::uniform_int_distribution, which differs between libraries.
+/// Draws four different indices, without std::uniform_int_distribution, which differs between
+/// libraries.
 Sample draw(std::mt19937_64& random, std::size_t count) {
   Sample sample{};
   for (std::size_t i = 0; i < sample_size;) {

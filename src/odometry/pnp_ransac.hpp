@@ -13,9 +13,9 @@
 
 namespace odometry {
 
-/// The pose that most matches agree with, among those of random samples of four (P3P and a fourth
-/// point to choose the solution); marks the inliers. Nothing if fewer than `min_inliers` agree.
-/// The samples follow from the seed alone.
+/// Estimates the pose that most matches agree with, from random samples of four (P3P, and a fourth
+/// point to choose the solution). Marks the inliers. Returns std::nullopt if fewer than
+/// `min_inliers` agree. The samples depend on the seed alone.
 std::optional<Pose> pnp_ransac(const PinholeCamera& camera, std::vector<PointMatch>& matches,
                                std::size_t min_inliers, std::uint64_t seed);
 

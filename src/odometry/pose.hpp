@@ -9,7 +9,7 @@
 
 namespace odometry {
 
-/// Where the world lies as the camera sees it: point_camera = rotation * point_world + translation.
+/// The world in the camera's frame: point_camera = rotation * point_world + translation.
 struct Pose {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();  ///< metres
@@ -24,7 +24,7 @@ struct Pose {
 
   Pose inverse() const { return {rotation.transpose(), -(rotation.transpose() * translation)}; }
 
-  /// The centre of the camera in the world.
+  /// Returns the camera's centre in the world.
   Eigen::Vector3d centre() const { return -(rotation.transpose() * translation); }
 };
 
@@ -37,9 +37,9 @@ inline Eigen::Matrix3d cross_product_matrix(const Eigen::Vector3d& v) {
   return matrix;
 }
 
-/// The pose after a small motion in the camera's own frame. Rotation and translation are updated
-/// apart, which has the derivative of the exponential map at 0. The rotation is made orthonormal
-/// again, so that thousands of updates do not wear it out.
+/// Returns the pose after a small motion in the camera's own frame. Rotation and translation are
+/// updated separately, which has the derivative of the exponential map at 0. The rotation is
+/// orthonormalised, so that errors do not add up over thousands of updates.
 inline Pose moved(const Pose& pose, const Twist& step) {
   const Eigen::Vector3d axis = step.head<3>();
   const double angle = axis.norm();

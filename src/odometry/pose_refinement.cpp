@@ -32,7 +32,7 @@ double total_cost(const PinholeCamera& camera, const Pose& pose,
   for (const PointMatch& match : matches) {
     if (!match.is_inlier) continue;
     const Eigen::Vector3d point = pose * match.point;
-    // A step that takes an inlier behind the camera is a bad one.
+    // A step that puts an inlier behind the camera is bad.
     if (point.z() < min_depth_m) return std::numeric_limits<double>::infinity();
     total += cost_of(match, residual(camera, match.observation, point), robust).cost;
   }
@@ -63,7 +63,7 @@ void levenberg_marquardt(const PinholeCamera& camera, Pose& pose,
     const NormalEquations equations = linearise(camera, pose, matches, robust);
     Eigen::Matrix<double, 6, 6> damped = equations.hessian;
     damped.diagonal() *= 1 + damping;
-    damped.diagonal().array() += 1e-9;  // a degenerate view has directions that nothing fixes
+    damped.diagonal().array() += 1e-9;  // a degenerate view leaves directions undetermined
     const Twist change = -damped.ldlt().solve(equations.gradient);
     if (!change.allFinite()) return;
     const Pose candidate = moved(pose, change);
@@ -102,7 +102,7 @@ std::size_t refine_pose(const PinholeCamera& camera, Pose& pose, std::vector<Poi
   for (PointMatch& match : matches) match.is_inlier = (pose * match.point).z() >= min_depth_m;
   std::size_t inliers = matches.size();
   for (int round = 0; round < rounds && inliers >= 3; ++round) {
-    // From the start each time: outliers of the round before shall leave no trace.
+    // Starts from the same pose each time, so that outliers of an earlier pass leave no trace.
     Pose candidate = start;
     levenberg_marquardt(camera, candidate, matches, round < rounds / 2);
     pose = candidate;

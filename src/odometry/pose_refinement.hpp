@@ -12,18 +12,18 @@
 
 namespace odometry {
 
-/// A point of the map and where the frame sees it.
+/// A map point and where the frame sees it.
 struct PointMatch {
   Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< in the world
   Observation observation;
   bool is_inlier = true;
 };
 
-/// Moves the pose to where the matches agree best, by Levenberg-Marquardt in four rounds, and marks
-/// the matches that do not agree. Every match has its vote again in each round; Huber's kernel
-/// damps the votes of the first two. Starts from `pose` and searches nothing: where a third of
-/// the matches lies on one moving person, that person pulls. Returns the number of inliers;
-/// fewer than three matches leave the pose alone.
+/// Moves the pose to the best agreement with the matches, by Levenberg-Marquardt in four passes,
+/// and marks the matches that disagree. Every pass considers every match again; Huber's kernel
+/// damps the residuals in the first two. Starts from `pose` and does not search: a moving person
+/// with a third of the matches pulls the pose along. Returns the number of inliers; with fewer than
+/// three matches the pose does not change.
 std::size_t refine_pose(const PinholeCamera& camera, Pose& pose, std::vector<PointMatch>& matches);
 
 }  // namespace odometry

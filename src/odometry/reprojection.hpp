@@ -12,8 +12,8 @@
 
 namespace odometry {
 
-/// A pinhole without distortion whose depth counts as the disparity of a stereo pair: that is how a
-/// structured-light camera measures it, so its noise is about the same at every distance.
+/// A pinhole camera without distortion, whose depth counts as the disparity of a stereo pair. A
+/// structured-light camera measures that way, so its noise is about equal at every distance.
 struct PinholeCamera {
   double fx = 0, fy = 0, cx = 0, cy = 0;  ///< pixels
   double baseline_m = 0.08;               ///< between a Kinect's projector and its camera
@@ -21,7 +21,7 @@ struct PinholeCamera {
 
   double disparity_px(double depth_m) const { return fx * baseline_m / depth_m; }
 
-  /// (u, v, disparity) of a point of the camera's frame, whose z must not be 0.
+  /// Projects a point of the camera's frame to (u, v, disparity); its z must not be 0.
   Eigen::Vector3d project(const Eigen::Vector3d& point) const {
     return {fx * point.x() / point.z() + cx, fy * point.y() / point.z() + cy,
             disparity_px(point.z())};
@@ -32,20 +32,22 @@ struct PinholeCamera {
   }
 };
 
-/// What a frame saw of a point.
+/// A frame's measurement of a point.
 struct Observation {
   Eigen::Vector2d pixel = Eigen::Vector2d::Zero();  ///< without distortion
   double depth_m = 0;                               ///< 0 = not measured
-  double sigma_px = 1;                              ///< of the position: grows with the octave
+  double sigma_px = 1;                              ///< of the position; grows with the octave
   double disparity_sigma_px = 1;
 };
 
-/// 95 % of the chi-square distribution: beyond it, an observation is an outlier.
+/// Returns the 95 % quantile of the chi-square distribution; an observation beyond it is an
+/// outlier.
 inline double chi2_limit(const Observation& observation) {
   return observation.depth_m > 0 ? 7.815 : 5.991;
 }
 
-/// (u, v, disparity) predicted minus measured, in standard deviations; the last is 0 without depth.
+/// Returns (u, v, disparity) predicted minus measured, in standard deviations; the last is 0
+/// without depth.
 inline Eigen::Vector3d residual(const PinholeCamera& camera, const Observation& observation,
                                 const Eigen::Vector3d& point_camera) {
   const Eigen::Vector3d predicted = camera.project(point_camera);
@@ -59,7 +61,7 @@ inline Eigen::Vector3d residual(const PinholeCamera& camera, const Observation& 
   return result;
 }
 
-/// The derivative of the residual by the point in the camera's frame.
+/// Returns the derivative of the residual with respect to the point in the camera's frame.
 inline Eigen::Matrix3d point_jacobian(const PinholeCamera& camera, const Observation& observation,
                                       const Eigen::Vector3d& point_camera) {
   const double z = point_camera.z();
@@ -74,7 +76,8 @@ inline Eigen::Matrix3d point_jacobian(const PinholeCamera& camera, const Observa
   return jacobian;
 }
 
-/// The derivative of the residual by the step of `moved`, from that by the point.
+/// Returns the derivative of the residual with respect to the step of `moved`, given that with
+/// respect to the point.
 inline Eigen::Matrix<double, 3, 6> pose_jacobian(const Eigen::Matrix3d& by_point,
                                                  const Eigen::Vector3d& point_camera) {
   Eigen::Matrix<double, 3, 6> jacobian;
@@ -83,7 +86,7 @@ inline Eigen::Matrix<double, 3, 6> pose_jacobian(const Eigen::Matrix3d& by_point
   return jacobian;
 }
 
-/// Huber's kernel on a squared residual: what it costs, and its weight in the normal equations.
+/// Huber's kernel on a squared residual: the cost, and the weight in the normal equations.
 struct RobustCost {
   double cost = 0;
   double weight = 1;

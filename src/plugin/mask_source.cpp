@@ -49,7 +49,7 @@ MaskSource::MaskSource(const PluginSettings& settings)
     } else {
       folder_ = dynamic_cast<MaskFolderSegmenter*>(segmenter_.get());
     }
-  } catch (const std::invalid_argument& error) {  // an option, which it names
+  } catch (const std::invalid_argument& error) {  // names an option
     throw std::runtime_error(settings.file + ": " + error.what());
   } catch (const std::runtime_error& error) {
     throw std::runtime_error(origin_ + error.what());
@@ -66,7 +66,7 @@ void MaskSource::submit(const FrameView& frame) {
 }
 
 std::optional<Segmentation> MaskSource::masks_for(FrameView frame) {
-  // A host may filter a frame again, when its image was let go already.
+  // A host may filter a frame again after it has released the image.
   const bool was_submitted = !frame.image.empty() || frame.timestamp_s == submitted_s_;
   if (!was_submitted) submit(frame);
   frame.id = frame_id_;
@@ -82,8 +82,7 @@ std::optional<Segmentation> MaskSource::segment_or_go_on(const FrameView& frame)
   try {
     return segment(frame);
   } catch (const std::runtime_error& error) {
-    // What is wrong with a mask in a folder does not mend itself; one that is missing may be
-    // passed.
+    // A broken mask in a folder stays broken; a missing one may be skipped.
     const bool is_passable = !folder_ || !folder_->has_mask(frame.timestamp_s);
     if (!is_passable) throw std::runtime_error(origin_ + error.what());
     if (!goes_on_without_masks_) {

@@ -19,40 +19,41 @@
 
 namespace dynfilter::detail {
 
-/// Where a plugin's masks come from, by its settings: a folder, another process or a network; at
-/// once or from a thread; as they are or moved to the frame.
+/// The source of a plugin's masks, chosen by its settings: a folder, another process or a network;
+/// at once or from a thread; unchanged or moved to the frame.
 class MaskSource {
  public:
-  /// Throws std::runtime_error that names the settings file, and the key, for what cannot be had.
+  /// Makes the source. Throws std::runtime_error that names the settings file and the key if that
+  /// fails.
   explicit MaskSource(const PluginSettings& settings);
 
-  /// A frame's image has come, before its features. With a thread its masks are made from now on.
+  /// Takes a frame's image, before its features are known. With a thread, segmentation starts now.
   void submit(const FrameView& frame);
 
-  /// The masks for a frame, std::nullopt where none are known, or where they could not be had and
-  /// the settings say to go on then. A frame with an image is the one that was submitted last.
-  /// Passes on what the segmenter throws; where it is a std::runtime_error, with the settings file
-  /// and the key, and with the setting that goes on without masks, where that helps.
+  /// Returns the masks for a frame. std::nullopt if none are known, or if they failed and the
+  /// settings allow to continue. A frame with an image is the one submitted last. Passes on the
+  /// segmenter's exceptions; a std::runtime_error gets the settings file and the key and, where it
+  /// helps, the setting that continues without masks.
   std::optional<Segmentation> masks_for(FrameView frame);
 
-  /// How often masks could not be had, and it went on.
+  /// Counts the frames that continued after their masks failed.
   std::size_t failures() const { return failures_; }
 
  private:
   std::optional<Segmentation> segment(const FrameView& frame);
   std::optional<Segmentation> segment_or_go_on(const FrameView& frame);
 
-  std::string origin_;  // of the masks: the settings file and its key, for errors
-  std::string remedy_;  // against missing masks: a setting
+  std::string origin_;  // the settings file and the masks' key, for errors
+  std::string remedy_;  // the setting that helps against missing masks
   bool goes_on_without_masks_;
-  MaskFolderSegmenter* folder_ = nullptr;  // the segmenter, where that is a folder without a thread
-  std::unique_ptr<Segmenter> segmenter_;   // none where the thread has it
+  MaskFolderSegmenter* folder_ = nullptr;  // the segmenter, if it is a folder without a thread
+  std::unique_ptr<Segmenter> segmenter_;   // null if the thread has it
   std::unique_ptr<AsyncSegmenter> thread_;
   std::optional<MaskPropagator> propagator_;
-  // The propagator's last answer: asked twice about a frame, it would begin anew.
+  // The propagator's last answer: a second call for a frame would restart it.
   std::optional<Segmentation> propagated_;
   std::uint64_t propagated_id_ = 0;
-  std::uint64_t frame_id_ = 0;  // of the frame that was submitted last; masks are matched by it
+  std::uint64_t frame_id_ = 0;         // of the frame submitted last; masks are matched by it
   std::optional<double> submitted_s_;  // its time
   std::size_t failures_ = 0;
 };

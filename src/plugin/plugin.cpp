@@ -21,7 +21,7 @@
 namespace dynfilter {
 namespace {
 
-/// What options refuse is the settings file's fault.
+/// Makes the filter; an option that it refuses is an error in the settings file.
 DynamicFilter make_filter(const detail::PluginSettings& settings) {
   try {
     return DynamicFilter(settings.filter);
@@ -46,7 +46,7 @@ void require_in_step(const std::vector<cv::KeyPoint>& keypoints, const cv::Mat& 
   }
 }
 
-/// The image as segmenters take it.
+/// Converts the image to a type that segmenters take.
 cv::Mat without_alpha(const cv::Mat& image) {
   if (image.channels() != 4) return image;
   cv::Mat bgr;
@@ -54,8 +54,8 @@ cv::Mat without_alpha(const cv::Mat& image) {
   return bgr;
 }
 
-/// Tracking code must not meet a frame without a feature: the last resort is the feature that looks
-/// most static, whatever the policy.
+/// Keeps at least one feature, the most static one, whatever the policy: tracking code must not
+/// meet a frame without features.
 void keep_at_least_one(FeatureLabels& labels) {
   if (labels.empty() || labels.statistics().kept() > 0) return;
   const auto best = std::min_element(
@@ -80,19 +80,19 @@ struct Plugin::State {
   FrameStatistics leave_alone(const cv::Mat& depth, const std::vector<cv::KeyPoint>& keypoints);
 
   detail::PluginSettings settings;
-  std::optional<detail::MaskSource> masks;  // none: the filter is switched off
+  std::optional<detail::MaskSource> masks;  // none if the filter is switched off
   DynamicFilter filter;
   std::optional<detail::Recorder> recorder;
   PluginCounters counters;
   FeatureLabels labels;
   Workspace workspace;
 
-  // The image that was submitted and not filtered yet.
+  // The submitted image, until it is filtered.
   cv::Mat image;
   double image_time_s = 0;
 };
 
-/// The frame with the submitted image, if that is of its time.
+/// Returns the frame, with the submitted image if that has this time.
 FrameView Plugin::State::view(double timestamp_s, const cv::Mat& depth) {
   FrameView frame;
   frame.id = counters.filtered;
@@ -106,7 +106,7 @@ FrameView Plugin::State::view(double timestamp_s, const cv::Mat& depth) {
   return frame;
 }
 
-/// All or nothing: whatever may fail comes before the caller's data change.
+/// Filters all or nothing: everything that may fail comes before the caller's data change.
 FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
                                    std::vector<cv::KeyPoint>& keypoints, cv::Mat& descriptors,
                                    int* pivot) {
@@ -137,7 +137,7 @@ FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
   return statistics;
 }
 
-/// What a filter does that is switched off.
+/// Does what a switched-off filter does.
 FrameStatistics Plugin::State::leave_alone(const cv::Mat& depth,
                                            const std::vector<cv::KeyPoint>& keypoints) {
   ++counters.filtered;

@@ -17,7 +17,7 @@
 namespace dynfilter::detail {
 namespace {
 
-/// Reads a choice whose names are those of an enumeration's values, in their order.
+/// Reads a choice; `choices` names the enumeration's values in their order.
 template <class Enumeration>
 void read_enumeration(SettingsFile& file, const std::string& name,
                       const std::vector<std::string>& names, Enumeration& value) {
@@ -26,7 +26,7 @@ void read_enumeration(SettingsFile& file, const std::string& name,
   value = static_cast<Enumeration>(std::find(names.begin(), names.end(), chosen) - names.begin());
 }
 
-/// One of three: a folder, another process, a network.
+/// Reads the one segmenter: a folder, another process or a network.
 void read_segmenter(SettingsFile& file, PluginSettings& settings) {
   file.read_text("mask_folder", settings.mask_folder);
 #ifdef DYNFILTER_HAS_REMOTE_SEGMENTER
@@ -38,7 +38,7 @@ void read_segmenter(SettingsFile& file, PluginSettings& settings) {
 #endif
 }
 
-/// The key of the source of masks.
+/// Returns the key of the masks' source.
 std::string require_one_segmenter(const SettingsFile& file, const PluginSettings& settings) {
   std::string given;
   const auto add = [&](const char* name, const std::string& value) {

@@ -13,28 +13,29 @@
 
 namespace dynfilter::detail {
 
-/// All that a settings file says. The keys are the options' names; see examples/orb_slam/README.md.
+/// The contents of a settings file. The keys are the options' names; see
+/// examples/orb_slam/README.md.
 struct PluginSettings {
   std::string file;
   bool enabled = true;            ///< false: the filter is switched off, and nothing else was read
-  std::string mask_folder;        ///< or
-  std::string remote;             ///< the socket of another process, or
-  std::string model;              ///< the file of a network: one of the three
-  std::string source_key;         ///< the key of the one that is given, for messages
+  std::string mask_folder;        ///< one of these three is set: the folder,
+  std::string remote;             ///< the socket of another process,
+  std::string model;              ///< or the file of a network
+  std::string source_key;         ///< the key of the one that is set, for messages
   std::string missing_masks_key;  ///< the key of `missing_masks`, for messages
   MaskFolderOptions mask_folder_options;
   double remote_timeout_s = 1.0;
-  std::optional<HandOver> hand_over;  ///< by a thread; none: masks are made when they are needed
+  std::optional<HandOver> hand_over;  ///< with a thread; none: masks are made on demand
   double max_wait_s = 0.03;
-  bool moves_masks = false;             ///< to the frame, see MaskPropagator
-  std::string missing_masks = "error";  ///< or "keep": go on without, and count it
+  bool moves_masks = false;             ///< moves masks to the frame, see MaskPropagator
+  std::string missing_masks = "error";  ///< or "keep": continue without masks, and count it
   DynamicFilterOptions filter;
   std::string output_folder;         ///< for frames.csv and overlays; empty: none
   int overlay_every = 0;             ///< draw every n-th frame; 0: none
   double depth_units_per_metre = 0;  ///< DepthMapFactor; 0: not in the file
 };
 
-/// Throws std::runtime_error that names file and key.
+/// Reads the settings. Throws std::runtime_error that names file and key.
 PluginSettings read_plugin_settings(const std::string& path, const std::string& prefix);
 
 }  // namespace dynfilter::detail

@@ -15,15 +15,15 @@
 
 namespace dynfilter::detail {
 
-/// Answers "does it do anything?": frames.csv, complete up to the last frame at any time, and an
-/// overlay of every n-th frame whose image is known. Replaces what an earlier run left in the
+/// Records what the filter does: frames.csv, always complete up to the last frame, and an overlay
+/// of every n-th frame with a known image. Replaces the files that an earlier run left in the
 /// folder.
 class Recorder {
  public:
   /// Throws std::runtime_error that names what cannot be written.
   Recorder(const std::filesystem::path& folder, int overlay_every);
 
-  /// Throws as the constructor.
+  /// Records a frame. Throws as the constructor does.
   void record(const FrameView& frame, const Segmentation& segmentation, FeaturesView features,
               const FeatureLabels& labels);
 

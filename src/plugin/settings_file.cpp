@@ -12,9 +12,9 @@
 namespace dynfilter::detail {
 namespace {
 
-/// What a setting of version 0.1 is called today: min_ and max_ stand for least_ and most_.
+/// Returns today's name of a setting of version 0.1: min_ and max_ have replaced least_ and most_.
 std::string present_name(std::string name) {
-  const std::size_t word = name.rfind('.') + 1;  // 0 where there is no dot
+  const std::size_t word = name.rfind('.') + 1;  // 0 without a dot
   for (const auto& [old_prefix, prefix] :
        {std::pair("least_", "min_"), std::pair("most_", "max_")}) {
     if (name.rfind(old_prefix, word) == word) name.replace(word, std::strlen(old_prefix), prefix);
@@ -22,7 +22,7 @@ std::string present_name(std::string name) {
   return name;
 }
 
-/// Levenshtein's distance: how many letters must be changed, added or taken away.
+/// Returns Levenshtein's distance: the letters to change, add or remove.
 std::size_t edit_distance(const std::string& a, const std::string& b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});

@@ -12,14 +12,14 @@
 
 namespace dynfilter::detail {
 
-/// Reads the settings "<prefix>.*" of an OpenCV YAML file that holds a host's besides. Each read_…
-/// call makes a key known, and where the file has it checks it and replaces the value, which is the
-/// default. finish() refuses the keys that nobody asked for. All errors are std::runtime_error that
-/// name file and key.
+/// Reads the settings "<prefix>.*" of an OpenCV YAML file that also holds a host's settings. Each
+/// read_… call declares a key; if the file has it, the call checks the value and replaces the
+/// default. finish() refuses undeclared keys. All errors are std::runtime_error that name file and
+/// key.
 class SettingsFile {
  public:
-  /// Throws for a file that cannot be read, and for settings in a block "<prefix>:", which nobody
-  /// would read.
+  /// Opens the file. Throws if it cannot be read, and for settings in a block "<prefix>:", which
+  /// would be ignored.
   SettingsFile(const std::string& path, const std::string& prefix);
 
   void read_text(const std::string& name, std::string& value);
@@ -31,14 +31,15 @@ class SettingsFile {
   void read_count(const std::string& name, int& value);
   void read_integers(const std::string& name, std::vector<int>& values);
 
-  /// Reads a number of the host's, such as DepthMapFactor: finite, at least 0; `value` without it.
+  /// Reads a number of the host, such as DepthMapFactor: finite, at least 0. Returns `value`
+  /// without it.
   double host_number(const std::string& key, double value) const;
 
-  /// Throws for a file without any key of ours, which it lists, and for unknown keys, with the
-  /// nearest known one.
+  /// Throws for a file without any dynfilter key, listing the keys, and for an unknown key, naming
+  /// the nearest known one.
   void finish() const;
 
-  /// The whole key of a name: "dynfilter.margin_px" for "margin_px".
+  /// Returns the whole key of a name: "dynfilter.margin_px" for "margin_px".
   std::string key_of(const std::string& name) const { return prefix_ + name; }
 
   [[noreturn]] void refuse(const std::string& name, const std::string& got,
@@ -46,13 +47,13 @@ class SettingsFile {
   [[noreturn]] void refuse(const std::string& what) const;
 
  private:
-  /// Makes the name known and returns its key.
+  /// Declares the name and returns its key.
   std::string know(const std::string& name);
   bool is_known(const std::string& name) const;
 
   YamlFile file_;
   std::string prefix_;              // with its dot
-  std::vector<std::string> names_;  // of the file's keys, without prefix
+  std::vector<std::string> names_;  // the file's keys, without prefix
   std::vector<std::string> known_;
 };
 

@@ -18,27 +18,28 @@
 namespace dynfilter::peers {
 
 struct BoxDepthDeviationOptions {
-  std::vector<int> dynamic_classes = {0};  ///< as MaskCullerOptions has them
-  double width_growth = 0.2;    ///< of the box's width, half of it on the left, half on the right
-  int margin_px = 10;           ///< on each of the four sides, besides
-  double nearest_share = 0.8;   ///< of the features with depth in the box: those on the foreground
-  double min_chi_square = 3.2;  ///< of the background: its squared distance in deviations
+  std::vector<int> dynamic_classes = {0};  ///< as in MaskCullerOptions
+  double width_growth =
+      0.2;             ///< share of the box's width, half of it on the left, half on the right
+  int margin_px = 10;  ///< extra margin on each of the four sides
+  double nearest_share = 0.8;   ///< share of the box's depths that count as foreground
+  double min_chi_square = 3.2;  ///< minimum squared distance of background, in deviations
 };
 
-/// The rule of OVD-SLAM for persons (J. He et al., "OVD-SLAM: An Online Visual
-/// SLAM for Dynamic Environments", IEEE Sensors J. 2023), the part of it that goes by depth: the
-/// nearest 80 % of the depths of the features in the box are the foreground, with a mean and a
-/// standard deviation (that of a population). In the grown box only those features stay that have
-/// depth and are background, ((depth - mean) / deviation)^2 > 3.2, nearer ones included.
+/// The depth part of OVD-SLAM's rule for persons (J. He et al., "OVD-SLAM: An Online Visual SLAM
+/// for Dynamic Environments", IEEE Sensors J. 2023). The nearest 80 % of the depths of the features
+/// in the box are the foreground, with a mean and a (population) standard deviation. In the grown
+/// box, a feature stays only if it has depth and is background: ((depth - mean) / deviation)^2 >
+/// 3.2, even if it is nearer.
 ///
-/// The original keeps a feature only if its epipolar distance to the frame before is below 0.3 px
-/// as well, takes the box of a person only if its features move, and culls by epipolar distance
-/// elsewhere. All that needs the frame before and is no part of this.
+/// The original also requires an epipolar distance below 0.3 px to the frame before, uses a
+/// person's box only if its features move, and culls by epipolar distance elsewhere. All of that
+/// needs the frame before and is left out.
 ///
-/// Which way the box grows by 20 % of its width is an assumption. A feature without depth goes, as
-/// in the original: without a depth image all features of the grown box do, and so do they where no
-/// feature in the box itself has depth. Overlapping boxes: the first one whose test a feature fails
-/// has it. O(features x instances).
+/// Assumption: the box grows by 20 % of its width horizontally. A feature without depth is removed,
+/// as in the original: this holds for all features of the grown box without a depth image, or if no
+/// feature in the box itself has depth. If boxes overlap, the first whose test a feature fails
+/// removes it. O(features x instances).
 class BoxDepthDeviation {
  public:
   /// Throws std::invalid_argument for negative options and for a share that is not above 0 to 1.
@@ -90,7 +91,8 @@ class BoxDepthDeviation {
     }
   }
 
-  /// Of the nearest depths: their number is rounded down, but there is one.
+  /// Computes the foreground from the nearest depths: their number is rounded down, but at least
+  /// one.
   Foreground foreground_of(std::vector<double>& depths) const {
     if (depths.empty()) return {};
     std::sort(depths.begin(), depths.end());
@@ -106,7 +108,7 @@ class BoxDepthDeviation {
     return foreground;
   }
 
-  /// Multiplied out, so that a foreground of one depth has an answer too.
+  /// Tells whether a depth is background. Multiplied out, so that a deviation of 0 works too.
   bool is_background(double depth, const Foreground& foreground) const {
     const double difference = depth - foreground.mean;
     return foreground.known &&

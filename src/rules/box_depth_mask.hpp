@@ -15,24 +15,24 @@
 namespace dynfilter::peers {
 
 struct BoxDepthMaskOptions {
-  std::vector<int> dynamic_classes = {0};  ///< as MaskCullerOptions has them
-  double min_depth_share = 0.7;  ///< of the box's pixels: with less depth the box is passed over
-  double low_quantile = 0.33;    ///< averaged with the median, against background in the box
-  double tolerance_m = 0.33;     ///< of the mask's depths, both ways
-  int margin_px = 30;            ///< of the box: limbs reach out of it
+  std::vector<int> dynamic_classes = {0};  ///< as in MaskCullerOptions
+  double min_depth_share = 0.7;  ///< of the box's pixels; a box with less depth is skipped
+  double low_quantile = 0.33;    ///< averaged with the median, to resist background in the box
+  double tolerance_m = 0.33;     ///< of the mask's depths, either way
+  int margin_px = 30;            ///< around the box, because limbs reach out of it
   int dilation_px = 3;           ///< radius of the square element
-  double max_image_share = 0.8;  ///< a larger mask is a mistake and dropped
+  double max_image_share = 0.8;  ///< a larger mask counts as a mistake and is dropped
 };
 
-/// How NGD-SLAM (Y. Zhang et al., "NGD-SLAM: Towards Real-Time Dynamic SLAM without
-/// GPU", IROS 2025) turns a box into a mask: the mean of the median and the 33rd percentile of the
-/// depths in the box, the pixels within 0.33 m of it and 30 px of the box, of these the largest
-/// component (4 neighbours), dilated. The features on the union go. How it carries masks from frame
-/// to frame is no part of this.
+/// NGD-SLAM's rule for boxes (Y. Zhang et al., "NGD-SLAM: Towards Real-Time Dynamic SLAM without
+/// GPU", IROS 2025). The object's depth is the mean of the median and the 33rd percentile of the
+/// depths in the box. Its mask is the largest component (4 neighbours) of the pixels within 0.33 m
+/// of that depth and 30 px of the box, dilated. Features on the union of the masks are removed.
+/// Mask propagation from frame to frame is left out.
 ///
-/// Assumptions: the element is square, as it is elsewhere in that system; the mask that must not
-/// cover more than 80 % of the image is the union. Without a depth image it removes nothing.
-/// O(instances x pixels of the grown box, plus pixels of the image).
+/// Assumptions: the element is square, as elsewhere in that system; the limit of 80 % of the image
+/// applies to the union. Without a depth image the rule removes nothing. O(instances x pixels of
+/// the grown box, plus pixels of the image).
 class BoxDepthMask {
  public:
   /// Throws std::invalid_argument for shares outside 0 to 1 and negative lengths.
@@ -52,8 +52,8 @@ class BoxDepthMask {
     remove_on_mask(mask(input), input, labels);
   }
 
-  /// What the rule takes for dynamic: CV_8UC1 of the depth image's size, 255 = dynamic. The frame
-  /// must have a depth image.
+  /// Returns the dynamic pixels: CV_8UC1 of the depth image's size, 255 = dynamic. The frame must
+  /// have a depth image.
   cv::Mat mask(const FilterInput& input) const {
     const cv::Size image = input.frame.depth.size();
     cv::Mat mask(image, CV_8UC1, cv::Scalar::all(0));
@@ -72,7 +72,7 @@ class BoxDepthMask {
   }
 
  private:
-  /// The depths in the part of a box that lies in the image; none where too few pixels have one.
+  /// Returns the depths in the box's part in the image; none if too few pixels have depth.
   std::vector<double> depths_in(const FrameView& frame, const cv::Rect& box) const {
     std::vector<double> depths;
     const auto pixels = static_cast<std::size_t>(box.width) * static_cast<std::size_t>(box.height);

@@ -17,24 +17,24 @@
 namespace dynfilter::peers {
 
 struct BoxDepthThresholdOptions {
-  std::vector<int> dynamic_classes = {0};  ///< as MaskCullerOptions has them
-  /// From the object to what is behind it: corners farther than that behind the centre see the
-  /// background; where they do not, the threshold lies so far behind the centre.
+  std::vector<int> dynamic_classes = {0};  ///< as in MaskCullerOptions
+  /// Distance from object to background, in metres. Corners farther than this behind the centre see
+  /// the background; if none does, the threshold is this far behind the centre.
   double depth_step_m = 1.0;
-  /// The threshold where neither the centre nor a corner has depth: the largest number of
-  /// millimetres in 16 bits, so that all that has depth is nearer.
+  /// Threshold if neither the centre nor a corner has depth: the largest number of millimetres in
+  /// 16 bits, so that every depth is nearer.
   double unknown_depth_m = 65.535;
 };
 
-/// The rule for boxes of Dynamic-VINS (J. Liu et al., "RGB-D Inertial Odometry for
-/// a Resource-Restricted Robot in Dynamic Environments", RA-L 2022): one threshold of depth a box,
-/// and what is nearer is dynamic. With the centre's depth c and the greatest of the four corners'
-/// d, the threshold is (c + d) / 2 if d - c > 1 m, else c + 1 m; it is d where the centre has no
-/// depth. How it predicts boxes that the detector missed is no part of this.
+/// Dynamic-VINS's rule for boxes (J. Liu et al., "RGB-D Inertial Odometry for a Resource-Restricted
+/// Robot in Dynamic Environments", RA-L 2022): one depth threshold a box; anything nearer is
+/// dynamic. With the depth c of the centre and the greatest depth d of the four corners, the
+/// threshold is (c + d) / 2 if d - c > 1 m, else c + 1 m; it is d if the centre has no depth.
+/// Prediction of boxes that the detector missed is left out.
 ///
-/// Corners and centre are those of the box's part in the image. Of overlapping boxes each one's own
-/// test counts (an assumption). A feature without depth stays, and so do all without a depth image.
-/// O(features x instances).
+/// Corners and centre are those of the box's part in the image. If boxes overlap, each one's own
+/// test counts (an assumption). Features without depth stay, and so do all features without a depth
+/// image. O(features x instances).
 class BoxDepthThreshold {
  public:
   /// Throws std::invalid_argument for lengths that are not above 0.
@@ -58,7 +58,7 @@ class BoxDepthThreshold {
     }
   }
 
-  /// The threshold of a box that lies in the image, metres.
+  /// Returns the threshold, in metres, of a box that lies in the image.
   double threshold_m(const FrameView& frame, const cv::Rect& box) const {
     const auto depth = [&](int x, int y) { return frame.depth_m({x, y}).value_or(0.0); };
     const int right = box.x + box.width - 1;

@@ -16,10 +16,10 @@
 
 namespace dynfilter::peers {
 
-/// Points sorted into square buckets by x and y, to find those near one of them.
+/// Sorts points into square buckets by x and y, to find a point's neighbours.
 class BucketGrid {
  public:
-  /// Keeps a reference to the points. `radius`: of the searches, above 0. O(n log n).
+  /// Keeps a reference to the points. `radius` of the searches must be above 0. O(n log n).
   BucketGrid(const std::vector<cv::Point3f>& points, double radius)
       : points_(points), radius_(radius), order_(points.size()), buckets_(points.size()) {
     std::iota(order_.begin(), order_.end(), std::size_t{0});
@@ -29,12 +29,12 @@ class BucketGrid {
     for (std::size_t i = 0; i < order_.size(); ++i) buckets_[i] = bucket_of(points_[order_[i]]);
   }
 
-  /// The points within the radius of point i, itself among them, into `found`.
+  /// Writes the points within the radius of point i, itself included, into `found`.
   void neighbours(std::size_t i, std::vector<std::size_t>& found) const {
     found.clear();
     const Bucket centre = bucket_of(points_[i]);
     for (std::int64_t row = centre.first - 1; row <= centre.first + 1; ++row) {
-      // The buckets of a row follow each other.
+      // The buckets of a row are contiguous.
       const auto begin =
           std::lower_bound(buckets_.begin(), buckets_.end(), Bucket(row, centre.second - 1));
       const auto end = std::upper_bound(begin, buckets_.end(), Bucket(row, centre.second + 1));
@@ -68,12 +68,12 @@ class BucketGrid {
 
 constexpr int noise = -1;  ///< the cluster of a point that belongs to none
 
-/// The cluster of each point, from 0, by DBSCAN (M. Ester, H.-P. Kriegel, J. Sander, X. Xu, "A
-/// density-based algorithm for discovering clusters in large spatial databases with noise", KDD
-/// 1996). A core point has `min_points` points within `radius`, itself among them. Clusters are
-/// numbered in the order of their first core point; a point on the border of two is in the lower.
-/// The coordinates must be finite, and x and y within 2^53 radii. O(n log n + pairs of points in
-/// buckets that touch).
+/// Returns the cluster of each point, from 0, by DBSCAN (M. Ester, H.-P. Kriegel, J. Sander, X. Xu,
+/// "A density-based algorithm for discovering clusters in large spatial databases with noise", KDD
+/// 1996). A core point has `min_points` points within `radius`, itself included. Clusters are
+/// numbered in the order of their first core point; a point on the border of two belongs to the
+/// lower. The coordinates must be finite, and x and y within 2^53 radii. O(n log n + pairs of
+/// points in touching buckets).
 inline std::vector<int> dbscan(const std::vector<cv::Point3f>& points, double radius,
                                std::size_t min_points) {
   const BucketGrid grid(points, radius);

@@ -19,41 +19,40 @@
 namespace dynfilter::peers {
 
 struct DepthVarianceMaskOptions {
-  std::vector<int> dynamic_classes = {0};  ///< as MaskCullerOptions has them
-  /// Whether candidates count only inside the boxes of dynamic instances.
+  std::vector<int> dynamic_classes = {0};  ///< as in MaskCullerOptions
+  /// Considers candidates only inside the boxes of dynamic instances.
   bool in_boxes_only = true;
-  int box_margin_px = 15;        ///< of these boxes
-  double min_variance = 5e-6;    ///< of a candidate's depths, square metres; itself excluded
-  double max_variance = 5e-5;    ///< the same; itself excluded
-  double radius_px = 5;          ///< of DBSCAN
-  std::size_t min_points = 4;    ///< of DBSCAN: so many within the radius make a core point
-  double z_scale_px_per_m = 10;  ///< what a metre of depth is worth in DBSCAN
-  std::size_t max_clusters = 2;  ///< the largest ones become masks
-  int min_side_px = 50;          ///< of a cluster's bounding box
-  int margin_px = 15;            ///< of a cluster's bounding box, for its mask
-  double tolerance_m = 0.30;     ///< of a mask's depths round the cluster's median, both ways
+  int box_margin_px = 15;      ///< margin around these boxes
+  double min_variance = 5e-6;  ///< of a candidate's depths, square metres, exclusive
+  double max_variance = 5e-5;  ///< of a candidate's depths, square metres, exclusive
+  double radius_px = 5;        ///< DBSCAN's radius
+  std::size_t min_points =
+      4;  ///< DBSCAN's minimum number of points within the radius of a core point
+  double z_scale_px_per_m = 10;  ///< pixels that a metre of depth counts for in DBSCAN
+  std::size_t max_clusters = 2;  ///< number of largest clusters that become masks
+  int min_side_px = 50;          ///< minimum side of a cluster's bounding box
+  int margin_px = 15;            ///< margin around a cluster's bounding box, for its mask
+  double tolerance_m = 0.30;     ///< of a mask's depths around the cluster's median, either way
   int dilation_px = 3;           ///< radius of the square element
 };
 
-/// The mask of GeneA-SLAM2 (S. Qing et al., "GeneA-SLAM2: Dynamic SLAM with
+/// GeneA-SLAM2's mask from the variance of depth (S. Qing et al., "GeneA-SLAM2: Dynamic SLAM with
 /// AutoEncoder-Preprocessed Genetic Keypoints Resampling and Depth Variance-Guided Dynamic Region
-/// Removal", 2025) from the variance of depth. The image is cut into windows of 3x3 pixels; one
-/// whose depths have a variance (that of a population) in (5e-6, 5e-5) m^2 is a candidate. The two
-/// largest clusters that DBSCAN finds in the candidates' (u, v, depth) become masks as in NGD-SLAM:
-/// the pixels round the cluster within 0.30 m of its median depth, of these the largest component
-/// (4 neighbours); the union is dilated. The features on it go. How that system thins out its
-/// keypoints is no part of this.
+/// Removal", 2025). The image is cut into windows of 3x3 pixels; a window whose depths have a
+/// (population) variance in (5e-6, 5e-5) m^2 is a candidate. DBSCAN clusters the candidates' (u, v,
+/// depth), and the two largest clusters become masks as in NGD-SLAM: the largest component (4
+/// neighbours) of the pixels around the cluster within 0.30 m of its median depth. The union is
+/// dilated, and the features on it are removed. The thinning of keypoints is left out.
 ///
-/// Assumptions. The unit of depth in DBSCAN was not known: on rendered scenes up to 10 px a metre
-/// make little difference, from 30 on persons fall to pieces. How the original joins the mask with
-/// its detector's boxes was not known either: here candidates count in the boxes only, which on
-/// rendered scenes changes nothing where persons stand alone, and where furniture stands beside
-/// them keeps clusters of furniture from taking the persons' place. Further: a window with a pixel
-/// without depth is none; a cluster's box and median are those of the windows' centres; the element
-/// of the dilation is square.
+/// Assumptions. The unit of depth in DBSCAN is unknown: on rendered scenes, up to 10 px a metre
+/// make little difference; from 30 on, persons fall to pieces. How the original joins the mask with
+/// its detector's boxes is unknown too. Here, only candidates in the boxes count: on rendered
+/// scenes this changes nothing for persons who stand alone, and it keeps clusters of nearby
+/// furniture from taking the persons' place. A window with a pixel without depth is no candidate; a
+/// cluster's box and median are those of the windows' centres; the dilation's element is square.
 ///
-/// Without a depth image it removes nothing. O(pixels of the image, plus n log n of the
-/// candidates, plus pixels of the grown clusters' boxes).
+/// Without a depth image the rule removes nothing. O(pixels of the image, plus n log n of the
+/// candidates, plus pixels of the clusters' grown boxes).
 class DepthVarianceMask {
  public:
   /// Throws std::invalid_argument for negative options and a radius of 0.
@@ -71,8 +70,8 @@ class DepthVarianceMask {
     remove_on_mask(mask(input), input, labels);
   }
 
-  /// What the rule takes for dynamic: CV_8UC1 of the depth image's size, 255 = dynamic. The frame
-  /// must have a depth image.
+  /// Returns the dynamic pixels: CV_8UC1 of the depth image's size, 255 = dynamic. The frame must
+  /// have a depth image.
   cv::Mat mask(const FilterInput& input) const {
     cv::Mat mask(input.frame.depth.size(), CV_8UC1, cv::Scalar::all(0));
     for (const Cluster& cluster : largest_clusters(candidates(input))) {
@@ -86,7 +85,7 @@ class DepthVarianceMask {
   }
 
  private:
-  /// The centre of a window whose depths vary as a person's do.
+  /// The centre of a window whose depths vary as on a person.
   struct Candidate {
     cv::Point pixel;
     double depth_m;
@@ -121,7 +120,7 @@ class DepthVarianceMask {
     return searched;
   }
 
-  /// Square metres; nothing where a pixel has no depth.
+  /// Returns the variance in square metres; std::nullopt if a pixel has no depth.
   static std::optional<double> window_variance(const FrameView& frame, cv::Point centre) {
     constexpr int count = window * window;
     double depths[count];
@@ -137,7 +136,7 @@ class DepthVarianceMask {
     return variance;
   }
 
-  /// By falling size; of equal ones the first.
+  /// Sorts the clusters by falling size; equal ones keep their order.
   std::vector<Cluster> largest_clusters(const std::vector<Candidate>& candidates) const {
     std::vector<cv::Point3f> points;
     points.reserve(candidates.size());

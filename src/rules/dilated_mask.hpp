@@ -16,19 +16,19 @@
 namespace dynfilter::peers {
 
 struct DilatedMaskOptions {
-  std::vector<int> dynamic_classes = {0};  ///< as MaskCullerOptions has them
+  std::vector<int> dynamic_classes = {0};  ///< as in MaskCullerOptions
   int radius_px = 15;                      ///< of the elliptic element: 31x31
-  int passes = 2;  ///< 1: the network's mask dilated; 2: and the mask of what to keep eroded
+  int passes = 2;  ///< 1: dilates the network's mask; 2: also erodes the mask of what to keep
 };
 
-/// The masks' part of DynaSLAM (B. Bescos et al., "DynaSLAM: Tracking, Mapping and Inpainting in
-/// Dynamic Scenes", RA-L 2018): the features on the dilated union of the
-/// masks go. Its programs dilate the network's mask, and its frame erodes the mask of what to keep
-/// with the same element once more, which is what the second pass is. Its multi-view geometry,
-/// which needs earlier frames, is no part of this.
+/// The mask part of DynaSLAM (B. Bescos et al., "DynaSLAM: Tracking, Mapping and Inpainting in
+/// Dynamic Scenes", RA-L 2018): removes the features on the dilated union of the masks. Its
+/// programs dilate the network's mask; its frame class then erodes the mask of what to keep with
+/// the same element, which is the second pass. Its multi-view geometry needs earlier frames and is
+/// left out.
 ///
 /// It needs no depth. An instance without a mask removes nothing. O(pixels of the image x pixels of
-/// the element) where somebody is there.
+/// the element) if there is a dynamic instance.
 class DilatedMask {
  public:
   /// Throws std::invalid_argument for a negative radius and for passes that are not 1 or 2.

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// What the rules of other systems, written here as stages, have in common. All of them are written
+// Helpers that the rules of other systems, written here as stages, share. All rules are written
 // from descriptions in prose and share no code with the systems that they are named after.
 
 #ifndef DYNFILTER_SRC_RULES_SUPPORT_HPP
@@ -29,15 +29,14 @@ inline void require_option(bool holds, const char* message) {
   if (!holds) throw std::invalid_argument(message);
 }
 
-/// Whether the instance's class is one of these, as MaskCullerOptions::dynamic_classes has it.
+/// Tells whether the instance's class is one of these, as in MaskCullerOptions::dynamic_classes.
 inline bool is_dynamic(const Instance& instance, const std::vector<int>& dynamic_classes) {
   return std::find(dynamic_classes.begin(), dynamic_classes.end(), instance.class_id) !=
          dynamic_classes.end();
 }
 
-/// The part of a box, grown by these margins on each side, that lies in the image; empty if none
-/// does. An empty box, which belongs to nothing, stays empty. In 64 bits, since boxes come from
-/// anywhere.
+/// Returns the part in the image of a box that is grown by these margins on each side; empty if it
+/// lies outside. An empty box stays empty. Computed in 64 bits, because boxes may lie anywhere.
 inline cv::Rect grown_box(const cv::Rect& box, std::int64_t left_and_right,
                           std::int64_t top_and_bottom, const cv::Size& image) {
   if (box.empty()) return {};
@@ -56,7 +55,8 @@ inline cv::Rect grown_box(const cv::Rect& box, int margin, const cv::Size& image
   return grown_box(box, margin, margin, image);
 }
 
-/// Removes, in the name of instance k, the features in `region` of which `is_on_object(pixel)`.
+/// Removes the features in `region` for which `is_on_object(pixel)` holds, in the name of instance
+/// k.
 template <class Test>
 void remove_in(const cv::Rect& region, std::size_t k, const FilterInput& input,
                FeatureLabels& labels, const Test& is_on_object) {
@@ -67,8 +67,8 @@ void remove_in(const cv::Rect& region, std::size_t k, const FilterInput& input,
   }
 }
 
-/// Removes the features on a mask of the image: CV_8UC1, non-zero = dynamic. In no instance's name,
-/// since a union of masks does not tell whose a pixel is.
+/// Removes the features on a mask of the image: CV_8UC1, non-zero = dynamic. Names no instance,
+/// because a union of masks does not tell whose a pixel is.
 inline void remove_on_mask(const cv::Mat& mask, const FilterInput& input, FeatureLabels& labels) {
   const cv::Rect image({0, 0}, mask.size());
   for (std::size_t i = 0; i < input.features.size(); ++i) {
@@ -78,8 +78,8 @@ inline void remove_on_mask(const cv::Mat& mask, const FilterInput& input, Featur
   }
 }
 
-/// The value below which that share of the others lies, 0 to 1: an order statistic, not
-/// interpolated. Reorders the values, of which there must be one. O(n).
+/// Returns the quantile at `share`, 0 to 1: an order statistic, not interpolated. Reorders the
+/// values, of which there must be at least one. O(n).
 template <class Value>
 Value quantile(std::vector<Value>& values, double share) {
   const auto rank =
@@ -88,9 +88,9 @@ Value quantile(std::vector<Value>& values, double share) {
   return values[static_cast<std::size_t>(rank)];
 }
 
-/// Paints on `canvas`, the image's mask, what is connected (4 neighbours) and at one depth in
-/// `region`: of the pixels within `tolerance` metres of `depth` the largest component, of equal
-/// ones the first. O(pixels of the region).
+/// Paints the object at one depth in `region` on `canvas`, the image's mask: the largest component
+/// (4 neighbours) of the pixels within `tolerance` metres of `depth`; of equal ones the first.
+/// O(pixels of the region).
 inline void paint_largest_at_depth(const FrameView& frame, const cv::Rect& region, double depth,
                                    double tolerance, cv::Mat& canvas) {
   cv::Mat at_depth(region.size(), CV_8UC1, cv::Scalar::all(0));

@@ -15,18 +15,17 @@
 namespace dynfilter::peers {
 
 struct WholeBoxOptions {
-  std::vector<int> dynamic_classes = {0};  ///< as MaskCullerOptions has them
+  std::vector<int> dynamic_classes = {0};  ///< as in MaskCullerOptions
   int margin_px = 5;                       ///< on each side of the box
 };
 
-/// The rule of Crowd-SLAM (J. Soares et al., "Crowd-SLAM: Visual SLAM Towards
-/// Crowded Environments using Object Detection", J. Intell. Robot. Syst. 2021): every feature in
-/// the box of a person, grown by 5 px, goes. How it extracts more features where persons fill the
-/// image is no part of this.
+/// Crowd-SLAM's rule (J. Soares et al., "Crowd-SLAM: Visual SLAM Towards Crowded Environments using
+/// Object Detection", J. Intell. Robot. Syst. 2021): removes every feature in a person's box, grown
+/// by 5 px. The extraction of more features when persons fill the image is left out.
 ///
-/// It needs neither masks nor depth. The right and lower edge of a box do not belong to it, here
-/// and in the other rules with boxes. Overlapping boxes: the first one has the feature.
-/// O(features x instances).
+/// It needs neither masks nor depth. Here and in the other rules with boxes, a box does not include
+/// its right and lower edge. If boxes overlap, the first one removes the feature. O(features x
+/// instances).
 class WholeBox {
  public:
   /// Throws std::invalid_argument for a negative margin.

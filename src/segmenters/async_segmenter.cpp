@@ -39,14 +39,14 @@ void require_valid(const Segmenter* segmenter, const AsyncSegmenterOptions& opti
   }
 }
 
-/// What the network made of a frame: masks, or a failure.
+/// The network's result for a frame: masks or a failure.
 struct Outcome {
   Segmentation masks;
   std::exception_ptr failure;
   double seconds = 0;
 };
 
-/// The network may use the memory of its masks again for the next frame.
+/// Copies the masks, because the network may reuse their memory for the next frame.
 void own_masks(Segmentation& masks) {
   for (Instance& instance : masks.instances) {
     if (!instance.mask.empty()) instance.mask = instance.mask.clone();
@@ -69,7 +69,7 @@ Outcome infer(Segmenter& segmenter, const FrameView& frame) {
 
 enum class Progress : std::uint8_t { waiting, running, segmented, failed, replaced };
 
-/// A frame that was submitted and is not forgotten yet.
+/// A submitted frame that is not forgotten yet.
 struct SubmittedFrame {
   SubmittedFrame(std::uint64_t number_, FrameView view_)
       : id(view_.id), number(number_), view(std::move(view_)) {}
@@ -79,7 +79,7 @@ struct SubmittedFrame {
   FrameView view;        // while it waits
   Progress progress = Progress::waiting;
   Segmentation masks;          // once it is segmented
-  std::exception_ptr failure;  // once it failed, until that was thrown
+  std::exception_ptr failure;  // once it failed, until it is thrown
   bool collected = false;
 
   bool is_settled() const { return progress != Progress::waiting && progress != Progress::running; }
@@ -116,24 +116,24 @@ class AsyncSegmenter::Worker {
   using Frames = std::vector<SubmittedFrame>;
   using Lock = std::unique_lock<std::mutex>;
 
-  // In the thread.
+  // Runs in the thread.
   void work();
   void settle(std::uint64_t number, Outcome outcome);
 
-  // Of submit. The mutex is held, here and below.
+  // Functions of submit. The mutex is held, here and below.
   void require_room(std::uint64_t id) const;
   FrameView owned(const FrameView& frame);
   void replace_waiting_before(std::uint64_t number);
   void forget_what_nobody_collects();
 
-  // Of collect.
+  // Functions of collect.
   std::optional<Segmentation> newest();
   std::uint64_t number_of(std::uint64_t id) const;
   void wait_for(std::uint64_t number, Lock& lock);
   std::exception_ptr first_failure_up_to(std::uint64_t number);
   void forget_settled_before(std::uint64_t number);
 
-  /// None if it was forgotten.
+  /// Returns the frame; null if it was forgotten.
   SubmittedFrame* find(std::uint64_t number) {
     const auto frame = std::find_if(frames_.begin(), frames_.end(),
                                     [&](const auto& other) { return other.number == number; });
@@ -146,15 +146,15 @@ class AsyncSegmenter::Worker {
     });
   }
 
-  const std::unique_ptr<Segmenter> segmenter_;  // the thread's alone
+  const std::unique_ptr<Segmenter> segmenter_;  // used by the thread only
   const AsyncSegmenterOptions options_;
 
-  mutable std::mutex mutex_;  // guards all that follows
+  mutable std::mutex mutex_;  // guards all members below
   std::condition_variable submitted_;
   std::condition_variable settled_;
   Frames frames_;  // in the order of their numbers; few
   std::uint64_t next_number_ = 0;
-  double last_timestamp_s_ = 0;         // of the frame that was submitted last
+  double last_timestamp_s_ = 0;         // of the frame submitted last
   std::optional<Segmentation> newest_;  // HandOver::latest
   detail::ImageBuffers buffers_;
   AsyncSegmenterStatistics statistics_;
@@ -196,10 +196,11 @@ void AsyncSegmenter::Worker::settle(std::uint64_t number, Outcome outcome) {
     statistics_.longest_inference_s = std::max(statistics_.longest_inference_s, outcome.seconds);
   }
   SubmittedFrame* frame = find(number);
-  if (!frame) return;  // reset() came meanwhile
+  if (!frame) return;  // reset() was called meanwhile
   if (outcome.failure) {
     frame->progress = Progress::failed;
-    if (!frame->failure) frame->failure = std::move(outcome.failure);  // an earlier one goes first
+    if (!frame->failure)
+      frame->failure = std::move(outcome.failure);  // an earlier one is thrown first
     return;
   }
   frame->progress = Progress::segmented;
@@ -261,7 +262,7 @@ void AsyncSegmenter::Worker::forget_what_nobody_collects() {
   while (frames_.size() > max_uncollected) {
     const auto oldest = std::find_if(frames_.begin(), frames_.end(),
                                      [](const auto& frame) { return frame.is_settled(); });
-    // One runs and one waits: all others are settled. Their errors are still to be thrown.
+    // One runs and one waits: all others are settled. Their errors must still be thrown.
     SubmittedFrame& next = *std::next(oldest);
     if (oldest->failure) next.failure = std::move(oldest->failure);
     frames_.erase(oldest);
@@ -319,7 +320,7 @@ void AsyncSegmenter::Worker::wait_for(std::uint64_t number, Lock& lock) {
   }
 }
 
-/// Takes them all: what is not the first is in the statistics only.
+/// Returns the first failure and drops the later ones, which show in the statistics only.
 std::exception_ptr AsyncSegmenter::Worker::first_failure_up_to(std::uint64_t number) {
   std::exception_ptr first;
   for (SubmittedFrame& frame : frames_) {
@@ -342,7 +343,7 @@ void AsyncSegmenter::Worker::reset() {
   replace_waiting_before(next_number_);
   frames_.clear();
   newest_.reset();
-  settled_.notify_all();  // who waits in collect waits for nothing now
+  settled_.notify_all();  // callers waiting in collect wait in vain now
 }
 
 // --- The public face -----------------------------------------------------------------------------

@@ -11,8 +11,8 @@
 
 namespace dynfilter::detail {
 
-/// Copies images into memory that is used again once nobody holds the copy any more, by whatever
-/// header: a segmenter may keep the image of the last frame.
+/// Copies images into memory that is reused once nobody refers to the copy any more: a segmenter
+/// may keep the image of the last frame.
 class ImageBuffers {
  public:
   cv::Mat copy_of(const cv::Mat& image) {
@@ -21,7 +21,7 @@ class ImageBuffers {
     };
     auto buffer = std::find_if(buffers_.begin(), buffers_.end(), fits);
     if (buffer == buffers_.end()) {
-      buffer = std::find_if(buffers_.begin(), buffers_.end(), is_free);  // of another size
+      buffer = std::find_if(buffers_.begin(), buffers_.end(), is_free);  // another size
     }
     if (buffer == buffers_.end()) buffer = buffers_.emplace(buffer);
     image.copyTo(*buffer);
@@ -29,7 +29,8 @@ class ImageBuffers {
   }
 
  private:
-  /// Held by this alone. Read atomically, as OpenCV counts: others may let go in another thread.
+  /// Tells whether only this object refers to the buffer. Reads OpenCV's count atomically, because
+  /// other threads may release it.
   static bool is_free(const cv::Mat& buffer) {
     return buffer.u == nullptr || __atomic_load_n(&buffer.u->refcount, __ATOMIC_ACQUIRE) == 1;
   }

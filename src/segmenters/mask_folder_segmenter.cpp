@@ -68,7 +68,7 @@ void require_header(detail::TableReader& table) {
   }
 }
 
-/// What stands there; what cannot be asked is an error that names it, not one of std::filesystem's.
+/// Returns the type of file; errors name the path, unlike those of std::filesystem.
 fs::file_type type_of(const fs::path& path) {
   std::error_code error;
   const fs::file_type type = fs::status(path, error).type();
@@ -78,7 +78,7 @@ fs::file_type type_of(const fs::path& path) {
   return type;
 }
 
-/// Refuses what is there and no regular file: a FIFO that nobody writes into blocks for ever.
+/// Refuses anything but a regular file: a FIFO without a writer blocks forever.
 void require_regular(const fs::path& path) {
   const fs::file_type type = type_of(path);
   if (type == fs::file_type::regular || type == fs::file_type::not_found) return;
@@ -94,7 +94,7 @@ std::vector<fs::path> mask_files(const fs::path& folder) {
   fs::directory_iterator entry(folder, error);
   for (; !error && entry != fs::directory_iterator(); entry.increment(error)) {
     const fs::path& file = entry->path();
-    // A symbolic link that leads nowhere is no mask.
+    // A dangling symbolic link is no mask.
     if (file.extension() == ".png" && type_of(file) != fs::file_type::not_found) {
       files.push_back(file);
     }
@@ -106,7 +106,7 @@ std::vector<fs::path> mask_files(const fs::path& folder) {
   return files;
 }
 
-/// The instances of a label map, with what the table knows about them.
+/// Returns the instances of a label map, with their rows of the table.
 std::vector<Instance> labelled_instances(const cv::Mat& label_map,
                                          const std::map<int, Instance>& table,
                                          const fs::path& file) {
@@ -195,7 +195,7 @@ bool MaskFolderSegmenter::has_mask(double timestamp_s) const {
 MaskFolderSegmenter::Masks::const_iterator MaskFolderSegmenter::nearest(double time_s) const {
   const std::int64_t time = detail::microseconds(time_s);
   const auto later = masks_.lower_bound(time);
-  if (later == masks_.begin()) return later;  // also where there is none
+  if (later == masks_.begin()) return later;  // also if there is none
   const auto earlier = std::prev(later);
   if (later == masks_.end() || time - earlier->first <= later->first - time) return earlier;
   return later;

@@ -31,8 +31,8 @@ namespace fs = std::filesystem;
 
 constexpr const char* name = "MaskFolderWriter";
 
-/// The part [first, last) of a mask's side that lies in the image. 64 bits: a mask may lie
-/// anywhere.
+/// Returns the part [first, last) of a mask's side that lies in the image. In 64 bits, because a
+/// mask may lie anywhere.
 cv::Range visible_part(std::int64_t origin, int length, int image_length) {
   const std::int64_t first = std::clamp<std::int64_t>(-origin, 0, length);
   const std::int64_t last = std::clamp<std::int64_t>(image_length - origin, first, length);
@@ -80,7 +80,7 @@ void require_writable(const Segmentation& segmentation) {
   }
 }
 
-/// Whether MaskFolderSegmenter finds a mask of that time for the frame, unless told otherwise.
+/// Tells whether MaskFolderSegmenter, by default, finds a mask of this time for the frame.
 bool is_found(double mask_time_s, double frame_time_s) {
   return detail::is_time_in_seconds(frame_time_s) &&
          std::abs(detail::microseconds(mask_time_s) - detail::microseconds(frame_time_s)) <=
@@ -117,7 +117,7 @@ void MaskFolderWriter::add(const Segmentation& segmentation, const std::string& 
   if (times_.count(detail::microseconds(*time_s)) > 0) {
     detail::throw_misuse(name, "time " + stem + " a second time", "one segmentation a frame");
   }
-  // All that can fail comes before the first change.
+  // Everything that can fail comes before the first change.
   std::list<std::string> rows(1);
   for (std::size_t i = 0; i < segmentation.instances.size(); ++i) {
     rows.front() += table_row(stem, i + 1, segmentation.instances[i]) + '\n';

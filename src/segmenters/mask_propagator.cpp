@@ -20,7 +20,7 @@ namespace dynfilter {
 namespace {
 
 constexpr const char* name = "MaskPropagator";
-constexpr double cell_px = 16;  // of the grid of a motion map, at a width of 640 pixels
+constexpr double cell_px = 16;  // side of a motion map's cell, at a width of 640 pixels
 
 void require(const char* option, double value, double least, double most) {
   if (value >= least && value <= most) return;
@@ -68,12 +68,12 @@ void check(const FrameView& frame, const std::optional<Segmentation>& newest) {
   }
 }
 
-/// Track ids that nobody has had go up to the largest number there is, then begin again.
+/// Returns the next track id: new ids go up to the largest number, then begin again.
 int following(int track_id) {
   return track_id == std::numeric_limits<int>::max() ? 0 : track_id + 1;
 }
 
-/// A tracked instance, with who it is.
+/// A tracked instance and its identity.
 struct Known {
   detail::TrackedInstance instance;
   int track_id = 0;
@@ -81,11 +81,11 @@ struct Known {
   std::size_t missed = 0;
 };
 
-/// Where in the history a result belongs.
+/// The place of a result in the history.
 struct ResultPlace {
   double timestamp_s;       // of the result
-  double step_timestamp_s;  // of the frame in the history that it is taken to be of
-  std::deque<detail::FlowStep>::const_iterator first_step;  // away from that frame
+  double step_timestamp_s;  // of the history's frame that the result belongs to
+  std::deque<detail::FlowStep>::const_iterator first_step;  // after that frame
   bool is_known;
 };
 
@@ -124,8 +124,8 @@ struct MaskPropagator::State {
   PropagationStatistics statistics;
 };
 
-/// Forgets all but which track ids were given. Allocates nothing: it mends what a call left behind
-/// for which memory ran out.
+/// Forgets everything but the track ids given so far. Allocates nothing, because it also cleans up
+/// after a call that ran out of memory.
 void MaskPropagator::State::forget() noexcept {
   flow.forget();
   steps.clear();
@@ -136,7 +136,7 @@ void MaskPropagator::State::forget() noexcept {
   statistics.restarted = true;
 }
 
-/// Into the frame: the image's motion, and with it all that is known.
+/// Moves on to the frame: computes the image's motion and moves all known instances.
 void MaskPropagator::State::track(const FrameView& frame) {
   detail::FlowStep step;
   step.frame_id = frame.id;
@@ -165,8 +165,8 @@ void MaskPropagator::State::drop_lost(double now_s) {
   });
 }
 
-/// Where a result belongs: by its time; by its id, if the host numbers its frames; else it is taken
-/// for one of the next frame after its time.
+/// Finds a result's place: by its time; by its id, if the host numbers its frames; otherwise at the
+/// next frame after its time.
 ResultPlace MaskPropagator::State::place_of(const Segmentation& result) const {
   const auto find = [&](const auto& is_own) {
     return std::find_if(steps.begin(), steps.end(), is_own);
@@ -190,7 +190,7 @@ ResultPlace MaskPropagator::State::place_of(const Segmentation& result) const {
   return {result.timestamp_s, later->timestamp_s, later + 1, false};
 }
 
-/// For each instance of the result the index of the known one that it is.
+/// Returns, for each instance of the result, the index of the known instance that it continues.
 std::vector<std::optional<std::size_t>> MaskPropagator::State::matches(const Segmentation& result,
                                                                        double step_time_s) const {
   std::vector<detail::LabelledBox> found, there;
@@ -210,7 +210,7 @@ std::vector<std::optional<std::size_t>> MaskPropagator::State::matches(const Seg
   return match;
 }
 
-/// Takes a result, unless it is the last one again or cannot be used.
+/// Takes a result, unless it is the last one again or is unusable.
 void MaskPropagator::State::look_at(const FrameView& frame, const Segmentation& result) {
   if (last_result && result.frame_id == last_result->frame_id &&
       result.timestamp_s == last_result->timestamp_s) {
@@ -227,7 +227,7 @@ void MaskPropagator::State::look_at(const FrameView& frame, const Segmentation& 
   last_result = {result.frame_id, result.timestamp_s, place.timestamp_s};
 }
 
-/// Replaces what is known by what the result says, moved on to the newest frame.
+/// Replaces the known instances by the result's, moved to the newest frame.
 void MaskPropagator::State::take(const Segmentation& result, const ResultPlace& place) {
   const auto match = matches(result, place.step_timestamp_s);
   std::vector<Known> next;
@@ -302,7 +302,7 @@ std::optional<Segmentation> MaskPropagator::propagate(const FrameView& frame,
   try {
     return state_->propagate(frame, newest);
   } catch (...) {
-    state_->forget();  // what is half done would mislead the next call, or crash it
+    state_->forget();  // half-done work would mislead or crash the next call
     throw;
   }
 }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// What the reader and the writer of mask folders agree on.
+// Names and limits shared by the reader and the writer of mask folders.
 
 #ifndef DYNFILTER_SRC_SEGMENTERS_MASK_TABLE_HPP
 #define DYNFILTER_SRC_SEGMENTERS_MASK_TABLE_HPP
@@ -15,10 +15,10 @@ namespace dynfilter::detail {
 
 constexpr const char* mask_table_name = "instances.csv";
 constexpr const char* mask_table_header = "frame,instance,class_id,score,x,y,width,height";
-constexpr int max_mask_label = 65535;  // of a 16-bit PNG
+constexpr int max_mask_label = 65535;  // the limit of a 16-bit PNG
 
-/// What a writer of masks writes into <folder>/<masks>, and what of that kind is there: names
-/// relative to the folder.
+/// Names what a mask writer writes into <folder>/<masks>, plus the files of these kinds that are
+/// there; all relative to the folder.
 inline std::vector<std::filesystem::path> mask_names(const std::filesystem::path& folder,
                                                      const std::filesystem::path& masks = {}) {
   std::vector<std::filesystem::path> names = {masks / mask_table_name};

@@ -32,10 +32,10 @@ using remote::MessageType;
 using remote::ProtocolError;
 using remote::TimeIsUp;
 
-/// The image, or a copy where its rows do not follow each other in memory.
+/// Returns the image, or a copy if its rows are not continuous in memory.
 cv::Mat continuous(const cv::Mat& image) { return image.isContinuous() ? image : image.clone(); }
 
-/// The frames that go out and the replies that come back, over connections that come and go.
+/// Sends frames and receives replies, over connections that come and go.
 class RemoteChannel {
  public:
   RemoteChannel(std::string path, const RemoteSegmenterOptions& options)
@@ -44,7 +44,7 @@ class RemoteChannel {
   Segmentation exchange(const FrameView& frame);
 
  private:
-  /// The frame that the other side has and has not answered.
+  /// The frame that the other side has received but not answered.
   struct InFlight {
     std::uint64_t request;
     std::uint64_t frame_id;
@@ -77,7 +77,7 @@ Segmentation RemoteChannel::exchange(const FrameView& frame) {
     drop_connection();
     throw_file_error(path_, error.what());
   } catch (const TimeIsUp& error) {
-    // The connection stays where the next call can go on with it.
+    // Keeps the connection in a state in which the next call can continue.
     throw_file_error(path_, concatenate("no masks of frame ", frame.id, " within ",
                                         options_.timeout_s, " s: ", error.what()));
   }
@@ -88,27 +88,27 @@ Segmentation RemoteChannel::exchange(const FrameView& frame, const Deadline& dea
   send(frame, deadline);
   const Message reply = receive_reply(deadline);
   if (reply.header.type == MessageType::error) {
-    // The connection is as good as before: the other side failed in what it does, not in talking.
+    // The connection is still good: the other side failed in its work, not in the protocol.
     throw_file_error(path_, concatenate("the other side has failed at frame ", frame.id, ": ",
                                         remote::decode_error(reply.payload)));
   }
   return remote::decode_instances(reply.payload, frame.id, frame.timestamp_s, frame.image.size());
 }
 
-/// Sees to a connection on which nothing is under way.
+/// Provides a connection with nothing in flight.
 void RemoteChannel::get_ready(const Deadline& deadline) {
   if (in_flight_ &&
       Clock::now() - in_flight_->sent_at >= remote::duration_of(options_.lost_after_s)) {
     drop_connection();
   }
   if (in_flight_ && !leave_late_reply(deadline)) drop_connection();
-  // The other side may have gone since the last call, and come back.
+  // The other side may have left since the last call, and returned.
   if (connection_ && connection_->is_over()) drop_connection();
   if (!connection_) connect(deadline);
 }
 
-/// Receives the reply to a frame of an earlier call and does nothing with it. Returns whether the
-/// connection is still good.
+/// Receives and ignores the reply to a frame of an earlier call. Returns whether the connection is
+/// still good.
 bool RemoteChannel::leave_late_reply(const Deadline& deadline) {
   try {
     receive_reply(deadline);
@@ -145,16 +145,16 @@ void RemoteChannel::send(const FrameView& frame, const Deadline& deadline) {
   std::vector<cv::Mat> images = {continuous(frame.image)};
   if (with_depth) images.push_back(continuous(frame.depth));
   try {
-    // Where the other side hangs up, receiving tells what it has said before.
+    // If the other side hangs up, receiving reveals what it said before.
     connection_->send(head, images, deadline);
   } catch (const TimeIsUp&) {
-    drop_connection();  // in the middle of a message
+    drop_connection();  // the message is incomplete
     throw TimeIsUp("the other side does not take the image");
   }
   in_flight_ = InFlight{request, frame.id, Clock::now()};
 }
 
-/// The reply to what is in flight, which it is then no longer.
+/// Receives the reply to the frame in flight, and clears that.
 Message RemoteChannel::receive_reply(const Deadline& deadline) {
   Message reply = connection_->receive(deadline);
   if (reply.header.type == MessageType::error && reply.header.request == 0) {
@@ -203,7 +203,7 @@ RemoteSegmenter::RemoteSegmenter(const std::filesystem::path& socket_path,
                                  const RemoteSegmenterOptions& options) {
   validate(socket_path, options);
   if (options.send_depth && !is_little_endian()) {
-    // Its bytes go out as they lie in memory.
+    // The depth's bytes are sent as they are in memory.
     detail::throw_misuse("RemoteSegmenter", "send_depth on a big-endian machine",
                          "a little-endian one");
   }

@@ -27,10 +27,10 @@ namespace {
 struct AblateOptions {
   std::string program = "dynfilter";
   std::vector<std::filesystem::path> sequences;
-  std::vector<std::string> degradations;  // of the sequences' masks; none: as they are
+  std::vector<std::string> degradations;  // of the sequences' masks; none: unchanged
   std::vector<std::string> levels;
   std::string seeds = "1-5";
-  SceneSpec of_level;  // what all levels share
+  SceneSpec of_level;  // options that all levels share
   AblationPlan plan;
   bool list = false;
   std::filesystem::path gather;  // empty: run
@@ -100,7 +100,7 @@ std::vector<std::string> level_names() {
   return names;
 }
 
-/// How this program was called, for others to call it from any folder.
+/// Returns a command that calls this program from any folder.
 std::string callable(const std::string& program) {
   if (program.find('/') == std::string::npos) return program;
   return std::filesystem::absolute(program).lexically_normal().string();

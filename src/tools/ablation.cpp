@@ -24,16 +24,16 @@ std::filesystem::path folder_of(const AblationPlan& plan, const SceneSpec& scene
   return plan.out / scene.name().name / rule;
 }
 
-/// What is to be known of a scene before its turn.
+/// Facts about a scene that are needed before its turn.
 struct Outline {
   std::size_t frames = 0;
   bool has_true_masks = false;
   std::string note;
 };
 
-/// Outlines every scene, in their order, and notes what all of them read. Opens one scene a group:
-/// those of a level differ in their seed alone. So what is wrong with the last of them is found
-/// before the first is begun.
+/// Outlines every scene, in order, and notes what all of them read. Opens one scene of each group,
+/// because scenes of a level differ only in their seed. So an error in the last scene shows before
+/// the first one starts.
 std::vector<Outline> outlines_of(const AblationPlan& plan, Inputs& inputs) {
   std::map<std::string, Outline> of_group;
   std::vector<Outline> outlines;
@@ -92,7 +92,7 @@ void run_all(const AblationPlan& plan) {
   Inputs inputs;
   const std::vector<Outline> outlines = outlines_of(plan, inputs);
   std::size_t frames = 0;
-  std::set<std::string> notes;  // a sequence in several degradations has one
+  std::set<std::string> notes;  // a sequence in several degradations has one note
   for (std::size_t i = 0; i < outlines.size(); ++i) {
     frames += outlines[i].frames;
     notes.insert(outlines[i].note);

@@ -13,25 +13,25 @@
 
 namespace dynfilter::tools {
 
-/// Scenes under rules. A job is one scene under one rule; its results lie in <out>/<scene>/<rule>.
+/// Scenes under rules. A job is one scene under one rule; its results go to <out>/<scene>/<rule>.
 struct AblationPlan {
   std::vector<SceneSpec> scenes;
-  std::vector<std::string> rules;  ///< those that need true masks skip scenes without
+  std::vector<std::string> rules;  ///< rules that need true masks skip scenes without them
   RunSettings settings;
   std::filesystem::path out;
 };
 
-/// Throws std::invalid_argument for two scenes of one name, whose results would lie in one folder.
+/// Throws std::invalid_argument if two scenes have the same name and so the same folder of results.
 void validate(const AblationPlan& plan);
 
-/// Runs all jobs here, with a progress bar: every scene once, its frames read and their features
-/// extracted once, under all rules, as many at a time as the machine has cores. A job's results
-/// depend on neither. Throws what a run throws, and before the first job for a job's folder that
-/// would touch what any scene is read from (see require_harmless).
+/// Runs all jobs here, with a progress bar. Reads each scene's frames and extracts their features
+/// once for all rules; runs as many scenes at a time as the machine has cores. The results of a job
+/// depend on neither. Throws what a run throws and, before the first job, if a job's folder would
+/// touch a scene's input (see require_harmless).
 void run_all(const AblationPlan& plan);
 
-/// A line of shell a job: `program run …`. Throws std::invalid_argument for paths with a line
-/// break.
+/// Returns one line of shell a job: `program run …`. Throws std::invalid_argument for paths with a
+/// line break.
 std::vector<std::string> job_lines(const AblationPlan& plan, const std::string& program);
 
 }  // namespace dynfilter::tools

@@ -21,7 +21,7 @@ namespace {
 
 /// The results of one group under one rule.
 using Runs = std::vector<RunResult>;
-/// A group's runs by rule, in the order of rules that tables have.
+/// The runs of a group by rule, in the tables' order of rules.
 using RulesOfGroup = std::vector<std::pair<std::string, Runs>>;
 using Groups = std::vector<std::pair<std::string, RulesOfGroup>>;
 
@@ -51,7 +51,7 @@ std::string number(double value, int decimals) {
   return text;
 }
 
-/// "median (least..greatest)"; a dash where there is no value.
+/// Formats "median (min..max)"; a dash if there is no value.
 std::string spread(const std::vector<double>& values, int decimals) {
   if (values.empty()) return "-";
   const std::string middle = number(median(values), decimals);
@@ -60,8 +60,8 @@ std::string spread(const std::vector<double>& values, int decimals) {
   return middle + " (" + number(*least, decimals) + ".." + number(*greatest, decimals) + ")";
 }
 
-/// "median [lower..upper]" with the bootstrap's 95 % interval of the median (percentiles of 2000
-/// resamples): what is known of the median of all scenes of the kind.
+/// Formats "median [lower..upper]" with the bootstrap's 95 % interval of the median (percentiles of
+/// 2000 resamples), which estimates the median over all scenes of this kind.
 std::string with_interval(const std::vector<double>& values, int decimals) {
   if (values.size() < 2) return spread(values, decimals);
   constexpr std::size_t resamples = 2000;
@@ -78,7 +78,7 @@ std::string with_interval(const std::vector<double>& values, int decimals) {
          ".." + number(medians[resamples - resamples / 40], decimals) + "]";
 }
 
-/// Without the columns that have no figure.
+/// Drops the columns that have no figure.
 Table without_empty_columns(Table table) {
   for (std::size_t k = table.header.size(); k-- > 1;) {
     const auto is_empty = [&](const auto& row) { return row[k] == "-"; };
@@ -90,7 +90,7 @@ Table without_empty_columns(Table table) {
   return table;
 }
 
-/// Of those runs that have the value.
+/// Returns the values of the runs that have them.
 template <class Get>
 std::vector<double> values_of(const Runs& runs, const Get& get) {
   std::vector<double> values;
@@ -101,7 +101,7 @@ std::vector<double> values_of(const Runs& runs, const Get& get) {
   return values;
 }
 
-/// A count a frame.
+/// Returns a getter of a count a frame.
 auto per_frame(std::size_t FeatureScores::*count) {
   return [count](const RunResult& run) -> std::optional<double> {
     if (!run.scores) return {};
@@ -119,7 +119,7 @@ std::size_t max_scenes(const RulesOfGroup& rules) {
   return most;
 }
 
-/// How many scenes a row stands for, where that is not all.
+/// Names a row, with its number of scenes if that is not all.
 std::string row_name(const std::string& rule, const Runs& runs, std::size_t scenes) {
   return runs.size() == scenes ? rule : rule + " [" + std::to_string(runs.size()) + "]";
 }
@@ -165,7 +165,7 @@ Table rate_table(const std::string& group, const RulesOfGroup& rules) {
   return table;
 }
 
-/// ATE over the perfect mask's on the same scene.
+/// Returns the ratios of the ATE to that of rule perfect on the same scene.
 std::vector<double> ratios_to_perfect(const Runs& runs, const RulesOfGroup& rules) {
   std::map<std::string, double> perfect;
   for (const auto& [rule, others] : rules) {
@@ -202,7 +202,7 @@ Table trajectory_table(const std::string& group, const RulesOfGroup& rules) {
   return table;
 }
 
-/// A row a rule, a column a group.
+/// Makes a table with one row a rule and one column a group.
 template <class Cell>
 Table overview(const Groups& groups, const std::string& title, const Cell& cell) {
   Table table{title, {"rule"}, {}};
@@ -249,7 +249,7 @@ Table ratio_overview(const Groups& groups) {
                   });
 }
 
-/// What the default rule does on each group, with the spread over its scenes.
+/// Tabulates the default rule on each group, with the spread over its scenes.
 Table default_table(const Groups& groups) {
   Table table{
       "depth, the default rule: a frame, and the ATE; medians over scenes (least..greatest)",

@@ -12,15 +12,15 @@
 
 namespace dynfilter::tools {
 
-/// The tables of all results, which are in the order that read_results gives. For every group: what
-/// is left and removed a frame; the rates of detection under both truths; the odometry's errors.
-/// Then all groups side by side, the default rule on each of them, and masks alone (Y) and the
-/// paper's rule (Y+D) in the form of the paper's Table 4. A table that would have no figure is left
-/// out. Cells of several scenes are "median (least..greatest)", those of the error over the perfect
-/// mask's "median [95 % interval of the median]".
+/// Makes the tables of all results, given in the order of read_results. For every group: features
+/// left and removed a frame, detection rates under both truths, and the odometry's errors. Then all
+/// groups side by side, the default rule on each group, and masks alone (Y) and the paper's rule
+/// (Y+D) in the form of the paper's Table 4. Leaves out tables without a figure. Cells over several
+/// scenes are "median (min..max)"; those of the error relative to rule perfect are "median [95 %
+/// interval of the median]".
 std::vector<Table> ablation_tables(const std::vector<RunResult>& results);
 
-/// "scene under rule" for every pair that has no result though its scene and its rule have others.
+/// Returns "scene under rule" for every pair without a result whose scene and rule have others.
 std::vector<std::string> missing_runs(const std::vector<RunResult>& results);
 
 }  // namespace dynfilter::tools

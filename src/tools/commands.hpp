@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// The sub-commands of the program: each declares its options and what to do with them.
+// The sub-commands of the program; each declares its options and its action.
 
 #ifndef DYNFILTER_SRC_TOOLS_COMMANDS_HPP
 #define DYNFILTER_SRC_TOOLS_COMMANDS_HPP
@@ -16,7 +16,7 @@ void add_synth_command(CLI::App& program);
 void add_run_command(CLI::App& program);
 void add_masks_command(CLI::App& program);
 void add_eval_command(CLI::App& program);
-/// `called_as` is the program's name as its caller wrote it.
+/// Adds the sub-command ablate. `called_as` is the program's name as the caller wrote it.
 void add_ablate_command(CLI::App& program, const std::string& called_as);
 
 }  // namespace dynfilter::tools

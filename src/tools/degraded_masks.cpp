@@ -21,7 +21,7 @@ constexpr std::size_t late_frames = 3;
 
 void erode(cv::Mat& mask) {
   const cv::Size size(2 * erosion_px + 1, 2 * erosion_px + 1);
-  // What lies beyond the crop is no part of the object.
+  // Pixels beyond the crop do not belong to the object.
   cv::erode(mask, mask, cv::getStructuringElement(cv::MORPH_ELLIPSE, size), {-1, -1}, 1,
             cv::BORDER_CONSTANT, cv::Scalar::all(0));
 }
@@ -35,7 +35,7 @@ std::vector<cv::Point> pixels_of(const cv::Mat& mask) {
 void cut(cv::Mat& mask) {
   const std::vector<cv::Point> pixels = pixels_of(mask);
   if (pixels.empty()) return;
-  // They come row by row.
+  // The pixels come row by row.
   const int top = pixels.front().y, height = pixels.back().y + 1 - top;
   mask.rowRange(top + static_cast<int>(std::lround((1 - cut_share) * height)), mask.rows).setTo(0);
 }
@@ -64,7 +64,7 @@ Segmentation degraded(Segmentation segmentation, const std::string& how) {
   return segmentation;
 }
 
-/// What else a network finds, chairs and monitors, is no moving object.
+/// Keeps the persons: other detections, such as chairs and monitors, are not moving objects.
 Segmentation persons_of(Segmentation segmentation) {
   std::vector<Instance>& all = segmentation.instances;
   all.erase(std::remove_if(all.begin(), all.end(),

@@ -12,22 +12,21 @@
 
 namespace dynfilter::tools {
 
-/// What can be done to good masks of a recording, so that rules have something to make up for:
+/// Names the ways to degrade good masks of a recording, so that rules have something to correct:
 /// - eroded: by 8 px.
 /// - cut: the lowest fifth of each mask is gone.
-/// - disc: a disc somewhere on each mask is gone, as large as a quarter of it.
+/// - disc: a disc somewhere on each mask is gone, a quarter as large as the mask.
 /// - poor: all three, in this order.
-/// - late: masks and boxes are those of three frames before, of the first frame at the beginning.
+/// - late: masks and boxes come from three frames before, or from the first frame.
 std::vector<std::string> degradation_names();
 
-/// The source with its masks degraded. The good ones of persons (class 0) stand for the truth. The
-/// same frame gives the same masks at every call. Throws std::runtime_error where the source has no
-/// masks.
+/// Degrades a source's masks. The good masks of persons (class 0) serve as the truth. The same
+/// frame gets the same masks at every call. Throws std::runtime_error if the source has no masks.
 std::unique_ptr<FrameSource> degrade_masks(std::unique_ptr<FrameSource> source,
                                            const std::string& how);
 
-/// A mask network's silhouette is off by some pixels, and colour and depth of a moving person are
-/// apart by up to 10: only features that far outside it are surely static.
+/// Distance beyond which features are surely static: a mask network's silhouette is off by some
+/// pixels, and colour and depth of a moving person are up to 10 px apart.
 constexpr double degraded_rim_px = 15;
 
 }  // namespace dynfilter::tools

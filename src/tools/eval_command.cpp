@@ -32,12 +32,12 @@ struct EvalOptions {
 
 bool is_count(const std::string& name) { return name == "pairs" || name == "rpe_intervals"; }
 
-/// What the JSON file is known by when it is to be replaced.
+/// Identifies a JSON file that may be replaced.
 constexpr const char* json_mark = "\"written_by\": \"dynfilter eval\"";
 
-/// What can be said of an estimate, and why the rest cannot.
+/// The figures of an estimate, and why some are missing.
 struct Evaluation {
-  std::vector<std::pair<std::string, double>> figures;  // in the order in which they are printed
+  std::vector<std::pair<std::string, double>> figures;       // in the order of printing
   std::vector<std::pair<std::string, std::string>> missing;  // name and reason
 
   void add(const std::string& name, const std::string& unit, const ErrorSummary& errors) {
@@ -50,7 +50,7 @@ struct Evaluation {
     }
   }
 
-  /// Runs what adds figures. "No answer" is noted under this name; misuse is passed on.
+  /// Runs work that adds figures. Notes a "no answer" under this name; passes on misuse.
   template <class Work>
   void attempt(const char* name, const Work& work) {
     try {
@@ -61,7 +61,7 @@ struct Evaluation {
   }
 };
 
-/// Reads a trajectory and says on standard error what was wrong with its file.
+/// Reads a trajectory and reports flaws of its file on standard error.
 Trajectory read_and_note(const std::filesystem::path& path) {
   TrajectoryFile file = read_trajectory_file(path);
   const std::string note = trajectory_note(path, file.flaws);

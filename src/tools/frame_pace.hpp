@@ -11,16 +11,17 @@
 
 namespace dynfilter::tools {
 
-/// Tells when recorded frames are due, so that they come as they came from the camera: the first
-/// one now. Where the times of two frames jump, by more than max_gap_s or back, the recording was
-/// cut: the frame after the cut is due at once, and the pace goes on from there.
+/// Tells when recorded frames are due at the camera's pace, the first one now. If the time jumps
+/// between two frames, by more than max_gap_s or back, the recording was cut: the frame after the
+/// cut is due at once, and the pace continues from there.
 class FramePace {
  public:
   using Clock = std::chrono::steady_clock;
 
   static constexpr double max_gap_s = 1.0;
 
-  /// When the frame of this time is due, if it is `now`. Times are seconds below 9e9.
+  /// Returns when the frame of this time is due, given that it is `now`. Times are seconds below
+  /// 9e9.
   Clock::time_point due(double timestamp_s, Clock::time_point now) {
     const double gap_s = last_s_ ? timestamp_s - *last_s_ : 0;
     const bool is_cut = !(gap_s >= 0 && gap_s <= max_gap_s);
@@ -34,7 +35,7 @@ class FramePace {
            std::chrono::nanoseconds(static_cast<std::int64_t>((timestamp_s - start_s_) * 1e9));
   }
 
-  /// How many cuts were met.
+  /// Returns the number of cuts so far.
   std::size_t cuts() const { return cuts_; }
 
  private:

@@ -70,7 +70,7 @@ class Recording final : public FrameSource {
   }
 
   RgbdSequence sequence_;
-  std::filesystem::path camera_file_, masks_folder_;  // empty where there is none of its own
+  std::filesystem::path camera_file_, masks_folder_;  // empty if the sequence has none
   std::string masks_name_;
   std::optional<MaskFolderSegmenter> masks_;
   std::optional<MaskFolderSegmenter> true_masks_;

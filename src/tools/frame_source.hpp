@@ -21,15 +21,15 @@
 
 namespace dynfilter::tools {
 
-/// A frame with all that is known about it.
+/// A frame with everything known about it.
 struct SourceFrame {
   std::string stem;  ///< of its files
   FrameView frame;
-  std::optional<Segmentation> masks;       ///< none where the sequence has no masks
-  std::optional<Segmentation> true_masks;  ///< none where the truth is not known
+  std::optional<Segmentation> masks;       ///< none if the sequence has no masks
+  std::optional<Segmentation> true_masks;  ///< none if the truth is unknown
 };
 
-/// Where frames come from: a sequence on disk, or a scene that is rendered as it is asked for.
+/// A source of frames: a sequence on disk, or a scene that is rendered on demand.
 class FrameSource {
  public:
   FrameSource() = default;
@@ -41,41 +41,42 @@ class FrameSource {
   virtual CameraParameters camera() const = 0;
   virtual bool has_depth() const = 0;
   virtual bool has_true_masks() const = 0;
-  virtual std::string masks_name() const = 0;  ///< empty where there are none
-  /// Features that close to a true mask, and not on it, are neither dynamic nor static.
+  virtual std::string masks_name() const = 0;  ///< empty if there are none
+  /// Returns the rim's width: features this near to a true mask, but not on it, count as neither
+  /// dynamic nor static.
   virtual double rim_px() const { return 3; }
 
-  /// Throws std::runtime_error that names the file that is missing or broken.
+  /// Reads a frame. Throws std::runtime_error that names a missing or broken file.
   virtual SourceFrame read(std::size_t i) = 0;
 
-  /// Throws what read(i) would throw where its masks are missing. Decodes nothing.
+  /// Throws what read(i) would throw for missing masks. Decodes nothing.
   virtual void require_masks(std::size_t i) const = 0;
 
   virtual std::optional<Trajectory> true_trajectory() const = 0;
 
-  /// A line about flaws of the input that were passed over; empty where there were none.
+  /// Returns a line about tolerated flaws of the input; empty if there were none.
   virtual std::string note() const { return {}; }
 
   /// Adds the files and folders that the frames are read from.
   virtual void add_inputs(Inputs& inputs) const = 0;
 };
 
-/// Throws where one of every so many frames misses its masks.
+/// Throws if a frame that is used, every `every`-th one, lacks its masks.
 inline void require_masks(const FrameSource& source, std::size_t every) {
   for (std::size_t i = 0; i < source.size(); i += every) source.require_masks(i);
 }
 
-/// Adds the files and folders that frames without masks are read from.
+/// Adds the files and folders that a sequence is read from, masks excepted.
 void add_sequence_inputs(const RgbdSequence& sequence, Inputs& inputs);
 
-/// A sequence in the layout of TUM or BONN. Empty paths stand for what lies in its folder. Reads
-/// all but the images: lists, camera, tables of masks and the true trajectory. Throws
+/// Opens a sequence in the layout of TUM or BONN. Empty paths mean the files in its folder. Reads
+/// everything but images: lists, camera, mask tables and the true trajectory. Throws
 /// std::runtime_error that names what cannot be read.
 std::unique_ptr<FrameSource> open_sequence(const std::filesystem::path& folder,
                                            const std::filesystem::path& masks = {},
                                            const std::filesystem::path& camera = {});
 
-/// Throws std::invalid_argument for options out of range.
+/// Renders a scene. Throws std::invalid_argument for options out of range.
 std::unique_ptr<FrameSource> render_scene(const SyntheticSceneOptions& options);
 
 }  // namespace dynfilter::tools

@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Follows links. {0, 0} where there is no such file.
+/// Returns the identity of a file and follows links; {0, 0} if there is no such file.
 std::pair<dev_t, ino_t> id_of(const fs::path& path) {
   struct stat status {};
   if (::stat(path.c_str(), &status) != 0) return {0, 0};

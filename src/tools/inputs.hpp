@@ -14,14 +14,14 @@
 
 namespace dynfilter::tools {
 
-/// The files and folders that a sub-command reads. They are known by what they are on the disk, so
-/// that a symbolic link or another name hides none.
+/// The files and folders that a sub-command reads. They are identified on the disk, so that no
+/// symbolic link or other name hides one.
 class Inputs {
  public:
-  /// Nothing where there is no such file.
+  /// Adds a file; ignores one that does not exist.
   void add(const std::filesystem::path& path);
 
-  /// A folder and the files in it.
+  /// Adds a folder and the files in it.
   void add_folder(const std::filesystem::path& folder);
 
   bool contains(const std::filesystem::path& path) const;
@@ -30,10 +30,10 @@ class Inputs {
   std::set<std::pair<dev_t, ino_t>> ids_;
 };
 
-/// Refuses, before any work is done, an output folder in which a writer would write into a folder
-/// that is read, replace a file that is read, or replace what no earlier writer of that name wrote.
-/// `names` are those that it takes in the folder; one that ends in a slash is a folder's. Throws
-/// std::runtime_error that names what is in the way.
+/// Refuses an output folder before any work is done, if the writer would write into a folder that
+/// is read, replace a file that is read, or replace anything that no earlier writer of its name
+/// wrote. `names` are the names that the writer uses in the folder; one that ends in a slash is a
+/// folder. Throws std::runtime_error that names the obstacle.
 void require_harmless(const Inputs& inputs, const std::filesystem::path& out,
                       const std::string& writer, const std::vector<std::filesystem::path>& names,
                       bool overwrite);

@@ -24,7 +24,7 @@ std::chrono::nanoseconds seconds(double seconds) {
   return std::chrono::nanoseconds(static_cast<std::int64_t>(seconds * 1e9));
 }
 
-/// Takes at least a period for each frame, as a slower network does.
+/// Takes at least one period for each frame, to imitate a slower network.
 class SlowedSegmenter final : public Segmenter {
  public:
   SlowedSegmenter(std::unique_ptr<Segmenter> segmenter, double rate_hz)
@@ -44,7 +44,7 @@ class SlowedSegmenter final : public Segmenter {
 
 }  // namespace
 
-/// The masks that were read with the frames, for a thread to hand over.
+/// Passes the masks that were read with the frames to a thread, which hands them over.
 class MaskFeed::SourceMasks final : public Segmenter {
  public:
   void remember(const SourceFrame& frame) {
@@ -57,7 +57,7 @@ class MaskFeed::SourceMasks final : public Segmenter {
     const std::lock_guard<std::mutex> lock(mutex_);
     const auto own = masks_.find(frame.id);
     Segmentation masks = std::move(own->second);
-    masks_.erase(masks_.begin(), std::next(own));  // frames come in order, or never
+    masks_.erase(masks_.begin(), std::next(own));  // frames arrive in order or not at all
     return masks;
   }
 

@@ -17,42 +17,42 @@
 
 namespace dynfilter::tools {
 
-/// Where the masks of a run come from besides the sequence, and when they are there.
+/// Where a run's masks come from, if not from the sequence, and when they are ready.
 struct MaskFeedOptions {
-  SegmenterSpec segmenter;  ///< nobody: the sequence's own masks
-  std::string hand_over;    ///< empty: masks are made when they are asked for, without a thread
+  SegmenterSpec segmenter;  ///< is_nobody(): the sequence's own masks
+  std::string hand_over;    ///< empty: masks are made on demand, without a thread
   double max_wait_s = 0.03;
-  double rate_hz = 0;  ///< results a second at most; 0: as many as there can be
+  double rate_hz = 0;  ///< results a second at most; 0: no limit
 };
 
 void add_mask_feed_options(CLI::App& command, MaskFeedOptions& options);
 
-/// Hands a run its masks: those that were read with the frame, those of a segmenter, or those of a
-/// segmenter in a thread of its own, which the frames then reach at the pace of their times, as if
-/// from a camera.
+/// Provides the masks of a run: those read with the frame, those of a segmenter, or those of a
+/// segmenter in its own thread. Such a thread gets the frames at the pace of their times, as from a
+/// camera.
 class MaskFeed {
  public:
-  /// Throws what making the segmenter throws, and std::runtime_error where there are no masks to
-  /// hand over.
+  /// Throws what making the segmenter throws, and std::runtime_error if a thread would have no
+  /// masks to hand over.
   MaskFeed(const MaskFeedOptions& options, const FrameSource& source);
   ~MaskFeed();
   MaskFeed(const MaskFeed&) = delete;
   MaskFeed& operator=(const MaskFeed&) = delete;
 
-  /// For results: where the masks come from and how. Empty where there are none.
+  /// Names the masks' source and hand-over, for results; empty without masks.
   std::string name() const;
 
-  /// Whether they are just those that were read with the frames.
+  /// Tells whether the masks are just those read with the frames.
   bool are_the_sources() const { return !thread_ && !segmenter_; }
 
-  /// Waits for the frame's time to come, a jump of times excepted, and hands it to the thread, if
+  /// Waits until the frame is due (jumps of time are not waited for) and hands it to the thread, if
   /// there is one.
   void submit(const SourceFrame& frame);
 
-  /// The masks for the frame, as far as they are there. Passes on what the segmenter throws.
+  /// Returns the masks available for the frame. Passes on what the segmenter throws.
   std::optional<Segmentation> collect(const SourceFrame& frame);
 
-  /// What became of the frames in the thread, lines for a report; empty without one.
+  /// Reports what happened to the thread's frames, in lines; empty without a thread.
   std::string report() const;
 
  private:
@@ -60,8 +60,9 @@ class MaskFeed {
 
   MaskFeedOptions options_;
   std::string source_name_;
-  std::unique_ptr<Segmenter> segmenter_;  // none where the thread has it, or the source's are used
-  SourceMasks* source_masks_ = nullptr;   // the thread's, where that hands over the source's
+  std::unique_ptr<Segmenter>
+      segmenter_;  // null if the thread has it, or if the source's masks are used
+  SourceMasks* source_masks_ = nullptr;  // the thread's, if it hands over the source's masks
   std::unique_ptr<AsyncSegmenter> thread_;
   FramePace pace_;
 };

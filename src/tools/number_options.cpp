@@ -13,7 +13,7 @@
 namespace dynfilter::tools {
 namespace {
 
-/// Answers with an error where `is_wanted` says no to the text of an option.
+/// Makes a validator that refuses an option's text unless `is_wanted` accepts it.
 CLI::Validator checked(const std::string& kind, const std::string& range,
                        const std::function<bool(std::string&)>& is_wanted) {
   return CLI::Validator(

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Numbers of the command line. CLI11 reads 010 as octal, passes NaN through a range, and takes the
-// largest integer for one that is larger.
+// Numbers of the command line. CLI11 reads 010 as octal, accepts NaN in a range, and replaces an
+// integer that is too large by the largest.
 
 #ifndef DYNFILTER_SRC_TOOLS_NUMBER_OPTIONS_HPP
 #define DYNFILTER_SRC_TOOLS_NUMBER_OPTIONS_HPP
@@ -17,18 +17,18 @@
 
 namespace dynfilter::tools {
 
-/// The number that the whole text is: decimal digits and nothing else, below 2^64.
+/// Parses a whole number: the text must be decimal digits only, and the number below 2^64.
 std::optional<std::uint64_t> parse_whole_number(const std::string& text);
 
-/// For Option::transform: checks an option, or each element of a list, for a whole number and takes
-/// leading zeros off.
+/// Makes a validator for Option::transform: checks that an option, or each element of a list, is a
+/// whole number, and removes leading zeros.
 CLI::Validator whole_number(std::uint64_t min_value, std::uint64_t max_value);
 
-/// For Option::check: checks an option for a finite number.
+/// Makes a validator for Option::check: checks that an option is a finite number.
 CLI::Validator real_number(double min_value, double max_value);
 
-/// "3", "1-5", "1,3,8-10" as numbers; none where it is something else, where a range falls, or
-/// where there are more than `max_count`.
+/// Parses "3", "1-5", "1,3,8-10" as numbers. std::nullopt for anything else, for a falling range,
+/// or for more than `max_count` numbers.
 std::optional<std::vector<std::uint64_t>> parse_number_list(const std::string& text,
                                                             std::size_t max_count);
 

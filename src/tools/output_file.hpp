@@ -17,7 +17,7 @@
 
 namespace dynfilter::tools {
 
-/// A text file that appears whole, with `close`, or not at all, and then says so.
+/// A text file that appears whole on `close`, or not at all, and tells about it on standard output.
 class OutputFile {
  public:
   explicit OutputFile(std::filesystem::path path) : path_(std::move(path)) {}
@@ -37,11 +37,11 @@ class OutputFile {
   std::ostringstream text_;
 };
 
-/// How far into a file its kind is looked for.
+/// The part of a file that is searched for the mark of its kind.
 constexpr std::size_t kind_bytes = 1000;
 
-/// Refuses a file that is there and is not of this kind, which the text `mark` near its beginning
-/// tells: no sub-command replaces what another has written. An empty file is nobody's.
+/// Refuses an existing file of another kind: a sub-command replaces only files with `mark` near
+/// their beginning, which it wrote itself. An empty file may be replaced.
 inline void require_replaceable(const std::filesystem::path& file, const std::string& mark) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(file, ignored)) return;
@@ -54,7 +54,7 @@ inline void require_replaceable(const std::filesystem::path& file, const std::st
   detail::throw_file_error(file, "is there already and no file of this kind; name another");
 }
 
-/// Writes a text of that kind, unless that would replace a file of another.
+/// Writes a text of this kind, unless it would replace a file of another kind.
 inline void write_replaceable(const std::filesystem::path& file, const std::string& mark,
                               const std::string& text) {
   if (text.substr(0, kind_bytes).find(mark) == std::string::npos) {

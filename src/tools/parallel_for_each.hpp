@@ -14,9 +14,9 @@
 
 namespace dynfilter::tools {
 
-/// Calls work(i) for every i below count, on as many threads as there are cores. The first
-/// exception is passed on when all threads have ended; what was not begun by then is left out.
-/// (cv::parallel_for_ does not pass an exception's type on.)
+/// Calls work(i) for every i below count, on as many threads as there are cores. Passes on the
+/// first exception when all threads have ended, and starts no further work after it.
+/// (cv::parallel_for_ does not keep an exception's type.)
 template <class Work>
 void parallel_for_each(std::size_t count, const Work& work) {
   std::atomic<std::size_t> next{0};

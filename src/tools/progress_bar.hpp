@@ -15,7 +15,8 @@
 
 namespace dynfilter::tools {
 
-/// A line on standard error that shows how far long work is; nothing where that is no terminal.
+/// Shows the progress of long work in a line on standard error; shows nothing if that is no
+/// terminal.
 class ProgressBar {
  public:
   ProgressBar(std::string what, std::size_t total)
@@ -23,7 +24,7 @@ class ProgressBar {
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 
-  /// Leaves the cursor on a line of its own, in an error too.
+  /// Ends the line, also after an error.
   ~ProgressBar() {
     if (is_shown_) std::fputc('\n', stderr);
   }

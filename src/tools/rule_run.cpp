@@ -15,7 +15,7 @@
 namespace dynfilter::tools {
 namespace {
 
-/// The rule, when all that can be known to fail before the first frame was looked at.
+/// Returns the rule after checking everything that can be known to fail before the first frame.
 const RuleInfo& checked(const RuleInfo& rule, const SceneSpec& scene, const FrameSource& source,
                         const RunSettings& settings) {
   if (rule.takes_true_masks && !source.has_true_masks()) {
@@ -38,10 +38,10 @@ odometry::OdometryOptions odometry_options(const RunSettings& settings) {
   return options;
 }
 
-/// The errors of an estimate, as far as it is long enough to have them, and why not.
+/// Computes the errors of an estimate, or the reasons why they are missing.
 TrajectoryRecord errors_of(const Trajectory& estimate, const Trajectory& truth) {
   TrajectoryRecord record;
-  // Whatever is wrong with the truth, what the run has found out is kept.
+  // If the truth is unusable, the rest of the run's results still counts.
   try {
     const AbsoluteTrajectoryError ate = absolute_trajectory_error(estimate, truth);
     record.pairs = ate.translation_m.count;
@@ -117,7 +117,7 @@ RuleRun::RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource
   record_.options = resolved_options(rule, settings);
 }
 
-/// Those that the rule acts on.
+/// Returns the masks that the rule works with.
 std::optional<Segmentation> RuleRun::masks_of(const SourceFrame& frame) {
   if (rule_.takes_true_masks) return frame.true_masks;
   if (!propagator_) return frame.masks;

@@ -27,48 +27,49 @@
 
 namespace dynfilter::tools {
 
-/// What a run is made with besides its frames and its rule.
+/// The settings of a run, besides its frames and its rule.
 struct RunSettings {
   int features = 1000;
-  std::size_t every = 1;  ///< every n-th frame only, and then no odometry, which needs them all
+  std::size_t every =
+      1;  ///< use every n-th frame; above 1 without odometry, which needs all frames
   MaskCullerOptions mask_culler;
-  std::uint64_t seed = 0;    ///< of the samples of the rule and of the odometry
+  std::uint64_t seed = 0;    ///< for the samples of the rule and of the odometry
   std::size_t overlays = 0;  ///< frames to draw
-  std::string masks;         ///< what results call the masks; empty: as the source does
+  std::string masks;         ///< the masks' name in results; empty: the source's name
 };
 
-/// Rule and settings by the names of the options of `dynfilter run`: what a run was made with, for
-/// whoever finds its results later, and what makes it again.
+/// Lists rule and settings under the names of `dynfilter run`'s options: they document a run and
+/// repeat it.
 std::vector<std::pair<std::string, std::string>> resolved_options(const RuleInfo& rule,
                                                                   const RunSettings& settings);
 
-/// The writer that a run is for StagedFolder, and the names that it takes in a folder.
+/// The writer's name of a run for StagedFolder, and the names that it uses in a folder.
 constexpr const char* run_writer = "run";
 std::vector<std::filesystem::path> run_names(const std::filesystem::path& folder);
 
-/// The ORB features of a frame, before any is removed. Rules that are compared share them.
+/// A frame's ORB features before any are removed. Compared rules share them.
 struct ExtractedFeatures {
   std::vector<cv::KeyPoint> keypoints;
   cv::Mat descriptors;
   double extraction_ms = 0;
 };
 
-/// Those of a BGR image.
+/// Extracts the features of a BGR image.
 ExtractedFeatures extract_features(const odometry::OrbExtractor& extractor, const cv::Mat& image);
 
-/// One rule on every frame of a source, in their order, as a SLAM system would use it: the filter,
-/// and where there is depth the reference odometry with what the filter leaves.
+/// Runs one rule on every frame of a source, in order, as a SLAM system would: the filter and, if
+/// there is depth, the reference odometry on the remaining features.
 class RuleRun {
  public:
-  /// Throws std::runtime_error where the rule takes true masks and there are none, where a frame
-  /// has no mask, for a folder that cannot be made, and for one that holds a file of a run's which
-  /// no earlier run wrote.
+  /// Throws std::runtime_error if the rule takes true masks and there are none, if a frame has no
+  /// mask, if the folder cannot be made, or if it holds a file with a run's name that no earlier
+  /// run wrote.
   RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource& source,
           const RunSettings& settings, const std::filesystem::path& folder);
   RuleRun(const RuleRun&) = delete;
   RuleRun& operator=(const RuleRun&) = delete;
 
-  /// Runs the work, which gets a frame its masks, and notes how long the frame waited for them.
+  /// Runs the work that gets a frame its masks, and records the waiting time.
   template <class Work>
   std::optional<Segmentation> wait_for_masks(const Work& work) {
     return waiting_time_.measure(work);
@@ -76,10 +77,10 @@ class RuleRun {
 
   void process(const SourceFrame& frame, ExtractedFeatures features);
 
-  /// Puts frames.csv, instances.csv, the pictures, where there was depth trajectory.txt, and where
-  /// the truth is known groundtruth.txt into the folder, in the place of an earlier run's;
-  /// summary.json last, so that it stands for a run that came to its end. Throws std::runtime_error
-  /// that names the file that cannot be written; the folder then holds what it held.
+  /// Writes the results into the folder, replacing an earlier run's: frames.csv, instances.csv, the
+  /// pictures, with depth trajectory.txt, and with known truth groundtruth.txt. summary.json comes
+  /// last, so that it marks a completed run. Throws std::runtime_error that names a file that
+  /// cannot be written; the folder is unchanged then.
   RunRecord finish(const FrameSource& source);
 
  private:

@@ -46,7 +46,7 @@ struct Entry {
   std::function<AnyStage(const MaskCullerOptions&, std::uint64_t)> make;
 };
 
-/// A peer's rule, with the classes that are dynamic for ours.
+/// Makes the entry of another system's rule; it uses the same dynamic classes as ours.
 template <class Stage, class Options>
 Entry of_peer(const char* name, const char* description, Options options) {
   return {{name, description, false, false, true},

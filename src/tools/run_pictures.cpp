@@ -14,7 +14,7 @@
 namespace dynfilter::tools {
 namespace {
 
-/// The picture under a line of text.
+/// Puts a line of text above the picture.
 cv::Mat with_caption(const cv::Mat& picture, const std::string& text) {
   cv::Mat caption(24, picture.cols, CV_8UC3, cv::Scalar::all(255));
   cv::putText(caption, text, {8, 17}, cv::FONT_HERSHEY_SIMPLEX, 0.5, cv::Scalar::all(0), 1,
@@ -32,7 +32,7 @@ FeatureLabels only_masked(const FeatureLabels& labels, const Segmentation& segme
     masked.statistics().instances[k].dynamic = labels.statistics().instances[k].dynamic;
   }
   for (std::size_t i = 0; i < labels.size(); ++i) {
-    // A stage of compensation may have given back what a stale mask took.
+    // A compensation stage may have restored features of a stale mask.
     if (labels[i].reason != Reason::in_mask && labels[i].reason != Reason::restored) continue;
     masked.remove(i, labels[i].instance, Reason::in_mask, labels[i].score);
   }
@@ -54,7 +54,7 @@ RunPictures::RunPictures(const std::filesystem::path& folder, std::size_t frames
 }
 
 bool RunPictures::wants(std::size_t frame) const {
-  // Frame i is the first of its share of the sequence.
+  // Frame i is wanted if it is the first of its share of the sequence.
   return pictures_ > 0 &&
          (frame == 0 || frame * pictures_ / frames_ != (frame - 1) * pictures_ / frames_);
 }

@@ -17,12 +17,12 @@
 
 namespace dynfilter::tools {
 
-/// The pictures of a run: for some frames, evenly spread, all features, what the masks remove if
+/// Makes a run's pictures for some frames, evenly spread: all features, what the masks remove if
 /// the rule takes masks, and what the rule removes besides (the paper's Figures 3 and 4), side by
-/// side in overlays/<stem>.png; all of them below each other and smaller in contact_sheet.png.
+/// side in overlays/<stem>.png. contact_sheet.png has all of them below each other, reduced.
 class RunPictures {
  public:
-  /// Makes the folder. Throws std::runtime_error that names what cannot be made.
+  /// Makes the folder. Throws std::runtime_error that names it if that fails.
   RunPictures(const std::filesystem::path& folder, std::size_t frames, std::size_t pictures,
               bool takes_masks, bool compensates);
 
@@ -42,13 +42,13 @@ class RunPictures {
   std::vector<cv::Mat> rows_;  // of the contact sheet
 };
 
-/// The frame of a run in which most dynamic features are left, the first of several.
+/// Keeps the first of the frames in which most dynamic features are left.
 class WorstFrame {
  public:
   void offer(std::size_t dynamic_left, const std::string& stem, const cv::Mat& image,
              const Segmentation& segmentation, FeaturesView features, const FeatureLabels& labels);
 
-  /// Writes worst_frame.jpg where there is something to show.
+  /// Writes worst_frame.jpg if there is such a frame.
   void write(const std::filesystem::path& folder) const;
 
  private:
@@ -56,7 +56,7 @@ class WorstFrame {
   cv::Mat picture_;
 };
 
-/// The labels as they would be had only the masks acted.
+/// Returns the labels that the masks alone would give.
 FeatureLabels only_masked(const FeatureLabels& labels, const Segmentation& segmentation);
 
 }  // namespace dynfilter::tools

@@ -19,42 +19,42 @@
 
 namespace dynfilter::tools {
 
-/// What is kept of one frame of a run.
+/// The record of one frame of a run.
 struct FrameRecord {
   std::string stem;  ///< of the image's file
   double timestamp_s = 0;
   FrameStatistics statistics;
-  std::optional<FeatureScores> scores;            ///< where the true masks are known
-  std::optional<FeatureScores> mask_only_scores;  ///< the same had only the masks acted
-  bool is_lost = false;                           ///< by the odometry, or not begun yet
+  std::optional<FeatureScores> scores;            ///< if the true masks are known
+  std::optional<FeatureScores> mask_only_scores;  ///< the scores if only the masks acted
+  bool is_lost = false;                           ///< the odometry lost the frame, or had not begun
 };
 
-/// How the odometry did. The errors are missing where the true trajectory is, or where the estimate
-/// is too short to have them.
+/// The odometry's result. Its errors are missing without a true trajectory, or if the estimate is
+/// too short.
 struct TrajectoryRecord {
   bool has_truth = false;
   std::size_t keyframes = 0;
   std::size_t pairs = 0;
-  std::string why_no_ate;  ///< empty where it is there, or where there is no truth
+  std::string why_no_ate;  ///< empty if the ATE is there, or if there is no truth
   std::string why_no_rpe;
   std::optional<ErrorSummary> ate_m;
   std::optional<ErrorSummary> rpe_translation_m;  ///< over 1 s
   std::optional<ErrorSummary> rpe_rotation_deg;
 };
 
-/// What is kept of a run over a sequence.
+/// The record of a run over a sequence.
 struct RunRecord {
   SceneName scene;
   std::string input;  ///< the scene as arguments of `dynfilter run`
   RuleInfo rule;
-  std::string masks;  ///< the folder, empty = none were there
+  std::string masks;  ///< the folder; empty = there were none
   bool has_truth = false;
-  std::vector<std::pair<std::string, std::string>> options;  ///< as resolved, by their names
+  std::vector<std::pair<std::string, std::string>> options;  ///< resolved options by name
   std::vector<FrameRecord> frames;
-  std::optional<TrajectoryRecord> trajectory;         ///< where there was depth
+  std::optional<TrajectoryRecord> trajectory;         ///< if there was depth
   std::vector<std::pair<std::string, Times>> stages;  ///< name and time, in the order of work
 
-  /// Sums over the frames.
+  /// Returns the sums over the frames.
   FrameStatistics totals() const {
     FrameStatistics sum;
     for (const FrameRecord& frame : frames) {

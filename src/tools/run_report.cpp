@@ -15,7 +15,7 @@
 namespace dynfilter::tools {
 namespace {
 
-/// "lower,upper", or two empty cells.
+/// Formats "lower,upper", or two empty cells.
 std::string cells_of(const ValueRange& range) {
   if (range.empty()) return ",";
   char text[64];
@@ -23,7 +23,7 @@ std::string cells_of(const ValueRange& range) {
   return text;
 }
 
-/// Two cells of a pair of scores, empty where the truth is not known.
+/// Formats two cells of a pair of scores; they are empty if the truth is unknown.
 std::string cells_of(const FrameRecord& frame, std::size_t FeatureScores::*score) {
   if (!frame.scores || !frame.mask_only_scores) return ",";
   return std::to_string((*frame.mask_only_scores).*score) + "," +
@@ -49,7 +49,7 @@ void print_count(const char* name, std::size_t count, std::size_t frames) {
               static_cast<double>(count) / static_cast<double>(frames));
 }
 
-/// A row of what the masks did, one of what the rule made of it, or either alone.
+/// Prints a row for the masks alone and one for the whole rule, or only one of them.
 void print_score(const RunRecord& run, const std::string& name, std::size_t FeatureScores::*score) {
   const auto total = [&](auto which) { return run.total_scores(which).*score; };
   if (run.rule.takes_masks) {
@@ -94,7 +94,7 @@ std::string masks_text(const RunRecord& run) {
   return "masks: " + run.masks;
 }
 
-/// null where there is no such rate.
+/// Returns null for a rate that does not exist.
 nlohmann::ordered_json json_of(const DetectionRates& rates) {
   nlohmann::ordered_json json;
   const auto add = [&](const char* name, const std::optional<double>& rate) {

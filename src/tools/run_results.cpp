@@ -27,7 +27,7 @@ std::vector<fs::path> summaries_in(const fs::path& folder) {
   std::vector<fs::path> files;
   for (fs::recursive_directory_iterator entry(folder), end; entry != end; ++entry) {
     const fs::path name = entry->path().filename();
-    // What a run has not put in its place yet is no result.
+    // The files of an unfinished run are no results.
     if (detail::is_hidden_name(name) && entry->is_directory()) entry.disable_recursion_pending();
     if (name == "summary.json") files.push_back(entry->path());
   }
@@ -87,7 +87,7 @@ RunResult read_result(const fs::path& file) {
   }
 }
 
-/// All that a table shows, to tell whether two runs say the same.
+/// Returns all figures of the tables, to tell whether two runs agree.
 auto figures(const RunResult& r) {
   const FeatureScores s = r.scores.value_or(FeatureScores());
   return std::make_tuple(r.frames, r.features, r.kept, s.dynamic_left, s.static_removed,
@@ -95,7 +95,7 @@ auto figures(const RunResult& r) {
                          r.rpe_rotation_rmse_deg);
 }
 
-/// Levels and rules have an order of their own; what is in neither list comes last, by name.
+/// Ranks levels and rules in their own order; unknown names come last, by name.
 template <class Names>
 std::size_t rank(const Names& names, const std::string& name) {
   return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
@@ -106,7 +106,7 @@ void sort_for_tables(std::vector<RunResult>& results) {
   for (const SceneLevel& level : scene_levels()) levels.push_back(level.name);
   const std::vector<std::string> rules = all_rule_names();
   const auto key = [&](const RunResult& r) {
-    // medium_2 before medium_10.
+    // Sorts medium_2 before medium_10.
     return std::make_tuple(rank(levels, r.scene.group), r.scene.group, r.scene.name.size(),
                            r.scene.name, rank(rules, r.rule), r.rule);
   };

@@ -9,7 +9,7 @@
 namespace dynfilter::tools {
 namespace {
 
-/// The last part of a path that may end in a slash or in dots.
+/// Returns the last part of a path, which may end in a slash or in dots.
 std::string folder_name(const std::filesystem::path& folder) {
   const auto whole = std::filesystem::absolute(folder).lexically_normal();
   return (whole.has_filename() ? whole : whole.parent_path()).filename().string();

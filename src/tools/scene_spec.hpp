@@ -14,32 +14,32 @@
 
 namespace dynfilter::tools {
 
-/// How results speak of a scene.
+/// The names of a scene in results.
 struct SceneName {
-  std::string group;  ///< scenes that a table sums up in one: the level, or the sequence alone
+  std::string group;  ///< scenes that a table combines: the level, or the sequence alone
   std::string name;   ///< medium_5, or the name of the sequence's folder
 };
 
-/// Which frames are wanted: those of a recorded sequence, or of a level with a seed.
+/// The frames to use: those of a recorded sequence, or of a level with a seed.
 struct SceneSpec {
-  std::filesystem::path sequence;  ///< empty: a level
+  std::filesystem::path sequence;  ///< empty: use a level
   std::filesystem::path masks;     ///< empty: the sequence's own
   std::filesystem::path camera;    ///< empty: the sequence's own
-  std::string degraded;            ///< how the sequence's masks are, empty: not at all
+  std::string degraded;            ///< how the sequence's masks are degraded; empty: not at all
   std::string level;
   std::uint64_t level_seed = 1;
-  std::optional<int> frames, width, height;  ///< of a level, instead of its own
+  std::optional<int> frames, width, height;  ///< replace the level's own
 
   SceneName name() const;
 
-  /// Throws what open_sequence and render_scene throw.
+  /// Opens the scene. Throws what open_sequence and render_scene throw.
   std::unique_ptr<FrameSource> open() const;
 
-  /// The same as arguments of `dynfilter run`, quoted for a shell, with absolute paths.
+  /// Returns the scene as arguments of `dynfilter run`, quoted for a shell, with absolute paths.
   std::string arguments() const;
 };
 
-/// In single quotes where a shell would take it for something else.
+/// Quotes text with single quotes if a shell would misread it.
 std::string shell_quoted(const std::string& text);
 
 }  // namespace dynfilter::tools

@@ -19,9 +19,9 @@ namespace {
 
 constexpr std::array<int, 4> zone_ends_px = {2, 5, 10, 20};
 constexpr std::array<int, 4> side_ends_px = {3, 6, 12, 25};
-constexpr int edge_reach_px = 15;  // the depth edge is looked for so far from the mask's border
+constexpr int edge_reach_px = 15;  // search range for the depth edge, from the mask's border
 
-/// The zone of a distance, or the number of zones.
+/// Returns the zone of a distance, or the number of zones beyond the last.
 std::size_t zone_of(const std::array<int, 4>& ends_px, double distance) {
   return static_cast<std::size_t>(
       std::lower_bound(ends_px.begin(), ends_px.end(), std::ceil(distance - 0.5)) -
@@ -40,7 +40,7 @@ cv::Mat1b persons_of(const Segmentation& segmentation, cv::Size size) {
   return mask;
 }
 
-/// The 5 % and 95 % points of a mask's depth, none where it has little.
+/// Computes the 5 % and 95 % points of a mask's depth; false if it has too little depth.
 bool depth_range(const cv::Mat1w& depth, const Instance& instance, int* low, int* high) {
   std::vector<int> values;
   for (int y = 0; y < instance.mask.rows; ++y) {
@@ -124,7 +124,8 @@ void DepthStatistics::add_zones(const cv::Mat1w& depth, const cv::Mat1b& persons
 void DepthStatistics::add_sides(const cv::Mat1w& depth, const cv::Mat1b& persons) {
   for (int y = 0; y < depth.rows; ++y) {
     for (const int step : {-1, 1}) {
-      int distance = side_ends_px.back() + 1;  // from the last pixel of a person that was passed
+      int distance =
+          side_ends_px.back() + 1;  // from the last pixel of a person that the scan passed
       const int first = step < 0 ? depth.cols - 1 : 0;
       for (int x = first; x >= 0 && x < depth.cols; x += step) {
         distance = persons(y, x) != 0 ? 0 : distance + 1;

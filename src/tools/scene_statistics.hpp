@@ -16,14 +16,15 @@
 
 namespace dynfilter::tools {
 
-/// How depth behaves at the persons' silhouettes, summed over frames. Distances are pixels from the
-/// border of the masks of class 0. O(pixels) a frame.
+/// Measures how depth behaves at persons' silhouettes, summed over frames. Distances are pixels
+/// from the border of the masks of class 0. O(pixels) a frame.
 class DepthStatistics {
  public:
-  /// A frame's depth in CV_16UC1, 0 = none. Frames without a mask count for the whole image alone.
+  /// Adds a frame's depth in CV_16UC1, 0 = none. Frames without a mask count only for the whole
+  /// image.
   void add(const cv::Mat1w& depth, const Segmentation& segmentation);
 
-  /// A table, one line a figure; a figure that nothing was counted for is "-".
+  /// Returns a table with one line a figure; "-" for a figure without data.
   std::string text() const;
 
  private:
@@ -49,9 +50,8 @@ class DepthStatistics {
   std::array<std::vector<int>, 2> edge_offsets_px_;
 };
 
-/// The statistics of a sequence folder, rendered or recorded: a table with respect to its masks/,
-/// and one to its masks_true/, where they are. Throws std::runtime_error that names what is
-/// missing.
+/// Returns the statistics of a sequence folder, rendered or recorded: one table for its masks/ and
+/// one for its masks_true/, if it has them. Throws std::runtime_error that names what is missing.
 std::string depth_statistics(const std::filesystem::path& folder);
 
 }  // namespace dynfilter::tools

@@ -26,7 +26,7 @@ std::unique_ptr<Segmenter> SegmenterSpec::make() const {
   if (!remote.empty()) {
     RemoteSegmenterOptions options;
     options.timeout_s = remote_timeout_s;
-    options.retry_interval_s = 0.1;  // either side may be started first
+    options.retry_interval_s = 0.1;  // either side may start first
     return std::make_unique<RemoteSegmenter>(remote, options);
   }
 #endif

@@ -14,7 +14,7 @@
 
 namespace dynfilter::tools {
 
-/// A segmenter that works on images, by the options that choose it.
+/// Chooses a segmenter that works on images.
 struct SegmenterSpec {
   std::filesystem::path remote;  ///< socket of another process
   double remote_timeout_s = 1.0;
@@ -22,14 +22,14 @@ struct SegmenterSpec {
 
   bool is_nobody() const { return remote.empty() && model.empty(); }
 
-  /// For results and messages.
+  /// Returns the segmenter's name for results and messages.
   std::string name() const;
 
-  /// Throws what the segmenters' constructors throw.
+  /// Makes the segmenter. Throws what the segmenters' constructors throw.
   std::unique_ptr<Segmenter> make() const;
 };
 
-/// --remote, --remote-timeout, --model, as far as this build has them.
+/// Adds --remote, --remote-timeout and --model, if this build supports them.
 void add_segmenter_options(CLI::App& command, SegmenterSpec& segmenter);
 
 }  // namespace dynfilter::tools

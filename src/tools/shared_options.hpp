@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Options that several sub-commands have.
+// Options shared by several sub-commands.
 
 #ifndef DYNFILTER_SRC_TOOLS_SHARED_OPTIONS_HPP
 #define DYNFILTER_SRC_TOOLS_SHARED_OPTIONS_HPP

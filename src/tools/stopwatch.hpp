@@ -14,10 +14,10 @@
 
 namespace dynfilter::tools {
 
-/// Times of one piece of work, a value a frame, in milliseconds.
+/// Times of one stage of work, a value a frame, in milliseconds.
 class Times {
  public:
-  /// Runs the work, notes how long it took, and hands its result on.
+  /// Runs the work, records its time and returns its result.
   template <class Work>
   decltype(auto) measure(Work&& work) {
     const Note note(*this);
@@ -28,7 +28,7 @@ class Times {
 
   bool empty() const { return values_ms_.empty(); }
 
-  /// The value below which that share of the frames lies (nearest rank).
+  /// Returns the value that this share of the frames does not exceed (nearest rank).
   double quantile_ms(double share) const {
     std::vector<double> sorted = values_ms_;
     std::sort(sorted.begin(), sorted.end());
@@ -49,7 +49,7 @@ class Times {
   std::vector<double> values_ms_;
 };
 
-/// A stage of a pipeline whose time is noted. The times are the caller's.
+/// Measures a pipeline's stage. The caller owns the times.
 template <class Stage>
 class TimedStage {
  public:

@@ -34,14 +34,14 @@ struct SynthOptions {
   SyntheticSceneOptions scene;
 };
 
-/// The name under which a frame's masks are found, whatever the age of the frame they were made of.
+/// Gives masks the time of the frame that uses them, whatever frame they were made from.
 Segmentation used_for(Segmentation segmentation, const FrameView& frame) {
   segmentation.frame_id = frame.id;
   segmentation.timestamp_s = frame.timestamp_s;
   return segmentation;
 }
 
-/// What a scene takes in its folder.
+/// Names what a scene uses in its folder.
 std::vector<std::filesystem::path> scene_names(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> names = detail::sequence_names(folder);
   for (const char* masks : {"masks", "masks_true"}) {
@@ -88,7 +88,7 @@ std::string level_list() {
   return text;
 }
 
-/// Options that a level sets and that are set again where they were given beside it.
+/// Options that a level sets and that the command line overrides.
 struct Given {
   std::string level;
   std::uint64_t seed = 1;

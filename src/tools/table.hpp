@@ -11,14 +11,14 @@
 
 namespace dynfilter::tools {
 
-/// A table for a person to read, on a terminal or on a page.
+/// A table for people, on a terminal or on a page.
 struct Table {
   std::string title;
   std::vector<std::string> header;             ///< the first column names the row
-  std::vector<std::vector<std::string>> rows;  ///< as many cells as the header has
+  std::vector<std::vector<std::string>> rows;  ///< as many cells as the header
 };
 
-/// With the first column to the left, the others to the right.
+/// Formats the table: first column left-aligned, the others right-aligned.
 inline std::string text_of(const Table& table) {
   std::vector<std::size_t> widths;
   for (std::size_t k = 0; k < table.header.size(); ++k) {

@@ -12,8 +12,8 @@
 
 namespace dynfilter::tools {
 
-/// Says in one line what was wrong with a trajectory file and what became of it; empty where
-/// nothing was.
+/// Says in one line what was wrong with a trajectory file and how it was handled; empty if nothing
+/// was wrong.
 inline std::string trajectory_note(const std::filesystem::path& file,
                                    const TrajectoryFlaws& flaws) {
   std::string text;

@@ -11,25 +11,26 @@
 namespace dynfilter::scene {
 namespace {
 
-// The sensor: projector 7.5 cm to the right of a camera of 580 px, disparity in eighths of a pixel.
-// A step of disparity is then 2.9e-3 z^2 metres.
+// The sensor: a projector 7.5 cm to the right of a camera of 580 px, with disparity in eighths of a
+// pixel. One step of disparity is 2.9e-3 z^2 metres.
 constexpr double baseline_m = 0.075;
 constexpr double sensor_focal_px = 580;
 constexpr double steps_a_pixel = 8;
 
-constexpr double noise_px = 0.10;        // of disparity, in patches
-constexpr double step_share = 0.06;      // a jump of 1/z by that share is a depth step
-constexpr float filled_shadow = -0.10F;  // noise above it: the sensor's window bridges the shadow
-constexpr float lost_step = 0.55F;       // noise above it: nothing is measured at a depth step
-constexpr float hole = 0.49F;            // noise above it: a hole, at 2 m
+constexpr double noise_px = 0.10;    // standard deviation of the disparity, in patches
+constexpr double step_share = 0.06;  // a relative change of 1/z that makes a depth step
+constexpr float filled_shadow =
+    -0.10F;                         // with noise above it, the sensor's window bridges the shadow
+constexpr float lost_step = 0.55F;  // with noise above it, nothing is measured at a depth step
+constexpr float hole = 0.49F;       // with noise above it, a pixel at 2 m is a hole
 
-/// Noise whose patches have that size on an image of 640 pixels' width.
+/// Makes noise with patches of this size, given for an image 640 pixels wide.
 cv::Mat1f patches(cv::Size size, double cell_px, std::uint64_t key) {
   return noise_field(size, std::max(1, static_cast<int>(std::lround(cell_px * size.width / 640.0))),
                      key);
 }
 
-/// What may go wrong, drawn anew for every frame.
+/// Holds the noise that disturbs one frame.
 struct Disturbance {
   Disturbance(cv::Size size, bool with_fringe, std::uint64_t key)
       : disparity(patches(size, 4, make_key(key, 1))),
@@ -45,8 +46,9 @@ struct Disturbance {
   cv::Mat1f disparity, shift_x, shift_y, edges, shadow, holes, fringe;
 };
 
-/// The projector is right of the camera, so a near surface hides from it what lies left of its left
-/// edge. In a row, walked from the right, the projector's column of visible points falls.
+/// Marks the pixels that the projector does not light. It stands right of the camera, so a near
+/// surface hides what lies left of its left edge: along a row, from right to left, the projector's
+/// column of visible points falls.
 void cast_shadow(const cv::Mat1f& depth, double focal_baseline, int y, cv::Mat1b& shadow) {
   double leftmost = no_hit;
   for (int x = depth.cols - 1; x >= 0; --x) {
@@ -56,7 +58,7 @@ void cast_shadow(const cv::Mat1f& depth, double focal_baseline, int y, cv::Mat1b
   }
 }
 
-/// Whether the depth jumps within two pixels (at 640 pixels' width) of this one.
+/// Tells whether depth jumps within two pixels (at 640 pixels' width) of this one.
 bool at_step(const cv::Mat1f& depth, int reach, int x, int y) {
   const float here = depth(y, x);
   const auto jumps = [&](int column, int row) {
@@ -67,7 +69,7 @@ bool at_step(const cv::Mat1f& depth, int reach, int x, int y) {
   return jumps(x - reach, y) || jumps(x + reach, y) || jumps(x, y - reach) || jumps(x, y + reach);
 }
 
-/// Whether this surface ends within `reach` pixels before one that is farther away.
+/// Tells whether this surface ends within `reach` pixels, before a farther one.
 bool ends_within(const cv::Mat1f& depth, int reach, int x, int y) {
   const float farther = depth(y, x) * static_cast<float>(1 + 2 * step_share);
   for (int step = 1; step <= reach; ++step) {

@@ -14,7 +14,7 @@ namespace dynfilter::scene {
 
 constexpr double depth_units_per_metre = 5000;
 
-/// Depth as of a Kinect of the first kind, registered to the colour image: CV_16UC1.
+/// Measures depth as the first Kinect does, registered to the colour image: CV_16UC1.
 cv::Mat1w measure_depth(const Rendering& rendering, const CameraParameters& camera,
                         const SyntheticSceneOptions& options, std::uint64_t key);
 

@@ -12,7 +12,7 @@
 namespace dynfilter::scene {
 namespace {
 
-/// Every person is missed at times of its own.
+/// Tells whether the detector misses the person; each person is missed at other times.
 bool is_missed(const SyntheticSceneOptions& options, int person, int frame) {
   const std::uint64_t start = make_key(options.seed, Stream::missed, person);
   const auto period = static_cast<std::uint64_t>(missed_period_frames);
@@ -20,7 +20,7 @@ bool is_missed(const SyntheticSceneOptions& options, int person, int frame) {
   return place < static_cast<std::uint64_t>(options.missed_frames);
 }
 
-/// One instance for both, as of a detector that takes two persons for one.
+/// Merges two instances into one, as a detector does that takes two persons for one.
 Instance merged(const Instance& a, const Instance& b, cv::Size size) {
   cv::Mat1b mask(size, std::uint8_t{0});
   for (const Instance* instance : {&a, &b}) {
@@ -33,14 +33,15 @@ Instance merged(const Instance& a, const Instance& b, cv::Size size) {
   return both;
 }
 
-/// Joins instances whose boxes overlap until no two do. The joint one stands where the better was.
+/// Merges instances whose boxes overlap until no two do. A merged one takes the place of the better
+/// one.
 void merge_overlapping(std::vector<Instance>& found, cv::Size size) {
   for (std::size_t i = 0; i < found.size(); ++i) {
     for (std::size_t j = i + 1; j < found.size(); ++j) {
       if ((found[i].box & found[j].box).empty()) continue;
       found[i] = merged(found[i], found[j], size);
       found.erase(found.begin() + static_cast<std::ptrdiff_t>(j));
-      j = i;  // the box has grown: look at all again
+      j = i;  // the box has grown: compare with all again
     }
   }
 }

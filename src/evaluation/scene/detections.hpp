@@ -14,8 +14,8 @@ namespace dynfilter::scene {
 
 constexpr int missed_period_frames = 30;
 
-/// What the options let a network find in a frame whose surfaces (SurfaceId) are given, by falling
-/// score.
+/// Returns the instances that the options let a network find in a frame, by falling score.
+/// `surface` holds the frame's SurfaceIds.
 std::vector<Instance> detections(const SyntheticSceneOptions& options, int frame,
                                  const cv::Mat1i& surface);
 

@@ -15,13 +15,15 @@ cv::Vec3d unit_axis(int axis, double length) {
   return vector;
 }
 
-/// The texture of a face lies upright: u along the floor, v downwards.
+/// Sets the texture coordinates of a face, upright: u along the floor, v downwards.
 void set_face_coordinates(SurfacePoint& surface, const cv::Vec3d& local, int axis) {
   surface.u = axis == 0 ? local[1] : local[0];
   surface.v = axis == 2 ? local[1] : -local[2];
 }
 
-/// The first root of the sphere |origin + t direction - (0, 0, z)| = radius, or no_hit.
+/// Returns the first root of the sphere
+/// origin + t direction - (0, 0, z)
+/// = radius, or no_hit.
 double sphere_hit(const cv::Vec3d& origin, const cv::Vec3d& direction, double z, double radius) {
   const cv::Vec3d from(origin[0], origin[1], origin[2] - z);
   const double a = direction.dot(direction);
@@ -33,7 +35,8 @@ double sphere_hit(const cv::Vec3d& origin, const cv::Vec3d& direction, double z,
   return t > 0 ? t : no_hit;
 }
 
-/// The first hit of the cone x^2 + y^2 = (1 + slope z)^2 between z = 0 and `length`, or no_hit.
+/// Returns the first hit of the cone x^2 + y^2 = (1 + slope z)^2 between z = 0 and `length`, or
+/// no_hit.
 double cone_hit(const cv::Vec3d& o, const cv::Vec3d& d, double slope, double length) {
   const double radius = 1 + slope * o[2];
   const double change = slope * d[2];
@@ -103,7 +106,7 @@ SurfacePoint Block::surface(const cv::Vec3d& point, int face) const {
   surface.normal = {cosine * normal[0] - sine * normal[1], sine * normal[0] + cosine * normal[1],
                     normal[2]};
   set_face_coordinates(surface, local, face / 2);
-  // So that the faces of one block, and equal blocks, do not look the same.
+  // An offset, so that the faces of a block, and equal blocks, look different.
   surface.u += 0.37 * face + centre[0];
   surface.v += 0.23 * face + centre[2];
   return surface;

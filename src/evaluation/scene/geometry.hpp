@@ -12,7 +12,8 @@ namespace dynfilter::scene {
 
 constexpr double no_hit = std::numeric_limits<double>::infinity();
 
-/// Points origin + t * direction. A camera's rays have a direction of depth 1, so t is the depth.
+/// A ray: points origin + t * direction. A camera's rays have a direction of depth 1, so t is the
+/// depth.
 struct Ray {
   cv::Vec3d origin;
   cv::Vec3d direction;
@@ -25,14 +26,14 @@ struct Sphere {
   double radius = 0;
 };
 
-/// A place on a surface: the normal, and the coordinates of its texture in metres.
+/// A point of a surface: its normal, and its texture coordinates in metres.
 struct SurfacePoint {
   cv::Vec3d normal;
   double u = 0;
   double v = 0;
 };
 
-/// A hit of a body with flat faces: face 2k is the one at the low end of axis k, 2k+1 the high one.
+/// A hit on a body with flat faces: face 2k is at the low end of axis k, 2k+1 at the high end.
 struct FaceHit {
   double t = no_hit;
   int face = 0;
@@ -43,7 +44,7 @@ struct RoomBox {
   cv::Vec3d low;
   cv::Vec3d high;
 
-  /// Where a ray that starts inside leaves.
+  /// Returns the face through which a ray that starts inside leaves.
   FaceHit hit(const Ray& ray) const;
   SurfacePoint surface(const cv::Vec3d& point, int face) const;
 };
@@ -68,14 +69,14 @@ struct Block {
 class Limb {
  public:
   Limb() = default;
-  /// `half_widths` are those along `side` and across it at the base, `cap` is the height of the
-  /// rounded ends; `taper` is the section at the tip in units of that at the base.
+  /// Takes the half widths along `side` and across it at the base, and the height `cap` of the
+  /// rounded ends. `taper` is the section at the tip relative to the base.
   Limb(const cv::Vec3d& base, const cv::Vec3d& tip, const cv::Vec3d& side, cv::Vec2d half_widths,
        double cap, double taper);
 
-  /// The first t of a ray that starts outside, or no_hit.
+  /// Returns the first t of a ray that starts outside, or no_hit.
   double hit(const Ray& ray) const;
-  /// u runs round the limb from its front, v from the base to the tip.
+  /// Returns the surface at a point: u runs around the limb from its front, v from base to tip.
   SurfacePoint surface(const cv::Vec3d& point) const;
   Sphere bounds() const;
 

@@ -15,13 +15,14 @@
 namespace dynfilter::scene {
 namespace {
 
-constexpr int network_side = 138;                  // of YOLACT's prototypes
-constexpr double min_share = 200.0 / (640 * 480);  // of the image, for a person to be found
+constexpr int network_side = 138;  // the side of YOLACT's prototypes
+constexpr double min_share =
+    200.0 / (640 * 480);  // the smallest visible share of the image at which a person is found
 constexpr double limbs_missing_s = 0.4;
 
 using Regions = std::array<bool, limb_regions + 1>;  // by BodyRegion
 
-/// Which parts of a person a mask misses at a time: all of them where it is empty.
+/// Returns the parts of a person that the mask misses now; all of them while the mask is empty.
 Regions missing_regions(const SyntheticSceneOptions& options, int person, double elapsed_s) {
   const std::uint64_t key = make_key(options.seed, Stream::mask_limbs, person);
   const auto slot = static_cast<std::int64_t>(std::floor(elapsed_s / limbs_missing_s + unit(key)));
@@ -46,7 +47,7 @@ Regions missing_regions(const SyntheticSceneOptions& options, int person, double
   return missing;
 }
 
-/// The share of each of the network's cells that the person covers, missing limbs left out.
+/// Computes the share of each of the network's cells that the person covers, without missing limbs.
 cv::Mat1f covered_cells(const cv::Mat1i& surface, int person, const std::vector<BodyPart>& body,
                         const Regions& missing) {
   cv::Mat1f covered(network_side, network_side, 0.0F);
@@ -62,7 +63,7 @@ cv::Mat1f covered_cells(const cv::Mat1i& surface, int person, const std::vector<
       if (!missing[static_cast<std::size_t>(body[part].region)]) covered(row, column) += 1;
     }
   }
-  // A small image has fewer rows than the network: a cell without a pixel copies its neighbour.
+  // A small image has fewer rows than the network, so a cell without a pixel copies its neighbour.
   for (int y = 0; y < network_side; ++y) {
     for (int x = 0; x < network_side; ++x) {
       if (total(y, x) > 0)
@@ -76,7 +77,7 @@ cv::Mat1f covered_cells(const cv::Mat1i& surface, int person, const std::vector<
   return covered;
 }
 
-/// Weights 1 2 1 in both directions, divided by 16.
+/// Blurs with the weights 1 2 1 in both directions, divided by 16.
 cv::Mat1f blurred(const cv::Mat1f& cells) {
   cv::Mat1f out(cells.size());
   for (int y = 0; y < cells.rows; ++y) {
@@ -95,7 +96,7 @@ cv::Mat1f blurred(const cv::Mat1f& cells) {
   return out;
 }
 
-/// The cells scaled up to the image (bilinear), cut at 0.5 and at the box.
+/// Scales the cells up to the image (bilinear) and cuts them at 0.5 and at the box.
 cv::Mat1b cut_mask(const cv::Mat1f& cells, cv::Size size, const cv::Rect& box) {
   cv::Mat1b mask(size, std::uint8_t{0});
   const auto place = [](int pixel, int pixels, float* fraction) {
@@ -119,7 +120,8 @@ cv::Mat1b cut_mask(const cv::Mat1f& cells, cv::Size size, const cv::Rect& box) {
   return mask;
 }
 
-/// The detector's box: the true one, each side off by up to three pixels (at 640 pixels' width).
+/// Returns a detector's box: the true box with each side off by up to three pixels (at 640 pixels'
+/// width).
 cv::Rect jittered_box(const cv::Rect& box, cv::Size size, std::uint64_t key) {
   const double reach = 3.0 * size.width / 640.0;
   const auto off = [&](int side) {

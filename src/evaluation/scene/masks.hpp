@@ -11,11 +11,11 @@
 
 namespace dynfilter::scene {
 
-/// The exact silhouettes of all persons of whom a pixel is visible, by person.
+/// Returns the exact silhouettes of all persons with a visible pixel, ordered by person.
 std::vector<Instance> true_instances(const cv::Mat1i& surface, int persons);
 
-/// What a network of a low resolution that misses limbs makes of them, by falling score. Persons of
-/// whom little is visible are not found.
+/// Returns what a network of low resolution that misses limbs finds, by falling score. It misses
+/// persons who are hardly visible.
 std::vector<Instance> poor_instances(const SyntheticSceneOptions& options, int frame,
                                      const cv::Mat1i& surface, const std::vector<Instance>& truth);
 

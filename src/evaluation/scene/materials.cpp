@@ -17,7 +17,7 @@ const Colour ink(45, 40, 38);
 const Colour paper(222, 228, 230);
 const Colour grey_tint(1.0F, 1.0F, 1.0F);
 
-/// A colour of a small palette that looks like printed matter.
+/// Picks a colour from a small palette that looks like printed matter.
 Colour print_colour(std::uint64_t key) {
   static const std::array<Colour, 8> palette = {
       Colour(60, 70, 190),  Colour(170, 110, 40), Colour(70, 150, 90),  Colour(40, 170, 215),
@@ -25,7 +25,7 @@ Colour print_colour(std::uint64_t key) {
   return palette[mix(key) % palette.size()];
 }
 
-/// A framed poster: writing, a picture of discs and bars, or a mosaic.
+/// Paints a framed poster: writing, a picture of discs and bars, or a mosaic.
 void poster(Canvas& canvas, cv::Rect area, std::uint64_t key) {
   canvas.rectangle(area, ink);
   const cv::Rect sheet(area.x + 4, area.y + 4, area.width - 8, area.height - 8);
@@ -59,7 +59,7 @@ void poster(Canvas& canvas, cv::Rect area, std::uint64_t key) {
   }
 }
 
-/// Courses of bricks, no two quite alike.
+/// Paints courses of bricks, no two quite alike.
 void bricks(Canvas& canvas, cv::Rect area, std::uint64_t key) {
   constexpr int width = 64;
   constexpr int height = 24;
@@ -76,7 +76,7 @@ void bricks(Canvas& canvas, cv::Rect area, std::uint64_t key) {
   }
 }
 
-/// The four walls, one beside the other: plaster above bricks, posters in a loose row, stickers.
+/// Paints the four walls side by side: plaster above bricks, posters in a loose row, stickers.
 Canvas wall(std::uint64_t key) {
   Canvas canvas({2048, 1024}, {168, 182, 188});
   bricks(canvas, {0, 436, 2048, 588}, make_key(key, 1));
@@ -169,7 +169,7 @@ Canvas plain(cv::Size size, Colour colour, float amplitude, std::uint64_t key) {
   return canvas;
 }
 
-/// A plaid or a striped shirt with a print on the chest, which is at u = 0.
+/// Paints a plaid or striped shirt with a print on the chest, which is at u = 0.
 Canvas shirt(int person, std::uint64_t key) {
   static const std::array<std::array<Colour, 3>, 4> designs = {{
       {Colour(52, 56, 176), Colour(34, 34, 92), Colour(196, 206, 218)},
@@ -215,7 +215,7 @@ Canvas trousers(int person, std::uint64_t key) {
   return canvas;
 }
 
-/// Skin with a face at u = 0, v = 0 being the middle of the head.
+/// Paints skin with a face at u = 0; v = 0 is the middle of the head.
 Canvas skin(int person, std::uint64_t key) {
   const Colour tone = person % 2 == 0 ? Colour(138, 168, 214) : Colour(92, 124, 172);
   Canvas canvas({512, 256}, tone);

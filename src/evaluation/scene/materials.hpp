@@ -11,14 +11,14 @@
 
 namespace dynfilter::scene {
 
-/// What the room and its furniture are made of; each is one texture.
+/// The materials of the room and its furniture; each is one texture.
 enum class Material : std::uint8_t { wall, floor, ceiling, wood, cardboard, books, screen, cloth };
 constexpr int materials = 8;
 
-/// The texture of a material, its differences from the mean colour scaled by `contrast`.
+/// Paints the texture of a material; `contrast` scales the differences from its mean colour.
 Texture paint_material(Material material, double contrast, std::uint64_t seed);
 
-/// The texture of a garment of a person.
+/// Paints the texture of a person's garment.
 Texture paint_garment(Garment garment, int person, std::uint64_t seed);
 
 }  // namespace dynfilter::scene

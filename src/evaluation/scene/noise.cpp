@@ -9,7 +9,7 @@
 namespace dynfilter::scene {
 namespace {
 
-/// How far a pixel lies between two nodes, eased so that the noise has no creases.
+/// Returns each pixel's position between two nodes, eased so that the noise has no creases.
 std::vector<float> eased_fractions(int cell) {
   std::vector<float> eased(static_cast<std::size_t>(cell));
   for (int i = 0; i < cell; ++i) {
@@ -30,7 +30,7 @@ void add_noise(cv::Mat1f& field, int cell, float amplitude, std::uint64_t key) {
   const std::vector<float> eased = eased_fractions(cell);
   const int columns = (field.cols + cell - 1) / cell;
   const int rows = (field.rows + cell - 1) / cell;
-  // A range is a band of node rows, so that every node is hashed about twice and no more.
+  // A range is a band of node rows, so each node is hashed at most about twice.
   cv::parallel_for_(cv::Range(0, rows), [&](const cv::Range& bands) {
     std::vector<float> upper(static_cast<std::size_t>(columns) + 1);
     std::vector<float> lower(upper.size());

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Random numbers that are a pure function of (seed, what, where): nothing here has a state, so a
-// result depends neither on the order of calls nor on the number of threads.
+// Random numbers as pure functions of (seed, use, place). Nothing here has a state, so results
+// depend neither on the order of calls nor on the number of threads.
 
 #ifndef DYNFILTER_SRC_EVALUATION_SCENE_NOISE_HPP
 #define DYNFILTER_SRC_EVALUATION_SCENE_NOISE_HPP
@@ -13,7 +13,7 @@
 
 namespace dynfilter::scene {
 
-/// What a random number is for, so that no two uses share one.
+/// The uses of random numbers; no two uses share a number.
 enum class Stream : std::uint64_t {
   wall = 1,
   floor,
@@ -35,7 +35,7 @@ enum class Stream : std::uint64_t {
   exposure
 };
 
-/// The finaliser of splitmix64 (Steele, Lea and Flood 2014): a bijection that mixes all 64 bits.
+/// Mixes all 64 bits by the finaliser of splitmix64 (Steele, Lea and Flood 2014), a bijection.
 inline std::uint64_t mix(std::uint64_t x) {
   x += 0x9e3779b97f4a7c15ULL;
   x = (x ^ (x >> 30U)) * 0xbf58476d1ce4e5b9ULL;
@@ -43,7 +43,7 @@ inline std::uint64_t mix(std::uint64_t x) {
   return x ^ (x >> 31U);
 }
 
-/// One key out of a seed and any number of integers.
+/// Makes one key from a seed and any number of integers.
 template <class... Numbers>
 std::uint64_t make_key(std::uint64_t seed, Numbers... numbers) {
   std::uint64_t key = mix(seed);
@@ -51,19 +51,19 @@ std::uint64_t make_key(std::uint64_t seed, Numbers... numbers) {
   return key;
 }
 
-/// A number in [0, 1) for a key.
+/// Returns the number in [0, 1) that belongs to a key.
 inline double unit(std::uint64_t key) { return static_cast<double>(mix(key) >> 11U) * 0x1.0p-53; }
 
-/// A number in [low, high) for a key.
+/// Returns the number in [low, high) that belongs to a key.
 inline double between(std::uint64_t key, double low, double high) {
   return low + (high - low) * unit(key);
 }
 
-/// Adds smooth value noise of [-amplitude, amplitude] whose grid has a node every `cell` pixels.
-/// Seamless at the borders where `cell` divides the size. O(pixels).
+/// Adds smooth value noise in [-amplitude, amplitude]; its grid has a node every `cell` pixels.
+/// Seamless at the borders if `cell` divides the size. O(pixels).
 void add_noise(cv::Mat1f& field, int cell, float amplitude, std::uint64_t key);
 
-/// A field of smooth noise in [-1, 1].
+/// Makes a field of smooth noise in [-1, 1].
 cv::Mat1f noise_field(cv::Size size, int cell, std::uint64_t key);
 
 }  // namespace dynfilter::scene

@@ -16,16 +16,17 @@ constexpr double shin_m = 0.42;
 constexpr double ankle_m = 0.09;
 constexpr double stride_m = 1.30;
 
-/// Where a person is on the way, which goes to and fro along the world's x.
+/// A person's state on the way, which leads back and forth along the world's x.
 struct Walk {
   cv::Vec2d place;
   cv::Vec2d forward;   // unit
   double pace = 0;     // 0 standing to 1 at full speed
-  double swing = 1;    // of limbs and shoulders, 1 as in a brisk walk
-  double covered = 0;  // metres walked, which drives the legs, so that feet do not slide
+  double swing = 1;    // of limbs and shoulders; 1 = a brisk walk
+  double covered = 0;  // metres walked; they drive the legs, so that feet do not slide
 };
 
-/// A triangle wave with rounded corners: even pace, and a turn of a few tenths of a second.
+/// Follows a triangle wave with rounded corners: an even pace, and turns of a few tenths of a
+/// second.
 Walk walk_at(const SyntheticSceneOptions& options, int person, double elapsed_s) {
   constexpr double sharpness = 0.96;
   const double slowest = std::sqrt(1 - sharpness * sharpness);
@@ -45,7 +46,7 @@ Walk walk_at(const SyntheticSceneOptions& options, int person, double elapsed_s)
   const double rank = person - 0.5 * (options.persons - 1);
   walk.place = {x + 0.54 * rank,
                 options.person_distance_m + 0.28 * (person % 2) + 0.05 * (person / 2)};
-  // A person who turns faces the camera half-way, and looks a little towards it all the time.
+  // A person who turns faces the camera half-way, and always looks a little towards it.
   walk.forward = {speed, -0.30 - slowest * (1 - std::abs(speed))};
   walk.forward *= 1 / std::sqrt(walk.forward.dot(walk.forward));
   walk.pace = std::abs(speed);
@@ -54,7 +55,7 @@ Walk walk_at(const SyntheticSceneOptions& options, int person, double elapsed_s)
   return walk;
 }
 
-/// Angles of one side of the body in its plane of walking, from hanging down, forward positive.
+/// Joint angles of one side of the body in the walking plane: 0 hangs down, forward is positive.
 struct Stride {
   double thigh = 0, shin = 0, upper_arm = 0, forearm = 0;
 };
@@ -70,7 +71,7 @@ Stride stride_at(double phase, const Walk& walk) {
   return stride;
 }
 
-/// Builds the parts of a body whose size is `scale` times that of a person of 1.75 m.
+/// Builds the parts of a body that is `scale` times as tall as a person of 1.75 m.
 class Body {
  public:
   Body(const Walk& walk, double scale)
@@ -98,7 +99,7 @@ class Body {
     return thigh_m * std::cos(stride.thigh) + shin_m * std::cos(stride.shin);
   }
 
-  /// A point by its distances forward, to the left and above the floor.
+  /// Returns the point at these distances forward, to the left and above the floor.
   cv::Vec3d point(double forward, double left, double up) const {
     return ground_ + (forward_ * forward + left_ * left + cv::Vec3d(0, 0, up)) * scale_;
   }

@@ -14,11 +14,12 @@
 
 namespace dynfilter::scene {
 
-/// What a part wears; each is one texture of the person's.
+/// The garments of a person; each is one texture.
 enum class Garment : std::uint8_t { shirt, trousers, skin, hair, shoe };
 constexpr int garments = 5;
 
-/// What a segmenter misses as a whole. The torso comes first and is not counted as a limb.
+/// The regions that a segmenter misses as a whole. The torso comes first and does not count as a
+/// limb.
 enum class BodyRegion : std::uint8_t {
   torso,
   head,
@@ -40,13 +41,13 @@ struct BodyPart {
   cv::Vec2d texture_offset_m;
 };
 
-/// The body of a person some seconds after frame 0, in the world (z up, floor at 0). Always the
-/// same number of parts, in the same order.
+/// Returns a person's body some seconds after frame 0, in the world (z up, floor at 0). The number
+/// and the order of the parts are always the same.
 std::vector<BodyPart> body_at(const SyntheticSceneOptions& options, int person, double elapsed_s);
 
 using Bodies = std::vector<std::vector<BodyPart>>;
 
-/// All of them.
+/// Returns the bodies of all persons.
 Bodies bodies_at(const SyntheticSceneOptions& options, double elapsed_s);
 
 }  // namespace dynfilter::scene

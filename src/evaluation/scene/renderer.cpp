@@ -14,7 +14,7 @@ namespace {
 
 constexpr int tile_px = 16;
 
-/// The bodies that may be seen in each tile of the image, so that a ray tries few of them.
+/// Lists the bodies that may be visible in each tile of the image, so that a ray tests few of them.
 class Tiles {
  public:
   Tiles(const CameraParameters& camera, const CameraPose& pose)
@@ -48,7 +48,8 @@ class Tiles {
   }
 
  private:
-  /// Tiles that the cube round a sphere covers along one axis of the image, with a pixel to spare.
+  /// Returns the tiles that the cube around a sphere covers along one image axis, with a margin of
+  /// one pixel.
   static cv::Range span(double centre, double depth, double radius, double focal, double principal,
                         int count) {
     const double low = centre - radius;
@@ -94,7 +95,7 @@ class View {
     return {pose_.translation, pose_.rotation * in_camera};
   }
 
-  /// The first surface on a ray through pixel (x, y) or near it.
+  /// Returns the first surface on a ray through pixel (x, y) or near it.
   Hit trace(const Ray& ray, int x, int y) const {
     const FaceHit room = world_.room.hit(ray);
     Hit nearest{room.t, SurfaceId::room(room.face)};
@@ -110,7 +111,7 @@ class View {
     return nearest;
   }
 
-  /// Colour of what a ray met, and the cosine at which it did.
+  /// Returns the colour at a hit and the cosine of the angle of incidence.
   cv::Vec3f shade(const Ray& ray, const Hit& hit, double* facing) const {
     const cv::Vec3d point = ray.at(hit.t);
     SurfacePoint surface;
@@ -158,7 +159,7 @@ class View {
 
   static cv::Vec3d lamp_direction() { return {-0.48, -0.60, 0.64}; }
 
-  /// Corners of the room get less light.
+  /// Returns the share of light that reaches a point: the room's corners get less.
   double corner_shade(const cv::Vec3d& point) const {
     double shade = 1;
     for (int axis = 0; axis < 3; ++axis) {
@@ -195,7 +196,7 @@ bool on_edge(const cv::Mat1i& surface, int x, int y) {
          (y + 1 < surface.rows && surface(y + 1, x) != id);
 }
 
-/// Pixels where two surfaces meet become the mean of 2x2 rays.
+/// Replaces pixels where two surfaces meet by the mean of 2x2 rays.
 void smooth_row(const View& view, int y, Rendering& out) {
   for (int x = 0; x < out.colour.cols; ++x) {
     if (!on_edge(out.surface, x, y)) continue;

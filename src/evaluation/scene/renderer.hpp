@@ -13,7 +13,8 @@
 
 namespace dynfilter::scene {
 
-/// What a pixel's ray met: a room face, a face of a block, or a part of a person.
+/// The surface that a pixel's ray hits: a face of the room, a face of a block, or a part of a
+/// person.
 class SurfaceId {
  public:
   static int room(int face) { return face; }
@@ -29,7 +30,7 @@ class SurfaceId {
   static constexpr int parts_a_person = 64;
 };
 
-/// What the camera sees, before any sensor.
+/// The camera's view before any sensor.
 struct Rendering {
   cv::Mat3f colour;   // BGR, 0 to 255, edges smoothed
   cv::Mat1f depth;    // metres along the optical axis, at the pixel's centre
@@ -40,11 +41,11 @@ struct Rendering {
 Rendering render(const World& world, const Bodies& bodies, const CameraParameters& camera,
                  const CameraPose& pose);
 
-/// The surfaces alone, in a third of the time.
+/// Renders the surfaces only, in a third of the time.
 cv::Mat1i render_surfaces(const World& world, const Bodies& bodies, const CameraParameters& camera,
                           const CameraPose& pose);
 
-/// The colour image: amplified, noise of the sensor added, rounded to bytes.
+/// Exposes the colour image: amplifies it, adds the sensor's noise and rounds to bytes.
 cv::Mat3b expose(const cv::Mat3f& colour, float gain, std::uint64_t key);
 
 }  // namespace dynfilter::scene

@@ -25,7 +25,7 @@ cv::Mat3b to_bytes(const cv::Mat3f& pixels) {
   return bytes;
 }
 
-/// Half the size in both directions: the rounded mean of four.
+/// Halves both sides of the image: each pixel is the rounded mean of four.
 cv::Mat3b halved(const cv::Mat3b& image) {
   cv::Mat3b half(image.rows / 2, image.cols / 2);
   for (int y = 0; y < half.rows; ++y) {

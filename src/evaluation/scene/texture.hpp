@@ -11,16 +11,17 @@
 
 namespace dynfilter::scene {
 
-/// A texture that repeats, with its smaller copies: what is far away is read from a smaller one, so
-/// that it does not flicker from frame to frame.
+/// A repeating texture with its smaller copies (mipmaps). Distant surfaces read from a smaller
+/// copy, so that they do not flicker from frame to frame.
 class Texture {
  public:
-  /// From BGR values of 0 to 255; both sides powers of two. `texel_m` is the side of a texel.
+  /// Takes BGR values from 0 to 255; both sides must be powers of two. `texel_m` is the side of a
+  /// texel.
   Texture(const cv::Mat3f& pixels, double texel_m);
 
   double texel_m() const { return texel_m_; }
 
-  /// The colour at (u, v) metres, averaged over about `footprint_m`.
+  /// Returns the colour at (u, v) metres, averaged over about `footprint_m`.
   cv::Vec3f sample(double u, double v, double footprint_m) const;
 
  private:
@@ -28,7 +29,7 @@ class Texture {
   double texel_m_;
 };
 
-/// What textures are painted on: BGR values, coordinates in texels, everything wraps around.
+/// A canvas for painting textures: BGR values, coordinates in texels, wrapping at the borders.
 class Canvas {
  public:
   Canvas(cv::Size size, cv::Vec3f colour);
@@ -36,14 +37,14 @@ class Canvas {
   cv::Mat3f& pixels() { return pixels_; }
   cv::Size size() const { return pixels_.size(); }
 
-  /// Noise of equal strength in every octave from `coarsest` texels down to 2: about 1/f. `tint`
-  /// says how strongly each channel follows it.
+  /// Adds noise of equal strength in every octave from `coarsest` texels down to 2 (about 1/f).
+  /// `tint` says how strongly each channel follows it.
   void noise(int coarsest, float amplitude, cv::Vec3f tint, std::uint64_t key);
   void rectangle(cv::Rect area, cv::Vec3f colour, float opacity = 1.0F);
   void disc(cv::Point centre, int radius, cv::Vec3f colour, float opacity = 1.0F);
-  /// Square cells, each of a random mixture of two colours.
+  /// Paints square cells, each a random mixture of two colours.
   void mosaic(cv::Rect area, int cell, cv::Vec3f first, cv::Vec3f second, std::uint64_t key);
-  /// Rows of short strokes, as of a printed page.
+  /// Paints rows of short strokes that look like a printed page.
   void writing(cv::Rect area, int line_height, cv::Vec3f colour, std::uint64_t key);
   /// Scales the differences from the mean colour.
   void contrast(double factor);

@@ -27,7 +27,7 @@ Block block(cv::Vec3d foot, cv::Vec3d size, double turn_deg, Material material) 
   return made;
 }
 
-/// A table with what lies on it; `foot` is below its middle.
+/// Adds a table and the things on it; `foot` is the floor point below its middle.
 void add_table(std::vector<Block>& blocks, cv::Vec3d foot) {
   const auto add = [&](cv::Vec3d at, cv::Vec3d size, double turn, Material material) {
     blocks.push_back(block(foot + at, size, turn, material));
@@ -44,7 +44,8 @@ void add_table(std::vector<Block>& blocks, cv::Vec3d foot) {
   add({-0.5, -0.15, 0.75}, {0.22, 0.30, 0.05}, -12, Material::books);
 }
 
-/// Shelves at the wall, a table, boxes on the floor; places vary a little with the seed.
+/// Returns shelves at the wall, a table and boxes on the floor; their places vary a little with the
+/// seed.
 std::vector<Block> furniture(const SyntheticSceneOptions& options) {
   const double wall = options.wall_distance_m;
   const auto jitter = [&](int what) {
@@ -61,7 +62,7 @@ std::vector<Block> furniture(const SyntheticSceneOptions& options) {
   blocks.push_back(block({pile, wall - 0.45, 0}, {0.55, 0.42, 0.46}, 12, Material::cardboard));
   blocks.push_back(
       block({pile - 0.04, wall - 0.43, 0.46}, {0.38, 0.32, 0.30}, -18, Material::cardboard));
-  // A chest of drawers on the right, nearer, so that the static scene has depth of its own.
+  // A chest of drawers on the right, nearer, so that the static scene itself has depth.
   blocks.push_back(block({2.05 + jitter(5), 2.75, 0}, {0.55, 0.45, 0.86}, -20, Material::wood));
   blocks.push_back(block({2.02 + jitter(5), 2.72, 0.86}, {0.24, 0.2, 0.3}, 10, Material::books));
   blocks.push_back(block({-2.25 + jitter(6), 2.6, 0}, {0.5, 0.5, 0.55}, 30, Material::cloth));
@@ -70,8 +71,8 @@ std::vector<Block> furniture(const SyntheticSceneOptions& options) {
   return blocks;
 }
 
-/// Static things right behind and in front of the persons' way, clear of every limb. Walking, a
-/// body reaches 0.40 m from its way to either side.
+/// Adds static things right behind and in front of the persons' path, out of reach of every limb: a
+/// walking body reaches 0.40 m to either side of the path.
 void add_furniture_at_persons(std::vector<Block>& blocks, const SyntheticSceneOptions& options) {
   constexpr double reach_m = 0.40;
   const int persons = std::max(options.persons, 1);
@@ -98,7 +99,8 @@ void add_furniture_at_persons(std::vector<Block>& blocks, const SyntheticSceneOp
   blocks.push_back(block({-0.42, desk + 0.02, 0.75}, {0.26, 0.22, 0.28}, 20, Material::cardboard));
 }
 
-/// One coordinate of the camera: a slow sway, a quicker one and the tremor of a hand, at most 1.
+/// Returns one coordinate of the camera's motion, at most 1: a slow sway, a quicker one and a
+/// hand's tremor.
 double sway(std::uint64_t seed, int coordinate, double elapsed_s) {
   struct Wave {
     double hertz, share;
@@ -156,7 +158,7 @@ CameraPose camera_at(const SyntheticSceneOptions& options, double elapsed_s) {
   const auto coordinate = [&](int index, double amplitude) {
     return options.camera_motion * amplitude * sway(options.seed, index, elapsed_s);
   };
-  // Level and looking along the world's y: its columns are the camera's right, down and forward.
+  // A level camera that looks along the world's y; the columns are its right, down and forward.
   const cv::Matx33d level(1, 0, 0, 0, 0, 1, 0, -1, 0);
   const double yaw = radians(coordinate(3, 4.5));
   const double pitch = radians(coordinate(4, 3.0) - 4.0);

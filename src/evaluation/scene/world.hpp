@@ -13,7 +13,7 @@
 
 namespace dynfilter::scene {
 
-/// All that does not move, and the textures of all that does.
+/// The static world, and the textures of everything that moves.
 struct World {
   explicit World(const SyntheticSceneOptions& options);
 
@@ -23,10 +23,10 @@ struct World {
   std::vector<Texture> garments;   // by person, then Garment
 };
 
-/// The camera's gain at that time: 1 where the exposure does not change.
+/// Returns the camera's gain at this time; 1 while the exposure does not change.
 float gain_at(const SyntheticSceneOptions& options, double elapsed_s);
 
-/// The camera some seconds after frame 0: smooth sines with seeded phases.
+/// Returns the camera's pose some seconds after frame 0: smooth sines with seeded phases.
 CameraPose camera_at(const SyntheticSceneOptions& options, double elapsed_s);
 
 }  // namespace dynfilter::scene

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Which of the instances found is which of those known.
+// Associates instances found now with known ones.
 
 #ifndef DYNFILTER_SRC_SEGMENTERS_PROPAGATION_BOX_ASSOCIATION_HPP
 #define DYNFILTER_SRC_SEGMENTERS_PROPAGATION_BOX_ASSOCIATION_HPP
@@ -16,7 +16,7 @@
 
 namespace dynfilter::detail {
 
-/// Intersection over union; 0 where both are empty.
+/// Returns the intersection over union; 0 if both are empty.
 inline double box_overlap(const cv::Rect2d& a, const cv::Rect2d& b) {
   const double both = (a & b).area();
   const double either = a.area() + b.area() - both;
@@ -26,12 +26,12 @@ inline double box_overlap(const cv::Rect2d& a, const cv::Rect2d& b) {
 struct LabelledBox {
   cv::Rect2d box;
   int class_id = 0;
-  bool is_free = true;  // to be matched by its box
+  bool is_free = true;  // may be matched by its box
 };
 
-/// For each box that was found, the index of the known one of its class that it is: the pair that
-/// overlaps most first, and none below `least`. Of equal overlaps the pair of lower indices, the
-/// found one's first. O(n log n) of pairs that overlap.
+/// Returns, for each found box, the index of the known box of its class that it is associated with.
+/// Pairs with the largest overlap come first; overlaps below `min_overlap` do not count. Of equal
+/// overlaps, the lower index wins, the found one's first. O(n log n) of the pairs that overlap.
 inline std::vector<std::optional<std::size_t>> associate(const std::vector<LabelledBox>& found,
                                                          const std::vector<LabelledBox>& known,
                                                          double least) {

@@ -11,10 +11,11 @@
 namespace dynfilter::detail {
 namespace {
 
-// Of the common motion, beside 1 for a point that is right there: far from all points it decides.
+// The weight of the common motion; a point right there has 1. Far from all points the common motion
+// decides.
 constexpr float common_weight = 0.05F;
 
-/// How many nodes cover this length and a cell on either side.
+/// Returns how many nodes cover this length and one cell on either side.
 int nodes_for(float length, float cell_px) {
   return static_cast<int>(std::ceil(length / cell_px)) + 3;
 }
@@ -23,7 +24,7 @@ int nodes_for(float length, float cell_px) {
 
 struct MotionMap::Place {
   int x, y;            // the cell
-  float right, down;   // 0 to 1 within it
+  float right, down;   // position in the cell, 0 to 1
   cv::Point2f beyond;  // how far outside the grid the point lies
 };
 
@@ -61,8 +62,8 @@ cv::Point2f MotionMap::source_of(cv::Point2f point) const {
   return upper + place.down * (lower - upper) + place.beyond;
 }
 
-/// Where the mask is now, with a cell to spare: round the nodes that come from it or its
-/// surroundings.
+/// Returns bounds of the mask's present place, with a margin of one cell: around the nodes whose
+/// source is on the mask or near it.
 cv::Rect2f MotionMap::mask_bounds() const {
   const float reach = 1.5F * cell_px_;
   const cv::Rect2f source(static_cast<float>(mask_.x) - reach, static_cast<float>(mask_.y) - reach,
@@ -83,7 +84,7 @@ cv::Rect2f MotionMap::mask_bounds() const {
 
 void MotionMap::deform(const std::vector<PointMotion>& motions, cv::Point2f common, float sigma_px,
                        const cv::Size& image) {
-  // The new grid covers the mask wherever a point may have taken it, as far as the image shows it.
+  // The new grid covers every place in the image that a point may have taken the mask to.
   cv::Point2f least = common, most = common;
   for (const PointMotion& motion : motions) {
     const cv::Point2f shift = motion.shift();
@@ -97,7 +98,7 @@ void MotionMap::deform(const std::vector<PointMotion>& motions, cv::Point2f comm
   if (reach.empty()) return shift(common);
   MotionMap next = *this;
   next.origin_ = reach.tl() - cv::Point2f(cell_px_, cell_px_);
-  // A matrix of its own: a copy's elements are those of this one.
+  // A matrix of its own: a copy would share its elements.
   next.sources_ =
       cv::Mat_<cv::Point2f>(nodes_for(reach.height, cell_px_), nodes_for(reach.width, cell_px_));
 
@@ -144,7 +145,7 @@ cv::Mat MotionMap::moved(const cv::Mat& mask, const cv::Size& image, cv::Point& 
   return result;
 }
 
-/// Pixels of a row, cell by cell, for within one the source is linear in x.
+/// Samples a row of pixels, cell by cell, because the source is linear in x within a cell.
 void MotionMap::sample_row(const cv::Mat& mask, int y, const cv::Range& columns,
                            std::uint8_t* pixels) const {
   const cv::Point2f half(0.5F, 0.5F), corner(mask_.tl());

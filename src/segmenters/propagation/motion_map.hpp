@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Where the pixels of a moved mask come from.
+// Maps each pixel of a moved mask to its source.
 
 #ifndef DYNFILTER_SRC_SEGMENTERS_PROPAGATION_MOTION_MAP_HPP
 #define DYNFILTER_SRC_SEGMENTERS_PROPAGATION_MOTION_MAP_HPP
@@ -15,27 +15,28 @@
 
 namespace dynfilter::detail {
 
-/// Maps the pixels of a frame to those of the frame of a mask, known at the nodes of a square grid
-/// that covers the moved mask, linear in between, and a plain shift beyond.
+/// Maps the pixels of a frame to those of the mask's frame. The map is known at the nodes of a
+/// square grid that covers the moved mask; it is linear in between, and a plain shift beyond.
 class MotionMap {
  public:
-  /// The identity, for a mask in this rectangle. `cell_px`: distance of the nodes.
+  /// Makes the identity for a mask in this rectangle. `cell_px` is the distance of the nodes.
   MotionMap(const cv::Rect& mask, float cell_px);
 
-  /// Where in the mask's frame a point of this frame was.
+  /// Returns the place in the mask's frame of a point of this frame.
   cv::Point2f source_of(cv::Point2f point) const;
 
-  /// All moves by this: what the next frame shows at p + shift, this one shows at p.
+  /// Shifts the whole map: the next frame shows at p + shift what this one shows at p.
   void shift(cv::Point2f shift) { origin_ += shift; }
 
-  /// Each point moves by the mean of the motions round it, with weights by a Gaussian of their
-  /// distance, and a small one for `common`. In an image of this size. O(motions x nodes within
-  /// 3 sigma + nodes).
+  /// Moves each node by the mean of the motions around it, with Gaussian weights of their distance
+  /// and a small weight for `common`. `image` is the image's size. O(motions x nodes within 3 sigma
+  /// + nodes).
   void deform(const std::vector<PointMotion>& motions, cv::Point2f common, float sigma_px,
               const cv::Size& image);
 
-  /// The mask at this frame: its pixels in the image, and where the first one lies. The source is
-  /// the mask's own part of its frame, at mask_ as it was given. O(area of the grid).
+  /// Returns the mask at this frame: its pixels in the image and, in `origin`, the place of the
+  /// first one. `mask` is the mask's own part of its frame, in the rectangle given to the
+  /// constructor. O(area of the grid).
   cv::Mat moved(const cv::Mat& mask, const cv::Size& image, cv::Point& origin) const;
 
  private:

@@ -13,8 +13,8 @@
 namespace dynfilter::detail {
 namespace {
 
-// Of the reduced image. Larger windows reach over the edge of a limb, more iterations change
-// nothing that the check does not catch.
+// In pixels of the reduced image. Larger windows reach over the edge of a limb; more iterations
+// change nothing that the check does not catch.
 const cv::Size window(9, 9);
 constexpr int levels = 3;
 constexpr double min_eigenvalue = 1e-4;
@@ -35,7 +35,7 @@ void follow(const std::vector<cv::Mat>& from, const std::vector<cv::Mat>& to,
                            min_eigenvalue);
 }
 
-/// The strongest corner in a part of the image, unless there is no texture.
+/// Adds the strongest corner in a part of the image, unless there is no texture.
 void add_corner(const cv::Mat& strength, const cv::Rect& part, std::vector<cv::Point2f>& points) {
   double most = 0;
   cv::Point place;
@@ -63,13 +63,13 @@ std::vector<PointMotion> PointFlow::track(const cv::Mat& image) {
 }
 
 void PointFlow::build_pyramid(const cv::Mat& image) {
-  pyramid_.clear();  // its memory must not be that of the last one
+  pyramid_.clear();  // its memory must not be shared with the last one
   work_.release();
   if (image.empty()) return;
   const int width = std::min(image.cols, options_.work_width_px);
   const double height = std::round(static_cast<double>(image.rows) * width / image.cols);
   const cv::Size size(width, std::max(1, static_cast<int>(height)));
-  // So small an image holds no motion that could be told from its border.
+  // In an image this small, motion cannot be told from the border's effects.
   if (size.width < 2 * window.width || size.height < 2 * window.height) return;
   scale_ = {static_cast<float>(image.cols) / static_cast<float>(size.width),
             static_cast<float>(image.rows) / static_cast<float>(size.height)};
@@ -120,7 +120,7 @@ void PointFlow::forget() noexcept {
   points_.clear();
 }
 
-/// The centre of a pixel lies half a pixel from its corner in either image.
+/// Scales a point; in either image, a pixel's centre lies half a pixel from its corner.
 cv::Point2f PointFlow::to_full(cv::Point2f point) const {
   return {(point.x + 0.5F) * scale_.x - 0.5F, (point.y + 0.5F) * scale_.y - 0.5F};
 }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// How the image moves from frame to frame, at scattered points.
+// The image's motion from frame to frame, at scattered points.
 
 #ifndef DYNFILTER_SRC_SEGMENTERS_PROPAGATION_POINT_FLOW_HPP
 #define DYNFILTER_SRC_SEGMENTERS_PROPAGATION_POINT_FLOW_HPP
@@ -12,7 +12,7 @@
 
 namespace dynfilter::detail {
 
-/// Where a point was in the last frame and is in this one, pixels of the full image.
+/// A point's position in the last frame and in this one, in pixels of the full image.
 struct PointMotion {
   cv::Point2f from, to;
 
@@ -24,22 +24,22 @@ struct PointFlowOptions {
   double max_forward_backward_px = 0;
 };
 
-/// Tracks corners of one image into the next. Keeps the pyramid of the last image and its corners,
-/// nothing of earlier ones.
+/// Tracks corners of one image into the next. Keeps the pyramid and the corners of the last image
+/// only.
 class PointFlow {
  public:
   explicit PointFlow(const PointFlowOptions& options) : options_(options) {}
 
-  /// The motion of the points that could be followed from the last image into this one: none if
-  /// there is no last image, or no image. 8 bits, 1, 3 or 4 channels.
+  /// Returns the motion of the points that could be followed from the last image into this one;
+  /// none without an image or a last image. 8 bits, 1, 3 or 4 channels.
   std::vector<PointMotion> track(const cv::Mat& image);
 
-  /// Chooses the points of the image that track() was given last, densely in these rectangles
+  /// Chooses the points to follow in the image last given to track(), densely in these rectangles
   /// (pixels of the full image).
   void choose_points(const std::vector<cv::Rect>& dense);
 
-  /// Forgets the last image. After an exception of the others this must come next: pyramids and
-  /// points may then be of different images, or halves.
+  /// Forgets the last image. Must follow an exception of the other functions: pyramids and points
+  /// may then be incomplete or of different images.
   void forget() noexcept;
 
  private:
@@ -48,9 +48,9 @@ class PointFlow {
 
   PointFlowOptions options_;
   cv::Mat work_;                  // grey, reduced
-  std::vector<cv::Mat> pyramid_;  // of it, with derivatives
+  std::vector<cv::Mat> pyramid_;  // of work_, with derivatives
   std::vector<cv::Mat> last_pyramid_;
-  cv::Point2f scale_{1, 1};  // full pixels a pixel of work_
+  cv::Point2f scale_{1, 1};  // full pixels in a pixel of work_
   std::vector<cv::Point2f> points_;
 };
 

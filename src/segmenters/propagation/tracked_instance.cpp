@@ -16,26 +16,27 @@
 namespace dynfilter::detail {
 namespace {
 
-// A side of the box is the mask's where the mask comes so near to it: pixels at a width of 640, or
-// a share of the box.
+// A side of the box follows the mask's side if that is this near: pixels at a width of 640, or a
+// share of the box.
 constexpr double side_reach_px = 8;
 constexpr double side_reach_share = 0.1;
 
-// A point is the background's if it moves so much nearer to the background's way than to the
-// object's, as a share of the distances, and if these two differ at all: pixels at a width of 640.
+// A point belongs to the background if it moves this much nearer to the background's motion than to
+// the object's, as a share of the distances, and if the two motions differ at all: pixels at a
+// width of 640.
 constexpr double share_of_distance = 0.75;
 constexpr double min_difference_px = 2;
 
-// A mask that fills less of its box than that says little about how the object moves.
+// A mask that fills less of its box says little about the object's motion.
 constexpr double min_mask_share = 0.1;
 
-// No image is so wide (see validate): what moves so far in a frame has left it. The sum over the
-// history still fits into an int.
+// No image is wider (see validate), so anything that moves this far in a frame has left it. The sum
+// over the history still fits an int.
 constexpr double max_shift_px = max_image_side_px;
 constexpr double max_velocity_px_s = 1e9;
 
-/// A vector whose coordinates are numbers within a limit, as those of real motion are. Times that
-/// nearly coincide and boxes that lie anywhere give any number, or none.
+/// Limits a vector to real motion: NaN and large numbers arise from times that nearly coincide and
+/// from boxes that may lie anywhere.
 cv::Point2d limited(cv::Point2d vector, double limit) {
   const auto coordinate = [&](double value) {
     return std::isnan(value) ? 0.0 : std::clamp(value, -limit, limit);
@@ -43,7 +44,7 @@ cv::Point2d limited(cv::Point2d vector, double limit) {
   return {coordinate(vector.x), coordinate(vector.y)};
 }
 
-/// The median of both coordinates, each for itself.
+/// Returns the median of each coordinate.
 cv::Point2f median_shift(const std::vector<PointMotion>& motions) {
   std::vector<float> x, y;
   for (const PointMotion& motion : motions) {
@@ -58,8 +59,8 @@ cv::Point2f median_shift(const std::vector<PointMotion>& motions) {
   return {median(x), median(y)};
 }
 
-/// The mean of the motions round a point, with weights by a Gaussian of their distance; nothing
-/// where they are all far away.
+/// Returns the mean of the motions around a point, with Gaussian weights of their distance;
+/// std::nullopt if all are far away.
 std::optional<cv::Point2f> mean_motion(const std::vector<PointMotion>& motions, cv::Point2f round,
                                        double sigma_px) {
   cv::Point2d sum(0, 0);
@@ -78,7 +79,7 @@ std::optional<cv::Point2f> mean_motion(const std::vector<PointMotion>& motions, 
 
 cv::Point2d centre(const cv::Rect2d& box) { return (box.tl() + box.br()) / 2; }
 
-/// Rounded to pixels and clipped to the image; empty where nothing of it is in there.
+/// Rounds the box to pixels and clips it to the image; empty if it lies outside.
 cv::Rect pixels_of(const cv::Rect2d& box, const cv::Size& image) {
   const auto along = [](double first, double last, int limit) {
     const auto pixel = [&](double side) {
@@ -125,8 +126,8 @@ void TrackedInstance::succeed(const TrackedInstance& earlier) {
   }
 }
 
-/// Whether the mask has the object there and `reach` pixels away on all sides, as far as the image
-/// goes.
+/// Tells whether the mask has the object at a pixel and `reach` pixels away on all sides, within
+/// the image.
 bool TrackedInstance::is_inside(cv::Point pixel, int reach) const {
   const auto covers = [&](cv::Point at) {
     const cv::Point in_mask = at - mask_origin_;
@@ -143,8 +144,8 @@ bool TrackedInstance::is_inside(cv::Point pixel, int reach) const {
   return true;
 }
 
-/// Those of the points on the mask. Of points close to its edge some are the background's: those
-/// that move rather as the points outside do than as those well inside.
+/// Returns the motions of the points on the mask. Some points near its edge belong to the
+/// background: they move more like the points outside than like those well inside.
 std::vector<PointMotion> TrackedInstance::motions_on_mask(
     const FlowStep& step, const MaskPropagatorOptions& options) const {
   if (mask_.empty()) return {};
@@ -176,7 +177,8 @@ bool TrackedInstance::fills_box() const {
          !mask_.empty();
 }
 
-/// In the middle of the box, which an object fills whatever its arms and legs do.
+/// Returns the motions in the middle of the box, which an object fills however it moves arms and
+/// legs.
 std::vector<PointMotion> TrackedInstance::motions_in_box(
     const std::vector<PointMotion>& all) const {
   const cv::Rect2d visible(pixels_of(box_, image_));
@@ -192,7 +194,7 @@ std::vector<PointMotion> TrackedInstance::motions_in_box(
 void TrackedInstance::advance(const FlowStep& step, const MaskPropagatorOptions& options) {
   if (!is_moved_) {
     is_moved_ = true;
-    mask_ = mask_.clone();  // what lies outside the image and round the object is needed no more
+    mask_ = mask_.clone();  // pixels outside the image and around the object are no longer needed
     source_.mask.release();
   }
   std::vector<PointMotion> motions = motions_on_mask(step, options);
@@ -215,9 +217,9 @@ void TrackedInstance::advance(const FlowStep& step, const MaskPropagatorOptions&
   if (past_.size() > options.history_frames) past_.pop_front();
 }
 
-/// Whether the points on a mask at the border of the image, which it was about to cross, are the
-/// background's: what is left of the object is too little to hold points of its own, and its mask
-/// would stay at the border for good.
+/// Tells whether the object has left through the border of the image that its mask was crossing.
+/// The points on the mask are then the background's: the rest of the object is too small for points
+/// of its own, and its mask would stay at the border forever.
 bool TrackedInstance::has_gone_out(const std::vector<PointMotion>& on_mask,
                                    const FlowStep& step) const {
   if (!velocity_px_s_) return false;
@@ -267,7 +269,7 @@ void TrackedInstance::settle() {
   if (!past_.empty()) past_.back().box = box_;
 }
 
-/// The sides that the mask reached move with the mask's.
+/// Moves the sides of the box that the mask reached together with the mask's sides.
 void TrackedInstance::fit_box() {
   box_ = shifted_box_;
   if (moved_mask_.empty()) return;
@@ -290,7 +292,7 @@ void TrackedInstance::fit_box() {
 Instance TrackedInstance::instance() const {
   Instance moved = source_;
   if (!is_moved_) {
-    moved.mask = source_.mask.clone();  // for the caller to do with it what he likes
+    moved.mask = source_.mask.clone();  // the caller may modify it
     return moved;
   }
   moved.box = pixels_of(box_, image_);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// One instance on its way from the frame of its mask to the newest frame.
+// Tracks one instance from the frame of its mask to the newest frame.
 
 #ifndef DYNFILTER_SRC_SEGMENTERS_PROPAGATION_TRACKED_INSTANCE_HPP
 #define DYNFILTER_SRC_SEGMENTERS_PROPAGATION_TRACKED_INSTANCE_HPP
@@ -21,7 +21,7 @@
 
 namespace dynfilter::detail {
 
-/// How the image moved into a frame from the one before it.
+/// The image's motion from the frame before into a frame.
 struct FlowStep {
   std::uint64_t frame_id = 0;
   double timestamp_s = 0;
@@ -31,37 +31,39 @@ struct FlowStep {
 
 class TrackedInstance {
  public:
-  /// Takes an instance of a frame of that time and size. Pixels outside the image are cut off the
-  /// mask, of which a copy is kept.
+  /// Takes an instance of a frame of this time and size. Cuts off mask pixels outside the image and
+  /// keeps a copy of the rest.
   TrackedInstance(const Instance& instance, double timestamp_s, const cv::Size& image,
                   float cell_px);
 
-  /// Takes over what an earlier sight of the same object knows: its velocity.
+  /// Takes over the velocity of an earlier detection of the same object.
   void succeed(const TrackedInstance& earlier);
 
-  /// Moves it into the next frame.
+  /// Moves the instance into the next frame.
   void advance(const FlowStep& step, const MaskPropagatorOptions& options);
 
-  /// Settles where mask and box are now; to be called once a frame, after the last step into it.
+  /// Determines mask and box at the current frame; call it once a frame, after the last step into
+  /// it.
   void settle();
 
-  /// As it was given, before any step; else box and mask at the newest frame, clipped to the image.
+  /// Returns the instance as it was given, before any step; otherwise with box and mask at the
+  /// newest frame, clipped to the image.
   Instance instance() const;
 
-  /// Nothing of it is in the image any more. Never so before the first step.
+  /// Tells whether nothing of it is in the image any more; false before the first step.
   bool has_left_image() const;
 
   int class_id() const { return source_.class_id; }
   double timestamp_s() const { return timestamp_s_; }
 
-  /// Where the box was in the frame of that time, if it was moved into that; else where it is now.
-  /// May reach beyond the image.
+  /// Returns the box in the frame of that time if it was moved into that frame, otherwise the
+  /// current one. It may reach beyond the image.
   cv::Rect2d box_at(double time_s) const;
 
-  /// The part of the image that it takes up now.
+  /// Returns the part of the image that the instance covers now.
   cv::Rect region() const;
 
-  /// How it got here. Age and misses are not known here.
+  /// Returns how the instance got here; age and misses are not set.
   const InstancePropagation& counts() const { return counts_; }
 
  private:
@@ -82,7 +84,7 @@ class TrackedInstance {
   void fit_box();
 
   Instance source_;
-  cv::Mat mask_;  // the part of the source's that is on the object and in the image
+  cv::Mat mask_;  // the part of the source's mask on the object and in the image
   cv::Point mask_origin_;
   double timestamp_s_;
   cv::Size image_;

@@ -22,7 +22,7 @@
 namespace dynfilter::detail::remote {
 namespace {
 
-/// What a payload's memory runs ahead of what has arrived: an announcement alone gets no more.
+/// Memory allocated ahead of the bytes received: a mere announcement gets no more.
 constexpr std::size_t receive_step_bytes = std::size_t{1} << 20U;
 
 [[noreturn]] void fail(const char* what, int error) {
@@ -54,11 +54,11 @@ void wait_for(const Descriptor& socket, short events, const Deadline& deadline) 
   }
 }
 
-/// connect() waits while the listener's queue is full, as long as the time for sending says; poll()
-/// cannot wait for that. So the socket is one that waits until it is connected.
+/// Limits the time of connect(), which waits while the listener's queue is full. poll() cannot wait
+/// for that, so the socket blocks until it is connected.
 void limit_connect(const Descriptor& socket, const Deadline& deadline) {
   using std::chrono::microseconds;
-  // Zero would be without limit.
+  // Zero would mean no limit.
   const auto left =
       std::max(std::chrono::duration_cast<microseconds>(deadline.left()), microseconds(1));
   timeval timeout{};
@@ -69,7 +69,7 @@ void limit_connect(const Descriptor& socket, const Deadline& deadline) {
   }
 }
 
-/// Whether somebody listens.
+/// Connects the socket; false if nobody listens.
 bool connect_to(const Descriptor& socket, const std::string& path, const Deadline& deadline) {
   const sockaddr_un address = address_of(path);
   while (true) {
@@ -100,7 +100,7 @@ void stop_waiting(const Descriptor& socket) {
   }
 }
 
-/// Whoever may write to the socket's folder could have put a listener of their own there.
+/// Refuses a listener of another user, whom the folder's permissions may have let in.
 void require_same_user(const Descriptor& socket) {
   ucred other{};
   socklen_t size = sizeof other;
@@ -113,7 +113,7 @@ void require_same_user(const Descriptor& socket) {
   }
 }
 
-/// Where bytes come or go without a pause, nobody waits, and time goes by all the same.
+/// Throws when time is up, even if bytes flow without a pause, so that nothing ever waits.
 void require_time(std::size_t bytes_left, const Deadline& deadline) {
   if (bytes_left > 0 && deadline.has_passed()) throw TimeIsUp("time is up");
 }
@@ -157,7 +157,7 @@ bool Connection::send(const std::vector<std::uint8_t>& head, const std::vector<c
 
 bool Connection::send_bytes(const std::uint8_t* bytes, std::size_t size, const Deadline& deadline) {
   while (size > 0) {
-    // No SIGPIPE, which would end a host that has not heard of it.
+    // Prevents SIGPIPE, which would end a host that does not handle it.
     const ssize_t sent = ::send(socket_.number(), bytes, size, MSG_NOSIGNAL);
     if (sent >= 0) {
       bytes += sent;
@@ -188,7 +188,7 @@ Message Connection::receive(const Deadline& deadline) {
   return message;
 }
 
-/// Receives what of `size` bytes is not yet `received`.
+/// Receives the rest of `size` bytes; `received` counts those that have arrived.
 void Connection::receive_bytes(std::uint8_t* bytes, std::size_t size, std::size_t& received,
                                const Deadline& deadline) {
   while (received < size) {

@@ -19,13 +19,13 @@
 
 namespace dynfilter::detail::remote {
 
-/// The connection could not be made, or is of no use any more. The message lacks the path.
+/// Reports a connection that could not be made or is useless now. The message lacks the path.
 class ConnectionError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// Time was up. A reply that is half received may be received further.
+/// Reports that time is up. A half-received reply may be received further.
 class TimeIsUp : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -47,7 +47,7 @@ class Descriptor {
   int number_;
 };
 
-/// Whether a path fits into a socket's address.
+/// Tells whether a path fits into a socket's address.
 bool is_socket_path(const std::string& path);
 
 struct Message {
@@ -58,24 +58,25 @@ struct Message {
 /// A connection to the process that listens on a Unix domain socket.
 class Connection {
  public:
-  /// Connects, and makes sure that the listener is of this process's user. Empty where nobody
-  /// listens: no such file, or nobody behind it. Throws ConnectionError for what is no socket, may
-  /// not be opened or is another user's, and TimeIsUp.
+  /// Connects and checks that the listener runs as this process's user. std::nullopt if nobody
+  /// listens: no such file, or nobody behind it. Throws ConnectionError if the path is no socket,
+  /// may not be opened or is another user's, and TimeIsUp.
   static std::optional<Connection> to(const std::string& path, const Deadline& deadline);
 
-  /// Whether the other side has closed it, and nothing that it sent is left to be read. Does not
-  /// wait.
+  /// Tells whether the other side has closed the connection and nothing it sent is left to read.
+  /// Does not wait.
   bool is_over();
 
-  /// Sends the bytes and then the pixels of the images, which must be continuous. False where the
-  /// other side has closed the connection meanwhile; what it said before may still be received.
-  /// Throws TimeIsUp, after which the connection is of no use, for part of the message may be sent.
+  /// Sends the bytes and then the pixels of the images, which must be continuous. Returns false if
+  /// the other side has closed the connection meanwhile; what it sent before may still be received.
+  /// Throws TimeIsUp; the connection is useless then, because a part of the message may have been
+  /// sent.
   bool send(const std::vector<std::uint8_t>& head, const std::vector<cv::Mat>& images,
             const Deadline& deadline);
 
-  /// The next message. After TimeIsUp another call goes on where this one stopped. Throws
-  /// ProtocolError for a header that is no reply's, ConnectionError where the other side has closed
-  /// the connection.
+  /// Receives the next message. After TimeIsUp, another call continues where this one stopped.
+  /// Throws ProtocolError for a header that is no reply's, and ConnectionError if the other side
+  /// has closed the connection.
   Message receive(const Deadline& deadline);
 
  private:
@@ -86,7 +87,7 @@ class Connection {
                      const Deadline& deadline);
 
   Descriptor socket_;
-  // The message that is being received.
+  // The message being received.
   std::uint8_t header_[header_bytes] = {};
   std::size_t header_received_ = 0;
   std::vector<std::uint8_t> payload_;

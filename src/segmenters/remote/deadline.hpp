@@ -9,20 +9,20 @@
 
 namespace dynfilter::detail::remote {
 
-using Clock = std::chrono::steady_clock;  // goes on evenly when somebody sets the time of day
+using Clock = std::chrono::steady_clock;  // unaffected when somebody sets the time of day
 
 inline Clock::duration duration_of(double seconds) {
   return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
 }
 
-/// When all that one call does must be over.
+/// The end of the time for one call.
 class Deadline {
  public:
   explicit Deadline(double seconds_from_now) : end_(Clock::now() + duration_of(seconds_from_now)) {}
 
   bool has_passed() const { return Clock::now() >= end_; }
 
-  /// What is left, at least zero.
+  /// Returns the time left, at least zero.
   Clock::duration left() const { return std::max(end_ - Clock::now(), Clock::duration::zero()); }
 
  private:

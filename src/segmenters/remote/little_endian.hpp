@@ -18,8 +18,7 @@ using UnsignedOfSize = std::conditional_t<
     std::conditional_t<Size == 2, std::uint16_t,
                        std::conditional_t<Size == 4, std::uint32_t, std::uint64_t>>>;
 
-/// Appends a number, least significant byte first, whatever the host's order. Floating point
-/// numbers as IEEE 754 has them.
+/// Appends a number, least significant byte first on any host. Floating-point numbers are IEEE 754.
 template <class Number>
 void append_little_endian(std::vector<std::uint8_t>& bytes, Number number) {
   UnsignedOfSize<sizeof(Number)> bits = 0;
@@ -29,7 +28,7 @@ void append_little_endian(std::vector<std::uint8_t>& bytes, Number number) {
   }
 }
 
-/// The number that stands at `bytes`, of which sizeof(Number) must be there.
+/// Returns the number at `bytes`, of which sizeof(Number) must be there.
 template <class Number>
 Number read_little_endian(const std::uint8_t* bytes) {
   std::uint64_t wide = 0;

@@ -17,8 +17,7 @@ constexpr std::uint8_t magic[4] = {'D', 'Y', 'N', 'F'};
 
 enum class DepthFormat : std::uint8_t { absent = 0, units_16_bit = 1, metres_32_bit = 2 };
 
-/// Reads the numbers of a payload in their order. What is read must be there: lengths are checked
-/// before.
+/// Reads the numbers of a payload in order. The caller checks lengths before.
 class Numbers {
  public:
   explicit Numbers(const std::uint8_t* bytes) : next_(bytes) {}
@@ -44,7 +43,7 @@ DepthFormat depth_format(const FrameView& frame, bool with_depth) {
   return frame.depth.type() == CV_16UC1 ? DepthFormat::units_16_bit : DepthFormat::metres_32_bit;
 }
 
-/// One row of the table of instances; the mask's pixels are not in it.
+/// One row of the table of instances, without the mask's pixels.
 struct InstanceRow {
   Instance instance;
   cv::Rect mask;
@@ -112,7 +111,7 @@ std::size_t area(const cv::Rect& mask) {
   return static_cast<std::size_t>(mask.width) * static_cast<std::size_t>(mask.height);
 }
 
-/// A reply is as long as its table and masks are, to the byte.
+/// Requires a reply to be exactly as long as its table and masks.
 void require_length(const std::vector<std::uint8_t>& payload,
                     const std::vector<InstanceRow>& rows) {
   std::size_t want = reply_head_bytes + rows.size() * instance_bytes;
@@ -134,7 +133,7 @@ Header decode_header(const std::uint8_t (&bytes)[header_bytes]) {
   const auto reserved = numbers.next<std::uint32_t>();
   header.request = numbers.next<std::uint64_t>();
   header.type = static_cast<MessageType>(type);
-  // An error has the same layout in all versions, so that another version can say that it is one.
+  // Errors have the same layout in all versions, so that another version can report itself.
   if (version != protocol_version && header.type != MessageType::error) {
     refuse("version ", version, " of the protocol; want ", protocol_version);
   }

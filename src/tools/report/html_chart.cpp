@@ -13,12 +13,12 @@
 namespace dynfilter::tools {
 namespace {
 
-// Around the area that has the lines: room for the ticks' labels and the axes'.
+// Margins around the lines' area, with room for the labels of ticks and axes.
 constexpr double left = 46, right = 10, top = 22, bottom = 38;
-// Within that area, so that a line of zeros is not cut in half.
+// Margin within that area, so that a line of zeros is not cut in half.
 constexpr double inset = 3;
 
-/// Where values lie along an axis: from 0 on, growing with the value.
+/// Maps values to positions along an axis: from 0 on, growing with the value.
 class Scale {
  public:
   Scale(const ChartAxis& axis, double length) : axis_(axis), length_(length) {}
@@ -26,7 +26,7 @@ class Scale {
   double operator()(double value) const {
     const double share =
         (rooted(value) - rooted(axis_.from)) / (rooted(axis_.to) - rooted(axis_.from));
-    // A trajectory can lead light-years away; beyond the picture it does not matter how far.
+    // A trajectory can lead light-years away; beyond the picture, the distance does not matter.
     return std::clamp(inset + share * (length_ - 2 * inset), -10 * length_, 10 * length_);
   }
 
@@ -47,7 +47,7 @@ std::vector<double> even_ticks(const ChartAxis& axis, double length, double dist
   return ticks;
 }
 
-/// Zero, and round numbers from the greatest down, as far as there is room between them.
+/// Returns zero, then round numbers from the greatest down, with at least `distance` between them.
 std::vector<double> rooted_ticks(const ChartAxis& axis, double length, double distance) {
   const Scale scale(axis, length);
   std::vector<double> ticks = {0};
@@ -69,7 +69,7 @@ std::vector<double> ticks_of(const ChartAxis& axis, double length, double distan
                           : even_ticks(axis, length, distance);
 }
 
-/// With as few decimals as are not zero.
+/// Formats a tick with its decimals that are not zero.
 std::string tick_text(double value) {
   std::string text = detail::fixed_decimals(value, 3);
   text.erase(text.find_last_not_of('0') + 1);
@@ -140,7 +140,7 @@ std::string svg_of(const Chart& chart) {
   std::string svg = "<svg role=\"img\" aria-label=\"" + escaped(chart.description) +
                     "\" viewBox=\"0 0 " + number(left + chart_width + right) + " " +
                     number(top + chart.height + bottom) + "\">\n" + axes_of(chart);
-  // An inner <svg> cuts off what lies beyond it.
+  // An inner <svg> clips everything outside it.
   svg += "<svg x=\"" + number(left) + "\" y=\"" + number(top) + "\" " + area + "\">\n";
   for (const ChartLine& line : chart.lines) svg += line_of(chart, line);
   if (chart.start) svg += ring_at(chart, *chart.start);

@@ -43,7 +43,7 @@ std::string base64(const std::vector<std::uint8_t>& bytes) {
   text.reserve((bytes.size() + 2) / 3 * 4);
   for (std::size_t i = 0; i < bytes.size(); i += 3) {
     const std::size_t there = bytes.size() - i < 3 ? bytes.size() - i : 3;
-    std::uint32_t word = 0;  // three bytes are four digits
+    std::uint32_t word = 0;  // three bytes make four digits
     for (std::size_t k = 0; k < 3; ++k) word = word << 8 | (k < there ? bytes[i + k] : 0u);
     for (std::size_t k = 0; k < 4; ++k) {
       text += k <= there ? digits[word >> (18 - 6 * k) & 63u] : '=';
@@ -53,7 +53,7 @@ std::string base64(const std::vector<std::uint8_t>& bytes) {
 }
 
 std::string html_of(const Table& table) {
-  // Who has no mouse scrolls it by the arrow keys: it can have the focus.
+  // It can have the focus, so that the arrow keys scroll it without a mouse.
   std::string html = element("h3", table.title) +
                      "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"" +
                      escaped(table.title) + "\"><table>\n" + head_of(table) + "<tbody>\n";

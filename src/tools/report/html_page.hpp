@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Pieces of a web page. What comes from files or from the caller is text and is escaped here; what
-// a function returns is HTML.
+// Pieces of a web page. Input is text and is escaped here; output is HTML.
 
 #ifndef DYNFILTER_SRC_TOOLS_REPORT_HTML_PAGE_HPP
 #define DYNFILTER_SRC_TOOLS_REPORT_HTML_PAGE_HPP
@@ -16,10 +15,10 @@
 
 namespace dynfilter::tools {
 
-/// Sentences about what a section of the page leaves out.
+/// Sentences about what is missing in a section of the page.
 using Notes = std::vector<std::string>;
 
-/// For text between tags and for values of attributes in double quotes.
+/// Escapes text for use between tags and in double-quoted attributes.
 inline std::string escaped(const std::string& text) {
   std::string html;
   for (const char c : text) {
@@ -43,14 +42,14 @@ inline std::string escaped(const std::string& text) {
   return html;
 }
 
-/// <tag attributes>text</tag>; the text is escaped, the attributes are not.
+/// Returns <tag attributes>text</tag>; escapes the text but not the attributes.
 inline std::string element(const std::string& tag, const std::string& text,
                            const std::string& attributes = "") {
   return "<" + tag + (attributes.empty() ? "" : " " + attributes) + ">" + escaped(text) + "</" +
          tag + ">\n";
 }
 
-/// "a, b and c"
+/// Lists names: "a, b and c".
 inline std::string listed(const std::vector<std::string>& names) {
   std::string text;
   for (std::size_t k = 0; k < names.size(); ++k) {
@@ -60,23 +59,24 @@ inline std::string listed(const std::vector<std::string>& names) {
   return text;
 }
 
-/// "rule a", "rules a and b"
+/// Names rules: "rule a", "rules a and b".
 inline std::string rules_text(const std::vector<std::string>& rules) {
   return (rules.size() == 1 ? "rule " : "rules ") + listed(rules);
 }
 
-/// "1 scene", "2 scenes"
+/// Counts things: "1 scene", "2 scenes".
 inline std::string counted(std::size_t count, const std::string& noun) {
   return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
 }
 
 std::string base64(const std::vector<std::uint8_t>& bytes);
 
-/// A heading and the table, which scrolls by itself where the page is narrower. A header that
-/// begins with "| " begins another part of the table.
+/// Returns a heading and the table, which scrolls by itself on a narrow page. A header that begins
+/// with "
+/// " starts another part of the table.
 std::string html_of(const Table& table);
 
-/// A list, or nothing where there is nothing to say.
+/// Returns a list of the notes; empty without notes.
 std::string html_of(const Notes& notes);
 
 }  // namespace dynfilter::tools

@@ -26,7 +26,7 @@ struct WorstRun {
   double dynamic_left = 0;  ///< in its worst frame
 };
 
-/// Of a rule's runs; nothing where no run has scores that can be read.
+/// Finds the worst run of a rule; std::nullopt if no run has readable scores.
 std::optional<WorstRun> worst_of(const GroupOfRuns& group, const std::string& rule, Notes& notes) {
   std::optional<WorstRun> worst;
   for (const RunResult& run : group.runs) {
@@ -45,7 +45,7 @@ std::optional<WorstRun> worst_of(const GroupOfRuns& group, const std::string& ru
   return worst;
 }
 
-/// An <img> that holds the picture.
+/// Returns an <img> that contains the picture.
 std::string image_of(const std::filesystem::path& file, const std::string& description) {
   cv::Mat image = detail::read_image(file, cv::IMREAD_COLOR);
   if (image.cols > picture_width) {

@@ -11,8 +11,8 @@
 
 namespace dynfilter::tools {
 
-/// For every rule the frame, of all scenes of the group, in which it left most dynamic features:
-/// the pictures of the runs, smaller and within the page. What is missing is noted.
+/// Shows, for every rule, the frame of the group's scenes in which it left most dynamic features:
+/// the runs' pictures, reduced and embedded. Notes what is missing.
 std::string worst_frames(const GroupOfRuns& group, Notes& notes);
 
 }  // namespace dynfilter::tools

@@ -22,11 +22,11 @@ namespace {
 
 using Points = std::vector<cv::Point2d>;
 
-// More show nothing more at the size of a plot, and make the page larger.
+// More positions show nothing more at a plot's size, and make the page larger.
 constexpr std::size_t max_positions = 400;
 constexpr std::size_t max_times = 100;
 
-/// A figure, and the rules that have a line in it.
+/// A figure and the rules with a line in it.
 struct Plot {
   std::string html;  ///< empty: nothing to plot
   std::vector<std::string> rules;
@@ -38,7 +38,7 @@ std::string figure(const std::string& title, const std::string& remark, const Ch
          escaped(remark) + "</figcaption>\n" + svg_of(chart) + "</figure>\n";
 }
 
-/// Ours last, so that no other line hides it.
+/// Moves our rule to the end, so that no other line hides it.
 std::vector<RunResult> ours_last(std::vector<RunResult> runs) {
   std::stable_partition(runs.begin(), runs.end(),
                         [](const RunResult& run) { return run.rule != "paper"; });
@@ -51,15 +51,15 @@ std::vector<RunResult> ours_last(std::vector<RunResult> runs) {
 struct AlignedRun {
   std::string rule;
   double ate_m = 0;
-  Points positions;  ///< from above
+  Points positions;  ///< seen from above
 };
 
 struct AlignedRuns {
   std::vector<AlignedRun> runs;
-  Points truth;  ///< as long as there are estimates
+  Points truth;  ///< of the longest estimate
 };
 
-/// World coordinates have z up, in rendered scenes and in TUM's recordings.
+/// Projects to the floor: z points up in rendered scenes and in TUM's recordings.
 cv::Point2d from_above(const Eigen::Vector3d& position) { return {position.x(), position.y()}; }
 
 Points thinned(const Points& points) {
@@ -79,7 +79,8 @@ Points positions_of(const Trajectory& trajectory, const Alignment& alignment) {
   return thinned(points);
 }
 
-/// A recording's truth begins before its first frame and ends after its last.
+/// Cuts the truth to the estimate's time: a recording's truth begins before its first frame and
+/// ends after its last.
 Points positions_during(const Trajectory& truth, const Trajectory& estimate) {
   Trajectory part;
   for (const TimedPose& pose : truth) {
@@ -91,7 +92,8 @@ Points positions_during(const Trajectory& truth, const Trajectory& estimate) {
   return positions_of(part, Alignment());
 }
 
-/// Throws std::runtime_error that says what is wrong with the run's files.
+/// Adds a run, aligned to the truth. Throws std::runtime_error that says what is wrong with the
+/// run's files.
 void add_aligned(AlignedRuns& all, const RunResult& run) {
   const Trajectory truth = read_trajectory(run.folder / "groundtruth.txt");
   const Trajectory estimate = read_trajectory(run.folder / "trajectory.txt");
@@ -124,7 +126,8 @@ AlignedRuns aligned_runs(const std::vector<RunResult>& runs, Notes& notes) {
   return all;
 }
 
-/// Both axes as long as the longer one, and some room; at least so that noise is no trajectory.
+/// Sets both axes to the longer one's length with a margin, and to a minimum length, so that noise
+/// does not look like a trajectory.
 void set_view(Chart& chart, const Points& truth) {
   cv::Point2d least = truth.front(), greatest = truth.front();
   for (const cv::Point2d& point : truth) {
@@ -190,7 +193,7 @@ RunSeries series_of(const std::vector<RunResult>& runs, Notes& notes) {
 
 std::size_t frames_a_point(std::size_t frames) { return (frames + max_times - 1) / max_times; }
 
-/// Means of as many frames as make up a point.
+/// Averages the frames that make up each point.
 Points means_over_time(const std::vector<double>& times_s, const std::vector<double>& values) {
   const auto mean = [](const std::vector<double>& of, std::size_t begin, std::size_t end) {
     const auto first = of.begin();
@@ -215,7 +218,7 @@ std::string points_remark(const RunSeries& all) {
                   : ", each frame.";
 }
 
-/// One line a rule, of the rules that have the values.
+/// Plots one line a rule, for the rules that have the values.
 Plot time_plot(const std::string& title, const RunSeries& all,
                std::vector<double> FrameSeries::*values, bool square_root,
                const RuleStyles& styles) {
@@ -234,7 +237,7 @@ Plot time_plot(const std::string& title, const RunSeries& all,
     chart.lines.push_back({rule, styles.line_class(rule), points});
   }
   if (plot.rules.empty()) return {};
-  if (greatest <= 0) {  // lines of zeros on each other say less
+  if (greatest <= 0) {  // lines of zeros on top of each other say less
     plot.html = "<p><strong>" + escaped(title) + "</strong>: 0 in every frame.</p>\n";
     return plot;
   }

@@ -13,8 +13,8 @@
 
 namespace dynfilter::tools {
 
-/// Plots of one scene's runs under one legend: the trajectories from above over the true one, and
-/// what was left and removed over time. What cannot be plotted is noted.
+/// Plots one scene's runs under one legend: trajectories from above with the true one, and features
+/// left and removed over time. Notes what cannot be plotted.
 std::string scene_plots(const std::vector<RunResult>& runs, const RuleStyles& styles, Notes& notes);
 
 }  // namespace dynfilter::tools

@@ -18,7 +18,7 @@
 namespace dynfilter::tools {
 namespace {
 
-/// The policy forbids the browser whatever is not in the page.
+/// Starts the page; its policy keeps the browser from loading anything from outside.
 std::string head(const std::string& title, const RuleStyles& styles) {
   return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
          "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"

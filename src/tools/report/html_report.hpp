@@ -11,14 +11,14 @@
 
 namespace dynfilter::tools {
 
-/// The title of the page, by which it is known when it is to be replaced.
+/// The title of the page; a page with this title may be replaced.
 constexpr const char* html_report_mark = "dynfilter: rules compared";
 
-/// One page that needs nothing else, no network: the tables, and for every group of scenes the
-/// trajectories from above with the truth, features left and removed over time, and the frames in
-/// which most dynamic features were left. It reads them from the results' folders; what is missing
-/// there is left out and said. Throws std::runtime_error that names the file that cannot be
-/// written, or that is there and is no such page.
+/// Writes one self-contained page that needs no network: the tables and, for every group of scenes,
+/// the trajectories from above with the truth, features left and removed over time, and the frames
+/// in which most dynamic features were left. Reads these from the results' folders; the page says
+/// what is missing there. Throws std::runtime_error that names the file if it cannot be written, or
+/// if it exists and is not such a page.
 void write_html_report(const std::vector<RunResult>& results, const std::filesystem::path& file);
 
 }  // namespace dynfilter::tools

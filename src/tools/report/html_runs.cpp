@@ -13,7 +13,7 @@
 namespace dynfilter::tools {
 namespace {
 
-/// A frames.csv, whose columns are known by their header.
+/// Reads a frames.csv; its header names the columns.
 class FrameTable {
  public:
   explicit FrameTable(const std::filesystem::path& file) : rows_(file, ',') {

@@ -12,8 +12,8 @@
 namespace dynfilter::tools {
 namespace {
 
-// Colours of Okabe and Ito, "Color universal design", which colour-blind people can tell apart.
-// Of blue and yellow each page has the one that shows on its ground.
+// The colours of Okabe and Ito, "Color universal design", which colour-blind people can tell apart.
+// Blue and yellow are used on the background that shows them.
 const char page_style[] = R"css(
 :root {
   color-scheme: light dark;
@@ -100,12 +100,12 @@ summary { cursor: pointer; font-weight: 600; padding: .4rem 0; }
 )css";
 
 constexpr std::size_t colours = 6;
-// Another number of patterns than of colours, with no common divisor: 30 pairs. Two lines of one
-// colour have neighbouring patterns, which therefore differ most.
+// The numbers of patterns and of colours have no common divisor, which gives 30 pairs. Two lines of
+// one colour have neighbouring patterns, which are the patterns that differ most.
 const char* const dashes[] = {"none", "9 3 2 3", "1.5 2.5", "7 3", "9 2.5 1.5 2.5 1.5 2.5"};
 constexpr std::size_t patterns = 5;
 
-/// The rule that all is about: the page's text colour, solid, thicker.
+/// The rule that the page highlights: in the text's colour, solid, thicker.
 const std::string our_rule = "paper";
 
 std::string sample(const std::string& line_class) {

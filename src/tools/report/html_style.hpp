@@ -9,22 +9,22 @@
 
 namespace dynfilter::tools {
 
-/// How the lines of a rule look, the same in every plot: each has another pair of colour and
+/// Chooses the look of each rule's lines, the same in every plot: a distinct pair of colour and
 /// dashes.
 class RuleStyles {
  public:
-  /// Of all rules of the page, in their order.
+  /// Takes all rules of the page, in their order.
   explicit RuleStyles(std::vector<std::string> rules);
 
   const std::vector<std::string>& rules() const { return rules_; }
 
-  /// The class of the rule's lines.
+  /// Returns the class of the rule's lines.
   std::string line_class(const std::string& rule) const;
 
-  /// What the lines are; a box beside each rule shows and hides its lines in the same plots.
+  /// Makes the legend; a box beside each rule shows and hides its lines in the same plots.
   std::string legend(const std::vector<std::string>& rules, bool with_truth) const;
 
-  /// The page's whole style sheet.
+  /// Returns the page's whole style sheet.
   std::string style_sheet() const;
 
  private:
