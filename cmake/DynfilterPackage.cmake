@@ -1,6 +1,6 @@
-# The package. Each component is an export set and a file of its own, so that an install without a
-# component needs nothing of what that one needs. No file of the package holds a path: it works from
-# the build tree, installed, and moved after installing.
+# Makes the package. Each component has its own export set and file, so that an install without a
+# component does not need that component's dependencies. No file of the package holds a path: it
+# works from the build tree, installed, and moved after installing.
 
 if(NOT DYNFILTER_INSTALL)
   return()
@@ -9,10 +9,10 @@ include(CMakePackageConfigHelpers)
 
 set(_package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/dynfilter)
 
-# Writes into `out` the calls by which a consumer finds what a component links to. They are read off
-# its target, because a list kept by hand goes stale unseen: OpenCV's targets have no namespace, and
-# CMake takes one that nobody looked for as the name of a library. A static library names its private
-# dependencies too (LINK_ONLY): the consumer's linker needs them.
+# Writes into `out` the calls with which a consumer finds a component's dependencies. Reads them
+# from the target, because errors in a handwritten list would go unnoticed: OpenCV's targets have no
+# namespace, and CMake takes the name of an unknown target for a library's name. A static library
+# lists its private dependencies too (LINK_ONLY), because the consumer's linker needs them.
 function(dynfilter_needs out component target)
   set(opencv "")
   set(calls "")
@@ -40,7 +40,7 @@ function(dynfilter_needs out component target)
 endfunction()
 
 # Packs `target` as the component `component`: its library, its export set, its component file, and
-# the folders of include/dynfilter that are its own.
+# its own folders of include/dynfilter.
 #   dynfilter_package(<component> <target> [<folder>...])
 function(dynfilter_package component target)
   set(export dynfilter-${component}-targets)
@@ -60,7 +60,7 @@ function(dynfilter_package component target)
   install(FILES ${component_file} DESTINATION ${_package_dir} COMPONENT dynfilter-${component})
 
   foreach(folder IN LISTS ARGN)
-    # A component may come before its first header.
+    # A component may not have a header yet.
     if(EXISTS ${PROJECT_SOURCE_DIR}/include/dynfilter/${folder})
       install(
         DIRECTORY ${PROJECT_SOURCE_DIR}/include/dynfilter/${folder}

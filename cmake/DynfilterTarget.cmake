@@ -1,9 +1,9 @@
-# Functions for our own targets. Nothing here is set for a whole directory, and warnings and
-# sanitizers are private: a consumer inherits neither.
+# Functions for our own targets. Nothing is set for a whole directory. Warnings and sanitizers are
+# private, so that consumers do not inherit them.
 
-# Settles what every library of the project has in common: include directories, C++17, the name that
-# consumers use (dynfilter::<alias>, the same installed and in the build tree).
-# With CXX11_HEADERS its headers are C++11, and no standard is asked of consumers.
+# Sets the properties of every library of the project: include directories, C++17, and the name for
+# consumers (dynfilter::<alias>, both installed and in the build tree).
+# With CXX11_HEADERS its headers are C++11 and require no standard of consumers.
 #   dynfilter_library(<target> <INTERFACE|PUBLIC> ALIAS <alias> [CXX11_HEADERS])
 function(dynfilter_library target scope)
   cmake_parse_arguments(arg "CXX11_HEADERS" "ALIAS" "" ${ARGN})
@@ -17,7 +17,7 @@ function(dynfilter_library target scope)
     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
   if(NOT scope STREQUAL "INTERFACE")
     # While the version is 0.x, a new minor version may break the binary interface.
-    # $ORIGIN: an installed shared library finds those beside it that it builds upon.
+    # $ORIGIN: an installed shared library finds its dependencies beside it.
     set_target_properties(
       ${target} PROPERTIES POSITION_INDEPENDENT_CODE ON INSTALL_RPATH "$ORIGIN"
                            VERSION ${PROJECT_VERSION}
@@ -26,10 +26,10 @@ function(dynfilter_library target scope)
   endif()
 endfunction()
 
-# C++17, warnings, and sanitizers where they were asked for, for code that is built here.
+# Sets C++17, warnings and the requested sanitizers for code that is built here.
 function(dynfilter_own_code target)
-  # A property besides the compile feature: only this one overrides a -std=c++11 that a host, of which
-  # we are a part by add_subdirectory, has written into CMAKE_CXX_FLAGS.
+  # Besides the compile feature, set the property: only that overrides a -std=c++11 in
+  # CMAKE_CXX_FLAGS of a host that uses us by add_subdirectory.
   if(NOT CMAKE_CXX_STANDARD)
     set_target_properties(${target} PROPERTIES CXX_STANDARD 17 CXX_EXTENSIONS OFF)
   endif()
@@ -39,7 +39,7 @@ function(dynfilter_own_code target)
     target_compile_options(${target} PRIVATE -Werror)
   endif()
   if(DYNFILTER_SANITIZE)
-    # Options and not libraries: a static library hands its private libraries on to whoever links it.
+    # Options, not libraries: a static library passes its private libraries on to its consumers.
     target_compile_options(${target} PRIVATE -fsanitize=${DYNFILTER_SANITIZE}
                                              -fno-sanitize-recover=all -fno-omit-frame-pointer)
     target_link_options(${target} PRIVATE -fsanitize=${DYNFILTER_SANITIZE})

@@ -1,17 +1,17 @@
-# Warns a host that compiles as an older C++ by a flag of its own. ORB-SLAM2, ORB-SLAM3 and most of
-# their forks write -std=c++11 into CMAKE_CXX_FLAGS. Our targets ask for C++17, but CMake adds no
-# flag where the compiler's default is new enough, as since g++ 11, and so the host's flag wins. Only
-# warns: the flags are the host's.
+# Warns a host whose own flag selects an older C++ standard. ORB-SLAM2, ORB-SLAM3 and most of their
+# forks write -std=c++11 into CMAKE_CXX_FLAGS. Our targets require C++17, but CMake adds no flag if
+# the compiler's default is new enough (since g++ 11), so the host's flag wins. It only warns,
+# because the flags belong to the host.
 
-# Whether the flag of CMAKE_CXX_STANDARD may be left out where the compiler's default makes it
-# needless: the host's policy, to be read before our own.
+# Read the host's policy before setting our own: it decides whether CMake may omit the flag of
+# CMAKE_CXX_STANDARD when the compiler's default makes it needless.
 set(_dynfilter_policy "")
 if(POLICY CMP0128)
   cmake_policy(GET CMP0128 _dynfilter_policy)
 endif()
 cmake_policy(VERSION 3.16...3.25) # hosts ask for CMake 2.8; include() restores their policies
 
-# Of several -std the compiler takes the last.
+# The compiler uses the last of several -std flags.
 set(_dynfilter_places CMAKE_CXX_FLAGS)
 foreach(_dynfilter_config IN LISTS CMAKE_BUILD_TYPE CMAKE_CONFIGURATION_TYPES)
   string(TOUPPER "CMAKE_CXX_FLAGS_${_dynfilter_config}" _dynfilter_place)
@@ -29,8 +29,9 @@ foreach(_dynfilter_place IN LISTS _dynfilter_places)
   endif()
 endforeach()
 
-# CMake puts a flag behind the host's for the compile feature, where it takes the compiler's default
-# to be older, and for CMAKE_CXX_STANDARD, where that policy does not let it leave the flag out.
+# CMake appends a flag after the host's in two cases: for the compile feature, if it believes that
+# the compiler's default is older; and for CMAKE_CXX_STANDARD, unless that policy lets it omit the
+# flag.
 set(_dynfilter_old "^(98|11|14)$")
 set(_dynfilter_raised OFF)
 if(CMAKE_CXX_STANDARD_COMPUTED_DEFAULT MATCHES "${_dynfilter_old}")

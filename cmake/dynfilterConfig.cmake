@@ -2,11 +2,11 @@
 # find_package(dynfilter 0.2 REQUIRED COMPONENTS segmenters)    the core and dynfilter::segmenters
 #
 # Defines dynfilter::dynfilter, and dynfilter::<component> with dynfilter_<component>_FOUND for each
-# component that is asked for and for those it builds upon. A component that nobody asks for is not
-# looked at, so that its dependencies need not be there. OPTIONAL_COMPONENTS may be missing, or may
-# lack a dependency.
+# requested component and for those it builds upon. Other components are not loaded, so that their
+# dependencies need not be installed. OPTIONAL_COMPONENTS may be missing or may lack a dependency.
 
-# Before our own policies: it reads one of the host's. Whoever asks for the plugin may stay with C++11.
+# Include this before setting our policies, because it reads one of the host's. A host that requests
+# the plugin may stay with C++11.
 list(FIND dynfilter_FIND_COMPONENTS plugin _dynfilter_plugin)
 if(_dynfilter_plugin EQUAL -1)
   include("${CMAKE_CURRENT_LIST_DIR}/dynfilterCheckStandard.cmake")
@@ -15,9 +15,9 @@ endif()
 # Hosts may ask for CMake 2.8. find_package() restores their policies.
 cmake_policy(VERSION 3.16...3.25)
 
-# For component files: finds a package, or leaves the file. Not find_dependency(), which would stop
-# the host for the sake of an optional component. The modules of OpenCV that are needed are always
-# named, whatever the host has found before: the calls add up.
+# Finds a package for a component file, or leaves that file. find_dependency() would stop the host
+# because of an optional component. OpenCV's modules are always requested by name, whatever the host
+# has found before: the calls add up.
 macro(_dynfilter_need component package)
   find_package(${package} ${ARGN} ${_dynfilter_quiet})
   if(NOT ${package}_FOUND)
@@ -28,7 +28,7 @@ macro(_dynfilter_need component package)
   endif()
 endmacro()
 
-# The same for another component.
+# Finds another component for a component file, or leaves that file.
 macro(_dynfilter_need_component component)
   _dynfilter_load(${component})
   if(NOT dynfilter_${component}_FOUND)
@@ -36,7 +36,7 @@ macro(_dynfilter_need_component component)
   endif()
 endmacro()
 
-# Loads a component: dynfilter_<component>_FOUND, or else _dynfilter_problem.
+# Loads a component; sets dynfilter_<component>_FOUND, or else _dynfilter_problem.
 macro(_dynfilter_load component)
   set(dynfilter_${component}_FOUND FALSE)
   if(EXISTS "${CMAKE_CURRENT_LIST_DIR}/dynfilter-${component}.cmake")

@@ -2,10 +2,11 @@
 # SPDX-FileCopyrightText: 2026 the dynfilter authors
 # SPDX-License-Identifier: MIT
 
-# What the scripts of this repository share: they bring their own tools on Debian and Ubuntu. To be
-# sourced. Installs packages only as root or where sudo asks no password, and changes nothing else.
+# Shared functions of this repository's scripts, to be sourced. On Debian and Ubuntu they install
+# the tools that a script needs, but only as root or if sudo asks no password. They change nothing
+# else.
 
-# Says what is going on, apart from the output of the tools.
+# Prints progress, set apart from the tools' output.
 log() {
   printf '\n== %s\n' "$*"
 }
@@ -30,7 +31,7 @@ as_root() {
   fi
 }
 
-# Debian's package lists: a fresh container has none.
+# Updates Debian's package lists, once: a fresh container has none.
 update_package_lists() {
   if [[ -z ${package_lists_are_fresh:-} ]]; then
     as_root apt-get -qq update </dev/null || return
@@ -38,13 +39,12 @@ update_package_lists() {
   fi
 }
 
-# Installs those of the packages that are missing; ends the script with the line to run if it may
-# not.
+# Installs the packages that are missing. If it may not, ends the script with the command to run.
 #   need_packages <package>...
 need_packages() {
   local package missing=()
   if ! command -v dpkg-query >/dev/null; then
-    log "This is neither Debian nor Ubuntu; what they call as follows must be here: $*"
+    log "This is neither Debian nor Ubuntu. Install what they call: $*"
     return
   fi
   for package in "$@"; do
@@ -53,36 +53,36 @@ need_packages() {
   if ((${#missing[@]} == 0)); then return; fi
 
   local install=(apt-get install --yes --no-install-recommends "${missing[@]}")
-  as_root true || die "packages are missing and installing them needs root. Run:
+  as_root true || die "packages are missing, and only root can install them. Run:
   sudo apt-get update && sudo ${install[*]}"
-  log "Installing ${missing[*]} and what they need; this can take some minutes"
+  log "Installing ${missing[*]} and their dependencies; this can take some minutes"
   update_package_lists || die "apt-get update failed"
-  # Packages ask questions otherwise (the time zone), and another apt may be at work. What goes
-  # wrong is on standard error.
+  # Without this, packages ask questions (the time zone). Another apt may be running, so wait for
+  # it. Errors appear on standard error.
   as_root env DEBIAN_FRONTEND=noninteractive "${install[@]}" -qq -o Dpkg::Use-Pty=0 \
     -o DPkg::Lock::Timeout=600 </dev/null >/dev/null || die "${install[*]} failed"
 }
 
-# Whether a package is installed, or could be: some are not in every release.
+# Tells whether a package is installed or can be: not every release has every package.
 is_available() {
   if ! command -v dpkg-query >/dev/null || is_installed "$1"; then return; fi
   if as_root true; then update_package_lists || die "apt-get update failed"; fi
   [[ -n $(apt-cache --quiet=0 madison "$1" 2>/dev/null) ]]
 }
 
-# What builds and tests the library.
+# Installs the packages that build and test the library.
 need_build_packages() {
   need_packages g++ cmake ninja-build pkg-config libopencv-dev libeigen3-dev "$@"
 }
 
-# What the program dynfilter needs besides. Not every release has libcli11-dev.
+# Installs the packages that the program dynfilter needs, too. Not every release has libcli11-dev.
 need_tool_packages() {
   is_available libcli11-dev || die "this release has no package libcli11-dev, which the program needs"
   need_build_packages libcli11-dev nlohmann-json3-dev
 }
 
-# Sets the array `configure_options` for every build: Ninja, and ccache where it is, for which files
-# of one checkout are those of another, wherever the two lie.
+# Sets the array `configure_options` for every build: Ninja, and ccache if it is installed.
+# Checkouts in different folders share ccache's results.
 # shellcheck disable=SC2034  # for the script that sources this file
 find_configure_options() {
   configure_options=(-G Ninja)
@@ -93,8 +93,8 @@ find_configure_options() {
   fi
 }
 
-# Builds the program dynfilter of the repository in a Release build, with what it needs, and sets the
-# variable `dynfilter` to its path. DYNFILTER_BUILD_DIR may name the folder of the build.
+# Builds the repository's program dynfilter and its dependencies as Release, and sets the variable
+# `dynfilter` to its path. DYNFILTER_BUILD_DIR may name the build folder.
 #   build_program <repository>
 # shellcheck disable=SC2034  # for the script that sources this file
 build_program() {

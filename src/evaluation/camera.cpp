@@ -21,7 +21,7 @@ namespace {
 class CameraFile {
  public:
   explicit CameraFile(const std::filesystem::path& path) : file_(path) {
-    if (file_.keys().empty()) file_.refuse("holds no keys as Camera.fx");
+    if (file_.keys().empty()) file_.refuse("holds no keys such as Camera.fx");
   }
 
   double required(const char* key) const {

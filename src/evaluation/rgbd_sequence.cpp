@@ -49,7 +49,7 @@ class DistinctTimes {
   void add(const detail::TableReader& table, double time_s) {
     const auto [found, is_new] = lines_.emplace(detail::microseconds(time_s), table.line());
     if (!is_new) {
-      table.fail("time " + detail::time_text(time_s) + " stands in line " +
+      table.fail("time " + detail::time_text(time_s) + " is in line " +
                  std::to_string(found->second) + " already");
     }
   }

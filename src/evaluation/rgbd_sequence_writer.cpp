@@ -66,7 +66,7 @@ void RgbdSequenceWriter::require_frame(const FrameView& frame) const {
   const auto refuse = [](const std::string& got, const std::string& want) {
     detail::throw_misuse(name, got, want);
   };
-  if (!staged_) refuse("a frame after finish()", "all frames before");
+  if (!staged_) refuse("a frame after finish()", "every frame before it");
   const int type = frame.image.type();
   if (frame.image.empty() || frame.image.dims > 2 || (type != CV_8UC1 && type != CV_8UC3)) {
     refuse(frame.image.empty() ? "no image" : "an image of type " + detail::type_name(frame.image),

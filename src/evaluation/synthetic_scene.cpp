@@ -84,8 +84,8 @@ int masks_from(const SyntheticSceneOptions& options, int index) {
   for (double end = period; end <= index + instant;) {
     done = segmented;
     const int newest = static_cast<int>(end + instant);
-    segmented =
-        std::max(newest, segmented + 1);  // a network that finishes early waits for the next frame
+    // A network that finishes early waits for the next frame.
+    segmented = std::max(newest, segmented + 1);
     end = std::max<double>(end, segmented) + period;
   }
   return done;

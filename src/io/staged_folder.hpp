@@ -33,8 +33,9 @@ namespace dynfilter::detail {
 inline void require_whole(const std::filesystem::path& folder) {
   std::error_code ignored;
   if (!std::filesystem::exists(folder / commit_mark_name, ignored)) return;
-  throw_file_error(folder, "holds half of what dynfilter " + StagingArea::marked(folder).writer +
-                               " was putting there when it was stopped; run it again");
+  throw_file_error(folder, "holds an incomplete result: dynfilter " +
+                               StagingArea::marked(folder).writer +
+                               " was stopped while it replaced files there; run it again");
 }
 
 /// Knows the files that an earlier writer of this name wrote into a folder, with their sizes.
@@ -106,7 +107,7 @@ class EarlierFiles {
     if (!overwrite) refuse(" already; name another folder, or set overwrite");
     if (!holds(name)) {
       refuse(", which no earlier dynfilter " + writer_ +
-             " wrote, or not as it is; name another folder, or move it away");
+             " wrote in this form; name another folder, or move it away");
     }
   }
 

@@ -144,14 +144,14 @@ class StagingArea {
     if (!std::filesystem::exists(folder / commit_mark_name)) return;
     const Exchange exchange = marked(folder);
     if (exchange.writer != writer) {
-      throw_file_error(folder, "holds half of what dynfilter " + exchange.writer +
-                                   " was putting there when it was stopped; run that again, or "
-                                   "name another folder");
+      throw_file_error(folder, "holds an incomplete result: dynfilter " + exchange.writer +
+                                   " was stopped while it replaced files there; run that again, "
+                                   "or name another folder");
     }
-    require_nobody_at(folder / exchange.area, writer);
+    require_no_writer(folder / exchange.area, writer);
     if (!std::filesystem::is_directory(folder / exchange.area)) {
-      throw_file_error(folder, "holds half of what dynfilter " + writer + " wrote, and " +
-                                   exchange.area + " with the other half is gone; move both away");
+      throw_file_error(folder, "holds an incomplete result of dynfilter " + writer + ", and " +
+                                   exchange.area + " with the other files is gone; move all away");
     }
     undo(folder, exchange);
   }
@@ -186,7 +186,7 @@ class StagingArea {
     return !is_free;
   }
 
-  static void require_nobody_at(const std::filesystem::path& area, const std::string& writer) {
+  static void require_no_writer(const std::filesystem::path& area, const std::string& writer) {
     if (!is_held(area)) return;
     throw_file_error(area.parent_path(), "another dynfilter " + writer +
                                              " is writing there: " + area.filename().string());
@@ -252,7 +252,7 @@ class StagingArea {
       if (is_ours || std::filesystem::is_empty(entry.path())) areas.push_back(entry.path());
     }
     for (const std::filesystem::path& area : areas) {
-      require_nobody_at(area, writer_);
+      require_no_writer(area, writer_);
       remove_area(area);
     }
   }

@@ -24,8 +24,8 @@
 
 namespace dynfilter::detail {
 
-/// Reads a table row by row. Skips blank lines, lines that start with '#', a byte order mark and
-/// CR. Columns are separated by blanks, or by `separator` if given. Every error is a
+/// Reads a table row by row. Skips blank lines, lines that start with '#' and a byte order mark,
+/// and accepts CR LF. Columns are separated by blanks, or by `separator` if given. Every error is a
 /// std::runtime_error that starts with "<path>:<line>: ".
 class TableReader {
  public:

@@ -223,14 +223,14 @@ std::optional<double> YamlFile::number(const std::string& key) const {
   return value;
 }
 
-std::optional<int> YamlFile::integer(const std::string& key, int lowest) const {
+std::optional<int> YamlFile::integer(const std::string& key, int min_value) const {
   const cv::FileNode* node = find(key);
   if (node == nullptr) return {};
   const std::string token = shown(key);
   const std::optional<int> value = node->isInt() ? parse_integer(token) : std::nullopt;
-  if (!value || *value < lowest) {
+  if (!value || *value < min_value) {
     refuse(key, token,
-           concatenate("a whole number from ", lowest, " to ", std::numeric_limits<int>::max()) +
+           concatenate("a whole number from ", min_value, " to ", std::numeric_limits<int>::max()) +
                decimal_hint(token));
   }
   return value;

@@ -41,7 +41,7 @@ class YamlFile {
   std::optional<double> number(const std::string& key) const;
 
   /// Reads a whole number of at least `lowest`; std::nullopt without the key.
-  std::optional<int> integer(const std::string& key, int lowest) const;
+  std::optional<int> integer(const std::string& key, int min_value) const;
 
   /// Reads a list of whole numbers; std::nullopt without the key.
   std::optional<std::vector<int>> integers(const std::string& key) const;

@@ -21,8 +21,7 @@
 namespace dynfilter {
 namespace {
 
-// --- The attributes, as exporters spell them
-// ------------------------------------------------------
+// --- The attributes, as exporters spell them -----------------------------------------------------
 
 /// Returns the numbers of an attribute; some exporters write them as text.
 std::vector<int> numbers(const cv::dnn::DictValue& value) {
@@ -82,8 +81,7 @@ DeformableConvolutionOptions options_of(const cv::dnn::LayerParams& params) {
   return options;
 }
 
-// --- The layer
-// ------------------------------------------------------------------------------------
+// --- The layer -----------------------------------------------------------------------------------
 
 /// Wraps the convolution as a layer. Inputs are the tensor, the offsets and perhaps the mask;
 /// weights and bias are the blobs.
@@ -141,10 +139,9 @@ cv::Ptr<cv::dnn::Layer> make_layer(cv::dnn::LayerParams& params) {
   return cv::Ptr<cv::dnn::Layer>(new DeformableConvolutionLayer(params));
 }
 
-// --- Registration
-// ---------------------------------------------------------------------------------
+// --- Registration --------------------------------------------------------------------------------
 
-/// Registers the layer if needed; OpenCV 4.2 cannot be asked whether it is registered.
+/// Tells whether a layer of this type is registered; false on OpenCV 4.2, which cannot tell.
 template <class Factory>
 auto is_registered(const std::string& type, int) -> decltype(Factory::isLayerRegistered(type)) {
   return Factory::isLayerRegistered(type);

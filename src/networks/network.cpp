@@ -48,7 +48,7 @@ cv::Size input_size_of(const OnnxFile& file, const std::filesystem::path& path,
 
 /// Tells whether the file may be YOLO as exported, which computes its boxes inside the network and
 /// joins them with the rest in one output.
-bool may_be_stock_yolo(const OnnxFile& file) {
+bool may_be_exported_yolo(const OnnxFile& file) {
   const auto has_output_of = [&](std::size_t sides) {
     return std::any_of(file.outputs.begin(), file.outputs.end(),
                        [&](const OnnxValue& output) { return output.shape.size() == sides; });
@@ -56,8 +56,8 @@ bool may_be_stock_yolo(const OnnxFile& file) {
   return file.outputs.size() == 2 && has_output_of(3) && has_output_of(4);
 }
 
-constexpr bool opencv_runs_stock_yolo = CV_VERSION_MAJOR > 4 ||
-                                        (CV_VERSION_MAJOR == 4 && CV_VERSION_MINOR >= 7);
+constexpr bool opencv_runs_exported_yolo = CV_VERSION_MAJOR > 4 ||
+                                           (CV_VERSION_MAJOR == 4 && CV_VERSION_MINOR >= 7);
 
 /// Puts OpenCV's message on one line.
 std::string in_one_line(const std::string& message) {
@@ -122,14 +122,14 @@ void Network::fail(const std::string& what) const { throw_file_error(path_, what
 
 void Network::fail_in_opencv(const std::exception& error) const {
   std::string what = "OpenCV " CV_VERSION " cannot run it";
-  if (!opencv_runs_stock_yolo && may_be_stock_yolo(file_)) {
+  if (!opencv_runs_exported_yolo && may_be_exported_yolo(file_)) {
     what +=
         ": YOLO as exported needs OpenCV 4.7 or newer; examples/cut_yolo_heads.py makes a model of "
         "it "
         "that runs here";
   }
-  const auto* of_opencv = dynamic_cast<const cv::Exception*>(&error);
-  fail(what + ": " + in_one_line(of_opencv != nullptr ? of_opencv->err : error.what()));
+  const auto* opencv_error = dynamic_cast<const cv::Exception*>(&error);
+  fail(what + ": " + in_one_line(opencv_error != nullptr ? opencv_error->err : error.what()));
 }
 
 }  // namespace dynfilter::detail

@@ -65,7 +65,7 @@ std::unique_ptr<detail::NetworkKind> kind_of(const detail::Network& network,
   }
   const std::string not_yolo = objection([&] { detail::bind_yolo(trial, input); });
   if (not_yolo.empty()) return std::make_unique<detail::YoloKind>(input, options);
-  network.fail("is no network that is known by its outputs, " + detail::shapes_text(trial) +
+  network.fail("is no known kind of network by its outputs, " + detail::shapes_text(trial) +
                ". YOLACT: " + not_yolact + ". YOLO: " + not_yolo);
 }
 

@@ -22,8 +22,7 @@
 namespace dynfilter::detail {
 namespace {
 
-// --- Binding
-// --------------------------------------------------------------------------------------
+// --- Binding -------------------------------------------------------------------------------------
 
 using Outputs = std::vector<const NamedTensor*>;
 
@@ -60,8 +59,24 @@ bool is_table(const cv::Mat& data) {
 int rows_of(const cv::Mat& table) { return table.size[table.dims - 2]; }
 int columns_of(const cv::Mat& table) { return table.size[table.dims - 1]; }
 
-// --- Priors
-// ---------------------------------------------------------------------------------------
+/// Takes the priors out of the list. They have no batch dimension; if they have one after all, their
+/// name identifies them.
+const NamedTensor* take_priors(Outputs& rest) {
+  const NamedTensor* priors = take(rest, "priors", {"prior", "anchor"}, [](const cv::Mat& data) {
+    return data.dims == 2 && data.size[1] == 4;
+  });
+  if (priors != nullptr) return priors;
+  const auto named = std::find_if(rest.begin(), rest.end(), [](const NamedTensor* output) {
+    return is_table(output->data) && columns_of(output->data) == 4 &&
+           is_named(*output, {"prior", "anchor"});
+  });
+  if (named == rest.end()) return nullptr;
+  priors = *named;
+  rest.erase(named);
+  return priors;
+}
+
+// --- Priors --------------------------------------------------------------------------------------
 
 constexpr int levels = 5;  // P3 to P7
 constexpr std::array<double, levels> scales = {24, 48, 96, 192, 384};
@@ -91,8 +106,7 @@ double scale_at(std::size_t level, int side) {
              : std::floor(scales[level] / published_side * side);
 }
 
-// --- Decoding
-// -------------------------------------------------------------------------------------
+// --- Decoding ------------------------------------------------------------------------------------
 
 constexpr float min_confidence = 0.05F;  // as published
 
@@ -207,20 +221,7 @@ YolactOutputs bind_yolact(const std::vector<NamedTensor>& outputs) {
   Outputs rest;
   for (const NamedTensor& output : outputs) rest.push_back(&output);
 
-  // Priors have no batch dimension. If they have one after all, their name identifies them.
-  const NamedTensor* priors = take(rest, "priors", {"prior", "anchor"}, [](const cv::Mat& data) {
-    return data.dims == 2 && data.size[1] == 4;
-  });
-  if (priors == nullptr) {
-    const auto named = std::find_if(rest.begin(), rest.end(), [](const NamedTensor* output) {
-      return is_table(output->data) && columns_of(output->data) == 4 &&
-             is_named(*output, {"prior", "anchor"});
-    });
-    if (named != rest.end()) {
-      priors = *named;
-      rest.erase(named);
-    }
-  }
+  const NamedTensor* priors = take_priors(rest);
   const NamedTensor& locations =
       need(take(rest, "locations [1, N, 4]", {"loc", "bbox", "box"},
                 [](const cv::Mat& data) {
@@ -306,7 +307,7 @@ cv::Mat yolact_priors(int count, const cv::Size& input) {
 bool are_probabilities(const Table& confidences) {
   constexpr int sample = 64;
   const int step = std::max(confidences.rows / sample, 1);
-  bool has_seen_any = false;
+  bool has_rows = false;
   for (int row = 0; row < confidences.rows; row += step) {
     float sum = 0;
     float smallest = 0;
@@ -316,9 +317,9 @@ bool are_probabilities(const Table& confidences) {
     }
     if (!std::isfinite(sum)) continue;
     if (smallest < 0 || std::abs(sum - 1) > 1e-2F) return false;
-    has_seen_any = true;
+    has_rows = true;
   }
-  return has_seen_any;
+  return has_rows;
 }
 
 std::vector<Detection> decode_yolact(const YolactOutputs& outputs, const Table& priors,

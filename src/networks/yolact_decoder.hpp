@@ -57,9 +57,9 @@ struct YolactDecoding {
 /// Returns the detections, the highest score first, with boxes in pixels of the input. As
 /// published: drops priors whose best class does not exceed 0.05, lets every other prior stand for
 /// each class, suppresses overlaps within each class, and keeps the best max_detections. Leaves out
-/// unwanted classes and scores at or below the threshold from the start; otherwise this only frees
-/// places for the other detections. Leaves out rows with a number that is not finite and boxes
-/// without area. Throws std::runtime_error if no score is a number. O(N · C + C · max_per_class²).
+/// unwanted classes and scores at or below the threshold from the start, which only frees places
+/// for the other detections. Leaves out rows with a number that is not finite and boxes without
+/// area. Throws std::runtime_error if no score is a number. O(N · C + C · max_per_class²).
 std::vector<Detection> decode_yolact(const YolactOutputs& outputs, const Table& priors,
                                      const cv::Size& input, const YolactDecoding& decoding);
 

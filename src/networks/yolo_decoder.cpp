@@ -55,8 +55,7 @@ Anchor anchor_of(int row, const cv::Size& input) {
   throw std::logic_error("an anchor beyond the last one");
 }
 
-// --- Binding
-// --------------------------------------------------------------------------------------
+// --- Binding -------------------------------------------------------------------------------------
 
 /// Outputs of three dimensions, and the one of four.
 struct Sorted {
@@ -93,8 +92,8 @@ std::optional<Table> with_rows(const NamedTensor& output, int rows) {
 
 /// Finds the prototypes' dimension, the second or the last: their number must fit the columns of
 /// the tables, and the grid must have the input's aspect ratio.
-Prototypes prototypes_where(const NamedTensor& output, const cv::Size& input,
-                            const std::function<bool(int)>& fits) {
+Prototypes view_prototypes(const NamedTensor& output, const cv::Size& input,
+                           const std::function<bool(int)>& fits) {
   for (const Prototypes& prototypes :
        {prototypes_first(output.data), prototypes_last(output.data)}) {
     const bool has_shape_of_input = std::int64_t{prototypes.rows} * input.width ==
@@ -102,7 +101,7 @@ Prototypes prototypes_where(const NamedTensor& output, const cv::Size& input,
     if (has_shape_of_input && fits(prototypes.count)) return prototypes;
   }
   throw std::runtime_error("no side of " + output.name +
-                           " fits as the number of prototypes to the other outputs");
+                           " can be the number of prototypes, given the other outputs");
 }
 
 YoloOutputs bind_single(const NamedTensor& output, const NamedTensor& prototypes,
@@ -112,7 +111,7 @@ YoloOutputs bind_single(const NamedTensor& output, const NamedTensor& prototypes
   if (const std::optional<Table> table = with_rows(output, anchor_count(input))) {
     bound.head = YoloHead::decoded;
     bound.prototypes =
-        prototypes_where(prototypes, input, [&](int count) { return 4 + count < table->columns; });
+        view_prototypes(prototypes, input, [&](int count) { return 4 + count < table->columns; });
     const int classes = table->columns - 4 - bound.prototypes.count;
     bound.boxes = table->part(0, 4);
     bound.scores = table->part(4, classes);
@@ -122,7 +121,7 @@ YoloOutputs bind_single(const NamedTensor& output, const NamedTensor& prototypes
   const Table table = rows_first(output.data);
   bound.head = YoloHead::end_to_end;
   bound.prototypes =
-      prototypes_where(prototypes, input, [&](int count) { return 6 + count == table.columns; });
+      view_prototypes(prototypes, input, [&](int count) { return 6 + count == table.columns; });
   bound.boxes = table.part(0, 4);
   bound.scores = table.part(4, 2);
   bound.coefficients = table.part(6, bound.prototypes.count);
@@ -159,7 +158,7 @@ YoloOutputs bind_raw(const std::vector<const NamedTensor*>& outputs, const Named
   YoloOutputs bound;
   bound.head = YoloHead::raw;
   bound.input = input;
-  bound.prototypes = prototypes_where(prototypes, input, [&](int count) {
+  bound.prototypes = view_prototypes(prototypes, input, [&](int count) {
     return std::any_of(tables.begin(), tables.end(),
                        [&](const auto& entry) { return entry.second.columns == count; });
   });
@@ -185,8 +184,7 @@ YoloOutputs bind_raw(const std::vector<const NamedTensor*>& outputs, const Named
   return bound;
 }
 
-// --- Decoding
-// -------------------------------------------------------------------------------------
+// --- Decoding ------------------------------------------------------------------------------------
 
 /// Returns the mean of a distribution over 0, 1, 2, … given by logits (X. Li et al., "Generalized
 /// Focal Loss", NeurIPS 2020); for a single bin, its value.

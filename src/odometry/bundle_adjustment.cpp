@@ -13,8 +13,8 @@
 namespace odometry {
 namespace {
 
-constexpr int first_round_steps = 5;
-constexpr int second_round_steps = 8;
+constexpr int first_pass_steps = 5;
+constexpr int second_pass_steps = 8;
 constexpr double min_depth_m = 0.05;
 
 using PoseBlock = Eigen::Matrix<double, 6, 6>;
@@ -154,9 +154,9 @@ void adjust_bundle(const PinholeCamera& camera, Bundle& bundle) {
     const Eigen::Vector3d point = bundle.poses[seen.keyframe] * bundle.points[seen.point];
     seen.is_inlier = point.z() >= min_depth_m;
   }
-  levenberg_marquardt(camera, bundle, first_round_steps);
+  levenberg_marquardt(camera, bundle, first_pass_steps);
   mark_outliers(camera, bundle);
-  levenberg_marquardt(camera, bundle, second_round_steps);
+  levenberg_marquardt(camera, bundle, second_pass_steps);
   mark_outliers(camera, bundle);
 }
 

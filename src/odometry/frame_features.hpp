@@ -48,8 +48,8 @@ class FrameFeatures {
 
   std::vector<Feature> features_;
   std::size_t columns_ = 0, rows_ = 0;
-  std::vector<std::vector<std::size_t>>
-      cells_;  // features beyond the image go into the outer cells
+  // Features beyond the image go into the outer cells.
+  std::vector<std::vector<std::size_t>> cells_;
 };
 
 /// The accuracy of measured depth.

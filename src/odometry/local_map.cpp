@@ -48,13 +48,13 @@ KeyframeId LocalMap::add_keyframe(const Pose& pose, const FrameFeatures& feature
 }
 
 void LocalMap::add_observation(PointId id, KeyframeId keyframe, std::size_t feature) {
-  Keyframe& seer = keyframes_[keyframe];
+  Keyframe& observer = keyframes_[keyframe];
   MapPoint& point = points_[id];
-  seer.points[feature] = id;
+  observer.points[feature] = id;
   point.observations.emplace_back(keyframe, feature);
-  point.descriptor = seer.features[feature].descriptor;
-  point.octave = seer.features[feature].octave;
-  const Eigen::Vector3d ray = point.position - seer.pose.centre();
+  point.descriptor = observer.features[feature].descriptor;
+  point.octave = observer.features[feature].octave;
+  const Eigen::Vector3d ray = point.position - observer.pose.centre();
   point.distance_m = ray.norm();
   point.view = ray / point.distance_m;
 }

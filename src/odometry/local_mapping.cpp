@@ -95,9 +95,10 @@ void adjust_around(LocalMap& map, const PinholeCamera& camera, KeyframeId keyfra
   for (std::size_t p = 0; p < selection.points.size(); ++p) {
     map.point(selection.points[p]).position = bundle.points[p];
   }
-  for (const auto& [seer, feature] : outliers) {
+  for (const auto& [observer, feature] : outliers) {
     // An earlier removed observation may have removed the point, too.
-    if (map.keyframe(seer).points[feature] != no_point) map.remove_observation(seer, feature);
+    if (map.keyframe(observer).points[feature] != no_point)
+      map.remove_observation(observer, feature);
   }
 }
 

@@ -10,7 +10,7 @@
 
 namespace odometry {
 
-/// Adjusts the bundle around a keyframe: moves the keyframe, the `neighbours` keyframes that share
+/// Runs local bundle adjustment: moves the keyframe, the `neighbours` keyframes that share
 /// most points with it, and the points that they see. Other keyframes that see these points anchor
 /// them; if there is none, the oldest one does. Removes observations that disagree from the map.
 void adjust_around(LocalMap& map, const PinholeCamera& camera, KeyframeId keyframe,

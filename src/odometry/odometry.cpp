@@ -16,8 +16,8 @@ namespace {
 
 constexpr double last_frame_radius_px = 15;
 constexpr double local_map_radius_px = 8;
-constexpr std::size_t min_followed =
-    20;  // matches with the last frame; with fewer, it searches wider
+// Matches with the last frame; with fewer, it searches wider.
+constexpr std::size_t min_followed = 20;
 constexpr std::size_t keyframes_searched = 5;  // to recover a lost track, from the newest back
 
 cv::Mat grey_of(const cv::Mat& image) {

@@ -31,8 +31,8 @@ struct OdometryOptions {
   std::size_t min_inliers = 20;     ///< with fewer, a frame is lost
   std::size_t local_keyframes = 10;    ///< keyframes whose points a frame is matched with
   std::size_t adjusted_keyframes = 6;  ///< by bundle adjustment, besides the new one; 0 = none
-  double keyframe_share =
-      0.75;  ///< makes a keyframe if it finds a smaller share of what its reference sees
+  /// Makes a keyframe if it finds a smaller share of what its reference sees.
+  double keyframe_share = 0.75;
   std::size_t keyframe_interval = 3;  ///< minimum number of frames between keyframes
 };
 

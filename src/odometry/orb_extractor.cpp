@@ -24,18 +24,19 @@ bool is_stronger(const cv::KeyPoint& a, const cv::KeyPoint& b) {
 
 /// Keeps the strongest corner of every grid cell, then the second strongest of every cell, and so
 /// on until there are `count`.
-void spread(std::vector<cv::KeyPoint>& keypoints, std::size_t count, const cv::Size& image_size) {
+void keep_spread(std::vector<cv::KeyPoint>& keypoints, std::size_t count,
+                 const cv::Size& image_size) {
   if (keypoints.size() <= count) return;
   std::sort(keypoints.begin(), keypoints.end(), is_stronger);
   // Half as many cells as features, because some cells have no corner.
   const double cell_px = std::sqrt(2.0 * image_size.area() / static_cast<double>(count));
-  std::map<std::pair<int, int>, std::size_t> taken_of_cell;
+  std::map<std::pair<int, int>, std::size_t> taken_by_cell;
   std::vector<std::pair<std::size_t, std::size_t>> ranked;  // rank in its cell, keypoint
   for (std::size_t i = 0; i < keypoints.size(); ++i) {
     const cv::Point2f& position = keypoints[i].pt;
     const std::pair<int, int> cell(static_cast<int>(position.y / cell_px),
                                    static_cast<int>(position.x / cell_px));
-    ranked.emplace_back(taken_of_cell[cell]++, i);
+    ranked.emplace_back(taken_by_cell[cell]++, i);
   }
   std::sort(ranked.begin(), ranked.end());
   std::vector<cv::KeyPoint> kept;
@@ -71,7 +72,7 @@ OrbExtractor::OrbExtractor(int features)
 void OrbExtractor::extract(const cv::Mat& grey, std::vector<cv::KeyPoint>& keypoints,
                            cv::Mat& descriptors) const {
   orb_->detect(grey, keypoints);
-  spread(keypoints, features_, grey.size());
+  keep_spread(keypoints, features_, grey.size());
   orb_->compute(grey, keypoints, descriptors);
   // OpenCV scales pixel indices, but the octaves' images are aligned at their corners, not at the
   // centres of their first pixels.

@@ -11,8 +11,8 @@
 namespace odometry {
 namespace {
 
-constexpr int rounds = 4;
-constexpr int steps_a_round = 10;
+constexpr int passes = 4;
+constexpr int steps_a_pass = 10;
 constexpr double min_depth_m = 0.05;
 
 struct NormalEquations {
@@ -59,7 +59,7 @@ void levenberg_marquardt(const PinholeCamera& camera, Pose& pose,
                          const std::vector<PointMatch>& matches, bool robust) {
   double damping = 1e-5;
   double cost = total_cost(camera, pose, matches, robust);
-  for (int step = 0; step < steps_a_round; ++step) {
+  for (int step = 0; step < steps_a_pass; ++step) {
     const NormalEquations equations = linearise(camera, pose, matches, robust);
     Eigen::Matrix<double, 6, 6> damped = equations.hessian;
     damped.diagonal() *= 1 + damping;
@@ -101,10 +101,10 @@ std::size_t refine_pose(const PinholeCamera& camera, Pose& pose, std::vector<Poi
   const Pose start = pose;
   for (PointMatch& match : matches) match.is_inlier = (pose * match.point).z() >= min_depth_m;
   std::size_t inliers = matches.size();
-  for (int round = 0; round < rounds && inliers >= 3; ++round) {
+  for (int pass = 0; pass < passes && inliers >= 3; ++pass) {
     // Starts from the same pose each time, so that outliers of an earlier pass leave no trace.
     Pose candidate = start;
-    levenberg_marquardt(camera, candidate, matches, round < rounds / 2);
+    levenberg_marquardt(camera, candidate, matches, pass < passes / 2);
     pose = candidate;
     inliers = mark_outliers(camera, pose, matches);
   }

@@ -38,7 +38,7 @@ std::unique_ptr<Segmenter> make_segmenter(const PluginSettings& settings) {
 MaskSource::MaskSource(const PluginSettings& settings)
     : origin_(settings.file + ": " + settings.source_key + ": "),
       remedy_(settings.missing_masks_key + ": \"keep\""),
-      goes_on_without_masks_(settings.missing_masks == "keep") {
+      continues_without_masks_(settings.missing_masks == "keep") {
   try {
     segmenter_ = make_segmenter(settings);
     if (settings.hand_over) {
@@ -71,22 +71,22 @@ std::optional<Segmentation> MaskSource::masks_for(FrameView frame) {
   if (!was_submitted) submit(frame);
   frame.id = frame_id_;
   if (propagator_ && propagated_id_ == frame.id) return propagated_;
-  std::optional<Segmentation> masks = segment_or_go_on(frame);
+  std::optional<Segmentation> masks = segment_or_continue(frame);
   if (!propagator_) return masks;
   propagated_ = propagator_->propagate(frame, masks);
   propagated_id_ = frame.id;
   return propagated_;
 }
 
-std::optional<Segmentation> MaskSource::segment_or_go_on(const FrameView& frame) {
+std::optional<Segmentation> MaskSource::segment_or_continue(const FrameView& frame) {
   try {
     return segment(frame);
   } catch (const std::runtime_error& error) {
     // A broken mask in a folder stays broken; a missing one may be skipped.
     const bool is_passable = !folder_ || !folder_->has_mask(frame.timestamp_s);
     if (!is_passable) throw std::runtime_error(origin_ + error.what());
-    if (!goes_on_without_masks_) {
-      throw std::runtime_error(origin_ + error.what() + " (" + remedy_ + " goes on without)");
+    if (!continues_without_masks_) {
+      throw std::runtime_error(origin_ + error.what() + " (" + remedy_ + " continues without)");
     }
     ++failures_;
     return {};
@@ -95,7 +95,7 @@ std::optional<Segmentation> MaskSource::segment_or_go_on(const FrameView& frame)
 
 std::optional<Segmentation> MaskSource::segment(const FrameView& frame) {
   if (thread_) return thread_->collect(frame.id);
-  if (folder_ && goes_on_without_masks_ && !folder_->has_mask(frame.timestamp_s)) return {};
+  if (folder_ && continues_without_masks_ && !folder_->has_mask(frame.timestamp_s)) return {};
   return segmenter_->segment(frame);
 }
 

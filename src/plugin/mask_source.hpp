@@ -41,11 +41,11 @@ class MaskSource {
 
  private:
   std::optional<Segmentation> segment(const FrameView& frame);
-  std::optional<Segmentation> segment_or_go_on(const FrameView& frame);
+  std::optional<Segmentation> segment_or_continue(const FrameView& frame);
 
   std::string origin_;  // the settings file and the masks' key, for errors
   std::string remedy_;  // the setting that helps against missing masks
-  bool goes_on_without_masks_;
+  bool continues_without_masks_;
   MaskFolderSegmenter* folder_ = nullptr;  // the segmenter, if it is a folder without a thread
   std::unique_ptr<Segmenter> segmenter_;   // null if the thread has it
   std::unique_ptr<AsyncSegmenter> thread_;

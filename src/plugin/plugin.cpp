@@ -30,8 +30,8 @@ DynamicFilter make_filter(const detail::PluginSettings& settings) {
   }
 }
 
-void require_in_step(const std::vector<cv::KeyPoint>& keypoints, const cv::Mat& descriptors,
-                     const int* pivot) {
+void require_matching_sizes(const std::vector<cv::KeyPoint>& keypoints, const cv::Mat& descriptors,
+                            const int* pivot) {
   if (!descriptors.empty() && static_cast<std::size_t>(descriptors.rows) != keypoints.size()) {
     detail::throw_misuse(
         "Plugin::filter",
@@ -111,14 +111,14 @@ FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
                                    std::vector<cv::KeyPoint>& keypoints, cv::Mat& descriptors,
                                    int* pivot) {
   if (!masks) return leave_alone(depth, keypoints);
-  require_in_step(keypoints, descriptors, pivot);
+  require_matching_sizes(keypoints, descriptors, pivot);
   const FrameView frame = view(timestamp_s, depth);
   validate(frame, "Plugin::filter");
   const std::optional<Segmentation> segmentation = masks->masks_for(frame);
   filter.apply(frame, segmentation, keypoints, labels, workspace);
   keep_at_least_one(labels);
   FrameStatistics statistics = labels.statistics();
-  const std::size_t kept_of_pivot =
+  const std::size_t kept_before_pivot =
       pivot ? kept_below(labels, static_cast<std::size_t>(*pivot)) : 0;
   if (!descriptors.empty()) detail::unshare(descriptors);  // or keep_static would, and may fail
   if (recorder) recorder->record(frame, segmentation.value_or(Segmentation()), keypoints, labels);
@@ -128,7 +128,7 @@ FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
   } else {
     keep_static(labels, keypoints, descriptors);
   }
-  if (pivot) *pivot = static_cast<int>(kept_of_pivot);
+  if (pivot) *pivot = static_cast<int>(kept_before_pivot);
   ++counters.filtered;
   counters.never_submitted += frame.image.empty() ? 1 : 0;
   counters.without_masks += segmentation ? 0 : 1;

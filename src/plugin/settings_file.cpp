@@ -57,19 +57,19 @@ SettingsFile::SettingsFile(const std::string& path, const std::string& prefix)
   }
 }
 
-std::string SettingsFile::know(const std::string& name) {
+std::string SettingsFile::declare(const std::string& name) {
   known_.push_back(name);
   return key_of(name);
 }
 
 void SettingsFile::read_text(const std::string& name, std::string& value) {
-  value = file_.text(know(name)).value_or(value);
+  value = file_.text(declare(name)).value_or(value);
 }
 
 void SettingsFile::read_choice(const std::string& name, const std::vector<std::string>& choices,
                                std::string& value) {
   const std::string want = "one of " + join(choices);
-  const std::optional<std::string> text = file_.text(know(name), want);
+  const std::optional<std::string> text = file_.text(declare(name), want);
   if (!text) return;
   if (std::find(choices.begin(), choices.end(), *text) == choices.end()) {
     refuse(name, "\"" + *text + "\"", want);
@@ -78,27 +78,27 @@ void SettingsFile::read_choice(const std::string& name, const std::vector<std::s
 }
 
 void SettingsFile::read_flag(const std::string& name, bool& value) {
-  if (!file_.has(know(name))) return;
+  if (!file_.has(declare(name))) return;
   const std::string shown = file_.shown(key_of(name));
   if (shown != "0" && shown != "1") refuse(name, shown, "0 or 1");
   value = shown == "1";
 }
 
 void SettingsFile::read_number(const std::string& name, double& value) {
-  value = file_.number(know(name)).value_or(value);
+  value = file_.number(declare(name)).value_or(value);
 }
 
 void SettingsFile::read_count(const std::string& name, int& value) {
-  value = file_.integer(know(name), 0).value_or(value);
+  value = file_.integer(declare(name), 0).value_or(value);
 }
 
 void SettingsFile::read_count(const std::string& name, std::size_t& value) {
-  const std::optional<int> number = file_.integer(know(name), 0);
+  const std::optional<int> number = file_.integer(declare(name), 0);
   if (number) value = static_cast<std::size_t>(*number);
 }
 
 void SettingsFile::read_integers(const std::string& name, std::vector<int>& values) {
-  values = file_.integers(know(name)).value_or(values);
+  values = file_.integers(declare(name)).value_or(values);
 }
 
 double SettingsFile::host_number(const std::string& key, double value) const {

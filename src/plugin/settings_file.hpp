@@ -48,7 +48,7 @@ class SettingsFile {
 
  private:
   /// Declares the name and returns its key.
-  std::string know(const std::string& name);
+  std::string declare(const std::string& name);
   bool is_known(const std::string& name) const;
 
   YamlFile file_;

@@ -19,9 +19,9 @@ namespace dynfilter::peers {
 
 struct BoxDepthDeviationOptions {
   std::vector<int> dynamic_classes = {0};  ///< as in MaskCullerOptions
-  double width_growth =
-      0.2;             ///< share of the box's width, half of it on the left, half on the right
-  int margin_px = 10;  ///< extra margin on each of the four sides
+  /// Share of the box's width, half of it on the left, half on the right.
+  double width_growth = 0.2;
+  int margin_px = 10;           ///< extra margin on each of the four sides
   double nearest_share = 0.8;   ///< share of the box's depths that count as foreground
   double min_chi_square = 3.2;  ///< minimum squared distance of background, in deviations
 };

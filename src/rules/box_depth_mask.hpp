@@ -83,8 +83,8 @@ class BoxDepthMask {
         if (depth) depths.push_back(*depth);
       }
     }
-    const double least = options_.min_depth_share * static_cast<double>(pixels);
-    if (static_cast<double>(depths.size()) < least) depths.clear();
+    const double min_depths = options_.min_depth_share * static_cast<double>(pixels);
+    if (static_cast<double>(depths.size()) < min_depths) depths.clear();
     return depths;
   }
 

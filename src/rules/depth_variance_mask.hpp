@@ -26,8 +26,8 @@ struct DepthVarianceMaskOptions {
   double min_variance = 5e-6;  ///< of a candidate's depths, square metres, exclusive
   double max_variance = 5e-5;  ///< of a candidate's depths, square metres, exclusive
   double radius_px = 5;        ///< DBSCAN's radius
-  std::size_t min_points =
-      4;  ///< DBSCAN's minimum number of points within the radius of a core point
+  /// DBSCAN's minimum number of points within the radius of a core point.
+  std::size_t min_points = 4;
   double z_scale_px_per_m = 10;  ///< pixels that a metre of depth counts for in DBSCAN
   std::size_t max_clusters = 2;  ///< number of largest clusters that become masks
   int min_side_px = 50;          ///< minimum side of a cluster's bounding box

@@ -124,7 +124,7 @@ class AsyncSegmenter::Worker {
   void require_room(std::uint64_t id) const;
   FrameView owned(const FrameView& frame);
   void replace_waiting_before(std::uint64_t number);
-  void forget_what_nobody_collects();
+  void drop_uncollected();
 
   // Functions of collect.
   std::optional<Segmentation> newest();
@@ -221,7 +221,7 @@ void AsyncSegmenter::Worker::submit(const FrameView& frame) {
   ++statistics_.pending;
   if (!none_is_lost) {
     replace_waiting_before(next_number_);
-    forget_what_nobody_collects();
+    drop_uncollected();
   }
   ++next_number_;
   submitted_.notify_one();
@@ -234,7 +234,7 @@ void AsyncSegmenter::Worker::require_room(std::uint64_t id) const {
   detail::throw_misuse(
       "AsyncSegmenter::submit",
       detail::concatenate("frame ", id, " while ", uncollected, " frames are not collected"),
-      "a collect for every frame that is submitted (HandOver::wait loses none)");
+      "a collect for every submitted frame (HandOver::wait loses none)");
 }
 
 FrameView AsyncSegmenter::Worker::owned(const FrameView& frame) {
@@ -258,7 +258,7 @@ void AsyncSegmenter::Worker::replace_waiting_before(std::uint64_t number) {
   }
 }
 
-void AsyncSegmenter::Worker::forget_what_nobody_collects() {
+void AsyncSegmenter::Worker::drop_uncollected() {
   while (frames_.size() > max_uncollected) {
     const auto oldest = std::find_if(frames_.begin(), frames_.end(),
                                      [](const auto& frame) { return frame.is_settled(); });

@@ -161,7 +161,7 @@ void MaskFolderSegmenter::index_masks() {
     }
     const auto [found, is_new] = masks_.emplace(detail::microseconds(*time_s), Mask{file, {}});
     if (!is_new) {
-      detail::throw_file_error(file, "is of the same time as " + found->second.path.string());
+      detail::throw_file_error(file, "has the same time as " + found->second.path.string());
     }
   }
   if (masks_.empty() && !options_.allow_missing) {
@@ -182,7 +182,7 @@ void MaskFolderSegmenter::read_table(const fs::path& path) {
     }
     if (!masks_.at(mask->first).instances.emplace(row.label, row.instance).second) {
       table.fail("instance " + table.text(1) + " of frame " + table.text(0) +
-                 " stands in an earlier line already");
+                 " is in an earlier line already");
     }
   }
 }

@@ -103,7 +103,8 @@ void MaskFolderWriter::add(const Segmentation& segmentation) {
 
 void MaskFolderWriter::add(const Segmentation& segmentation, const std::string& stem) {
   require_writable(segmentation);
-  if (!staged_) detail::throw_misuse(name, "a segmentation after finish()", "all before it");
+  if (!staged_)
+    detail::throw_misuse(name, "a segmentation after finish()", "every segmentation before it");
   const std::optional<double> time_s = detail::time_of_stem(stem);
   if (!time_s) {
     detail::throw_misuse(name, "the stem '" + stem + "'", "a time in seconds");

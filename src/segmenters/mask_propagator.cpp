@@ -22,10 +22,10 @@ namespace {
 constexpr const char* name = "MaskPropagator";
 constexpr double cell_px = 16;  // side of a motion map's cell, at a width of 640 pixels
 
-void require(const char* option, double value, double least, double most) {
-  if (value >= least && value <= most) return;
+void require(const char* option, double value, double min_value, double max_value) {
+  if (value >= min_value && value <= max_value) return;
   detail::throw_misuse(name, detail::concatenate(option, " = ", value),
-                       detail::concatenate("a number from ", least, " to ", most));
+                       detail::concatenate("a number from ", min_value, " to ", max_value));
 }
 
 MaskPropagatorOptions checked(const MaskPropagatorOptions& options) {
@@ -101,7 +101,7 @@ struct MaskPropagator::State {
                                         const std::optional<Segmentation>& newest);
   void track(const FrameView& frame);
   void drop_lost(double now_s);
-  void look_at(const FrameView& frame, const Segmentation& result);
+  void take_if_new(const FrameView& frame, const Segmentation& result);
   ResultPlace place_of(const Segmentation& result) const;
   void take(const Segmentation& result, const ResultPlace& place);
   std::vector<std::optional<std::size_t>> matches(const Segmentation& result,
@@ -211,7 +211,7 @@ std::vector<std::optional<std::size_t>> MaskPropagator::State::matches(const Seg
 }
 
 /// Takes a result, unless it is the last one again or is unusable.
-void MaskPropagator::State::look_at(const FrameView& frame, const Segmentation& result) {
+void MaskPropagator::State::take_if_new(const FrameView& frame, const Segmentation& result) {
   if (last_result && result.frame_id == last_result->frame_id &&
       result.timestamp_s == last_result->timestamp_s) {
     return;
@@ -317,7 +317,7 @@ std::optional<Segmentation> MaskPropagator::State::propagate(
   if (!frame_size.empty()) size = frame_size;
 
   track(frame);
-  if (newest) look_at(frame, *newest);
+  if (newest) take_if_new(frame, *newest);
   drop_lost(frame.timestamp_s);
   choose_points();
   const bool is_known =

@@ -52,9 +52,9 @@ class RemoteChannel {
   };
 
   Segmentation exchange(const FrameView& frame, const Deadline& deadline);
-  void get_ready(const Deadline& deadline);
+  void prepare_connection(const Deadline& deadline);
   void connect(const Deadline& deadline);
-  bool leave_late_reply(const Deadline& deadline);
+  bool skip_late_reply(const Deadline& deadline);
   void drop_connection();
   void send(const FrameView& frame, const Deadline& deadline);
   Message receive_reply(const Deadline& deadline);
@@ -84,7 +84,7 @@ Segmentation RemoteChannel::exchange(const FrameView& frame) {
 }
 
 Segmentation RemoteChannel::exchange(const FrameView& frame, const Deadline& deadline) {
-  get_ready(deadline);
+  prepare_connection(deadline);
   send(frame, deadline);
   const Message reply = receive_reply(deadline);
   if (reply.header.type == MessageType::error) {
@@ -96,20 +96,20 @@ Segmentation RemoteChannel::exchange(const FrameView& frame, const Deadline& dea
 }
 
 /// Provides a connection with nothing in flight.
-void RemoteChannel::get_ready(const Deadline& deadline) {
+void RemoteChannel::prepare_connection(const Deadline& deadline) {
   if (in_flight_ &&
       Clock::now() - in_flight_->sent_at >= remote::duration_of(options_.lost_after_s)) {
     drop_connection();
   }
-  if (in_flight_ && !leave_late_reply(deadline)) drop_connection();
+  if (in_flight_ && !skip_late_reply(deadline)) drop_connection();
   // The other side may have left since the last call, and returned.
-  if (connection_ && connection_->is_over()) drop_connection();
+  if (connection_ && connection_->is_closed()) drop_connection();
   if (!connection_) connect(deadline);
 }
 
 /// Receives and ignores the reply to a frame of an earlier call. Returns whether the connection is
 /// still good.
-bool RemoteChannel::leave_late_reply(const Deadline& deadline) {
+bool RemoteChannel::skip_late_reply(const Deadline& deadline) {
   try {
     receive_reply(deadline);
     return true;

@@ -30,7 +30,7 @@ struct AblateOptions {
   std::vector<std::string> degradations;  // of the sequences' masks; none: unchanged
   std::vector<std::string> levels;
   std::string seeds = "1-5";
-  SceneSpec of_level;  // options that all levels share
+  SceneSpec level_options;  // options that all levels share
   AblationPlan plan;
   bool list = false;
   std::filesystem::path gather;  // empty: run
@@ -44,7 +44,7 @@ std::vector<std::uint64_t> seeds_of(const std::string& text) {
   if (seeds) return *seeds;
   detail::throw_misuse("ablate", "--seeds " + text,
                        detail::concatenate("numbers and ascending ranges, at most ", max_seeds,
-                                           " seeds, as 1-5 or 1,3,8-10"));
+                                           " seeds, such as 1-5 or 1,3,8-10"));
 }
 
 AblationPlan plan_of(const AblateOptions& options) {
@@ -60,7 +60,7 @@ AblationPlan plan_of(const AblateOptions& options) {
   }
   for (const std::string& level : options.levels) {
     for (const std::uint64_t seed : seeds_of(options.seeds)) {
-      SceneSpec scene = options.of_level;
+      SceneSpec scene = options.level_options;
       scene.level = level;
       scene.level_seed = seed;
       plan.scenes.push_back(scene);
@@ -115,27 +115,28 @@ void add_ablate_command(CLI::App& program, const std::string& called_as) {
   CLI::App* command = program.add_subcommand(
       "ablate",
       "Compare rules on sequences, or on levels and seeds: features left and removed, rates, and\n"
-      "what becomes of the reference odometry's trajectory. A job is one scene under one rule; "
-      "its\n"
-      "results lie in OUT/<scene>/<rule>, and the tables are made of what lies there.");
+      "the errors of the reference odometry. A job is one scene under one rule. Its results go to\n"
+      "OUT/<scene>/<rule>, and the tables are made from all results in OUT.");
   command->add_option("SEQUENCES", options->sequences, "folders of sequences");
   command
       ->add_option("--degrade", options->degradations,
-                   "make the sequences' masks worse, and score against what they were: as\n"
-                   "eroded,cut,disc,poor,late; features on the rim are then up to 15 px away")
+                   "make the sequences' masks worse, and use the original ones as the truth: for\n"
+                   "example eroded,cut,disc,poor,late; the rim is then 15 px wide")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::IsMember(degradation_names()));
-  command->add_option("--levels", options->levels, "levels of dynfilter synth, as medium,hard")
+  command->add_option("--levels", options->levels, "levels of dynfilter synth, such as medium,hard")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::IsMember(level_names()));
-  command->add_option("--seeds", options->seeds, "of the levels, as 1-5 or 1,3,8-10; at most 10000")
+  command
+      ->add_option("--seeds", options->seeds,
+                   "seeds of the levels, such as 1-5 or 1,3,8-10; at most 10000")
       ->capture_default_str();
-  add_level_size_options(*command, options->of_level);
+  add_level_size_options(*command, options->level_options);
   command
       ->add_option("--rules", options->plan.rules,
-                   "as mask,paper; default: all that are not about late masks, see below")
+                   "such as mask,paper; default: all rules but those about late masks, see below")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::IsMember(all_rule_names()));
@@ -143,14 +144,14 @@ void add_ablate_command(CLI::App& program, const std::string& called_as) {
   command->add_option("--out", options->plan.out, "folder for the results")->capture_default_str();
   CLI::Option* list =
       command->add_flag("--list", options->list,
-                        "run nothing: print a command a job, to be run anywhere in any order");
+                        "run nothing: print one command a job, to run anywhere in any order");
   command
       ->add_option("--gather", options->gather,
                    "run nothing: make the tables from the results in this folder")
       ->excludes(list);
   command
       ->add_option("--report", options->report,
-                   "write the tables and pictures to this page, too; an earlier page is replaced")
+                   "also write the tables and pictures to this page; replaces an earlier page")
       ->excludes(list);
   command->footer(
       rule_list() +

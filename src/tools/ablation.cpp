@@ -35,10 +35,10 @@ struct Outline {
 /// because scenes of a level differ only in their seed. So an error in the last scene shows before
 /// the first one starts.
 std::vector<Outline> outlines_of(const AblationPlan& plan, Inputs& inputs) {
-  std::map<std::string, Outline> of_group;
+  std::map<std::string, Outline> outline_by_group;
   std::vector<Outline> outlines;
   for (const SceneSpec& scene : plan.scenes) {
-    const auto [outline, is_new] = of_group.emplace(scene.name().group, Outline());
+    const auto [outline, is_new] = outline_by_group.emplace(scene.name().group, Outline());
     if (is_new) {
       const std::unique_ptr<FrameSource> source = scene.open();
       require_masks(*source, plan.settings.every);
@@ -83,7 +83,7 @@ void validate(const AblationPlan& plan) {
     const std::string name = scene.name().name;
     if (names.insert(name).second) continue;
     detail::throw_misuse("ablate", "two scenes named " + name,
-                         "one of each: results are told apart by that name");
+                         "different names: they identify the results");
   }
 }
 
@@ -123,7 +123,7 @@ std::vector<std::string> job_lines(const AblationPlan& plan, const std::string& 
       line += " --overlays 0 --out " + shell_quoted(out.string());
       if (line.find('\n') != std::string::npos) {
         detail::throw_misuse("ablate", "a line break in the job '" + line + "'",
-                             "paths without, since a job is a line");
+                             "paths without line breaks, because a job is one line");
       }
       lines.push_back(line);
     }

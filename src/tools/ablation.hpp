@@ -25,7 +25,7 @@ struct AblationPlan {
 void validate(const AblationPlan& plan);
 
 /// Runs all jobs here, with a progress bar. Reads each scene's frames and extracts their features
-/// once for all rules; runs as many scenes at a time as the machine has cores. The results of a job
+/// once for all rules; runs as many rules at a time as the machine has cores. The results of a job
 /// depend on neither. Throws what a run throws and, before the first job, if a job's folder would
 /// touch a scene's input (see require_harmless).
 void run_all(const AblationPlan& plan);

@@ -56,8 +56,8 @@ std::string spread(const std::vector<double>& values, int decimals) {
   if (values.empty()) return "-";
   const std::string middle = number(median(values), decimals);
   if (values.size() == 1) return middle;
-  const auto [least, greatest] = std::minmax_element(values.begin(), values.end());
-  return middle + " (" + number(*least, decimals) + ".." + number(*greatest, decimals) + ")";
+  const auto [min_value, max_value] = std::minmax_element(values.begin(), values.end());
+  return middle + " (" + number(*min_value, decimals) + ".." + number(*max_value, decimals) + ")";
 }
 
 /// Formats "median [lower..upper]" with the bootstrap's 95 % interval of the median (percentiles of
@@ -114,9 +114,9 @@ std::string titled(const std::string& group, std::size_t scenes, const char* wha
 }
 
 std::size_t max_scenes(const RulesOfGroup& rules) {
-  std::size_t most = 0;
-  for (const auto& [rule, runs] : rules) most = std::max(most, runs.size());
-  return most;
+  std::size_t scenes = 0;
+  for (const auto& [rule, runs] : rules) scenes = std::max(scenes, runs.size());
+  return scenes;
 }
 
 /// Names a row, with its number of scenes if that is not all.
@@ -242,8 +242,7 @@ Table trajectory_overview(const Groups& groups) {
 
 Table ratio_overview(const Groups& groups) {
   return overview(groups,
-                  "all: ATE over that of the perfect masks, medians over scenes with their 95 % "
-                  "intervals",
+                  "all: ATE over that of rule perfect, medians over scenes with 95 % intervals",
                   [](const Runs& runs, const RulesOfGroup& rules) {
                     return with_interval(ratios_to_perfect(runs, rules), 2);
                   });
@@ -251,10 +250,9 @@ Table ratio_overview(const Groups& groups) {
 
 /// Tabulates the default rule on each group, with the spread over its scenes.
 Table default_table(const Groups& groups) {
-  Table table{
-      "depth, the default rule: a frame, and the ATE; medians over scenes (least..greatest)",
-      {"scenes", "dynamic left", "static removed", "rim removed", "ATE m", "over perfect"},
-      {}};
+  Table table{"rule depth, the default: features a frame and ATE; medians over scenes (min..max)",
+              {"scenes", "dynamic left", "static removed", "rim removed", "ATE m", "over perfect"},
+              {}};
   for (const auto& [group, rules] : groups) {
     const auto found = std::find_if(rules.begin(), rules.end(),
                                     [](const auto& entry) { return entry.first == "depth"; });

@@ -78,7 +78,7 @@ class DegradedMasks final : public FrameSource {
   DegradedMasks(std::unique_ptr<FrameSource> source, std::string how)
       : source_(std::move(source)), how_(std::move(how)) {
     if (source_->masks_name().empty()) {
-      throw std::runtime_error("there are no masks that could be degraded");
+      throw std::runtime_error("there are no masks to degrade");
     }
   }
 

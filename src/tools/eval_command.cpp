@@ -73,7 +73,7 @@ void add_relative_error(Evaluation& evaluation, const EvalOptions& options,
                         const Trajectory& estimate, const Trajectory& truth,
                         const std::optional<AbsoluteTrajectoryError>& ate) {
   if (options.absolute.with_scale && !(ate && ate->alignment.scale > 0)) {
-    throw std::runtime_error("--scale takes the scale of the absolute error, which gives none");
+    throw std::runtime_error("--scale needs the scale of the absolute error, which is missing");
   }
   RelativeErrorOptions relative = options.relative;
   relative.max_time_difference_s = options.absolute.max_time_difference_s;
@@ -151,32 +151,34 @@ void add_eval_command(CLI::App& program) {
   CLI::App* command = program.add_subcommand(
       "eval",
       "Compare an estimated trajectory with the true one, as the TUM RGB-D benchmark does: the\n"
-      "absolute error after a rigid alignment, the relative error over an interval. Both files "
-      "are\n"
-      "in TUM's format (timestamp tx ty tz qx qy qz qw); rows with NaN or a zero quaternion are\n"
-      "skipped, and of a repeated time the last row counts, as there. Prints a line a figure: "
-      "name,\n"
-      "value; on standard error, what was skipped, and which figures cannot be had and why.");
+      "absolute error after a rigid alignment, and the relative error over an interval. Both "
+      "files\n"
+      "are in TUM's format (timestamp tx ty tz qx qy qz qw). As in that benchmark, rows with NaN\n"
+      "or a zero quaternion are skipped, and the last row with a repeated time counts. Prints one\n"
+      "figure a line, name and value. Standard error says which rows were skipped, and which\n"
+      "figures are missing and why.");
   command->add_option("ESTIMATE", options->estimate, "the estimated trajectory")->required();
   command->add_option("TRUTH", options->truth, "the true trajectory")->required();
   command
       ->add_option("--max-difference", options->absolute.max_time_difference_s,
-                   "between the times of an estimated pose and its true one, seconds")
+                   "largest difference in time of an estimated and a true pose, seconds")
       ->check(real_number(0, 10))
       ->capture_default_str();
   command->add_flag("--scale", options->absolute.with_scale, "align the scale too (mono)");
-  command->add_option("--interval", options->relative.interval_s, "of the relative error, seconds")
+  command
+      ->add_option("--interval", options->relative.interval_s,
+                   "interval of the relative error, seconds")
       ->check(real_number(1e-6, 1e9))
       ->capture_default_str();
   command
-      ->add_option("--frames", options->relative.interval_frames,
-                   "of the relative error, in poses instead of seconds; 1 = frame to frame")
+      ->add_option(
+          "--frames", options->relative.interval_frames,
+          "interval of the relative error in poses, instead of seconds; 1 = frame to frame")
       ->transform(whole_number(1, 1000000));
   command->add_option("--baseline", options->baseline,
-                      "another estimate, to print by how much the error is smaller");
-  command->add_option(
-      "--json", options->json,
-      "write the figures to this file, too; an earlier one of this kind is replaced");
+                      "another estimate; print the improvement of the error on it");
+  command->add_option("--json", options->json,
+                      "also write the figures to this file; replaces an earlier one of this kind");
   command->footer(
       "examples:\n"
       "  dynfilter eval CameraTrajectory.txt groundtruth.txt\n"

@@ -66,7 +66,7 @@ class Recording final : public FrameSource {
     const RgbdSequenceEntry& entry = sequence_.entry(i);
     if (masks.has_mask(entry.timestamp_s)) return;
     detail::throw_file_error(folder / (detail::time_text(entry.timestamp_s) + ".png"),
-                             "there is no such mask, which frame " + entry.stem + " needs");
+                             "there is no such mask; frame " + entry.stem + " needs it");
   }
 
   RgbdSequence sequence_;

@@ -71,11 +71,12 @@ void add_mask_feed_options(CLI::App& command, MaskFeedOptions& options) {
       command
           .add_option(
               "--async", options.hand_over,
-              "make the masks in a thread beside tracking, with the frames at the pace of\n"
-              "their times (no jump is waited for): wait for each frame's, wait_at_most so\n"
-              "long, take the latest, or drop what is not there")
+              "make the masks in a thread while tracking goes on, with frames at the pace of\n"
+              "their times (jumps are skipped): wait for each frame's masks, wait_at_most\n"
+              "--max-wait for them, take the latest, or drop masks that are not ready")
           ->check(CLI::IsMember(detail::hand_over_names()));
-  command.add_option("--max-wait", options.max_wait_s, "for --async wait_at_most, seconds")
+  command
+      .add_option("--max-wait", options.max_wait_s, "longest wait of --async wait_at_most, seconds")
       ->needs(hand_over)
       ->check(real_number(0, 3600))
       ->capture_default_str();
@@ -88,7 +89,7 @@ void add_mask_feed_options(CLI::App& command, MaskFeedOptions& options) {
       ->group("");  // hidden
   command
       .add_option("--hz", options.rate_hz,
-                  "slow the masks down to so many frames a second [as fast as they come]")
+                  "slow the masks down to this many frames a second [no limit]")
       ->needs(hand_over)
       ->check(real_number(0.001, 1000));
 }
@@ -96,11 +97,11 @@ void add_mask_feed_options(CLI::App& command, MaskFeedOptions& options) {
 MaskFeed::MaskFeed(const MaskFeedOptions& options, const FrameSource& source)
     : options_(options), source_name_(source.masks_name()) {
   const bool by_thread = !options.hand_over.empty();
-  if (!options.segmenter.is_nobody()) segmenter_ = options.segmenter.make();
+  if (!options.segmenter.is_unset()) segmenter_ = options.segmenter.make();
   if (!by_thread) return;
   if (!segmenter_) {
     if (source_name_.empty()) {
-      throw std::runtime_error("--async without masks: the sequence has none; name a segmenter");
+      throw std::runtime_error("--async needs masks, but the sequence has none; name a segmenter");
     }
     auto masks = std::make_unique<SourceMasks>();
     source_masks_ = masks.get();
@@ -118,15 +119,15 @@ MaskFeed::MaskFeed(const MaskFeedOptions& options, const FrameSource& source)
 MaskFeed::~MaskFeed() = default;
 
 std::string MaskFeed::name() const {
-  std::string name = options_.segmenter.is_nobody() ? source_name_ : options_.segmenter.name();
+  std::string name = options_.segmenter.is_unset() ? source_name_ : options_.segmenter.name();
   if (!thread_) return name;
-  name += ", " + options_.hand_over + " of a thread";
+  name += ", by a thread (" + options_.hand_over;
   if (options_.rate_hz > 0) {
     char text[32];
-    std::snprintf(text, sizeof text, " at %g Hz", options_.rate_hz);
+    std::snprintf(text, sizeof text, ", %g Hz", options_.rate_hz);
     name += text;
   }
-  return name;
+  return name + ")";
 }
 
 void MaskFeed::submit(const SourceFrame& frame) {
@@ -154,8 +155,8 @@ std::string MaskFeed::report() const {
   if (pace_.cuts() == 0) return text;
   std::string report = text;
   std::snprintf(text, sizeof text,
-                "\nthe times jump %zu times by more than %g s, or back: not waited for",
-                pace_.cuts(), FramePace::max_gap_s);
+                "\njumps in time that were skipped (more than %g s, or back): %zu",
+                FramePace::max_gap_s, pace_.cuts());
   return report + text;
 }
 

@@ -19,7 +19,7 @@ namespace dynfilter::tools {
 
 /// Where a run's masks come from, if not from the sequence, and when they are ready.
 struct MaskFeedOptions {
-  SegmenterSpec segmenter;  ///< is_nobody(): the sequence's own masks
+  SegmenterSpec segmenter;  ///< is_unset(): the sequence's own masks
   std::string hand_over;    ///< empty: masks are made on demand, without a thread
   double max_wait_s = 0.03;
   double rate_hz = 0;  ///< results a second at most; 0: no limit
@@ -43,7 +43,7 @@ class MaskFeed {
   std::string name() const;
 
   /// Tells whether the masks are just those read with the frames.
-  bool are_the_sources() const { return !thread_ && !segmenter_; }
+  bool uses_source_masks() const { return !thread_ && !segmenter_; }
 
   /// Waits until the frame is due (jumps of time are not waited for) and hands it to the thread, if
   /// there is one.
@@ -60,8 +60,8 @@ class MaskFeed {
 
   MaskFeedOptions options_;
   std::string source_name_;
-  std::unique_ptr<Segmenter>
-      segmenter_;  // null if the thread has it, or if the source's masks are used
+  // Null if the thread has it, or if the source's masks are used.
+  std::unique_ptr<Segmenter> segmenter_;
   SourceMasks* source_masks_ = nullptr;  // the thread's, if it hands over the source's masks
   std::unique_ptr<AsyncSegmenter> thread_;
   FramePace pace_;

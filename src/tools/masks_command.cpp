@@ -57,19 +57,20 @@ void add_masks_command(CLI::App& program) {
   const auto options = std::make_shared<MasksOptions>();
   CLI::App* command = program.add_subcommand(
       "masks",
-      "Run a segmenter over a sequence once and keep its masks, label maps with an instances.csv,\n"
+      "Run a segmenter over a sequence once and write its masks, label maps with an "
+      "instances.csv,\n"
       "for dynfilter run --masks, for MaskFolderSegmenter and for the plugin.");
   command->add_option("SEQUENCE", options->sequence, "folder of the sequence")->required();
   command->add_option("--out", options->out, "folder for the masks")->required();
   command->add_option("--camera", options->camera, "camera file [SEQUENCE/camera.yaml]");
   command->add_flag("--overwrite", options->overwrite,
-                    "replace masks that an earlier call wrote there, once all new ones are made");
+                    "replace the masks of an earlier call when all new ones are made");
   add_segmenter_options(*command, options->segmenter);
   command->footer(
       "example: dynfilter masks rgbd_dataset_freiburg3_walking_xyz --remote /run/user/1000/masks\n"
       "           --out rgbd_dataset_freiburg3_walking_xyz/masks");
   command->callback([options] {
-    if (options->segmenter.is_nobody()) throw CLI::RequiredError("a segmenter, such as --remote");
+    if (options->segmenter.is_unset()) throw CLI::RequiredError("a segmenter, such as --remote");
     make_masks(*options);
   });
 }

@@ -27,13 +27,13 @@ CLI::Validator checked(const std::string& kind, const std::string& range,
 }  // namespace
 
 std::optional<std::uint64_t> parse_whole_number(const std::string& text) {
-  constexpr std::uint64_t greatest = std::numeric_limits<std::uint64_t>::max();
+  constexpr std::uint64_t max_number = std::numeric_limits<std::uint64_t>::max();
   if (text.empty()) return {};
   std::uint64_t number = 0;
   for (const char c : text) {
     if (c < '0' || c > '9') return {};
     const auto digit = static_cast<std::uint64_t>(c - '0');
-    if (number > (greatest - digit) / 10) return {};
+    if (number > (max_number - digit) / 10) return {};
     number = 10 * number + digit;
   }
   return number;

@@ -17,7 +17,8 @@
 
 namespace dynfilter::tools {
 
-/// A text file that appears whole on `close`, or not at all, and tells about it on standard output.
+/// A text file that appears whole on `close`, or not at all. `close` throws std::runtime_error that
+/// names the file if it cannot be written.
 class OutputFile {
  public:
   explicit OutputFile(std::filesystem::path path) : path_(std::move(path)) {}
@@ -51,14 +52,15 @@ inline void require_replaceable(const std::filesystem::path& file, const std::st
   const std::string beginning(bytes.data(), static_cast<std::size_t>(stream.gcount()));
   if (stream.eof() && beginning.empty()) return;
   if (beginning.find(mark) != std::string::npos) return;
-  detail::throw_file_error(file, "is there already and no file of this kind; name another");
+  detail::throw_file_error(file, "exists and is not a file of this kind; name another file");
 }
 
 /// Writes a text of this kind, unless it would replace a file of another kind.
 inline void write_replaceable(const std::filesystem::path& file, const std::string& mark,
                               const std::string& text) {
   if (text.substr(0, kind_bytes).find(mark) == std::string::npos) {
-    throw std::logic_error(file.string() + ": would not be known again, it lacks " + mark);
+    throw std::logic_error(file.string() + ": could not be recognised later, because it lacks " +
+                           mark);
   }
   require_replaceable(file, mark);
   detail::write_file(file, text);

@@ -19,13 +19,13 @@ namespace {
 const RuleInfo& checked(const RuleInfo& rule, const SceneSpec& scene, const FrameSource& source,
                         const RunSettings& settings) {
   if (rule.takes_true_masks && !source.has_true_masks()) {
-    throw std::runtime_error("rule " + rule.name + " takes true masks, and " + scene.name().name +
+    throw std::runtime_error("rule " + rule.name + " needs true masks, but " + scene.name().name +
                              " has no masks_true/");
   }
   if (rule.moves_masks && settings.every != 1) {
     throw std::runtime_error("rule " + rule.name +
-                             " follows objects from frame to frame: not with --every " +
-                             std::to_string(settings.every));
+                             " follows objects from frame to frame: got --every " +
+                             std::to_string(settings.every) + "; want 1");
   }
   require_masks(source, settings.every);
   return rule;
@@ -102,8 +102,7 @@ RuleRun::RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource
       rim_px_(source.rim_px()),
       filter_({mask_stage_of(rule, settings.mask_culler), masks_time_},
               {stage_of(rule, settings.mask_culler, settings.seed), rule_time_}),
-      pictures_(staged_.path(), source.size(), settings.overlays, rule.takes_masks,
-                rule.compensates) {
+      pictures_(staged_.path(), source.size(), settings.overlays, rule) {
   if (rule.moves_masks) propagator_.emplace();
   if (source.has_depth() && settings.every == 1) {
     odometry_.emplace(source.camera(), odometry_options(settings));

@@ -30,8 +30,8 @@ namespace dynfilter::tools {
 /// The settings of a run, besides its frames and its rule.
 struct RunSettings {
   int features = 1000;
-  std::size_t every =
-      1;  ///< use every n-th frame; above 1 without odometry, which needs all frames
+  /// Use every n-th frame; above 1 without odometry, which needs all frames.
+  std::size_t every = 1;
   MaskCullerOptions mask_culler;
   std::uint64_t seed = 0;    ///< for the samples of the rule and of the odometry
   std::size_t overlays = 0;  ///< frames to draw

@@ -21,7 +21,7 @@ namespace dynfilter::tools {
 namespace {
 
 template <class Stage>
-AnyStage any(Stage stage) {
+AnyStage any_stage(Stage stage) {
   return [stage = std::move(stage)](const FilterInput& input, FeatureLabels& labels,
                                     Workspace& workspace) {
     check_stage(stage, input);
@@ -29,7 +29,7 @@ AnyStage any(Stage stage) {
   };
 }
 
-AnyStage nothing() {
+AnyStage empty_stage() {
   return [](const FilterInput&, FeatureLabels&, Workspace&) {};
 }
 
@@ -48,12 +48,12 @@ struct Entry {
 
 /// Makes the entry of another system's rule; it uses the same dynamic classes as ours.
 template <class Stage, class Options>
-Entry of_peer(const char* name, const char* description, Options options) {
+Entry peer_entry(const char* name, const char* description, Options options) {
   return {{name, description, false, false, true},
           [options](const MaskCullerOptions& masks, std::uint64_t) {
             Options with_classes = options;
             with_classes.dynamic_classes = masks.dynamic_classes;
-            return any(Stage(with_classes));
+            return any_stage(Stage(with_classes));
           }};
 }
 
@@ -66,38 +66,39 @@ peers::DilatedMaskOptions dilated(int passes) {
 const std::vector<Entry>& entries() {
   using Masks = MaskCullerOptions;
   static const std::vector<Entry> all = {
-      {{"none", "nothing is removed", false, false, false},
-       [](const Masks&, std::uint64_t) { return nothing(); }},
+      {{"none", "removes nothing", false, false, false},
+       [](const Masks&, std::uint64_t) { return empty_stage(); }},
       {{"mask", "features on the masks", true, false, false},
-       [](const Masks&, std::uint64_t) { return nothing(); }},
-      of_peer<peers::DilatedMask>("dynaslam", "masks dilated by a 31x31 ellipse (DynaSLAM)",
-                                  dilated(1)),
-      of_peer<peers::DilatedMask>("dynaslam_twice",
-                                  "the same dilation twice (DynaSLAM's two passes)", dilated(2)),
-      of_peer<peers::WholeBox>("crowd_slam", "the whole box, grown by 5 px (Crowd-SLAM)",
-                               peers::WholeBoxOptions()),
-      of_peer<peers::BoxDepthThreshold>("dynamic_vins",
-                                        "the box before a depth threshold (Dynamic-VINS)",
-                                        peers::BoxDepthThresholdOptions()),
-      of_peer<peers::BoxDepthDeviation>("ovd_slam",
-                                        "depth mean and deviation in the box (OVD-SLAM)",
-                                        peers::BoxDepthDeviationOptions()),
-      of_peer<peers::BoxDepthMask>("ngd_slam", "a mask of the box's depth (NGD-SLAM)",
-                                   peers::BoxDepthMaskOptions()),
-      of_peer<peers::DepthVarianceMask>("genea_slam2",
-                                        "a mask by the variance of depth (GeneA-SLAM2)",
-                                        peers::DepthVarianceMaskOptions()),
-      {{"paper", "masks, and edge features by depth and D-LBP in the box"}, paper},
-      {{"depth", "masks, and what they missed by the object's depth (the default)"}, depth},
-      {{"mask_moved", "features on the masks, moved by what is seen", true, false, false, true,
+       [](const Masks&, std::uint64_t) { return empty_stage(); }},
+      peer_entry<peers::DilatedMask>("dynaslam", "masks dilated by a 31x31 ellipse (DynaSLAM)",
+                                     dilated(1)),
+      peer_entry<peers::DilatedMask>("dynaslam_twice",
+                                     "masks dilated twice so (DynaSLAM's two passes)", dilated(2)),
+      peer_entry<peers::WholeBox>("crowd_slam", "the whole box, grown by 5 px (Crowd-SLAM)",
+                                  peers::WholeBoxOptions()),
+      peer_entry<peers::BoxDepthThreshold>(
+          "dynamic_vins", "features in the box nearer than a threshold (Dynamic-VINS)",
+          peers::BoxDepthThresholdOptions()),
+      peer_entry<peers::BoxDepthDeviation>("ovd_slam",
+                                           "features near the mean depth in the box (OVD-SLAM)",
+                                           peers::BoxDepthDeviationOptions()),
+      peer_entry<peers::BoxDepthMask>("ngd_slam", "a mask from the box's depth (NGD-SLAM)",
+                                      peers::BoxDepthMaskOptions()),
+      peer_entry<peers::DepthVarianceMask>("genea_slam2",
+                                           "a mask from the variance of depth (GeneA-SLAM2)",
+                                           peers::DepthVarianceMaskOptions()),
+      {{"paper", "masks, and features of the box by depth and D-LBP (the paper)"}, paper},
+      {{"depth", "masks, and features of the box by the object's depth (the default)"}, depth},
+      {{"mask_moved", "features on the masks, moved with the image", true, false, false, true,
         true},
-       [](const Masks&, std::uint64_t) { return nothing(); }},
-      {{"depth_moved", "the default on moved masks", true, false, true, true, true}, depth},
-      {{"depth_waited", "the default on the true masks: the camera waits for the network", true,
+       [](const Masks&, std::uint64_t) { return empty_stage(); }},
+      {{"depth_moved", "rule depth on masks moved with the image", true, false, true, true, true},
+       depth},
+      {{"depth_waited", "rule depth on the true masks, as if the camera waited for them", true,
         true, true, false, true},
        depth},
       {{"perfect", "features on the true masks", true, true, false},
-       [](const Masks&, std::uint64_t) { return nothing(); }},
+       [](const Masks&, std::uint64_t) { return empty_stage(); }},
   };
   return all;
 }
@@ -131,7 +132,7 @@ std::vector<std::string> all_rule_names() {
 std::vector<std::string> usual_rule_names() {
   std::vector<std::string> names;
   for (const RuleInfo& rule : all_rules()) {
-    if (!rule.is_of_late_masks) names.push_back(rule.name);
+    if (!rule.about_late_masks) names.push_back(rule.name);
   }
   return names;
 }
@@ -147,7 +148,7 @@ std::string rule_list() {
 }
 
 AnyStage mask_stage_of(const RuleInfo& rule, const MaskCullerOptions& masks) {
-  return rule.takes_masks ? any(MaskCuller(masks)) : nothing();
+  return rule.takes_masks ? any_stage(MaskCuller(masks)) : empty_stage();
 }
 
 AnyStage stage_of(const RuleInfo& rule, const MaskCullerOptions& masks, std::uint64_t seed) {

@@ -26,7 +26,7 @@ struct RuleInfo {
   bool takes_true_masks = false;
   bool compensates = true;        ///< a stage runs after the mask culler, or alone
   bool moves_masks = false;       ///< masks of an earlier frame are first moved to this one
-  bool is_of_late_masks = false;  ///< compares ways to handle late masks; runs only on request
+  bool about_late_masks = false;  ///< compares ways to handle late masks; runs only on request
 };
 
 /// Returns all rules, in the tables' order.

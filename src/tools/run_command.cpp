@@ -48,7 +48,7 @@ void run(const RunOptions& options) {
       SourceFrame frame = source->read(i);
       masks.submit(frame);
       ExtractedFeatures features = extract_features(extractor, frame.frame.image);
-      if (!masks.are_the_sources()) {
+      if (!masks.uses_source_masks()) {
         frame.masks = work.wait_for_masks([&] { return masks.collect(frame); });
       }
       work.process(frame, std::move(features));
@@ -69,37 +69,36 @@ void add_run_command(CLI::App& program) {
   options->settings.overlays = 6;
   CLI::App* command = program.add_subcommand(
       "run",
-      "Filter the ORB features of a sequence (TUM RGB-D or BONN layout) by its masks/ folder, "
-      "show\n"
-      "what was removed (a table, overlays, a line a frame), and track the camera with what is "
-      "left\n"
-      "by the reference odometry. Where there is masks_true/, the features are scored against it;\n"
-      "where there is groundtruth.txt, the trajectory.");
+      "Filter the ORB features of a sequence (TUM RGB-D or BONN layout) by its masks/ folder. "
+      "Show\n"
+      "what was removed (a table, overlays, one line a frame), and track the camera on the other\n"
+      "features with the reference odometry. If the sequence has masks_true/, the features are\n"
+      "scored against it; if it has groundtruth.txt, so is the trajectory.");
   CLI::Option* sequence =
       command->add_option("SEQUENCE", options->scene.sequence, "folder of the sequence");
   CLI::Option* level = command->add_option("--level", options->scene.level,
-                                           "instead of SEQUENCE: a level of dynfilter synth, "
-                                           "rendered while it is filtered");
+                                           "level of dynfilter synth to render and filter, "
+                                           "instead of SEQUENCE");
   sequence->excludes(level);
-  command->add_option("--scene-seed", options->scene.level_seed, "of the level")
+  command->add_option("--scene-seed", options->scene.level_seed, "seed of the level")
       ->transform(whole_number(0, std::numeric_limits<std::uint64_t>::max()))
       ->capture_default_str()
       ->needs(level);
   add_level_size_options(*command, options->scene);
   command
       ->add_option("--out", options->out,
-                   "folder for the results; those of an earlier run are replaced, nothing else is")
+                   "folder for the results; replaces those of an earlier run and nothing else")
       ->capture_default_str();
   command->add_option("--masks", options->scene.masks, "folder of the masks [SEQUENCE/masks]")
       ->excludes(level);
   command
       ->add_option("--degrade", options->scene.degraded,
-                   "make the masks worse, and score against what they were")
+                   "make the masks worse, and use the original ones as the truth")
       ->check(CLI::IsMember(degradation_names()))
       ->excludes(level);
   command->add_option("--camera", options->scene.camera, "camera file [SEQUENCE/camera.yaml]")
       ->excludes(level);
-  command->add_option("--rule", options->rule, "which features are removed, see below")
+  command->add_option("--rule", options->rule, "rule that removes features, see below")
       ->check(CLI::IsMember(all_rule_names()))
       ->capture_default_str();
   add_mask_feed_options(*command, options->masks);

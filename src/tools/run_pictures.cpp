@@ -40,12 +40,8 @@ FeatureLabels only_masked(const FeatureLabels& labels, const Segmentation& segme
 }
 
 RunPictures::RunPictures(const std::filesystem::path& folder, std::size_t frames,
-                         std::size_t pictures, bool takes_masks, bool compensates)
-    : folder_(folder),
-      frames_(frames),
-      pictures_(std::min(pictures, frames)),
-      takes_masks_(takes_masks),
-      compensates_(compensates) {
+                         std::size_t pictures, const RuleInfo& rule)
+    : folder_(folder), frames_(frames), pictures_(std::min(pictures, frames)), rule_(rule) {
   const std::filesystem::path overlays = folder_ / "overlays";
   const std::filesystem::path& made = pictures_ > 0 ? overlays : folder_;
   std::error_code failure;
@@ -63,13 +59,13 @@ void RunPictures::add(const std::string& stem, const cv::Mat& image,
                       const Segmentation& segmentation, FeaturesView features,
                       const FeatureLabels& by_mask, const FeatureLabels& labels) {
   std::vector<cv::Mat> panels = {with_caption(draw_features(image, features), "all features")};
-  if (takes_masks_) {
+  if (rule_.takes_masks) {
     panels.push_back(
         with_caption(draw_overlay(image, segmentation, features, by_mask), "masks only"));
   }
-  if (compensates_) {
-    panels.push_back(with_caption(draw_overlay(image, segmentation, features, labels),
-                                  takes_masks_ ? "masks and edge compensation" : "removed"));
+  if (rule_.compensates) {
+    panels.push_back(
+        with_caption(draw_overlay(image, segmentation, features, labels), "rule " + rule_.name));
   }
   cv::Mat row;
   cv::hconcat(panels, row);

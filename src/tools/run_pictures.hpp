@@ -14,6 +14,7 @@
 #include "dynfilter/features.hpp"
 #include "dynfilter/labels.hpp"
 #include "dynfilter/segmentation.hpp"
+#include "rule_set.hpp"
 
 namespace dynfilter::tools {
 
@@ -24,7 +25,7 @@ class RunPictures {
  public:
   /// Makes the folder. Throws std::runtime_error that names it if that fails.
   RunPictures(const std::filesystem::path& folder, std::size_t frames, std::size_t pictures,
-              bool takes_masks, bool compensates);
+              const RuleInfo& rule);
 
   bool wants(std::size_t frame) const;
 
@@ -37,8 +38,7 @@ class RunPictures {
   std::filesystem::path folder_;
   std::size_t frames_;
   std::size_t pictures_;
-  bool takes_masks_;
-  bool compensates_;
+  RuleInfo rule_;
   std::vector<cv::Mat> rows_;  // of the contact sheet
 };
 

@@ -64,7 +64,7 @@ void print_score(const RunRecord& run, const std::string& name, std::size_t Feat
 void print_scores(const RunRecord& run) {
   const FeatureScores all = run.total_scores(&FrameRecord::scores);
   std::printf("against the true masks                        total   per frame\n");
-  print_count("dynamic ones, nothing removed", all.dynamic_left + all.dynamic_removed,
+  print_count("dynamic, nothing removed", all.dynamic_left + all.dynamic_removed,
               run.frames.size());
   print_score(run, "dynamic left", &FeatureScores::dynamic_left);
   print_score(run, "static removed", &FeatureScores::static_removed);
@@ -86,11 +86,11 @@ void print_trajectory(const RunRecord& run) {
   };
   say_why("ATE", run.trajectory->why_no_ate);
   say_why("RPE over 1 s", run.trajectory->why_no_rpe);
-  if (!run.trajectory->has_truth) say_why("errors", "the true trajectory is not known");
+  if (!run.trajectory->has_truth) say_why("errors", "the true trajectory is unknown");
 }
 
 std::string masks_text(const RunRecord& run) {
-  if (run.masks.empty()) return "no masks: there is no masks/ folder, so nothing can be removed";
+  if (run.masks.empty()) return "no masks: there is no masks/ folder, so nothing is removed";
   return "masks: " + run.masks;
 }
 
@@ -153,7 +153,7 @@ void print_report(const RunRecord& run) {
   if (run.rule.takes_masks) {
     print_count("removed by mask", totals.masked, frames);
     print_count("removed by compensation", totals.compensated, frames);
-    if (totals.restored > 0) print_count("given back", totals.restored, frames);
+    if (totals.restored > 0) print_count("restored", totals.restored, frames);
   } else {
     print_count("removed", totals.masked + totals.compensated + totals.custom, frames);
   }

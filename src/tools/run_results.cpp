@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 std::vector<fs::path> summaries_in(const fs::path& folder) {
-  if (!fs::is_directory(folder)) detail::throw_file_error(folder, "is no folder");
+  if (!fs::is_directory(folder)) detail::throw_file_error(folder, "is not a folder");
   std::vector<fs::path> files;
   for (fs::recursive_directory_iterator entry(folder), end; entry != end; ++entry) {
     const fs::path name = entry->path().filename();
@@ -33,7 +33,8 @@ std::vector<fs::path> summaries_in(const fs::path& folder) {
   }
   std::sort(files.begin(), files.end());
   if (files.empty()) {
-    detail::throw_file_error(folder, "holds no results: no summary.json in it, however deep");
+    detail::throw_file_error(folder,
+                             "holds no results: there is no summary.json in it, at any depth");
   }
   return files;
 }

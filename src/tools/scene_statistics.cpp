@@ -124,8 +124,8 @@ void DepthStatistics::add_zones(const cv::Mat1w& depth, const cv::Mat1b& persons
 void DepthStatistics::add_sides(const cv::Mat1w& depth, const cv::Mat1b& persons) {
   for (int y = 0; y < depth.rows; ++y) {
     for (const int step : {-1, 1}) {
-      int distance =
-          side_ends_px.back() + 1;  // from the last pixel of a person that the scan passed
+      // From the last pixel of a person that the scan passed.
+      int distance = side_ends_px.back() + 1;
       const int first = step < 0 ? depth.cols - 1 : 0;
       for (int x = first; x >= 0 && x < depth.cols; x += step) {
         distance = persons(y, x) != 0 ? 0 : distance + 1;

@@ -33,7 +33,7 @@ std::unique_ptr<Segmenter> SegmenterSpec::make() const {
 #ifdef DYNFILTER_HAS_NETWORKS
   if (!model.empty()) return make_network_segmenter(model);
 #endif
-  throw std::runtime_error("no segmenter was chosen that this build has");
+  throw std::runtime_error("this build lacks the chosen segmenter");
 }
 
 void add_segmenter_options([[maybe_unused]] CLI::App& command,
@@ -41,17 +41,17 @@ void add_segmenter_options([[maybe_unused]] CLI::App& command,
 #ifdef DYNFILTER_HAS_REMOTE_SEGMENTER
   CLI::Option* remote = command.add_option(
       "--remote", segmenter.remote,
-      "masks from the process that listens at this socket, see examples/remote_masks");
+      "use the masks of the process that listens at this socket, see examples/remote_masks");
   command
       .add_option("--remote-timeout", segmenter.remote_timeout_s,
-                  "seconds that a frame may take there")
+                  "longest wait for the masks of a frame, seconds")
       ->needs(remote)
       ->check(real_number(0.001, 3600))
       ->capture_default_str();
 #endif
 #ifdef DYNFILTER_HAS_NETWORKS
   CLI::Option* model =
-      command.add_option("--model", segmenter.model, "masks of this network, an ONNX file");
+      command.add_option("--model", segmenter.model, "use the masks of this network, an ONNX file");
 #ifdef DYNFILTER_HAS_REMOTE_SEGMENTER
   model->excludes(remote);
 #else

@@ -20,7 +20,7 @@ struct SegmenterSpec {
   double remote_timeout_s = 1.0;
   std::filesystem::path model;  ///< ONNX file of a network
 
-  bool is_nobody() const { return remote.empty() && model.empty(); }
+  bool is_unset() const { return remote.empty() && model.empty(); }
 
   /// Returns the segmenter's name for results and messages.
   std::string name() const;

@@ -18,11 +18,11 @@
 namespace dynfilter::tools {
 
 inline void add_level_size_options(CLI::App& command, SceneSpec& scene) {
-  command.add_option("--frames", scene.frames, "of a level: 300")
+  command.add_option("--frames", scene.frames, "frames of a level [300]")
       ->transform(whole_number(1, 1000000));
-  command.add_option("--width", scene.width, "of a level's images, pixels: 640")
+  command.add_option("--width", scene.width, "width of a level's images, pixels [640]")
       ->transform(whole_number(16, 8192));
-  command.add_option("--height", scene.height, "of a level's images, pixels: 480")
+  command.add_option("--height", scene.height, "height of a level's images, pixels [480]")
       ->transform(whole_number(16, 8192));
 }
 
@@ -32,22 +32,24 @@ inline void add_setting_options(CLI::App& command, RunSettings& settings) {
       ->capture_default_str();
   command
       .add_option("--every", settings.every,
-                  "every n-th frame only, for the features alone: the odometry needs them all")
+                  "use every n-th frame only, without odometry, which needs all frames")
       ->transform(whole_number(1, 1000000))
       ->capture_default_str();
   command
       .add_option("--classes", settings.mask_culler.dynamic_classes,
-                  "class ids that are dynamic, as 0,16")
+                  "dynamic class ids, such as 0,16")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->transform(whole_number(0, std::numeric_limits<int>::max()))
       ->capture_default_str();
   command
       .add_option("--margin", settings.mask_culler.margin_px,
-                  "features that close to a mask go too, pixels")
+                  "also remove features this near to a mask, pixels")
       ->check(real_number(0, 1e6))
       ->capture_default_str();
-  command.add_option("--seed", settings.seed, "of the sampled features, and of the odometry's")
+  command
+      .add_option("--seed", settings.seed,
+                  "seed of the random samples, of features and in the odometry")
       ->transform(whole_number(0, std::numeric_limits<std::uint64_t>::max()))
       ->capture_default_str();
 }

@@ -117,36 +117,35 @@ void add_synth_command(CLI::App& program) {
   CLI::App* command = program.add_subcommand(
       "synth",
       "Render a sequence with known truth: a room, a moving camera, walking persons.\n"
-      "Writes rgb/, depth/, their lists, groundtruth.txt, camera.yaml, the poor masks of an\n"
-      "imagined network (masks/) and the exact ones (masks_true/).");
-  command->add_option("FOLDER", options->folder, "where to write the sequence")->required();
-  command->add_option("--level", given->level,
-                      "a named scene, of the list below; without it, a scene of 90 frames");
+      "Write rgb/, depth/, their lists, groundtruth.txt, camera.yaml, the poor masks of a\n"
+      "simulated network (masks/) and the exact masks (masks_true/).");
+  command->add_option("FOLDER", options->folder, "folder for the sequence")->required();
+  command->add_option("--level", given->level, "a level of the list below [a scene of 90 frames]");
   command->add_option("--seed", given->seed, "another seed is another scene")
       ->transform(whole_number(0, std::numeric_limits<std::uint64_t>::max()))
       ->capture_default_str();
-  command->add_option("--frames", given->frames, "number of frames: 90, or the level's 300")
+  command->add_option("--frames", given->frames, "number of frames [90, or 300 for a level]")
       ->transform(whole_number(1, 1000000));
   command->add_option("--persons", given->persons, "number of persons, 0 to 8")
       ->transform(whole_number(0, 8));
-  command->add_option("--width", given->width, "of the images, pixels: 640")
+  command->add_option("--width", given->width, "width of the images, pixels [640]")
       ->transform(whole_number(16, 8192));
-  command->add_option("--height", given->height, "of the images, pixels: 480")
+  command->add_option("--height", given->height, "height of the images, pixels [480]")
       ->transform(whole_number(16, 8192));
   command
       ->add_option("--mask-age", given->mask_age,
-                   "masks/ holds, under each frame's name, what was found so many frames before")
+                   "put the masks found this many frames earlier under each frame's name in masks/")
       ->transform(whole_number(0, 1000));
   command
       ->add_option("--mask-rate", given->mask_rate,
-                   "masks/ holds, under each frame's name, the newest masks of a network that\n"
-                   "gives so many a second")
+                   "put the newest masks of a network that gives this many a second under each\n"
+                   "frame's name in masks/")
       ->check(real_number(0, 1000));
   command->add_flag("--statistics", options->statistics,
                     "render nothing: print how depth behaves at the masks of the sequence in\n"
-                    "FOLDER, rendered or recorded, so that the two can be compared");
+                    "FOLDER, to compare rendered and recorded sequences");
   command->add_flag("--overwrite", options->overwrite,
-                    "replace an earlier scene in FOLDER, once the new one is rendered");
+                    "replace an earlier scene in FOLDER when the new one is complete");
   command->footer(
       "example: dynfilter synth scene --frames 90 --seed 1\n"
       "         dynfilter synth medium_5 --level medium --seed 5\n"

@@ -144,7 +144,7 @@ TEST_F(RgbdSequenceFiles, AssociationsMayGoBackAndAreSorted) {
 
 TEST_F(RgbdSequenceFiles, AssociationsThatRepeatATimeOrNameNoFileAreRefusedByLine) {
   folder_.write("associations.txt", std::string(associations) + "1.5 rgb/b.png 9.5 depth/b.png\n");
-  expect_refused(path("associations.txt") + ":3: time 1.500000 stands in line 1 already");
+  expect_refused(path("associations.txt") + ":3: time 1.500000 is in line 1 already");
   folder_.write("associations.txt", std::string(associations) + "3 rgb/c.png 3 depth/a.png\n");
   expect_refused(path("associations.txt") + ":3: rgb/c.png is missing (1 of the 6");
 }

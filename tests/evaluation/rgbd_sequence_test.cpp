@@ -259,13 +259,13 @@ TEST(RgbdSequence, RefusesMalformedLists) {
       {"associations.txt", good + "2.5 rgb/2.5.png inf depth/2.51.png\n", ":2: time: got 'inf'"},
       {"associations.txt", good + "nan rgb/2.5.png 2 depth/2.51.png\n", ":2: time: got 'nan'"},
       {"associations.txt", good + "1,5 rgb/2.5.png 2 depth/2.51.png\n", ":2: time: got '1,5'"},
-      {"associations.txt", good + good, ":2: time 1.500000 stands in line 1 already"},
+      {"associations.txt", good + good, ":2: time 1.500000 is in line 1 already"},
       {"associations.txt", good + "2.5 rgb/9.png 2.5 depth/2.51.png\n3 rgb/3.png 3 depth/3.png\n",
        ":2: rgb/9.png is missing (3 of the 6 image files of the sequence are)"},
       {"associations.txt", good + "2.5 rgb/2.5.png 2.5 depth\n", ":2: depth is missing (1 of"},
       {"rgb.txt", "", ": lists no image"},
       {"rgb.txt", "1.5 rgb/1.5.png\n1.5\n", ":2: got 1 columns; want 2"},
-      {"rgb.txt", "1.5 rgb/1.5.png\n1.50 rgb/2.5.png\n", ":2: time 1.500000 stands in line 1"},
+      {"rgb.txt", "1.5 rgb/1.5.png\n1.50 rgb/2.5.png\n", ":2: time 1.500000 is in line 1"},
       {"rgb.txt", "1.5 rgb/1.5.png\n2.5 rgb/a.png\n", ":2: rgb/a.png is missing (1 of the 2"},
   };
   for (const auto& c : cases) {

@@ -278,9 +278,9 @@ TEST(StagedFolder, AnotherWriterRefusesAFolderOfHalfResults) {
   folder.write(".dynfilter-commit", "test\n.dynfilter-test-1\nkey\n");
   EXPECT_FALSE(counts_as_whole(folder.path()));
   expect_error<std::runtime_error>([&] { StagedFolder(folder.path(), "other", {}, true); },
-                                   "holds half of what dynfilter test was putting there");
+                                   "holds an incomplete result: dynfilter test was stopped");
   expect_error<std::runtime_error>([&] { put(folder.path(), results("new", 1)); },
-                                   "with the other half is gone");
+                                   "with the other files is gone");
 }
 
 }  // namespace

@@ -416,12 +416,12 @@ TEST(YoloDecoder, RefusesOtherOutputs) {
   refused({table(84, anchors)}, "no prototypes");
   refused({prototypes}, "one to three outputs");
   refused({table(64, anchors), prototypes, prototypes}, "two outputs");
-  refused({table(4 + prototype_count, anchors), prototypes}, "fits as the number of prototypes");
-  refused({table(30, 300), prototypes}, "fits as the number of prototypes");
+  refused({table(4 + prototype_count, anchors), prototypes}, "can be the number of prototypes");
+  refused({table(30, 300), prototypes}, "can be the number of prototypes");
   refused({table(64, anchors), table(7, anchors), table(5, anchors + 1), prototypes},
           "the number of anchors");
   refused({table(64, anchors), table(7, anchors), table(6, anchors), prototypes},
-          "fits as the number");
+          "can be the number");
   refused({table(63, anchors), table(7, anchors), table(5, anchors), prototypes}, "missing");
   refused({table(64, anchors), table(5, anchors), prototypes}, "missing");
   refused({{"t", tensor({2, 84, anchors})}, prototypes}, "no batch of one");

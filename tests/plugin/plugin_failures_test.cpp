@@ -195,7 +195,7 @@ TEST_F(PluginFailures, AMissingMaskNamesTheSettingThatGoesOnWithout) {
   HostFrame late(50);
   expect_error<std::runtime_error>(
       [&] { plugin.filter(late.timestamp_s, late.depth, late.keypoints, late.descriptors); },
-      "(dynfilter.missing_masks: \"keep\" goes on without)");
+      "(dynfilter.missing_masks: \"keep\" continues without)");
 }
 
 TEST_F(PluginFailures, ABrokenMaskIsAnErrorThatNoSettingPasses) {

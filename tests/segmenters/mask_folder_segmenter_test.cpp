@@ -227,7 +227,7 @@ TEST(MaskFolderSegmenter, RefusesFoldersThatHoldNoMasks) {
   write_mask(folder, "1.5.png", some_labels());
   write_mask(folder, "1.50.png", some_labels());
   expect_error<std::runtime_error>([&] { MaskFolderSegmenter{folder.path()}; },
-                                   "is of the same time as");
+                                   "has the same time as");
   fs::remove(folder / "1.50.png");
   write_mask(folder, "preview.png", some_labels());
   expect_error<std::runtime_error>([&] { MaskFolderSegmenter{folder.path()}; },

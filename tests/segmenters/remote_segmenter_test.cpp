@@ -502,7 +502,7 @@ TEST_F(RemoteSegmenterTest, AnAnnouncementAloneGetsNoMemory) {
   });
   RemoteSegmenter people(path, patient());
   largest_allocation = 0;
-  expect_fails(people, frame_of(1), "the other side has closed the connection in mid-message");
+  expect_fails(people, frame_of(1), "the other side has closed the connection in the middle of a message");
   EXPECT_LE(largest_allocation, std::size_t{1} << 20U);
 }
 
@@ -520,7 +520,7 @@ TEST_F(RemoteSegmenterTest, SurvivesADeathAtEveryByteOfAReply) {
   for (std::size_t i = 0; i < size; ++i) {
     expect_fails(people, frame,
                  i == 0 ? "the other side has closed the connection"
-                        : "the other side has closed the connection in mid-message");
+                        : "the other side has closed the connection in the middle of a message");
   }
   expect_answered(people, frame);
 }
@@ -566,7 +566,7 @@ TEST_F(RemoteSegmenterTest, RefusesAListenerOfAnotherUser) {
   RemoteSegmenterOptions options = patient();
   options.retry_interval_s = 0.001;
   RemoteSegmenter people(path, options);
-  expect_fails(people, frame_of(1), "the process that listens is of user 65534; want user 0");
+  expect_fails(people, frame_of(1), "the listening process belongs to user 65534; want user 0");
 }
 
 // --- Killed at random points

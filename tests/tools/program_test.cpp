@@ -261,7 +261,7 @@ TEST_F(Program, ReportsASlowThreadAndWhatItsMasksWereMovedBy) {
   const Outcome outcome = run("run " + quoted(scene()) + " --overlays 0 --out " +
                               quoted(out("slow")) + " --async latest --hz 5 --rule depth_moved");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
-  EXPECT_TRUE(outcome.mentions("latest of a thread at 5 Hz")) << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("by a thread (latest, 5 Hz)")) << outcome.printed;
   EXPECT_TRUE(outcome.mentions("mask propagation")) << outcome.printed;
 }
 

@@ -19,8 +19,8 @@ constexpr double steps_a_pixel = 8;
 
 constexpr double noise_px = 0.10;    // standard deviation of the disparity, in patches
 constexpr double step_share = 0.06;  // a relative change of 1/z that makes a depth step
-constexpr float filled_shadow =
-    -0.10F;                         // with noise above it, the sensor's window bridges the shadow
+// With noise above it, the sensor's window bridges the shadow.
+constexpr float filled_shadow = -0.10F;
 constexpr float lost_step = 0.55F;  // with noise above it, nothing is measured at a depth step
 constexpr float hole = 0.49F;       // with noise above it, a pixel at 2 m is a hole
 

@@ -16,8 +16,8 @@ namespace dynfilter::scene {
 namespace {
 
 constexpr int network_side = 138;  // the side of YOLACT's prototypes
-constexpr double min_share =
-    200.0 / (640 * 480);  // the smallest visible share of the image at which a person is found
+// The smallest visible share of the image at which a person is found.
+constexpr double min_share = 200.0 / (640 * 480);
 constexpr double limbs_missing_s = 0.4;
 
 using Regions = std::array<bool, limb_regions + 1>;  // by BodyRegion

@@ -34,14 +34,14 @@ struct LabelledBox {
 /// overlaps, the lower index wins, the found one's first. O(n log n) of the pairs that overlap.
 inline std::vector<std::optional<std::size_t>> associate(const std::vector<LabelledBox>& found,
                                                          const std::vector<LabelledBox>& known,
-                                                         double least) {
+                                                         double min_overlap) {
   std::vector<std::tuple<double, std::size_t, std::size_t>> pairs;  // by -overlap
   for (std::size_t i = 0; i < found.size(); ++i) {
     for (std::size_t k = 0; k < known.size(); ++k) {
       if (!found[i].is_free || !known[k].is_free || found[i].class_id != known[k].class_id)
         continue;
       const double overlap = box_overlap(found[i].box, known[k].box);
-      if (overlap > 0 && overlap >= least) pairs.emplace_back(-overlap, i, k);
+      if (overlap > 0 && overlap >= min_overlap) pairs.emplace_back(-overlap, i, k);
     }
   }
   std::sort(pairs.begin(), pairs.end());

@@ -85,16 +85,16 @@ cv::Rect2f MotionMap::mask_bounds() const {
 void MotionMap::deform(const std::vector<PointMotion>& motions, cv::Point2f common, float sigma_px,
                        const cv::Size& image) {
   // The new grid covers every place in the image that a point may have taken the mask to.
-  cv::Point2f least = common, most = common;
+  cv::Point2f min_shift = common, max_shift = common;
   for (const PointMotion& motion : motions) {
     const cv::Point2f shift = motion.shift();
-    least = {std::min(least.x, shift.x), std::min(least.y, shift.y)};
-    most = {std::max(most.x, shift.x), std::max(most.y, shift.y)};
+    min_shift = {std::min(min_shift.x, shift.x), std::min(min_shift.y, shift.y)};
+    max_shift = {std::max(max_shift.x, shift.x), std::max(max_shift.y, shift.y)};
   }
   const cv::Rect2f bounds = mask_bounds();
   const cv::Rect2f visible(-cell_px_, -cell_px_, static_cast<float>(image.width) + 2 * cell_px_,
                            static_cast<float>(image.height) + 2 * cell_px_);
-  const cv::Rect2f reach = cv::Rect2f(bounds.tl() + least, bounds.br() + most) & visible;
+  const cv::Rect2f reach = cv::Rect2f(bounds.tl() + min_shift, bounds.br() + max_shift) & visible;
   if (reach.empty()) return shift(common);
   MotionMap next = *this;
   next.origin_ = reach.tl() - cv::Point2f(cell_px_, cell_px_);

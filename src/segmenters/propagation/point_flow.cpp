@@ -37,10 +37,10 @@ void follow(const std::vector<cv::Mat>& from, const std::vector<cv::Mat>& to,
 
 /// Adds the strongest corner in a part of the image, unless there is no texture.
 void add_corner(const cv::Mat& strength, const cv::Rect& part, std::vector<cv::Point2f>& points) {
-  double most = 0;
+  double strongest = 0;
   cv::Point place;
-  cv::minMaxLoc(strength(part), nullptr, &most, nullptr, &place);
-  if (most >= min_eigenvalue) points.emplace_back(place + part.tl());
+  cv::minMaxLoc(strength(part), nullptr, &strongest, nullptr, &place);
+  if (strongest >= min_eigenvalue) points.emplace_back(place + part.tl());
 }
 
 }  // namespace
@@ -50,14 +50,16 @@ std::vector<PointMotion> PointFlow::track(const cv::Mat& image) {
   build_pyramid(image);
   std::vector<PointMotion> motions;
   if (pyramid_.empty() || last_pyramid_.empty() || points_.empty()) return motions;
-  std::vector<cv::Point2f> there, back;
-  std::vector<std::uint8_t> is_there, is_back;
-  follow(last_pyramid_, pyramid_, points_, there, is_there);
-  follow(pyramid_, last_pyramid_, there, back, is_back);
-  const double most = options_.max_forward_backward_px;
+  std::vector<cv::Point2f> forward, backward;
+  std::vector<std::uint8_t> found_forward, found_backward;
+  follow(last_pyramid_, pyramid_, points_, forward, found_forward);
+  follow(pyramid_, last_pyramid_, forward, backward, found_backward);
+  const double max_distance = options_.max_forward_backward_px;
   for (std::size_t i = 0; i < points_.size(); ++i) {
-    if (is_there[i] == 0 || is_back[i] == 0 || !(cv::norm(back[i] - points_[i]) <= most)) continue;
-    motions.push_back({to_full(points_[i]), to_full(there[i])});
+    if (found_forward[i] == 0 || found_backward[i] == 0 ||
+        !(cv::norm(backward[i] - points_[i]) <= max_distance))
+      continue;
+    motions.push_back({to_full(points_[i]), to_full(forward[i])});
   }
   return motions;
 }

@@ -61,12 +61,12 @@ cv::Point2f median_shift(const std::vector<PointMotion>& motions) {
 
 /// Returns the mean of the motions around a point, with Gaussian weights of their distance;
 /// std::nullopt if all are far away.
-std::optional<cv::Point2f> mean_motion(const std::vector<PointMotion>& motions, cv::Point2f round,
+std::optional<cv::Point2f> mean_motion(const std::vector<PointMotion>& motions, cv::Point2f centre,
                                        double sigma_px) {
   cv::Point2d sum(0, 0);
   double weights = 0;
   for (const PointMotion& motion : motions) {
-    const cv::Point2d away = motion.from - round;
+    const cv::Point2d away = motion.from - centre;
     const double exponent = away.dot(away) / (2 * sigma_px * sigma_px);
     if (exponent > 4.5) continue;
     const double weight = std::exp(-exponent);

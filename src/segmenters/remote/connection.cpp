@@ -86,7 +86,7 @@ bool connect_to(const Descriptor& socket, const std::string& path, const Deadlin
         if (!deadline.has_passed()) break;
         [[fallthrough]];
       case EAGAIN:
-        throw TimeIsUp("time is up, for the other side accepts no connection");
+        throw TimeIsUp("time is up: the other side accepts no connection");
       default:
         fail("cannot connect", errno);
     }
@@ -105,11 +105,11 @@ void require_same_user(const Descriptor& socket) {
   ucred other{};
   socklen_t size = sizeof other;
   if (getsockopt(socket.number(), SOL_SOCKET, SO_PEERCRED, &other, &size) != 0) {
-    fail("cannot tell whose process listens", errno);
+    fail("cannot read the listening process's user", errno);
   }
   if (other.uid != geteuid()) {
-    throw ConnectionError(concatenate("the process that listens is of user ", other.uid,
-                                      "; want user ", geteuid(), ", of which this one is"));
+    throw ConnectionError(concatenate("the listening process belongs to user ", other.uid,
+                                      "; want user ", geteuid(), ", this process's user"));
   }
 }
 
@@ -140,7 +140,7 @@ std::optional<Connection> Connection::to(const std::string& path, const Deadline
   return Connection(std::move(socket));
 }
 
-bool Connection::is_over() {
+bool Connection::is_closed() {
   std::uint8_t byte = 0;
   const ssize_t got = recv(socket_.number(), &byte, 1, MSG_PEEK | MSG_DONTWAIT);
   return got == 0 || (got < 0 && errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR);
@@ -197,9 +197,10 @@ void Connection::receive_bytes(std::uint8_t* bytes, std::size_t size, std::size_
       received += static_cast<std::size_t>(got);
       require_time(size - received, deadline);
     } else if (got == 0 || is_closed_error(errno)) {
-      throw ConnectionError(header_received_ == 0
-                                ? "the other side has closed the connection"
-                                : "the other side has closed the connection in mid-message");
+      throw ConnectionError(
+          header_received_ == 0
+              ? "the other side has closed the connection"
+              : "the other side has closed the connection in the middle of a message");
     } else if (errno == EAGAIN || errno == EWOULDBLOCK) {
       wait_for(socket_, POLLIN, deadline);
     } else if (errno != EINTR) {

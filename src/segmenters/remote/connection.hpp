@@ -65,7 +65,7 @@ class Connection {
 
   /// Tells whether the other side has closed the connection and nothing it sent is left to read.
   /// Does not wait.
-  bool is_over();
+  bool is_closed();
 
   /// Sends the bytes and then the pixels of the images, which must be continuous. Returns false if
   /// the other side has closed the connection meanwhile; what it sent before may still be received.

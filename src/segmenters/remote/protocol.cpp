@@ -56,8 +56,8 @@ bool is_inside(const cv::Rect& mask, cv::Size image) {
 }
 
 bool is_reasonable(const cv::Rect& box) {
-  const auto in_range = [](int value, int least) {
-    return value >= least && value <= max_box_coordinate_px;
+  const auto in_range = [](int value, int min_value) {
+    return value >= min_value && value <= max_box_coordinate_px;
   };
   return in_range(box.x, -max_box_coordinate_px) && in_range(box.y, -max_box_coordinate_px) &&
          in_range(box.width, 0) && in_range(box.height, 0);

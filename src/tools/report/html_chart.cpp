@@ -127,10 +127,10 @@ std::string ring_at(const Chart& chart, cv::Point2d point) {
 
 }  // namespace
 
-double round_number(double least) {
-  const double power = std::pow(10.0, std::floor(std::log10(least)));
+double round_number(double value) {
+  const double power = std::pow(10.0, std::floor(std::log10(value)));
   for (const double digit : {1.0, 2.0, 5.0}) {
-    if (digit * power >= least * (1 - 1e-9)) return digit * power;
+    if (digit * power >= value * (1 - 1e-9)) return digit * power;
   }
   return 10 * power;
 }

@@ -36,7 +36,7 @@ struct Chart {
 
 /// Returns the smallest of 1, 2, 5, 10, 20, 50, ... and their decimal fractions that is not below
 /// `value`, which must be above 0. An axis that ends there has a tick at its end.
-double round_number(double least);
+double round_number(double value);
 
 /// Draws the chart as an <svg> that fills its container; its text is readable from a width of 360
 /// pixels.

@@ -35,11 +35,11 @@ std::optional<WorstRun> worst_of(const GroupOfRuns& group, const std::string& ru
       const std::vector<double> left = read_frame_series(run.folder / "frames.csv").dynamic_left;
       if (left.empty())
         throw std::runtime_error((run.folder / "frames.csv").string() + ": has no scores");
-      const double most = *std::max_element(left.begin(), left.end());
-      if (!worst || most > worst->dynamic_left) worst = {run, most};
+      const double dynamic_left = *std::max_element(left.begin(), left.end());
+      if (!worst || dynamic_left > worst->dynamic_left) worst = {run, dynamic_left};
     } catch (const std::runtime_error& error) {
       notes.push_back("Scene " + run.scene.name + " under rule " + rule +
-                      " was not searched for the worst frame: " + error.what() + ".");
+                      " was left out of the search for the worst frame: " + error.what() + ".");
     }
   }
   return worst;
@@ -62,7 +62,7 @@ std::string image_of(const std::filesystem::path& file, const std::string& descr
 std::string picture_of(const WorstRun& worst) {
   const std::string count = detail::fixed_decimals(worst.dynamic_left, 0);
   const std::string& scene = worst.run.scene.name;
-  const std::string description = "A frame of scene " + scene + " with what rule " +
+  const std::string description = "A frame of scene " + scene + " with the features that rule " +
                                   worst.run.rule + " keeps and removes; " + count +
                                   " dynamic features are left";
   return "<figure>" + image_of(worst.run.folder / "worst_frame.jpg", description) +
@@ -90,16 +90,16 @@ std::string worst_frames(const GroupOfRuns& group, Notes& notes) {
     }
   }
   if (!perfect.empty()) {
-    notes.push_back("No picture of " + rules_text(perfect) + ": no dynamic feature is left.");
+    notes.push_back("No picture of " + rules_text(perfect) + ": no dynamic features are left.");
   }
   if (!unscored.empty()) {
-    notes.push_back("No picture of " + rules_text(unscored) + ": true masks are not known.");
+    notes.push_back("No picture of " + rules_text(unscored) + ": true masks are unknown.");
   }
   if (count == 0) return "";
   return "<details>" + element("summary", "Worst frames: " + counted(count, "picture")) +
          element("p",
-                 "For every rule the frame in which most dynamic features are left, of all scenes "
-                 "of the group. A ring is a kept feature, any other mark a removed one.") +
+                 "For every rule, the frame of the group's scenes in which most dynamic features "
+                 "are left. A ring is a kept feature, any other mark a removed one.") +
          "<div class=\"pictures\">\n" + pictures + "</div></details>\n";
 }
 

@@ -45,8 +45,7 @@ std::vector<RunResult> ours_last(std::vector<RunResult> runs) {
   return runs;
 }
 
-// --- Trajectories
-// ---------------------------------------------------------------------------------
+// --- Trajectories --------------------------------------------------------------------------------
 
 struct AlignedRun {
   std::string rule;
@@ -121,7 +120,7 @@ AlignedRuns aligned_runs(const std::vector<RunResult>& runs, Notes& notes) {
   if (!without.empty()) {
     notes.push_back("No trajectory of " + rules_text(without) + " in scene " +
                     runs.front().scene.name +
-                    ": without depth or without the true trajectory there is no ATE.");
+                    ": there is no ATE without depth or without the true trajectory.");
   }
   return all;
 }
@@ -129,12 +128,12 @@ AlignedRuns aligned_runs(const std::vector<RunResult>& runs, Notes& notes) {
 /// Sets both axes to the longer one's length with a margin, and to a minimum length, so that noise
 /// does not look like a trajectory.
 void set_view(Chart& chart, const Points& truth) {
-  cv::Point2d least = truth.front(), greatest = truth.front();
+  cv::Point2d low = truth.front(), high = truth.front();
   for (const cv::Point2d& point : truth) {
-    least = {std::min(least.x, point.x), std::min(least.y, point.y)};
-    greatest = {std::max(greatest.x, point.x), std::max(greatest.y, point.y)};
+    low = {std::min(low.x, point.x), std::min(low.y, point.y)};
+    high = {std::max(high.x, point.x), std::max(high.y, point.y)};
   }
-  const cv::Point2d extent = greatest - least, centre = (least + greatest) / 2;
+  const cv::Point2d extent = high - low, centre = (low + high) / 2;
   const double half = std::max({extent.x, extent.y, 0.05}) * 0.65;
   chart.x = {"x (m)", centre.x - half, centre.x + half, false};
   chart.y = {"y (m)", centre.y - half, centre.y + half, false};
@@ -156,7 +155,7 @@ Plot trajectory_plot(const std::vector<RunResult>& runs, const RuleStyles& style
   if (all.runs.empty() || all.truth.empty()) return {};
   Plot plot;
   Chart chart;
-  chart.description = "Trajectories from above: the true one and that of every rule, aligned to it";
+  chart.description = "Trajectories from above: the true one, and every rule's, aligned to it";
   chart.height = chart_width;
   set_view(chart, all.truth);
   chart.start = all.truth.front();
@@ -168,13 +167,12 @@ Plot trajectory_plot(const std::vector<RunResult>& runs, const RuleStyles& style
     if (leaves_view(run.positions, chart)) beyond.push_back(ate_text(run));
   }
   std::string remark = ", each aligned to the true one; the ring is its start.";
-  if (!beyond.empty()) remark += " Cut off where they leave the picture: " + listed(beyond) + ".";
+  if (!beyond.empty()) remark += " Cut off at the picture's edge: " + listed(beyond) + ".";
   plot.html = figure("Trajectories from above", remark, chart, " class=\"tall\"");
   return plot;
 }
 
-// --- Counts over time
-// -----------------------------------------------------------------------------
+// --- Counts over time ----------------------------------------------------------------------------
 
 using RunSeries = std::vector<std::pair<std::string, FrameSeries>>;  // by rule
 
@@ -184,7 +182,7 @@ RunSeries series_of(const std::vector<RunResult>& runs, Notes& notes) {
     try {
       all.emplace_back(run.rule, read_frame_series(run.folder / "frames.csv"));
     } catch (const std::runtime_error& error) {
-      notes.push_back("Nothing over time of rule " + run.rule + " in scene " + run.scene.name +
+      notes.push_back("No counts over time of rule " + run.rule + " in scene " + run.scene.name +
                       ": " + error.what() + ".");
     }
   }
@@ -224,26 +222,26 @@ Plot time_plot(const std::string& title, const RunSeries& all,
                const RuleStyles& styles) {
   Plot plot;
   Chart chart;
-  chart.description = title + " over time, a line a rule";
-  double longest = 0, greatest = 0;
+  chart.description = title + " over time, one line a rule";
+  double longest = 0, highest = 0;
   for (const auto& [rule, series] : all) {
     if ((series.*values).empty()) continue;
     const Points points = means_over_time(series.times_s, series.*values);
     for (const cv::Point2d& point : points) {
       longest = std::max(longest, point.x);
-      greatest = std::max(greatest, point.y);
+      highest = std::max(highest, point.y);
     }
     plot.rules.push_back(rule);
     chart.lines.push_back({rule, styles.line_class(rule), points});
   }
   if (plot.rules.empty()) return {};
-  if (greatest <= 0) {  // lines of zeros on top of each other say less
+  if (highest <= 0) {  // lines of zeros on top of each other say less
     plot.html = "<p><strong>" + escaped(title) + "</strong>: 0 in every frame.</p>\n";
     return plot;
   }
   chart.x = {"time (s)", 0, longest > 0 ? longest : 1, false};
   chart.y = {square_root ? "features a frame, square-root scale" : "features a frame", 0,
-             round_number(greatest), square_root};
+             round_number(highest), square_root};
   plot.html = figure(title, points_remark(all), chart);
   return plot;
 }

@@ -31,20 +31,20 @@ std::string head(const std::string& title, const RuleStyles& styles) {
 std::string explanation() {
   return element(
       "p",
-      "Every rule gets the same features of the same frames and says which of them to remove. "
-      "Against the true masks a feature is dynamic on the exact silhouette of an object, static "
+      "Every rule gets the same features of the same frames and decides which of them to remove. "
+      "Against the true masks, a feature is dynamic on the exact silhouette of an object, static "
       "more than 3 px outside every silhouette, and on the rim in between, where either verdict is "
-      "right. Dynamic left are the dynamic features that a rule keeps; static removed are the "
-      "static ones that it takes away. The reference odometry works with what is kept; the ATE, "
-      "absolute trajectory error, is what remains between its positions and the true ones after "
-      "alignment.");
+      "right. \"Dynamic left\" counts the dynamic features that a rule keeps; \"static removed\" "
+      "counts the static features that it removes. The reference odometry uses the kept features. "
+      "The ATE (absolute trajectory error) is the distance of its positions from the true ones "
+      "after alignment.");
 }
 
 std::string descriptions(const std::vector<std::string>& rules) {
   std::string html = "<dl>\n";
   for (const std::string& rule : rules) {
     html += element("dt", rule);
-    std::string text = "not known to this version of dynfilter";
+    std::string text = "unknown to this version of dynfilter";
     for (const RuleInfo& info : all_rules()) {
       if (info.name == rule) text = info.description;
     }
@@ -57,7 +57,7 @@ std::string missing(const std::vector<RunResult>& results) {
   const std::vector<std::string> runs = missing_runs(results);
   if (runs.empty()) return "";
   return element("p", "Missing: " + counted(runs.size(), "run") +
-                          " of a scene and a rule that have other results.") +
+                          " of scenes and rules that have other results.") +
          "<details>" + element("summary", "Which") + html_of(runs) + "</details>\n";
 }
 
@@ -70,8 +70,8 @@ std::string overview(const std::vector<RunResult>& results, const RuleStyles& st
   return explanation() +
          element("p", counted(scenes_of(results).size(), "scene") + " under " +
                           counted(styles.rules().size(), "rule") + ", " +
-                          counted(results.size(), "run") + ". All were made with the options: " +
-                          trimmed(results.front().options) + ".") +
+                          counted(results.size(), "run") +
+                          ". All used the options: " + trimmed(results.front().options) + ".") +
          missing(results) + descriptions(styles.rules());
 }
 
@@ -90,9 +90,9 @@ std::string tables(const std::vector<RunResult>& results) {
       element("h2", "Tables", "id=\"tables\"") +
       element(
           "p",
-          "Figures of several scenes are the median, with the least and the greatest in "
-          "brackets; a dash stands where there is none. In the table in the form of the paper's, "
-          "Y is rule mask and Y+D rule paper.");
+          "Figures over several scenes are medians, with minimum and maximum in brackets; a dash "
+          "means that there is no figure. In the table in the form of the paper's Table 4, Y is "
+          "rule mask and Y+D is rule paper.");
   for (const Table& table : ablation_tables(results)) html += html_of(table);
   return html;
 }
@@ -102,10 +102,11 @@ std::string scene_remark(const GroupOfRuns& group, const TypicalScene& scene) {
   if (scenes == 1) return element("p", "Scene " + scene.name + ".");
   const std::string of_all = " of " + std::to_string(scenes) + " scenes";
   if (!scene.is_median)
-    return element("p", "Plotted is scene " + scene.name + ", the first" + of_all + ".");
-  const std::string place = scenes % 2 == 1 ? ", the middle one" : ", the last before the middle";
-  return element("p", "Plotted is scene " + scene.name + place + of_all +
-                          " in the order of their ATE under rule paper.");
+    return element("p", "The plots show scene " + scene.name + ", the first" + of_all + ".");
+  const std::string place =
+      scenes % 2 == 1 ? ", the middle one" : ", the last one before the middle";
+  return element("p", "The plots show scene " + scene.name + place + of_all +
+                          ", ordered by their ATE under rule paper.");
 }
 
 std::string section(const GroupOfRuns& group, std::size_t number, const RuleStyles& styles) {

@@ -17,7 +17,7 @@ namespace {
 class FrameTable {
  public:
   explicit FrameTable(const std::filesystem::path& file) : rows_(file, ',') {
-    if (!rows_.next()) return;  // it holds no frames, which whoever asks for one finds out
+    if (!rows_.next()) return;  // no frames: the caller reports it
     for (std::size_t k = 0; k < rows_.columns(); ++k) header_.push_back(rows_.text(k));
   }
 
@@ -57,7 +57,7 @@ FrameSeries read_frame_series(const std::filesystem::path& file) {
   }
   if (series.times_s.empty()) detail::throw_file_error(file, "holds no frames");
   if (!series.dynamic_left.empty() && series.dynamic_left.size() != series.times_s.size()) {
-    detail::throw_file_error(file, "has the scores of some frames only");
+    detail::throw_file_error(file, "has scores for only some of the frames");
   }
   return series;
 }
