@@ -22,7 +22,7 @@ SyntheticSceneOptions cross() {
   return options;
 }
 
-SyntheticSceneOptions nobody() {
+SyntheticSceneOptions no_persons() {
   SyntheticSceneOptions options = cross();
   options.persons = 0;
   return options;
@@ -107,7 +107,7 @@ SyntheticSceneOptions leave() {
 
 std::vector<SceneLevel> scene_levels() {
   return {
-      {"static", "nobody", nobody()},
+      {"static", "no persons", no_persons()},
       {"cross", "two persons cross before a textured room", cross()},
       {"together", "two persons walk in one direction", together()},
       {"medium", "near, slow persons, low contrast behind, masks miss limbs", medium()},

@@ -37,7 +37,7 @@ inline void require_regular_file(const std::filesystem::path& path) {
   if (type == std::filesystem::file_type::not_found)
     throw_file_error(path, "there is no such file");
   if (type != std::filesystem::file_type::regular) {
-    throw_file_error(path, "cannot be read: it is no regular file");
+    throw_file_error(path, "is not a regular file");
   }
 }
 

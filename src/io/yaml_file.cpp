@@ -9,12 +9,12 @@
 #include <fstream>
 #include <iterator>
 #include <sstream>
-#include <system_error>
 #include <utility>
 
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
 #include "io/file_error.hpp"
+#include "io/regular_file.hpp"
 
 namespace dynfilter::detail {
 namespace {
@@ -25,11 +25,7 @@ constexpr const char* no_yaml = "is no OpenCV YAML file, whose first line is %YA
 constexpr const char* digits = "0123456789";
 
 std::string bytes_of(const fs::path& path) {
-  std::error_code failure;
-  const fs::file_status status = fs::status(path, failure);
-  if (status.type() == fs::file_type::not_found) throw_file_error(path, "there is no such file");
-  if (failure) throw_file_error(path, "cannot be read: " + failure.message());
-  if (!fs::is_regular_file(status)) throw_file_error(path, "is no regular file");
+  require_regular_file(path);
   std::ifstream stream(path, std::ios::binary);
   std::string bytes(std::istreambuf_iterator<char>(stream), {});
   if (!stream.is_open() || stream.bad()) throw_file_error(path, "cannot be read");

@@ -22,7 +22,7 @@ namespace dynfilter::detail {
 /// cv::FileStorage says whether the file is YAML, which keys it has, and what its texts are. It
 /// turns 5000000000 into 705032704 and 010 into 8, so numbers are read from the file's text.
 ///
-/// All errors are std::runtime_error: "<path>: <what is wrong>", and where a value is wrong
+/// All errors are std::runtime_error: "<path>: <what is wrong>", and for a wrong value
 /// "<path>: <key>: got <value>; want <what is right>".
 class YamlFile {
  public:

@@ -30,7 +30,7 @@ std::string described(const cv::Mat& tensor) {
 
 void require_floats(const cv::Mat& tensor, const char* what) {
   require(tensor.dims == 4 && tensor.type() == CV_32FC1 && tensor.isContinuous(),
-          std::string(what) + ' ' + described(tensor), "continuous CV_32FC1 with four sides");
+          std::string(what) + ' ' + described(tensor), "continuous CV_32FC1 of four dimensions");
 }
 
 void require_shape(const cv::Mat& tensor, const std::vector<int>& shape, const char* what) {

@@ -106,8 +106,9 @@ class DeformableConvolutionLayer final : public cv::dnn::Layer {
                        std::vector<cv::dnn::MatShape>& outputs,
                        std::vector<cv::dnn::MatShape>& /*internals*/) const override {
     if ((inputs.size() != 2 && inputs.size() != 3) || inputs[0].size() != 4) {
-      CV_Error(cv::Error::StsBadArg,
-               "a deformable convolution takes a tensor of four sides, offsets and perhaps a mask");
+      CV_Error(
+          cv::Error::StsBadArg,
+          "a deformable convolution takes a tensor of four dimensions, offsets and perhaps a mask");
     }
     const cv::Size size = convolution_->output_size({inputs[0][3], inputs[0][2]});
     outputs.assign(1, {inputs[0][0], outputs_, size.height, size.width});

@@ -49,9 +49,9 @@ cv::Size input_size_of(const OnnxFile& file, const std::filesystem::path& path,
 /// Tells whether the file may be YOLO as exported, which computes its boxes inside the network and
 /// joins them with the rest in one output.
 bool may_be_exported_yolo(const OnnxFile& file) {
-  const auto has_output_of = [&](std::size_t sides) {
+  const auto has_output_of = [&](std::size_t dimensions) {
     return std::any_of(file.outputs.begin(), file.outputs.end(),
-                       [&](const OnnxValue& output) { return output.shape.size() == sides; });
+                       [&](const OnnxValue& output) { return output.shape.size() == dimensions; });
   };
   return file.outputs.size() == 2 && has_output_of(3) && has_output_of(4);
 }

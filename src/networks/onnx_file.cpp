@@ -149,7 +149,7 @@ Node read_node(ProtobufReader reader) {
   return node;
 }
 
-/// Reads one side of a shape; 0 if it has a name or nothing in place of a number.
+/// Reads one dimension of a shape; 0 if it has a name or nothing in place of a number.
 int read_side(ProtobufReader reader) {
   std::int64_t side = 0;
   while (reader.next()) {

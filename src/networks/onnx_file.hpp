@@ -19,7 +19,7 @@
 
 namespace dynfilter::detail {
 
-/// An input or output of the graph. A side that the file leaves open is 0.
+/// An input or output of the graph. A dimension that the file leaves open is 0.
 struct OnnxValue {
   std::string name;
   std::vector<int> shape;

@@ -59,8 +59,8 @@ bool is_table(const cv::Mat& data) {
 int rows_of(const cv::Mat& table) { return table.size[table.dims - 2]; }
 int columns_of(const cv::Mat& table) { return table.size[table.dims - 1]; }
 
-/// Takes the priors out of the list. They have no batch dimension; if they have one after all, their
-/// name identifies them.
+/// Takes the priors out of the list. They have no batch dimension; if they have one after all,
+/// their name identifies them.
 const NamedTensor* take_priors(Outputs& rest) {
   const NamedTensor* priors = take(rest, "priors", {"prior", "anchor"}, [](const cv::Mat& data) {
     return data.dims == 2 && data.size[1] == 4;

@@ -70,11 +70,12 @@ Sorted sorted_by_rank(const std::vector<NamedTensor>& outputs) {
     if (!is_batch_of_one) throw std::runtime_error("output " + output.name + " is no batch of one");
     if (output.data.dims == 3) sorted.tables.push_back(&output);
     if (output.data.dims == 4) {
-      if (sorted.prototypes != nullptr) throw std::runtime_error("two outputs have four sides");
+      if (sorted.prototypes != nullptr)
+        throw std::runtime_error("two outputs have four dimensions");
       sorted.prototypes = &output;
     }
     if (output.data.dims > 4)
-      throw std::runtime_error("output " + output.name + " has too many sides");
+      throw std::runtime_error("output " + output.name + " has too many dimensions");
   }
   if (sorted.prototypes == nullptr) {
     throw std::runtime_error(
@@ -100,7 +101,7 @@ Prototypes view_prototypes(const NamedTensor& output, const cv::Size& input,
                                     std::int64_t{prototypes.columns} * input.height;
     if (has_shape_of_input && fits(prototypes.count)) return prototypes;
   }
-  throw std::runtime_error("no side of " + output.name +
+  throw std::runtime_error("no dimension of " + output.name +
                            " can be the number of prototypes, given the other outputs");
 }
 
@@ -150,7 +151,7 @@ YoloOutputs bind_raw(const std::vector<const NamedTensor*>& outputs, const Named
   for (const NamedTensor* output : outputs) {
     const std::optional<Table> table = with_rows(*output, anchor_count(input));
     if (!table) {
-      throw std::runtime_error("output " + output->name + " has no side of " +
+      throw std::runtime_error("output " + output->name + " has no dimension of " +
                                std::to_string(anchor_count(input)) + ", the number of anchors");
     }
     tables.emplace_back(output, *table);

@@ -36,7 +36,7 @@ void require_matching_sizes(const std::vector<cv::KeyPoint>& keypoints, const cv
     detail::throw_misuse(
         "Plugin::filter",
         detail::concatenate(descriptors.rows, " descriptors and ", keypoints.size(), " keypoints"),
-        "a descriptor a keypoint, or none at all");
+        "one descriptor for each keypoint, or none");
   }
   if (pivot && (*pivot < 0 || static_cast<std::size_t>(*pivot) > keypoints.size())) {
     detail::throw_misuse(

@@ -117,7 +117,7 @@ void SettingsFile::finish() const {
   if (names_.empty()) {
     refuse("has no setting of dynfilter. Add at least\n  " + key_of("mask_folder") +
            ": \"masks\"\nor, to run without the filter,\n  " + key_of("enabled") +
-           ": 0\nThere are: " + join(known_, prefix_));
+           ": 0\nThe settings are: " + join(known_, prefix_));
   }
   for (const std::string& name : names_) {
     if (is_known(name)) continue;

@@ -11,7 +11,7 @@
 
 namespace dynfilter::detail {
 
-/// Copies images into memory that is reused once nobody refers to the copy any more: a segmenter
+/// Copies images into memory that is reused once no matrix refers to the copy: a segmenter
 /// may keep the image of the last frame.
 class ImageBuffers {
  public:

@@ -20,6 +20,7 @@
 #include "io/file_error.hpp"
 #include "io/image_file.hpp"
 #include "io/output_folder.hpp"
+#include "io/regular_file.hpp"
 #include "io/staged_folder.hpp"
 #include "io/text_table.hpp"
 #include "mask_table.hpp"
@@ -68,25 +69,15 @@ void require_header(detail::TableReader& table) {
   }
 }
 
-/// Returns the type of file; errors name the path, unlike those of std::filesystem.
-fs::file_type type_of(const fs::path& path) {
-  std::error_code error;
-  const fs::file_type type = fs::status(path, error).type();
-  if (error && type != fs::file_type::not_found) {
-    detail::throw_file_error(path, "cannot be read: " + error.message());
-  }
-  return type;
-}
-
 /// Refuses anything but a regular file: a FIFO without a writer blocks forever.
 void require_regular(const fs::path& path) {
-  const fs::file_type type = type_of(path);
+  const fs::file_type type = detail::type_of(path);
   if (type == fs::file_type::regular || type == fs::file_type::not_found) return;
-  detail::throw_file_error(path, "is no regular file; masks and their table must be");
+  detail::throw_file_error(path, "is not a regular file; masks and their table must be");
 }
 
 std::vector<fs::path> mask_files(const fs::path& folder) {
-  if (type_of(folder) != fs::file_type::directory) {
+  if (detail::type_of(folder) != fs::file_type::directory) {
     detail::throw_file_error(folder, "there is no such folder");
   }
   std::vector<fs::path> files;
@@ -95,7 +86,7 @@ std::vector<fs::path> mask_files(const fs::path& folder) {
   for (; !error && entry != fs::directory_iterator(); entry.increment(error)) {
     const fs::path& file = entry->path();
     // A dangling symbolic link is no mask.
-    if (file.extension() == ".png" && type_of(file) != fs::file_type::not_found) {
+    if (file.extension() == ".png" && detail::type_of(file) != fs::file_type::not_found) {
       files.push_back(file);
     }
   }
@@ -147,7 +138,7 @@ MaskFolderSegmenter::MaskFolderSegmenter(const fs::path& folder, const MaskFolde
   for (const fs::path& whole : {folder, folder / ".."}) detail::require_whole(whole);
   index_masks();
   const fs::path table = folder / detail::mask_table_name;
-  has_table_ = type_of(table) != fs::file_type::not_found;
+  has_table_ = detail::exists(table);
   if (has_table_) read_table(table);
 }
 
@@ -156,8 +147,8 @@ void MaskFolderSegmenter::index_masks() {
     require_regular(file);
     const std::optional<double> time_s = detail::time_of_stem(file.stem().string());
     if (!time_s) {
-      detail::throw_file_error(file,
-                               "the name of a mask is its frame's time, 1341846434.710184.png");
+      detail::throw_file_error(
+          file, "the name of a mask must be its frame's time, such as 1341846434.710184.png");
     }
     const auto [found, is_new] = masks_.emplace(detail::microseconds(*time_s), Mask{file, {}});
     if (!is_new) {

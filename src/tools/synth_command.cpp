@@ -75,10 +75,6 @@ void synthesise(const SynthOptions& options) {
               options.scene.image_size.height, options.folder.c_str());
 }
 
-}  // namespace
-
-namespace {
-
 std::string level_list() {
   std::string text = "levels:";
   for (const SceneLevel& level : scene_levels()) {

@@ -174,11 +174,11 @@ TEST(Camera, RefusesWhatIsNoFile) {
   expect_error<std::runtime_error>([&] { read_camera(folder / "none.yaml"); },
                                    "none.yaml: there is no such file");
   expect_error<std::runtime_error>([&] { read_camera(folder.path()); },
-                                   folder.path().string() + ": is no regular file");
+                                   folder.path().string() + ": is not a regular file");
 #if defined(__unix__)
   const std::string fifo = (folder / "fifo.yaml").string();
   ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
-  expect_error<std::runtime_error>([&] { read_camera(fifo); }, fifo + ": is no regular file");
+  expect_error<std::runtime_error>([&] { read_camera(fifo); }, fifo + ": is not a regular file");
 #endif
 }
 

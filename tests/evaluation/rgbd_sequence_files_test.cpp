@@ -71,7 +71,7 @@ TEST_F(RgbdSequenceFiles, AFifoForAListIsRefusedAndNotOpened) {
   for (const char* list : {"associations.txt", "rgb.txt", "depth.txt", "camera.yaml"}) {
     SCOPED_TRACE(list);
     make_fifo(list);
-    expect_refused(path(list) + ": cannot be read: it is no regular file");
+    expect_refused(path(list) + ": is not a regular file");
     fs::remove(folder_ / list);  // so that the next one is read
     if (std::string(list) == "rgb.txt") folder_.write("rgb.txt", "1.5 rgb/a.png\n");
   }

@@ -140,12 +140,12 @@ TEST_F(SettingsFileTest, ReadsAFileWhateverItsName) {
 
 TEST_F(SettingsFileTest, RefusesWhatIsNoRegularFile) {
   expect_refused(path("none.yaml").string(), "there is no such file");
-  expect_refused(masks().string(), "is no regular file");
+  expect_refused(masks().string(), "is not a regular file");
 #if defined(__unix__)
   const std::string fifo = path("fifo.yaml").string();
   ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
-  expect_refused(fifo, "is no regular file");
-  expect_refused("/dev/null", "is no regular file");
+  expect_refused(fifo, "is not a regular file");
+  expect_refused("/dev/null", "is not a regular file");
 #endif
 }
 

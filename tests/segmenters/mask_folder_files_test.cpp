@@ -72,10 +72,10 @@ TEST(MaskFolderFiles, AnythingElseInPlaceOfTheTableIsRefused) {
   write_mask(folder / "1.png");
   const fs::path table = folder / "instances.csv";
   ASSERT_EQ(mkfifo(table.c_str(), 0600), 0);
-  expect_refused(folder.path(), table.string() + ": is no regular file");
+  expect_refused(folder.path(), table.string() + ": is not a regular file");
   fs::remove(table);
   fs::create_directory(table);
-  expect_refused(folder.path(), table.string() + ": is no regular file");
+  expect_refused(folder.path(), table.string() + ": is not a regular file");
 }
 
 TEST(MaskFolderFiles, AnythingElseInPlaceOfAMaskIsRefused) {
@@ -83,10 +83,10 @@ TEST(MaskFolderFiles, AnythingElseInPlaceOfAMaskIsRefused) {
   write_mask(folder / "1.png");
   const fs::path mask = folder / "2.png";
   ASSERT_EQ(mkfifo(mask.c_str(), 0600), 0);
-  expect_refused(folder.path(), mask.string() + ": is no regular file");
+  expect_refused(folder.path(), mask.string() + ": is not a regular file");
   fs::remove(mask);
   fs::create_directory(mask);
-  expect_refused(folder.path(), mask.string() + ": is no regular file");
+  expect_refused(folder.path(), mask.string() + ": is not a regular file");
 }
 
 TEST(MaskFolderFiles, AFifoThatTookTheNameOfAMaskIsRefused) {
@@ -97,7 +97,7 @@ TEST(MaskFolderFiles, AFifoThatTookTheNameOfAMaskIsRefused) {
   fs::remove(mask);
   ASSERT_EQ(mkfifo(mask.c_str(), 0600), 0);
   expect_error<std::runtime_error>([&] { people.segment(frame_at(1)); },
-                                   mask.string() + ": is no regular file");
+                                   mask.string() + ": is not a regular file");
 }
 
 TEST(MaskFolderFiles, MayBeSymbolicLinks) {

@@ -223,9 +223,9 @@ TEST_F(RemoteSegmenterTest, RefusesMisuse) {
 
 TEST_F(RemoteSegmenterTest, SaysThatNobodyListensAndTriesAgain) {
   RemoteSegmenter people(path, patient());
-  expect_fails(people, frame_of(1), "nobody listens there");
+  expect_fails(people, frame_of(1), "no process listens there");
   { const PeerSocket dead = PeerSocket::listening(path); }
-  expect_fails(people, frame_of(2), "nobody listens there");  // its socket's file is left
+  expect_fails(people, frame_of(2), "no process listens there");  // its socket's file is left
   const RemotePeer peer(path, answer);
   expect_answered(people, frame_of(3));
 }
@@ -243,7 +243,7 @@ TEST_F(RemoteSegmenterTest, WaitsForAListenerWhereItIsAskedTo) {
   RemoteSegmenter others(folder / "others", options);
   expect_error<std::runtime_error>(
       [&] { others.segment(frame_of(1)); },
-      "others: no masks of frame 1 within 0.02 s: nobody listens there");
+      "others: no masks of frame 1 within 0.02 s: no process listens there");
 }
 
 TEST_F(RemoteSegmenterTest, SurvivesTheDeathAndReturnOfTheOtherSide) {
@@ -502,7 +502,8 @@ TEST_F(RemoteSegmenterTest, AnAnnouncementAloneGetsNoMemory) {
   });
   RemoteSegmenter people(path, patient());
   largest_allocation = 0;
-  expect_fails(people, frame_of(1), "the other side has closed the connection in the middle of a message");
+  expect_fails(people, frame_of(1),
+               "the other side has closed the connection in the middle of a message");
   EXPECT_LE(largest_allocation, std::size_t{1} << 20U);
 }
 

@@ -145,7 +145,7 @@ TEST_F(ProgramRecordings, AFaultyTruthIsRefusedBeforeTheFirstFrame) {
 TEST_F(ProgramRecordings, AFifoForATruthDoesNotHang) {
   fs::remove(truth());
   ASSERT_EQ(mkfifo(truth().c_str(), 0600), 0);
-  expect_refused_at_once(truth().string() + ": cannot be read: it is no regular file");
+  expect_refused_at_once(truth().string() + ": is not a regular file");
 }
 
 TEST_F(ProgramRecordings, AMissingMaskIsNamedBeforeTheFirstFrame) {

@@ -69,7 +69,7 @@ void limit_connect(const Descriptor& socket, const Deadline& deadline) {
   }
 }
 
-/// Connects the socket; false if nobody listens.
+/// Connects the socket; false if no process listens.
 bool connect_to(const Descriptor& socket, const std::string& path, const Deadline& deadline) {
   const sockaddr_un address = address_of(path);
   while (true) {
