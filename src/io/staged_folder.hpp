@@ -137,9 +137,9 @@ class StagedFolder {
   /// had moved away.
   static void check(const std::filesystem::path& folder, const std::string& writer,
                     const std::vector<std::filesystem::path>& names, bool overwrite) {
-    const auto whole = std::filesystem::weakly_canonical(std::filesystem::absolute(folder));
-    StagingArea::recover(whole, writer);
-    EarlierFiles(whole, writer).require_room(names, overwrite);
+    const auto full_path = std::filesystem::weakly_canonical(std::filesystem::absolute(folder));
+    StagingArea::recover(full_path, writer);
+    EarlierFiles(full_path, writer).require_room(names, overwrite);
   }
 
   /// Returns the folder to write the files to, under their final names.

@@ -61,18 +61,18 @@ int columns_of(const cv::Mat& table) { return table.size[table.dims - 1]; }
 
 /// Takes the priors out of the list. They have no batch dimension; if they have one after all,
 /// their name identifies them.
-const NamedTensor* take_priors(Outputs& rest) {
-  const NamedTensor* priors = take(rest, "priors", {"prior", "anchor"}, [](const cv::Mat& data) {
+const NamedTensor* take_priors(Outputs& unbound) {
+  const NamedTensor* priors = take(unbound, "priors", {"prior", "anchor"}, [](const cv::Mat& data) {
     return data.dims == 2 && data.size[1] == 4;
   });
   if (priors != nullptr) return priors;
-  const auto named = std::find_if(rest.begin(), rest.end(), [](const NamedTensor* output) {
+  const auto named = std::find_if(unbound.begin(), unbound.end(), [](const NamedTensor* output) {
     return is_table(output->data) && columns_of(output->data) == 4 &&
            is_named(*output, {"prior", "anchor"});
   });
-  if (named == rest.end()) return nullptr;
+  if (named == unbound.end()) return nullptr;
   priors = *named;
-  rest.erase(named);
+  unbound.erase(named);
   return priors;
 }
 
@@ -218,12 +218,12 @@ Detection detection_of(const Candidate& candidate, const Table& coefficients,
 }  // namespace
 
 YolactOutputs bind_yolact(const std::vector<NamedTensor>& outputs) {
-  Outputs rest;
-  for (const NamedTensor& output : outputs) rest.push_back(&output);
+  Outputs unbound;
+  for (const NamedTensor& output : outputs) unbound.push_back(&output);
 
-  const NamedTensor* priors = take_priors(rest);
+  const NamedTensor* priors = take_priors(unbound);
   const NamedTensor& locations =
-      need(take(rest, "locations [1, N, 4]", {"loc", "bbox", "box"},
+      need(take(unbound, "locations [1, N, 4]", {"loc", "bbox", "box"},
                 [](const cv::Mat& data) {
                   return data.dims == 3 && is_table(data) && columns_of(data) == 4;
                 }),
@@ -243,15 +243,15 @@ YolactOutputs bind_yolact(const std::vector<NamedTensor>& outputs) {
            });
   };
   const NamedTensor& coefficients =
-      need(take(rest, "coefficients [1, N, P]", {"mask", "coef"}, fits_a_grid),
+      need(take(unbound, "coefficients [1, N, P]", {"mask", "coef"}, fits_a_grid),
            "coefficients [1, N, P] with prototypes [1, h, w, P] or [1, P, h, w]");
   const NamedTensor& confidences = need(
-      take(rest, "confidences [1, N, C+1]", {"conf", "cls", "class", "score"},
+      take(unbound, "confidences [1, N, C+1]", {"conf", "cls", "class", "score"},
            [&](const cv::Mat& data) { return is_table_of_rows(data) && columns_of(data) >= 2; }),
       "confidences [1, N, C+1]");
   const int count = columns_of(coefficients.data);
   const NamedTensor& prototypes =
-      need(take(rest, "prototypes", {"proto"},
+      need(take(unbound, "prototypes", {"proto"},
                 [&](const cv::Mat& data) { return is_grid_for(data, count); }),
            "prototypes");
 

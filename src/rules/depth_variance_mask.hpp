@@ -136,7 +136,7 @@ class DepthVarianceMask {
     return variance;
   }
 
-  /// Sorts the clusters by falling size; equal ones keep their order.
+  /// Returns the largest clusters, by falling size; of equal ones, the first.
   std::vector<Cluster> largest_clusters(const std::vector<Candidate>& candidates) const {
     std::vector<cv::Point3f> points;
     points.reserve(candidates.size());

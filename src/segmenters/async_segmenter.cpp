@@ -332,10 +332,10 @@ std::exception_ptr AsyncSegmenter::Worker::first_failure_up_to(std::uint64_t num
 }
 
 void AsyncSegmenter::Worker::forget_settled_before(std::uint64_t number) {
-  const auto goes = [&](const SubmittedFrame& frame) {
+  const auto is_obsolete = [&](const SubmittedFrame& frame) {
     return frame.number < number && frame.is_settled();
   };
-  frames_.erase(std::remove_if(frames_.begin(), frames_.end(), goes), frames_.end());
+  frames_.erase(std::remove_if(frames_.begin(), frames_.end(), is_obsolete), frames_.end());
 }
 
 void AsyncSegmenter::Worker::reset() {
@@ -343,7 +343,7 @@ void AsyncSegmenter::Worker::reset() {
   replace_waiting_before(next_number_);
   frames_.clear();
   newest_.reset();
-  settled_.notify_all();  // callers waiting in collect wait in vain now
+  settled_.notify_all();  // collect has nothing left to wait for
 }
 
 // --- The public face -----------------------------------------------------------------------------

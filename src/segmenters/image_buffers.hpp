@@ -11,8 +11,8 @@
 
 namespace dynfilter::detail {
 
-/// Copies images into memory that is reused once no matrix refers to the copy: a segmenter
-/// may keep the image of the last frame.
+/// Copies images into memory that is reused once no matrix refers to the copy: a segmenter may keep
+/// the image of the last frame.
 class ImageBuffers {
  public:
   cv::Mat copy_of(const cv::Mat& image) {

@@ -193,14 +193,16 @@ ResultPlace MaskPropagator::State::place_of(const Segmentation& result) const {
 /// Returns, for each instance of the result, the index of the known instance that it continues.
 std::vector<std::optional<std::size_t>> MaskPropagator::State::matches(const Segmentation& result,
                                                                        double step_time_s) const {
-  std::vector<detail::LabelledBox> found, there;
+  std::vector<detail::LabelledBox> found, known_boxes;
   for (const Instance& instance : result.instances) {
     found.push_back({cv::Rect2d(instance.box), instance.class_id, !instance.track_id});
   }
   for (const Known& one : known) {
-    there.push_back({one.instance.box_at(step_time_s), one.instance.class_id(), !one.came_with_id});
+    known_boxes.push_back(
+        {one.instance.box_at(step_time_s), one.instance.class_id(), !one.came_with_id});
   }
-  std::vector<std::optional<std::size_t>> match = detail::associate(found, there, options.min_iou);
+  std::vector<std::optional<std::size_t>> match =
+      detail::associate(found, known_boxes, options.min_iou);
   for (std::size_t i = 0; i < match.size(); ++i) {
     const std::optional<int>& id = result.instances[i].track_id;
     for (std::size_t k = 0; id && k < known.size(); ++k) {

@@ -327,17 +327,18 @@ std::vector<Table> ablation_tables(const std::vector<RunResult>& results) {
 }
 
 std::vector<std::string> missing_runs(const std::vector<RunResult>& results) {
-  std::set<std::pair<std::string, std::string>> there;
+  std::set<std::pair<std::string, std::string>> present;
   std::set<std::string> with_truth;
   for (const RunResult& result : results) {
-    there.emplace(result.scene.name, result.rule);
+    present.emplace(result.scene.name, result.rule);
     if (result.scores) with_truth.insert(result.scene.name);
   }
   std::vector<std::string> missing;
   for (const std::string& scene : scenes_of(results)) {
     for (const std::string& rule : rules_of(results)) {
       const bool is_wanted = with_truth.count(scene) == 1 || !rule_info(rule).takes_true_masks;
-      if (is_wanted && there.count({scene, rule}) == 0) missing.push_back(scene + " under " + rule);
+      if (is_wanted && present.count({scene, rule}) == 0)
+        missing.push_back(scene + " under " + rule);
     }
   }
   return missing;

@@ -66,31 +66,32 @@ peers::DilatedMaskOptions dilated(int passes) {
 const std::vector<Entry>& entries() {
   using Masks = MaskCullerOptions;
   static const std::vector<Entry> all = {
-      {{"none", "removes nothing", false, false, false},
+      {{"none", "nothing", false, false, false},
        [](const Masks&, std::uint64_t) { return empty_stage(); }},
       {{"mask", "features on the masks", true, false, false},
        [](const Masks&, std::uint64_t) { return empty_stage(); }},
-      peer_entry<peers::DilatedMask>("dynaslam", "masks dilated by a 31x31 ellipse (DynaSLAM)",
-                                     dilated(1)),
-      peer_entry<peers::DilatedMask>("dynaslam_twice",
-                                     "masks dilated twice so (DynaSLAM's two passes)", dilated(2)),
-      peer_entry<peers::WholeBox>("crowd_slam", "the whole box, grown by 5 px (Crowd-SLAM)",
+      peer_entry<peers::DilatedMask>(
+          "dynaslam", "features on masks dilated by a 31x31 ellipse (DynaSLAM)", dilated(1)),
+      peer_entry<peers::DilatedMask>(
+          "dynaslam_twice", "features on masks dilated twice (DynaSLAM's two passes)", dilated(2)),
+      peer_entry<peers::WholeBox>("crowd_slam", "features in the box, grown by 5 px (Crowd-SLAM)",
                                   peers::WholeBoxOptions()),
       peer_entry<peers::BoxDepthThreshold>(
           "dynamic_vins", "features in the box nearer than a threshold (Dynamic-VINS)",
           peers::BoxDepthThresholdOptions()),
-      peer_entry<peers::BoxDepthDeviation>("ovd_slam",
-                                           "features near the mean depth in the box (OVD-SLAM)",
-                                           peers::BoxDepthDeviationOptions()),
-      peer_entry<peers::BoxDepthMask>("ngd_slam", "a mask from the box's depth (NGD-SLAM)",
+      peer_entry<peers::BoxDepthDeviation>(
+          "ovd_slam", "features in the box at its foreground's depth (OVD-SLAM)",
+          peers::BoxDepthDeviationOptions()),
+      peer_entry<peers::BoxDepthMask>("ngd_slam",
+                                      "features on a mask made from the box's depth (NGD-SLAM)",
                                       peers::BoxDepthMaskOptions()),
-      peer_entry<peers::DepthVarianceMask>("genea_slam2",
-                                           "a mask from the variance of depth (GeneA-SLAM2)",
-                                           peers::DepthVarianceMaskOptions()),
-      {{"paper", "masks, and features of the box by depth and D-LBP (the paper)"}, paper},
-      {{"depth", "masks, and features of the box by the object's depth (the default)"}, depth},
-      {{"mask_moved", "features on the masks, moved with the image", true, false, false, true,
-        true},
+      peer_entry<peers::DepthVarianceMask>(
+          "genea_slam2", "features on a mask made from depth variance (GeneA-SLAM2)",
+          peers::DepthVarianceMaskOptions()),
+      {{"paper", "features on the masks, and in the box by depth and D-LBP (the paper)"}, paper},
+      {{"depth", "features on the masks, and in the box at the object's depth (the default)"},
+       depth},
+      {{"mask_moved", "rule mask on masks moved with the image", true, false, false, true, true},
        [](const Masks&, std::uint64_t) { return empty_stage(); }},
       {{"depth_moved", "rule depth on masks moved with the image", true, false, true, true, true},
        depth},
@@ -140,7 +141,7 @@ std::vector<std::string> usual_rule_names() {
 const RuleInfo& rule_info(const std::string& name) { return entry_of(name).info; }
 
 std::string rule_list() {
-  std::string text = "rules:";
+  std::string text = "rules, and what each removes:";
   for (const RuleInfo& rule : all_rules()) {
     text += "\n  " + rule.name + std::string(16 - rule.name.size(), ' ') + rule.description;
   }

@@ -136,8 +136,8 @@ std::vector<RunResult> read_results(const fs::path& folder) {
     if (is_new) {
       results.push_back(std::move(result));
     } else if (figures(results[earlier->second]) != figures(result)) {
-      detail::throw_file_error(file, "is another result of scene " + result.scene.name +
-                                         " under rule " + result.rule + " than the one in " +
+      detail::throw_file_error(file, "differs from the result of scene " + result.scene.name +
+                                         " under rule " + result.rule + " in " +
                                          results[earlier->second].folder.string());
     }
   }
@@ -158,12 +158,12 @@ std::vector<GroupOfRuns> groups_of(const std::vector<RunResult>& results) {
 }
 
 std::vector<std::string> rules_of(const std::vector<RunResult>& results) {
-  std::vector<std::string> there, rules;
-  for (const RunResult& result : results) add_name(there, result.rule);
+  std::vector<std::string> present, rules;
+  for (const RunResult& result : results) add_name(present, result.rule);
   for (const std::string& rule : all_rule_names()) {
-    if (std::find(there.begin(), there.end(), rule) != there.end()) rules.push_back(rule);
+    if (std::find(present.begin(), present.end(), rule) != present.end()) rules.push_back(rule);
   }
-  for (const std::string& rule : there) add_name(rules, rule);  // of another version, perhaps
+  for (const std::string& rule : present) add_name(rules, rule);  // of another version, perhaps
   return rules;
 }
 

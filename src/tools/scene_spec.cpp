@@ -11,8 +11,8 @@ namespace {
 
 /// Returns the last part of a path, which may end in a slash or in dots.
 std::string folder_name(const std::filesystem::path& folder) {
-  const auto whole = std::filesystem::absolute(folder).lexically_normal();
-  return (whole.has_filename() ? whole : whole.parent_path()).filename().string();
+  const auto full_path = std::filesystem::absolute(folder).lexically_normal();
+  return (full_path.has_filename() ? full_path : full_path.parent_path()).filename().string();
 }
 
 }  // namespace

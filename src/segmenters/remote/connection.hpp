@@ -58,9 +58,9 @@ struct Message {
 /// A connection to the process that listens on a Unix domain socket.
 class Connection {
  public:
-  /// Connects and checks that the listener runs as this process's user. std::nullopt if no
-  /// process listens: the file is missing, or no process is behind it. Throws ConnectionError if
-  /// the path is no socket, may not be opened or is another user's, and TimeIsUp.
+  /// Connects and checks that the listener runs as this process's user. std::nullopt if no process
+  /// listens: the file is missing, or no process is behind it. Throws ConnectionError if the path
+  /// is no socket, may not be opened or is another user's, and TimeIsUp.
   static std::optional<Connection> to(const std::string& path, const Deadline& deadline);
 
   /// Tells whether the other side has closed the connection and nothing it sent is left to read.

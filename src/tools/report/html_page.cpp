@@ -42,11 +42,11 @@ std::string base64(const std::vector<std::uint8_t>& bytes) {
   std::string text;
   text.reserve((bytes.size() + 2) / 3 * 4);
   for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::size_t there = bytes.size() - i < 3 ? bytes.size() - i : 3;
+    const std::size_t count = bytes.size() - i < 3 ? bytes.size() - i : 3;
     std::uint32_t word = 0;  // three bytes make four digits
-    for (std::size_t k = 0; k < 3; ++k) word = word << 8 | (k < there ? bytes[i + k] : 0u);
+    for (std::size_t k = 0; k < 3; ++k) word = word << 8 | (k < count ? bytes[i + k] : 0u);
     for (std::size_t k = 0; k < 4; ++k) {
-      text += k <= there ? digits[word >> (18 - 6 * k) & 63u] : '=';
+      text += k <= count ? digits[word >> (18 - 6 * k) & 63u] : '=';
     }
   }
   return text;

@@ -63,10 +63,10 @@ cv::Point2d from_above(const Eigen::Vector3d& position) { return {position.x(), 
 
 Points thinned(const Points& points) {
   const std::size_t stride = points.size() / max_positions + 1;
-  Points some;
-  for (std::size_t i = 0; i < points.size(); i += stride) some.push_back(points[i]);
-  if (!points.empty() && (points.size() - 1) % stride != 0) some.push_back(points.back());
-  return some;
+  Points kept;
+  for (std::size_t i = 0; i < points.size(); i += stride) kept.push_back(points[i]);
+  if (!points.empty() && (points.size() - 1) % stride != 0) kept.push_back(points.back());
+  return kept;
 }
 
 Points positions_of(const Trajectory& trajectory, const Alignment& alignment) {
