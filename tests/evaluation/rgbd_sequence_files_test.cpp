@@ -81,13 +81,13 @@ TEST_F(RgbdSequenceFiles, AFifoForTheTruthIsRefusedWhereItIsAskedFor) {
   make_fifo("groundtruth.txt");
   const RgbdSequence sequence(folder_.path());
   expect_error<std::runtime_error>([&] { sequence.groundtruth_file(); },
-                                   path("groundtruth.txt") + ": cannot be read: it is no regular");
+                                   path("groundtruth.txt") + ": is not a regular file");
 }
 
 TEST_F(RgbdSequenceFiles, AFolderForAListIsRefused) {
   fs::remove(folder_ / "associations.txt");
   fs::create_directories(folder_ / "associations.txt");
-  expect_refused(path("associations.txt") + ": cannot be read");
+  expect_refused(path("associations.txt") + ": is not a regular file");
 }
 
 TEST_F(RgbdSequenceFiles, AnImageThatIsNoFileIsMissingInItsLine) {

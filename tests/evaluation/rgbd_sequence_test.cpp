@@ -287,7 +287,7 @@ TEST(RgbdSequence, RefusesMalformedDepthLists) {
     expect_error<std::runtime_error>([&] { RgbdSequence{folder.path()}; }, path.string() + message);
   };
   expect_refused("", ": lists no image");
-  expect_refused("1.51 depth/1.51.png\n1.51 depth/2.51.png\n", ":2: time 1.510000 stands");
+  expect_refused("1.51 depth/1.51.png\n1.51 depth/2.51.png\n", ":2: time 1.510000 is in line 1");
   expect_refused("1.51 depth/1.51.png\n2.51 depth/a.png\n",
                  ":2: depth/a.png is missing (1 of the 4");
 }

@@ -266,7 +266,7 @@ TEST(DeformableConvolution, RefusesMisuse) {
   const cv::Mat weights = tensor({4, 3, 3, 3});
   DeformableConvolutionOptions options;
   refused([&] { DeformableConvolution(cv::Mat(), cv::Mat()); }, "weights");
-  refused([&] { DeformableConvolution(tensor({4, 3, 3}), cv::Mat()); }, "four sides");
+  refused([&] { DeformableConvolution(tensor({4, 3, 3}), cv::Mat()); }, "four dimensions");
   refused([&] { DeformableConvolution(weights, tensor({1, 3})); }, "bias CV_32FC1 [1, 3]");
   options.groups = 3;
   refused([&] { DeformableConvolution(weights, cv::Mat(), options); }, "groups of one size");

@@ -425,7 +425,7 @@ TEST(YoloDecoder, RefusesOtherOutputs) {
   refused({table(63, anchors), table(7, anchors), table(5, anchors), prototypes}, "missing");
   refused({table(64, anchors), table(5, anchors), prototypes}, "missing");
   refused({{"t", tensor({2, 84, anchors})}, prototypes}, "no batch of one");
-  refused({{"t", tensor({1, 1, 1, 1, 1})}, prototypes}, "too many sides");
+  refused({{"t", tensor({1, 1, 1, 1, 1})}, prototypes}, "too many dimensions");
 }
 
 }  // namespace

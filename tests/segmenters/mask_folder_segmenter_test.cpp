@@ -132,7 +132,7 @@ TEST(MaskFolderSegmenter, RefusesMalformedTables) {
       {header + "1.5,1,0,0.9,0,99999999999,4,5\n", ":2: y: got '99999999999'"},
       {header + "1.5,1,0,0.9,0,0,-4,5\n", ":2: width and height: got '-4' and '5'"},
       {header + "1.5,1,0,0.9,0,0,4,\n", ":2: height: got ''"},
-      {header + good + good, ":3: instance 1 of frame 1.5 stands in an earlier line already"},
+      {header + good + good, ":3: instance 1 of frame 1.5 is in an earlier line already"},
       {header + good + "1.6,1,0,0.9,0,0,4,5\n", ":3: frame 1.6 has no mask 1.6.png"},
   };
   for (const auto& c : cases) {
