@@ -53,7 +53,7 @@ FilterCase full_size_case(std::uint64_t seed) {
   return input;
 }
 
-TEST_F(Allocations, AreCounted) {
+TEST_F(Allocations, CounterSeesEveryKindOfAllocation) {
   // Written to something volatile, or the compiler may leave the allocation out.
   const void* volatile seen = nullptr;
   EXPECT_GE(allocations_of([&] {
@@ -91,7 +91,7 @@ void expect_steady_state_without_allocations(CompensationRule rule) {
   }
 }
 
-TEST_F(Allocations, TheFilterNeedsNoneInTheSteadyState) {
+TEST_F(Allocations, FilterAllocatesNothingInSteadyState) {
   for (const CompensationRule rule :
        {CompensationRule::depth, CompensationRule::paper, CompensationRule::mask}) {
     SCOPED_TRACE(static_cast<int>(rule));
@@ -99,7 +99,7 @@ TEST_F(Allocations, TheFilterNeedsNoneInTheSteadyState) {
   }
 }
 
-TEST_F(Allocations, KeepStaticNeedsNoneForColumnsOfItsOwn) {
+TEST_F(Allocations, KeepStaticAllocatesNothingForUnsharedColumns) {
   FilterCase input = full_size_case(1);
   const FeatureLabels labels =
       DynamicFilter().apply(input.frame, input.segmentation, input.keypoints);

@@ -126,7 +126,7 @@ const std::vector<BadInput> bad_inputs = {
      {"static_mask of 64x48", "30x20", "MaskCuller"}},
 };
 
-TEST(BadInput, OfTheFilterIsNamedAndNothingIsTouched) {
+TEST(BadInput, FilterNamesItAndChangesNothing) {
   const FilterCase good = good_case();
   ASSERT_EQ(check_filter(good), "");
   for (const BadInput& bad : bad_inputs) {
@@ -152,7 +152,7 @@ TEST(BadInput, OfTheFilterIsNamedAndNothingIsTouched) {
   }
 }
 
-TEST(BadInput, OfAStageAloneIsNamedByTheStage) {
+TEST(BadInput, StageCalledAloneNamesIt) {
   const FilterCase input = good_case();
   const FilterInput stage_input = {input.frame, input.segmentation, input.keypoints};
   FeatureLabels too_few(1, input.segmentation);
@@ -314,7 +314,7 @@ const std::vector<BadCall> bad_calls = {
      "mask_opacity = 2"},
 };
 
-TEST(BadInput, OfEveryOtherCallIsNamed) {
+TEST(BadInput, EveryOtherCallNamesIt) {
   for (const BadCall& bad : bad_calls) {
     const std::string text = complaint(bad.call);
     EXPECT_TRUE(mentions(text, bad.message)) << "\"" << text << "\" lacks " << bad.message;

@@ -72,7 +72,7 @@ struct Scene {
   bool takes(float x, float y) { return at(x, y).reason == Reason::compensated; }
 };
 
-TEST(DepthCompensator, TakesTheLimbThatTheMaskMissed) {
+TEST(DepthCompensator, RemovesTheLimbThatTheMaskMissed) {
   Scene scene;
   const FeatureLabel label = scene.at(390, 210);
   EXPECT_EQ(label.reason, Reason::compensated);
@@ -90,7 +90,7 @@ TEST(DepthCompensator, TakesTheLimbThatTheMaskMissed) {
   EXPECT_NEAR(statistics.depth_range_m.upper, 1.9, 1e-6);
 }
 
-TEST(DepthCompensator, LeavesTheWallUpToTheEdge) {
+TEST(DepthCompensator, KeepsTheWallUpToTheEdge) {
   Scene scene;
   for (const auto& [x, y] : {std::pair(400.0F, 400.0F),
                              {401.0F, 210.0F},
@@ -102,7 +102,7 @@ TEST(DepthCompensator, LeavesTheWallUpToTheEdge) {
   EXPECT_EQ(scene.filtered().statistics().instances[0].candidates, 1U);
 }
 
-TEST(DepthCompensator, TakesWhatLiesAPixelFromAFreshMask) {
+TEST(DepthCompensator, RemovesFeaturesOnePixelFromAFreshMask) {
   Scene scene;
   scene.person().mask_origin.x = 265;  // on the wall, so that the depths do not speak for it
   EXPECT_TRUE(scene.takes(264, 300));
@@ -115,7 +115,7 @@ TEST(DepthCompensator, TakesWhatLiesAPixelFromAFreshMask) {
   EXPECT_FALSE(scene.takes(264, 300));
 }
 
-TEST(DepthCompensator, TheObjectIsFortyCentimetresThickEachWay) {
+TEST(DepthCompensator, ObjectReachesFortyCentimetresEachWay) {
   Scene scene;
   const cv::Rect patch(380, 300, 5, 5);  // 20 pixels from the body: no nearness
   for (const auto& [depth_m, taken] :
@@ -125,7 +125,7 @@ TEST(DepthCompensator, TheObjectIsFortyCentimetresThickEachWay) {
   }
 }
 
-TEST(DepthCompensator, AHoleIsTheObjectsWhereTheObjectIsNear) {
+TEST(DepthCompensator, RemovesFeaturesInHolesNearTheObject) {
   Scene scene;
   scene.set_depth({360, 300, 40, 60}, 0);
   // The body's edge, 359, is 4 pixels to the left in three directions: 3 / 4.
@@ -155,7 +155,7 @@ TEST(DepthCompensator, KeptFeaturesHaveScoresBelowHalfTheConfidence) {
   EXPECT_EQ(far_off.score, 0);
 }
 
-TEST(DepthCompensator, WhereMasksAreStaleLessNearnessIsEnough) {
+TEST(DepthCompensator, StaleMasksNeedLessNearness) {
   Scene scene;
   scene.set_depth({360, 300, 40, 60}, 0);
   scene.make_stale();
@@ -166,7 +166,7 @@ TEST(DepthCompensator, WhereMasksAreStaleLessNearnessIsEnough) {
   EXPECT_FALSE(scene.takes(366, 330));
 }
 
-TEST(DepthCompensator, ABoxWithoutAMaskIsEnough) {
+TEST(DepthCompensator, WorksWithABoxAlone) {
   Scene scene;
   scene.segmentation.instances = {Instance::from_box(scene.box, 0, 0.8F)};
   EXPECT_TRUE(scene.takes(390, 210));
@@ -177,7 +177,7 @@ TEST(DepthCompensator, ABoxWithoutAMaskIsEnough) {
   EXPECT_NEAR(statistics.depth_range_m.lower, 1.1, 1e-6);
 }
 
-TEST(DepthCompensator, AHoleInTheMidstOfTheObjectIsSurelyTheObjects) {
+TEST(DepthCompensator, HoleInsideTheObjectRaisesTheScore) {
   Scene scene;
   scene.person().mask.rowRange(160, 320).setTo(0);
   scene.set_depth({318, 398, 5, 5}, 0);
@@ -187,7 +187,7 @@ TEST(DepthCompensator, AHoleInTheMidstOfTheObjectIsSurelyTheObjects) {
   EXPECT_NEAR(scene.at(320, 400).score, 0.8, 1e-6) << "no more than certain";
 }
 
-TEST(DepthCompensator, LeavesWhatIsNearerThanTheObject) {
+TEST(DepthCompensator, KeepsFeaturesNearerThanTheObject) {
   Scene scene;
   scene.set_depth({378, 208, 5, 5}, 1.0);
   EXPECT_EQ(scene.at(380, 210).reason, Reason::untouched);
@@ -196,7 +196,7 @@ TEST(DepthCompensator, LeavesWhatIsNearerThanTheObject) {
 }
 
 /// An object within the least width of the lens must not take all that has no depth.
-TEST(DepthCompensator, AHandBeforeTheLensDoesNotTakeHolesFarFromIt) {
+TEST(DepthCompensator, HandBeforeTheLensDoesNotRemoveDistantHoles) {
   Scene scene;
   scene.set_depth(scene.body, 0.3);
   scene.set_depth({380, 300, 40, 60}, 0);
@@ -204,7 +204,7 @@ TEST(DepthCompensator, AHandBeforeTheLensDoesNotTakeHolesFarFromIt) {
   EXPECT_TRUE(scene.takes(360, 290)) << "the mask's margin";
 }
 
-TEST(DepthCompensator, AbstainsWhereTheObjectIsFartherThanTheSensorCanSee) {
+TEST(DepthCompensator, AbstainsIfTheObjectIsBeyondTheSensorRange) {
   Scene scene;
   scene.frame.metres_per_unit = 0.01;  // the body at 75 m
   scene.set_depth({360, 300, 40, 60}, 0);
@@ -212,7 +212,7 @@ TEST(DepthCompensator, AbstainsWhereTheObjectIsFartherThanTheSensorCanSee) {
   EXPECT_EQ(scene.filtered().statistics().instances[0].compensation, Compensation::too_few_samples);
 }
 
-TEST(DepthCompensator, WithAnEmptyMaskTheBoxTellsTheObject) {
+TEST(DepthCompensator, EmptyMaskFallsBackToTheBox) {
   Scene scene;
   scene.person().mask = cv::Mat();
   EXPECT_TRUE(scene.takes(390, 210));
@@ -220,7 +220,7 @@ TEST(DepthCompensator, WithAnEmptyMaskTheBoxTellsTheObject) {
   EXPECT_FALSE(scene.takes(400, 400));
 }
 
-TEST(DepthCompensator, WithAMaskOfOneLimbTheBoxTellsTheRest) {
+TEST(DepthCompensator, MaskOfOneLimbFallsBackToTheBox) {
   Scene scene;
   scene.set_depth(scene.limb, 0.9);
   scene.person().mask_origin = scene.limb.tl();
@@ -234,7 +234,7 @@ TEST(DepthCompensator, WithAMaskOfOneLimbTheBoxTellsTheRest) {
 }
 
 /// Two who are one detection, each with some relief; features beside their common mask.
-TEST(DepthCompensator, TwoPersonsOneBehindTheOtherAreBothTakenIfTheyTouch) {
+TEST(DepthCompensator, RemovesTwoTouchingPersonsInOneDetection) {
   for (const double second_m : {1.9, 3.0}) {
     Scene scene;
     for (int x = 280; x < 400; ++x) {
@@ -247,7 +247,7 @@ TEST(DepthCompensator, TwoPersonsOneBehindTheOtherAreBothTakenIfTheyTouch) {
   }
 }
 
-TEST(DepthCompensator, GivesBackWhatAStaleMaskCoversNoMore) {
+TEST(DepthCompensator, RestoresBackgroundUnderAStaleMask) {
   Scene scene;
   scene.make_stale();
   const FeatureLabel wall = scene.at(270, 300);
@@ -263,7 +263,7 @@ TEST(DepthCompensator, GivesBackWhatAStaleMaskCoversNoMore) {
   EXPECT_EQ(scene.at(264, 300).reason, Reason::untouched) << "a stale mask has no margin";
 }
 
-TEST(DepthCompensator, KeepsWhatAStaleMaskHoldsNearerThanTheObject) {
+TEST(DepthCompensator, RestoresNearerSurfacesUnderAStaleMask) {
   Scene scene;
   scene.make_stale();
   scene.set_depth({268, 300, 5, 5}, 0.8);
@@ -272,7 +272,7 @@ TEST(DepthCompensator, KeepsWhatAStaleMaskHoldsNearerThanTheObject) {
   EXPECT_EQ(scene.at(270, 302).reason, Reason::restored) << "a hole in the wall";
 }
 
-TEST(DepthCompensator, KeepsWhatAnotherObjectHasOnAStaleMask) {
+TEST(DepthCompensator, AnotherObjectKeepsItsFeaturesUnderAStaleMask) {
   Scene scene;
   scene.make_stale();
   scene.set_depth({255, 120, 20, 320}, 3.0);  // on the stale mask from 265 on
@@ -285,7 +285,7 @@ TEST(DepthCompensator, KeepsWhatAnotherObjectHasOnAStaleMask) {
   EXPECT_EQ(scene.at(270, 300).reason, Reason::restored);
 }
 
-TEST(DepthCompensator, AFreshMaskDecides) {
+TEST(DepthCompensator, RestoresOnlyUnderMasksOfIntermediateAge) {
   Scene scene;
   for (const double age_s : {0.0, 0.015, -0.015, 1.1, 50.0}) {
     scene.segmentation.timestamp_s = scene.frame.timestamp_s - age_s;
@@ -299,7 +299,7 @@ TEST(DepthCompensator, AFreshMaskDecides) {
   }
 }
 
-TEST(DepthCompensator, TheBoxGrowsWithTheAgeOfTheMasks) {
+TEST(DepthCompensator, BoxGrowsWithMaskAge) {
   Scene scene;
   scene.set_depth({0, 0, 640, 480}, 1.5);  // all is the person's, as far as the box reaches
   const auto expect_reach = [&](int sideways, int upwards) {
@@ -324,7 +324,7 @@ TEST(DepthCompensator, TheBoxGrowsWithTheAgeOfTheMasks) {
   expect_reach(0, 0);
 }
 
-TEST(DepthCompensator, WithoutDepthChangesNothingAndSaysSo) {
+TEST(DepthCompensator, AbstainsWithoutDepth) {
   Scene scene;
   scene.frame.depth = cv::Mat();
   scene.points = {{390, 210}, {300, 300}, {360, 300}};
@@ -339,7 +339,7 @@ TEST(DepthCompensator, WithoutDepthChangesNothingAndSaysSo) {
   }
 }
 
-TEST(DepthCompensator, WithTooFewDepthsChangesNothingAndSaysSo) {
+TEST(DepthCompensator, AbstainsWithTooFewDepths) {
   Scene scene;
   scene.set_depth({0, 0, 640, 480}, 0);
   scene.set_depth({280, 120, 12, 8}, 1.5);  // 3 x 2 readings
@@ -352,7 +352,7 @@ TEST(DepthCompensator, WithTooFewDepthsChangesNothingAndSaysSo) {
   EXPECT_TRUE(statistics.depth_range_m.empty());
 }
 
-TEST(DepthCompensator, LeavesOtherClassesAlone) {
+TEST(DepthCompensator, IgnoresOtherClasses) {
   Scene scene;
   scene.person().class_id = 56;
   EXPECT_EQ(scene.at(390, 210).reason, Reason::untouched);
@@ -361,7 +361,7 @@ TEST(DepthCompensator, LeavesOtherClassesAlone) {
   EXPECT_EQ(statistics.candidates, 0U);
 }
 
-TEST(DepthCompensator, TheFirstInstanceWhoseTestAFeaturePassesHasIt) {
+TEST(DepthCompensator, FeatureGoesToTheFirstInstanceThatAcceptsIt) {
   Scene scene;
   Instance first = scene.person();  // the same box, the depth of another
   scene.set_depth({420, 400, 20, 40}, 2.5);
@@ -378,7 +378,7 @@ TEST(DepthCompensator, TheFirstInstanceWhoseTestAFeaturePassesHasIt) {
   EXPECT_EQ(statistics.instances[2].candidates, 0U);
 }
 
-TEST(DepthCompensator, PositionsThatAreInNoImageAreHarmless) {
+TEST(DepthCompensator, AcceptsPositionsOutsideTheImage) {
   Scene scene;
   constexpr float infinite = std::numeric_limits<float>::infinity();
   scene.person().box = {-1000, -1000, 5000, 5000};
@@ -396,7 +396,7 @@ TEST(DepthCompensator, PositionsThatAreInNoImageAreHarmless) {
 }
 
 /// Depths on the mask that are the object's farthest, beyond the reach of its box.
-TEST(DepthCompensator, KeepsTheFarthestOfTheObjectOnAStaleMask) {
+TEST(DepthCompensator, StaleMaskKeepsTheFarEndOfTheObject) {
   Scene scene;
   scene.make_stale();
   scene.frame.metres_per_unit = 1.0 / 4096;  // all lengths here are exact
@@ -413,7 +413,7 @@ TEST(DepthCompensator, KeepsTheFarthestOfTheObjectOnAStaleMask) {
 
 /// Twice as wide and high, each pixel four. Of the four it is the upper left one that is asked, so
 /// that only what lies to the right and below is exactly twice as far away.
-TEST(DepthCompensator, AnImageTwiceAsLargeHasTheSameLabels) {
+TEST(DepthCompensator, LabelsDoNotDependOnImageScale) {
   Scene scene;
   scene.set_depth({262, 300, 18, 60}, 0);  // a hole to the left of the body
   for (int y = 101; y < 460; y += 3) {

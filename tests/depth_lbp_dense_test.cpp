@@ -138,14 +138,14 @@ void expect_oracle_of_every_set(const cv::Size& size, std::uint64_t seed) {
   }
 }
 
-TYPED_TEST(DepthLbpDense, EverySetEqualsTheOracleOnEveryWidth) {
+TYPED_TEST(DepthLbpDense, InstructionSetsMatchTheOracleAtEveryWidth) {
   for (int width = 1; width <= 300; ++width) {
     ASSERT_NO_FATAL_FAILURE(expect_oracle_of_every_set<TypeParam>(
         {width, 1 + width % 11}, static_cast<std::uint64_t>(width)));
   }
 }
 
-TYPED_TEST(DepthLbpDense, EverySetEqualsTheOracleOnManyRowsOfAnyLength) {
+TYPED_TEST(DepthLbpDense, InstructionSetsMatchTheOracleOnLargeImages) {
   // Rows that lie so that kernels do few or many of them together, in one to five bands.
   for (const int width : {66, 130, 512, 600, 1024, 1280, 1281, 2048, 2561, 4096}) {
     for (const int height : {3, 26, 27, 50, 59, 74, 101}) {
@@ -155,7 +155,7 @@ TYPED_TEST(DepthLbpDense, EverySetEqualsTheOracleOnManyRowsOfAnyLength) {
   }
 }
 
-TYPED_TEST(DepthLbpDense, EverySetEqualsTheOracleInRegionsOfSubMatricesAndNothingElseIsWritten) {
+TYPED_TEST(DepthLbpDense, InstructionSetsWriteTheRegionOnly) {
   for (std::uint64_t seed = 0; seed < 400; ++seed) {
     ByteSource source(seed);
     const cv::Size whole(source.between(1, 180), source.between(1, 14));
@@ -187,7 +187,7 @@ TYPED_TEST(DepthLbpDense, EverySetEqualsTheOracleInRegionsOfSubMatricesAndNothin
   }
 }
 
-TYPED_TEST(DepthLbpDense, RangesOfRowsTogetherAreTheWholeAlsoFromThreads) {
+TYPED_TEST(DepthLbpDense, RowRangesFromThreadsMatchOneCall) {
   for (std::uint64_t seed = 0; seed < 60; ++seed) {
     ByteSource source(seed);
     const cv::Size size(source.between(1, 300), source.between(1, 40));
@@ -209,7 +209,7 @@ TYPED_TEST(DepthLbpDense, RangesOfRowsTogetherAreTheWholeAlsoFromThreads) {
   }
 }
 
-TEST(DepthLbpDense, EveryPairOfDepthsComparesAsTheOracleSays) {
+TEST(DepthLbpDense, EveryPairOfDepthsMatchesTheOracle) {
   // Every centre of this row meets every hostile depth as its neighbour above, in all lanes.
   const auto check = [](auto zero) {
     using Depth = decltype(zero);
@@ -236,7 +236,7 @@ TEST(DepthLbpDense, EveryPairOfDepthsComparesAsTheOracleSays) {
   check(0.0F);
 }
 
-TEST(DepthLbpDense, ReusesAndKeepsTheCallersMatrix) {
+TEST(DepthLbpDense, ReusesTheOutputMatrix) {
   const cv::Mat depth(20, 90, CV_16UC1, cv::Scalar(7));
   cv::Mat codes(20, 90, CV_8UC1, cv::Scalar(99));
   const std::uint8_t* before = codes.data;
@@ -245,7 +245,7 @@ TEST(DepthLbpDense, ReusesAndKeepsTheCallersMatrix) {
   EXPECT_EQ(cv::countNonZero(codes), 0);
 }
 
-TEST(DepthLbpDense, ListsWhatTheProcessorHasTheBestLast) {
+TEST(DepthLbpDense, ListsAvailableInstructionSetsBestLast) {
   const auto sets = detail::supported_instruction_sets();
   EXPECT_EQ(sets.front(), InstructionSet::portable);
   EXPECT_EQ(sets.back(), detail::best_instruction_set());

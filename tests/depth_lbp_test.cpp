@@ -17,7 +17,7 @@ namespace {
 
 /// Paper, Figure 2: the neighbours clockwise from the top-left one, 1 where greater than the
 /// centre.
-TEST(DepthLbp, EqualsThePapersDefinitionOnATableByHand) {
+TEST(DepthLbp, MatchesThePapersExample) {
   // 6 5 2      0 0 0      bits clockwise from the top-left: 0 0 0 0 1 1 1 0
   // 7 6 1  ->  1 . 0      but (6,9)=9, (8)=8, (7)=7 stand at the bottom and the left
   // 9 8 7      1 1 1
@@ -30,7 +30,7 @@ TEST(DepthLbp, EqualsThePapersDefinitionOnATableByHand) {
   EXPECT_EQ(DepthLbp().code(metres, {1, 1}), 16 + 32 + 64 + 128);
 }
 
-TEST(DepthLbp, EveryNeighbourHasItsBit) {
+TEST(DepthLbp, EachNeighbourSetsItsOwnBit) {
   const cv::Point clockwise[] = {{0, 0}, {1, 0}, {2, 0}, {2, 1}, {2, 2}, {1, 2}, {0, 2}, {0, 1}};
   for (std::size_t k = 0; k < 8; ++k) {
     cv::Mat depth(3, 3, CV_16UC1, cv::Scalar(500));
@@ -39,7 +39,7 @@ TEST(DepthLbp, EveryNeighbourHasItsBit) {
   }
 }
 
-TEST(DepthLbp, MissingDepthIsNearerTakenLiterallyAndFartherOnRequest) {
+TEST(DepthLbp, MissingNeighbourCountsAsNearerOrOnRequestFarther) {
   cv::Mat depth(3, 3, CV_16UC1, cv::Scalar(65535));
   depth.at<std::uint16_t>(0, 0) = 0;
   EXPECT_EQ(DepthLbp().code(depth, {1, 1}), 0);
@@ -48,7 +48,7 @@ TEST(DepthLbp, MissingDepthIsNearerTakenLiterallyAndFartherOnRequest) {
   EXPECT_EQ(DepthLbp(options).code(depth, {1, 1}), 1);
 }
 
-TEST(DepthLbp, EqualsTheOracleAtAPointAtManyAndDenseOnHostileValues) {
+TEST(DepthLbp, AllCallsMatchTheOracleOnHostileDepths) {
   for (std::uint64_t seed = 0; seed < 1500; ++seed) {
     ByteSource source(seed);
     const int width = source.between(1, 40);
@@ -79,7 +79,7 @@ TEST(DepthLbp, EqualsTheOracleAtAPointAtManyAndDenseOnHostileValues) {
   }
 }
 
-TEST(DepthLbp, WritesTheRegionAndNothingElse) {
+TEST(DepthLbp, WritesOnlyTheRegion) {
   for (std::uint64_t seed = 0; seed < 500; ++seed) {
     ByteSource source(seed);
     const cv::Size size(source.between(1, 20), source.between(1, 20));

@@ -76,7 +76,7 @@ FilterCase placed_at(const FilterCase& small, cv::Point offset, ByteSource& sour
   return large;
 }
 
-TEST(DynamicFilter, MovingEverythingByWholePixelsChangesNothing) {
+TEST(DynamicFilter, TranslationByWholePixelsKeepsLabels) {
   std::size_t compared = 0, compensated = 0, restored = 0;
   for (std::uint64_t seed = 0; seed < 2000; ++seed) {
     ByteSource source(seed);
@@ -111,7 +111,7 @@ FilterCase case_with_rule(CompensationRule rule, std::uint64_t seed) {
   }
 }
 
-TEST(DynamicFilter, IsTheSameFromAnyThreadInAnyOrder) {
+TEST(DynamicFilter, LabelsDoNotDependOnThreadOrOrder) {
   constexpr std::size_t cases = 200;
   for (const CompensationRule rule : every_rule) {
     std::vector<FilterCase> inputs;
@@ -139,7 +139,7 @@ TEST(DynamicFilter, IsTheSameFromAnyThreadInAnyOrder) {
   }
 }
 
-TEST(DynamicFilter, UsedMemoryChangesNothing) {
+TEST(DynamicFilter, ReusedMemoryKeepsLabels) {
   FeatureLabels labels;
   Workspace workspace;
   for (std::uint64_t seed = 0; seed < 2000; ++seed) {
@@ -152,7 +152,7 @@ TEST(DynamicFilter, UsedMemoryChangesNothing) {
 }
 
 /// Not so the paper's rule, whose sample another feature may enter.
-TEST(DynamicFilter, ByTheObjectsDepthNoFeatureChangesTheLabelOfAnother) {
+TEST(DynamicFilter, DepthRuleLabelsFeaturesIndependently) {
   std::size_t compensated = 0;
   for (std::uint64_t seed = 0; seed < 1000; ++seed) {
     FilterCase input = case_with_rule(CompensationRule::depth, 1000 * seed);
@@ -174,7 +174,7 @@ TEST(DynamicFilter, ByTheObjectsDepthNoFeatureChangesTheLabelOfAnother) {
 }
 
 /// With a unit that is a power of two the metres are the same numbers.
-TEST(DynamicFilter, DepthIn16BitsAndInFloatsIsTheSame) {
+TEST(DynamicFilter, SixteenBitAndFloatDepthGiveTheSameLabels) {
   std::size_t compensated = 0;
   for (std::uint64_t seed = 0; seed < 1000; ++seed) {
     FilterCase input = case_with_rule(every_rule[seed % 2], 1000 * seed);
@@ -191,7 +191,7 @@ TEST(DynamicFilter, DepthIn16BitsAndInFloatsIsTheSame) {
 }
 
 /// With a feature at every pixel, the refined mask is where features go that are in its reach.
-TEST(DynamicFilter, ARefinedMaskIsWhereFeaturesGo) {
+TEST(DynamicFilter, RefinedMaskCoversTheRemovedFeatures) {
   std::size_t on_mask = 0, off_mask = 0;
   for (std::uint64_t seed = 0; seed < 600; ++seed) {
     FilterCase input = case_with_rule(CompensationRule::depth, 1000 * seed);
@@ -221,7 +221,7 @@ TEST(DynamicFilter, ARefinedMaskIsWhereFeaturesGo) {
   EXPECT_GT(off_mask, 5000U);
 }
 
-TEST(DynamicFilter, ALargerExpansionNeverLosesACompensatedFeature) {
+TEST(DynamicFilter, LargerExpansionKeepsAllCompensatedFeatures) {
   std::size_t gained = 0;
   for (std::uint64_t seed = 0; seed < 2000; ++seed) {
     ByteSource source(seed);
@@ -238,7 +238,7 @@ TEST(DynamicFilter, ALargerExpansionNeverLosesACompensatedFeature) {
   EXPECT_GT(gained, 100U) << "the property would hold of a filter that ignores its options";
 }
 
-TEST(DynamicFilter, TakesPointsAsWellAsKeypoints) {
+TEST(DynamicFilter, AcceptsPointsAndKeypoints) {
   for (std::uint64_t seed = 0; seed < 300; ++seed) {
     ByteSource source(seed);
     FilterCase input = arbitrary_case_of_any_rule(source);
@@ -271,7 +271,7 @@ TEST(DynamicFilter, TwoFiltersInOneProcessShareNothing) {
 }
 
 /// Each option of the rules, whichever rule is chosen.
-TEST(DynamicFilter, NamesTheOptionsOfItsRulesThatItCannotTake) {
+TEST(DynamicFilter, RefusesBadRuleOptionsByName) {
   struct Bad {
     std::function<void(DepthCompensatorOptions&, double)> spoil;
     std::string part;
@@ -312,7 +312,7 @@ TEST(DynamicFilter, NamesTheOptionsOfItsRulesThatItCannotTake) {
 }
 
 /// Labels that were written into, and then input that does not fit them.
-TEST(DynamicFilter, ADepthStageThatThrowsChangesNoLabel) {
+TEST(DynamicFilter, ThrowingDepthStageChangesNoLabel) {
   FilterCase input = case_with_rule(CompensationRule::depth, 7);
   input.keypoints.resize(20);
   input.segmentation.instances.resize(2);

@@ -42,7 +42,7 @@ struct Scene {
   }
 };
 
-TEST(EdgeCompensator, TakesThePartThatTheMaskMissed) {
+TEST(EdgeCompensator, RemovesThePartThatTheMaskMissed) {
   const Scene scene;
   const FeatureLabels labels = scene.filtered();
   const InstanceStatistics& person = labels.statistics().instances[0];
@@ -65,7 +65,7 @@ TEST(EdgeCompensator, TakesThePartThatTheMaskMissed) {
   EXPECT_GE(found * 10, on_person * 9) << "codes of 20 samples cover nearly all";
 }
 
-TEST(EdgeCompensator, CountsHowSelectiveEachTestIs) {
+TEST(EdgeCompensator, CountsWhatPassesEachTest) {
   const Scene scene;
   const InstanceStatistics person = scene.filtered().statistics().instances[0];
   EXPECT_GE(person.candidates, person.passed_depth);
@@ -74,7 +74,7 @@ TEST(EdgeCompensator, CountsHowSelectiveEachTestIs) {
   EXPECT_LE(person.compensated, std::min(person.passed_depth, person.passed_code));
 }
 
-TEST(EdgeCompensator, AbstainsWithoutDepthAndSaysSo) {
+TEST(EdgeCompensator, AbstainsWithoutDepth) {
   Scene scene;
   scene.input.frame.depth = cv::Mat();
   const FrameStatistics statistics = scene.filtered().statistics();
@@ -83,7 +83,7 @@ TEST(EdgeCompensator, AbstainsWithoutDepthAndSaysSo) {
   EXPECT_EQ(statistics.compensated, 0U);
 }
 
-TEST(EdgeCompensator, AbstainsWhereAllDepthIsMissingAndSaysSo) {
+TEST(EdgeCompensator, AbstainsIfAllDepthIsMissing) {
   Scene scene;
   scene.input.frame.depth.setTo(0);
   const FrameStatistics statistics = scene.filtered().statistics();
@@ -92,7 +92,7 @@ TEST(EdgeCompensator, AbstainsWhereAllDepthIsMissingAndSaysSo) {
   EXPECT_EQ(statistics.compensated, 0U);
 }
 
-TEST(EdgeCompensator, LeavesOtherClassesAlone) {
+TEST(EdgeCompensator, IgnoresOtherClasses) {
   Scene scene;
   scene.input.segmentation.instances[0].class_id = 56;
   const FrameStatistics statistics = scene.filtered().statistics();
@@ -101,7 +101,7 @@ TEST(EdgeCompensator, LeavesOtherClassesAlone) {
   EXPECT_EQ(statistics.removed(), 0U);
 }
 
-TEST(EdgeCompensator, DoesNotSampleWhatOnlyAMarginTook) {
+TEST(EdgeCompensator, DoesNotSampleFeaturesInTheMaskMargin) {
   Scene scene;
   const InstanceStatistics without = scene.filtered().statistics().instances[0];
   scene.input.options.mask_culler.margin_px = 12;  // reaches far into the wall
@@ -112,7 +112,7 @@ TEST(EdgeCompensator, DoesNotSampleWhatOnlyAMarginTook) {
 }
 
 /// Two instances whose boxes and ranges hold the same features.
-TEST(EdgeCompensator, TheFirstInstanceWhoseTestAFeaturePassesHasIt) {
+TEST(EdgeCompensator, FeatureGoesToTheFirstInstanceThatAcceptsIt) {
   Scene scene;
   Instance second = scene.input.segmentation.instances[0];
   second.mask_origin.y += 20;  // the lower half of the same person
@@ -126,7 +126,7 @@ TEST(EdgeCompensator, TheFirstInstanceWhoseTestAFeaturePassesHasIt) {
   }
 }
 
-TEST(EdgeCompensator, PassesOverWhatAnotherStageRemoved) {
+TEST(EdgeCompensator, SkipsFeaturesThatAnotherStageRemoved) {
   const Scene scene;
   const FilterInput input = {scene.input.frame, scene.input.segmentation, scene.input.keypoints};
   FeatureLabels labels(scene.input.keypoints.size(), scene.input.segmentation);
@@ -145,7 +145,7 @@ TEST(EdgeCompensator, PassesOverWhatAnotherStageRemoved) {
   EXPECT_EQ(with_custom.statistics().custom, removed);
 }
 
-TEST(EdgeCompensator, ServesAMaskStageOfTheCallers) {
+TEST(EdgeCompensator, WorksAfterAUserDefinedMaskStage) {
   Scene scene;
   scene.input.segmentation.instances[0].class_id = 56;  // dynamic by the caller's own judgement
   const auto own_masks = [](const FilterInput& input, FeatureLabels& labels) {
@@ -161,7 +161,7 @@ TEST(EdgeCompensator, ServesAMaskStageOfTheCallers) {
   EXPECT_GT(labels.statistics().compensated, 20U);
 }
 
-TEST(EdgeCompensator, MayTakeWhatHasNoDepth) {
+TEST(EdgeCompensator, RemovesFeaturesWithoutDepthOnRequest) {
   Scene scene;
   for (int y = 30; y < 50; ++y) scene.input.frame.depth.at<std::uint16_t>(y, 22) = 0;
   scene.input.keypoints.assign(20, {23, 20, 1});
@@ -173,7 +173,7 @@ TEST(EdgeCompensator, MayTakeWhatHasNoDepth) {
   EXPECT_EQ(scene.filtered()[20].reason, Reason::compensated);
 }
 
-TEST(EdgeCompensator, ThePapersRuleStaysWhatTheDesignSays) {
+TEST(EdgeCompensator, DefaultOptionsArePinned) {
   const EdgeCompensatorOptions paper = EdgeCompensatorOptions::paper();
   EXPECT_EQ(paper.samples, 20U);
   for (const RangeEstimatorOptions& range : {paper.depth, paper.code}) {
@@ -189,7 +189,7 @@ TEST(EdgeCompensator, ThePapersRuleStaysWhatTheDesignSays) {
 }
 
 /// The ranges that the statistics report are the ones that the oracle finds.
-TEST(EdgeCompensator, ReportsTheRangesOfTheOracle) {
+TEST(EdgeCompensator, ReportedRangesMatchTheOracle) {
   std::size_t ranges = 0;
   for (std::uint64_t seed = 0; seed < 3000; ++seed) {
     ByteSource source(seed);

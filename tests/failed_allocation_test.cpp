@@ -70,7 +70,7 @@ class FailedAllocation : public ::testing::TestWithParam<CompensationRule> {
 };
 
 /// A small frame is filtered, memory runs out in a large one, and other frames follow.
-TEST_P(FailedAllocation, OfAFrameLeavesLabelsAndWorkspaceUsable) {
+TEST_P(FailedAllocation, LeavesLabelsAndWorkspaceUsable) {
   for (const int persons : {2, 12}) {
     FilterCase small = busy_case(1, GetParam(), 1);
     small.keypoints.resize(70);
@@ -103,7 +103,7 @@ INSTANTIATE_TEST_SUITE_P(Rules, FailedAllocation,
                          ::testing::Values(CompensationRule::depth, CompensationRule::paper,
                                            CompensationRule::mask));
 
-TEST(FailedAllocationOfKeepStatic, LeavesTheColumnsAsTheyWere) {
+TEST(FailedAllocationOfKeepStatic, LeavesTheColumnsUnchanged) {
   const FilterCase input = busy_case(3, CompensationRule::mask, 2);
   const FeatureLabels labels =
       DynamicFilter().apply(input.frame, input.segmentation, input.keypoints);

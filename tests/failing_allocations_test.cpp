@@ -37,20 +37,20 @@ TEST(FailingAllocations, EachAllocationOfACallFailsOnce) {
   EXPECT_EQ(steps, (std::vector<int>{0, 1, 2, 3}));
 }
 
-TEST(FailingAllocations, OneThatDoesNotThrowAnswersNull) {
+TEST(FailingAllocations, NothrowNewReturnsNull) {
   int* memory = nullptr;
   EXPECT_TRUE(fails_at_allocation(1, [&] { memory = new (std::nothrow) int(7); }));
   EXPECT_EQ(memory, nullptr);
 }
 
-TEST(FailingAllocations, NothingFailsOutsideOfTheCall) {
+TEST(FailingAllocations, NothingFailsOutsideTheCall) {
   EXPECT_FALSE(
       fails_at_allocation(9, [] { static_cast<void>(cv::Mat(4, 4, CV_8UC1).isContinuous()); }));
   EXPECT_NO_THROW(std::vector<int>(10));
   EXPECT_NO_THROW(cv::Mat(4, 4, CV_8UC1));
 }
 
-TEST(FailingAllocations, AnErrorThatNoFailureCausedGoesThrough) {
+TEST(FailingAllocations, UnrelatedExceptionsPassThrough) {
   EXPECT_THROW(fails_at_allocation(9, [] { throw std::bad_alloc(); }), std::bad_alloc);
 }
 

@@ -50,7 +50,7 @@ std::vector<cv::Point2f> points_in_a_row(int count) {
   return points;
 }
 
-TEST(FeatureFloor, SaysNothingWhereEnoughIsLeft) {
+TEST(FeatureFloor, DoesNothingIfEnoughFeaturesAreLeft) {
   Frame frame(points_in_a_row(10));
   for (std::size_t i = 0; i < 4; ++i) frame.labels.remove(i, 0, Reason::in_mask, 0.9F);
   frame.apply(6, FloorPolicy::restore_best_scored);
@@ -59,7 +59,7 @@ TEST(FeatureFloor, SaysNothingWhereEnoughIsLeft) {
   EXPECT_TRUE(frame.restored().empty());
 }
 
-TEST(FeatureFloor, ReportsAndSuggestsHowManyToExtract) {
+TEST(FeatureFloor, ReportsStarvationAndSuggestsAFeatureCount) {
   Frame frame(points_in_a_row(10));
   for (std::size_t i = 0; i < 6; ++i) frame.labels.remove(i, 0, Reason::in_mask, 0.9F);
   frame.apply(5, FloorPolicy::report_only);
@@ -72,7 +72,7 @@ TEST(FeatureFloor, ReportsAndSuggestsHowManyToExtract) {
   EXPECT_EQ(frame.labels.statistics().suggested_features, 40U) << "at most four times as many";
 }
 
-TEST(FeatureFloor, RestoresTheBestScoredAndCompensatedOnesFirst) {
+TEST(FeatureFloor, RestoresLowScoresFirstThenCompensatedFeatures) {
   Frame frame(points_in_a_row(8));
   const float scores[] = {0.9F, 0.8F, 0.3F, 0.8F, 0.5F, 0.8F};
   for (std::size_t i = 0; i < 6; ++i) {
@@ -87,7 +87,7 @@ TEST(FeatureFloor, RestoresTheBestScoredAndCompensatedOnesFirst) {
   EXPECT_EQ(frame.labels[2].score, 0.3F);
 }
 
-TEST(FeatureFloor, RestoresInTheEmptyPartsOfTheImage) {
+TEST(FeatureFloor, RestoresInEmptyCellsFirst) {
   std::vector<cv::Point2f> points;
   for (int i = 0; i < 20; ++i) points.emplace_back(50.0F, 50.0F + static_cast<float>(i));
   for (int i = 0; i < 20; ++i) points.emplace_back(750.0F, 550.0F + static_cast<float>(i));
@@ -105,7 +105,7 @@ TEST(FeatureFloor, RestoresInTheEmptyPartsOfTheImage) {
       << "13 each";
 }
 
-TEST(FeatureFloor, NeverRestoresTheRobotItself) {
+TEST(FeatureFloor, NeverRestoresFeaturesOnTheStaticMask) {
   Frame frame(points_in_a_row(4));
   for (std::size_t i = 0; i < 3; ++i) frame.labels.remove(i, -1, Reason::in_mask, 1.0F);
   frame.labels.remove(3, -1, Reason::custom, 1.0F);
@@ -114,7 +114,7 @@ TEST(FeatureFloor, NeverRestoresTheRobotItself) {
 }
 
 /// As many as are missing, never one more; the same for any order of the features; kept ones stay.
-TEST(FeatureFloor, HoldsItsPropertiesOnArbitraryInput) {
+TEST(FeatureFloor, HoldsItsInvariantsOnArbitraryInput) {
   std::size_t starved = 0;
   for (std::uint64_t seed = 0; seed < 1500; ++seed) {
     ByteSource source(seed);

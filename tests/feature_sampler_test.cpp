@@ -33,19 +33,19 @@ std::vector<std::size_t> drawn(const FeatureSampler& sampler,
   return features;
 }
 
-TEST(FeatureSampler, KeysAreWhatTheyHaveAlwaysBeen) {
+TEST(FeatureSampler, KeysArePinned) {
   EXPECT_EQ(FeatureSampler(20, 0).key(0, 0, {0, 0}), 0x2130748AAAC80268U);
   EXPECT_EQ(FeatureSampler(20, 42).key(7, 2, {13, 200}), 0x76DA5E46064E15E7U);
   EXPECT_EQ(FeatureSampler(20, 42).key(7, 2, {-1, -200}), 0xF8C17E23B794F586U);
 }
 
-TEST(FeatureSampler, TheSampleIsWhatItHasAlwaysBeen) {
+TEST(FeatureSampler, SampleIsPinned) {
   const FeatureSampler sampler(8, 5);
   EXPECT_EQ(drawn(sampler, candidates_of(sampler, 11, 60)),
             (std::vector<std::size_t>{1, 8, 18, 37, 40, 46, 48, 51}));
 }
 
-TEST(FeatureSampler, EveryPartOfTheKeyCounts) {
+TEST(FeatureSampler, KeyDependsOnEveryInput) {
   const std::uint64_t key = FeatureSampler(1, 1).key(2, 3, {4, 5});
   EXPECT_NE(key, FeatureSampler(1, 2).key(2, 3, {4, 5}));
   EXPECT_NE(key, FeatureSampler(1, 1).key(3, 3, {4, 5}));
@@ -54,7 +54,7 @@ TEST(FeatureSampler, EveryPartOfTheKeyCounts) {
   EXPECT_NE(key, FeatureSampler(1, 1).key(2, 3, {5, 4}));
 }
 
-TEST(FeatureSampler, TakesAllWhereThereAreFew) {
+TEST(FeatureSampler, DrawsAllIfThereAreFew) {
   const FeatureSampler sampler(10);
   EXPECT_EQ(drawn(sampler, candidates_of(sampler, 1, 10)).size(), 10U);
   EXPECT_EQ(drawn(sampler, candidates_of(sampler, 1, 3)).size(), 3U);
@@ -107,7 +107,7 @@ TEST(FeatureSampler, IsUnbiased) {
 
 /// The smallest keys, by sorting; any keys, for a caller may have his own: spread as hashes are,
 /// all large, all small, mostly equal.
-TEST(FeatureSampler, DrawsTheSmallestKeysHoweverTheyLie) {
+TEST(FeatureSampler, DrawsTheSmallestKeysOfAnyDistribution) {
   for (std::uint64_t frame = 0; frame < 200; ++frame) {
     for (const std::size_t count : {0U, 1U, 19U, 20U, 21U, 40U, 41U, 79U, 300U}) {
       const FeatureSampler sampler(20, frame);

@@ -22,7 +22,7 @@ TEST(NearestPixel, RoundsHalvesUp) {
   EXPECT_EQ(nearest_pixel({std::nextafter(0.5F, 0.0F), 0}), cv::Point(0, 0));
 }
 
-TEST(NearestPixel, GivesWhatIsNoPositionAPixelOfNoImage) {
+TEST(NearestPixel, MapsInvalidPositionsOutsideEveryImage) {
   const float infinity = std::numeric_limits<float>::infinity();
   const float bad[] = {
       std::numeric_limits<float>::quiet_NaN(), infinity, -infinity, 3e9F, -3e9F, 2147483648.0F,
@@ -34,7 +34,7 @@ TEST(NearestPixel, GivesWhatIsNoPositionAPixelOfNoImage) {
 }
 
 /// At and beside the edges of pixels and of what a float can tell apart.
-TEST(NearestPixel, IsTheFloorOfHalfAPixelMoreForEveryFloat) {
+TEST(NearestPixel, EqualsFloorOfXPlusHalf) {
   std::size_t compared = 0;
   for (std::uint32_t bits = 0; bits < 0x4F000000U; bits += 4099) {  // up to 2^31
     float value = 0;
@@ -68,7 +68,7 @@ TEST(FeaturesView, ReadsKeypointsAndPointsInPlace) {
   EXPECT_EQ(of_points.diameter_px(1), 0.0F);
 }
 
-TEST(FeaturesView, ReadsPointsInsideLargerThings) {
+TEST(FeaturesView, ReadsPointsInsideLargerStructs) {
   struct Track {
     int id;
     cv::Point2f point;

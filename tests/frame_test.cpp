@@ -10,7 +10,7 @@
 namespace dynfilter::testing {
 namespace {
 
-TEST(FrameView, DepthInMetresEqualsTheOracle) {
+TEST(FrameView, DepthInMetresMatchesTheOracle) {
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
     ByteSource source(seed);
     FrameView frame;
@@ -30,7 +30,7 @@ TEST(FrameView, DepthInMetresEqualsTheOracle) {
   }
 }
 
-TEST(FrameView, FloatDepthIsMetresUnlessTold) {
+TEST(FrameView, FloatDepthIsInMetresByDefault) {
   FrameView frame;
   frame.depth = cv::Mat(1, 1, CV_32FC1, cv::Scalar(2.0));
   EXPECT_EQ(frame.depth_m({0, 0}), 2.0);
@@ -38,7 +38,7 @@ TEST(FrameView, FloatDepthIsMetresUnlessTold) {
   EXPECT_EQ(frame.depth_m({0, 0}), 0.002);
 }
 
-TEST(FrameView, WithoutADepthImageHasNoDepth) { EXPECT_FALSE(FrameView().depth_m({0, 0})); }
+TEST(FrameView, HasNoDepthWithoutADepthImage) { EXPECT_FALSE(FrameView().depth_m({0, 0})); }
 
 }  // namespace
 }  // namespace dynfilter::testing

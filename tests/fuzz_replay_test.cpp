@@ -13,7 +13,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 
 namespace {
 
-TEST(FuzzReplay, TheFilterEqualsTheOracleOnAllKeptInputs) {
+TEST(FuzzReplay, FilterMatchesTheOracleOnTheCorpus) {
   std::size_t replayed = 0;
   for (const auto& entry : std::filesystem::directory_iterator(DYNFILTER_FUZZ_CORPUS)) {
     SCOPED_TRACE(entry.path().filename());

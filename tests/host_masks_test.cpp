@@ -89,7 +89,7 @@ Instance rectangle(const cv::Rect& box) {
   return Instance::from_box_mask(cv::Mat(box.size(), CV_8UC1, cv::Scalar(255)), box);
 }
 
-TEST(HostMasks, EqualTheOracleOnArbitraryInput) {
+TEST(HostMasks, MatchTheOracleOnArbitraryInput) {
   for (std::uint64_t seed = 0; seed < 1500; ++seed) {
     ByteSource source(seed);
     FilterCase input = arbitrary_case(source);
@@ -98,7 +98,7 @@ TEST(HostMasks, EqualTheOracleOnArbitraryInput) {
   }
 }
 
-TEST(HostMasks, TheMarginIsAnExactDisc) {
+TEST(HostMasks, MarginIsAnExactDisc) {
   const Segmentation segmentation = segmentation_of({41, 41}, {rectangle({20, 20, 1, 1})});
   for (const double margin : {0.0, 0.5, 0.999, 1.0, 1.41, 1.42, 2.0, 4.9999, 5.0, 12.5, 15.0}) {
     MaskCullerOptions options;
@@ -109,7 +109,7 @@ TEST(HostMasks, TheMarginIsAnExactDisc) {
 
 /// The square roots of sums of two squares, and their neighbours: where a rounded distance would
 /// be wrong.
-TEST(HostMasks, TheMarginIsExactAtTheDistancesThatPixelsHave) {
+TEST(HostMasks, MarginIsExactAtPixelDistances) {
   const Segmentation segmentation =
       segmentation_of({30, 20}, {rectangle({3, 2, 1, 1}), rectangle({24, 15, 2, 1})});
   for (int square = 1; square < 500; ++square) {
@@ -122,7 +122,7 @@ TEST(HostMasks, TheMarginIsExactAtTheDistancesThatPixelsHave) {
   }
 }
 
-TEST(HostMasks, InstancesMayLieOutsideTheImageAndReachIntoItByTheirMargin) {
+TEST(HostMasks, MarginOfAnOutsideInstanceReachesIntoTheImage) {
   constexpr int lowest = std::numeric_limits<int>::min();
   constexpr int highest = std::numeric_limits<int>::max();
   const cv::Size size(12, 9);
@@ -148,7 +148,7 @@ TEST(HostMasks, InstancesMayLieOutsideTheImageAndReachIntoItByTheirMargin) {
   }
 }
 
-TEST(HostMasks, TheStaticMaskAndOtherClassesAreTreatedAsTheCullerDoes) {
+TEST(HostMasks, TreatStaticMaskAndClassesLikeTheCuller) {
   Instance chair = rectangle({2, 2, 6, 4});
   chair.class_id = 56;
   const Segmentation segmentation = segmentation_of({20, 10}, {chair, rectangle({10, 3, 3, 3})});
@@ -164,7 +164,7 @@ TEST(HostMasks, TheStaticMaskAndOtherClassesAreTreatedAsTheCullerDoes) {
   EXPECT_EQ(mask.at<std::uint8_t>(8, 0), 0);     // … which has no margin
 }
 
-TEST(HostMasks, AMarginInProportionToTheKeypointHasNoEffectAndABoxAloneCoversNothing) {
+TEST(HostMasks, IgnoreKeypointSizeAndBoxesWithoutMasks) {
   MaskCullerOptions options;
   options.margin_per_diameter = 3;
   const Segmentation segmentation =
@@ -172,7 +172,7 @@ TEST(HostMasks, AMarginInProportionToTheKeypointHasNoEffectAndABoxAloneCoversNot
   EXPECT_EQ(cv::countNonZero(mask_of_dynamic_pixels(segmentation, MaskCuller(options))), 4);
 }
 
-TEST(HostMasks, AFineMaskIsGrownByAHundredPixels) {
+TEST(HostMasks, GrowADetailedMaskByAHundredPixels) {
   cv::Mat checkered(480, 640, CV_8UC1);
   for (int y = 0; y < 480; ++y) {
     for (int x = 0; x < 640; ++x) {
@@ -188,7 +188,7 @@ TEST(HostMasks, AFineMaskIsGrownByAHundredPixels) {
   EXPECT_EQ(cv::countNonZero(mask.colRange(400, 640)), 0);
 }
 
-TEST(HostMasks, GoTheWayBackToTheSamePixels) {
+TEST(HostMasks, ConvertBackToTheSamePixels) {
   const Segmentation segmentation =
       segmentation_of({50, 40}, {rectangle({5, 6, 20, 9}), rectangle({20, 10, 9, 20})});
   const Instance all = Instance::from_static_mask(mask_of_static_pixels(segmentation));
@@ -196,7 +196,7 @@ TEST(HostMasks, GoTheWayBackToTheSamePixels) {
   EXPECT_EQ(cv::norm(mask_of_dynamic_pixels(segmentation), mask_of_dynamic_pixels(again)), 0);
 }
 
-TEST(HostMasks, AreMatricesOfTheirOwn) {
+TEST(HostMasks, DoNotShareMemory) {
   const Segmentation segmentation = segmentation_of({50, 40}, {rectangle({5, 6, 20, 9})});
   const cv::Mat first = mask_of_static_pixels(segmentation);
   cv::Mat second = mask_of_static_pixels(segmentation);
@@ -205,7 +205,7 @@ TEST(HostMasks, AreMatricesOfTheirOwn) {
   EXPECT_EQ(cv::countNonZero(segmentation.instances[0].mask), 20 * 9);
 }
 
-TEST(DepthWithHoles, HasThemWhereTheMaskIsAndLeavesTheRestToTheBit) {
+TEST(DepthWithHoles, ClearsOnlyTheMaskedPixels) {
   for (std::uint64_t seed = 0; seed < 1000; ++seed) {
     ByteSource source(seed);
     const FilterCase input = arbitrary_case(source);  // depth is a region of a larger matrix
@@ -219,7 +219,7 @@ TEST(DepthWithHoles, HasThemWhereTheMaskIsAndLeavesTheRestToTheBit) {
   }
 }
 
-TEST(DepthWithHoles, AreNoDepthInEitherType) {
+TEST(DepthWithHoles, HolesAreNoDepthInBothTypes) {
   const Segmentation segmentation = segmentation_of({8, 6}, {rectangle({2, 2, 3, 2})});
   for (const int type : {CV_16UC1, CV_32FC1}) {
     FrameView frame;
@@ -231,7 +231,7 @@ TEST(DepthWithHoles, AreNoDepthInEitherType) {
   }
 }
 
-TEST(DepthWithHoles, NeedsNoImageSizeWhereNobodyIsKnown) {
+TEST(DepthWithHoles, NeedsNoImageSizeWithoutInstances) {
   const cv::Mat depth(6, 8, CV_32FC1, cv::Scalar(2));
   EXPECT_EQ(cv::norm(depth_with_holes(depth, Segmentation()), depth), 0);
   MaskCullerOptions options;
@@ -240,7 +240,7 @@ TEST(DepthWithHoles, NeedsNoImageSizeWhereNobodyIsKnown) {
 }
 
 /// What each host makes of a pixel of its mask.
-TEST(HostMasks, EachHostIgnoresTheDynamicPixelsAndNoOthers) {
+TEST(HostMasks, EachHostIgnoresExactlyTheDynamicPixels) {
   struct Host {
     const char* name;
     cv::Mat (*mask)(const Segmentation&, const MaskCuller&);
@@ -295,7 +295,7 @@ class OpenCvDetectors : public ::testing::Test {
   }()};
 };
 
-TEST_F(OpenCvDetectors, FindNothingOnADynamicPixel) {
+TEST_F(OpenCvDetectors, FindNothingOnDynamicPixels) {
   const cv::Mat mask = mask_of_static_pixels(segmentation, culler);
   std::vector<cv::KeyPoint> keypoints;
   cv::GFTTDetector::create(500)->detect(image, keypoints, mask);
@@ -309,7 +309,7 @@ TEST_F(OpenCvDetectors, FindNothingOnADynamicPixel) {
 
 /// On the higher levels of its pyramid ORB shrinks the mask: what is left on the mask's edge is
 /// removed by the filter, which is exact to the pixel.
-TEST_F(OpenCvDetectors, LeaveOnAPyramidWhatTheFilterThenRemoves) {
+TEST_F(OpenCvDetectors, FilterRemovesWhatPyramidLevelsLeave) {
   const cv::Mat mask = mask_of_static_pixels(segmentation, culler);
   std::vector<cv::KeyPoint> keypoints;
   cv::Mat descriptors;

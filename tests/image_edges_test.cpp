@@ -68,7 +68,7 @@ using SizeAndRule = std::tuple<cv::Size, CompensationRule>;
 
 class ImageEdges : public ::testing::TestWithParam<SizeAndRule> {};
 
-TEST_P(ImageEdges, NothingOutsideTheDepthImageIsRead) {
+TEST_P(ImageEdges, FilterReadsNothingOutsideTheDepthImage) {
   const auto [image, rule] = GetParam();
   for (const int depth_type : {CV_16UC1, CV_32FC1}) {
     for (const Guard guard : {Guard::before, Guard::behind}) {
@@ -94,7 +94,7 @@ INSTANTIATE_TEST_SUITE_P(
                        ::testing::Values(CompensationRule::depth, CompensationRule::paper,
                                          CompensationRule::mask)));
 
-TEST(ImagesOfAnySize, EqualTheOracleWithDepthThatEndsAtAGuardPage) {
+TEST(ImagesOfAnySize, MatchTheOracleWithDepthAtAGuardPage) {
   std::size_t compensated = 0, kept = 0;
   for (std::uint64_t seed = 0; seed < 300; ++seed) {
     ByteSource source(seed);

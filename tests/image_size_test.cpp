@@ -42,7 +42,7 @@ struct Consumer {
   std::function<void(const Segmentation&)> take;
 };
 
-TEST(ImageSize, ThatNoImageHasIsRefused) {
+TEST(ImageSize, ImpossibleSizesAreRefused) {
   const testing::TemporaryFolder folder;
   MaskFolderWriter writer(folder.path() / "masks");
   const Consumer consumers[] = {
@@ -65,7 +65,7 @@ TEST(ImageSize, ThatNoImageHasIsRefused) {
   }
 }
 
-TEST(ImageSize, OfTheLargestImagesIsTaken) {
+TEST(ImageSize, LargestSizesAreAccepted) {
   for (const cv::Size& size : {cv::Size(1048576, 1024), cv::Size(32768, 32768)}) {
     EXPECT_NO_THROW(validate(segmentation_of(size), "test")) << size;
     EXPECT_NO_THROW(MaskPropagator().propagate({}, segmentation_of(size))) << size;

@@ -53,7 +53,7 @@ bool equal(const cv::Mat& a, const cv::Mat& b) {
   return a.size() == b.size() && (a.empty() || cv::countNonZero(a != b) == 0);
 }
 
-TEST(Instance, CoversThePixelsOfItsMaskAndNoOthers) {
+TEST(Instance, CoversExactlyThePixelsOfItsMask) {
   for (std::uint64_t seed = 0; seed < 300; ++seed) {
     ByteSource source(seed);
     const cv::Size image(source.between(1, 20), source.between(1, 20));
@@ -70,7 +70,7 @@ TEST(Instance, CoversThePixelsOfItsMaskAndNoOthers) {
   }
 }
 
-TEST(Instance, CopesWithPlacesAtTheEndsOfInt) {
+TEST(Instance, AcceptsOriginsAtTheLimitsOfInt) {
   constexpr int lowest = std::numeric_limits<int>::min();
   constexpr int highest = std::numeric_limits<int>::max();
   Instance instance = Instance::from_box_mask(cv::Mat(2, 2, CV_8UC1, cv::Scalar(1)), {0, 0, 2, 2});
@@ -104,20 +104,20 @@ TEST(Instance, FindsTheSmallestBoxOfAnImageMask) {
   }
 }
 
-TEST(Instance, AnImageMaskWithoutAPixelGivesAnEmptyMask) {
+TEST(Instance, BlankImageMaskGivesAnEmptyMask) {
   const Instance instance = Instance::from_image_mask(cv::Mat::zeros(4, 5, CV_8UC1), {1, 1, 3, 3});
   EXPECT_TRUE(instance.mask.empty());
   EXPECT_EQ(instance.box, cv::Rect(1, 1, 3, 3));
   EXPECT_FALSE(instance.covers({1, 1}));
 }
 
-TEST(Instance, TakesTheStaticPolarityToo) {
+TEST(Instance, AcceptsMasksWithStaticPolarity) {
   const cv::Mat is_static = mask_from({{255, 255, 255}, {255, 0, 1}});
   const Instance instance = Instance::from_static_mask(is_static);
   EXPECT_TRUE(equal(drawn(instance, is_static.size()), is_static == 0));
 }
 
-TEST(Instance, ABoxAloneCoversNothing) {
+TEST(Instance, BoxAloneCoversNothing) {
   const Instance instance = Instance::from_box({2, 3, 4, 5}, 7, 0.25F);
   EXPECT_FALSE(instance.covers({3, 4}));
   EXPECT_TRUE(instance.box_contains({3, 4}));
@@ -148,7 +148,7 @@ void compare_label_map_with_oracle(int type) {
   }
 }
 
-TEST(InstancesFromLabelMap, GivesEveryLabelItsPixelsInBothDepths) {
+TEST(InstancesFromLabelMap, GivesEveryLabelItsPixelsIn8And16Bits) {
   compare_label_map_with_oracle<std::uint8_t>(CV_8UC1);
   compare_label_map_with_oracle<std::uint16_t>(CV_16UC1);
 }
@@ -164,7 +164,7 @@ void flood(const cv::Mat& mask, cv::Mat& seen, cv::Point at, cv::Mat& object) {
   }
 }
 
-TEST(InstancesFromBinaryMask, GivesEveryConnectedObjectOnce) {
+TEST(InstancesFromBinaryMask, FindsEachConnectedObjectOnce) {
   for (std::uint64_t seed = 0; seed < 100; ++seed) {
     ByteSource source(seed);
     const cv::Mat mask = arbitrary_mask(source, {source.between(1, 18), source.between(1, 18)});
@@ -194,7 +194,7 @@ TEST(InstancesFromBinaryMask, GivesEveryConnectedObjectOnce) {
   }
 }
 
-TEST(InstancesFromBinaryMask, LeavesNoiseOutAndOrdersFromTheTop) {
+TEST(InstancesFromBinaryMask, DropsNoiseAndSortsFromTheTop) {
   const cv::Mat mask =
       mask_from({{0, 0, 0, 0, 1, 1}, {1, 1, 0, 0, 1, 0}, {0, 1, 0, 0, 0, 0}, {0, 0, 0, 1, 0, 0}});
   const std::vector<Instance> all = instances_from_binary_mask(mask);

@@ -78,7 +78,7 @@ TEST(KeepStatic, KeepsAllColumnsInStep) {
   }
 }
 
-TEST(KeepStatic, ChangesNothingWhereNothingIsRemoved) {
+TEST(KeepStatic, ChangesNothingIfNothingIsRemoved) {
   std::vector<int> ids = {4, 5, 6};
   cv::Mat descriptors = numbered_rows(3);
   const void* before = descriptors.data;
@@ -88,7 +88,7 @@ TEST(KeepStatic, ChangesNothingWhereNothingIsRemoved) {
   EXPECT_EQ(descriptors.data, before);
 }
 
-TEST(KeepStatic, ChecksAllLengthsBeforeItChangesAny) {
+TEST(KeepStatic, ChecksAllLengthsFirst) {
   std::vector<int> ids = {0, 1, 2};
   std::vector<int> too_short = {0, 1};
   cv::Mat descriptors = numbered_rows(4);
@@ -105,7 +105,7 @@ TEST(KeepStatic, ChecksAllLengthsBeforeItChangesAny) {
   }
 }
 
-TEST(KeepStatic, MovesNoRowsOfSomeoneElses) {
+TEST(KeepStatic, DoesNotMoveRowsOfASharedMatrix) {
   const FeatureLabels labels = labels_with(4, {0, 2});
   cv::Mat shared = numbered_rows(4);
   const cv::Mat other_header = shared;
@@ -126,7 +126,7 @@ TEST(KeepStatic, MovesNoRowsOfSomeoneElses) {
   EXPECT_EQ(first_column(larger), (std::vector<int>{0, 1, 2, 3, 4, 5}));
 }
 
-TEST(KeepStatic, TwoHeadersOfOneMatrixMayBothBeColumns) {
+TEST(KeepStatic, AcceptsTwoHeadersOfOneMatrix) {
   cv::Mat first = numbered_rows(3);
   cv::Mat second = first;
   keep_static(labels_with(3, {1}), first, second);
@@ -134,7 +134,7 @@ TEST(KeepStatic, TwoHeadersOfOneMatrixMayBothBeColumns) {
   EXPECT_EQ(first_column(second), (std::vector<int>{0, 2}));
 }
 
-TEST(KeepStatic, LeavesAMatrixContinuousAndOfItsWidth) {
+TEST(KeepStatic, ResultIsContinuousAndKeepsItsWidth) {
   cv::Mat descriptors = numbered_rows(3);
   keep_static(labels_with(3, {0, 1, 2}), descriptors);
   EXPECT_EQ(descriptors.rows, 0);
@@ -144,12 +144,12 @@ TEST(KeepStatic, LeavesAMatrixContinuousAndOfItsWidth) {
   EXPECT_TRUE(some.isContinuous());
 }
 
-TEST(NewIndices, SayWhereEveryFeatureWent) {
+TEST(NewIndices, MapEveryKeptFeatureToItsNewIndex) {
   EXPECT_EQ(new_indices(labels_with(5, {0, 3})), (std::vector<std::int32_t>{-1, 0, 1, -1, 2}));
   EXPECT_TRUE(new_indices(labels_with(0, {})).empty());
 }
 
-TEST(KeptBelow, CountsTheSurvivorsBelowAPivot) {
+TEST(KeptBelow, CountsKeptFeaturesBelowAPivot) {
   const FeatureLabels labels = labels_with(5, {0, 3});
   const std::size_t expected[] = {0, 0, 1, 2, 2, 3};
   for (std::size_t pivot = 0; pivot <= 5; ++pivot) {
@@ -218,7 +218,7 @@ struct AllKinds {
   cv::Mat rows, narrow_rows;
 };
 
-TEST(KeepStatic, KeepsAnyFeaturesOfAllKindsOfColumnsInStep) {
+TEST(KeepStatic, KeepsEveryKindOfColumnInStep) {
   for (const int count : {1, 2, 63, 64, 65, 200}) {
     for (int share = 0; share <= 100; share += 10) {
       testing::ByteSource source(static_cast<std::uint64_t>(share));
@@ -240,7 +240,7 @@ TEST(KeepStatic, KeepsAnyFeaturesOfAllKindsOfColumnsInStep) {
   }
 }
 
-TEST(KeepStatic, CountsLabelsAndNotStatisticsThatAStageMayHaveWrittenOver) {
+TEST(KeepStatic, CountsLabelsInsteadOfStatistics) {
   FeatureLabels labels(4, Segmentation());
   labels.remove(1, -1, Reason::custom, 1.0F);
   labels.statistics().custom = 77;

@@ -24,7 +24,7 @@ Segmentation with_instances(std::size_t count) {
   return segmentation;
 }
 
-TEST(FeatureLabels, TheFirstToRemoveAFeatureHasIt) {
+TEST(FeatureLabels, FirstStageToRemoveAFeatureWins) {
   FeatureLabels labels(2, with_instances(2));
   EXPECT_TRUE(labels.remove(1, 0, Reason::in_mask, 0.5F));
   EXPECT_FALSE(labels.remove(1, 1, Reason::compensated, 0.9F));
@@ -37,7 +37,7 @@ TEST(FeatureLabels, TheFirstToRemoveAFeatureHasIt) {
   EXPECT_EQ(labels.statistics().compensated, 0U);
 }
 
-TEST(FeatureLabels, RestoreGivesAFeatureBackAndKeepsWhatWasSaid) {
+TEST(FeatureLabels, RestoreKeepsInstanceAndScore) {
   FeatureLabels labels(1, with_instances(1));
   EXPECT_FALSE(labels.restore(0));
   labels.remove(0, 0, Reason::compensated, 0.75F);
@@ -61,7 +61,7 @@ TEST(FeatureLabels, RestoreMayReplaceTheScore) {
   EXPECT_EQ(labels[0].score, 0.125F);
 }
 
-TEST(FeatureLabels, SuspicionsRaiseTheScoresOfKeptFeaturesOnly) {
+TEST(FeatureLabels, SuspectRaisesScoresOfKeptFeaturesOnly) {
   FeatureLabels labels(2, with_instances(2));
   EXPECT_TRUE(labels.suspect(0, 1, 0.25F));
   EXPECT_FALSE(labels.suspect(0, 0, 0.25F)) << "the first of equals stays";
@@ -81,7 +81,7 @@ TEST(FeatureLabels, SuspicionsRaiseTheScoresOfKeptFeaturesOnly) {
   EXPECT_EQ(labels.statistics().kept(), 0U);
 }
 
-TEST(FeatureLabels, VerdictsOnWhatIsNotThereAreRefused) {
+TEST(FeatureLabels, RefuseIndicesAndScoresOutOfRange) {
   FeatureLabels labels(1, with_instances(1));
   const auto refuses = [](const auto& call, const std::string& part) {
     testing::expect_error<std::invalid_argument>(call, part);
@@ -96,7 +96,7 @@ TEST(FeatureLabels, VerdictsOnWhatIsNotThereAreRefused) {
   EXPECT_EQ(labels[0].score, 0);
 }
 
-TEST(FeatureLabels, ARestoredFeatureThatIsRemovedAgainIsNotRestored) {
+TEST(FeatureLabels, RemovingARestoredFeatureUndoesTheRestore) {
   FeatureLabels labels(1, with_instances(1));
   labels.remove(0, 0, Reason::in_mask, 1.0F);
   labels.restore(0);
@@ -106,7 +106,7 @@ TEST(FeatureLabels, ARestoredFeatureThatIsRemovedAgainIsNotRestored) {
   EXPECT_EQ(labels.statistics().kept(), 0U);
 }
 
-TEST(FeatureLabels, CountsAlwaysEqualTheLabels) {
+TEST(FeatureLabels, CountsMatchTheLabels) {
   const Reason reasons[] = {Reason::in_mask, Reason::compensated, Reason::custom,
                             static_cast<Reason>(200)};
   testing::ByteSource source(7);
@@ -135,7 +135,7 @@ TEST(FeatureLabels, CountsAlwaysEqualTheLabels) {
   }
 }
 
-TEST(FeatureLabels, ResetForgetsEverything) {
+TEST(FeatureLabels, ResetClearsEverything) {
   FeatureLabels labels(3, with_instances(2));
   labels.remove(2, 1, Reason::custom, 1.0F);
   labels.statistics().has_depth = true;
@@ -149,7 +149,7 @@ TEST(FeatureLabels, ResetForgetsEverything) {
   EXPECT_EQ(labels.statistics().instances[0].sampled, 0U);
 }
 
-TEST(FeatureLabels, KnowsTheDynamicObjects) {
+TEST(FeatureLabels, ListsTheDynamicObjects) {
   FeatureLabels labels(3, with_instances(3));
   labels.mark_dynamic(1);
   labels.remove(0, 2, Reason::in_mask, 1);
@@ -163,7 +163,7 @@ TEST(FeatureLabels, KnowsTheDynamicObjects) {
   testing::expect_error<std::invalid_argument>([&] { labels.mark_dynamic(3); }, "instance 3");
 }
 
-TEST(FeatureLabels, CountWhatTheyHoldAfterAnyCalls) {
+TEST(FeatureLabels, CountsMatchTheLabelsAfterRandomCalls) {
   for (std::uint64_t seed = 0; seed < 500; ++seed) {
     testing::ByteSource source(seed);
     const auto count = static_cast<std::size_t>(source.between(1, 200));

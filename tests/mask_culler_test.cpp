@@ -17,7 +17,7 @@ FeatureLabels culled(const FilterCase& input) {
   return labels;
 }
 
-TEST(MaskCuller, EqualsTheOracleOnArbitraryInput) {
+TEST(MaskCuller, MatchesTheOracleOnArbitraryInput) {
   for (std::uint64_t seed = 0; seed < 3000; ++seed) {
     ByteSource source(seed);
     const FilterCase input = arbitrary_case(source);
@@ -31,7 +31,7 @@ TEST(MaskCuller, EqualsTheOracleOnArbitraryInput) {
   }
 }
 
-TEST(MaskCuller, CountsThoseThatAreOnTheMaskItself) {
+TEST(MaskCuller, CountsFeaturesOnTheMaskItself) {
   std::size_t in_margins = 0;
   for (std::uint64_t seed = 0; seed < 1000; ++seed) {
     ByteSource source(seed);
@@ -54,7 +54,7 @@ TEST(MaskCuller, CountsThoseThatAreOnTheMaskItself) {
   EXPECT_GT(in_margins, 1000U);
 }
 
-TEST(MaskCuller, HundredOverlappingInstancesGoToTheFirst) {
+TEST(MaskCuller, OverlappingInstancesGoToTheFirst) {
   FilterCase input;
   input.segmentation.image_size = {40, 40};
   for (int k = 0; k < 100; ++k) {
@@ -75,7 +75,7 @@ TEST(MaskCuller, HundredOverlappingInstancesGoToTheFirst) {
 }
 
 /// The margin is a disc: for every radius, all pixels round a single masked one.
-TEST(MaskCuller, TheMarginIsAnExactDisc) {
+TEST(MaskCuller, MarginIsAnExactDisc) {
   FilterCase input;
   input.segmentation.image_size = {41, 41};
   Instance instance =
@@ -96,7 +96,7 @@ TEST(MaskCuller, TheMarginIsAnExactDisc) {
   }
 }
 
-TEST(MaskCuller, TheMarginMayGrowWithTheKeypoint) {
+TEST(MaskCuller, MarginGrowsWithTheKeypoint) {
   FilterCase input;
   input.segmentation.image_size = {30, 30};
   input.segmentation.instances.push_back(
@@ -109,7 +109,7 @@ TEST(MaskCuller, TheMarginMayGrowWithTheKeypoint) {
   EXPECT_TRUE(labels.is_removed(1));   // 1 + 5.6 px
 }
 
-TEST(MaskCuller, TheStaticMaskActsInEveryFrameAndBelongsToNoInstance) {
+TEST(MaskCuller, StaticMaskActsInEveryFrameWithoutAnInstance) {
   FilterCase input;
   input.frame.image = cv::Mat::zeros(4, 4, CV_8UC1);
   cv::Mat robot = cv::Mat::zeros(4, 4, CV_8UC1);
@@ -127,7 +127,7 @@ TEST(MaskCuller, TheStaticMaskActsInEveryFrameAndBelongsToNoInstance) {
   EXPECT_EQ(labels.statistics().masked, 1U);
 }
 
-TEST(MaskCuller, TwoInOnePipelineAddUp) {
+TEST(MaskCuller, TwoCullersInAPipelineAddUp) {
   FilterCase input;
   input.segmentation.image_size = {20, 20};
   for (const int class_id : {0, 2}) {
@@ -142,7 +142,7 @@ TEST(MaskCuller, TwoInOnePipelineAddUp) {
   EXPECT_TRUE(labels.statistics().instances[1].dynamic);
 }
 
-TEST(DetectionMask, DecidesAsTheCullerWould) {
+TEST(DetectionMask, MatchesTheCuller) {
   for (std::uint64_t seed = 0; seed < 1000; ++seed) {
     ByteSource source(seed);
     const FilterCase input = arbitrary_case(source);

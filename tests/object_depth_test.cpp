@@ -47,7 +47,7 @@ struct Scene {
   ObjectDepth estimate() const { return ObjectDepthEstimator(options).estimate(frame, instance); }
 };
 
-TEST(ObjectDepth, OfAFlatObjectIsTheLeastWidthRoundIt) {
+TEST(ObjectDepth, FlatObjectHasTheMinimumWidth) {
   Scene scene;
   scene.set_columns(0, 80, 1.5);
   const ObjectDepth depth = scene.estimate();
@@ -59,7 +59,7 @@ TEST(ObjectDepth, OfAFlatObjectIsTheLeastWidthRoundIt) {
   EXPECT_EQ(depth.hull_m().upper, depth.of_mask_m.upper);
 }
 
-TEST(ObjectDepth, GoesOnWithDepthsThatHaveNoGap) {
+TEST(ObjectDepth, ExtendsOverDepthsWithoutAGap) {
   Scene scene;
   // One column of readings in each bin of 5 cm: 1.225, 1.275 ... 2.175 m.
   scene.set_columns(0, 80, [](int x, int) { return 1.225 + 0.05 * (x / 4); });
@@ -71,7 +71,7 @@ TEST(ObjectDepth, GoesOnWithDepthsThatHaveNoGap) {
   EXPECT_LE(depth.of_mask_m.upper, median + scene.options.max_half_width_m);
 }
 
-TEST(ObjectDepth, GoesNoFartherThanTheGreatestWidth) {
+TEST(ObjectDepth, StaysWithinTheMaximumWidth) {
   Scene scene;
   scene.set_columns(0, 80,
                     [](int x, int y) { return 0.525 + 0.05 * (((x / 4) * 20 + y / 4) / 4); });
@@ -82,7 +82,7 @@ TEST(ObjectDepth, GoesNoFartherThanTheGreatestWidth) {
 }
 
 /// A stale mask: a twentieth is enough, and what is nearest has it.
-TEST(ObjectDepth, IsThatOfTheNearestClusterNotOfTheLargest) {
+TEST(ObjectDepth, PrefersTheNearestClusterToTheLargest) {
   Scene scene;
   scene.set_columns(0, 4, 1.5);  // 20 of 400 readings
   EXPECT_NEAR(scene.estimate().of_mask_m.upper, 1.9, 1e-6);
@@ -90,7 +90,7 @@ TEST(ObjectDepth, IsThatOfTheNearestClusterNotOfTheLargest) {
   EXPECT_NEAR(scene.estimate().of_mask_m.upper, 4.4, 1e-6);
 }
 
-TEST(ObjectDepth, OfTwoObjectsApartIsThatOfTheNearerOne) {
+TEST(ObjectDepth, PrefersTheNearerOfTwoObjects) {
   Scene scene;
   scene.set_columns(0, 40, 1.5);
   scene.set_columns(40, 80, 3.0);
@@ -99,7 +99,7 @@ TEST(ObjectDepth, OfTwoObjectsApartIsThatOfTheNearerOne) {
   EXPECT_FALSE(depth.contains(3.0));
 }
 
-TEST(ObjectDepth, WithoutAMaskIsThatOfTheMiddleOfTheBox) {
+TEST(ObjectDepth, UsesTheMiddleOfTheBoxWithoutAMask) {
   Scene scene;
   scene.set_columns(0, 80, 1.5);
   scene.instance.mask = cv::Mat();
@@ -110,7 +110,7 @@ TEST(ObjectDepth, WithoutAMaskIsThatOfTheMiddleOfTheBox) {
   EXPECT_EQ(depth.samples, 15U * 18U) << "of 60x72 pixels";
 }
 
-TEST(ObjectDepth, OfAMaskThatHoldsOneLimbIsTheLimbsAndTheBoxes) {
+TEST(ObjectDepth, UsesMaskAndBoxIfTheMaskIsSmall) {
   Scene scene;
   scene.set_columns(0, 80, 2.0);
   scene.set_columns(0, 16, 1.0);
@@ -126,7 +126,7 @@ TEST(ObjectDepth, OfAMaskThatHoldsOneLimbIsTheLimbsAndTheBoxes) {
   EXPECT_TRUE(scene.estimate().of_box_m.empty()) << "the mask says enough";
 }
 
-TEST(ObjectDepth, NeedsSoManyDepths) {
+TEST(ObjectDepth, NeedsEightDepths) {
   Scene scene;
   scene.frame.depth.setTo(0);
   for (int i = 0; i < 7; ++i) scene.frame.depth.at<float>(202, 202 + 4 * i) = 1.5F;
@@ -142,7 +142,7 @@ TEST(ObjectDepth, NeedsSoManyDepths) {
 }
 
 /// 0 is "no depth", which must not become the depth of an object within the least width.
-TEST(ObjectDepth, OfAHandBeforeTheLensHasNoMissingDepths) {
+TEST(ObjectDepth, RangeOfACloseHandExcludesMissingDepth) {
   Scene scene;
   scene.set_columns(0, 80, 0.3);
   const ObjectDepth depth = scene.estimate();
@@ -151,7 +151,7 @@ TEST(ObjectDepth, OfAHandBeforeTheLensHasNoMissingDepths) {
   EXPECT_FALSE(depth.contains(0.0));
 }
 
-TEST(ObjectDepth, IsNotKnownWhereAllIsFartherThanItLooks) {
+TEST(ObjectDepth, IsEmptyIfAllDepthsAreOutOfRange) {
   for (const float far : {51.2F, 65.535F, 1e10F, 1e30F, std::numeric_limits<float>::max()}) {
     Scene scene;
     scene.frame.depth.setTo(far);
@@ -166,7 +166,7 @@ TEST(ObjectDepth, IsNotKnownWhereAllIsFartherThanItLooks) {
   EXPECT_TRUE(scene.estimate().empty());
 }
 
-TEST(ObjectDepth, TakesWidthsBelowABinAndBeyondAllDepths) {
+TEST(ObjectDepth, AcceptsTinyAndHugeWidths) {
   Scene scene;
   scene.set_columns(0, 80, 1.53);
   scene.options.min_half_width_m = scene.options.max_half_width_m = 0.01;
@@ -180,7 +180,7 @@ TEST(ObjectDepth, TakesWidthsBelowABinAndBeyondAllDepths) {
   }
 }
 
-TEST(ObjectDepth, EqualsTheOracleOnHostileInput) {
+TEST(ObjectDepth, MatchesTheOracleOnHostileInput) {
   std::size_t by_mask = 0, by_box = 0;
   std::vector<float> scratch;  // the same for all
   for (std::uint64_t seed = 0; seed < 6000; ++seed) {
@@ -211,7 +211,7 @@ TEST(ObjectDepth, EqualsTheOracleOnHostileInput) {
   EXPECT_GT(by_box, 500U);
 }
 
-TEST(ObjectDepth, NamesWhatItCannotTake) {
+TEST(ObjectDepth, RefusesBadOptionsByName) {
   constexpr double infinite = std::numeric_limits<double>::infinity();
   const auto refuses = [](const std::function<void(ObjectDepthOptions&)>& spoil,
                           const std::string& part) {

@@ -46,7 +46,7 @@ double nearness(const FrameView& frame, cv::Point pixel, double reach_px = 10) {
   return object_nearness(frame, pixel, object_at(1.1, 1.9), reach_px);
 }
 
-TEST(ObjectNearness, EightDirectionsVoteByOneOverTheirDistance) {
+TEST(ObjectNearness, DirectionsVoteInverselyToDistance) {
   EXPECT_EQ(nearness(frame_of(person), centre), 8.0) << "in the midst";
   for (int distance = 1; distance <= 10; ++distance) {
     FrameView frame = frame_of(person);
@@ -55,7 +55,7 @@ TEST(ObjectNearness, EightDirectionsVoteByOneOverTheirDistance) {
   }
 }
 
-TEST(ObjectNearness, OneSideIsThreeVotes) {
+TEST(ObjectNearness, OneSideHasThreeVotes) {
   for (int distance = 1; distance <= 10; ++distance) {
     FrameView frame = frame_of(wall);
     fill_round(frame, distance, missing);
@@ -78,7 +78,7 @@ TEST(ObjectNearness, ThePixelItselfDoesNotVote) {
   EXPECT_EQ(nearness(frame, centre), 0.0);
 }
 
-TEST(ObjectNearness, SeesNothingBeyondItsReach) {
+TEST(ObjectNearness, IgnoresPixelsBeyondItsReach) {
   FrameView frame = frame_of(person);
   fill_round(frame, 11, missing);
   EXPECT_EQ(nearness(frame, centre, 10), 0.0);
@@ -86,7 +86,7 @@ TEST(ObjectNearness, SeesNothingBeyondItsReach) {
   EXPECT_EQ(nearness(frame_of(person), centre, 0.01), 8.0) << "it looks one pixel far at least";
 }
 
-TEST(ObjectNearness, WhatLiesOutsideTheImageDoesNotVote) {
+TEST(ObjectNearness, PixelsOutsideTheImageDoNotVote) {
   const FrameView frame = frame_of(person);
   EXPECT_EQ(nearness(frame, {0, 0}), 3.0);
   EXPECT_EQ(nearness(frame, {639, 99}), 3.0);
@@ -96,7 +96,7 @@ TEST(ObjectNearness, WhatLiesOutsideTheImageDoesNotVote) {
   EXPECT_NEAR(nearness(hole, {1, 1}), 2.0 / 3, 1e-12) << "right, and down to the right";
 }
 
-TEST(ObjectNearness, BothRangesAreTheObjects) {
+TEST(ObjectNearness, MaskRangeAndBoxRangeBothCount) {
   FrameView frame = frame_of(person);
   fill(frame, {0, 0, centre.x, 100}, 3.0F);
   ObjectDepth object = object_at(1.1, 1.9);
@@ -106,12 +106,12 @@ TEST(ObjectNearness, BothRangesAreTheObjects) {
   EXPECT_EQ(object_nearness(frame, centre, ObjectDepth()), 0.0);
 }
 
-TEST(ObjectNearness, AMissingDepthIsNoObjectsHoweverNearThatIs) {
+TEST(ObjectNearness, MissingDepthNeverVotes) {
   const FrameView frame = frame_of(missing);
   EXPECT_EQ(object_nearness(frame, centre, object_at(-0.2, 0.6)), 0.0);
 }
 
-TEST(ObjectNearness, LengthsGrowWithTheImage) {
+TEST(ObjectNearness, LengthsScaleWithTheImage) {
   FrameView frame;
   frame.depth = cv::Mat(100, 1280, CV_32FC1, cv::Scalar(person));
   fill_round(frame, 20, missing);
@@ -120,7 +120,7 @@ TEST(ObjectNearness, LengthsGrowWithTheImage) {
   EXPECT_EQ(nearness(frame, centre), 0.0);
 }
 
-TEST(ObjectNearness, EqualsTheOracleOnHostileDepth) {
+TEST(ObjectNearness, MatchesTheOracleOnHostileDepth) {
   std::size_t some = 0;
   for (std::uint64_t seed = 0; seed < 4000; ++seed) {
     ByteSource source(seed);
@@ -143,7 +143,7 @@ TEST(ObjectNearness, EqualsTheOracleOnHostileDepth) {
   EXPECT_GT(some, 1500U);
 }
 
-TEST(ObjectNearness, NamesWhatItCannotTake) {
+TEST(ObjectNearness, RefusesBadArgumentsByName) {
   const FrameView frame = frame_of(person);
   using Error = std::invalid_argument;
   for (const cv::Point outside : {cv::Point(-1, 5), cv::Point(5, -1), cv::Point(640, 5),

@@ -67,7 +67,7 @@ TEST(Overlay, ShowsMasksBoxesAndALegendBelowTheImage) {
   EXPECT_EQ(cv::norm(image, before), 0) << "the caller's image is as it was";
 }
 
-TEST(Overlay, LeavesRemovedFeaturesOutOnRequest) {
+TEST(Overlay, OmitsRemovedFeaturesOnRequest) {
   const std::vector<cv::Point2f> points = {{30, 30}};
   FeatureLabels labels(1, Segmentation());
   labels.remove(0, -1, Reason::in_mask, 1.0F);
@@ -79,7 +79,7 @@ TEST(Overlay, LeavesRemovedFeaturesOutOnRequest) {
   EXPECT_EQ(cv::norm(draw_overlay(image, Segmentation(), points, labels, options), image), 0);
 }
 
-TEST(Overlay, TellsDynamicObjectsFromOthers) {
+TEST(Overlay, DistinguishesDynamicObjects) {
   const cv::Mat image(image_size, CV_8UC3, cv::Scalar::all(0));
   Segmentation segmentation;
   segmentation.image_size = image_size;
@@ -97,7 +97,7 @@ TEST(Overlay, TellsDynamicObjectsFromOthers) {
   EXPECT_GT(other[0], 0);
 }
 
-TEST(Overlay, DrawsArbitraryInputWithoutTrouble) {
+TEST(Overlay, DrawsArbitraryInput) {
   for (std::uint64_t seed = 0; seed < 300; ++seed) {
     ByteSource source(seed);
     const FilterCase input = arbitrary_case(source);
@@ -109,7 +109,7 @@ TEST(Overlay, DrawsArbitraryInputWithoutTrouble) {
   }
 }
 
-TEST(Overlay, BeforeFilteringAllFeaturesLookAlike) {
+TEST(Overlay, DrawFeaturesUsesOneStyle) {
   const cv::Mat image(image_size, CV_8UC1, cv::Scalar(0));
   const std::vector<cv::Point2f> points = {{30, 30}, {60, 60}};
   const cv::Mat picture = draw_features(image, points);

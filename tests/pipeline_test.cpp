@@ -31,7 +31,7 @@ FrameView frame_with_depths(const std::vector<float>& depths) {
   return frame;
 }
 
-TEST(Pipeline, RunsAStageOfTheCallers) {
+TEST(Pipeline, RunsAUserDefinedStage) {
   const FrameView frame = frame_with_depths({0.5F, 2.0F, 0.0F});
   const std::vector<cv::Point2f> points = {{0, 0}, {1, 0}, {2, 0}};
   const FeatureLabels labels = Pipeline(NearerThan{1.0}).apply(frame, Segmentation(), points);
@@ -42,7 +42,7 @@ TEST(Pipeline, RunsAStageOfTheCallers) {
   EXPECT_EQ(labels.statistics().custom, 1U);
 }
 
-TEST(Pipeline, RunsStagesInOrderAndTheFirstHasTheFeature) {
+TEST(Pipeline, RunsStagesInOrderAndTheFirstWins) {
   const auto first = [](const FilterInput&, FeatureLabels& labels) {
     labels.remove(0, -1, Reason::custom, 0.25F);
   };
@@ -57,7 +57,7 @@ TEST(Pipeline, RunsStagesInOrderAndTheFirstHasTheFeature) {
   EXPECT_EQ(labels[1].reason, Reason::in_mask);
 }
 
-TEST(Pipeline, TellsNoMasksFromNobody) {
+TEST(Pipeline, DistinguishesNoSegmentationFromAnEmptyOne) {
   const DynamicFilter filter;
   FrameView frame;
   frame.timestamp_s = 3.0;
@@ -77,7 +77,7 @@ struct Checking {
   void operator()(const FilterInput&, FeatureLabels&) const {}
 };
 
-TEST(Pipeline, ChecksAllStagesBeforeItWritesALabel) {
+TEST(Pipeline, ChecksAllStagesBeforeWritingLabels) {
   bool ran = false;
   const auto stage = [&](const FilterInput&, FeatureLabels&) { ran = true; };
   FeatureLabels labels(3, Segmentation());
@@ -92,7 +92,7 @@ TEST(Pipeline, ChecksAllStagesBeforeItWritesALabel) {
   EXPECT_TRUE(labels.is_removed(1));
 }
 
-TEST(Pipeline, ChecksAStageBehindAReferenceToo) {
+TEST(Pipeline, ChecksAStageBehindAReference) {
   const Checking stage;
   FeatureLabels labels(3, Segmentation());
   Workspace workspace;
@@ -102,7 +102,7 @@ TEST(Pipeline, ChecksAStageBehindAReferenceToo) {
   EXPECT_EQ(labels.size(), 3U);
 }
 
-TEST(Pipeline, WhatAStagePutsInPlaceOfTheInputIsValidated) {
+TEST(Pipeline, ValidatesInputThatAStageReplaces) {
   Segmentation malformed;
   malformed.image_size = {2, 1};
   malformed.instances = {Instance::from_box({0, 0, -1, 1})};
@@ -115,7 +115,7 @@ TEST(Pipeline, WhatAStagePutsInPlaceOfTheInputIsValidated) {
   testing::expect_error<std::invalid_argument>(apply, "a box of -1x1 in instance 0");
 }
 
-TEST(Pipeline, HandsTheWorkspaceToStagesThatTakeIt) {
+TEST(Pipeline, PassesTheWorkspaceToStagesThatAcceptIt) {
   struct Scratch {
     std::vector<double> values;
   };
@@ -142,7 +142,7 @@ Segmentation left_half_masked() {
 }
 
 /// What it writes into the workspace must not be taken for the frame's by the stages after it.
-TEST(Pipeline, AStageMayRunAnotherPipelineOnOtherFeaturesInTheSameWorkspace) {
+TEST(Pipeline, NestedPipelineMayUseTheSameWorkspace) {
   const std::vector<cv::Point2f> points = {{10, 5}, {90, 5}, {20, 5}},
                                  mirrored = {{90, 5}, {10, 5}, {80, 5}};
   const auto other_features = [&](const FilterInput& input, FeatureLabels&, Workspace& workspace) {

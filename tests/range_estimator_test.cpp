@@ -14,7 +14,7 @@ ValueRange range_of(std::vector<double> values, const RangeEstimatorOptions& opt
   return RangeEstimator(options).estimate(values);
 }
 
-TEST(RangeEstimator, EqualsTheOracleOnArbitraryValues) {
+TEST(RangeEstimator, MatchesTheOracleOnArbitraryValues) {
   for (std::uint64_t seed = 0; seed < 5000; ++seed) {
     ByteSource source(seed);
     const RangeEstimatorOptions options =
@@ -39,14 +39,14 @@ TEST(RangeEstimator, RejectsAFarBackgroundDepth) {
 
 /// Median 1.5, MAD 0 because more than half are equal; then the mean deviation counts: 0.1 x 2 / 9
 /// x 1.2533 x 3 = 0.084, so 1.6 and 1.4 are outliers.
-TEST(RangeEstimator, FallsBackToTheMeanDeviationWhereTheMedianOneIsNought) {
+TEST(RangeEstimator, FallsBackToTheMeanDeviationIfTheMadIsZero) {
   const ValueRange range = range_of({1.5, 1.5, 1.5, 1.5, 1.5, 1.5, 1.5, 1.6, 1.4});
   EXPECT_EQ(range.lower, 1.5);
   EXPECT_EQ(range.upper, 1.5);
   EXPECT_EQ(range_of({2, 2, 2, 2, 2}).upper, 2);  // no deviation at all: none is an outlier
 }
 
-TEST(RangeEstimator, KnowsTukeysFences) {
+TEST(RangeEstimator, SupportsTukeysFences) {
   RangeEstimatorOptions options;
   options.outlier_rule = OutlierRule::interquartile_range;
   options.outlier_factor = 1.5;
@@ -65,14 +65,14 @@ TEST(RangeEstimator, ExpandsBothEnds) {
   EXPECT_EQ(range.upper, 5.25);
 }
 
-TEST(RangeEstimator, HasNoAnswerForFewValues) {
+TEST(RangeEstimator, HasNoRangeForFewValues) {
   EXPECT_TRUE(range_of({1, 2, 3, 4}).empty());
   EXPECT_FALSE(range_of({1, 2, 3, 4, 5}).empty());
   EXPECT_TRUE(range_of({}).empty());
 }
 
 /// A factor below 1 may leave none: two groups with the median between them.
-TEST(RangeEstimator, HasNoAnswerWhereAllAreOutliers) {
+TEST(RangeEstimator, HasNoRangeIfAllAreOutliers) {
   RangeEstimatorOptions options;
   options.outlier_factor = 0.25;
   EXPECT_TRUE(range_of({1, 1, 1, 9, 9, 9}, options).empty());

@@ -40,7 +40,7 @@ struct Scene {
   Instance refined() const { return DepthCompensator().refined(frame, segmentation, 0); }
 };
 
-TEST(RefinedMask, HasTheWholePersonAndKeepsAFreshMask) {
+TEST(RefinedMask, CoversTheWholePersonAndAFreshMask) {
   const Instance refined = Scene().refined();
   EXPECT_TRUE(refined.covers({315, 390})) << "the mask missed it";
   EXPECT_TRUE(refined.covers({185, 200})) << "on the wall, and on the mask";
@@ -48,13 +48,13 @@ TEST(RefinedMask, HasTheWholePersonAndKeepsAFreshMask) {
   EXPECT_EQ(refined.box, Scene().person);
 }
 
-TEST(RefinedMask, TakesBackWhatAStaleMaskCovers) {
+TEST(RefinedMask, DropsBackgroundUnderAStaleMask) {
   const Instance refined = Scene(0.1).refined();
   EXPECT_TRUE(refined.covers({315, 390}));
   EXPECT_FALSE(refined.covers({185, 200})) << "the wall, which the person has left";
 }
 
-TEST(RefinedMask, GivesEveryPixelTheVerdictOfAFeatureThere) {
+TEST(RefinedMask, MatchesTheVerdictOfAFeatureAtEveryPixel) {
   for (const double age_s : {0.0, 0.1}) {
     const Scene scene(age_s);
     std::vector<cv::Point2f> points;
@@ -74,7 +74,7 @@ TEST(RefinedMask, GivesEveryPixelTheVerdictOfAFeatureThere) {
   }
 }
 
-TEST(RefinedMask, IsTheMaskWhereTheDepthIsNotKnown) {
+TEST(RefinedMask, EqualsTheMaskWithoutDepth) {
   Scene scene;
   scene.frame.depth.setTo(0);
   const Instance refined = scene.refined();
@@ -82,7 +82,7 @@ TEST(RefinedMask, IsTheMaskWhereTheDepthIsNotKnown) {
   EXPECT_EQ(refined.mask_origin, scene.segmentation.instances[0].mask_origin);
 }
 
-TEST(RefinedMask, MakesHolesInTheDepthThatAMapIsMadeOf) {
+TEST(RefinedMask, CutsHolesIntoDepthForMapping) {
   const Scene scene;
   Segmentation refined = scene.segmentation;
   refined.instances[0] = scene.refined();
@@ -93,7 +93,7 @@ TEST(RefinedMask, MakesHolesInTheDepthThatAMapIsMadeOf) {
             7500);
 }
 
-TEST(RefinedMask, RefusesAnInstanceThatIsNone) {
+TEST(RefinedMask, RefusesAnInstanceOutOfRange) {
   const Scene scene;
   expect_error<std::invalid_argument>(
       [&] { (void)DepthCompensator().refined(scene.frame, scene.segmentation, 1); },

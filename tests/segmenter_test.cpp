@@ -28,7 +28,7 @@ class CannedSegmenter final : public Segmenter {
   Segmentation result_;
 };
 
-TEST(CallbackSegmenter, HandsTheImageOnAndNamesTheFrame) {
+TEST(CallbackSegmenter, PassesTheImageOnAndStampsTheResult) {
   const FrameView frame = frame_of({4, 3});
   CallbackSegmenter segmenter([&](const cv::Mat& image) {
     EXPECT_EQ(image.data, frame.image.data);
@@ -42,7 +42,7 @@ TEST(CallbackSegmenter, HandsTheImageOnAndNamesTheFrame) {
   EXPECT_EQ(result.instances[0].box, cv::Rect(0, 0, 2, 2));
 }
 
-TEST(CallbackSegmenter, PassesOnWhatTheCallbackThrows) {
+TEST(CallbackSegmenter, PropagatesExceptionsOfTheCallback) {
   CallbackSegmenter segmenter(
       [](const cv::Mat&) -> std::vector<Instance> { throw std::out_of_range("no network"); });
   EXPECT_THROW(segmenter.segment(frame_of({4, 3})), std::out_of_range);

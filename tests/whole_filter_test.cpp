@@ -8,7 +8,7 @@
 namespace dynfilter::testing {
 namespace {
 
-TEST(WholeFilter, EqualsTheOracleOnArbitraryInput) {
+TEST(WholeFilter, PaperRuleMatchesTheOracle) {
   std::size_t masked = 0, compensated = 0, kept = 0;
   for (std::uint64_t seed = 0; seed < 20000; ++seed) {
     ByteSource source(seed);
@@ -41,7 +41,7 @@ FilterCase depth_case(std::uint64_t seed) {
   return made;
 }
 
-TEST(WholeFilter, ByTheObjectsDepthEqualsItsOracleAndTakesEachPathOften) {
+TEST(WholeFilter, DepthRuleMatchesTheOracleOnEveryPath) {
   std::size_t by_depth = 0, by_nearness = 0, by_margin = 0, given_back = 0, box_fallbacks = 0;
   for (std::uint64_t seed = 0; seed < 8000; ++seed) {
     const FilterCase input = depth_case(seed);
@@ -61,7 +61,7 @@ TEST(WholeFilter, ByTheObjectsDepthEqualsItsOracleAndTakesEachPathOften) {
 }
 
 /// So many that features are sorted by their columns, and by a workspace that has seen others.
-TEST(WholeFilter, EqualsTheOracleInCrowds) {
+TEST(WholeFilter, MatchesTheOracleInCrowds) {
   std::size_t masked = 0, compensated = 0;
   for (std::uint64_t seed = 0; seed < 1500; ++seed) {
     ByteSource source(seed);
@@ -91,7 +91,7 @@ TEST(WholeFilter, EqualsTheOracleInCrowds) {
 }
 
 /// More objects than a word has bits.
-TEST(WholeFilter, EqualsTheOracleWithHundredsOfObjects) {
+TEST(WholeFilter, MatchesTheOracleWithHundredsOfObjects) {
   std::size_t compensated = 0, given_back = 0, by_later_ones = 0;
   for (std::uint64_t seed = 0; seed < 300; ++seed) {
     ByteSource source(seed);

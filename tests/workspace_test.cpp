@@ -28,7 +28,7 @@ TEST(Workspace, KeepsOneObjectOfEachType) {
   EXPECT_EQ(workspace.get<Names>().values.size(), 1U);
 }
 
-TEST(Workspace, ScratchStaysWhereItIsWhileOthersAreMade) {
+TEST(Workspace, ScratchKeepsItsAddress) {
   Workspace workspace;
   const Numbers* const numbers = &workspace.get<Numbers>();
   workspace.get<Names>();
@@ -45,7 +45,7 @@ TEST(Workspace, TwoWorkspacesShareNothing) {
   EXPECT_TRUE(b.get<Numbers>().values.empty());
 }
 
-TEST(Workspace, ScratchThatCannotBeMadeLeavesTheRest) {
+TEST(Workspace, FailedScratchLeavesTheRest) {
   struct Throwing {
     Throwing() { throw std::runtime_error("no memory"); }
   };

@@ -63,7 +63,7 @@ double brute_cluster(const std::vector<float>& depths, int half, double share) {
   return (fullest - half) * 0.05;
 }
 
-TEST(DepthHistogram, FindsTheClusterThatBruteForceFinds) {
+TEST(DepthHistogram, NearestClusterMatchesBruteForce) {
   int not_fullest = 0, without_peak = 0;
   for (std::uint64_t seed = 0; seed < 3000; ++seed) {
     ByteSource source(seed);
@@ -101,7 +101,7 @@ ValueRange brute_extent(const std::vector<float>& depths, double depth, double m
   return {(end(-1) - 1) * 0.05, (end(+1) + 2) * 0.05};
 }
 
-TEST(DepthHistogram, FindsTheExtentThatBruteForceFinds) {
+TEST(DepthHistogram, ExtentMatchesBruteForce) {
   int stopped_by_most = 0;
   for (std::uint64_t seed = 0; seed < 3000; ++seed) {
     ByteSource source(seed);
@@ -118,7 +118,7 @@ TEST(DepthHistogram, FindsTheExtentThatBruteForceFinds) {
   EXPECT_GT(stopped_by_most, 500);
 }
 
-TEST(DepthHistogram, TheNearestClusterWinsAgainstAFullerOneBehindIt) {
+TEST(DepthHistogram, NearestClusterBeatsALargerOneBehindIt) {
   std::vector<float> depths;
   add(depths, 10, 1.50);
   add(depths, 90, 4.00);
@@ -128,13 +128,13 @@ TEST(DepthHistogram, TheNearestClusterWinsAgainstAFullerOneBehindIt) {
   EXPECT_NEAR(histogram.nearest_cluster(0.4, 0.11), 4.05 - 0.4, 1e-9);
 }
 
-TEST(DepthHistogram, WithoutAPeakTheFullestPlaceCounts) {
+TEST(DepthHistogram, WithoutAClusterTheFullestWindowWins) {
   std::vector<float> depths;
   for (int i = 0; i < 10; ++i) add(depths, i == 7 ? 2 : 1, 1.0 * i);
   EXPECT_NEAR(histogram_of(depths).nearest_cluster(0.1, 0.5), 7.05 - 0.1, 1e-9);
 }
 
-TEST(DepthHistogram, AGapEndsTheExtent) {
+TEST(DepthHistogram, ExtentEndsAtAGap) {
   std::vector<float> depths;
   for (int bin = 30; bin < 36; ++bin) add(depths, 3, bin * 0.05);  // 1.50 to 1.80 m
   add(depths, 50, 2.00);
@@ -144,7 +144,7 @@ TEST(DepthHistogram, AGapEndsTheExtent) {
   EXPECT_NEAR(extent.upper, 1.90, 1e-9);
 }
 
-TEST(DepthHistogram, NoExtentGoesFartherThanAsked) {
+TEST(DepthHistogram, ExtentStaysWithinItsLimit) {
   std::vector<float> depths;
   for (int bin = 0; bin < 100; ++bin) add(depths, 5, bin * 0.05);
   const ValueRange extent = histogram_of(depths).extent_around(2.525, 0.7);
@@ -154,7 +154,7 @@ TEST(DepthHistogram, NoExtentGoesFartherThanAsked) {
   EXPECT_LE(extent.upper, 2.525 + 0.7);
 }
 
-TEST(DepthHistogram, DoesNotCountWhatIsFartherThanItReaches) {
+TEST(DepthHistogram, IgnoresDepthsBeyondItsRange) {
   const float beyond[] = {51.2F,
                           52.0F,
                           1e10F,
@@ -169,7 +169,7 @@ TEST(DepthHistogram, DoesNotCountWhatIsFartherThanItReaches) {
   EXPECT_EQ(histogram_of({51.1F}).total(), 1U);
 }
 
-TEST(DepthHistogram, TakesWindowsOfAnyWidth) {
+TEST(DepthHistogram, AcceptsWindowsOfAnyWidth) {
   std::vector<float> depths;
   add(depths, 5, 0.5);
   add(depths, 5, 40.0);
@@ -186,7 +186,7 @@ double median_within(std::vector<float> values, double lower, double upper) {
   return detail::median_within({values.data(), values.size()}, lower, upper);
 }
 
-TEST(MedianWithin, IsTheUpperOfTheMiddleOnesOfThoseInside) {
+TEST(MedianWithin, IsTheUpperMedianOfTheValuesInside) {
   const std::vector<float> values = {5, 1, 9, 3, 2, 4, 7};
   EXPECT_EQ(median_within(values, 2, 4), 3.0);
   EXPECT_EQ(median_within(values, 2, 5), 4.0) << "of 2, 3, 4, 5";
@@ -205,7 +205,7 @@ double plain_median_within(std::vector<float> values, double lower, double upper
   return inside.empty() ? 0 : double{inside[inside.size() / 2]};
 }
 
-TEST(MedianWithin, EqualsThePlainOneForAnyNumberOfDepthsAndAnyEnds) {
+TEST(MedianWithin, MatchesBruteForce) {
   std::size_t found = 0;
   for (std::uint64_t seed = 0; seed < 3000; ++seed) {
     ByteSource source(seed);

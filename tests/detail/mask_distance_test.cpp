@@ -45,7 +45,7 @@ TEST(MaskDistance, MatchesBruteForce) {
   EXPECT_GT(beyond, 10000U);
 }
 
-TEST(MaskDistance, ARadiusOfNanAsksForThePixelItself) {
+TEST(MaskDistance, NanRadiusTestsThePixelItself) {
   Instance instance = Instance::from_box({0, 0, 3, 3});
   instance.mask = cv::Mat::zeros(3, 3, CV_8UC1);
   instance.mask.at<std::uint8_t>(1, 1) = 1;

@@ -60,7 +60,7 @@ void expect_equal(const CameraParameters& a, const CameraParameters& b) {
   EXPECT_EQ(a.depth_units_per_metre, b.depth_units_per_metre);
 }
 
-TEST(Camera, ReadsWhatMustBeThereAndTakesZeroForTheRest) {
+TEST(Camera, ReadsRequiredKeysAndDefaultsTheRestToZero) {
   const TemporaryFolder folder;
   const CameraParameters camera = read_camera(folder.write("camera.yaml", least));
   CameraParameters want;
@@ -72,7 +72,7 @@ TEST(Camera, ReadsWhatMustBeThereAndTakesZeroForTheRest) {
   expect_equal(camera, want);
 }
 
-TEST(Camera, ReadsASettingsFileOfOrbSlam) {
+TEST(Camera, ReadsAnOrbSlamSettingsFile) {
   const TemporaryFolder folder;
   const std::string text =
       "%YAML:1.0\r\n\r\n#-----\r\n# Camera Parameters. Adjust them!\r\n#-----\r\n\r\n"
@@ -92,7 +92,7 @@ TEST(Camera, ReadsASettingsFileOfOrbSlam) {
   EXPECT_EQ(camera.depth_units_per_metre, 5000);
 }
 
-TEST(Camera, RefusesFilesThatAreNoCamera) {
+TEST(Camera, RefusesFilesWithoutACamera) {
   const struct {
     const char* what;
     std::string text, message;
@@ -130,7 +130,7 @@ TEST(Camera, RefusesFilesThatAreNoCamera) {
   }
 }
 
-TEST(Camera, RefusesWhatOpenCvReadsAsSomethingElse) {
+TEST(Camera, RefusesValuesThatOpenCvWouldMisread) {
   const struct {
     std::string text, message;
   } cases[] = {
@@ -153,7 +153,7 @@ TEST(Camera, RefusesWhatOpenCvReadsAsSomethingElse) {
   }
 }
 
-TEST(Camera, ReadsAFileWhateverItsName) {
+TEST(Camera, ReadsAFileWithAnyName) {
   const TemporaryFolder folder;
   for (const char* name : {"what?.yaml", "a?b=c", "camera.xml"}) {
     SCOPED_TRACE(name);
@@ -161,7 +161,7 @@ TEST(Camera, ReadsAFileWhateverItsName) {
   }
 }
 
-TEST(Camera, PassesOverWhateverKeysAHostHas) {
+TEST(Camera, IgnoresUnknownKeys) {
   const TemporaryFolder folder;
   const std::string text = least +
                            "Viewer.x: 010\nViewer.x: 5000000000\nBlock:\n  Camera.fx: 010\n"
@@ -169,7 +169,7 @@ TEST(Camera, PassesOverWhateverKeysAHostHas) {
   EXPECT_EQ(read_camera(folder.write("camera.yaml", text)).fx, 535.4);
 }
 
-TEST(Camera, RefusesWhatIsNoFile) {
+TEST(Camera, RefusesPathsThatAreNotFiles) {
   const TemporaryFolder folder;
   expect_error<std::runtime_error>([&] { read_camera(folder / "none.yaml"); },
                                    "none.yaml: there is no such file");
@@ -182,7 +182,7 @@ TEST(Camera, RefusesWhatIsNoFile) {
 #endif
 }
 
-TEST(Camera, ComesBackExactly) {
+TEST(Camera, RoundTripIsExact) {
   const TemporaryFolder folder;
   std::mt19937 random(7);
   std::uniform_real_distribution<double> small(-1, 1);
@@ -204,7 +204,7 @@ TEST(Camera, ComesBackExactly) {
 }
 
 // ORB-SLAM3 refuses a focal length that its parser takes for an integer.
-TEST(Camera, WritesRealNumbersWithAPoint) {
+TEST(Camera, WritesRealNumbersWithADecimalPoint) {
   CameraParameters camera = some_camera();
   camera.fx = 535;
   camera.k1 = 1e20;
@@ -217,7 +217,7 @@ TEST(Camera, WritesRealNumbersWithAPoint) {
             "Camera.fps: 30.0\nDepthMapFactor: 5000.0\n");
 }
 
-TEST(Camera, RefusesToWriteWhatCannotBeRead) {
+TEST(Camera, RefusesToWriteInvalidCameras) {
   const TemporaryFolder folder;
   const auto expect_refused = [&](double CameraParameters::*member, double value,
                                   const std::string& part) {
@@ -240,7 +240,7 @@ TEST(Camera, RefusesToWriteWhatCannotBeRead) {
 
 class CameraData : public testing::RecordedData {};
 
-TEST_F(CameraData, ReadsTheCamerasOfTum) {
+TEST_F(CameraData, ReadsTumCameras) {
   const CameraParameters fr3 = read_camera(data("tum_fr3_walking_halfsphere_50") / "camera.yaml");
   EXPECT_EQ(fr3.fx, 535.4);
   EXPECT_EQ(fr3.cy, 247.6);

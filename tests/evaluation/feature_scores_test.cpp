@@ -10,7 +10,7 @@
 namespace dynfilter::testing {
 namespace {
 
-TEST(FeatureScores, EqualTheOracleOnArbitraryInput) {
+TEST(FeatureScores, MatchTheOracleOnArbitraryInput) {
   FeatureScores total;
   for (std::uint64_t seed = 0; seed < 1000; ++seed) {
     ByteSource source(seed);
@@ -48,7 +48,7 @@ TEST(FeatureScores, EqualTheOracleOnArbitraryInput) {
 }
 
 /// 8 dynamic (6 found), 4 on the rim (1 removed), 20 static (2 removed).
-TEST(FeatureScores, GiveTheRatesUnderBothTruths) {
+TEST(FeatureScores, GiveRatesWithAndWithoutTheRim) {
   FeatureScores scores;
   scores.dynamic_removed = 6;
   scores.dynamic_left = 2;
@@ -67,13 +67,13 @@ TEST(FeatureScores, GiveTheRatesUnderBothTruths) {
   EXPECT_DOUBLE_EQ(*wide.precision, 7.0 / 9);
 }
 
-TEST(FeatureScores, HaveNoRateOfNothing) {
+TEST(FeatureScores, HaveNoRateWithoutFeatures) {
   const DetectionRates rates = FeatureScores().rates(DynamicTruth::silhouette);
   EXPECT_FALSE(rates.true_positive_rate || rates.false_positive_rate || rates.precision ||
                rates.f1);
 }
 
-TEST(FeatureScores, RefuseLabelsOfOtherFeatures) {
+TEST(FeatureScores, RefuseLabelsOfAnotherLength) {
   EXPECT_THROW(score_features(FeaturesView(), FeatureLabels(1, Segmentation()), Segmentation()),
                std::invalid_argument);
 }

@@ -67,7 +67,7 @@ class RgbdSequenceFiles : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(RgbdSequenceFiles, AFifoForAListIsRefusedAndNotOpened) {
+TEST_F(RgbdSequenceFiles, RefusesAFifoAsAListWithoutOpeningIt) {
   for (const char* list : {"associations.txt", "rgb.txt", "depth.txt", "camera.yaml"}) {
     SCOPED_TRACE(list);
     make_fifo(list);
@@ -77,33 +77,33 @@ TEST_F(RgbdSequenceFiles, AFifoForAListIsRefusedAndNotOpened) {
   }
 }
 
-TEST_F(RgbdSequenceFiles, AFifoForTheTruthIsRefusedWhereItIsAskedFor) {
+TEST_F(RgbdSequenceFiles, RefusesAFifoAsGroundTruthOnUse) {
   make_fifo("groundtruth.txt");
   const RgbdSequence sequence(folder_.path());
   expect_error<std::runtime_error>([&] { sequence.groundtruth_file(); },
                                    path("groundtruth.txt") + ": is not a regular file");
 }
 
-TEST_F(RgbdSequenceFiles, AFolderForAListIsRefused) {
+TEST_F(RgbdSequenceFiles, RefusesAFolderAsAList) {
   fs::remove(folder_ / "associations.txt");
   fs::create_directories(folder_ / "associations.txt");
   expect_refused(path("associations.txt") + ": is not a regular file");
 }
 
-TEST_F(RgbdSequenceFiles, AnImageThatIsNoFileIsMissingInItsLine) {
+TEST_F(RgbdSequenceFiles, NamesTheLineOfAnImageThatIsNotAFile) {
   make_fifo("depth/b.png");
   expect_refused(path("associations.txt") + ":2: depth/b.png is missing (1 of the 4");
   folder_.write("associations.txt", "1.5 rgb/a.png 1.5 /dev/zero\n");
   expect_refused(path("associations.txt") + ":1: /dev/zero is missing (1 of the 2");
 }
 
-TEST_F(RgbdSequenceFiles, AnImageThatCannotBeLookedAtIsNamedWithItsLine) {
+TEST_F(RgbdSequenceFiles, NamesTheLineOfAnInaccessibleImage) {
   make_loop("rgb/b.png");
   expect_refused(path("associations.txt") +
                  ":2: rgb/b.png cannot be read: Too many levels of symbolic links");
 }
 
-TEST_F(RgbdSequenceFiles, WhatCannotBeLookedAtIsNamed) {
+TEST_F(RgbdSequenceFiles, NamesInaccessiblePathsOnOpening) {
   for (const char* file : {"associations.txt", "rgb.txt", "depth.txt", "camera.yaml"}) {
     SCOPED_TRACE(file);
     make_loop(file);
@@ -113,7 +113,7 @@ TEST_F(RgbdSequenceFiles, WhatCannotBeLookedAtIsNamed) {
   }
 }
 
-TEST_F(RgbdSequenceFiles, WhatIsLookedForLaterIsNamedToo) {
+TEST_F(RgbdSequenceFiles, NamesInaccessiblePathsOnUse) {
   const RgbdSequence sequence(folder_.path());
   for (const char* file : {"groundtruth.txt", "masks", "masks_true"}) make_loop(file);
   expect_error<std::runtime_error>([&] { sequence.groundtruth_file(); },
@@ -123,7 +123,7 @@ TEST_F(RgbdSequenceFiles, WhatIsLookedForLaterIsNamedToo) {
                                    path("masks_true") + loop_error);
 }
 
-TEST_F(RgbdSequenceFiles, AFolderThatCannotBeReadIsNamed) {
+TEST_F(RgbdSequenceFiles, NamesAnUnreadableFolder) {
   make_loop("loop");
   expect_error<std::runtime_error>([&] { RgbdSequence(folder_ / "loop"); },
                                    path("loop") + loop_error);
@@ -133,7 +133,7 @@ TEST_F(RgbdSequenceFiles, AFolderThatCannotBeReadIsNamed) {
   fs::permissions(folder_.path(), fs::perms::owner_all);
 }
 
-TEST_F(RgbdSequenceFiles, AssociationsMayGoBackAndAreSorted) {
+TEST_F(RgbdSequenceFiles, SortsAssociationsByTime) {
   folder_.write("associations.txt",
                 "2.5 rgb/b.png 2.5 depth/b.png\n1.5 rgb/a.png 1.5 depth/a.png\n");
   const RgbdSequence sequence(folder_.path());
@@ -142,7 +142,7 @@ TEST_F(RgbdSequenceFiles, AssociationsMayGoBackAndAreSorted) {
   EXPECT_EQ(sequence.entry(1).stem, "b");
 }
 
-TEST_F(RgbdSequenceFiles, AssociationsThatRepeatATimeOrNameNoFileAreRefusedByLine) {
+TEST_F(RgbdSequenceFiles, RefusesRepeatedTimesAndMissingFilesByLine) {
   folder_.write("associations.txt", std::string(associations) + "1.5 rgb/b.png 9.5 depth/b.png\n");
   expect_refused(path("associations.txt") + ":3: time 1.500000 is in line 1 already");
   folder_.write("associations.txt", std::string(associations) + "3 rgb/c.png 3 depth/a.png\n");

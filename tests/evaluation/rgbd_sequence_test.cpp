@@ -73,7 +73,7 @@ std::vector<double> random_times(std::mt19937& random, int count, double step) {
   return times;
 }
 
-TEST(Associate, AgreesWithTheSearchOfAllPairs) {
+TEST(Associate, MatchesBruteForce) {
   std::mt19937 random(11);
   for (int round = 0; round < 300; ++round) {
     const double step = round % 2 == 0 ? 0.005 : 0.000733;
@@ -84,7 +84,7 @@ TEST(Associate, AgreesWithTheSearchOfAllPairs) {
   }
 }
 
-TEST(Associate, TakesTheBestPairFirst) {
+TEST(Associate, PicksTheBestPairFirst) {
   // 1.010 is nearer to the second depth than the first image is, which then takes none.
   EXPECT_EQ(associate({1.000, 1.010}, {1.011}, 0.02), (Pairs{{1, 0}}));
   // A tie goes to the earlier first time, then to the earlier second time.
@@ -92,7 +92,7 @@ TEST(Associate, TakesTheBestPairFirst) {
   EXPECT_EQ(associate({1.01}, {1.02, 1.00}, 0.02), (Pairs{{0, 1}}));
 }
 
-TEST(Associate, TakesTheLimitAsWritten) {
+TEST(Associate, AcceptsADifferenceEqualToTheLimit) {
   const std::vector<double> image = {1341846434.710184};
   EXPECT_EQ(associate(image, {1341846434.730184}, 0.02).size(), 1U);
   EXPECT_EQ(associate(image, {1341846434.730185}, 0.02).size(), 0U);
@@ -100,7 +100,7 @@ TEST(Associate, TakesTheLimitAsWritten) {
   EXPECT_EQ(associate(image, {1341846434.690183}, 0.02).size(), 0U);
 }
 
-TEST(Associate, RefusesWhatIsNoTime) {
+TEST(Associate, RefusesInvalidTimesAndLimits) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   expect_error<std::invalid_argument>([&] { associate({nan}, {1}, 0.02); }, "finite times");
   expect_error<std::invalid_argument>([&] { associate({1}, {1.4e18}, 0.02); }, "in seconds");
@@ -161,7 +161,7 @@ TEST(RgbdSequence, ReadsAssociations) {
   EXPECT_NO_THROW(validate(frame, "test"));
 }
 
-TEST(RgbdSequence, AssociatesTheListsWhereNobodyDid) {
+TEST(RgbdSequence, AssociatesListsWithoutAnAssociationsFile) {
   const TemporaryFolder folder;
   write_images(folder, 3);
   folder.write("rgb.txt",
@@ -220,7 +220,7 @@ TEST(RgbdSequence, ReadsDepthInMetres) {
   EXPECT_EQ(frame.depth_m({1, 1}), 1.25);
 }
 
-TEST(RgbdSequence, PrintsTheCameraFileThatIsMissing) {
+TEST(RgbdSequence, PrintsATemplateForAMissingCameraFile) {
   const TemporaryFolder folder;
   write_images(folder, 1);
   folder.write("rgb.txt", "1.5 rgb/1.5.png\n");
@@ -292,7 +292,7 @@ TEST(RgbdSequence, RefusesMalformedDepthLists) {
                  ":2: depth/a.png is missing (1 of the 4");
 }
 
-TEST(RgbdSequence, RefusesFoldersThatAreNoSequence) {
+TEST(RgbdSequence, RefusesFoldersWithoutASequence) {
   const TemporaryFolder folder;
   expect_error<std::runtime_error>([&] { RgbdSequence(folder / "none"); },
                                    "none: there is no such folder");
@@ -335,13 +335,13 @@ TEST_F(BrokenImages, AreNamedWhenTruncated) {
   }
 }
 
-TEST_F(BrokenImages, AreNamedWhenGoneSinceOpening) {
+TEST_F(BrokenImages, AreNamedWhenDeletedAfterOpening) {
   const RgbdSequence sequence(folder_.path());
   fs::remove(folder_ / "depth/2.51.png");
   expect_error<std::runtime_error>([&] { sequence.read(1); }, "2.51.png: cannot be read");
 }
 
-TEST_F(BrokenImages, AreNamedWhenOfAnotherTypeOrSize) {
+TEST_F(BrokenImages, AreNamedWhenTypeOrSizeIsWrong) {
   const std::string depth = (folder_ / "depth/2.51.png").string();
   cv::imwrite(depth, cv::Mat(4, 6, CV_8UC1, cv::Scalar(3)));
   expect_unreadable(depth + ": a depth image of type CV_8UC1; want CV_16UC1");
@@ -351,13 +351,13 @@ TEST_F(BrokenImages, AreNamedWhenOfAnotherTypeOrSize) {
   expect_unreadable(depth + ": 7x4 pixels, but " + (folder_ / "rgb/2.5.png").string());
 }
 
-TEST_F(BrokenImages, AreNamedWhenTheCameraIsAnother) {
+TEST_F(BrokenImages, AreNamedWhenTheCameraDoesNotFit) {
   folder_.write("camera.yaml", camera_text + std::string("Camera.width: 6\nCamera.height: 5\n"));
   const RgbdSequence sequence(folder_.path());
   expect_error<std::runtime_error>([&] { sequence.read(0); }, "camera.yaml says 6x5");
 }
 
-TEST_F(BrokenImages, OutOfRangeIsMisuse) {
+TEST_F(BrokenImages, FrameIndexOutOfRangeIsRefused) {
   const RgbdSequence sequence(folder_.path());
   expect_error<std::invalid_argument>([&] { sequence.entry(2); }, "frame 2; want a frame below 2");
   expect_error<std::invalid_argument>([&] { sequence.read(2); }, "frame 2");
@@ -398,7 +398,7 @@ TEST_F(RgbdSequenceData, ReadsWalkingHalfsphere) {
   }
 }
 
-TEST_F(RgbdSequenceData, AssociatesWalkingHalfsphereAsTheBenchmarkDoes) {
+TEST_F(RgbdSequenceData, AssociatesWalkingHalfsphereLikeTheBenchmark) {
   const fs::path recorded = data("tum_fr3_walking_halfsphere_50");
   const TemporaryFolder folder;
   for (const char* images : {"rgb", "depth"}) {
@@ -423,7 +423,7 @@ TEST_F(RgbdSequenceData, ReadsXyz) {
 }
 
 // rgb.txt and depth.txt list the whole sequence, of which 120 pairs are there.
-TEST_F(RgbdSequenceData, NamesTheFirstFileThatXyzLacks) {
+TEST_F(RgbdSequenceData, NamesTheFirstMissingFileOfXyz) {
   const fs::path recorded = data("tum_fr1_xyz_120");
   const TemporaryFolder folder;
   for (const char* images : {"rgb", "depth"}) {

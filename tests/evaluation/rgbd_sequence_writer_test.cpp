@@ -61,7 +61,7 @@ void expect_same(const cv::Mat& a, const cv::Mat& b) {
   EXPECT_EQ(cv::norm(a, b, cv::NORM_INF), 0);
 }
 
-TEST(RgbdSequenceWriter, WhatItWritesComesBack) {
+TEST(RgbdSequenceWriter, RoundTripKeepsEveryFrame) {
   const TemporaryFolder folder;
   RgbdSequenceWriter writer(folder / "new/sequence", some_camera());
   for (int k = 0; k < 5; ++k) {
@@ -95,7 +95,7 @@ TEST(RgbdSequenceWriter, WhatItWritesComesBack) {
   EXPECT_NEAR(truth[2].translation.x(), 1.5, 1e-8);
 }
 
-TEST(RgbdSequenceWriter, ItsListsAssociateAsItSays) {
+TEST(RgbdSequenceWriter, AssociatingItsListsGivesItsAssociations) {
   const TemporaryFolder folder;
   RgbdSequenceWriter writer(folder.path(), some_camera());
   for (int k = 0; k < 5; ++k) writer.add(some_frame(k));
@@ -107,7 +107,7 @@ TEST(RgbdSequenceWriter, ItsListsAssociateAsItSays) {
   EXPECT_FALSE(sequence.groundtruth_file());
 }
 
-TEST(RgbdSequenceWriter, WritesTheFilesOfTum) {
+TEST(RgbdSequenceWriter, WritesTheTumFormat) {
   const TemporaryFolder folder;
   RgbdSequenceWriter writer(folder.path(), some_camera());
   writer.add(some_frame(0), cv::Matx33d::eye(), {1, 2, 3});
@@ -176,7 +176,7 @@ TEST(RgbdSequenceWriter, ConvertsDepthToTheUnitsOfTheFile) {
   EXPECT_EQ(sequence.read(1).depth.at<std::uint16_t>(0, 0), 6170);
 }
 
-TEST(RgbdSequenceWriter, RefusesFramesItCannotWrite) {
+TEST(RgbdSequenceWriter, RefusesInvalidFrames) {
   const TemporaryFolder folder;
   RgbdSequenceWriter writer(folder.path(), some_camera());
   writer.add(some_frame(1));
@@ -217,7 +217,7 @@ TEST(RgbdSequenceWriter, RefusesFramesItCannotWrite) {
   EXPECT_EQ(RgbdSequence(folder.path()).size(), 1U);
 }
 
-TEST(RgbdSequenceWriter, NeverReplacesWhatAnotherWrote) {
+TEST(RgbdSequenceWriter, NeverReplacesFilesOfAnotherWriter) {
   for (const char* file : {"camera.yaml", "rgb.txt", "depth.txt", "associations.txt",
                            "groundtruth.txt", "rgb/12.500000.png", "depth/12.500000.png"}) {
     SCOPED_TRACE(file);
@@ -232,7 +232,7 @@ TEST(RgbdSequenceWriter, NeverReplacesWhatAnotherWrote) {
   }
 }
 
-TEST(RgbdSequenceWriter, ReplacesWhatItWroteAndNothingElse) {
+TEST(RgbdSequenceWriter, ReplacesOnlyItsOwnFiles) {
   const TemporaryFolder folder;
   const char* foreign[] = {"notes.txt", "rgb/preview.png", "rgb/13.5.jpg", "masks/12.500000.png"};
   for (const char* file : foreign) folder.write(file, "mine");
@@ -262,7 +262,7 @@ TEST(RgbdSequenceWriter, ReplacesWhatItWroteAndNothingElse) {
   for (const char* file : foreign) EXPECT_EQ(file_text(folder / file), "mine");
 }
 
-TEST(RgbdSequenceWriter, SaysWhenItCannotWrite) {
+TEST(RgbdSequenceWriter, ReportsWriteErrors) {
   const TemporaryFolder folder;
   folder.write("file", "");
   expect_error<std::runtime_error>([&] { RgbdSequenceWriter(folder / "file/x", some_camera()); },
@@ -272,7 +272,7 @@ TEST(RgbdSequenceWriter, SaysWhenItCannotWrite) {
                                    "rgb: is no folder");
 }
 
-TEST(RgbdSequenceWriter, WritesIntoNoFolderBehindALink) {
+TEST(RgbdSequenceWriter, RefusesFoldersBehindALink) {
   const TemporaryFolder folder;
   fs::create_directories(folder / "elsewhere");
   fs::create_directories(folder / "sequence");
@@ -282,7 +282,7 @@ TEST(RgbdSequenceWriter, WritesIntoNoFolderBehindALink) {
   EXPECT_TRUE(fs::is_empty(folder / "elsewhere"));
 }
 
-TEST(RgbdSequenceWriter, GoesOnWhereItWasMovedTo) {
+TEST(RgbdSequenceWriter, MovedWriterContinues) {
   const TemporaryFolder folder;
   RgbdSequenceWriter first(folder.path(), some_camera());
   first.add(some_frame(0), cv::Matx33d::eye(), {1, 2, 3});

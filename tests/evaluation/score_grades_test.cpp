@@ -51,7 +51,7 @@ void count(const SyntheticFrame& rendered, std::array<Grade, 5>& grades) {
   }
 }
 
-TEST(ScoreGrades, TheShareOfMovingFeaturesRisesWithTheScore) {
+TEST(ScoreGrades, HigherScoresHoldMoreMovingFeatures) {
   for (const char* level : {"medium", "stale_3"}) {
     std::array<Grade, 5> grades;
     const SyntheticScene scene(scene_level(level, 11));

@@ -65,7 +65,7 @@ Figures figures(const std::string& level) {
   return sum;
 }
 
-TEST(SceneLevels, EveryLevelRendersAndIsFoundByItsName) {
+TEST(SceneLevels, EveryLevelRendersByItsName) {
   std::set<std::string> names;
   for (const SceneLevel& level : scene_levels()) {
     EXPECT_TRUE(names.insert(level.name).second) << level.name;
@@ -94,7 +94,7 @@ std::uint64_t frame_hash(const SyntheticFrame& frame) {
 // Rules are compared on these levels, so they must not change unnoticed. Other machines may
 // contract multiplications or round sines differently.
 #if defined(__x86_64__) && !defined(__FMA__) && defined(__GLIBC__)
-TEST(SceneLevels, FirstAndLastFrameAreThoseThatResultsWereMeasuredOn) {
+TEST(SceneLevels, FirstAndLastFrameMatchThePublishedPixels) {
   const std::vector<std::pair<std::string, std::pair<std::uint64_t, std::uint64_t>>> expected = {
       {"static", {13480667229729922326U, 5815875766985260359U}},
       {"cross", {16606180129165516500U, 11098847773078789475U}},
@@ -118,7 +118,7 @@ TEST(SceneLevels, FirstAndLastFrameAreThoseThatResultsWereMeasuredOn) {
 }
 #endif
 
-TEST(SceneLevels, RefusesANameThatIsNoneAndListsThem) {
+TEST(SceneLevels, RefusesUnknownNamesAndListsTheLevels) {
   try {
     scene_level("meduim");
     ADD_FAILURE() << "accepted";
@@ -157,7 +157,7 @@ TEST(SceneLevels, PersonsLeaveTheImageAndComeBack) {
   EXPECT_NE(seen.find("101"), std::string::npos) << seen;
 }
 
-TEST(SceneLevels, OverlappingPersonsAreOneDetection) {
+TEST(SceneLevels, OverlappingPersonsShareOneDetection) {
   const SyntheticScene scene(small("two_in_one"));
   int joint = 0, apart = 0;
   for (int i = 0; i < scene.size(); i += 6) {
@@ -177,7 +177,7 @@ TEST(SceneLevels, OverlappingPersonsAreOneDetection) {
   EXPECT_GT(apart, 2);
 }
 
-TEST(SceneLevels, NobodyWalksThroughTheFurnitureAtTheirDepth) {
+TEST(SceneLevels, PersonsDoNotWalkThroughFurniture) {
   const SyntheticScene scene(small("furniture"));
   SyntheticSceneOptions empty = small("furniture");
   empty.persons = 0;
@@ -212,7 +212,7 @@ SyntheticFrame rendered(const std::function<void(SyntheticSceneOptions&)>& chang
   return SyntheticScene(options).render(index);
 }
 
-TEST(StaleMasks, AreThoseOfAnEarlierFrame) {
+TEST(StaleMasks, MatchAnEarlierFrame) {
   const SyntheticScene now(small("medium"));
   const SyntheticFrame stale =
       rendered([](SyntheticSceneOptions& o) { o.mask_age_frames = 4; }, 20);
@@ -228,7 +228,7 @@ TEST(StaleMasks, AreThoseOfAnEarlierFrame) {
             0U);
 }
 
-TEST(StaleMasks, OfTheLevelsAreExactOnes) {
+TEST(StaleMasks, OfTheLevelsMatchTheTruth) {
   const SyntheticScene scene(small("stale_3"));
   const SyntheticFrame later = scene.render(33);
   const SyntheticFrame then = scene.render(30);
@@ -240,7 +240,7 @@ TEST(StaleMasks, OfTheLevelsAreExactOnes) {
   EXPECT_EQ(SyntheticScene(small("stale_6")).render(33).poor_segmentation.frame_id, 27U);
 }
 
-TEST(LateMasks, AreTheNewestThatASlowNetworkHasDone) {
+TEST(LateMasks, AreTheNewestFinishedByASlowNetwork) {
   const auto masks_of = [](double rate_hz) {
     SyntheticSceneOptions options = small("medium");
     options.mask_rate_hz = rate_hz;
@@ -280,7 +280,7 @@ cv::Mat1w depth_with(const std::function<void(SyntheticSceneOptions&)>& change) 
   return rendered(change, 40).frame.depth;
 }
 
-TEST(DepthFringe, TakesDepthFromNearSurfacesAlongTheirEdges) {
+TEST(DepthFringe, RemovesDepthAlongTheEdgesOfNearSurfaces) {
   const cv::Mat1w whole = depth_with([](SyntheticSceneOptions& o) { o.depth_fringe_px = 0; });
   const cv::Mat1w fringed = depth_with([](SyntheticSceneOptions& o) { o.depth_fringe_px = 24; });
   const cv::Mat1b persons = painted(rendered([](SyntheticSceneOptions&) {}, 40).true_segmentation);
@@ -294,7 +294,7 @@ TEST(DepthFringe, TakesDepthFromNearSurfacesAlongTheirEdges) {
   EXPECT_LT(cv::countNonZero(lost & core), 0.2 * on_persons);
 }
 
-TEST(DepthBlindTop, TakesDepthFromTheUppermostRows) {
+TEST(DepthBlindTop, RemovesDepthFromTheTopRows) {
   const cv::Mat1w whole = depth_with([](SyntheticSceneOptions& o) { o.depth_blind_top_px = 0; });
   const cv::Mat1w blind = depth_with([](SyntheticSceneOptions& o) { o.depth_blind_top_px = 40; });
   EXPECT_EQ(cv::countNonZero(blind.rowRange(0, 10)), 0);
@@ -318,7 +318,7 @@ TEST(LimbSwing, SpreadsTheLimbs) {
   EXPECT_LT(widths(0), 0.8 * widths(1));
 }
 
-TEST(MotionBlur, BlursTheImageAndNothingElse) {
+TEST(MotionBlur, BlursOnlyTheImage) {
   const auto open_for = [](double seconds) {
     return rendered([=](SyntheticSceneOptions& o) { o.exposure_s = seconds; }, 40);
   };
@@ -333,7 +333,7 @@ TEST(MotionBlur, BlursTheImageAndNothingElse) {
   EXPECT_NEAR(cv::mean(blurred.frame.image)[1], cv::mean(sharp.frame.image)[1], 2);
 }
 
-TEST(ExposureChange, SwaysTheBrightnessAndNothingElse) {
+TEST(ExposureChange, ChangesOnlyTheBrightness) {
   SyntheticSceneOptions options = small("medium");
   options.exposure_change_stops = 1;
   const SyntheticScene swaying(options);
@@ -352,7 +352,7 @@ TEST(ExposureChange, SwaysTheBrightnessAndNothingElse) {
   EXPECT_LT(greatest, 2.1);
 }
 
-TEST(SceneLevels, NewOptionsOutOfRangeAreRefusedByName) {
+TEST(SceneLevels, RefusesOptionsOutOfRangeByName) {
   const auto expect_named = [](const char* option,
                                const std::function<void(SyntheticSceneOptions&)>& spoil) {
     SyntheticSceneOptions options = small("medium");

@@ -55,7 +55,7 @@ bool same(const SyntheticFrame& a, const SyntheticFrame& b) {
          same(a.poor_segmentation, b.poor_segmentation);
 }
 
-TEST(SyntheticScene, GivesTheFrameItPromises) {
+TEST(SyntheticScene, RendersTheDocumentedFrame) {
   const SyntheticFrame frame = small_scene().render(7);
   EXPECT_EQ(frame.frame.id, 7U);
   EXPECT_DOUBLE_EQ(frame.frame.timestamp_s, 1.0 + 7 / 30.0);
@@ -71,7 +71,7 @@ TEST(SyntheticScene, GivesTheFrameItPromises) {
   EXPECT_EQ(small_scene().pose(7).rotation, frame.pose.rotation);
 }
 
-TEST(SyntheticScene, CameraIsThatOfFr3ScaledToTheImage) {
+TEST(SyntheticScene, CameraIsFr3ScaledToTheImage) {
   const CameraParameters full = SyntheticScene().camera();
   EXPECT_DOUBLE_EQ(full.fx, 535.4);
   EXPECT_DOUBLE_EQ(full.fy, 539.2);
@@ -95,7 +95,7 @@ TEST(SyntheticScene, SameSeedGivesTheSamePixels) {
 // What is measured on these scenes is quoted, so they must not change unnoticed. Other machines may
 // contract multiplications or round sines differently.
 #if defined(__x86_64__) && !defined(__FMA__) && defined(__GLIBC__)
-TEST(SyntheticScene, PixelsAreThoseThatResultsWereMeasuredOn) {
+TEST(SyntheticScene, PixelsMatchThePublishedResults) {
   const SyntheticFrame frame = small_scene().render(20);
   EXPECT_EQ(pixel_hash(frame.frame.image), 1906012851298839652U);
   EXPECT_EQ(pixel_hash(frame.frame.depth), 12960254515090081727U);
@@ -114,7 +114,7 @@ TEST(SyntheticScene, AnotherSeedGivesAnotherScene) {
   EXPECT_NE(first.pose.translation, other.pose.translation);
 }
 
-TEST(SyntheticScene, FrameAloneIsTheFrameInTheSequence) {
+TEST(SyntheticScene, FrameDoesNotDependOnEarlierFrames) {
   std::vector<SyntheticFrame> sequence;
   for (int i = 0; i < 4; ++i) sequence.push_back(small_scene().render(i));
   for (int i = 3; i >= 0; --i) {
@@ -123,7 +123,7 @@ TEST(SyntheticScene, FrameAloneIsTheFrameInTheSequence) {
   EXPECT_FALSE(same(sequence[0], sequence[1]));
 }
 
-TEST(SyntheticScene, StartTimeShiftsTheStampsOnly) {
+TEST(SyntheticScene, StartTimeShiftsOnlyTheTimestamps) {
   SyntheticSceneOptions options = small();
   options.start_time_s = 1.3e9;
   const SyntheticScene late(options);
@@ -165,7 +165,7 @@ double share_that_agrees(const SyntheticFrame& from, const SyntheticFrame& to,
   return seen > 100 ? static_cast<double>(agreeing) / seen : -1;
 }
 
-TEST(SyntheticScene, StaticPointsReprojectAndPersonsDoNot) {
+TEST(SyntheticScene, OnlyStaticPointsReproject) {
   const SyntheticFrame first = small_scene().render(20);
   const SyntheticFrame later = small_scene().render(35);
   const CameraParameters camera = small_scene().camera();
@@ -221,7 +221,7 @@ TEST(SyntheticScene, DepthIsQuantisedToEighthsOfAPixelOfDisparity) {
   EXPECT_GT(errors[errors.size() / 2], 0.1);
 }
 
-TEST(SyntheticScene, NothingIsMeasuredBeyondTheLargestDepth) {
+TEST(SyntheticScene, HasNoDepthBeyondTheMaximum) {
   SyntheticSceneOptions options = small();
   options.max_depth_m = 2.5;
   const SyntheticFrame frame = SyntheticScene(options).render(10);
@@ -291,7 +291,7 @@ double intersection_over_union(const Instance& a, const Instance& b, cv::Size si
   return static_cast<double>(cv::countNonZero(first & second)) / cv::countNonZero(first | second);
 }
 
-TEST(SyntheticScene, PoorMasksAreDeliberatelyPoor) {
+TEST(SyntheticScene, PoorMasksHaveTheDocumentedErrors) {
   const cv::Size size(160, 120);
   std::vector<double> overlaps;
   for (int i = 0; i < 60; i += 4) {
@@ -372,7 +372,7 @@ TEST(SyntheticScene, RefusesOptionsOutOfRangeByName) {
   expect_named(message([](Options& o) { o.max_missing_limbs = 1; }), "max_missing_limbs");
 }
 
-TEST(SyntheticScene, RefusesFramesItDoesNotHave) {
+TEST(SyntheticScene, RefusesFrameIndicesOutOfRange) {
   EXPECT_THROW(small_scene().render(-1), std::invalid_argument);
   EXPECT_THROW(small_scene().render(60), std::invalid_argument);
   EXPECT_THROW(small_scene().pose(60), std::invalid_argument);

@@ -159,7 +159,7 @@ std::pair<Trajectory, Trajectory> random_trajectories(std::uint64_t seed) {
   return {estimate, truth};
 }
 
-TEST(TrajectoryErrors, EqualANaiveImplementationOnRandomTrajectories) {
+TEST(TrajectoryErrors, MatchANaiveImplementation) {
   for (std::uint64_t seed = 0; seed < 60; ++seed) {
     const auto [estimate, truth] = random_trajectories(seed);
     AbsoluteErrorOptions options;
@@ -180,7 +180,7 @@ TEST(TrajectoryErrors, EqualANaiveImplementationOnRandomTrajectories) {
   }
 }
 
-TEST(TrajectoryErrors, AreNoughtForTheTruthInAnyFrame) {
+TEST(TrajectoryErrors, AreZeroForTheTruthInAnyFrame) {
   const Trajectory truth = random_trajectories(1).second;
   Trajectory moved = truth;
   const Eigen::Matrix3d turn =
@@ -225,7 +225,7 @@ Trajectory along_x(const std::vector<double>& x) {
 
 /// Truth 0 1 2 3, estimate 0 1 2 4: means 1.5 and 1.75, so the errors after alignment are 0.25,
 /// 0.25, 0.25 and 0.75. (Along a line the rotation about it is free and changes nothing.)
-TEST(TrajectoryErrors, EqualValuesWorkedOutByHand) {
+TEST(TrajectoryErrors, MatchHandComputedValues) {
   const Trajectory truth = along_x({0, 1, 2, 3});
   const auto ate = absolute_trajectory_error(along_x({0, 1, 2, 4}), truth).translation_m;
   EXPECT_EQ(ate.count, 4U);
@@ -243,7 +243,7 @@ TEST(TrajectoryErrors, EqualValuesWorkedOutByHand) {
 }
 
 /// A pure rotation: 10 degrees a step where there were 12.
-TEST(TrajectoryErrors, OfAPureRotationAreTheAngle) {
+TEST(TrajectoryErrors, EqualTheAngleOfAPureRotation) {
   const auto turning = [](double step_deg) {
     Trajectory trajectory = along_x({0, 0, 0, 0, 0});
     for (std::size_t i = 0; i < trajectory.size(); ++i) {
@@ -261,7 +261,7 @@ TEST(TrajectoryErrors, OfAPureRotationAreTheAngle) {
   EXPECT_NEAR(absolute_trajectory_error(turning(10), turning(12)).translation_m.rmse, 0, 1e-12);
 }
 
-TEST(TrajectoryErrors, StandIdenticalPosesAndThreeOfThem) {
+TEST(TrajectoryErrors, AcceptIdenticalPosesAndOnlyThree) {
   AbsoluteErrorOptions with_scale;
   with_scale.with_scale = true;
   for (const auto& options : {AbsoluteErrorOptions(), with_scale}) {
@@ -278,7 +278,7 @@ TEST(TrajectoryErrors, StandIdenticalPosesAndThreeOfThem) {
               0, 1e-12);
 }
 
-TEST(TrajectoryErrors, SayWhatIsMissing) {
+TEST(TrajectoryErrors, NameWhatIsMissing) {
   const Trajectory truth = along_x({0, 1, 2, 3});
   Trajectory late = truth;
   for (TimedPose& pose : late) pose.timestamp_s += 100;
@@ -297,7 +297,7 @@ TEST(TrajectoryErrors, SayWhatIsMissing) {
                                       "scale = -1");
 }
 
-TEST(ErrorSummary, EqualsTheDefinitions) {
+TEST(ErrorSummary, MatchesTheDefinitions) {
   const ErrorSummary summary = summarise_errors({3, 1, 2, 10});
   EXPECT_EQ(summary.count, 4U);
   EXPECT_NEAR(summary.rmse, std::sqrt(114.0 / 4), 1e-12);

@@ -36,7 +36,7 @@ void expect_rows(const FlawedRows& rows, std::size_t count, std::size_t first_li
   EXPECT_EQ(rows.first_line, first_line);
 }
 
-TEST(TrajectoryFlaws, AreNoneInAnOrderlyFile) {
+TEST(TrajectoryFlaws, ValidFileHasNone) {
   const TrajectoryFile file = read("# comment\n1 0 0 0 0 0 0 1\n\n2 0 0 0 0 0 0 1\n");
   EXPECT_EQ(file.trajectory.size(), 2U);
   EXPECT_FALSE(file.flaws.any());
@@ -68,7 +68,7 @@ TEST(TrajectoryFlaws, ZeroQuaternionsAreSkipped) {
 }
 
 // As in the ground truth of fr3_walking_static, whose lines 2456 and 2457 are of one time.
-TEST(TrajectoryFlaws, TheLastRowOfARepeatedTimeIsTaken) {
+TEST(TrajectoryFlaws, LastRowOfARepeatedTimeWins) {
   const TrajectoryFile file = read(
       "1341846251.4487 1 0 0 0 0 0 1\n"
       "1341846251.4587 2 0 0 0 0 0 1\n"
@@ -81,7 +81,7 @@ TEST(TrajectoryFlaws, TheLastRowOfARepeatedTimeIsTaken) {
   expect_rows(file.flaws.time_goes_back, 1, 5);
 }
 
-TEST(TrajectoryFlaws, ASkippedRowReplacesNoEarlierOne) {
+TEST(TrajectoryFlaws, SkippedRowDoesNotReplaceAnEarlierOne) {
   const TrajectoryFile file =
       read("1 7 0 0 0 0 0 1\n1 nan 0 0 0 0 0 1\n1 8 0 0 0 0 0 0\n2 0 0 0 0 0 0 1\n");
   ASSERT_EQ(file.trajectory.size(), 2U);
@@ -89,7 +89,7 @@ TEST(TrajectoryFlaws, ASkippedRowReplacesNoEarlierOne) {
   expect_rows(file.flaws.repeated_time, 0, 0);
 }
 
-TEST(TrajectoryFlaws, TimesOfOneMicrosecondAreRepeated) {
+TEST(TrajectoryFlaws, TimesInTheSameMicrosecondCountAsRepeated) {
   const TrajectoryFile file = read("1.0000002 1 0 0 0 0 0 1\n1.0000001 2 0 0 0 0 0 1\n");
   ASSERT_EQ(file.trajectory.size(), 1U);
   EXPECT_EQ(file.trajectory[0].translation.x(), 2) << "the last one in the file";
@@ -97,7 +97,7 @@ TEST(TrajectoryFlaws, TimesOfOneMicrosecondAreRepeated) {
   EXPECT_NO_THROW(write_trajectory(folder / "t.txt", file.trajectory));
 }
 
-TEST(TrajectoryFlaws, RowsWhoseTimeGoesBackAreSortedAndCounted) {
+TEST(TrajectoryFlaws, RowsOutOfOrderAreSortedAndCounted) {
   const TrajectoryFile file =
       read("3 3 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n2 2 0 0 0 0 0 1\n\n0 0 0 0 0 0 0 1\n");
   ASSERT_EQ(file.trajectory.size(), 4U);
@@ -109,7 +109,7 @@ TEST(TrajectoryFlaws, RowsWhoseTimeGoesBackAreSortedAndCounted) {
   expect_rows(file.flaws.repeated_time, 0, 0);
 }
 
-TEST(TrajectoryFlaws, AFileWithoutAUsableRowIsNamed) {
+TEST(TrajectoryFlaws, RefusesAFileWithoutUsableRows) {
   const TemporaryFolder folder;
   const auto expect_refused = [&](const std::string& text, const std::string& message) {
     const auto path = folder.write("t.txt", text);
@@ -121,7 +121,7 @@ TEST(TrajectoryFlaws, AFileWithoutAUsableRowIsNamed) {
                  ": holds no usable pose; of its rows, 2 have NaN, 1 a zero quaternion");
 }
 
-TEST(TrajectoryFlaws, WhatIsNoFlawOfTumIsStillRefused) {
+TEST(TrajectoryFlaws, OtherMalformedRowsAreRefused) {
   const TemporaryFolder folder;
   for (const char* row : {"nan x 0 0 0 0 0 1", "nan inf 0 0 0 0 0 1", "nan 0 0 0 0 0 0",
                           "nann 0 0 0 0 0 0 1", "nan(1) 0 0 0 0 0 0 1", "2 0 0 0 0 0 0 1e-9"}) {
@@ -141,7 +141,7 @@ std::map<double, double> kept_by_tum(const std::vector<std::array<double, 3>>& r
   return kept;
 }
 
-TEST(TrajectoryFlaws, AreTreatedAsTumsScriptsDo) {
+TEST(TrajectoryFlaws, AreHandledLikeTumsScripts) {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   std::mt19937 random(16);
   for (int round = 0; round < 200; ++round) {

@@ -55,7 +55,7 @@ void expect_near(const Trajectory& a, const Trajectory& b) {
   }
 }
 
-TEST(Trajectory, ComesBack) {
+TEST(Trajectory, RoundTripKeepsEveryPose) {
   const TemporaryFolder folder;
   std::mt19937 random(3);
   for (int length = 1; length < 20; ++length) {
@@ -65,7 +65,7 @@ TEST(Trajectory, ComesBack) {
   }
 }
 
-TEST(Trajectory, HalfTurnsComeBack) {
+TEST(Trajectory, RoundTripKeepsHalfTurns) {
   const TemporaryFolder folder;
   Trajectory trajectory(3);
   for (int i = 0; i < 3; ++i) {
@@ -77,7 +77,7 @@ TEST(Trajectory, HalfTurnsComeBack) {
   expect_near(read_trajectory(folder / "t.txt"), trajectory);
 }
 
-TEST(Trajectory, IsWrittenInTheFormatOfTum) {
+TEST(Trajectory, IsWrittenInTumFormat) {
   const TemporaryFolder folder;
   Trajectory trajectory(2);
   trajectory[0].timestamp_s = 1341846434.710184;
@@ -92,7 +92,7 @@ TEST(Trajectory, IsWrittenInTheFormatOfTum) {
             "0.000000000 0.000000000 0.479425539 0.877582562\n");
 }
 
-TEST(Trajectory, IsWrittenWithAScalarThatIsNotNegative) {
+TEST(Trajectory, IsWrittenWithANonNegativeScalar) {
   const TemporaryFolder folder;
   Trajectory trajectory(1);
   trajectory[0].rotation = Eigen::AngleAxisd(-3.0, Eigen::Vector3d::UnitZ()).toRotationMatrix();
@@ -149,14 +149,14 @@ TEST(Trajectory, RefusesMalformedRows) {
   }
 }
 
-TEST(Trajectory, RefusesFilesThatCannotBeRead) {
+TEST(Trajectory, RefusesUnreadableFiles) {
   const TemporaryFolder folder;
   expect_error<std::runtime_error>([&] { read_trajectory(folder / "none.txt"); },
                                    "none.txt: there is no such file");
   expect_error<std::runtime_error>([&] { read_trajectory(folder.path()); }, "cannot be read");
 }
 
-TEST(Trajectory, RefusesToWriteWhatCannotBeRead) {
+TEST(Trajectory, RefusesToWriteInvalidPoses) {
   const TemporaryFolder folder;
   const auto expect_refused = [&](const Trajectory& trajectory, const std::string& part) {
     expect_error<std::invalid_argument>([&] { write_trajectory(folder / "t.txt", trajectory); },
@@ -177,7 +177,7 @@ TEST(Trajectory, RefusesToWriteWhatCannotBeRead) {
   expect_refused(trajectory, "finite metres");
 }
 
-TEST(Trajectory, SaysWhenItCannotBeWritten) {
+TEST(Trajectory, ReportsWriteErrors) {
   const TemporaryFolder folder;
   expect_error<std::runtime_error>([&] { write_trajectory(folder / "no/t.txt", Trajectory(1)); },
                                    "no/t.txt: cannot be written");
@@ -202,7 +202,7 @@ TEST(Trajectory, DoesNotDependOnTheLocale) {
 
 class TrajectoryData : public testing::RecordedData {};
 
-TEST_F(TrajectoryData, ReadsTheGroundTruthOfTum) {
+TEST_F(TrajectoryData, ReadsTumGroundTruth) {
   const Trajectory fr3 = read_trajectory(data("tum_fr3_walking_halfsphere_50") / "groundtruth.txt");
   ASSERT_EQ(fr3.size(), 3582U);
   EXPECT_EQ(fr3.front().timestamp_s, 1341846434.8269);
@@ -212,7 +212,7 @@ TEST_F(TrajectoryData, ReadsTheGroundTruthOfTum) {
   EXPECT_EQ(fr1.back().timestamp_s, 1305031128.7555);
 }
 
-TEST_F(TrajectoryData, GroundTruthComesBack) {
+TEST_F(TrajectoryData, RoundTripKeepsTumGroundTruth) {
   const TemporaryFolder folder;
   const Trajectory truth = read_trajectory(data("tum_fr1_xyz_120") / "groundtruth.txt");
   write_trajectory(folder / "t.txt", truth);

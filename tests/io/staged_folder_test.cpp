@@ -100,7 +100,7 @@ std::size_t entries(const fs::path& folder) {
       std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
 }
 
-TEST(StagedFolder, ShowsNothingUntilAllIsThereAndLeavesNothingBehind) {
+TEST(StagedFolder, ShowsNothingUntilFinishedAndCleansUp) {
   const TemporaryFolder folder;
   {
     StagedFolder staged(folder / "new/out", "test", {}, false);
@@ -114,7 +114,7 @@ TEST(StagedFolder, ShowsNothingUntilAllIsThereAndLeavesNothingBehind) {
   EXPECT_FALSE(fs::exists(folder / "other"));
 }
 
-TEST(StagedFolder, ReplacesWhatAnEarlierWriterOfItsNameWrote) {
+TEST(StagedFolder, ReplacesResultsOfTheSameWriter) {
   const TemporaryFolder folder;
   folder.write("parts/mine", "mine");
   put(folder.path(), results("first", 3));
@@ -124,7 +124,7 @@ TEST(StagedFolder, ReplacesWhatAnEarlierWriterOfItsNameWrote) {
   EXPECT_EQ(visible(folder.path()), want);
 }
 
-TEST(StagedFolder, RefusesToReplaceAnythingElse) {
+TEST(StagedFolder, RefusesToReplaceOtherFiles) {
   const TemporaryFolder folder;
   folder.write("key", "mine");
   expect_error<std::runtime_error>([&] { StagedFolder(folder.path(), "test", {"key"}, true); },
@@ -142,7 +142,7 @@ TEST(StagedFolder, RefusesToReplaceAnythingElse) {
   EXPECT_EQ(file_text(folder / "parts/0"), "first");
 }
 
-TEST(StagedFolder, AListOfFilesReachesNothingOutside) {
+TEST(StagedFolder, FileListCannotReachOutsideTheFolder) {
   for (const char* file : {"4/../outside", "4//outside/../../outside", "4/link/outside"}) {
     SCOPED_TRACE(file);
     const TemporaryFolder folder;
@@ -155,7 +155,7 @@ TEST(StagedFolder, AListOfFilesReachesNothingOutside) {
   }
 }
 
-TEST(StagedFolder, RemovesWhatADeadWriterLeftAndNothingThatLooksLikeIt) {
+TEST(StagedFolder, RemovesOnlyWhatADeadWriterLeft) {
   const TemporaryFolder folder;
   folder.write(".dynfilter-test-1/owner", "dynfilter test is writing here\n");
   folder.write(".dynfilter-test-1/new/parts/7", "half");
@@ -167,7 +167,7 @@ TEST(StagedFolder, RemovesWhatADeadWriterLeftAndNothingThatLooksLikeIt) {
   EXPECT_TRUE(fs::exists(folder / ".dynfilter-other-3/owner"));
 }
 
-TEST(StagedFolder, LeavesAWriterAloneThatIsAtWork) {
+TEST(StagedFolder, LeavesARunningWriterAlone) {
   const TemporaryFolder folder;
   StagedFolder first(folder.path(), "test", {}, true);
   write(first, results("first", 2));
@@ -202,7 +202,7 @@ bool is_killed_at(int change, const Action& action) {
   return WIFSIGNALED(status);
 }
 
-TEST(StagedFolder, KilledAtAnyChangeItHoldsTheOldFilesOrTheNewOnesOrSaysThatItDoesNot) {
+TEST(StagedFolder, KilledAtAnyRenameItHoldsOldOrNewFilesOrSaysIncomplete) {
   const Files old_files = results("old", 3), new_files = results("new", 4);
   int halves = 0;
   bool killed = true;
@@ -240,7 +240,7 @@ bool is_cut_off_twice(int change, int change_back) {
   return killed;
 }
 
-TEST(StagedFolder, PutsTheOldFilesBackEvenIfThatIsCutOff) {
+TEST(StagedFolder, RollbackSurvivesBeingKilled) {
   int times = 0;
   for (int change = 0; change < 30; ++change) {
     for (int back = 0; is_cut_off_twice(change, back); ++back) ++times;
@@ -248,7 +248,7 @@ TEST(StagedFolder, PutsTheOldFilesBackEvenIfThatIsCutOff) {
   EXPECT_GT(times, 20) << "or little was shown";
 }
 
-TEST(StagedFolder, AChangeThatFailsLeavesTheOldFiles) {
+TEST(StagedFolder, FailedRenameLeavesTheOldFiles) {
   const Files old_files = results("old", 3);
   bool failed = true;
   int times = 0;
@@ -273,7 +273,7 @@ TEST(StagedFolder, AChangeThatFailsLeavesTheOldFiles) {
   EXPECT_GT(times, 15) << "or little was shown";
 }
 
-TEST(StagedFolder, AnotherWriterRefusesAFolderOfHalfResults) {
+TEST(StagedFolder, AnotherWriterRefusesAnIncompleteFolder) {
   const TemporaryFolder folder;
   folder.write(".dynfilter-commit", "test\n.dynfilter-test-1\nkey\n");
   EXPECT_FALSE(counts_as_whole(folder.path()));

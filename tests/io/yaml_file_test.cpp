@@ -33,7 +33,7 @@ class YamlFileTest : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(YamlFileTest, ReadsNumbersAsTheFileWritesThem) {
+TEST_F(YamlFileTest, ReadsNumbersExactly) {
   const std::pair<const char*, double> cases[] = {
       {"0", 0},
       {"-0.0", 0},
@@ -65,7 +65,7 @@ TEST_F(YamlFileTest, ReadsNumbersAsTheFileWritesThem) {
   }
 }
 
-TEST_F(YamlFileTest, ReadsWholeNumbersAndListsOfThem) {
+TEST_F(YamlFileTest, ReadsIntegersAndListsOfIntegers) {
   EXPECT_EQ(YamlFile(with("-2147483648")).integer("key", std::numeric_limits<int>::min()),
             std::numeric_limits<int>::min());
   EXPECT_EQ(YamlFile(with("2147483647")).integer("key", 0), std::numeric_limits<int>::max());
@@ -84,7 +84,7 @@ TEST_F(YamlFileTest, ReadsWholeNumbersAndListsOfThem) {
   }
 }
 
-TEST_F(YamlFileTest, ReadsTextsAsOpenCvDoes) {
+TEST_F(YamlFileTest, ReadsStringsLikeOpenCv) {
   EXPECT_EQ(YamlFile(with("\"a # b: [ c\"")).text("key"), "a # b: [ c");
   EXPECT_EQ(YamlFile(with("'it''s'")).text("key"), "it's");
   EXPECT_EQ(YamlFile(with("\"\"")).text("key"), "");
@@ -92,7 +92,7 @@ TEST_F(YamlFileTest, ReadsTextsAsOpenCvDoes) {
   EXPECT_EQ(YamlFile(with("plain text")).text("none"), std::nullopt);
 }
 
-TEST_F(YamlFileTest, ReadsFilesOfOtherSystems) {
+TEST_F(YamlFileTest, ReadsFilesFromOtherSystems) {
   const char* const texts[] = {
       "%YAML:1.0\r\n---\r\nkey: 7\r\n",
       "\xEF\xBB\xBF%YAML:1.0\nkey: 7\n",
@@ -107,7 +107,7 @@ TEST_F(YamlFileTest, ReadsFilesOfOtherSystems) {
   }
 }
 
-TEST_F(YamlFileTest, NamesFileKeyWhatItGotAndWhatItWants) {
+TEST_F(YamlFileTest, ErrorsNameFileKeyValueAndExpectation) {
   const auto number = [](const YamlFile& file) { file.number("key"); };
   const auto count = [](const YamlFile& file) { file.integer("key", 0); };
   const auto list = [](const YamlFile& file) { file.integers("key"); };
@@ -144,14 +144,14 @@ TEST_F(YamlFileTest, NamesFileKeyWhatItGotAndWhatItWants) {
   }
 }
 
-TEST_F(YamlFileTest, RefusesAKeyThatBeginsNoLine) {
+TEST_F(YamlFileTest, RefusesAKeyInsideALine) {
   const YamlFile file(write("%YAML:1.0\n{ other: 1, key: 2 }\n"));
   expect_error<std::runtime_error>(
       [&] { file.number("key"); },
       "key: got it within a line, or twice; want it at the beginning of one line");
 }
 
-TEST_F(YamlFileTest, RefusesFilesThatAreNoYaml) {
+TEST_F(YamlFileTest, RefusesFilesThatAreNotYaml) {
   const std::pair<std::string, const char*> cases[] = {
       {"", "is empty"},
       {"key: 3\n", "whose first line is %YAML:1.0"},

@@ -93,7 +93,7 @@ std::ostream& operator<<(std::ostream& stream, const Case& c) { return stream <<
 
 class DeformableConvolutionCases : public ::testing::TestWithParam<Case> {};
 
-TEST_P(DeformableConvolutionCases, AreWhatTheEquationSays) {
+TEST_P(DeformableConvolutionCases, MatchTheEquation) {
   const Case& c = GetParam();
   std::mt19937 random(7);
   const cv::Mat input = random_tensor(random, {c.batch, c.inputs, c.rows, c.columns}, -1, 1);
@@ -214,7 +214,7 @@ TEST(DeformableConvolution, SamplesOutsideTheImageFadeToZero) {
   EXPECT_EQ(copy.sample(-1e30F, 1e30F), 0);
 }
 
-TEST(DeformableConvolution, OffsetsThatAreNotFiniteReadZero) {
+TEST(DeformableConvolution, NonFiniteOffsetsReadZero) {
   Copy copy;
   const float infinity = std::numeric_limits<float>::infinity();
   for (const float bad : {std::numeric_limits<float>::quiet_NaN(), infinity, -infinity}) {
@@ -243,7 +243,7 @@ TEST(DeformableConvolution, DoesNotDependOnTheNumberOfThreads) {
   EXPECT_LT(largest_difference(outputs[0], outputs[1]), 1e-4);
 }
 
-TEST(DeformableConvolution, FollowsAChangeOfTheInputsSize) {
+TEST(DeformableConvolution, AcceptsInputsOfChangingSize) {
   DeformableConvolution convolution(tensor({1, 1, 1, 1}, 2), cv::Mat());
   for (const int side : {3, 7, 2}) {
     cv::Mat output;
@@ -252,7 +252,7 @@ TEST(DeformableConvolution, FollowsAChangeOfTheInputsSize) {
   }
 }
 
-TEST(DeformableConvolution, ItsOutputMayBeItsInput) {
+TEST(DeformableConvolution, OutputMayBeTheInput) {
   Copy copy;
   cv::Mat image = copy.input.clone();
   copy.convolution.apply(image, copy.offsets, cv::Mat(), image);

@@ -54,7 +54,7 @@ cv::Mat weights_of(const std::vector<int>& shape) {
   return weights;
 }
 
-TEST_P(DeformableLayer, ComputesWhatTheClassDoes) {
+TEST_P(DeformableLayer, MatchesTheClass) {
   register_deformable_convolution();
   const Operator& o = GetParam();
   cv::dnn::Net net = cv::dnn::readNetFromONNX(model(o.model).string());

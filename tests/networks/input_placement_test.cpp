@@ -50,7 +50,7 @@ PlacedImage placed(cv::Size image, cv::Size input) {
   return letterbox(turn_upright(random_image(image), 0, grey), input, grey);
 }
 
-TEST(InputPlacement, LetterboxesAVideoImageInTheMiddle) {
+TEST(InputPlacement, LetterboxCentresAVideoImage) {
   const cv::Mat image = random_image({640, 480});
   const PlacedImage result = letterbox(turn_upright(image, 0, grey), {640, 640}, grey);
   ASSERT_EQ(result.pixels.size(), cv::Size(640, 640));
@@ -61,7 +61,7 @@ TEST(InputPlacement, LetterboxesAVideoImageInTheMiddle) {
   expect_ways_are_inverse(result.placement);
 }
 
-TEST(InputPlacement, LetterboxesWithTheRoundedSidesOfTheResizedImage) {
+TEST(InputPlacement, LetterboxRoundsTheResizedSides) {
   // 101x77 into 64x64: the factor is 64/101, 77 becomes 48.79 and so 49; 15 rows are left, 7 above.
   const PlacedImage result = placed({101, 77}, {64, 64});
   EXPECT_EQ(result.pixels.at<cv::Vec3b>(6, 30), cv::Vec3b::all(114));
@@ -75,13 +75,13 @@ TEST(InputPlacement, LetterboxesWithTheRoundedSidesOfTheResizedImage) {
   expect_at(transformed(high.placement.to_input, {0, 0}), 22, 0);
 }
 
-TEST(InputPlacement, KeepsALineOfPixels) {
+TEST(InputPlacement, KeepsImagesOneLineHigh) {
   const PlacedImage result = placed({1000, 1}, {64, 64});
   expect_at(transformed(result.placement.to_input, {1000, 1}), 64, 32);
   expect_ways_are_inverse(result.placement);
 }
 
-TEST(InputPlacement, APatternLiesWhereThePlacementSays) {
+TEST(InputPlacement, PlacementMapsThePattern) {
   // The centre of mass of a bright rectangle, before and after.
   cv::Mat image(123, 211, CV_8UC3, cv::Scalar::all(0));
   image(cv::Rect(60, 30, 40, 20)).setTo(cv::Scalar::all(200));
@@ -101,7 +101,7 @@ TEST(InputPlacement, APatternLiesWhereThePlacementSays) {
   }
 }
 
-TEST(InputPlacement, TurnsGravityDown) {
+TEST(InputPlacement, RollTurnsGravityDown) {
   for (const double roll : {0.2, -1.0, 2.9}) {
     const InputPlacement placement = turn_upright(random_image({91, 72}), roll, grey).placement;
     // Gravity in the image of a camera of that roll.
@@ -111,7 +111,7 @@ TEST(InputPlacement, TurnsGravityDown) {
   }
 }
 
-TEST(InputPlacement, QuarterTurnsMovePixelsAndChangeNone) {
+TEST(InputPlacement, QuarterTurnsOnlyMovePixels) {
   const cv::Mat image = random_image({31, 18});
   const auto turned = [&](double roll) { return turn_upright(image, roll, grey).pixels; };
   cv::Mat want;
@@ -126,7 +126,7 @@ TEST(InputPlacement, QuarterTurnsMovePixelsAndChangeNone) {
   EXPECT_EQ(turned(2 * pi).data, image.data);
 }
 
-TEST(InputPlacement, ATurnedImageIsWhollyOnItsCanvas) {
+TEST(InputPlacement, TurnedImageFitsOnItsCanvas) {
   const cv::Mat white(50, 80, CV_8UC3, cv::Scalar::all(255));
   const PlacedImage upright = turn_upright(white, 0.7, cv::Scalar::all(0));
   cv::Mat channel;

@@ -97,7 +97,7 @@ cv::Mat full_mask(const Instance& instance, cv::Size size) {
   return full;
 }
 
-TEST(MaskAssembly, MakesTheMasksThatANaiveLoopMakes) {
+TEST(MaskAssembly, MatchesANaiveLoop) {
   std::mt19937 random(1);
   std::uniform_real_distribution<float> place(-20, 120);
   int compared = 0;
@@ -141,7 +141,7 @@ TEST(MaskAssembly, MakesTheMasksThatANaiveLoopMakes) {
   EXPECT_GT(compared, 80);
 }
 
-TEST(MaskAssembly, IsYolactsRecipeOfResizedCroppedMasks) {
+TEST(MaskAssembly, MatchesYolactsResizeAndCrop) {
   // The recipe step by step, with OpenCV's resize.
   std::mt19937 random(2);
   const cv::Size image(640, 480);
@@ -172,7 +172,7 @@ TEST(MaskAssembly, IsYolactsRecipeOfResizedCroppedMasks) {
   EXPECT_GT(cv::countNonZero(got), 1000);
 }
 
-TEST(MaskAssembly, LeavesOutWhatHasNoPixelInTheImage) {
+TEST(MaskAssembly, DropsInstancesWithoutAPixelInTheImage) {
   const cv::Mat prototypes = tensor({1, count, 24, 24}, 1);
   const InputPlacement placement = letterboxed({96, 48}, {96, 96});
   const std::vector<Detection> detections = {

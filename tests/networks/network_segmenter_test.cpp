@@ -94,14 +94,14 @@ class NetworkSegmenterTest : public Models {
 // --- What every kind of model finds
 // ---------------------------------------------------------------
 
-TEST_F(NetworkSegmenterTest, FindsWhatStandsInTheImage) {
+TEST_F(NetworkSegmenterTest, FindsTheBlocksInTheImage) {
   for (const char* name : {"yolo_raw", "yolact", "yolact_logits", "yolact_plus"}) {
     SCOPED_TRACE(name);
     expect_two_blocks(segment(name, two_blocks()));
   }
 }
 
-TEST_F(NetworkSegmenterTest, FindsNothingWhereNothingIs) {
+TEST_F(NetworkSegmenterTest, FindsNothingInABlackImage) {
   for (const char* name : {"yolo_raw", "yolact", "yolact_logits", "yolact_plus"}) {
     const Segmentation found = segment(name, black_image({64, 64}));
     EXPECT_TRUE(found.instances.empty()) << name;
@@ -123,7 +123,7 @@ TEST_F(NetworkSegmenterTest, KnowsItsClasses) {
   EXPECT_EQ(make_network_segmenter(model("yolo_raw"), options)->class_id("red"), std::nullopt);
 }
 
-TEST_F(NetworkSegmenterTest, FindsTheClassesThatAreWanted) {
+TEST_F(NetworkSegmenterTest, FindsOnlyTheWantedClasses) {
   NetworkOptions options;
   options.classes = {blue_class};
   for (const char* name : {"yolo_raw", "yolact"}) {
@@ -147,7 +147,7 @@ TEST_F(NetworkSegmenterTest, MayBeMoved) {
   expect_two_blocks(second.segment(frame_of(two_blocks())));
 }
 
-TEST_F(NetworkSegmenterTest, LeavesTheImageAsItIsAndTakesGreyOnes) {
+TEST_F(NetworkSegmenterTest, KeepsTheImageUnchangedAndAcceptsGrey) {
   cv::Mat image(64, 64, CV_8UC1, cv::Scalar(0));
   image(cv::Rect(32, 0, 32, 32)).setTo(255);
   const cv::Mat before = image.clone();
@@ -185,7 +185,7 @@ TEST_F(NetworkSegmenterTest, UndoesLetterboxing) {
   expect_block(found.instances[0], {64, 32, 64, 32});
 }
 
-TEST_F(NetworkSegmenterTest, TakesTheSizeOfTheInputWhereTheModelLeavesItOpen) {
+TEST_F(NetworkSegmenterTest, UsesTheInputSizeOptionForDynamicModels) {
   NetworkOptions options;
   options.input_size = {64, 64};
   expect_two_blocks(segment("yolo_open_size", two_blocks(), options));
@@ -198,7 +198,7 @@ TEST_F(NetworkSegmenterTest, TakesTheSizeOfTheInputWhereTheModelLeavesItOpen) {
   expect_block(found.instances[0], found.instances[0].box);
 }
 
-TEST_F(NetworkSegmenterTest, TakesEndToEndModels) {
+TEST_F(NetworkSegmenterTest, AcceptsEndToEndModels) {
   cv::Mat image = two_blocks();
   image(cv::Rect(0, 0, 16, 32)).setTo(red);
   const Segmentation found = segment("yolo_end_to_end", image);
@@ -229,7 +229,7 @@ TEST_F(NetworkSegmenterTest, StockModelsRunOrNameTheRemedy) {
   }
 }
 
-TEST_F(NetworkSegmenterTest, StockModelsRunOnceTheyAreCut) {
+TEST_F(NetworkSegmenterTest, StockModelsRunAfterCutting) {
   for (const char* name : {"yolo_stock", "yolo_stock_13"}) {
     SCOPED_TRACE(name);
     const fs::path cut = folder() / (std::string(name) + "_cut.onnx");
@@ -252,7 +252,7 @@ TEST_F(NetworkSegmenterTest, YolactStretchesTheImage) {
   expect_block(found.instances[0], {64, 0, 64, 16});
 }
 
-TEST_F(NetworkSegmenterTest, YolactTakesPriorsFromTheModelAndFromTheOptions) {
+TEST_F(NetworkSegmenterTest, YolactReadsPriorsFromModelOrOptions) {
   // All at (0.25, 0.75), half the usual size: 16x16 round (16, 48).
   const Segmentation from_model = segment("yolact_priors", two_blocks());
   ASSERT_EQ(from_model.instances.size(), 1U);  // the red one has no mask there
@@ -287,7 +287,7 @@ TEST_F(NetworkSegmenterTest, YolactRefusesAnUnknownNumberOfPriors) {
   }
 }
 
-TEST_F(NetworkSegmenterTest, OneKindIsNotTheOther) {
+TEST_F(NetworkSegmenterTest, RefusesModelsOfTheOtherKind) {
   expect_error<std::runtime_error>([] { YolactSegmenter{model("yolo_raw")}; },
                                    "locations [1, N, 4] are missing");
   expect_error<std::runtime_error>([] { YoloSegmenter{model("yolact")}; }, "yolact.onnx");
@@ -355,7 +355,7 @@ TEST_F(NetworkSegmenterTest, TurnsByAnyAngle) {
   EXPECT_EQ(instance.box, detail::box_in_image({58, 0, 116, 58}, turn));
 }
 
-TEST_F(NetworkSegmenterTest, RefusesARollThatIsNoAngle) {
+TEST_F(NetworkSegmenterTest, RefusesANonFiniteRoll) {
   NetworkOptions options;
   options.roll_rad = [](const FrameView&) { return std::numeric_limits<double>::quiet_NaN(); };
   expect_error<std::invalid_argument>([&] { segment("yolo_raw", two_blocks(), options); },
@@ -393,7 +393,7 @@ TEST_F(BadModels, AreRefusedByName) {
       "is no known kind of network by its outputs, output0 [1, 3, 8, 8]");
 }
 
-TEST_F(BadModels, TruncatedOnesAreRefusedWhereverTheyEnd) {
+TEST_F(BadModels, TruncatedModelsAreRefused) {
   const testing::TemporaryFolder place;
   const std::string whole = testing::file_text(model("yolo_raw"));
   for (std::size_t length : {std::size_t{0}, std::size_t{1}, std::size_t{10}, whole.size() / 3,
@@ -413,7 +413,7 @@ TEST_F(BadModels, OtherFilesAreRefused) {
   }
 }
 
-TEST_F(BadModels, DamagedOnesDoNotUpsetTheReader) {
+TEST_F(BadModels, DamagedModelsOnlyThrow) {
   // Bytes turned over here and there: an exception of the promised type, or what may be a network.
   const testing::TemporaryFolder place;
   const std::string whole = testing::file_text(model("yolo_end_to_end"));

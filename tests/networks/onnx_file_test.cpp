@@ -80,7 +80,7 @@ class OnnxFiles : public ::testing::Test {
   const TemporaryFolder folder_;
 };
 
-TEST_F(OnnxFiles, AConstantOutputHasAsManyDimensionsAsAMatrixMayHave) {
+TEST_F(OnnxFiles, ConstantOutputHasAtMost32Dimensions) {
   EXPECT_EQ(shape_of(read(model_of_constant(tensor(1, 5))).constants.at("ones")),
             (std::vector<int>{1, 5}));
   const cv::Mat most = read(model_of_constant(tensor(32, 5))).constants.at("ones");
@@ -90,14 +90,14 @@ TEST_F(OnnxFiles, AConstantOutputHasAsManyDimensionsAsAMatrixMayHave) {
                  "its constant output ones is no whole float tensor of 1 to 32 dimensions");
 }
 
-TEST_F(OnnxFiles, AConstantPassedOnIsAConstant) {
+TEST_F(OnnxFiles, IdentityOfAConstantIsAConstant) {
   const std::string identity = field(1, field(1, "ones") + field(2, "same") + field(4, "Identity"));
   const OnnxFile file =
       read(model(constant_node("ones", tensor(2, 3)) + identity + field(12, field(1, "same"))));
   EXPECT_EQ(shape_of(file.constants.at("same")), (std::vector<int>{1, 3}));
 }
 
-TEST_F(OnnxFiles, AShapeWhoseProductOverflowsIsRefused) {
+TEST_F(OnnxFiles, RefusesShapesWhoseProductOverflows) {
   const std::string side = field(1, std::uint64_t{1} << 24U);
   for (const std::size_t dimensions : {2U, 3U, 6U, 11U, 32U}) {
     expect_refused(model_of_constant(repeated(side, dimensions) + field(2, 1) + field(9, "")),
@@ -105,7 +105,7 @@ TEST_F(OnnxFiles, AShapeWhoseProductOverflowsIsRefused) {
   }
 }
 
-TEST_F(OnnxFiles, MoreFieldsThanAnyModelHasAreRefused) {
+TEST_F(OnnxFiles, RefusesTooManyFields) {
   constexpr std::size_t many = 2000000;
   const std::string output = field(12, field(1, "ones"));
   const std::string want = "is no usable ONNX model: it has more fields than any model, 1048576";
@@ -124,7 +124,7 @@ TEST_F(OnnxFiles, MoreFieldsThanAnyModelHasAreRefused) {
   expect_refused(repeated(field(14, ""), many), want);  // metadata
 }
 
-TEST_F(OnnxFiles, AFileLargerThanAModelMayBeIsRefusedUnread) {
+TEST_F(OnnxFiles, RefusesHugeFilesUnread) {
   const std::filesystem::path file = folder_.write("model.onnx", "");
   std::error_code error;
   std::filesystem::resize_file(file, std::uintmax_t{1} << 40U, error);
@@ -134,7 +134,7 @@ TEST_F(OnnxFiles, AFileLargerThanAModelMayBeIsRefusedUnread) {
       file.string() + ": is no ONNX model: got 1099511627776 bytes; want at most");
 }
 
-TEST(Tensors, PartsOfNoRowsAreEmpty) {
+TEST(Tensors, PartsOfEmptyTablesAreEmpty) {
   const int shape[] = {1, 0, 38};
   const Table table = rows_first(cv::Mat(3, shape, CV_32F));
   EXPECT_EQ(table.rows, 0);

@@ -36,20 +36,20 @@ class ProgramWithNetwork : public RecordedData {
   TemporaryFolder folder_;
 };
 
-TEST_F(ProgramWithNetwork, TracksTheCameraPastThePersons) {
+TEST_F(ProgramWithNetwork, TracksTheCameraDespitePersons) {
   const nlohmann::json summary = summary_of("");
   EXPECT_GT(summary["masked"], 49 * 150);
   EXPECT_EQ(summary["lost_frames"], 0);
   EXPECT_LT(summary["ate_rmse_m"], 0.03) << "0.22 m with all features";
 }
 
-TEST_F(ProgramWithNetwork, MakesMasksBesideTheTracker) {
+TEST_F(ProgramWithNetwork, MakesMasksInAThread) {
   const nlohmann::json summary = summary_of(" --async latest --rule depth_moved");
   EXPECT_GT(summary["masked"], 0);
   EXPECT_EQ(summary["lost_frames"], 0);
 }
 
-TEST_F(ProgramWithNetwork, NamesAModelThatIsNone) {
+TEST_F(ProgramWithNetwork, RefusesFilesThatAreNotModels) {
   const Outcome outcome = run("masks " + quoted(sequence_) + " --model " +
                               quoted(sequence_ / "rgb.txt") + " --out " + quoted(folder_.path()));
   EXPECT_EQ(outcome.exit_code, 1);

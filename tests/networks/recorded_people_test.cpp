@@ -51,7 +51,7 @@ double intersection_over_union(const cv::Mat& a, const cv::Mat& b) {
   return cv::countNonZero(a & b) / static_cast<double>(std::max(cv::countNonZero(a | b), 1));
 }
 
-TEST_F(RecordedPeople, AreFoundInEveryFrameAsAnotherProgramFoundThem) {
+TEST_F(RecordedPeople, MatchTheMasksOfAnotherProgram) {
   NetworkOptions options;
   options.classes = {person};
   const auto people = make_network_segmenter(model_, options);

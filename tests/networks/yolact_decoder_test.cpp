@@ -135,7 +135,7 @@ std::vector<Detection> naive(const Outputs& outputs, bool are_logits,
   return above;
 }
 
-TEST(YolactDecoder, FindsWhatThePublishedProcedureFinds) {
+TEST(YolactDecoder, MatchesThePublishedProcedure) {
   std::mt19937 random(1);
   std::size_t found = 0;
   for (int round = 0; round < 60; ++round) {
@@ -181,7 +181,7 @@ struct Placed {
   }
 };
 
-TEST(YolactDecoder, WhatFastSuppressionDropsStillSuppresses) {
+TEST(YolactDecoder, FastSuppressionLetsDroppedRowsSuppress) {
   Placed placed(3);
   placed.put(0, 0.10F, 0.20F, {0.9F, 0});
   placed.put(1, 0.16F, 0.20F, {0.8F, 0});  // overlaps row 0 by 0.14 / 0.26
@@ -191,7 +191,7 @@ TEST(YolactDecoder, WhatFastSuppressionDropsStillSuppresses) {
             (std::vector<int>{0, 2}));
 }
 
-TEST(YolactDecoder, ABoxIsAnInstanceOfEveryClassThatItLooksLike) {
+TEST(YolactDecoder, BoxIsAnInstanceOfEveryClassAboveTheThreshold) {
   Placed placed(1);
   placed.put(0, 0.1F, 0.2F, {0.3F, 0.6F});
   const std::vector<Detection> found = decoded(placed.outputs, decoding_of(0.15F));
@@ -205,7 +205,7 @@ TEST(YolactDecoder, ABoxIsAnInstanceOfEveryClassThatItLooksLike) {
   EXPECT_NEAR(found[0].box.y2, 12, 1e-4F);
 }
 
-TEST(YolactDecoder, OnlyWantedClassesAreLookedAt) {
+TEST(YolactDecoder, IgnoresUnwantedClasses) {
   Placed placed(2);
   placed.put(0, 0.1F, 0.2F, {0.3F, 0.6F});
   placed.put(1, 0.6F, 0.2F, {0.1F, 0.8F});
@@ -214,7 +214,7 @@ TEST(YolactDecoder, OnlyWantedClassesAreLookedAt) {
   EXPECT_EQ(placed.rows_found(decoding), std::vector<int>{0});
 }
 
-TEST(YolactDecoder, OfEqualScoresTheFirstRowIsTheBetterOne) {
+TEST(YolactDecoder, EqualScoresGoToTheFirstRow) {
   Placed placed(4);
   placed.put(3, 0.1F, 0.2F, {0.5F, 0});
   placed.put(1, 0.11F, 0.2F, {0.5F, 0});
@@ -223,7 +223,7 @@ TEST(YolactDecoder, OfEqualScoresTheFirstRowIsTheBetterOne) {
   EXPECT_EQ(placed.rows_found(decoding_of(0.15F)), (std::vector<int>{0, 1, 2}));
 }
 
-TEST(YolactDecoder, FindsNothingWhereNothingIsAndAHundredOfThem) {
+TEST(YolactDecoder, ReturnsBetweenZeroAndAHundredInstances) {
   Placed placed(130);
   EXPECT_TRUE(placed.rows_found(decoding_of(0)).empty());
   for (int row = 0; row < 130; ++row)
@@ -234,7 +234,7 @@ TEST(YolactDecoder, FindsNothingWhereNothingIsAndAHundredOfThem) {
   EXPECT_EQ(rows.back(), 30);
 }
 
-TEST(YolactDecoder, ScoresAtAThresholdAreNotAbove) {
+TEST(YolactDecoder, ScoresMustExceedTheThreshold) {
   Placed placed(2);
   placed.put(0, 0.1F, 0.2F, {0.05F, 0});
   placed.put(1, 0.6F, 0.2F, {0.25F, 0});
@@ -242,7 +242,7 @@ TEST(YolactDecoder, ScoresAtAThresholdAreNotAbove) {
   EXPECT_TRUE(placed.rows_found(decoding_of(0.25F)).empty());
 }
 
-TEST(YolactDecoder, LeavesOutRowsWithNumbersThatAreNotFinite) {
+TEST(YolactDecoder, DropsRowsWithNonFiniteNumbers) {
   for (const float bad : {nan, infinity, -infinity}) {
     for (int part = 0; part < 4; ++part) {
       Placed placed(2);
@@ -258,14 +258,14 @@ TEST(YolactDecoder, LeavesOutRowsWithNumbersThatAreNotFinite) {
   }
 }
 
-TEST(YolactDecoder, SaysSoWhereNoScoreIsANumber) {
+TEST(YolactDecoder, RefusesOutputsWithoutAFiniteScore) {
   Placed placed(3);
   placed.outputs.confidences = cv::Scalar(double{nan});
   expect_error<std::runtime_error>([&] { placed.rows_found(decoding_of(0.15F)); },
                                    "none of its scores");
 }
 
-TEST(YolactDecoder, TellsLogitsFromProbabilities) {
+TEST(YolactDecoder, DistinguishesLogitsFromProbabilities) {
   std::mt19937 random(5);
   EXPECT_TRUE(
       detail::are_probabilities(rows_first(random_outputs(random, 300, 80, false).confidences)));
@@ -277,7 +277,7 @@ TEST(YolactDecoder, TellsLogitsFromProbabilities) {
 // --- Binding
 // --------------------------------------------------------------------------------------
 
-TEST(YolactDecoder, TellsOutputsByShapeInAnyOrder) {
+TEST(YolactDecoder, BindsOutputsByShapeInAnyOrder) {
   std::mt19937 random(6);
   const Outputs o = random_outputs(random, 30, 6, true);
   const YolactDecoding decoding = decoding_of(0.15F);
@@ -298,7 +298,7 @@ TEST(YolactDecoder, TellsOutputsByShapeInAnyOrder) {
                                  [](const auto& a, const auto& b) { return a.name < b.name; }));
 }
 
-TEST(YolactDecoder, ReadsPrototypesInEitherArrangement) {
+TEST(YolactDecoder, ReadsPrototypesInEitherLayout) {
   std::mt19937 random(7);
   Outputs o = random_outputs(random, 30, 6, true);
   const detail::Prototypes last = bind_yolact(o.tensors()).prototypes;
@@ -314,7 +314,7 @@ TEST(YolactDecoder, ReadsPrototypesInEitherArrangement) {
             first_tensor.at<float>(cv::Vec4i(0, 2, 1, 3)));
 }
 
-TEST(YolactDecoder, TellsOutputsOfOneShapeByName) {
+TEST(YolactDecoder, BindsOutputsOfEqualShapeByName) {
   std::mt19937 random(8);
   Outputs o =
       random_outputs(random, 30, prototype_count - 1, true);  // as many classes as prototypes
@@ -370,7 +370,7 @@ void expect_prior(const cv::Mat& priors, int row, double x, double y, double wid
   EXPECT_NEAR(priors.at<float>(row, 3), height, 1e-6);
 }
 
-TEST(YolactPriors, OfTheBaseAreSquares) {
+TEST(YolactPriors, OfYolactAreSquares) {
   const cv::Mat priors = yolact_priors(19248, {550, 550});
   ASSERT_EQ(priors.rows, 19248);
   const double root = std::sqrt(0.5);
@@ -383,7 +383,7 @@ TEST(YolactPriors, OfTheBaseAreSquares) {
   expect_prior(priors, 19247, 4.5 / 5, 4.5 / 5, 384 / root / 550, 384 / root / 550);
 }
 
-TEST(YolactPriors, OfPlusHaveThreeScalesAndTrueRatios) {
+TEST(YolactPriors, OfYolactPlusHaveThreeScalesAndAspectRatios) {
   const cv::Mat priors = yolact_priors(57744, {550, 550});
   ASSERT_EQ(priors.rows, 57744);
   const double root = std::sqrt(0.5);
@@ -395,7 +395,7 @@ TEST(YolactPriors, OfPlusHaveThreeScalesAndTrueRatios) {
                384 * std::cbrt(4) * root / 550);
 }
 
-TEST(YolactPriors, OfOtherInputsAreInProportionCutToWholePixels) {
+TEST(YolactPriors, ScaleWithTheInputTruncatedToPixels) {
   // 400: maps of 50, 25, 13, 7, 4 and scales of 17, 34, 69, 139, 279.
   const int cells = 50 * 50 + 25 * 25 + 13 * 13 + 7 * 7 + 4 * 4;
   const cv::Mat priors = yolact_priors(3 * cells, {400, 400});

@@ -167,7 +167,7 @@ std::vector<Detection> decoded(const std::vector<NamedTensor>& outputs,
 // --- Against the oracle
 // ---------------------------------------------------------------------------
 
-TEST(YoloDecoder, FindsWhatANaiveDecoderFinds) {
+TEST(YoloDecoder, MatchesANaiveDecoder) {
   std::mt19937 random(1);
   std::size_t found = 0;
   for (int round = 0; round < 60; ++round) {
@@ -185,7 +185,7 @@ TEST(YoloDecoder, FindsWhatANaiveDecoderFinds) {
   EXPECT_GT(found, 300U);
 }
 
-TEST(YoloDecoder, ReadsEveryArrangementOfTheSameNumbers) {
+TEST(YoloDecoder, ReadsEveryOutputLayout) {
   std::mt19937 random(2);
   const RawHeads heads = random_heads(random, 7);
   const std::vector<Detection> want = decoded(heads.outputs());
@@ -223,7 +223,7 @@ TEST(YoloDecoder, ReadsEveryArrangementOfTheSameNumbers) {
   }
 }
 
-TEST(YoloDecoder, TellsOutputsOfOneShapeByNameElseByOrder) {
+TEST(YoloDecoder, BindsOutputsOfEqualShapeByNameThenOrder) {
   std::mt19937 random(3);
   RawHeads heads = random_heads(random, prototype_count);  // as many classes as prototypes
   const std::vector<Detection> want = picked(rows_of(heads), options_of(0.5F, 0.5F, 300));
@@ -273,9 +273,9 @@ struct Decoded {
   }
 };
 
-TEST(YoloDecoder, FindsNothingWhereNothingIs) { EXPECT_TRUE(Decoded().detections().empty()); }
+TEST(YoloDecoder, FindsNothingWithoutScores) { EXPECT_TRUE(Decoded().detections().empty()); }
 
-TEST(YoloDecoder, OfEqualScoresTakesTheLowestClassAndTheFirstRow) {
+TEST(YoloDecoder, EqualScoresGoToTheLowestClassAndFirstRow) {
   Decoded network;
   network.put(7, {0, 0, 10, 10}, 0.5F, 0.5F);
   network.put(5, {1, 0, 11, 10}, 0.5F, 0.5F);
@@ -288,7 +288,7 @@ TEST(YoloDecoder, OfEqualScoresTakesTheLowestClassAndTheFirstRow) {
   EXPECT_EQ(found[1].coefficients, (std::vector<float>{1, 2, 3, 4, 5}));
 }
 
-TEST(YoloDecoder, SuppressesWithinAClassAboveTheThresholdOnly) {
+TEST(YoloDecoder, SuppressesOnlyWithinAClassAboveTheThreshold) {
   Decoded network;
   network.put(0, {0, 0, 20, 10}, 0.9F, 0);
   network.put(1, {0, 0, 10, 10}, 0.8F, 0);     // half of the first one: not above 0.5
@@ -300,13 +300,13 @@ TEST(YoloDecoder, SuppressesWithinAClassAboveTheThresholdOnly) {
   EXPECT_EQ(found[2].class_id, 1);
 }
 
-TEST(YoloDecoder, AScoreAtTheThresholdIsNotAbove) {
+TEST(YoloDecoder, ScoresMustExceedTheThreshold) {
   Decoded network;
   network.put(0, {0, 0, 20, 10}, 0.25F, 0);
   EXPECT_TRUE(network.detections().empty());
 }
 
-TEST(YoloDecoder, ARowIsOfItsBestClassThoughThatIsNotWanted) {
+TEST(YoloDecoder, RowsOfAnUnwantedBestClassAreDropped) {
   Decoded network;
   network.put(0, {0, 0, 20, 10}, 0.5F, 0.6F);
   network.put(1, {30, 0, 50, 10}, 0.5F, 0.4F);
@@ -317,7 +317,7 @@ TEST(YoloDecoder, ARowIsOfItsBestClassThoughThatIsNotWanted) {
   EXPECT_FLOAT_EQ(found[0].box.x1, 30);
 }
 
-TEST(YoloDecoder, KeepsTheBestOfMoreThanItMayReturn) {
+TEST(YoloDecoder, ReturnsTheBestUpToTheLimit) {
   Decoded network;
   for (int row = 0; row < anchors; ++row) {
     network.put(row, {float(row), 0, float(row) + 0.5F, 1}, 0.3F + 0.01F * float(row), 0);
@@ -327,7 +327,7 @@ TEST(YoloDecoder, KeepsTheBestOfMoreThanItMayReturn) {
   EXPECT_FLOAT_EQ(found.back().box.x1, 2);
 }
 
-TEST(YoloDecoder, LeavesOutRowsWithNumbersThatAreNotFinite) {
+TEST(YoloDecoder, DropsRowsWithNonFiniteNumbers) {
   for (const float bad : {nan, infinity, -infinity}) {
     for (int i = 0; i < 11; ++i) {
       Decoded network;
@@ -343,14 +343,14 @@ TEST(YoloDecoder, LeavesOutRowsWithNumbersThatAreNotFinite) {
   }
 }
 
-TEST(YoloDecoder, LeavesOutBoxesWithoutArea) {
+TEST(YoloDecoder, DropsBoxesWithoutArea) {
   Decoded network;
   network.put(0, {10, 0, 10, 10}, 0.9F, 0);
   network.put(1, {20, 10, 30, 5}, 0.9F, 0);
   EXPECT_TRUE(network.detections().empty());
 }
 
-TEST(YoloDecoder, SaysSoWhereNoScoreIsANumber) {
+TEST(YoloDecoder, RefusesOutputsWithoutAFiniteScore) {
   Decoded network;
   for (int row = 0; row < anchors; ++row) network.put(row, {0, 0, 1, 1}, nan, nan);
   expect_error<std::runtime_error>([&] { network.detections(); }, "none of its scores");
@@ -360,13 +360,13 @@ TEST(YoloDecoder, SaysSoWhereNoScoreIsANumber) {
   expect_error<std::runtime_error>([&] { decoded(heads.outputs()); }, "none of its scores");
 }
 
-TEST(YoloDecoder, RefusesScoresThatAreNoProbabilities) {
+TEST(YoloDecoder, RefusesScoresOutsideZeroToOne) {
   Decoded network;
   network.put(0, {0, 0, 20, 10}, 3.5F, 0);
   expect_error<std::runtime_error>([&] { network.detections(); }, "score 3.5");
 }
 
-TEST(YoloDecoder, InfiniteLogitsAreCertainty) {
+TEST(YoloDecoder, InfiniteLogitsGiveScoreOne) {
   std::mt19937 random(5);
   RawHeads heads = random_heads(random, 3, 0.5F);
   heads.classes.at<float>(0, 1, 17) = infinity;
@@ -380,7 +380,7 @@ TEST(YoloDecoder, InfiniteLogitsAreCertainty) {
 // --- End-to-end
 // -----------------------------------------------------------------------------------
 
-TEST(YoloDecoder, TakesEndToEndRowsAsTheyAreSortedByScore) {
+TEST(YoloDecoder, ReadsEndToEndRowsSortedByScore) {
   cv::Mat rows = tensor({1, 6, 6 + prototype_count});
   const float values[6][6] = {{0, 0, 20, 10, 0.5F, 3}, {1, 0, 20, 10, 0.75F, 3},
                               {5, 5, 9, 9, 0.2F, 0},   {3, 3, 3, 8, 0.9F, 0},

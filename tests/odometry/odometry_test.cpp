@@ -135,14 +135,14 @@ std::vector<PointMatch> exact_matches(const Pose& pose, std::size_t count, std::
   return matches;
 }
 
-TEST(Odometry, FollowsAStaticSceneToMillimetres) {
+TEST(Odometry, TracksAStaticSceneToMillimetres) {
   const Odometry odometry = track(static_frames(), false);
   EXPECT_EQ(odometry.lost_frames(), 0U);
   EXPECT_EQ(odometry.trajectory().size(), static_frames().frames.size());
   EXPECT_LT(ate_m(odometry, static_frames().truth), 0.01);
 }
 
-TEST(Odometry, GivesTheSamePosesForTheSameFrames) {
+TEST(Odometry, IsDeterministic) {
   const Odometry first = track(static_frames(), false);
   const int threads = cv::getNumThreads();
   cv::setNumThreads(1);
@@ -158,7 +158,7 @@ TEST(Odometry, IsDraggedByPersonsUnlessTheirFeaturesAreRemoved) {
   EXPECT_GT(with_persons, 4 * without_persons);
 }
 
-TEST(Odometry, SaysWhenItIsLostAndFindsItsMapAgain) {
+TEST(Odometry, ReportsBeingLostAndRelocalizes) {
   const Rendered& rendered = static_frames();
   Odometry odometry(rendered.camera);
   for (std::size_t i = 0; i < 6; ++i) odometry.track(rendered.frames[i].frame, {});
@@ -241,7 +241,7 @@ TEST(PnpRansac, FindsThePoseAmongHalfOutliersWithoutAGuess) {
   EXPECT_FALSE(pnp_ransac(test_camera(), matches, 60, 1).has_value());
 }
 
-TEST(BundleAdjustment, BringsPosesAndPointsBack) {
+TEST(BundleAdjustment, RecoversPosesAndPoints) {
   const PinholeCamera camera = test_camera();
   const std::vector<PointMatch> matches = exact_matches(Pose(), 60, 0);
   Bundle bundle;
@@ -265,7 +265,7 @@ TEST(BundleAdjustment, BringsPosesAndPointsBack) {
 
 using OdometryOnRecordedData = dynfilter::testing::RecordedData;
 
-TEST_F(OdometryOnRecordedData, FollowsFr1XyzToCentimetres) {
+TEST_F(OdometryOnRecordedData, TracksFr1XyzToCentimetres) {
   const dynfilter::RgbdSequence sequence(data("tum_fr1_xyz_120"));
   Odometry odometry(sequence.camera());
   for (std::size_t i = 0; i < sequence.size(); ++i) odometry.track(sequence.read(i), {});

@@ -87,7 +87,7 @@ class PluginFailures : public PluginTest {
   }
 };
 
-TEST_F(PluginFailures, AFailedAllocationLeavesARgbdFrameAsItWas) {
+TEST_F(PluginFailures, FailedAllocationLeavesAnRgbdFrameUnchanged) {
   const HostFrame frame(0);
   expect_all_or_nothing("", [&](Plugin& plugin, HostColumns& columns) {
     plugin.filter(frame.timestamp_s, frame.depth, columns.keypoints, columns.descriptors);
@@ -95,14 +95,14 @@ TEST_F(PluginFailures, AFailedAllocationLeavesARgbdFrameAsItWas) {
   });
 }
 
-TEST_F(PluginFailures, AFailedAllocationLeavesThePivotOfAFisheyeImageAsItWas) {
+TEST_F(PluginFailures, FailedAllocationLeavesAFisheyePivotUnchanged) {
   const HostFrame frame(0);
   expect_all_or_nothing("", [&](Plugin& plugin, HostColumns& columns) {
     plugin.filter(frame.timestamp_s, columns.keypoints, columns.descriptors, columns.pivot);
   });
 }
 
-TEST_F(PluginFailures, AFailedAllocationLeavesAFrameThatIsRecordedAsItWas) {
+TEST_F(PluginFailures, FailedAllocationLeavesARecordedFrameUnchanged) {
   const HostFrame frame(0);
   const std::string lines = "dynfilter.output_folder: \"" + path("out").string() + "\"\n";
   expect_all_or_nothing(lines, [&](Plugin& plugin, HostColumns& columns) {
@@ -114,7 +114,7 @@ TEST_F(PluginFailures, AFailedAllocationLeavesAFrameThatIsRecordedAsItWas) {
   EXPECT_EQ(rows, 1) << "a frame that failed has no line";
 }
 
-TEST_F(PluginFailures, AnOverlayThatCannotBeWrittenLeavesTheFrameAsItWas) {
+TEST_F(PluginFailures, FailedOverlayLeavesTheFrameUnchanged) {
   Plugin plugin(settings("dynfilter.output_folder: \"" + path("out").string() +
                          "\"\ndynfilter.overlay_every: 1\n"));
   fs::remove(path("out") / "overlays");
@@ -133,7 +133,7 @@ TEST_F(PluginFailures, AnOverlayThatCannotBeWrittenLeavesTheFrameAsItWas) {
   EXPECT_TRUE(fs::exists(path("out") / "overlays" / "100.000000.png"));
 }
 
-TEST_F(PluginFailures, MasksThatWereMovedAreThereInTheCallAfterOneThatFailed) {
+TEST_F(PluginFailures, PropagatedMasksSurviveAFailedCall) {
   Plugin plugin(settings("dynfilter.missing_masks: \"keep\"\ndynfilter.propagate: \"yes\"\n" +
                          ("dynfilter.output_folder: \"" + path("out").string()) +
                          "\"\ndynfilter.overlay_every: 1\n"));
@@ -158,7 +158,7 @@ TEST_F(PluginFailures, MasksThatWereMovedAreThereInTheCallAfterOneThatFailed) {
 // --- Masks that cannot be had
 // ---------------------------------------------------------------------
 
-TEST_F(PluginFailures, NamesTheKeyOfMasksThatAreNotThere) {
+TEST_F(PluginFailures, NamesTheKeyOfMissingMasks) {
   fs::create_directory(path("empty"));
   std::ofstream(path("file")) << "no folder";
   const std::pair<std::string, const char*> wrong[] = {
@@ -180,7 +180,7 @@ TEST_F(PluginFailures, NamesTheKeyOfMasksThatAreNotThere) {
   }
 }
 
-TEST_F(PluginFailures, AMissingMaskNamesTheSettingThatGoesOnWithout) {
+TEST_F(PluginFailures, MissingMaskNamesTheSettingThatAllowsIt) {
   for (const char* thread : {"", "dynfilter.async: \"wait\"\n"}) {
     Plugin plugin(settings(thread));
     HostFrame late(50);
@@ -198,7 +198,7 @@ TEST_F(PluginFailures, AMissingMaskNamesTheSettingThatGoesOnWithout) {
       "(dynfilter.missing_masks: \"keep\" continues without)");
 }
 
-TEST_F(PluginFailures, ABrokenMaskIsAnErrorThatNoSettingPasses) {
+TEST_F(PluginFailures, BrokenMaskIsAlwaysAnError) {
   std::ofstream(masks() / "100.000000.png") << "no image";
   for (const char* policy : {"", "dynfilter.missing_masks: \"keep\"\n"}) {
     Plugin plugin(settings(policy));
@@ -239,7 +239,7 @@ void expect_switched_off(Plugin& plugin) {
   EXPECT_EQ(plugin.counters().mask_failures, 0U);
 }
 
-TEST_F(PluginFailures, OneSettingSwitchesTheFilterOffAndNeedsNothingElse) {
+TEST_F(PluginFailures, OneSettingSwitchesTheFilterOff) {
   const std::string off = "dynfilter.enabled: 0\n";
   const std::string others[] = {
       "",
@@ -257,7 +257,7 @@ TEST_F(PluginFailures, OneSettingSwitchesTheFilterOffAndNeedsNothingElse) {
   expect_switched_off(right);
 }
 
-TEST_F(PluginFailures, TheFilterIsSwitchedOnUnlessASettingSaysOtherwise) {
+TEST_F(PluginFailures, FilterIsOnByDefault) {
   for (const char* lines : {"", "dynfilter.enabled: 1\n"}) {
     Plugin plugin(settings(lines));
     EXPECT_TRUE(plugin.enabled());
@@ -268,7 +268,7 @@ TEST_F(PluginFailures, TheFilterIsSwitchedOnUnlessASettingSaysOtherwise) {
   }
 }
 
-TEST_F(PluginFailures, AFileWithoutAKeyOfOursSaysHowToSwitchTheFilterOff) {
+TEST_F(PluginFailures, FileWithoutKeysExplainsHowToSwitchOff) {
   for (const char* lines : {"", "dynfilter.floor: 3\n"}) {
     const std::string file = raw_settings(lines);
     expect_error<std::runtime_error>([&] { Plugin plugin(file); }, "dynfilter.mask_folder");

@@ -29,7 +29,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-TEST_F(PluginTest, GivesExactlyTheLabelsOfTheCore) {
+TEST_F(PluginTest, LabelsMatchTheCore) {
   Plugin plugin(settings("dynfilter.margin_px: 1.5\ndynfilter.seed: 7\n"));
   DynamicFilterOptions options;
   options.mask_culler.margin_px = 1.5;
@@ -59,7 +59,7 @@ TEST_F(PluginTest, GivesExactlyTheLabelsOfTheCore) {
   EXPECT_EQ(plugin.counters().never_submitted, 0U);
 }
 
-TEST_F(PluginTest, TakesRawDepthInUnitsOfTheSettingsFile) {
+TEST_F(PluginTest, AcceptsRawDepthInUnitsOfTheSettingsFile) {
   Plugin of_metres(settings()), of_units(settings());
   HostFrame metres(0), units(0);
   cv::Mat raw;
@@ -70,7 +70,7 @@ TEST_F(PluginTest, TakesRawDepthInUnitsOfTheSettingsFile) {
   EXPECT_LT(metres.keypoints.size(), HostFrame(0).keypoints.size());
 }
 
-TEST_F(PluginTest, MonoHasMasksAlone) {
+TEST_F(PluginTest, MonoUsesMasksOnly) {
   Plugin plugin(settings());
   HostFrame frame(0);
   plugin.submit(frame.image, frame.timestamp_s);
@@ -82,7 +82,7 @@ TEST_F(PluginTest, MonoHasMasksAlone) {
   EXPECT_TRUE(in_step(frame));
 }
 
-TEST_F(PluginTest, MonoOfOrbSlam3InReverseOrderKeepsItsOrder) {
+TEST_F(PluginTest, KeepsTheReversedOrderOfOrbSlam3Mono) {
   Plugin plugin(settings());
   HostFrame frame(0);
   std::reverse(frame.keypoints.begin(), frame.keypoints.end());
@@ -95,7 +95,7 @@ TEST_F(PluginTest, MonoOfOrbSlam3InReverseOrderKeepsItsOrder) {
   }
 }
 
-TEST_F(PluginTest, TwoCamerasHaveTwoPluginsAndTheirPivots) {
+TEST_F(PluginTest, TwoCamerasAdjustTheirOwnPivots) {
   const std::string file = settings("dynfilter_right.mask_folder: \"" + masks().string() + "\"\n");
   Plugin left(file), right(file, "dynfilter_right");
   HostFrame frame(0), other(0);
@@ -117,7 +117,7 @@ TEST_F(PluginTest, TwoCamerasHaveTwoPluginsAndTheirPivots) {
       "pivot 100000");
 }
 
-TEST_F(PluginTest, TwoPluginsInOneProcessAreIndependent) {
+TEST_F(PluginTest, TwoPluginsShareNothing) {
   Plugin strict(settings("dynfilter.margin_px: 8\n"));
   Plugin loose(settings("dynfilter.rule: \"mask\"\n"));
   HostFrame first(0), second(0);
@@ -132,7 +132,7 @@ TEST_F(PluginTest, TwoPluginsInOneProcessAreIndependent) {
   EXPECT_EQ(loose.counters().never_submitted, 1U);
 }
 
-TEST_F(PluginTest, NeverEmptiesAFrame) {
+TEST_F(PluginTest, KeepsAtLeastOneFeature) {
   Plugin plugin(settings());
   HostFrame frame(0);
   std::vector<cv::KeyPoint> on_person = {{30, 30, 31}, {31, 31, 31}};
@@ -147,7 +147,7 @@ TEST_F(PluginTest, NeverEmptiesAFrame) {
   EXPECT_EQ(plugin.filter(frame.timestamp_s, frame.depth, nothing, no_descriptors).features, 0U);
 }
 
-TEST_F(PluginTest, RestoresUpToTheFloorAndSaysThatItStarved) {
+TEST_F(PluginTest, RestoresUpToTheFloorAndReportsStarvation) {
   Plugin plugin(settings("dynfilter.floor: 350\ndynfilter.policy: \"restore_balanced\"\n"));
   HostFrame frame(0);
   const FrameStatistics statistics =
@@ -159,7 +159,7 @@ TEST_F(PluginTest, RestoresUpToTheFloorAndSaysThatItStarved) {
   EXPECT_EQ(plugin.counters().starved, 1U);
 }
 
-TEST_F(PluginTest, CountsWhatWasNotPairedInTime) {
+TEST_F(PluginTest, CountsUnpairedCalls) {
   Plugin plugin(settings());
   HostFrame first(0), second(1);
   plugin.submit(first.image, first.timestamp_s);
@@ -173,7 +173,7 @@ TEST_F(PluginTest, CountsWhatWasNotPairedInTime) {
   EXPECT_EQ(plugin.counters().filtered, 2U);
 }
 
-TEST_F(PluginTest, AMissingMaskIsAnErrorOrCounted) {
+TEST_F(PluginTest, MissingMaskThrowsOrIsCounted) {
   Plugin strict(settings());
   HostFrame late(50);
   const std::size_t before = late.keypoints.size();
@@ -191,7 +191,7 @@ TEST_F(PluginTest, AMissingMaskIsAnErrorOrCounted) {
   EXPECT_EQ(lenient.counters().without_masks, 1U);
 }
 
-TEST_F(PluginTest, GoesOnWithoutMasksWhereThatIsTheSetting) {
+TEST_F(PluginTest, KeepsFeaturesWithoutMasksOnRequest) {
   const std::string file = settings("dynfilter.missing_masks: \"keep\"\n");
   HostFrame first(0), second(1);
   fs::remove(masks() / "100.000000.png");  // its row stays in the table
@@ -261,7 +261,7 @@ TEST_F(PluginTest, RecordsFramesAndOverlaysOnRequest) {
   EXPECT_FALSE(fs::exists(path("out") / "overlays" / "100.100000.png"));
 }
 
-TEST_F(PluginTest, DoesNotLookAtAFourthChannel) {
+TEST_F(PluginTest, IgnoresAFourthChannel) {
   std::vector<std::vector<uchar>> overlays;
   for (const char* name : {"three", "four"}) {
     Plugin plugin(settings("dynfilter.output_folder: \"" + path(name).string() +
@@ -361,7 +361,7 @@ TEST_F(PluginTest, AcceptsTheKeysOfTheDepthRule) {
             expected.instances.at(0).depth_range_m.lower);
 }
 
-TEST_F(PluginTest, RefusesEveryWrongValueByItsKey) {
+TEST_F(PluginTest, RefusesWrongValuesByKey) {
   const std::pair<const char*, const char*> wrong[] = {
       {"margin_px: \"wide\"", "dynfilter.margin_px: got \"wide\"; want a number"},
       {"margin_px: -1", "margin_px = -1"},
@@ -418,7 +418,7 @@ TEST_F(PluginTest, NamesTheNearestKeyForAnUnknownOne) {
   }
 }
 
-TEST_F(PluginTest, SaysWhichKeysItWantsWhereThereIsNone) {
+TEST_F(PluginTest, ListsTheKeysIfThereIsNone) {
   for (const char* part :
        {"dynfilter.mask_folder: \"masks\"", "dynfilter.margin_px", "TUM3.yaml"}) {
     expect_error<std::runtime_error>([&] { Plugin plugin(raw_settings("")); }, part);
@@ -427,7 +427,7 @@ TEST_F(PluginTest, SaysWhichKeysItWantsWhereThereIsNone) {
                                    "dynfilter.mask_folder");
 }
 
-TEST_F(PluginTest, NamesAFileThatCannotBeRead) {
+TEST_F(PluginTest, NamesAnUnreadableFile) {
   expect_error<std::runtime_error>([&] { Plugin plugin(path("none.yaml").string()); }, "none.yaml");
   std::ofstream(path("bad.yaml")) << "this is: [ no yaml\n of: opencv";
   expect_error<std::runtime_error>([&] { Plugin plugin(path("bad.yaml").string()); }, "bad.yaml");
@@ -450,20 +450,20 @@ std::vector<std::vector<int>> left_of_frames(Plugin& plugin, int count) {
   return left;
 }
 
-TEST_F(PluginTest, AThreadThatIsWaitedForGivesTheSame) {
+TEST_F(PluginTest, AsyncWaitMatchesSynchronous) {
   Plugin without(settings()), with(settings("dynfilter.async: \"wait\"\n"));
   EXPECT_EQ(left_of_frames(with, frames), left_of_frames(without, frames));
   EXPECT_EQ(with.counters().without_masks, 0U);
 }
 
-TEST_F(PluginTest, AThreadServesFramesThatWereNotSubmitted) {
+TEST_F(PluginTest, AsyncFiltersFramesNeverSubmitted) {
   Plugin plugin(settings("dynfilter.async: \"wait\"\n"));
   HostFrame frame(0);
   EXPECT_GT(plugin.filter(frame.timestamp_s, frame.keypoints, frame.descriptors).masked, 0U);
   EXPECT_EQ(plugin.counters().never_submitted, 1U);
 }
 
-TEST_F(PluginTest, AFrameMayBeFilteredTwiceWithAThread) {
+TEST_F(PluginTest, AsyncFiltersAFrameTwice) {
   Plugin plugin(settings("dynfilter.async: \"wait\"\n"));
   HostFrame first(0), again(0);
   plugin.submit(first.image, first.timestamp_s);
@@ -472,7 +472,7 @@ TEST_F(PluginTest, AFrameMayBeFilteredTwiceWithAThread) {
   EXPECT_EQ(again.keypoints.size(), first.keypoints.size());
 }
 
-TEST_F(PluginTest, MasksThatAreMovedToTheirOwnFrameAreAsTheyWere) {
+TEST_F(PluginTest, PropagationToTheSameFrameChangesNothing) {
   Plugin without(settings()), with(settings("dynfilter.propagate: \"yes\"\n"));
   EXPECT_EQ(left_of_frames(with, frames), left_of_frames(without, frames));
 }
@@ -490,7 +490,7 @@ void refuses_file(const std::string& file, const std::string& part) {
   expect_error<std::runtime_error>([&] { Plugin plugin(file); }, part);
 }
 
-TEST_F(PluginTest, WantsOneSourceOfMasks) {
+TEST_F(PluginTest, NeedsExactlyOneSourceOfMasks) {
   refuses_file(raw_settings("dynfilter.floor: 3\n"), "dynfilter.mask_folder: got nothing");
   refuses_file(settings("dynfilter.async: \"late\"\n"), "dynfilter.async: got");
   refuses_file(settings("dynfilter.propagate: 1\n"), "dynfilter.propagate: got");
@@ -502,7 +502,7 @@ TEST_F(PluginTest, WantsOneSourceOfMasks) {
 }
 
 #ifdef DYNFILTER_HAS_NETWORKS
-TEST_F(PluginTest, NamesTheNetworkThatItCannotLoad) {
+TEST_F(PluginTest, NamesANetworkThatCannotBeLoaded) {
   refuses_file(raw_settings("dynfilter.model: \"no_such.onnx\"\n"), "no_such.onnx");
   refuses_file(settings("dynfilter.model: \"no_such.onnx\"\n"), "got mask_folder and model");
 }
@@ -513,7 +513,7 @@ std::string remote_settings(const fs::path& socket) {
   return "dynfilter.remote: \"" + socket.string() + "\"\ndynfilter.remote_timeout_s: 20\n";
 }
 
-TEST_F(PluginTest, TakesMasksFromAnotherProcess) {
+TEST_F(PluginTest, UsesMasksFromAnotherProcess) {
   const RemotePeer peer(path("socket"), [](const PeerSocket& socket, const ReceivedFrame& frame) {
     EXPECT_EQ(frame.image.size(), image_size);
     HostFrame known(static_cast<int>(std::lround((frame.timestamp_s - 100) / 0.1)));
@@ -528,7 +528,7 @@ TEST_F(PluginTest, TakesMasksFromAnotherProcess) {
   }
 }
 
-TEST_F(PluginTest, WhereNobodyListensItFailsOrGoesOnAsItIsTold) {
+TEST_F(PluginTest, WithoutAListenerItFailsOrContinuesAsConfigured) {
   Plugin strict(raw_settings(remote_settings(path("nobody"))));
   HostFrame frame(0);
   strict.submit(frame.image, frame.timestamp_s);

@@ -27,7 +27,7 @@ class SettingsFileTest : public PluginTest {
   }
 };
 
-TEST_F(SettingsFileTest, RefusesWhatWouldBeReadAsSomethingElse) {
+TEST_F(SettingsFileTest, RefusesValuesThatOpenCvWouldMisread) {
   const struct {
     std::string lines, message;
   } cases[] = {
@@ -80,7 +80,7 @@ TEST_F(SettingsFileTest, RefusesWhatWouldBeReadAsSomethingElse) {
   }
 }
 
-TEST_F(SettingsFileTest, RefusesABlockOfSettingsAloneToo) {
+TEST_F(SettingsFileTest, RefusesAnIndentedBlockOfSettings) {
   expect_refused(raw_settings("dynfilter:\n  mask_folder: \"masks\"\n"),
                  "dynfilter: got settings in a block");
 }
@@ -107,7 +107,7 @@ TEST_F(SettingsFileTest, RefusesADepthFactorBeforeTheFirstFrame) {
   }
 }
 
-TEST_F(SettingsFileTest, TakesWhateverKeysAHostHas) {
+TEST_F(SettingsFileTest, IgnoresKeysOfTheHost) {
   const std::string file = settings(
       "Camera.width: 00640\nCamera.bf: 5000000000\nViewer.x: 0x10\nViewer.x: 3\n"
       "Camera.type: \"PinHole\"   # with a comment: dynfilter.floor: 010\n"
@@ -123,7 +123,7 @@ TEST_F(SettingsFileTest, TakesWhateverKeysAHostHas) {
   EXPECT_GT(statistics.masked, 0U);
 }
 
-TEST_F(SettingsFileTest, ReadsAFileWhateverItsName) {
+TEST_F(SettingsFileTest, ReadsAFileWithAnyName) {
   for (const char* name : {"what?.yaml", "a?b=c", "%20.yml", "TUM3.xml", "empty ?"}) {
     SCOPED_TRACE(name);
     settings("dynfilter.floor: 300\n");
@@ -138,7 +138,7 @@ TEST_F(SettingsFileTest, ReadsAFileWhateverItsName) {
   }
 }
 
-TEST_F(SettingsFileTest, RefusesWhatIsNoRegularFile) {
+TEST_F(SettingsFileTest, RefusesPathsThatAreNotRegularFiles) {
   expect_refused(path("none.yaml").string(), "there is no such file");
   expect_refused(masks().string(), "is not a regular file");
 #if defined(__unix__)

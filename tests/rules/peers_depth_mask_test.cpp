@@ -30,7 +30,7 @@ PeerScene flat_person() {
   return scene;
 }
 
-TEST(BoxDepthMask, TakesThePersonAndThreePixelsRound) {
+TEST(BoxDepthMask, RemovesThePersonAndThreePixelsAround) {
   const PeerScene scene = flat_person();
   const peers::BoxDepthMask rule;
   EXPECT_EQ(scene.verdicts(rule, {{47, 50}, {46, 50}, {92, 50}, {93, 50}}), "xoxo");
@@ -38,7 +38,7 @@ TEST(BoxDepthMask, TakesThePersonAndThreePixelsRound) {
   EXPECT_EQ(scene.verdicts(rule, {{47, 27}}), "x") << "the element is square";
 }
 
-TEST(BoxDepthMask, GoesByTheMeanOfMedianAndLowPercentile) {
+TEST(BoxDepthMask, UsesTheMeanOfMedianAndLowPercentile) {
   PeerScene scene = flat_person();
   scene.fill({50, 30, 18, 60}, 1.9);
   scene.fill({68, 30, 14, 60}, 1.4);  // 35 % of the box: the 33rd percentile
@@ -55,13 +55,13 @@ TEST(BoxDepthMask, GoesByTheMeanOfMedianAndLowPercentile) {
   EXPECT_EQ(verdict_at(1.169), "o");
 }
 
-TEST(BoxDepthMask, FollowsTheBodyThirtyPixelsOutOfTheBox) {
+TEST(BoxDepthMask, FollowsTheBodyThirtyPixelsBeyondTheBox) {
   PeerScene scene = flat_person();
   scene.fill({90, 50, 60, 10}, 1.5);  // and dilates what lies there
   EXPECT_EQ(scene.verdicts(peers::BoxDepthMask(), {{122, 55}, {123, 55}}), "xo");
 }
 
-TEST(BoxDepthMask, TakesTheLargestComponentAlone) {
+TEST(BoxDepthMask, KeepsOnlyTheLargestComponent) {
   PeerScene scene = flat_person();
   scene.fill({91, 40, 20, 20}, 1.5);  // a column of the wall between
   scene.fill({90, 90, 20, 20}, 1.5);  // touches by a corner
@@ -71,7 +71,7 @@ TEST(BoxDepthMask, TakesTheLargestComponentAlone) {
   EXPECT_EQ(scene.verdicts(rule, {{70, 60}, {100, 50}, {100, 100}}), "xxo");
 }
 
-TEST(BoxDepthMask, PassesOverABoxWithTooLittleDepth) {
+TEST(BoxDepthMask, SkipsABoxWithTooLittleDepth) {
   PeerScene scene = flat_person();
   scene.fill({50, 30, 12, 60}, 0);  // 30 % of the box
   EXPECT_EQ(scene.verdicts(peers::BoxDepthMask(), {{70, 60}, {55, 60}}), "xo");
@@ -97,7 +97,7 @@ TEST(BoxDepthMask, DropsAMaskOfMoreThanFourFifthsOfTheImage) {
   EXPECT_EQ(verdict_with_columns(126), "o");
 }
 
-TEST(BoxDepthMask, UnitesTheMasksOfTwo) {
+TEST(BoxDepthMask, UnitesTheMasksOfTwoPersons) {
   PeerScene scene = flat_person();
   scene.fill({5, 5, 20, 80}, 2.5);
   scene.add_box({5, 5, 20, 80});
@@ -115,7 +115,7 @@ PeerScene ribbed_person(int width = 60, int height = 60, int units = 40) {
   return scene;
 }
 
-TEST(DepthVarianceMask, TakesWhatVariesAsAPerson) {
+TEST(DepthVarianceMask, RemovesWindowsWithThePersonsVariance) {
   const auto verdict_at = [](int units) {
     return ribbed_person(60, 60, units).verdicts(peers::DepthVarianceMask(), {{69, 60}});
   };
@@ -126,7 +126,7 @@ TEST(DepthVarianceMask, TakesWhatVariesAsAPerson) {
   EXPECT_EQ(verdict_at(76), "o");  // 5.1e-5
 }
 
-TEST(DepthVarianceMask, TakesThreePixelsRound) {
+TEST(DepthVarianceMask, RemovesThreePixelsAround) {
   const PeerScene scene = ribbed_person();
   const peers::DepthVarianceMask rule;
   EXPECT_EQ(scene.verdicts(rule, {{36, 60}, {35, 60}, {101, 60}, {102, 60}}), "xoxo");
@@ -144,20 +144,20 @@ TEST(DepthVarianceMask, FollowsTheBodyByItsMedianDepth) {
   EXPECT_EQ(verdict_at(1.207), "o");
 }
 
-TEST(DepthVarianceMask, FollowsItFifteenPixelsFromTheCluster) {
+TEST(DepthVarianceMask, FollowsTheBodyFifteenPixelsBeyondTheCluster) {
   PeerScene scene = ribbed_person();
   scene.fill({99, 50, 40, 10}, 1.5);  // the last centre is in column 97; 15 on, and 3 for dilation
   EXPECT_EQ(scene.verdicts(peers::DepthVarianceMask(), {{115, 55}, {116, 55}}), "xo");
 }
 
-TEST(DepthVarianceMask, PassesOverSmallClusters) {
+TEST(DepthVarianceMask, SkipsSmallClusters) {
   const peers::DepthVarianceMask rule;
   EXPECT_EQ(ribbed_person(54, 54).verdicts(rule, {{60, 60}}), "x") << "52 px between centres";
   EXPECT_EQ(ribbed_person(51, 60).verdicts(rule, {{60, 60}}), "o");
   EXPECT_EQ(ribbed_person(60, 51).verdicts(rule, {{60, 60}}), "o");
 }
 
-TEST(DepthVarianceMask, TakesTheLargestClusters) {
+TEST(DepthVarianceMask, KeepsTheLargestClusters) {
   PeerScene scene;
   scene.fill_ribbed({0, 30, 54, 60}, 1.5, 40);
   scene.fill_ribbed({90, 30, 60, 60}, 2.5, 40);
@@ -168,7 +168,7 @@ TEST(DepthVarianceMask, TakesTheLargestClusters) {
   EXPECT_EQ(scene.verdicts(peers::DepthVarianceMask(options), {{30, 60}, {120, 60}}), "ox");
 }
 
-TEST(DepthVarianceMask, SearchesRoundTheBoxesOrEverywhere) {
+TEST(DepthVarianceMask, SearchesAroundTheBoxesOrEverywhere) {
   PeerScene scene = ribbed_person();
   scene.segmentation.instances[0].box = {57, 30, 42, 60};
   peers::DepthVarianceMaskOptions options;
@@ -180,7 +180,7 @@ TEST(DepthVarianceMask, SearchesRoundTheBoxesOrEverywhere) {
   EXPECT_EQ(scene.verdicts(peers::DepthVarianceMask(options), {{69, 60}, {120, 60}}), "xo");
 }
 
-TEST(DepthVarianceMask, DepthSeparatesClustersByItsScale) {
+TEST(DepthVarianceMask, DepthScaleSeparatesClusters) {
   PeerScene scene = ribbed_person();
   scene.fill_ribbed({69, 30, 30, 60}, 2.5, 40);  // the right half, a metre behind the left one
   peers::DepthVarianceMaskOptions options;
@@ -208,7 +208,7 @@ std::vector<cv::Point3f> on_a_line(const std::vector<float>& xs) {
   return points;
 }
 
-TEST(Dbscan, CountsThePointItselfAndTheRadius) {
+TEST(Dbscan, CountsThePointItselfAndPointsOnTheRadius) {
   EXPECT_EQ(peers::dbscan(on_a_line({0, 1, 2, 3}), 5, 4), std::vector<int>({0, 0, 0, 0}));
   EXPECT_EQ(peers::dbscan(on_a_line({0, 1, 2}), 5, 4), std::vector<int>({-1, -1, -1}));
   EXPECT_EQ(peers::dbscan(on_a_line({0, 1, 2, 5}), 5, 4), std::vector<int>({0, 0, 0, 0}));
@@ -216,7 +216,7 @@ TEST(Dbscan, CountsThePointItselfAndTheRadius) {
   EXPECT_EQ(peers::dbscan({}, 5, 4), std::vector<int>());
 }
 
-TEST(Dbscan, APointOnTheBorderOfTwoClustersIsInTheLower) {
+TEST(Dbscan, BorderPointGoesToTheLowerCluster) {
   // The middle one has two neighbours and itself: no core point, and no bridge.
   EXPECT_EQ(peers::dbscan(on_a_line({20, 19, 18, 15, 10, 12, 11, 10.5F}), 5, 4),
             std::vector<int>({0, 0, 0, 0, 0, 0, 0, 0}))
@@ -278,7 +278,7 @@ std::vector<int> oracle_dbscan(const std::vector<cv::Point3f>& points, double ra
   return clusters;
 }
 
-TEST(Dbscan, IsTheDefinition) {
+TEST(Dbscan, MatchesTheDefinition) {
   int clusters = 0, noise = 0;
   for (std::uint64_t seed = 0; seed < 500; ++seed) {
     ByteSource source(seed);

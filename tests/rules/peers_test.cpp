@@ -60,18 +60,18 @@ std::vector<cv::Point2f> grid() {
   return points;
 }
 
-TYPED_TEST(Peer, TakesAPersonAndLeavesTheWall) {
+TYPED_TEST(Peer, RemovesThePersonAndKeepsTheWall) {
   const typename TypeParam::Stage rule;
   EXPECT_EQ(person_scene().verdicts(rule, {{68, 60}, {10, 10}, {150, 110}}), "xoo");
 }
 
-TYPED_TEST(Peer, TakesNothingWhereNobodyIsThere) {
+TYPED_TEST(Peer, RemovesNothingWithoutInstances) {
   PeerScene scene = person_scene();
   scene.segmentation = {};
   EXPECT_EQ(scene.labels(typename TypeParam::Stage(), grid()).statistics().removed(), 0U);
 }
 
-TYPED_TEST(Peer, JudgesTheDynamicClassesAlone) {
+TYPED_TEST(Peer, IgnoresStaticClasses) {
   const PeerScene scene = person_scene(2);
   typename TypeParam::Options options;
   EXPECT_EQ(scene.verdicts(typename TypeParam::Stage(options), {{68, 60}}), "o");
@@ -79,7 +79,7 @@ TYPED_TEST(Peer, JudgesTheDynamicClassesAlone) {
   EXPECT_EQ(scene.verdicts(typename TypeParam::Stage(options), {{68, 60}}), "x");
 }
 
-TYPED_TEST(Peer, JudgesFloatDepthAs16Bits) {
+TYPED_TEST(Peer, TreatsFloatAnd16BitDepthAlike) {
   PeerScene scene = person_scene();
   const typename TypeParam::Stage rule;
   const std::string verdicts = scene.verdicts(rule, grid());
@@ -87,7 +87,7 @@ TYPED_TEST(Peer, JudgesFloatDepthAs16Bits) {
   EXPECT_EQ(scene.verdicts(rule, grid()), verdicts);
 }
 
-TYPED_TEST(Peer, TakesNothingByABoxOutsideTheImage) {
+TYPED_TEST(Peer, IgnoresABoxOutsideTheImage) {
   constexpr int most = std::numeric_limits<int>::max();
   constexpr int least = std::numeric_limits<int>::min();
   PeerScene scene;
@@ -99,7 +99,7 @@ TYPED_TEST(Peer, TakesNothingByABoxOutsideTheImage) {
   EXPECT_EQ(scene.labels(typename TypeParam::Stage(), grid()).statistics().removed(), 0U);
 }
 
-TYPED_TEST(Peer, RefusesLabelsOfOtherFeatures) {
+TYPED_TEST(Peer, RefusesLabelsOfAnotherLength) {
   const PeerScene scene = person_scene();
   const std::vector<cv::Point2f> features(3);
   FeatureLabels labels(2, scene.segmentation);
@@ -111,7 +111,7 @@ TYPED_TEST(Peer, RefusesLabelsOfOtherFeatures) {
 }
 
 /// Odd sizes, hostile depths and boxes: nothing is thrown, and features outside the image stay.
-TYPED_TEST(Peer, AcceptsWhateverTheFilterAccepts) {
+TYPED_TEST(Peer, AcceptsArbitraryInput) {
   const typename TypeParam::Stage rule;
   for (std::uint64_t seed = 0; seed < 300; ++seed) {
     ByteSource source(seed);
@@ -127,7 +127,7 @@ TYPED_TEST(Peer, AcceptsWhateverTheFilterAccepts) {
   }
 }
 
-TEST(Peers, RefuseOptionsOutOfTheirRange) {
+TEST(Peers, RefuseOptionsOutOfRange) {
   const auto refuses = [](auto make, const char* part) {
     expect_error<std::invalid_argument>(make, part);
   };
@@ -166,13 +166,13 @@ TEST(DilatedMask, ReachesFifteenPixelsInOnePassAndThirtyInTwo) {
   EXPECT_EQ(scene.verdicts(twice, {{110, 60}, {111, 60}, {80, 90}, {80, 91}}), "xoxo");
 }
 
-TEST(DilatedMask, JudgesTheNearestPixel) {
+TEST(DilatedMask, UsesTheNearestPixel) {
   const PeerScene scene = scene_with_mask({1, 1}, {80, 60});
   const peers::DilatedMask once({{0}, 15, 1});
   EXPECT_EQ(scene.verdicts(once, {{95.4F, 60}, {95.5F, 60}}), "xo");
 }
 
-TEST(DilatedMask, DilatesWhatLiesInTheImage) {
+TEST(DilatedMask, DilatesOnlyThePartInTheImage) {
   const PeerScene scene = scene_with_mask({20, 20}, {-10, -10});  // in the image: 10x10
   const peers::DilatedMask once({{0}, 15, 1});
   EXPECT_EQ(scene.verdicts(once, {{24, 5}, {25, 5}, {5, 24}, {5, 25}, {-1, 5}}), "xoxoo");
@@ -180,7 +180,7 @@ TEST(DilatedMask, DilatesWhatLiesInTheImage) {
   EXPECT_EQ(outside.verdicts(once, {{0, 10}}), "o");
 }
 
-TEST(DilatedMask, TakesNothingByABoxWithoutAMask) {
+TEST(DilatedMask, IgnoresABoxWithoutAMask) {
   PeerScene scene;
   scene.add_box({40, 30, 50, 40});
   EXPECT_EQ(scene.verdicts(peers::DilatedMask(), {{60, 50}}), "o");
@@ -189,7 +189,7 @@ TEST(DilatedMask, TakesNothingByABoxWithoutAMask) {
 // --- WholeBox
 // -------------------------------------------------------------------------------------
 
-TEST(WholeBox, TakesTheBoxGrownByFivePixels) {
+TEST(WholeBox, RemovesTheBoxGrownByFivePixels) {
   PeerScene scene;
   scene.frame.depth = cv::Mat();
   scene.add_box({40, 30, 50, 40});  // grown: 35 to 94, 25 to 74
@@ -207,7 +207,7 @@ TEST(WholeBox, ClipsTheBoxToTheImage) {
   EXPECT_EQ(scene.verdicts(peers::WholeBox(), {{14, 14}, {15, 14}, {0, 0}, {-1, 0}}), "xoxo");
 }
 
-TEST(WholeBox, TheFirstBoxHasTheFeature) {
+TEST(WholeBox, FeatureGoesToTheFirstBox) {
   PeerScene scene;
   scene.add_box({10, 10, 40, 40}, 56);
   scene.add_box({30, 10, 40, 40});
@@ -238,18 +238,18 @@ PeerScene threshold_scene(double centre, double corner) {
   return scene;
 }
 
-TEST(BoxDepthThreshold, LiesHalfwayToCornersThatSeeTheBackground) {
+TEST(BoxDepthThreshold, LiesHalfwayToTheBackgroundCorners) {
   EXPECT_EQ(below_threshold(threshold_scene(1.5, 4.0), 2.749, 2.751), "xo");  // (1.5 + 4) / 2
   EXPECT_EQ(below_threshold(threshold_scene(1.5, 2.502), 2.0, 2.002), "xo");  // (1.5 + 2.502) / 2
 }
 
-TEST(BoxDepthThreshold, LiesAMetreBehindTheCentreElse) {
+TEST(BoxDepthThreshold, OtherwiseLiesAMetreBehindTheCentre) {
   EXPECT_EQ(below_threshold(threshold_scene(1.5, 2.498), 2.499, 2.501), "xo");
   EXPECT_EQ(below_threshold(threshold_scene(1.5, 0), 2.499, 2.501), "xo");
   EXPECT_EQ(below_threshold(threshold_scene(1.5, 1.0), 2.499, 2.501), "xo");
 }
 
-TEST(BoxDepthThreshold, DoesWithoutTheCentreAndTheCorners) {
+TEST(BoxDepthThreshold, WorksWithoutDepthAtCentreAndCorners) {
   EXPECT_EQ(below_threshold(threshold_scene(0, 4.0), 3.999, 4.001), "xo");
   PeerScene scene = threshold_scene(0, 0);
   EXPECT_EQ(below_threshold(scene, 13.0, 0), "xo") << "whatever has depth";
@@ -259,7 +259,7 @@ TEST(BoxDepthThreshold, DoesWithoutTheCentreAndTheCorners) {
   EXPECT_EQ(scene.verdicts(peers::BoxDepthThreshold(), {{55, 30}, {56, 30}}), "xo");
 }
 
-TEST(BoxDepthThreshold, TakesTheGreatestOfTheFourCorners) {
+TEST(BoxDepthThreshold, UsesTheFarthestOfTheFourCorners) {
   for (const cv::Point corner : {cv::Point(40, 20), {99, 20}, {40, 99}, {99, 99}}) {
     PeerScene scene = threshold_scene(1.5, 0);
     for (const cv::Point other : {cv::Point(40, 20), {99, 20}, {40, 99}, {99, 99}}) {
@@ -269,7 +269,7 @@ TEST(BoxDepthThreshold, TakesTheGreatestOfTheFourCorners) {
   }
 }
 
-TEST(BoxDepthThreshold, JudgesTheBoxInTheImageAndNoFurther) {
+TEST(BoxDepthThreshold, UsesOnlyThePartOfTheBoxInTheImage) {
   PeerScene scene;
   scene.add_box({-40, 20, 80, 60});  // in the image: 40 columns, and their centre is (20, 50)
   scene.fill({20, 50, 30, 1}, 1.5);
@@ -306,11 +306,11 @@ struct DeviationScene : PeerScene {
   std::string verdicts() const { return PeerScene::verdicts(peers::BoxDepthDeviation(), features); }
 };
 
-TEST(BoxDepthDeviation, KeepsWhatIsFarFromTheForegroundsMean) {
+TEST(BoxDepthDeviation, KeepsFeaturesFarFromTheForegroundMean) {
   EXPECT_EQ(DeviationScene().verdicts(), "xxxxxxxxxo");
 }
 
-TEST(BoxDepthDeviation, JudgesTheGrownBoxByTheBoxAlone) {
+TEST(BoxDepthDeviation, GrownBoxUsesTheStatisticsOfTheBox) {
   DeviationScene scene;
   scene.add({45, 50}, 1.322);  // beside the box: judged, but not counted
   scene.add({46, 50}, 1.32);   // in front of the foreground
@@ -329,7 +329,7 @@ TEST(BoxDepthDeviation, GrowsByAFifthOfTheWidthAndTenPixels) {
   EXPECT_EQ(scene.verdicts(), "xxoooo");
 }
 
-TEST(BoxDepthDeviation, TakesTheWholeBoxWithoutDepth) {
+TEST(BoxDepthDeviation, RemovesTheWholeBoxWithoutDepth) {
   DeviationScene scene;
   scene.frame.depth.setTo(0);
   EXPECT_EQ(scene.verdicts(), "xxxxxxxxxx");
@@ -340,7 +340,7 @@ TEST(BoxDepthDeviation, TakesTheWholeBoxWithoutDepth) {
   EXPECT_EQ(scene.verdicts(), "xx");
 }
 
-TEST(BoxDepthDeviation, JudgesAForegroundOfOneDepth) {
+TEST(BoxDepthDeviation, AcceptsAForegroundOfOneDepth) {
   DeviationScene scene;
   scene.features.clear();
   for (int k = 0; k < 3; ++k) scene.add({60 + k, 50}, 1.5);

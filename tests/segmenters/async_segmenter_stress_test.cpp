@@ -148,7 +148,7 @@ AsyncSegmenterOptions options_of(HandOver hand_over) {
   return options;
 }
 
-TEST(AsyncSegmenterStress, WaitLosesNothingAndKeepsTheOrder) {
+TEST(AsyncSegmenterStress, WaitLosesNoFrameAndKeepsTheOrder) {
   Trace trace;
   Host host(trace, options_of(HandOver::wait));
   std::uint64_t next = 0;
@@ -188,7 +188,7 @@ TEST(AsyncSegmenterStress, LatestNeverGoesBack) {
 
 class OwnMasksOnly : public ::testing::TestWithParam<HandOver> {};
 
-TEST_P(OwnMasksOnly, OfTheFrameOrNone) {
+TEST_P(OwnMasksOnly, MasksBelongToTheFrame) {
   Trace trace;
   Host host(trace, options_of(GetParam()));
   std::uint64_t with_masks = 0;
@@ -212,7 +212,7 @@ INSTANTIATE_TEST_SUITE_P(AsyncSegmenterStress, OwnMasksOnly,
                            return test.param == HandOver::drop ? "drop" : "wait_at_most";
                          });
 
-TEST(AsyncSegmenterStress, EndsAndStartsAnewInTheMiddle) {
+TEST(AsyncSegmenterStress, SurvivesDestructionAndRestartMidRun) {
   for (const HandOver hand_over :
        {HandOver::wait, HandOver::wait_at_most, HandOver::latest, HandOver::drop}) {
     Trace trace;

@@ -105,7 +105,7 @@ TEST(AsyncSegmenter, WaitsForTheMasksOfTheFrame) {
   expect_masks_of(masks.get(), 7);
 }
 
-TEST(AsyncSegmenter, WaitLosesNothing) {
+TEST(AsyncSegmenter, WaitLosesNoFrame) {
   Async async(options_of(HandOver::wait));
   for (std::uint64_t id = 1; id <= AsyncSegmenter::max_uncollected; ++id) async.submit(id);
   async.gate->open_for_good();
@@ -117,7 +117,7 @@ TEST(AsyncSegmenter, WaitLosesNothing) {
   EXPECT_EQ(async.segmenter.statistics().segmented, 8U);
 }
 
-TEST(AsyncSegmenter, WaitRefusesFramesThatNobodyCollects) {
+TEST(AsyncSegmenter, WaitRefusesToOverflowWithUncollectedFrames) {
   Async async(options_of(HandOver::wait));
   for (std::uint64_t id = 1; id <= 8; ++id) async.submit(id);
   expect_error<std::invalid_argument>([&] { async.submit(9); },
@@ -131,7 +131,7 @@ TEST(AsyncSegmenter, WaitRefusesFramesThatNobodyCollects) {
   for (std::uint64_t id = 2; id <= 9; ++id) expect_masks_of(async.segmenter.collect(id), id);
 }
 
-TEST(AsyncSegmenter, CollectGivesUpEarlierFrames) {
+TEST(AsyncSegmenter, CollectDiscardsEarlierFrames) {
   Async async(options_of(HandOver::wait));
   async.submit_and_await(1);
   for (std::uint64_t id = 2; id <= 5; ++id) async.submit(id);
@@ -194,7 +194,7 @@ TEST(AsyncSegmenter, DoesNotWaitForAFrameThatWasReplaced) {
 
 // --- latest --------------------------------------------------------------------------------------
 
-TEST(AsyncSegmenter, LatestGivesTheNewestMasksThatAreThere) {
+TEST(AsyncSegmenter, LatestReturnsTheNewestFinishedMasks) {
   Async async(options_of(HandOver::latest));
   async.submit_and_await(1);
   EXPECT_FALSE(async.segmenter.collect(1).has_value());
@@ -208,7 +208,7 @@ TEST(AsyncSegmenter, LatestGivesTheNewestMasksThatAreThere) {
   expect_masks_of(async.segmenter.collect(3), 2);
 }
 
-TEST(AsyncSegmenter, LatestAlwaysWorksOnTheNewest) {
+TEST(AsyncSegmenter, LatestProcessesTheNewestFrame) {
   Async async(options_of(HandOver::latest));
   async.submit_and_await(1);
   for (std::uint64_t id = 2; id <= 100; ++id) async.submit(id);
@@ -220,7 +220,7 @@ TEST(AsyncSegmenter, LatestAlwaysWorksOnTheNewest) {
   EXPECT_EQ(async.gate->arrivals(), (Ids{1, 100}));
 }
 
-TEST(AsyncSegmenter, LatestServesFramesThatWereNeverSubmitted) {
+TEST(AsyncSegmenter, LatestServesFramesNeverSubmitted) {
   Async async(options_of(HandOver::latest));
   EXPECT_FALSE(async.segmenter.collect(4).has_value());
   async.submit_and_await(1);
@@ -228,7 +228,7 @@ TEST(AsyncSegmenter, LatestServesFramesThatWereNeverSubmitted) {
   expect_masks_of(async.segmenter.collect(2), 1);
 }
 
-TEST(AsyncSegmenter, LatestLetsGoOfMasksThatAreTooOld) {
+TEST(AsyncSegmenter, LatestDropsMasksThatAreTooOld) {
   AsyncSegmenterOptions options = options_of(HandOver::latest);
   options.max_age_s = 0.35;
   Async async(options);
@@ -249,7 +249,7 @@ TEST(AsyncSegmenter, LatestLetsGoOfMasksThatAreTooOld) {
 
 // --- drop ----------------------------------------------------------------------------------------
 
-TEST(AsyncSegmenter, DropGivesTheFramesOwnMasksOrNone) {
+TEST(AsyncSegmenter, DropReturnsTheFramesOwnMasksOrNone) {
   Async async(options_of(HandOver::drop));
   async.submit_and_await(1);
   EXPECT_FALSE(async.segmenter.collect(1).has_value());
@@ -262,7 +262,7 @@ TEST(AsyncSegmenter, DropGivesTheFramesOwnMasksOrNone) {
   EXPECT_EQ(async.gate->arrivals(), (Ids{1, 2, 4}));
 }
 
-TEST(AsyncSegmenter, RemembersAFewFramesThatNobodyCollects) {
+TEST(AsyncSegmenter, RemembersTheLastUncollectedFrames) {
   Async async(options_of(HandOver::drop));
   async.submit_and_await(1);
   for (std::uint64_t id = 2; id <= 30; ++id) async.finish_one_and_go_on_with(id);
@@ -273,7 +273,7 @@ TEST(AsyncSegmenter, RemembersAFewFramesThatNobodyCollects) {
 
 // --- Errors --------------------------------------------------------------------------------------
 
-TEST(AsyncSegmenter, ThrowsWhatTheNetworkThrewOnceAndGoesOn) {
+TEST(AsyncSegmenter, RethrowsAnErrorOfTheNetworkOnce) {
   for (const HandOver hand_over : {HandOver::wait, HandOver::wait_at_most}) {
     Async async(options_of(hand_over), failing_on({1}));
     async.gate->open_for_good();
@@ -298,7 +298,7 @@ TEST(AsyncSegmenter, EachFrameHasItsOwnError) {
   expect_masks_of(async.segmenter.collect(4), 4);
 }
 
-TEST(AsyncSegmenter, ThrowsTheErrorsOfFramesThatAreGivenUp) {
+TEST(AsyncSegmenter, ReportsErrorsOfDiscardedFrames) {
   Async async(options_of(HandOver::wait), failing_on({2, 3}));
   async.gate->open_for_good();
   for (std::uint64_t id = 1; id <= 4; ++id) async.submit(id);
@@ -327,7 +327,7 @@ TEST(AsyncSegmenter, LateErrorsReachTheNextCall) {
   }
 }
 
-TEST(AsyncSegmenter, ErrorsOutliveTheFramesThatAreForgotten) {
+TEST(AsyncSegmenter, ErrorsOutliveForgottenFrames) {
   for (const HandOver hand_over : {HandOver::latest, HandOver::drop}) {
     Async async(options_of(hand_over), failing_on({2}));
     async.submit_and_await(1);
@@ -337,7 +337,7 @@ TEST(AsyncSegmenter, ErrorsOutliveTheFramesThatAreForgotten) {
   }
 }
 
-TEST(AsyncSegmenter, TheFirstErrorStaysTheFirst) {
+TEST(AsyncSegmenter, ReportsTheFirstOfSeveralErrors) {
   Async async(options_of(HandOver::drop), failing_on({1, 2}));
   async.submit_and_await(1);
   async.finish_one_and_go_on_with(2);
@@ -348,7 +348,7 @@ TEST(AsyncSegmenter, TheFirstErrorStaysTheFirst) {
   EXPECT_FALSE(async.segmenter.collect(20).has_value());
 }
 
-TEST(AsyncSegmenter, ThrowsWhereTheNetworkMakesNonsense) {
+TEST(AsyncSegmenter, RefusesAMalformedResultOfTheNetwork) {
   Async async(options_of(HandOver::wait), [](const FrameView&, Segmentation& result) {
     result.image_size = {1, 1};
   });
@@ -401,7 +401,7 @@ TEST(AsyncSegmenter, IdsMayRepeatAndGoBackwards) {
   expect_masks_of(async.segmenter.collect(7), 7);
 }
 
-TEST(AsyncSegmenter, ResetForgetsEverything) {
+TEST(AsyncSegmenter, ResetDiscardsMasksAndErrors) {
   for (const HandOver hand_over : {HandOver::wait, HandOver::latest, HandOver::drop}) {
     Async async(options_of(hand_over), failing_on({2, 3}));
     async.submit_and_await(1);
@@ -428,7 +428,7 @@ TEST(AsyncSegmenter, ResetForgetsEverything) {
   }
 }
 
-TEST(AsyncSegmenter, ResetLetsGoOfMasksThatAreNotFinished) {
+TEST(AsyncSegmenter, ResetDiscardsUnfinishedMasks) {
   Async async(options_of(HandOver::latest));
   async.submit_and_await(1);
   async.segmenter.reset();
@@ -436,7 +436,7 @@ TEST(AsyncSegmenter, ResetLetsGoOfMasksThatAreNotFinished) {
   EXPECT_FALSE(async.segmenter.collect(2).has_value());
 }
 
-TEST(AsyncSegmenter, ResetWakesWhoWaits) {
+TEST(AsyncSegmenter, ResetWakesAWaitingCall) {
   Async async(options_of(HandOver::wait));
   async.submit_and_await(1);
   auto masks = std::async(std::launch::async, [&] { return async.segmenter.collect(1); });
@@ -449,7 +449,7 @@ TEST(AsyncSegmenter, ResetWakesWhoWaits) {
   }
 }
 
-TEST(AsyncSegmenter, TheEndWaitsForTheRunningInferenceAndForNoOther) {
+TEST(AsyncSegmenter, DestructorWaitsOnlyForTheRunningInference) {
   const auto gate = std::make_shared<Gate>();
   std::thread opener;
   {
@@ -466,7 +466,7 @@ TEST(AsyncSegmenter, TheEndWaitsForTheRunningInferenceAndForNoOther) {
   EXPECT_EQ(gate->arrivals(), Ids{1});
 }
 
-TEST(AsyncSegmenter, Moves) {
+TEST(AsyncSegmenter, CanBeMoved) {
   const auto gate = std::make_shared<Gate>();
   gate->open_for_good();
   AsyncSegmenter first(std::make_unique<GatedSegmenter>(gate), options_of(HandOver::wait));
@@ -478,7 +478,7 @@ TEST(AsyncSegmenter, Moves) {
   expect_masks_of(first.collect(2), 2);
 }
 
-TEST(AsyncSegmenter, CountsAndMeasures) {
+TEST(AsyncSegmenter, StatisticsCountFramesAndTimes) {
   Async async(options_of(HandOver::wait), failing_on({3}));
   EXPECT_EQ(async.segmenter.statistics().mean_inference_s(), 0.0);
   async.gate->open_for_good();
@@ -511,7 +511,7 @@ GatedSegmenter::Then noting(Seen& seen) {
   };
 }
 
-TEST(AsyncSegmenter, TheCallerMayOverwriteItsImages) {
+TEST(AsyncSegmenter, CallerMayOverwriteItsImages) {
   Seen seen;
   Async async(options_of(HandOver::wait), noting(seen));
   FrameView frame = frame_of(1);
@@ -526,7 +526,7 @@ TEST(AsyncSegmenter, TheCallerMayOverwriteItsImages) {
   EXPECT_EQ(seen.depth_value, std::vector<int>{500});
 }
 
-TEST(AsyncSegmenter, CopiesNothingWhereItNeedNot) {
+TEST(AsyncSegmenter, SharesImagesOnRequest) {
   Seen seen;
   AsyncSegmenterOptions options = options_of(HandOver::wait);
   options.copy_images = false;
@@ -540,7 +540,7 @@ TEST(AsyncSegmenter, CopiesNothingWhereItNeedNot) {
   EXPECT_EQ(seen.image.at(0), pixels);
 }
 
-TEST(AsyncSegmenter, AlwaysCopiesWhatItCannotKeepAlive) {
+TEST(AsyncSegmenter, AlwaysCopiesUnownedImages) {
   Seen seen;
   AsyncSegmenterOptions options = options_of(HandOver::wait);
   options.copy_images = false;
@@ -557,7 +557,7 @@ TEST(AsyncSegmenter, AlwaysCopiesWhatItCannotKeepAlive) {
   EXPECT_EQ(seen.value.at(0), 42);
 }
 
-TEST(AsyncSegmenter, UsesItsBuffersAgain) {
+TEST(AsyncSegmenter, ReusesItsBuffers) {
   Seen seen;
   Async async(options_of(HandOver::wait), noting(seen));
   async.gate->open_for_good();
@@ -574,7 +574,7 @@ TEST(AsyncSegmenter, UsesItsBuffersAgain) {
   EXPECT_EQ(std::set<const unsigned char*>(seen.depth.begin(), seen.depth.end()).size(), 1U);
 }
 
-TEST(AsyncSegmenter, TheNetworkMayKeepImages) {
+TEST(AsyncSegmenter, NetworkMayKeepImages) {
   std::vector<cv::Mat> kept;
   Async async(options_of(HandOver::wait),
               [&](const FrameView& frame, Segmentation&) { kept.push_back(frame.image); });
@@ -588,7 +588,7 @@ TEST(AsyncSegmenter, TheNetworkMayKeepImages) {
   }
 }
 
-TEST(AsyncSegmenter, TakesFramesOfChangingSizesAndDepthAlone) {
+TEST(AsyncSegmenter, AcceptsChangingSizesAndDepthAlone) {
   Async async(options_of(HandOver::wait));
   async.gate->open_for_good();
   for (const cv::Size size : {cv::Size(4, 3), cv::Size(8, 2), cv::Size(4, 3)}) {
@@ -603,7 +603,7 @@ TEST(AsyncSegmenter, TakesFramesOfChangingSizesAndDepthAlone) {
   }
 }
 
-TEST(AsyncSegmenter, TheNetworkMayUseTheMemoryOfItsMasksAgain) {
+TEST(AsyncSegmenter, NetworkMayReuseTheMemoryOfItsMasks) {
   cv::Mat workspace(3, 4, CV_8UC1);
   Async async(options_of(HandOver::wait), [&](const FrameView& frame, Segmentation& result) {
     workspace.setTo(static_cast<double>(frame.id));

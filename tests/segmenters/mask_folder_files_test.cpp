@@ -67,7 +67,7 @@ class OrdinaryUser {
   bool is_ordinary_ = true;
 };
 
-TEST(MaskFolderFiles, AnythingElseInPlaceOfTheTableIsRefused) {
+TEST(MaskFolderFiles, RefusesATableThatIsNotAFile) {
   const TemporaryFolder folder;
   write_mask(folder / "1.png");
   const fs::path table = folder / "instances.csv";
@@ -78,7 +78,7 @@ TEST(MaskFolderFiles, AnythingElseInPlaceOfTheTableIsRefused) {
   expect_refused(folder.path(), table.string() + ": is not a regular file");
 }
 
-TEST(MaskFolderFiles, AnythingElseInPlaceOfAMaskIsRefused) {
+TEST(MaskFolderFiles, RefusesAMaskThatIsNotAFile) {
   const TemporaryFolder folder;
   write_mask(folder / "1.png");
   const fs::path mask = folder / "2.png";
@@ -89,7 +89,7 @@ TEST(MaskFolderFiles, AnythingElseInPlaceOfAMaskIsRefused) {
   expect_refused(folder.path(), mask.string() + ": is not a regular file");
 }
 
-TEST(MaskFolderFiles, AFifoThatTookTheNameOfAMaskIsRefused) {
+TEST(MaskFolderFiles, RefusesAFifoThatReplacedAMask) {
   const TemporaryFolder folder;
   const fs::path mask = folder / "1.png";
   write_mask(mask);
@@ -100,7 +100,7 @@ TEST(MaskFolderFiles, AFifoThatTookTheNameOfAMaskIsRefused) {
                                    mask.string() + ": is not a regular file");
 }
 
-TEST(MaskFolderFiles, MayBeSymbolicLinks) {
+TEST(MaskFolderFiles, AcceptsSymbolicLinks) {
   const TemporaryFolder folder;
   write_mask(folder / "elsewhere" / "1.png");
   folder.write("elsewhere/instances.csv", header + "1,1,7,0.5,0,0,4,5\n");
@@ -111,14 +111,14 @@ TEST(MaskFolderFiles, MayBeSymbolicLinks) {
   EXPECT_EQ(MaskFolderSegmenter(folder / "masks").segment(frame_at(1)).instances.at(0).class_id, 7);
 }
 
-TEST(MaskFolderFiles, ALinkThatLeadsNowhereIsNoMask) {
+TEST(MaskFolderFiles, IgnoresDanglingLinks) {
   const TemporaryFolder folder;
   write_mask(folder / "1.png");
   fs::create_symlink(folder / "nothing.png", folder / "2.png");
   EXPECT_EQ(MaskFolderSegmenter(folder.path()).size(), 1U);
 }
 
-TEST(MaskFolderFiles, AFolderThatCannotBeReadIsNamed) {
+TEST(MaskFolderFiles, NamesAnUnreadableFolder) {
   const TemporaryFolder folder;
   const fs::path masks = folder / "masks";
   write_mask(masks / "1.png");
@@ -135,7 +135,7 @@ TEST(MaskFolderFiles, AFolderThatCannotBeReadIsNamed) {
   expect_refused(folder / "loop", (folder / "loop").string() + ": cannot be read: ");
 }
 
-TEST(MaskFolderFiles, ARowWithoutAMaskIsPassedOverWhereMasksMayBeMissing) {
+TEST(MaskFolderFiles, SkipsRowsOfMissingMasksOnRequest) {
   const TemporaryFolder folder;
   write_mask(folder / "1.png");
   folder.write("instances.csv", header + "1,1,0,0.9,0,0,4,5\n2,1,0,0.9,0,0,4,5\n");
@@ -150,7 +150,7 @@ TEST(MaskFolderFiles, ARowWithoutAMaskIsPassedOverWhereMasksMayBeMissing) {
                                    "2.000000.png: there is no such mask; the nearest is 1.png");
 }
 
-TEST(MaskFolderFiles, AFolderMayBeEmptyWhereMasksMayBeMissing) {
+TEST(MaskFolderFiles, AcceptsAnEmptyFolderOnRequest) {
   const TemporaryFolder folder;
   const auto expect_no_masks = [&] {
     MaskFolderSegmenter people(folder.path(), allowing_missing());
@@ -164,7 +164,7 @@ TEST(MaskFolderFiles, AFolderMayBeEmptyWhereMasksMayBeMissing) {
   expect_no_masks();
 }
 
-TEST(MaskFolderFiles, APathMayHoldAQuestionMark) {
+TEST(MaskFolderFiles, AcceptsAQuestionMarkInThePath) {
   const TemporaryFolder folder;
   const fs::path masks = folder / "what?base64";
   fs::create_directory(masks);

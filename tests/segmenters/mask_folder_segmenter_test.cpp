@@ -65,7 +65,7 @@ cv::Mat full_mask(const Instance& instance, cv::Size size) {
 // --- Label maps
 // -----------------------------------------------------------------------------------
 
-TEST(MaskFolderSegmenter, ReadsLabelMapsOfBothDepths) {
+TEST(MaskFolderSegmenter, ReadsLabelMapsOf8And16Bits) {
   for (const int type : {CV_8UC1, CV_16UC1}) {
     const TemporaryFolder folder;
     write_mask(folder, "12.500000.png", some_labels(type));
@@ -95,14 +95,14 @@ TEST(MaskFolderSegmenter, ReadsLabelMapsOfBothDepths) {
   }
 }
 
-TEST(MaskFolderSegmenter, AFileWithoutRowsIsNobody) {
+TEST(MaskFolderSegmenter, MaskWithoutRowsHasNoInstances) {
   const TemporaryFolder folder;
   write_mask(folder, "1.png", cv::Mat(6, 8, CV_8UC1, cv::Scalar(0)));
   folder.write("instances.csv", header);
   EXPECT_TRUE(MaskFolderSegmenter(folder.path()).segment(frame_at(1)).instances.empty());
 }
 
-TEST(MaskFolderSegmenter, ALabelWithoutARowIsAnError) {
+TEST(MaskFolderSegmenter, RefusesALabelWithoutARow) {
   const TemporaryFolder folder;
   write_mask(folder, "1.png", some_labels());
   folder.write("instances.csv", header + "1,1,0,0.9,0,0,4,5\n");
@@ -148,7 +148,7 @@ TEST(MaskFolderSegmenter, RefusesMalformedTables) {
 // --- Binary masks
 // ---------------------------------------------------------------------------------
 
-TEST(MaskFolderSegmenter, TakesConnectedObjectsOfBinaryMasks) {
+TEST(MaskFolderSegmenter, FindsConnectedObjectsInBinaryMasks) {
   for (const int on : {1, 255}) {
     const TemporaryFolder folder;
     cv::Mat mask(60, 80, CV_8UC1, cv::Scalar(0));
@@ -174,7 +174,7 @@ TEST(MaskFolderSegmenter, TakesConnectedObjectsOfBinaryMasks) {
   }
 }
 
-TEST(MaskFolderSegmenter, TakesBinaryMasksOf16Bits) {
+TEST(MaskFolderSegmenter, ReadsBinaryMasksOf16Bits) {
   const TemporaryFolder folder;
   cv::Mat mask(6, 8, CV_16UC1, cv::Scalar(0));
   mask(cv::Rect(2, 2, 3, 1)).setTo(256);  // its low byte is 0
@@ -187,7 +187,7 @@ TEST(MaskFolderSegmenter, TakesBinaryMasksOf16Bits) {
 // --- Matching
 // -------------------------------------------------------------------------------------
 
-TEST(MaskFolderSegmenter, TakesTheNearestMaskWithinAMillisecond) {
+TEST(MaskFolderSegmenter, FindsTheNearestMaskWithinAMillisecond) {
   const TemporaryFolder folder;
   const auto mask_with = [](int pixels) {
     cv::Mat mask(6, 8, CV_8UC1, cv::Scalar(0));
@@ -218,7 +218,7 @@ TEST(MaskFolderSegmenter, TakesTheNearestMaskWithinAMillisecond) {
   expect_error<std::invalid_argument>([&] { people.segment(frame_at(1e18)); }, "want seconds");
 }
 
-TEST(MaskFolderSegmenter, RefusesFoldersThatHoldNoMasks) {
+TEST(MaskFolderSegmenter, RefusesFoldersWithoutMasks) {
   const TemporaryFolder folder;
   expect_error<std::runtime_error>([&] { MaskFolderSegmenter(folder / "none"); },
                                    "none: there is no such folder");
@@ -295,7 +295,7 @@ Segmentation random_segmentation(std::mt19937& random, int count, double timesta
   return segmentation;
 }
 
-TEST(MaskFolderWriter, WhatItWritesComesBack) {
+TEST(MaskFolderWriter, RoundTripKeepsEveryInstance) {
   std::mt19937 random(23);
   const TemporaryFolder folder;
   std::vector<Segmentation> written;
@@ -355,7 +355,7 @@ TEST(MaskFolderWriter, WritesTheDocumentedFormat) {
   EXPECT_EQ(cv::countNonZero(nobody), 0);
 }
 
-TEST(MaskFolderWriter, CutsMasksAtTheImage) {
+TEST(MaskFolderWriter, ClipsMasksToTheImage) {
   constexpr int most = std::numeric_limits<int>::max();
   constexpr int least = std::numeric_limits<int>::min();
   const struct {
@@ -391,7 +391,7 @@ TEST(MaskFolderWriter, CutsMasksAtTheImage) {
   }
 }
 
-TEST(MaskFolderWriter, RefusesWhatItCannotWrite) {
+TEST(MaskFolderWriter, RefusesInvalidSegmentations) {
   const TemporaryFolder folder;
   MaskFolderWriter writer(folder.path());
   Segmentation segmentation;
@@ -417,7 +417,7 @@ TEST(MaskFolderWriter, RefusesWhatItCannotWrite) {
   EXPECT_EQ(file_text(folder / "instances.csv"), header);
 }
 
-TEST(MaskFolderWriter, RefusesAStemUnderWhichTheMaskIsNotFound) {
+TEST(MaskFolderWriter, RefusesAStemThatIsNotTheTime) {
   const TemporaryFolder folder;
   MaskFolderWriter writer(folder.path());
   Segmentation segmentation;
@@ -447,7 +447,7 @@ TEST(MaskFolderWriter, RefusesAStemUnderWhichTheMaskIsNotFound) {
   }
 }
 
-TEST(MaskFolderWriter, GoesOnWhereItWasMovedTo) {
+TEST(MaskFolderWriter, MovedWriterContinues) {
   const TemporaryFolder folder;
   Segmentation segmentation;
   segmentation.image_size = {8, 6};
@@ -469,7 +469,7 @@ Segmentation nobody_at(double timestamp_s) {
   return segmentation;
 }
 
-TEST(MaskFolderWriter, NeverReplacesWhatAnotherWrote) {
+TEST(MaskFolderWriter, NeverReplacesFilesOfAnotherWriter) {
   for (const char* file : {"instances.csv", "12.5.png"}) {
     const TemporaryFolder folder;
     folder.write(file, "earlier");
@@ -481,7 +481,7 @@ TEST(MaskFolderWriter, NeverReplacesWhatAnotherWrote) {
   }
 }
 
-TEST(MaskFolderWriter, ReplacesWhatItWroteOnlyIfToldAndOnlyWhenAllIsThere) {
+TEST(MaskFolderWriter, ReplacesItsOwnFilesOnRequestWhenFinished) {
   const TemporaryFolder folder;
   folder.write("notes.txt", "mine");
   MaskFolderWriter first(folder.path());
@@ -505,7 +505,7 @@ TEST(MaskFolderWriter, ReplacesWhatItWroteOnlyIfToldAndOnlyWhenAllIsThere) {
   EXPECT_EQ(file_text(folder / "instances.csv"), header);
 }
 
-TEST(MaskFolderWriter, KeepsWhatWasChangedAfterIt) {
+TEST(MaskFolderWriter, KeepsFilesChangedAfterIt) {
   const TemporaryFolder folder;
   MaskFolderWriter first(folder.path());
   first.add(nobody_at(1), "1.0");
@@ -516,7 +516,7 @@ TEST(MaskFolderWriter, KeepsWhatWasChangedAfterIt) {
   EXPECT_EQ(file_text(folder / "1.0.png"), "painted by hand");
 }
 
-TEST(MaskFolderWriter, SaysWhenItCannotWrite) {
+TEST(MaskFolderWriter, ReportsWriteErrors) {
   const TemporaryFolder folder;
   folder.write("file", "");
   expect_error<std::runtime_error>([&] { MaskFolderWriter(folder / "file/masks"); }, "file");
@@ -527,7 +527,7 @@ TEST(MaskFolderWriter, SaysWhenItCannotWrite) {
   EXPECT_FALSE(fs::exists(folder / "masks/instances.csv"));
 }
 
-TEST(MaskFolderWriter, OneAtATimeWritesIntoAFolder) {
+TEST(MaskFolderWriter, RefusesASecondWriterInAFolder) {
   const TemporaryFolder folder;
   const MaskFolderWriter first(folder.path());
   expect_error<std::runtime_error>([&] { MaskFolderWriter{folder.path()}; },
@@ -564,7 +564,7 @@ TEST_F(MaskFolderData, ReadsTheMasksOfWalkingHalfsphere) {
   EXPECT_EQ(first.instances.at(0).score, 0.909F);
 }
 
-TEST_F(MaskFolderData, WhatIsReadIsWrittenBackAlike) {
+TEST_F(MaskFolderData, RoundTripKeepsRecordedMasks) {
   const fs::path masks = data("tum_fr3_walking_halfsphere_50") / "masks";
   const TemporaryFolder folder;
   MaskFolderSegmenter people(masks);

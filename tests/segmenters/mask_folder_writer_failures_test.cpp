@@ -39,7 +39,7 @@ Segmentation two_persons_at(double timestamp_s) {
   return segmentation;
 }
 
-TEST(MaskFolderWriterFailures, AnAdditionThatLacksMemoryCanBeMadeAgain) {
+TEST(MaskFolderWriterFailures, AddCanBeRepeatedAfterAFailedAllocation) {
   const TemporaryFolder folder;
   MaskFolderWriter writer(folder.path());
   int failures = 0;
@@ -86,7 +86,7 @@ class FileSizeLimit {
   rlimit before_{};
 };
 
-TEST(MaskFolderWriterFailures, AnAdditionThatLacksRoomCanBeMadeAgain) {
+TEST(MaskFolderWriterFailures, AddCanBeRepeatedAfterAFullDisk) {
   const TemporaryFolder folder;
   MaskFolderWriter writer(folder.path());
   writer.add(two_persons_at(1));

@@ -49,7 +49,7 @@ void expect_in_image(const Instance& instance) {
   EXPECT_TRUE(mask.empty() || (mask & image) == mask);
 }
 
-TEST(MaskPropagatorExtremes, WhatIsMovedLiesInTheImage) {
+TEST(MaskPropagatorExtremes, MovedInstancesLieInTheImage) {
   cv::Mat1b image(size);
   cv::RNG(3).fill(image, cv::RNG::UNIFORM, 0, 256);
   cv::GaussianBlur(image, image, cv::Size(), 1.5);

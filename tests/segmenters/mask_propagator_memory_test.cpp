@@ -108,13 +108,13 @@ class MaskPropagatorWithoutMemory : public ::testing::Test {
   void TearDown() override { cv::setNumThreads(-1); }
 };
 
-TEST_F(MaskPropagatorWithoutMemory, AFailedFirstCallLeavesItAsNew) { expect_new_start_after(0); }
+TEST_F(MaskPropagatorWithoutMemory, FailedFirstCallRestartsIt) { expect_new_start_after(0); }
 
-TEST_F(MaskPropagatorWithoutMemory, AFailedSecondCallLeavesItAsNew) { expect_new_start_after(1); }
+TEST_F(MaskPropagatorWithoutMemory, FailedSecondCallRestartsIt) { expect_new_start_after(1); }
 
-TEST_F(MaskPropagatorWithoutMemory, AFailedLaterCallLeavesItAsNew) { expect_new_start_after(4); }
+TEST_F(MaskPropagatorWithoutMemory, FailedLaterCallRestartsIt) { expect_new_start_after(4); }
 
-TEST_F(MaskPropagatorWithoutMemory, TheFrameThatFailedMayBeGivenAgain) {
+TEST_F(MaskPropagatorWithoutMemory, FailedFrameMayBeRepeated) {
   const Film film;
   MaskPropagator propagator, fresh;
   propagator.propagate(film.frame(0), film.masks(0));
@@ -124,7 +124,7 @@ TEST_F(MaskPropagatorWithoutMemory, TheFrameThatFailedMayBeGivenAgain) {
   EXPECT_FALSE(propagator.statistics().restarted);
 }
 
-TEST_F(MaskPropagatorWithoutMemory, ATrackIdIsNotGivenTwice) {
+TEST_F(MaskPropagatorWithoutMemory, TrackIdsAreNotReused) {
   const Film film;
   MaskPropagator propagator;
   const auto before = propagator.propagate(film.frame(0), film.masks(0));

@@ -61,7 +61,7 @@ struct Case {
 
 class MaskPropagatorScenes : public ::testing::TestWithParam<Case> {};
 
-TEST_P(MaskPropagatorScenes, MovedMasksLieBetterThanThoseLeftBehind) {
+TEST_P(MaskPropagatorScenes, MovedMasksOverlapMoreThanStaleMasks) {
   const Case& want = GetParam();
   Overlaps got = overlaps(want.level, 41, want.start);
   for (const int lag : {1, 3, 6}) {

@@ -116,7 +116,7 @@ class Pan {
 // --- Motion that is known exactly
 // -----------------------------------------------------------------
 
-TEST(MaskPropagator, WithoutMotionMasksAreTheSameBits) {
+TEST(MaskPropagator, MasksAreUnchangedWithoutMotion) {
   const Instance object = ring({150, 120}, 50);
   const cv::Mat image = texture(size, 3);
   MaskPropagator propagator;
@@ -157,7 +157,7 @@ TEST(MaskPropagator, MovesByWholePixelsExactly) {
   }
 }
 
-TEST(MaskPropagator, MasksThatComeLateLieWhereThoseLieThatCameInTime) {
+TEST(MaskPropagator, LateMasksMatchTimelyMasks) {
   const Pan pan({4, -2});
   const Instance object = ring({130, 140}, 45);
   const Segmentation result = result_of(pan.frame(2), {object});
@@ -175,7 +175,7 @@ TEST(MaskPropagator, MasksThatComeLateLieWhereThoseLieThatCameInTime) {
   EXPECT_EQ(moved->timestamp_s, result.timestamp_s) << "how old the masks are";
 }
 
-TEST(MaskPropagator, FollowsTheObjectAndNotWhatIsBehindIt) {
+TEST(MaskPropagator, FollowsTheObjectRatherThanTheBackground) {
   const Patch patch{{60, 70, 80, 100}, 5};
   MaskPropagator propagator;
   std::optional<Segmentation> newest;
@@ -208,7 +208,7 @@ TEST(MaskPropagator, PartsOfAnObjectMoveApart) {
   }
 }
 
-TEST(MaskPropagator, GrowsWithWhatComesNearer) {
+TEST(MaskPropagator, GrowsWithAnApproachingObject) {
   const cv::Mat1b canvas = texture(size, 9);
   const Instance object = ring({160, 120}, 45);
   const auto zoomed = [&](const cv::Mat& image, double factor, int interpolation) {
@@ -230,7 +230,7 @@ TEST(MaskPropagator, GrowsWithWhatComesNearer) {
   EXPECT_NEAR(moved->instances.at(0).box.width, 91 * std::pow(1.03, 8) + 6, 5);
 }
 
-TEST(MaskPropagator, ABoxWithoutAMaskMovesToo) {
+TEST(MaskPropagator, MovesBoxesWithoutMasks) {
   const Patch patch{{60, 70, 80, 100}, 5};
   MaskPropagator propagator;
   std::optional<Segmentation> newest;
@@ -247,7 +247,7 @@ TEST(MaskPropagator, ABoxWithoutAMaskMovesToo) {
 // --- What is as it was given
 // ----------------------------------------------------------------------
 
-TEST(MaskPropagator, AResultOfTheFrameItselfIsNotTouched) {
+TEST(MaskPropagator, ReturnsAResultOfTheFrameItselfUnchanged) {
   Instance object = ring({5, 120}, 50);  // partly outside
   object.box = {-70, 60, 120, 130};
   const Segmentation result = result_of(frame_of(texture(size, 1), 0), {object});
@@ -260,7 +260,7 @@ TEST(MaskPropagator, AResultOfTheFrameItselfIsNotTouched) {
   EXPECT_EQ(moved->instances.at(0).track_id, 0);
 }
 
-TEST(MaskPropagator, TellsNobodyFromNothingKnown) {
+TEST(MaskPropagator, DistinguishesEmptyResultsFromNoResult) {
   MaskPropagatorOptions options;
   options.max_age_s = 0.11;
   MaskPropagator propagator(options);
@@ -276,7 +276,7 @@ TEST(MaskPropagator, TellsNobodyFromNothingKnown) {
   EXPECT_FALSE(propagator.propagate(frame_of(image, 5), nobody)) << "too old";
 }
 
-TEST(MaskPropagator, MasksAreGivenUpWhenTheyAreTooOld) {
+TEST(MaskPropagator, DropsMasksThatAreTooOld) {
   MaskPropagatorOptions options;
   options.max_age_s = 0.11;
   MaskPropagator propagator(options);
@@ -287,7 +287,7 @@ TEST(MaskPropagator, MasksAreGivenUpWhenTheyAreTooOld) {
   EXPECT_EQ(propagator.statistics().given_up, 1U);
 }
 
-TEST(MaskPropagator, TimeIsTheFramesOrAShareOfTheAgeBeforeIt) {
+TEST(MaskPropagator, TimestampIncludesAShareOfTheAge) {
   const cv::Mat image = texture(size, 1);
   for (const double share : {0.0, 0.25, 1.0}) {
     MaskPropagatorOptions options;
@@ -304,7 +304,7 @@ TEST(MaskPropagator, TimeIsTheFramesOrAShareOfTheAgeBeforeIt) {
 // --- Without points to go by
 // ----------------------------------------------------------------------
 
-TEST(MaskPropagator, WithoutAnImageItMovesByVelocity) {
+TEST(MaskPropagator, MovesByVelocityWithoutAnImage) {
   const Pan pan({4, 0});
   const Instance object = ring({100, 120}, 40);
   const Segmentation result = result_of(pan.frame(0), {object});
@@ -323,7 +323,7 @@ TEST(MaskPropagator, WithoutAnImageItMovesByVelocity) {
   }
 }
 
-TEST(MaskPropagator, VelocityMayComeFromTwoResults) {
+TEST(MaskPropagator, EstimatesVelocityFromTwoResults) {
   MaskPropagator propagator;
   FrameView frame = frame_of({}, 0);  // no image at all
   propagator.propagate(frame, result_of(frame, {ring({100, 100}, 30)}));
@@ -335,7 +335,7 @@ TEST(MaskPropagator, VelocityMayComeFromTwoResults) {
   EXPECT_EQ(propagator.statistics().instances.at(0).by_velocity, 1U);
 }
 
-TEST(MaskPropagator, WhatItDoesNotKnowItLeavesWhereItWas) {
+TEST(MaskPropagator, LeavesMasksInPlaceWithoutEvidence) {
   const Instance object = ring({100, 120}, 40);
   const cv::Mat blank(size, CV_8UC1, cv::Scalar(128));
   MaskPropagator propagator;
@@ -349,7 +349,7 @@ TEST(MaskPropagator, WhatItDoesNotKnowItLeavesWhereItWas) {
   }
 }
 
-TEST(MaskPropagator, AResultFromBeforeTheHistoryIsMovedFromItsFirstFrameOn) {
+TEST(MaskPropagator, MovesOlderResultsFromTheStartOfTheHistory) {
   const Pan pan({4, 0});
   MaskPropagatorOptions options;
   options.history_frames = 3;
@@ -364,7 +364,7 @@ TEST(MaskPropagator, AResultFromBeforeTheHistoryIsMovedFromItsFirstFrameOn) {
   EXPECT_EQ(propagator.statistics().instances.at(0).by_flow, 2U);
 }
 
-TEST(MaskPropagator, FindsAResultByItsTimeOrItsNumber) {
+TEST(MaskPropagator, MatchesResultsByTimeOrFrameId) {
   const Pan pan({4, 0});
   const Instance object = ring({100, 120}, 40);
   for (const bool has_time : {true, false}) {
@@ -389,7 +389,7 @@ TEST(MaskPropagator, FindsAResultByItsTimeOrItsNumber) {
   }
 }
 
-TEST(MaskPropagator, IgnoresResultsThatAreOlderThanTheLastOrOfAFrameToCome) {
+TEST(MaskPropagator, IgnoresOutdatedAndFutureResults) {
   const cv::Mat image = texture(size, 1);
   MaskPropagator propagator;
   const Instance object = ring({100, 120}, 40), other = ring({200, 120}, 40);
@@ -408,7 +408,7 @@ TEST(MaskPropagator, IgnoresResultsThatAreOlderThanTheLastOrOfAFrameToCome) {
 // --- Who is who
 // -----------------------------------------------------------------------------------
 
-TEST(MaskPropagator, BridgesWhatAResultMissesThenDropsIt) {
+TEST(MaskPropagator, BridgesMissedDetectionsThenDropsThem) {
   const cv::Mat image = texture(size, 1);
   MaskPropagatorOptions options;
   options.max_missed = 2;
@@ -446,7 +446,7 @@ TEST(MaskPropagator, BridgesWhatAResultMissesThenDropsIt) {
   EXPECT_EQ(give(7, {other, object})->instances.at(1).track_id, 2) << "a new one";
 }
 
-TEST(MaskPropagator, NothingIsBridgedWhereNothingShallBe) {
+TEST(MaskPropagator, BridgesNothingOnRequest) {
   const cv::Mat image = texture(size, 1);
   MaskPropagatorOptions options;
   options.max_missed = 0;
@@ -457,7 +457,7 @@ TEST(MaskPropagator, NothingIsBridgedWhereNothingShallBe) {
   EXPECT_TRUE(moved->instances.empty());
 }
 
-TEST(MaskPropagator, TrackIdsStayWhereObjectsCross) {
+TEST(MaskPropagator, TrackIdsSurviveCrossingObjects) {
   const Patch one{{20, 60, 60, 90}, 5}, two{{240, 80, 60, 90}, 6};
   MaskPropagator propagator;
   std::optional<Segmentation> newest;
@@ -479,7 +479,7 @@ TEST(MaskPropagator, TrackIdsStayWhereObjectsCross) {
   }
 }
 
-TEST(MaskPropagator, WhatLeavesTheImageGoesAway) {
+TEST(MaskPropagator, DropsObjectsThatLeaveTheImage) {
   const Patch patch{{220, 70, 70, 100}, 5};
   MaskPropagator propagator;
   std::optional<Segmentation> newest;
@@ -518,7 +518,7 @@ TEST(MaskPropagator, ClassesAreNotMixedUp) {
   EXPECT_EQ(moved->instances[1].track_id, 0);
 }
 
-TEST(MaskPropagator, AnIdThatTheSegmenterGaveStays) {
+TEST(MaskPropagator, KeepsTrackIdsOfTheSegmenter) {
   const cv::Mat image = texture(size, 1);
   MaskPropagator propagator;
   Instance object = ring({80, 120}, 40), other = ring({230, 120}, 40);
@@ -544,7 +544,7 @@ TEST(MaskPropagator, AnIdThatTheSegmenterGaveStays) {
 // --- Beginning anew
 // -------------------------------------------------------------------------------
 
-TEST(MaskPropagator, ResetIsAsNewlyMade) {
+TEST(MaskPropagator, ResetRestoresTheInitialState) {
   const Pan pan({4, 0});
   MaskPropagator propagator;
   const Segmentation result = result_of(pan.frame(0), {ring({100, 120}, 40)});
@@ -557,7 +557,7 @@ TEST(MaskPropagator, ResetIsAsNewlyMade) {
   EXPECT_EQ(moved->instances.at(0).track_id, 0);
 }
 
-TEST(MaskPropagator, TimeThatGoesBackStartsAnewAndSaysSo) {
+TEST(MaskPropagator, TimeGoingBackRestartsAndIsReported) {
   const cv::Mat image = texture(size, 1);
   MaskPropagator propagator;
   const Segmentation result = result_of(frame_of(image, 4), {ring({100, 120}, 40)});
@@ -572,7 +572,7 @@ TEST(MaskPropagator, TimeThatGoesBackStartsAnewAndSaysSo) {
   EXPECT_EQ(moved->instances.at(0).track_id, 1) << "ids are not given twice";
 }
 
-TEST(MaskPropagator, AnotherImageSizeStartsAnew) {
+TEST(MaskPropagator, AnotherImageSizeRestarts) {
   MaskPropagator propagator;
   const Segmentation result = result_of(frame_of(texture(size, 1), 0), {ring({100, 120}, 40)});
   EXPECT_TRUE(propagator.propagate(frame_of(texture(size, 1), 0), result));
@@ -587,7 +587,7 @@ TEST(MaskPropagator, AnotherImageSizeStartsAnew) {
 // --- Odd input
 // ------------------------------------------------------------------------------------
 
-TEST(MaskPropagator, TakesImagesOfAllSizesAndColours) {
+TEST(MaskPropagator, AcceptsImagesOfAnySizeAndColour) {
   for (const cv::Size small : {cv::Size(1, 1), {2, 40}, {40, 2}, {17, 18}, {33, 31}, {2000, 20}}) {
     for (const int channels : {1, 3, 4}) {
       cv::Mat image = texture(small, 1);
@@ -605,7 +605,7 @@ TEST(MaskPropagator, TakesImagesOfAllSizesAndColours) {
   }
 }
 
-TEST(MaskPropagator, TakesMasksAndBoxesThatLieAnywhere) {
+TEST(MaskPropagator, AcceptsMasksAndBoxesAnywhere) {
   constexpr int least = std::numeric_limits<int>::min(), most = std::numeric_limits<int>::max();
   const cv::Mat image = texture(size, 1);
   MaskPropagator propagator;
@@ -674,7 +674,7 @@ TEST(MaskPropagator, RefusesOptionsOutOfRange) {
   refuses(&Options::age_share, 1.5, "age_share");
 }
 
-TEST(MaskPropagator, RefusesBadInputAndStaysAsItWas) {
+TEST(MaskPropagator, RefusesBadInputWithoutChange) {
   const Pan pan({4, 0});
   const Segmentation result = result_of(pan.frame(0), {ring({100, 120}, 40)});
   MaskPropagator propagator, twin;
@@ -708,7 +708,7 @@ TEST(MaskPropagator, RefusesBadInputAndStaysAsItWas) {
 // --- Whose data it is
 // -----------------------------------------------------------------------------
 
-TEST(MaskPropagator, NeitherTakesNorGivesPixelsThatAreShared) {
+TEST(MaskPropagator, SharesNoPixelsWithTheCaller) {
   const Pan pan({4, 2});
   const auto run = [&](bool spoils) {
     MaskPropagator propagator;
@@ -733,7 +733,7 @@ TEST(MaskPropagator, NeitherTakesNorGivesPixelsThatAreShared) {
   EXPECT_EQ(run(false), run(true));
 }
 
-TEST(MaskPropagator, TheGivenMaskMayBeOverwrittenAfterTheCall) {
+TEST(MaskPropagator, CallerMayOverwriteItsMasks) {
   const Pan pan({4, 2});
   const Segmentation result = result_of(pan.frame(0), {ring({100, 100}, 40)});
   const cv::Mat1b before = painted(result);
@@ -744,7 +744,7 @@ TEST(MaskPropagator, TheGivenMaskMayBeOverwrittenAfterTheCall) {
   EXPECT_EQ(cv::countNonZero(painted(*moved)), cv::countNonZero(before));
 }
 
-TEST(MaskPropagator, TwoShareNothingAndAreAlike) {
+TEST(MaskPropagator, TwoPropagatorsShareNothing) {
   const Pan pan({4, 2}), elsewhere({-6, 1});
   const auto step = [](MaskPropagator& propagator, const Pan& film, int i) {
     const Segmentation result = result_of(film.frame(i / 3 * 3), {ring({150, 100}, 40)});
@@ -763,7 +763,7 @@ TEST(MaskPropagator, TwoShareNothingAndAreAlike) {
   EXPECT_EQ(alone, interleaved);
 }
 
-TEST(MaskPropagator, MovesWithItsState) {
+TEST(MaskPropagator, MoveKeepsTheState) {
   const Pan pan({4, 0});
   const Segmentation result = result_of(pan.frame(0), {ring({100, 120}, 40)});
   MaskPropagator first;

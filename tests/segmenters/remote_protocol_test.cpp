@@ -81,7 +81,7 @@ Segmentation random_segmentation(testing::ByteSource& random) {
 // ---------------------------------------------------------------------------------
 
 // The bytes of the tables in examples/remote_masks/README.md.
-TEST(RemoteProtocol, AFrameHasItsGoldenBytes) {
+TEST(RemoteProtocol, FrameMatchesTheDocumentedBytes) {
   FrameView frame;
   frame.id = 0x0102030405060708;
   frame.timestamp_s = 1.5;
@@ -138,7 +138,7 @@ TEST(RemoteProtocol, RefusesImagesThatCannotBeSent) {
 // --- What we receive
 // ------------------------------------------------------------------------------
 
-TEST(RemoteProtocol, AReplyHasItsGoldenBytes) {
+TEST(RemoteProtocol, ReplyMatchesTheDocumentedBytes) {
   const Bytes payload = {
       7,    0,    0,    0,    0,    0,    0,    0,    16,   0, 0, 0, 12, 0, 0, 0,  // frame id, size
       2,    0,    0,    0,    0,    0,    0,    0,     // instances, reserved
@@ -173,7 +173,7 @@ TEST(RemoteProtocol, AReplyHasItsGoldenBytes) {
   EXPECT_EQ(testing::instances_payload(want), payload);
 }
 
-TEST(RemoteProtocol, WhatIsWrittenIsRead) {
+TEST(RemoteProtocol, RoundTripKeepsEveryInstance) {
   testing::ByteSource random(5);
   for (int i = 0; i < 2000; ++i) {
     const Segmentation want = random_segmentation(random);
@@ -181,7 +181,7 @@ TEST(RemoteProtocol, WhatIsWrittenIsRead) {
   }
 }
 
-TEST(RemoteProtocol, RefusesRepliesOfAnotherFrameOrSize) {
+TEST(RemoteProtocol, RefusesRepliesToAnotherFrameOrSize) {
   const Bytes payload = testing::instances_payload(some_segmentation());
   expect_error<ProtocolError>([&] { decode_instances(payload, 8, 0, fuzzed_size()); },
                               "malformed reply: of frame 7; want frame 8");
@@ -192,7 +192,7 @@ TEST(RemoteProtocol, RefusesRepliesOfAnotherFrameOrSize) {
       "for an image of 16x12; the frame has 12x16");
 }
 
-TEST(RemoteProtocol, RefusesRepliesOfAnotherLength) {
+TEST(RemoteProtocol, RefusesRepliesOfWrongLength) {
   const Bytes payload = testing::instances_payload(some_segmentation());
   for (std::size_t size = 0; size < payload.size(); ++size) {
     EXPECT_THROW(decode(Bytes(payload.begin(), payload.begin() + static_cast<long>(size))),
@@ -231,7 +231,7 @@ TEST(RemoteProtocol, RefusesNumbersBeyondTheLimits) {
   expect_refused([](Instance& it) { it.mask.release(); }, "a mask of 0x0 at 2,3");
 }
 
-TEST(RemoteProtocol, RefusesCountsThatTheBytesDoNotBear) {
+TEST(RemoteProtocol, RefusesCountsThatExceedTheBytes) {
   Bytes payload = testing::instances_payload(some_segmentation());
   const auto with_count = [&](std::uint32_t count) {
     Bytes changed = payload;
@@ -259,7 +259,7 @@ TEST(RemoteProtocol, ReadsHeaders) {
   EXPECT_EQ(header_of(later).request, 3U);
 }
 
-TEST(RemoteProtocol, RefusesHeadersThatAreNoReplys) {
+TEST(RemoteProtocol, RefusesHeadersThatAreNotReplies) {
   const auto expect_refused = [](std::size_t position, std::uint8_t value,
                                  const std::string& part) {
     Bytes bytes = testing::message(2, 1, {});
@@ -315,7 +315,7 @@ void mutate(Bytes& bytes, testing::ByteSource& random) {
   }
 }
 
-TEST(RemoteProtocol, MutatedRepliesAreRefusedOrReadToTheByte) {
+TEST(RemoteProtocol, MutatedRepliesAreRefusedOrReadExactly) {
   testing::ByteSource random(23);
   int accepted = 0;
   constexpr int cases = 100000;
@@ -329,7 +329,7 @@ TEST(RemoteProtocol, MutatedRepliesAreRefusedOrReadToTheByte) {
   EXPECT_LT(accepted, cases * 19 / 20);
 }
 
-TEST(RemoteProtocol, RandomBytesAreRefusedOrReadToTheByte) {
+TEST(RemoteProtocol, RandomBytesAreRefusedOrReadExactly) {
   testing::ByteSource random(29);
   int accepted = 0;
   for (int i = 0; i < 100000; ++i) {

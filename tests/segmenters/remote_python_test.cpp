@@ -95,7 +95,7 @@ bool is_bright(const cv::Mat& image, int y, int x) {
   return sum > 128 * image.channels();
 }
 
-TEST_F(RemotePython, TheExampleFindsWhatIsBright) {
+TEST_F(RemotePython, ExampleFindsBrightObjects) {
   const Script script(threshold, path);
   RemoteSegmenter people(path, patient());
   for (const int type : {CV_8UC1, CV_8UC3}) {
@@ -118,7 +118,7 @@ TEST_F(RemotePython, TheExampleFindsWhatIsBright) {
   EXPECT_TRUE(people.segment(frame_of(0)).instances.empty());
 }
 
-TEST_F(RemotePython, DepthGoesOutAndTracksComeBack) {
+TEST_F(RemotePython, SendsDepthAndReturnsTracks) {
   const Script script(peer, path);
   RemoteSegmenterOptions options = patient();
   options.send_depth = true;
@@ -163,7 +163,7 @@ TEST_F(RemotePython, ErrorsOfTheNetworkReachTheHost) {
 }
 
 // Start order both ways, a socket's file that the dead have left, death in the middle of a call.
-TEST_F(RemotePython, IsKilledAtRandomPointsAndComesBack) {
+TEST_F(RemotePython, SurvivesBeingKilledAtRandomPoints) {
   std::mt19937 random(47);
   RemoteSegmenter people(path, patient());
   int answered = 0;
@@ -193,7 +193,7 @@ TEST_F(RemotePython, IsKilledAtRandomPointsAndComesBack) {
   EXPECT_GT(answered, 8);
 }
 
-TEST_F(RemotePython, TakesItsSocketAwayWhenItIsInterrupted) {
+TEST_F(RemotePython, RemovesItsSocketWhenInterrupted) {
   Script script(threshold, path);
   RemoteSegmenter people(path, patient());
   people.segment(frame_of(9));
@@ -201,7 +201,7 @@ TEST_F(RemotePython, TakesItsSocketAwayWhenItIsInterrupted) {
   EXPECT_FALSE(fs::exists(path));
 }
 
-TEST_F(RemotePython, ItsOwnTestsPass) {
+TEST_F(RemotePython, PythonTestsPass) {
   EXPECT_EQ(
       std::system(
           ("'" + python + "' -B '" + sources + "/tests/segmenters/remote_masks_test.py'").c_str()),

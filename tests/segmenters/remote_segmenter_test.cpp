@@ -132,7 +132,7 @@ class RemoteSegmenterTest : public ::testing::Test {
 // --- Frames go out, instances come back
 // -----------------------------------------------------------
 
-TEST_F(RemoteSegmenterTest, SendsTheFrameAndReturnsWhatCameBack) {
+TEST_F(RemoteSegmenterTest, SendsTheFrameAndReturnsTheInstances) {
   ReceivedFrame got;
   const RemotePeer peer(path, [&](const PeerSocket& socket, const ReceivedFrame& frame) {
     got = frame;
@@ -163,7 +163,7 @@ TEST_F(RemoteSegmenterTest, SendsTheFrameAndReturnsWhatCameBack) {
   }
 }
 
-TEST_F(RemoteSegmenterTest, SendsDepthWhereItIsAskedTo) {
+TEST_F(RemoteSegmenterTest, SendsDepthOnRequest) {
   ReceivedFrame got;
   const RemotePeer peer(path, [&](const PeerSocket& socket, const ReceivedFrame& frame) {
     got = frame;
@@ -221,7 +221,7 @@ TEST_F(RemoteSegmenterTest, RefusesMisuse) {
 // --- Starting, dying, coming back
 // -----------------------------------------------------------------
 
-TEST_F(RemoteSegmenterTest, SaysThatNobodyListensAndTriesAgain) {
+TEST_F(RemoteSegmenterTest, ReportsAMissingListenerAndRetries) {
   RemoteSegmenter people(path, patient());
   expect_fails(people, frame_of(1), "no process listens there");
   { const PeerSocket dead = PeerSocket::listening(path); }
@@ -230,7 +230,7 @@ TEST_F(RemoteSegmenterTest, SaysThatNobodyListensAndTriesAgain) {
   expect_answered(people, frame_of(3));
 }
 
-TEST_F(RemoteSegmenterTest, WaitsForAListenerWhereItIsAskedTo) {
+TEST_F(RemoteSegmenterTest, WaitsForAListenerOnRequest) {
   RemoteSegmenterOptions options = patient();
   options.retry_interval_s = 0.001;
   RemoteSegmenter people(path, options);
@@ -246,7 +246,7 @@ TEST_F(RemoteSegmenterTest, WaitsForAListenerWhereItIsAskedTo) {
       "others: no masks of frame 1 within 0.02 s: no process listens there");
 }
 
-TEST_F(RemoteSegmenterTest, SurvivesTheDeathAndReturnOfTheOtherSide) {
+TEST_F(RemoteSegmenterTest, SurvivesARestartOfThePeer) {
   RemoteSegmenter people(path, patient());
   for (std::uint64_t id = 1; id < 30; ++id) {
     const RemotePeer peer(path, answer);
@@ -256,7 +256,7 @@ TEST_F(RemoteSegmenterTest, SurvivesTheDeathAndReturnOfTheOtherSide) {
   }
 }
 
-TEST_F(RemoteSegmenterTest, AnyNumberComeAndGo) {
+TEST_F(RemoteSegmenterTest, ManySegmentersConnectInTurn) {
   const RemotePeer peer(path, answer);
   for (std::uint64_t id = 1; id < 30; ++id) {
     RemoteSegmenter first(path, patient());
@@ -266,7 +266,7 @@ TEST_F(RemoteSegmenterTest, AnyNumberComeAndGo) {
   }
 }
 
-TEST_F(RemoteSegmenterTest, CanBeDestroyedInMidExchange) {
+TEST_F(RemoteSegmenterTest, CanBeDestroyedDuringAnExchange) {
   std::promise<void> has_gone;
   std::atomic<int> frames{0};
   const RemotePeer peer(path, [&](const PeerSocket& socket, const ReceivedFrame& frame) {
@@ -285,7 +285,7 @@ TEST_F(RemoteSegmenterTest, CanBeDestroyedInMidExchange) {
 // --- Late
 // -----------------------------------------------------------------------------------------
 
-TEST_F(RemoteSegmenterTest, LeavesALateReply) {
+TEST_F(RemoteSegmenterTest, DiscardsALateReply) {
   std::promise<void> go;
   std::vector<int> seen;
   const RemotePeer peer(path, [&](const PeerSocket& socket, const ReceivedFrame& frame) {
@@ -313,7 +313,7 @@ TEST_F(RemoteSegmenterTest, LeavesALateReply) {
   EXPECT_EQ(seen.at(1), 5);  // it was never bothered with frame 6
 }
 
-TEST_F(RemoteSegmenterTest, GoesOnWithALateReplyThatHasHalfArrived) {
+TEST_F(RemoteSegmenterTest, FinishesReadingAHalfReceivedLateReply) {
   for (const std::size_t part : {1U, 23U, 24U, 25U, 60U}) {
     std::promise<void> go;
     bool is_first = true;
@@ -340,7 +340,7 @@ TEST_F(RemoteSegmenterTest, GoesOnWithALateReplyThatHasHalfArrived) {
   }
 }
 
-TEST_F(RemoteSegmenterTest, ConnectsAnewWhereAReplyIsLost) {
+TEST_F(RemoteSegmenterTest, ReconnectsAfterALostReply) {
   std::atomic<int> frames{0};
   const RemotePeer peer(path, [&](const PeerSocket& socket, const ReceivedFrame& frame) {
     return ++frames == 1 || answer(socket, frame);  // the first gets no answer, ever
@@ -359,7 +359,7 @@ TEST_F(RemoteSegmenterTest, ConnectsAnewWhereAReplyIsLost) {
   }
 }
 
-TEST_F(RemoteSegmenterTest, WaitsNoLongerThanAskedWhereNobodyAccepts) {
+TEST_F(RemoteSegmenterTest, TimesOutIfNobodyAccepts) {
   const PeerSocket listener = PeerSocket::listening(path, 0);
   RemoteSegmenter first(path, impatient());
   // In the queue, and then: no longer even that.
@@ -369,7 +369,7 @@ TEST_F(RemoteSegmenterTest, WaitsNoLongerThanAskedWhereNobodyAccepts) {
                "no masks of frame 1 within 0.05 s: time is up: the other side accepts no");
 }
 
-TEST_F(RemoteSegmenterTest, WaitsNoLongerThanAskedWhereTheImageIsNotTaken) {
+TEST_F(RemoteSegmenterTest, TimesOutIfTheImageIsNotRead) {
   const PeerSocket listener = PeerSocket::listening(path);
   RemoteSegmenterOptions options;
   options.timeout_s = 0.2;
@@ -399,7 +399,7 @@ TEST_F(RemoteSegmenterTest, WaitsNoLongerThanAskedWhereTheImageIsNotTaken) {
   other.join();
 }
 
-TEST_F(RemoteSegmenterTest, WaitsNoLongerThanAskedForAReplyThatTrickles) {
+TEST_F(RemoteSegmenterTest, TimesOutOnASlowReply) {
   std::atomic<bool> is_over{false};
   const RemotePeer peer(path, [&](const PeerSocket& socket, const ReceivedFrame&) {
     Bytes bytes = testing::message(2, 1, Bytes(1));
@@ -416,7 +416,7 @@ TEST_F(RemoteSegmenterTest, WaitsNoLongerThanAskedForAReplyThatTrickles) {
 // --- Wrong
 // ----------------------------------------------------------------------------------------
 
-TEST_F(RemoteSegmenterTest, RefusesWhatIsNoReplyAndConnectsAnew) {
+TEST_F(RemoteSegmenterTest, RefusesMalformedRepliesAndReconnects) {
   const auto malformed = [](auto change) {
     return [change](const ReceivedFrame& frame) {
       Segmentation found = masks_of(frame.id, frame.timestamp_s, frame.image);
@@ -468,7 +468,7 @@ TEST_F(RemoteSegmenterTest, RefusesWhatIsNoReplyAndConnectsAnew) {
   }
 }
 
-TEST_F(RemoteSegmenterTest, TellsWhatTheOtherSideSays) {
+TEST_F(RemoteSegmenterTest, ReportsErrorsOfThePeer) {
   const RemotePeer peer(path, [&](const PeerSocket& socket, const ReceivedFrame& frame) {
     return frame.id == 1 ? socket.send(testing::error_reply(frame.request, "out\nof memory"))
                          : answer(socket, frame);
@@ -479,7 +479,7 @@ TEST_F(RemoteSegmenterTest, TellsWhatTheOtherSideSays) {
   EXPECT_EQ(peer.connections(), 1);
 }
 
-TEST_F(RemoteSegmenterTest, HearsWhyTheOtherSideHangsUpWhileItSends) {
+TEST_F(RemoteSegmenterTest, ReportsWhyThePeerHangsUpWhileSending) {
   const PeerSocket listener = PeerSocket::listening(path);
   std::thread other([&] {
     const PeerSocket socket = listener.accepted();
@@ -492,7 +492,7 @@ TEST_F(RemoteSegmenterTest, HearsWhyTheOtherSideHangsUpWhileItSends) {
   other.join();
 }
 
-TEST_F(RemoteSegmenterTest, AnAnnouncementAloneGetsNoMemory) {
+TEST_F(RemoteSegmenterTest, AnnouncedSizeAloneAllocatesNothing) {
   const RemotePeer peer(path, [&](const PeerSocket& socket, const ReceivedFrame& frame) {
     Bytes bytes = testing::message(2, frame.request, Bytes(100));
     const std::uint32_t length = 64U << 20U;
@@ -507,7 +507,7 @@ TEST_F(RemoteSegmenterTest, AnAnnouncementAloneGetsNoMemory) {
   EXPECT_LE(largest_allocation, std::size_t{1} << 20U);
 }
 
-TEST_F(RemoteSegmenterTest, SurvivesADeathAtEveryByteOfAReply) {
+TEST_F(RemoteSegmenterTest, SurvivesADisconnectAtEveryByteOfAReply) {
   const FrameView frame = frame_of(1);
   const std::size_t size = testing::reply(1, masks_of(frame)).size();
   std::size_t part = 0;
@@ -754,7 +754,7 @@ TEST_F(RemoteSegmenterTest, NeverReturnsTheWrongMasksInTenThousandCycles) {
 
 std::atomic<int> alarms{0};
 
-TEST_F(RemoteSegmenterTest, SignalsEndNoCall) {
+TEST_F(RemoteSegmenterTest, SignalsDoNotInterruptACall) {
   sigset_t alarm_only;
   sigemptyset(&alarm_only);
   sigaddset(&alarm_only, SIGALRM);

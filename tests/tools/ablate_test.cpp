@@ -79,7 +79,7 @@ TEST_F(Ablate, PrintsTheTablesOfEveryGroup) {
   EXPECT_EQ(printed().find("missing"), std::string::npos) << printed();
 }
 
-TEST_F(Ablate, LeavesWhatEveryRunWroteWithItsOptions) {
+TEST_F(Ablate, KeepsTheResultsAndOptionsOfEveryRun) {
   for (const char* job : {"medium_1/mask", "medium_2/paper", "static_1/perfect"}) {
     const fs::path folder = out("one process") / job;
     for (const char* file :
@@ -92,7 +92,7 @@ TEST_F(Ablate, LeavesWhatEveryRunWroteWithItsOptions) {
   EXPECT_EQ(summary["input"], "--level medium --scene-seed 2 --frames 4 --width 160 --height 120");
 }
 
-TEST_F(Ablate, TheMedianOfTwoScenesStandsBetweenTheirValues) {
+TEST_F(Ablate, MedianOfTwoScenesLiesBetweenTheirValues) {
   double left[2];
   for (const int seed : {1, 2}) {
     const fs::path folder = out("one process") / ("medium_" + std::to_string(seed)) / "mask";
@@ -104,7 +104,7 @@ TEST_F(Ablate, TheMedianOfTwoScenesStandsBetweenTheirValues) {
   EXPECT_NE(printed().find(cell), std::string::npos) << cell << '\n' << printed();
 }
 
-TEST_F(Ablate, ARunByItselfGivesTheSameFigures) {
+TEST_F(Ablate, SingleRunGivesTheSameFigures) {
   std::string input;
   const nlohmann::json together = read_json(out("one process") / "medium_1/paper/summary.json");
   together["input"].get_to(input);
@@ -118,7 +118,7 @@ TEST_F(Ablate, ARunByItselfGivesTheSameFigures) {
   }
 }
 
-TEST_F(Ablate, ListsAJobASceneAndRule) {
+TEST_F(Ablate, ListsOneJobForEachSceneAndRule) {
   const std::vector<std::string> list = jobs("listed");
   ASSERT_EQ(list.size(), 12U);
   for (const std::string& line : list) {
@@ -128,7 +128,7 @@ TEST_F(Ablate, ListsAJobASceneAndRule) {
   EXPECT_FALSE(fs::exists(out("listed"))) << "it runs nothing";
 }
 
-TEST_F(Ablate, JobsInAnyOrderAndTwiceGiveTheSameTables) {
+TEST_F(Ablate, TablesDoNotDependOnJobOrderOrRepetition) {
   std::vector<std::string> list = jobs("in jobs");
   ASSERT_EQ(list.size(), 12U);
   for (std::size_t i = list.size(); i-- > 0;) EXPECT_EQ(shell(list[i] + " >/dev/null"), 0);
@@ -148,7 +148,7 @@ TEST_F(Ablate, GnuParallelRunsTheList) {
   EXPECT_EQ(run("ablate --gather " + quoted(out("in parallel"))).printed, printed());
 }
 
-TEST_F(Ablate, GatheringSaysWhatIsMissing) {
+TEST_F(Ablate, GatherNamesMissingResults) {
   const fs::path folder = copy("one missing");
   fs::remove_all(folder / "medium_2" / "paper");
   const Outcome outcome = run("ablate --gather " + quoted(folder));
@@ -157,7 +157,7 @@ TEST_F(Ablate, GatheringSaysWhatIsMissing) {
   EXPECT_TRUE(outcome.mentions("paper [1]")) << "one of two scenes: " << outcome.printed;
 }
 
-TEST_F(Ablate, AJobThatWasCutOffCountsAsMissing) {
+TEST_F(Ablate, InterruptedJobCountsAsMissing) {
   const fs::path folder = copy("cut off");
   fs::rename(folder / "static_1" / "mask" / "summary.json",
              folder / "static_1" / "mask" / "summary.json.123");
@@ -165,7 +165,7 @@ TEST_F(Ablate, AJobThatWasCutOffCountsAsMissing) {
   EXPECT_TRUE(outcome.mentions("missing: static_1 under mask\n")) << outcome.printed;
 }
 
-TEST_F(Ablate, RefusesToMixResults) {
+TEST_F(Ablate, RefusesToMixDifferentResults) {
   const fs::path folder = copy("mixed");
   const std::string paper = "run --level medium --scene-seed 1 --rule paper" + std::string(tiny);
   ASSERT_EQ(run(paper + " --seed 7 --out " + quoted(folder / "other")).exit_code, 0);
@@ -199,7 +199,7 @@ void write_result(const fs::path& folder, int scene, const std::string& rule, do
   std::ofstream(job / "summary.json") << summary;
 }
 
-TEST_F(Ablate, TheFiguresOfTheTablesAreThoseWorkedOutByHand) {
+TEST_F(Ablate, FiguresMatchHandComputedValues) {
   const fs::path folder = out("by hand");
   const double errors[][3] = {{0.4, 0.1, 0.1}, {1.2, 0.3, 0.2}, {0.6, 0.6, 0.1}};
   for (int scene = 0; scene < 3; ++scene) {
@@ -217,7 +217,7 @@ TEST_F(Ablate, TheFiguresOfTheTablesAreThoseWorkedOutByHand) {
   }
 }
 
-TEST_F(Ablate, NamesAFolderThatIsNotWhatItShouldBe) {
+TEST_F(Ablate, RefusesFoldersWithoutResults) {
   EXPECT_TRUE(run("ablate --gather /nowhere").mentions("/nowhere"));
   fs::create_directories(out("empty"));
   EXPECT_TRUE(run("ablate --gather " + quoted(out("empty"))).mentions("no summary.json"));
@@ -229,7 +229,7 @@ TEST_F(Ablate, NamesAFolderThatIsNotWhatItShouldBe) {
   EXPECT_TRUE(run("ablate " + quoted(out("empty"))).mentions("rgb.txt"));
 }
 
-TEST_F(Ablate, RefusesPlansThatMakeNoSense) {
+TEST_F(Ablate, RefusesInvalidPlans) {
   const auto refuses = [](const std::string& arguments, const char* what) {
     const Outcome outcome = run("ablate " + arguments);
     EXPECT_NE(outcome.exit_code, 0) << arguments;
@@ -245,7 +245,7 @@ TEST_F(Ablate, RefusesPlansThatMakeNoSense) {
   refuses("--levels medium --gather x --list", "excludes");
 }
 
-TEST_F(Ablate, ARecordingWithoutTruthHasNoPerfectMask) {
+TEST_F(Ablate, OmitsPerfectMasksWithoutTruth) {
   const fs::path recorded = out("recorded");
   ASSERT_EQ(run("synth " + quoted(recorded) + " --frames 3 --width 160 --height 120").exit_code, 0);
   fs::remove_all(recorded / "masks_true");

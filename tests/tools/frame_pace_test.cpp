@@ -29,7 +29,7 @@ struct FakeCamera {
   }
 };
 
-TEST(FramePace, FramesComeAtThePaceOfTheirTimes) {
+TEST(FramePace, FollowsTheTimestamps) {
   FakeCamera camera;
   EXPECT_EQ(camera.wait_ms(recorded_s), 0);
   EXPECT_NEAR(camera.wait_ms(recorded_s + 0.03), 30, 1e-3);
@@ -40,7 +40,7 @@ TEST(FramePace, FramesComeAtThePaceOfTheirTimes) {
   EXPECT_EQ(camera.pace.cuts(), 0U);
 }
 
-TEST(FramePace, LateFramesAreDueInThePastAndCatchUp) {
+TEST(FramePace, LateFramesCatchUp) {
   FakeCamera camera;
   camera.wait_ms(recorded_s);
   camera.now += milliseconds(100);
@@ -48,7 +48,7 @@ TEST(FramePace, LateFramesAreDueInThePastAndCatchUp) {
   EXPECT_NEAR(camera.wait_ms(recorded_s + 0.13), 30, 1e-3);
 }
 
-TEST(FramePace, AJumpOfAnHourIsNotWaitedFor) {
+TEST(FramePace, DoesNotWaitForAJumpOfAnHour) {
   FakeCamera camera;
   camera.wait_ms(recorded_s);
   camera.wait_ms(recorded_s + 0.03);
@@ -57,7 +57,7 @@ TEST(FramePace, AJumpOfAnHourIsNotWaitedFor) {
   EXPECT_EQ(camera.pace.cuts(), 1U);
 }
 
-TEST(FramePace, TimesThatGoBackAreNotWaitedFor) {
+TEST(FramePace, DoesNotWaitForTimesGoingBack) {
   FakeCamera camera;
   camera.wait_ms(recorded_s + 3600);
   EXPECT_EQ(camera.wait_ms(recorded_s), 0);
@@ -66,7 +66,7 @@ TEST(FramePace, TimesThatGoBackAreNotWaitedFor) {
   EXPECT_EQ(camera.pace.cuts(), 2U);
 }
 
-TEST(FramePace, TheWidestTimesOverflowNothing) {
+TEST(FramePace, ExtremeTimesDoNotOverflow) {
   FakeCamera camera;
   for (const double time_s : {-8.9e9, 8.9e9, -8.9e9, 0.0}) EXPECT_EQ(camera.wait_ms(time_s), 0);
   EXPECT_EQ(camera.pace.cuts(), 3U);

@@ -64,7 +64,7 @@ const std::vector<NumberOption>& number_options() {
   return options;
 }
 
-TEST(ProgramNumbers, OutsideTheirRangeAreRefusedByName) {
+TEST(ProgramNumbers, OutOfRangeAreRefusedByName) {
   const TemporaryFolder folder;
   const fs::path out = folder / "out";
   for (const NumberOption& option : number_options()) {
@@ -83,7 +83,7 @@ TEST(ProgramNumbers, OutsideTheirRangeAreRefusedByName) {
   }
 }
 
-TEST(ProgramNumbers, ALeadingZeroMakesNoOctalNumber) {
+TEST(ProgramNumbers, LeadingZeroIsNotOctal) {
   const TemporaryFolder folder;
   const Outcome outcome =
       run("synth " + quoted(folder / "out") + " --frames 010 --width 064 --height 48");

@@ -70,7 +70,7 @@ std::vector<std::string> rows_of(const fs::path& file) {
   return rows;
 }
 
-TEST_F(ProgramRecordings, EvalCountsTheRowsThatItPassesOver) {
+TEST_F(ProgramRecordings, EvalCountsSkippedRows) {
   const std::vector<std::string> rows = rows_of(truth());
   ASSERT_EQ(rows.size(), 4U);
   const fs::path flawed = folder_.write(
@@ -91,7 +91,7 @@ TEST_F(ProgramRecordings, EvalCountsTheRowsThatItPassesOver) {
   EXPECT_FALSE(clean.mentions("skipped")) << clean.printed;
 }
 
-TEST_F(ProgramRecordings, EvalNamesAFileWithoutAUsableRow) {
+TEST_F(ProgramRecordings, EvalNamesAFileWithoutUsableRows) {
   const fs::path useless = folder_.write("useless.txt", "1 0 0 nan 0 0 0 1\n");
   const Outcome outcome = run("eval " + quoted(useless) + " " + quoted(truth()));
   EXPECT_EQ(outcome.exit_code, 1);
@@ -113,7 +113,7 @@ TEST_F(ProgramRecordings, EvalPrintsTheAbsoluteErrorOfAShortTrajectory) {
   EXPECT_NE(errors["missing"]["rpe"].get<std::string>().find("interval"), std::string::npos);
 }
 
-TEST_F(ProgramRecordings, EvalSaysWhyThereIsNoFigureAtAll) {
+TEST_F(ProgramRecordings, EvalExplainsMissingFigures) {
   const fs::path other = folder_.write("other.txt", "900 0 0 0 0 0 0 1\n901 0 0 0 0 0 0 1\n");
   const fs::path json = folder_ / "errors.json";
   for (const char* scale : {"", " --scale"}) {
@@ -135,20 +135,20 @@ TEST_F(ProgramRecordings, EvalReadsAPipe) {
   EXPECT_TRUE(outcome.mentions("pairs                                4")) << outcome.printed;
 }
 
-TEST_F(ProgramRecordings, AFaultyTruthIsRefusedBeforeTheFirstFrame) {
+TEST_F(ProgramRecordings, RefusesBadGroundTruthBeforeTheFirstFrame) {
   folder_.write("scene/groundtruth.txt", "# t\n1 0 0 0 0 0 0 1\n2 0 0 oops 0 0 0 1\n");
   expect_refused_at_once(truth().string() + ":3: tz: got 'oops'");
   folder_.write("scene/groundtruth.txt", "1 nan 0 0 0 0 0 1\n");
   expect_refused_at_once(truth().string() + ": holds no usable pose");
 }
 
-TEST_F(ProgramRecordings, AFifoForATruthDoesNotHang) {
+TEST_F(ProgramRecordings, DoesNotHangOnAFifoAsGroundTruth) {
   fs::remove(truth());
   ASSERT_EQ(mkfifo(truth().c_str(), 0600), 0);
   expect_refused_at_once(truth().string() + ": is not a regular file");
 }
 
-TEST_F(ProgramRecordings, AMissingMaskIsNamedBeforeTheFirstFrame) {
+TEST_F(ProgramRecordings, NamesAMissingMaskBeforeTheFirstFrame) {
   for (const char* masks : {"masks", "masks_true"}) {
     const fs::path last = scene() / masks / "1.100000.png";
     const fs::path aside = folder_ / "aside.png";
@@ -163,7 +163,7 @@ TEST_F(ProgramRecordings, AMissingMaskIsNamedBeforeTheFirstFrame) {
   EXPECT_EQ(run(run_scene() + " --every 2").exit_code, 0) << "it needs frames 0 and 2";
 }
 
-TEST_F(ProgramRecordings, RunNotesAFlawedTruthAndUsesIt) {
+TEST_F(ProgramRecordings, RunReportsFlawedGroundTruthAndUsesIt) {
   const std::vector<std::string> rows = rows_of(truth());
   std::string text = "1.01 nan 0 0 0 0 0 1\n";
   for (const std::string& row : rows) text += row + "\n" + row + "\n";
@@ -182,7 +182,7 @@ TEST_F(ProgramRecordings, RunNotesAFlawedTruthAndUsesIt) {
   EXPECT_TRUE(swept.mentions("1 row with NaN skipped (line 1)")) << swept.printed;
 }
 
-TEST_F(ProgramRecordings, RunSaysWhyAnErrorIsMissing) {
+TEST_F(ProgramRecordings, RunExplainsMissingErrors) {
   const Outcome brief = run(run_scene());
   ASSERT_EQ(brief.exit_code, 0) << brief.printed;
   EXPECT_TRUE(brief.mentions("no RPE over 1 s: relative_pose_error: 0 intervals")) << brief.printed;
@@ -218,7 +218,7 @@ void jump_by_an_hour(const fs::path& scene, const TemporaryFolder& folder) {
   fs::rename(scene / "masks" / "1.100000.png", scene / "masks" / "3601.100000.png");
 }
 
-TEST_F(ProgramRecordings, AThreadDoesNotSleepThroughAJumpOfTimes) {
+TEST_F(ProgramRecordings, AsyncDoesNotSleepThroughATimeJump) {
   jump_by_an_hour(scene(), folder_);
   const Outcome outcome = run_at_most(120, run_scene() + " --async latest");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
@@ -227,7 +227,7 @@ TEST_F(ProgramRecordings, AThreadDoesNotSleepThroughAJumpOfTimes) {
   EXPECT_EQ(read_csv(out() / "frames.csv").size(), 5U);
 }
 
-TEST_F(ProgramRecordings, SteadyTimesAreNotCalledAJump) {
+TEST_F(ProgramRecordings, SteadyTimesAreNotReportedAsAJump) {
   const Outcome outcome = run(run_scene() + " --async wait");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
   EXPECT_FALSE(outcome.mentions("jump")) << outcome.printed;

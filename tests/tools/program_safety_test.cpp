@@ -154,7 +154,7 @@ TEST_P(ProgramSafetyOfOut, MasksKeepsItsInput) {
   if (GetParam().masks == refused) expect(refused, command + " --overwrite");
 }
 
-TEST_P(ProgramSafetyOfOut, SynthKeepsWhatIsThere) {
+TEST_P(ProgramSafetyOfOut, SynthKeepsExistingFiles) {
   const std::string command =
       "synth " + quoted(out(GetParam().out)) + " --frames 2 --width 64 --height 48";
   expect(GetParam().synth, command);
@@ -171,7 +171,7 @@ INSTANTIATE_TEST_SUITE_P(EveryFolder, ProgramSafetyOfOut, ::testing::ValuesIn(ro
                            return name;
                          });
 
-TEST_F(ProgramSafety, RunReplacesItsOwnResultsAndNothingElse) {
+TEST_F(ProgramSafety, RunReplacesOnlyItsOwnResults) {
   const std::string command =
       "run " + quoted(scene()) + " --features 200 --out " + quoted(out("result")) + " --overlays ";
   ASSERT_EQ(run(command + "3").exit_code, 0);
@@ -190,7 +190,7 @@ TEST_F(ProgramSafety, RunReplacesItsOwnResultsAndNothingElse) {
   expect(refused, command + "0");
 }
 
-TEST_F(ProgramSafety, EverythingThatAnEarlierRunDidNotWriteStays) {
+TEST_F(ProgramSafety, RunKeepsFilesItDidNotWrite) {
   for (const char* file :
        {"summary.json", "frames.csv", "instances.csv", "trajectory.txt", "groundtruth.txt",
         "contact_sheet.png", "worst_frame.jpg", "overlays/1.000000.png", "overlays"}) {
@@ -201,7 +201,7 @@ TEST_F(ProgramSafety, EverythingThatAnEarlierRunDidNotWriteStays) {
   }
 }
 
-TEST_F(ProgramSafety, ResultsThatAreReadAsMasksAreNotReplaced) {
+TEST_F(ProgramSafety, NeverReplacesResultsItReads) {
   const std::string masks = "masks " + quoted(scene()) + peer() + " --out ";
   ASSERT_EQ(run(masks + quoted(scene() / "new")).exit_code, 0);
   expect(refused, "run " + quoted(scene()) + " --masks " + quoted(scene() / "new") + " --out " +
@@ -212,7 +212,7 @@ TEST_F(ProgramSafety, ResultsThatAreReadAsMasksAreNotReplaced) {
   expect(refused, masks + quoted(scene() / "new") + " --overwrite");
 }
 
-TEST_F(ProgramSafety, MasksMayLieInTheSequence) {
+TEST_F(ProgramSafety, MasksMayBeWrittenIntoTheSequence) {
   fs::remove_all(scene() / "masks");
   const std::string command =
       "masks " + quoted(scene()) + peer() + " --out " + quoted(scene() / "masks");
@@ -222,13 +222,13 @@ TEST_F(ProgramSafety, MasksMayLieInTheSequence) {
   EXPECT_EQ(MaskFolderSegmenter(scene() / "masks").size(), 4U);
 }
 
-TEST_F(ProgramSafety, MasksThatCannotBeMadeCostNoEarlierOnes) {
+TEST_F(ProgramSafety, FailedMasksKeepEarlierOnes) {
   const std::string command = "masks " + quoted(scene()) + " --out " + quoted(out("masks"));
   ASSERT_EQ(run(command + peer()).exit_code, 0);
   expect(refused, command + " --overwrite --remote-timeout 0.1 --remote " + quoted(out("nobody")));
 }
 
-TEST_F(ProgramSafety, ADemoFolderMayHoldItsScene) {
+TEST_F(ProgramSafety, RunMayWriteBesideItsScene) {
   const std::string synth = "synth " + quoted(out("demo/scene")) + " --overwrite --frames 2" +
                             " --width 160 --height 120";
   const std::string filter = "run " + quoted(out("demo/scene")) + " --out " + quoted(out("demo"));
@@ -242,7 +242,7 @@ TEST_F(ProgramSafety, ADemoFolderMayHoldItsScene) {
   }
 }
 
-TEST_F(ProgramSafety, EvalAndReportsReplaceOnlyTheirKind) {
+TEST_F(ProgramSafety, EvalAndReportReplaceOnlyTheirOwnFiles) {
   const std::string truth = quoted(scene() / "groundtruth.txt");
   const std::string eval = "eval " + truth + " " + truth + " --frames 1 --json ";
   expect(refused, eval + truth);
@@ -260,12 +260,12 @@ TEST_F(ProgramSafety, EvalAndReportsReplaceOnlyTheirKind) {
   EXPECT_EQ(run(gather + quoted(out("page.html"))).exit_code, 0);
 }
 
-TEST_F(ProgramSafety, AJobIsALineWhateverThePath) {
+TEST_F(ProgramSafety, RefusesPathsWithLineBreaksInJobLists) {
   expect(refused, "ablate " + quoted(scene()) + " --list --out 'two\nlines'");
   expect(allowed, "ablate " + quoted(scene()) + " --list --out 'one  \"line'");
 }
 
-TEST_F(ProgramSafety, SaysWhenWhatItPrintsIsLost) {
+TEST_F(ProgramSafety, ReportsAFullStandardOutput) {
   if (!fs::exists("/dev/full")) GTEST_SKIP() << "there is no /dev/full";
   const std::string list = "ablate " + quoted(scene()) + " --list";
   const std::string command =

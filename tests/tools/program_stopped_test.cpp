@@ -131,7 +131,7 @@ std::chrono::microseconds time_of(const std::function<void()>& action) {
                                                                begin);
 }
 
-TEST_F(ProgramStopped, KilledAtAnyMomentItLeavesOldResultsOrNewOnesOrNone) {
+TEST_F(ProgramStopped, KilledAtAnyMomentLeavesOldOrNewResultsOrNone) {
   const char* wanted = std::getenv("DYNFILTER_KILLS");
   const int kills = wanted == nullptr ? 4 : std::atoi(wanted);
   std::mt19937 random(16);
@@ -176,7 +176,7 @@ void expect_whole(const Outcome& outcome, const fs::path& out, const FileTree& e
   }
 }
 
-TEST_F(ProgramStopped, AFileThatCannotGrowLeavesTheEarlierResults) {
+TEST_F(ProgramStopped, FileSizeLimitKeepsEarlierResults) {
   int failures = 0;
   for (const Replacement& command : replacements()) {
     SCOPED_TRACE(command.name);
@@ -217,7 +217,7 @@ class SmallDisk {
   bool is_mounted_;
 };
 
-TEST_F(ProgramStopped, AFullDiskLeavesTheEarlierResults) {
+TEST_F(ProgramStopped, FullDiskKeepsEarlierResults) {
   int failures = 0;
   for (const Replacement& command : replacements()) {
     SCOPED_TRACE(command.name);
@@ -245,7 +245,7 @@ TEST_F(ProgramStopped, AFullDiskLeavesTheEarlierResults) {
   EXPECT_GT(failures, 5) << "or little was shown";
 }
 
-TEST_F(ProgramStopped, APageOrATableThatCannotBeWrittenLeavesTheEarlierOne) {
+TEST_F(ProgramStopped, FailedReportOrTableKeepsTheEarlierOne) {
   const std::string truth = quoted(folder_ / "scene/groundtruth.txt");
   ASSERT_EQ(run("run " + quoted(folder_ / "scene") + " --out " + quoted(folder_ / "out")).exit_code,
             0);

@@ -54,14 +54,14 @@ class Program : public ::testing::Test {
 
 TemporaryFolder* Program::folder_ = nullptr;
 
-TEST_F(Program, SynthWritesASequenceWithMasksAndTruth) {
+TEST_F(Program, SynthWritesSequenceMasksAndGroundTruth) {
   for (const char* name : {"camera.yaml", "rgb.txt", "depth.txt", "associations.txt",
                            "groundtruth.txt", "masks/instances.csv", "masks_true/instances.csv"}) {
     EXPECT_TRUE(fs::is_regular_file(scene() / name)) << name;
   }
 }
 
-TEST_F(Program, SynthReplacesASceneOnlyIfItIsTold) {
+TEST_F(Program, SynthReplacesASceneOnlyOnRequest) {
   const std::string again = "synth " + quoted(out("twice")) + " --frames 2 --width 64 --height 48";
   EXPECT_EQ(run(again).exit_code, 0);
   const Outcome refused = run(again);
@@ -70,7 +70,7 @@ TEST_F(Program, SynthReplacesASceneOnlyIfItIsTold) {
   EXPECT_EQ(run(again + " --overwrite").exit_code, 0);
 }
 
-TEST_F(Program, RunWritesWhatItPromisesAndTheNumbersAgree) {
+TEST_F(Program, RunWritesConsistentResults) {
   const fs::path folder = out("result");
   const Outcome outcome =
       run("run " + quoted(scene()) + " --out " + quoted(folder) + " --features 400 --overlays 2");
@@ -105,7 +105,7 @@ TEST_F(Program, RunWritesWhatItPromisesAndTheNumbersAgree) {
   EXPECT_FALSE(cv::imread((folder / "contact_sheet.png").string()).empty());
 }
 
-TEST_F(Program, RunTwiceGivesTheSameNumbersAndNoOldPictures) {
+TEST_F(Program, SecondRunGivesTheSameNumbersWithoutOldPictures) {
   const std::string command =
       "run " + quoted(scene()) + " --features 300 --out " + quoted(out("again"));
   ASSERT_EQ(run(command).exit_code, 0);
@@ -116,7 +116,7 @@ TEST_F(Program, RunTwiceGivesTheSameNumbersAndNoOldPictures) {
   EXPECT_EQ(std::distance(begin(overlays), end(overlays)), 1);
 }
 
-TEST_F(Program, AnErrorLeavesEarlierResultsAlone) {
+TEST_F(Program, ErrorKeepsEarlierResults) {
   const std::string command = "run " + quoted(scene()) + " --out " + quoted(out("kept"));
   ASSERT_EQ(run(command).exit_code, 0);
   EXPECT_NE(run(command + " --masks /nowhere").exit_code, 0);
@@ -124,14 +124,14 @@ TEST_F(Program, AnErrorLeavesEarlierResultsAlone) {
   EXPECT_TRUE(fs::exists(out("kept") / "frames.csv"));
 }
 
-TEST_F(Program, TakesClassesBeforeTheSequence) {
+TEST_F(Program, AcceptsClassesBeforeTheSequence) {
   const Outcome outcome =
       run("run --classes 5,6 " + quoted(scene()) + " --out " + quoted(out("classes")));
   ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
   EXPECT_EQ(read_json(out("classes") / "summary.json")["masked"], 0);
 }
 
-TEST_F(Program, TheMaskRuleCompensatesNothingAndDoesNotClaimTo) {
+TEST_F(Program, MaskRuleCompensatesNothing) {
   const Outcome outcome =
       run("run " + quoted(scene()) + " --rule mask --out " + quoted(out("mask")));
   ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
@@ -142,7 +142,7 @@ TEST_F(Program, TheMaskRuleCompensatesNothingAndDoesNotClaimTo) {
   EXPECT_EQ(summary["dynamic_left"], summary["dynamic_left_mask_only"]);
 }
 
-TEST_F(Program, PerfectMasksLeaveNothingDynamic) {
+TEST_F(Program, PerfectMasksLeaveNoDynamicFeature) {
   const Outcome outcome = run("run " + quoted(scene()) + " --rule mask --masks " +
                               quoted(scene() / "masks_true") + " --out " + quoted(out("perfect")));
   ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
@@ -151,7 +151,7 @@ TEST_F(Program, PerfectMasksLeaveNothingDynamic) {
   EXPECT_EQ(summary["static_removed"], 0);
 }
 
-TEST_F(Program, WithoutMasksItRemovesNothingAndSaysSo) {
+TEST_F(Program, RemovesNothingWithoutMasksAndReportsIt) {
   const fs::path copy = out("no masks");
   fs::copy(scene(), copy, fs::copy_options::recursive);
   fs::remove_all(copy / "masks");
@@ -163,7 +163,7 @@ TEST_F(Program, WithoutMasksItRemovesNothingAndSaysSo) {
   EXPECT_EQ(summary["kept"], summary["features"]);
 }
 
-TEST_F(Program, NamesWhatIsMissing) {
+TEST_F(Program, NamesMissingFiles) {
   const fs::path copy = out("broken");
   fs::copy(scene(), copy, fs::copy_options::recursive);
   fs::remove(copy / "masks" / "1.100000.png");
@@ -181,7 +181,7 @@ TEST_F(Program, NamesWhatIsMissing) {
   EXPECT_TRUE(outcome.mentions("nowhere")) << outcome.printed;
 }
 
-TEST_F(Program, RefusesOptionsThatMakeNoSense) {
+TEST_F(Program, RefusesInvalidOptions) {
   EXPECT_NE(run("").exit_code, 0);
   EXPECT_NE(run("walk").exit_code, 0);
   EXPECT_NE(run("synth " + quoted(out("x")) + " --frames 0").exit_code, 0);
@@ -192,7 +192,7 @@ TEST_F(Program, RefusesOptionsThatMakeNoSense) {
   EXPECT_TRUE(run(command + "--margin -1").mentions("--margin: got -1"));
 }
 
-TEST_F(Program, EvalPrintsAFigureALineAndWritesThemAsJson) {
+TEST_F(Program, EvalPrintsOneFigureALineAndWritesJson) {
   // The truth itself, 0.1 m further along x in every second pose.
   std::ifstream truth(scene() / "groundtruth.txt");
   std::ofstream shifted(out("shifted.txt"));
@@ -226,7 +226,7 @@ TEST_F(Program, EvalPrintsAFigureALineAndWritesThemAsJson) {
       run("eval nowhere.txt " + quoted(scene() / "groundtruth.txt")).mentions("nowhere.txt"));
 }
 
-TEST_F(Program, EveryThirdFrameIsForTheFeaturesAlone) {
+TEST_F(Program, EverySkipsFramesAndTracking) {
   const Outcome outcome =
       run("run " + quoted(scene()) + " --every 3 --overlays 0 --out " + quoted(out("third")));
   ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
@@ -247,7 +247,7 @@ TEST_F(Program, EveryThirdFrameIsForTheFeaturesAlone) {
   EXPECT_TRUE(moved.mentions("mask_moved follows objects from frame to frame")) << moved.printed;
 }
 
-TEST_F(Program, AThreadThatIsWaitedForChangesNothing) {
+TEST_F(Program, AsyncWaitMatchesSynchronous) {
   const std::string common = "run " + quoted(scene()) + " --overlays 0 --out ";
   ASSERT_EQ(run(common + quoted(out("alone"))).exit_code, 0);
   const Outcome outcome = run(common + quoted(out("thread")) + " --async wait");
@@ -257,7 +257,7 @@ TEST_F(Program, AThreadThatIsWaitedForChangesNothing) {
   EXPECT_TRUE(run("run " + quoted(scene()) + " --hz 10").mentions("--async"));
 }
 
-TEST_F(Program, ReportsASlowThreadAndWhatItsMasksWereMovedBy) {
+TEST_F(Program, ReportsASlowThreadAndMaskMotion) {
   const Outcome outcome = run("run " + quoted(scene()) + " --overlays 0 --out " +
                               quoted(out("slow")) + " --async latest --hz 5 --rule depth_moved");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
@@ -277,7 +277,7 @@ RemotePeer::Answer from_folder(MaskFolderSegmenter& masks) {
   };
 }
 
-TEST_F(Program, KeepsAndUsesTheMasksOfAnotherProcess) {
+TEST_F(Program, SavesAndUsesMasksOfAnotherProcess) {
   MaskFolderSegmenter masks(scene() / "masks");
   const RemotePeer peer(out("socket"), from_folder(masks));
   const std::string remote = " --remote " + quoted(out("socket")) + " --remote-timeout 30";
@@ -296,7 +296,7 @@ TEST_F(Program, KeepsAndUsesTheMasksOfAnotherProcess) {
   EXPECT_EQ(read_text(out("remote") / "frames.csv"), read_text(out("own") / "frames.csv"));
 }
 
-TEST_F(Program, NamesTheProcessThatIsNotThere) {
+TEST_F(Program, NamesAMissingMaskProcess) {
   const Outcome outcome = run("masks " + quoted(scene()) + " --remote " + quoted(out("nobody")) +
                               " --remote-timeout 0.1 --out " + quoted(out("unused_masks")));
   EXPECT_EQ(outcome.exit_code, 1);
@@ -305,7 +305,7 @@ TEST_F(Program, NamesTheProcessThatIsNotThere) {
 }
 #endif
 
-TEST_F(Program, SynthRendersALevelAndMasksThatAreOld) {
+TEST_F(Program, SynthRendersALevelWithStaleMasks) {
   const std::string size = " --frames 3 --width 160 --height 120";
   ASSERT_EQ(run("synth " + quoted(out("level")) + " --level stale_3 --mask-age 0" + size).exit_code,
             0);
@@ -329,7 +329,7 @@ TEST_F(Program, SynthRendersALevelAndMasksThatAreOld) {
   EXPECT_TRUE(run("synth " + quoted(out("x")) + " --level easy").mentions("medium"));
 }
 
-TEST_F(Program, SynthPrintsHowDepthBehaves) {
+TEST_F(Program, SynthReportsDepthStatistics) {
   const Outcome outcome = run("synth " + quoted(scene()) + " --statistics");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
   EXPECT_TRUE(outcome.mentions("depth missing, % of the image")) << outcome.printed;
@@ -352,7 +352,7 @@ TEST_F(Program, RunTracksTheCameraAndWritesItsTrajectory) {
   EXPECT_LT(summary["ate_rmse_m"].get<double>(), 0.05);
 }
 
-TEST_F(Program, HelpsWithExamples) {
+TEST_F(Program, HelpShowsExamples) {
   EXPECT_TRUE(run("ablate --help").mentions("examples:"));
   EXPECT_TRUE(run("run --help").mentions("examples:"));
   EXPECT_TRUE(run("eval --help").mentions("examples:"));
@@ -382,7 +382,7 @@ TEST_F(ProgramOnRecordedData, FindsAndRemovesTheTwoPersons) {
   for (const auto& row : read_csv(folder.path() / "frames.csv")) EXPECT_NE(row.at(6), "0");
 }
 
-TEST_F(ProgramOnRecordedData, DegradedMasksMissWhatTheGoodOnesHave) {
+TEST_F(ProgramOnRecordedData, DegradedMasksRemoveFewerFeatures) {
   const std::string sequence = quoted(data("tum_fr3_walking_halfsphere_50"));
   const auto dynamic_left = [&](const std::string& how) {
     const Outcome outcome = run("run " + sequence + " --rule mask --overlays 0 --degrade " + how +
@@ -397,7 +397,7 @@ TEST_F(ProgramOnRecordedData, DegradedMasksMissWhatTheGoodOnesHave) {
   EXPECT_TRUE(run("run " + sequence + " --degrade torn").mentions("eroded"));
 }
 
-TEST_F(ProgramOnRecordedData, RemovesNothingWhereNobodyIs) {
+TEST_F(ProgramOnRecordedData, RemovesNothingWithoutPersons) {
   Outcome outcome;
   const nlohmann::json summary = summary_of("tum_fr1_xyz_120", outcome);
   EXPECT_EQ(summary["frames"], 120);
