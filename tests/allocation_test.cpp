@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// The filter allocates nothing once a frame of that size was seen: every way to the heap is
-// counted, the operator new of the standard library and the functions that OpenCV calls.
+// The filter allocates nothing once it has seen a frame of that size. Every allocation counts:
+// operator new and the functions that OpenCV calls.
 
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ class Allocations : public ::testing::Test {
  protected:
   void SetUp() override {
     if (!can_count_allocations) {
-      GTEST_SKIP() << "allocations are counted with glibc and without sanitizers only";
+      GTEST_SKIP() << "allocations can only be counted with glibc and without sanitizers";
     }
   }
 };
@@ -54,7 +54,7 @@ FilterCase full_size_case(std::uint64_t seed) {
 }
 
 TEST_F(Allocations, CounterSeesEveryKindOfAllocation) {
-  // Written to something volatile, or the compiler may leave the allocation out.
+  // Volatile, so that the compiler cannot remove the allocation.
   const void* volatile seen = nullptr;
   EXPECT_GE(allocations_of([&] {
               const std::vector<int> numbers(100);
@@ -76,7 +76,7 @@ void expect_steady_state_without_allocations(CompensationRule rule) {
   FeatureLabels labels;
   Workspace workspace;
   FilterCase first = full_size_case(1);
-  // No feature of the first frame is on a mask: its size alone must be enough to know.
+  // No feature of the first frame is on a mask: its size alone must suffice to reserve memory.
   for (Instance& person : first.segmentation.instances) person.mask_origin.y = 1000;
   filter.apply(first.frame, first.segmentation, first.keypoints, labels, workspace);
   for (std::uint64_t seed = 2; seed < 20; ++seed) {
@@ -87,7 +87,7 @@ void expect_steady_state_without_allocations(CompensationRule rule) {
     ASSERT_EQ(count, 0U) << "frame " << seed;
     const std::size_t taken = rule == CompensationRule::mask ? labels.statistics().masked
                                                              : labels.statistics().compensated;
-    ASSERT_GT(taken, 0U) << "or nothing was shown";
+    ASSERT_GT(taken, 0U) << "otherwise the test shows nothing";
   }
 }
 

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Every way to misuse the core: each throws std::invalid_argument that names the component, what
-// it got and what it wants, and leaves the caller's data as it was.
+// Every misuse of the core throws std::invalid_argument, which names the component, what it got and
+// what it wants, and leaves the caller's data unchanged.
 
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ namespace {
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-/// What an action says when it throws std::invalid_argument; empty if it does not throw.
+/// Message of the std::invalid_argument that an action throws; empty if it throws none.
 std::string complaint(const std::function<void()>& action) {
   try {
     action();

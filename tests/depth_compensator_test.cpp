@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Cases made by hand. The oracle is asked in whole_filter_test.cpp, properties in
-// dynamic_filter_test.cpp.
+// Hand-made cases. whole_filter_test.cpp compares with the oracle, dynamic_filter_test.cpp checks
+// properties.
 
 #include "dynfilter/depth_compensator.hpp"
 
@@ -22,7 +22,7 @@ namespace dynfilter::testing {
 namespace {
 
 /// A wall at 4 m and a flat person at 1.5 m in 640x480: the body, whose mask is exact, and a limb
-/// to its right, which the mask misses. The masks are as old as the frame.
+/// to its right, which the mask misses. Masks and frame have the same time.
 struct Scene {
   const cv::Rect body{280, 120, 80, 320}, limb{360, 200, 40, 20}, box{260, 110, 160, 340};
   FrameView frame;
@@ -52,7 +52,7 @@ struct Scene {
     frame.depth(area).setTo(cv::Scalar(std::round(depth_m * 5000)));
   }
 
-  /// The mask, 0.1 s old, lies to the left of the body: from 265 to 344.
+  /// Makes the mask 0.1 s old and places it to the left of the body: columns 265 to 344.
   void make_stale() {
     person().mask_origin.x = 265;
     segmentation.timestamp_s = frame.timestamp_s - 0.1;
@@ -63,7 +63,7 @@ struct Scene {
         .apply(frame, segmentation, points);
   }
 
-  /// What becomes of a single feature there.
+  /// Label of a single feature there.
   FeatureLabel at(float x, float y) {
     points = {{x, y}};
     return filtered()[0];
@@ -104,7 +104,7 @@ TEST(DepthCompensator, KeepsTheWallUpToTheEdge) {
 
 TEST(DepthCompensator, RemovesFeaturesOnePixelFromAFreshMask) {
   Scene scene;
-  scene.person().mask_origin.x = 265;  // on the wall, so that the depths do not speak for it
+  scene.person().mask_origin.x = 265;  // on the wall, so that its depth is not the object's
   EXPECT_TRUE(scene.takes(264, 300));
   EXPECT_EQ(scene.at(264, 300).score, 0.8F);
   EXPECT_FALSE(scene.takes(263, 300));
@@ -146,7 +146,7 @@ TEST(DepthCompensator, RemovesFeaturesInHolesNearTheObject) {
 TEST(DepthCompensator, KeptFeaturesHaveScoresBelowHalfTheConfidence) {
   Scene scene;
   scene.set_depth({360, 300, 40, 60}, 0);
-  const FeatureLabel suspect = scene.at(366, 330);  // nearness 3 / 7 of the 1 / 2 that is wanted
+  const FeatureLabel suspect = scene.at(366, 330);  // nearness 3 / 7; the minimum is 1 / 2
   EXPECT_EQ(suspect.reason, Reason::untouched);
   EXPECT_EQ(suspect.instance, 0);
   EXPECT_NEAR(suspect.score, 0.8 * 0.5 * 6 / 7, 1e-6);
@@ -184,7 +184,7 @@ TEST(DepthCompensator, HoleInsideTheObjectRaisesTheScore) {
   EXPECT_NEAR(scene.at(320, 400).score, 0.8 * (0.5 + 8.0 / 3 / 8), 1e-6);
   scene.set_depth({318, 398, 5, 5}, 1.5);
   scene.set_depth({320, 400, 1, 1}, 4);  // the background's depth, as at edges of thin limbs
-  EXPECT_NEAR(scene.at(320, 400).score, 0.8, 1e-6) << "no more than certain";
+  EXPECT_NEAR(scene.at(320, 400).score, 0.8, 1e-6) << "the score is at most the confidence";
 }
 
 TEST(DepthCompensator, KeepsFeaturesNearerThanTheObject) {
@@ -192,10 +192,10 @@ TEST(DepthCompensator, KeepsFeaturesNearerThanTheObject) {
   scene.set_depth({378, 208, 5, 5}, 1.0);
   EXPECT_EQ(scene.at(380, 210).reason, Reason::untouched);
   scene.set_depth({378, 208, 5, 5}, 0);
-  EXPECT_TRUE(scene.takes(380, 210)) << "the limb is all round";
+  EXPECT_TRUE(scene.takes(380, 210)) << "the limb surrounds it";
 }
 
-/// An object within the least width of the lens must not take all that has no depth.
+/// An object closer to the lens than its minimum width must not remove all features without depth.
 TEST(DepthCompensator, HandBeforeTheLensDoesNotRemoveDistantHoles) {
   Scene scene;
   scene.set_depth(scene.body, 0.3);
@@ -233,7 +233,7 @@ TEST(DepthCompensator, MaskOfOneLimbFallsBackToTheBox) {
   EXPECT_FALSE(scene.takes(400, 400));
 }
 
-/// Two who are one detection, each with some relief; features beside their common mask.
+/// Two persons in one detection, each with some relief; features beside their common mask.
 TEST(DepthCompensator, RemovesTwoTouchingPersonsInOneDetection) {
   for (const double second_m : {1.9, 3.0}) {
     Scene scene;
@@ -241,7 +241,7 @@ TEST(DepthCompensator, RemovesTwoTouchingPersonsInOneDetection) {
       const double relief_m = 0.1 * ((x - 280) % 40) / 40;
       scene.set_depth({x, 120, 1, 320}, (x < 340 ? 1.5 : second_m) + relief_m);
     }
-    scene.person().mask = cv::Mat(320, 110, CV_8UC1, cv::Scalar(255));  // up to 390
+    scene.person().mask = cv::Mat(320, 110, CV_8UC1, cv::Scalar(255));  // columns up to 390
     EXPECT_EQ(scene.takes(395, 300), second_m == 1.9) << second_m;
     EXPECT_EQ(scene.at(300, 300).reason, Reason::in_mask);
   }
@@ -254,12 +254,12 @@ TEST(DepthCompensator, RestoresBackgroundUnderAStaleMask) {
   EXPECT_EQ(wall.reason, Reason::restored);
   EXPECT_FALSE(wall.removed);
   EXPECT_EQ(wall.instance, 0);
-  EXPECT_LT(wall.score, 0.4F) << "no longer the mask's";
+  EXPECT_LT(wall.score, 0.4F) << "the mask has left it";
   EXPECT_EQ(scene.filtered().statistics().restored, 1U);
   EXPECT_EQ(scene.filtered().statistics().masked, 0U);
-  EXPECT_EQ(scene.at(300, 300).reason, Reason::in_mask) << "the person's depth";
+  EXPECT_EQ(scene.at(300, 300).reason, Reason::in_mask) << "it has the person's depth";
   EXPECT_EQ(scene.filtered().statistics().restored, 0U);
-  EXPECT_EQ(scene.at(350, 300).reason, Reason::compensated) << "where the mask has not come";
+  EXPECT_EQ(scene.at(350, 300).reason, Reason::compensated) << "the mask has not reached it";
   EXPECT_EQ(scene.at(264, 300).reason, Reason::untouched) << "a stale mask has no margin";
 }
 
@@ -269,13 +269,13 @@ TEST(DepthCompensator, RestoresNearerSurfacesUnderAStaleMask) {
   scene.set_depth({268, 300, 5, 5}, 0.8);
   EXPECT_EQ(scene.at(270, 302).reason, Reason::in_mask);
   scene.set_depth({268, 300, 5, 5}, 0);
-  EXPECT_EQ(scene.at(270, 302).reason, Reason::restored) << "a hole in the wall";
+  EXPECT_EQ(scene.at(270, 302).reason, Reason::restored) << "it is a hole in the wall";
 }
 
 TEST(DepthCompensator, AnotherObjectKeepsItsFeaturesUnderAStaleMask) {
   Scene scene;
   scene.make_stale();
-  scene.set_depth({255, 120, 20, 320}, 3.0);  // on the stale mask from 265 on
+  scene.set_depth({255, 120, 20, 320}, 3.0);  // on the stale mask from column 265 on
   Instance second = Instance::from_box({250, 110, 40, 340}, 0, 0.6F);
   second.mask_origin = {255, 120};
   second.mask = cv::Mat(320, 8, CV_8UC1, cv::Scalar(1));
@@ -301,7 +301,7 @@ TEST(DepthCompensator, RestoresOnlyUnderMasksOfIntermediateAge) {
 
 TEST(DepthCompensator, BoxGrowsWithMaskAge) {
   Scene scene;
-  scene.set_depth({0, 0, 640, 480}, 1.5);  // all is the person's, as far as the box reaches
+  scene.set_depth({0, 0, 640, 480}, 1.5);  // everything in the box is the person's
   const auto expect_reach = [&](int sideways, int upwards) {
     const cv::Rect& box = scene.box;
     const auto right = static_cast<float>(box.x + box.width + sideways);
@@ -333,7 +333,7 @@ TEST(DepthCompensator, AbstainsWithoutDepth) {
     const FeatureLabels labels = scene.filtered();
     EXPECT_EQ(labels[0].reason, Reason::untouched);
     EXPECT_EQ(labels[1].reason, Reason::in_mask);
-    EXPECT_EQ(labels[2].reason, Reason::untouched) << "not even the margin";
+    EXPECT_EQ(labels[2].reason, Reason::untouched) << "even in the margin";
     EXPECT_EQ(labels.statistics().instances[0].compensation, Compensation::no_depth_image);
     EXPECT_EQ(labels.statistics().instances[0].sampled, 0U);
   }
@@ -363,7 +363,7 @@ TEST(DepthCompensator, IgnoresOtherClasses) {
 
 TEST(DepthCompensator, FeatureGoesToTheFirstInstanceThatAcceptsIt) {
   Scene scene;
-  Instance first = scene.person();  // the same box, the depth of another
+  Instance first = scene.person();  // the same box, another depth
   scene.set_depth({420, 400, 20, 40}, 2.5);
   first.mask_origin = {420, 400};
   first.mask = cv::Mat(40, 20, CV_8UC1, cv::Scalar(1));
@@ -395,7 +395,7 @@ TEST(DepthCompensator, AcceptsPositionsOutsideTheImage) {
   }
 }
 
-/// Depths on the mask that are the object's farthest, beyond the reach of its box.
+/// The mask holds the object's farthest depths, beyond the reach of its box.
 TEST(DepthCompensator, StaleMaskKeepsTheFarEndOfTheObject) {
   Scene scene;
   scene.make_stale();
@@ -411,8 +411,8 @@ TEST(DepthCompensator, StaleMaskKeepsTheFarEndOfTheObject) {
   EXPECT_EQ(scene.at(270, 302).reason, Reason::restored);
 }
 
-/// Twice as wide and high, each pixel four. Of the four it is the upper left one that is asked, so
-/// that only what lies to the right and below is exactly twice as far away.
+/// Doubles width and height: each pixel becomes four. Features are at the upper left one, so only
+/// distances to the right and downwards double exactly.
 TEST(DepthCompensator, LabelsDoNotDependOnImageScale) {
   Scene scene;
   scene.set_depth({262, 300, 18, 60}, 0);  // a hole to the left of the body

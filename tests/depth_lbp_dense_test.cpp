@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Every instruction set that this processor has gives the codes of the oracle, bit for bit. Images
-// and codes lie in allocations of their exact size, so that the address sanitizer sees what reads
-// or writes beyond them.
+// Every instruction set of this processor gives the codes of the oracle, bit for bit. Images and
+// codes lie in allocations of their exact size, so that the address sanitizer sees accesses beyond
+// them.
 
 #include <gtest/gtest.h>
 
@@ -28,7 +28,7 @@ namespace {
 
 using detail::InstructionSet;
 
-/// A matrix in an allocation of its own, with nothing before, after or between its rows.
+/// Matrix in its own allocation, with nothing before, after or between its rows.
 template <class Value>
 struct ExactMatrix {
   std::unique_ptr<Value[]> values;
@@ -66,7 +66,7 @@ std::vector<float> hostile_depths(float) {
           65535.0F};
 }
 
-/// Hostile depths among quiet ones, which differ by little or nothing.
+/// Hostile depths among smooth ones, which differ by little or nothing.
 template <class Depth>
 void fill(ByteSource& source, cv::Mat& depth) {
   const std::vector<Depth> hostile = hostile_depths(Depth{});
@@ -123,7 +123,8 @@ class DepthLbpDense : public ::testing::Test {};
 using Depths = ::testing::Types<std::uint16_t, float>;
 TYPED_TEST_SUITE(DepthLbpDense, Depths, );
 
-/// On a whole image of arbitrary depths, with arbitrary options.
+/// Compares the codes of a whole image of arbitrary depths with the oracle's, with arbitrary
+/// options.
 template <class Depth>
 void expect_oracle_of_every_set(const cv::Size& size, std::uint64_t seed) {
   ByteSource source(seed);
@@ -146,7 +147,7 @@ TYPED_TEST(DepthLbpDense, InstructionSetsMatchTheOracleAtEveryWidth) {
 }
 
 TYPED_TEST(DepthLbpDense, InstructionSetsMatchTheOracleOnLargeImages) {
-  // Rows that lie so that kernels do few or many of them together, in one to five bands.
+  // Widths at which the kernels process few or many rows together, in one to five bands.
   for (const int width : {66, 130, 512, 600, 1024, 1280, 1281, 2048, 2561, 4096}) {
     for (const int height : {3, 26, 27, 50, 59, 74, 101}) {
       ASSERT_NO_FATAL_FAILURE(expect_oracle_of_every_set<TypeParam>(
@@ -210,7 +211,7 @@ TYPED_TEST(DepthLbpDense, RowRangesFromThreadsMatchOneCall) {
 }
 
 TEST(DepthLbpDense, EveryPairOfDepthsMatchesTheOracle) {
-  // Every centre of this row meets every hostile depth as its neighbour above, in all lanes.
+  // Each centre of this row has each hostile depth as its upper neighbour in turn, in all lanes.
   const auto check = [](auto zero) {
     using Depth = decltype(zero);
     const std::vector<Depth> values = hostile_depths(zero);

@@ -15,14 +15,14 @@
 namespace dynfilter::testing {
 namespace {
 
-/// Paper, Figure 2: the neighbours clockwise from the top-left one, 1 where greater than the
-/// centre.
+/// Paper, Figure 2: neighbours clockwise from the top-left one; bit 1 if greater than the centre.
 TEST(DepthLbp, MatchesThePapersExample) {
-  // 6 5 2      0 0 0      bits clockwise from the top-left: 0 0 0 0 1 1 1 0
-  // 7 6 1  ->  1 . 0      but (6,9)=9, (8)=8, (7)=7 stand at the bottom and the left
+  // 6 5 2      0 0 0
+  // 7 6 1  ->  1 . 0
   // 9 8 7      1 1 1
   const cv::Mat_<std::uint16_t> grey = (cv::Mat_<std::uint16_t>(3, 3) << 6, 5, 2, 7, 6, 1, 9, 8, 7);
-  // Bottom-right 7 is bit 4, bottom 8 bit 5, bottom-left 9 bit 6, left 7 bit 7; the equal 6 is 0.
+  // Bottom-right 7 sets bit 4, bottom 8 bit 5, bottom-left 9 bit 6, left 7 bit 7; an equal 6 sets
+  // none.
   EXPECT_EQ(DepthLbp().code(grey, {1, 1}), 16 + 32 + 64 + 128);
 
   cv::Mat metres;
@@ -98,7 +98,7 @@ TEST(DepthLbp, WritesOnlyTheRegion) {
   }
 }
 
-/// For sanitizers to see: the image fills its memory to the last byte.
+/// Image that fills its memory to the last byte, so that sanitizers see reads beyond it.
 template <class Depth>
 void read_all_pixels_of(const cv::Size& size) {
   std::vector<Depth> depths(static_cast<std::size_t>(size.area()), Depth{1000});

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Properties of the whole filter. Its labels are compared with an oracle in whole_filter_test.cpp.
+// Properties of the whole filter. whole_filter_test.cpp compares its labels with an oracle.
 
 #include "dynfilter/dynamic_filter.hpp"
 
@@ -54,9 +54,9 @@ TEST(DynamicFilter, PermutingTheFeaturesPermutesTheLabels) {
   }
 }
 
-/// The same small picture at two places of a large one that is empty otherwise. All that can be
-/// masked or boxed lies inside the large one: its border would clip that, and so move the pixels
-/// which DepthCompensator reads, for they are counted from the first one inside.
+/// Places the small picture in a large one that is otherwise empty. Masks and boxes lie inside the
+/// large picture, because DepthCompensator samples depth from the first pixel of the clipped
+/// region: clipping at the border would change the pixels that it reads.
 FilterCase placed_at(const FilterCase& small, cv::Point offset, ByteSource& source) {
   FilterCase large = small;
   const cv::Size size(160, 140);
@@ -82,7 +82,8 @@ TEST(DynamicFilter, TranslationByWholePixelsKeepsLabels) {
     ByteSource source(seed);
     const FilterCase small = arbitrary_case_of_any_rule(source);
     const auto out_of_reach = [](const Instance& instance) {
-      return std::abs(double{1} * instance.box.x) > 1000;  // at the ends of int: cannot be moved
+      return std::abs(double{1} * instance.box.x) >
+             1000;  // near the limits of int: cannot be moved
     };
     const auto& instances = small.segmentation.instances;
     if (std::any_of(instances.begin(), instances.end(), out_of_reach)) continue;
@@ -102,7 +103,7 @@ TEST(DynamicFilter, TranslationByWholePixelsKeepsLabels) {
   EXPECT_GT(restored, 1000U);
 }
 
-/// The first seed from `seed` on whose case has this rule.
+/// Case of the first seed, from `seed` on, that has this rule.
 FilterCase case_with_rule(CompensationRule rule, std::uint64_t seed) {
   while (true) {
     ByteSource source(seed++);
@@ -151,7 +152,7 @@ TEST(DynamicFilter, ReusedMemoryKeepsLabels) {
   }
 }
 
-/// Not so the paper's rule, whose sample another feature may enter.
+/// The paper's rule lacks this property, because another feature may enter its sample.
 TEST(DynamicFilter, DepthRuleLabelsFeaturesIndependently) {
   std::size_t compensated = 0;
   for (std::uint64_t seed = 0; seed < 1000; ++seed) {
@@ -173,7 +174,7 @@ TEST(DynamicFilter, DepthRuleLabelsFeaturesIndependently) {
   EXPECT_GT(compensated, 1000U);
 }
 
-/// With a unit that is a power of two the metres are the same numbers.
+/// The unit is a power of two, so that both types give the same metres.
 TEST(DynamicFilter, SixteenBitAndFloatDepthGiveTheSameLabels) {
   std::size_t compensated = 0;
   for (std::uint64_t seed = 0; seed < 1000; ++seed) {
@@ -190,7 +191,8 @@ TEST(DynamicFilter, SixteenBitAndFloatDepthGiveTheSameLabels) {
   EXPECT_GT(compensated, 1000U);
 }
 
-/// With a feature at every pixel, the refined mask is where features go that are in its reach.
+/// With a feature at every pixel, the refined mask covers exactly the removed features in its
+/// reach.
 TEST(DynamicFilter, RefinedMaskCoversTheRemovedFeatures) {
   std::size_t on_mask = 0, off_mask = 0;
   for (std::uint64_t seed = 0; seed < 600; ++seed) {
@@ -208,7 +210,7 @@ TEST(DynamicFilter, RefinedMaskCoversTheRemovedFeatures) {
     if (labels.statistics().instances[0].compensation != Compensation::applied) continue;
     const DepthCompensator compensator(input.options.compensator.depth);
     const Instance refined = compensator.refined(input.frame, input.segmentation, 0);
-    if (refined.mask.data == instances[0].mask.data) continue;  // its box is nowhere in the image
+    if (refined.mask.data == instances[0].mask.data) continue;  // its box lies outside the image
     const cv::Rect reach(refined.mask_origin, refined.mask.size());
     for (std::size_t i = 0; i < labels.size(); ++i) {
       const cv::Point pixel = FeaturesView(input.keypoints).pixel(i);
@@ -235,7 +237,7 @@ TEST(DynamicFilter, LargerExpansionKeepsAllCompensatedFeatures) {
     }
     gained += after.statistics().compensated - before.statistics().compensated;
   }
-  EXPECT_GT(gained, 100U) << "the property would hold of a filter that ignores its options";
+  EXPECT_GT(gained, 100U) << "otherwise a filter that ignores its options would pass";
 }
 
 TEST(DynamicFilter, AcceptsPointsAndKeypoints) {
@@ -270,7 +272,7 @@ TEST(DynamicFilter, TwoFiltersInOneProcessShareNothing) {
   }
 }
 
-/// Each option of the rules, whichever rule is chosen.
+/// Checks each option of every rule, whichever rule is chosen.
 TEST(DynamicFilter, RefusesBadRuleOptionsByName) {
   struct Bad {
     std::function<void(DepthCompensatorOptions&, double)> spoil;
@@ -311,7 +313,7 @@ TEST(DynamicFilter, RefusesBadRuleOptionsByName) {
   expect_error<std::invalid_argument>([&] { DynamicFilter filter(paper); }, "samples = 0");
 }
 
-/// Labels that were written into, and then input that does not fit them.
+/// Writes into labels, then gives a stage input that does not fit them.
 TEST(DynamicFilter, ThrowingDepthStageChangesNoLabel) {
   FilterCase input = case_with_rule(CompensationRule::depth, 7);
   input.keypoints.resize(20);

@@ -62,7 +62,7 @@ TEST(EdgeCompensator, RemovesThePartThatTheMaskMissed) {
   }
   ASSERT_GT(on_person, 50U);
   EXPECT_EQ(found, person.compensated);
-  EXPECT_GE(found * 10, on_person * 9) << "codes of 20 samples cover nearly all";
+  EXPECT_GE(found * 10, on_person * 9) << "the codes of 20 samples cover nearly all of it";
 }
 
 TEST(EdgeCompensator, CountsWhatPassesEachTest) {
@@ -79,7 +79,7 @@ TEST(EdgeCompensator, AbstainsWithoutDepth) {
   scene.input.frame.depth = cv::Mat();
   const FrameStatistics statistics = scene.filtered().statistics();
   EXPECT_EQ(statistics.instances[0].compensation, Compensation::no_depth_image);
-  EXPECT_GT(statistics.masked, 0U) << "mono: the mask culler alone";
+  EXPECT_GT(statistics.masked, 0U) << "without depth the mask culler still works";
   EXPECT_EQ(statistics.compensated, 0U);
 }
 
@@ -147,7 +147,7 @@ TEST(EdgeCompensator, SkipsFeaturesThatAnotherStageRemoved) {
 
 TEST(EdgeCompensator, WorksAfterAUserDefinedMaskStage) {
   Scene scene;
-  scene.input.segmentation.instances[0].class_id = 56;  // dynamic by the caller's own judgement
+  scene.input.segmentation.instances[0].class_id = 56;  // dynamic in the caller's opinion
   const auto own_masks = [](const FilterInput& input, FeatureLabels& labels) {
     for (std::size_t i = 0; i < input.features.size(); ++i) {
       if (!input.segmentation.instances[0].covers(input.features.pixel(i))) continue;
@@ -188,7 +188,6 @@ TEST(EdgeCompensator, DefaultOptionsArePinned) {
   EXPECT_EQ(paper.depth_lbp.bits, (std::array<std::uint8_t, 8>{0, 1, 2, 3, 4, 5, 6, 7}));
 }
 
-/// The ranges that the statistics report are the ones that the oracle finds.
 TEST(EdgeCompensator, ReportedRangesMatchTheOracle) {
   std::size_t ranges = 0;
   for (std::uint64_t seed = 0; seed < 3000; ++seed) {

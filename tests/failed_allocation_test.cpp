@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// A frame for which memory runs out costs that frame and nothing else.
+// A failed allocation costs its own frame and nothing else.
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@
 namespace dynfilter::testing {
 namespace {
 
-/// A frame that takes all paths of its rule. `seed` chooses it.
+/// Frame that takes all paths of its rule, chosen by `seed`.
 FilterCase busy_case(std::uint64_t seed, CompensationRule rule, int persons) {
   ByteSource source(seed);
   FilterCase input = arbitrary_case(source, {200, 150});
@@ -36,7 +36,7 @@ FilterCase busy_case(std::uint64_t seed, CompensationRule rule, int persons) {
   return input;
 }
 
-/// Everything that a caller sees of a frame.
+/// Compares everything that a caller sees of a frame.
 void expect_same(const FeatureLabels& labels, const FeatureLabels& expected) {
   ASSERT_EQ(labels.size(), expected.size());
   for (std::size_t i = 0; i < labels.size(); ++i) {
@@ -47,7 +47,7 @@ void expect_same(const FeatureLabels& labels, const FeatureLabels& expected) {
   EXPECT_EQ(labels.statistics().restored, expected.statistics().restored);
 }
 
-/// What labels say of themselves agrees, whatever happened before.
+/// Checks that labels and their statistics agree.
 void expect_consistent(const FeatureLabels& labels) {
   std::size_t removed = 0;
   for (const FeatureLabel& label : labels) {
@@ -69,7 +69,7 @@ class FailedAllocation : public ::testing::TestWithParam<CompensationRule> {
   }
 };
 
-/// A small frame is filtered, memory runs out in a large one, and other frames follow.
+/// Filters a small frame, lets each allocation of a large one fail, and filters other frames.
 TEST_P(FailedAllocation, LeavesLabelsAndWorkspaceUsable) {
   for (const int persons : {2, 12}) {
     FilterCase small = busy_case(1, GetParam(), 1);
@@ -112,7 +112,8 @@ TEST(FailedAllocationOfKeepStatic, LeavesTheColumnsUnchanged) {
   const std::size_t failed = for_each_failing_allocation([&](std::size_t n) {
     std::vector<int> ids(labels.size(), 7);
     cv::Mat descriptors(rows, 32, CV_8UC1, cv::Scalar(5));
-    const cv::Mat also_seen_by_others = descriptors;  // so that rows are moved in a copy
+    const cv::Mat also_seen_by_others =
+        descriptors;  // shared, so that keep_static moves rows in a copy
     const bool did_fail = fails_at_allocation(n, [&] { keep_static(labels, ids, descriptors); });
     EXPECT_EQ(ids.size(), did_fail ? labels.size() : labels.statistics().kept());
     EXPECT_EQ(descriptors.rows, static_cast<int>(ids.size()));

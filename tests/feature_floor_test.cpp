@@ -14,7 +14,7 @@
 namespace dynfilter::testing {
 namespace {
 
-/// A frame of 800x600 (cells of 100x100) and features of which some are removed.
+/// Frame of 800x600 (cells of 100x100) with features, some of them removed.
 struct Frame {
   FrameView view;
   Segmentation segmentation;
@@ -64,7 +64,7 @@ TEST(FeatureFloor, ReportsStarvationAndSuggestsAFeatureCount) {
   for (std::size_t i = 0; i < 6; ++i) frame.labels.remove(i, 0, Reason::in_mask, 0.9F);
   frame.apply(5, FloorPolicy::report_only);
   EXPECT_TRUE(frame.labels.statistics().starved);
-  EXPECT_EQ(frame.labels.statistics().kept(), 4U) << "a report changes nothing";
+  EXPECT_EQ(frame.labels.statistics().kept(), 4U) << "the policy report restores nothing";
   EXPECT_EQ(frame.labels.statistics().suggested_features, 13U);  // 5 / 0.4
   frame.labels.reset(10, frame.segmentation);
   for (std::size_t i = 0; i < 10; ++i) frame.labels.remove(i, 0, Reason::in_mask, 0.9F);
@@ -80,7 +80,7 @@ TEST(FeatureFloor, RestoresLowScoresFirstThenCompensatedFeatures) {
   }
   frame.apply(5, FloorPolicy::restore_best_scored);
   EXPECT_EQ(frame.restored(), (std::vector<std::size_t>{2, 3, 4}));
-  EXPECT_TRUE(frame.labels.statistics().starved) << "what was restored was missing all the same";
+  EXPECT_TRUE(frame.labels.statistics().starved) << "restored features were missing before";
   EXPECT_EQ(frame.labels.statistics().restored, 3U);
   EXPECT_EQ(frame.labels.statistics().kept(), 5U);
   EXPECT_EQ(frame.labels[2].instance, 1);
@@ -93,7 +93,7 @@ TEST(FeatureFloor, RestoresInEmptyCellsFirst) {
   for (int i = 0; i < 20; ++i) points.emplace_back(750.0F, 550.0F + static_cast<float>(i));
   Frame frame(points);
   for (std::size_t i = 10; i < 40; ++i) frame.labels.remove(i, 0, Reason::in_mask, 0.9F);
-  // The first cell keeps 10; the last one, which keeps none, fills up before it.
+  // The first cell keeps 10 features; the last one keeps none, so it is filled first.
   frame.apply(18, FloorPolicy::restore_balanced);
   for (const std::size_t i : frame.restored()) EXPECT_GE(i, 20U);
   EXPECT_EQ(frame.restored().size(), 8U);
@@ -113,7 +113,7 @@ TEST(FeatureFloor, NeverRestoresFeaturesOnTheStaticMask) {
   EXPECT_EQ(frame.restored(), std::vector<std::size_t>{3});
 }
 
-/// As many as are missing, never one more; the same for any order of the features; kept ones stay.
+/// Restores exactly as many as are missing, for any order of the features; kept features stay.
 TEST(FeatureFloor, HoldsItsInvariantsOnArbitraryInput) {
   std::size_t starved = 0;
   for (std::uint64_t seed = 0; seed < 1500; ++seed) {

@@ -74,7 +74,7 @@ TEST(FeatureSampler, DoesNotDependOnTheOrderOfTheFeatures) {
 }
 
 /// Over many frames every feature is drawn equally often, and so is every pair of neighbours. Each
-/// cell adds (count - expected)^2 / variance, which has mean 1, so the statistic of n cells is
+/// cell adds (count - expected)^2 / variance, which has mean 1. The statistic of n cells is thus
 /// about chi-square with n degrees of freedom: mean n, standard deviation sqrt(2 n). The seed is
 /// fixed, so the test does not fail by chance.
 TEST(FeatureSampler, IsUnbiased) {
@@ -105,8 +105,8 @@ TEST(FeatureSampler, IsUnbiased) {
   require_uniform(pairs, 1, share * (samples - 1.0) / (features - 1.0));
 }
 
-/// The smallest keys, by sorting; any keys, for a caller may have his own: spread as hashes are,
-/// all large, all small, mostly equal.
+/// Compares with sorting. Callers may use their own keys, so they are spread like hashes, all
+/// large, all small, or mostly equal.
 TEST(FeatureSampler, DrawsTheSmallestKeysOfAnyDistribution) {
   for (std::uint64_t frame = 0; frame < 200; ++frame) {
     for (const std::size_t count : {0U, 1U, 19U, 20U, 21U, 40U, 41U, 79U, 300U}) {

@@ -18,7 +18,7 @@ TEST(NearestPixel, RoundsHalvesUp) {
   EXPECT_EQ(nearest_pixel({0.5F, 1.5F}), cv::Point(1, 2));
   EXPECT_EQ(nearest_pixel({-0.5F, -1.5F}), cv::Point(0, -1));
   EXPECT_EQ(nearest_pixel({2.49F, -0.51F}), cv::Point(2, -1));
-  // The float next below 0.5; adding 0.5 to it in float gives 1.
+  // The largest float below 0.5; adding 0.5 to it in float gives 1.
   EXPECT_EQ(nearest_pixel({std::nextafter(0.5F, 0.0F), 0}), cv::Point(0, 0));
 }
 
@@ -33,7 +33,7 @@ TEST(NearestPixel, MapsInvalidPositionsOutsideEveryImage) {
   }
 }
 
-/// At and beside the edges of pixels and of what a float can tell apart.
+/// Tests floats at and beside the edges of pixels, and floats of all magnitudes.
 TEST(NearestPixel, EqualsFloorOfXPlusHalf) {
   std::size_t compared = 0;
   for (std::uint32_t bits = 0; bits < 0x4F000000U; bits += 4099) {  // up to 2^31

@@ -22,7 +22,7 @@ Indices sorted(const FeatureIndices& found) {
   return indices;
 }
 
-/// By a look at each feature, in doubles.
+/// Tests each feature, in double precision.
 Indices brute_inside(const std::vector<cv::KeyPoint>& keypoints, const cv::Rect& box) {
   Indices indices;
   for (std::size_t i = 0; i < keypoints.size(); ++i) {

@@ -20,7 +20,7 @@ TEST(FuzzReplay, FilterMatchesTheOracleOnTheCorpus) {
     ASSERT_LE(entry.file_size(), 4096U);
     std::ifstream file(entry.path(), std::ios::binary);
     const std::vector<char> bytes((std::istreambuf_iterator<char>(file)), {});
-    // Aborts, and so fails, with the first difference on standard error.
+    // A difference aborts, and so fails, after it is printed on standard error.
     LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
     ++replayed;
   }

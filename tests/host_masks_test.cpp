@@ -25,7 +25,7 @@ namespace {
 
 cv::Point2f position(int x, int y) { return {static_cast<float>(x), static_cast<float>(y)}; }
 
-/// Whether the oracle of section 3.1 removes a feature without size at this pixel.
+/// Tells whether the oracle of section 3.1 removes a feature of size 0 at this pixel.
 bool oracle_is_dynamic(const Segmentation& segmentation, const MaskCullerOptions& options,
                        cv::Point pixel) {
   const WidePoint at(pixel.x, pixel.y);
@@ -41,8 +41,8 @@ bool oracle_is_dynamic(const Segmentation& segmentation, const MaskCullerOptions
   return false;
 }
 
-/// Empty if the masks are of the right type and say of every pixel what the culler and the oracle
-/// say of it.
+/// Checks that the masks have the right type and agree with the culler and the oracle at every
+/// pixel. Returns the first fault, or nothing.
 std::string check_masks(const Segmentation& segmentation, const MaskCullerOptions& options) {
   const MaskCuller culler(options);
   const cv::Mat dynamic = mask_of_dynamic_pixels(segmentation, culler);
@@ -64,7 +64,8 @@ std::string check_masks(const Segmentation& segmentation, const MaskCullerOption
   return {};
 }
 
-/// Empty if the depth has holes where the mask says so and is as it was elsewhere, to the bit.
+/// Checks that the depth has holes exactly on the mask and is unchanged, bit for bit, elsewhere.
+/// Returns the first fault, or nothing.
 std::string check_holes(const cv::Mat& depth, const cv::Mat& holes, const cv::Mat& dynamic) {
   if (holes.type() != depth.type() || holes.size() != depth.size()) return "a wrong matrix";
   if (!holes.isContinuous()) return "a matrix that is not continuous";
@@ -107,8 +108,8 @@ TEST(HostMasks, MarginIsAnExactDisc) {
   }
 }
 
-/// The square roots of sums of two squares, and their neighbours: where a rounded distance would
-/// be wrong.
+/// Margins at the square roots of sums of two squares, and just beside them, where a rounded
+/// distance would be wrong.
 TEST(HostMasks, MarginIsExactAtPixelDistances) {
   const Segmentation segmentation =
       segmentation_of({30, 20}, {rectangle({3, 2, 1, 1}), rectangle({24, 15, 2, 1})});
@@ -200,7 +201,7 @@ TEST(HostMasks, DoNotShareMemory) {
   const Segmentation segmentation = segmentation_of({50, 40}, {rectangle({5, 6, 20, 9})});
   const cv::Mat first = mask_of_static_pixels(segmentation);
   cv::Mat second = mask_of_static_pixels(segmentation);
-  second.setTo(0);  // as a host that draws the features it has into the mask
+  second.setTo(0);  // like a host that draws its features into the mask
   EXPECT_EQ(cv::countNonZero(first), 50 * 40 - 20 * 9);
   EXPECT_EQ(cv::countNonZero(segmentation.instances[0].mask), 20 * 9);
 }
@@ -215,7 +216,8 @@ TEST(DepthWithHoles, ClearsOnlyTheMaskedPixels) {
     const cv::Mat dynamic = mask_of_dynamic_pixels(input.segmentation, culler);
     const cv::Mat holes = depth_with_holes(input.frame.depth, input.segmentation, culler);
     ASSERT_EQ(check_holes(before, holes, dynamic), "") << "seed " << seed;
-    ASSERT_EQ(check_holes(before, input.frame.depth.clone(), dynamic * 0), "") << "it was changed";
+    ASSERT_EQ(check_holes(before, input.frame.depth.clone(), dynamic * 0), "")
+        << "the input was changed";
   }
 }
 
@@ -239,7 +241,6 @@ TEST(DepthWithHoles, NeedsNoImageSizeWithoutInstances) {
   EXPECT_EQ(cv::countNonZero(depth_with_holes(depth, Segmentation(), MaskCuller(options))), 0);
 }
 
-/// What each host makes of a pixel of its mask.
 TEST(HostMasks, EachHostIgnoresExactlyTheDynamicPixels) {
   struct Host {
     const char* name;
@@ -307,8 +308,8 @@ TEST_F(OpenCvDetectors, FindNothingOnDynamicPixels) {
   expect_static(keypoints);
 }
 
-/// On the higher levels of its pyramid ORB shrinks the mask: what is left on the mask's edge is
-/// removed by the filter, which is exact to the pixel.
+/// ORB shrinks the mask on the higher levels of its pyramid and so leaves features on the mask's
+/// edge. The filter, which is exact to the pixel, removes them.
 TEST_F(OpenCvDetectors, FilterRemovesWhatPyramidLevelsLeave) {
   const cv::Mat mask = mask_of_static_pixels(segmentation, culler);
   std::vector<cv::KeyPoint> keypoints;

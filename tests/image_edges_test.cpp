@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Images of any size, features beyond their borders, and depth that begins or ends at a page that
-// nobody may read.
+// Images of any size, features beyond their borders, and depth that begins or ends at a guard page.
 
 #include <gtest/gtest.h>
 
@@ -14,7 +13,7 @@
 namespace dynfilter::testing {
 namespace {
 
-/// Features all around the border: on it, inside, and up to 100 pixels outside.
+/// Features along the border: on it, inside, and up to 100 pixels outside.
 std::vector<cv::KeyPoint> features_around(const cv::Size& image) {
   std::vector<cv::KeyPoint> keypoints;
   const auto add = [&](int x, int y) {
@@ -76,7 +75,7 @@ TEST_P(ImageEdges, FilterReadsNothingOutsideTheDepthImage) {
         FilterCase input = case_at_the_edges(image, depth_type, guard, persons);
         input.options.compensator.rule = rule;
         ASSERT_EQ(check_filter(input), "") << "with " << persons << " persons";
-        input.frame.timestamp_s += 0.1;  // with stale masks, features are given back
+        input.frame.timestamp_s += 0.1;  // stale masks let features be restored
         ASSERT_EQ(check_filter(input), "") << "with " << persons << " persons, stale";
       }
     }

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Whatever takes a segmentation refuses a size that no image has, before it makes room for one.
+// Every component that accepts a segmentation refuses an impossible image size before it allocates
+// memory for it.
 
 #include <functional>
 #include <limits>

@@ -25,7 +25,7 @@ cv::Mat mask_from(const std::vector<std::vector<int>>& rows) {
   return mask;
 }
 
-/// The instance's mask drawn into an image, the plain way.
+/// Oracle: the instance's mask drawn into an image.
 cv::Mat drawn(const Instance& instance, const cv::Size& image) {
   cv::Mat canvas = cv::Mat::zeros(image, CV_8UC1);
   for (int y = 0; y < instance.mask.rows; ++y) {
@@ -38,7 +38,7 @@ cv::Mat drawn(const Instance& instance, const cv::Size& image) {
   return canvas;
 }
 
-/// The smallest box round the non-zero pixels, grown pixel by pixel.
+/// Oracle: the smallest box around the non-zero pixels, grown pixel by pixel.
 cv::Rect oracle_box(const cv::Mat& mask) {
   cv::Rect box;
   for (int y = 0; y < mask.rows; ++y) {
@@ -59,7 +59,7 @@ TEST(Instance, CoversExactlyThePixelsOfItsMask) {
     const cv::Size image(source.between(1, 20), source.between(1, 20));
     const Instance instance = arbitrary_instance(source, image);
     const bool extreme = std::abs(double{1} * instance.box.x) > 1e6;
-    if (extreme) continue;  // its pixels cannot be drawn; the next test has such places
+    if (extreme) continue;  // its pixels cannot be drawn; the next test covers such origins
     const cv::Mat canvas = drawn(instance, image);
     for (int y = 0; y < image.height; ++y) {
       for (int x = 0; x < image.width; ++x) {
@@ -153,7 +153,7 @@ TEST(InstancesFromLabelMap, GivesEveryLabelItsPixelsIn8And16Bits) {
   compare_label_map_with_oracle<std::uint16_t>(CV_16UC1);
 }
 
-/// Fills the connected object at a pixel; the plain way.
+/// Oracle: fills the connected object at a pixel.
 void flood(const cv::Mat& mask, cv::Mat& seen, cv::Point at, cv::Mat& object) {
   if (at.x < 0 || at.y < 0 || at.x >= mask.cols || at.y >= mask.rows) return;
   if (mask.at<std::uint8_t>(at) == 0 || seen.at<std::uint8_t>(at) != 0) return;

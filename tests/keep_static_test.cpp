@@ -15,14 +15,14 @@
 namespace dynfilter {
 namespace {
 
-/// Labels with the features of `removed` taken away.
+/// Labels in which the features of `removed` are removed.
 FeatureLabels labels_with(std::size_t count, const std::vector<std::size_t>& removed) {
   FeatureLabels labels(count, Segmentation());
   for (const std::size_t i : removed) labels.remove(i, -1, Reason::custom, 1.0F);
   return labels;
 }
 
-/// Row i holds the number i in every column.
+/// Matrix whose row i holds the number i in every column.
 cv::Mat numbered_rows(int rows, int columns = 32) {
   cv::Mat matrix(rows, columns, CV_8UC1);
   for (int y = 0; y < rows; ++y) matrix.row(y).setTo(y);
@@ -158,14 +158,14 @@ TEST(KeptBelow, CountsKeptFeaturesBelowAPivot) {
   EXPECT_THROW(kept_below(labels, 6), std::invalid_argument);
 }
 
-/// Rows of any width, in matrices whose rows are not continuous, too; as many as blocks and not.
+/// Rows of any width, in continuous matrices and others; whole blocks of rows and parts of blocks.
 TEST(KeepStatic, KeepsRowsOfAnyWidthInStep) {
   for (std::uint64_t seed = 0; seed < 400; ++seed) {
     testing::ByteSource source(seed);
     const int counts[] = {0, 1, 63, 64, 65, 127, 128, 129, 200};
     const int widths[] = {1, 31, 32, 33, 61, 64};
     const int count = counts[source.between(0, 8)], width = widths[source.between(0, 5)];
-    const int first = source.chance(30) ? 70 : 0;  // the first block may stay whole
+    const int first = source.chance(30) ? 70 : 0;  // the first block may lose no row
     FeatureLabels labels(static_cast<std::size_t>(count), Segmentation());
     std::vector<int> expected, ids(static_cast<std::size_t>(count));
     std::iota(ids.begin(), ids.end(), 0);
@@ -175,7 +175,7 @@ TEST(KeepStatic, KeepsRowsOfAnyWidthInStep) {
       if (!goes) expected.push_back(i);
     }
     cv::Mat narrow = numbered_rows(count, width);
-    if (source.chance(50)) {  // the only header of a part of larger rows
+    if (source.chance(50)) {  // unshared region of a matrix with longer rows
       const cv::Mat wide = numbered_rows(count, width + 7);
       narrow = wide.colRange(3, 3 + width);
     }
@@ -188,7 +188,7 @@ TEST(KeepStatic, KeepsRowsOfAnyWidthInStep) {
   }
 }
 
-/// Columns of all kinds, of which each element says the index of its feature.
+/// Columns of all kinds; each element holds the index of its feature.
 struct AllKinds {
   explicit AllKinds(int count)
       : rows(numbered_rows(count, 32)), narrow_rows(numbered_rows(count, 5)) {
@@ -199,7 +199,7 @@ struct AllKinds {
     }
   }
 
-  /// Whether the first ones are those of the features that are named.
+  /// Expects that the first elements are those of these features.
   void expect(const std::vector<int>& features) const {
     for (std::size_t k = 0; k < features.size(); ++k) {
       const int i = features[k], row = static_cast<int>(k);

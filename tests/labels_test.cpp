@@ -64,7 +64,7 @@ TEST(FeatureLabels, RestoreMayReplaceTheScore) {
 TEST(FeatureLabels, SuspectRaisesScoresOfKeptFeaturesOnly) {
   FeatureLabels labels(2, with_instances(2));
   EXPECT_TRUE(labels.suspect(0, 1, 0.25F));
-  EXPECT_FALSE(labels.suspect(0, 0, 0.25F)) << "the first of equals stays";
+  EXPECT_FALSE(labels.suspect(0, 0, 0.25F)) << "the first of equal scores stays";
   EXPECT_FALSE(labels.suspect(0, 0, 0.125F));
   EXPECT_EQ(labels[0].instance, 1);
   EXPECT_EQ(labels[0].score, 0.25F);
@@ -75,7 +75,8 @@ TEST(FeatureLabels, SuspectRaisesScoresOfKeptFeaturesOnly) {
   labels.remove(1, 0, Reason::in_mask, 0.25F);
   EXPECT_FALSE(labels.suspect(1, 1, 1.0F));
   EXPECT_EQ(labels[1].score, 0.25F);
-  EXPECT_TRUE(labels.remove(0, 1, Reason::compensated, 0.3F)) << "whatever was suspected before";
+  EXPECT_TRUE(labels.remove(0, 1, Reason::compensated, 0.3F))
+      << "an earlier suspicion does not matter";
   EXPECT_EQ(labels[0].score, 0.3F);
   EXPECT_EQ(labels.statistics().removed(), 2U);
   EXPECT_EQ(labels.statistics().kept(), 0U);

@@ -74,7 +74,7 @@ TEST(MaskCuller, OverlappingInstancesGoToTheFirst) {
   }
 }
 
-/// The margin is a disc: for every radius, all pixels round a single masked one.
+/// For every radius, checks all pixels around a single masked one.
 TEST(MaskCuller, MarginIsAnExactDisc) {
   FilterCase input;
   input.segmentation.image_size = {41, 41};
@@ -117,7 +117,7 @@ TEST(MaskCuller, StaticMaskActsInEveryFrameWithoutAnInstance) {
   input.options.mask_culler.static_mask = robot;
   input.keypoints = {{1, 3, 1}, {1, 2, 1}};
   const MaskCuller culler(input.options.mask_culler);
-  robot.setTo(255);  // the option was copied
+  robot.setTo(255);  // the culler has copied the option
   FeatureLabels labels(2, input.segmentation);
   culler({input.frame, input.segmentation, input.keypoints}, labels);
   EXPECT_TRUE(labels.is_removed(0));

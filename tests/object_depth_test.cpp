@@ -17,8 +17,8 @@
 namespace dynfilter::testing {
 namespace {
 
-/// A wall at 4 m in 640x480, of which every fourth pixel is read; a mask of 80x80 pixels, 20 x 20
-/// readings, in a box of 120x120.
+/// Wall at 4 m in 640x480, of which every fourth pixel is read; a mask of 80x80 pixels, which has
+/// 20x20 readings, in a box of 120x120.
 struct Scene {
   FrameView frame;
   Instance instance;
@@ -31,7 +31,7 @@ struct Scene {
     instance.mask = cv::Mat(80, 80, CV_8UC1, cv::Scalar(255));
   }
 
-  /// Depths by place, in the columns from `first` up to and without `end` of the mask.
+  /// Sets the depth of each pixel in the columns [first, end) of the mask.
   void set_columns(int first, int end, const std::function<double(int, int)>& depth_m) {
     for (int y = 0; y < 80; ++y) {
       for (int x = first; x < end; ++x) {
@@ -64,9 +64,10 @@ TEST(ObjectDepth, ExtendsOverDepthsWithoutAGap) {
   // One column of readings in each bin of 5 cm: 1.225, 1.275 ... 2.175 m.
   scene.set_columns(0, 80, [](int x, int) { return 1.225 + 0.05 * (x / 4); });
   const ObjectDepth depth = scene.estimate();
-  // The first window of 0.8 m that is full holds 16 columns; their upper median is the ninth.
+  // The first full window of 0.8 m holds 16 columns; their upper median is the ninth.
   const double median = 1.225 + 0.05 * 8;
-  EXPECT_NEAR(depth.of_mask_m.lower, 1.2 - 0.1, 1e-6) << "a bin beside the last, and one more";
+  EXPECT_NEAR(depth.of_mask_m.lower, 1.2 - 0.1, 1e-6)
+      << "the range ends two bins beyond the last full one";
   EXPECT_NEAR(depth.of_mask_m.upper, 2.3, 1e-6);
   EXPECT_LE(depth.of_mask_m.upper, median + scene.options.max_half_width_m);
 }
@@ -81,7 +82,7 @@ TEST(ObjectDepth, StaysWithinTheMaximumWidth) {
   EXPECT_LE(depth.of_mask_m.upper, median + 0.7);
 }
 
-/// A stale mask: a twentieth is enough, and what is nearest has it.
+/// A stale mask may hold only a twentieth of the object; the nearest cluster of that size wins.
 TEST(ObjectDepth, PrefersTheNearestClusterToTheLargest) {
   Scene scene;
   scene.set_columns(0, 4, 1.5);  // 20 of 400 readings
@@ -123,7 +124,7 @@ TEST(ObjectDepth, UsesMaskAndBoxIfTheMaskIsSmall) {
   EXPECT_NEAR(depth.hull_m().lower, 0.6, 1e-6);
   EXPECT_NEAR(depth.hull_m().upper, 2.4, 1e-6);
   scene.options.min_mask_share = 0.08;
-  EXPECT_TRUE(scene.estimate().of_box_m.empty()) << "the mask says enough";
+  EXPECT_TRUE(scene.estimate().of_box_m.empty()) << "the mask alone is large enough";
 }
 
 TEST(ObjectDepth, NeedsEightDepths) {
@@ -141,7 +142,7 @@ TEST(ObjectDepth, NeedsEightDepths) {
   EXPECT_EQ(depth.samples, 0U);
 }
 
-/// 0 is "no depth", which must not become the depth of an object within the least width.
+/// 0 means "no depth". It must not count as the object's depth if its range reaches below 0.
 TEST(ObjectDepth, RangeOfACloseHandExcludesMissingDepth) {
   Scene scene;
   scene.set_columns(0, 80, 0.3);
@@ -182,7 +183,7 @@ TEST(ObjectDepth, AcceptsTinyAndHugeWidths) {
 
 TEST(ObjectDepth, MatchesTheOracleOnHostileInput) {
   std::size_t by_mask = 0, by_box = 0;
-  std::vector<float> scratch;  // the same for all
+  std::vector<float> scratch;  // reused by all calls
   for (std::uint64_t seed = 0; seed < 6000; ++seed) {
     ByteSource source(seed);
     const int width = source.chance(3) ? source.between(230, 700) : source.between(1, 40);

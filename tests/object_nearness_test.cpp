@@ -23,7 +23,7 @@ ObjectDepth object_at(double lower_m, double upper_m) {
   return object;
 }
 
-/// 640 pixels wide, so that a vote counts 1 / its distance.
+/// Frame 640 pixels wide, at which a vote counts 1 / its distance.
 FrameView frame_of(float depth_m) {
   FrameView frame;
   frame.depth = cv::Mat(100, 640, CV_32FC1, cv::Scalar(depth_m));
@@ -36,7 +36,7 @@ void fill(FrameView& frame, const cv::Rect& area, float depth_m) {
   frame.depth(area).setTo(depth_m);
 }
 
-/// The square of all pixels that are closer than `distance` steps.
+/// Fills the square of all pixels closer than `distance` steps to the centre.
 void fill_round(FrameView& frame, int distance, float depth_m) {
   const int side = 2 * distance - 1;
   fill(frame, {centre.x - distance + 1, centre.y - distance + 1, side, side}, depth_m);
@@ -47,7 +47,7 @@ double nearness(const FrameView& frame, cv::Point pixel, double reach_px = 10) {
 }
 
 TEST(ObjectNearness, DirectionsVoteInverselyToDistance) {
-  EXPECT_EQ(nearness(frame_of(person), centre), 8.0) << "in the midst";
+  EXPECT_EQ(nearness(frame_of(person), centre), 8.0) << "inside the object";
   for (int distance = 1; distance <= 10; ++distance) {
     FrameView frame = frame_of(person);
     fill_round(frame, distance, missing);
@@ -83,7 +83,7 @@ TEST(ObjectNearness, IgnoresPixelsBeyondItsReach) {
   fill_round(frame, 11, missing);
   EXPECT_EQ(nearness(frame, centre, 10), 0.0);
   EXPECT_NEAR(nearness(frame, centre, 11), 8.0 / 11, 1e-12);
-  EXPECT_EQ(nearness(frame_of(person), centre, 0.01), 8.0) << "it looks one pixel far at least";
+  EXPECT_EQ(nearness(frame_of(person), centre, 0.01), 8.0) << "the reach is at least one pixel";
 }
 
 TEST(ObjectNearness, PixelsOutsideTheImageDoNotVote) {
@@ -93,7 +93,8 @@ TEST(ObjectNearness, PixelsOutsideTheImageDoNotVote) {
   EXPECT_EQ(nearness(frame, {320, 0}), 5.0);
   FrameView hole = frame_of(person);
   fill(hole, {0, 0, 4, 100}, missing);
-  EXPECT_NEAR(nearness(hole, {1, 1}), 2.0 / 3, 1e-12) << "right, and down to the right";
+  EXPECT_NEAR(nearness(hole, {1, 1}), 2.0 / 3, 1e-12)
+      << "the votes to the right and to the lower right";
 }
 
 TEST(ObjectNearness, MaskRangeAndBoxRangeBothCount) {
@@ -115,7 +116,7 @@ TEST(ObjectNearness, LengthsScaleWithTheImage) {
   FrameView frame;
   frame.depth = cv::Mat(100, 1280, CV_32FC1, cv::Scalar(person));
   fill_round(frame, 20, missing);
-  EXPECT_NEAR(nearness(frame, centre), 8.0 / 10, 1e-12) << "20 pixels are 10";
+  EXPECT_NEAR(nearness(frame, centre), 8.0 / 10, 1e-12) << "20 pixels count as 10";
   fill_round(frame, 21, missing);
   EXPECT_EQ(nearness(frame, centre), 0.0);
 }

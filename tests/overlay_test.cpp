@@ -14,7 +14,7 @@ namespace {
 
 const cv::Size image_size(120, 90);
 
-/// The colours that a picture has in the surroundings of a pixel.
+/// Tells whether a picture has a colour near a pixel.
 bool has_colour_near(const cv::Mat& picture, cv::Point centre, const cv::Vec3b& colour) {
   for (int y = -5; y <= 5; ++y) {
     for (int x = -5; x <= 5; ++x) {
@@ -45,7 +45,7 @@ TEST(Overlay, EveryReasonHasAColourOfItsOwn) {
     EXPECT_FALSE(has_colour_near(picture, point, vermilion));
     EXPECT_FALSE(has_colour_near(picture, point, purple));
   }
-  EXPECT_EQ(picture.at<cv::Vec3b>(70, 60), cv::Vec3b(90, 90, 90)) << "nothing is drawn elsewhere";
+  EXPECT_EQ(picture.at<cv::Vec3b>(70, 60), cv::Vec3b(90, 90, 90)) << "other pixels stay unchanged";
 }
 
 TEST(Overlay, ShowsMasksBoxesAndALegendBelowTheImage) {
@@ -64,7 +64,7 @@ TEST(Overlay, ShowsMasksBoxesAndALegendBelowTheImage) {
   EXPECT_EQ(picture.at<cv::Vec3b>(40, 70), cv::Vec3b(255, 255, 255)) << "the box";
   EXPECT_NE(picture.at<cv::Vec3b>(60, 70), cv::Vec3b(10, 20, 30)) << "the mask";
   EXPECT_EQ(picture.at<cv::Vec3b>(20, 20), cv::Vec3b(10, 20, 30));
-  EXPECT_EQ(cv::norm(image, before), 0) << "the caller's image is as it was";
+  EXPECT_EQ(cv::norm(image, before), 0) << "the caller's image is unchanged";
 }
 
 TEST(Overlay, OmitsRemovedFeaturesOnRequest) {

@@ -13,7 +13,8 @@
 namespace dynfilter {
 namespace {
 
-/// A stage of a stranger's: takes every feature nearer than a metre, through public headers.
+/// User-defined stage, written against the public headers: removes every feature nearer than a
+/// metre.
 struct NearerThan {
   double depth_m;
 
@@ -88,7 +89,7 @@ TEST(Pipeline, ChecksAllStagesBeforeWritingLabels) {
       Pipeline(stage, Checking()).apply(FrameView(), Segmentation(), points, labels, workspace),
       std::invalid_argument);
   EXPECT_FALSE(ran);
-  EXPECT_EQ(labels.size(), 3U) << "the caller's labels are as they were";
+  EXPECT_EQ(labels.size(), 3U) << "the caller's labels are unchanged";
   EXPECT_TRUE(labels.is_removed(1));
 }
 
@@ -132,7 +133,7 @@ TEST(Pipeline, PassesTheWorkspaceToStagesThatAcceptIt) {
   EXPECT_EQ(workspace.get<Scratch>().values, (std::vector<double>{7.0, 7.0}));
 }
 
-/// One frame with a mask on its left half.
+/// Segmentation with a mask on the left half of the image.
 Segmentation left_half_masked() {
   Segmentation segmentation;
   segmentation.image_size = {100, 10};
@@ -141,7 +142,7 @@ Segmentation left_half_masked() {
   return segmentation;
 }
 
-/// What it writes into the workspace must not be taken for the frame's by the stages after it.
+/// Later stages must not use what the inner pipeline wrote into the workspace.
 TEST(Pipeline, NestedPipelineMayUseTheSameWorkspace) {
   const std::vector<cv::Point2f> points = {{10, 5}, {90, 5}, {20, 5}},
                                  mirrored = {{90, 5}, {10, 5}, {80, 5}};

@@ -37,8 +37,8 @@ TEST(RangeEstimator, RejectsAFarBackgroundDepth) {
   EXPECT_EQ(range.upper, 1.55);
 }
 
-/// Median 1.5, MAD 0 because more than half are equal; then the mean deviation counts: 0.1 x 2 / 9
-/// x 1.2533 x 3 = 0.084, so 1.6 and 1.4 are outliers.
+/// The median is 1.5 and the MAD is 0, because more than half the values are equal. The mean
+/// deviation then gives the limit 0.1 x 2 / 9 x 1.2533 x 3 = 0.084, so 1.6 and 1.4 are outliers.
 TEST(RangeEstimator, FallsBackToTheMeanDeviationIfTheMadIsZero) {
   const ValueRange range = range_of({1.5, 1.5, 1.5, 1.5, 1.5, 1.5, 1.5, 1.6, 1.4});
   EXPECT_EQ(range.lower, 1.5);
@@ -71,7 +71,7 @@ TEST(RangeEstimator, HasNoRangeForFewValues) {
   EXPECT_TRUE(range_of({}).empty());
 }
 
-/// A factor below 1 may leave none: two groups with the median between them.
+/// A factor below 1 may reject all values: two groups with the median between them.
 TEST(RangeEstimator, HasNoRangeIfAllAreOutliers) {
   RangeEstimatorOptions options;
   options.outlier_factor = 0.25;

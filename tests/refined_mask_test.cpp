@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// DepthCompensator::refined: the same verdict for every pixel.
+// DepthCompensator::refined applies the rule to every pixel.
 
 #include <gtest/gtest.h>
 
@@ -15,8 +15,8 @@
 namespace dynfilter::testing {
 namespace {
 
-/// A person 1.5 m away before a wall at 4 m, of whom the mask has the left half; on the right a
-/// strip without depth.
+/// Person at 1.5 m in front of a wall at 4 m. The mask covers the person's left half; a strip on
+/// the right has no depth.
 struct Scene {
   FrameView frame;
   Segmentation segmentation;
@@ -51,7 +51,7 @@ TEST(RefinedMask, CoversTheWholePersonAndAFreshMask) {
 TEST(RefinedMask, DropsBackgroundUnderAStaleMask) {
   const Instance refined = Scene(0.1).refined();
   EXPECT_TRUE(refined.covers({315, 390}));
-  EXPECT_FALSE(refined.covers({185, 200})) << "the wall, which the person has left";
+  EXPECT_FALSE(refined.covers({185, 200})) << "the person has left this part of the wall";
 }
 
 TEST(RefinedMask, MatchesTheVerdictOfAFeatureAtEveryPixel) {

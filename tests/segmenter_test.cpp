@@ -18,7 +18,7 @@ FrameView frame_of(const cv::Size& size) {
   return frame;
 }
 
-/// Returns whatever it was given.
+/// Returns the result that it was given.
 class CannedSegmenter final : public Segmenter {
  public:
   explicit CannedSegmenter(Segmentation result) : result_(std::move(result)) {}

@@ -21,14 +21,14 @@ TEST(WholeFilter, PaperRuleMatchesTheOracle) {
     compensated += statistics.compensated;
     kept += statistics.kept();
   }
-  // The comparison means something only if all three happen a lot.
+  // The comparison is meaningful only if all three happen often.
   EXPECT_GT(masked, 100000U);
   EXPECT_GT(compensated, 5000U);
   EXPECT_GT(kept, 10000U);
 }
 
-/// Most on small images with lengths to match; some as wide as those that the defaults are for, at
-/// depths and units from a near hand to beyond all sensors.
+/// Case of the depth rule: mostly a small image with lengths to match, sometimes one as wide as the
+/// defaults expect, with depths and units from a near hand to beyond all sensors.
 FilterCase depth_case(std::uint64_t seed) {
   ByteSource source(seed);
   const bool wide = seed % 20 == 0;
@@ -60,7 +60,7 @@ TEST(WholeFilter, DepthRuleMatchesTheOracleOnEveryPath) {
   EXPECT_GT(box_fallbacks, 3000U);
 }
 
-/// So many that features are sorted by their columns, and by a workspace that has seen others.
+/// Uses enough features for the grid, and a workspace that has seen other frames.
 TEST(WholeFilter, MatchesTheOracleInCrowds) {
   std::size_t masked = 0, compensated = 0;
   for (std::uint64_t seed = 0; seed < 1500; ++seed) {
@@ -90,7 +90,7 @@ TEST(WholeFilter, MatchesTheOracleInCrowds) {
   EXPECT_GT(compensated, 300U);
 }
 
-/// More objects than a word has bits.
+/// Uses more objects than a word has bits.
 TEST(WholeFilter, MatchesTheOracleWithHundredsOfObjects) {
   std::size_t compensated = 0, given_back = 0, by_later_ones = 0;
   for (std::uint64_t seed = 0; seed < 300; ++seed) {
@@ -100,7 +100,8 @@ TEST(WholeFilter, MatchesTheOracleWithHundredsOfObjects) {
     const std::size_t persons = static_cast<std::size_t>(source.between(60, 200));
     while (input.segmentation.instances.size() < persons) {
       Instance instance = arbitrary_instance(source, input.segmentation.image_size);
-      if (source.chance(80)) instance.mask = cv::Mat();  // or masks leave nothing to compensate
+      if (source.chance(80))
+        instance.mask = cv::Mat();  // otherwise masks leave nothing to compensate
       if (source.chance(90)) instance.box.width = instance.box.width / 5 + 1;
       if (source.chance(90)) instance.box.height = instance.box.height / 5 + 1;
       input.segmentation.instances.push_back(instance);

@@ -36,7 +36,7 @@ TEST(Workspace, ScratchKeepsItsAddress) {
   workspace.get<double>();
   EXPECT_EQ(&workspace.get<Numbers>(), numbers);
   const Workspace moved = std::move(workspace);
-  EXPECT_EQ(numbers->values.size(), 0U) << "alive in the workspace that it moved to";
+  EXPECT_EQ(numbers->values.size(), 0U) << "it lives on in the workspace that it moved to";
 }
 
 TEST(Workspace, TwoWorkspacesShareNothing) {

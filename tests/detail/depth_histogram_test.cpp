@@ -22,12 +22,12 @@ DepthHistogram histogram_of(std::vector<float> depths) {
   return DepthHistogram({depths.data(), depths.size()});
 }
 
-/// So many depths in the middle of the bin of 5 cm which begins there.
+/// Adds `count` depths in the middle of the bin of 5 cm that begins at `begin_m`.
 void add(std::vector<float>& depths, int count, double begin_m) {
   depths.insert(depths.end(), static_cast<std::size_t>(count), static_cast<float>(begin_m + 0.025));
 }
 
-/// Clusters and single depths in the middles of bins, so that no edge has to be decided.
+/// Clusters and single depths in the middles of bins, so that no depth lies on an edge.
 std::vector<float> arbitrary_depths(ByteSource& source) {
   std::vector<float> depths;
   const int clusters = source.between(1, 5);
@@ -40,7 +40,7 @@ std::vector<float> arbitrary_depths(ByteSource& source) {
   return depths;
 }
 
-/// The depths from `lower` to `upper`, as far as they are counted.
+/// Number of depths from `lower` to `upper` within the histogram's range.
 int count(const std::vector<float>& depths, double lower, double upper) {
   int sum = 0;
   for (const float depth : depths) {
@@ -85,7 +85,8 @@ TEST(DepthHistogram, NearestClusterMatchesBruteForce) {
   EXPECT_GT(without_peak, 200);
 }
 
-/// As far as three bins in a row, the one in question in the middle, hold enough.
+/// Oracle: extends the range while three adjacent bins, centred on the bin in question, hold
+/// enough.
 ValueRange brute_extent(const std::vector<float>& depths, double depth, double most) {
   const double enough = std::max(3.0, 0.015 * count(depths, 0, 51.2));
   const auto end = [&](int direction) {
@@ -179,7 +180,7 @@ TEST(DepthHistogram, AcceptsWindowsOfAnyWidth) {
     EXPECT_LE(centre - half, 0.5) << half;
     EXPECT_GE(centre + half, 40.05) << half;
   }
-  EXPECT_NEAR(histogram.nearest_cluster(1e-9, 0.1), 0.5, 1e-9) << "a bin at least";
+  EXPECT_NEAR(histogram.nearest_cluster(1e-9, 0.1), 0.5, 1e-9) << "the window is at least one bin";
 }
 
 double median_within(std::vector<float> values, double lower, double upper) {
@@ -190,12 +191,12 @@ TEST(MedianWithin, IsTheUpperMedianOfTheValuesInside) {
   const std::vector<float> values = {5, 1, 9, 3, 2, 4, 7};
   EXPECT_EQ(median_within(values, 2, 4), 3.0);
   EXPECT_EQ(median_within(values, 2, 5), 4.0) << "of 2, 3, 4, 5";
-  EXPECT_EQ(median_within(values, 9, 9), 9.0) << "both ends belong to it";
-  EXPECT_EQ(median_within(values, 20, 30), 0.0) << "nothing there";
+  EXPECT_EQ(median_within(values, 9, 9), 9.0) << "both ends are inside";
+  EXPECT_EQ(median_within(values, 20, 30), 0.0) << "no value is inside";
   EXPECT_EQ(median_within({}, 20, 30), 0.0);
 }
 
-/// Sorted, and counted.
+/// Oracle: sorts the values inside.
 double plain_median_within(std::vector<float> values, double lower, double upper) {
   std::sort(values.begin(), values.end());
   std::vector<float> inside;

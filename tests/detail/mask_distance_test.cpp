@@ -13,7 +13,7 @@
 namespace dynfilter::testing {
 namespace {
 
-/// By the distance to each pixel of the mask.
+/// Oracle: computes the distance to each pixel of the mask.
 bool is_within(const Instance& instance, cv::Point pixel, double radius) {
   for (int y = 0; y < instance.mask.rows; ++y) {
     for (int x = 0; x < instance.mask.cols; ++x) {

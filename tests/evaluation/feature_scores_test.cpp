@@ -47,7 +47,7 @@ TEST(FeatureScores, MatchTheOracleOnArbitraryInput) {
   EXPECT_GT(total.static_removed, 1000U);
 }
 
-/// 8 dynamic (6 found), 4 on the rim (1 removed), 20 static (2 removed).
+/// 8 dynamic features (6 removed), 4 on the rim (1 removed), 20 static (2 removed).
 TEST(FeatureScores, GiveRatesWithAndWithoutTheRim) {
   FeatureScores scores;
   scores.dynamic_removed = 6;

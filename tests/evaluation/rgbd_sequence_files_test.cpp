@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Sequences whose lists, images or folders are no files that can be read: FIFOs, loops of symbolic
-// links (which fail as folders without permission do, for every user), devices, folders.
+// Sequences whose lists, images or folders cannot be read: FIFOs, loops of symbolic links (which
+// fail for every user, as folders without permission do), devices, folders.
 
 #include <sys/stat.h>
 #include <unistd.h>
@@ -48,7 +48,7 @@ class RgbdSequenceFiles : public ::testing::Test {
     cv::imwrite((folder_ / kind / (name + ".png")).string(), cv::Mat(4, 6, type, cv::Scalar(1)));
   }
 
-  /// Puts something else in a file's place.
+  /// Replaces a file with something else.
   void make_fifo(const char* file) {
     fs::remove(folder_ / file);
     ASSERT_EQ(mkfifo((folder_ / file).c_str(), 0600), 0);

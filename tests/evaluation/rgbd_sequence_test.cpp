@@ -34,7 +34,7 @@ using Pairs = std::vector<std::pair<std::size_t, std::size_t>>;
 // --- Association
 // ----------------------------------------------------------------------------------
 
-/// The rule, word by word: of all pairs of unused times take the best until none is in reach.
+/// Oracle: repeatedly takes the best pair of unused times until none is within the limit.
 Pairs associate_by_search(const std::vector<double>& a, const std::vector<double>& b,
                           double max_difference_s) {
   const auto micro = [](double s) { return std::llround(s * 1e6); };
@@ -85,9 +85,9 @@ TEST(Associate, MatchesBruteForce) {
 }
 
 TEST(Associate, PicksTheBestPairFirst) {
-  // 1.010 is nearer to the second depth than the first image is, which then takes none.
+  // 1.010 is nearer to the depth than 1.000 is, which then gets no partner.
   EXPECT_EQ(associate({1.000, 1.010}, {1.011}, 0.02), (Pairs{{1, 0}}));
-  // A tie goes to the earlier first time, then to the earlier second time.
+  // A tie goes to the earlier time of the first list, then of the second.
   EXPECT_EQ(associate({1.02, 1.00}, {1.01}, 0.02), (Pairs{{1, 0}}));
   EXPECT_EQ(associate({1.01}, {1.02, 1.00}, 0.02), (Pairs{{0, 1}}));
 }
@@ -368,7 +368,7 @@ TEST_F(BrokenImages, FrameIndexOutOfRangeIsRefused) {
 
 class RgbdSequenceData : public testing::RecordedData {};
 
-/// A list of all images of a folder, as rgb.txt of the benchmark.
+/// List of all images of a folder, like the benchmark's rgb.txt.
 std::string list_of_files(const fs::path& folder, const std::string& images) {
   std::vector<std::string> rows;
   for (const auto& file : fs::directory_iterator(folder / images)) {
@@ -422,7 +422,7 @@ TEST_F(RgbdSequenceData, ReadsXyz) {
   EXPECT_FALSE(sequence.read(119).depth.empty());
 }
 
-// rgb.txt and depth.txt list the whole sequence, of which 120 pairs are there.
+// rgb.txt and depth.txt list the whole sequence, of which 120 pairs exist.
 TEST_F(RgbdSequenceData, NamesTheFirstMissingFileOfXyz) {
   const fs::path recorded = data("tum_fr1_xyz_120");
   const TemporaryFolder folder;

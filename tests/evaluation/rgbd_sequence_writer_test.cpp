@@ -252,7 +252,8 @@ TEST(RgbdSequenceWriter, ReplacesOnlyItsOwnFiles) {
   EXPECT_EQ(RgbdSequence(folder.path()).size(), 2U);
   RgbdSequenceWriter second(folder.path(), some_camera(), {true});
   second.add(some_frame(7));
-  EXPECT_EQ(RgbdSequence(folder.path()).size(), 2U) << "before finish()";
+  EXPECT_EQ(RgbdSequence(folder.path()).size(), 2U)
+      << "readers see the old sequence before finish()";
   second.finish();
   const RgbdSequence sequence(folder.path());
   ASSERT_EQ(sequence.size(), 1U);

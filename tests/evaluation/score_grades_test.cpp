@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// What scores are worth: the higher a feature's score, the likelier it is on a moving object.
+// A score's meaning: the higher a feature's score, the likelier it is on a moving object.
 
 #include <gtest/gtest.h>
 
@@ -16,14 +16,14 @@
 namespace dynfilter {
 namespace {
 
-/// Features with scores of one grade, by the truth.
+/// Counts, by the truth, of features whose scores are of one grade.
 struct Grade {
   std::size_t moving = 0, all = 0;
 
   double share() const { return static_cast<double>(moving) / static_cast<double>(all); }
 };
 
-/// 0: nothing was suspected; 1, 2: kept; 3, 4: removed.
+/// Grade 0: not suspected; 1, 2: kept; 3, 4: removed.
 std::size_t grade_of(const FeatureLabel& label, double confidence) {
   const double certainty = label.score / confidence;
   if (label.score == 0) return 0;

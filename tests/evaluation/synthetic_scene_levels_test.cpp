@@ -31,11 +31,11 @@ SyntheticSceneOptions small(const std::string& level, std::uint64_t seed = 1) {
   return options;
 }
 
-/// What is measured on a level, over its frames and two seeds.
+/// Measurements of a level, over its frames and two seeds.
 struct Figures {
   double overlap = 0;       // of the masks of all persons with the truth
   double person_share = 0;  // of the image
-  double absent_share = 0;  // of the frames: nobody is seen
+  double absent_share = 0;  // of the frames: no person is visible
   int empty_masks = 0;
 };
 
@@ -91,8 +91,8 @@ std::uint64_t frame_hash(const SyntheticFrame& frame) {
   return pixel_hash(painted(frame.poor_segmentation), hash);
 }
 
-// Rules are compared on these levels, so they must not change unnoticed. Other machines may
-// contract multiplications or round sines differently.
+// We compare rules on these levels, so they must not change unnoticed. Other machines may contract
+// multiplications or round sines differently.
 #if defined(__x86_64__) && !defined(__FMA__) && defined(__GLIBC__)
 TEST(SceneLevels, FirstAndLastFrameMatchThePublishedPixels) {
   const std::vector<std::pair<std::string, std::pair<std::uint64_t, std::uint64_t>>> expected = {
@@ -202,7 +202,7 @@ TEST(SceneLevels, PersonsDoNotWalkThroughFurniture) {
       }
     }
   }
-  EXPECT_GT(close, 1000);  // pixels where something static stands right behind
+  EXPECT_GT(close, 1000);  // pixels with something static close behind
 }
 
 SyntheticFrame rendered(const std::function<void(SyntheticSceneOptions&)>& change, int index,
@@ -256,7 +256,7 @@ TEST(LateMasks, AreTheNewestFinishedByASlowNetwork) {
   using Frames = std::vector<std::uint64_t>;
   EXPECT_EQ(masks_of(10), (Frames{0, 0, 0, 0, 0, 0, 3, 3, 3, 6, 6, 6, 9}));
   EXPECT_EQ(masks_of(5), (Frames{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 6}));
-  // 2.5 frames: done at 2.5, 5, 7.5, 10, 12.5; of frames 0, 2, 5, 7, 10.
+  // The network takes 2.5 frames: it finishes frames 0, 2, 5, 7, 10 at 2.5, 5, 7.5, 10, 12.5.
   EXPECT_EQ(masks_of(12), (Frames{0, 0, 0, 0, 0, 2, 2, 2, 5, 5, 7, 7, 7}));
   EXPECT_EQ(masks_of(30), (Frames{0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11}));
   EXPECT_EQ(masks_of(60), (Frames{0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11}));
@@ -285,7 +285,7 @@ TEST(DepthFringe, RemovesDepthAlongTheEdgesOfNearSurfaces) {
   const cv::Mat1w fringed = depth_with([](SyntheticSceneOptions& o) { o.depth_fringe_px = 24; });
   const cv::Mat1b persons = painted(rendered([](SyntheticSceneOptions&) {}, 40).true_segmentation);
   const cv::Mat lost = (fringed == 0) & (whole != 0);
-  EXPECT_EQ(cv::countNonZero((fringed != whole) & ~lost), 0);  // it changes no depth that is left
+  EXPECT_EQ(cv::countNonZero((fringed != whole) & ~lost), 0);  // depth that remains is unchanged
   const double on_persons = cv::countNonZero(lost & persons);
   EXPECT_GT(on_persons, 0.03 * cv::countNonZero(persons));
   EXPECT_LT(on_persons, 0.20 * cv::countNonZero(persons));
@@ -348,7 +348,7 @@ TEST(ExposureChange, ChangesOnlyTheBrightness) {
     greatest = std::max(greatest, gain);
   }
   EXPECT_NEAR(least, 0.5, 0.06);
-  EXPECT_GT(greatest, 1.5);  // 2, but for what clips
+  EXPECT_GT(greatest, 1.5);  // 2, except for clipping
   EXPECT_LT(greatest, 2.1);
 }
 

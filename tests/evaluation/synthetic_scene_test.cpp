@@ -31,7 +31,7 @@ SyntheticSceneOptions small() {
   return options;
 }
 
-/// Painted once for all tests that only look.
+/// Scene rendered once for all tests that only read it.
 const SyntheticScene& small_scene() {
   static const SyntheticScene scene(small());
   return scene;
@@ -92,7 +92,7 @@ TEST(SyntheticScene, SameSeedGivesTheSamePixels) {
   EXPECT_TRUE(same(small_scene().render(11), again.render(11)));
 }
 
-// What is measured on these scenes is quoted, so they must not change unnoticed. Other machines may
+// We publish measurements on these scenes, so they must not change unnoticed. Other machines may
 // contract multiplications or round sines differently.
 #if defined(__x86_64__) && !defined(__FMA__) && defined(__GLIBC__)
 TEST(SyntheticScene, PixelsMatchThePublishedResults) {
@@ -141,8 +141,8 @@ TEST(SyntheticScene, ThreadsDoNotChangePixels) {
   EXPECT_TRUE(same(alone, shared));
 }
 
-/// Of the pixels of frame `from` that `chosen` picks and that another frame sees: the share whose
-/// point lies, by the two poses, at the depth that the other frame has there.
+/// Share of the pixels of frame `from`, chosen by `chosen` and visible in frame `to`, whose point
+/// has, by the two poses, the depth that `to` has there.
 double share_that_agrees(const SyntheticFrame& from, const SyntheticFrame& to,
                          const CameraParameters& camera, const cv::Mat1b& chosen) {
   int seen = 0;
@@ -171,7 +171,7 @@ TEST(SyntheticScene, OnlyStaticPointsReproject) {
   const CameraParameters camera = small_scene().camera();
   ASSERT_GT(cv::norm(first.pose.translation - later.pose.translation), 0.05);
   const cv::Mat1b persons = painted(first.true_segmentation);
-  // What is hidden by a person in the later frame is no longer seen: about a fifth.
+  // Persons in the later frame hide about a fifth of the pixels.
   cv::Mat1b covered;
   cv::dilate(painted(later.true_segmentation), covered, {}, {-1, -1}, 25);
   const cv::Mat room = ~(persons | covered);
@@ -273,7 +273,7 @@ TEST(SyntheticScene, TrueMasksAreTheSilhouettes) {
     EXPECT_TRUE(room.true_segmentation.instances.empty());
     EXPECT_TRUE(room.poor_segmentation.instances.empty());
     EXPECT_EQ(room.true_segmentation.image_size, cv::Size(160, 120));
-    // A pixel is a person's exactly where taking the persons away changes the depth.
+    // A pixel is a person's if and only if the depth changes without the persons.
     const cv::Mat changed = frame.exact_depth_m != room.exact_depth_m;
     EXPECT_TRUE(same(changed, painted(frame.true_segmentation))) << i;
     for (const Instance& instance : frame.true_segmentation.instances) {

@@ -19,7 +19,7 @@ namespace {
 // --- An independent, naive implementation
 // -----------------------------------------------------------
 
-/// All pairs in reach, the closest first, each pose once.
+/// All pairs within the limit, the closest first, each pose once.
 std::vector<std::pair<std::size_t, std::size_t>> naive_pairs(const Trajectory& a,
                                                              const Trajectory& b, double reach) {
   std::vector<std::tuple<std::int64_t, std::size_t, std::size_t>> all;
@@ -42,8 +42,8 @@ std::vector<std::pair<std::size_t, std::size_t>> naive_pairs(const Trajectory& a
   return pairs;
 }
 
-/// Horn's closed form with unit quaternions (JOSA A 1987), not the decomposition that the library
-/// uses.
+/// ATE by Horn's closed form with unit quaternions (JOSA A 1987), where the library uses a
+/// decomposition.
 double naive_ate(const Trajectory& estimate, const Trajectory& truth, bool with_scale) {
   const auto pairs = naive_pairs(estimate, truth, 0.02);
   const double n = static_cast<double>(pairs.size());
@@ -91,7 +91,7 @@ std::size_t naive_nearest(const Trajectory& trajectory, double time_s) {
   return best;
 }
 
-/// With homogeneous matrices and general inverses, and the angle from the trace.
+/// RPE with homogeneous matrices and general inverses, and the angle from the trace.
 std::pair<double, double> naive_rpe(const Trajectory& estimate, const Trajectory& truth,
                                     double interval_s) {
   const auto matrix = [](const TimedPose& pose) {
@@ -138,8 +138,8 @@ TimedPose random_step(ByteSource& source, const TimedPose& from, double time_s) 
   return pose;
 }
 
-/// A truth at about 100 Hz, and an estimate at about 30 Hz that drifts, lives in another frame, has
-/// gaps, starts later, ends earlier and is stamped with jitter.
+/// A true trajectory at about 100 Hz, and an estimate at about 30 Hz that drifts, has another
+/// coordinate frame, has gaps, starts later, ends earlier and has jittered times.
 std::pair<Trajectory, Trajectory> random_trajectories(std::uint64_t seed) {
   ByteSource source(seed);
   Trajectory truth = {TimedPose()};
@@ -223,8 +223,8 @@ Trajectory along_x(const std::vector<double>& x) {
   return trajectory;
 }
 
-/// Truth 0 1 2 3, estimate 0 1 2 4: means 1.5 and 1.75, so the errors after alignment are 0.25,
-/// 0.25, 0.25 and 0.75. (Along a line the rotation about it is free and changes nothing.)
+/// Truth 0 1 2 3, estimate 0 1 2 4: the means are 1.5 and 1.75, so the errors after alignment are
+/// 0.25, 0.25, 0.25 and 0.75. (On a line, the rotation about it is free and has no effect.)
 TEST(TrajectoryErrors, MatchHandComputedValues) {
   const Trajectory truth = along_x({0, 1, 2, 3});
   const auto ate = absolute_trajectory_error(along_x({0, 1, 2, 4}), truth).translation_m;
@@ -235,14 +235,14 @@ TEST(TrajectoryErrors, MatchHandComputedValues) {
   EXPECT_NEAR(ate.standard_deviation, std::sqrt(0.1875 - 0.140625), 1e-12);
   EXPECT_NEAR(ate.least, 0.25, 1e-12);
   EXPECT_NEAR(ate.greatest, 0.75, 1e-12);
-  // Steps of the estimate: 1, 1, 1.5 and 0.5; the interval that ends at the last pose is left out.
+  // The estimate's steps are 1, 1, 1.5 and 0.5; the interval that ends at the last pose is omitted.
   const auto rpe = relative_pose_error(along_x({0, 1, 2, 3.5, 4}), along_x({0, 1, 2, 3, 4}));
   EXPECT_EQ(rpe.translation_m.count, 3U);
   EXPECT_NEAR(rpe.translation_m.rmse, std::sqrt(0.25 / 3), 1e-12);
   EXPECT_EQ(rpe.rotation_deg.greatest, 0);
 }
 
-/// A pure rotation: 10 degrees a step where there were 12.
+/// Pure rotations: the estimate turns 10 degrees a step, the truth 12.
 TEST(TrajectoryErrors, EqualTheAngleOfAPureRotation) {
   const auto turning = [](double step_deg) {
     Trajectory trajectory = along_x({0, 0, 0, 0, 0});

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Trajectory files with flaws that TUM's own recordings have.
+// Trajectory files with flaws that occur in TUM's own recordings.
 
 #include <array>
 #include <cmath>
@@ -67,7 +67,7 @@ TEST(TrajectoryFlaws, ZeroQuaternionsAreSkipped) {
   expect_rows(file.flaws.zero_quaternion, 2, 2);
 }
 
-// As in the ground truth of fr3_walking_static, whose lines 2456 and 2457 are of one time.
+// The ground truth of fr3_walking_static has such rows: its lines 2456 and 2457 have one time.
 TEST(TrajectoryFlaws, LastRowOfARepeatedTimeWins) {
   const TrajectoryFile file = read(
       "1341846251.4487 1 0 0 0 0 0 1\n"
@@ -92,7 +92,7 @@ TEST(TrajectoryFlaws, SkippedRowDoesNotReplaceAnEarlierOne) {
 TEST(TrajectoryFlaws, TimesInTheSameMicrosecondCountAsRepeated) {
   const TrajectoryFile file = read("1.0000002 1 0 0 0 0 0 1\n1.0000001 2 0 0 0 0 0 1\n");
   ASSERT_EQ(file.trajectory.size(), 1U);
-  EXPECT_EQ(file.trajectory[0].translation.x(), 2) << "the last one in the file";
+  EXPECT_EQ(file.trajectory[0].translation.x(), 2) << "the last row in the file wins";
   const TemporaryFolder folder;
   EXPECT_NO_THROW(write_trajectory(folder / "t.txt", file.trajectory));
 }
@@ -130,8 +130,8 @@ TEST(TrajectoryFlaws, OtherMalformedRowsAreRefused) {
   }
 }
 
-/// What evaluate_rpe.py keeps of the rows: time to x, by a map for Python's dictionary, which it
-/// then sorts.
+/// Rows that evaluate_rpe.py keeps, time to x; the map stands for its Python dictionary, which it
+/// sorts.
 std::map<double, double> kept_by_tum(const std::vector<std::array<double, 3>>& rows) {
   std::map<double, double> kept;
   for (const auto& [time, x, qw] : rows) {

@@ -23,7 +23,7 @@ using testing::expect_error;
 using testing::file_text;
 using testing::TemporaryFolder;
 
-/// As in many countries, and as a host's program may have set it.
+/// Decimal comma, as many countries use and a host's program may have set.
 struct CommaPoint : std::numpunct<char> {
   char do_decimal_point() const override { return ','; }
   char do_thousands_sep() const override { return '.'; }

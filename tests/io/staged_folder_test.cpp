@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// A folder of results is that of one writer or of another, never a mixture: whatever is in the way,
-// and whenever a writer is killed.
+// A folder holds the results of one writer and never a mixture, whatever errors occur and whenever
+// a writer is killed.
 
 #include "io/staged_folder.hpp"
 
@@ -27,10 +27,10 @@
 
 namespace {
 
-/// How many names a process may still change before it is killed; negative: any number.
+/// Number of renames that a process may still do before it is killed; negative: any number.
 int changes_left = -1;
 
-/// How many names may still be changed before one cannot be, once; negative: any number.
+/// Number of renames that succeed before one fails, once; negative: any number.
 int changes_before_failure = -1;
 
 void count_change() {
@@ -40,7 +40,7 @@ void count_change() {
 
 }  // namespace
 
-// In the place of the C library's, for the library of C++, too.
+// Replaces the C library's function, also for the C++ library.
 extern "C" int rename(const char* from, const char* to) noexcept {
   count_change();
   if (changes_before_failure-- == 0) {
@@ -64,7 +64,7 @@ using testing::TemporaryFolder;
 
 using Files = std::map<fs::path, std::string>;
 
-/// All that can be seen in a folder.
+/// All visible files of a folder.
 Files visible(const fs::path& folder) {
   Files files;
   for (const fs::path& file : visible_files_below(folder)) {
@@ -75,7 +75,7 @@ Files visible(const fs::path& folder) {
   return files;
 }
 
-/// Results with a key, many files in a folder and some that only these results have.
+/// Results with a key file, many files in a subfolder, and some that only these results have.
 Files results(const std::string& content, int count) {
   Files files = {{"key", content}, {"only " + content, content}};
   for (int i = 0; i < count; ++i) files["parts/" + std::to_string(i)] = content;
@@ -109,7 +109,8 @@ TEST(StagedFolder, ShowsNothingUntilFinishedAndCleansUp) {
     staged.commit({"key"});
   }
   EXPECT_EQ(visible(folder / "new/out"), results("first", 3));
-  EXPECT_EQ(entries(folder / "new/out"), 4U) << "key, only first, parts, and the list of files";
+  EXPECT_EQ(entries(folder / "new/out"), 4U)
+      << "it should hold key, only first, parts, and the list of files";
   { const StagedFolder unused(folder / "other/out", "test", {}, false); }
   EXPECT_FALSE(fs::exists(folder / "other"));
 }
@@ -129,7 +130,7 @@ TEST(StagedFolder, RefusesToReplaceOtherFiles) {
   folder.write("key", "mine");
   expect_error<std::runtime_error>([&] { StagedFolder(folder.path(), "test", {"key"}, true); },
                                    "holds key, which no earlier dynfilter test wrote");
-  // A name that was not foretold is found at the end, with nothing changed.
+  // An undeclared name is found at the end, and nothing changes.
   expect_error<std::runtime_error>([&] { put(folder.path(), results("first", 2)); }, "holds key");
   EXPECT_EQ(visible(folder.path()), (Files{{"key", "mine"}}));
   EXPECT_EQ(entries(folder.path()), 1U);
@@ -187,8 +188,8 @@ bool counts_as_whole(const fs::path& folder) {
   }
 }
 
-/// What a process of its own comes to that is killed when it changes a name for the n-th time.
-/// Returns false where it came to its end.
+/// Runs `action` in a separate process that is killed at its n-th rename. Returns false if it
+/// finished before.
 template <class Action>
 bool is_killed_at(int change, const Action& action) {
   const pid_t child = fork();
@@ -219,9 +220,9 @@ TEST(StagedFolder, KilledAtAnyRenameItHoldsOldOrNewFilesOrSaysIncomplete) {
     }
     put(folder.path(), results("next", 2));
     EXPECT_EQ(visible(folder.path()), results("next", 2));
-    EXPECT_EQ(entries(folder.path()), 4U) << "nothing of the dead writer is left";
+    EXPECT_EQ(entries(folder.path()), 4U) << "the dead writer's files should be gone";
   }
-  EXPECT_GT(halves, 10) << "or little was shown";
+  EXPECT_GT(halves, 10) << "otherwise the test shows little";
 }
 
 /// Cuts off an exchange at one change and what puts the old files back at another. Returns false
@@ -245,7 +246,7 @@ TEST(StagedFolder, RollbackSurvivesBeingKilled) {
   for (int change = 0; change < 30; ++change) {
     for (int back = 0; is_cut_off_twice(change, back); ++back) ++times;
   }
-  EXPECT_GT(times, 20) << "or little was shown";
+  EXPECT_GT(times, 20) << "otherwise the test shows little";
 }
 
 TEST(StagedFolder, FailedRenameLeavesTheOldFiles) {
@@ -270,7 +271,7 @@ TEST(StagedFolder, FailedRenameLeavesTheOldFiles) {
     EXPECT_EQ(visible(folder.path()), failed ? old_files : results("new", 4));
     EXPECT_EQ(entries(folder.path()), 4U);
   }
-  EXPECT_GT(times, 15) << "or little was shown";
+  EXPECT_GT(times, 15) << "otherwise the test shows little";
 }
 
 TEST(StagedFolder, AnotherWriterRefusesAnIncompleteFolder) {

@@ -26,7 +26,7 @@ float at(const cv::Mat& data, int n, int c, int y, int x) {
   return data.at<float>(cv::Vec4i(n, c, y, x));
 }
 
-/// The input at a point between its pixels; 0 outside.
+/// Input interpolated at a point between its pixels; 0 outside.
 double sampled(const cv::Mat& input, int n, int c, double y, double x) {
   double sum = 0;
   for (int row = 0; row < input.size[2]; ++row) {
@@ -40,7 +40,7 @@ double sampled(const cv::Mat& input, int n, int c, double y, double x) {
   return sum;
 }
 
-/// Equation (1) of the paper, as it stands there.
+/// Oracle: equation (1) of the paper, literally.
 cv::Mat naive(const cv::Mat& input, const cv::Mat& offsets, const cv::Mat& mask,
               const cv::Mat& weights, const cv::Mat& bias, const DeformableConvolutionOptions& o,
               const cv::Size& size) {
@@ -117,7 +117,7 @@ TEST_P(DeformableConvolutionCases, MatchTheEquation) {
   EXPECT_LT(largest_difference(output, want), 1e-6 * (terms + 2));
   EXPECT_GT(cv::norm(want.reshape(1, 1), cv::NORM_INF), 0.5);
 
-  // Again, into the same memory.
+  // The second call writes into the same memory.
   const uchar* memory = output.data;
   const cv::Mat first = output.clone();
   output = cv::Scalar(99);
@@ -182,7 +182,7 @@ INSTANTIATE_TEST_SUITE_P(
                            make_options({1, 1}, {1, 1}, {1, 1, 1, 1}), true, true, 2}),
     [](const auto& chosen) { return std::string(chosen.param.name); });
 
-/// An input of 1, 2, 3, …; a kernel of one tap that copies it.
+/// Input 1, 2, 3, … and a kernel of one tap that copies it.
 struct Copy {
   cv::Mat input = tensor({1, 1, 4, 5});
   cv::Mat offsets = tensor({1, 2, 4, 5});

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// DeformableConvolution as OpenCV's dnn module runs it, by every name that exporters give it.
+// DeformableConvolution run by OpenCV's dnn module, under every name that exporters give it.
 
 #include <array>
 #include <ostream>
@@ -46,7 +46,7 @@ DeformableConvolutionOptions make_options(cv::Size stride, cv::Size dilation,
 
 class DeformableLayer : public testing::Models, public ::testing::WithParamInterface<Operator> {};
 
-/// As make_models.py computes them.
+/// Weights as make_models.py computes them.
 cv::Mat weights_of(const std::vector<int>& shape) {
   cv::Mat weights = tensor(shape);
   for (int i = 0; i < int(weights.total()); ++i)

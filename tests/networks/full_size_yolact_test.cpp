@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// YOLACT and YOLACT++ of real size with random weights: whether they load, run and decode, and what
-// that takes. What they find is as random as they are.
+// YOLACT and YOLACT++ of real size with random weights: they must load, run and decode. The test
+// prints time and memory. Their detections are as random as their weights.
 
 #include <chrono>
 #include <cstddef>
@@ -27,7 +27,7 @@
 namespace dynfilter {
 namespace {
 
-/// The most memory that the process has had, in MB; 0 where the system does not say.
+/// Peak memory of the process in MB; 0 if the system does not report it.
 long peak_memory_mb() {
   std::ifstream status("/proc/self/status");
   for (std::string word; status >> word;) {
@@ -37,7 +37,7 @@ long peak_memory_mb() {
   return 0;
 }
 
-/// By the clock on the wall, and by that of the processor, which other programs do not disturb.
+/// Measures wall-clock time, and processor time, which other programs do not disturb.
 class Stopwatch {
  public:
   std::string text() const {
@@ -68,7 +68,7 @@ class FullSizeYolact : public ::testing::TestWithParam<std::string> {
   void SetUp() override {
     model_ = std::filesystem::path(DYNFILTER_FULL_SIZE_MODELS) / (GetParam() + ".onnx");
     if (!std::filesystem::exists(model_)) {
-      GTEST_SKIP() << "there are no models: they are made by ctest with python3-onnx";
+      GTEST_SKIP() << "no models: ctest makes them if python3-onnx is installed";
     }
   }
 
@@ -95,7 +95,7 @@ TEST_P(FullSizeYolact, LoadsRunsAndDecodes) {
   NetworkOptions options;
   options.score_threshold = 0.05F;
   const auto segmenter = make_network_segmenter(model_, options);
-  std::cout << "loaded, and run once, in " << loading.text() << '\n';
+  std::cout << "loaded and run once in " << loading.text() << '\n';
   EXPECT_EQ(segmenter->class_names().at(0), "person");
 
   const cv::Mat image = blobs_and_noise();

@@ -62,14 +62,15 @@ TEST(InputPlacement, LetterboxCentresAVideoImage) {
 }
 
 TEST(InputPlacement, LetterboxRoundsTheResizedSides) {
-  // 101x77 into 64x64: the factor is 64/101, 77 becomes 48.79 and so 49; 15 rows are left, 7 above.
+  // 101x77 into 64x64: the factor is 64/101; 77 becomes 48.79, rounded 49; of 15 border rows 7 are
+  // above.
   const PlacedImage result = placed({101, 77}, {64, 64});
   EXPECT_EQ(result.pixels.at<cv::Vec3b>(6, 30), cv::Vec3b::all(114));
   EXPECT_EQ(result.pixels.at<cv::Vec3b>(56, 30), cv::Vec3b::all(114));
   expect_at(transformed(result.placement.to_input, {0, 0}), 0, 7);
   expect_at(transformed(result.placement.to_input, {101, 77}), 64, 56);
   expect_ways_are_inverse(result.placement);
-  // Upright, and smaller than the input.
+  // An upright image smaller than the input.
   const PlacedImage high = placed({10, 40}, {64, 80});
   expect_at(transformed(high.placement.to_input, {10, 40}), 42, 80);
   expect_at(transformed(high.placement.to_input, {0, 0}), 22, 0);
@@ -82,7 +83,7 @@ TEST(InputPlacement, KeepsImagesOneLineHigh) {
 }
 
 TEST(InputPlacement, PlacementMapsThePattern) {
-  // The centre of mass of a bright rectangle, before and after.
+  // Compares the centre of mass of a bright rectangle before and after.
   cv::Mat image(123, 211, CV_8UC3, cv::Scalar::all(0));
   image(cv::Rect(60, 30, 40, 20)).setTo(cv::Scalar::all(200));
   for (const double roll : {0.0, 0.3, pi / 2, -2.0}) {
@@ -104,7 +105,7 @@ TEST(InputPlacement, PlacementMapsThePattern) {
 TEST(InputPlacement, RollTurnsGravityDown) {
   for (const double roll : {0.2, -1.0, 2.9}) {
     const InputPlacement placement = turn_upright(random_image({91, 72}), roll, grey).placement;
-    // Gravity in the image of a camera of that roll.
+    // Direction of gravity in the image of a camera with that roll.
     const cv::Point2d origin = transformed(placement.to_input, {0, 0});
     const cv::Point2d below = transformed(placement.to_input, {std::sin(roll), std::cos(roll)});
     expect_at(below - origin, 0, 1);

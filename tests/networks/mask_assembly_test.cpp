@@ -39,7 +39,7 @@ InputPlacement stretched(cv::Size image, cv::Size input) {
   return detail::stretch(detail::turn_upright(pixels, 0, {}), input).placement;
 }
 
-/// A grid of numbers between its cells, with edges that go on for ever.
+/// Value of a grid between its cells; edge values extend outwards.
 double between(const cv::Mat_<double>& grid, double x, double y) {
   const auto at = [&](int column, int row) {
     return grid(std::clamp(row, 0, grid.rows - 1), std::clamp(column, 0, grid.cols - 1));
@@ -52,8 +52,8 @@ double between(const cv::Mat_<double>& grid, double x, double y) {
          (at(x0, y0 + 1) * (1 - right) + at(x0 + 1, y0 + 1) * right) * below;
 }
 
-/// The mask in the whole image, in the plainest way; pixels whose value is at the threshold to
-/// within rounding are set in `unsure`.
+/// Oracle: the mask in the whole image. Sets pixels in `unsure` whose value equals the threshold
+/// within rounding errors.
 cv::Mat naive_mask(const Detection& detection, const cv::Mat& prototypes,
                    const InputPlacement& placement, MaskRule rule, cv::Mat& unsure) {
   cv::Mat_<double> grid(prototypes.size[2], prototypes.size[3], 0.0);
@@ -142,7 +142,7 @@ TEST(MaskAssembly, MatchesANaiveLoop) {
 }
 
 TEST(MaskAssembly, MatchesYolactsResizeAndCrop) {
-  // The recipe step by step, with OpenCV's resize.
+  // YOLACT's procedure step by step, with OpenCV's resize.
   std::mt19937 random(2);
   const cv::Size image(640, 480);
   const InputPlacement placement = stretched(image, {550, 550});

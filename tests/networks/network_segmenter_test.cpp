@@ -45,8 +45,8 @@ constexpr double pi = 3.14159265358979323846;
 constexpr bool runs_stock_yolo = CV_VERSION_MAJOR > 4 ||
                                  (CV_VERSION_MAJOR == 4 && CV_VERSION_MINOR >= 7);
 
-/// A mask that fills a rectangle and nothing else, but that interpolation may round its corners
-/// off.
+/// Expects a mask that fills exactly a rectangle, except that interpolation may round off its
+/// corners.
 void expect_block(const Instance& instance, const cv::Rect& rectangle, int corner_px = 4) {
   EXPECT_EQ(cv::Rect(instance.mask_origin, instance.mask.size()), rectangle);
   for (int y = 0; y < instance.mask.rows; ++y) {
@@ -155,7 +155,7 @@ TEST_F(NetworkSegmenterTest, KeepsTheImageUnchangedAndAcceptsGrey) {
   options.roll_rad = [](const FrameView&) { return 0.5; };
   segment("yolact", image, options);
   EXPECT_EQ(cv::norm(image, before, cv::NORM_INF), 0);
-  const Segmentation found = segment("yolo_raw", image);  // white is red, and blue
+  const Segmentation found = segment("yolo_raw", image);  // white contains red and blue
   ASSERT_EQ(found.instances.size(), 1U);
   EXPECT_EQ(found.instances[0].class_id, red_class);
   EXPECT_EQ(found.instances[0].box, cv::Rect(32, 0, 32, 32));
@@ -209,7 +209,7 @@ TEST_F(NetworkSegmenterTest, AcceptsEndToEndModels) {
   EXPECT_EQ(found.instances[1].class_id, blue_class);
   EXPECT_EQ(found.instances[1].box, cv::Rect(0, 0, 32, 32));
   expect_block(found.instances[1], {0, 0, 16, 32});
-  // Where its boxes have no mask there is no instance.
+  // Boxes without a mask give no instance.
   EXPECT_TRUE(segment("yolo_end_to_end", black_image({64, 64})).instances.empty());
 }
 
@@ -253,9 +253,9 @@ TEST_F(NetworkSegmenterTest, YolactStretchesTheImage) {
 }
 
 TEST_F(NetworkSegmenterTest, YolactReadsPriorsFromModelOrOptions) {
-  // All at (0.25, 0.75), half the usual size: 16x16 round (16, 48).
+  // All priors lie at (0.25, 0.75) with half the usual size: 16x16 around (16, 48).
   const Segmentation from_model = segment("yolact_priors", two_blocks());
-  ASSERT_EQ(from_model.instances.size(), 1U);  // the red one has no mask there
+  ASSERT_EQ(from_model.instances.size(), 1U);  // the red block has no mask there
   EXPECT_EQ(from_model.instances[0].class_id, blue_class);
   EXPECT_EQ(from_model.instances[0].box, cv::Rect(8, 40, 16, 16));
   YolactOptions options;
@@ -303,7 +303,7 @@ TEST_F(NetworkSegmenterTest, TurnsTheImageUprightAndTheResultBack) {
   for (const char* name : {"yolo_raw", "yolact"}) {
     for (const auto& [roll, rotation] : turns) {
       SCOPED_TRACE(name + std::to_string(roll));
-      // What an upright camera sees, as the rolled one sees it; 128x64 to tell the sides apart.
+      // The rolled camera's view of an upright scene; 128x64, so that the sides differ.
       cv::Mat upright = black_image({128, 64});
       upright(cv::Rect(64, 32, 64, 32)).setTo(red);
       cv::Mat image;
@@ -328,7 +328,7 @@ TEST_F(NetworkSegmenterTest, TurnsTheImageUprightAndTheResultBack) {
 }
 
 TEST_F(NetworkSegmenterTest, TurnsByAnyAngle) {
-  // A red block that stands upright in the turned image only, in the upper right of its four cells.
+  // A red block that is upright only in the turned image, in the upper right of its four cells.
   const double roll = 0.35;
   cv::Mat image = black_image({90, 90});
   const detail::InputPlacement turn = detail::turn_upright(image, roll, {}).placement;
@@ -367,7 +367,7 @@ TEST_F(NetworkSegmenterTest, RefusesANonFiniteRoll) {
 
 class BadModels : public Models {
  protected:
-  /// Every way of making a segmenter refuses it, and names the file and what is wrong.
+  /// Expects that every way to make a segmenter refuses the file and names it and its fault.
   static void expect_refused(const fs::path& file, const std::string& what) {
     SCOPED_TRACE(file);
     for (const std::string& part : {file.string(), what}) {
@@ -414,7 +414,7 @@ TEST_F(BadModels, OtherFilesAreRefused) {
 }
 
 TEST_F(BadModels, DamagedModelsOnlyThrow) {
-  // Bytes turned over here and there: an exception of the promised type, or what may be a network.
+  // Flips some bytes: the result is an exception of the documented type, or a network.
   const testing::TemporaryFolder place;
   const std::string whole = testing::file_text(model("yolo_end_to_end"));
   for (std::size_t i = 0; i < 200; ++i) {

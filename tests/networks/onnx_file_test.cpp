@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// ONNX files that are built to hurt: an error names the file before memory is spent on them.
+// Malicious ONNX files: an error names the file before memory is allocated for it.
 
 #include "networks/onnx_file.hpp"
 
@@ -46,7 +46,7 @@ std::string repeated(const std::string& part, std::size_t count) {
   return all;
 }
 
-/// A tensor of ones; its sides are 1 but for the last one.
+/// Tensor of ones; all sides but the last are 1.
 std::string tensor(std::size_t dimensions, std::uint64_t last_side) {
   const float one = 1;
   std::string number(sizeof one, '\0');
@@ -61,7 +61,7 @@ std::string constant_node(const std::string& name, const std::string& tensor) {
 
 std::string model(const std::string& graph) { return field(7, graph); }
 
-/// A model whose output is a constant.
+/// Model whose output is a constant.
 std::string model_of_constant(const std::string& tensor) {
   return model(constant_node("ones", tensor) + field(12, field(1, "ones")));
 }
@@ -128,7 +128,8 @@ TEST_F(OnnxFiles, RefusesHugeFilesUnread) {
   const std::filesystem::path file = folder_.write("model.onnx", "");
   std::error_code error;
   std::filesystem::resize_file(file, std::uintmax_t{1} << 40U, error);
-  if (error) GTEST_SKIP() << "the file system has no file of a terabyte: " << error.message();
+  if (error)
+    GTEST_SKIP() << "the file system cannot hold a file of a terabyte: " << error.message();
   expect_error<std::runtime_error>(
       [&] { read_onnx_file(file); },
       file.string() + ": is no ONNX model: got 1099511627776 bytes; want at most");

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// From image to trajectory with a real network, through the program: frame by frame, and beside the
-// tracker at the network's own pace.
+// The program with a real network, from image to trajectory: frame by frame, and in a thread at the
+// network's own pace.
 
 #include <gtest/gtest.h>
 
@@ -20,10 +20,10 @@ class ProgramWithNetwork : public RecordedData {
     if (IsSkipped()) return;
     sequence_ = data("tum_fr3_walking_halfsphere_50");
     model_ = sequence_.parent_path().parent_path() / "models" / "yolov8n-seg-raw-heads.onnx";
-    if (!fs::exists(model_)) GTEST_SKIP() << "there is no " << model_;
+    if (!fs::exists(model_)) GTEST_SKIP() << "missing: " << model_;
   }
 
-  /// What `dynfilter run` says of the sequence with the network.
+  /// Summary that `dynfilter run` writes for the sequence with the network.
   nlohmann::json summary_of(const std::string& options) const {
     const fs::path out = folder_.path() / "out";
     const Outcome outcome = run("run " + quoted(sequence_) + " --model " + quoted(model_) +

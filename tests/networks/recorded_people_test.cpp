@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// A real network on real frames: people of TUM fr3_walking_halfsphere, against masks that another
+// A real network on recorded frames of TUM fr3_walking_halfsphere, compared with masks that another
 // program made with the same weights.
 
 #include <algorithm>
@@ -32,7 +32,7 @@ class RecordedPeople : public testing::RecordedData {
     RecordedData::SetUp();
     if (IsSkipped()) return;
     model_ = data(sequence).parent_path().parent_path() / "models" / "yolov8n-seg-raw-heads.onnx";
-    if (!fs::exists(model_)) GTEST_SKIP() << "there is no " << model_;
+    if (!fs::exists(model_)) GTEST_SKIP() << "missing: " << model_;
   }
 
   fs::path model_;
@@ -65,7 +65,7 @@ TEST_F(RecordedPeople, MatchTheMasksOfAnotherProgram) {
   for (const auto& entry : fs::directory_iterator(data(sequence) / "rgb")) {
     FrameView frame;
     frame.timestamp_s = std::stod(entry.path().stem());
-    if (!theirs.has_mask(frame.timestamp_s)) continue;  // one of the 50
+    if (!theirs.has_mask(frame.timestamp_s)) continue;  // only 50 frames have masks
     frame.image = cv::imread(entry.path().string());
     const Segmentation found = people->segment(frame);
     EXPECT_FALSE(found.instances.empty()) << entry.path();

@@ -50,7 +50,7 @@ struct Outputs {
   int rows() const { return locations.size[1]; }
 };
 
-/// Boxes that overlap here and there; logits or probabilities.
+/// Random outputs with some overlapping boxes; logits or probabilities.
 Outputs random_outputs(std::mt19937& random, int rows, int classes, bool are_logits) {
   Outputs outputs = {random_tensor(random, {1, rows, 4}, -2, 2),
                      random_tensor(random, {1, rows, classes + 1}, -3, 3),
@@ -79,7 +79,7 @@ std::vector<Detection> decoded(const Outputs& outputs, const YolactDecoding& dec
   return decode_yolact(bind_yolact(outputs.tensors()), rows_first(outputs.priors), input, decoding);
 }
 
-/// The published procedure, step by step, nothing left out: all classes and scores to the end.
+/// Oracle: the published procedure, step by step, for all classes and scores.
 std::vector<Detection> naive(const Outputs& outputs, bool are_logits,
                              const YolactDecoding& decoding) {
   const int classes = outputs.confidences.size[2] - 1;
@@ -151,7 +151,7 @@ TEST(YolactDecoder, MatchesThePublishedProcedure) {
   EXPECT_GT(found, 500U);
 }
 
-/// So many priors at one place, sides 0.2; each row's box is moved there by its location.
+/// Priors at one place with sides 0.2; each row's location moves its box.
 struct Placed {
   Outputs outputs;
 
@@ -161,7 +161,7 @@ struct Placed {
                 tensor({rows, 4}, 0.2F)} {
     for (int row = 0; row < rows; ++row) outputs.confidences.at<float>(0, row, 0) = 1;
   }
-  /// In shares of the input: left side and width.
+  /// Sets a row's box by its left side and width, as fractions of the input, and its scores.
   void put(int row, float left, float width, std::vector<float> scores) {
     outputs.locations.at<float>(0, row, 0) = (left + width / 2 - 0.2F) / 0.02F;
     outputs.locations.at<float>(0, row, 2) = std::log(width / 0.2F) / 0.2F;
@@ -185,7 +185,7 @@ TEST(YolactDecoder, FastSuppressionLetsDroppedRowsSuppress) {
   Placed placed(3);
   placed.put(0, 0.10F, 0.20F, {0.9F, 0});
   placed.put(1, 0.16F, 0.20F, {0.8F, 0});  // overlaps row 0 by 0.14 / 0.26
-  placed.put(2, 0.22F, 0.20F, {0.7F, 0});  // overlaps row 1 so, row 0 by 0.08 / 0.32
+  placed.put(2, 0.22F, 0.20F, {0.7F, 0});  // overlaps row 1 equally, row 0 by 0.08 / 0.32
   EXPECT_EQ(placed.rows_found(decoding_of(0.15F)), (std::vector<int>{0}));
   EXPECT_EQ(placed.rows_found(decoding_of(0.15F, 200, 100, YolactSuppression::greedy)),
             (std::vector<int>{0, 2}));
@@ -354,7 +354,7 @@ TEST(YolactDecoder, RefusesOtherOutputs) {
   refused(tensors, "29 priors for 30 locations");
   tensors = o.tensors();
   tensors.push_back({"x", tensor({1, 30, 4})});
-  EXPECT_NO_THROW(bind_yolact(tensors));  // one is called loc
+  EXPECT_NO_THROW(bind_yolact(tensors));  // a tensor is called loc
   tensors[0].name = "y";
   refused(tensors, "unclear which output holds the locations");
 }
@@ -396,7 +396,7 @@ TEST(YolactPriors, OfYolactPlusHaveThreeScalesAndAspectRatios) {
 }
 
 TEST(YolactPriors, ScaleWithTheInputTruncatedToPixels) {
-  // 400: maps of 50, 25, 13, 7, 4 and scales of 17, 34, 69, 139, 279.
+  // Input 400 has maps of 50, 25, 13, 7, 4 cells and scales of 17, 34, 69, 139, 279.
   const int cells = 50 * 50 + 25 * 25 + 13 * 13 + 7 * 7 + 4 * 4;
   const cv::Mat priors = yolact_priors(3 * cells, {400, 400});
   expect_prior(priors, 0, 0.5 / 50, 0.5 / 50, 17 / 400.0, 17 / 400.0);

@@ -43,7 +43,7 @@ constexpr int prototype_count = 5;
 constexpr float nan = std::numeric_limits<float>::quiet_NaN();
 constexpr float infinity = std::numeric_limits<float>::infinity();
 
-/// The centre and side of every cell, in the order of the anchors.
+/// Centre and side of every cell, in the order of the anchors.
 std::vector<cv::Vec3f> cells() {
   std::vector<cv::Vec3f> result;
   for (const int stride : {8, 16, 32}) {
@@ -57,7 +57,7 @@ std::vector<cv::Vec3f> cells() {
   return result;
 }
 
-/// A network's raw outputs: [1, 4 bins, N], [1, classes, N], [1, prototypes, N], prototypes.
+/// Raw outputs of a network: [1, 4 bins, N], [1, classes, N], [1, prototypes, N], prototypes.
 struct RawHeads {
   cv::Mat boxes, classes, coefficients, prototypes;
 
@@ -76,7 +76,7 @@ RawHeads random_heads(std::mt19937& random, int classes, float logit = 3, int bi
           random_tensor(random, {1, prototype_count, 8, 16}, -1, 1)};
 }
 
-/// What stands in the rows, decoded in the plainest way.
+/// Oracle: decodes the rows one by one.
 std::vector<Detection> rows_of(const RawHeads& heads) {
   std::vector<Detection> rows;
   const int bins = heads.boxes.size[1] / 4;
@@ -112,7 +112,7 @@ std::vector<Detection> rows_of(const RawHeads& heads) {
   return rows;
 }
 
-/// Picks the best that is left, again and again.
+/// Oracle of suppression: repeatedly picks the best remaining row.
 std::vector<Detection> picked(std::vector<Detection> rows, const DetectionOptions& options) {
   std::vector<Detection> result;
   while (result.size() < std::size_t(options.max_detections)) {
@@ -138,7 +138,7 @@ std::vector<Detection> picked(std::vector<Detection> rows, const DetectionOption
   return result;
 }
 
-/// The same rows as a network with the decoding inside puts them out: [1, 4 + classes + P, N].
+/// Output of a network that decodes the same rows itself: [1, 4 + classes + P, N].
 cv::Mat decoded_output(const RawHeads& heads) {
   const std::vector<Detection> rows = rows_of(heads);
   const int classes = heads.classes.size[1];
@@ -247,7 +247,7 @@ TEST(YoloDecoder, BindsOutputsOfEqualShapeByNameThenOrder) {
 // --- Known by hand
 // --------------------------------------------------------------------------------
 
-/// An output of a network with two classes that has found nothing yet.
+/// Decoded output of a network with two classes, at first without detections.
 struct Decoded {
   cv::Mat output = tensor({1, 4 + 2 + prototype_count, anchors});
   cv::Mat prototypes = tensor({1, prototype_count, 8, 16});
@@ -291,7 +291,7 @@ TEST(YoloDecoder, EqualScoresGoToTheLowestClassAndFirstRow) {
 TEST(YoloDecoder, SuppressesOnlyWithinAClassAboveTheThreshold) {
   Decoded network;
   network.put(0, {0, 0, 20, 10}, 0.9F, 0);
-  network.put(1, {0, 0, 10, 10}, 0.8F, 0);     // half of the first one: not above 0.5
+  network.put(1, {0, 0, 10, 10}, 0.8F, 0);     // overlap 0.5 with row 0: not above 0.5
   network.put(2, {0, 0, 10.5F, 10}, 0.7F, 0);  // above 0.5 with both
   network.put(3, {0, 0, 20, 10}, 0, 0.6F);     // another class
   const std::vector<Detection> found = network.detections();
@@ -335,7 +335,7 @@ TEST(YoloDecoder, DropsRowsWithNonFiniteNumbers) {
       network.put(1, {30, 0, 50, 10}, 0.8F, 0.1F);
       network.output.at<float>(0, i, 0) = bad;
       const std::vector<Detection> found = network.detections();
-      // The score that is not the best one does not count, unless it becomes the best.
+      // A score that is not the row's best does not matter, unless it becomes the best.
       const bool is_harmless = i == 5 && !(bad > 0);
       ASSERT_EQ(found.size(), is_harmless ? 2U : 1U) << bad << " in column " << i;
       EXPECT_FLOAT_EQ(found.back().score, 0.8F);
@@ -394,7 +394,7 @@ TEST(YoloDecoder, ReadsEndToEndRowsSortedByScore) {
   EXPECT_EQ(bind_yolo(outputs, input).head, YoloHead::end_to_end);
   EXPECT_EQ(bind_yolo(outputs, input).class_count(), 0);
   const std::vector<Detection> found = decoded(outputs, options_of(0.25F, 0.5F, 300));
-  ASSERT_EQ(found.size(), 3U);  // overlaps are the network's business
+  ASSERT_EQ(found.size(), 3U);  // the network itself suppresses overlaps
   EXPECT_EQ(found[0].coefficients[0], 1);
   EXPECT_EQ(found[1].coefficients[0], 4);  // equal scores: the lower class first
   EXPECT_EQ(found[2].coefficients[0], 0);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// The reference odometry.
+// Tests of the reference odometry.
 
 #include "odometry.hpp"
 
@@ -113,12 +113,12 @@ Pose test_pose() {
   return moved(Pose(), motion);
 }
 
-/// Uniform in [low, high), the same with every standard library.
+/// Uniform number in [low, high), the same with every standard library.
 double draw(std::mt19937_64& random, double low, double high) {
   return low + (high - low) * static_cast<double>(random() >> 11) / 9007199254740992.0;
 }
 
-/// Exact matches, of which the first `outliers` have another place in the image.
+/// Exact matches, except that the first `outliers` have wrong image positions.
 std::vector<PointMatch> exact_matches(const Pose& pose, std::size_t count, std::size_t outliers) {
   std::mt19937_64 random(3);
   const PinholeCamera camera = test_camera();
@@ -168,7 +168,7 @@ TEST(Odometry, ReportsBeingLostAndRelocalizes) {
   EXPECT_EQ(lost.tracked, Tracked::lost);
   EXPECT_TRUE(lost.pose.has_value());
   EXPECT_EQ(odometry.lost_frames(), 1U);
-  // Far enough on for the prediction to be of no use.
+  // So far ahead that the prediction is useless.
   const FrameResult found = odometry.track(rendered.frames[20].frame, {});
   EXPECT_EQ(found.tracked, Tracked::found);
   EXPECT_EQ(odometry.trajectory().size(), 8U);
@@ -187,7 +187,7 @@ TEST(Odometry, WaitsForAFrameWithFeaturesAndDepth) {
   EXPECT_FALSE(odometry.track(frame, {}).pose.has_value());
   EXPECT_TRUE(odometry.trajectory().empty());
   EXPECT_EQ(odometry.track(rendered.frames[2].frame, {}).tracked, Tracked::found);
-  // Depth is not needed to go on.
+  // Tracking continues without depth.
   frame = rendered.frames[3].frame;
   frame.depth = cv::Mat();
   EXPECT_EQ(odometry.track(frame, {}).tracked, Tracked::found);

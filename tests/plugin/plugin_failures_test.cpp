@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// What a host has after a call of the plugin that failed, and what the errors say.
+// State of the host after a failed call of the plugin, and messages of the errors.
 
 #include "dynfilter/plugin.hpp"
 
@@ -26,7 +26,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The parts of a frame that a filter may change.
+/// Parts of a frame that a filter may change.
 struct HostColumns {
   std::vector<cv::KeyPoint> keypoints;
   cv::Mat descriptors;
@@ -49,8 +49,8 @@ void expect_equal(const HostColumns& got, const HostColumns& want) {
 
 class PluginFailures : public PluginTest {
  protected:
-  /// Lets every allocation of `filter(plugin, columns)` fail in turn, each time with a new plugin,
-  /// and expects that the columns stay and that the next call does what an undisturbed one does.
+  /// Lets every allocation of `filter(plugin, columns)` fail in turn, each time with a new plugin.
+  /// Expects unchanged columns, and that the next call gives the result of an undisturbed one.
   template <class Filter>
   void expect_all_or_nothing(const std::string& lines, const Filter& filter) {
     const HostFrame frame(0);
@@ -64,13 +64,13 @@ class PluginFailures : public PluginTest {
       SCOPED_TRACE(n);
       Plugin plugin(settings(lines));
       HostColumns columns(frame);
-      const cv::Mat shared = columns.descriptors;  // so that rows must move into a copy
+      const cv::Mat shared = columns.descriptors;  // shared, so that rows move into a copy
       bool is_done = false;
       const bool one_failed = fails_at_allocation(n, [&] {
         try {
           filter(plugin, columns);
           is_done = true;
-        } catch (const std::runtime_error& error) {  // an image whose decoding failed
+        } catch (const std::runtime_error& error) {  // decoding of an image failed
           EXPECT_NE(std::string(error.what()).find("cannot be"), std::string::npos);
         }
       });
@@ -111,7 +111,7 @@ TEST_F(PluginFailures, FailedAllocationLeavesARecordedFrameUnchanged) {
   std::ifstream table(path("out") / "frames.csv");
   int rows = -1;  // without the header
   for (std::string line; std::getline(table, line);) ++rows;
-  EXPECT_EQ(rows, 1) << "a frame that failed has no line";
+  EXPECT_EQ(rows, 1) << "a failed frame has no line";
 }
 
 TEST_F(PluginFailures, FailedOverlayLeavesTheFrameUnchanged) {
@@ -145,7 +145,7 @@ TEST_F(PluginFailures, PropagatedMasksSurviveAFailedCall) {
     plugin.submit(frame.image, frame.timestamp_s);
     filter(frame);
   }
-  HostFrame bridged(frames);  // it has no mask of its own
+  HostFrame bridged(frames);  // it has no mask
   fs::remove_all(path("out") / "overlays");
   plugin.submit(bridged.image, bridged.timestamp_s);
   expect_error<std::runtime_error>([&] { filter(bridged); }, "cannot be written");
@@ -155,7 +155,7 @@ TEST_F(PluginFailures, PropagatedMasksSurviveAFailedCall) {
   EXPECT_LT(bridged.keypoints.size(), HostFrame(frames).keypoints.size());
 }
 
-// --- Masks that cannot be had
+// --- Missing and broken masks
 // ---------------------------------------------------------------------
 
 TEST_F(PluginFailures, NamesTheKeyOfMissingMasks) {
@@ -205,7 +205,7 @@ TEST_F(PluginFailures, BrokenMaskIsAlwaysAnError) {
     HostFrame frame(0);
     try {
       plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors);
-      ADD_FAILURE() << "a broken mask was taken";
+      ADD_FAILURE() << "a broken mask was accepted";
     } catch (const std::runtime_error& error) {
       const std::string message = error.what();
       EXPECT_NE(message.find("TUM3.yaml: dynfilter.mask_folder: "), std::string::npos) << message;
@@ -219,7 +219,7 @@ TEST_F(PluginFailures, BrokenMaskIsAlwaysAnError) {
 // --- Switched off
 // ---------------------------------------------------------------------------------
 
-/// Expects that the plugin leaves frames alone, whatever they hold.
+/// Expects that the plugin changes no frame, whatever it holds.
 void expect_switched_off(Plugin& plugin) {
   EXPECT_FALSE(plugin.enabled());
   HostFrame frame(0);

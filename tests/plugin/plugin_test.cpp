@@ -51,7 +51,8 @@ TEST_F(PluginTest, LabelsMatchTheCore) {
     EXPECT_GT(statistics.compensated, 0U);
     ASSERT_EQ(frame.keypoints.size(), expected.keypoints.size());
     for (std::size_t k = 0; k < frame.keypoints.size(); ++k) {
-      ASSERT_EQ(frame.keypoints[k].class_id, expected.keypoints[k].class_id) << "order is kept";
+      ASSERT_EQ(frame.keypoints[k].class_id, expected.keypoints[k].class_id)
+          << "the order must stay";
     }
     EXPECT_TRUE(in_step(frame));
   }
@@ -167,7 +168,7 @@ TEST_F(PluginTest, CountsUnpairedCalls) {
   plugin.filter(first.timestamp_s, first.depth, first.keypoints, first.descriptors);
   EXPECT_EQ(plugin.counters().submitted, 2U);
   EXPECT_EQ(plugin.counters().never_filtered, 1U);
-  EXPECT_EQ(plugin.counters().never_submitted, 1U) << "the image at hand is of another time";
+  EXPECT_EQ(plugin.counters().never_submitted, 1U) << "the submitted image has another time";
   plugin.filter(second.timestamp_s, second.depth, second.keypoints, second.descriptors);
   EXPECT_EQ(plugin.counters().never_submitted, 1U);
   EXPECT_EQ(plugin.counters().filtered, 2U);
@@ -180,7 +181,7 @@ TEST_F(PluginTest, MissingMaskThrowsOrIsCounted) {
   expect_error<std::runtime_error>(
       [&] { strict.filter(late.timestamp_s, late.depth, late.keypoints, late.descriptors); },
       "105.000000.png");
-  EXPECT_EQ(late.keypoints.size(), before) << "an error leaves the frame as it was";
+  EXPECT_EQ(late.keypoints.size(), before) << "an error must not change the frame";
   EXPECT_TRUE(in_step(late));
 
   Plugin lenient(settings("dynfilter.missing_masks: \"keep\"\n"));
@@ -254,7 +255,7 @@ TEST_F(PluginTest, RecordsFramesAndOverlaysOnRequest) {
     std::ifstream table(path("out") / "frames.csv");
     int lines = 0;
     for (std::string line; std::getline(table, line);) ++lines;
-    EXPECT_EQ(lines, i + 2) << "complete while the host runs";
+    EXPECT_EQ(lines, i + 2) << "the file is complete while the host runs";
   }
   EXPECT_TRUE(fs::exists(path("out") / "overlays" / "100.000000.png"));
   EXPECT_TRUE(fs::exists(path("out") / "overlays" / "100.300000.png"));
@@ -436,7 +437,7 @@ TEST_F(PluginTest, NamesAnUnreadableFile) {
       "no_such_folder");
 }
 
-/// What is left of frames 0, 1, … by a plugin with these settings: the class ids of the keypoints.
+/// Class ids of the keypoints that the plugin keeps in frames 0, 1, …
 std::vector<std::vector<int>> left_of_frames(Plugin& plugin, int count) {
   std::vector<std::vector<int>> left;
   for (int i = 0; i < count; ++i) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// What the plugin says about settings files that are wrong, and what it takes.
+// Settings files that the plugin refuses, with its messages, and those that it accepts.
 
 #include <gtest/gtest.h>
 

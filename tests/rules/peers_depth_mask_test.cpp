@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// The rules in src/rules that make a mask of depth, and the clustering that one of them needs.
+// The rules in src/rules that compute a mask from depth, and the clustering that one of them needs.
 
 #include "rules/box_depth_mask.hpp"
 #include "rules/dbscan.hpp"
@@ -22,7 +22,7 @@ namespace {
 
 const cv::Rect body(50, 30, 40, 60);
 
-/// A flat person at 1.5 m who fills the box.
+/// Flat person at 1.5 m who fills the box.
 PeerScene flat_person() {
   PeerScene scene;
   scene.fill(body, 1.5);
@@ -35,7 +35,7 @@ TEST(BoxDepthMask, RemovesThePersonAndThreePixelsAround) {
   const peers::BoxDepthMask rule;
   EXPECT_EQ(scene.verdicts(rule, {{47, 50}, {46, 50}, {92, 50}, {93, 50}}), "xoxo");
   EXPECT_EQ(scene.verdicts(rule, {{70, 27}, {70, 26}, {70, 92}, {70, 93}}), "xoxo");
-  EXPECT_EQ(scene.verdicts(rule, {{47, 27}}), "x") << "the element is square";
+  EXPECT_EQ(scene.verdicts(rule, {{47, 27}}), "x") << "the structuring element is square";
 }
 
 TEST(BoxDepthMask, UsesTheMeanOfMedianAndLowPercentile) {
@@ -57,14 +57,14 @@ TEST(BoxDepthMask, UsesTheMeanOfMedianAndLowPercentile) {
 
 TEST(BoxDepthMask, FollowsTheBodyThirtyPixelsBeyondTheBox) {
   PeerScene scene = flat_person();
-  scene.fill({90, 50, 60, 10}, 1.5);  // and dilates what lies there
+  scene.fill({90, 50, 60, 10}, 1.5);  // dilation adds 3 pixels
   EXPECT_EQ(scene.verdicts(peers::BoxDepthMask(), {{122, 55}, {123, 55}}), "xo");
 }
 
 TEST(BoxDepthMask, KeepsOnlyTheLargestComponent) {
   PeerScene scene = flat_person();
-  scene.fill({91, 40, 20, 20}, 1.5);  // a column of the wall between
-  scene.fill({90, 90, 20, 20}, 1.5);  // touches by a corner
+  scene.fill({91, 40, 20, 20}, 1.5);  // a column of wall separates it
+  scene.fill({90, 90, 20, 20}, 1.5);  // touches only at a corner
   const peers::BoxDepthMask rule;
   EXPECT_EQ(scene.verdicts(rule, {{70, 60}, {100, 50}, {100, 100}}), "xoo");
   scene.fill({90, 50, 1, 1}, 1.5);  // a bridge
@@ -107,7 +107,7 @@ TEST(BoxDepthMask, UnitesTheMasksOfTwoPersons) {
 // --- DepthVarianceMask
 // ----------------------------------------------------------------------------
 
-/// Of so many columns and rows from (39, 30) on, which is where a window begins; in a box.
+/// Ribbed person in a box, `width` x `height` pixels from (39, 30) on, where a window begins.
 PeerScene ribbed_person(int width = 60, int height = 60, int units = 40) {
   PeerScene scene;
   scene.fill_ribbed({39, 30, width, height}, 1.5, units);
@@ -185,7 +185,7 @@ TEST(DepthVarianceMask, DepthScaleSeparatesClusters) {
   scene.fill_ribbed({69, 30, 30, 60}, 2.5, 40);  // the right half, a metre behind the left one
   peers::DepthVarianceMaskOptions options;
   EXPECT_EQ(scene.verdicts(peers::DepthVarianceMask(options), {{50, 60}, {85, 60}}), "oo")
-      << "10 px apart: two narrow clusters";
+      << "the centres are 10 px apart: two narrow clusters";
   options.z_scale_px_per_m = 1;
   EXPECT_EQ(scene.verdicts(peers::DepthVarianceMask(options), {{50, 60}, {85, 60}}), "xo")
       << "one cluster, whose median is the nearer half's";
@@ -217,10 +217,10 @@ TEST(Dbscan, CountsThePointItselfAndPointsOnTheRadius) {
 }
 
 TEST(Dbscan, BorderPointGoesToTheLowerCluster) {
-  // The middle one has two neighbours and itself: no core point, and no bridge.
+  // The middle point counts itself and two neighbours: it is no core point and joins no clusters.
   EXPECT_EQ(peers::dbscan(on_a_line({20, 19, 18, 15, 10, 12, 11, 10.5F}), 5, 4),
             std::vector<int>({0, 0, 0, 0, 0, 0, 0, 0}))
-      << "within 5 of 15 are six";
+      << "six points lie within 5 of 15";
   EXPECT_EQ(peers::dbscan(on_a_line({20, 21, 22, 20.5F, 15, 10, 9, 8, 9.5F}), 5, 4),
             std::vector<int>({0, 0, 0, 0, 0, 1, 1, 1, 1}));
 }
@@ -238,8 +238,8 @@ bool within(const cv::Point3f& a, const cv::Point3f& b, double radius) {
          radius * radius;
 }
 
-/// By the definition: core points within the radius of each other are in one cluster, which is
-/// named after its first core point; the others are in the lowest cluster with a core point within
+/// Oracle by the definition: core points within the radius of each other share a cluster, named
+/// after its first core point; each other point is in the lowest cluster with a core point within
 /// the radius.
 std::vector<int> oracle_dbscan(const std::vector<cv::Point3f>& points, double radius,
                                std::size_t min_points) {
@@ -285,7 +285,7 @@ TEST(Dbscan, MatchesTheDefinition) {
     const int extent = source.between(4, 60);
     std::vector<cv::Point3f> points(static_cast<std::size_t>(source.between(0, 80)));
     for (cv::Point3f& point : points) {
-      // Few distinct values: exact distances and equal points are common.
+      // Few distinct values, so that exact distances and equal points are common.
       point.x = static_cast<float>(source.between(-extent, extent)) / 2;
       point.y = static_cast<float>(source.between(-extent, extent)) / 2;
       point.z = static_cast<float>(source.between(0, 4));

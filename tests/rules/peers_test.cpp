@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// The rules of other systems in src/rules: what all of them have in common, and those that need
-// no mask made of depth. peers_depth_mask_test.cpp has the others.
+// The rules of other systems in src/rules: their common properties, and the rules that compute no
+// mask from depth. peers_depth_mask_test.cpp has the others.
 
 #include "rules/box_depth_deviation.hpp"
 #include "rules/box_depth_mask.hpp"
@@ -42,7 +42,7 @@ using Rules = ::testing::Types<Rule<peers::DilatedMask, peers::DilatedMaskOption
                                Rule<peers::DepthVarianceMask, peers::DepthVarianceMaskOptions>>;
 TYPED_TEST_SUITE(Peer, Rules, );
 
-/// A person at 1.5 m of whom every rule finds the middle.
+/// Person at 1.5 m whose middle every rule finds.
 PeerScene person_scene(int class_id = 0) {
   const cv::Rect body(39, 30, 60, 60);
   PeerScene scene;
@@ -110,7 +110,7 @@ TYPED_TEST(Peer, RefusesLabelsOfAnotherLength) {
       "2 labels and 3 features");
 }
 
-/// Odd sizes, hostile depths and boxes: nothing is thrown, and features outside the image stay.
+/// Odd sizes, hostile depths and boxes: no rule throws, and features outside the image stay.
 TYPED_TEST(Peer, AcceptsArbitraryInput) {
   const typename TypeParam::Stage rule;
   for (std::uint64_t seed = 0; seed < 300; ++seed) {
@@ -151,7 +151,7 @@ PeerScene scene_with_mask(const cv::Size& size, cv::Point origin) {
   instance.mask = cv::Mat(size, CV_8UC1, cv::Scalar(1));
   instance.mask_origin = origin;
   scene.segmentation.instances.push_back(instance);
-  scene.frame.depth = cv::Mat();  // which it does not need
+  scene.frame.depth = cv::Mat();  // the rule needs no depth
   return scene;
 }
 
@@ -160,7 +160,7 @@ TEST(DilatedMask, ReachesFifteenPixelsInOnePassAndThirtyInTwo) {
   const peers::DilatedMask once({{0}, 15, 1});
   EXPECT_EQ(scene.verdicts(once, {{95, 60}, {96, 60}, {65, 60}, {64, 60}}), "xoxo");
   EXPECT_EQ(scene.verdicts(once, {{80, 75}, {80, 76}, {80, 45}, {80, 44}}), "xoxo");
-  // An ellipse: 10 rows away it reaches sqrt(15^2 - 10^2) = 11.2 pixels.
+  // The element is an ellipse: 10 rows away it reaches sqrt(15^2 - 10^2) = 11.2 pixels.
   EXPECT_EQ(scene.verdicts(once, {{91, 70}, {92, 70}}), "xo");
   const peers::DilatedMask twice;
   EXPECT_EQ(scene.verdicts(twice, {{110, 60}, {111, 60}, {80, 90}, {80, 91}}), "xoxo");
@@ -176,7 +176,7 @@ TEST(DilatedMask, DilatesOnlyThePartInTheImage) {
   const PeerScene scene = scene_with_mask({20, 20}, {-10, -10});  // in the image: 10x10
   const peers::DilatedMask once({{0}, 15, 1});
   EXPECT_EQ(scene.verdicts(once, {{24, 5}, {25, 5}, {5, 24}, {5, 25}, {-1, 5}}), "xoxoo");
-  const PeerScene outside = scene_with_mask({20, 20}, {-25, 0});  // 6 pixels beside the image
+  const PeerScene outside = scene_with_mask({20, 20}, {-25, 0});  // 6 pixels outside the image
   EXPECT_EQ(outside.verdicts(once, {{0, 10}}), "o");
 }
 
@@ -213,7 +213,7 @@ TEST(WholeBox, FeatureGoesToTheFirstBox) {
   scene.add_box({30, 10, 40, 40});
   scene.add_box({40, 10, 40, 40});
   const FeatureLabels labels = scene.labels(peers::WholeBox(), {{20, 20}, {45, 20}, {78, 20}});
-  EXPECT_EQ(labels[0].instance, -1) << "another class";
+  EXPECT_EQ(labels[0].instance, -1) << "the first box has another class";
   EXPECT_EQ(labels[1].instance, 1);
   EXPECT_EQ(labels[2].instance, 2);
 }
@@ -221,7 +221,8 @@ TEST(WholeBox, FeatureGoesToTheFirstBox) {
 // --- BoxDepthThreshold
 // ----------------------------------------------------------------------------
 
-/// A person at 1.5 m in the middle of the box, and two pixels in it at the depths to be judged.
+/// Verdicts on two pixels in the box, at depths `first` and `second`; a person at 1.5 m fills its
+/// middle.
 std::string below_threshold(PeerScene scene, double first, double second) {
   scene.fill({55, 30, 1, 1}, first);
   scene.fill({56, 30, 1, 1}, second);
@@ -252,7 +253,7 @@ TEST(BoxDepthThreshold, OtherwiseLiesAMetreBehindTheCentre) {
 TEST(BoxDepthThreshold, WorksWithoutDepthAtCentreAndCorners) {
   EXPECT_EQ(below_threshold(threshold_scene(0, 4.0), 3.999, 4.001), "xo");
   PeerScene scene = threshold_scene(0, 0);
-  EXPECT_EQ(below_threshold(scene, 13.0, 0), "xo") << "whatever has depth";
+  EXPECT_EQ(below_threshold(scene, 13.0, 0), "xo") << "any depth is below the threshold";
   scene.use_float_depth();
   scene.frame.depth.at<float>(30, 55) = 65.534F;
   scene.frame.depth.at<float>(30, 56) = 65.536F;
@@ -285,9 +286,9 @@ TEST(BoxDepthThreshold, AbstainsWithoutDepth) {
 // --- BoxDepthDeviation
 // ----------------------------------------------------------------------------
 
-/// The box (50,30) 40x60, in it eight features at 1.5 m -+ 0.1 m and two that are farther, which
-/// are the farthest 20 % and so do not count: mean 1.5, deviation 0.1. Grown it is 36 to 103 wide
-/// and 20 to 99 high. The threshold of the background: 0.1 * sqrt(3.2) = 0.1789 m.
+/// The box (50,30) 40x60 with eight features at 1.5 m -+ 0.1 m and two farther ones. Those are the
+/// farthest 20 % and do not count, so the mean is 1.5 and the deviation 0.1. The grown box spans
+/// columns 36 to 103 and rows 20 to 99. The background's threshold is 0.1 * sqrt(3.2) = 0.1789 m.
 struct DeviationScene : PeerScene {
   std::vector<cv::Point2f> features;
 
@@ -335,7 +336,7 @@ TEST(BoxDepthDeviation, RemovesTheWholeBoxWithoutDepth) {
   EXPECT_EQ(scene.verdicts(), "xxxxxxxxxx");
   scene.fill({45, 50, 1, 1}, 4.0);
   scene.features = {{45, 50}, {60, 50}};
-  EXPECT_EQ(scene.verdicts(), "xx") << "depth beside the box tells nothing of what is in it";
+  EXPECT_EQ(scene.verdicts(), "xx") << "depth beside the box does not count";
   scene.frame.depth = cv::Mat();
   EXPECT_EQ(scene.verdicts(), "xx");
 }

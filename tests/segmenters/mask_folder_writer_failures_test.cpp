@@ -57,7 +57,7 @@ TEST(MaskFolderWriterFailures, AddCanBeRepeatedAfterAFailedAllocation) {
     ++failures;
     writer.add(segmentation);
   }
-  EXPECT_GT(failures, 5) << "or little was shown";
+  EXPECT_GT(failures, 5) << "otherwise the test shows little";
   writer.finish();
   MaskFolderSegmenter masks(folder.path());
   EXPECT_EQ(masks.size(), writer.size());

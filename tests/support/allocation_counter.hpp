@@ -8,9 +8,9 @@
 
 namespace dynfilter::testing {
 
-/// How often the program has asked for memory, operator new and OpenCV's ways included: in all
-/// threads, and in the one that calls. Where that cannot be counted (sanitizers, which bring their
-/// own malloc; other C libraries than glibc), `can_count_allocations` is false.
+/// Counts the program's requests for memory so far, operator new and OpenCV's functions included:
+/// in all threads, and in the calling one. `can_count_allocations` is false where they cannot be
+/// counted: under sanitizers, which bring their own malloc, and with C libraries other than glibc.
 std::size_t allocations_so_far();
 std::size_t allocations_of_this_thread_so_far();
 extern const bool can_count_allocations;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// A file of its own: compilers that see operator new and delete inlined warn about them.
+// A separate file, because compilers that see operator new and delete inlined warn about them.
 
 #include "support/allocation_limit.hpp"
 

@@ -6,7 +6,7 @@
 
 namespace dynfilter::testing {
 
-/// Lets operator new succeed so many times while it lives, fail once, and succeed from then on.
+/// Makes operator new fail once while it lives, after the given number of successes.
 class AllocationLimit {
  public:
   explicit AllocationLimit(long allocations);

@@ -10,8 +10,8 @@
 
 namespace dynfilter::testing {
 
-/// Where test cases get their choices from: the bytes of a fuzzer, or a seeded generator. So one
-/// body serves fuzzing, its replay, and random tests.
+/// Source of a test case's choices: the bytes of a fuzzer, or a seeded generator. One body thus
+/// serves fuzzing, its replay, and random tests.
 class ByteSource {
  public:
   ByteSource(const std::uint8_t* data, std::size_t size) : data_(data), left_(size) {}
@@ -30,7 +30,7 @@ class ByteSource {
     return value;
   }
 
-  /// From `first` to `last`, both included.
+  /// Number from `first` to `last`, both included.
   int between(int first, int last) {
     const auto span = static_cast<std::uint32_t>(last - first) + 1U;
     return first + static_cast<int>((span <= 256 ? byte() : word()) % span);

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// The compensation by the object's depth once more, as plainly as it can be written: no code is
-// shared with the library but FrameView::depth_m and Instance::covers.
+// Oracle of the depth rule, written as plainly as possible. It shares only FrameView::depth_m and
+// Instance::covers with the library.
 
 #ifndef DYNFILTER_TESTS_SUPPORT_DEPTH_ORACLE_HPP
 #define DYNFILTER_TESTS_SUPPORT_DEPTH_ORACLE_HPP
@@ -20,11 +20,11 @@
 
 namespace dynfilter::testing {
 
-using OracleBins = std::map<int, int>;  // how many depths lie in each bin of 5 cm, up to 51.2 m
+using OracleBins = std::map<int, int>;  // depths in each bin of 5 cm, up to 51.2 m
 using OracleRanges = std::vector<ValueRange>;
 using WideRect = cv::Rect_<double>;
 
-/// In metres, 0 = no depth.
+/// Depth in metres, 0 = no depth.
 inline double oracle_metres(const FrameView& frame, WidePoint pixel) {
   if (!oracle_depth(frame.depth, pixel)) return 0;
   return frame.depth_m({static_cast<int>(pixel.x), static_cast<int>(pixel.y)}).value_or(0);
@@ -32,7 +32,7 @@ inline double oracle_metres(const FrameView& frame, WidePoint pixel) {
 
 inline int oracle_bin(float depth) { return static_cast<int>(std::floor(depth * 20.0F)); }
 
-/// Those in the bins from `first` up to and without `end`.
+/// Number of depths in the bins [first, end).
 inline int oracle_count(const OracleBins& bins, int first, int end) {
   int sum = 0;
   for (const auto& [bin, count] : bins) sum += bin >= first && bin < end ? count : 0;
@@ -92,7 +92,7 @@ inline std::pair<int, int> oracle_clip(double first, double length, int image) {
           static_cast<int>(std::clamp(first + length, begin, double{1} * image))};
 }
 
-/// The depths of an instance's mask and of the middle of its box, where that counts.
+/// Depth ranges of an instance's mask and, if it counts, of the middle of its box.
 struct OracleObject {
   int instance = 0;
   std::size_t samples = 0;
@@ -153,7 +153,7 @@ inline OracleObject oracle_object(const FrameView& frame, const Instance& instan
   return object;
 }
 
-/// Each of eight directions votes by the first pixel that has depth.
+/// Sum of the votes of eight directions; each votes by its first pixel with depth.
 inline double oracle_nearness(const FrameView& frame, WidePoint pixel, const OracleObject& object,
                               double reach_px) {
   const double scale = frame.depth.cols / 640.0;
@@ -172,13 +172,13 @@ inline double oracle_nearness(const FrameView& frame, WidePoint pixel, const Ora
   return nearness;
 }
 
-/// What the masks alone remove.
+/// Labels that the masks alone give.
 inline OracleVerdict oracle_masks(FilterCase input) {
   input.frame.depth = cv::Mat();
   return oracle_filter(input);
 }
 
-/// What the filter should say of one frame, and how often each path was taken.
+/// Expected labels of one frame, and how often each path was taken.
 struct DepthVerdict {
   OracleVerdict filter;
   std::size_t by_depth = 0, by_nearness = 0, by_margin = 0, given_back = 0, box_fallbacks = 0;
@@ -228,7 +228,8 @@ class DepthOracle {
     }
   }
 
-  /// In the image and in the box with its margin and what the object may have moved.
+  /// Tells whether the pixel lies in the image and in the box, grown by its margin and by the
+  /// object's possible motion.
   bool in_reach(const OracleObject& object, WidePoint pixel) const {
     const cv::Rect& box = instance_of(object).box;
     const cv::Size size = input_.frame.depth.size();
@@ -244,7 +245,7 @@ class DepthOracle {
            holds(box.x, box.width, dx, pixel.x) && holds(box.y, box.height, dy, pixel.y);
   }
 
-  /// From 1/2 on the pixel is the object's.
+  /// Certainty that the pixel is the object's; it is removed from 1/2 on.
   double certainty(const OracleObject& object, WidePoint pixel) const {
     const double metres = oracle_metres(input_.frame, pixel);
     if (object.has(metres)) return 1;

@@ -11,12 +11,12 @@
 
 namespace dynfilter::testing {
 
-/// Expects an exception of this type whose message holds `part`.
+/// Expects an exception of type Error whose message contains `part`.
 template <class Error, class Call>
 void expect_error(Call&& call, const std::string& part) {
   try {
     call();
-    ADD_FAILURE() << "nothing was thrown; want an error with: " << part;
+    ADD_FAILURE() << "got no exception; want an error with: " << part;
   } catch (const Error& error) {
     EXPECT_NE(std::string(error.what()).find(part), std::string::npos)
         << "got:  " << error.what() << "\nwant: " << part;

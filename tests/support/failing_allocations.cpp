@@ -8,7 +8,8 @@
 namespace dynfilter::testing {
 namespace {
 
-thread_local std::size_t allocations_left = 0;  // until the one that fails; 0: none does
+thread_local std::size_t allocations_left =
+    0;  // up to and including the failing one; 0: none fails
 thread_local bool failed = false;
 
 bool is_turn_to_fail() {
@@ -17,13 +18,13 @@ bool is_turn_to_fail() {
   return true;
 }
 
-/// OpenCV's own allocator of matrices, but for the one that fails.
+/// OpenCV's matrix allocator, except for the allocation that fails.
 class FailingMatAllocator final : public cv::MatAllocator {
  public:
   cv::UMatData* allocate(int dims, const int* sizes, int type, void* data, std::size_t* step,
                          cv::AccessFlag flags, cv::UMatUsageFlags usage) const override {
     if (is_turn_to_fail()) CV_Error(cv::Error::StsNoMem, "the allocation that a test lets fail");
-    // Inside, OpenCV loses the pixels where the allocation of their header fails: none does.
+    // OpenCV would leak the pixels if the allocation of their header failed inside: let it succeed.
     const std::size_t left = allocations_left;
     allocations_left = 0;
     cv::UMatData* const matrix =
@@ -39,7 +40,7 @@ class FailingMatAllocator final : public cv::MatAllocator {
   }
 };
 
-/// Stays for the rest of the program: matrices that it made may live as long.
+/// Installs the allocator for the rest of the program, because its matrices may live as long.
 void count_matrices() {
   static FailingMatAllocator* const allocator = [] {
     auto* const made = new FailingMatAllocator;

@@ -12,13 +12,12 @@
 namespace dynfilter::testing {
 
 /// Makes the n-th allocation of this thread fail while it lives; n = 1 is the next one. All others
-/// succeed, those after it included.
+/// succeed, before and after it.
 ///
-/// Counted are every form of operator new (containers, strings, OpenCV's own vectors) and the
-/// pixels of every cv::Mat, each matrix as one. Not counted are plain malloc (libpng's,
-/// cv::fastMalloc outside of matrices) and other threads. An operator new fails with
-/// std::bad_alloc, the nothrow one with null, a matrix with cv::Exception. It works with
-/// sanitizers, too.
+/// It counts every form of operator new (containers, strings, OpenCV's own vectors) and the pixels
+/// of every cv::Mat, each matrix as one. It does not count plain malloc (libpng's, cv::fastMalloc
+/// outside of matrices) or other threads. A failing operator new throws std::bad_alloc, the nothrow
+/// one returns null, a matrix throws cv::Exception. It works under sanitizers.
 ///
 /// Link support/failing_allocations.cpp, which replaces the operators of the whole program.
 class FailingAllocation {
@@ -29,13 +28,13 @@ class FailingAllocation {
   FailingAllocation(const FailingAllocation&) = delete;
   FailingAllocation& operator=(const FailingAllocation&) = delete;
 
-  /// Tells whether the n-th allocation was asked for, and so failed.
+  /// Tells whether the n-th allocation was requested, and so failed.
   static bool has_failed();
 };
 
-/// Calls `call` with the n-th allocation failing, and takes the exception of a failed allocation.
-/// Returns whether one failed: false means that the call has made fewer than n and was not
-/// disturbed.
+/// Calls `call` with the n-th allocation failing, and catches the exception of that failure.
+/// Returns whether an allocation failed: false means that the call made fewer than n allocations
+/// and ran undisturbed.
 template <typename Call>
 bool fails_at_allocation(const std::size_t n, Call&& call) {
   const FailingAllocation failing(n);
@@ -49,12 +48,12 @@ bool fails_at_allocation(const std::size_t n, Call&& call) {
   return FailingAllocation::has_failed();
 }
 
-/// Calls test(1), test(2), … until it returns false, as fails_at_allocation does when every
-/// allocation of its call has had its turn. Returns how many allocations failed.
+/// Calls test(1), test(2), … until it returns false, as fails_at_allocation does once every
+/// allocation of its call has failed in turn. Returns the number of failed allocations.
 ///
 ///   for_each_failing_allocation([&](const std::size_t n) {
-///     Component component;                                              // nothing fails here
-///     const bool failed = fails_at_allocation(n, [&] { component.run(input); });
+///     Component component;                                              // allocations here
+///     succeed const bool failed = fails_at_allocation(n, [&] { component.run(input); });
 ///     EXPECT_EQ(component.run(input), expected) << "after allocation " << n << " failed";
 ///     return failed;
 ///   });

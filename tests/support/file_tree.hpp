@@ -12,11 +12,11 @@
 
 namespace dynfilter::testing {
 
-/// The content of every file by its name.
+/// Content of every file by its name.
 using FileTree = std::map<std::filesystem::path, std::string>;
 
-/// The files in a folder, however deep, the hidden ones, too. A link is what it leads to says, and
-/// links to folders are not followed.
+/// All files in a folder and its subfolders, hidden ones included. A link to a file has the content
+/// of its target; links to folders are not followed.
 inline FileTree file_tree(const std::filesystem::path& folder) {
   FileTree files;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
@@ -27,7 +27,7 @@ inline FileTree file_tree(const std::filesystem::path& folder) {
   return files;
 }
 
-/// The files that a user sees.
+/// All files but the hidden ones.
 inline FileTree visible_tree(const std::filesystem::path& folder) {
   FileTree files;
   if (!std::filesystem::exists(folder)) return files;
@@ -37,7 +37,7 @@ inline FileTree visible_tree(const std::filesystem::path& folder) {
   return files;
 }
 
-/// The names in `before` that are not there any more, or not as they were.
+/// Names in `before` that are missing or different in `after`.
 inline std::string changed_names(const FileTree& before, const FileTree& after) {
   std::string names;
   for (const auto& [name, text] : before) {

@@ -25,17 +25,18 @@ struct FilterCase {
   Segmentation segmentation;
   std::vector<cv::KeyPoint> keypoints;
   DynamicFilterOptions options;
-  std::optional<GuardedImage> depth_memory = std::nullopt;  // of frame.depth, where it is guarded
+  std::optional<GuardedImage> depth_memory =
+      std::nullopt;  // memory of frame.depth if it is guarded
 };
 
-/// A matrix that is a region of a larger one, so that its rows are not continuous.
+/// Matrix that is a region of a larger one, so that its rows are not continuous.
 inline cv::Mat inside_larger_matrix(const cv::Size& size, int type) {
   const cv::Mat larger(size.height + 3, size.width + 5, type, cv::Scalar::all(77));
   return larger(cv::Rect({2, 1}, size));
 }
 
-/// Depths as sensors give them and as they should not: few distinct values, so that ties are
-/// common; missing, negative, NaN and infinite ones.
+/// Depth image of a sensor, valid or not: few distinct values, so that ties are common; missing,
+/// negative, NaN and infinite ones.
 inline cv::Mat arbitrary_depth(ByteSource& source, const cv::Size& size, bool floating) {
   cv::Mat depth = inside_larger_matrix(size, floating ? CV_32FC1 : CV_16UC1);
   const int hostile = source.between(0, 40);
@@ -72,8 +73,8 @@ inline cv::Mat arbitrary_mask(ByteSource& source, const cv::Size& size) {
   return mask;
 }
 
-/// Mostly a mask in its box; at times both placed independently, partly or wholly outside the
-/// image.
+/// Instance whose mask mostly lies in its box; at times both are placed independently, partly or
+/// wholly outside the image.
 inline Instance arbitrary_instance(ByteSource& source, const cv::Size& image) {
   const bool usual = source.chance(60);
   const auto place = [&](int length) {
@@ -98,7 +99,7 @@ inline Instance arbitrary_instance(ByteSource& source, const cv::Size& image) {
   return instance;
 }
 
-/// Positions on pixels, between them, outside, repeated, and no numbers at all.
+/// Keypoints on pixels, between them, outside the image, repeated, and at NaN.
 inline std::vector<cv::KeyPoint> arbitrary_keypoints(ByteSource& source, const cv::Size& image) {
   std::vector<cv::KeyPoint> keypoints(static_cast<std::size_t>(source.between(0, 120)));
   const float odd[] = {std::numeric_limits<float>::quiet_NaN(),
@@ -125,7 +126,7 @@ inline RangeEstimatorOptions arbitrary_range_options(ByteSource& source, double 
   return options;
 }
 
-/// By the paper's rule.
+/// Random options of the paper's rule.
 inline DynamicFilterOptions arbitrary_options(ByteSource& source, const cv::Size& image) {
   DynamicFilterOptions options;
   if (source.chance(30)) options.mask_culler.dynamic_classes = {0, 2};
@@ -145,7 +146,7 @@ inline DynamicFilterOptions arbitrary_options(ByteSource& source, const cv::Size
   return options;
 }
 
-/// Any input of that size which the filter accepts, hostile values included; the paper's rule.
+/// Random input of that size that the filter accepts, hostile values included; the paper's rule.
 inline FilterCase arbitrary_case(ByteSource& source, const cv::Size& image) {
   FilterCase made;
   made.frame.id = source.word();
@@ -163,7 +164,7 @@ inline FilterCase arbitrary_case(ByteSource& source, const cv::Size& image) {
   return made;
 }
 
-/// The same of any small size.
+/// Random input of any small size; the paper's rule.
 inline FilterCase arbitrary_case(ByteSource& source) {
   const auto length = [&] {
     return source.chance(20) ? source.between(1, 4) : source.between(5, 28);
@@ -172,7 +173,8 @@ inline FilterCase arbitrary_case(ByteSource& source) {
   return arbitrary_case(source, cv::Size(width, length()));
 }
 
-/// Lengths that are some pixels of this image, be it ever so small, and no distance of two pixels.
+/// Random options whose lengths are some pixels of this image, however small, and never equal the
+/// distance of two pixels.
 inline DepthCompensatorOptions arbitrary_depth_options(ByteSource& source, const cv::Size& image) {
   DepthCompensatorOptions options;
   ObjectDepthOptions& depth = options.object_depth;
@@ -192,7 +194,7 @@ inline DepthCompensatorOptions arbitrary_depth_options(ByteSource& source, const
   return options;
 }
 
-/// The same input by a rule of any kind, with masks of any age.
+/// Gives the input options of that rule, and its masks any age.
 inline void draw_rule(ByteSource& source, FilterCase& made, CompensationRule rule) {
   const double ages_s[] = {0, 0.01, 0.03, 0.1, 0.5, -0.03, 2};
   made.segmentation.timestamp_s = made.frame.timestamp_s - ages_s[source.between(0, 6)];
@@ -202,16 +204,15 @@ inline void draw_rule(ByteSource& source, FilterCase& made, CompensationRule rul
   }
 }
 
-/// A black image of a larger size with the smaller one at a place in it.
+/// Black image of a larger size with the smaller one at a place in it.
 inline cv::Mat embedded(const cv::Mat& image, const cv::Size& size, cv::Point place) {
   cv::Mat larger = cv::Mat::zeros(size, image.type());
   image.copyTo(larger(cv::Rect(place, image.size())));
   return larger;
 }
 
-/// Puts the case somewhere into an image of any size up to 4096x2304, often into its lower right
-/// corner, with depth that begins or ends at a guard page and some features up to 100 pixels
-/// outside.
+/// Moves the case into an image of any size up to 4096x2304, often into its lower right corner. Its
+/// depth begins or ends at a guard page, and some features lie up to 100 pixels outside.
 inline void enlarge(ByteSource& source, FilterCase& made) {
   const cv::Size small = made.segmentation.image_size;
   const cv::Size size(source.between(small.width, 4096), source.between(small.height, 2304));
@@ -228,7 +229,7 @@ inline void enlarge(ByteSource& source, FilterCase& made) {
   cv::Mat& static_mask = made.options.mask_culler.static_mask;
   if (!static_mask.empty()) static_mask = embedded(static_mask, size, place);
   for (Instance& instance : made.segmentation.instances) {
-    const auto moved = [](int position, int by) {  // what is far away stays there
+    const auto moved = [](int position, int by) {  // positions far outside stay there
       return std::abs(std::int64_t{position}) > 100000 ? position : position + by;
     };
     instance.box.x = moved(instance.box.x, place.x);
@@ -247,8 +248,8 @@ inline void enlarge(ByteSource& source, FilterCase& made) {
   }
 }
 
-/// Without bytes to choose by, the paper's rule: the kept inputs of the fuzzer
-/// were made for it.
+/// Random input by any rule. A source without bytes chooses the paper's rule, for which the
+/// fuzzer's corpus was made.
 inline FilterCase arbitrary_case_of_any_rule(ByteSource& source) {
   FilterCase made = arbitrary_case(source);
   const int rule = source.between(0, 9);
@@ -259,7 +260,7 @@ inline FilterCase arbitrary_case_of_any_rule(ByteSource& source) {
   return made;
 }
 
-/// The same, at times in an image of any size.
+/// Random input by any rule, at times in an image of any size.
 inline FilterCase arbitrary_case_of_any_size(ByteSource& source) {
   FilterCase made = arbitrary_case_of_any_rule(source);
   if (source.byte() == 255) enlarge(source, made);

@@ -37,13 +37,13 @@ inline bool same_range(const ValueRange& a, const ValueRange& b) {
          (std::abs(a.lower - b.lower) < 1e-9 && std::abs(a.upper - b.upper) < 1e-9);
 }
 
-/// What only DepthCompensator tells.
+/// Compares the statistics that only DepthCompensator fills in.
 inline bool same_object(const InstanceStatistics& a, const InstanceStatistics& b) {
   return a.sampled == b.sampled && a.passed_nearness == b.passed_nearness &&
          a.compensation == b.compensation && same_range(a.depth_range_m, b.depth_range_m);
 }
 
-/// By the oracle of the input's rule.
+/// Verdict of the oracle of the input's rule.
 inline OracleVerdict expected_verdict(const FilterCase& input) {
   switch (input.options.compensator.rule) {
     case CompensationRule::depth:
@@ -57,15 +57,15 @@ inline OracleVerdict expected_verdict(const FilterCase& input) {
 }
 
 /// Runs the filter on one input and compares every label and every instance's counts with the
-/// oracle's, the totals with the labels, and what keep_static leaves with the labels. Empty if all
-/// is well, else what is not.
+/// oracle's, the totals with the labels, and the output of keep_static with the labels. Returns the
+/// first difference, or nothing.
 inline std::string check_filter(const FilterCase& input) {
   const FeatureLabels labels =
       DynamicFilter(input.options).apply(input.frame, input.segmentation, input.keypoints);
   const OracleVerdict verdict = expected_verdict(input);
   const bool by_depth = input.options.compensator.rule == CompensationRule::depth;
   const std::vector<FeatureLabel>& expected = verdict.labels;
-  if (labels.size() != expected.size()) return "a wrong number of labels";
+  if (labels.size() != expected.size()) return "wrong number of labels";
   std::size_t removed = 0, restored = 0;
   for (std::size_t i = 0; i < expected.size(); ++i) {
     if (!same_label(labels[i], expected[i])) {
@@ -76,7 +76,7 @@ inline std::string check_filter(const FilterCase& input) {
     restored += labels[i].reason == Reason::restored ? 1 : 0;
   }
   const FrameStatistics& statistics = labels.statistics();
-  if (statistics.has_depth == input.frame.depth.empty()) return "a wrong has_depth";
+  if (statistics.has_depth == input.frame.depth.empty()) return "wrong has_depth";
   for (std::size_t k = 0; k < verdict.instances.size(); ++k) {
     if (!same_counts(statistics.instances[k], verdict.instances[k])) {
       return detail::concatenate("wrong counts for instance ", k);
@@ -85,16 +85,17 @@ inline std::string check_filter(const FilterCase& input) {
       return detail::concatenate("wrong depths for instance ", k);
     }
   }
-  if (statistics.restored != restored) return "a wrong number of restored ones";
+  if (statistics.restored != restored) return "wrong number of restored features";
   if (statistics.removed() != removed || statistics.kept() + removed != labels.size()) {
-    return "counts that do not add up";
+    return "the counts do not add up";
   }
   std::vector<int> ids(labels.size());
   for (std::size_t i = 0; i < ids.size(); ++i) ids[i] = static_cast<int>(i);
   keep_static(labels, ids);
-  if (ids.size() != labels.size() - removed) return "keep_static left a wrong number";
+  if (ids.size() != labels.size() - removed) return "keep_static kept a wrong number of features";
   for (const int id : ids) {
-    if (labels.is_removed(static_cast<std::size_t>(id))) return "keep_static left a removed one";
+    if (labels.is_removed(static_cast<std::size_t>(id)))
+      return "keep_static kept a removed feature";
   }
   return {};
 }

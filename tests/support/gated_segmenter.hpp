@@ -17,10 +17,10 @@
 
 namespace dynfilter::testing {
 
-/// Through it a test decides when a segmenter in another thread goes on.
+/// Lets a test decide when a segmenter in another thread continues.
 class Gate {
  public:
-  /// For the segmenter: the frame has come, and waits to be let through.
+  /// Called by the segmenter: registers the frame and waits until it is let through.
   void pass(std::uint64_t id) {
     std::unique_lock lock(mutex_);
     arrivals_.push_back(id);
@@ -29,7 +29,7 @@ class Gate {
     ++passed_;
   }
 
-  /// Lets that many frames through, besides those that it let through already.
+  /// Lets that many more frames through.
   void open(std::size_t frames = 1) {
     const std::lock_guard lock(mutex_);
     allowed_ += frames;
@@ -38,14 +38,14 @@ class Gate {
 
   void open_for_good() { open(std::size_t{1} << 40); }
 
-  /// Waits until that many frames have come since the beginning. A segmenter in one thread has then
-  /// finished with all but the last of them.
+  /// Waits until that many frames have arrived in all. A segmenter in one thread has then finished
+  /// all but the last of them.
   void await_arrivals(std::size_t count) const {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [&] { return arrivals_.size() >= count; });
   }
 
-  /// The ids of the frames that came.
+  /// Ids of the frames that arrived.
   std::vector<std::uint64_t> arrivals() const {
     const std::lock_guard lock(mutex_);
     return arrivals_;
@@ -64,8 +64,8 @@ class Gate {
   std::size_t passed_ = 0;
 };
 
-/// Finds one box in every frame, as wide as the frame's id, once the gate lets it. `then` is called
-/// before it returns, and may throw.
+/// Finds one box in every frame, as wide as the frame's id, once the gate lets it through. Calls
+/// `then`, which may throw, before it returns.
 class GatedSegmenter final : public Segmenter {
  public:
   using Then = std::function<void(const FrameView&, Segmentation&)>;

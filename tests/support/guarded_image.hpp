@@ -15,10 +15,10 @@
 
 namespace dynfilter::testing {
 
-/// Which end of an image's memory is a page that nobody may touch: a read beyond it is a crash.
+/// Side of an image's memory that has a guard page: a read beyond that end crashes.
 enum class Guard { before, behind };
 
-/// An image without padding whose memory begins or ends at a guard page.
+/// Image without padding whose memory begins or ends at a guard page.
 class GuardedImage {
  public:
   GuardedImage(const cv::Size& size, int type, Guard guard) {
@@ -36,7 +36,7 @@ class GuardedImage {
     image_ = cv::Mat(size, type, guard == Guard::before ? first + page : guard_page - bytes);
   }
 
-  /// Refers to memory that this object and its copies keep.
+  /// Matrix in memory that this object and its copies own.
   const cv::Mat& image() const { return image_; }
 
  private:

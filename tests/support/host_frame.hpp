@@ -23,7 +23,7 @@ namespace dynfilter::testing {
 
 inline const cv::Size image_size(160, 120);
 
-/// A frame with a person at 1.5 m before a wall at 3 m, whose mask misses the lower half.
+/// Frame with a person at 1.5 m in front of a wall at 3 m, whose mask misses the lower half.
 struct HostFrame {
   double timestamp_s;
   cv::Mat image = cv::Mat(image_size, CV_8UC3, cv::Scalar(30, 60, 90));
@@ -46,7 +46,7 @@ struct HostFrame {
         keypoints.emplace_back(static_cast<float>(u), static_cast<float>(v), 31.0F);
       }
     }
-    // Each descriptor knows its keypoint, so that one sees whether they stay in step.
+    // Each descriptor identifies its keypoint, to show whether the columns stay in step.
     descriptors = cv::Mat::zeros(static_cast<int>(keypoints.size()), 32, CV_8UC1);
     for (int i = 0; i < descriptors.rows; ++i) {
       keypoints[static_cast<std::size_t>(i)].class_id = i;
@@ -74,7 +74,7 @@ inline bool in_step(const HostFrame& frame) {
   return true;
 }
 
-/// Masks of some frames on disk, and a settings file as an ORB-SLAM has it.
+/// Masks of some frames on disk, and a settings file like ORB-SLAM's.
 class PluginTest : public ::testing::Test {
  protected:
   static constexpr int frames = 6;
@@ -89,7 +89,7 @@ class PluginTest : public ::testing::Test {
   std::filesystem::path file() const { return folder_.path() / "TUM3.yaml"; }
   std::filesystem::path path(const char* name) const { return folder_.path() / name; }
 
-  /// The settings file with these lines; mask_folder is added.
+  /// Writes a settings file with these lines and mask_folder; returns its path.
   std::string settings(const std::string& lines = {}) const {
     return raw_settings("dynfilter.mask_folder: \"" + masks().string() + "\"\n" + lines);
   }

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// The design's section 5 once more, as plainly as it can be written: no shortcut, no sharing of
-// code with the library but FeatureSampler::key, whose values are pinned by a test of their own.
+// Oracle of the paper's rule, written as plainly as possible. It shares only FeatureSampler::key
+// with the library, whose values a separate test pins.
 
 #ifndef DYNFILTER_TESTS_SUPPORT_ORACLE_HPP
 #define DYNFILTER_TESTS_SUPPORT_ORACLE_HPP
@@ -20,7 +20,7 @@
 
 namespace dynfilter::testing {
 
-using WidePoint = cv::Point_<double>;  // any int, and outside of all images where it is NaN
+using WidePoint = cv::Point_<double>;  // holds any int; NaN lies outside every image
 
 inline WidePoint oracle_pixel(cv::Point2f position) {
   return {std::floor(double{position.x} + 0.5), std::floor(double{position.y} + 0.5)};
@@ -39,7 +39,7 @@ inline bool oracle_on_mask(const Instance& instance, WidePoint pixel, double mar
   return false;
 }
 
-/// Raw depth, nothing where there is none or the pixel lies outside.
+/// Raw depth; nothing if it is missing or the pixel lies outside.
 inline std::optional<double> oracle_depth(const cv::Mat& depth, WidePoint pixel) {
   if (!(pixel.x >= 0 && pixel.y >= 0 && pixel.x < depth.cols && pixel.y < depth.rows)) return {};
   const cv::Point at(static_cast<int>(pixel.x), static_cast<int>(pixel.y));
@@ -68,7 +68,7 @@ inline std::optional<std::uint8_t> oracle_code(const cv::Mat& depth, WidePoint p
   return static_cast<std::uint8_t>(code);
 }
 
-/// Between the order statistics, linearly.
+/// Quantile, interpolated linearly between order statistics.
 inline double oracle_quantile(std::vector<double> values, double share) {
   std::sort(values.begin(), values.end());
   const double position = share * static_cast<double>(values.size() - 1);
@@ -115,7 +115,7 @@ inline ValueRange oracle_range(std::vector<double> values, const RangeEstimatorO
   return range;
 }
 
-/// The ranges of depth in metres and of codes on instance k.
+/// Ranges of depth in metres and of codes on instance k.
 inline std::pair<ValueRange, ValueRange> oracle_ranges(const FilterCase& input,
                                                        const std::vector<FeatureLabel>& labels,
                                                        std::size_t k) {
@@ -145,7 +145,7 @@ inline std::pair<ValueRange, ValueRange> oracle_ranges(const FilterCase& input,
   return {oracle_range(depths, options.depth), oracle_range(codes, options.code)};
 }
 
-/// Section 3.1.
+/// Labels of the paper's section 3.1.
 inline std::vector<FeatureLabel> oracle_cull(const FilterCase& input) {
   const MaskCullerOptions& options = input.options.mask_culler;
   std::vector<FeatureLabel> labels(input.keypoints.size());
@@ -169,13 +169,13 @@ inline std::vector<FeatureLabel> oracle_cull(const FilterCase& input) {
   return labels;
 }
 
-/// What the filter should say of a frame.
+/// Expected labels and statistics of a frame.
 struct OracleVerdict {
   std::vector<FeatureLabel> labels;
   std::vector<InstanceStatistics> instances;  // all but the compensation's outcome
 };
 
-/// Sections 3.1 and 3.2.
+/// Verdict of the paper's sections 3.1 and 3.2.
 inline OracleVerdict oracle_filter(const FilterCase& input) {
   OracleVerdict verdict;
   std::vector<FeatureLabel>& labels = verdict.labels;

@@ -16,7 +16,7 @@
 
 namespace dynfilter::testing {
 
-/// 160x120 pixels of a wall at 4 m, in front of which tests put what they need.
+/// Scene of 160x120 pixels: a wall at 4 m, in front of which tests place objects.
 struct PeerScene {
   FrameView frame;
   Segmentation segmentation;
@@ -27,13 +27,13 @@ struct PeerScene {
     segmentation.image_size = frame.depth.size();
   }
 
-  /// Depth in steps of 0.2 mm; 0 = none.
+  /// Sets the depth of a region, stored in steps of 0.2 mm; 0 = none.
   void fill(const cv::Rect& region, double metres) {
     frame.depth(region).setTo(cv::Scalar(std::round(metres * 5000)));
   }
 
-  /// Every third column lies `units` of 0.2 mm behind the others, so that the depths of each window
-  /// of 3x3 pixels have the variance (units / 5000 m)^2 * 2 / 9.
+  /// Fills a region in which every third column lies `units` of 0.2 mm behind the others. The
+  /// depths of each window of 3x3 pixels then have the variance (units / 5000 m)^2 * 2 / 9.
   void fill_ribbed(const cv::Rect& region, double metres, int units) {
     fill(region, metres);
     for (int x = region.x; x < region.x + region.width; ++x) {
@@ -45,7 +45,7 @@ struct PeerScene {
     segmentation.instances.push_back(Instance::from_box(box, class_id));
   }
 
-  /// The same depths as floats in metres.
+  /// Stores the depths as floats in metres instead.
   void use_float_depth() {
     cv::Mat metres;
     frame.depth.convertTo(metres, CV_32FC1, frame.metres_per_unit);
@@ -58,7 +58,7 @@ struct PeerScene {
     return Pipeline<Stage>(stage).apply(frame, segmentation, features);
   }
 
-  /// A letter a feature: x = removed, o = kept.
+  /// One letter for each feature: x = removed, o = kept.
   template <class Stage>
   std::string verdicts(const Stage& stage, const std::vector<cv::Point2f>& features) const {
     std::string letters;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// The program dynfilter, run in a shell, and what it writes.
+// Runs the program dynfilter in a shell and reads its output.
 
 #ifndef DYNFILTER_TESTS_SUPPORT_PROGRAM_HPP
 #define DYNFILTER_TESTS_SUPPORT_PROGRAM_HPP
@@ -43,7 +43,8 @@ inline Outcome run(const std::string& arguments) {
   return run_in_shell("'" DYNFILTER_PROGRAM "' " + arguments);
 }
 
-/// Ends the program after so many seconds, as a failure, so that a fault cannot hang the tests.
+/// Runs the program and stops it after that many seconds as a failure, so that it cannot hang the
+/// tests.
 inline Outcome run_at_most(int seconds, const std::string& arguments) {
   return run_in_shell("timeout " + std::to_string(seconds) + " '" DYNFILTER_PROGRAM "' " +
                       arguments);
@@ -51,7 +52,7 @@ inline Outcome run_at_most(int seconds, const std::string& arguments) {
 
 inline std::string quoted(const fs::path& path) { return "'" + path.string() + "'"; }
 
-/// The rows of a CSV file, its header first.
+/// Rows of a CSV file, header first.
 inline std::vector<std::vector<std::string>> read_csv(const fs::path& path) {
   std::vector<std::vector<std::string>> rows;
   std::ifstream file(path);
@@ -64,7 +65,7 @@ inline std::vector<std::vector<std::string>> read_csv(const fs::path& path) {
   return rows;
 }
 
-/// The sum of a column of frames.csv.
+/// Sum of a column of frames.csv.
 inline std::size_t sum_of(const std::vector<std::vector<std::string>>& rows,
                           const std::string& name) {
   std::size_t column = 0;

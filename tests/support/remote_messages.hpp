@@ -16,8 +16,8 @@ namespace dynfilter::testing {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// The other side's half of the protocol, written from examples/remote_masks/README.md and not from
-/// the library's half, so that the two check each other. For little-endian machines.
+/// The peer's half of the protocol, written from examples/remote_masks/README.md independently of
+/// the library's half, so that the two check each other. Little-endian machines only.
 template <class Number>
 void put(Bytes& bytes, Number number) {
   const auto* begin = reinterpret_cast<const std::uint8_t*>(&number);
@@ -42,7 +42,7 @@ inline Bytes message(std::uint16_t type, std::uint64_t request, const Bytes& pay
   return bytes;
 }
 
-/// The payload of a reply.
+/// Payload of a reply.
 inline Bytes instances_payload(const Segmentation& segmentation) {
   Bytes bytes;
   put(bytes, segmentation.frame_id);
@@ -79,7 +79,7 @@ inline Bytes error_reply(std::uint64_t request, const std::string& text) {
   return message(3, request, Bytes(text.begin(), text.end()));
 }
 
-/// Whether two segmentations are the same in all that a reply holds. Bytes of masks must be equal.
+/// Tells whether two segmentations agree in everything that a reply holds, mask bytes included.
 inline bool is_same(const Segmentation& a, const Segmentation& b) {
   return instances_payload(a) == instances_payload(b) && a.timestamp_s == b.timestamp_s;
 }

@@ -25,7 +25,7 @@
 
 namespace dynfilter::testing {
 
-/// The other side's socket calls, as plain as they come: they wait as long as it takes.
+/// Plain blocking socket calls for the peer.
 class PeerSocket {
  public:
   explicit PeerSocket(int descriptor) : descriptor_(descriptor) {}
@@ -38,7 +38,7 @@ class PeerSocket {
     if (descriptor_ >= 0) ::close(descriptor_);
   }
 
-  /// Listens at the path, from which it removes what is there.
+  /// Listens at the path, after removing any file there.
   static PeerSocket listening(const std::filesystem::path& path, int queue = 4) {
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
@@ -57,7 +57,7 @@ class PeerSocket {
   PeerSocket accepted() const { return PeerSocket(::accept(descriptor_, nullptr, nullptr)); }
   void wake() const { ::shutdown(descriptor_, SHUT_RDWR); }
 
-  /// False where the library's side has closed the connection.
+  /// Returns false if the library's side has closed the connection.
   bool send(const Bytes& bytes) const {
     for (std::size_t sent = 0; sent < bytes.size();) {
       const ssize_t now =
@@ -82,7 +82,7 @@ class PeerSocket {
   int descriptor_;
 };
 
-/// A frame as the other side gets it.
+/// Frame as the peer receives it.
 struct ReceivedFrame {
   std::uint64_t request = 0;
   std::uint64_t id = 0;
@@ -121,9 +121,9 @@ inline std::optional<ReceivedFrame> receive_frame(const PeerSocket& socket) {
   return frame;
 }
 
-/// The other side in a thread: takes one connection after the other and answers frames by `answer`,
-/// which returns false to hang up. It listens once it is constructed, and is gone, with all its
-/// sockets but not its file, once it is destroyed.
+/// Peer in a thread: accepts one connection after the other and answers frames by `answer`, which
+/// returns false to hang up. It listens once constructed; its destructor closes all sockets but
+/// leaves the socket's file.
 class RemotePeer {
  public:
   using Answer = std::function<bool(const PeerSocket&, const ReceivedFrame&)>;
@@ -142,7 +142,7 @@ class RemotePeer {
     thread_.join();
   }
 
-  /// How many it has taken so far.
+  /// Number of connections accepted so far.
   int connections() const { return connections_; }
 
  private:

@@ -16,9 +16,9 @@ constexpr std::uint64_t fuzzed_frame_id = 7;
 constexpr double fuzzed_time_s = 12.5;
 inline cv::Size fuzzed_size() { return {16, 12}; }
 
-/// Bytes from anywhere are refused by a ProtocolError, or are a reply to the byte: what was read
-/// from them is valid, lies in the image, and gives the same bytes when it is written. Returns what
-/// is wrong, or nothing. Any other exception passes. `accepted` counts the replies that were read.
+/// Checks that arbitrary bytes are either refused with a ProtocolError, or read as a valid reply
+/// that lies in the image and gives the same bytes when it is written. Returns the fault found, or
+/// nothing. Does not catch any other exception. `accepted` counts the replies that were read.
 inline std::string check_reply(const Bytes& payload, int& accepted) {
   Segmentation read;
   try {
@@ -30,13 +30,13 @@ inline std::string check_reply(const Bytes& payload, int& accepted) {
   validate(read, "a fuzzed reply");
   for (const Instance& instance : read.instances) {
     const cv::Rect mask(instance.mask_origin, instance.mask.size());
-    if ((mask & cv::Rect({0, 0}, fuzzed_size())) != mask) return "a mask outside the image";
+    if ((mask & cv::Rect({0, 0}, fuzzed_size())) != mask) return "a mask lies outside the image";
   }
-  if (instances_payload(read) != payload) return "other bytes than were read";
+  if (instances_payload(read) != payload) return "writing the reply gives other bytes";
   return {};
 }
 
-/// The same for a header.
+/// Checks the same property of a header.
 inline std::string check_header(const Bytes& bytes) {
   constexpr std::size_t size = detail::remote::header_bytes;
   if (bytes.size() < size) return {};
@@ -44,13 +44,13 @@ inline std::string check_header(const Bytes& bytes) {
   std::copy(bytes.begin(), bytes.begin() + size, header);
   try {
     const detail::remote::Header read = detail::remote::decode_header(header);
-    if (read.payload_bytes > 64U << 20U) return "a payload beyond the limit";
+    if (read.payload_bytes > 64U << 20U) return "the payload exceeds the limit";
     const Bytes written = message(static_cast<std::uint16_t>(read.type), read.request, {});
-    // The length is not written here, and an error may be of any version.
+    // The length is not written back, and an error may have any version.
     const bool is_error = read.type == detail::remote::MessageType::error;
     for (std::size_t i = 0; i < size; ++i) {
       const bool is_free = (i >= 8 && i < 12) || (is_error && (i == 4 || i == 5));
-      if (!is_free && written[i] != header[i]) return "another header than was read";
+      if (!is_free && written[i] != header[i]) return "writing the header gives other bytes";
     }
   } catch (const detail::remote::ProtocolError&) {
   }

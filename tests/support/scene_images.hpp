@@ -13,7 +13,7 @@
 
 namespace dynfilter::testing {
 
-/// The masks of a segmentation on one image: 255 where any instance is.
+/// Masks of a segmentation drawn on one image: 255 on any instance.
 inline cv::Mat1b painted(const Segmentation& segmentation) {
   cv::Mat1b image(segmentation.image_size, std::uint8_t{0});
   for (const Instance& instance : segmentation.instances) {
@@ -27,7 +27,7 @@ inline bool same(const cv::Mat& a, const cv::Mat& b) {
   return a.size() == b.size() && a.type() == b.type() && cv::norm(a, b, cv::NORM_INF) == 0;
 }
 
-/// 64-bit FNV-1a over the pixels; give the hash of an image to go on with the next.
+/// 64-bit FNV-1a hash of the pixels; pass the hash of one image to continue with the next.
 inline std::uint64_t pixel_hash(const cv::Mat& image,
                                 std::uint64_t hash = 14695981039346656037ULL) {
   for (int y = 0; y < image.rows; ++y) {

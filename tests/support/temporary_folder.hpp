@@ -14,7 +14,7 @@
 
 namespace dynfilter::testing {
 
-/// A folder of its own for a test, removed with all that is in it.
+/// Temporary folder of a test, removed with its content.
 class TemporaryFolder {
  public:
   TemporaryFolder() {
@@ -34,7 +34,7 @@ class TemporaryFolder {
   const std::filesystem::path& path() const { return path_; }
   std::filesystem::path operator/(const std::filesystem::path& file) const { return path_ / file; }
 
-  /// Writes a file, and the folders that it lies in; returns its path.
+  /// Writes a file, creates its parent folders, and returns its path.
   std::filesystem::path write(const std::filesystem::path& file, const std::string& text) const {
     const std::filesystem::path target = path_ / file;
     std::filesystem::create_directories(target.parent_path());

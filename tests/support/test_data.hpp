@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: MIT
 
 // Tests on recorded sequences, which are not part of the project: DYNFILTER_DATA_DIR names the
-// folder that holds data/<sequence>. Without it such tests are skipped, and say so.
+// folder that holds data/<sequence>. Without it these tests report that they are skipped.
 
 #ifndef DYNFILTER_TESTS_SUPPORT_TEST_DATA_HPP
 #define DYNFILTER_TESTS_SUPPORT_TEST_DATA_HPP
@@ -14,7 +14,7 @@
 
 namespace dynfilter::testing {
 
-/// A fixture for them. Tests use data("tum_fr1_xyz_120").
+/// Fixture for tests on recorded sequences, for example data("tum_fr1_xyz_120").
 class RecordedData : public ::testing::Test {
  protected:
   void SetUp() override {

@@ -193,7 +193,7 @@ TEST_F(ProgramStopped, FileSizeLimitKeepsEarlierResults) {
       expect_whole(outcome, out, earlier, later);
     }
   }
-  EXPECT_GT(failures, 5) << "or little was shown";
+  EXPECT_GT(failures, 5) << "otherwise the test shows little";
 }
 
 /// A small file system of its own, where the system lets one mount it.
@@ -242,7 +242,7 @@ TEST_F(ProgramStopped, FullDiskKeepsEarlierResults) {
       fs::remove_all(folder_ / "copied");
     }
   }
-  EXPECT_GT(failures, 5) << "or little was shown";
+  EXPECT_GT(failures, 5) << "otherwise the test shows little";
 }
 
 TEST_F(ProgramStopped, FailedReportOrTableKeepsTheEarlierOne) {
