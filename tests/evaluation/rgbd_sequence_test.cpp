@@ -31,8 +31,7 @@ using testing::file_text;
 using testing::TemporaryFolder;
 using Pairs = std::vector<std::pair<std::size_t, std::size_t>>;
 
-// --- Association
-// ----------------------------------------------------------------------------------
+// --- Association ---------------------------------------------------------------------------------
 
 /// Oracle: repeatedly takes the best pair of unused times until none is within the limit.
 Pairs associate_by_search(const std::vector<double>& a, const std::vector<double>& b,
@@ -109,8 +108,7 @@ TEST(Associate, RefusesInvalidTimesAndLimits) {
   EXPECT_TRUE(associate({}, {}, 0.02).empty());
 }
 
-// --- Folders
-// --------------------------------------------------------------------------------------
+// --- Folders -------------------------------------------------------------------------------------
 
 const char* const camera_text =
     "%YAML:1.0\nCamera.fx: 5.0\nCamera.fy: 6.0\nCamera.cx: 3.0\nCamera.cy: 2.0\n"
@@ -363,8 +361,7 @@ TEST_F(BrokenImages, FrameIndexOutOfRangeIsRefused) {
   expect_error<std::invalid_argument>([&] { sequence.read(2); }, "frame 2");
 }
 
-// --- Recorded sequences
-// ---------------------------------------------------------------------------
+// --- Recorded sequences --------------------------------------------------------------------------
 
 class RgbdSequenceData : public testing::RecordedData {};
 

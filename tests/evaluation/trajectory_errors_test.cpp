@@ -16,8 +16,7 @@
 namespace dynfilter::testing {
 namespace {
 
-// --- An independent, naive implementation
-// -----------------------------------------------------------
+// --- An independent, naive implementation --------------------------------------------------------
 
 /// All pairs within the limit, the closest first, each pose once.
 std::vector<std::pair<std::size_t, std::size_t>> naive_pairs(const Trajectory& a,
@@ -120,8 +119,7 @@ std::pair<double, double> naive_rpe(const Trajectory& estimate, const Trajectory
   return {std::sqrt(translation / count), std::sqrt(rotation / count)};
 }
 
-// --- Trajectories
-// ----------------------------------------------------------------------------------
+// --- Trajectories --------------------------------------------------------------------------------
 
 double number(ByteSource& source, double reach) {
   return reach * (source.word() / 4294967295.0 * 2 - 1);

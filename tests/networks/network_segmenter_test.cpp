@@ -91,8 +91,7 @@ class NetworkSegmenterTest : public Models {
   }
 };
 
-// --- What every kind of model finds
-// ---------------------------------------------------------------
+// --- What every kind of model finds --------------------------------------------------------------
 
 TEST_F(NetworkSegmenterTest, FindsTheBlocksInTheImage) {
   for (const char* name : {"yolo_raw", "yolact", "yolact_logits", "yolact_plus"}) {
@@ -171,8 +170,7 @@ TEST_F(NetworkSegmenterTest, RefusesFramesWithoutAColorOrGreyImage) {
                                       "CV_16UC1");
 }
 
-// --- YOLO
-// -----------------------------------------------------------------------------------------
+// --- YOLO ----------------------------------------------------------------------------------------
 
 TEST_F(NetworkSegmenterTest, UndoesLetterboxing) {
   // 128x64 becomes 64x32 between borders of 16 rows. A block that fills the cell at (32, 32) of the
@@ -240,8 +238,7 @@ TEST_F(NetworkSegmenterTest, StockModelsRunAfterCutting) {
   }
 }
 
-// --- YOLACT
-// ---------------------------------------------------------------------------------------
+// --- YOLACT --------------------------------------------------------------------------------------
 
 TEST_F(NetworkSegmenterTest, YolactStretchesTheImage) {
   cv::Mat image = black_image({128, 32});
@@ -293,8 +290,7 @@ TEST_F(NetworkSegmenterTest, RefusesModelsOfTheOtherKind) {
   expect_error<std::runtime_error>([] { YoloSegmenter{model("yolact")}; }, "yolact.onnx");
 }
 
-// --- Roll
-// -----------------------------------------------------------------------------------------
+// --- Roll ----------------------------------------------------------------------------------------
 
 TEST_F(NetworkSegmenterTest, TurnsTheImageUprightAndTheResultBack) {
   const std::vector<std::pair<double, int>> turns = {{pi / 2, cv::ROTATE_90_COUNTERCLOCKWISE},
@@ -362,8 +358,7 @@ TEST_F(NetworkSegmenterTest, RefusesANonFiniteRoll) {
                                       "a roll of nan");
 }
 
-// --- Bad models
-// -----------------------------------------------------------------------------------
+// --- Bad models ----------------------------------------------------------------------------------
 
 class BadModels : public Models {
  protected:

@@ -274,8 +274,7 @@ TEST(YolactDecoder, DistinguishesLogitsFromProbabilities) {
   EXPECT_FALSE(detail::are_probabilities(rows_first(tensor({1, 3, 81}))));  // logits, all 0
 }
 
-// --- Binding
-// --------------------------------------------------------------------------------------
+// --- Binding -------------------------------------------------------------------------------------
 
 TEST(YolactDecoder, BindsOutputsByShapeInAnyOrder) {
   std::mt19937 random(6);
@@ -359,8 +358,7 @@ TEST(YolactDecoder, RefusesOtherOutputs) {
   refused(tensors, "unclear which output holds the locations");
 }
 
-// --- Priors
-// ---------------------------------------------------------------------------------------
+// --- Priors --------------------------------------------------------------------------------------
 
 void expect_prior(const cv::Mat& priors, int row, double x, double y, double width, double height) {
   SCOPED_TRACE(row);

@@ -164,8 +164,7 @@ std::vector<Detection> decoded(const std::vector<NamedTensor>& outputs,
   return decode_yolo(bind_yolo(outputs, input), options);
 }
 
-// --- Against the oracle
-// ---------------------------------------------------------------------------
+// --- Against the oracle --------------------------------------------------------------------------
 
 TEST(YoloDecoder, MatchesANaiveDecoder) {
   std::mt19937 random(1);
@@ -244,8 +243,7 @@ TEST(YoloDecoder, BindsOutputsOfEqualShapeByNameThenOrder) {
               others);
 }
 
-// --- Known by hand
-// --------------------------------------------------------------------------------
+// --- Known by hand -------------------------------------------------------------------------------
 
 /// Decoded output of a network with two classes, at first without detections.
 struct Decoded {
@@ -377,8 +375,7 @@ TEST(YoloDecoder, InfiniteLogitsGiveScoreOne) {
   EXPECT_EQ(found[0].score, 1.0F);
 }
 
-// --- End-to-end
-// -----------------------------------------------------------------------------------
+// --- End-to-end ----------------------------------------------------------------------------------
 
 TEST(YoloDecoder, ReadsEndToEndRowsSortedByScore) {
   cv::Mat rows = tensor({1, 6, 6 + prototype_count});
@@ -402,8 +399,7 @@ TEST(YoloDecoder, ReadsEndToEndRowsSortedByScore) {
   EXPECT_FLOAT_EQ(found[2].box.x2, 20);
 }
 
-// --- Other outputs
-// --------------------------------------------------------------------------------
+// --- Other outputs -------------------------------------------------------------------------------
 
 TEST(YoloDecoder, RefusesOtherOutputs) {
   const NamedTensor prototypes{"p", tensor({1, prototype_count, 8, 16})};

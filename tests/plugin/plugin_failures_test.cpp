@@ -155,8 +155,7 @@ TEST_F(PluginFailures, PropagatedMasksSurviveAFailedCall) {
   EXPECT_LT(bridged.keypoints.size(), HostFrame(frames).keypoints.size());
 }
 
-// --- Missing and broken masks
-// ---------------------------------------------------------------------
+// --- Missing and broken masks --------------------------------------------------------------------
 
 TEST_F(PluginFailures, NamesTheKeyOfMissingMasks) {
   fs::create_directory(path("empty"));
@@ -216,8 +215,7 @@ TEST_F(PluginFailures, BrokenMaskIsAlwaysAnError) {
   }
 }
 
-// --- Switched off
-// ---------------------------------------------------------------------------------
+// --- Switched off --------------------------------------------------------------------------------
 
 /// Expects that the plugin changes no frame, whatever it holds.
 void expect_switched_off(Plugin& plugin) {

@@ -292,8 +292,7 @@ TEST_F(PluginTest, CanBeMoved) {
       second.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors).masked, 0U);
 }
 
-// --- Settings
-// ---------------------------------------------------------------------------------------
+// --- Settings ------------------------------------------------------------------------------------
 
 TEST_F(PluginTest, AcceptsEveryKey) {
   cv::Mat robot = cv::Mat::zeros(image_size, CV_8UC1);

@@ -17,8 +17,7 @@
 namespace dynfilter::testing {
 namespace {
 
-// --- BoxDepthMask
-// ---------------------------------------------------------------------------------
+// --- BoxDepthMask --------------------------------------------------------------------------------
 
 const cv::Rect body(50, 30, 40, 60);
 
@@ -104,8 +103,7 @@ TEST(BoxDepthMask, UnitesTheMasksOfTwoPersons) {
   EXPECT_EQ(scene.verdicts(peers::BoxDepthMask(), {{70, 60}, {15, 40}, {35, 40}}), "xxo");
 }
 
-// --- DepthVarianceMask
-// ----------------------------------------------------------------------------
+// --- DepthVarianceMask ---------------------------------------------------------------------------
 
 /// Ribbed person in a box, `width` x `height` pixels from (39, 30) on, where a window begins.
 PeerScene ribbed_person(int width = 60, int height = 60, int units = 40) {
@@ -199,8 +197,7 @@ TEST(DepthVarianceMask, AbstainsWithoutDepth) {
   EXPECT_EQ(scene.verdicts(peers::DepthVarianceMask(), {{68, 60}}), "o");
 }
 
-// --- DBSCAN
-// ---------------------------------------------------------------------------------------
+// --- DBSCAN --------------------------------------------------------------------------------------
 
 std::vector<cv::Point3f> on_a_line(const std::vector<float>& xs) {
   std::vector<cv::Point3f> points;

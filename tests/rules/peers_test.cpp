@@ -22,8 +22,7 @@
 namespace dynfilter::testing {
 namespace {
 
-// --- All of them
-// ----------------------------------------------------------------------------------
+// --- All of them ---------------------------------------------------------------------------------
 
 template <class StageType, class OptionsType>
 struct Rule {
@@ -142,8 +141,7 @@ TEST(Peers, RefuseOptionsOutOfRange) {
   refuses([&] { peers::DepthVarianceMask{options}; }, "radius_px must be above 0");
 }
 
-// --- DilatedMask
-// ----------------------------------------------------------------------------------
+// --- DilatedMask ---------------------------------------------------------------------------------
 
 PeerScene scene_with_mask(const cv::Size& size, cv::Point origin) {
   PeerScene scene;
@@ -186,8 +184,7 @@ TEST(DilatedMask, IgnoresABoxWithoutAMask) {
   EXPECT_EQ(scene.verdicts(peers::DilatedMask(), {{60, 50}}), "o");
 }
 
-// --- WholeBox
-// -------------------------------------------------------------------------------------
+// --- WholeBox ------------------------------------------------------------------------------------
 
 TEST(WholeBox, RemovesTheBoxGrownByFivePixels) {
   PeerScene scene;
@@ -218,8 +215,7 @@ TEST(WholeBox, FeatureGoesToTheFirstBox) {
   EXPECT_EQ(labels[2].instance, 2);
 }
 
-// --- BoxDepthThreshold
-// ----------------------------------------------------------------------------
+// --- BoxDepthThreshold ---------------------------------------------------------------------------
 
 /// Verdicts on two pixels in the box, at depths `first` and `second`; a person at 1.5 m fills its
 /// middle.
@@ -283,8 +279,7 @@ TEST(BoxDepthThreshold, AbstainsWithoutDepth) {
   EXPECT_EQ(scene.verdicts(peers::BoxDepthThreshold(), {{68, 60}}), "o");
 }
 
-// --- BoxDepthDeviation
-// ----------------------------------------------------------------------------
+// --- BoxDepthDeviation ---------------------------------------------------------------------------
 
 /// The box (50,30) 40x60 with eight features at 1.5 m -+ 0.1 m and two farther ones. Those are the
 /// farthest 20 % and do not count, so the mean is 1.5 and the deviation 0.1. The grown box spans

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: MIT
 
 // Ten thousand frames through every HandOver, with delays on either side, networks that throw, and
-// ends in the middle of it. Meant for the sanitizers as well.
+// destruction in mid-run. Meant to run under the sanitizers too.
 
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ namespace {
 
 constexpr std::uint64_t cycles = 10000;
 
-/// A number that looks random, for a frame: the same for the test and for the network.
+/// Pseudo-random number of a frame, the same for the test and for the network.
 std::uint64_t hash_of(std::uint64_t id) {
   std::uint64_t hash = (id + 1) * 0x9E3779B97F4A7C15ULL;
   hash ^= hash >> 29;
@@ -33,20 +33,20 @@ std::uint64_t hash_of(std::uint64_t id) {
 
 bool fails(std::uint64_t id) { return hash_of(id) % 17 == 0; }
 
-/// Now and then some microseconds.
+/// Sleeps some microseconds now and then.
 void dawdle(std::uint64_t random) {
   if (random % 8 == 0) std::this_thread::sleep_for(std::chrono::microseconds(random % 300));
   if (random % 3 == 0) std::this_thread::yield();
 }
 
-/// What a network did, and whether it is still there.
+/// Record of a network's actions, and whether it still exists.
 struct Trace {
   std::atomic<int> networks{0};
   std::atomic<std::uint64_t> segmented{0}, failed{0}, out_of_order{0};
 };
 
-/// Reads the frame's number off the image. A box as wide as that, and a mask of its lowest byte in
-/// memory that it uses again.
+/// Reads the frame's number from the image and finds a box of that width, with a mask of its lowest
+/// byte in memory that it reuses.
 class MoodyNetwork final : public Segmenter {
  public:
   explicit MoodyNetwork(Trace& trace) : trace_(trace) { ++trace_.networks; }
@@ -77,7 +77,7 @@ class MoodyNetwork final : public Segmenter {
   cv::Mat mask_ = cv::Mat(4, 4, CV_8UC1);
 };
 
-/// A host with one buffer for all of its images.
+/// Host with one buffer for all of its images.
 class Host {
  public:
   Host(Trace& trace, const AsyncSegmenterOptions& options)
@@ -91,7 +91,7 @@ class Host {
     ++submitted;
   }
 
-  /// nullopt for no masks, and for a failure, which is counted.
+  /// Collects masks; nullopt for no masks and for a failure, which is counted.
   std::optional<Segmentation> collect(std::uint64_t id) {
     try {
       return segmenter.collect(id);
@@ -102,7 +102,7 @@ class Host {
     }
   }
 
-  /// With nothing in the network any more.
+  /// Statistics once the network is idle.
   AsyncSegmenterStatistics statistics_in_the_end() const {
     AsyncSegmenterStatistics statistics = segmenter.statistics();
     while (statistics.pending > 0) {
@@ -120,7 +120,7 @@ class Host {
   FrameView frame_{0, 0.0, cv::Mat(48, 64, CV_32SC1), cv::Mat(), 0.0};
 };
 
-/// The masks are those of the frame that they name.
+/// Expects the masks of the frame that they name.
 void expect_sound(const Segmentation& masks) {
   ASSERT_EQ(masks.instances.size(), 1U);
   const Instance& instance = masks.instances[0];
@@ -137,7 +137,7 @@ void expect_consistent(const Host& host, const Trace& trace) {
   EXPECT_EQ(statistics.failed, trace.failed);
   EXPECT_EQ(trace.out_of_order, 0U);
   for (std::size_t i = 1; i < host.thrown.size(); ++i) {
-    EXPECT_LT(host.thrown[i - 1], host.thrown[i]);  // none twice
+    EXPECT_LT(host.thrown[i - 1], host.thrown[i]);  // no error is thrown twice
   }
 }
 
@@ -230,7 +230,7 @@ TEST(AsyncSegmenterStress, SurvivesDestructionAndRestartMidRun) {
             expect_sound(*masks);
           }
         }
-        host.submit(id++);  // the end may come while this one is in the network, or waits
+        host.submit(id++);  // destruction may come while this frame is processed or waits
         EXPECT_EQ(trace.networks, 1);
       }
       EXPECT_EQ(trace.networks, 0);
@@ -239,7 +239,7 @@ TEST(AsyncSegmenterStress, SurvivesDestructionAndRestartMidRun) {
   }
 }
 
-/// A thread that submits, one that collects, one that looks on and resets.
+/// One thread submits, one collects, one reads statistics and resets.
 TEST(AsyncSegmenterStress, ServesSeveralThreads) {
   for (const HandOver hand_over :
        {HandOver::wait, HandOver::wait_at_most, HandOver::latest, HandOver::drop}) {

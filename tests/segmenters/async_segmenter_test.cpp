@@ -44,8 +44,8 @@ AsyncSegmenterOptions options_of(HandOver hand_over, double max_wait_s = for_eve
   return options;
 }
 
-/// An AsyncSegmenter whose network waits at a gate. The gate outlives it, and opens at the end, for
-/// a closed one would keep the thread.
+/// AsyncSegmenter whose network waits at a gate. The gate outlives it, and opens at the end,
+/// because a closed one would block the thread.
 struct Async {
   explicit Async(const AsyncSegmenterOptions& options, GatedSegmenter::Then then = {})
       : segmenter(std::make_unique<GatedSegmenter>(gate, std::move(then)), options) {}
@@ -60,7 +60,7 @@ struct Async {
     gate->await_arrivals(before + 1);
   }
 
-  /// Lets the network finish the frame that it has, while `id` waits; returns with `id` in it.
+  /// Lets the network finish its frame while `id` waits; returns when `id` has reached the network.
   void finish_one_and_go_on_with(std::uint64_t id) {
     const std::size_t before = gate->arrivals().size();
     submit(id);
@@ -72,7 +72,7 @@ struct Async {
   AsyncSegmenter segmenter;
 };
 
-/// The masks that GatedSegmenter makes of frame_of(id).
+/// Expects the masks that GatedSegmenter makes of frame_of(id).
 void expect_masks_of(const std::optional<Segmentation>& masks, std::uint64_t id) {
   ASSERT_TRUE(masks.has_value()) << "frame " << id;
   EXPECT_EQ(masks->frame_id, id);
@@ -98,7 +98,7 @@ GatedSegmenter::Then failing_on(Ids ids) {
 
 TEST(AsyncSegmenter, WaitsForTheMasksOfTheFrame) {
   Async async(options_of(HandOver::wait));
-  async.submit_and_await(7);  // the network works while the host does something else
+  async.submit_and_await(7);  // the network works while the host does other things
   auto masks = std::async(std::launch::async, [&] { return async.segmenter.collect(7); });
   EXPECT_EQ(masks.wait_for(std::chrono::milliseconds(20)), std::future_status::timeout);
   async.gate->open();
@@ -111,7 +111,7 @@ TEST(AsyncSegmenter, WaitLosesNoFrame) {
   async.gate->open_for_good();
   for (std::uint64_t id = 1; id <= AsyncSegmenter::max_uncollected; ++id) {
     expect_masks_of(async.segmenter.collect(id), id);
-    expect_masks_of(async.segmenter.collect(id), id);  // as often as one likes
+    expect_masks_of(async.segmenter.collect(id), id);  // any number of times
   }
   EXPECT_EQ(async.gate->arrivals(), (Ids{1, 2, 3, 4, 5, 6, 7, 8}));
   EXPECT_EQ(async.segmenter.statistics().segmented, 8U);
@@ -137,7 +137,7 @@ TEST(AsyncSegmenter, CollectDiscardsEarlierFrames) {
   for (std::uint64_t id = 2; id <= 5; ++id) async.submit(id);
   auto masks = std::async(std::launch::async, [&] { return async.segmenter.collect(5); });
   while (async.segmenter.statistics().replaced < 3) std::this_thread::yield();
-  async.gate->open(2);  // for 1, which is in the network already, and for 5
+  async.gate->open(2);  // for frame 1, which the network already has, and for 5
   expect_masks_of(masks.get(), 5);
   EXPECT_EQ(async.gate->arrivals(), (Ids{1, 5}));
   expect_error<std::invalid_argument>([&] { async.segmenter.collect(4); }, "frame 4");
@@ -165,7 +165,7 @@ TEST(AsyncSegmenter, WaitsNoLongerThanAsked) {
   async.submit_and_await(1);
   EXPECT_FALSE(async.segmenter.collect(1).has_value());
   async.finish_one_and_go_on_with(2);
-  expect_masks_of(async.segmenter.collect(1), 1);  // late, but there
+  expect_masks_of(async.segmenter.collect(1), 1);  // late, but available
   EXPECT_FALSE(async.segmenter.collect(2).has_value());
 }
 
@@ -266,7 +266,7 @@ TEST(AsyncSegmenter, RemembersTheLastUncollectedFrames) {
   Async async(options_of(HandOver::drop));
   async.submit_and_await(1);
   for (std::uint64_t id = 2; id <= 30; ++id) async.finish_one_and_go_on_with(id);
-  // 30 is in the network; with it they are the last eight.
+  // Frame 30 is in the network; with it, these are the last eight.
   expect_error<std::invalid_argument>([&] { async.segmenter.collect(22); }, "frame 22");
   for (std::uint64_t id = 23; id < 30; ++id) expect_masks_of(async.segmenter.collect(id), id);
 }
@@ -382,7 +382,7 @@ TEST(AsyncSegmenter, RefusesMisuse) {
   }
 }
 
-// --- Ids, reset, the end -------------------------------------------------------------------------
+// --- Ids, reset, destruction ---------------------------------------------------------------------
 
 TEST(AsyncSegmenter, IdsMayRepeatAndGoBackwards) {
   Async async(options_of(HandOver::wait));
@@ -391,7 +391,7 @@ TEST(AsyncSegmenter, IdsMayRepeatAndGoBackwards) {
     async.submit(id);
     expect_masks_of(async.segmenter.collect(id), id);
   }
-  // Both at the same time: the last submission is meant.
+  // Both have the same time: the last submission counts.
   FrameView early = frame_of(6), late = frame_of(6);
   late.timestamp_s = 99;
   async.segmenter.submit(early);
@@ -421,7 +421,7 @@ TEST(AsyncSegmenter, ResetDiscardsMasksAndErrors) {
     async.gate->await_arrivals(4);
     EXPECT_EQ(async.gate->arrivals(), (Ids{1, 2, 3, 1}));
     if (hand_over == HandOver::wait) expect_masks_of(async.segmenter.collect(1), 1);
-    EXPECT_NO_THROW(async.segmenter.collect(1));  // nor does the error of 3 come
+    EXPECT_NO_THROW(async.segmenter.collect(1));  // the error of 3 does not appear either
     EXPECT_EQ(async.segmenter.statistics().failed, 2U);
     EXPECT_EQ(async.segmenter.statistics().replaced, 1U);
     expect_sum(async.segmenter.statistics());
@@ -445,7 +445,7 @@ TEST(AsyncSegmenter, ResetWakesAWaitingCall) {
   try {
     EXPECT_FALSE(masks.get().has_value());
   } catch (const std::invalid_argument&) {
-    // It came to collect after the reset.
+    // The call began after the reset.
   }
 }
 
@@ -457,8 +457,8 @@ TEST(AsyncSegmenter, DestructorWaitsOnlyForTheRunningInference) {
     for (std::uint64_t id = 1; id <= 3; ++id) segmenter.submit(frame_of(id));
     gate->await_arrivals(1);
     opener = std::thread([&] {
-      std::this_thread::sleep_for(std::chrono::milliseconds(20));  // so that the end has begun
-      gate->open();  // for no more than one: with another in the network this would not end
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));  // so that destruction has begun
+      gate->open();  // for one frame only: destruction would hang if the network began another
     });
   }
   EXPECT_EQ(gate->passed(), 1U);
@@ -496,7 +496,7 @@ TEST(AsyncSegmenter, StatisticsCountFramesAndTimes) {
 
 // --- Memory --------------------------------------------------------------------------------------
 
-/// What the network saw of the images of its frames.
+/// Images that the network saw.
 struct Seen {
   std::vector<const unsigned char*> image, depth;
   std::vector<int> value, depth_value;

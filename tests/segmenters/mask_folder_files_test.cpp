@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Folders of masks that lack files, hold something else, or cannot be read.
+// Folders of masks with missing files, with other things in their place, or without permission.
 
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 
@@ -50,7 +50,7 @@ void expect_refused(const fs::path& folder, const std::string& message) {
   }
 }
 
-/// Gives up a superuser's rights, to whom every folder is readable.
+/// Drops a superuser's rights while it lives, because a superuser can read every folder.
 class OrdinaryUser {
  public:
   OrdinaryUser() : user_(geteuid()) {

@@ -44,7 +44,7 @@ void write_mask(const TemporaryFolder& folder, const std::string& file, const cv
   ASSERT_TRUE(cv::imwrite((folder / file).string(), mask));
 }
 
-/// 8x6 pixels: label 1 in a 2x2 block at (1,1), label 3 at (5,4).
+/// Label map of 8x6 pixels: label 1 in a 2x2 block at (1,1), label 3 at (5,4).
 cv::Mat some_labels(int type = CV_8UC1) {
   cv::Mat labels(6, 8, type, cv::Scalar(0));
   labels(cv::Rect(1, 1, 2, 2)).setTo(1);
@@ -62,8 +62,7 @@ cv::Mat full_mask(const Instance& instance, cv::Size size) {
   return full;
 }
 
-// --- Label maps
-// -----------------------------------------------------------------------------------
+// --- Label maps ----------------------------------------------------------------------------------
 
 TEST(MaskFolderSegmenter, ReadsLabelMapsOf8And16Bits) {
   for (const int type : {CV_8UC1, CV_16UC1}) {
@@ -145,8 +144,7 @@ TEST(MaskFolderSegmenter, RefusesMalformedTables) {
   }
 }
 
-// --- Binary masks
-// ---------------------------------------------------------------------------------
+// --- Binary masks --------------------------------------------------------------------------------
 
 TEST(MaskFolderSegmenter, FindsConnectedObjectsInBinaryMasks) {
   for (const int on : {1, 255}) {
@@ -184,8 +182,7 @@ TEST(MaskFolderSegmenter, ReadsBinaryMasksOf16Bits) {
   EXPECT_EQ(cv::countNonZero(result.instances[0].mask), 3);
 }
 
-// --- Matching
-// -------------------------------------------------------------------------------------
+// --- Matching ------------------------------------------------------------------------------------
 
 TEST(MaskFolderSegmenter, FindsTheNearestMaskWithinAMillisecond) {
   const TemporaryFolder folder;
@@ -205,7 +202,7 @@ TEST(MaskFolderSegmenter, FindsTheNearestMaskWithinAMillisecond) {
   };
   EXPECT_EQ(pixels_at(1341846434.710184), 1);
   EXPECT_EQ(pixels_at(1341846434.709184), 1);
-  EXPECT_EQ(pixels_at(1341846434.710784), 1);  // a tie: the earlier one
+  EXPECT_EQ(pixels_at(1341846434.710784), 1);  // a tie goes to the earlier one
   EXPECT_EQ(pixels_at(1341846434.710785), 2);
   EXPECT_EQ(pixels_at(1341846435.001), 3);
   EXPECT_EQ(pixels_at(1341846434.999), 3);
@@ -266,8 +263,7 @@ TEST(MaskFolderSegmenter, RefusesNegativeOptions) {
   expect_refused(0.001, 20, 0);
 }
 
-// --- Writing
-// --------------------------------------------------------------------------------------
+// --- Writing -------------------------------------------------------------------------------------
 
 /// Disjoint instances with random pixels, so that a label map can hold them.
 Segmentation random_segmentation(std::mt19937& random, int count, double timestamp_s) {
@@ -287,7 +283,7 @@ Segmentation random_segmentation(std::mt19937& random, int count, double timesta
         Instance::from_image_mask(mask, {x, 3, 50, k}, static_cast<int>(random() % 80),
                                   static_cast<float>(random() % 1001) / 1000);
     if (k % 7 == 3) {
-      instance.mask_origin = {0, 0};  // as a whole image
+      instance.mask_origin = {0, 0};  // a mask of the whole image
       instance.mask = mask;
     }
     segmentation.instances.push_back(instance);
@@ -346,7 +342,7 @@ TEST(MaskFolderWriter, WritesTheDocumentedFormat) {
                                                      "12.500000,3,7,1.000000,-3,0,900,2\n");
   cv::Mat want(6, 8, CV_8UC1, cv::Scalar(0));
   want(cv::Rect(2, 2, 3, 3)).setTo(2);
-  want(cv::Rect(1, 1, 3, 3)).setTo(1);  // the lower index has the overlap
+  want(cv::Rect(1, 1, 3, 3)).setTo(1);  // the overlap goes to the lower index
   const cv::Mat labels = cv::imread((folder / "12.500000.png").string(), cv::IMREAD_UNCHANGED);
   ASSERT_EQ(labels.type(), CV_8UC1);
   EXPECT_EQ(cv::norm(labels, want, cv::NORM_INF), 0);
@@ -461,7 +457,7 @@ TEST(MaskFolderWriter, MovedWriterContinues) {
   EXPECT_EQ(MaskFolderSegmenter(folder.path()).size(), 2U);
 }
 
-/// One frame, in which nobody is.
+/// Segmentation without instances.
 Segmentation nobody_at(double timestamp_s) {
   Segmentation segmentation;
   segmentation.timestamp_s = timestamp_s;
@@ -534,8 +530,7 @@ TEST(MaskFolderWriter, RefusesASecondWriterInAFolder) {
                                    "another dynfilter masks is writing there");
 }
 
-// --- Recorded masks
-// -------------------------------------------------------------------------------
+// --- Recorded masks ------------------------------------------------------------------------------
 
 class MaskFolderData : public testing::RecordedData {};
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// MaskFolderWriter without memory and without room: what failed can be done again.
+// MaskFolderWriter when memory or disk space runs out: a failed call can be repeated.
 
 #include "dynfilter/segmenters/mask_folder_writer.hpp"
 
@@ -69,7 +69,7 @@ TEST(MaskFolderWriterFailures, AddCanBeRepeatedAfterAFailedAllocation) {
   }
 }
 
-/// No file may become longer than this while it lives.
+/// Limits the size of the process's files while it lives.
 class FileSizeLimit {
  public:
   explicit FileSizeLimit(rlim_t bytes) {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Masks and boxes that lie anywhere, at times that lie anyhow. The sanitizers see what is undefined
-// (with float-cast-overflow); what is said must make sense without them, too.
+// Masks and boxes anywhere, at arbitrary times. The sanitizers (with float-cast-overflow) find
+// undefined behaviour; the results are also checked without them.
 
 #include "dynfilter/segmenters/mask_propagator.hpp"
 
@@ -42,7 +42,7 @@ Instance wild_instance(cv::RNG& random) {
   return instance;
 }
 
-/// Fails the test unless a propagated instance lies in the image, as moved ones do.
+/// Expects that a moved instance lies in the image.
 void expect_in_image(const Instance& instance) {
   const cv::Rect image({}, size), mask(instance.mask_origin, instance.mask.size());
   EXPECT_EQ(instance.box & image, instance.box);

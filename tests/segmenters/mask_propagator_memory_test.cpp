@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// What a propagator does after a call for which memory ran out.
+// A propagator after a call with a failed allocation.
 
 #include "dynfilter/segmenters/mask_propagator.hpp"
 
@@ -26,7 +26,7 @@ using testing::same;
 
 const cv::Size size(96, 72);
 
-/// A textured scene that moves three pixels a frame to the right, with two masks in it.
+/// Textured scene with two masks that moves three pixels a frame to the right.
 class Film {
  public:
   Film() : wide_(size.height, 2 * size.width) {
@@ -57,7 +57,7 @@ class Film {
   cv::Mat1b wide_;
 };
 
-/// Fails the test unless two propagators say the same, ids apart.
+/// Expects the same result of two propagators, except for track ids.
 void expect_same(const std::optional<Segmentation>& got, const std::optional<Segmentation>& want,
                  const std::string& when) {
   SCOPED_TRACE(when);
@@ -73,8 +73,8 @@ void expect_same(const std::optional<Segmentation>& got, const std::optional<Seg
   }
 }
 
-/// Frames 0 to `failing` - 1 go well, then every allocation of frame `failing` fails in turn. The
-/// frames after it must give what a propagator gives that sees none before them.
+/// Propagates frames 0 to `failing` - 1, then lets every allocation of frame `failing` fail in
+/// turn. Expects that later frames give the results of a propagator that saw no earlier frame.
 void expect_new_start_after(int failing) {
   const Film film;
   const auto newest = [&](int frame) { return film.masks(frame >= failing ? failing : 0); };
@@ -88,7 +88,7 @@ void expect_new_start_after(int failing) {
       propagator.propagate(frame, result);
       is_thrown = false;
     });
-    if (!is_thrown) return has_failed;  // it made do without
+    if (!is_thrown) return has_failed;  // it succeeded without that memory
     EXPECT_TRUE(propagator.statistics().restarted);
     MaskPropagator fresh;
     for (int i = failing + 1; i < failing + 4; ++i) {
@@ -104,7 +104,7 @@ void expect_new_start_after(int failing) {
 
 class MaskPropagatorWithoutMemory : public ::testing::Test {
  protected:
-  void SetUp() override { cv::setNumThreads(1); }  // allocations fail in this thread alone
+  void SetUp() override { cv::setNumThreads(1); }  // allocations fail only in this thread
   void TearDown() override { cv::setNumThreads(-1); }
 };
 

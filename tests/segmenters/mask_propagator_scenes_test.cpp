@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Moved masks on rendered persons, whose true masks are known. bench/propagation_iou.cpp prints the
-// same for more levels and seeds.
+// Moved masks on rendered persons, whose true masks are known. bench/propagation_iou.cpp prints
+// these figures for more levels and seeds.
 
 #include <cstdint>
 #include <cstdio>
@@ -27,8 +27,8 @@ double iou(const cv::Mat& a, const cv::Mat& b) {
   return double{1} * cv::countNonZero(a & b) / cv::countNonZero(a | b);
 }
 
-/// By lag: the intersection over union with the true masks, if the masks of the first frame are
-/// moved, if they stay, and if they arrive `max_lag` frames late.
+/// Intersection over union with the true masks, by lag, if the masks of the first frame move, if
+/// they stay, and if they arrive `max_lag` frames late.
 struct Overlaps {
   std::map<int, double> moved, left;
   double late = 0;
@@ -56,7 +56,7 @@ Overlaps overlaps(const char* level, std::uint64_t seed, int start) {
 struct Case {
   const char* level;
   int start;
-  double after_1, after_3, after_6, late;  // at least; measured ones lie at least 0.03 above
+  double after_1, after_3, after_6, late;  // lower bounds; measured values are at least 0.03 higher
 };
 
 class MaskPropagatorScenes : public ::testing::TestWithParam<Case> {};

@@ -28,7 +28,7 @@ using testing::same;
 
 const cv::Size size(320, 240);
 
-/// Blotches of a few pixels in all greys.
+/// Texture of blotches of a few pixels in all greys.
 cv::Mat1b texture(const cv::Size& of, std::uint64_t seed) {
   cv::Mat noise(of, CV_32FC1);
   cv::RNG random(seed);
@@ -52,7 +52,7 @@ Segmentation result_of(const FrameView& frame, std::vector<Instance> instances,
   return {frame.id, frame.timestamp_s, image, std::move(instances)};
 }
 
-/// A disc of the object with a hole in it, whose values are not all alike.
+/// Disc-shaped mask with a hole, whose non-zero values differ.
 Instance ring(cv::Point centre, int radius) {
   cv::Mat1b mask(2 * radius + 1, 2 * radius + 1, std::uint8_t{0});
   cv::circle(mask, {radius, radius}, radius, 255, cv::FILLED);
@@ -64,7 +64,7 @@ Instance ring(cv::Point centre, int radius) {
   return instance;
 }
 
-/// A rectangle of its own texture, wholly masked.
+/// Textured rectangle, wholly masked.
 struct Patch {
   cv::Rect place;
   std::uint64_t seed;
@@ -96,7 +96,7 @@ cv::Mat1b painted(const Instance& instance) {
   return testing::painted(Segmentation{0, 0, size, {instance}});
 }
 
-/// A film of a camera that pans over a wide texture.
+/// Images of a camera that pans over a wide texture.
 class Pan {
  public:
   explicit Pan(cv::Point step, cv::Size image = size)
@@ -113,8 +113,7 @@ class Pan {
   cv::Mat1b wide_;
 };
 
-// --- Motion that is known exactly
-// -----------------------------------------------------------------
+// --- Motion that is known exactly ----------------------------------------------------------------
 
 TEST(MaskPropagator, MasksAreUnchangedWithoutMotion) {
   const Instance object = ring({150, 120}, 50);
@@ -139,7 +138,8 @@ TEST(MaskPropagator, MasksAreUnchangedWithoutMotion) {
 
 TEST(MaskPropagator, MovesByWholePixelsExactly) {
   for (const cv::Point step : {cv::Point(4, 0), {-3, 2}, {0, -5}, {7, 7}}) {
-    for (const cv::Size image : {size, cv::Size(640, 480)}) {  // the latter is reduced
+    for (const cv::Size image :
+         {size, cv::Size(640, 480)}) {  // the propagator downscales the latter
       const Pan pan(step, image);
       const Instance object = ring(cv::Point(image) / 2, 50);
       MaskPropagator propagator;
@@ -172,7 +172,7 @@ TEST(MaskPropagator, LateMasksMatchTimelyMasks) {
   want.mask_origin += 6 * cv::Point(4, -2);
   EXPECT_TRUE(same(painted(*moved), painted(want)));
   EXPECT_EQ(moved->frame_id, 108U);
-  EXPECT_EQ(moved->timestamp_s, result.timestamp_s) << "how old the masks are";
+  EXPECT_EQ(moved->timestamp_s, result.timestamp_s) << "it tells the masks' age";
 }
 
 TEST(MaskPropagator, FollowsTheObjectRatherThanTheBackground) {
@@ -244,8 +244,7 @@ TEST(MaskPropagator, MovesBoxesWithoutMasks) {
   }
 }
 
-// --- What is as it was given
-// ----------------------------------------------------------------------
+// --- Results of the frame itself, age and time ---------------------------------------------------
 
 TEST(MaskPropagator, ReturnsAResultOfTheFrameItselfUnchanged) {
   Instance object = ring({5, 120}, 50);  // partly outside
@@ -273,7 +272,7 @@ TEST(MaskPropagator, DistinguishesEmptyResultsFromNoResult) {
     EXPECT_TRUE(moved->instances.empty());
     EXPECT_EQ(moved->image_size, size);
   }
-  EXPECT_FALSE(propagator.propagate(frame_of(image, 5), nobody)) << "too old";
+  EXPECT_FALSE(propagator.propagate(frame_of(image, 5), nobody)) << "the result is too old";
 }
 
 TEST(MaskPropagator, DropsMasksThatAreTooOld) {
@@ -301,8 +300,7 @@ TEST(MaskPropagator, TimestampIncludesAShareOfTheAge) {
   }
 }
 
-// --- Without points to go by
-// ----------------------------------------------------------------------
+// --- Without tracked points ----------------------------------------------------------------------
 
 TEST(MaskPropagator, MovesByVelocityWithoutAnImage) {
   const Pan pan({4, 0});
@@ -325,7 +323,7 @@ TEST(MaskPropagator, MovesByVelocityWithoutAnImage) {
 
 TEST(MaskPropagator, EstimatesVelocityFromTwoResults) {
   MaskPropagator propagator;
-  FrameView frame = frame_of({}, 0);  // no image at all
+  FrameView frame = frame_of({}, 0);  // it has no image
   propagator.propagate(frame, result_of(frame, {ring({100, 100}, 30)}));
   frame = frame_of({}, 3);
   propagator.propagate(frame, result_of(frame, {ring({112, 94}, 30)}));
@@ -379,7 +377,7 @@ TEST(MaskPropagator, MatchesResultsByTimeOrFrameId) {
     if (has_time) {
       frame.id = result.frame_id = 0;
     } else {
-      result.timestamp_s = 0;  // never set
+      result.timestamp_s = 0;  // not set
     }
     const auto moved = propagator.propagate(frame, result);
     ASSERT_TRUE(moved);
@@ -405,8 +403,7 @@ TEST(MaskPropagator, IgnoresOutdatedAndFutureResults) {
   }
 }
 
-// --- Who is who
-// -----------------------------------------------------------------------------------
+// --- Tracks --------------------------------------------------------------------------------------
 
 TEST(MaskPropagator, BridgesMissedDetectionsThenDropsThem) {
   const cv::Mat image = texture(size, 1);
@@ -421,12 +418,12 @@ TEST(MaskPropagator, BridgesMissedDetectionsThenDropsThem) {
   for (int i = 1; i <= 2; ++i) {
     const auto moved = give(i, {other});
     ASSERT_EQ(moved->instances.size(), 2U) << i;
-    EXPECT_EQ(moved->instances[0].track_id, 1);  // those of the result come first
+    EXPECT_EQ(moved->instances[0].track_id, 1);  // instances of the result come first
     EXPECT_EQ(moved->instances[1].track_id, 0);
     EXPECT_TRUE(same(painted(moved->instances[1]), painted(object)));
     EXPECT_EQ(propagator.statistics().instances.at(1).missed, static_cast<std::size_t>(i));
     EXPECT_EQ(propagator.statistics().instances.at(1).by_flow, static_cast<std::size_t>(i));
-    // The same result again, or none, misses nothing more.
+    // Passing the old result again, or none, adds no missed detection.
     propagator.propagate(FrameView{frame_of(image, i).id, 5.0 + (i + 0.5) / 30, image, {}, 0},
                          i == 1
                              ? std::optional<Segmentation>(result_of(frame_of(image, i), {other}))
@@ -438,12 +435,12 @@ TEST(MaskPropagator, BridgesMissedDetectionsThenDropsThem) {
     for (int k = 1; k <= i; ++k) give(k, {other});
   }
   const auto found = give(3, {other, object});
-  EXPECT_EQ(found->instances.at(1).track_id, 0) << "found again";
+  EXPECT_EQ(found->instances.at(1).track_id, 0) << "the segmenter found it again";
   EXPECT_EQ(propagator.statistics().instances.at(1).missed, 0U);
   for (int i = 4; i <= 5; ++i) EXPECT_EQ(give(i, {other})->instances.size(), 2U);
   EXPECT_EQ(give(6, {other})->instances.size(), 1U);
   EXPECT_EQ(propagator.statistics().given_up, 1U);
-  EXPECT_EQ(give(7, {other, object})->instances.at(1).track_id, 2) << "a new one";
+  EXPECT_EQ(give(7, {other, object})->instances.at(1).track_id, 2) << "it is a new track";
 }
 
 TEST(MaskPropagator, BridgesNothingOnRequest) {
@@ -464,7 +461,7 @@ TEST(MaskPropagator, TrackIdsSurviveCrossingObjects) {
   for (int i = 0; i <= 27; ++i) {
     const cv::Point right(8 * i, 0), left(-8 * i, 0);
     const FrameView frame = frame_of(image_with({{two, left}, {one, right}}), i);
-    // In a changing order.
+    // The order of the instances changes.
     const bool turned = i % 2 == 1;
     if (i % 3 == 0) {
       newest = turned ? result_of(frame, {two.instance(left), one.instance(right)})
@@ -524,7 +521,7 @@ TEST(MaskPropagator, KeepsTrackIdsOfTheSegmenter) {
   Instance object = ring({80, 120}, 40), other = ring({230, 120}, 40);
   object.track_id = 7;
   propagator.propagate(frame_of(image, 0), result_of(frame_of(image, 0), {object}));
-  // Now where another would be taken for it by the box.
+  // Moves it to where, by the box, another object would match it.
   object.mask_origin.x += 150;
   object.box.x += 150;
   other.mask_origin.x -= 150;
@@ -541,8 +538,7 @@ TEST(MaskPropagator, KeepsTrackIdsOfTheSegmenter) {
   EXPECT_EQ(next->instances.at(0).track_id, std::numeric_limits<int>::max());
 }
 
-// --- Beginning anew
-// -------------------------------------------------------------------------------
+// --- Restart -------------------------------------------------------------------------------------
 
 TEST(MaskPropagator, ResetRestoresTheInitialState) {
   const Pan pan({4, 0});
@@ -562,14 +558,15 @@ TEST(MaskPropagator, TimeGoingBackRestartsAndIsReported) {
   MaskPropagator propagator;
   const Segmentation result = result_of(frame_of(image, 4), {ring({100, 120}, 40)});
   EXPECT_TRUE(propagator.propagate(frame_of(image, 4), result));
-  EXPECT_FALSE(propagator.propagate(frame_of(image, 4), std::nullopt)) << "the same time";
+  EXPECT_FALSE(propagator.propagate(frame_of(image, 4), std::nullopt))
+      << "the time has not advanced";
   EXPECT_TRUE(propagator.statistics().restarted);
   EXPECT_FALSE(propagator.propagate(frame_of(image, 2), std::nullopt));
   EXPECT_TRUE(propagator.statistics().restarted);
   const auto moved = propagator.propagate(frame_of(image, 3),
                                           result_of(frame_of(image, 3), {ring({100, 120}, 40)}));
   EXPECT_FALSE(propagator.statistics().restarted);
-  EXPECT_EQ(moved->instances.at(0).track_id, 1) << "ids are not given twice";
+  EXPECT_EQ(moved->instances.at(0).track_id, 1) << "ids are never reused";
 }
 
 TEST(MaskPropagator, AnotherImageSizeRestarts) {
@@ -584,8 +581,7 @@ TEST(MaskPropagator, AnotherImageSizeRestarts) {
   EXPECT_EQ(moved->image_size, size * 2);
 }
 
-// --- Odd input
-// ------------------------------------------------------------------------------------
+// --- Odd input -----------------------------------------------------------------------------------
 
 TEST(MaskPropagator, AcceptsImagesOfAnySizeAndColour) {
   for (const cv::Size small : {cv::Size(1, 1), {2, 40}, {40, 2}, {17, 18}, {33, 31}, {2000, 20}}) {
@@ -705,8 +701,7 @@ TEST(MaskPropagator, RefusesBadInputWithoutChange) {
   EXPECT_EQ(propagator.statistics().instances.at(0).by_flow, 3U);
 }
 
-// --- Whose data it is
-// -----------------------------------------------------------------------------
+// --- Ownership of data ---------------------------------------------------------------------------
 
 TEST(MaskPropagator, SharesNoPixelsWithTheCaller) {
   const Pan pan({4, 2});

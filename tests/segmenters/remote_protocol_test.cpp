@@ -77,10 +77,9 @@ Segmentation random_segmentation(testing::ByteSource& random) {
   return segmentation;
 }
 
-// --- What we send
-// ---------------------------------------------------------------------------------
+// --- What we send --------------------------------------------------------------------------------
 
-// The bytes of the tables in examples/remote_masks/README.md.
+// Compares with the bytes of the tables in examples/remote_masks/README.md.
 TEST(RemoteProtocol, FrameMatchesTheDocumentedBytes) {
   FrameView frame;
   frame.id = 0x0102030405060708;
@@ -109,7 +108,7 @@ TEST(RemoteProtocol, FrameMatchesTheDocumentedBytes) {
   EXPECT_EQ(encode_frame_head(9, frame, false), without);
 
   frame.depth = cv::Mat(2, 3, CV_32FC1);
-  frame.metres_per_unit = 0;  // is in metres
+  frame.metres_per_unit = 0;  // the depth is in metres
   Bytes metres = with_depth;
   metres[8] = 70;  // 40 + 6 + 24
   metres[48] = 1;
@@ -128,15 +127,14 @@ TEST(RemoteProtocol, RefusesImagesThatCannotBeSent) {
   expect_refused(cv::Mat(2, 2, CV_16UC1), "an image of 2x2 and type CV_16UC1");
   expect_refused(cv::Mat(1, 16385, CV_8UC1), "an image of 16385x1");
   expect_refused(cv::Mat(16385, 1, CV_8UC1), "an image of 1x16385");
-  // Only the size is looked at, no pixel.
+  // The size alone is refused: no pixel is read.
   std::uint8_t pixel = 0;
   expect_refused(cv::Mat(8192, 4097, CV_8UC1, &pixel), "an image of 4097x8192");
   detail::remote::require_sendable(cv::Mat(8192, 4096, CV_8UC1, &pixel), "Test");
   detail::remote::require_sendable(cv::Mat(1, 16384, CV_8UC3), "Test");
 }
 
-// --- What we receive
-// ------------------------------------------------------------------------------
+// --- What we receive -----------------------------------------------------------------------------
 
 TEST(RemoteProtocol, ReplyMatchesTheDocumentedBytes) {
   const Bytes payload = {
@@ -169,7 +167,7 @@ TEST(RemoteProtocol, ReplyMatchesTheDocumentedBytes) {
     EXPECT_EQ(a.track_id, b.track_id);
   }
   EXPECT_EQ(cv::norm(got.instances[0].mask, want.instances[0].mask, cv::NORM_INF), 0);
-  // The tests' own half of the protocol.
+  // Compares with the tests' own half of the protocol.
   EXPECT_EQ(testing::instances_payload(want), payload);
 }
 
@@ -253,7 +251,7 @@ TEST(RemoteProtocol, ReadsHeaders) {
   EXPECT_EQ(reply.payload_bytes, 5U);
   EXPECT_EQ(reply.request, 0x0102030405060708U);
   EXPECT_EQ(header_of(testing::error_reply(3, "text")).type, MessageType::error);
-  // Of another version, an error is understood all the same.
+  // An error of another protocol version is still understood.
   Bytes later = testing::error_reply(3, "text");
   later[4] = 2;
   EXPECT_EQ(header_of(later).request, 3U);
@@ -289,8 +287,7 @@ TEST(RemoteProtocol, ErrorsAreOneLine) {
   EXPECT_EQ(detail::remote::decode_error(Bytes(text.begin(), text.end())), "a b c [31m  \xc3\xa9");
 }
 
-// --- Anything at all
-// ------------------------------------------------------------------------------
+// --- Arbitrary bytes -----------------------------------------------------------------------------
 
 void mutate(Bytes& bytes, testing::ByteSource& random) {
   for (int changes = random.between(1, 3); changes > 0 && !bytes.empty(); --changes) {

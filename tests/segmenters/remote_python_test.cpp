@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// RemoteSegmenter with the Python side in examples/remote_masks, and that side's own tests.
+// RemoteSegmenter with the Python peer in examples/remote_masks, and the peer's own tests.
 
 #include "dynfilter/segmenters/remote_segmenter.hpp"
 
@@ -34,7 +34,7 @@ using testing::expect_error;
 const std::string python = DYNFILTER_PYTHON;
 const std::string sources = DYNFILTER_SOURCE_DIR;
 
-/// A script of Python that runs as long as this lives.
+/// Python script that runs while this object lives.
 class Script {
  public:
   Script(const std::string& file, const fs::path& socket) : id_(fork()) {
@@ -61,10 +61,10 @@ class Script {
 class RemotePython : public ::testing::Test {
  protected:
   void SetUp() override {
-    if (python.empty()) GTEST_SKIP() << "no python3 with NumPy was found by CMake";
+    if (python.empty()) GTEST_SKIP() << "CMake found no python3 with NumPy";
   }
 
-  /// Python takes a while until it listens.
+  /// Options that wait until Python listens.
   static RemoteSegmenterOptions patient() {
     RemoteSegmenterOptions options;
     options.timeout_s = 60;
@@ -87,7 +87,7 @@ class RemotePython : public ::testing::Test {
 const std::string threshold = "/examples/remote_masks/threshold.py";
 const std::string peer = "/tests/segmenters/remote_python_peer.py";
 
-/// The example's rule: brighter than 128 on average over the channels.
+/// Tells whether a pixel is brighter than 128, on average over the channels: the example's rule.
 bool is_bright(const cv::Mat& image, int y, int x) {
   const std::uint8_t* pixel = image.ptr(y, x);
   int sum = 0;
@@ -141,7 +141,7 @@ TEST_F(RemotePython, SendsDepthAndReturnsTracks) {
     for (int y = 0; y < 20; ++y) {
       for (int x = 0; x < 30; ++x) {
         const int value = units.at<std::uint16_t>(y, x);
-        if (value == 10000) continue;  // just 2 m, give or take a rounding
+        if (value == 10000) continue;  // exactly 2 m: rounding decides
         ASSERT_EQ(instance.covers({x, y}), value > 0 && value < 10000) << x << "," << y;
       }
     }
@@ -162,7 +162,7 @@ TEST_F(RemotePython, ErrorsOfTheNetworkReachTheHost) {
   EXPECT_EQ(people.segment(frame_of(9)).instances.at(0).class_id, 9);
 }
 
-// Start order both ways, a socket's file that the dead have left, death in the middle of a call.
+// Covers both start orders, the socket file of a dead process, and death in the middle of a call.
 TEST_F(RemotePython, SurvivesBeingKilledAtRandomPoints) {
   std::mt19937 random(47);
   RemoteSegmenter people(path, patient());

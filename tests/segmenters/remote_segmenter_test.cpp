@@ -43,7 +43,7 @@ namespace {
 std::atomic<std::size_t> largest_allocation{0};
 }
 
-// All allocations of the program, to see what a reply that is announced alone gets.
+// Records the program's allocations, to see how much memory an announced reply gets.
 [[gnu::noinline]] void* operator new(std::size_t size) {
   std::size_t largest = largest_allocation.load();
   while (size > largest && !largest_allocation.compare_exchange_weak(largest, size)) {
@@ -65,8 +65,8 @@ using testing::ReceivedFrame;
 using testing::RemotePeer;
 using testing::TemporaryFolder;
 
-// No test measures time. Calls that are to succeed have this long; a call that would overrun its
-// own time for good runs into the time limit of the test (CMakeLists.txt).
+// No test measures time. Calls that must succeed have this long; a call that never returns runs
+// into the test's time limit (CMakeLists.txt).
 RemoteSegmenterOptions patient() {
   RemoteSegmenterOptions options;
   options.timeout_s = 60;
@@ -79,7 +79,7 @@ RemoteSegmenterOptions impatient() {
   return options;
 }
 
-/// An image that tells frames apart whatever their ids.
+/// Frame whose image identifies it, whatever its id.
 FrameView frame_of(std::uint64_t id, int content, cv::Size size = {8, 6}) {
   FrameView frame;
   frame.id = id;
@@ -91,7 +91,7 @@ FrameView frame_of(std::uint64_t id, int content, cv::Size size = {8, 6}) {
 
 FrameView frame_of(std::uint64_t id) { return frame_of(id, static_cast<int>(id)); }
 
-/// What the other side finds in an image: one instance that knows the image's content.
+/// Instances that the peer finds in an image: one, which holds the image's content.
 Segmentation masks_of(std::uint64_t id, double timestamp_s, const cv::Mat& image) {
   Segmentation found{id, timestamp_s, image.size(), {}};
   Instance instance = Instance::from_box({-1, 2, 3, 4}, 0, 0.5F);
@@ -129,8 +129,7 @@ class RemoteSegmenterTest : public ::testing::Test {
   fs::path path = folder / "masks.sock";
 };
 
-// --- Frames go out, instances come back
-// -----------------------------------------------------------
+// --- Frames go out, instances come back ----------------------------------------------------------
 
 TEST_F(RemoteSegmenterTest, SendsTheFrameAndReturnsTheInstances) {
   ReceivedFrame got;
@@ -218,8 +217,7 @@ TEST_F(RemoteSegmenterTest, RefusesMisuse) {
   expect_error<std::invalid_argument>([&] { people.segment(frame); }, "a frame without an image");
 }
 
-// --- Starting, dying, coming back
-// -----------------------------------------------------------------
+// --- Start, death and return of the peer ---------------------------------------------------------
 
 TEST_F(RemoteSegmenterTest, ReportsAMissingListenerAndRetries) {
   RemoteSegmenter people(path, patient());
@@ -250,7 +248,7 @@ TEST_F(RemoteSegmenterTest, SurvivesARestartOfThePeer) {
   RemoteSegmenter people(path, patient());
   for (std::uint64_t id = 1; id < 30; ++id) {
     const RemotePeer peer(path, answer);
-    // No frame is lost to a connection that was closed between two calls.
+    // A connection closed between two calls loses no frame.
     expect_answered(people, frame_of(id));
     expect_answered(people, frame_of(id));
   }
@@ -282,8 +280,7 @@ TEST_F(RemoteSegmenterTest, CanBeDestroyedDuringAnExchange) {
   expect_answered(people, frame_of(2));
 }
 
-// --- Late
-// -----------------------------------------------------------------------------------------
+// --- Late replies --------------------------------------------------------------------------------
 
 TEST_F(RemoteSegmenterTest, DiscardsALateReply) {
   std::promise<void> go;
@@ -296,12 +293,12 @@ TEST_F(RemoteSegmenterTest, DiscardsALateReply) {
   RemoteSegmenterOptions options;
   options.timeout_s = 0.1;
   RemoteSegmenter people(path, options);
-  // The same id twice, as of a host that tries again: contents tell the two apart.
+  // Two frames have the same id, as when a host retries: their contents differ.
   expect_fails(people, frame_of(5, 100), "no masks of frame 5 within 0.1 s: time is up");
   expect_fails(people, frame_of(6, 200),
                "no masks of frame 6 within 0.1 s: the other side is still busy with frame 5");
   go.set_value();
-  // As many tries as a slow machine needs: each is answered rightly or not at all.
+  // A slow machine may need many tries: each gets the right answer or none.
   for (bool is_answered = false; !is_answered;) {
     try {
       EXPECT_EQ(people.segment(frame_of(5, 300)).instances.at(0).class_id, 300);
@@ -310,7 +307,7 @@ TEST_F(RemoteSegmenterTest, DiscardsALateReply) {
     }
   }
   EXPECT_EQ(seen.at(0), 5);
-  EXPECT_EQ(seen.at(1), 5);  // it was never bothered with frame 6
+  EXPECT_EQ(seen.at(1), 5);  // it never received frame 6
 }
 
 TEST_F(RemoteSegmenterTest, FinishesReadingAHalfReceivedLateReply) {
@@ -343,7 +340,7 @@ TEST_F(RemoteSegmenterTest, FinishesReadingAHalfReceivedLateReply) {
 TEST_F(RemoteSegmenterTest, ReconnectsAfterALostReply) {
   std::atomic<int> frames{0};
   const RemotePeer peer(path, [&](const PeerSocket& socket, const ReceivedFrame& frame) {
-    return ++frames == 1 || answer(socket, frame);  // the first gets no answer, ever
+    return ++frames == 1 || answer(socket, frame);  // the first frame gets no answer
   });
   RemoteSegmenterOptions options;
   options.timeout_s = 0.1;
@@ -362,7 +359,7 @@ TEST_F(RemoteSegmenterTest, ReconnectsAfterALostReply) {
 TEST_F(RemoteSegmenterTest, TimesOutIfNobodyAccepts) {
   const PeerSocket listener = PeerSocket::listening(path, 0);
   RemoteSegmenter first(path, impatient());
-  // In the queue, and then: no longer even that.
+  // First the connection waits in the queue; then the queue is full.
   expect_fails(first, frame_of(1), "no masks of frame 1 within 0.05 s: time is up");
   RemoteSegmenter second(path, impatient());
   expect_fails(second, frame_of(1),
@@ -377,7 +374,7 @@ TEST_F(RemoteSegmenterTest, TimesOutIfTheImageIsNotRead) {
   const cv::Size large(2000, 2000);
   expect_fails(people, frame_of(1, 1, large),
                "no masks of frame 1 within 0.2 s: the other side does not take the image");
-  // What is sent after half a frame must not be taken for its other half.
+  // Bytes sent after half a frame must not be taken for its other half.
   std::atomic<bool> is_answered{false};
   std::thread other([&] {
     while (!is_answered) {
@@ -395,7 +392,7 @@ TEST_F(RemoteSegmenterTest, TimesOutIfTheImageIsNotRead) {
     } catch (const std::runtime_error&) {
     }
   }
-  people = RemoteSegmenter(path);  // hangs up
+  people = RemoteSegmenter(path);  // closes the connection
   other.join();
 }
 
@@ -413,8 +410,7 @@ TEST_F(RemoteSegmenterTest, TimesOutOnASlowReply) {
   is_over = true;
 }
 
-// --- Wrong
-// ----------------------------------------------------------------------------------------
+// --- Wrong replies -------------------------------------------------------------------------------
 
 TEST_F(RemoteSegmenterTest, RefusesMalformedRepliesAndReconnects) {
   const auto malformed = [](auto change) {
@@ -458,7 +454,7 @@ TEST_F(RemoteSegmenterTest, RefusesMalformedRepliesAndReconnects) {
     RemoteSegmenter people(path, patient());
     try {
       people.segment(frame_of(1));
-      ADD_FAILURE() << "nothing was thrown";
+      ADD_FAILURE() << "no exception was thrown";
     } catch (const std::runtime_error& error) {
       const std::string text = error.what();
       EXPECT_EQ(text.find(path.string() + ": "), 0U) << text;
@@ -526,10 +522,9 @@ TEST_F(RemoteSegmenterTest, SurvivesADisconnectAtEveryByteOfAReply) {
   expect_answered(people, frame);
 }
 
-// --- Who may talk
-// ---------------------------------------------------------------------------------
+// --- Permissions ---------------------------------------------------------------------------------
 
-/// Runs `child` in another process, and ends it when destroyed.
+/// Runs `child` in another process, and kills it when destroyed.
 class Process {
  public:
   template <class Child>
@@ -570,16 +565,15 @@ TEST_F(RemoteSegmenterTest, RefusesAListenerOfAnotherUser) {
   expect_fails(people, frame_of(1), "the listening process belongs to user 65534; want user 0");
 }
 
-// --- Killed at random points
-// ----------------------------------------------------------------------
+// --- Killed at random points ---------------------------------------------------------------------
 
-/// Counts of what came back, and that nothing wrong did.
+/// Counts of answered and failed calls.
 struct Outcome {
   int answered = 0;
   int failed = 0;
 };
 
-/// Frame ids come thrice each; contents are `content`'s alone.
+/// Sends a frame and checks the reply. Each frame id occurs three times; each content once.
 void call(RemoteSegmenter& people, int content, const fs::path& path, Outcome& outcome) {
   const FrameView frame = frame_of(static_cast<std::uint64_t>(content / 3), content);
   try {
@@ -592,7 +586,7 @@ void call(RemoteSegmenter& people, int content, const fs::path& path, Outcome& o
   }
 }
 
-/// A process that serves and, at a random time, is killed by a signal.
+/// Starts a process that serves until a signal kills it at a random time.
 pid_t start_doomed(const fs::path& path, long life_us) {
   const pid_t id = fork();
   if (id != 0) return id;
@@ -618,7 +612,7 @@ TEST_F(RemoteSegmenterTest, SurvivesAProcessThatIsKilledAtRandomPoints) {
   expect_answered(people, frame_of(1));
 }
 
-/// The other side with every fault that it can have, chosen at random, until it is told to be good.
+/// Peer that commits every possible fault, at random, until be_good().
 class FaultyPeer {
  public:
   enum Fault : std::size_t {
@@ -644,7 +638,7 @@ class FaultyPeer {
   }
 
   void be_good() { is_good_ = true; }
-  /// How often each fault was there. After be_good() and a right answer.
+  /// Number of times that each fault occurred. Call after be_good() and a right answer.
   const std::array<int, count>& faults() const { return faults_; }
 
  private:
@@ -663,7 +657,7 @@ class FaultyPeer {
   Fault choose() {
     if (is_good_ || below(10) < 4) return none;
     const auto fault = static_cast<Fault>(below(count));
-    return fault == late && below(4) != 0 ? none : fault;  // late ones cost time
+    return fault == late && below(4) != 0 ? none : fault;  // late replies cost time
   }
 
   bool answer_one(const PeerSocket& socket) {
@@ -678,7 +672,7 @@ class FaultyPeer {
     ++faults_[fault];
     if (fault == late) std::this_thread::sleep_for(std::chrono::milliseconds(below(80)));
     if (fault == gone) {
-      listener_ = PeerSocket(-1);  // nobody listens, for a while
+      listener_ = PeerSocket(-1);  // stops listening for a while
       std::this_thread::sleep_for(std::chrono::microseconds(below(500)));
       listener_ = PeerSocket::listening(path_);
     }
@@ -700,7 +694,7 @@ class FaultyPeer {
         return testing::reply(frame.request - 1, found);
       case garbage:
         for (int i = 1 + below(9); i > 0; --i) {
-          // Class, mask and the like are not to be told from right ones: heads only.
+          // Damages heads only: a wrong class or mask cannot be told from a right one.
           right[static_cast<std::size_t>(below(2)) * 20 + static_cast<std::size_t>(below(4))] =
               static_cast<std::uint8_t>(128 + below(128));
         }
@@ -738,7 +732,7 @@ TEST_F(RemoteSegmenterTest, NeverReturnsTheWrongMasksInTenThousandCycles) {
     RemoteSegmenter people(path, options);
     Outcome outcome;
     for (int cycle = 1; cycle <= 10000; ++cycle) call(people, cycle, path, outcome);
-    // Nearly half of them, unless the machine is so slow that time is up at every turn.
+    // Nearly half the calls succeed, unless the machine is so slow that most time out.
     EXPECT_GT(outcome.answered, 500);
     EXPECT_GT(outcome.failed, 500);
     peer.be_good();
@@ -749,8 +743,7 @@ TEST_F(RemoteSegmenterTest, NeverReturnsTheWrongMasksInTenThousandCycles) {
   EXPECT_EQ(open_files(), files);
 }
 
-// --- Signals
-// --------------------------------------------------------------------------------------
+// --- Signals -------------------------------------------------------------------------------------
 
 std::atomic<int> alarms{0};
 
@@ -758,7 +751,7 @@ TEST_F(RemoteSegmenterTest, SignalsDoNotInterruptACall) {
   sigset_t alarm_only;
   sigemptyset(&alarm_only);
   sigaddset(&alarm_only, SIGALRM);
-  pthread_sigmask(SIG_BLOCK, &alarm_only, nullptr);  // in the other side's thread
+  pthread_sigmask(SIG_BLOCK, &alarm_only, nullptr);  // inherited by the peer's thread
   const RemotePeer peer(path, [](const PeerSocket& socket, const ReceivedFrame& frame) {
     const int before = alarms;
     while (alarms < before + 2) std::this_thread::yield();

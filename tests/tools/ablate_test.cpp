@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// `dynfilter ablate`: rules compared in one process, or as jobs that run anywhere.
+// `dynfilter ablate`: comparing rules in one process, or as jobs that run anywhere.
 
 #include <gtest/gtest.h>
 
@@ -26,10 +26,10 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
-/// The exit code of a shell command.
+/// Exit code of a shell command.
 int shell(const std::string& command) { return std::system(("(" + command + ") 2>&1").c_str()); }
 
-/// Two levels and two seeds under three rules, run once in one process.
+/// Sweep of two levels and two seeds under three rules, run once in one process.
 class Ablate : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -50,13 +50,13 @@ class Ablate : public ::testing::Test {
   static const std::string& printed() { return outcome_->printed; }
   static fs::path out(const char* name) { return folder_->path() / name; }
 
-  /// A copy of the results that a test may spoil.
+  /// Copy of the results, for a test to modify.
   static fs::path copy(const char* name) {
     fs::copy(out("one process"), out(name), fs::copy_options::recursive);
     return out(name);
   }
 
-  /// The jobs of the sweep with their results in that folder.
+  /// Jobs of the sweep with their results in that folder.
   static std::vector<std::string> jobs(const char* name) {
     return lines_of(run("ablate" + sweep() + " --list --out " + quoted(out(name))).printed);
   }
@@ -125,7 +125,7 @@ TEST_F(Ablate, ListsOneJobForEachSceneAndRule) {
     EXPECT_NE(line.find(" run --level "), std::string::npos) << line;
     EXPECT_NE(line.find("--rule "), std::string::npos) << line;
   }
-  EXPECT_FALSE(fs::exists(out("listed"))) << "it runs nothing";
+  EXPECT_FALSE(fs::exists(out("listed"))) << "--list runs nothing";
 }
 
 TEST_F(Ablate, TablesDoNotDependOnJobOrderOrRepetition) {
@@ -183,7 +183,7 @@ TEST_F(Ablate, RefusesToMixDifferentResults) {
   EXPECT_TRUE(figures.mentions("medium_1 under rule mask")) << figures.printed;
 }
 
-/// A result with figures of its own choice.
+/// Writes a result with the given figures.
 void write_result(const fs::path& folder, int scene, const std::string& rule, double ate_rmse_m) {
   const nlohmann::json summary = {{"group", "made"},
                                   {"scene", "made_" + std::to_string(scene)},
@@ -209,8 +209,8 @@ TEST_F(Ablate, FiguresMatchHandComputedValues) {
   }
   const Outcome outcome = run("ablate --gather " + quoted(folder));
   ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
-  // Over the perfect mask's: 4, 6 and 6; 1, 1.5 and 6. A median of three resampled values is the
-  // least or the greatest of them in 7 of 27 cases each, so the interval reaches from end to end.
+  // Relative to the perfect mask: 4, 6 and 6; 1, 1.5 and 6. The median of three resampled values is
+  // the minimum or the maximum in 7 of 27 cases each, so the interval spans all three.
   for (const char* cells : {"0.6000 (0.4000..1.2000)", "6.00 [4.00..6.00]", "1.50 [1.00..6.00]",
                             "10.0 (0.0..20.0)", "0.6000  0.3000       50.0 %"}) {
     EXPECT_TRUE(outcome.mentions(cells)) << cells << '\n' << outcome.printed;

@@ -15,12 +15,12 @@ using std::chrono::milliseconds;
 
 constexpr double recorded_s = 1341846434.5;
 
-/// A pace, and a clock that goes on to each frame's due time, as a thread that sleeps does.
+/// Pace with a clock that advances to each frame's due time, as if the thread slept.
 struct FakeCamera {
   FramePace pace;
   FramePace::Clock::time_point now{};
 
-  /// Milliseconds that the frame of this time waits.
+  /// Milliseconds that the frame with this time waits.
   double wait_ms(double timestamp_s) {
     const auto due = pace.due(timestamp_s, now);
     const double wait = std::chrono::duration<double, std::milli>(due - now).count();
@@ -36,7 +36,7 @@ TEST(FramePace, FollowsTheTimestamps) {
   EXPECT_NEAR(camera.wait_ms(recorded_s + 0.06), 30, 1e-3);
   camera.now += milliseconds(20);  // work
   EXPECT_NEAR(camera.wait_ms(recorded_s + 0.09), 10, 1e-3);
-  EXPECT_NEAR(camera.wait_ms(recorded_s + 1.09), 1000, 1e-3) << "a second is no cut";
+  EXPECT_NEAR(camera.wait_ms(recorded_s + 1.09), 1000, 1e-3) << "a second does not count as a jump";
   EXPECT_EQ(camera.pace.cuts(), 0U);
 }
 
@@ -53,7 +53,8 @@ TEST(FramePace, DoesNotWaitForAJumpOfAnHour) {
   camera.wait_ms(recorded_s);
   camera.wait_ms(recorded_s + 0.03);
   EXPECT_EQ(camera.wait_ms(recorded_s + 3600), 0);
-  EXPECT_NEAR(camera.wait_ms(recorded_s + 3600.03), 30, 1e-3) << "the pace goes on after the cut";
+  EXPECT_NEAR(camera.wait_ms(recorded_s + 3600.03), 30, 1e-3)
+      << "the pace continues after the jump";
   EXPECT_EQ(camera.pace.cuts(), 1U);
 }
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Numbers on the command line that make no sense: each is refused before any work, by its name.
+// Invalid numbers on the command line: each is refused by name, before any work.
 
 #include <algorithm>
 #include <filesystem>
@@ -78,7 +78,7 @@ TEST(ProgramNumbers, OutOfRangeAreRefusedByName) {
       EXPECT_NE(outcome.exit_code, 0);
       EXPECT_TRUE(outcome.mentions(option.option));
       EXPECT_TRUE(outcome.mentions(option.range));
-      EXPECT_FALSE(fs::exists(out)) << "nothing is written";
+      EXPECT_FALSE(fs::exists(out)) << "no output may be written";
     }
   }
 }

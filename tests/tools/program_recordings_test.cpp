@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// The program on recordings with faults in their truth, their masks, their times and their files.
+// The program on recordings with faulty ground truth, masks, times and files.
 
 #include <sys/stat.h>
 
@@ -19,7 +19,7 @@
 namespace dynfilter::testing {
 namespace {
 
-/// A small recording on disk, made once, of which every test has a copy to spoil.
+/// Small recording on disk, made once; every test has its own copy to modify.
 class ProgramRecordings : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -41,14 +41,14 @@ class ProgramRecordings : public ::testing::Test {
     return "run " + quoted(scene()) + " --overlays 0 --out " + quoted(out());
   }
 
-  /// Neither `run` nor `ablate` begins with the recording.
+  /// Expects that `run` and `ablate` refuse the recording before the first frame.
   void expect_refused_at_once(const std::string& message) const {
     for (const std::string& command :
          {run_scene(), "ablate " + quoted(scene()) + " --rules mask --out " + quoted(out())}) {
       const Outcome outcome = run_at_most(60, command);
       EXPECT_EQ(outcome.exit_code, 1) << command;
       EXPECT_TRUE(outcome.mentions(message)) << outcome.printed << "\nwant: " << message;
-      EXPECT_FALSE(fs::exists(out())) << "the first frame was not begun";
+      EXPECT_FALSE(fs::exists(out())) << "it must fail before the first frame";
     }
   }
 
@@ -60,7 +60,7 @@ class ProgramRecordings : public ::testing::Test {
 
 TemporaryFolder* ProgramRecordings::made_ = nullptr;
 
-/// The rows of a trajectory file.
+/// Rows of a trajectory file.
 std::vector<std::string> rows_of(const fs::path& file) {
   std::vector<std::string> rows;
   std::ifstream stream(file);
@@ -160,7 +160,7 @@ TEST_F(ProgramRecordings, NamesAMissingMaskBeforeTheFirstFrame) {
   }
   fs::remove(scene() / "masks" / "1.033333.png");
   fs::remove(scene() / "masks" / "instances.csv");
-  EXPECT_EQ(run(run_scene() + " --every 2").exit_code, 0) << "it needs frames 0 and 2";
+  EXPECT_EQ(run(run_scene() + " --every 2").exit_code, 0) << "it needs only frames 0 and 2";
 }
 
 TEST_F(ProgramRecordings, RunReportsFlawedGroundTruthAndUsesIt) {
@@ -198,14 +198,15 @@ TEST_F(ProgramRecordings, RunExplainsMissingErrors) {
 
   folder_.write("scene/groundtruth.txt", "1 0 0 0 0 0 0 1\n1.033333 1e300 0 0 0 0 0 1\n");
   const Outcome huge = run(run_scene());
-  ASSERT_EQ(huge.exit_code, 0) << "a truth of no sense loses no results: " << huge.printed;
+  ASSERT_EQ(huge.exit_code, 0) << "nonsensical ground truth must not prevent results: "
+                               << huge.printed;
   EXPECT_TRUE(huge.mentions("no ATE: ")) << huge.printed;
 
   fs::remove(truth());
   EXPECT_TRUE(run(run_scene()).mentions("no errors: the true trajectory is unknown"));
 }
 
-/// The times of the last two frames are an hour later, in the lists and in the masks' names.
+/// Shifts the last two frames by an hour, in the lists and in the names of the masks.
 void jump_by_an_hour(const fs::path& scene, const TemporaryFolder& folder) {
   folder.write("scene/associations.txt",
                "1.000000 rgb/1.000000.png 1.000000 depth/1.000000.png\n"

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// No sub-command harms what it reads, or what somebody else wrote, wherever its output goes. Where
-// it would have to, it refuses before it has done anything.
+// No sub-command damages its input or files of others, wherever its output goes. If it would have
+// to, it refuses before it does anything.
 
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ namespace {
 enum class Verdict { refused, allowed };
 constexpr Verdict refused = Verdict::refused, allowed = Verdict::allowed;
 
-/// Folders that output may be sent to, relative to the test's folder:
+/// Folders for output, relative to the test's folder:
 ///   holder/scene       the sequence, with masks/ and masks_true/
 ///   to_scene …         symbolic links to it, to a folder in it and to the one that holds it
 class ProgramSafety : public ::testing::Test {
@@ -34,7 +34,7 @@ class ProgramSafety : public ::testing::Test {
     const Outcome synth =
         run("synth " + quoted(*made_ / "scene") + " --frames 4 --width 160 --height 120");
     ASSERT_EQ(synth.exit_code, 0) << synth.printed;
-    // As if it were recorded: nothing tells where it comes from.
+    // Looks like a recording: nothing shows its origin.
     fs::remove(*made_ / "scene/.dynfilter-synth.txt");
   }
   static void TearDownTestSuite() {
@@ -60,8 +60,8 @@ class ProgramSafety : public ::testing::Test {
     return " --remote " + quoted(folder_ / "socket") + " --remote-timeout 30";
   }
 
-  /// Runs it, and expects that all files that were there are as they were: with nothing beside them
-  /// where it was refused.
+  /// Runs the program and expects that all existing files are unchanged, and, if it refuses, that
+  /// it adds none.
   void expect(Verdict verdict, const std::string& arguments) {
     SCOPED_TRACE(arguments);
     const FileTree before = file_tree(folder_.path());
@@ -70,9 +70,10 @@ class ProgramSafety : public ::testing::Test {
     EXPECT_EQ(changed_names(before, after), "");
     EXPECT_EQ(outcome.exit_code, verdict == allowed ? 0 : 1) << outcome.printed;
     if (verdict != refused) return;
-    EXPECT_EQ(after.size(), before.size()) << "files were added";
+    EXPECT_EQ(after.size(), before.size()) << "it must add no files";
     EXPECT_TRUE(outcome.mentions("error: ")) << outcome.printed;
-    EXPECT_FALSE(outcome.mentions("extracted")) << "it did the work first: " << outcome.printed;
+    EXPECT_FALSE(outcome.mentions("extracted"))
+        << "it did work before it refused: " << outcome.printed;
   }
 
  private:
@@ -103,8 +104,8 @@ struct Row {
   Verdict run, ablate, masks, synth;
 };
 
-// `ablate --rules depth` writes into OUT/scene/depth, `masks` makes instances.csv and PNG files,
-// `synth` a whole sequence.
+// `ablate --rules depth` writes into OUT/scene/depth, `masks` writes instances.csv and PNG files,
+// `synth` writes a whole sequence.
 const Row rows[] = {
     // out                      run      ablate   masks    synth
     {"holder/scene", refused, allowed, refused, refused},
@@ -136,7 +137,7 @@ TEST_P(ProgramSafetyOfOut, RunKeepsItsInput) {
 TEST_P(ProgramSafetyOfOut, RunOnASequenceWithoutDepthKeepsItsInput) {
   for (const char* file : {"depth.txt", "associations.txt"}) fs::remove(scene() / file);
   const bool is_depth = std::string(GetParam().out).find("depth") != std::string::npos;
-  if (is_depth) GTEST_SKIP() << "the folder is not read from";
+  if (is_depth) GTEST_SKIP() << "the folder is not read without depth";
   expect(GetParam().run,
          "run " + quoted(scene()) + " --features 200 --out " + quoted(out(GetParam().out)));
 }
@@ -206,7 +207,7 @@ TEST_F(ProgramSafety, NeverReplacesResultsItReads) {
   ASSERT_EQ(run(masks + quoted(scene() / "new")).exit_code, 0);
   expect(refused, "run " + quoted(scene()) + " --masks " + quoted(scene() / "new") + " --out " +
                       quoted(scene() / "new"));
-  // A frame of the sequence is what an earlier call wrote elsewhere.
+  // A frame of the sequence becomes a link to the output of an earlier call.
   fs::remove(scene() / "rgb/1.000000.png");
   fs::create_symlink(scene() / "new/1.000000.png", scene() / "rgb/1.000000.png");
   expect(refused, masks + quoted(scene() / "new") + " --overwrite");
@@ -266,7 +267,7 @@ TEST_F(ProgramSafety, RefusesPathsWithLineBreaksInJobLists) {
 }
 
 TEST_F(ProgramSafety, ReportsAFullStandardOutput) {
-  if (!fs::exists("/dev/full")) GTEST_SKIP() << "there is no /dev/full";
+  if (!fs::exists("/dev/full")) GTEST_SKIP() << "/dev/full is missing";
   const std::string list = "ablate " + quoted(scene()) + " --list";
   const std::string command =
       "('" DYNFILTER_PROGRAM "' " + list + " >/dev/full) 2>" + quoted(out("errors"));

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// A sub-command that is killed, or that finds no room, leaves the earlier results or the new ones,
-// whole, or none that anybody takes for results.
+// A sub-command that is killed or runs out of disk space leaves the complete old results, the
+// complete new ones, or nothing that a reader accepts.
 
 #include <gtest/gtest.h>
 
@@ -30,14 +30,14 @@
 namespace dynfilter::testing {
 namespace {
 
-/// A sub-command that replaces results of its own by others.
+/// Sub-command that replaces its own results by others.
 struct Replacement {
   std::string name;
-  std::string earlier, later;                    ///< arguments without the folder
-  std::function<bool(const fs::path&)> is_read;  ///< whether a reader takes the folder
+  std::string earlier, later;                    ///< arguments except the folder
+  std::function<bool(const fs::path&)> is_read;  ///< whether a reader accepts the folder
 };
 
-/// Takes the times that a run took out of its summary.
+/// Removes run times from the summary.
 FileTree without_times(FileTree files) {
   const auto summary = files.find("summary.json");
   if (summary == files.end()) return files;
@@ -77,7 +77,7 @@ class ProgramStopped : public ::testing::Test {
   std::vector<Replacement> replacements() const {
     const std::string scene = quoted(folder_ / "scene");
     const std::string masks = "masks --overwrite --remote " + quoted(folder_ / "socket") + " ";
-    // The same sequence with a frame less has other masks.
+    // Without one frame the sequence has other masks.
     const fs::path shorter = folder_ / "shorter";
     fs::create_directories(shorter);
     for (const char* name : {"camera.yaml", "rgb", "depth"}) {
@@ -110,7 +110,7 @@ class ProgramStopped : public ::testing::Test {
   std::unique_ptr<RemotePeer> peer_;
 };
 
-/// Runs the program and kills it after a while, unless it ended before.
+/// Runs the program and kills it after some time, unless it ended before.
 void run_and_kill(const std::string& arguments, std::chrono::microseconds after) {
   const std::string command = "exec '" DYNFILTER_PROGRAM "' " + arguments + " >/dev/null 2>&1";
   const pid_t child = fork();
@@ -155,12 +155,13 @@ TEST_F(ProgramStopped, KilledAtAnyMomentLeavesOldOrNewResultsOrNone) {
       const FileTree& before = is_fresh ? FileTree() : earlier;
       EXPECT_TRUE(found == before || found == later || found.empty());
       EXPECT_EQ(command.is_read(out), !found.empty());
-      EXPECT_EQ(made(command.later, out), later) << "it can be done again";
+      EXPECT_EQ(made(command.later, out), later) << "a repeated call must succeed";
     }
   }
 }
 
-/// The end of a call that may have had too little room: all new, or an error that names a file.
+/// Expects the outcome of a call that may run out of space: all new files, or an error that names a
+/// file.
 void expect_whole(const Outcome& outcome, const fs::path& out, const FileTree& earlier,
                   const FileTree& later) {
   const FileTree found = without_times(visible_tree(out));
@@ -185,7 +186,7 @@ TEST_F(ProgramStopped, FileSizeLimitKeepsEarlierResults) {
       SCOPED_TRACE(blocks);
       const fs::path out = folder_ / (command.name + std::to_string(blocks));
       const FileTree earlier = made(command.earlier, out);
-      // Ignored, the signal leaves an error of write().
+      // If the signal is ignored, write() fails.
       const std::string shell = "trap '' XFSZ; ulimit -f " + std::to_string(blocks) + "; exec ";
       const Outcome outcome =
           run_in_shell(shell + "'" DYNFILTER_PROGRAM "' " + command.later + quoted(out));
@@ -196,7 +197,7 @@ TEST_F(ProgramStopped, FileSizeLimitKeepsEarlierResults) {
   EXPECT_GT(failures, 5) << "otherwise the test shows little";
 }
 
-/// A small file system of its own, where the system lets one mount it.
+/// Small file system, mounted if the system permits.
 class SmallDisk {
  public:
   SmallDisk(const fs::path& folder, int kilobytes) : folder_(folder) {
@@ -230,9 +231,9 @@ TEST_F(ProgramStopped, FullDiskKeepsEarlierResults) {
       SCOPED_TRACE(more_kilobytes);
       const SmallDisk disk(folder_ / "disk",
                            static_cast<int>(earlier_bytes / 1024) + 24 + more_kilobytes);
-      if (!disk.is_mounted()) GTEST_SKIP() << "a small file system needs the right to mount";
+      if (!disk.is_mounted()) GTEST_SKIP() << "mounting a small file system is not permitted";
       const fs::path out = folder_ / "disk/out";
-      // Made elsewhere: it would need more room than it takes.
+      // Made elsewhere, because making it needs more space than the result takes.
       made(command.earlier, folder_ / "copied");
       fs::copy(folder_ / "copied", out, fs::copy_options::recursive);
       const FileTree earlier = without_times(visible_tree(out));

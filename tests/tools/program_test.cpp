@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// The program dynfilter as a user meets it: run in a shell, read by what it prints and writes.
+// The program dynfilter from a user's view: run in a shell, judged by its output and files.
 
 #include <gtest/gtest.h>
 
@@ -32,7 +32,7 @@ std::string read_text(const fs::path& file) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-/// A small scene on disk, made once.
+/// Small scene on disk, made once.
 class Program : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
@@ -174,7 +174,8 @@ TEST_F(Program, NamesMissingFiles) {
   fs::remove(copy / "camera.yaml");
   outcome = run("run " + quoted(copy) + " --out " + quoted(out("unused")));
   EXPECT_NE(outcome.exit_code, 0);
-  EXPECT_TRUE(outcome.mentions("DepthMapFactor")) << "the file to write: " << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("DepthMapFactor"))
+      << "it should print the file to write: " << outcome.printed;
 
   outcome = run("run " + quoted(out("nowhere")));
   EXPECT_NE(outcome.exit_code, 0);
@@ -193,7 +194,7 @@ TEST_F(Program, RefusesInvalidOptions) {
 }
 
 TEST_F(Program, EvalPrintsOneFigureALineAndWritesJson) {
-  // The truth itself, 0.1 m further along x in every second pose.
+  // The true trajectory, shifted by 0.1 m along x in every second pose.
   std::ifstream truth(scene() / "groundtruth.txt");
   std::ofstream shifted(out("shifted.txt"));
   int row = 0;
@@ -215,13 +216,13 @@ TEST_F(Program, EvalPrintsOneFigureALineAndWritesJson) {
   const nlohmann::json errors = read_json(out("errors.json"));
   EXPECT_EQ(errors["pairs"], 6);
   EXPECT_GT(errors["ate_rmse_m"], 0.03);
-  EXPECT_LT(errors["ate_rmse_m"], 0.051);  // half the shift, and less by the alignment
+  EXPECT_LT(errors["ate_rmse_m"], 0.051);  // at most half the shift, after alignment
   EXPECT_NEAR(errors["rpe_translation_rmse_m"].get<double>(), 0.1, 1e-3);
   EXPECT_NEAR(errors["rpe_rotation_rmse_deg"].get<double>(), 0, 1e-4);
   EXPECT_NEAR(errors["ate_improvement_percent"].get<double>(), 0, 1e-9);
 
   EXPECT_TRUE(run("eval " + files).mentions("intervals"))
-      << "0.2 s are shorter than the interval of 1 s";
+      << "the sequence of 0.2 s is shorter than the interval of 1 s";
   EXPECT_TRUE(
       run("eval nowhere.txt " + quoted(scene() / "groundtruth.txt")).mentions("nowhere.txt"));
 }
@@ -235,7 +236,7 @@ TEST_F(Program, EverySkipsFramesAndTracking) {
       0);
   const auto rows = read_csv(out("third") / "frames.csv");
   const auto all = read_csv(out("all frames") / "frames.csv");
-  ASSERT_EQ(rows.size(), 3U) << "a header and frames 0 and 3";
+  ASSERT_EQ(rows.size(), 3U) << "want a header and frames 0 and 3";
   EXPECT_EQ(rows.at(1), all.at(1));
   EXPECT_EQ(rows.at(2), all.at(4));
   EXPECT_FALSE(fs::exists(out("third") / "trajectory.txt"));
@@ -266,7 +267,7 @@ TEST_F(Program, ReportsASlowThreadAndMaskMotion) {
 }
 
 #if defined(__linux__)
-/// The other process knows what is in the masks folder.
+/// Peer that answers with the masks of the folder.
 RemotePeer::Answer from_folder(MaskFolderSegmenter& masks) {
   return [&masks](const PeerSocket& socket, const ReceivedFrame& frame) {
     FrameView view;
@@ -288,7 +289,7 @@ TEST_F(Program, SavesAndUsesMasksOfAnotherProcess) {
             read_text(scene() / "masks" / "instances.csv"));
   EXPECT_EQ(
       run("masks " + quoted(scene()) + remote + " --out " + quoted(out("kept masks"))).exit_code, 1)
-      << "they are not replaced unasked";
+      << "masks are replaced only on request";
 
   const std::string common = "run " + quoted(scene()) + " --overlays 0 --out ";
   ASSERT_EQ(run(common + quoted(out("own"))).exit_code, 0);
@@ -311,7 +312,7 @@ TEST_F(Program, SynthRendersALevelWithStaleMasks) {
             0);
   ASSERT_EQ(run("synth " + quoted(out("old")) + " --level stale_3 --mask-age 2" + size).exit_code,
             0);
-  // Frame 0's instances come first; two frames later they still stand, under that frame's name.
+  // Frame 0's instances come first. Two frames later they still apply, under that frame's name.
   const auto fresh = read_csv(out("level") / "masks" / "instances.csv");
   const auto old = read_csv(out("old") / "masks" / "instances.csv");
   const auto of_frame = [](const auto& rows, const char* frame) {
@@ -346,7 +347,7 @@ TEST_F(Program, RunTracksTheCameraAndWritesItsTrajectory) {
       quoted(out("tracked") / "trajectory.txt") + " " + quoted(out("tracked") / "groundtruth.txt");
   ASSERT_EQ(run("eval " + files + " --frames 1 --json " + quoted(out("tracked.json"))).exit_code,
             0);
-  // The files hold less digits than the run had.
+  // The files hold fewer digits than the run had.
   EXPECT_NEAR(read_json(out("tracked.json"))["ate_rmse_m"].get<double>(),
               summary["ate_rmse_m"].get<double>(), 1e-6);
   EXPECT_LT(summary["ate_rmse_m"].get<double>(), 0.05);
@@ -375,7 +376,7 @@ TEST_F(ProgramOnRecordedData, FindsAndRemovesTheTwoPersons) {
   Outcome outcome;
   const nlohmann::json summary = summary_of("tum_fr3_walking_halfsphere_50", outcome);
   EXPECT_EQ(summary["frames"], 49);
-  // Persons cover a fifth of the image; every frame has a good share of its features on them.
+  // Persons cover a fifth of the image, and every frame has many features on them.
   EXPECT_GT(summary["masked"], 49 * 50);
   EXPECT_GT(summary["compensated"], 49);
   EXPECT_GT(summary["kept"], summary["features"].get<int>() / 2);
