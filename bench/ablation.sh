@@ -9,17 +9,17 @@ usage() {
 usage: bench/ablation.sh [--quick] [--every N] [--levels LIST] [--seeds LIST] [--rules LIST]
                          [--out DIR] [--readme] [--marks NAME] [-h] [SEQUENCE...]
 
-Builds the program and compares all rules on the levels of the rendered scene, and on the sequences
-that are given: features left and removed, rates, and the trajectory of the reference odometry.
-Prints the tables and writes DIR/report.html. About half a minute a scene on two cores, which is an
-hour in all; with --every 5, which leaves out the trajectories, ten minutes.
+Builds the program and compares all rules on the levels of the rendered scene, and on the given
+sequences: features left and removed, rates, and the trajectory of the reference odometry. Prints the
+tables and writes DIR/report.html. Takes about half a minute a scene on two cores, an hour in all; with
+--every 5, which omits the trajectories, ten minutes.
 Installs the packages that are missing (Debian, Ubuntu), or says which.
 
-  --quick        one seed and 60 frames a level, to see what it does
-  --every N      every n-th frame, and no odometry: features alone
+  --quick        one seed and 60 frames a level, as a trial
+  --every N      every n-th frame, features only, without odometry
   --levels LIST  default: cross,medium,hard,stale_3,stale_6,late_10hz,late_5hz,furniture,two_in_one
-  --seeds LIST   default 101-115: seeds by which nothing was tuned
-  --rules LIST   default: all that are not about late masks, for which there is late_masks.sh
+  --seeds LIST   default 101-115: seeds that tuned nothing
+  --rules LIST   default: all but the rules for late masks, which late_masks.sh compares
   --out DIR      default: out/ablation in the repository
   --readme       put the overviews into bench/README.md: those of the features with --every, else
                  those of the trajectories

@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <string>
 
-/// A whole number above 0 from the command line, or what stands for one that is not there.
+/// Whole number above 0 from the command line, or `otherwise` if there is none.
 inline int argument(int count, char** words, int index, int otherwise) {
   if (index >= count) return otherwise;
   const int value = std::atoi(words[index]);

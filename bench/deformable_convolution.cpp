@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Deformable convolution beside OpenCV's ordinary one, at the sizes that YOLACT++ has them in for
-// an image of 550x550. The arguments are channels, in and out, and the side of the feature map.
+// Times deformable convolution beside OpenCV's ordinary one, at YOLACT++'s sizes for an image of
+// 550x550. The arguments are input and output channels, and the side of the feature map.
 
 #include <random>
 #include <vector>
@@ -42,7 +42,7 @@ void deformable_convolution(benchmark::State& state) {
   deformable(state, static_cast<int>(state.range(0)));
 }
 
-/// With one output: next to nothing is left but the sampling.
+/// Times one output channel: almost only the sampling.
 void sampling(benchmark::State& state) { deformable(state, 1); }
 
 void ordinary_convolution(benchmark::State& state) {

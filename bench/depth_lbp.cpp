@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// D-LBP, dense and at points, by every instruction set that this processor has, beside what people
-// would use instead and beside memcpy of the depth image, which nothing that reads it can beat by
-// much. Each result is compared with the naive one before it is timed.
+// Times D-LBP, dense and at points, by every instruction set of this processor, beside alternatives
+// and beside memcpy of the depth image, which no reader of the image can beat by much. Compares
+// each result with the naive one before it is timed.
 //
-//   dense/<u16|f32>/<width>x<height>/<portable|sse2|avx2|avx512|best>  ours; best is what users get
-//   dense/<u16|f32>/<width>x<height>/<one_thread|two_threads>          the same, rows split
+//   dense/<u16|f32>/<width>x<height>/<portable|sse2|avx2|avx512|best>  ours; users get `best`
+//   dense/<u16|f32>/<width>x<height>/<one_thread|two_threads>          ours, rows split
 //   machine/<one_thread|two_threads>                                   arithmetic without memory
 //   dense/<u16|f32>/<width>x<height>/<memcpy|mat_at|mat_at_loop|cv_compare|bgr2gray|dlib>
 //   sparse/<u16|f32>/<points>/<codes|code|naive>/<warm|cold>           640x480
@@ -49,7 +49,7 @@ constexpr int mat_type = cv::DataType<Depth>::type;
 template <class Depth>
 constexpr const char* depth_name = std::is_same_v<Depth, float> ? "f32" : "u16";
 
-/// A slope with steps, quantisation and holes, as a depth camera gives it.
+/// Depth image like a depth camera's: a slope with steps, quantisation and holes.
 template <class Depth>
 cv::Mat depth_image(const cv::Size& size) {
   cv::Mat depth(size, mat_type<Depth>);
@@ -99,8 +99,8 @@ void dense_by(benchmark::State& state, const cv::Size& size, InstructionSet set)
   });
 }
 
-/// One more thread that waits for work without sleeping, so that what is measured is the split of
-/// the work and not the wake-up. On a busy machine each lets others go first after a while.
+/// Second thread that waits for work without sleeping, so that the benchmark measures the split
+/// work and not the wake-up. On a busy machine both threads yield after a while.
 class SpinningWorker {
  public:
   explicit SpinningWorker(std::function<void()> work) : work_(std::move(work)) {
@@ -116,7 +116,7 @@ class SpinningWorker {
     thread_.join();
   }
 
-  /// Does the work once, while the caller does another; returns when both are done.
+  /// Runs the worker's job once while the caller runs `work`; returns when both are done.
   template <class Work>
   void run_beside(const Work& work) {
     ++asked_;
@@ -158,7 +158,7 @@ void dense_two_threads(benchmark::State& state, const cv::Size& size) {
   for (auto _ : state) make_codes();
 }
 
-/// Keeps a core's multiplier busy, touching no memory.
+/// Keeps a core's multiplier busy without touching memory.
 void multiply(int steps) {
   std::uint64_t a = 1, b = 2, c = 3, d = 4;
   for (int i = 0; i < steps; ++i) {
@@ -173,8 +173,8 @@ void machine_one_thread(benchmark::State& state) {
   for (auto _ : state) multiply(multiply_steps);
 }
 
-/// What two threads can gain at most: less than twice where the machine's processors are two
-/// threads of one core, or where somebody else's machine has a part of them.
+/// Measures the maximum gain of two threads: less than twice if the processors are two threads of
+/// one core, or if other virtual machines share them.
 void machine_two_threads(benchmark::State& state) {
   const auto half = [] { multiply(multiply_steps / 2); };
   SpinningWorker worker(half);
@@ -216,8 +216,8 @@ std::vector<cv::Point2f> points_in(const cv::Size& size, std::size_t count) {
   return points;
 }
 
-/// Puts the image out of the caches, as the rest of a SLAM system does between two frames.
-void forget(const cv::Mat& image) {
+/// Evicts the image from the caches, as the rest of a SLAM system does between two frames.
+void evict(const cv::Mat& image) {
 #if defined(__x86_64__) && defined(__GNUC__)
   for (std::size_t i = 0; i < image.total() * image.elemSize(); i += 64) {
     __builtin_ia32_clflush(image.data + i);
@@ -230,8 +230,8 @@ void forget(const cv::Mat& image) {
 #endif
 }
 
-/// Times `make_codes(depth, points, codes)` if its codes are right, where the naive code 0 may
-/// stand for none.
+/// Times `make_codes(depth, points, codes)` if its codes are right; the naive code 0 may stand for
+/// "no code".
 template <class Depth, class Code, class MakeCodes>
 void time_sparse(benchmark::State& state, std::size_t count, bool is_cold,
                  const MakeCodes& make_codes) {
@@ -249,7 +249,7 @@ void time_sparse(benchmark::State& state, std::size_t count, bool is_cold,
   for (auto _ : state) {
     if (is_cold) {
       state.PauseTiming();
-      forget(depth);
+      evict(depth);
       state.ResumeTiming();
     }
     make_codes(depth, points, codes);
@@ -297,9 +297,9 @@ void sparse_naive(benchmark::State& state, std::size_t count, bool is_cold) {
 }
 
 #ifdef DYNFILTER_HAS_DLIB
-/// Whether pixels of the same D-LBP code have the same code of dlib's; it knows of no missing
-/// depth.
-bool says_the_same(const cv::Mat& depth, const cv::Mat& expected, const cv::Mat& codes) {
+/// Tells whether pixels with the same D-LBP code have the same dlib code. Skips pixels without
+/// depth, which dlib does not know.
+bool agrees_with_dlib(const cv::Mat& depth, const cv::Mat& expected, const cv::Mat& codes) {
   std::array<int, 256> code_of;
   code_of.fill(-1);
   for (int y = 1; y < depth.rows - 1; ++y) {
@@ -318,8 +318,8 @@ void dense_by_dlib(benchmark::State& state, const cv::Size& size) {
   const cv::Mat depth = depth_image<std::uint16_t>(size);
   peers::DlibLbp dlib(depth);
   dlib.make_codes();
-  if (!says_the_same(depth, expected_codes<std::uint16_t>(depth), dlib.codes())) {
-    state.SkipWithError("has other patterns than the naive codes");
+  if (!agrees_with_dlib(depth, expected_codes<std::uint16_t>(depth), dlib.codes())) {
+    state.SkipWithError("its patterns differ from the naive codes");
     return;
   }
   for (auto _ : state) {

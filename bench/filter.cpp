@@ -1,20 +1,20 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// The whole filter by each rule, beside the limits of the machine. What else people would use is in
-// filter_peers.cpp, in the same program. Names are for scripts:
+// Times the whole filter by each rule, beside the limits of the machine. filter_peers.cpp has the
+// alternatives, in the same program. Scripts read these names:
 //
-//   filter/<rule>/<size>/<features>/<instances>          labels alone, all in the caches
-//   filter_keep/<rule>/...                               and keep_static of keypoints, descriptors
-//   filter_cold/<rule>/...                               labels, nothing in the caches
-//   filter_two_cameras/<rule>/...                        two threads, each with a filter of its own
-//   limit/memcpy/...                                     keypoints and descriptors, once
-//   limit/restore/...                                    what filter_keep does besides
+//   filter/<rule>/<size>/<features>/<instances>          labels only, all in the caches
+//   filter_keep/<rule>/...                               labels, and keep_static of keypoints and
+//   descriptors filter_cold/<rule>/...                               labels, nothing in the caches
+//   filter_two_cameras/<rule>/...                        two threads, each with its own filter
+//   limit/memcpy/...                                     keypoints and descriptors, copied once
+//   limit/restore/...                                    the restoring part of filter_keep
 //   limit/touch/...  limit_cold/touch/...                depth and masks at all features
 //
-// keep_static changes its columns, so filter_keep puts them back first: that part of its time is
-// what limit/restore measures, and has to be taken off. It leaves the columns in the caches, as a
-// tracker does that has just computed them.
+// keep_static changes its columns, so filter_keep restores them first. Subtract that time, which
+// limit/restore measures. Restoring leaves the columns in the caches, like a tracker that has just
+// computed them.
 
 #include <benchmark/benchmark.h>
 
@@ -64,7 +64,7 @@ constexpr Rule paper = {"paper", CompensationRule::paper};
 constexpr Rule depth = {"depth", CompensationRule::depth};
 constexpr Rule mask = {"mask", CompensationRule::mask};
 
-/// Made when the first benchmark needs it; the benchmarks' threads share it.
+/// Input of a case, made on first use and shared by the benchmarks' threads.
 const FilterInputData& input_of(const Case& which) {
   static std::mutex mutex;
   static std::map<std::string, std::unique_ptr<FilterInputData>> made;
@@ -77,7 +77,7 @@ const FilterInputData& input_of(const Case& which) {
   return *input;
 }
 
-/// The filter with what a tracker keeps between frames.
+/// Filter with the data that a tracker keeps between frames.
 struct RunningFilter {
   RunningFilter(const Rule& rule, const Case& which)
       : input(input_of(which)), options(rule.options()), filter(options) {}
@@ -86,7 +86,7 @@ struct RunningFilter {
     filter.apply(input.frame, input.segmentation, input.keypoints, labels, workspace);
   }
 
-  /// Runs once, which also makes the memory, and refuses to go on if the labels are wrong.
+  /// Runs once, which also allocates memory, and stops the benchmark if the labels are wrong.
   bool check(benchmark::State& state) {
     apply();
     static std::mutex mutex;
@@ -113,7 +113,7 @@ struct RunningFilter {
   Workspace workspace;
 };
 
-/// Counts the allocations of what is timed, for each frame.
+/// Counts the allocations of the timed code, per frame.
 class AllocationsPerFrame {
  public:
   explicit AllocationsPerFrame(benchmark::State& state)
@@ -144,7 +144,7 @@ void label(benchmark::State& state, const Rule& rule, const Case& which) {
   running.report(state);
 }
 
-/// Keypoints and descriptors of a tracker's own, that are put back before each frame.
+/// Keypoints and descriptors of a tracker, restored before each frame.
 class Columns {
  public:
   explicit Columns(const FilterInputData& input)
@@ -206,8 +206,8 @@ void copy_columns(benchmark::State& state, const Case& which) {
   }
 }
 
-/// One byte of depth and one of each mask for every feature there, which whoever filters by them
-/// has to read.
+/// Addresses of the bytes that any such filter must read: for each feature one byte of depth and
+/// one of each mask there.
 std::vector<const std::uint8_t*> bytes_to_touch(const FilterInputData& input) {
   std::vector<const std::uint8_t*> bytes;
   for (const cv::KeyPoint& keypoint : input.keypoints) {
@@ -233,8 +233,8 @@ void touch(benchmark::State& state, const Case& which) {
   for (auto _ : state) benchmark::DoNotOptimize(touch_all(bytes));
 }
 
-/// Times each frame by itself, after something else has filled the caches: for frames that come
-/// from a camera's buffer.
+/// Times each frame alone, after other data has filled the caches: for frames that come from a
+/// camera's buffer.
 void time_cold(benchmark::State& state, const std::function<void()>& frame) {
   std::vector<std::uint8_t> other(64U << 20U, 1);
   for (auto _ : state) {
@@ -312,7 +312,7 @@ void register_all() {
 }  // namespace dynfilter::benchmarks
 
 int main(int argc, char** argv) {
-  // What is compared runs on one thread.
+  // All alternatives run on one thread.
   cv::setNumThreads(1);
   dynfilter::benchmarks::register_all();
   dynfilter::benchmarks::register_filter_peers();

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Whether the filter's labels are right, before anything is timed.
+// Checks of the filter's labels, made before anything is timed.
 
 #ifndef DYNFILTER_BENCH_FILTER_CHECK_HPP
 #define DYNFILTER_BENCH_FILTER_CHECK_HPP
@@ -15,9 +15,9 @@
 
 namespace dynfilter::benchmarks {
 
-/// What must hold whatever the rule: each feature is the mask's that MaskCuller::instance_at finds
-/// for it alone, and what was compensated has the depth and the place of an object. Empty if it is
-/// so, else what is not. O(features x instances).
+/// Checks what holds for every rule: each masked feature has the instance that
+/// MaskCuller::instance_at finds, and each compensated one has an object's depth and place. Returns
+/// the first fault, or nothing. O(features x instances).
 inline std::string check_labels(const FilterInputData& input, const FeatureLabels& labels) {
   const MaskCuller culler;
   std::size_t removed = 0;
@@ -42,7 +42,7 @@ inline std::string check_labels(const FilterInputData& input, const FeatureLabel
   return {};
 }
 
-/// The same, and on frames that are small enough, label for label what the rule's oracle says.
+/// Checks the same, and compares every label with the rule's oracle if the frame is small enough.
 inline std::string check_labels(const FilterInputData& input, const DynamicFilterOptions& options,
                                 const FeatureLabels& labels) {
   const double work =

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Frames of any size with any number of features and persons, for the benchmarks of the filter.
+// Frames of any size with any number of features and persons, for the filter's benchmarks.
 
 #ifndef DYNFILTER_BENCH_FILTER_INPUT_HPP
 #define DYNFILTER_BENCH_FILTER_INPUT_HPP
@@ -20,20 +20,20 @@
 
 namespace dynfilter::benchmarks {
 
-/// One frame with what a tracker has of it.
+/// One frame with a tracker's data of it.
 struct FilterInputData {
   FrameView frame;
   Segmentation segmentation;
   std::vector<cv::KeyPoint> keypoints;
-  cv::Mat descriptors;  // CV_8UC1, 32 bytes a feature, as ORB has them
+  cv::Mat descriptors;  // CV_8UC1, 32 bytes a feature, like ORB's
 };
 
-/// A person is an ellipse in this box; a crowd stands farther away.
+/// Box of a person, which is the ellipse in it; a crowd stands farther away.
 inline cv::Rect person_box(const cv::Size& image, int index, int persons, std::mt19937& random) {
   const double share = persons > 10 ? 0.7 : 1.0;
   const int width = static_cast<int>(image.width / 5 * share);
   const int height = static_cast<int>(image.height * 3 / 5 * share);
-  // The first three stand side by side, whoever comes then before or behind somebody.
+  // The first three persons stand side by side, others in front of or behind them.
   const int x = persons <= 3
                     ? (2 * index + 1) * image.width / 6 - width / 2
                     : static_cast<int>(random() % static_cast<unsigned>(image.width - width));
@@ -46,7 +46,7 @@ inline void paint_ellipse(cv::Mat& image, const cv::Rect& box, double share, dou
   cv::ellipse(image, (box.tl() + box.br()) / 2, half, 0, 0, 360, cv::Scalar(value), cv::FILLED);
 }
 
-/// A floor that rises to a wall; 5000 units a metre.
+/// Depth of a floor that rises to a wall, 5000 units a metre.
 inline cv::Mat background_depth(const cv::Size& image) {
   cv::Mat depth(image, CV_16UC1);
   for (int y = 0; y < image.height; ++y) {
@@ -58,7 +58,7 @@ inline cv::Mat background_depth(const cv::Size& image) {
   return depth;
 }
 
-/// Persons whose masks end within their silhouettes, as those of networks do.
+/// Adds persons whose masks end inside their silhouettes, like those of networks.
 inline void place_persons(FilterInputData& input, int persons, std::mt19937& random) {
   const cv::Size image = input.frame.depth.size();
   for (int k = 0; k < persons; ++k) {
@@ -73,7 +73,7 @@ inline void place_persons(FilterInputData& input, int persons, std::mt19937& ran
   }
 }
 
-/// A sensor's: noise everywhere, and holes.
+/// Adds a sensor's noise and holes.
 inline void spoil_depth(cv::Mat& depth, std::mt19937& random) {
   cv::Mat noise(depth.size(), CV_16SC1);
   cv::RNG(random()).fill(noise, cv::RNG::NORMAL, 0, 60);

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// What people would use in place of the filter. All of it is written from descriptions, with calls
-// to OpenCV; no code of the systems named is here.
+// Alternatives to the filter, written from their descriptions with calls to OpenCV. No code of the
+// named systems is here.
 
 #include "filter_peers.hpp"
 
@@ -32,7 +32,7 @@ const FilterInputData& usual_input() {
   return input;
 }
 
-/// The masks of all persons in one of the whole image: 0 = on a person, 1 = static.
+/// Mask of the whole image with all persons: 0 = on a person, 1 = static.
 cv::Mat static_mask_of(const FilterInputData& input) {
   cv::Mat mask(input.frame.depth.size(), CV_8UC1, cv::Scalar(1));
   for (const Instance& instance : input.segmentation.instances) {
@@ -42,9 +42,8 @@ cv::Mat static_mask_of(const FilterInputData& input) {
   return mask;
 }
 
-/// DynaSLAM (B. Bescos et al., RA-L 2018): what is static is eroded by an ellipse of 31x31, and the
-/// keypoints that remain are copied one by one with their descriptors. The ellipse is made
-/// beforehand.
+/// DynaSLAM (B. Bescos et al., RA-L 2018): erodes the static mask by an ellipse of 31x31 and copies
+/// the remaining keypoints one by one with their descriptors. The ellipse is made beforehand.
 void dilation(benchmark::State& state) {
   const FilterInputData& input = usual_input();
   const cv::Mat is_static = static_mask_of(input);
@@ -69,7 +68,7 @@ void dilation(benchmark::State& state) {
   if (!all_static) state.SkipWithError("a keypoint on a person, or none taken");
 }
 
-/// No margin and no depth, and descriptors are left as they are.
+/// Filters by the mask alone: no margin, no depth, and descriptors stay unchanged.
 void run_by_pixels_mask(benchmark::State& state) {
   const FilterInputData& input = usual_input();
   const cv::Mat is_static = static_mask_of(input);
@@ -84,8 +83,8 @@ void run_by_pixels_mask(benchmark::State& state) {
   }
 }
 
-/// The paper's rule as one writes it first: codes of the whole image by cv::Mat::at, a new vector
-/// for everything, full-frame masks, and what is kept pushed to the end of new arrays.
+/// Naive version of the paper's rule: codes of the whole image by cv::Mat::at, a new vector for
+/// everything, full-frame masks, and kept features appended to new arrays.
 class NaiveFilter {
  public:
   explicit NaiveFilter(const FilterInputData& input) : input_(input) {
@@ -170,8 +169,8 @@ void naive_filter(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(naive.filter(descriptors).data());
 }
 
-/// What masks are refined by where depth alone tells the object: from a seed on one person to all
-/// pixels that are joined to it by steps of less than 5 cm. Holes are not crossed.
+/// Region growing, which refines masks by depth alone: from a seed on one person to all pixels that
+/// steps of less than 5 cm connect to it. It does not cross holes.
 std::size_t grow_region(const cv::Mat& depth, cv::Point seed, cv::Mat& region,
                         std::vector<cv::Point>& queue) {
   constexpr int max_step = 250;  // units of 0.2 mm
@@ -207,14 +206,14 @@ void region_growing(benchmark::State& state) {
     grown = grow_region(input.frame.depth, seed, region, queue);
     benchmark::DoNotOptimize(region.data);
   }
-  // An ellipse reaches a pixel beyond the box in which it is painted.
+  // An ellipse may reach a pixel beyond its box.
   const cv::Mat in_box = region(person.box + cv::Size(2, 2) - cv::Point(1, 1));
   if (grown < 1000 || cv::countNonZero(in_box) != static_cast<int>(grown)) {
     state.SkipWithError("the region is no person");
   }
 }
 
-/// Two neighbouring frames of a rendered scene with three persons, for what needs texture.
+/// Two neighbouring frames of a rendered scene with three persons, for methods that need texture.
 struct Scene {
   Scene() {
     SyntheticSceneOptions options = scene_level("medium", 1);
@@ -236,8 +235,8 @@ struct Scene {
   std::vector<cv::KeyPoint> keypoints;
 };
 
-/// The moving consistency check of DS-SLAM (C. Yu et al., IROS 2018): corners, their optical flow
-/// to the next frame, and the fundamental matrix by which outliers are told.
+/// Moving consistency check of DS-SLAM (C. Yu et al., IROS 2018): corners, their optical flow to
+/// the next frame, and the fundamental matrix, which identifies outliers.
 void lk_fundamental(benchmark::State& state) {
   const Scene& scene = Scene::instance();
   std::size_t tracked = 0;
@@ -270,7 +269,7 @@ void orb_extraction(benchmark::State& state) {
   if (keypoints.size() < 900) state.SkipWithError("hardly a keypoint");
 }
 
-/// The filter on the very frame of which ORB extracts features: many of them are on persons.
+/// Filter on the frame whose ORB extraction is timed; many of its features are on persons.
 void filter_scene(benchmark::State& state, CompensationRule rule) {
   const Scene& scene = Scene::instance();
   DynamicFilterOptions options;

@@ -6,7 +6,7 @@
 
 namespace dynfilter::benchmarks {
 
-/// What people would use in place of the filter, and what a tracker pays in any case:
+/// Registers the alternatives to the filter, and ORB extraction, which a tracker pays anyway:
 ///
 ///   peer/dilation/...  peer/run_by_pixels_mask/...  peer/naive_filter/...  peer/region_growing/...
 ///   peer/lk_fundamental/scene  peer/orb_extraction/scene  filter/<rule>/scene

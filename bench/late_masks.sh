@@ -2,9 +2,9 @@
 # SPDX-FileCopyrightText: 2026 the dynfilter authors
 # SPDX-License-Identifier: MIT
 
-# Compares what to do about masks that come late: exact masks of a network that gives 10 and 5
-# results a second, for a camera of 30 frames a second. No frame waits, but for the rule
-# depth_waited. Takes the options of ablation.sh, whose --help tells them.
+# Compares ways to handle late masks: exact masks of a network that gives 10 and 5 results a second,
+# for a camera of 30 frames a second. Only the rule depth_waited lets frames wait. Takes the options
+# of ablation.sh, which its --help lists.
 
 set -euo pipefail
 

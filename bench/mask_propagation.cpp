@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Moving the masks of three persons into a frame of 640x480, and beside it plain Lucas-Kanade flow
-// of 1000 corners of the full image into the next, with OpenCV's defaults.
+// Times moving the masks of three persons into a frame of 640x480, beside plain Lucas-Kanade flow
+// of 1000 corners of the full image, with OpenCV's defaults.
 
 #include <algorithm>
 #include <cstddef>
@@ -34,8 +34,8 @@ const std::vector<dynfilter::SyntheticFrame>& frames() {
   return rendered;
 }
 
-/// Masks of every `every`th frame, that many frames late; 0 = no masks at all. One iteration is one
-/// frame.
+/// Propagates masks of every `every`th frame, that many frames late; 0 = no masks. One iteration is
+/// one frame.
 void propagate(benchmark::State& state) {
   cv::setNumThreads(1);
   frames();
@@ -44,7 +44,7 @@ void propagate(benchmark::State& state) {
   std::size_t i = 0;
   double points = 0, instances = 0, calls = 0;
   for (auto _ : state) {
-    // To and fro, so that the film has no cut.
+    // Plays the images forwards and backwards, so that there is no cut.
     const std::size_t phase = i % (2 * length - 2);
     const auto at = [&](std::size_t place) -> const dynfilter::SyntheticFrame& {
       return frames()[place < length ? place : 2 * length - 2 - place];
@@ -71,7 +71,7 @@ void propagate(benchmark::State& state) {
 }
 BENCHMARK(propagate)->ArgName("every")->Arg(0)->Arg(3)->Arg(6)->Unit(benchmark::kMillisecond);
 
-/// The frame in which a result arrives six frames late: what it costs besides.
+/// Times the frame in which a result arrives six frames late, which costs extra.
 void arrival(benchmark::State& state) {
   cv::setNumThreads(1);
   const bool has_result = state.range(0) != 0;

@@ -1,16 +1,16 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// How well moved masks lie on rendered persons, by lag and level.
+// Measures how well moved masks overlap rendered persons, by lag and level.
 //
 //   propagation_iou [FIRST_SEED [LAST_SEED [WINDOWS [--options]]]]    21 22 4 by default
 //
-// Of each scene so many stretches of frames are taken. Exact masks of a stretch's first frame are
-// moved through it; printed is the intersection over union of mask and true mask, 1, 3, 6 and 9
-// frames later, as a mean over persons: masks left where they were, moved, and moved when they
-// arrive 6 frames late. A person counts who has 2000 visible pixels in the first frame and 500 in
-// the later one. Next come boxes; the poor masks and boxes of a level, against those that the
-// detector finds in the later frame. With --options, what other values of the options would give.
+// Takes WINDOWS stretches of frames from each scene and moves the exact masks of a stretch's first
+// frame through it. Prints the intersection over union with the true masks 1, 3, 6 and 9 frames
+// later, as a mean over persons: for masks left in place, moved, and moved after arriving 6 frames
+// late. A person counts if it has 2000 visible pixels in the first frame and 500 in the later one.
+// Then prints the same for boxes, and for the poor masks and boxes of a level, against those that
+// the detector finds in the later frame. With --options, prints the effect of other option values.
 
 #include <algorithm>
 #include <cstdio>
@@ -33,7 +33,7 @@ using dynfilter::Segmentation;
 
 constexpr int lags[] = {1, 3, 6, 9};
 constexpr int late = 6;
-constexpr int before = 2;  // frames of a stretch before the masks'
+constexpr int before = 2;  // frames of a stretch before the one with masks
 
 struct Stretch {
   std::vector<dynfilter::SyntheticFrame> frames;
@@ -93,7 +93,7 @@ const Instance* find(const Segmentation& segmentation, int track_id) {
   return nullptr;
 }
 
-/// Which masks, and how two instances are compared.
+/// Kind of masks, and the measure that compares two instances.
 struct Question {
   Segmentation dynfilter::SyntheticFrame::*masks;
   double (*overlap)(const Instance&, const Instance&, const cv::Size&);
@@ -112,7 +112,7 @@ struct Mean {
 
 using Means = std::map<int, Mean>;  // by lag
 
-/// What comes of a stretch if its masks arrive so many frames late; negative: left where they are.
+/// Measures a stretch whose masks arrive `arrival` frames late; negative: they stay in place.
 void measure(const Stretch& stretch, const Question& question, int arrival,
              const dynfilter::MaskPropagatorOptions& options, Means& means) {
   const bool is_moved = arrival >= 0;

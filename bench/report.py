@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 the dynfilter authors
 # SPDX-License-Identifier: MIT
-"""Reads what the benchmarks wrote (--benchmark_out, JSON) and prints their medians as ratios.
+"""Reads the output of the benchmarks (--benchmark_out, JSON) and prints their medians as ratios.
 
 usage: report.py FOLDER
 
 FOLDER holds depth_lbp.json, filter.json, and skimage_us.txt if it could be measured. Prints tables,
-then a line `ratio <name> <value>` for each figure; what was not measured has none. Draws cost.png
-there if matplotlib is at hand.
+then a line `ratio <name> <value>` for each measured figure. Draws cost.png in FOLDER if matplotlib
+is installed.
 """
 
 import json
@@ -31,7 +31,7 @@ def medians(path):
                 runs.setdefault(run["run_name"], []).append(run)
     times, counters = {}, {}
     for name, repetitions in runs.items():
-        # Threads and manual times are of the wall clock.
+        # Threads and manual times use the wall clock.
         is_real = name.endswith(("/real_time", "/manual_time")) or "/real_time/" in name
         key = "real_time" if is_real else "cpu_time"
         unit = units[repetitions[0]["time_unit"]]
@@ -73,7 +73,7 @@ def dense_ratios(times, skimage_us, ratios):
             if kind == "u16":
                 ratios.add(f"dense_u16_vs_skimage{suffix}", skimage_us, ours)
         ratios.add(f"dense_{kind}_two_threads", of("one_thread"), of("two_threads"))
-    # What the machine gives at most: its processors may be two threads of one core.
+    # The machine's maximum: its processors may be two threads of one core.
     ratios.add("machine_two_threads", times.get("machine/one_thread"),
                times.get("machine/two_threads"))
 
@@ -91,8 +91,8 @@ def filter_ratios(times, counters, ratios):
     restored = times.get(f"limit/restore/{USUAL}")
     dilation, naive = times.get(f"peer/dilation/{USUAL}"), times.get(f"peer/naive_filter/{USUAL}")
     if kept is not None and restored is not None:
-        # The columns are put back before every frame, which is none of the filter's work. What is
-        # compared with it here ends with the rows that are kept, too.
+        # Restoring the columns before every frame is not the filter's work. The alternatives
+        # compared here also end with the kept rows.
         with_keep = kept - restored
         ratios.add("filter_paper_over_memcpy", with_keep, copy)
         ratios.add("filter_paper_vs_dilation", dilation, with_keep)

@@ -52,7 +52,7 @@ Frame render(const dynfilter::SyntheticScene& scene, int index,
   cv::Mat grey, descriptors;
   cv::cvtColor(rendered.frame.image, grey, cv::COLOR_BGR2GRAY);
   extractor.extract(grey, frame.keypoints, descriptors);
-  rendered.frame.image.release();  // the rule does not look at it
+  rendered.frame.image.release();  // the rule does not use it
   frame.view = rendered.frame;
   frame.masks = rendered.poor_segmentation;
   frame.true_masks = rendered.true_segmentation;

@@ -8,11 +8,10 @@ usage() {
   cat <<'END'
 usage: bench/run.sh [--quick] [--out DIR] [--readme] [-h]
 
-Builds the benchmarks of D-LBP and of the whole filter in a Release build, runs them in random order
-and several times, each beside its physical limit (memcpy) and what people would use instead, and
-prints medians, then a line `ratio <name> <value>` each: `_vs_` is the peer's time over ours,
-`_over_` ours over the other's; the best instruction set, or the one that the name ends with.
-Results are JSON files in DIR, and a plot.
+Builds the benchmarks of D-LBP and of the whole filter in a Release build. Runs them several times in
+random order, each beside its physical limit (memcpy) and the alternatives. Prints medians, then lines
+`ratio <name> <value>`: `_vs_` is the peer's time over ours, `_over_` ours over the other's, with the
+best instruction set or the one that the name ends with. Writes JSON files and a plot into DIR.
 Every benchmark checks its result before it is timed.
 Installs the packages that are missing (Debian, Ubuntu), or says which.
 
@@ -98,7 +97,7 @@ for name in depth_lbp filter; do
     --benchmark_out="$out/$name.json" --benchmark_out_format=json >"$out/$name.txt" 2>&1 ||
     { tail -20 "$out/$name.txt" >&2; die "${name}_benchmark failed"; }
 done
-# Debian's Python, for an environment of the user's need not have its packages.
+# Uses Debian's Python, because a user's environment may lack its packages.
 if /usr/bin/python3 -c 'import skimage' 2>/dev/null; then
   log "Timing scikit-image"
   /usr/bin/python3 "$root/bench/peers/skimage_lbp.py" "$repetitions" >"$out/skimage_us.txt"

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// A network of 10 Hz beside a tracker of 30 Hz that never waits for it. Prints a line a frame with
-// the age of the masks; returns 1 if masks came for a frame that nobody had seen yet, or a frame
-// got lost.
+// A network of 10 Hz beside a tracker of 30 Hz that never waits for it. Prints a line for each
+// frame with the age of the masks; returns 1 if masks came for a frame that was not submitted yet,
+// or a frame got lost.
 
 #include <chrono>
 #include <cstdio>
@@ -23,7 +23,7 @@ class Tracker {
   explicit Tracker(std::unique_ptr<dynfilter::Segmenter> network) : people_(std::move(network)) {}
 
   dynfilter::FrameStatistics track(const dynfilter::FrameView& frame) {
-    people_.submit(frame);  // the network begins with it, or takes it next
+    people_.submit(frame);  // the network begins with it now or next
 
     std::vector<cv::KeyPoint> keypoints;
     cv::Mat descriptors;
@@ -45,7 +45,7 @@ class Tracker {
   dynfilter::DynamicFilter filter_;
 };
 
-/// Has the masks at hand and takes its time nevertheless.
+/// Simulates a network: knows the masks, but takes its time.
 class SlowNetwork final : public dynfilter::Segmenter {
  public:
   explicit SlowNetwork(std::vector<dynfilter::Segmentation> masks) : masks_(std::move(masks)) {}

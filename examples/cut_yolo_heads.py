@@ -6,10 +6,10 @@
 
     cut_yolo_heads.py yolov8n-seg.onnx yolov8n-seg-raw-heads.onnx
 
-As exported, the model computes boxes by operations that such an OpenCV does not do. The script leaves
-that part of the graph out: the new model puts out what goes into it, and dynfilter::YoloSegmenter does
-the rest. Weights and metadata stay as they are. Needs python3-onnx (Debian, Ubuntu) or `pip install
-onnx`. Export with a fixed input size (not dynamic=True) and without nms=True.
+The exported model computes boxes by operations that such an OpenCV does not support. The script cuts
+that part off the graph: the new model outputs its inputs, and dynfilter::YoloSegmenter does the rest.
+Weights and metadata stay unchanged. Needs python3-onnx (Debian, Ubuntu) or `pip install onnx`. Export
+with a fixed input size (not dynamic=True) and without nms=True.
 """
 
 import argparse
@@ -24,11 +24,11 @@ except ImportError as error:
 
 
 class NotYolo(Exception):
-    """The graph is not that of a YOLO-seg export."""
+    """The graph is not a YOLO-seg export."""
 
 
 class Graph:
-    """Who computes what, and of which shape."""
+    """Nodes by the tensors that they compute, and the tensors' shapes."""
 
     def __init__(self, model):
         self.graph = model.graph
@@ -40,7 +40,7 @@ class Graph:
             self.shapes[value.name] = [side.dim_value for side in sides]
 
     def upwards(self, tensor):
-        """The tensor and all that it is computed from, the nearest first."""
+        """The tensor and all tensors that it is computed from, the nearest first."""
         queue, seen = [tensor], {tensor}
         for name in queue:
             yield name
@@ -68,7 +68,7 @@ def outputs_by_rank(graph):
 
 
 def raw_heads(graph):
-    """The tensors to put out: boxes, classes, coefficients, prototypes."""
+    """The tensors to output: boxes, classes, coefficients, prototypes."""
     decoded, prototypes = outputs_by_rank(graph)
     _, rows, anchors = graph.shapes[decoded]
     count = graph.shapes[prototypes][1]
@@ -82,7 +82,7 @@ def raw_heads(graph):
         raise NotYolo("its output is no concatenation that ends with the masks' coefficients")
     coefficients = last.input[-1]
 
-    # Scores are the logistic function of the classes' logits.
+    # Scores are the logistic function of class logits.
     class_count = rows - 4 - count
     rest = [name for source in last.input[:-1] for name in graph.upwards(source)]
     sigmoids = [node for node in (graph.producer(name, "Sigmoid") for name in rest) if node]
@@ -90,8 +90,8 @@ def raw_heads(graph):
     if classes is None:
         raise NotYolo(f"it computes no scores [1, {class_count}, {anchors}] by Sigmoid")
 
-    # Boxes are made of distributions of the distances to four sides: the nearest tensor that has a
-    # multiple of four channels, more than four, and is reached without the scores.
+    # Boxes come from distributions of the distances to four sides: the nearest tensor, not computed
+    # from the scores, whose channels are a multiple of four and more than four.
     for name in rest:
         shape = graph.shapes.get(name, [])
         if len(shape) == 3 and shape[2] == anchors and shape[1] % 4 == 0 and shape[1] > 4:
@@ -108,7 +108,7 @@ def rename(graph, old, new):
 
 
 def drop_unused(graph):
-    """Leaves out the nodes and constants that no output needs."""
+    """Removes the nodes and constants that no output needs."""
     needed = {output.name for output in graph.output}
     nodes = []
     for node in reversed(graph.node):
@@ -134,7 +134,7 @@ def constant_values(graph, name):
 
 
 def slice_instead_of_split(graph):
-    """OpenCV before 4.7 does not read a Split whose sizes are an input, as from opset 13 on."""
+    """Makes sizes of Split nodes attributes: OpenCV before 4.7 cannot read them as inputs (opset 13)."""
     nodes = []
     for node in graph.node:
         sizes = None
@@ -190,7 +190,7 @@ def main():
         sys.exit(f"cut_yolo_heads.py: {arguments.export} is no YOLO-seg model as exported: {error}")
     except OSError as error:
         sys.exit(f"cut_yolo_heads.py: {error}")
-    except Exception as error:  # protobuf's own, where it is no ONNX file
+    except Exception as error:  # protobuf raises its own type for a file that is not ONNX
         sys.exit(f"cut_yolo_heads.py: {arguments.export}: {error}")
 
 

@@ -8,9 +8,9 @@ usage() {
   cat <<'END'
 usage: examples/demo.sh [SEQUENCE] [--out DIR] [-h]
 
-Builds the program and runs its main job: takes the features of moving objects away on every frame of
-a sequence (TUM RGB-D or BONN layout, with masks in SEQUENCE/masks), or, without one, of a small scene
-that it renders first. Ends with a table and writes pictures, frames.csv and summary.json into DIR.
+Builds the program and runs its main job: removes the features of moving objects on every frame of a
+sequence (TUM RGB-D or BONN layout, with masks in SEQUENCE/masks), or, without one, of a small scene
+that it renders first. Prints a table and writes pictures, frames.csv and summary.json into DIR.
 Installs the packages that are missing (Debian, Ubuntu; as root or by sudo without password), or says
 which.
 

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// The filter inside a tracker: made once, used on every frame right after feature extraction.
+// Uses the filter inside a tracker: made once, called on every frame right after feature
+// extraction.
 
 #include <cstdint>
 #include <vector>

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// A front end that tracks points from frame to frame (KLT, as VINS and OpenVINS have it) on a
-// synthetic scene. Such a front end meets moving objects twice: it detects corners on them, and
-// points of the background are carried away by a person who walks in front of them.
-// Prints a line a frame; returns 1 if a point that was kept lies on a mask.
+// A front end that tracks points from frame to frame (KLT, like VINS and OpenVINS) on a synthetic
+// scene. Moving objects harm it twice: it detects corners on them, and a person who walks in front
+// of the background carries background points away.
+// Prints a line for each frame; returns 1 if a kept point lies on a mask.
 
 #include <cstddef>
 #include <cstdio>
@@ -15,7 +15,7 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 
-/// The points of the last frame, in parallel arrays.
+/// Points of the last frame, in parallel arrays.
 struct Tracks {
   std::vector<cv::Point2f> points;
   std::vector<int> ids;
@@ -44,8 +44,7 @@ class FrontEnd {
   const Tracks& tracks() const { return tracks_; }
 
  private:
-  /// Moves the points to the new frame and drops those that are lost, and those that are on a
-  /// dynamic object now.
+  /// Moves the points to the new frame and drops those that are lost or on a dynamic object now.
   void follow(const cv::Mat& grey, const dynfilter::FrameView& frame,
               const dynfilter::Segmentation& people, Counts& counts) {
     if (tracks_.points.empty()) return;
@@ -67,7 +66,7 @@ class FrontEnd {
     for (int& frames : tracks_.frames_seen) ++frames;
   }
 
-  /// Fills up with corners that lie neither on a dynamic object nor next to a point.
+  /// Adds corners that lie neither on a dynamic object nor next to a point.
   void detect(const cv::Mat& grey, const dynfilter::Segmentation& people, Counts& counts) {
     cv::Mat mask = dynfilter::mask_of_static_pixels(people, culler_);
     for (const cv::Point2f& point : tracks_.points) {
@@ -89,7 +88,7 @@ class FrontEnd {
   static constexpr int spacing_px = 8;
 
   dynfilter::DynamicFilter filter_;
-  dynfilter::MaskCuller culler_;  // of the same options: detector and filter must agree
+  dynfilter::MaskCuller culler_;  // with the filter's options: detector and filter must agree
   cv::Mat previous_;
   Tracks tracks_;
   int next_id_ = 0;
@@ -102,7 +101,8 @@ int main() {
   const dynfilter::SyntheticScene scene(scene_options);
 
   dynfilter::DynamicFilterOptions options;
-  options.mask_culler.margin_px = 3;  // next to a mask, the window round a point sees the person
+  options.mask_culler.margin_px =
+      3;  // the window around a point next to a mask contains the person
   FrontEnd front_end(options);
 
   std::size_t in_mask = 0, kept_on_mask = 0;
@@ -119,7 +119,7 @@ int main() {
       if (culler.instance_at(people, point)) ++kept_on_mask;
     }
   }
-  std::printf("%zu points were tracked into a mask and culled; %zu that were kept lie on one\n",
+  std::printf("%zu points were tracked into a mask and culled; %zu kept points lie on a mask\n",
               in_mask, kept_on_mask);
   return kept_on_mask == 0 ? 0 : 1;
 }

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Asks another process, such as examples/remote_masks/threshold.py, for the instances of an image,
-// prints them, and how long asking takes:
+// Asks another process, such as examples/remote_masks/threshold.py, for the instances of an image.
+// Prints them and the time that a request takes:
 //   masks_from_another_process SOCKET IMAGE [TIMES]
 
 #include <dynfilter/dynfilter.hpp>
@@ -38,7 +38,7 @@ double median(std::vector<double> values) {
 
 void ask(const std::string& socket_path, const cv::Mat& image, std::uint64_t times) {
   dynfilter::RemoteSegmenterOptions options;
-  options.timeout_s = 0.2;  // no call takes longer, whatever becomes of the other side
+  options.timeout_s = 0.2;  // no call takes longer, whatever happens to the other process
   dynfilter::RemoteSegmenter people(socket_path, options);
 
   std::vector<double> milliseconds;

@@ -27,13 +27,13 @@ constexpr const char* usage =
     R"(odometry SEQUENCE [--masks DIR] [--rule none|mask|paper|depth] [--out FILE] [--seed N]
 
 Tracks the camera through SEQUENCE, a folder in the layout of TUM RGB-D or BONN, and prints the
-errors of the trajectory where SEQUENCE has a groundtruth.txt.
+errors of the trajectory if SEQUENCE has a groundtruth.txt.
 
   --masks DIR   masks of persons; default: masks/ in SEQUENCE
-  --rule RULE   features removed: none; mask, those on masks; paper, and those that masks missed by
-                the paper's rule; depth (default), the same by the object's depth
+  --rule RULE   removed features: none; mask, features on masks; paper, also features that masks
+                missed, by the paper's rule; depth (default), also those, by the object's depth
   --out FILE    writes the trajectory, in the format of TUM RGB-D
-  --seed N      of random samples, 0 by default
+  --seed N      seed of random samples, 0 by default
 
 odometry data/tum_fr3_walking_halfsphere_50 --rule mask --out trajectory.txt
 )";

@@ -1,9 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// A segmenter of one's own: derive from Segmenter and implement do_segment. This one has no
-// network: whatever stands nearer than 1.5 m is an object. Returns 1 if the filter misses what it
-// found.
+// Shows how to write a segmenter: derive from Segmenter and implement do_segment. This one has no
+// network: everything nearer than 1.5 m is an object. Returns 1 if the filter misses its objects.
 
 #include <cstdio>
 #include <vector>
@@ -14,7 +13,7 @@ class NearThings final : public dynfilter::Segmenter {
   dynfilter::Segmentation do_segment(const dynfilter::FrameView& frame) override {
     dynfilter::Segmentation result = empty_segmentation(frame);
     cv::Mat mask;
-    cv::inRange(frame.depth, 1, 1.5 / frame.depth_scale(), mask);  // 0 is no depth
+    cv::inRange(frame.depth, 1, 1.5 / frame.depth_scale(), mask);  // 0 means "no depth"
     result.instances = dynfilter::instances_from_binary_mask(mask, 10, 200);
     return result;
   }

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// A stage of one's own: any callable void(const FilterInput&, FeatureLabels&), beside those of the
-// library. This one takes features away whose depth is too far to be worth much. Returns 1 if the
-// counts are not what they must be.
+// Shows how to write a stage: any callable void(const FilterInput&, FeatureLabels&). Runs it beside
+// the library's stages. This one removes features too far away to be useful. Returns 1 if the
+// counts are wrong.
 
 #include <cstdio>
 #include <optional>
@@ -20,7 +20,7 @@ int main() {
   };
   const dynfilter::Pipeline filter(dynfilter::MaskCuller(), dynfilter::DepthCompensator(), too_far);
 
-  // A wall that is 3 m away on the left and 8 m on the right, a person in front of either half.
+  // A wall at 3 m on the left and 8 m on the right, with a person in front of each half.
   dynfilter::FrameView frame;
   frame.depth = cv::Mat(480, 640, CV_16UC1, cv::Scalar(3000));
   frame.depth.colRange(320, 640).setTo(8000);
@@ -41,6 +41,6 @@ int main() {
   const dynfilter::FrameStatistics& counts = labels.statistics();
   std::printf("%zu features: %zu on people, %zu too far, %zu kept\n", features.size(),
               counts.masked, counts.custom, counts.kept());
-  // 40 of the grid lie on either person; half of the other 1120 see the far wall.
+  // 40 features of the grid lie on each person; half of the other 1120 are on the far wall.
   return counts.masked == 80 && counts.custom == 560 && counts.kept() == 560 ? 0 : 1;
 }

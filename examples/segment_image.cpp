@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// What a network sees in an image: segment_image MODEL.onnx IMAGE
+// Prints the instances that a network finds in an image: segment_image MODEL.onnx IMAGE
 
 #include <cstddef>
 #include <exception>

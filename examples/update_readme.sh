@@ -13,13 +13,13 @@ need_packages imagemagick
 
 mkdir -p "$root/examples/images"
 printed=$(bash "$root/examples/demo.sh")
-# Of the frames that were drawn, the one in which most features were compensated.
+# Picks the drawn frame with the most compensated features.
 frame=$(awk -F, 'FNR == NR { drawn[$1] = 1; next } $1 in drawn && $8 > most { most = $8; frame = $1 }
   END { print frame }' <(basename -s .png "$root"/out/demo/overlays/*.png) "$root/out/demo/frames.csv")
 convert "$root/out/demo/overlays/$frame.png" -resize 1440x -strip -quality 82 \
   "$root/examples/images/filter.jpg"
 
-# The counts stand between the heading of the features and that of the times.
+# Copies the counts, which stand between the headings of features and times.
 counts=$(sed -n '/^features /,/^time a frame/{/^time a frame/d;p}' <<<"$printed")
 fill_marks "$root/bench/README.md" "demo table" "$counts"
 log "updated examples/images/filter.jpg ($(stat -c %s "$root/examples/images/filter.jpg") bytes)"

@@ -3,14 +3,14 @@
 # SPDX-License-Identifier: MIT
 
 set -euo pipefail
-exec </dev/null # nothing here asks
+exec </dev/null # no command may wait for input
 
 usage() {
   cat <<'END'
 usage: tests/run.sh [--all] [-h]
 
 Builds the library and runs its tests: first the unit tests under the address and
-undefined-behaviour sanitizers, then everything in the dev build, whose ctest summary comes last.
+undefined-behaviour sanitizers, then all tests in the dev build, whose ctest summary comes last.
 Installs the packages that are missing (Debian, Ubuntu; as root or by sudo without password), or says
 which.
 
@@ -51,7 +51,7 @@ jobs=${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}
 if [[ $all == yes ]]; then not_these=consumers; else not_these='consumers|slow'; fi
 readonly dev_dir other_dirs jobs not_these
 
-# The presets of CMakePresets.json spelled out, because CMake reads those from 3.20 on only.
+# Spells out the presets of CMakePresets.json, because older CMake than 3.20 cannot read them.
 unit_tests_only=(-DDYNFILTER_BUILD_EXAMPLES=OFF -DDYNFILTER_BUILD_TOOLS=OFF)
 
 # configure <folder> <option of cmake>...
@@ -83,7 +83,7 @@ sanitized() {
     run_tests "${other_dirs}asan-ubsan" -LE "$not_these"
 }
 
-# The tests with the label `threads`, and no others are built.
+# Builds and runs only the tests with the label `threads`.
 threads_sanitized() {
   log "Tests of threads under the thread sanitizer"
   local folder=${other_dirs}tsan
@@ -101,7 +101,7 @@ by_clang() {
   run_tests "${other_dirs}clang" -LE "$not_these|repository"
 }
 
-# The tests of what handles memory itself. Their programs come from the dev build.
+# Runs tests of code that handles memory directly, with the programs of the dev build.
 under_valgrind() {
   log "Some unit tests under valgrind"
   local name
@@ -113,8 +113,8 @@ under_valgrind() {
   done
 }
 
-# A minute of fuzzing from the kept inputs, under the sanitizers; what it finds it names and keeps.
-# Then a third of one on the replies of another process.
+# Fuzzes the filter for a minute from the corpus, under the sanitizers; prints and keeps each failing
+# input. Then fuzzes the replies of another process for a third of a minute.
 fuzzed() {
   log "A minute of fuzzing"
   build "${other_dirs}fuzz" "${unit_tests_only[@]}" -DCMAKE_BUILD_TYPE=RelWithDebInfo \
@@ -137,7 +137,7 @@ documented() {
 }
 
 packages=(libgtest-dev libbenchmark-dev python3-numpy)
-# Tests of networks make their models with it; without it they say that they are skipped.
+# The tests of networks make their models with it; without it they are skipped.
 if is_available python3-onnx; then packages+=(python3-onnx); fi
 dev_options=(-DCMAKE_BUILD_TYPE=RelWithDebInfo -DCMAKE_EXPORT_COMPILE_COMMANDS=ON
   -DDYNFILTER_BUILD_BENCHMARKS=ON)
@@ -154,7 +154,7 @@ if [[ $all == yes ]]; then
 fi
 need_build_packages "${packages[@]}"
 find_configure_options
-# The compiler that we test with; others warn of other things.
+# Only with the compiler that we test with: others have other warnings.
 if [[ $("${CXX:-c++}" -dumpversion) == 12* ]]; then
   configure_options+=(-DDYNFILTER_WARNINGS_AS_ERRORS=ON)
 fi

@@ -11,11 +11,11 @@
 
 namespace dynfilter::peers {
 
-/// D-LBP put together from functions of OpenCV, whose loops are vectorised: a comparison of the
-/// image with itself shifted for each neighbour. Its matrices are kept from call to call.
+/// D-LBP composed of OpenCV's vectorised functions: compares the image with itself, shifted for
+/// each neighbour. Keeps its matrices from call to call.
 class ComposedDepthLbp {
  public:
-  /// The codes of the inner pixels of a depth image without negative and NaN depths.
+  /// Codes of the inner pixels of a depth image without negative and NaN depths.
   void dense(const cv::Mat& depth, cv::Mat& codes) {
     static constexpr int clockwise[8][2] = {{-1, -1}, {0, -1}, {1, -1}, {1, 0},
                                             {1, 1},   {0, 1},  {-1, 1}, {-1, 0}};

@@ -10,8 +10,8 @@
 
 namespace dynfilter::peers {
 
-/// The local binary pattern of dlib, make_uniform_lbp_image: the same comparisons as D-LBP's, the
-/// 256 patterns then counted as 59. Where the benchmarks were built with dlib.
+/// Local binary pattern of dlib, make_uniform_lbp_image: compares like D-LBP, then maps the 256
+/// patterns to 59. Only if the benchmarks were built with dlib.
 class DlibLbp {
  public:
   /// Takes a copy of a CV_16UC1 image, in dlib's own matrix.
@@ -20,7 +20,7 @@ class DlibLbp {
 
   void make_codes();
 
-  /// The codes of the last call, of the image's size.
+  /// Codes of the last call, of the image's size.
   cv::Mat codes() const;
 
  private:

@@ -15,8 +15,7 @@ namespace dynfilter::peers {
 inline bool is_measured(std::uint16_t depth) { return depth > 0; }
 inline bool is_measured(float depth) { return depth > 0 && std::isfinite(depth); }
 
-/// The code of an inner pixel as one writes it first: cv::Mat::at, a loop over the neighbours. 0
-/// without depth.
+/// Naive code of an inner pixel: cv::Mat::at in a loop over the neighbours. 0 without depth.
 template <class Depth>
 std::uint8_t naive_code(const cv::Mat& depth, int x, int y) {
   static constexpr int clockwise[8][2] = {{-1, -1}, {0, -1}, {1, -1}, {1, 0},
@@ -40,7 +39,8 @@ void naive_dense(const cv::Mat& depth, cv::Mat& codes) {
   }
 }
 
-/// The same with care: no loop over neighbours, no branch on a depth that nobody can foresee.
+/// Careful scalar code of an inner pixel: no loop over neighbours, no branch on unpredictable
+/// depth.
 template <class Depth>
 void straight_dense(const cv::Mat& depth, cv::Mat& codes) {
   for (int y = 1; y < depth.rows - 1; ++y) {

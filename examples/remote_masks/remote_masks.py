@@ -5,14 +5,14 @@
     import remote_masks
     remote_masks.serve("/run/user/1000/masks.sock", segment)
 
-`segment(image)` gets a uint8 array, H x W x 3 (blue, green, red, as OpenCV has them) or H x W
-(grey), of its own, and returns a list with one (class_id, score, box, mask) an object, or a dict
-with these keys and, optionally, "track_id":
+`segment(image)` gets its own uint8 array, H x W x 3 (blue, green, red, like OpenCV) or H x W (grey).
+It returns a list with one (class_id, score, box, mask) for each object, or a dict with these keys
+and, optionally, "track_id":
 
-  class_id  int; 0 is COCO's person, the class that dynfilter takes for dynamic unless told otherwise
+  class_id  int; 0 is COCO's person, the class that dynfilter treats as dynamic by default
   score     0 to 1
-  box       (x, y, width, height) in pixels, the detector's; None = the smallest round the mask
-  mask      H x W, bool or integer, non-zero = on the object; None where only the box is known
+  box       the detector's (x, y, width, height) in pixels; None = the smallest around the mask
+  mask      H x W, bool or integer, non-zero = on the object; None if only the box is known
 
 The protocol is stated in README.md beside this file.
 """
@@ -40,7 +40,7 @@ HEADER = struct.Struct("<4sHHIIQ")  # magic, version, type, payload bytes, reser
 FRAME_HEAD = struct.Struct("<QdIIBBHId")  # id, time, width, height, formats, reserved, depth scale
 REPLY_HEAD = struct.Struct("<QIIII")  # frame id, width, height, instances, reserved
 INSTANCE = struct.Struct("<if4i4iIi")  # class, score, box, mask's place, has track id, track id
-CREDENTIALS = struct.Struct("3i")  # of Linux: process, user, group
+CREDENTIALS = struct.Struct("3i")  # Linux: process, user, group
 
 MAX_SIDE_PX = 16384
 MAX_PIXELS = 1 << 25
@@ -49,44 +49,44 @@ MAX_REPLY_BYTES = 64 << 20
 MAX_ERROR_BYTES = 4096
 MAX_BOX_COORDINATE_PX = 1 << 20
 MAX_CONNECTIONS = 16
-MESSAGE_TIMEOUT_S = 5.0  # for the rest of a message that has begun, and for a reply to be taken
+MESSAGE_TIMEOUT_S = 5.0  # for the rest of a message that has begun, and for sending a reply
 
 IMAGE_CHANNELS = (1, 3)
 DEPTH_TYPES = {1: np.dtype("<u2"), 2: np.dtype("<f4")}
 
 
 class ProtocolError(Exception):
-    """What came does not follow the protocol."""
+    """Received bytes that do not follow the protocol."""
 
 
 @dataclasses.dataclass
 class Frame:
-    """What `segment` gets where `serve` is told pass_frame=True."""
+    """The argument of `segment` if `serve` is called with pass_frame=True."""
 
     id: int
     timestamp_s: float
     image: np.ndarray
-    depth: np.ndarray = None  # H x W, uint16 or float32; None where it is not sent
+    depth: np.ndarray = None  # H x W, uint16 or float32; None if it is not sent
     metres_per_unit: float = 0.0  # of depth
 
 
 def serve(path, segment, pass_frame=False):
-    """Answers every frame that comes by `path` with what `segment` finds, until it is interrupted.
+    """Answers every frame received at `path` with the result of `segment`, until interrupted.
 
-    Any number of hosts may connect, one after the other or together; their frames are worked on one
-    at a time, in this thread. An exception in `segment` is logged, goes to the host as the frame's
-    error, and serving goes on. See Server for what is refused.
+    Any number of hosts may connect, one after the other or together; this thread processes their
+    frames one at a time. It logs an exception in `segment`, sends it to the host as the frame's
+    error, and continues. See Server for the paths that it refuses.
     """
     with Server(path, segment, pass_frame) as server:
         server.serve_forever()
 
 
 class Server:
-    """The same in steps: the socket is there once it is constructed, and removed by close().
+    """Serves in steps: the constructor makes the socket, and close() removes it.
 
-    Raises OSError for a path where somebody listens already, where something lies that is not a
-    socket, or whose folder is one in which other users could replace it. A socket that a dead
-    process has left is replaced. Only processes of the same user may connect.
+    Raises OSError if another process listens at the path, if the path is not a socket, or if other
+    users could replace the socket in its folder. Replaces the socket of a dead process. Only
+    processes of the same user may connect.
     """
 
     def __init__(self, path, segment, pass_frame=False):
@@ -105,7 +105,7 @@ class Server:
         self.close()
 
     def serve_forever(self):
-        """Serves until stop() or an exception that is not segment's, such as KeyboardInterrupt."""
+        """Serves until stop() or an exception from outside `segment`, such as KeyboardInterrupt."""
         while True:
             sources = [self._woken, self._listener, *self._connections]
             ready = _wait_for(sources)
@@ -119,7 +119,7 @@ class Server:
                     connection.close()
 
     def stop(self):
-        """Lets serve_forever() return after the frame that it works on. From any thread."""
+        """Makes serve_forever() return after its current frame. May be called from any thread."""
         try:
             self._wake.send(b"x")
         except OSError:  # closed
@@ -139,7 +139,7 @@ class Server:
     def _accept(self):
         try:
             connection, _ = self._listener.accept()
-        except OSError as problem:  # it has gone again, or there are too many open files
+        except OSError as problem:  # the host has gone again, or too many files are open
             log.warning("no connection: %s", problem)
             time.sleep(0.1)
             return
@@ -177,18 +177,18 @@ class Server:
         return False
 
     def _reply(self, request, frame):
-        # The size as it was: what segment does to its arrays is its own affair.
+        # Takes the size first, because segment may change its arrays.
         frame_id, shape = frame.id, frame.image.shape[:2]
         try:
             found = self._segment(frame if self._pass_frame else frame.image)
             return encode_instances(request, frame_id, shape, found)
-        except Exception as problem:  # whatever a network may raise is the frame's, not ours
+        except Exception as problem:  # any exception of the network becomes the frame's error
             log.exception("frame %d", frame_id)
             return encode_error(request, f"{type(problem).__name__}: {problem}")
 
 
 def _wait_for(sockets):
-    """Those with something to be read. Unlike select(), for descriptors of any number."""
+    """The connections with data to read. Unlike select(), accepts descriptors of any number."""
     poller = select.poll()
     for each in sockets:
         poller.register(each, select.POLLIN)
@@ -200,7 +200,7 @@ def _wait_for(sockets):
 
 
 def receive_frame(connection):
-    """(request, Frame), or None where the other side has closed the connection."""
+    """(request, Frame), or None if the other side has closed the connection."""
     header = bytearray(HEADER.size)
     if not _receive_into(connection, header, may_end=True):
         return None
@@ -247,7 +247,7 @@ def _frame_of(head):
 
 
 def _receive_into(connection, buffer, may_end=False):
-    """Fills the buffer. False where the other side has closed the connection before, if it may."""
+    """Fills the buffer. Returns False if `may_end` and the connection was closed before any byte."""
     view = memoryview(buffer)
     end = time.monotonic() + MESSAGE_TIMEOUT_S
     while view:
@@ -263,7 +263,7 @@ def _receive_into(connection, buffer, may_end=False):
 
 
 def encode_instances(request, frame_id, shape, found):
-    """The reply to a frame. Raises ValueError or TypeError for what is no list of instances."""
+    """The reply to a frame. Raises ValueError or TypeError if `found` is no list of instances."""
     height, width = shape
     rows, crops = [], []
     for index, instance in enumerate(found):
@@ -309,7 +309,7 @@ def _encode_instance(instance, height, width):
 
 
 def _box(box):
-    """Whole pixels that hold all of the box."""
+    """The smallest box of whole pixels that contains the box."""
     x, y, width, height = (float(value) for value in box)
     values = (x, y, width, height)
     if not all(abs(value) <= MAX_BOX_COORDINATE_PX // 2 for value in values) or min(width, height) < 0:
@@ -319,7 +319,7 @@ def _box(box):
 
 
 def _crop(mask, height, width):
-    """Where the object lies, (x, y, width, height), and its pixels, row by row, 0 or 1."""
+    """The object's place (x, y, width, height), and its pixels, row by row, 0 or 1."""
     if mask is None:
         return (0, 0, 0, 0), b""
     mask = np.asarray(mask)
@@ -344,8 +344,8 @@ def _crop(mask, height, width):
 def _listen(path):
     """A socket that listens at `path` for this user alone, and the identity of its file."""
     folder = os.path.dirname(path) or "."
-    # Whoever replaces a socket holds its folder's lock: of two that start at a time, neither takes
-    # the other's for a dead one.
+    # A process that replaces a socket holds its folder's lock. Otherwise one of two that start
+    # together could take the other's new socket for a dead one.
     lock = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
     try:
         _require_safe_folder(folder, os.fstat(lock))
@@ -353,10 +353,10 @@ def _listen(path):
         _remove_dead(path)
         listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         try:
-            # The file's mode is made of the socket's (Linux): nobody else can connect, at no time.
+            # The file gets the socket's mode (Linux), so that no other user can ever connect.
             os.fchmod(listener.fileno(), 0o600)
             listener.bind(path)
-            os.chmod(path, 0o600)  # where the umask takes our own rights
+            os.chmod(path, 0o600)  # in case the umask removes our own rights
             listener.listen(MAX_CONNECTIONS)
             entry = os.lstat(path)
             return listener, (entry.st_dev, entry.st_ino)
@@ -386,7 +386,7 @@ def _lock(descriptor, folder):
 
 
 def _remove_dead(path):
-    """Removes the socket of a process that is no more, and nothing else."""
+    """Removes the socket of a dead process, and nothing else."""
     try:
         entry = os.lstat(path)
     except FileNotFoundError:
@@ -402,13 +402,13 @@ def _remove_dead(path):
         except ConnectionRefusedError:
             os.unlink(path)
             return
-        except BlockingIOError:  # so many wait already
+        except BlockingIOError:  # its queue of connections is full
             pass
     raise FileExistsError(f"{path}: another process listens there")
 
 
 def _remove_own(path, identity):
-    """Removes our socket, unless somebody has replaced it."""
+    """Removes our socket, unless another process has replaced it."""
     try:
         entry = os.lstat(path)
         if (entry.st_dev, entry.st_ino) == identity:

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 the dynfilter authors
 # SPDX-License-Identifier: MIT
-"""Masks by a threshold, to try the channel without a network: what is brighter than LEVEL is one
-person.
+"""Masks by a threshold, to try the channel without a network: all pixels brighter than LEVEL are
+one person.
 
     python3 threshold.py SOCKET [LEVEL]
 
@@ -30,8 +30,8 @@ def threshold(level):
     return segment
 
 
-# A network goes in the same place. Load it once, before serving, and give back whole-image masks,
-# bool or integer, of the image's own size (many networks return smaller ones, or probabilities).
+# To use a network, replace threshold(). Load it once, before serving, and return whole-image masks,
+# bool or integer, of the image's size (many networks return smaller ones, or probabilities).
 #
 # With ultralytics:
 #
@@ -68,7 +68,7 @@ def main():
         sys.exit(__doc__)
     logging.basicConfig(format="%(name)s: %(message)s", level=logging.INFO)
     level = float(sys.argv[2]) if len(sys.argv) == 3 else 128.0
-    # The first calls of a network are its slowest ones: make them before anybody waits.
+    # The first calls of a network are its slowest: make them before a host waits.
     threshold(level)(np.zeros((480, 640, 3), np.uint8))
     try:
         remote_masks.serve(sys.argv[1], threshold(level))

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Replies of another process, as RemoteSegmenter reads them. remote_protocol_test.cpp checks the
-// same property on random replies.
+// Fuzzes the replies of another process, as RemoteSegmenter reads them. remote_protocol_test.cpp
+// checks the same property on random replies.
 
 #include <cstddef>
 #include <cstdint>

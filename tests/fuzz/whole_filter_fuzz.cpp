@@ -1,9 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// The whole filter on arbitrary input, by any rule, against the rule's oracle. This one body is a
-// libFuzzer target (DYNFILTER_BUILD_FUZZERS, clang) and is replayed on the kept inputs by
-// fuzz_replay_test.cpp.
+// Compares the whole filter, by any rule, with the rule's oracle on arbitrary input. This is a
+// libFuzzer target (DYNFILTER_BUILD_FUZZERS, clang); fuzz_replay_test.cpp replays it on the corpus.
 
 #include <cstddef>
 #include <cstdint>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: MIT
 
 #include "dynfilter/plugin.hpp"
-#include "dynfilter/plugin.hpp"  // twice is as good as once
+#include "dynfilter/plugin.hpp"  // a second include has no effect
 
 #if __cplusplus != 201103L
 #error "the plugin's target asks its consumers for another standard than theirs"

@@ -2,10 +2,10 @@
 # SPDX-FileCopyrightText: 2026 the dynfilter authors
 # SPDX-License-Identifier: MIT
 
-# Fails where a program's functions take more instructions than they should: count.sh <program>
-# `program list` prints what to count, a line each: argument, function, items, and the bound in
-# instructions a hundred items. `program <argument>` calls the function once.
-# Counts, unlike times, are the same on a busy machine. valgrind knows no AVX-512, so AVX2 is counted.
+# Fails if a program's functions take more instructions than allowed: count.sh <program>
+# `program list` prints one line for each function to count: argument, function, items, and the bound
+# in instructions per hundred items. `program <argument>` calls the function once.
+# Unlike times, counts are the same on a busy machine. valgrind lacks AVX-512, so AVX2 is counted.
 
 set -euo pipefail
 readonly program=$1

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// What the programs that count.sh runs have in common.
+// Common parts of the programs that count.sh runs.
 
 #ifndef DYNFILTER_TESTS_INSTRUCTIONS_COUNTED_HPP
 #define DYNFILTER_TESTS_INSTRUCTIONS_COUNTED_HPP
@@ -20,11 +20,11 @@ struct Counted {
   const char* argument;  ///< of the program
   const char* function;  ///< that it calls once
   std::size_t items;
-  std::size_t bound;  ///< instructions a hundred items: what g++ and clang need, and half as much
+  std::size_t bound;  ///< instructions per hundred items: 1.5 times what g++ and clang need
 };
 
-/// The argument that the program was called with. Ends the program where it was asked for the list,
-/// and where there is nothing to count.
+/// Argument of the program. Ends the program if it was asked for the list, and if there is nothing
+/// to count.
 inline std::string argument_or_exit(int argc, char** argv, const std::vector<Counted>& all) {
   const std::string argument = argc > 1 ? argv[1] : "list";
   if (argument == "list") {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// What count.sh counts the instructions of: one call each, by name, of a fixed input.
+// Functions whose instructions count.sh counts: one call of each, by name, on a fixed input.
 
 #include <cstddef>
 #include <cstdint>

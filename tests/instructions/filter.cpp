@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// What count.sh counts the instructions of: one frame of the whole filter, by each rule, on the
-// benchmarks' input, and keep_static after the paper's.
+// Functions whose instructions count.sh counts: one frame of the whole filter by each rule, on the
+// benchmarks' input, and keep_static after the paper's rule.
 
 #include <cstddef>
 #include <string>
@@ -51,7 +51,7 @@ int main(int argc, char** argv) {
   FeatureLabels labels;
   Workspace workspace;
   filter.apply(input.frame, input.segmentation, input.keypoints, labels,
-               workspace);  // makes memory
+               workspace);  // allocates memory
   if (rule != "keep") {
     counted_filter(filter, input, labels, workspace);
   } else {

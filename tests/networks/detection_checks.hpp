@@ -13,7 +13,7 @@
 
 namespace dynfilter::testing {
 
-/// Expects the same objects in the same order; numbers up to rounding.
+/// Expects the same objects in the same order, with equal numbers up to rounding errors.
 inline void expect_same(const std::vector<detail::Detection>& got,
                         const std::vector<detail::Detection>& want) {
   ASSERT_EQ(got.size(), want.size());
@@ -38,7 +38,7 @@ inline detail::DetectionOptions options_of(float score, float iou, int most) {
   return options;
 }
 
-/// A naive overlap, in double precision.
+/// Oracle: overlap of two boxes, in double precision.
 inline double overlap(const detail::Box& a, const detail::Box& b) {
   const auto length = [](double first, double last) { return last > first ? last - first : 0.0; };
   const double common = length(std::max(a.x1, b.x1), std::min(a.x2, b.x2)) *

@@ -60,7 +60,7 @@ class Network:
         return self.node("Relu", [tensor]) if relu else tensor
 
     def deformable_conv(self, tensor, channels, stride):
-        """As exported: offsets in y and x and masks come from one convolution of 27 channels."""
+        """Like the export: one convolution of 27 channels gives offsets in y and x, and masks."""
         offsets = self.conv(tensor, channels, 18, 3, stride, relu=False, gain=0.5)
         mask = self.node("Sigmoid", [self.conv(tensor, channels, 9, 3, stride, relu=False, gain=0.5)])
         tensor = self.node(
@@ -137,11 +137,11 @@ class Network:
         return self.node("Transpose", [tensor], perm=[0, 2, 3, 1])
 
     def heads(self, levels, anchors):
-        """Shared by the levels in the published network: same weights, other nodes."""
+        """The head that all levels of the published network share: same weights, other nodes."""
         parts = {"loc": 4, "conf": CLASSES + 1, "mask": PROTOTYPES}
         shared = self.weights(256, 256, 3, 1.0)
         weights = {key: self.weights(anchors * n, 256, 3, 0.5) for key, n in parts.items()}
-        # A common scale for what random layers make of an image.
+        # A typical scale of the output of random layers.
         weights["conf"] *= 2.0
         names = {key: self.constant(values) for key, values in weights.items()}
         background = np.tile([4.0] + [0.0] * CLASSES, anchors)

@@ -25,7 +25,7 @@ except ImportError as error:
 SIDE = 64
 CLASSES = ["red", "blue"]
 PROTOTYPES = 4
-MEAN_RED, DEVIATION_RED = 123.68, 58.40  # of YOLACT's input
+MEAN_RED, DEVIATION_RED = 123.68, 58.40  # for YOLACT's input
 MEAN_BLUE, DEVIATION_BLUE = 103.94, 57.38
 
 
@@ -58,7 +58,7 @@ class Graph:
         return self.node("Reshape", [tensor, self.constant(shape, np.int64)], output=output)
 
     def mean_over_cells(self, stride, weights, biases, source="images"):
-        """For every cell of `stride` pixels a weighted mean of red, green and blue, plus a bias."""
+        """Weighted mean of red, green and blue, plus a bias, for every cell of `stride` pixels."""
         weights = np.asarray(weights, np.float32)
         kernel = np.repeat(np.repeat(weights[:, :, None, None], stride, 2), stride, 3) / stride**2
         return self.node(
@@ -95,22 +95,22 @@ def yolo_heads(graph):
     """A list per level of (boxes, classes, coefficients). Boxes are the cells themselves."""
     levels = []
     for stride in STRIDES:
-        half_a_cell = [20.0, 20.0] + [-20.0] * 14  # as much for distance 0 as for distance 1
+        half_a_cell = [20.0, 20.0] + [-20.0] * 14  # distances 0 and 1 are equally likely
         boxes = graph.mean_over_cells(stride, np.zeros((64, 3)), half_a_cell * 4)
-        sharpness = 40.0 if stride == 32 else 0.0  # only cells of 32 pixels see anything
+        sharpness = 40.0 if stride == 32 else 0.0  # only cells of 32 pixels detect anything
         classes = graph.mean_over_cells(
             stride, [[sharpness, 0, 0], [0, 0, sharpness]], [-20.0, -20.0]
         )
         coefficients = graph.mean_over_cells(
             stride, [[10, 0, 0], [0, 0, 0], [0, 0, 0], [0, 0, 10]], np.full(PROTOTYPES, -2.5)
         )
-        coefficients = graph.node("Relu", [coefficients])  # 0 for what is little, or grey
+        coefficients = graph.node("Relu", [coefficients])  # 0 for weak or grey colours
         levels.append((boxes, classes, coefficients))
     return levels
 
 
 def prototypes(graph, red=(40.0, -20.0), blue=(40.0, -20.0)):
-    """Above 0 where it is red (the first) or blue (the last); coefficients tell which."""
+    """Above 0 on red (the first) or blue (the last); coefficients tell which."""
     weights = np.zeros((PROTOTYPES, 3))
     weights[0][0], weights[3][2] = red[0], blue[0]
     return graph.mean_over_cells(4, weights, [red[1], 0, 0, blue[1]])
@@ -138,7 +138,7 @@ def yolo_raw(folder, name, has_open_size=False):
 
 
 def yolo_stock(folder, name, opset):
-    """Boxes are computed in the network, as exporters write it."""
+    """A network that computes boxes itself, like exporters' models."""
     graph = Graph()
     graph.opset = opset
     levels = yolo_heads(graph)
@@ -184,7 +184,7 @@ def yolo_stock(folder, name, opset):
 
 
 def yolo_end_to_end(folder):
-    """Two objects, whatever the image; a third is too unsure."""
+    """Two objects, whatever the image; the score of a third is too low."""
     rows = np.zeros((3, 6 + PROTOTYPES))
     rows[0] = [0, 0, 32, 32, 0.5, 1, 1, 0, 0, 0]
     rows[1] = [32, 0, 64, 32, 0.75, 0, 1, 0, 0, 0]
@@ -204,7 +204,7 @@ def yolo_end_to_end(folder):
 # --- YOLACT ---------------------------------------------------------------------------------------
 
 MAPS = [(8, 8), (16, 4), (32, 2), (64, 1), (64, 1)]  # stride of the cells, cells a side
-ANCHOR_SIDE = math.floor(96 / 550 * SIDE)  # of the first prior of a cell of 32 pixels
+ANCHOR_SIDE = math.floor(96 / 550 * SIDE)  # side of the first prior of a cell of 32 pixels
 
 
 def normalized(sharpness, offset, mean, deviation):
@@ -268,13 +268,13 @@ def yolact(folder, name, priors_per_cell=3, softmax=True, channels_last=True, pr
 
 
 def weights_of(shape):
-    """The test computes the same."""
+    """Weights that the test computes too."""
     return ((np.arange(np.prod(shape)) * 5 % 13 - 6) / 8).reshape(shape)
 
 
 def deformable(folder, name, operator, domain, order, channels, parts, offset_parts, **attributes):
-    """Puts out offsets and mask too, so that the test can do the rest itself. `order` names the
-    inputs; a letter that is missing is an input that is not there."""
+    """Outputs offsets and mask too, so that the test can compute the rest. `order` names the inputs;
+    a missing letter is a missing input."""
     graph = Graph()
     graph.opset = 19 if domain == "" else 12
     graph.domains = [domain] if domain else []

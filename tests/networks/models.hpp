@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// The models that make_models.py writes, and images for them.
+// Models that make_models.py writes, and images for them.
 
 #ifndef DYNFILTER_TESTS_NETWORKS_MODELS_HPP
 #define DYNFILTER_TESTS_NETWORKS_MODELS_HPP
@@ -16,12 +16,12 @@
 
 namespace dynfilter::testing {
 
-/// A fixture for tests that use them: model("yolo_raw").
+/// Fixture for tests that use the models, for example model("yolo_raw").
 class Models : public ::testing::Test {
  protected:
   void SetUp() override {
     if (!std::filesystem::exists(folder() / "yolo_raw.onnx")) {
-      GTEST_SKIP() << "there are no models: they are made by ctest with python3-onnx";
+      GTEST_SKIP() << "no models: ctest makes them if python3-onnx is installed";
     }
   }
 

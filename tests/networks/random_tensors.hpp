@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Tensors for tests of decoders, by hand and at random.
+// Tensors for tests of decoders, hand-made and random.
 
 #ifndef DYNFILTER_TESTS_NETWORKS_RANDOM_TENSORS_HPP
 #define DYNFILTER_TESTS_NETWORKS_RANDOM_TENSORS_HPP
@@ -23,7 +23,7 @@ inline cv::Mat tensor(const std::vector<int>& shape, float value = 0) {
   return data;
 }
 
-/// Uniform numbers.
+/// Tensor of uniform random numbers.
 template <class Random>
 cv::Mat random_tensor(Random& random, const std::vector<int>& shape, float low, float high) {
   cv::Mat data = tensor(shape);
@@ -33,7 +33,7 @@ cv::Mat random_tensor(Random& random, const std::vector<int>& shape, float low, 
   return data;
 }
 
-/// [1, a, b] as [1, b, a].
+/// Transposes [1, a, b] to [1, b, a].
 inline cv::Mat turned(const cv::Mat& data) {
   cv::Mat result = tensor({1, data.size[2], data.size[1]});
   for (int i = 0; i < data.size[1]; ++i) {
@@ -42,7 +42,7 @@ inline cv::Mat turned(const cv::Mat& data) {
   return result;
 }
 
-/// [1, count, rows, columns] as [1, rows, columns, count].
+/// Transposes [1, count, rows, columns] to [1, rows, columns, count].
 inline cv::Mat count_last(const cv::Mat& data) {
   cv::Mat result = tensor({1, data.size[2], data.size[3], data.size[1]});
   for (int k = 0; k < data.size[1]; ++k) {

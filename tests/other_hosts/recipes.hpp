@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// What the recipes of examples/other_hosts/README.md take for granted: variables of the reader's,
-// and the names of the hosts, declared no further than the recipes use them.
+// Names that the recipes of examples/other_hosts/README.md presume: variables of the reader, and
+// the hosts' names, declared only as far as the recipes use them.
 
 #ifndef DYNFILTER_TESTS_OTHER_HOSTS_RECIPES_HPP
 #define DYNFILTER_TESTS_OTHER_HOSTS_RECIPES_HPP
@@ -78,7 +78,7 @@ struct CameraData {
 };
 }  // namespace ov_core
 
-/// Each recipe is the body of one function of this.
+/// Holds each recipe as the body of one member function.
 struct Recipes {
   template <int number>
   void recipe();

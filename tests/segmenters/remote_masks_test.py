@@ -26,7 +26,7 @@ import remote_masks  # noqa: E402
 
 logging.getLogger("remote_masks").setLevel(logging.CRITICAL + 1)
 
-# The bytes of the tables in the README of the example, as remote_protocol_test.cpp has them.
+# The bytes of the tables in the example's README, as in remote_protocol_test.cpp.
 FRAME_HEAD = bytes(
     [0x44, 0x59, 0x4E, 0x46, 1, 0, 1, 0, 70, 0, 0, 0, 0, 0, 0, 0, 9, 0, 0, 0, 0, 0, 0, 0]
     + [8, 7, 6, 5, 4, 3, 2, 1, 0, 0, 0, 0, 0, 0, 0xF8, 0x3F, 3, 0, 0, 0, 2, 0, 0, 0]
@@ -59,7 +59,7 @@ def receive_message(connection):
     """(type, request, payload), or None at the end."""
     try:
         header = connection.recv(24, socket.MSG_WAITALL)
-    except ConnectionResetError:  # what we sent is not all read
+    except ConnectionResetError:  # the server closed before it read everything
         return None
     if len(header) < 24:
         return None
@@ -83,7 +83,7 @@ class Messages(unittest.TestCase):
         self.assertEqual((frame.depth.shape, frame.depth.dtype), ((2, 3), np.uint16))
         self.assertEqual(frame.depth[0].tolist(), [0x0100, 0x0302, 0x0504])
         self.assertEqual(frame.metres_per_unit, 0.25)
-        frame.image[0, 0] = 1  # is segment's own
+        frame.image[0, 0] = 1  # segment owns the image
 
     def test_a_frame_without_depth_has_none(self):
         _, frame = self.receive(frame_bytes())
@@ -215,7 +215,7 @@ class Served(unittest.TestCase):
     def connect(self):
         connection = socket.socket(socket.AF_UNIX)
         self.addCleanup(connection.close)
-        connection.settimeout(60)  # a guard
+        connection.settimeout(60)  # so that the test cannot hang
         connection.connect(self.path)
         return connection
 
@@ -335,7 +335,7 @@ class Served(unittest.TestCase):
             self.assertFalse(os.path.exists(self.path))
 
     def test_nobody_else_may_open_the_socket_from_its_first_moment(self):
-        with unittest.mock.patch.object(remote_masks.os, "chmod"):  # which comes later
+        with unittest.mock.patch.object(remote_masks.os, "chmod"):  # the server calls it later
             before = os.umask(0)
             try:
                 server = remote_masks.Server(self.path, None)
@@ -384,7 +384,7 @@ class Served(unittest.TestCase):
 
     def test_a_socket_that_replaced_ours_stays(self):
         server = remote_masks.Server(self.path, None)
-        os.rename(self.path, self.path + ".old")  # so that no inode is used again
+        os.rename(self.path, self.path + ".old")  # so that no inode is reused
         other = socket.socket(socket.AF_UNIX)
         self.addCleanup(other.close)
         other.bind(self.path)
@@ -449,7 +449,7 @@ class Served(unittest.TestCase):
     def test_another_user_is_refused(self):
         self.start()
         os.chmod(self.folder.name, 0o755)
-        os.chmod(self.path, 0o666)  # were it not for the mode
+        os.chmod(self.path, 0o666)  # tests the check without the mode
         child = os.fork()
         if child == 0:
             code = 1

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 the dynfilter authors
 # SPDX-License-Identifier: MIT
-"""The other side of remote_python_test.cpp: the first pixel of an image says what it does."""
+"""Peer of remote_python_test.cpp: the first pixel of an image says what it does."""
 
 import pathlib
 import sys
@@ -16,7 +16,7 @@ def segment(frame):
         raise RuntimeError("no masks\ntoday")
     if action == 2:
         return [(0, float("nan"), (0, 0, 1, 1), None)]
-    if action == 3:  # what is nearer than 2 m
+    if action == 3:  # finds pixels nearer than 2 m
         depth = frame.depth * frame.metres_per_unit
         mask = (depth > 0) & (depth < 2.0)
         box = (-1.5, 2.0, 10.25, 3.0)

@@ -2,7 +2,8 @@
 # SPDX-FileCopyrightText: 2026 the dynfilter authors
 # SPDX-License-Identifier: MIT
 
-# The page of `dynfilter ablate --report` in a browser: html_report_test.sh <dynfilter> <chromium>
+# Tests the page of `dynfilter ablate --report` in a browser:
+# html_report_test.sh <dynfilter> <chromium>
 
 set -euo pipefail
 
@@ -17,7 +18,7 @@ fail() {
   exit 1
 }
 
-# browse <file>: the page's elements once its scripts ran. What its console says is in console.txt.
+# browse <file>: prints the page's elements after its scripts ran; writes its console to console.txt.
 browse() {
   "$chromium" --headless --no-sandbox --disable-gpu --user-data-dir="$work/profile" \
     --allow-file-access-from-files --virtual-time-budget=20000 --enable-logging=stderr --v=0 \
@@ -25,7 +26,7 @@ browse() {
   grep CONSOLE browser.txt >console.txt || true
 }
 
-# count <text> <file>: how often it occurs
+# count <text> <file>: prints how often the text occurs
 count() {
   { grep -oF -- "$1" "$2" || true; } | wc -l
 }
@@ -38,8 +39,8 @@ expect_count() {
 }
 
 # --- The page -------------------------------------------------------------------------------------
-# Two groups of scenes: a level, and a sequence whose name would be markup were it not escaped, and
-# has a word that is too long for a line on a telephone.
+# Two groups of scenes: a level, and a sequence. The sequence's name looks like markup unless escaped,
+# and has a word too long for a line on a telephone.
 readonly word=rgbd_dataset_freiburg3_walking_halfsphere_validation
 readonly scene="a <b>&\"'$word" scene_in_html="a &lt;b&gt;&amp;\"'$word"
 small=(--frames 6 --width 160 --height 120)
@@ -49,7 +50,7 @@ small=(--frames 6 --width 160 --height 120)
 browse page.html >page.dom
 [[ ! -s console.txt ]] || fail "the page complains: $(<console.txt)"
 
-# Every figure of every table.
+# Counts every figure of every table.
 cells=0
 while IFS= read -r cell; do
   grep -qF ">$cell</td>" page.dom || fail "no cell '$cell'"
@@ -57,10 +58,10 @@ while IFS= read -r cell; do
 done < <(awk -F '  +' '/^(none|crowd_slam|paper) / { for (k = 2; k <= NF; ++k) print $k }' tables.txt)
 ((cells >= 2 * 3 * (4 + 8 + 3))) || fail "only $cells cells in tables.txt"
 
-# All rules in the legend and in three plots of each group.
+# Expects all rules in the legend and in three plots of each group.
 for line in 0 1 2; do expect_count 8 "<path class=\"line line$line\" d=\"M" page.dom; done
 
-# One picture of each group and rule that has any.
+# Expects one picture of each group and rule that has any.
 images=0
 for rule in none crowd_slam paper; do
   for pictures in "sweep/medium_?/$rule/worst_frame.jpg" "sweep/a */$rule/worst_frame.jpg"; do
@@ -76,8 +77,8 @@ grep -oE 'https?://.*|(src|href)="[^"]{0,9}|url\(.*|<(script|link|iframe|object)
   grep -vE '^(src="data:imag|href="#)' && fail "the page asks for something beyond itself"
 
 # --- A telephone ----------------------------------------------------------------------------------
-# The window of a headless browser cannot be so narrow; a frame in it can. With all that is folded
-# open and no picture put off, what there is was loaded before the frame's page counts as loaded.
+# A headless browser's window cannot be so narrow, but a frame in it can. With all details open and
+# no lazy pictures, everything is loaded before the frame counts as loaded.
 sed 's/<details>/<details open>/; s/ loading="lazy"//' page.html >open.html
 cat >telephone.html <<'END'
 <!DOCTYPE html>

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Calls into the compiled components: exit code 0 if they refuse what is not there by its name, and
-// if there are threads.
+// Calls into the compiled components: exit code 0 if they name the missing files that they refuse,
+// and if threads work.
 
 #include <exception>
 #include <memory>
@@ -28,7 +28,7 @@ bool refuses_by_name(Action action) {
   return false;
 }
 
-/// Threads are a dependency that nobody asked for by name.
+/// Uses a thread: the package must link threads although this project does not ask for them.
 bool segments_in_a_thread() {
   dynfilter::AsyncSegmenterOptions options;
   options.hand_over = dynfilter::HandOver::wait;
@@ -47,7 +47,7 @@ bool segments_in_a_thread() {
 int main() {
   const bool segmenters_work =
       refuses_by_name([] { dynfilter::MaskFolderSegmenter("no_such_place"); });
-  // It is what needs OpenCV's video module.
+  // MaskPropagator needs OpenCV's video module.
   const bool propagation_works = !dynfilter::MaskPropagator().propagate({}, {});
   const bool networks_work =
       refuses_by_name([] { dynfilter::make_network_segmenter("no_such_place"); });

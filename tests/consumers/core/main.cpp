@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// What every consumer of the core compiles: exit code 0 if the package works.
+// Program of every consumer of the core: exit code 0 if the package works.
 
 #include <dynfilter/dynfilter.hpp>
 

@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Runs the host on a sequence and compares each of its frames with what its extractor gives without
-// a filter. Exit code 0 if the filter did what the guide says it does.
+// Runs the host on a sequence and compares each of its frames with the unfiltered output of its
+// extractor. Exit code 0 if the filter did what the guide promises.
 //
 //   consumer <rgbd|mono|stereo|fisheye> <folder> <settings> [everything|nothing]
 //
-// The folder holds the sequence `left`, and for fisheye pairs `right`; of a rectified pair the
-// right image is the left one, moved. With "everything" the settings remove all features, with
+// The folder holds the sequence `left`, and for fisheye pairs `right`; the right image of a
+// rectified pair is the left one, shifted. With "everything" the settings remove all features, with
 // "nothing" none.
 
 #include <cmath>
@@ -43,7 +43,7 @@ cv::Mat Read(const std::string& path) {
   return image;
 }
 
-/// What the right camera of a rectified pair sees.
+/// Image of the right camera of a rectified pair.
 cv::Mat Moved(const cv::Mat& image) {
   const int disparity = 8;
   cv::Mat moved = cv::Mat::zeros(image.size(), image.type());
@@ -56,7 +56,7 @@ bool OnMask(const cv::KeyPoint& keypoint, const cv::Mat& mask) {
   return cv::Rect(0, 0, mask.cols, mask.rows).contains(pixel) && mask.at<uchar>(pixel) != 0;
 }
 
-/// One image's features after the filter against those before it.
+/// Compares one image's features after the filter with those before it.
 class Comparison {
  public:
   Comparison(const cv::FileStorage& settings, const cv::Mat& gray, const std::vector<int>& lapping,
@@ -67,7 +67,7 @@ class Comparison {
     pivot_ = extractor(gray, keypoints_, descriptors_, lapping);
   }
 
-  /// They are a subsequence, in step, and none is on the mask.
+  /// Checks that kept features are a subsequence, in step with their descriptors and off the mask.
   void Check(const std::vector<cv::KeyPoint>& kept, const cv::Mat& descriptors, const cv::Mat& mask,
              Totals& totals) const {
     Require(descriptors.rows == static_cast<int>(kept.size()), "a row a keypoint");
@@ -136,7 +136,7 @@ class Run {
     }
   }
 
-  /// The host returns early where there is nothing to extract.
+  /// Checks an image without features, at which the host returns early.
   void FrameWithoutFeatures(const std::string& time) {
     const cv::Size size = slam_.GetTracker().mImGray.size();
     const cv::Mat blank(size, CV_8UC3, cv::Scalar::all(90));
@@ -160,7 +160,7 @@ class Run {
     return gray;
   }
 
-  /// Empty where features on persons stay.
+  /// Mask of an image; empty if features on persons stay.
   cv::Mat Mask(const std::string& camera, const std::string& time) const {
     if (removed_ == "nothing") return cv::Mat();
     return Read(folder_ + "/" + camera + "/masks/" + time + ".png");

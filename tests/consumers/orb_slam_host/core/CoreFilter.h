@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Stands in for dynfilter::Plugin in a host that compiles as C++17 and takes the header-only core.
+// Replaces dynfilter::Plugin in a host that compiles as C++17 and uses the header-only core.
 
 #ifndef COREFILTER_H
 #define COREFILTER_H
@@ -44,7 +44,7 @@ class CoreFilter {
  private:
   void run(double timestamp_s, const cv::Mat& depth, std::vector<cv::KeyPoint>& keypoints,
            cv::Mat& descriptors, int& pivot) {
-    if (keypoints.empty()) return;  // as cv::Mat without rows has no columns either
+    if (keypoints.empty()) return;  // a cv::Mat without rows has no columns either
     frame_.timestamp_s = timestamp_s;
     frame_.depth = depth;
     ++frame_.id;
@@ -57,7 +57,7 @@ class CoreFilter {
     dynfilter::keep_static(labels_, keypoints, descriptors);
   }
 
-  // Beside members of ours, one whose alignment depends on the host's flags.
+  // A member beside ours whose alignment depends on the host's flags.
   Eigen::Matrix4d beside_ = Eigen::Matrix4d::Identity();
   std::string folder_;
   dynfilter::FrameView frame_;

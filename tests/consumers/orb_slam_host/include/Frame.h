@@ -17,15 +17,15 @@ namespace ORB_SLAM_HOST {
 
 class MapPoint;
 
-/// A fisheye camera of a pair: the columns that both see.
+/// Fisheye camera of a pair: the columns that both cameras see.
 struct Camera {
   std::vector<int> mvLappingArea;
 };
 
-/// What was extracted from an image or a pair. All columns have N elements.
+/// Features extracted from an image or a pair. All columns have N elements.
 class Frame {
  public:
-  // As in the hosts: with -march=native these are aligned otherwise than in a packaged library.
+  // As in the hosts: -march=native gives these another alignment than a packaged library has.
   EIGEN_MAKE_ALIGNED_OPERATOR_NEW
 
   Frame() {}

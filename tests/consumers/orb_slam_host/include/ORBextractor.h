@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Features of a scale pyramid, level by level, in pixels of the image that was given.
+// Extracts features of a scale pyramid, level by level, in pixels of the given image.
 
 #ifndef ORBEXTRACTOR_H
 #define ORBEXTRACTOR_H
@@ -14,16 +14,15 @@
 
 namespace ORB_SLAM_HOST {
 
-/// The descriptor that belongs to a keypoint. It holds what tells the keypoint from all others, so
-/// that a row that got out of step is seen.
+/// Descriptor of a keypoint. It identifies the keypoint, so that rows out of step are detected.
 cv::Mat DescriptorOf(const cv::KeyPoint& keypoint);
 
 class ORBextractor {
  public:
   ORBextractor(int nfeatures, float scaleFactor, int nlevels, int iniThFAST);
 
-  /// Keypoints whose x lies in the lapping area are written from the end backwards, the others from
-  /// the front; returns the number of those. class_id is the keypoint's position.
+  /// Extracts features. Keypoints whose x lies in the lapping area go to the end, backwards, the
+  /// others to the front; returns the number of the latter. class_id is the keypoint's position.
   int operator()(const cv::Mat& image, std::vector<cv::KeyPoint>& keypoints, cv::Mat& descriptors,
                  const std::vector<int>& vLappingArea);
 

@@ -39,7 +39,7 @@ class Tracking {
   float mDepthMapFactor;
   int mnFrames = 0;
 
-  // Not initialised where the sensor does not need them, as in the hosts.
+  // As in the hosts, uninitialised if the sensor does not need them.
   ORBextractor *mpORBextractorLeft, *mpORBextractorRight;
   ORBextractor* mpIniORBextractor;
   Camera *mpCamera = nullptr, *mpCamera2 = nullptr;

@@ -93,7 +93,7 @@ void Frame::ExtractBoth(const cv::Mat& imLeft, const cv::Mat& imRight, const std
   threadRight.join();
 }
 
-/// The nearest right feature of the same row and level.
+/// Matches each feature with the nearest right feature of its row and level.
 void Frame::ComputeStereoMatches() {
   mvuRight = std::vector<float>(N, -1);
   mvDepth = std::vector<float>(N, -1);
@@ -122,7 +122,7 @@ void Frame::ComputeStereoFromRGBD(const cv::Mat& imDepth) {
   }
 }
 
-/// What the hosts do with the pivots: the rows behind them are cut out and matched.
+/// Uses the pivots as the hosts do: cuts out the rows behind them and matches those.
 void Frame::ComputeStereoFishEyeMatches() {
   const cv::Mat left = mDescriptors.rowRange(monoLeft, mDescriptors.rows);
   const cv::Mat right = mDescriptorsRight.rowRange(monoRight, mDescriptorsRight.rows);

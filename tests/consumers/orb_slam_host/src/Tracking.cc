@@ -88,7 +88,7 @@ Eigen::Matrix4d Tracking::GrabImageMonocular(const cv::Mat& im, const double& ti
   return mCurrentFrame.mTcw;
 }
 
-/// No tracking, but the states that decide which extractor is used.
+/// Does not track; sets the states that decide which extractor is used.
 void Tracking::Track() {
   mState = ++mnFrames < 5 ? NOT_INITIALIZED : OK;
   mCurrentFrame.mTcw(0, 3) += mCurrentFrame.N;
