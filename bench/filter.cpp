@@ -178,7 +178,7 @@ void label_and_keep(benchmark::State& state, const Rule& rule, const Case& which
     }
   }
   if (columns.keypoints.size() != running.labels.statistics().kept()) {
-    state.SkipWithError("keep_static left a wrong number");
+    state.SkipWithError("keep_static kept a wrong number of features");
   }
   running.report(state);
 }

@@ -65,7 +65,7 @@ void dilation(benchmark::State& state) {
   for (const cv::KeyPoint& keypoint : keypoints) {
     all_static = all_static && is_static.at<std::uint8_t>(nearest_pixel(keypoint.pt)) != 0;
   }
-  if (!all_static) state.SkipWithError("a keypoint on a person, or none taken");
+  if (!all_static) state.SkipWithError("a keypoint on a person was kept, or none was removed");
 }
 
 /// Filters by the mask alone: no margin, no depth, and descriptors stay unchanged.
@@ -79,7 +79,7 @@ void run_by_pixels_mask(benchmark::State& state) {
     benchmark::DoNotOptimize(keypoints.data());
   }
   if (keypoints.empty() || keypoints.size() == input.keypoints.size()) {
-    state.SkipWithError("all keypoints or none were taken");
+    state.SkipWithError("all keypoints or none were removed");
   }
 }
 
@@ -209,7 +209,7 @@ void region_growing(benchmark::State& state) {
   // An ellipse may reach a pixel beyond its box.
   const cv::Mat in_box = region(person.box + cv::Size(2, 2) - cv::Point(1, 1));
   if (grown < 1000 || cv::countNonZero(in_box) != static_cast<int>(grown)) {
-    state.SkipWithError("the region is no person");
+    state.SkipWithError("the region is not a person");
   }
 }
 
@@ -266,7 +266,7 @@ void orb_extraction(benchmark::State& state) {
     orb->detectAndCompute(Scene::instance().grey, cv::noArray(), keypoints, descriptors);
     benchmark::DoNotOptimize(descriptors.data);
   }
-  if (keypoints.size() < 900) state.SkipWithError("hardly a keypoint");
+  if (keypoints.size() < 900) state.SkipWithError("too few keypoints");
 }
 
 /// Filter on the frame whose ORB extraction is timed; many of its features are on persons.

@@ -71,7 +71,7 @@ const std::vector<BadInput> bad_inputs = {
     {"negative depth unit",
      [](auto& c) { c.frame.metres_per_unit = -1; },
      {"metres_per_unit = -1"}},
-    {"depth unit that is no number",
+    {"depth unit NaN",
      [](auto& c) { c.frame.metres_per_unit = not_a_number; },
      {"metres_per_unit = nan"}},
     {"infinite depth unit",
@@ -80,13 +80,13 @@ const std::vector<BadInput> bad_inputs = {
     {"depth of another size than the image",
      [](auto& c) { c.frame.depth = cv::Mat::zeros(10, 15, CV_16UC1); },
      {"30x20", "15x10"}},
-    {"depth of another size than the image, with nobody there",
+    {"depth of another size than the image, without instances",
      [](auto& c) {
        c.frame.depth = cv::Mat::zeros(10, 15, CV_16UC1);
        c.segmentation = Segmentation();
      },
      {"an image of 30x20", "a depth image of 15x10"}},
-    {"time that is no number",
+    {"time NaN",
      [](auto& c) { c.frame.timestamp_s = not_a_number; },
      {"timestamp_s = nan", "frame"}},
     {"infinite time of the masks",
@@ -118,7 +118,7 @@ const std::vector<BadInput> bad_inputs = {
     {"score above 1",
      [](auto& c) { second_instance(c).score = 87.0F; },
      {"score 87", "instance 1"}},
-    {"score that is no number",
+    {"score NaN",
      [](auto& c) { second_instance(c).score = std::nanf(""); },
      {"score nan", "instance 1"}},
     {"static mask of another size",

@@ -265,7 +265,7 @@ TEST(DynamicFilter, TwoFiltersInOneProcessShareNothing) {
     other.options.compensator.paper.seed += 1;
     other.options.compensator.depth.box_margin_px += 100;
     const DynamicFilter first(input.options), second(other.options);
-    for (int round = 0; round < 3; ++round) {
+    for (int trial = 0; trial < 3; ++trial) {
       second.apply(other.frame, other.segmentation, other.keypoints);
       expect_same(alone, first.apply(input.frame, input.segmentation, input.keypoints));
     }

@@ -34,14 +34,15 @@ Indices brute_inside(const std::vector<cv::KeyPoint>& keypoints, const cv::Rect&
 }
 
 cv::Rect arbitrary_box(ByteSource& source, const cv::Size& image) {
-  constexpr int greatest = std::numeric_limits<int>::max(), least = std::numeric_limits<int>::min();
+  constexpr int int_max = std::numeric_limits<int>::max(),
+                int_min = std::numeric_limits<int>::min();
   cv::Rect box(source.between(-9, image.width), source.between(-9, image.height),
                source.between(0, image.width), source.between(0, image.height));
-  if (source.chance(3)) box.x = greatest;
-  if (source.chance(3)) box.y = least;
-  if (source.chance(3)) box.width = greatest;
-  if (source.chance(3)) box = {least, least, greatest, greatest};
-  if (source.chance(3)) box = {0, 0, greatest, greatest};
+  if (source.chance(3)) box.x = int_max;
+  if (source.chance(3)) box.y = int_min;
+  if (source.chance(3)) box.width = int_max;
+  if (source.chance(3)) box = {int_min, int_min, int_max, int_max};
+  if (source.chance(3)) box = {0, 0, int_max, int_max};
   return box;
 }
 
@@ -50,8 +51,8 @@ TEST(FrameFeatures, InsideMatchesBruteForce) {
   std::size_t found = 0;
   for (std::uint64_t seed = 0; seed < 3000; ++seed) {
     ByteSource source(seed);
-    const int most = source.chance(10) ? 60000 : 900;
-    const cv::Size image(source.between(1, most), source.between(1, most));
+    const int max_side = source.chance(10) ? 60000 : 900;
+    const cv::Size image(source.between(1, max_side), source.between(1, max_side));
     const std::vector<cv::KeyPoint> keypoints = arbitrary_keypoints(source, image);
     features.read(keypoints);
     ASSERT_EQ(features.size(), keypoints.size());

@@ -53,15 +53,16 @@ TEST(ImageSize, ImpossibleSizesAreRefused) {
       {"MaskFolderWriter", [&](const auto& masks) { writer.add(masks); }},
       {"Segmenter", [](const auto& masks) { FixedSegmenter(masks).segment({}); }},
   };
-  constexpr int most = std::numeric_limits<int>::max();
-  for (const cv::Size& size : {cv::Size(most, most), cv::Size(most, 1), cv::Size(1, most),
-                               cv::Size(1048577, 4), cv::Size(32769, 32768)}) {
+  constexpr int int_max = std::numeric_limits<int>::max();
+  for (const cv::Size& size :
+       {cv::Size(int_max, int_max), cv::Size(int_max, 1), cv::Size(1, int_max),
+        cv::Size(1048577, 4), cv::Size(32769, 32768)}) {
     for (const Consumer& consumer : consumers) {
       SCOPED_TRACE(std::string(consumer.name) + " " + detail::size_name(size));
       testing::expect_error<std::invalid_argument>(
           [&] { consumer.take(segmentation_of(size)); },
           "got image_size " + detail::size_name(size) +
-              "; want sides of at most 1048576 pixels and at most 1073741824 pixels in all");
+              "; want sides of at int_max 1048576 pixels and at int_max 1073741824 pixels in all");
     }
   }
 }

@@ -37,7 +37,7 @@ void fill(FrameView& frame, const cv::Rect& area, float depth_m) {
 }
 
 /// Fills the square of all pixels closer than `distance` steps to the centre.
-void fill_round(FrameView& frame, int distance, float depth_m) {
+void fill_around(FrameView& frame, int distance, float depth_m) {
   const int side = 2 * distance - 1;
   fill(frame, {centre.x - distance + 1, centre.y - distance + 1, side, side}, depth_m);
 }
@@ -50,7 +50,7 @@ TEST(ObjectNearness, DirectionsVoteInverselyToDistance) {
   EXPECT_EQ(nearness(frame_of(person), centre), 8.0) << "inside the object";
   for (int distance = 1; distance <= 10; ++distance) {
     FrameView frame = frame_of(person);
-    fill_round(frame, distance, missing);
+    fill_around(frame, distance, missing);
     EXPECT_NEAR(nearness(frame, centre), 8.0 / distance, 1e-12) << distance;
   }
 }
@@ -58,7 +58,7 @@ TEST(ObjectNearness, DirectionsVoteInverselyToDistance) {
 TEST(ObjectNearness, OneSideHasThreeVotes) {
   for (int distance = 1; distance <= 10; ++distance) {
     FrameView frame = frame_of(wall);
-    fill_round(frame, distance, missing);
+    fill_around(frame, distance, missing);
     fill(frame, {0, 0, centre.x - distance + 1, 100}, person);
     EXPECT_NEAR(nearness(frame, centre), 3.0 / distance, 1e-12) << distance;
   }
@@ -66,7 +66,7 @@ TEST(ObjectNearness, OneSideHasThreeVotes) {
 
 TEST(ObjectNearness, OnlyTheFirstPixelWithDepthVotes) {
   FrameView frame = frame_of(person);
-  fill_round(frame, 4, missing);
+  fill_around(frame, 4, missing);
   fill(frame, {centre.x - 2, centre.y, 1, 1}, wall);    // hides the person on the left
   fill(frame, {centre.x + 3, centre.y, 1, 1}, person);  // nearer than the rest on the right
   EXPECT_NEAR(nearness(frame, centre), 6.0 / 4 + 1.0 / 3, 1e-12);
@@ -80,7 +80,7 @@ TEST(ObjectNearness, ThePixelItselfDoesNotVote) {
 
 TEST(ObjectNearness, IgnoresPixelsBeyondItsReach) {
   FrameView frame = frame_of(person);
-  fill_round(frame, 11, missing);
+  fill_around(frame, 11, missing);
   EXPECT_EQ(nearness(frame, centre, 10), 0.0);
   EXPECT_NEAR(nearness(frame, centre, 11), 8.0 / 11, 1e-12);
   EXPECT_EQ(nearness(frame_of(person), centre, 0.01), 8.0) << "the reach is at least one pixel";
@@ -115,9 +115,9 @@ TEST(ObjectNearness, MissingDepthNeverVotes) {
 TEST(ObjectNearness, LengthsScaleWithTheImage) {
   FrameView frame;
   frame.depth = cv::Mat(100, 1280, CV_32FC1, cv::Scalar(person));
-  fill_round(frame, 20, missing);
+  fill_around(frame, 20, missing);
   EXPECT_NEAR(nearness(frame, centre), 8.0 / 10, 1e-12) << "20 pixels count as 10";
-  fill_round(frame, 21, missing);
+  fill_around(frame, 21, missing);
   EXPECT_EQ(nearness(frame, centre), 0.0);
 }
 

@@ -42,7 +42,7 @@ FilterCase depth_case(std::uint64_t seed) {
 }
 
 TEST(WholeFilter, DepthRuleMatchesTheOracleOnEveryPath) {
-  std::size_t by_depth = 0, by_nearness = 0, by_margin = 0, given_back = 0, box_fallbacks = 0;
+  std::size_t by_depth = 0, by_nearness = 0, by_margin = 0, restored = 0, box_fallbacks = 0;
   for (std::uint64_t seed = 0; seed < 8000; ++seed) {
     const FilterCase input = depth_case(seed);
     ASSERT_EQ(check_filter(input), "") << "seed " << seed;
@@ -50,13 +50,13 @@ TEST(WholeFilter, DepthRuleMatchesTheOracleOnEveryPath) {
     by_depth += verdict.by_depth;
     by_nearness += verdict.by_nearness;
     by_margin += verdict.by_margin;
-    given_back += verdict.given_back;
+    restored += verdict.restored;
     box_fallbacks += verdict.box_fallbacks;
   }
   EXPECT_GT(by_depth, 15000U);
   EXPECT_GT(by_nearness, 15000U);
   EXPECT_GT(by_margin, 1500U);
-  EXPECT_GT(given_back, 8000U);
+  EXPECT_GT(restored, 8000U);
   EXPECT_GT(box_fallbacks, 3000U);
 }
 
@@ -92,7 +92,7 @@ TEST(WholeFilter, MatchesTheOracleInCrowds) {
 
 /// Uses more objects than a word has bits.
 TEST(WholeFilter, MatchesTheOracleWithHundredsOfObjects) {
-  std::size_t compensated = 0, given_back = 0, by_later_ones = 0;
+  std::size_t compensated = 0, restored = 0, by_later_ones = 0;
   for (std::uint64_t seed = 0; seed < 300; ++seed) {
     ByteSource source(seed);
     FilterCase input = arbitrary_case(source, {source.between(20, 60), source.between(20, 60)});
@@ -108,7 +108,7 @@ TEST(WholeFilter, MatchesTheOracleWithHundredsOfObjects) {
     }
     ASSERT_EQ(check_filter(input), "") << "seed " << seed;
     const DepthVerdict verdict = DepthOracle(input).verdict();
-    given_back += verdict.given_back;
+    restored += verdict.restored;
     for (const FeatureLabel& label : verdict.filter.labels) {
       const bool is_compensated = label.removed && label.reason == Reason::compensated;
       compensated += is_compensated ? 1 : 0;
@@ -117,7 +117,7 @@ TEST(WholeFilter, MatchesTheOracleWithHundredsOfObjects) {
   }
   EXPECT_GT(compensated, 500U);
   EXPECT_GT(by_later_ones, 50U);
-  EXPECT_GT(given_back, 300U);
+  EXPECT_GT(restored, 300U);
 }
 
 }  // namespace

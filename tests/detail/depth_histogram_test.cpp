@@ -51,12 +51,12 @@ int count(const std::vector<float>& depths, double lower, double upper) {
 
 double brute_cluster(const std::vector<float>& depths, int half, double share) {
   const auto window = [&](int end) { return count(depths, (end - 2 * half) * 0.05, end * 0.05); };
-  const double least = share * count(depths, 0, 51.2);
+  const double min_count = share * count(depths, 0, 51.2);
   int fullest = 0;
   for (int end = 0; end <= 1024 + half; ++end) {
     const int here = window(end);
     if (here > window(fullest)) fullest = end;
-    bool is_peak = here > 0 && here >= least;
+    bool is_peak = here > 0 && here >= min_count;
     for (int i = -half; is_peak && i <= half; ++i) is_peak = window(end + i) <= here;
     if (is_peak) return (end - half) * 0.05;
   }
@@ -87,13 +87,13 @@ TEST(DepthHistogram, NearestClusterMatchesBruteForce) {
 
 /// Oracle: extends the range while three adjacent bins, centred on the bin in question, hold
 /// enough.
-ValueRange brute_extent(const std::vector<float>& depths, double depth, double most) {
+ValueRange brute_extent(const std::vector<float>& depths, double depth, double limit) {
   const double enough = std::max(3.0, 0.015 * count(depths, 0, 51.2));
   const auto end = [&](int direction) {
     const int middle = static_cast<int>(depth / 0.05);
     int bin = middle;
     for (int next = middle + direction; next >= 0 && next < 1024; next += direction) {
-      const bool far = (std::abs(next - middle) + 2) * 0.05 > most + 1e-6;
+      const bool far = (std::abs(next - middle) + 2) * 0.05 > limit + 1e-6;
       if (far || count(depths, (next - 1) * 0.05, (next + 2) * 0.05) < enough) break;
       bin = next;
     }
@@ -109,9 +109,9 @@ TEST(DepthHistogram, ExtentMatchesBruteForce) {
     const std::vector<float> depths = arbitrary_depths(source);
     const double depth = double{depths[source.word() % depths.size()]};
     if (depth >= 51.2) continue;
-    const double most = source.between(0, 30) * 0.05;
-    const ValueRange expected = brute_extent(depths, depth, most);
-    const ValueRange extent = histogram_of(depths).extent_around(depth, most);
+    const double limit = source.between(0, 30) * 0.05;
+    const ValueRange expected = brute_extent(depths, depth, limit);
+    const ValueRange extent = histogram_of(depths).extent_around(depth, limit);
     ASSERT_NEAR(extent.lower, expected.lower, 1e-9) << "seed " << seed;
     ASSERT_NEAR(extent.upper, expected.upper, 1e-9) << "seed " << seed;
     stopped_by_most += brute_extent(depths, depth, 100).upper > expected.upper ? 1 : 0;
@@ -180,7 +180,8 @@ TEST(DepthHistogram, AcceptsWindowsOfAnyWidth) {
     EXPECT_LE(centre - half, 0.5) << half;
     EXPECT_GE(centre + half, 40.05) << half;
   }
-  EXPECT_NEAR(histogram.nearest_cluster(1e-9, 0.1), 0.5, 1e-9) << "the window is at least one bin";
+  EXPECT_NEAR(histogram.nearest_cluster(1e-9, 0.1), 0.5, 1e-9)
+      << "the window is at min_count one bin";
 }
 
 double median_within(std::vector<float> values, double lower, double upper) {

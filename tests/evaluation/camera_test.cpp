@@ -24,12 +24,12 @@ namespace {
 using testing::expect_error;
 using testing::TemporaryFolder;
 
-const std::string least =
+const std::string required_keys =
     "%YAML:1.0\n"
     "Camera.fx: 535.4\nCamera.fy: 539\nCamera.cx: 320.1\nCamera.cy: -1.5\nDepthMapFactor: 5000\n";
 
 std::string with(const std::string& key, const std::string& value) {
-  std::string text = least;
+  std::string text = required_keys;
   const std::size_t begin = text.find(key + ":");
   const std::size_t end = text.find('\n', begin) + 1;
   return text.replace(begin, end - begin, value.empty() ? "" : key + ": " + value + "\n");
@@ -62,7 +62,7 @@ void expect_equal(const CameraParameters& a, const CameraParameters& b) {
 
 TEST(Camera, ReadsRequiredKeysAndDefaultsTheRestToZero) {
   const TemporaryFolder folder;
-  const CameraParameters camera = read_camera(folder.write("camera.yaml", least));
+  const CameraParameters camera = read_camera(folder.write("camera.yaml", required_keys));
   CameraParameters want;
   want.fx = 535.4;
   want.fy = 539;
@@ -98,7 +98,7 @@ TEST(Camera, RefusesFilesWithoutACamera) {
     std::string text, message;
   } cases[] = {
       {"empty", "", "is no OpenCV YAML file"},
-      {"no first line", least.substr(least.find('\n') + 1), "%YAML:1.0"},
+      {"no first line", required_keys.substr(required_keys.find('\n') + 1), "%YAML:1.0"},
       {"a tab", "%YAML:1.0\nCamera.fx:\t3\n", "(line 2: Tabs are prohibited"},
       {"a list", "%YAML:1.0\n- 3\n- 4\n", "holds no keys"},
       {"junk", std::string("\x89PNG\r\n\x1a\n\0\0", 10), "is no OpenCV YAML file"},
@@ -113,13 +113,14 @@ TEST(Camera, RefusesFilesWithoutACamera) {
        "DepthMapFactor: got -5000.; want a number above 0"},
       {"not finite", with("Camera.cx", ".inf"), "Camera.cx: got .inf; want a finite number"},
       {"NaN", with("Camera.fx", ".nan"), "Camera.fx: got .nan; want a decimal number"},
-      {"optional text", least + "Camera.k1: abc\n", "Camera.k1: got \"abc\"; want a number"},
-      {"half pixel", least + "Camera.width: 640.5\n",
+      {"optional text", required_keys + "Camera.k1: abc\n",
+       "Camera.k1: got \"abc\"; want a number"},
+      {"half pixel", required_keys + "Camera.width: 640.5\n",
        "Camera.width: got 640.5; want a whole number"},
-      {"negative size", least + "Camera.height: -480\n",
+      {"negative size", required_keys + "Camera.height: -480\n",
        "Camera.height: got -480; want a whole number"},
-      {"negative rate", least + "Camera.fps: -30\n",
-       "Camera.fps: got -30; want a number of at least 0"},
+      {"negative rate", required_keys + "Camera.fps: -30\n",
+       "Camera.fps: got -30; want a number of at required_keys 0"},
   };
   for (const auto& c : cases) {
     SCOPED_TRACE(c.what);
@@ -134,16 +135,17 @@ TEST(Camera, RefusesValuesThatOpenCvWouldMisread) {
   const struct {
     std::string text, message;
   } cases[] = {
-      {least + "Camera.width: 4294967936\n", "Camera.width: got 4294967936; want a number that"},
-      {least + "Camera.width: 0640\n",
+      {required_keys + "Camera.width: 4294967936\n",
+       "Camera.width: got 4294967936; want a number that"},
+      {required_keys + "Camera.width: 0640\n",
        "Camera.width: got 0640; want a decimal number, without leading zeros"},
-      {least + "Camera.height: 0x1E0\n", "Camera.height: got 0x1E0; want a decimal number"},
+      {required_keys + "Camera.height: 0x1E0\n", "Camera.height: got 0x1E0; want a decimal number"},
       {with("DepthMapFactor", "010"),
        "DepthMapFactor: got 010; want a decimal number, without leading zeros"},
       {with("DepthMapFactor", "5000000000"),
        "DepthMapFactor: got 5000000000; want a number that OpenCV can hold, 5000000000.0"},
-      {least + "Camera.fx: 517.3\n", "Camera.fx: got the key 2 times; want it once"},
-      {least + "Camera.k1: 0.1\nCamera.k1: 0.2\n", "Camera.k1: got the key 2 times"},
+      {required_keys + "Camera.fx: 517.3\n", "Camera.fx: got the key 2 times; want it once"},
+      {required_keys + "Camera.k1: 0.1\nCamera.k1: 0.2\n", "Camera.k1: got the key 2 times"},
   };
   for (const auto& c : cases) {
     SCOPED_TRACE(c.text);
@@ -157,13 +159,13 @@ TEST(Camera, ReadsAFileWithAnyName) {
   const TemporaryFolder folder;
   for (const char* name : {"what?.yaml", "a?b=c", "camera.xml"}) {
     SCOPED_TRACE(name);
-    EXPECT_EQ(read_camera(folder.write(name, least)).fx, 535.4);
+    EXPECT_EQ(read_camera(folder.write(name, required_keys)).fx, 535.4);
   }
 }
 
 TEST(Camera, IgnoresUnknownKeys) {
   const TemporaryFolder folder;
-  const std::string text = least +
+  const std::string text = required_keys +
                            "Viewer.x: 010\nViewer.x: 5000000000\nBlock:\n  Camera.fx: 010\n"
                            "Text: \"Camera.fx: 7\" # Camera.fx: 8\n# Camera.fx: 9\n";
   EXPECT_EQ(read_camera(folder.write("camera.yaml", text)).fx, 535.4);

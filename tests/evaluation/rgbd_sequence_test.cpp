@@ -74,12 +74,12 @@ std::vector<double> random_times(std::mt19937& random, int count, double step) {
 
 TEST(Associate, MatchesBruteForce) {
   std::mt19937 random(11);
-  for (int round = 0; round < 300; ++round) {
-    const double step = round % 2 == 0 ? 0.005 : 0.000733;
+  for (int trial = 0; trial < 300; ++trial) {
+    const double step = trial % 2 == 0 ? 0.005 : 0.000733;
     const auto a = random_times(random, static_cast<int>(random() % 30), step);
     const auto b = random_times(random, static_cast<int>(random() % 30), step);
-    const double limit = round % 5 == 0 ? 0 : 0.02;
-    EXPECT_EQ(associate(a, b, limit), associate_by_search(a, b, limit)) << "round " << round;
+    const double limit = trial % 5 == 0 ? 0 : 0.02;
+    EXPECT_EQ(associate(a, b, limit), associate_by_search(a, b, limit)) << "trial " << trial;
   }
 }
 

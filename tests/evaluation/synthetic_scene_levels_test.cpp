@@ -121,7 +121,7 @@ TEST(SceneLevels, FirstAndLastFrameMatchThePublishedPixels) {
 TEST(SceneLevels, RefusesUnknownNamesAndListsTheLevels) {
   try {
     scene_level("meduim");
-    ADD_FAILURE() << "accepted";
+    ADD_FAILURE() << "the unknown name was accepted";
   } catch (const std::invalid_argument& error) {
     const std::string text = error.what();
     EXPECT_NE(text.find("\"meduim\""), std::string::npos) << text;
@@ -338,18 +338,18 @@ TEST(ExposureChange, ChangesOnlyTheBrightness) {
   options.exposure_change_stops = 1;
   const SyntheticScene swaying(options);
   const SyntheticScene steady(small("medium"));
-  double least = 9, greatest = 0;
+  double min_gain = 9, max_gain = 0;
   for (int i = 0; i < 240; i += 20) {
     const SyntheticFrame frame = swaying.render(i);
     const SyntheticFrame plain = steady.render(i);
     EXPECT_TRUE(same(frame.frame.depth, plain.frame.depth));
     const double gain = cv::mean(frame.frame.image)[1] / cv::mean(plain.frame.image)[1];
-    least = std::min(least, gain);
-    greatest = std::max(greatest, gain);
+    min_gain = std::min(min_gain, gain);
+    max_gain = std::max(max_gain, gain);
   }
-  EXPECT_NEAR(least, 0.5, 0.06);
-  EXPECT_GT(greatest, 1.5);  // 2, except for clipping
-  EXPECT_LT(greatest, 2.1);
+  EXPECT_NEAR(min_gain, 0.5, 0.06);
+  EXPECT_GT(max_gain, 1.5);  // 2, except for clipping
+  EXPECT_LT(max_gain, 2.1);
 }
 
 TEST(SceneLevels, RefusesOptionsOutOfRangeByName) {
@@ -359,7 +359,7 @@ TEST(SceneLevels, RefusesOptionsOutOfRangeByName) {
     spoil(options);
     try {
       const SyntheticScene scene(options);
-      ADD_FAILURE() << option << " accepted";
+      ADD_FAILURE() << option << " was accepted";
     } catch (const std::invalid_argument& error) {
       const std::string text = error.what();
       EXPECT_NE(text.find(std::string("got ") + option), std::string::npos) << text;

@@ -144,7 +144,7 @@ std::map<double, double> kept_by_tum(const std::vector<std::array<double, 3>>& r
 TEST(TrajectoryFlaws, AreHandledLikeTumsScripts) {
   constexpr double nan = std::numeric_limits<double>::quiet_NaN();
   std::mt19937 random(16);
-  for (int round = 0; round < 200; ++round) {
+  for (int trial = 0; trial < 200; ++trial) {
     std::vector<std::array<double, 3>> rows = {{0.5, -1, 1}};
     std::ostringstream text;
     text << "0.5 -1 0 0 0 0 0 1\n";

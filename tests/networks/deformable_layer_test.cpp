@@ -59,7 +59,7 @@ TEST_P(DeformableLayer, MatchesTheClass) {
   const Operator& o = GetParam();
   cv::dnn::Net net = cv::dnn::readNetFromONNX(model(o.model).string());
   std::mt19937 random(1);
-  for (int round = 0; round < 2; ++round) {
+  for (int trial = 0; trial < 2; ++trial) {
     const cv::Mat input = random_tensor(random, {1, o.channels, 9, 10}, -1, 1);
     net.setInput(input);
     std::vector<cv::Mat> outputs;

@@ -29,12 +29,12 @@ inline void expect_same(const std::vector<detail::Detection>& got,
   }
 }
 
-inline detail::DetectionOptions options_of(float score, float iou, int most) {
+inline detail::DetectionOptions options_of(float score, float iou, int max_detections) {
   detail::DetectionOptions options;
   options.is_wanted = [](int) { return true; };
   options.score_threshold = score;
   options.iou_threshold = iou;
-  options.max_detections = most;
+  options.max_detections = max_detections;
   return options;
 }
 

@@ -100,7 +100,7 @@ TEST_P(FullSizeYolact, LoadsRunsAndDecodes) {
 
   const cv::Mat image = blobs_and_noise();
   Segmentation found;
-  for (int round = 0; round < 3; ++round) {
+  for (int trial = 0; trial < 3; ++trial) {
     const Stopwatch frame;
     found = segmenter->segment(testing::frame_of(image));
     std::cout << "a frame in " << frame.text() << ", " << found.instances.size() << " instances\n";

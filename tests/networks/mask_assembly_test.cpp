@@ -104,8 +104,8 @@ TEST(MaskAssembly, MatchesANaiveLoop) {
   const std::vector<InputPlacement> placements = {
       letterboxed({90, 61}, {96, 96}), letterboxed({200, 150}, {96, 64}),
       letterboxed({70, 45}, {96, 96}, 0.4), stretched({131, 77}, {92, 92})};
-  for (int round = 0; round < 80; ++round) {
-    const InputPlacement& placement = placements[std::size_t(round) % placements.size()];
+  for (int trial = 0; trial < 80; ++trial) {
+    const InputPlacement& placement = placements[std::size_t(trial) % placements.size()];
     const cv::Mat prototypes = random_tensor(random, {1, count, 23, 24}, -1, 1);
     Detection detection;
     const float x1 = place(random), y1 = place(random);
@@ -129,7 +129,7 @@ TEST(MaskAssembly, MatchesANaiveLoop) {
       }
       ASSERT_EQ(first.size(), 1U);
       const cv::Mat got = full_mask(first[0], placement.image);
-      EXPECT_EQ(cv::countNonZero((got != want) & (unsure == 0)), 0) << round;
+      EXPECT_EQ(cv::countNonZero((got != want) & (unsure == 0)), 0) << trial;
       EXPECT_EQ(cv::norm(got, full_mask(last[0], placement.image), cv::NORM_INF), 0);
       EXPECT_EQ(first[0].box, box);
       EXPECT_EQ(first[0].class_id, 5);

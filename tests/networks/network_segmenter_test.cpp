@@ -134,7 +134,7 @@ TEST_F(NetworkSegmenterTest, FindsOnlyTheWantedClasses) {
 
 TEST_F(NetworkSegmenterTest, ServesFrameAfterFrame) {
   const auto network = make_network_segmenter(model("yolo_raw"));
-  for (int round = 0; round < 3; ++round) {
+  for (int trial = 0; trial < 3; ++trial) {
     expect_two_blocks(network->segment(frame_of(two_blocks())));
     EXPECT_TRUE(network->segment(frame_of(black_image({31, 77}))).instances.empty());
   }

@@ -83,9 +83,9 @@ class OnnxFiles : public ::testing::Test {
 TEST_F(OnnxFiles, ConstantOutputHasAtMost32Dimensions) {
   EXPECT_EQ(shape_of(read(model_of_constant(tensor(1, 5))).constants.at("ones")),
             (std::vector<int>{1, 5}));
-  const cv::Mat most = read(model_of_constant(tensor(32, 5))).constants.at("ones");
-  EXPECT_EQ(most.dims, 32);
-  EXPECT_EQ(most.total(), 5U);
+  const cv::Mat largest = read(model_of_constant(tensor(32, 5))).constants.at("ones");
+  EXPECT_EQ(largest.dims, 32);
+  EXPECT_EQ(largest.total(), 5U);
   expect_refused(model_of_constant(tensor(33, 5)),
                  "its constant output ones is no whole float tensor of 1 to 32 dimensions");
 }
@@ -132,7 +132,7 @@ TEST_F(OnnxFiles, RefusesHugeFilesUnread) {
     GTEST_SKIP() << "the file system cannot hold a file of a terabyte: " << error.message();
   expect_error<std::runtime_error>(
       [&] { read_onnx_file(file); },
-      file.string() + ": is no ONNX model: got 1099511627776 bytes; want at most");
+      file.string() + ": is no ONNX model: got 1099511627776 bytes; want at largest");
 }
 
 TEST(Tensors, PartsOfEmptyTablesAreEmpty) {

@@ -70,9 +70,9 @@ Outputs random_outputs(std::mt19937& random, int rows, int classes, bool are_log
   return outputs;
 }
 
-YolactDecoding decoding_of(float score, int max_per_class = 200, int most = 100,
+YolactDecoding decoding_of(float score, int max_per_class = 200, int max_detections = 100,
                            YolactSuppression suppression = YolactSuppression::fast) {
-  return {options_of(score, 0.5F, most), suppression, max_per_class};
+  return {options_of(score, 0.5F, max_detections), suppression, max_per_class};
 }
 
 std::vector<Detection> decoded(const Outputs& outputs, const YolactDecoding& decoding) {
@@ -138,13 +138,13 @@ std::vector<Detection> naive(const Outputs& outputs, bool are_logits,
 TEST(YolactDecoder, MatchesThePublishedProcedure) {
   std::mt19937 random(1);
   std::size_t found = 0;
-  for (int round = 0; round < 60; ++round) {
-    const bool are_logits = round % 2 == 0;
-    const Outputs outputs = random_outputs(random, 40 + round, round % 3 == 0 ? 1 : 6, are_logits);
-    const YolactDecoding decoding = decoding_of(round % 4 == 0 ? 0 : 0.02F * float(round % 20),
-                                                round % 5 == 0 ? 9 : 200, round % 7 == 0 ? 4 : 100);
+  for (int trial = 0; trial < 60; ++trial) {
+    const bool are_logits = trial % 2 == 0;
+    const Outputs outputs = random_outputs(random, 40 + trial, trial % 3 == 0 ? 1 : 6, are_logits);
+    const YolactDecoding decoding = decoding_of(trial % 4 == 0 ? 0 : 0.02F * float(trial % 20),
+                                                trial % 5 == 0 ? 9 : 200, trial % 7 == 0 ? 4 : 100);
     const std::vector<Detection> want = naive(outputs, are_logits, decoding);
-    SCOPED_TRACE(round);
+    SCOPED_TRACE(trial);
     expect_same(decoded(outputs, decoding), want);
     found += want.size();
   }

@@ -169,11 +169,11 @@ std::vector<Detection> decoded(const std::vector<NamedTensor>& outputs,
 TEST(YoloDecoder, MatchesANaiveDecoder) {
   std::mt19937 random(1);
   std::size_t found = 0;
-  for (int round = 0; round < 60; ++round) {
-    const int classes = round % 3 == 0 ? 1 : 7;
-    const RawHeads heads = random_heads(random, classes, 3, round % 5 == 0 ? 8 : 16);
+  for (int trial = 0; trial < 60; ++trial) {
+    const int classes = trial % 3 == 0 ? 1 : 7;
+    const RawHeads heads = random_heads(random, classes, 3, trial % 5 == 0 ? 8 : 16);
     const DetectionOptions options = options_of(
-        0.5F + 0.01F * float(round % 40), 0.3F + 0.1F * float(round % 5), round % 4 == 0 ? 3 : 300);
+        0.5F + 0.01F * float(trial % 40), 0.3F + 0.1F * float(trial % 5), trial % 4 == 0 ? 3 : 300);
     const std::vector<Detection> want = picked(rows_of(heads), options);
     expect_same(decoded(heads.outputs(), options), want);
     expect_same(

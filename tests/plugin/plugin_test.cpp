@@ -437,7 +437,7 @@ TEST_F(PluginTest, NamesAnUnreadableFile) {
 }
 
 /// Class ids of the keypoints that the plugin keeps in frames 0, 1, …
-std::vector<std::vector<int>> left_of_frames(Plugin& plugin, int count) {
+std::vector<std::vector<int>> kept_in_frames(Plugin& plugin, int count) {
   std::vector<std::vector<int>> left;
   for (int i = 0; i < count; ++i) {
     HostFrame frame(i);
@@ -452,7 +452,7 @@ std::vector<std::vector<int>> left_of_frames(Plugin& plugin, int count) {
 
 TEST_F(PluginTest, AsyncWaitMatchesSynchronous) {
   Plugin without(settings()), with(settings("dynfilter.async: \"wait\"\n"));
-  EXPECT_EQ(left_of_frames(with, frames), left_of_frames(without, frames));
+  EXPECT_EQ(kept_in_frames(with, frames), kept_in_frames(without, frames));
   EXPECT_EQ(with.counters().without_masks, 0U);
 }
 
@@ -474,7 +474,7 @@ TEST_F(PluginTest, AsyncFiltersAFrameTwice) {
 
 TEST_F(PluginTest, PropagationToTheSameFrameChangesNothing) {
   Plugin without(settings()), with(settings("dynfilter.propagate: \"yes\"\n"));
-  EXPECT_EQ(left_of_frames(with, frames), left_of_frames(without, frames));
+  EXPECT_EQ(kept_in_frames(with, frames), kept_in_frames(without, frames));
 }
 
 TEST_F(PluginTest, PropagationBridgesAFrameWithoutAMask) {
@@ -482,8 +482,8 @@ TEST_F(PluginTest, PropagationBridgesAFrameWithoutAMask) {
   Plugin without(settings(keep));
   Plugin with(settings(std::string(keep) + "dynfilter.propagate: \"yes\"\n"));
   const std::size_t all = HostFrame(frames).keypoints.size();
-  EXPECT_EQ(left_of_frames(without, frames + 1).back().size(), all);
-  EXPECT_LT(left_of_frames(with, frames + 1).back().size(), all);
+  EXPECT_EQ(kept_in_frames(without, frames + 1).back().size(), all);
+  EXPECT_LT(kept_in_frames(with, frames + 1).back().size(), all);
 }
 
 void refuses_file(const std::string& file, const std::string& part) {
@@ -521,10 +521,10 @@ TEST_F(PluginTest, UsesMasksFromAnotherProcess) {
     return socket.send(reply(frame.request, known.segmentation));
   });
   Plugin folder(settings());
-  const auto expected = left_of_frames(folder, frames);
+  const auto expected = kept_in_frames(folder, frames);
   for (const char* thread : {"", "dynfilter.async: \"wait\"\n"}) {
     Plugin remote(raw_settings(remote_settings(path("socket")) + thread));
-    EXPECT_EQ(left_of_frames(remote, frames), expected) << thread;
+    EXPECT_EQ(kept_in_frames(remote, frames), expected) << thread;
   }
 }
 
@@ -541,7 +541,7 @@ TEST_F(PluginTest, WithoutAListenerItFailsOrContinuesAsConfigured) {
   const char* keep = "dynfilter.missing_masks: \"keep\"\n";
   for (const char* thread : {"", "dynfilter.async: \"wait\"\n"}) {
     Plugin lenient(raw_settings(remote_settings(path("nobody")) + keep + thread));
-    EXPECT_EQ(left_of_frames(lenient, 3).back().size(), frame.keypoints.size()) << thread;
+    EXPECT_EQ(kept_in_frames(lenient, 3).back().size(), frame.keypoints.size()) << thread;
     EXPECT_EQ(lenient.counters().mask_failures, 3U) << thread;
     EXPECT_EQ(lenient.counters().without_masks, 3U) << thread;
   }

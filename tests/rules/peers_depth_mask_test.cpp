@@ -288,9 +288,9 @@ TEST(Dbscan, MatchesTheDefinition) {
       point.z = static_cast<float>(source.between(0, 4));
     }
     const double radius = source.between(1, 10) / 2.0;
-    const auto least = static_cast<std::size_t>(source.between(1, 6));
-    const std::vector<int> expected = oracle_dbscan(points, radius, least);
-    ASSERT_EQ(peers::dbscan(points, radius, least), expected) << "seed " << seed;
+    const auto min_points = static_cast<std::size_t>(source.between(1, 6));
+    const std::vector<int> expected = oracle_dbscan(points, radius, min_points);
+    ASSERT_EQ(peers::dbscan(points, radius, min_points), expected) << "seed " << seed;
     for (const int cluster : expected) {
       clusters = std::max(clusters, cluster + 1);
       noise += cluster < 0 ? 1 : 0;

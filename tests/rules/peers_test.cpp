@@ -87,12 +87,13 @@ TYPED_TEST(Peer, TreatsFloatAnd16BitDepthAlike) {
 }
 
 TYPED_TEST(Peer, IgnoresABoxOutsideTheImage) {
-  constexpr int most = std::numeric_limits<int>::max();
-  constexpr int least = std::numeric_limits<int>::min();
+  constexpr int int_max = std::numeric_limits<int>::max();
+  constexpr int int_min = std::numeric_limits<int>::min();
   PeerScene scene;
   for (const cv::Rect& box :
-       {cv::Rect(-200, 10, 50, 50), cv::Rect(10, 300, 50, 50), cv::Rect(most, most, most, most),
-        cv::Rect(least, least, most / 2, most / 2), cv::Rect(50, 50, 0, 0)}) {
+       {cv::Rect(-200, 10, 50, 50), cv::Rect(10, 300, 50, 50),
+        cv::Rect(int_max, int_max, int_max, int_max),
+        cv::Rect(int_min, int_min, int_max / 2, int_max / 2), cv::Rect(50, 50, 0, 0)}) {
     scene.add_box(box);
   }
   EXPECT_EQ(scene.labels(typename TypeParam::Stage(), grid()).statistics().removed(), 0U);

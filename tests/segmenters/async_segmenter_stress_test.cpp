@@ -47,12 +47,12 @@ struct Trace {
 
 /// Reads the frame's number from the image and finds a box of that width, with a mask of its lowest
 /// byte in memory that it reuses.
-class MoodyNetwork final : public Segmenter {
+class FlakyNetwork final : public Segmenter {
  public:
-  explicit MoodyNetwork(Trace& trace) : trace_(trace) { ++trace_.networks; }
-  MoodyNetwork(const MoodyNetwork&) = delete;
-  MoodyNetwork& operator=(const MoodyNetwork&) = delete;
-  ~MoodyNetwork() override { --trace_.networks; }
+  explicit FlakyNetwork(Trace& trace) : trace_(trace) { ++trace_.networks; }
+  FlakyNetwork(const FlakyNetwork&) = delete;
+  FlakyNetwork& operator=(const FlakyNetwork&) = delete;
+  ~FlakyNetwork() override { --trace_.networks; }
 
  private:
   Segmentation do_segment(const FrameView& frame) override {
@@ -81,7 +81,7 @@ class MoodyNetwork final : public Segmenter {
 class Host {
  public:
   Host(Trace& trace, const AsyncSegmenterOptions& options)
-      : segmenter(std::make_unique<MoodyNetwork>(trace), options) {}
+      : segmenter(std::make_unique<FlakyNetwork>(trace), options) {}
 
   void submit(std::uint64_t id) {
     frame_.id = id;

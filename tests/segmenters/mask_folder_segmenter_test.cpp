@@ -250,10 +250,10 @@ TEST(MaskFolderSegmenter, RefusesMasksThatDoNotFit) {
 }
 
 TEST(MaskFolderSegmenter, RefusesNegativeOptions) {
-  const auto expect_refused = [](double seconds, int margin, int least) {
+  const auto expect_refused = [](double seconds, int margin, int min_pixels) {
     expect_error<std::invalid_argument>(
         [&] {
-          MaskFolderSegmenter("masks", {seconds, margin, least});
+          MaskFolderSegmenter("masks", {seconds, margin, min_pixels});
         },
         "want at least 0, 0 and 1");
   };
@@ -353,7 +353,7 @@ TEST(MaskFolderWriter, WritesTheDocumentedFormat) {
 
 TEST(MaskFolderWriter, ClipsMasksToTheImage) {
   constexpr int most = std::numeric_limits<int>::max();
-  constexpr int least = std::numeric_limits<int>::min();
+  constexpr int min_pixels = std::numeric_limits<int>::min();
   const struct {
     cv::Point origin;
     cv::Rect visible;

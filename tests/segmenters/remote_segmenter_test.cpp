@@ -587,12 +587,12 @@ void call(RemoteSegmenter& people, int content, const fs::path& path, Outcome& o
 }
 
 /// Starts a process that serves until a signal kills it at a random time.
-pid_t start_doomed(const fs::path& path, long life_us) {
+pid_t start_killed_after(const fs::path& path, long life_us) {
   const pid_t id = fork();
   if (id != 0) return id;
   const PeerSocket listener = PeerSocket::listening(path);
-  const itimerval doom{{0, 0}, {0, static_cast<suseconds_t>(life_us)}};
-  setitimer(ITIMER_REAL, &doom, nullptr);
+  const itimerval timer{{0, 0}, {0, static_cast<suseconds_t>(life_us)}};
+  setitimer(ITIMER_REAL, &timer, nullptr);
   serve(listener);
   _exit(0);
 }
@@ -603,7 +603,7 @@ TEST_F(RemoteSegmenterTest, SurvivesAProcessThatIsKilledAtRandomPoints) {
   Outcome outcome;
   int content = 1;
   for (int life = 0; life < 300; ++life) {
-    const pid_t other = start_doomed(path, static_cast<long>(random() % 5000 + 1));
+    const pid_t other = start_killed_after(path, static_cast<long>(random() % 5000 + 1));
     while (waitpid(other, nullptr, WNOHANG) == 0) call(people, content++, path, outcome);
   }
   EXPECT_GT(outcome.answered, 300);

@@ -192,7 +192,7 @@ class DepthOracle {
   DepthVerdict verdict() {
     verdict_.filter = oracle_masks(input_);
     find_objects();
-    if (stale()) give_back();
+    if (stale()) restore_static();
     for (const OracleObject& object : objects_) compensate(object);
     return verdict_;
   }
@@ -234,9 +234,9 @@ class DepthOracle {
     const cv::Rect& box = instance_of(object).box;
     const cv::Size size = input_.frame.depth.size();
     const double moved = options_.motion_px_per_s * age();
-    const double most = std::max(size.width, size.height);
-    const double dx = std::min(most, (options_.box_margin_px + moved) * scale());
-    const double dy = std::min(most, (options_.box_margin_px + moved / 2) * scale());
+    const double longest_side = std::max(size.width, size.height);
+    const double dx = std::min(longest_side, (options_.box_margin_px + moved) * scale());
+    const double dy = std::min(longest_side, (options_.box_margin_px + moved / 2) * scale());
     const auto holds = [](double first, double length, double margin, double value) {
       margin = std::round(margin);
       return length + 2 * margin > 0 && value >= first - margin && value < first + length + margin;
@@ -251,12 +251,13 @@ class DepthOracle {
     if (object.has(metres)) return 1;
     if (metres > 0 && metres < object.hull().upper) return 0;
     const double nearness = oracle_nearness(input_.frame, pixel, object, options_.reach_px);
-    const double least = stale() ? options_.min_nearness_if_stale : options_.min_nearness;
+    const double min_nearness = stale() ? options_.min_nearness_if_stale : options_.min_nearness;
     if (nearness <= 0) return 0;
-    return nearness < least ? 0.5 * (nearness / least) : std::min(1.0, 0.5 + nearness / 8);
+    return nearness < min_nearness ? 0.5 * (nearness / min_nearness)
+                                   : std::min(1.0, 0.5 + nearness / 8);
   }
 
-  void give_back() {
+  void restore_static() {
     for (std::size_t i = 0; i < input_.keypoints.size(); ++i) {
       FeatureLabel& label = verdict_.filter.labels[i];
       const WidePoint pixel = oracle_pixel(input_.keypoints[i].pt);

@@ -138,8 +138,8 @@ inline DynamicFilterOptions arbitrary_options(ByteSource& source, const cv::Size
   edge.seed = source.byte();
   edge.depth = arbitrary_range_options(source, source.between(0, 10) / 20.0);
   edge.code = arbitrary_range_options(source, source.between(0, 64));
-  const std::size_t least = std::max(edge.depth.min_samples, edge.code.min_samples);
-  edge.samples = least + static_cast<std::size_t>(source.between(0, 24));
+  const std::size_t min_samples = std::max(edge.depth.min_samples, edge.code.min_samples);
+  edge.samples = min_samples + static_cast<std::size_t>(source.between(0, 24));
   if (source.chance(30)) edge.missing_depth = MissingDepth::remove;
   if (source.chance(30)) edge.depth_lbp.missing_neighbour = MissingNeighbour::farther;
   if (source.chance(30)) edge.depth_lbp.bits = {3, 1, 0, 2, 7, 6, 5, 4};
