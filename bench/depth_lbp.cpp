@@ -16,17 +16,14 @@
 
 #include <benchmark/benchmark.h>
 
-#include <algorithm>
 #include <array>
-#include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <functional>
 #include <optional>
 #include <string>
 #include <thread>
 #include <type_traits>
-#include <utility>
 #include <vector>
 
 #include <opencv2/core.hpp>
@@ -37,6 +34,7 @@
 #include "peers/dlib_lbp.hpp"
 #endif
 #include "peers/naive_depth_lbp.hpp"
+#include "spinning_worker.hpp"
 
 namespace dynfilter {
 namespace {
@@ -98,45 +96,6 @@ void dense_by(benchmark::State& state, const cv::Size& size, InstructionSet set)
     detail::dense_depth_lbp(depth, cv::Rect({0, 0}, size), rule, set, codes);
   });
 }
-
-/// Second thread that waits for work without sleeping, so that the benchmark measures the split
-/// work and not the wake-up. On a busy machine both threads yield after a while.
-class SpinningWorker {
- public:
-  explicit SpinningWorker(std::function<void()> work) : work_(std::move(work)) {
-    thread_ = std::thread([this] {
-      for (unsigned done = 0; wait_until([&] { return stop_ || asked_ != done; }), !stop_;) {
-        work_();
-        done_ = ++done;
-      }
-    });
-  }
-  ~SpinningWorker() {
-    stop_ = true;
-    thread_.join();
-  }
-
-  /// Runs the worker's job once while the caller runs `work`; returns when both are done.
-  template <class Work>
-  void run_beside(const Work& work) {
-    ++asked_;
-    work();
-    wait_until([this] { return done_ == asked_; });
-  }
-
- private:
-  template <class Condition>
-  static void wait_until(const Condition& holds) {
-    for (unsigned tries = 1; !holds(); ++tries) {
-      if (tries % 4096 == 0) std::this_thread::yield();
-    }
-  }
-
-  std::function<void()> work_;
-  std::atomic<unsigned> asked_{0}, done_{0};
-  std::atomic<bool> stop_{false};
-  std::thread thread_;
-};
 
 template <class Depth>
 void dense_two_threads(benchmark::State& state, const cv::Size& size) {

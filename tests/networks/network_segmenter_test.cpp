@@ -4,12 +4,9 @@
 #include "dynfilter/networks/network_segmenter.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <limits>
-#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -18,7 +15,6 @@
 
 #include <gtest/gtest.h>
 #include <opencv2/core/version.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include "dynfilter/networks/yolact_segmenter.hpp"
 #include "dynfilter/networks/yolo_segmenter.hpp"

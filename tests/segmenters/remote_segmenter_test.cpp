@@ -3,14 +3,12 @@
 
 #include "dynfilter/segmenters/remote_segmenter.hpp"
 
-#include <poll.h>
 #include <signal.h>
 #include <sys/stat.h>
 #include <sys/time.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <array>
 #include <atomic>
 #include <chrono>
 #include <cmath>
@@ -21,23 +19,19 @@
 #include <filesystem>
 #include <functional>
 #include <future>
-#include <iterator>
 #include <limits>
 #include <new>
-#include <optional>
-#include <random>
 #include <stdexcept>
 #include <string>
 #include <thread>
 #include <utility>
-#include <vector>
 
 #include <gtest/gtest.h>
 
 #include "support/expect_error.hpp"
+#include "support/remote_fixture.hpp"
 #include "support/remote_messages.hpp"
 #include "support/remote_peer.hpp"
-#include "support/temporary_folder.hpp"
 
 namespace {
 std::atomic<std::size_t> largest_allocation{0};
@@ -54,80 +48,10 @@ std::atomic<std::size_t> largest_allocation{0};
 [[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
 [[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 
-namespace dynfilter {
+namespace dynfilter::testing {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::Bytes;
-using testing::expect_error;
-using testing::PeerSocket;
-using testing::ReceivedFrame;
-using testing::RemotePeer;
-using testing::TemporaryFolder;
-
-// No test measures time. Calls that must succeed have this long; a call that never returns runs
-// into the test's time limit (CMakeLists.txt).
-RemoteSegmenterOptions patient() {
-  RemoteSegmenterOptions options;
-  options.timeout_s = 60;
-  return options;
-}
-
-RemoteSegmenterOptions impatient() {
-  RemoteSegmenterOptions options;
-  options.timeout_s = 0.05;
-  return options;
-}
-
-/// Frame whose image identifies it, whatever its id.
-FrameView frame_of(std::uint64_t id, int content, cv::Size size = {8, 6}) {
-  FrameView frame;
-  frame.id = id;
-  frame.timestamp_s = 0.5 * static_cast<double>(id);
-  frame.image = cv::Mat(size, CV_8UC3, cv::Scalar::all(content % 256));
-  std::memcpy(frame.image.data, &content, sizeof content);
-  return frame;
-}
-
-FrameView frame_of(std::uint64_t id) { return frame_of(id, static_cast<int>(id)); }
-
-/// Instances that the peer finds in an image: one, which holds the image's content.
-Segmentation masks_of(std::uint64_t id, double timestamp_s, const cv::Mat& image) {
-  Segmentation found{id, timestamp_s, image.size(), {}};
-  Instance instance = Instance::from_box({-1, 2, 3, 4}, 0, 0.5F);
-  std::memcpy(&instance.class_id, image.data, sizeof instance.class_id);
-  instance.mask_origin = {1, 2};
-  instance.mask = image.channels() == 1 ? image({1, 2, 4, 3}).clone()
-                                        : cv::Mat(3, 4, CV_8UC1, cv::Scalar(image.data[20]));
-  found.instances = {instance};
-  return found;
-}
-
-Segmentation masks_of(const FrameView& frame) {
-  return masks_of(frame.id, frame.timestamp_s, frame.image);
-}
-
-Bytes reply_to(const ReceivedFrame& frame) {
-  return testing::reply(frame.request, masks_of(frame.id, frame.timestamp_s, frame.image));
-}
-
-bool answer(const PeerSocket& socket, const ReceivedFrame& frame) {
-  return socket.send(reply_to(frame));
-}
-
-void expect_answered(RemoteSegmenter& people, const FrameView& frame) {
-  EXPECT_TRUE(testing::is_same(people.segment(frame), masks_of(frame)));
-}
-
-class RemoteSegmenterTest : public ::testing::Test {
- protected:
-  void expect_fails(RemoteSegmenter& people, const FrameView& frame, const std::string& part) {
-    expect_error<std::runtime_error>([&] { people.segment(frame); }, path.string() + ": " + part);
-  }
-
-  TemporaryFolder folder;
-  fs::path path = folder / "masks.sock";
-};
 
 // --- Frames go out, instances come back ----------------------------------------------------------
 
@@ -544,15 +468,6 @@ class Process {
   pid_t id_;
 };
 
-void serve(const PeerSocket& listener) {
-  while (true) {
-    const PeerSocket socket = listener.accepted();
-    while (const auto frame = testing::receive_frame(socket)) {
-      if (!answer(socket, *frame)) break;
-    }
-  }
-}
-
 TEST_F(RemoteSegmenterTest, RefusesAListenerOfAnotherUser) {
   if (geteuid() != 0) GTEST_SKIP() << "only root can be another user";
   ASSERT_EQ(chmod(folder.path().c_str(), 0777), 0);
@@ -563,184 +478,6 @@ TEST_F(RemoteSegmenterTest, RefusesAListenerOfAnotherUser) {
   options.retry_interval_s = 0.001;
   RemoteSegmenter people(path, options);
   expect_fails(people, frame_of(1), "the listening process belongs to user 65534; want user 0");
-}
-
-// --- Killed at random points ---------------------------------------------------------------------
-
-/// Counts of answered and failed calls.
-struct Outcome {
-  int answered = 0;
-  int failed = 0;
-};
-
-/// Sends a frame and checks the reply. Each frame id occurs three times; each content once.
-void call(RemoteSegmenter& people, int content, const fs::path& path, Outcome& outcome) {
-  const FrameView frame = frame_of(static_cast<std::uint64_t>(content / 3), content);
-  try {
-    const Segmentation found = people.segment(frame);
-    ++outcome.answered;
-    ASSERT_TRUE(testing::is_same(found, masks_of(frame))) << "frame with content " << content;
-  } catch (const std::runtime_error& error) {
-    ++outcome.failed;
-    ASSERT_EQ(std::string(error.what()).find(path.string() + ": "), 0U) << error.what();
-  }
-}
-
-/// Starts a process that serves until a signal kills it at a random time.
-pid_t start_killed_after(const fs::path& path, long life_us) {
-  const pid_t id = fork();
-  if (id != 0) return id;
-  const PeerSocket listener = PeerSocket::listening(path);
-  const itimerval timer{{0, 0}, {0, static_cast<suseconds_t>(life_us)}};
-  setitimer(ITIMER_REAL, &timer, nullptr);
-  serve(listener);
-  _exit(0);
-}
-
-TEST_F(RemoteSegmenterTest, SurvivesAProcessThatIsKilledAtRandomPoints) {
-  std::mt19937 random(31);
-  RemoteSegmenter people(path, patient());
-  Outcome outcome;
-  int content = 1;
-  for (int life = 0; life < 300; ++life) {
-    const pid_t other = start_killed_after(path, static_cast<long>(random() % 5000 + 1));
-    while (waitpid(other, nullptr, WNOHANG) == 0) call(people, content++, path, outcome);
-  }
-  EXPECT_GT(outcome.answered, 300);
-  EXPECT_GT(outcome.failed, 100);
-  const RemotePeer peer(path, answer);
-  expect_answered(people, frame_of(1));
-}
-
-/// Peer that commits every possible fault, at random, until be_good().
-class FaultyPeer {
- public:
-  enum Fault : std::size_t {
-    none,
-    late,
-    silent_end,
-    end_in_frame,
-    end_in_reply,
-    other_frame,
-    other_request,
-    garbage,
-    huge_length,
-    error,
-    gone,
-    count
-  };
-
-  explicit FaultyPeer(const fs::path& path)
-      : path_(path), listener_(PeerSocket::listening(path)), thread_([this] { run(); }) {}
-  ~FaultyPeer() {
-    is_over_ = true;
-    thread_.join();
-  }
-
-  void be_good() { is_good_ = true; }
-  /// Number of times that each fault occurred. Call after be_good() and a right answer.
-  const std::array<int, count>& faults() const { return faults_; }
-
- private:
-  void run() {
-    while (!is_over_) {
-      pollfd entry{listener_.descriptor(), POLLIN, 0};
-      if (poll(&entry, 1, 5) <= 0) continue;
-      const PeerSocket socket = listener_.accepted();
-      while (answer_one(socket)) {
-      }
-    }
-  }
-
-  int below(std::size_t end) { return static_cast<int>(random_() % end); }
-
-  Fault choose() {
-    if (is_good_ || below(10) < 4) return none;
-    const auto fault = static_cast<Fault>(below(count));
-    return fault == late && below(4) != 0 ? none : fault;  // late replies cost time
-  }
-
-  bool answer_one(const PeerSocket& socket) {
-    const Fault fault = choose();
-    if (fault == end_in_frame) {
-      ++faults_[fault];
-      socket.receive(static_cast<std::size_t>(below(200)));
-      return false;
-    }
-    const std::optional<ReceivedFrame> frame = testing::receive_frame(socket);
-    if (!frame) return false;
-    ++faults_[fault];
-    if (fault == late) std::this_thread::sleep_for(std::chrono::milliseconds(below(80)));
-    if (fault == gone) {
-      listener_ = PeerSocket(-1);  // stops listening for a while
-      std::this_thread::sleep_for(std::chrono::microseconds(below(500)));
-      listener_ = PeerSocket::listening(path_);
-    }
-    return fault != silent_end && fault != gone && socket.send(bytes_of(fault, *frame)) &&
-           fault != end_in_reply;
-  }
-
-  Bytes bytes_of(Fault fault, const ReceivedFrame& frame) {
-    Segmentation found = masks_of(frame.id, frame.timestamp_s, frame.image);
-    Bytes right = testing::reply(frame.request, found);
-    switch (fault) {
-      case end_in_reply:
-        right.resize(static_cast<std::size_t>(below(right.size())));
-        return right;
-      case other_frame:
-        found.frame_id += 1;
-        return testing::reply(frame.request, found);
-      case other_request:
-        return testing::reply(frame.request - 1, found);
-      case garbage:
-        for (int i = 1 + below(9); i > 0; --i) {
-          // Damages heads only: a wrong class or mask cannot be told from a right one.
-          right[static_cast<std::size_t>(below(2)) * 20 + static_cast<std::size_t>(below(4))] =
-              static_cast<std::uint8_t>(128 + below(128));
-        }
-        return right;
-      case huge_length:
-        right[11] = 0xff;
-        return right;
-      case error:
-        return testing::error_reply(frame.request, "no memory");
-      default:
-        return right;
-    }
-  }
-
-  fs::path path_;
-  std::mt19937 random_{41};
-  std::array<int, count> faults_{};
-  std::atomic<bool> is_good_{false};
-  std::atomic<bool> is_over_{false};
-  PeerSocket listener_;
-  std::thread thread_;
-};
-
-std::size_t open_files() {
-  return static_cast<std::size_t>(
-      std::distance(fs::directory_iterator("/proc/self/fd"), fs::directory_iterator()));
-}
-
-TEST_F(RemoteSegmenterTest, NeverReturnsTheWrongMasksInTenThousandCycles) {
-  const std::size_t files = open_files();
-  {
-    FaultyPeer peer(path);
-    RemoteSegmenterOptions options;
-    options.timeout_s = 0.04;
-    RemoteSegmenter people(path, options);
-    Outcome outcome;
-    for (int cycle = 1; cycle <= 10000; ++cycle) call(people, cycle, path, outcome);
-    // Nearly half the calls succeed, unless the machine is so slow that most time out.
-    EXPECT_GT(outcome.answered, 500);
-    EXPECT_GT(outcome.failed, 500);
-    peer.be_good();
-    Outcome then;
-    while (then.answered == 0) call(people, 1, path, then);
-    for (const int times : peer.faults()) EXPECT_GT(times, 10);
-  }
-  EXPECT_EQ(open_files(), files);
 }
 
 // --- Signals -------------------------------------------------------------------------------------
@@ -772,4 +509,4 @@ TEST_F(RemoteSegmenterTest, SignalsDoNotInterruptACall) {
 }
 
 }  // namespace
-}  // namespace dynfilter
+}  // namespace dynfilter::testing

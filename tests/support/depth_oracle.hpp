@@ -181,7 +181,7 @@ inline OracleVerdict oracle_masks(FilterCase input) {
 /// Expected labels of one frame, and how often each path was taken.
 struct DepthVerdict {
   OracleVerdict filter;
-  std::size_t by_depth = 0, by_nearness = 0, by_margin = 0, given_back = 0, box_fallbacks = 0;
+  std::size_t by_depth = 0, by_nearness = 0, by_margin = 0, restored = 0, box_fallbacks = 0;
 };
 
 class DepthOracle {
@@ -276,7 +276,7 @@ class DepthOracle {
       label.score = 0;
       label.reason = Reason::restored;
       --verdict_.filter.instances[static_cast<std::size_t>(label.instance)].masked;
-      ++verdict_.given_back;
+      ++verdict_.restored;
     }
   }
 

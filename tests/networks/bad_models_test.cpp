@@ -1,0 +1,136 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// Models and options that the segmenters refuse.
+
+#include <algorithm>
+#include <cstddef>
+#include <filesystem>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "dynfilter/networks/network_segmenter.hpp"
+#include "dynfilter/networks/yolact_segmenter.hpp"
+#include "dynfilter/networks/yolo_segmenter.hpp"
+#include "models.hpp"
+#include "networks/input_placement.hpp"
+#include "networks/onnx_file.hpp"
+#include "support/expect_error.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+namespace fs = std::filesystem;
+
+class BadModels : public Models {
+ protected:
+  /// Expects that every way to make a segmenter refuses the file and names it and its fault.
+  static void expect_refused(const fs::path& file, const std::string& what) {
+    SCOPED_TRACE(file);
+    for (const std::string& part : {file.string(), what}) {
+      expect_error<std::runtime_error>([&] { make_network_segmenter(file); }, part);
+      expect_error<std::runtime_error>([&] { YoloSegmenter{file}; }, part);
+      expect_error<std::runtime_error>([&] { YolactSegmenter{file}; }, part);
+    }
+  }
+};
+
+TEST_F(BadModels, AreRefusedByName) {
+  expect_refused(folder() / "absent.onnx", "cannot be read");
+  expect_refused(folder(), "cannot be read");
+  expect_refused(model("bad_operator"), "Frobnicate");
+  expect_refused(model("bad_inputs"), "has 2 inputs; want 1");
+  expect_refused(model("bad_channels"), "its input images has the shape [1, 1, 8, 8]");
+  expect_refused(model("bad_deformable"), "must be a constant");
+  expect_refused(model("yolo_open_size"), "set NetworkOptions::input_size");
+  expect_refused(model("external_absent"), "external_absent.weights, which is not there");
+  expect_refused(model("external"), "external.weights; save the model as one file");
+  expect_error<std::runtime_error>([] { make_network_segmenter(model("bad_outputs")); },
+                                   "no network that is known by its outputs, output0 [1, 3, 8, 8]");
+}
+
+TEST_F(BadModels, TruncatedModelsAreRefused) {
+  const testing::TemporaryFolder place;
+  const std::string whole = testing::file_text(model("yolo_raw"));
+  for (std::size_t length : {std::size_t{0}, std::size_t{1}, std::size_t{10}, whole.size() / 3,
+                             whole.size() / 2, whole.size() - 1}) {
+    const fs::path file = place.write("cut.onnx", whole.substr(0, length));
+    expect_error<std::runtime_error>([&] { make_network_segmenter(file); }, "cut.onnx: ");
+  }
+}
+
+TEST_F(BadModels, OtherFilesAreRefused) {
+  const testing::TemporaryFolder place;
+  for (const char* text : {"no model", "<!DOCTYPE html>\n<html>404</html>",
+                           "version https://git-lfs.github.com/spec/v1\n"}) {
+    const fs::path file = place.write("other.onnx", text);
+    expect_error<std::runtime_error>([&] { make_network_segmenter(file); },
+                                     "is truncated or no ONNX model");
+  }
+}
+
+TEST_F(BadModels, DamagedModelsOnlyThrow) {
+  // Flips some bytes: the result is an exception of the documented type, or a network.
+  const testing::TemporaryFolder place;
+  const std::string whole = testing::file_text(model("yolo_end_to_end"));
+  for (std::size_t i = 0; i < 200; ++i) {
+    std::string damaged = whole;
+    damaged[i * 7919 % std::min<std::size_t>(damaged.size(), 4000)] ^= char(1 + i % 255);
+    const fs::path file = place.write("damaged.onnx", damaged);
+    try {
+      detail::read_onnx_file(file);
+    } catch (const std::runtime_error& error) {
+      EXPECT_NE(std::string(error.what()).find("damaged.onnx"), std::string::npos);
+    }
+  }
+}
+
+TEST_F(BadModels, OptionsOutOfRangeAreRefused) {
+  const auto refused = [](const NetworkOptions& options, const char* part) {
+    expect_error<std::invalid_argument>([&] { make_network_segmenter(model("yolo_raw"), options); },
+                                        part);
+    expect_error<std::invalid_argument>([&] { YoloSegmenter(model("yolo_raw"), options); }, part);
+  };
+  NetworkOptions options;
+  options.score_threshold = 1.5F;
+  refused(options, "score_threshold = 1.5");
+  options = {};
+  options.iou_threshold = std::numeric_limits<float>::quiet_NaN();
+  refused(options, "iou_threshold = nan");
+  options = {};
+  options.max_instances = 0;
+  refused(options, "max_instances = 0");
+  options = {};
+  options.classes = {-1};
+  refused(options, "class -1");
+  options.classes = {0, 2};
+  refused(options, "class 2 in classes; want 0 to 1");
+  options = {};
+  options.class_names = {"one"};
+  refused(options, "1 class_names; want 2");
+  options = {};
+  options.input_size = {640, 0};
+  refused(options, "input_size 640x0");
+  options.input_size = {128, 64};
+  expect_error<std::runtime_error>([&] { make_network_segmenter(model("yolo_raw"), options); },
+                                   "has an input of 64x64");
+  YolactOptions yolact;
+  yolact.candidates_per_class = 0;
+  expect_error<std::invalid_argument>([&] { YolactSegmenter(model("yolact"), yolact); },
+                                      "candidates_per_class = 0");
+  yolact = {};
+  yolact.priors = cv::Mat(3, 3, CV_32F);
+  expect_error<std::invalid_argument>([&] { YolactSegmenter(model("yolact"), yolact); },
+                                      "priors CV_32FC1 [3, 3]");
+  yolact = {};
+  yolact.deviation_rgb = {1, 0, 1};
+  expect_error<std::invalid_argument>([&] { YolactSegmenter(model("yolact"), yolact); },
+                                      "deviation_rgb 0");
+}
+
+}  // namespace
+}  // namespace dynfilter::testing

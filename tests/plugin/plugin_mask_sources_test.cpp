@@ -1,0 +1,141 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// Sources of masks: a folder, a thread, propagation, a network, another process.
+
+#include "dynfilter/plugin.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstddef>
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "support/expect_error.hpp"
+#include "support/host_frame.hpp"
+#if defined(__linux__)
+#include "support/remote_peer.hpp"
+#endif
+
+namespace dynfilter::testing {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Class ids of the keypoints that the plugin keeps in frames 0, 1, …
+std::vector<std::vector<int>> kept_in_frames(Plugin& plugin, int count) {
+  std::vector<std::vector<int>> left;
+  for (int i = 0; i < count; ++i) {
+    HostFrame frame(i);
+    plugin.submit(frame.image, frame.timestamp_s);
+    plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors);
+    EXPECT_TRUE(in_step(frame));
+    left.emplace_back();
+    for (const cv::KeyPoint& keypoint : frame.keypoints) left.back().push_back(keypoint.class_id);
+  }
+  return left;
+}
+
+TEST_F(PluginTest, AsyncWaitMatchesSynchronous) {
+  Plugin without(settings()), with(settings("dynfilter.async: \"wait\"\n"));
+  EXPECT_EQ(kept_in_frames(with, frames), kept_in_frames(without, frames));
+  EXPECT_EQ(with.counters().without_masks, 0U);
+}
+
+TEST_F(PluginTest, AsyncFiltersFramesNeverSubmitted) {
+  Plugin plugin(settings("dynfilter.async: \"wait\"\n"));
+  HostFrame frame(0);
+  EXPECT_GT(plugin.filter(frame.timestamp_s, frame.keypoints, frame.descriptors).masked, 0U);
+  EXPECT_EQ(plugin.counters().never_submitted, 1U);
+}
+
+TEST_F(PluginTest, AsyncFiltersAFrameTwice) {
+  Plugin plugin(settings("dynfilter.async: \"wait\"\n"));
+  HostFrame first(0), again(0);
+  plugin.submit(first.image, first.timestamp_s);
+  plugin.filter(first.timestamp_s, first.depth, first.keypoints, first.descriptors);
+  plugin.filter(again.timestamp_s, again.depth, again.keypoints, again.descriptors);
+  EXPECT_EQ(again.keypoints.size(), first.keypoints.size());
+}
+
+TEST_F(PluginTest, PropagationToTheSameFrameChangesNothing) {
+  Plugin without(settings()), with(settings("dynfilter.propagate: \"yes\"\n"));
+  EXPECT_EQ(kept_in_frames(with, frames), kept_in_frames(without, frames));
+}
+
+TEST_F(PluginTest, PropagationBridgesAFrameWithoutAMask) {
+  const char* keep = "dynfilter.missing_masks: \"keep\"\n";
+  Plugin without(settings(keep));
+  Plugin with(settings(std::string(keep) + "dynfilter.propagate: \"yes\"\n"));
+  const std::size_t all = HostFrame(frames).keypoints.size();
+  EXPECT_EQ(kept_in_frames(without, frames + 1).back().size(), all);
+  EXPECT_LT(kept_in_frames(with, frames + 1).back().size(), all);
+}
+
+void refuses_file(const std::string& file, const std::string& part) {
+  expect_error<std::runtime_error>([&] { Plugin plugin(file); }, part);
+}
+
+TEST_F(PluginTest, NeedsExactlyOneSourceOfMasks) {
+  refuses_file(raw_settings("dynfilter.floor: 3\n"), "dynfilter.mask_folder: got nothing");
+  refuses_file(settings("dynfilter.async: \"late\"\n"), "dynfilter.async: got");
+  refuses_file(settings("dynfilter.propagate: 1\n"), "dynfilter.propagate: got");
+  refuses_file(settings("dynfilter.async: \"wait_at_most\"\ndynfilter.max_wait_s: -1\n"),
+               "max_wait_s = -1");
+#if defined(__linux__)
+  refuses_file(settings("dynfilter.remote: \"socket\"\n"), "got mask_folder and remote");
+#endif
+}
+
+#ifdef DYNFILTER_HAS_NETWORKS
+TEST_F(PluginTest, NamesANetworkThatCannotBeLoaded) {
+  refuses_file(raw_settings("dynfilter.model: \"no_such.onnx\"\n"), "no_such.onnx");
+  refuses_file(settings("dynfilter.model: \"no_such.onnx\"\n"), "got mask_folder and model");
+}
+#endif
+
+#if defined(__linux__)
+std::string remote_settings(const fs::path& socket) {
+  return "dynfilter.remote: \"" + socket.string() + "\"\ndynfilter.remote_timeout_s: 20\n";
+}
+
+TEST_F(PluginTest, UsesMasksFromAnotherProcess) {
+  const RemotePeer peer(path("socket"), [](const PeerSocket& socket, const ReceivedFrame& frame) {
+    EXPECT_EQ(frame.image.size(), image_size);
+    HostFrame known(static_cast<int>(std::lround((frame.timestamp_s - 100) / 0.1)));
+    known.segmentation.frame_id = frame.id;
+    return socket.send(reply(frame.request, known.segmentation));
+  });
+  Plugin folder(settings());
+  const auto expected = kept_in_frames(folder, frames);
+  for (const char* thread : {"", "dynfilter.async: \"wait\"\n"}) {
+    Plugin remote(raw_settings(remote_settings(path("socket")) + thread));
+    EXPECT_EQ(kept_in_frames(remote, frames), expected) << thread;
+  }
+}
+
+TEST_F(PluginTest, WithoutAListenerItFailsOrContinuesAsConfigured) {
+  Plugin strict(raw_settings(remote_settings(path("nobody"))));
+  HostFrame frame(0);
+  strict.submit(frame.image, frame.timestamp_s);
+  expect_error<std::runtime_error>(
+      [&] { strict.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors); },
+      path("nobody").string());
+  EXPECT_EQ(frame.keypoints.size(), HostFrame(0).keypoints.size());
+  EXPECT_EQ(strict.counters().mask_failures, 0U);
+
+  const char* keep = "dynfilter.missing_masks: \"keep\"\n";
+  for (const char* thread : {"", "dynfilter.async: \"wait\"\n"}) {
+    Plugin lenient(raw_settings(remote_settings(path("nobody")) + keep + thread));
+    EXPECT_EQ(kept_in_frames(lenient, 3).back().size(), frame.keypoints.size()) << thread;
+    EXPECT_EQ(lenient.counters().mask_failures, 3U) << thread;
+    EXPECT_EQ(lenient.counters().without_masks, 3U) << thread;
+  }
+}
+#endif
+
+}  // namespace
+}  // namespace dynfilter::testing

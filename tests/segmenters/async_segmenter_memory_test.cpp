@@ -1,0 +1,144 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// Ownership of images and masks that cross threads.
+
+#include "dynfilter/segmenters/async_segmenter.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <set>
+#include <vector>
+
+#include "support/async_fixture.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+/// Images that the network saw.
+struct Seen {
+  std::vector<const unsigned char*> image, depth;
+  std::vector<int> value, depth_value;
+};
+
+GatedSegmenter::Then noting(Seen& seen) {
+  return [&seen](const FrameView& frame, Segmentation&) {
+    seen.image.push_back(frame.image.data);
+    seen.value.push_back(frame.image.at<std::uint8_t>(2, 3));
+    seen.depth.push_back(frame.depth.data);
+    seen.depth_value.push_back(frame.depth.empty() ? -1 : frame.depth.at<std::uint16_t>(2, 3));
+  };
+}
+
+TEST(AsyncSegmenter, CallerMayOverwriteItsImages) {
+  Seen seen;
+  Async async(options_of(HandOver::wait), noting(seen));
+  FrameView frame = frame_of(1);
+  frame.depth = cv::Mat(3, 4, CV_16UC1, cv::Scalar(500));
+  frame.metres_per_unit = 0.001;
+  async.segmenter.submit(frame);
+  frame.image.setTo(77);
+  frame.depth.setTo(88);
+  async.gate->open_for_good();
+  expect_masks_of(async.segmenter.collect(1), 1);
+  EXPECT_EQ(seen.value, std::vector<int>{1});
+  EXPECT_EQ(seen.depth_value, std::vector<int>{500});
+}
+
+TEST(AsyncSegmenter, SharesImagesOnRequest) {
+  Seen seen;
+  AsyncSegmenterOptions options = options_of(HandOver::wait);
+  options.copy_images = false;
+  Async async(options, noting(seen));
+  async.gate->open_for_good();
+  FrameView frame = frame_of(1);
+  const unsigned char* pixels = frame.image.data;
+  async.segmenter.submit(frame);
+  frame.image.release();  // the network keeps it alive
+  expect_masks_of(async.segmenter.collect(1), 1);
+  EXPECT_EQ(seen.image.at(0), pixels);
+}
+
+TEST(AsyncSegmenter, AlwaysCopiesUnownedImages) {
+  Seen seen;
+  AsyncSegmenterOptions options = options_of(HandOver::wait);
+  options.copy_images = false;
+  Async async(options, noting(seen));
+  FrameView frame = frame_of(1);
+  {
+    std::vector<std::uint8_t> buffer(12, 42);
+    frame.image = cv::Mat(3, 4, CV_8UC1, buffer.data());
+    async.segmenter.submit(frame);
+    std::fill(buffer.begin(), buffer.end(), std::uint8_t{0});
+  }
+  async.gate->open_for_good();
+  expect_masks_of(async.segmenter.collect(1), 1);
+  EXPECT_EQ(seen.value.at(0), 42);
+}
+
+TEST(AsyncSegmenter, ReusesItsBuffers) {
+  Seen seen;
+  Async async(options_of(HandOver::wait), noting(seen));
+  async.gate->open_for_good();
+  for (std::uint64_t id = 1; id <= 50; ++id) {
+    FrameView frame = frame_of(id);
+    frame.depth = cv::Mat(3, 4, CV_16UC1, cv::Scalar(static_cast<double>(id)));
+    frame.metres_per_unit = 0.001;
+    async.segmenter.submit(frame);
+    expect_masks_of(async.segmenter.collect(id), id);
+    EXPECT_EQ(seen.value.back(), static_cast<int>(id));
+    EXPECT_EQ(seen.depth_value.back(), static_cast<int>(id));
+  }
+  EXPECT_EQ(std::set<const unsigned char*>(seen.image.begin(), seen.image.end()).size(), 1U);
+  EXPECT_EQ(std::set<const unsigned char*>(seen.depth.begin(), seen.depth.end()).size(), 1U);
+}
+
+TEST(AsyncSegmenter, NetworkMayKeepImages) {
+  std::vector<cv::Mat> kept;
+  Async async(options_of(HandOver::wait),
+              [&](const FrameView& frame, Segmentation&) { kept.push_back(frame.image); });
+  async.gate->open_for_good();
+  for (std::uint64_t id = 1; id <= 20; ++id) {
+    async.submit(id);
+    expect_masks_of(async.segmenter.collect(id), id);
+  }
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    EXPECT_EQ(kept[i].at<std::uint8_t>(0, 0), i + 1);
+  }
+}
+
+TEST(AsyncSegmenter, AcceptsChangingSizesAndDepthAlone) {
+  Async async(options_of(HandOver::wait));
+  async.gate->open_for_good();
+  for (const cv::Size size : {cv::Size(4, 3), cv::Size(8, 2), cv::Size(4, 3)}) {
+    FrameView frame;
+    frame.image = cv::Mat(size, CV_8UC3, cv::Scalar::all(1));
+    async.segmenter.submit(frame);
+    EXPECT_EQ(async.segmenter.collect(0).value().image_size, size);
+    frame.image.release();
+    frame.depth = cv::Mat(size, CV_32FC1, cv::Scalar(1));
+    async.segmenter.submit(frame);
+    EXPECT_EQ(async.segmenter.collect(0).value().image_size, size);
+  }
+}
+
+TEST(AsyncSegmenter, NetworkMayReuseTheMemoryOfItsMasks) {
+  cv::Mat workspace(3, 4, CV_8UC1);
+  Async async(options_of(HandOver::wait), [&](const FrameView& frame, Segmentation& result) {
+    workspace.setTo(static_cast<double>(frame.id));
+    result.instances[0].mask = workspace;
+  });
+  async.gate->open_for_good();
+  async.submit(1);
+  const Segmentation first = async.segmenter.collect(1).value();
+  async.submit(2);
+  const Segmentation second = async.segmenter.collect(2).value();
+  EXPECT_EQ(first.instances[0].mask.at<std::uint8_t>(0, 0), 1);
+  EXPECT_EQ(second.instances[0].mask.at<std::uint8_t>(0, 0), 2);
+}
+
+}  // namespace
+}  // namespace dynfilter::testing

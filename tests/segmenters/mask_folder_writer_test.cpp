@@ -1,0 +1,294 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/segmenters/mask_folder_writer.hpp"
+
+#include <cstddef>
+#include <filesystem>
+#include <limits>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <opencv2/imgcodecs.hpp>
+
+#include "dynfilter/segmenters/mask_folder_segmenter.hpp"
+#include "support/expect_error.hpp"
+#include "support/mask_folder.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Disjoint instances with random pixels, so that a label map can hold them.
+Segmentation random_segmentation(std::mt19937& random, int count, double timestamp_s) {
+  Segmentation segmentation;
+  segmentation.timestamp_s = timestamp_s;
+  segmentation.image_size = {40, 30};
+  cv::Mat owner(segmentation.image_size, CV_32SC1);
+  for (int y = 0; y < owner.rows; ++y) {
+    for (int x = 0; x < owner.cols; ++x) {
+      owner.at<int>(y, x) = static_cast<int>(random() % static_cast<unsigned>(count + 1));
+    }
+  }
+  for (int k = 1; k <= count; ++k) {
+    const cv::Mat mask = owner == k;
+    const int x = static_cast<int>(random() % 40) - 5;
+    Instance instance =
+        Instance::from_image_mask(mask, {x, 3, 50, k}, static_cast<int>(random() % 80),
+                                  static_cast<float>(random() % 1001) / 1000);
+    if (k % 7 == 3) {
+      instance.mask_origin = {0, 0};  // a mask of the whole image
+      instance.mask = mask;
+    }
+    segmentation.instances.push_back(instance);
+  }
+  return segmentation;
+}
+
+TEST(MaskFolderWriter, RoundTripKeepsEveryInstance) {
+  std::mt19937 random(23);
+  const TemporaryFolder folder;
+  std::vector<Segmentation> written;
+  MaskFolderWriter writer(folder / "new/masks");
+  for (const int count : {3, 0, 1, 12, 255, 256, 700}) {
+    written.push_back(random_segmentation(
+        random, count, 1341846434.710184 + 0.033 * static_cast<double>(written.size())));
+    writer.add(written.back());
+  }
+  EXPECT_EQ(writer.size(), written.size());
+  writer.finish();
+  writer.finish();
+
+  MaskFolderSegmenter reader(folder / "new/masks");
+  for (const Segmentation& want : written) {
+    const Segmentation got = reader.segment(frame_at(want.timestamp_s, want.image_size));
+    ASSERT_EQ(got.instances.size(), want.instances.size());
+    for (std::size_t i = 0; i < got.instances.size(); ++i) {
+      const Instance& a = got.instances[i];
+      const Instance& b = want.instances[i];
+      EXPECT_EQ(a.class_id, b.class_id);
+      EXPECT_NEAR(a.score, b.score, 1e-6);
+      EXPECT_EQ(a.box, b.box);
+      EXPECT_EQ(
+          cv::norm(full_mask(a, want.image_size), full_mask(b, want.image_size), cv::NORM_INF), 0);
+    }
+  }
+}
+
+TEST(MaskFolderWriter, WritesTheDocumentedFormat) {
+  const TemporaryFolder folder;
+  MaskFolderWriter writer(folder.path());
+  Segmentation segmentation;
+  segmentation.timestamp_s = 12.5;
+  segmentation.image_size = {8, 6};
+  const cv::Mat block(3, 3, CV_8UC1, cv::Scalar(1));
+  segmentation.instances = {Instance::from_box_mask(block, {1, 1, 3, 3}, 0, 0.909F),
+                            Instance::from_box_mask(block, {2, 2, 3, 3}, 56, 0.5F),
+                            Instance::from_box({-3, 0, 900, 2}, 7)};
+  writer.add(segmentation);
+  segmentation.instances.clear();
+  segmentation.timestamp_s = 13;
+  writer.add(segmentation, "13");
+  writer.finish();
+  EXPECT_EQ(file_text(folder / "instances.csv"), header +
+                                                     "12.500000,1,0,0.909000,1,1,3,3\n"
+                                                     "12.500000,2,56,0.500000,2,2,3,3\n"
+                                                     "12.500000,3,7,1.000000,-3,0,900,2\n");
+  cv::Mat want(6, 8, CV_8UC1, cv::Scalar(0));
+  want(cv::Rect(2, 2, 3, 3)).setTo(2);
+  want(cv::Rect(1, 1, 3, 3)).setTo(1);  // the overlap goes to the lower index
+  const cv::Mat labels = cv::imread((folder / "12.500000.png").string(), cv::IMREAD_UNCHANGED);
+  ASSERT_EQ(labels.type(), CV_8UC1);
+  EXPECT_EQ(cv::norm(labels, want, cv::NORM_INF), 0);
+  const cv::Mat empty = cv::imread((folder / "13.png").string(), cv::IMREAD_UNCHANGED);
+  EXPECT_EQ(empty.size(), cv::Size(8, 6));
+  EXPECT_EQ(cv::countNonZero(empty), 0);
+}
+
+TEST(MaskFolderWriter, ClipsMasksToTheImage) {
+  constexpr int int_max = std::numeric_limits<int>::max();
+  constexpr int int_min = std::numeric_limits<int>::min();
+  const struct {
+    cv::Point origin;
+    cv::Rect visible;
+  } cases[] = {
+      {{-1, -2}, {0, 0, 2, 1}},
+      {{6, 4}, {6, 4, 2, 2}},
+      {{-3, 0}, {}},
+      {{8, 0}, {}},
+      {{0, 6}, {}},
+      {{int_max, 0}, {}},
+      {{int_min, 0}, {}},
+      {{0, int_max}, {}},
+      {{2, 2}, {2, 2, 3, 3}},
+  };
+  for (const auto& c : cases) {
+    SCOPED_TRACE(c.origin);
+    const TemporaryFolder folder;
+    Segmentation segmentation;
+    segmentation.image_size = {8, 6};
+    Instance instance;
+    instance.mask_origin = c.origin;
+    instance.mask = cv::Mat(3, 3, CV_8UC1, cv::Scalar(255));
+    segmentation.instances = {instance};
+    MaskFolderWriter writer(folder.path());
+    writer.add(segmentation);
+    writer.finish();
+    cv::Mat want(6, 8, CV_8UC1, cv::Scalar(0));
+    want(c.visible).setTo(1);
+    const cv::Mat labels = cv::imread((folder / "0.000000.png").string(), cv::IMREAD_UNCHANGED);
+    EXPECT_EQ(cv::norm(labels, want, cv::NORM_INF), 0);
+  }
+}
+
+TEST(MaskFolderWriter, RefusesInvalidSegmentations) {
+  const TemporaryFolder folder;
+  MaskFolderWriter writer(folder.path());
+  Segmentation segmentation;
+  segmentation.timestamp_s = 1;
+  const auto expect_refused = [&](const std::string& stem, const std::string& part) {
+    expect_error<std::invalid_argument>([&] { writer.add(segmentation, stem); }, part);
+  };
+  expect_refused("1", "image_size 0x0");
+  segmentation.image_size = {8, 6};
+  expect_refused("frame1", "the stem 'frame1'; want a time");
+  expect_refused("../1", "the stem '../1'");
+  expect_refused("", "the stem ''");
+  segmentation.instances.resize(65536);
+  expect_refused("1", "65536 instances; want at most 65535");
+  segmentation.instances.resize(1);
+  segmentation.instances[0].score = 2;
+  expect_refused("1", "score 2");
+  segmentation.instances.clear();
+  writer.add(segmentation, "1");
+  expect_refused("1.0", "time 1.0 a second time");
+  writer.finish();
+  expect_refused("2", "after finish()");
+  EXPECT_EQ(file_text(folder / "instances.csv"), header);
+}
+
+TEST(MaskFolderWriter, RefusesAStemThatIsNotTheTime) {
+  const TemporaryFolder folder;
+  MaskFolderWriter writer(folder.path());
+  Segmentation segmentation;
+  segmentation.image_size = {8, 6};
+  const auto expect_refused = [&](double timestamp_s, const std::string& stem) {
+    segmentation.timestamp_s = timestamp_s;
+    expect_error<std::invalid_argument>([&] { writer.add(segmentation, stem); },
+                                        "the stem '" + stem + "' for a segmentation of time");
+    EXPECT_FALSE(fs::exists(folder / (stem + ".png")));
+  };
+  expect_refused(12.5, "13");
+  expect_refused(1341846434.710184, "1341846434.711185");
+  expect_refused(1341846434.710184, "1341846434.709183");
+  expect_refused(1341846434.710184, "1341846434");  // cut off
+  expect_refused(1e18, "13");                       // nanoseconds
+  expect_error<std::invalid_argument>([&] { writer.add(segmentation, "13"); },
+                                      "of time 1000000000000000000.000000");
+  EXPECT_EQ(writer.size(), 0U);
+
+  for (const char* stem : {"1341846434.711184", "1341846434.709184", "1341846434.71"}) {
+    const TemporaryFolder found;
+    segmentation.timestamp_s = 1341846434.710184;
+    MaskFolderWriter finds(found.path());
+    finds.add(segmentation, stem);
+    finds.finish();
+    EXPECT_TRUE(MaskFolderSegmenter(found.path()).has_mask(segmentation.timestamp_s)) << stem;
+  }
+}
+
+TEST(MaskFolderWriter, MovedWriterContinues) {
+  const TemporaryFolder folder;
+  Segmentation segmentation;
+  segmentation.image_size = {8, 6};
+  MaskFolderWriter first(folder.path());
+  first.add(segmentation);
+  MaskFolderWriter second = std::move(first);
+  expect_error<std::invalid_argument>([&] { second.add(segmentation); }, "a second time");
+  segmentation.timestamp_s = 1;
+  second.add(segmentation);
+  second.finish();
+  EXPECT_EQ(MaskFolderSegmenter(folder.path()).size(), 2U);
+}
+
+/// Segmentation without instances.
+Segmentation nobody_at(double timestamp_s) {
+  Segmentation segmentation;
+  segmentation.timestamp_s = timestamp_s;
+  segmentation.image_size = {8, 6};
+  return segmentation;
+}
+
+TEST(MaskFolderWriter, NeverReplacesFilesOfAnotherWriter) {
+  for (const char* file : {"instances.csv", "12.5.png"}) {
+    const TemporaryFolder folder;
+    folder.write(file, "earlier");
+    for (const bool overwrite : {false, true}) {
+      expect_error<std::runtime_error>([&] { MaskFolderWriter(folder.path(), {overwrite}); },
+                                       folder.path().string() + ": holds " + file);
+      EXPECT_EQ(file_text(folder / file), "earlier");
+    }
+  }
+}
+
+TEST(MaskFolderWriter, ReplacesItsOwnFilesOnRequestWhenFinished) {
+  const TemporaryFolder folder;
+  folder.write("notes.txt", "mine");
+  MaskFolderWriter first(folder.path());
+  first.add(nobody_at(1), "1.0");
+  first.finish();
+  const std::string before = file_text(folder / "1.0.png");
+  expect_error<std::runtime_error>([&] { MaskFolderWriter{folder.path()}; },
+                                   "holds instances.csv already");
+  {
+    MaskFolderWriter stopped(folder.path(), {true});
+    stopped.add(nobody_at(2), "2.0");
+    EXPECT_FALSE(fs::exists(folder / "2.0.png"));
+  }
+  EXPECT_EQ(file_text(folder / "1.0.png"), before);
+  EXPECT_EQ(MaskFolderSegmenter(folder / ".").size(), 1U);
+  MaskFolderWriter second(folder.path(), {true});
+  second.add(nobody_at(2), "2.0");
+  second.finish();
+  EXPECT_FALSE(fs::exists(folder / "1.0.png"));
+  EXPECT_EQ(file_text(folder / "notes.txt"), "mine");
+  EXPECT_EQ(file_text(folder / "instances.csv"), header);
+}
+
+TEST(MaskFolderWriter, KeepsFilesChangedAfterIt) {
+  const TemporaryFolder folder;
+  MaskFolderWriter first(folder.path());
+  first.add(nobody_at(1), "1.0");
+  first.finish();
+  folder.write("1.0.png", "painted by hand");
+  expect_error<std::runtime_error>([&] { MaskFolderWriter(folder.path(), {true}); },
+                                   "holds 1.0.png");
+  EXPECT_EQ(file_text(folder / "1.0.png"), "painted by hand");
+}
+
+TEST(MaskFolderWriter, ReportsWriteErrors) {
+  const TemporaryFolder folder;
+  folder.write("file", "");
+  expect_error<std::runtime_error>([&] { MaskFolderWriter(folder / "file/masks"); }, "file");
+  MaskFolderWriter writer(folder / "masks");
+  writer.add(nobody_at(1), "1");
+  fs::create_directories(folder / "masks/1.png");
+  expect_error<std::runtime_error>([&] { writer.finish(); }, "holds 1.png");
+  EXPECT_FALSE(fs::exists(folder / "masks/instances.csv"));
+}
+
+TEST(MaskFolderWriter, RefusesASecondWriterInAFolder) {
+  const TemporaryFolder folder;
+  const MaskFolderWriter first(folder.path());
+  expect_error<std::runtime_error>([&] { MaskFolderWriter{folder.path()}; },
+                                   "another dynfilter masks is writing there");
+}
+
+}  // namespace
+}  // namespace dynfilter::testing

@@ -1,0 +1,215 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// Odd input, options, and ownership of pixels.
+
+#include "dynfilter/segmenters/mask_propagator.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "support/expect_error.hpp"
+#include "support/propagator_scene.hpp"
+#include "support/scene_images.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+// --- Odd input -----------------------------------------------------------------------------------
+
+TEST(MaskPropagator, AcceptsImagesOfAnySizeAndColour) {
+  for (const cv::Size small : {cv::Size(1, 1), {2, 40}, {40, 2}, {17, 18}, {33, 31}, {2000, 20}}) {
+    for (const int channels : {1, 3, 4}) {
+      cv::Mat image = texture(small, 1);
+      cv::merge(std::vector<cv::Mat>(static_cast<std::size_t>(channels), image), image);
+      MaskPropagator propagator;
+      const cv::Mat mask(small, CV_8UC1, cv::Scalar(1));
+      const Segmentation result =
+          result_of(frame_of(image, 0), {Instance::from_image_mask(mask)}, small);
+      for (int i = 0; i < 3; ++i) {
+        const auto moved = propagator.propagate(frame_of(image, i), result);
+        ASSERT_EQ(moved->instances.size(), 1U);
+        EXPECT_TRUE(same(painted(*moved), mask * 255)) << small << channels;
+      }
+    }
+  }
+}
+
+TEST(MaskPropagator, AcceptsMasksAndBoxesAnywhere) {
+  constexpr int least = std::numeric_limits<int>::min(), most = std::numeric_limits<int>::max();
+  const cv::Mat image = texture(size, 1);
+  MaskPropagator propagator;
+  Instance away = ring({100, 120}, 40), vast = away, nothing = away, blank = away;
+  away.mask_origin = {most - 3, least};
+  away.box = {most - 3, least, 50, 50};
+  vast.box = {least, least, most, most};
+  nothing.mask.release();
+  nothing.box = {};
+  blank.mask = cv::Mat(80, 80, CV_8UC1, cv::Scalar(0));
+  const Segmentation result = result_of(frame_of(image, 0), {away, vast, nothing, blank});
+  EXPECT_EQ(propagator.propagate(frame_of(image, 0), result)->instances.size(), 4U);
+  const auto moved = propagator.propagate(frame_of(image, 1), result);
+  ASSERT_EQ(moved->instances.size(), 2U);  // vast and blank
+  EXPECT_EQ(propagator.statistics().left_image, 2U);
+  EXPECT_TRUE(same(painted(moved->instances[0]), painted(vast)));
+  EXPECT_EQ(moved->instances[1].box, blank.box);
+}
+
+TEST(MaskPropagator, MovesHundredsOfInstances) {
+  const Pan pan({2, 2});
+  std::vector<Instance> crowd;
+  for (int y = 16; y < 200; y += 9) {
+    for (int x = 16; x < 280; x += 9) crowd.push_back(ring({x, y}, 8));
+  }
+  ASSERT_GT(crowd.size(), 500U);
+  MaskPropagator propagator;
+  std::optional<Segmentation> moved;
+  for (int i = 0; i <= 3; ++i) {
+    moved = propagator.propagate(pan.frame(i), result_of(pan.frame(i / 2 * 2), crowd));
+    if (i == 1) crowd.assign(moved->instances.begin(), moved->instances.end());
+    for (Instance& instance : crowd) {
+      instance.track_id.reset();
+      if (i == 1) {
+        instance.mask_origin += cv::Point(2, 2);
+        instance.box += cv::Point(2, 2);
+      }
+    }
+  }
+  ASSERT_EQ(moved->instances.size(), crowd.size());
+  for (std::size_t k = 0; k < crowd.size(); ++k) {
+    ASSERT_EQ(moved->instances[k].track_id, static_cast<int>(k));
+    ASSERT_LE(cv::norm(moved->instances[k].mask_origin - crowd[k].mask_origin - cv::Point(2, 2)),
+              1.5);
+  }
+}
+
+TEST(MaskPropagator, RefusesOptionsOutOfRange) {
+  const auto refuses = [](auto MaskPropagatorOptions::*member, auto value, const char* text) {
+    MaskPropagatorOptions options;
+    options.*member = value;
+    expect_error<std::invalid_argument>([&] { MaskPropagator{options}; },
+                                        std::string("MaskPropagator: got ") + text);
+  };
+  using Options = MaskPropagatorOptions;
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  refuses(&Options::work_width_px, 63, "work_width_px = 63");
+  refuses(&Options::point_spacing_px, 3, "point_spacing_px = 3");
+  refuses(&Options::max_forward_backward_px, -0.1, "max_forward_backward_px");
+  refuses(&Options::field_sigma_px, 0.5, "field_sigma_px");
+  refuses(&Options::field_sigma_px, nan, "field_sigma_px");
+  refuses(&Options::min_points, std::size_t{0}, "min_points = 0");
+  refuses(&Options::min_iou, 1.01, "min_iou");
+  refuses(&Options::max_age_s, nan, "max_age_s");
+  refuses(&Options::history_frames, std::size_t{0}, "history_frames = 0");
+  refuses(&Options::age_share, 1.5, "age_share");
+}
+
+TEST(MaskPropagator, RefusesBadInputWithoutChange) {
+  const Pan pan({4, 0});
+  const Segmentation result = result_of(pan.frame(0), {ring({100, 120}, 40)});
+  MaskPropagator propagator, twin;
+  for (int i = 0; i < 3; ++i) {
+    propagator.propagate(pan.frame(i), result);
+    twin.propagate(pan.frame(i), result);
+  }
+  const auto refuses = [&](const FrameView& frame, const std::optional<Segmentation>& newest,
+                           const char* text) {
+    expect_error<std::invalid_argument>([&] { propagator.propagate(frame, newest); }, text);
+  };
+  FrameView bad = pan.frame(3);
+  bad.image = cv::Mat(size, CV_16UC1, cv::Scalar(1));
+  refuses(bad, result, "an image of type CV_16UC1; want CV_8UC1");
+  bad.image = cv::Mat(size, CV_8UC2, cv::Scalar::all(1));
+  refuses(bad, result, "an image of type CV_8UC2");
+  bad = pan.frame(3);
+  bad.timestamp_s = std::numeric_limits<double>::infinity();
+  refuses(bad, result, "timestamp_s");
+  Segmentation wrong = result_of(pan.frame(2), {ring({100, 120}, 40)}, {640, 480});
+  refuses(pan.frame(3), wrong, "masks of an image of 640x480; want those of the frames, 320x240");
+  wrong = result_of(pan.frame(2), {ring({100, 120}, 40)});
+  wrong.instances[0].score = 2;
+  refuses(pan.frame(3), wrong, "score 2");
+  const auto moved = propagator.propagate(pan.frame(3), result),
+             want = twin.propagate(pan.frame(3), result);
+  EXPECT_TRUE(same(painted(*moved), painted(*want)));
+  EXPECT_EQ(propagator.statistics().instances.at(0).by_flow, 3U);
+}
+
+// --- Ownership of data ---------------------------------------------------------------------------
+
+TEST(MaskPropagator, SharesNoPixelsWithTheCaller) {
+  const Pan pan({4, 2});
+  const auto run = [&](bool spoils) {
+    MaskPropagator propagator;
+    std::uint64_t hash = 0;
+    std::optional<Segmentation> newest;
+    for (int i = 0; i < 8; ++i) {
+      FrameView frame = pan.frame(i);
+      frame.image = frame.image.clone();
+      if (i % 4 == 0) newest = result_of(frame, {ring({100 + 4 * i, 100 + 2 * i}, 40)});
+      const cv::Mat image = frame.image.clone(), mask = newest->instances[0].mask.clone();
+      auto moved = propagator.propagate(frame, newest);
+      EXPECT_TRUE(same(frame.image, image));
+      EXPECT_TRUE(same(newest->instances[0].mask, mask));
+      hash = pixel_hash(painted(*moved), hash);
+      if (!spoils) continue;
+      frame.image.setTo(0);
+      moved->instances[0].mask.setTo(0);
+      newest->instances[0].mask = cv::Mat(mask.size(), CV_8UC1, cv::Scalar(0));
+    }
+    return hash;
+  };
+  EXPECT_EQ(run(false), run(true));
+}
+
+TEST(MaskPropagator, CallerMayOverwriteItsMasks) {
+  const Pan pan({4, 2});
+  const Segmentation result = result_of(pan.frame(0), {ring({100, 100}, 40)});
+  const cv::Mat1b before = painted(result);
+  MaskPropagator propagator;
+  propagator.propagate(pan.frame(0), result);
+  cv::Mat(result.instances[0].mask).setTo(0);
+  const auto moved = propagator.propagate(pan.frame(1), std::nullopt);
+  EXPECT_EQ(cv::countNonZero(painted(*moved)), cv::countNonZero(before));
+}
+
+TEST(MaskPropagator, TwoPropagatorsShareNothing) {
+  const Pan pan({4, 2}), elsewhere({-6, 1});
+  const auto step = [](MaskPropagator& propagator, const Pan& film, int i) {
+    const Segmentation result = result_of(film.frame(i / 3 * 3), {ring({150, 100}, 40)});
+    return pixel_hash(painted(*propagator.propagate(film.frame(i), result)));
+  };
+  std::vector<std::uint64_t> alone, interleaved;
+  MaskPropagator first, second, other;
+  for (int i = 0; i < 9; ++i) alone.push_back(step(first, pan, i));
+  const int threads = cv::getNumThreads();
+  cv::setNumThreads(threads == 1 ? 4 : 1);
+  for (int i = 0; i < 9; ++i) {
+    interleaved.push_back(step(second, pan, i));
+    step(other, elsewhere, i);
+  }
+  cv::setNumThreads(threads);
+  EXPECT_EQ(alone, interleaved);
+}
+
+TEST(MaskPropagator, MoveKeepsTheState) {
+  const Pan pan({4, 0});
+  const Segmentation result = result_of(pan.frame(0), {ring({100, 120}, 40)});
+  MaskPropagator first;
+  first.propagate(pan.frame(0), result);
+  MaskPropagator second = std::move(first);
+  const auto moved = second.propagate(pan.frame(1), std::nullopt);
+  ASSERT_TRUE(moved);
+  EXPECT_EQ(moved->instances.at(0).box.x, result.instances[0].box.x + 4);
+}
+
+}  // namespace
+}  // namespace dynfilter::testing

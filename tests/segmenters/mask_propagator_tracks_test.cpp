@@ -1,0 +1,201 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// Tracks from result to result, and what restarts them.
+
+#include "dynfilter/segmenters/mask_propagator.hpp"
+
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "support/expect_error.hpp"
+#include "support/propagator_scene.hpp"
+#include "support/scene_images.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+// --- Tracks --------------------------------------------------------------------------------------
+
+TEST(MaskPropagator, BridgesMissedDetectionsThenDropsThem) {
+  const cv::Mat image = texture(size, 1);
+  MaskPropagatorOptions options;
+  options.max_missed = 2;
+  MaskPropagator propagator(options);
+  const Instance object = ring({80, 120}, 40), other = ring({230, 120}, 40);
+  const auto give = [&](int i, std::vector<Instance> instances) {
+    return propagator.propagate(frame_of(image, i), result_of(frame_of(image, i), instances));
+  };
+  ASSERT_EQ(give(0, {object, other})->instances.size(), 2U);
+  for (int i = 1; i <= 2; ++i) {
+    const auto moved = give(i, {other});
+    ASSERT_EQ(moved->instances.size(), 2U) << i;
+    EXPECT_EQ(moved->instances[0].track_id, 1);  // instances of the result come first
+    EXPECT_EQ(moved->instances[1].track_id, 0);
+    EXPECT_TRUE(same(painted(moved->instances[1]), painted(object)));
+    EXPECT_EQ(propagator.statistics().instances.at(1).missed, static_cast<std::size_t>(i));
+    EXPECT_EQ(propagator.statistics().instances.at(1).by_flow, static_cast<std::size_t>(i));
+    // Passing the old result again, or none, adds no missed detection.
+    propagator.propagate(FrameView{frame_of(image, i).id, 5.0 + (i + 0.5) / 30, image, {}, 0},
+                         i == 1
+                             ? std::optional<Segmentation>(result_of(frame_of(image, i), {other}))
+                             : std::nullopt);
+    EXPECT_EQ(propagator.statistics().instances.at(1).missed, static_cast<std::size_t>(i));
+    EXPECT_FALSE(propagator.statistics().took_result);
+    propagator.reset();
+    give(0, {object, other});
+    for (int k = 1; k <= i; ++k) give(k, {other});
+  }
+  const auto found = give(3, {other, object});
+  EXPECT_EQ(found->instances.at(1).track_id, 0) << "the segmenter found it again";
+  EXPECT_EQ(propagator.statistics().instances.at(1).missed, 0U);
+  for (int i = 4; i <= 5; ++i) EXPECT_EQ(give(i, {other})->instances.size(), 2U);
+  EXPECT_EQ(give(6, {other})->instances.size(), 1U);
+  EXPECT_EQ(propagator.statistics().given_up, 1U);
+  EXPECT_EQ(give(7, {other, object})->instances.at(1).track_id, 2) << "it is a new track";
+}
+
+TEST(MaskPropagator, BridgesNothingOnRequest) {
+  const cv::Mat image = texture(size, 1);
+  MaskPropagatorOptions options;
+  options.max_missed = 0;
+  MaskPropagator propagator(options);
+  propagator.propagate(frame_of(image, 0), result_of(frame_of(image, 0), {ring({80, 120}, 40)}));
+  const auto moved = propagator.propagate(frame_of(image, 1), result_of(frame_of(image, 1), {}));
+  ASSERT_TRUE(moved);
+  EXPECT_TRUE(moved->instances.empty());
+}
+
+TEST(MaskPropagator, TrackIdsSurviveCrossingObjects) {
+  const Patch one{{20, 60, 60, 90}, 5}, two{{240, 80, 60, 90}, 6};
+  MaskPropagator propagator;
+  std::optional<Segmentation> newest;
+  for (int i = 0; i <= 27; ++i) {
+    const cv::Point right(8 * i, 0), left(-8 * i, 0);
+    const FrameView frame = frame_of(image_with({{two, left}, {one, right}}), i);
+    // The order of the instances changes.
+    const bool turned = i % 2 == 1;
+    if (i % 3 == 0) {
+      newest = turned ? result_of(frame, {two.instance(left), one.instance(right)})
+                      : result_of(frame, {one.instance(right), two.instance(left)});
+    }
+    const auto moved = propagator.propagate(frame, newest);
+    ASSERT_EQ(moved->instances.size(), 2U) << i;
+    for (const Instance& instance : moved->instances) {
+      const Instance want = instance.track_id == 0 ? one.instance(right) : two.instance(left);
+      EXPECT_GT((instance.box & want.box).area(), 0.5 * want.box.area()) << i;
+    }
+  }
+}
+
+TEST(MaskPropagator, DropsObjectsThatLeaveTheImage) {
+  const Patch patch{{220, 70, 70, 100}, 5};
+  MaskPropagator propagator;
+  std::optional<Segmentation> newest;
+  std::size_t gone = 0, frames_seen = 0;
+  for (int i = 0; i <= 22; ++i) {
+    const cv::Point shift(8 * i, 0);
+    const FrameView frame = frame_of(image_with({{patch, shift}}), i);
+    if (i == 0) newest = result_of(frame, {patch.instance({})});
+    const auto moved = propagator.propagate(frame, newest);
+    ASSERT_TRUE(moved);
+    gone += propagator.statistics().left_image;
+    frames_seen += moved->instances.size();
+    for (const Instance& instance : moved->instances) {
+      EXPECT_EQ(instance.box & cv::Rect({}, size), instance.box) << "clipped";
+      const cv::Rect place(instance.mask_origin, instance.mask.size());
+      EXPECT_EQ(place & cv::Rect({}, size), place);
+    }
+  }
+  EXPECT_EQ(gone, 1U);
+  EXPECT_GE(frames_seen, 11U);  // it touches the image up to frame 12
+  EXPECT_LE(frames_seen, 20U);
+}
+
+TEST(MaskPropagator, ClassesAreNotMixedUp) {
+  const cv::Mat image = texture(size, 1);
+  MaskPropagator propagator;
+  Instance object = ring({100, 120}, 40);
+  propagator.propagate(frame_of(image, 0), result_of(frame_of(image, 0), {object}));
+  object.class_id = 56;
+  const auto moved =
+      propagator.propagate(frame_of(image, 1), result_of(frame_of(image, 1), {object}));
+  ASSERT_EQ(moved->instances.size(), 2U);
+  EXPECT_EQ(moved->instances[0].class_id, 56);
+  EXPECT_EQ(moved->instances[0].track_id, 1);
+  EXPECT_EQ(moved->instances[1].class_id, 0);
+  EXPECT_EQ(moved->instances[1].track_id, 0);
+}
+
+TEST(MaskPropagator, KeepsTrackIdsOfTheSegmenter) {
+  const cv::Mat image = texture(size, 1);
+  MaskPropagator propagator;
+  Instance object = ring({80, 120}, 40), other = ring({230, 120}, 40);
+  object.track_id = 7;
+  propagator.propagate(frame_of(image, 0), result_of(frame_of(image, 0), {object}));
+  // Moves it to where, by the box, another object would match it.
+  object.mask_origin.x += 150;
+  object.box.x += 150;
+  other.mask_origin.x -= 150;
+  other.box.x -= 150;
+  const auto moved =
+      propagator.propagate(frame_of(image, 1), result_of(frame_of(image, 1), {other, object}));
+  ASSERT_EQ(moved->instances.size(), 2U);
+  EXPECT_EQ(moved->instances[0].track_id, 8);
+  EXPECT_EQ(moved->instances[1].track_id, 7);
+
+  object.track_id = std::numeric_limits<int>::max();
+  const auto next =
+      propagator.propagate(frame_of(image, 2), result_of(frame_of(image, 2), {object}));
+  EXPECT_EQ(next->instances.at(0).track_id, std::numeric_limits<int>::max());
+}
+
+// --- Restart -------------------------------------------------------------------------------------
+
+TEST(MaskPropagator, ResetRestoresTheInitialState) {
+  const Pan pan({4, 0});
+  MaskPropagator propagator;
+  const Segmentation result = result_of(pan.frame(0), {ring({100, 120}, 40)});
+  for (int i = 0; i < 3; ++i) propagator.propagate(pan.frame(i), result);
+  propagator.reset();
+  EXPECT_TRUE(propagator.statistics().instances.empty());
+  EXPECT_FALSE(propagator.propagate(pan.frame(0), std::nullopt));
+  EXPECT_FALSE(propagator.statistics().restarted);
+  const auto moved = propagator.propagate(pan.frame(1), result);
+  EXPECT_EQ(moved->instances.at(0).track_id, 0);
+}
+
+TEST(MaskPropagator, TimeGoingBackRestartsAndIsReported) {
+  const cv::Mat image = texture(size, 1);
+  MaskPropagator propagator;
+  const Segmentation result = result_of(frame_of(image, 4), {ring({100, 120}, 40)});
+  EXPECT_TRUE(propagator.propagate(frame_of(image, 4), result));
+  EXPECT_FALSE(propagator.propagate(frame_of(image, 4), std::nullopt))
+      << "the time has not advanced";
+  EXPECT_TRUE(propagator.statistics().restarted);
+  EXPECT_FALSE(propagator.propagate(frame_of(image, 2), std::nullopt));
+  EXPECT_TRUE(propagator.statistics().restarted);
+  const auto moved = propagator.propagate(frame_of(image, 3),
+                                          result_of(frame_of(image, 3), {ring({100, 120}, 40)}));
+  EXPECT_FALSE(propagator.statistics().restarted);
+  EXPECT_EQ(moved->instances.at(0).track_id, 1) << "ids are never reused";
+}
+
+TEST(MaskPropagator, AnotherImageSizeRestarts) {
+  MaskPropagator propagator;
+  const Segmentation result = result_of(frame_of(texture(size, 1), 0), {ring({100, 120}, 40)});
+  EXPECT_TRUE(propagator.propagate(frame_of(texture(size, 1), 0), result));
+  EXPECT_FALSE(propagator.propagate(frame_of(texture(size * 2, 1), 1), std::nullopt));
+  EXPECT_TRUE(propagator.statistics().restarted);
+  const FrameView frame = frame_of(texture(size * 2, 1), 2);
+  const auto moved =
+      propagator.propagate(frame, result_of(frame, {ring({300, 200}, 40)}, size * 2));
+  EXPECT_EQ(moved->image_size, size * 2);
+}
+
+}  // namespace
+}  // namespace dynfilter::testing

@@ -1,0 +1,95 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_TESTS_SUPPORT_ASYNC_FIXTURE_HPP
+#define DYNFILTER_TESTS_SUPPORT_ASYNC_FIXTURE_HPP
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "dynfilter/segmenters/async_segmenter.hpp"
+#include "support/gated_segmenter.hpp"
+
+namespace dynfilter::testing {
+
+using Ids = std::vector<std::uint64_t>;
+
+inline constexpr double for_ever_s = 3600;
+
+inline FrameView frame_of(std::uint64_t id) {
+  FrameView frame;
+  frame.id = id;
+  frame.timestamp_s = 10.0 + 0.1 * static_cast<double>(id);
+  frame.image = cv::Mat(3, 4, CV_8UC1, cv::Scalar(static_cast<double>(id)));
+  return frame;
+}
+
+inline AsyncSegmenterOptions options_of(HandOver hand_over, double max_wait_s = for_ever_s) {
+  AsyncSegmenterOptions options;
+  options.hand_over = hand_over;
+  options.max_wait_s = max_wait_s;
+  return options;
+}
+
+/// AsyncSegmenter whose network waits at a gate. The gate outlives it, and opens at the end,
+/// because a closed one would block the thread.
+struct Async {
+  explicit Async(const AsyncSegmenterOptions& options, GatedSegmenter::Then then = {})
+      : segmenter(std::make_unique<GatedSegmenter>(gate, std::move(then)), options) {}
+  ~Async() { gate->open_for_good(); }
+
+  void submit(std::uint64_t id) { segmenter.submit(frame_of(id)); }
+
+  /// Submits a frame and waits until the network has it.
+  void submit_and_await(std::uint64_t id) {
+    const std::size_t before = gate->arrivals().size();
+    submit(id);
+    gate->await_arrivals(before + 1);
+  }
+
+  /// Lets the network finish its frame while `id` waits; returns when `id` has reached the network.
+  void finish_one_then_start(std::uint64_t id) {
+    const std::size_t before = gate->arrivals().size();
+    submit(id);
+    gate->open();
+    gate->await_arrivals(before + 1);
+  }
+
+  std::shared_ptr<Gate> gate = std::make_shared<Gate>();
+  AsyncSegmenter segmenter;
+};
+
+/// Expects the masks that GatedSegmenter makes of frame_of(id).
+inline void expect_masks_of(const std::optional<Segmentation>& masks, std::uint64_t id) {
+  ASSERT_TRUE(masks.has_value()) << "frame " << id;
+  EXPECT_EQ(masks->frame_id, id);
+  EXPECT_EQ(masks->timestamp_s, frame_of(id).timestamp_s);
+  EXPECT_EQ(masks->image_size, cv::Size(4, 3));
+  ASSERT_EQ(masks->instances.size(), 1U);
+  EXPECT_EQ(masks->instances[0].box.width, static_cast<int>(id));
+}
+
+inline void expect_sum(const AsyncSegmenterStatistics& statistics) {
+  EXPECT_EQ(statistics.submitted,
+            statistics.segmented + statistics.failed + statistics.replaced + statistics.pending);
+}
+
+inline GatedSegmenter::Then failing_on(Ids ids) {
+  return [ids](const FrameView& frame, Segmentation&) {
+    if (std::find(ids.begin(), ids.end(), frame.id) == ids.end()) return;
+    throw std::out_of_range("no memory for frame " + std::to_string(frame.id));
+  };
+}
+
+}  // namespace dynfilter::testing
+
+#endif  // DYNFILTER_TESTS_SUPPORT_ASYNC_FIXTURE_HPP

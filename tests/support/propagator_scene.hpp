@@ -1,0 +1,107 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_TESTS_SUPPORT_PROPAGATOR_SCENE_HPP
+#define DYNFILTER_TESTS_SUPPORT_PROPAGATOR_SCENE_HPP
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include <opencv2/imgproc.hpp>
+
+#include "dynfilter/segmentation.hpp"
+#include "support/scene_images.hpp"
+
+namespace dynfilter::testing {
+
+inline const cv::Size size(320, 240);
+
+/// Texture of blotches of a few pixels in all greys.
+inline cv::Mat1b texture(const cv::Size& of, std::uint64_t seed) {
+  cv::Mat noise(of, CV_32FC1);
+  cv::RNG random(seed);
+  random.fill(noise, cv::RNG::UNIFORM, 0.0, 1.0);
+  cv::GaussianBlur(noise, noise, cv::Size(), 1.5);
+  cv::normalize(noise, noise, 0, 255, cv::NORM_MINMAX);
+  noise.convertTo(noise, CV_8U);
+  return noise;
+}
+
+inline FrameView frame_of(const cv::Mat& image, int index) {
+  FrameView frame;
+  frame.id = static_cast<std::uint64_t>(100 + index);
+  frame.timestamp_s = 5.0 + index / 30.0;
+  frame.image = image;
+  return frame;
+}
+
+inline Segmentation result_of(const FrameView& frame, std::vector<Instance> instances,
+                              const cv::Size& image = size) {
+  return {frame.id, frame.timestamp_s, image, std::move(instances)};
+}
+
+/// Disc-shaped mask with a hole, whose non-zero values differ.
+inline Instance ring(cv::Point centre, int radius) {
+  cv::Mat1b mask(2 * radius + 1, 2 * radius + 1, std::uint8_t{0});
+  cv::circle(mask, {radius, radius}, radius, 255, cv::FILLED);
+  cv::circle(mask, {radius, radius}, radius / 4, 0, cv::FILLED);
+  mask(radius, radius / 2) = 7;
+  const cv::Point origin = centre - cv::Point(radius, radius);
+  Instance instance = Instance::from_box_mask(mask, {origin, mask.size()}, 0, 0.75F);
+  instance.box = {origin.x - 3, origin.y - 2, mask.cols + 6, mask.rows + 4};
+  return instance;
+}
+
+/// Textured rectangle, wholly masked.
+struct Patch {
+  cv::Rect place;
+  std::uint64_t seed;
+  int class_id = 0;
+
+  void paint(cv::Mat1b& image, cv::Point shift) const {
+    const cv::Rect at = place + shift, seen = at & cv::Rect({}, image.size());
+    if (seen.empty()) return;
+    texture(place.size(), seed)(seen - at.tl()).copyTo(image(seen));
+  }
+
+  Instance instance(cv::Point shift) const {
+    const cv::Rect at = (place + shift) & cv::Rect({}, size);
+    return Instance::from_box_mask(cv::Mat(at.size(), CV_8UC1, cv::Scalar(255)), at, class_id);
+  }
+};
+
+inline cv::Mat1b image_with(const std::vector<std::pair<Patch, cv::Point>>& patches) {
+  cv::Mat1b image = texture(size, 1);
+  for (const auto& [patch, shift] : patches) patch.paint(image, shift);
+  return image;
+}
+
+inline double iou(const cv::Mat& a, const cv::Mat& b) {
+  return double{1} * cv::countNonZero(a & b) / cv::countNonZero(a | b);
+}
+
+inline cv::Mat1b painted(const Instance& instance) {
+  return testing::painted(Segmentation{0, 0, size, {instance}});
+}
+
+/// Images of a camera that pans over a wide texture.
+class Pan {
+ public:
+  explicit Pan(cv::Point step, cv::Size image = size)
+      : step_(step), image_(image), wide_(texture(image * 3, 7)) {}
+
+  FrameView frame(int index) const {
+    const cv::Rect window(cv::Point(image_) - index * step_, image_);
+    return frame_of(wide_(window), index);
+  }
+
+ private:
+  cv::Point step_;
+  cv::Size image_;
+  cv::Mat1b wide_;
+};
+
+}  // namespace dynfilter::testing
+
+#endif  // DYNFILTER_TESTS_SUPPORT_PROPAGATOR_SCENE_HPP

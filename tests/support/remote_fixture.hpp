@@ -1,0 +1,99 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_TESTS_SUPPORT_REMOTE_FIXTURE_HPP
+#define DYNFILTER_TESTS_SUPPORT_REMOTE_FIXTURE_HPP
+
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "dynfilter/segmenters/remote_segmenter.hpp"
+#include "support/expect_error.hpp"
+#include "support/remote_messages.hpp"
+#include "support/remote_peer.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace dynfilter::testing {
+
+// No test measures time. Calls that must succeed have this long; a call that never returns runs
+// into the test's time limit (CMakeLists.txt).
+inline RemoteSegmenterOptions patient() {
+  RemoteSegmenterOptions options;
+  options.timeout_s = 60;
+  return options;
+}
+
+inline RemoteSegmenterOptions impatient() {
+  RemoteSegmenterOptions options;
+  options.timeout_s = 0.05;
+  return options;
+}
+
+/// Frame whose image identifies it, whatever its id.
+inline FrameView frame_of(std::uint64_t id, int content, cv::Size size = {8, 6}) {
+  FrameView frame;
+  frame.id = id;
+  frame.timestamp_s = 0.5 * static_cast<double>(id);
+  frame.image = cv::Mat(size, CV_8UC3, cv::Scalar::all(content % 256));
+  std::memcpy(frame.image.data, &content, sizeof content);
+  return frame;
+}
+
+inline FrameView frame_of(std::uint64_t id) { return frame_of(id, static_cast<int>(id)); }
+
+/// Instances that the peer finds in an image: one, which holds the image's content.
+inline Segmentation masks_of(std::uint64_t id, double timestamp_s, const cv::Mat& image) {
+  Segmentation found{id, timestamp_s, image.size(), {}};
+  Instance instance = Instance::from_box({-1, 2, 3, 4}, 0, 0.5F);
+  std::memcpy(&instance.class_id, image.data, sizeof instance.class_id);
+  instance.mask_origin = {1, 2};
+  instance.mask = image.channels() == 1 ? image({1, 2, 4, 3}).clone()
+                                        : cv::Mat(3, 4, CV_8UC1, cv::Scalar(image.data[20]));
+  found.instances = {instance};
+  return found;
+}
+
+inline Segmentation masks_of(const FrameView& frame) {
+  return masks_of(frame.id, frame.timestamp_s, frame.image);
+}
+
+inline Bytes reply_to(const ReceivedFrame& frame) {
+  return testing::reply(frame.request, masks_of(frame.id, frame.timestamp_s, frame.image));
+}
+
+inline bool answer(const PeerSocket& socket, const ReceivedFrame& frame) {
+  return socket.send(reply_to(frame));
+}
+
+inline void expect_answered(RemoteSegmenter& people, const FrameView& frame) {
+  EXPECT_TRUE(testing::is_same(people.segment(frame), masks_of(frame)));
+}
+
+class RemoteSegmenterTest : public ::testing::Test {
+ protected:
+  void expect_fails(RemoteSegmenter& people, const FrameView& frame, const std::string& part) {
+    expect_error<std::runtime_error>([&] { people.segment(frame); }, path.string() + ": " + part);
+  }
+
+  TemporaryFolder folder;
+  std::filesystem::path path = folder / "masks.sock";
+};
+
+/// Answers frames until the process ends.
+inline void serve(const PeerSocket& listener) {
+  while (true) {
+    const PeerSocket socket = listener.accepted();
+    while (const auto frame = testing::receive_frame(socket)) {
+      if (!answer(socket, *frame)) break;
+    }
+  }
+}
+
+}  // namespace dynfilter::testing
+
+#endif  // DYNFILTER_TESTS_SUPPORT_REMOTE_FIXTURE_HPP

@@ -1,0 +1,63 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// The program on recordings of TUM.
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "support/program.hpp"
+#include "support/temporary_folder.hpp"
+#include "support/test_data.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+class ProgramOnRecordedData : public RecordedData {
+ protected:
+  TemporaryFolder folder;
+
+  nlohmann::json summary_of(const char* sequence, Outcome& outcome) {
+    outcome = run("run " + quoted(data(sequence)) + " --out " + quoted(folder.path()));
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
+    return read_json(folder.path() / "summary.json");
+  }
+};
+
+TEST_F(ProgramOnRecordedData, FindsAndRemovesTheTwoPersons) {
+  Outcome outcome;
+  const nlohmann::json summary = summary_of("tum_fr3_walking_halfsphere_50", outcome);
+  EXPECT_EQ(summary["frames"], 49);
+  // Persons cover a fifth of the image, and every frame has many features on them.
+  EXPECT_GT(summary["masked"], 49 * 50);
+  EXPECT_GT(summary["compensated"], 49);
+  EXPECT_GT(summary["kept"], summary["features"].get<int>() / 2);
+  for (const auto& row : read_csv(folder.path() / "frames.csv")) EXPECT_NE(row.at(6), "0");
+}
+
+TEST_F(ProgramOnRecordedData, DegradedMasksRemoveFewerFeatures) {
+  const std::string sequence = quoted(data("tum_fr3_walking_halfsphere_50"));
+  const auto dynamic_left = [&](const std::string& how) {
+    const Outcome outcome = run("run " + sequence + " --rule mask --overlays 0 --degrade " + how +
+                                " --out " + quoted(folder.path() / how));
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
+    return read_json(folder.path() / how / "summary.json")["dynamic_left"].get<int>();
+  };
+  const int cut = dynamic_left("cut"), poor = dynamic_left("poor");
+  EXPECT_GT(cut, 49);
+  EXPECT_GT(poor, 2 * cut);
+  EXPECT_GT(dynamic_left("late"), 49);
+  EXPECT_TRUE(run("run " + sequence + " --degrade torn").mentions("eroded"));
+}
+
+TEST_F(ProgramOnRecordedData, RemovesNothingWithoutPersons) {
+  Outcome outcome;
+  const nlohmann::json summary = summary_of("tum_fr1_xyz_120", outcome);
+  EXPECT_EQ(summary["frames"], 120);
+  EXPECT_EQ(summary["kept"], summary["features"]);
+  EXPECT_TRUE(outcome.mentions("no masks")) << outcome.printed;
+}
+
+}  // namespace
+}  // namespace dynfilter::testing
