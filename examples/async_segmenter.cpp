@@ -23,7 +23,7 @@ class Tracker {
   explicit Tracker(std::unique_ptr<dynfilter::Segmenter> network) : people_(std::move(network)) {}
 
   dynfilter::FrameStatistics track(const dynfilter::FrameView& frame) {
-    people_.submit(frame);  // the network begins with it now or next
+    people_.submit(frame);  // the network begins with it, or takes it next
 
     std::vector<cv::KeyPoint> keypoints;
     cv::Mat descriptors;

@@ -38,7 +38,7 @@ double median(std::vector<double> values) {
 
 void ask(const std::string& socket_path, const cv::Mat& image, std::uint64_t times) {
   dynfilter::RemoteSegmenterOptions options;
-  options.timeout_s = 0.2;  // no call takes longer, whatever happens to the other process
+  options.timeout_s = 0.2;  // no call takes longer, whatever becomes of the other side
   dynfilter::RemoteSegmenter people(socket_path, options);
 
   std::vector<double> milliseconds;

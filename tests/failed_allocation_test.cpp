@@ -112,8 +112,7 @@ TEST(FailedAllocationOfKeepStatic, LeavesTheColumnsUnchanged) {
   const std::size_t failed = for_each_failing_allocation([&](std::size_t n) {
     std::vector<int> ids(labels.size(), 7);
     cv::Mat descriptors(rows, 32, CV_8UC1, cv::Scalar(5));
-    const cv::Mat also_seen_by_others =
-        descriptors;  // shared, so that keep_static moves rows in a copy
+    const cv::Mat also_seen_by_others = descriptors;  // shared: rows move in a copy
     const bool did_fail = fails_at_allocation(n, [&] { keep_static(labels, ids, descriptors); });
     EXPECT_EQ(ids.size(), did_fail ? labels.size() : labels.statistics().kept());
     EXPECT_EQ(descriptors.rows, static_cast<int>(ids.size()));

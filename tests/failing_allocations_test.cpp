@@ -21,8 +21,7 @@ TEST(FailingAllocations, EachAllocationOfACallFailsOnce) {
   std::vector<int> steps;
   const std::size_t failed = for_each_failing_allocation([&](const std::size_t n) {
     int step = 0;
-    std::unique_ptr<Aligned>
-        aligned;  // outside the call, so that the compiler cannot remove the allocation
+    std::unique_ptr<Aligned> aligned;  // outside the call, else compilers may remove it
     const bool one_failed = fails_at_allocation(n, [&] {
       const std::vector<int> numbers(10);
       step = 1;

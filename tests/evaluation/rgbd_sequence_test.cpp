@@ -151,7 +151,7 @@ TEST(RgbdSequence, PrintsATemplateForAMissingCameraFile) {
   EXPECT_EQ(message.find((folder / "camera.yaml").string() + ": there is no such camera file"), 0U);
   EXPECT_NE(message.find("freiburg3"), std::string::npos);
   EXPECT_NE(message.find("replace them"), std::string::npos);
-  // What it prints is a file that works.
+  // The printed template is a valid file.
   folder.write("other.yaml", message.substr(message.find("%YAML")));
   RgbdSequenceOptions options;
   options.camera_file = folder / "other.yaml";

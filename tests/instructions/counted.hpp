@@ -17,8 +17,8 @@
 namespace dynfilter::testing {
 
 struct Counted {
-  const char* argument;  ///< of the program
-  const char* function;  ///< that it calls once
+  const char* argument;  ///< argument of the program
+  const char* function;  ///< called once by the program
   std::size_t items;
   std::size_t bound;  ///< instructions per hundred items: 1.5 times what g++ and clang need
 };

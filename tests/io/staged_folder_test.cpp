@@ -225,8 +225,8 @@ TEST(StagedFolder, KilledAtAnyRenameItHoldsOldOrNewFilesOrSaysIncomplete) {
   EXPECT_GT(halves, 10) << "otherwise the test shows little";
 }
 
-/// Cuts off an exchange at one change and what puts the old files back at another. Returns false
-/// where there was nothing to put back, or that was not cut off any more.
+/// Kills an exchange at one rename, and the rollback of the next writer at another. Returns false
+/// if there was nothing to roll back, or if the rollback finished before.
 bool is_cut_off_twice(int change, int change_back) {
   const Files old_files = results("old", 1);
   const TemporaryFolder folder;

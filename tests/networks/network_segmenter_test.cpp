@@ -87,7 +87,7 @@ class NetworkSegmenterTest : public Models {
   }
 };
 
-// --- What every kind of model finds --------------------------------------------------------------
+// --- Every kind of model -------------------------------------------------------------------------
 
 TEST_F(NetworkSegmenterTest, FindsTheBlocksInTheImage) {
   for (const char* name : {"yolo_raw", "yolact", "yolact_logits", "yolact_plus"}) {

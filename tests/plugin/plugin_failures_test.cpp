@@ -64,7 +64,7 @@ class PluginFailures : public PluginTest {
       SCOPED_TRACE(n);
       Plugin plugin(settings(lines));
       HostColumns columns(frame);
-      const cv::Mat shared = columns.descriptors;  // shared, so that rows move into a copy
+      const cv::Mat shared = columns.descriptors;  // a second header, so that rows move into a copy
       bool is_done = false;
       const bool one_failed = fails_at_allocation(n, [&] {
         try {

@@ -109,7 +109,7 @@ TEST(AsyncSegmenter, DoesNotWaitForAFrameThatWasReplaced) {
   async.submit_and_await(1);
   async.submit(2);
   auto masks = std::async(std::launch::async, [&] { return async.segmenter.collect(2); });
-  masks.wait_for(std::chrono::milliseconds(20));  // so that it waits, most probably
+  masks.wait_for(std::chrono::milliseconds(20));  // so that it very probably waits
   async.submit(3);
   EXPECT_FALSE(masks.get().has_value());
   EXPECT_FALSE(async.segmenter.collect(2).has_value());
@@ -255,7 +255,7 @@ TEST(AsyncSegmenter, ResetWakesAWaitingCall) {
   Async async(options_of(HandOver::wait));
   async.submit_and_await(1);
   auto masks = std::async(std::launch::async, [&] { return async.segmenter.collect(1); });
-  masks.wait_for(std::chrono::milliseconds(20));  // so that it waits, most probably
+  masks.wait_for(std::chrono::milliseconds(20));  // so that it very probably waits
   async.segmenter.reset();
   try {
     EXPECT_FALSE(masks.get().has_value());

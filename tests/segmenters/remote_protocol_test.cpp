@@ -77,7 +77,7 @@ Segmentation random_segmentation(testing::ByteSource& random) {
   return segmentation;
 }
 
-// --- What we send --------------------------------------------------------------------------------
+// --- Sent messages -------------------------------------------------------------------------------
 
 // Compares with the bytes of the tables in examples/remote_masks/README.md.
 TEST(RemoteProtocol, FrameMatchesTheDocumentedBytes) {
@@ -134,7 +134,7 @@ TEST(RemoteProtocol, RefusesImagesThatCannotBeSent) {
   detail::remote::require_sendable(cv::Mat(1, 16384, CV_8UC3), "Test");
 }
 
-// --- What we receive -----------------------------------------------------------------------------
+// --- Received messages ---------------------------------------------------------------------------
 
 TEST(RemoteProtocol, ReplyMatchesTheDocumentedBytes) {
   const Bytes payload = {
