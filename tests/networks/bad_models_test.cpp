@@ -49,8 +49,9 @@ TEST_F(BadModels, AreRefusedByName) {
   expect_refused(model("yolo_open_size"), "set NetworkOptions::input_size");
   expect_refused(model("external_absent"), "external_absent.weights, which is not there");
   expect_refused(model("external"), "external.weights; save the model as one file");
-  expect_error<std::runtime_error>([] { make_network_segmenter(model("bad_outputs")); },
-                                   "no network that is known by its outputs, output0 [1, 3, 8, 8]");
+  expect_error<std::runtime_error>(
+      [] { make_network_segmenter(model("bad_outputs")); },
+      "is no known kind of network by its outputs, output0 [1, 3, 8, 8]");
 }
 
 TEST_F(BadModels, TruncatedModelsAreRefused) {

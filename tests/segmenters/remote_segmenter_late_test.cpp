@@ -100,7 +100,7 @@ TEST_F(RemoteSegmenterTest, TimesOutIfNobodyAccepts) {
   expect_fails(first, frame_of(1), "no masks of frame 1 within 0.05 s: time is up");
   RemoteSegmenter second(path, impatient());
   expect_fails(second, frame_of(1),
-               "no masks of frame 1 within 0.05 s: time is up, for the other side accepts no");
+               "no masks of frame 1 within 0.05 s: time is up: the other side accepts no");
 }
 
 TEST_F(RemoteSegmenterTest, TimesOutIfTheImageIsNotRead) {
