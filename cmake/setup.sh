@@ -72,7 +72,7 @@ is_available() {
 
 # Installs the packages that build and test the library.
 need_build_packages() {
-  need_packages g++ cmake ninja-build pkg-config libopencv-dev libeigen3-dev "$@"
+  need_packages g++ cmake make ninja-build pkg-config libopencv-dev libeigen3-dev "$@"
 }
 
 # Installs the packages that the program dynfilter needs, too. Not every release has libcli11-dev.

@@ -142,7 +142,7 @@ if is_available python3-onnx; then packages+=(python3-onnx); fi
 dev_options=(-DCMAKE_BUILD_TYPE=RelWithDebInfo -DCMAKE_EXPORT_COMPILE_COMMANDS=ON
   -DDYNFILTER_BUILD_BENCHMARKS=ON)
 if is_available libcli11-dev; then
-  packages+=(libcli11-dev nlohmann-json3-dev parallel)
+  packages+=(libcli11-dev nlohmann-json3-dev)
   dev_options+=(-DDYNFILTER_BUILD_TOOLS=ON)
 else
   log "This release has no package libcli11-dev: the program dynfilter is neither built nor tested"

@@ -158,7 +158,8 @@ void add_ablate_command(CLI::App& program, const std::string& called_as) {
       "\n\nexamples:\n"
       "  dynfilter ablate --levels medium,hard --seeds 1-5 --out sweep --report sweep.html\n"
       "  dynfilter ablate rgbd_dataset_freiburg3_walking_xyz --rules none,mask,paper\n"
-      "  dynfilter ablate --levels medium --seeds 1-20 --out sweep --list | parallel\n"
+      "  dynfilter ablate --levels medium --seeds 1-20 --out sweep --list |\n"
+      "    xargs -d '\\n' -P 2 -n 1 sh -c\n"
       "  dynfilter ablate --gather sweep");
   command->callback([options] { ablate(*options); });
 }

@@ -2,8 +2,9 @@
 # SPDX-FileCopyrightText: 2026 the dynfilter authors
 # SPDX-License-Identifier: MIT
 
-# Checks a rule of the house in the sources: check.sh <licences|names|format|scripts> <repository>
-# Exit code 0 if it is kept, 1 with the offenders, 77 if the tool for it is not installed.
+# Checks a rule of the house in the sources: check.sh <check> <repository>, with a check of
+# CMakeLists.txt beside this file. Exit code 0 if the rule is kept, 1 with the offenders, 77 if the
+# tool for it is not installed.
 
 set -euo pipefail
 
@@ -51,6 +52,64 @@ names() {
     }' | nothing
 }
 
+# Only detail/kernels/ names an instruction set. One header asks it for the best, without a name.
+kernels() {
+  local name='_mm[0-9]*_|[a-z]mmintrin|x86intrin|arm_neon|(^|[^a-z])(avx|sse[0-9]|neon)'
+  name+='|gnu::target|__attribute__.*target|__builtin_cpu|instruction_?set'
+  local asked='^include/dynfilter/dense_depth_lbp\.hpp:[0-9]+: +detail::best_instruction_set\(\), codes\);$'
+  find include src \( -name '*.hpp' -o -name '*.cpp' \) \
+    ! -path 'include/dynfilter/detail/kernels/*' -print0 | sort -z |
+    { xargs -0 grep -nHiE "$name" || true; } | { grep -vE "$asked" || true; } | nothing
+}
+
+# Includes point down: no header of detail/ leads to a stage, the workspace or a pipeline. The
+# umbrella includes our headers at most 8 deep, counted as compilers do: a header that was included
+# before is not entered again.
+# shellcheck disable=SC2016  # the dollars are awk's
+layers() {
+  find include/dynfilter -name '*.hpp' -print0 | sort -z | xargs -0 awk -v deepest=8 '
+    # Walks through all that a header includes; says where that is too deep, or too high.
+    function walk(header, depth, chain, limit, forbidden,   i, names, count) {
+      if (header in seen) return
+      seen[header] = 1
+      chain = chain header
+      if (depth > limit) print "deeper than " limit ": " chain
+      if (forbidden != "" && header ~ forbidden) { print "upwards: " chain; return }
+      count = split(includes[header], names)
+      for (i = 1; i <= count; ++i) walk(names[i], depth + 1, chain " > ", limit, forbidden)
+    }
+    FNR == 1 { file = substr(FILENAME, length("include/dynfilter/") + 1) }
+    /^#include "dynfilter\// {
+      split($0, parts, "\"")
+      sub("^dynfilter/", "", parts[2])
+      includes[file] = includes[file] " " parts[2]
+    }
+    END {
+      above = "^(mask_culler|edge_compensator|depth_compensator|compensator|feature_floor" \
+              "|workspace|stage|pipeline|dynamic_filter|dynfilter)[.]hpp$"
+      for (header in includes) {
+        split("", seen)
+        if (header ~ "^detail/") walk(header, 1, "", 1000, above)
+      }
+      split("", seen)
+      walk("dynfilter.hpp", 1, "", deepest, "")
+    }' | sort | nothing
+}
+
+# A comment begins with its subject or its verb.
+# shellcheck disable=SC2016  # the dollars are awk's
+dialect() {
+  find include src \( -name '*.hpp' -o -name '*.cpp' \) -print0 | sort -z | xargs -0 awk '
+    FNR == 1 { goes_on = 0 }
+    {
+      alone = $0 ~ "^[ \t]*//"
+      if (!(alone && goes_on) && $0 ~ "//+[!<]* *(Of|Those|The same|That of)($|[^A-Za-z])") {
+        print FILENAME ":" FNR ": " $0
+      }
+      goes_on = alone && $0 !~ "^[ \t]*//+ *$"
+    }' | nothing
+}
+
 # Formatted by the version of clang-format that .clang-format is written for.
 format() {
   local program
@@ -76,7 +135,7 @@ scripts() {
 }
 
 case "$1" in
-  licences | names | format | scripts) "$1" ;;
+  licences | names | kernels | layers | dialect | format | scripts) "$1" ;;
   *)
     echo "check.sh: there is no check '$1'" >&2
     exit 2
