@@ -72,12 +72,13 @@ is_available() {
 
 # Installs the packages that build and test the library.
 need_build_packages() {
-  need_packages g++ cmake make ninja-build pkg-config libopencv-dev libeigen3-dev "$@"
+  need_packages g++ cmake make ninja-build pkg-config libopencv-dev libeigen3-dev libgtest-dev "$@"
 }
 
 # Installs the packages that the program dynfilter needs, too. Not every release has libcli11-dev.
 need_tool_packages() {
-  is_available libcli11-dev || die "this release has no package libcli11-dev, which the program needs"
+  is_available libcli11-dev || die "this release has no package libcli11-dev, which the program needs.
+The library and its tests do without: bash tests/run.sh"
   need_build_packages libcli11-dev nlohmann-json3-dev
 }
 
@@ -98,14 +99,13 @@ find_configure_options() {
 #   build_program <repository>
 # shellcheck disable=SC2034  # for the script that sources this file
 build_program() {
-  local build_dir
   build_dir=$(realpath -m "${DYNFILTER_BUILD_DIR:-$1/build/release}")
   need_tool_packages
   find_configure_options
-  log "Building the program dynfilter"
+  log "Building the libraries and the program dynfilter"
   cmake -S "$1" -B "$build_dir" "${configure_options[@]}" -DCMAKE_BUILD_TYPE=Release \
     -DDYNFILTER_BUILD_TESTS=OFF -DDYNFILTER_BUILD_EXAMPLES=OFF -DDYNFILTER_BUILD_TOOLS=ON >/dev/null
-  cmake --build "$build_dir" --target dynfilter_program
+  cmake --build "$build_dir"
   dynfilter=$build_dir/src/tools/dynfilter
 }
 

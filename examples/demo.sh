@@ -62,3 +62,10 @@ if [[ -z $sequence ]]; then
 fi
 log "Filtering $sequence"
 "$dynfilter" run "$sequence" --out "$out"
+
+log "The program is $dynfilter"
+cat <<END
+Filter a sequence of your own:  $dynfilter run SEQUENCE --out DIR
+See what else it does:          $dynfilter --help
+Install it and the libraries:   cmake --install $build_dir --prefix ~/.local
+END

@@ -57,6 +57,17 @@ function(build_and_run project build)
   run(output ${build}/consumer)
 endfunction()
 
+# Fails unless exactly so many files were compiled in a build, or below one of its folders.
+function(expect_compiled count folder)
+  file(GLOB_RECURSE objects ${folder}/*.o)
+  list(FILTER objects EXCLUDE REGEX "/CMakeFiles/([0-9.]+/CompilerId|CMakeTmp|CMakeScratch)")
+  list(LENGTH objects compiled)
+  if(NOT compiled EQUAL count)
+    string(REPLACE ";" "\n  " objects "${objects}")
+    message(FATAL_ERROR "${compiled} files were compiled in place of ${count}:\n  ${objects}")
+  endif()
+endfunction()
+
 function(expect text pattern)
   if(NOT text MATCHES "${pattern}")
     message(FATAL_ERROR "should have printed: ${pattern}")

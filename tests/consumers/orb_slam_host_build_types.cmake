@@ -1,5 +1,6 @@
-# A Debug library with a Release host, and the other way round. The Debug library is a shared one: then
-# the host sees the plugin's own names only, and nothing of what it is made of.
+# A Debug library with a Release host, and the other way round, configured by the guide's command. The
+# Debug library is a shared one: then the host sees the plugin's own names only, and nothing of what it
+# is made of.
 include(${CMAKE_CURRENT_LIST_DIR}/helpers.cmake)
 include(${CMAKE_CURRENT_LIST_DIR}/orb_slam_host/helpers.cmake)
 
@@ -15,12 +16,12 @@ foreach(sensor IN ITEMS rgbd mono stereo)
 endforeach()
 write_fisheye_settings(${folder} fisheye)
 
+guide_options(options)
+
 # build_library(<build type> <shared: ON or OFF>): into <folder>/<build type>
 function(build_library type shared)
   configure_command(configure ${SOURCE_DIR} ${folder}/library_${type})
-  run(output ${configure} -DCMAKE_BUILD_TYPE=${type} -DBUILD_SHARED_LIBS=${shared}
-      -DDYNFILTER_BUILD_EVALUATION=OFF -DDYNFILTER_BUILD_TOOLS=OFF -DDYNFILTER_BUILD_TESTS=OFF
-      -DDYNFILTER_BUILD_EXAMPLES=OFF)
+  run(output ${configure} -DCMAKE_BUILD_TYPE=${type} -DBUILD_SHARED_LIBS=${shared} ${options})
   run(output ${CMAKE_COMMAND} --build ${folder}/library_${type} --parallel 2)
   run(output ${CMAKE_COMMAND} --install ${folder}/library_${type} --prefix ${folder}/${type})
 endfunction()

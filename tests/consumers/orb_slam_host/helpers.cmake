@@ -67,6 +67,17 @@ function(expect_line_counts)
   endif()
 endfunction()
 
+# The options of the guide's command that configures dynfilter.
+function(guide_options out)
+  file(READ ${GUIDE} text)
+  string(REGEX MATCH "\n    cmake -S dynfilter [^\n\\]*(\\\\\n[^\n\\]*)*" command "${text}")
+  string(REGEX MATCHALL "-DDYNFILTER_[A-Z_]+=[A-Z]+" options "${command}")
+  if(NOT options)
+    message(FATAL_ERROR "${GUIDE} has no command that configures dynfilter")
+  endif()
+  set(${out} ${options} PARENT_SCOPE)
+endfunction()
+
 # Two sequences of the same times, left and right.
 function(render_sequences folder)
   foreach(camera IN ITEMS left right)
