@@ -52,14 +52,19 @@ names() {
     }' | nothing
 }
 
-# Only detail/kernels/ names an instruction set. One header asks it for the best, without a name.
+# Only detail/kernels/ names an instruction set; one header outside asks it for the best, without a
+# name. One header there defines the macros of the targets.
 kernels() {
   local name='_mm[0-9]*_|[a-z]mmintrin|x86intrin|arm_neon|(^|[^a-z])(avx|sse[0-9]|neon)'
   name+='|gnu::target|__attribute__.*target|__builtin_cpu|instruction_?set'
   local asked='^include/dynfilter/dense_depth_lbp\.hpp:[0-9]+: +detail::best_instruction_set\(\), codes\);$'
-  find include src \( -name '*.hpp' -o -name '*.cpp' \) \
-    ! -path 'include/dynfilter/detail/kernels/*' -print0 | sort -z |
-    { xargs -0 grep -nHiE "$name" || true; } | { grep -vE "$asked" || true; } | nothing
+  {
+    find include src \( -name '*.hpp' -o -name '*.cpp' \) \
+      ! -path 'include/dynfilter/detail/kernels/*' -print0 | sort -z |
+      { xargs -0 grep -nHiE "$name" || true; } | { grep -vE "$asked" || true; }
+    grep -rnE 'define +DYNFILTER_(AVX|SSE)|^[^#]*gnu::target' include/dynfilter/detail/kernels \
+      --include='*.hpp' --exclude=instruction_set.hpp || true
+  } | nothing
 }
 
 # Includes point down: no header of detail/ leads to a stage, the workspace or a pipeline. The

@@ -20,9 +20,6 @@
 
 #include <immintrin.h>
 
-#define DYNFILTER_AVX2 gnu::target("avx2")
-#define DYNFILTER_AVX2_INLINE [[DYNFILTER_AVX2, gnu::always_inline]] inline
-
 namespace dynfilter::detail {
 
 /// Operations that depend on the type of depth. Packing works within halves of a register, so the
@@ -147,9 +144,6 @@ template <class Depth>
 }
 
 }  // namespace dynfilter::detail
-
-#undef DYNFILTER_AVX2_INLINE
-#undef DYNFILTER_AVX2
 
 #endif  // DYNFILTER_HAS_X86_KERNELS
 

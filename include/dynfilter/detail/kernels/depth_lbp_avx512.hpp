@@ -26,9 +26,6 @@
 
 #include <immintrin.h>
 
-#define DYNFILTER_AVX512 gnu::target("avx2,avx512f,avx512bw,avx512vbmi,gfni")
-#define DYNFILTER_AVX512_INLINE [[DYNFILTER_AVX512, gnu::always_inline]] inline
-
 namespace dynfilter::detail {
 
 /// Operations that depend on the type of depth.
@@ -271,9 +268,6 @@ void depth_lbp_avx512(const DepthLbpStrip<Depth>& strip, const DepthLbpRule<Dept
 }
 
 }  // namespace dynfilter::detail
-
-#undef DYNFILTER_AVX512_INLINE
-#undef DYNFILTER_AVX512
 
 #endif  // DYNFILTER_HAS_X86_KERNELS
 

@@ -13,6 +13,11 @@
 // Attributes to mix instruction sets in one file, and to query the processor for them.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(_MSC_VER)
 #define DYNFILTER_HAS_X86_KERNELS 1
+// Attributes that compile a function for a set; is_supported asks for the same instructions.
+#define DYNFILTER_AVX2 gnu::target("avx2")
+#define DYNFILTER_AVX512 gnu::target("avx2,avx512f,avx512bw,avx512vbmi,gfni")
+#define DYNFILTER_AVX2_INLINE [[DYNFILTER_AVX2, gnu::always_inline]] inline
+#define DYNFILTER_AVX512_INLINE [[DYNFILTER_AVX512, gnu::always_inline]] inline
 #else
 #define DYNFILTER_HAS_X86_KERNELS 0
 #endif
@@ -36,9 +41,7 @@ inline bool is_supported(InstructionSet set) {
   }
   return set == InstructionSet::avx2 ||
          (__builtin_cpu_supports("avx512f") != 0 && __builtin_cpu_supports("avx512bw") != 0 &&
-          __builtin_cpu_supports("avx512dq") != 0 && __builtin_cpu_supports("avx512vl") != 0 &&
-          __builtin_cpu_supports("avx512vbmi") != 0 && __builtin_cpu_supports("avx512vbmi2") != 0 &&
-          __builtin_cpu_supports("gfni") != 0);
+          __builtin_cpu_supports("avx512vbmi") != 0 && __builtin_cpu_supports("gfni") != 0);
 #else
   return false;
 #endif
