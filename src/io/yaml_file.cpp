@@ -102,8 +102,8 @@ std::optional<int> parse_integer(const std::string& token) {
 
 /// Returns the token's number in decimal notation.
 std::optional<double> parse_real(const std::string& token) {
-  if (token.find_first_not_of("0123456789.eE+-") != std::string::npos) return {};
-  return parse_number(token);
+  const bool is_decimal = token.find_first_not_of("0123456789.eE+-") == std::string::npos;
+  return is_decimal ? parse_number(token) : std::nullopt;
 }
 
 bool is_infinity(const cv::FileNode& node, const std::string& token) {
