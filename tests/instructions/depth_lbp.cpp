@@ -67,10 +67,10 @@ int main(int argc, char** argv) {
   constexpr std::size_t pixels = 640 * 480;
   const std::string depth_type =
       dynfilter::testing::argument_or_exit(argc, argv,
-                                           {{"u16", "counted_dense", pixels, 380},
-                                            {"f32", "counted_dense", pixels, 640},
-                                            {"u16", "counted_sparse", points_count, 10500},
-                                            {"f32", "counted_sparse", points_count, 10500}});
+                                           {{"u16", "counted_dense", pixels, 320},
+                                            {"f32", "counted_dense", pixels, 540},
+                                            {"u16", "counted_sparse", points_count, 27000},
+                                            {"f32", "counted_sparse", points_count, 31000}});
   const cv::Mat depth = depth_type == "f32" ? depth_image<float>() : depth_image<std::uint16_t>();
   cv::Mat codes = cv::Mat::zeros(size, CV_8UC1);
   std::vector<std::optional<std::uint8_t>> sparse(points_count);

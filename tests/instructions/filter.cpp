@@ -39,10 +39,10 @@ int main(int argc, char** argv) {
   constexpr std::size_t features = 1000;
   const std::string rule =
       testing::argument_or_exit(argc, argv,
-                                {{"masks", "counted_filter", features, 4800},
-                                 {"paper", "counted_filter", features, 12400},
-                                 {"default", "counted_filter", features, 56000},
-                                 {"keep", "counted_keep_static", features, 2400}});
+                                {{"masks", "counted_filter", features, 23500},
+                                 {"paper", "counted_filter", features, 56500},
+                                 {"default", "counted_filter", features, 133000},
+                                 {"keep", "counted_keep_static", features, 6200}});
   DynamicFilterOptions options;
   if (rule == "masks") options.compensator.rule = CompensationRule::mask;
   if (rule == "paper" || rule == "keep") options.compensator.rule = CompensationRule::paper;
