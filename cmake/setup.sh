@@ -70,7 +70,8 @@ is_available() {
   [[ -n $(apt-cache --quiet=0 madison "$1" 2>/dev/null) ]]
 }
 
-# Installs the packages that build and test the library.
+# Installs the packages that build and test the library. Our builds use Ninja; `make` and GoogleTest
+# are for `cmake -S . -B build` without options.
 need_build_packages() {
   need_packages g++ cmake make ninja-build pkg-config libopencv-dev libeigen3-dev libgtest-dev "$@"
 }
@@ -94,8 +95,8 @@ find_configure_options() {
   fi
 }
 
-# Builds the repository's program dynfilter and its dependencies as Release, and sets the variable
-# `dynfilter` to its path. DYNFILTER_BUILD_DIR may name the build folder.
+# Builds the libraries and the program dynfilter as Release, ready to be installed. Sets the variables
+# `build_dir` and `dynfilter`, the program's path. DYNFILTER_BUILD_DIR may name the folder.
 #   build_program <repository>
 # shellcheck disable=SC2034  # for the script that sources this file
 build_program() {

@@ -136,7 +136,7 @@ documented() {
   cmake --build "$dev_dir" --target docs
 }
 
-packages=(libgtest-dev libbenchmark-dev python3-numpy)
+packages=(libbenchmark-dev python3-numpy)
 # The tests of networks make their models with it; without it they are skipped.
 if is_available python3-onnx; then packages+=(python3-onnx); fi
 dev_options=(-DCMAKE_BUILD_TYPE=RelWithDebInfo -DCMAKE_EXPORT_COMPILE_COMMANDS=ON

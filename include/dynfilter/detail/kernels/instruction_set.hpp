@@ -34,11 +34,7 @@ inline bool is_supported(InstructionSet set) {
 #if DYNFILTER_HAS_X86_KERNELS
   __builtin_cpu_init();
   if (set == InstructionSet::sse2) return true;
-  // The small extensions came with AVX2 or earlier.
-  if (__builtin_cpu_supports("avx2") == 0 || __builtin_cpu_supports("bmi") == 0 ||
-      __builtin_cpu_supports("popcnt") == 0) {
-    return false;
-  }
+  if (__builtin_cpu_supports("avx2") == 0) return false;
   return set == InstructionSet::avx2 ||
          (__builtin_cpu_supports("avx512f") != 0 && __builtin_cpu_supports("avx512bw") != 0 &&
           __builtin_cpu_supports("avx512vbmi") != 0 && __builtin_cpu_supports("gfni") != 0);
