@@ -101,7 +101,18 @@ TEST_P(FailedAllocation, LeavesLabelsAndWorkspaceUsable) {
 
 INSTANTIATE_TEST_SUITE_P(Rules, FailedAllocation,
                          ::testing::Values(CompensationRule::depth, CompensationRule::paper,
-                                           CompensationRule::mask));
+                                           CompensationRule::mask),
+                         [](const auto& test) {
+                           switch (test.param) {
+                             case CompensationRule::depth:
+                               return "depth";
+                             case CompensationRule::paper:
+                               return "paper";
+                             case CompensationRule::mask:
+                               break;
+                           }
+                           return "mask";
+                         });
 
 TEST(FailedAllocationOfKeepStatic, LeavesTheColumnsUnchanged) {
   const FilterCase input = busy_case(3, CompensationRule::mask, 2);

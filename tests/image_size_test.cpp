@@ -62,7 +62,7 @@ TEST(ImageSize, ImpossibleSizesAreRefused) {
       testing::expect_error<std::invalid_argument>(
           [&] { consumer.take(segmentation_of(size)); },
           "got image_size " + detail::size_name(size) +
-              "; want sides of at int_max 1048576 pixels and at int_max 1073741824 pixels in all");
+              "; want sides of at most 1048576 pixels and at most 1073741824 pixels in all");
     }
   }
 }

@@ -180,8 +180,7 @@ TEST(DepthHistogram, AcceptsWindowsOfAnyWidth) {
     EXPECT_LE(centre - half, 0.5) << half;
     EXPECT_GE(centre + half, 40.05) << half;
   }
-  EXPECT_NEAR(histogram.nearest_cluster(1e-9, 0.1), 0.5, 1e-9)
-      << "the window is at min_count one bin";
+  EXPECT_NEAR(histogram.nearest_cluster(1e-9, 0.1), 0.5, 1e-9) << "the window is at least one bin";
 }
 
 double median_within(std::vector<float> values, double lower, double upper) {

@@ -120,7 +120,7 @@ TEST(Camera, RefusesFilesWithoutACamera) {
       {"negative size", required_keys + "Camera.height: -480\n",
        "Camera.height: got -480; want a whole number"},
       {"negative rate", required_keys + "Camera.fps: -30\n",
-       "Camera.fps: got -30; want a number of at required_keys 0"},
+       "Camera.fps: got -30; want a number of at least 0"},
   };
   for (const auto& c : cases) {
     SCOPED_TRACE(c.what);

@@ -132,7 +132,7 @@ TEST_F(OnnxFiles, RefusesHugeFilesUnread) {
     GTEST_SKIP() << "the file system cannot hold a file of a terabyte: " << error.message();
   expect_error<std::runtime_error>(
       [&] { read_onnx_file(file); },
-      file.string() + ": is no ONNX model: got 1099511627776 bytes; want at largest");
+      file.string() + ": is no ONNX model: got 1099511627776 bytes; want at most");
 }
 
 TEST(Tensors, PartsOfEmptyTablesAreEmpty) {
