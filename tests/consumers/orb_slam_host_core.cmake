@@ -1,4 +1,4 @@
-# The same host with the header-only core in the plugin's place, and CMAKE_CXX_STANDARD 17.
+# Builds the host with the header-only core in place of the plugin, and CMAKE_CXX_STANDARD 17.
 include(${CMAKE_CURRENT_LIST_DIR}/helpers.cmake)
 include(${CMAKE_CURRENT_LIST_DIR}/orb_slam_host/helpers.cmake)
 

@@ -92,8 +92,7 @@ TEST(SyntheticScene, SameSeedGivesTheSamePixels) {
   EXPECT_TRUE(same(small_scene().render(11), again.render(11)));
 }
 
-// We publish measurements on these scenes, so they must not change unnoticed. Other machines may
-// contract multiplications or round sines differently.
+// Pins the scenes of published figures. Other machines may contract or round numbers differently.
 #if defined(__x86_64__) && !defined(__FMA__) && defined(__GLIBC__)
 TEST(SyntheticScene, PixelsMatchThePublishedResults) {
   const SyntheticFrame frame = small_scene().render(20);

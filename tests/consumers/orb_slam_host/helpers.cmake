@@ -28,7 +28,7 @@ function(guide_lines out)
   set(${out} "${found}" PARENT_SCOPE)
 endfunction()
 
-# The same for the host: its lines that end in the comment "dynfilter". No other may speak of it.
+# Lists the lines of the host that end in the comment "dynfilter". No other line may use dynfilter.
 function(host_lines out)
   set(found "")
   foreach(file IN LISTS HOST_LINE_FILES)
