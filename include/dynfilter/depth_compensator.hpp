@@ -99,7 +99,7 @@ class DepthCompensator {
   }
 
   /// Runs the stage. Throws std::invalid_argument for malformed input. O(pixels of the masks / 16 +
-  /// features x instances), or O(features near each box) for crowds; for features in a box also the
+  /// features), and for each instance O(features near its box); for features in a box also the
   /// pixels around them up to reach_px.
   void operator()(const FilterInput& input, FeatureLabels& labels, Workspace& workspace) const {
     validate(input, labels, "DepthCompensator");

@@ -88,8 +88,8 @@ class EdgeCompensator {
     (*this)(input, labels, workspace);
   }
 
-  /// Runs the stage. Throws std::invalid_argument for malformed input. O(features x instances), or
-  /// O(features near each box) for crowds.
+  /// Runs the stage. Throws std::invalid_argument for malformed input. O(features), and for each
+  /// instance O(features near its box).
   void operator()(const FilterInput& input, FeatureLabels& labels, Workspace& workspace) const {
     validate(input, labels, "EdgeCompensator");
     Scratch& scratch = workspace.get<Scratch>();

@@ -83,7 +83,7 @@ class MaskCuller {
     (*this)(input, labels, workspace);
   }
 
-  /// Runs the stage. O(features x instances), or O(features near each mask) for crowds; for the
+  /// Runs the stage. O(features), and for each instance O(features near its mask); for the
   /// features in the rectangle of a mask, the pixels within the margin too.
   void operator()(const FilterInput& input, FeatureLabels& labels, Workspace& workspace) const {
     check(input);
