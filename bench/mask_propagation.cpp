@@ -59,7 +59,7 @@ void propagate(benchmark::State& state) {
       newest->frame_id = source;
       newest->timestamp_s = static_cast<double>(source) / 30;
     }
-    const auto moved = propagator.propagate(frame, newest);
+    auto moved = propagator.propagate(frame, newest);  // newer libraries want no constant
     benchmark::DoNotOptimize(moved);
     points += static_cast<double>(propagator.statistics().tracked_points);
     if (moved) instances += static_cast<double>(moved->instances.size());
