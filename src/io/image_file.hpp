@@ -56,11 +56,19 @@ inline cv::Mat read_image(const std::filesystem::path& path, int flags) {
   return image;
 }
 
-/// Writes an image in the format of this extension (such as ".png"), whatever the file's name.
-inline void write_image(const std::filesystem::path& path, const char* extension,
-                        const cv::Mat& image) {
+/// Encodes an image in the format of this extension (such as ".png"). Throws std::runtime_error
+/// that names the file that it is for.
+inline std::vector<std::uint8_t> encoded_image(const std::filesystem::path& path,
+                                               const char* extension, const cv::Mat& image) {
   std::vector<std::uint8_t> bytes;
   if (!cv::imencode(extension, image, bytes)) throw_file_error(path, "cannot be encoded");
+  return bytes;
+}
+
+/// Writes an image in the format of this extension, whatever the file's name.
+inline void write_image(const std::filesystem::path& path, const char* extension,
+                        const cv::Mat& image) {
+  const std::vector<std::uint8_t> bytes = encoded_image(path, extension, image);
   write_file(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 

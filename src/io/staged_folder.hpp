@@ -3,7 +3,7 @@
 
 // Folders of results that appear whole or not at all, and never replace files that dynfilter did
 // not write. A writer called `run` uses these hidden names in its folder:
-//   .dynfilter-run.txt       the files that it wrote, with their sizes: it may replace these
+//   .dynfilter-run.txt       the files that it wrote, with sizes and hashes: it may replace these
 //   .dynfilter-run-<pid>/    the files that it is writing; removed at its end
 //   .dynfilter-commit        present while the new files replace the earlier ones
 // A process may be killed at any moment. The next writer of that name restores the earlier files
@@ -23,6 +23,7 @@
 
 #include "io/file_error.hpp"
 #include "io/file_writing.hpp"
+#include "io/fingerprint.hpp"
 #include "io/staging_area.hpp"
 #include "io/text_table.hpp"
 
@@ -38,7 +39,17 @@ inline void require_whole(const std::filesystem::path& folder) {
                                " was stopped while it replaced files there; run it again");
 }
 
-/// Knows the files that an earlier writer of this name wrote into a folder, with their sizes.
+/// Formats a row of a writer's list.
+inline std::string manifest_row(const Fingerprint& fingerprint, const std::filesystem::path& name) {
+  return fingerprint.text() + '/' + name.generic_string();
+}
+
+/// Returns the first line of a writer's list, a comment.
+inline std::string manifest_title(const std::string& writer) {
+  return "# What dynfilter " + writer + " wrote here and may replace: size/hash/name";
+}
+
+/// Knows the files that an earlier writer of this name wrote into a folder, by their contents.
 class EarlierFiles {
  public:
   EarlierFiles(std::filesystem::path folder, std::string writer)
@@ -46,19 +57,31 @@ class EarlierFiles {
     const std::filesystem::path file = folder_ / manifest_name(writer_);
     std::error_code ignored;
     if (!std::filesystem::is_regular_file(file, ignored)) return;
-    for (TableReader rows(file, '/'); rows.next();) add_row(rows);
+    for (TableReader rows(file, '/'); rows.next();) {
+      // Version 0.1 listed no hashes; what it wrote counts as somebody else's.
+      if (rows.columns() < 2 || !parse_hash(rows.text(1))) {
+        files_.clear();
+        return;
+      }
+      add_row(rows);
+    }
   }
 
-  const std::map<std::filesystem::path, std::uintmax_t>& sizes() const { return sizes_; }
+  /// Returns the listed files. Each has one fingerprint, or one a state if it was written in steps.
+  const std::map<std::filesystem::path, std::vector<Fingerprint>>& files() const { return files_; }
 
   /// Tells whether the file is unchanged since it was written and really lies in this folder.
   bool holds(const std::filesystem::path& name) const {
-    const auto found = sizes_.find(name);
+    const auto found = files_.find(name);
     std::error_code failure;
-    return found != sizes_.end() && has_own_parent(name) &&
-           std::filesystem::is_regular_file(
-               std::filesystem::symlink_status(folder_ / name, failure)) &&
-           std::filesystem::file_size(folder_ / name, failure) == found->second;
+    if (found == files_.end() || !has_own_parent(name) ||
+        !std::filesystem::is_regular_file(
+            std::filesystem::symlink_status(folder_ / name, failure))) {
+      return false;
+    }
+    const std::vector<Fingerprint>& written = found->second;
+    return std::find(written.begin(), written.end(), fingerprint_of_file(folder_ / name)) !=
+           written.end();
   }
 
   /// Tells whether the file's parent folder (existing or not) is neither a link nor on another file
@@ -79,19 +102,19 @@ class EarlierFiles {
   /// folder.
   void require_room(const std::vector<std::filesystem::path>& names, bool overwrite) const {
     for (const std::filesystem::path& name : names) require_room_for(name, overwrite);
-    for (const auto& [name, size] : sizes_) require_room_for(name, overwrite);
+    for (const auto& [name, written] : files_) require_room_for(name, overwrite);
   }
 
  private:
   void add_row(const TableReader& rows) {
     namespace fs = std::filesystem;
-    // "<size>/<name>": the first cell is the size, the rest is the name.
+    // "<size>/<hash>/<name>": the name may have slashes too.
     fs::path name;
-    for (std::size_t k = 1; k < rows.columns(); ++k) name /= rows.text(k);
+    for (std::size_t k = 2; k < rows.columns(); ++k) name /= rows.text(k);
     const double size = rows.number(0, "size");
     const bool goes_up = std::find(name.begin(), name.end(), "..") != name.end();
-    if (name.empty() || name.is_absolute() || goes_up || size < 0) rows.fail("want size/name");
-    sizes_.emplace(name, static_cast<std::uintmax_t>(size));
+    if (name.empty() || name.is_absolute() || goes_up || size < 0) rows.fail("want size/hash/name");
+    files_[name].push_back({static_cast<std::uintmax_t>(size), *parse_hash(rows.text(1))});
   }
 
   void require_room_for(const std::filesystem::path& name, bool overwrite) const {
@@ -113,7 +136,7 @@ class EarlierFiles {
 
   std::filesystem::path folder_;
   std::string writer_;
-  std::map<std::filesystem::path, std::uintmax_t> sizes_;
+  std::map<std::filesystem::path, std::vector<Fingerprint>> files_;
 };
 
 /// Collects a writer's files aside, inside their folder, and moves them into place all together. If
@@ -161,7 +184,7 @@ class StagedFolder {
     files.push_back(manifest_name(writer_));
 
     std::vector<std::filesystem::path> old_files = {manifest_name(writer_)};
-    for (const auto& [name, size] : earlier.sizes()) old_files.push_back(name);
+    for (const auto& [name, written] : earlier.files()) old_files.push_back(name);
     std::stable_partition(old_files.begin(), old_files.end(), is_key);
     area_.swap(old_files, files);
   }
@@ -171,10 +194,9 @@ class StagedFolder {
 
   void write_manifest(const std::vector<std::filesystem::path>& files) const {
     TableWriter manifest(path() / manifest_name(writer_));
-    manifest.line("# What dynfilter " + writer_ + " wrote here and may replace: size/name");
+    manifest.line(manifest_title(writer_));
     for (const std::filesystem::path& file : files) {
-      manifest.line(std::to_string(std::filesystem::file_size(path() / file)) + '/' +
-                    file.generic_string());
+      manifest.line(manifest_row(fingerprint_of_file(path() / file), file));
     }
     manifest.close();
   }

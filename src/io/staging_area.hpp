@@ -16,6 +16,7 @@
 #include <cerrno>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -23,6 +24,7 @@
 
 #include "io/file_error.hpp"
 #include "io/file_writing.hpp"
+#include "io/regular_file.hpp"
 
 namespace dynfilter::detail {
 
@@ -156,7 +158,9 @@ class StagingArea {
     undo(folder, exchange);
   }
 
+  /// Reads the mark. Throws std::runtime_error that names one which is not a regular file.
   static Exchange marked(const std::filesystem::path& folder) {
+    require_regular_file(folder / commit_mark_name);
     Exchange exchange;
     std::ifstream mark(folder / commit_mark_name);
     std::getline(mark, exchange.writer);
@@ -170,16 +174,24 @@ class StagingArea {
     return "dynfilter " + writer + " is writing here\n";
   }
 
-  /// Tells whether the hidden folder belongs to a writer of this name, by the file inside it.
+  /// Tells whether the hidden folder belongs to a writer of this name: by the file inside it, or,
+  /// if the writer was killed before it wrote that file, because the folder holds nothing else.
   static bool is_area_of(const std::filesystem::path& area, const std::string& writer) {
-    std::ifstream owner(area / "owner");
+    if (std::filesystem::is_empty(area)) return true;
+    const std::filesystem::path file = area / "owner";
+    if (!std::filesystem::is_regular_file(std::filesystem::symlink_status(file))) return false;
+    if (std::filesystem::file_size(file) == 0) {
+      const std::filesystem::directory_iterator entries(area);
+      return std::distance(begin(entries), end(entries)) == 1;
+    }
+    std::ifstream owner(file);
     std::string text;
     return std::getline(owner, text) && text + '\n' == owner_text(writer);
   }
 
   /// Tells whether a process holds the lock; true if that cannot be found out.
   static bool is_held(const std::filesystem::path& area) {
-    const int file = ::open((area / "owner").c_str(), O_RDWR | O_CLOEXEC);
+    const int file = ::open((area / "owner").c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK);
     if (file < 0) return errno != ENOENT;
     const bool is_free = ::flock(file, LOCK_EX | LOCK_NB) == 0;
     ::close(file);
@@ -248,8 +260,7 @@ class StagingArea {
     for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
       const bool has_name = entry.path().filename().string().rfind(prefix, 0) == 0;
       if (!has_name || entry.path() == area_ || !entry.is_directory()) continue;
-      const bool is_ours = is_area_of(entry.path(), writer_);
-      if (is_ours || std::filesystem::is_empty(entry.path())) areas.push_back(entry.path());
+      if (is_area_of(entry.path(), writer_)) areas.push_back(entry.path());
     }
     for (const std::filesystem::path& area : areas) {
       require_no_writer(area, writer_);

@@ -51,7 +51,7 @@ void require_harmless(const Inputs& inputs, const fs::path& out, const std::stri
   }
   detail::StagedFolder::check(out, writer, names, overwrite);
   const detail::EarlierFiles earlier(out, writer);
-  for (const auto& [name, size] : earlier.sizes()) {
+  for (const auto& [name, written] : earlier.files()) {
     if (!inputs.contains(out / name)) continue;
     detail::throw_file_error(out / name,
                              "is read, and would be replaced; name another --out folder");

@@ -7,6 +7,7 @@
 #include "io/staged_folder.hpp"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -143,14 +144,30 @@ TEST(StagedFolder, RefusesToReplaceOtherFiles) {
   EXPECT_EQ(file_text(folder / "parts/0"), "first");
 }
 
+TEST(StagedFolder, RefusesToReplaceAFileThatWasEditedToTheSameSize) {
+  const TemporaryFolder folder;
+  put(folder.path(), results("first", 2));
+  folder.write("parts/1", "fIrst");
+  expect_error<std::runtime_error>([&] { put(folder.path(), results("second", 2)); }, "parts/1");
+  EXPECT_EQ(file_text(folder / "parts/1"), "fIrst");
+}
+
+TEST(StagedFolder, ListWithoutHashesProvesNothing) {
+  const TemporaryFolder folder;
+  folder.write("key", "mine");
+  folder.write(".dynfilter-test.txt", "4/key\n");
+  expect_error<std::runtime_error>([&] { put(folder.path(), results("first", 1)); }, "holds key");
+  EXPECT_EQ(file_text(folder / "key"), "mine");
+}
+
 TEST(StagedFolder, FileListCannotReachOutsideTheFolder) {
-  for (const char* file : {"4/../outside", "4//outside/../../outside", "4/link/outside"}) {
+  for (const char* file : {"../outside", "/outside/../../outside", "link/outside"}) {
     SCOPED_TRACE(file);
     const TemporaryFolder folder;
     folder.write("outside", "mine");
     fs::create_directories(folder / "out");
     fs::create_directory_symlink(folder.path(), folder / "out/link");
-    folder.write("out/.dynfilter-test.txt", std::string(file) + "\n");
+    folder.write("out/.dynfilter-test.txt", fingerprint_of("mine").text() + '/' + file + "\n");
     expect_error<std::runtime_error>([&] { put(folder / "out", results("first", 1)); }, "out");
     EXPECT_EQ(file_text(folder / "outside"), "mine");
   }
@@ -162,10 +179,30 @@ TEST(StagedFolder, RemovesOnlyWhatADeadWriterLeft) {
   folder.write(".dynfilter-test-1/new/parts/7", "half");
   folder.write(".dynfilter-test-2/mine", "mine");
   folder.write(".dynfilter-other-3/owner", "dynfilter other is writing here\n");
+  folder.write(".dynfilter-test-4/owner", "");  // killed before it wrote its name
+  folder.write(".dynfilter-test-5/owner", "");
+  folder.write(".dynfilter-test-5/mine", "mine");
   put(folder.path(), results("first", 1));
   EXPECT_FALSE(fs::exists(folder / ".dynfilter-test-1"));
   EXPECT_TRUE(fs::exists(folder / ".dynfilter-test-2/mine"));
   EXPECT_TRUE(fs::exists(folder / ".dynfilter-other-3/owner"));
+  EXPECT_FALSE(fs::exists(folder / ".dynfilter-test-4"));
+  EXPECT_TRUE(fs::exists(folder / ".dynfilter-test-5/mine"));
+}
+
+TEST(StagedFolder, NeverWaitsForAPipe) {
+  const TemporaryFolder folder;
+  const auto make_pipe = [&](const char* name) {
+    fs::create_directories((folder / name).parent_path());
+    ASSERT_EQ(mkfifo((folder / name).c_str(), 0600), 0);
+  };
+  make_pipe(".dynfilter-test-1/owner");
+  make_pipe(".dynfilter-test.txt");
+  put(folder.path(), results("first", 1));
+  EXPECT_TRUE(fs::exists(folder / ".dynfilter-test-1/owner"));
+  make_pipe(".dynfilter-commit");
+  expect_error<std::runtime_error>([&] { put(folder.path(), results("second", 1)); },
+                                   ".dynfilter-commit: is not a regular file");
 }
 
 TEST(StagedFolder, LeavesARunningWriterAlone) {
