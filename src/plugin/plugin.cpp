@@ -30,6 +30,16 @@ DynamicFilter make_filter(const detail::PluginSettings& settings) {
   }
 }
 
+/// Makes the recorder; a folder that it refuses is an error in the settings file.
+detail::Recorder make_recorder(const detail::PluginSettings& settings) {
+  try {
+    return {settings.output_folder, settings.overlay_every};
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error(settings.file + ": " + settings.output_folder_key + ": " +
+                             error.what());
+  }
+}
+
 void require_matching_sizes(const std::vector<cv::KeyPoint>& keypoints, const cv::Mat& descriptors,
                             const int* pivot) {
   if (!descriptors.empty() && static_cast<std::size_t>(descriptors.rows) != keypoints.size()) {
@@ -70,7 +80,7 @@ struct Plugin::State {
     if (!settings.enabled) return;
     masks.emplace(settings);
     if (!settings.output_folder.empty()) {
-      recorder.emplace(settings.output_folder, settings.overlay_every);
+      recorder.emplace(make_recorder(settings));
     }
   }
 

@@ -145,6 +145,7 @@ PluginSettings read_plugin_settings(const std::string& path, const std::string& 
   file.read_count("overlay_every", settings.overlay_every);
   file.finish();
   settings.source_key = require_one_segmenter(file, settings);
+  settings.output_folder_key = file.key_of("output_folder");
   settings.missing_masks_key = file.key_of("missing_masks");
   settings.depth_units_per_metre = file.host_number("DepthMapFactor", 0);
   return settings;

@@ -31,6 +31,7 @@ struct PluginSettings {
   std::string missing_masks = "error";  ///< or "keep": continue without masks, and count it
   DynamicFilterOptions filter;
   std::string output_folder;         ///< for frames.csv and overlays; empty: none
+  std::string output_folder_key;     ///< the key of `output_folder`, for messages
   int overlay_every = 0;             ///< draw every n-th frame; 0: none
   double depth_units_per_metre = 0;  ///< DepthMapFactor; 0: not in the file
 };

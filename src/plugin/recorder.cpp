@@ -4,37 +4,103 @@
 #include "plugin/recorder.hpp"
 
 #include <string>
+#include <vector>
 
 #include "dynfilter/overlay.hpp"
+#include "io/file_writing.hpp"
 #include "io/frame_table.hpp"
 #include "io/image_file.hpp"
 #include "io/output_folder.hpp"
+#include "io/staged_folder.hpp"
 
 namespace dynfilter::detail {
+namespace {
+
+constexpr const char* writer = "plugin";
+constexpr const char* table_name = "frames.csv";
+
+/// Allocates nothing if all is well, so that a written row cannot be followed by an error.
+void require_written(const std::ofstream& stream, const std::filesystem::path& folder,
+                     const char* name) {
+  if (!stream) throw_file_error(folder / name, "cannot be written");
+}
+
+}  // namespace
 
 Recorder::Recorder(const std::filesystem::path& folder, int overlay_every)
     : folder_(folder), overlay_every_(static_cast<std::size_t>(overlay_every)) {
+  require_room();
+  remove_earlier_files();
   std::error_code failure;
   std::filesystem::create_directories(folder_ / "overlays", failure);
   if (failure) throw_file_error(folder_ / "overlays", "cannot be made: " + failure.message());
-  for (const auto& earlier : timed_png_files(folder_ / "overlays")) {
-    std::filesystem::remove(earlier);
-  }
-  table_.open(folder_ / "frames.csv");
-  table_ << frame_columns() << std::endl;
-  if (!table_) throw_file_error(folder_ / "frames.csv", "cannot be written");
+  write_file(folder_ / manifest_name(writer),
+             manifest_title(writer) + '\n' + manifest_row(written_, table_name) + '\n');
+  manifest_.open(folder_ / manifest_name(writer), std::ios::app);
+  table_.open(folder_ / table_name);
+  require_written(table_, folder_, table_name);
+  add_table_row(frame_columns());
 }
 
 void Recorder::record(const FrameView& frame, const Segmentation& segmentation,
                       FeaturesView features, const FeatureLabels& labels) {
   const std::string time = time_text(frame.timestamp_s);
   if (overlay_every_ > 0 && frames_ % overlay_every_ == 0 && !frame.image.empty()) {
-    write_png(folder_ / "overlays" / (time + ".png"),
-              draw_overlay(frame.image, segmentation, features, labels));
+    write_overlay(time + ".png", draw_overlay(frame.image, segmentation, features, labels));
   }
-  table_ << frame_cells(time, frame.timestamp_s, labels.statistics()) << std::endl;
-  if (!table_) throw_file_error(folder_ / "frames.csv", "cannot be written");
+  add_table_row(frame_cells(time, frame.timestamp_s, labels.statistics()));
   ++frames_;
+}
+
+void Recorder::require_room() const {
+  namespace fs = std::filesystem;
+  const fs::path manifest = folder_ / manifest_name(writer);
+  const fs::file_status status = fs::symlink_status(manifest);
+  if (fs::exists(status) && !fs::is_regular_file(status)) {
+    throw_file_error(manifest, "is not a regular file; name another folder");
+  }
+  std::vector<fs::path> names = {table_name, "overlays/"};
+  for (const fs::path& overlay : timed_png_files(folder_ / "overlays")) {
+    names.push_back("overlays" / overlay.filename());
+  }
+  EarlierFiles(folder_, writer).require_room(names, true);
+}
+
+void Recorder::remove_earlier_files() const {
+  const EarlierFiles earlier(folder_, writer);
+  for (const auto& [name, written] : earlier.files()) {
+    std::error_code failure;
+    std::filesystem::remove(folder_ / name, failure);
+    if (failure) throw_file_error(folder_ / name, "cannot be removed: " + failure.message());
+  }
+}
+
+/// Lists a file before it is written: whenever the host ends, every file is listed.
+void Recorder::list(const Fingerprint& fingerprint, const std::filesystem::path& name) {
+  manifest_ << manifest_row(fingerprint, name) + '\n' << std::flush;
+  require_written(manifest_, folder_, manifest_name(writer).c_str());
+}
+
+void Recorder::write_overlay(const std::string& name, const cv::Mat& overlay) {
+  namespace fs = std::filesystem;
+  const fs::path file = folder_ / "overlays" / name;
+  if (fs::exists(fs::symlink_status(file)) && overlays_.count(name) == 0) {
+    throw_file_error(file, "appeared while the plugin was recording");
+  }
+  const std::vector<std::uint8_t> bytes = encoded_image(file, ".png", overlay);
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  list(fingerprint_of(text), fs::path("overlays") / name);
+  overlays_.insert(name);
+  write_file(file, text);
+}
+
+void Recorder::add_table_row(const std::string& row) {
+  Fingerprint longer = written_;
+  longer.add(row + '\n');
+  list(longer, table_name);
+  table_ << row + '\n' << std::flush;
+  require_written(table_, folder_, table_name);
+  written_ = longer;
 }
 
 }  // namespace dynfilter::detail

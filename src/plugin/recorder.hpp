@@ -7,20 +7,27 @@
 #include <cstddef>
 #include <filesystem>
 #include <fstream>
+#include <set>
+#include <string>
+
+#include <opencv2/core.hpp>
 
 #include "dynfilter/features.hpp"
 #include "dynfilter/frame.hpp"
 #include "dynfilter/labels.hpp"
 #include "dynfilter/segmentation.hpp"
+#include "io/fingerprint.hpp"
 
 namespace dynfilter::detail {
 
 /// Records what the filter does: frames.csv, always complete up to the last frame, and an overlay
-/// of every n-th frame with a known image. Replaces the files that an earlier run left in the
-/// folder.
+/// of every n-th frame with a known image. Lists these files in `.dynfilter-plugin.txt`, with one
+/// row for each state of frames.csv. Replaces the files that an earlier plugin listed there, and no
+/// others.
 class Recorder {
  public:
-  /// Throws std::runtime_error that names what cannot be written.
+  /// Throws std::runtime_error that names what cannot be written, or a file in the way, which no
+  /// earlier plugin wrote in this form; changes nothing then.
   Recorder(const std::filesystem::path& folder, int overlay_every);
 
   /// Records a frame. Throws as the constructor does.
@@ -28,10 +35,18 @@ class Recorder {
               const FeatureLabels& labels);
 
  private:
+  void require_room() const;
+  void remove_earlier_files() const;
+  void list(const Fingerprint& fingerprint, const std::filesystem::path& name);
+  void write_overlay(const std::string& name, const cv::Mat& overlay);
+  void add_table_row(const std::string& row);
+
   std::filesystem::path folder_;
   std::size_t overlay_every_;
   std::size_t frames_ = 0;
-  std::ofstream table_;
+  std::set<std::string> overlays_;  // names of the overlays that were written
+  Fingerprint written_;             // of the table
+  std::ofstream table_, manifest_;
 };
 
 }  // namespace dynfilter::detail

@@ -50,10 +50,7 @@ SettingsFile::SettingsFile(const std::string& path, const std::string& prefix)
     : file_(path), prefix_(prefix + ".") {
   for (const std::string& key : file_.keys()) {
     if (key.compare(0, prefix_.size(), prefix_) == 0) names_.push_back(key.substr(prefix_.size()));
-    if (key == prefix) {
-      file_.refuse(prefix, "settings in a block",
-                   "each in a line of its own, as " + key_of("mask_folder") + ": \"masks\"");
-    }
+    if (key == prefix) has_block_ = true;
   }
 }
 
@@ -114,6 +111,10 @@ bool SettingsFile::is_known(const std::string& name) const {
 }
 
 void SettingsFile::finish() const {
+  if (has_block_) {
+    file_.refuse(prefix_.substr(0, prefix_.size() - 1), "settings in a block",
+                 "each in a line of its own, as " + key_of("mask_folder") + ": \"masks\"");
+  }
   if (names_.empty()) {
     refuse("has no setting of dynfilter. Add at least\n  " + key_of("mask_folder") +
            ": \"masks\"\nor, to run without the filter,\n  " + key_of("enabled") +

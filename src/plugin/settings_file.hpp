@@ -18,8 +18,7 @@ namespace dynfilter::detail {
 /// key.
 class SettingsFile {
  public:
-  /// Opens the file. Throws if it cannot be read, and for settings in a block "<prefix>:", which
-  /// would be ignored.
+  /// Opens the file. Throws if it cannot be read.
   SettingsFile(const std::string& path, const std::string& prefix);
 
   void read_text(const std::string& name, std::string& value);
@@ -35,8 +34,8 @@ class SettingsFile {
   /// without it.
   double host_number(const std::string& key, double value) const;
 
-  /// Throws for a file without any dynfilter key, listing the keys, and for an unknown key, naming
-  /// the nearest known one.
+  /// Throws for a file without any dynfilter key, listing the keys, for an unknown key, naming the
+  /// nearest known one, and for settings in a block "<prefix>:", which would be ignored.
   void finish() const;
 
   /// Returns the whole key of a name: "dynfilter.margin_px" for "margin_px".
@@ -53,6 +52,7 @@ class SettingsFile {
 
   YamlFile file_;
   std::string prefix_;              // with its dot
+  bool has_block_ = false;          // the file has settings in a block
   std::vector<std::string> names_;  // the file's keys, without prefix
   std::vector<std::string> known_;
 };

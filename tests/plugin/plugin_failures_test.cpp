@@ -251,6 +251,8 @@ TEST_F(PluginFailures, OneSettingSwitchesTheFilterOff) {
     expect_switched_off(plugin);
   }
   EXPECT_FALSE(fs::exists(path("out")));
+  Plugin block(raw_settings(off + "dynfilter:\n   mask_folder: \"masks\"\n"));
+  expect_switched_off(block);
   Plugin right(raw_settings("dynfilter_right.enabled: 0\n"), "dynfilter_right");
   expect_switched_off(right);
 }

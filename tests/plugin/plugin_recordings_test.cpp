@@ -1,0 +1,130 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// The plugin's output folder: a plugin replaces what an earlier plugin wrote there, and nothing
+// else.
+
+#include "dynfilter/plugin.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+
+#include "support/expect_error.hpp"
+#include "support/file_tree.hpp"
+#include "support/host_frame.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+namespace fs = std::filesystem;
+
+class PluginRecordings : public PluginTest {
+ protected:
+  fs::path out() const { return path("out"); }
+
+  /// Records this many frames, with an overlay of each.
+  void record(int count) const {
+    Plugin plugin(settings("dynfilter.output_folder: \"" + out().string() +
+                           "\"\ndynfilter.overlay_every: 1\n"));
+    for (int i = 0; i < count; ++i) {
+      HostFrame frame(i);
+      plugin.submit(frame.image, frame.timestamp_s);
+      plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors);
+    }
+  }
+
+  void write(const fs::path& name, const std::string& text) const {
+    fs::create_directories((out() / name).parent_path());
+    std::ofstream(out() / name) << text;
+  }
+
+  /// Expects that a plugin refuses the folder, names the setting and `part`, and changes nothing.
+  void expect_refused(const std::string& part) const {
+    settings();  // written before the files are compared
+    FileTree before = file_tree(path("."));
+    before.erase("TUM3.yaml");
+    const std::string key = file().string() + ": dynfilter.output_folder: ";
+    expect_error<std::runtime_error>([&] { record(1); }, part);
+    expect_error<std::runtime_error>([&] { record(1); }, key);
+    const FileTree after = file_tree(path("."));
+    EXPECT_EQ(after.size(), before.size() + 1) << "it must add no files";
+    EXPECT_EQ(changed_names(before, after), "");
+  }
+};
+
+TEST_F(PluginRecordings, ReplaceThoseOfAnEarlierPlugin) {
+  record(4);
+  write("overlays/mine.png", "mine");
+  record(2);
+  const FileTree files = visible_tree(out());
+  EXPECT_EQ(files.size(), 4U);
+  EXPECT_EQ(files.at("overlays/mine.png"), "mine");
+  EXPECT_EQ(files.count("overlays/100.100000.png"), 1U);
+  EXPECT_EQ(files.count("overlays/100.300000.png"), 0U);
+}
+
+TEST_F(PluginRecordings, ReplaceThoseOfAKilledPlugin) {
+  record(2);
+  // The list already has the row of a frame that did not reach frames.csv.
+  const std::string table = file_text(out() / "frames.csv");
+  const std::size_t last_row = table.find_last_of('\n', table.size() - 2) + 1;
+  fs::resize_file(out() / "frames.csv", last_row);
+  record(1);
+  EXPECT_EQ(visible_tree(out()).size(), 2U);
+}
+
+TEST_F(PluginRecordings, RefuseFilesOfOthers) {
+  for (const char* name : {"frames.csv", "overlays/7.png", "overlays", ".dynfilter-plugin.txt/a"}) {
+    SCOPED_TRACE(name);
+    fs::remove_all(out());
+    write(name, "mine");
+    expect_refused(fs::path(name).begin()->string());
+  }
+}
+
+TEST_F(PluginRecordings, RefuseLinks) {
+  fs::create_directories(path("rgb"));
+  std::ofstream(path("rgb") / "1.000000.png") << "an image";
+  fs::create_directories(out());
+  fs::create_directory_symlink(path("rgb"), out() / "overlays");
+  expect_refused("overlays: is no folder of");
+  fs::remove(out() / "overlays");
+  for (const char* name : {"frames.csv", ".dynfilter-plugin.txt"}) {
+    fs::create_symlink(path("rgb") / "1.000000.png", out() / name);
+    expect_refused(name);
+    fs::remove(out() / name);
+  }
+  record(1);
+  fs::rename(out() / "overlays", path("moved"));
+  fs::create_directory_symlink(path("moved"), out() / "overlays");
+  expect_refused("overlays: is no folder of");
+}
+
+TEST_F(PluginRecordings, RefuseEditedFiles) {
+  record(2);
+  std::fstream(out() / "frames.csv") << "Frame";  // as long as before
+  expect_refused("frames.csv, which no earlier dynfilter plugin wrote");
+  fs::remove(out() / "frames.csv");
+  write("overlays/100.000000.png", "mine");
+  expect_refused("overlays/100.000000.png");
+}
+
+TEST_F(PluginRecordings, LeaveAFileThatAppearsMeanwhile) {
+  Plugin plugin(settings("dynfilter.output_folder: \"" + out().string() +
+                         "\"\ndynfilter.overlay_every: 1\n"));
+  write("overlays/100.000000.png", "mine");
+  HostFrame frame(0);
+  plugin.submit(frame.image, frame.timestamp_s);
+  expect_error<std::runtime_error>(
+      [&] { plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors); },
+      "100.000000.png: appeared");
+  EXPECT_EQ(file_text(out() / "overlays/100.000000.png"), "mine");
+}
+
+}  // namespace
+}  // namespace dynfilter::testing
