@@ -83,7 +83,7 @@ void show(const std::filesystem::path& folder, const std::filesystem::path& repo
 }
 
 void ablate(const AblateOptions& options) {
-  require_replaceable(options.report, html_report_mark);
+  if (!options.report.empty()) require_replaceable(options.report, html_report_mark);
   if (!options.gather.empty()) return show(options.gather, options.report);
   const AblationPlan plan = plan_of(options);
   if (options.list) {
@@ -141,7 +141,9 @@ void add_ablate_command(CLI::App& program, const std::string& called_as) {
       ->allow_extra_args(false)
       ->check(CLI::IsMember(all_rule_names()));
   add_setting_options(*command, options->plan.settings);
-  command->add_option("--out", options->plan.out, "folder for the results")->capture_default_str();
+  command->add_option("--out", options->plan.out, "folder for the results")
+      ->check(some_path())
+      ->capture_default_str();
   CLI::Option* list =
       command->add_flag("--list", options->list,
                         "run nothing: print one command a job, to run anywhere in any order");

@@ -12,9 +12,11 @@
 
 #include "dynfilter/detail/errors.hpp"
 #include "inputs.hpp"
+#include "io/file_error.hpp"
 #include "parallel_for_each.hpp"
 #include "progress_bar.hpp"
 #include "rule_set.hpp"
+#include "run_results.hpp"
 
 namespace dynfilter::tools {
 namespace {
@@ -28,6 +30,8 @@ std::filesystem::path folder_of(const AblationPlan& plan, const SceneSpec& scene
 struct Outline {
   std::size_t frames = 0;
   bool has_true_masks = false;
+  bool has_masks = false;
+  cv::Size image_size;
   std::string note;
 };
 
@@ -42,7 +46,8 @@ std::vector<Outline> outlines_of(const AblationPlan& plan, Inputs& inputs) {
     if (is_new) {
       const std::unique_ptr<FrameSource> source = scene.open();
       require_masks(*source, plan.settings.every);
-      outline->second = {source->size(), source->has_true_masks(), source->note()};
+      outline->second = {source->size(), source->has_true_masks(), !source->masks_name().empty(),
+                         source->read(0).frame.image.size(), source->note()};
       source->add_inputs(inputs);
     }
     outlines.push_back(outline->second);
@@ -56,6 +61,57 @@ std::vector<std::string> rules_for(const AblationPlan& plan, bool has_true_masks
     if (!rule_info(rule).takes_true_masks || has_true_masks) rules.push_back(rule);
   }
   return rules;
+}
+
+/// Refuses folders of results in which a job would touch what it reads.
+void require_harmless_jobs(const AblationPlan& plan, const std::vector<Outline>& outlines,
+                           const Inputs& inputs) {
+  for (std::size_t i = 0; i < outlines.size(); ++i) {
+    const std::filesystem::path of_scene = plan.out / plan.scenes[i].name().name;
+    if (inputs.contains(of_scene)) {
+      detail::throw_file_error(of_scene,
+                               "is read from, and would be written to; name another --out folder");
+    }
+    for (const std::string& rule : rules_for(plan, outlines[i].has_true_masks)) {
+      const std::filesystem::path folder = folder_of(plan, plan.scenes[i], rule);
+      require_harmless(inputs, folder, run_writer, run_names(folder), true);
+    }
+  }
+}
+
+std::string options_of(const AblationPlan& plan, const std::string& rule) {
+  std::map<std::string, std::string> options;
+  for (const auto& [name, value] : resolved_options(rule_info(rule), plan.settings)) {
+    options.emplace(name, value);
+  }
+  return options_text(options);
+}
+
+/// Refuses a folder with other results that the tables could not mix with those of the jobs.
+void require_comparable_jobs(const AblationPlan& plan, const std::vector<Outline>& outlines) {
+  std::vector<RunResult> results;
+  std::set<std::filesystem::path> replaced;
+  for (std::size_t i = 0; i < outlines.size(); ++i) {
+    const Outline& outline = outlines[i];
+    for (const std::string& rule : rules_for(plan, outline.has_true_masks)) {
+      RunResult job;
+      job.folder = folder_of(plan, plan.scenes[i], rule);
+      job.scene = plan.scenes[i].name();
+      job.rule = rule;
+      job.options = options_of(plan, rule);
+      job.input = plan.scenes[i].arguments();
+      job.masks = masks_origin(rule, outline.has_masks, plan.settings.masks);
+      job.image_size = outline.image_size;
+      job.frames = (outline.frames + plan.settings.every - 1) / plan.settings.every;
+      replaced.insert(std::filesystem::weakly_canonical(job.folder));
+      results.push_back(std::move(job));
+    }
+  }
+  for (RunResult& earlier : find_results(plan.out)) {
+    const bool stays = replaced.count(std::filesystem::weakly_canonical(earlier.folder)) == 0;
+    if (stays) results.push_back(std::move(earlier));
+  }
+  require_comparable(results);
 }
 
 void run_scene(const AblationPlan& plan, const SceneSpec& scene, FrameSource& source,
@@ -96,11 +152,9 @@ void run_all(const AblationPlan& plan) {
   for (std::size_t i = 0; i < outlines.size(); ++i) {
     frames += outlines[i].frames;
     notes.insert(outlines[i].note);
-    for (const std::string& rule : rules_for(plan, outlines[i].has_true_masks)) {
-      const std::filesystem::path folder = folder_of(plan, plan.scenes[i], rule);
-      require_harmless(inputs, folder, run_writer, run_names(folder), true);
-    }
   }
+  require_harmless_jobs(plan, outlines, inputs);
+  require_comparable_jobs(plan, outlines);
   notes.erase("");
   for (const std::string& note : notes) std::fprintf(stderr, "%s\n", note.c_str());
   ProgressBar progress("filtering", frames);
@@ -111,6 +165,7 @@ std::vector<std::string> job_lines(const AblationPlan& plan, const std::string& 
   validate(plan);
   Inputs inputs;
   const std::vector<Outline> outlines = outlines_of(plan, inputs);
+  require_harmless_jobs(plan, outlines, inputs);
   std::vector<std::string> lines;
   for (std::size_t i = 0; i < plan.scenes.size(); ++i) {
     const SceneSpec& scene = plan.scenes[i];

@@ -27,11 +27,12 @@ void validate(const AblationPlan& plan);
 /// Runs all jobs here, with a progress bar. Reads each scene's frames and extracts their features
 /// once for all rules; runs as many rules at a time as the machine has cores. The results of a job
 /// depend on neither. Throws what a run throws and, before the first job, if a job's folder would
-/// touch a scene's input (see require_harmless).
+/// touch a scene's input (see require_harmless), or if other results in <out> could not be compared
+/// with the new ones (see require_comparable).
 void run_all(const AblationPlan& plan);
 
 /// Returns one line of shell a job: `program run …`. Throws std::invalid_argument for paths with a
-/// line break.
+/// line break, and std::runtime_error if a job's folder would touch a scene's input.
 std::vector<std::string> job_lines(const AblationPlan& plan, const std::string& program);
 
 }  // namespace dynfilter::tools

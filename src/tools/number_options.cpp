@@ -57,6 +57,14 @@ CLI::Validator real_number(double min_value, double max_value) {
                  });
 }
 
+CLI::Validator some_path() {
+  return CLI::Validator(
+      [](std::string& text) -> std::string {
+        return text.empty() ? "got an empty path; want the path of a folder" : "";
+      },
+      "");
+}
+
 std::optional<std::vector<std::uint64_t>> parse_number_list(const std::string& text,
                                                             std::size_t max_count) {
   std::vector<std::uint64_t> numbers;

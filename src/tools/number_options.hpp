@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Numbers of the command line. CLI11 reads 010 as octal, accepts NaN in a range, and replaces an
-// integer that is too large by the largest.
+// Numbers and paths of the command line. CLI11 reads 010 as octal, accepts NaN in a range, and
+// replaces an integer that is too large by the largest.
 
 #ifndef DYNFILTER_SRC_TOOLS_NUMBER_OPTIONS_HPP
 #define DYNFILTER_SRC_TOOLS_NUMBER_OPTIONS_HPP
@@ -26,6 +26,9 @@ CLI::Validator whole_number(std::uint64_t min_value, std::uint64_t max_value);
 
 /// Makes a validator for Option::check: checks that an option is a finite number.
 CLI::Validator real_number(double min_value, double max_value);
+
+/// Makes a validator for Option::check: checks that a path is not empty.
+CLI::Validator some_path();
 
 /// Parses "3", "1-5", "1,3,8-10" as numbers. std::nullopt for anything else, for a falling range,
 /// or for more than `max_count` numbers.

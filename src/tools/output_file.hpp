@@ -4,6 +4,8 @@
 #ifndef DYNFILTER_SRC_TOOLS_OUTPUT_FILE_HPP
 #define DYNFILTER_SRC_TOOLS_OUTPUT_FILE_HPP
 
+#include <unistd.h>
+
 #include <array>
 #include <filesystem>
 #include <fstream>
@@ -41,10 +43,18 @@ class OutputFile {
 /// The part of a file that is searched for the mark of its kind.
 constexpr std::size_t kind_bytes = 1000;
 
-/// Refuses an existing file of another kind: a sub-command replaces only files with `mark` near
+/// Refuses a file in a folder that is missing or read-only, and an existing file of another kind: a
+/// sub-command replaces only files with `mark` near
 /// their beginning, which it wrote itself. An empty file may be replaced.
 inline void require_replaceable(const std::filesystem::path& file, const std::string& mark) {
   std::error_code ignored;
+  if (std::filesystem::is_directory(file, ignored)) {
+    detail::throw_file_error(file, "cannot be written: it is a folder");
+  }
+  const auto folder = std::filesystem::absolute(file).parent_path();
+  if (!std::filesystem::exists(file, ignored) && ::access(folder.c_str(), W_OK) != 0) {
+    detail::throw_file_error(file, "cannot be written: " + detail::errno_text());
+  }
   if (!std::filesystem::is_regular_file(file, ignored)) return;
   std::array<char, kind_bytes> bytes{};
   std::ifstream stream(file, std::ios::binary);

@@ -112,6 +112,7 @@ RuleRun::RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource
   record_.rule = rule;
   const std::string masks = settings.masks.empty() ? source.masks_name() : settings.masks;
   record_.masks = rule.takes_true_masks ? "true masks" : masks;
+  record_.segmenter = settings.masks;
   record_.has_truth = source.has_true_masks();
   record_.options = resolved_options(rule, settings);
 }
@@ -129,6 +130,7 @@ void RuleRun::process(const SourceFrame& frame, ExtractedFeatures features) {
   const std::optional<Segmentation> masks = masks_of(frame);
   filter_.apply(frame.frame, masks, features.keypoints, labels_, workspace_);
 
+  record_.image_size = frame.frame.image.size();
   FrameRecord record;
   record.stem = frame.stem;
   record.timestamp_s = frame.frame.timestamp_s;

@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include <opencv2/core.hpp>
+
 #include "dynfilter/evaluation/feature_scores.hpp"
 #include "dynfilter/evaluation/trajectory_errors.hpp"
 #include "dynfilter/statistics.hpp"
@@ -46,8 +48,10 @@ struct TrajectoryRecord {
 struct RunRecord {
   SceneName scene;
   std::string input;  ///< the scene as arguments of `dynfilter run`
+  cv::Size image_size;
   RuleInfo rule;
-  std::string masks;  ///< the folder; empty = there were none
+  std::string masks;      ///< the folder; empty = there were none
+  std::string segmenter;  ///< that made the masks; empty: they belong to the scene
   bool has_truth = false;
   std::vector<std::pair<std::string, std::string>> options;  ///< resolved options by name
   std::vector<FrameRecord> frames;

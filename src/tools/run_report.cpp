@@ -206,7 +206,9 @@ void write_summary_json(const RunRecord& run, const std::filesystem::path& file)
   summary["scene"] = run.scene.name;
   summary["input"] = run.input;
   summary["rule"] = run.rule.name;
+  summary["image_size"] = {run.image_size.width, run.image_size.height};
   summary["has_masks"] = !run.masks.empty();
+  summary["segmenter"] = run.segmenter;
   summary["frames"] = run.frames.size();
   summary["features"] = totals.features;
   summary["masked"] = totals.masked;
@@ -220,7 +222,8 @@ void write_summary_json(const RunRecord& run, const std::filesystem::path& file)
     summary["times_ms"][name] = {{"median", times.quantile_ms(0.5)},
                                  {"p95", times.quantile_ms(0.95)}};
   }
-  detail::write_file(file, summary.dump(2) + '\n');
+  detail::write_file(
+      file, summary.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + '\n');
 }
 
 }  // namespace dynfilter::tools

@@ -11,8 +11,10 @@
 
 #include <nlohmann/json.hpp>
 
+#include "dynfilter/detail/errors.hpp"
 #include "dynfilter/evaluation/scene_levels.hpp"
 #include "io/file_error.hpp"
+#include "io/regular_file.hpp"
 #include "io/staging_area.hpp"
 #include "rule_set.hpp"
 
@@ -23,8 +25,8 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 std::vector<fs::path> summaries_in(const fs::path& folder) {
-  if (!fs::is_directory(folder)) detail::throw_file_error(folder, "is not a folder");
   std::vector<fs::path> files;
+  if (!fs::is_directory(folder)) return files;
   for (fs::recursive_directory_iterator entry(folder), end; entry != end; ++entry) {
     const fs::path name = entry->path().filename();
     // The files of an unfinished run are no results.
@@ -32,10 +34,6 @@ std::vector<fs::path> summaries_in(const fs::path& folder) {
     if (name == "summary.json") files.push_back(entry->path());
   }
   std::sort(files.begin(), files.end());
-  if (files.empty()) {
-    detail::throw_file_error(folder,
-                             "holds no results: there is no summary.json in it, at any depth");
-  }
   return files;
 }
 
@@ -63,8 +61,15 @@ RunResult result_of(const Json& json) {
   json.at("rule").get_to(result.rule);
   std::map<std::string, std::string> options;
   json.at("options").get_to(options);
-  for (const auto& [name, value] : options) {
-    if (name != "rule") result.options += name + " " + value + " ";
+  result.options = options_text(options);
+  result.input = json.value("input", "");
+  if (json.contains("image_size")) {
+    result.image_size = {json.at("image_size").at(0).get<int>(),
+                         json.at("image_size").at(1).get<int>()};
+  }
+  if (json.contains("has_masks")) {
+    result.masks =
+        masks_origin(result.rule, json.at("has_masks").get<bool>(), json.value("segmenter", ""));
   }
   json.at("frames").get_to(result.frames);
   json.at("features").get_to(result.features);
@@ -78,6 +83,7 @@ RunResult result_of(const Json& json) {
 }
 
 RunResult read_result(const fs::path& file) {
+  detail::require_regular_file(file);
   try {
     std::ifstream stream(file);
     RunResult result = result_of(Json::parse(stream));
@@ -119,26 +125,79 @@ void add_name(std::vector<std::string>& names, const std::string& name) {
   if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
 }
 
+/// Refuses a run that differs from an earlier one in something that tables must not mix.
+void require_equal(const RunResult& run, const std::string& value, const RunResult& earlier,
+                   const std::string& earlier_value) {
+  if (value == earlier_value) return;
+  detail::throw_file_error(run.folder / "summary.json",
+                           "was made with " + value + ", and " + earlier.folder.string() +
+                               " with " + earlier_value + "; keep them in different folders");
+}
+
+std::string images_of(const RunResult& run) {
+  return detail::concatenate(run.frames, " frames of ", run.image_size.width, "x",
+                             run.image_size.height);
+}
+
 }  // namespace
 
+std::string options_text(const std::map<std::string, std::string>& options) {
+  std::string text;
+  for (const auto& [name, value] : options) {
+    if (name != "rule") text += (text.empty() ? "" : " ") + name + " " + value;
+  }
+  return text;
+}
+
+std::string masks_origin(const std::string& rule, bool has_masks, const std::string& segmenter) {
+  const std::vector<std::string> known = all_rule_names();
+  const bool is_known = std::find(known.begin(), known.end(), rule) != known.end();
+  if (is_known && rule_info(rule).takes_true_masks) return {};
+  if (!has_masks) return "no masks";
+  return segmenter.empty() ? "the scene's own masks" : "the masks of " + segmenter;
+}
+
+std::vector<RunResult> find_results(const fs::path& folder) {
+  std::vector<RunResult> results;
+  for (const fs::path& file : summaries_in(folder)) results.push_back(read_result(file));
+  return results;
+}
+
+void require_comparable(const std::vector<RunResult>& results) {
+  std::map<std::string, const RunResult*> by_group, by_scene, with_masks;
+  for (const RunResult& run : results) {
+    const RunResult& any = results.front();
+    require_equal(run, run.options, any, any.options);
+    const RunResult& of_scene = *by_scene.emplace(run.scene.name, &run).first->second;
+    require_equal(run, "input " + run.input, of_scene, "input " + of_scene.input);
+    const RunResult& of_group = *by_group.emplace(run.scene.group, &run).first->second;
+    require_equal(run, images_of(run), of_group, images_of(of_group));
+    if (run.masks.empty()) continue;
+    const RunResult& masked = *with_masks.emplace(run.scene.name, &run).first->second;
+    require_equal(run, run.masks, masked, masked.masks);
+  }
+}
+
 std::vector<RunResult> read_results(const fs::path& folder) {
+  if (!fs::is_directory(folder)) detail::throw_file_error(folder, "is not a folder");
+  std::vector<RunResult> found = find_results(folder);
+  if (found.empty()) {
+    detail::throw_file_error(folder,
+                             "holds no results: there is no summary.json in it, at any depth");
+  }
+  require_comparable(found);
   std::vector<RunResult> results;
   std::map<std::pair<std::string, std::string>, std::size_t> seen;  // scene and rule to result
-  for (const fs::path& file : summaries_in(folder)) {
-    RunResult result = read_result(file);
-    if (!results.empty() && results.front().options != result.options) {
-      detail::throw_file_error(file, "was made with " + result.options + "and " +
-                                         results.front().folder.string() + " with " +
-                                         results.front().options);
-    }
+  for (RunResult& result : found) {
     const auto [earlier, is_new] =
         seen.emplace(std::make_pair(result.scene.name, result.rule), results.size());
     if (is_new) {
       results.push_back(std::move(result));
     } else if (figures(results[earlier->second]) != figures(result)) {
-      detail::throw_file_error(file, "differs from the result of scene " + result.scene.name +
-                                         " under rule " + result.rule + " in " +
-                                         results[earlier->second].folder.string());
+      detail::throw_file_error(result.folder / "summary.json",
+                               "differs from the result of scene " + result.scene.name +
+                                   " under rule " + result.rule + " in " +
+                                   results[earlier->second].folder.string());
     }
   }
   sort_for_tables(results);

@@ -8,10 +8,13 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
+
+#include <opencv2/core.hpp>
 
 #include "dynfilter/evaluation/feature_scores.hpp"
 #include "scene_spec.hpp"
@@ -24,6 +27,9 @@ struct RunResult {
   SceneName scene;
   std::string rule;
   std::string options;  ///< all but the rule; equal for runs that are compared
+  std::string input;    ///< equal for the runs of a scene
+  std::string masks;  ///< their origin, equal for the runs of a scene; empty: unknown, or the true
+  cv::Size image_size;  ///< equal for the runs of a group, as is `frames`
   std::size_t frames = 0;
   std::size_t features = 0;
   std::size_t kept = 0;
@@ -34,12 +40,28 @@ struct RunResult {
   std::optional<double> rpe_rotation_rmse_deg;
 };
 
+/// Returns a run's options without the rule, as in RunResult.
+std::string options_text(const std::map<std::string, std::string>& options);
+
+/// Returns the origin of a run's masks, as in RunResult: none, a segmenter, or the scene itself. It
+/// is empty for a rule that takes the true ones.
+std::string masks_origin(const std::string& rule, bool has_masks, const std::string& segmenter);
+
+/// Reads the completed runs in a folder, at any depth, unsorted; none if there is no such folder.
+/// Throws std::runtime_error that names a summary.json that is not a run's.
+std::vector<RunResult> find_results(const std::filesystem::path& folder);
+
+/// Throws std::runtime_error that names two runs which tables must not mix: runs with different
+/// options, runs of one scene with different input or masks, or runs of one group with a different
+/// number or size of images.
+void require_comparable(const std::vector<RunResult>& results);
+
 /// Reads the completed runs in a folder, at any depth, sorted by group, scene and rule in the
 /// tables' order. Of two equal runs it takes one.
 ///
 /// Throws std::runtime_error that names the file: for a folder that is missing or has no results,
 /// for a summary.json that is not a run's, for two different results of one scene and rule, and for
-/// results with different options, which tables must not mix.
+/// results that require_comparable refuses.
 std::vector<RunResult> read_results(const std::filesystem::path& folder);
 
 /// The results of one group, in their order.

@@ -4,6 +4,7 @@
 // `dynfilter ablate`: comparing rules in one process, or as jobs that run anywhere.
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 #include <fstream>
@@ -181,6 +182,49 @@ TEST_F(Ablate, RefusesToMixDifferentResults) {
   EXPECT_TRUE(figures.mentions("medium_1 under rule mask")) << figures.printed;
 }
 
+TEST_F(Ablate, RefusesToMixDifferentScenes) {
+  const std::string medium = "ablate --levels medium --seeds 1 --features 200 --out " +
+                             quoted(out("two sizes")) + " --height 120 --frames ";
+  ASSERT_EQ(run(medium + "4 --width 160 --rules none").exit_code, 0);
+  for (const char* other : {"6 --width 160", "4 --width 176"}) {
+    const Outcome outcome = run(medium + other + " --rules mask");
+    EXPECT_NE(outcome.exit_code, 0);
+    EXPECT_TRUE(outcome.mentions("medium_1/none")) << outcome.printed;
+    EXPECT_TRUE(outcome.mentions("medium_1/mask")) << outcome.printed;
+    EXPECT_FALSE(fs::exists(out("two sizes") / "medium_1/mask")) << "no job may start";
+  }
+  EXPECT_EQ(run(medium + "4 --width 160 --rules mask,perfect").exit_code, 0);
+
+  const fs::path folder = copy("two inputs");
+  for (const char* changed : {R"({"input": "elsewhere"})", R"({"image_size": [32, 24]})",
+                              R"({"has_masks": false})", R"({"segmenter": "a network"})"}) {
+    nlohmann::json summary = read_json(folder / "medium_1/mask/summary.json");
+    summary.update(nlohmann::json::parse(changed));
+    summary["rule"] = "paper";
+    std::ofstream(folder / "medium_1/paper/summary.json") << summary;
+    const Outcome outcome = run("ablate --gather " + quoted(folder));
+    EXPECT_NE(outcome.exit_code, 0) << changed;
+    EXPECT_TRUE(outcome.mentions("medium_1/mask")) << outcome.printed;
+    EXPECT_TRUE(outcome.mentions("medium_1/paper")) << outcome.printed;
+  }
+}
+
+TEST_F(Ablate, FindsObstaclesBeforeTheFirstJob) {
+  const std::string command = "ablate --levels medium --seeds 1" + std::string(tiny) + " --out " +
+                              quoted(out("late")) + " --rules ";
+  const Outcome report = run(command + "none --report " + quoted(out("no folder") / "page.html"));
+  EXPECT_NE(report.exit_code, 0);
+  EXPECT_TRUE(report.mentions("page.html: cannot be written")) << report.printed;
+  EXPECT_FALSE(fs::exists(out("late")));
+
+  ASSERT_EQ(run(command + "none").exit_code, 0);
+  const Outcome options = run(command + "mask --seed 7");
+  EXPECT_NE(options.exit_code, 0);
+  EXPECT_TRUE(options.mentions("late/medium_1/none")) << options.printed;
+  EXPECT_FALSE(fs::exists(out("late") / "medium_1/mask"));
+  EXPECT_EQ(run(command + "none --seed 7").exit_code, 0) << "all earlier results are replaced";
+}
+
 /// Writes a result with the given figures.
 void write_result(const fs::path& folder, int scene, const std::string& rule, double ate_rmse_m) {
   const nlohmann::json summary = {{"group", "made"},
@@ -224,6 +268,10 @@ TEST_F(Ablate, RefusesFoldersWithoutResults) {
   const Outcome foreign = run("ablate --gather " + quoted(out("foreign")));
   EXPECT_NE(foreign.exit_code, 0);
   EXPECT_TRUE(foreign.mentions("foreign/summary.json")) << foreign.printed;
+  fs::remove(out("foreign") / "summary.json");
+  ASSERT_EQ(mkfifo((out("foreign") / "summary.json").c_str(), 0600), 0);
+  const Outcome pipe = run_at_most(10, "ablate --gather " + quoted(out("foreign")));
+  EXPECT_TRUE(pipe.mentions("summary.json: is not a regular file")) << pipe.printed;
   EXPECT_TRUE(run("ablate " + quoted(out("empty"))).mentions("rgb.txt"));
 }
 
