@@ -190,7 +190,9 @@ RgbdSequenceEntry entry_of(const ListedFrame& frame) {
 }
 
 std::optional<fs::path> existing_folder(const fs::path& path) {
-  if (detail::type_of(path) != fs::file_type::directory) return {};
+  const fs::file_type type = detail::type_of(path);
+  if (type == fs::file_type::not_found) return {};
+  if (type != fs::file_type::directory) detail::throw_file_error(path, "is not a folder");
   return path;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -13,6 +14,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.hpp"
+#include "dynfilter/detail/errors.hpp"
 #include "dynfilter/evaluation/trajectory_errors.hpp"
 #include "number_options.hpp"
 #include "output_file.hpp"
@@ -50,16 +52,25 @@ struct Evaluation {
     }
   }
 
-  /// Runs work that adds figures. Notes a "no answer" under this name; passes on misuse.
+  /// Runs work that adds figures. If it fails, notes the reason under this name.
   template <class Work>
   void attempt(const char* name, const Work& work) {
     try {
       work();
     } catch (const std::runtime_error& error) {
       missing.emplace_back(name, error.what());
+    } catch (const std::invalid_argument& error) {  // an error that is no finite number
+      missing.emplace_back(name, error.what());
     }
   }
 };
+
+/// Throws std::runtime_error if the errors have no mean square.
+const ErrorSummary& finite(const ErrorSummary& errors) {
+  if (std::isfinite(errors.rmse) && std::isfinite(errors.standard_deviation)) return errors;
+  throw std::runtime_error(detail::concatenate("the greatest error, ", errors.greatest,
+                                               " m, is too large for a mean square"));
+}
 
 /// Reads a trajectory and reports flaws of its file on standard error.
 Trajectory read_and_note(const std::filesystem::path& path) {
@@ -79,6 +90,7 @@ void add_relative_error(Evaluation& evaluation, const EvalOptions& options,
   relative.max_time_difference_s = options.absolute.max_time_difference_s;
   if (ate) relative.scale = ate->alignment.scale;
   const auto rpe = relative_pose_error(estimate, truth, relative);
+  finite(rpe.translation_m);
   evaluation.figures.emplace_back("rpe_intervals", static_cast<double>(rpe.translation_m.count));
   evaluation.add("rpe_translation", "m", rpe.translation_m);
   evaluation.add("rpe_rotation", "deg", rpe.rotation_deg);
@@ -87,7 +99,7 @@ void add_relative_error(Evaluation& evaluation, const EvalOptions& options,
 void add_improvement(Evaluation& evaluation, const EvalOptions& options, const Trajectory& other,
                      const Trajectory& truth, const std::optional<AbsoluteTrajectoryError>& ate) {
   const double baseline =
-      absolute_trajectory_error(other, truth, options.absolute).translation_m.rmse;
+      finite(absolute_trajectory_error(other, truth, options.absolute).translation_m).rmse;
   evaluation.figures.emplace_back("ate_baseline_rmse_m", baseline);
   if (!ate) throw std::runtime_error("the absolute error is missing");
   if (!(baseline > 0)) throw std::runtime_error("the baseline has no error to improve on");
@@ -104,7 +116,9 @@ Evaluation evaluate(const EvalOptions& options) {
   Evaluation evaluation;
   std::optional<AbsoluteTrajectoryError> ate;
   evaluation.attempt("ate", [&] {
-    ate = absolute_trajectory_error(estimate, truth, options.absolute);
+    auto found = absolute_trajectory_error(estimate, truth, options.absolute);
+    finite(found.translation_m);
+    ate = std::move(found);
     evaluation.figures.emplace_back("pairs", static_cast<double>(ate->translation_m.count));
     evaluation.figures.emplace_back("scale", ate->alignment.scale);
     evaluation.add("ate", "m", ate->translation_m);
@@ -128,7 +142,9 @@ void write_json(const Evaluation& evaluation, const std::filesystem::path& path)
     }
   }
   for (const auto& [name, reason] : evaluation.missing) json["missing"][name] = reason;
-  write_replaceable(path, json_mark, json.dump(2) + '\n');
+  write_replaceable(
+      path, json_mark,
+      json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + '\n');
 }
 
 void report(const EvalOptions& options) {
@@ -156,7 +172,7 @@ void add_eval_command(CLI::App& program) {
       "are in TUM's format (timestamp tx ty tz qx qy qz qw). As in that benchmark, rows with NaN\n"
       "or a zero quaternion are skipped, and the last row with a repeated time counts. Prints one\n"
       "figure a line, name and value. Standard error says which rows were skipped, and which\n"
-      "figures are missing and why.");
+      "figures are missing and why. Both files may be pipes, such as <(...) of a shell.");
   command->add_option("ESTIMATE", options->estimate, "the estimated trajectory")->required();
   command->add_option("TRUTH", options->truth, "the true trajectory")->required();
   command

@@ -11,6 +11,7 @@
 #include "dynfilter/segmenters/mask_folder_writer.hpp"
 #include "frame_source.hpp"
 #include "inputs.hpp"
+#include "number_options.hpp"
 #include "progress_bar.hpp"
 #include "segmenter_spec.hpp"
 #include "segmenters/mask_table.hpp"
@@ -61,7 +62,9 @@ void add_masks_command(CLI::App& program) {
       "instances.csv,\n"
       "for dynfilter run --masks, for MaskFolderSegmenter and for the plugin.");
   command->add_option("SEQUENCE", options->sequence, "folder of the sequence")->required();
-  command->add_option("--out", options->out, "folder for the masks")->required();
+  command->add_option("--out", options->out, "folder for the masks")
+      ->check(some_path())
+      ->required();
   command->add_option("--camera", options->camera, "camera file [SEQUENCE/camera.yaml]");
   command->add_flag("--overwrite", options->overwrite,
                     "replace the masks of an earlier call when all new ones are made");

@@ -14,6 +14,7 @@
 #include "degraded_masks.hpp"
 #include "inputs.hpp"
 #include "mask_feed.hpp"
+#include "number_options.hpp"
 #include "progress_bar.hpp"
 #include "rule_run.hpp"
 #include "run_report.hpp"
@@ -88,6 +89,7 @@ void add_run_command(CLI::App& program) {
   command
       ->add_option("--out", options->out,
                    "folder for the results; replaces those of an earlier run and nothing else")
+      ->check(some_path())
       ->capture_default_str();
   command->add_option("--masks", options->scene.masks, "folder of the masks [SEQUENCE/masks]")
       ->excludes(level);

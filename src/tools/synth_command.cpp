@@ -115,7 +115,9 @@ void add_synth_command(CLI::App& program) {
       "Render a sequence with known truth: a room, a moving camera, walking persons.\n"
       "Write rgb/, depth/, their lists, groundtruth.txt, camera.yaml, the poor masks of a\n"
       "simulated network (masks/) and the exact masks (masks_true/).");
-  command->add_option("FOLDER", options->folder, "folder for the sequence")->required();
+  command->add_option("FOLDER", options->folder, "folder for the sequence")
+      ->check(some_path())
+      ->required();
   command->add_option("--level", given->level, "a level of the list below [a scene of 90 frames]");
   command->add_option("--seed", given->seed, "another seed is another scene")
       ->transform(whole_number(0, std::numeric_limits<std::uint64_t>::max()))

@@ -146,6 +146,10 @@ TEST_P(ProgramSafetyOfOut, AblateKeepsItsInput) {
   expect(GetParam().ablate, "ablate " + quoted(scene()) +
                                 " --rules none,depth --features 200 --out " +
                                 quoted(out(GetParam().out)));
+  // Neither name is a folder of the sequence.
+  expect(GetParam().ablate, "ablate " + quoted(scene()) +
+                                " --rules mask,paper --features 200 --out " +
+                                quoted(out(GetParam().out)));
 }
 
 TEST_P(ProgramSafetyOfOut, MasksKeepsItsInput) {
@@ -227,6 +231,48 @@ TEST_F(ProgramSafety, FailedMasksKeepEarlierOnes) {
   const std::string command = "masks " + quoted(scene()) + " --out " + quoted(out("masks"));
   ASSERT_EQ(run(command + peer()).exit_code, 0);
   expect(refused, command + " --overwrite --remote-timeout 0.1 --remote " + quoted(out("nobody")));
+}
+
+TEST_F(ProgramSafety, RefusesAnEmptyPath) {
+  for (const std::string& command :
+       {"run " + quoted(scene()) + " --out", "ablate " + quoted(scene()) + " --list --out",
+        "masks " + quoted(scene()) + peer() + " --out", std::string("synth")}) {
+    const Outcome outcome = run(command + " ''");
+    EXPECT_NE(outcome.exit_code, 0) << command;
+    const char* option = command == "synth" ? "FOLDER: got" : "--out: got";
+    EXPECT_TRUE(outcome.mentions(option)) << outcome.printed;
+  }
+}
+
+TEST_F(ProgramSafety, RefusesMasksThatAreNoFolder) {
+  for (const char* name : {"masks", "masks_true"}) {
+    fs::rename(scene() / name, out("moved"));
+    folder_.write(scene() / name, "a file");
+    const std::string command = "run " + quoted(scene()) + " --out " + quoted(out("result"));
+    expect(refused, command);
+    EXPECT_TRUE(run(command).mentions(std::string(name) + ": is not a folder"));
+    fs::remove(scene() / name);
+    fs::rename(out("moved"), scene() / name);
+  }
+}
+
+TEST_F(ProgramSafety, KeepsResultsOfAPathThatIsNoUtf8) {
+  const fs::path odd = out("caf\xE9");
+  fs::rename(scene(), odd);
+  expect(allowed, "run " + quoted(odd) + " --features 200 --out " + quoted(out("result")));
+  EXPECT_EQ(read_json(out("result/summary.json"))["frames"], 4);
+}
+
+TEST_F(ProgramSafety, EvalPrintsTheFiguresThatOneAbsurdRowLeaves) {
+  const fs::path truth = scene() / "groundtruth.txt";
+  const std::string absurd = "1.2 1e160 0 0 0 0 0 1\n";
+  const fs::path estimate = folder_.write("absurd.txt", file_text(truth) + absurd);
+  const fs::path both = folder_.write("both.txt", file_text(truth) + absurd);
+  const Outcome outcome = run("eval " + quoted(estimate) + " " + quoted(both) +
+                              " --frames 1 --json " + quoted(out("errors.json")));
+  EXPECT_TRUE(outcome.mentions("no ate: ")) << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("rpe_translation_rmse_m")) << outcome.printed;
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
 }
 
 TEST_F(ProgramSafety, RunMayWriteBesideItsScene) {

@@ -84,8 +84,8 @@ class RgbdSequence {
 
   /// @{
   /// File or folder of the sequence, if it exists: groundtruth.txt, masks/ or masks_true/. Throws
-  /// std::runtime_error that names a path that cannot be inspected, or a groundtruth.txt that is
-  /// not a regular file.
+  /// std::runtime_error that names a path that cannot be inspected, a groundtruth.txt that is not
+  /// a regular file, or masks that are not in a folder.
   std::optional<std::filesystem::path> groundtruth_file() const;
   std::optional<std::filesystem::path> masks_folder() const;
   std::optional<std::filesystem::path> true_masks_folder() const;
