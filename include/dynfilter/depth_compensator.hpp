@@ -40,13 +40,14 @@ struct DepthCompensatorOptions {
   double reach_px = 12;       ///< search distance of object_nearness
   double box_margin_px = 6;   ///< features this far outside the box may belong to the object
   double mask_margin_px = 1;  ///< features this close to a fresh mask are removed in any case
-  /// Age from which masks are stale, seconds. Features on a stale mask are judged like any other
-  /// feature in the box, and given back if they do not belong to the object.
+  /// Age from which masks are stale, seconds. A feature on a stale mask is given back unless it
+  /// belongs to an object or hides the one of this mask.
   double stale_age_s = 0.02;
   /// Assumed speed of objects in the image, pixels per second. The box grows sideways by this speed
   /// times the age of the masks, and by half of that upwards and downwards.
   double motion_px_per_s = 400;
-  /// Age from which masks count as fresh ones whose time was not set, seconds.
+  /// Masks older than this are treated as fresh, seconds: their time is taken for not set. Raise it
+  /// if your masks may be older.
   double max_age_s = 1.0;
 };
 
@@ -59,9 +60,9 @@ struct DepthCompensatorOptions {
 /// - it has no depth, or one behind the object, and object_nearness finds the object around it; or
 /// - it lies within mask_margin_px of a fresh mask.
 ///
-/// Features on a stale mask are judged by the first two tests, too: the masks of a slow network lag
-/// behind and cover places that the object has left. So this stage gives back features that
-/// MaskCuller removed.
+/// The masks of a slow network lag behind and cover places that the object has left. A feature on a
+/// stale mask stays removed if it passes one of the first two tests, or if it has a depth that is
+/// not behind the object. Otherwise this stage gives it back, although MaskCuller removed it.
 ///
 /// Limits: a static thing at the object's depth inside its box is removed with it. If colour and
 /// depth are not taken at the same time, the trailing edge of a fast object has the background's
