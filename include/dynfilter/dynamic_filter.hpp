@@ -26,10 +26,10 @@ extern template class Pipeline<MaskCuller, Compensator, FeatureFloor>;
 #endif
 
 /// Filter of the paper's section 3. It removes the features on prior dynamic objects (3.1), then
-/// the features that the masks missed (3.2): by the object's depth, which finds more of them and
-/// removes fewer others, or by the paper's own rule, CompensationRule::paper. Then it checks
-/// whether enough features are left, which the paper leaves to the host; by default it only reports
-/// the result.
+/// the features that the masks missed (3.2): by the object's depth, CompensationRule::depth, or by
+/// the paper's own rule, CompensationRule::paper. The paper leaves to the host what to do when too
+/// few features are left. With feature_floor.floor set, the filter reports such a frame, or gives
+/// features back; the default, 0, checks nothing.
 ///
 /// Without a depth image (mono, stereo) only masks act. `apply`, see Pipeline, takes a frame, its
 /// segmentation and its features and returns one label per feature; keep_static then removes the

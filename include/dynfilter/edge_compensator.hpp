@@ -28,23 +28,25 @@ namespace dynfilter {
 
 /// Verdict on a feature in the box that has no depth, or no D-LBP code.
 enum class MissingDepth {
-  keep,   ///< it fails the test whose value is missing, and stays
-  remove  ///< it passes that test, because the sensor's shadow beside a person has no depth
+  keep,  ///< a missing value counts as outside the range, so the feature is kept
+  /// A missing value counts as inside the range: beside a person the sensor's shadow has no depth.
+  remove
 };
 
 /// Options of EdgeCompensator.
 struct EdgeCompensatorOptions {
   std::size_t samples = 20;  ///< features of FP_object to estimate the ranges from
   std::uint64_t seed = 0;    ///< seed of the random sample
-  /// Estimator of the depth range, metres.
+  /// Estimator of the depth range: outlier rule, its factor, smallest sample, expansion in metres.
   RangeEstimatorOptions depth = {OutlierRule::median_absolute_deviation, 3.0, 5, 0.10};
-  /// Estimator of the code range, codes from 0 to 255.
+  /// Estimator of the code range, the same; expansion in codes, which go from 0 to 255.
   RangeEstimatorOptions code = {OutlierRule::median_absolute_deviation, 3.0, 5, 16.0};
   DepthLbpOptions depth_lbp;                        ///< how codes are computed
   MissingDepth missing_depth = MissingDepth::keep;  ///< verdict on features without depth or code
 
-  /// Returns the paper's rule taken literally. The defaults equal it today but may improve; this
-  /// function will not change.
+  /// Returns the paper's rule, with values of ours where the paper gives none (see the map of the
+  /// code, include/dynfilter/README.md, "The algorithm, made exact"). They will not change; the
+  /// defaults equal them today and may.
   static EdgeCompensatorOptions paper() {
     EdgeCompensatorOptions options;
     options.samples = 20;
@@ -56,15 +58,18 @@ struct EdgeCompensatorOptions {
   }
 };
 
-/// Removes the edge features of dynamic objects that their masks missed (paper section 3.2). The
-/// features of FP_object, which an earlier stage removed as in_mask, give the object's ranges of
-/// depth and of D-LBP codes. A feature in its box whose depth and code both lie in them belongs to
-/// the object, eq. (1).
+/// Removes the edge features of dynamic objects that their masks missed (paper section 3.2).
 ///
-/// The stage abstains, and reports it in the statistics, without a depth image and for an instance
-/// with too few masked features with depth. Where boxes overlap, the first instance whose test a
-/// feature passes owns it. Features that MaskCuller removed only because of its margin are not
-/// sampled. The score of a removed feature is the detector's confidence in the object.
+/// FP_object is the set of an object's masked features, which an earlier stage removed as in_mask.
+/// A sample of those on the mask that have depth gives the object's two ranges, of depth and of
+/// D-LBP codes. A feature p in the object's box, not removed yet, joins the object by eq. (1):
+///
+///     depth(p) in [a, b]_depth  and  D-LBP(p) in [a, b]_D-LBP
+///
+/// The stage abstains without a depth image, and from an instance whose sample is too small for one
+/// of the ranges (RangeEstimatorOptions::min_samples). The statistics say so. Where boxes overlap,
+/// a feature joins the first instance by whose ranges it passes. The score of a removed feature is
+/// the detector's confidence in the object.
 class EdgeCompensator {
  public:
   /// Takes the options. Throws std::invalid_argument for options that FeatureSampler,

@@ -33,7 +33,8 @@ enum class FloorPolicy {
 
 /// Options of FeatureFloor.
 struct FeatureFloorOptions {
-  /// Features that should be left; ORB-SLAM needs more than 500 to initialise.
+  /// Features that should be left; ORB-SLAM needs more than 500 to initialise. 0 = no check: no
+  /// frame is starved.
   std::size_t floor = 0;
   FloorPolicy policy = FloorPolicy::report_only;  ///< what to do about it
 };

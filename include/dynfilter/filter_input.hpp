@@ -14,7 +14,8 @@
 
 namespace dynfilter {
 
-/// Input of every stage. A stage is any callable void(const FilterInput&, FeatureLabels&) const.
+/// Input of every stage. A stage is any callable void(const FilterInput&, FeatureLabels&) const; it
+/// may take a Workspace& as third argument.
 struct FilterInput {
   const FrameView& frame;            ///< the frame to filter
   const Segmentation& segmentation;  ///< its masks; without instances if no masks are known

@@ -65,8 +65,8 @@ class FrameFeatures {
     sort_into_cells();
   }
 
-  /// Reads features for all stages of a pipeline: until it is destroyed, frame_features need not
-  /// read them again. A pipeline holds one while its stages run.
+  /// Object that keeps features read for all stages of a pipeline: while it lives, frame_features
+  /// does not read them again. A pipeline holds one while its stages run.
   class Reading {
    public:
     /// Reads the features. They must not change while this lives.
@@ -95,10 +95,12 @@ class FrameFeatures {
 
   /// Returns the features whose pixels lie inside the box, which may lie outside the image; its
   /// right and lower edges do not belong to it. The result is valid until the next call of `read`,
-  /// `inside` or `sort_by_instance`. O(features near the box).
+  /// `inside` or `sort_by_instance`: use one result at a time. Write the type, cv::Rect(x, y,
+  /// width, height), because bare braces are ambiguous. O(features near the box).
   FeatureIndices inside(const cv::Rect& box) { return inside(detail::bounds_of(box)); }
 
-  /// Returns the features inside bounds that may reach beyond int, for the library's own stages.
+  /// Returns the features inside bounds, for the library's own stages: a rectangle whose width or
+  /// height may exceed int.
   FeatureIndices inside(const detail::PixelBounds& bounds) {
     std::uint32_t* end = found_.data();
     if (bounds.empty()) return {end, end};
@@ -115,15 +117,17 @@ class FrameFeatures {
     return {found_.data(), end};
   }
 
-  /// Returns the features that were removed for an instance, see sort_by_instance.
+  /// Returns the features that were removed for an instance when sort_by_instance was last called.
+  /// Call it first: before that, and for an instance that its labels did not have, the result is
+  /// undefined.
   FeatureIndices removed_for(std::size_t instance) const {
     const std::uint32_t* const first = by_instance_.data();
     return {first + instance_begins_[instance], first + instance_begins_[instance + 1]};
   }
 
   /// Prepares removed_for: sorts the features that `labels` has removed for this reason by their
-  /// instance. Call it again when labels have changed. `labels` must be those of the features.
-  /// O(features + instances).
+  /// instance. Call it again when the labels or the features have changed. `labels` must be those
+  /// of the features. O(features + instances).
   void sort_by_instance(const FeatureLabels& labels, Reason reason) {
     std::uint32_t* end = found_.data();
     for (std::uint32_t i = 0; i < labels.size(); ++i) {
@@ -166,8 +170,9 @@ class FrameFeatures {
     for (std::uint32_t i = 0; i < size(); ++i) sorted_[cell_begins_[cells_[i] + 1]++] = i;
   }
 
-  /// Adds to each count from the third on the ones before it: begins of the parts of a counting
-  /// sort, one place late, so that filling the parts moves them into place.
+  /// Turns counts into start offsets of the parts of a counting sort, one place late: part k starts
+  /// at [k + 1]. Filling a part advances its offset to the part's end, so that afterwards part k
+  /// lies between [k] and [k + 1].
   static void add_up(std::vector<std::uint32_t>& counts) {
     for (std::size_t k = 2; k < counts.size(); ++k) counts[k] += counts[k - 1];
   }
@@ -190,8 +195,8 @@ class FrameFeatures {
   std::vector<std::uint32_t> cell_begins_;      // of each cell's part, and the end
 };
 
-/// Returns the input's features for a stage: those that its pipeline has read for all stages, or
-/// reads them where the stage was called on its own. O(features) at most.
+/// Returns the input's features for a stage. A pipeline has read them for all its stages; for a
+/// stage that is called on its own, this function reads them. O(features) at most.
 inline FrameFeatures& frame_features(const FeaturesView& features, Workspace& workspace) {
   FrameFeatures& result = workspace.get<FrameFeatures>();
   if (!result.keeps(features)) result.read(features);

@@ -24,7 +24,7 @@ enum class Reason : std::uint8_t {
   in_mask,      ///< on the mask of a dynamic object, or on the static mask (instance -1)
   compensated,  ///< an edge feature that the mask missed
   restored,     ///< removed by one stage and given back by a later one
-  custom = 128  ///< removed by a stage of your own
+  custom = 128  ///< removed by a stage of your own; cast 129 to 255 for further reasons
 };
 
 /// Verdict on one feature. Kept features have scores too: a high one was nearly removed.
@@ -36,10 +36,11 @@ struct FeatureLabel {
 };
 
 /// Verdicts on the features of one frame, in their order, with the frame's statistics. Stages write
-/// into it; the first stage that removes a feature owns the verdict.
+/// into it. The first stage that removes a feature writes its reason, instance and score.
 class FeatureLabels {
  public:
-  /// Makes labels of no features; call reset before use.
+  /// Makes labels of no features. Pipeline::apply resets them; call reset only if you run stages
+  /// yourself.
   FeatureLabels() = default;
 
   /// Makes labels with all features untouched. `segmentation` gives the instances that labels may

@@ -68,8 +68,9 @@ inline double object_nearness(const FrameView& frame, cv::Point pixel, const Obj
 
 }  // namespace detail
 
-/// Measures how much of an object surrounds a pixel: the paper's D-LBP (section 3.2) with more
-/// distant neighbours.
+/// Measures how much of an object surrounds a pixel. It takes the place of the paper's D-LBP
+/// (section 3.2): it looks at more distant neighbours, compares their depths with the object's and
+/// not with the pixel's own, and makes no code.
 ///
 /// In each of the eight directions, the first pixel with depth, up to `reach_px` away, votes for
 /// the object if its depth is one of the object's. The vote counts 1 / its distance (in steps,
@@ -77,9 +78,9 @@ inline double object_nearness(const FrameView& frame, cv::Point pixel, const Obj
 /// midst of it. From about 0.5 on, the object is the likelier owner of a pixel whose own depth is
 /// missing or the background's.
 ///
-/// The neighbours of D-LBP itself, one pixel away, compare sensor noise: 29 to 57 % of a person's
-/// codes are 0, and their interval spans nearly all codes. Depth is missing, or shifted by some
-/// pixels against colour, in just the places where masks fail.
+/// The neighbours of D-LBP are one pixel away. There, depth differs by little more than the
+/// sensor's noise, and where masks fail, depth is often missing, or shifted by some pixels against
+/// colour.
 ///
 /// Throws std::invalid_argument for a malformed frame or one without depth, a pixel outside it, and
 /// a reach that is not above 0 and at most 1000. O(reach_px).

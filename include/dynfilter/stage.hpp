@@ -41,7 +41,8 @@ void check_stage(const std::reference_wrapper<Stage>& stage, const FilterInput& 
   check_stage(stage.get(), input);
 }
 
-/// Runs a stage; passes the workspace if the stage takes one.
+/// Runs a stage: a callable void(const FilterInput&, FeatureLabels&) const that may take a
+/// Workspace& as third argument.
 template <class Stage>
 void run_stage(const Stage& stage, const FilterInput& input, FeatureLabels& labels,
                Workspace& workspace) {
@@ -49,7 +50,8 @@ void run_stage(const Stage& stage, const FilterInput& input, FeatureLabels& labe
       std::is_invocable<const Stage&, const FilterInput&, FeatureLabels&, Workspace&>;
   using WithoutWorkspace = std::is_invocable<const Stage&, const FilterInput&, FeatureLabels&>;
   static_assert(WithWorkspace::value || WithoutWorkspace::value,
-                "a stage is a callable void(const FilterInput&, FeatureLabels&) const");
+                "a stage is a callable void(const FilterInput&, FeatureLabels&) const, perhaps "
+                "with a Workspace& as third argument; wrap an object that changes in std::ref");
   if constexpr (WithWorkspace::value) {
     stage(input, labels, workspace);
   } else {

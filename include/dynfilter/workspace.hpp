@@ -14,9 +14,9 @@
 
 namespace dynfilter {
 
-/// Scratch memory of a filter. The caller keeps it between frames, so that a frame allocates
-/// nothing once a frame with at least as many features, instances and pixels was processed. It
-/// carries no information from call to call. Use one per thread.
+/// Scratch memory of a filter. The caller keeps it between frames: after the largest frame so far
+/// (in features, instances and pixels), later frames allocate nothing. It carries no information
+/// from call to call. Use one per thread.
 ///
 /// A stage, including your own, declares a struct of the vectors that it needs and asks for it by
 /// type:
@@ -34,9 +34,10 @@ class Workspace {
   /// @}
 
   /// Returns the scratch memory of a type. The first call default-constructs it; later calls return
-  /// the same object, with the contents that the last user left. Its address does not change while
-  /// the workspace lives. Stages that ask for the same type share one object, so do not hold it
-  /// across a call of another stage. Throws what the constructor throws. O(types in use).
+  /// the same object. Its contents are leftovers of the last call: clear them, do not read them.
+  /// Its address does not change while the workspace lives. Stages that ask for the same type share
+  /// one object, so do not hold it across a call of another stage. Throws what the constructor
+  /// throws. O(types in use).
   template <class Scratch>
   Scratch& get() {
     const std::type_index type(typeid(Scratch));

@@ -25,8 +25,8 @@ struct LoadedNetwork;
 /// Options of all networks. An unset option has the usual value of the network's kind.
 struct NetworkOptions {
   /// Classes whose instances are returned; empty = all. The filter has its own list of dynamic
-  /// classes and uses instances of other classes as evidence, so leave this empty unless time is
-  /// short.
+  /// classes, MaskCullerOptions::dynamic_classes. Instances of other classes have no effect on its
+  /// stages; stages of your own may read them.
   std::vector<int> classes;
   /// Score that instances must exceed. Default: YOLO 0.25, YOLACT 0.15.
   std::optional<float> score_threshold;
