@@ -51,8 +51,9 @@ struct DepthCompensatorOptions {
   double max_age_s = 1.0;
 };
 
-/// Removes the features that masks missed, by the object's own depth. It asks the two questions of
-/// the paper's edge compensation (section 3.2) of the pixels around a feature.
+/// Removes the features that masks missed, by the object's own depth. It takes the place of the
+/// paper's edge compensation (section 3.2), and asks instead: is the feature at the object's depth,
+/// or does the object surround it?
 ///
 /// A feature in the box belongs to the object if
 /// - its depth is one of the object's, as estimated from the pixels of the mask
@@ -66,15 +67,16 @@ struct DepthCompensatorOptions {
 ///
 /// Limits: a static thing at the object's depth inside its box is removed with it. If colour and
 /// depth are not taken at the same time, the trailing edge of a fast object has the background's
-/// depth and stays; a margin in MaskCuller helps. The stage abstains, and reports it in the
-/// statistics, without depth and if fewer than eight depths are known in mask and box.
+/// depth and stays; a margin in MaskCuller helps. The stage abstains without a depth image, and
+/// from an instance for which neither mask nor box has ObjectDepthOptions::min_samples depths (8).
+/// The statistics say so.
 ///
 /// Where boxes overlap, the first instance whose test a feature passes owns it.
 ///
 /// The score is the detector's confidence in the instance times the certainty that the feature
-/// belongs to it: 1 by its depth or the mask's margin, 1/2 to 1 by nearness, and below 1/2, in
-/// proportion to the nearness, for kept features that have the object nearby. So a host can weigh
-/// features instead of removing them.
+/// belongs to it. The certainty is 1 by depth or the mask's margin, and 1/2 to 1 by nearness. For
+/// kept features that have the object nearby it is below 1/2, in proportion to the nearness. So a
+/// host can weigh features instead of removing them.
 class DepthCompensator {
  public:
   /// Takes the options. Throws std::invalid_argument for options that ObjectDepthEstimator refuses,
@@ -112,9 +114,10 @@ class DepthCompensator {
     for (const Object& object : scratch.objects) compensate(input, object, features, labels);
   }
 
-  /// Returns instance k with a refined mask: this test applied to every pixel of the box and its
-  /// margin, clipped to the image. It is for dense mapping: depth_with_holes and its siblings take
-  /// it in place of the network's mask. Returns the instance unchanged if its depth is not known.
+  /// Returns instance k with a refined mask: the tests above applied to every pixel of the box and
+  /// its margin, clipped to the image. It is for dense mapping: the functions of host_masks.hpp
+  /// take it in place of the network's mask. Returns the instance unchanged if its depth is not
+  /// known.
   /// Throws std::invalid_argument for malformed input and an index out of range. O(pixels of the
   /// box x reach_px).
   Instance refined(const FrameView& frame, const Segmentation& segmentation, std::size_t k) const {
