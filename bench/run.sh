@@ -17,7 +17,7 @@ Installs the packages that are missing (Debian, Ubuntu), or says which.
 
   --quick    fewer repetitions: some minutes
   --out DIR  default: out/bench in the repository
-  --readme   put the ratios into bench/README.md, and ten of them into README.md
+  --readme   put the ratios into bench/README.md, and ten of them and the filter's time into README.md
 
   DYNFILTER_BUILD_DIR  folder of the build, default build/bench in the repository
 END
@@ -53,22 +53,42 @@ while (($#)); do
   shift
 done
 
-# Reads lines `ratio <name> <value>` and prints the ten that README.md shows, in words.
+# Prints the name of the processor.
+processor() {
+  local name
+  name=$(LC_ALL=C lscpu | sed -n '/^Model name: */{s///p;q}')
+  printf '%s\n' "${name:-unknown}"
+}
+
+# Reads lines `ratio <name> <value>` and prints what README.md shows: the filter's time, and ten
+# ratios in words. All are the other's time over ours, so `_over_` is inverted.
 describe_ten_ratios() {
-  awk '
+  awk -v processor="$(processor)" '
     FNR == NR { value[$2] = $3; next }
-    $1 in value { name = $1; $1 = ""; printf "%8s %s\n", value[name], $0 }' - <(
+    FNR == 1 {
+      printf "Time of the filter, rule depth, a frame of 640x480: %.2g ms with 1000 features and\n",
+        value["filter_default_ms"]
+      printf "3 persons, %.2g %% of ORB extraction; ", 100 * value["filter_default_over_orb"]
+      printf "%.2g ms with 16384 features and 100 persons.\n", value["filter_worst_ms"]
+      printf "Processor: %s\n\ntime of the other / time of ours\n", processor
+    }
+    $1 in value {
+      name = $1
+      $1 = ""
+      ratio = name ~ /_over_/ && name !~ /4k/ ? 1 / value[name] : value[name]
+      printf ratio < 1000 ? "%7.3g %s\n" : "%7.0f %s\n", ratio, $0
+    }' - <(
     cat <<'END'
-dense_u16_vs_mat_at time of a loop over cv::Mat::at / time of dense D-LBP
-dense_u16_vs_dlib time of dlib's LBP / time of dense D-LBP
-dense_u16_vs_cv_compare time of eight cv::compare / time of dense D-LBP
-dense_u16_over_memcpy time of dense D-LBP / time of memcpy of the depth image
-dense_u16_over_bgr2gray time of dense D-LBP / time of cv::cvtColor, BGR to grey
-filter_default_over_orb time of the filter, rule depth / time of ORB extraction
-filter_paper_vs_dilation time of DynaSLAM's dilation / time of the filter, rule paper
-filter_paper_vs_naive time of a naive filter, rule paper / time of ours
-filter_paper_over_memcpy time of the filter, rule paper / time of memcpy of keypoints and descriptors
-filter_default_4k_over_vga time of the filter at 3840x2160 / time at 640x480, same features
+filter_default_over_orb ORB extraction / the filter, rule depth
+filter_default_4k_over_vga the filter at 3840x2160 / the filter at 640x480, same features
+filter_paper_vs_dilation culling with dilated masks, as in DynaSLAM / the filter, rule paper
+filter_paper_vs_naive the same rule, written naively with codes of the whole image / the filter, rule paper
+filter_paper_vs_lk_f optical flow and a fundamental matrix, as in DS-SLAM / the filter, rule paper
+filter_paper_over_memcpy memcpy of keypoints and descriptors / the filter, rule paper
+dense_u16_vs_mat_at a loop over cv::Mat::at / dense D-LBP
+dense_u16_vs_dlib dlib's LBP / dense D-LBP
+dense_u16_over_bgr2gray cv::cvtColor, BGR to grey / dense D-LBP
+dense_u16_over_memcpy memcpy of the depth image / dense D-LBP
 END
   )
 }
