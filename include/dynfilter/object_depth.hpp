@@ -184,7 +184,7 @@ class ObjectDepthEstimator {
         ++wanted;
         const double depth_m = static_cast<double>(depths[x]) * scale;
         *end = static_cast<float>(depth_m);  // the next one overwrites what is no depth
-        end += depth_m > 0 && depth_m <= std::numeric_limits<double>::max() ? 1 : 0;
+        end += (depth_m > 0) & (depth_m <= std::numeric_limits<double>::max()) ? 1 : 0;
       }
     }
     depths_m.size = static_cast<std::size_t>(end - depths_m.first);
@@ -197,7 +197,7 @@ class ObjectDepthEstimator {
     const double half = options_.min_half_width_m;
     const double window = std::max(half, detail::DepthHistogram::bin_m);  // as in nearest_cluster
     const double centre = histogram.nearest_cluster(half, min_share);
-    const double median = detail::median_within(depths_m, centre - window, centre + window);
+    const double median = histogram.median_within(depths_m, centre - window, centre + window);
     const ValueRange extent = histogram.extent_around(median, options_.max_half_width_m);
     return {std::min(median - half, extent.lower), std::max(median + half, extent.upper)};
   }

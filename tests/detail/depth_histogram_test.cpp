@@ -184,7 +184,8 @@ TEST(DepthHistogram, AcceptsWindowsOfAnyWidth) {
 }
 
 double median_within(std::vector<float> values, double lower, double upper) {
-  return detail::median_within({values.data(), values.size()}, lower, upper);
+  const detail::DepthSamples depths_m = {values.data(), values.size()};
+  return DepthHistogram(depths_m).median_within(depths_m, lower, upper);
 }
 
 TEST(MedianWithin, IsTheUpperMedianOfTheValuesInside) {

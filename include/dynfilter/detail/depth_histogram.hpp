@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
@@ -34,7 +35,7 @@ class DepthHistogram {
     counts_before_.fill(0);
     for (const float depth_m : depths_m) {
       const std::size_t bin = bin_of(depth_m);
-      if (bin >= bins) continue;
+      if (bin == bins) continue;
       ++counts_before_[bin + 1];
       end_ = std::max(end_, bin + 1);
     }
@@ -64,6 +65,32 @@ class DepthHistogram {
     return centre_of(densest, half);
   }
 
+  /// Returns the median of the depths in [lower_m, upper_m]: the upper one of an even number; 0
+  /// where there is none. The counts tell its bin, so only that bin's depths are sorted.
+  /// `depths_m` must be the counted ones and is overwritten. O(depths).
+  double median_within(const DepthSamples& depths_m, double lower_m, double upper_m) const {
+    const float lower = smallest_float_from(lower_m), upper = -smallest_float_from(-upper_m);
+    std::uint32_t below = 0, up_to_upper = 0;
+    for (const float depth_m : depths_m) {
+      below += depth_m < lower ? 1 : 0;
+      up_to_upper += depth_m <= upper ? 1 : 0;
+    }
+    if (below >= up_to_upper) return 0;
+    const std::uint32_t rank = below + (up_to_upper - below) / 2;  // of the median among all depths
+    const auto begin = counts_before_.begin();
+    const auto after = std::upper_bound(begin, begin + static_cast<std::ptrdiff_t>(end_) + 1, rank);
+    const auto place = static_cast<std::size_t>(after - begin) - 1;
+    const std::size_t bin = place < end_ ? place : bins;  // the far depths come after all bins
+    float* end = depths_m.first;
+    for (const float depth_m : depths_m) {
+      *end = depth_m;  // the next one overwrites what is in another bin
+      end += bin_of(depth_m) == bin ? 1 : 0;
+    }
+    float* const median = depths_m.first + (rank - counts_before_[place]);
+    std::nth_element(depths_m.first, median, end);
+    return double{*median};
+  }
+
   /// Returns the extent of the depths around `depth_m` up to the next gaps, plus one bin on either
   /// side, and no farther than `max_m` from it. A gap is three bins with fewer than 1.5 % of the
   /// depths, or fewer than 3.
@@ -83,7 +110,13 @@ class DepthHistogram {
   /// so that a depth on the edge of two bins always falls into the same one.
   static std::size_t bin_of(float depth_m) {
     const float scaled = depth_m * static_cast<float>(1 / bin_m);
-    return scaled < static_cast<float>(bins) ? static_cast<std::size_t>(scaled) : bins;
+    return static_cast<unsigned>(static_cast<int>(std::min(static_cast<float>(bins), scaled)));
+  }
+
+  /// Returns the smallest float that is not below a value: bounds that compare with floats alike.
+  static float smallest_float_from(double value) {
+    const auto nearest = static_cast<float>(value);
+    return double{nearest} < value ? std::nextafter(nearest, HUGE_VALF) : nearest;
   }
 
   /// Returns the number of bins in a length, at most `bins`.
@@ -127,20 +160,6 @@ class DepthHistogram {
   std::size_t end_ = 0;                                // the bin after the last filled one
   std::array<std::uint32_t, bins + 1> counts_before_;  // depths in earlier bins, up to end_
 };
-
-/// The median of the depths that lie in [lower_m, upper_m]: the upper one of an even number; 0
-/// where there is none. Overwrites the depths. O(depths).
-inline double median_within(const DepthSamples& depths_m, double lower_m, double upper_m) {
-  float* end = depths_m.first;
-  for (const float depth_m : depths_m) {
-    *end = depth_m;
-    end += (lower_m <= double{depth_m}) & (double{depth_m} <= upper_m) ? 1 : 0;
-  }
-  if (end == depths_m.first) return 0;
-  float* const middle = depths_m.first + (end - depths_m.first) / 2;
-  std::nth_element(depths_m.first, middle, end);
-  return double{*middle};
-}
 
 }  // namespace dynfilter::detail
 
