@@ -62,6 +62,9 @@ class DepthLbp {
       detail::throw_misuse("DepthLbp", "bits that are not a permutation",
                            "each of 0 to 7 once, clockwise from the top-left neighbour");
     }
+    for (std::size_t k = 0; k < weights_.size(); ++k) {
+      weights_[k] = static_cast<std::uint8_t>(1U << options.bits[k]);
+    }
   }
 
   /// Returns the code of one pixel, or nothing if it has none. Throws std::invalid_argument for a
@@ -90,12 +93,13 @@ class DepthLbp {
 
   std::optional<std::uint8_t> code_at(const cv::Mat& depth, cv::Point pixel) const {
     if (depth.type() == CV_32FC1) {
-      return detail::depth_lbp_code<float>(depth, pixel, options_.bits, missing_is_farther());
+      return detail::depth_lbp_code<float>(depth, pixel, weights_, missing_is_farther());
     }
-    return detail::depth_lbp_code<std::uint16_t>(depth, pixel, options_.bits, missing_is_farther());
+    return detail::depth_lbp_code<std::uint16_t>(depth, pixel, weights_, missing_is_farther());
   }
 
   DepthLbpOptions options_;
+  std::array<std::uint8_t, 8> weights_{};  // 2^bit of each neighbour
 };
 
 }  // namespace dynfilter

@@ -148,12 +148,13 @@ class EdgeCompensator {
   void draw_sample(const FilterInput& input, std::size_t k, const FrameFeatures& features,
                    std::vector<SampleCandidate>& candidates) const {
     const Instance& instance = input.segmentation.instances[k];
+    const std::uint64_t instance_key = sampler_.instance_key(input.frame.id, k);
     candidates.clear();
     for (const std::size_t i : features.removed_for(k)) {
       const cv::Point pixel = features.pixel(i);
       if (!instance.covers(pixel) || !input.frame.depth_m(pixel)) continue;
       const cv::Point in_box = detail::wrapping_difference(pixel, instance.box.tl());
-      candidates.push_back({sampler_.key(input.frame.id, k, in_box), in_box, i});
+      candidates.push_back({FeatureSampler::key(instance_key, in_box), in_box, i});
     }
     sampler_.draw(candidates);
   }

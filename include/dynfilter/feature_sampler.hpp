@@ -39,11 +39,20 @@ class FeatureSampler {
 
   /// Returns the hash of (seed, frame id, instance index, pixel relative to the box). O(1).
   std::uint64_t key(std::uint64_t frame_id, std::size_t instance, cv::Point pixel) const {
+    return key(instance_key(frame_id, instance), pixel);
+  }
+
+  /// Returns the hash of (seed, frame id, instance index): the part of `key` that the features of
+  /// an instance share. O(1).
+  std::uint64_t instance_key(std::uint64_t frame_id, std::size_t instance) const {
+    return mix(mix(mix(seed_) ^ frame_id) ^ static_cast<std::uint64_t>(instance));
+  }
+
+  /// Returns `key` of a feature from its instance_key. O(1).
+  static std::uint64_t key(std::uint64_t instance_key, cv::Point pixel) {
     const auto x = static_cast<std::uint32_t>(pixel.x);
     const auto y = static_cast<std::uint32_t>(pixel.y);
-    const std::uint64_t of_instance =
-        mix(mix(mix(seed_) ^ frame_id) ^ static_cast<std::uint64_t>(instance));
-    return mix(of_instance ^ (std::uint64_t{x} << 32U | y));
+    return mix(instance_key ^ (std::uint64_t{x} << 32U | y));
   }
 
   /// Number of features to draw.

@@ -21,12 +21,12 @@ inline bool is_depth(std::uint16_t depth) { return depth != 0; }
 inline bool is_depth(float depth) { return depth > 0 && std::isfinite(depth); }
 
 /// Returns the D-LBP code of one pixel, or nothing on the border, outside the image, and without
-/// depth. `bits` has the bit of each neighbour clockwise from the top-left one. A neighbour without
-/// depth gives `bit_of_missing`.
+/// depth. `weights` has 2^bit of each neighbour clockwise from the top-left one. A neighbour
+/// without depth counts as farther if `missing_is_farther`.
 template <class Depth>
 std::optional<std::uint8_t> depth_lbp_code(const cv::Mat& depth, cv::Point pixel,
-                                           const std::array<std::uint8_t, 8>& bits,
-                                           bool bit_of_missing) {
+                                           const std::array<std::uint8_t, 8>& weights,
+                                           bool missing_is_farther) {
   const bool has_neighbours =
       pixel.x >= 1 && pixel.y >= 1 && pixel.x < depth.cols - 1 && pixel.y < depth.rows - 1;
   if (!has_neighbours) return {};
@@ -38,8 +38,8 @@ std::optional<std::uint8_t> depth_lbp_code(const cv::Mat& depth, cv::Point pixel
                                           lower[1],  lower[0], lower[-1], middle[-1]};
   unsigned code = 0;
   for (std::size_t k = 0; k < clockwise.size(); ++k) {
-    const bool is_farther = is_depth(clockwise[k]) ? clockwise[k] > *middle : bit_of_missing;
-    code |= (is_farther ? 1U : 0U) << bits[k];
+    const bool is_farther = is_depth(clockwise[k]) ? clockwise[k] > *middle : missing_is_farther;
+    code |= is_farther ? weights[k] : 0U;
   }
   return static_cast<std::uint8_t>(code);
 }
