@@ -52,7 +52,7 @@ double object_nearness(const FrameView& frame, cv::Point pixel, const ObjectDept
     for (int step = 1; step <= steps; ++step) {
       const double metres = static_cast<double>(centre[step * offset]) * depth_scale;
       if (!(metres > 0) || !std::isfinite(metres)) continue;
-      if (object.contains(metres)) nearness += vote / step;
+      if (object.contains(metres)) nearness += (x == 0 ? 2 * vote : vote) / step;
       break;
     }
   }

@@ -48,6 +48,9 @@ struct InstanceStatistics {
   Compensation compensation = Compensation::not_run;  ///< outcome of edge compensation
   /// Range of the object's depth, [a, b] in eq. (1), metres; may be empty.
   ValueRange depth_range_m;
+  /// Gap between the mask and the object's edge that DepthCompensator measured, pixels; 0 for stale
+  /// masks, and where it is not known.
+  double mask_gap_px = 0.0;
   ValueRange code_range;  ///< range of D-LBP codes, [a, b] in eq. (1); may be empty
 };
 

@@ -1,0 +1,158 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_MASK_GAP_HPP
+#define DYNFILTER_MASK_GAP_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/pixel_scale.hpp"
+#include "dynfilter/detail/rectangles.hpp"
+#include "dynfilter/frame.hpp"
+#include "dynfilter/instance.hpp"
+#include "dynfilter/object_depth.hpp"
+
+namespace dynfilter {
+
+/// Options of MaskGapEstimator. Lengths in pixels are for images 640 pixels wide and scale with the
+/// width.
+struct MaskGapOptions {
+  double row_step_px = 8;  ///< distance of the rows that are looked at
+  double reach_px = 24;    ///< search distance outside the mask
+  double max_gap_px = 16;  ///< larger gaps count as this one: something else touches the object
+  std::size_t min_samples = 8;  ///< smallest number of places for an estimate
+};
+
+/// Estimates how far an object reaches beyond its mask: the median distance from the mask's left
+/// and right edges to the places where the object's depth ends.
+///
+/// A network's masks may be too small by one pixel or by ten. The gap tells, without any truth, how
+/// wide a margin they need. It is measured on either side, and the result is the mean of the two
+/// medians: a depth image that is not taken at the time of the colour image shifts the object's
+/// depth, which adds on one side what it takes away on the other.
+///
+/// A place counts only if the depth just inside the mask is the object's, and if the object's depth
+/// ends within the reach. So missing limbs and things that touch the object do not count.
+class MaskGapEstimator {
+ public:
+  /// Scratch memory that calls may share.
+  struct Scratch {
+    std::vector<int> left;   ///< gaps at left edges of the mask, pixels
+    std::vector<int> right;  ///< gaps at right edges of the mask, pixels
+  };
+
+  /// Takes the options. Throws std::invalid_argument for lengths that are not above 0 and at most
+  /// 1000.
+  explicit MaskGapEstimator(const MaskGapOptions& options = {}) : options_(options) {
+    require_length("row_step_px", options.row_step_px);
+    require_length("reach_px", options.reach_px);
+    require_length("max_gap_px", options.max_gap_px);
+  }
+
+  /// Returns the gap in pixels of this image, or nothing if there are too few places to measure it.
+  /// `object` is the object's depth, as ObjectDepthEstimator returns it. Throws
+  /// std::invalid_argument for a malformed frame. O(pixels of the mask / row_step_px).
+  std::optional<double> estimate(const FrameView& frame, const Instance& instance,
+                                 const ObjectDepth& object, Scratch& scratch) const {
+    validate(frame, "MaskGapEstimator");
+    scratch.left.clear();
+    scratch.right.clear();
+    const cv::Rect masked =
+        detail::clip({instance.mask_origin, instance.mask.size()}, frame.depth.size());
+    const int row_step = scaled(options_.row_step_px, frame);
+    for (int y = masked.y + row_step / 2; y < masked.y + masked.height; y += row_step) {
+      measure_row(frame, instance, object, {masked.x, y}, masked.width, scratch);
+    }
+    std::vector<int>& left = scratch.left;
+    std::vector<int>& right = scratch.right;
+    if (left.size() + right.size() < std::max<std::size_t>(1, options_.min_samples)) return {};
+    if (2 * std::min(left.size(), right.size()) < options_.min_samples) {  // one side is missing
+      left.insert(left.end(), right.begin(), right.end());
+      right = left;
+    }
+    const double gap = (median(left) + median(right)) / 2;
+    return std::min(gap, options_.max_gap_px * detail::pixel_scale(frame.depth.size()));
+  }
+
+  /// Estimates the gap with temporary memory.
+  std::optional<double> estimate(const FrameView& frame, const Instance& instance,
+                                 const ObjectDepth& object) const {
+    Scratch scratch;
+    return estimate(frame, instance, object, scratch);
+  }
+
+ private:
+  static constexpr int max_hole = 2;  // pixels without the object's depth that do not end it
+
+  static void require_length(const char* name, double pixels) {
+    if (pixels > 0 && pixels <= 1000) return;
+    detail::throw_misuse("MaskGapEstimator", detail::concatenate(name, " = ", pixels),
+                         "a number above 0 and at most 1000");
+  }
+
+  static int scaled(double pixels, const FrameView& frame) {
+    return std::max(
+        1, static_cast<int>(std::lround(pixels * detail::pixel_scale(frame.depth.size()))));
+  }
+
+  /// Measures the gap at each edge of the mask in a part of a row.
+  void measure_row(const FrameView& frame, const Instance& instance, const ObjectDepth& object,
+                   cv::Point first, int width, Scratch& scratch) const {
+    const std::uint8_t* const mask =
+        instance.mask.ptr<std::uint8_t>(first.y - instance.mask_origin.y) +
+        (first.x - instance.mask_origin.x);
+    bool was_masked = false;
+    for (int x = 0; x <= width; ++x) {
+      const bool is_masked = x < width && mask[x] != 0;
+      if (is_masked == was_masked) continue;
+      was_masked = is_masked;
+      const cv::Point here(first.x + x, first.y);
+      if (is_masked) {
+        measure(frame, object, here, -1, scratch.left);
+      } else {
+        measure(frame, object, here - cv::Point(1, 0), 1, scratch.right);
+      }
+    }
+  }
+
+  /// Walks from the mask's last pixel in direction `way`, and notes after how many pixels the
+  /// object's depth ends.
+  void measure(const FrameView& frame, const ObjectDepth& object, cv::Point edge, int way,
+               std::vector<int>& gaps) const {
+    const auto is_objects = [&](int distance) {
+      return object.contains(frame.depth_m(edge + cv::Point(way * distance, 0)).value_or(0));
+    };
+    if (!is_objects(0)) return;
+    const int to_border = way < 0 ? edge.x : frame.depth.cols - 1 - edge.x;
+    const int reach = scaled(options_.reach_px, frame);
+    int gap = 0;
+    for (int distance = 1; distance <= gap + max_hole + 1; ++distance) {
+      if (distance > to_border || distance > reach) return;  // no end is seen
+      if (is_objects(distance)) gap = distance;
+    }
+    gaps.push_back(gap);
+  }
+
+  /// Returns the median, the upper one of an even number. The gaps must not be empty.
+  static double median(std::vector<int>& gaps) {
+    const auto middle = gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2);
+    std::nth_element(gaps.begin(), middle, gaps.end());
+    return *middle;
+  }
+
+  MaskGapOptions options_;
+};
+
+}  // namespace dynfilter
+
+#endif  // DYNFILTER_MASK_GAP_HPP
