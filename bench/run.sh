@@ -66,11 +66,10 @@ describe_ten_ratios() {
   awk -v processor="$(processor)" '
     FNR == NR { value[$2] = $3; next }
     FNR == 1 {
-      printf "Time of the filter, rule depth, a frame of 640x480: %.2g ms with 1000 features and\n",
+      printf "The filter, rule depth, 640x480: %.2g ms a frame with 1000 features and 3 persons,\n",
         value["filter_default_ms"]
-      printf "3 persons, %.2g %% of ORB extraction; ", 100 * value["filter_default_over_orb"]
-      printf "%.2g ms with 16384 features and 100 persons.\n", value["filter_worst_ms"]
-      printf "Processor: %s\n\ntime of the other / time of ours\n", processor
+      printf "%.2g ms with 16384 features and 100 persons. ", value["filter_worst_ms"]
+      printf "Processor: %s.\nTime of the other / time of ours:\n", processor
     }
     $1 in value {
       name = $1

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: MIT
 
 #include <dynfilter/dynfilter.hpp>
+#include <iostream>
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgcodecs.hpp>
 
@@ -10,13 +11,17 @@ int main() {
   frame.image = cv::imread("rgb.png");
   frame.depth = cv::imread("depth.png", cv::IMREAD_UNCHANGED);
   frame.metres_per_unit = 1.0 / 5000;
-  dynfilter::CallbackSegmenter people([](const cv::Mat& image) {
-    return std::vector{dynfilter::Instance::from_image_mask(cv::imread("person.png", 0),
-                                                            {0, 0, image.cols, image.rows})};
+  dynfilter::CallbackSegmenter people([](const cv::Mat&) {
+    const cv::Mat mask = cv::imread("person.png", cv::IMREAD_GRAYSCALE);
+    return dynfilter::instances_from_binary_mask(mask, 20);  // box: 20 pixels more on each side
   });
   std::vector<cv::KeyPoint> keypoints;
   cv::Mat descriptors;
   cv::ORB::create(1000)->detectAndCompute(frame.image, {}, keypoints, descriptors);
   const auto labels = dynfilter::DynamicFilter().apply(frame, people.segment(frame), keypoints);
+  const dynfilter::FrameStatistics& counts = labels.statistics();
+  std::cout << counts.features << " features: removed " << counts.masked << " on masks, "
+            << counts.compensated << " that masks missed; kept " << counts.kept()
+            << (counts.has_depth ? "\n" : " (no depth: masks act alone)\n");
   dynfilter::keep_static(labels, keypoints, descriptors);
 }

@@ -4,9 +4,6 @@
 // Uses the filter inside a tracker: made once, called on every frame right after feature
 // extraction.
 
-#include <cstdint>
-#include <vector>
-
 #include <dynfilter/dynfilter.hpp>
 #include <dynfilter/segmenters/mask_folder_segmenter.hpp>
 #include <opencv2/features2d.hpp>
@@ -17,11 +14,9 @@ class Tracker {
     std::vector<cv::KeyPoint> keypoints;
     cv::Mat descriptors;
     orb_->detectAndCompute(image, cv::noArray(), keypoints, descriptors);
-
     const dynfilter::FrameView frame{id, timestamp_s, image, depth, 1.0 / 5000};
     const auto labels = filter_.apply(frame, people_.segment(frame), keypoints);
     dynfilter::keep_static(labels, keypoints, descriptors);
-
     // … matching and pose estimation on what is left
   }
 

@@ -61,7 +61,12 @@ set(program "${cpp_1}")
 set(project "${cmake_2}")
 build_project(first_program "${project}" "${program}" ${prefix})
 expect_in_example("${program}" first_program.cpp)
-build_project(tracker "${cmake_3}" "${cpp_2}" ${prefix})
+# The tracker's lines stand below the first three lines of the first program's project.
+if(NOT project MATCHES "^cmake_minimum[^\n]*\nproject[^\n]*\nfind_package\\(OpenCV[^\n]*\n")
+  message(FATAL_ERROR "The first project of README.md does not begin with project and OpenCV")
+endif()
+set(head "${CMAKE_MATCH_0}")
+build_project(tracker "${head}${cmake_3}" "${cpp_2}" ${prefix})
 expect_in_example("${cpp_2}" in_a_tracker.cpp)
 
 set(find_dynfilter "find_package(dynfilter 0.2 REQUIRED)\n")

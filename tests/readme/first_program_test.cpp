@@ -3,8 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <string>
 
 #include <opencv2/core.hpp>
@@ -46,7 +49,33 @@ class FirstProgram : public ::testing::Test {
   dynfilter::testing::TemporaryFolder folder;
 };
 
-TEST_F(FirstProgram, Runs) { EXPECT_EQ(run_in(folder.path(), FIRST_PROGRAM), 0); }
+/// Runs a program in a folder and returns its standard output.
+std::string output_of(const std::filesystem::path& folder, const std::string& program) {
+  EXPECT_EQ(run_in(folder, program + "' >'out.txt"), 0);
+  std::ifstream file(folder / "out.txt");
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// The wall is as far away as the person. So the box alone limits what compensation removes.
+TEST_F(FirstProgram, PrintsItsCountsAndKeepsFeaturesFarFromThePerson) {
+  const std::string output = output_of(folder.path(), FIRST_PROGRAM);
+  unsigned features = 0, masked = 0, missed = 0, kept = 0;
+  ASSERT_EQ(
+      std::sscanf(output.c_str(), "%u features: removed %u on masks, %u that masks missed; kept %u",
+                  &features, &masked, &missed, &kept),
+      4)
+      << output;
+  EXPECT_EQ(features, masked + missed + kept);
+  EXPECT_GT(masked, 0U);
+  EXPECT_GT(missed, 0U);
+  EXPECT_GT(kept, features / 2);
+  EXPECT_EQ(output.find("no depth"), std::string::npos) << output;
+}
+
+TEST_F(FirstProgram, SaysSoWhereItsDepthIsMissing) {
+  std::filesystem::remove(folder.path() / "depth.png");
+  EXPECT_NE(output_of(folder.path(), FIRST_PROGRAM).find("no depth"), std::string::npos);
+}
 
 TEST_F(FirstProgram, SaysSoWhereItsMaskIsMissing) {
   std::filesystem::remove(folder.path() / "person.png");
