@@ -10,6 +10,8 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <numeric>
 #include <optional>
 #include <vector>
 
@@ -47,12 +49,12 @@ class MaskGapEstimator {
  public:
   /// Scratch memory that calls may share.
   struct Scratch {
-    std::vector<int> left;   ///< gaps at left edges of the mask, pixels
-    std::vector<int> right;  ///< gaps at right edges of the mask, pixels
+    std::vector<std::size_t> left;  ///< number of gaps of 0, 1, … pixels at left edges of the mask
+    std::vector<std::size_t> right;  ///< number of gaps of 0, 1, … pixels at right edges
   };
 
   /// Takes the options. Throws std::invalid_argument for lengths that are not above 0 and at most
-  /// 1000.
+  /// 1000000.
   explicit MaskGapEstimator(const MaskGapOptions& options = {}) : options_(options) {
     require_length("row_step_px", options.row_step_px);
     require_length("reach_px", options.reach_px);
@@ -65,19 +67,22 @@ class MaskGapEstimator {
   std::optional<double> estimate(const FrameView& frame, const Instance& instance,
                                  const ObjectDepth& object, Scratch& scratch) const {
     validate(frame, "MaskGapEstimator");
-    scratch.left.clear();
-    scratch.right.clear();
+    const int reach = std::min(scaled(options_.reach_px, frame), frame.depth.cols);
+    std::vector<std::size_t>& left = scratch.left;
+    std::vector<std::size_t>& right = scratch.right;
+    left.assign(static_cast<std::size_t>(reach) + 1, 0);
+    right.assign(left.size(), 0);
     const cv::Rect masked =
         detail::clip({instance.mask_origin, instance.mask.size()}, frame.depth.size());
     const int row_step = scaled(options_.row_step_px, frame);
     for (int y = masked.y + row_step / 2; y < masked.y + masked.height; y += row_step) {
       measure_row(frame, instance, object, {masked.x, y}, masked.width, scratch);
     }
-    std::vector<int>& left = scratch.left;
-    std::vector<int>& right = scratch.right;
-    if (left.size() + right.size() < std::max<std::size_t>(1, options_.min_samples)) return {};
-    if (2 * std::min(left.size(), right.size()) < options_.min_samples) {  // one side is missing
-      left.insert(left.end(), right.begin(), right.end());
+    const std::size_t on_left = sum(left), on_right = sum(right);
+    const std::size_t min_samples = std::max<std::size_t>(1, options_.min_samples);
+    if (on_left + on_right < min_samples) return {};
+    if (std::min(on_left, on_right) < (min_samples + 1) / 2) {  // one side is missing
+      std::transform(left.begin(), left.end(), right.begin(), left.begin(), std::plus<>());
       right = left;
     }
     const double gap = (median(left) + median(right)) / 2;
@@ -95,9 +100,9 @@ class MaskGapEstimator {
   static constexpr int max_hole = 2;  // pixels without the object's depth that do not end it
 
   static void require_length(const char* name, double pixels) {
-    if (pixels > 0 && pixels <= 1000) return;
+    if (pixels > 0 && pixels <= 1e6) return;
     detail::throw_misuse("MaskGapEstimator", detail::concatenate(name, " = ", pixels),
-                         "a number above 0 and at most 1000");
+                         "a number above 0 and at most 1000000");
   }
 
   static int scaled(double pixels, const FrameView& frame) {
@@ -128,26 +133,31 @@ class MaskGapEstimator {
   /// Walks from the mask's last pixel in direction `way`, and notes after how many pixels the
   /// object's depth ends.
   void measure(const FrameView& frame, const ObjectDepth& object, cv::Point edge, int way,
-               std::vector<int>& gaps) const {
+               std::vector<std::size_t>& gaps) const {
     const auto is_objects = [&](int distance) {
       return object.contains(frame.depth_m(edge + cv::Point(way * distance, 0)).value_or(0));
     };
     if (!is_objects(0)) return;
     const int to_border = way < 0 ? edge.x : frame.depth.cols - 1 - edge.x;
-    const int reach = scaled(options_.reach_px, frame);
+    const int limit = std::min(to_border, static_cast<int>(gaps.size()) - 1);
     int gap = 0;
     for (int distance = 1; distance <= gap + max_hole + 1; ++distance) {
-      if (distance > to_border || distance > reach) return;  // no end is seen
+      if (distance > limit) return;  // no end is seen
       if (is_objects(distance)) gap = distance;
     }
-    gaps.push_back(gap);
+    ++gaps[static_cast<std::size_t>(gap)];
   }
 
-  /// Returns the median, the upper one of an even number. The gaps must not be empty.
-  static double median(std::vector<int>& gaps) {
-    const auto middle = gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2);
-    std::nth_element(gaps.begin(), middle, gaps.end());
-    return *middle;
+  static std::size_t sum(const std::vector<std::size_t>& counts) {
+    return std::accumulate(counts.begin(), counts.end(), std::size_t{0});
+  }
+
+  /// Returns the median gap, the upper one of an even number. There must be one.
+  static double median(const std::vector<std::size_t>& counts) {
+    std::size_t smaller = sum(counts) / 2;  // gaps before the median
+    std::size_t gap = 0;
+    while (counts[gap] <= smaller) smaller -= counts[gap++];
+    return static_cast<double>(gap);
   }
 
   MaskGapOptions options_;

@@ -17,6 +17,7 @@
 #include <opencv2/core.hpp>
 
 #include "support/oracle.hpp"
+#include "support/surroundings_oracle.hpp"
 
 namespace dynfilter::testing {
 
@@ -98,6 +99,7 @@ struct OracleObject {
   std::size_t samples = 0;
   OracleRanges ranges;  // one by the mask, one by the box
   bool by_box = false;
+  double gap = 0;  // between the mask and the object's edge, pixels
 
   bool has(double metres) const {
     return metres > 0 && std::any_of(ranges.begin(), ranges.end(), [&](const ValueRange& range) {
@@ -167,7 +169,8 @@ inline double oracle_nearness(const FrameView& frame, WidePoint pixel, const Ora
       return oracle_metres(frame, {pixel.x + step * way[0], pixel.y + step * way[1]});
     };
     while (step <= steps && metres() == 0) ++step;
-    if (step <= steps && object.has(metres())) nearness += scale / step;
+    const double vote = way[0] == 0 ? 2 * scale : scale;
+    if (step <= steps && object.has(metres())) nearness += vote / step;
   }
   return nearness;
 }
@@ -224,7 +227,16 @@ class DepthOracle {
       statistics.compensation =
           object.ranges.empty() ? Compensation::too_few_samples : Compensation::applied;
       verdict_.box_fallbacks += object.by_box ? 1 : 0;
-      if (!object.ranges.empty()) objects_.push_back(object);
+      if (object.ranges.empty()) continue;
+      if (!stale()) {
+        const auto is_objects = [&](cv::Point pixel) {
+          return object.has(oracle_metres(input_.frame, WidePoint(pixel.x, pixel.y)));
+        };
+        object.gap = oracle_gap(input_.frame.depth.size(), instance_of(object), is_objects,
+                                options_.mask_gap);
+      }
+      statistics.mask_gap_px = object.gap;
+      objects_.push_back(object);
     }
   }
 
@@ -245,13 +257,73 @@ class DepthOracle {
            holds(box.x, box.width, dx, pixel.x) && holds(box.y, box.height, dy, pixel.y);
   }
 
-  /// Certainty that the pixel is the object's; it is removed from 1/2 on.
-  double certainty(const OracleObject& object, WidePoint pixel) const {
+  /// Watershed from the mask and from outside the reach, one cell wide.
+  OracleWatershed watershed(const OracleObject& object) const {
+    const cv::Size size = input_.frame.depth.size();
+    const int cell = std::max(1, static_cast<int>(std::round(options_.cell_px * scale())));
+    cv::Point first(size.width, size.height), last(-1, -1);
+    bool is_in_image = false;
+    for (int y = 0; y < size.height; ++y) {
+      for (int x = 0; x < size.width; ++x) {
+        if (!in_reach(object, WidePoint(x, y))) continue;
+        is_in_image = true;
+        first = {std::min(first.x, x), std::min(first.y, y)};
+        last = {std::max(last.x, x), std::max(last.y, y)};
+      }
+    }
+    first = {std::max(0, first.x - cell), std::max(0, first.y - cell)};
+    last = {std::min(size.width - 1, last.x + cell), std::min(size.height - 1, last.y + cell)};
+    const cv::Rect area = is_in_image ? cv::Rect(first, last + cv::Point(1, 1)) : cv::Rect();
+    const ValueRange hull = object.hull();
+    const auto seed_at = [&](cv::Point pixel) {
+      using Seed = DepthWatershed::Seed;
+      const Instance& own = instance_of(object);
+      if (own.covers(pixel)) return Seed::object;
+      if (in_reach(object, WidePoint(pixel.x, pixel.y))) return Seed::none;
+      for (const Instance& other : input_.segmentation.instances) {
+        if (&other == &own || other.class_id != own.class_id) continue;
+        if (WidePoint(pixel.x, pixel.y).inside(WideRect(other.box))) return Seed::none;
+      }
+      return Seed::surroundings;
+    };
+    const double beyond = options_.max_beyond_range_m;
+    return {input_.frame, area, cell, {hull.lower - beyond, hull.upper + beyond}, seed_at};
+  }
+
+  const OracleWatershed& watershed_of(const OracleObject& object) {
+    const auto known = watersheds_.find(object.instance);
+    if (known != watersheds_.end()) return known->second;
+    return watersheds_.emplace(object.instance, watershed(object)).first->second;
+  }
+
+  /// Tells whether the depth of a pixel in reach is the object's, by the range and the watershed.
+  bool is_own(const OracleObject& object, WidePoint pixel) {
     const double metres = oracle_metres(input_.frame, pixel);
-    if (object.has(metres)) return 1;
+    const ValueRange hull = object.hull();
+    if (metres <= 0) return false;
+    if (object.has(metres) && metres - (hull.lower + hull.upper) / 2 <= options_.min_behind_m) {
+      return true;
+    }
+    if (metres < hull.lower - options_.max_beyond_range_m) return false;
+    if (metres > hull.upper + options_.max_beyond_range_m) return false;
+    const OracleWatershed& watershed = watershed_of(object);
+    const cv::Point place(static_cast<int>(pixel.x), static_cast<int>(pixel.y));
+    const DepthWatershed::Steps steps = watershed.steps_to(place, metres);
+    const bool elsewhere = steps.to_surroundings_m < steps.to_object_m;
+    if (object.has(metres)) return !elsewhere || !watershed.has_object();
+    return !elsewhere && steps.to_object_m <= options_.max_step_m;
+  }
+
+  /// Certainty that the pixel is the object's; it is removed from 1/2 on.
+  double certainty(const OracleObject& object, WidePoint pixel) {
+    const double metres = oracle_metres(input_.frame, pixel);
+    if (is_own(object, pixel)) return 1;
     if (metres > 0 && metres < object.hull().upper) return 0;
     const double nearness = oracle_nearness(input_.frame, pixel, object, options_.reach_px);
-    const double min_nearness = stale() ? options_.min_nearness_if_stale : options_.min_nearness;
+    double min_nearness = stale() ? options_.min_nearness_if_stale : options_.min_nearness;
+    const bool in_shadow = !stale() && oracle_on_mask(instance_of(object), pixel,
+                                                      object.gap + options_.shadow_px * scale());
+    if (in_shadow) min_nearness = std::max(min_nearness, options_.min_nearness_in_shadow);
     if (nearness <= 0) return 0;
     return nearness < min_nearness ? 0.5 * (nearness / min_nearness)
                                    : std::min(1.0, 0.5 + nearness / 8);
@@ -287,9 +359,9 @@ class DepthOracle {
       FeatureLabel& label = verdict_.filter.labels[i];
       const WidePoint pixel = oracle_pixel(input_.keypoints[i].pt);
       if (label.removed || !in_reach(object, pixel)) continue;
-      const bool own = object.has(oracle_metres(input_.frame, pixel));
-      const bool close =
-          !stale() && oracle_on_mask(instance_of(object), pixel, options_.mask_margin_px * scale());
+      const bool own = is_own(object, pixel);
+      const bool close = !stale() && oracle_on_mask(instance_of(object), pixel,
+                                                    object.gap + options_.mask_margin_px * scale());
       double sure = certainty(object, pixel);
       statistics.candidates += 1;
       statistics.passed_depth += own ? 1 : 0;
@@ -312,6 +384,7 @@ class DepthOracle {
   const DepthCompensatorOptions& options_;
   DepthVerdict verdict_;
   std::vector<OracleObject> objects_;
+  std::map<int, OracleWatershed> watersheds_;  // by instance, those that were needed
 };
 
 }  // namespace dynfilter::testing

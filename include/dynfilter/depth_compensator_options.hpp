@@ -1,0 +1,58 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_DEPTH_COMPENSATOR_OPTIONS_HPP
+#define DYNFILTER_DEPTH_COMPENSATOR_OPTIONS_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include "dynfilter/mask_gap.hpp"
+#include "dynfilter/object_depth.hpp"
+
+namespace dynfilter {
+
+/// Options of DepthCompensator. Lengths in pixels are for images 640 pixels wide and scale with the
+/// width; a margin of less than one pixel has no effect. The defaults were chosen with
+/// bench/rule_constants.cpp, which prints the results of other values.
+struct DepthCompensatorOptions {
+  ObjectDepthOptions object_depth;  ///< how the object's depth is estimated
+  MaskGapOptions mask_gap;  ///< how the gap between a mask and the object's edge is measured
+  /// Smallest nearness (see object_nearness) at which a feature without the object's depth is
+  /// removed. Lower values remove more static features, higher ones leave more dynamic features.
+  double min_nearness = 0.5;
+  /// Smallest nearness if masks are stale, when most of the object may lie beside its mask.
+  double min_nearness_if_stale = 0.4;
+  double reach_px = 12;      ///< search distance of object_nearness
+  double box_margin_px = 6;  ///< features this far outside the box may belong to the object
+  /// Added to the gap of a fresh mask (see MaskGapEstimator): features this close to the mask are
+  /// removed in any case.
+  double mask_margin_px = 1;
+  /// Width of the sensor's shadow: a strip without depth beside the object's edge, which shows the
+  /// background.
+  double shadow_px = 8;
+  /// Smallest nearness for a feature without the object's depth that lies within shadow_px of a
+  /// fresh mask and its gap. It replaces min_nearness there.
+  double min_nearness_in_shadow = 0.9;
+  /// Length by which a part of the object may lie before or behind the object's range of depth,
+  /// metres, if it is connected with the object (see DepthWatershed).
+  double max_beyond_range_m = 0.3;
+  /// Largest step of depth on the way to such a part, metres.
+  double max_step_m = 0.03;
+  /// Smallest distance behind the middle of the object's range at which a feature may belong to the
+  /// surroundings instead, metres: it does if it is connected with them by smaller steps.
+  double min_behind_m = 0.12;
+  double cell_px = 16;  ///< width of the cells of DepthWatershed
+  /// Age from which masks are stale, seconds. A feature on a stale mask is given back unless it
+  /// belongs to an object or hides the one of this mask.
+  double stale_age_s = 0.02;
+  /// Assumed speed of objects in the image, pixels per second. The box grows sideways by this speed
+  /// times the age of the masks, and by half of that upwards and downwards.
+  double motion_px_per_s = 400;
+  /// Masks older than this are treated as fresh, seconds: their time is taken for not set. Raise it
+  /// if your masks may be older.
+  double max_age_s = 1.0;
+};
+
+}  // namespace dynfilter
+
+#endif  // DYNFILTER_DEPTH_COMPENSATOR_OPTIONS_HPP

@@ -1,0 +1,202 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_OBJECT_IN_FRAME_HPP
+#define DYNFILTER_OBJECT_IN_FRAME_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "dynfilter/depth_compensator_options.hpp"
+#include "dynfilter/depth_watershed.hpp"
+#include "dynfilter/detail/mask_distance.hpp"
+#include "dynfilter/detail/pixel_scale.hpp"
+#include "dynfilter/detail/rectangles.hpp"
+#include "dynfilter/filter_input.hpp"
+#include "dynfilter/mask_gap.hpp"
+#include "dynfilter/object_depth.hpp"
+#include "dynfilter/object_nearness.hpp"
+
+namespace dynfilter {
+
+/// Returns the age of the masks, seconds; 0 if it is above max_age_s, because their time was not
+/// set.
+inline double mask_age_s(const FilterInput& input, const DepthCompensatorOptions& options) {
+  const double age_s = std::abs(input.frame.timestamp_s - input.segmentation.timestamp_s);
+  return age_s <= options.max_age_s ? age_s : 0;
+}
+
+/// Whether the masks are too old to be trusted.
+inline bool are_masks_stale(const FilterInput& input, const DepthCompensatorOptions& options) {
+  return mask_age_s(input, options) > options.stale_age_s;
+}
+
+/// One object in one frame: where it may be, its depth, and what surrounds it. It answers for
+/// DepthCompensator which pixels are the object's. It refers to the input and the options that it
+/// was measured with; ask only while they live.
+class ObjectInFrame {
+ public:
+  /// Scratch memory that objects may share.
+  struct Scratch {
+    std::vector<float> depths_m;
+    MaskGapEstimator::Scratch gaps;
+  };
+
+  /// Measures an instance, reusing memory. The input must be valid and the instance in it.
+  /// O(pixels of the mask / 16), and O(n log n) in the cells of its reach.
+  void measure(const FilterInput& input, std::size_t instance,
+               const DepthCompensatorOptions& options, const ObjectDepthEstimator& depth_estimator,
+               const MaskGapEstimator& gap_estimator, Scratch& scratch) {
+    frame_ = &input.frame;
+    mask_ = &input.segmentation.instances[instance];
+    options_ = &options;
+    instance_ = instance;
+    is_stale_ = are_masks_stale(input, options);
+    gap_px_ = 0;
+    depth_ = depth_estimator.estimate(*frame_, *mask_, scratch.depths_m);
+    if (depth_.empty()) return;
+    find_reach(mask_age_s(input, options));
+    if (!is_stale_) {
+      gap_px_ = gap_estimator.estimate(*frame_, *mask_, depth_, scratch.gaps).value_or(0);
+    }
+    flood(input.segmentation);
+  }
+
+  /// Index of the instance in the segmentation.
+  std::size_t instance() const { return instance_; }
+  /// Depth of the object. If it is empty, ask nothing else.
+  const ObjectDepth& depth() const { return depth_; }
+  /// Part of the image that the object may be in: the box with its margin, grown by the distance
+  /// that the object may have moved since.
+  const cv::Rect& reach() const { return reach_; }
+  /// Gap between a fresh mask and the object's edge, pixels; 0 if it is not known.
+  double gap_px() const { return gap_px_; }
+
+  /// Whether the depth of a pixel in reach is the object's: it lies in the object's range, and is
+  /// not connected better with the surroundings; or it lies near the range and is connected with
+  /// the object.
+  bool has_depth_at(cv::Point pixel) const {
+    const double depth_m = frame_->depth_m(pixel).value_or(0);
+    const ValueRange range_m = depth_.hull_m();
+    if (!(depth_m > 0) || depth_m < range_m.lower - options_->max_beyond_range_m ||
+        depth_m > range_m.upper + options_->max_beyond_range_m) {
+      return false;
+    }
+    const bool is_in_range = depth_.contains(depth_m);
+    const double behind_m = depth_m - (range_m.lower + range_m.upper) / 2;
+    if (is_in_range && behind_m <= options_->min_behind_m) return true;
+    const DepthWatershed::Steps steps = watershed_.steps_to(pixel, depth_m);
+    const bool is_surroundings = steps.to_surroundings_m < steps.to_object_m;
+    if (is_in_range) return !is_surroundings || !watershed_.has_object();
+    return !is_surroundings && steps.to_object_m <= options_->max_step_m;
+  }
+
+  /// Returns the certainty that a pixel in reach belongs to the object, by depth and nearness. From
+  /// 1/2 on it is taken to belong.
+  double certainty(cv::Point pixel) const {
+    if (has_depth_at(pixel)) return 1;
+    const double depth_m = frame_->depth_m(pixel).value_or(0);
+    const bool is_not_behind = depth_m > 0 && depth_m < depth_.hull_m().upper;
+    if (is_not_behind) return 0;
+    const int reach = detail::steps_of_reach(options_->reach_px, frame_->depth.size());
+    const double nearness = detail::object_nearness(*frame_, pixel, depth_, reach);
+    if (!(nearness > 0)) return 0;
+    const double needed = min_nearness(pixel, nearness);
+    return nearness < needed ? 0.5 * (nearness / needed) : std::min(1.0, 0.5 + nearness / 8);
+  }
+
+  /// Whether a pixel lies so close to a fresh mask that it belongs to the object in any case.
+  bool is_beside_mask(cv::Point pixel) const {
+    const double margin = gap_px_ + pixels(options_->mask_margin_px);
+    return !is_stale_ && margin > 0 && detail::mask_within(*mask_, pixel, margin);
+  }
+
+  /// Whether something at this depth hides the object or is part of it: it is no farther than the
+  /// object's farthest point.
+  bool is_hidden_by(double depth_m) const {
+    return depth_m > 0 && depth_m <= depth_.hull_m().upper;
+  }
+
+  /// Whether a pixel of the image belongs to the object by all tests.
+  bool contains(cv::Point pixel) const {
+    if (reach_.contains(pixel) && (certainty(pixel) >= 0.5 || is_beside_mask(pixel))) return true;
+    if (!mask_->covers(pixel)) return false;
+    return !is_stale_ || is_hidden_by(frame_->depth_m(pixel).value_or(0));
+  }
+
+ private:
+  /// Converts a length for images 640 pixels wide to pixels of this image.
+  double pixels(double length_px) const {
+    return length_px * detail::pixel_scale(frame_->depth.size());
+  }
+
+  void find_reach(double age_s) {
+    const cv::Size size = frame_->depth.size();
+    const double motion_px = options_->motion_px_per_s * age_s;
+    const auto grown = [&](double length_px) {
+      // At most from one end of the image to the other.
+      return static_cast<std::int64_t>(std::lround(
+          std::min(pixels(length_px), static_cast<double>(std::max(size.width, size.height)))));
+    };
+    reach_ = detail::clip_grown(mask_->box, grown(options_->box_margin_px + motion_px),
+                                grown(options_->box_margin_px + motion_px / 2), size);
+  }
+
+  /// Floods the reach and one row of cells around it: from the mask, and from outside the reach,
+  /// except for boxes of the same class, because people stand close together.
+  void flood(const Segmentation& segmentation) {
+    const auto is_anothers = [&](cv::Point pixel) {
+      return std::any_of(segmentation.instances.begin(), segmentation.instances.end(),
+                         [&](const Instance& other) {
+                           return &other != mask_ && other.class_id == mask_->class_id &&
+                                  other.box.contains(pixel);
+                         });
+    };
+    const auto seed_at = [&](cv::Point pixel) {
+      if (mask_->covers(pixel)) return DepthWatershed::Seed::object;
+      if (reach_.contains(pixel) || is_anothers(pixel)) return DepthWatershed::Seed::none;
+      return DepthWatershed::Seed::surroundings;
+    };
+    const int cell_px = std::max(1, static_cast<int>(std::lround(pixels(options_->cell_px))));
+    cv::Rect area;
+    if (!reach_.empty()) {
+      area = detail::clip_grown(reach_, cell_px, cell_px, frame_->depth.size());
+    }
+    ValueRange range_m = depth_.hull_m();
+    range_m.lower -= options_->max_beyond_range_m;
+    range_m.upper += options_->max_beyond_range_m;
+    watershed_.flood(*frame_, area, cell_px, range_m, seed_at);
+  }
+
+  /// Returns the smallest nearness for a pixel without the object's depth. It is higher beside a
+  /// fresh mask, in the sensor's shadow. `nearness` is the pixel's: the distance to the mask is
+  /// measured only if it decides.
+  double min_nearness(cv::Point pixel, double nearness) const {
+    if (is_stale_) return options_->min_nearness_if_stale;
+    const double in_shadow = std::max(options_->min_nearness, options_->min_nearness_in_shadow);
+    if (nearness >= in_shadow) return options_->min_nearness;
+    const double shadow_px = gap_px_ + pixels(options_->shadow_px);
+    return detail::mask_within(*mask_, pixel, shadow_px) ? in_shadow : options_->min_nearness;
+  }
+
+  const FrameView* frame_ = nullptr;
+  const Instance* mask_ = nullptr;
+  const DepthCompensatorOptions* options_ = nullptr;
+  std::size_t instance_ = 0;
+  bool is_stale_ = false;
+  cv::Rect reach_;
+  ObjectDepth depth_;
+  double gap_px_ = 0;
+  DepthWatershed watershed_;
+};
+
+}  // namespace dynfilter
+
+#endif  // DYNFILTER_OBJECT_IN_FRAME_HPP

@@ -1,0 +1,145 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// Oracles of the mask's gap and of the watershed, written as plainly as possible.
+
+#ifndef DYNFILTER_TESTS_SUPPORT_SURROUNDINGS_ORACLE_HPP
+#define DYNFILTER_TESTS_SUPPORT_SURROUNDINGS_ORACLE_HPP
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <functional>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "dynfilter/depth_watershed.hpp"
+#include "dynfilter/frame.hpp"
+#include "dynfilter/instance.hpp"
+#include "dynfilter/mask_gap.hpp"
+
+namespace dynfilter::testing {
+
+/// Gap between a mask and the object's edge, pixels; 0 where it is not known. `is_objects` tells
+/// whether a pixel of the image has the object's depth.
+inline double oracle_gap(const cv::Size& image, const Instance& instance,
+                         const std::function<bool(cv::Point)>& is_objects,
+                         const MaskGapOptions& options) {
+  const double scale = image.width / 640.0;
+  const auto scaled = [&](double pixels) { return std::max(1.0, std::round(pixels * scale)); };
+  const int step = static_cast<int>(scaled(options.row_step_px));
+  std::vector<double> gaps[2];  // to the left, to the right
+  const int first_row = std::max(0, instance.mask_origin.y) + step / 2;
+  for (int y = first_row; y < std::min(image.height, instance.mask_origin.y + instance.mask.rows);
+       y += step) {
+    for (int x = 0; x < image.width; ++x) {
+      for (const int way : {-1, 1}) {
+        // Masks end at the image's border.
+        const bool is_edge = instance.covers({x, y}) && (x + way < 0 || x + way >= image.width ||
+                                                         !instance.covers({x + way, y}));
+        if (!is_edge || !is_objects({x, y})) continue;
+        const int border = way < 0 ? x : image.width - 1 - x;
+        const auto has = [&](int distance) { return is_objects({x + way * distance, y}); };
+        int gap = 0;
+        while (gap + 3 <= std::min<double>(border, scaled(options.reach_px)) &&
+               (has(gap + 1) || has(gap + 2) || has(gap + 3))) {
+          ++gap;
+        }
+        if (gap + 3 <= std::min<double>(border, scaled(options.reach_px))) {
+          gaps[way > 0].push_back(gap);
+        }
+      }
+    }
+  }
+  const std::size_t count = gaps[0].size() + gaps[1].size();
+  if (count == 0 || count < options.min_samples) return 0;
+  std::vector<double> all = gaps[0];
+  all.insert(all.end(), gaps[1].begin(), gaps[1].end());
+  const auto median = [](std::vector<double> values) {
+    std::sort(values.begin(), values.end());
+    return values[values.size() / 2];
+  };
+  const bool has_both = 2 * std::min(gaps[0].size(), gaps[1].size()) >= options.min_samples &&
+                        !gaps[0].empty() && !gaps[1].empty();
+  const double gap = has_both ? (median(gaps[0]) + median(gaps[1])) / 2 : median(all);
+  return std::min(gap, options.max_gap_px * scale);
+}
+
+/// Watershed that looks for the lowest place of the flood's front among all cells, again and again.
+class OracleWatershed {
+ public:
+  using Seed = DepthWatershed::Seed;
+
+  OracleWatershed(const FrameView& frame, const cv::Rect& area, int cell, const ValueRange& range,
+                  const std::function<Seed(cv::Point)>& seed_at)
+      : area_(area), cell_(cell) {
+    for (int y = area.y; y < area.y + area.height; y += cell) {
+      ++rows_;
+      for (int x = area.x; x < area.x + area.width; x += cell) {
+        const cv::Point centre(std::min(x + cell / 2, area.x + area.width - 1),
+                               std::min(y + cell / 2, area.y + area.height - 1));
+        const double metres = frame.depth_m(centre).value_or(0);
+        const bool is_open = metres > 0 && range.contains(metres);
+        depths_.push_back(is_open ? static_cast<float>(metres) : 0.0F);
+        seeds_.push_back(is_open ? seed_at(centre) : Seed::none);
+      }
+    }
+    columns_ = rows_ > 0 ? static_cast<int>(depths_.size()) / rows_ : 0;
+    const Place nowhere(std::numeric_limits<float>::infinity(), Seed::none);
+    places_.assign(depths_.size(), nowhere);
+    std::vector<std::size_t> open;
+    for (std::size_t i = 0; i < depths_.size(); ++i) {
+      if (depths_[i] > 0) open.push_back(i);
+      if (seeds_[i] != Seed::none) places_[i] = {0.0F, seeds_[i]};
+    }
+    while (!open.empty()) {
+      const auto next = std::min_element(open.begin(), open.end(),
+                                         [&](auto a, auto b) { return places_[a] < places_[b]; });
+      const std::size_t from = *next;
+      if (places_[from] == nowhere) break;  // no way leads to the others
+      open.erase(next);
+      for (const std::size_t to : open) {
+        if (std::abs(column(to) - column(from)) > 1 || std::abs(row(to) - row(from)) > 1) continue;
+        const float step = std::max(places_[from].first, std::abs(depths_[to] - depths_[from]));
+        places_[to] = std::min(places_[to], Place(step, places_[from].second));
+      }
+    }
+  }
+
+  bool has_object() const { return std::count(seeds_.begin(), seeds_.end(), Seed::object) > 0; }
+
+  DepthWatershed::Steps steps_to(cv::Point pixel, double metres) const {
+    DepthWatershed::Steps steps;
+    const int x = (pixel.x - area_.x) / cell_, y = (pixel.y - area_.y) / cell_;
+    for (std::size_t i = 0; i < places_.size(); ++i) {
+      if (std::abs(column(i) - x) > 1 || std::abs(row(i) - y) > 1) continue;
+      const float step =
+          std::max(places_[i].first, std::abs(static_cast<float>(metres) - depths_[i]));
+      if (places_[i].second == Seed::object) {
+        steps.to_object_m = std::min(steps.to_object_m, step);
+      } else if (places_[i].second == Seed::surroundings) {
+        steps.to_surroundings_m = std::min(steps.to_surroundings_m, step);
+      }
+    }
+    return steps;
+  }
+
+ private:
+  using Place = std::pair<float, Seed>;  // the largest step from the owner's seed, and the owner
+
+  int column(std::size_t i) const { return static_cast<int>(i) % columns_; }
+  int row(std::size_t i) const { return static_cast<int>(i) / columns_; }
+
+  cv::Rect area_;
+  int cell_ = 1, columns_ = 0, rows_ = 0;
+  std::vector<float> depths_;  // 0: not flooded
+  std::vector<Seed> seeds_;
+  std::vector<Place> places_ = {};
+};
+
+}  // namespace dynfilter::testing
+
+#endif  // DYNFILTER_TESTS_SUPPORT_SURROUNDINGS_ORACLE_HPP
