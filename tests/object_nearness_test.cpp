@@ -47,11 +47,11 @@ double nearness(const FrameView& frame, cv::Point pixel, double reach_px = 10) {
 }
 
 TEST(ObjectNearness, DirectionsVoteInverselyToDistance) {
-  EXPECT_EQ(nearness(frame_of(person), centre), 8.0) << "inside the object";
+  EXPECT_EQ(nearness(frame_of(person), centre), 10.0) << "inside the object";
   for (int distance = 1; distance <= 10; ++distance) {
     FrameView frame = frame_of(person);
     fill_around(frame, distance, missing);
-    EXPECT_NEAR(nearness(frame, centre), 8.0 / distance, 1e-12) << distance;
+    EXPECT_NEAR(nearness(frame, centre), 10.0 / distance, 1e-12) << distance;
   }
 }
 
@@ -64,12 +64,21 @@ TEST(ObjectNearness, OneSideHasThreeVotes) {
   }
 }
 
+TEST(ObjectNearness, VotesAboveAndBelowCountTwice) {
+  for (int distance = 1; distance <= 10; ++distance) {
+    FrameView frame = frame_of(wall);
+    fill_around(frame, distance, missing);
+    fill(frame, {0, 0, 640, centre.y - distance + 1}, person);
+    EXPECT_NEAR(nearness(frame, centre), 4.0 / distance, 1e-12) << distance;
+  }
+}
+
 TEST(ObjectNearness, OnlyTheFirstPixelWithDepthVotes) {
   FrameView frame = frame_of(person);
   fill_around(frame, 4, missing);
   fill(frame, {centre.x - 2, centre.y, 1, 1}, wall);    // hides the person on the left
   fill(frame, {centre.x + 3, centre.y, 1, 1}, person);  // nearer than the rest on the right
-  EXPECT_NEAR(nearness(frame, centre), 6.0 / 4 + 1.0 / 3, 1e-12);
+  EXPECT_NEAR(nearness(frame, centre), 8.0 / 4 + 1.0 / 3, 1e-12);
 }
 
 TEST(ObjectNearness, ThePixelItselfDoesNotVote) {
@@ -82,15 +91,15 @@ TEST(ObjectNearness, IgnoresPixelsBeyondItsReach) {
   FrameView frame = frame_of(person);
   fill_around(frame, 11, missing);
   EXPECT_EQ(nearness(frame, centre, 10), 0.0);
-  EXPECT_NEAR(nearness(frame, centre, 11), 8.0 / 11, 1e-12);
-  EXPECT_EQ(nearness(frame_of(person), centre, 0.01), 8.0) << "the reach is at least one pixel";
+  EXPECT_NEAR(nearness(frame, centre, 11), 10.0 / 11, 1e-12);
+  EXPECT_EQ(nearness(frame_of(person), centre, 0.01), 10.0) << "the reach is at least one pixel";
 }
 
 TEST(ObjectNearness, PixelsOutsideTheImageDoNotVote) {
   const FrameView frame = frame_of(person);
-  EXPECT_EQ(nearness(frame, {0, 0}), 3.0);
-  EXPECT_EQ(nearness(frame, {639, 99}), 3.0);
-  EXPECT_EQ(nearness(frame, {320, 0}), 5.0);
+  EXPECT_EQ(nearness(frame, {0, 0}), 4.0);
+  EXPECT_EQ(nearness(frame, {639, 99}), 4.0);
+  EXPECT_EQ(nearness(frame, {320, 0}), 6.0);
   FrameView hole = frame_of(person);
   fill(hole, {0, 0, 4, 100}, missing);
   EXPECT_NEAR(nearness(hole, {1, 1}), 2.0 / 3, 1e-12)
@@ -101,9 +110,9 @@ TEST(ObjectNearness, MaskRangeAndBoxRangeBothCount) {
   FrameView frame = frame_of(person);
   fill(frame, {0, 0, centre.x, 100}, 3.0F);
   ObjectDepth object = object_at(1.1, 1.9);
-  EXPECT_EQ(object_nearness(frame, centre, object), 5.0);
+  EXPECT_EQ(object_nearness(frame, centre, object), 7.0);
   object.of_box_m = {2.6, 3.4};
-  EXPECT_EQ(object_nearness(frame, centre, object), 8.0);
+  EXPECT_EQ(object_nearness(frame, centre, object), 10.0);
   EXPECT_EQ(object_nearness(frame, centre, ObjectDepth()), 0.0);
 }
 
@@ -116,7 +125,7 @@ TEST(ObjectNearness, LengthsScaleWithTheImage) {
   FrameView frame;
   frame.depth = cv::Mat(100, 1280, CV_32FC1, cv::Scalar(person));
   fill_around(frame, 20, missing);
-  EXPECT_NEAR(nearness(frame, centre), 8.0 / 10, 1e-12) << "20 pixels count as 10";
+  EXPECT_NEAR(nearness(frame, centre), 10.0 / 10, 1e-12) << "20 pixels count as 10";
   fill_around(frame, 21, missing);
   EXPECT_EQ(nearness(frame, centre), 0.0);
 }

@@ -1,0 +1,114 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/depth_watershed.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+#include "support/byte_source.hpp"
+#include "support/surroundings_oracle.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+using Seed = DepthWatershed::Seed;
+
+/// Row of cells, one pixel each, with the object's seed on the left and the surroundings' on the
+/// right.
+DepthWatershed flooded(const cv::Mat& depths) {
+  FrameView frame;
+  frame.depth = depths;
+  DepthWatershed watershed;
+  const int last = depths.cols - 1;
+  watershed.flood(frame, {{0, 0}, depths.size()}, 1, {0.5, 5.0}, [last](cv::Point pixel) {
+    return pixel.x == 0 ? Seed::object : pixel.x == last ? Seed::surroundings : Seed::none;
+  });
+  return watershed;
+}
+
+TEST(DepthWatershed, DividesAtTheLargestStep) {
+  const cv::Mat depths = (cv::Mat_<float>(1, 7) << 1.0, 1.02, 1.03, 1.05, 1.3, 1.31, 1.33);
+  const DepthWatershed watershed = flooded(depths);
+  const DepthWatershed::Steps near_object = watershed.steps_to({2, 0}, 1.03);
+  EXPECT_NEAR(near_object.to_object_m, 0.02, 1e-6);
+  EXPECT_TRUE(std::isinf(near_object.to_surroundings_m)) << "no cell of theirs is next to it";
+  const DepthWatershed::Steps behind = watershed.steps_to({4, 0}, 1.3);
+  EXPECT_NEAR(behind.to_surroundings_m, 0.02, 1e-6);
+  EXPECT_NEAR(behind.to_object_m, 0.25, 1e-6) << "its own step to the object's last cell";
+}
+
+TEST(DepthWatershed, EqualStepsAreTheObjects) {
+  const cv::Mat depths = (cv::Mat_<float>(1, 5) << 1.0, 1.5, 2.0, 2.5, 3.0);
+  const DepthWatershed watershed = flooded(depths);
+  EXPECT_EQ(watershed.steps_to({2, 0}, 2.0).to_object_m, 0.5F);
+  EXPECT_TRUE(std::isinf(watershed.steps_to({2, 0}, 2.0).to_surroundings_m));
+  EXPECT_EQ(watershed.steps_to({3, 0}, 2.5).to_surroundings_m, 0.5F) << "the seed itself";
+}
+
+TEST(DepthWatershed, DoesNotCrossMissingDepthOrDepthOutsideTheRange) {
+  for (const float gap : {0.0F, 0.4F, 6.0F}) {
+    const cv::Mat depths = (cv::Mat_<float>(1, 5) << 1.0, gap, 1.0, 1.0, 1.0);
+    const DepthWatershed::Steps steps = flooded(depths).steps_to({3, 0}, 1.0);
+    EXPECT_TRUE(std::isinf(steps.to_object_m)) << gap;
+    EXPECT_EQ(steps.to_surroundings_m, 0.0F) << gap;
+  }
+}
+
+TEST(DepthWatershed, TellsWhetherItBeganOnTheObject) {
+  EXPECT_TRUE(flooded((cv::Mat_<float>(1, 3) << 1.0, 1.0, 1.0)).has_object());
+  EXPECT_FALSE(flooded((cv::Mat_<float>(1, 3) << 0.0, 1.0, 1.0)).has_object());
+}
+
+TEST(DepthWatershed, FloodsNothingInAnEmptyArea) {
+  FrameView frame;
+  frame.depth = cv::Mat(4, 4, CV_32FC1, cv::Scalar(1.0F));
+  DepthWatershed watershed;
+  watershed.flood(frame, {}, 1, {0.5, 5.0}, [](cv::Point) { return Seed::object; });
+  EXPECT_FALSE(watershed.has_object());
+}
+
+TEST(DepthWatershed, MatchesTheOracleOnRandomDepth) {
+  std::size_t of_object = 0, of_surroundings = 0, undecided = 0;
+  DepthWatershed watershed;  // with the memory of the case before
+  for (std::uint64_t seed = 0; seed < 3000; ++seed) {
+    ByteSource source(seed);
+    const cv::Size size(source.between(1, 30), source.between(1, 30));
+    FrameView frame;
+    frame.depth = cv::Mat(size, CV_32FC1);
+    for (int y = 0; y < size.height; ++y) {
+      for (int x = 0; x < size.width; ++x) {
+        frame.depth.at<float>(y, x) = 0.25F * static_cast<float>(source.between(0, 12));
+      }
+    }
+    const auto seed_at = [&](cv::Point pixel) {
+      const int place = (7 * pixel.x + 13 * pixel.y + static_cast<int>(seed % 11)) % 29;
+      return place == 0 ? Seed::object : place == 1 ? Seed::surroundings : Seed::none;
+    };
+    const int cell = source.between(1, 5);
+    const ValueRange range{0.3, 2.6};
+    watershed.flood(frame, {{0, 0}, size}, cell, range, seed_at);
+    const OracleWatershed oracle(frame, {{0, 0}, size}, cell, range, seed_at);
+    ASSERT_EQ(watershed.has_object(), oracle.has_object()) << "seed " << seed;
+    for (int i = 0; i < 20; ++i) {
+      const cv::Point pixel(source.between(0, size.width - 1), source.between(0, size.height - 1));
+      const double depth_m = source.between(0, 30) / 10.0;
+      const DepthWatershed::Steps got = watershed.steps_to(pixel, depth_m);
+      const DepthWatershed::Steps want = oracle.steps_to(pixel, depth_m);
+      ASSERT_EQ(got.to_object_m, want.to_object_m) << "seed " << seed << " at " << pixel;
+      ASSERT_EQ(got.to_surroundings_m, want.to_surroundings_m) << "seed " << seed;
+      of_object += got.to_object_m < got.to_surroundings_m ? 1 : 0;
+      of_surroundings += got.to_surroundings_m < got.to_object_m ? 1 : 0;
+      undecided += got.to_surroundings_m == got.to_object_m ? 1 : 0;
+    }
+  }
+  EXPECT_GT(of_object, 3000U);
+  EXPECT_GT(of_surroundings, 3000U);
+  EXPECT_GT(undecided, 3000U);
+}
+
+}  // namespace
+}  // namespace dynfilter::testing
