@@ -104,11 +104,15 @@ class FrameFeatures {
   FeatureIndices inside(const detail::PixelBounds& bounds) {
     std::uint32_t* end = found_.data();
     if (bounds.empty()) return {end, end};
-    // In each row of cells the cells that the bounds meet follow each other.
-    for (int row = along(bounds.first_y); row <= along(bounds.last_y); ++row) {
-      const auto first = static_cast<std::size_t>(row * grid_cells + along(bounds.first_x));
-      const auto last = static_cast<std::size_t>(row * grid_cells + along(bounds.last_x));
-      for (std::size_t slot = cell_begins_[first]; slot < cell_begins_[last + 1]; ++slot) {
+    const int first_column = along(bounds.first_x, cell_shift_);
+    const int last_column = along(bounds.last_x, cell_shift_);
+    const int last_row = along(bounds.last_y, cell_shift_);
+    for (int row = along(bounds.first_y, cell_shift_); row <= last_row; ++row) {
+      // The cells of a row follow each other.
+      const auto first = static_cast<std::size_t>(row * grid_cells + first_column);
+      const auto last = static_cast<std::size_t>(row * grid_cells + last_column);
+      const std::size_t end_slot = cell_begins_[last + 1];
+      for (std::size_t slot = cell_begins_[first]; slot < end_slot; ++slot) {
         const std::uint32_t i = sorted_[slot];
         *end = i;  // the next one overwrites what is not inside
         end += bounds.contains(x_[i], y_[i]) ? 1 : 0;
@@ -157,15 +161,17 @@ class FrameFeatures {
       const unsigned of_both = static_cast<unsigned>(x_[i]) | static_cast<unsigned>(y_[i]);
       if (of_both <= max_coordinate) bits |= of_both;
     }
-    cell_shift_ = 0;
-    while (bits >> cell_shift_ >= grid_cells) ++cell_shift_;
+    int shift = 0;
+    while (bits >> shift >= grid_cells) ++shift;
+    cell_shift_ = shift;
     cell_begins_.assign(std::size_t{grid_cells} * grid_cells + 2, 0);
     cells_.resize(size());
     sorted_.resize(size());
     for (std::size_t i = 0; i < size(); ++i) {
-      cells_[i] = static_cast<std::uint32_t>(along(y_[i]) * grid_cells + along(x_[i]));
-      ++cell_begins_[cells_[i] + 2];
+      cells_[i] =
+          static_cast<std::uint32_t>(along(y_[i], shift) * grid_cells + along(x_[i], shift));
     }
+    for (const std::uint32_t cell : cells_) ++cell_begins_[cell + 2];
     add_up(cell_begins_);
     for (std::uint32_t i = 0; i < size(); ++i) sorted_[cell_begins_[cells_[i] + 1]++] = i;
   }
@@ -179,8 +185,8 @@ class FrameFeatures {
 
   /// Column or row of cells of a coordinate. Features left of the grid or above it are in its first
   /// one, features beyond it in its last.
-  int along(int coordinate) const {
-    return std::min(std::max(coordinate, 0) >> cell_shift_, grid_cells - 1);
+  static int along(int coordinate, int cell_shift) {
+    return std::min(std::max(coordinate, 0) >> cell_shift, grid_cells - 1);
   }
 
   bool is_kept_ = false;  // by a Reading
