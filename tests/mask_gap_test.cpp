@@ -26,7 +26,7 @@ struct GapScene {
     frame.depth(cv::Rect(200, 100, 100, 300)).setTo(1.5F);
     instance.mask_origin = {200 + left, 100};
     instance.mask = cv::Mat(300, 100 - left - right, CV_8UC1, cv::Scalar(255));
-    object.of_mask_m = {1.1, 1.9};
+    object.mask_range_m = {1.1, 1.9};
   }
 
   std::optional<double> gap(const MaskGapOptions& options = {}) const {

@@ -52,11 +52,11 @@ TEST(ObjectDepth, FlatObjectHasTheMinimumWidth) {
   scene.set_columns(0, 80, 1.5);
   const ObjectDepth depth = scene.estimate();
   EXPECT_EQ(depth.samples, 400U);
-  EXPECT_NEAR(depth.of_mask_m.lower, 1.1, 1e-6);
-  EXPECT_NEAR(depth.of_mask_m.upper, 1.9, 1e-6);
-  EXPECT_TRUE(depth.of_box_m.empty());
+  EXPECT_NEAR(depth.mask_range_m.lower, 1.1, 1e-6);
+  EXPECT_NEAR(depth.mask_range_m.upper, 1.9, 1e-6);
+  EXPECT_TRUE(depth.box_range_m.empty());
   EXPECT_FALSE(depth.empty());
-  EXPECT_EQ(depth.hull_m().upper, depth.of_mask_m.upper);
+  EXPECT_EQ(depth.hull_m().upper, depth.mask_range_m.upper);
 }
 
 TEST(ObjectDepth, ExtendsOverDepthsWithoutAGap) {
@@ -66,10 +66,10 @@ TEST(ObjectDepth, ExtendsOverDepthsWithoutAGap) {
   const ObjectDepth depth = scene.estimate();
   // The first full window of 0.8 m holds 16 columns; their upper median is the ninth.
   const double median = 1.225 + 0.05 * 8;
-  EXPECT_NEAR(depth.of_mask_m.lower, 1.2 - 0.1, 1e-6)
+  EXPECT_NEAR(depth.mask_range_m.lower, 1.2 - 0.1, 1e-6)
       << "the range ends two bins beyond the last full one";
-  EXPECT_NEAR(depth.of_mask_m.upper, 2.3, 1e-6);
-  EXPECT_LE(depth.of_mask_m.upper, median + scene.options.max_half_width_m);
+  EXPECT_NEAR(depth.mask_range_m.upper, 2.3, 1e-6);
+  EXPECT_LE(depth.mask_range_m.upper, median + scene.options.max_half_width_m);
 }
 
 TEST(ObjectDepth, StaysWithinTheMaximumWidth) {
@@ -78,17 +78,17 @@ TEST(ObjectDepth, StaysWithinTheMaximumWidth) {
                     [](int x, int y) { return 0.525 + 0.05 * (((x / 4) * 20 + y / 4) / 4); });
   const ObjectDepth depth = scene.estimate();  // four readings in each bin, 0.5 to 5.5 m
   const double median = 0.525 + 0.05 * 8;
-  EXPECT_NEAR(depth.of_mask_m.upper, median + 0.7, 0.0251);
-  EXPECT_LE(depth.of_mask_m.upper, median + 0.7);
+  EXPECT_NEAR(depth.mask_range_m.upper, median + 0.7, 0.0251);
+  EXPECT_LE(depth.mask_range_m.upper, median + 0.7);
 }
 
 /// A stale mask may hold only a twentieth of the object; the nearest cluster of that size wins.
 TEST(ObjectDepth, PrefersTheNearestClusterToTheLargest) {
   Scene scene;
   scene.set_columns(0, 4, 1.5);  // 20 of 400 readings
-  EXPECT_NEAR(scene.estimate().of_mask_m.upper, 1.9, 1e-6);
+  EXPECT_NEAR(scene.estimate().mask_range_m.upper, 1.9, 1e-6);
   scene.options.min_share = 0.051;
-  EXPECT_NEAR(scene.estimate().of_mask_m.upper, 4.4, 1e-6);
+  EXPECT_NEAR(scene.estimate().mask_range_m.upper, 4.4, 1e-6);
 }
 
 TEST(ObjectDepth, PrefersTheNearerOfTwoObjects) {
@@ -105,9 +105,9 @@ TEST(ObjectDepth, UsesTheMiddleOfTheBoxWithoutAMask) {
   scene.set_columns(0, 80, 1.5);
   scene.instance.mask = cv::Mat();
   const ObjectDepth depth = scene.estimate();
-  EXPECT_TRUE(depth.of_mask_m.empty());
-  EXPECT_NEAR(depth.of_box_m.lower, 1.1, 1e-6);
-  EXPECT_NEAR(depth.of_box_m.upper, 1.9, 1e-6);
+  EXPECT_TRUE(depth.mask_range_m.empty());
+  EXPECT_NEAR(depth.box_range_m.lower, 1.1, 1e-6);
+  EXPECT_NEAR(depth.box_range_m.upper, 1.9, 1e-6);
   EXPECT_EQ(depth.samples, 15U * 18U) << "of 60x72 pixels";
 }
 
@@ -118,13 +118,13 @@ TEST(ObjectDepth, UsesMaskAndBoxIfTheMaskIsSmall) {
   scene.options.min_mask_share = 0.10;
   scene.instance.mask = cv::Mat(80, 16, CV_8UC1, cv::Scalar(1));  // 80 of 900 readings
   ObjectDepth depth = scene.estimate();
-  EXPECT_NEAR(depth.of_mask_m.lower, 0.6, 1e-6);
-  EXPECT_NEAR(depth.of_mask_m.upper, 1.4, 1e-6);
-  EXPECT_NEAR(depth.of_box_m.upper, 2.4, 1e-6);
+  EXPECT_NEAR(depth.mask_range_m.lower, 0.6, 1e-6);
+  EXPECT_NEAR(depth.mask_range_m.upper, 1.4, 1e-6);
+  EXPECT_NEAR(depth.box_range_m.upper, 2.4, 1e-6);
   EXPECT_NEAR(depth.hull_m().lower, 0.6, 1e-6);
   EXPECT_NEAR(depth.hull_m().upper, 2.4, 1e-6);
   scene.options.min_mask_share = 0.08;
-  EXPECT_TRUE(scene.estimate().of_box_m.empty()) << "the mask alone is large enough";
+  EXPECT_TRUE(scene.estimate().box_range_m.empty()) << "the mask alone is large enough";
 }
 
 TEST(ObjectDepth, NeedsEightDepths) {
@@ -158,8 +158,8 @@ TEST(ObjectDepth, IsEmptyIfAllDepthsAreOutOfRange) {
     scene.frame.depth.setTo(far);
     EXPECT_TRUE(scene.estimate().empty()) << far;
     scene.set_columns(0, 40, 1.5);
-    EXPECT_NEAR(scene.estimate().of_mask_m.lower, 1.1, 1e-6) << far;
-    EXPECT_NEAR(scene.estimate().of_mask_m.upper, 1.9, 1e-6) << far;
+    EXPECT_NEAR(scene.estimate().mask_range_m.lower, 1.1, 1e-6) << far;
+    EXPECT_NEAR(scene.estimate().mask_range_m.upper, 1.9, 1e-6) << far;
   }
   Scene scene;
   scene.frame.depth.setTo(std::numeric_limits<float>::max());
@@ -173,8 +173,8 @@ TEST(ObjectDepth, AcceptsTinyAndHugeWidths) {
   scene.options.min_half_width_m = scene.options.max_half_width_m = 0.01;
   const ObjectDepth depth = scene.estimate();
   EXPECT_TRUE(depth.contains(1.53));
-  EXPECT_GT(depth.of_mask_m.lower, 1.4);
-  EXPECT_LT(depth.of_mask_m.upper, 1.65);
+  EXPECT_GT(depth.mask_range_m.lower, 1.4);
+  EXPECT_LT(depth.mask_range_m.upper, 1.65);
   for (const double half : {60.0, 1e300}) {
     scene.options.min_half_width_m = scene.options.max_half_width_m = half;
     EXPECT_TRUE(scene.estimate().contains(4.0)) << half;
@@ -198,9 +198,9 @@ TEST(ObjectDepth, MatchesTheOracleOnHostileInput) {
     const ObjectDepth depth = ObjectDepthEstimator(options).estimate(frame, instance, scratch);
     ASSERT_EQ(depth.samples, expected.samples) << "seed " << seed;
     ASSERT_EQ(depth.empty(), expected.ranges.empty()) << "seed " << seed;
-    by_mask += depth.of_mask_m.empty() ? 0 : 1;
-    by_box += depth.of_box_m.empty() ? 0 : 1;
-    ASSERT_EQ(!depth.of_box_m.empty(), expected.by_box) << "seed " << seed;
+    by_mask += depth.mask_range_m.empty() ? 0 : 1;
+    by_box += depth.box_range_m.empty() ? 0 : 1;
+    ASSERT_EQ(!depth.box_range_m.empty(), expected.by_box) << "seed " << seed;
     if (depth.empty()) continue;
     ASSERT_NEAR(depth.hull_m().lower, expected.hull().lower, 1e-9) << "seed " << seed;
     ASSERT_NEAR(depth.hull_m().upper, expected.hull().upper, 1e-9) << "seed " << seed;

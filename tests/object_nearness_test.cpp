@@ -19,7 +19,7 @@ constexpr float missing = 0.0F, person = 1.5F, wall = 4.0F;
 
 ObjectDepth object_at(double lower_m, double upper_m) {
   ObjectDepth object;
-  object.of_mask_m = {lower_m, upper_m};
+  object.mask_range_m = {lower_m, upper_m};
   return object;
 }
 
@@ -111,7 +111,7 @@ TEST(ObjectNearness, MaskRangeAndBoxRangeBothCount) {
   fill(frame, {0, 0, centre.x, 100}, 3.0F);
   ObjectDepth object = object_at(1.1, 1.9);
   EXPECT_EQ(object_nearness(frame, centre, object), 7.0);
-  object.of_box_m = {2.6, 3.4};
+  object.box_range_m = {2.6, 3.4};
   EXPECT_EQ(object_nearness(frame, centre, object), 10.0);
   EXPECT_EQ(object_nearness(frame, centre, ObjectDepth()), 0.0);
 }
@@ -141,9 +141,9 @@ TEST(ObjectNearness, MatchesTheOracleOnHostileDepth) {
     frame.depth = arbitrary_depth(source, size, floating);
     frame.metres_per_unit = floating ? 0 : 1.0 / 5000;
     ObjectDepth object = object_at(source.between(-2, 10) / 10.0, source.between(0, 20) / 10.0);
-    if (source.chance(50)) object.of_box_m = {1.9, 2.3};
+    if (source.chance(50)) object.box_range_m = {1.9, 2.3};
     OracleObject expected;
-    expected.ranges = {object.of_mask_m, object.of_box_m};
+    expected.ranges = {object.mask_range_m, object.box_range_m};
     const double reach = std::min(1000.0, (source.between(0, 6) + 0.2) * 640 / width);
     const cv::Point pixel(source.between(0, size.width - 1), source.between(0, size.height - 1));
     const double want = oracle_nearness(frame, WidePoint(pixel), expected, reach);

@@ -51,21 +51,22 @@ struct ObjectDepthOptions {
 /// Depth of an object: one range estimated from its mask, another from its box if the mask is too
 /// small. Either may be empty; both are if nothing is known.
 struct ObjectDepth {
-  ValueRange of_mask_m;     ///< range estimated from the mask, metres
-  ValueRange of_box_m;      ///< range estimated from the middle of the box, metres
+  ValueRange mask_range_m;  ///< range estimated from the mask, metres
+  ValueRange box_range_m;   ///< range estimated from the middle of the box, metres
   std::size_t samples = 0;  ///< number of depths read
 
   /// Whether nothing is known.
-  bool empty() const { return of_mask_m.empty() && of_box_m.empty(); }
+  bool empty() const { return mask_range_m.empty() && box_range_m.empty(); }
 
   /// Whether a depth, metres, is one of the object's. False for 0, "no depth".
   bool contains(double depth_m) const {
-    return depth_m > 0 && (of_mask_m.contains(depth_m) || of_box_m.contains(depth_m));
+    return depth_m > 0 && (mask_range_m.contains(depth_m) || box_range_m.contains(depth_m));
   }
 
   /// Returns the range from the nearest to the farthest end of both.
   ValueRange hull_m() const {
-    return {std::min(of_mask_m.lower, of_box_m.lower), std::max(of_mask_m.upper, of_box_m.upper)};
+    return {std::min(mask_range_m.lower, box_range_m.lower),
+            std::max(mask_range_m.upper, box_range_m.upper)};
   }
 };
 
@@ -115,13 +116,13 @@ class ObjectDepthEstimator {
     detail::DepthSamples depths_m = {scratch.data(), 0};
     const auto masked = static_cast<double>(read_mask(frame, instance, step, depths_m));
     depth.samples = depths_m.size;
-    depth.of_mask_m = range_of(depths_m, options_.min_share);
+    depth.mask_range_m = range_of(depths_m, options_.min_share);
     const cv::Rect box = detail::clip(instance.box, size);
     const double boxed = static_cast<double>(box.area()) / (step * step);
-    if (!depth.of_mask_m.empty() && masked >= options_.min_mask_share * boxed) return depth;
+    if (!depth.mask_range_m.empty() && masked >= options_.min_mask_share * boxed) return depth;
     read_middle(frame, box, step, depths_m);
     depth.samples += depths_m.size;
-    depth.of_box_m = range_of(depths_m, options_.min_box_share);
+    depth.box_range_m = range_of(depths_m, options_.min_box_share);
     return depth;
   }
 

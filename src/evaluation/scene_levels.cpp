@@ -99,7 +99,7 @@ SyntheticSceneOptions two_in_one() {
 
 SyntheticSceneOptions leave() {
   SyntheticSceneOptions options = crossing();
-  options.person_way_m = 2.2;
+  options.turn_distance_m = 2.2;
   return options;
 }
 

@@ -33,7 +33,7 @@ void require_valid(const SyntheticSceneOptions& options) {
   require_range("person_distance_m", options.person_distance_m, 1.0, 18.0);
   require_range("person_speed_m_s", options.person_speed_m_s, 0, 5);
   require_range("limb_swing", options.limb_swing, 0, 1.2);
-  require_range("person_way_m", options.person_way_m, 0.2, 2.4);
+  require_range("turn_distance_m", options.turn_distance_m, 0.2, 2.4);
   if (options.furniture_at_persons) {
     require_range("person_distance_m", options.person_distance_m, 1.7, 18.0);
   }

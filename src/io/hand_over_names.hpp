@@ -14,7 +14,7 @@ namespace dynfilter::detail {
 
 /// Returns the names of HandOver's values, in their order, for settings and options.
 inline const std::vector<std::string>& hand_over_names() {
-  static const std::vector<std::string> names = {"wait", "wait_at_most", "latest", "drop"};
+  static const std::vector<std::string> names = {"wait", "limited_wait", "latest", "drop"};
   return names;
 }
 

@@ -315,7 +315,7 @@ void AsyncSegmenter::Worker::wait_for(std::uint64_t number, Lock& lock) {
     return !frame || frame->is_settled();
   };
   if (options_.hand_over == HandOver::wait) settled_.wait(lock, is_settled);
-  if (options_.hand_over == HandOver::wait_at_most) {
+  if (options_.hand_over == HandOver::limited_wait) {
     settled_.wait_for(lock, std::chrono::duration<double>(options_.max_wait_s), is_settled);
   }
 }

@@ -46,7 +46,7 @@ struct Evaluation {
     const std::pair<const char*, double> values[] = {
         {"rmse", errors.rmse},     {"mean", errors.mean},
         {"median", errors.median}, {"standard_deviation", errors.standard_deviation},
-        {"least", errors.least},   {"greatest", errors.greatest}};
+        {"min", errors.min_error}, {"max", errors.max_error}};
     for (const auto& [which, value] : values) {
       figures.emplace_back(name + "_" + which + "_" + unit, value);
     }
@@ -68,7 +68,7 @@ struct Evaluation {
 /// Throws std::runtime_error if the errors have no mean square.
 const ErrorSummary& finite(const ErrorSummary& errors) {
   if (std::isfinite(errors.rmse) && std::isfinite(errors.standard_deviation)) return errors;
-  throw std::runtime_error(detail::concatenate("the greatest error, ", errors.greatest,
+  throw std::runtime_error(detail::concatenate("the largest error, ", errors.max_error,
                                                " m, is too large for a mean square"));
 }
 

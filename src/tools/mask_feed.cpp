@@ -72,11 +72,11 @@ void add_mask_feed_options(CLI::App& command, MaskFeedOptions& options) {
           .add_option(
               "--async", options.hand_over,
               "make the masks in a thread while tracking goes on, with frames at the pace of\n"
-              "their times (jumps are skipped): wait for each frame's masks, wait_at_most\n"
-              "--max-wait for them, take the latest, or drop masks that are not ready")
+              "their times (jumps are skipped): wait for each frame's masks, limited_wait for\n"
+              "--max-wait at most, take the latest, or drop masks that are not ready")
           ->check(CLI::IsMember(detail::hand_over_names()));
   command
-      .add_option("--max-wait", options.max_wait_s, "longest wait of --async wait_at_most, seconds")
+      .add_option("--max-wait", options.max_wait_s, "longest wait of --async limited_wait, seconds")
       ->needs(hand_over)
       ->check(real_number(0, 3600))
       ->capture_default_str();

@@ -366,7 +366,7 @@ TEST(SceneLevels, RefusesOptionsOutOfRangeByName) {
     }
   };
   using Options = SyntheticSceneOptions;
-  expect_named("person_way_m = 0.1", [](Options& o) { o.person_way_m = 0.1; });
+  expect_named("turn_distance_m = 0.1", [](Options& o) { o.turn_distance_m = 0.1; });
   expect_named("person_distance_m", [](Options& o) { o.furniture_at_persons = true; });
   expect_named("depth_edge_shift_px", [](Options& o) { o.depth_edge_shift_px = 11; });
   expect_named("depth_hole_slope", [](Options& o) { o.depth_hole_slope = -1; });

@@ -188,11 +188,11 @@ TEST(TrajectoryErrors, AreZeroForTheTruthInAnyFrame) {
     pose.translation = turn * pose.translation + Eigen::Vector3d(5, -6, 7);
   }
   const auto ate = absolute_trajectory_error(moved, truth);
-  EXPECT_LT(ate.translation_m.greatest, 1e-9);
+  EXPECT_LT(ate.translation_m.max_error, 1e-9);
   EXPECT_LT((ate.alignment.rotation - turn.transpose()).norm(), 1e-9);
   const auto rpe = relative_pose_error(moved, truth);
-  EXPECT_LT(rpe.translation_m.greatest, 1e-9);
-  EXPECT_LT(rpe.rotation_deg.greatest, 1e-5);
+  EXPECT_LT(rpe.translation_m.max_error, 1e-9);
+  EXPECT_LT(rpe.rotation_deg.max_error, 1e-5);
 }
 
 TEST(TrajectoryErrors, FindTheScaleOfAMonoTrajectory) {
@@ -231,13 +231,13 @@ TEST(TrajectoryErrors, MatchHandComputedValues) {
   EXPECT_NEAR(ate.mean, 0.375, 1e-12);
   EXPECT_NEAR(ate.median, 0.25, 1e-12);
   EXPECT_NEAR(ate.standard_deviation, std::sqrt(0.1875 - 0.140625), 1e-12);
-  EXPECT_NEAR(ate.least, 0.25, 1e-12);
-  EXPECT_NEAR(ate.greatest, 0.75, 1e-12);
+  EXPECT_NEAR(ate.min_error, 0.25, 1e-12);
+  EXPECT_NEAR(ate.max_error, 0.75, 1e-12);
   // The estimate's steps are 1, 1, 1.5 and 0.5; the interval that ends at the last pose is omitted.
   const auto rpe = relative_pose_error(along_x({0, 1, 2, 3.5, 4}), along_x({0, 1, 2, 3, 4}));
   EXPECT_EQ(rpe.translation_m.count, 3U);
   EXPECT_NEAR(rpe.translation_m.rmse, std::sqrt(0.25 / 3), 1e-12);
-  EXPECT_EQ(rpe.rotation_deg.greatest, 0);
+  EXPECT_EQ(rpe.rotation_deg.max_error, 0);
 }
 
 /// Pure rotations: the estimate turns 10 degrees a step, the truth 12.
@@ -302,8 +302,8 @@ TEST(ErrorSummary, MatchesTheDefinitions) {
   EXPECT_NEAR(summary.mean, 4, 1e-12);
   EXPECT_EQ(summary.median, 2.5);
   EXPECT_NEAR(summary.standard_deviation, std::sqrt((1 + 9 + 4 + 36) / 4.0), 1e-12);
-  EXPECT_EQ(summary.least, 1);
-  EXPECT_EQ(summary.greatest, 10);
+  EXPECT_EQ(summary.min_error, 1);
+  EXPECT_EQ(summary.max_error, 10);
   EXPECT_THROW(summarise_errors({}), std::invalid_argument);
   EXPECT_THROW(summarise_errors({1, std::nan("")}), std::invalid_argument);
 }

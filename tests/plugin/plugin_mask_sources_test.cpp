@@ -83,7 +83,7 @@ TEST_F(PluginTest, NeedsExactlyOneSourceOfMasks) {
   refuses_file(raw_settings("dynfilter.floor: 3\n"), "dynfilter.mask_folder: got nothing");
   refuses_file(settings("dynfilter.async: \"late\"\n"), "dynfilter.async: got");
   refuses_file(settings("dynfilter.propagate: 1\n"), "dynfilter.propagate: got");
-  refuses_file(settings("dynfilter.async: \"wait_at_most\"\ndynfilter.max_wait_s: -1\n"),
+  refuses_file(settings("dynfilter.async: \"limited_wait\"\ndynfilter.max_wait_s: -1\n"),
                "max_wait_s = -1");
 #if defined(__linux__)
   refuses_file(settings("dynfilter.remote: \"socket\"\n"), "got mask_folder and remote");

@@ -18,7 +18,7 @@ namespace dynfilter::testing {
 namespace {
 
 TEST(AsyncSegmenter, RethrowsAnErrorOfTheNetworkOnce) {
-  for (const HandOver hand_over : {HandOver::wait, HandOver::wait_at_most}) {
+  for (const HandOver hand_over : {HandOver::wait, HandOver::limited_wait}) {
     Async async(options_of(hand_over), failing_on({1}));
     async.gate->open_for_good();
     async.submit(1);
@@ -53,7 +53,7 @@ TEST(AsyncSegmenter, ReportsErrorsOfDiscardedFrames) {
 }
 
 TEST(AsyncSegmenter, LateErrorsReachTheNextCall) {
-  for (const HandOver hand_over : {HandOver::latest, HandOver::drop, HandOver::wait_at_most}) {
+  for (const HandOver hand_over : {HandOver::latest, HandOver::drop, HandOver::limited_wait}) {
     Async async(options_of(hand_over, 0.0), failing_on({2, 3}));
     async.submit_and_await(1);
     async.finish_one_then_start(2);
@@ -104,7 +104,7 @@ TEST(AsyncSegmenter, RefusesAMalformedResultOfTheNetwork) {
 TEST(AsyncSegmenter, RefusesMisuse) {
   expect_error<std::invalid_argument>([] { AsyncSegmenter(nullptr); }, "no segmenter");
   for (const double wrong : {-0.1, 3601.0, std::nan("")}) {
-    expect_error<std::invalid_argument>([&] { Async(options_of(HandOver::wait_at_most, wrong)); },
+    expect_error<std::invalid_argument>([&] { Async(options_of(HandOver::limited_wait, wrong)); },
                                         "max_wait_s");
   }
   for (const double wrong : {-0.1, std::nan("")}) {
@@ -115,7 +115,7 @@ TEST(AsyncSegmenter, RefusesMisuse) {
   expect_error<std::invalid_argument>([] { Async async(options_of(static_cast<HandOver>(4))); },
                                       "hand_over = 4");
 
-  for (const HandOver hand_over : {HandOver::wait, HandOver::wait_at_most, HandOver::drop}) {
+  for (const HandOver hand_over : {HandOver::wait, HandOver::limited_wait, HandOver::drop}) {
     Async async(options_of(hand_over));
     expect_error<std::invalid_argument>([&] { async.segmenter.collect(5); }, "frame 5");
     FrameView timeless = frame_of(5);

@@ -207,14 +207,14 @@ TEST_P(OwnMasksOnly, MasksBelongToTheFrame) {
 }
 
 INSTANTIATE_TEST_SUITE_P(AsyncSegmenterStress, OwnMasksOnly,
-                         ::testing::Values(HandOver::wait_at_most, HandOver::drop),
+                         ::testing::Values(HandOver::limited_wait, HandOver::drop),
                          [](const auto& test) {
-                           return test.param == HandOver::drop ? "drop" : "wait_at_most";
+                           return test.param == HandOver::drop ? "drop" : "limited_wait";
                          });
 
 TEST(AsyncSegmenterStress, SurvivesDestructionAndRestartMidRun) {
   for (const HandOver hand_over :
-       {HandOver::wait, HandOver::wait_at_most, HandOver::latest, HandOver::drop}) {
+       {HandOver::wait, HandOver::limited_wait, HandOver::latest, HandOver::drop}) {
     Trace trace;
     std::uint64_t id = 0;
     for (int life = 0; life < 250; ++life) {
@@ -242,7 +242,7 @@ TEST(AsyncSegmenterStress, SurvivesDestructionAndRestartMidRun) {
 /// One thread submits, one collects, one reads statistics and resets.
 TEST(AsyncSegmenterStress, ServesSeveralThreads) {
   for (const HandOver hand_over :
-       {HandOver::wait, HandOver::wait_at_most, HandOver::latest, HandOver::drop}) {
+       {HandOver::wait, HandOver::limited_wait, HandOver::latest, HandOver::drop}) {
     Trace trace;
     Host host(trace, options_of(hand_over));
     std::atomic<std::uint64_t> last{0};

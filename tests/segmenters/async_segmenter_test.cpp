@@ -84,10 +84,10 @@ TEST(AsyncSegmenter, FramesThatFailedCountAsCollected) {
   EXPECT_THROW(async.submit(14), std::invalid_argument);
 }
 
-// --- wait_at_most --------------------------------------------------------------------------------
+// --- limited_wait --------------------------------------------------------------------------------
 
 TEST(AsyncSegmenter, WaitsNoLongerThanAsked) {
-  Async async(options_of(HandOver::wait_at_most, 0.001));
+  Async async(options_of(HandOver::limited_wait, 0.001));
   async.submit_and_await(1);
   EXPECT_FALSE(async.segmenter.collect(1).has_value());
   async.finish_one_then_start(2);
@@ -96,7 +96,7 @@ TEST(AsyncSegmenter, WaitsNoLongerThanAsked) {
 }
 
 TEST(AsyncSegmenter, WaitsAsLongAsAsked) {
-  Async async(options_of(HandOver::wait_at_most, for_ever_s));
+  Async async(options_of(HandOver::limited_wait, for_ever_s));
   async.submit_and_await(1);
   auto masks = std::async(std::launch::async, [&] { return async.segmenter.collect(1); });
   EXPECT_EQ(masks.wait_for(std::chrono::milliseconds(20)), std::future_status::timeout);
@@ -105,7 +105,7 @@ TEST(AsyncSegmenter, WaitsAsLongAsAsked) {
 }
 
 TEST(AsyncSegmenter, DoesNotWaitForAFrameThatWasReplaced) {
-  Async async(options_of(HandOver::wait_at_most, for_ever_s));
+  Async async(options_of(HandOver::limited_wait, for_ever_s));
   async.submit_and_await(1);
   async.submit(2);
   auto masks = std::async(std::launch::async, [&] { return async.segmenter.collect(2); });

@@ -22,8 +22,8 @@ struct ErrorSummary {
   double mean = 0;                ///< mean
   double median = 0;              ///< median; the mean of the middle two if the count is even
   double standard_deviation = 0;  ///< standard deviation of the population (divided by the count)
-  double least = 0;               ///< smallest error
-  double greatest = 0;            ///< largest error
+  double min_error = 0;           ///< smallest error
+  double max_error = 0;           ///< largest error
 };
 
 /// Summarises errors. Throws std::invalid_argument for no errors and for one that is not finite.
@@ -52,8 +52,8 @@ inline ErrorSummary summarise_errors(std::vector<double> errors) {
   summary.median =
       errors.size() % 2 == 1 ? errors[middle] : (errors[middle - 1] + errors[middle]) / 2;
   summary.standard_deviation = std::sqrt(variance);
-  summary.least = errors.front();
-  summary.greatest = errors.back();
+  summary.min_error = errors.front();
+  summary.max_error = errors.back();
   return summary;
 }
 

@@ -36,8 +36,8 @@ struct SyntheticSceneOptions {
   /// 1.2.
   double limb_swing = 1.0;
   bool persons_together = true;  ///< false: every second person walks the opposite way
-  double person_way_m = 0.8;  ///< distance from the middle at which people turn back; 0.2 to 2.4.
-                              ///< From about 2 on they leave the image and come back
+  double turn_distance_m = 0.8;  ///< distance from the middle at which people turn back; 0.2
+                                 ///< to 2.4. From about 2 on they leave the image and come back
 
   double wall_distance_m = 4.2;  ///< distance of the back wall; from person_distance_m + 1.5 to 20
   double background_contrast = 0.6;  ///< contrast of the room's textures, from 0 (grey) to 1 (full)

@@ -18,7 +18,7 @@ namespace dynfilter {
 /// Policy of AsyncSegmenter::collect for masks that are not ready.
 enum class HandOver : std::uint8_t {
   wait,          ///< waits for the frame's masks without limit: the paper's synchronous hand-over
-  wait_at_most,  ///< waits for the frame's masks for max_wait_s, then returns none
+  limited_wait,  ///< waits for the frame's masks for max_wait_s, then returns none
   latest,        ///< never waits: returns the newest masks, of any frame
   drop,          ///< never waits: returns the frame's own masks, or none
 };
@@ -26,7 +26,7 @@ enum class HandOver : std::uint8_t {
 /// Options of AsyncSegmenter.
 struct AsyncSegmenterOptions {
   HandOver hand_over = HandOver::latest;  ///< policy for masks that are not ready
-  /// Longest wait of collect, seconds, 0 to 3600. HandOver::wait_at_most only.
+  /// Longest wait of collect, seconds, 0 to 3600. HandOver::limited_wait only.
   double max_wait_s = 0.03;
   /// Largest difference in time between the masks and the frame submitted last, seconds. Older
   /// masks count as unknown, so that a network that stalls or fails does not leave its last masks

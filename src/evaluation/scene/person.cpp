@@ -31,7 +31,7 @@ Walk walk_at(const SyntheticSceneOptions& options, int person, double elapsed_s)
   constexpr double sharpness = 0.96;
   const double slowest = std::sqrt(1 - sharpness * sharpness);
   const double peak = std::asin(sharpness);
-  const double turn_m = options.person_way_m;
+  const double turn_m = options.turn_distance_m;
   const std::uint64_t key = make_key(options.seed, Stream::walk);
   double phase =
       elapsed_s * options.person_speed_m_s * peak / turn_m - between(key, 0.30, 0.42) * CV_PI;
