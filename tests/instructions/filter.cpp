@@ -39,9 +39,9 @@ int main(int argc, char** argv) {
   constexpr std::size_t features = 1000;
   const std::string rule =
       testing::argument_or_exit(argc, argv,
-                                {{"masks", "counted_filter", features, 23500},
-                                 {"paper", "counted_filter", features, 56500},
-                                 {"default", "counted_filter", features, 133000},
+                                {{"masks", "counted_filter", features, 21500},
+                                 {"paper", "counted_filter", features, 39900},
+                                 {"default", "counted_filter", features, 86600},
                                  {"keep", "counted_keep_static", features, 6200}});
   DynamicFilterOptions options;
   if (rule == "masks") options.compensator.rule = CompensationRule::mask;
