@@ -37,6 +37,8 @@ TEST(FeatureSampler, KeysArePinned) {
   EXPECT_EQ(FeatureSampler(20, 0).key(0, 0, {0, 0}), 0x2130748AAAC80268U);
   EXPECT_EQ(FeatureSampler(20, 42).key(7, 2, {13, 200}), 0x76DA5E46064E15E7U);
   EXPECT_EQ(FeatureSampler(20, 42).key(7, 2, {-1, -200}), 0xF8C17E23B794F586U);
+  const std::uint64_t instance_key = FeatureSampler(20, 42).instance_key(7, 2);
+  EXPECT_EQ(FeatureSampler::key(instance_key, {13, 200}), 0x76DA5E46064E15E7U);
 }
 
 TEST(FeatureSampler, SampleIsPinned) {
