@@ -18,6 +18,8 @@ Installs the packages that are missing (Debian, Ubuntu), or says which.
   --quick        one seed and 60 frames a level, as a trial
   --every N      every n-th frame, features only, without odometry
   --levels LIST  default: cross,medium,hard,stale_3,stale_6,late_10hz,late_5hz,furniture,two_in_one
+                 others: static,together,leave,depth_late_33,depth_late_16,depth_early_33,
+                 depth_early_16,desk,two_near,hair
   --seeds LIST   default 101-115: seeds that tuned nothing
   --rules LIST   default: all but the rules for late masks, which late_masks.sh compares
   --out DIR      default: out/ablation in the repository

@@ -103,9 +103,44 @@ SyntheticSceneOptions leave() {
   return options;
 }
 
+/// Depth shows an earlier moment than colour, as in TUM's recordings; negative: a later one.
+SyntheticSceneOptions depth_late(double seconds) {
+  SyntheticSceneOptions options = medium();
+  options.depth_late_s = seconds;
+  return options;
+}
+
+/// Persons face the camera, so that little room is left between them and the furniture.
+SyntheticSceneOptions desk() {
+  SyntheticSceneOptions options = medium();
+  options.person_distance_m = 1.7;
+  options.persons_gap_m = 0;
+  options.persons_sidestep = true;
+  options.limb_swing = 0.1;
+  options.workplace_at_persons = true;
+  options.background_contrast = 0.60;
+  return options;
+}
+
+SyntheticSceneOptions two_near() {
+  SyntheticSceneOptions options = medium();
+  options.persons_spacing_m = 0.25;
+  options.persons_gap_m = 0.45;
+  options.overlapping_as_one = true;
+  return options;
+}
+
+SyntheticSceneOptions hair() {
+  SyntheticSceneOptions options = medium();
+  options.hair_without_depth = 0.8;
+  options.depth_shift_px = 6;
+  return options;
+}
+
 }  // namespace
 
 std::vector<SceneLevel> scene_levels() {
+  constexpr double frame_s = 1 / 30.0;
   return {
       {"static", "no persons", no_persons()},
       {"cross", "two persons cross before a textured room", cross()},
@@ -119,6 +154,13 @@ std::vector<SceneLevel> scene_levels() {
       {"furniture", "static things at the persons' depth", furniture()},
       {"two_in_one", "overlapping persons are one detection", two_in_one()},
       {"leave", "persons leave the image and come back", leave()},
+      {"depth_late_33", "medium, depth one frame older than colour", depth_late(frame_s)},
+      {"depth_late_16", "medium, depth half a frame older", depth_late(frame_s / 2)},
+      {"depth_early_33", "medium, depth one frame newer", depth_late(-frame_s)},
+      {"depth_early_16", "medium, depth half a frame newer", depth_late(-frame_s / 2)},
+      {"desk", "a desk, a chair and cupboards within a hand of the persons", desk()},
+      {"two_near", "two persons 0.45 m apart in depth are one detection", two_near()},
+      {"hair", "medium, hair without depth, the sensor's shadow on the persons", hair()},
   };
 }
 

@@ -33,17 +33,28 @@ void require_valid(const SyntheticSceneOptions& options) {
   require_range("person_distance_m", options.person_distance_m, 1.0, 18.0);
   require_range("person_speed_m_s", options.person_speed_m_s, 0, 5);
   require_range("limb_swing", options.limb_swing, 0, 1.2);
+  require_range("persons_spacing_m", options.persons_spacing_m, 0, 1);
+  require_range("persons_gap_m", options.persons_gap_m, 0, 1);
   require_range("turn_distance_m", options.turn_distance_m, 0.2, 2.4);
   if (options.furniture_at_persons) {
     require_range("person_distance_m", options.person_distance_m, 1.7, 18.0);
   }
-  require_range("wall_distance_m", options.wall_distance_m, options.person_distance_m + 1.5, 20);
+  if (options.workplace_at_persons) {
+    require_range("person_distance_m, with a workplace,", options.person_distance_m, 1.6, 18.0);
+    require_range("limb_swing, with a workplace,", options.limb_swing, 0, 0.1);
+    require_range("persons_sidestep, with a workplace,", options.persons_sidestep ? 1 : 0, 1, 1);
+  }
+  require_range("wall_distance_m", options.wall_distance_m,
+                options.person_distance_m + std::max(1.5, options.persons_gap_m + 1.0), 20);
   require_range("background_contrast", options.background_contrast, 0, 1);
   require_range("camera_motion", options.camera_motion, 0, 1.5);
+  require_range("depth_late_s", options.depth_late_s, -0.2, 0.2);
   require_range("max_depth_m", options.max_depth_m, 0.1, 13.1);
   require_range("depth_edge_shift_px", options.depth_edge_shift_px, 0, 10);
   require_range("depth_hole_slope", options.depth_hole_slope, 0, 1);
   require_range("depth_fringe_px", options.depth_fringe_px, 0, 30);
+  require_range("hair_without_depth", options.hair_without_depth, 0, 1);
+  require_range("depth_shift_px", options.depth_shift_px, -10, 10);
   require_range("depth_blind_top_px", options.depth_blind_top_px, 0, 200);
   require_range("exposure_s", options.exposure_s, 0, 0.1);
   require_range("exposure_change_stops", options.exposure_change_stops, 0, 2);
@@ -171,8 +182,10 @@ SyntheticFrame SyntheticScene::render(int index) const {
   out.frame.timestamp_s = timestamp_s(index);
   out.frame.image = scene::expose(colour, scene::gain_at(options(), elapsed),
                                   scene::make_key(seed, scene::Stream::image_noise, index));
-  out.frame.depth = scene::measure_depth(rendering, camera(), options(),
-                                         scene::make_key(seed, scene::Stream::depth_noise, index));
+  const double late_s = options().depth_late_s;
+  out.frame.depth = scene::measure_depth(
+      late_s == 0 ? rendering : content_->render(camera(), elapsed - late_s), camera(), options(),
+      scene::make_key(seed, scene::Stream::depth_noise, index));
   out.frame.metres_per_unit = 1 / scene::depth_units_per_metre;
   out.exact_depth_m = rendering.depth;
 

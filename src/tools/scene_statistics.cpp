@@ -6,13 +6,14 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 #include <stdexcept>
 
 #include <opencv2/imgproc.hpp>
 
-#include "dynfilter/evaluation/rgbd_sequence.hpp"
-#include "dynfilter/segmenters/mask_folder_segmenter.hpp"
+#include "odometry/orb_extractor.hpp"
 #include "progress_bar.hpp"
+#include "scene_measures.hpp"
 
 namespace dynfilter::tools {
 namespace {
@@ -26,38 +27,6 @@ std::size_t zone_of(const std::array<int, 4>& ends_px, double distance) {
   return static_cast<std::size_t>(
       std::lower_bound(ends_px.begin(), ends_px.end(), std::ceil(distance - 0.5)) -
       ends_px.begin());
-}
-
-cv::Mat1b persons_of(const Segmentation& segmentation, cv::Size size) {
-  cv::Mat1b mask(size, std::uint8_t{0});
-  for (const Instance& instance : segmentation.instances) {
-    if (instance.class_id != 0 || instance.mask.empty()) continue;
-    const cv::Rect place(instance.mask_origin, instance.mask.size());
-    const cv::Rect seen = place & cv::Rect({0, 0}, size);
-    if (seen.empty()) continue;
-    mask(seen).setTo(255, instance.mask(seen - instance.mask_origin));
-  }
-  return mask;
-}
-
-/// Computes the 5 % and 95 % points of a mask's depth; false if it has too little depth.
-bool depth_range(const cv::Mat1w& depth, const Instance& instance, int* low, int* high) {
-  std::vector<int> values;
-  for (int y = 0; y < instance.mask.rows; ++y) {
-    for (int x = 0; x < instance.mask.cols; ++x) {
-      const cv::Point pixel = cv::Point(x, y) + instance.mask_origin;
-      if (instance.mask.at<std::uint8_t>(y, x) == 0 ||
-          !cv::Rect({0, 0}, depth.size()).contains(pixel)) {
-        continue;
-      }
-      if (depth(pixel) > 0) values.push_back(depth(pixel));
-    }
-  }
-  if (values.size() < 500) return false;
-  std::sort(values.begin(), values.end());
-  *low = values[values.size() / 20];
-  *high = values[values.size() - 1 - values.size() / 20];
-  return true;
 }
 
 std::string percent(std::uint64_t part, std::uint64_t all) {
@@ -140,9 +109,12 @@ void DepthStatistics::add_sides(const cv::Mat1w& depth, const cv::Mat1b& persons
 void DepthStatistics::add_edges(const cv::Mat1w& depth, const cv::Mat1b& persons,
                                 const Segmentation& found) {
   for (const Instance& instance : found.instances) {
-    int low = 0, high = 0;
-    if (instance.class_id != 0 || !depth_range(depth, instance, &low, &high)) continue;
-    const auto is_body = [&](int y, int x) { return depth(y, x) >= low && depth(y, x) <= high; };
+    if (instance.class_id != 0) continue;
+    const std::optional<cv::Range> range = depth_range(depth, instance);
+    if (!range) continue;
+    const auto is_body = [&](int y, int x) {
+      return depth(y, x) >= range->start && depth(y, x) <= range->end;
+    };
     const cv::Rect place =
         cv::Rect(instance.mask_origin, instance.mask.size()) & cv::Rect({0, 0}, depth.size());
     for (int y = place.y; y < place.br().y; ++y) {
@@ -197,24 +169,60 @@ std::string DepthStatistics::text() const {
          quartiles(edge_offsets_px_[1]) + "\n";
 }
 
-std::string depth_statistics(const std::filesystem::path& folder) {
-  RgbdSequence sequence(folder);
-  if (!sequence.has_depth()) throw std::runtime_error(folder.string() + ": has no depth images");
-  std::string text;
-  for (const auto& masks : {sequence.masks_folder(), sequence.true_masks_folder()}) {
-    if (!masks) continue;
-    MaskFolderSegmenter segmenter(*masks);
-    DepthStatistics statistics;
-    ProgressBar progress("reading", sequence.size());
-    for (std::size_t i = 0; i < sequence.size(); ++i) {
-      const FrameView frame = sequence.read(i);
-      if (frame.depth.type() == CV_16UC1) statistics.add(frame.depth, segmenter.segment(frame));
-      progress.advance();
-    }
-    text += masks->string() + "\n" + statistics.text();
+namespace {
+
+/// Measures everything that depends on one source of masks.
+struct MaskStatistics {
+  DepthStatistics depth;
+  DepthLateness lateness;
+  StaticAtPersonsDepth static_at_depth;
+
+  void add(const FrameView& frame, double units_per_metre, const Segmentation& masks,
+           const std::vector<cv::KeyPoint>& keypoints) {
+    depth.add(frame.depth, masks);
+    lateness.add(frame.depth, masks);
+    static_at_depth.add(frame.depth, units_per_metre, masks, keypoints);
   }
-  if (text.empty())
-    throw std::runtime_error(folder.string() + ": has neither masks/ nor masks_true/");
+
+  std::string text() const {
+    const std::optional<double> late = lateness.frames();
+    char late_text[32] = "    -";
+    if (late) std::snprintf(late_text, sizeof late_text, "%5.2f", *late);
+    return depth.text() + "depth is older than the masks by, frames     " + late_text +
+           "\nstatic features a frame: all, in boxes, of these within 0.10 and 0.30 m of the "
+           "person's\ndepth, and % of those in boxes\n" +
+           static_at_depth.text();
+  }
+};
+
+}  // namespace
+
+std::string scene_statistics(FrameSource& source, const std::string& name) {
+  if (!source.has_depth()) throw std::runtime_error(name + ": has no depth images");
+  const odometry::OrbExtractor orb(1000);
+  const double units_per_metre = source.camera().depth_units_per_metre;
+  MaskStatistics found, truth;
+  bool has_masks = false, has_truth = false;
+  ProgressBar progress("reading", source.size());
+  for (std::size_t i = 0; i < source.size(); ++i) {
+    const SourceFrame frame = source.read(i);
+    progress.advance();
+    if (frame.frame.depth.type() != CV_16UC1) continue;
+    cv::Mat grey, descriptors;
+    cv::cvtColor(frame.frame.image, grey, cv::COLOR_BGR2GRAY);
+    std::vector<cv::KeyPoint> keypoints;
+    orb.extract(grey, keypoints, descriptors);
+    if (frame.masks) found.add(frame.frame, units_per_metre, *frame.masks, keypoints);
+    if (frame.true_masks) truth.add(frame.frame, units_per_metre, *frame.true_masks, keypoints);
+    has_masks |= frame.masks.has_value();
+    has_truth |= frame.true_masks.has_value();
+  }
+  if (!has_masks && !has_truth) {
+    throw std::runtime_error(name + ": has neither masks/ nor masks_true/");
+  }
+  std::string text;
+  if (has_masks) text += name + "/masks\n" + found.text();
+  if (has_truth) text += name + "/masks_true\n" + truth.text();
   return text;
 }
 

@@ -6,13 +6,13 @@
 
 #include <array>
 #include <cstdint>
-#include <filesystem>
 #include <string>
 #include <vector>
 
 #include <opencv2/core.hpp>
 
 #include "dynfilter/segmentation.hpp"
+#include "frame_source.hpp"
 
 namespace dynfilter::tools {
 
@@ -50,9 +50,10 @@ class DepthStatistics {
   std::array<std::vector<int>, 2> edge_offsets_px_;
 };
 
-/// Returns the statistics of a sequence folder, rendered or recorded: one table for its masks/ and
-/// one for its masks_true/, if it has them. Throws std::runtime_error that names what is missing.
-std::string depth_statistics(const std::filesystem::path& folder);
+/// Returns the statistics of a scene, rendered or recorded: one table for its masks and one for its
+/// true masks, if it has them. `name` heads the tables. Reads every frame and extracts 1000 ORB
+/// features in it. Throws std::runtime_error that names what is missing.
+std::string scene_statistics(FrameSource& source, const std::string& name);
 
 }  // namespace dynfilter::tools
 

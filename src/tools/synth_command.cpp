@@ -13,11 +13,14 @@
 #include <vector>
 
 #include "commands.hpp"
+#include "dynfilter/detail/errors.hpp"
 #include "dynfilter/evaluation/rgbd_sequence_writer.hpp"
 #include "dynfilter/evaluation/scene_levels.hpp"
 #include "dynfilter/evaluation/synthetic_scene.hpp"
 #include "dynfilter/segmenters/mask_folder_writer.hpp"
 #include "evaluation/sequence_names.hpp"
+#include "frame_source.hpp"
+#include "io/file_writing.hpp"
 #include "io/staged_folder.hpp"
 #include "number_options.hpp"
 #include "progress_bar.hpp"
@@ -26,6 +29,8 @@
 
 namespace dynfilter::tools {
 namespace {
+
+constexpr const char* truth_name = "truth.yaml";
 
 struct SynthOptions {
   std::filesystem::path folder;
@@ -44,10 +49,23 @@ Segmentation used_for(Segmentation segmentation, const FrameView& frame) {
 /// Names what a scene uses in its folder.
 std::vector<std::filesystem::path> scene_names(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> names = detail::sequence_names(folder);
+  names.emplace_back(truth_name);
   for (const char* masks : {"masks", "masks_true"}) {
     for (const auto& name : detail::mask_names(folder, masks)) names.push_back(name);
   }
   return names;
+}
+
+/// Writes what is known of a scene besides poses and masks.
+void write_truth(const std::filesystem::path& folder, const SyntheticSceneOptions& scene) {
+  detail::write_file(
+      folder / truth_name,
+      detail::concatenate(
+          "%YAML:1.0\n---\n"
+          "# Seconds by which the depth images show an earlier moment than the colour\n"
+          "# images of the same stamp.\n"
+          "depth_late_s: ",
+          scene.depth_late_s, '\n'));
 }
 
 void synthesise(const SynthOptions& options) {
@@ -70,6 +88,7 @@ void synthesise(const SynthOptions& options) {
   sequence.finish();
   masks.finish();
   true_masks.finish();
+  write_truth(staged.path(), options.scene);
   staged.commit(detail::sequence_keys());
   std::printf("%d frames of %dx%d in %s\n", scene.size(), options.scene.image_size.width,
               options.scene.image_size.height, options.folder.c_str());
@@ -79,7 +98,7 @@ std::string level_list() {
   std::string text = "levels:";
   for (const SceneLevel& level : scene_levels()) {
     text += "\n  " + level.name +
-            std::string(12 - std::min<std::size_t>(level.name.size(), 11), ' ') + level.description;
+            std::string(16 - std::min<std::size_t>(level.name.size(), 15), ' ') + level.description;
   }
   return text;
 }
@@ -114,10 +133,9 @@ void add_synth_command(CLI::App& program) {
       "synth",
       "Render a sequence with known truth: a room, a moving camera, walking persons.\n"
       "Write rgb/, depth/, their lists, groundtruth.txt, camera.yaml, the poor masks of a\n"
-      "simulated network (masks/) and the exact masks (masks_true/).");
-  command->add_option("FOLDER", options->folder, "folder for the sequence")
-      ->check(some_path())
-      ->required();
+      "simulated network (masks/), the exact masks (masks_true/) and what else is known "
+      "(truth.yaml).");
+  command->add_option("FOLDER", options->folder, "folder for the sequence")->check(some_path());
   command->add_option("--level", given->level, "a level of the list below [a scene of 90 frames]");
   command->add_option("--seed", given->seed, "another seed is another scene")
       ->transform(whole_number(0, std::numeric_limits<std::uint64_t>::max()))
@@ -139,22 +157,30 @@ void add_synth_command(CLI::App& program) {
                    "put the newest masks of a network that gives this many a second under each\n"
                    "frame's name in masks/")
       ->check(real_number(0, 1000));
-  command->add_flag("--statistics", options->statistics,
-                    "render nothing: print how depth behaves at the masks of the sequence in\n"
-                    "FOLDER, to compare rendered and recorded sequences");
+  command->add_flag(
+      "--statistics", options->statistics,
+      "write nothing: print how depth behaves at the masks of the sequence in FOLDER,\n"
+      "or without FOLDER of the level, to compare rendered and recorded sequences");
   command->add_flag("--overwrite", options->overwrite,
                     "replace an earlier scene in FOLDER when the new one is complete");
   command->footer(
       "example: dynfilter synth scene --frames 90 --seed 1\n"
       "         dynfilter synth medium_5 --level medium --seed 5\n"
-      "         dynfilter synth medium_5 --statistics\n" +
+      "         dynfilter synth medium_5 --statistics\n"
+      "         dynfilter synth --statistics --level desk --frames 90\n" +
       level_list());
   command->callback([options, given] {
-    if (options->statistics) {
-      std::printf("%s", depth_statistics(options->folder).c_str());
-      return;
+    if (options->folder.empty() && !(options->statistics && !given->level.empty())) {
+      throw CLI::RequiredError("FOLDER");
     }
     options->scene = scene_options(*given);
+    if (options->statistics) {
+      const bool rendered = options->folder.empty();
+      const auto source = rendered ? render_scene(options->scene) : open_sequence(options->folder);
+      const std::string name = rendered ? given->level : options->folder.string();
+      std::printf("%s", scene_statistics(*source, name).c_str());
+      return;
+    }
     synthesise(*options);
   });
 }

@@ -78,8 +78,10 @@ TEST(SceneLevels, EveryLevelRendersByItsName) {
     EXPECT_NO_THROW(validate(frame.frame, "test")) << level.name;
     EXPECT_NO_THROW(validate(frame.poor_segmentation, "test")) << level.name;
   }
-  for (const char* name : {"static", "cross", "together", "medium", "hard", "stale_3", "stale_6",
-                           "late_10hz", "late_5hz", "furniture", "two_in_one", "leave"}) {
+  for (const char* name :
+       {"static", "cross", "together", "medium", "hard", "stale_3", "stale_6", "late_10hz",
+        "late_5hz", "furniture", "two_in_one", "leave", "depth_late_33", "depth_late_16",
+        "depth_early_33", "depth_early_16", "desk", "two_near", "hair"}) {
     EXPECT_EQ(names.count(name), 1U) << name;
   }
 }
@@ -108,6 +110,13 @@ TEST(SceneLevels, FirstAndLastFrameMatchThePublishedPixels) {
       {"furniture", {11977781343944195487U, 9427909592159296739U}},
       {"two_in_one", {11083575821733685800U, 9073359649126194435U}},
       {"leave", {15606252654312388750U, 10259689514115540788U}},
+      {"depth_late_33", {15840735345100246300U, 8019959234139197285U}},
+      {"depth_late_16", {2896579130270219650U, 6623027297903814126U}},
+      {"depth_early_33", {13126461605794873164U, 10576557368505800693U}},
+      {"depth_early_16", {7919885590772489581U, 4635383588869042634U}},
+      {"desk", {5375983096824825096U, 15881842014499444718U}},
+      {"two_near", {6842694725726043969U, 12579590311507542769U}},
+      {"hair", {15602717518507384757U, 1901358566963302151U}},
   };
   ASSERT_EQ(expected.size(), scene_levels().size());
   for (const auto& [name, hashes] : expected) {

@@ -329,6 +329,30 @@ TEST_F(Program, SynthRendersALevelWithStaleMasks) {
   EXPECT_TRUE(run("synth " + quoted(out("x")) + " --level easy").mentions("medium"));
 }
 
+TEST_F(Program, SynthStatesTheLatenessOfDepth) {
+  EXPECT_NE(read_text(scene() / "truth.yaml").find("\ndepth_late_s: 0\n"), std::string::npos);
+  ASSERT_EQ(run("synth " + quoted(out("late")) +
+                " --level depth_early_16 --frames 1 --width 64 --height 48")
+                .exit_code,
+            0);
+  const std::string truth = read_text(out("late") / "truth.yaml");
+  EXPECT_NE(truth.find("\ndepth_late_s: -0.016666"), std::string::npos) << truth;
+}
+
+TEST_F(Program, SynthReportsStatisticsOfALevelWithoutAFolder) {
+  const Outcome outcome =
+      run("synth --statistics --level desk --frames 9 --width 160 --height 120");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("desk/masks_true")) << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("depth is older than the masks by")) << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("static features a frame")) << outcome.printed;
+  for (const char* command : {"synth", "synth --level desk", "synth --statistics"}) {
+    const Outcome refused = run(command);
+    EXPECT_NE(refused.exit_code, 0) << command;
+    EXPECT_TRUE(refused.mentions("FOLDER")) << refused.printed;
+  }
+}
+
 TEST_F(Program, SynthReportsDepthStatistics) {
   const Outcome outcome = run("synth " + quoted(scene()) + " --statistics");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;

@@ -37,6 +37,14 @@ struct SceneLevel {
 ///   them.
 /// - two_in_one: two people cross, and are one detection where their boxes overlap.
 /// - leave: two people leave the image on both sides and come back.
+/// - depth_late_33, depth_late_16, depth_early_33, depth_early_16: medium with depth that shows the
+///   scene one frame (33 ms) or half a frame before or after the colour image of the same stamp.
+/// - desk: two people step sideways between a desk, a chair and cupboards that reach to 5 cm from
+///   them; much of it has the people's depth inside their boxes.
+/// - two_near: like medium, but the people are 0.45 m apart in depth and one detection where their
+///   boxes overlap.
+/// - hair: medium without depth on most of the hair, and with depth shifted by 6 px, so that the
+///   depth sensor's shadow covers the people's left rim.
 std::vector<SceneLevel> scene_levels();
 
 /// Returns the options of a level, which you may change. Throws std::invalid_argument that lists

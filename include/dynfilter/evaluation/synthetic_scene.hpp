@@ -36,8 +36,15 @@ struct SyntheticSceneOptions {
   /// 1.2.
   double limb_swing = 1.0;
   bool persons_together = true;  ///< false: every second person walks the opposite way
-  double turn_distance_m = 0.8;  ///< distance from the middle at which people turn back; 0.2
-                                 ///< to 2.4. From about 2 on they leave the image and come back
+  double persons_spacing_m = 0.54;  ///< distance between neighbours along their way; 0 to 1
+  /// Distance in depth between the two paths; every second person walks on the farther one. 0 to 1.
+  double persons_gap_m = 0.28;
+  /// Whether people face the camera and step sideways. Walking people turn a shoulder to it, so
+  /// they reach 0.40 m to either side of their path; these reach 0.15 m behind it and 0.25 m before
+  /// it, if their limb_swing is at most 0.1.
+  bool persons_sidestep = false;
+  double turn_distance_m = 0.8;  ///< distance from the middle at which people turn back; 0.2 to 2.4.
+                              ///< From about 2 on they leave the image and come back
 
   double wall_distance_m = 4.2;  ///< distance of the back wall; from person_distance_m + 1.5 to 20
   double background_contrast = 0.6;  ///< contrast of the room's textures, from 0 (grey) to 1 (full)
@@ -46,9 +53,16 @@ struct SyntheticSceneOptions {
   /// backs, and a desk with a monitor in front of all. Nobody walks through them. Needs
   /// person_distance_m of at least 1.7.
   bool furniture_at_persons = false;
+  /// Whether a workplace surrounds the people: a desk with things on it and a chair's back that
+  /// begin 5 cm before the nearest hand, and cupboards 5 to 40 cm behind the farthest heel. Needs
+  /// persons_sidestep, a limb_swing of at most 0.1 and a person_distance_m of at least 1.6.
+  bool workplace_at_persons = false;
   /// Motion of the camera: 1 = about 0.36, 0.24, 0.20 m and 4.5, 3, 1.8 deg; 0 = still.
   double camera_motion = 1.0;
 
+  /// Time by which the depth image shows an earlier moment than the colour image of the same stamp,
+  /// from the camera's place at that moment; negative: a later moment. -0.2 to 0.2.
+  double depth_late_s = 0;
   double max_depth_m = 9.0;  ///< range of the depth sensor; at most 13.1
   /// Largest shift between depth and colour at edges, pixels at a width of 640, 0 to 10.
   double depth_edge_shift_px = 2.2;
@@ -58,6 +72,12 @@ struct SyntheticSceneOptions {
   /// Depth of the patches along the edges of near surfaces that lose depth, as hair and slanted
   /// surfaces do; pixels at a width of 640, 0 to 30.
   double depth_fringe_px = 0;
+  /// Share of the hair that has no depth, in patches; 0 to 1.
+  double hair_without_depth = 0;
+  /// Constant shift of the depth image to the right against the colour image, as from a poor
+  /// registration; pixels at a width of 640, -10 to 10. The sensor's shadow lies left of near
+  /// things, so a shift to the right puts it on their left rim.
+  double depth_shift_px = 0;
   /// Rows at the top without depth, as if the colour camera saw more than the depth camera; pixels
   /// at a height of 480, 0 to 200.
   double depth_blind_top_px = 0;
@@ -98,7 +118,7 @@ struct CameraPose {
 struct SyntheticFrame {
   /// Frame as a Kinect measures it: BGR image, and CV_16UC1 depth of 5000 units per metre with
   /// disparity quantised to 1/8 px, shadow bands, misregistered edges and holes. 0 = nothing
-  /// measured.
+  /// measured. It shows the scene at timestamp_s - depth_late_s.
   FrameView frame;
   /// True instances: the visible silhouettes of the people, in their order, with the smallest
   /// boxes, score 1, class 0. track_id is the person; for several people in one instance, the
@@ -109,8 +129,10 @@ struct SyntheticFrame {
   /// is visible is missing. Options make it perfect, stale, or missing for a while. frame_id and
   /// timestamp_s are those of the frame that it was made from. track_id as in true_segmentation.
   Segmentation poor_segmentation;
-  CameraPose pose;        ///< exact pose
-  cv::Mat exact_depth_m;  ///< exact depth: CV_32FC1, metres along the optical axis, of every pixel
+  CameraPose pose;  ///< exact pose
+  /// Exact depth at the time of the colour image: CV_32FC1, metres along the optical axis, of every
+  /// pixel.
+  cv::Mat exact_depth_m;
 };
 
 /// Synthetic sequence with known truth: a textured room, a camera moved as by hand, walking people.

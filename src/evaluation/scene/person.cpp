@@ -44,10 +44,12 @@ Walk walk_at(const SyntheticSceneOptions& options, int person, double elapsed_s)
 
   Walk walk;
   const double rank = person - 0.5 * (options.persons - 1);
-  walk.place = {x + 0.54 * rank,
-                options.person_distance_m + 0.28 * (person % 2) + 0.05 * (person / 2)};
+  walk.place = {
+      x + options.persons_spacing_m * rank,
+      options.person_distance_m + options.persons_gap_m * (person % 2) + 0.05 * (person / 2)};
   // A person who turns faces the camera half-way, and always looks a little towards it.
   walk.forward = {speed, -0.30 - slowest * (1 - std::abs(speed))};
+  if (options.persons_sidestep) walk.forward = {0, -1};
   walk.forward *= 1 / std::sqrt(walk.forward.dot(walk.forward));
   walk.pace = std::abs(speed);
   walk.swing = options.limb_swing;

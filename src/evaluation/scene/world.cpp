@@ -71,13 +71,18 @@ std::vector<Block> furniture(const SyntheticSceneOptions& options) {
   return blocks;
 }
 
+/// Returns the distance of the path of the farthest person.
+double farthest_path(const SyntheticSceneOptions& options) {
+  const int persons = std::max(options.persons, 1);
+  return options.person_distance_m + options.persons_gap_m * (persons > 1 ? 1 : 0) +
+         0.05 * ((persons - 1) / 2);
+}
+
 /// Adds static things right behind and in front of the persons' path, out of reach of every limb: a
 /// walking body reaches 0.40 m to either side of the path.
 void add_furniture_at_persons(std::vector<Block>& blocks, const SyntheticSceneOptions& options) {
   constexpr double reach_m = 0.40;
-  const int persons = std::max(options.persons, 1);
-  const double last = 0.28 * (persons > 1 ? 1 : 0) + 0.05 * ((persons - 1) / 2);
-  const double behind = options.person_distance_m + last + reach_m;
+  const double behind = farthest_path(options) + reach_m;
   const double before = options.person_distance_m - reach_m;
   struct Unit {
     double x, width, gap, height;
@@ -97,6 +102,43 @@ void add_furniture_at_persons(std::vector<Block>& blocks, const SyntheticSceneOp
   blocks.push_back(block({0.22, desk + 0.06, 0.75}, {0.16, 0.14, 0.10}, 0, Material::screen));
   blocks.push_back(block({0.22, desk + 0.06, 0.85}, {0.50, 0.05, 0.34}, 4, Material::screen));
   blocks.push_back(block({-0.42, desk + 0.02, 0.75}, {0.26, 0.22, 0.28}, 20, Material::cardboard));
+}
+
+/// Adds a desk, a chair and cupboards that leave people who step sideways just room enough.
+void add_workplace(std::vector<Block>& blocks, const SyntheticSceneOptions& options) {
+  constexpr double reach_before_m = 0.25;  // of the hands
+  constexpr double reach_behind_m = 0.15;  // of the heels
+  const double before = options.person_distance_m - reach_before_m - 0.05;
+  const double behind = farthest_path(options) + reach_behind_m;
+  const auto add = [&](double x, double y, double z, cv::Vec3d size, double turn, Material what) {
+    blocks.push_back(block({x, y, z}, size, turn, what));
+  };
+  struct Cupboard {
+    double x, width, gap, height;
+    Material material;
+  };
+  constexpr Cupboard cupboards[] = {{-1.20, 0.70, 0.15, 1.90, Material::books},
+                                    {-0.48, 0.62, 0.05, 1.15, Material::cardboard},
+                                    {0.18, 0.60, 0.40, 1.75, Material::books},
+                                    {0.84, 0.62, 0.10, 1.30, Material::books},
+                                    {1.52, 0.66, 0.25, 1.60, Material::wood}};
+  for (const Cupboard& cupboard : cupboards) {
+    add(cupboard.x, behind + cupboard.gap + 0.15, 0, {cupboard.width, 0.30, cupboard.height}, 0,
+        cupboard.material);
+  }
+  const double desk = before - 0.30;  // the middle of its top
+  add(-0.42, desk, 0.69, {1.10, 0.60, 0.04}, 0, Material::wood);
+  for (const double x : {-0.94, 0.10}) add(x, desk, 0, {0.05, 0.56, 0.69}, 0, Material::wood);
+  add(-0.66, desk + 0.20, 0.73, {0.30, 0.16, 0.26}, 4, Material::books);
+  add(-0.20, desk + 0.23, 0.73, {0.44, 0.05, 0.32}, 0, Material::screen);
+  add(-0.02, desk + 0.02, 0.73, {0.20, 0.28, 0.05}, 15, Material::books);
+  add(-0.55, desk - 0.12, 0.73, {0.34, 0.24, 0.02}, -8, Material::screen);
+  add(0.50, before - 0.03, 0.52, {0.44, 0.05, 0.46}, 0, Material::books);
+  add(0.50, before - 0.28, 0.44, {0.46, 0.46, 0.06}, 0, Material::cloth);
+  for (const double x : {0.31, 0.69}) {
+    add(x, before - 0.03, 0, {0.04, 0.04, 0.52}, 0, Material::wood);
+    add(x, before - 0.47, 0, {0.04, 0.04, 0.44}, 0, Material::wood);
+  }
 }
 
 /// Returns one coordinate of the camera's motion, at most 1: a slow sway, a quicker one and a
@@ -135,6 +177,7 @@ World::World(const SyntheticSceneOptions& options) {
   room.high = {3.1, options.wall_distance_m, ceiling_m};
   if (options.furniture) blocks = furniture(options);
   if (options.furniture_at_persons) add_furniture_at_persons(blocks, options);
+  if (options.workplace_at_persons) add_workplace(blocks, options);
   for (int i = 0; i < scene::materials; ++i) {
     materials.push_back(
         paint_material(static_cast<Material>(i), options.background_contrast, options.seed));
