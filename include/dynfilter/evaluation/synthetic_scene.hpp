@@ -35,7 +35,7 @@ struct SyntheticSceneOptions {
   /// Swing of the limbs: 1 as in a brisk walk, 0 = limbs move with the body and people glide; up to
   /// 1.2.
   double limb_swing = 1.0;
-  bool persons_together = true;  ///< false: every second person walks the opposite way
+  bool persons_together = true;     ///< false: every second person walks the opposite way
   double persons_spacing_m = 0.54;  ///< distance between neighbours along their way; 0 to 1
   /// Distance in depth between the two paths; every second person walks on the farther one. 0 to 1.
   double persons_gap_m = 0.28;
