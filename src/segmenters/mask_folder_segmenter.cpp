@@ -35,10 +35,17 @@ struct TableRow {
   double time_s = 0;
   int label = 0;
   Instance instance;
+  std::optional<double> mask_time_s;  // unknown without the column, or if its cell is empty
 };
 
-TableRow read_row(const detail::TableReader& table) {
-  table.require_columns(8, detail::mask_table_header);
+constexpr std::size_t mask_time_column = 8;
+
+TableRow read_row(const detail::TableReader& table, bool has_mask_time) {
+  if (has_mask_time) {
+    table.require_columns(mask_time_column + 1, detail::mask_table_header_with_time);
+  } else {
+    table.require_columns(mask_time_column, detail::mask_table_header);
+  }
   TableRow row;
   const std::optional<double> time_s = detail::time_of_stem(table.text(0));
   if (!time_s) table.fail("frame: got '" + table.text(0) + "'; want a time in seconds");
@@ -57,16 +64,27 @@ TableRow read_row(const detail::TableReader& table) {
     table.fail("width and height: got '" + table.text(6) + "' and '" + table.text(7) +
                "'; want at least 0");
   }
+  if (has_mask_time && !table.text(mask_time_column).empty()) {
+    row.mask_time_s = detail::time_of_stem(table.text(mask_time_column));
+    if (!row.mask_time_s) {
+      table.fail("mask_time: got '" + table.text(mask_time_column) +
+                 "'; want a time in seconds, or nothing for the frame's own");
+    }
+  }
   return row;
 }
 
-void require_header(detail::TableReader& table) {
+/// Reads the header; tells whether it has the column of the masks' own times.
+bool read_header(detail::TableReader& table) {
   if (!table.next()) detail::throw_file_error(table.path(), "is empty");
   std::string header = table.text(0);
   for (std::size_t i = 1; i < table.columns(); ++i) header += ',' + table.text(i);
+  if (header == detail::mask_table_header_with_time) return true;
   if (header != detail::mask_table_header) {
-    table.fail("got '" + header + "'; want the header " + detail::mask_table_header);
+    table.fail("got '" + header + "'; want the header " + detail::mask_table_header +
+               ", with or without a last column mask_time");
   }
+  return false;
 }
 
 /// Refuses anything but a regular file: a FIFO without a writer blocks forever.
@@ -150,7 +168,7 @@ void MaskFolderSegmenter::index_masks() {
       detail::throw_file_error(
           file, "the name of a mask must be its frame's time, such as 1341846434.710184.png");
     }
-    const auto [found, is_new] = masks_.emplace(detail::microseconds(*time_s), Mask{file, {}});
+    const auto [found, is_new] = masks_.emplace(detail::microseconds(*time_s), Mask{file, {}, {}});
     if (!is_new) {
       detail::throw_file_error(file, "has the same time as " + found->second.path.string());
     }
@@ -163,15 +181,21 @@ void MaskFolderSegmenter::index_masks() {
 void MaskFolderSegmenter::read_table(const fs::path& path) {
   require_regular(path);
   detail::TableReader table(path, ',');
-  require_header(table);
+  const bool has_mask_time = read_header(table);
   while (table.next()) {
-    const TableRow row = read_row(table);
+    const TableRow row = read_row(table, has_mask_time);
     const auto mask = nearest(row.time_s);
     if (!is_within_reach(mask, row.time_s)) {
       if (options_.allow_missing) continue;
       table.fail("frame " + table.text(0) + " has no mask " + table.text(0) + ".png");
     }
-    if (!masks_.at(mask->first).instances.emplace(row.label, row.instance).second) {
+    Mask& entry = masks_.at(mask->first);
+    if (!entry.instances.empty() && entry.time_s != row.mask_time_s) {
+      table.fail("mask_time: got '" + table.text(mask_time_column) + "' for frame " +
+                 table.text(0) + "; want that of its earlier lines");
+    }
+    entry.time_s = row.mask_time_s;
+    if (!entry.instances.emplace(row.label, row.instance).second) {
       table.fail("instance " + table.text(1) + " of frame " + table.text(0) +
                  " is in an earlier line already");
     }
@@ -223,6 +247,11 @@ Segmentation MaskFolderSegmenter::do_segment(const FrameView& frame) {
     detail::throw_file_error(file, "a mask of " + detail::size_name(pixels.size()) +
                                        ", but the frame has " +
                                        detail::size_name(result.image_size));
+  }
+  const std::optional<double>& own_time_s = mask->second.time_s;
+  if (own_time_s && !is_within_reach(mask, *own_time_s)) {
+    result.timestamp_s = *own_time_s;
+    result.frame_id = unknown_frame;
   }
   if (has_table_) {
     result.instances = labelled_instances(pixels, mask->second.instances, file);

@@ -102,6 +102,11 @@ void MaskFolderWriter::add(const Segmentation& segmentation) {
 }
 
 void MaskFolderWriter::add(const Segmentation& segmentation, const std::string& stem) {
+  add(segmentation, stem, segmentation.timestamp_s);
+}
+
+void MaskFolderWriter::add(const Segmentation& segmentation, const std::string& stem,
+                           double frame_timestamp_s) {
   require_writable(segmentation);
   if (!staged_)
     detail::throw_misuse(name, "a segmentation after finish()", "every segmentation before it");
@@ -109,30 +114,40 @@ void MaskFolderWriter::add(const Segmentation& segmentation, const std::string& 
   if (!time_s) {
     detail::throw_misuse(name, "the stem '" + stem + "'", "a time in seconds");
   }
-  if (!is_found(*time_s, segmentation.timestamp_s)) {
+  if (!is_found(*time_s, frame_timestamp_s)) {
     detail::throw_misuse(name,
                          "the stem '" + stem + "' for a segmentation of time " +
-                             detail::time_text(segmentation.timestamp_s),
+                             detail::time_text(frame_timestamp_s),
                          "the frame's time, to 1 ms");
+  }
+  const std::string mask_time = detail::time_text(segmentation.timestamp_s);
+  if (!detail::is_time_in_seconds(segmentation.timestamp_s)) {
+    detail::throw_misuse(name, "masks of time " + mask_time, "a time in seconds");
   }
   if (times_.count(detail::microseconds(*time_s)) > 0) {
     detail::throw_misuse(name, "time " + stem + " a second time", "one segmentation a frame");
   }
   // Everything that can fail comes before the first change.
-  std::list<std::string> rows(1);
+  const bool is_own_time = !is_found(segmentation.timestamp_s, *time_s);
+  std::list<Rows> rows(1);
   for (std::size_t i = 0; i < segmentation.instances.size(); ++i) {
-    rows.front() += table_row(stem, i + 1, segmentation.instances[i]) + '\n';
+    const std::string row = table_row(stem, i + 1, segmentation.instances[i]);
+    rows.front().without_time += row + '\n';
+    rows.front().with_time += row + ',' + mask_time + '\n';
   }
   std::set<std::int64_t> time = {detail::microseconds(*time_s)};
   detail::write_png(staged_->path() / (stem + ".png"), label_map_of(segmentation));
   rows_.splice(rows_.end(), rows);
   times_.merge(time);
+  has_own_times_ = has_own_times_ || (is_own_time && !segmentation.instances.empty());
 }
 
 void MaskFolderWriter::finish() {
   if (!staged_) return;
-  std::string table = std::string(detail::mask_table_header) + '\n';
-  for (const std::string& rows : rows_) table += rows;
+  std::string table =
+      has_own_times_ ? detail::mask_table_header_with_time : detail::mask_table_header;
+  table += '\n';
+  for (const Rows& rows : rows_) table += has_own_times_ ? rows.with_time : rows.without_time;
   detail::write_file(staged_->path() / detail::mask_table_name, table);
   const std::unique_ptr<detail::StagedFolder> staged = std::move(staged_);
   staged->commit({detail::mask_table_name});

@@ -15,6 +15,9 @@ namespace dynfilter::detail {
 
 constexpr const char* mask_table_name = "instances.csv";
 constexpr const char* mask_table_header = "frame,instance,class_id,score,x,y,width,height";
+/// The last column is optional: the time of the image that the masks were made of.
+constexpr const char* mask_table_header_with_time =
+    "frame,instance,class_id,score,x,y,width,height,mask_time";
 constexpr int max_mask_label = 65535;  // the limit of a 16-bit PNG
 
 /// Names what a mask writer writes into <folder>/<masks>, plus the files of these kinds that are

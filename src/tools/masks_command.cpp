@@ -41,8 +41,9 @@ void make_masks(const MasksOptions& options) {
   {
     ProgressBar progress("segmenting", sequence.size());
     for (std::size_t i = 0; i < sequence.size(); ++i) {
-      const Segmentation masks = segmenter->segment(sequence.read(i));
-      writer.add(masks, sequence.entry(i).stem);
+      const FrameView frame = sequence.read(i);
+      const Segmentation masks = segmenter->segment(frame);
+      writer.add(masks, sequence.entry(i).stem, frame.timestamp_s);
       instances += masks.instances.size();
       progress.advance();
     }

@@ -14,6 +14,7 @@
 
 #include "commands.hpp"
 #include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/number_text.hpp"
 #include "dynfilter/evaluation/rgbd_sequence_writer.hpp"
 #include "dynfilter/evaluation/scene_levels.hpp"
 #include "dynfilter/evaluation/synthetic_scene.hpp"
@@ -38,13 +39,6 @@ struct SynthOptions {
   bool statistics = false;
   SyntheticSceneOptions scene;
 };
-
-/// Gives masks the time of the frame that uses them, whatever frame they were made from.
-Segmentation used_for(Segmentation segmentation, const FrameView& frame) {
-  segmentation.frame_id = frame.id;
-  segmentation.timestamp_s = frame.timestamp_s;
-  return segmentation;
-}
 
 /// Names what a scene uses in its folder.
 std::vector<std::filesystem::path> scene_names(const std::filesystem::path& folder) {
@@ -80,7 +74,8 @@ void synthesise(const SynthOptions& options) {
     for (int i = 0; i < scene.size(); ++i) {
       const SyntheticFrame rendered = scene.render(i);
       sequence.add(rendered.frame, rendered.pose.rotation, rendered.pose.translation);
-      masks.add(used_for(rendered.poor_segmentation, rendered.frame));
+      masks.add(rendered.poor_segmentation, detail::time_text(rendered.frame.timestamp_s),
+                rendered.frame.timestamp_s);
       true_masks.add(rendered.true_segmentation);
       progress.advance();
     }

@@ -319,6 +319,7 @@ TEST_F(Program, SynthRendersALevelWithStaleMasks) {
     for (auto row : rows) {
       if (row.at(0) != frame) continue;
       row.at(0).clear();
+      row.resize(8);  // without mask_time
       found.push_back(row);
     }
     return found;
@@ -326,6 +327,11 @@ TEST_F(Program, SynthRendersALevelWithStaleMasks) {
   EXPECT_FALSE(of_frame(fresh, "1.000000").empty());
   EXPECT_EQ(of_frame(old, "1.066667"), of_frame(fresh, "1.000000"));
   EXPECT_NE(of_frame(fresh, "1.066667"), of_frame(fresh, "1.000000"));
+  FrameView frame;
+  frame.timestamp_s = 1.066667;
+  EXPECT_DOUBLE_EQ(MaskFolderSegmenter(out("old") / "masks").segment(frame).timestamp_s, 1.0);
+  EXPECT_DOUBLE_EQ(MaskFolderSegmenter(out("level") / "masks").segment(frame).timestamp_s,
+                   1.066667);
   EXPECT_TRUE(run("synth " + quoted(out("x")) + " --level easy").mentions("medium"));
 }
 

@@ -43,8 +43,8 @@ struct SyntheticSceneOptions {
   /// they reach 0.40 m to either side of their path; these reach 0.15 m behind it and 0.25 m before
   /// it, if their limb_swing is at most 0.1.
   bool persons_sidestep = false;
-  double turn_distance_m = 0.8;  ///< distance from the middle at which people turn back; 0.2 to 2.4.
-                              ///< From about 2 on they leave the image and come back
+  double turn_distance_m = 0.8;  ///< distance from the middle at which people turn back; 0.2
+                                 ///< to 2.4. From about 2 on they leave the image and come back
 
   double wall_distance_m = 4.2;  ///< distance of the back wall; from person_distance_m + 1.5 to 20
   double background_contrast = 0.6;  ///< contrast of the room's textures, from 0 (grey) to 1 (full)

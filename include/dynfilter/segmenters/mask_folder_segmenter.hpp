@@ -9,7 +9,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <map>
+#include <optional>
 
 #include "dynfilter/segmenter.hpp"
 
@@ -38,6 +40,12 @@ struct MaskFolderOptions {
 /// numbers, with class, score and box of the table; an instance without a pixel has no mask. A file
 /// without rows in the table is a frame without instances.
 ///
+/// The table may have a last column, mask_time: the time of the image that a frame's masks were
+/// made of, seconds, equal in all rows of the frame. It becomes Segmentation::timestamp_s, so that
+/// masks of an earlier image count as stale, and Segmentation::frame_id is `unknown_frame`. An
+/// empty cell, or a time within `max_time_difference_s` of the mask's file, means the frame's own
+/// image; so does a table without the column, and a frame without rows.
+///
 /// Binary masks, if there is no table: 0 and non-zero. Every connected object is one instance of
 /// class 0 and score 1 (see instances_from_binary_mask).
 ///
@@ -46,6 +54,9 @@ struct MaskFolderOptions {
 /// change while the segmenter lives.
 class MaskFolderSegmenter final : public Segmenter {
  public:
+  /// Segmentation::frame_id of masks that were made of another image than the frame's.
+  static constexpr std::uint64_t unknown_frame = std::numeric_limits<std::uint64_t>::max();
+
   /// Reads the table and the names of the masks; decodes none. O(n log n) of files and rows.
   ///
   /// Throws std::runtime_error that names file and line for
@@ -53,8 +64,8 @@ class MaskFolderSegmenter final : public Segmenter {
   /// - a PNG file whose name is not a time (no frame would find this mask), or two files for one
   ///   time;
   /// - a mask or table that is not a regular file;
-  /// - a table with another header, a row that is short or malformed, or an instance that occurs
-  ///   twice;
+  /// - a table with another header, a row that is short or malformed, an instance that occurs
+  ///   twice, or two values of mask_time for one frame;
   /// - unless `allow_missing`: a folder without PNG files, and rows of a frame without a file.
   ///
   /// Throws std::invalid_argument for negative options.
@@ -71,6 +82,7 @@ class MaskFolderSegmenter final : public Segmenter {
   struct Mask {
     std::filesystem::path path;
     std::map<int, Instance> instances;  // rows of the table by label, without masks
+    std::optional<double> time_s;       // mask_time of these rows
   };
   using Masks = std::map<std::int64_t, Mask>;  // by time in microseconds
 

@@ -67,6 +67,14 @@ class MaskFolderWriter {
   /// the mask.
   void add(const Segmentation& segmentation, const std::string& stem);
 
+  /// Adds the masks that a frame has, made of the image of segmentation.timestamp_s: an earlier
+  /// one, if they are late. The file is named by the frame's stem. If the two times differ by more
+  /// than 1 ms, the table gets the column mask_time, by which MaskFolderSegmenter tells the masks'
+  /// age. Masks without instances have no row, so their time is lost. Throws std::invalid_argument
+  /// as above, with the frame's time in place of the segmentation's, and for a segmentation's time
+  /// that is none in seconds.
+  void add(const Segmentation& segmentation, const std::string& stem, double frame_timestamp_s);
+
   /// Moves the masks into the folder and replaces earlier ones. No frame can be added afterwards; a
   /// second call does nothing. Throws std::runtime_error that names the file that cannot be written
   /// or is in the way; the folder then keeps its contents.
@@ -76,8 +84,13 @@ class MaskFolderWriter {
   std::size_t size() const { return times_.size(); }
 
  private:
+  struct Rows {
+    std::string without_time, with_time;  // without and with the last column
+  };
+
   std::unique_ptr<detail::StagedFolder> staged_;  // null after finish()
-  std::list<std::string> rows_;                   // rows of instances.csv, one string per frame
+  std::list<Rows> rows_;                          // rows of instances.csv, frame by frame
+  bool has_own_times_ = false;                    // whether any masks are of another image
   std::set<std::int64_t> times_;                  // microseconds
 };
 

@@ -1,0 +1,132 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// Masks with their own time: the last column of instances.csv.
+
+#include <stdexcept>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "dynfilter/segmenters/mask_folder_segmenter.hpp"
+#include "dynfilter/segmenters/mask_folder_writer.hpp"
+#include "support/expect_error.hpp"
+#include "support/mask_folder.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+const std::string timed_header = "frame,instance,class_id,score,x,y,width,height,mask_time\n";
+constexpr std::uint64_t unknown = MaskFolderSegmenter::unknown_frame;
+
+Segmentation masks_of(double timestamp_s, int count = 1) {
+  Segmentation segmentation;
+  segmentation.timestamp_s = timestamp_s;
+  segmentation.image_size = {8, 6};
+  const cv::Mat block(3, 2, CV_8UC1, cv::Scalar(1));
+  for (int i = 0; i < count; ++i) {
+    segmentation.instances.push_back(Instance::from_box_mask(block, {3 * i, 1, 2, 3}, 0, 0.5F));
+  }
+  return segmentation;
+}
+
+TEST(MaskFolderTimes, RoundTripKeepsTheTimeOfTheMasks) {
+  const TemporaryFolder folder;
+  MaskFolderWriter writer(folder.path());
+  writer.add(masks_of(1341846434.710184), "1341846434.710184", 1341846434.710184);
+  writer.add(masks_of(1341846434.710184, 2), "1341846434.746225", 1341846434.746225);
+  writer.add(masks_of(1341846434.710184, 0), "1341846434.778203", 1341846434.778203);
+  writer.add(masks_of(1341846434.810024));
+  writer.finish();
+  EXPECT_EQ(file_text(folder / "instances.csv"),
+            timed_header +
+                "1341846434.710184,1,0,0.500000,0,1,2,3,1341846434.710184\n"
+                "1341846434.746225,1,0,0.500000,0,1,2,3,1341846434.710184\n"
+                "1341846434.746225,2,0,0.500000,3,1,2,3,1341846434.710184\n"
+                "1341846434.810024,1,0,0.500000,0,1,2,3,1341846434.810024\n");
+  MaskFolderSegmenter reader(folder.path());
+  const auto read = [&](double time_s) { return reader.segment(frame_at(time_s)); };
+  EXPECT_DOUBLE_EQ(read(1341846434.710184).timestamp_s, 1341846434.710184);
+  EXPECT_EQ(read(1341846434.710184).frame_id, 77U);
+  EXPECT_DOUBLE_EQ(read(1341846434.746225).timestamp_s, 1341846434.710184);
+  EXPECT_EQ(read(1341846434.746225).frame_id, unknown);
+  EXPECT_EQ(read(1341846434.746225).instances.size(), 2U);
+  // Masks without instances have no row, so they count as the frame's own.
+  EXPECT_DOUBLE_EQ(read(1341846434.778203).timestamp_s, 1341846434.778203);
+  EXPECT_DOUBLE_EQ(read(1341846434.810024).timestamp_s, 1341846434.810024);
+}
+
+TEST(MaskFolderTimes, MasksOfTheirFramesGetNoColumn) {
+  const TemporaryFolder folder;
+  MaskFolderWriter writer(folder.path());
+  writer.add(masks_of(1.5004), "1.5", 1.5);  // the same moment, to 1 ms
+  writer.add(masks_of(1.5, 0), "2.5", 2.5);  // without instances
+  writer.finish();
+  EXPECT_EQ(file_text(folder / "instances.csv"), header + "1.5,1,0,0.500000,0,1,2,3\n");
+  MaskFolderSegmenter reader(folder.path());
+  EXPECT_DOUBLE_EQ(reader.segment(frame_at(1.5)).timestamp_s, 1.5);
+  EXPECT_EQ(reader.segment(frame_at(1.5)).frame_id, 77U);
+}
+
+TEST(MaskFolderTimes, CellsMayBeEmptyOrMixed) {
+  const TemporaryFolder folder;
+  for (const char* file : {"1.png", "2.png", "3.png", "4.png"}) {
+    write_mask(folder, file, cv::Mat(6, 8, CV_8UC1, cv::Scalar(1)));
+  }
+  folder.write("instances.csv", timed_header +
+                                    "1,1,0,0.5,0,0,8,6,\n"
+                                    "2,1,0,0.5,0,0,8,6,1.25\n"
+                                    "3,1,0,0.5,0,0,8,6,3.0005\r\n"
+                                    "4,1,0,0.5,0,0,8,6, 4.5 \n");
+  MaskFolderSegmenter reader(folder.path());
+  const auto time_of = [&](double frame_s) {
+    return reader.segment(frame_at(frame_s)).timestamp_s;
+  };
+  EXPECT_DOUBLE_EQ(time_of(1), 1);
+  EXPECT_DOUBLE_EQ(time_of(2), 1.25);
+  EXPECT_DOUBLE_EQ(time_of(3), 3);    // within 1 ms: the frame's own
+  EXPECT_DOUBLE_EQ(time_of(4), 4.5);  // a later image, as of the nearest key frame
+  EXPECT_DOUBLE_EQ(time_of(2.0009), 1.25);
+}
+
+TEST(MaskFolderTimes, RefusesWrongTimesWithFileAndLine) {
+  const std::string good = "1.5,1,0,0.9,0,0,4,5,1.25\n";
+  const struct {
+    std::string text, message;
+  } cases[] = {
+      {timed_header + "1.5,1,0,0.9,0,0,4,5\n",
+       ":2: got 8 columns; want frame,instance,class_id,score,x,y,width,height,mask_time"},
+      {timed_header + good + "1.5,2,0,0.9,0,0,4,5,soon\n",
+       ":3: mask_time: got 'soon'; want a time in seconds"},
+      {timed_header + "1.5,1,0,0.9,0,0,4,5,nan\n", ":2: mask_time: got 'nan'"},
+      {timed_header + "1.5,1,0,0.9,0,0,4,5,1e18\n", ":2: mask_time: got '1e18'"},
+      {timed_header + good + "1.5,2,0,0.9,0,0,4,5,1.3\n",
+       ":3: mask_time: got '1.3' for frame 1.5; want that of its earlier lines"},
+      {timed_header + good + "1.5,2,0,0.9,0,0,4,5,\n",
+       ":3: mask_time: got '' for frame 1.5; want that of its earlier lines"},
+      {"frame,instance,class_id,score,x,y,width,height,time\n" + good,
+       ":1: got 'frame,instance,class_id,score,x,y,width,height,time'; want the header"},
+  };
+  for (const auto& c : cases) {
+    SCOPED_TRACE(c.text);
+    const TemporaryFolder folder;
+    write_mask(folder, "1.5.png", cv::Mat(6, 8, CV_8UC1, cv::Scalar(0)));
+    const auto path = folder.write("instances.csv", c.text);
+    expect_error<std::runtime_error>([&] { MaskFolderSegmenter{folder.path()}; },
+                                     path.string() + c.message);
+  }
+}
+
+TEST(MaskFolderTimes, WriterRefusesTimesThatAreNone) {
+  const TemporaryFolder folder;
+  MaskFolderWriter writer(folder.path());
+  expect_error<std::invalid_argument>([&] { writer.add(masks_of(1e18), "1.5", 1.5); },
+                                      "masks of time 1000000000000000000.000000");
+  expect_error<std::invalid_argument>([&] { writer.add(masks_of(1.5), "1.5", 1.6); },
+                                      "the stem '1.5' for a segmentation of time 1.600000");
+  EXPECT_EQ(writer.size(), 0U);
+}
+
+}  // namespace
+}  // namespace dynfilter::testing
