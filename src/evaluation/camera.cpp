@@ -47,6 +47,14 @@ class CameraFile {
     return value;
   }
 
+  double optional_within(const char* key, double limit) const {
+    const double value = optional(key);
+    if (std::abs(value) > limit) {
+      file_.refuse(key, file_.shown(key), detail::concatenate("a number within ±", limit));
+    }
+    return value;
+  }
+
   int optional_pixels(const char* key) const {
     const double value = optional(key);
     if (value < 0 || value != std::floor(value) || value > std::numeric_limits<int>::max()) {
@@ -100,6 +108,9 @@ void require_readable(const CameraParameters& camera) {
   if (camera.frames_per_second < 0) {
     refuse("frames_per_second", camera.frames_per_second, "at least 0");
   }
+  if (!(std::abs(camera.depth_offset_s) <= max_depth_offset_s)) {
+    refuse("depth_offset_s", camera.depth_offset_s, "a number within ±10 s");
+  }
   if (camera.image_size.width < 0 || camera.image_size.height < 0) {
     detail::throw_misuse("write_camera", "image_size " + detail::size_name(camera.image_size),
                          "a size in pixels, or 0x0");
@@ -124,6 +135,7 @@ CameraParameters read_camera(const std::filesystem::path& path) {
   camera.image_size.height = file.optional_pixels("Camera.height");
   camera.frames_per_second = file.optional_not_negative("Camera.fps");
   camera.depth_units_per_metre = file.positive("DepthMapFactor");
+  camera.depth_offset_s = file.optional_within("dynfilter.depth_offset_s", max_depth_offset_s);
   return camera;
 }
 
@@ -148,6 +160,9 @@ std::string camera_file_text(const CameraParameters& camera) {
   }
   if (camera.frames_per_second > 0) add("Camera.fps", real_text(camera.frames_per_second));
   add("DepthMapFactor", real_text(camera.depth_units_per_metre));
+  if (camera.depth_offset_s != 0) {
+    add("dynfilter.depth_offset_s", real_text(camera.depth_offset_s));
+  }
   return text;
 }
 

@@ -4,8 +4,10 @@
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <map>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <system_error>
@@ -105,31 +107,99 @@ std::vector<double> times_of(const std::vector<ListedImage>& images) {
   return times;
 }
 
-std::vector<ListedFrame> associate_lists(const fs::path& folder, double max_difference_s) {
-  const std::vector<ListedImage> images = read_list(folder, "rgb.txt");
-  const std::vector<ListedImage> depths = read_list(folder, "depth.txt");
-  std::vector<ListedFrame> frames;
-  for (const auto& [i, j] : associate(times_of(images), times_of(depths), max_difference_s)) {
-    frames.push_back({images[i], depths[j]});
-  }
-  if (frames.empty()) {
-    detail::throw_file_error(folder, detail::concatenate("no image of rgb.txt and depth.txt lie ",
-                                                         max_difference_s, " s apart or less"));
-  }
-  return frames;
-}
+/// The lists of a folder, before images are paired.
+struct Lists {
+  bool has_associations = false;
+  std::vector<ListedFrame> frames;  ///< of associations.txt, or of rgb.txt without depth.txt
+  std::vector<ListedImage> images;  ///< of rgb.txt, to be paired
+  std::vector<ListedImage> depths;  ///< of depth.txt
+};
 
-std::vector<ListedFrame> read_frames(const fs::path& folder, double max_difference_s) {
-  if (detail::exists(folder / "associations.txt")) return read_associations(folder);
+Lists read_lists(const fs::path& folder) {
+  Lists lists;
+  lists.has_associations = detail::exists(folder / "associations.txt");
+  if (lists.has_associations) {
+    lists.frames = read_associations(folder);
+    return lists;
+  }
   if (!detail::exists(folder / "rgb.txt")) {
     detail::throw_file_error(folder, "holds neither associations.txt nor rgb.txt");
   }
-  if (detail::exists(folder / "depth.txt")) return associate_lists(folder, max_difference_s);
-  std::vector<ListedFrame> frames;
-  for (ListedImage& image : read_list(folder, "rgb.txt")) {
-    frames.push_back({std::move(image), {}});
+  lists.images = read_list(folder, "rgb.txt");
+  if (detail::exists(folder / "depth.txt")) {
+    lists.depths = read_list(folder, "depth.txt");
+    return lists;
   }
-  return frames;
+  for (ListedImage& image : lists.images) lists.frames.push_back({std::move(image), {}});
+  return lists;
+}
+
+/// Returns the time that names an image, or nothing.
+std::optional<double> time_in_name(const fs::path& path) {
+  const std::optional<double> time_s = detail::parse_number(path.stem().string());
+  if (!time_s || !detail::is_time_in_seconds(*time_s)) return {};
+  return time_s;
+}
+
+/// Adds the images beside those that are listed, if all of those are named by their times.
+void add_images_beside(std::vector<ListedImage>& depths) {
+  constexpr double max_name_difference_s = 0.001;
+  std::set<std::int64_t> times;
+  std::set<fs::path> folders;
+  for (const ListedImage& depth : depths) {
+    const std::optional<double> named_s = time_in_name(depth.path);
+    if (!named_s || std::abs(*named_s - depth.time_s) > max_name_difference_s) return;
+    times.insert(detail::microseconds(depth.time_s));
+    folders.insert(depth.path.parent_path());
+  }
+  for (const fs::path& folder : folders) {
+    std::error_code failure;  // require_files reports a folder that cannot be read
+    std::vector<fs::path> files;
+    for (fs::directory_iterator entry(folder, failure), end; !failure && entry != end;
+         entry.increment(failure)) {
+      if (!detail::is_hidden_name(entry->path().filename())) files.push_back(entry->path());
+    }
+    std::sort(files.begin(), files.end());
+    for (const fs::path& file : files) {
+      const std::optional<double> time_s = time_in_name(file);
+      if (!time_s || !times.insert(detail::microseconds(*time_s)).second) continue;
+      depths.push_back({*time_s, file.filename().string(), file, depths.front().list, 0});
+    }
+  }
+}
+
+std::vector<ListedFrame> pair_by_time(const fs::path& folder, const Lists& lists,
+                                      const RgbdSequenceOptions& options, double offset_s) {
+  std::vector<double> times = times_of(lists.images);
+  for (double& time_s : times) time_s += offset_s;
+  std::vector<ListedFrame> frames;
+  for (const auto& [i, j] :
+       associate(times, times_of(lists.depths), options.max_time_difference_s)) {
+    frames.push_back({lists.images[i], lists.depths[j]});
+  }
+  if (!frames.empty()) return frames;
+  const std::string names = lists.has_associations ? "associations.txt" : "rgb.txt and depth.txt";
+  const std::string moved =
+      offset_s == 0 ? "" : detail::concatenate(" with a depth offset of ", offset_s, " s");
+  detail::throw_file_error(
+      folder, detail::concatenate("no image of ", names, " lie ", options.max_time_difference_s,
+                                  " s apart or less", moved));
+}
+
+std::vector<ListedFrame> frames_of(const fs::path& folder, Lists lists,
+                                   const RgbdSequenceOptions& options, double offset_s) {
+  const bool are_pairs = !lists.frames.empty();
+  if (are_pairs && (offset_s == 0 || !lists.has_associations)) return std::move(lists.frames);
+  if (are_pairs) {
+    std::set<std::int64_t> depth_times;
+    for (ListedFrame& frame : lists.frames) {
+      lists.images.push_back(std::move(frame.image));
+      if (!depth_times.insert(detail::microseconds(frame.depth.time_s)).second) continue;
+      lists.depths.push_back(std::move(frame.depth));
+    }
+    add_images_beside(lists.depths);
+  }
+  return pair_by_time(folder, lists, options, offset_s);
 }
 
 [[noreturn]] void refuse(const ListedImage& image, const std::string& what) {
@@ -207,23 +277,30 @@ RgbdSequence::RgbdSequence(const fs::path& folder, const RgbdSequenceOptions& op
         detail::concatenate("max_time_difference_s = ", options.max_time_difference_s),
         "seconds, at least 0");
   }
+  const double offset_s = options.depth_offset_s.value_or(0);
+  if (!(std::abs(offset_s) <= max_depth_offset_s)) {
+    detail::throw_misuse("RgbdSequence", detail::concatenate("depth_offset_s = ", offset_s),
+                         "seconds within ±10");
+  }
   if (detail::type_of(folder) != fs::file_type::directory) {
     detail::throw_file_error(folder, "there is no such folder");
   }
   detail::require_whole(folder);
 
-  std::vector<ListedFrame> frames = read_frames(folder, options.max_time_difference_s);
+  Lists lists = read_lists(folder);
+  camera_file_ = options.camera_file.empty() ? folder / "camera.yaml" : options.camera_file;
+  if (!detail::exists(camera_file_)) throw_no_camera(camera_file_);
+  detail::require_regular_file(camera_file_);
+  camera_ = read_camera(camera_file_);
+  depth_offset_s_ = options.depth_offset_s.value_or(camera_.depth_offset_s);
+
+  std::vector<ListedFrame> frames = frames_of(folder, std::move(lists), options, depth_offset_s_);
   require_files(frames);
   has_depth_ = !frames.front().depth.file.empty();
   std::stable_sort(frames.begin(), frames.end(), [](const ListedFrame& a, const ListedFrame& b) {
     return a.image.time_s < b.image.time_s;
   });
   for (const ListedFrame& frame : frames) entries_.push_back(entry_of(frame));
-
-  camera_file_ = options.camera_file.empty() ? folder / "camera.yaml" : options.camera_file;
-  if (!detail::exists(camera_file_)) throw_no_camera(camera_file_);
-  detail::require_regular_file(camera_file_);
-  camera_ = read_camera(camera_file_);
 }
 
 const RgbdSequenceEntry& RgbdSequence::entry(std::size_t i) const {

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,7 @@ struct AblateOptions {
   std::string program = "dynfilter";
   std::vector<std::filesystem::path> sequences;
   std::vector<std::string> degradations;  // of the sequences' masks; none: unchanged
+  std::optional<double> depth_offset_s;
   std::vector<std::string> levels;
   std::string seeds = "1-5";
   SceneSpec level_options;  // options that all levels share
@@ -52,6 +54,7 @@ AblationPlan plan_of(const AblateOptions& options) {
   for (const std::filesystem::path& sequence : options.sequences) {
     SceneSpec scene;
     scene.sequence = sequence;
+    scene.depth_offset_s = options.depth_offset_s;
     if (options.degradations.empty()) plan.scenes.push_back(scene);
     for (const std::string& how : options.degradations) {
       scene.degraded = how;
@@ -125,6 +128,7 @@ void add_ablate_command(CLI::App& program, const std::string& called_as) {
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::IsMember(degradation_names()));
+  add_depth_offset_option(*command, options->depth_offset_s);
   command->add_option("--levels", options->levels, "levels of dynfilter synth, such as medium,hard")
       ->delimiter(',')
       ->allow_extra_args(false)

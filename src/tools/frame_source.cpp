@@ -14,8 +14,8 @@ namespace {
 class Recording final : public FrameSource {
  public:
   Recording(const std::filesystem::path& folder, const std::filesystem::path& masks,
-            const std::filesystem::path& camera)
-      : sequence_(folder, {0.02, camera}), camera_file_(camera) {
+            const std::filesystem::path& camera, std::optional<double> depth_offset_s)
+      : sequence_(folder, {0.02, camera, depth_offset_s}), camera_file_(camera) {
     const auto given = masks.empty() ? sequence_.masks_folder() : masks;
     if (given) {
       masks_.emplace(*given);
@@ -37,7 +37,8 @@ class Recording final : public FrameSource {
   std::string masks_name() const override { return masks_name_; }
 
   SourceFrame read(std::size_t i) override {
-    SourceFrame frame{sequence_.entry(i).stem, sequence_.read(i), {}, {}};
+    const RgbdSequenceEntry& entry = sequence_.entry(i);
+    SourceFrame frame{entry.stem, sequence_.read(i), entry.depth_timestamp_s, {}, {}};
     if (masks_) frame.masks = masks_->segment(frame.frame);
     if (true_masks_) frame.true_masks = true_masks_->segment(frame.frame);
     return frame;
@@ -104,7 +105,8 @@ class Rendering final : public FrameSource {
   SourceFrame read(std::size_t i) override {
     SyntheticFrame rendered = scene_.render(static_cast<int>(i));
     return {detail::time_text(rendered.frame.timestamp_s), rendered.frame,
-            std::move(rendered.poor_segmentation), std::move(rendered.true_segmentation)};
+            rendered.frame.timestamp_s, std::move(rendered.poor_segmentation),
+            std::move(rendered.true_segmentation)};
   }
 
   std::optional<Trajectory> true_trajectory() const override {
@@ -135,8 +137,9 @@ void add_sequence_inputs(const RgbdSequence& sequence, Inputs& inputs) {
 
 std::unique_ptr<FrameSource> open_sequence(const std::filesystem::path& folder,
                                            const std::filesystem::path& masks,
-                                           const std::filesystem::path& camera) {
-  return std::make_unique<Recording>(folder, masks, camera);
+                                           const std::filesystem::path& camera,
+                                           std::optional<double> depth_offset_s) {
+  return std::make_unique<Recording>(folder, masks, camera, depth_offset_s);
 }
 
 std::unique_ptr<FrameSource> render_scene(const SyntheticSceneOptions& options) {

@@ -25,7 +25,8 @@ namespace dynfilter::tools {
 struct SourceFrame {
   std::string stem;  ///< of its files
   FrameView frame;
-  std::optional<Segmentation> masks;       ///< none if the sequence has no masks
+  double depth_timestamp_s = 0;       ///< the depth image's stamp; the frame's time without one
+  std::optional<Segmentation> masks;  ///< none if the sequence has no masks
   std::optional<Segmentation> true_masks;  ///< none if the truth is unknown
 };
 
@@ -69,12 +70,13 @@ inline void require_masks(const FrameSource& source, std::size_t every) {
 /// Adds the files and folders that a sequence is read from, masks excepted.
 void add_sequence_inputs(const RgbdSequence& sequence, Inputs& inputs);
 
-/// Opens a sequence in the layout of TUM or BONN. Empty paths mean the files in its folder. Reads
-/// everything but images: lists, camera, mask tables and the true trajectory. Throws
-/// std::runtime_error that names what cannot be read.
+/// Opens a sequence in the layout of TUM or BONN. Empty paths mean the files in its folder, no
+/// offset of depth means the camera file's. Reads everything but images: lists, camera, mask tables
+/// and the true trajectory. Throws std::runtime_error that names what cannot be read.
 std::unique_ptr<FrameSource> open_sequence(const std::filesystem::path& folder,
                                            const std::filesystem::path& masks = {},
-                                           const std::filesystem::path& camera = {});
+                                           const std::filesystem::path& camera = {},
+                                           std::optional<double> depth_offset_s = {});
 
 /// Renders a scene. Throws std::invalid_argument for options out of range.
 std::unique_ptr<FrameSource> render_scene(const SyntheticSceneOptions& options);

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "commands.hpp"
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
@@ -15,18 +16,20 @@
 #include "progress_bar.hpp"
 #include "segmenter_spec.hpp"
 #include "segmenters/mask_table.hpp"
+#include "shared_options.hpp"
 
 namespace dynfilter::tools {
 namespace {
 
 struct MasksOptions {
   std::filesystem::path sequence, camera, out;
+  std::optional<double> depth_offset_s;
   SegmenterSpec segmenter;
   bool overwrite = false;
 };
 
 void make_masks(const MasksOptions& options) {
-  const RgbdSequence sequence(options.sequence, {0.02, options.camera});
+  const RgbdSequence sequence(options.sequence, {0.02, options.camera, options.depth_offset_s});
   Inputs inputs;
   add_sequence_inputs(sequence, inputs);
   inputs.add(options.camera);
@@ -67,6 +70,7 @@ void add_masks_command(CLI::App& program) {
       ->check(some_path())
       ->required();
   command->add_option("--camera", options->camera, "camera file [SEQUENCE/camera.yaml]");
+  add_depth_offset_option(*command, options->depth_offset_s);
   command->add_flag("--overwrite", options->overwrite,
                     "replace the masks of an earlier call when all new ones are made");
   add_segmenter_options(*command, options->segmenter);

@@ -100,6 +100,7 @@ void add_run_command(CLI::App& program) {
       ->excludes(level);
   command->add_option("--camera", options->scene.camera, "camera file [SEQUENCE/camera.yaml]")
       ->excludes(level);
+  add_depth_offset_option(*command, options->scene.depth_offset_s)->excludes(level);
   command->add_option("--rule", options->rule, "rule that removes features, see below")
       ->check(CLI::IsMember(all_rule_names()))
       ->capture_default_str();

@@ -4,6 +4,7 @@
 #include "scene_spec.hpp"
 
 #include "degraded_masks.hpp"
+#include "dynfilter/detail/errors.hpp"
 #include "dynfilter/evaluation/scene_levels.hpp"
 
 namespace dynfilter::tools {
@@ -27,7 +28,7 @@ SceneName SceneSpec::name() const {
 
 std::unique_ptr<FrameSource> SceneSpec::open() const {
   if (level.empty()) {
-    std::unique_ptr<FrameSource> source = open_sequence(sequence, masks, camera);
+    std::unique_ptr<FrameSource> source = open_sequence(sequence, masks, camera, depth_offset_s);
     return degraded.empty() ? std::move(source) : degrade_masks(std::move(source), degraded);
   }
   SyntheticSceneOptions options = scene_level(level, level_seed);
@@ -56,6 +57,7 @@ std::string SceneSpec::arguments() const {
   add_path("", sequence);
   add_path(" --masks ", masks);
   add_path(" --camera ", camera);
+  if (depth_offset_s) text += " --depth-offset " + detail::concatenate(*depth_offset_s);
   if (!degraded.empty()) text += " --degrade " + degraded;
   return text;
 }

@@ -22,10 +22,11 @@ struct SceneName {
 
 /// The frames to use: those of a recorded sequence, or of a level with a seed.
 struct SceneSpec {
-  std::filesystem::path sequence;  ///< empty: use a level
-  std::filesystem::path masks;     ///< empty: the sequence's own
-  std::filesystem::path camera;    ///< empty: the sequence's own
-  std::string degraded;            ///< how the sequence's masks are degraded; empty: not at all
+  std::filesystem::path sequence;        ///< empty: use a level
+  std::filesystem::path masks;           ///< empty: the sequence's own
+  std::filesystem::path camera;          ///< empty: the sequence's own
+  std::optional<double> depth_offset_s;  ///< empty: the camera file's
+  std::string degraded;  ///< how the sequence's masks are degraded; empty: not at all
   std::string level;
   std::uint64_t level_seed = 1;
   std::optional<int> frames, width, height;  ///< replace the level's own

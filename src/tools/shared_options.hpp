@@ -8,9 +8,11 @@
 
 #include <cstdint>
 #include <limits>
+#include <optional>
 
 #include <CLI/CLI.hpp>
 
+#include "dynfilter/evaluation/camera.hpp"
 #include "number_options.hpp"
 #include "rule_run.hpp"
 #include "scene_spec.hpp"
@@ -24,6 +26,15 @@ inline void add_level_size_options(CLI::App& command, SceneSpec& scene) {
       ->transform(whole_number(16, 8192));
   command.add_option("--height", scene.height, "height of a level's images, pixels [480]")
       ->transform(whole_number(16, 8192));
+}
+
+inline CLI::Option* add_depth_offset_option(CLI::App& command, std::optional<double>& offset_s) {
+  return command
+      .add_option("--depth-offset", offset_s,
+                  "pair colour images with the depth images whose stamps are this many seconds\n"
+                  "later; above 0 where depth is late, as TUM's, 0.033; see dynfilter sync\n"
+                  "[dynfilter.depth_offset_s of the camera file, or 0]")
+      ->check(real_number(-max_depth_offset_s, max_depth_offset_s));
 }
 
 inline void add_setting_options(CLI::App& command, RunSettings& settings) {

@@ -13,6 +13,9 @@
 
 namespace dynfilter {
 
+/// Largest offset of depth that makes sense, seconds.
+constexpr double max_depth_offset_s = 10;
+
 /// Camera of a sequence: a pinhole camera with OpenCV's radial-tangential distortion.
 struct CameraParameters {
   double fx = 0;  ///< focal length in x, pixels; above 0
@@ -26,21 +29,23 @@ struct CameraParameters {
   cv::Size image_size;               ///< pixels; 0x0 = unknown
   double frames_per_second = 0;      ///< frame rate, Hz; 0 = unknown
   double depth_units_per_metre = 0;  ///< DepthMapFactor, above 0; 5000 for TUM and BONN
+  double depth_offset_s = 0;         ///< see RgbdSequenceOptions::depth_offset_s; within ±10 s
 };
 
 /// Reads the camera from a settings file of ORB-SLAM2 or -3 (an OpenCV YAML file), with its own
 /// keys. Camera.fx, .fy, .cx, .cy and DepthMapFactor are required; Camera.k1, .k2, .p1, .p2, .k3,
-/// .width, .height and .fps are optional; other keys are ignored. Numbers must be decimal and in
-/// range: OpenCV would read 010 as 8 and 5000000000 as 705032704, so both are refused.
+/// .width, .height and .fps, and dynfilter.depth_offset_s are optional; other keys are ignored.
+/// Numbers must be decimal and in range: OpenCV would read 010 as 8 and 5000000000 as 705032704, so
+/// both are refused.
 ///
 /// Throws std::runtime_error that names the file, and the key, for a file that is missing, not
 /// regular or not an OpenCV YAML file, for a key that is missing, repeated or not a finite number,
-/// and if fx, fy or DepthMapFactor is not above 0.
+/// if fx, fy or DepthMapFactor is not above 0, and for an offset beyond 10 s.
 CameraParameters read_camera(const std::filesystem::path& path);
 
-/// Writes a file for read_camera, with ORB-SLAM's keys; every value is read back exactly. Replaces
-/// an existing file. Throws std::invalid_argument for a camera that read_camera would refuse, and
-/// std::runtime_error that names the file if it cannot be written.
+/// Writes a file for read_camera, with ORB-SLAM's keys; every value is read back exactly. An offset
+/// of 0 has no line. Replaces an existing file. Throws std::invalid_argument for a camera that
+/// read_camera would refuse, and std::runtime_error that names the file if it cannot be written.
 void write_camera(const std::filesystem::path& path, const CameraParameters& camera);
 
 /// Returns the text that write_camera writes. Throws std::invalid_argument as it does.

@@ -19,11 +19,17 @@ namespace dynfilter {
 
 /// Options of RgbdSequence.
 struct RgbdSequenceOptions {
-  /// Largest difference in time between a colour and a depth image, if the sequence has no
-  /// associations.txt.
+  /// Largest difference in time between a colour image, moved by depth_offset_s, and its depth
+  /// image, if images are paired by time.
   double max_time_difference_s = 0.02;
   /// Camera file; empty = camera.yaml in the sequence's folder.
   std::filesystem::path camera_file = {};
+  /// Offset of the depth's stamps, seconds: a colour image of time t belongs with the depth image
+  /// whose stamp is nearest to t + depth_offset_s. Positive: depth is late, a depth image shows the
+  /// scene as it was before its stamp. TUM's is late by about one frame, +0.033 s. (One public
+  /// system writes -0.033 for the same.) Without a value, the camera file's CameraParameters::
+  /// depth_offset_s.
+  std::optional<double> depth_offset_s = {};
 };
 
 /// One frame of a sequence, not decoded.
@@ -42,6 +48,11 @@ struct RgbdSequenceEntry {
 /// `depth.txt` (t file), and images without a partner are left out; without `depth.txt` the
 /// sequence has colour only. Frames are ordered by time, even if the file's rows are not. `#`
 /// comments, blank lines and CR LF are accepted in all of these files.
+///
+/// An offset other than 0 pairs anew, also where there is an `associations.txt`: `associate` pairs
+/// the colour images of its rows, their times moved by the offset, with the depth images of its
+/// rows and, if these are named by their times, with the other images named so in their folder. A
+/// colour image without a depth image at that time, such as the last one, is left out.
 class RgbdSequence {
  public:
   /// Reads the lists and the camera file, and checks that the frames' images exist; decodes none.
@@ -56,7 +67,8 @@ class RgbdSequence {
   /// - a sequence without frames;
   /// - a camera file that is malformed or missing; the error then shows the text to write.
   ///
-  /// Throws std::invalid_argument for a negative max_time_difference_s.
+  /// Throws std::invalid_argument for a negative max_time_difference_s, and a depth_offset_s that
+  /// is not finite or beyond 10 s.
   explicit RgbdSequence(const std::filesystem::path& folder,
                         const RgbdSequenceOptions& options = {});
 
@@ -79,6 +91,8 @@ class RgbdSequence {
   const CameraParameters& camera() const { return camera_; }
   /// Folder of the sequence.
   const std::filesystem::path& folder() const { return folder_; }
+  /// Offset that the frames were paired with, seconds.
+  double depth_offset_s() const { return depth_offset_s_; }
   /// Whether the frames have depth.
   bool has_depth() const { return has_depth_; }
 
@@ -97,6 +111,7 @@ class RgbdSequence {
   std::vector<RgbdSequenceEntry> entries_;
   std::filesystem::path camera_file_;
   CameraParameters camera_;
+  double depth_offset_s_ = 0;
 };
 
 }  // namespace dynfilter
