@@ -1,0 +1,148 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_SEGMENTERS_DEPTH_OFFSET_ESTIMATOR_HPP
+#define DYNFILTER_SEGMENTERS_DEPTH_OFFSET_ESTIMATOR_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "dynfilter/frame.hpp"
+
+namespace dynfilter {
+
+/// Options of DepthOffsetEstimator.
+struct DepthOffsetEstimatorOptions {
+  /// Number of depth images before and after each colour image's own that are compared with it; 1
+  /// to 5. Offsets beyond it are not found.
+  int max_lag = 2;
+  /// Smallest jump of depth at an edge: the larger of metres, and share of the nearer depth.
+  double min_jump_m = 0.08;
+  double min_jump_share = 0.025;
+  /// Farthest near side of a depth edge, metres; farther edges are noisy.
+  double max_edge_depth_m = 6;
+  /// Widest strip without depth that an edge may lie across, as in the sensor's shadow beside a
+  /// near thing; pixels at a width of 640.
+  double max_shadow_px = 12;
+  /// Thresholds of the Canny detector for edges of the colour image; 0 < low <= high.
+  double canny_low = 50;
+  double canny_high = 120;
+  /// Largest distance between a depth edge and a colour edge that still counts, pixels at a width
+  /// of 640; a farther edge counts as this far.
+  double max_distance_px = 8;
+  std::size_t min_edges = 50;   ///< smallest number of depth edges of a usable frame
+  std::size_t min_frames = 10;  ///< smallest number of usable frames for an estimate
+  /// Largest standard error of an estimate, in frames; a less certain one is withheld.
+  double max_sigma_frames = 0.25;
+  /// Smallest rise of the mean distance from the best offset to the farthest ones, pixels. With
+  /// less, nothing moves.
+  double min_rise_px = 0.04;
+  /// Largest gap between two successive frames, seconds; a larger one, or a step back, separates
+  /// the frames before it from those after it.
+  double max_gap_s = 0.2;
+};
+
+/// Outcome of an estimate of the depth's offset.
+enum class DepthOffsetVerdict {
+  measured,        ///< there is an offset
+  too_few_frames,  ///< abstained: fewer usable frames than min_frames
+  nothing_moves,   ///< abstained: all offsets fit equally well
+  out_of_reach,    ///< abstained: the best offset is the first or the last that was tried
+  uncertain        ///< abstained: the standard error is above max_sigma_frames
+};
+
+/// Offset of the depth images' times. See RgbdSequenceOptions::depth_offset_s for the sign.
+struct DepthOffset {
+  double seconds = 0;       ///< offset of a depth image's stamp from its colour image's
+  double sigma_s = 0;       ///< standard error of `seconds`
+  double frames_late = 0;   ///< frames by which the depth of the pairs handed over is late
+  double sigma_frames = 0;  ///< standard error of `frames_late`
+};
+
+/// Estimate of DepthOffsetEstimator, and what it rests on.
+struct DepthOffsetEstimate {
+  DepthOffsetVerdict verdict = DepthOffsetVerdict::too_few_frames;
+  std::optional<DepthOffset> offset;  ///< if the verdict is `measured`
+  std::size_t frames = 0;             ///< usable frames
+  double period_s = 0;                ///< mean time between depth images; 0 without usable frames
+  /// @{
+  /// Mean difference of the stamps (depth minus colour) and mean distance of depth edges from
+  /// colour edges, pixels at a width of 640. Element k is of lag k - max_lag: 0 are the pairs
+  /// handed over, 1 pairs each colour image with the depth image after its own. Empty without
+  /// usable frames.
+  std::vector<double> differences_s;
+  std::vector<double> distances_px;
+  /// @}
+};
+
+/// Estimates by how much depth lags the colour, without any truth, from a recording or on line.
+///
+/// Edges of depth belong to the outlines of things, and most outlines show as edges of colour. If
+/// camera or things move, edges of a depth image of another time lie beside those of the colour
+/// image. So each colour image is compared with the depth images around its own, `max_lag` on
+/// either side: the truncated distance from each depth edge to the nearest Canny edge, averaged
+/// over the edges and then over all frames. A parabola through the smallest mean and its two
+/// neighbours gives fractions of a frame. The standard error is the jackknife's over up to 32
+/// stretches of time.
+///
+/// What is wrong with single edges (texture beside an outline, the sensor's shadow) is so at every
+/// lag, and cancels. Nothing is found where nothing moves, and nothing is said then. The estimator
+/// expects a constant offset; make another one for another recording.
+///
+/// Source: Canny's detector (1986), chamfer distance between edges (Barrow et al., 1977); their use
+/// for this purpose is our own.
+class DepthOffsetEstimator {
+ public:
+  /// Throws std::invalid_argument that names the option that is out of range.
+  explicit DepthOffsetEstimator(const DepthOffsetEstimatorOptions& options = {});
+
+  /// Adds a frame, in the order of time, with the time of its depth image. The frame is only read.
+  /// Results come max_lag frames later. O(pixels): about 3 ms at 640x480.
+  ///
+  /// Throws std::invalid_argument for a malformed frame, one without image or depth, an image that
+  /// is not 8-bit grey or BGR, and a time that is not finite; nothing has changed then. A frame of
+  /// another size than the last one's starts afresh, as a gap does.
+  void add(const FrameView& frame, double depth_timestamp_s);
+
+  /// Adds a frame whose depth has the stamp of its colour image.
+  void add(const FrameView& frame) { add(frame, frame.timestamp_s); }
+
+  /// Returns the estimate from all frames so far. O(1).
+  DepthOffsetEstimate estimate() const;
+
+ private:
+  /// Edges of one frame.
+  struct Edges {
+    double colour_s = 0, depth_s = 0;
+    cv::Mat distance;        // from every pixel to the nearest colour edge
+    std::vector<int> depth;  // depth edges, as indices of pixels
+  };
+  /// Sums over a stretch of frames; element k is of lag k - max_lag.
+  struct Stretch {
+    std::size_t frames = 0;
+    std::vector<double> differences_s, distances_px;
+  };
+
+  void find_edges(const FrameView& frame, Edges& edges);
+  void compare();
+  void add_row(const Stretch& row);
+  Edges& back(int frames_ago);
+
+  DepthOffsetEstimatorOptions options_;
+  std::vector<Edges> ring_;  // of the last 2 * max_lag + 1 frames
+  std::size_t next_ = 0;     // the element of ring_ that the next frame replaces
+  int filled_ = 0;           // frames since the last gap, at most the ring's size
+  double last_s_ = 0;
+  std::vector<Stretch> stretches_;
+  std::size_t stretch_frames_ = 1;  // frames of a full stretch
+  cv::Mat grey_, canny_;            // scratch
+};
+
+}  // namespace dynfilter
+
+#endif  // DYNFILTER_SEGMENTERS_DEPTH_OFFSET_ESTIMATOR_HPP

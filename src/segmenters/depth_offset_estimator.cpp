@@ -1,0 +1,285 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/segmenters/depth_offset_estimator.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <utility>
+
+#include <opencv2/imgproc.hpp>
+
+#include "dynfilter/detail/errors.hpp"
+
+namespace dynfilter {
+namespace {
+
+constexpr const char* component = "DepthOffsetEstimator";
+constexpr std::size_t max_stretches = 32;
+constexpr int row_step = 2;  // every second row has edges enough
+
+void require(bool is_right, const char* name, double got, const char* want) {
+  if (is_right) return;
+  detail::throw_misuse(component, detail::concatenate(name, " = ", got), want);
+}
+
+/// Collects the near sides of depth edges: a pixel's next neighbour on either side that has depth,
+/// or the one above or below, is farther away by a jump.
+template <class Unit>
+void find_depth_edges(const cv::Mat& depth, double scale,
+                      const DepthOffsetEstimatorOptions& options, std::vector<int>& edges) {
+  const float metres = static_cast<float>(scale);
+  const float min_jump = static_cast<float>(options.min_jump_m);
+  const float share = static_cast<float>(options.min_jump_share);
+  const float max_depth = static_cast<float>(options.max_edge_depth_m);
+  const auto jumps = [&](float from, float to) {
+    return to - from > std::max(min_jump, share * from) && from <= max_depth;
+  };
+  const int max_gap = std::max(1, cvRound(options.max_shadow_px * depth.cols / 640.0)) + 1;
+  for (int y = 1; y + 1 < depth.rows; y += row_step) {
+    const Unit* const above = depth.ptr<Unit>(y - 1);
+    const Unit* const row = depth.ptr<Unit>(y);
+    const Unit* const below = depth.ptr<Unit>(y + 1);
+    int last_x = -max_gap - 1;  // the last pixel with depth
+    float last_z = 0;
+    int last_edge = -1;
+    const auto add = [&](int x) {
+      if (x != last_edge) edges.push_back(y * depth.cols + x);
+      last_edge = x;
+    };
+    for (int x = 0; x < depth.cols; ++x) {
+      const float z = static_cast<float>(row[x]) * metres;
+      if (!(z > 0) || !std::isfinite(z)) continue;
+      const float vertical =
+          std::max(static_cast<float>(above[x]), static_cast<float>(below[x])) * metres;
+      if (x - last_x <= max_gap) {
+        if (jumps(last_z, z)) add(last_x);
+        if (jumps(z, last_z)) add(x);
+      }
+      if (jumps(z, vertical) && std::isfinite(vertical)) add(x);
+      last_x = x;
+      last_z = z;
+    }
+  }
+}
+
+double mean_distance(const cv::Mat& distance, const std::vector<int>& edges, float max_distance) {
+  const float* const distances = distance.ptr<float>();
+  double sum = 0;
+  for (const int i : edges) sum += std::min(distances[i], max_distance);
+  return sum / static_cast<double>(edges.size());
+}
+
+/// The lowest point of a curve, in the units of its abscissae.
+struct Vertex {
+  std::size_t nearest = 0;  ///< the lowest of the curve's points
+  double x = 0;
+  double rise = 0;  ///< from there to the mean of the curve's ends
+};
+
+/// Lays a parabola through the lowest point and its neighbours; at an end of the curve, and on a
+/// curve without a bend, the point itself is the vertex.
+Vertex vertex_of(const std::vector<double>& x, const std::vector<double>& y) {
+  Vertex vertex;
+  vertex.nearest = static_cast<std::size_t>(std::min_element(y.begin(), y.end()) - y.begin());
+  const std::size_t b = vertex.nearest;
+  vertex.x = x[b];
+  vertex.rise = (y.front() + y.back()) / 2 - y[b];
+  if (b == 0 || b + 1 == x.size()) return vertex;
+  const double left = x[b] - x[b - 1], right = x[b + 1] - x[b];
+  const double fall = (y[b] - y[b - 1]) / left, climb = (y[b + 1] - y[b]) / right;
+  const double bend = climb - fall;  // proportional to the second derivative
+  if (bend > 0) vertex.x = x[b] - (fall * right + climb * left) / (2 * bend);
+  return vertex;
+}
+
+}  // namespace
+
+DepthOffsetEstimator::DepthOffsetEstimator(const DepthOffsetEstimatorOptions& options)
+    : options_(options) {
+  const auto positive = [](const char* name, double value) {
+    require(value > 0 && std::isfinite(value), name, value, "a finite number above 0");
+  };
+  require(options.max_lag >= 1 && options.max_lag <= 5, "max_lag", options.max_lag, "1 to 5");
+  positive("min_jump_m", options.min_jump_m);
+  require(options.min_jump_share >= 0 && std::isfinite(options.min_jump_share), "min_jump_share",
+          options.min_jump_share, "a finite number of at least 0");
+  positive("max_edge_depth_m", options.max_edge_depth_m);
+  require(options.max_shadow_px >= 0 && options.max_shadow_px <= 1e4, "max_shadow_px",
+          options.max_shadow_px, "0 to 10000 pixels");
+  positive("canny_low", options.canny_low);
+  require(options.canny_high >= options.canny_low && std::isfinite(options.canny_high),
+          "canny_high", options.canny_high, "a finite number of at least canny_low");
+  positive("max_distance_px", options.max_distance_px);
+  positive("min_edges", static_cast<double>(options.min_edges));
+  positive("min_frames", static_cast<double>(options.min_frames));
+  positive("max_sigma_frames", options.max_sigma_frames);
+  positive("min_rise_px", options.min_rise_px);
+  positive("max_gap_s", options.max_gap_s);
+  ring_.resize(static_cast<std::size_t>(2 * options.max_lag + 1));
+}
+
+void DepthOffsetEstimator::add(const FrameView& frame, double depth_timestamp_s) {
+  validate(frame, component);
+  const int type = frame.image.type();
+  if (frame.image.empty() || frame.depth.empty() || (type != CV_8UC1 && type != CV_8UC3)) {
+    detail::throw_misuse(
+        component,
+        detail::concatenate("an image of type ", detail::type_name(frame.image), " and size ",
+                            detail::size_name(frame.image.size()), ", depth of size ",
+                            detail::size_name(frame.depth.size())),
+        "an image CV_8UC1 or CV_8UC3 and depth of its size");
+  }
+  require(std::isfinite(depth_timestamp_s), "depth_timestamp_s", depth_timestamp_s,
+          "a finite time in seconds");
+  if (filled_ > 0) {
+    const double step_s = frame.timestamp_s - last_s_;
+    const bool follows =
+        step_s > 0 && step_s <= options_.max_gap_s && back(0).distance.size() == frame.image.size();
+    if (!follows) filled_ = 0;
+  }
+  Edges& edges = ring_[next_];
+  edges.colour_s = frame.timestamp_s;
+  edges.depth_s = depth_timestamp_s;
+  find_edges(frame, edges);
+  next_ = (next_ + 1) % ring_.size();
+  filled_ = std::min(filled_ + 1, static_cast<int>(ring_.size()));
+  last_s_ = frame.timestamp_s;
+  if (filled_ == static_cast<int>(ring_.size())) compare();
+}
+
+DepthOffsetEstimator::Edges& DepthOffsetEstimator::back(int frames_ago) {
+  const std::size_t size = ring_.size();
+  return ring_[(next_ + size - 1 - static_cast<std::size_t>(frames_ago)) % size];
+}
+
+void DepthOffsetEstimator::find_edges(const FrameView& frame, Edges& edges) {
+  if (frame.image.channels() == 3) {
+    cv::cvtColor(frame.image, grey_, cv::COLOR_BGR2GRAY);
+  } else {
+    grey_ = frame.image;
+  }
+  cv::Canny(grey_, canny_, options_.canny_low, options_.canny_high);
+  if (frame.image.channels() != 3) grey_ = cv::Mat();  // keep nothing of the caller's
+  cv::bitwise_not(canny_, canny_);
+  cv::distanceTransform(canny_, edges.distance, cv::DIST_L2, cv::DIST_MASK_3);
+  edges.depth.clear();
+  if (frame.depth.type() == CV_16UC1) {
+    find_depth_edges<std::uint16_t>(frame.depth, frame.depth_scale(), options_, edges.depth);
+  } else {
+    find_depth_edges<float>(frame.depth, frame.depth_scale(), options_, edges.depth);
+  }
+}
+
+/// Compares the colour image in the middle of the ring with every depth image of the ring.
+void DepthOffsetEstimator::compare() {
+  const Edges& colour = back(options_.max_lag);
+  const double pixels_per_unit = colour.distance.cols / 640.0;
+  const float max_distance = static_cast<float>(options_.max_distance_px * pixels_per_unit);
+  Stretch row;
+  row.frames = 1;
+  for (int lag = -options_.max_lag; lag <= options_.max_lag; ++lag) {
+    const Edges& depth = back(options_.max_lag - lag);
+    if (depth.depth.size() < options_.min_edges) return;
+    row.differences_s.push_back(depth.depth_s - colour.colour_s);
+    row.distances_px.push_back(mean_distance(colour.distance, depth.depth, max_distance) /
+                               pixels_per_unit);
+  }
+  add_row(row);
+}
+
+/// Adds a frame's row to the last stretch. When the stretches are many, joins them in pairs.
+void DepthOffsetEstimator::add_row(const Stretch& row) {
+  const auto join = [](Stretch& to, const Stretch& from) {
+    to.frames += from.frames;
+    for (std::size_t k = 0; k < to.distances_px.size(); ++k) {
+      to.differences_s[k] += from.differences_s[k];
+      to.distances_px[k] += from.distances_px[k];
+    }
+  };
+  if (!stretches_.empty() && stretches_.back().frames < stretch_frames_) {
+    join(stretches_.back(), row);
+    return;
+  }
+  if (stretches_.size() == max_stretches) {
+    for (std::size_t i = 0; i < max_stretches / 2; ++i) {
+      join(stretches_[2 * i], stretches_[2 * i + 1]);
+      std::swap(stretches_[i], stretches_[2 * i]);
+    }
+    stretches_.resize(max_stretches / 2);
+    stretch_frames_ *= 2;
+  }
+  stretches_.push_back(row);
+}
+
+DepthOffsetEstimate DepthOffsetEstimator::estimate() const {
+  DepthOffsetEstimate result;
+  if (stretches_.empty()) return result;
+  const std::size_t lags = ring_.size();
+  const std::size_t middle = lags / 2;
+  Stretch all;
+  all.differences_s.assign(lags, 0);
+  all.distances_px.assign(lags, 0);
+  for (const Stretch& stretch : stretches_) {
+    all.frames += stretch.frames;
+    for (std::size_t k = 0; k < lags; ++k) {
+      all.differences_s[k] += stretch.differences_s[k];
+      all.distances_px[k] += stretch.distances_px[k];
+    }
+  }
+  const auto means_without = [&](const Stretch* left_out) {
+    Stretch mean = all;
+    if (left_out) mean.frames -= left_out->frames;
+    for (std::size_t k = 0; k < lags; ++k) {
+      if (left_out) {
+        mean.differences_s[k] -= left_out->differences_s[k];
+        mean.distances_px[k] -= left_out->distances_px[k];
+      }
+      mean.differences_s[k] /= static_cast<double>(mean.frames);
+      mean.distances_px[k] /= static_cast<double>(mean.frames);
+    }
+    return mean;
+  };
+  const Stretch mean = means_without(nullptr);
+  result.frames = all.frames;
+  result.differences_s = mean.differences_s;
+  result.distances_px = mean.distances_px;
+  result.period_s =
+      (mean.differences_s.back() - mean.differences_s.front()) / static_cast<double>(lags - 1);
+  if (all.frames < options_.min_frames || stretches_.size() < 2 || !(result.period_s > 0)) {
+    return result;
+  }
+
+  const Vertex vertex = vertex_of(mean.differences_s, mean.distances_px);
+  // The jackknife: how far do the results change if one stretch is left out?
+  double x_variance = 0, rise_variance = 0;
+  const double share =
+      (static_cast<double>(stretches_.size()) - 1) / static_cast<double>(stretches_.size());
+  for (const Stretch& stretch : stretches_) {
+    const Stretch others = means_without(&stretch);
+    const Vertex moved = vertex_of(others.differences_s, others.distances_px);
+    x_variance += share * (moved.x - vertex.x) * (moved.x - vertex.x);
+    rise_variance += share * (moved.rise - vertex.rise) * (moved.rise - vertex.rise);
+  }
+  const double min_rise = std::max(options_.min_rise_px, 3 * std::sqrt(rise_variance));
+  DepthOffset offset;
+  offset.seconds = vertex.x;
+  offset.sigma_s = std::sqrt(x_variance);
+  offset.frames_late = (vertex.x - mean.differences_s[middle]) / result.period_s;
+  offset.sigma_frames = offset.sigma_s / result.period_s;
+  if (vertex.rise < min_rise) {
+    result.verdict = DepthOffsetVerdict::nothing_moves;
+  } else if (vertex.nearest == 0 || vertex.nearest + 1 == lags) {
+    result.verdict = DepthOffsetVerdict::out_of_reach;
+  } else if (offset.sigma_frames > options_.max_sigma_frames) {
+    result.verdict = DepthOffsetVerdict::uncertain;
+  } else {
+    result.verdict = DepthOffsetVerdict::measured;
+    result.offset = offset;
+  }
+  return result;
+}
+
+}  // namespace dynfilter
