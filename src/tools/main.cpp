@@ -17,6 +17,7 @@ int main(int argc, char** argv) {
   dynfilter::tools::add_synth_command(program);
   dynfilter::tools::add_run_command(program);
   dynfilter::tools::add_masks_command(program);
+  dynfilter::tools::add_sync_command(program);
   dynfilter::tools::add_eval_command(program);
   dynfilter::tools::add_ablate_command(program, argv[0]);
   int exit_code = 0;

@@ -77,6 +77,11 @@ class RuleRun {
 
   void process(const SourceFrame& frame, ExtractedFeatures features);
 
+  /// Notes what is known about the depth's offset.
+  void note_depth_offset(DepthOffsetEstimate estimate) {
+    record_.depth_offset = std::move(estimate);
+  }
+
   /// Writes the results into the folder, replacing an earlier run's: frames.csv, instances.csv, the
   /// pictures, with depth trajectory.txt, and with known truth groundtruth.txt. summary.json comes
   /// last, so that it marks a completed run. Throws std::runtime_error that names a file that

@@ -7,11 +7,14 @@
 #include <filesystem>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
 #include "commands.hpp"
 #include "degraded_masks.hpp"
+#include "depth_offset_text.hpp"
+#include "dynfilter/segmenters/depth_offset_estimator.hpp"
 #include "inputs.hpp"
 #include "mask_feed.hpp"
 #include "number_options.hpp"
@@ -31,6 +34,13 @@ struct RunOptions {
   MaskFeedOptions masks;
 };
 
+void warn_of_depth_out_of_step(const DepthOffsetEstimate& estimate) {
+  if (!is_out_of_step(estimate)) return;
+  std::fflush(stdout);
+  std::fprintf(stderr, "warning: %s; try --depth-offset %g, and see dynfilter sync\n",
+               depth_offset_text(estimate).c_str(), recommended_offset_s(estimate, 0));
+}
+
 void run(const RunOptions& options) {
   const std::unique_ptr<FrameSource> source = options.scene.open();
   if (!source->note().empty()) std::fprintf(stderr, "%s\n", source->note().c_str());
@@ -43,11 +53,14 @@ void run(const RunOptions& options) {
   settings.masks = masks.name();
   RuleRun work(rule_info(options.rule), options.scene, *source, settings, options.out);
   const odometry::OrbExtractor extractor(options.settings.features);
+  std::optional<DepthOffsetEstimator> offset;  // it compares successive frames
+  if (source->has_depth() && settings.every == 1) offset.emplace();
   {
     ProgressBar progress("filtering", source->size());
     for (std::size_t i = 0; i < source->size(); i += options.settings.every) {
       SourceFrame frame = source->read(i);
       masks.submit(frame);
+      if (offset) offset->add(frame.frame, frame.depth_timestamp_s);
       ExtractedFeatures features = extract_features(extractor, frame.frame.image);
       if (!masks.uses_source_masks()) {
         frame.masks = work.wait_for_masks([&] { return masks.collect(frame); });
@@ -56,7 +69,9 @@ void run(const RunOptions& options) {
       progress.advance(options.settings.every);
     }
   }
+  if (offset) work.note_depth_offset(offset->estimate());
   print_report(work.finish(*source));
+  if (offset) warn_of_depth_out_of_step(offset->estimate());
   if (!masks.report().empty()) std::printf("\n%s\n", masks.report().c_str());
   std::printf("\nwritten to %s: summary.json, frames.csv, instances.csv%s%s\n", options.out.c_str(),
               source->has_depth() && settings.every == 1 ? ", trajectory.txt" : "",

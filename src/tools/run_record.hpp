@@ -14,6 +14,7 @@
 
 #include "dynfilter/evaluation/feature_scores.hpp"
 #include "dynfilter/evaluation/trajectory_errors.hpp"
+#include "dynfilter/segmenters/depth_offset_estimator.hpp"
 #include "dynfilter/statistics.hpp"
 #include "rule_set.hpp"
 #include "scene_spec.hpp"
@@ -56,6 +57,7 @@ struct RunRecord {
   std::vector<std::pair<std::string, std::string>> options;  ///< resolved options by name
   std::vector<FrameRecord> frames;
   std::optional<TrajectoryRecord> trajectory;         ///< if there was depth
+  std::optional<DepthOffsetEstimate> depth_offset;    ///< of a run over every frame with depth
   std::vector<std::pair<std::string, Times>> stages;  ///< name and time, in the order of work
 
   /// Returns the sums over the frames.

@@ -8,6 +8,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "depth_offset_text.hpp"
 #include "io/file_writing.hpp"
 #include "io/frame_table.hpp"
 #include "output_file.hpp"
@@ -217,6 +218,7 @@ void write_summary_json(const RunRecord& run, const std::filesystem::path& file)
   summary["kept"] = totals.kept();
   if (run.has_truth) add_scores(summary, run);
   if (run.trajectory) add_trajectory(summary, run);
+  if (run.depth_offset) summary["depth_offset"] = depth_offset_json(*run.depth_offset);
   for (const auto& [name, value] : run.options) summary["options"][name] = value;
   for (const auto& [name, times] : run.stages) {
     summary["times_ms"][name] = {{"median", times.quantile_ms(0.5)},

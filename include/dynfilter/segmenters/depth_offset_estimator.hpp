@@ -35,7 +35,7 @@ struct DepthOffsetEstimatorOptions {
   /// Largest distance between a depth edge and a colour edge that still counts, pixels at a width
   /// of 640; a farther edge counts as this far.
   double max_distance_px = 8;
-  std::size_t min_edges = 50;   ///< smallest number of depth edges of a usable frame
+  std::size_t min_edges = 25;   ///< smallest number of depth edges of a usable frame
   std::size_t min_frames = 10;  ///< smallest number of usable frames for an estimate
   /// Largest standard error of an estimate, in frames; a less certain one is withheld.
   double max_sigma_frames = 0.25;
@@ -86,9 +86,9 @@ struct DepthOffsetEstimate {
 /// camera or things move, edges of a depth image of another time lie beside those of the colour
 /// image. So each colour image is compared with the depth images around its own, `max_lag` on
 /// either side: the truncated distance from each depth edge to the nearest Canny edge, averaged
-/// over the edges and then over all frames. A parabola through the smallest mean and its two
-/// neighbours gives fractions of a frame. The standard error is the jackknife's over up to 32
-/// stretches of time.
+/// over the edges and then over all frames. Images wider than 639 pixels are shrunk first. A
+/// parabola through the smallest mean and its two neighbours gives fractions of a frame. The
+/// standard error is the jackknife's over up to 32 stretches of time.
 ///
 /// What is wrong with single edges (texture beside an outline, the sensor's shadow) is so at every
 /// lag, and cancels. Nothing is found where nothing moves, and nothing is said then. The estimator
@@ -119,8 +119,9 @@ class DepthOffsetEstimator {
   /// Edges of one frame.
   struct Edges {
     double colour_s = 0, depth_s = 0;
-    cv::Mat distance;        // from every pixel to the nearest colour edge
-    std::vector<int> depth;  // depth edges, as indices of pixels
+    cv::Size size;           // of the frame
+    cv::Mat distance;        // from every pixel of the shrunk image to the nearest colour edge
+    std::vector<int> depth;  // depth edges, as indices of the shrunk image's pixels
   };
   /// Sums over a stretch of frames; element k is of lag k - max_lag.
   struct Stretch {
@@ -140,7 +141,7 @@ class DepthOffsetEstimator {
   double last_s_ = 0;
   std::vector<Stretch> stretches_;
   std::size_t stretch_frames_ = 1;  // frames of a full stretch
-  cv::Mat grey_, canny_;            // scratch
+  cv::Mat small_, canny_;           // scratch
 };
 
 }  // namespace dynfilter

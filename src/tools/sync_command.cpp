@@ -1,0 +1,174 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "commands.hpp"
+#include "depth_offset_text.hpp"
+#include "dynfilter/detail/number_text.hpp"
+#include "dynfilter/evaluation/rgbd_sequence.hpp"
+#include "dynfilter/segmenters/depth_offset_estimator.hpp"
+#include "frame_source.hpp"
+#include "inputs.hpp"
+#include "io/file_error.hpp"
+#include "number_options.hpp"
+#include "output_file.hpp"
+#include "progress_bar.hpp"
+#include "shared_options.hpp"
+
+namespace dynfilter::tools {
+namespace {
+
+struct SyncOptions {
+  std::filesystem::path sequence, camera;
+  std::optional<double> depth_offset_s;
+  DepthOffsetEstimatorOptions estimator;
+  std::filesystem::path write;  // empty: none
+  std::filesystem::path json;   // empty: none
+};
+
+/// Identify files that may be replaced.
+constexpr const char* associations_mark = "# written by dynfilter sync";
+constexpr const char* json_mark = "\"written_by\": \"dynfilter sync\"";
+
+DepthOffsetEstimate estimate_offset(const RgbdSequence& sequence,
+                                    const DepthOffsetEstimatorOptions& options) {
+  DepthOffsetEstimator estimator(options);
+  ProgressBar progress("comparing edges", sequence.size());
+  for (std::size_t i = 0; i < sequence.size(); ++i) {
+    estimator.add(sequence.read(i), sequence.entry(i).depth_timestamp_s);
+    progress.advance();
+  }
+  return estimator.estimate();
+}
+
+/// Prints one row a lag: the shorter the bar, the better the edges agree.
+void print_curve(const DepthOffsetEstimate& estimate) {
+  const std::vector<double>& distances = estimate.distances_px;
+  if (distances.empty()) return;
+  const auto [lowest, highest] = std::minmax_element(distances.begin(), distances.end());
+  const double range = std::max(*highest - *lowest, 1e-9);
+  std::printf("depth frame  its stamp minus the image's  mean distance of edges\n");
+  for (std::size_t k = 0; k < distances.size(); ++k) {
+    const int lag = static_cast<int>(k) - static_cast<int>(distances.size() / 2);
+    const auto length =
+        static_cast<std::size_t>(1 + std::lround(39 * (distances[k] - *lowest) / range));
+    std::printf("%+11d  %+25.4f s  %7.3f px  %s\n", lag, estimate.differences_s[k], distances[k],
+                std::string(length, '#').c_str());
+  }
+}
+
+/// Returns associations with paths that are relative to the sequence's folder.
+std::string associations_text(const RgbdSequence& sequence) {
+  std::string text = std::string(associations_mark) + ", depth offset " +
+                     detail::time_text(sequence.depth_offset_s()) + " s\n";
+  for (std::size_t i = 0; i < sequence.size(); ++i) {
+    const RgbdSequenceEntry& entry = sequence.entry(i);
+    const auto relative = [&](const std::filesystem::path& path) {
+      return path.lexically_relative(sequence.folder()).generic_string();
+    };
+    text += detail::time_text(entry.timestamp_s) + ' ' + relative(entry.image_path) + ' ' +
+            detail::time_text(entry.depth_timestamp_s) + ' ' + relative(entry.depth_path) + '\n';
+  }
+  return text;
+}
+
+/// Refuses an output file that is read from, or that this command did not write.
+void require_harmless_file(const RgbdSequence& sequence, const std::filesystem::path& camera,
+                           const std::filesystem::path& file, const char* mark) {
+  if (file.empty()) return;
+  Inputs inputs;
+  add_sequence_inputs(sequence, inputs);
+  inputs.add(camera);
+  if (inputs.contains(file)) {
+    detail::throw_file_error(file, "is read from, and would be replaced; name another file");
+  }
+  require_replaceable(file, mark);
+}
+
+void sync(const SyncOptions& options) {
+  const RgbdSequenceOptions given{0.02, options.camera, options.depth_offset_s};
+  const RgbdSequence sequence(options.sequence, given);
+  if (!sequence.has_depth()) {
+    detail::throw_file_error(options.sequence, "has no depth images to compare with");
+  }
+  require_harmless_file(sequence, options.camera, options.write, associations_mark);
+  require_harmless_file(sequence, options.camera, options.json, json_mark);
+  const DepthOffsetEstimate estimate = estimate_offset(sequence, options.estimator);
+  const double offset_s = recommended_offset_s(estimate, sequence.depth_offset_s());
+  std::printf("%zu frames compared, paired with a depth offset of %g s\n\n", estimate.frames,
+              sequence.depth_offset_s());
+  print_curve(estimate);
+  std::printf("\n%s\n", depth_offset_text(estimate).c_str());
+  if (is_out_of_step(estimate)) {
+    std::printf(
+        "recommended: --depth-offset %g, or in the camera file: dynfilter.depth_offset_s: %g\n",
+        offset_s, offset_s);
+  } else if (estimate.offset) {
+    std::printf("recommended: keep the pairs as they are; no other pairing is nearer\n");
+  } else {
+    std::printf("recommended: keep the pairs as they are, or record something that moves\n");
+  }
+  if (!options.write.empty()) {
+    RgbdSequenceOptions better = given;
+    better.depth_offset_s = offset_s;
+    const RgbdSequence paired(options.sequence, better);
+    write_replaceable(options.write, associations_mark, associations_text(paired));
+    std::printf("%zu pairs with a depth offset of %g s written to %s\n", paired.size(), offset_s,
+                options.write.c_str());
+  }
+  if (!options.json.empty()) {
+    nlohmann::ordered_json json;
+    json["written_by"] = "dynfilter sync";
+    json["sequence"] = sequence.folder().string();
+    json["present_offset_s"] = sequence.depth_offset_s();
+    json["recommended_offset_s"] = offset_s;
+    json["depth_offset"] = depth_offset_json(estimate);
+    write_replaceable(
+        options.json, json_mark,
+        json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + '\n');
+  }
+}
+
+}  // namespace
+
+void add_sync_command(CLI::App& program) {
+  const auto options = std::make_shared<SyncOptions>();
+  CLI::App* command =
+      program.add_subcommand("sync",
+                             "Measure by how much the depth of a sequence lags its colour, from "
+                             "edges alone, and say what\n"
+                             "to do about it. Something must move: the camera, or what it sees.");
+  command->add_option("SEQUENCE", options->sequence, "folder of the sequence")->required();
+  command->add_option("--camera", options->camera, "camera file [SEQUENCE/camera.yaml]");
+  add_depth_offset_option(*command, options->depth_offset_s);
+  command
+      ->add_option("--reach", options->estimator.max_lag,
+                   "depth images to try before and after each colour image's own")
+      ->transform(whole_number(1, 5))
+      ->capture_default_str();
+  command
+      ->add_option("--write", options->write,
+                   "write the recommended pairs to this file, in the form of associations.txt; "
+                   "replaces\nonly a file that this command wrote")
+      ->check(some_path());
+  command->add_option("--json", options->json, "also write the figures to this file")
+      ->check(some_path());
+  command->footer(
+      "examples:\n"
+      "  dynfilter sync rgbd_dataset_freiburg3_walking_xyz\n"
+      "  dynfilter sync rgbd_dataset_freiburg3_walking_xyz --write walking_in_step.txt");
+  command->callback([options] { sync(*options); });
+}
+
+}  // namespace dynfilter::tools

@@ -1,0 +1,129 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// dynfilter sync, and the other commands with depth that is out of step.
+
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "support/program.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+/// Recording of 30 frames, made once; each test has its own copy. Its lists of depth images name
+/// each image a frame later than it was made, so that depth is late by a frame.
+class ProgramSync : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    made_ = new TemporaryFolder();
+    const Outcome synth = run("synth " + quoted(*made_ / "scene") +
+                              " --frames 30 --width 320 --height 240 --seed 11");
+    ASSERT_EQ(synth.exit_code, 0) << synth.printed;
+    fs::remove(*made_ / "scene/associations.txt");
+    std::ifstream in(*made_ / "scene/depth.txt");
+    std::string late, time, file, last;
+    while (in >> time >> file) {
+      if (!last.empty()) late += time + " " + last + "\n";
+      last = file;
+    }
+    std::ofstream(*made_ / "scene/depth.txt") << late;
+  }
+  static void TearDownTestSuite() {
+    delete made_;
+    made_ = nullptr;
+  }
+  void SetUp() override { fs::copy(*made_ / "scene", scene(), fs::copy_options::recursive); }
+
+  fs::path scene() const { return folder_ / "scene"; }
+
+  TemporaryFolder folder_;
+
+ private:
+  static TemporaryFolder* made_;
+};
+
+TemporaryFolder* ProgramSync::made_ = nullptr;
+
+TEST_F(ProgramSync, MeasuresAndWritesAssociationsThatAreInStep) {
+  const fs::path pairs = scene() / "associations.txt";
+  const fs::path json = folder_ / "sync.json";
+  const Outcome outcome =
+      run("sync " + quoted(scene()) + " --write " + quoted(pairs) + " --json " + quoted(json));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("depth is late by ")) << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("recommended: --depth-offset 0.03")) << outcome.printed;
+  nlohmann::json result;
+  std::ifstream(json) >> result;
+  EXPECT_EQ(result["depth_offset"]["verdict"], "measured");
+  EXPECT_NEAR(result["depth_offset"]["frames_late"].get<double>(), 1, 0.2);
+  EXPECT_EQ(result["depth_offset"]["curve"].size(), 5U);
+
+  // The k-th image goes with the depth image that was made with it.
+  std::ifstream file(pairs);
+  std::string line, image_time, image, depth_time, depth;
+  std::getline(file, line);
+  EXPECT_EQ(line.rfind("# written by dynfilter sync", 0), 0U);
+  int rows = 0;
+  for (; file >> image_time >> image >> depth_time >> depth; ++rows) {
+    EXPECT_EQ(fs::path(image).stem(), fs::path(depth).stem());
+    EXPECT_GT(std::stod(depth_time), std::stod(image_time));
+  }
+  EXPECT_EQ(rows, 29);
+  const Outcome again = run("sync " + quoted(scene()));
+  EXPECT_TRUE(again.mentions("recommended: keep the pairs")) << again.printed;
+}
+
+TEST_F(ProgramSync, ReplacesOnlyWhatItWroteAndDoesNotRead) {
+  const fs::path other = folder_ / "mine.txt";
+  std::ofstream(other) << "mine\n";
+  Outcome outcome = run("sync " + quoted(scene()) + " --write " + quoted(other));
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_TRUE(outcome.mentions("mine.txt: exists and is not a file of this kind"))
+      << outcome.printed;
+  outcome = run("sync " + quoted(scene()) + " --write " + quoted(scene() / "depth.txt"));
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_TRUE(outcome.mentions("depth.txt: is read from")) << outcome.printed;
+  const fs::path pairs = folder_ / "pairs.txt";
+  for (int k = 0; k < 2; ++k) {
+    outcome = run("sync " + quoted(scene()) + " --write " + quoted(pairs));
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
+  }
+}
+
+TEST_F(ProgramSync, WarnsInRunAndNotOnceTheOffsetIsGiven) {
+  const fs::path out = folder_ / "out";
+  const std::string command =
+      "run " + quoted(scene()) + " --rule mask --features 200 --overlays 0 --out " + quoted(out);
+  const Outcome late = run(command);
+  ASSERT_EQ(late.exit_code, 0) << late.printed;
+  EXPECT_TRUE(late.mentions("warning: depth is late by ")) << late.printed;
+  nlohmann::json summary;
+  std::ifstream(out / "summary.json") >> summary;
+  EXPECT_EQ(summary["depth_offset"]["out_of_step"], true);
+  EXPECT_EQ(summary["frames"], 29);
+
+  const Outcome in_step = run(command + " --depth-offset 0.0333");
+  ASSERT_EQ(in_step.exit_code, 0) << in_step.printed;
+  EXPECT_FALSE(in_step.mentions("warning: depth")) << in_step.printed;
+  std::ifstream(out / "summary.json") >> summary;
+  EXPECT_EQ(summary["depth_offset"]["out_of_step"], false);
+  EXPECT_NE(summary["input"].get<std::string>().find("--depth-offset 0.0333"), std::string::npos);
+}
+
+TEST_F(ProgramSync, RefusesOffsetsOutOfRange) {
+  for (const char* command : {"run", "sync", "ablate"}) {
+    const Outcome outcome = run(std::string(command) + " x --depth-offset 11");
+    EXPECT_EQ(outcome.exit_code, 1);
+    EXPECT_TRUE(outcome.mentions("--depth-offset")) << outcome.printed;
+  }
+  EXPECT_TRUE(run("run --level medium --depth-offset 0.03").mentions("excludes"));
+}
+
+}  // namespace
+}  // namespace dynfilter::testing
