@@ -4,7 +4,7 @@
 // dynfilter sync, and the other commands with depth that is out of step.
 
 #include <fstream>
-#include <iterator>
+#include <sstream>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -27,8 +27,10 @@ class ProgramSync : public ::testing::Test {
     ASSERT_EQ(synth.exit_code, 0) << synth.printed;
     fs::remove(*made_ / "scene/associations.txt");
     std::ifstream in(*made_ / "scene/depth.txt");
-    std::string late, time, file, last;
-    while (in >> time >> file) {
+    std::string late, line, time, file, last;
+    while (std::getline(in, line)) {
+      if (line[0] == '#') continue;
+      std::istringstream(line) >> time >> file;
       if (!last.empty()) late += time + " " + last + "\n";
       last = file;
     }
