@@ -8,6 +8,7 @@
 #define DYNFILTER_PLUGIN_HPP
 
 #include <cstddef>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -35,6 +36,11 @@ struct PluginCounters {
   /// Masks that could not be obtained while missing_masks is "keep".
   std::size_t mask_failures = 0;
   std::size_t starved = 0;  ///< frames left with fewer features than the floor
+  /// Frames whose depth was compared with their image, see the setting depth_check_frames.
+  std::size_t depth_checked = 0;
+  /// Frames by which the host's depth is later than its images; NaN while that is unknown. Beyond
+  /// 0.5 in either direction, depth is out of step and should be paired anew.
+  double depth_frames_late = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// Filter for a host that should change as little as possible. It reads its settings from the

@@ -14,6 +14,7 @@
 
 #include "dynfilter/detail/columns.hpp"
 #include "dynfilter/dynfilter.hpp"
+#include "dynfilter/segmenters/depth_offset_estimator.hpp"
 #include "plugin/mask_source.hpp"
 #include "plugin/plugin_settings.hpp"
 #include "plugin/recorder.hpp"
@@ -85,6 +86,7 @@ struct Plugin::State {
   }
 
   FrameView view(double timestamp_s, const cv::Mat& depth);
+  void check_depth_offset(const FrameView& frame);
   FrameStatistics run(double timestamp_s, const cv::Mat& depth,
                       std::vector<cv::KeyPoint>& keypoints, cv::Mat& descriptors, int* pivot);
   FrameStatistics leave_alone(const cv::Mat& depth, const std::vector<cv::KeyPoint>& keypoints);
@@ -93,6 +95,7 @@ struct Plugin::State {
   std::optional<detail::MaskSource> masks;  // none if the filter is switched off
   DynamicFilter filter;
   std::optional<detail::Recorder> recorder;
+  DepthOffsetEstimator depth_offset;
   PluginCounters counters;
   FeatureLabels labels;
   Workspace workspace;
@@ -116,6 +119,14 @@ FrameView Plugin::State::view(double timestamp_s, const cv::Mat& depth) {
   return frame;
 }
 
+/// Compares the edges of image and depth, in the first frames that have both.
+void Plugin::State::check_depth_offset(const FrameView& frame) {
+  if (counters.depth_checked >= settings.depth_check_frames) return;
+  if (frame.image.empty() || frame.depth.empty()) return;
+  depth_offset.add(frame);
+  ++counters.depth_checked;
+}
+
 /// Filters all or nothing: everything that may fail comes before the caller's data change.
 FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
                                    std::vector<cv::KeyPoint>& keypoints, cv::Mat& descriptors,
@@ -124,6 +135,7 @@ FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
   require_matching_sizes(keypoints, descriptors, pivot);
   const FrameView frame = view(timestamp_s, depth);
   validate(frame, "Plugin::filter");
+  check_depth_offset(frame);
   const std::optional<Segmentation> segmentation = masks->masks_for(frame);
   filter.apply(frame, segmentation, keypoints, labels, workspace);
   keep_at_least_one(labels);
@@ -206,6 +218,8 @@ FrameStatistics Plugin::filter(double timestamp_s, std::vector<cv::KeyPoint>& ke
 PluginCounters Plugin::counters() const {
   PluginCounters counters = state_->counters;
   if (enabled()) counters.mask_failures = state_->masks->failures();
+  const std::optional<DepthOffset> offset = state_->depth_offset.estimate().offset;
+  if (offset) counters.depth_frames_late = offset->frames_late;
   return counters;
 }
 

@@ -10,6 +10,7 @@
 
 #include <opencv2/imgcodecs.hpp>
 
+#include "dynfilter/detail/errors.hpp"
 #include "io/hand_over_names.hpp"
 #include "io/image_file.hpp"
 #include "plugin/settings_file.hpp"
@@ -121,6 +122,17 @@ void read_edge_compensator(SettingsFile& file, EdgeCompensatorOptions& options) 
   read_enumeration(file, "missing_depth", {"keep", "remove"}, options.missing_depth);
 }
 
+/// The host hands over a frame's image, features and depth before it has the next frame's, and
+/// goes on with the features at once. So nothing can be held back until later depth is there.
+void refuse_depth_offset(SettingsFile& file) {
+  double offset_s = 0;
+  file.read_number("depth_offset_s", offset_s);
+  if (offset_s == 0) return;
+  file.refuse("depth_offset_s", concatenate(offset_s),
+              "0: the host hands over image and depth together and waits for no later one; give "
+              "it images that are paired in step, see dynfilter sync --write");
+}
+
 void read_feature_floor(SettingsFile& file, FeatureFloorOptions& options) {
   file.read_count("floor", options.floor);
   read_enumeration(file, "policy", {"report_only", "restore_best_scored", "restore_balanced"},
@@ -141,6 +153,8 @@ PluginSettings read_plugin_settings(const std::string& path, const std::string& 
   read_depth_compensator(file, settings.filter.compensator.depth);
   read_edge_compensator(file, settings.filter.compensator.paper);
   read_feature_floor(file, settings.filter.feature_floor);
+  refuse_depth_offset(file);
+  file.read_count("depth_check_frames", settings.depth_check_frames);
   file.read_text("output_folder", settings.output_folder);
   file.read_count("overlay_every", settings.overlay_every);
   file.finish();

@@ -30,10 +30,11 @@ struct PluginSettings {
   bool moves_masks = false;             ///< moves masks to the frame, see MaskPropagator
   std::string missing_masks = "error";  ///< or "keep": continue without masks, and count it
   DynamicFilterOptions filter;
-  std::string output_folder;         ///< for frames.csv and overlays; empty: none
-  std::string output_folder_key;     ///< the key of `output_folder`, for messages
-  int overlay_every = 0;             ///< draw every n-th frame; 0: none
-  double depth_units_per_metre = 0;  ///< DepthMapFactor; 0: not in the file
+  std::string output_folder;             ///< for frames.csv and overlays; empty: none
+  std::string output_folder_key;         ///< the key of `output_folder`, for messages
+  std::size_t depth_check_frames = 150;  ///< frames to estimate the depth's offset from; 0: none
+  int overlay_every = 0;                 ///< draw every n-th frame; 0: none
+  double depth_units_per_metre = 0;      ///< DepthMapFactor; 0: not in the file
 };
 
 /// Reads the settings. Throws std::runtime_error that names file and key.
