@@ -144,11 +144,19 @@ TEST(DepthCompensator, KeepsATableBehindThePerson) {
   DepthScene scene;
   scene.set_depth({360, 340, 280, 40}, 1.75);
   EXPECT_EQ(scene.at(390, 360).reason, Reason::untouched);
-  scene.options.min_behind_m = 0.3;
+  scene.options.min_off_middle_m = 0.3;
   EXPECT_TRUE(scene.compensates(390, 360)) << "without the watershed";
-  scene.options.min_behind_m = 0.12;
+  scene.options.min_off_middle_m = 0.15;
   scene.set_depth({412, 0, 228, 480}, 4.0);  // now it ends inside the box, like an arm
   EXPECT_TRUE(scene.compensates(390, 360));
+}
+
+TEST(DepthCompensator, KeepsAChairBeforeThePerson) {
+  DepthScene scene;
+  scene.set_depth({360, 340, 280, 40}, 1.25);
+  EXPECT_EQ(scene.at(390, 360).reason, Reason::untouched);
+  scene.segmentation.timestamp_s = 99.9;
+  EXPECT_TRUE(scene.compensates(390, 360)) << "the person may have come nearer since";
 }
 
 /// An arm that reaches 0.6 m towards the camera, in small steps.

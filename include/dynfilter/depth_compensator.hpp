@@ -33,7 +33,7 @@ namespace dynfilter {
 /// A feature in the box belongs to the object if
 /// - its depth is one of the object's, as estimated from the pixels of the mask
 ///   (ObjectDepthEstimator), or a little before or behind it but connected with the object, unless
-///   it is behind the object's middle and connected better with what lies around the box
+///   it is off the object's middle and connected better with what lies around the box
 ///   (DepthWatershed); or
 /// - it has no depth, or one behind the object, and object_nearness finds the object around it; or
 /// - it lies within the gap between a fresh mask and the object's edge, as MaskGapEstimator
@@ -75,7 +75,7 @@ class DepthCompensator {
     require("min_nearness_in_shadow", options.min_nearness_in_shadow);
     require("max_beyond_range_m", options.max_beyond_range_m);
     require("max_step_m", options.max_step_m);
-    require("min_behind_m", options.min_behind_m);
+    require("min_off_middle_m", options.min_off_middle_m);
     require("cell_px", options.cell_px);
     require("stale_age_s", options.stale_age_s);
     require("motion_px_per_s", options.motion_px_per_s);

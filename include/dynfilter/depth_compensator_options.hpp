@@ -38,9 +38,10 @@ struct DepthCompensatorOptions {
   double max_beyond_range_m = 0.3;
   /// Largest step of depth on the way to such a part, metres.
   double max_step_m = 0.03;
-  /// Smallest distance behind the middle of the object's range at which a feature may belong to the
-  /// surroundings instead, metres: it does if it is connected with them by smaller steps.
-  double min_behind_m = 0.12;
+  /// Smallest distance from the middle of the object's range at which a feature may belong to the
+  /// surroundings instead, metres: it does if it is connected with them by smaller steps. On stale
+  /// masks, only what is behind the middle may.
+  double min_off_middle_m = 0.15;
   double cell_px = 16;  ///< width of the cells of DepthWatershed
   /// Age from which masks are stale, seconds. A feature on a stale mask is given back unless it
   /// belongs to an object or hides the one of this mask.

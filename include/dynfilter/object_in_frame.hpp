@@ -90,8 +90,7 @@ class ObjectInFrame {
       return false;
     }
     const bool is_in_range = depth_.contains(depth_m);
-    const double behind_m = depth_m - (range_m.lower + range_m.upper) / 2;
-    if (is_in_range && behind_m <= options_->min_behind_m) return true;
+    if (is_in_range && !is_off_middle(depth_m)) return true;
     const DepthWatershed::Steps steps = watershed_.steps_to(pixel, depth_m);
     const bool is_surroundings = steps.to_surroundings_m < steps.to_object_m;
     if (is_in_range) return !is_surroundings || !watershed_.has_object();
@@ -135,6 +134,15 @@ class ObjectInFrame {
   /// Converts a length for images 640 pixels wide to pixels of this image.
   double pixels(double length_px) const {
     return length_px * detail::pixel_scale(frame_->depth.size());
+  }
+
+  /// Whether a depth is so far from the middle of the object's range that the place may belong to
+  /// the surroundings. Nothing before the middle does if the mask is stale, because the object may
+  /// have come nearer since.
+  bool is_off_middle(double depth_m) const {
+    const ValueRange range_m = depth_.hull_m();
+    const double behind_m = depth_m - (range_m.lower + range_m.upper) / 2;
+    return (is_stale_ ? behind_m : std::abs(behind_m)) > options_->min_off_middle_m;
   }
 
   void find_reach(double age_s) {

@@ -301,9 +301,9 @@ class DepthOracle {
     const double metres = oracle_metres(input_.frame, pixel);
     const ValueRange hull = object.hull();
     if (metres <= 0) return false;
-    if (object.has(metres) && metres - (hull.lower + hull.upper) / 2 <= options_.min_behind_m) {
-      return true;
-    }
+    const double behind = metres - (hull.lower + hull.upper) / 2;
+    const bool off_middle = (stale() ? behind : std::abs(behind)) > options_.min_off_middle_m;
+    if (object.has(metres) && !off_middle) return true;
     if (metres < hull.lower - options_.max_beyond_range_m) return false;
     if (metres > hull.upper + options_.max_beyond_range_m) return false;
     const OracleWatershed& watershed = watershed_of(object);

@@ -195,7 +195,7 @@ inline DepthCompensatorOptions arbitrary_depth_options(ByteSource& source, const
   options.min_nearness_in_shadow = (source.between(0, 8) / 4.0 + 0.11) * scale;
   options.max_beyond_range_m = source.between(0, 40) / 100.0;
   options.max_step_m = source.between(0, 20) / 100.0;
-  options.min_behind_m = source.between(0, 30) / 100.0;
+  options.min_off_middle_m = source.between(0, 30) / 100.0;
   options.cell_px = (source.between(2, 6) + 0.2) / scale;
   options.mask_gap.row_step_px = (source.between(1, 3) + 0.2) / scale;
   options.mask_gap.reach_px = (source.between(1, 8) + 0.2) / scale;
