@@ -111,31 +111,44 @@ class MaskGapEstimator {
   }
 
   /// Measures the gap at each edge of the mask in a part of a row.
-  void measure_row(const FrameView& frame, const Instance& instance, const ObjectDepth& object,
-                   cv::Point first, int width, Scratch& scratch) const {
+  static void measure_row(const FrameView& frame, const Instance& instance,
+                          const ObjectDepth& object, cv::Point first, int width, Scratch& scratch) {
     const std::uint8_t* const mask =
         instance.mask.ptr<std::uint8_t>(first.y - instance.mask_origin.y) +
         (first.x - instance.mask_origin.x);
-    bool was_masked = false;
-    for (int x = 0; x <= width; ++x) {
-      const bool is_masked = x < width && mask[x] != 0;
-      if (is_masked == was_masked) continue;
-      was_masked = is_masked;
-      const cv::Point here(first.x + x, first.y);
-      if (is_masked) {
-        measure(frame, object, here, -1, scratch.left);
-      } else {
-        measure(frame, object, here - cv::Point(1, 0), 1, scratch.right);
-      }
+    const std::uint8_t* const end = mask + width;
+    const auto is_masked = [](std::uint8_t pixel) { return pixel != 0; };
+    for (const std::uint8_t* run = mask;;) {
+      run = std::find_if(run, end, is_masked);
+      if (run == end) return;
+      const std::uint8_t* const run_end = std::find(run, end, std::uint8_t{0});
+      const auto x_of = [&](const std::uint8_t* pixel) {
+        return first.x + static_cast<int>(pixel - mask);
+      };
+      measure(frame, object, {x_of(run), first.y}, -1, scratch.left);
+      measure(frame, object, {x_of(run_end) - 1, first.y}, 1, scratch.right);
+      run = run_end;
+    }
+  }
+
+  static void measure(const FrameView& frame, const ObjectDepth& object, cv::Point edge, int way,
+                      std::vector<std::size_t>& gaps) {
+    if (frame.depth.type() == CV_16UC1) {
+      measure<std::uint16_t>(frame, object, edge, way, gaps);
+    } else {
+      measure<float>(frame, object, edge, way, gaps);
     }
   }
 
   /// Walks from the mask's last pixel in direction `way`, and notes after how many pixels the
   /// object's depth ends.
-  void measure(const FrameView& frame, const ObjectDepth& object, cv::Point edge, int way,
-               std::vector<std::size_t>& gaps) const {
+  template <class Depth>
+  static void measure(const FrameView& frame, const ObjectDepth& object, cv::Point edge, int way,
+                      std::vector<std::size_t>& gaps) {
+    const Depth* const depths = frame.depth.ptr<Depth>(edge.y) + edge.x;
+    const double scale = frame.depth_scale();
     const auto is_objects = [&](int distance) {
-      return object.contains(frame.depth_m(edge + cv::Point(way * distance, 0)).value_or(0));
+      return object.contains(static_cast<double>(depths[way * distance]) * scale);
     };
     if (!is_objects(0)) return;
     const int to_border = way < 0 ? edge.x : frame.depth.cols - 1 - edge.x;

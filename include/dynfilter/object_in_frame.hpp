@@ -40,7 +40,7 @@ inline bool are_masks_stale(const FilterInput& input, const DepthCompensatorOpti
 
 /// One object in one frame: where it may be, its depth, and what surrounds it. It answers for
 /// DepthCompensator which pixels are the object's. It refers to the input and the options that it
-/// was measured with; ask only while they live.
+/// was measured with; ask only while they live. It is for one thread, even where it is const.
 class ObjectInFrame {
  public:
   /// Scratch memory that objects may share.
@@ -66,7 +66,8 @@ class ObjectInFrame {
     if (!is_stale_) {
       gap_px_ = gap_estimator.estimate(*frame_, *mask_, depth_, scratch.gaps).value_or(0);
     }
-    flood(input.segmentation);
+    segmentation_ = &input.segmentation;
+    is_flooded_ = false;
   }
 
   /// Index of the instance in the segmentation.
@@ -91,6 +92,7 @@ class ObjectInFrame {
     }
     const bool is_in_range = depth_.contains(depth_m);
     if (is_in_range && !is_off_middle(depth_m)) return true;
+    flood();
     const DepthWatershed::Steps steps = watershed_.steps_to(pixel, depth_m);
     const bool is_surroundings = steps.to_surroundings_m < steps.to_object_m;
     if (is_in_range) return !is_surroundings || !watershed_.has_object();
@@ -157,15 +159,16 @@ class ObjectInFrame {
                                 grown(options_->box_margin_px + motion_px / 2), size);
   }
 
-  /// Floods the reach and one row of cells around it: from the mask, and from outside the reach,
-  /// except for boxes of the same class, because people stand close together.
-  void flood(const Segmentation& segmentation) {
+  /// Floods the reach and one row of cells around it, unless it is done: from the mask, and from
+  /// outside the reach, except for boxes of the same class, because people stand close together.
+  void flood() const {
+    if (is_flooded_) return;
+    is_flooded_ = true;
+    const std::vector<Instance>& instances = segmentation_->instances;
     const auto is_anothers = [&](cv::Point pixel) {
-      return std::any_of(segmentation.instances.begin(), segmentation.instances.end(),
-                         [&](const Instance& other) {
-                           return &other != mask_ && other.class_id == mask_->class_id &&
-                                  other.box.contains(pixel);
-                         });
+      return std::any_of(instances.begin(), instances.end(), [&](const Instance& other) {
+        return &other != mask_ && other.class_id == mask_->class_id && other.box.contains(pixel);
+      });
     };
     const auto seed_at = [&](cv::Point pixel) {
       if (mask_->covers(pixel)) return DepthWatershed::Seed::object;
@@ -202,7 +205,10 @@ class ObjectInFrame {
   cv::Rect reach_;
   ObjectDepth depth_;
   double gap_px_ = 0;
-  DepthWatershed watershed_;
+  const Segmentation* segmentation_ = nullptr;
+  // Flooded when the first question needs it: few do where masks are good.
+  mutable DepthWatershed watershed_;
+  mutable bool is_flooded_ = false;
 };
 
 }  // namespace dynfilter

@@ -40,16 +40,24 @@ inline bool mask_within(const Instance& instance, cv::Point pixel, double radius
   const cv::Mat& mask = instance.mask;
   const std::int64_t x = std::int64_t{pixel.x} - instance.mask_origin.x;
   const std::int64_t y = std::int64_t{pixel.y} - instance.mask_origin.y;
-  const std::int64_t first_row = std::max<std::int64_t>(0, y - reach);
-  const std::int64_t last_row = std::min<std::int64_t>(mask.rows - 1, y + reach);
-  for (std::int64_t row = first_row; row <= last_row; ++row) {
-    const std::int64_t half = chord_half_length(radius, static_cast<double>(row - y));
-    const std::int64_t first = std::max<std::int64_t>(0, x - half);
-    const std::int64_t last = std::min<std::int64_t>(mask.cols - 1, x + half);
+  if (x + reach < 0 || x - reach >= mask.cols) return false;
+  std::int64_t half = reach;  // half the length of the disc's row
+  const auto has_pixel_in = [&](std::int64_t row) {
+    if (row < 0 || row >= mask.rows) return false;
     const std::uint8_t* const pixels = mask.ptr<std::uint8_t>(static_cast<int>(row));
-    for (std::int64_t column = first; column <= last; ++column) {
-      if (pixels[column] != 0) return true;
+    unsigned any = 0;
+    const std::int64_t last = std::min<std::int64_t>(mask.cols - 1, x + half);
+    for (std::int64_t column = std::max<std::int64_t>(0, x - half); column <= last; ++column) {
+      any |= pixels[column];
     }
+    return any != 0;
+  };
+  // Rows beyond the mask's are skipped: the mask may be far away, and the radius large.
+  const std::int64_t nearest = y < 0 ? -y : std::max<std::int64_t>(0, y - mask.rows + 1);
+  const std::int64_t farthest = std::min(reach, std::max(y, mask.rows - 1 - y));
+  for (std::int64_t offset = nearest; offset <= farthest; ++offset) {
+    while (static_cast<double>(half * half + offset * offset) > radius * radius) --half;
+    if (has_pixel_in(y - offset) || (offset > 0 && has_pixel_in(y + offset))) return true;
   }
   return false;
 }
