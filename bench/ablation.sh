@@ -19,7 +19,9 @@ Installs the packages that are missing (Debian, Ubuntu), or says which.
   --every N      every n-th frame, features only, without odometry
   --levels LIST  default: cross,medium,hard,stale_3,stale_6,late_10hz,late_5hz,furniture,two_in_one
                  others: static,together,leave,depth_late_33,depth_late_16,depth_early_33,
-                 depth_early_16,desk,two_near,hair
+                 depth_early_16,desk,two_near,hair,sitting,stop_and_go,pushed,pushed_slow,
+                 pushed_plain,carried,carried_slow,carried_plain,still_camera,rotation,fast,
+                 crowd; any name with _depth_late after it: depth a frame older
   --seeds LIST   default 101-115: seeds that tuned nothing
   --rules LIST   default: all but the rules for late masks, which late_masks.sh compares
   --out DIR      default: out/ablation in the repository

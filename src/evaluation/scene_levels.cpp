@@ -3,6 +3,8 @@
 
 #include "dynfilter/evaluation/scene_levels.hpp"
 
+#include <cstddef>
+
 #include "dynfilter/detail/errors.hpp"
 
 namespace dynfilter {
@@ -137,6 +139,111 @@ SyntheticSceneOptions hair() {
   return options;
 }
 
+/// Light and reflections change a little in the levels about motion, so that static features fit
+/// the camera's motion hardly better than on recorded frames.
+SyntheticSceneOptions changing_light() {
+  SyntheticSceneOptions options = crossing();
+  options.background_contrast = 0.60;
+  options.light_drift = 0.18;
+  options.reflection = 0.40;
+  return options;
+}
+
+/// The second person walks behind the first one, who sits.
+SyntheticSceneOptions sitting() {
+  SyntheticSceneOptions options = changing_light();
+  options.person_distance_m = 1.7;
+  options.persons_gap_m = 0.9;
+  options.person_speed_m_s = 0.8;
+  options.still_persons = 1;
+  options.still_persons_sit = true;
+  return options;
+}
+
+SyntheticSceneOptions stop_and_go() {
+  SyntheticSceneOptions options = changing_light();
+  options.persons_together = true;
+  options.person_distance_m = 1.7;
+  options.persons_gap_m = 0.6;
+  options.person_speed_m_s = 0.8;
+  options.stop_s = 2;
+  return options;
+}
+
+SyntheticSceneOptions pushed(double speed_m_s, bool plain) {
+  SyntheticSceneOptions options = changing_light();
+  options.persons = 0;
+  options.moving_box = MovingBox::pushed;
+  options.box_speed_m_s = speed_m_s;
+  options.box_plain = plain;
+  return options;
+}
+
+SyntheticSceneOptions carried(double speed_m_s, bool plain) {
+  SyntheticSceneOptions options = changing_light();
+  options.persons = 1;
+  options.person_distance_m = 1.8;
+  options.person_speed_m_s = speed_m_s;
+  options.limb_swing = speed_m_s;
+  options.moving_box = MovingBox::carried;
+  options.box_plain = plain;
+  return options;
+}
+
+/// A person who stays, one who walks, and a pushed box: everything that a method about motion has
+/// to tell apart.
+SyntheticSceneOptions all_kinds() {
+  SyntheticSceneOptions options = changing_light();
+  options.person_distance_m = 2.3;
+  options.persons_gap_m = 0.8;
+  options.wall_distance_m = 5.0;
+  options.still_persons = 1;
+  options.moving_box = MovingBox::pushed;
+  return options;
+}
+
+SyntheticSceneOptions still_camera() {
+  SyntheticSceneOptions options = all_kinds();
+  options.camera_motion = 0;
+  return options;
+}
+
+SyntheticSceneOptions rotation() {
+  SyntheticSceneOptions options = all_kinds();
+  options.camera_translation = 0;
+  return options;
+}
+
+SyntheticSceneOptions fast() {
+  SyntheticSceneOptions options = all_kinds();
+  options.camera_rate = 3;
+  return options;
+}
+
+SyntheticSceneOptions crowd() {
+  SyntheticSceneOptions options = changing_light();
+  options.persons = 8;
+  options.persons_together = true;
+  options.person_distance_m = 1.3;
+  options.persons_spacing_m = 0.26;
+  options.persons_gap_m = 0.6;
+  options.person_speed_m_s = 0.5;
+  options.turn_distance_m = 0.3;
+  return options;
+}
+
+constexpr const char* depth_late_suffix = "_depth_late";
+
+/// Removes the suffix from a level's name; false without it.
+bool remove_suffix(std::string& name) {
+  const std::string suffix = depth_late_suffix;
+  if (name.size() <= suffix.size()) return false;
+  const std::size_t end = name.size() - suffix.size();
+  if (name.compare(end, suffix.size(), suffix) != 0) return false;
+  name.resize(end);
+  return true;
+}
+
 }  // namespace
 
 std::vector<SceneLevel> scene_levels() {
@@ -161,20 +268,37 @@ std::vector<SceneLevel> scene_levels() {
       {"desk", "a desk, a chair and cupboards within a hand of the persons", desk()},
       {"two_near", "two persons 0.45 m apart in depth are one detection", two_near()},
       {"hair", "medium, hair without depth, the sensor's shadow on the persons", hair()},
+      {"sitting", "one person sits all the time, another walks behind", sitting()},
+      {"stop_and_go", "two persons walk for 2 s and stand for 2 s", stop_and_go()},
+      {"pushed", "a cart of no class at 0.3 m/s, no persons", pushed(0.3, false)},
+      {"pushed_slow", "the cart at 0.08 m/s", pushed(0.08, false)},
+      {"pushed_plain", "the cart at 0.3 m/s, hardly textured", pushed(0.3, true)},
+      {"carried", "a person carries a box at 0.5 m/s", carried(0.5, false)},
+      {"carried_slow", "a person carries a box at 0.08 m/s", carried(0.08, false)},
+      {"carried_plain", "a person carries a hardly textured box at 0.5 m/s", carried(0.5, true)},
+      {"still_camera", "a camera at rest; a still person, a walking one, a cart", still_camera()},
+      {"rotation", "the same, a camera that only turns", rotation()},
+      {"fast", "the same, a camera three times as fast", fast()},
+      {"crowd", "eight persons on 60 % of the image", crowd()},
   };
 }
 
 SyntheticSceneOptions scene_level(const std::string& name, std::uint64_t seed) {
+  std::string base = name;
+  const bool is_late = remove_suffix(base);
   std::string names;
   for (const SceneLevel& level : scene_levels()) {
-    if (level.name == name) {
+    if (level.name == base) {
       SyntheticSceneOptions options = level.options;
       options.seed = seed;
+      if (is_late) options.depth_late_s = 1 / options.frames_per_second;
       return options;
     }
     names += (names.empty() ? "" : ", ") + level.name;
   }
-  detail::throw_misuse("scene_level", detail::concatenate('"', name, '"'), "one of " + names);
+  detail::throw_misuse(
+      "scene_level", detail::concatenate('"', name, '"'),
+      detail::concatenate("one of ", names, ", each also with ", depth_late_suffix));
 }
 
 }  // namespace dynfilter

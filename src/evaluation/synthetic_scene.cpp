@@ -10,6 +10,8 @@
 #include "scene/depth_sensor.hpp"
 #include "scene/detections.hpp"
 #include "scene/masks.hpp"
+#include "scene/moment.hpp"
+#include "scene/motion.hpp"
 #include "scene/noise.hpp"
 #include "scene/renderer.hpp"
 #include "scene/world.hpp"
@@ -36,6 +38,13 @@ void require_valid(const SyntheticSceneOptions& options) {
   require_range("persons_spacing_m", options.persons_spacing_m, 0, 1);
   require_range("persons_gap_m", options.persons_gap_m, 0, 1);
   require_range("turn_distance_m", options.turn_distance_m, 0.2, 2.4);
+  require_range("still_persons", options.still_persons, 0, options.persons);
+  require_range("stop_s", options.stop_s, 0, 60);
+  require_range("go_s", options.go_s, 1, 60);
+  if (options.moving_box == MovingBox::carried) {
+    require_range("persons, with a carried box,", options.persons, 1, 8);
+  }
+  require_range("box_speed_m_s", options.box_speed_m_s, 0, 2);
   if (options.furniture_at_persons) {
     require_range("person_distance_m", options.person_distance_m, 1.7, 18.0);
   }
@@ -48,6 +57,10 @@ void require_valid(const SyntheticSceneOptions& options) {
                 options.person_distance_m + std::max(1.5, options.persons_gap_m + 1.0), 20);
   require_range("background_contrast", options.background_contrast, 0, 1);
   require_range("camera_motion", options.camera_motion, 0, 1.5);
+  require_range("camera_translation", options.camera_translation, 0, 2);
+  require_range("camera_rate", options.camera_rate, 0.1, 5);
+  require_range("light_drift", options.light_drift, 0, 0.5);
+  require_range("reflection", options.reflection, 0, 0.5);
   require_range("depth_late_s", options.depth_late_s, -0.2, 0.2);
   require_range("max_depth_m", options.max_depth_m, 0.1, 13.1);
   require_range("depth_edge_shift_px", options.depth_edge_shift_px, 0, 10);
@@ -109,12 +122,12 @@ struct SyntheticScene::Content {
       : options(checked(wanted)), world(options) {}
 
   scene::Rendering render(const CameraParameters& camera, double elapsed_s) const {
-    return scene::render(world, scene::bodies_at(options, elapsed_s), camera,
+    return scene::render(world, scene::moment_at(options, elapsed_s), camera,
                          scene::camera_at(options, elapsed_s));
   }
   cv::Mat1i surfaces(const CameraParameters& camera, int frame) const {
     const double elapsed = elapsed_s(options, frame);
-    return scene::render_surfaces(world, scene::bodies_at(options, elapsed), camera,
+    return scene::render_surfaces(world, scene::moment_at(options, elapsed), camera,
                                   scene::camera_at(options, elapsed));
   }
   cv::Mat3f blurred_colour(const CameraParameters& camera, double elapsed_s) const;
@@ -188,6 +201,10 @@ SyntheticFrame SyntheticScene::render(int index) const {
       scene::make_key(seed, scene::Stream::depth_noise, index));
   out.frame.metres_per_unit = 1 / scene::depth_units_per_metre;
   out.exact_depth_m = rendering.depth;
+  out.moving_mask =
+      scene::moving_pixels(content_->world, scene::moment_at(options(), elapsed),
+                           scene::moment_at(options(), elapsed - 1 / options().frames_per_second),
+                           rendering, camera(), out.pose);
 
   out.true_segmentation = {out.frame.id, out.frame.timestamp_s, options().image_size,
                            scene::true_instances(rendering.surface, options().persons)};

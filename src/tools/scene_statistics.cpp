@@ -14,6 +14,7 @@
 #include "odometry/orb_extractor.hpp"
 #include "progress_bar.hpp"
 #include "scene_measures.hpp"
+#include "tracking_residual.hpp"
 
 namespace dynfilter::tools {
 namespace {
@@ -171,15 +172,35 @@ std::string DepthStatistics::text() const {
 
 namespace {
 
+/// Returns the pose of this time, to 1 ms.
+std::optional<WorldPose> pose_at(const std::optional<Trajectory>& trajectory, double timestamp_s) {
+  if (!trajectory) return std::nullopt;
+  const auto at =
+      std::lower_bound(trajectory->begin(), trajectory->end(), timestamp_s - 0.001,
+                       [](const TimedPose& pose, double time) { return pose.timestamp_s < time; });
+  if (at == trajectory->end() || at->timestamp_s > timestamp_s + 0.001) return std::nullopt;
+  WorldPose pose;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column)
+      pose.rotation(row, column) = at->rotation(row, column);
+    pose.translation[row] = at->translation(row);
+  }
+  return pose;
+}
+
 /// Measures everything that depends on one source of masks.
 struct MaskStatistics {
   DepthStatistics depth;
   DepthLateness lateness;
   StaticAtPersonsDepth static_at_depth;
+  TrackingResidual residual;
+
+  explicit MaskStatistics(const CameraParameters& camera) : residual(camera) {}
 
   void add(const FrameView& frame, double units_per_metre, const Segmentation& masks,
-           const std::vector<cv::KeyPoint>& keypoints) {
+           const std::vector<cv::KeyPoint>& keypoints, const std::optional<WorldPose>& pose) {
     depth.add(frame.depth, masks);
+    residual.add(frame, masks, keypoints, pose);
     lateness.add(frame.depth, masks);
     static_at_depth.add(frame.depth, units_per_metre, masks, keypoints);
   }
@@ -191,7 +212,7 @@ struct MaskStatistics {
     return depth.text() + "depth is older than the masks by, frames     " + late_text +
            "\nstatic features a frame: all, in boxes, of these within 0.10 and 0.30 m of the "
            "person's\ndepth, and % of those in boxes\n" +
-           static_at_depth.text();
+           static_at_depth.text() + residual.text();
   }
 };
 
@@ -201,7 +222,8 @@ std::string scene_statistics(FrameSource& source, const std::string& name) {
   if (!source.has_depth()) throw std::runtime_error(name + ": has no depth images");
   const odometry::OrbExtractor orb(1000);
   const double units_per_metre = source.camera().depth_units_per_metre;
-  MaskStatistics found, truth;
+  MaskStatistics found(source.camera()), truth(source.camera());
+  const std::optional<Trajectory> trajectory = source.true_trajectory();
   bool has_masks = false, has_truth = false;
   ProgressBar progress("reading", source.size());
   for (std::size_t i = 0; i < source.size(); ++i) {
@@ -212,8 +234,10 @@ std::string scene_statistics(FrameSource& source, const std::string& name) {
     cv::cvtColor(frame.frame.image, grey, cv::COLOR_BGR2GRAY);
     std::vector<cv::KeyPoint> keypoints;
     orb.extract(grey, keypoints, descriptors);
-    if (frame.masks) found.add(frame.frame, units_per_metre, *frame.masks, keypoints);
-    if (frame.true_masks) truth.add(frame.frame, units_per_metre, *frame.true_masks, keypoints);
+    const std::optional<WorldPose> pose = pose_at(trajectory, frame.frame.timestamp_s);
+    if (frame.masks) found.add(frame.frame, units_per_metre, *frame.masks, keypoints, pose);
+    if (frame.true_masks)
+      truth.add(frame.frame, units_per_metre, *frame.true_masks, keypoints, pose);
     has_masks |= frame.masks.has_value();
     has_truth |= frame.true_masks.has_value();
   }

@@ -22,6 +22,7 @@
 #include "evaluation/sequence_names.hpp"
 #include "frame_source.hpp"
 #include "io/file_writing.hpp"
+#include "io/image_file.hpp"
 #include "io/staged_folder.hpp"
 #include "number_options.hpp"
 #include "progress_bar.hpp"
@@ -44,7 +45,7 @@ struct SynthOptions {
 std::vector<std::filesystem::path> scene_names(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> names = detail::sequence_names(folder);
   names.emplace_back(truth_name);
-  for (const char* masks : {"masks", "masks_true"}) {
+  for (const char* masks : {"masks", "masks_true", "masks_moving"}) {
     for (const auto& name : detail::mask_names(folder, masks)) names.push_back(name);
   }
   return names;
@@ -69,6 +70,8 @@ void synthesise(const SynthOptions& options) {
   RgbdSequenceWriter sequence(staged.path(), scene.camera());
   MaskFolderWriter masks(staged.path() / "masks");
   MaskFolderWriter true_masks(staged.path() / "masks_true");
+  const std::filesystem::path moving = staged.path() / "masks_moving";
+  std::filesystem::create_directories(moving);
   {
     ProgressBar progress("rendering", static_cast<std::size_t>(scene.size()));
     for (int i = 0; i < scene.size(); ++i) {
@@ -77,6 +80,8 @@ void synthesise(const SynthOptions& options) {
       masks.add(rendered.poor_segmentation, detail::time_text(rendered.frame.timestamp_s),
                 rendered.frame.timestamp_s);
       true_masks.add(rendered.true_segmentation);
+      detail::write_png(moving / (detail::time_text(rendered.frame.timestamp_s) + ".png"),
+                        rendered.moving_mask);
       progress.advance();
     }
   }
@@ -90,7 +95,7 @@ void synthesise(const SynthOptions& options) {
 }
 
 std::string level_list() {
-  std::string text = "levels:";
+  std::string text = "levels, each also with _depth_late: depth a frame older than colour";
   for (const SceneLevel& level : scene_levels()) {
     text += "\n  " + level.name +
             std::string(16 - std::min<std::size_t>(level.name.size(), 15), ' ') + level.description;
@@ -128,8 +133,8 @@ void add_synth_command(CLI::App& program) {
       "synth",
       "Render a sequence with known truth: a room, a moving camera, walking persons.\n"
       "Write rgb/, depth/, their lists, groundtruth.txt, camera.yaml, the poor masks of a\n"
-      "simulated network (masks/), the exact masks (masks_true/) and what else is known "
-      "(truth.yaml).");
+      "simulated network (masks/), the exact masks (masks_true/), the pixels that move in each\n"
+      "frame (masks_moving/), and the lateness of depth (truth.yaml).");
   command->add_option("FOLDER", options->folder, "folder for the sequence")->check(some_path());
   command->add_option("--level", given->level, "a level of the list below [a scene of 90 frames]");
   command->add_option("--seed", given->seed, "another seed is another scene")

@@ -341,6 +341,11 @@ TEST_F(Program, SynthStatesTheLatenessOfDepth) {
                 " --level depth_early_16 --frames 1 --width 64 --height 48")
                 .exit_code,
             0);
+  const cv::Mat moving =
+      cv::imread((out("late") / "masks_moving/1.000000.png").string(), cv::IMREAD_UNCHANGED);
+  EXPECT_EQ(moving.type(), CV_8UC1);
+  EXPECT_EQ(moving.size(), cv::Size(64, 48));
+  EXPECT_GT(cv::countNonZero(moving), 100);
   const std::string truth = read_text(out("late") / "truth.yaml");
   EXPECT_NE(truth.find("\ndepth_late_s: -0.016666"), std::string::npos) << truth;
 }
@@ -352,6 +357,7 @@ TEST_F(Program, SynthReportsStatisticsOfALevelWithoutAFolder) {
   EXPECT_TRUE(outcome.mentions("desk/masks_true")) << outcome.printed;
   EXPECT_TRUE(outcome.mentions("depth is older than the masks by")) << outcome.printed;
   EXPECT_TRUE(outcome.mentions("static features a frame")) << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("static features off the true motion")) << outcome.printed;
   for (const char* command : {"synth", "synth --level desk", "synth --statistics"}) {
     const Outcome refused = run(command);
     EXPECT_NE(refused.exit_code, 0) << command;

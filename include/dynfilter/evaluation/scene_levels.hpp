@@ -45,10 +45,23 @@ struct SceneLevel {
 ///   boxes overlap.
 /// - hair: medium without depth on most of the hair, and with depth shifted by 6 px, so that the
 ///   depth sensor's shadow covers the people's left rim.
+///
+/// Light and reflections change a little in the levels about motion:
+/// - sitting: one person sits for the whole time, another one walks behind.
+/// - stop_and_go: two people walk for 2 s, stand for 2 s, and so on.
+/// - pushed, pushed_slow, pushed_plain: a cart of no class, at 0.3, 0.08 and 0.3 m/s, the last one
+///   hardly textured. There are no people.
+/// - carried, carried_slow, carried_plain: a person carries a box of no class, at 0.5, 0.08 and 0.5
+///   m/s, the last one hardly textured.
+/// - still_camera, rotation, fast: a standing person, a walking one and a cart at 0.3 m/s, seen by
+/// a
+///   camera that rests, only turns, or moves three times as fast.
+/// - crowd: eight people on 60 % of the image.
 std::vector<SceneLevel> scene_levels();
 
-/// Returns the options of a level, which you may change. Throws std::invalid_argument that lists
-/// the levels for an unknown name.
+/// Returns the options of a level, which you may change. After any name, `_depth_late` makes depth
+/// one frame older than colour: pushed_depth_late. Throws std::invalid_argument that lists the
+/// levels for an unknown name.
 SyntheticSceneOptions scene_level(const std::string& name, std::uint64_t seed = 1);
 
 }  // namespace dynfilter

@@ -17,6 +17,13 @@
 
 namespace dynfilter {
 
+/// Thing of no class that moves.
+enum class MovingBox : std::uint8_t {
+  none,
+  pushed,  ///< a cart, 1.5 m away, that goes back and forth
+  carried  ///< a box that the first person carries before the chest
+};
+
 /// Options of SyntheticScene; scene_levels.hpp has named choices. By default two people are the
 /// nearest and strongest texture, walk in one direction and turn back together, and their masks
 /// miss limbs. Nothing static stands at their depth, so a rule based on depth alone pays no price
@@ -43,6 +50,15 @@ struct SyntheticSceneOptions {
   /// they reach 0.40 m to either side of their path; these reach 0.15 m behind it and 0.25 m before
   /// it, if their limb_swing is at most 0.1.
   bool persons_sidestep = false;
+  int still_persons = 0;           ///< the first ones, who stay where they are; 0 to persons
+  bool still_persons_sit = false;  ///< these sit on chairs
+  /// Time for which walking people stand still again and again, after go_s on the way; 0 (they
+  /// never stop) to 60.
+  double stop_s = 0;
+  double go_s = 2;                         ///< from 1 to 60; only with stop_s
+  MovingBox moving_box = MovingBox::none;  ///< carried needs a person
+  double box_speed_m_s = 0.3;  ///< of a pushed box; 0 to 2. A carried one is as fast as its person
+  bool box_plain = false;      ///< whether the box has hardly any texture
   double turn_distance_m = 0.8;  ///< distance from the middle at which people turn back; 0.2
                                  ///< to 2.4. From about 2 on they leave the image and come back
 
@@ -59,6 +75,12 @@ struct SyntheticSceneOptions {
   bool workplace_at_persons = false;
   /// Motion of the camera: 1 = about 0.36, 0.24, 0.20 m and 4.5, 3, 1.8 deg; 0 = still.
   double camera_motion = 1.0;
+  double camera_translation = 1.0;  ///< share of the motion's shift; 0 = turns only, up to 2
+  double camera_rate = 1.0;         ///< speed of the motion, relative; 0.1 to 5
+  /// Strength of soft shadows that drift through the room, relative to the light; 0 to 0.5.
+  double light_drift = 0;
+  /// Share of the room that still surfaces mirror; 0 to 0.5.
+  double reflection = 0;
 
   /// Time by which the depth image shows an earlier moment than the colour image of the same stamp,
   /// from the camera's place at that moment; negative: a later moment. -0.2 to 0.2.
@@ -129,6 +151,9 @@ struct SyntheticFrame {
   /// is visible is missing. Options make it perfect, stale, or missing for a while. frame_id and
   /// timestamp_s are those of the frame that it was made from. track_id as in true_segmentation.
   Segmentation poor_segmentation;
+  /// Pixels whose surface moves in this frame: its point is at least 0.02 m/s away from where it
+  /// was one frame earlier. CV_8UC1, 255 or 0; persons, their limbs one by one, and boxes.
+  cv::Mat moving_mask;
   CameraPose pose;  ///< exact pose
   /// Exact depth at the time of the colour image: CV_32FC1, metres along the optical axis, of every
   /// pixel.

@@ -80,6 +80,11 @@ cv::Vec3d Block::turned(const cv::Vec3d& vector) const {
   return {cosine * vector[0] + sine * vector[1], cosine * vector[1] - sine * vector[0], vector[2]};
 }
 
+cv::Vec3d Block::to_world(const cv::Vec3d& local) const {
+  return centre + cv::Vec3d(cosine * local[0] - sine * local[1],
+                            sine * local[0] + cosine * local[1], local[2]);
+}
+
 FaceHit Block::hit(const Ray& ray) const {
   const cv::Vec3d origin = turned(ray.origin - centre);
   const cv::Vec3d direction = turned(ray.direction);
@@ -106,9 +111,9 @@ SurfacePoint Block::surface(const cv::Vec3d& point, int face) const {
   surface.normal = {cosine * normal[0] - sine * normal[1], sine * normal[0] + cosine * normal[1],
                     normal[2]};
   set_face_coordinates(surface, local, face / 2);
-  // An offset, so that the faces of a block, and equal blocks, look different.
-  surface.u += 0.37 * face + centre[0];
-  surface.v += 0.23 * face + centre[2];
+  // An offset, so that the faces of a block look different.
+  surface.u += 0.37 * face + texture_offset_m[0];
+  surface.v += 0.23 * face + texture_offset_m[1];
   return surface;
 }
 

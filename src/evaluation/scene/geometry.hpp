@@ -52,6 +52,7 @@ struct RoomBox {
 /// A block that stands upright, turned about the vertical.
 struct Block {
   cv::Vec3d centre;
+  cv::Vec2d texture_offset_m;  // so that equal blocks look different
   cv::Vec3d half_size;
   double cosine = 1;
   double sine = 0;
@@ -60,6 +61,10 @@ struct Block {
   FaceHit hit(const Ray& ray) const;
   SurfacePoint surface(const cv::Vec3d& point, int face) const;
   Sphere bounds() const;
+
+  /// Convert a point from the world to the block's axes and back.
+  cv::Vec3d to_local(const cv::Vec3d& point) const { return turned(point - centre); }
+  cv::Vec3d to_world(const cv::Vec3d& local) const;
 
  private:
   cv::Vec3d turned(const cv::Vec3d& vector) const;
@@ -79,6 +84,11 @@ class Limb {
   /// Returns the surface at a point: u runs around the limb from its front, v from base to tip.
   SurfacePoint surface(const cv::Vec3d& point) const;
   Sphere bounds() const;
+
+  /// Convert a point from the world to the limb's own coordinates and back. A point of the body
+  /// keeps its own coordinates when the limb moves.
+  cv::Vec3d to_local(const cv::Vec3d& point) const { return to_local_ * (point - base_); }
+  cv::Vec3d to_world(const cv::Vec3d& local) const { return base_ + to_local_.inv() * local; }
 
  private:
   cv::Matx33d to_local_;  // in units of the half widths and of the cap

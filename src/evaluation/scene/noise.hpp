@@ -32,7 +32,8 @@ enum class Stream : std::uint64_t {
   mask_noise,
   detection,
   missed,
-  exposure
+  exposure,
+  box
 };
 
 /// Mixes all 64 bits by the finaliser of splitmix64 (Steele, Lea and Flood 2014), a bijection.

@@ -19,22 +19,68 @@ constexpr double stride_m = 1.30;
 /// A person's state on the way, which leads back and forth along the world's x.
 struct Walk {
   cv::Vec2d place;
-  cv::Vec2d forward;   // unit
-  double pace = 0;     // 0 standing to 1 at full speed
-  double swing = 1;    // of limbs and shoulders; 1 = a brisk walk
+  cv::Vec2d forward;  // unit
+  double pace = 0;    // 0 standing to 1 at full speed
+  double swing = 1;   // of limbs and shoulders; 1 = a brisk walk
+  bool sits = false;
   double covered = 0;  // metres walked; they drive the legs, so that feet do not slide
 };
+
+/// How long a person has walked, and the speed now, from 0 to 1.
+struct WalkingTime {
+  double walked_s = 0;
+  double speed = 1;
+};
+
+/// Walks for go_s and stands for stop_s, again and again. Speeding up and slowing down take 0.3 s
+/// of the time on the way.
+WalkingTime walking_time(const SyntheticSceneOptions& options, int person, double elapsed_s) {
+  if (options.stop_s == 0) return {elapsed_s, 1};
+  constexpr double ramp_s = 0.3;
+  const double period_s = options.go_s + options.stop_s;
+  const double start = unit(make_key(options.seed, Stream::walk, person));
+  const double periods = std::floor(elapsed_s / period_s + start);
+  const double now_s = elapsed_s - (periods - start) * period_s;  // since the last start
+  const double walked_s = options.go_s - ramp_s;                  // in a period, at full speed
+  WalkingTime time;
+  if (now_s < ramp_s) {
+    time = {now_s * now_s / (2 * ramp_s), now_s / ramp_s};
+  } else if (now_s < options.go_s - ramp_s) {
+    time = {now_s - ramp_s / 2, 1};
+  } else {
+    const double left_s = std::max(options.go_s - now_s, 0.0);
+    time = {walked_s - left_s * left_s / (2 * ramp_s), left_s / ramp_s};
+  }
+  time.walked_s += periods * walked_s;
+  return time;
+}
+
+/// Returns the state of a person who stays.
+Walk stay(const SyntheticSceneOptions& options, int person) {
+  Walk walk;
+  const double rank = person - 0.5 * (options.persons - 1);
+  walk.place = {
+      options.persons_spacing_m * rank,
+      options.person_distance_m + options.persons_gap_m * (person % 2) + 0.05 * (person / 2)};
+  const double turn = between(make_key(options.seed, Stream::walk, person, 1), -0.4, 0.4);
+  walk.forward = {std::sin(turn), -std::cos(turn)};
+  walk.swing = options.limb_swing;
+  walk.sits = options.still_persons_sit;
+  return walk;
+}
 
 /// Follows a triangle wave with rounded corners: an even pace, and turns of a few tenths of a
 /// second.
 Walk walk_at(const SyntheticSceneOptions& options, int person, double elapsed_s) {
+  if (person < options.still_persons) return stay(options, person);
+  const WalkingTime time = walking_time(options, person, elapsed_s);
   constexpr double sharpness = 0.96;
   const double slowest = std::sqrt(1 - sharpness * sharpness);
   const double peak = std::asin(sharpness);
   const double turn_m = options.turn_distance_m;
   const std::uint64_t key = make_key(options.seed, Stream::walk);
   double phase =
-      elapsed_s * options.person_speed_m_s * peak / turn_m - between(key, 0.30, 0.42) * CV_PI;
+      time.walked_s * options.person_speed_m_s * peak / turn_m - between(key, 0.30, 0.42) * CV_PI;
   if (!options.persons_together && person % 2 == 1) phase += CV_PI;
   const double x = turn_m * std::asin(sharpness * std::sin(phase)) / peak;
   const double speed =
@@ -51,7 +97,7 @@ Walk walk_at(const SyntheticSceneOptions& options, int person, double elapsed_s)
   walk.forward = {speed, -0.30 - slowest * (1 - std::abs(speed))};
   if (options.persons_sidestep) walk.forward = {0, -1};
   walk.forward *= 1 / std::sqrt(walk.forward.dot(walk.forward));
-  walk.pace = std::abs(speed);
+  walk.pace = std::abs(speed) * time.speed;
   walk.swing = options.limb_swing;
   walk.covered = turn_m * (2 * half_turns + 1) + (rightward ? x : -x);
   return walk;
@@ -63,6 +109,7 @@ struct Stride {
 };
 
 Stride stride_at(double phase, const Walk& walk) {
+  if (walk.sits) return {1.45, 0.05, 0.35, 0.95};
   const double reach = walk.swing * (0.10 + 0.90 * walk.pace);
   const double lift = std::max(0.0, std::cos(phase));  // the leg that swings forward is bent
   Stride stride;
@@ -185,6 +232,14 @@ class Body {
 std::vector<BodyPart> body_at(const SyntheticSceneOptions& options, int person, double elapsed_s) {
   const double scale = between(make_key(options.seed, Stream::body, person), 0.95, 1.06);
   return Body(walk_at(options, person, elapsed_s), scale).parts();
+}
+
+cv::Vec2d place_at(const SyntheticSceneOptions& options, int person, double elapsed_s) {
+  return walk_at(options, person, elapsed_s).place;
+}
+
+cv::Vec2d forward_at(const SyntheticSceneOptions& options, int person, double elapsed_s) {
+  return walk_at(options, person, elapsed_s).forward;
 }
 
 Bodies bodies_at(const SyntheticSceneOptions& options, double elapsed_s) {

@@ -76,12 +76,15 @@ struct Hit {
 
 class View {
  public:
-  View(const World& world, const Bodies& bodies, const CameraParameters& camera,
+  View(const World& world, const Moment& moment, const CameraParameters& camera,
        const CameraPose& pose)
-      : world_(world), bodies_(bodies), camera_(camera), pose_(pose), tiles_(camera, pose) {
-    for (std::size_t i = 0; i < world.blocks.size(); ++i) {
-      tiles_.add(SurfaceId::block(static_cast<int>(i), 0), world.blocks[i].bounds());
+      : world_(world), moment_(moment), camera_(camera), pose_(pose), tiles_(camera, pose) {
+    const std::size_t blocks = world.blocks.size() + moment.boxes.size();
+    for (std::size_t i = 0; i < blocks; ++i) {
+      const int id = SurfaceId::block(static_cast<int>(i), 0);
+      tiles_.add(id, block(id).bounds());
     }
+    const Bodies& bodies = moment.bodies;
     for (std::size_t person = 0; person < bodies.size(); ++person) {
       for (std::size_t i = 0; i < bodies[person].size(); ++i) {
         tiles_.add(SurfaceId::part(static_cast<int>(person), static_cast<int>(i)),
@@ -138,23 +141,52 @@ class View {
     // The width of a pixel on the surface: the mean of along and across the slant, roughly.
     const double footprint = hit.t / camera_.fx / std::sqrt(std::max(*facing, 0.05));
     const double lit = std::max(0.0, surface.normal.dot(lamp_direction()));
-    const double light = (1 - light_share) + 1.35 * light_share * lit;
+    double light = (1 - light_share) + 1.35 * light_share * lit;
+    if (world_.light_drift > 0) light *= 1 + world_.light_drift * drifting_light(point);
     const double corner = hit.id < SurfaceId::block(0, 0) ? corner_shade(point) : 1.0;
-    return texture->sample(surface.u, surface.v, footprint) * static_cast<float>(light * corner);
+    const cv::Vec3f colour =
+        texture->sample(surface.u, surface.v, footprint) * static_cast<float>(light * corner);
+    if (world_.reflection == 0 || !is_still(hit.id)) return colour;
+    return colour + mirrored(ray, point, surface.normal) * static_cast<float>(world_.reflection);
   }
 
  private:
   const BodyPart& part(int id) const {
-    return bodies_[static_cast<std::size_t>(SurfaceId::person(id))]
-                  [static_cast<std::size_t>(SurfaceId::part_index(id))];
+    return moment_.bodies[static_cast<std::size_t>(SurfaceId::person(id))]
+                         [static_cast<std::size_t>(SurfaceId::part_index(id))];
   }
   const Block& block(int id) const {
-    return world_.blocks[static_cast<std::size_t>((id - SurfaceId::block(0, 0)) / 6)];
+    const auto index = static_cast<std::size_t>(SurfaceId::block_index(id));
+    const std::size_t still = world_.blocks.size();
+    return index < still ? world_.blocks[index] : moment_.boxes[index - still];
   }
 
   static int room_material(int face) {
     if (face == 4) return static_cast<int>(Material::floor);
     return static_cast<int>(face == 5 ? Material::ceiling : Material::wall);
+  }
+
+  bool is_still(int id) const {
+    return id < SurfaceId::block(static_cast<int>(world_.blocks.size()), 0);
+  }
+
+  /// Returns the change of light at a point, in [-1, 1]: soft shadows that drift through the room.
+  double drifting_light(const cv::Vec3d& point) const {
+    const auto wave = [&](const cv::Vec3d& waves_a_metre, double hertz) {
+      return std::sin(2 * CV_PI * (waves_a_metre.dot(point) + hertz * moment_.elapsed_s));
+    };
+    return 0.5 * wave({2.6, 1.4, 1.8}, 2.0) + 0.5 * wave({-4.2, 3.2, 5.8}, 3.1);
+  }
+
+  /// Returns what a surface mirrors: the room's walls, blurred, less a mean grey.
+  cv::Vec3f mirrored(const Ray& ray, const cv::Vec3d& point, const cv::Vec3d& normal) const {
+    constexpr double blur_m = 0.012;
+    const Ray back{point + normal * 1e-6, ray.direction - normal * (2 * normal.dot(ray.direction))};
+    const FaceHit hit = world_.room.hit(back);
+    const cv::Vec3d seen = back.at(hit.t);
+    const SurfacePoint surface = world_.room.surface(seen, hit.face);
+    const Texture& texture = world_.materials[static_cast<std::size_t>(room_material(hit.face))];
+    return texture.sample(surface.u, surface.v, blur_m) - cv::Vec3f(150, 150, 150);
   }
 
   static cv::Vec3d lamp_direction() { return {-0.48, -0.60, 0.64}; }
@@ -171,7 +203,7 @@ class View {
   }
 
   const World& world_;
-  const Bodies& bodies_;
+  const Moment& moment_;
   const CameraParameters& camera_;
   const CameraPose& pose_;
   Tiles tiles_;
@@ -214,11 +246,11 @@ void smooth_row(const View& view, int y, Rendering& out) {
 
 }  // namespace
 
-Rendering render(const World& world, const Bodies& bodies, const CameraParameters& camera,
+Rendering render(const World& world, const Moment& moment, const CameraParameters& camera,
                  const CameraPose& pose) {
   const cv::Size size = camera.image_size;
   Rendering out{cv::Mat3f(size), cv::Mat1f(size), cv::Mat1f(size), cv::Mat1i(size)};
-  const View view(world, bodies, camera, pose);
+  const View view(world, moment, camera, pose);
   for (const auto& pass : {trace_row, smooth_row}) {
     cv::parallel_for_(cv::Range(0, size.height), [&](const cv::Range& rows) {
       for (int y = rows.start; y < rows.end; ++y) pass(view, y, out);
@@ -227,10 +259,10 @@ Rendering render(const World& world, const Bodies& bodies, const CameraParameter
   return out;
 }
 
-cv::Mat1i render_surfaces(const World& world, const Bodies& bodies, const CameraParameters& camera,
+cv::Mat1i render_surfaces(const World& world, const Moment& moment, const CameraParameters& camera,
                           const CameraPose& pose) {
   cv::Mat1i surface(camera.image_size);
-  const View view(world, bodies, camera, pose);
+  const View view(world, moment, camera, pose);
   cv::parallel_for_(cv::Range(0, surface.rows), [&](const cv::Range& rows) {
     for (int y = rows.start; y < rows.end; ++y) {
       for (int x = 0; x < surface.cols; ++x) {

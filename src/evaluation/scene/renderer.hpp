@@ -9,12 +9,13 @@
 
 #include <opencv2/core.hpp>
 
+#include "moment.hpp"
 #include "world.hpp"
 
 namespace dynfilter::scene {
 
 /// The surface that a pixel's ray hits: a face of the room, a face of a block, or a part of a
-/// person.
+/// person. Boxes that move have the numbers after the world's blocks.
 class SurfaceId {
  public:
   static int room(int face) { return face; }
@@ -22,6 +23,8 @@ class SurfaceId {
   static int part(int person, int index) { return first_part + parts_a_person * person + index; }
 
   static bool is_part(int id) { return id >= first_part; }
+  static bool is_block(int id) { return id >= block(0, 0) && id < first_part; }
+  static int block_index(int id) { return (id - block(0, 0)) / 6; }
   static int person(int id) { return (id - first_part) / parts_a_person; }
   static int part_index(int id) { return (id - first_part) % parts_a_person; }
 
@@ -38,11 +41,11 @@ struct Rendering {
   cv::Mat1i surface;  // SurfaceId
 };
 
-Rendering render(const World& world, const Bodies& bodies, const CameraParameters& camera,
+Rendering render(const World& world, const Moment& moment, const CameraParameters& camera,
                  const CameraPose& pose);
 
 /// Renders the surfaces only, in a third of the time.
-cv::Mat1i render_surfaces(const World& world, const Bodies& bodies, const CameraParameters& camera,
+cv::Mat1i render_surfaces(const World& world, const Moment& moment, const CameraParameters& camera,
                           const CameraPose& pose);
 
 /// Exposes the colour image: amplifies it, adds the sensor's noise and rounds to bytes.

@@ -21,6 +21,7 @@ Block block(cv::Vec3d foot, cv::Vec3d size, double turn_deg, Material material) 
   Block made;
   made.centre = {foot[0], foot[1], foot[2] + size[2] / 2};
   made.half_size = size * 0.5;
+  made.texture_offset_m = {made.centre[0], made.centre[2]};
   made.cosine = std::cos(radians(turn_deg));
   made.sine = std::sin(radians(turn_deg));
   made.material = static_cast<int>(material);
@@ -141,6 +142,16 @@ void add_workplace(std::vector<Block>& blocks, const SyntheticSceneOptions& opti
   }
 }
 
+/// Adds a chair under each person who sits.
+void add_chairs(std::vector<Block>& blocks, const SyntheticSceneOptions& options) {
+  for (int person = 0; person < options.still_persons; ++person) {
+    const cv::Vec2d place = place_at(options, person, 0);
+    blocks.push_back(block({place[0], place[1], 0}, {0.44, 0.42, 0.40}, 0, Material::wood));
+    blocks.push_back(
+        block({place[0], place[1] + 0.20, 0.40}, {0.44, 0.05, 0.50}, 0, Material::wood));
+  }
+}
+
 /// Returns one coordinate of the camera's motion, at most 1: a slow sway, a quicker one and a
 /// hand's tremor.
 double sway(std::uint64_t seed, int coordinate, double elapsed_s) {
@@ -172,12 +183,14 @@ cv::Matx33d turn_about(int axis, double angle) {
 
 }  // namespace
 
-World::World(const SyntheticSceneOptions& options) {
+World::World(const SyntheticSceneOptions& options)
+    : light_drift(options.light_drift), reflection(options.reflection) {
   room.low = {-3.1, -2.0, 0};
   room.high = {3.1, options.wall_distance_m, ceiling_m};
   if (options.furniture) blocks = furniture(options);
   if (options.furniture_at_persons) add_furniture_at_persons(blocks, options);
   if (options.workplace_at_persons) add_workplace(blocks, options);
+  if (options.still_persons_sit) add_chairs(blocks, options);
   for (int i = 0; i < scene::materials; ++i) {
     materials.push_back(
         paint_material(static_cast<Material>(i), options.background_contrast, options.seed));
@@ -199,7 +212,8 @@ float gain_at(const SyntheticSceneOptions& options, double elapsed_s) {
 
 CameraPose camera_at(const SyntheticSceneOptions& options, double elapsed_s) {
   const auto coordinate = [&](int index, double amplitude) {
-    return options.camera_motion * amplitude * sway(options.seed, index, elapsed_s);
+    return options.camera_motion * amplitude *
+           sway(options.seed, index, options.camera_rate * elapsed_s);
   };
   // A level camera that looks along the world's y; the columns are its right, down and forward.
   const cv::Matx33d level(1, 0, 0, 0, 0, 1, 0, -1, 0);
@@ -208,8 +222,9 @@ CameraPose camera_at(const SyntheticSceneOptions& options, double elapsed_s) {
   const double roll = radians(coordinate(5, 1.8));
   CameraPose pose;
   pose.rotation = level * turn_about(1, yaw) * turn_about(0, pitch) * turn_about(2, roll);
-  pose.translation = {coordinate(0, 0.36), coordinate(1, 0.24),
-                      camera_height_m + coordinate(2, 0.20)};
+  const double shift = options.camera_translation;
+  pose.translation = {shift * coordinate(0, 0.36), shift * coordinate(1, 0.24),
+                      camera_height_m + shift * coordinate(2, 0.20)};
   return pose;
 }
 

@@ -21,6 +21,8 @@ struct World {
   std::vector<Block> blocks;
   std::vector<Texture> materials;  // by Material
   std::vector<Texture> garments;   // by person, then Garment
+  double light_drift = 0;          // as in the options
+  double reflection = 0;
 };
 
 /// Returns the camera's gain at this time; 1 while the exposure does not change.
