@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -97,10 +98,17 @@ void ablate(const AblateOptions& options) {
   show(plan.out, options.report);
 }
 
-std::vector<std::string> level_names() {
-  std::vector<std::string> names;
-  for (const SceneLevel& level : scene_levels()) names.push_back(level.name);
-  return names;
+/// Accepts the names that scene_level accepts.
+CLI::Validator some_level() {
+  const auto error_of = [](const std::string& name) {
+    try {
+      scene_level(name);
+    } catch (const std::invalid_argument& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  return CLI::Validator(error_of, "LEVEL");
 }
 
 /// Returns a command that calls this program from any folder.
@@ -132,7 +140,7 @@ void add_ablate_command(CLI::App& program, const std::string& called_as) {
   command->add_option("--levels", options->levels, "levels of dynfilter synth, such as medium,hard")
       ->delimiter(',')
       ->allow_extra_args(false)
-      ->check(CLI::IsMember(level_names()));
+      ->check(some_level());
   command
       ->add_option("--seeds", options->seeds,
                    "seeds of the levels, such as 1-5 or 1,3,8-10; at most 10000")

@@ -283,12 +283,20 @@ TEST_F(Ablate, RefusesInvalidPlans) {
   };
   refuses("", "SEQUENCE");
   refuses("--levels easy", "medium");
+  refuses("--levels easy_depth_late", "medium");
   refuses("--levels medium --rules best", "crowd_slam");
   for (const char* seeds : {"5-1", "a", "1-", "-1", "1,,2", "1.5", "1-2-3", ""}) {
     refuses("--levels medium --list --seeds '" + std::string(seeds) + "'", "--seeds");
   }
   refuses("--levels medium,medium --list", "two scenes named medium_1");
   refuses("--levels medium --gather x --list", "excludes");
+}
+
+TEST_F(Ablate, TakesEveryLevelWithLateDepth) {
+  const Outcome outcome = run(
+      "ablate --levels medium,medium_depth_late,crowd_depth_late --seeds 7 --rules mask --list");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("--level medium_depth_late --scene-seed 7")) << outcome.printed;
 }
 
 TEST_F(Ablate, OmitsPerfectMasksWithoutTruth) {
