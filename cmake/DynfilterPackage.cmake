@@ -79,6 +79,9 @@ endif()
 if(TARGET dynfilter_segmenters)
   dynfilter_package(segmenters dynfilter_segmenters segmenters)
 endif()
+if(TARGET dynfilter_motion)
+  dynfilter_package(motion dynfilter_motion motion)
+endif()
 if(TARGET dynfilter_networks)
   dynfilter_package(networks dynfilter_networks networks)
 endif()
@@ -97,12 +100,13 @@ install(
   DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}
   COMPONENT dynfilter-core
   FILES_MATCHING PATTERN "*.hpp"
-  REGEX "/include/dynfilter/(segmenters|networks|evaluation|plugin\\.hpp)$" EXCLUDE)
+  REGEX "/include/dynfilter/(segmenters|motion|networks|evaluation|plugin\\.hpp)$" EXCLUDE)
 
 # --- The config, its version file, pkg-config -----------------------------------------------------
 set(_arch_independent "")
 if(NOT TARGET dynfilter_compiled AND NOT TARGET dynfilter_segmenters
-   AND NOT TARGET dynfilter_networks AND NOT TARGET dynfilter_evaluation)
+   AND NOT TARGET dynfilter_motion AND NOT TARGET dynfilter_networks
+   AND NOT TARGET dynfilter_evaluation)
   set(_arch_independent ARCH_INDEPENDENT)
 endif()
 write_basic_package_version_file(

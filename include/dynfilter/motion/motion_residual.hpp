@@ -1,0 +1,62 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_MOTION_MOTION_RESIDUAL_HPP
+#define DYNFILTER_MOTION_MOTION_RESIDUAL_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include <limits>
+#include <optional>
+
+#include <opencv2/core.hpp>
+
+#include "dynfilter/frame.hpp"
+#include "dynfilter/motion/pinhole_camera.hpp"
+#include "dynfilter/motion/relative_pose.hpp"
+
+namespace dynfilter {
+
+/// Depths that a feature may have, metres along the optical axis. By default, of an unknown one.
+struct DepthInterval {
+  double nearest_m = 0.4;                                       ///< above 0
+  double farthest_m = std::numeric_limits<double>::infinity();  ///< at least `nearest_m`
+
+  /// Whether it was measured.
+  bool is_known() const { return farthest_m < std::numeric_limits<double>::infinity(); }
+};
+
+/// Options of depth_interval.
+struct DepthIntervalOptions {
+  int window_px = 9;  ///< side of the window, odd; 1 to 99
+  /// Standard deviation of the depth sensor, metres at 1 m; it grows with the square of the depth.
+  double noise_at_1m_m = 0.0025;
+  double noise_factor = 2;   ///< the interval is so many standard deviations wider each way
+  double min_depth_m = 0.4;  ///< nearest depth of a feature without one, metres; above 0
+};
+
+/// Returns the depths in the window around a pixel, widened by the sensor's noise: a corner may
+/// belong to either side of a depth edge, and depth may be registered a few pixels off. Without any
+/// depth in the window, from `min_depth_m` to infinity. Throws std::invalid_argument for options
+/// out of range. O(window_px^2).
+DepthInterval depth_interval(const FrameView& frame, cv::Point pixel,
+                             const DepthIntervalOptions& options = {});
+
+/// Outcome of motion_residual.
+struct MotionResidual {
+  double distance_px = 0;    ///< from the tracked pixel to the nearest place of a static point
+  cv::Point2d static_place;  ///< that place, an ideal pixel of the earlier frame
+};
+
+/// Returns how far a tracked feature is from where it would be if it were static. A static feature
+/// at an unknown depth within an interval was, in the earlier frame, on a segment of its epipolar
+/// line; the residual is the distance to that segment, in ideal pixels of the earlier frame. `now`
+/// and `then` are ideal pixels of the two frames. None if no depth of the interval was in front of
+/// the camera then. Pure; O(1).
+std::optional<MotionResidual> motion_residual(const PinholeCamera& camera,
+                                              const RelativePose& then_from_now, cv::Point2d now,
+                                              cv::Point2d then, const DepthInterval& depth);
+
+}  // namespace dynfilter
+
+#endif  // DYNFILTER_MOTION_MOTION_RESIDUAL_HPP

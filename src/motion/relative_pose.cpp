@@ -1,0 +1,326 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/motion/relative_pose.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <utility>
+
+#include "dynfilter/detail/errors.hpp"
+#include "random.hpp"
+
+namespace dynfilter {
+namespace {
+
+using Twist = cv::Vec6d;  // rotation vector, then translation, in the earlier camera's frame
+
+constexpr std::size_t in_hypothesis = 4;
+constexpr int concentrations = 3;  // of a hypothesis that is the best one so far
+constexpr double median_to_scale = 1.4826;
+
+/// Residual of an observation, linear in a small motion: residual - jacobian * motion, pixels.
+struct LinearResidual {
+  cv::Vec2d residual;
+  cv::Matx<double, 2, 6> jacobian;
+
+  double squared_after(const Twist& motion) const {
+    const cv::Vec2d left = residual - jacobian * motion;
+    return left.dot(left);
+  }
+};
+
+struct Scratch {
+  std::vector<std::pair<std::uint64_t, std::size_t>> order;  // of the observations, by hash
+  std::vector<LinearResidual> judges;
+  std::vector<double> squares, some_squares;
+};
+
+std::uint64_t hash_of(const PoseObservation& observation, std::uint64_t seed) {
+  std::uint64_t hash = seed;
+  for (const double number : {observation.pixel_then.x, observation.pixel_then.y,
+                              observation.point_now_m.x, observation.point_now_m.y}) {
+    std::uint64_t bits = 0;
+    std::memcpy(&bits, &number, sizeof bits);
+    hash = detail::mixed(hash ^ bits);
+  }
+  return hash;
+}
+
+/// Returns the rotation by a rotation vector (Rodrigues).
+cv::Matx33d rotation_of(const cv::Vec3d& vector) {
+  const double angle = cv::norm(vector);
+  if (!(angle > 0)) return cv::Matx33d::eye();
+  const cv::Vec3d axis = vector / angle;
+  const double c = std::cos(angle), s = std::sin(angle);
+  const cv::Matx33d cross(0, -axis[2], axis[1], axis[2], 0, -axis[0], -axis[1], axis[0], 0);
+  return cv::Matx33d::eye() * c + cross * s + (axis * axis.t()) * (1 - c);
+}
+
+/// Makes the rows orthonormal, so that errors do not add up over thousands of motions.
+cv::Matx33d orthonormal(const cv::Matx33d& rotation) {
+  cv::Vec3d x(rotation(0, 0), rotation(0, 1), rotation(0, 2));
+  cv::Vec3d y(rotation(1, 0), rotation(1, 1), rotation(1, 2));
+  x = cv::normalize(x);
+  y = cv::normalize(y - x * x.dot(y));
+  const cv::Vec3d z = x.cross(y);
+  return {x[0], x[1], x[2], y[0], y[1], y[2], z[0], z[1], z[2]};
+}
+
+RelativePose moved(const RelativePose& pose, const Twist& motion) {
+  const cv::Matx33d turn = rotation_of({motion[0], motion[1], motion[2]});
+  return {orthonormal(turn * pose.rotation),
+          turn * pose.translation + cv::Vec3d(motion[3], motion[4], motion[5])};
+}
+
+bool is_within(const RelativePose& pose, const PosePrior& prior) {
+  const cv::Matx33d between = pose.rotation * prior.pose.rotation.t();
+  const double cosine = std::clamp((cv::trace(between) - 1) / 2, -1.0, 1.0);
+  return cv::norm(pose.translation - prior.pose.translation) <= prior.max_translation_m &&
+         std::acos(cosine) <= prior.max_rotation_rad;
+}
+
+LinearResidual linearised(const PoseObservation& observation, const RelativePose& pose,
+                          const PinholeCamera& camera) {
+  const cv::Point3d p = pose * observation.point_now_m;
+  if (!(p.z > 0)) {
+    // Behind the camera: fits no pose near this one.
+    return {{1e6, 1e6}, cv::Matx<double, 2, 6>::zeros()};
+  }
+  const double iz = 1 / p.z, x = p.x * iz, y = p.y * iz;
+  const cv::Point2d place(camera.fx * x + camera.cx, camera.fy * y + camera.cy);
+  const cv::Point2d residual = observation.pixel_then - place;
+  const double fx = camera.fx, fy = camera.fy;
+  return {{residual.x, residual.y},
+          {-fx * x * y, fx * (1 + x * x), -fx * y, fx * iz, 0, -fx * x * iz,  //
+           -fy * (1 + y * y), fy * x * y, fy * x, 0, fy * iz, -fy * y * iz}};
+}
+
+/// Normal equations of weighted linear residuals.
+struct NormalEquations {
+  cv::Matx66d matrix = cv::Matx66d::zeros();
+  Twist right = Twist::all(0);
+
+  void add(const LinearResidual& linear, double weight) {
+    for (int a = 0; a < 6; ++a) {
+      const double first = weight * linear.jacobian(0, a), second = weight * linear.jacobian(1, a);
+      for (int b = a; b < 6; ++b) {
+        matrix(a, b) += first * linear.jacobian(0, b) + second * linear.jacobian(1, b);
+      }
+      right[a] += first * linear.residual[0] + second * linear.residual[1];
+    }
+  }
+
+  /// Returns the motion; damped a little, so that four observations in a row give no huge one.
+  Twist solved() {
+    double trace = 0;
+    for (int a = 0; a < 6; ++a) {
+      for (int b = 0; b < a; ++b) matrix(a, b) = matrix(b, a);
+      trace += matrix(a, a);
+    }
+    for (int a = 0; a < 6; ++a) matrix(a, a) += 1e-12 * trace + 1e-12;
+    return matrix.solve(right, cv::DECOMP_CHOLESKY);
+  }
+};
+
+double median_of(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Computes the judges' squared residuals after a motion, and their median. Returns nothing if the
+/// median is not below `limit`.
+std::optional<double> smaller_median(const Twist& motion, double limit, Scratch& scratch) {
+  std::size_t below = 0;
+  scratch.squares.clear();
+  for (const LinearResidual& judge : scratch.judges) {
+    const double square = judge.squared_after(motion);
+    below += square < limit ? 1 : 0;
+    scratch.squares.push_back(square);
+  }
+  if (below <= scratch.judges.size() / 2) return {};
+  scratch.some_squares = scratch.squares;
+  return median_of(scratch.some_squares);
+}
+
+/// Returns the least-squares motion of the judges whose residuals are at most the median.
+Twist concentrated(double median, const Scratch& scratch) {
+  NormalEquations equations;
+  for (std::size_t i = 0; i < scratch.judges.size(); ++i) {
+    if (scratch.squares[i] <= median) equations.add(scratch.judges[i], 1);
+  }
+  return equations.solved();
+}
+
+/// Returns the best of many poses of four observations each, near `start`.
+RelativePose least_median(const RelativePose& start, const std::optional<PosePrior>& prior,
+                          const RelativePoseOptions& options, detail::Random& random,
+                          Scratch& scratch) {
+  const std::vector<LinearResidual>& judges = scratch.judges;
+  RelativePose best = start;
+  double best_median = *smaller_median({}, std::numeric_limits<double>::infinity(), scratch);
+  for (std::size_t h = 0; h < options.hypotheses; ++h) {
+    NormalEquations equations;
+    for (std::size_t i = 0; i < in_hypothesis; ++i) {
+      equations.add(judges[random.below(judges.size())], 1);
+    }
+    Twist motion = equations.solved();
+    for (int step = 0; step <= concentrations; ++step) {
+      const std::optional<double> median = smaller_median(motion, best_median, scratch);
+      if (!median) break;
+      const RelativePose pose = moved(start, motion);
+      if (prior && !is_within(pose, *prior)) break;
+      best_median = *median;
+      best = pose;
+      motion = concentrated(best_median, scratch);
+    }
+  }
+  return best;
+}
+
+void require(bool is_good, const char* name, double value, const char* want) {
+  if (is_good) return;
+  detail::throw_misuse("RelativePoseEstimator", detail::concatenate(name, " = ", value), want);
+}
+
+void check(const RelativePoseOptions& options) {
+  const auto between = [](std::size_t value, std::size_t low, std::size_t high) {
+    return low <= value && value <= high;
+  };
+  const auto number = [](std::size_t value) { return static_cast<double>(value); };
+  require(options.min_observations >= 6, "min_observations", number(options.min_observations),
+          "at least 6");
+  require(between(options.hypotheses, 1, 100000), "hypotheses", number(options.hypotheses),
+          "1 to 100000");
+  require(between(options.starts, 1, 10), "starts", number(options.starts), "1 to 10");
+  require(options.judges >= 20, "judges", number(options.judges), "at least 20");
+  require(options.refinements >= 0 && options.refinements <= 100, "refinements",
+          options.refinements, "0 to 100");
+  require(options.cutoff > 0, "cutoff", options.cutoff, "a number above 0");
+  require(options.min_scale_px > 0, "min_scale_px", options.min_scale_px, "a number above 0");
+  require(options.max_scale_px > 0, "max_scale_px", options.max_scale_px, "a number above 0");
+  require(options.min_support >= 0 && options.min_support <= 1, "min_support", options.min_support,
+          "a share from 0 to 1");
+}
+
+void check(const std::vector<PoseObservation>& observations,
+           const std::optional<PosePrior>& prior) {
+  for (const PoseObservation& observation : observations) {
+    const cv::Point3d& point = observation.point_now_m;
+    const double sum =
+        point.x + point.y + point.z + observation.pixel_then.x + observation.pixel_then.y;
+    if (std::isfinite(sum) && point.z > 0) continue;
+    detail::throw_misuse("RelativePoseEstimator::estimate",
+                         detail::concatenate("an observation of a point at depth ", point.z),
+                         "finite observations in front of the camera");
+  }
+  if (prior && !(prior->max_translation_m > 0 && prior->max_rotation_rad > 0)) {
+    detail::throw_misuse("RelativePoseEstimator::estimate",
+                         detail::concatenate("a prior within ", prior->max_translation_m, " m and ",
+                                             prior->max_rotation_rad, " rad"),
+                         "limits above 0");
+  }
+}
+
+/// Residuals of all observations under a pose, in the order by hash.
+struct Fit {
+  const std::vector<PoseObservation>& observations;
+  const PinholeCamera& camera;
+  const RelativePoseOptions& options;
+  Scratch& scratch;
+
+  const PoseObservation& at(std::size_t i) const { return observations[scratch.order[i].second]; }
+
+  /// Returns the scale: of all residuals first, then of those that agree with that.
+  double scale_px(const RelativePose& pose) const {
+    std::vector<double>& squares = scratch.squares;
+    squares.clear();
+    for (std::size_t i = 0; i < observations.size(); ++i) {
+      squares.push_back(linearised(at(i), pose, camera).squared_after({}));
+    }
+    scratch.some_squares = squares;
+    const auto scale_of = [&](std::vector<double>& some) {
+      return std::max(median_to_scale * std::sqrt(median_of(some)), options.min_scale_px);
+    };
+    const double limit = options.cutoff * scale_of(scratch.some_squares);
+    scratch.some_squares.clear();
+    for (const double square : squares) {
+      if (square <= limit * limit) scratch.some_squares.push_back(square);
+    }
+    return scale_of(scratch.some_squares);
+  }
+
+  /// Returns the share of observations that are within the cutoff of the largest trusted scale.
+  double support(double limit_px) const {
+    const auto agreeing =
+        std::count_if(scratch.squares.begin(), scratch.squares.end(),
+                      [&](double square) { return square <= limit_px * limit_px; });
+    return static_cast<double>(agreeing) / static_cast<double>(observations.size());
+  }
+
+  /// Returns the pose after one step with Tukey's weights.
+  RelativePose refined(const RelativePose& pose) const {
+    const double limit = options.cutoff * scale_px(pose);
+    NormalEquations equations;
+    for (std::size_t i = 0; i < observations.size(); ++i) {
+      const LinearResidual linear = linearised(at(i), pose, camera);
+      const double share = linear.squared_after({}) / (limit * limit);
+      if (share < 1) equations.add(linear, (1 - share) * (1 - share));
+    }
+    return moved(pose, equations.solved());
+  }
+};
+
+}  // namespace
+
+RelativePoseEstimator::RelativePoseEstimator(const PinholeCamera& camera,
+                                             const RelativePoseOptions& options)
+    : camera_(camera), options_(options) {
+  validate(camera, "RelativePoseEstimator");
+  check(options);
+}
+
+RelativePoseEstimate RelativePoseEstimator::estimate(
+    const std::vector<PoseObservation>& observations, const RelativePose& start,
+    const std::optional<PosePrior>& prior, Workspace& workspace) const {
+  check(observations, prior);
+  RelativePoseEstimate estimate;
+  estimate.pose = prior ? prior->pose : start;
+  estimate.observations = observations.size();
+  if (observations.size() < options_.min_observations) return estimate;
+
+  Scratch& scratch = workspace.get<Scratch>();
+  scratch.squares.reserve(observations.size());
+  scratch.some_squares.reserve(observations.size());
+  scratch.order.clear();
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    scratch.order.emplace_back(hash_of(observations[i], options_.seed), i);
+  }
+  std::sort(scratch.order.begin(), scratch.order.end());
+  const Fit fit{observations, camera_, options_, scratch};
+
+  detail::Random random(options_.seed);
+  const std::size_t judges = std::min(options_.judges, observations.size());
+  for (std::size_t s = 0; s < options_.starts; ++s) {
+    scratch.judges.clear();
+    for (std::size_t i = 0; i < judges; ++i) {
+      scratch.judges.push_back(linearised(fit.at(i), estimate.pose, camera_));
+    }
+    estimate.pose = least_median(estimate.pose, prior, options_, random, scratch);
+  }
+  RelativePose refined = estimate.pose;
+  for (int step = 0; step < options_.refinements; ++step) refined = fit.refined(refined);
+  if (!prior || is_within(refined, *prior)) estimate.pose = refined;
+  estimate.scale_px = fit.scale_px(estimate.pose);
+  estimate.support =
+      fit.support(options_.cutoff * std::min(estimate.scale_px, options_.max_scale_px));
+  const bool is_agreed =
+      estimate.support >= options_.min_support && estimate.scale_px <= options_.max_scale_px;
+  estimate.is_trusted = is_agreed || (prior && prior->is_trusted);
+  return estimate;
+}
+
+}  // namespace dynfilter

@@ -1,0 +1,179 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/motion/relative_pose.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <stdexcept>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "dynfilter/evaluation/scene_levels.hpp"
+#include "support/expect_error.hpp"
+
+namespace dynfilter {
+namespace {
+
+PinholeCamera pinhole(const CameraParameters& camera) {
+  return {camera.fx, camera.fy, camera.cx, camera.cy};
+}
+
+/// Returns then_from_now of two poses of the camera in the world.
+RelativePose motion_between(const CameraPose& now, const CameraPose& then) {
+  return {then.rotation.t() * now.rotation,
+          then.rotation.t() * (now.translation - then.translation)};
+}
+
+double rotation_between(const RelativePose& a, const RelativePose& b) {
+  const cv::Matx33d turn = a.rotation * b.rotation.t();
+  const cv::Vec3d axis(turn(2, 1) - turn(1, 2), turn(0, 2) - turn(2, 0), turn(1, 0) - turn(0, 1));
+  return std::asin(std::min(1.0, cv::norm(axis) / 2));
+}
+
+/// Observations of a rendered static room, exact but for noise, and of a mover that has a share of
+/// the features and shifts by `mover_m` between the frames.
+struct Case {
+  PinholeCamera camera;
+  RelativePose truth;
+  std::vector<PoseObservation> observations;
+};
+
+Case rendered_case(double mover_share, const cv::Vec3d& mover_m, double noise_px, int now, int then,
+                   std::uint64_t seed = 11) {
+  const SyntheticScene scene(scene_level("static", seed));
+  const cv::Mat1f depth = scene.render(now).exact_depth_m;
+  Case result{pinhole(scene.camera()), motion_between(scene.pose(now), scene.pose(then)), {}};
+  cv::RNG random(7);
+  for (int i = 0; i < 600; ++i) {
+    const bool moves = i < 600 * mover_share;
+    // The mover is a compact patch at 1.2 m.
+    const cv::Point pixel = moves ? cv::Point(random.uniform(200, 330), random.uniform(150, 330))
+                                  : cv::Point(random.uniform(0, 640), random.uniform(0, 480));
+    const double depth_m = moves ? 1.2 : double{depth(pixel)};
+    const cv::Point3d point = result.camera.point(pixel, depth_m);
+    cv::Point3d then_point = result.truth * point;
+    if (moves) then_point += cv::Point3d(mover_m[0], mover_m[1], mover_m[2]);
+    const cv::Point2d noise(random.gaussian(noise_px), random.gaussian(noise_px));
+    result.observations.push_back({point, *result.camera.project(then_point) + noise});
+  }
+  return result;
+}
+
+TEST(RelativePose, FindsExactRenderedPoses) {
+  for (const int now : {3, 40, 111, 200}) {
+    for (const int frames_back : {1, 3}) {
+      const Case exact = rendered_case(0, {}, 0, now, now - frames_back);
+      Workspace workspace;
+      const RelativePoseEstimate estimate =
+          RelativePoseEstimator(exact.camera).estimate(exact.observations, {}, {}, workspace);
+      EXPECT_TRUE(estimate.is_trusted);
+      EXPECT_EQ(estimate.observations, 600U);
+      EXPECT_EQ(estimate.support, 1);
+      EXPECT_LT(cv::norm(estimate.pose.translation - exact.truth.translation), 1e-7);
+      EXPECT_LT(rotation_between(estimate.pose, exact.truth), 1e-7);
+    }
+  }
+}
+
+TEST(RelativePose, ResistsAnUnmaskedMoverWithAQuarterOfTheFeatures) {
+  for (const cv::Vec3d& mover_m :
+       {cv::Vec3d(0.01, 0, 0), cv::Vec3d(0, 0.03, 0), cv::Vec3d(0.02, 0.01, 0.02)}) {
+    for (const std::uint64_t seed : {11U, 12U, 13U}) {
+      const Case with_mover = rendered_case(0.25, mover_m, 0.1, 60, 59, seed);
+      Workspace workspace;
+      const RelativePoseEstimate estimate =
+          RelativePoseEstimator(with_mover.camera)
+              .estimate(with_mover.observations, {}, {}, workspace);
+      EXPECT_TRUE(estimate.is_trusted);
+      EXPECT_LT(cv::norm(estimate.pose.translation - with_mover.truth.translation), 1e-3)
+          << mover_m << " seed " << seed;
+    }
+  }
+}
+
+TEST(RelativePose, NeedsAPriorWhereMostFeaturesMove) {
+  const Case crowd = rendered_case(0.6, {0.03, 0, 0}, 0.1, 60, 59);
+  Workspace workspace;
+  const RelativePoseEstimator estimator(crowd.camera);
+  const RelativePoseEstimate captured = estimator.estimate(crowd.observations, {}, {}, workspace);
+  EXPECT_GT(cv::norm(captured.pose.translation - crowd.truth.translation), 0.015);
+  PosePrior prior;
+  prior.pose = crowd.truth;
+  prior.pose.translation += cv::Vec3d(0.002, -0.001, 0.001);
+  prior.max_translation_m = 0.006;
+  prior.is_trusted = true;
+  const RelativePoseEstimate held = estimator.estimate(crowd.observations, {}, prior, workspace);
+  EXPECT_TRUE(held.is_trusted);
+  EXPECT_LE(cv::norm(held.pose.translation - prior.pose.translation), 0.006);
+}
+
+TEST(RelativePose, IsNotTrustedAmongTracksToNowhere) {
+  Case nowhere = rendered_case(0, {}, 0, 60, 59);
+  cv::RNG random(9);
+  for (PoseObservation& observation : nowhere.observations) {
+    observation.pixel_then = {random.uniform(0.0, 640.0), random.uniform(0.0, 480.0)};
+  }
+  Workspace workspace;
+  const RelativePoseEstimator estimator(nowhere.camera);
+  EXPECT_FALSE(estimator.estimate(nowhere.observations, {}, {}, workspace).is_trusted);
+  nowhere.observations.resize(19);
+  const RelativePoseEstimate few = estimator.estimate(nowhere.observations, {}, {}, workspace);
+  EXPECT_FALSE(few.is_trusted);
+  EXPECT_EQ(few.pose.translation, cv::Vec3d());
+}
+
+TEST(RelativePose, IsTheSameInAnyOrderAndWorkspace) {
+  Case some = rendered_case(0.25, {0.01, 0, 0}, 0.3, 60, 57);
+  const RelativePoseEstimator estimator(some.camera);
+  Workspace workspace, other;
+  const RelativePose first = estimator.estimate(some.observations, {}, {}, workspace).pose;
+  std::reverse(some.observations.begin(), some.observations.end());
+  std::rotate(some.observations.begin(), some.observations.begin() + 77, some.observations.end());
+  EXPECT_EQ(estimator.estimate(some.observations, {}, {}, workspace).pose.rotation, first.rotation);
+  EXPECT_EQ(estimator.estimate(some.observations, {}, {}, other).pose.translation,
+            first.translation);
+}
+
+TEST(RelativePose, ComposesMotions) {
+  const SyntheticScene scene(scene_level("static", 11));
+  const RelativePose one = motion_between(scene.pose(9), scene.pose(8));
+  const RelativePose other = motion_between(scene.pose(8), scene.pose(5));
+  const RelativePose both = motion_between(scene.pose(9), scene.pose(5));
+  EXPECT_LT(cv::norm((other * one).translation - both.translation), 1e-12);
+  EXPECT_LT(cv::norm((other * one).rotation - both.rotation), 1e-12);
+}
+
+TEST(RelativePose, RefusesNonsense) {
+  using Bad = std::invalid_argument;
+  const PinholeCamera camera{500, 500, 320, 240};
+  testing::expect_error<Bad>([] { RelativePoseEstimator{PinholeCamera()}; }, "fx = 0");
+  RelativePoseOptions options;
+  options.min_observations = 5;
+  testing::expect_error<Bad>([&] { RelativePoseEstimator(camera, options); },
+                             "min_observations = 5; want at least 6");
+  options = {};
+  options.min_support = 1.5;
+  testing::expect_error<Bad>([&] { RelativePoseEstimator(camera, options); },
+                             "min_support = 1.5; want a share from 0 to 1");
+  options = {};
+  options.min_scale_px = std::numeric_limits<double>::quiet_NaN();
+  testing::expect_error<Bad>([&] { RelativePoseEstimator(camera, options); }, "min_scale_px = nan");
+  const RelativePoseEstimator estimator(camera);
+  Workspace workspace;
+  testing::expect_error<Bad>(
+      [&] {
+        estimator.estimate({{{0, 0, -1}, {}}}, {}, {}, workspace);
+      },
+      "in front of the camera");
+  PosePrior prior;
+  prior.max_rotation_rad = 0;
+  testing::expect_error<Bad>([&] { estimator.estimate({}, {}, prior, workspace); },
+                             "limits above 0");
+}
+
+}  // namespace
+}  // namespace dynfilter
