@@ -1,0 +1,153 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/motion/feature_tracker.hpp"
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+#include <opencv2/imgproc.hpp>
+#include <opencv2/video/tracking.hpp>
+
+#include "dynfilter/detail/errors.hpp"
+
+namespace dynfilter {
+namespace {
+
+constexpr double min_step_px = 0.01;
+constexpr double min_eigenvalue = 1e-4;
+
+struct Scratch {
+  std::vector<std::size_t> indices;  // of the features that are tracked
+  std::vector<cv::Point2f> points, found, back;
+  std::vector<std::uint8_t> is_found, is_found_back;
+  std::vector<float> errors;
+};
+
+void require(bool is_good, const char* name, double value, const char* want) {
+  if (is_good) return;
+  detail::throw_misuse("FeatureTracker", detail::concatenate(name, " = ", value), want);
+}
+
+void require_pair(const ImagePyramid& from, const ImagePyramid& to) {
+  if (!from.empty() && !to.empty() && from.size() == to.size()) return;
+  detail::throw_misuse(
+      "FeatureTracker",
+      detail::concatenate(from.empty() || to.empty() ? "empty pyramids: " : "",
+                          detail::size_name(from.size()), " and ", detail::size_name(to.size())),
+      "the pyramids of two images of the same size");
+}
+
+void require_count(std::size_t places, std::size_t features) {
+  if (places == features) return;
+  detail::throw_misuse("FeatureTracker",
+                       detail::concatenate(places, " places and ", features, " features"),
+                       "one place for each feature");
+}
+
+/// Tracks scratch.points to scratch.found, from there on, and back to scratch.back.
+void track_there_and_back(const std::vector<cv::Mat>& from, const std::vector<cv::Mat>& to,
+                          const FeatureTrackerOptions& options, int levels, Scratch& scratch) {
+  const cv::Size window(options.window_px, options.window_px);
+  const cv::TermCriteria criteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS,
+                                  options.iterations, min_step_px);
+  scratch.back.clear();  // at first, the shift that was expected the other way
+  for (std::size_t k = 0; k < scratch.points.size(); ++k) {
+    scratch.back.push_back(scratch.points[k] - scratch.found[k]);
+  }
+  const auto follow = [&](const auto& first, const auto& second,
+                          const std::vector<cv::Point2f>& points, std::vector<cv::Point2f>& found,
+                          std::vector<std::uint8_t>& is_found) {
+    cv::calcOpticalFlowPyrLK(first, second, points, found, is_found, scratch.errors, window, levels,
+                             criteria, cv::OPTFLOW_USE_INITIAL_FLOW, min_eigenvalue);
+  };
+  follow(from, to, scratch.points, scratch.found, scratch.is_found);
+  for (std::size_t k = 0; k < scratch.points.size(); ++k) scratch.back[k] += scratch.found[k];
+  follow(to, from, scratch.found, scratch.back, scratch.is_found_back);
+}
+
+bool is_inside(cv::Point2f point, cv::Size size) {
+  return point.x >= 0 && point.y >= 0 && point.x <= static_cast<float>(size.width - 1) &&
+         point.y <= static_cast<float>(size.height - 1);
+}
+
+}  // namespace
+
+FeatureTracker::FeatureTracker(const FeatureTrackerOptions& options) : options_(options) {
+  require(options.window_px >= 5 && options.window_px <= 99 && options.window_px % 2 == 1,
+          "window_px", options.window_px, "an odd number from 5 to 99");
+  require(options.levels >= 0 && options.levels <= 8, "levels", options.levels, "0 to 8");
+  require(options.iterations >= 1 && options.iterations <= 100, "iterations", options.iterations,
+          "1 to 100");
+  require(options.max_forward_backward_px > 0, "max_forward_backward_px",
+          options.max_forward_backward_px, "a number above 0");
+}
+
+void FeatureTracker::build(const cv::Mat& image, ImagePyramid& pyramid) const {
+  const int type = image.type();
+  if (image.empty() || (type != CV_8UC1 && type != CV_8UC3 && type != CV_8UC4)) {
+    detail::throw_misuse("FeatureTracker::build",
+                         detail::concatenate("an image of type ", detail::type_name(image),
+                                             " and size ", detail::size_name(image.size())),
+                         "CV_8UC1, CV_8UC3 or CV_8UC4");
+  }
+  if (type == CV_8UC1) {
+    image.copyTo(pyramid.grey_);
+  } else {
+    cv::cvtColor(image, pyramid.grey_, type == CV_8UC3 ? cv::COLOR_BGR2GRAY : cv::COLOR_BGRA2GRAY);
+  }
+  const int least = 2 * options_.window_px;
+  if (image.cols < least || image.rows < least) {
+    pyramid.levels_.clear();
+    return;
+  }
+  const cv::Size window(options_.window_px, options_.window_px);
+  cv::buildOpticalFlowPyramid(pyramid.grey_, pyramid.levels_, window, options_.levels);
+}
+
+void FeatureTracker::track(const ImagePyramid& from, const ImagePyramid& to, FeaturesView features,
+                           const std::vector<cv::Point2f>* expected,
+                           std::vector<FeatureTrack>& tracks, Workspace& workspace) const {
+  if (expected) require_count(expected->size(), features.size());
+  tracks.resize(features.size());
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    tracks[i] = {expected ? (*expected)[i] : features[i], true};
+  }
+  follow(from, to, features, options_.levels, tracks, workspace);
+}
+
+void FeatureTracker::refine(const ImagePyramid& from, const ImagePyramid& to, FeaturesView features,
+                            std::vector<FeatureTrack>& tracks, Workspace& workspace) const {
+  require_count(tracks.size(), features.size());
+  follow(from, to, features, 0, tracks, workspace);
+}
+
+void FeatureTracker::follow(const ImagePyramid& from, const ImagePyramid& to, FeaturesView features,
+                            int levels, std::vector<FeatureTrack>& tracks,
+                            Workspace& workspace) const {
+  require_pair(from, to);
+  Scratch& scratch = workspace.get<Scratch>();
+  scratch.indices.clear();
+  scratch.points.clear();
+  scratch.found.clear();
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    if (!tracks[i].is_found) continue;
+    tracks[i].is_found = false;
+    if (!is_inside(features[i], from.size()) || !is_inside(tracks[i].position, to.size())) continue;
+    scratch.indices.push_back(i);
+    scratch.points.push_back(features[i]);
+    scratch.found.push_back(tracks[i].position);
+  }
+  if (scratch.points.empty()) return;
+  track_there_and_back(from.levels_, to.levels_, options_, levels, scratch);
+  for (std::size_t k = 0; k < scratch.indices.size(); ++k) {
+    const double error = cv::norm(scratch.back[k] - scratch.points[k]);
+    const bool is_found = scratch.is_found[k] != 0 && scratch.is_found_back[k] != 0 &&
+                          error <= options_.max_forward_backward_px &&
+                          is_inside(scratch.found[k], to.size());
+    tracks[scratch.indices[k]] = {scratch.found[k], is_found};
+  }
+}
+
+}  // namespace dynfilter

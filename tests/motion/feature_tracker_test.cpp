@@ -1,0 +1,200 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/motion/feature_tracker.hpp"
+
+#include <cmath>
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
+
+#include "support/expect_error.hpp"
+
+namespace dynfilter {
+namespace {
+
+/// Smooth texture, known at every real position.
+double brightness(double x, double y) {
+  return 128 + 40 * std::sin(x / 4.1) * std::cos(y / 5.3) + 30 * std::sin(x / 9.7 + y / 6.1) +
+         20 * std::cos(x / 3.3 - y / 8.9);
+}
+
+/// Renders the texture, shifted: what is at p here is at p + shift in the image without shift.
+cv::Mat1b textured(cv::Point2d shift, cv::Size size = {320, 240}) {
+  cv::Mat1b image(size);
+  for (int y = 0; y < size.height; ++y) {
+    for (int x = 0; x < size.width; ++x) {
+      image(y, x) = cv::saturate_cast<std::uint8_t>(brightness(x + shift.x, y + shift.y));
+    }
+  }
+  return image;
+}
+
+std::vector<cv::Point2f> grid(int margin) {
+  std::vector<cv::Point2f> points;
+  for (int y = margin; y < 240 - margin; y += 16) {
+    for (int x = margin; x < 320 - margin; x += 16) {
+      points.emplace_back(static_cast<float>(x) + 0.3F, static_cast<float>(y) + 0.6F);
+    }
+  }
+  return points;
+}
+
+struct Pair {
+  ImagePyramid from, to;
+};
+
+Pair pair_of(const FeatureTracker& tracker, const cv::Mat& from, const cv::Mat& to) {
+  Pair pair;
+  tracker.build(from, pair.from);
+  tracker.build(to, pair.to);
+  return pair;
+}
+
+TEST(FeatureTracker, FindsSubpixelShifts) {
+  const FeatureTracker tracker;
+  for (const cv::Point2d& shift :
+       {cv::Point2d(0, 0), cv::Point2d(0.37, -0.81), cv::Point2d(2.5, -3.25)}) {
+    const Pair images = pair_of(tracker, textured(shift), textured({0, 0}));
+    const std::vector<cv::Point2f> points = grid(40);
+    Workspace workspace;
+    std::vector<FeatureTrack> tracks;
+    tracker.track(images.from, images.to, points, nullptr, tracks, workspace);
+    ASSERT_EQ(tracks.size(), points.size());
+    std::size_t found = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (!tracks[i].is_found) continue;
+      ++found;
+      EXPECT_LT(cv::norm(cv::Point2d(tracks[i].position - points[i]) - shift), 0.2) << shift;
+    }
+    EXPECT_GT(found, points.size() * 9 / 10) << shift;
+  }
+}
+
+TEST(FeatureTracker, FindsLargeShifts) {
+  cv::RNG random(4);
+  cv::Mat1f canvas(340, 420, 0.0F);
+  for (const double grain_px : {2.0, 6.0, 18.0}) {  // as images have it, coarse and fine
+    cv::Mat1f noise(canvas.size());
+    random.fill(noise, cv::RNG::NORMAL, 0, 1);
+    cv::GaussianBlur(noise, noise, {}, grain_px);
+    canvas += noise * grain_px;
+  }
+  cv::normalize(canvas, canvas, 0, 255, cv::NORM_MINMAX);
+  cv::Mat1b image;
+  canvas.convertTo(image, CV_8U);
+  const FeatureTracker tracker;
+  const cv::Point shift(21, -14);
+  const Pair images =
+      pair_of(tracker, image(cv::Rect(cv::Point(50, 50) + shift, cv::Size(320, 240))),
+              image(cv::Rect(50, 50, 320, 240)));
+  const std::vector<cv::Point2f> points = grid(40);
+  Workspace workspace;
+  std::vector<FeatureTrack> tracks;
+  tracker.track(images.from, images.to, points, nullptr, tracks, workspace);
+  std::size_t right = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const cv::Point2d moved(tracks[i].position - points[i]);
+    right += tracks[i].is_found && cv::norm(moved - cv::Point2d(shift)) < 0.1 ? 1 : 0;
+  }
+  EXPECT_GT(right, points.size() * 9 / 10);
+}
+
+TEST(FeatureTracker, BeginsWhereItIsTold) {
+  FeatureTrackerOptions options;
+  options.levels = 0;  // it cannot find 20 px by itself
+  const FeatureTracker tracker(options);
+  const cv::Point2d shift(20, -6);
+  const Pair images = pair_of(tracker, textured(shift), textured({0, 0}));
+  const std::vector<cv::Point2f> points = grid(40);
+  std::vector<cv::Point2f> expected;
+  for (const cv::Point2f& point : points) expected.push_back(point + cv::Point2f(19.5F, -5.7F));
+  Workspace workspace;
+  std::vector<FeatureTrack> tracks;
+  tracker.track(images.from, images.to, points, &expected, tracks, workspace);
+  std::size_t right = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const cv::Point2d moved(tracks[i].position - points[i]);
+    right += tracks[i].is_found && cv::norm(moved - shift) < 0.1 ? 1 : 0;
+  }
+  EXPECT_GT(right, points.size() * 9 / 10);
+}
+
+TEST(FeatureTracker, RefinesAHostsMatches) {
+  const FeatureTracker tracker;
+  const cv::Point2d shift(13.4, 8.2);
+  const Pair images = pair_of(tracker, textured(shift), textured({0, 0}));
+  const std::vector<cv::Point2f> points = grid(40);
+  std::vector<FeatureTrack> tracks;
+  for (const cv::Point2f& point : points) tracks.push_back({point + cv::Point2f(14, 8), true});
+  tracks[3].is_found = false;
+  Workspace workspace;
+  tracker.refine(images.from, images.to, points, tracks, workspace);
+  EXPECT_FALSE(tracks[3].is_found);
+  std::size_t right = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const cv::Point2d moved(tracks[i].position - points[i]);
+    right += tracks[i].is_found && cv::norm(moved - shift) < 0.1 ? 1 : 0;
+  }
+  EXPECT_GT(right, points.size() * 9 / 10);
+}
+
+TEST(FeatureTracker, DropsWhatWasHidden) {
+  const FeatureTracker tracker;
+  cv::Mat1b then = textured({0, 0});
+  cv::randu(then(cv::Rect(100, 60, 80, 80)), 0, 255);  // something else was here
+  const Pair images = pair_of(tracker, textured({2, 1}), then);
+  const std::vector<cv::Point2f> hidden = {{120, 80}, {140, 100}, {130, 120}, {150, 90}};
+  const std::vector<cv::Point2f> outside = {{-1, 5}, {319.5F, 5}, {5, 400}, {NAN, 5}};
+  Workspace workspace;
+  std::vector<FeatureTrack> tracks;
+  tracker.track(images.from, images.to, hidden, nullptr, tracks, workspace);
+  for (const FeatureTrack& track : tracks) EXPECT_FALSE(track.is_found);
+  tracker.track(images.from, images.to, outside, nullptr, tracks, workspace);
+  for (const FeatureTrack& track : tracks) EXPECT_FALSE(track.is_found);
+}
+
+TEST(FeatureTracker, TakesColourAndKeepsNoPixelOfIt) {
+  const FeatureTracker tracker;
+  cv::Mat colour;
+  cv::cvtColor(textured({1, 0}), colour, cv::COLOR_GRAY2BGR);
+  ImagePyramid pyramid;
+  tracker.build(colour, pyramid);
+  colour.setTo(0);  // the host reuses its buffer
+  EXPECT_EQ(cv::norm(pyramid.grey(), textured({1, 0}), cv::NORM_INF), 0);
+  EXPECT_EQ(pyramid.size(), cv::Size(320, 240));
+  EXPECT_FALSE(pyramid.empty());
+}
+
+TEST(FeatureTracker, RefusesNonsense) {
+  using Bad = std::invalid_argument;
+  FeatureTrackerOptions options;
+  options.window_px = 8;
+  testing::expect_error<Bad>([&] { FeatureTracker{options}; }, "window_px = 8; want an odd number");
+  options = {};
+  options.max_forward_backward_px = 0;
+  testing::expect_error<Bad>([&] { FeatureTracker{options}; }, "max_forward_backward_px = 0");
+  const FeatureTracker tracker;
+  ImagePyramid pyramid, small;
+  testing::expect_error<Bad>([&] { tracker.build(cv::Mat1f(40, 40), pyramid); }, "CV_32FC1");
+  tracker.build(textured({}), pyramid);
+  tracker.build(textured({}, {17, 100}), small);
+  EXPECT_TRUE(small.empty());
+  Workspace workspace;
+  std::vector<FeatureTrack> tracks;
+  const std::vector<cv::Point2f> points(3);
+  testing::expect_error<Bad>(
+      [&] { tracker.track(pyramid, small, points, nullptr, tracks, workspace); }, "empty pyramids");
+  tracker.build(textured({}, {100, 100}), small);
+  testing::expect_error<Bad>(
+      [&] { tracker.track(pyramid, small, points, nullptr, tracks, workspace); },
+      "320x240 and 100x100");
+  const std::vector<cv::Point2f> two(2);
+  testing::expect_error<Bad>(
+      [&] { tracker.track(pyramid, pyramid, points, &two, tracks, workspace); },
+      "2 places and 3 features");
+}
+
+}  // namespace
+}  // namespace dynfilter
