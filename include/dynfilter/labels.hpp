@@ -24,6 +24,7 @@ enum class Reason : std::uint8_t {
   in_mask,      ///< on the mask of a dynamic object, or on the static mask (instance -1)
   compensated,  ///< an edge feature that the mask missed
   restored,     ///< removed by one stage and given back by a later one
+  moving,       ///< it moves, whatever it belongs to
   custom = 128  ///< removed by a stage of your own; cast 129 to 255 for further reasons
 };
 
@@ -173,12 +174,13 @@ class FeatureLabels {
   }
 
   static void require_removing(Reason reason) {
-    if (reason == Reason::in_mask || reason == Reason::compensated || reason >= Reason::custom) {
+    if (reason == Reason::in_mask || reason == Reason::compensated ||
+        reason == Reason::moving || reason >= Reason::custom) {
       return;
     }
     detail::throw_misuse("FeatureLabels::remove",
                          detail::concatenate("the reason ", static_cast<int>(reason)),
-                         "in_mask, compensated, or custom and above");
+                         "in_mask, compensated, moving, or custom and above");
   }
 
   /// Adds `change` to the counts of such labels, modulo 2^64, so that -1 decrements.
@@ -193,6 +195,8 @@ class FeatureLabels {
     } else if (label.reason == Reason::compensated) {
       add(statistics_.compensated);
       if (instance) add(instance->compensated);
+    } else if (label.reason == Reason::moving) {
+      add(statistics_.moving);
     } else {
       add(statistics_.custom);
     }

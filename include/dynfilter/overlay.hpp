@@ -25,7 +25,7 @@ struct OverlayOptions {
 
 /// Draws what the filter did, for a person to look at. Each reason has its own colour and shape
 /// (kept: blue ring, in mask: vermilion cross, compensated: yellow diamond, restored: green ring,
-/// custom: purple square). The palette, by Okabe and Ito, "Color universal design", suits
+/// moving: orange triangle, custom: purple square). The palette, by Okabe and Ito, "Color universal design", suits
 /// colour-blind people.
 ///
 /// `image`: CV_8UC1 or CV_8UC3 (BGR), not changed. Returns a CV_8UC3 image of the same width, with

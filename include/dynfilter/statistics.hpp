@@ -33,6 +33,36 @@ enum class Compensation : std::uint8_t {
   applied           ///< the ranges were estimated and applied
 };
 
+/// Verdict on the motion of an instance, see MotionJudge.
+enum class InstanceVerdict : std::uint8_t {
+  not_judged,  ///< no motion evidence in the pipeline, or it abstained
+  undecided,   ///< too few tracks, or not still for long enough
+  moving,      ///< it moves in this frame
+  still        ///< it has been still for some frames
+};
+
+/// Outcome of the motion evidence for one frame.
+enum class MotionOutcome : std::uint8_t {
+  not_run,           ///< no motion evidence in the pipeline
+  no_image,          ///< abstained: the frame has no image
+  started,           ///< abstained: the first frame, or the first after a cut or a jump of time
+  repeated,          ///< abstained: the image is that of the frame before
+  too_few_tracks,    ///< abstained: too few static features with depth could be tracked
+  pose_not_trusted,  ///< abstained: the tracks agree on no motion of the camera
+  applied            ///< the motion of the camera is known, and features were judged by it
+};
+
+/// Statistics of the motion evidence in one frame, see MotionJudge. Counts are numbers of features.
+struct MotionStatistics {
+  MotionOutcome outcome = MotionOutcome::not_run;  ///< what happened
+  std::size_t tracked = 0;     ///< features that were found in an earlier frame
+  std::size_t seeds = 0;       ///< features whose track alone says that they move
+  std::size_t supported = 0;   ///< seeds beside which others move alike
+  std::size_t given_back = 0;  ///< features given back because they are still
+  double scale_px = 0;         ///< scale of the static features' residuals, one frame back, pixels
+  double support = 0;          ///< share of the features that agree with the camera's motion
+};
+
 /// Statistics of one instance. Counts are numbers of features.
 struct InstanceStatistics {
   int class_id = 0;              ///< class of the instance
@@ -51,14 +81,18 @@ struct InstanceStatistics {
   /// Gap between the mask and the object's edge that DepthCompensator measured, pixels; 0 for stale
   /// masks, and where it is not known.
   double mask_gap_px = 0.0;
+  InstanceVerdict verdict = InstanceVerdict::not_judged;  ///< whether it moves
+  std::size_t given_back = 0;  ///< features given back because it is still
   ValueRange code_range;  ///< range of D-LBP codes, [a, b] in eq. (1); may be empty
 };
 
-/// Statistics of one frame. masked, compensated, custom and kept add up to features.
+/// Statistics of one frame. masked, compensated, moving, custom and kept
+/// add up to features.
 struct FrameStatistics {
   std::size_t features = 0;     ///< features of the frame
   std::size_t masked = 0;       ///< removed on a mask or on the static mask
   std::size_t compensated = 0;  ///< removed by edge compensation
+  std::size_t moving = 0;       ///< removed because they move
   std::size_t custom = 0;       ///< removed by your own stages
   std::size_t restored = 0;     ///< kept features that were removed first and given back
   bool starved = false;         ///< fewer features than the floor were left before restoring
@@ -68,10 +102,11 @@ struct FrameStatistics {
   bool has_segmentation = false;
   double segmentation_age_s = 0.0;  ///< time of the frame minus time of its masks, seconds
   bool has_depth = false;           ///< whether the frame has a depth image
+  MotionStatistics motion;                    ///< of the motion evidence
   std::vector<InstanceStatistics> instances;  ///< one per instance, in the segmentation's order
 
   /// Number of features that are removed.
-  std::size_t removed() const { return masked + compensated + custom; }
+  std::size_t removed() const { return masked + compensated + moving + custom; }
   /// Number of features that are kept.
   std::size_t kept() const { return features - removed(); }
 };

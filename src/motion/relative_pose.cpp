@@ -290,7 +290,11 @@ RelativePoseEstimate RelativePoseEstimator::estimate(
   RelativePoseEstimate estimate;
   estimate.pose = prior ? prior->pose : start;
   estimate.observations = observations.size();
-  if (observations.size() < options_.min_observations) return estimate;
+  if (observations.size() < options_.min_observations) {
+    estimate.scale_px = options_.min_scale_px;
+    estimate.is_trusted = prior && prior->is_trusted;
+    return estimate;
+  }
 
   Scratch& scratch = workspace.get<Scratch>();
   scratch.squares.reserve(observations.size());

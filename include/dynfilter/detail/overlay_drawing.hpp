@@ -21,7 +21,7 @@
 namespace dynfilter {
 namespace detail {
 
-enum class Mark { ring, cross, diamond, square };
+enum class Mark { ring, cross, diamond, square, triangle };
 
 /// Style of one kind of feature.
 struct MarkStyle {
@@ -31,11 +31,12 @@ struct MarkStyle {
 };
 
 inline const MarkStyle& mark_style(const FeatureLabel& label) {
-  static const std::array<MarkStyle, 5> styles = {{
+  static const std::array<MarkStyle, 6> styles = {{
       {"kept", Mark::ring, {233, 180, 86}},
       {"in mask", Mark::cross, {0, 94, 213}},
       {"compensated", Mark::diamond, {66, 228, 240}},
       {"restored", Mark::ring, {115, 158, 0}},
+      {"moving", Mark::triangle, {0, 159, 230}},
       {"custom", Mark::square, {167, 121, 204}},
   }};
   switch (label.reason) {
@@ -47,8 +48,10 @@ inline const MarkStyle& mark_style(const FeatureLabel& label) {
       return styles[2];
     case Reason::restored:
       return styles[3];
-    default:
+    case Reason::moving:
       return styles[4];
+    default:
+      return styles[5];
   }
 }
 
@@ -71,6 +74,11 @@ inline void draw_lines(cv::Mat& canvas, cv::Point centre, Mark mark, const cv::S
       line(0, -4, 4, 0);
       line(4, 0, 0, 4);
       line(0, 4, -4, 0);
+      break;
+    case Mark::triangle:
+      line(-4, 3, 0, -4);
+      line(0, -4, 4, 3);
+      line(4, 3, -4, 3);
       break;
     case Mark::square:
       cv::rectangle(canvas, centre - cv::Point(3, 3), centre + cv::Point(3, 3), colour, thickness);
@@ -142,7 +150,7 @@ inline cv::Mat draw_legend(const FeatureLabels& labels, int width) {
   cv::Mat strip(22, width, CV_8UC3, cv::Scalar(40, 40, 40));
   int x = 12;
   for (const Reason reason : {Reason::untouched, Reason::in_mask, Reason::compensated,
-                              Reason::restored, Reason::custom}) {
+                              Reason::restored, Reason::moving, Reason::custom}) {
     FeatureLabel example;
     example.reason = reason;
     const MarkStyle& style = mark_style(example);

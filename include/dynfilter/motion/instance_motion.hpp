@@ -1,0 +1,78 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_MOTION_INSTANCE_MOTION_HPP
+#define DYNFILTER_MOTION_INSTANCE_MOTION_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "dynfilter/motion/motion_votes.hpp"
+#include "dynfilter/segmentation.hpp"
+#include "dynfilter/statistics.hpp"
+
+namespace dynfilter {
+
+/// Votes of an instance's features on its motion, in one frame.
+struct InstanceVotes {
+  std::size_t members = 0;  ///< features of the instance
+  std::size_t tracked = 0;  ///< those that were tracked over some baseline
+  std::size_t moving = 0;   ///< those whose ratio is above 1
+  /// Whether over each baseline enough members were tracked, and most of them were where static
+  /// features would be, more nearly than a mover could be.
+  bool is_quiet = false;
+};
+
+/// Options of InstanceMotion.
+struct InstanceMotionOptions {
+  double min_moving_share = 0.3;  ///< above this share of its tracked members, an instance moves
+  std::size_t min_moving = 3;     ///< and at least so many of them
+  int min_still_frames = 5;       ///< quiet frames after which an instance is still; at least 1
+  int max_still_frames = 8;       ///< further ones do not count; at least `min_still_frames`
+  int frames_lost = 3;            ///< quiet frames that one that is not takes away; at least 0
+  double min_iou = 0.3;           ///< smallest overlap of the boxes of the same object; 0 to 1
+};
+
+/// Verdict on each instance, which follows it from frame to frame: what moves says so at once; what
+/// is still must be so for some frames. Not for two threads at once.
+class InstanceMotion {
+ public:
+  /// Takes the options. Throws std::invalid_argument for options out of range.
+  explicit InstanceMotion(const InstanceMotionOptions& options = {});
+
+  /// Begins a frame: matches its instances to those of the last frame, by track_id where both have
+  /// one, otherwise to those of their class by the overlap of boxes, the largest first. Instances
+  /// that are missing are forgotten. O(instances^3).
+  void begin_frame(const Segmentation& segmentation);
+
+  /// Returns the verdict on instance k of the frame, once a frame, from its votes; none = nothing
+  /// could be judged in this frame. O(1).
+  InstanceVerdict judge(std::size_t k, const std::optional<InstanceVotes>& votes);
+
+  /// Forgets everything.
+  void clear() { known_.clear(); }
+
+ private:
+  struct Known {
+    int class_id;
+    cv::Rect box;
+    std::optional<int> track_id;
+    int still_frames = 0;
+    bool is_taken = false;
+  };
+
+  bool may_match(const Instance& instance, const Known& known, double& overlap) const;
+
+  InstanceMotionOptions options_;
+  std::vector<Known> known_, last_;
+};
+
+}  // namespace dynfilter
+
+#endif  // DYNFILTER_MOTION_INSTANCE_MOTION_HPP

@@ -1,0 +1,124 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_MOTION_MOTION_JUDGE_HPP
+#define DYNFILTER_MOTION_MOTION_JUDGE_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include <cstddef>
+
+#include "dynfilter/filter_input.hpp"
+#include "dynfilter/labels.hpp"
+#include "dynfilter/motion/feature_tracker.hpp"
+#include "dynfilter/motion/instance_motion.hpp"
+#include "dynfilter/motion/motion_beliefs.hpp"
+#include "dynfilter/motion/motion_residual.hpp"
+#include "dynfilter/motion/motion_state.hpp"
+#include "dynfilter/motion/motion_votes.hpp"
+#include "dynfilter/motion/pinhole_camera.hpp"
+#include "dynfilter/motion/relative_pose.hpp"
+#include "dynfilter/workspace.hpp"
+
+namespace dynfilter {
+
+/// Options of MotionJudge. The defaults were chosen on rendered scenes of seeds 11 to 13 and on
+/// recorded frames.
+struct MotionJudgeOptions {
+  FeatureTrackerOptions tracker;   ///< for the tracks
+  RelativePoseOptions pose;        ///< for the camera's motion
+  DepthIntervalOptions depth;      ///< for the places of a static feature
+  MotionVotesOptions votes;        ///< for the support by neighbours
+  MotionBeliefOptions belief;      ///< for what is believed of a feature
+  InstanceMotionOptions instance;  ///< for the verdict on an instance
+
+  double max_gap_s = 0.5;  ///< after a longer gap between two frames, everything starts anew
+  /// Share of the features that must be tracked from the last frame; below, it is a cut.
+  double min_tracked_share = 0.25;
+  /// @{
+  /// How far a camera's motion may be from the last one: its acceleration. 0 = no limit. Holds the
+  /// pose to the room where most features move and there are no masks.
+  double max_acceleration_m_s2 = 5;
+  double max_angular_acceleration_rad_s2 = 20;
+  /// @}
+  /// Features this near to a mask of a dynamic object do not tell the camera's motion, pixels.
+  double mask_distance_px = 8;
+
+  /// @{
+  /// Shift that is allowed for before a feature is a seed: the largest of these. In pixels, in
+  /// scales of the static features' residuals, and as a speed across the view.
+  double min_shift_px = 1.5;
+  double min_shift_scales = 6;
+  double min_speed_m_s = 0.05;
+  /// @}
+  /// @{
+  /// A seed's patch must fit the place where it was tracked much better than the static place: by
+  /// this share of its contrast, and with at most this share of the static place's difference.
+  double min_patch_gain = 0.2;
+  double max_patch_ratio = 0.75;
+  /// @}
+  int fill_radius_px = 25;      ///< unclear features between dynamic ones are dynamic
+  double min_fill_share = 0.6;  ///< above this share of the features within that radius
+  double max_fill_ratio = 0.3;  ///< but not those below this share of the allowed shift
+
+  /// @{
+  /// Shift of most of an instance's features, at most the largest of these, for it to be quiet.
+  double max_still_px = 0.75;
+  double max_still_scales = 2.5;
+  double max_still_speed_m_s = 0.06;
+  /// @}
+  double still_share = 0.7;         ///< "most" of its features
+  double min_still_tracked = 0.5;   ///< share of its features that must be tracked
+  std::size_t min_still_votes = 8;  ///< and their number
+
+  /// Features this near to the mask of an instance that is not still are judged strictly, pixels:
+  /// masks miss what moves with it.
+  double fringe_px = 30;
+  double fringe_shift_px = 1.0;      ///< allowed shift there, pixels
+  double fringe_shift_scales = 3;    ///< and in scales
+  double fringe_untracked_px = 15;   ///< within this, features that cannot be tracked go, too
+  double fringe_patch_ratio = 0.35;  ///< not those whose patch differs by less of its contrast
+};
+
+/// Decides by motion: features that move lose their place whatever they are on, and an object that
+/// masks call dynamic but that stands still gets its features back. Masks and depth say what may be
+/// dynamic, motion says what is. A stage for after the compensator and before FeatureFloor.
+///
+/// Each frame, features are tracked 1 and 3 frames back, the camera's motion is estimated from
+/// those that nobody suspects, and a track is compared with where the feature would have been if it
+/// were static, at any depth that it may have. Single features prove nothing: tracks fail at
+/// occlusions and between layers of depth. So evidence is pooled over neighbours, over time and
+/// over instances.
+///
+/// Abstains, changes nothing and says why in MotionStatistics: without an image, in the first
+/// frame, after a cut, a gap or a step back in time, where an image repeats, and where the tracks
+/// agree on no motion of the camera. What is slower than about 0.05 m/s is static by definition. An
+/// instance with few features is never given back.
+///
+/// The image must be CV_8UC1 or CV_8UC3 (or CV_8UC4). Uses `frame.depth` where it exists; without
+/// depth it needs MotionState::expect_motion. The camera must be that of the features' pixels.
+class MotionJudge {
+ public:
+  /// Takes the camera, the state, which must outlive the stage and is its own, and options. Throws
+  /// std::invalid_argument for values out of range.
+  MotionJudge(const PinholeCamera& camera, MotionState& state,
+              const MotionJudgeOptions& options = {});
+
+  /// Throws std::invalid_argument for an image of another type.
+  void check(const FilterInput& input) const;
+
+  /// Judges the features. After any exception the state has forgotten everything. O(pixels +
+  /// features) with the constants of FeatureTracker and RelativePoseEstimator.
+  void operator()(const FilterInput& input, FeatureLabels& labels, Workspace& workspace) const;
+
+ private:
+  PinholeCamera camera_;
+  MotionState* state_;
+  MotionJudgeOptions options_;
+  FeatureTracker tracker_;
+  RelativePoseEstimator pose_estimator_;
+};
+
+}  // namespace dynfilter
+
+#endif  // DYNFILTER_MOTION_MOTION_JUDGE_HPP

@@ -1,0 +1,59 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_MOTION_MOTION_STATE_HPP
+#define DYNFILTER_MOTION_MOTION_STATE_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include "dynfilter/motion/feature_tracker.hpp"
+#include "dynfilter/motion/motion_votes.hpp"
+#include "dynfilter/motion/relative_pose.hpp"
+
+namespace dynfilter {
+
+namespace detail {
+struct MotionMemory;
+}
+
+/// Memory of MotionJudge: what it knows of one camera's earlier frames. It is yours, so that
+/// filters stay immutable: one state for each camera and each judge, and not for two threads at
+/// once. Two states share nothing; equal frames in equal order lead to equal states.
+///
+/// Memory: four grey images with their pyramids (1.2 MB each at 640x480, with derivatives 7 MB),
+/// and the features of the last frame.
+class MotionState {
+ public:
+  /// Makes a state that knows nothing.
+  MotionState();
+  /// Moves the state; the source may only be destroyed or assigned to.
+  MotionState(MotionState&&) noexcept;
+  /// Moves the state; the source may only be destroyed or assigned to.
+  MotionState& operator=(MotionState&&) noexcept;
+  ~MotionState();
+
+  /// Hands over what the host knows of the camera's motion from the last frame to the next one, for
+  /// the next frame only: from its motion model, an inertial sensor or wheels. Without depth a
+  /// trusted prior is needed.
+  void expect_motion(const PosePrior& prior);
+
+  /// Hands over the host's own tracks of the next frame's features, for that frame only: where they
+  /// were motion_baseline_frames[baseline] frames ago. They are refined, see
+  /// FeatureTracker::refine. Throws std::invalid_argument for a baseline that does not exist.
+  void hand_over_tracks(std::size_t baseline, std::vector<FeatureTrack> tracks);
+
+  /// Forgets everything, like a new state.
+  void reset();
+
+ private:
+  friend class MotionJudge;
+  std::unique_ptr<detail::MotionMemory> memory_;
+};
+
+}  // namespace dynfilter
+
+#endif  // DYNFILTER_MOTION_MOTION_STATE_HPP

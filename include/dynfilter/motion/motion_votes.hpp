@@ -1,0 +1,67 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_MOTION_MOTION_VOTES_HPP
+#define DYNFILTER_MOTION_MOTION_VOTES_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "dynfilter/frame_features.hpp"
+
+namespace dynfilter {
+
+/// Baselines over which features are tracked: their indices in FeatureMotion.
+constexpr std::size_t motion_baselines = 2;
+/// Length of each baseline, frames. The short one sees what is fast, the long one what is slow.
+constexpr std::array<int, motion_baselines> motion_baseline_frames = {1, 3};
+
+/// What one feature says about its motion.
+enum class MotionEvidence : std::uint8_t {
+  unknown,   ///< it could not be tracked, or nothing is known about its place
+  quiet,     ///< it is where a static feature would be
+  seed,      ///< it is not, but alone says little: tracks fail, too
+  supported  ///< neighbours move as it does
+};
+
+/// Motion of one feature, beyond that of a static one.
+struct FeatureMotion {
+  /// Shift in the image that the camera does not explain, pixels, for each baseline.
+  std::array<cv::Vec2f, motion_baselines> shift_px;
+  std::array<bool, motion_baselines> is_tracked = {false, false};  ///< whether shift_px is known
+  std::size_t baseline = 0;  ///< the one with the largest ratio
+  float ratio = 0;           ///< largest shift over what is allowed for, of all baselines
+  MotionEvidence evidence = MotionEvidence::unknown;
+
+  /// Whether the feature was tracked over any baseline.
+  bool is_known() const { return is_tracked[0] || is_tracked[1]; }
+};
+
+/// Options of support_seeds.
+struct MotionVotesOptions {
+  int radius_px = 50;          ///< distance of the farthest neighbour, each way; 1 to 1000
+  std::size_t neighbours = 8;  ///< nearest tracked features that vote; 1 to 100
+  std::size_t min_seeds = 4;   ///< smallest number of neighbours that are seeds and move alike
+  double min_share = 0.6;      ///< and their smallest share; 0 to 1
+  /// Largest difference of the shifts of features that move alike, as a share of the shift.
+  double max_difference = 0.3;
+  double max_difference_px = 0.5;  ///< and added to that, pixels
+};
+
+/// Makes seeds supported where enough of the nearest tracked features within the radius are seeds
+/// that move alike: a thing that moves has many features; a failed track has none beside it. Ties
+/// of distance go to the lower pixel, row by row. `features` are those of `motions`. Throws
+/// std::invalid_argument for options out of range or another number of motions. O(seeds x
+/// features within the radius).
+void support_seeds(FrameFeatures& features, const MotionVotesOptions& options,
+                   std::vector<FeatureMotion>& motions);
+
+}  // namespace dynfilter
+
+#endif  // DYNFILTER_MOTION_MOTION_VOTES_HPP

@@ -1,0 +1,29 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_MOTION_PATCH_DIFFERENCE_HPP
+#define DYNFILTER_MOTION_PATCH_DIFFERENCE_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include <optional>
+
+#include <opencv2/core.hpp>
+
+namespace dynfilter {
+
+/// Returns the mean absolute difference of brightness between two square patches, grey levels: one
+/// around `at` in `image`, one around `other_at` in `other`, between whose pixels brightness is
+/// interpolated linearly. Sides of 2 `reach_px` + 1. None if a patch reaches out of its image.
+/// O(reach_px^2).
+std::optional<double> patch_difference(const cv::Mat1b& image, cv::Point2f at,
+                                       const cv::Mat1b& other, cv::Point2f other_at,
+                                       int reach_px = 4);
+
+/// Returns the contrast of the patch around `at`: the mean absolute difference from its mean, grey
+/// levels. None if it reaches out of the image. O(reach_px^2).
+std::optional<double> patch_contrast(const cv::Mat1b& image, cv::Point2f at, int reach_px = 4);
+
+}  // namespace dynfilter
+
+#endif  // DYNFILTER_MOTION_PATCH_DIFFERENCE_HPP

@@ -1,0 +1,199 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/motion/motion_judge.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "dynfilter/detail/errors.hpp"
+#include "motion_labels.hpp"
+#include "motion_measurement.hpp"
+#include "motion_memory.hpp"
+
+namespace dynfilter {
+namespace {
+
+using detail::MotionContext;
+using detail::MotionMemory;
+
+void require(bool is_good, const char* name, double value, const char* want) {
+  if (is_good) return;
+  detail::throw_misuse("MotionJudge", detail::concatenate(name, " = ", value), want);
+}
+
+void check_options(const MotionJudgeOptions& options) {
+  (void)MotionBeliefs(options.belief);
+  (void)InstanceMotion(options.instance);
+  (void)depth_interval({}, {}, options.depth);
+  std::vector<FeatureMotion> none;
+  FrameFeatures features;
+  support_seeds(features, options.votes, none);
+
+  require(options.max_gap_s > 0, "max_gap_s", options.max_gap_s, "a number above 0");
+  const auto not_negative = [](const char* name, double value) {
+    require(value >= 0, name, value, "a number of at least 0");
+  };
+  const auto share = [](const char* name, double value) {
+    require(value >= 0 && value <= 1, name, value, "a share from 0 to 1");
+  };
+  share("min_tracked_share", options.min_tracked_share);
+  not_negative("max_acceleration_m_s2", options.max_acceleration_m_s2);
+  not_negative("max_angular_acceleration_rad_s2", options.max_angular_acceleration_rad_s2);
+  not_negative("mask_distance_px", options.mask_distance_px);
+  require(options.min_shift_px > 0, "min_shift_px", options.min_shift_px, "a number above 0");
+  not_negative("min_shift_scales", options.min_shift_scales);
+  not_negative("min_speed_m_s", options.min_speed_m_s);
+  not_negative("min_patch_gain", options.min_patch_gain);
+  not_negative("max_patch_ratio", options.max_patch_ratio);
+  require(options.fill_radius_px >= 0 && options.fill_radius_px <= 1000, "fill_radius_px",
+          options.fill_radius_px, "0 to 1000");
+  share("min_fill_share", options.min_fill_share);
+  not_negative("max_fill_ratio", options.max_fill_ratio);
+  not_negative("max_still_px", options.max_still_px);
+  not_negative("max_still_scales", options.max_still_scales);
+  not_negative("max_still_speed_m_s", options.max_still_speed_m_s);
+  share("still_share", options.still_share);
+  share("min_still_tracked", options.min_still_tracked);
+  require(options.min_still_votes >= 1, "min_still_votes", 0, "at least 1");
+  not_negative("fringe_px", options.fringe_px);
+  not_negative("fringe_shift_px", options.fringe_shift_px);
+  not_negative("fringe_shift_scales", options.fringe_shift_scales);
+  not_negative("fringe_untracked_px", options.fringe_untracked_px);
+  not_negative("fringe_patch_ratio", options.fringe_patch_ratio);
+}
+
+bool is_equal(const cv::Mat1b& a, const cv::Mat1b& b) {
+  for (int y = 0; y < a.rows; ++y) {
+    if (std::memcmp(a.ptr(y), b.ptr(y), static_cast<std::size_t>(a.cols)) != 0) return false;
+  }
+  return true;
+}
+
+/// Tells whether the last frame says something about this one; forgets it if not.
+bool continues(MotionMemory& memory, double max_gap_s) {
+  if (memory.known == 0) return false;
+  const double gap_s = memory.now.timestamp_s - memory.past[0].timestamp_s;
+  const bool is_known_size = memory.past[0].pyramid.size() == memory.now.pyramid.size();
+  if (is_known_size && gap_s > 0 && gap_s <= max_gap_s) return true;
+  memory.forget();
+  return false;
+}
+
+/// Remembers a frame about which nothing is concluded.
+void start(const MotionContext& context) {
+  MotionMemory& memory = context.memory;
+  memory.forget();
+  memory.instances->begin_frame(context.input.segmentation);
+  memory.now.motion.reset();
+  memory.push();
+}
+
+std::size_t found_in(const std::vector<FeatureTrack>& tracks) {
+  return static_cast<std::size_t>(std::count_if(
+      tracks.begin(), tracks.end(), [](const FeatureTrack& track) { return track.is_found; }));
+}
+
+/// Judges a frame that follows another, and remembers it.
+MotionOutcome judge(const MotionContext& context, const FeatureTracker& tracker,
+                    const RelativePoseEstimator& estimator, FeatureLabels& labels) {
+  MotionMemory& memory = context.memory;
+  auto& baselines = context.measured.baselines;
+  const FeaturesView features = context.input.features;
+  MotionStatistics& statistics = labels.statistics().motion;
+
+  track_back(context, tracker, 0);
+  statistics.tracked = found_in(baselines[0].tracks);
+  const double tracked = static_cast<double>(statistics.tracked);
+  if (tracked < context.options.min_tracked_share * static_cast<double>(features.size())) {
+    start(context);
+    return MotionOutcome::started;  // a cut
+  }
+  memory.instances->begin_frame(context.input.segmentation);
+  measure_places(context);
+  suspect_features(context, labels);
+  estimate_pose(context, estimator, 0);
+  statistics.scale_px = baselines[0].pose.scale_px;
+  statistics.support = baselines[0].pose.support;
+  const bool is_trusted = baselines[0].is_known;
+  baselines[1].is_known = false;
+  if (is_trusted && memory.known == detail::past_frames) {
+    track_back(context, tracker, 1);
+    estimate_pose(context, estimator, 1);
+  }
+  measure_motions(context);
+  support_seeds(frame_features(features, context.workspace), context.options.votes,
+                context.measured.motions);
+  decide_features(context);
+  judge_instances(context, labels);
+  for (const FeatureMotion& motion : context.measured.motions) {
+    const bool is_supported = motion.evidence == MotionEvidence::supported;
+    statistics.supported += is_supported ? 1 : 0;
+    statistics.seeds += is_supported || motion.evidence == MotionEvidence::seed ? 1 : 0;
+  }
+  if (is_trusted) write_labels(context, labels);
+
+  memory.beliefs->remember(features, context.measured.beliefs);
+  memory.now.motion.reset();
+  if (is_trusted) memory.now.motion = baselines[0].pose.pose;
+  memory.push();
+  if (is_trusted) return MotionOutcome::applied;
+  const bool has_enough = baselines[0].pose.observations >= context.options.pose.min_observations;
+  return has_enough ? MotionOutcome::pose_not_trusted : MotionOutcome::too_few_tracks;
+}
+
+}  // namespace
+
+MotionJudge::MotionJudge(const PinholeCamera& camera, MotionState& state,
+                         const MotionJudgeOptions& options)
+    : camera_(camera),
+      state_(&state),
+      options_(options),
+      tracker_(options.tracker),
+      pose_estimator_(camera, options.pose) {
+  check_options(options);
+}
+
+void MotionJudge::check(const FilterInput& input) const {
+  const cv::Mat& image = input.frame.image;
+  const int type = image.type();
+  if (image.empty() || type == CV_8UC1 || type == CV_8UC3 || type == CV_8UC4) return;
+  detail::throw_misuse("MotionJudge",
+                       detail::concatenate("an image of type ", detail::type_name(image)),
+                       "CV_8UC1, CV_8UC3 or CV_8UC4");
+}
+
+void MotionJudge::operator()(const FilterInput& input, FeatureLabels& labels,
+                             Workspace& workspace) const {
+  validate(input, labels, "MotionJudge");
+  check(input);
+  MotionMemory& memory = *state_->memory_;
+  MotionOutcome& outcome = labels.statistics().motion.outcome;
+  labels.statistics().motion = {};
+  if (!memory.beliefs) memory.beliefs.emplace(options_.belief);
+  if (!memory.instances) memory.instances.emplace(options_.instance);
+  const MotionContext context{
+      input, camera_, options_, memory, workspace.get<detail::MotionMeasurement>(), workspace};
+  try {
+    if (!input.frame.image.empty()) tracker_.build(input.frame.image, memory.now.pyramid);
+    memory.now.timestamp_s = input.frame.timestamp_s;
+    if (input.frame.image.empty() || memory.now.pyramid.empty()) {
+      memory.forget();
+      outcome = MotionOutcome::no_image;
+    } else if (!continues(memory, options_.max_gap_s)) {
+      start(context);
+      outcome = MotionOutcome::started;
+    } else if (is_equal(memory.now.pyramid.grey(), memory.past[0].pyramid.grey())) {
+      outcome = MotionOutcome::repeated;
+    } else {
+      outcome = judge(context, tracker_, pose_estimator_, labels);
+    }
+    memory.end_frame();
+  } catch (...) {
+    state_->reset();
+    throw;
+  }
+}
+
+}  // namespace dynfilter

@@ -1,0 +1,227 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "motion_labels.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "dynfilter/detail/mask_distance.hpp"
+#include "dynfilter/detail/rectangles.hpp"
+#include "dynfilter/motion/patch_difference.hpp"
+
+namespace dynfilter::detail {
+namespace {
+
+/// Returns the bounds of an instance's mask, grown by a distance.
+PixelBounds grown_bounds(const Instance& instance, double distance_px) {
+  return bounds_of(cv::Rect(instance.mask_origin, instance.mask.size()),
+                   static_cast<std::int64_t>(distance_px) + 1);
+}
+
+/// Calls `action` for the features within a distance of an instance's mask.
+template <class Action>
+void for_each_within(const MotionContext& context, const Instance& instance, double distance_px,
+                     const Action& action) {
+  if (instance.mask.empty()) return;
+  FrameFeatures& features = frame_features(context.input.features, context.workspace);
+  for (const std::uint32_t i : features.inside(grown_bounds(instance, distance_px))) {
+    if (mask_within(instance, features.pixel(i), distance_px)) action(i);
+  }
+}
+
+bool is_member(const FeatureLabel& label, std::size_t instance) {
+  return label.removed && label.reason == Reason::in_mask &&
+         label.instance == static_cast<std::int32_t>(instance);
+}
+
+/// Returns the value below which a share of the values lies.
+double quantile(std::vector<float>& values, double share) {
+  const auto last = static_cast<double>(values.size() - 1);
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(std::floor(share * last));
+  std::nth_element(values.begin(), at, values.end());
+  return double{*at};
+}
+
+/// Tells whether most members of an instance are where static features would be, over a baseline.
+bool is_quiet(const MotionContext& context, const FeatureLabels& labels, std::size_t instance,
+              std::size_t members, std::size_t baseline) {
+  MotionMeasurement& measured = context.measured;
+  const MotionJudgeOptions& options = context.options;
+  const MotionBaseline& over = measured.baselines[baseline];
+  if (!over.is_known) return false;
+  measured.values.clear();
+  measured.nearest_m.clear();
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    const FeatureMotion& motion = measured.motions[i];
+    if (!is_member(labels[i], instance) || !motion.is_tracked[baseline]) continue;
+    measured.values.push_back(static_cast<float>(cv::norm(motion.shift_px[baseline])));
+    if (measured.depths[i].is_known()) {
+      measured.nearest_m.push_back(static_cast<float>(measured.depths[i].nearest_m));
+    }
+  }
+  const std::size_t tracked = measured.values.size();
+  const double tracked_share = static_cast<double>(tracked) / static_cast<double>(members);
+  if (tracked < options.min_still_votes || tracked_share < options.min_still_tracked) return false;
+  double allowed_px = std::max(options.max_still_px, options.max_still_scales * over.pose.scale_px);
+  if (!measured.nearest_m.empty()) {
+    const double depth_m = quantile(measured.nearest_m, 0.5);
+    allowed_px = std::max(allowed_px, context.shift_px(options.max_still_speed_m_s, over.duration_s,
+                                                       {depth_m, depth_m}));
+  }
+  return quantile(measured.values, options.still_share) <= allowed_px;
+}
+
+InstanceVotes votes_of(const MotionContext& context, const FeatureLabels& labels,
+                       std::size_t instance) {
+  const MotionMeasurement& measured = context.measured;
+  InstanceVotes votes;
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    if (!is_member(labels[i], instance)) continue;
+    ++votes.members;
+    votes.tracked += measured.motions[i].is_known() ? 1 : 0;
+    votes.moving += measured.motions[i].ratio > 1 ? 1 : 0;
+  }
+  votes.is_quiet = true;
+  for (std::size_t b = 0; b < motion_baselines; ++b) {
+    votes.is_quiet = votes.is_quiet && is_quiet(context, labels, instance, votes.members, b);
+  }
+  return votes;
+}
+
+/// Makes features dynamic that are surrounded by dynamic ones and do not look still themselves.
+void fill(const MotionContext& context) {
+  MotionMeasurement& measured = context.measured;
+  FrameFeatures& features = frame_features(context.input.features, context.workspace);
+  const int reach = context.options.fill_radius_px;
+  measured.judged_strictly = measured.is_dynamic;  // before filling, so that it does not spread
+  const std::vector<std::uint8_t>& before = measured.judged_strictly;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    const FeatureMotion& motion = measured.motions[i];
+    const bool is_clear = motion.is_known() && motion.ratio < context.options.max_fill_ratio;
+    if (before[i] || is_clear) continue;
+    const cv::Point centre = features.pixel(i);
+    const cv::Rect image({}, context.input.frame.image.size());
+    if (!image.contains(centre)) continue;
+    std::size_t dynamic = 0, all = 0;
+    for (const std::uint32_t k : features.inside(
+             cv::Rect(centre.x - reach, centre.y - reach, 2 * reach + 1, 2 * reach + 1))) {
+      const cv::Point away = features.pixel(k) - centre;
+      if (k == i || away.dot(away) > reach * reach) continue;
+      ++all;
+      dynamic += before[k] ? 1 : 0;
+    }
+    const bool is_surrounded =
+        dynamic >= 2 &&
+        static_cast<double>(dynamic) > context.options.min_fill_share * static_cast<double>(all);
+    if (is_surrounded) measured.is_dynamic[i] = 1;
+  }
+}
+
+/// Tells whether the place of a static feature looked like the feature, in the last frame.
+bool looks_static(const MotionContext& context, std::size_t feature) {
+  const auto place = static_place(context, feature, 0);
+  if (!place) return false;
+  const cv::Mat1b& now = context.memory.now.pyramid.grey();
+  const cv::Mat1b& then = context.memory.past[0].pyramid.grey();
+  const cv::Point2f at = context.input.features[feature];
+  const auto contrast = patch_contrast(now, at);
+  const auto difference = patch_difference(now, at, then, *place);
+  return contrast && difference && *difference < context.options.fringe_patch_ratio * *contrast;
+}
+
+bool shifts_in_fringe(const MotionContext& context, const FeatureMotion& motion) {
+  for (std::size_t b = 0; b < motion_baselines; ++b) {
+    const double allowed_px =
+        std::max(context.options.fringe_shift_px,
+                 context.options.fringe_shift_scales * context.measured.baselines[b].pose.scale_px);
+    if (motion.is_tracked[b] && cv::norm(motion.shift_px[b]) > allowed_px) return true;
+  }
+  return false;
+}
+
+/// Removes the features beside an instance that may belong to it and are not static for sure.
+void clean_fringe(const MotionContext& context, std::size_t k, FeatureLabels& labels) {
+  MotionMeasurement& measured = context.measured;
+  const MotionJudgeOptions& options = context.options;
+  const Instance& instance = context.input.segmentation.instances[k];
+  for_each_within(context, instance, options.fringe_px, [&](std::uint32_t i) {
+    if (labels.is_removed(i) || labels[i].reason == Reason::restored) return;
+    const FeatureMotion& motion = measured.motions[i];
+    const bool is_near =
+        mask_within(instance, context.input.features.pixel(i), options.fringe_untracked_px);
+    const bool is_suspicious = motion.is_known() ? shifts_in_fringe(context, motion) : is_near;
+    if (!is_suspicious || looks_static(context, i)) return;
+    labels.remove(i, static_cast<std::int32_t>(k), Reason::moving, 0.6F);
+  });
+}
+
+}  // namespace
+
+void suspect_features(const MotionContext& context, const FeatureLabels& labels) {
+  MotionMeasurement& measured = context.measured;
+  const std::vector<FeatureTrack>& tracks = measured.baselines[0].tracks;
+  measured.beliefs.assign(tracks.size(), 0);
+  measured.is_suspect.assign(tracks.size(), 0);
+  for (std::size_t i = 0; i < tracks.size(); ++i) {
+    if (tracks[i].is_found) measured.beliefs[i] = context.memory.beliefs->at(tracks[i].position);
+    const bool is_believed = context.memory.beliefs->is_dynamic(measured.beliefs[i]);
+    measured.is_suspect[i] = labels.is_removed(i) || is_believed ? 1 : 0;
+  }
+  const std::vector<Instance>& instances = context.input.segmentation.instances;
+  for (std::size_t k = 0; k < instances.size(); ++k) {
+    if (!labels.is_dynamic_object(k)) continue;
+    for_each_within(context, instances[k], context.options.mask_distance_px,
+                    [&](std::uint32_t i) { measured.is_suspect[i] = 1; });
+  }
+}
+
+void decide_features(const MotionContext& context) {
+  MotionMeasurement& measured = context.measured;
+  const MotionBeliefs& beliefs = *context.memory.beliefs;
+  measured.is_dynamic.assign(measured.motions.size(), 0);
+  for (std::size_t i = 0; i < measured.motions.size(); ++i) {
+    measured.beliefs[i] = beliefs.updated(measured.beliefs[i], measured.motions[i].evidence);
+    measured.is_dynamic[i] = beliefs.is_dynamic(measured.beliefs[i]) ? 1 : 0;
+  }
+  fill(context);
+}
+
+void judge_instances(const MotionContext& context, FeatureLabels& labels) {
+  std::vector<InstanceStatistics>& statistics = labels.statistics().instances;
+  const bool is_known = context.measured.baselines[0].is_known;
+  for (std::size_t k = 0; k < statistics.size(); ++k) {
+    std::optional<InstanceVotes> votes;
+    if (is_known) votes = votes_of(context, labels, k);
+    const InstanceVerdict verdict = context.memory.instances->judge(k, votes);
+    if (is_known) statistics[k].verdict = verdict;
+  }
+}
+
+void write_labels(const MotionContext& context, FeatureLabels& labels) {
+  const MotionMeasurement& measured = context.measured;
+  FrameStatistics& statistics = labels.statistics();
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    const FeatureLabel& label = labels[i];
+    const auto strength = static_cast<float>(std::clamp(measured.beliefs[i] / 3, -1.0, 1.0));
+    if (label.removed && label.instance >= 0) {
+      InstanceStatistics& instance = statistics.instances[static_cast<std::size_t>(label.instance)];
+      const FeatureMotion& motion = measured.motions[i];
+      const bool is_still = motion.is_known() && motion.ratio < 1 && !measured.is_dynamic[i];
+      if (instance.verdict != InstanceVerdict::still || !is_still) continue;
+      labels.restore(i, 0.5F + 0.5F * std::min(strength, 0.0F));
+      ++instance.given_back;
+      ++statistics.motion.given_back;
+    } else if (!label.removed && measured.is_dynamic[i]) {
+      labels.remove(i, -1, Reason::moving, 0.5F + 0.5F * std::max(strength, 0.0F));
+    }
+  }
+  for (std::size_t k = 0; k < statistics.instances.size(); ++k) {
+    const bool may_move =
+        labels.is_dynamic_object(k) && statistics.instances[k].verdict != InstanceVerdict::still;
+    if (may_move) clean_fringe(context, k, labels);
+  }
+}
+
+}  // namespace dynfilter::detail

@@ -1,0 +1,28 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// From measured motion to verdicts and labels.
+
+#ifndef DYNFILTER_SRC_MOTION_MOTION_LABELS_HPP
+#define DYNFILTER_SRC_MOTION_MOTION_LABELS_HPP
+
+#include "motion_measurement.hpp"
+
+namespace dynfilter::detail {
+
+/// Says which features do not tell the camera's motion: removed ones, those near the mask of a
+/// dynamic object, and those believed dynamic. Sets the beliefs to those of the last frame.
+void suspect_features(const MotionContext& context, const FeatureLabels& labels);
+
+/// Updates the beliefs by the evidence, and says what is dynamic.
+void decide_features(const MotionContext& context);
+
+/// Judges the instances: without known baselines, as a frame in which nothing could be judged.
+void judge_instances(const MotionContext& context, FeatureLabels& labels);
+
+/// Gives back the features of still instances, and removes what moves.
+void write_labels(const MotionContext& context, FeatureLabels& labels);
+
+}  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_SRC_MOTION_MOTION_LABELS_HPP

@@ -1,0 +1,78 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// Tracks, poses and residuals of one frame.
+
+#ifndef DYNFILTER_SRC_MOTION_MOTION_MEASUREMENT_HPP
+#define DYNFILTER_SRC_MOTION_MOTION_MEASUREMENT_HPP
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "dynfilter/motion/motion_judge.hpp"
+#include "motion_memory.hpp"
+
+namespace dynfilter::detail {
+
+/// One baseline of a frame.
+struct MotionBaseline {
+  bool is_known = false;  ///< whether the pose is trusted, and shifts are measured
+  double duration_s = 0;
+  RelativePoseEstimate pose;
+  std::vector<FeatureTrack> tracks;
+};
+
+/// Everything measured in a frame. In the workspace, so that its memory is used again.
+struct MotionMeasurement {
+  std::array<MotionBaseline, motion_baselines> baselines;
+  std::vector<cv::Point2d> ideal;        ///< ideal pixel of each feature
+  std::vector<DepthInterval> depths;     ///< of each feature
+  std::vector<std::uint8_t> is_suspect;  ///< features that do not tell the camera's motion
+  std::vector<FeatureMotion> motions;
+  std::vector<double> beliefs;
+  std::vector<std::uint8_t> is_dynamic;
+  std::vector<PoseObservation> observations;
+  std::vector<cv::Point2f> expected;
+  std::vector<float> values, nearest_m;  // of an instance's members
+  std::vector<std::uint8_t> judged_strictly;
+};
+
+/// What the parts of the judge have in common.
+struct MotionContext {
+  const FilterInput& input;
+  const PinholeCamera& camera;
+  const MotionJudgeOptions& options;
+  MotionMemory& memory;
+  MotionMeasurement& measured;
+  Workspace& workspace;
+
+  /// Returns the shift that a speed across the view makes over a baseline, pixels; 0 at an unknown
+  /// depth.
+  double shift_px(double speed_m_s, double duration_s, const DepthInterval& depth) const {
+    return depth.is_known() ? speed_m_s * duration_s * camera.fx / depth.nearest_m : 0;
+  }
+};
+
+/// Tracks the features over a baseline.
+void track_back(const MotionContext& context, const FeatureTracker& tracker, std::size_t baseline);
+
+/// Measures depth and ideal pixel of each feature.
+void measure_places(const MotionContext& context);
+
+/// Estimates the camera's motion over a baseline.
+void estimate_pose(const MotionContext& context, const RelativePoseEstimator& estimator,
+                   std::size_t baseline);
+
+/// Measures the features' shifts over the baselines that are known, and makes those seeds that
+/// shift by more than is allowed for and look so.
+void measure_motions(const MotionContext& context);
+
+/// Returns where a static feature at its nearest depth would be over a baseline, raw pixels; none
+/// if it would be behind the camera.
+std::optional<cv::Point2f> static_place(const MotionContext& context, std::size_t feature,
+                                        std::size_t baseline);
+
+}  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_SRC_MOTION_MOTION_MEASUREMENT_HPP

@@ -1,0 +1,34 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/motion/motion_state.hpp"
+
+#include <utility>
+
+#include "dynfilter/detail/errors.hpp"
+#include "motion_memory.hpp"
+
+namespace dynfilter {
+
+MotionState::MotionState() : memory_(std::make_unique<detail::MotionMemory>()) {}
+MotionState::MotionState(MotionState&&) noexcept = default;
+MotionState& MotionState::operator=(MotionState&&) noexcept = default;
+MotionState::~MotionState() = default;
+
+void MotionState::expect_motion(const PosePrior& prior) { memory_->prior = prior; }
+
+void MotionState::hand_over_tracks(std::size_t baseline, std::vector<FeatureTrack> tracks) {
+  if (baseline >= motion_baselines) {
+    detail::throw_misuse("MotionState::hand_over_tracks",
+                         detail::concatenate("baseline ", baseline),
+                         detail::concatenate("an index below ", motion_baselines));
+  }
+  memory_->host_tracks[baseline] = std::move(tracks);
+}
+
+void MotionState::reset() {
+  memory_->forget();
+  memory_->end_frame();
+}
+
+}  // namespace dynfilter
