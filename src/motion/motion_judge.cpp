@@ -50,6 +50,7 @@ void check_options(const MotionJudgeOptions& options) {
   require(options.fill_radius_px >= 0 && options.fill_radius_px <= 1000, "fill_radius_px",
           options.fill_radius_px, "0 to 1000");
   share("min_fill_share", options.min_fill_share);
+  not_negative("max_fill_depth_m", options.max_fill_depth_m);
   not_negative("max_fill_ratio", options.max_fill_ratio);
   not_negative("max_still_px", options.max_still_px);
   not_negative("max_still_scales", options.max_still_scales);

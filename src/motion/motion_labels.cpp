@@ -90,6 +90,14 @@ InstanceVotes votes_of(const MotionContext& context, const FeatureLabels& labels
   return votes;
 }
 
+/// Tells whether two features are surely on different things, by their depths.
+bool are_apart(const MotionContext& context, std::size_t a, std::size_t b) {
+  const FrameView& frame = context.input.frame;
+  const auto first = frame.depth_m(context.input.features.pixel(a));
+  const auto second = frame.depth_m(context.input.features.pixel(b));
+  return first && second && std::abs(*first - *second) > context.options.max_fill_depth_m;
+}
+
 /// Makes features dynamic that are surrounded by dynamic ones and do not look still themselves.
 void fill(const MotionContext& context) {
   MotionMeasurement& measured = context.measured;
@@ -108,7 +116,7 @@ void fill(const MotionContext& context) {
     for (const std::uint32_t k : features.inside(
              cv::Rect(centre.x - reach, centre.y - reach, 2 * reach + 1, 2 * reach + 1))) {
       const cv::Point away = features.pixel(k) - centre;
-      if (k == i || away.dot(away) > reach * reach) continue;
+      if (k == i || away.dot(away) > reach * reach || are_apart(context, i, k)) continue;
       ++all;
       dynamic += before[k] ? 1 : 0;
     }

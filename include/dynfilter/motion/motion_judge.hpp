@@ -59,6 +59,8 @@ struct MotionJudgeOptions {
   /// @}
   int fill_radius_px = 25;      ///< unclear features between dynamic ones are dynamic
   double min_fill_share = 0.6;  ///< above this share of the features within that radius
+  /// Features whose depths differ by more are on different things and do not count, metres.
+  double max_fill_depth_m = 0.3;
   double max_fill_ratio = 0.3;  ///< but not those below this share of the allowed shift
 
   /// @{
