@@ -46,9 +46,10 @@ std::optional<PosePrior> prior_of(const MotionContext& context, std::size_t base
   prior.pose = expected_pose(context, baseline);
   const double duration_s = context.measured.baselines[0].duration_s;
   const double square = duration_s * duration_s;
-  // Over the long baseline errors of the short ones add up, and no acceleration.
-  prior.max_translation_m = std::max(options.max_acceleration_m_s2 * square, 1e-3);
-  prior.max_rotation_rad = std::max(options.max_angular_acceleration_rad_s2 * square, 1e-3);
+  // Over the long baseline, the errors of the short ones add up.
+  const double steps = motion_baseline_frames[baseline];
+  prior.max_translation_m = steps * std::max(options.max_acceleration_m_s2 * square, 1e-3);
+  prior.max_rotation_rad = steps * std::max(options.max_angular_acceleration_rad_s2 * square, 1e-3);
   prior.is_trusted = is_first_trusted;
   return prior;
 }
