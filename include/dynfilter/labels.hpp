@@ -174,8 +174,8 @@ class FeatureLabels {
   }
 
   static void require_removing(Reason reason) {
-    if (reason == Reason::in_mask || reason == Reason::compensated ||
-        reason == Reason::moving || reason >= Reason::custom) {
+    if (reason == Reason::in_mask || reason == Reason::compensated || reason == Reason::moving ||
+        reason >= Reason::custom) {
       return;
     }
     detail::throw_misuse("FeatureLabels::remove",

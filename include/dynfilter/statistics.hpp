@@ -55,7 +55,7 @@ enum class MotionOutcome : std::uint8_t {
 /// Statistics of the motion evidence in one frame, see MotionJudge. Counts are numbers of features.
 struct MotionStatistics {
   MotionOutcome outcome = MotionOutcome::not_run;  ///< what happened
-  std::size_t tracked = 0;     ///< features that were found in an earlier frame
+  std::size_t tracked = 0;                         ///< features that were found in an earlier frame
   std::size_t seeds = 0;       ///< features whose track alone says that they move
   std::size_t supported = 0;   ///< seeds beside which others move alike
   std::size_t given_back = 0;  ///< features given back because they are still
@@ -83,7 +83,7 @@ struct InstanceStatistics {
   double mask_gap_px = 0.0;
   InstanceVerdict verdict = InstanceVerdict::not_judged;  ///< whether it moves
   std::size_t given_back = 0;  ///< features given back because it is still
-  ValueRange code_range;  ///< range of D-LBP codes, [a, b] in eq. (1); may be empty
+  ValueRange code_range;       ///< range of D-LBP codes, [a, b] in eq. (1); may be empty
 };
 
 /// Statistics of one frame. masked, compensated, moving, custom and kept
@@ -102,7 +102,7 @@ struct FrameStatistics {
   bool has_segmentation = false;
   double segmentation_age_s = 0.0;  ///< time of the frame minus time of its masks, seconds
   bool has_depth = false;           ///< whether the frame has a depth image
-  MotionStatistics motion;                    ///< of the motion evidence
+  MotionStatistics motion;          ///< of the motion evidence
   std::vector<InstanceStatistics> instances;  ///< one per instance, in the segmentation's order
 
   /// Number of features that are removed.

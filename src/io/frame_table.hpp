@@ -15,9 +15,28 @@
 namespace dynfilter::detail {
 
 inline std::string frame_columns() {
-  return "frame,timestamp_s,has_masks,mask_age_s,instances,features,masked,compensated,custom,"
-         "restored,kept,starved,suggested_features,instances_without_depth,"
-         "instances_with_too_few_samples";
+  return "frame,timestamp_s,has_masks,mask_age_s,instances,features,masked,compensated,moving,"
+         "custom,restored,kept,starved,suggested_features,instances_without_depth,"
+         "instances_with_too_few_samples,motion,given_back";
+}
+
+inline const char* name_of(MotionOutcome outcome) {
+  switch (outcome) {
+    case MotionOutcome::no_image:
+      return "no_image";
+    case MotionOutcome::started:
+      return "started";
+    case MotionOutcome::repeated:
+      return "repeated";
+    case MotionOutcome::too_few_tracks:
+      return "too_few_tracks";
+    case MotionOutcome::pose_not_trusted:
+      return "pose_not_trusted";
+    case MotionOutcome::applied:
+      return "applied";
+    default:
+      return "not_run";
+  }
 }
 
 inline std::size_t count_instances(const FrameStatistics& statistics, Compensation compensation) {
@@ -34,13 +53,13 @@ inline std::string frame_cells(const std::string& frame, double timestamp_s,
   std::string cells = frame + ',' + time_text(timestamp_s) + ',' +
                       (s.has_segmentation ? '1' : '0') + ',' + time_text(s.segmentation_age_s);
   for (const std::size_t count :
-       {s.instances.size(), s.features, s.masked, s.compensated, s.custom, s.restored, s.kept(),
-        std::size_t{s.starved}, s.suggested_features,
+       {s.instances.size(), s.features, s.masked, s.compensated, s.moving, s.custom, s.restored,
+        s.kept(), std::size_t{s.starved}, s.suggested_features,
         count_instances(s, Compensation::no_depth_image),
         count_instances(s, Compensation::too_few_samples)}) {
     cells += ',' + std::to_string(count);
   }
-  return cells;
+  return cells + ',' + name_of(s.motion.outcome) + ',' + std::to_string(s.motion.given_back);
 }
 
 }  // namespace dynfilter::detail

@@ -22,7 +22,7 @@ const RuleInfo& checked(const RuleInfo& rule, const SceneSpec& scene, const Fram
     throw std::runtime_error("rule " + rule.name + " needs true masks, but " + scene.name().name +
                              " has no masks_true/");
   }
-  if (rule.moves_masks && settings.every != 1) {
+  if ((rule.moves_masks || rule.follows_motion) && settings.every != 1) {
     throw std::runtime_error("rule " + rule.name +
                              " follows objects from frame to frame: got --every " +
                              std::to_string(settings.every) + "; want 1");
@@ -101,7 +101,7 @@ RuleRun::RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource
       staged_(folder, run_writer, run_names(folder), true),
       rim_px_(source.rim_px()),
       filter_({mask_stage_of(rule, settings.mask_culler), masks_time_},
-              {stage_of(rule, settings.mask_culler, settings.seed), rule_time_}),
+              {stage_of(rule, settings.mask_culler, settings.seed, source.camera()), rule_time_}),
       pictures_(staged_.path(), source.size(), settings.overlays, rule) {
   if (rule.moves_masks) propagator_.emplace();
   if (source.has_depth() && settings.every == 1) {

@@ -4,11 +4,13 @@
 #include "rule_set.hpp"
 
 #include <functional>
+#include <memory>
 #include <utility>
 
 #include "dynfilter/depth_compensator.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/edge_compensator.hpp"
+#include "dynfilter/motion/motion_judge.hpp"
 #include "dynfilter/stage.hpp"
 #include "rules/box_depth_deviation.hpp"
 #include "rules/box_depth_mask.hpp"
@@ -31,6 +33,16 @@ AnyStage any_stage(Stage stage) {
 
 AnyStage empty_stage() {
   return [](const FilterInput&, FeatureLabels&, Workspace&) {};
+}
+
+/// Makes the motion judge with a state of its own.
+AnyStage motion_stage(const CameraParameters& c) {
+  const auto state = std::make_shared<MotionState>();
+  const PinholeCamera camera{c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, c.k3};
+  return [state, judge = MotionJudge(camera, *state)](const FilterInput& input,
+                                                      FeatureLabels& labels, Workspace& workspace) {
+    judge(input, labels, workspace);
+  };
 }
 
 AnyStage paper(const MaskCullerOptions&, std::uint64_t seed) {
@@ -98,6 +110,14 @@ const std::vector<Entry>& entries() {
       {{"depth_waited", "rule depth on the true masks, as if the camera waited for them", true,
         true, true, false, true},
        depth},
+      {{"motion", "features that move, without masks", false, false, true, false, false, true},
+       [](const Masks&, std::uint64_t) { return empty_stage(); }},
+      {{"masks_motion", "rule mask, then what moves; still objects get their features back", true,
+        false, true, false, false, true},
+       [](const Masks&, std::uint64_t) { return empty_stage(); }},
+      {{"depth_motion", "rule depth, then what moves; still objects get their features back", true,
+        false, true, false, false, true},
+       depth},
       {{"perfect", "features on the true masks", true, true, false},
        [](const Masks&, std::uint64_t) { return empty_stage(); }},
   };
@@ -133,7 +153,7 @@ std::vector<std::string> all_rule_names() {
 std::vector<std::string> usual_rule_names() {
   std::vector<std::string> names;
   for (const RuleInfo& rule : all_rules()) {
-    if (!rule.about_late_masks) names.push_back(rule.name);
+    if (!rule.about_late_masks && !rule.follows_motion) names.push_back(rule.name);
   }
   return names;
 }
@@ -152,8 +172,23 @@ AnyStage mask_stage_of(const RuleInfo& rule, const MaskCullerOptions& masks) {
   return rule.takes_masks ? any_stage(MaskCuller(masks)) : empty_stage();
 }
 
-AnyStage stage_of(const RuleInfo& rule, const MaskCullerOptions& masks, std::uint64_t seed) {
-  return entry_of(rule.name).make(masks, seed);
+const RuleInfo& with_motion(const RuleInfo& rule) {
+  if (rule.name == "none") return rule_info("motion");
+  if (rule.name == "mask") return rule_info("masks_motion");
+  if (rule.name == "depth") return rule_info("depth_motion");
+  if (rule.follows_motion) return rule;
+  detail::throw_misuse("rule", "--motion with rule " + rule.name, "rule none, mask or depth");
+}
+
+AnyStage stage_of(const RuleInfo& rule, const MaskCullerOptions& masks, std::uint64_t seed,
+                  const CameraParameters& camera) {
+  AnyStage stage = entry_of(rule.name).make(masks, seed);
+  if (!rule.follows_motion) return stage;
+  return [stage = std::move(stage), motion = motion_stage(camera)](
+             const FilterInput& input, FeatureLabels& labels, Workspace& workspace) {
+    stage(input, labels, workspace);
+    motion(input, labels, workspace);
+  };
 }
 
 }  // namespace dynfilter::tools

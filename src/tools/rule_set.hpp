@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "dynfilter/evaluation/camera.hpp"
 #include "dynfilter/mask_culler.hpp"
 #include "dynfilter/workspace.hpp"
 
@@ -27,12 +28,13 @@ struct RuleInfo {
   bool compensates = true;        ///< a stage runs after the mask culler, or alone
   bool moves_masks = false;       ///< masks of an earlier frame are first moved to this one
   bool about_late_masks = false;  ///< compares ways to handle late masks; runs only on request
+  bool follows_motion = false;    ///< judges features by their motion; runs only on request
 };
 
 /// Returns all rules, in the tables' order.
 const std::vector<RuleInfo>& all_rules();
 std::vector<std::string> all_rule_names();
-/// Returns the names of the rules without those about late masks.
+/// Returns the names of the rules without those that run only on request.
 std::vector<std::string> usual_rule_names();
 
 /// Returns the rule of this name. Throws std::invalid_argument that lists the names for an unknown
@@ -45,8 +47,14 @@ std::string rule_list();
 /// Returns the mask culler, or an empty stage if the rule does without.
 AnyStage mask_stage_of(const RuleInfo& rule, const MaskCullerOptions& masks);
 
-/// Returns the rule's stage after the mask culler, or alone. `seed` is for its samples, if any.
-AnyStage stage_of(const RuleInfo& rule, const MaskCullerOptions& masks, std::uint64_t seed);
+/// Returns the rule with motion evidence after it. Throws std::invalid_argument for a rule that has
+/// no such variant.
+const RuleInfo& with_motion(const RuleInfo& rule);
+
+/// Returns the rule's stage after the mask culler, or alone. `seed` is for its samples, if any; the
+/// camera is for rules that follow motion. Such a stage remembers the frames that it has seen.
+AnyStage stage_of(const RuleInfo& rule, const MaskCullerOptions& masks, std::uint64_t seed,
+                  const CameraParameters& camera);
 
 }  // namespace dynfilter::tools
 

@@ -30,6 +30,7 @@ struct RunOptions {
   SceneSpec scene;
   std::string rule = "depth";
   std::filesystem::path out = "dynfilter_out";
+  bool with_motion = false;
   RunSettings settings;
   MaskFeedOptions masks;
 };
@@ -51,7 +52,9 @@ void run(const RunOptions& options) {
   MaskFeed masks(options.masks, *source);
   RunSettings settings = options.settings;
   settings.masks = masks.name();
-  RuleRun work(rule_info(options.rule), options.scene, *source, settings, options.out);
+  const RuleInfo& rule = rule_info(options.rule);
+  RuleRun work(options.with_motion ? with_motion(rule) : rule, options.scene, *source, settings,
+               options.out);
   const odometry::OrbExtractor extractor(options.settings.features);
   std::optional<DepthOffsetEstimator> offset;  // it compares successive frames
   if (source->has_depth() && settings.every == 1) offset.emplace();
@@ -119,6 +122,9 @@ void add_run_command(CLI::App& program) {
   command->add_option("--rule", options->rule, "rule that removes features, see below")
       ->check(CLI::IsMember(all_rule_names()))
       ->capture_default_str();
+  command->add_flag("--motion", options->with_motion,
+                    "judge the features by their motion, too: what moves goes, and what stands "
+                    "still comes back (rules none, mask and depth)");
   add_mask_feed_options(*command, options->masks);
   add_setting_options(*command, options->settings);
   command->add_option("--overlays", options->settings.overlays, "number of frames to draw")

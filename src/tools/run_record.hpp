@@ -67,7 +67,9 @@ struct RunRecord {
       sum.features += frame.statistics.features;
       sum.masked += frame.statistics.masked;
       sum.compensated += frame.statistics.compensated;
+      sum.moving += frame.statistics.moving;
       sum.custom += frame.statistics.custom;
+      sum.motion.given_back += frame.statistics.motion.given_back;
       sum.restored += frame.statistics.restored;
     }
     return sum;

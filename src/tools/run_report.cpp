@@ -45,6 +45,20 @@ const char* name_of(Compensation compensation) {
   return "";
 }
 
+const char* name_of(InstanceVerdict verdict) {
+  switch (verdict) {
+    case InstanceVerdict::not_judged:
+      return "not_judged";
+    case InstanceVerdict::undecided:
+      return "undecided";
+    case InstanceVerdict::moving:
+      return "moving";
+    case InstanceVerdict::still:
+      return "still";
+  }
+  return "";
+}
+
 void print_count(const char* name, std::size_t count, std::size_t frames) {
   std::printf("  %-38s %9zu %11.1f\n", name, count,
               static_cast<double>(count) / static_cast<double>(frames));
@@ -154,9 +168,10 @@ void print_report(const RunRecord& run) {
   if (run.rule.takes_masks) {
     print_count("removed by mask", totals.masked, frames);
     print_count("removed by compensation", totals.compensated, frames);
+    if (run.rule.follows_motion) print_count("removed because they move", totals.moving, frames);
     if (totals.restored > 0) print_count("restored", totals.restored, frames);
   } else {
-    print_count("removed", totals.masked + totals.compensated + totals.custom, frames);
+    print_count("removed", totals.removed(), frames);
   }
   print_count("kept", totals.kept(), frames);
   if (run.has_truth) print_scores(run);
@@ -186,7 +201,7 @@ void write_instances_csv(const RunRecord& run, const std::filesystem::path& file
   OutputFile csv(file);
   csv << "frame,instance,class_id,dynamic,masked,sampled,candidates,passed_depth,passed_code,"
          "passed_nearness,compensated,compensation,depth_lower_m,depth_upper_m,code_lower,code_"
-         "upper\n";
+         "upper,verdict,given_back\n";
   for (const FrameRecord& frame : run.frames) {
     std::size_t k = 0;
     for (const InstanceStatistics& s : frame.statistics.instances) {
@@ -194,7 +209,7 @@ void write_instances_csv(const RunRecord& run, const std::filesystem::path& file
           << s.masked << ',' << s.sampled << ',' << s.candidates << ',' << s.passed_depth << ','
           << s.passed_code << ',' << s.passed_nearness << ',' << s.compensated << ','
           << name_of(s.compensation) << ',' << cells_of(s.depth_range_m) << ','
-          << cells_of(s.code_range) << '\n';
+          << cells_of(s.code_range) << ',' << name_of(s.verdict) << ',' << s.given_back << '\n';
     }
   }
   csv.close();
@@ -214,7 +229,9 @@ void write_summary_json(const RunRecord& run, const std::filesystem::path& file)
   summary["features"] = totals.features;
   summary["masked"] = totals.masked;
   summary["compensated"] = totals.compensated;
+  summary["moving"] = totals.moving;
   summary["custom"] = totals.custom;
+  summary["given_back"] = totals.motion.given_back;
   summary["kept"] = totals.kept();
   if (run.has_truth) add_scores(summary, run);
   if (run.trajectory) add_trajectory(summary, run);
