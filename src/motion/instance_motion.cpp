@@ -83,7 +83,7 @@ InstanceVerdict InstanceMotion::judge(std::size_t k, const std::optional<Instanc
     return InstanceVerdict::moving;
   }
   if (votes && votes->is_quiet) {
-    still_frames = std::min(still_frames + 1, options_.max_still_frames);
+    still_frames = std::min(still_frames + (votes->is_complete ? 1 : 0), options_.max_still_frames);
   } else {
     still_frames = std::max(still_frames - options_.frames_lost, 0);
   }

@@ -50,7 +50,6 @@ bool is_quiet(const MotionContext& context, const FeatureLabels& labels, std::si
   MotionMeasurement& measured = context.measured;
   const MotionJudgeOptions& options = context.options;
   const MotionBaseline& over = measured.baselines[baseline];
-  if (!over.is_known) return false;
   measured.values.clear();
   measured.nearest_m.clear();
   for (std::size_t i = 0; i < labels.size(); ++i) {
@@ -85,7 +84,11 @@ InstanceVotes votes_of(const MotionContext& context, const FeatureLabels& labels
   }
   votes.is_quiet = true;
   for (std::size_t b = 0; b < motion_baselines; ++b) {
-    votes.is_quiet = votes.is_quiet && is_quiet(context, labels, instance, votes.members, b);
+    if (!measured.baselines[b].is_known) {
+      votes.is_complete = false;
+    } else {
+      votes.is_quiet = votes.is_quiet && is_quiet(context, labels, instance, votes.members, b);
+    }
   }
   return votes;
 }
@@ -103,8 +106,8 @@ void fill(const MotionContext& context) {
   MotionMeasurement& measured = context.measured;
   FrameFeatures& features = frame_features(context.input.features, context.workspace);
   const int reach = context.options.fill_radius_px;
-  measured.judged_strictly = measured.is_dynamic;  // before filling, so that it does not spread
-  const std::vector<std::uint8_t>& before = measured.judged_strictly;
+  measured.was_dynamic = measured.is_dynamic;  // before filling, so that it does not spread
+  const std::vector<std::uint8_t>& before = measured.was_dynamic;
   for (std::size_t i = 0; i < before.size(); ++i) {
     const FeatureMotion& motion = measured.motions[i];
     const bool is_clear = motion.is_known() && motion.ratio < context.options.max_fill_ratio;
@@ -155,7 +158,7 @@ void clean_fringe(const MotionContext& context, std::size_t k, FeatureLabels& la
   const MotionJudgeOptions& options = context.options;
   const Instance& instance = context.input.segmentation.instances[k];
   for_each_within(context, instance, options.fringe_px, [&](std::uint32_t i) {
-    if (labels.is_removed(i) || labels[i].reason == Reason::restored) return;
+    if (labels.is_removed(i) || measured.is_given_back[i]) return;
     const FeatureMotion& motion = measured.motions[i];
     const bool is_near =
         mask_within(instance, context.input.features.pixel(i), options.fringe_untracked_px);
@@ -208,8 +211,9 @@ void judge_instances(const MotionContext& context, FeatureLabels& labels) {
 }
 
 void write_labels(const MotionContext& context, FeatureLabels& labels) {
-  const MotionMeasurement& measured = context.measured;
+  MotionMeasurement& measured = context.measured;
   FrameStatistics& statistics = labels.statistics();
+  measured.is_given_back.assign(labels.size(), 0);
   for (std::size_t i = 0; i < labels.size(); ++i) {
     const FeatureLabel& label = labels[i];
     const auto strength = static_cast<float>(std::clamp(measured.beliefs[i] / 3, -1.0, 1.0));
@@ -219,6 +223,7 @@ void write_labels(const MotionContext& context, FeatureLabels& labels) {
       const bool is_still = motion.is_known() && motion.ratio < 1 && !measured.is_dynamic[i];
       if (instance.verdict != InstanceVerdict::still || !is_still) continue;
       labels.restore(i, 0.5F + 0.5F * std::min(strength, 0.0F));
+      measured.is_given_back[i] = 1;
       ++instance.given_back;
       ++statistics.motion.given_back;
     } else if (!label.removed && measured.is_dynamic[i]) {

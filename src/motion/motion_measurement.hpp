@@ -34,8 +34,9 @@ struct MotionMeasurement {
   std::vector<std::uint8_t> is_dynamic;
   std::vector<PoseObservation> observations;
   std::vector<cv::Point2f> expected;
-  std::vector<float> values, nearest_m;  // of an instance's members
-  std::vector<std::uint8_t> judged_strictly;
+  std::vector<float> values, nearest_m;     // of an instance's members
+  std::vector<std::uint8_t> was_dynamic;    ///< before filling
+  std::vector<std::uint8_t> is_given_back;  ///< features given back in this frame
 };
 
 /// What the parts of the judge have in common.

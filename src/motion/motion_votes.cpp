@@ -12,7 +12,9 @@
 namespace dynfilter {
 namespace {
 
-constexpr std::size_t max_neighbours = 100;
+constexpr std::size_t max_neighbours = 30;
+constexpr std::size_t max_voices = max_neighbours + 1;  // with the seed itself
+constexpr std::size_t features_a_voice = 4;             // looked at, for corners of many octaves
 
 bool is_seed(const FeatureMotion& motion) {
   return motion.evidence == MotionEvidence::seed || motion.evidence == MotionEvidence::supported;
@@ -33,16 +35,18 @@ struct Neighbour {
 void check(const MotionVotesOptions& options) {
   const bool is_good = options.radius_px >= 1 && options.radius_px <= 1000 &&
                        options.neighbours >= 1 && options.neighbours <= max_neighbours &&
+                       options.min_spacing_px >= 0 && options.min_spacing_px <= 1000 &&
                        options.min_share >= 0 && options.min_share <= 1 &&
                        options.max_difference >= 0 && options.max_difference_px >= 0;
   if (is_good) return;
   detail::throw_misuse(
       "support_seeds",
       detail::concatenate("radius_px = ", options.radius_px, ", neighbours = ", options.neighbours,
-                          ", min_share = ", options.min_share,
-                          ", max_difference = ", options.max_difference,
+                          ", min_spacing_px = ", options.min_spacing_px, ", min_share = ",
+                          options.min_share, ", max_difference = ", options.max_difference,
                           ", max_difference_px = ", options.max_difference_px),
-      "a radius of 1 to 1000, 1 to 100 neighbours, a share from 0 to 1, no negative difference");
+      "a radius of 1 to 1000, 1 to 30 neighbours, a spacing of 0 to 1000, a share from 0 to 1, no "
+      "negative difference");
 }
 
 /// The nearest few of the neighbours offered.
@@ -60,10 +64,9 @@ class Nearest {
 
   const Neighbour* begin() const { return kept_.data(); }
   const Neighbour* end() const { return kept_.data() + count_; }
-  std::size_t size() const { return count_; }
 
  private:
-  std::array<Neighbour, max_neighbours> kept_;
+  std::array<Neighbour, max_neighbours * features_a_voice> kept_;
   std::size_t limit_, count_ = 0;
 };
 
@@ -80,7 +83,7 @@ bool has_support(std::uint32_t seed, FrameFeatures& features, const MotionVotesO
   const cv::Point centre = features.pixel(seed);
   const int reach = options.radius_px;
   const cv::Rect box(centre.x - reach, centre.y - reach, 2 * reach + 1, 2 * reach + 1);
-  Nearest nearest(options.neighbours);
+  Nearest nearest(options.neighbours * features_a_voice);
   for (const std::uint32_t i : features.inside(box)) {
     if (i == seed || !motions[i].is_known()) continue;
     const cv::Point pixel = features.pixel(i);
@@ -88,13 +91,23 @@ bool has_support(std::uint32_t seed, FrameFeatures& features, const MotionVotesO
     if (dx * dx + dy * dy > std::int64_t{reach} * reach) continue;
     nearest.offer({dx * dx + dy * dy, pixel, i});
   }
-  std::size_t alike = 0;
+  // One corner has features in several octaves: they are one voice, and no neighbours.
+  std::array<cv::Point, max_voices> heard{centre};
+  std::size_t voices = 1, alike = 0;
   for (const Neighbour& neighbour : nearest) {
+    const auto is_same = [&](cv::Point other) {
+      const cv::Point away = neighbour.pixel - other;
+      return away.dot(away) < options.min_spacing_px * options.min_spacing_px;
+    };
+    if (voices > options.neighbours) break;
+    if (std::any_of(heard.begin(), heard.begin() + static_cast<std::ptrdiff_t>(voices), is_same))
+      continue;
+    heard[voices++] = neighbour.pixel;
     const FeatureMotion& other = motions[neighbour.index];
     alike += is_seed(other) && moves_alike(motions[seed], other, options) ? 1 : 0;
   }
-  return alike >= options.min_seeds &&
-         static_cast<double>(alike) >= options.min_share * static_cast<double>(nearest.size());
+  const auto neighbours = static_cast<double>(voices - 1);
+  return alike >= options.min_seeds && static_cast<double>(alike) >= options.min_share * neighbours;
 }
 
 }  // namespace

@@ -24,9 +24,11 @@ struct InstanceVotes {
   std::size_t members = 0;  ///< features of the instance
   std::size_t tracked = 0;  ///< those that were tracked over some baseline
   std::size_t moving = 0;   ///< those whose ratio is above 1
-  /// Whether over each baseline enough members were tracked, and most of them were where static
-  /// features would be, more nearly than a mover could be.
+  /// Whether enough members were tracked, and most of them were where static features would be,
+  /// more nearly than a mover could be, over each baseline that could be judged.
   bool is_quiet = false;
+  bool is_complete =
+      true;  ///< whether each baseline could be judged; if not, the frame counts less
 };
 
 /// Options of InstanceMotion.
@@ -52,7 +54,7 @@ class InstanceMotion {
   void begin_frame(const Segmentation& segmentation);
 
   /// Returns the verdict on instance k of the frame, once a frame, from its votes; none = nothing
-  /// could be judged in this frame. O(1).
+  /// could be judged in this frame. A quiet frame that is not complete changes nothing. O(1).
   InstanceVerdict judge(std::size_t k, const std::optional<InstanceVotes>& votes);
 
   /// Forgets everything.

@@ -38,7 +38,7 @@ struct MotionJudgeOptions {
   /// @{
   /// How far a camera's motion may be from the last one: its acceleration. 0 = no limit. Holds the
   /// pose to the room where most features move and there are no masks.
-  double max_acceleration_m_s2 = 5;
+  double max_acceleration_m_s2 = 0;
   double max_angular_acceleration_rad_s2 = 20;
   /// @}
   /// Features this near to a mask of a dynamic object do not tell the camera's motion, pixels.

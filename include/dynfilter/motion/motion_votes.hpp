@@ -46,7 +46,8 @@ struct FeatureMotion {
 /// Options of support_seeds.
 struct MotionVotesOptions {
   int radius_px = 50;          ///< distance of the farthest neighbour, each way; 1 to 1000
-  std::size_t neighbours = 8;  ///< nearest tracked features that vote; 1 to 100
+  std::size_t neighbours = 8;  ///< nearest tracked features that vote; 1 to 30
+  int min_spacing_px = 3;      ///< nearer features count as one; 0 to 1000
   std::size_t min_seeds = 4;   ///< smallest number of neighbours that are seeds and move alike
   double min_share = 0.6;      ///< and their smallest share; 0 to 1
   /// Largest difference of the shifts of features that move alike, as a share of the shift.
@@ -55,10 +56,11 @@ struct MotionVotesOptions {
 };
 
 /// Makes seeds supported where enough of the nearest tracked features within the radius are seeds
-/// that move alike: a thing that moves has many features; a failed track has none beside it. Ties
-/// of distance go to the lower pixel, row by row. `features` are those of `motions`. Throws
-/// std::invalid_argument for options out of range or another number of motions. O(seeds x
-/// features within the radius).
+/// that move alike: a thing that moves has many features; a failed track has none beside it.
+/// Features nearer than the spacing to the seed or to a neighbour that voted do not vote: one
+/// corner may have several. Ties of distance go to the lower pixel, row by row. `features` are
+/// those of `motions`. Throws std::invalid_argument for options out of range or another number of
+/// motions. O(seeds x features within the radius).
 void support_seeds(FrameFeatures& features, const MotionVotesOptions& options,
                    std::vector<FeatureMotion>& motions);
 

@@ -62,7 +62,7 @@ struct RelativePoseOptions {
   double cutoff = 3.5;         ///< residual without weight, in scales; above 0
   double min_scale_px = 0.25;  ///< smallest scale of the residuals, pixels; above 0
   /// Largest scale, pixels, with which a pose is trusted; above 0.
-  double max_scale_px = 2.0;
+  double max_scale_px = 3.0;
   /// Smallest share of the observations that must agree with a pose for it to be trusted; 0 to 1.
   double min_support = 0.5;
   std::uint64_t seed = 0;  ///< of the hypotheses
