@@ -45,8 +45,9 @@ double quantile(std::vector<float>& values, double share) {
 }
 
 /// Tells whether most members of an instance are where static features would be, over a baseline.
-bool is_quiet(const MotionContext& context, const FeatureLabels& labels, std::size_t instance,
-              std::size_t members, std::size_t baseline) {
+/// Returns nothing if too few were tracked.
+std::optional<bool> is_quiet(const MotionContext& context, const FeatureLabels& labels,
+                             std::size_t instance, std::size_t members, std::size_t baseline) {
   MotionMeasurement& measured = context.measured;
   const MotionJudgeOptions& options = context.options;
   const MotionBaseline& over = measured.baselines[baseline];
@@ -62,7 +63,7 @@ bool is_quiet(const MotionContext& context, const FeatureLabels& labels, std::si
   }
   const std::size_t tracked = measured.values.size();
   const double tracked_share = static_cast<double>(tracked) / static_cast<double>(members);
-  if (tracked < options.min_still_votes || tracked_share < options.min_still_tracked) return false;
+  if (tracked < options.min_still_votes || tracked_share < options.min_still_tracked) return {};
   double allowed_px = std::max(options.max_still_px, options.max_still_scales * over.pose.scale_px);
   if (!measured.nearest_m.empty()) {
     const double depth_m = quantile(measured.nearest_m, 0.5);
@@ -82,13 +83,14 @@ InstanceVotes votes_of(const MotionContext& context, const FeatureLabels& labels
     votes.tracked += measured.motions[i].is_known() ? 1 : 0;
     votes.moving += measured.motions[i].ratio > 1 ? 1 : 0;
   }
-  votes.is_quiet = true;
+  // What is not quiet over one frame is not, whatever the long baseline says; that one may fail
+  // where the camera moves fast.
   for (std::size_t b = 0; b < motion_baselines; ++b) {
-    if (!measured.baselines[b].is_known) {
-      votes.is_complete = false;
-    } else {
-      votes.is_quiet = votes.is_quiet && is_quiet(context, labels, instance, votes.members, b);
-    }
+    std::optional<bool> quiet;
+    if (measured.baselines[b].is_known)
+      quiet = is_quiet(context, labels, instance, votes.members, b);
+    votes.is_complete = votes.is_complete && quiet;
+    votes.is_quiet = b == 0 ? quiet.value_or(false) : votes.is_quiet && quiet.value_or(true);
   }
   return votes;
 }
