@@ -35,7 +35,7 @@ struct InstanceVotes {
 struct InstanceMotionOptions {
   double min_moving_share = 0.3;  ///< above this share of its tracked members, an instance moves
   std::size_t min_moving = 3;     ///< and at least so many of them
-  int min_still_frames = 5;       ///< quiet frames after which an instance is still; at least 1
+  int min_still_frames = 4;       ///< quiet frames after which an instance is still; at least 1
   int max_still_frames = 8;       ///< further ones do not count; at least `min_still_frames`
   int frames_lost = 3;            ///< quiet frames that one that is not takes away; at least 0
   double min_iou = 0.3;           ///< smallest overlap of the boxes of the same object; 0 to 1

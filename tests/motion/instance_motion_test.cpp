@@ -1,0 +1,117 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/motion/instance_motion.hpp"
+
+#include <stdexcept>
+
+#include <gtest/gtest.h>
+
+#include "support/expect_error.hpp"
+
+namespace dynfilter {
+namespace {
+
+Segmentation at(std::vector<cv::Rect> boxes, std::vector<std::optional<int>> ids = {}) {
+  Segmentation segmentation;
+  segmentation.image_size = {640, 480};
+  for (std::size_t k = 0; k < boxes.size(); ++k) {
+    Instance instance;
+    instance.box = boxes[k];
+    if (k < ids.size()) instance.track_id = ids[k];
+    segmentation.instances.push_back(instance);
+  }
+  return segmentation;
+}
+
+const InstanceVotes quiet{20, 20, 0, true, true};
+const InstanceVotes restless{20, 20, 3, false, true};
+const InstanceVotes moving{20, 20, 7, false, true};
+const cv::Rect here(100, 100, 80, 200), there(400, 100, 80, 200);
+
+InstanceVerdict next(InstanceMotion& instances, const std::optional<InstanceVotes>& votes) {
+  instances.begin_frame(at({here}));
+  return instances.judge(0, votes);
+}
+
+/// Returns instances of which the one `here` has just become still.
+InstanceMotion with_still_one() {
+  InstanceMotion instances;
+  for (int i = 0; i < InstanceMotionOptions().min_still_frames; ++i) next(instances, quiet);
+  return instances;
+}
+
+TEST(InstanceMotion, IsStillAfterSomeQuietFrames) {
+  InstanceMotion instances;
+  for (int i = 1; i < InstanceMotionOptions().min_still_frames; ++i) {
+    EXPECT_EQ(next(instances, quiet), InstanceVerdict::undecided) << i;
+  }
+  EXPECT_EQ(next(instances, quiet), InstanceVerdict::still);
+}
+
+TEST(InstanceMotion, MovesAtOnce) {
+  InstanceMotion instances = with_still_one();
+  EXPECT_EQ(next(instances, moving), InstanceVerdict::moving);
+  EXPECT_EQ(next(instances, quiet), InstanceVerdict::undecided);
+}
+
+TEST(InstanceMotion, ForgivesOneRestlessFrameOfALongRest) {
+  InstanceMotion instances = with_still_one();
+  EXPECT_EQ(next(instances, restless), InstanceVerdict::undecided);
+  instances = with_still_one();
+  for (int i = 0; i < 10; ++i) next(instances, quiet);
+  EXPECT_EQ(next(instances, restless), InstanceVerdict::still);
+  EXPECT_EQ(next(instances, restless), InstanceVerdict::undecided);
+}
+
+TEST(InstanceMotion, SaysNothingWhereNothingWasJudged) {
+  InstanceMotion instances = with_still_one();
+  EXPECT_EQ(next(instances, std::nullopt), InstanceVerdict::undecided);
+  // An incomplete frame neither helps nor harms.
+  instances = with_still_one();
+  InstanceVotes incomplete = quiet;
+  incomplete.is_complete = false;
+  EXPECT_EQ(next(instances, incomplete), InstanceVerdict::still);
+  instances.clear();
+  for (int i = 0; i < 20; ++i) {
+    EXPECT_EQ(next(instances, incomplete), InstanceVerdict::undecided);
+  }
+}
+
+TEST(InstanceMotion, FollowsObjectsInAnyOrder) {
+  InstanceMotion instances = with_still_one();
+  instances.begin_frame(at({there, here + cv::Point(8, 3)}));
+  EXPECT_EQ(instances.judge(0, quiet), InstanceVerdict::undecided);
+  EXPECT_EQ(instances.judge(1, quiet), InstanceVerdict::still);
+  // Of two that overlap the old box, the nearer one is the object.
+  instances.begin_frame(at({here + cv::Point(40, 0), here + cv::Point(10, 3)}));
+  EXPECT_EQ(instances.judge(0, quiet), InstanceVerdict::undecided);
+  EXPECT_EQ(instances.judge(1, quiet), InstanceVerdict::still);
+}
+
+TEST(InstanceMotion, FollowsIdsBeforeBoxes) {
+  InstanceMotion instances;
+  for (int i = 0; i < 8; ++i) {
+    instances.begin_frame(at({here}, {7}));
+    instances.judge(0, quiet);
+  }
+  instances.begin_frame(at({here, there}, {8, 7}));
+  EXPECT_EQ(instances.judge(0, quiet), InstanceVerdict::undecided);
+  EXPECT_EQ(instances.judge(1, quiet), InstanceVerdict::still);
+}
+
+TEST(InstanceMotion, ForgetsWhatIsMissing) {
+  InstanceMotion instances = with_still_one();
+  instances.begin_frame(at({}));
+  EXPECT_EQ(next(instances, quiet), InstanceVerdict::undecided);
+}
+
+TEST(InstanceMotion, RefusesNonsense) {
+  InstanceMotionOptions options;
+  options.max_still_frames = 1;
+  testing::expect_error<std::invalid_argument>([&] { InstanceMotion{options}; },
+                                               "max_still_frames = 1");
+}
+
+}  // namespace
+}  // namespace dynfilter

@@ -1,0 +1,319 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/motion/motion_judge.hpp"
+
+#include <algorithm>
+#include <map>
+#include <stdexcept>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
+
+#include "dynfilter/dynfilter.hpp"
+#include "dynfilter/evaluation/scene_levels.hpp"
+#include "support/expect_error.hpp"
+
+namespace dynfilter {
+namespace {
+
+constexpr int frames = 13;
+
+SyntheticSceneOptions small_scene(double speed_m_s) {
+  SyntheticSceneOptions options = scene_level("medium", 12);
+  options.image_size = {480, 360};
+  options.person_speed_m_s = speed_m_s;
+  if (speed_m_s == 0) options.limb_swing = 0;
+  options.perfect_masks = true;
+  return options;
+}
+
+struct Shot {
+  SyntheticFrame rendered;
+  std::vector<cv::KeyPoint> keypoints;
+};
+
+/// Returns the first frames of a scene with their features; renders each scene once.
+const std::vector<Shot>& shots(double speed_m_s) {
+  static std::map<double, std::vector<Shot>> known;
+  std::vector<Shot>& result = known[speed_m_s];
+  if (!result.empty()) return result;
+  const SyntheticScene scene(small_scene(speed_m_s));
+  for (int i = 0; i < frames; ++i) {
+    Shot shot{scene.render(i), {}};
+    cv::Mat grey;
+    std::vector<cv::Point2f> corners;
+    cv::cvtColor(shot.rendered.frame.image, grey, cv::COLOR_BGR2GRAY);
+    cv::goodFeaturesToTrack(grey, corners, 800, 1e-3, 6);  // everywhere, not where it is richest
+    cv::KeyPoint::convert(corners, shot.keypoints);
+    result.push_back(std::move(shot));
+  }
+  return result;
+}
+
+PinholeCamera camera() {
+  static const CameraParameters c = SyntheticScene(small_scene(0)).camera();
+  return {c.fx, c.fy, c.cx, c.cy};
+}
+
+/// Filter with masks and motion, and its memory of one camera.
+struct Rig {
+  explicit Rig(const MotionJudgeOptions& options = {}) : judge(camera(), state, options) {}
+
+  FeatureLabels see(const FrameView& frame, const Segmentation& masks, FeaturesView features) {
+    FeatureLabels labels = Pipeline<MaskCuller>(MaskCuller()).apply(frame, masks, features);
+    judge({frame, masks, features}, labels, workspace);
+    return labels;
+  }
+  FeatureLabels see(const Shot& shot) {
+    return see(shot.rendered.frame, shot.rendered.true_segmentation, shot.keypoints);
+  }
+  FeatureLabels see_without_masks(const Shot& shot) {
+    return see(shot.rendered.frame, {}, shot.keypoints);
+  }
+
+  MotionState state;
+  MotionJudge judge;
+  Workspace workspace;
+};
+
+bool are_equal(const FeatureLabels& a, const FeatureLabels& b) {
+  return a.size() == b.size() &&
+         std::equal(a.begin(), a.end(), b.begin(), [](const auto& x, const auto& y) {
+           return x.removed == y.removed && x.reason == y.reason && x.score == y.score &&
+                  x.instance == y.instance;
+         });
+}
+
+bool is_on_person(const Shot& shot, const cv::KeyPoint& keypoint, double distance_px) {
+  const auto& persons = shot.rendered.true_segmentation.instances;
+  return std::any_of(persons.begin(), persons.end(), [&](const Instance& person) {
+    return detail::mask_within(person, nearest_pixel(keypoint.pt), distance_px);
+  });
+}
+
+TEST(MotionJudge, GivesBackTheFeaturesOfPeopleWhoStandStill) {
+  Rig rig;
+  std::size_t on_person = 0, kept = 0;
+  for (int i = 0; i < frames; ++i) {
+    const Shot& shot = shots(0)[static_cast<std::size_t>(i)];
+    const FeatureLabels labels = rig.see(shot);
+    if (i < 7) continue;
+    EXPECT_EQ(labels.statistics().instances[0].verdict, InstanceVerdict::still) << i;
+    EXPECT_EQ(labels.statistics().motion.given_back, labels.statistics().restored);
+    for (std::size_t f = 0; f < labels.size(); ++f) {
+      if (!is_on_person(shot, shot.keypoints[f], 0)) continue;
+      ++on_person;
+      kept += labels.is_removed(f) ? 0 : 1;
+    }
+  }
+  EXPECT_GT(on_person, 100U);
+  EXPECT_GE(static_cast<double>(kept), 0.93 * static_cast<double>(on_person));
+}
+
+TEST(MotionJudge, GivesBackNothingOfPeopleWhoWalk) {
+  Rig rig;
+  for (const Shot& shot : shots(0.5)) {
+    EXPECT_EQ(rig.see(shot).statistics().motion.given_back, 0U);
+  }
+}
+
+TEST(MotionJudge, FindsPeopleWithoutMasks) {
+  Rig rig;
+  std::size_t moving = 0, removed = 0, still = 0, lost = 0;
+  for (int i = 0; i < frames; ++i) {
+    const Shot& shot = shots(0.5)[static_cast<std::size_t>(i)];
+    const FeatureLabels labels = rig.see_without_masks(shot);
+    for (std::size_t f = 0; f < labels.size(); ++f) {
+      const bool is_removed = labels.is_removed(f);
+      if (is_removed) {
+        EXPECT_EQ(labels[f].reason, Reason::moving);
+        EXPECT_GE(labels[f].score, 0.5F);
+      }
+      if (i >= 3 && is_on_person(shot, shot.keypoints[f], 0)) {
+        ++moving;
+        removed += is_removed ? 1 : 0;
+      } else if (!is_on_person(shot, shot.keypoints[f], 15)) {
+        ++still;
+        lost += is_removed ? 1 : 0;
+      }
+    }
+  }
+  EXPECT_GE(static_cast<double>(removed), 0.85 * static_cast<double>(moving));
+  EXPECT_LE(static_cast<double>(lost), 0.002 * static_cast<double>(still));
+}
+
+TEST(MotionJudge, GivesTheSameAnswerToTheSameFrames) {
+  Rig one, other;
+  for (const Shot& shot : shots(0.5)) EXPECT_TRUE(are_equal(one.see(shot), other.see(shot)));
+}
+
+TEST(MotionJudge, DoesNotDependOnTheOrderOfTheFeatures) {
+  Rig one, other;
+  for (const Shot& shot : shots(0.5)) {
+    Shot reversed = shot;
+    std::reverse(reversed.keypoints.begin(), reversed.keypoints.end());
+    const FeatureLabels labels = one.see_without_masks(shot);
+    const FeatureLabels backwards = other.see_without_masks(reversed);
+    for (std::size_t i = 0; i < labels.size(); ++i) {
+      ASSERT_EQ(labels.is_removed(i), backwards.is_removed(labels.size() - 1 - i));
+    }
+  }
+}
+
+TEST(MotionJudge, KeepsTwoCamerasApart) {
+  Rig alone, other_alone;
+  Rig first, second;
+  for (std::size_t i = 0; i < 6; ++i) {
+    const FeatureLabels a = first.see(shots(0)[i]), b = second.see(shots(0.5)[i]);
+    EXPECT_TRUE(are_equal(a, alone.see(shots(0)[i])));
+    EXPECT_TRUE(are_equal(b, other_alone.see(shots(0.5)[i])));
+  }
+}
+
+TEST(MotionJudge, StartsAnewAfterACut) {
+  Rig cut, fresh;
+  for (std::size_t i = 0; i < 5; ++i) cut.see(shots(0)[i]);
+  for (std::size_t i = 5; i < 10; ++i) {
+    // Another room, in step with the time.
+    Shot shot = shots(0.5)[i];
+    cv::flip(shot.rendered.frame.image, shot.rendered.frame.image, 0);
+    const FeatureLabels labels = cut.see(shot), want = fresh.see(shot);
+    if (i == 5) {
+      EXPECT_EQ(labels.statistics().motion.outcome, MotionOutcome::started);
+    }
+    EXPECT_TRUE(are_equal(labels, want)) << i;
+  }
+}
+
+TEST(MotionJudge, StartsAnewWhereTimeJumps) {
+  for (const double jump_s : {0.7, 0.0, -1.0}) {
+    Rig rig, fresh;
+    for (std::size_t i = 0; i < 5; ++i) rig.see(shots(0.5)[i]);
+    for (std::size_t i = 5; i < 9; ++i) {
+      Shot shot = shots(0.5)[i];
+      shot.rendered.frame.timestamp_s += jump_s;
+      if (jump_s == 0 && i == 5) {  // the time stands still, and the image moves
+        shot.rendered.frame.timestamp_s = shots(0.5)[4].rendered.frame.timestamp_s;
+      }
+      const FeatureLabels labels = rig.see(shot), want = fresh.see(shot);
+      if (i == 5) {
+        EXPECT_EQ(labels.statistics().motion.outcome, MotionOutcome::started);
+      }
+      EXPECT_TRUE(are_equal(labels, want)) << jump_s << ' ' << i;
+    }
+  }
+}
+
+TEST(MotionJudge, StandsADroppedFrame) {
+  Rig rig;
+  for (std::size_t i = 0; i < 13; ++i) {
+    if (i == 4 || i == 5) continue;
+    const FeatureLabels labels = rig.see(shots(0.5)[i]);
+    if (i > 0) {
+      EXPECT_EQ(labels.statistics().motion.outcome, MotionOutcome::applied) << i;
+    }
+    EXPECT_EQ(labels.statistics().motion.given_back, 0U);
+  }
+}
+
+TEST(MotionJudge, DoesNotTakeARepeatedImageForRest) {
+  Rig rig;
+  for (std::size_t i = 0; i < 3; ++i) rig.see(shots(0.5)[i]);
+  for (int repeat = 1; repeat < 8; ++repeat) {
+    Shot shot = shots(0.5)[2];
+    shot.rendered.frame.timestamp_s += 0.033 * repeat;
+    const FeatureLabels labels = rig.see(shot);
+    EXPECT_EQ(labels.statistics().motion.outcome, MotionOutcome::repeated);
+    EXPECT_EQ(labels.statistics().motion.given_back, 0U);
+  }
+}
+
+TEST(MotionJudge, AbstainsWithoutAnImage) {
+  Rig rig, fresh;
+  for (std::size_t i = 0; i < 4; ++i) rig.see(shots(0.5)[i]);
+  Shot blind = shots(0.5)[4];
+  blind.rendered.frame.image.release();
+  const FeatureLabels labels = rig.see(blind);
+  EXPECT_EQ(labels.statistics().motion.outcome, MotionOutcome::no_image);
+  EXPECT_EQ(labels.statistics().moving, 0U);
+  EXPECT_EQ(rig.see(shots(0.5)[5]).statistics().motion.outcome, MotionOutcome::started);
+}
+
+TEST(MotionJudge, NeedsDepthOrAKnownPose) {
+  const SyntheticScene scene(small_scene(0.5));
+  Rig blind, guided;
+  std::size_t moving = 0;
+  for (int i = 0; i < 6; ++i) {
+    Shot shot = shots(0.5)[static_cast<std::size_t>(i)];
+    shot.rendered.frame.depth.release();
+    if (i > 0) {
+      const CameraPose now = scene.pose(i), then = scene.pose(i - 1);
+      PosePrior prior;
+      prior.pose = {then.rotation.t() * now.rotation,
+                    then.rotation.t() * (now.translation - then.translation)};
+      prior.is_trusted = true;
+      guided.state.expect_motion(prior);
+    }
+    const FeatureLabels without = blind.see_without_masks(shot);
+    const FeatureLabels with = guided.see_without_masks(shot);
+    const MotionOutcome first = MotionOutcome::started;
+    EXPECT_EQ(without.statistics().motion.outcome, i == 0 ? first : MotionOutcome::too_few_tracks);
+    EXPECT_EQ(with.statistics().motion.outcome, i == 0 ? first : MotionOutcome::applied);
+    EXPECT_EQ(without.statistics().removed(), 0U);
+    moving += with.statistics().moving;
+  }
+  EXPECT_GT(moving, 100U);
+}
+
+TEST(MotionJudge, TakesAHostsTracks) {
+  // Matches to the pixel, as descriptors give them, of the tracks that it would find itself.
+  Rig rig, own;
+  const FeatureTracker tracker;
+  std::size_t moving = 0, own_moving = 0;
+  for (std::size_t i = 0; i < 7; ++i) {
+    const Shot& shot = shots(0.5)[i];
+    for (std::size_t b = 0; b < motion_baselines; ++b) {
+      const auto back = static_cast<std::size_t>(motion_baseline_frames[b]);
+      if (i < back) continue;
+      ImagePyramid now, then;
+      tracker.build(shot.rendered.frame.image, now);
+      tracker.build(shots(0.5)[i - back].rendered.frame.image, then);
+      std::vector<FeatureTrack> tracks;
+      tracker.track(now, then, shot.keypoints, nullptr, tracks, rig.workspace);
+      for (FeatureTrack& track : tracks) track.position = nearest_pixel(track.position);
+      rig.state.hand_over_tracks(b, tracks);
+    }
+    moving += rig.see_without_masks(shot).statistics().moving;
+    own_moving += own.see_without_masks(shot).statistics().moving;
+  }
+  EXPECT_GT(moving, own_moving * 9 / 10);
+  EXPECT_LT(moving, own_moving * 11 / 10);
+}
+
+TEST(MotionJudge, RefusesNonsense) {
+  using Bad = std::invalid_argument;
+  MotionState state;
+  MotionJudgeOptions options;
+  options.min_speed_m_s = -1;
+  testing::expect_error<Bad>([&] { MotionJudge(camera(), state, options); }, "min_speed_m_s = -1");
+  options = {};
+  options.votes.neighbours = 0;
+  testing::expect_error<Bad>([&] { MotionJudge(camera(), state, options); }, "neighbours = 0");
+  testing::expect_error<Bad>([&] { MotionJudge(PinholeCamera(), state); }, "fx = 0");
+  testing::expect_error<Bad>([&] { state.hand_over_tracks(2, {}); }, "baseline 2");
+
+  Rig rig;
+  Shot shot = shots(0.5)[0];
+  shot.rendered.frame.image.convertTo(shot.rendered.frame.image, CV_32F);
+  testing::expect_error<Bad>([&] { rig.see(shot); }, "CV_32FC3");
+  rig.see(shots(0.5)[0]);
+  rig.state.hand_over_tracks(0, std::vector<FeatureTrack>(3));
+  testing::expect_error<Bad>([&] { rig.see(shots(0.5)[1]); }, "3 tracks of the host");
+  // It starts anew after that.
+  EXPECT_EQ(rig.see(shots(0.5)[2]).statistics().motion.outcome, MotionOutcome::started);
+}
+
+}  // namespace
+}  // namespace dynfilter

@@ -1,0 +1,113 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/motion/motion_votes.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+#include <tuple>
+
+#include <gtest/gtest.h>
+
+#include "support/expect_error.hpp"
+
+namespace dynfilter {
+namespace {
+
+FeatureMotion motion_of(MotionEvidence evidence, cv::Vec2f shift_px = {}) {
+  FeatureMotion motion;
+  motion.evidence = evidence;
+  motion.shift_px[0] = shift_px;
+  motion.is_tracked[0] = evidence != MotionEvidence::unknown;
+  return motion;
+}
+
+/// Oracle: sorts all features by distance and asks the nearest, as the documentation says.
+bool naive_support(const std::vector<cv::Point2f>& points,
+                   const std::vector<FeatureMotion>& motions, std::size_t seed,
+                   const MotionVotesOptions& options) {
+  std::vector<std::tuple<double, int, int, std::size_t>> others;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const cv::Point pixel(nearest_pixel(points[i])), away = pixel - nearest_pixel(points[seed]);
+    const bool votes = i != seed && motions[i].is_known();
+    if (votes && cv::norm(away) <= options.radius_px)
+      others.emplace_back(cv::norm(away), pixel.y, pixel.x, i);
+  }
+  std::sort(others.begin(), others.end());
+  others.resize(std::min<std::size_t>(others.size(), 32));
+  std::vector<cv::Point> heard = {nearest_pixel(points[seed])};
+  std::size_t alike = 0;
+  for (const auto& [distance, y, x, i] : others) {
+    const cv::Point pixel(x, y);
+    if (heard.size() > options.neighbours) break;
+    if (std::any_of(heard.begin(), heard.end(), [&](cv::Point other) {
+          return cv::norm(pixel - other) < options.min_spacing_px;
+        }))
+      continue;
+    heard.push_back(pixel);
+    const bool is_seed = motions[i].evidence >= MotionEvidence::seed;
+    const cv::Vec2f shift = motions[seed].shift_px[0];
+    alike += is_seed && cv::norm(shift - motions[i].shift_px[0]) <= 0.3 * cv::norm(shift) + 0.5;
+  }
+  return alike >= 4 && static_cast<double>(alike) >= 0.6 * static_cast<double>(heard.size() - 1);
+}
+
+TEST(MotionVotes, AreThoseOfTheNearest) {
+  cv::RNG random(6);
+  std::size_t supported = 0, seeds = 0;
+  for (int round = 0; round < 30; ++round) {
+    std::vector<cv::Point2f> points;
+    std::vector<FeatureMotion> motions;
+    for (int i = 0; i < 250; ++i) {
+      points.emplace_back(random.uniform(0.0F, 200.0F), random.uniform(0.0F, 200.0F));
+      const bool moves = points.back().x < 90 && random.uniform(0, 10) < 8;
+      const cv::Vec2f shift(3 + static_cast<float>(random.gaussian(0.7)), 0);
+      const bool is_lost = random.uniform(0, 10) == 0;
+      motions.push_back(is_lost ? motion_of(MotionEvidence::unknown)
+                        : moves ? motion_of(MotionEvidence::seed, shift)
+                                : motion_of(MotionEvidence::quiet));
+    }
+    FrameFeatures features;
+    features.read(points);
+    std::vector<FeatureMotion> voted = motions;
+    support_seeds(features, {}, voted);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (motions[i].evidence != MotionEvidence::seed) {
+        EXPECT_EQ(voted[i].evidence, motions[i].evidence);
+        continue;
+      }
+      ++seeds;
+      const bool is_supported = voted[i].evidence == MotionEvidence::supported;
+      supported += is_supported ? 1 : 0;
+      EXPECT_EQ(is_supported, naive_support(points, motions, i, {})) << round << ' ' << i;
+    }
+  }
+  EXPECT_GT(supported, seeds / 10);  // both answers occur
+  EXPECT_LT(supported, seeds * 9 / 10);
+}
+
+TEST(MotionVotes, HearOneCornerOnce) {
+  // Five seeds of one corner, whose track failed, among still features.
+  std::vector<cv::Point2f> points = {{100, 100}, {100, 100}, {101, 100}, {100, 101}, {101, 101}};
+  std::vector<FeatureMotion> motions(5, motion_of(MotionEvidence::seed, {4, 0}));
+  FrameFeatures features;
+  features.read(points);
+  support_seeds(features, {}, motions);
+  for (const FeatureMotion& motion : motions) EXPECT_EQ(motion.evidence, MotionEvidence::seed);
+}
+
+TEST(MotionVotes, RefuseNonsense) {
+  FrameFeatures features;
+  features.read(std::vector<cv::Point2f>(2));
+  std::vector<FeatureMotion> motions(1);
+  testing::expect_error<std::invalid_argument>([&] { support_seeds(features, {}, motions); },
+                                               "1 motions and 2 features");
+  MotionVotesOptions options;
+  options.neighbours = 31;
+  motions.resize(2);
+  testing::expect_error<std::invalid_argument>([&] { support_seeds(features, options, motions); },
+                                               "neighbours = 31");
+}
+
+}  // namespace
+}  // namespace dynfilter
