@@ -6,17 +6,17 @@ fresh_folder(folder header_only)
 configure_command(configure ${SOURCE_DIR} ${folder}/build)
 set(without_eigen -DCMAKE_DISABLE_FIND_PACKAGE_Eigen3=ON)
 run(output ${configure} ${without_eigen} -DDYNFILTER_BUILD_COMPILED=OFF
-    -DDYNFILTER_BUILD_SEGMENTERS=OFF -DDYNFILTER_BUILD_NETWORKS=OFF
+    -DDYNFILTER_BUILD_SEGMENTERS=OFF -DDYNFILTER_BUILD_MOTION=OFF -DDYNFILTER_BUILD_NETWORKS=OFF
     -DDYNFILTER_BUILD_EVALUATION=OFF -DDYNFILTER_BUILD_TESTS=OFF -DDYNFILTER_BUILD_EXAMPLES=OFF)
 run(output ${CMAKE_COMMAND} --build ${folder}/build)
 expect_compiled(0 ${folder}/build)
 run(output ${CMAKE_COMMAND} --install ${folder}/build --prefix ${folder}/prefix)
 
 file(GLOB_RECURSE surplus LIST_DIRECTORIES true ${folder}/prefix/*/segmenters
-     ${folder}/prefix/*/networks ${folder}/prefix/*/evaluation
+     ${folder}/prefix/*/motion ${folder}/prefix/*/networks ${folder}/prefix/*/evaluation
      ${folder}/prefix/*.a
      ${folder}/prefix/*.so*)
-list(FILTER surplus INCLUDE REGEX "/(segmenters|networks|evaluation|lib[^/]+)$")
+list(FILTER surplus INCLUDE REGEX "/(segmenters|motion|networks|evaluation|lib[^/]+)$")
 if(surplus)
   message(FATAL_ERROR "a header-only install holds ${surplus}")
 endif()

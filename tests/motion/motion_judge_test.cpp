@@ -178,7 +178,9 @@ TEST(MotionJudge, StartsAnewAfterACut) {
   for (std::size_t i = 5; i < 10; ++i) {
     // Another room, in step with the time.
     Shot shot = shots(0.5)[i];
-    cv::flip(shot.rendered.frame.image, shot.rendered.frame.image, 0);
+    cv::Mat other;
+    cv::flip(shot.rendered.frame.image, other, 0);
+    shot.rendered.frame.image = other;
     const FeatureLabels labels = cut.see(shot), want = fresh.see(shot);
     if (i == 5) {
       EXPECT_EQ(labels.statistics().motion.outcome, MotionOutcome::started);

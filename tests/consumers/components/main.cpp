@@ -11,6 +11,7 @@
 
 #include <dynfilter/dynfilter.hpp>
 #include <dynfilter/evaluation/camera.hpp>
+#include <dynfilter/motion/motion_judge.hpp>
 #include <dynfilter/networks/network_segmenter.hpp>
 #include <dynfilter/segmenters/async_segmenter.hpp>
 #include <dynfilter/segmenters/mask_folder_segmenter.hpp>
@@ -42,6 +43,18 @@ bool segments_in_a_thread() {
   return segmenter.collect(0).has_value();
 }
 
+/// Judges a frame by motion, which needs OpenCV's video module too.
+bool judges_motion() {
+  dynfilter::MotionState state;
+  const dynfilter::MotionJudge judge({500, 500, 32, 24}, state);
+  dynfilter::FrameView frame;
+  frame.image = cv::Mat::zeros(48, 64, CV_8UC1);
+  const std::vector<cv::Point2f> points = {{10, 10}};
+  const auto labels = dynfilter::Pipeline<dynfilter::MotionJudge>(judge).apply(
+      frame, dynfilter::Segmentation(), points);
+  return labels.statistics().motion.outcome == dynfilter::MotionOutcome::started;
+}
+
 }  // namespace
 
 int main() {
@@ -53,5 +66,5 @@ int main() {
       refuses_by_name([] { dynfilter::make_network_segmenter("no_such_place"); });
   const bool evaluation_works = refuses_by_name([] { dynfilter::read_camera("no_such_place"); });
   const bool segmenters_all_work = segmenters_work && propagation_works && segments_in_a_thread();
-  return segmenters_all_work && networks_work && evaluation_works ? 0 : 1;
+  return segmenters_all_work && judges_motion() && networks_work && evaluation_works ? 0 : 1;
 }
