@@ -18,6 +18,9 @@
 #include "plugin/mask_source.hpp"
 #include "plugin/plugin_settings.hpp"
 #include "plugin/recorder.hpp"
+#ifdef DYNFILTER_HAS_MOTION
+#include "dynfilter/motion/motion_filter.hpp"
+#endif
 
 namespace dynfilter {
 namespace {
@@ -80,6 +83,12 @@ struct Plugin::State {
   explicit State(const detail::PluginSettings& from) : settings(from), filter(make_filter(from)) {
     if (!settings.enabled) return;
     masks.emplace(settings);
+#ifdef DYNFILTER_HAS_MOTION
+    if (settings.motion_camera) {
+      motion_filter.emplace(*settings.motion_camera, motion,
+                            MotionFilterOptions{settings.filter, {}});
+    }
+#endif
     if (!settings.output_folder.empty()) {
       recorder.emplace(make_recorder(settings));
     }
@@ -87,6 +96,8 @@ struct Plugin::State {
 
   FrameView view(double timestamp_s, const cv::Mat& depth);
   void check_depth_offset(const FrameView& frame);
+  void apply(const FrameView& frame, const std::optional<Segmentation>& segmentation,
+             const std::vector<cv::KeyPoint>& keypoints);
   FrameStatistics run(double timestamp_s, const cv::Mat& depth,
                       std::vector<cv::KeyPoint>& keypoints, cv::Mat& descriptors, int* pivot);
   FrameStatistics leave_alone(const cv::Mat& depth, const std::vector<cv::KeyPoint>& keypoints);
@@ -94,6 +105,10 @@ struct Plugin::State {
   detail::PluginSettings settings;
   std::optional<detail::MaskSource> masks;  // none if the filter is switched off
   DynamicFilter filter;
+#ifdef DYNFILTER_HAS_MOTION
+  MotionState motion;
+  std::optional<MotionFilter> motion_filter;  // instead of `filter`, if it is switched on
+#endif
   std::optional<detail::Recorder> recorder;
   DepthOffsetEstimator depth_offset;
   PluginCounters counters;
@@ -127,6 +142,17 @@ void Plugin::State::check_depth_offset(const FrameView& frame) {
   ++counters.depth_checked;
 }
 
+void Plugin::State::apply(const FrameView& frame, const std::optional<Segmentation>& segmentation,
+                          const std::vector<cv::KeyPoint>& keypoints) {
+#ifdef DYNFILTER_HAS_MOTION
+  if (motion_filter) {
+    motion_filter->apply(frame, segmentation, keypoints, labels, workspace);
+    return;
+  }
+#endif
+  filter.apply(frame, segmentation, keypoints, labels, workspace);
+}
+
 /// Filters all or nothing: everything that may fail comes before the caller's data change.
 FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
                                    std::vector<cv::KeyPoint>& keypoints, cv::Mat& descriptors,
@@ -137,7 +163,7 @@ FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
   validate(frame, "Plugin::filter");
   check_depth_offset(frame);
   const std::optional<Segmentation> segmentation = masks->masks_for(frame);
-  filter.apply(frame, segmentation, keypoints, labels, workspace);
+  apply(frame, segmentation, keypoints);
   keep_at_least_one(labels);
   FrameStatistics statistics = labels.statistics();
   const std::size_t kept_before_pivot =

@@ -139,6 +139,25 @@ void read_feature_floor(SettingsFile& file, FeatureFloorOptions& options) {
                    options.policy);
 }
 
+#ifdef DYNFILTER_HAS_MOTION
+/// Reads the camera from the host's own keys, those of ORB-SLAM2 or of ORB-SLAM3.
+PinholeCamera read_camera(const SettingsFile& file) {
+  const std::string prefix = file.host_real("Camera1.fx") ? "Camera1." : "Camera.";
+  const std::string type = file.host_text("Camera.type");
+  if (type != "" && type != "PinHole" && type != "Rectified") {
+    file.refuse("motion", "1 with Camera.type " + type, "a pinhole camera");
+  }
+  const auto number = [&](const char* name) { return file.host_real(prefix + name).value_or(0); };
+  const PinholeCamera camera{number("fx"), number("fy"), number("cx"), number("cy"), number("k1"),
+                             number("k2"), number("p1"), number("p2"), number("k3")};
+  if (!(camera.fx > 0 && camera.fy > 0)) {
+    file.refuse("motion", "1 without " + prefix + "fx and " + prefix + "fy above 0",
+                "the host's camera in this file");
+  }
+  return camera;
+}
+#endif
+
 }  // namespace
 
 PluginSettings read_plugin_settings(const std::string& path, const std::string& prefix) {
@@ -155,6 +174,11 @@ PluginSettings read_plugin_settings(const std::string& path, const std::string& 
   read_feature_floor(file, settings.filter.feature_floor);
   refuse_depth_offset(file);
   file.read_count("depth_check_frames", settings.depth_check_frames);
+#ifdef DYNFILTER_HAS_MOTION
+  bool with_motion = false;
+  file.read_flag("motion", with_motion);
+  if (with_motion) settings.motion_camera = read_camera(file);
+#endif
   file.read_text("output_folder", settings.output_folder);
   file.read_count("overlay_every", settings.overlay_every);
   file.finish();

@@ -8,6 +8,9 @@
 #include <string>
 
 #include "dynfilter/dynamic_filter.hpp"
+#ifdef DYNFILTER_HAS_MOTION
+#include "dynfilter/motion/pinhole_camera.hpp"
+#endif
 #include "dynfilter/segmenters/async_segmenter.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 
@@ -30,6 +33,9 @@ struct PluginSettings {
   bool moves_masks = false;             ///< moves masks to the frame, see MaskPropagator
   std::string missing_masks = "error";  ///< or "keep": continue without masks, and count it
   DynamicFilterOptions filter;
+#ifdef DYNFILTER_HAS_MOTION
+  std::optional<PinholeCamera> motion_camera;  ///< the host's; none: without motion evidence
+#endif
   std::string output_folder;             ///< for frames.csv and overlays; empty: none
   std::string output_folder_key;         ///< the key of `output_folder`, for messages
   std::size_t depth_check_frames = 150;  ///< frames to estimate the depth's offset from; 0: none

@@ -106,6 +106,16 @@ double SettingsFile::host_number(const std::string& key, double value) const {
   return number.value_or(value);
 }
 
+std::optional<double> SettingsFile::host_real(const std::string& key) const {
+  const std::optional<double> number = file_.number(key);
+  if (number && !std::isfinite(*number)) file_.refuse(key, file_.shown(key), "a finite number");
+  return number;
+}
+
+std::string SettingsFile::host_text(const std::string& key) const {
+  return file_.text(key).value_or("");
+}
+
 bool SettingsFile::is_known(const std::string& name) const {
   return std::find(known_.begin(), known_.end(), name) != known_.end();
 }

@@ -5,6 +5,7 @@
 #define DYNFILTER_SRC_PLUGIN_SETTINGS_FILE_HPP
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,13 @@ class SettingsFile {
   /// Reads a number of the host, such as DepthMapFactor: finite, at least 0. Returns `value`
   /// without it.
   double host_number(const std::string& key, double value) const;
+
+  /// Reads a number of the host of either sign, such as a distortion coefficient: finite. Returns
+  /// nothing without it.
+  std::optional<double> host_real(const std::string& key) const;
+
+  /// Reads a text of the host, such as Camera.type; empty without it.
+  std::string host_text(const std::string& key) const;
 
   /// Throws for a file without any dynfilter key, listing the keys, for an unknown key, naming the
   /// nearest known one, and for settings in a block "<prefix>:", which would be ignored.

@@ -1,0 +1,42 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_MOTION_MOTION_FILTER_HPP
+#define DYNFILTER_MOTION_MOTION_FILTER_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include "dynfilter/dynamic_filter.hpp"
+#include "dynfilter/motion/motion_judge.hpp"
+
+namespace dynfilter {
+
+/// Options of MotionFilter, by stage.
+struct MotionFilterOptions {
+  DynamicFilterOptions filter;  ///< for masks, depth and the floor
+  MotionJudgeOptions motion;    ///< for what really moves
+};
+
+/// DynamicFilter with motion evidence: masks and depth say what may be dynamic, motion says what
+/// is.
+///
+///     dynfilter::MotionState memory;  // one for each camera
+///     const dynfilter::MotionFilter filter(camera, memory);
+///     filter.apply(frame, masks, keypoints, labels, workspace);  // every frame, in order
+///
+/// The filter is immutable; what it knows of earlier frames is in the state, which must outlive it.
+/// Frames need an image, and depth or MotionState::expect_motion.
+class MotionFilter : public Pipeline<MaskCuller, Compensator, MotionJudge, FeatureFloor> {
+ public:
+  /// Takes camera, state and options. Throws std::invalid_argument for values that one of the
+  /// stages refuses.
+  MotionFilter(const PinholeCamera& camera, MotionState& state,
+               const MotionFilterOptions& options = {})
+      : Pipeline(MaskCuller(options.filter.mask_culler), Compensator(options.filter.compensator),
+                 MotionJudge(camera, state, options.motion),
+                 FeatureFloor(options.filter.feature_floor)) {}
+};
+
+}  // namespace dynfilter
+
+#endif  // DYNFILTER_MOTION_MOTION_FILTER_HPP
