@@ -108,31 +108,33 @@ TEST(FeatureLabels, RemovingARestoredFeatureUndoesTheRestore) {
 }
 
 TEST(FeatureLabels, CountsMatchTheLabels) {
-  const Reason reasons[] = {Reason::in_mask, Reason::compensated, Reason::custom,
+  const Reason reasons[] = {Reason::in_mask, Reason::compensated, Reason::moving, Reason::custom,
                             static_cast<Reason>(200)};
   testing::ByteSource source(7);
   FeatureLabels labels(50, with_instances(3));
   for (int step = 0; step < 2000; ++step) {
     const auto i = static_cast<std::size_t>(source.between(0, 49));
     if (source.chance(70)) {
-      labels.remove(i, source.between(-1, 2), reasons[source.between(0, 3)], 0.5F);
+      labels.remove(i, source.between(-1, 2), reasons[source.between(0, 4)], 0.5F);
     } else {
       labels.restore(i);
     }
-    std::size_t masked = 0, compensated = 0, custom = 0, masked_of_1 = 0;
+    std::size_t masked = 0, compensated = 0, moving = 0, custom = 0, masked_of_1 = 0;
     for (const FeatureLabel& label : labels) {
       if (!label.removed) continue;
       masked += label.reason == Reason::in_mask;
       compensated += label.reason == Reason::compensated;
+      moving += label.reason == Reason::moving;
       custom += label.reason >= Reason::custom;
       masked_of_1 += label.reason == Reason::in_mask && label.instance == 1;
     }
     const FrameStatistics& statistics = labels.statistics();
     ASSERT_EQ(statistics.masked, masked);
     ASSERT_EQ(statistics.compensated, compensated);
+    ASSERT_EQ(statistics.moving, moving);
     ASSERT_EQ(statistics.custom, custom);
     ASSERT_EQ(statistics.instances[1].masked, masked_of_1);
-    ASSERT_EQ(statistics.kept(), 50 - masked - compensated - custom);
+    ASSERT_EQ(statistics.kept(), 50 - masked - compensated - moving - custom);
   }
 }
 

@@ -25,23 +25,27 @@ bool has_colour_near(const cv::Mat& picture, cv::Point centre, const cv::Vec3b& 
 }
 
 TEST(Overlay, EveryReasonHasAColourOfItsOwn) {
-  const std::vector<cv::Point2f> points = {{20, 20}, {40, 20}, {60, 20}, {80, 20}, {100, 20}};
+  const std::vector<cv::Point2f> points = {{20, 20}, {40, 20},  {60, 20},
+                                           {80, 20}, {100, 20}, {60, 50}};
   FeatureLabels labels(points.size(), Segmentation());
   labels.remove(1, -1, Reason::in_mask, 1.0F);
   labels.remove(2, -1, Reason::compensated, 1.0F);
   labels.remove(3, -1, Reason::custom, 1.0F);
   labels.remove(4, -1, Reason::custom, 1.0F);
   labels.restore(4);
+  labels.remove(5, -1, Reason::moving, 1.0F);
   const cv::Mat grey(image_size, CV_8UC1, cv::Scalar(90));
   OverlayOptions options;
   options.legend = false;
   const cv::Mat picture = draw_overlay(grey, Segmentation(), points, labels, options);
   ASSERT_EQ(picture.type(), CV_8UC3);
   ASSERT_EQ(picture.size(), image_size);
-  const cv::Vec3b vermilion(0, 94, 213), purple(167, 121, 204);
+  const cv::Vec3b vermilion(0, 94, 213), purple(167, 121, 204), orange(0, 159, 230);
   EXPECT_TRUE(has_colour_near(picture, {40, 20}, vermilion));
   EXPECT_TRUE(has_colour_near(picture, {80, 20}, purple));
+  EXPECT_TRUE(has_colour_near(picture, {60, 50}, orange));
   for (const cv::Point2f& point : {points[0], points[2], points[4]}) {
+    EXPECT_FALSE(has_colour_near(picture, point, orange));
     EXPECT_FALSE(has_colour_near(picture, point, vermilion));
     EXPECT_FALSE(has_colour_near(picture, point, purple));
   }

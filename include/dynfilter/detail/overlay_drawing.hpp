@@ -76,9 +76,7 @@ inline void draw_lines(cv::Mat& canvas, cv::Point centre, Mark mark, const cv::S
       line(0, 4, -4, 0);
       break;
     case Mark::triangle:
-      line(-4, 3, 0, -4);
-      line(0, -4, 4, 3);
-      line(4, 3, -4, 3);
+      cv::drawMarker(canvas, centre, colour, cv::MARKER_TRIANGLE_UP, 9, thickness);
       break;
     case Mark::square:
       cv::rectangle(canvas, centre - cv::Point(3, 3), centre + cv::Point(3, 3), colour, thickness);
