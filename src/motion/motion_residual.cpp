@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <utility>
 
 #include "dynfilter/detail/errors.hpp"
 
@@ -28,6 +30,23 @@ void check(const DepthIntervalOptions& options) {
   }
 }
 
+/// Returns the least and the largest depth in a window, in units of the image; an empty range if
+/// there is none.
+template <class Depth>
+std::pair<float, float> extremes(const cv::Mat& depth, const cv::Rect& window) {
+  float least = std::numeric_limits<float>::infinity(), most = 0;
+  for (int y = window.y; y < window.y + window.height; ++y) {
+    const Depth* const row = depth.ptr<Depth>(y);
+    for (int x = window.x; x < window.x + window.width; ++x) {
+      const auto value = static_cast<float>(row[x]);
+      if (!(value > 0) || std::isinf(value)) continue;
+      least = std::min(least, value);
+      most = std::max(most, value);
+    }
+  }
+  return {least, most};
+}
+
 /// Place in the earlier frame of a point on the ray, up to scale: `inverse_depth` times the place
 /// of the point at that inverse depth. Finite at infinity.
 cv::Vec3d scaled_place(const cv::Vec3d& turned_ray, const cv::Vec3d& translation,
@@ -44,16 +63,14 @@ DepthInterval depth_interval(const FrameView& frame, cv::Point pixel,
   const cv::Rect image({}, frame.depth.size());
   if (!image.contains(pixel)) return interval;
   const int reach = options.window_px / 2;
-  double nearest = std::numeric_limits<double>::infinity(), farthest = 0;
-  for (int y = pixel.y - reach; y <= pixel.y + reach; ++y) {
-    for (int x = pixel.x - reach; x <= pixel.x + reach; ++x) {
-      const std::optional<double> depth_m = frame.depth_m({x, y});
-      if (!depth_m) continue;
-      nearest = std::min(nearest, *depth_m);
-      farthest = std::max(farthest, *depth_m);
-    }
-  }
-  if (farthest == 0) return interval;
+  const cv::Rect window =
+      cv::Rect(pixel.x - reach, pixel.y - reach, options.window_px, options.window_px) & image;
+  const bool is_integer = frame.depth.type() == CV_16UC1;
+  const auto [least, most] = is_integer ? extremes<std::uint16_t>(frame.depth, window)
+                                        : extremes<float>(frame.depth, window);
+  if (!(least <= most)) return interval;
+  const double nearest = double{least} * frame.depth_scale();
+  const double farthest = double{most} * frame.depth_scale();
   const double widening = options.noise_factor * options.noise_at_1m_m;
   // Not nearer than half the measured depth, however noisy the sensor.
   return {std::max(nearest - widening * nearest * nearest, 0.5 * nearest),

@@ -34,7 +34,7 @@ struct LinearResidual {
 
 struct Scratch {
   std::vector<std::pair<std::uint64_t, std::size_t>> order;  // of the observations, by hash
-  std::vector<LinearResidual> judges;
+  std::vector<LinearResidual> judges, all;
   std::vector<double> squares, some_squares;
 };
 
@@ -134,14 +134,15 @@ double median_of(std::vector<double>& values) {
 /// Computes the judges' squared residuals after a motion, and their median. Returns nothing if the
 /// median is not below `limit`.
 std::optional<double> smaller_median(const Twist& motion, double limit, Scratch& scratch) {
-  std::size_t below = 0;
+  const std::size_t most_above = scratch.judges.size() - scratch.judges.size() / 2 - 1;
+  std::size_t above = 0;
   scratch.squares.clear();
   for (const LinearResidual& judge : scratch.judges) {
     const double square = judge.squared_after(motion);
-    below += square < limit ? 1 : 0;
+    above += square < limit ? 0 : 1;
+    if (above > most_above) return {};
     scratch.squares.push_back(square);
   }
-  if (below <= scratch.judges.size() / 2) return {};
   scratch.some_squares = scratch.squares;
   return median_of(scratch.some_squares);
 }
@@ -234,12 +235,16 @@ struct Fit {
 
   const PoseObservation& at(std::size_t i) const { return observations[scratch.order[i].second]; }
 
-  /// Returns the scale: of all residuals first, then of those that agree with that.
+  /// Linearises all residuals around a pose. Returns their scale: of all first, then of those that
+  /// agree with that.
   double scale_px(const RelativePose& pose) const {
     std::vector<double>& squares = scratch.squares;
     squares.clear();
+    scratch.all.clear();
     for (std::size_t i = 0; i < observations.size(); ++i) {
-      squares.push_back(linearised(at(i), pose, camera).squared_after({}));
+      scratch.all.push_back(linearised(at(i), pose, camera));
+      const cv::Vec2d& residual = scratch.all.back().residual;
+      squares.push_back(residual.dot(residual));
     }
     scratch.some_squares = squares;
     const auto scale_of = [&](std::vector<double>& some) {
@@ -266,9 +271,8 @@ struct Fit {
     const double limit = options.cutoff * scale_px(pose);
     NormalEquations equations;
     for (std::size_t i = 0; i < observations.size(); ++i) {
-      const LinearResidual linear = linearised(at(i), pose, camera);
-      const double share = linear.squared_after({}) / (limit * limit);
-      if (share < 1) equations.add(linear, (1 - share) * (1 - share));
+      const double share = scratch.squares[i] / (limit * limit);
+      if (share < 1) equations.add(scratch.all[i], (1 - share) * (1 - share));
     }
     return moved(pose, equations.solved());
   }
