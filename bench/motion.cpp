@@ -105,6 +105,32 @@ void stage(benchmark::State& state) {
 BENCHMARK(stage)->Name("motion/stage/masks")->Arg(1)->Unit(benchmark::kMillisecond);
 BENCHMARK(stage)->Name("motion/stage/no_masks")->Arg(0)->Unit(benchmark::kMillisecond);
 
+/// Does the stage's tracking alone, on the same frames: what it costs beside that is the
+/// difference.
+void tracking(benchmark::State& state) {
+  const FeatureTracker tracker;
+  Workspace workspace;
+  std::vector<ImagePyramid> past(frames);
+  for (std::size_t i = 0; i < frames; ++i) tracker.build(shots()[i].rendered.frame.image, past[i]);
+  ImagePyramid now;
+  std::vector<FeatureTrack> short_tracks, long_tracks;
+  std::vector<cv::Point2f> expected;
+  std::size_t i = 3;
+  for (auto _ : state) {
+    const Shot& shot = shots()[i];
+    tracker.build(shot.rendered.frame.image, now);
+    tracker.track(now, past[i - 1], shot.keypoints, nullptr, short_tracks, workspace);
+    expected.clear();
+    for (std::size_t k = 0; k < short_tracks.size(); ++k) {
+      const cv::Point2f at = shot.keypoints[k].pt;
+      expected.push_back(short_tracks[k].is_found ? at + 3 * (short_tracks[k].position - at) : at);
+    }
+    tracker.track(now, past[i - 3], shot.keypoints, &expected, long_tracks, workspace);
+    i = i + 1 == frames ? 3 : i + 1;
+  }
+}
+BENCHMARK(tracking)->Name("motion/stage/tracking_alone")->Unit(benchmark::kMillisecond);
+
 /// Observations of a static room, and of a mover at 1.2 m that shifts by 10 mm.
 std::vector<PoseObservation> observations(const RelativePose& truth) {
   const SyntheticScene room(scene_level("static", 12));

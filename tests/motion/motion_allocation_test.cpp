@@ -1,0 +1,70 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// A warm judge allocates nothing itself: no more than OpenCV does in the calls that track.
+
+#include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
+
+#include <vector>
+
+#include "dynfilter/dynfilter.hpp"
+#include "dynfilter/evaluation/scene_levels.hpp"
+#include "dynfilter/motion/motion_judge.hpp"
+#include "support/allocation_counter.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+template <class Action>
+std::size_t allocations_of(const Action& action) {
+  const std::size_t before = allocations_so_far();
+  action();
+  return allocations_so_far() - before;
+}
+
+TEST(MotionAllocations, AreThoseOfOpenCv) {
+  if (!can_count_allocations) {
+    GTEST_SKIP() << "allocations can only be counted with glibc and without sanitizers";
+  }
+  cv::setNumThreads(1);
+  SyntheticSceneOptions options = scene_level("medium", 12);
+  options.image_size = {480, 360};
+  const SyntheticScene scene(options);
+  const CameraParameters c = scene.camera();
+  MotionState state;
+  const MotionJudge judge({c.fx, c.fy, c.cx, c.cy}, state);
+  const Pipeline<MaskCuller, Compensator> filter{MaskCuller(), Compensator()};
+  const FeatureTracker tracker;
+  Workspace workspace;
+  FeatureLabels labels;
+  std::vector<ImagePyramid> past(4);
+  std::vector<FeatureTrack> tracks;
+  constexpr std::size_t warm = 16;
+  for (std::size_t i = 0; i < 22; ++i) {
+    const SyntheticFrame shot = scene.render(static_cast<int>(i % 11));
+    FrameView frame = shot.frame;
+    frame.timestamp_s = 1 + 0.04 * static_cast<double>(i);
+    cv::Mat grey;
+    std::vector<cv::Point2f> corners;
+    cv::cvtColor(frame.image, grey, cv::COLOR_BGR2GRAY);
+    cv::goodFeaturesToTrack(grey, corners, 500, 1e-3, 6);
+    filter.apply(frame, shot.true_segmentation, corners, labels, workspace);
+    const std::size_t of_judge = allocations_of([&] {
+      judge({frame, shot.true_segmentation, corners}, labels, workspace);
+    });
+    const MotionOutcome outcome = labels.statistics().motion.outcome;
+    const std::size_t of_opencv = allocations_of([&] {
+      tracker.build(frame.image, past[i % 4]);
+      if (i < 3) return;
+      tracker.track(past[i % 4], past[(i + 3) % 4], corners, nullptr, tracks, workspace);
+      tracker.track(past[i % 4], past[(i + 1) % 4], corners, nullptr, tracks, workspace);
+    });
+    if (i >= warm && outcome == MotionOutcome::applied) {
+      EXPECT_LE(of_judge, of_opencv) << i;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace dynfilter::testing
