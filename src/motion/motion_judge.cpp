@@ -58,6 +58,7 @@ void check_options(const MotionJudgeOptions& options) {
   share("still_share", options.still_share);
   share("min_still_tracked", options.min_still_tracked);
   require(options.min_still_votes >= 1, "min_still_votes", 0, "at least 1");
+  not_negative("max_background_depth_range_m", options.max_background_depth_range_m);
   not_negative("fringe_px", options.fringe_px);
   not_negative("fringe_shift_px", options.fringe_shift_px);
   not_negative("fringe_shift_scales", options.fringe_shift_scales);

@@ -170,6 +170,24 @@ void clean_fringe(const MotionContext& context, std::size_t k, FeatureLabels& la
   });
 }
 
+/// Tells whether a feature beside something that moves has been static for some frames, over both
+/// baselines and at one depth: within a wide interval of depths, a mover may pass for static.
+bool is_surely_static(const MotionContext& context, std::size_t feature) {
+  const MotionMeasurement& measured = context.measured;
+  const MotionJudgeOptions& options = context.options;
+  const FeatureMotion& motion = measured.motions[feature];
+  const DepthInterval& depth = measured.depths[feature];
+  const bool is_at_one_depth =
+      depth.is_known() && depth.farthest_m - depth.nearest_m < options.max_background_depth_range_m;
+  if (!is_at_one_depth || measured.beliefs[feature] > options.max_background_belief) return false;
+  for (std::size_t b = 0; b < motion_baselines; ++b) {
+    const double allowed_px = std::max(
+        options.max_still_px, options.max_still_scales * measured.baselines[b].pose.scale_px);
+    if (!motion.is_tracked[b] || cv::norm(motion.shift_px[b]) > allowed_px) return false;
+  }
+  return looks_static(context, feature);
+}
+
 }  // namespace
 
 void suspect_features(const MotionContext& context, const FeatureLabels& labels) {
@@ -223,7 +241,11 @@ void write_labels(const MotionContext& context, FeatureLabels& labels) {
       InstanceStatistics& instance = statistics.instances[static_cast<std::size_t>(label.instance)];
       const FeatureMotion& motion = measured.motions[i];
       const bool is_still = motion.is_known() && motion.ratio < 1 && !measured.is_dynamic[i];
-      if (instance.verdict != InstanceVerdict::still || !is_still) continue;
+      const bool is_of_still_one = instance.verdict == InstanceVerdict::still && is_still;
+      const bool is_background = instance.verdict == InstanceVerdict::moving &&
+                                 label.reason == Reason::compensated &&
+                                 is_surely_static(context, i);
+      if (!is_of_still_one && !is_background) continue;
       labels.restore(i, 0.5F + 0.5F * std::min(strength, 0.0F));
       measured.is_given_back[i] = 1;
       ++instance.given_back;

@@ -73,6 +73,13 @@ struct MotionJudgeOptions {
   double min_still_tracked = 0.5;   ///< share of its features that must be tracked
   std::size_t min_still_votes = 8;  ///< and their number
 
+  /// @{
+  /// A feature that compensation removed beside something that moves comes back if it has been
+  /// still for some frames: its belief is at most this, and its depths span less than this, metres.
+  double max_background_belief = -2;
+  double max_background_depth_range_m = 0.2;
+  /// @}
+
   /// Features this near to the mask of an instance that is not still are judged strictly, pixels:
   /// masks miss what moves with it.
   double fringe_px = 30;
