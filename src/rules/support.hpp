@@ -55,6 +55,21 @@ inline cv::Rect grown_box(const cv::Rect& box, int margin, const cv::Size& image
   return grown_box(box, margin, margin, image);
 }
 
+/// Paints an instance on a mask of the image, CV_8UC1, with 255: its mask, or its box if it has no
+/// mask. O(pixels of either).
+inline void paint_instance(const Instance& instance, cv::Mat& canvas) {
+  if (instance.mask.empty()) {
+    const cv::Rect box = grown_box(instance.box, 0, canvas.size());
+    if (!box.empty()) canvas(box).setTo(cv::Scalar::all(255));
+    return;
+  }
+  const cv::Rect place =
+      grown_box(cv::Rect(instance.mask_origin, instance.mask.size()), 0, canvas.size());
+  if (place.empty()) return;
+  const cv::Rect part(place.tl() - instance.mask_origin, place.size());
+  canvas(place).setTo(cv::Scalar::all(255), instance.mask(part));
+}
+
 /// Removes the features in `region` for which `is_on_object(pixel)` holds, in the name of instance
 /// k.
 template <class Test>
@@ -67,14 +82,15 @@ void remove_in(const cv::Rect& region, std::size_t k, const FilterInput& input,
   }
 }
 
-/// Removes the features on a mask of the image: CV_8UC1, non-zero = dynamic. Names no instance,
-/// because a union of masks does not tell whose a pixel is.
-inline void remove_on_mask(const cv::Mat& mask, const FilterInput& input, FeatureLabels& labels) {
+/// Removes the features on a mask of the image: CV_8UC1, non-zero = dynamic. By default names no
+/// instance, because a union of masks does not tell whose a pixel is.
+inline void remove_on_mask(const cv::Mat& mask, const FilterInput& input, FeatureLabels& labels,
+                           std::int32_t instance = -1) {
   const cv::Rect image({0, 0}, mask.size());
   for (std::size_t i = 0; i < input.features.size(); ++i) {
     const cv::Point pixel = input.features.pixel(i);
     if (!image.contains(pixel) || mask.at<std::uint8_t>(pixel) == 0) continue;
-    labels.remove(i, -1, Reason::custom, 1.0F);
+    labels.remove(i, instance, Reason::custom, 1.0F);
   }
 }
 

@@ -17,17 +17,6 @@ namespace dynfilter::testing {
 
 inline const cv::Size size(320, 240);
 
-/// Texture of blotches of a few pixels in all greys.
-inline cv::Mat1b texture(const cv::Size& of, std::uint64_t seed) {
-  cv::Mat noise(of, CV_32FC1);
-  cv::RNG random(seed);
-  random.fill(noise, cv::RNG::UNIFORM, 0.0, 1.0);
-  cv::GaussianBlur(noise, noise, cv::Size(), 1.5);
-  cv::normalize(noise, noise, 0, 255, cv::NORM_MINMAX);
-  noise.convertTo(noise, CV_8U);
-  return noise;
-}
-
 inline FrameView frame_of(const cv::Mat& image, int index) {
   FrameView frame;
   frame.id = static_cast<std::uint64_t>(100 + index);

@@ -8,10 +8,22 @@
 #include <cstdint>
 
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "dynfilter/segmentation.hpp"
 
 namespace dynfilter::testing {
+
+/// Texture of blotches of a few pixels in all greys.
+inline cv::Mat1b texture(const cv::Size& of, std::uint64_t seed) {
+  cv::Mat noise(of, CV_32FC1);
+  cv::RNG random(seed);
+  random.fill(noise, cv::RNG::UNIFORM, 0.0, 1.0);
+  cv::GaussianBlur(noise, noise, cv::Size(), 1.5);
+  cv::normalize(noise, noise, 0, 255, cv::NORM_MINMAX);
+  noise.convertTo(noise, CV_8U);
+  return noise;
+}
 
 /// Masks of a segmentation drawn on one image: 255 on any instance.
 inline cv::Mat1b painted(const Segmentation& segmentation) {
