@@ -147,8 +147,10 @@ void add_ablate_command(CLI::App& program, const std::string& called_as) {
       ->capture_default_str();
   add_level_size_options(*command, options->level_options);
   command
-      ->add_option("--rules", options->plan.rules,
-                   "such as mask,paper; default: all rules but those about late masks, see below")
+      ->add_option(
+          "--rules", options->plan.rules,
+          "such as mask,paper; default: all rules but those about late masks and those that\n"
+          "compare frames, see below")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::IsMember(all_rule_names()));

@@ -22,7 +22,8 @@ const RuleInfo& checked(const RuleInfo& rule, const SceneSpec& scene, const Fram
     throw std::runtime_error("rule " + rule.name + " needs true masks, but " + scene.name().name +
                              " has no masks_true/");
   }
-  if ((rule.moves_masks || rule.follows_motion) && settings.every != 1) {
+  const bool needs_all = rule.moves_masks || rule.follows_motion || rule.compares_frames;
+  if (needs_all && settings.every != 1) {
     throw std::runtime_error("rule " + rule.name +
                              " follows objects from frame to frame: got --every " +
                              std::to_string(settings.every) + "; want 1");

@@ -4,6 +4,7 @@
 #include "rule_set.hpp"
 
 #include <functional>
+#include <iterator>
 #include <memory>
 #include <utility>
 
@@ -12,6 +13,7 @@
 #include "dynfilter/edge_compensator.hpp"
 #include "dynfilter/motion/motion_judge.hpp"
 #include "dynfilter/stage.hpp"
+#include "frame_rules.hpp"
 #include "rules/box_depth_deviation.hpp"
 #include "rules/box_depth_mask.hpp"
 #include "rules/box_depth_threshold.hpp"
@@ -75,9 +77,9 @@ peers::DilatedMaskOptions dilated(int passes) {
   return options;
 }
 
-const std::vector<Entry>& entries() {
+std::vector<Entry> make_entries() {
   using Masks = MaskCullerOptions;
-  static const std::vector<Entry> all = {
+  std::vector<Entry> all = {
       {{"none", "nothing", false, false, false},
        [](const Masks&, std::uint64_t) { return empty_stage(); }},
       {{"mask", "features on the masks", true, false, false},
@@ -121,6 +123,15 @@ const std::vector<Entry>& entries() {
       {{"perfect", "features on the true masks", true, true, false},
        [](const Masks&, std::uint64_t) { return empty_stage(); }},
   };
+  for (const RuleInfo& rule : frame_rules()) {  // before the bound, which comes last
+    all.insert(std::prev(all.end()),
+               {rule, [](const Masks&, std::uint64_t) { return empty_stage(); }});
+  }
+  return all;
+}
+
+const std::vector<Entry>& entries() {
+  static const std::vector<Entry> all = make_entries();
   return all;
 }
 
@@ -153,7 +164,8 @@ std::vector<std::string> all_rule_names() {
 std::vector<std::string> usual_rule_names() {
   std::vector<std::string> names;
   for (const RuleInfo& rule : all_rules()) {
-    if (!rule.about_late_masks && !rule.follows_motion) names.push_back(rule.name);
+    const bool is_on_request = rule.about_late_masks || rule.follows_motion || rule.compares_frames;
+    if (!is_on_request) names.push_back(rule.name);
   }
   return names;
 }
@@ -163,7 +175,7 @@ const RuleInfo& rule_info(const std::string& name) { return entry_of(name).info;
 std::string rule_list() {
   std::string text = "rules, and what each removes:";
   for (const RuleInfo& rule : all_rules()) {
-    text += "\n  " + rule.name + std::string(16 - rule.name.size(), ' ') + rule.description;
+    text += "\n  " + rule.name + std::string(19 - rule.name.size(), ' ') + rule.description;
   }
   return text;
 }
@@ -182,6 +194,7 @@ const RuleInfo& with_motion(const RuleInfo& rule) {
 
 AnyStage stage_of(const RuleInfo& rule, const MaskCullerOptions& masks, std::uint64_t seed,
                   const CameraParameters& camera) {
+  if (rule.compares_frames) return frame_rule_stage(rule.name, masks, camera);
   AnyStage stage = entry_of(rule.name).make(masks, seed);
   if (!rule.follows_motion) return stage;
   return [stage = std::move(stage), motion = motion_stage(camera)](

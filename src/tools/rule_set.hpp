@@ -29,6 +29,7 @@ struct RuleInfo {
   bool moves_masks = false;       ///< masks of an earlier frame are first moved to this one
   bool about_late_masks = false;  ///< compares ways to handle late masks; runs only on request
   bool follows_motion = false;    ///< judges features by their motion; runs only on request
+  bool compares_frames = false;   ///< another system's, with a memory; runs only on request
 };
 
 /// Returns all rules, in the tables' order.

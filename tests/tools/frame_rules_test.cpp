@@ -1,0 +1,64 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// The program's rules that compare frames: on request, and with a memory for each scene.
+
+#include <gtest/gtest.h>
+
+#include <sstream>
+#include <string>
+
+#include "support/program.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+constexpr const char* tiny = " --frames 14 --width 160 --height 120 --features 200";
+constexpr const char* frame_rules =
+    "ds_slam,dynaslam_geometry,derome,eppenberger,dai,smr,dyna_tm,dn_slam";
+
+TEST(FrameRules, ScenesOfASweepDoNotTouchEachOther) {
+  const TemporaryFolder folder;
+  const std::string rules = std::string(" --rules ") + frame_rules;
+  const fs::path both = folder.path() / "both", alone = folder.path() / "alone";
+  const std::string medium = std::string("ablate --levels medium") + tiny + rules;
+  ASSERT_EQ(run(medium + " --seeds 1-2 --out " + quoted(both)).exit_code, 0);
+  ASSERT_EQ(run(medium + " --seeds 2 --out " + quoted(alone)).exit_code, 0);
+  std::string rule;
+  std::size_t removed = 0;
+  for (std::istringstream list(frame_rules); std::getline(list, rule, ',');) {
+    const auto read = [&](const fs::path& out) {
+      return read_json(out / "medium_2" / rule / "summary.json");
+    };
+    const nlohmann::json together = read(both), one = read(alone);
+    for (const char* name : {"custom", "kept", "dynamic_left", "static_removed"}) {
+      EXPECT_EQ(together[name], one[name]) << rule << ' ' << name;
+    }
+    EXPECT_EQ(one["masked"], 0) << rule;
+    removed += one["custom"].get<std::size_t>() > 0 ? 1 : 0;
+  }
+  EXPECT_GE(removed, 6U) << "rules that remove anything of so short a scene";
+}
+
+TEST(FrameRules, RunOnlyOnRequest) {
+  const Outcome list = run(std::string("ablate --levels static --list") + tiny);
+  EXPECT_TRUE(list.mentions("--rule 'depth'") || list.mentions("--rule depth")) << list.printed;
+  std::string rule;
+  for (std::istringstream names(frame_rules); std::getline(names, rule, ',');) {
+    EXPECT_FALSE(list.mentions(rule)) << list.printed;
+    EXPECT_TRUE(run("ablate --help").mentions("  " + rule + " ")) << rule;
+  }
+}
+
+TEST(FrameRules, NeedEveryFrame) {
+  const TemporaryFolder folder;
+  const Outcome outcome =
+      run(std::string("ablate --levels medium --seeds 1 --rules dai --every 2") + tiny + " --out " +
+          quoted(folder.path() / "out"));
+  EXPECT_NE(outcome.exit_code, 0);
+  EXPECT_TRUE(outcome.mentions("rule dai follows objects from frame to frame")) << outcome.printed;
+}
+
+}  // namespace
+}  // namespace dynfilter::testing
