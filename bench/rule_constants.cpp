@@ -130,6 +130,14 @@ std::vector<Variant> variants() {
   add(all, "reach_px", rule(&Options::reach_px), {4, 6, 8, 10, 16});
   add(all, "box_margin_px", rule(&Options::box_margin_px), {0, 3, 10, 20});
   add(all, "mask_margin_px", rule(&Options::mask_margin_px), {0, 2, 3, 6});
+  add(all, "mask_gap.max_gap_px", [](Options& o) -> double& { return o.mask_gap.max_gap_px; },
+      {1e-6, 4, 8, 24});
+  add(all, "shadow_px", rule(&Options::shadow_px), {0, 4, 6, 12});
+  add(all, "min_nearness_in_shadow", rule(&Options::min_nearness_in_shadow), {.7, .8, 1.1, 1.4});
+  add(all, "max_beyond_range_m", rule(&Options::max_beyond_range_m), {0, .1, .2, .4});
+  add(all, "max_step_m", rule(&Options::max_step_m), {.01, .02, .05, .1});
+  add(all, "min_off_middle_m", rule(&Options::min_off_middle_m), {.05, .10, .20, .30, 10});
+  add(all, "cell_px", rule(&Options::cell_px), {8, 12, 20, 24, 32});
   add(all, "motion_px_per_s", rule(&Options::motion_px_per_s), {0, 200, 300, 600, 800});
   add(all, "stale_age_s", rule(&Options::stale_age_s), {1e6});
   return all;

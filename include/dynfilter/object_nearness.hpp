@@ -74,9 +74,10 @@ inline double object_nearness(const FrameView& frame, cv::Point pixel, const Obj
 ///
 /// In each of the eight directions, the first pixel with depth, up to `reach_px` away, votes for
 /// the object if its depth is one of the object's. The vote counts 1 / its distance (in steps,
-/// scaled to a width of 640 pixels). The result is 0 if no direction meets the object and 8 in the
-/// midst of it. From about 0.5 on, the object is the likelier owner of a pixel whose own depth is
-/// missing or the background's.
+/// scaled to a width of 640 pixels). Votes above and below count twice, because the shadow that a
+/// depth sensor throws lies to the left or right of an object. The result is 0 if no direction
+/// meets the object and 10 in the midst of it. From about 0.5 on, the object is the likelier owner
+/// of a pixel whose own depth is missing or the background's.
 ///
 /// The neighbours of D-LBP are one pixel away. There, depth differs by little more than the
 /// sensor's noise, and where masks fail, depth is often missing, or shifted by some pixels against

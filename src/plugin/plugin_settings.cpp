@@ -105,7 +105,11 @@ void read_depth_compensator(SettingsFile& file, DepthCompensatorOptions& options
   file.read_number("object_depth.max_half_width_m", options.object_depth.max_half_width_m);
   file.read_number("min_nearness", options.min_nearness);
   file.read_number("min_nearness_if_stale", options.min_nearness_if_stale);
+  file.read_number("min_nearness_in_shadow", options.min_nearness_in_shadow);
   file.read_number("mask_margin_px", options.mask_margin_px);
+  file.read_number("shadow_px", options.shadow_px);
+  file.read_number("max_beyond_range_m", options.max_beyond_range_m);
+  file.read_number("min_off_middle_m", options.min_off_middle_m);
   file.read_number("stale_age_s", options.stale_age_s);
   file.read_number("motion_px_per_s", options.motion_px_per_s);
 }

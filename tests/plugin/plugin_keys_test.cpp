@@ -66,8 +66,14 @@ TEST_F(PluginTest, AcceptsTheKeysOfTheDepthRule) {
   const std::string file = settings(
       "dynfilter.rule: \"depth\"\ndynfilter.object_depth.min_half_width_m: 0.2\n"
       "dynfilter.object_depth.max_half_width_m: 0.3\ndynfilter.min_nearness: 2\n"
-      "dynfilter.mask_margin_px: 4\ndynfilter.stale_age_s: 0.5\ndynfilter.motion_px_per_s: 100\n");
+      "dynfilter.mask_margin_px: 4\ndynfilter.stale_age_s: 0.5\ndynfilter.motion_px_per_s: 100\n"
+      "dynfilter.shadow_px: 3\ndynfilter.min_nearness_in_shadow: 3\n"
+      "dynfilter.max_beyond_range_m: 0.1\ndynfilter.min_off_middle_m: 0.05\n");
   DynamicFilterOptions options;
+  options.compensator.depth.shadow_px = 3;
+  options.compensator.depth.min_nearness_in_shadow = 3;
+  options.compensator.depth.max_beyond_range_m = 0.1;
+  options.compensator.depth.min_off_middle_m = 0.05;
   options.compensator.depth.object_depth.min_half_width_m = 0.2;
   options.compensator.depth.object_depth.max_half_width_m = 0.3;
   options.compensator.depth.min_nearness = 2;
