@@ -127,17 +127,19 @@ std::string row_name(const std::string& rule, const Runs& runs, std::size_t scen
 Table feature_table(const std::string& group, const RulesOfGroup& rules) {
   const std::size_t scenes = max_scenes(rules);
   Table table{titled(group, scenes, "features a frame"),
-              {"rule", "dynamic left", "static removed", "rim removed", "kept"},
+              {"rule", "dynamic left", "static removed", "with depth", "rim removed", "kept"},
               {}};
   for (const auto& [rule, runs] : rules) {
     const auto kept = [](const RunResult& run) -> std::optional<double> {
       return static_cast<double>(run.kept) / static_cast<double>(run.frames);
     };
-    table.rows.push_back({row_name(rule, runs, scenes),
-                          spread(values_of(runs, per_frame(&FeatureScores::dynamic_left)), 1),
-                          spread(values_of(runs, per_frame(&FeatureScores::static_removed)), 1),
-                          spread(values_of(runs, per_frame(&FeatureScores::rim_removed)), 1),
-                          spread(values_of(runs, kept), 0)});
+    table.rows.push_back(
+        {row_name(rule, runs, scenes),
+         spread(values_of(runs, per_frame(&FeatureScores::dynamic_left)), 1),
+         spread(values_of(runs, per_frame(&FeatureScores::static_removed)), 1),
+         spread(values_of(runs, per_frame(&FeatureScores::static_removed_with_depth)), 1),
+         spread(values_of(runs, per_frame(&FeatureScores::rim_removed)), 1),
+         spread(values_of(runs, kept), 0)});
   }
   return table;
 }
@@ -251,7 +253,8 @@ Table ratio_overview(const Groups& groups) {
 /// Tabulates the default rule on each group, with the spread over its scenes.
 Table default_table(const Groups& groups) {
   Table table{"rule depth, the default: features a frame and ATE; medians over scenes (min..max)",
-              {"scenes", "dynamic left", "static removed", "rim removed", "ATE m", "over perfect"},
+              {"scenes", "dynamic left", "static removed", "with depth", "rim removed", "ATE m",
+               "over perfect"},
               {}};
   for (const auto& [group, rules] : groups) {
     const auto found = std::find_if(rules.begin(), rules.end(),
@@ -262,6 +265,7 @@ Table default_table(const Groups& groups) {
         {group + ", " + std::to_string(runs.size()),
          spread(values_of(runs, per_frame(&FeatureScores::dynamic_left)), 1),
          spread(values_of(runs, per_frame(&FeatureScores::static_removed)), 1),
+         spread(values_of(runs, per_frame(&FeatureScores::static_removed_with_depth)), 1),
          spread(values_of(runs, per_frame(&FeatureScores::rim_removed)), 1),
          spread(values_of(runs, [](const RunResult& r) { return r.ate_rmse_m; }), 4),
          with_interval(ratios_to_perfect(runs, rules), 2)});

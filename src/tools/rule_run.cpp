@@ -139,9 +139,10 @@ void RuleRun::process(const SourceFrame& frame, ExtractedFeatures features) {
   const Segmentation shown = masks.value_or(Segmentation());
   const FeatureLabels by_mask = only_masked(labels_, shown);
   if (frame.true_masks) {
-    record.scores = score_features(features.keypoints, labels_, *frame.true_masks, rim_px_);
+    record.scores =
+        score_features(features.keypoints, labels_, *frame.true_masks, rim_px_, frame.frame);
     record.mask_only_scores =
-        score_features(features.keypoints, by_mask, *frame.true_masks, rim_px_);
+        score_features(features.keypoints, by_mask, *frame.true_masks, rim_px_, frame.frame);
   }
   add_pictures(frame, shown, features.keypoints, record, by_mask);
   keep_static_time_.measure(

@@ -83,6 +83,7 @@ void print_scores(const RunRecord& run) {
               run.frames.size());
   print_score(run, "dynamic left", &FeatureScores::dynamic_left);
   print_score(run, "static removed", &FeatureScores::static_removed);
+  print_score(run, "… with depth", &FeatureScores::static_removed_with_depth);
   print_score(run, "removed on the rim", &FeatureScores::rim_removed);
 }
 
@@ -130,6 +131,7 @@ void add_scores(nlohmann::ordered_json& summary, const RunRecord& run) {
   summary["dynamic_removed"] = all.dynamic_removed;
   summary["static_left"] = all.static_left;
   summary["static_removed"] = all.static_removed;
+  summary["static_removed_with_depth"] = all.static_removed_with_depth;
   summary["static_removed_mask_only"] = masks.static_removed;
   summary["rim_left"] = all.rim_left;
   summary["rim_removed"] = all.rim_removed;
@@ -187,11 +189,13 @@ void write_frames_csv(const RunRecord& run, const std::filesystem::path& file) {
   OutputFile csv(file);
   csv << detail::frame_columns()
       << ",dynamic_left_mask_only,dynamic_left,static_removed_mask_only,static_removed,"
+         "static_removed_with_depth_mask_only,static_removed_with_depth,"
          "rim_removed_mask_only,rim_removed\n";
   for (const FrameRecord& frame : run.frames) {
     csv << detail::frame_cells(frame.stem, frame.timestamp_s, frame.statistics) << ','
         << cells_of(frame, &FeatureScores::dynamic_left) << ','
         << cells_of(frame, &FeatureScores::static_removed) << ','
+        << cells_of(frame, &FeatureScores::static_removed_with_depth) << ','
         << cells_of(frame, &FeatureScores::rim_removed) << '\n';
   }
   csv.close();

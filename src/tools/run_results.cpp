@@ -49,6 +49,7 @@ std::optional<FeatureScores> scores_of(const Json& json) {
   json.at("dynamic_removed").get_to(scores.dynamic_removed);
   json.at("static_left").get_to(scores.static_left);
   json.at("static_removed").get_to(scores.static_removed);
+  json.at("static_removed_with_depth").get_to(scores.static_removed_with_depth);
   json.at("rim_left").get_to(scores.rim_left);
   json.at("rim_removed").get_to(scores.rim_removed);
   return scores;
@@ -98,8 +99,8 @@ RunResult read_result(const fs::path& file) {
 auto figures(const RunResult& r) {
   const FeatureScores s = r.scores.value_or(FeatureScores());
   return std::make_tuple(r.frames, r.features, r.kept, s.dynamic_left, s.static_removed,
-                         s.rim_removed, r.lost_frames, r.ate_rmse_m, r.rpe_translation_rmse_m,
-                         r.rpe_rotation_rmse_deg);
+                         s.static_removed_with_depth, s.rim_removed, r.lost_frames, r.ate_rmse_m,
+                         r.rpe_translation_rmse_m, r.rpe_rotation_rmse_deg);
 }
 
 /// Ranks levels and rules in their own order; unknown names come last, by name.

@@ -32,19 +32,27 @@ TEST(FeatureScores, MatchTheOracleOnArbitraryInput) {
       expected.rim_removed += !on && near_by && removed;
       expected.static_left += !near_by && !removed;
       expected.static_removed += !near_by && removed;
+      const bool has_depth =
+          oracle_depth(input.frame.depth, oracle_pixel(input.keypoints[i].pt)).has_value();
+      expected.static_removed_with_depth += !near_by && removed && has_depth;
     }
-    const FeatureScores scores = score_features(input.keypoints, labels, input.segmentation, rim);
+    const FeatureScores scores =
+        score_features(input.keypoints, labels, input.segmentation, rim, input.frame);
     ASSERT_EQ(scores.dynamic_left, expected.dynamic_left) << "seed " << seed;
     ASSERT_EQ(scores.dynamic_removed, expected.dynamic_removed) << "seed " << seed;
     ASSERT_EQ(scores.rim_left, expected.rim_left) << "seed " << seed;
     ASSERT_EQ(scores.rim_removed, expected.rim_removed) << "seed " << seed;
     ASSERT_EQ(scores.static_left, expected.static_left) << "seed " << seed;
     ASSERT_EQ(scores.static_removed, expected.static_removed) << "seed " << seed;
+    ASSERT_EQ(scores.static_removed_with_depth, expected.static_removed_with_depth)
+        << "seed " << seed;
     total += scores;
   }
   EXPECT_GT(total.dynamic_left, 1000U);
   EXPECT_GT(total.rim_removed, 1000U);
   EXPECT_GT(total.static_removed, 1000U);
+  EXPECT_GT(total.static_removed_with_depth, 300U);
+  EXPECT_GT(total.static_removed, total.static_removed_with_depth + 300U);
 }
 
 /// 8 dynamic features (6 removed), 4 on the rim (1 removed), 20 static (2 removed).
