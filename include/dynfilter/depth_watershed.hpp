@@ -46,8 +46,8 @@ class DepthWatershed {
 
   /// Floods the cells of an area. Each cell has the depth of its central pixel; a cell whose depth
   /// is missing or outside `range_m` is not flooded. `seed_at` is called with the centres of the
-  /// others and returns the Seed. The area must lie in the image, and `cell_px` be above 0. The
-  /// frame must be valid and have depth. O(n log n) in the cells.
+  /// others and returns the Seed. The area may reach beyond the image, where there is no depth;
+  /// `cell_px` must be above 0. The frame must be valid and have depth. O(n log n) in the cells.
   template <class SeedAt>
   void flood(const FrameView& frame, const cv::Rect& area, int cell_px, const ValueRange& range_m,
              const SeedAt& seed_at) {
@@ -121,10 +121,9 @@ class DepthWatershed {
 
   Cell& cell_at(int column, int row) { return cells_[index_of(column, row)]; }
 
-  /// Returns the central pixel of a cell. The last cells may reach beyond the area.
+  /// Returns the central pixel of a cell, which may lie outside the image.
   cv::Point centre_of(int column, int row) const {
-    return {std::min(area_.x + column * cell_px_ + cell_px_ / 2, area_.x + area_.width - 1),
-            std::min(area_.y + row * cell_px_ + cell_px_ / 2, area_.y + area_.height - 1)};
+    return {area_.x + column * cell_px_ + cell_px_ / 2, area_.y + row * cell_px_ + cell_px_ / 2};
   }
 
   /// Calls the action with a cell and its neighbours.

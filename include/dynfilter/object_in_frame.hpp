@@ -176,14 +176,18 @@ class ObjectInFrame {
       return DepthWatershed::Seed::surroundings;
     };
     const int cell_px = std::max(1, static_cast<int>(std::lround(pixels(options_->cell_px))));
-    cv::Rect area;
-    if (!reach_.empty()) {
-      area = detail::clip_grown(reach_, cell_px, cell_px, frame_->depth.size());
-    }
+    const cv::Rect area = detail::clip_grown(reach_, cell_px, cell_px, frame_->depth.size());
+    // Cells begin at the box's corner, so that they do not depend on the object's place.
+    const auto aligned = [cell_px](int first, int corner) {
+      const std::int64_t beyond = (std::int64_t{first} - corner) % cell_px;
+      return first - static_cast<int>(beyond < 0 ? beyond + cell_px : beyond);
+    };
+    const cv::Point first(aligned(area.x, mask_->box.x), aligned(area.y, mask_->box.y));
+    const cv::Rect cells = reach_.empty() ? cv::Rect() : cv::Rect(first, area.br());
     ValueRange range_m = depth_.hull_m();
     range_m.lower -= options_->max_beyond_range_m;
     range_m.upper += options_->max_beyond_range_m;
-    watershed_.flood(*frame_, area, cell_px, range_m, seed_at);
+    watershed_.flood(*frame_, cells, cell_px, range_m, seed_at);
   }
 
   /// Returns the smallest nearness for a pixel without the object's depth. It is higher beside a

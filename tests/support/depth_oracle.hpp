@@ -273,6 +273,9 @@ class DepthOracle {
     }
     first = {std::max(0, first.x - cell), std::max(0, first.y - cell)};
     last = {std::min(size.width - 1, last.x + cell), std::min(size.height - 1, last.y + cell)};
+    const cv::Point corner = instance_of(object).box.tl();
+    while (std::fmod(double{1} * first.x - corner.x, cell) != 0) --first.x;
+    while (std::fmod(double{1} * first.y - corner.y, cell) != 0) --first.y;
     const cv::Rect area = is_in_image ? cv::Rect(first, last + cv::Point(1, 1)) : cv::Rect();
     const ValueRange hull = object.hull();
     const auto seed_at = [&](cv::Point pixel) {

@@ -79,8 +79,7 @@ class OracleWatershed {
     for (int y = area.y; y < area.y + area.height; y += cell) {
       ++rows_;
       for (int x = area.x; x < area.x + area.width; x += cell) {
-        const cv::Point centre(std::min(x + cell / 2, area.x + area.width - 1),
-                               std::min(y + cell / 2, area.y + area.height - 1));
+        const cv::Point centre(x + cell / 2, y + cell / 2);
         const double metres = frame.depth_m(centre).value_or(0);
         const bool is_open = metres > 0 && range.contains(metres);
         depths_.push_back(is_open ? static_cast<float>(metres) : 0.0F);

@@ -51,6 +51,17 @@ TEST_F(ProgramOnRecordedData, DegradedMasksRemoveFewerFeatures) {
   EXPECT_TRUE(run("run " + sequence + " --degrade torn").mentions("eroded"));
 }
 
+/// A table reaches to the person's depth. The paper's rule leaves 48 features on him a frame, and
+/// a rule without the watershed takes 41 of the table's.
+TEST_F(ProgramOnRecordedData, KeepsMostOfATableAtThePersonsDepth) {
+  Outcome outcome;
+  const nlohmann::json summary = summary_of("composite_person_in_step_48", outcome);
+  EXPECT_EQ(summary["frames"], 48);
+  EXPECT_LT(summary["dynamic_left"], 3 * 48);
+  EXPECT_LT(summary["static_removed"], 20 * 48);
+  EXPECT_GT(summary["static_removed"], summary["static_removed_with_depth"]);
+}
+
 TEST_F(ProgramOnRecordedData, RemovesNothingWithoutPersons) {
   Outcome outcome;
   const nlohmann::json summary = summary_of("tum_fr1_xyz_120", outcome);
