@@ -175,8 +175,10 @@ void MotionJudge::operator()(const FilterInput& input, FeatureLabels& labels,
   labels.statistics().motion = {};
   if (!memory.beliefs) memory.beliefs.emplace(options_.belief);
   if (!memory.instances) memory.instances.emplace(options_.instance);
-  const MotionContext context{
-      input, camera_, options_, memory, workspace.get<detail::MotionMeasurement>(), workspace};
+  const MotionContext context{input,    camera_,
+                              options_, labels.statistics().has_segmentation,
+                              memory,   workspace.get<detail::MotionMeasurement>(),
+                              workspace};
   try {
     if (!input.frame.image.empty()) tracker_.build(input.frame.image, memory.now.pyramid);
     memory.now.timestamp_s = input.frame.timestamp_s;

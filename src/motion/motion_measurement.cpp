@@ -38,16 +38,17 @@ std::optional<PosePrior> prior_of(const MotionContext& context, std::size_t base
   const bool host_knows_all = baseline == 0 && memory.prior;
   if (host_knows_all) return memory.prior;
   const MotionJudgeOptions& options = context.options;
-  const bool is_limited =
-      options.max_acceleration_m_s2 > 0 && options.max_angular_acceleration_rad_s2 > 0;
+  const bool is_limited = !context.has_masks && options.max_acceleration_m_s2 > 0 &&
+                          options.max_angular_acceleration_rad_s2 > 0;
   const bool is_first_trusted = baseline > 0 && memory.prior && memory.prior->is_trusted;
-  if (!memory.past[0].motion || (!is_limited && !is_first_trusted)) return {};
+  if (!is_limited && !is_first_trusted) return {};
   PosePrior prior;
   prior.pose = expected_pose(context, baseline);
   const double duration_s = context.measured.baselines[0].duration_s;
   const double square = duration_s * duration_s;
   // Over the long baseline, the errors of the short ones add up.
-  const double steps = motion_baseline_frames[baseline];
+  // At the start, the camera may be moving already.
+  const double steps = motion_baseline_frames[baseline] + (memory.past[0].motion ? 0 : 1);
   prior.max_translation_m = steps * std::max(options.max_acceleration_m_s2 * square, 1e-3);
   prior.max_rotation_rad = steps * std::max(options.max_angular_acceleration_rad_s2 * square, 1e-3);
   prior.is_trusted = is_first_trusted;

@@ -44,6 +44,7 @@ struct MotionContext {
   const FilterInput& input;
   const PinholeCamera& camera;
   const MotionJudgeOptions& options;
+  bool has_masks;  ///< whether masks are known, maybe without instances
   MotionMemory& memory;
   MotionMeasurement& measured;
   Workspace& workspace;

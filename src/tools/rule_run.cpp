@@ -121,6 +121,7 @@ RuleRun::RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource
 /// Returns the masks that the rule works with.
 std::optional<Segmentation> RuleRun::masks_of(const SourceFrame& frame) {
   if (rule_.takes_true_masks) return frame.true_masks;
+  if (rule_.follows_motion && !rule_.takes_masks) return {};
   if (!propagator_) return frame.masks;
   return propagation_time_.measure(
       [&] { return propagator_->propagate(frame.frame, frame.masks); });

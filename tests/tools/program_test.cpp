@@ -104,6 +104,26 @@ TEST_F(Program, RunWritesConsistentResults) {
   EXPECT_FALSE(cv::imread((folder / "contact_sheet.png").string()).empty());
 }
 
+TEST_F(Program, RunJudgesMotionOnRequest) {
+  const fs::path folder = out("motion");
+  const std::string command = "run " + quoted(scene()) + " --overlays 0 --out " + quoted(folder);
+  ASSERT_EQ(run(command + " --motion").exit_code, 0);
+  const nlohmann::json summary = read_json(folder / "summary.json");
+  EXPECT_EQ(summary["rule"], "depth_motion");
+  const auto frames = read_csv(folder / "frames.csv");
+  for (const char* name : {"moving", "given_back", "kept"}) {
+    EXPECT_EQ(summary[name], sum_of(frames, name)) << name;
+  }
+  EXPECT_EQ(summary["features"].get<int>(),
+            summary["masked"].get<int>() + summary["compensated"].get<int>() +
+                summary["moving"].get<int>() + summary["kept"].get<int>());
+  ASSERT_EQ(run(command + " --motion --rule none").exit_code, 0);
+  EXPECT_EQ(read_json(folder / "summary.json")["rule"], "motion");
+  EXPECT_EQ(read_json(folder / "summary.json")["masked"], 0);
+  EXPECT_TRUE(run(command + " --motion --rule paper").mentions("rule none, mask or depth"));
+  EXPECT_TRUE(run(command + " --motion --every 2").mentions("--every 2"));
+}
+
 TEST_F(Program, SecondRunGivesTheSameNumbersWithoutOldPictures) {
   const std::string command =
       "run " + quoted(scene()) + " --features 300 --out " + quoted(out("again"));

@@ -36,9 +36,10 @@ struct MotionJudgeOptions {
   /// Share of the features that must be tracked from the last frame; below, it is a cut.
   double min_tracked_share = 0.25;
   /// @{
-  /// How far a camera's motion may be from the last one: its acceleration. 0 = no limit. Holds the
-  /// pose to the room where most features move and there are no masks.
-  double max_acceleration_m_s2 = 0;
+  /// How far a camera's motion may be from the last one, where no masks are known: its
+  /// acceleration. 0 = no limit. Holds the pose to the room where most features move. With masks
+  /// most of those left are static, and a limit would only hold back a shaken camera.
+  double max_acceleration_m_s2 = 5;
   double max_angular_acceleration_rad_s2 = 20;
   /// @}
   /// Features this near to a mask of a dynamic object do not tell the camera's motion, pixels.
@@ -76,8 +77,8 @@ struct MotionJudgeOptions {
   /// @{
   /// A feature that compensation removed beside something that moves comes back if it has been
   /// still for some frames: its belief is at most this, and its depths span less than this, metres.
-  double max_background_belief = -2;
-  double max_background_depth_range_m = 0.2;
+  double max_background_belief = -0.5;
+  double max_background_depth_range_m = 0.4;
   /// @}
 
   /// Features this near to the mask of an instance that is not still are judged strictly, pixels:
