@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
-#include <utility>
+#include <tuple>
 
 #include "dynfilter/detail/errors.hpp"
 #include "random.hpp"
@@ -18,6 +18,7 @@ namespace {
 using Twist = cv::Vec6d;  // rotation vector, then translation, in the earlier camera's frame
 
 constexpr std::size_t in_hypothesis = 4;
+constexpr double cell_px = 40;     // side of a part of the image that has a voice
 constexpr int concentrations = 3;  // of a hypothesis that is the best one so far
 constexpr double median_to_scale = 1.4826;
 
@@ -32,8 +33,16 @@ struct LinearResidual {
   }
 };
 
+/// Place of an observation in the order in which they are heard.
+struct Turn {
+  std::size_t round = 0;  // how many of its part of the image come before
+  std::uint64_t hash = 0;
+  std::size_t index = 0;
+  int cell = 0;
+};
+
 struct Scratch {
-  std::vector<std::pair<std::uint64_t, std::size_t>> order;  // of the observations, by hash
+  std::vector<Turn> order;
   std::vector<LinearResidual> judges, all;
   std::vector<double> squares, some_squares;
 };
@@ -47,6 +56,29 @@ std::uint64_t hash_of(const PoseObservation& observation, std::uint64_t seed) {
     hash = detail::mixed(hash ^ bits);
   }
   return hash;
+}
+
+/// Puts the observations in order: one of each part of the image in turn, so that what is rich in
+/// texture does not outvote the rest, and by their hash among those.
+void put_in_order(const std::vector<PoseObservation>& observations, std::uint64_t seed,
+                  std::vector<Turn>& order) {
+  order.clear();
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    const cv::Point2d pixel = observations[i].pixel_then;
+    const auto cell = [](double position) {
+      return static_cast<int>(std::clamp(position, -1e5, 1e5) / cell_px);
+    };
+    order.push_back({0, hash_of(observations[i], seed), i, cell(pixel.y) * 65536 + cell(pixel.x)});
+  }
+  std::sort(order.begin(), order.end(), [](const Turn& a, const Turn& b) {
+    return std::tie(a.cell, a.hash) < std::tie(b.cell, b.hash);
+  });
+  for (std::size_t i = 1; i < order.size(); ++i) {
+    if (order[i].cell == order[i - 1].cell) order[i].round = order[i - 1].round + 1;
+  }
+  std::sort(order.begin(), order.end(), [](const Turn& a, const Turn& b) {
+    return std::tie(a.round, a.hash) < std::tie(b.round, b.hash);
+  });
 }
 
 /// Returns the rotation by a rotation vector (Rodrigues).
@@ -233,7 +265,9 @@ struct Fit {
   const RelativePoseOptions& options;
   Scratch& scratch;
 
-  const PoseObservation& at(std::size_t i) const { return observations[scratch.order[i].second]; }
+  std::size_t judge_count() const { return std::min(options.judges, observations.size()); }
+
+  const PoseObservation& at(std::size_t i) const { return observations[scratch.order[i].index]; }
 
   /// Linearises all residuals around a pose. Returns their scale: of all first, then of those that
   /// agree with that.
@@ -246,14 +280,15 @@ struct Fit {
       const cv::Vec2d& residual = scratch.all.back().residual;
       squares.push_back(residual.dot(residual));
     }
-    scratch.some_squares = squares;
+    const auto judges = static_cast<std::ptrdiff_t>(judge_count());
+    scratch.some_squares.assign(squares.begin(), squares.begin() + judges);
     const auto scale_of = [&](std::vector<double>& some) {
       return std::max(median_to_scale * std::sqrt(median_of(some)), options.min_scale_px);
     };
     const double limit = options.cutoff * scale_of(scratch.some_squares);
     scratch.some_squares.clear();
-    for (const double square : squares) {
-      if (square <= limit * limit) scratch.some_squares.push_back(square);
+    for (auto square = squares.begin(); square != squares.begin() + judges; ++square) {
+      if (*square <= limit * limit) scratch.some_squares.push_back(*square);
     }
     return scale_of(scratch.some_squares);
   }
@@ -261,9 +296,10 @@ struct Fit {
   /// Returns the share of observations that are within the cutoff of the largest trusted scale.
   double support(double limit_px) const {
     const auto agreeing =
-        std::count_if(scratch.squares.begin(), scratch.squares.end(),
+        std::count_if(scratch.squares.begin(),
+                      scratch.squares.begin() + static_cast<std::ptrdiff_t>(judge_count()),
                       [&](double square) { return square <= limit_px * limit_px; });
-    return static_cast<double>(agreeing) / static_cast<double>(observations.size());
+    return static_cast<double>(agreeing) / static_cast<double>(judge_count());
   }
 
   /// Returns the pose after one step with Tukey's weights.
@@ -303,15 +339,11 @@ RelativePoseEstimate RelativePoseEstimator::estimate(
   Scratch& scratch = workspace.get<Scratch>();
   scratch.squares.reserve(observations.size());
   scratch.some_squares.reserve(observations.size());
-  scratch.order.clear();
-  for (std::size_t i = 0; i < observations.size(); ++i) {
-    scratch.order.emplace_back(hash_of(observations[i], options_.seed), i);
-  }
-  std::sort(scratch.order.begin(), scratch.order.end());
+  put_in_order(observations, options_.seed, scratch.order);
   const Fit fit{observations, camera_, options_, scratch};
 
   detail::Random random(options_.seed);
-  const std::size_t judges = std::min(options_.judges, observations.size());
+  const std::size_t judges = fit.judge_count();
   for (std::size_t s = 0; s < options_.starts; ++s) {
     scratch.judges.clear();
     for (std::size_t i = 0; i < judges; ++i) {

@@ -63,7 +63,7 @@ struct RelativePoseOptions {
   double min_scale_px = 0.25;  ///< smallest scale of the residuals, pixels; above 0
   /// Largest scale, pixels, with which a pose is trusted; above 0.
   double max_scale_px = 3.0;
-  /// Smallest share of the observations that must agree with a pose for it to be trusted; 0 to 1.
+  /// Smallest share of the judges that must agree with a pose for it to be trusted; 0 to 1.
   double min_support = 0.5;
   std::uint64_t seed = 0;  ///< of the hypotheses
 };
@@ -72,7 +72,7 @@ struct RelativePoseOptions {
 struct RelativePoseEstimate {
   RelativePose pose;    ///< the start where there was no answer
   double scale_px = 0;  ///< robust scale of the residuals, 1.4826 times their median, pixels
-  double support = 0;   ///< share of the observations within `cutoff` scales
+  double support = 0;   ///< share of the judges within `cutoff` scales
   std::size_t observations = 0;  ///< number of observations
   /// Whether the pose may be relied upon: enough observations, of which enough agree.
   bool is_trusted = false;
@@ -88,6 +88,9 @@ struct RelativePoseEstimate {
 /// large data sets", 2006). The median decides, not a threshold: with one, the many features of a
 /// mover that drifts by a pixel pull the pose, and PnP with RANSAC is captured so. Then iteratively
 /// reweighted least squares with Tukey's weights at that scale.
+///
+/// The judges are spread over the image: parts of 40 px have a voice in turn. What is rich in
+/// texture would outvote the rest otherwise, and where no masks are known that is often a person.
 ///
 /// Deterministic, and independent of the observations' order. const and re-entrant.
 class RelativePoseEstimator {
