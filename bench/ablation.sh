@@ -23,7 +23,8 @@ Installs the packages that are missing (Debian, Ubuntu), or says which.
                  pushed_plain,carried,carried_slow,carried_plain,still_camera,rotation,fast,
                  crowd; any name with _depth_late after it: depth a frame older
   --seeds LIST   default 101-115: seeds that tuned nothing
-  --rules LIST   default: all but those that compare frames, and those for late masks, which late_masks.sh compares
+  --rules LIST   default: all but those that compare frames, and those for late masks, which
+                 late_masks.sh compares
   --out DIR      default: out/ablation in the repository
   --readme       put the overviews into bench/README.md: those of the features with --every, else
                  those of the trajectories

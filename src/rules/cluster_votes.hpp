@@ -4,7 +4,6 @@
 #ifndef DYNFILTER_SRC_RULES_CLUSTER_VOTES_HPP
 #define DYNFILTER_SRC_RULES_CLUSTER_VOTES_HPP
 
-#include <algorithm>
 #include <cstddef>
 #include <vector>
 

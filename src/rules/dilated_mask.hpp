@@ -24,8 +24,7 @@ struct DilatedMaskOptions {
 /// The mask part of DynaSLAM (B. Bescos et al., "DynaSLAM: Tracking, Mapping and Inpainting in
 /// Dynamic Scenes", RA-L 2018): removes the features on the dilated union of the masks. Its
 /// programs dilate the network's mask; its frame class then erodes the mask of what to keep with
-/// the same element, which is the second pass. Its multi-view geometry needs earlier frames and is
-/// left out.
+/// the same element, which is the second pass. Its multi-view geometry is DepthConsistency.
 ///
 /// It needs no depth. An instance without a mask removes nothing. O(pixels of the image x pixels of
 /// the element) if there is a dynamic instance.

@@ -4,6 +4,7 @@
 #ifndef DYNFILTER_SRC_RULES_EPIPOLAR_VOTE_HPP
 #define DYNFILTER_SRC_RULES_EPIPOLAR_VOTE_HPP
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>

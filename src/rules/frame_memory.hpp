@@ -4,6 +4,7 @@
 #ifndef DYNFILTER_SRC_RULES_FRAME_MEMORY_HPP
 #define DYNFILTER_SRC_RULES_FRAME_MEMORY_HPP
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <optional>

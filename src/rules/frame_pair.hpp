@@ -29,8 +29,8 @@ struct EarlierFrame {
   Segmentation segmentation;  ///< its masks
 };
 
-/// A frame and an earlier one, with what relates them. Valid as long as the input and the memory
-/// that made it, until the memory's next frame.
+/// Pair of a frame and an earlier one, with what relates them. It refers to the input and to the
+/// memory that made it, and is valid until that memory's next frame.
 struct FramePair {
   const FilterInput& now;              ///< the frame to filter
   PinholeCamera camera;                ///< of both frames

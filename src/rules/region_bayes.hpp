@@ -25,8 +25,8 @@ struct RegionBayesOptions {
   int step_px = 4;          ///< every such pixel of a region is compared, each way
   int min_samples = 5;      ///< pixels that a region needs
   /// @{
-  /// Difference of a static and of a moving region, grey levels: mean and standard deviation. Chosen
-  /// on rendered scenes of seed 11 and on frames composed of two recordings.
+  /// Difference of a static and of a moving region, grey levels: mean and standard deviation.
+  /// Chosen on rendered scenes of seed 11 and on frames composed of two recordings.
   double static_mean = 4, static_deviation = 6;
   double moving_mean = 25, moving_deviation = 12;
   /// @}
@@ -51,7 +51,8 @@ struct RegionBeliefs {
 /// is the mean absolute one of the region's pixels. The earlier image is compensated pixel by
 /// pixel, by depth and FrameMemory's pose. A region that looks the same without compensation
 /// (similarity) is as static as one that does with it: the smaller difference counts. Its
-/// likelihoods are normal distributions, and beliefs fade to the prior. A region without depth, and
+/// likelihoods are normal distributions that stay flat below the static and above the moving mean,
+/// and beliefs fade to the prior. A region without depth, and
 /// all where the camera's motion is unknown, gain no evidence. It needs no masks. O(pixels).
 class RegionBayes {
  public:

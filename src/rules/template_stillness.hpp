@@ -51,7 +51,8 @@ struct StillObjects {
 /// warped by the homography of the background's tracks (the identity, where none can be fitted), so
 /// that the camera's motion is no difference. An object must have a box of its class in the earlier
 /// frame, and must look still for some frames in a row. The score is the correlation coefficient; a
-/// box without contrast has none, and counts as moving. O(pixels + area of the boxes x search).
+/// box without contrast has none, and counts as moving. The sample of RANSAC depends on the order
+/// of the features. O(pixels + area of the boxes x search).
 class TemplateStillness {
  public:
   /// Takes the memory, which must outlive the rule. Throws std::invalid_argument for options out of
