@@ -4,6 +4,7 @@
 #include "dynfilter/motion/motion_judge.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <stdexcept>
 #include <vector>
@@ -292,6 +293,17 @@ TEST(MotionJudge, TakesAHostsTracks) {
   }
   EXPECT_GT(moving, own_moving * 9 / 10);
   EXPECT_LT(moving, own_moving * 11 / 10);
+}
+
+TEST(MotionJudge, LeavesFeaturesOutsideTheImageAlone) {
+  Rig rig;
+  for (std::size_t i = 0; i < 5; ++i) {
+    Shot shot = shots(0.5)[i];
+    const std::size_t inside = shot.keypoints.size();
+    for (const float x : {-1.0F, 1e9F, -1e9F, NAN}) shot.keypoints.emplace_back(x, 50.0F, 1.0F);
+    const FeatureLabels labels = rig.see_without_masks(shot);
+    for (std::size_t f = inside; f < labels.size(); ++f) EXPECT_FALSE(labels.is_removed(f));
+  }
 }
 
 TEST(MotionJudge, RefusesNonsense) {
