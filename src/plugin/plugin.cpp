@@ -11,6 +11,7 @@
 #include <utility>
 
 #include <opencv2/imgproc.hpp>
+#include <opencv2/video/tracking.hpp>
 
 #include "dynfilter/detail/columns.hpp"
 #include "dynfilter/dynfilter.hpp"
@@ -98,6 +99,7 @@ struct Plugin::State {
   void check_depth_offset(const FrameView& frame);
   void apply(const FrameView& frame, const std::optional<Segmentation>& segmentation,
              const std::vector<cv::KeyPoint>& keypoints);
+  FrameView with_depth_in_step(const FrameView& frame);
   FrameStatistics run(double timestamp_s, const cv::Mat& depth,
                       std::vector<cv::KeyPoint>& keypoints, cv::Mat& descriptors, int* pivot);
   FrameStatistics leave_alone(const cv::Mat& depth, const std::vector<cv::KeyPoint>& keypoints);
@@ -111,6 +113,9 @@ struct Plugin::State {
 #endif
   std::optional<detail::Recorder> recorder;
   DepthOffsetEstimator depth_offset;
+  cv::Ptr<cv::DISOpticalFlow> optical_flow;  // made when it is needed
+  cv::Mat last_grey;                         // of the frame filtered last, if depth is moved
+  double last_grey_s = 0;
   PluginCounters counters;
   FeatureLabels labels;
   Workspace workspace;
@@ -153,15 +158,45 @@ void Plugin::State::apply(const FrameView& frame, const std::optional<Segmentati
   filter.apply(frame, segmentation, keypoints, labels, workspace);
 }
 
+/// Returns the frame with depth moved to where the image shows the things, if the settings say that
+/// depth is late, and if the frame before is known.
+FrameView Plugin::State::with_depth_in_step(const FrameView& frame) {
+  constexpr int min_side_px = 64;  // the optical flow needs an image of some size
+  constexpr double max_gap_s = 0.2;
+  const bool is_known = !frame.image.empty() && !frame.depth.empty() &&
+                        std::min(frame.image.cols, frame.image.rows) >= min_side_px;
+  if (settings.depth_frames_late == 0 || !is_known) return frame;
+  cv::Mat grey;
+  if (frame.image.channels() == 3) {
+    cv::cvtColor(frame.image, grey, cv::COLOR_BGR2GRAY);
+  } else {
+    grey = frame.image.clone();
+  }
+  FrameView moved = frame;
+  const double gap_s = frame.timestamp_s - last_grey_s;
+  if (last_grey.size() == grey.size() && gap_s > 0 && gap_s <= max_gap_s) {
+    if (!optical_flow) {
+      optical_flow = cv::DISOpticalFlow::create(cv::DISOpticalFlow::PRESET_FAST);
+    }
+    cv::Mat flow;
+    optical_flow->calc(grey, last_grey, flow);
+    moved.depth = moved_depth(frame.depth, flow, settings.depth_frames_late);
+  }
+  last_grey = grey;
+  last_grey_s = frame.timestamp_s;
+  return moved;
+}
+
 /// Filters all or nothing: everything that may fail comes before the caller's data change.
 FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
                                    std::vector<cv::KeyPoint>& keypoints, cv::Mat& descriptors,
                                    int* pivot) {
   if (!masks) return leave_alone(depth, keypoints);
   require_matching_sizes(keypoints, descriptors, pivot);
-  const FrameView frame = view(timestamp_s, depth);
-  validate(frame, "Plugin::filter");
-  check_depth_offset(frame);
+  const FrameView as_given = view(timestamp_s, depth);
+  validate(as_given, "Plugin::filter");
+  check_depth_offset(as_given);
+  const FrameView frame = with_depth_in_step(as_given);
   const std::optional<Segmentation> segmentation = masks->masks_for(frame);
   apply(frame, segmentation, keypoints);
   keep_at_least_one(labels);

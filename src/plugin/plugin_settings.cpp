@@ -4,6 +4,7 @@
 #include "plugin/plugin_settings.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <stdexcept>
 #include <vector>
@@ -137,6 +138,13 @@ void refuse_depth_offset(SettingsFile& file) {
               "it images that are paired in step, see dynfilter sync --write");
 }
 
+void read_depth_frames_late(SettingsFile& file, double& frames_late) {
+  constexpr double max_frames = 3;  // farther, surfaces do not move on as they did
+  file.read_number("depth_frames_late", frames_late);
+  if (std::abs(frames_late) <= max_frames) return;
+  file.refuse("depth_frames_late", concatenate(frames_late), "frames within ±3");
+}
+
 void read_feature_floor(SettingsFile& file, FeatureFloorOptions& options) {
   file.read_count("floor", options.floor);
   read_enumeration(file, "policy", {"report_only", "restore_best_scored", "restore_balanced"},
@@ -183,6 +191,7 @@ PluginSettings read_plugin_settings(const std::string& path, const std::string& 
   file.read_flag("motion", with_motion);
   if (with_motion) settings.motion_camera = read_camera(file);
 #endif
+  read_depth_frames_late(file, settings.depth_frames_late);
   file.read_text("output_folder", settings.output_folder);
   file.read_count("overlay_every", settings.overlay_every);
   file.finish();

@@ -10,7 +10,9 @@
 
 #include <gtest/gtest.h>
 #include <opencv2/imgproc.hpp>
+#include <opencv2/video/tracking.hpp>
 
+#include "dynfilter/dynfilter.hpp"
 #include "dynfilter/plugin.hpp"
 #include "support/expect_error.hpp"
 #include "support/host_frame.hpp"
@@ -55,6 +57,68 @@ TEST_F(PluginTest, ChecksDepthInAsManyFramesAsSet) {
                           1)
                 .depth_checked,
             0U);
+}
+
+/// Person who walks 8 px a frame before a wall; both have texture, and depth is a frame late.
+HostFrame walking(int index) {
+  HostFrame frame(index);
+  cv::RNG random(5);
+  cv::Mat wall(image_size, CV_8UC3), person(80, 40, CV_8UC3);
+  random.fill(wall, cv::RNG::UNIFORM, 0, 90);
+  random.fill(person, cv::RNG::UNIFORM, 120, 250);
+  cv::GaussianBlur(wall, wall, {7, 7}, 2);
+  cv::GaussianBlur(person, person, {7, 7}, 2);
+  person.copyTo(wall(cv::Rect(20 + 8 * index, 20, 40, 80)));
+  frame.image = wall;
+  frame.depth.setTo(3);
+  frame.depth(cv::Rect(12 + 8 * index, 20, 40, 80)).setTo(1.5);
+  Instance& instance = frame.segmentation.instances[0];
+  instance.box = {15 + 8 * index, 15, 50, 90};
+  instance.mask_origin = {20 + 8 * index, 20};
+  return frame;
+}
+
+/// Filters as the plugin should: with depth moved along the flow.
+FrameStatistics filtered_by_hand(int index) {
+  HostFrame frame = walking(index);
+  cv::Mat now, last, flow;
+  cv::cvtColor(frame.image, now, cv::COLOR_BGR2GRAY);
+  cv::cvtColor(walking(index - 1).image, last, cv::COLOR_BGR2GRAY);
+  cv::DISOpticalFlow::create(cv::DISOpticalFlow::PRESET_FAST)->calc(now, last, flow);
+  FrameView view = frame.view(0);
+  view.depth = moved_depth(frame.depth, flow, 1);
+  return DynamicFilter().apply(view, frame.segmentation, frame.keypoints).statistics();
+}
+
+TEST_F(PluginTest, MovesLateDepthAlongTheOpticalFlow) {
+  const std::filesystem::path moving_masks = path("moving_masks");
+  MaskFolderWriter writer(moving_masks);
+  for (int i = 0; i < 4; ++i) writer.add(walking(i).segmentation);
+  writer.finish();
+  const std::string masks_line = "dynfilter.mask_folder: \"" + moving_masks.string() + "\"\n";
+  const auto compensated = [&](const std::string& lines) {
+    Plugin plugin(raw_settings(masks_line + lines));
+    std::vector<std::size_t> counts;
+    for (int i = 0; i < 4; ++i) {
+      HostFrame frame = walking(i);
+      plugin.submit(frame.image, frame.timestamp_s);
+      const cv::Mat before = frame.depth.clone();
+      counts.push_back(
+          plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors)
+              .compensated);
+      EXPECT_EQ(cv::norm(frame.depth, before, cv::NORM_INF), 0);
+    }
+    return counts;
+  };
+  const std::vector<std::size_t> moved = compensated("dynfilter.depth_frames_late: 1\n");
+  const std::vector<std::size_t> as_given = compensated("");
+  EXPECT_EQ(moved[0], as_given[0]);
+  for (int i = 1; i < 4; ++i) {
+    EXPECT_EQ(moved[static_cast<std::size_t>(i)], filtered_by_hand(i).compensated) << i;
+    EXPECT_NE(moved[static_cast<std::size_t>(i)], as_given[static_cast<std::size_t>(i)]) << i;
+  }
+  expect_error<std::runtime_error>([&] { Plugin(settings("dynfilter.depth_frames_late: 4\n")); },
+                                   "dynfilter.depth_frames_late: got 4; want frames within ±3");
 }
 
 TEST_F(PluginTest, RefusesToHoldImagesBack) {
