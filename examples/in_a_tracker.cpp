@@ -17,7 +17,6 @@ class Tracker {
     const dynfilter::FrameView frame{id, timestamp_s, image, depth, 1.0 / 5000};
     const auto labels = filter_.apply(frame, people_.segment(frame), keypoints);
     dynfilter::keep_static(labels, keypoints, descriptors);
-    // … matching and pose estimation on what is left
   }
 
  private:

@@ -19,7 +19,7 @@ namespace {
 constexpr const char* component = "DepthOffsetEstimator";
 constexpr std::size_t max_stretches = 32;
 constexpr int work_width = 320;  // images are shrunk to about this width, pixels
-constexpr int row_step = 4;      // every fourth row of the depth image has edges enough
+constexpr int work_rows = 120;   // about so many rows of the depth image have edges enough
 
 void require(bool is_right, const char* name, double got, const char* want) {
   if (is_right) return;
@@ -42,6 +42,7 @@ void find_depth_edges(const cv::Mat& depth, double scale,
   };
   const int columns = depth.cols / shrink, rows = depth.rows / shrink;
   const int max_gap = std::max(1, cvRound(options.max_shadow_px * depth.cols / 640.0)) + 1;
+  const int row_step = std::max(1, depth.rows / work_rows);
   for (int y = 1; y + 1 < depth.rows; y += row_step) {
     const Unit* const above = depth.ptr<Unit>(y - 1);
     const Unit* const row = depth.ptr<Unit>(y);
