@@ -41,7 +41,7 @@ int main(int argc, char** argv) {
       testing::argument_or_exit(argc, argv,
                                 {{"masks", "counted_filter", features, 21500},
                                  {"paper", "counted_filter", features, 39900},
-                                 {"default", "counted_filter", features, 86600},
+                                 {"default", "counted_filter", features, 140700},
                                  {"keep", "counted_keep_static", features, 6200}});
   DynamicFilterOptions options;
   if (rule == "masks") options.compensator.rule = CompensationRule::mask;
