@@ -181,15 +181,14 @@ TEST(FlowRefinedMask, EqualsTheReadingOnRandomFrames) {
 // --- Options -------------------------------------------------------------------------------------
 
 TEST(PeersOfFlow, RefuseOptionsOutOfRange) {
-  const auto refuses = [](auto make, const char* part) {
-    expect_error<std::invalid_argument>(make, part);
-  };
   peers::FlowChiSquareOptions flow;
   flow.track_noise_px = 0;
-  refuses([&] { peers::FlowChiSquare{flow}; }, "track_noise_px must be above 0");
+  expect_error<std::invalid_argument>([&] { peers::FlowChiSquare{flow}; },
+                                      "track_noise_px must be above 0");
   peers::FlowRefinedMaskOptions refined;
   refined.baseline_frames = 0;
-  refuses([&] { peers::FlowRefinedMask{refined}; }, "baseline_frames must be 1 or more");
+  expect_error<std::invalid_argument>([&] { peers::FlowRefinedMask{refined}; },
+                                      "baseline_frames must be 1 or more");
 }
 
 }  // namespace

@@ -250,17 +250,16 @@ TEST(ClusterVotes, EqualsTheReadingOnRandomFrames) {
 // --- Options -------------------------------------------------------------------------------------
 
 TEST(PeersOfVotes, RefuseOptionsOutOfRange) {
-  const auto refuses = [](auto make, const char* part) {
-    expect_error<std::invalid_argument>(make, part);
-  };
   peers::EpipolarVoteOptions votes;
   votes.min_outliers = 0;
-  refuses([&] { peers::EpipolarVote{votes}; }, "min_outliers must be 1 or more");
+  expect_error<std::invalid_argument>([&] { peers::EpipolarVote{votes}; },
+                                      "min_outliers must be 1 or more");
   votes.confidence = 1;
-  refuses([&] { peers::EpipolarVote{votes}; }, "confidence between 0 and 1");
+  expect_error<std::invalid_argument>([&] { peers::EpipolarVote{votes}; },
+                                      "confidence between 0 and 1");
   peers::ClusterVotesOptions clusters;
   clusters.radius_m = 0;
-  refuses([&] { peers::ClusterVotes{clusters}; }, "radius_m above 0");
+  expect_error<std::invalid_argument>([&] { peers::ClusterVotes{clusters}; }, "radius_m above 0");
 }
 
 }  // namespace

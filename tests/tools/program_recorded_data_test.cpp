@@ -51,7 +51,7 @@ TEST_F(ProgramOnRecordedData, DegradedMasksRemoveFewerFeatures) {
   EXPECT_TRUE(run("run " + sequence + " --degrade torn").mentions("eroded"));
 }
 
-/// A table reaches to the person's depth. The paper's rule leaves 48 features on him a frame, and
+/// A table reaches to the person's depth. The paper's rule leaves 43 features on him a frame, and
 /// a rule without the watershed takes 41 of the table's.
 TEST_F(ProgramOnRecordedData, KeepsMostOfATableAtThePersonsDepth) {
   Outcome outcome;
