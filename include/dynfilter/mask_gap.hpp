@@ -18,6 +18,7 @@
 #include <opencv2/core.hpp>
 
 #include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/mask_row.hpp"
 #include "dynfilter/detail/pixel_scale.hpp"
 #include "dynfilter/detail/rectangles.hpp"
 #include "dynfilter/frame.hpp"
@@ -117,11 +118,10 @@ class MaskGapEstimator {
         instance.mask.ptr<std::uint8_t>(first.y - instance.mask_origin.y) +
         (first.x - instance.mask_origin.x);
     const std::uint8_t* const end = mask + width;
-    const auto is_masked = [](std::uint8_t pixel) { return pixel != 0; };
     for (const std::uint8_t* run = mask;;) {
-      run = std::find_if(run, end, is_masked);
+      run = detail::find_mask_pixel(run, end);
       if (run == end) return;
-      const std::uint8_t* const run_end = std::find(run, end, std::uint8_t{0});
+      const std::uint8_t* const run_end = detail::find_mask_end(run, end);
       const auto x_of = [&](const std::uint8_t* pixel) {
         return first.x + static_cast<int>(pixel - mask);
       };

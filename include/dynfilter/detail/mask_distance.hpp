@@ -13,6 +13,7 @@
 
 #include <opencv2/core.hpp>
 
+#include "dynfilter/detail/mask_row.hpp"
 #include "dynfilter/instance.hpp"
 
 namespace dynfilter::detail {
@@ -45,12 +46,9 @@ inline bool mask_within(const Instance& instance, cv::Point pixel, double radius
   const auto has_pixel_in = [&](std::int64_t row) {
     if (row < 0 || row >= mask.rows) return false;
     const std::uint8_t* const pixels = mask.ptr<std::uint8_t>(static_cast<int>(row));
-    unsigned any = 0;
-    const std::int64_t last = std::min<std::int64_t>(mask.cols - 1, x + half);
-    for (std::int64_t column = std::max<std::int64_t>(0, x - half); column <= last; ++column) {
-      any |= pixels[column];
-    }
-    return any != 0;
+    const std::int64_t first = std::max<std::int64_t>(0, x - half);
+    const std::int64_t end = std::min<std::int64_t>(mask.cols, x + half + 1);
+    return has_mask_pixel(pixels + first, pixels + end);
   };
   // Rows beyond the mask's are skipped: the mask may be far away, and the radius large.
   const std::int64_t nearest = y < 0 ? -y : std::max<std::int64_t>(0, y - mask.rows + 1);
