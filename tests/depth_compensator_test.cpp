@@ -30,7 +30,7 @@ TEST(DepthCompensator, RemovesTheLimbThatTheMaskMissed) {
   EXPECT_EQ(label.score, 0.8F);
   const InstanceStatistics statistics = scene.filtered().statistics().instances[0];
   EXPECT_EQ(statistics.compensation, Compensation::applied);
-  EXPECT_EQ(statistics.sampled, 20U * 80U);
+  EXPECT_EQ(statistics.sampled, 10U * 40U) << "every eighth pixel each way of a large mask";
   EXPECT_EQ(statistics.candidates, 1U);
   EXPECT_EQ(statistics.passed_depth, 1U);
   EXPECT_EQ(statistics.passed_nearness, 0U);
@@ -159,17 +159,17 @@ TEST(DepthCompensator, KeepsAChairBeforeThePerson) {
   EXPECT_TRUE(scene.compensates(390, 360)) << "the person may have come nearer since";
 }
 
-/// An arm that reaches 0.6 m towards the camera, in small steps.
+/// An arm that reaches 0.5 m towards the camera, in small steps.
 TEST(DepthCompensator, FollowsAnArmBeyondTheRangeOfDepth) {
   DepthScene scene;
-  for (int x = 360; x < 420; ++x) scene.set_depth({x, 200, 1, 20}, 1.5 - 0.01 * (x - 360));
+  for (int x = 360; x < 420; ++x) scene.set_depth({x, 200, 1, 20}, 1.5 - 0.009 * (x - 360));
   scene.options.max_step_m = 0.2;
-  EXPECT_TRUE(scene.compensates(405, 210)) << "0.45 m before the body";
+  EXPECT_TRUE(scene.compensates(407, 210)) << "0.42 m before the body";
   scene.options.max_beyond_range_m = 0;
-  EXPECT_FALSE(scene.compensates(405, 210));
+  EXPECT_FALSE(scene.compensates(407, 210));
   scene.options.max_beyond_range_m = 0.3;
   scene.options.max_step_m = 0.1;
-  EXPECT_FALSE(scene.compensates(405, 210)) << "a cell of 16 pixels rises by 0.16 m";
+  EXPECT_FALSE(scene.compensates(407, 210)) << "a cell of 16 pixels rises by 0.14 m";
 }
 
 TEST(DepthCompensator, WorksWithABoxAlone) {
@@ -270,6 +270,7 @@ TEST(DepthCompensator, AbstainsWithoutDepth) {
 
 TEST(DepthCompensator, AbstainsWithTooFewDepths) {
   DepthScene scene;
+  scene.options.object_depth.max_places = 2000;  // every fourth pixel
   scene.set_depth({0, 0, 640, 480}, 0);
   scene.set_depth({280, 120, 12, 8}, 1.5);  // 3 x 2 readings
   scene.segmentation.timestamp_s = 99.9;

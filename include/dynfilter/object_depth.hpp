@@ -46,6 +46,9 @@ struct ObjectDepthOptions {
   double min_box_share = 0.20;
   /// Smallest number of depths, up to 51.2 m, for an estimate.
   std::size_t min_samples = 8;
+  /// Largest number of places that are read in the rectangle of a mask, and in the middle of a box;
+  /// at least 1. If every fourth pixel each way would be more, every eighth, twelfth, … is read.
+  std::size_t max_places = 1500;
 };
 
 /// Depth of an object: one range estimated from its mask, another from its box if the mask is too
@@ -70,8 +73,8 @@ struct ObjectDepth {
   }
 };
 
-/// Estimates the range of depth in which an object lies, from every fourth pixel of its mask in
-/// each direction.
+/// Estimates the range of depth in which an object lies, from a grid of pixels on its mask: every
+/// fourth pixel each way in images 640 pixels wide, fewer on large masks.
 ///
 /// The paper (section 3.2) uses a sample of the masked features. These are few and lie where there
 /// is texture; one of them that reads the background either widens the range, or is rejected
@@ -80,7 +83,7 @@ struct ObjectDepth {
 class ObjectDepthEstimator {
  public:
   /// Takes the options. Throws std::invalid_argument for half widths that are not above 0, finite
-  /// and in order, and for shares outside 0 to 1.
+  /// and in order, for shares outside 0 to 1, and for a max_places of 0.
   explicit ObjectDepthEstimator(const ObjectDepthOptions& options = {}) : options_(options) {
     const double min_m = options.min_half_width_m, max_m = options.max_half_width_m;
     if (!(min_m > 0) || !(max_m >= min_m) || !std::isfinite(max_m)) {
@@ -91,36 +94,34 @@ class ObjectDepthEstimator {
     require_share("min_share", options.min_share);
     require_share("min_mask_share", options.min_mask_share);
     require_share("min_box_share", options.min_box_share);
+    if (options.max_places == 0) {
+      detail::throw_misuse("ObjectDepthEstimator", "max_places = 0", "at least 1");
+    }
   }
 
-  /// Returns the largest number of depths that are read from an image of this size: the size that
-  /// `scratch` may grow to.
-  static std::size_t max_samples(const cv::Size& image) {
-    const auto along = [&](int length) {
-      return static_cast<std::size_t>(length / step_for(image) + 1);
-    };
-    return along(image.width) * along(image.height);
-  }
+  /// Returns the largest number of depths that are ever read from an image of this size: the size
+  /// that `scratch` may grow to.
+  static std::size_t max_samples(const cv::Size& image) { return places(image, min_step(image)); }
 
   /// Estimates the depth of an instance. Mask and box may lie outside the image. `scratch` is
   /// memory that calls may share. Returns an empty depth without a depth image, or with too few
-  /// depths. Throws std::invalid_argument for a malformed frame. O(pixels of mask and box / 16).
+  /// depths. Throws std::invalid_argument for a malformed frame. O(min(max_places, pixels of mask
+  /// and box / 16)).
   ObjectDepth estimate(const FrameView& frame, const Instance& instance,
                        std::vector<float>& scratch) const {
     validate(frame, "ObjectDepthEstimator");
     ObjectDepth depth;
     if (frame.depth.empty()) return depth;
     const cv::Size size = frame.depth.size();
-    const int step = step_for(size);
     scratch.resize(max_samples(size));
     detail::DepthSamples depths_m = {scratch.data(), 0};
-    const auto masked = static_cast<double>(read_mask(frame, instance, step, depths_m));
+    const double masked = read_mask(frame, instance, depths_m);
     depth.samples = depths_m.size;
     depth.mask_range_m = range_of(depths_m, options_.min_share);
     const cv::Rect box = detail::clip(instance.box, size);
-    const double boxed = static_cast<double>(box.area()) / (step * step);
-    if (!depth.mask_range_m.empty() && masked >= options_.min_mask_share * boxed) return depth;
-    read_middle(frame, box, step, depths_m);
+    const bool is_large = masked >= options_.min_mask_share * static_cast<double>(box.area());
+    if (!depth.mask_range_m.empty() && is_large) return depth;
+    read_middle(frame, box, depths_m);
     depth.samples += depths_m.size;
     depth.box_range_m = range_of(depths_m, options_.min_box_share);
     return depth;
@@ -139,26 +140,43 @@ class ObjectDepthEstimator {
                          "a share from 0 to 1");
   }
 
-  static int step_for(const cv::Size& size) {
-    return std::max(1, static_cast<int>(std::lround(4 * detail::pixel_scale(size))));
+  /// Returns the smallest distance of two places, pixels.
+  static int min_step(const cv::Size& image) {
+    return std::max(1, static_cast<int>(std::lround(4 * detail::pixel_scale(image))));
   }
 
-  /// Reads the depths on the mask. Returns the number of its pixels that were visited.
-  static std::size_t read_mask(const FrameView& frame, const Instance& instance, int step,
-                               detail::DepthSamples& depths_m) {
+  /// Returns how many places, `step` pixels apart each way, an area has at most.
+  static std::size_t places(const cv::Size& area, int step) {
+    return static_cast<std::size_t>(area.width / step + 1) *
+           static_cast<std::size_t>(area.height / step + 1);
+  }
+
+  /// Returns the distance of the places in an area, pixels.
+  int step_in(const cv::Size& area, const cv::Size& image) const {
+    const int shortest = min_step(image);
+    int step = shortest;
+    while (places(area, step) > options_.max_places) step += shortest;
+    return step;
+  }
+
+  /// Reads the depths on the mask. Returns the area of the mask in the image, pixels, as estimated
+  /// from the places that were looked at.
+  double read_mask(const FrameView& frame, const Instance& instance,
+                   detail::DepthSamples& depths_m) const {
     const cv::Rect masked(instance.mask_origin, instance.mask.size());
     cv::Rect inside = detail::clip(masked, frame.depth.size());
+    const int step = step_in(inside.size(), frame.depth.size());
     const int margin = std::min({step / 2, inside.width, inside.height});
     inside = {inside.x + margin, inside.y + margin, inside.width - margin, inside.height - margin};
-    return read(frame, inside, step, &instance, depths_m);
+    return static_cast<double>(read(frame, inside, step, &instance, depths_m)) * step * step;
   }
 
   /// Reads the depths in the middle of the box, which an object fills wherever its limbs are.
-  static void read_middle(const FrameView& frame, const cv::Rect& box, int step,
-                          detail::DepthSamples& depths_m) {
+  void read_middle(const FrameView& frame, const cv::Rect& box,
+                   detail::DepthSamples& depths_m) const {
     const cv::Rect middle(box.x + box.width / 4, box.y + box.height / 5, box.width / 2,
                           box.height * 3 / 5);
-    read(frame, middle, step, nullptr, depths_m);
+    read(frame, middle, step_in(middle.size(), frame.depth.size()), nullptr, depths_m);
   }
 
   /// Reads the depths at every `step`th pixel each way of an area of the image; only on the mask

@@ -120,9 +120,19 @@ inline OracleObject oracle_object(const FrameView& frame, const Instance& instan
                                   const ObjectDepthOptions& options) {
   OracleObject object;
   const cv::Size size = frame.depth.size();
-  const int step = std::max(1, static_cast<int>(std::round(4 * size.width / 640.0)));
+  // Every fourth pixel of an image 640 pixels wide, or every eighth, twelfth, … of a large area.
+  const auto step_in = [&](int width, int height) {
+    const int shortest = std::max(1, static_cast<int>(std::round(4 * size.width / 640.0)));
+    int times = 1;
+    while (double{1} * (width / (times * shortest) + 1) * (height / (times * shortest) + 1) >
+           static_cast<double>(options.max_places)) {
+      ++times;
+    }
+    return times * shortest;
+  };
   const auto [left, right] = oracle_clip(instance.mask_origin.x, instance.mask.cols, size.width);
   const auto [top, bottom] = oracle_clip(instance.mask_origin.y, instance.mask.rows, size.height);
+  const int step = step_in(right - left, bottom - top);
   double masked = 0;
   std::vector<float> of_mask, of_box;
   const auto add = [&](std::vector<float>& depths, int x, int y) {
@@ -132,7 +142,7 @@ inline OracleObject oracle_object(const FrameView& frame, const Instance& instan
   for (int y = top + step / 2; y < bottom; y += step) {
     for (int x = left + step / 2; x < right; x += step) {
       if (!instance.covers({x, y})) continue;
-      masked += 1;
+      masked += double{1} * step * step;
       add(of_mask, x, y);
     }
   }
@@ -140,13 +150,14 @@ inline OracleObject oracle_object(const FrameView& frame, const Instance& instan
   if (!by_mask.empty()) object.ranges.push_back(by_mask);
   const auto [x, x_end] = oracle_clip(instance.box.x, instance.box.width, size.width);
   const auto [y, y_end] = oracle_clip(instance.box.y, instance.box.height, size.height);
-  const double boxed = double{1} * (x_end - x) * (y_end - y) / (step * step);
+  const double boxed = double{1} * (x_end - x) * (y_end - y);
   object.samples = of_mask.size();
   if (!by_mask.empty() && masked >= options.min_mask_share * boxed) return object;
   const cv::Rect middle(x + (x_end - x) / 4, y + (y_end - y) / 5, (x_end - x) / 2,
                         (y_end - y) * 3 / 5);
-  for (int v = middle.y; v < middle.y + middle.height; v += step) {
-    for (int u = middle.x; u < middle.x + middle.width; u += step) add(of_box, u, v);
+  const int apart = step_in(middle.width, middle.height);
+  for (int v = middle.y; v < middle.y + middle.height; v += apart) {
+    for (int u = middle.x; u < middle.x + middle.width; u += apart) add(of_box, u, v);
   }
   object.samples += of_box.size();
   const ValueRange by_box = oracle_object_range(of_box, options, options.min_box_share);
