@@ -42,11 +42,19 @@ TEST(DepthWatershed, DividesAtTheLargestStep) {
 }
 
 TEST(DepthWatershed, EqualStepsAreTheObjects) {
-  const cv::Mat depths = (cv::Mat_<float>(1, 5) << 1.0, 1.5, 2.0, 2.5, 3.0);
+  const cv::Mat depths = (cv::Mat_<float>(1, 5) << 1.0, 1.0625, 1.125, 1.1875, 1.25);
   const DepthWatershed watershed = flooded(depths);
-  EXPECT_EQ(watershed.steps_to({2, 0}, 2.0).to_object_m, 0.5F);
-  EXPECT_TRUE(std::isinf(watershed.steps_to({2, 0}, 2.0).to_surroundings_m));
-  EXPECT_EQ(watershed.steps_to({3, 0}, 2.5).to_surroundings_m, 0.5F) << "the seed itself";
+  EXPECT_EQ(watershed.steps_to({2, 0}, 1.125).to_object_m, 0.0625F);
+  EXPECT_TRUE(std::isinf(watershed.steps_to({2, 0}, 1.125).to_surroundings_m));
+  EXPECT_EQ(watershed.steps_to({3, 0}, 1.1875).to_surroundings_m, 0.0625F) << "the seed itself";
+}
+
+TEST(DepthWatershed, DoesNotCrossLargeSteps) {
+  const cv::Mat depths = (cv::Mat_<float>(1, 5) << 1.0, 1.125, 1.25, 1.5, 1.5);
+  const DepthWatershed watershed = flooded(depths);
+  EXPECT_EQ(watershed.steps_to({2, 0}, 1.25).to_object_m, 0.125F);
+  EXPECT_EQ(watershed.steps_to({4, 0}, 1.5).to_surroundings_m, 0.0F);
+  EXPECT_TRUE(std::isinf(watershed.steps_to({4, 0}, 1.5).to_object_m));
 }
 
 TEST(DepthWatershed, DoesNotCrossMissingDepthOrDepthOutsideTheRange) {
@@ -81,7 +89,7 @@ TEST(DepthWatershed, MatchesTheOracleOnRandomDepth) {
     frame.depth = cv::Mat(size, CV_32FC1);
     for (int y = 0; y < size.height; ++y) {
       for (int x = 0; x < size.width; ++x) {
-        frame.depth.at<float>(y, x) = 0.25F * static_cast<float>(source.between(0, 12));
+        frame.depth.at<float>(y, x) = 0.05F * static_cast<float>(source.between(0, 12));
       }
     }
     const auto seed_at = [&](cv::Point pixel) {
@@ -89,13 +97,13 @@ TEST(DepthWatershed, MatchesTheOracleOnRandomDepth) {
       return place == 0 ? Seed::object : place == 1 ? Seed::surroundings : Seed::none;
     };
     const int cell = source.between(1, 5);
-    const ValueRange range{0.3, 2.6};
+    const ValueRange range{0.07, 0.57};
     watershed.flood(frame, {{0, 0}, size}, cell, range, seed_at);
     const OracleWatershed oracle(frame, {{0, 0}, size}, cell, range, seed_at);
     ASSERT_EQ(watershed.has_object(), oracle.has_object()) << "seed " << seed;
     for (int i = 0; i < 20; ++i) {
       const cv::Point pixel(source.between(0, size.width - 1), source.between(0, size.height - 1));
-      const double depth_m = source.between(0, 30) / 10.0;
+      const double depth_m = source.between(0, 30) / 50.0;
       const DepthWatershed::Steps got = watershed.steps_to(pixel, depth_m);
       const DepthWatershed::Steps want = oracle.steps_to(pixel, depth_m);
       ASSERT_EQ(got.to_object_m, want.to_object_m) << "seed " << seed << " at " << pixel;

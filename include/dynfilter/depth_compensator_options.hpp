@@ -37,7 +37,8 @@ struct DepthCompensatorOptions {
   /// Length by which a part of the object may lie before or behind the object's range of depth,
   /// metres, if it is connected with the object (see DepthWatershed).
   double max_beyond_range_m = 0.3;
-  /// Largest step of depth on the way to such a part, metres.
+  /// Largest step of depth on the way to such a part, metres. Values above
+  /// DepthWatershed::max_step_m have no effect.
   double max_step_m = 0.03;
   /// Smallest distance from the middle of the object's range at which a feature may belong to the
   /// surroundings instead, metres: it does if it is connected with them by smaller steps. On stale

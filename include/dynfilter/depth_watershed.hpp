@@ -30,6 +30,9 @@ namespace dynfilter {
 /// smallest step first. Where both sides come over equal steps, the object has the place.
 class DepthWatershed {
  public:
+  /// Largest step of depth between cells that are connected, metres.
+  static constexpr float max_step_m = 0.15F;
+
   /// Start of the flood.
   enum class Seed {
     none,          ///< the flood does not start here
@@ -38,7 +41,8 @@ class DepthWatershed {
   };
 
   /// Steps of depth that lie between a place and the flood's seeds, metres: the largest step on the
-  /// way that has the smallest such step. Infinite if no way leads there.
+  /// way that has the smallest such step. Infinite if no way leads there by steps of at most
+  /// max_step_m.
   struct Steps {
     float to_object_m = std::numeric_limits<float>::infinity();        ///< to the object
     float to_surroundings_m = std::numeric_limits<float>::infinity();  ///< to its surroundings
@@ -53,25 +57,31 @@ class DepthWatershed {
              const SeedAt& seed_at) {
     area_ = area;
     cell_px_ = cell_px;
-    columns_ = (area.width + cell_px - 1) / cell_px;
-    rows_ = (area.height + cell_px - 1) / cell_px;
-    cells_.assign(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_), {});
+    const int columns = (area.width + cell_px - 1) / cell_px;
+    const int rows = (area.height + cell_px - 1) / cell_px;
+    stride_ = columns + 2;  // with a frame of dry cells around, so that each cell has neighbours
+    cells_.assign(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(rows + 2), {});
     has_object_ = false;
-    queue_.clear();
-    queue_.reserve(max_neighbours * cells_.size() + 1);
-    for (int row = 0; row < rows_; ++row) {
-      for (int column = 0; column < columns_; ++column) {
-        const cv::Point centre = centre_of(column, row);
+    seeds_.clear();
+    seeds_.reserve(cells_.size());
+    for (int row = 0; row < rows; ++row) {
+      for (int column = 0; column < columns; ++column) {
+        const cv::Point centre =
+            area.tl() + cv::Point(column, row) * cell_px + cv::Point(cell_px / 2, cell_px / 2);
         const double depth_m = frame.depth_m(centre).value_or(0);
         if (!(depth_m > 0) || !range_m.contains(depth_m)) continue;
-        Cell& cell = cell_at(column, row);
-        cell.depth_m = static_cast<float>(depth_m);
-        const Seed owner = seed_at(centre);
-        if (owner != Seed::none) push({0, owner, column, row}, cell);
-        has_object_ |= owner == Seed::object;
+        const std::size_t index = index_of(column, row);
+        const Seed seed = seed_at(centre);
+        const bool is_seed = seed != Seed::none;
+        cells_[index] = {static_cast<float>(depth_m), is_seed ? 0.0F : nowhere, seed};
+        if (is_seed) seeds_.push_back(index);
+        has_object_ |= seed == Seed::object;
       }
     }
-    while (!queue_.empty()) rise();
+    front_.clear();
+    front_.reserve(max_neighbours * cells_.size());
+    for (const std::size_t seed : seeds_) spread_from(seed);
+    while (!front_.empty()) rise();
   }
 
   /// Whether the flood started on the object somewhere. If not, nothing is connected with it.
@@ -81,9 +91,9 @@ class DepthWatershed {
   /// must lie in the flooded area. O(1).
   Steps steps_to(cv::Point pixel, double depth_m) const {
     Steps steps;
-    const int column = (pixel.x - area_.x) / cell_px_, row = (pixel.y - area_.y) / cell_px_;
-    for_each_near(column, row, [&](int x, int y) {
-      const Cell& cell = cells_[index_of(x, y)];
+    const cv::Point place = (pixel - area_.tl()) / cell_px_;
+    for_each_near(index_of(place.x, place.y), [&](std::size_t near) {
+      const Cell& cell = cells_[near];
       if (cell.owner == Seed::none) return;
       const float step =
           std::max(cell.step_m, std::abs(static_cast<float>(depth_m) - cell.depth_m));
@@ -96,9 +106,11 @@ class DepthWatershed {
  private:
   static constexpr std::size_t max_neighbours = 8;
 
+  static constexpr float nowhere = std::numeric_limits<float>::infinity();
+
   struct Cell {
-    float depth_m = 0;                                      // 0: not flooded
-    float step_m = std::numeric_limits<float>::infinity();  // largest one on the way from a seed
+    float depth_m = 0;       // 0: not flooded
+    float step_m = nowhere;  // largest one on the way from a seed
     Seed owner = Seed::none;
   };
 
@@ -106,64 +118,62 @@ class DepthWatershed {
   struct Front {
     float step_m;
     Seed owner;
-    int column, row;
+    std::size_t index;
   };
 
   /// Whether a is flooded after b. At equal steps the object comes first.
-  static bool is_higher(const Front& a, const Front& b) {
+  template <class A, class B>
+  static bool is_higher(const A& a, const B& b) {
     return a.step_m > b.step_m || (a.step_m == b.step_m && a.owner > b.owner);
   }
 
+  static bool is_later(const Front& a, const Front& b) { return is_higher(a, b); }
+
   std::size_t index_of(int column, int row) const {
-    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) +
-           static_cast<std::size_t>(column);
+    return static_cast<std::size_t>(row + 1) * static_cast<std::size_t>(stride_) +
+           static_cast<std::size_t>(column + 1);
   }
 
-  Cell& cell_at(int column, int row) { return cells_[index_of(column, row)]; }
-
-  /// Returns the central pixel of a cell, which may lie outside the image.
-  cv::Point centre_of(int column, int row) const {
-    return {area_.x + column * cell_px_ + cell_px_ / 2, area_.y + row * cell_px_ + cell_px_ / 2};
-  }
-
-  /// Calls the action with a cell and its neighbours.
+  /// Calls the action with a cell and its eight neighbours.
   template <class Action>
-  void for_each_near(int column, int row, const Action& action) const {
-    for (int y = std::max(0, row - 1); y <= std::min(rows_ - 1, row + 1); ++y) {
-      for (int x = std::max(0, column - 1); x <= std::min(columns_ - 1, column + 1); ++x) {
-        action(x, y);
-      }
+  void for_each_near(std::size_t index, const Action& action) const {
+    const auto stride = static_cast<std::size_t>(stride_);
+    for (const std::size_t middle : {index - stride, index, index + stride}) {
+      for (const std::size_t near : {middle - 1, middle, middle + 1}) action(near);
     }
-  }
-
-  void push(const Front& front, Cell& cell) {
-    cell.step_m = front.step_m;
-    cell.owner = front.owner;
-    queue_.push_back(front);
-    std::push_heap(queue_.begin(), queue_.end(), is_higher);
   }
 
   /// Takes the lowest place of the flood's front, and floods its neighbours from there.
   void rise() {
-    std::pop_heap(queue_.begin(), queue_.end(), is_higher);
-    const Front front = queue_.back();
-    queue_.pop_back();
-    const Cell from = cell_at(front.column, front.row);
-    if (front.step_m > from.step_m || front.owner != from.owner) return;  // a lower way was found
-    for_each_near(front.column, front.row, [&](int x, int y) {
-      Cell& to = cell_at(x, y);
-      if (to.depth_m == 0) return;
-      const Front next{std::max(from.step_m, std::abs(to.depth_m - from.depth_m)), from.owner, x,
-                       y};
-      if (is_higher({to.step_m, to.owner, x, y}, next)) push(next, to);
+    std::pop_heap(front_.begin(), front_.end(), is_later);
+    const Front lowest = front_.back();
+    front_.pop_back();
+    if (is_higher(lowest, cells_[lowest.index])) return;  // a lower way was found
+    spread_from(lowest.index);
+  }
+
+  /// Floods those neighbours of a place that have no lower way.
+  void spread_from(std::size_t index) {
+    const Cell from = cells_[index];
+    for_each_near(index, [&](std::size_t near) {
+      Cell& to = cells_[near];
+      if (to.depth_m == 0 || to.step_m < from.step_m) return;
+      const Front next{std::max(from.step_m, std::abs(to.depth_m - from.depth_m)), from.owner,
+                       near};
+      if (next.step_m > max_step_m || !is_higher(to, next)) return;
+      to.step_m = next.step_m;
+      to.owner = next.owner;
+      front_.push_back(next);
+      std::push_heap(front_.begin(), front_.end(), is_later);
     });
   }
 
   cv::Rect area_;
-  int cell_px_ = 1, columns_ = 0, rows_ = 0;
+  int cell_px_ = 1, stride_ = 2;
   bool has_object_ = false;
-  std::vector<Cell> cells_;   // row by row
-  std::vector<Front> queue_;  // a heap, the lowest first
+  std::vector<Cell> cells_;  // row by row, with one dry cell beyond each end
+  std::vector<std::size_t> seeds_;
+  std::vector<Front> front_;  // a heap, the lowest first
 };
 
 }  // namespace dynfilter

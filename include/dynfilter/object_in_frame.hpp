@@ -164,17 +164,6 @@ class ObjectInFrame {
   void flood() const {
     if (is_flooded_) return;
     is_flooded_ = true;
-    const std::vector<Instance>& instances = segmentation_->instances;
-    const auto is_anothers = [&](cv::Point pixel) {
-      return std::any_of(instances.begin(), instances.end(), [&](const Instance& other) {
-        return &other != mask_ && other.class_id == mask_->class_id && other.box.contains(pixel);
-      });
-    };
-    const auto seed_at = [&](cv::Point pixel) {
-      if (mask_->covers(pixel)) return DepthWatershed::Seed::object;
-      if (reach_.contains(pixel) || is_anothers(pixel)) return DepthWatershed::Seed::none;
-      return DepthWatershed::Seed::surroundings;
-    };
     const int cell_px = std::max(1, static_cast<int>(std::lround(pixels(options_->cell_px))));
     const cv::Rect area = detail::clip_grown(reach_, cell_px, cell_px, frame_->depth.size());
     // Cells begin at the box's corner, so that they do not depend on the object's place.
@@ -184,10 +173,32 @@ class ObjectInFrame {
     };
     const cv::Point first(aligned(area.x, mask_->box.x), aligned(area.y, mask_->box.y));
     const cv::Rect cells = reach_.empty() ? cv::Rect() : cv::Rect(first, area.br());
+    find_neighbours({cells.tl(), cells.br() + cv::Point(cell_px, cell_px)});
+    const auto seed_at = [&](cv::Point pixel) {
+      if (mask_->covers(pixel)) return DepthWatershed::Seed::object;
+      if (reach_.contains(pixel) || is_neighbours(pixel)) return DepthWatershed::Seed::none;
+      return DepthWatershed::Seed::surroundings;
+    };
     ValueRange range_m = depth_.hull_m();
     range_m.lower -= options_->max_beyond_range_m;
     range_m.upper += options_->max_beyond_range_m;
     watershed_.flood(*frame_, cells, cell_px, range_m, seed_at);
+  }
+
+  /// Finds the boxes of other objects of the same class that reach into an area.
+  void find_neighbours(const cv::Rect& area) const {
+    neighbours_.clear();
+    for (const Instance& other : segmentation_->instances) {
+      if (&other == mask_ || other.class_id != mask_->class_id) continue;
+      const cv::Rect box = detail::clip(other.box, frame_->depth.size());
+      if (!(box & area).empty()) neighbours_.push_back(box);
+    }
+  }
+
+  /// Whether a pixel lies in the box of another object of the same class.
+  bool is_neighbours(cv::Point pixel) const {
+    return std::any_of(neighbours_.begin(), neighbours_.end(),
+                       [&](const cv::Rect& box) { return box.contains(pixel); });
   }
 
   /// Returns the smallest nearness for a pixel without the object's depth. It is higher beside a
@@ -212,6 +223,7 @@ class ObjectInFrame {
   const Segmentation* segmentation_ = nullptr;
   // Flooded when the first question needs it: few do where masks are good.
   mutable DepthWatershed watershed_;
+  mutable std::vector<cv::Rect> neighbours_;
   mutable bool is_flooded_ = false;
 };
 
