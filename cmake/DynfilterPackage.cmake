@@ -6,6 +6,7 @@ if(NOT DYNFILTER_INSTALL)
   return()
 endif()
 include(CMakePackageConfigHelpers)
+include(DynfilterPkgConfig)
 
 set(_package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/dynfilter)
 
@@ -58,6 +59,7 @@ function(dynfilter_package component target)
   set(component_file ${PROJECT_BINARY_DIR}/dynfilter-${component}.cmake)
   configure_file(${PROJECT_SOURCE_DIR}/cmake/component.cmake.in ${component_file} @ONLY)
   install(FILES ${component_file} DESTINATION ${_package_dir} COMPONENT dynfilter-${component})
+  dynfilter_pkg_config(${component} ${target})
 
   foreach(folder IN LISTS ARGN)
     # A component may not have a header yet.
@@ -102,7 +104,7 @@ install(
   FILES_MATCHING PATTERN "*.hpp"
   REGEX "/include/dynfilter/(segmenters|motion|networks|evaluation|plugin\\.hpp)$" EXCLUDE)
 
-# --- The config, its version file, pkg-config -----------------------------------------------------
+# --- The config and its version file -------------------------------------------------------------
 set(_arch_independent "")
 if(NOT TARGET dynfilter_compiled AND NOT TARGET dynfilter_segmenters
    AND NOT TARGET dynfilter_motion AND NOT TARGET dynfilter_networks
@@ -122,11 +124,5 @@ install(
   DESTINATION ${_package_dir}
   COMPONENT dynfilter-core)
 
-file(RELATIVE_PATH _pc_to_prefix ${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig ${CMAKE_INSTALL_PREFIX})
-string(REGEX REPLACE "/$" "" _pc_to_prefix "${_pc_to_prefix}")
-file(RELATIVE_PATH _prefix_to_include ${CMAKE_INSTALL_PREFIX} ${CMAKE_INSTALL_FULL_INCLUDEDIR})
-configure_file(cmake/dynfilter.pc.in ${PROJECT_BINARY_DIR}/dynfilter.pc @ONLY)
-install(FILES ${PROJECT_BINARY_DIR}/dynfilter.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig
-        COMPONENT dynfilter-core)
 install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR}
         COMPONENT dynfilter-core)

@@ -1,4 +1,4 @@
-# pkg-config, for hosts without CMake.
+# pkg-config, for hosts without CMake: each component with the libraries that it needs, and no others.
 include(${CMAKE_CURRENT_LIST_DIR}/helpers.cmake)
 
 find_program(PKG_CONFIG pkg-config)
@@ -11,11 +11,54 @@ fresh_folder(folder pkg_config)
 file(GLOB_RECURSE pc ${INSTALLED_DIR}/dynfilter.pc)
 get_filename_component(pc_folder "${pc}" DIRECTORY)
 set(ENV{PKG_CONFIG_PATH} "${pc_folder}:$ENV{PKG_CONFIG_PATH}")
-execute_process(COMMAND ${PKG_CONFIG} --cflags --libs dynfilter OUTPUT_VARIABLE flags
-                RESULT_VARIABLE failed OUTPUT_STRIP_TRAILING_WHITESPACE)
-if(failed)
-  message(FATAL_ERROR "pkg-config does not find dynfilter")
+
+# Compiles a program with the flags of a component, runs it, and compares the modules of OpenCV that
+# the flags name with the wanted ones.
+#   expect_consumer(<pc> <source> <module>...)
+function(expect_consumer pc source)
+  execute_process(COMMAND ${PKG_CONFIG} --cflags --libs ${pc} OUTPUT_VARIABLE flags
+                  RESULT_VARIABLE failed OUTPUT_STRIP_TRAILING_WHITESPACE)
+  if(failed)
+    message(FATAL_ERROR "pkg-config does not find ${pc}")
+  endif()
+  separate_arguments(flags UNIX_COMMAND "${flags}")
+  run(output ${COMPILER} -std=c++17 ${source} -o ${folder}/${pc} ${flags})
+  run(output ${folder}/${pc})
+  set(modules ${flags})
+  list(FILTER modules INCLUDE REGEX "^-lopencv_")
+  list(TRANSFORM modules REPLACE "^-lopencv_" "")
+  list(REMOVE_DUPLICATES modules)
+  list(SORT modules)
+  set(wanted ${ARGN})
+  list(SORT wanted)
+  if(NOT "${modules}" STREQUAL "${wanted}")
+    message(FATAL_ERROR "${pc} links ${modules}; want ${wanted}")
+  endif()
+endfunction()
+
+# A program that uses a component: what is included and what `main` does.
+function(write_source out name header statement)
+  set(source ${folder}/${name}.cpp)
+  file(WRITE ${source} "#include <${header}>\nint main() { ${statement} }\n")
+  set(${out} ${source} PARENT_SCOPE)
+endfunction()
+
+expect_consumer(dynfilter ${CONSUMERS_DIR}/core/main.cpp core imgproc)
+expect_consumer(dynfilter-compiled ${CONSUMERS_DIR}/compiled/main.cpp core imgproc)
+write_source(source segmenters dynfilter/segmenters/mask_propagator.hpp
+             "dynfilter::MaskPropagator propagator;")
+expect_consumer(dynfilter-segmenters ${source} core imgproc imgcodecs video)
+write_source(source motion dynfilter/motion/motion_filter.hpp "dynfilter::MotionFilter filter;")
+expect_consumer(dynfilter-motion ${source} core imgproc video)
+write_source(source evaluation dynfilter/evaluation/scene_levels.hpp
+             "return dynfilter::scene_level(\"medium\", 1).frames > 0 ? 0 : 1;")
+expect_consumer(dynfilter-evaluation ${source} core imgproc imgcodecs)
+if(EXISTS ${pc_folder}/dynfilter-networks.pc)
+  write_source(source networks dynfilter/networks/deformable_convolution.hpp
+               "dynfilter::register_deformable_convolution();")
+  expect_consumer(dynfilter-networks ${source} core imgproc dnn)
+  set(dnn dnn)
 endif()
-separate_arguments(flags UNIX_COMMAND "${flags}")
-run(output ${COMPILER} -std=c++17 ${CONSUMERS_DIR}/core/main.cpp -o ${folder}/consumer ${flags})
-run(output ${folder}/consumer)
+write_source(source plugin dynfilter/plugin.hpp 
+             "try { dynfilter::Plugin plugin(\"none.yaml\"); } catch (const std::exception&) {}")
+expect_consumer(dynfilter-plugin ${source} core imgproc imgcodecs video ${dnn})

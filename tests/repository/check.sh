@@ -139,8 +139,27 @@ scripts() {
   } | xargs -0 shellcheck --external-sources
 }
 
+# Every file that states the version states that of version.hpp, the only one that programs read.
+versions() {
+  local version
+  version=$(sed -n 's/.*DYNFILTER_VERSION_STRING "\(.*\)".*/\1/p' include/dynfilter/version.hpp)
+  [[ -n $version ]] || {
+    echo "include/dynfilter/version.hpp states no version"
+    return 1
+  }
+  {
+    sed -n 's|.*<version>\(.*\)</version>.*|package.xml: \1|p' package.xml
+    sed -n 's|^version: \(.*\)|.github/CITATION.cff: \1|p' .github/CITATION.cff
+    grep -m 1 '^## ' CHANGELOG.md | sed 's|## |CHANGELOG.md: |'
+  } | awk -v version="$version" '
+    { ++files }
+    $2 != version { print $0 "; version.hpp says " version }
+    END { if (files != 3) print "want a version in package.xml, CITATION.cff and CHANGELOG.md" }' |
+    nothing
+}
+
 case "$1" in
-  licences | names | kernels | layers | dialect | format | scripts) "$1" ;;
+  licences | names | kernels | layers | dialect | format | scripts | versions) "$1" ;;
   *)
     echo "check.sh: there is no check '$1'" >&2
     exit 2
