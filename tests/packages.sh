@@ -1,0 +1,131 @@
+#!/usr/bin/env bash
+# SPDX-FileCopyrightText: 2026 the dynfilter authors
+# SPDX-License-Identifier: MIT
+
+set -euo pipefail
+exec </dev/null # no command may wait for input
+
+usage() {
+  cat <<'END'
+usage: tests/packages.sh [-h] [SUITE]...
+
+Builds the Debian packages in bare systems of these suites (default: bookworm trixie), checks them
+with lintian, installs them in a second bare system, uses them as a newcomer would, and removes them
+again. Needs root and debootstrap, and a gigabyte or two for each suite while it runs.
+
+  DYNFILTER_SCRATCH_DIR  folder for the systems, default /var/tmp; each run makes its own below it
+END
+}
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+readonly root
+# shellcheck source-path=SCRIPTDIR source=../cmake/setup.sh
+source "$root/cmake/setup.sh"
+
+suites=()
+for argument in "$@"; do
+  case "$argument" in
+    -h | --help)
+      usage
+      exit
+      ;;
+    -*)
+      usage >&2
+      exit 2
+      ;;
+    *) suites+=("$argument") ;;
+  esac
+done
+((${#suites[@]} > 0)) || suites=(bookworm trixie)
+
+[[ $EUID -eq 0 ]] || die "only root can make a bare system; run: sudo tests/packages.sh"
+need_packages debootstrap
+
+scratch=$(mktemp -d "${DYNFILTER_SCRATCH_DIR:-/var/tmp}/dynfilter-packages.XXXXXX")
+readonly scratch
+
+# Unmounts what this run mounted, and removes its systems.
+clean_up() {
+  local place
+  for place in "$scratch"/*/proc; do
+    ! mountpoint -q "$place" || umount "$place"
+  done
+  rm -rf --one-file-system "$scratch"
+}
+trap clean_up EXIT
+
+# in_system <folder> <command>...
+in_system() {
+  local folder=$1
+  shift
+  chroot "$folder" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LANG=C.UTF-8 \
+    DEBIAN_FRONTEND=noninteractive "$@"
+}
+
+make_system() {
+  local suite=$1 folder=$2
+  debootstrap --variant=minbase "$suite" "$folder" >"$folder.log" 2>&1 ||
+    die "debootstrap failed for $suite: $(tail -1 "$folder.log")"
+  mount -t proc proc "$folder/proc"
+}
+
+try_suite() {
+  local suite=$1 maker="$scratch/$1-maker" user="$scratch/$1-user" build=/root/build
+  log "$suite: a bare system that makes the packages"
+  make_system "$suite" "$maker"
+  mkdir "$maker/root/dynfilter"
+  (cd "$root" && tar -c --exclude=./build --exclude=./.git .) | tar -x -C "$maker/root/dynfilter"
+  in_system "$maker" apt-get -qq update
+  in_system "$maker" apt-get -qq install --yes --no-install-recommends g++ cmake ninja-build \
+    libopencv-dev libeigen3-dev libcli11-dev nlohmann-json3-dev file dpkg-dev lintian >/dev/null
+  in_system "$maker" cmake -S /root/dynfilter -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
+    -DCMAKE_INSTALL_PREFIX=/usr -DDYNFILTER_DEBIAN=ON -DDYNFILTER_BUILD_TESTS=OFF \
+    -DDYNFILTER_BUILD_EXAMPLES=OFF >/dev/null
+  in_system "$maker" cmake --build "$build" -j "$(nproc)" >"$maker.build" ||
+    die "$suite: the build failed: $(tail -20 "$maker.build")"
+  in_system "$maker" sh -c "cd $build && cpack -G DEB && cpack -G TGZ" >"$maker.cpack" ||
+    die "$suite: cpack failed: $(tail -20 "$maker.cpack")"
+  log "$suite: lintian"
+  in_system "$maker" sh -c "lintian --allow-root --fail-on error $build/*.deb" ||
+    die "$suite: lintian found errors"
+
+  log "$suite: a bare system that uses them"
+  make_system "$suite" "$user"
+  mkdir "$user/root/packages"
+  cp "$maker/$build"/*.deb "$user/root/packages"
+  in_system "$user" apt-get -qq update
+  in_system "$user" sh -c 'apt-get -qq install --yes --no-install-recommends \
+    ./root/packages/*.deb g++ cmake make pkg-config libopencv-features2d-dev >/dev/null'
+  du -sm --one-file-system "$user" | sed 's/\t.*/ MB with the packages and what they need/'
+
+  log "$suite: the first program and the command line"
+  mkdir "$user/root/first"
+  # The first program and the lines for CMake, as the README prints them.
+  awk '/^```cpp/ { inside = 1; next } /^```/ { if (inside) exit } inside' "$root/README.md" \
+    >"$user/root/first/first_program.cpp"
+  cat >"$user/root/first/CMakeLists.txt" <<'END'
+cmake_minimum_required(VERSION 3.16)
+project(first LANGUAGES CXX)
+find_package(dynfilter 0.2 REQUIRED COMPONENTS segmenters motion evaluation plugin)
+find_package(OpenCV 4 REQUIRED COMPONENTS features2d imgcodecs)
+add_executable(first first_program.cpp)
+target_link_libraries(first PRIVATE dynfilter::dynfilter ${OpenCV_LIBS})
+END
+  in_system "$user" sh -ec 'cd /root/first && cmake -B build >/dev/null && cmake --build build'
+  # shellcheck disable=SC2016  # the shell in the system runs pkg-config
+  in_system "$user" sh -ec 'cd /root/first && g++ -std=c++17 first_program.cpp -o first \
+    $(pkg-config --cflags --libs dynfilter) -lopencv_features2d -lopencv_imgcodecs'
+  in_system "$user" sh -ec 'dynfilter --version && ls /usr/share/man/man1/dynfilter.1*'
+  in_system "$user" sh -ec 'cd /root && dynfilter synth scene --frames 5 --width 320 --height 240 &&
+    dynfilter run scene out' | tail -3
+
+  log "$suite: removing them"
+  in_system "$user" apt-get -qq purge --yes libdynfilter-dev dynfilter-tools >/dev/null
+  in_system "$user" sh -c "find / -xdev -name '*dynfilter*' -not -path '/root/*' -not -path '/proc/*'" |
+    { ! grep . || die "$suite: the packages left these behind"; }
+  umount "$user/proc" "$maker/proc"
+  rm -rf --one-file-system "$user" "$maker"
+}
+
+for suite in "${suites[@]}"; do try_suite "$suite"; done
+log "The packages of ${suites[*]} were built, installed, used and removed."
