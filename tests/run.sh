@@ -15,8 +15,9 @@ Installs the packages that are missing (Debian, Ubuntu; as root or by sudo witho
 which.
 
   --all  slow tests too, the unit tests built by clang, those of threads under the thread sanitizer,
-         a minute of fuzzing, and some tests under valgrind; the API reference; checks of format and
-         scripts, which are skipped otherwise where their tools are missing
+         a minute of fuzzing, and some tests under valgrind; the Debian packages in bare systems, if
+         root runs this; the API reference; checks of format and scripts, which are skipped
+         otherwise where their tools are missing
 
   DYNFILTER_BUILD_DIR         folder of the dev build, default build/dev; others lie beside it
   DYNFILTER_DATA_DIR          folder with recorded data for tests that can use it
@@ -136,6 +137,16 @@ documented() {
   cmake --build "$dev_dir" --target docs
 }
 
+# Needs root and debootstrap, which makes the bare system.
+packaged() {
+  log "The Debian packages in bare systems"
+  if [[ $EUID -ne 0 ]]; then
+    log "SKIPPED: only root can make a bare system"
+  else
+    bash "$root/tests/packages.sh"
+  fi
+}
+
 packages=(libbenchmark-dev python3-numpy)
 # The tests of networks make their models with it; without it they are skipped.
 if is_available python3-onnx; then packages+=(python3-onnx); fi
@@ -164,6 +175,7 @@ if [[ $all == yes ]]; then
   threads_sanitized
   by_clang
   fuzzed
+  packaged
 fi
 
 log "All tests"
