@@ -92,8 +92,8 @@ class DepthWatershed {
   Steps steps_to(cv::Point pixel, double depth_m) const {
     Steps steps;
     const cv::Point place = (pixel - area_.tl()) / cell_px_;
-    for_each_near(index_of(place.x, place.y), [&](std::size_t near) {
-      const Cell& cell = cells_[near];
+    for_each_near(index_of(place.x, place.y), [&](std::size_t i) {
+      const Cell& cell = cells_[i];
       if (cell.owner == Seed::none) return;
       const float step =
           std::max(cell.step_m, std::abs(static_cast<float>(depth_m) - cell.depth_m));
@@ -139,7 +139,7 @@ class DepthWatershed {
   void for_each_near(std::size_t index, const Action& action) const {
     const auto stride = static_cast<std::size_t>(stride_);
     for (const std::size_t middle : {index - stride, index, index + stride}) {
-      for (const std::size_t near : {middle - 1, middle, middle + 1}) action(near);
+      for (const std::size_t i : {middle - 1, middle, middle + 1}) action(i);
     }
   }
 
@@ -155,11 +155,10 @@ class DepthWatershed {
   /// Floods those neighbours of a place that have no lower way.
   void spread_from(std::size_t index) {
     const Cell from = cells_[index];
-    for_each_near(index, [&](std::size_t near) {
-      Cell& to = cells_[near];
+    for_each_near(index, [&](std::size_t i) {
+      Cell& to = cells_[i];
       if (to.depth_m == 0 || to.step_m < from.step_m) return;
-      const Front next{std::max(from.step_m, std::abs(to.depth_m - from.depth_m)), from.owner,
-                       near};
+      const Front next{std::max(from.step_m, std::abs(to.depth_m - from.depth_m)), from.owner, i};
       if (next.step_m > max_step_m || !is_higher(to, next)) return;
       to.step_m = next.step_m;
       to.owner = next.owner;

@@ -18,6 +18,7 @@ int main(int argc, char** argv) {
   dynfilter::tools::add_run_command(program);
   dynfilter::tools::add_masks_command(program);
   dynfilter::tools::add_sync_command(program);
+  dynfilter::tools::add_doctor_command(program);
   dynfilter::tools::add_eval_command(program);
   dynfilter::tools::add_ablate_command(program, argv[0]);
   dynfilter::tools::add_manual_command(program);

@@ -57,7 +57,7 @@ names() {
 kernels() {
   local name='_mm[0-9]*_|[a-z]mmintrin|x86intrin|arm_neon|(^|[^a-z])(avx|sse[0-9]|neon)'
   name+='|gnu::target|__attribute__.*target|__builtin_cpu|instruction_?set'
-  local asked='^include/dynfilter/dense_depth_lbp\.hpp:[0-9]+: +detail::best_instruction_set\(\), codes\);$'
+  local asked='^include/dynfilter/dense_depth_lbp\.hpp:[0-9]+: +detail::best_instruction_set\(\), codes\);$|^src/tools/doctor_command\.cpp:'
   {
     find include src \( -name '*.hpp' -o -name '*.cpp' \) \
       ! -path 'include/dynfilter/detail/kernels/*' -print0 | sort -z |

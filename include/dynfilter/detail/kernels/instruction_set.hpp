@@ -60,6 +60,20 @@ inline InstructionSet best_instruction_set() {
   return InstructionSet::portable;
 }
 
+/// Returns the name of the best set, for people.
+inline const char* best_instruction_set_name() {
+  switch (best_instruction_set()) {
+    case InstructionSet::avx512:
+      return "AVX-512";
+    case InstructionSet::avx2:
+      return "AVX2";
+    case InstructionSet::sse2:
+      return "SSE2";
+    default:
+      return "plain loops";
+  }
+}
+
 }  // namespace dynfilter::detail
 
 #endif  // DYNFILTER_DETAIL_KERNELS_INSTRUCTION_SET_HPP

@@ -1,0 +1,86 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <opencv2/core/utility.hpp>
+#include <opencv2/core/version.hpp>
+
+#include "commands.hpp"
+#include "dynfilter/detail/kernels/instruction_set.hpp"
+#include "dynfilter/version.hpp"
+#include "sequence_checks.hpp"
+
+namespace dynfilter::tools {
+namespace {
+
+struct DoctorOptions {
+  std::filesystem::path sequence, camera;
+};
+
+void print_build() {
+  std::printf("dynfilter %s, OpenCV %s (compiled with %s), %d processors\n",
+              DYNFILTER_VERSION_STRING, cv::getVersionString().c_str(), CV_VERSION,
+              cv::getNumberOfCPUs());
+  std::printf("dense D-LBP uses: %s\n", detail::best_instruction_set_name());
+#if defined(DYNFILTER_HAS_NETWORKS)
+  std::printf("networks: built in\n");
+#else
+  std::printf(
+      "networks: left out, because OpenCV's module dnn was not there or "
+      "DYNFILTER_BUILD_NETWORKS was off\n");
+#endif
+#if defined(DYNFILTER_HAS_REMOTE_SEGMENTER)
+  std::printf("masks of another process: built in\n");
+#else
+  std::printf("masks of another process: left out, because this is not Linux\n");
+#endif
+}
+
+void print_findings(const std::vector<Finding>& findings) {
+  for (const Finding& finding : findings) {
+    const char* const verdict = finding.verdict == Verdict::fine  ? "fine  "
+                                : finding.verdict == Verdict::odd ? "odd   "
+                                                                  : "broken";
+    std::printf("%s  %s\n", verdict, finding.what.c_str());
+    if (!finding.mend.empty()) std::printf("        -> %s\n", finding.mend.c_str());
+  }
+}
+
+void doctor(const DoctorOptions& options) {
+  print_build();
+  if (options.sequence.empty()) return;
+  std::printf("\n%s\n", options.sequence.c_str());
+  const std::vector<Finding> findings = examine_sequence(options.sequence, options.camera);
+  print_findings(findings);
+  const auto broken = std::count_if(findings.begin(), findings.end(), [](const Finding& finding) {
+    return finding.verdict == Verdict::broken;
+  });
+  if (broken > 0) {
+    throw std::runtime_error(options.sequence.string() + " cannot be used as it is, see above");
+  }
+}
+
+}  // namespace
+
+void add_doctor_command(CLI::App& program) {
+  const auto options = std::make_shared<DoctorOptions>();
+  CLI::App* command = program.add_subcommand(
+      "doctor",
+      "Say what this program can do here, and what is odd about a sequence. Changes nothing.");
+  command->add_option("SEQUENCE", options->sequence, "folder of the sequence to examine");
+  command->add_option("--camera", options->camera, "camera file [SEQUENCE/camera.yaml]");
+  command->footer(
+      "examples:\n"
+      "  dynfilter doctor\n"
+      "  dynfilter doctor rgbd_dataset_freiburg3_walking_xyz");
+  command->callback([options] { doctor(*options); });
+}
+
+}  // namespace dynfilter::tools

@@ -1,0 +1,283 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "sequence_checks.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <exception>
+#include <map>
+#include <optional>
+
+#include <opencv2/core.hpp>
+
+#include "depth_offset_text.hpp"
+#include "dynfilter/detail/errors.hpp"
+#include "dynfilter/evaluation/rgbd_sequence.hpp"
+#include "dynfilter/evaluation/trajectory.hpp"
+#include "dynfilter/segmenters/depth_offset_estimator.hpp"
+#include "dynfilter/segmenters/mask_folder_segmenter.hpp"
+#include "trajectory_note.hpp"
+
+namespace dynfilter::tools {
+namespace {
+
+constexpr std::size_t looked_at = 20;       // frames that are decoded
+constexpr std::size_t offset_frames = 150;  // frames that the depth's offset is measured with
+
+std::string text(const char* format, double value) {
+  char buffer[160];
+  std::snprintf(buffer, sizeof buffer, format, value);
+  return buffer;
+}
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Indices of about `looked_at` frames, evenly spread.
+std::vector<std::size_t> sampled_frames(const RgbdSequence& sequence) {
+  std::vector<std::size_t> frames;
+  const std::size_t step = std::max<std::size_t>(1, sequence.size() / looked_at);
+  for (std::size_t i = 0; i < sequence.size(); i += step) frames.push_back(i);
+  return frames;
+}
+
+class Examination {
+ public:
+  explicit Examination(const RgbdSequence& sequence) : sequence_(sequence) {}
+
+  std::vector<Finding> run() {
+    check_times();
+    check_camera();
+    check_images();
+    check_true_trajectory();
+    check_masks();
+    check_depth_offset();
+    return findings_;
+  }
+
+ private:
+  void add(Verdict verdict, const std::string& what, const std::string& mend = {}) {
+    findings_.push_back({verdict, what, mend});
+  }
+
+  void check_times() {
+    std::vector<double> periods_s, differences_s;
+    for (std::size_t i = 0; i < sequence_.size(); ++i) {
+      const RgbdSequenceEntry& entry = sequence_.entry(i);
+      if (i > 0) periods_s.push_back(entry.timestamp_s - sequence_.entry(i - 1).timestamp_s);
+      differences_s.push_back(std::abs(entry.depth_timestamp_s - entry.timestamp_s));
+    }
+    const double period_s = median(periods_s);
+    const std::string frames = detail::concatenate(sequence_.size(), " frames");
+    if (period_s <= 0) {
+      add(Verdict::odd, frames, "one frame is no sequence; trajectories need more");
+      return;
+    }
+    add(Verdict::fine, frames + text(", %.1f a second", 1 / period_s));
+    const double largest_s = *std::max_element(periods_s.begin(), periods_s.end());
+    if (largest_s > 5 * period_s) {
+      add(Verdict::odd, text("a gap of %.2f s between two frames", largest_s),
+          "expect tracking to fail there; masks that lag are not moved across it");
+    }
+    if (!sequence_.has_depth()) {
+      add(Verdict::odd, "no depth images",
+          "the rules paper and depth abstain; add depth.txt, or expect masks alone");
+    } else if (median(differences_s) > period_s / 2) {
+      add(Verdict::odd,
+          text("stamps of colour and depth differ by %.3f s (median)", median(differences_s)),
+          "see `dynfilter sync`, which can write better pairs");
+    }
+  }
+
+  void check_camera() {
+    const CameraParameters& camera = sequence_.camera();
+    const cv::Size size = camera.image_size;
+    const std::string focal = text("camera: fx %.1f", camera.fx) + text(", fy %.1f", camera.fy);
+    if (size.width <= 0 || size.height <= 0) {
+      add(Verdict::fine, focal + "; its file states no image size");
+      return;
+    }
+    const double width = size.width, height = size.height;
+    const bool is_central = std::abs(camera.cx - width / 2) < width / 5 &&
+                            std::abs(camera.cy - height / 2) < height / 5;
+    const bool is_usual = camera.fx > 0.3 * width && camera.fx < 4 * width &&
+                          std::abs(camera.fx / camera.fy - 1) < 0.1;
+    if (is_central && is_usual) {
+      add(Verdict::fine, focal + detail::concatenate(", ", size.width, "x", size.height));
+    } else {
+      add(Verdict::odd,
+          focal + text(", cx %.1f", camera.cx) + text(", cy %.1f", camera.cy) +
+              detail::concatenate(" for ", size.width, "x", size.height),
+          "the camera file may be of another camera or image size");
+    }
+  }
+
+  void check_images() {
+    std::vector<double> medians_m, missing;
+    for (const std::size_t i : sampled_frames(sequence_)) {
+      FrameView frame;
+      try {
+        frame = sequence_.read(i);
+      } catch (const std::exception& error) {
+        add(Verdict::broken, error.what(), "replace the file, or leave its row out of the lists");
+        return;
+      }
+      if (frame.depth.empty()) continue;
+      std::vector<double> depths_m;
+      std::size_t pixels = 0;
+      for (int y = 2; y < frame.depth.rows; y += 8) {
+        for (int x = 2; x < frame.depth.cols; x += 8) {
+          ++pixels;
+          if (const auto depth_m = frame.depth_m({x, y})) depths_m.push_back(*depth_m);
+        }
+      }
+      if (pixels > 0) {
+        missing.push_back(1 - static_cast<double>(depths_m.size()) / static_cast<double>(pixels));
+      }
+      medians_m.push_back(median(depths_m));
+    }
+    add(Verdict::fine, detail::concatenate(sampled_frames(sequence_).size(),
+                                           " frames were decoded, from first to last"));
+    if (missing.empty()) return;
+    const double usual_m = median(medians_m), share = median(missing);
+    const std::string depth = text("median depth %.2f m", usual_m) +
+                              text(", missing at %.0f %% of the pixels", 100 * share);
+    const double factor = sequence_.camera().depth_units_per_metre;
+    if (usual_m == 0) {
+      add(Verdict::broken, "depth images hold no depth", "see how they were exported: 16 bits?");
+    } else if (usual_m < 0.2 || usual_m > 30) {
+      add(Verdict::broken, depth,
+          text("DepthMapFactor in the camera file is %g; TUM's is 5000, millimetres are 1000",
+               factor));
+    } else if (share > 0.6) {
+      add(Verdict::odd, depth, "rules that use depth will rarely find an object's range");
+    } else {
+      add(Verdict::fine, depth);
+    }
+  }
+
+  void check_true_trajectory() {
+    try {
+      const auto file = sequence_.groundtruth_file();
+      if (!file) {
+        add(Verdict::fine, "no groundtruth.txt: there will be no ATE");
+        return;
+      }
+      const TrajectoryFile truth = read_trajectory_file(*file);
+      const double first_s = truth.trajectory.front().timestamp_s;
+      const double last_s = truth.trajectory.back().timestamp_s;
+      std::size_t covered = 0;
+      for (std::size_t i = 0; i < sequence_.size(); ++i) {
+        const double time_s = sequence_.entry(i).timestamp_s;
+        covered += time_s >= first_s - 0.02 && time_s <= last_s + 0.02 ? 1 : 0;
+      }
+      const std::string what =
+          detail::concatenate("groundtruth.txt: ", truth.trajectory.size(), " poses, for ", covered,
+                              " of ", sequence_.size(), " frames");
+      if (covered < sequence_.size() / 2) {
+        add(Verdict::odd, what, "is it this sequence's? Its times should be those of the images");
+      } else {
+        add(Verdict::fine, what);
+      }
+      if (truth.flaws.any()) add(Verdict::odd, trajectory_note(*file, truth.flaws));
+    } catch (const std::exception& error) {
+      add(Verdict::broken, error.what(), "mend the file, or move it away: it is optional");
+    }
+  }
+
+  void check_masks() {
+    try {
+      const auto folder = sequence_.masks_folder();
+      if (!folder) {
+        add(Verdict::odd, "no masks/", "make masks, see `dynfilter masks --help`");
+        return;
+      }
+      MaskFolderOptions options;
+      options.allow_missing = true;
+      MaskFolderSegmenter masks(*folder, options);
+      std::size_t without = 0, instances = 0, persons = 0, looked = 0;
+      std::vector<double> ages_s;
+      for (std::size_t i = 0; i < sequence_.size(); ++i) {
+        without += masks.has_mask(sequence_.entry(i).timestamp_s) ? 0 : 1;
+      }
+      for (const std::size_t i : sampled_frames(sequence_)) {
+        FrameView frame;
+        frame.timestamp_s = sequence_.entry(i).timestamp_s;
+        if (!masks.has_mask(frame.timestamp_s)) continue;
+        frame.image = sequence_.read(i).image;
+        const Segmentation segmentation = masks.segment(frame);
+        ++looked;
+        for (const Instance& instance : segmentation.instances) {
+          ++instances;
+          persons += instance.class_id == 0 ? 1 : 0;
+        }
+        ages_s.push_back(frame.timestamp_s - segmentation.timestamp_s);
+      }
+      const std::string what =
+          detail::concatenate("masks/: ", masks.size(), " files; ", instances, " instances in ",
+                              looked, " frames looked at, ", persons, " of them persons");
+      if (looked > 0 && persons == 0) {
+        add(Verdict::odd, what, "only class 0 (person) is dynamic unless --classes names others");
+      } else {
+        add(Verdict::fine, what);
+      }
+      if (without > 0) {
+        add(Verdict::odd, detail::concatenate(without, " frames have no masks"),
+            "masks are named by their images' times; missing ones count as unknown");
+      }
+      if (median(ages_s) > 0.02) {
+        add(Verdict::odd, text("masks are %.3f s older than their frames", median(ages_s)),
+            "that costs features; `dynfilter run --async` shows how it works out");
+      }
+    } catch (const std::exception& error) {
+      add(Verdict::broken, error.what(), "make the masks again, or move the folder away");
+    }
+  }
+
+  void check_depth_offset() {
+    if (!sequence_.has_depth()) return;
+    try {
+      DepthOffsetEstimator estimator;
+      const std::size_t frames = std::min(sequence_.size(), offset_frames);
+      for (std::size_t i = 0; i < frames; ++i) {
+        estimator.add(sequence_.read(i), sequence_.entry(i).depth_timestamp_s);
+      }
+      const DepthOffsetEstimate estimate = estimator.estimate();
+      const bool is_odd = is_out_of_step(estimate);
+      add(is_odd ? Verdict::odd : Verdict::fine, depth_offset_text(estimate),
+          is_odd ? text("use --depth-offset %g, see `dynfilter sync`",
+                        recommended_offset_s(estimate, sequence_.depth_offset_s()))
+                 : "");
+    } catch (const std::exception& error) {
+      add(Verdict::broken, error.what(), "replace the file, or leave its row out of the lists");
+    }
+  }
+
+  const RgbdSequence& sequence_;
+  std::vector<Finding> findings_;
+};
+
+}  // namespace
+
+std::vector<Finding> examine_sequence(const std::filesystem::path& folder,
+                                      const std::filesystem::path& camera) {
+  std::optional<RgbdSequence> sequence;
+  try {
+    RgbdSequenceOptions options;
+    options.camera_file = camera;
+    sequence.emplace(folder, options);
+  } catch (const std::exception& error) {
+    return {{Verdict::broken, error.what(),
+             "a sequence has rgb.txt and depth.txt (rows: time file), or associations.txt (rows: "
+             "time file time file), and camera.yaml"}};
+  }
+  return Examination(*sequence).run();
+}
+
+}  // namespace dynfilter::tools

@@ -1,0 +1,145 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// `dynfilter doctor`, and the manual page and completion that packages carry.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <string>
+
+#include "dynfilter/version.hpp"
+#include "support/program.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+/// What the files of a folder hold, by path.
+std::map<std::string, std::string> contents(const fs::path& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (!entry.is_regular_file()) continue;
+    std::ifstream stream(entry.path(), std::ios::binary);
+    files[entry.path().string()] = {std::istreambuf_iterator<char>(stream), {}};
+  }
+  return files;
+}
+
+class Doctor : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const Outcome synth = run("synth " + quoted(scene()) + " --frames 12 --width 320 --height 240");
+    ASSERT_EQ(synth.exit_code, 0) << synth.printed;
+  }
+
+  fs::path scene() const { return folder_.path() / "a scene"; }
+  Outcome examined() const { return run("doctor " + quoted(scene())); }
+
+  void replace_in_camera(const std::string& key, const std::string& line) const {
+    std::ifstream in(scene() / "camera.yaml");
+    std::string text, row;
+    while (std::getline(in, row)) text += (row.find(key) == 0 ? line : row) + "\n";
+    in.close();
+    std::ofstream(scene() / "camera.yaml") << text;
+  }
+
+ private:
+  TemporaryFolder folder_;
+};
+
+TEST(DoctorAlone, NamesVersionsAndWhatIsBuiltIn) {
+  const Outcome outcome = run("doctor");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
+  for (const char* part : {DYNFILTER_VERSION_STRING, "OpenCV ", "dense D-LBP uses: ", "networks: "})
+    EXPECT_TRUE(outcome.mentions(part)) << outcome.printed;
+}
+
+TEST_F(Doctor, FindsNothingBrokenInARenderedSceneAndChangesNothing) {
+  const auto before = contents(scene());
+  const Outcome outcome = examined();
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
+  EXPECT_FALSE(outcome.mentions("broken")) << outcome.printed;
+  EXPECT_FALSE(outcome.mentions("odd ")) << outcome.printed;
+  for (const char* part : {"12 frames, 30.0 a second", "camera: fx ", "median depth ",
+                           "groundtruth.txt: 12 poses, for 12 of 12 frames", "masks/: 12 files"}) {
+    EXPECT_TRUE(outcome.mentions(part)) << part << " in " << outcome.printed;
+  }
+  EXPECT_EQ(contents(scene()), before);
+}
+
+TEST_F(Doctor, NamesAWrongDepthFactor) {
+  replace_in_camera("DepthMapFactor", "DepthMapFactor: 50.0");
+  const Outcome outcome = examined();
+  EXPECT_NE(outcome.exit_code, 0);
+  EXPECT_TRUE(outcome.mentions("DepthMapFactor in the camera file is 50")) << outcome.printed;
+}
+
+TEST_F(Doctor, DoubtsACameraOfAnotherImageSize) {
+  replace_in_camera("Camera.cx", "Camera.cx: 318.6");
+  const Outcome outcome = examined();
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("may be of another camera")) << outcome.printed;
+}
+
+TEST_F(Doctor, NamesABrokenImage) {
+  const std::string first = fs::directory_iterator(scene() / "depth")->path().string();
+  std::ofstream(first, std::ios::trunc) << "no image";
+  // Whichever file that is, all 12 frames are decoded.
+  const Outcome outcome = examined();
+  EXPECT_NE(outcome.exit_code, 0);
+  EXPECT_TRUE(outcome.mentions(first)) << outcome.printed;
+}
+
+TEST_F(Doctor, SaysWhatIsMissing) {
+  fs::remove_all(scene() / "masks");
+  fs::remove(scene() / "groundtruth.txt");
+  const Outcome without = examined();
+  EXPECT_EQ(without.exit_code, 0) << without.printed;
+  EXPECT_TRUE(without.mentions("no masks/")) << without.printed;
+  EXPECT_TRUE(without.mentions("no groundtruth.txt")) << without.printed;
+  fs::remove(scene() / "camera.yaml");
+  const Outcome broken = examined();
+  EXPECT_NE(broken.exit_code, 0);
+  EXPECT_TRUE(broken.mentions("camera.yaml")) << broken.printed;
+  const Outcome nowhere = run("doctor " + quoted(scene() / "nowhere"));
+  EXPECT_NE(nowhere.exit_code, 0);
+  EXPECT_TRUE(nowhere.mentions("nowhere")) << nowhere.printed;
+}
+
+TEST(Manual, DescribesEveryCommandAndOption) {
+  const Outcome page = run("manual");
+  EXPECT_EQ(page.exit_code, 0);
+  EXPECT_TRUE(page.mentions("dynfilter " DYNFILTER_VERSION_STRING)) << page.printed;
+  for (const char* part :
+       {".SS dynfilter run SEQUENCE", ".SS dynfilter synth", ".SS dynfilter sync",
+        "\\-\\-depth\\-offset", "\\-\\-level", "examples:"}) {
+    EXPECT_TRUE(page.mentions(part)) << part;
+  }
+  EXPECT_FALSE(page.mentions("dynfilter manual")) << "it is for packages";
+  if (run_in_shell("command -v groff").exit_code != 0) GTEST_SKIP() << "there is no groff";
+  const Outcome warnings =
+      run_in_shell("'" DYNFILTER_PROGRAM "' manual | groff -man -Tutf8 -ww 2>&1 >/dev/null");
+  EXPECT_EQ(warnings.printed, "");
+}
+
+TEST(Manual, CompletesCommandsOptionsAndFiles) {
+  const auto completed = [](const std::string& words) {
+    return run_in_shell("bash -c 'eval \"$(\"" DYNFILTER_PROGRAM
+                        "\" manual --completion)\"; COMP_WORDS=(dynfilter " +
+                        words +
+                        "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _dynfilter; "
+                        "echo \"${COMPREPLY[@]}\"'")
+        .printed;
+  };
+  EXPECT_EQ(completed("sy"), "synth sync\n");
+  EXPECT_EQ(completed("sync --wr"), "--write\n");
+  EXPECT_NE(completed("run --").find("--async"), std::string::npos);
+  EXPECT_EQ(completed("run /us"), "/usr\n");
+}
+
+}  // namespace
+}  // namespace dynfilter::testing
