@@ -43,14 +43,15 @@ std::string roff(const std::string& text) {
 }
 
 void print_option(const CLI::Formatter& formatter, const CLI::Option& option, bool positional) {
-  std::cout << ".TP\n.B " << roff(formatter.make_option_name(&option, positional)) << "\n"
-            << roff(option.get_description() + formatter.make_option_opts(&option)) << "\n";
+  std::cout << ".TP\n\\fB" << roff(formatter.make_option_name(&option, positional)) << "\\fR"
+            << roff(formatter.make_option_opts(&option)) << "\n"
+            << roff(option.get_description()) << "\n";
 }
 
 void print_page(const CLI::App& program) {
   const CLI::Formatter formatter;
   std::cout << ".TH DYNFILTER 1 \"\" \"dynfilter " DYNFILTER_VERSION_STRING
-               "\" \"User commands\"\n"
+               "\" \"User commands\"\n.ad l\n"
                ".SH NAME\ndynfilter \\- keeps the features of moving objects out of visual SLAM\n"
                ".SH SYNOPSIS\n.B dynfilter\n.I command\n[\\fIoption\\fR ...]\n"
                ".SH DESCRIPTION\n"
