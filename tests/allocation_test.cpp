@@ -99,6 +99,21 @@ TEST_F(Allocations, FilterAllocatesNothingInSteadyState) {
   }
 }
 
+TEST_F(Allocations, FilterHealthAllocatesNothing) {
+  const FilterCase input = full_size_case(1);
+  const FeatureLabels labels =
+      DynamicFilter().apply(input.frame, input.segmentation, input.keypoints);
+  FilterHealth health;
+  EXPECT_EQ(allocations_of([&] {
+              for (int i = 0; i < 20; ++i) {
+                health.add(input.frame, input.keypoints, labels.statistics());
+              }
+              health.report();
+            }),
+            0U);
+  EXPECT_EQ(health.report().without_depth_share.frames, 20U);
+}
+
 TEST_F(Allocations, KeepStaticAllocatesNothingForUnsharedColumns) {
   FilterCase input = full_size_case(1);
   const FeatureLabels labels =

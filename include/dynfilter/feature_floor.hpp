@@ -20,6 +20,7 @@
 #include "dynfilter/feature_sampler.hpp"
 #include "dynfilter/filter_input.hpp"
 #include "dynfilter/labels.hpp"
+#include "dynfilter/statistics.hpp"
 #include "dynfilter/workspace.hpp"
 
 namespace dynfilter {
@@ -38,6 +39,19 @@ struct FeatureFloorOptions {
   std::size_t floor = 0;
   FloorPolicy policy = FloorPolicy::report_only;  ///< what to do about it
 };
+
+/// Suggests how many features to extract so that a frame would keep `floor` of them if the same
+/// share survives: at most four times the present number, or `floor` if there are none.
+inline std::size_t suggested_features(const FrameStatistics& statistics, std::size_t floor) {
+  if (statistics.features == 0) return floor;
+  const std::size_t max_features = 4 * statistics.features;
+  if (statistics.kept() == 0) return max_features;
+  const double share =
+      static_cast<double>(statistics.kept()) / static_cast<double>(statistics.features);
+  const double wanted = std::ceil(static_cast<double>(floor) / share);
+  return wanted < static_cast<double>(max_features) ? static_cast<std::size_t>(wanted)
+                                                    : max_features;
+}
 
 /// Last stage: keeps a frame from being left with too few features to track, or reports it. A frame
 /// with fewer features than the floor is `starved` in the statistics, whatever the policy, and the
@@ -67,7 +81,7 @@ class FeatureFloor {
     FrameStatistics& statistics = labels.statistics();
     statistics.starved = statistics.kept() < options_.floor;
     if (!statistics.starved) return;
-    statistics.suggested_features = suggestion(statistics);
+    statistics.suggested_features = suggested_features(statistics, options_.floor);
     if (options_.policy != FloorPolicy::report_only) restore(input, labels, restorable);
   }
 
@@ -87,19 +101,6 @@ class FeatureFloor {
 
   static constexpr int columns = 8, rows = 6;  // cells of 80x80 at 640x480
   using CellCounts = std::array<std::size_t, std::size_t{columns * rows}>;
-
-  /// Suggests the number of features that reaches the floor if the same share survives, at most
-  /// four times the present number.
-  std::size_t suggestion(const FrameStatistics& statistics) const {
-    if (statistics.features == 0) return options_.floor;
-    const std::size_t max_features = 4 * statistics.features;
-    if (statistics.kept() == 0) return max_features;
-    const double share =
-        static_cast<double>(statistics.kept()) / static_cast<double>(statistics.features);
-    const double wanted = std::ceil(static_cast<double>(options_.floor) / share);
-    return wanted < static_cast<double>(max_features) ? static_cast<std::size_t>(wanted)
-                                                      : max_features;
-  }
 
   void restore(const FilterInput& input, FeatureLabels& labels,
                std::vector<Candidate>& restorable) const {
