@@ -131,6 +131,7 @@ void RuleRun::process(const SourceFrame& frame, ExtractedFeatures features) {
   extraction_time_.add(features.extraction_ms);
   const std::optional<Segmentation> masks = masks_of(frame);
   filter_.apply(frame.frame, masks, features.keypoints, labels_, workspace_);
+  health_.add(frame.frame, features.keypoints, labels_.statistics());
 
   record_.image_size = frame.frame.image.size();
   FrameRecord record;
@@ -169,6 +170,11 @@ void RuleRun::add_pictures(const SourceFrame& frame, const Segmentation& masks,
   }
 }
 
+void RuleRun::note_depth_offset(DepthOffsetEstimate estimate) {
+  if (estimate.offset) health_.note_depth_offset(estimate.offset->frames_late, estimate.frames);
+  record_.depth_offset = std::move(estimate);
+}
+
 void RuleRun::note_times() {
   const auto note = [&](const std::string& name, const Times& times) {
     if (!times.empty()) record_.stages.emplace_back(name, times);
@@ -184,6 +190,7 @@ void RuleRun::note_times() {
 
 RunRecord RuleRun::finish(const FrameSource& source) {
   note_times();
+  record_.health = health_.report();
   const std::optional<Trajectory> truth = source.true_trajectory();
   const std::filesystem::path& folder = staged_.path();
   if (odometry_) {

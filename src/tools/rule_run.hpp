@@ -78,9 +78,7 @@ class RuleRun {
   void process(const SourceFrame& frame, ExtractedFeatures features);
 
   /// Notes what is known about the depth's offset.
-  void note_depth_offset(DepthOffsetEstimate estimate) {
-    record_.depth_offset = std::move(estimate);
-  }
+  void note_depth_offset(DepthOffsetEstimate estimate);
 
   /// Writes the results into the folder, replacing an earlier run's: frames.csv, instances.csv, the
   /// pictures, with depth trajectory.txt, and with known truth groundtruth.txt. summary.json comes
@@ -106,6 +104,7 @@ class RuleRun {
   FeatureLabels labels_;
   Workspace workspace_;
   std::optional<odometry::Odometry> odometry_;
+  FilterHealth health_;
   RunPictures pictures_;
   WorstFrame worst_;
   RunRecord record_;

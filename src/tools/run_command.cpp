@@ -13,7 +13,6 @@
 
 #include "commands.hpp"
 #include "degraded_masks.hpp"
-#include "depth_offset_text.hpp"
 #include "dynfilter/segmenters/depth_offset_estimator.hpp"
 #include "inputs.hpp"
 #include "mask_feed.hpp"
@@ -34,13 +33,6 @@ struct RunOptions {
   RunSettings settings;
   MaskFeedOptions masks;
 };
-
-void warn_of_depth_out_of_step(const DepthOffsetEstimate& estimate) {
-  if (!is_out_of_step(estimate)) return;
-  std::fflush(stdout);
-  std::fprintf(stderr, "warning: %s; try --depth-offset %g, and see dynfilter sync\n",
-               depth_offset_text(estimate).c_str(), recommended_offset_s(estimate, 0));
-}
 
 void run(const RunOptions& options) {
   const std::unique_ptr<FrameSource> source = options.scene.open();
@@ -74,7 +66,6 @@ void run(const RunOptions& options) {
   }
   if (offset) work.note_depth_offset(offset->estimate());
   print_report(work.finish(*source));
-  if (offset) warn_of_depth_out_of_step(offset->estimate());
   if (!masks.report().empty()) std::printf("\n%s\n", masks.report().c_str());
   std::printf("\nwritten to %s: summary.json, frames.csv, instances.csv%s%s\n", options.out.c_str(),
               source->has_depth() && settings.every == 1 ? ", trajectory.txt" : "",
@@ -91,7 +82,8 @@ void add_run_command(CLI::App& program) {
       "Filter the ORB features of a sequence (TUM RGB-D or BONN layout) by its masks/ folder. "
       "Show\n"
       "what was removed (a table, overlays, one line a frame), and track the camera on the other\n"
-      "features with the reference odometry. If the sequence has masks_true/, the features are\n"
+      "features with the reference odometry. Say what is wrong with the sequence, such as late\n"
+      "depth or old masks, and what mends it. If the sequence has masks_true/, the features are\n"
       "scored against it; if it has groundtruth.txt, so is the trajectory.");
   CLI::Option* sequence =
       command->add_option("SEQUENCE", options->scene.sequence, "folder of the sequence");

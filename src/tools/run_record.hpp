@@ -14,6 +14,7 @@
 
 #include "dynfilter/evaluation/feature_scores.hpp"
 #include "dynfilter/evaluation/trajectory_errors.hpp"
+#include "dynfilter/filter_health.hpp"
 #include "dynfilter/segmenters/depth_offset_estimator.hpp"
 #include "dynfilter/statistics.hpp"
 #include "rule_set.hpp"
@@ -56,8 +57,9 @@ struct RunRecord {
   bool has_truth = false;
   std::vector<std::pair<std::string, std::string>> options;  ///< resolved options by name
   std::vector<FrameRecord> frames;
-  std::optional<TrajectoryRecord> trajectory;         ///< if there was depth
-  std::optional<DepthOffsetEstimate> depth_offset;    ///< of a run over every frame with depth
+  std::optional<TrajectoryRecord> trajectory;       ///< if there was depth
+  std::optional<DepthOffsetEstimate> depth_offset;  ///< of a run over every frame with depth
+  FilterHealthReport health;
   std::vector<std::pair<std::string, Times>> stages;  ///< name and time, in the order of work
 
   /// Returns the sums over the frames.

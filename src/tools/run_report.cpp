@@ -5,10 +5,13 @@
 
 #include <cstdio>
 #include <string>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
 #include "depth_offset_text.hpp"
+#include "dynfilter/detail/number_text.hpp"
+#include "health_text.hpp"
 #include "io/file_writing.hpp"
 #include "io/frame_table.hpp"
 #include "output_file.hpp"
@@ -105,6 +108,18 @@ void print_trajectory(const RunRecord& run) {
   if (!run.trajectory->has_truth) say_why("errors", "the true trajectory is unknown");
 }
 
+std::vector<HealthRow> health_rows_of(const RunRecord& run) {
+  return health_rows(run.health, run.depth_offset, run.rule.moves_masks);
+}
+
+/// Prints what is wrong with the run's input, and what to do about it.
+void print_health(const RunRecord& run) {
+  const std::vector<HealthRow> rows = health_rows_of(run);
+  std::printf("\n%s",
+              text_of(health_table("health of the input, without any truth", rows)).c_str());
+  for (const std::string& advice : health_advice(rows)) std::printf("* %s\n", advice.c_str());
+}
+
 std::string masks_text(const RunRecord& run) {
   if (run.masks.empty()) return "no masks: there is no masks/ folder, so nothing is removed";
   return "masks: " + run.masks;
@@ -183,6 +198,7 @@ void print_report(const RunRecord& run) {
     std::printf("  %-38s %6.3f ms %8.3f ms\n", name.c_str(), times.quantile_ms(0.5),
                 times.quantile_ms(0.95));
   }
+  print_health(run);
 }
 
 void write_frames_csv(const RunRecord& run, const std::filesystem::path& file) {
@@ -205,7 +221,7 @@ void write_instances_csv(const RunRecord& run, const std::filesystem::path& file
   OutputFile csv(file);
   csv << "frame,instance,class_id,dynamic,masked,sampled,candidates,passed_depth,passed_code,"
          "passed_nearness,compensated,compensation,depth_lower_m,depth_upper_m,code_lower,code_"
-         "upper,verdict,given_back\n";
+         "upper,verdict,given_back,mask_gap_px\n";
   for (const FrameRecord& frame : run.frames) {
     std::size_t k = 0;
     for (const InstanceStatistics& s : frame.statistics.instances) {
@@ -213,7 +229,8 @@ void write_instances_csv(const RunRecord& run, const std::filesystem::path& file
           << s.masked << ',' << s.sampled << ',' << s.candidates << ',' << s.passed_depth << ','
           << s.passed_code << ',' << s.passed_nearness << ',' << s.compensated << ','
           << name_of(s.compensation) << ',' << cells_of(s.depth_range_m) << ','
-          << cells_of(s.code_range) << ',' << name_of(s.verdict) << ',' << s.given_back << '\n';
+          << cells_of(s.code_range) << ',' << name_of(s.verdict) << ',' << s.given_back << ','
+          << detail::fixed_decimals(s.mask_gap_px, 2) << '\n';
     }
   }
   csv.close();
@@ -240,6 +257,7 @@ void write_summary_json(const RunRecord& run, const std::filesystem::path& file)
   if (run.has_truth) add_scores(summary, run);
   if (run.trajectory) add_trajectory(summary, run);
   if (run.depth_offset) summary["depth_offset"] = depth_offset_json(*run.depth_offset);
+  summary["health"] = health_json(health_rows_of(run));
   for (const auto& [name, value] : run.options) summary["options"][name] = value;
   for (const auto& [name, times] : run.stages) {
     summary["times_ms"][name] = {{"median", times.quantile_ms(0.5)},

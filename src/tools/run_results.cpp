@@ -80,6 +80,7 @@ RunResult result_of(const Json& json) {
   result.ate_rmse_m = number(json, "ate_rmse_m");
   result.rpe_translation_rmse_m = number(json, "rpe_translation_rmse_m");
   result.rpe_rotation_rmse_deg = number(json, "rpe_rotation_rmse_deg");
+  if (json.contains("health")) result.health = health_rows_of(json.at("health"));
   return result;
 }
 

@@ -17,6 +17,7 @@
 #include <opencv2/core.hpp>
 
 #include "dynfilter/evaluation/feature_scores.hpp"
+#include "health_text.hpp"
 #include "scene_spec.hpp"
 
 namespace dynfilter::tools {
@@ -38,6 +39,7 @@ struct RunResult {
   std::optional<double> ate_rmse_m;
   std::optional<double> rpe_translation_rmse_m;
   std::optional<double> rpe_rotation_rmse_deg;
+  std::vector<HealthRow> health;  ///< empty: of an earlier version
 };
 
 /// Returns a run's options without the rule, as in RunResult.

@@ -98,13 +98,13 @@ TEST_F(ProgramSync, ReplacesOnlyWhatItWroteAndDoesNotRead) {
   }
 }
 
-TEST_F(ProgramSync, WarnsInRunAndNotOnceTheOffsetIsGiven) {
+TEST_F(ProgramSync, RunSaysItUntilTheOffsetIsGiven) {
   const fs::path out = folder_ / "out";
   const std::string command =
       "run " + quoted(scene()) + " --rule mask --features 200 --overlays 0 --out " + quoted(out);
   const Outcome late = run(command);
   ASSERT_EQ(late.exit_code, 0) << late.printed;
-  EXPECT_TRUE(late.mentions("warning: depth is late by ")) << late.printed;
+  EXPECT_TRUE(late.mentions("bad: depth is late by ")) << late.printed;
   nlohmann::json summary;
   std::ifstream(out / "summary.json") >> summary;
   EXPECT_EQ(summary["depth_offset"]["out_of_step"], true);
@@ -112,7 +112,7 @@ TEST_F(ProgramSync, WarnsInRunAndNotOnceTheOffsetIsGiven) {
 
   const Outcome in_step = run(command + " --depth-offset 0.0333");
   ASSERT_EQ(in_step.exit_code, 0) << in_step.printed;
-  EXPECT_FALSE(in_step.mentions("warning: depth")) << in_step.printed;
+  EXPECT_FALSE(in_step.mentions("depth is late by ")) << in_step.printed;
   std::ifstream(out / "summary.json") >> summary;
   EXPECT_EQ(summary["depth_offset"]["out_of_step"], false);
   EXPECT_NE(summary["input"].get<std::string>().find("--depth-offset 0.0333"), std::string::npos);

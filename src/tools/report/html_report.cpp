@@ -3,10 +3,13 @@
 
 #include "html_report.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <string>
+#include <vector>
 
 #include "ablation_tables.hpp"
+#include "health_text.hpp"
 #include "html_page.hpp"
 #include "html_pictures.hpp"
 #include "html_plots.hpp"
@@ -109,13 +112,29 @@ std::string scene_remark(const GroupOfRuns& group, const TypicalScene& scene) {
                           ", ordered by their ATE under rule paper.");
 }
 
+/// Shows the health of the scene's run under rule depth, which measures most, or of the first run.
+std::string health(const std::vector<RunResult>& runs, Notes& notes) {
+  const auto by_depth = std::find_if(runs.begin(), runs.end(),
+                                     [](const RunResult& run) { return run.rule == "depth"; });
+  const RunResult& run = by_depth == runs.end() ? runs.front() : *by_depth;
+  if (run.health.empty()) {
+    notes.push_back((run.folder / "summary.json").string() +
+                    ": is of an earlier version and holds no health");
+    return "";
+  }
+  return html_of(health_table("Health of the input, under rule " + run.rule, run.health)) +
+         html_of(health_advice(run.health));
+}
+
 std::string section(const GroupOfRuns& group, std::size_t number, const RuleStyles& styles) {
   const TypicalScene scene = typical_scene(group);
   Notes notes;
-  const std::string plots = scene_plots(runs_of(group, scene.name), styles, notes);
+  const std::vector<RunResult> runs = runs_of(group, scene.name);
+  const std::string input = health(runs, notes);
+  const std::string plots = scene_plots(runs, styles, notes);
   const std::string pictures = worst_frames(group, notes);
   return "<section>\n" + element("h2", group.name, "id=\"" + anchor(number) + "\"") +
-         scene_remark(group, scene) + plots + pictures + html_of(notes) + "</section>\n";
+         scene_remark(group, scene) + input + plots + pictures + html_of(notes) + "</section>\n";
 }
 
 }  // namespace

@@ -1,0 +1,51 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// The health of a run, in words and in JSON: what is wrong with its input, and what to do.
+
+#ifndef DYNFILTER_SRC_TOOLS_HEALTH_TEXT_HPP
+#define DYNFILTER_SRC_TOOLS_HEALTH_TEXT_HPP
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "dynfilter/filter_health.hpp"
+#include "dynfilter/segmenters/depth_offset_estimator.hpp"
+#include "table.hpp"
+
+namespace dynfilter::tools {
+
+/// One measure of a run's health.
+struct HealthRow {
+  std::string name;  ///< of the member of FilterHealthReport
+  std::optional<double> value;
+  std::string verdict;  ///< "good", "look", "bad" or "not known"
+  std::size_t frames = 0;
+  std::string advice;  ///< what is wrong and what mends it, or why it is not known; empty if good
+};
+
+/// Puts the report into words. The estimate of the depth's offset is missing for a run without
+/// depth, and for one over some of the frames. `moves_masks`: the run moves masks of an earlier
+/// frame to each frame, which does not make them younger.
+std::vector<HealthRow> health_rows(const FilterHealthReport& report,
+                                   const std::optional<DepthOffsetEstimate>& depth_offset,
+                                   bool moves_masks);
+
+/// Returns the rows as a table.
+Table health_table(const std::string& title, const std::vector<HealthRow>& rows);
+
+/// Returns a sentence for each row that has advice, beginning with what it is about.
+std::vector<std::string> health_advice(const std::vector<HealthRow>& rows);
+
+/// Returns the rows as a JSON object, and reads them back. Reading throws nlohmann::json::exception
+/// for other JSON.
+nlohmann::ordered_json health_json(const std::vector<HealthRow>& rows);
+std::vector<HealthRow> health_rows_of(const nlohmann::ordered_json& json);
+
+}  // namespace dynfilter::tools
+
+#endif  // DYNFILTER_SRC_TOOLS_HEALTH_TEXT_HPP

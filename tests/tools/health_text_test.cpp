@@ -1,0 +1,168 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// The words for a run's health: each trouble has a verdict and a remedy.
+
+#include "health_text.hpp"
+
+#include <gtest/gtest.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+namespace dynfilter::testing {
+namespace {
+
+using tools::HealthRow;
+
+std::vector<HealthRow> health_rows(const FilterHealthReport& report,
+                                   const std::optional<DepthOffsetEstimate>& offset) {
+  return tools::health_rows(report, offset, false);
+}
+
+DepthOffsetEstimate measured(double frames_late) {
+  DepthOffsetEstimate estimate;
+  estimate.verdict = DepthOffsetVerdict::measured;
+  estimate.offset = DepthOffset{frames_late / 30, 0.001, frames_late, 0.03};
+  estimate.frames = 40;
+  estimate.period_s = 1 / 30.0;
+  return estimate;
+}
+
+HealthMeasure measure(double value, HealthVerdict verdict) { return {value, verdict, 40}; }
+
+/// Report on a sound recording.
+FilterHealthReport sound() {
+  FilterHealthReport report;
+  report.frames = 40;
+  report.depth_frames_late = measure(0.03, HealthVerdict::good);
+  report.mask_age_s = measure(0, HealthVerdict::good);
+  report.mask_gap_px = measure(2, HealthVerdict::good);
+  report.without_depth_share = measure(0.125, HealthVerdict::good);
+  report.starved_share = measure(0, HealthVerdict::good);
+  return report;
+}
+
+/// Expects that only measure k has advice, with this verdict and these words.
+void expect_advice(const FilterHealthReport& report,
+                   const std::optional<DepthOffsetEstimate>& offset, std::size_t k,
+                   const std::string& verdict, const std::string& words) {
+  const std::vector<HealthRow> rows = health_rows(report, offset);
+  ASSERT_EQ(rows.size(), 5U);
+  EXPECT_EQ(rows[k].verdict, verdict);
+  EXPECT_NE(rows[k].advice.find(words), std::string::npos) << rows[k].advice << "\nwant: " << words;
+  for (std::size_t other = 0; other < rows.size(); ++other) {
+    if (other == k) continue;
+    EXPECT_EQ(rows[other].advice, "") << rows[other].name;
+    EXPECT_EQ(rows[other].verdict, "good") << rows[other].name;
+  }
+  ASSERT_EQ(tools::health_advice(rows).size(), 1U);
+  EXPECT_NE(tools::health_advice(rows)[0].find(", " + verdict + ": "), std::string::npos);
+}
+
+TEST(HealthText, SoundInputNeedsNoAdvice) {
+  const std::vector<HealthRow> rows = health_rows(sound(), measured(0.03));
+  EXPECT_TRUE(tools::health_advice(rows).empty());
+  EXPECT_EQ(tools::text_of(tools::health_table("health", rows)),
+            "health\n"
+            "                                         value  frames  verdict\n"
+            "depth later than colour            0.03 frames      40     good\n"
+            "age of the masks                       0.000 s      40     good\n"
+            "masks short of the objects' depth       2.0 px      40     good\n"
+            "features without depth                  12.5 %      40     good\n"
+            "starved frames                           0.0 %      40     good\n");
+}
+
+TEST(HealthText, DepthOutOfStepIsPairedAnew) {
+  FilterHealthReport report = sound();
+  report.depth_frames_late = measure(1, HealthVerdict::bad);
+  expect_advice(report, measured(1), 0, "bad", "depth is late by 1.00 frames");
+  expect_advice(report, measured(1), 0, "bad", "--depth-offset 0.033, or dynfilter sync SEQUENCE");
+  report.depth_frames_late = measure(-1, HealthVerdict::bad);
+  expect_advice(report, measured(-1), 0, "bad", "depth is early by 1.00 frames");
+  expect_advice(report, measured(-1), 0, "bad", "--depth-offset -0.033");
+  report.depth_frames_late = measure(0.4, HealthVerdict::look);
+  expect_advice(report, measured(0.4), 0, "look", "no other pairs are nearer");
+}
+
+TEST(HealthText, UnknownOffsetSaysWhy) {
+  FilterHealthReport report = sound();
+  report.depth_frames_late = {};
+  expect_advice(report, {}, 0, "not known", "every frame");
+  DepthOffsetEstimate still;
+  still.verdict = DepthOffsetVerdict::nothing_moves;
+  expect_advice(report, still, 0, "not known", "too little moves");
+}
+
+TEST(HealthText, OldMasksNeedAFasterSegmenterOrPropagation) {
+  FilterHealthReport report = sound();
+  report.mask_age_s = measure(0.1, HealthVerdict::look);
+  expect_advice(report, measured(0), 1, "look",
+                "masks are 0.100 s old on average, and objects "
+                "have moved since");
+  expect_advice(report, measured(0), 1, "look", "--rule depth_moved");
+  report.mask_age_s = measure(0.3, HealthVerdict::bad);
+  expect_advice(report, measured(0), 1, "bad", "objects have left them");
+  const HealthRow moved = tools::health_rows(report, measured(0), true)[1];
+  EXPECT_EQ(moved.verdict, "bad") << "moved masks are not fresh";
+  EXPECT_EQ(moved.advice.find("depth_moved"), std::string::npos) << moved.advice;
+  EXPECT_NE(moved.advice.find("a faster segmenter"), std::string::npos) << moved.advice;
+  report.mask_age_s = {{}, HealthVerdict::not_known, 3};
+  expect_advice(report, measured(0), 1, "not known", "too few frames have masks");
+  report.untimed_frames = 37;
+  expect_advice(report, measured(0), 1, "not known", "mask_time");
+}
+
+TEST(HealthText, SmallMasksNeedAMarginUnlessDepthIsToBlame) {
+  FilterHealthReport report = sound();
+  report.mask_gap_px = measure(4.5, HealthVerdict::look);
+  expect_advice(report, measured(0), 2, "look", "objects reach 4.5 px beyond their masks");
+  expect_advice(report, measured(0), 2, "look", "a larger network");
+  expect_advice(report, measured(0), 2, "look", "--margin 5");
+  report.mask_gap_px = {};
+  expect_advice(report, measured(0), 2, "not known", "rule depth");
+
+  report.mask_gap_px = measure(4.5, HealthVerdict::look);
+  report.depth_frames_late = measure(1, HealthVerdict::bad);
+  const std::string advice = health_rows(report, measured(1))[2].advice;
+  EXPECT_NE(advice.find("mend the depth's offset first"), std::string::npos) << advice;
+  EXPECT_EQ(advice.find("larger network"), std::string::npos) << advice;
+}
+
+TEST(HealthText, LittleDepthAndStarvedFramesNeedMoreFeatures) {
+  FilterHealthReport report = sound();
+  report.without_depth_share = measure(0.6, HealthVerdict::look);
+  expect_advice(report, measured(0), 3, "look", "60 % of the features");
+  report.without_depth_share = {};
+  expect_advice(report, measured(0), 3, "not known", "too few frames have depth");
+  report = sound();
+  report.starved_share = measure(0.25, HealthVerdict::bad);
+  report.suggested_features = 2084;
+  expect_advice(report, measured(0), 4, "bad", "25 % of the frames keep fewer than 200 features");
+  expect_advice(report, measured(0), 4, "bad", "--features 2084");
+}
+
+TEST(HealthText, SurvivesJson) {
+  FilterHealthReport report = sound();
+  report.mask_gap_px = {};
+  report.mask_age_s = measure(0.1, HealthVerdict::look);
+  const std::vector<HealthRow> rows = health_rows(report, measured(0));
+  const std::vector<HealthRow> read = tools::health_rows_of(tools::health_json(rows));
+  ASSERT_EQ(read.size(), rows.size());
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    EXPECT_EQ(read[k].name, rows[k].name);
+    EXPECT_EQ(read[k].value, rows[k].value);
+    EXPECT_EQ(read[k].verdict, rows[k].verdict);
+    EXPECT_EQ(read[k].frames, rows[k].frames);
+    EXPECT_EQ(read[k].advice, rows[k].advice);
+  }
+  nlohmann::ordered_json other = tools::health_json(rows);
+  other.erase("mask_gap_px");
+  EXPECT_THROW(tools::health_rows_of(other), nlohmann::json::exception);
+}
+
+}  // namespace
+}  // namespace dynfilter::testing
