@@ -83,8 +83,8 @@ struct FilterHealthReport {
   HealthMeasure without_depth_share;  ///< share of all features that have no depth
   HealthMeasure starved_share;        ///< share of frames with too few features left
   std::size_t untimed_frames = 0;     ///< frames whose masks have no usable time
-  std::size_t suggested_features =
-      0;  ///< number to extract, so that no frame is starved; 0 = as is
+  /// Number of features to extract, so that no frame is starved; 0 = the present number suffices.
+  std::size_t suggested_features = 0;
 };
 
 /// Tells from what a filter sees and counts, without any truth, what is wrong with its input: depth

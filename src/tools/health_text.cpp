@@ -116,7 +116,7 @@ std::string gap_advice(const FilterHealthReport& report) {
 std::string depth_advice(const HealthMeasure& measure) {
   if (!measure.value) return "too few frames have depth";
   return formatted(
-      "%.0f %% of the features can neither be tracked nor checked by depth; see that depth is "
+      "%.0f %% of the features have no depth, for tracking and for the rules; see that depth is "
       "registered to colour and the scene within the sensor's reach, or extract more: --features",
       100 * *measure.value);
 }
