@@ -47,23 +47,24 @@ list(SORT dev_depends)
 list(JOIN dev_depends ", " CPACK_DEBIAN_DEV_PACKAGE_DEPENDS)
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME libdynfilter-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
-set(CPACK_COMPONENT_GROUP_DEV_DESCRIPTION "${PROJECT_DESCRIPTION} - development files
- Headers, static libraries, and files for CMake and pkg-config. A SLAM system hands each frame's
- features, depth and instance masks to the library, and gets back those that are safe to use.")
+set(CPACK_DEBIAN_DEV_DESCRIPTION "The library: headers, static
+libraries, and files for CMake and pkg-config. A SLAM system hands each
+frame's features, depth and instance masks to it, and gets back those that
+are safe to use.")
 
 set(CPACK_DEBIAN_TOOLS_PACKAGE_NAME dynfilter-tools)
 set(CPACK_DEBIAN_TOOLS_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_TOOLS_PACKAGE_SHLIBDEPS ON)
-set(CPACK_COMPONENT_GROUP_TOOLS_DESCRIPTION "${PROJECT_DESCRIPTION} - program
- The program dynfilter filters sequences in the layout of TUM's RGB-D data set, makes masks and
- scenes for it, and measures results.")
+set(CPACK_DEBIAN_TOOLS_DESCRIPTION "The program dynfilter: it filters
+sequences in the layout of TUM's RGB-D data set, makes masks and scenes
+for it, and measures results.")
 
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-dynfilter)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3, python3-numpy")
-set(CPACK_COMPONENT_GROUP_PYTHON_DESCRIPTION "${PROJECT_DESCRIPTION} - Python module
- The library for Python 3, with NumPy arrays in and out.")
+set(CPACK_DEBIAN_PYTHON_DESCRIPTION "The library for Python 3, with
+NumPy arrays in and out.")
 
 set(packages libdynfilter-dev)
 set(component_libdynfilter-dev dynfilter-core)
