@@ -357,4 +357,8 @@ std::optional<fs::path> RgbdSequence::true_masks_folder() const {
   return existing_folder(folder_ / "masks_true");
 }
 
+std::optional<fs::path> RgbdSequence::moving_masks_folder() const {
+  return existing_folder(folder_ / "masks_moving");
+}
+
 }  // namespace dynfilter

@@ -115,12 +115,16 @@ TEST_F(RgbdSequenceFiles, NamesInaccessiblePathsOnOpening) {
 
 TEST_F(RgbdSequenceFiles, NamesInaccessiblePathsOnUse) {
   const RgbdSequence sequence(folder_.path());
-  for (const char* file : {"groundtruth.txt", "masks", "masks_true"}) make_loop(file);
+  for (const char* file : {"groundtruth.txt", "masks", "masks_true", "masks_moving"}) {
+    make_loop(file);
+  }
   expect_error<std::runtime_error>([&] { sequence.groundtruth_file(); },
                                    path("groundtruth.txt") + loop_error);
   expect_error<std::runtime_error>([&] { sequence.masks_folder(); }, path("masks") + loop_error);
   expect_error<std::runtime_error>([&] { sequence.true_masks_folder(); },
                                    path("masks_true") + loop_error);
+  expect_error<std::runtime_error>([&] { sequence.moving_masks_folder(); },
+                                   path("masks_moving") + loop_error);
 }
 
 TEST_F(RgbdSequenceFiles, NamesAnUnreadableFolder) {

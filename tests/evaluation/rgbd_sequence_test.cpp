@@ -117,12 +117,15 @@ TEST(RgbdSequence, FindsGroundTruthAndMasks) {
   EXPECT_FALSE(sequence.groundtruth_file());
   EXPECT_FALSE(sequence.masks_folder());
   EXPECT_FALSE(sequence.true_masks_folder());
+  EXPECT_FALSE(sequence.moving_masks_folder());
   folder.write("groundtruth.txt", "");
   folder.write("masks/a", "");
   folder.write("masks_true/a", "");
+  folder.write("masks_moving/a", "");
   EXPECT_EQ(sequence.groundtruth_file(), folder / "groundtruth.txt");
   EXPECT_EQ(sequence.masks_folder(), folder / "masks");
   EXPECT_EQ(sequence.true_masks_folder(), folder / "masks_true");
+  EXPECT_EQ(sequence.moving_masks_folder(), folder / "masks_moving");
 }
 
 TEST(RgbdSequence, ReadsDepthInMetres) {

@@ -97,12 +97,13 @@ class RgbdSequence {
   bool has_depth() const { return has_depth_; }
 
   /// @{
-  /// File or folder of the sequence, if it exists: groundtruth.txt, masks/ or masks_true/. Throws
-  /// std::runtime_error that names a path that cannot be inspected, a groundtruth.txt that is not
-  /// a regular file, or masks that are not in a folder.
+  /// File or folder of the sequence, if it exists: groundtruth.txt, masks/, masks_true/ or
+  /// masks_moving/. Throws std::runtime_error that names a path that cannot be inspected, a
+  /// groundtruth.txt that is not a regular file, or masks that are not in a folder.
   std::optional<std::filesystem::path> groundtruth_file() const;
   std::optional<std::filesystem::path> masks_folder() const;
   std::optional<std::filesystem::path> true_masks_folder() const;
+  std::optional<std::filesystem::path> moving_masks_folder() const;
   /// @}
 
  private:
