@@ -46,7 +46,7 @@ std::vector<Outline> outlines_of(const AblationPlan& plan, Inputs& inputs) {
   for (const SceneSpec& scene : plan.scenes) {
     const auto [outline, is_new] = outline_by_group.emplace(scene.name().group, Outline());
     if (is_new) {
-      const std::unique_ptr<FrameSource> source = scene.open();
+      const std::unique_ptr<FrameSource> source = scene.open(plan.settings.truth);
       require_masks(*source, plan.settings.every);
       outline->second = {source->size(), source->has_true_masks(), !source->masks_name().empty(),
                          source->read(0).frame.image.size(), source->note()};
@@ -60,7 +60,8 @@ std::vector<Outline> outlines_of(const AblationPlan& plan, Inputs& inputs) {
 std::vector<std::string> rules_for(const AblationPlan& plan, bool has_true_masks) {
   std::vector<std::string> rules;
   for (const std::string& rule : plan.rules) {
-    if (!rule_info(rule).takes_true_masks || has_true_masks) rules.push_back(rule);
+    const bool needs_them = needs_true_masks(rule_info(rule), plan.settings.truth);
+    if (!needs_them || has_true_masks) rules.push_back(rule);
   }
   return rules;
 }
@@ -166,7 +167,8 @@ void run_all(const AblationPlan& plan) {
   notes.erase("");
   for (const std::string& note : notes) std::fprintf(stderr, "%s\n", note.c_str());
   ProgressBar progress("filtering", frames);
-  for (const SceneSpec& scene : plan.scenes) run_scene(plan, scene, *scene.open(), progress);
+  for (const SceneSpec& scene : plan.scenes)
+    run_scene(plan, scene, *scene.open(plan.settings.truth), progress);
 }
 
 std::vector<std::string> job_lines(const AblationPlan& plan, const std::string& program) {

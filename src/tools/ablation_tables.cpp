@@ -327,6 +327,9 @@ std::vector<Table> ablation_tables(const std::vector<RunResult>& results) {
     add_where_filled(without_empty_columns(default_table(groups)));
   }
   add_where_filled(paper_table(groups));
+  if (!results.empty() && results.front().truth == Truth::by_motion) {
+    for (Table& table : tables) table.title += ", truth by motion";
+  }
   return tables;
 }
 

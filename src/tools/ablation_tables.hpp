@@ -17,7 +17,7 @@ namespace dynfilter::tools {
 /// groups side by side, the default rule on each group, and masks alone (Y) and the paper's rule
 /// (Y+D) in the form of the paper's Table 4. Leaves out tables without a figure. Cells over several
 /// scenes are "median (min..max)"; those of the error relative to rule perfect are "median [95 %
-/// interval of the median]".
+/// interval of the median]". Titles say so if the truth is by motion.
 std::vector<Table> ablation_tables(const std::vector<RunResult>& results);
 
 /// Returns "scene under rule" for every pair without a result whose scene and rule have others.

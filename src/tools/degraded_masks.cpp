@@ -96,6 +96,8 @@ class DegradedMasks final : public FrameSource {
     if (how_ == "late") source_->require_masks(i - std::min(i, late_frames));
   }
 
+  void pass_moving_masks() override { source_->pass_moving_masks(); }
+
   void add_inputs(Inputs& inputs) const override { source_->add_inputs(inputs); }
 
   SourceFrame read(std::size_t i) override {

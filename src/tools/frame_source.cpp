@@ -36,17 +36,31 @@ class Recording final : public FrameSource {
   bool has_true_masks() const override { return true_masks_.has_value(); }
   std::string masks_name() const override { return masks_name_; }
 
+  void pass_moving_masks() override {
+    const auto folder = sequence_.moving_masks_folder();
+    if (!folder) {
+      detail::throw_file_error(sequence_.folder() / "masks_moving",
+                               "there is no such folder; truth by motion needs the masks of what "
+                               "moves, as dynfilter synth writes them");
+    }
+    MaskFolderOptions options;
+    options.box_margin_px = 0;  // the masks are exact
+    moving_masks_.emplace(*folder, options);
+  }
+
   SourceFrame read(std::size_t i) override {
     const RgbdSequenceEntry& entry = sequence_.entry(i);
-    SourceFrame frame{entry.stem, sequence_.read(i), entry.depth_timestamp_s, {}, {}};
+    SourceFrame frame{entry.stem, sequence_.read(i), entry.depth_timestamp_s, {}, {}, {}};
     if (masks_) frame.masks = masks_->segment(frame.frame);
     if (true_masks_) frame.true_masks = true_masks_->segment(frame.frame);
+    if (moving_masks_) frame.moving_masks = moving_masks_->segment(frame.frame);
     return frame;
   }
 
   void require_masks(std::size_t i) const override {
     if (masks_) require_mask(*masks_, masks_name_, i);
     if (true_masks_) require_mask(*true_masks_, *sequence_.true_masks_folder(), i);
+    if (moving_masks_) require_mask(*moving_masks_, *sequence_.moving_masks_folder(), i);
   }
 
   std::optional<Trajectory> true_trajectory() const override { return true_trajectory_; }
@@ -56,7 +70,8 @@ class Recording final : public FrameSource {
     add_sequence_inputs(sequence_, inputs);
     inputs.add(camera_file_);
     inputs.add_folder(masks_folder_);
-    for (const auto& masks : {sequence_.masks_folder(), sequence_.true_masks_folder()}) {
+    for (const auto& masks : {sequence_.masks_folder(), sequence_.true_masks_folder(),
+                              sequence_.moving_masks_folder()}) {
       if (masks) inputs.add_folder(*masks);
     }
   }
@@ -75,6 +90,7 @@ class Recording final : public FrameSource {
   std::string masks_name_;
   std::optional<MaskFolderSegmenter> masks_;
   std::optional<MaskFolderSegmenter> true_masks_;
+  std::optional<MaskFolderSegmenter> moving_masks_;  // if they are passed
   std::optional<Trajectory> true_trajectory_;
   std::string note_;
 };
@@ -101,12 +117,19 @@ class Rendering final : public FrameSource {
   bool has_true_masks() const override { return true; }
   std::string masks_name() const override { return "rendered"; }
   void require_masks(std::size_t) const override {}
+  void pass_moving_masks() override { passes_moving_masks_ = true; }
 
   SourceFrame read(std::size_t i) override {
     SyntheticFrame rendered = scene_.render(static_cast<int>(i));
-    return {detail::time_text(rendered.frame.timestamp_s), rendered.frame,
-            rendered.frame.timestamp_s, std::move(rendered.poor_segmentation),
-            std::move(rendered.true_segmentation)};
+    const FrameView& image = rendered.frame;
+    SourceFrame frame{detail::time_text(image.timestamp_s), image, image.timestamp_s, {}, {}, {}};
+    frame.masks = std::move(rendered.poor_segmentation);
+    frame.true_masks = std::move(rendered.true_segmentation);
+    if (passes_moving_masks_) {
+      frame.moving_masks = Segmentation{image.id, image.timestamp_s, image.image.size(),
+                                        instances_from_binary_mask(rendered.moving_mask)};
+    }
+    return frame;
   }
 
   std::optional<Trajectory> true_trajectory() const override {
@@ -121,6 +144,7 @@ class Rendering final : public FrameSource {
 
  private:
   SyntheticScene scene_;
+  bool passes_moving_masks_ = false;
 };
 
 }  // namespace

@@ -28,11 +28,16 @@ struct SourceFrame {
   double depth_timestamp_s = 0;       ///< the depth image's stamp; the frame's time without one
   std::optional<Segmentation> masks;  ///< none if the sequence has no masks
   std::optional<Segmentation> true_masks;  ///< none if the truth is unknown
+  /// What moves in the frame, one instance of class 0 for each connected object; none unless
+  /// FrameSource::pass_moving_masks was called.
+  std::optional<Segmentation> moving_masks;
 };
 
 /// A source of frames: a sequence on disk, or a scene that is rendered on demand.
 class FrameSource {
  public:
+  static constexpr double exact_rim_px = 3;  ///< the rim of masks that are exact
+
   FrameSource() = default;
   FrameSource(const FrameSource&) = delete;
   FrameSource& operator=(const FrameSource&) = delete;
@@ -45,7 +50,11 @@ class FrameSource {
   virtual std::string masks_name() const = 0;  ///< empty if there are none
   /// Returns the rim's width: features this near to a true mask, but not on it, count as neither
   /// dynamic nor static.
-  virtual double rim_px() const { return 3; }
+  virtual double rim_px() const { return exact_rim_px; }
+
+  /// Makes read() pass the moving masks, and require_masks() check them. Throws std::runtime_error
+  /// if the source has none.
+  virtual void pass_moving_masks() = 0;
 
   /// Reads a frame. Throws std::runtime_error that names a missing or broken file.
   virtual SourceFrame read(std::size_t i) = 0;

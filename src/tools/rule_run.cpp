@@ -18,7 +18,7 @@ namespace {
 /// Returns the rule after checking everything that can be known to fail before the first frame.
 const RuleInfo& checked(const RuleInfo& rule, const SceneSpec& scene, const FrameSource& source,
                         const RunSettings& settings) {
-  if (rule.takes_true_masks && !source.has_true_masks()) {
+  if (needs_true_masks(rule, settings.truth) && !source.has_true_masks()) {
     throw std::runtime_error("rule " + rule.name + " needs true masks, but " + scene.name().name +
                              " has no masks_true/");
   }
@@ -30,6 +30,21 @@ const RuleInfo& checked(const RuleInfo& rule, const SceneSpec& scene, const Fram
   }
   require_masks(source, settings.every);
   return rule;
+}
+
+/// Returns the options of the mask culler. What moves is dynamic, whatever its class.
+MaskCullerOptions culler_options(const RuleInfo& rule, const RunSettings& settings) {
+  MaskCullerOptions options = settings.mask_culler;
+  if (is_bound(rule) && settings.truth == Truth::by_motion) options.dynamic_classes = {0};
+  return options;
+}
+
+/// Names the masks that the rule works with.
+std::string masks_name(const RuleInfo& rule, const FrameSource& source,
+                       const RunSettings& settings) {
+  if (is_bound(rule) && settings.truth == Truth::by_motion) return "moving masks";
+  if (rule.takes_true_masks) return "true masks";
+  return settings.masks.empty() ? source.masks_name() : settings.masks;
 }
 
 odometry::OdometryOptions odometry_options(const RunSettings& settings) {
@@ -73,7 +88,8 @@ std::vector<std::pair<std::string, std::string>> resolved_options(const RuleInfo
           {"classes", classes},
           {"every", std::to_string(settings.every)},
           {"margin", detail::concatenate(settings.mask_culler.margin_px)},
-          {"seed", std::to_string(settings.seed)}};
+          {"seed", std::to_string(settings.seed)},
+          {"truth", name_of(settings.truth)}};
 }
 
 std::vector<std::filesystem::path> run_names(const std::filesystem::path& folder) {
@@ -100,8 +116,9 @@ RuleRun::RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource
                  const RunSettings& settings, const std::filesystem::path& folder)
     : rule_(checked(rule, scene, source, settings)),
       staged_(folder, run_writer, run_names(folder), true),
-      rim_px_(source.rim_px()),
-      filter_({mask_stage_of(rule, settings.mask_culler), masks_time_},
+      truth_(settings.truth),
+      rim_px_(truth_ == Truth::by_motion ? FrameSource::exact_rim_px : source.rim_px()),
+      filter_({mask_stage_of(rule, culler_options(rule, settings)), masks_time_},
               {stage_of(rule, settings.mask_culler, settings.seed, source.camera()), rule_time_}),
       pictures_(staged_.path(), source.size(), settings.overlays, rule) {
   if (rule.moves_masks) propagator_.emplace();
@@ -111,15 +128,16 @@ RuleRun::RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource
   record_.scene = scene.name();
   record_.input = scene.arguments();
   record_.rule = rule;
-  const std::string masks = settings.masks.empty() ? source.masks_name() : settings.masks;
-  record_.masks = rule.takes_true_masks ? "true masks" : masks;
+  record_.masks = masks_name(rule, source, settings);
   record_.segmenter = settings.masks;
-  record_.has_truth = source.has_true_masks();
+  record_.truth = truth_;
+  record_.has_truth = truth_ == Truth::by_motion || source.has_true_masks();
   record_.options = resolved_options(rule, settings);
 }
 
 /// Returns the masks that the rule works with.
 std::optional<Segmentation> RuleRun::masks_of(const SourceFrame& frame) {
+  if (is_bound(rule_)) return dynamic_masks(frame, truth_);
   if (rule_.takes_true_masks) return frame.true_masks;
   if (rule_.follows_motion && !rule_.takes_masks) return {};
   if (!propagator_) return frame.masks;
@@ -140,11 +158,10 @@ void RuleRun::process(const SourceFrame& frame, ExtractedFeatures features) {
   record.statistics = labels_.statistics();
   const Segmentation shown = masks.value_or(Segmentation());
   const FeatureLabels by_mask = only_masked(labels_, shown);
-  if (frame.true_masks) {
-    record.scores =
-        score_features(features.keypoints, labels_, *frame.true_masks, rim_px_, frame.frame);
+  if (const std::optional<Segmentation>& truth = dynamic_masks(frame, truth_)) {
+    record.scores = score_features(features.keypoints, labels_, *truth, rim_px_, frame.frame);
     record.mask_only_scores =
-        score_features(features.keypoints, by_mask, *frame.true_masks, rim_px_, frame.frame);
+        score_features(features.keypoints, by_mask, *truth, rim_px_, frame.frame);
   }
   add_pictures(frame, shown, features.keypoints, record, by_mask);
   keep_static_time_.measure(

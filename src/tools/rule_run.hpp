@@ -24,6 +24,7 @@
 #include "run_record.hpp"
 #include "scene_spec.hpp"
 #include "stopwatch.hpp"
+#include "truth.hpp"
 
 namespace dynfilter::tools {
 
@@ -33,9 +34,10 @@ struct RunSettings {
   /// Use every n-th frame; above 1 without odometry, which needs all frames.
   std::size_t every = 1;
   MaskCullerOptions mask_culler;
-  std::uint64_t seed = 0;    ///< for the samples of the rule and of the odometry
-  std::size_t overlays = 0;  ///< frames to draw
-  std::string masks;         ///< the masks' name in results; empty: the source's name
+  std::uint64_t seed = 0;         ///< for the samples of the rule and of the odometry
+  std::size_t overlays = 0;       ///< frames to draw
+  std::string masks;              ///< the masks' name in results; empty: the source's name
+  Truth truth = Truth::by_class;  ///< scores and the rule perfect follow it
 };
 
 /// Lists rule and settings under the names of `dynfilter run`'s options: they document a run and
@@ -61,6 +63,8 @@ ExtractedFeatures extract_features(const odometry::OrbExtractor& extractor, cons
 /// there is depth, the reference odometry on the remaining features.
 class RuleRun {
  public:
+  /// The source has to be opened with the truth of the settings.
+  ///
   /// Throws std::runtime_error if the rule takes true masks and there are none, if a frame has no
   /// mask, if the folder cannot be made, or if it holds a file with a run's name that no earlier
   /// run wrote.
@@ -96,6 +100,7 @@ class RuleRun {
 
   RuleInfo rule_;
   detail::StagedFolder staged_;
+  Truth truth_;
   double rim_px_;
   Times extraction_time_, waiting_time_, propagation_time_, masks_time_, rule_time_,
       keep_static_time_, odometry_time_;

@@ -120,7 +120,8 @@ std::vector<Entry> make_entries() {
       {{"depth_motion", "rule depth, then what moves; still objects get their features back", true,
         false, true, false, false, true},
        depth},
-      {{"perfect", "features on the true masks", true, true, false},
+      {{"perfect", "features on the true masks; with --truth motion, on what moves", true, true,
+        false},
        [](const Masks&, std::uint64_t) { return empty_stage(); }},
   };
   for (const RuleInfo& rule : frame_rules()) {  // before the bound, which comes last

@@ -35,7 +35,7 @@ struct RunOptions {
 };
 
 void run(const RunOptions& options) {
-  const std::unique_ptr<FrameSource> source = options.scene.open();
+  const std::unique_ptr<FrameSource> source = options.scene.open(options.settings.truth);
   if (!source->note().empty()) std::fprintf(stderr, "%s\n", source->note().c_str());
   Inputs inputs;
   source->add_inputs(inputs);

@@ -20,6 +20,7 @@
 #include "rule_set.hpp"
 #include "scene_spec.hpp"
 #include "stopwatch.hpp"
+#include "truth.hpp"
 
 namespace dynfilter::tools {
 
@@ -28,7 +29,7 @@ struct FrameRecord {
   std::string stem;  ///< of the image's file
   double timestamp_s = 0;
   FrameStatistics statistics;
-  std::optional<FeatureScores> scores;            ///< if the true masks are known
+  std::optional<FeatureScores> scores;            ///< if the truth is known
   std::optional<FeatureScores> mask_only_scores;  ///< the scores if only the masks acted
   bool is_lost = false;                           ///< the odometry lost the frame, or had not begun
 };
@@ -54,6 +55,7 @@ struct RunRecord {
   RuleInfo rule;
   std::string masks;      ///< the folder; empty = there were none
   std::string segmenter;  ///< that made the masks; empty: they belong to the scene
+  Truth truth = Truth::by_class;
   bool has_truth = false;
   std::vector<std::pair<std::string, std::string>> options;  ///< resolved options by name
   std::vector<FrameRecord> frames;

@@ -81,7 +81,9 @@ void print_score(const RunRecord& run, const std::string& name, std::size_t Feat
 
 void print_scores(const RunRecord& run) {
   const FeatureScores all = run.total_scores(&FrameRecord::scores);
-  std::printf("against the true masks                        total   per frame\n");
+  const char* against =
+      run.truth == Truth::by_motion ? "against what moves" : "against the true masks";
+  std::printf("%-38s        total   per frame\n", against);
   print_count("dynamic, nothing removed", all.dynamic_left + all.dynamic_removed,
               run.frames.size());
   print_score(run, "dynamic left", &FeatureScores::dynamic_left);

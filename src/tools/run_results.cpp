@@ -62,6 +62,8 @@ RunResult result_of(const Json& json) {
   json.at("rule").get_to(result.rule);
   std::map<std::string, std::string> options;
   json.at("options").get_to(options);
+  options.emplace("truth", name_of(Truth::by_class));  // earlier versions had no other
+  result.truth = truth_of_name(options.at("truth"));
   result.options = options_text(options);
   result.input = json.value("input", "");
   if (json.contains("image_size")) {

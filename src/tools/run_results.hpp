@@ -19,6 +19,7 @@
 #include "dynfilter/evaluation/feature_scores.hpp"
 #include "health_text.hpp"
 #include "scene_spec.hpp"
+#include "truth.hpp"
 
 namespace dynfilter::tools {
 
@@ -27,8 +28,9 @@ struct RunResult {
   std::filesystem::path folder;
   SceneName scene;
   std::string rule;
-  std::string options;  ///< all but the rule; equal for runs that are compared
-  std::string input;    ///< equal for the runs of a scene
+  std::string options;            ///< all but the rule; equal for runs that are compared
+  Truth truth = Truth::by_class;  ///< one of the options
+  std::string input;              ///< equal for the runs of a scene
   std::string masks;  ///< their origin, equal for the runs of a scene; empty: unknown, or the true
   cv::Size image_size;  ///< equal for the runs of a group, as is `frames`
   std::size_t frames = 0;

@@ -26,16 +26,20 @@ SceneName SceneSpec::name() const {
   return {level, level + "_" + std::to_string(level_seed)};
 }
 
-std::unique_ptr<FrameSource> SceneSpec::open() const {
+std::unique_ptr<FrameSource> SceneSpec::open(Truth truth) const {
+  std::unique_ptr<FrameSource> source;
   if (level.empty()) {
-    std::unique_ptr<FrameSource> source = open_sequence(sequence, masks, camera, depth_offset_s);
-    return degraded.empty() ? std::move(source) : degrade_masks(std::move(source), degraded);
+    source = open_sequence(sequence, masks, camera, depth_offset_s);
+    if (!degraded.empty()) source = degrade_masks(std::move(source), degraded);
+  } else {
+    SyntheticSceneOptions options = scene_level(level, level_seed);
+    options.frames = frames.value_or(options.frames);
+    options.image_size.width = width.value_or(options.image_size.width);
+    options.image_size.height = height.value_or(options.image_size.height);
+    source = render_scene(options);
   }
-  SyntheticSceneOptions options = scene_level(level, level_seed);
-  options.frames = frames.value_or(options.frames);
-  options.image_size.width = width.value_or(options.image_size.width);
-  options.image_size.height = height.value_or(options.image_size.height);
-  return render_scene(options);
+  if (truth == Truth::by_motion) source->pass_moving_masks();
+  return source;
 }
 
 std::string SceneSpec::arguments() const {

@@ -11,6 +11,7 @@
 #include <string>
 
 #include "frame_source.hpp"
+#include "truth.hpp"
 
 namespace dynfilter::tools {
 
@@ -33,8 +34,9 @@ struct SceneSpec {
 
   SceneName name() const;
 
-  /// Opens the scene. Throws what open_sequence and render_scene throw.
-  std::unique_ptr<FrameSource> open() const;
+  /// Opens the scene, with what this truth needs. Throws what open_sequence, render_scene and
+  /// FrameSource::pass_moving_masks throw.
+  std::unique_ptr<FrameSource> open(Truth truth) const;
 
   /// Returns the scene as arguments of `dynfilter run`, quoted for a shell, with absolute paths.
   std::string arguments() const;

@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <string>
 
 #include <CLI/CLI.hpp>
 
@@ -58,6 +59,13 @@ inline void add_setting_options(CLI::App& command, RunSettings& settings) {
                   "also remove features this near to a mask, pixels")
       ->check(real_number(0, 1e6))
       ->capture_default_str();
+  command
+      .add_option_function<std::string>(
+          "--truth", [&settings](const std::string& name) { settings.truth = truth_of_name(name); },
+          "what is dynamic, for the scores and the rule perfect: a class, persons whether they\n"
+          "move or not, by masks_true/; or motion, what moves in the frame, by masks_moving/")
+      ->check(CLI::IsMember(truth_names()))
+      ->default_str(name_of(settings.truth));
   command
       .add_option("--seed", settings.seed,
                   "seed of the random samples, of features and in the odometry")

@@ -31,16 +31,22 @@ std::string head(const std::string& title, const RuleStyles& styles) {
          "</style>\n</head>\n<body>\n" + element("h1", title);
 }
 
-std::string explanation() {
+std::string explanation(Truth truth) {
+  const std::string dynamic =
+      truth == Truth::by_motion
+          ? "The truth is by motion: a feature is dynamic on the exact silhouette of what moves in "
+            "this frame, person or not, "
+          : "The truth is by class: a feature is dynamic on the exact silhouette of an object of "
+            "the true masks, which may move or stand still, ";
   return element(
       "p",
-      "Every rule gets the same features of the same frames and decides which of them to remove. "
-      "Against the true masks, a feature is dynamic on the exact silhouette of an object, static "
-      "more than 3 px outside every silhouette, and on the rim in between, where either verdict is "
-      "right. \"Dynamic left\" counts the dynamic features that a rule keeps; \"static removed\" "
-      "counts the static features that it removes. The reference odometry uses the kept features. "
-      "The ATE (absolute trajectory error) is the distance of its positions from the true ones "
-      "after alignment.");
+      "Every rule gets the same features of the same frames and decides which of them to remove. " +
+          dynamic +
+          "static more than 3 px outside every silhouette, and on the rim in between, where either "
+          "verdict is right. \"Dynamic left\" counts the dynamic features that a rule keeps; "
+          "\"static removed\" counts the static features that it removes. The reference odometry "
+          "uses the kept features. The ATE (absolute trajectory error) is the distance of its "
+          "positions from the true ones after alignment.");
 }
 
 std::string descriptions(const std::vector<std::string>& rules) {
@@ -70,7 +76,7 @@ std::string trimmed(std::string text) {
 }
 
 std::string overview(const std::vector<RunResult>& results, const RuleStyles& styles) {
-  return explanation() +
+  return explanation(results.front().truth) +
          element("p", counted(scenes_of(results).size(), "scene") + " under " +
                           counted(styles.rules().size(), "rule") + ", " +
                           counted(results.size(), "run") +

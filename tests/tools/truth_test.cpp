@@ -1,0 +1,236 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// `--truth motion`: scores and the rule perfect by what moves in a frame.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include <odometry.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "dynfilter/evaluation/scene_levels.hpp"
+#include "support/program.hpp"
+#include "support/scene_images.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+constexpr int frames = 4;
+const cv::Size image_size{320, 240};
+constexpr const char* size_options = " --frames 4 --width 320 --height 240";
+constexpr const char* small = " --frames 4 --width 320 --height 240 --features 400";
+
+constexpr const char* score_names[] = {"dynamic_left",   "dynamic_removed",           "static_left",
+                                       "static_removed", "static_removed_with_depth", "rim_left",
+                                       "rim_removed"};
+
+/// Runs one rule and returns its summary.
+nlohmann::json summary_of(const std::string& arguments) {
+  const TemporaryFolder folder;
+  const fs::path out = folder.path() / "out";
+  const Outcome outcome =
+      run("run " + arguments + " --features 400 --overlays 0 --out " + quoted(out));
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
+  return outcome.exit_code == 0 ? read_json(out / "summary.json") : nlohmann::json::object();
+}
+
+std::string level(const std::string& name) {
+  return "--level " + name + " --scene-seed 11" + size_options;
+}
+
+/// Distance from a pixel to the nearest pixel of a mask; infinite if the mask is empty.
+double distance_to(const cv::Mat& mask, cv::Point from) {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (int y = 0; y < mask.rows; ++y) {
+    for (int x = 0; x < mask.cols; ++x) {
+      if (mask.at<std::uint8_t>(y, x) == 0) continue;
+      nearest = std::min(nearest, std::hypot(x - from.x, y - from.y));
+    }
+  }
+  return nearest;
+}
+
+/// Counts what the rule mask leaves and removes on and off what moves, feature by feature.
+nlohmann::json recount(const std::string& level_name) {
+  SyntheticSceneOptions options = scene_level(level_name, 11);
+  options.frames = frames;
+  options.image_size = image_size;
+  const SyntheticScene scene(options);
+  const odometry::OrbExtractor extractor(400);
+  nlohmann::json counts;
+  for (const char* name : score_names) counts[name] = 0;
+  for (int i = 0; i < frames; ++i) {
+    const SyntheticFrame rendered = scene.render(i);
+    const cv::Mat1b masks = painted(rendered.poor_segmentation);
+    cv::Mat grey, descriptors;
+    std::vector<cv::KeyPoint> keypoints;
+    cv::cvtColor(rendered.frame.image, grey, cv::COLOR_BGR2GRAY);
+    extractor.extract(grey, keypoints, descriptors);
+    for (const cv::KeyPoint& keypoint : keypoints) {
+      const cv::Point pixel(static_cast<int>(std::floor(keypoint.pt.x + 0.5F)),
+                            static_cast<int>(std::floor(keypoint.pt.y + 0.5F)));
+      const bool removed = masks(pixel) != 0;
+      const double distance = distance_to(rendered.moving_mask, pixel);
+      const std::string kind = distance == 0 ? "dynamic" : distance <= 3 ? "rim" : "static";
+      const std::string name = kind + (removed ? "_removed" : "_left");
+      counts[name] = counts[name].get<int>() + 1;
+      if (name == "static_removed" && rendered.frame.depth.at<std::uint16_t>(pixel) > 0) {
+        counts["static_removed_with_depth"] = counts["static_removed_with_depth"].get<int>() + 1;
+      }
+    }
+  }
+  return counts;
+}
+
+TEST(Truth, ScoresByMotionEqualANaiveRecount) {
+  for (const char* name : {"sitting", "carried", "pushed"}) {
+    const nlohmann::json expected = recount(name);
+    const nlohmann::json summary = summary_of(level(name) + " --rule mask --truth motion");
+    for (const char* score : score_names)
+      EXPECT_EQ(summary[score], expected[score]) << name << ' ' << score;
+    EXPECT_GT(expected["dynamic_left"], 10) << name;
+  }
+}
+
+TEST(Truth, StillPersonIsStaticByMotionOnly) {
+  const nlohmann::json by_class = summary_of(level("sitting") + " --rule mask");
+  const nlohmann::json by_motion = summary_of(level("sitting") + " --rule mask --truth motion");
+  EXPECT_EQ(by_class["masked"], by_motion["masked"]) << "the rule itself knows no truth";
+  EXPECT_EQ(by_class["options"]["truth"], "class");
+  EXPECT_EQ(by_motion["options"]["truth"], "motion");
+  // The masks lie on persons. The sitting one's features are most of those removed.
+  EXPECT_LT(by_class["static_removed"], frames);
+  EXPECT_GT(by_motion["static_removed"], 20 * frames);
+}
+
+TEST(Truth, PerfectRuleRemovesJustWhatMoves) {
+  const std::string perfect = level("sitting") + " --rule perfect";
+  const nlohmann::json by_class = summary_of(perfect);
+  const nlohmann::json by_motion = summary_of(perfect + " --truth motion");
+  for (const nlohmann::json& summary : {by_class, by_motion}) {
+    EXPECT_EQ(summary["dynamic_left"], 0);
+    EXPECT_GT(summary["dynamic_removed"], 0);
+    EXPECT_EQ(summary["static_removed"], 0);
+    EXPECT_EQ(summary["rim_removed"], 0);
+  }
+  EXPECT_GT(by_motion["kept"].get<int>(), by_class["kept"].get<int>() + 20 * frames);
+  const nlohmann::json of_chairs = summary_of(perfect + " --truth motion --classes 56");
+  EXPECT_EQ(of_chairs["kept"], by_motion["kept"]) << "what moves is dynamic, whatever its class";
+  const nlohmann::json box = summary_of(level("pushed") + " --rule perfect --truth motion");
+  EXPECT_GT(box["dynamic_removed"], 0) << "a box is no person";
+  EXPECT_EQ(box["dynamic_left"], 0);
+}
+
+/// Sequence in a folder, with the masks of what moves.
+class TruthOfAFolder : public ::testing::Test {
+ protected:
+  TruthOfAFolder() {
+    const Outcome outcome =
+        run("synth " + quoted(sequence()) + " --level carried --seed 11" + size_options);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
+  }
+
+  fs::path sequence() const { return folder_.path() / "sequence"; }
+  fs::path out() const { return folder_.path() / "out"; }
+
+  Outcome ablate(const std::string& options) const {
+    return run("ablate " + quoted(sequence()) + small + " --out " + quoted(out()) + ' ' + options);
+  }
+
+ private:
+  TemporaryFolder folder_;
+};
+
+TEST_F(TruthOfAFolder, GivesTheScoresOfItsLevel) {
+  for (const char* rule : {"mask", "perfect"}) {
+    const std::string options = std::string(" --truth motion --rule ") + rule;
+    const nlohmann::json read = summary_of(quoted(sequence()) + options);
+    const nlohmann::json rendered = summary_of(level("carried") + options);
+    for (const char* score : score_names) EXPECT_EQ(read[score], rendered[score]) << score;
+    EXPECT_EQ(read["kept"], rendered["kept"]) << rule;
+  }
+}
+
+TEST_F(TruthOfAFolder, NeedsNoMasksOfPersons) {
+  fs::remove_all(sequence() / "masks_true");
+  const Outcome outcome = ablate("--truth motion --rules mask,depth_waited,perfect");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("\nperfect ")) << outcome.printed;
+  EXPECT_FALSE(outcome.mentions("\ndepth_waited ")) << "the masks waited for are a network's";
+}
+
+TEST_F(TruthOfAFolder, NamesMissingMasks) {
+  const auto refused = [&](const std::string& what) {
+    for (const std::string& command :
+         {"run " + quoted(sequence()), "ablate " + quoted(sequence())}) {
+      const Outcome outcome = run(command + " --truth motion --out " + quoted(out()));
+      EXPECT_NE(outcome.exit_code, 0) << command;
+      EXPECT_TRUE(outcome.mentions(what)) << outcome.printed;
+      EXPECT_FALSE(fs::exists(out())) << "nothing starts";
+    }
+  };
+  fs::remove(sequence() / "masks_moving/1.033333.png");
+  refused("masks_moving/1.033333.png: there is no such mask; frame 1.033333 needs it");
+  EXPECT_EQ(summary_of(quoted(sequence()) + " --rule mask")["options"]["truth"], "class")
+      << "the other truth does without";
+  fs::remove_all(sequence() / "masks_moving");
+  refused("masks_moving: there is no such folder; truth by motion needs");
+}
+
+TEST_F(TruthOfAFolder, ResultsSayWhichTruthTheyHave) {
+  const fs::path page = out().parent_path() / "page.html";
+  const Outcome outcome = ablate("--truth motion --rules mask,perfect --report " + quoted(page));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("sequence: features a frame, truth by motion\n")) << outcome.printed;
+  std::ifstream file(page);
+  const std::string html(std::istreambuf_iterator<char>(file), {});
+  EXPECT_NE(html.find("The truth is by motion"), std::string::npos);
+  EXPECT_NE(html.find("truth motion"), std::string::npos);
+  EXPECT_TRUE(ablate("--truth motion --rules mask --list").mentions(" --truth motion "));
+  EXPECT_TRUE(run("run " + quoted(sequence()) + " --truth motion --overlays 0 --out " +
+                  quoted(out() / "one"))
+                  .mentions("against what moves"));
+}
+
+TEST_F(TruthOfAFolder, DoesNotMixWithTheOther) {
+  ASSERT_EQ(ablate("--truth motion --rules mask").exit_code, 0);
+  const Outcome mixed = ablate("--rules perfect");
+  EXPECT_NE(mixed.exit_code, 0);
+  EXPECT_TRUE(mixed.mentions("truth motion")) << mixed.printed;
+  EXPECT_TRUE(mixed.mentions("truth class")) << mixed.printed;
+
+  const Outcome by_class = ablate("--rules mask");
+  ASSERT_EQ(by_class.exit_code, 0) << by_class.printed;
+  const fs::path summary = out() / "sequence/mask/summary.json";
+  nlohmann::json earlier = read_json(summary);
+  earlier["options"].erase("truth");
+  std::ofstream(summary) << earlier;
+  const Outcome gathered = run("ablate --gather " + quoted(out()));
+  EXPECT_EQ(gathered.printed, by_class.printed) << "results of earlier versions are by class";
+}
+
+TEST_F(TruthOfAFolder, IsNeverWrittenTo) {
+  const Outcome outcome =
+      run("run " + quoted(sequence()) + " --out " + quoted(sequence() / "masks_moving"));
+  EXPECT_NE(outcome.exit_code, 0);
+  EXPECT_TRUE(outcome.mentions("is read from")) << outcome.printed;
+}
+
+TEST(Truth, RefusesUnknownNames) {
+  const Outcome outcome = run("run " + level("sitting") + " --truth persons");
+  EXPECT_NE(outcome.exit_code, 0);
+  EXPECT_TRUE(outcome.mentions("--truth")) << outcome.printed;
+}
+
+}  // namespace
+}  // namespace dynfilter::testing
