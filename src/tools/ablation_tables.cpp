@@ -183,23 +183,25 @@ std::vector<double> ratios_to_perfect(const Runs& runs, const RulesOfGroup& rule
   });
 }
 
+/// Returns the share of the frames that the odometry lost.
+std::optional<double> lost_percent(const RunResult& run) {
+  if (!run.lost_frames) return {};
+  return 100.0 * static_cast<double>(*run.lost_frames) / static_cast<double>(run.frames);
+}
+
 Table trajectory_table(const std::string& group, const RulesOfGroup& rules) {
   const std::size_t scenes = max_scenes(rules);
   Table table{titled(group, scenes, "the odometry's RMSE"),
               {"rule", "ATE m", "over perfect", "RPE m in 1 s", "RPE deg in 1 s", "lost %"},
               {}};
   for (const auto& [rule, runs] : rules) {
-    const auto lost = [](const RunResult& run) -> std::optional<double> {
-      if (!run.lost_frames) return {};
-      return 100.0 * static_cast<double>(*run.lost_frames) / static_cast<double>(run.frames);
-    };
     table.rows.push_back(
         {row_name(rule, runs, scenes),
          spread(values_of(runs, [](const RunResult& r) { return r.ate_rmse_m; }), 4),
          with_interval(ratios_to_perfect(runs, rules), 2),
          spread(values_of(runs, [](const RunResult& r) { return r.rpe_translation_rmse_m; }), 4),
          spread(values_of(runs, [](const RunResult& r) { return r.rpe_rotation_rmse_deg; }), 3),
-         spread(values_of(runs, lost), 1)});
+         spread(values_of(runs, lost_percent), 1)});
   }
   return table;
 }
@@ -234,11 +236,14 @@ Table feature_overview(const Groups& groups) {
 }
 
 Table trajectory_overview(const Groups& groups) {
-  return overview(groups, "all: RMSE of the ATE in m, medians over scenes",
+  return overview(groups, "all: RMSE of the ATE in m / frames tracked in %, medians over scenes",
                   [](const Runs& runs, const RulesOfGroup&) -> std::string {
                     const auto errors =
                         values_of(runs, [](const RunResult& r) { return r.ate_rmse_m; });
-                    return errors.empty() ? "-" : number(median(errors), 4);
+                    const auto lost = values_of(runs, lost_percent);
+                    if (errors.empty() && lost.empty()) return "-";
+                    return (errors.empty() ? "-" : number(median(errors), 4)) + " / " +
+                           (lost.empty() ? "-" : number(100 - median(lost), 0));
                   });
 }
 

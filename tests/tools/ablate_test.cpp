@@ -226,9 +226,10 @@ TEST_F(Ablate, FindsObstaclesBeforeTheFirstJob) {
 }
 
 /// Writes a result with the given figures.
-void write_result(const fs::path& folder, int scene, const std::string& rule, double ate_rmse_m) {
-  const nlohmann::json summary = {{"group", "made"},
-                                  {"scene", "made_" + std::to_string(scene)},
+void write_result(const fs::path& folder, int scene, const std::string& rule, double ate_rmse_m,
+                  const std::string& group = "made") {
+  const nlohmann::json summary = {{"group", group},
+                                  {"scene", group + "_" + std::to_string(scene)},
                                   {"rule", rule},
                                   {"options", nlohmann::json::object()},
                                   {"frames", 10},
@@ -236,7 +237,7 @@ void write_result(const fs::path& folder, int scene, const std::string& rule, do
                                   {"kept", 500},
                                   {"lost_frames", scene},
                                   {"ate_rmse_m", ate_rmse_m}};
-  const fs::path job = folder / (std::to_string(scene) + rule);
+  const fs::path job = folder / (group + std::to_string(scene) + rule);
   fs::create_directories(job);
   std::ofstream(job / "summary.json") << summary;
 }
@@ -257,6 +258,17 @@ TEST_F(Ablate, FiguresMatchHandComputedValues) {
                             "10.0 (0.0..20.0)", "0.6000  0.3000       50.0 %"}) {
     EXPECT_TRUE(outcome.mentions(cells)) << cells << '\n' << outcome.printed;
   }
+}
+
+TEST_F(Ablate, TellsTheFramesTrackedBesideTheError) {
+  const fs::path folder = out("tracked");
+  for (int scene = 0; scene < 3; ++scene) {  // as many frames of ten are lost
+    write_result(folder, scene, "mask", 0.1 * (scene + 1), "a");
+    write_result(folder, scene + 6, "mask", 0.4, "b");
+  }
+  const Outcome outcome = run("ablate --gather " + quoted(folder));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("mask  0.2000 / 90  0.4000 / 30\n")) << outcome.printed;
 }
 
 TEST_F(Ablate, RefusesFoldersWithoutResults) {
