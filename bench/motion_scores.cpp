@@ -27,18 +27,13 @@
 #include <opencv2/imgproc.hpp>
 
 #include "arguments.hpp"
+#include "moving_card.hpp"
 
 namespace {
 
 using dynfilter::SyntheticFrame;
 using dynfilter::SyntheticScene;
 using dynfilter::SyntheticSceneOptions;
-
-/// Card of no class that moves, in the first camera's frame.
-struct Mover {
-  cv::Vec3d place_m{0.1, 0, 1.3}, speed_m_s{0, 0, 0};
-  double half_side_m = 0.22;
-};
 
 struct Scene {
   std::string name;
@@ -80,62 +75,6 @@ std::vector<Scene> scenes(std::uint64_t seed) {
           with_mover("radial_0.5", {0, 0, -0.5}, 1),
           with_mover("pushed_still_camera", {0.3, 0, 0}, 0),
           with_mover("pushed_fast_camera", {0.3, 0, 0}, 1.5)};
-}
-
-/// Texture of a card: blocks and stripes of several sizes.
-double card_brightness(double x_m, double y_m) {
-  const auto cell = [](double v, double size) { return static_cast<int>(std::floor(v / size)); };
-  const int coarse = cell(x_m, 0.07) * 7 + cell(y_m, 0.06) * 13;
-  const int fine = cell(x_m, 0.023) * 31 + cell(y_m, 0.019) * 17;
-  return 60 + 25 * (coarse & 3) + 14 * (fine * fine % 5);
-}
-
-/// Puts the card into image and depth. Returns its visible pixels.
-cv::Mat1b add_mover(const Mover& mover, const SyntheticScene& scene, int index,
-                    SyntheticFrame& rendered) {
-  const dynfilter::CameraParameters camera = scene.camera();
-  const dynfilter::CameraPose first = scene.pose(0), now = scene.pose(index);
-  const cv::Matx33d turn = first.rotation.t() * now.rotation;
-  const cv::Vec3d origin = first.rotation.t() * (now.translation - first.translation);
-  const double time_s = scene.timestamp_s(index) - scene.timestamp_s(0);
-  const cv::Vec3d centre = mover.place_m + mover.speed_m_s * time_s;
-  cv::Mat image = rendered.frame.image, depth = rendered.frame.depth;
-  cv::Mat1b visible(image.size(), std::uint8_t{0});
-  cv::RNG noise(static_cast<std::uint64_t>(index) + 1);
-  for (int y = 0; y < image.rows; ++y) {
-    for (int x = 0; x < image.cols; ++x) {
-      double brightness = 0, depth_m = 0;
-      int inside = 0;
-      for (int sample = 0; sample < 4; ++sample) {  // smooths the edges of the texture
-        const double px = x + 0.5 * (sample % 2) - 0.25, py = y + 0.5 * (sample / 2) - 0.25;
-        const cv::Vec3d ray =
-            turn * cv::Vec3d((px - camera.cx) / camera.fx, (py - camera.cy) / camera.fy, 1);
-        depth_m = (centre[2] - origin[2]) / ray[2];
-        const cv::Vec3d on_card = origin + ray * depth_m - centre;
-        if (std::max(std::abs(on_card[0]), std::abs(on_card[1])) > mover.half_side_m) continue;
-        brightness += card_brightness(on_card[0], on_card[1]);
-        ++inside;
-      }
-      const double behind_m = double{rendered.exact_depth_m.at<float>(y, x)};
-      if (inside < 4 || depth_m > behind_m) continue;
-      visible(y, x) = 255;
-      const double value = brightness / inside + noise.gaussian(1.5);
-      image.at<cv::Vec3b>(y, x) = cv::Vec3b::all(cv::saturate_cast<std::uint8_t>(value));
-      const double sensed_m = depth_m + noise.gaussian(0.0015 * depth_m * depth_m);
-      depth.at<std::uint16_t>(y, x) = cv::saturate_cast<std::uint16_t>(sensed_m * 5000);
-    }
-  }
-  return visible;
-}
-
-/// Pixels of the instances.
-cv::Mat1b painted(const dynfilter::Segmentation& segmentation, cv::Size size) {
-  cv::Mat1b image(size, std::uint8_t{0});
-  for (const dynfilter::Instance& instance : segmentation.instances) {
-    const cv::Rect place(instance.mask_origin, instance.mask.size());
-    image(place).setTo(255, instance.mask);
-  }
-  return image;
 }
 
 struct Counts {
