@@ -8,9 +8,10 @@
 // An object begins to move when at least half of its pixels move and fewer did so in the ten frames
 // before, or when it appears and moves. The latency is the number of frames from then to the first
 // one in which at least 90 % of its features are removed: 0 if that is at once. A start is missed
-// if the object is still again before, or not removed within ten frames at the scene's end. Prints a
-// row for each scene: the starts, and for the rule depth without and with motion the median and the
-// largest latency and the misses. Objects are the persons, who have masks, and a card of no class.
+// if the object is still again before, or not removed within ten frames at the scene's end. Prints
+// a row for each scene: the starts, and for the rule depth without and with motion the median and
+// the largest latency and the misses. Objects are the persons, who have masks, and a card of no
+// class.
 
 #include <algorithm>
 #include <cstdint>
