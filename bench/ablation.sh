@@ -6,8 +6,9 @@ set -euo pipefail
 
 usage() {
   cat <<'END'
-usage: bench/ablation.sh [--quick] [--every N] [--levels LIST] [--seeds LIST] [--rules LIST]
-                         [--out DIR] [--readme] [--marks NAME] [-h] [SEQUENCE...]
+usage: bench/ablation.sh [--quick] [--every N] [--frames N] [--levels LIST] [--seeds LIST]
+                         [--rules LIST] [--truth NAME] [--out DIR] [--readme] [--marks NAME] [-h]
+                         [SEQUENCE...]
 
 Builds the program and compares all rules on the levels of the rendered scene, and on the given
 sequences: features left and removed, rates, and the trajectory of the reference odometry. Prints the
@@ -17,6 +18,7 @@ Installs the packages that are missing (Debian, Ubuntu), or says which.
 
   --quick        one seed and 60 frames a level, as a trial
   --every N      every n-th frame, features only, without odometry
+  --frames N     frames of a level, default 300
   --levels LIST  default: cross,medium,hard,stale_3,stale_6,late_10hz,late_5hz,furniture,two_in_one
                  others: static,together,leave,depth_late_33,depth_late_16,depth_early_33,
                  depth_early_16,desk,two_near,hair,sitting,stop_and_go,pushed,pushed_slow,
@@ -25,6 +27,8 @@ Installs the packages that are missing (Debian, Ubuntu), or says which.
   --seeds LIST   default 101-115: seeds that tuned nothing
   --rules LIST   default: all but those that compare frames, and those for late masks, which
                  late_masks.sh compares
+  --truth NAME   what is dynamic: class (the default), persons whether they move or not, or motion,
+                 what moves
   --out DIR      default: out/ablation in the repository
   --readme       put the overviews into bench/README.md: those of the features with --every, else
                  those of the trajectories
@@ -50,7 +54,7 @@ while (($#)); do
       seeds=101
       options+=(--frames 60)
       ;;
-    --every | --levels | --seeds | --rules | --out | --marks)
+    --every | --frames | --levels | --seeds | --rules | --truth | --out | --marks)
       [[ $# -ge 2 ]] || { usage >&2; exit 2; }
       case "$1" in
         --every)
@@ -60,7 +64,7 @@ while (($#)); do
           ;;
         --levels) levels=$2 ;;
         --seeds) seeds=$2 ;;
-        --rules) options+=(--rules "$2") ;;
+        --frames | --rules | --truth) options+=("$1" "$2") ;;
         --marks)
           marks=$2
           first_table='all: dynamic left'
