@@ -249,9 +249,14 @@ Table trajectory_overview(const Groups& groups) {
 
 Table ratio_overview(const Groups& groups) {
   return overview(groups,
-                  "all: ATE over that of rule perfect, medians over scenes with 95 % intervals",
+                  "all: ATE over that of rule perfect, medians over scenes with 95 % intervals; "
+                  "at: frames tracked, if not all",
                   [](const Runs& runs, const RulesOfGroup& rules) {
-                    return with_interval(ratios_to_perfect(runs, rules), 2);
+                    const std::string ratio = with_interval(ratios_to_perfect(runs, rules), 2);
+                    const auto lost = values_of(runs, lost_percent);
+                    const bool is_whole = lost.empty() || median(lost) < 0.5;
+                    if (ratio == "-" || is_whole) return ratio;
+                    return ratio + " at " + number(100 - median(lost), 0) + " %";
                   });
 }
 
@@ -259,7 +264,7 @@ Table ratio_overview(const Groups& groups) {
 Table default_table(const Groups& groups) {
   Table table{"rule depth, the default: features a frame and ATE; medians over scenes (min..max)",
               {"scenes", "dynamic left", "static removed", "with depth", "rim removed", "ATE m",
-               "over perfect"},
+               "over perfect", "lost %"},
               {}};
   for (const auto& [group, rules] : groups) {
     const auto found = std::find_if(rules.begin(), rules.end(),
@@ -273,7 +278,8 @@ Table default_table(const Groups& groups) {
          spread(values_of(runs, per_frame(&FeatureScores::static_removed_with_depth)), 1),
          spread(values_of(runs, per_frame(&FeatureScores::rim_removed)), 1),
          spread(values_of(runs, [](const RunResult& r) { return r.ate_rmse_m; }), 4),
-         with_interval(ratios_to_perfect(runs, rules), 2)});
+         with_interval(ratios_to_perfect(runs, rules), 2),
+         spread(values_of(runs, lost_percent), 1)});
   }
   return table;
 }

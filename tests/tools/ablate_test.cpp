@@ -264,11 +264,13 @@ TEST_F(Ablate, TellsTheFramesTrackedBesideTheError) {
   const fs::path folder = out("tracked");
   for (int scene = 0; scene < 3; ++scene) {  // as many frames of ten are lost
     write_result(folder, scene, "mask", 0.1 * (scene + 1), "a");
+    write_result(folder, scene, "perfect", 0.1, "a");
     write_result(folder, scene + 6, "mask", 0.4, "b");
   }
   const Outcome outcome = run("ablate --gather " + quoted(folder));
   ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
-  EXPECT_TRUE(outcome.mentions("mask  0.2000 / 90  0.4000 / 30\n")) << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("mask     0.2000 / 90  0.4000 / 30\n")) << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("mask     2.00 [1.00..3.00] at 90 %  -\n")) << outcome.printed;
 }
 
 TEST_F(Ablate, RefusesFoldersWithoutResults) {
