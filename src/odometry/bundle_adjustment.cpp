@@ -33,15 +33,18 @@ struct NormalEquations {
   std::vector<PointEquations> points;
 };
 
+RobustCost cost_of(const BundleObservation& seen, const Eigen::Vector3d& residuals) {
+  const RobustCost cost = huber(residuals.squaredNorm(), chi2_limit(seen.observation));
+  return weighted(cost, seen.observation);
+}
+
 double total_cost(const PinholeCamera& camera, const Bundle& bundle) {
   double total = 0;
   for (const BundleObservation& seen : bundle.observations) {
     if (!seen.is_inlier) continue;
     const Eigen::Vector3d point = bundle.poses[seen.keyframe] * bundle.points[seen.point];
     if (point.z() < min_depth_m) return std::numeric_limits<double>::infinity();
-    total +=
-        huber(residual(camera, seen.observation, point).squaredNorm(), chi2_limit(seen.observation))
-            .cost;
+    total += cost_of(seen, residual(camera, seen.observation, point)).cost;
   }
   return total;
 }
@@ -51,7 +54,7 @@ void add_observation(const PinholeCamera& camera, const Bundle& bundle,
   const Pose& pose = bundle.poses[seen.keyframe];
   const Eigen::Vector3d point = pose * bundle.points[seen.point];
   const Eigen::Vector3d residuals = residual(camera, seen.observation, point);
-  const double weight = huber(residuals.squaredNorm(), chi2_limit(seen.observation)).weight;
+  const double weight = cost_of(seen, residuals).weight;
   const Eigen::Matrix3d by_camera_point = point_jacobian(camera, seen.observation, point);
   const Eigen::Matrix3d by_point = by_camera_point * pose.rotation;
   PointEquations& own = equations.points[seen.point];

@@ -34,6 +34,7 @@ struct OdometryOptions {
   /// Makes a keyframe if it finds a smaller share of what its reference sees.
   double keyframe_share = 0.75;
   std::size_t keyframe_interval = 3;  ///< minimum number of frames between keyframes
+  double min_weight = 0.3;            ///< features of less weight count as removed; 0 to 1
 };
 
 enum class Tracked {
@@ -57,6 +58,7 @@ struct FrameResult {
 /// Equal frames, masks and seeds give bit-identical poses on one machine.
 class Odometry {
  public:
+  /// Throws std::invalid_argument for a min_weight outside 0 to 1.
   explicit Odometry(const dynfilter::CameraParameters& camera, const OdometryOptions& options = {},
                     const dynfilter::DynamicFilter& filter = dynfilter::DynamicFilter());
 
@@ -66,8 +68,12 @@ class Odometry {
                     const std::optional<dynfilter::Segmentation>& segmentation);
 
   /// Tracks a frame with features that the caller has extracted and filtered: one descriptor a row.
+  /// `weights` has one number from 0 to 1 a feature, the probability that it is static; empty: all
+  /// are 1. A weight scales the feature's information in the pose, in bundle adjustment and in the
+  /// votes of samples. Neither the test for outliers nor the number of inliers knows it. Throws
+  /// std::invalid_argument for another number of weights and for a weight out of range.
   FrameResult track(const dynfilter::FrameView& frame, const std::vector<cv::KeyPoint>& keypoints,
-                    const cv::Mat& descriptors);
+                    const cv::Mat& descriptors, const std::vector<float>& weights = {});
 
   /// Returns the poses of all frames so far, lost ones included, each as it was when tracked.
   const dynfilter::Trajectory& trajectory() const { return trajectory_; }
@@ -76,6 +82,7 @@ class Odometry {
   std::size_t keyframes() const { return map_.size(); }
 
  private:
+  FrameResult track_used(const dynfilter::FrameView& frame, const WeightedKeypoints& used);
   bool start(Tracking& tracking);
   std::size_t follow(Tracking& tracking);
   std::size_t track_predicted(Tracking& tracking);

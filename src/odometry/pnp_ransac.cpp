@@ -63,18 +63,19 @@ std::optional<Pose> pnp_ransac(const PinholeCamera& camera, std::vector<PointMat
   if (matches.size() < std::max(min_inliers, sample_size)) return {};
   std::mt19937_64 random(seed);
   std::optional<Pose> best;
-  std::size_t max_inliers = 0;
+  double max_votes = 0;
   for (int i = 0; i < samples; ++i) {
     const auto pose = solve(camera, matches, draw(random, matches.size()));
     if (!pose) continue;
-    const auto inliers = static_cast<std::size_t>(
-        std::count_if(matches.begin(), matches.end(),
-                      [&](const PointMatch& match) { return agrees(camera, *pose, match); }));
-    if (inliers <= max_inliers) continue;
-    max_inliers = inliers;
+    double votes = 0;
+    for (const PointMatch& match : matches) {
+      if (agrees(camera, *pose, match)) votes += match.observation.weight;
+    }
+    if (votes <= max_votes) continue;
+    max_votes = votes;
     best = pose;
   }
-  if (max_inliers < min_inliers) return {};
+  if (max_votes < static_cast<double>(min_inliers)) return {};
   for (PointMatch& match : matches) match.is_inlier = agrees(camera, *best, match);
   return best;
 }

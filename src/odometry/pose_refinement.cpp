@@ -22,8 +22,9 @@ struct NormalEquations {
 
 RobustCost cost_of(const PointMatch& match, const Eigen::Vector3d& residuals, bool robust) {
   const double squared = residuals.squaredNorm();
-  if (!robust) return {squared, 1};
-  return huber(squared, chi2_limit(match.observation));
+  const RobustCost cost =
+      robust ? huber(squared, chi2_limit(match.observation)) : RobustCost{squared, 1};
+  return weighted(cost, match.observation);
 }
 
 double total_cost(const PinholeCamera& camera, const Pose& pose,

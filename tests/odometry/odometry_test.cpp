@@ -6,134 +6,19 @@
 #include "odometry.hpp"
 
 #include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <random>
 #include <vector>
 
 #include <gtest/gtest.h>
 #include <dynfilter/evaluation/rgbd_sequence.hpp>
-#include <dynfilter/evaluation/synthetic_scene.hpp>
-#include <dynfilter/evaluation/trajectory_errors.hpp>
 #include <opencv2/core.hpp>
 
 #include "bundle_adjustment.hpp"
 #include "pnp_ransac.hpp"
+#include "support/odometry_scene.hpp"
 #include "support/test_data.hpp"
 
 namespace odometry {
 namespace {
-
-using dynfilter::Segmentation;
-using dynfilter::SyntheticFrame;
-using dynfilter::SyntheticScene;
-using dynfilter::SyntheticSceneOptions;
-
-SyntheticScene small_scene(int persons, int frames) {
-  SyntheticSceneOptions options;
-  options.image_size = {400, 300};
-  options.frames = frames;
-  options.persons = persons;
-  return SyntheticScene(options);
-}
-
-struct Rendered {
-  dynfilter::CameraParameters camera;
-  std::vector<SyntheticFrame> frames;
-  dynfilter::Trajectory truth;
-};
-
-Rendered render(const SyntheticScene& scene) {
-  Rendered rendered{scene.camera(), {}, {}};
-  for (int i = 0; i < scene.size(); ++i) {
-    rendered.frames.push_back(scene.render(i));
-    const dynfilter::CameraPose& pose = rendered.frames.back().pose;
-    dynfilter::TimedPose timed;
-    timed.timestamp_s = scene.timestamp_s(i);
-    for (int row = 0; row < 3; ++row) {
-      timed.translation[row] = pose.translation[row];
-      for (int column = 0; column < 3; ++column) {
-        timed.rotation(row, column) = pose.rotation(row, column);
-      }
-    }
-    rendered.truth.push_back(timed);
-  }
-  return rendered;
-}
-
-/// Rendered once for all tests of this program.
-const Rendered& static_frames() {
-  static const Rendered rendered = render(small_scene(0, 25));
-  return rendered;
-}
-
-const Rendered& moving_frames() {
-  static const Rendered rendered = render(small_scene(2, 30));
-  return rendered;
-}
-
-Odometry track(const Rendered& rendered, bool with_true_masks) {
-  OdometryOptions options;
-  options.features = 800;
-  Odometry odometry(rendered.camera, options);
-  for (const SyntheticFrame& frame : rendered.frames) {
-    std::optional<Segmentation> masks;
-    if (with_true_masks) masks = frame.true_segmentation;
-    odometry.track(frame.frame, masks);
-  }
-  return odometry;
-}
-
-double ate_m(const Odometry& odometry, const dynfilter::Trajectory& truth) {
-  return dynfilter::absolute_trajectory_error(odometry.trajectory(), truth).translation_m.rmse;
-}
-
-bool are_equal(const dynfilter::Trajectory& a, const dynfilter::Trajectory& b) {
-  if (a.size() != b.size()) return false;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    if (a[i].rotation != b[i].rotation || a[i].translation != b[i].translation) return false;
-  }
-  return true;
-}
-
-PinholeCamera test_camera() {
-  PinholeCamera camera;
-  camera.fx = 500;
-  camera.fy = 510;
-  camera.cx = 320;
-  camera.cy = 240;
-  camera.width = 640;
-  camera.height = 480;
-  return camera;
-}
-
-Pose test_pose() {
-  Twist motion;
-  motion << 0.1, -0.2, 0.05, 0.3, -0.1, 0.2;
-  return moved(Pose(), motion);
-}
-
-/// Uniform number in [low, high), the same with every standard library.
-double draw(std::mt19937_64& random, double low, double high) {
-  return low + (high - low) * static_cast<double>(random() >> 11) / 9007199254740992.0;
-}
-
-/// Exact matches, except that the first `outliers` have wrong image positions.
-std::vector<PointMatch> exact_matches(const Pose& pose, std::size_t count, std::size_t outliers) {
-  std::mt19937_64 random(3);
-  const PinholeCamera camera = test_camera();
-  std::vector<PointMatch> matches(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    const Eigen::Vector2d pixel(draw(random, 0, 640), draw(random, 0, 480));
-    Observation& observation = matches[i].observation;
-    observation.pixel = pixel;
-    observation.depth_m = draw(random, 1, 4);
-    matches[i].point = pose.inverse() * camera.back_project(pixel, observation.depth_m);
-    if (i < outliers) observation.pixel.x() += draw(random, 30, 90);
-    if (i % 3 == 0) observation.depth_m = 0;
-  }
-  return matches;
-}
 
 TEST(Odometry, TracksAStaticSceneToMillimetres) {
   const Odometry odometry = track(static_frames(), false);
