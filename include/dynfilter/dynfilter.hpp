@@ -36,6 +36,7 @@
 #include "dynfilter/segmentation.hpp"
 #include "dynfilter/segmenter.hpp"
 #include "dynfilter/stage.hpp"
+#include "dynfilter/static_weights.hpp"
 #include "dynfilter/statistics.hpp"
 #include "dynfilter/version.hpp"
 #include "dynfilter/workspace.hpp"

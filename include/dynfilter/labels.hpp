@@ -63,6 +63,7 @@ class FeatureLabels {
     statistics_.features = features;
     for (std::size_t k = 0; k < segmentation.instances.size(); ++k) {
       statistics_.instances[k].class_id = segmentation.instances[k].class_id;
+      statistics_.instances[k].score = segmentation.instances[k].score;
     }
   }
 

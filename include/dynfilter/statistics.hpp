@@ -66,6 +66,7 @@ struct MotionStatistics {
 /// Statistics of one instance. Counts are numbers of features.
 struct InstanceStatistics {
   int class_id = 0;              ///< class of the instance
+  float score = 1.0F;            ///< detector's confidence in the instance
   bool dynamic = false;          ///< its class is one of the dynamic ones
   std::size_t masked = 0;        ///< FP_object: removed because they lie on the mask
   std::size_t on_mask = 0;       ///< the part of `masked` that needed no margin

@@ -7,6 +7,7 @@
 #include "dynfilter/detail/require_cxx17.hpp"
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 
 #include "dynfilter/detail/errors.hpp"
@@ -82,6 +83,26 @@ struct FeatureScores {
   }
 };
 
+/// Place of a feature against the true instances.
+enum class FeaturePlace : std::uint8_t {
+  on_object,  ///< on the silhouette of an instance
+  on_rim,     ///< beside one
+  off         ///< farther away than the rim is wide
+};
+
+/// Finds the place of a feature's pixel. Distances are Euclidean, between pixel centres.
+/// O(instances x rim_px^2).
+inline FeaturePlace feature_place(cv::Point pixel, const Segmentation& truth, double rim_px) {
+  const auto lies_within = [&](double distance) {
+    for (const Instance& instance : truth.instances) {
+      if (detail::mask_within(instance, pixel, distance)) return true;
+    }
+    return false;
+  };
+  if (lies_within(0)) return FeaturePlace::on_object;
+  return lies_within(rim_px) ? FeaturePlace::on_rim : FeaturePlace::off;
+}
+
 /// Scores the labels of one frame. All instances of `truth` count as dynamic. Distances are
 /// Euclidean, between pixel centres. `frame` gives the features' depth and may be empty. Throws
 /// std::invalid_argument for a malformed truth and if labels and features differ in number.
@@ -96,23 +117,21 @@ inline FeatureScores score_features(FeaturesView features, const FeatureLabels& 
         detail::concatenate(labels.size(), " labels and ", features.size(), " features"),
         "one label per feature");
   }
-  const auto lies_within = [&](cv::Point pixel, double distance) {
-    for (const Instance& instance : truth.instances) {
-      if (detail::mask_within(instance, pixel, distance)) return true;
-    }
-    return false;
-  };
   FeatureScores scores;
   for (std::size_t i = 0; i < features.size(); ++i) {
     const cv::Point pixel = features.pixel(i);
     const bool removed = labels.is_removed(i);
-    if (lies_within(pixel, 0)) {
-      ++(removed ? scores.dynamic_removed : scores.dynamic_left);
-    } else if (lies_within(pixel, rim_px)) {
-      ++(removed ? scores.rim_removed : scores.rim_left);
-    } else {
-      ++(removed ? scores.static_removed : scores.static_left);
-      if (removed && frame.depth_m(pixel)) ++scores.static_removed_with_depth;
+    switch (feature_place(pixel, truth, rim_px)) {
+      case FeaturePlace::on_object:
+        ++(removed ? scores.dynamic_removed : scores.dynamic_left);
+        break;
+      case FeaturePlace::on_rim:
+        ++(removed ? scores.rim_removed : scores.rim_left);
+        break;
+      case FeaturePlace::off:
+        ++(removed ? scores.static_removed : scores.static_left);
+        if (removed && frame.depth_m(pixel)) ++scores.static_removed_with_depth;
+        break;
     }
   }
   return scores;
