@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "dynfilter/evaluation/feature_scores.hpp"
+#include "dynfilter/evaluation/reliability.hpp"
 #include "io/output_folder.hpp"
 #include "run_report.hpp"
 
@@ -164,12 +165,23 @@ void RuleRun::process(const SourceFrame& frame, ExtractedFeatures features) {
         score_features(features.keypoints, by_mask, *truth, rim_px_, frame.frame);
   }
   add_pictures(frame, shown, features.keypoints, record, by_mask);
-  keep_static_time_.measure(
-      [&] { return keep_static(labels_, features.keypoints, features.descriptors); });
+  std::vector<float> weights;
+  if (rule_.has_weights) StaticWeights()(labels_, weights);
+  // With motion, a weight says whether the feature moves, and the true masks do not know that.
+  if (frame.true_masks && rule_.has_weights && !rule_.follows_motion) {
+    record_.reliability = record_.reliability.value_or(WeightReliability());
+    *record_.reliability +=
+        score_weights(features.keypoints, labels_, weights, *frame.true_masks, rim_px_);
+  }
+  if (!rule_.weighs) {
+    weights.clear();
+    keep_static_time_.measure(
+        [&] { return keep_static(labels_, features.keypoints, features.descriptors); });
+  }
   if (odometry_) {
     record.is_lost = odometry_time_.measure([&] {
-      return odometry_->track(frame.frame, features.keypoints, features.descriptors).tracked !=
-             odometry::Tracked::found;
+      return odometry_->track(frame.frame, features.keypoints, features.descriptors, weights)
+                 .tracked != odometry::Tracked::found;
     });
   }
   record_.frames.push_back(std::move(record));

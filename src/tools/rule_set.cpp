@@ -71,6 +71,18 @@ Entry peer_entry(const char* name, const char* description, Options options) {
           }};
 }
 
+/// Makes the entry of rule depth, or of another rule with the labels of rule depth.
+Entry depth_entry(RuleInfo info) {
+  info.has_weights = true;
+  return {info, depth};
+}
+
+/// Makes the entry of a rule whose labels become weights.
+Entry weighing_entry(RuleInfo info) {
+  info.weighs = true;
+  return depth_entry(std::move(info));
+}
+
 peers::DilatedMaskOptions dilated(int passes) {
   peers::DilatedMaskOptions options;
   options.passes = passes;
@@ -103,23 +115,26 @@ std::vector<Entry> make_entries() {
           "genea_slam2", "features on a mask made from depth variance (GeneA-SLAM2)",
           peers::DepthVarianceMaskOptions()),
       {{"paper", "features on the masks, and in the box by depth and D-LBP (the paper)"}, paper},
-      {{"depth", "features on the masks, and in the box at the object's depth (the default)"},
-       depth},
+      depth_entry(
+          {"depth", "features on the masks, and in the box at the object's depth (the default)"}),
+      weighing_entry({"depth_weights", "nothing; the odometry weighs what rule depth removes"}),
       {{"mask_moved", "rule mask on masks moved with the image", true, false, false, true, true},
        [](const Masks&, std::uint64_t) { return empty_stage(); }},
-      {{"depth_moved", "rule depth on masks moved with the image", true, false, true, true, true},
-       depth},
-      {{"depth_waited", "rule depth on the true masks, as if the camera waited for them", true,
-        true, true, false, true},
-       depth},
+      depth_entry({"depth_moved", "rule depth on masks moved with the image", true, false, true,
+                   true, true}),
+      depth_entry({"depth_waited", "rule depth on the true masks, as if the camera waited for them",
+                   true, true, true, false, true}),
       {{"motion", "features that move, without masks", false, false, true, false, false, true},
        [](const Masks&, std::uint64_t) { return empty_stage(); }},
       {{"masks_motion", "rule mask, then what moves; still objects get their features back", true,
         false, true, false, false, true},
        [](const Masks&, std::uint64_t) { return empty_stage(); }},
-      {{"depth_motion", "rule depth, then what moves; still objects get their features back", true,
-        false, true, false, false, true},
-       depth},
+      depth_entry({"depth_motion",
+                   "rule depth, then what moves; still objects get their features back", true,
+                   false, true, false, false, true}),
+      weighing_entry({"depth_motion_weights",
+                      "nothing; the odometry weighs what rule depth_motion removes", true, false,
+                      true, false, false, true}),
       {{"perfect", "features on the true masks; with --truth motion, on what moves", true, true,
         false},
        [](const Masks&, std::uint64_t) { return empty_stage(); }},
@@ -165,7 +180,8 @@ std::vector<std::string> all_rule_names() {
 std::vector<std::string> usual_rule_names() {
   std::vector<std::string> names;
   for (const RuleInfo& rule : all_rules()) {
-    const bool is_on_request = rule.about_late_masks || rule.follows_motion || rule.compares_frames;
+    const bool is_on_request =
+        rule.about_late_masks || rule.follows_motion || rule.compares_frames || rule.weighs;
     if (!is_on_request) names.push_back(rule.name);
   }
   return names;
@@ -176,7 +192,7 @@ const RuleInfo& rule_info(const std::string& name) { return entry_of(name).info;
 std::string rule_list() {
   std::string text = "rules, and what each removes:";
   for (const RuleInfo& rule : all_rules()) {
-    text += "\n  " + rule.name + std::string(19 - rule.name.size(), ' ') + rule.description;
+    text += "\n  " + rule.name + std::string(22 - rule.name.size(), ' ') + rule.description;
   }
   return text;
 }

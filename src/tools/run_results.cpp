@@ -16,6 +16,7 @@
 #include "io/file_error.hpp"
 #include "io/regular_file.hpp"
 #include "io/staging_area.hpp"
+#include "reliability_json.hpp"
 #include "rule_set.hpp"
 
 namespace dynfilter::tools {
@@ -78,6 +79,11 @@ RunResult result_of(const Json& json) {
   json.at("features").get_to(result.features);
   json.at("kept").get_to(result.kept);
   result.scores = scores_of(json);
+  if (json.contains("weights")) {
+    const Json& weights = json.at("weights");
+    result.reliability = WeightReliability{reliability_of(weights.at("all")),
+                                           reliability_of(weights.at("suspected"))};
+  }
   if (json.contains("lost_frames")) result.lost_frames = json.at("lost_frames").get<std::size_t>();
   result.ate_rmse_m = number(json, "ate_rmse_m");
   result.rpe_translation_rmse_m = number(json, "rpe_translation_rmse_m");
