@@ -159,7 +159,8 @@ void RuleRun::process(const SourceFrame& frame, ExtractedFeatures features) {
   record.statistics = labels_.statistics();
   const Segmentation shown = masks.value_or(Segmentation());
   const FeatureLabels by_mask = only_masked(labels_, shown);
-  if (const std::optional<Segmentation>& truth = dynamic_masks(frame, truth_)) {
+  const std::optional<Segmentation>& truth = dynamic_masks(frame, truth_);
+  if (truth) {
     record.scores = score_features(features.keypoints, labels_, *truth, rim_px_, frame.frame);
     record.mask_only_scores =
         score_features(features.keypoints, by_mask, *truth, rim_px_, frame.frame);
@@ -167,11 +168,11 @@ void RuleRun::process(const SourceFrame& frame, ExtractedFeatures features) {
   add_pictures(frame, shown, features.keypoints, record, by_mask);
   std::vector<float> weights;
   if (rule_.has_weights) StaticWeights()(labels_, weights);
-  // With motion, a weight says whether the feature moves, and the true masks do not know that.
-  if (frame.true_masks && rule_.has_weights && !rule_.follows_motion) {
+  // With motion, a weight says whether the feature moves; without, whether it is on an object.
+  const bool is_their_truth = rule_.follows_motion == (truth_ == Truth::by_motion);
+  if (truth && rule_.has_weights && is_their_truth) {
     record_.reliability = record_.reliability.value_or(WeightReliability());
-    *record_.reliability +=
-        score_weights(features.keypoints, labels_, weights, *frame.true_masks, rim_px_);
+    *record_.reliability += score_weights(features.keypoints, labels_, weights, *truth, rim_px_);
   }
   if (!rule_.weighs) {
     weights.clear();
