@@ -42,6 +42,9 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 readonly root
 levels=cross,medium,hard,stale_3,stale_6,late_10hz,late_5hz,furniture,two_in_one
 seeds=101-115
+frames=
+rules=
+truth=class
 marks='trajectory tables'
 first_table='all: RMSE of the ATE'
 out=$root/out/ablation
@@ -52,7 +55,7 @@ while (($#)); do
   case "$1" in
     --quick)
       seeds=101
-      options+=(--frames 60)
+      frames=60
       ;;
     --every | --frames | --levels | --seeds | --rules | --truth | --out | --marks)
       [[ $# -ge 2 ]] || { usage >&2; exit 2; }
@@ -64,7 +67,9 @@ while (($#)); do
           ;;
         --levels) levels=$2 ;;
         --seeds) seeds=$2 ;;
-        --frames | --rules | --truth) options+=("$1" "$2") ;;
+        --frames) frames=$2 ;;
+        --rules) rules=$2 ;;
+        --truth) truth=$2 ;;
         --marks)
           marks=$2
           first_table='all: dynamic left'
@@ -91,10 +96,13 @@ done
 source "$root/cmake/setup.sh"
 build_program "$root"
 
+if [[ -n $frames ]]; then options+=(--frames "$frames"); fi
+if [[ -n $rules ]]; then options+=(--rules "$rules"); fi
 log "Comparing all rules; results in $out"
 mkdir -p "$out"
 "$dynfilter" ablate "${sequences[@]}" --levels "$levels" --seeds "$seeds" \
-  "${options[@]}" --out "$out" --report "$out/report.html" | tee "$out/tables.txt"
+  --truth "$truth" "${options[@]}" --out "$out" --report "$out/report.html" |
+  tee "$out/tables.txt"
 
 if [[ $readme == yes ]]; then
   # The overviews and what follows them: a table of every level is more than a page can bear.
