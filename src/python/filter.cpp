@@ -1,0 +1,164 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include <cmath>
+#include <cstddef>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "bindings.hpp"
+#include "dynfilter/detail/errors.hpp"
+#include "dynfilter/overlay.hpp"
+#include "filter_arguments.hpp"
+
+namespace dynfilter::python {
+
+const char* const filter_options_doc =
+    R"(dynamic_classes: class ids of dynamic objects; 0: COCO's person
+margin_px: features this close to a mask are removed too
+margin_per_diameter: times the keypoint's diameter, added to margin_px
+static_mask: mask of the robot's own parts in every frame, bool or uint8 of the image's size
+rule: how the features that masks missed are found
+depth: options of CompensationRule.depth
+paper: options of CompensationRule.paper
+floor: features that should be left; 0 = no check
+policy: what to do about a frame with fewer
+
+Raises ValueError for options out of range.)";
+
+const char* const apply_doc = R"(Returns the labels of the frame's features.
+
+frame: FrameView
+segmentation: Segmentation of the frame, or None if no masks are known
+features: N x 2 (or N x 1 x 2, as OpenCV has them), float32: x and y in raw pixels of the image that
+    was segmented; the rows may have any distance
+diameters_px: N, the sizes of keypoints, for margin_per_diameter; None = 0. These are copied.
+
+Raises ValueError for malformed input. The interpreter's lock is released meanwhile.)";
+
+Features::Features(const py::object& points, const py::object& diameters_px, const char* component)
+    : points_(array_from(points)), view_(features_from(points_, component)) {
+  if (diameters_px.is_none()) return;
+  const auto diameters = numbers_from(diameters_px, {component, "diameters_px"});
+  const bool fits =
+      diameters.ndim() == 1 && static_cast<std::size_t>(diameters.size()) == view_.size();
+  if (!fits) {
+    detail::throw_misuse(component, detail::concatenate("diameters_px of ", description(diameters)),
+                         detail::concatenate("one for each feature, ", view_.size()));
+  }
+  keypoints_.reserve(view_.size());
+  for (std::size_t i = 0; i < view_.size(); ++i) {
+    keypoints_.emplace_back(view_[i], static_cast<float>(diameters.data()[i]));
+  }
+  view_ = FeaturesView(keypoints_);
+}
+
+DynamicFilterOptions filter_options(std::vector<int> dynamic_classes, double margin_px,
+                                    double margin_per_diameter, const py::object& static_mask,
+                                    CompensationRule rule, const DepthCompensatorOptions& depth,
+                                    const EdgeCompensatorOptions& paper, std::size_t floor,
+                                    FloorPolicy policy) {
+  DynamicFilterOptions options;
+  options.mask_culler.dynamic_classes = std::move(dynamic_classes);
+  options.mask_culler.margin_px = margin_px;
+  options.mask_culler.margin_per_diameter = margin_per_diameter;
+  options.mask_culler.static_mask =
+      matrix_from(static_mask, Pixels::mask, {"MaskCuller", "a static_mask"});
+  options.compensator = {rule, depth, paper};
+  options.feature_floor = {floor, policy};
+  return options;
+}
+
+namespace {
+
+/// DynamicFilter with workspaces for the threads that use it.
+class SharedFilter {
+ public:
+  explicit SharedFilter(const DynamicFilterOptions& options) : filter_(options) {}
+
+  FeatureLabels apply(const FrameView& frame, const Segmentation* segmentation,
+                      const py::object& points, const py::object& diameters_px) {
+    const Features features(points, diameters_px, "DynamicFilter");
+    FeatureLabels labels;
+    const py::gil_scoped_release unlock;
+    Workspaces::Lease workspace(workspaces_);
+    if (segmentation != nullptr) {
+      filter_.apply(frame, *segmentation, features.view(), labels, *workspace);
+    } else {
+      filter_.apply(frame, std::nullopt, features.view(), labels, *workspace);
+    }
+    return labels;
+  }
+
+ private:
+  DynamicFilter filter_;
+  Workspaces workspaces_;
+};
+
+py::object draw(const py::object& image, const Segmentation& segmentation, const py::object& points,
+                const FeatureLabels& labels, const OverlayOptions& options) {
+  const cv::Mat pixels = matrix_from(image, Pixels::image, {"draw_overlay", "an image"});
+  const Features features(points, py::none(), "draw_overlay");
+  cv::Mat drawing;
+  {
+    const py::gil_scoped_release unlock;
+    drawing = draw_overlay(pixels, segmentation, features.view(), labels, options);
+  }
+  return array_of(drawing, true);
+}
+
+}  // namespace
+
+void bind_filter(py::module_& module) {
+  py::class_<SharedFilter>(
+      module, "DynamicFilter",
+      R"(Filter of the paper's section 3. It removes the features on prior dynamic objects (3.1),
+then the features that the masks missed (3.2): by the object's depth, CompensationRule.depth, or
+by the paper's own rule, CompensationRule.paper.
+
+    filter = dynfilter.DynamicFilter(dynamic_classes=[0], margin_px=3)
+    labels = filter.apply(frame, segmentation, points)
+
+Without a depth image (mono, stereo) only masks act. Two filters share nothing. Many threads may
+use one filter at once.)")
+      .def(py::init([](std::vector<int> dynamic_classes, double margin_px,
+                       double margin_per_diameter, const py::object& static_mask,
+                       CompensationRule rule, const DepthCompensatorOptions& depth,
+                       const EdgeCompensatorOptions& paper, std::size_t floor, FloorPolicy policy) {
+             return std::make_unique<SharedFilter>(
+                 filter_options(std::move(dynamic_classes), margin_px, margin_per_diameter,
+                                static_mask, rule, depth, paper, floor, policy));
+           }),
+           py::kw_only(), py::arg("dynamic_classes") = std::vector<int>{0},
+           py::arg("margin_px") = 0.0, py::arg("margin_per_diameter") = 0.0,
+           py::arg("static_mask") = py::none(),
+           py::arg_v("rule", CompensationRule::depth, "CompensationRule.depth"),
+           py::arg_v("depth", DepthCompensatorOptions(), "DepthCompensatorOptions()"),
+           py::arg_v("paper", EdgeCompensatorOptions(), "EdgeCompensatorOptions()"),
+           py::arg("floor") = 0,
+           py::arg_v("policy", FloorPolicy::report_only, "FloorPolicy.report_only"),
+           filter_options_doc)
+      .def("apply", &SharedFilter::apply, py::arg("frame"), py::arg("segmentation").none(true),
+           py::arg("features"), py::arg("diameters_px") = py::none(), apply_doc);
+
+  module.def(
+      "draw_overlay",
+      [](const py::object& image, const Segmentation& segmentation, const py::object& features,
+         const FeatureLabels& labels, bool masks, bool boxes, bool removed, bool legend,
+         double mask_opacity) {
+        return draw(image, segmentation, features, labels,
+                    {masks, boxes, removed, legend, mask_opacity});
+      },
+      py::arg("image"), py::arg("segmentation"), py::arg("features"), py::arg("labels"),
+      py::kw_only(), py::arg("masks") = true, py::arg("boxes") = true, py::arg("removed") = true,
+      py::arg("legend") = true, py::arg("mask_opacity") = 0.20,
+      R"(Draws what the filter did, for a person to look at. Each reason has its own colour and
+shape (kept: blue ring, in mask: vermilion cross, compensated: yellow diamond, restored: green ring,
+moving: orange triangle, custom: purple square).
+
+image: uint8, grey or BGR, not changed
+Returns an uint8 image, BGR, of the same width, with the legend added below.)");
+}
+
+}  // namespace dynfilter::python

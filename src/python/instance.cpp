@@ -1,0 +1,138 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/instance.hpp"
+
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "arrays.hpp"
+#include "bindings.hpp"
+#include "dynfilter/detail/errors.hpp"
+
+namespace dynfilter::python {
+namespace {
+
+constexpr Argument a_mask{"Instance", "a mask"};
+
+std::string text_of(const Instance& instance) {
+  return detail::concatenate(
+      "Instance(class_id=", instance.class_id, ", score=", instance.score,
+      ", box=", std::string(py::str(py::cast(instance.box))), ", mask ",
+      instance.mask.empty() ? "none" : detail::size_name(instance.mask.size()), " at ",
+      std::string(py::str(py::cast(instance.mask_origin))), ")");
+}
+
+Instance from_image_mask(const py::object& mask, const std::optional<cv::Rect>& box, int class_id,
+                         float score) {
+  const cv::Mat pixels = matrix_from(mask, Pixels::mask, {"Instance::from_image_mask", "a mask"});
+  return box ? Instance::from_image_mask(pixels, *box, class_id, score)
+             : Instance::from_image_mask(pixels, class_id, score);
+}
+
+Instance from_static_mask(const py::object& static_mask, int class_id, float score) {
+  const cv::Mat pixels =
+      matrix_from(static_mask, Pixels::mask, {"Instance::from_static_mask", "a mask"});
+  return Instance::from_static_mask(pixels, class_id, score);
+}
+
+Instance from_box_mask(const py::object& mask, const cv::Rect& box, int class_id, float score) {
+  const cv::Mat pixels = matrix_from(mask, Pixels::mask, {"Instance::from_box_mask", "a mask"});
+  return Instance::from_box_mask(pixels, box, class_id, score);
+}
+
+void add_converters(py::class_<Instance>& instance) {
+  instance
+      .def_static("from_image_mask", &from_image_mask, py::arg("mask"), py::arg("box") = py::none(),
+                  py::arg("class_id") = 0, py::arg("score") = 1.0F,
+                  R"(Makes an instance from a mask of the whole image: non-zero = on the object.
+
+The instance keeps the part that holds the object, without a copy. Without a box it gets the
+smallest one around the mask's pixels.)")
+      .def_static("from_static_mask", &from_static_mask, py::arg("static_mask"),
+                  py::arg("class_id") = 0, py::arg("score") = 1.0F,
+                  R"(Makes an instance from a mask of the whole image in the polarity of OpenCV's
+detectors: 0 = on the object, non-zero = static. Copies the mask.)")
+      .def_static(
+          "from_box_mask", &from_box_mask, py::arg("mask"), py::arg("box"), py::arg("class_id") = 0,
+          py::arg("score") = 1.0F,
+          R"(Makes an instance from a mask that fills the box: non-zero = on the object. Raises
+ValueError for another size. Copies no pixels.)")
+      .def_static("from_box", &Instance::from_box, py::arg("box"), py::arg("class_id") = 0,
+                  py::arg("score") = 1.0F,
+                  "Makes an instance from a box alone, with an empty mask.");
+}
+
+}  // namespace
+
+void bind_instance(py::module_& module) {
+  py::class_<Instance> instance(
+      module, "Instance",
+      R"(One detected object of a frame. Its members cannot be changed; make another one.
+
+Box and mask are placed independently of each other, because boxes get grown, predicted, clipped
+or stale. Coordinates are pixels of the image that was segmented. See also instances_from_masks.)");
+  instance
+      .def(py::init([](int class_id, float score, const cv::Rect& box, const cv::Point& mask_origin,
+                       const py::object& mask, std::optional<int> track_id) {
+             return Instance{
+                 class_id, score, box, mask_origin, matrix_from(mask, Pixels::mask, a_mask),
+                 track_id};
+           }),
+           py::kw_only(), py::arg("class_id") = 0, py::arg("score") = 1.0F,
+           py::arg("box") = cv::Rect(), py::arg("mask_origin") = cv::Point(),
+           py::arg("mask") = py::none(), py::arg("track_id") = py::none(),
+           R"(Takes the members as they are.
+
+class_id: the network's class id; 0 is COCO's person where there is no id for background
+score: the detector's confidence, 0 to 1
+box: the detector's box (x, y, width, height), pixels; may reach beyond the image
+mask_origin: position (x, y) of the mask's top-left pixel in the image
+mask: bool or uint8, non-zero = on the object; None = only a box is known
+track_id: identity across frames, if it is tracked)")
+      .def_readonly("class_id", &Instance::class_id, "the network's class id")
+      .def_readonly("score", &Instance::score, "the detector's confidence, 0 to 1")
+      .def_readonly("box", &Instance::box, "the detector's box (x, y, width, height), pixels")
+      .def_readonly("mask_origin", &Instance::mask_origin,
+                    "position (x, y) of the mask's top-left pixel in the image")
+      .def_property_readonly(
+          "mask", [](const Instance& self) { return array_of(self.mask); },
+          "bool or uint8, non-zero = on the object; None = only a box is known")
+      .def_readonly("track_id", &Instance::track_id, "identity across frames, or None")
+      .def("covers", &Instance::covers, py::arg("pixel"),
+           "Whether the mask marks this pixel (x, y) as the object. False outside the mask.")
+      .def("box_contains", &Instance::box_contains, py::arg("pixel"),
+           "Whether this pixel lies in the box; its right and lower edges do not belong to it.")
+      .def("__repr__", &text_of);
+  add_converters(instance);
+
+  module.def(
+      "instances_from_label_map",
+      [](const py::object& label_map) {
+        return instances_from_label_map(
+            matrix_from(label_map, Pixels::labels, {"instances_from_label_map", "a label map"}));
+      },
+      py::arg("label_map"),
+      R"(Makes one instance for each label of a label map: uint8 or uint16, the size of the image,
+0 = background, k = instance k.
+
+Element k-1 is label k, up to the largest label; a label without a pixel gets an empty box and
+mask. Boxes are the smallest ones, classes 0, scores 1.)");
+  module.def(
+      "instances_from_binary_mask",
+      [](const py::object& mask, int box_margin_px, int min_pixels) {
+        return instances_from_binary_mask(
+            matrix_from(mask, Pixels::mask, {"instances_from_binary_mask", "a mask"}),
+            box_margin_px, min_pixels);
+      },
+      py::arg("mask"), py::arg("box_margin_px") = 0, py::arg("min_pixels") = 1,
+      R"(Makes one instance for each connected object (8-neighbours) of a mask that does not
+distinguish objects: the size of the image, non-zero = on some object.
+
+The box is the smallest one, grown by box_margin_px on each side and clipped to the image, because
+such masks come without the detector's box and edge features lie beyond the mask. Objects of fewer
+than min_pixels pixels are left out as noise.)");
+}
+
+}  // namespace dynfilter::python

@@ -1,0 +1,124 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/labels.hpp"
+
+#include <cstddef>
+#include <cstdint>
+
+#include "arrays.hpp"
+#include "bindings.hpp"
+#include "dynfilter/detail/errors.hpp"
+#include "dynfilter/keep_static.hpp"
+
+namespace dynfilter::python {
+namespace {
+
+/// Shows one member of all labels as an array. Labels never move: a FeatureLabels object of Python
+/// keeps its number of features.
+template <class Value>
+py::array member_view(const py::object& self, Value FeatureLabel::*member) {
+  const auto& labels = self.cast<const FeatureLabels&>();
+  const void* first = labels.empty() ? nullptr : &(labels[0].*member);
+  return view_of(py::dtype::of<Value>(), static_cast<py::ssize_t>(labels.size()),
+                 sizeof(FeatureLabel), first, self);
+}
+
+py::array reason_view(const py::object& self) {
+  const auto& labels = self.cast<const FeatureLabels&>();
+  static_assert(sizeof(Reason) == 1, "an array of uint8 shows it");
+  const void* first = labels.empty() ? nullptr : &labels[0].reason;
+  return view_of(py::dtype::of<std::uint8_t>(), static_cast<py::ssize_t>(labels.size()),
+                 sizeof(FeatureLabel), first, self);
+}
+
+FeatureLabel label_at(const FeatureLabels& labels, py::ssize_t i) {
+  const auto size = static_cast<py::ssize_t>(labels.size());
+  if (i < -size || i >= size) {
+    throw py::index_error(detail::concatenate("feature ", i, " of ", size));
+  }
+  return labels[static_cast<std::size_t>(i < 0 ? i + size : i)];
+}
+
+void bind_reason(py::module_& module) {
+  py::enum_<Reason>(module, "Reason", py::arithmetic(),
+                    "Reason of a feature's label. You use `custom` and the values above it.")
+      .value("untouched", Reason::untouched, "kept; no stage removed it")
+      .value("in_mask", Reason::in_mask,
+             "on the mask of a dynamic object, or on the static mask (instance -1)")
+      .value("compensated", Reason::compensated, "an edge feature that the mask missed")
+      .value("restored", Reason::restored, "removed by one stage and given back by a later one")
+      .value("moving", Reason::moving, "it moves, whatever it belongs to")
+      .value("custom", Reason::custom, "removed by you")
+      // pybind11 finds a number and a member of a scoped enumeration unequal, also in arrays.
+      .def(
+          "__eq__", [](Reason self, int number) { return static_cast<int>(self) == number; },
+          py::is_operator(), py::prepend())
+      .def(
+          "__ne__", [](Reason self, int number) { return static_cast<int>(self) != number; },
+          py::is_operator(), py::prepend());
+  py::class_<FeatureLabel>(module, "FeatureLabel",
+                           "Verdict on one feature. Kept features have scores too: a high one was\n"
+                           "nearly removed.")
+      .def_readonly("score", &FeatureLabel::score, "0 surely static … 1 surely dynamic")
+      .def_readonly("instance", &FeatureLabel::instance,
+                    "index into Segmentation.instances; -1 = none")
+      .def_readonly("reason", &FeatureLabel::reason, "why")
+      .def_readonly("removed", &FeatureLabel::removed, "whether keep_static takes the feature out");
+}
+
+}  // namespace
+
+void bind_labels(py::module_& module) {
+  bind_reason(module);
+  py::class_<FeatureLabels>(
+      module, "FeatureLabels",
+      R"(Verdicts on the features of one frame, in their order, with the frame's statistics.
+
+Its arrays show the labels without a copy, are read-only, and keep the labels alive. Indexed by a
+number, it returns a FeatureLabel.)")
+      .def(py::init<std::size_t, const Segmentation&>(), py::arg("features"),
+           py::arg("segmentation"),
+           R"(Makes labels of so many features, all untouched. The segmentation gives the instances
+that labels may refer to.)")
+      .def("__len__", &FeatureLabels::size)
+      .def("__getitem__", &label_at, py::arg("feature"))
+      .def_property_readonly(
+          "removed",
+          [](const py::object& self) { return member_view(self, &FeatureLabel::removed); },
+          "whether keep_static takes the feature out: bool, N")
+      .def_property_readonly(
+          "score", [](const py::object& self) { return member_view(self, &FeatureLabel::score); },
+          "0 surely static … 1 surely dynamic: float32, N")
+      .def_property_readonly(
+          "instance",
+          [](const py::object& self) { return member_view(self, &FeatureLabel::instance); },
+          "index into Segmentation.instances; -1 = none: int32, N")
+      .def_property_readonly("reason", &reason_view, "why, see Reason: uint8, N")
+      .def_property_readonly(
+          "statistics",
+          [](const FeatureLabels& self) -> const FrameStatistics& { return self.statistics(); },
+          py::return_value_policy::reference_internal, "statistics of the frame")
+      .def("remove", &FeatureLabels::remove, py::arg("feature"), py::arg("instance"),
+           py::arg("reason"), py::arg("score"),
+           R"(Removes a feature in the name of an instance (-1 = none) and counts it.
+
+A feature that is already removed keeps its label. Returns whether this call removed it. Raises
+ValueError for a feature or instance that does not exist, for the reasons untouched and restored,
+and for a score outside 0 to 1.)")
+      .def("suspect", &FeatureLabels::suspect, py::arg("feature"), py::arg("instance"),
+           py::arg("score"),
+           R"(Raises the score of a kept feature that may belong to an instance, and names the
+instance. Returns whether this call changed the label.)")
+      .def("restore", py::overload_cast<std::size_t>(&FeatureLabels::restore), py::arg("feature"),
+           R"(Gives a removed feature back; its instance and score stay readable. Returns whether
+it was removed.)")
+      .def("mark_dynamic", &FeatureLabels::mark_dynamic, py::arg("instance"),
+           "Marks an instance as a dynamic object, whose features should be removed.")
+      .def("__repr__", [](const FeatureLabels& self) {
+        return detail::concatenate("FeatureLabels(", self.size(), " features, ",
+                                   self.statistics().kept(), " kept)");
+      });
+}
+
+}  // namespace dynfilter::python

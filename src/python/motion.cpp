@@ -1,0 +1,127 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include <cstddef>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "bindings.hpp"
+#include "dynfilter/motion/motion_filter.hpp"
+#include "filter_arguments.hpp"
+
+namespace dynfilter::python {
+namespace {
+
+/// MotionState for one thread at a time: others wait.
+struct LockedState {
+  std::mutex mutex;
+  MotionState state;
+};
+
+/// MotionFilter with its state, which it keeps alive, and a workspace.
+class StatefulFilter {
+ public:
+  StatefulFilter(const PinholeCamera& camera, std::shared_ptr<LockedState> state,
+                 const DynamicFilterOptions& options)
+      : state_(std::move(state)), filter_(camera, state_->state, {options, {}}) {}
+
+  FeatureLabels apply(const FrameView& frame, const Segmentation* segmentation,
+                      const py::object& points, const py::object& diameters_px) {
+    const Features features(points, diameters_px, "MotionFilter");
+    FeatureLabels labels;
+    const py::gil_scoped_release unlock;
+    const std::lock_guard<std::mutex> lock(state_->mutex);
+    if (segmentation != nullptr) {
+      filter_.apply(frame, *segmentation, features.view(), labels, workspace_);
+    } else {
+      filter_.apply(frame, std::nullopt, features.view(), labels, workspace_);
+    }
+    return labels;
+  }
+
+ private:
+  std::shared_ptr<LockedState> state_;
+  MotionFilter filter_;
+  Workspace workspace_;
+};
+
+}  // namespace
+
+void bind_motion(py::module_& module) {
+  py::class_<PinholeCamera>(
+      module, "PinholeCamera",
+      "Pinhole camera with OpenCV's radial-tangential distortion, for components\n"
+      "that relate pixels to rays.")
+      .def(py::init([](double fx, double fy, double cx, double cy, double k1, double k2, double p1,
+                       double p2, double k3) {
+             const PinholeCamera camera{fx, fy, cx, cy, k1, k2, p1, p2, k3};
+             validate(camera, "PinholeCamera");
+             return camera;
+           }),
+           py::kw_only(), py::arg("fx"), py::arg("fy"), py::arg("cx"), py::arg("cy"),
+           py::arg("k1") = 0.0, py::arg("k2") = 0.0, py::arg("p1") = 0.0, py::arg("p2") = 0.0,
+           py::arg("k3") = 0.0,
+           R"(fx, fy: focal lengths, pixels; above 0
+cx, cy: principal point, pixels
+k1, k2, p1, p2, k3: distortion; all 0 = rectified images)")
+      .def_readonly("fx", &PinholeCamera::fx, "focal length in x, pixels")
+      .def_readonly("fy", &PinholeCamera::fy, "focal length in y, pixels")
+      .def_readonly("cx", &PinholeCamera::cx, "principal point's x, pixels")
+      .def_readonly("cy", &PinholeCamera::cy, "principal point's y, pixels")
+      .def_readonly("k1", &PinholeCamera::k1, "distortion coefficient")
+      .def_readonly("k2", &PinholeCamera::k2, "distortion coefficient")
+      .def_readonly("p1", &PinholeCamera::p1, "distortion coefficient")
+      .def_readonly("p2", &PinholeCamera::p2, "distortion coefficient")
+      .def_readonly("k3", &PinholeCamera::k3, "distortion coefficient");
+
+  py::class_<LockedState, std::shared_ptr<LockedState>>(
+      module, "MotionState",
+      R"(Memory of MotionJudge: what it knows of one camera's earlier frames. MotionFilter has
+this stage. One state for each camera and each filter; two states share nothing.)")
+      .def(py::init<>(), "Makes a state that knows nothing.")
+      .def(
+          "reset",
+          [](LockedState& self) {
+            const py::gil_scoped_release unlock;
+            const std::lock_guard<std::mutex> lock(self.mutex);
+            self.state.reset();
+          },
+          "Forgets everything, like a new state.");
+
+  py::class_<StatefulFilter>(
+      module, "MotionFilter",
+      R"(DynamicFilter with motion evidence: masks and depth say what may be dynamic, motion says
+what is.
+
+    memory = dynfilter.MotionState()  # one for each camera
+    filter = dynfilter.MotionFilter(camera, memory)
+    labels = filter.apply(frame, masks, points)  # every frame, in order
+
+Frames need an image and depth. Threads that use one filter wait for each other.)")
+      .def(py::init([](const PinholeCamera& camera, std::shared_ptr<LockedState> state,
+                       std::vector<int> dynamic_classes, double margin_px,
+                       double margin_per_diameter, const py::object& static_mask,
+                       CompensationRule rule, const DepthCompensatorOptions& depth,
+                       const EdgeCompensatorOptions& paper, std::size_t floor, FloorPolicy policy) {
+             return std::make_unique<StatefulFilter>(
+                 camera, std::move(state),
+                 filter_options(std::move(dynamic_classes), margin_px, margin_per_diameter,
+                                static_mask, rule, depth, paper, floor, policy));
+           }),
+           py::arg("camera"), py::arg("state").none(false), py::kw_only(),
+           py::arg("dynamic_classes") = std::vector<int>{0}, py::arg("margin_px") = 0.0,
+           py::arg("margin_per_diameter") = 0.0, py::arg("static_mask") = py::none(),
+           py::arg_v("rule", CompensationRule::depth, "CompensationRule.depth"),
+           py::arg_v("depth", DepthCompensatorOptions(), "DepthCompensatorOptions()"),
+           py::arg_v("paper", EdgeCompensatorOptions(), "EdgeCompensatorOptions()"),
+           py::arg("floor") = 0,
+           py::arg_v("policy", FloorPolicy::report_only, "FloorPolicy.report_only"),
+           filter_options_doc)
+      .def("apply", &StatefulFilter::apply, py::arg("frame"), py::arg("segmentation").none(true),
+           py::arg("features"), py::arg("diameters_px") = py::none(), apply_doc);
+}
+
+}  // namespace dynfilter::python

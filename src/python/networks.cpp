@@ -1,0 +1,143 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "bindings.hpp"
+#include "dynfilter/networks/network_segmenter.hpp"
+#include "dynfilter/networks/yolact_segmenter.hpp"
+#include "dynfilter/networks/yolo_segmenter.hpp"
+
+namespace dynfilter::python {
+namespace {
+
+/// Network for one thread at a time: others wait.
+class LockedNetwork : public Segmenter {
+ public:
+  explicit LockedNetwork(std::unique_ptr<NetworkSegmenter> network)
+      : network_(std::move(network)) {}
+
+  const NetworkSegmenter& network() const { return *network_; }
+
+ private:
+  Segmentation do_segment(const FrameView& frame) override {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return network_->segment(frame);
+  }
+
+  std::mutex mutex_;
+  std::unique_ptr<NetworkSegmenter> network_;
+};
+
+// A type of its own for each class of Python.
+class LockedYolo final : public LockedNetwork {
+  using LockedNetwork::LockedNetwork;
+};
+class LockedYolact final : public LockedNetwork {
+  using LockedNetwork::LockedNetwork;
+};
+
+NetworkOptions network_options(std::vector<int> classes, std::optional<float> score_threshold,
+                               std::optional<float> iou_threshold, std::optional<int> max_instances,
+                               std::vector<std::string> class_names, const cv::Size& input_size) {
+  NetworkOptions options;
+  options.classes = std::move(classes);
+  options.score_threshold = score_threshold;
+  options.iou_threshold = iou_threshold;
+  options.max_instances = max_instances;
+  options.class_names = std::move(class_names);
+  options.input_size = input_size;
+  return options;
+}
+
+std::unique_ptr<LockedNetwork> any_network(const std::filesystem::path& model,
+                                           const NetworkOptions& options) {
+  return std::make_unique<LockedNetwork>(make_network_segmenter(model, options));
+}
+
+std::unique_ptr<LockedYolo> yolo(const std::filesystem::path& model,
+                                 const NetworkOptions& options) {
+  return std::make_unique<LockedYolo>(std::make_unique<YoloSegmenter>(model, options));
+}
+
+std::unique_ptr<LockedYolact> yolact(const std::filesystem::path& model,
+                                     const NetworkOptions& options) {
+  YolactOptions all;
+  static_cast<NetworkOptions&>(all) = options;
+  return std::make_unique<LockedYolact>(std::make_unique<YolactSegmenter>(model, all));
+}
+
+constexpr const char* load_doc =
+    R"(Loads an ONNX file and runs it once, so that errors show here and the first frame does not
+wait.
+
+classes: classes whose instances are returned; empty = all
+score_threshold: score that instances must exceed; None = 0.25 (YOLO), 0.15 (YOLACT)
+iou_threshold: overlap above which the lower-scored of two boxes of one class is dropped; None = 0.7
+    (YOLO), 0.5 (YOLACT)
+max_instances: the best are kept; None = 300 (YOLO), 100 (YOLACT)
+class_names: names of the classes, in order; empty = those of the file, or COCO's
+input_size: (width, height) of the network's input, for a model that leaves them open
+
+Raises RuntimeError that names a file that is missing, truncated or of another kind, and
+ValueError for options out of range.)";
+
+/// Adds the constructor, which loads a model by `load(path, options)`.
+template <class Class, class Load>
+void add_constructor(Class& segmenter, const Load& load) {
+  segmenter.def(
+      py::init([load](const std::filesystem::path& model, std::vector<int> classes,
+                      std::optional<float> score_threshold, std::optional<float> iou_threshold,
+                      std::optional<int> max_instances, std::vector<std::string> class_names,
+                      const cv::Size& input_size) {
+        const py::gil_scoped_release unlock;
+        return load(model, network_options(std::move(classes), score_threshold, iou_threshold,
+                                           max_instances, std::move(class_names), input_size));
+      }),
+      py::arg("model"), py::kw_only(), py::arg("classes") = std::vector<int>(),
+      py::arg("score_threshold") = py::none(), py::arg("iou_threshold") = py::none(),
+      py::arg("max_instances") = py::none(), py::arg("class_names") = std::vector<std::string>(),
+      py::arg("input_size") = cv::Size(), load_doc);
+}
+
+}  // namespace
+
+void bind_networks(py::module_& module) {
+  py::class_<LockedNetwork, Segmenter> network(
+      module, "NetworkSegmenter",
+      R"(Segmenter that runs a network from an ONNX file by OpenCV's dnn module on the CPU.
+Recognises its kind, YOLOv8-seg, YOLO11-seg, YOLACT or YOLACT++, by its inputs and outputs.
+
+Instances are sorted by score, the highest first. Frames need an 8-bit grey or BGR image. Threads
+that use one network wait for each other; several networks may run at once.)");
+  add_constructor(network, &any_network);
+  network
+      .def_property_readonly(
+          "class_names", [](const LockedNetwork& self) { return self.network().class_names(); },
+          "names of the classes, by class_id; empty if they are not known")
+      .def(
+          "class_id",
+          [](const LockedNetwork& self, const std::string& class_name) {
+            return self.network().class_id(class_name);
+          },
+          py::arg("name"), "Returns the class with this name, or None.")
+      .def_property_readonly(
+          "input_size", [](const LockedNetwork& self) { return self.network().input_size(); },
+          "(width, height) of the network's input; images are resized to it");
+  py::class_<LockedYolo, LockedNetwork> yolo_class(
+      module, "YoloSegmenter",
+      "Segmenter that runs YOLOv8-seg or YOLO11-seg. See NetworkSegmenter.");
+  add_constructor(yolo_class, &yolo);
+  py::class_<LockedYolact, LockedNetwork> yolact_class(
+      module, "YolactSegmenter",
+      "Segmenter that runs YOLACT or YOLACT++, the paper's segmenter. See NetworkSegmenter.");
+  add_constructor(yolact_class, &yolact);
+}
+
+}  // namespace dynfilter::python

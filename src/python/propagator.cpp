@@ -1,0 +1,136 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/segmenters/mask_propagator.hpp"
+
+#include <cstddef>
+#include <memory>
+#include <mutex>
+#include <optional>
+
+#include "bindings.hpp"
+
+namespace dynfilter::python {
+namespace {
+
+/// MaskPropagator for one thread at a time: others wait.
+class LockedPropagator {
+ public:
+  explicit LockedPropagator(const MaskPropagatorOptions& options) : propagator_(options) {}
+
+  std::optional<Segmentation> propagate(const FrameView& frame, const Segmentation* newest) {
+    const py::gil_scoped_release unlock;
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return propagator_.propagate(
+        frame, newest != nullptr ? std::optional<Segmentation>(*newest) : std::nullopt);
+  }
+
+  PropagationStatistics statistics() {
+    const py::gil_scoped_release unlock;
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return propagator_.statistics();
+  }
+
+  void reset() {
+    const py::gil_scoped_release unlock;
+    const std::lock_guard<std::mutex> lock(mutex_);
+    propagator_.reset();
+  }
+
+ private:
+  std::mutex mutex_;
+  MaskPropagator propagator_;
+};
+
+void bind_propagation_statistics(py::module_& module) {
+  using Instance = InstancePropagation;
+  py::class_<Instance>(module, "InstancePropagation", "Propagation of one instance.")
+      .def_readonly("by_flow", &Instance::by_flow,
+                    "frames over which points tracked on it moved it")
+      .def_readonly("by_velocity", &Instance::by_velocity,
+                    "frames over which its velocity in the image moved it, for lack of points")
+      .def_readonly("left", &Instance::left, "frames over which it stayed, as nothing was known")
+      .def_readonly("points", &Instance::points, "points tracked on it into this frame")
+      .def_readonly("missed", &Instance::missed, "results in a row that miss it")
+      .def_readonly("age_s", &Instance::age_s, "time since the frame of its mask, seconds");
+  using Statistics = PropagationStatistics;
+  py::class_<Statistics>(module, "PropagationStatistics", "Statistics of one call of propagate.")
+      .def_property_readonly(
+          "instances", [](const Statistics& self) { return py::tuple(py::cast(self.instances)); },
+          "one InstancePropagation per instance, in the order of the segmentation")
+      .def_readonly("tracked_points", &Statistics::tracked_points,
+                    "all points tracked from the last frame into this one")
+      .def_readonly("left_image", &Statistics::left_image,
+                    "instances dropped because they left the image")
+      .def_readonly("given_up", &Statistics::given_up,
+                    "instances dropped because of max_missed or max_age_s")
+      .def_readonly("took_result", &Statistics::took_result, "`newest` was a new result")
+      .def_readonly("ignored_result", &Statistics::ignored_result,
+                    "`newest` was older than the last result, or later than the frame")
+      .def_readonly("unknown_start", &Statistics::unknown_start,
+                    "the result's own frame is not in the history")
+      .def_readonly("restarted", &Statistics::restarted,
+                    "everything was forgotten: time went back, or the image's size changed");
+}
+
+constexpr const char* options_doc =
+    R"(work_width_px: width to which images are reduced before points are tracked, about; 64 to 4096
+point_spacing_px: spacing of tracked points in the reduced image; 4 to 64
+max_forward_backward_px: largest forward-backward error of a point, pixels of the reduced image
+field_sigma_px: reach of a point's motion, standard deviation in pixels at a width of 640
+edge_px: width of a mask's edge, pixels at a width of 640
+min_points: smallest number of points on an instance to move it by their flow
+min_iou: smallest overlap of the boxes of a new and a known instance that are the same
+max_missed: largest number of results in a row that may miss an instance
+max_age_s: masks of older frames are dropped, seconds
+history_frames: length of the motion history, frames; 1 to 1000
+age_share: age that propagated masks report, as a share of their true age
+
+Raises ValueError for options out of range.)";
+
+}  // namespace
+
+void bind_propagator(py::module_& module) {
+  bind_propagation_statistics(module);
+  const MaskPropagatorOptions defaults;
+  py::class_<LockedPropagator>(
+      module, "MaskPropagator",
+      R"(Moves masks from the frame that they were made from to the current frame. This bridges
+the time between two results of a segmenter that is slower than the camera, and results that miss
+an instance.
+
+    masks = propagator.propagate(frame, newest)
+    labels = filter.apply(frame, masks, points)
+
+Two propagators share nothing; threads that use one wait for each other.)")
+      .def(py::init([](int work_width_px, int point_spacing_px, double max_forward_backward_px,
+                       double field_sigma_px, double edge_px, std::size_t min_points,
+                       double min_iou, std::size_t max_missed, double max_age_s,
+                       std::size_t history_frames, double age_share) {
+             return std::make_unique<LockedPropagator>(MaskPropagatorOptions{
+                 work_width_px, point_spacing_px, max_forward_backward_px, field_sigma_px, edge_px,
+                 min_points, min_iou, max_missed, max_age_s, history_frames, age_share});
+           }),
+           py::kw_only(), py::arg("work_width_px") = defaults.work_width_px,
+           py::arg("point_spacing_px") = defaults.point_spacing_px,
+           py::arg("max_forward_backward_px") = defaults.max_forward_backward_px,
+           py::arg("field_sigma_px") = defaults.field_sigma_px,
+           py::arg("edge_px") = defaults.edge_px, py::arg("min_points") = defaults.min_points,
+           py::arg("min_iou") = defaults.min_iou, py::arg("max_missed") = defaults.max_missed,
+           py::arg("max_age_s") = defaults.max_age_s,
+           py::arg("history_frames") = defaults.history_frames,
+           py::arg("age_share") = defaults.age_share, options_doc)
+      .def("propagate", &LockedPropagator::propagate, py::arg("frame"),
+           py::arg("newest").none(true) = py::none(),
+           R"(Returns the masks at `frame`, given the newest result so far: of this frame or an
+earlier one, maybe the same as in the last call, maybe None. Returns None if no masks are known
+that are at most max_age_s old.
+
+Call it for every frame, in order, also while there are no masks, so that the history is complete.
+The interpreter's lock is released meanwhile.)")
+      .def_property_readonly("statistics", &LockedPropagator::statistics,
+                             "statistics of the last call; empty before the first one")
+      .def("reset", &LockedPropagator::reset, "Forgets everything, like a new propagator.");
+}
+
+}  // namespace dynfilter::python

@@ -1,0 +1,216 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/segmentation.hpp"
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include <opencv2/imgproc.hpp>
+
+#include "arrays.hpp"
+#include "bindings.hpp"
+#include "dynfilter/detail/errors.hpp"
+#include "dynfilter/frame.hpp"
+
+namespace dynfilter::python {
+namespace {
+
+constexpr const char* name = "instances_from_masks";
+
+using Numbers = py::array_t<double, py::array::c_style>;
+
+[[noreturn]] void refuse(const char* what, const py::array& array, const std::string& want) {
+  detail::throw_misuse(name, detail::concatenate(what, " of ", description(array)), want);
+}
+
+/// Returns a whole number as int.
+int whole(double number, const char* what, const char* want) {
+  const double limit = std::numeric_limits<int>::max();
+  if (!(std::abs(number) <= limit) || number != std::floor(number)) {
+    detail::throw_misuse(name, detail::concatenate(what, " ", number), want);
+  }
+  return static_cast<int>(number);
+}
+
+/// Returns the smallest box of whole pixels that holds the box between two corners.
+cv::Rect box_of(const double* corners) {
+  constexpr const char* side = "a box with a side at";
+  constexpr const char* want = "finite sides";
+  const int left = whole(std::floor(corners[0]), side, want);
+  const int top = whole(std::floor(corners[1]), side, want);
+  const int right = whole(std::ceil(corners[2]), side, want);
+  const int bottom = whole(std::ceil(corners[3]), side, want);
+  const std::int64_t width = std::int64_t{right} - left, height = std::int64_t{bottom} - top;
+  const std::int64_t limit = std::numeric_limits<int>::max();
+  if (width < 0 || height < 0 || width > limit || height > limit) {
+    detail::throw_misuse(name,
+                         detail::concatenate("a box from (", corners[0], ", ", corners[1], ") to (",
+                                             corners[2], ", ", corners[3], ")"),
+                         "x1, y1, x2, y2 with x1 <= x2 and y1 <= y2");
+  }
+  return {left, top, static_cast<int>(width), static_cast<int>(height)};
+}
+
+/// Returns one mask of an array as a matrix: bool and uint8 as they are, others where they exceed
+/// the threshold.
+cv::Mat mask_of(const py::array& mask, double threshold) {
+  const char kind = mask.dtype().kind();
+  if (kind == 'b' || (kind == 'u' && mask.itemsize() == 1)) {
+    return matrix_from(mask, Pixels::mask, {name, "a mask"});
+  }
+  const auto values = py::array_t<float, py::array::c_style | py::array::forcecast>(mask);
+  const cv::Mat numbers(static_cast<int>(values.shape(0)), static_cast<int>(values.shape(1)),
+                        CV_32FC1, const_cast<float*>(values.data()));
+  return numbers.empty() ? cv::Mat() : cv::Mat(numbers > threshold);
+}
+
+/// Returns masks as N x H x W: torchvision has N x 1 x H x W.
+py::array stacked(const py::object& masks) {
+  py::array array = array_from(masks);
+  if (array.ndim() == 4 && array.shape(1) == 1) {
+    array = array.attr("__getitem__")(py::make_tuple(py::slice(0, array.shape(0), 1), 0));
+  }
+  const char kind = array.dtype().kind();
+  const bool is_byte = kind == 'b' || (kind == 'u' && array.itemsize() == 1);
+  if (array.ndim() != 3 || (!is_byte && kind != 'f')) {
+    refuse("masks", array, "bool, uint8 or float, N x H x W or N x 1 x H x W");
+  }
+  return array;
+}
+
+/// Returns N numbers, or nothing for None.
+std::vector<double> column(const py::object& object, const char* what, std::size_t count) {
+  if (object.is_none()) return {};
+  const Numbers numbers = numbers_from(object, {name, what});
+  if (numbers.ndim() != 1 || static_cast<std::size_t>(numbers.size()) != count) {
+    refuse(what, numbers, detail::concatenate("one for each instance, ", count));
+  }
+  return {numbers.data(), numbers.data() + numbers.size()};
+}
+
+std::vector<Instance> instances_from_masks(const py::object& masks, const py::object& boxes,
+                                           const py::object& class_ids, const py::object& scores,
+                                           double threshold) {
+  if (masks.is_none() && boxes.is_none()) {
+    detail::throw_misuse(name, "neither masks nor boxes",
+                         "masks, N x H x W, or boxes, N x 4; for nobody an array with N = 0");
+  }
+  const py::array stack = masks.is_none() ? py::array() : stacked(masks);
+  Numbers corners;
+  if (!boxes.is_none()) {
+    corners = numbers_from(boxes, {name, "boxes"});
+    if (corners.ndim() != 2 || corners.shape(1) != 4) {
+      refuse("boxes", corners, "N x 4: x1, y1, x2, y2 in pixels");
+    }
+  }
+  const py::ssize_t count = masks.is_none() ? corners.shape(0) : stack.shape(0);
+  if (!boxes.is_none() && corners.shape(0) != count) {
+    refuse("boxes", corners, detail::concatenate("one for each mask, ", count));
+  }
+  const auto size = static_cast<std::size_t>(count);
+  const std::vector<double> classes = column(class_ids, "class_ids", size);
+  const std::vector<double> confidences = column(scores, "scores", size);
+  std::vector<Instance> instances;
+  instances.reserve(size);
+  for (std::size_t k = 0; k < size; ++k) {
+    const int class_id = classes.empty() ? 0 : whole(classes[k], "a class id of", "whole numbers");
+    const float score = confidences.empty() ? 1.0F : static_cast<float>(confidences[k]);
+    Instance instance;
+    if (!masks.is_none()) {
+      const py::array one = stack.attr("__getitem__")(k);
+      instance = Instance::from_image_mask(mask_of(one, threshold), class_id, score);
+    } else {
+      instance = Instance::from_box({}, class_id, score);
+    }
+    if (!boxes.is_none()) instance.box = box_of(corners.data(static_cast<py::ssize_t>(k), 0));
+    instances.push_back(std::move(instance));
+  }
+  return instances;
+}
+
+cv::Size size_of(const FrameView& frame) {
+  return frame.image.empty() ? frame.depth.size() : frame.image.size();
+}
+
+/// Makes the frame's segmentation. Masks must have the frame's size: a network's own masks often
+/// have the size of its input.
+Segmentation from_masks(const FrameView& frame, const py::object& masks, const py::object& boxes,
+                        const py::object& class_ids, const py::object& scores, double threshold) {
+  Segmentation segmentation{frame.id, frame.timestamp_s, size_of(frame), {}};
+  if (!masks.is_none()) {
+    const py::array stack = stacked(masks);
+    const cv::Size size(static_cast<int>(stack.shape(2)), static_cast<int>(stack.shape(1)));
+    if (segmentation.image_size.empty()) segmentation.image_size = size;
+    if (stack.shape(0) > 0 && size != segmentation.image_size) {
+      detail::throw_misuse(
+          "Segmentation", detail::concatenate("masks of ", detail::size_name(size)),
+          detail::concatenate("the frame's size, ", detail::size_name(segmentation.image_size),
+                              " (Ultralytics: retina_masks=True)"));
+    }
+  }
+  segmentation.instances = instances_from_masks(masks, boxes, class_ids, scores, threshold);
+  validate(segmentation, "Segmentation");
+  return segmentation;
+}
+
+constexpr const char* masks_doc =
+    R"(masks: N x H x W or N x 1 x H x W of the whole image; bool and uint8 (non-zero = on the
+    object) are not copied, float is on the object above the threshold; None if only boxes are known
+boxes: N x 4, x1, y1, x2, y2 in pixels, float or int; None = the smallest around the masks
+class_ids: N whole numbers; None = 0. torchvision's person is 1: DynamicFilter(dynamic_classes=[1])
+scores: N numbers from 0 to 1; None = 1
+threshold: of float masks)";
+
+}  // namespace
+
+void bind_segmentation(py::module_& module) {
+  const auto none = py::none();
+  const std::string from_masks_doc =
+      std::string(
+          "Makes the segmentation of a frame from the arrays of a network, as torchvision and\n"
+          "Ultralytics return them. Number, time and size are the frame's.\n\n") +
+      masks_doc;
+  py::class_<Segmentation>(
+      module, "Segmentation",
+      R"(Result of a segmenter for one image. Its members cannot be changed; make another one.
+
+A segmentation without instances says that nobody is there; None in its place says that no masks
+are known. The statistics distinguish the two.)")
+      .def(py::init([](std::uint64_t frame_id, double timestamp_s, const cv::Size& image_size,
+                       std::vector<Instance> instances) {
+             Segmentation result{frame_id, timestamp_s, image_size, std::move(instances)};
+             validate(result, "Segmentation");
+             return result;
+           }),
+           py::kw_only(), py::arg("frame_id") = 0, py::arg("timestamp_s") = 0.0,
+           py::arg("image_size") = cv::Size(), py::arg("instances") = std::vector<Instance>(),
+           R"(Takes number and time of the image that was segmented, its size (width, height), and
+the instances. Raises ValueError for a malformed one.)")
+      .def_static("from_masks", &from_masks, py::arg("frame"), py::arg("masks"),
+                  py::arg("boxes") = none, py::arg("class_ids") = none, py::arg("scores") = none,
+                  py::arg("threshold") = 0.5, from_masks_doc.c_str())
+      .def_readonly("frame_id", &Segmentation::frame_id,
+                    "FrameView.id of the image that was segmented")
+      .def_readonly("timestamp_s", &Segmentation::timestamp_s,
+                    "time of that image, seconds; earlier than the frame's when masks are stale")
+      .def_readonly("image_size", &Segmentation::image_size, "(width, height), pixels")
+      .def_property_readonly(
+          "instances", [](const Segmentation& self) { return py::tuple(py::cast(self.instances)); },
+          "the detected objects, in the segmenter's order")
+      .def("__repr__", [](const Segmentation& self) {
+        return detail::concatenate("Segmentation(frame_id=", self.frame_id, ", timestamp_s=",
+                                   std::string(py::str(py::float_(self.timestamp_s))), ", ",
+                                   self.instances.size(), " instances)");
+      });
+  const std::string masks_text =
+      std::string("Makes one instance for each mask of a network's result.\n\n") + masks_doc;
+  module.def("instances_from_masks", &instances_from_masks, py::arg("masks"),
+             py::arg("boxes") = none, py::arg("class_ids") = none, py::arg("scores") = none,
+             py::arg("threshold") = 0.5, masks_text.c_str());
+}
+
+}  // namespace dynfilter::python

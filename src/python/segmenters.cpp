@@ -1,0 +1,133 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "arrays.hpp"
+#include "bindings.hpp"
+#include "dynfilter/detail/errors.hpp"
+#include "dynfilter/segmenter.hpp"
+#include "dynfilter/segmenters/mask_folder_segmenter.hpp"
+
+namespace dynfilter::python {
+namespace {
+
+std::string type_name_of(const py::handle& object) {
+  return "a " + std::string(py::str(py::type::of(object).attr("__name__")));
+}
+
+/// Segmenter whose do_segment is a method of a Python class.
+class DerivedSegmenter final : public Segmenter {
+ public:
+  static Segmentation empty_segmentation_of(const FrameView& frame) {
+    return empty_segmentation(frame);
+  }
+
+ private:
+  Segmentation do_segment(const FrameView& frame) override {
+    const py::gil_scoped_acquire lock;
+    const py::function method = py::get_override(static_cast<const Segmenter*>(this), "do_segment");
+    if (!method) {
+      detail::throw_misuse("Segmenter", "a class without do_segment",
+                           "a class derived from it with do_segment(self, frame)");
+    }
+    const py::object result = method(frame);  // a copy, which shares the pixels
+    if (!py::isinstance<Segmentation>(result)) {
+      detail::throw_misuse("Segmenter (result of do_segment)", type_name_of(result),
+                           "a Segmentation");
+    }
+    return result.cast<Segmentation>();
+  }
+};
+
+/// Makes the callback of a CallbackSegmenter from a callable, which it keeps.
+CallbackSegmenter::Callback callback_of(py::object callable) {
+  if (PyCallable_Check(callable.ptr()) == 0) {
+    detail::throw_misuse("CallbackSegmenter", type_name_of(callable),
+                         "a callable from an image to a list of Instance");
+  }
+  const std::shared_ptr<py::object> kept(new py::object(std::move(callable)), [](py::object* held) {
+    const py::gil_scoped_acquire lock;
+    delete held;
+  });
+  return [kept](const cv::Mat& image) {
+    const py::gil_scoped_acquire lock;
+    const py::object result = (*kept)(array_of(image));
+    try {
+      return result.cast<std::vector<Instance>>();
+    } catch (const py::cast_error&) {
+      detail::throw_misuse("CallbackSegmenter", type_name_of(result) + " from the callback",
+                           "a list of Instance");
+    }
+  };
+}
+
+}  // namespace
+
+void bind_segmenters(py::module_& module) {
+  py::class_<Segmenter, DerivedSegmenter>(
+      module, "Segmenter",
+      R"(Finds the objects in an image. A segmenter may be a network, a folder of masks or a
+callback. Derived classes implement do_segment(self, frame); callers use segment, which checks the
+result.
+
+    class People(dynfilter.Segmenter):
+        def do_segment(self, frame):
+            masks, boxes = network(frame.image)
+            return dynfilter.Segmentation.from_masks(frame, masks, boxes)
+)")
+      .def(py::init<>(), "For derived classes, which call it if they have an __init__.")
+      .def("segment", &Segmenter::segment, py::arg("frame"),
+           py::call_guard<py::gil_scoped_release>(),
+           R"(Segments the frame's image. Raises ValueError for a result that is malformed or
+differs from the frame in image size, and passes on what do_segment raises.)")
+      .def_static(
+          "empty_segmentation", &DerivedSegmenter::empty_segmentation_of, py::arg("frame"),
+          "Makes a segmentation of this frame without instances: id, time and size are filled in.");
+  py::class_<CallbackSegmenter, Segmenter>(
+      module, "CallbackSegmenter",
+      R"(Segmenter that calls a function with the image and takes the instances that it returns.
+
+    find = lambda image: dynfilter.instances_from_masks(network(image))
+    people = dynfilter.CallbackSegmenter(find)
+
+Raises ValueError for a frame with neither image nor depth.)")
+      .def(py::init([](py::object callback) {
+             return std::make_unique<CallbackSegmenter>(callback_of(std::move(callback)));
+           }),
+           py::arg("callback"), "Takes a callable from an image (array) to a list of Instance.");
+  py::class_<MaskFolderSegmenter, Segmenter>(
+      module, "MaskFolderSegmenter",
+      R"(Reads the instances of a frame from a folder of PNG files named by time,
+1341846434.710184.png. A frame's mask is the nearest in time, within max_time_difference_s.
+
+Label maps, if there is instances.csv (frame,instance,class_id,score,x,y,width,height): 8 or 16
+bits, 0 = background, k = instance k of the frame. Binary masks, if there is no table: every
+connected object is one instance of class 0 and score 1. The frame needs neither image nor depth.)")
+      .def(py::init([](const std::filesystem::path& folder, double max_time_difference_s,
+                       int box_margin_px, int min_pixels, bool allow_missing) {
+             return std::make_unique<MaskFolderSegmenter>(
+                 folder, MaskFolderOptions{max_time_difference_s, box_margin_px, min_pixels,
+                                           allow_missing});
+           }),
+           py::arg("folder"), py::kw_only(), py::arg("max_time_difference_s") = 0.001,
+           py::arg("box_margin_px") = 20, py::arg("min_pixels") = 1,
+           py::arg("allow_missing") = false,
+           R"(Reads the table and the names of the masks; decodes none.
+
+max_time_difference_s: largest difference in time between a frame and its mask, seconds
+box_margin_px: margin of the box around the object, pixels; binary masks only
+min_pixels: smallest object, pixels; binary masks only
+allow_missing: whether masks may be missing; those of such a frame are unknown, see has_mask
+
+Raises RuntimeError that names the file, and the line, for what is missing or malformed.)")
+      .def("__len__", &MaskFolderSegmenter::size)
+      .def("has_mask", &MaskFolderSegmenter::has_mask, py::arg("timestamp_s"),
+           "Whether there is a mask for a frame of this time.");
+}
+
+}  // namespace dynfilter::python

@@ -1,0 +1,130 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "bindings.hpp"
+#include "dynfilter/detail/errors.hpp"
+#include "dynfilter/evaluation/rgbd_sequence.hpp"
+#include "dynfilter/frame.hpp"
+
+namespace dynfilter::python {
+namespace {
+
+/// Returns the index of a frame; negative ones count from the end, as in Python.
+std::size_t index_of(const RgbdSequence& sequence, py::ssize_t i) {
+  const auto size = static_cast<py::ssize_t>(sequence.size());
+  if (i < -size || i >= size) throw py::index_error(detail::concatenate("frame ", i, " of ", size));
+  return static_cast<std::size_t>(i < 0 ? i + size : i);
+}
+
+FrameView frame_at(const RgbdSequence& sequence, py::ssize_t i) {
+  const std::size_t index = index_of(sequence, i);
+  const py::gil_scoped_release unlock;
+  return sequence.read(index);
+}
+
+void bind_camera(py::module_& module) {
+  using Camera = CameraParameters;
+  py::class_<Camera>(
+      module, "CameraParameters",
+      "Camera of a sequence: a pinhole camera with OpenCV's radial-tangential distortion.")
+      .def_readonly("fx", &Camera::fx, "focal length in x, pixels")
+      .def_readonly("fy", &Camera::fy, "focal length in y, pixels")
+      .def_readonly("cx", &Camera::cx, "principal point's x, pixels")
+      .def_readonly("cy", &Camera::cy, "principal point's y, pixels")
+      .def_readonly("k1", &Camera::k1, "distortion coefficient")
+      .def_readonly("k2", &Camera::k2, "distortion coefficient")
+      .def_readonly("p1", &Camera::p1, "distortion coefficient")
+      .def_readonly("p2", &Camera::p2, "distortion coefficient")
+      .def_readonly("k3", &Camera::k3, "distortion coefficient")
+      .def_readonly("image_size", &Camera::image_size, "(width, height), pixels; (0, 0) = unknown")
+      .def_readonly("frames_per_second", &Camera::frames_per_second, "frame rate, Hz; 0 = unknown")
+      .def_readonly("depth_units_per_metre", &Camera::depth_units_per_metre,
+                    "DepthMapFactor; 5000 for TUM and BONN")
+      .def_readonly("depth_offset_s", &Camera::depth_offset_s, "see RgbdSequence");
+  module.def(
+      "read_camera", &read_camera, py::arg("path"),
+      R"(Reads the camera from a settings file of ORB-SLAM2 or -3 (an OpenCV YAML file), with its
+own keys. Raises RuntimeError that names the file, and the key.)");
+}
+
+}  // namespace
+
+void bind_sequence(py::module_& module) {
+  bind_camera(module);
+  using Entry = RgbdSequenceEntry;
+  py::class_<Entry>(module, "RgbdSequenceEntry", "One frame of a sequence, not decoded.")
+      .def_readonly("timestamp_s", &Entry::timestamp_s, "time of the colour image")
+      .def_readonly("image_path", &Entry::image_path, "path including the sequence's folder")
+      .def_readonly("depth_timestamp_s", &Entry::depth_timestamp_s,
+                    "time of the depth image; timestamp_s without one")
+      .def_property_readonly(
+          "depth_path",
+          [](const Entry& entry) {
+            return entry.depth_path.empty()
+                       ? std::optional<std::filesystem::path>()
+                       : std::optional<std::filesystem::path>(entry.depth_path);
+          },
+          "path of the depth image; None without one")
+      .def_readonly("stem", &Entry::stem,
+                    "image_path without folder and extension; names the masks");
+  py::class_<RgbdSequence>(
+      module, "RgbdSequence",
+      R"(Recorded sequence in the layout of the TUM RGB-D benchmark and of BONN RGB-D Dynamic.
+
+The frames are the rows of associations.txt if it exists. Otherwise the images of rgb.txt and
+depth.txt are paired by time; without depth.txt the sequence has colour only. Frames are ordered
+by time. A sequence can be indexed and iterated over; frames are decoded one at a time.
+
+    for frame in dynfilter.RgbdSequence(folder): ...
+)")
+      .def(py::init([](const std::filesystem::path& folder, double max_time_difference_s,
+                       const std::optional<std::filesystem::path>& camera_file,
+                       std::optional<double> depth_offset_s) {
+             RgbdSequenceOptions options;
+             options.max_time_difference_s = max_time_difference_s;
+             if (camera_file) options.camera_file = *camera_file;
+             options.depth_offset_s = depth_offset_s;
+             return RgbdSequence(folder, options);
+           }),
+           py::arg("folder"), py::kw_only(), py::arg("max_time_difference_s") = 0.02,
+           py::arg("camera_file") = py::none(), py::arg("depth_offset_s") = py::none(),
+           R"(Reads the lists and the camera file, and checks that the frames' images exist;
+decodes none.
+
+max_time_difference_s: largest difference in time between a colour image and its depth image
+camera_file: None = camera.yaml in the sequence's folder
+depth_offset_s: offset of the depth's stamps, seconds; positive: depth is late (TUM: about +0.033);
+    None = the camera file's
+
+Raises RuntimeError that names the file, and the line, for what is missing or malformed.)")
+      .def("__len__", &RgbdSequence::size)
+      .def("__getitem__", &frame_at, py::arg("frame"))
+      .def("read", &frame_at, py::arg("frame"),
+           R"(Decodes a frame: image uint8 H x W x 3 (blue, green, red), depth uint16 or float32 as
+in the file. Several threads may call it at once. The interpreter's lock is released meanwhile.
+
+Raises IndexError for a frame that does not exist, and RuntimeError that names a file that cannot be
+read.)")
+      .def(
+          "entry",
+          [](const RgbdSequence& self, py::ssize_t i) { return self.entry(index_of(self, i)); },
+          py::arg("frame"), "Returns times and files of a frame.")
+      .def_property_readonly("camera", &RgbdSequence::camera, "camera of the sequence")
+      .def_property_readonly("folder", &RgbdSequence::folder, "folder of the sequence")
+      .def_property_readonly("depth_offset_s", &RgbdSequence::depth_offset_s,
+                             "offset that the frames were paired with, seconds")
+      .def_property_readonly("has_depth", &RgbdSequence::has_depth, "whether the frames have depth")
+      .def("groundtruth_file", &RgbdSequence::groundtruth_file,
+           "Returns groundtruth.txt of the sequence, or None.")
+      .def("masks_folder", &RgbdSequence::masks_folder,
+           "Returns the folder masks of the sequence, or None.")
+      .def("true_masks_folder", &RgbdSequence::true_masks_folder,
+           "Returns the folder masks_true of the sequence, or None.");
+}
+
+}  // namespace dynfilter::python
