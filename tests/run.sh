@@ -159,11 +159,19 @@ else
   log "This release has no package libcli11-dev: the program dynfilter is neither built nor tested"
   dev_options+=(-DDYNFILTER_BUILD_TOOLS=OFF)
 fi
+# The Python module, and its tests.
+if is_available pybind11-dev; then packages+=(pybind11-dev python3-dev python3-pytest); fi
 if [[ $all == yes ]]; then
   packages+=(clang libclang-rt-dev valgrind clang-format shellcheck doxygen)
   if is_available chromium; then packages+=(chromium); fi # Ubuntu has none outside its store
 fi
 need_build_packages "${packages[@]}"
+pybind11_version=$(dpkg-query -W -f '${Version}' pybind11-dev 2>/dev/null || true)
+if [[ -n $pybind11_version ]] && dpkg --compare-versions "$pybind11_version" ge 2.9; then
+  dev_options+=(-DDYNFILTER_BUILD_PYTHON=ON)
+else
+  log "There is no pybind11 2.9: the Python module is neither built nor tested"
+fi
 find_configure_options
 # Only with the compiler that we test with: others have other warnings.
 if [[ $("${CXX:-c++}" -dumpversion) == 12* ]]; then

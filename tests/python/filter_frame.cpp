@@ -1,0 +1,81 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// Filters one frame of a sequence with its masks, rule depth, and prints a line for each feature:
+// reason, instance, removed, score. The features are a file of float32, x and y in turn.
+//
+//     filter_frame SEQUENCE FRAME POINTS [CALLS]
+//
+// With CALLS it prints instead the mean time of so many calls, in microseconds.
+
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <fstream>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "dynfilter/dynamic_filter.hpp"
+#include "dynfilter/evaluation/rgbd_sequence.hpp"
+#include "dynfilter/segmenters/mask_folder_segmenter.hpp"
+
+namespace {
+
+std::vector<cv::Point2f> read_points(const char* path) {
+  std::ifstream stream(path, std::ios::binary);
+  std::vector<cv::Point2f> points;
+  cv::Point2f point;
+  while (stream.read(reinterpret_cast<char*>(&point), sizeof point)) points.push_back(point);
+  return points;
+}
+
+void print_labels(const dynfilter::FeatureLabels& labels) {
+  for (const dynfilter::FeatureLabel& label : labels) {
+    std::printf("%d %d %d %.9g\n", static_cast<int>(label.reason), label.instance,
+                label.removed ? 1 : 0, double{label.score});
+  }
+}
+
+void run(int count, char** arguments) {
+  const dynfilter::RgbdSequence sequence(arguments[1]);
+  const dynfilter::FrameView frame = sequence.read(std::stoul(arguments[2]));
+  const std::vector<cv::Point2f> points = read_points(arguments[3]);
+  const auto folder = sequence.masks_folder();
+  if (!folder) throw std::runtime_error("the sequence has no masks");
+  dynfilter::MaskFolderSegmenter people(*folder);
+  const dynfilter::Segmentation masks = people.segment(frame);
+  const dynfilter::DynamicFilter filter;
+  dynfilter::FeatureLabels labels;
+  dynfilter::Workspace workspace;
+  filter.apply(frame, masks, points, labels, workspace);
+  if (count == 4) {
+    print_labels(labels);
+    return;
+  }
+  const int calls = std::stoi(arguments[4]);
+  for (int i = 0; i < calls; ++i)
+    filter.apply(frame, masks, points, labels, workspace);  // to warm up
+  const auto begin = std::chrono::steady_clock::now();
+  for (int i = 0; i < calls; ++i) filter.apply(frame, masks, points, labels, workspace);
+  const std::chrono::duration<double, std::micro> time = std::chrono::steady_clock::now() - begin;
+  std::printf("%.3f\n", time.count() / calls);
+}
+
+}  // namespace
+
+int main(int count, char** arguments) {
+  if (count != 4 && count != 5) {
+    std::fputs("usage: filter_frame SEQUENCE FRAME POINTS [CALLS]\n", stderr);
+    return 2;
+  }
+  try {
+    run(count, arguments);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "filter_frame: %s\n", error.what());
+    return 1;
+  }
+  return 0;
+}

@@ -1,0 +1,93 @@
+# SPDX-FileCopyrightText: 2026 the dynfilter authors
+# SPDX-License-Identifier: MIT
+"""Instances made of masks, boxes and label maps, against NumPy."""
+
+import numpy as np
+import pytest
+
+import dynfilter
+
+
+def test_members_are_those_given():
+    mask = np.ones((3, 4), np.uint8)
+    instance = dynfilter.Instance(
+        class_id=7, score=0.5, box=(1, 2, 30, 40), mask_origin=(5, 6), mask=mask, track_id=9
+    )
+    assert (instance.class_id, instance.score, instance.box) == (7, 0.5, (1, 2, 30, 40))
+    assert (instance.mask_origin, instance.track_id) == ((5, 6), 9)
+    assert instance.mask is mask
+    assert instance.covers((5, 6)) and not instance.covers((4, 6)) and not instance.covers((9, 6))
+    assert instance.box_contains((1, 2)) and not instance.box_contains((31, 2))
+    with pytest.raises(AttributeError):
+        instance.score = 1
+
+
+def test_image_mask_is_cut_to_the_object():
+    mask = np.zeros((20, 30), bool)
+    mask[4:9, 10:17] = True
+    instance = dynfilter.Instance.from_image_mask(mask)
+    assert instance.box == (10, 4, 7, 5) and instance.mask_origin == (10, 4)
+    assert np.shares_memory(instance.mask, mask) and instance.mask.dtype == bool
+    assert dynfilter.Instance.from_image_mask(mask, (1, 1, 28, 18), 3, 0.25).box == (1, 1, 28, 18)
+    static = dynfilter.Instance.from_static_mask((~mask).astype(np.uint8))
+    assert static.box == instance.box and (static.mask != 0).all()
+
+
+def test_box_masks_and_boxes():
+    mask = np.eye(4, dtype=np.uint8)
+    instance = dynfilter.Instance.from_box_mask(mask, (3, 4, 4, 4), class_id=1)
+    assert instance.mask is mask and instance.mask_origin == (3, 4) and instance.class_id == 1
+    with pytest.raises(
+        ValueError, match="got a mask of 4x4 and a box of 5x4; want a mask of the box's"
+    ):
+        dynfilter.Instance.from_box_mask(mask, (3, 4, 5, 4))
+    assert dynfilter.Instance.from_box((1, 2, 3, 4)).mask is None
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
+def test_label_maps(dtype):
+    labels = np.random.default_rng(11).integers(0, 4, (15, 20)).astype(dtype)
+    labels[labels == 2] = 0
+    instances = dynfilter.instances_from_label_map(labels)
+    assert len(instances) == 3 and instances[1].mask is None and instances[1].box == (0, 0, 0, 0)
+    for k in (1, 3):
+        rows, columns = np.nonzero(labels == k)
+        x, y, width, height = instances[k - 1].box
+        assert (x, y, x + width - 1, y + height - 1) == (
+            columns.min(),
+            rows.min(),
+            columns.max(),
+            rows.max(),
+        )
+        assert np.array_equal(
+            instances[k - 1].mask != 0, labels[y : y + height, x : x + width] == k
+        )
+
+
+def test_binary_masks():
+    mask = np.zeros((40, 50), np.uint8)
+    mask[3:9, 4:10] = 255
+    mask[20:30, 25:45] = 1
+    mask[35, 5] = 1
+    instances = dynfilter.instances_from_binary_mask(mask, box_margin_px=3, min_pixels=2)
+    assert [i.box for i in instances] == [(1, 0, 12, 12), (22, 17, 26, 16)]
+    with pytest.raises(ValueError, match="instances_from_binary_mask: got box_margin_px = -1"):
+        dynfilter.instances_from_binary_mask(mask, -1)
+    with pytest.raises(ValueError, match="got a mask of float64"):
+        dynfilter.instances_from_binary_mask(mask.astype(float))
+
+
+def test_segmentation_is_checked_and_cannot_be_changed():
+    segmentation = dynfilter.Segmentation(
+        frame_id=3,
+        timestamp_s=1.5,
+        image_size=(50, 40),
+        instances=[dynfilter.Instance.from_box((1, 2, 3, 4))],
+    )
+    assert segmentation.image_size == (50, 40) and len(segmentation.instances) == 1
+    with pytest.raises(AttributeError):
+        segmentation.instances.append(1)
+    with pytest.raises(ValueError, match="Segmentation: got image_size 0x0 and 1 instances"):
+        dynfilter.Segmentation(instances=segmentation.instances)
+    with pytest.raises(ValueError, match="got score 2 in instance 0; want a score from 0 to 1"):
+        dynfilter.Segmentation(image_size=(5, 4), instances=[dynfilter.Instance(score=2)])

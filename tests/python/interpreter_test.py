@@ -1,0 +1,112 @@
+# SPDX-FileCopyrightText: 2026 the dynfilter authors
+# SPDX-License-Identifier: MIT
+"""The module in the interpreter: help, errors, sub-interpreters, a second import."""
+
+import inspect
+import os
+import pydoc
+import re
+import subprocess
+import sys
+
+import pytest
+
+import dynfilter
+
+
+def python(code, **environment):
+    return subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        env={**os.environ, **environment},
+    )
+
+
+def test_version_is_the_librarys(sources):
+    header = (sources / "include/dynfilter/version.hpp").read_text()
+    assert f'DYNFILTER_VERSION_STRING "{dynfilter.__version__}"' in header
+
+
+def test_sub_interpreters_are_refused():
+    subinterpreters = "_xxsubinterpreters" if sys.version_info < (3, 13) else "_interpreters"
+    pytest.importorskip(subinterpreters)
+    for first in ("", "import dynfilter"):  # also where the main interpreter has it already
+        result = python(
+            f"""{first}
+import {subinterpreters} as interpreters
+failed = interpreters.run_string(interpreters.create(), '''
+try:
+    import dynfilter
+except ImportError as error:
+    print(error, flush=True)
+''')
+"""
+        )
+        assert result.returncode == 0, result.stderr
+        assert result.stdout.startswith(
+            "dynfilter: got a sub-interpreter; want the main interpreter"
+        )
+
+
+def test_may_be_imported_anew():
+    result = python(
+        """
+import sys, dynfilter
+old = dynfilter.DynamicFilter
+del sys.modules["dynfilter"], sys.modules["dynfilter._dynfilter"]
+import dynfilter
+assert dynfilter.DynamicFilter is old
+"""
+    )
+    assert result.returncode == 0, result.stderr
+
+
+def test_ends_cleanly_with_objects_alive():
+    result = python(
+        """
+import threading, numpy, dynfilter
+image = numpy.zeros((4, 4), numpy.uint8)
+frame = dynfilter.FrameView(image=image)
+labels = dynfilter.DynamicFilter().apply(frame, None, numpy.zeros((3, 2), numpy.float32))
+view = labels.removed
+keep = dynfilter.CallbackSegmenter(lambda image: [])
+threading.Thread(target=lambda: keep.segment(frame)).start()
+"""
+    )
+    assert result.returncode == 0 and result.stderr == ""
+
+
+def test_help_tells_all():
+    text = pydoc.render_doc(dynfilter, renderer=pydoc.plaintext)
+    for name in dynfilter.__all__:
+        assert name in text
+    assert "_dynfilter." not in text  # types have the package's name
+    for name in dynfilter.__all__:
+        value = getattr(dynfilter, name)
+        assert value.__doc__ and value.__doc__.strip(), name
+        if inspect.isclass(value):
+            assert value.__module__ == "dynfilter"
+            for member, attribute in vars(value).items():
+                if not member.startswith("_") and member not in ("name", "value"):
+                    assert attribute.__doc__, f"{name}.{member}"
+
+
+def test_words_are_those_of_the_headers(sources):
+    """The first sentence about a class stands in its header."""
+    words = []
+    for header in (sources / "include/dynfilter").rglob("*.hpp"):
+        for line in header.read_text().splitlines():
+            if line.strip().startswith("///"):
+                words.append(line.strip().lstrip("/<").strip())
+    text = " ".join(words)
+    checked, others = 0, []
+    for name in dynfilter.__all__:
+        value = getattr(dynfilter, name)
+        if not inspect.isclass(value) or name.endswith("Options"):
+            continue
+        sentence = re.split(r"(?<=\.)\s", " ".join(value.__doc__.split()))[0].rstrip(".")
+        if sentence not in text:
+            others.append(f"{name}: {sentence}")
+        checked += 1
+    assert others == [] and checked > 25

@@ -1,0 +1,160 @@
+# SPDX-FileCopyrightText: 2026 the dynfilter authors
+# SPDX-License-Identifier: MIT
+"""The rule `mask` against an oracle in NumPy: a feature goes if its pixel is near a mask."""
+
+import numpy as np
+import pytest
+
+import dynfilter
+
+
+def oracle(points, masks, margins):
+    """Index of the first mask within the margin of each point's nearest pixel; -1 for none."""
+    pixels = np.floor(points.astype(np.float64) + 0.5)
+    owner = np.full(len(points), -1)
+    for k in reversed(range(len(masks))):
+        rows, columns = np.nonzero(masks[k])
+        if len(rows) == 0:
+            continue
+        squares = (pixels[:, :1] - columns) ** 2 + (pixels[:, 1:] - rows) ** 2
+        owner[squares.min(axis=1) <= margins**2] = k
+    return owner
+
+
+def random_case(seed):
+    random = np.random.default_rng(seed)
+    masks = np.zeros((3, 48, 64), bool)
+    for mask in masks[: random.integers(1, 4)]:
+        x, y = random.integers(-5, 60), random.integers(-5, 40)
+        mask[max(y, 0) : y + 14, max(x, 0) : x + 9] = (
+            random.random((48, 64))[max(y, 0) : y + 14, max(x, 0) : x + 9] < 0.7
+        )
+    points = random.uniform(-3, 67, (200, 2)).astype(np.float32)
+    points[::7] = np.floor(points[::7]) + 0.5  # halves are rounded up
+    return masks, points
+
+
+@pytest.mark.parametrize("margin", [0.0, 1.0, 2.5])
+@pytest.mark.parametrize("seed", [11, 12, 13])
+def test_labels_are_those_of_the_oracle(seed, margin):
+    masks, points = random_case(seed)
+    frame = dynfilter.FrameView(image=np.zeros((48, 64), np.uint8))
+    scores = [0.25, 0.5, 0.75]
+    segmentation = dynfilter.Segmentation.from_masks(frame, masks, scores=scores)
+    filter = dynfilter.DynamicFilter(rule=dynfilter.CompensationRule.mask, margin_px=margin)
+    labels = filter.apply(frame, segmentation, points)
+    owner = oracle(points, masks, np.full(len(points), margin))
+    assert (owner >= 0).any() and (owner < 0).any()
+    assert np.array_equal(labels.instance, owner)
+    assert np.array_equal(labels.removed, owner >= 0)
+    assert np.array_equal(labels.reason, np.where(owner >= 0, int(dynfilter.Reason.in_mask), 0))
+    assert np.array_equal(labels.score, np.append(scores, 0)[owner].astype(np.float32))
+    assert labels.statistics.masked == (owner >= 0).sum()
+    assert [s.masked for s in labels.statistics.instances] == [(owner == k).sum() for k in range(3)]
+
+
+def test_margins_grow_with_diameters():
+    masks, points = random_case(11)
+    diameters = np.random.default_rng(12).uniform(0, 8, len(points))
+    frame = dynfilter.FrameView(image=np.zeros((48, 64), np.uint8))
+    segmentation = dynfilter.Segmentation.from_masks(frame, masks)
+    filter = dynfilter.DynamicFilter(
+        rule=dynfilter.CompensationRule.mask, margin_px=0.5, margin_per_diameter=0.5
+    )
+    labels = filter.apply(frame, segmentation, points, diameters_px=diameters)
+    owner = oracle(points, masks, 0.5 + 0.5 * diameters.astype(np.float32).astype(np.float64))
+    assert np.array_equal(labels.instance, owner)
+    with pytest.raises(ValueError, match="got diameters_px of .*; want one for each feature, 200"):
+        filter.apply(frame, segmentation, points, diameters_px=diameters[1:])
+
+
+def test_only_dynamic_classes_are_culled():
+    masks, points = random_case(13)
+    frame = dynfilter.FrameView(image=np.zeros((48, 64), np.uint8))
+    segmentation = dynfilter.Segmentation.from_masks(frame, masks, class_ids=[7, 0, 2])
+    filter = dynfilter.DynamicFilter(dynamic_classes=[7, 2], rule=dynfilter.CompensationRule.mask)
+    labels = filter.apply(frame, segmentation, points)
+    owner = oracle(points, masks * np.array([1, 0, 1], bool)[:, None, None], np.zeros(len(points)))
+    assert np.array_equal(labels.instance, owner)
+    assert [s.dynamic for s in labels.statistics.instances] == [True, False, True]
+
+
+def test_static_mask_is_culled_as_no_instance():
+    _, points = random_case(12)
+    robot = np.zeros((48, 64), bool)
+    robot[30:] = True
+    filter = dynfilter.DynamicFilter(static_mask=robot)
+    frame = dynfilter.FrameView(image=np.zeros((48, 64), np.uint8))
+    robot_then = robot.copy()
+    robot[:] = False  # the filter has a copy
+    labels = filter.apply(frame, None, points)
+    owner = oracle(points, robot_then[None], np.zeros(len(points)))
+    assert np.array_equal(labels.removed, owner == 0)
+    assert (labels.instance == -1).all()
+
+
+def test_unknown_masks_and_nobody_differ(scene):
+    filter = dynfilter.DynamicFilter()
+    unknown = filter.apply(scene.frame(), None, scene.points).statistics
+    nobody = filter.apply(scene.frame(), dynfilter.Segmentation(), scene.points).statistics
+    assert not unknown.has_segmentation and nobody.has_segmentation
+    assert unknown.kept == nobody.kept == len(scene.points)
+
+
+@pytest.mark.parametrize(
+    "options, message",
+    [
+        (
+            {"margin_px": -1},
+            "dynfilter::MaskCuller: got margin_px = -1; want a finite number of at least 0",
+        ),
+        ({"static_mask": np.zeros((2, 2))}, "dynfilter::MaskCuller: got a static_mask of float64"),
+        (
+            {"paper": dynfilter.EdgeCompensatorOptions(samples=0)},
+            "dynfilter::FeatureSampler: got samples = 0",
+        ),
+    ],
+)
+def test_options_are_checked(options, message):
+    with pytest.raises(ValueError) as error:
+        dynfilter.DynamicFilter(**options)
+    assert str(error.value).startswith(message)
+
+
+def test_unknown_options_are_named():
+    with pytest.raises(TypeError):
+        dynfilter.DynamicFilter(margin=3)
+    with pytest.raises(
+        TypeError, match="DepthCompensatorOptions has no option 'reach'; it has .*reach_px"
+    ):
+        dynfilter.DepthCompensatorOptions(reach=3)
+
+
+def test_options_have_the_defaults_of_the_library_and_nest():
+    depth = dynfilter.DepthCompensatorOptions(
+        reach_px=10, object_depth=dynfilter.ObjectDepthOptions(min_samples=3)
+    )
+    depth.object_depth.min_share = 0.1
+    assert (depth.reach_px, depth.min_nearness) == (10, 0.5)
+    assert (depth.object_depth.min_samples, depth.object_depth.min_share) == (3, 0.1)
+    assert "reach_px=10" in repr(depth)
+
+
+def test_missed_limb_is_compensated(scene):
+    labels = dynfilter.DynamicFilter().apply(scene.frame(), scene.segmentation(), scene.points)
+    column, row = scene.points.astype(int).T
+    limb = scene.person[row, column] & ~scene.mask[row, column]
+    assert (labels.reason[limb] == int(dynfilter.Reason.compensated)).all()
+    assert labels.statistics.instances[0].compensation == dynfilter.Compensation.applied
+    assert labels.statistics.instances[0].depth_range_m.contains(1.5)
+
+
+def test_floor_reports_and_restores(scene):
+    few = dynfilter.DynamicFilter(floor=10000).apply(
+        scene.frame(), scene.segmentation(), scene.points
+    )
+    assert few.statistics.starved and few.statistics.suggested_features > len(scene.points)
+    back = dynfilter.DynamicFilter(
+        floor=10000, policy=dynfilter.FloorPolicy.restore_balanced
+    ).apply(scene.frame(), scene.segmentation(), scene.points)
+    assert back.statistics.kept == len(scene.points) and back.statistics.restored > 0

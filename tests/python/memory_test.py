@@ -1,0 +1,73 @@
+# SPDX-FileCopyrightText: 2026 the dynfilter authors
+# SPDX-License-Identifier: MIT
+"""Many calls leave no memory and no reference behind."""
+
+import gc
+import sys
+
+import numpy as np
+
+import dynfilter
+
+
+def resident_bytes():
+    gc.collect()
+    with open("/proc/self/statm") as file:
+        return int(file.read().split()[1]) * 4096
+
+
+def test_20000_calls_without_growth(scene):
+    filter = dynfilter.DynamicFilter(paper=dynfilter.EdgeCompensatorOptions(samples=10))
+    lbp = dynfilter.DepthLbp()
+    descriptors = np.zeros((len(scene.points), 32), np.uint8)
+    masks, depth = scene.mask[None], scene.depth[:20, :30]
+    segmenter = dynfilter.CallbackSegmenter(lambda image: dynfilter.instances_from_masks(masks))
+
+    def call():
+        frame = scene.frame()
+        people = dynfilter.Segmentation.from_masks(frame, masks, scene.box)
+        people.instances[0].mask.sum()
+        segmenter.segment(frame)
+        labels = filter.apply(frame, people, scene.points)
+        labels.removed.any(), labels.score, labels.instance, labels.reason, labels.statistics.kept
+        dynfilter.keep_static(labels, scene.points, descriptors)
+        lbp.dense(depth)
+        try:
+            filter.apply(frame, people, descriptors)
+        except ValueError:
+            pass
+
+    for _ in range(2000):
+        call()
+    arrays = [scene.image, scene.depth, scene.mask, scene.points, descriptors, masks]
+    references = [sys.getrefcount(array) for array in arrays]
+    before = resident_bytes()
+    for _ in range(20000):
+        call()
+    growth = resident_bytes() - before
+    assert [sys.getrefcount(array) for array in arrays] == references
+    assert growth < 400000, f"{growth} bytes, {growth / 20000} a call"
+
+
+def test_big_results_are_given_back(scene):
+    lbp = dynfilter.DepthLbp()
+    depth = np.ones((1000, 1000), np.uint16)
+    points = np.ones((100000, 2), np.float32)
+    filter = dynfilter.DynamicFilter()
+
+    def call():
+        lbp.dense(depth)
+        filter.apply(dynfilter.FrameView(), None, points)
+        dynfilter.draw_overlay(
+            scene.image,
+            dynfilter.Segmentation(),
+            points[:0],
+            dynfilter.FeatureLabels(0, dynfilter.Segmentation()),
+        )
+
+    for _ in range(5):
+        call()
+    before = resident_bytes()
+    for _ in range(50):
+        call()
+    assert resident_bytes() - before < 4000000  # a single one of 50 results is a megabyte

@@ -1,0 +1,74 @@
+# SPDX-FileCopyrightText: 2026 the dynfilter authors
+# SPDX-License-Identifier: MIT
+"""Networks from ONNX files: the tiny models of the C++ tests find red and blue blocks."""
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import dynfilter
+
+if not os.environ.get("DYNFILTER_HAS_NETWORKS"):
+    pytest.skip("dynfilter::networks is not built", allow_module_level=True)
+
+
+@pytest.fixture(scope="module")
+def models(tmp_path_factory, sources):
+    pytest.importorskip("onnx")
+    folder = tmp_path_factory.mktemp("networks") / "models"
+    subprocess.run(
+        [
+            sys.executable,
+            str(sources / "tests/networks/make_models.py"),
+            str(folder),
+            str(sources / "examples/cut_yolo_heads.py"),
+        ],
+        check=True,
+    )
+    return folder
+
+
+def test_finds_the_red_block(models):
+    image = np.zeros((64, 64, 3), np.uint8)
+    image[0:32, 32:64] = (0, 0, 255)
+    frame = dynfilter.FrameView(id=5, image=image)
+    for network in (
+        dynfilter.YoloSegmenter(models / "yolo_raw.onnx"),
+        dynfilter.NetworkSegmenter(str(models / "yolo_raw.onnx")),
+    ):
+        assert list(network.class_names) == ["red", "blue"] and network.input_size == (64, 64)
+        assert network.class_id("blue") == 1 and network.class_id("green") is None
+        segmentation = network.segment(frame)
+        assert segmentation.frame_id == 5
+        (instance,) = segmentation.instances
+        assert (
+            instance.class_id == 0 and instance.covers((48, 16)) and not instance.covers((16, 48))
+        )
+    only_blue = dynfilter.YoloSegmenter(models / "yolo_raw.onnx", classes=[1])
+    assert only_blue.segment(frame).instances == ()
+
+
+def test_threads_may_share_a_network(models):
+    import concurrent.futures
+
+    network = dynfilter.YoloSegmenter(models / "yolo_raw.onnx")
+    image = np.zeros((64, 64, 3), np.uint8)
+    image[0:32, 32:64] = (0, 0, 255)
+    with concurrent.futures.ThreadPoolExecutor(4) as pool:
+        results = list(
+            pool.map(lambda i: network.segment(dynfilter.FrameView(id=i, image=image)), range(40))
+        )
+    assert [r.frame_id for r in results] == list(range(40))
+    assert all(r.instances[0].covers((48, 16)) for r in results)
+
+
+def test_other_files_are_refused(models, tmp_path):
+    with pytest.raises(RuntimeError, match="missing.onnx"):
+        dynfilter.YoloSegmenter(tmp_path / "missing.onnx")
+    with pytest.raises(RuntimeError, match="yolo_raw.onnx"):
+        dynfilter.YolactSegmenter(models / "yolo_raw.onnx")
+    with pytest.raises(ValueError):
+        dynfilter.YoloSegmenter(models / "yolo_raw.onnx", score_threshold=2)

@@ -1,0 +1,164 @@
+# SPDX-FileCopyrightText: 2026 the dynfilter authors
+# SPDX-License-Identifier: MIT
+"""Segmenters, written in Python and built in, and masks that are moved."""
+
+import threading
+
+import numpy as np
+import pytest
+
+import dynfilter
+
+
+class People(dynfilter.Segmenter):
+    """Finds what the scene says."""
+
+    def __init__(self, masks):
+        super().__init__()
+        self.masks = masks
+        self.frames = []
+
+    def do_segment(self, frame):
+        self.frames.append(frame)
+        return dynfilter.Segmentation.from_masks(frame, self.masks)
+
+
+def test_derived_class_is_called_and_its_result_taken(scene):
+    people = People(scene.mask[None])
+    frame = scene.frame(id=7, timestamp_s=1.5)
+    segmentation = people.segment(frame)
+    assert (segmentation.frame_id, segmentation.timestamp_s) == (7, 1.5)
+    assert np.shares_memory(segmentation.instances[0].mask, scene.mask)
+    assert people.frames[0].image is scene.image
+
+
+def test_empty_segmentation_is_the_frames(scene):
+    segmentation = dynfilter.Segmenter.empty_segmentation(scene.frame(id=7))
+    assert segmentation.frame_id == 7 and segmentation.image_size == (160, 120)
+    assert segmentation.instances == ()
+
+
+def test_result_is_checked(scene):
+    class Wrong(dynfilter.Segmenter):
+        def do_segment(self, frame):
+            return self.result
+
+    wrong = Wrong()
+    wrong.result = dynfilter.Segmentation(image_size=(3, 4))
+    with pytest.raises(ValueError, match="image_size 3x4; want the frame's size, 160x120"):
+        wrong.segment(scene.frame())
+    wrong.result = None
+    with pytest.raises(
+        ValueError, match=r"\(result of do_segment\): got a NoneType; want a Segmentation"
+    ):
+        wrong.segment(scene.frame())
+    with pytest.raises(ValueError, match="got a class without do_segment"):
+        dynfilter.Segmenter().segment(scene.frame())
+
+
+def test_exceptions_pass_unchanged(scene):
+    class Failed(Exception):
+        pass
+
+    error = Failed("no network")
+
+    class Failing(dynfilter.Segmenter):
+        def do_segment(self, frame):
+            raise error
+
+    with pytest.raises(Failed) as caught:
+        Failing().segment(scene.frame())
+    assert caught.value is error
+    with pytest.raises(Failed) as caught:
+        dynfilter.CallbackSegmenter(Failing().do_segment).segment(scene.frame())
+    assert caught.value is error
+
+
+def test_missing_base_constructor_is_named(scene):
+    class Forgetful(dynfilter.Segmenter):
+        def __init__(self):
+            pass
+
+    with pytest.raises(TypeError, match="__init__"):
+        Forgetful().segment(scene.frame())
+
+
+def test_callback(scene):
+    seen = []
+
+    def find(image):
+        seen.append(image)
+        return dynfilter.instances_from_masks(scene.mask[None])
+
+    people = dynfilter.CallbackSegmenter(find)
+    del find
+    assert len(people.segment(scene.frame()).instances) == 1
+    assert seen[0] is scene.image
+    with pytest.raises(ValueError, match="got a int from the callback; want a list of Instance"):
+        dynfilter.CallbackSegmenter(lambda image: 3).segment(scene.frame())
+    with pytest.raises(ValueError, match="got a NoneType; want a callable"):
+        dynfilter.CallbackSegmenter(None)
+    with pytest.raises(ValueError, match="CallbackSegmenter: got a frame without an image"):
+        people.segment(dynfilter.FrameView())
+
+
+def test_segmenter_of_another_thread(scene):
+    people = People(scene.mask[None])
+    results = []
+    thread = threading.Thread(target=lambda: results.append(people.segment(scene.frame())))
+    thread.start()
+    thread.join()
+    assert len(results[0].instances) == 1
+
+
+def test_mask_folder(rendered, tmp_path):
+    sequence = dynfilter.RgbdSequence(rendered)
+    people = dynfilter.MaskFolderSegmenter(sequence.masks_folder())
+    assert len(people) == len(sequence)
+    for frame in sequence:
+        assert people.has_mask(frame.timestamp_s)
+        segmentation = people.segment(frame)
+        assert segmentation.image_size == (320, 240)
+        assert all(0 <= i.score <= 1 and i.class_id == 0 for i in segmentation.instances)
+    with pytest.raises(RuntimeError, match="there is no such mask"):
+        people.segment(dynfilter.FrameView(timestamp_s=1e6))
+    with pytest.raises(RuntimeError, match="missing"):
+        dynfilter.MaskFolderSegmenter(tmp_path / "missing")
+    with pytest.raises(ValueError, match="MaskFolder"):
+        dynfilter.MaskFolderSegmenter(str(sequence.masks_folder()), box_margin_px=-1)
+
+
+def test_propagator_follows_a_moving_object():
+    random = np.random.default_rng(11)
+    wall = random.integers(0, 256, (240, 480), dtype=np.uint8)
+    cloth = random.integers(0, 256, (120, 60), dtype=np.uint8)
+    propagator = dynfilter.MaskPropagator()
+
+    def frame_at(i):
+        image = wall[:, :320].copy()
+        x = 100 + 4 * i
+        image[60:180, x : x + 60] = cloth
+        mask = np.zeros((1, 240, 320), bool)
+        mask[0, 60:180, x : x + 60] = True
+        return dynfilter.FrameView(id=i, timestamp_s=i / 30, image=image), mask
+
+    first, mask = frame_at(0)
+    newest = dynfilter.Segmentation.from_masks(first, mask)
+    assert propagator.propagate(first) is None
+    propagator.reset()
+    for i in range(6):
+        frame, mask = frame_at(i)
+        moved = propagator.propagate(frame, newest)
+    assert moved.frame_id == 5 and moved.timestamp_s == 0
+    assert propagator.statistics.tracked_points > 100
+    (moves,) = propagator.statistics.instances
+    assert (moves.by_flow, moves.left, moves.missed) == (5, 0, 0)
+    assert moves.age_s == pytest.approx(5 / 30)
+    (instance,) = moved.instances
+    x, y = instance.mask_origin
+    rows, columns = instance.mask.shape
+    found = np.zeros((240, 320), bool)
+    found[y : y + rows, x : x + columns] = instance.mask != 0
+    assert (found & mask[0]).sum() / (found | mask[0]).sum() > 0.8
+    with pytest.raises(ValueError, match="MaskPropagator"):
+        dynfilter.MaskPropagator(work_width_px=1)

@@ -1,0 +1,104 @@
+# SPDX-FileCopyrightText: 2026 the dynfilter authors
+# SPDX-License-Identifier: MIT
+"""Threads share filters, and the interpreter's lock is released."""
+
+import concurrent.futures
+import sys
+import threading
+
+import numpy as np
+import pytest
+
+import dynfilter
+
+
+def test_one_filter_serves_many_threads(scene):
+    filter = dynfilter.DynamicFilter()
+    frames = [scene.frame(id=i) for i in range(8)]
+    masks = scene.segmentation()
+    random = np.random.default_rng(11)
+    sets = [random.uniform(0, 150, (50 + 100 * i, 2)).astype(np.float32) for i in range(8)]
+    expected = [filter.apply(f, masks, p) for f, p in zip(frames, sets)]
+
+    def work(job):
+        labels = filter.apply(frames[job % 8], masks, sets[job % 8])
+        other = expected[job % 8]
+        return np.array_equal(labels.reason, other.reason) and np.array_equal(
+            labels.score, other.score
+        )
+
+    with concurrent.futures.ThreadPoolExecutor(8) as pool:
+        assert all(pool.map(work, range(800)))
+
+
+def test_threads_may_share_a_propagator_and_a_motion_filter(scene):
+    camera = dynfilter.PinholeCamera(fx=150, fy=150, cx=80, cy=60)
+    motion = dynfilter.MotionFilter(camera, dynfilter.MotionState())
+    propagator = dynfilter.MaskPropagator()
+    masks = scene.segmentation()
+
+    def work(i):
+        frame = scene.frame(id=i, timestamp_s=i / 30)
+        propagator.propagate(frame, masks)
+        return len(motion.apply(frame, masks, scene.points)) == len(scene.points)
+
+    with concurrent.futures.ThreadPoolExecutor(4) as pool:
+        assert all(pool.map(work, range(60)))
+
+
+def calls(scene, sequence):
+    filter = dynfilter.DynamicFilter()
+    masks = scene.segmentation()
+    lbp = dynfilter.DepthLbp()
+    rows = np.tile([0.0, 1, 2, 3, 0, 0, 0, 1], (50, 1))
+    rows[:, 0] = np.arange(50)
+    rows[:, 1] = np.arange(50) ** 2
+    people = dynfilter.MaskFolderSegmenter(sequence.masks_folder())
+    first = sequence[0]
+    camera = dynfilter.PinholeCamera(fx=150, fy=150, cx=80, cy=60)
+    motion = dynfilter.MotionFilter(camera, dynfilter.MotionState())
+    return {
+        "filter": lambda: filter.apply(scene.frame(), masks, scene.points),
+        "motion": lambda: motion.apply(scene.frame(), masks, scene.points),
+        "dense": lambda: lbp.dense(scene.depth),
+        "ate": lambda: dynfilter.absolute_trajectory_error(rows, rows),
+        "rpe": lambda: dynfilter.relative_pose_error(rows, rows, interval_frames=1),
+        "read": lambda: sequence[0],
+        "segment": lambda: people.segment(first),
+        "propagate": lambda: dynfilter.MaskPropagator().propagate(scene.frame(), masks),
+    }
+
+
+@pytest.mark.parametrize(
+    "name", ["filter", "motion", "dense", "ate", "rpe", "read", "segment", "propagate"]
+)
+def test_the_interpreters_lock_is_released(scene, rendered, name):
+    call = calls(scene, dynfilter.RgbdSequence(rendered))[name]
+    assert other_thread_runs_during(call, attempts=20000)
+
+
+def test_other_calls_keep_the_lock(scene):
+    """So the test above tells the two apart."""
+    labels = dynfilter.FeatureLabels(1000, dynfilter.Segmentation())
+    assert not other_thread_runs_during(lambda: dynfilter.new_indices(labels), attempts=2000)
+
+
+def other_thread_runs_during(call, attempts):
+    """Whether another thread runs. The interpreter itself switches to none meanwhile."""
+    gate, seen = threading.Lock(), []
+    gate.acquire()
+    other = threading.Thread(target=lambda: (gate.acquire(), seen.append(1)))
+    other.start()
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1000)
+    try:
+        gate.release()
+        for _ in range(attempts):
+            if seen:
+                break
+            call()
+        has_run = bool(seen)
+    finally:
+        sys.setswitchinterval(interval)
+    other.join()
+    return has_run
