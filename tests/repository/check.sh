@@ -29,7 +29,7 @@ nothing() {
 # Every source says whose it is and under which licence.
 licences() {
   {
-    files '*.hpp' '*.cpp' '*.sh' '*.py' '*.msg'
+    files '*.hpp' '*.cpp' '*.sh' '*.py' '*.pyi' '*.msg'
     printf '%s\0' .ci/run
   } | xargs -0 awk '
     FNR == 1 { if (file != "" && found < 2) print file; file = FILENAME; found = 0 }
@@ -101,17 +101,19 @@ layers() {
     }' | sort | nothing
 }
 
-# A comment begins with its subject or its verb.
+# A comment, and a docstring, begins with its subject or its verb.
 # shellcheck disable=SC2016  # the dollars are awk's
 dialect() {
-  find include src \( -name '*.hpp' -o -name '*.cpp' \) -print0 | sort -z | xargs -0 awk '
+  local opens='(//+[!<]*|^[ \t]*#|R"[(]|""")'
+  find include src \( -name '*.hpp' -o -name '*.cpp' -o -name '*.py' -o -name '*.pyi' \) -print0 |
+    sort -z | xargs -0 awk -v opens="$opens" '
     FNR == 1 { goes_on = 0 }
     {
-      alone = $0 ~ "^[ \t]*//"
-      if (!(alone && goes_on) && $0 ~ "//+[!<]* *(Of|Those|The same|That of)($|[^A-Za-z])") {
+      alone = $0 ~ "^[ \t]*(//|# )"
+      if (!(alone && goes_on) && $0 ~ opens " *(Of|Those|The same|That of)($|[^A-Za-z])") {
         print FILENAME ":" FNR ": " $0
       }
-      goes_on = alone && $0 !~ "^[ \t]*//+ *$"
+      goes_on = alone && $0 !~ "^[ \t]*(//+|#) *$"
     }' | nothing
 }
 
