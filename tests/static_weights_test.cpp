@@ -124,7 +124,7 @@ TEST(StaticWeights, AreTheHighestOfTheirCurveForFeaturesThatNobodySuspects) {
   FeatureLabels labels(1, {});
   EXPECT_FLOAT_EQ(static_weights(labels)[0], 0.996F);
   labels.statistics().motion.outcome = MotionOutcome::applied;
-  EXPECT_FLOAT_EQ(static_weights(labels)[0], 0.977F);
+  EXPECT_FLOAT_EQ(static_weights(labels)[0], 0.994F);
 }
 
 TEST(StaticWeights, DoNotDependOnTheDetectorsConfidence) {

@@ -22,15 +22,16 @@ using DepthRule = Pipeline<MaskCuller, DepthCompensator>;
 
 DepthRule depth_rule() { return DepthRule{MaskCuller(), DepthCompensator()}; }
 
-SyntheticScene small_scene(const char* level, std::uint64_t seed) {
+/// Scene of a size of its own: motion needs the resolution that the weights were fitted at.
+SyntheticScene scene_of(const char* level, std::uint64_t seed, const cv::Size& size) {
   SyntheticSceneOptions options = scene_level(level, seed);
-  options.image_size = {320, 240};
+  options.image_size = size;
   return SyntheticScene(options);
 }
 
 std::vector<cv::KeyPoint> features_of(const SyntheticFrame& rendered) {
   std::vector<cv::KeyPoint> keypoints;
-  cv::ORB::create(1000)->detect(rendered.frame.image, keypoints);
+  cv::ORB::create(2000)->detect(rendered.frame.image, keypoints);
   return keypoints;
 }
 
@@ -45,7 +46,7 @@ TEST(WeightCalibration, HoldsForRuleDepthOnOtherScenes) {
   WeightReliability calibrated, raw;
   for (const char* level : {"medium", "hard", "stale_3", "furniture", "desk"}) {
     for (const std::uint64_t seed : {101U, 102U}) {
-      const SyntheticScene scene = small_scene(level, seed);
+      const SyntheticScene scene = scene_of(level, seed, {320, 240});
       for (int i = 10; i < scene.size(); i += 100) {
         const SyntheticFrame frame = scene.render(i);
         const std::vector<cv::KeyPoint> keypoints = features_of(frame);
@@ -66,12 +67,12 @@ TEST(WeightCalibration, HoldsForRuleDepthOnOtherScenes) {
 TEST(WeightCalibration, HoldsForWhatMovesOnOtherScenes) {
   WeightReliability sum;
   for (const char* level : {"sitting", "carried", "medium"}) {
-    const SyntheticScene scene = small_scene(level, 101);
+    const SyntheticScene scene = scene_of(level, 101, {640, 480});
     const CameraParameters camera = scene.camera();
     MotionState state;
     const MotionJudge judge({camera.fx, camera.fy, camera.cx, camera.cy}, state);
     Workspace workspace;
-    for (int i = 0; i < 20; ++i) {
+    for (int i = 0; i < 15; ++i) {
       const SyntheticFrame frame = scene.render(i);
       const std::vector<cv::KeyPoint> keypoints = features_of(frame);
       FeatureLabels labels = depth_rule().apply(frame.frame, frame.poor_segmentation, keypoints);
