@@ -198,7 +198,8 @@ void suspect_features(const MotionContext& context, const FeatureLabels& labels)
   for (std::size_t i = 0; i < tracks.size(); ++i) {
     if (tracks[i].is_found) measured.beliefs[i] = context.memory.beliefs->at(tracks[i].position);
     const bool is_believed = context.memory.beliefs->is_dynamic(measured.beliefs[i]);
-    measured.is_suspect[i] = labels.is_removed(i) || is_believed ? 1 : 0;
+    const bool is_on_mask = labels.is_removed(i) && labels[i].reason != Reason::compensated;
+    measured.is_suspect[i] = is_on_mask || is_believed ? 1 : 0;
   }
   const std::vector<Instance>& instances = context.input.segmentation.instances;
   for (std::size_t k = 0; k < instances.size(); ++k) {

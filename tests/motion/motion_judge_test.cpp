@@ -145,6 +145,27 @@ TEST(MotionJudge, FindsPeopleWithoutMasks) {
   EXPECT_LE(static_cast<double>(lost), 0.002 * static_cast<double>(still));
 }
 
+/// The compensator removes static features too. Without them, little that is near might be left to
+/// tell the camera's motion, and a still person would never be given back.
+TEST(MotionJudge, TellsTheCamerasMotionByWhatTheCompensatorRemoved) {
+  Rig plain, other;
+  for (int i = 0; i < 3; ++i) {
+    const Shot& shot = shots(0)[static_cast<std::size_t>(i)];
+    const SyntheticFrame& rendered = shot.rendered;
+    const FilterInput input{rendered.frame, rendered.true_segmentation, shot.keypoints};
+    FeatureLabels labels =
+        Pipeline<MaskCuller>(MaskCuller()).apply(input.frame, input.segmentation, input.features);
+    for (std::size_t f = 0; f < labels.size(); f += 2) {
+      if (!labels.is_removed(f)) labels.remove(f, 0, Reason::compensated, 0.9F);
+    }
+    other.judge(input, labels, other.workspace);
+    const MotionStatistics expected = plain.see(shot).statistics().motion;
+    EXPECT_EQ(labels.statistics().motion.scale_px, expected.scale_px);
+    EXPECT_EQ(labels.statistics().motion.support, expected.support);
+    EXPECT_EQ(i > 0, expected.support > 0.5);
+  }
+}
+
 TEST(MotionJudge, GivesTheSameAnswerToTheSameFrames) {
   Rig one, other;
   for (const Shot& shot : shots(0.5)) EXPECT_TRUE(are_equal(one.see(shot), other.see(shot)));
