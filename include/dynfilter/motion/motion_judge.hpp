@@ -97,9 +97,9 @@ struct MotionJudgeOptions {
 /// Each frame, features are tracked 1 and 3 frames back, the camera's motion is estimated from
 /// those that nobody suspects (they lie off the masks, and did not move before; the compensator's
 /// do count, because most of them are static), and a track is compared with where the feature would
-/// have been if it were static, at any depth that it may have. Single features prove nothing: tracks fail at
-/// occlusions and between layers of depth. So evidence is pooled over neighbours, over time and
-/// over instances.
+/// have been if it were static, at any depth that it may have. Single features prove nothing:
+/// tracks fail at occlusions and between layers of depth. So evidence is pooled over neighbours,
+/// over time and over instances.
 ///
 /// Abstains, changes nothing and says why in MotionStatistics: without an image, in the first
 /// frame, after a cut, a gap or a step back in time, where an image repeats, and where the tracks
