@@ -85,8 +85,9 @@ struct Vertex {
   double rise = 0;  ///< from there to the mean of the curve's ends
 };
 
-/// Lays a parabola through the lowest point and its neighbours; at an end of the curve, and on a
-/// curve without a bend, the point itself is the vertex.
+/// Lays two lines of equal and opposite slope through the lowest point and its neighbours: distances
+/// grow evenly to either side of the true offset. The steeper neighbour's line goes through the
+/// lowest point too. At an end of the curve, and on a flat curve, that point itself is the vertex.
 Vertex vertex_of(const std::vector<double>& x, const std::vector<double>& y) {
   Vertex vertex;
   vertex.nearest = static_cast<std::size_t>(std::min_element(y.begin(), y.end()) - y.begin());
@@ -94,10 +95,12 @@ Vertex vertex_of(const std::vector<double>& x, const std::vector<double>& y) {
   vertex.x = x[b];
   vertex.rise = (y.front() + y.back()) / 2 - y[b];
   if (b == 0 || b + 1 == x.size()) return vertex;
-  const double left = x[b] - x[b - 1], right = x[b + 1] - x[b];
-  const double fall = (y[b] - y[b - 1]) / left, climb = (y[b + 1] - y[b]) / right;
-  const double bend = climb - fall;  // proportional to the second derivative
-  if (bend > 0) vertex.x = x[b] - (fall * right + climb * left) / (2 * bend);
+  const double fall = (y[b - 1] - y[b]) / (x[b] - x[b - 1]);
+  const double climb = (y[b + 1] - y[b]) / (x[b + 1] - x[b]);
+  const double slope = std::max(fall, climb);
+  if (!(slope > 0)) return vertex;
+  const std::size_t left = fall >= climb ? b : b - 1;  // the vertex lies between it and the next
+  vertex.x = (x[left] + x[left + 1]) / 2 + (y[left] - y[left + 1]) / (2 * slope);
   return vertex;
 }
 

@@ -86,9 +86,9 @@ struct DepthOffsetEstimate {
 /// camera or things move, edges of a depth image of another time lie beside those of the colour
 /// image. So each colour image is compared with the depth images around its own, `max_lag` on
 /// either side: the truncated distance from each depth edge to the nearest Canny edge, averaged
-/// over the edges and then over all frames. Images wider than 639 pixels are shrunk first. A
-/// parabola through the smallest mean and its two neighbours gives fractions of a frame. The
-/// standard error is the jackknife's over up to 32 stretches of time.
+/// over the edges and then over all frames. Images wider than 639 pixels are shrunk first. Two
+/// lines of opposite slope through the smallest mean and its two neighbours meet at the offset, in
+/// fractions of a frame. The standard error is the jackknife's over up to 32 stretches of time.
 ///
 /// What is wrong with single edges (texture beside an outline, the sensor's shadow) is so at every
 /// lag, and cancels. Nothing is found where nothing moves, and nothing is said then. The estimator
