@@ -32,7 +32,6 @@ inline double oracle_metres(const FrameView& frame, WidePoint pixel) {
 }
 
 inline int oracle_bin(float depth) { return static_cast<int>(std::floor(depth * 20.0F)); }
-
 /// Number of depths in the bins [first, end).
 inline int oracle_count(const OracleBins& bins, int first, int end) {
   int sum = 0;
@@ -48,9 +47,7 @@ inline int oracle_cluster_end(const OracleBins& bins, int total, int half, doubl
     const int here = window(end);
     if (here > window(fullest)) fullest = end;
     bool peak = here > 0 && here >= share * total;
-    for (int other = end - half; peak && other <= end + half; ++other) {
-      peak = window(other) <= here;
-    }
+    for (int other = end - half; peak && other <= end + half; ++other) peak = window(other) <= here;
     if (peak) return end;
   }
   return fullest;
@@ -109,9 +106,8 @@ struct OracleObject {
 
   ValueRange hull() const {
     ValueRange all;
-    for (const ValueRange& range : ranges) {
+    for (const ValueRange& range : ranges)
       all = {std::min(all.lower, range.lower), std::max(all.upper, range.upper)};
-    }
     return all;
   }
 };
@@ -121,14 +117,12 @@ inline OracleObject oracle_object(const FrameView& frame, const Instance& instan
   OracleObject object;
   const cv::Size size = frame.depth.size();
   // Every fourth pixel of an image 640 pixels wide, or every eighth, twelfth, … of a large area.
-  const auto step_in = [&](int width, int height) {
-    const int shortest = std::max(1, static_cast<int>(std::round(4 * size.width / 640.0)));
-    int times = 1;
-    while (double{1} * (width / (times * shortest) + 1) * (height / (times * shortest) + 1) >
-           static_cast<double>(options.max_places)) {
-      ++times;
-    }
-    return times * shortest;
+  const auto step_in = [&](double width, double height) {
+    const double shortest = std::max(1.0, std::round(4 * size.width / 640.0));
+    double step = shortest;
+    const auto along = [&](double length) { return std::floor(length / step) + 1; };
+    while (along(width) * along(height) > static_cast<double>(options.max_places)) step += shortest;
+    return static_cast<int>(step);
   };
   const auto [left, right] = oracle_clip(instance.mask_origin.x, instance.mask.cols, size.width);
   const auto [top, bottom] = oracle_clip(instance.mask_origin.y, instance.mask.rows, size.height);
