@@ -9,7 +9,12 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <optional>
+#include <stdexcept>
+#include <string>
 #include <vector>
+
+#include "support/expect_error.hpp"
 
 namespace dynfilter {
 namespace {
@@ -79,6 +84,33 @@ TEST(FeaturesView, ReadsPointsInsideLargerStructs) {
   EXPECT_EQ(view[1], cv::Point2f(4.5F, 6));
   EXPECT_EQ(view.pixel(1), cv::Point(5, 6));
   EXPECT_EQ(view.diameter_px(1), 0.0F);
+}
+
+TEST(FeaturesView, ReadsAColumnOfDepthsInPlace) {
+  constexpr float infinite = std::numeric_limits<float>::infinity();
+  const std::vector<cv::Point2f> points(7);
+  std::vector<float> depths_m = {1.5F, 0, -1, std::nanf(""), infinite, -infinite, 2};
+  const FeaturesView without = points;
+  const FeaturesView view = without.with_depths(depths_m);
+  EXPECT_FALSE(without.has_depths());
+  EXPECT_EQ(without.depth_m(0), std::nullopt);
+  EXPECT_TRUE(view.has_depths());
+  EXPECT_TRUE(view.is_same_view(without));
+  EXPECT_EQ(view.depth_m(0), 1.5);
+  for (std::size_t i = 1; i < 6; ++i) EXPECT_EQ(view.depth_m(i), std::nullopt) << i;
+  depths_m[6] = 3;
+  EXPECT_EQ(view.depth_m(6), 3.0) << "a view, not a copy";
+}
+
+TEST(FeaturesView, RefusesAColumnOfAnotherSize) {
+  const std::vector<cv::Point2f> points(3);
+  for (const std::size_t depths : {0U, 2U, 4U}) {
+    testing::expect_error<std::invalid_argument>(
+        [&] { FeaturesView(points).with_depths(std::vector<float>(depths)); },
+        "dynfilter::FeaturesView::with_depths: got " + std::to_string(depths) +
+            " depths and 3 features; want one depth for each feature");
+  }
+  EXPECT_TRUE(FeaturesView().with_depths(std::vector<float>()).has_depths());
 }
 
 TEST(FeaturesView, MayBeEmpty) {

@@ -9,10 +9,13 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <optional>
 #include <type_traits>
 #include <vector>
 
 #include <opencv2/core.hpp>
+
+#include "dynfilter/detail/errors.hpp"
 
 namespace dynfilter {
 
@@ -38,7 +41,8 @@ inline cv::Point nearest_pixel(cv::Point2f position) {
 
 /// View of one frame's features, in raw (distorted) pixels of the image that was segmented. It is a
 /// strided view of the caller's keypoints or points: it owns nothing, is cheap to copy, and must
-/// not outlive the caller's vector.
+/// not outlive the caller's vector. It may have a column of depths, for frames without a depth
+/// image, see with_depths.
 class FeaturesView {
  public:
   /// Makes an empty view.
@@ -77,6 +81,29 @@ class FeaturesView {
   FeaturesView(const std::vector<cv::Point2f, Allocator>& points)
       : FeaturesView(points.data(), points.size()) {}
 
+  /// Returns the view with a column of depths, for frames without a depth image: stereo hosts know
+  /// them after matching, mono hosts those of matched map points. `depths_m` has one depth for each
+  /// feature, metres along the optical axis; 0, negative, NaN and infinite mean "unknown". It is
+  /// the caller's and must outlive the view. Throws std::invalid_argument if `count` is not the
+  /// number of features.
+  FeaturesView with_depths(const float* depths_m, std::size_t count) const {
+    if (count != count_) {
+      detail::throw_misuse("FeaturesView::with_depths",
+                           detail::concatenate(count, " depths and ", count_, " features"),
+                           "one depth for each feature");
+    }
+    FeaturesView view = *this;
+    view.depths_m_ = depths_m;
+    view.has_depths_ = true;
+    return view;
+  }
+
+  /// Returns the view with a vector's depths, see above.
+  template <class Allocator>
+  FeaturesView with_depths(const std::vector<float, Allocator>& depths_m) const {
+    return with_depths(depths_m.data(), depths_m.size());
+  }
+
   /// Number of features.
   std::size_t size() const { return count_; }
   /// Whether there are no features.
@@ -92,7 +119,19 @@ class FeaturesView {
   /// Nearest pixel of feature i, see nearest_pixel.
   cv::Point pixel(std::size_t i) const { return nearest_pixel((*this)[i]); }
 
-  /// Whether the other view shows the same elements in memory.
+  /// Whether there is a column of depths. All of them may be unknown.
+  bool has_depths() const { return has_depths_; }
+
+  /// Returns the depth of feature i by the column, metres; nothing if it is unknown, or if there is
+  /// no column.
+  std::optional<double> depth_m(std::size_t i) const {
+    if (!has_depths_) return {};
+    const double metres = double{depths_m_[i]};
+    if (!(metres > 0) || !std::isfinite(metres)) return {};
+    return metres;
+  }
+
+  /// Whether the other view shows the same features in memory. Depths are not compared.
   bool is_same_view(const FeaturesView& other) const {
     return first_ == other.first_ && stride_ == other.stride_ && count_ == other.count_;
   }
@@ -107,7 +146,9 @@ class FeaturesView {
   const unsigned char* first_ = nullptr;
   std::size_t stride_ = 0;
   std::size_t count_ = 0;
+  const float* depths_m_ = nullptr;
   bool has_diameters_ = false;
+  bool has_depths_ = false;
 };
 
 }  // namespace dynfilter
