@@ -66,8 +66,12 @@ struct EdgeCompensatorOptions {
 ///
 ///     depth(p) in [a, b]_depth  and  D-LBP(p) in [a, b]_D-LBP
 ///
-/// The stage abstains without a depth image, and from an instance whose sample is too small for one
-/// of the ranges (RangeEstimatorOptions::min_samples). The statistics say so. Where boxes overlap,
+/// Without a depth image there are no codes. If the features have a column of depths
+/// (FeaturesView::with_depths), the range of depth alone decides then, and the statistics say
+/// Compensation::applied_without_image.
+///
+/// The stage abstains without any depth, and from an instance whose sample is too small for one of
+/// the ranges (RangeEstimatorOptions::min_samples). The statistics say so. Where boxes overlap,
 /// a feature joins the first instance by whose ranges it passes. The score of a removed feature is
 /// the detector's confidence in the object.
 class EdgeCompensator {
@@ -105,7 +109,10 @@ class EdgeCompensator {
       if (!labels.is_dynamic_object(k)) continue;
       InstanceStatistics& statistics = labels.statistics().instances[k];
       statistics.compensation = estimate_ranges(input, k, features, statistics, scratch);
-      if (statistics.compensation != Compensation::applied) continue;
+      if (statistics.compensation != Compensation::applied &&
+          statistics.compensation != Compensation::applied_without_image) {
+        continue;
+      }
       compensate(input, k, features, labels);
     }
   }
@@ -126,22 +133,23 @@ class EdgeCompensator {
   Compensation estimate_ranges(const FilterInput& input, std::size_t k,
                                const FrameFeatures& features, InstanceStatistics& statistics,
                                Scratch& scratch) const {
-    if (input.frame.depth.empty()) return Compensation::no_depth_image;
+    const bool has_image = !input.frame.depth.empty();
+    if (!has_image && !input.features.has_depths()) return Compensation::no_depth_image;
     draw_sample(input, k, features, scratch.candidates);
     scratch.depths_m.clear();
     scratch.codes.clear();
     for (const SampleCandidate& candidate : scratch.candidates) {
-      const cv::Point pixel = features.pixel(candidate.feature);
-      scratch.depths_m.push_back(*input.frame.depth_m(pixel));
-      if (const auto code = depth_lbp_.code(input.frame.depth, pixel)) {
+      scratch.depths_m.push_back(candidate.depth_m);
+      if (const auto code = code_of(input, features.pixel(candidate.feature))) {
         scratch.codes.push_back(*code);
       }
     }
     statistics.sampled = scratch.candidates.size();
     statistics.depth_range_m = depth_range_.estimate(scratch.depths_m);
     statistics.code_range = code_range_.estimate(scratch.codes);
-    const bool are_known = !statistics.depth_range_m.empty() && !statistics.code_range.empty();
-    return are_known ? Compensation::applied : Compensation::too_few_samples;
+    if (statistics.depth_range_m.empty()) return Compensation::too_few_samples;
+    if (!has_image) return Compensation::applied_without_image;
+    return statistics.code_range.empty() ? Compensation::too_few_samples : Compensation::applied;
   }
 
   /// Draws from the features of FP_object that lie on the mask and have depth.
@@ -152,30 +160,45 @@ class EdgeCompensator {
     candidates.clear();
     for (const std::size_t i : features.removed_for(k)) {
       const cv::Point pixel = features.pixel(i);
-      if (!instance.covers(pixel) || !input.frame.depth_m(pixel)) continue;
+      const std::optional<double> depth_m = depth_of(input, i, pixel);
+      if (!instance.covers(pixel) || !depth_m) continue;
       const cv::Point in_box = detail::wrapping_difference(pixel, instance.box.tl());
-      candidates.push_back({FeatureSampler::key(instance_key, in_box), in_box, i});
+      candidates.push_back({FeatureSampler::key(instance_key, in_box), in_box, i, *depth_m});
     }
     sampler_.draw(candidates);
   }
 
-  /// Applies eq. (1) to every feature in the box that is not removed yet.
+  /// Returns the depth of feature i, metres: the image's at its pixel or, without a depth image,
+  /// the column's. Returns nothing where it is not known.
+  static std::optional<double> depth_of(const FilterInput& input, std::size_t i, cv::Point pixel) {
+    return input.frame.depth.empty() ? input.features.depth_m(i) : input.frame.depth_m(pixel);
+  }
+
+  /// Returns the D-LBP code of a pixel; nothing without a depth image.
+  std::optional<std::uint8_t> code_of(const FilterInput& input, cv::Point pixel) const {
+    if (input.frame.depth.empty()) return {};
+    return depth_lbp_.code(input.frame.depth, pixel);
+  }
+
+  /// Applies eq. (1), without a depth image its test of depth, to every feature in the box that is
+  /// not removed yet.
   void compensate(const FilterInput& input, std::size_t k, FrameFeatures& features,
                   FeatureLabels& labels) const {
     const Instance& instance = input.segmentation.instances[k];
     InstanceStatistics& statistics = labels.statistics().instances[k];
+    const bool has_image = !input.frame.depth.empty();
     for (const std::size_t i : features.inside(instance.box)) {
       if (labels.is_removed(i)) continue;
       const cv::Point pixel = features.pixel(i);
-      const std::optional<double> depth_m = input.frame.depth_m(pixel);
-      const std::optional<std::uint8_t> code = depth_lbp_.code(input.frame.depth, pixel);
+      const std::optional<double> depth_m = depth_of(input, i, pixel);
+      const std::optional<std::uint8_t> code = code_of(input, pixel);
       const bool depth_fits =
           depth_m ? statistics.depth_range_m.contains(*depth_m) : passes_without_value_;
       const bool code_fits = code ? statistics.code_range.contains(*code) : passes_without_value_;
       ++statistics.candidates;
       statistics.passed_depth += depth_fits ? 1 : 0;
-      statistics.passed_code += code_fits ? 1 : 0;
-      if (!depth_fits || !code_fits) continue;
+      statistics.passed_code += has_image && code_fits ? 1 : 0;
+      if (!depth_fits || (has_image && !code_fits)) continue;
       labels.remove(i, static_cast<std::int32_t>(k), Reason::compensated, instance.score);
     }
   }

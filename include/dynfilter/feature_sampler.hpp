@@ -23,6 +23,7 @@ struct SampleCandidate {
   std::uint64_t key = 0;    ///< FeatureSampler::key of the feature
   cv::Point pixel;          ///< pixel relative to the box
   std::size_t feature = 0;  ///< index of the feature
+  double depth_m = 0;       ///< its depth, metres
 };
 
 /// Draws "several feature points" of an object at random (paper section 3.2) without a stateful
@@ -59,15 +60,15 @@ class FeatureSampler {
   std::size_t samples() const { return samples_; }
 
   /// Reduces the candidates to the sample: those with the smallest keys, or all if there are fewer,
-  /// in no particular order. Equal keys are ordered by their pixels (row, then column); features of
-  /// the same pixel are interchangeable, since they read the same depth. O(candidates).
+  /// in no particular order. Equal keys are ordered by their pixels (row, then column), then by
+  /// their depths; features that agree in all are interchangeable. O(candidates).
   void draw(std::vector<SampleCandidate>& candidates) const {
     if (candidates.size() <= samples_) return;
     const auto sample_end = candidates.begin() + static_cast<std::ptrdiff_t>(samples_);
     std::nth_element(candidates.begin(), sample_end, candidates.end(),
                      [](const SampleCandidate& a, const SampleCandidate& b) {
-                       return std::tie(a.key, a.pixel.y, a.pixel.x) <
-                              std::tie(b.key, b.pixel.y, b.pixel.x);
+                       return std::tie(a.key, a.pixel.y, a.pixel.x, a.depth_m) <
+                              std::tie(b.key, b.pixel.y, b.pixel.x, b.depth_m);
                      });
     candidates.erase(sample_end, candidates.end());
   }

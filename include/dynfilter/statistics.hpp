@@ -28,9 +28,12 @@ struct ValueRange {
 enum class Compensation : std::uint8_t {
   not_run,  ///< no compensation in the pipeline, or a class that is not dynamic and has no masked
             ///< feature
-  no_depth_image,   ///< abstained: the frame has no depth (mono, stereo)
+  no_depth_image,   ///< abstained: neither an image nor features have depth (mono, stereo)
   too_few_samples,  ///< abstained: too few features or pixels have depth to estimate the ranges
-  applied           ///< the ranges were estimated and applied
+  applied,          ///< the ranges were estimated and applied
+  /// The range of depth was estimated from the depths of features and applied, without a depth
+  /// image (mono, stereo); the paper's rule did without D-LBP.
+  applied_without_image
 };
 
 /// Verdict on the motion of an instance, see MotionJudge.

@@ -45,6 +45,8 @@ const char* name_of(Compensation compensation) {
       return "too_few_samples";
     case Compensation::applied:
       return "applied";
+    case Compensation::applied_without_image:
+      return "applied_without_image";
   }
   return "";
 }
