@@ -68,7 +68,7 @@ TEST_F(Allocations, CounterSeesEveryKindOfAllocation) {
             1U);
 }
 
-void expect_steady_state_without_allocations(CompensationRule rule) {
+void expect_steady_state_without_allocations(CompensationRule rule, bool by_column = false) {
   DynamicFilterOptions options;
   options.mask_culler.margin_px = 2;
   options.compensator.rule = rule;
@@ -78,12 +78,21 @@ void expect_steady_state_without_allocations(CompensationRule rule) {
   FilterCase first = full_size_case(1);
   // No feature of the first frame is on a mask: its size alone must suffice to reserve memory.
   for (Instance& person : first.segmentation.instances) person.mask_origin.y = 1000;
-  filter.apply(first.frame, first.segmentation, first.keypoints, labels, workspace);
+  const auto prepare = [by_column](FilterCase& input) {
+    if (!by_column) return;
+    input.frame.depth = cv::Mat();
+    input.depths_m.emplace(input.keypoints.size(), 1.4F);
+    for (std::size_t i = 0; i < input.keypoints.size(); i += 3) (*input.depths_m)[i] = 0;
+  };
+  prepare(first);
+  filter.apply(first.frame, first.segmentation, first.features(), labels, workspace);
   for (std::uint64_t seed = 2; seed < 20; ++seed) {
     FilterCase input = full_size_case(seed);
     input.keypoints.resize(1000 - 10 * seed);
-    const std::size_t count = allocations_of(
-        [&] { filter.apply(input.frame, input.segmentation, input.keypoints, labels, workspace); });
+    prepare(input);
+    const std::size_t count = allocations_of([&] {
+      filter.apply(input.frame, input.segmentation, input.features(), labels, workspace);
+    });
     ASSERT_EQ(count, 0U) << "frame " << seed;
     const std::size_t taken = rule == CompensationRule::mask ? labels.statistics().masked
                                                              : labels.statistics().compensated;
@@ -96,6 +105,7 @@ TEST_F(Allocations, FilterAllocatesNothingInSteadyState) {
        {CompensationRule::depth, CompensationRule::paper, CompensationRule::mask}) {
     SCOPED_TRACE(static_cast<int>(rule));
     expect_steady_state_without_allocations(rule);
+    expect_steady_state_without_allocations(rule, true);
   }
 }
 

@@ -293,6 +293,10 @@ TEST(DynamicFilter, RefusesBadRuleOptionsByName) {
        "ObjectDepthEstimator: got min_share"},
       {[](auto& o, double v) { o.min_nearness_if_stale = v; },
        "DepthCompensator: got min_nearness_if_stale = "},
+      {[](auto& o, double v) { o.feature_reach_px = v; },
+       "DepthCompensator: got feature_reach_px = "},
+      {[](auto& o, double v) { o.min_feature_share = v; },
+       "DepthCompensator: got min_feature_share = "},
   };
   const auto refuses = [](const Bad& bad, double value) {
     for (const CompensationRule rule : every_rule) {
@@ -308,6 +312,7 @@ TEST(DynamicFilter, RefusesBadRuleOptionsByName) {
     }
   }
   refuses(options[1], 0);
+  refuses(options.back(), 0);
   DynamicFilterOptions paper;
   paper.compensator.paper.samples = 0;
   expect_error<std::invalid_argument>([&] { DynamicFilter filter(paper); }, "samples = 0");

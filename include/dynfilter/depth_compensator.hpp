@@ -16,6 +16,7 @@
 #include "dynfilter/depth_compensator_options.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/rectangles.hpp"
+#include "dynfilter/feature_depth_compensator.hpp"
 #include "dynfilter/filter_input.hpp"
 #include "dynfilter/frame_features.hpp"
 #include "dynfilter/labels.hpp"
@@ -48,8 +49,11 @@ namespace dynfilter {
 /// Limits: a static thing that touches the object, at the object's depth and inside its box, is
 /// removed with it. If colour and depth are not taken at the same time, the trailing edge of a fast
 /// object has the background's depth; the gap makes up for it as long as it is small. The stage
-/// abstains without a depth image, and from an instance for which neither mask nor box has
-/// ObjectDepthOptions::min_samples depths (8). The statistics say so.
+/// abstains from an instance for which neither mask nor box has ObjectDepthOptions::min_samples
+/// depths (8). The statistics say so.
+///
+/// In a frame without a depth image, FeatureDepthCompensator takes over, with the depths of the
+/// features; without these the stage abstains. A depth image makes the features' depths irrelevant.
 ///
 /// Where boxes overlap, the first instance whose test a feature passes owns it.
 ///
@@ -65,23 +69,9 @@ class DepthCompensator {
   explicit DepthCompensator(const DepthCompensatorOptions& options = {})
       : options_(options),
         depth_estimator_(options.object_depth),
-        gap_estimator_(options.mask_gap) {
-    require("min_nearness", options.min_nearness);
-    require("min_nearness_if_stale", options.min_nearness_if_stale);
-    require("reach_px", options.reach_px);
-    require("box_margin_px", options.box_margin_px);
-    require("mask_margin_px", options.mask_margin_px);
-    require("shadow_px", options.shadow_px);
-    require("min_nearness_in_shadow", options.min_nearness_in_shadow);
-    require("max_beyond_range_m", options.max_beyond_range_m);
-    require("max_step_m", options.max_step_m);
-    require("min_off_middle_m", options.min_off_middle_m);
-    require("cell_px", options.cell_px);
-    require("stale_age_s", options.stale_age_s);
-    require("motion_px_per_s", options.motion_px_per_s);
-    require("max_age_s", options.max_age_s);
-    require_positive("reach_px", options.reach_px);
-    require_positive("cell_px", options.cell_px);
+        gap_estimator_(options.mask_gap),
+        by_features_(options) {
+    validate(options);
   }
 
   /// Runs the stage with a temporary workspace.
@@ -95,6 +85,7 @@ class DepthCompensator {
   /// pixels around them up to reach_px.
   void operator()(const FilterInput& input, FeatureLabels& labels, Workspace& workspace) const {
     validate(input, labels, "DepthCompensator");
+    if (input.frame.depth.empty()) return by_features_(input, labels, workspace);
     Scratch& scratch = workspace.get<Scratch>();
     find_objects(input, labels, scratch);
     if (scratch.known == 0) return;
@@ -148,17 +139,6 @@ class DepthCompensator {
     const ObjectInFrame* end() const { return objects.data() + known; }
   };
 
-  static void require(const char* name, double value) {
-    if (value >= 0 && value <= 1e6) return;
-    detail::throw_misuse("DepthCompensator", detail::concatenate(name, " = ", value),
-                         "a number from 0 to 1000000");
-  }
-
-  static void require_positive(const char* name, double value) {
-    if (value > 0) return;
-    detail::throw_misuse("DepthCompensator", detail::concatenate(name, " = 0"), "a number above 0");
-  }
-
   /// Measures the dynamic instances, and collects those whose depth is known.
   void find_objects(const FilterInput& input, FeatureLabels& labels, Scratch& scratch) const {
     const std::size_t instances = input.segmentation.instances.size();
@@ -174,9 +154,8 @@ class DepthCompensator {
       statistics.depth_range_m = depth.hull_m();
       statistics.mask_gap_px = object.gap_px();
       statistics.candidates = statistics.passed_depth = statistics.passed_nearness = 0;
-      statistics.compensation = input.frame.depth.empty() ? Compensation::no_depth_image
-                                : depth.empty()           ? Compensation::too_few_samples
-                                                          : Compensation::applied;
+      statistics.compensation =
+          depth.empty() ? Compensation::too_few_samples : Compensation::applied;
       if (!depth.empty()) ++scratch.known;
     }
   }
@@ -241,6 +220,7 @@ class DepthCompensator {
   DepthCompensatorOptions options_;
   ObjectDepthEstimator depth_estimator_;
   MaskGapEstimator gap_estimator_;
+  FeatureDepthCompensator by_features_;  // for frames without a depth image
 };
 
 }  // namespace dynfilter

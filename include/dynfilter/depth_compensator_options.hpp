@@ -6,6 +6,7 @@
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
+#include "dynfilter/detail/errors.hpp"
 #include "dynfilter/mask_gap.hpp"
 #include "dynfilter/object_depth.hpp"
 
@@ -54,7 +55,45 @@ struct DepthCompensatorOptions {
   /// Masks older than this are treated as fresh, seconds: their time is taken for not set. Raise it
   /// if your masks may be older.
   double max_age_s = 1.0;
+  /// Search distance around a feature of unknown depth, in frames where depth is known at features
+  /// only (see FeatureDepthCompensator).
+  double feature_reach_px = 60;
+  /// Smallest share of the object in the features around such a feature at which it is removed;
+  /// above 0, at most 1.
+  double min_feature_share = 0.9;
 };
+
+/// Checks options. Throws std::invalid_argument, in the name of DepthCompensator, for a number
+/// outside 0 to 1000000, for a reach or a cell width of 0, and for a min_feature_share that is not
+/// above 0 and at most 1. The components check object_depth and mask_gap.
+inline void validate(const DepthCompensatorOptions& options) {
+  const auto refuse = [](const char* name, double value, const char* want) {
+    detail::throw_misuse("DepthCompensator", detail::concatenate(name, " = ", value), want);
+  };
+  const auto require = [&](const char* name, double value) {
+    if (!(value >= 0 && value <= 1e6)) refuse(name, value, "a number from 0 to 1000000");
+  };
+  require("min_nearness", options.min_nearness);
+  require("min_nearness_if_stale", options.min_nearness_if_stale);
+  require("reach_px", options.reach_px);
+  require("box_margin_px", options.box_margin_px);
+  require("mask_margin_px", options.mask_margin_px);
+  require("shadow_px", options.shadow_px);
+  require("min_nearness_in_shadow", options.min_nearness_in_shadow);
+  require("max_beyond_range_m", options.max_beyond_range_m);
+  require("max_step_m", options.max_step_m);
+  require("min_off_middle_m", options.min_off_middle_m);
+  require("cell_px", options.cell_px);
+  require("stale_age_s", options.stale_age_s);
+  require("motion_px_per_s", options.motion_px_per_s);
+  require("max_age_s", options.max_age_s);
+  require("feature_reach_px", options.feature_reach_px);
+  if (options.reach_px == 0) refuse("reach_px", 0, "a number above 0");
+  if (options.cell_px == 0) refuse("cell_px", 0, "a number above 0");
+  if (!(options.min_feature_share > 0 && options.min_feature_share <= 1)) {
+    refuse("min_feature_share", options.min_feature_share, "a share above 0, at most 1");
+  }
+}
 
 }  // namespace dynfilter
 

@@ -31,10 +31,11 @@ extern template class Pipeline<MaskCuller, Compensator, FeatureFloor>;
 /// few features are left. With feature_floor.floor set, the filter reports such a frame, or gives
 /// features back; the default, 0, checks nothing.
 ///
-/// Without a depth image (mono, stereo) only masks act. `apply`, see Pipeline, takes a frame, its
-/// segmentation and its features and returns one label per feature; keep_static then removes the
-/// features from the caller's arrays. Two filters share nothing. Many threads may use one filter at
-/// once, each with its own labels and workspace.
+/// Without a depth image (mono, stereo) the rules use the depths of features, if these have a
+/// column of them (FeaturesView::with_depths); otherwise only masks act. `apply`, see Pipeline,
+/// takes a frame, its segmentation and its features and returns one label per feature; keep_static
+/// then removes the features from the caller's arrays. Two filters share nothing. Many threads may
+/// use one filter at once, each with its own labels and workspace.
 class DynamicFilter : public Pipeline<MaskCuller, Compensator, FeatureFloor> {
  public:
   /// Takes the options. Throws std::invalid_argument for options that one of the stages refuses.

@@ -15,6 +15,7 @@
 #include "dynfilter/detection_mask.hpp"
 #include "dynfilter/dynamic_filter.hpp"
 #include "dynfilter/edge_compensator.hpp"
+#include "dynfilter/feature_depth_compensator.hpp"
 #include "dynfilter/feature_floor.hpp"
 #include "dynfilter/feature_sampler.hpp"
 #include "dynfilter/features.hpp"

@@ -127,6 +127,25 @@ class ObjectDepthEstimator {
     return depth;
   }
 
+  /// Estimates the depth of an object from depths at features, metres, all above 0 and finite:
+  /// those on its mask and, if they tell nothing, those in the middle of its box. As features are
+  /// few, the object's cluster needs min_box_share of the depths in either case. Overwrites the
+  /// depths. O(depths).
+  ObjectDepth estimate(std::vector<float>& on_mask_m, std::vector<float>& in_middle_m) const {
+    ObjectDepth depth;
+    depth.samples = on_mask_m.size();
+    depth.mask_range_m = range_of(on_mask_m);
+    if (!depth.mask_range_m.empty()) return depth;
+    depth.samples += in_middle_m.size();
+    depth.box_range_m = range_of(in_middle_m);
+    return depth;
+  }
+
+  /// Returns the middle of a box, which an object fills wherever its limbs are.
+  static cv::Rect middle_of(const cv::Rect& box) {
+    return {box.x + box.width / 4, box.y + box.height / 5, box.width / 2, box.height * 3 / 5};
+  }
+
   /// Estimates the depth of an instance with temporary memory.
   ObjectDepth estimate(const FrameView& frame, const Instance& instance) const {
     std::vector<float> scratch;
@@ -171,11 +190,10 @@ class ObjectDepthEstimator {
     return static_cast<double>(read(frame, inside, step, &instance, depths_m)) * step * step;
   }
 
-  /// Reads the depths in the middle of the box, which an object fills wherever its limbs are.
+  /// Reads the depths in the middle of the box.
   void read_middle(const FrameView& frame, const cv::Rect& box,
                    detail::DepthSamples& depths_m) const {
-    const cv::Rect middle(box.x + box.width / 4, box.y + box.height / 5, box.width / 2,
-                          box.height * 3 / 5);
+    const cv::Rect middle = middle_of(box);
     read(frame, middle, step_in(middle.size(), frame.depth.size()), nullptr, depths_m);
   }
 
@@ -208,6 +226,11 @@ class ObjectDepthEstimator {
     }
     depths_m.size = static_cast<std::size_t>(end - depths_m.first);
     return wanted;
+  }
+
+  ValueRange range_of(std::vector<float>& depths_m) const {
+    detail::DepthSamples samples = {depths_m.data(), depths_m.size()};
+    return range_of(samples, options_.min_box_share);
   }
 
   ValueRange range_of(detail::DepthSamples& depths_m, double min_share) const {

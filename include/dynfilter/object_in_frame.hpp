@@ -38,6 +38,21 @@ inline bool are_masks_stale(const FilterInput& input, const DepthCompensatorOpti
   return mask_age_s(input, options) > options.stale_age_s;
 }
 
+/// Returns the part of an image of this size that an object may be in: its box with the margin,
+/// grown by the distance that the object may have moved in `age_s` seconds.
+inline cv::Rect object_reach(const cv::Rect& box, double age_s,
+                             const DepthCompensatorOptions& options, const cv::Size& size) {
+  const double motion_px = options.motion_px_per_s * age_s;
+  const auto grown = [&](double length_px) {
+    // At most from one end of the image to the other.
+    return static_cast<std::int64_t>(
+        std::lround(std::min(length_px * detail::pixel_scale(size),
+                             static_cast<double>(std::max(size.width, size.height)))));
+  };
+  return detail::clip_grown(box, grown(options.box_margin_px + motion_px),
+                            grown(options.box_margin_px + motion_px / 2), size);
+}
+
 /// One object in one frame: where it may be, its depth, and what surrounds it. It answers for
 /// DepthCompensator which pixels are the object's. It refers to the input and the options that it
 /// was measured with; ask only while they live. It is for one thread, even where it is const.
@@ -62,7 +77,7 @@ class ObjectInFrame {
     gap_px_ = 0;
     depth_ = depth_estimator.estimate(*frame_, *mask_, scratch.depths_m);
     if (depth_.empty()) return;
-    find_reach(mask_age_s(input, options));
+    reach_ = object_reach(mask_->box, mask_age_s(input, options), options, frame_->depth.size());
     if (!is_stale_) {
       gap_px_ = gap_estimator.estimate(*frame_, *mask_, depth_, scratch.gaps).value_or(0);
     }
@@ -145,18 +160,6 @@ class ObjectInFrame {
     const ValueRange range_m = depth_.hull_m();
     const double behind_m = depth_m - (range_m.lower + range_m.upper) / 2;
     return (is_stale_ ? behind_m : std::abs(behind_m)) > options_->min_off_middle_m;
-  }
-
-  void find_reach(double age_s) {
-    const cv::Size size = frame_->depth.size();
-    const double motion_px = options_->motion_px_per_s * age_s;
-    const auto grown = [&](double length_px) {
-      // At most from one end of the image to the other.
-      return static_cast<std::int64_t>(std::lround(
-          std::min(pixels(length_px), static_cast<double>(std::max(size.width, size.height)))));
-    };
-    reach_ = detail::clip_grown(mask_->box, grown(options_->box_margin_px + motion_px),
-                                grown(options_->box_margin_px + motion_px / 2), size);
   }
 
   /// Floods the reach and one row of cells around it, unless it is done: from the mask, and from

@@ -27,6 +27,11 @@ struct FilterCase {
   DynamicFilterOptions options;
   std::optional<GuardedImage> depth_memory =
       std::nullopt;  // memory of frame.depth if it is guarded
+  std::optional<std::vector<float>> depths_m = std::nullopt;  // column of depths
+
+  FeaturesView features() const {
+    return depths_m ? FeaturesView(keypoints).with_depths(*depths_m) : FeaturesView(keypoints);
+  }
 };
 
 /// Matrix that is a region of a larger one, so that its rows are not continuous.
@@ -213,6 +218,26 @@ inline void draw_rule(ByteSource& source, FilterCase& made, CompensationRule rul
   if (source.chance(70)) {
     made.options.compensator.depth = arbitrary_depth_options(source, made.segmentation.image_size);
   }
+}
+
+/// Gives the input's features a column of depths: few distinct values, with unknown ones of every
+/// kind; and random options of their own.
+inline void draw_depths(ByteSource& source, FilterCase& made) {
+  const float unknown[] = {0.0F, -1.0F, std::numeric_limits<float>::quiet_NaN(),
+                           std::numeric_limits<float>::infinity(),
+                           -std::numeric_limits<float>::infinity()};
+  const int share = source.chance(10) ? 100 : source.between(0, 80);
+  made.depths_m.emplace();
+  for (std::size_t i = 0; i < made.keypoints.size(); ++i) {
+    const int value = source.chance(60) ? source.between(4, 7) : source.between(1, 14);
+    made.depths_m->push_back(source.chance(share) ? unknown[source.between(0, 4)]
+                             : value == 14        ? 1e30F
+                                                  : 0.2F * static_cast<float>(value));
+  }
+  DepthCompensatorOptions& options = made.options.compensator.depth;
+  const double scale = made.segmentation.image_size.width / 640.0;
+  options.feature_reach_px = source.chance(10) ? 0 : (source.between(0, 12) + 0.2) / scale;
+  options.min_feature_share = source.between(1, 20) / 20.0;
 }
 
 /// Black image of a larger size with the smaller one at a place in it.

@@ -10,6 +10,7 @@
 
 #include "dynfilter/dynfilter.hpp"
 #include "support/depth_oracle.hpp"
+#include "support/feature_depth_oracle.hpp"
 #include "support/filter_case.hpp"
 #include "support/oracle.hpp"
 
@@ -48,7 +49,9 @@ inline bool same_object(const InstanceStatistics& a, const InstanceStatistics& b
 inline OracleVerdict expected_verdict(const FilterCase& input) {
   switch (input.options.compensator.rule) {
     case CompensationRule::depth:
-      return DepthOracle(input).verdict().filter;
+      return input.frame.depth.empty() && input.depths_m
+                 ? FeatureDepthOracle(input).verdict().filter
+                 : DepthOracle(input).verdict().filter;
     case CompensationRule::paper:
       return oracle_filter(input);
     case CompensationRule::mask:
@@ -62,7 +65,7 @@ inline OracleVerdict expected_verdict(const FilterCase& input) {
 /// first difference, or nothing.
 inline std::string check_filter(const FilterCase& input) {
   const FeatureLabels labels =
-      DynamicFilter(input.options).apply(input.frame, input.segmentation, input.keypoints);
+      DynamicFilter(input.options).apply(input.frame, input.segmentation, input.features());
   const OracleVerdict verdict = expected_verdict(input);
   const bool by_depth = input.options.compensator.rule == CompensationRule::depth;
   const std::vector<FeatureLabel>& expected = verdict.labels;

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -115,6 +116,17 @@ inline ValueRange oracle_range(std::vector<double> values, const RangeEstimatorO
   return range;
 }
 
+/// Depth of feature i, metres: the image's or, without an image, the column's.
+inline std::optional<double> oracle_feature_depth(const FilterCase& input, std::size_t i) {
+  if (input.frame.depth.empty()) {
+    const float metres = input.depths_m ? input.depths_m->at(i) : 0.0F;
+    return metres > 0 && !std::isinf(metres) ? std::optional<double>(metres) : std::nullopt;
+  }
+  const auto depth = oracle_depth(input.frame.depth, oracle_pixel(input.keypoints[i].pt));
+  if (!depth) return {};
+  return *depth * input.frame.depth_scale();
+}
+
 /// Ranges of depth in metres and of codes on instance k.
 inline std::pair<ValueRange, ValueRange> oracle_ranges(const FilterCase& input,
                                                        const std::vector<FeatureLabel>& labels,
@@ -122,23 +134,24 @@ inline std::pair<ValueRange, ValueRange> oracle_ranges(const FilterCase& input,
   const EdgeCompensatorOptions& options = input.options.compensator.paper;
   const FeatureSampler sampler(options.samples, options.seed);
   const Instance& instance = input.segmentation.instances[k];
-  std::vector<std::pair<std::uint64_t, std::size_t>> keyed;
+  std::vector<std::tuple<std::uint64_t, double, std::size_t>> keyed;
   for (std::size_t i = 0; i < labels.size(); ++i) {
     const WidePoint pixel = oracle_pixel(input.keypoints[i].pt);
     if (labels[i].reason != Reason::in_mask || labels[i].instance != static_cast<int>(k)) continue;
-    if (!oracle_on_mask(instance, pixel, 0) || !oracle_depth(input.frame.depth, pixel)) continue;
+    const auto depth = oracle_feature_depth(input, i);
+    if (!oracle_on_mask(instance, pixel, 0) || !depth) continue;
     const auto wrap = [](double value) {
       return static_cast<int>(static_cast<std::uint32_t>(static_cast<std::int64_t>(value)));
     };
     const cv::Point in_box(wrap(pixel.x - instance.box.x), wrap(pixel.y - instance.box.y));
-    keyed.emplace_back(sampler.key(input.frame.id, k, in_box), i);
+    keyed.emplace_back(sampler.key(input.frame.id, k, in_box), *depth, i);
   }
   std::sort(keyed.begin(), keyed.end());
   keyed.resize(std::min(keyed.size(), options.samples));
   std::vector<double> depths, codes;
-  for (const auto& [key, i] : keyed) {
+  for (const auto& [key, depth, i] : keyed) {
     const WidePoint pixel = oracle_pixel(input.keypoints[i].pt);
-    depths.push_back(*oracle_depth(input.frame.depth, pixel) * input.frame.depth_scale());
+    depths.push_back(depth);
     const auto code = oracle_code(input.frame.depth, pixel, options.depth_lbp);
     if (code) codes.push_back(*code);
   }
@@ -193,26 +206,26 @@ inline OracleVerdict oracle_filter(const FilterCase& input) {
     for (const FeatureLabel& label : culled) {
       statistics.masked += label.removed && label.instance == static_cast<int>(k) ? 1 : 0;
     }
-    if (input.frame.depth.empty()) continue;
+    const bool has_image = !input.frame.depth.empty();  // without one there are no codes
+    if (!has_image && !input.depths_m) continue;
     const auto [depth_range, code_range] = oracle_ranges(input, culled, k);
-    if (depth_range.empty() || code_range.empty()) continue;
+    if (depth_range.empty() || (has_image && code_range.empty())) continue;
     for (std::size_t i = 0; i < labels.size(); ++i) {
       const WidePoint pixel = oracle_pixel(input.keypoints[i].pt);
       const double x = pixel.x - instance.box.x;
       const double y = pixel.y - instance.box.y;
       const bool in_box = x >= 0 && y >= 0 && x < instance.box.width && y < instance.box.height;
       if (labels[i].removed || !in_box) continue;
-      const auto depth = oracle_depth(input.frame.depth, pixel);
+      const auto depth = oracle_feature_depth(input, i);
       const auto code = oracle_code(input.frame.depth, pixel, options.depth_lbp);
-      const double metres = depth ? *depth * input.frame.depth_scale() : 0;
       const bool depth_fits =
-          depth ? metres >= depth_range.lower && metres <= depth_range.upper : without_value;
+          depth ? *depth >= depth_range.lower && *depth <= depth_range.upper : without_value;
       const bool code_fits =
           code ? *code >= code_range.lower && *code <= code_range.upper : without_value;
       statistics.candidates += 1;
       statistics.passed_depth += depth_fits ? 1 : 0;
-      statistics.passed_code += code_fits ? 1 : 0;
-      if (!depth_fits || !code_fits) continue;
+      statistics.passed_code += has_image && code_fits ? 1 : 0;
+      if (!depth_fits || (has_image && !code_fits)) continue;
       statistics.compensated += 1;
       labels[i] = {instance.score, static_cast<int>(k), Reason::compensated, true};
     }

@@ -1,0 +1,240 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// Tests both rules on features that have a column of depths.
+
+#include "dynfilter/feature_depth_compensator.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "support/filter_property.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+/// Random case of a rule, whose features have depths and whose frame has no depth image.
+FilterCase column_case(std::uint64_t seed, CompensationRule rule) {
+  ByteSource source(seed);
+  FilterCase made = seed % 20 == 0 ? arbitrary_case(source, cv::Size(source.between(600, 1300), 24))
+                                   : arbitrary_case(source);
+  draw_rule(source, made, rule);
+  draw_depths(source, made);
+  made.frame.depth = cv::Mat();
+  return made;
+}
+
+FeatureLabels filtered(const FilterCase& input, const FeaturesView& features) {
+  return DynamicFilter(input.options).apply(input.frame, input.segmentation, features);
+}
+
+TEST(FeatureDepths, DepthRuleMatchesTheOracleOnEveryPath) {
+  std::size_t by_depth = 0, by_neighbours = 0, by_margin = 0, restored = 0, box_fallbacks = 0;
+  for (std::uint64_t seed = 0; seed < 5000; ++seed) {
+    const FilterCase input = column_case(seed, CompensationRule::depth);
+    ASSERT_EQ(check_filter(input), "") << "seed " << seed;
+    const DepthVerdict verdict = FeatureDepthOracle(input).verdict();
+    by_depth += verdict.by_depth;
+    by_neighbours += verdict.by_nearness;
+    by_margin += verdict.by_margin;
+    restored += verdict.restored;
+    box_fallbacks += verdict.box_fallbacks;
+  }
+  EXPECT_GT(by_depth, 4000U);
+  EXPECT_GT(by_neighbours, 1000U);
+  EXPECT_GT(by_margin, 500U);
+  EXPECT_GT(restored, 2000U);
+  EXPECT_GT(box_fallbacks, 300U);
+}
+
+TEST(FeatureDepths, PaperRuleMatchesTheOracle) {
+  std::size_t applied = 0, compensated = 0;
+  for (std::uint64_t seed = 0; seed < 5000; ++seed) {
+    const FilterCase input = column_case(seed, CompensationRule::paper);
+    ASSERT_EQ(check_filter(input), "") << "seed " << seed;
+    const FeatureLabels labels = filtered(input, input.features());
+    for (const InstanceStatistics& statistics : labels.statistics().instances) {
+      ASSERT_NE(statistics.compensation, Compensation::applied);
+      ASSERT_EQ(statistics.passed_code, 0U);
+      const bool is_applied = statistics.compensation == Compensation::applied_without_image;
+      ASSERT_TRUE(is_applied || statistics.compensated == 0);
+      applied += is_applied ? 1 : 0;
+    }
+    compensated += labels.statistics().compensated;
+  }
+  EXPECT_GT(applied, 2000U);
+  EXPECT_GT(compensated, 2500U);
+}
+
+TEST(FeatureDepths, DepthImageMakesTheColumnIrrelevant) {
+  for (const CompensationRule rule : {CompensationRule::depth, CompensationRule::paper}) {
+    for (std::uint64_t seed = 0; seed < 500; ++seed) {
+      ByteSource source(seed);
+      FilterCase input = arbitrary_case(source);
+      draw_rule(source, input, rule);
+      draw_depths(source, input);
+      if (input.frame.depth.empty()) continue;
+      const FeatureLabels with = filtered(input, input.features());
+      const FeatureLabels without = filtered(input, input.keypoints);
+      for (std::size_t i = 0; i < with.size(); ++i) {
+        ASSERT_TRUE(same_label(with[i], without[i])) << "seed " << seed << ", feature " << i;
+      }
+    }
+  }
+}
+
+TEST(FeatureDepths, UnknownDepthsLeaveTheVerdictToTheMasks) {
+  for (const CompensationRule rule : {CompensationRule::depth, CompensationRule::paper}) {
+    for (std::uint64_t seed = 0; seed < 500; ++seed) {
+      FilterCase input = column_case(seed, rule);
+      input.options.compensator.paper.missing_depth = MissingDepth::keep;
+      std::fill(input.depths_m->begin(), input.depths_m->end(), 0.0F);
+      const FeatureLabels labels = filtered(input, input.features());
+      const OracleVerdict by_masks = oracle_masks(input);
+      for (std::size_t i = 0; i < labels.size(); ++i) {
+        ASSERT_TRUE(same_label(labels[i], by_masks.labels[i])) << "seed " << seed;
+      }
+      for (const InstanceStatistics& statistics : labels.statistics().instances) {
+        if (!statistics.dynamic) continue;
+        ASSERT_EQ(statistics.compensation, Compensation::too_few_samples);
+      }
+    }
+  }
+}
+
+TEST(FeatureDepths, PermutingTheFeaturesPermutesTheLabels) {
+  for (const CompensationRule rule : {CompensationRule::depth, CompensationRule::paper}) {
+    for (std::uint64_t seed = 0; seed < 1000; ++seed) {
+      const FilterCase input = column_case(seed, rule);
+      FilterCase turned = input;
+      std::reverse(turned.keypoints.begin(), turned.keypoints.end());
+      std::reverse(turned.depths_m->begin(), turned.depths_m->end());
+      const FeatureLabels labels = filtered(input, input.features());
+      const FeatureLabels of_turned = filtered(turned, turned.features());
+      for (std::size_t i = 0; i < labels.size(); ++i) {
+        ASSERT_TRUE(same_label(labels[i], of_turned[labels.size() - 1 - i])) << "seed " << seed;
+      }
+    }
+  }
+}
+
+/// A wall at 4 m and a person at 1.5 m, with a feature every 8 pixels. The mask covers the person's
+/// left half. The depth of the features in `unknown` is not known.
+struct ColumnScene {
+  const cv::Rect person{240, 80, 160, 320}, box{230, 70, 180, 340};
+  FilterCase input;
+  cv::Rect unknown;
+
+  ColumnScene() {
+    input.frame.timestamp_s = 100;
+    input.segmentation.timestamp_s = 100;
+    input.segmentation.image_size = {640, 480};
+    Instance instance = Instance::from_box(box, 0, 0.8F);
+    instance.mask_origin = person.tl();
+    instance.mask = cv::Mat(320, 80, CV_8UC1, cv::Scalar(255));
+    input.segmentation.instances.push_back(instance);
+    for (int y = 4; y < 480; y += 8) {
+      for (int x = 4; x < 640; x += 8) {
+        input.keypoints.emplace_back(static_cast<float>(x), static_cast<float>(y), 31.0F);
+      }
+    }
+  }
+
+  FeatureLabels filtered() {
+    input.depths_m.emplace();
+    for (const cv::KeyPoint& keypoint : input.keypoints) {
+      const cv::Point pixel(keypoint.pt);
+      input.depths_m->push_back(unknown.contains(pixel)  ? 0.0F
+                                : person.contains(pixel) ? 1.5F
+                                                         : 4.0F);
+    }
+    return testing::filtered(input, input.features());
+  }
+
+  /// Label of the feature at (x, y).
+  FeatureLabel at(int x, int y) { return filtered()[static_cast<std::size_t>(y / 8 * 80 + x / 8)]; }
+};
+
+TEST(FeatureDepths, BothRulesRemoveThePartThatTheMaskMissed) {
+  for (const CompensationRule rule : {CompensationRule::depth, CompensationRule::paper}) {
+    ColumnScene scene;
+    scene.input.options.compensator.rule = rule;
+    const FeatureLabels labels = scene.filtered();
+    for (std::size_t i = 0; i < labels.size(); ++i) {
+      ASSERT_EQ(labels.is_removed(i), scene.person.contains(scene.input.keypoints[i].pt)) << i;
+    }
+    EXPECT_EQ(labels.statistics().masked, 400U);
+    EXPECT_EQ(labels.statistics().compensated, 400U);
+    EXPECT_FALSE(labels.statistics().has_depth);
+    EXPECT_EQ(labels.statistics().instances[0].compensation, Compensation::applied_without_image);
+  }
+}
+
+TEST(FeatureDepths, FeaturesAroundDecideWhereDepthIsUnknown) {
+  ColumnScene scene;
+  scene.unknown = {352, 232, 16, 16};
+  EXPECT_EQ(scene.at(356, 236).reason, Reason::compensated) << "in the midst of the person";
+  EXPECT_GT(scene.at(356, 236).score, 0.72F) << "the share times the confidence";
+  EXPECT_LT(scene.at(356, 236).score, 0.8F);
+  scene.unknown = {400, 232, 8, 8};
+  EXPECT_FALSE(scene.at(404, 236).removed) << "beside the person";
+  EXPECT_GT(scene.at(404, 236).score, 0.1F) << "but suspect";
+  EXPECT_LT(scene.at(404, 236).score, 0.4F);
+  scene.unknown = {352, 232, 8, 8};
+  scene.input.options.compensator.depth.feature_reach_px = 0;
+  EXPECT_FALSE(scene.at(356, 236).removed) << "nothing is around";
+  scene.input.options.compensator.depth.feature_reach_px = 7.9;
+  EXPECT_FALSE(scene.at(356, 236).removed);
+  scene.input.options.compensator.depth.feature_reach_px = 8;
+  EXPECT_TRUE(scene.at(356, 236).removed);
+}
+
+TEST(FeatureDepths, PaperRuleKeepsWhatHasNoDepthUnlessToldOtherwise) {
+  ColumnScene scene;
+  scene.input.options.compensator.rule = CompensationRule::paper;
+  scene.unknown = {352, 232, 16, 16};
+  EXPECT_FALSE(scene.at(356, 236).removed);
+  scene.input.options.compensator.paper.missing_depth = MissingDepth::remove;
+  EXPECT_TRUE(scene.at(356, 236).removed);
+}
+
+TEST(FeatureDepths, StaleMaskGivesBackWhatIsBehindThePerson) {
+  ColumnScene scene;
+  scene.input.segmentation.timestamp_s = 99.9;
+  scene.input.segmentation.instances[0].mask_origin.x = 200;  // 40 px left of the person
+  EXPECT_EQ(scene.at(212, 236).reason, Reason::restored) << "by its depth";
+  EXPECT_EQ(scene.at(252, 236).reason, Reason::in_mask);
+  EXPECT_EQ(scene.at(380, 236).reason, Reason::compensated);
+  scene.unknown = {208, 232, 8, 8};
+  EXPECT_EQ(scene.at(212, 236).reason, Reason::restored) << "as the features around";
+  scene.unknown = {248, 232, 8, 8};
+  EXPECT_EQ(scene.at(252, 236).reason, Reason::in_mask);
+  scene.unknown = {0, 0, 240, 480};
+  EXPECT_EQ(scene.at(204, 10).removed, false);
+  scene.input.options.compensator.depth.feature_reach_px = 20;
+  EXPECT_EQ(scene.at(204, 236).reason, Reason::in_mask) << "nothing is known there";
+}
+
+TEST(FeatureDepths, BoxStandsInForAnEmptyMask) {
+  ColumnScene scene;
+  scene.input.segmentation.instances[0].mask = cv::Mat();
+  EXPECT_EQ(scene.at(300, 236).reason, Reason::compensated);
+  EXPECT_FALSE(scene.at(404, 236).removed);
+}
+
+TEST(FeatureDepths, StageWithoutColumnAbstains) {
+  ColumnScene scene;
+  FeatureLabels labels(scene.input.keypoints.size(), scene.input.segmentation);
+  labels.mark_dynamic(0);
+  const FilterInput input{scene.input.frame, scene.input.segmentation, scene.input.keypoints};
+  FeatureDepthCompensator()(input, labels);
+  EXPECT_EQ(labels.statistics().removed(), 0U);
+  EXPECT_EQ(labels.statistics().instances[0].compensation, Compensation::no_depth_image);
+}
+
+}  // namespace
+}  // namespace dynfilter::testing
