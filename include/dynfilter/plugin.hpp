@@ -92,8 +92,23 @@ class DYNFILTER_PLUGIN_API Plugin {
   FrameStatistics filter(double timestamp_s, const cv::Mat& depth,
                          std::vector<cv::KeyPoint>& keypoints, cv::Mat& descriptors);
 
-  /// Removes the features on moving objects from a mono frame, or from one image of a stereo pair.
-  /// There is no depth, so masks act alone.
+  /// Removes the features on moving objects from a rectified stereo frame whose features are
+  /// matched: from all of its columns, ORB-SLAM's mvDepth, mvKeys, mDescriptors, mvKeysUn and
+  /// mvuRight. `depths_m` has the depth of each feature in metres, or 0, a negative number or NaN
+  /// where it is not known; it takes the place of a depth image. The statistics' kept() is the
+  /// number of features that are left, the host's new N. Throws as the one above; then no column is
+  /// changed.
+  FrameStatistics filter(double timestamp_s, std::vector<float>& depths_m,
+                         std::vector<cv::KeyPoint>& keypoints, cv::Mat& descriptors,
+                         std::vector<cv::KeyPoint>& undistorted, std::vector<float>& right_x);
+
+  /// Removes the features on moving objects from a frame whose host knows the depths of some
+  /// features otherwise, as a mono host those of matched map points. `depths_m` as above.
+  FrameStatistics filter(double timestamp_s, std::vector<float>& depths_m,
+                         std::vector<cv::KeyPoint>& keypoints, cv::Mat& descriptors);
+
+  /// Removes the features on moving objects from a frame of unknown depth, as a mono host's. Masks
+  /// act alone.
   FrameStatistics filter(double timestamp_s, std::vector<cv::KeyPoint>& keypoints,
                          cv::Mat& descriptors);
 

@@ -45,20 +45,62 @@ detail::Recorder make_recorder(const detail::PluginSettings& settings) {
   }
 }
 
-void require_matching_sizes(const std::vector<cv::KeyPoint>& keypoints, const cv::Mat& descriptors,
-                            const int* pivot) {
-  if (!descriptors.empty() && static_cast<std::size_t>(descriptors.rows) != keypoints.size()) {
+/// What a host hands over to be shortened. A pointer that is null stands for a column that it does
+/// not have.
+struct Columns {
+  std::vector<cv::KeyPoint>& keypoints;
+  cv::Mat& descriptors;
+  std::vector<float>* depths_m = nullptr;
+  std::vector<cv::KeyPoint>* undistorted = nullptr;
+  std::vector<float>* right_x = nullptr;
+  int* pivot = nullptr;
+
+  FeaturesView features() const {
+    return depths_m ? FeaturesView(keypoints).with_depths(*depths_m) : FeaturesView(keypoints);
+  }
+};
+
+template <class Column>
+void require_size(const Column* column, const char* name, std::size_t keypoints) {
+  if (column == nullptr || column->size() == keypoints) return;
+  detail::throw_misuse("Plugin::filter",
+                       detail::concatenate(column->size(), name, keypoints, " keypoints"),
+                       "one for each keypoint");
+}
+
+void require_matching_sizes(const Columns& columns) {
+  const std::size_t keypoints = columns.keypoints.size();
+  const cv::Mat& descriptors = columns.descriptors;
+  if (!descriptors.empty() && static_cast<std::size_t>(descriptors.rows) != keypoints) {
     detail::throw_misuse(
         "Plugin::filter",
-        detail::concatenate(descriptors.rows, " descriptors and ", keypoints.size(), " keypoints"),
+        detail::concatenate(descriptors.rows, " descriptors and ", keypoints, " keypoints"),
         "one descriptor for each keypoint, or none");
   }
-  if (pivot && (*pivot < 0 || static_cast<std::size_t>(*pivot) > keypoints.size())) {
-    detail::throw_misuse(
-        "Plugin::filter",
-        detail::concatenate("pivot ", *pivot, " with ", keypoints.size(), " keypoints"),
-        "the number of keypoints in the first block");
+  require_size(columns.depths_m, " depths and ", keypoints);
+  require_size(columns.undistorted, " undistorted keypoints and ", keypoints);
+  require_size(columns.right_x, " right coordinates and ", keypoints);
+  const bool is_twice = columns.undistorted == &columns.keypoints ||
+                        (columns.right_x != nullptr && columns.right_x == columns.depths_m);
+  if (is_twice) {
+    detail::throw_misuse("Plugin::filter", "the same column twice", "each column once");
   }
+  const int* const pivot = columns.pivot;
+  if (pivot && (*pivot < 0 || static_cast<std::size_t>(*pivot) > keypoints)) {
+    detail::throw_misuse("Plugin::filter",
+                         detail::concatenate("pivot ", *pivot, " with ", keypoints, " keypoints"),
+                         "the number of keypoints in the first block");
+  }
+}
+
+/// Drops the removed features. The sizes match, and the descriptors share no data, so that nothing
+/// fails.
+void shorten(const FeatureLabels& labels, const Columns& columns) {
+  keep_static(labels, columns.keypoints);
+  if (!columns.descriptors.empty()) keep_static(labels, columns.descriptors);
+  if (columns.depths_m) keep_static(labels, *columns.depths_m);
+  if (columns.undistorted) keep_static(labels, *columns.undistorted);
+  if (columns.right_x) keep_static(labels, *columns.right_x);
 }
 
 /// Converts the image to a type that segmenters take.
@@ -98,10 +140,9 @@ struct Plugin::State {
   FrameView view(double timestamp_s, const cv::Mat& depth);
   void check_depth_offset(const FrameView& frame);
   void apply(const FrameView& frame, const std::optional<Segmentation>& segmentation,
-             const std::vector<cv::KeyPoint>& keypoints);
+             const FeaturesView& features);
   FrameView with_depth_in_step(const FrameView& frame);
-  FrameStatistics run(double timestamp_s, const cv::Mat& depth,
-                      std::vector<cv::KeyPoint>& keypoints, cv::Mat& descriptors, int* pivot);
+  FrameStatistics run(double timestamp_s, const cv::Mat& depth, const Columns& columns);
   FrameStatistics leave_alone(const cv::Mat& depth, const std::vector<cv::KeyPoint>& keypoints);
 
   detail::PluginSettings settings;
@@ -148,14 +189,14 @@ void Plugin::State::check_depth_offset(const FrameView& frame) {
 }
 
 void Plugin::State::apply(const FrameView& frame, const std::optional<Segmentation>& segmentation,
-                          const std::vector<cv::KeyPoint>& keypoints) {
+                          const FeaturesView& features) {
 #ifdef DYNFILTER_HAS_MOTION
   if (motion_filter) {
-    motion_filter->apply(frame, segmentation, keypoints, labels, workspace);
+    motion_filter->apply(frame, segmentation, features, labels, workspace);
     return;
   }
 #endif
-  filter.apply(frame, segmentation, keypoints, labels, workspace);
+  filter.apply(frame, segmentation, features, labels, workspace);
 }
 
 /// Returns the frame with depth moved to where the image shows the things, if the settings say that
@@ -189,29 +230,26 @@ FrameView Plugin::State::with_depth_in_step(const FrameView& frame) {
 
 /// Filters all or nothing: everything that may fail comes before the caller's data change.
 FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
-                                   std::vector<cv::KeyPoint>& keypoints, cv::Mat& descriptors,
-                                   int* pivot) {
-  if (!masks) return leave_alone(depth, keypoints);
-  require_matching_sizes(keypoints, descriptors, pivot);
+                                   const Columns& columns) {
+  if (!masks) return leave_alone(depth, columns.keypoints);
+  require_matching_sizes(columns);
+  const FeaturesView features = columns.features();
   const FrameView as_given = view(timestamp_s, depth);
   validate(as_given, "Plugin::filter");
   check_depth_offset(as_given);
   const FrameView frame = with_depth_in_step(as_given);
   const std::optional<Segmentation> segmentation = masks->masks_for(frame);
-  apply(frame, segmentation, keypoints);
+  apply(frame, segmentation, features);
   keep_at_least_one(labels);
   FrameStatistics statistics = labels.statistics();
   const std::size_t kept_before_pivot =
-      pivot ? kept_below(labels, static_cast<std::size_t>(*pivot)) : 0;
-  if (!descriptors.empty()) detail::unshare(descriptors);  // or keep_static would, and may fail
-  if (recorder) recorder->record(frame, segmentation.value_or(Segmentation()), keypoints, labels);
+      columns.pivot ? kept_below(labels, static_cast<std::size_t>(*columns.pivot)) : 0;
+  // Otherwise keep_static would do it, and may fail.
+  if (!columns.descriptors.empty()) detail::unshare(columns.descriptors);
+  if (recorder) recorder->record(frame, segmentation.value_or(Segmentation()), features, labels);
 
-  if (descriptors.empty()) {
-    keep_static(labels, keypoints);
-  } else {
-    keep_static(labels, keypoints, descriptors);
-  }
-  if (pivot) *pivot = static_cast<int>(kept_before_pivot);
+  shorten(labels, columns);
+  if (columns.pivot) *columns.pivot = static_cast<int>(kept_before_pivot);
   ++counters.filtered;
   counters.never_submitted += frame.image.empty() ? 1 : 0;
   counters.without_masks += segmentation ? 0 : 1;
@@ -263,17 +301,32 @@ void Plugin::submit(const cv::Mat& image, double timestamp_s) {
 
 FrameStatistics Plugin::filter(double timestamp_s, const cv::Mat& depth,
                                std::vector<cv::KeyPoint>& keypoints, cv::Mat& descriptors) {
-  return state_->run(timestamp_s, depth, keypoints, descriptors, nullptr);
+  return state_->run(timestamp_s, depth, {keypoints, descriptors});
+}
+
+FrameStatistics Plugin::filter(double timestamp_s, std::vector<float>& depths_m,
+                               std::vector<cv::KeyPoint>& keypoints, cv::Mat& descriptors,
+                               std::vector<cv::KeyPoint>& undistorted,
+                               std::vector<float>& right_x) {
+  return state_->run(timestamp_s, cv::Mat(),
+                     {keypoints, descriptors, &depths_m, &undistorted, &right_x});
+}
+
+FrameStatistics Plugin::filter(double timestamp_s, std::vector<float>& depths_m,
+                               std::vector<cv::KeyPoint>& keypoints, cv::Mat& descriptors) {
+  return state_->run(timestamp_s, cv::Mat(), {keypoints, descriptors, &depths_m});
 }
 
 FrameStatistics Plugin::filter(double timestamp_s, std::vector<cv::KeyPoint>& keypoints,
                                cv::Mat& descriptors) {
-  return state_->run(timestamp_s, cv::Mat(), keypoints, descriptors, nullptr);
+  return state_->run(timestamp_s, cv::Mat(), {keypoints, descriptors});
 }
 
 FrameStatistics Plugin::filter(double timestamp_s, std::vector<cv::KeyPoint>& keypoints,
                                cv::Mat& descriptors, int& pivot) {
-  return state_->run(timestamp_s, cv::Mat(), keypoints, descriptors, &pivot);
+  Columns columns{keypoints, descriptors};
+  columns.pivot = &pivot;
+  return state_->run(timestamp_s, cv::Mat(), columns);
 }
 
 PluginCounters Plugin::counters() const {

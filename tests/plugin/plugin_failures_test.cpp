@@ -102,6 +102,24 @@ TEST_F(PluginFailures, FailedAllocationLeavesAFisheyePivotUnchanged) {
   });
 }
 
+TEST_F(PluginFailures, FailedAllocationLeavesAStereoFrameUnchanged) {
+  const HostFrame frame(0);
+  const std::vector<float> numbers(frame.keypoints.size(), 1.5F);
+  expect_all_or_nothing("", [&](Plugin& plugin, HostColumns& columns) {
+    std::vector<float> depths_m = numbers, right_x = numbers;
+    std::vector<cv::KeyPoint> undistorted = frame.keypoints;
+    try {
+      plugin.filter(frame.timestamp_s, depths_m, columns.keypoints, columns.descriptors,
+                    undistorted, right_x);
+    } catch (...) {
+      EXPECT_EQ(depths_m.size(), numbers.size());
+      EXPECT_EQ(right_x.size(), numbers.size());
+      EXPECT_EQ(undistorted.size(), numbers.size());
+      throw;
+    }
+  });
+}
+
 TEST_F(PluginFailures, FailedAllocationLeavesARecordedFrameUnchanged) {
   const HostFrame frame(0);
   const std::string lines = "dynfilter.output_folder: \"" + path("out").string() + "\"\n";

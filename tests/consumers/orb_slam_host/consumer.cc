@@ -170,6 +170,20 @@ class Run {
     return {settings_[camera + ".lappingBegin"], settings_[camera + ".lappingEnd"]};
   }
 
+  /// Checks that keypoints, right coordinates and depths are of the same features.
+  static void CheckStereo(const ORB_SLAM_HOST::Frame& frame) {
+    std::size_t matched = 0;
+    for (int i = 0; i < frame.N; ++i) {
+      Require(frame.mvKeysUn.at(i).class_id == frame.mvKeys[i].class_id, "keypoints are in step");
+      if (frame.mvuRight[i] < 0) continue;
+      const float disparity = frame.mvKeys[i].pt.x - frame.mvuRight[i];
+      Require(std::abs(frame.mbf / disparity - frame.mvDepth[i]) < 1e-4f * frame.mvDepth[i],
+              "depths are in step");
+      ++matched;
+    }
+    Require(matched > 0, "there are matches");
+  }
+
   void Check(const std::string& time, const std::string& rgb) {
     const ORB_SLAM_HOST::Frame& frame = slam_.GetTracker().mCurrentFrame;
     const std::size_t columns = frame.N;
@@ -178,6 +192,7 @@ class Run {
     Require(frame.mvDepth.size() == columns && frame.mvuRight.size() == columns &&
                 frame.mvpMapPoints.size() == columns && frame.mvbOutlier.size() == columns,
             "all columns have N elements");
+    if (sensor_ == "stereo") CheckStereo(frame);
 
     if (sensor_ == "fisheye") {
       const Comparison left(settings_, Gray("left", rgb), LappingArea("Camera"), 1);
@@ -225,7 +240,7 @@ int main(int argc, char** argv) try {
     Require(totals.extracted > 0 && totals.removed_beside == 0, "every feature is kept");
   } else if (removed.empty()) {
     Require(totals.removed_on_masks > 0, "there are features on persons");
-    Require((totals.removed_beside > 0) == (sensor == "rgbd"),
+    Require((totals.removed_beside > 0) == (sensor == "rgbd" || sensor == "stereo"),
             "compensation acts with depth, and with depth only");
   }
 } catch (const std::exception& error) {

@@ -149,11 +149,13 @@ function(run_host build folder)
   endforeach()
 endfunction()
 
-# What the plugin writes on request: a line a frame and the frame without features, every fourth drawn.
-function(expect_records folder name)
+# What the plugin writes on request: a title, and a line for each frame that it is called for, every
+# fourth drawn.
+function(expect_records folder name frames)
   file(STRINGS ${folder}/out/${name}/frames.csv lines)
   list(LENGTH lines count)
-  if(NOT count EQUAL 14)
+  math(EXPR expected "${frames} + 1")
+  if(NOT count EQUAL expected)
     message(FATAL_ERROR "${name}: frames.csv has ${count} lines")
   endif()
   file(GLOB overlays ${folder}/out/${name}/overlays/*.png)

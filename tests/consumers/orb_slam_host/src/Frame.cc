@@ -16,12 +16,14 @@ Frame::Frame(const cv::Mat& imLeft, const cv::Mat& imRight, const double& timeSt
       mbf(bf) {
   ExtractBoth(imLeft, imRight, {0, 0}, {0, 0});
 
-  mpORBextractorLeft->mpFilter->filter(mTimeStamp, mvKeys, mDescriptors);  // dynfilter
   N = mvKeys.size();
   if (mvKeys.empty()) return;
 
   mvKeysUn = mvKeys;
   ComputeStereoMatches();
+  // clang-format off
+  N = mpORBextractorLeft->mpFilter->filter(mTimeStamp, mvDepth, mvKeys, mDescriptors, mvKeysUn, mvuRight).kept();  // dynfilter
+  // clang-format on
   MakeColumns();
 }
 
