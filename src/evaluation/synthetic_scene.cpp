@@ -59,6 +59,7 @@ void require_valid(const SyntheticSceneOptions& options) {
   require_range("camera_motion", options.camera_motion, 0, 1.5);
   require_range("camera_translation", options.camera_translation, 0, 2);
   require_range("camera_rate", options.camera_rate, 0.1, 5);
+  require_range("camera_shift_m", options.camera_shift_m, -1, 1);
   require_range("light_drift", options.light_drift, 0, 0.5);
   require_range("reflection", options.reflection, 0, 0.5);
   require_range("depth_late_s", options.depth_late_s, -0.2, 0.2);

@@ -183,6 +183,29 @@ TEST(Motion, CameraRestsTurnsOrHurries) {
   EXPECT_NEAR(fast_m / slow_m, 3, 0.3);
 }
 
+TEST(Motion, ShiftedCameraRendersTheRightImageOfAPair) {
+  const double baseline_m = 0.1;
+  const SyntheticScene left(small("medium"));
+  const SyntheticScene right =
+      scene_with("medium", [&](SyntheticSceneOptions& o) { o.camera_shift_m = baseline_m; });
+  const SyntheticFrame seen = left.render(20), shifted = right.render(20);
+  EXPECT_EQ(shifted.pose.rotation, seen.pose.rotation);
+  const cv::Vec3d moved =
+      seen.pose.rotation.t() * (shifted.pose.translation - seen.pose.translation);
+  EXPECT_LT(cv::norm(moved - cv::Vec3d(baseline_m, 0, 0)), 1e-12);
+  int all = 0, same_surface = 0;
+  for (int y = 0; y < 120; ++y) {
+    for (int x = 20; x < 160; ++x) {  // pixels that both cameras see
+      const float depth_m = seen.exact_depth_m.at<float>(y, x);
+      const int right_x = cvRound(x - left.camera().fx * baseline_m / double{depth_m});
+      const float at_right_m = shifted.exact_depth_m.at<float>(y, right_x);
+      ++all;
+      same_surface += std::abs(at_right_m - depth_m) < 0.02F * depth_m ? 1 : 0;
+    }
+  }
+  EXPECT_GT(same_surface, 0.85 * all) << "the rest is hidden from one of them";
+}
+
 TEST(Motion, CrowdCoversMostOfTheImage) {
   const SyntheticScene scene(small("crowd"));
   double share = 0;
@@ -240,6 +263,7 @@ TEST(Motion, OptionsAreRefusedByNameIfOutOfRange) {
   });
   expect_named("camera_translation", [](Options& o) { o.camera_translation = -1; });
   expect_named("camera_rate", [](Options& o) { o.camera_rate = 0; });
+  expect_named("camera_shift_m", [](Options& o) { o.camera_shift_m = 2; });
   expect_named("light_drift", [](Options& o) { o.light_drift = 0.6; });
   expect_named("reflection", [](Options& o) { o.reflection = 0.6; });
 }

@@ -77,6 +77,9 @@ struct SyntheticSceneOptions {
   double camera_motion = 1.0;
   double camera_translation = 1.0;  ///< share of the motion's shift; 0 = turns only, up to 2
   double camera_rate = 1.0;         ///< speed of the motion, relative; 0.1 to 5
+  /// Shift of the camera to its right, -1 to 1. A second scene that is shifted by the baseline and
+  /// otherwise equal renders the right images of rectified pairs.
+  double camera_shift_m = 0;
   /// Strength of soft shadows that drift through the room, relative to the light; 0 to 0.5.
   double light_drift = 0;
   /// Share of the room that still surfaces mirror; 0 to 0.5.

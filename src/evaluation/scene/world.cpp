@@ -225,6 +225,7 @@ CameraPose camera_at(const SyntheticSceneOptions& options, double elapsed_s) {
   const double shift = options.camera_translation;
   pose.translation = {shift * coordinate(0, 0.36), shift * coordinate(1, 0.24),
                       camera_height_m + shift * coordinate(2, 0.20)};
+  pose.translation += pose.rotation * cv::Vec3d(options.camera_shift_m, 0, 0);
   return pose;
 }
 
