@@ -85,9 +85,10 @@ struct Vertex {
   double rise = 0;  ///< from there to the mean of the curve's ends
 };
 
-/// Lays two lines of equal and opposite slope through the lowest point and its neighbours: distances
-/// grow evenly to either side of the true offset. The steeper neighbour's line goes through the
-/// lowest point too. At an end of the curve, and on a flat curve, that point itself is the vertex.
+/// Lays two lines of equal and opposite slope through the lowest point and its neighbours:
+/// distances grow evenly to either side of the true offset. The steeper neighbour's line goes
+/// through the lowest point too. At an end of the curve, and on a flat curve, that point itself is
+/// the vertex.
 Vertex vertex_of(const std::vector<double>& x, const std::vector<double>& y) {
   Vertex vertex;
   vertex.nearest = static_cast<std::size_t>(std::min_element(y.begin(), y.end()) - y.begin());
