@@ -295,6 +295,8 @@ TEST(DynamicFilter, RefusesBadRuleOptionsByName) {
        "DepthCompensator: got min_nearness_if_stale = "},
       {[](auto& o, double v) { o.feature_reach_px = v; },
        "DepthCompensator: got feature_reach_px = "},
+      {[](auto& o, double v) { o.feature_doubt_px = v; },
+       "DepthCompensator: got feature_doubt_px = "},
       {[](auto& o, double v) { o.min_feature_share = v; },
        "DepthCompensator: got min_feature_share = "},
   };
@@ -313,6 +315,7 @@ TEST(DynamicFilter, RefusesBadRuleOptionsByName) {
   }
   refuses(options[1], 0);
   refuses(options.back(), 0);
+  refuses(options[options.size() - 2], 0);
   DynamicFilterOptions paper;
   paper.compensator.paper.samples = 0;
   expect_error<std::invalid_argument>([&] { DynamicFilter filter(paper); }, "samples = 0");

@@ -190,7 +190,9 @@ TEST(FeatureDepths, FeaturesAroundDecideWhereDepthIsUnknown) {
   scene.input.options.compensator.depth.feature_reach_px = 7.9;
   EXPECT_FALSE(scene.at(356, 236).removed);
   scene.input.options.compensator.depth.feature_reach_px = 8;
-  EXPECT_TRUE(scene.at(356, 236).removed);
+  EXPECT_TRUE(scene.at(356, 236).removed) << "four are";
+  scene.input.options.compensator.depth.feature_doubt_px = 11;
+  EXPECT_FALSE(scene.at(356, 236).removed) << "a share of 4/64 : (4/64 + 1/121) = 0.88";
 }
 
 TEST(FeatureDepths, PaperRuleKeepsWhatHasNoDepthUnlessToldOtherwise) {

@@ -58,14 +58,18 @@ struct DepthCompensatorOptions {
   /// Search distance around a feature of unknown depth, in frames where depth is known at features
   /// only (see FeatureDepthCompensator).
   double feature_reach_px = 60;
+  /// Distance of a static feature that is imagined among those around such a feature. Hosts match
+  /// fewer features of the background than of a person before it, so that few votes prove little.
+  double feature_doubt_px = 24;
   /// Smallest share of the object in the features around such a feature at which it is removed;
   /// above 0, at most 1.
   double min_feature_share = 0.9;
 };
 
 /// Checks options. Throws std::invalid_argument, in the name of DepthCompensator, for a number
-/// outside 0 to 1000000, for a reach or a cell width of 0, and for a min_feature_share that is not
-/// above 0 and at most 1. The components check object_depth and mask_gap.
+/// outside 0 to 1000000, for a reach_px, cell_px or feature_doubt_px of 0, and for a
+/// min_feature_share that is not above 0 and at most 1. The components check object_depth and
+/// mask_gap.
 inline void validate(const DepthCompensatorOptions& options) {
   const auto refuse = [](const char* name, double value, const char* want) {
     detail::throw_misuse("DepthCompensator", detail::concatenate(name, " = ", value), want);
@@ -88,6 +92,8 @@ inline void validate(const DepthCompensatorOptions& options) {
   require("motion_px_per_s", options.motion_px_per_s);
   require("max_age_s", options.max_age_s);
   require("feature_reach_px", options.feature_reach_px);
+  require("feature_doubt_px", options.feature_doubt_px);
+  if (options.feature_doubt_px == 0) refuse("feature_doubt_px", 0, "a number above 0");
   if (options.reach_px == 0) refuse("reach_px", 0, "a number above 0");
   if (options.cell_px == 0) refuse("cell_px", 0, "a number above 0");
   if (!(options.min_feature_share > 0 && options.min_feature_share <= 1)) {

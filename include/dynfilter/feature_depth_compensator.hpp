@@ -33,7 +33,7 @@ namespace dynfilter {
 /// (ObjectDepthEstimator). A feature in the box belongs to the object if
 /// - its depth is one of the object's; or
 /// - its depth is not known, but those around it are the object's, by a share of at least
-///   min_feature_share, see ObjectInFeatures::share_around; or
+///   min_feature_share (ObjectInFeatures::share_around); or
 /// - it lies within mask_margin_px of a fresh mask.
 ///
 /// A feature on a stale mask is given back if it is behind the object and belongs to no other: by

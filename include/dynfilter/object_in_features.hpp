@@ -70,33 +70,50 @@ class ObjectInFeatures {
     return depth_.contains(depths_.depth_m(feature).value_or(0));
   }
 
-  /// Returns the object's share in the features around a pixel whose depth is known, up to
-  /// feature_reach_px away, from 0 to 1; nothing if there are none. A feature counts 1 / its
-  /// squared distance. O(features near the pixel).
-  std::optional<double> share_around(cv::Point pixel, FrameFeatures& features) const {
+  /// Votes of the features around a pixel: whole numbers, so that their sums do not depend on the
+  /// order of the features.
+  struct Votes {
+    std::int64_t objects = 0;  ///< of features at the object's depth
+    std::int64_t all = 0;      ///< of all features whose depth is known
+  };
+
+  /// Vote of a feature one pixel away, or at the same pixel.
+  static constexpr std::int64_t full_vote = std::int64_t{1} << 32;
+
+  /// Counts the votes of the features around a pixel whose depth is known, up to feature_reach_px
+  /// away. A vote is full_vote divided by the squared distance. O(features near the pixel).
+  Votes votes_around(cv::Point pixel, FrameFeatures& features) const {
     const double reach_px = std::min(options_->feature_reach_px * detail::pixel_scale(size_),
                                      static_cast<double>(size_.width + size_.height));
     const auto reach = static_cast<std::int64_t>(reach_px);
-    std::int64_t objects = 0, all = 0;
+    Votes votes;
     for (const std::size_t i : features.inside(detail::bounds_of({pixel, cv::Size(1, 1)}, reach))) {
       const std::optional<double> depth_m = depths_.depth_m(i);
       if (!depth_m) continue;
       const std::int64_t x = features.pixel(i).x - pixel.x, y = features.pixel(i).y - pixel.y;
       const std::int64_t square = std::max<std::int64_t>(1, x * x + y * y);
       if (static_cast<double>(square) > reach_px * reach_px) continue;
-      const std::int64_t weight = one / square;
-      all += weight;
-      if (depth_.contains(*depth_m)) objects += weight;
+      votes.all += full_vote / square;
+      if (depth_.contains(*depth_m)) votes.objects += full_vote / square;
     }
-    if (all == 0) return {};
-    return static_cast<double>(objects) / static_cast<double>(all);
+    return votes;
+  }
+
+  /// Returns the object's share in the votes around a pixel, from 0 to 1. A static feature
+  /// feature_doubt_px away is imagined beside the known ones: where these are few or distant, the
+  /// share is small.
+  double share_around(cv::Point pixel, FrameFeatures& features) const {
+    const Votes votes = votes_around(pixel, features);
+    const double doubt_px = options_->feature_doubt_px * detail::pixel_scale(size_);
+    const double imagined = static_cast<double>(full_vote) / (doubt_px * doubt_px);
+    return static_cast<double>(votes.objects) / (static_cast<double>(votes.all) + imagined);
   }
 
   /// Returns the certainty that a feature in reach belongs to the object: by its depth or, if that
   /// is not known, by the features around it. From 1/2 on it is taken to belong.
   double certainty(std::size_t feature, FrameFeatures& features) const {
     if (depths_.depth_m(feature)) return has_depth_of(feature) ? 1 : 0;
-    const double share = share_around(features.pixel(feature), features).value_or(0);
+    const double share = share_around(features.pixel(feature), features);
     const double needed = options_->min_feature_share;
     return share < needed ? 0.5 * (share / needed) : std::max(0.5, share);
   }
@@ -108,18 +125,15 @@ class ObjectInFeatures {
   }
 
   /// Whether a feature on the object's stale mask is behind the object: by its depth or, if that is
-  /// not known, as most of the features around it.
+  /// not known, as most of the votes around it say.
   bool is_uncovered(std::size_t feature, FrameFeatures& features) const {
     const std::optional<double> depth_m = depths_.depth_m(feature);
     if (depth_m) return *depth_m > depth_.hull_m().upper;
-    return share_around(features.pixel(feature), features).value_or(1) < 0.5;
+    const Votes votes = votes_around(features.pixel(feature), features);
+    return 2 * votes.objects < votes.all;
   }
 
  private:
-  /// Weight of a neighbour one pixel away. Weights are whole numbers, so that their sum does not
-  /// depend on the order of the features.
-  static constexpr std::int64_t one = std::int64_t{1} << 32;
-
   /// Reads the depths of the features on the mask, and in the middle of the box.
   void read_depths(FrameFeatures& features, Scratch& scratch) const {
     scratch.on_mask_m.clear();

@@ -112,6 +112,7 @@ void read_depth_compensator(SettingsFile& file, DepthCompensatorOptions& options
   file.read_number("max_beyond_range_m", options.max_beyond_range_m);
   file.read_number("min_off_middle_m", options.min_off_middle_m);
   file.read_number("feature_reach_px", options.feature_reach_px);
+  file.read_number("feature_doubt_px", options.feature_doubt_px);
   file.read_number("min_feature_share", options.min_feature_share);
   file.read_number("stale_age_s", options.stale_age_s);
   file.read_number("motion_px_per_s", options.motion_px_per_s);

@@ -92,8 +92,12 @@ TEST_F(PluginTest, SettingsOfTheFeaturesAroundArriveInTheFilter) {
     return StereoFrame(0).filter_with(plugin).compensated;
   };
   const std::size_t by_default = compensated("");
-  EXPECT_LT(compensated("dynfilter.feature_reach_px: 0\n"), by_default);
-  EXPECT_GT(compensated("dynfilter.min_feature_share: 0.1\n"), by_default);
+  const std::size_t willing = compensated("dynfilter.min_feature_share: 0.5\n");
+  EXPECT_GT(willing, by_default);
+  EXPECT_LT(compensated("dynfilter.min_feature_share: 0.5\ndynfilter.feature_reach_px: 0\n"),
+            willing);
+  EXPECT_LT(compensated("dynfilter.min_feature_share: 0.5\ndynfilter.feature_doubt_px: 8\n"),
+            willing);
   expect_error<std::runtime_error>([&] { compensated("dynfilter.min_feature_share: 2\n"); },
                                    "min_feature_share = 2");
 }

@@ -17,6 +17,7 @@
 #include <opencv2/core.hpp>
 
 #include "support/oracle.hpp"
+#include "support/reach_oracle.hpp"
 #include "support/surroundings_oracle.hpp"
 
 namespace dynfilter::testing {
@@ -185,30 +186,6 @@ inline OracleVerdict oracle_masks(FilterCase input) {
   input.frame.depth = cv::Mat();
   input.depths_m.reset();
   return oracle_filter(input);
-}
-
-/// Age of the masks, seconds.
-inline double oracle_age(const FilterCase& input) {
-  const double age = std::abs(input.frame.timestamp_s - input.segmentation.timestamp_s);
-  return age > input.options.compensator.depth.max_age_s ? 0 : age;
-}
-
-/// Tells whether the pixel lies in the image and in the box, grown by its margin and by the
-/// object's possible motion.
-inline bool oracle_in_reach(const FilterCase& input, const cv::Rect& box, WidePoint pixel) {
-  const DepthCompensatorOptions& options = input.options.compensator.depth;
-  const cv::Size size = input.segmentation.image_size;
-  const double scale = size.width / 640.0;
-  const double moved = options.motion_px_per_s * oracle_age(input);
-  const double longest_side = std::max(size.width, size.height);
-  const double dx = std::min(longest_side, (options.box_margin_px + moved) * scale);
-  const double dy = std::min(longest_side, (options.box_margin_px + moved / 2) * scale);
-  const auto holds = [](double first, double length, double margin, double value) {
-    margin = std::round(margin);
-    return length + 2 * margin > 0 && value >= first - margin && value < first + length + margin;
-  };
-  return pixel.x >= 0 && pixel.y >= 0 && pixel.x < size.width && pixel.y < size.height &&
-         holds(box.x, box.width, dx, pixel.x) && holds(box.y, box.height, dy, pixel.y);
 }
 
 /// Expected labels of one frame, and how often each path was taken.

@@ -82,36 +82,41 @@ class FeatureDepthOracle {
     if (is_known) objects_.push_back(object);
   }
 
-  /// Share of the object in the features of known depth around a pixel; -1 if there are none.
-  double share(const OracleObject& object, WidePoint pixel) const {
+  struct Votes {
+    double own = 0, all = 0;
+  };
+
+  /// Votes of the features of known depth around a pixel.
+  Votes votes(const OracleObject& object, WidePoint pixel) const {
     const cv::Size size = input_.segmentation.image_size;
     const double reach =
         std::min(options_.feature_reach_px * scale(), double{1} * size.width + size.height);
-    double own = 0, all = 0;
+    Votes votes;
     for (std::size_t j = 0; j < pixels_.size(); ++j) {
       const WidePoint apart = pixels_[j] - pixel;
+      if (depths_m_[j] == 0 || !(apart.dot(apart) <= reach * reach)) continue;
       const double square = std::max(1.0, apart.dot(apart));
-      if (depths_m_[j] == 0 || !(apart.dot(apart) <= reach * reach) || square > reach * reach) {
-        continue;
-      }
+      if (square > reach * reach) continue;
       const double weight = std::floor(4294967296.0 / square);
-      all += weight;
-      own += object.has(depths_m_[j]) ? weight : 0;
+      votes.all += weight;
+      votes.own += object.has(depths_m_[j]) ? weight : 0;
     }
-    return all > 0 ? own / all : -1;
+    return votes;
   }
 
   double certainty(const OracleObject& object, std::size_t i) const {
     if (depths_m_[i] > 0) return object.has(depths_m_[i]) ? 1 : 0;
-    const double around = std::max(0.0, share(object, pixels_[i]));
+    const Votes around = votes(object, pixels_[i]);
+    const double doubt = options_.feature_doubt_px * scale();
+    const double share = around.own / (around.all + 4294967296.0 / (doubt * doubt));
     const double needed = options_.min_feature_share;
-    return around < needed ? 0.5 * (around / needed) : std::max(0.5, around);
+    return share < needed ? 0.5 * (share / needed) : std::max(0.5, share);
   }
 
   bool is_behind(const OracleObject& object, std::size_t i) const {
     if (depths_m_[i] > 0) return depths_m_[i] > object.hull().upper;
-    const double around = share(object, pixels_[i]);
-    return around >= 0 && around < 0.5;
+    const Votes around = votes(object, pixels_[i]);
+    return around.own < around.all / 2;
   }
 
   bool in_reach(const OracleObject& object, std::size_t i) const {

@@ -237,6 +237,7 @@ inline void draw_depths(ByteSource& source, FilterCase& made) {
   DepthCompensatorOptions& options = made.options.compensator.depth;
   const double scale = made.segmentation.image_size.width / 640.0;
   options.feature_reach_px = source.chance(10) ? 0 : (source.between(0, 12) + 0.2) / scale;
+  options.feature_doubt_px = (source.between(1, 20) + 0.2) / scale;
   options.min_feature_share = source.between(1, 20) / 20.0;
 }
 
