@@ -34,24 +34,35 @@ segmentation: Segmentation of the frame, or None if no masks are known
 features: N x 2 (or N x 1 x 2, as OpenCV has them), float32: x and y in raw pixels of the image that
     was segmented; the rows may have any distance
 diameters_px: N, the sizes of keypoints, for margin_per_diameter; None = 0. These are copied.
+depths_m: N, the features' depths in metres, 0 or NaN = unknown, for frames without a depth image;
+    None = not known. These are copied.
 
 Raises ValueError for malformed input. The interpreter's lock is released meanwhile.)";
 
-Features::Features(const py::object& points, const py::object& diameters_px, const char* component)
+Features::Features(const py::object& points, const py::object& diameters_px,
+                   const py::object& depths_m, const char* component)
     : points_(array_from(points)), view_(features_from(points_, component)) {
-  if (diameters_px.is_none()) return;
-  const auto diameters = numbers_from(diameters_px, {component, "diameters_px"});
-  const bool fits =
-      diameters.ndim() == 1 && static_cast<std::size_t>(diameters.size()) == view_.size();
-  if (!fits) {
-    detail::throw_misuse(component, detail::concatenate("diameters_px of ", description(diameters)),
-                         detail::concatenate("one for each feature, ", view_.size()));
+  const auto column = [&](const py::object& values, const char* name) {
+    const auto numbers = numbers_from(values, {component, name});
+    const bool fits =
+        numbers.ndim() == 1 && static_cast<std::size_t>(numbers.size()) == view_.size();
+    if (!fits) {
+      detail::throw_misuse(component, detail::concatenate(name, " of ", description(numbers)),
+                           detail::concatenate("one for each feature, ", view_.size()));
+    }
+    const auto* const first = numbers.data();
+    return std::vector<float>(first, first + numbers.size());
+  };
+  if (!diameters_px.is_none()) {
+    const std::vector<float> diameters = column(diameters_px, "diameters_px");
+    keypoints_.reserve(view_.size());
+    for (std::size_t i = 0; i < view_.size(); ++i) keypoints_.emplace_back(view_[i], diameters[i]);
+    view_ = FeaturesView(keypoints_);
   }
-  keypoints_.reserve(view_.size());
-  for (std::size_t i = 0; i < view_.size(); ++i) {
-    keypoints_.emplace_back(view_[i], static_cast<float>(diameters.data()[i]));
+  if (!depths_m.is_none()) {
+    depths_m_ = column(depths_m, "depths_m");
+    view_ = view_.with_depths(depths_m_);
   }
-  view_ = FeaturesView(keypoints_);
 }
 
 DynamicFilterOptions filter_options(std::vector<int> dynamic_classes, double margin_px,
@@ -78,8 +89,9 @@ class SharedFilter {
   explicit SharedFilter(const DynamicFilterOptions& options) : filter_(options) {}
 
   FeatureLabels apply(const FrameView& frame, const Segmentation* segmentation,
-                      const py::object& points, const py::object& diameters_px) {
-    const Features features(points, diameters_px, "DynamicFilter");
+                      const py::object& points, const py::object& diameters_px,
+                      const py::object& depths_m) {
+    const Features features(points, diameters_px, depths_m, "DynamicFilter");
     FeatureLabels labels;
     const py::gil_scoped_release unlock;
     Workspaces::Lease workspace(workspaces_);
@@ -140,7 +152,8 @@ use one filter at once.)")
            py::arg_v("policy", FloorPolicy::report_only, "FloorPolicy.report_only"),
            filter_options_doc)
       .def("apply", &SharedFilter::apply, py::arg("frame"), py::arg("segmentation").none(true),
-           py::arg("features"), py::arg("diameters_px") = py::none(), apply_doc);
+           py::arg("features"), py::arg("diameters_px") = py::none(),
+           py::arg("depths_m") = py::none(), apply_doc);
 
   module.def(
       "draw_overlay",

@@ -61,17 +61,20 @@ class Workspaces {
   std::vector<std::unique_ptr<Workspace>> free_;
 };
 
-/// Features of a call: the caller's points, or keypoints made of points and diameters.
+/// Features of a call: the caller's points, or keypoints made of points and diameters; with depths
+/// if they are given.
 class Features {
  public:
   /// Throws std::invalid_argument for arrays of another type or shape.
-  Features(const py::object& points, const py::object& diameters_px, const char* component);
+  Features(const py::object& points, const py::object& diameters_px, const py::object& depths_m,
+           const char* component);
 
   const FeaturesView& view() const { return view_; }
 
  private:
   py::array points_;                     // kept while the view is in use
   std::vector<cv::KeyPoint> keypoints_;  // empty without diameters
+  std::vector<float> depths_m_;          // empty without depths
   FeaturesView view_;
 };
 

@@ -93,7 +93,13 @@ with the width; a margin of less than one pixel has no effect.)")
       .field("stale_age_s", &Depth::stale_age_s, "age from which masks are stale, seconds")
       .field("motion_px_per_s", &Depth::motion_px_per_s,
              "assumed speed of objects in the image, pixels per second")
-      .field("max_age_s", &Depth::max_age_s, "masks older than this are treated as fresh, seconds");
+      .field("max_age_s", &Depth::max_age_s, "masks older than this are treated as fresh, seconds")
+      .field("feature_reach_px", &Depth::feature_reach_px,
+             "search distance around a feature of unknown depth, without a depth image")
+      .field("feature_doubt_px", &Depth::feature_doubt_px,
+             "distance of a static feature that is imagined among those around such a feature")
+      .field("min_feature_share", &Depth::min_feature_share,
+             "smallest share of the object around such a feature at which it is removed");
 }
 
 void bind_paper_options(py::module_& module) {

@@ -29,8 +29,9 @@ class StatefulFilter {
       : state_(std::move(state)), filter_(camera, state_->state, {options, {}}) {}
 
   FeatureLabels apply(const FrameView& frame, const Segmentation* segmentation,
-                      const py::object& points, const py::object& diameters_px) {
-    const Features features(points, diameters_px, "MotionFilter");
+                      const py::object& points, const py::object& diameters_px,
+                      const py::object& depths_m) {
+    const Features features(points, diameters_px, depths_m, "MotionFilter");
     FeatureLabels labels;
     const py::gil_scoped_release unlock;
     const std::lock_guard<std::mutex> lock(state_->mutex);
@@ -121,7 +122,8 @@ Frames need an image and depth. Threads that use one filter wait for each other.
            py::arg_v("policy", FloorPolicy::report_only, "FloorPolicy.report_only"),
            filter_options_doc)
       .def("apply", &StatefulFilter::apply, py::arg("frame"), py::arg("segmentation").none(true),
-           py::arg("features"), py::arg("diameters_px") = py::none(), apply_doc);
+           py::arg("features"), py::arg("diameters_px") = py::none(),
+           py::arg("depths_m") = py::none(), apply_doc);
 }
 
 }  // namespace dynfilter::python

@@ -16,7 +16,9 @@ void bind_outcomes(py::module_& module) {
       .value("no_depth_image", Compensation::no_depth_image, "abstained: the frame has no depth")
       .value("too_few_samples", Compensation::too_few_samples,
              "abstained: too few features or pixels have depth to estimate the ranges")
-      .value("applied", Compensation::applied, "the ranges were estimated and applied");
+      .value("applied", Compensation::applied, "the ranges were estimated and applied")
+      .value("applied_without_image", Compensation::applied_without_image,
+             "applied by the features' own depths: the frame has no depth image");
   py::enum_<InstanceVerdict>(module, "InstanceVerdict", "Verdict on the motion of an instance.")
       .value("not_judged", InstanceVerdict::not_judged, "no motion evidence, or it abstained")
       .value("undecided", InstanceVerdict::undecided,

@@ -182,6 +182,7 @@ class DynamicFilter:
         segmentation: Optional[Segmentation],
         features: ArrayLike,
         diameters_px: Optional[ArrayLike] = None,
+        depths_m: Optional[ArrayLike] = None,
     ) -> FeatureLabels: ...
 
 def draw_overlay(
@@ -319,6 +320,7 @@ class MotionFilter:
         segmentation: Optional[Segmentation],
         features: ArrayLike,
         diameters_px: Optional[ArrayLike] = None,
+        depths_m: Optional[ArrayLike] = None,
     ) -> FeatureLabels: ...
 
 def read_camera(path: _Path) -> CameraParameters: ...

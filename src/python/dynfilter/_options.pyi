@@ -10,6 +10,7 @@ class Compensation(Enum):
     no_depth_image: int
     too_few_samples: int
     applied: int
+    applied_without_image: int
 
 class CompensationRule(Enum):
     depth: int
@@ -108,6 +109,9 @@ class DepthCompensatorOptions:
     stale_age_s: float
     motion_px_per_s: float
     max_age_s: float
+    feature_reach_px: float
+    feature_doubt_px: float
+    min_feature_share: float
     def __init__(
         self,
         *,
@@ -127,6 +131,9 @@ class DepthCompensatorOptions:
         stale_age_s: float = ...,
         motion_px_per_s: float = ...,
         max_age_s: float = ...,
+        feature_reach_px: float = ...,
+        feature_doubt_px: float = ...,
+        min_feature_share: float = ...,
     ) -> None: ...
 
 class RangeEstimatorOptions:

@@ -1,0 +1,47 @@
+# SPDX-FileCopyrightText: 2026 the dynfilter authors
+# SPDX-License-Identifier: MIT
+"""Depths of features, for frames without a depth image."""
+
+import numpy as np
+import pytest
+
+import dynfilter
+
+
+def person_in_its_box():
+    """A mask in the left half of its box, features on it and two to its right."""
+    mask = np.zeros((480, 640), bool)
+    mask[100:400, 200:300] = True
+    frame = dynfilter.FrameView(image=np.zeros((480, 640), np.uint8))
+    segmentation = dynfilter.Segmentation.from_masks(
+        frame, mask[None], boxes=np.array([[200, 100, 400, 400]], np.float32)
+    )
+    on_mask = [(x, y) for x in (210, 250, 290) for y in range(110, 390, 30)]
+    points = np.array(on_mask + [(380, 200), (380, 300)], np.float32)
+    depths_m = np.full(len(points), 2.0)
+    depths_m[-1] = 6.0
+    return frame, segmentation, points, depths_m
+
+
+def test_what_stands_at_the_persons_depth_goes():
+    frame, segmentation, points, depths_m = person_in_its_box()
+    labels = dynfilter.DynamicFilter().apply(frame, segmentation, points, depths_m=depths_m)
+    assert labels.removed[:-2].all()
+    assert labels[-2].reason == dynfilter.Reason.compensated
+    assert not labels.removed[-1]
+    compensation = labels.statistics.instances[0].compensation
+    assert compensation == dynfilter.Compensation.applied_without_image
+
+
+def test_masks_act_alone_without_depths():
+    frame, segmentation, points, _ = person_in_its_box()
+    labels = dynfilter.DynamicFilter().apply(frame, segmentation, points)
+    assert labels.removed[:-2].all() and not labels.removed[-2:].any()
+    compensation = labels.statistics.instances[0].compensation
+    assert compensation == dynfilter.Compensation.no_depth_image
+
+
+def test_one_depth_for_each_feature():
+    frame, segmentation, points, depths_m = person_in_its_box()
+    with pytest.raises(ValueError, match="depths_m of .*; want one for each feature, 32"):
+        dynfilter.DynamicFilter().apply(frame, segmentation, points, depths_m=depths_m[1:])
