@@ -149,8 +149,8 @@ void add_ablate_command(CLI::App& program, const std::string& called_as) {
   command
       ->add_option(
           "--rules", options->plan.rules,
-          "such as mask,paper; default: all rules but those about late masks, about motion and\n"
-          "those that compare frames, see below")
+          "such as mask,paper; default: all rules but those about late masks, about motion,\n"
+          "with weights, and those that compare frames, see below")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::IsMember(all_rule_names()));

@@ -117,7 +117,8 @@ std::vector<Entry> make_entries() {
       {{"paper", "features on the masks, and in the box by depth and D-LBP (the paper)"}, paper},
       depth_entry(
           {"depth", "features on the masks, and in the box at the object's depth (the default)"}),
-      weighing_entry({"depth_weights", "nothing; the odometry weighs what rule depth removes"}),
+      weighing_entry(
+          {"depth_weights", "features of weight below 0.3; the odometry weighs the rest"}),
       {{"mask_moved", "rule mask on masks moved with the image", true, false, false, true, true},
        [](const Masks&, std::uint64_t) { return empty_stage(); }},
       depth_entry({"depth_moved", "rule depth on masks moved with the image", true, false, true,
@@ -132,9 +133,8 @@ std::vector<Entry> make_entries() {
       depth_entry({"depth_motion",
                    "rule depth, then what moves; still objects get their features back", true,
                    false, true, false, false, true}),
-      weighing_entry({"depth_motion_weights",
-                      "nothing; the odometry weighs what rule depth_motion removes", true, false,
-                      true, false, false, true}),
+      weighing_entry({"depth_motion_weights", "as depth_weights, with motion", true, false, true,
+                      false, false, true}),
       {{"perfect", "features on the true masks; with --truth motion, on what moves", true, true,
         false},
        [](const Masks&, std::uint64_t) { return empty_stage(); }},

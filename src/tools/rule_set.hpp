@@ -30,7 +30,8 @@ struct RuleInfo {
   bool about_late_masks = false;  ///< compares ways to handle late masks; runs only on request
   bool follows_motion = false;    ///< judges features by their motion; runs only on request
   bool compares_frames = false;   ///< another system's, with a memory; runs only on request
-  bool weighs = false;  ///< the odometry weighs the features, and loses none; runs only on request
+  bool weighs =
+      false;  ///< the odometry weighs features, and drops those of weight below 0.3; on request
   bool has_weights = false;  ///< static_weights is calibrated for the rule's labels
 };
 

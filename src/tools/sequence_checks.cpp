@@ -251,7 +251,8 @@ class Examination {
       const DepthOffsetEstimate estimate = estimator.estimate();
       const bool is_odd = is_out_of_step(estimate);
       add(is_odd ? Verdict::odd : Verdict::fine, depth_offset_text(estimate),
-          is_odd ? text("use --depth-offset %g, see `dynfilter sync`",
+          is_odd ? text("give --depth-offset %g to run or ablate, or write new pairs by `dynfilter "
+                        "sync --write`",
                         recommended_offset_s(estimate, sequence_.depth_offset_s()))
                  : "");
     } catch (const std::exception& error) {
