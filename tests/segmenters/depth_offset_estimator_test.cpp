@@ -66,7 +66,7 @@ TEST(DepthOffsetEstimator, FindsWholeFrames) {
     EXPECT_NEAR(estimate.period_s, period_s, 1e-9);
     EXPECT_NEAR(estimate.offset->frames_late, late, 0.05);
     EXPECT_NEAR(estimate.offset->seconds, late * period_s, 0.05 * period_s);
-    EXPECT_LT(estimate.offset->sigma_frames, 0.05);
+    EXPECT_LT(estimate.offset->sigma_frames, 0.1);
   }
 }
 
