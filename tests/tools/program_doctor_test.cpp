@@ -115,7 +115,7 @@ TEST(Manual, DescribesEveryCommandAndOption) {
   EXPECT_EQ(page.exit_code, 0);
   EXPECT_TRUE(page.mentions("dynfilter " DYNFILTER_VERSION_STRING)) << page.printed;
   for (const char* part :
-       {".SS dynfilter run SEQUENCE", ".SS dynfilter synth", ".SS dynfilter sync",
+       {".SS dynfilter run [SEQUENCE]", ".SS dynfilter synth", ".SS dynfilter sync",
         "\\-\\-depth\\-offset", "\\-\\-level", "examples:"}) {
     EXPECT_TRUE(page.mentions(part)) << part;
   }
