@@ -48,7 +48,7 @@ expect_consumer(dynfilter-compiled ${CONSUMERS_DIR}/compiled/main.cpp core imgpr
 write_source(source segmenters dynfilter/segmenters/mask_propagator.hpp
              "dynfilter::MaskPropagator propagator;")
 expect_consumer(dynfilter-segmenters ${source} core imgproc imgcodecs video)
-write_source(source motion dynfilter/motion/motion_filter.hpp "dynfilter::MotionFilter filter;")
+write_source(source motion dynfilter/motion/motion_filter.hpp "dynfilter::MotionState state;")
 expect_consumer(dynfilter-motion ${source} core imgproc video)
 write_source(source evaluation dynfilter/evaluation/scene_levels.hpp
              "return dynfilter::scene_level(\"medium\", 1).frames > 0 ? 0 : 1;")
