@@ -111,7 +111,7 @@ class SharedFilter {
 py::object draw(const py::object& image, const Segmentation& segmentation, const py::object& points,
                 const FeatureLabels& labels, const OverlayOptions& options) {
   const cv::Mat pixels = matrix_from(image, Pixels::image, {"draw_overlay", "an image"});
-  const Features features(points, py::none(), "draw_overlay");
+  const Features features(points, py::none(), py::none(), "draw_overlay");
   cv::Mat drawing;
   {
     const py::gil_scoped_release unlock;
