@@ -5,6 +5,7 @@
 import concurrent.futures
 import sys
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -89,6 +90,7 @@ def other_thread_runs_during(call, attempts):
     gate.acquire()
     other = threading.Thread(target=lambda: (gate.acquire(), seen.append(1)))
     other.start()
+    time.sleep(0.1)  # it waits at the gate now, not for the interpreter by the usual interval
     interval = sys.getswitchinterval()
     sys.setswitchinterval(1000)
     try:
