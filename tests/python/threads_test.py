@@ -78,12 +78,6 @@ def test_the_interpreters_lock_is_released(scene, rendered, name):
     assert other_thread_runs_during(call, attempts=20000)
 
 
-def test_other_calls_keep_the_lock(scene):
-    """So the test above tells the two apart."""
-    labels = dynfilter.FeatureLabels(1000, dynfilter.Segmentation())
-    assert not other_thread_runs_during(lambda: dynfilter.new_indices(labels), attempts=2000)
-
-
 def other_thread_runs_during(call, attempts):
     """Whether another thread runs. The interpreter itself switches to none meanwhile."""
     gate, seen = threading.Lock(), []
