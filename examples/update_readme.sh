@@ -20,6 +20,6 @@ convert "$root/out/demo/overlays/$frame.png" -resize 1440x -strip -quality 82 \
   "$root/examples/images/filter.jpg"
 
 # Copies the counts, which stand between the headings of features and times.
-counts=$(sed -n '/^features /,/^time a frame/{/^time a frame/d;p}' <<<"$printed")
+counts=$(sed -n '/^features .*total/,/^time a frame/{/^time a frame/d;p}' <<<"$printed")
 fill_marks "$root/bench/README.md" "demo table" "$counts"
 log "updated examples/images/filter.jpg ($(stat -c %s "$root/examples/images/filter.jpg") bytes)"
