@@ -58,7 +58,7 @@ trap clean_up EXIT
 in_system() {
   local folder=$1
   shift
-  chroot "$folder" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LANG=C.UTF-8 \
+  chroot "$folder" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/srv LANG=C.UTF-8 \
     DEBIAN_FRONTEND=noninteractive "$@"
 }
 
@@ -70,15 +70,15 @@ make_system() {
 }
 
 try_suite() {
-  local suite=$1 maker="$scratch/$1-maker" user="$scratch/$1-user" build=/root/build
+  local suite=$1 maker="$scratch/$1-maker" user="$scratch/$1-user" build=/srv/build
   log "$suite: a bare system that makes the packages"
   make_system "$suite" "$maker"
-  mkdir "$maker/root/dynfilter"
-  (cd "$root" && tar -c --exclude=./build --exclude=./.git .) | tar -x -C "$maker/root/dynfilter"
+  mkdir "$maker/srv/dynfilter"
+  (cd "$root" && tar -c --exclude=./build --exclude=./.git .) | tar -x -C "$maker/srv/dynfilter"
   in_system "$maker" apt-get -qq update
   in_system "$maker" apt-get -qq install --yes --no-install-recommends g++ cmake ninja-build \
     libopencv-dev libeigen3-dev libcli11-dev nlohmann-json3-dev file dpkg-dev lintian >/dev/null
-  in_system "$maker" cmake -S /root/dynfilter -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
+  in_system "$maker" cmake -S /srv/dynfilter -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
     -DCMAKE_INSTALL_PREFIX=/usr -DDYNFILTER_DEBIAN=ON -DDYNFILTER_BUILD_TESTS=OFF \
     -DDYNFILTER_BUILD_EXAMPLES=OFF >/dev/null
   in_system "$maker" cmake --build "$build" -j "$(nproc)" >"$maker.build" ||
@@ -91,19 +91,19 @@ try_suite() {
 
   log "$suite: a bare system that uses them"
   make_system "$suite" "$user"
-  mkdir "$user/root/packages"
-  cp "$maker/$build"/*.deb "$user/root/packages"
+  mkdir "$user/srv/packages"
+  cp "$maker/$build"/*.deb "$user/srv/packages"
   in_system "$user" apt-get -qq update
   in_system "$user" sh -c 'apt-get -qq install --yes --no-install-recommends \
-    ./root/packages/*.deb g++ cmake make pkg-config libopencv-features2d-dev >/dev/null'
+    ./srv/packages/*.deb g++ cmake make pkg-config libopencv-features2d-dev >/dev/null'
   du -sm --one-file-system "$user" | sed 's/\t.*/ MB with the packages and what they need/'
 
   log "$suite: the first program and the command line"
-  mkdir "$user/root/first"
+  mkdir "$user/srv/first"
   # The first program and the lines for CMake, as the README prints them.
   awk '/^```cpp/ { inside = 1; next } /^```/ { if (inside) exit } inside' "$root/README.md" \
-    >"$user/root/first/first_program.cpp"
-  cat >"$user/root/first/CMakeLists.txt" <<'END'
+    >"$user/srv/first/first_program.cpp"
+  cat >"$user/srv/first/CMakeLists.txt" <<'END'
 cmake_minimum_required(VERSION 3.16)
 project(first LANGUAGES CXX)
 find_package(dynfilter 0.2 REQUIRED COMPONENTS segmenters motion evaluation plugin)
@@ -111,17 +111,17 @@ find_package(OpenCV 4 REQUIRED COMPONENTS features2d imgcodecs)
 add_executable(first first_program.cpp)
 target_link_libraries(first PRIVATE dynfilter::dynfilter ${OpenCV_LIBS})
 END
-  in_system "$user" sh -ec 'cd /root/first && cmake -B build >/dev/null && cmake --build build'
+  in_system "$user" sh -ec 'cd /srv/first && cmake -B build >/dev/null && cmake --build build'
   # shellcheck disable=SC2016  # the shell in the system runs pkg-config
-  in_system "$user" sh -ec 'cd /root/first && g++ -std=c++17 first_program.cpp -o first \
+  in_system "$user" sh -ec 'cd /srv/first && g++ -std=c++17 first_program.cpp -o first \
     $(pkg-config --cflags --libs dynfilter) -lopencv_features2d -lopencv_imgcodecs'
   in_system "$user" sh -ec 'dynfilter --version && ls /usr/share/man/man1/dynfilter.1*'
-  in_system "$user" sh -ec 'cd /root && dynfilter synth scene --frames 5 --width 320 --height 240 &&
+  in_system "$user" sh -ec 'cd /srv && dynfilter synth scene --frames 5 --width 320 --height 240 &&
     dynfilter run scene out' | tail -3
 
   log "$suite: removing them"
   in_system "$user" apt-get -qq purge --yes libdynfilter-dev dynfilter-tools >/dev/null
-  in_system "$user" sh -c "find / -xdev -name '*dynfilter*' -not -path '/root/*' -not -path '/proc/*'" |
+  in_system "$user" sh -c "find / -xdev -name '*dynfilter*' -not -path '/srv/*' -not -path '/proc/*'" |
     { ! grep . || die "$suite: the packages left these behind"; }
   umount "$user/proc" "$maker/proc"
   rm -rf --one-file-system "$user" "$maker"
