@@ -78,6 +78,12 @@ def test_the_interpreters_lock_is_released(scene, rendered, name):
     assert other_thread_runs_during(call, attempts=20000)
 
 
+def test_other_calls_keep_the_lock():
+    """So the test above tells the two apart. NumPy itself releases it to copy 500 numbers or more."""
+    labels = dynfilter.FeatureLabels(10, dynfilter.Segmentation())
+    assert not other_thread_runs_during(lambda: dynfilter.new_indices(labels), attempts=2000)
+
+
 def other_thread_runs_during(call, attempts):
     """Whether another thread runs. The interpreter itself switches to none meanwhile."""
     gate, seen = threading.Lock(), []
