@@ -30,7 +30,7 @@ def test_version_is_the_librarys(sources):
 
 def test_sub_interpreters_are_refused():
     subinterpreters = "_xxsubinterpreters" if sys.version_info < (3, 13) else "_interpreters"
-    pytest.importorskip(subinterpreters)
+    pytest.importorskip(subinterpreters, reason="this Python has no sub-interpreters")
     for first in ("", "import dynfilter"):  # also where the main interpreter has it already
         result = python(
             f"""{first}

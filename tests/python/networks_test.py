@@ -17,7 +17,7 @@ if not os.environ.get("DYNFILTER_HAS_NETWORKS"):
 
 @pytest.fixture(scope="module")
 def models(tmp_path_factory, sources):
-    pytest.importorskip("onnx")
+    pytest.importorskip("onnx", reason="python3-onnx, which makes the models, is not there")
     folder = tmp_path_factory.mktemp("networks") / "models"
     subprocess.run(
         [

@@ -53,7 +53,7 @@ def test_a_sequence_in_ten_lines(blocks, rendered, monkeypatch, capsys):
 
 
 def test_features_by_opencv(blocks, scene):
-    pytest.importorskip("cv2")
+    pytest.importorskip("cv2", reason="python3-opencv, which the page uses, is not there")
     names = {}
     exec(blocks[2], names)
     points, descriptors = names["detect"](scene.image)
