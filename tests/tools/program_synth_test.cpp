@@ -6,8 +6,6 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <string>
 #include <vector>
 
@@ -15,38 +13,12 @@
 
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "support/program.hpp"
-#include "support/temporary_folder.hpp"
+#include "support/small_scene_test.hpp"
 
 namespace dynfilter::testing {
 namespace {
 
-std::string read_text(const fs::path& file) {
-  std::ifstream stream(file);
-  EXPECT_TRUE(stream.good()) << file;
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
-/// Small scene on disk, made once.
-class Synth : public ::testing::Test {
- protected:
-  static void SetUpTestSuite() {
-    folder_ = new TemporaryFolder();
-    const Outcome synth = run("synth " + quoted(scene()) + " --frames 6 --width 320 --height 240");
-    ASSERT_EQ(synth.exit_code, 0) << synth.printed;
-  }
-  static void TearDownTestSuite() {
-    delete folder_;
-    folder_ = nullptr;
-  }
-
-  static fs::path scene() { return folder_->path() / "a scene"; }
-  static fs::path out(const char* name) { return folder_->path() / name; }
-
- private:
-  static TemporaryFolder* folder_;
-};
-
-TemporaryFolder* Synth::folder_ = nullptr;
+class Synth : public SmallSceneTest {};
 
 TEST_F(Synth, WritesSequenceMasksAndGroundTruth) {
   for (const char* name : {"camera.yaml", "rgb.txt", "depth.txt", "associations.txt",

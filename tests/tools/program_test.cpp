@@ -6,8 +6,6 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -17,41 +15,15 @@
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "dynfilter/version.hpp"
 #include "support/program.hpp"
+#include "support/small_scene_test.hpp"
 #if defined(__linux__)
 #include "support/remote_peer.hpp"
 #endif
-#include "support/temporary_folder.hpp"
 
 namespace dynfilter::testing {
 namespace {
 
-std::string read_text(const fs::path& file) {
-  std::ifstream stream(file);
-  EXPECT_TRUE(stream.good()) << file;
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
-/// Small scene on disk, made once.
-class Program : public ::testing::Test {
- protected:
-  static void SetUpTestSuite() {
-    folder_ = new TemporaryFolder();
-    const Outcome synth = run("synth " + quoted(scene()) + " --frames 6 --width 320 --height 240");
-    ASSERT_EQ(synth.exit_code, 0) << synth.printed;
-  }
-  static void TearDownTestSuite() {
-    delete folder_;
-    folder_ = nullptr;
-  }
-
-  static fs::path scene() { return folder_->path() / "a scene"; }
-  static fs::path out(const char* name) { return folder_->path() / name; }
-
- private:
-  static TemporaryFolder* folder_;
-};
-
-TemporaryFolder* Program::folder_ = nullptr;
+class Program : public SmallSceneTest {};
 
 TEST_F(Program, RunWritesConsistentResults) {
   const fs::path folder = out("result");

@@ -1,0 +1,45 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_TESTS_SUPPORT_SMALL_SCENE_TEST_HPP
+#define DYNFILTER_TESTS_SUPPORT_SMALL_SCENE_TEST_HPP
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "support/program.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace dynfilter::testing {
+
+inline std::string read_text(const fs::path& file) {
+  std::ifstream stream(file);
+  EXPECT_TRUE(stream.good()) << file;
+  return {std::istreambuf_iterator<char>(stream), {}};
+}
+
+/// Small scene on disk, made once for the tests of a file.
+class SmallSceneTest : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = std::make_unique<TemporaryFolder>();
+    const Outcome synth = run("synth " + quoted(scene()) + " --frames 6 --width 320 --height 240");
+    ASSERT_EQ(synth.exit_code, 0) << synth.printed;
+  }
+  static void TearDownTestSuite() { folder_.reset(); }
+
+  static fs::path scene() { return folder_->path() / "a scene"; }
+  static fs::path out(const char* name) { return folder_->path() / name; }
+
+ private:
+  static inline std::unique_ptr<TemporaryFolder> folder_;
+};
+
+}  // namespace dynfilter::testing
+
+#endif  // DYNFILTER_TESTS_SUPPORT_SMALL_SCENE_TEST_HPP
