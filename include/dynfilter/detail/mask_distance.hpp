@@ -42,7 +42,11 @@ inline bool mask_within(const Instance& instance, cv::Point pixel, double radius
   const std::int64_t x = std::int64_t{pixel.x} - instance.mask_origin.x;
   const std::int64_t y = std::int64_t{pixel.y} - instance.mask_origin.y;
   if (x + reach < 0 || x - reach >= mask.cols) return false;
-  std::int64_t half = reach;  // half the length of the disc's row
+  // Rows beyond the mask's are skipped: the mask may be far away, and the radius large.
+  const std::int64_t nearest = y < 0 ? -y : std::max<std::int64_t>(0, y - mask.rows + 1);
+  const std::int64_t farthest = std::min(reach, std::max(y, mask.rows - 1 - y));
+  if (nearest > farthest) return false;
+  std::int64_t half = chord_half_length(radius, static_cast<double>(nearest));
   const auto has_pixel_in = [&](std::int64_t row) {
     if (row < 0 || row >= mask.rows) return false;
     const std::uint8_t* const pixels = mask.ptr<std::uint8_t>(static_cast<int>(row));
@@ -50,9 +54,6 @@ inline bool mask_within(const Instance& instance, cv::Point pixel, double radius
     const std::int64_t end = std::min<std::int64_t>(mask.cols, x + half + 1);
     return has_mask_pixel(pixels + first, pixels + end);
   };
-  // Rows beyond the mask's are skipped: the mask may be far away, and the radius large.
-  const std::int64_t nearest = y < 0 ? -y : std::max<std::int64_t>(0, y - mask.rows + 1);
-  const std::int64_t farthest = std::min(reach, std::max(y, mask.rows - 1 - y));
   for (std::int64_t offset = nearest; offset <= farthest; ++offset) {
     while (static_cast<double>(half * half + offset * offset) > radius * radius) --half;
     if (has_pixel_in(y - offset) || (offset > 0 && has_pixel_in(y + offset))) return true;
