@@ -86,14 +86,21 @@ def test_other_calls_keep_the_lock():
 
 def other_thread_runs_during(call, attempts):
     """Whether another thread runs. The interpreter itself switches to none meanwhile."""
-    gate, seen = threading.Lock(), []
+    gate, waiting, seen = threading.Lock(), [], []
+
+    def wait_at_the_gate():
+        waiting.append(1)  # it keeps the interpreter from here until it waits at the gate
+        gate.acquire()
+        seen.append(1)
+
     gate.acquire()
-    other = threading.Thread(target=lambda: (gate.acquire(), seen.append(1)))
-    other.start()
-    time.sleep(0.1)  # it waits at the gate now, not for the interpreter by the usual interval
     interval = sys.getswitchinterval()
     sys.setswitchinterval(1000)
     try:
+        other = threading.Thread(target=wait_at_the_gate)
+        other.start()
+        while not waiting:
+            time.sleep(0.001)
         gate.release()
         for _ in range(attempts):
             if seen:
