@@ -32,8 +32,8 @@ enum class HealthVerdict : std::uint8_t {
 
 /// Limits of one measure: it is good up to max_good, worth a look up to max_look, and bad beyond.
 struct HealthLimits {
-  double max_good = 0;
-  double max_look = 0;
+  double max_good = 0;  ///< largest good value
+  double max_look = 0;  ///< largest value that is not bad
 };
 
 /// Options of FilterHealth.
@@ -67,8 +67,8 @@ struct FilterHealthOptions {
 
 /// One measure of a filter's health.
 struct HealthMeasure {
-  std::optional<double> value;  ///< nothing if it is not known
-  HealthVerdict verdict = HealthVerdict::not_known;
+  std::optional<double> value;                       ///< nothing if it is not known
+  HealthVerdict verdict = HealthVerdict::not_known;  ///< what the value means
   std::size_t frames = 0;  ///< frames that tell; fewer than min_frames if the value is not known
 };
 

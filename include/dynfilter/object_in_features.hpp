@@ -33,7 +33,8 @@ class ObjectInFeatures {
  public:
   /// Scratch memory that objects may share.
   struct Scratch {
-    std::vector<float> on_mask_m, in_middle_m;
+    std::vector<float> on_mask_m;    ///< depths of features on the mask, metres
+    std::vector<float> in_middle_m;  ///< depths of features in the middle of the box, metres
 
     /// Makes room for the depths of that many features.
     void reserve(std::size_t features) {

@@ -60,8 +60,8 @@ class ObjectInFrame {
  public:
   /// Scratch memory that objects may share.
   struct Scratch {
-    std::vector<float> depths_m;
-    MaskGapEstimator::Scratch gaps;
+    std::vector<float> depths_m;     ///< of ObjectDepthEstimator
+    MaskGapEstimator::Scratch gaps;  ///< of MaskGapEstimator
   };
 
   /// Measures an instance, reusing memory. The input must be valid and the instance in it.

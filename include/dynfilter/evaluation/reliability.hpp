@@ -38,7 +38,7 @@ struct ReliabilityBin {
 /// Reliability table of predicted probabilities: ten bins of equal width, [0, 0.1) ... [0.9, 1].
 /// Good probabilities come true as often as they say in every bin.
 struct Reliability {
-  std::array<ReliabilityBin, 10> bins;
+  std::array<ReliabilityBin, 10> bins;  ///< lowest probabilities first
 
   /// Adds a prediction. Throws std::invalid_argument for a probability outside 0 to 1.
   void add(double probability, bool happened) {

@@ -37,7 +37,7 @@ struct FeatureMotion {
   std::array<bool, motion_baselines> is_tracked = {false, false};  ///< whether shift_px is known
   std::size_t baseline = 0;  ///< the one with the largest ratio
   float ratio = 0;           ///< largest shift over what is allowed for, of all baselines
-  MotionEvidence evidence = MotionEvidence::unknown;
+  MotionEvidence evidence = MotionEvidence::unknown;  ///< what the ratio says
 
   /// Whether the feature was tracked over any baseline.
   bool is_known() const { return is_tracked[0] || is_tracked[1]; }

@@ -21,8 +21,8 @@ namespace dynfilter {
 /// Motion of the camera between two frames: point_then = rotation * point_now + translation, for a
 /// static point in the camera's frame at either time.
 struct RelativePose {
-  cv::Matx33d rotation = cv::Matx33d::eye();
-  cv::Vec3d translation = {0, 0, 0};  ///< metres
+  cv::Matx33d rotation = cv::Matx33d::eye();  ///< from the present frame to the earlier one
+  cv::Vec3d translation = {0, 0, 0};          ///< metres
 
   /// Returns a point of the present frame in the earlier one.
   cv::Point3d operator*(const cv::Point3d& point) const {
@@ -44,7 +44,7 @@ struct PoseObservation {
 
 /// Limits around an expected motion, of which a pose must not be farther away.
 struct PosePrior {
-  RelativePose pose;
+  RelativePose pose;                ///< expected motion
   double max_translation_m = 0.01;  ///< above 0
   double max_rotation_rad = 0.02;   ///< above 0
   /// Whether the pose counts as known: then an estimate is trusted even if most features disagree.

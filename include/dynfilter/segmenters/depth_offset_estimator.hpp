@@ -21,17 +21,17 @@ struct DepthOffsetEstimatorOptions {
   /// Number of depth images before and after each colour image's own that are compared with it; 1
   /// to 5. Offsets beyond it are not found.
   int max_lag = 2;
-  /// Smallest jump of depth at an edge: the larger of metres, and share of the nearer depth.
+  /// Smallest jump of depth at an edge, metres; min_jump_share counts if it is larger.
   double min_jump_m = 0.08;
-  double min_jump_share = 0.025;
+  double min_jump_share = 0.025;  ///< smallest jump of depth, as a share of the nearer depth
   /// Farthest near side of a depth edge, metres; farther edges are noisy.
   double max_edge_depth_m = 6;
   /// Widest strip without depth that an edge may lie across, as in the sensor's shadow beside a
   /// near thing; pixels at a width of 640.
   double max_shadow_px = 12;
-  /// Thresholds of the Canny detector for edges of the colour image; 0 < low <= high.
+  /// Lower threshold of the Canny detector for edges of the colour image; 0 < low <= high.
   double canny_low = 50;
-  double canny_high = 120;
+  double canny_high = 120;  ///< upper threshold of the Canny detector
   /// Largest distance between a depth edge and a colour edge that still counts, pixels at a width
   /// of 640; a farther edge counts as this far.
   double max_distance_px = 8;
@@ -66,7 +66,7 @@ struct DepthOffset {
 
 /// Estimate of DepthOffsetEstimator, and what it rests on.
 struct DepthOffsetEstimate {
-  DepthOffsetVerdict verdict = DepthOffsetVerdict::too_few_frames;
+  DepthOffsetVerdict verdict = DepthOffsetVerdict::too_few_frames;  ///< what is known
   std::optional<DepthOffset> offset;  ///< if the verdict is `measured`
   std::size_t frames = 0;             ///< usable frames
   double period_s = 0;                ///< mean time between depth images; 0 without usable frames
