@@ -1,34 +1,47 @@
-# The target `docs`: the API reference as web pages, by Doxygen. Without Doxygen there is no such
-# target. Nothing is downloaded.
+# The target `docs`: the repository's pages and the API reference as web pages, by Doxygen. Without
+# Doxygen and Python there is no such target. Nothing is downloaded.
 
 find_program(DYNFILTER_DOXYGEN doxygen)
-mark_as_advanced(DYNFILTER_DOXYGEN)
-if(NOT DYNFILTER_DOXYGEN)
+find_program(DYNFILTER_DOCS_PYTHON python3)
+mark_as_advanced(DYNFILTER_DOXYGEN DYNFILTER_DOCS_PYTHON)
+if(NOT DYNFILTER_DOXYGEN OR NOT DYNFILTER_DOCS_PYTHON)
   return()
 endif()
 
 set(_docs_dir ${PROJECT_BINARY_DIR}/docs)
 set(_docs_input "\"${PROJECT_SOURCE_DIR}/include/dynfilter\"")
-set(_docs_images "")
+set(_docs_images "\"${PROJECT_SOURCE_DIR}/examples/images\"")
 file(GLOB _docs_pages CONFIGURE_DEPENDS
      ${PROJECT_SOURCE_DIR}/README.md
      ${PROJECT_SOURCE_DIR}/CHANGELOG.md
      ${PROJECT_SOURCE_DIR}/bench/README.md
      ${PROJECT_SOURCE_DIR}/include/dynfilter/README.md
      ${PROJECT_SOURCE_DIR}/examples/README.md
-     ${PROJECT_SOURCE_DIR}/examples/*/README.md)
+     ${PROJECT_SOURCE_DIR}/examples/*/README.md
+     ${PROJECT_SOURCE_DIR}/tests/README.md)
+set(_docs_make_pages "")
+if(TARGET dynfilter_program)
+  set(_docs_made ${PROJECT_BINARY_DIR}/docs_pages)
+  list(APPEND _docs_pages ${_docs_made}/pages/command_line.md
+       ${_docs_made}/pages/pictures.md)
+  set(_docs_make_pages COMMAND ${CMAKE_COMMAND} -DPROGRAM=$<TARGET_FILE:dynfilter_program>
+      -DFOLDER=${_docs_made} -P ${PROJECT_SOURCE_DIR}/cmake/docs_pages.cmake)
+  string(APPEND _docs_images " \"${_docs_made}/pages\"")
+endif()
 foreach(_page IN LISTS _docs_pages)
-  get_filename_component(_page_dir ${_page} DIRECTORY)
   string(APPEND _docs_input " \"${_page}\"")
-  string(APPEND _docs_images " \"${_page_dir}\"")
 endforeach()
 configure_file(${PROJECT_SOURCE_DIR}/cmake/Doxyfile.in ${PROJECT_BINARY_DIR}/Doxyfile @ONLY)
 
 add_custom_target(
   docs
+  ${_docs_make_pages}
   COMMAND ${CMAKE_COMMAND} -E remove_directory ${_docs_dir}
   COMMAND ${CMAKE_COMMAND} -E make_directory ${_docs_dir}
   COMMAND ${DYNFILTER_DOXYGEN} ${PROJECT_BINARY_DIR}/Doxyfile
-  COMMAND ${CMAKE_COMMAND} -E echo "The API reference is ${_docs_dir}/index.html"
+  COMMAND ${CMAKE_COMMAND} -E echo "The documentation is ${_docs_dir}/index.html"
   WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
   VERBATIM)
+if(TARGET dynfilter_program)
+  add_dependencies(docs dynfilter_program)
+endif()

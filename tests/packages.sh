@@ -117,7 +117,7 @@ END
     $(pkg-config --cflags --libs dynfilter) -lopencv_features2d -lopencv_imgcodecs'
   in_system "$user" sh -ec 'dynfilter --version && ls /usr/share/man/man1/dynfilter.1*'
   in_system "$user" sh -ec 'cd /srv && dynfilter synth scene --frames 5 --width 320 --height 240 &&
-    dynfilter run scene out' | tail -3
+    dynfilter run scene --out out' | tail -3
 
   log "$suite: removing them"
   in_system "$user" apt-get -qq purge --yes libdynfilter-dev dynfilter-tools >/dev/null

@@ -16,7 +16,7 @@ which.
 
   --all  slow tests too, the unit tests built by clang, those of threads under the thread sanitizer,
          a minute of fuzzing, and some tests under valgrind; the Debian packages in bare systems, if
-         root runs this; the API reference; checks of format and scripts, which are skipped
+         root runs this; the documentation; checks of format and scripts, which are skipped
          otherwise where their tools are missing
 
   DYNFILTER_BUILD_DIR         folder of the dev build, default build/dev; others lie beside it
@@ -131,12 +131,6 @@ fuzzed() {
     "${other_dirs}fuzz/remote_reply"
 }
 
-# An undocumented public symbol is an error.
-documented() {
-  log "The API reference"
-  cmake --build "$dev_dir" --target docs
-}
-
 # Needs root and debootstrap, which makes the bare system.
 packaged() {
   log "The Debian packages in bare systems"
@@ -189,7 +183,6 @@ fi
 log "All tests"
 build "$dev_dir" "${dev_options[@]}"
 if [[ $all == yes ]]; then
-  documented
   under_valgrind
   run_tests "$dev_dir"
 else

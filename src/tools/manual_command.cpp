@@ -76,6 +76,15 @@ void print_page(const CLI::App& program) {
                "standard error that names what was wrong.\n";
 }
 
+/// Prints each command's help as a section of a page in Markdown.
+void print_markdown(const CLI::App& program) {
+  std::cout << "# The command line\n\n`dynfilter <command> --help` prints these texts, too.\n";
+  for (const CLI::App* command : shown_commands(program)) {
+    const std::string name = "dynfilter " + command->get_name();
+    std::cout << "\n## " << name << "\n\n```\n" << command->help("dynfilter") << "```\n";
+  }
+}
+
 /// Prints the names of options with dashes, and of shorter forms.
 void print_names(const CLI::App& command) {
   for (const CLI::Option* option : shown_options(command, false)) {
@@ -116,9 +125,19 @@ void add_manual_command(CLI::App& program) {
   CLI::App* command =
       program.add_subcommand("manual", "Print this help for other readers")->group("");
   const auto completion = std::make_shared<bool>(false);
+  const auto markdown = std::make_shared<bool>(false);
   command->add_flag("--completion", *completion, "the completion for bash, not the manual page");
-  command->callback(
-      [&program, completion] { *completion ? print_completion(program) : print_page(program); });
+  command->add_flag("--markdown", *markdown, "a page in Markdown, not the manual page")
+      ->excludes("--completion");
+  command->callback([&program, completion, markdown] {
+    if (*completion) {
+      print_completion(program);
+    } else if (*markdown) {
+      print_markdown(program);
+    } else {
+      print_page(program);
+    }
+  });
 }
 
 }  // namespace dynfilter::tools

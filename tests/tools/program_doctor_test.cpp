@@ -126,6 +126,14 @@ TEST(Manual, DescribesEveryCommandAndOption) {
   EXPECT_EQ(warnings.printed, "");
 }
 
+TEST(Manual, IsAPageOfTheDocumentationToo) {
+  const Outcome page = run("manual --markdown");
+  EXPECT_EQ(page.exit_code, 0);
+  EXPECT_TRUE(page.mentions("\n## dynfilter run\n")) << page.printed;
+  EXPECT_TRUE(page.mentions(run("run --help").printed)) << "the text of the command's own help";
+  EXPECT_NE(run("manual --markdown --completion").exit_code, 0);
+}
+
 TEST(Manual, CompletesCommandsOptionsAndFiles) {
   const auto completed = [](const std::string& words) {
     return run_in_shell("bash -c 'eval \"$(\"" DYNFILTER_PROGRAM
