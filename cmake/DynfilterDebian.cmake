@@ -62,7 +62,15 @@ for it, and measures results.")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-dynfilter)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
-set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3, python3-numpy")
+if(TARGET dynfilter_python)  # it is for one version of Python
+  get_target_property(interpreter dynfilter_python DYNFILTER_INTERPRETER)
+  execute_process(
+    COMMAND ${interpreter} -c "from sys import version_info as v\nprint(f'python3 (>= {v[0]}.{v[1]}~), python3 (<< {v[0]}.{v[1] + 1}), python3-numpy', end='')"
+    OUTPUT_VARIABLE CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS RESULT_VARIABLE failed)
+  if(failed)
+    message(FATAL_ERROR "${interpreter} does not say its version")
+  endif()
+endif()
 set(CPACK_DEBIAN_PYTHON_DESCRIPTION "The library for Python 3, with
 NumPy arrays in and out.")
 

@@ -69,6 +69,12 @@ make_system() {
   mount -t proc proc "$folder/proc"
 }
 
+# Prints a block of the page about Python: python_block <number>
+python_block() {
+  awk -v wanted="$1" '/^```python/ { inside = ++count == wanted; next } /^```/ { inside = 0 } inside' \
+    "$root/examples/python/README.md"
+}
+
 try_suite() {
   local suite=$1 maker="$scratch/$1-maker" user="$scratch/$1-user" build=/srv/build
   log "$suite: a bare system that makes the packages"
@@ -77,9 +83,10 @@ try_suite() {
   (cd "$root" && tar -c --exclude=./build --exclude=./.git .) | tar -x -C "$maker/srv/dynfilter"
   in_system "$maker" apt-get -qq update
   in_system "$maker" apt-get -qq install --yes --no-install-recommends g++ cmake ninja-build \
-    libopencv-dev libeigen3-dev libcli11-dev nlohmann-json3-dev file dpkg-dev lintian >/dev/null
+    libopencv-dev libeigen3-dev libcli11-dev nlohmann-json3-dev pybind11-dev python3-dev \
+    python3-numpy file dpkg-dev lintian >/dev/null
   in_system "$maker" cmake -S /srv/dynfilter -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
-    -DCMAKE_INSTALL_PREFIX=/usr -DDYNFILTER_DEBIAN=ON -DDYNFILTER_BUILD_TESTS=OFF \
+    -DCMAKE_INSTALL_PREFIX=/usr -DDYNFILTER_DEBIAN=ON -DDYNFILTER_BUILD_PYTHON=ON -DDYNFILTER_BUILD_TESTS=OFF \
     -DDYNFILTER_BUILD_EXAMPLES=OFF >/dev/null
   in_system "$maker" cmake --build "$build" -j "$(nproc)" >"$maker.build" ||
     die "$suite: the build failed: $(tail -20 "$maker.build")"
@@ -93,6 +100,8 @@ try_suite() {
   make_system "$suite" "$user"
   mkdir "$user/srv/packages"
   cp "$maker/$build"/*.deb "$user/srv/packages"
+  umount "$maker/proc"
+  rm -rf --one-file-system "$maker"
   in_system "$user" apt-get -qq update
   in_system "$user" sh -c 'apt-get -qq install --yes --no-install-recommends \
     ./srv/packages/*.deb g++ cmake make pkg-config libopencv-features2d-dev >/dev/null'
@@ -119,12 +128,41 @@ END
   in_system "$user" sh -ec 'cd /srv && dynfilter synth scene --frames 5 --width 320 --height 240 &&
     dynfilter run scene --out out' | tail -3
 
+  log "$suite: the Python module"
+  # A frame and a sequence, as the page prints them, and what the page leaves to the reader.
+  mkdir "$user/srv/python"
+  {
+    cat <<'END'
+import numpy
+height, width = 240, 320
+image = numpy.zeros((height, width, 3), numpy.uint8)
+depth = numpy.full((height, width), 10000, numpy.uint16)
+masks = numpy.zeros((1, height, width), bool)
+masks[0, 60:180, 100:160] = True
+boxes = numpy.array([[100, 60, 160, 180]], float)
+points = numpy.array([[130, 100], [300, 20], [10, 200]], numpy.float32)
+descriptors = numpy.arange(3 * 32, dtype=numpy.uint8).reshape(3, 32)
+END
+    python_block 1
+    cat <<'END'
+assert points.tolist() == [[300, 20], [10, 200]] and descriptors[:, 0].tolist() == [32, 64]
+tracked = []
+def detect(image):
+    return points, descriptors
+def track(frame, points, descriptors):
+    tracked.append(len(points))
+END
+    python_block 2
+    echo 'assert len(tracked) == 5'
+  } >"$user/srv/python/page.py"
+  in_system "$user" sh -ec 'cd /srv && python3 python/page.py'
+
   log "$suite: removing them"
-  in_system "$user" apt-get -qq purge --yes libdynfilter-dev dynfilter-tools >/dev/null
+  in_system "$user" apt-get -qq purge --yes libdynfilter-dev dynfilter-tools python3-dynfilter >/dev/null
   in_system "$user" sh -c "find / -xdev -name '*dynfilter*' -not -path '/srv/*' -not -path '/proc/*'" |
     { ! grep . || die "$suite: the packages left these behind"; }
-  umount "$user/proc" "$maker/proc"
-  rm -rf --one-file-system "$user" "$maker"
+  umount "$user/proc"
+  rm -rf --one-file-system "$user"
 }
 
 for suite in "${suites[@]}"; do try_suite "$suite"; done
