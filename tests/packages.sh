@@ -128,6 +128,28 @@ END
   in_system "$user" sh -ec 'cd /srv && dynfilter synth scene --frames 5 --width 320 --height 240 &&
     dynfilter run scene --out out' | tail -3
 
+  log "$suite: a host in the shape of ORB-SLAM"
+  cp -r "$root/tests/consumers/orb_slam_host" "$user/srv/host"
+  cat >"$user/srv/host/settings.yaml" <<'END'
+%YAML:1.0
+---
+Camera.type: "PinHole"
+Camera.RGB: 0
+Camera.bf: 40.0
+DepthMapFactor: 5000.0
+ORBextractor.nFeatures: 500
+ORBextractor.scaleFactor: 1.2
+ORBextractor.nLevels: 4
+ORBextractor.iniThFAST: 10
+dynfilter.mask_folder: "/srv/host_data/left/masks"
+dynfilter.output_folder: "/srv/host_data/out"
+END
+  in_system "$user" apt-get -qq install --yes --no-install-recommends libopencv-dev >/dev/null
+  in_system "$user" sh -ec 'cd /srv/host && cmake -B build >/dev/null 2>&1 && cmake --build build &&
+    dynfilter synth ../host_data/left --frames 12 --width 320 --height 240 --persons 1 --seed 4 &&
+    build/consumer rgbd /srv/host_data settings.yaml rgbd'
+  (($(wc -l <"$user/srv/host_data/out/frames.csv") == 13)) || die "$suite: the host filtered no 12 frames"
+
   log "$suite: the Python module"
   # A frame and a sequence, as the page prints them, and what the page leaves to the reader.
   mkdir "$user/srv/python"
