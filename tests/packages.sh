@@ -147,8 +147,8 @@ END
   in_system "$user" apt-get -qq install --yes --no-install-recommends libopencv-dev >/dev/null
   in_system "$user" sh -ec 'cd /srv/host && cmake -B build >/dev/null 2>&1 && cmake --build build &&
     dynfilter synth ../host_data/left --frames 12 --width 320 --height 240 --persons 1 --seed 4 &&
-    build/consumer rgbd /srv/host_data settings.yaml rgbd'
-  (($(wc -l <"$user/srv/host_data/out/frames.csv") == 13)) || die "$suite: the host filtered no 12 frames"
+    build/consumer rgbd /srv/host_data settings.yaml'
+  (($(wc -l <"$user/srv/host_data/out/frames.csv") > 12)) || die "$suite: the host did not filter 12 frames"
 
   log "$suite: the Python module"
   # A frame and a sequence, as the page prints them, and what the page leaves to the reader.
