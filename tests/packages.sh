@@ -7,11 +7,13 @@ exec </dev/null # no command may wait for input
 
 usage() {
   cat <<'END'
-usage: tests/packages.sh [-h] [SUITE]...
+usage: tests/packages.sh [--readme] [-h] [SUITE]...
 
 Builds the Debian packages in bare systems of these suites (default: bookworm trixie), checks them
 with lintian, installs them in a second bare system, uses them as a newcomer would, and removes them
 again. Needs root and debootstrap, and a gigabyte or two for each suite while it runs.
+
+  --readme  put the time and the size of the installation into README.md
 
   DYNFILTER_SCRATCH_DIR  folder for the systems, default /var/tmp; each run makes its own below it
 END
@@ -22,13 +24,14 @@ readonly root
 # shellcheck source-path=SCRIPTDIR source=../cmake/setup.sh
 source "$root/cmake/setup.sh"
 
-suites=()
+suites=() readme=no
 for argument in "$@"; do
   case "$argument" in
     -h | --help)
       usage
       exit
       ;;
+    --readme) readme=yes ;;
     -*)
       usage >&2
       exit 2
@@ -82,7 +85,7 @@ try_suite() {
   mkdir "$maker/srv/dynfilter"
   (cd "$root" && tar -c --exclude=./build --exclude=./.git .) | tar -x -C "$maker/srv/dynfilter"
   in_system "$maker" apt-get -qq update
-  in_system "$maker" apt-get -qq install --yes --no-install-recommends g++ cmake ninja-build \
+  in_system "$maker" apt-get -qq -o Dpkg::Use-Pty=0 install --yes --no-install-recommends g++ cmake ninja-build \
     libopencv-dev libeigen3-dev libcli11-dev nlohmann-json3-dev pybind11-dev python3-dev \
     python3-numpy file dpkg-dev lintian >/dev/null
   in_system "$maker" cmake -S /srv/dynfilter -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
@@ -103,9 +106,14 @@ try_suite() {
   umount "$maker/proc"
   rm -rf --one-file-system "$maker"
   in_system "$user" apt-get -qq update
-  in_system "$user" sh -c 'apt-get -qq install --yes --no-install-recommends \
+  local before seconds=$SECONDS megabytes
+  before=$(du -sm --one-file-system "$user" | cut -f 1)
+  in_system "$user" sh -c 'apt-get -qq -o Dpkg::Use-Pty=0 install --yes --no-install-recommends \
     ./srv/packages/*.deb g++ cmake make pkg-config libopencv-features2d-dev >/dev/null'
-  du -sm --one-file-system "$user" | sed 's/\t.*/ MB with the packages and what they need/'
+  in_system "$user" apt-get clean
+  seconds=$((SECONDS - seconds))
+  megabytes=$(($(du -sm --one-file-system "$user" | cut -f 1) - before))
+  log "$suite: $seconds s and $megabytes MB for the packages, a compiler and what they need"
 
   log "$suite: the first program and the command line"
   mkdir "$user/srv/first"
@@ -144,7 +152,7 @@ ORBextractor.iniThFAST: 10
 dynfilter.mask_folder: "/srv/host_data/left/masks"
 dynfilter.output_folder: "/srv/host_data/out"
 END
-  in_system "$user" apt-get -qq install --yes --no-install-recommends libopencv-dev >/dev/null
+  in_system "$user" apt-get -qq -o Dpkg::Use-Pty=0 install --yes --no-install-recommends libopencv-dev >/dev/null
   in_system "$user" sh -ec 'cd /srv/host && cmake -B build >/dev/null 2>&1 && cmake --build build &&
     dynfilter synth ../host_data/left --frames 12 --width 320 --height 240 --persons 1 --seed 4 &&
     build/consumer rgbd /srv/host_data settings.yaml'
@@ -180,11 +188,15 @@ END
   in_system "$user" sh -ec 'cd /srv && python3 python/page.py'
 
   log "$suite: removing them"
-  in_system "$user" apt-get -qq purge --yes libdynfilter-dev dynfilter-tools python3-dynfilter >/dev/null
+  in_system "$user" apt-get -qq -o Dpkg::Use-Pty=0 purge --yes libdynfilter-dev dynfilter-tools python3-dynfilter >/dev/null
   in_system "$user" sh -c "find / -xdev -name '*dynfilter*' -not -path '/srv/*' -not -path '/proc/*'" |
     { ! grep . || die "$suite: the packages left these behind"; }
   umount "$user/proc"
   rm -rf --one-file-system "$user"
+  if [[ $readme == yes ]]; then
+    sed -i "s/<!-- $suite: begin -->.*<!-- $suite: end -->/<!-- $suite: begin -->$seconds s, $megabytes MB<!-- $suite: end -->/" \
+      "$root/README.md"
+  fi
 }
 
 for suite in "${suites[@]}"; do try_suite "$suite"; done
