@@ -74,6 +74,16 @@ bool is_inside(cv::Point2f point, cv::Size size) {
 
 }  // namespace
 
+std::vector<PointMotion> point_motions(FeaturesView features,
+                                       const std::vector<FeatureTrack>& tracks) {
+  require_count(tracks.size(), features.size());
+  std::vector<PointMotion> motions;
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    if (tracks[i].is_found) motions.push_back({tracks[i].position, features[i]});
+  }
+  return motions;
+}
+
 FeatureTracker::FeatureTracker(const FeatureTrackerOptions& options) : options_(options) {
   require(options.window_px >= 5 && options.window_px <= 99 && options.window_px % 2 == 1,
           "window_px", options.window_px, "an odd number from 5 to 99");

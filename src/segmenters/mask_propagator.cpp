@@ -4,6 +4,7 @@
 #include "dynfilter/segmenters/mask_propagator.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <deque>
 #include <iterator>
@@ -47,6 +48,16 @@ cv::Size size_of(const FrameView& frame, const std::optional<Segmentation>& newe
   if (!frame.image.empty()) return frame.image.size();
   if (!frame.depth.empty()) return frame.depth.size();
   return newest ? newest->image_size : cv::Size();
+}
+
+void check(const std::vector<PointMotion>& motions) {
+  for (const PointMotion& motion : motions) {
+    for (const cv::Point2f place : {motion.from, motion.to}) {
+      if (std::isfinite(place.x) && std::isfinite(place.y)) continue;
+      detail::throw_misuse(name, detail::concatenate("a track at (", place.x, ", ", place.y, ")"),
+                           "tracks at finite places");
+    }
+  }
 }
 
 void check(const FrameView& frame, const std::optional<Segmentation>& newest) {
@@ -97,9 +108,13 @@ struct MaskPropagator::State {
         flow({options.work_width_px, options.point_spacing_px, options.max_forward_backward_px}) {}
 
   void forget() noexcept;
+  std::optional<Segmentation> propagate_or_forget(const FrameView& frame,
+                                                  const std::optional<Segmentation>& newest,
+                                                  const std::vector<PointMotion>* motions);
   std::optional<Segmentation> propagate(const FrameView& frame,
-                                        const std::optional<Segmentation>& newest);
-  void track(const FrameView& frame);
+                                        const std::optional<Segmentation>& newest,
+                                        const std::vector<PointMotion>* motions);
+  void move_on(const FrameView& frame, const std::vector<PointMotion>* motions);
   void drop_lost(double now_s);
   void take_if_new(const FrameView& frame, const Segmentation& result);
   ResultPlace place_of(const Segmentation& result) const;
@@ -136,13 +151,20 @@ void MaskPropagator::State::forget() noexcept {
   statistics.restarted = true;
 }
 
-/// Moves on to the frame: computes the image's motion and moves all known instances.
-void MaskPropagator::State::track(const FrameView& frame) {
+/// Moves on to the frame: takes the host's tracks or computes the image's motion, and moves all
+/// known instances.
+void MaskPropagator::State::move_on(const FrameView& frame,
+                                    const std::vector<PointMotion>* motions) {
   detail::FlowStep step;
   step.frame_id = frame.id;
   step.timestamp_s = frame.timestamp_s;
   step.duration_s = steps.empty() ? 0 : frame.timestamp_s - steps.back().timestamp_s;
-  step.motions = flow.track(frame.image);
+  if (motions == nullptr) {
+    step.motions = flow.track(frame.image);
+  } else {
+    flow.forget();
+    if (!steps.empty()) step.motions = *motions;
+  }
   statistics.tracked_points = step.motions.size();
   steps.push_back(std::move(step));
   if (steps.size() > options.history_frames) steps.pop_front();
@@ -301,16 +323,31 @@ const PropagationStatistics& MaskPropagator::statistics() const { return state_-
 std::optional<Segmentation> MaskPropagator::propagate(const FrameView& frame,
                                                       const std::optional<Segmentation>& newest) {
   check(frame, newest);
+  return state_->propagate_or_forget(frame, newest, nullptr);
+}
+
+std::optional<Segmentation> MaskPropagator::propagate(const FrameView& frame,
+                                                      const std::optional<Segmentation>& newest,
+                                                      const std::vector<PointMotion>& motions) {
+  check(frame, newest);
+  check(motions);
+  return state_->propagate_or_forget(frame, newest, &motions);
+}
+
+std::optional<Segmentation> MaskPropagator::State::propagate_or_forget(
+    const FrameView& frame, const std::optional<Segmentation>& newest,
+    const std::vector<PointMotion>* motions) {
   try {
-    return state_->propagate(frame, newest);
+    return propagate(frame, newest, motions);
   } catch (...) {
-    state_->forget();  // half-done work would mislead or crash the next call
+    forget();  // half-done work would mislead or crash the next call
     throw;
   }
 }
 
 std::optional<Segmentation> MaskPropagator::State::propagate(
-    const FrameView& frame, const std::optional<Segmentation>& newest) {
+    const FrameView& frame, const std::optional<Segmentation>& newest,
+    const std::vector<PointMotion>* motions) {
   statistics = {};
   const cv::Size frame_size = size_of(frame, newest);
   const bool is_known_size = frame_size.empty() || size.empty() || frame_size == size;
@@ -318,10 +355,10 @@ std::optional<Segmentation> MaskPropagator::State::propagate(
   if (!is_known_size || !is_later) forget();
   if (!frame_size.empty()) size = frame_size;
 
-  track(frame);
+  move_on(frame, motions);
   if (newest) take_if_new(frame, *newest);
   drop_lost(frame.timestamp_s);
-  choose_points();
+  if (motions == nullptr) choose_points();
   const bool is_known =
       last_result && frame.timestamp_s - last_result->true_timestamp_s <= options.max_age_s;
   if (!is_known) return {};

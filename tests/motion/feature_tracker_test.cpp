@@ -196,5 +196,17 @@ TEST(FeatureTracker, RefusesNonsense) {
       "2 places and 3 features");
 }
 
+TEST(FeatureTracker, GivesTheMotionsOfFoundFeatures) {
+  const std::vector<cv::Point2f> now = {{10, 20}, {30, 40}, {50, 60}};
+  const std::vector<FeatureTrack> tracks = {{{9, 21}, true}, {{0, 0}, false}, {{52, 60}, true}};
+  const std::vector<PointMotion> motions = point_motions(now, tracks);
+  ASSERT_EQ(motions.size(), 2U);
+  EXPECT_EQ(motions[0].from, cv::Point2f(9, 21));
+  EXPECT_EQ(motions[0].to, cv::Point2f(10, 20));
+  EXPECT_EQ(motions[1].shift(), cv::Point2f(-2, 0));
+  testing::expect_error<std::invalid_argument>([&] { point_motions(now, {}); },
+                                               "0 places and 3 features");
+}
+
 }  // namespace
 }  // namespace dynfilter

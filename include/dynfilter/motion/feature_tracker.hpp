@@ -11,6 +11,7 @@
 #include <opencv2/core.hpp>
 
 #include "dynfilter/features.hpp"
+#include "dynfilter/point_motion.hpp"
 #include "dynfilter/workspace.hpp"
 
 namespace dynfilter {
@@ -20,6 +21,13 @@ struct FeatureTrack {
   cv::Point2f position;   ///< raw pixels of the other frame; meaningless if not found
   bool is_found = false;  ///< whether the feature could be followed
 };
+
+/// Returns the motions of the features that were found in the last frame, for
+/// MaskPropagator::propagate. `tracks` has one place in the last frame for each feature of this
+/// one, as FeatureTracker::track leaves them. Throws std::invalid_argument for another number of
+/// tracks. O(features).
+std::vector<PointMotion> point_motions(FeaturesView features,
+                                       const std::vector<FeatureTrack>& tracks);
 
 /// Options of FeatureTracker.
 struct FeatureTrackerOptions {

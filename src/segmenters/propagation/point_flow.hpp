@@ -10,14 +10,9 @@
 
 #include <opencv2/core.hpp>
 
+#include "dynfilter/point_motion.hpp"
+
 namespace dynfilter::detail {
-
-/// A point's position in the last frame and in this one, in pixels of the full image.
-struct PointMotion {
-  cv::Point2f from, to;
-
-  cv::Point2f shift() const { return to - from; }
-};
 
 struct PointFlowOptions {
   int work_width_px = 0, point_spacing_px = 0;
@@ -31,7 +26,8 @@ class PointFlow {
   explicit PointFlow(const PointFlowOptions& options) : options_(options) {}
 
   /// Returns the motion of the points that could be followed from the last image into this one;
-  /// none without an image or a last image. 8 bits, 1, 3 or 4 channels.
+  /// none without an image or a last image. The motions are in pixels of the full image. The image
+  /// has 8 bits and 1, 3 or 4 channels.
   std::vector<PointMotion> track(const cv::Mat& image);
 
   /// Chooses the points to follow in the image last given to track(), densely in these rectangles

@@ -1,0 +1,24 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_POINT_MOTION_HPP
+#define DYNFILTER_POINT_MOTION_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include <opencv2/core.hpp>
+
+namespace dynfilter {
+
+/// Motion of a point between two frames that follow each other.
+struct PointMotion {
+  cv::Point2f from;  ///< place in the earlier frame, raw pixels
+  cv::Point2f to;    ///< place in the later frame, raw pixels
+
+  /// Returns the shift from the earlier frame to the later one, pixels.
+  cv::Point2f shift() const { return to - from; }
+};
+
+}  // namespace dynfilter
+
+#endif  // DYNFILTER_POINT_MOTION_HPP
