@@ -6,12 +6,19 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "commands.hpp"
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
+#include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "dynfilter/segmenters/mask_folder_writer.hpp"
 #include "frame_source.hpp"
 #include "inputs.hpp"
+#include "io/file_error.hpp"
+#include "io/image_file.hpp"
+#include "io/staged_folder.hpp"
+#include "mask_images.hpp"
 #include "number_options.hpp"
 #include "progress_bar.hpp"
 #include "segmenter_spec.hpp"
@@ -21,19 +28,36 @@
 namespace dynfilter::tools {
 namespace {
 
+constexpr const char* labels_format = "labels";
+
 struct MasksOptions {
-  std::filesystem::path sequence, camera, out;
+  std::filesystem::path sequence, camera, masks, out;
   std::optional<double> depth_offset_s;
+  std::string format = labels_format;
+  MaskImageOptions images;  // its format is not used
   SegmenterSpec segmenter;
   bool overwrite = false;
 };
 
-void make_masks(const MasksOptions& options) {
-  const RgbdSequence sequence(options.sequence, {0.02, options.camera, options.depth_offset_s});
+/// Returns the folder that masks are read from; none if a segmenter makes them.
+std::optional<std::filesystem::path> masks_folder_of(const MasksOptions& options,
+                                                     const RgbdSequence& sequence) {
+  if (!options.segmenter.is_unset()) return {};
+  return options.masks.empty() ? sequence.masks_folder() : options.masks;
+}
+
+Inputs inputs_of(const MasksOptions& options, const RgbdSequence& sequence) {
   Inputs inputs;
   add_sequence_inputs(sequence, inputs);
   inputs.add(options.camera);
   inputs.add(options.segmenter.model);
+  if (const auto folder = masks_folder_of(options, sequence)) inputs.add_folder(*folder);
+  return inputs;
+}
+
+/// Writes label maps with an instances.csv.
+void write_label_maps(const MasksOptions& options, const RgbdSequence& sequence,
+                      const Inputs& inputs) {
   require_harmless(inputs, options.out, "masks", detail::mask_names(options.out),
                    options.overwrite);
   const std::unique_ptr<Segmenter> segmenter = options.segmenter.make();
@@ -56,6 +80,78 @@ void make_masks(const MasksOptions& options) {
               options.out.c_str());
 }
 
+/// Returns the segmenter, or else the sequence's masks or those of --masks. Throws
+/// std::runtime_error without any, and for a frame without a mask.
+std::unique_ptr<Segmenter> make_source(const MasksOptions& options, const RgbdSequence& sequence) {
+  if (!options.segmenter.is_unset()) return options.segmenter.make();
+  const auto folder = masks_folder_of(options, sequence);
+  if (!folder) {
+    detail::throw_file_error(sequence.folder() / "masks",
+                             "there is no such folder; name masks (--masks) or a segmenter");
+  }
+  auto masks = std::make_unique<MaskFolderSegmenter>(*folder);
+  for (std::size_t i = 0; i < sequence.size(); ++i) {
+    if (masks->has_mask(sequence.entry(i).timestamp_s)) continue;
+    detail::throw_file_error(*folder / (sequence.entry(i).stem + ".png"), "there is no such mask");
+  }
+  return masks;
+}
+
+/// Refuses masks below the folder of the images, where their reader would take them for images.
+void require_elsewhere(const std::filesystem::path& out, const std::filesystem::path& images) {
+  namespace fs = std::filesystem;
+  const fs::path below =
+      fs::weakly_canonical(fs::absolute(out)).lexically_relative(fs::weakly_canonical(images));
+  if (*below.begin() == "..") return;
+  detail::throw_file_error(out, "lies in the folder of the images, " + images.string() +
+                                    ", where masks would be taken for images; name another");
+}
+
+/// Writes a mask image beside each image, for other systems.
+void write_mask_images(const MasksOptions& options, const RgbdSequence& sequence,
+                       const Inputs& inputs) {
+  MaskImageOptions image_options = options.images;
+  image_options.format = options.format;
+  const MaskImages images(sequence, image_options);
+  // The folder holds masks of one format: those of another are in the way, too.
+  std::vector<std::filesystem::path> names = detail::mask_names(options.out);
+  names.insert(names.end(), images.names().begin(), images.names().end());
+  require_harmless(inputs, options.out, "masks", names, options.overwrite);
+  require_elsewhere(options.out, images.image_folder());
+  const std::unique_ptr<Segmenter> source = make_source(options, sequence);
+  detail::StagedFolder staged(options.out, "masks", names, options.overwrite);
+  {
+    ProgressBar progress("masking", sequence.size());
+    for (std::size_t i = 0; i < sequence.size(); ++i) {
+      const FrameView frame = sequence.read(i);
+      const std::filesystem::path file = staged.path() / images.names()[i];
+      std::filesystem::create_directories(file.parent_path());
+      detail::write_png(file, images.mask_of(frame, source->segment(frame)));
+      progress.advance();
+    }
+  }
+  staged.commit();
+  std::printf("%zu masks of the images in %s, written to %s\n", sequence.size(),
+              images.image_folder().c_str(), options.out.c_str());
+  if (images.images_without_frame() > 0) {
+    std::printf("%zu other images are there without a mask: they are no frames of the sequence\n",
+                images.images_without_frame());
+  }
+  if (options.format != "colmap") return;
+  std::printf("colmap feature_extractor --image_path %s --ImageReader.mask_path %s …\n",
+              images.image_folder().c_str(), options.out.c_str());
+}
+
+void make_masks(const MasksOptions& options) {
+  const RgbdSequence sequence(options.sequence, {0.02, options.camera, options.depth_offset_s});
+  const Inputs inputs = inputs_of(options, sequence);
+  if (options.format == labels_format) {
+    write_label_maps(options, sequence, inputs);
+  } else {
+    write_mask_images(options, sequence, inputs);
+  }
+}
+
 }  // namespace
 
 void add_masks_command(CLI::App& program) {
@@ -64,21 +160,58 @@ void add_masks_command(CLI::App& program) {
       "masks",
       "Run a segmenter over a sequence once and write its masks, label maps with an "
       "instances.csv,\n"
-      "for dynfilter run --masks, for MaskFolderSegmenter and for the plugin.");
+      "for dynfilter run --masks, for MaskFolderSegmenter and for the plugin; or write mask "
+      "images\n"
+      "for COLMAP and other systems, of a segmenter's masks or of the sequence's own.");
   command->add_option("SEQUENCE", options->sequence, "folder of the sequence")->required();
   command->add_option("--out", options->out, "folder for the masks")
       ->check(some_path())
       ->required();
+  std::vector<std::string> formats = {labels_format};
+  formats.insert(formats.end(), mask_image_formats().begin(), mask_image_formats().end());
+  command->add_option("--format", options->format, "what to write, see below")
+      ->check(CLI::IsMember(formats))
+      ->capture_default_str();
+  std::vector<const CLI::Option*> of_images;  // options that suit mask images only
+  of_images.push_back(command->add_option(
+      "--masks", options->masks, "folder of the masks to write as images [SEQUENCE/masks]"));
+  of_images.push_back(command->add_flag(
+      "--refine", options->images.refines,
+      "correct the masks by depth first, pixel by pixel, as the rule depth judges features"));
+  of_images.push_back(command
+                          ->add_option("--margin", options->images.mask_culler.margin_px,
+                                       "grow the masks of dynamic objects by this much, pixels")
+                          ->check(real_number(0, 1e6))
+                          ->capture_default_str());
+  of_images.push_back(add_classes_option(*command, options->images.mask_culler));
   command->add_option("--camera", options->camera, "camera file [SEQUENCE/camera.yaml]");
   add_depth_offset_option(*command, options->depth_offset_s);
   command->add_flag("--overwrite", options->overwrite,
                     "replace the masks of an earlier call when all new ones are made");
   add_segmenter_options(*command, options->segmenter);
   command->footer(
-      "example: dynfilter masks rgbd_dataset_freiburg3_walking_xyz --remote /run/user/1000/masks\n"
-      "           --out rgbd_dataset_freiburg3_walking_xyz/masks");
-  command->callback([options] {
-    if (options->segmenter.is_unset()) throw CLI::RequiredError("a segmenter, such as --remote");
+      "formats:\n"
+      "  labels   label maps named by time, with an instances.csv; needs a segmenter\n"
+      "  colmap   for an image a/b.png the mask a/b.png.png: 0 = take no features here, else 255\n"
+      "  static   for an image a/b.png the mask a/b.png: 255 = static, 0 = dynamic\n"
+      "  dynamic  the same names: 255 = dynamic, 0 = static\n"
+      "All but labels have one channel of 8 bits and the image's size.\n\n"
+      "examples:\n"
+      "  dynfilter masks rgbd_dataset_freiburg3_walking_xyz --remote /run/user/1000/masks\n"
+      "           --out rgbd_dataset_freiburg3_walking_xyz/masks\n"
+      "  dynfilter masks scene --format colmap --refine --margin 4 --out colmap_masks");
+  command->callback([options, of_images] {
+    const bool is_labels = options->format == labels_format;
+    if (is_labels && options->segmenter.is_unset()) {
+      throw CLI::RequiredError("a segmenter, such as --remote");
+    }
+    for (const CLI::Option* option : of_images) {
+      if (!is_labels || option->empty()) continue;
+      throw CLI::ValidationError(option->get_name() + " needs --format colmap, static or dynamic");
+    }
+    if (!options->masks.empty() && !options->segmenter.is_unset()) {
+      throw CLI::ValidationError("--masks and a segmenter: want one source of masks");
+    }
     make_masks(*options);
   });
 }

@@ -14,6 +14,7 @@
 #include <CLI/CLI.hpp>
 
 #include "dynfilter/evaluation/camera.hpp"
+#include "dynfilter/mask_culler.hpp"
 #include "number_options.hpp"
 #include "rule_run.hpp"
 #include "scene_spec.hpp"
@@ -38,6 +39,15 @@ inline CLI::Option* add_depth_offset_option(CLI::App& command, std::optional<dou
       ->check(real_number(-max_depth_offset_s, max_depth_offset_s));
 }
 
+inline CLI::Option* add_classes_option(CLI::App& command, MaskCullerOptions& options) {
+  return command
+      .add_option("--classes", options.dynamic_classes, "dynamic class ids, such as 0,16")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->transform(whole_number(0, std::numeric_limits<int>::max()))
+      ->capture_default_str();
+}
+
 inline void add_setting_options(CLI::App& command, RunSettings& settings) {
   command.add_option("--features", settings.features, "ORB features a frame")
       ->transform(whole_number(1, 100000))
@@ -47,13 +57,7 @@ inline void add_setting_options(CLI::App& command, RunSettings& settings) {
                   "use every n-th frame only, without odometry, which needs all frames")
       ->transform(whole_number(1, 1000000))
       ->capture_default_str();
-  command
-      .add_option("--classes", settings.mask_culler.dynamic_classes,
-                  "dynamic class ids, such as 0,16")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->transform(whole_number(0, std::numeric_limits<int>::max()))
-      ->capture_default_str();
+  add_classes_option(command, settings.mask_culler);
   command
       .add_option("--margin", settings.mask_culler.margin_px,
                   "also remove features this near to a mask, pixels")

@@ -1,0 +1,226 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// dynfilter masks --format colmap|static|dynamic: mask images for other systems.
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <set>
+#include <string>
+#include <vector>
+
+#include <opencv2/imgcodecs.hpp>
+
+#include "dynfilter/depth_compensator.hpp"
+#include "dynfilter/evaluation/rgbd_sequence.hpp"
+#include "dynfilter/segmenters/mask_folder_segmenter.hpp"
+#include "support/file_tree.hpp"
+#include "support/program.hpp"
+#include "support/small_scene_test.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+class ProgramMaskImages : public SmallSceneTest {
+ protected:
+  /// Writes masks; returns what was printed.
+  static Outcome masks(const std::string& options, const fs::path& to, const fs::path& of) {
+    return run("masks " + quoted(of) + " --format " + options + " --out " + quoted(to));
+  }
+
+  static void expect_masks(const std::string& options, const fs::path& to,
+                           const fs::path& of = scene()) {
+    const Outcome outcome = masks(options, to, of);
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
+  }
+
+  /// Expects that the program refuses, says this and adds or changes no file.
+  static void expect_refused(const std::string& options, const fs::path& to,
+                             const std::string& part, const fs::path& of = scene()) {
+    const FileTree before = file_tree(out("."));
+    const Outcome outcome = masks(options, to, of);
+    EXPECT_NE(outcome.exit_code, 0);
+    EXPECT_TRUE(outcome.mentions(part)) << outcome.printed;
+    EXPECT_EQ(file_tree(out(".")), before);
+  }
+
+  static fs::path copy_of_scene(const char* name) {
+    fs::copy(scene(), out(name), fs::copy_options::recursive);
+    return out(name);
+  }
+};
+
+cv::Mat read_gray(const fs::path& file) {
+  const cv::Mat image = cv::imread(file.string(), cv::IMREAD_UNCHANGED);
+  EXPECT_EQ(image.type(), CV_8UC1) << file;
+  return image;
+}
+
+/// Pixels on persons, within the margin, by definition: slow.
+cv::Mat dynamic_pixels(const Segmentation& masks, int margin_px) {
+  cv::Mat dynamic(masks.image_size, CV_8UC1, cv::Scalar(0));
+  const cv::Rect image({}, masks.image_size);
+  const auto is_masked = [&](cv::Point pixel) {
+    for (const Instance& instance : masks.instances) {
+      if (instance.class_id == 0 && instance.covers(pixel)) return true;
+    }
+    return false;
+  };
+  for (int y = 0; y < dynamic.rows; ++y) {
+    for (int x = 0; x < dynamic.cols; ++x) {
+      if (!is_masked({x, y})) continue;
+      for (int v = -margin_px; v <= margin_px; ++v) {
+        for (int u = -margin_px; u <= margin_px; ++u) {
+          const cv::Point near(x + u, y + v);
+          const bool is_within = u * u + v * v <= margin_px * margin_px;
+          if (is_within && image.contains(near)) dynamic.at<std::uint8_t>(near) = 255;
+        }
+      }
+    }
+  }
+  return dynamic;
+}
+
+bool equal(const cv::Mat& a, const cv::Mat& b) {
+  return a.size() == b.size() && cv::countNonZero(a != b) == 0;
+}
+
+TEST_F(ProgramMaskImages, HaveTheNamesSizeAndPolarityOfTheirFormat) {
+  const FileTree before = file_tree(scene());
+  expect_masks("static", out("static"));
+  expect_masks("dynamic", out("dynamic"));
+  expect_masks("colmap", out("colmap"));
+  expect_masks("dynamic --margin 3", out("grown"));
+  EXPECT_EQ(file_tree(scene()), before);
+  const RgbdSequence sequence(scene());
+  MaskFolderSegmenter source(scene() / "masks");
+  std::set<fs::path> names, colmap_names;
+  int dynamic_pixels_count = 0;
+  for (std::size_t i = 0; i < sequence.size(); ++i) {
+    const std::string name = sequence.entry(i).image_path.filename();  // <time>.png
+    names.insert(name);
+    colmap_names.insert(name + ".png");
+    const Segmentation masks = source.segment(sequence.read(i));
+    const cv::Mat dynamic = dynamic_pixels(masks, 0);
+    dynamic_pixels_count += cv::countNonZero(dynamic);
+    EXPECT_TRUE(equal(read_gray(out("dynamic") / name), dynamic)) << name;
+    EXPECT_TRUE(equal(read_gray(out("static") / name), 255 - dynamic)) << name;
+    EXPECT_TRUE(equal(read_gray(out("colmap") / (name + ".png")), 255 - dynamic)) << name;
+    EXPECT_TRUE(equal(read_gray(out("grown") / name), dynamic_pixels(masks, 3))) << name;
+  }
+  EXPECT_GT(dynamic_pixels_count, 1000) << "the test needs persons";
+  const auto names_in = [](const fs::path& folder) {
+    std::set<fs::path> found;
+    for (const auto& [file, text] : visible_tree(folder)) found.insert(file);
+    return found;
+  };
+  EXPECT_EQ(names_in(out("static")), names);
+  EXPECT_EQ(names_in(out("dynamic")), names);
+  EXPECT_EQ(names_in(out("colmap")), colmap_names);
+}
+
+TEST_F(ProgramMaskImages, RefinedMasksFollowTheRuleDepth) {
+  expect_masks("dynamic --refine", out("refined"));
+  const RgbdSequence sequence(scene());
+  MaskFolderSegmenter source(scene() / "masks");
+  bool differs = false;
+  for (std::size_t i = 0; i < sequence.size(); ++i) {
+    const FrameView frame = sequence.read(i);
+    const Segmentation masks = source.segment(frame);
+    Segmentation refined = masks;
+    for (std::size_t k = 0; k < masks.instances.size(); ++k) {
+      refined.instances[k] = DepthCompensator().refined(frame, masks, k);
+    }
+    const cv::Mat want = dynamic_pixels(refined, 0);
+    EXPECT_TRUE(equal(read_gray(out("refined") / (sequence.entry(i).stem + ".png")), want));
+    differs = differs || !equal(want, dynamic_pixels(masks, 0));
+  }
+  EXPECT_TRUE(differs) << "the test needs masks that depth corrects";
+}
+
+TEST_F(ProgramMaskImages, OfOtherClassesAreStatic) {
+  expect_masks("static --classes 7", out("class 7"));
+  for (const auto& [name, text] : visible_tree(out("class 7"))) {
+    EXPECT_EQ(cv::countNonZero(read_gray(out("class 7") / name) != 255), 0) << name;
+  }
+}
+
+TEST_F(ProgramMaskImages, CanBeTakenAsMasksAgain) {
+  expect_masks("dynamic --masks " + quoted(scene() / "masks_true"), out("true"));
+  const Outcome outcome = run("run " + quoted(scene()) + " --rule mask --overlays 0 --masks " +
+                              quoted(out("true")) + " --out " + quoted(out("with true")));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
+  EXPECT_EQ(read_json(out("with true") / "summary.json")["dynamic_left"], 0);
+}
+
+TEST_F(ProgramMaskImages, KeepTheImagesFolders) {
+  const fs::path folder = copy_of_scene("nested");
+  std::string rows;
+  const RgbdSequence sequence(folder);
+  for (std::size_t i = 0; i < 4; ++i) {
+    const RgbdSequenceEntry& entry = sequence.entry(i);
+    const fs::path name = fs::path("rgb") / (i < 2 ? "a" : "b") / entry.image_path.filename();
+    fs::create_directories((folder / name).parent_path());
+    fs::rename(entry.image_path, folder / name);
+    rows += entry.stem + " " + name.string() + " " + entry.stem + " depth/" +
+            entry.depth_path.filename().string() + "\n";
+  }
+  std::ofstream(folder / "associations.txt") << rows;
+  std::ofstream(folder / "rgb/b/unknown.png") << "an image without a frame, as two others in rgb/";
+  const Outcome outcome = masks("colmap", out("nested masks"), folder);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("--image_path " + (folder / "rgb").string() + " "))
+      << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("3 other images")) << outcome.printed;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const fs::path name = fs::path(i < 2 ? "a" : "b") / (sequence.entry(i).stem + ".png.png");
+    EXPECT_TRUE(fs::exists(out("nested masks") / name)) << name;
+  }
+}
+
+TEST_F(ProgramMaskImages, ReplaceThoseOfAnEarlierCallOnRequestOnly) {
+  expect_masks("colmap", out("twice"));
+  expect_refused("colmap", out("twice"), "overwrite");
+  expect_refused("static", out("twice"), "overwrite");
+  expect_masks("static --overwrite", out("twice"));
+  expect_masks("static", out("once"));
+  EXPECT_EQ(visible_tree(out("twice")), visible_tree(out("once")));
+}
+
+TEST_F(ProgramMaskImages, LeaveForeignFilesAlone) {
+  const std::string name = RgbdSequence(scene()).entry(2).stem;
+  for (const std::string& file : {name + ".png", std::string("instances.csv")}) {
+    const fs::path folder = out("foreign");
+    fs::create_directories(folder);
+    std::ofstream(folder / file) << "somebody's";
+    expect_refused("static --overwrite", folder, file);
+    fs::remove_all(folder);
+  }
+  fs::create_directories(out("foreign"));
+  std::ofstream(out("foreign") / (name + ".png.png")) << "somebody's";
+  expect_refused("colmap --overwrite", out("foreign"), name + ".png.png");
+  expect_refused("colmap", scene() / "rgb", "is read from");
+  expect_refused("colmap", scene() / "masks", "is read from");
+  expect_refused("colmap", scene() / "rgb" / "masks", "taken for images");
+}
+
+TEST_F(ProgramMaskImages, NameWhatIsMissing) {
+  const fs::path folder = copy_of_scene("incomplete");
+  const std::string stem = RgbdSequence(folder).entry(3).stem;
+  fs::remove(folder / "masks" / (stem + ".png"));
+  fs::remove(folder / "masks" / "instances.csv");  // it would miss the mask itself
+  expect_refused("static", out("nothing"), stem + ".png: there is no such mask", folder);
+  fs::remove_all(folder / "masks");
+  expect_refused("static", out("nothing"), "name masks (--masks) or a segmenter", folder);
+  for (const char* file : {"depth.txt", "associations.txt"}) fs::remove(folder / file);
+  const std::string masks = " --masks " + quoted(scene() / "masks");
+  expect_refused("static --refine" + masks, out("nothing"), "has no depth", folder);
+  expect_masks("static" + masks, out("without depth"), folder);
+  expect_refused("labels --refine --remote nobody", out("nothing"), "--refine needs --format");
+  expect_refused("static --remote nobody" + masks, out("nothing"), "one source of masks");
+  expect_refused("black", out("nothing"), "--format");
+}
+
+}  // namespace
+}  // namespace dynfilter::testing
