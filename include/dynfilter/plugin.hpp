@@ -77,9 +77,11 @@ class DYNFILTER_PLUGIN_API Plugin {
   /// CV_8UC4, whose fourth channel is ignored; it has raw pixels, as the features do. Masks from a
   /// folder do not need it; overlays, and segmenters that look at images, do.
   ///
-  /// With the setting `async` the frame's masks are computed from now on, in parallel to the host,
+  /// The frame's mask in a folder is read from now on, in a thread, unless the setting `read_ahead`
+  /// is 0. With the setting `async` the frame's masks are computed from now on, in parallel to the host,
   /// until filter(). Unless they have four channels, the pixels are shared until then, and not
-  /// changed. Throws std::invalid_argument for another image.
+  /// changed. Throws std::invalid_argument for another image, and std::system_error if the thread
+  /// cannot be started.
   void submit(const cv::Mat& image, double timestamp_s);
 
   /// Removes the features on moving objects from an RGB-D frame. `depth` is CV_32FC1 in metres, as

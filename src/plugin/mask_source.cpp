@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "plugin/stopwatch.hpp"
 #ifdef DYNFILTER_HAS_REMOTE_SEGMENTER
 #include "dynfilter/segmenters/remote_segmenter.hpp"
 #endif
@@ -48,6 +49,7 @@ MaskSource::MaskSource(const PluginSettings& settings)
       thread_ = std::make_unique<AsyncSegmenter>(std::move(segmenter_), options);
     } else {
       folder_ = dynamic_cast<MaskFolderSegmenter*>(segmenter_.get());
+      if (folder_ && settings.reads_ahead) ahead_ = std::make_unique<ReadAhead>(*folder_);
     }
   } catch (const std::invalid_argument& error) {  // names an option
     throw std::runtime_error(settings.file + ": " + error.what());
@@ -60,6 +62,14 @@ MaskSource::MaskSource(const PluginSettings& settings)
 void MaskSource::submit(const FrameView& frame) {
   FrameView numbered = frame;
   numbered.id = frame_id_ + 1;
+  if (ahead_ && folder_->has_mask(frame.timestamp_s)) ahead_->submit(numbered);
+  number(frame);
+}
+
+/// Gives the frame its number, and hands it to the segmenter's thread if there is one.
+void MaskSource::number(const FrameView& frame) {
+  FrameView numbered = frame;
+  numbered.id = frame_id_ + 1;
   if (thread_) thread_->submit(numbered);
   ++frame_id_;
   submitted_s_ = frame.timestamp_s;
@@ -68,7 +78,7 @@ void MaskSource::submit(const FrameView& frame) {
 std::optional<Segmentation> MaskSource::masks_for(FrameView frame) {
   // A host may filter a frame again after it has released the image.
   const bool was_submitted = !frame.image.empty() || frame.timestamp_s == submitted_s_;
-  if (!was_submitted) submit(frame);
+  if (!was_submitted) number(frame);
   frame.id = frame_id_;
   if (propagator_ && propagated_id_ == frame.id) return propagated_;
   std::optional<Segmentation> masks = segment_or_continue(frame);
@@ -94,9 +104,22 @@ std::optional<Segmentation> MaskSource::segment_or_continue(const FrameView& fra
 }
 
 std::optional<Segmentation> MaskSource::segment(const FrameView& frame) {
-  if (thread_) return thread_->collect(frame.id);
+  made_s_.reset();
+  if (thread_) {
+    std::optional<Segmentation> masks = thread_->collect(frame.id);
+    if (masks) made_s_ = thread_->statistics().last_inference_s;
+    return masks;
+  }
   if (folder_ && continues_without_masks_ && !folder_->has_mask(frame.timestamp_s)) return {};
-  return segmenter_->segment(frame);
+  if (ahead_) {
+    Segmentation masks = ahead_->collect(frame);
+    made_s_ = ahead_->read_s();
+    return masks;
+  }
+  const Stopwatch stopwatch;
+  Segmentation masks = segmenter_->segment(frame);
+  made_s_ = stopwatch.elapsed_s();
+  return masks;
 }
 
 }  // namespace dynfilter::detail

@@ -16,6 +16,7 @@
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "dynfilter/segmenters/mask_propagator.hpp"
 #include "plugin/plugin_settings.hpp"
+#include "plugin/read_ahead.hpp"
 
 namespace dynfilter::detail {
 
@@ -27,7 +28,8 @@ class MaskSource {
   /// fails.
   explicit MaskSource(const PluginSettings& settings);
 
-  /// Takes a frame's image, before its features are known. With a thread, segmentation starts now.
+  /// Takes a frame's image, before its features are known. With a thread, segmentation starts now,
+  /// and so does reading ahead.
   void submit(const FrameView& frame);
 
   /// Returns the masks for a frame. std::nullopt if none are known, or if they failed and the
@@ -36,10 +38,15 @@ class MaskSource {
   /// helps, the setting that continues without masks.
   std::optional<Segmentation> masks_for(FrameView frame);
 
+  /// Returns how long the masks of the last frame took to read or make, in whichever thread,
+  /// seconds; nothing if none were. With a segmenter in a thread: those that were made last.
+  std::optional<double> made_s() const { return made_s_; }
+
   /// Counts the frames that continued after their masks failed.
   std::size_t failures() const { return failures_; }
 
  private:
+  void number(const FrameView& frame);
   std::optional<Segmentation> segment(const FrameView& frame);
   std::optional<Segmentation> segment_or_continue(const FrameView& frame);
 
@@ -49,12 +56,14 @@ class MaskSource {
   MaskFolderSegmenter* folder_ = nullptr;  // the segmenter, if it is a folder without a thread
   std::unique_ptr<Segmenter> segmenter_;   // null if the thread has it
   std::unique_ptr<AsyncSegmenter> thread_;
+  std::unique_ptr<ReadAhead> ahead_;  // reads the folder's masks, if the settings allow it
   std::optional<MaskPropagator> propagator_;
   // The propagator's last answer: a second call for a frame would restart it.
   std::optional<Segmentation> propagated_;
   std::uint64_t propagated_id_ = 0;
   std::uint64_t frame_id_ = 0;         // of the frame submitted last; masks are matched by it
   std::optional<double> submitted_s_;  // its time
+  std::optional<double> made_s_;
   std::size_t failures_ = 0;
 };
 

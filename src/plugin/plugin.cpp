@@ -19,6 +19,7 @@
 #include "plugin/mask_source.hpp"
 #include "plugin/plugin_settings.hpp"
 #include "plugin/recorder.hpp"
+#include "plugin/stopwatch.hpp"
 #ifdef DYNFILTER_HAS_MOTION
 #include "dynfilter/motion/motion_filter.hpp"
 #endif
@@ -232,13 +233,18 @@ FrameView Plugin::State::with_depth_in_step(const FrameView& frame) {
 FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
                                    const Columns& columns) {
   if (!masks) return leave_alone(depth, columns.keypoints);
+  const detail::Stopwatch in_all;
+  detail::FrameTimes times;
   require_matching_sizes(columns);
   const FeaturesView features = columns.features();
   const FrameView as_given = view(timestamp_s, depth);
   validate(as_given, "Plugin::filter");
   check_depth_offset(as_given);
   const FrameView frame = with_depth_in_step(as_given);
+  const detail::Stopwatch for_masks;
   const std::optional<Segmentation> segmentation = masks->masks_for(frame);
+  times.masks_s = for_masks.elapsed_s();
+  times.masks_made_s = masks->made_s();
   apply(frame, segmentation, features);
   keep_at_least_one(labels);
   FrameStatistics statistics = labels.statistics();
@@ -246,7 +252,10 @@ FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
       columns.pivot ? kept_below(labels, static_cast<std::size_t>(*columns.pivot)) : 0;
   // Otherwise keep_static would do it, and may fail.
   if (!columns.descriptors.empty()) detail::unshare(columns.descriptors);
-  if (recorder) recorder->record(frame, segmentation.value_or(Segmentation()), features, labels);
+  times.filter_s = in_all.elapsed_s();
+  if (recorder) {
+    recorder->record(frame, segmentation.value_or(Segmentation()), features, labels, times);
+  }
 
   shorten(labels, columns);
   if (columns.pivot) *columns.pivot = static_cast<int>(kept_before_pivot);

@@ -69,6 +69,7 @@ void read_thread(SettingsFile& file, PluginSettings& settings) {
 
 void read_masks(SettingsFile& file, PluginSettings& settings) {
   read_segmenter(file, settings);
+  file.read_flag("read_ahead", settings.reads_ahead);
   read_thread(file, settings);
   std::string moved = "no";
   file.read_choice("propagate", {"no", "yes"}, moved);

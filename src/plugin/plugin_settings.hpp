@@ -30,6 +30,7 @@ struct PluginSettings {
   double remote_timeout_s = 1.0;
   std::optional<HandOver> hand_over;  ///< with a thread; none: masks are made on demand
   double max_wait_s = 0.03;
+  bool reads_ahead = true;              ///< reads the folder's masks in a thread, from submit on
   bool moves_masks = false;             ///< moves masks to the frame, see MaskPropagator
   std::string missing_masks = "error";  ///< or "keep": continue without masks, and count it
   DynamicFilterOptions filter;

@@ -18,6 +18,14 @@ namespace {
 
 constexpr const char* writer = "plugin";
 constexpr const char* table_name = "frames.csv";
+constexpr const char* time_columns = ",masks_made_ms,masks_ms,filter_ms";
+
+/// Returns the cells of time_columns.
+std::string time_cells(const FrameTimes& times) {
+  const auto cell = [](double seconds) { return ',' + fixed_decimals(1e3 * seconds, 3); };
+  return (times.masks_made_s ? cell(*times.masks_made_s) : ",") + cell(times.masks_s) +
+         cell(times.filter_s);
+}
 
 /// Allocates nothing if all is well, so that a written row cannot be followed by an error.
 void require_written(const std::ofstream& stream, const std::filesystem::path& folder,
@@ -39,16 +47,16 @@ Recorder::Recorder(const std::filesystem::path& folder, int overlay_every)
   manifest_.open(folder_ / manifest_name(writer), std::ios::app);
   table_.open(folder_ / table_name);
   require_written(table_, folder_, table_name);
-  add_table_row(frame_columns());
+  add_table_row(frame_columns() + time_columns);
 }
 
 void Recorder::record(const FrameView& frame, const Segmentation& segmentation,
-                      FeaturesView features, const FeatureLabels& labels) {
+                      FeaturesView features, const FeatureLabels& labels, const FrameTimes& times) {
   const std::string time = time_text(frame.timestamp_s);
   if (overlay_every_ > 0 && frames_ % overlay_every_ == 0 && !frame.image.empty()) {
     write_overlay(time + ".png", draw_overlay(frame.image, segmentation, features, labels));
   }
-  add_table_row(frame_cells(time, frame.timestamp_s, labels.statistics()));
+  add_table_row(frame_cells(time, frame.timestamp_s, labels.statistics()) + time_cells(times));
   ++frames_;
 }
 

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <set>
 #include <string>
 
@@ -20,6 +21,14 @@
 
 namespace dynfilter::detail {
 
+/// Times of a frame in the plugin.
+struct FrameTimes {
+  /// Time to read or make the frame's masks, in whichever thread; nothing if there are none.
+  std::optional<double> masks_made_s;
+  double masks_s = 0;   ///< time for which the host waited for them
+  double filter_s = 0;  ///< time for which the host waited in all, recording excepted
+};
+
 /// Records what the filter does: frames.csv, always complete up to the last frame, and an overlay
 /// of every n-th frame with a known image. Lists these files in `.dynfilter-plugin.txt`, with one
 /// row for each state of frames.csv. Replaces the files that an earlier plugin listed there, and no
@@ -32,7 +41,7 @@ class Recorder {
 
   /// Records a frame. Throws as the constructor does.
   void record(const FrameView& frame, const Segmentation& segmentation, FeaturesView features,
-              const FeatureLabels& labels);
+              const FeatureLabels& labels, const FrameTimes& times);
 
  private:
   void require_room() const;
