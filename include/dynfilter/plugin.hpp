@@ -74,14 +74,15 @@ class DYNFILTER_PLUGIN_API Plugin {
   Plugin& operator=(const Plugin&) = delete;
 
   /// Hands over the frame's image before its filter(). `image` is CV_8UC1, CV_8UC3 in BGR order, or
-  /// CV_8UC4, whose fourth channel is ignored; it has raw pixels, as the features do. Masks from a
-  /// folder do not need it; overlays, and segmenters that look at images, do.
+  /// CV_8UC4, whose fourth channel is ignored; with the setting `colour_order: "rgb"` both are in
+  /// RGB order. It has raw pixels, as the features do. Masks from a folder do not need it;
+  /// overlays, and segmenters that look at images, do.
   ///
   /// The frame's mask in a folder is read from now on, in a thread, unless the setting `read_ahead`
-  /// is 0. With the setting `async` the frame's masks are computed from now on, in parallel to the host,
-  /// until filter(). Unless they have four channels, the pixels are shared until then, and not
-  /// changed. Throws std::invalid_argument for another image, and std::system_error if the thread
-  /// cannot be started.
+  /// is 0. With the setting `async` the frame's masks are computed from now on, in parallel to the
+  /// host, until filter(). Unless they have four channels or RGB order, the pixels are shared until
+  /// then, and not changed. Throws std::invalid_argument for another image, and std::system_error
+  /// if the thread cannot be started.
   void submit(const cv::Mat& image, double timestamp_s);
 
   /// Removes the features on moving objects from an RGB-D frame. `depth` is CV_32FC1 in metres, as

@@ -18,6 +18,32 @@
 namespace dynfilter::detail {
 namespace {
 
+/// Makes the segmenter of a folder; `allow_missing` as in its options.
+std::unique_ptr<Segmenter> make_folder(const PluginSettings& settings, bool allow_missing) {
+  MaskFolderOptions options = settings.mask_folder_options;
+  options.allow_missing = allow_missing;
+  return std::make_unique<MaskFolderSegmenter>(settings.mask_folder, options);
+}
+
+/// Tells whether the folder could be used if masks might be missing.
+bool would_do_without(const PluginSettings& settings) {
+  if (settings.mask_folder.empty()) return false;
+  try {
+    return make_folder(settings, true) != nullptr;
+  } catch (const std::runtime_error&) {
+    return false;
+  }
+}
+
+/// Names the settings that help where a mask is missing.
+std::string remedy_of(const PluginSettings& settings) {
+  std::string remedy = " (" + settings.missing_masks_key + ": \"keep\" continues without";
+  if (!settings.mask_folder.empty()) {
+    remedy += "; " + settings.max_time_difference_key + " takes masks of other times";
+  }
+  return remedy + ")";
+}
+
 std::unique_ptr<Segmenter> make_segmenter(const PluginSettings& settings) {
 #ifdef DYNFILTER_HAS_REMOTE_SEGMENTER
   if (!settings.remote.empty()) {
@@ -29,16 +55,14 @@ std::unique_ptr<Segmenter> make_segmenter(const PluginSettings& settings) {
 #ifdef DYNFILTER_HAS_NETWORKS
   if (!settings.model.empty()) return make_network_segmenter(settings.model);
 #endif
-  MaskFolderOptions options = settings.mask_folder_options;
-  options.allow_missing = settings.missing_masks == "keep";
-  return std::make_unique<MaskFolderSegmenter>(settings.mask_folder, options);
+  return make_folder(settings, settings.missing_masks == "keep");
 }
 
 }  // namespace
 
 MaskSource::MaskSource(const PluginSettings& settings)
     : origin_(settings.file + ": " + settings.source_key + ": "),
-      remedy_(settings.missing_masks_key + ": \"keep\""),
+      remedy_(remedy_of(settings)),
       continues_without_masks_(settings.missing_masks == "keep") {
   try {
     segmenter_ = make_segmenter(settings);
@@ -54,7 +78,8 @@ MaskSource::MaskSource(const PluginSettings& settings)
   } catch (const std::invalid_argument& error) {  // names an option
     throw std::runtime_error(settings.file + ": " + error.what());
   } catch (const std::runtime_error& error) {
-    throw std::runtime_error(origin_ + error.what());
+    const bool helps = !continues_without_masks_ && would_do_without(settings);
+    throw std::runtime_error(origin_ + error.what() + (helps ? remedy_ : ""));
   }
   if (settings.moves_masks) propagator_.emplace();
 }
@@ -96,7 +121,7 @@ std::optional<Segmentation> MaskSource::segment_or_continue(const FrameView& fra
     const bool is_passable = !folder_ || !folder_->has_mask(frame.timestamp_s);
     if (!is_passable) throw std::runtime_error(origin_ + error.what());
     if (!continues_without_masks_) {
-      throw std::runtime_error(origin_ + error.what() + " (" + remedy_ + " continues without)");
+      throw std::runtime_error(origin_ + error.what() + remedy_);
     }
     ++failures_;
     return {};

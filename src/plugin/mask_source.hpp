@@ -51,7 +51,7 @@ class MaskSource {
   std::optional<Segmentation> segment_or_continue(const FrameView& frame);
 
   std::string origin_;  // the settings file and the masks' key, for errors
-  std::string remedy_;  // the setting that helps against missing masks
+  std::string remedy_;  // the settings that help against missing masks, in brackets
   bool continues_without_masks_;
   MaskFolderSegmenter* folder_ = nullptr;  // the segmenter, if it is a folder without a thread
   std::unique_ptr<Segmenter> segmenter_;   // null if the thread has it

@@ -104,11 +104,17 @@ void shorten(const FeatureLabels& labels, const Columns& columns) {
   if (columns.right_x) keep_static(labels, *columns.right_x);
 }
 
-/// Converts the image to a type that segmenters take.
-cv::Mat without_alpha(const cv::Mat& image) {
-  if (image.channels() != 4) return image;
+/// Converts the image to a type that segmenters take, grey or BGR. Returns it as it is if it has
+/// that type.
+cv::Mat in_bgr(const cv::Mat& image, bool is_rgb) {
+  if (image.channels() == 1 || (image.channels() == 3 && !is_rgb)) return image;
+  const bool has_alpha = image.channels() == 4;
   cv::Mat bgr;
-  cv::cvtColor(image, bgr, cv::COLOR_BGRA2BGR);
+  if (is_rgb) {
+    cv::cvtColor(image, bgr, has_alpha ? cv::COLOR_RGBA2BGR : cv::COLOR_RGB2BGR);
+  } else {
+    cv::cvtColor(image, bgr, cv::COLOR_BGRA2BGR);
+  }
   return bgr;
 }
 
@@ -300,7 +306,7 @@ void Plugin::submit(const cv::Mat& image, double timestamp_s) {
     detail::throw_misuse("Plugin::submit", detail::concatenate("timestamp_s = ", timestamp_s),
                          "a finite time in seconds");
   }
-  const cv::Mat shown = without_alpha(image);
+  const cv::Mat shown = in_bgr(image, state_->settings.takes_rgb);
   state_->masks->submit({0, timestamp_s, shown, {}, 0});
   ++state_->counters.submitted;
   state_->counters.never_filtered += state_->image.empty() ? 0 : 1;

@@ -67,6 +67,12 @@ void read_thread(SettingsFile& file, PluginSettings& settings) {
   if (!chosen.empty()) settings.hand_over = hand_over_of(chosen);
 }
 
+void read_colour_order(SettingsFile& file, bool& takes_rgb) {
+  std::string order = "bgr";
+  file.read_choice("colour_order", {"bgr", "rgb"}, order);
+  takes_rgb = order == "rgb";
+}
+
 void read_masks(SettingsFile& file, PluginSettings& settings) {
   read_segmenter(file, settings);
   file.read_flag("read_ahead", settings.reads_ahead);
@@ -182,6 +188,7 @@ PluginSettings read_plugin_settings(const std::string& path, const std::string& 
   settings.file = path;
   file.read_flag("enabled", settings.enabled);
   if (!settings.enabled) return settings;
+  read_colour_order(file, settings.takes_rgb);
   read_masks(file, settings);
   read_enumeration(file, "rule", {"depth", "paper", "mask"}, settings.filter.compensator.rule);
   read_mask_culler(file, settings.filter.mask_culler);
@@ -202,6 +209,7 @@ PluginSettings read_plugin_settings(const std::string& path, const std::string& 
   settings.source_key = require_one_segmenter(file, settings);
   settings.output_folder_key = file.key_of("output_folder");
   settings.missing_masks_key = file.key_of("missing_masks");
+  settings.max_time_difference_key = file.key_of("max_time_difference_s");
   settings.depth_units_per_metre = file.host_number("DepthMapFactor", 0);
   return settings;
 }

@@ -26,12 +26,14 @@ struct PluginSettings {
   std::string model;              ///< or the file of a network
   std::string source_key;         ///< the key of the one that is set, for messages
   std::string missing_masks_key;  ///< the key of `missing_masks`, for messages
+  std::string max_time_difference_key;  ///< the key of `max_time_difference_s`, for messages
   MaskFolderOptions mask_folder_options;
   double remote_timeout_s = 1.0;
   std::optional<HandOver> hand_over;  ///< with a thread; none: masks are made on demand
   double max_wait_s = 0.03;
   bool reads_ahead = true;              ///< reads the folder's masks in a thread, from submit on
   bool moves_masks = false;             ///< moves masks to the frame, see MaskPropagator
+  bool takes_rgb = false;               ///< colour images come in RGB order, not in BGR
   std::string missing_masks = "error";  ///< or "keep": continue without masks, and count it
   DynamicFilterOptions filter;
 #ifdef DYNFILTER_HAS_MOTION

@@ -212,7 +212,27 @@ TEST_F(PluginFailures, MissingMaskNamesTheSettingThatAllowsIt) {
   HostFrame late(50);
   expect_error<std::runtime_error>(
       [&] { plugin.filter(late.timestamp_s, late.depth, late.keypoints, late.descriptors); },
-      "(dynfilter.missing_masks: \"keep\" continues without)");
+      "(dynfilter.missing_masks: \"keep\" continues without; dynfilter.max_time_difference_s takes "
+      "masks of other times)");
+}
+
+TEST_F(PluginFailures, FolderThatLacksMasksNamesTheSettingThatAllowsIt) {
+  const std::string remedy = "(dynfilter.missing_masks: \"keep\" continues without";
+  fs::create_directory(path("empty"));
+  const std::string empty = "dynfilter.mask_folder: \"" + path("empty").string() + "\"\n";
+  expect_error<std::runtime_error>([&] { Plugin plugin(raw_settings(empty)); }, remedy);
+  Plugin without_any(raw_settings(empty + "dynfilter.missing_masks: \"keep\"\n"));
+  fs::remove(masks() / "100.200000.png");  // instances.csv has rows of it
+  expect_error<std::runtime_error>([&] { Plugin plugin(settings()); }, remedy);
+  Plugin without_one(settings("dynfilter.missing_masks: \"keep\"\n"));
+
+  std::ofstream(masks() / "instances.csv") << "no table\n";  // the setting does not help
+  try {
+    Plugin plugin(settings());
+    ADD_FAILURE() << "a broken table was accepted";
+  } catch (const std::runtime_error& error) {
+    EXPECT_EQ(std::string(error.what()).find("missing_masks"), std::string::npos) << error.what();
+  }
 }
 
 TEST_F(PluginFailures, BrokenMaskIsAlwaysAnError) {

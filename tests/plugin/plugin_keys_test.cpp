@@ -102,6 +102,7 @@ TEST_F(PluginTest, RefusesWrongValuesByKey) {
       {"max_time_difference_s: \"x\"", "dynfilter.max_time_difference_s: got \"x\""},
       {"box_margin_px: 1.5", "dynfilter.box_margin_px: got 1.5; want a whole number"},
       {"min_pixels: 0", "min_pixels = 0"},
+      {"colour_order: \"gbr\"", "dynfilter.colour_order: got \"gbr\"; want one of bgr, rgb"},
       {"missing_masks: \"skip\"", "want one of error, keep"},
       {"rule: \"best\"", "dynfilter.rule: got \"best\"; want one of depth, paper, mask"},
       {"dynamic_classes: 0", "want a list of whole numbers"},

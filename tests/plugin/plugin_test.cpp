@@ -8,10 +8,12 @@
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "dynfilter/dynfilter.hpp"
 #include "support/expect_error.hpp"
@@ -257,26 +259,34 @@ TEST_F(PluginTest, RecordsFramesAndOverlaysOnRequest) {
   EXPECT_FALSE(fs::exists(path("out") / "overlays" / "100.100000.png"));
 }
 
-TEST_F(PluginTest, IgnoresAFourthChannel) {
+TEST_F(PluginTest, TakesImagesOfEveryOrderOfColours) {
+  const HostFrame shown(0);
+  cv::Mat four, rgb, rgba;
+  cv::cvtColor(shown.image, four, cv::COLOR_BGR2BGRA);
+  four.forEach<cv::Vec4b>([](cv::Vec4b& pixel, const int*) { pixel[3] = 77; });
+  cv::cvtColor(shown.image, rgb, cv::COLOR_BGR2RGB);
+  cv::cvtColor(four, rgba, cv::COLOR_BGRA2RGBA);
+  const std::string is_rgb = "dynfilter.colour_order: \"rgb\"\n";
+  const std::tuple<const char*, cv::Mat, std::string> images[] = {{"bgr", shown.image, ""},
+                                                                  {"bgra", four, ""},
+                                                                  {"rgb", rgb, is_rgb},
+                                                                  {"rgba", rgba, is_rgb},
+                                                                  {"not told", rgb, ""}};
   std::vector<std::vector<uchar>> overlays;
-  for (const char* name : {"three", "four"}) {
+  for (const auto& [name, image, lines] : images) {
     Plugin plugin(settings("dynfilter.output_folder: \"" + path(name).string() +
-                           "\"\ndynfilter.overlay_every: 1\n"));
+                           "\"\ndynfilter.overlay_every: 1\n" + lines));
     HostFrame frame(0);
-    cv::Mat image = frame.image;
-    if (std::string(name) == "four") {
-      std::vector<cv::Mat> channels;
-      cv::split(image, channels);
-      channels.emplace_back(image.size(), CV_8UC1, cv::Scalar(77));
-      cv::merge(channels, image);
-    }
+    const cv::Mat before = image.clone();
     plugin.submit(image, frame.timestamp_s);
     plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors);
+    EXPECT_EQ(cv::norm(image, before, cv::NORM_L1), 0) << name;
     const cv::Mat overlay = cv::imread((path(name) / "overlays" / "100.000000.png").string());
     ASSERT_FALSE(overlay.empty());
     overlays.emplace_back(overlay.datastart, overlay.dataend);
   }
-  EXPECT_EQ(overlays[0], overlays[1]);
+  for (const std::size_t i : {1U, 2U, 3U}) EXPECT_EQ(overlays[i], overlays[0]) << i;
+  EXPECT_NE(overlays[4], overlays[0]) << "the test needs colours";
 }
 
 TEST_F(PluginTest, CanBeMoved) {
