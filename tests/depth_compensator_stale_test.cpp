@@ -75,6 +75,23 @@ TEST(DepthCompensator, RestoresOnlyUnderMasksOfIntermediateAge) {
   }
 }
 
+/// Ages of powers of two are exact.
+TEST(DepthCompensator, MasksAreStaleAboveTheFirstLimitUpToTheSecond) {
+  DepthScene scene;
+  scene.make_stale();
+  scene.options.stale_age_s = 1.0 / 32;
+  scene.options.max_age_s = 0.5;
+  const auto is_stale_at = [&](double age_s) {
+    scene.segmentation.timestamp_s = scene.frame.timestamp_s - age_s;
+    return scene.at(270, 300).reason == Reason::restored;
+  };
+  const double step = 1.0 / 1024;
+  EXPECT_FALSE(is_stale_at(1.0 / 32)) << "masks of this age are fresh";
+  EXPECT_TRUE(is_stale_at(1.0 / 32 + step));
+  EXPECT_TRUE(is_stale_at(0.5)) << "masks of this age have a time";
+  EXPECT_FALSE(is_stale_at(0.5 + step));
+}
+
 TEST(DepthCompensator, BoxGrowsWithMaskAge) {
   DepthScene scene;
   scene.set_depth({0, 0, 640, 480}, 1.5);  // everything in the box is the person's

@@ -269,6 +269,12 @@ TEST(YolactDecoder, DistinguishesLogitsFromProbabilities) {
   EXPECT_FALSE(
       detail::are_probabilities(rows_first(random_outputs(random, 300, 80, true).confidences)));
   EXPECT_FALSE(detail::are_probabilities(rows_first(tensor({1, 3, 81}))));  // logits, all 0
+  cv::Mat rows = tensor({1, 2, 3});
+  rows.at<float>(0, 0, 1) = rows.at<float>(0, 1, 2) = 1;
+  EXPECT_TRUE(detail::are_probabilities(rows_first(rows))) << "a probability may be 0";
+  rows.at<float>(0, 1, 0) = -0.5F;
+  rows.at<float>(0, 1, 1) = 0.5F;
+  EXPECT_FALSE(detail::are_probabilities(rows_first(rows))) << "but not negative, whatever the sum";
 }
 
 // --- Binding -------------------------------------------------------------------------------------

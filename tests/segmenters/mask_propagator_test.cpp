@@ -308,5 +308,46 @@ TEST(MaskPropagator, IgnoresOutdatedAndFutureResults) {
   }
 }
 
+TEST(MaskPropagator, IgnoresASecondResultOfTheSameTime) {
+  const cv::Mat image = texture(size, 1);
+  const Instance object = ring({100, 120}, 40), other = ring({200, 120}, 40);
+  MaskPropagator propagator;
+  propagator.propagate(frame_of(image, 0), result_of(frame_of(image, 0), {object}));
+  Segmentation second = result_of(frame_of(image, 0), {other});
+  second.frame_id = 7;
+  const auto moved = propagator.propagate(frame_of(image, 1), second);
+  EXPECT_TRUE(propagator.statistics().ignored_result);
+  ASSERT_EQ(moved->instances.size(), 1U);
+  EXPECT_EQ(moved->instances[0].mask_origin, object.mask_origin);
+}
+
+/// All times are multiples of 1/8 s, so that ages are exact.
+TEST(MaskPropagator, MasksMayBeAsOldAsTheLimit) {
+  const cv::Mat image = texture(size, 1);
+  const auto frame_at = [&](double timestamp_s) {
+    FrameView frame = frame_of(image, static_cast<int>(timestamp_s * 8));
+    frame.timestamp_s = timestamp_s;
+    return frame;
+  };
+  const Segmentation result = result_of(frame_at(4), {ring({100, 120}, 40)});
+  MaskPropagatorOptions options;
+  options.max_age_s = 0.5;
+  for (const bool is_late : {false, true}) {
+    // The limit holds for masks that come late as for masks that are kept.
+    MaskPropagator propagator(options);
+    propagator.propagate(frame_at(4), is_late ? std::nullopt : std::optional(result));
+    const auto oldest = propagator.propagate(frame_at(4.5), result);
+    ASSERT_TRUE(oldest) << is_late;
+    EXPECT_EQ(oldest->instances.size(), 1U);
+    EXPECT_EQ(propagator.statistics().took_result, is_late);
+    EXPECT_FALSE(propagator.propagate(frame_at(4.625), std::nullopt)) << is_late;
+    EXPECT_EQ(propagator.statistics().given_up, 1U);
+  }
+  MaskPropagator propagator(options);
+  propagator.propagate(frame_at(4), std::nullopt);
+  EXPECT_FALSE(propagator.propagate(frame_at(4.625), result));
+  EXPECT_TRUE(propagator.statistics().ignored_result);
+}
+
 }  // namespace
 }  // namespace dynfilter::testing
