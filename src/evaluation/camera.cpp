@@ -73,6 +73,7 @@ std::string real_text(double value) {
   std::string text;
   for (int digits = 6; digits <= std::numeric_limits<double>::max_digits10; ++digits) {
     std::ostringstream stream;
+    stream.exceptions(std::ios::badbit);  // a stream would swallow a failed allocation
     stream.imbue(std::locale::classic());
     stream.precision(digits);
     stream << value;

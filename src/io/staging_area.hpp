@@ -166,6 +166,7 @@ class StagingArea {
     std::getline(mark, exchange.writer);
     std::getline(mark, exchange.area);
     for (std::string file; std::getline(mark, file);) exchange.files.emplace_back(file);
+    if (mark.bad()) throw_file_error(folder / commit_mark_name, "cannot be read to its end");
     return exchange;
   }
 

@@ -49,6 +49,7 @@ std::string complaint_of(const cv::Exception& error) {
 std::vector<std::string> split_lines(const std::string& text) {
   std::vector<std::string> lines;
   std::istringstream stream(text);
+  stream.exceptions(std::ios::badbit);  // a stream would swallow a failed allocation
   for (std::string line; std::getline(stream, line);) {
     lines.push_back(line.substr(0, line.find_first_of("#\r")));
   }
@@ -184,6 +185,7 @@ std::vector<std::string> YamlFile::tokens(const std::string& key) const {
   for (const char sign : {'[', ']', ','}) std::replace(value.begin(), value.end(), sign, ' ');
   std::vector<std::string> words;
   std::istringstream stream(value);
+  stream.exceptions(std::ios::badbit);  // a stream would swallow a failed allocation
   for (std::string word; stream >> word;) {
     const bool is_syntax = word == "-" || word[0] == '!';  // a block's element, a type's name
     if (!is_syntax) words.push_back(word);

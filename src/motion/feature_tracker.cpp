@@ -113,7 +113,12 @@ void FeatureTracker::build(const cv::Mat& image, ImagePyramid& pyramid) const {
     return;
   }
   const cv::Size window(options_.window_px, options_.window_px);
-  cv::buildOpticalFlowPyramid(pyramid.grey_, pyramid.levels_, window, options_.levels);
+  try {
+    cv::buildOpticalFlowPyramid(pyramid.grey_, pyramid.levels_, window, options_.levels);
+  } catch (...) {
+    pyramid.levels_.clear();  // OpenCV would write into levels of the right size without pixels
+    throw;
+  }
 }
 
 void FeatureTracker::track(const ImagePyramid& from, const ImagePyramid& to, FeaturesView features,

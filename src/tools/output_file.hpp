@@ -23,7 +23,9 @@ namespace dynfilter::tools {
 /// names the file if it cannot be written.
 class OutputFile {
  public:
-  explicit OutputFile(std::filesystem::path path) : path_(std::move(path)) {}
+  explicit OutputFile(std::filesystem::path path) : path_(std::move(path)) {
+    text_.exceptions(std::ios::badbit);  // a stream would swallow a failed allocation
+  }
 
   template <class Value>
   OutputFile& operator<<(const Value& value) {

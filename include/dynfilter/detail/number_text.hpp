@@ -23,6 +23,7 @@ namespace dynfilter::detail {
 inline std::optional<double> parse_number(const std::string& text) {
   if (text.find_first_of(" \t\n\v\f\r") != std::string::npos) return {};
   std::istringstream stream(text);
+  stream.exceptions(std::ios::badbit);  // a stream would swallow a failed allocation
   stream.imbue(std::locale::classic());
   double value = 0;
   stream >> value;
@@ -34,6 +35,7 @@ inline std::optional<double> parse_number(const std::string& text) {
 /// Formats a number with a fixed number of decimals, such as 1341846434.710184.
 inline std::string fixed_decimals(double value, int decimals) {
   std::ostringstream stream;
+  stream.exceptions(std::ios::badbit);  // a stream would swallow a failed allocation
   stream.imbue(std::locale::classic());
   stream.setf(std::ios::fixed);
   stream.precision(decimals);

@@ -1,0 +1,112 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// The motion filter and its memory after a call with a failed allocation.
+
+#include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
+
+#include <cstddef>
+#include <vector>
+
+#include "dynfilter/evaluation/scene_levels.hpp"
+#include "dynfilter/motion/motion_filter.hpp"
+#include "support/answer.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+struct Shot {
+  SyntheticFrame rendered;
+  std::vector<cv::Point2f> corners;
+};
+
+const SyntheticScene& scene() {
+  static const SyntheticScene made = [] {
+    SyntheticSceneOptions options = scene_level("medium", 12);
+    options.image_size = {160, 120};
+    return SyntheticScene(options);
+  }();
+  return made;
+}
+
+const std::vector<Shot>& shots() {
+  static const std::vector<Shot> made = [] {
+    std::vector<Shot> result;
+    for (int i = 0; i < 7; ++i) {
+      Shot shot{scene().render(i), {}};
+      cv::Mat grey;
+      cv::cvtColor(shot.rendered.frame.image, grey, cv::COLOR_BGR2GRAY);
+      cv::goodFeaturesToTrack(grey, shot.corners, 150, 1e-3, 4);
+      result.push_back(shot);
+    }
+    return result;
+  }();
+  return made;
+}
+
+struct Rig {
+  MotionState state;
+  MotionFilter filter{
+      {scene().camera().fx, scene().camera().fy, scene().camera().cx, scene().camera().cy}, state};
+  FeatureLabels labels;
+  Workspace workspace;
+
+  Answer see(std::size_t i) {
+    const Shot& shot = shots()[i];
+    filter.apply(shot.rendered.frame, shot.rendered.true_segmentation, shot.corners, labels,
+                 workspace);
+    const MotionStatistics& motion = labels.statistics().motion;
+    return Answer()
+        .add(labels)
+        .add(static_cast<int>(motion.outcome))
+        .add(static_cast<double>(motion.tracked));
+  }
+};
+
+class MotionFilterWithoutMemory : public ::testing::TestWithParam<std::size_t> {
+ protected:
+  void SetUp() override { cv::setNumThreads(1); }  // allocations fail only in this thread
+  void TearDown() override { cv::setNumThreads(-1); }
+};
+
+/// Lets every allocation of a frame fail in turn. Later frames then give the labels of a filter
+/// that saw nothing before. Where the failure came before or after the motion was judged, they are
+/// those of a filter that missed this frame or saw it.
+TEST_P(MotionFilterWithoutMemory, LaterFramesAreThoseOfAKnownHistory) {
+  const std::size_t failing = GetParam();
+  Rig fresh, missed, seen;
+  for (std::size_t i = 0; i < failing; ++i) {
+    missed.see(i);
+    seen.see(i);
+  }
+  seen.see(failing);
+  std::vector<Answer> of_fresh, of_missed, of_seen;
+  for (std::size_t i = failing + 1; i < shots().size(); ++i) {
+    of_fresh.push_back(fresh.see(i));
+    of_missed.push_back(missed.see(i));
+    of_seen.push_back(seen.see(i));
+  }
+  ASSERT_EQ(fresh.labels.statistics().motion.outcome, MotionOutcome::applied);
+  const std::size_t failures = for_each_failing_allocation([&](const std::size_t n) {
+    Rig rig;
+    for (std::size_t i = 0; i < failing; ++i) rig.see(i);
+    bool is_thrown = true;
+    const bool has_failed = fails_at_allocation(n, [&] {
+      rig.see(failing);
+      is_thrown = false;
+    });
+    if (!is_thrown) return has_failed;  // it succeeded without that memory
+    std::vector<Answer> later;
+    for (std::size_t i = failing + 1; i < shots().size(); ++i) later.push_back(rig.see(i));
+    EXPECT_TRUE(later == of_fresh || later == of_missed || later == of_seen)
+        << "after allocation " << n << " failed";
+    return !::testing::Test::HasFailure();
+  });
+  EXPECT_GT(failures, 20U);
+}
+
+INSTANTIATE_TEST_SUITE_P(Frames, MotionFilterWithoutMemory, ::testing::Values(0, 1, 4));
+
+}  // namespace
+}  // namespace dynfilter::testing

@@ -1,0 +1,54 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// Labels of noexcept, at compile time: hosts keep these objects in containers, which move them only
+// if a move cannot fail.
+
+#include <gtest/gtest.h>
+
+#include <type_traits>
+
+#include "dynfilter/evaluation/rgbd_sequence_writer.hpp"
+#include "dynfilter/motion/motion_state.hpp"
+#include "dynfilter/networks/deformable_convolution.hpp"
+#include "dynfilter/networks/network_segmenter.hpp"
+#include "dynfilter/plugin.hpp"
+#include "dynfilter/segmenters/async_segmenter.hpp"
+#include "dynfilter/segmenters/mask_folder_writer.hpp"
+#include "dynfilter/segmenters/mask_propagator.hpp"
+#if defined(__linux__)
+#include "dynfilter/segmenters/remote_segmenter.hpp"
+#endif
+#include "dynfilter/workspace.hpp"
+
+namespace dynfilter {
+namespace {
+
+template <class Type>
+constexpr bool moves_without_failing =
+    std::is_nothrow_move_constructible_v<Type> && std::is_nothrow_move_assignable_v<Type> &&
+    std::is_nothrow_destructible_v<Type> && !std::is_copy_constructible_v<Type>;
+
+static_assert(moves_without_failing<AsyncSegmenter>);
+static_assert(moves_without_failing<DeformableConvolution>);
+static_assert(moves_without_failing<MaskFolderWriter>);
+static_assert(moves_without_failing<MaskPropagator>);
+static_assert(moves_without_failing<MotionState>);
+static_assert(moves_without_failing<NetworkSegmenter>);
+static_assert(moves_without_failing<Plugin>);
+#if defined(__linux__)
+static_assert(moves_without_failing<RemoteSegmenter>);
+#endif
+static_assert(moves_without_failing<RgbdSequenceWriter>);
+
+// Values of one frame. Not Instance: OpenCV gives cv::Mat no label.
+static_assert(std::is_nothrow_move_constructible_v<FeatureLabels>);
+static_assert(std::is_nothrow_move_constructible_v<Segmentation>);
+static_assert(std::is_nothrow_move_constructible_v<Workspace>);
+static_assert(std::is_nothrow_move_assignable_v<FeatureLabels>);
+static_assert(std::is_nothrow_move_assignable_v<Workspace>);
+
+TEST(NothrowMoves, AreCheckedByTheCompiler) { SUCCEED(); }
+
+}  // namespace
+}  // namespace dynfilter
