@@ -26,8 +26,9 @@ namespace {
 
 template <class Type>
 constexpr bool moves_without_failing =
-    std::is_nothrow_move_constructible_v<Type> && std::is_nothrow_move_assignable_v<Type> &&
-    std::is_nothrow_destructible_v<Type> && !std::is_copy_constructible_v<Type>;
+    std::is_nothrow_move_constructible_v<Type>&& std::is_nothrow_move_assignable_v<Type>&&
+        std::is_nothrow_destructible_v<Type> &&
+    !std::is_copy_constructible_v<Type>;
 
 static_assert(moves_without_failing<AsyncSegmenter>);
 static_assert(moves_without_failing<DeformableConvolution>);

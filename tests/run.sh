@@ -15,7 +15,7 @@ Installs the packages that are missing (Debian, Ubuntu; as root or by sudo witho
 which.
 
   --all  slow tests too, the unit tests built by clang, those of threads under the thread sanitizer,
-         a minute of fuzzing, and some tests under valgrind; the Debian packages in bare systems, if
+         some minutes of fuzzing, and some tests under valgrind; the Debian packages in bare systems, if
          root runs this; the documentation; checks of format and scripts, which are skipped
          otherwise where their tools are missing
 
@@ -114,21 +114,24 @@ under_valgrind() {
   done
 }
 
-# Fuzzes the filter for a minute from the corpus, under the sanitizers; prints and keeps each failing
-# input. Then fuzzes the replies of another process for a third of a minute.
+# Fuzzes each target for a third of a minute from its corpus, the filter for a minute, under the
+# sanitizers; prints and keeps each failing input.
 fuzzed() {
-  log "A minute of fuzzing"
-  build "${other_dirs}fuzz" "${unit_tests_only[@]}" -DCMAKE_BUILD_TYPE=RelWithDebInfo \
-    -DCMAKE_CXX_COMPILER=clang++ -DDYNFILTER_BUILD_FUZZERS=ON -DDYNFILTER_BUILD_SEGMENTERS=OFF \
-    -DDYNFILTER_BUILD_NETWORKS=OFF -DDYNFILTER_BUILD_EVALUATION=OFF -DDYNFILTER_SANITIZE=address,undefined
-  mkdir -p "${other_dirs}fuzz/corpus"
-  "${other_dirs}fuzz/tests/fuzz/whole_filter_fuzz" -max_len=4096 -max_total_time=60 \
-    -print_final_stats=1 -verbosity=0 -artifact_prefix="${other_dirs}fuzz/" \
-    "${other_dirs}fuzz/corpus" "$root/tests/fuzz/corpus"
-  mkdir -p "${other_dirs}fuzz/remote_reply"
-  "${other_dirs}fuzz/tests/fuzz/remote_reply_fuzz" -max_len=512 -max_total_time=20 \
-    -print_final_stats=1 -verbosity=0 -artifact_prefix="${other_dirs}fuzz/" \
-    "${other_dirs}fuzz/remote_reply"
+  log "Some minutes of fuzzing"
+  local folder=${other_dirs}fuzz fuzzer target seconds
+  configure "$folder" "${unit_tests_only[@]}" -DCMAKE_BUILD_TYPE=RelWithDebInfo \
+    -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_CXX_FLAGS=-fsanitize=fuzzer-no-link \
+    -DDYNFILTER_BUILD_FUZZERS=ON -DDYNFILTER_SANITIZE=address,undefined
+  cmake --build "$folder" -j "$jobs" --target fuzzers
+  for fuzzer in "$folder"/tests/fuzz/*_fuzz; do
+    target=$(basename "$fuzzer" _fuzz)
+    seconds=20
+    if [[ $target == whole_filter ]]; then seconds=60; fi
+    log "Fuzzing $target"
+    mkdir -p "$folder/corpus/$target"
+    "$fuzzer" -max_len=4096 -max_total_time="$seconds" -print_final_stats=1 -verbosity=0 \
+      -artifact_prefix="$folder/${target}_" "$folder/corpus/$target" "$root/tests/fuzz/corpus/$target"
+  done
 }
 
 # Needs root and debootstrap, which makes the bare system.

@@ -18,7 +18,8 @@ namespace {
 constexpr double min_step_px = 0.01;
 constexpr double min_eigenvalue = 1e-4;
 
-struct Scratch {
+// No other file has a type of this name: clang takes two of one name for equal in a Workspace.
+struct TrackerScratch {
   std::vector<std::size_t> indices;  // of the features that are tracked
   std::vector<cv::Point2f> points, found, back;
   std::vector<std::uint8_t> is_found, is_found_back;
@@ -48,7 +49,8 @@ void require_count(std::size_t places, std::size_t features) {
 
 /// Tracks scratch.points to scratch.found, from there on, and back to scratch.back.
 void track_there_and_back(const std::vector<cv::Mat>& from, const std::vector<cv::Mat>& to,
-                          const FeatureTrackerOptions& options, int levels, Scratch& scratch) {
+                          const FeatureTrackerOptions& options, int levels,
+                          TrackerScratch& scratch) {
   const cv::Size window(options.window_px, options.window_px);
   const cv::TermCriteria criteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS,
                                   options.iterations, min_step_px);
@@ -142,7 +144,7 @@ void FeatureTracker::follow(const ImagePyramid& from, const ImagePyramid& to, Fe
                             int levels, std::vector<FeatureTrack>& tracks,
                             Workspace& workspace) const {
   require_pair(from, to);
-  Scratch& scratch = workspace.get<Scratch>();
+  TrackerScratch& scratch = workspace.get<TrackerScratch>();
   scratch.indices.clear();
   scratch.points.clear();
   scratch.found.clear();

@@ -41,7 +41,8 @@ struct Turn {
   int cell = 0;
 };
 
-struct Scratch {
+// No other file has a type of this name: clang takes two of one name for equal in a Workspace.
+struct PoseScratch {
   std::vector<Turn> order;
   std::vector<LinearResidual> judges, all;
   std::vector<double> squares, some_squares;
@@ -165,7 +166,7 @@ double median_of(std::vector<double>& values) {
 
 /// Computes the judges' squared residuals after a motion, and their median. Returns nothing if the
 /// median is not below `limit`.
-std::optional<double> smaller_median(const Twist& motion, double limit, Scratch& scratch) {
+std::optional<double> smaller_median(const Twist& motion, double limit, PoseScratch& scratch) {
   const std::size_t most_above = scratch.judges.size() - scratch.judges.size() / 2 - 1;
   std::size_t above = 0;
   scratch.squares.clear();
@@ -180,7 +181,7 @@ std::optional<double> smaller_median(const Twist& motion, double limit, Scratch&
 }
 
 /// Returns the least-squares motion of the judges whose residuals are at most the median.
-Twist concentrated(double median, const Scratch& scratch) {
+Twist concentrated(double median, const PoseScratch& scratch) {
   NormalEquations equations;
   for (std::size_t i = 0; i < scratch.judges.size(); ++i) {
     if (scratch.squares[i] <= median) equations.add(scratch.judges[i], 1);
@@ -191,7 +192,7 @@ Twist concentrated(double median, const Scratch& scratch) {
 /// Returns the best of many poses of four observations each, near `start`.
 RelativePose least_median(const RelativePose& start, const std::optional<PosePrior>& prior,
                           const RelativePoseOptions& options, detail::Random& random,
-                          Scratch& scratch) {
+                          PoseScratch& scratch) {
   const std::vector<LinearResidual>& judges = scratch.judges;
   RelativePose best = start;
   double best_median = *smaller_median({}, std::numeric_limits<double>::infinity(), scratch);
@@ -263,7 +264,7 @@ struct Fit {
   const std::vector<PoseObservation>& observations;
   const PinholeCamera& camera;
   const RelativePoseOptions& options;
-  Scratch& scratch;
+  PoseScratch& scratch;
 
   std::size_t judge_count() const { return std::min(options.judges, observations.size()); }
 
@@ -336,7 +337,7 @@ RelativePoseEstimate RelativePoseEstimator::estimate(
     return estimate;
   }
 
-  Scratch& scratch = workspace.get<Scratch>();
+  PoseScratch& scratch = workspace.get<PoseScratch>();
   scratch.squares.reserve(observations.size());
   scratch.some_squares.reserve(observations.size());
   put_in_order(observations, options_.seed, scratch.order);

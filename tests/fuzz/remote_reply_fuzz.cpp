@@ -6,9 +6,8 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
 
+#include "fuzz/report.hpp"
 #include "support/remote_reply_property.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -16,9 +15,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const Bytes bytes(data, data + size);
   int accepted = 0;
   for (const std::string& complaint : {check_header(bytes), check_reply(bytes, accepted)}) {
-    if (complaint.empty()) continue;
-    std::fprintf(stderr, "%s\n", complaint.c_str());
-    std::abort();
+    report(complaint);
   }
   return 0;
 }

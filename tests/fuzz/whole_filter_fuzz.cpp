@@ -6,17 +6,13 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
 #include <string>
 
+#include "fuzz/report.hpp"
 #include "support/filter_property.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   dynfilter::testing::ByteSource source(data, size);
-  const std::string complaint =
-      dynfilter::testing::check_filter(dynfilter::testing::arbitrary_case_of_any_size(source));
-  if (complaint.empty()) return 0;
-  std::fprintf(stderr, "%s\n", complaint.c_str());
-  std::abort();
+  return dynfilter::testing::report(
+      dynfilter::testing::check_filter(dynfilter::testing::arbitrary_case_of_any_size(source)));
 }

@@ -248,11 +248,11 @@ inline cv::Mat embedded(const cv::Mat& image, const cv::Size& size, cv::Point pl
   return larger;
 }
 
-/// Moves the case into an image of any size up to 4096x2304, often into its lower right corner. Its
+/// Moves the case into an image of any size up to 4096x4096, often into its lower right corner. Its
 /// depth begins or ends at a guard page, and some features lie up to 100 pixels outside.
 inline void enlarge(ByteSource& source, FilterCase& made) {
   const cv::Size small = made.segmentation.image_size;
-  const cv::Size size(source.between(small.width, 4096), source.between(small.height, 2304));
+  const cv::Size size(source.between(small.width, 4096), source.between(small.height, 4096));
   const cv::Size free = size - small;
   const cv::Point place(source.chance(60) ? free.width : source.between(0, free.width),
                         source.chance(60) ? free.height : source.between(0, free.height));

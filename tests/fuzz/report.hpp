@@ -1,0 +1,22 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_TESTS_FUZZ_REPORT_HPP
+#define DYNFILTER_TESTS_FUZZ_REPORT_HPP
+
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+
+namespace dynfilter::testing {
+
+/// Ends a fuzz target: prints a fault and aborts, unless the text is empty.
+inline int report(const std::string& complaint) {
+  if (complaint.empty()) return 0;
+  std::fprintf(stderr, "%s\n", complaint.c_str());
+  std::abort();
+}
+
+}  // namespace dynfilter::testing
+
+#endif  // DYNFILTER_TESTS_FUZZ_REPORT_HPP

@@ -1,0 +1,167 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// Reads arbitrary text as each kind of file: a trajectory, a camera, a sequence's lists, a table of
+// masks, a host's settings. It is refused with an error that names the file, or what was read is as
+// promised and survives being written.
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <opencv2/imgcodecs.hpp>
+
+#include "dynfilter/detail/number_text.hpp"
+#include "dynfilter/evaluation/camera.hpp"
+#include "dynfilter/evaluation/rgbd_sequence.hpp"
+#include "dynfilter/evaluation/trajectory.hpp"
+#include "dynfilter/segmenters/mask_folder_segmenter.hpp"
+#include "fuzz/report.hpp"
+#include "plugin/settings_file.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+namespace fs = std::filesystem;
+
+const TemporaryFolder& folder() {
+  static const TemporaryFolder made;
+  return made;
+}
+
+std::string check_trajectory(const std::string& text) {
+  const Trajectory read = read_trajectory(folder().write("trajectory.txt", text));
+  if (read.empty()) return "a trajectory without poses";
+  for (std::size_t i = 0; i < read.size(); ++i) {
+    const TimedPose& pose = read[i];
+    if (!detail::is_time_in_seconds(pose.timestamp_s)) return "a time that is no time";
+    if (!pose.translation.allFinite()) return "a place that is not finite";
+    const Eigen::Matrix3d product = pose.rotation * pose.rotation.transpose();
+    if (!product.isIdentity(1e-9)) return "a rotation that is none";
+    if (i > 0 &&
+        detail::microseconds(pose.timestamp_s) < detail::microseconds(read[i - 1].timestamp_s)) {
+      return "times that fall";
+    }
+  }
+  return {};
+}
+
+std::string check_camera(const std::string& text) {
+  const CameraParameters read = read_camera(folder().write("camera.yaml", text));
+  if (!(read.fx > 0 && read.fy > 0 && std::isfinite(read.fx) && std::isfinite(read.fy))) {
+    return "a focal length that is none";
+  }
+  if (!(read.depth_units_per_metre > 0)) return "a depth factor that is none";
+  write_camera(folder() / "written.yaml", read);
+  const CameraParameters again = read_camera(folder() / "written.yaml");
+  const bool is_equal = read.fx == again.fx && read.fy == again.fy && read.cx == again.cx &&
+                        read.cy == again.cy && read.k1 == again.k1 && read.k3 == again.k3 &&
+                        read.depth_units_per_metre == again.depth_units_per_metre &&
+                        read.image_size == again.image_size &&
+                        read.depth_offset_s == again.depth_offset_s;
+  return is_equal ? "" : "a camera that was written differs";
+}
+
+std::string check_sequence(const std::string& text, bool is_associated) {
+  static const fs::path scene = [] {
+    for (const char* name : {"rgb/1.5.png", "rgb/2.5.png", "depth/1.5.png", "depth/2.51.png"}) {
+      folder().write(fs::path("scene") / name, "never decoded here");
+    }
+    folder().write("scene/camera.yaml",
+                   "%YAML:1.0\nCamera.fx: 5.0\nCamera.fy: 6.0\nCamera.cx: 3.0\nCamera.cy: 2.0\n"
+                   "DepthMapFactor: 1000.0\n");
+    return folder() / "scene";
+  }();
+  fs::remove(scene / "associations.txt");
+  folder().write("scene/depth.txt", "1.5 depth/1.5.png\n2.51 depth/2.51.png\n");
+  folder().write("scene/rgb.txt", "1.5 rgb/1.5.png\n2.5 rgb/2.5.png\n");
+  folder().write(is_associated ? "scene/associations.txt" : "scene/rgb.txt", text);
+  const RgbdSequence sequence(scene);
+  if (sequence.size() == 0) return "a sequence without frames";
+  for (std::size_t i = 0; i < sequence.size(); ++i) {
+    const RgbdSequenceEntry& entry = sequence.entry(i);
+    if (!detail::is_time_in_seconds(entry.timestamp_s)) return "a time that is no time";
+    if (!fs::exists(entry.image_path)) return "an image that is missing";
+    if (sequence.has_depth() == entry.depth_path.empty()) return "a depth image that is missing";
+    if (i > 0 && entry.timestamp_s < sequence.entry(i - 1).timestamp_s) return "times that fall";
+  }
+  return {};
+}
+
+std::string check_masks(const std::string& text) {
+  static const bool has_mask = cv::imwrite(
+      [] {
+        fs::create_directories(folder() / "masks");
+        return (folder() / "masks/1.5.png").string();
+      }(),
+      cv::Mat(6, 8, CV_8UC1, cv::Scalar(1)));
+  if (!has_mask) return "the mask cannot be written";
+  folder().write("masks/instances.csv", text);
+  MaskFolderSegmenter segmenter(folder() / "masks");
+  FrameView frame;
+  frame.timestamp_s = 1.5;
+  frame.image = cv::Mat(6, 8, CV_8UC3, cv::Scalar::all(0));
+  const Segmentation read = segmenter.segment(frame);  // which validates it
+  return read.image_size == frame.image.size() ? "" : "masks of another size";
+}
+
+/// Reads settings of each type, but does not act on them: they may name folders.
+std::string check_settings(const std::string& text) {
+  detail::SettingsFile file(folder().write("settings.yaml", text).string(), "dynfilter");
+  double margin_px = 0;
+  std::size_t floor = 0;
+  int seed = 0;
+  bool is_enabled = true;
+  std::string masks;
+  std::vector<int> classes;
+  file.read_number("margin_px", margin_px);
+  file.read_count("floor", floor);
+  file.read_count("seed", seed);
+  file.read_flag("enabled", is_enabled);
+  file.read_text("masks", masks);
+  file.read_choice("rule", {"depth", "paper", "mask"}, masks);
+  file.read_integers("dynamic_classes", classes);
+  const double factor = file.host_number("DepthMapFactor", 1);
+  file.finish();
+  if (std::isnan(margin_px)) return "a number that is none";
+  return seed >= 0 && factor >= 0 ? "" : "a number below 0";
+}
+
+std::string check_file(const std::string& text) {
+  if (text.empty()) return {};
+  const std::string content = text.substr(1);
+  try {
+    switch (static_cast<unsigned char>(text[0]) % 6) {
+      case 0:
+        return check_trajectory(content);
+      case 1:
+        return check_camera(content);
+      case 2:
+        return check_sequence(content, false);
+      case 3:
+        return check_sequence(content, true);
+      case 4:
+        return check_masks(content);
+      default:
+        return check_settings(content);
+    }
+  } catch (const cv::Exception& error) {
+    return std::string("an error of OpenCV: ") + error.what();
+  } catch (const std::runtime_error& error) {
+    const bool names_file =
+        std::string(error.what()).find(folder().path().string()) != std::string::npos;
+    return names_file ? "" : std::string("the error names no file: ") + error.what();
+  }
+}
+
+}  // namespace
+}  // namespace dynfilter::testing
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace dynfilter::testing;
+  return report(check_file({reinterpret_cast<const char*>(data), size}));
+}
