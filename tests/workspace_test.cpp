@@ -10,6 +10,13 @@
 #include <utility>
 #include <vector>
 
+namespace dynfilter::testing {
+
+/// Returns the address that a type named Numbers in another file's anonymous namespace gets.
+const void* numbers_of_another_file(Workspace& workspace);
+
+}  // namespace dynfilter::testing
+
 namespace dynfilter {
 namespace {
 
@@ -37,6 +44,14 @@ TEST(Workspace, ScratchKeepsItsAddress) {
   EXPECT_EQ(&workspace.get<Numbers>(), numbers);
   const Workspace moved = std::move(workspace);
   EXPECT_EQ(numbers->values.size(), 0U) << "it lives on in the workspace that it moved to";
+}
+
+// A stage's scratch may be in an anonymous namespace, and its name is no rare one.
+TEST(Workspace, TellsTypesOfOneNameInTwoFilesApart) {
+  Workspace workspace;
+  const void* const others = testing::numbers_of_another_file(workspace);
+  EXPECT_NE(static_cast<const void*>(&workspace.get<Numbers>()), others);
+  EXPECT_EQ(testing::numbers_of_another_file(workspace), others);
 }
 
 TEST(Workspace, TwoWorkspacesShareNothing) {

@@ -7,8 +7,6 @@
 #include "dynfilter/detail/require_cxx17.hpp"
 
 #include <memory>
-#include <typeindex>
-#include <typeinfo>
 #include <utility>
 #include <vector>
 
@@ -40,7 +38,7 @@ class Workspace {
   /// throws. O(types in use).
   template <class Scratch>
   Scratch& get() {
-    const std::type_index type(typeid(Scratch));
+    const void* const type = &type_mark<Scratch>;
     for (const auto& [known_type, scratch] : scratch_) {
       if (known_type == type) return *static_cast<Scratch*>(scratch.get());
     }
@@ -49,7 +47,12 @@ class Workspace {
   }
 
  private:
-  std::vector<std::pair<std::type_index, std::shared_ptr<void>>> scratch_;
+  // Its address tells types apart. std::type_index does not always: clang gives types of one name
+  // in the anonymous namespaces of two files equal ones. It is not const, so that nobody merges it.
+  template <class Scratch>
+  inline static char type_mark = 0;
+
+  std::vector<std::pair<const void*, std::shared_ptr<void>>> scratch_;
 };
 
 }  // namespace dynfilter

@@ -18,7 +18,6 @@ namespace {
 constexpr double min_step_px = 0.01;
 constexpr double min_eigenvalue = 1e-4;
 
-// No other file has a type of this name: clang takes two of one name for equal in a Workspace.
 struct TrackerScratch {
   std::vector<std::size_t> indices;  // of the features that are tracked
   std::vector<cv::Point2f> points, found, back;

@@ -41,7 +41,6 @@ struct Turn {
   int cell = 0;
 };
 
-// No other file has a type of this name: clang takes two of one name for equal in a Workspace.
 struct PoseScratch {
   std::vector<Turn> order;
   std::vector<LinearResidual> judges, all;
