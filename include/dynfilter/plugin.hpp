@@ -63,7 +63,8 @@ class DYNFILTER_PLUGIN_API Plugin {
   /// - a key that is unknown (the message names the nearest), repeated, in a block "<prefix>:", of
   ///   a wrong type or out of range;
   /// - a DepthMapFactor that is not a number of at least 0;
-  /// - masks that do not exist.
+  /// - masks that do not exist;
+  /// - an output folder or a video that cannot be written, or would replace a file of somebody's.
   explicit Plugin(const std::string& settings_file, const std::string& prefix = "dynfilter");
   ~Plugin();
   /// Moves the plugin; `other` may then only be destroyed or assigned to.

@@ -18,6 +18,7 @@
 #include "dynfilter/segmenters/depth_offset_estimator.hpp"
 #include "plugin/mask_source.hpp"
 #include "plugin/plugin_settings.hpp"
+#include "plugin/plugin_video.hpp"
 #include "plugin/recorder.hpp"
 #include "plugin/stopwatch.hpp"
 #ifdef DYNFILTER_HAS_MOTION
@@ -142,6 +143,7 @@ struct Plugin::State {
     if (!settings.output_folder.empty()) {
       recorder.emplace(make_recorder(settings));
     }
+    if (!settings.video.empty()) video.emplace(settings);
   }
 
   FrameView view(double timestamp_s, const cv::Mat& depth);
@@ -160,6 +162,7 @@ struct Plugin::State {
   std::optional<MotionFilter> motion_filter;  // instead of `filter`, if it is switched on
 #endif
   std::optional<detail::Recorder> recorder;
+  std::optional<detail::PluginVideo> video;
   DepthOffsetEstimator depth_offset;
   cv::Ptr<cv::DISOpticalFlow> optical_flow;  // made when it is needed
   cv::Mat last_grey;                         // of the frame filtered last, if depth is moved
@@ -259,6 +262,9 @@ FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
   // Otherwise keep_static would do it, and may fail.
   if (!columns.descriptors.empty()) detail::unshare(columns.descriptors);
   times.filter_s = in_all.elapsed_s();
+  if (video) {
+    video->add(frame, segmentation.value_or(Segmentation()), features, labels, depth_offset);
+  }
   if (recorder) {
     recorder->record(frame, segmentation.value_or(Segmentation()), features, labels, times);
   }

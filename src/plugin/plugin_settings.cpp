@@ -205,8 +205,10 @@ PluginSettings read_plugin_settings(const std::string& path, const std::string& 
   read_depth_frames_late(file, settings.depth_frames_late);
   file.read_text("output_folder", settings.output_folder);
   file.read_count("overlay_every", settings.overlay_every);
+  file.read_text("video", settings.video);
   file.finish();
   settings.source_key = require_one_segmenter(file, settings);
+  settings.video_key = file.key_of("video");
   settings.output_folder_key = file.key_of("output_folder");
   settings.missing_masks_key = file.key_of("missing_masks");
   settings.max_time_difference_key = file.key_of("max_time_difference_s");

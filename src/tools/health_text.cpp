@@ -10,30 +10,16 @@
 #include <nlohmann/json.hpp>
 
 #include "depth_offset_text.hpp"
+#include "io/health_line.hpp"
 
 namespace dynfilter::tools {
 namespace {
 
-/// Appearance of a measure in tables.
-struct Appearance {
-  const char* name;
-  const char* title;
-  double scale;  // from the value to what is shown
-  int decimals;
-  const char* unit;
-};
-
-constexpr Appearance appearances[] = {
-    {"depth_frames_late", "depth later than colour", 1, 2, "frames"},
-    {"mask_age_s", "age of the masks", 1, 3, "s"},
-    {"mask_gap_px", "masks short of the objects' depth", 1, 1, "px"},
-    {"without_depth_share", "features without depth", 100, 1, "%"},
-    {"starved_share", "starved frames", 100, 1, "%"},
-};
+using detail::HealthAppearance;
 
 /// Returns the measure's appearance. Throws std::out_of_range for another name.
-const Appearance& appearance_of(const std::string& name) {
-  for (const Appearance& appearance : appearances) {
+const HealthAppearance& appearance_of(const std::string& name) {
+  for (const HealthAppearance& appearance : detail::health_appearances) {
     if (appearance.name == name) return appearance;
   }
   throw std::out_of_range("no measure of health is called " + name);
@@ -44,20 +30,6 @@ std::string formatted(const char* format, Values... values) {
   char text[400];
   std::snprintf(text, sizeof text, format, values...);
   return text;
-}
-
-const char* name_of(HealthVerdict verdict) {
-  switch (verdict) {
-    case HealthVerdict::not_known:
-      return "not known";
-    case HealthVerdict::good:
-      return "good";
-    case HealthVerdict::look:
-      return "look";
-    case HealthVerdict::bad:
-      return "bad";
-  }
-  return "";
 }
 
 std::string offset_advice(const HealthMeasure& measure,
@@ -138,7 +110,7 @@ std::vector<HealthRow> health_rows(const FilterHealthReport& report,
   std::vector<HealthRow> rows;
   const auto add = [&](const char* name, const HealthMeasure& measure, const std::string& advice) {
     const bool is_good = measure.verdict == HealthVerdict::good;
-    rows.push_back({name, measure.value, name_of(measure.verdict), measure.frames,
+    rows.push_back({name, measure.value, detail::name_of(measure.verdict), measure.frames,
                     is_good ? std::string() : advice});
   };
   const FilterHealthReport& r = report;
@@ -153,10 +125,9 @@ std::vector<HealthRow> health_rows(const FilterHealthReport& report,
 Table health_table(const std::string& title, const std::vector<HealthRow>& rows) {
   Table table{title, {"", "value", "frames", "verdict"}, {}};
   for (const HealthRow& row : rows) {
-    const Appearance& a = appearance_of(row.name);
-    const std::string value =
-        row.value ? formatted("%.*f %s", a.decimals, a.scale * *row.value, a.unit) : "-";
-    table.rows.push_back({a.title, value, std::to_string(row.frames), row.verdict});
+    const HealthAppearance& appearance = appearance_of(row.name);
+    const std::string value = row.value ? detail::shown(appearance, *row.value) : "-";
+    table.rows.push_back({appearance.title, value, std::to_string(row.frames), row.verdict});
   }
   return table;
 }
@@ -185,7 +156,7 @@ nlohmann::ordered_json health_json(const std::vector<HealthRow>& rows) {
 
 std::vector<HealthRow> health_rows_of(const nlohmann::ordered_json& json) {
   std::vector<HealthRow> rows;
-  for (const Appearance& appearance : appearances) {
+  for (const HealthAppearance& appearance : detail::health_appearances) {
     const nlohmann::ordered_json& measure = json.at(appearance.name);
     HealthRow row;
     row.name = appearance.name;

@@ -122,6 +122,7 @@ RuleRun::RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource
       filter_({mask_stage_of(rule, culler_options(rule, settings)), masks_time_},
               {stage_of(rule, settings.mask_culler, settings.seed, source.camera()), rule_time_}),
       pictures_(staged_.path(), source.size(), settings.overlays, rule) {
+  if (!settings.video.empty()) video_.emplace(settings.video);
   if (rule.moves_masks) propagator_.emplace();
   if (source.has_depth() && settings.every == 1) {
     odometry_.emplace(source.camera(), odometry_options(settings));
@@ -166,6 +167,7 @@ void RuleRun::process(const SourceFrame& frame, ExtractedFeatures features) {
         score_features(features.keypoints, by_mask, *truth, rim_px_, frame.frame);
   }
   add_pictures(frame, shown, features.keypoints, record, by_mask);
+  if (video_) video_->add(frame.frame, shown, features.keypoints, labels_, health_.report());
   std::vector<float> weights;
   if (rule_.has_weights) StaticWeights()(labels_, weights);
   // With motion, a weight says whether the feature moves; without, whether it is on an object.
@@ -236,6 +238,7 @@ RunRecord RuleRun::finish(const FrameSource& source) {
   write_frames_csv(record_, folder / "frames.csv");
   write_instances_csv(record_, folder / "instances.csv");
   write_summary_json(record_, folder / "summary.json");
+  if (video_) video_->finish();
   staged_.commit({"summary.json"});
   return std::move(record_);
 }
