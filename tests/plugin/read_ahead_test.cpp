@@ -85,7 +85,7 @@ TEST(ReadAhead, TakesTheNewestOfTheFramesThatWait) {
   detail::ReadAhead ahead(behind.segmenter);
   ahead.submit(frame_of(1));
   behind.gate->await_arrivals(1);
-  for (const std::uint64_t id : {2, 3, 4}) ahead.submit(frame_of(id));
+  for (const std::uint64_t id : {2U, 3U, 4U}) ahead.submit(frame_of(id));
   behind.gate->open_for_good();
   EXPECT_EQ(width_of(ahead.collect(frame_of(4))), 4);
   EXPECT_EQ(behind.gate->arrivals(), (std::vector<std::uint64_t>{1, 4}));
