@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <iostream>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -16,6 +17,7 @@
 #include "dynfilter/detail/columns.hpp"
 #include "dynfilter/dynfilter.hpp"
 #include "dynfilter/segmenters/depth_offset_estimator.hpp"
+#include "plugin/map_start.hpp"
 #include "plugin/mask_source.hpp"
 #include "plugin/plugin_settings.hpp"
 #include "plugin/plugin_video.hpp"
@@ -131,7 +133,10 @@ void keep_at_least_one(FeatureLabels& labels) {
 }  // namespace
 
 struct Plugin::State {
-  explicit State(const detail::PluginSettings& from) : settings(from), filter(make_filter(from)) {
+  explicit State(const detail::PluginSettings& from)
+      : settings(from),
+        filter(make_filter(from)),
+        map_start(settings.start_features, settings.file) {
     if (!settings.enabled) return;
     masks.emplace(settings);
 #ifdef DYNFILTER_HAS_MOTION
@@ -152,6 +157,7 @@ struct Plugin::State {
              const FeaturesView& features);
   FrameView with_depth_in_step(const FrameView& frame);
   FrameStatistics run(double timestamp_s, const cv::Mat& depth, const Columns& columns);
+  void watch_map_start(const FrameStatistics& statistics, const Columns& columns);
   FrameStatistics leave_alone(const cv::Mat& depth, const std::vector<cv::KeyPoint>& keypoints);
 
   detail::PluginSettings settings;
@@ -163,6 +169,7 @@ struct Plugin::State {
 #endif
   std::optional<detail::Recorder> recorder;
   std::optional<detail::PluginVideo> video;
+  detail::MapStart map_start;
   DepthOffsetEstimator depth_offset;
   cv::Ptr<cv::DISOpticalFlow> optical_flow;  // made when it is needed
   cv::Mat last_grey;                         // of the frame filtered last, if depth is moved
@@ -238,6 +245,15 @@ FrameView Plugin::State::with_depth_in_step(const FrameView& frame) {
   return moved;
 }
 
+/// Says what to set, once, if the host waits in vain for a frame with which it can begin a map.
+/// Only hosts with depth need so many features.
+void Plugin::State::watch_map_start(const FrameStatistics& statistics, const Columns& columns) {
+  const bool has_depth = statistics.has_depth || columns.right_x != nullptr;
+  if (!has_depth) return;
+  const std::string sentence = map_start.add(statistics);
+  if (!sentence.empty()) std::cerr << sentence << std::endl;
+}
+
 /// Filters all or nothing: everything that may fail comes before the caller's data change.
 FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
                                    const Columns& columns) {
@@ -268,6 +284,7 @@ FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
   if (recorder) {
     recorder->record(frame, segmentation.value_or(Segmentation()), features, labels, times);
   }
+  watch_map_start(statistics, columns);
 
   shorten(labels, columns);
   if (columns.pivot) *columns.pivot = static_cast<int>(kept_before_pivot);

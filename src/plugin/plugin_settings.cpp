@@ -195,6 +195,7 @@ PluginSettings read_plugin_settings(const std::string& path, const std::string& 
   read_depth_compensator(file, settings.filter.compensator.depth);
   read_edge_compensator(file, settings.filter.compensator.paper);
   read_feature_floor(file, settings.filter.feature_floor);
+  file.read_count("start_features", settings.start_features);
   refuse_depth_offset(file);
   file.read_count("depth_check_frames", settings.depth_check_frames);
 #ifdef DYNFILTER_HAS_MOTION

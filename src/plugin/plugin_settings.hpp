@@ -39,6 +39,8 @@ struct PluginSettings {
 #ifdef DYNFILTER_HAS_MOTION
   std::optional<PinholeCamera> motion_camera;  ///< the host's; none: without motion evidence
 #endif
+  /// Features with which the host begins an RGB-D or stereo map; 0: not watched.
+  std::size_t start_features = 501;
   std::string output_folder;             ///< for frames.csv and overlays; empty: none
   std::string output_folder_key;         ///< the key of `output_folder`, for messages
   std::string video;                     ///< file of the video; empty: none

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -155,6 +156,31 @@ TEST_F(PluginTest, RestoresUpToTheFloorAndReportsStarvation) {
   EXPECT_EQ(frame.keypoints.size(), 350U);
   EXPECT_TRUE(in_step(frame));
   EXPECT_EQ(plugin.counters().starved, 1U);
+}
+
+TEST_F(PluginTest, SaysOnceWhatToSetWhereNoMapBegins) {
+  const auto said = [&](const std::string& lines, const auto& filter) {
+    Plugin plugin(settings(lines));
+    ::testing::internal::CaptureStderr();
+    for (int i = 0; i < 100; ++i) {
+      HostFrame frame(i % frames);
+      filter(plugin, frame);
+    }
+    return ::testing::internal::GetCapturedStderr();
+  };
+  const auto rgbd = [](Plugin& plugin, HostFrame& frame) {
+    plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors);
+  };
+  const auto mono = [](Plugin& plugin, HostFrame& frame) {
+    plugin.filter(frame.timestamp_s, frame.keypoints, frame.descriptors);
+  };
+  const std::string sentence = said("", rgbd);
+  EXPECT_NE(sentence.find("set ORBextractor.nFeatures in " + file().string() + " to at least "),
+            std::string::npos);
+  EXPECT_EQ(std::count(sentence.begin(), sentence.end(), '\n'), 1);
+  EXPECT_EQ(said("", mono), "");
+  EXPECT_EQ(said("dynfilter.start_features: 200\n", rgbd), "");
+  EXPECT_EQ(said("dynfilter.start_features: 0\n", rgbd), "");
 }
 
 TEST_F(PluginTest, CountsUnpairedCalls) {
