@@ -134,6 +134,7 @@ CameraParameters read_camera(const std::filesystem::path& path) {
   camera.k3 = file.optional("Camera.k3");
   camera.image_size.width = file.optional_pixels("Camera.width");
   camera.image_size.height = file.optional_pixels("Camera.height");
+  if (camera.image_size.empty()) camera.image_size = {};  // one side alone says nothing
   camera.frames_per_second = file.optional_not_negative("Camera.fps");
   camera.depth_units_per_metre = file.positive("DepthMapFactor");
   camera.depth_offset_s = file.optional_within("dynfilter.depth_offset_s", max_depth_offset_s);

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
+#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <iostream>
@@ -9,6 +10,7 @@
 
 #include "commands.hpp"
 #include "dynfilter/version.hpp"
+#include "interruption.hpp"
 
 int main(int argc, char** argv) {
   CLI::App program("Keeps the features of moving objects out of visual SLAM.", "dynfilter");
@@ -27,6 +29,10 @@ int main(int argc, char** argv) {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     exit_code = program.exit(error);
+  } catch (const dynfilter::tools::Interrupted& interruption) {
+    std::fprintf(stderr, "%s\n", interruption.what());
+    std::raise(interruption.signal());  // ends the program as the caller expects of this signal
+    exit_code = 1;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "error: %s\n", error.what());
     exit_code = 1;

@@ -13,10 +13,12 @@
 #include <string>
 #include <utility>
 
+#include "interruption.hpp"
+
 namespace dynfilter::tools {
 
 /// Shows the progress of long work in a line on standard error; shows nothing if that is no
-/// terminal.
+/// terminal. While it lives, the user may interrupt the work, see Interrupted.
 class ProgressBar {
  public:
   ProgressBar(std::string what, std::size_t total)
@@ -29,7 +31,9 @@ class ProgressBar {
     if (is_shown_) std::fputc('\n', stderr);
   }
 
+  /// Counts steps that are done. Throws Interrupted if the user interrupted the work.
   void advance(std::size_t steps = 1) {
+    interruption_.check();
     done_ = std::min(total_, done_ + steps);
     const auto now = Clock::now();
     const bool is_due = done_ == total_ || now - last_drawn_ > std::chrono::milliseconds(100);
@@ -53,6 +57,7 @@ class ProgressBar {
   std::size_t done_ = 0;
   Clock::time_point start_ = Clock::now();
   Clock::time_point last_drawn_ = start_;
+  InterruptionGuard interruption_;
 };
 
 }  // namespace dynfilter::tools

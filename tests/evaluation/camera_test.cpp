@@ -92,6 +92,14 @@ TEST(Camera, ReadsAnOrbSlamSettingsFile) {
   EXPECT_EQ(camera.depth_units_per_metre, 5000);
 }
 
+TEST(Camera, TakesOneSideAloneForAnUnknownSize) {
+  const TemporaryFolder folder;
+  for (const char* key : {"Camera.width: 640\n", "Camera.height: 480\n"}) {
+    const CameraParameters camera = read_camera(folder.write("camera.yaml", required_keys + key));
+    EXPECT_EQ(camera.image_size, cv::Size()) << key;
+  }
+}
+
 TEST(Camera, RefusesFilesWithoutACamera) {
   const struct {
     const char* what;
