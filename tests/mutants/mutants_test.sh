@@ -1,0 +1,36 @@
+#!/usr/bin/env bash
+# SPDX-FileCopyrightText: 2026 the dynfilter authors
+# SPDX-License-Identifier: MIT
+
+# Tests mutants.sh on a small project, of which it is known which mutants its test notices, and
+# checks that it finds hundreds of places in dynfilter. Needs python3; 77 means skipped.
+#   mutants_test.sh <repository>
+
+set -euo pipefail
+root=$1
+command -v python3 >/dev/null || exit 77
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+
+fail() {
+  echo "FAILED: $*" >&2
+  exit 1
+}
+
+before=$(find "$root/tests/mutants" -type f -exec cksum {} + | sort)
+DYNFILTER_BUILD_DIR=$folder/toy bash "$root/tests/mutants.sh" --source "$root/tests/mutants/toy" \
+  --count 50 >"$folder/printed"
+cat "$folder/printed"
+# A mutant for each of five lines: two comparisons, max, a shifted index, a check.
+[[ $(wc -l <"$folder/toy/table.txt") -eq 5 ]] || fail "wants one mutant for each of 5 lines"
+[[ $(tail -n 1 "$folder/printed") == '4 of 5 mutants were caught' ]] || fail "wants 4 caught"
+[[ $(grep -c 'survived.*absolute' "$folder/printed") -eq 1 ]] || fail "absolute wants a survivor"
+grep -q constant "$folder/toy/table.txt" && fail "the compiler computes a constant"
+[[ $(find "$root/tests/mutants" -type f -exec cksum {} + | sort) == "$before" ]] ||
+  fail "the sources changed"
+
+mkdir "$folder/copy"
+cp -r "$root/include" "$root/src" "$folder/copy"
+python3 "$root/tests/mutants/mutate.py" "$folder/copy" 300 "$folder/table.txt"
+[[ $(wc -l <"$folder/table.txt") -eq 300 ]] || fail "wants 300 mutants"
+[[ $(cut -f 2 "$folder/table.txt" | sort -u | wc -l) -gt 150 ]] || fail "wants them in many files"
