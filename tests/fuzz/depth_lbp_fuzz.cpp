@@ -81,7 +81,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   ByteSource source(data, size);
   const bool is_large = source.byte() == 255;
   const int width = is_large ? source.between(1, 4096) : source.between(1, 300);
-  const int height = is_large ? source.between(1, 256) : source.between(1, 30);
+  const int height = is_large ? source.between(1, 48) : source.between(1, 30);
   const cv::Size image(width, height);
   return report(source.chance(50) ? compare<std::uint16_t>(source, image)
                                   : compare<float>(source, image));
