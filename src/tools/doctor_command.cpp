@@ -22,12 +22,23 @@ namespace {
 
 struct DoctorOptions {
   std::filesystem::path sequence, camera;
+  bool has_sequence = false;
 };
+
+/// Returns the names of OpenCV's modules, as its build information lists them.
+std::string opencv_modules() {
+  const std::string text = cv::getBuildInformation(), title = "To be built:";
+  const std::size_t at = text.find(title);
+  if (at == std::string::npos) return "not known";
+  const std::size_t first = text.find_first_not_of(' ', at + title.size());
+  return text.substr(first, text.find('\n', first) - first);
+}
 
 void print_build() {
   std::printf("dynfilter %s, OpenCV %s (compiled with %s), %d processors\n",
               DYNFILTER_VERSION_STRING, cv::getVersionString().c_str(), CV_VERSION,
               cv::getNumberOfCPUs());
+  std::printf("OpenCV's modules: %s\n", opencv_modules().c_str());
   std::printf("dense D-LBP uses: %s\n", detail::best_instruction_set_name());
 #if defined(DYNFILTER_HAS_NETWORKS)
   std::printf("networks: built in\n");
@@ -62,10 +73,11 @@ void print_findings(const std::vector<Finding>& findings) {
 
 void doctor(const DoctorOptions& options) {
   print_build();
-  if (options.sequence.empty()) return;
+  if (!options.has_sequence) return;
   std::printf("\n%s\n", options.sequence.c_str());
   const std::vector<Finding> findings = examine_sequence(options.sequence, options.camera);
   print_findings(findings);
+  std::fflush(stdout);  // before the error that refers to it
   const auto broken = std::count_if(findings.begin(), findings.end(), [](const Finding& finding) {
     return finding.verdict == Verdict::broken;
   });
@@ -87,7 +99,10 @@ void add_doctor_command(CLI::App& program) {
       "examples:\n"
       "  dynfilter doctor\n"
       "  dynfilter doctor rgbd_dataset_freiburg3_walking_xyz");
-  command->callback([options] { doctor(*options); });
+  command->callback([options, command] {
+    options->has_sequence = command->count("SEQUENCE") > 0;  // though it may be an empty text
+    doctor(*options);
+  });
 }
 
 }  // namespace dynfilter::tools

@@ -54,7 +54,8 @@ class Doctor : public ::testing::Test {
 TEST(DoctorAlone, NamesVersionsAndWhatIsBuiltIn) {
   const Outcome outcome = run("doctor");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
-  for (const char* part : {DYNFILTER_VERSION_STRING, "OpenCV ", "dense D-LBP uses: ", "networks: "})
+  for (const char* part : {DYNFILTER_VERSION_STRING, "OpenCV ",
+                           "dense D-LBP uses: ", "networks: ", "OpenCV's modules: "})
     EXPECT_TRUE(outcome.mentions(part)) << outcome.printed;
 }
 
@@ -92,6 +93,55 @@ TEST_F(Doctor, NamesABrokenImage) {
   const Outcome outcome = examined();
   EXPECT_NE(outcome.exit_code, 0);
   EXPECT_TRUE(outcome.mentions(first)) << outcome.printed;
+}
+
+TEST_F(Doctor, DoubtsTheDepthFactorOfAnotherRecording) {
+  replace_in_camera("DepthMapFactor", "DepthMapFactor: 1000.0");
+  const Outcome outcome = examined();
+  EXPECT_TRUE(outcome.mentions("odd     median depth")) << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("DepthMapFactor in the camera file is 1000")) << outcome.printed;
+}
+
+TEST_F(Doctor, DoesNotBlameMasksForABrokenImage) {
+  const std::string first = fs::directory_iterator(scene() / "rgb")->path().string();
+  std::ofstream(first, std::ios::trunc) << "no image";
+  const Outcome outcome = examined();
+  EXPECT_NE(outcome.exit_code, 0);
+  EXPECT_FALSE(outcome.mentions("make the masks again")) << outcome.printed;
+  const std::size_t at = outcome.printed.find("broken");
+  ASSERT_NE(at, std::string::npos) << outcome.printed;
+  EXPECT_EQ(outcome.printed.find("broken", at + 1), std::string::npos)
+      << "once: " << outcome.printed;
+}
+
+TEST_F(Doctor, NamesTheCameraFileIfNoFrameFits) {
+  replace_in_camera("Camera.width", "Camera.width: 640");
+  const Outcome outcome = examined();
+  EXPECT_NE(outcome.exit_code, 0);
+  EXPECT_TRUE(outcome.mentions("so it is with every frame")) << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("is the camera file another camera's?")) << outcome.printed;
+}
+
+TEST_F(Doctor, CountsFramesWithoutMasksForWhichRunStops) {
+  std::size_t removed = 0;
+  for (const auto& entry : fs::directory_iterator(scene() / "masks")) {
+    if (entry.path().extension() != ".png" || removed == 3) continue;
+    fs::remove(entry.path());
+    ++removed;
+  }
+  fs::remove(scene() / "masks" / "instances.csv");
+  const Outcome outcome = examined();
+  EXPECT_NE(outcome.exit_code, 0);
+  EXPECT_TRUE(outcome.mentions("3 of 12 frames have no mask")) << outcome.printed;
+}
+
+TEST_F(Doctor, CountsImagesThatNoDepthImageIsNearTo) {
+  fs::remove(scene() / "associations.txt");
+  std::ofstream list(scene() / "rgb.txt", std::ios::app);
+  list << "# a comment\n99.000000 rgb/99.000000.png\n";
+  list.close();
+  const Outcome outcome = examined();
+  EXPECT_TRUE(outcome.mentions("1 of 13 colour images have no depth image")) << outcome.printed;
 }
 
 TEST_F(Doctor, SaysWhatIsMissing) {
