@@ -169,6 +169,7 @@ py::object array_of(const cv::Mat& matrix, bool is_writeable) {
 
 FeaturesView features_from(const py::array& points, const char* component) {
   const Argument argument{component, "features"};
+  if (points.size() == 0 && points.ndim() == 1) return {};  // OpenCV's points of no keypoints
   const bool is_opencv = points.ndim() == 3 && points.shape(1) == 1;
   const py::ssize_t last = points.ndim() - 1;
   const py::dtype type = points.dtype();

@@ -24,8 +24,10 @@ bool is_list(const py::handle& column) {
   detail::throw_misuse("keep_static", detail::concatenate("column ", position, ", ", got), want);
 }
 
-/// Checks that a column has one element for each feature.
+/// Checks that a column has one element for each feature. None has no element, as OpenCV's
+/// descriptors of no keypoints.
 void require_length(const py::handle& column, std::size_t position, std::size_t features) {
+  if (column.is_none() && features == 0) return;
   if (!is_list(column) && !py::isinstance<py::array>(column)) {
     refuse(position, "a " + std::string(py::str(py::type::of(column).attr("__name__"))),
            "a NumPy array, a list or a tuple");
@@ -43,7 +45,7 @@ void require_length(const py::handle& column, std::size_t position, std::size_t 
 /// Checks that the rows of a column can move: an array that is its own memory row by row.
 void require_movable(const py::handle& column, std::size_t position) {
   if (py::isinstance<py::tuple>(column)) refuse(position, "a tuple", "a list for in_place");
-  if (is_list(column)) return;
+  if (is_list(column) || column.is_none()) return;
   const auto array = py::reinterpret_borrow<py::array>(column);
   if (!array.writeable()) refuse(position, "a read-only array", "a writeable one for in_place");
   if (array.dtype().attr("hasobject").cast<bool>()) {
@@ -65,6 +67,7 @@ void require_movable(const py::handle& column, std::size_t position) {
 void require_distinct(const py::args& columns, bool in_place) {
   for (std::size_t i = 0; i < columns.size(); ++i) {
     for (std::size_t j = 0; j < i; ++j) {
+      if (columns[i].is_none() || columns[j].is_none()) continue;
       bool are_same = columns[i].ptr() == columns[j].ptr();
       if (in_place && !is_list(columns[i]) && !is_list(columns[j])) {
         are_same =
@@ -114,7 +117,9 @@ py::tuple keep_static(const FeatureLabels& labels, const py::args& columns, bool
   py::tuple results(columns.size());
   for (std::size_t i = 0; i < columns.size(); ++i) {
     const py::object column = columns[i];
-    if (is_list(column)) {
+    if (column.is_none()) {
+      results[i] = column;
+    } else if (is_list(column)) {
       const py::list kept = kept_elements(labels, column);
       if (in_place)
         column.attr("__setitem__")(py::slice(0, static_cast<py::ssize_t>(labels.size()), 1), kept);

@@ -201,3 +201,14 @@ def test_empty_images_are_none():
 def test_no_features_are_no_labels(scene):
     labels = dynfilter.DynamicFilter().apply(scene.frame(), None, np.zeros((0, 2), np.float32))
     assert len(labels) == 0 and labels.removed.shape == (0,)
+
+
+def test_frames_without_keypoints_pass_as_opencv_gives_them(scene):
+    for points in ((), [], np.empty((0, 2), np.float32), np.empty(0)):
+        labels = dynfilter.DynamicFilter().apply(scene.frame(), scene.segmentation(), points)
+        assert len(labels) == 0
+        kept, descriptors = dynfilter.keep_static(labels, points, None)
+        assert len(kept) == 0 and descriptors is None
+    labels = dynfilter.DynamicFilter().apply(scene.frame(), scene.segmentation(), scene.points)
+    with pytest.raises(ValueError, match="NoneType"):
+        dynfilter.keep_static(labels, scene.points, None)
