@@ -186,6 +186,25 @@ TEST(MaskAssembly, DropsInstancesOfZeroCoefficients) {
   }
 }
 
+/// The box grown by one cell ends at whole cells, which are four pixels wide.
+TEST(MaskAssembly, CropsAtWholeCells) {
+  const cv::Mat prototypes = tensor({1, count, 24, 24}, 1);
+  const Detection detection{0, 0.9F, {16, 24, 40, 48}, {10, 0, 0}};
+  const auto instances = assemble_instances({detection}, detail::prototypes_first(prototypes),
+                                            stretched({96, 96}, {96, 96}), MaskRule::crop_cells);
+  ASSERT_EQ(instances.size(), 1U);
+  EXPECT_EQ(instances[0].mask_origin, cv::Point(12, 20));
+  EXPECT_EQ(instances[0].mask.size(), cv::Size(32, 32));
+}
+
+TEST(MaskAssembly, DropsInstancesWhoseMaskAloneReachesTheImage) {
+  const cv::Mat prototypes = tensor({1, count, 24, 24}, 1);
+  const Detection detection{0, 0.9F, {-20, 24, -0.5F, 48}, {10, 0, 0}};
+  EXPECT_TRUE(assemble_instances({detection}, detail::prototypes_first(prototypes),
+                                 stretched({96, 96}, {96, 96}), MaskRule::crop_cells)
+                  .empty());
+}
+
 TEST(MaskAssembly, DropsInstancesWithoutAPixelInTheImage) {
   const cv::Mat prototypes = tensor({1, count, 24, 24}, 1);
   const InputPlacement placement = letterboxed({96, 48}, {96, 96});

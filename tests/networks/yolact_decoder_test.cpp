@@ -241,7 +241,7 @@ TEST(YolactDecoder, ScoresMustExceedTheThreshold) {
 
 TEST(YolactDecoder, DropsRowsWithNonFiniteNumbers) {
   for (const float bad : {nan, infinity, -infinity}) {
-    for (int part = 0; part < 4; ++part) {
+    for (int part = 0; part < 5; ++part) {
       Placed placed(2);
       placed.put(0, 0.1F, 0.2F, {0.9F, 0});
       placed.put(1, 0.6F, 0.2F, {0.8F, 0});
@@ -249,10 +249,20 @@ TEST(YolactDecoder, DropsRowsWithNonFiniteNumbers) {
       cv::Mat* const parts[] = {&o.locations, &o.confidences, &o.coefficients};
       if (part < 3) parts[part]->at<float>(0, 0, 1) = bad;
       if (part == 3) o.priors.at<float>(0, 2) = bad;
+      if (part == 4) o.confidences.at<float>(0, 0, 2) = bad;  // of a class that is not the best
       EXPECT_EQ(placed.rows_found(decoding_of(0.15F)), std::vector<int>{1})
           << bad << " in part " << part;
     }
   }
+}
+
+TEST(YolactDecoder, KeepsProbabilitiesAsTheyAre) {
+  Placed placed(1);
+  placed.put(0, 0.1F, 0.2F, {0.9F, 0});
+  placed.outputs.confidences.at<float>(0, 0, 0) = 0.105F;  // the sum is a little above 1
+  const std::vector<Detection> found = decoded(placed.outputs, decoding_of(0.15F));
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].score, 0.9F);
 }
 
 TEST(YolactDecoder, RefusesOutputsWithoutAFiniteScore) {
