@@ -95,7 +95,9 @@ differs from the frame in image size, and passes on what do_segment raises.)")
     find = lambda image: dynfilter.instances_from_masks(network(image))
     people = dynfilter.CallbackSegmenter(find)
 
-Raises ValueError for a frame with neither image nor depth.)")
+Raises ValueError for a frame with neither image nor depth. The garbage collector does not see the
+callable: a method of an object that keeps the segmenter keeps both alive. Derive from Segmenter
+instead.)")
       .def(py::init([](py::object callback) {
              return std::make_unique<CallbackSegmenter>(callback_of(std::move(callback)));
            }),

@@ -2,61 +2,71 @@
 # SPDX-License-Identifier: MIT
 """Types of dynfilter's options and enumerations. There is no such module at run time."""
 
-from enum import Enum
-from typing import Sequence
+from typing import ClassVar, Sequence
 
-class Compensation(Enum):
-    not_run: int
-    no_depth_image: int
-    too_few_samples: int
-    applied: int
-    applied_without_image: int
+class _Enumerator:
+    """One of some named values. The class is no enum.Enum: not iterable, not subscriptable."""
 
-class CompensationRule(Enum):
-    depth: int
-    paper: int
-    mask: int
-
-class FloorPolicy(Enum):
-    report_only: int
-    restore_best_scored: int
-    restore_balanced: int
-
-class InstanceVerdict(Enum):
-    not_judged: int
-    undecided: int
-    moving: int
-    still: int
-
-class MissingDepth(Enum):
-    keep: int
-    remove: int
-
-class MissingNeighbour(Enum):
-    nearer: int
-    farther: int
-
-class MotionOutcome(Enum):
-    not_run: int
-    no_image: int
-    started: int
-    repeated: int
-    too_few_tracks: int
-    pose_not_trusted: int
-    applied: int
-
-class OutlierRule(Enum):
-    median_absolute_deviation: int
-    interquartile_range: int
-
-class Reason(Enum):
-    untouched: int
-    in_mask: int
-    compensated: int
-    restored: int
-    moving: int
-    custom: int
+    def __init__(self, value: int) -> None: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def value(self) -> int: ...
     def __int__(self) -> int: ...
+    def __index__(self) -> int: ...
+    def __hash__(self) -> int: ...
+
+class Compensation(_Enumerator):
+    not_run: ClassVar[Compensation]
+    no_depth_image: ClassVar[Compensation]
+    too_few_samples: ClassVar[Compensation]
+    applied: ClassVar[Compensation]
+    applied_without_image: ClassVar[Compensation]
+
+class CompensationRule(_Enumerator):
+    depth: ClassVar[CompensationRule]
+    paper: ClassVar[CompensationRule]
+    mask: ClassVar[CompensationRule]
+
+class FloorPolicy(_Enumerator):
+    report_only: ClassVar[FloorPolicy]
+    restore_best_scored: ClassVar[FloorPolicy]
+    restore_balanced: ClassVar[FloorPolicy]
+
+class InstanceVerdict(_Enumerator):
+    not_judged: ClassVar[InstanceVerdict]
+    undecided: ClassVar[InstanceVerdict]
+    moving: ClassVar[InstanceVerdict]
+    still: ClassVar[InstanceVerdict]
+
+class MissingDepth(_Enumerator):
+    keep: ClassVar[MissingDepth]
+    remove: ClassVar[MissingDepth]
+
+class MissingNeighbour(_Enumerator):
+    nearer: ClassVar[MissingNeighbour]
+    farther: ClassVar[MissingNeighbour]
+
+class MotionOutcome(_Enumerator):
+    not_run: ClassVar[MotionOutcome]
+    no_image: ClassVar[MotionOutcome]
+    started: ClassVar[MotionOutcome]
+    repeated: ClassVar[MotionOutcome]
+    too_few_tracks: ClassVar[MotionOutcome]
+    pose_not_trusted: ClassVar[MotionOutcome]
+    applied: ClassVar[MotionOutcome]
+
+class OutlierRule(_Enumerator):
+    median_absolute_deviation: ClassVar[OutlierRule]
+    interquartile_range: ClassVar[OutlierRule]
+
+class Reason(_Enumerator):
+    untouched: ClassVar[Reason]
+    in_mask: ClassVar[Reason]
+    compensated: ClassVar[Reason]
+    restored: ClassVar[Reason]
+    moving: ClassVar[Reason]
+    custom: ClassVar[Reason]
 
 class ObjectDepthOptions:
     min_half_width_m: float
