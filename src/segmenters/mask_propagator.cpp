@@ -44,6 +44,19 @@ MaskPropagatorOptions checked(const MaskPropagatorOptions& options) {
   return options;
 }
 
+/// Returns the motions that begin and end in the image.
+std::vector<PointMotion> motions_inside(const std::vector<PointMotion>& motions,
+                                        const cv::Size& image) {
+  const cv::Rect2f whole({}, cv::Size2f(image));
+  std::vector<PointMotion> inside;
+  inside.reserve(motions.size());
+  std::copy_if(motions.begin(), motions.end(), std::back_inserter(inside),
+               [&](const PointMotion& motion) {
+                 return whole.contains(motion.from) && whole.contains(motion.to);
+               });
+  return inside;
+}
+
 cv::Size size_of(const FrameView& frame, const std::optional<Segmentation>& newest) {
   if (!frame.image.empty()) return frame.image.size();
   if (!frame.depth.empty()) return frame.depth.size();
@@ -163,7 +176,7 @@ void MaskPropagator::State::move_on(const FrameView& frame,
     step.motions = flow.track(frame.image);
   } else {
     flow.forget();
-    if (!steps.empty()) step.motions = *motions;
+    if (!steps.empty()) step.motions = motions_inside(*motions, size);
   }
   statistics.tracked_points = step.motions.size();
   steps.push_back(std::move(step));

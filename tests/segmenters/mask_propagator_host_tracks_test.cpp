@@ -54,7 +54,8 @@ TEST(MaskPropagatorByHostsTracks, MovesByThemAndNeedsNoImage) {
     const auto moved = propagator.propagate(frame_without_image(i), result, tracks_of(step));
     expect_moved(moved, object, i * step);
     EXPECT_EQ(propagator.statistics().instances.at(0).by_flow, static_cast<std::size_t>(i));
-    EXPECT_EQ(propagator.statistics().tracked_points, i == 0 ? 0U : 40U * 30U);
+    // The points of the last column leave the image.
+    EXPECT_EQ(propagator.statistics().tracked_points, i == 0 ? 0U : 39U * 30U);
   }
 }
 

@@ -150,10 +150,10 @@ class MaskPropagator {
   /// Moves masks by the host's own tracks, and tracks no points itself, which is most of the cost.
   /// `motions` holds points of the last call's frame that were found in this one: a KLT front end's
   /// points, or the features that FeatureTracker follows anyway (point_motions). Instances move as
-  /// well as there are points on them. The frame's image is not read. Otherwise like propagate
-  /// without tracks. Throws std::invalid_argument also for a place that is not finite. After such a
-  /// call, the next one without tracks has none, because the last image is not known. O(points +
-  /// area of the masks).
+  /// well as there are points on them; points outside the image, in either frame, do not count. The
+  /// frame's image is not read. Otherwise like propagate without tracks. Throws
+  /// std::invalid_argument also for a place that is not finite. After such a call, the next one
+  /// without tracks has none, because the last image is not known. O(points + area of the masks).
   std::optional<Segmentation> propagate(const FrameView& frame,
                                         const std::optional<Segmentation>& newest,
                                         const std::vector<PointMotion>& motions);
