@@ -23,7 +23,7 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
 set(CPACK_DEBIAN_PACKAGE_SECTION libs)
 
-# What a host needs to compile and link: Debian's packages of OpenCV's modules.
+# What a host needs to compile and link.
 set(dev_depends "")
 foreach(component IN ITEMS core compiled segmenters motion networks plugin evaluation)
   set(target dynfilter_${component})
@@ -35,8 +35,8 @@ foreach(component IN ITEMS core compiled segmenters motion networks plugin evalu
   endif()
   get_target_property(links ${target} INTERFACE_LINK_LIBRARIES)
   foreach(link IN LISTS links)
-    if(link MATCHES "opencv_([a-z0-9]+)")
-      list(APPEND dev_depends libopencv-${CMAKE_MATCH_1}-dev)
+    if(link MATCHES "opencv_")
+      list(APPEND dev_depends libopencv-dev)  # it alone has OpenCV's files for CMake
     elseif(link MATCHES "Eigen3::")
       list(APPEND dev_depends libeigen3-dev)
     endif()

@@ -109,7 +109,7 @@ try_suite() {
   local before seconds=$SECONDS megabytes
   before=$(du -sm --one-file-system "$user" | cut -f 1)
   in_system "$user" sh -c 'apt-get -qq -o Dpkg::Use-Pty=0 install --yes --no-install-recommends \
-    ./srv/packages/*.deb g++ cmake make pkg-config libopencv-features2d-dev >/dev/null'
+    ./srv/packages/*.deb g++ cmake make pkg-config >/dev/null'
   in_system "$user" apt-get clean
   seconds=$((SECONDS - seconds))
   megabytes=$(($(du -sm --one-file-system "$user" | cut -f 1) - before))
@@ -152,7 +152,6 @@ ORBextractor.iniThFAST: 10
 dynfilter.mask_folder: "/srv/host_data/left/masks"
 dynfilter.output_folder: "/srv/host_data/out"
 END
-  in_system "$user" apt-get -qq -o Dpkg::Use-Pty=0 install --yes --no-install-recommends libopencv-dev >/dev/null
   in_system "$user" sh -ec 'cd /srv/host && cmake -B build >/dev/null 2>&1 && cmake --build build &&
     dynfilter synth ../host_data/left --frames 12 --width 320 --height 240 --persons 1 --seed 4 &&
     build/consumer rgbd /srv/host_data settings.yaml'
