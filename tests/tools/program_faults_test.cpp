@@ -161,7 +161,8 @@ TEST_F(ProgramFaults, InterruptedCallSaysWhatIsThereAndLeavesNothingElse) {
   EXPECT_GT(interrupted, 0);
 }
 
-TEST_F(ProgramFaults, OfTwoRunsIntoOneFolderOneIsWhole) {
+// Two that begin at the same moment may both refuse: each sees that the other one is working.
+TEST_F(ProgramFaults, TwoRunsIntoOneFolderLeaveOneWholeResultOrNone) {
   const auto call = [&](int features) {
     return "run " + quoted(scene()) + " --overlays 0 --features " + std::to_string(features) +
            " --out ";
@@ -173,10 +174,10 @@ TEST_F(ProgramFaults, OfTwoRunsIntoOneFolderOneIsWhole) {
     const Started first(call(200) + quoted(out), folder_ / "printed1");
     const Started second(call(300) + quoted(out), folder_ / "printed2");
     const bool first_is_done = first.wait() == 0, second_is_done = second.wait() == 0;
-    EXPECT_TRUE(first_is_done || second_is_done);
     const FileTree found = results_in(out);
     EXPECT_TRUE((first_is_done && found == results_in(folder_ / "first")) ||
-                (second_is_done && found == results_in(folder_ / "second")));
+                (second_is_done && found == results_in(folder_ / "second")) ||
+                (!first_is_done && !second_is_done && found.empty()));
     for (const auto& [is_done, printed] :
          {std::pair(first_is_done, first.printed()), std::pair(second_is_done, second.printed())}) {
       if (!is_done) {
