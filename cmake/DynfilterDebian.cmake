@@ -71,6 +71,11 @@ if(TARGET dynfilter_python)  # it is for one version of Python
     message(FATAL_ERROR "${interpreter} does not say its version")
   endif()
 endif()
+# Python writes compiled files beside the module, which dpkg does not know.
+set(prerm ${PROJECT_BINARY_DIR}/python3-dynfilter/prerm)
+file(WRITE ${prerm} "#!/bin/sh\nset -e\nrm -rf /usr/lib/python3/dist-packages/dynfilter/__pycache__\n")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA ${prerm})
+set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_DEBIAN_PYTHON_DESCRIPTION "The library for Python 3, with
 NumPy arrays in and out.")
 
