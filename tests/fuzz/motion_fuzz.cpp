@@ -16,6 +16,7 @@
 
 #include "dynfilter/motion/motion_filter.hpp"
 #include "fuzz/report.hpp"
+#include "fuzz/texture.hpp"
 #include "support/filter_case.hpp"
 
 namespace dynfilter::testing {
@@ -30,13 +31,7 @@ struct Shot {
 };
 
 cv::Mat image_of(ByteSource& source, int shift) {
-  static const cv::Mat wide = [] {
-    cv::Mat1b noise(size.height, 2 * size.width);
-    cv::RNG(5).fill(noise, cv::RNG::UNIFORM, 0, 256);
-    cv::GaussianBlur(noise, noise, cv::Size(), 1.2);
-    cv::normalize(noise, noise, 0, 255, cv::NORM_MINMAX);
-    return cv::Mat(noise);
-  }();
+  static const cv::Mat wide = smooth_noise({2 * size.width, size.height});
   const int kind = source.between(0, 15);
   if (kind == 0) return {};
   if (kind == 1) return cv::Mat(size, CV_8UC1, cv::Scalar(source.byte()));

@@ -17,6 +17,7 @@
 
 #include "dynfilter/segmenters/mask_propagator.hpp"
 #include "fuzz/report.hpp"
+#include "fuzz/texture.hpp"
 #include "support/byte_source.hpp"
 
 namespace dynfilter::testing {
@@ -26,13 +27,7 @@ const cv::Size size(64, 48);
 
 /// Part of a wide texture, blank, or none.
 cv::Mat image_of(ByteSource& source, int shift) {
-  static const cv::Mat wide = [] {
-    cv::Mat1b noise(size.height, 3 * size.width);
-    cv::RNG(5).fill(noise, cv::RNG::UNIFORM, 0, 256);
-    cv::GaussianBlur(noise, noise, cv::Size(), 1.2);
-    cv::normalize(noise, noise, 0, 255, cv::NORM_MINMAX);
-    return cv::Mat(noise);
-  }();
+  static const cv::Mat wide = smooth_noise({3 * size.width, size.height});
   const int kind = source.between(0, 15);
   if (kind == 0) return {};
   if (kind == 1) return cv::Mat(size, CV_8UC1, cv::Scalar(source.byte()));
