@@ -20,7 +20,7 @@ class ProgramWithNetwork : public RecordedData {
     if (IsSkipped()) return;
     sequence_ = data("tum_fr3_walking_halfsphere_50");
     model_ = sequence_.parent_path().parent_path() / "models" / "yolov8n-seg-raw-heads.onnx";
-    if (!fs::exists(model_)) GTEST_SKIP() << "missing: " << model_;
+    if (!fs::exists(model_)) GTEST_SKIP() << "DYNFILTER_DATA_DIR has no " << model_;
   }
 
   /// Summary that `dynfilter run` writes for the sequence with the network.

@@ -32,7 +32,7 @@ class RecordedPeople : public testing::RecordedData {
     RecordedData::SetUp();
     if (IsSkipped()) return;
     model_ = data(sequence).parent_path().parent_path() / "models" / "yolov8n-seg-raw-heads.onnx";
-    if (!fs::exists(model_)) GTEST_SKIP() << "missing: " << model_;
+    if (!fs::exists(model_)) GTEST_SKIP() << "DYNFILTER_DATA_DIR has no " << model_;
   }
 
   fs::path model_;
