@@ -140,9 +140,9 @@ class EdgeCompensator {
     scratch.codes.clear();
     for (const SampleCandidate& candidate : scratch.candidates) {
       scratch.depths_m.push_back(candidate.depth_m);
-      if (const auto code = code_of(input, features.pixel(candidate.feature))) {
-        scratch.codes.push_back(*code);
-      }
+      if (!has_image) continue;
+      const auto code = depth_lbp_.code(input.frame.depth, features.pixel(candidate.feature));
+      if (code) scratch.codes.push_back(*code);
     }
     statistics.sampled = scratch.candidates.size();
     statistics.depth_range_m = depth_range_.estimate(scratch.depths_m);
@@ -163,7 +163,11 @@ class EdgeCompensator {
       const std::optional<double> depth_m = depth_of(input, i, pixel);
       if (!instance.covers(pixel) || !depth_m) continue;
       const cv::Point in_box = detail::wrapping_difference(pixel, instance.box.tl());
-      candidates.push_back({FeatureSampler::key(instance_key, in_box), in_box, i, *depth_m});
+      SampleCandidate& candidate = candidates.emplace_back();
+      candidate.key = FeatureSampler::key(instance_key, in_box);
+      candidate.pixel = in_box;
+      candidate.feature = i;
+      candidate.depth_m = *depth_m;
     }
     sampler_.draw(candidates);
   }
@@ -171,13 +175,8 @@ class EdgeCompensator {
   /// Returns the depth of feature i, metres: the image's at its pixel or, without a depth image,
   /// the column's. Returns nothing where it is not known.
   static std::optional<double> depth_of(const FilterInput& input, std::size_t i, cv::Point pixel) {
-    return input.frame.depth.empty() ? input.features.depth_m(i) : input.frame.depth_m(pixel);
-  }
-
-  /// Returns the D-LBP code of a pixel; nothing without a depth image.
-  std::optional<std::uint8_t> code_of(const FilterInput& input, cv::Point pixel) const {
-    if (input.frame.depth.empty()) return {};
-    return depth_lbp_.code(input.frame.depth, pixel);
+    if (input.frame.depth.empty()) return input.features.depth_m(i);
+    return input.frame.depth_m(pixel);
   }
 
   /// Applies eq. (1), without a depth image its test of depth, to every feature in the box that is
@@ -190,17 +189,22 @@ class EdgeCompensator {
     for (const std::size_t i : features.inside(instance.box)) {
       if (labels.is_removed(i)) continue;
       const cv::Point pixel = features.pixel(i);
-      const std::optional<double> depth_m = depth_of(input, i, pixel);
-      const std::optional<std::uint8_t> code = code_of(input, pixel);
-      const bool depth_fits =
-          depth_m ? statistics.depth_range_m.contains(*depth_m) : passes_without_value_;
-      const bool code_fits = code ? statistics.code_range.contains(*code) : passes_without_value_;
+      const bool depth_fits = has_image ? fits(statistics.depth_range_m, input.frame.depth_m(pixel))
+                                        : fits(statistics.depth_range_m, input.features.depth_m(i));
+      const bool code_fits =
+          !has_image || fits(statistics.code_range, depth_lbp_.code(input.frame.depth, pixel));
       ++statistics.candidates;
       statistics.passed_depth += depth_fits ? 1 : 0;
       statistics.passed_code += has_image && code_fits ? 1 : 0;
-      if (!depth_fits || (has_image && !code_fits)) continue;
+      if (!depth_fits || !code_fits) continue;
       labels.remove(i, static_cast<std::int32_t>(k), Reason::compensated, instance.score);
     }
+  }
+
+  /// Whether a value lies in an object's range; the option's verdict where it is missing.
+  template <class Value>
+  bool fits(const ValueRange& range, const std::optional<Value>& value) const {
+    return value ? range.contains(*value) : passes_without_value_;
   }
 
   FeatureSampler sampler_;
