@@ -5,6 +5,7 @@
 // the process comes here: pybind11's types belong to one interpreter, and another one that used
 // them would crash.
 
+#include <cstddef>
 #include <exception>
 
 #include "bindings.hpp"
@@ -12,6 +13,22 @@
 
 namespace dynfilter::python {
 namespace {
+
+[[noreturn]] void* refuse_unmade(std::size_t) {
+  throw py::type_error(
+      "dynfilter: got an object whose __init__ was not called; want one that its "
+      "class made");
+}
+
+/// Makes an object of `__new__` alone a TypeError where it is used: pybind11 would hand out memory
+/// for it that nobody initialised.
+void refuse_unmade_objects(const py::module_& module) {
+  for (const auto& item : module.attr("__dict__").cast<py::dict>()) {
+    if (!py::isinstance<py::type>(item.second)) continue;
+    auto* const type = reinterpret_cast<PyTypeObject*>(item.second.ptr());
+    if (auto* const info = py::detail::get_type_info(type)) info->operator_new = &refuse_unmade;
+  }
+}
 
 void fill(py::module_& module) {
   py::module_::import("numpy");             // its absence shows here, by name
@@ -34,6 +51,7 @@ void fill(py::module_& module) {
   bind_motion(module);
   bind_sequence(module);
   bind_trajectories(module);
+  refuse_unmade_objects(module);
   py::delattr(module, "__module__");
 }
 

@@ -16,7 +16,7 @@ namespace dynfilter::python {
 namespace {
 
 /// MotionState for one thread at a time: others wait.
-struct LockedState {
+struct LockedState : std::enable_shared_from_this<LockedState> {
   std::mutex mutex;
   MotionState state;
 };
@@ -102,13 +102,13 @@ what is.
     labels = filter.apply(frame, masks, points)  # every frame, in order
 
 Frames need an image and depth. Threads that use one filter wait for each other.)")
-      .def(py::init([](const PinholeCamera& camera, std::shared_ptr<LockedState> state,
+      .def(py::init([](const PinholeCamera& camera, LockedState& state,
                        std::vector<int> dynamic_classes, double margin_px,
                        double margin_per_diameter, const py::object& static_mask,
                        CompensationRule rule, const DepthCompensatorOptions& depth,
                        const EdgeCompensatorOptions& paper, std::size_t floor, FloorPolicy policy) {
              return std::make_unique<StatefulFilter>(
-                 camera, std::move(state),
+                 camera, state.shared_from_this(),
                  filter_options(std::move(dynamic_classes), margin_px, margin_per_diameter,
                                 static_mask, rule, depth, paper, floor, policy));
            }),
