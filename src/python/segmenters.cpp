@@ -8,17 +8,15 @@
 #include <vector>
 
 #include "arrays.hpp"
-#include "bindings.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/segmenter.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
+#include "values.hpp"
 
 namespace dynfilter::python {
 namespace {
 
-std::string type_name_of(const py::handle& object) {
-  return "a " + std::string(py::str(py::type::of(object).attr("__name__")));
-}
+std::string type_name_of(const py::handle& object) { return "a " + type_name(object); }
 
 /// Segmenter whose do_segment is a method of a Python class.
 class DerivedSegmenter final : public Segmenter {
@@ -44,26 +42,80 @@ class DerivedSegmenter final : public Segmenter {
   }
 };
 
-/// Makes the callback of a CallbackSegmenter from a callable, which it keeps.
-CallbackSegmenter::Callback callback_of(py::object callable) {
-  if (PyCallable_Check(callable.ptr()) == 0) {
-    detail::throw_misuse("CallbackSegmenter", type_name_of(callable),
-                         "a callable from an image to a list of Instance");
+/// CallbackSegmenter of a callable of Python.
+class CallableSegmenter final : public Segmenter {
+ public:
+  explicit CallableSegmenter(py::object callable)
+      : callable_(std::move(callable)),
+        segmenter_([this](const cv::Mat& image) { return instances_of(image); }) {
+    if (PyCallable_Check(callable_.ptr()) == 0) {
+      detail::throw_misuse("CallbackSegmenter", type_name_of(callable_),
+                           "a callable from an image to a list of Instance");
+    }
   }
-  const std::shared_ptr<py::object> kept(new py::object(std::move(callable)), [](py::object* held) {
+
+  const py::object& callable() const { return callable_; }
+
+  void forget_callable() { callable_ = py::none(); }
+
+ private:
+  Segmentation do_segment(const FrameView& frame) override { return segmenter_.segment(frame); }
+
+  std::vector<Instance> instances_of(const cv::Mat& image) const {
     const py::gil_scoped_acquire lock;
-    delete held;
-  });
-  return [kept](const cv::Mat& image) {
-    const py::gil_scoped_acquire lock;
-    const py::object result = (*kept)(array_of(image));
+    const py::object result = callable_(array_of(image));
     try {
       return result.cast<std::vector<Instance>>();
     } catch (const py::cast_error&) {
       detail::throw_misuse("CallbackSegmenter", type_name_of(result) + " from the callback",
                            "a list of Instance");
     }
-  };
+  }
+
+  py::object callable_;
+  CallbackSegmenter segmenter_;
+};
+
+/// Returns the segmenter of an object of Python, or nullptr before and after its life.
+CallableSegmenter* segmenter_in(PyObject* self) {
+  const auto* const type = py::detail::get_type_info(typeid(CallableSegmenter));
+  auto held = reinterpret_cast<py::detail::instance*>(self)->get_value_and_holder(type, false);
+  const bool is_alive = held.inst != nullptr && held && held.holder_constructed();
+  return is_alive ? held.value_ptr<CallableSegmenter>() : nullptr;
+}
+
+/// Shows Python's collector of cycles what an object refers to: its type and its callable.
+int visit_callable(PyObject* self, visitproc visit, void* arg) {
+  Py_VISIT(Py_TYPE(self));
+  if (const CallableSegmenter* segmenter = segmenter_in(self)) {
+    Py_VISIT(segmenter->callable().ptr());
+  }
+  return 0;
+}
+
+int clear_callable(PyObject* self) {
+  if (CallableSegmenter* segmenter = segmenter_in(self)) segmenter->forget_callable();
+  return 0;
+}
+
+void end_callable_segmenter(PyObject* self) {
+  PyObject_GC_UnTrack(self);  // the callable's end may run the collector
+  auto* const base = reinterpret_cast<PyTypeObject*>(py::detail::get_internals().instance_base);
+  base->tp_dealloc(self);
+}
+
+void make_collectable(PyHeapTypeObject* heap_type) {
+  PyTypeObject& type = heap_type->ht_type;
+  type.tp_flags |= Py_TPFLAGS_HAVE_GC;
+  type.tp_traverse = &visit_callable;
+  type.tp_clear = &clear_callable;
+  type.tp_dealloc = &end_callable_segmenter;
+}
+
+/// Returns the name of a callable: its own text may contain the segmenter.
+std::string name_of(const py::handle& callable) {
+  return py::hasattr(callable, "__qualname__") ? py::str(callable.attr("__qualname__"))
+                                               : py::str(type_name(callable));
 }
 
 }  // namespace
@@ -87,21 +139,26 @@ result.
 differs from the frame in image size, and passes on what do_segment raises.)")
       .def_static(
           "empty_segmentation", &DerivedSegmenter::empty_segmentation_of, py::arg("frame"),
-          "Makes a segmentation of this frame without instances: id, time and size are filled in.");
-  py::class_<CallbackSegmenter, Segmenter>(
+          "Makes a segmentation of this frame without instances: id, time and size are filled in.")
+      .def("__repr__", [](const py::object& self) {
+        self.cast<const Segmenter&>();
+        return type_name(self) + "()";
+      });
+  py::class_<CallableSegmenter, Segmenter>(
       module, "CallbackSegmenter",
       R"(Segmenter that calls a function with the image and takes the instances that it returns.
 
     find = lambda image: dynfilter.instances_from_masks(network(image))
     people = dynfilter.CallbackSegmenter(find)
 
-Raises ValueError for a frame with neither image nor depth. The garbage collector does not see the
-callable: a method of an object that keeps the segmenter keeps both alive. Derive from Segmenter
-instead.)")
-      .def(py::init([](py::object callback) {
-             return std::make_unique<CallbackSegmenter>(callback_of(std::move(callback)));
-           }),
-           py::arg("callback"), "Takes a callable from an image (array) to a list of Instance.");
+Raises ValueError for a frame with neither image nor depth.)",
+      py::custom_type_setup(&make_collectable))
+      .def(py::init<py::object>(), py::arg("callback"),
+           "Takes a callable from an image (array) to a list of Instance.")
+      .def("__repr__", [](const py::object& self) {
+        const auto& segmenter = self.cast<const CallableSegmenter&>();
+        return type_name(self) + "(" + name_of(segmenter.callable()) + ")";
+      });
   py::class_<MaskFolderSegmenter, Segmenter>(
       module, "MaskFolderSegmenter",
       R"(Reads the instances of a frame from a folder of PNG files named by time,
@@ -129,7 +186,11 @@ allow_missing: whether masks may be missing; those of such a frame are unknown, 
 Raises RuntimeError that names the file, and the line, for what is missing or malformed.)")
       .def("__len__", &MaskFolderSegmenter::size)
       .def("has_mask", &MaskFolderSegmenter::has_mask, py::arg("timestamp_s"),
-           "Whether there is a mask for a frame of this time.");
+           "Whether there is a mask for a frame of this time.")
+      .def("__repr__", [](const py::object& self) {
+        const auto& masks = self.cast<const MaskFolderSegmenter&>();
+        return detail::concatenate(type_name(self), "(", masks.size(), " masks)");
+      });
 }
 
 }  // namespace dynfilter::python

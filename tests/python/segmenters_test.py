@@ -2,7 +2,9 @@
 # SPDX-License-Identifier: MIT
 """Segmenters, written in Python and built in, and masks that are moved."""
 
+import gc
 import threading
+import weakref
 
 import numpy as np
 import pytest
@@ -100,6 +102,68 @@ def test_callback(scene):
         dynfilter.CallbackSegmenter(None)
     with pytest.raises(ValueError, match="CallbackSegmenter: got a frame without an image"):
         people.segment(dynfilter.FrameView())
+
+
+class Robot:
+    """Keeps a segmenter whose callable is a method of its own."""
+
+    def __init__(self, kind=dynfilter.CallbackSegmenter):
+        self.people = kind(self.find)
+
+    def find(self, image):
+        return []
+
+
+class Derived(dynfilter.CallbackSegmenter):
+    """Has a __dict__, which Python visits by itself."""
+
+
+@pytest.mark.parametrize("kind", [dynfilter.CallbackSegmenter, Derived])
+def test_callback_of_its_own_owner_is_collected(kind, scene):
+    robots = [Robot(kind) for _ in range(10)]
+    watched = [weakref.ref(robot) for robot in robots]
+    kept = robots[0].people
+    del robots
+    gc.collect()
+    assert [robot() is None for robot in watched] == [False] + [True] * 9
+    assert kept.segment(scene.frame()).instances == ()  # what is in use is not collected
+    del kept
+    gc.collect()
+    assert watched[0]() is None
+
+
+def test_collector_meets_callback_segmenters_at_every_stage(scene):
+    thresholds = gc.get_threshold()
+    gc.set_threshold(1)
+    try:
+        for _ in range(300):
+            robot = Robot(Derived)
+            robot.people.segment(scene.frame())
+            unmade = dynfilter.CallbackSegmenter.__new__(dynfilter.CallbackSegmenter)
+            gc.collect(0)
+            with pytest.raises(ValueError, match="got a int; want a callable"):
+                dynfilter.CallbackSegmenter(3)
+            del robot, unmade
+    finally:
+        gc.set_threshold(*thresholds)
+    gc.collect()
+    assert not any(isinstance(object, Robot) for object in gc.get_objects())
+
+
+def test_end_of_a_callable_may_run_the_collector():
+    ended = []
+
+    class Callable:
+        def __call__(self, image):
+            return []
+
+        def __del__(self):
+            gc.collect()
+            ended.append(True)
+
+    segmenter = dynfilter.CallbackSegmenter(Callable())
+    del segmenter
+    assert ended == [True]
 
 
 def test_segmenter_of_another_thread(scene):
