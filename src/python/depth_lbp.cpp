@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "arrays.hpp"
-#include "bindings.hpp"
 #include "dynfilter/dense_depth_lbp.hpp"
+#include "values.hpp"
 
 namespace dynfilter::python {
 namespace {
@@ -69,7 +69,15 @@ interpreter's lock is released meanwhile.)")
             return lbp.code(matrix_from(depth, Pixels::depth, a_depth_image), pixel);
           },
           py::arg("depth"), py::arg("pixel"),
-          "Returns the code of one pixel (x, y), or None if it has none.");
+          "Returns the code of one pixel (x, y), or None if it has none.")
+      .def("__repr__",
+           [](const py::object& self) {
+             const DepthLbpOptions& options = self.cast<const DepthLbp&>().options();
+             return type_name(self) + "(bits=" + text_of(py::cast(options.bits)) +
+                    ", missing_neighbour=" + text_of(py::cast(options.missing_neighbour)) + ")";
+           })
+      .def(py::pickle([](const DepthLbp& self) { return self.options(); },
+                      [](const DepthLbpOptions& options) { return DepthLbp(options); }));
 }
 
 }  // namespace dynfilter::python

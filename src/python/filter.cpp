@@ -4,13 +4,14 @@
 #include <cmath>
 #include <cstddef>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
-#include "bindings.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/overlay.hpp"
 #include "filter_arguments.hpp"
+#include "values.hpp"
 
 namespace dynfilter::python {
 
@@ -81,12 +82,37 @@ DynamicFilterOptions filter_options(std::vector<int> dynamic_classes, double mar
   return options;
 }
 
+std::string text_of(const py::handle& self, const DynamicFilterOptions& options) {
+  const MaskCullerOptions& culler = options.mask_culler;
+  return detail::concatenate(
+      type_name(self), "(dynamic_classes=", text_of(py::cast(culler.dynamic_classes)),
+      ", margin_px=", culler.margin_px, ", rule=", text_of(py::cast(options.compensator.rule)),
+      ", floor=", options.feature_floor.floor, ")");
+}
+
 namespace {
+
+/// Arguments of filter_options, in their order: what a pickled filter is.
+using FilterState =
+    std::tuple<std::vector<int>, double, double, py::object, CompensationRule,
+               DepthCompensatorOptions, EdgeCompensatorOptions, std::size_t, FloorPolicy>;
+
+FilterState state_of(const DynamicFilterOptions& options) {
+  const MaskCullerOptions& culler = options.mask_culler;
+  return {culler.dynamic_classes,      culler.margin_px,
+          culler.margin_per_diameter,  array_of(culler.static_mask),
+          options.compensator.rule,    options.compensator.depth,
+          options.compensator.paper,   options.feature_floor.floor,
+          options.feature_floor.policy};
+}
 
 /// DynamicFilter with workspaces for the threads that use it.
 class SharedFilter {
  public:
-  explicit SharedFilter(const DynamicFilterOptions& options) : filter_(options) {}
+  explicit SharedFilter(const DynamicFilterOptions& options)
+      : filter_(options), options_(options) {}
+
+  const DynamicFilterOptions& options() const { return options_; }
 
   FeatureLabels apply(const FrameView& frame, const Segmentation* segmentation,
                       const py::object& points, const py::object& diameters_px,
@@ -105,6 +131,7 @@ class SharedFilter {
 
  private:
   DynamicFilter filter_;
+  DynamicFilterOptions options_;
   Workspaces workspaces_;
 };
 
@@ -153,7 +180,15 @@ use one filter at once.)")
            filter_options_doc)
       .def("apply", &SharedFilter::apply, py::arg("frame"), py::arg("segmentation").none(true),
            py::arg("features"), py::arg("diameters_px") = py::none(),
-           py::arg("depths_m") = py::none(), apply_doc);
+           py::arg("depths_m") = py::none(), apply_doc)
+      .def("__repr__",
+           [](const py::object& self) {
+             return text_of(self, self.cast<const SharedFilter&>().options());
+           })
+      .def(py::pickle([](const SharedFilter& self) { return state_of(self.options()); },
+                      [](const FilterState& state) {
+                        return std::make_unique<SharedFilter>(std::apply(filter_options, state));
+                      }));
 
   module.def(
       "draw_overlay",

@@ -85,6 +85,9 @@ DynamicFilterOptions filter_options(std::vector<int> dynamic_classes, double mar
                                     const EdgeCompensatorOptions& paper, std::size_t floor,
                                     FloorPolicy policy);
 
+/// Returns a filter's text: its class and the options that say most.
+std::string text_of(const py::handle& self, const DynamicFilterOptions& options);
+
 /// Explanation of the keyword arguments, for docstrings.
 extern const char* const filter_options_doc;
 

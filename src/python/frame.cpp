@@ -4,6 +4,8 @@
 #include "dynfilter/frame.hpp"
 
 #include <cstdint>
+#include <string>
+#include <tuple>
 
 #include "arrays.hpp"
 #include "bindings.hpp"
@@ -11,6 +13,27 @@
 
 namespace dynfilter::python {
 namespace {
+
+/// Makes a frame of arrays. Throws std::invalid_argument for malformed ones.
+FrameView make_frame(std::uint64_t id, double timestamp_s, const py::object& image,
+                     const py::object& depth, double metres_per_unit) {
+  FrameView frame;
+  frame.id = id;
+  frame.timestamp_s = timestamp_s;
+  frame.image = matrix_from(image, Pixels::image, {"FrameView", "an image"});
+  frame.depth = matrix_from(depth, Pixels::depth, {"FrameView", "a depth image"});
+  frame.metres_per_unit = metres_per_unit;
+  validate(frame, "FrameView");
+  return frame;
+}
+
+/// Arguments of make_frame: what a pickled frame is.
+using FrameState = std::tuple<std::uint64_t, double, py::object, py::object, double>;
+
+FrameState state_of(const FrameView& frame) {
+  return {frame.id, frame.timestamp_s, array_of(frame.image), array_of(frame.depth),
+          frame.metres_per_unit};
+}
 
 std::string text_of(const FrameView& frame) {
   const auto size = [](const cv::Mat& matrix) {
@@ -31,18 +54,7 @@ Every member may be None; a component that needs one says so in its error.
 
     frame = dynfilter.FrameView(image=image, depth=depth, metres_per_unit=1 / 5000)
 )")
-      .def(py::init([](std::uint64_t id, double timestamp_s, const py::object& image,
-                       const py::object& depth, double metres_per_unit) {
-             FrameView frame;
-             frame.id = id;
-             frame.timestamp_s = timestamp_s;
-             frame.image = matrix_from(image, Pixels::image, {"FrameView", "an image"});
-             frame.depth = matrix_from(depth, Pixels::depth, {"FrameView", "a depth image"});
-             frame.metres_per_unit = metres_per_unit;
-             validate(frame, "FrameView");
-             return frame;
-           }),
-           py::kw_only(), py::arg("id") = 0, py::arg("timestamp_s") = 0.0,
+      .def(py::init(&make_frame), py::kw_only(), py::arg("id") = 0, py::arg("timestamp_s") = 0.0,
            py::arg("image") = py::none(), py::arg("depth") = py::none(),
            py::arg("metres_per_unit") = 0.0,
            R"(Checks and keeps the arrays.
@@ -68,7 +80,9 @@ row must be neighbours.)")
       .def("depth_m", &FrameView::depth_m, py::arg("pixel"),
            R"(Returns the depth at a pixel (x, y), metres. Returns None without a depth image,
 outside it, and where the sensor measured nothing (0, negative, NaN, infinite).)")
-      .def("__repr__", &text_of);
+      .def("__repr__", &text_of)
+      .def(py::pickle(&state_of,
+                      [](const FrameState& state) { return std::apply(make_frame, state); }));
 }
 
 }  // namespace dynfilter::python

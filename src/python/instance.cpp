@@ -4,6 +4,8 @@
 #include "dynfilter/instance.hpp"
 
 #include <optional>
+#include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -22,6 +24,19 @@ std::string text_of(const Instance& instance) {
       ", box=", std::string(py::str(py::cast(instance.box))), ", mask ",
       instance.mask.empty() ? "none" : detail::size_name(instance.mask.size()), " at ",
       std::string(py::str(py::cast(instance.mask_origin))), ")");
+}
+
+Instance make_instance(int class_id, float score, const cv::Rect& box, const cv::Point& mask_origin,
+                       const py::object& mask, std::optional<int> track_id) {
+  return {class_id, score, box, mask_origin, matrix_from(mask, Pixels::mask, a_mask), track_id};
+}
+
+/// Arguments of make_instance: what a pickled instance is.
+using InstanceState = std::tuple<int, float, cv::Rect, cv::Point, py::object, std::optional<int>>;
+
+InstanceState state_of(const Instance& instance) {
+  return {instance.class_id,    instance.score,          instance.box,
+          instance.mask_origin, array_of(instance.mask), instance.track_id};
 }
 
 Instance from_image_mask(const py::object& mask, const std::optional<cv::Rect>& box, int class_id,
@@ -74,15 +89,10 @@ void bind_instance(py::module_& module) {
 Box and mask are placed independently of each other, because boxes get grown, predicted, clipped
 or stale. Coordinates are pixels of the image that was segmented. See also instances_from_masks.)");
   instance
-      .def(py::init([](int class_id, float score, const cv::Rect& box, const cv::Point& mask_origin,
-                       const py::object& mask, std::optional<int> track_id) {
-             return Instance{
-                 class_id, score, box, mask_origin, matrix_from(mask, Pixels::mask, a_mask),
-                 track_id};
-           }),
-           py::kw_only(), py::arg("class_id") = 0, py::arg("score") = 1.0F,
-           py::arg("box") = cv::Rect(), py::arg("mask_origin") = cv::Point(),
-           py::arg("mask") = py::none(), py::arg("track_id") = py::none(),
+      .def(py::init(&make_instance), py::kw_only(), py::arg("class_id") = 0,
+           py::arg("score") = 1.0F, py::arg("box") = cv::Rect(),
+           py::arg("mask_origin") = cv::Point(), py::arg("mask") = py::none(),
+           py::arg("track_id") = py::none(),
            R"(Takes the members as they are.
 
 class_id: the network's class id; 0 is COCO's person where there is no id for background
@@ -104,7 +114,9 @@ track_id: identity across frames, if it is tracked)")
            "Whether the mask marks this pixel (x, y) as the object. False outside the mask.")
       .def("box_contains", &Instance::box_contains, py::arg("pixel"),
            "Whether this pixel lies in the box; its right and lower edges do not belong to it.")
-      .def("__repr__", &text_of);
+      .def("__repr__", &text_of)
+      .def(py::pickle(&state_of,
+                      [](const InstanceState& state) { return std::apply(make_instance, state); }));
   add_converters(instance);
 
   module.def(

@@ -10,6 +10,7 @@
 #include "bindings.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/keep_static.hpp"
+#include "values.hpp"
 
 namespace dynfilter::python {
 namespace {
@@ -57,14 +58,13 @@ void bind_reason(py::module_& module) {
       .def(
           "__ne__", [](Reason self, int number) { return static_cast<int>(self) != number; },
           py::is_operator(), py::prepend());
-  py::class_<FeatureLabel>(module, "FeatureLabel",
+  ValueClass<FeatureLabel>(module, "FeatureLabel",
                            "Verdict on one feature. Kept features have scores too: a high one was\n"
                            "nearly removed.")
-      .def_readonly("score", &FeatureLabel::score, "0 surely static … 1 surely dynamic")
-      .def_readonly("instance", &FeatureLabel::instance,
-                    "index into Segmentation.instances; -1 = none")
-      .def_readonly("reason", &FeatureLabel::reason, "why")
-      .def_readonly("removed", &FeatureLabel::removed, "whether keep_static takes the feature out");
+      .field("score", &FeatureLabel::score, "0 surely static … 1 surely dynamic")
+      .field("instance", &FeatureLabel::instance, "index into Segmentation.instances; -1 = none")
+      .field("reason", &FeatureLabel::reason, "why")
+      .field("removed", &FeatureLabel::removed, "whether keep_static takes the feature out");
 }
 
 }  // namespace

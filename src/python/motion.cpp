@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "bindings.hpp"
 #include "dynfilter/motion/motion_filter.hpp"
 #include "filter_arguments.hpp"
+#include "values.hpp"
 
 namespace dynfilter::python {
 namespace {
@@ -26,7 +26,11 @@ class StatefulFilter {
  public:
   StatefulFilter(const PinholeCamera& camera, std::shared_ptr<LockedState> state,
                  const DynamicFilterOptions& options)
-      : state_(std::move(state)), filter_(camera, state_->state, {options, {}}) {}
+      : state_(std::move(state)),
+        filter_(camera, state_->state, {options, {}}),
+        options_(options) {}
+
+  const DynamicFilterOptions& options() const { return options_; }
 
   FeatureLabels apply(const FrameView& frame, const Segmentation* segmentation,
                       const py::object& points, const py::object& diameters_px,
@@ -46,16 +50,27 @@ class StatefulFilter {
  private:
   std::shared_ptr<LockedState> state_;
   MotionFilter filter_;
+  DynamicFilterOptions options_;
   Workspace workspace_;
 };
 
 }  // namespace
 
 void bind_motion(py::module_& module) {
-  py::class_<PinholeCamera>(
+  ValueClass<PinholeCamera>(
       module, "PinholeCamera",
       "Pinhole camera with OpenCV's radial-tangential distortion, for components\n"
       "that relate pixels to rays.")
+      .field("fx", &PinholeCamera::fx, "focal length in x, pixels")
+      .field("fy", &PinholeCamera::fy, "focal length in y, pixels")
+      .field("cx", &PinholeCamera::cx, "principal point's x, pixels")
+      .field("cy", &PinholeCamera::cy, "principal point's y, pixels")
+      .field("k1", &PinholeCamera::k1, "distortion coefficient")
+      .field("k2", &PinholeCamera::k2, "distortion coefficient")
+      .field("p1", &PinholeCamera::p1, "distortion coefficient")
+      .field("p2", &PinholeCamera::p2, "distortion coefficient")
+      .field("k3", &PinholeCamera::k3, "distortion coefficient")
+      .bound()
       .def(py::init([](double fx, double fy, double cx, double cy, double k1, double k2, double p1,
                        double p2, double k3) {
              const PinholeCamera camera{fx, fy, cx, cy, k1, k2, p1, p2, k3};
@@ -67,16 +82,7 @@ void bind_motion(py::module_& module) {
            py::arg("k3") = 0.0,
            R"(fx, fy: focal lengths, pixels; above 0
 cx, cy: principal point, pixels
-k1, k2, p1, p2, k3: distortion; all 0 = rectified images)")
-      .def_readonly("fx", &PinholeCamera::fx, "focal length in x, pixels")
-      .def_readonly("fy", &PinholeCamera::fy, "focal length in y, pixels")
-      .def_readonly("cx", &PinholeCamera::cx, "principal point's x, pixels")
-      .def_readonly("cy", &PinholeCamera::cy, "principal point's y, pixels")
-      .def_readonly("k1", &PinholeCamera::k1, "distortion coefficient")
-      .def_readonly("k2", &PinholeCamera::k2, "distortion coefficient")
-      .def_readonly("p1", &PinholeCamera::p1, "distortion coefficient")
-      .def_readonly("p2", &PinholeCamera::p2, "distortion coefficient")
-      .def_readonly("k3", &PinholeCamera::k3, "distortion coefficient");
+k1, k2, p1, p2, k3: distortion; all 0 = rectified images)");
 
   py::class_<LockedState, std::shared_ptr<LockedState>>(
       module, "MotionState",
@@ -90,7 +96,11 @@ this stage. One state for each camera and each filter; two states share nothing.
             const std::lock_guard<std::mutex> lock(self.mutex);
             self.state.reset();
           },
-          "Forgets everything, like a new state.");
+          "Forgets everything, like a new state.")
+      .def("__repr__", [](const py::object& self) {
+        self.cast<const LockedState&>();
+        return type_name(self) + "()";
+      });
 
   py::class_<StatefulFilter>(
       module, "MotionFilter",
@@ -123,7 +133,10 @@ Frames need an image and depth. Threads that use one filter wait for each other.
            filter_options_doc)
       .def("apply", &StatefulFilter::apply, py::arg("frame"), py::arg("segmentation").none(true),
            py::arg("features"), py::arg("diameters_px") = py::none(),
-           py::arg("depths_m") = py::none(), apply_doc);
+           py::arg("depths_m") = py::none(), apply_doc)
+      .def("__repr__", [](const py::object& self) {
+        return text_of(self, self.cast<const StatefulFilter&>().options());
+      });
 }
 
 }  // namespace dynfilter::python

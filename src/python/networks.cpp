@@ -9,10 +9,11 @@
 #include <utility>
 #include <vector>
 
-#include "bindings.hpp"
+#include "dynfilter/detail/errors.hpp"
 #include "dynfilter/networks/network_segmenter.hpp"
 #include "dynfilter/networks/yolact_segmenter.hpp"
 #include "dynfilter/networks/yolo_segmenter.hpp"
+#include "values.hpp"
 
 namespace dynfilter::python {
 namespace {
@@ -129,7 +130,12 @@ that use one network wait for each other; several networks may run at once.)");
           py::arg("name"), "Returns the class with this name, or None.")
       .def_property_readonly(
           "input_size", [](const LockedNetwork& self) { return self.network().input_size(); },
-          "(width, height) of the network's input; images are resized to it");
+          "(width, height) of the network's input; images are resized to it")
+      .def("__repr__", [](const py::object& self) {
+        const NetworkSegmenter& loaded = self.cast<const LockedNetwork&>().network();
+        return detail::concatenate(type_name(self), "(", loaded.class_names().size(),
+                                   " classes, input ", detail::size_name(loaded.input_size()), ")");
+      });
   py::class_<LockedYolo, LockedNetwork> yolo_class(
       module, "YoloSegmenter",
       "Segmenter that runs YOLOv8-seg or YOLO11-seg. See NetworkSegmenter.");

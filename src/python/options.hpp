@@ -11,37 +11,30 @@
 #include <string>
 #include <vector>
 
-#include <pybind11/pybind11.h>
+#include "values.hpp"
 
 namespace dynfilter::python {
 
-namespace py = pybind11;
-
-/// Binds a struct of options: its constructor takes every field as keyword argument, fields can be
-/// set later, and a name that does not exist is a TypeError that lists those that do.
+/// Binds a struct of options as a ValueClass: its constructor takes every field as keyword
+/// argument, fields can be set later, and a name that does not exist is a TypeError that lists
+/// those that do.
 template <class Options>
-class OptionsClass {
+class OptionsClass : public ValueClass<Options> {
  public:
   OptionsClass(py::module_& module, const char* name, const char* doc)
-      : class_(module, name, doc), names_(std::make_shared<std::vector<std::string>>()) {
+      : ValueClass<Options>(module, name, doc),
+        names_(std::make_shared<std::vector<std::string>>()) {
     const auto names = names_;
-    class_.def(py::init([names](const py::kwargs& values) { return options_of(*names, values); }),
-               "Takes the fields as keyword arguments; the others have their defaults.");
-    class_.def("__repr__", [names](const py::object& self) {
-      std::string text = py::str(py::type::of(self).attr("__name__"));
-      const char* separator = "(";
-      for (const std::string& field : *names) {
-        text += separator + field + "=" + std::string(py::repr(self.attr(field.c_str())));
-        separator = ", ";
-      }
-      return text + ")";
-    });
+    this->bound().def(
+        py::init([names](const py::kwargs& values) { return options_of(*names, values); }),
+        "Takes the fields as keyword arguments; the others have their defaults.");
   }
 
   /// Adds a field.
   template <class Value>
   OptionsClass& field(const char* name, Value Options::*member, const char* doc) {
-    class_.def_readwrite(name, member, doc);
+    this->bound().def_readwrite(name, member, doc);
+    this->keep(name, member);
     names_->push_back(name);
     return *this;
   }
@@ -55,16 +48,14 @@ class OptionsClass {
       if (std::find(names.begin(), names.end(), name) == names.end()) {
         std::string known;
         for (const std::string& field : names) known += (known.empty() ? "" : ", ") + field;
-        throw py::type_error("dynfilter." +
-                             std::string(py::str(py::type::of(self).attr("__name__"))) +
-                             " has no option '" + name + "'; it has " + known);
+        throw py::type_error("dynfilter." + type_name(self) + " has no option '" + name +
+                             "'; it has " + known);
       }
       py::setattr(self, key, value);
     }
     return options;
   }
 
-  py::class_<Options> class_;
   std::shared_ptr<std::vector<std::string>> names_;  // of the fields, in their order
 };
 

@@ -8,7 +8,8 @@
 #include <mutex>
 #include <optional>
 
-#include "bindings.hpp"
+#include "dynfilter/detail/errors.hpp"
+#include "values.hpp"
 
 namespace dynfilter::python {
 namespace {
@@ -16,7 +17,10 @@ namespace {
 /// MaskPropagator for one thread at a time: others wait.
 class LockedPropagator {
  public:
-  explicit LockedPropagator(const MaskPropagatorOptions& options) : propagator_(options) {}
+  explicit LockedPropagator(const MaskPropagatorOptions& options)
+      : options_(options), propagator_(options) {}
+
+  const MaskPropagatorOptions& options() const { return options_; }
 
   std::optional<Segmentation> propagate(const FrameView& frame, const Segmentation* newest) {
     const py::gil_scoped_release unlock;
@@ -38,39 +42,39 @@ class LockedPropagator {
   }
 
  private:
+  MaskPropagatorOptions options_;
   std::mutex mutex_;
   MaskPropagator propagator_;
 };
 
 void bind_propagation_statistics(py::module_& module) {
   using Instance = InstancePropagation;
-  py::class_<Instance>(module, "InstancePropagation", "Propagation of one instance.")
-      .def_readonly("by_flow", &Instance::by_flow,
-                    "frames over which points tracked on it moved it")
-      .def_readonly("by_velocity", &Instance::by_velocity,
-                    "frames over which its velocity in the image moved it, for lack of points")
-      .def_readonly("left", &Instance::left, "frames over which it stayed, as nothing was known")
-      .def_readonly("points", &Instance::points, "points tracked on it into this frame")
-      .def_readonly("missed", &Instance::missed, "results in a row that miss it")
-      .def_readonly("age_s", &Instance::age_s, "time since the frame of its mask, seconds");
+  ValueClass<Instance>(module, "InstancePropagation", "Propagation of one instance.")
+      .field("by_flow", &Instance::by_flow, "frames over which points tracked on it moved it")
+      .field("by_velocity", &Instance::by_velocity,
+             "frames over which its velocity in the image moved it, for lack of points")
+      .field("left", &Instance::left, "frames over which it stayed, as nothing was known")
+      .field("points", &Instance::points, "points tracked on it into this frame")
+      .field("missed", &Instance::missed, "results in a row that miss it")
+      .field("age_s", &Instance::age_s, "time since the frame of its mask, seconds");
   using Statistics = PropagationStatistics;
-  py::class_<Statistics>(module, "PropagationStatistics", "Statistics of one call of propagate.")
-      .def_property_readonly(
-          "instances", [](const Statistics& self) { return py::tuple(py::cast(self.instances)); },
+  ValueClass<Statistics>(module, "PropagationStatistics", "Statistics of one call of propagate.")
+      .field(
+          "instances", &Statistics::instances,
+          [](const auto& instances) { return py::tuple(py::cast(instances)); },
           "one InstancePropagation per instance, in the order of the segmentation")
-      .def_readonly("tracked_points", &Statistics::tracked_points,
-                    "all points tracked from the last frame into this one")
-      .def_readonly("left_image", &Statistics::left_image,
-                    "instances dropped because they left the image")
-      .def_readonly("given_up", &Statistics::given_up,
-                    "instances dropped because of max_missed or max_age_s")
-      .def_readonly("took_result", &Statistics::took_result, "`newest` was a new result")
-      .def_readonly("ignored_result", &Statistics::ignored_result,
-                    "`newest` was older than the last result, or later than the frame")
-      .def_readonly("unknown_start", &Statistics::unknown_start,
-                    "the result's own frame is not in the history")
-      .def_readonly("restarted", &Statistics::restarted,
-                    "everything was forgotten: time went back, or the image's size changed");
+      .field("tracked_points", &Statistics::tracked_points,
+             "all points tracked from the last frame into this one")
+      .field("left_image", &Statistics::left_image, "instances dropped because they left the image")
+      .field("given_up", &Statistics::given_up,
+             "instances dropped because of max_missed or max_age_s")
+      .field("took_result", &Statistics::took_result, "`newest` was a new result")
+      .field("ignored_result", &Statistics::ignored_result,
+             "`newest` was older than the last result, or later than the frame")
+      .field("unknown_start", &Statistics::unknown_start,
+             "the result's own frame is not in the history")
+      .field("restarted", &Statistics::restarted,
+             "everything was forgotten: time went back, or the image's size changed");
 }
 
 constexpr const char* options_doc =
@@ -130,7 +134,12 @@ Call it for every frame, in order, also while there are no masks, so that the hi
 The interpreter's lock is released meanwhile.)")
       .def_property_readonly("statistics", &LockedPropagator::statistics,
                              "statistics of the last call; empty before the first one")
-      .def("reset", &LockedPropagator::reset, "Forgets everything, like a new propagator.");
+      .def("reset", &LockedPropagator::reset, "Forgets everything, like a new propagator.")
+      .def("__repr__", [](const py::object& self) {
+        const auto& options = self.cast<const LockedPropagator&>().options();
+        return detail::concatenate(type_name(self), "(work_width_px=", options.work_width_px,
+                                   ", max_age_s=", options.max_age_s, ")");
+      });
 }
 
 }  // namespace dynfilter::python

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -157,6 +159,21 @@ Segmentation from_masks(const FrameView& frame, const py::object& masks, const p
   return segmentation;
 }
 
+Segmentation make_segmentation(std::uint64_t frame_id, double timestamp_s,
+                               const cv::Size& image_size, std::vector<Instance> instances) {
+  Segmentation result{frame_id, timestamp_s, image_size, std::move(instances)};
+  validate(result, "Segmentation");
+  return result;
+}
+
+/// Arguments of make_segmentation: what a pickled segmentation is.
+using SegmentationState = std::tuple<std::uint64_t, double, cv::Size, std::vector<Instance>>;
+
+SegmentationState state_of(const Segmentation& segmentation) {
+  return {segmentation.frame_id, segmentation.timestamp_s, segmentation.image_size,
+          segmentation.instances};
+}
+
 constexpr const char* masks_doc =
     R"(masks: N x H x W or N x 1 x H x W of the whole image; bool and uint8 (non-zero = on the
     object) are not copied, float is on the object above the threshold; None if only boxes are known
@@ -180,14 +197,9 @@ void bind_segmentation(py::module_& module) {
 
 A segmentation without instances says that nobody is there; None in its place says that no masks
 are known. The statistics distinguish the two.)")
-      .def(py::init([](std::uint64_t frame_id, double timestamp_s, const cv::Size& image_size,
-                       std::vector<Instance> instances) {
-             Segmentation result{frame_id, timestamp_s, image_size, std::move(instances)};
-             validate(result, "Segmentation");
-             return result;
-           }),
-           py::kw_only(), py::arg("frame_id") = 0, py::arg("timestamp_s") = 0.0,
-           py::arg("image_size") = cv::Size(), py::arg("instances") = std::vector<Instance>(),
+      .def(py::init(&make_segmentation), py::kw_only(), py::arg("frame_id") = 0,
+           py::arg("timestamp_s") = 0.0, py::arg("image_size") = cv::Size(),
+           py::arg("instances") = std::vector<Instance>(),
            R"(Takes number and time of the image that was segmented, its size (width, height), and
 the instances. Raises ValueError for a malformed one.)")
       .def_static("from_masks", &from_masks, py::arg("frame"), py::arg("masks"),
@@ -201,11 +213,15 @@ the instances. Raises ValueError for a malformed one.)")
       .def_property_readonly(
           "instances", [](const Segmentation& self) { return py::tuple(py::cast(self.instances)); },
           "the detected objects, in the segmenter's order")
-      .def("__repr__", [](const Segmentation& self) {
-        return detail::concatenate("Segmentation(frame_id=", self.frame_id, ", timestamp_s=",
-                                   std::string(py::str(py::float_(self.timestamp_s))), ", ",
-                                   self.instances.size(), " instances)");
-      });
+      .def("__repr__",
+           [](const Segmentation& self) {
+             return detail::concatenate("Segmentation(frame_id=", self.frame_id, ", timestamp_s=",
+                                        std::string(py::str(py::float_(self.timestamp_s))), ", ",
+                                        self.instances.size(), " instances)");
+           })
+      .def(py::pickle(&state_of, [](const SegmentationState& state) {
+        return std::apply(make_segmentation, state);
+      }));
   const std::string masks_text =
       std::string("Makes one instance for each mask of a network's result.\n\n") + masks_doc;
   module.def("instances_from_masks", &instances_from_masks, py::arg("masks"),

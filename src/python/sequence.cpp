@@ -6,10 +6,10 @@
 #include <optional>
 #include <string>
 
-#include "bindings.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
 #include "dynfilter/frame.hpp"
+#include "values.hpp"
 
 namespace dynfilter::python {
 namespace {
@@ -29,23 +29,23 @@ FrameView frame_at(const RgbdSequence& sequence, py::ssize_t i) {
 
 void bind_camera(py::module_& module) {
   using Camera = CameraParameters;
-  py::class_<Camera>(
+  ValueClass<Camera>(
       module, "CameraParameters",
       "Camera of a sequence: a pinhole camera with OpenCV's radial-tangential distortion.")
-      .def_readonly("fx", &Camera::fx, "focal length in x, pixels")
-      .def_readonly("fy", &Camera::fy, "focal length in y, pixels")
-      .def_readonly("cx", &Camera::cx, "principal point's x, pixels")
-      .def_readonly("cy", &Camera::cy, "principal point's y, pixels")
-      .def_readonly("k1", &Camera::k1, "distortion coefficient")
-      .def_readonly("k2", &Camera::k2, "distortion coefficient")
-      .def_readonly("p1", &Camera::p1, "distortion coefficient")
-      .def_readonly("p2", &Camera::p2, "distortion coefficient")
-      .def_readonly("k3", &Camera::k3, "distortion coefficient")
-      .def_readonly("image_size", &Camera::image_size, "(width, height), pixels; (0, 0) = unknown")
-      .def_readonly("frames_per_second", &Camera::frames_per_second, "frame rate, Hz; 0 = unknown")
-      .def_readonly("depth_units_per_metre", &Camera::depth_units_per_metre,
-                    "DepthMapFactor; 5000 for TUM and BONN")
-      .def_readonly("depth_offset_s", &Camera::depth_offset_s, "see RgbdSequence");
+      .field("fx", &Camera::fx, "focal length in x, pixels")
+      .field("fy", &Camera::fy, "focal length in y, pixels")
+      .field("cx", &Camera::cx, "principal point's x, pixels")
+      .field("cy", &Camera::cy, "principal point's y, pixels")
+      .field("k1", &Camera::k1, "distortion coefficient")
+      .field("k2", &Camera::k2, "distortion coefficient")
+      .field("p1", &Camera::p1, "distortion coefficient")
+      .field("p2", &Camera::p2, "distortion coefficient")
+      .field("k3", &Camera::k3, "distortion coefficient")
+      .field("image_size", &Camera::image_size, "(width, height), pixels; (0, 0) = unknown")
+      .field("frames_per_second", &Camera::frames_per_second, "frame rate, Hz; 0 = unknown")
+      .field("depth_units_per_metre", &Camera::depth_units_per_metre,
+             "DepthMapFactor; 5000 for TUM and BONN")
+      .field("depth_offset_s", &Camera::depth_offset_s, "see RgbdSequence");
   module.def(
       "read_camera", &read_camera, py::arg("path"),
       R"(Reads the camera from a settings file of ORB-SLAM2 or -3 (an OpenCV YAML file), with its
@@ -57,21 +57,18 @@ own keys. Raises RuntimeError that names the file, and the key.)");
 void bind_sequence(py::module_& module) {
   bind_camera(module);
   using Entry = RgbdSequenceEntry;
-  py::class_<Entry>(module, "RgbdSequenceEntry", "One frame of a sequence, not decoded.")
-      .def_readonly("timestamp_s", &Entry::timestamp_s, "time of the colour image")
-      .def_readonly("image_path", &Entry::image_path, "path including the sequence's folder")
-      .def_readonly("depth_timestamp_s", &Entry::depth_timestamp_s,
-                    "time of the depth image; timestamp_s without one")
-      .def_property_readonly(
-          "depth_path",
-          [](const Entry& entry) {
-            return entry.depth_path.empty()
-                       ? std::optional<std::filesystem::path>()
-                       : std::optional<std::filesystem::path>(entry.depth_path);
+  ValueClass<Entry>(module, "RgbdSequenceEntry", "One frame of a sequence, not decoded.")
+      .field("timestamp_s", &Entry::timestamp_s, "time of the colour image")
+      .field("image_path", &Entry::image_path, "path including the sequence's folder")
+      .field("depth_timestamp_s", &Entry::depth_timestamp_s,
+             "time of the depth image; timestamp_s without one")
+      .field(
+          "depth_path", &Entry::depth_path,
+          [](const std::filesystem::path& path) {
+            return path.empty() ? std::optional<std::filesystem::path>() : path;
           },
           "path of the depth image; None without one")
-      .def_readonly("stem", &Entry::stem,
-                    "image_path without folder and extension; names the masks");
+      .field("stem", &Entry::stem, "image_path without folder and extension; names the masks");
   py::class_<RgbdSequence>(
       module, "RgbdSequence",
       R"(Recorded sequence in the layout of the TUM RGB-D benchmark and of BONN RGB-D Dynamic.
@@ -124,7 +121,12 @@ read.)")
       .def("masks_folder", &RgbdSequence::masks_folder,
            "Returns the folder masks of the sequence, or None.")
       .def("true_masks_folder", &RgbdSequence::true_masks_folder,
-           "Returns the folder masks_true of the sequence, or None.");
+           "Returns the folder masks_true of the sequence, or None.")
+      .def("__repr__", [](const py::object& self) {
+        const auto& sequence = self.cast<const RgbdSequence&>();
+        return detail::concatenate(type_name(self), "('", sequence.folder().string(), "', ",
+                                   sequence.size(), " frames)");
+      });
 }
 
 }  // namespace dynfilter::python

@@ -11,14 +11,15 @@
 #include <string>
 #include <vector>
 
+#include <pybind11/eigen.h>
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
 #include "arrays.hpp"
-#include "bindings.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/evaluation/trajectory.hpp"
 #include "dynfilter/evaluation/trajectory_errors.hpp"
+#include "values.hpp"
 
 namespace dynfilter::python {
 namespace {
@@ -73,53 +74,48 @@ py::array_t<double> array_from_vector(const std::vector<double>& values) {
 
 void bind_summary(py::module_& module) {
   using S = ErrorSummary;
-  py::class_<S>(
+  ValueClass<S>(
       module, "ErrorSummary",
       "Summary of a list of errors: the seven numbers that the TUM benchmark's tools print.")
-      .def_readonly("count", &S::count, "number of errors")
-      .def_readonly("rmse", &S::rmse, "root mean square")
-      .def_readonly("mean", &S::mean, "mean")
-      .def_readonly("median", &S::median, "median; the mean of the middle two if the count is even")
-      .def_readonly("standard_deviation", &S::standard_deviation,
-                    "standard deviation of the population")
-      .def_readonly("min_error", &S::min_error, "smallest error")
-      .def_readonly("max_error", &S::max_error, "largest error")
-      .def("__repr__", [](const S& self) {
-        return detail::concatenate("ErrorSummary(count=", self.count, ", rmse=", self.rmse,
-                                   ", median=", self.median, ", max_error=", self.max_error, ")");
-      });
+      .field("count", &S::count, "number of errors")
+      .field("rmse", &S::rmse, "root mean square")
+      .field("mean", &S::mean, "mean")
+      .field("median", &S::median, "median; the mean of the middle two if the count is even")
+      .field("standard_deviation", &S::standard_deviation, "standard deviation of the population")
+      .field("min_error", &S::min_error, "smallest error")
+      .field("max_error", &S::max_error, "largest error")
+      .prints({"count", "rmse", "median", "max_error"});
 }
 
 void bind_absolute_error(py::module_& module) {
   using Matrix = py::array_t<double>;
-  py::class_<Alignment>(
+  ValueClass<Alignment>(
       module, "Alignment",
       "Alignment of an estimate with the truth: truth = scale * rotation * estimate + translation.")
-      .def_property_readonly(
-          "rotation",
-          [](const Alignment& self) {
-            Matrix rotation({3, 3});
-            Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rotation.mutable_data()) =
-                self.rotation;
-            return rotation;
+      .field(
+          "rotation", &Alignment::rotation,
+          [](const Eigen::Matrix3d& rotation) {
+            Matrix rows({3, 3});
+            Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rows.mutable_data()) =
+                rotation;
+            return rows;
           },
           "orthonormal, 3 x 3")
-      .def_property_readonly(
-          "translation", [](const Alignment& self) { return Matrix(3, self.translation.data()); },
+      .field(
+          "translation", &Alignment::translation,
+          [](const Eigen::Vector3d& translation) { return Matrix(3, translation.data()); },
           "metres, 3")
-      .def_readonly("scale", &Alignment::scale, "scale; 1 unless with_scale");
+      .field("scale", &Alignment::scale, "scale; 1 unless with_scale")
+      .prints({"translation", "scale"});
   using Error = AbsoluteTrajectoryError;
-  py::class_<Error>(module, "AbsoluteTrajectoryError", "Result of absolute_trajectory_error.")
-      .def_readonly("translation_m", &Error::translation_m, "summary of errors_m")
-      .def_property_readonly(
-          "alignment", [](const Error& self) { return self.alignment; },
-          "alignment of the estimate with the truth")
-      .def_property_readonly(
-          "timestamps_s", [](const Error& self) { return array_from_vector(self.timestamps_s); },
-          "times of the estimated poses that have a true one")
-      .def_property_readonly(
-          "errors_m", [](const Error& self) { return array_from_vector(self.errors_m); },
-          "errors of these poses after alignment, metres");
+  ValueClass<Error>(module, "AbsoluteTrajectoryError", "Result of absolute_trajectory_error.")
+      .field("translation_m", &Error::translation_m, "summary of errors_m")
+      .field("alignment", &Error::alignment, "alignment of the estimate with the truth")
+      .field("timestamps_s", &Error::timestamps_s, array_from_vector,
+             "times of the estimated poses that have a true one")
+      .field("errors_m", &Error::errors_m, array_from_vector,
+             "errors of these poses after alignment, metres")
+      .prints({"translation_m"});
   module.def(
       "absolute_trajectory_error",
       [](const py::object& estimate, const py::object& truth, double max_time_difference_s,
@@ -145,12 +141,12 @@ Raises RuntimeError if fewer than two poses have a true one.)");
 
 void bind_relative_error(py::module_& module) {
   using Error = RelativePoseError;
-  py::class_<Error>(module, "RelativePoseError", "Result of relative_pose_error.")
-      .def_readonly("translation_m", &Error::translation_m, "errors of translation, metres")
-      .def_readonly("rotation_deg", &Error::rotation_deg, "errors of rotation, degrees")
-      .def_property_readonly(
-          "timestamps_s", [](const Error& self) { return array_from_vector(self.timestamps_s); },
-          "times of the first pose of each interval");
+  ValueClass<Error>(module, "RelativePoseError", "Result of relative_pose_error.")
+      .field("translation_m", &Error::translation_m, "errors of translation, metres")
+      .field("rotation_deg", &Error::rotation_deg, "errors of rotation, degrees")
+      .field("timestamps_s", &Error::timestamps_s, array_from_vector,
+             "times of the first pose of each interval")
+      .prints({"translation_m", "rotation_deg"});
   module.def(
       "relative_pose_error",
       [](const py::object& estimate, const py::object& truth, double interval_s,

@@ -40,6 +40,7 @@ def test_finds_the_red_block(models):
         dynfilter.NetworkSegmenter(str(models / "yolo_raw.onnx")),
     ):
         assert list(network.class_names) == ["red", "blue"] and network.input_size == (64, 64)
+        assert repr(network) == f"{type(network).__name__}(2 classes, input 64x64)"
         assert network.class_id("blue") == 1 and network.class_id("green") is None
         segmentation = network.segment(frame)
         assert segmentation.frame_id == 5

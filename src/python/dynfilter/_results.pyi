@@ -21,6 +21,7 @@ class ValueRange:
 
 class InstanceStatistics:
     class_id: Final[int]
+    score: Final[float]
     dynamic: Final[bool]
     masked: Final[int]
     on_mask: Final[int]
