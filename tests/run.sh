@@ -157,7 +157,7 @@ else
   dev_options+=(-DDYNFILTER_BUILD_TOOLS=OFF)
 fi
 # The Python module, and its tests.
-if is_available pybind11-dev; then packages+=(pybind11-dev python3-dev python3-pytest); fi
+if is_available pybind11-dev; then packages+=(pybind11-dev python3-dev python3-mypy python3-pytest); fi
 if [[ $all == yes ]]; then
   packages+=(clang libclang-rt-dev valgrind clang-format shellcheck doxygen)
   if is_available chromium; then packages+=(chromium); fi # Ubuntu has none outside its store

@@ -163,7 +163,10 @@ def test_text_is_short_and_readable(name, scene):
 
 def test_texts_say_what_the_objects_are(scene):
     text = repr(VALUES["DynamicFilter"](scene))
-    assert text == "DynamicFilter(dynamic_classes=[0, 2], margin_px=3, rule=CompensationRule.depth, floor=10)"
+    assert (
+        text
+        == "DynamicFilter(dynamic_classes=[0, 2], margin_px=3, rule=CompensationRule.depth, floor=10)"
+    )
     assert repr(CAMERA).startswith("PinholeCamera(fx=500.0, fy=510.0, cx=80.0, cy=60.0, k1=0.25, ")
     assert repr(OTHERS["CallbackSegmenter"](scene)) == "CallbackSegmenter(labels_of)"
     assert "reason=Reason.in_mask" in repr(max(labels_of(scene), key=lambda label: label.score))

@@ -2,11 +2,12 @@
 # SPDX-License-Identifier: MIT
 """Types of dynfilter's options and enumerations. There is no such module at run time."""
 
-from typing import ClassVar, Sequence
+from typing import Any, ClassVar, Sequence
 
 class _Enumerator:
     """One of some named values. The class is no enum.Enum: not iterable, not subscriptable."""
 
+    __members__: ClassVar[dict[str, Any]]
     def __init__(self, value: int) -> None: ...
     @property
     def name(self) -> str: ...
@@ -67,6 +68,10 @@ class Reason(_Enumerator):
     restored: ClassVar[Reason]
     moving: ClassVar[Reason]
     custom: ClassVar[Reason]
+    def __lt__(self, other: Reason) -> bool: ...
+    def __le__(self, other: Reason) -> bool: ...
+    def __gt__(self, other: Reason) -> bool: ...
+    def __ge__(self, other: Reason) -> bool: ...
 
 class ObjectDepthOptions:
     min_half_width_m: float
