@@ -19,6 +19,7 @@
 #include "dynfilter/evaluation/trajectory.hpp"
 #include "dynfilter/segmenters/depth_offset_estimator.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
+#include "sequence_doubts.hpp"
 #include "trajectory_note.hpp"
 
 namespace dynfilter::tools {
@@ -81,6 +82,10 @@ class Examination {
     findings_.push_back({verdict, what, mend});
   }
 
+  void add(const std::optional<Finding>& finding) {
+    if (finding) findings_.push_back(*finding);
+  }
+
   /// Adds a frame that cannot be read, once.
   void add_unreadable(const std::string& error) {
     const auto is_known = [&](const Finding& finding) { return finding.what == error; };
@@ -106,7 +111,9 @@ class Examination {
       add(Verdict::odd, frames, "stamps are in seconds; are these?");
     } else {
       add(Verdict::fine, frames);
+      add(other_frame_rate(sequence_, period_s));
     }
+    add(repeated_images(sequence_));
     check_unpaired();
     const double largest_s = *std::max_element(periods_s.begin(), periods_s.end());
     if (largest_s > 5 * period_s) {
@@ -249,6 +256,7 @@ class Examination {
         add(Verdict::odd, "no masks/", "make masks, see `dynfilter masks --help`");
         return;
       }
+      add(labels_without_table(*folder));
       MaskFolderSegmenter masks(*folder);
       std::size_t without = 0, instances = 0, persons = 0, looked = 0;
       std::vector<double> ages_s;
