@@ -1,12 +1,16 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
+#include <algorithm>
+#include <cstddef>
 #include <iostream>
 #include <memory>
+#include <sstream>
 #include <string>
 #include <vector>
 
 #include "commands.hpp"
+#include "dynfilter/evaluation/scene_levels.hpp"
 #include "dynfilter/version.hpp"
 
 namespace dynfilter::tools {
@@ -85,37 +89,90 @@ void print_markdown(const CLI::App& program) {
   }
 }
 
-/// Prints the names of options with dashes, and of shorter forms.
-void print_names(const CLI::App& command) {
+/// Returns the names of an option, with dashes and spaces between them.
+std::string names_of(const CLI::Option& option) {
+  std::string names;
+  for (const std::string& name : option.get_lnames()) names += " --" + name;
+  for (const std::string& name : option.get_snames()) names += " -" + name;
+  return names;
+}
+
+/// What follows an option on the command line.
+enum class Follows { anything, file, value_of_list, other_value };
+
+/// Returns what follows an option, and for a list of values these values with spaces between them.
+Follows what_follows(const CLI::Option& option, std::string& values) {
+  if (option.get_expected_max() == 0) return Follows::anything;  // it is a flag
+  // The type as the help shows it: FLOAT:[0 to 10], TEXT:{labels,colmap}, LEVEL, TEXT.
+  const std::string type = option.get_type_name();
+  const std::size_t first = type.find('{'), last = type.find('}');
+  if (first != std::string::npos && last != std::string::npos) {
+    values = type.substr(first + 1, last - first - 1);
+    std::replace(values.begin(), values.end(), ',', ' ');
+    return Follows::value_of_list;
+  }
+  if (type.find("LEVEL") != std::string::npos) {
+    for (const SceneLevel& level : scene_levels()) values += level.name + " ";
+    return Follows::value_of_list;
+  }
+  return type == "TEXT" ? Follows::file : Follows::other_value;
+}
+
+/// Prints a case of bash for each option of a command that no file name follows.
+void print_values(const CLI::App& command) {
   for (const CLI::Option* option : shown_options(command, false)) {
-    for (const std::string& name : option->get_lnames()) std::cout << " --" << name;
-    for (const std::string& name : option->get_snames()) std::cout << " -" << name;
+    std::string values;
+    const Follows follows = what_follows(*option, values);
+    if (follows == Follows::anything || follows == Follows::file) continue;
+    std::istringstream names(names_of(*option));
+    for (std::string name; names >> name;) {
+      std::cout << "    '" << command.get_name() << " " << name << "') values='" << values
+                << "' ;;\n";
+    }
   }
 }
 
 void print_completion(const CLI::App& program) {
-  std::cout << "# Completion of dynfilter's commands, options and files, for bash.\n"
-               "_dynfilter() {\n"
-               "  local word=${COMP_WORDS[COMP_CWORD]} words=\n"
-               "  if ((COMP_CWORD == 1)); then\n"
-               "    words='";
+  std::cout << R"(# Completion of dynfilter's commands, options, values and files, for bash.
+_dynfilter() {
+  local word=${COMP_WORDS[COMP_CWORD]} option=${COMP_WORDS[COMP_CWORD - 1]} words= values=none
+  if [[ $word == = ]]; then  # --option=
+    word=
+  elif [[ $option == = ]]; then  # --option=word
+    option=${COMP_WORDS[COMP_CWORD - 2]}
+  fi
+  case "${COMP_WORDS[1]} $option" in
+)";
+  for (const CLI::App* command : shown_commands(program)) print_values(*command);
+  std::cout << R"(  esac
+  if ((COMP_CWORD == 1)); then
+    words=')";
   for (const CLI::App* command : shown_commands(program)) std::cout << command->get_name() << " ";
-  std::cout << "--help --version'\n"
-               "  elif [[ $word == -* ]]; then\n"
-               "    case ${COMP_WORDS[1]} in\n";
+  std::cout << R"(--help --version'
+  elif [[ $values != none ]]; then  # after a comma another one of a list
+    [[ $word == *,* ]] && local head=${word%,*},
+    mapfile -t COMPREPLY < <(compgen -P "${head-}" -W "$values" -- "${word##*,}")
+    return
+  elif [[ $word == -* ]]; then
+    case ${COMP_WORDS[1]} in
+)";
   for (const CLI::App* command : shown_commands(program)) {
     std::cout << "      " << command->get_name() << ") words='";
-    print_names(*command);
+    for (const CLI::Option* option : shown_options(*command, false)) {
+      std::cout << names_of(*option);
+    }
     std::cout << "' ;;\n";
   }
-  std::cout << "    esac\n"
-               "  else\n"
-               "    mapfile -t COMPREPLY < <(compgen -f -- \"$word\")\n"
-               "    return\n"
-               "  fi\n"
-               "  mapfile -t COMPREPLY < <(compgen -W \"$words\" -- \"$word\")\n"
-               "}\n"
-               "complete -o filenames -F _dynfilter dynfilter\n";
+  std::cout << R"(    esac
+  else
+    compopt -o filenames 2> /dev/null
+    mapfile -t COMPREPLY < <(compgen -f -- "$word")
+    return
+  fi
+  mapfile -t COMPREPLY < <(compgen -W "$words" -- "$word")
+}
+complete -F _dynfilter dynfilter
+)";
 }
 
 }  // namespace

@@ -100,9 +100,11 @@ void add_run_command(CLI::App& program) {
       "scored against it; if it has groundtruth.txt, so is the trajectory.");
   CLI::Option* sequence =
       command->add_option("SEQUENCE", options->scene.sequence, "folder of the sequence");
-  CLI::Option* level = command->add_option("--level", options->scene.level,
-                                           "level of dynfilter synth to render and filter, "
-                                           "instead of SEQUENCE");
+  CLI::Option* level = command
+                           ->add_option("--level", options->scene.level,
+                                        "level of dynfilter synth to render and filter, "
+                                        "instead of SEQUENCE")
+                           ->type_name("LEVEL");
   sequence->excludes(level);
   command->add_option("--scene-seed", options->scene.level_seed, "seed of the level")
       ->transform(whole_number(0, std::numeric_limits<std::uint64_t>::max()))

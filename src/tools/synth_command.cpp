@@ -136,7 +136,8 @@ void add_synth_command(CLI::App& program) {
       "simulated network (masks/), the exact masks (masks_true/), the pixels that move in each\n"
       "frame (masks_moving/), and the lateness of depth (truth.yaml).");
   command->add_option("FOLDER", options->folder, "folder for the sequence")->check(some_path());
-  command->add_option("--level", given->level, "a level of the list below [a scene of 90 frames]");
+  command->add_option("--level", given->level, "a level of the list below [a scene of 90 frames]")
+      ->type_name("LEVEL");
   command->add_option("--seed", given->seed, "another seed is another scene")
       ->transform(whole_number(0, std::numeric_limits<std::uint64_t>::max()))
       ->capture_default_str();

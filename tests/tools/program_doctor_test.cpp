@@ -287,19 +287,35 @@ TEST(Manual, IsAPageOfTheDocumentationToo) {
   EXPECT_NE(run("manual --markdown --completion").exit_code, 0);
 }
 
+/// What bash completes the last of these words to.
+std::string completed(const std::string& words) {
+  const TemporaryFolder folder;
+  const fs::path script = folder.path() / "complete.sh";
+  std::ofstream(script) << "eval \"$('" DYNFILTER_PROGRAM "' manual --completion)\"\n"
+                        << "COMP_WORDS=(dynfilter " << words << ")\n"
+                        << "COMP_CWORD=$((${#COMP_WORDS[@]} - 1))\n"
+                        << "_dynfilter\necho \"${COMPREPLY[@]}\"\n";
+  return run_in_shell("bash " + quoted(script)).printed;
+}
+
 TEST(Manual, CompletesCommandsOptionsAndFiles) {
-  const auto completed = [](const std::string& words) {
-    return run_in_shell("bash -c 'eval \"$(\"" DYNFILTER_PROGRAM
-                        "\" manual --completion)\"; COMP_WORDS=(dynfilter " +
-                        words +
-                        "); COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); _dynfilter; "
-                        "echo \"${COMPREPLY[@]}\"'")
-        .printed;
-  };
   EXPECT_EQ(completed("sy"), "synth sync\n");
   EXPECT_EQ(completed("sync --wr"), "--write\n");
   EXPECT_NE(completed("run --").find("--async"), std::string::npos);
   EXPECT_EQ(completed("run /us"), "/usr\n");
+  EXPECT_EQ(completed("run --motion /us"), "/usr\n") << "a flag takes no value";
+  EXPECT_EQ(completed("run --out /us"), "/usr\n");
+}
+
+TEST(Manual, CompletesValuesAndNoFilesWhereThereAreFixedOnes) {
+  EXPECT_EQ(completed("run --rule pa"), "paper\n");
+  EXPECT_EQ(completed("run --rule = pa"), "paper\n") << "bash makes three words of --rule=pa";
+  EXPECT_EQ(completed("run scene --async ''"), "wait limited_wait latest drop\n");
+  EXPECT_EQ(completed("masks scene --format = "), "labels colmap static dynamic\n");
+  EXPECT_EQ(completed("synth scene --level hai"), "hair\n");
+  EXPECT_EQ(completed("ablate --rules mask,pa"), "mask,paper\n");
+  EXPECT_EQ(completed("run --frames /us"), "\n") << "a number follows";
+  EXPECT_EQ(completed("run --rule /us"), "\n");
 }
 
 }  // namespace
