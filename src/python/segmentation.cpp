@@ -70,9 +70,13 @@ cv::Mat mask_of(const py::array& mask, double threshold) {
   return numbers.empty() ? cv::Mat() : cv::Mat(numbers > threshold);
 }
 
-/// Returns masks as N x H x W: torchvision has N x 1 x H x W.
+/// Whether an array is what NumPy makes of an empty list.
+bool is_empty_list(const py::array& array) { return array.ndim() == 1 && array.size() == 0; }
+
+/// Returns masks as N x H x W: torchvision has N x 1 x H x W, and a list of no mask has no size.
 py::array stacked(const py::object& masks) {
   py::array array = array_from(masks);
+  if (is_empty_list(array)) return py::array(py::dtype::of<bool>(), {0, 0, 0});
   if (array.ndim() == 4 && array.shape(1) == 1) {
     array = array.attr("__getitem__")(py::make_tuple(py::slice(0, array.shape(0), 1), 0));
   }
@@ -105,6 +109,7 @@ std::vector<Instance> instances_from_masks(const py::object& masks, const py::ob
   Numbers corners;
   if (!boxes.is_none()) {
     corners = numbers_from(boxes, {name, "boxes"});
+    if (is_empty_list(corners)) corners = Numbers(py::array::ShapeContainer{0, 4});
     if (corners.ndim() != 2 || corners.shape(1) != 4) {
       refuse("boxes", corners, "N x 4: x1, y1, x2, y2 in pixels");
     }

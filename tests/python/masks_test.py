@@ -79,6 +79,9 @@ def test_nobody_and_boxes_alone():
     nobody = dynfilter.Segmentation.from_masks(FRAME, np.zeros((0, 60, 80), bool), np.zeros((0, 4)))
     assert nobody.instances == () and nobody.image_size == (80, 60)
     assert dynfilter.Segmentation.from_masks(FRAME, None, np.zeros((0, 4))).instances == ()
+    for masks, boxes in ([], None), ([], []), (None, []), ([], np.zeros((0, 4))):  # of a list
+        nobody = dynfilter.Segmentation.from_masks(FRAME, masks, boxes, [], [])
+        assert nobody.instances == () and nobody.image_size == (80, 60)
     (boxed,) = dynfilter.Segmentation.from_masks(FRAME, None, [[1.5, 2, 3, 4.5]]).instances
     assert boxed.box == (1, 2, 2, 3) and boxed.mask is None
     empty = dynfilter.Segmentation.from_masks(FRAME, np.zeros((1, 60, 80), bool), [[1, 2, 3, 4]])
@@ -113,6 +116,7 @@ def test_nobody_and_boxes_alone():
         ((two_masks(), None, None, [0.5, 1.5]), "got score 1.5 in instance 1"),
         ((two_masks(), None, None, [0.5, np.nan]), "got score nan in instance 1"),
         ((two_masks(), None, ["person", "car"]), "got class_ids of <U6, .*; want numbers"),
+        (([], [[1, 2, 3, 4]]), "got boxes of .*; want one for each mask, 0"),
         ((None,), "got neither masks nor boxes; want masks, N x H x W, or boxes, N x 4"),
         ((two_masks()[:, ::-1],), "want rows of neighbouring pixels"),
     ],
