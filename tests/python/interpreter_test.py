@@ -4,8 +4,10 @@
 
 import inspect
 import os
+import pathlib
 import pydoc
 import re
+import shutil
 import subprocess
 import sys
 
@@ -47,6 +49,19 @@ except ImportError as error:
         assert result.stdout.startswith(
             "dynfilter: got a sub-interpreter; want the main interpreter"
         )
+
+
+def test_another_python_is_named(tmp_path):
+    """The error of Python itself would speak of a circular import."""
+    package = tmp_path / "dynfilter"
+    shutil.copytree(pathlib.Path(dynfilter.__file__).parent, package)
+    (module,) = package.glob("_dynfilter.*.so")
+    module.rename(package / "_dynfilter.cpython-38-x86_64-linux-gnu.so")
+    result = python("import dynfilter", PYTHONPATH=str(tmp_path))
+    assert f"ImportError: dynfilter: got {sys.executable}, which wants {module.name}; want the" in (
+        result.stderr
+    )
+    assert "built for (_dynfilter.cpython-38-x86_64-linux-gnu.so)" in result.stderr
 
 
 def test_may_be_imported_anew():

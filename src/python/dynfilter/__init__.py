@@ -17,7 +17,21 @@ ValueError, files and networks that fail RuntimeError. The interpreter's lock is
 library works, and one filter may serve many threads.
 """
 
-from . import _dynfilter
+try:
+    from . import _dynfilter
+except ImportError as error:
+    import pathlib
+    import sys
+    import sysconfig
+
+    own = "_dynfilter" + str(sysconfig.get_config_var("EXT_SUFFIX"))
+    built = [path.name for path in pathlib.Path(__file__).parent.glob("_dynfilter.*")]
+    if own in built:
+        raise  # its own error says why
+    raise ImportError(
+        f"dynfilter: got {sys.executable}, which wants {own}; want the Python that dynfilter was "
+        f"built for ({', '.join(built)}), see -DPython3_EXECUTABLE"
+    ) from error
 from ._dynfilter import *  # noqa: F401,F403
 from ._dynfilter import __version__
 
