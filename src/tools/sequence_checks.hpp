@@ -25,8 +25,9 @@ struct Finding {
 };
 
 /// Examines a sequence folder in the layout of TUM or BONN, from its lists to the depth's offset.
-/// Looks at all files' names, lengths and times, and at about 20 frames; only reads. An empty camera path
-/// means camera.yaml in the folder. Throws nothing for a bad sequence: that is a finding.
+/// Looks at all files' names, lengths and times, and at about 20 frames; only reads. An empty
+/// camera path means camera.yaml in the folder. Throws nothing for a bad sequence: that is a
+/// finding.
 std::vector<Finding> examine_sequence(const std::filesystem::path& folder,
                                       const std::filesystem::path& camera = {});
 
