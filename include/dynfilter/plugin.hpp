@@ -36,7 +36,8 @@ struct PluginCounters {
   /// Masks that could not be obtained while missing_masks is "keep".
   std::size_t mask_failures = 0;
   std::size_t starved = 0;  ///< frames left with fewer features than the floor
-  /// Frames whose depth was compared with their image, see the setting depth_check_frames.
+  /// Frames whose depth was compared with their image, in a thread of the plugin's own; see the
+  /// setting depth_check_frames.
   std::size_t depth_checked = 0;
   /// Frames by which the host's depth is later than its images; NaN while that is unknown. Beyond
   /// 0.5 in either direction, depth is out of step and should be paired anew.
@@ -92,7 +93,8 @@ class DYNFILTER_PLUGIN_API Plugin {
   ///
   /// Throws std::invalid_argument for malformed input and std::runtime_error for a mask that is
   /// missing or broken (see the setting missing_masks). If it throws, even for lack of memory,
-  /// keypoints and descriptors are unchanged.
+  /// keypoints and descriptors are unchanged. The comparison of depth and image goes on in a thread
+  /// after this returns, with copies; what it throws comes out of the next filter(), once.
   FrameStatistics filter(double timestamp_s, const cv::Mat& depth,
                          std::vector<cv::KeyPoint>& keypoints, cv::Mat& descriptors);
 
@@ -123,6 +125,8 @@ class DYNFILTER_PLUGIN_API Plugin {
                          cv::Mat& descriptors, int& pivot);
 
   /// Returns the counters since construction. A filter that is switched off counts only the calls.
+  /// Waits for the comparison of the last frames' depth, some milliseconds, and throws what it
+  /// threw if filter() has not.
   PluginCounters counters() const;
 
   /// Whether the filter is switched on. It is, unless the setting `enabled` is 0.

@@ -16,7 +16,7 @@
 
 #include "dynfilter/detail/columns.hpp"
 #include "dynfilter/dynfilter.hpp"
-#include "dynfilter/segmenters/depth_offset_estimator.hpp"
+#include "plugin/depth_check.hpp"
 #include "plugin/map_start.hpp"
 #include "plugin/mask_source.hpp"
 #include "plugin/plugin_settings.hpp"
@@ -136,7 +136,9 @@ struct Plugin::State {
   explicit State(const detail::PluginSettings& from)
       : settings(from),
         filter(make_filter(from)),
-        map_start(settings.start_features, settings.file) {
+        map_start(settings.start_features, settings.file),
+        depth_check({settings.depth_check_frames, settings.depth_frames_late,
+                     settings.depth_frames_late_key, settings.file}) {
     if (!settings.enabled) return;
     masks.emplace(settings);
 #ifdef DYNFILTER_HAS_MOTION
@@ -152,7 +154,6 @@ struct Plugin::State {
   }
 
   FrameView view(double timestamp_s, const cv::Mat& depth);
-  void check_depth_offset(const FrameView& frame);
   void apply(const FrameView& frame, const std::optional<Segmentation>& segmentation,
              const FeaturesView& features);
   FrameView with_depth_in_step(const FrameView& frame);
@@ -170,7 +171,7 @@ struct Plugin::State {
   std::optional<detail::Recorder> recorder;
   std::optional<detail::PluginVideo> video;
   detail::MapStart map_start;
-  DepthOffsetEstimator depth_offset;
+  detail::DepthCheck depth_check;
   cv::Ptr<cv::DISOpticalFlow> optical_flow;  // made when it is needed
   cv::Mat last_grey;                         // of the frame filtered last, if depth is moved
   double last_grey_s = 0;
@@ -195,14 +196,6 @@ FrameView Plugin::State::view(double timestamp_s, const cv::Mat& depth) {
   const double limit_s = settings.mask_folder_options.max_time_difference_s;
   if (!image.empty() && std::abs(image_time_s - timestamp_s) <= limit_s) frame.image = image;
   return frame;
-}
-
-/// Compares the edges of image and depth, in the first frames that have both.
-void Plugin::State::check_depth_offset(const FrameView& frame) {
-  if (counters.depth_checked >= settings.depth_check_frames) return;
-  if (frame.image.empty() || frame.depth.empty()) return;
-  depth_offset.add(frame);
-  ++counters.depth_checked;
 }
 
 void Plugin::State::apply(const FrameView& frame, const std::optional<Segmentation>& segmentation,
@@ -264,7 +257,7 @@ FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
   const FeaturesView features = columns.features();
   const FrameView as_given = view(timestamp_s, depth);
   validate(as_given, "Plugin::filter");
-  check_depth_offset(as_given);
+  depth_check.add(as_given);
   const FrameView frame = with_depth_in_step(as_given);
   const detail::Stopwatch for_masks;
   const std::optional<Segmentation> segmentation = masks->masks_for(frame);
@@ -279,7 +272,7 @@ FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
   if (!columns.descriptors.empty()) detail::unshare(columns.descriptors);
   times.filter_s = in_all.elapsed_s();
   if (video) {
-    video->add(frame, segmentation.value_or(Segmentation()), features, labels, depth_offset);
+    video->add(frame, segmentation.value_or(Segmentation()), features, labels, depth_check);
   }
   if (recorder) {
     recorder->record(frame, segmentation.value_or(Segmentation()), features, labels, times);
@@ -370,7 +363,8 @@ FrameStatistics Plugin::filter(double timestamp_s, std::vector<cv::KeyPoint>& ke
 PluginCounters Plugin::counters() const {
   PluginCounters counters = state_->counters;
   if (enabled()) counters.mask_failures = state_->masks->failures();
-  const std::optional<DepthOffset> offset = state_->depth_offset.estimate().offset;
+  counters.depth_checked = state_->depth_check.added();
+  const std::optional<DepthOffset> offset = state_->depth_check.estimate().offset;
   if (offset) counters.depth_frames_late = offset->frames_late;
   return counters;
 }

@@ -210,6 +210,7 @@ PluginSettings read_plugin_settings(const std::string& path, const std::string& 
   file.finish();
   settings.source_key = require_one_segmenter(file, settings);
   settings.video_key = file.key_of("video");
+  settings.depth_frames_late_key = file.key_of("depth_frames_late");
   settings.output_folder_key = file.key_of("output_folder");
   settings.missing_masks_key = file.key_of("missing_masks");
   settings.max_time_difference_key = file.key_of("max_time_difference_s");

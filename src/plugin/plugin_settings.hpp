@@ -47,6 +47,7 @@ struct PluginSettings {
   std::string video_key;                 ///< the key of `video`, for messages
   std::size_t depth_check_frames = 150;  ///< frames to estimate the depth's offset from; 0: none
   double depth_frames_late = 0;          ///< move depth along the optical flow by this many frames
+  std::string depth_frames_late_key;     ///< the key of `depth_frames_late`, for messages
   int overlay_every = 0;                 ///< draw every n-th frame; 0: none
   double depth_units_per_metre = 0;      ///< DepthMapFactor; 0: not in the file
 };

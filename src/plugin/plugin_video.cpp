@@ -60,10 +60,10 @@ PluginVideo::~PluginVideo() { finish(*video_); }
 
 void PluginVideo::add(const FrameView& frame, const Segmentation& segmentation,
                       FeaturesView features, const FeatureLabels& labels,
-                      const DepthOffsetEstimator& offset) {
+                      const DepthCheck& depth_check) {
   constexpr std::size_t frames_between_estimates = 25;
   if (frames_ % frames_between_estimates == 0) {
-    const DepthOffsetEstimate estimate = offset.estimate();
+    const DepthOffsetEstimate estimate = depth_check.estimate();
     if (estimate.offset) health_.note_depth_offset(estimate.offset->frames_late, estimate.frames);
   }
   health_.add(frame, features, labels.statistics());

@@ -12,7 +12,7 @@
 #include "dynfilter/frame.hpp"
 #include "dynfilter/labels.hpp"
 #include "dynfilter/segmentation.hpp"
-#include "dynfilter/segmenters/depth_offset_estimator.hpp"
+#include "plugin/depth_check.hpp"
 #include "plugin/plugin_settings.hpp"
 #include "video/filter_video.hpp"
 
@@ -30,9 +30,9 @@ class PluginVideo {
   /// Finishes the video. If that fails, for example on a full disk, there is no file.
   ~PluginVideo();
 
-  /// Adds a frame. `offset` is what is known about the depth's offset.
+  /// Adds a frame. `depth_check` says what is known about the depth's offset.
   void add(const FrameView& frame, const Segmentation& segmentation, FeaturesView features,
-           const FeatureLabels& labels, const DepthOffsetEstimator& offset);
+           const FeatureLabels& labels, const DepthCheck& depth_check);
 
  private:
   std::shared_ptr<FilterVideo> video_;

@@ -59,6 +59,46 @@ TEST_F(PluginTest, ChecksDepthInAsManyFramesAsSet) {
             0U);
 }
 
+/// Returns what the plugin says on standard error of 60 frames.
+std::string said(const std::string& settings_file, int late) {
+  ::testing::internal::CaptureStderr();
+  counters_with(settings_file, late);
+  return ::testing::internal::GetCapturedStderr();
+}
+
+TEST_F(PluginTest, SaysOnceThatDepthIsOutOfStep) {
+  const std::string keep = "dynfilter.missing_masks: \"keep\"\ndynfilter.start_features: 0\n";
+  const std::string late = said(settings(keep), 1);
+  const std::string want = "dynfilter: depth is late by ";
+  EXPECT_EQ(late.find(want), 0U) << late;
+  EXPECT_EQ(late.rfind(want), 0U) << late;
+  EXPECT_NE(late.find("set dynfilter.depth_frames_late in " + file().string()), std::string::npos)
+      << late;
+  EXPECT_EQ(said(settings(keep), -1).find("dynfilter: depth is early by "), 0U);
+  EXPECT_EQ(said(settings(keep), 0), "");
+  EXPECT_EQ(said(settings(keep + "dynfilter.depth_frames_late: 1\n"), 1), "") << "it is known";
+  EXPECT_EQ(said(settings(keep + "dynfilter.depth_check_frames: 0\n"), 1), "");
+}
+
+TEST_F(PluginTest, LabelsDoNotDependOnTheCheckOfDepth) {
+  Plugin checked(settings()), unchecked(settings("dynfilter.depth_check_frames: 0\n"));
+  for (int i = 0; i < frames; ++i) {
+    HostFrame one(i), other(i);
+    checked.submit(one.image, one.timestamp_s);
+    unchecked.submit(other.image, other.timestamp_s);
+    checked.filter(one.timestamp_s, one.depth, one.keypoints, one.descriptors);
+    unchecked.filter(other.timestamp_s, other.depth, other.keypoints, other.descriptors);
+    one.depth.setTo(0);  // the images are the host's again
+    one.image.setTo(0);
+    ASSERT_EQ(one.keypoints.size(), other.keypoints.size());
+    EXPECT_LT(one.keypoints.size(), HostFrame(i).keypoints.size());
+    for (std::size_t k = 0; k < one.keypoints.size(); ++k) {
+      EXPECT_EQ(one.keypoints[k].class_id, other.keypoints[k].class_id);
+    }
+  }
+  EXPECT_EQ(checked.counters().depth_checked, static_cast<std::size_t>(frames));
+}
+
 /// Person who walks 8 px a frame before a wall; both have texture, and depth is a frame late.
 HostFrame walking(int index) {
   HostFrame frame(index);
