@@ -26,24 +26,48 @@ DepthCheck::~DepthCheck() {
   }
 }
 
-void DepthCheck::add(const FrameView& frame) {
+DepthCheck::Loan DepthCheck::lend(const FrameView& frame) {
   rethrow();
-  if (added_ >= options_.frames || frame.image.empty() || frame.depth.empty()) return;
-  {
-    std::unique_lock<std::mutex> lock(mutex_);
-    changed_.wait(lock, [&] { return waiting_ < max_waiting; });
-  }
-  // The host may change its images when this returns.
-  FrameView& place = ring_[next_];
-  frame.image.copyTo(place.image);
-  frame.depth.copyTo(place.depth);
-  place.timestamp_s = frame.timestamp_s;
-  place.metres_per_unit = frame.metres_per_unit;
+  const bool is_wanted =
+      frames_lent_ < options_.frames && !frame.image.empty() && !frame.depth.empty();
+  if (!is_wanted) return Loan(nullptr);
   if (!thread_.joinable()) thread_ = std::thread([this] { work(); });
-  next_ = (next_ + 1) % max_waiting;
-  ++added_;
   {
-    const std::lock_guard<std::mutex> lock(mutex_);
+    Lock lock(mutex_);
+    changed_.wait(lock, [&] { return waiting_ < max_waiting; });
+    lent_ = &frame;
+  }
+  changed_.notify_all();
+  ++frames_lent_;
+  return Loan(this);
+}
+
+void DepthCheck::take_back() {
+  Lock lock(mutex_);
+  if (lent_) copy_lent(lock);
+  changed_.wait(lock, [&] { return !is_copying_; });
+}
+
+/// Copies the frame that is lent behind the waiting ones. Holds the lock before and after.
+void DepthCheck::copy_lent(Lock& lock) {
+  const FrameView& frame = *std::exchange(lent_, nullptr);
+  FrameView& place = ring_[(first_ + waiting_) % max_waiting];
+  is_copying_ = true;
+  lock.unlock();
+  std::exception_ptr error;
+  try {
+    frame.image.copyTo(place.image);
+    frame.depth.copyTo(place.depth);
+    place.timestamp_s = frame.timestamp_s;
+    place.metres_per_unit = frame.metres_per_unit;
+  } catch (...) {
+    error = std::current_exception();
+  }
+  lock.lock();
+  is_copying_ = false;
+  if (error) {
+    error_ = std::move(error);
+  } else {
     ++waiting_;
   }
   changed_.notify_all();
@@ -51,8 +75,8 @@ void DepthCheck::add(const FrameView& frame) {
 
 DepthOffsetEstimate DepthCheck::estimate() const {
   {
-    std::unique_lock<std::mutex> lock(mutex_);
-    changed_.wait(lock, [&] { return waiting_ == 0; });
+    Lock lock(mutex_);
+    changed_.wait(lock, [&] { return !lent_ && !is_copying_ && waiting_ == 0; });
   }
   rethrow();
   return estimator_.estimate();
@@ -69,32 +93,38 @@ void DepthCheck::rethrow() const {
 }
 
 void DepthCheck::work() {
-  bool is_said = false;
-  for (std::size_t compared = 0; compared < options_.frames; ++compared) {
-    {
-      std::unique_lock<std::mutex> lock(mutex_);
-      changed_.wait(lock, [&] { return stop_ || waiting_ > 0; });
-      if (waiting_ == 0) break;
+  Lock lock(mutex_);
+  while (compared_ < options_.frames) {
+    changed_.wait(lock, [&] { return stop_ || lent_ || waiting_ > 0; });
+    if (lent_) {
+      copy_lent(lock);  // at once: the host waits for it
+      continue;
     }
+    if (waiting_ == 0) break;
+    const FrameView& frame = ring_[first_];
+    lock.unlock();
     std::exception_ptr error;
     try {
-      estimator_.add(ring_[compared % max_waiting]);
-      if (!is_said && (compared + 1) % frames_between_looks == 0) {
-        const std::string text = sentence();
-        is_said = !text.empty();
-        if (is_said) std::cerr << text << std::endl;
-      }
+      compare(frame);
     } catch (...) {
       error = std::current_exception();
     }
-    {
-      const std::lock_guard<std::mutex> lock(mutex_);
-      if (error) error_ = std::move(error);
-      --waiting_;
-    }
+    lock.lock();
+    if (error) error_ = std::move(error);
+    first_ = (first_ + 1) % max_waiting;
+    --waiting_;
     changed_.notify_all();
   }
   ring_ = {};  // no frame comes any more
+}
+
+void DepthCheck::compare(const FrameView& frame) {
+  ++compared_;
+  estimator_.add(frame);
+  if (is_said_ || compared_ % frames_between_looks != 0) return;
+  const std::string text = sentence();
+  is_said_ = !text.empty();
+  if (is_said_) std::cerr << text << std::endl;
 }
 
 /// Returns what to say if depth is surely out of step, by more than the host knows; otherwise an

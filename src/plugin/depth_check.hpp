@@ -31,8 +31,8 @@ struct DepthCheckOptions {
 /// gives, at whatever speed the thread runs. Writes one sentence on standard error if depth turns
 /// out to be out of step.
 ///
-/// An error of the thread comes out of the next call of add or estimate, once; the frame is left
-/// out. The thread ends with the last of `frames`. The destructor waits until the frames added so
+/// An error of the thread comes out of the next call of lend or estimate, once; the frame is left
+/// out. The thread ends with the last of `frames`. The destructor waits until the frames lent so
 /// far are compared, and writes an error that nobody has seen on standard error. Two threads must
 /// not use one object at once.
 class DepthCheck {
@@ -43,16 +43,30 @@ class DepthCheck {
   DepthCheck(const DepthCheck&) = delete;
   DepthCheck& operator=(const DepthCheck&) = delete;
 
-  /// Copies the frame, unless it lacks image or depth or `frames` were added before, and returns
-  /// while it is compared. Waits only while max_waiting frames wait. The first frame starts the
-  /// thread; throws std::system_error if that fails. O(pixels) for the copy, below 0.2 ms at
-  /// 640x480.
-  void add(const FrameView& frame);
+  /// A frame in the thread's hands. The destructor returns when the frame is copied, and copies it
+  /// if the thread has not begun: then the host may change its images.
+  class [[nodiscard]] Loan {
+   public:
+    explicit Loan(DepthCheck* check) : check_(check) {}
+    ~Loan() {
+      if (check_) check_->take_back();
+    }
+    Loan(const Loan&) = delete;
+    Loan& operator=(const Loan&) = delete;
 
-  /// Returns the number of frames added.
-  std::size_t added() const { return added_; }
+   private:
+    DepthCheck* check_;  // null: nothing was lent
+  };
 
-  /// Returns the estimate from all frames added so far. Waits until they are compared.
+  /// Lends the frame, unless it lacks image or depth or `frames` were lent before. The frame must
+  /// outlive the loan. Waits only while max_waiting frames wait. The first frame starts the thread;
+  /// throws std::system_error if that fails.
+  Loan lend(const FrameView& frame);
+
+  /// Returns the number of frames lent.
+  std::size_t lent() const { return frames_lent_; }
+
+  /// Returns the estimate from all frames lent so far. Waits until they are compared.
   DepthOffsetEstimate estimate() const;
 
   /// Largest number of frames that wait.
@@ -61,23 +75,30 @@ class DepthCheck {
   static constexpr std::size_t frames_between_looks = 25;
 
  private:
+  using Lock = std::unique_lock<std::mutex>;
+
+  void take_back();
+  void copy_lent(Lock& lock);
   void work();
+  void compare(const FrameView& frame);
   std::string sentence() const;
   void rethrow() const;
 
   DepthCheckOptions options_;
-  std::size_t added_ = 0;
+  std::size_t frames_lent_ = 0;
 
-  mutable std::mutex mutex_;  // guards the next four members
+  mutable std::mutex mutex_;  // guards the members up to error_
   mutable std::condition_variable changed_;
-  std::size_t waiting_ = 0;  // frames in the ring, with the one that is being compared
+  const FrameView* lent_ = nullptr;  // a frame of the host that nobody copies yet
+  bool is_copying_ = false;
+  std::size_t first_ = 0, waiting_ = 0;  // the copies in the ring, from the oldest on
   bool stop_ = false;
   mutable std::exception_ptr error_;
 
-  // A waiting frame is the thread's, a free place is the host's.
-  std::array<FrameView, max_waiting> ring_;
-  std::size_t next_ = 0;            // the place that the host fills next
-  DepthOffsetEstimator estimator_;  // the thread's while frames wait
+  std::array<FrameView, max_waiting> ring_;  // a waiting copy is the thread's
+  DepthOffsetEstimator estimator_;           // the thread's while copies wait
+  std::size_t compared_ = 0;                 // the thread's
+  bool is_said_ = false;                     // the thread's
 
   std::thread thread_;
 };

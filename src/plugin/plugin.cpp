@@ -257,7 +257,7 @@ FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
   const FeaturesView features = columns.features();
   const FrameView as_given = view(timestamp_s, depth);
   validate(as_given, "Plugin::filter");
-  depth_check.add(as_given);
+  const auto loan = depth_check.lend(as_given);  // until this returns
   const FrameView frame = with_depth_in_step(as_given);
   const detail::Stopwatch for_masks;
   const std::optional<Segmentation> segmentation = masks->masks_for(frame);
@@ -363,7 +363,7 @@ FrameStatistics Plugin::filter(double timestamp_s, std::vector<cv::KeyPoint>& ke
 PluginCounters Plugin::counters() const {
   PluginCounters counters = state_->counters;
   if (enabled()) counters.mask_failures = state_->masks->failures();
-  counters.depth_checked = state_->depth_check.added();
+  counters.depth_checked = state_->depth_check.lent();
   const std::optional<DepthOffset> offset = state_->depth_check.estimate().offset;
   if (offset) counters.depth_frames_late = offset->frames_late;
   return counters;

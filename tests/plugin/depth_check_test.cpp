@@ -48,6 +48,9 @@ FrameView broken_frame(int index) {
 
 constexpr const char* broken_text = "an image of type CV_16UC1";
 
+/// Lends the frame, and takes it back at once.
+void lend(DepthCheck& check, const FrameView& frame) { const auto loan = check.lend(frame); }
+
 class DepthCheckTest : public ::testing::Test {
  protected:
   // The thread sanitizer does not see how OpenCV's own threads wait for each other.
@@ -71,12 +74,12 @@ TEST_F(DepthCheckTest, GivesWhatTheEstimatorGivesAtAnyMoment) {
   for (int i = 0; i < frames + 5; ++i) {
     FrameView frame = frame_of(i);
     if (i < frames) estimator.add(frame);
-    check.add(frame);
+    lend(check, frame);
     frame.image.setTo(0);  // it is the host's again
     frame.depth.setTo(0);
     if (i % 7 == 0) expect_equal(check.estimate(), estimator.estimate());
   }
-  EXPECT_EQ(check.added(), static_cast<std::size_t>(frames));
+  EXPECT_EQ(check.lent(), static_cast<std::size_t>(frames));
   expect_equal(check.estimate(), estimator.estimate());
   ASSERT_TRUE(check.estimate().offset);
   EXPECT_GT(check.estimate().offset->frames_late, 0.5);
@@ -87,49 +90,52 @@ TEST_F(DepthCheckTest, LeavesOutFramesWithoutImageOrDepth) {
   FrameView no_image = frame_of(0), no_depth = frame_of(0);
   no_image.image.release();
   no_depth.depth.release();
-  check.add(no_image);
-  check.add(no_depth);
-  EXPECT_EQ(check.added(), 0U);
+  lend(check, no_image);
+  lend(check, no_depth);
+  EXPECT_EQ(check.lent(), 0U);
 }
 
 TEST_F(DepthCheckTest, ErrorsComeOutOfTheNextCallOnce) {
   DepthCheck check(DepthCheckOptions{});
-  check.add(broken_frame(0));
+  lend(check, broken_frame(0));
   expect_error<std::invalid_argument>([&] { check.estimate(); }, broken_text);
   EXPECT_NO_THROW(check.estimate());
-  check.add(broken_frame(1));
+  lend(check, broken_frame(1));
   std::size_t errors = 0;
   for (int i = 2; i < 60; ++i) {
     try {
-      check.add(frame_of(i));
+      lend(check, frame_of(i));
     } catch (const std::invalid_argument&) {
       ++errors;
-      check.add(frame_of(i));  // the next call works
+      lend(check, frame_of(i));  // the next call works
     }
   }
   EXPECT_EQ(errors, 1U);
-  EXPECT_EQ(check.added(), 60U);
+  EXPECT_EQ(check.lent(), 60U);
   ASSERT_TRUE(check.estimate().offset);
   EXPECT_NEAR(check.estimate().offset->frames_late, 1, 0.1);
 }
 
 TEST_F(DepthCheckTest, ErrorsOfTheLastFrameComeOutAfterIt) {
   DepthCheck check(DepthCheckOptions{1, 0, "late", "TUM3.yaml"});
-  check.add(broken_frame(0));
+  lend(check, broken_frame(0));
   expect_error<std::invalid_argument>(
       [&] {
         for (int i = 0; i < 10000; ++i) {
-          check.add(frame_of(1));
+          lend(check, frame_of(1));
           std::this_thread::sleep_for(std::chrono::milliseconds(1));
         }
       },
       broken_text);
-  EXPECT_EQ(check.added(), 1U);
+  EXPECT_EQ(check.lent(), 1U);
 }
 
 TEST_F(DepthCheckTest, WritesAnErrorThatNobodySawWhenItEnds) {
   ::testing::internal::CaptureStderr();
-  { DepthCheck(DepthCheckOptions{}).add(broken_frame(0)); }
+  {
+    DepthCheck check(DepthCheckOptions{});
+    lend(check, broken_frame(0));
+  }
   const std::string text = ::testing::internal::GetCapturedStderr();
   EXPECT_EQ(text.find("dynfilter: depth and image could not be compared: "), 0U) << text;
   EXPECT_NE(text.find(broken_text), std::string::npos) << text;
@@ -140,7 +146,7 @@ std::string said(int frames, const DepthCheckOptions& options) {
   ::testing::internal::CaptureStderr();
   {
     DepthCheck check(options);
-    for (int i = 0; i < frames; ++i) check.add(frame_of(i));
+    for (int i = 0; i < frames; ++i) lend(check, frame_of(i));
   }
   return ::testing::internal::GetCapturedStderr();
 }
@@ -166,7 +172,7 @@ TEST_F(DepthCheckTest, SaysOnceWhatToSetHoweverEarlyItEnds) {
 TEST_F(DepthCheckTest, EndsAtAnyMoment) {
   for (int frames = 0; frames < 40; ++frames) {
     DepthCheck check(DepthCheckOptions{30, 1, "late", "TUM3.yaml"});
-    for (int i = 0; i < frames; ++i) check.add(frame_of(i));
+    for (int i = 0; i < frames; ++i) lend(check, frame_of(i));
   }
 }
 

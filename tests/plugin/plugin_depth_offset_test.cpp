@@ -20,6 +20,12 @@
 namespace dynfilter::testing {
 namespace {
 
+class PluginDepthOffset : public PluginTest {
+ protected:
+  // The thread sanitizer does not see how OpenCV's own threads wait for each other.
+  PluginDepthOffset() { cv::setNumThreads(1); }
+};
+
 /// Draws a board that swings before a wall; `frame` counts frames.
 cv::Mat board(int frame, int type, double inside, double outside) {
   cv::Mat picture(image_size, type, cv::Scalar::all(outside));
@@ -40,14 +46,14 @@ PluginCounters counters_with(const std::string& settings_file, int late) {
   return plugin.counters();
 }
 
-TEST_F(PluginTest, CountsFramesByWhichDepthIsLate) {
+TEST_F(PluginDepthOffset, CountsFramesByWhichDepthIsLate) {
   const std::string file = settings("dynfilter.missing_masks: \"keep\"\n");
   EXPECT_EQ(counters_with(file, 1).depth_checked, 60U);
   EXPECT_NEAR(counters_with(file, 1).depth_frames_late, 1, 0.1);
   EXPECT_NEAR(counters_with(file, 0).depth_frames_late, 0, 0.1);
 }
 
-TEST_F(PluginTest, ChecksDepthInAsManyFramesAsSet) {
+TEST_F(PluginDepthOffset, ChecksDepthInAsManyFramesAsSet) {
   const PluginCounters few = counters_with(
       settings("dynfilter.missing_masks: \"keep\"\ndynfilter.depth_check_frames: 8\n"), 1);
   EXPECT_EQ(few.depth_checked, 8U);
@@ -66,7 +72,7 @@ std::string said(const std::string& settings_file, int late) {
   return ::testing::internal::GetCapturedStderr();
 }
 
-TEST_F(PluginTest, SaysOnceThatDepthIsOutOfStep) {
+TEST_F(PluginDepthOffset, SaysOnceThatDepthIsOutOfStep) {
   const std::string keep = "dynfilter.missing_masks: \"keep\"\ndynfilter.start_features: 0\n";
   const std::string late = said(settings(keep), 1);
   const std::string want = "dynfilter: depth is late by ";
@@ -80,7 +86,7 @@ TEST_F(PluginTest, SaysOnceThatDepthIsOutOfStep) {
   EXPECT_EQ(said(settings(keep + "dynfilter.depth_check_frames: 0\n"), 1), "");
 }
 
-TEST_F(PluginTest, LabelsDoNotDependOnTheCheckOfDepth) {
+TEST_F(PluginDepthOffset, LabelsDoNotDependOnTheCheckOfDepth) {
   Plugin checked(settings()), unchecked(settings("dynfilter.depth_check_frames: 0\n"));
   for (int i = 0; i < frames; ++i) {
     HostFrame one(i), other(i);
@@ -130,7 +136,7 @@ FrameStatistics filtered_by_hand(int index) {
   return DynamicFilter().apply(view, frame.segmentation, frame.keypoints).statistics();
 }
 
-TEST_F(PluginTest, MovesLateDepthAlongTheOpticalFlow) {
+TEST_F(PluginDepthOffset, MovesLateDepthAlongTheOpticalFlow) {
   const std::filesystem::path moving_masks = path("moving_masks");
   MaskFolderWriter writer(moving_masks);
   for (int i = 0; i < 4; ++i) writer.add(walking(i).segmentation);
@@ -161,7 +167,7 @@ TEST_F(PluginTest, MovesLateDepthAlongTheOpticalFlow) {
                                    "dynfilter.depth_frames_late: got 4; want frames within ±3");
 }
 
-TEST_F(PluginTest, RefusesToHoldImagesBack) {
+TEST_F(PluginDepthOffset, RefusesToHoldImagesBack) {
   expect_error<std::runtime_error>([&] { Plugin(settings("dynfilter.depth_offset_s: 0.033\n")); },
                                    "dynfilter.depth_offset_s: got 0.033; want 0: the host hands");
   EXPECT_NO_THROW(Plugin(settings("dynfilter.depth_offset_s: 0\n")));
