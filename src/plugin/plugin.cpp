@@ -17,6 +17,7 @@
 #include "dynfilter/detail/columns.hpp"
 #include "dynfilter/dynfilter.hpp"
 #include "plugin/depth_check.hpp"
+#include "plugin/first_frames.hpp"
 #include "plugin/map_start.hpp"
 #include "plugin/mask_source.hpp"
 #include "plugin/plugin_settings.hpp"
@@ -136,6 +137,7 @@ struct Plugin::State {
   explicit State(const detail::PluginSettings& from)
       : settings(from),
         filter(make_filter(from)),
+        first_frames({settings.file, settings.source_key, settings.image_key}),
         map_start(settings.start_features, settings.file),
         depth_check({settings.depth_check_frames, settings.depth_frames_late,
                      settings.depth_frames_late_key, settings.file}) {
@@ -158,7 +160,7 @@ struct Plugin::State {
              const FeaturesView& features);
   FrameView with_depth_in_step(const FrameView& frame);
   FrameStatistics run(double timestamp_s, const cv::Mat& depth, const Columns& columns);
-  void watch_map_start(const FrameStatistics& statistics, const Columns& columns);
+  void watch(const FrameView& frame, const FrameStatistics& statistics, const Columns& columns);
   FrameStatistics leave_alone(const cv::Mat& depth, const std::vector<cv::KeyPoint>& keypoints);
 
   detail::PluginSettings settings;
@@ -170,6 +172,7 @@ struct Plugin::State {
 #endif
   std::optional<detail::Recorder> recorder;
   std::optional<detail::PluginVideo> video;
+  detail::FirstFrames first_frames;
   detail::MapStart map_start;
   detail::DepthCheck depth_check;
   cv::Ptr<cv::DISOpticalFlow> optical_flow;  // made when it is needed
@@ -238,13 +241,17 @@ FrameView Plugin::State::with_depth_in_step(const FrameView& frame) {
   return moved;
 }
 
-/// Says what to set, once, if the host waits in vain for a frame with which it can begin a map.
-/// Only hosts with depth need so many features.
-void Plugin::State::watch_map_start(const FrameStatistics& statistics, const Columns& columns) {
+/// Says on standard error, once, what is odd about the first frames, and what to set if the host
+/// waits in vain for a frame with which it can begin a map. Only hosts with depth need so many
+/// features.
+void Plugin::State::watch(const FrameView& frame, const FrameStatistics& statistics,
+                          const Columns& columns) {
+  std::vector<std::string> sentences = first_frames.add(frame, statistics);
   const bool has_depth = statistics.has_depth || columns.right_x != nullptr;
-  if (!has_depth) return;
-  const std::string sentence = map_start.add(statistics);
-  if (!sentence.empty()) std::cerr << sentence << std::endl;
+  if (has_depth) sentences.push_back(map_start.add(statistics));
+  for (const std::string& sentence : sentences) {
+    if (!sentence.empty()) std::cerr << sentence << std::endl;
+  }
 }
 
 /// Filters all or nothing: everything that may fail comes before the caller's data change.
@@ -277,7 +284,7 @@ FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
   if (recorder) {
     recorder->record(frame, segmentation.value_or(Segmentation()), features, labels, times);
   }
-  watch_map_start(statistics, columns);
+  watch(frame, statistics, columns);
 
   shorten(labels, columns);
   if (columns.pivot) *columns.pivot = static_cast<int>(kept_before_pivot);

@@ -35,8 +35,11 @@ void read_segmenter(SettingsFile& file, PluginSettings& settings) {
   file.read_text("remote", settings.remote);
   file.read_number("remote_timeout_s", settings.remote_timeout_s);
 #endif
-#ifdef DYNFILTER_HAS_NETWORKS
   file.read_text("model", settings.model);
+#ifndef DYNFILTER_HAS_NETWORKS
+  if (settings.model.empty()) return;
+  file.refuse("model", settings.model + ", but this dynfilter was built without networks",
+              "one built with -DDYNFILTER_BUILD_NETWORKS=ON, where OpenCV has its module dnn");
 #endif
 }
 
@@ -180,6 +183,18 @@ PinholeCamera read_camera(const SettingsFile& file) {
 }
 #endif
 
+/// Returns the key of a setting that does nothing without images; empty if none is set.
+std::string find_image_key(const SettingsFile& file, const PluginSettings& settings) {
+#ifdef DYNFILTER_HAS_MOTION
+  if (settings.motion_camera) return file.key_of("motion");
+#endif
+  if (settings.moves_masks) return file.key_of("propagate");
+  if (settings.depth_frames_late != 0) return file.key_of("depth_frames_late");
+  if (!settings.video.empty()) return file.key_of("video");
+  const bool draws = settings.overlay_every > 0 && !settings.output_folder.empty();
+  return draws ? file.key_of("overlay_every") : "";
+}
+
 }  // namespace
 
 PluginSettings read_plugin_settings(const std::string& path, const std::string& prefix) {
@@ -210,11 +225,13 @@ PluginSettings read_plugin_settings(const std::string& path, const std::string& 
   file.finish();
   settings.source_key = require_one_segmenter(file, settings);
   settings.video_key = file.key_of("video");
+  settings.image_key = find_image_key(file, settings);
   settings.depth_frames_late_key = file.key_of("depth_frames_late");
   settings.output_folder_key = file.key_of("output_folder");
   settings.missing_masks_key = file.key_of("missing_masks");
   settings.max_time_difference_key = file.key_of("max_time_difference_s");
-  settings.depth_units_per_metre = file.host_number("DepthMapFactor", 0);
+  settings.depth_units_per_metre =
+      file.host_number("DepthMapFactor", file.host_number("RGBD.DepthMapFactor", 0));
   return settings;
 }
 

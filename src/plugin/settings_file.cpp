@@ -4,6 +4,7 @@
 #include "plugin/settings_file.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstring>
 #include <numeric>
@@ -38,10 +39,36 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
   return row.back();
 }
 
+/// Whether a key begins with the prefix in other letters, or with another character in place of the
+/// dot behind it.
+bool has_misspelt_prefix(const std::string& key, const std::string& prefix) {
+  if (key.size() <= prefix.size() + 1) return false;
+  const auto is_same_letter = [](unsigned char a, unsigned char b) {
+    return std::tolower(a) == std::tolower(b);
+  };
+  const bool begins = std::equal(prefix.begin(), prefix.end(), key.begin(), is_same_letter);
+  const char separator = key[prefix.size()];
+  const bool is_separated = separator == '.' || separator == '_' || separator == '-';
+  return begins && is_separated && key.compare(0, prefix.size() + 1, prefix + ".") != 0;
+}
+
 std::string join(const std::vector<std::string>& words, const std::string& prefix = {}) {
   std::string text;
   for (const std::string& word : words) text += (text.empty() ? "" : ", ") + prefix + word;
   return text;
+}
+
+/// Returns the name that is likeliest meant: one that begins with this and a dot, or the nearest.
+std::string nearest_of(const std::vector<std::string>& names, const std::string& name) {
+  const auto is_part = [&name](const std::string& other) {
+    return other.compare(0, name.size() + 1, name + ".") == 0;
+  };
+  const auto longer = std::find_if(names.begin(), names.end(), is_part);
+  if (longer != names.end()) return *longer;
+  return *std::min_element(names.begin(), names.end(),
+                           [&](const std::string& a, const std::string& b) {
+                             return edit_distance(a, name) < edit_distance(b, name);
+                           });
 }
 
 }  // namespace
@@ -51,6 +78,7 @@ SettingsFile::SettingsFile(const std::string& path, const std::string& prefix)
   for (const std::string& key : file_.keys()) {
     if (key.compare(0, prefix_.size(), prefix_) == 0) names_.push_back(key.substr(prefix_.size()));
     if (key == prefix) has_block_ = true;
+    if (has_misspelt_prefix(key, prefix)) misspelt_.push_back(key);
   }
 }
 
@@ -125,6 +153,10 @@ void SettingsFile::finish() const {
     file_.refuse(prefix_.substr(0, prefix_.size() - 1), "settings in a block",
                  "each in a line of its own, as " + key_of("mask_folder") + ": \"masks\"");
   }
+  for (const std::string& key : misspelt_) {
+    const std::string name = key.substr(prefix_.size());
+    if (is_known(name)) refuse("has the key " + key + "; want " + key_of(name));
+  }
   if (names_.empty()) {
     refuse("has no setting of dynfilter. Add at least\n  " + key_of("mask_folder") +
            ": \"masks\"\nor, to run without the filter,\n  " + key_of("enabled") +
@@ -135,11 +167,8 @@ void SettingsFile::finish() const {
     if (is_known(present_name(name))) {
       refuse("the setting " + key_of(name) + " is called " + key_of(present_name(name)) + " now");
     }
-    const auto nearest = std::min_element(known_.begin(), known_.end(),
-                                          [&](const std::string& a, const std::string& b) {
-                                            return edit_distance(a, name) < edit_distance(b, name);
-                                          });
-    refuse("there is no setting " + key_of(name) + "; the nearest is " + key_of(*nearest));
+    refuse("there is no setting " + key_of(name) + "; the nearest is " +
+           key_of(nearest_of(known_, name)));
   }
 }
 

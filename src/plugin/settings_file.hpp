@@ -63,6 +63,7 @@ class SettingsFile {
   bool has_block_ = false;          // the file has settings in a block
   std::vector<std::string> names_;  // the file's keys, without prefix
   std::vector<std::string> known_;
+  std::vector<std::string> misspelt_;  // keys whose prefix is nearly right, with it
 };
 
 }  // namespace dynfilter::detail

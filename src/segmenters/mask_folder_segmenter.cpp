@@ -95,8 +95,13 @@ void require_regular(const fs::path& path) {
 }
 
 std::vector<fs::path> mask_files(const fs::path& folder) {
-  if (detail::type_of(folder) != fs::file_type::directory) {
-    detail::throw_file_error(folder, "there is no such folder");
+  const fs::file_type type = detail::type_of(folder);
+  if (type != fs::file_type::directory) {
+    std::string what =
+        type == fs::file_type::not_found ? "there is no such folder" : "is no folder";
+    if (folder.is_relative()) what += ", that is, " + fs::absolute(folder).string();
+    if (folder.native().rfind('~', 0) == 0) what += "; ~ is not replaced here";
+    detail::throw_file_error(folder, what);
   }
   std::vector<fs::path> files;
   std::error_code error;
@@ -174,7 +179,7 @@ void MaskFolderSegmenter::index_masks() {
     }
   }
   if (masks_.empty() && !options_.allow_missing) {
-    detail::throw_file_error(folder_, "holds no mask (*.png)");
+    detail::throw_file_error(folder_, "holds no mask; want <time>.png files directly in it");
   }
 }
 

@@ -178,10 +178,14 @@ TEST_F(PluginFailures, PropagatedMasksSurviveAFailedCall) {
 TEST_F(PluginFailures, NamesTheKeyOfMissingMasks) {
   fs::create_directory(path("empty"));
   std::ofstream(path("file")) << "no folder";
-  const std::pair<std::string, const char*> wrong[] = {
+  const std::pair<std::string, std::string> wrong[] = {
       {"mask_folder: \"" + path("none").string() + "\"", "there is no such folder"},
-      {"mask_folder: \"" + path("file").string() + "\"", "there is no such folder"},
-      {"mask_folder: \"" + path("empty").string() + "\"", "holds no mask"},
+      {"mask_folder: \"" + path("file").string() + "\"", "is no folder"},
+      {"mask_folder: \"none\"", "none: there is no such folder, that is, " +
+                                    (std::filesystem::current_path() / "none").string()},
+      {"mask_folder: \"~/masks\"", "; ~ is not replaced here"},
+      {"mask_folder: \"" + path("empty").string() + "\"",
+       "holds no mask; want <time>.png files directly in it"},
       {"mask_folder: \"" + std::string(300, 'x') + "\"", "xxx"},
       {"mask_folder: \"\"", "got nothing; want the folder of the masks"},
 #ifdef DYNFILTER_HAS_NETWORKS

@@ -140,6 +140,7 @@ TEST_F(PluginTest, NamesTheNearestKeyForAnUnknownOne) {
       {"maskfolder: \"a\"", "the nearest is dynfilter.mask_folder"},
       {"depth.expanson: 1.0", "the nearest is dynfilter.depth.expansion"},
       {"Rule: \"paper\"", "the nearest is dynfilter.rule"},
+      {"depth: 0.1", "the nearest is dynfilter.depth.outlier_rule"},
       {"most_wait_s: 1.0", "dynfilter.most_wait_s is called dynfilter.max_wait_s now"},
       {"object_depth.least_half_width_m: 1.0",
        "is called dynfilter.object_depth.min_half_width_m now"}};
@@ -148,6 +149,17 @@ TEST_F(PluginTest, NamesTheNearestKeyForAnUnknownOne) {
         [&, wrong = line] { Plugin plugin(settings("dynfilter." + std::string(wrong) + "\n")); },
         message);
   }
+}
+
+TEST_F(PluginTest, NamesTheKeyForAMisspeltPrefix) {
+  for (const char* key : {"Dynfilter.floor", "dynfilter_floor", "DYNFILTER-floor"}) {
+    const std::string file = settings(std::string(key) + ": 501\n");
+    expect_error<std::runtime_error>([&] { Plugin plugin(file); },
+                                     std::string(key) + "; want dynfilter.floor");
+  }
+  // The settings of another camera.
+  Plugin plugin(settings("dynfilter_right.floor: 501\n"));
+  EXPECT_TRUE(plugin.enabled());
 }
 
 TEST_F(PluginTest, ListsTheKeysIfThereIsNone) {

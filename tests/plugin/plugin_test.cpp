@@ -183,6 +183,26 @@ TEST_F(PluginTest, SaysOnceWhatToSetWhereNoMapBegins) {
   EXPECT_EQ(said("dynfilter.start_features: 0\n", rgbd), "");
 }
 
+TEST_F(PluginTest, SaysWhatIsOddAboutTheFirstFrames) {
+  const auto said = [&](const std::string& lines, double depth_scale) {
+    Plugin plugin(settings("dynfilter.start_features: 0\n" + lines));
+    ::testing::internal::CaptureStderr();
+    for (int i = 0; i < 100; ++i) {
+      HostFrame frame(i % frames);
+      plugin.filter(frame.timestamp_s, frame.depth * depth_scale, frame.keypoints,
+                    frame.descriptors);
+    }
+    return ::testing::internal::GetCapturedStderr();
+  };
+  EXPECT_EQ(said("", 1), "");
+  const std::string unit = said("", 5000);
+  EXPECT_NE(unit.find("is DepthMapFactor in " + file().string() + " right?"), std::string::npos);
+  EXPECT_EQ(std::count(unit.begin(), unit.end(), '\n'), 1);
+  const std::string images = said("dynfilter.propagate: \"yes\"\n", 1);
+  EXPECT_NE(images.find("which dynfilter.propagate in " + file().string() + " needs"),
+            std::string::npos);
+}
+
 TEST_F(PluginTest, CountsUnpairedCalls) {
   Plugin plugin(settings());
   HostFrame first(0), second(1);

@@ -189,7 +189,7 @@ TEST(MaskFolderSegmenter, RefusesFoldersWithoutMasks) {
   expect_error<std::runtime_error>([&] { MaskFolderSegmenter(folder / "none"); },
                                    "none: there is no such folder");
   expect_error<std::runtime_error>([&] { MaskFolderSegmenter{folder.path()}; },
-                                   folder.path().string() + ": holds no mask (*.png)");
+                                   folder.path().string() + ": holds no mask; want <time>.png");
   write_mask(folder, "1.5.png", some_labels());
   write_mask(folder, "1.50.png", some_labels());
   expect_error<std::runtime_error>([&] { MaskFolderSegmenter{folder.path()}; },

@@ -1,0 +1,94 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "plugin/first_frames.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "dynfilter/detail/errors.hpp"
+
+namespace dynfilter::detail {
+namespace {
+
+/// Returns the median, the upper one of an even number. There must be a value.
+double median(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Returns the median of the depths at 16 x 16 places, metres; nothing if none has depth.
+std::optional<double> median_depth_m(const FrameView& frame) {
+  constexpr int places = 16;  // each way
+  std::vector<double> depths_m;
+  for (int row = 0; row < places; ++row) {
+    for (int column = 0; column < places; ++column) {
+      const cv::Point pixel(frame.depth.cols * column / places, frame.depth.rows * row / places);
+      if (const auto depth_m = frame.depth_m(pixel)) depths_m.push_back(*depth_m);
+    }
+  }
+  if (depths_m.empty()) return {};
+  return median(depths_m);
+}
+
+double in_two_digits(double value) {
+  const double unit = std::pow(10, std::floor(std::log10(value)) - 1);
+  return std::round(value / unit) * unit;
+}
+
+}  // namespace
+
+std::vector<std::string> FirstFrames::add(const FrameView& frame,
+                                          const FrameStatistics& statistics) {
+  if (frames_ == count) return {};
+  ++frames_;
+  look(frame, statistics);
+  if (frames_ < count) return {};
+  return findings();
+}
+
+void FirstFrames::look(const FrameView& frame, const FrameStatistics& statistics) {
+  with_image_ += frame.image.empty() ? 0 : 1;
+  with_masks_ += statistics.has_segmentation ? 1 : 0;
+  if (const auto depth_m = median_depth_m(frame)) depths_m_.push_back(*depth_m);
+  if (statistics.features > 0 && !statistics.instances.empty()) {
+    masked_shares_.push_back(static_cast<double>(statistics.masked) /
+                             static_cast<double>(statistics.features));
+  }
+}
+
+std::vector<std::string> FirstFrames::findings() {
+  const std::string first = concatenate("the first ", count, " frames");
+  std::vector<std::string> sentences;
+  if (with_image_ == 0 && !names_.image_key.empty()) {
+    sentences.push_back(concatenate("dynfilter: none of ", first, " had an image, which ",
+                                    names_.image_key, " in ", names_.file,
+                                    " needs: call submit() with each frame's image before it is "
+                                    "filtered"));
+  }
+  if (with_masks_ == 0) {
+    sentences.push_back(concatenate("dynfilter: none of ", first,
+                                    " had masks, so that nothing was removed: does ",
+                                    names_.masks_key, " in ", names_.file,
+                                    " give those of this recording, for the times of its frames?"));
+  }
+  const double depth_m = depths_m_.empty() ? max_depth_m : median(depths_m_);
+  if (depth_m < min_depth_m || depth_m > max_depth_m) {
+    sentences.push_back(concatenate("dynfilter: the median depth of ", first, " is ",
+                                    in_two_digits(depth_m), " m: is DepthMapFactor in ",
+                                    names_.file,
+                                    " right? It is 5000 for TUM and BONN, 1000 for millimetres"));
+  }
+  const double masked = masked_shares_.empty() ? 0 : median(masked_shares_);
+  if (masked > max_masked_share) {
+    sentences.push_back(concatenate("dynfilter: ", std::lround(100 * masked),
+                                    " % of the features of ", first,
+                                    " lie on masks: do these mark the background? Non-zero pixels "
+                                    "are persons"));
+  }
+  return sentences;
+}
+
+}  // namespace dynfilter::detail

@@ -1,0 +1,113 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "plugin/first_frames.hpp"
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+
+namespace dynfilter::detail {
+namespace {
+
+FrameView frame_with(float depth_m) {
+  FrameView frame;
+  frame.image = cv::Mat(48, 64, CV_8UC1, cv::Scalar(0));
+  frame.depth = cv::Mat(48, 64, CV_32FC1, cv::Scalar(depth_m));
+  return frame;
+}
+
+FrameStatistics statistics_with(std::size_t features, std::size_t masked) {
+  FrameStatistics statistics;
+  statistics.has_segmentation = true;
+  statistics.features = features;
+  statistics.masked = masked;
+  statistics.instances.resize(1);
+  return statistics;
+}
+
+/// Returns what is said of `frames` frames of this kind.
+std::vector<std::string> said(const FrameView& frame, const FrameStatistics& statistics,
+                              std::size_t frames = FirstFrames::count,
+                              const std::string& image_key = "dynfilter.motion") {
+  FirstFrames first({"TUM3.yaml", "dynfilter.mask_folder", image_key});
+  std::vector<std::string> all;
+  for (std::size_t i = 0; i < frames; ++i) {
+    for (const std::string& sentence : first.add(frame, statistics)) all.push_back(sentence);
+  }
+  return all;
+}
+
+using Sentences = std::vector<std::string>;
+
+TEST(FirstFrames, AreSilentAboutUsualFrames) {
+  EXPECT_EQ(said(frame_with(2), statistics_with(1000, 400)), Sentences());
+  EXPECT_EQ(said(frame_with(0.2F), statistics_with(10, 8)), Sentences());
+  EXPECT_EQ(said(frame_with(40), statistics_with(0, 0)), Sentences());
+}
+
+TEST(FirstFrames, SpeakOnceAndNotBeforeTheLastOfThem) {
+  const FrameView frame = frame_with(15000);
+  EXPECT_EQ(said(frame, statistics_with(1000, 0), FirstFrames::count - 1), Sentences());
+  EXPECT_EQ(said(frame, statistics_with(1000, 0), 3 * FirstFrames::count).size(), 1U);
+}
+
+TEST(FirstFrames, AskForTheUnitOfDepth) {
+  EXPECT_EQ(said(frame_with(19333), statistics_with(1000, 400)),
+            Sentences({"dynfilter: the median depth of the first 30 frames is 19000 m: is "
+                       "DepthMapFactor in TUM3.yaml right? It is 5000 for TUM and BONN, 1000 for "
+                       "millimetres"}));
+  EXPECT_EQ(said(frame_with(0.19F), statistics_with(1000, 400)).size(), 1U);
+}
+
+TEST(FirstFrames, DoNotJudgeDepthThatIsNotThere) {
+  FrameView frame = frame_with(0);
+  EXPECT_EQ(said(frame, statistics_with(1000, 400)), Sentences());
+  frame.depth = cv::Mat();
+  EXPECT_EQ(said(frame, statistics_with(1000, 400)), Sentences());
+}
+
+TEST(FirstFrames, TakeTheMedianOfFramesAndPixels) {
+  FirstFrames first({"TUM3.yaml", "dynfilter.mask_folder", ""});
+  FrameView frame = frame_with(2);
+  frame.depth(cv::Rect(0, 0, 28, 48)) = 60000;  // less than half of the pixels
+  std::size_t sentences = 0;
+  for (std::size_t i = 0; i < FirstFrames::count; ++i) {
+    const bool is_odd = i < FirstFrames::count / 2 - 1;  // less than half of the frames
+    const auto said_now = first.add(is_odd ? frame_with(60000) : frame, statistics_with(9, 0));
+    sentences += said_now.size();
+  }
+  EXPECT_EQ(sentences, 0U);
+}
+
+TEST(FirstFrames, MissImagesOnlyForSettingsThatNeedThem) {
+  FrameView frame = frame_with(2);
+  frame.image = cv::Mat();
+  EXPECT_EQ(said(frame, statistics_with(1000, 400)),
+            Sentences({"dynfilter: none of the first 30 frames had an image, which "
+                       "dynfilter.motion in TUM3.yaml needs: call submit() with each frame's image "
+                       "before it is filtered"}));
+  EXPECT_EQ(said(frame, statistics_with(1000, 400), FirstFrames::count, ""), Sentences());
+}
+
+TEST(FirstFrames, MissMasks) {
+  FrameStatistics statistics;
+  statistics.features = 1000;
+  EXPECT_EQ(said(frame_with(2), statistics),
+            Sentences({"dynfilter: none of the first 30 frames had masks, so that nothing was "
+                       "removed: does dynfilter.mask_folder in TUM3.yaml give those of this "
+                       "recording, for the times of its frames?"}));
+}
+
+TEST(FirstFrames, SuspectMasksThatTakeNearlyEverything) {
+  EXPECT_EQ(said(frame_with(2), statistics_with(1000, 930)),
+            Sentences({"dynfilter: 93 % of the features of the first 30 frames lie on masks: do "
+                       "these mark the background? Non-zero pixels are persons"}));
+  EXPECT_EQ(said(frame_with(2), statistics_with(1000, 801)).size(), 1U);
+}
+
+}  // namespace
+}  // namespace dynfilter::detail
