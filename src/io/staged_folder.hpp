@@ -127,7 +127,7 @@ class EarlierFiles {
     }
     if (!name.has_filename()) return;
     if (!std::filesystem::exists(std::filesystem::symlink_status(folder_ / name))) return;
-    if (!overwrite) refuse(" already; name another folder, or set overwrite");
+    if (!overwrite) refuse(" already; name another folder, or overwrite it (--overwrite)");
     if (!holds(name)) {
       refuse(", which no earlier dynfilter " + writer_ +
              " wrote in this form; name another folder, or move it away");

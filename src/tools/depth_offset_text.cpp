@@ -55,6 +55,11 @@ std::string depth_offset_text(const DepthOffsetEstimate& estimate) {
   }
   const DepthOffset& offset = *estimate.offset;
   char text[160];
+  if (std::abs(offset.frames_late) <= 0.25) {
+    std::snprintf(text, sizeof text, "depth is in step: late by %.2f frames (+-%.2f)",
+                  offset.frames_late, offset.sigma_frames);
+    return text;
+  }
   std::snprintf(text, sizeof text,
                 "depth is %s by %.2f frames (+-%.2f); its stamps belong with images %.3f s %s",
                 offset.frames_late < 0 ? "early" : "late", std::abs(offset.frames_late),

@@ -38,7 +38,6 @@ void print_build() {
   std::printf("dynfilter %s, OpenCV %s (compiled with %s), %d processors\n",
               DYNFILTER_VERSION_STRING, cv::getVersionString().c_str(), CV_VERSION,
               cv::getNumberOfCPUs());
-  std::printf("OpenCV's modules: %s\n", opencv_modules().c_str());
   std::printf("dense D-LBP uses: %s\n", detail::best_instruction_set_name());
 #if defined(DYNFILTER_HAS_NETWORKS)
   std::printf("networks: built in\n");
@@ -73,7 +72,10 @@ void print_findings(const std::vector<Finding>& findings) {
 
 void doctor(const DoctorOptions& options) {
   print_build();
-  if (!options.has_sequence) return;
+  if (!options.has_sequence) {
+    std::printf("OpenCV's modules: %s\n", opencv_modules().c_str());
+    return;
+  }
   std::printf("\n%s\n", options.sequence.c_str());
   const std::vector<Finding> findings = examine_sequence(options.sequence, options.camera);
   print_findings(findings);

@@ -37,10 +37,11 @@ std::string offset_advice(const HealthMeasure& measure,
   if (!estimate) return "it takes depth, and every frame, to measure it";
   const std::string text = depth_offset_text(*estimate);
   if (measure.verdict == HealthVerdict::bad) {
-    return text + formatted(
-                      "; pair the images anew: --depth-offset %g, or dynfilter sync SEQUENCE "
-                      "--write FILE",
-                      recommended_offset_s(*estimate, 0));
+    return text +
+           formatted(
+               "; pair the images anew: --depth-offset %g, or for your SLAM program dynfilter "
+               "sync SEQUENCE --write FILE, in place of associations.txt",
+               recommended_offset_s(*estimate, 0));
   }
   if (measure.verdict == HealthVerdict::look) {
     return text + "; no other pairs are nearer: synchronise colour and depth in the camera";
@@ -77,8 +78,8 @@ std::string gap_advice(const FilterHealthReport& report) {
   const HealthVerdict offset = report.depth_frames_late.verdict;
   const bool is_out_of_step = offset == HealthVerdict::look || offset == HealthVerdict::bad;
   return formatted(
-      "objects reach %.1f px beyond their masks, at a width of 640; %s, rule depth widens its "
-      "margin by so much, other rules need --margin %.0f",
+      "objects reach %.1f px beyond their masks, at a width of 640; %s, rule depth takes a margin "
+      "of so much by itself; give other rules --margin %.0f",
       *measure.value,
       is_out_of_step ? "mend the depth's offset first, which widens this gap; until then"
                      : "a larger network or a lower threshold makes larger masks; until then",

@@ -4,6 +4,7 @@
 #include "run_report.hpp"
 
 #include <cstdio>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -114,8 +115,8 @@ void print_trajectory(const RunRecord& run) {
     if (errors) std::printf("  %-38s %9.4f %s\n", name, errors->rmse, unit);
   };
   print("ATE, RMSE", run.trajectory->ate_m, "m");
-  print("RPE over 1 s, RMSE", run.trajectory->rpe_translation_m, "m");
-  print("RPE over 1 s, RMSE", run.trajectory->rpe_rotation_deg, "deg");
+  print("RPE over 1 s, translation, RMSE", run.trajectory->rpe_translation_m, "m");
+  print("RPE over 1 s, rotation, RMSE", run.trajectory->rpe_rotation_deg, "deg");
   const auto say_why = [](const char* name, const std::string& reason) {
     if (!reason.empty()) std::printf("  no %s: %s\n", name, reason.c_str());
   };
@@ -136,8 +137,25 @@ void print_health(const RunRecord& run) {
   for (const std::string& advice : health_advice(rows)) std::printf("* %s\n", advice.c_str());
 }
 
+/// Prints in how many frames motion was judged, and why it was not in the others.
+void print_motion(const RunRecord& run) {
+  std::map<std::string, std::size_t> frames;
+  for (const FrameRecord& frame : run.frames) {
+    ++frames[detail::name_of(frame.statistics.motion.outcome)];
+  }
+  std::printf("frames in which motion was judged\n");
+  for (const auto& [outcome, count] : frames) {
+    std::printf("  %-38s %10zu\n", outcome.c_str(), count);
+  }
+}
+
 std::string masks_text(const RunRecord& run) {
-  if (run.masks.empty()) return "no masks: there is no masks/ folder, so nothing is removed";
+  if (run.masks.empty()) {
+    return run.rule.follows_motion
+               ? "no masks: there is no masks/ folder, so motion decides alone"
+               : "no masks: there is no masks/ folder, so nothing is removed; dynfilter masks "
+                 "--model FILE.onnx makes them";
+  }
   return "masks: " + run.masks;
 }
 
@@ -209,6 +227,7 @@ void print_report(const RunRecord& run) {
   print_count("kept", totals.kept(), frames);
   if (run.has_truth) print_scores(run);
   if (run.reliability) print_reliability(*run.reliability);
+  if (run.rule.follows_motion) print_motion(run);
   if (run.trajectory) print_trajectory(run);
   std::printf("time a frame                                 median        95 %%\n");
   for (const auto& [name, times] : run.stages) {

@@ -98,7 +98,8 @@ class Examination {
     for (std::size_t i = 0; i < sequence_.size(); ++i) {
       const RgbdSequenceEntry& entry = sequence_.entry(i);
       if (i > 0) periods_s.push_back(entry.timestamp_s - sequence_.entry(i - 1).timestamp_s);
-      differences_s.push_back(std::abs(entry.depth_timestamp_s - entry.timestamp_s));
+      const double difference_s = entry.depth_timestamp_s - entry.timestamp_s;
+      differences_s.push_back(std::abs(difference_s - sequence_.depth_offset_s()));
     }
     const double period_s = median(periods_s);
     if (sequence_.size() == 1) {
@@ -125,7 +126,8 @@ class Examination {
           "the rules paper and depth abstain; add depth.txt, or expect masks alone");
     } else if (median(differences_s) > period_s / 2) {
       add(Verdict::odd,
-          text("stamps of colour and depth differ by %.3f s (median)", median(differences_s)),
+          text("stamps of colour and depth differ by %.3f s (median) from the depth offset in use",
+               median(differences_s)),
           "`dynfilter sync SEQUENCE` says whether another pairing is nearer");
     }
   }
@@ -321,7 +323,7 @@ class Examination {
     const bool is_odd = is_out_of_step(estimate);
     add(is_odd ? Verdict::odd : Verdict::fine, depth_offset_text(estimate),
         is_odd ? text("write `dynfilter.depth_offset_s: %g` into the camera file, or give "
-                      "--depth-offset to run and ablate",
+                      "--depth-offset to run, ablate and masks",
                       recommended_offset_s(estimate, sequence_.depth_offset_s()))
                : "");
   }

@@ -1,0 +1,77 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// Filters a recorded sequence (TUM RGB-D or BONN layout) by masks, depth and motion: features that
+// move go, with or without a mask, and those of people who stand still come back. Masks come from
+// SEQUENCE/masks; without that folder, motion decides alone.
+//
+//     moving_or_still SEQUENCE [DEPTH_OFFSET_S]
+//
+// Prints what was removed and given back in all.
+
+#include <cstddef>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <optional>
+#include <vector>
+
+#include <dynfilter/dynfilter.hpp>
+#include <dynfilter/evaluation/rgbd_sequence.hpp>
+#include <dynfilter/motion/motion_filter.hpp>
+#include <dynfilter/segmenters/mask_folder_segmenter.hpp>
+#include <opencv2/features2d.hpp>
+
+namespace {
+
+int run(const char* folder, std::optional<double> depth_offset_s) {
+  dynfilter::RgbdSequenceOptions options;
+  options.depth_offset_s = depth_offset_s;  // see `dynfilter sync`
+  const dynfilter::RgbdSequence sequence(folder, options);
+  std::optional<dynfilter::MaskFolderSegmenter> people;
+  if (const auto masks = sequence.masks_folder()) people.emplace(*masks);
+
+  const dynfilter::CameraParameters& c = sequence.camera();
+  const dynfilter::PinholeCamera camera{c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, c.k3};
+  dynfilter::MotionState memory;  // one for each camera, and every frame of it in order
+  const dynfilter::MotionFilter filter(camera, memory);
+  dynfilter::FeatureLabels labels;
+  dynfilter::Workspace workspace;
+  const cv::Ptr<cv::ORB> orb = cv::ORB::create(1000);
+  std::size_t kept = 0, moving = 0, given_back = 0, judged = 0;
+  for (std::size_t i = 0; i < sequence.size(); ++i) {
+    const dynfilter::FrameView frame = sequence.read(i);
+    std::vector<cv::KeyPoint> keypoints;
+    cv::Mat descriptors;
+    orb->detectAndCompute(frame.image, cv::noArray(), keypoints, descriptors);
+    std::optional<dynfilter::Segmentation> masks;  // nothing: no masks are known
+    if (people) masks = people->segment(frame);
+    filter.apply(frame, masks, keypoints, labels, workspace);
+    kept += dynfilter::keep_static(labels, keypoints, descriptors);
+
+    const dynfilter::MotionStatistics& motion = labels.statistics().motion;
+    moving += labels.statistics().moving;
+    given_back += motion.given_back;
+    judged += motion.outcome == dynfilter::MotionOutcome::applied ? 1 : 0;
+  }
+  std::printf(
+      "%zu frames, motion judged in %zu: %zu features kept, %zu removed because they move, "
+      "%zu given back because they are still\n",
+      sequence.size(), judged, kept, moving, given_back);
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc < 2) {
+    std::fprintf(stderr, "usage: moving_or_still SEQUENCE [DEPTH_OFFSET_S]\n");
+    return 2;
+  }
+  try {
+    return run(argv[1], argc > 2 ? std::optional<double>(std::atof(argv[2])) : std::nullopt);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "%s\n", error.what());
+    return 1;
+  }
+}
