@@ -4,7 +4,8 @@
 """Prints a Markdown page of the repository as Doxygen wants it: doxygen_page.py PAGE
 
 Doxygen does not know the anchors that GitHub gives to headings. So each heading gets a label, and
-links between the pages refer to these labels. Links to files that are no pages become text.
+links between the pages refer to these labels. Links to files that are no pages become text. Nor does
+it see that text is bold which begins with code or a quotation mark.
 """
 
 import pathlib
@@ -12,6 +13,7 @@ import re
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
+CODE_OR_BOLD = re.compile(r"(`[^`]*`)|\*\*(?=\S)((?:[^*`]|`[^`]*`)+)\*\*")
 LINK = re.compile(r"(!?)\[((?:[^][]|\[[^]]*\])*)\]\(([^()\s]+)\)")
 
 
@@ -57,6 +59,7 @@ def main():
             is_title = False
         elif not is_code:
             line = LINK.sub(lambda match: linked(match, page), line)
+            line = CODE_OR_BOLD.sub(lambda match: match[1] or f"<b>{match[2]}</b>", line)
         print(line)
 
 

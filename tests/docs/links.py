@@ -4,7 +4,7 @@
 """Checks the web pages of the target `docs`: links.py FOLDER
 
 No link leads nowhere, each of the repository's pages can be reached from the first page, and no page
-shows Markdown's signs of a link. Pages that the program makes are in the menu alone.
+shows Markdown's signs of a link or of bold text. Pages that the program makes are in the menu alone.
 """
 
 import html.parser
@@ -81,7 +81,7 @@ def main():
         wrong.append(f"only {len(repositorys)} of the repository's pages are there")
     wrong += [f"{file.name} is out of reach" for file in repositorys if file not in reached | made]
     for file in repositorys + [folder / "index.html"]:
-        for sign in re.findall(r"\S*\]\(\S*|\{#\S*", pages[file].text):
+        for sign in re.findall(r"\S*\]\(\S*|\{#\S*|\S*\*\*\S*", pages[file].text):
             wrong.append(f"{file.name} shows Markdown: {sign}")
     if wrong:
         sys.exit("\n".join(wrong))

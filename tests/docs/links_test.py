@@ -36,3 +36,4 @@ expect(complaint({"page-1": '<a href="nowhere.html">x</a><b id="top">'}), "leads
 expect(complaint({"page-1": '<a href="page-2.html#x">x</a><b id="top">'}), "leads to no place")
 expect(complaint({"page-8": "alone"}), "page-8.html is out of reach")
 expect(complaint({"page-1": '<b id="top">[a](b.md)</b>'}), "shows Markdown: [a](b.md)")
+expect(complaint({"page-1": '<b id="top">**a</b><code>x ** y</code>'}), "shows Markdown: **a")
