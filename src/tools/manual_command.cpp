@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -97,36 +98,33 @@ std::string names_of(const CLI::Option& option) {
   return names;
 }
 
-/// What follows an option on the command line.
-enum class Follows { anything, file, value_of_list, other_value };
-
-/// Returns what follows an option, and for a list of values these values with spaces between them.
-Follows what_follows(const CLI::Option& option, std::string& values) {
-  if (option.get_expected_max() == 0) return Follows::anything;  // it is a flag
+/// Returns the values that an option takes, with spaces between them: none if they cannot be
+/// listed, as numbers. std::nullopt if it takes files, or no value.
+std::optional<std::string> values_of(const CLI::Option& option) {
+  if (option.get_expected_max() == 0) return std::nullopt;  // it is a flag
   // The type as the help shows it: FLOAT:[0 to 10], TEXT:{labels,colmap}, LEVEL, TEXT.
   const std::string type = option.get_type_name();
   const std::size_t first = type.find('{'), last = type.find('}');
+  std::string values;
   if (first != std::string::npos && last != std::string::npos) {
     values = type.substr(first + 1, last - first - 1);
     std::replace(values.begin(), values.end(), ',', ' ');
-    return Follows::value_of_list;
-  }
-  if (type.find("LEVEL") != std::string::npos) {
+  } else if (type.find("LEVEL") != std::string::npos) {
     for (const SceneLevel& level : scene_levels()) values += level.name + " ";
-    return Follows::value_of_list;
+  } else if (type == "TEXT") {
+    return std::nullopt;
   }
-  return type == "TEXT" ? Follows::file : Follows::other_value;
+  return values;
 }
 
 /// Prints a case of bash for each option of a command that no file name follows.
 void print_values(const CLI::App& command) {
   for (const CLI::Option* option : shown_options(command, false)) {
-    std::string values;
-    const Follows follows = what_follows(*option, values);
-    if (follows == Follows::anything || follows == Follows::file) continue;
+    const std::optional<std::string> values = values_of(*option);
+    if (!values) continue;
     std::istringstream names(names_of(*option));
     for (std::string name; names >> name;) {
-      std::cout << "    '" << command.get_name() << " " << name << "') values='" << values
+      std::cout << "    '" << command.get_name() << " " << name << "') values='" << *values
                 << "' ;;\n";
     }
   }

@@ -258,8 +258,8 @@ class Examination {
         add(Verdict::odd, "no masks/", "make masks, see `dynfilter masks --help`");
         return;
       }
-      add(labels_without_table(*folder));
       MaskFolderSegmenter masks(*folder);
+      add(labels_without_table(*folder));
       std::size_t without = 0, instances = 0, persons = 0, looked = 0;
       std::vector<double> ages_s;
       for (std::size_t i = 0; i < sequence_.size(); ++i) {

@@ -25,8 +25,8 @@ namespace {
 
 constexpr std::size_t usual_repetitions = 3;  // a camera may repeat an image now and then
 constexpr double max_rate_error = 0.1;
-constexpr std::size_t looked_at = 20;    // masks that are decoded
-constexpr std::size_t most_labels = 64;  // a mask with more values is a soft one
+constexpr std::size_t looked_at = 20;   // masks that are decoded
+constexpr std::size_t max_labels = 64;  // a mask with more values is a soft one
 
 bool have_equal_bytes(const std::filesystem::path& a, const std::filesystem::path& b) {
   std::error_code error;
@@ -38,10 +38,10 @@ bool have_equal_bytes(const std::filesystem::path& a, const std::filesystem::pat
   return first && second && std::equal(Bytes(first), Bytes(), Bytes(second), Bytes());
 }
 
-/// Returns the values of a mask that are not 0, or one too many if it has more than `most_labels`.
+/// Returns the values of a mask that are not 0, or one too many if it has more than `max_labels`.
 std::set<int> labels_of(const cv::Mat& mask) {
   std::set<int> labels;
-  for (int y = 0; y < mask.rows && labels.size() <= most_labels; ++y) {
+  for (int y = 0; y < mask.rows && labels.size() <= max_labels; ++y) {
     int last = 0;
     for (int x = 0; x < mask.cols; ++x) {
       const int label =
@@ -114,7 +114,7 @@ std::optional<Finding> labels_without_table(const std::filesystem::path& masks) 
     const cv::Mat mask = cv::imread(file.string(), cv::IMREAD_UNCHANGED);
     if (mask.type() != CV_8UC1 && mask.type() != CV_16UC1) continue;
     const std::set<int> labels = labels_of(mask);
-    if (labels.size() < 2 || labels.size() > most_labels) continue;
+    if (labels.size() < 2 || labels.size() > max_labels) continue;
     return Finding{
         Verdict::odd,
         detail::concatenate("masks/ has no instances.csv, but ", file.filename().string(), " has ",
