@@ -53,6 +53,8 @@ class CallableSegmenter final : public Segmenter {
                            "a callable from an image to a list of Instance");
     }
   }
+  CallableSegmenter(const CallableSegmenter&) = delete;  // segmenter_ refers to this one
+  CallableSegmenter& operator=(const CallableSegmenter&) = delete;
 
   const py::object& callable() const { return callable_; }
 
