@@ -34,8 +34,10 @@ def anchor_of(heading):
 
 def linked(match, page):
     is_image, text, target = match.groups()
-    if is_image or "://" in target:
+    if "://" in target:
         return match.group()
+    if is_image:  # Doxygen knows pictures by their names alone
+        return f"![{text}]({pathlib.PurePosixPath(target).name})"
     path, _, anchor = target.partition("#")
     file = (page.parent / path).resolve() if path else page
     if file.suffix != ".md":
