@@ -114,24 +114,10 @@ under_valgrind() {
   done
 }
 
-# Fuzzes each target for a third of a minute from its corpus, the filter for a minute, under the
-# sanitizers; prints and keeps each failing input.
+# Fuzzes all targets under the sanitizers, from their corpus.
 fuzzed() {
   log "Some minutes of fuzzing"
-  local folder=${other_dirs}fuzz fuzzer target seconds
-  configure "$folder" "${unit_tests_only[@]}" -DCMAKE_BUILD_TYPE=RelWithDebInfo \
-    -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_CXX_FLAGS=-fsanitize=fuzzer-no-link \
-    -DDYNFILTER_BUILD_FUZZERS=ON -DDYNFILTER_SANITIZE=address,undefined
-  cmake --build "$folder" -j "$jobs" --target fuzzers
-  for fuzzer in "$folder"/tests/fuzz/*_fuzz; do
-    target=$(basename "$fuzzer" _fuzz)
-    seconds=20
-    if [[ $target == whole_filter ]]; then seconds=60; fi
-    log "Fuzzing $target"
-    mkdir -p "$folder/corpus/$target"
-    "$fuzzer" -max_len=4096 -max_total_time="$seconds" -print_final_stats=1 -verbosity=0 \
-      -artifact_prefix="$folder/${target}_" "$folder/corpus/$target" "$root/tests/fuzz/corpus/$target"
-  done
+  DYNFILTER_BUILD_DIR=${other_dirs}fuzz bash "$root/tests/fuzz/long_run.sh" 240
 }
 
 # Needs root and debootstrap, which makes the bare system.

@@ -79,9 +79,14 @@ std::string compare(ByteSource& source, const cv::Size& size) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace dynfilter::testing;
   ByteSource source(data, size);
-  const bool is_large = source.byte() == 255;
-  const int width = is_large ? source.between(1, 4096) : source.between(1, 300);
-  const int height = is_large ? source.between(1, 48) : source.between(1, 30);
+  const bool is_large = source.byte() == 255 && source.may_be_costly(64);
+  const bool is_usual = !is_large && !source.may_be_costly(16);
+  const int width = is_large   ? source.between(1, 4096)
+                    : is_usual ? source.between(1, 150)
+                               : source.between(1, 300);
+  const int height = is_large   ? source.between(1, 48)
+                     : is_usual ? source.between(1, 5)
+                                : source.between(1, 30);
   const cv::Size image(width, height);
   return report(source.chance(50) ? compare<std::uint16_t>(source, image)
                                   : compare<float>(source, image));

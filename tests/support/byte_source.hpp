@@ -14,7 +14,8 @@ namespace dynfilter::testing {
 /// serves fuzzing, its replay, and random tests.
 class ByteSource {
  public:
-  ByteSource(const std::uint8_t* data, std::size_t size) : data_(data), left_(size) {}
+  ByteSource(const std::uint8_t* data, std::size_t size)
+      : data_(data), left_(size), begin_(data), size_(size) {}
   explicit ByteSource(std::uint64_t seed) : random_(seed), is_random_(true) {}
 
   std::uint8_t byte() {
@@ -36,11 +37,21 @@ class ByteSource {
     return first + static_cast<int>((span <= 256 ? byte() : word()) % span);
   }
 
+  /// Whether this input may be one of the costly ones: one in `count` of a fuzzer's inputs, by all
+  /// of their bytes, so that it cannot breed costly ones; always with a generator. Takes no byte.
+  bool may_be_costly(unsigned count) const {
+    std::uint32_t digest = 2166136261U;  // FNV-1a
+    for (std::size_t i = 0; i < size_; ++i) digest = (digest ^ begin_[i]) * 16777619U;
+    return is_random_ || (digest >> 8U) % count == 0;
+  }
+
   bool chance(int percent) { return between(0, 99) < percent; }
 
  private:
   const std::uint8_t* data_ = nullptr;
   std::size_t left_ = 0;
+  const std::uint8_t* begin_ = nullptr;
+  std::size_t size_ = 0;
   std::mt19937_64 random_;
   bool is_random_ = false;
 };

@@ -248,11 +248,12 @@ inline cv::Mat embedded(const cv::Mat& image, const cv::Size& size, cv::Point pl
   return larger;
 }
 
-/// Moves the case into an image of any size up to 4096x4096, often into its lower right corner. Its
-/// depth begins or ends at a guard page, and some features lie up to 100 pixels outside.
-inline void enlarge(ByteSource& source, FilterCase& made) {
+/// Moves the case into an image of any size up to that length, often into its lower right corner.
+/// Its depth begins or ends at a guard page, and some features lie up to 100 pixels outside.
+inline void enlarge(ByteSource& source, FilterCase& made, int max_length = 4096) {
   const cv::Size small = made.segmentation.image_size;
-  const cv::Size size(source.between(small.width, 4096), source.between(small.height, 4096));
+  const cv::Size size(source.between(small.width, max_length),
+                      source.between(small.height, max_length));
   const cv::Size free = size - small;
   const cv::Point place(source.chance(60) ? free.width : source.between(0, free.width),
                         source.chance(60) ? free.height : source.between(0, free.height));
@@ -300,7 +301,7 @@ inline FilterCase arbitrary_case_of_any_rule(ByteSource& source) {
 /// Random input by any rule, at times in an image of any size.
 inline FilterCase arbitrary_case_of_any_size(ByteSource& source) {
   FilterCase made = arbitrary_case_of_any_rule(source);
-  if (source.byte() == 255) enlarge(source, made);
+  if (source.byte() == 255) enlarge(source, made, source.may_be_costly(64) ? 4096 : 100);
   return made;
 }
 
