@@ -1,0 +1,222 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// Long runs: memory stays flat and answers stay the same. As ordinary tests they are short;
+// tests/soak.sh makes them long by environment variables:
+//   DYNFILTER_SOAK_FRAMES   frames through the filter
+//   DYNFILTER_SOAK_SECONDS  time of the asynchronous segmenter
+//   DYNFILTER_SOAK_KILLS    times that the other process is killed
+//   DYNFILTER_SOAK_LIMIT_S  seconds after which a test ends early, and says how far it came
+
+#include <gtest/gtest.h>
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <limits>
+#include <memory>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "dynfilter/segmenters/async_segmenter.hpp"
+#include "support/filter_property.hpp"
+#include "support/remote_fixture.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+long amount(const char* variable, long usual) {
+  const char* const text = std::getenv(variable);
+  return text == nullptr ? usual : std::atol(text);
+}
+
+bool is_over(Clock::time_point begin) {
+  const long limit_s = amount("DYNFILTER_SOAK_LIMIT_S", std::numeric_limits<int>::max());
+  return Clock::now() - begin > std::chrono::seconds(limit_s);
+}
+
+/// Memory of this process that lies in RAM, megabytes.
+double memory_mb() {
+  std::ifstream file("/proc/self/statm");
+  double pages = 0, resident_pages = 0;
+  file >> pages >> resident_pages;
+  return resident_pages * static_cast<double>(sysconf(_SC_PAGESIZE)) / (1 << 20);
+}
+
+/// Compares the memory at the end with that after the first tenth of a run.
+class FlatMemory {
+ public:
+  explicit FlatMemory(double whole) : whole_(whole) {}
+
+  /// Notes the memory once a tenth of the run is done.
+  void at(double done) {
+    if (warm_mb_ == 0 && done >= whole_ / 10) warm_mb_ = memory_mb();
+  }
+
+  /// Expects that no more memory is used now; returns a text for the figures.
+  std::string at_end() const {
+    const double end_mb = memory_mb();
+    if (warm_mb_ > 0) {
+      EXPECT_LT(end_mb, warm_mb_ + 8);
+    }
+    char text[80];
+    std::snprintf(text, sizeof text, "memory %.1f MB after a tenth, %.1f MB at the end", warm_mb_,
+                  end_mb);
+    return text;
+  }
+
+ private:
+  double whole_;
+  double warm_mb_ = 0;
+};
+
+/// Prints a line that tests/soak.sh reads.
+void print_figure(const std::string& name, const std::string& figure) {
+  std::printf("soaked: %s: %s\n", name.c_str(), figure.c_str());
+  std::fflush(stdout);
+}
+
+FilterCase random_case(std::uint64_t seed) {
+  ByteSource source(seed);
+  FilterCase made = arbitrary_case_of_any_rule(source);
+  if (made.frame.depth.empty() && source.chance(50)) draw_depths(source, made);
+  if (seed % 64 == 0) enlarge(source, made, 700);
+  return made;
+}
+
+bool same_labels(const FeatureLabels& a, const FeatureLabels& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), same_label);
+}
+
+TEST(Soak, RandomFramesNeedNoMoreMemoryAndKeepTheirLabels) {
+  const long wanted = amount("DYNFILTER_SOAK_FRAMES", 3000);
+  const Clock::time_point begin = Clock::now();
+  FlatMemory memory(static_cast<double>(wanted));
+  FeatureLabels labels;
+  Workspace workspace;
+  std::vector<FeatureLabels> first;
+  long frames = 0;
+  for (; frames < wanted && !is_over(begin); ++frames) {
+    const auto seed = static_cast<std::uint64_t>(frames);
+    const FilterCase made = random_case(seed);
+    DynamicFilter(made.options)
+        .apply(made.frame, made.segmentation, made.features(), labels, workspace);
+    if (frames < 50) first.push_back(labels);
+    if (frames % 1000 == 999) {
+      ASSERT_EQ(check_filter(made), "") << "frame " << frames;
+      const auto old = static_cast<std::uint64_t>(frames / 1000) % first.size();
+      const FilterCase again = random_case(old);
+      DynamicFilter(again.options)
+          .apply(again.frame, again.segmentation, again.features(), labels, workspace);
+      ASSERT_TRUE(same_labels(labels, first[old])) << "frame " << old << " again, after " << frames;
+    }
+    memory.at(static_cast<double>(frames));
+  }
+  print_figure("frames", std::to_string(frames) + "; " + memory.at_end());
+}
+
+/// Finds a box of the width that the image's first pixel says; takes up to two milliseconds.
+class SlowNetwork final : public Segmenter {
+  Segmentation do_segment(const FrameView& frame) override {
+    std::this_thread::sleep_for(std::chrono::microseconds(random_() % 2000));
+    if (random_() % 50 == 0) throw std::out_of_range("no memory");
+    Segmentation found = empty_segmentation(frame);
+    found.instances = {Instance::from_box({0, 0, frame.image.at<int>(0, 0), 1})};
+    found.instances[0].mask = cv::Mat(24, 32, CV_8UC1, cv::Scalar(1));
+    return found;
+  }
+
+  std::mt19937 random_{7};
+};
+
+TEST(Soak, TheAsynchronousSegmenterNeedsNoMoreMemoryAndMixesNoFrames) {
+  const double wanted_s = static_cast<double>(amount("DYNFILTER_SOAK_SECONDS", 2));
+  const Clock::time_point begin = Clock::now();
+  FlatMemory memory(wanted_s);
+  const HandOver hand_overs[] = {HandOver::latest, HandOver::drop, HandOver::limited_wait};
+  std::mt19937 random(5);
+  double done_s = 0;
+  long frames = 0, with_masks = 0;
+  cv::Mat image(48, 64, CV_32SC1);
+  for (int life = 0; done_s < wanted_s && !is_over(begin); ++life) {
+    AsyncSegmenterOptions options;
+    options.hand_over = hand_overs[life % 3];
+    options.max_wait_s = 0.002;
+    AsyncSegmenter segmenter(std::make_unique<SlowNetwork>(), options);
+    for (int id = 1; id <= 2000; ++id, ++frames) {
+      image.setTo(id);
+      const FrameView frame{static_cast<std::uint64_t>(id), id / 30.0, image, cv::Mat(), 0.0};
+      segmenter.submit(frame);
+      std::this_thread::sleep_for(std::chrono::microseconds(random() % 500));
+      try {
+        const auto masks = segmenter.collect(frame.id);
+        if (!masks) continue;
+        ++with_masks;
+        ASSERT_EQ(masks->instances.at(0).box.width, static_cast<int>(masks->frame_id));
+        ASSERT_LE(masks->frame_id, frame.id);
+      } catch (const std::out_of_range&) {
+      }
+    }
+    done_s = std::chrono::duration<double>(Clock::now() - begin).count();
+    memory.at(done_s);
+  }
+  EXPECT_GT(with_masks, 0);
+  char text[80];
+  std::snprintf(text, sizeof text, "%.1f minutes, %ld frames; ", done_s / 60, frames);
+  print_figure("asynchronous segmenter", text + memory.at_end());
+}
+
+using SoakRemote = RemoteSegmenterTest;
+
+TEST_F(SoakRemote, AnotherProcessMayBeKilledAndStartedAgain) {
+  const long wanted = amount("DYNFILTER_SOAK_KILLS", 20);
+  const Clock::time_point begin = Clock::now();
+  FlatMemory memory(static_cast<double>(wanted));
+  std::mt19937 random(31);
+  RemoteSegmenter people(path, patient());
+  int content = 1;
+  long kills = 0, answered = 0, failed = 0;
+  for (; kills < wanted && !is_over(begin); ++kills) {
+    const pid_t other = fork();
+    ASSERT_GE(other, 0);
+    if (other == 0) serve(PeerSocket::listening(path));
+    const long answered_before = answered;
+    Clock::time_point end;
+    do {
+      const FrameView frame = frame_of(static_cast<std::uint64_t>(content), content);
+      ++content;
+      try {
+        ASSERT_TRUE(testing::is_same(people.segment(frame), masks_of(frame)));
+        if (answered++ == answered_before) {
+          end = Clock::now() + std::chrono::microseconds(random() % 5000);
+        }
+      } catch (const std::runtime_error& error) {
+        ASSERT_EQ(std::string(error.what()).find(path.string() + ": "), 0U) << error.what();
+        ++failed;
+        std::this_thread::sleep_for(std::chrono::microseconds(100));
+      }
+    } while (answered == answered_before || Clock::now() < end);
+    kill(other, SIGKILL);
+    waitpid(other, nullptr, 0);
+    memory.at(static_cast<double>(kills));
+  }
+  const RemotePeer peer(path, answer);
+  expect_answered(people, frame_of(1));
+  print_figure("other process killed", std::to_string(kills) + " times, " +
+                                           std::to_string(answered) + " answers, " +
+                                           std::to_string(failed) + " errors; " + memory.at_end());
+}
+
+}  // namespace
+}  // namespace dynfilter::testing
