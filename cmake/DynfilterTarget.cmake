@@ -33,6 +33,8 @@ function(dynfilter_own_code target)
   if(NOT CMAKE_CXX_STANDARD)
     set_target_properties(${target} PROPERTIES CXX_STANDARD 17 CXX_EXTENSIONS OFF)
   endif()
+  # Files have names of their own in anonymous namespaces: a host's unity build leaves them apart.
+  set_target_properties(${target} PROPERTIES UNITY_BUILD OFF)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wconversion -Wshadow
                                            -Wold-style-cast)
   if(DYNFILTER_WARNINGS_AS_ERRORS)

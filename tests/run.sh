@@ -14,10 +14,10 @@ undefined-behaviour sanitizers, then all tests in the dev build, whose ctest sum
 Installs the packages that are missing (Debian, Ubuntu; as root or by sudo without password), or says
 which.
 
-  --all  slow tests too, the unit tests built by clang, those of threads under the thread sanitizer,
-         some minutes of fuzzing, and some tests under valgrind; the Debian packages in bare systems, if
-         root runs this; the documentation; checks of format and scripts, which are skipped
-         otherwise where their tools are missing
+  --all  slow tests too, the unit tests built by clang, and optimised and hardened as C++20, those of
+         threads under the thread sanitizer, some minutes of fuzzing, and some tests under valgrind;
+         the Debian packages in bare systems, if root runs this; the documentation; checks of format
+         and scripts, which are skipped otherwise where their tools are missing
 
   DYNFILTER_BUILD_DIR         folder of the dev build, default build/dev; others lie beside it
   DYNFILTER_DATA_DIR          folder with recorded data for tests that can use it
@@ -102,6 +102,16 @@ by_clang() {
   run_tests "${other_dirs}clang" -LE "$not_these|repository"
 }
 
+# The flags of the preset `hardened`, and what hosts choose: a newer language, all instructions of this
+# processor, and a unity build.
+hardened() {
+  log "Unit tests, optimised and hardened, as C++20"
+  build "${other_dirs}hardened" "${unit_tests_only[@]}" -DCMAKE_BUILD_TYPE=Release \
+    -DCMAKE_CXX_FLAGS_RELEASE="-O3 -march=native -D_GLIBCXX_ASSERTIONS -D_FORTIFY_SOURCE=2 -fstack-protector-strong" \
+    -DCMAKE_CXX_STANDARD=20 -DCMAKE_UNITY_BUILD=ON
+  run_tests "${other_dirs}hardened" -LE "$not_these|repository"
+}
+
 # Runs tests of code that handles memory directly, with the programs of the dev build.
 under_valgrind() {
   log "Some unit tests under valgrind"
@@ -165,6 +175,7 @@ sanitized
 if [[ $all == yes ]]; then
   threads_sanitized
   by_clang
+  hardened
   fuzzed
   packaged
 fi

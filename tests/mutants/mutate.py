@@ -4,11 +4,12 @@
 
 """Breaks a copy of the sources in many small ways, each switched by a number at run time.
 
-    mutate.py COPY COUNT TABLE
+    mutate.py COPY COUNT TABLE [FILES]
 
 Rewrites files under COPY/include and COPY/src: an expression becomes
 `(dynfilter_mutant(17) ? broken : expression)`. Chooses COUNT places, spread evenly over the files,
-and writes a line for each to TABLE: number, file, line, what was broken. Text only: it leaves alone
+and writes a line for each to TABLE: number, file, line, what was broken. FILES is a regular
+expression for their names. Text only: it leaves alone
 what it does not understand, and what the compiler computes.
 """
 
@@ -118,8 +119,10 @@ def chosen_places(files, count):
 
 def main():
     copy, count, table = pathlib.Path(sys.argv[1]), int(sys.argv[2]), pathlib.Path(sys.argv[3])
+    wanted = sys.argv[4] if len(sys.argv) > 4 else ""
     files = sorted(file for folder in ("include", "src") for file in (copy / folder).rglob("*.?pp")
-                   if "python" not in file.parts and "kernels" not in file.parts)
+                   if "python" not in file.parts and "kernels" not in file.parts
+                   and re.search(wanted, str(file.relative_to(copy))))
     rows = []
     for number, (file, (line, start, pattern, broken)) in enumerate(chosen_places(files, count), 1):
         lines = file.read_text().splitlines(True)
