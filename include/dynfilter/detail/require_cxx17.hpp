@@ -23,4 +23,9 @@
 // clang-format on
 #endif
 
+// Sizes and offsets of images were never tested with a std::size_t of 32 bits.
+#if defined(__SIZEOF_POINTER__) && __SIZEOF_POINTER__ < 8 && !defined(DYNFILTER_ALLOW_32_BIT)
+#error "dynfilter is not tested on 32-bit systems; -DDYNFILTER_ALLOW_32_BIT builds it all the same"
+#endif
+
 #endif  // DYNFILTER_DETAIL_REQUIRE_CXX17_HPP
