@@ -94,7 +94,8 @@ class DYNFILTER_PLUGIN_API Plugin {
   /// Throws std::invalid_argument for malformed input and std::runtime_error for a mask that is
   /// missing or broken (see the setting missing_masks). If it throws, even for lack of memory,
   /// keypoints and descriptors are unchanged. The comparison of depth and image goes on in a thread
-  /// after this returns, with copies; what it throws comes out of the next filter(), once.
+  /// after this returns, with copies; what it throws comes out of the next filter(), once. Throws
+  /// std::system_error if that thread cannot be started.
   FrameStatistics filter(double timestamp_s, const cv::Mat& depth,
                          std::vector<cv::KeyPoint>& keypoints, cv::Mat& descriptors);
 
