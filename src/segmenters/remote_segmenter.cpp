@@ -127,8 +127,10 @@ void RemoteChannel::connect(const Deadline& deadline) {
   while (true) {
     connection_ = Connection::to(path_, deadline);
     if (connection_) return;
-    if (interval == Clock::duration::zero()) throw ConnectionError("no process listens there");
-    if (deadline.has_passed()) throw TimeIsUp("no process listens there");
+    if (interval == Clock::duration::zero()) {
+      throw ConnectionError(remote::why_nobody_listens(path_));
+    }
+    if (deadline.has_passed()) throw TimeIsUp(remote::why_nobody_listens(path_));
     std::this_thread::sleep_for(std::min(interval, deadline.left()));
   }
 }

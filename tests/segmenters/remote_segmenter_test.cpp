@@ -145,7 +145,10 @@ TEST_F(RemoteSegmenterTest, RefusesMisuse) {
 
 TEST_F(RemoteSegmenterTest, ReportsAMissingListenerAndRetries) {
   RemoteSegmenter people(path, patient());
-  expect_fails(people, frame_of(1), "no process listens there");
+  expect_fails(people, frame_of(1), "there is no such socket; is the server started with this");
+  folder.write("masks.sock", "no socket");
+  expect_fails(people, frame_of(1), "is no socket");
+  fs::remove(path);
   { const PeerSocket dead = PeerSocket::listening(path); }
   expect_fails(people, frame_of(2), "no process listens there");  // its socket file remains
   const RemotePeer peer(path, answer);
@@ -165,7 +168,7 @@ TEST_F(RemoteSegmenterTest, WaitsForAListenerOnRequest) {
   RemoteSegmenter others(folder / "others", options);
   expect_error<std::runtime_error>(
       [&] { others.segment(frame_of(1)); },
-      "others: no masks of frame 1 within 0.02 s: no process listens there");
+      "others: no masks of frame 1 within 0.02 s: there is no such socket");
 }
 
 TEST_F(RemoteSegmenterTest, SurvivesARestartOfThePeer) {

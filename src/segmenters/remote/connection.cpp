@@ -6,6 +6,7 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/time.h>
 #include <sys/un.h>
 #include <unistd.h>
@@ -129,6 +130,15 @@ Descriptor::~Descriptor() {
 bool is_socket_path(const std::string& path) {
   return !path.empty() && path.size() < sizeof(sockaddr_un::sun_path) &&
          path.find('\0') == std::string::npos;
+}
+
+std::string why_nobody_listens(const std::string& path) {
+  struct stat entry {};
+  if (stat(path.c_str(), &entry) != 0) {
+    return "there is no such socket; is the server started with this path?";
+  }
+  if (!S_ISSOCK(entry.st_mode)) return "is no socket";
+  return "no process listens there; the server that made this socket has ended";
 }
 
 std::optional<Connection> Connection::to(const std::string& path, const Deadline& deadline) {

@@ -50,6 +50,10 @@ class Descriptor {
 /// Tells whether a path fits into a socket's address.
 bool is_socket_path(const std::string& path);
 
+/// Returns why Connection::to found no listener, and what to do about it: the path does not exist,
+/// is no socket, or is one that a process has left.
+std::string why_nobody_listens(const std::string& path);
+
 struct Message {
   Header header;
   std::vector<std::uint8_t> payload;
@@ -59,8 +63,8 @@ struct Message {
 class Connection {
  public:
   /// Connects and checks that the listener runs as this process's user. std::nullopt if no process
-  /// listens: the file is missing, or no process is behind it. Throws ConnectionError if the path
-  /// is no socket, may not be opened or is another user's, and TimeIsUp.
+  /// listens: the file is missing, is no socket, or no process is behind it. Throws ConnectionError
+  /// if the path may not be opened or is another user's, and TimeIsUp.
   static std::optional<Connection> to(const std::string& path, const Deadline& deadline);
 
   /// Tells whether the other side has closed the connection and nothing it sent is left to read.
