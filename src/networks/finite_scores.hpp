@@ -33,7 +33,8 @@ class FiniteScores {
   /// Throws std::runtime_error if there were rows but no finite score.
   void require_some(int rows) const {
     if (rows > 0 && !has_any_) {
-      throw std::runtime_error("none of its scores is a finite number (NaN or infinity)");
+      throw std::runtime_error(
+          "none of its scores is a finite number (NaN or infinity); its weights may be damaged");
     }
   }
 

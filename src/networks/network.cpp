@@ -35,7 +35,9 @@ cv::Size input_size_of(const OnnxFile& file, const std::filesystem::path& path,
   const cv::Size size(shape[3], shape[2]);
   if (size.width == 0 || size.height == 0) {
     if (size_where_open.empty()) {
-      throw_file_error(path, "leaves the size of its input open: set NetworkOptions::input_size");
+      throw_file_error(path,
+                       "leaves the size of its input open: export it with a fixed size, or set "
+                       "NetworkOptions::input_size (Python: input_size=(width, height))");
     }
     return size_where_open;
   }

@@ -66,7 +66,8 @@ std::unique_ptr<detail::NetworkKind> kind_of(const detail::Network& network,
   const std::string not_yolo = objection([&] { detail::bind_yolo(trial, input); });
   if (not_yolo.empty()) return std::make_unique<detail::YoloKind>(input, options);
   network.fail("is no known kind of network by its outputs, " + detail::shapes_text(trial) +
-               ". YOLACT: " + not_yolact + ". YOLO: " + not_yolo);
+               ". YOLACT: " + not_yolact + ". YOLO: " + not_yolo +
+               "; run other networks in their own process, see examples/remote_masks");
 }
 
 }  // namespace

@@ -130,7 +130,7 @@ TEST(YoloDecoder, DropsBoxesWithoutArea) {
 TEST(YoloDecoder, RefusesOutputsWithoutAFiniteScore) {
   Decoded network;
   for (int row = 0; row < anchors; ++row) network.put(row, {0, 0, 1, 1}, nan, nan);
-  expect_error<std::runtime_error>([&] { network.detections(); }, "none of its scores");
+  expect_error<std::runtime_error>([&] { network.detections(); }, "its weights may be damaged");
   std::mt19937 random(4);
   RawHeads heads = random_heads(random, 3);
   heads.classes = cv::Scalar(double{nan});
