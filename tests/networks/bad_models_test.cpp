@@ -46,12 +46,26 @@ TEST_F(BadModels, AreRefusedByName) {
   expect_refused(model("bad_inputs"), "has 2 inputs; want 1");
   expect_refused(model("bad_channels"), "its input images has the shape [1, 1, 8, 8]");
   expect_refused(model("bad_deformable"), "must be a constant");
-  expect_refused(model("yolo_open_size"), "set NetworkOptions::input_size");
+  expect_refused(model("yolo_open_size"), "export it with a fixed size, or set NetworkOptions");
   expect_refused(model("external_absent"), "external_absent.weights, which is not there");
   expect_refused(model("external"), "external.weights; save the model as one file");
   expect_error<std::runtime_error>(
       [] { make_network_segmenter(model("bad_outputs")); },
       "is no known kind of network by its outputs, output0 [1, 3, 8, 8]");
+  expect_error<std::runtime_error>([] { make_network_segmenter(model("bad_outputs")); },
+                                   "; run other networks in their own process");
+}
+
+TEST_F(BadModels, ClassesThatContradictTheirNamesAreRefused) {
+  const auto refused = [](const fs::path& file, const char* part) {
+    expect_error<std::runtime_error>([&] { make_network_segmenter(file); }, part);
+    expect_error<std::runtime_error>([&] { YoloSegmenter{file}; }, part);
+  };
+  refused(
+      model("yolo_without_boxes_80"),
+      "give 16 classes, but its metadata name 80: the box distributions [1, 64, N] are missing");
+  refused(model("yolo_without_boxes_20"), "name 20: is an output missing?");
+  EXPECT_NO_THROW(YoloSegmenter{model("yolo_without_boxes_16")});  // boxes joined with classes
 }
 
 TEST_F(BadModels, TruncatedModelsAreRefused) {
