@@ -18,13 +18,17 @@ import sys
 try:
     import numpy as np
     import onnx
+    from google.protobuf.message import DecodeError
     from onnx import TensorProto, helper, numpy_helper, shape_inference
 except ImportError as error:
-    sys.exit(f"cut_yolo_heads.py: python3-onnx is missing ({error})")
+    sys.exit(
+        f"cut_yolo_heads.py: python3-onnx is missing for {sys.executable} ({error}); install Debian's "
+        f"package and use /usr/bin/python3, or run {sys.executable} -m pip install onnx"
+    )
 
 
 class NotYolo(Exception):
-    """The graph is not a YOLO-seg export."""
+    """The graph is not a YOLOv8-seg or YOLO11-seg export."""
 
 
 class Graph:
@@ -61,6 +65,9 @@ def outputs_by_rank(graph):
     ranks = {3: [], 4: []}
     for output in graph.graph.output:
         ranks.setdefault(len(graph.shapes[output.name]), []).append(output.name)
+    anchors = {graph.shapes[name][2] for name in ranks[3]}
+    if len(ranks[3]) == 3 and len(ranks[4]) == 1 and len(anchors) == 1:
+        raise NotYolo("its outputs are raw heads already; use it as it is")
     if len(graph.graph.output) != 2 or len(ranks[3]) != 1 or len(ranks[4]) != 1:
         shapes = [graph.shapes[output.name] for output in graph.graph.output]
         raise NotYolo(f"its outputs have the shapes {shapes}; want [1, 4+C+P, N] and [1, P, h, w]")
@@ -184,13 +191,22 @@ def main():
     arguments = parser.parse_args()
     try:
         model = onnx.load(arguments.export)
+        if not model.graph.node:
+            sys.exit(f"cut_yolo_heads.py: {arguments.export} is truncated or no ONNX model")
         cut(model)
         onnx.save(model, arguments.result)
     except NotYolo as error:
-        sys.exit(f"cut_yolo_heads.py: {arguments.export} is no YOLO-seg model as exported: {error}")
+        sys.exit(
+            f"cut_yolo_heads.py: {arguments.export} is no YOLOv8-seg or YOLO11-seg model as exported: "
+            f"{error}"
+        )
     except OSError as error:
         sys.exit(f"cut_yolo_heads.py: {error}")
-    except Exception as error:  # protobuf raises its own type for a file that is not ONNX
+    except DecodeError as error:
+        sys.exit(
+            f"cut_yolo_heads.py: {arguments.export} is truncated or no ONNX model ({error})"
+        )
+    except Exception as error:  # onnx.checker and shape_inference have types of their own
         sys.exit(f"cut_yolo_heads.py: {arguments.export}: {error}")
 
 

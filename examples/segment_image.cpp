@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <exception>
 #include <iostream>
+#include <stdexcept>
 #include <string>
 
 #include <dynfilter/networks/network_segmenter.hpp>
@@ -20,6 +21,7 @@ void print_instances(const std::string& model, const std::string& image) {
 
   dynfilter::FrameView frame;
   frame.image = cv::imread(image);
+  if (frame.image.empty()) throw std::runtime_error(image + ": cannot be read as an image");
   const dynfilter::Segmentation found = network->segment(frame);
 
   std::cout << found.instances.size() << " instances\n";
