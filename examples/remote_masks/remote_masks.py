@@ -2,8 +2,12 @@
 # SPDX-License-Identifier: MIT
 """Masks for dynfilter::RemoteSegmenter from a Python process. Needs NumPy, and Linux.
 
-    import remote_masks
-    remote_masks.serve("/run/user/1000/masks.sock", segment)
+    import logging, remote_masks
+    logging.basicConfig(level=logging.INFO)
+    try:
+        remote_masks.serve("/run/user/1000/masks.sock", segment)
+    except KeyboardInterrupt:
+        pass
 
 `segment(image)` gets its own uint8 array, H x W x 3 (blue, green, red, like OpenCV) or H x W (grey).
 It returns a list with one (class_id, score, box, mask) for each object, or a dict with these keys
@@ -13,6 +17,8 @@ and, optionally, "track_id":
   score     0 to 1
   box       the detector's (x, y, width, height) in pixels; None = the smallest around the mask
   mask      H x W, bool or integer, non-zero = on the object; None if only the box is known
+
+`instances` makes this list of a network's arrays.
 
 The protocol is stated in README.md beside this file.
 """
@@ -49,6 +55,7 @@ MAX_REPLY_BYTES = 64 << 20
 MAX_ERROR_BYTES = 4096
 MAX_BOX_COORDINATE_PX = 1 << 20
 MAX_CONNECTIONS = 16
+MAX_PATH_BYTES = 107
 MESSAGE_TIMEOUT_S = 5.0  # for the rest of a message that has begun, and for sending a reply
 
 IMAGE_CHANNELS = (1, 3)
@@ -81,6 +88,60 @@ def serve(path, segment, pass_frame=False):
         server.serve_forever()
 
 
+def instances(masks, boxes=None, class_ids=None, scores=None, threshold=0.5):
+    """Makes the result of `segment` from a network's arrays, as torchvision and Ultralytics have them.
+
+    masks: N x H x W or N x 1 x H x W of the image's size; bool or integer, non-zero = on the object,
+        or float, on the object above the threshold; None if only boxes are known
+    boxes: N x 4, x1, y1, x2, y2 in pixels; None = the smallest around the masks
+    class_ids: N whole numbers; None = 0, COCO's person. torchvision's person is 1
+    scores: N numbers from 0 to 1; None = 1
+
+    dynfilter.Segmentation.from_masks takes the same. Raises ValueError for other shapes.
+    """
+    masks = _stacked(masks)
+    boxes = None if boxes is None else np.asarray(boxes, float)
+    if masks is None and boxes is None:
+        raise ValueError("neither masks nor boxes; for nobody an array with N = 0")
+    count = len(boxes if masks is None else masks)
+    if boxes is not None and count > 0 and boxes.shape != (count, 4):
+        raise ValueError(f"boxes of shape {boxes.shape}; want {(count, 4)}: x1, y1, x2, y2 in pixels")
+    columns = []
+    for name, values, default in [("class_ids", class_ids, 0), ("scores", scores, 1.0)]:
+        column = np.full(count, default) if values is None else np.asarray(values)
+        if column.shape != (count,):
+            raise ValueError(f"{name} of shape {column.shape}; want one for each instance, {(count,)}")
+        columns.append(column)
+    found = []
+    for k in range(count):
+        mask = None if masks is None else masks[k]
+        if mask is not None and mask.dtype.kind == "f":
+            mask = mask > threshold
+        box = None if boxes is None else _box_between(*boxes[k].tolist())
+        found.append((int(columns[0][k]), float(columns[1][k]), box, mask))
+    return found
+
+
+def _stacked(masks):
+    """Masks as N x H x W; None stays."""
+    if masks is None:
+        return None
+    masks = np.asarray(masks)
+    if masks.ndim == 4 and masks.shape[1] == 1:
+        return masks[:, 0]
+    if masks.ndim != 3 and masks.size > 0:
+        raise ValueError(f"masks of shape {masks.shape}; want N x H x W or N x 1 x H x W")
+    return masks
+
+
+def _box_between(x1, y1, x2, y2):
+    """The smallest (x, y, width, height) of whole pixels that contains the corners."""
+    if not all(map(math.isfinite, (x1, y1, x2, y2))) or x2 < x1 or y2 < y1:
+        raise ValueError(f"a box {(x1, y1, x2, y2)}; want x1, y1, x2, y2 with x1 <= x2 and y1 <= y2")
+    left, top = math.floor(x1), math.floor(y1)
+    return left, top, math.ceil(x2) - left, math.ceil(y2) - top
+
+
 class Server:
     """Serves in steps: the constructor makes the socket, and close() removes it.
 
@@ -94,6 +155,7 @@ class Server:
         self._segment = segment
         self._pass_frame = pass_frame
         self._connections = []
+        self._doubts = _Doubts()
         self._listener, self._identity = _listen(self._path)
         self._wake, self._woken = socket.socketpair()
         log.info("listening at %s", self._path)
@@ -181,7 +243,10 @@ class Server:
         frame_id, shape = frame.id, frame.image.shape[:2]
         try:
             found = self._segment(frame if self._pass_frame else frame.image)
-            return encode_instances(request, frame_id, shape, found)
+            reply = encode_instances(request, frame_id, shape, found)
+            for instance in found:
+                self._doubts.look_at(instance)
+            return reply
         except Exception as problem:  # any exception of the network becomes the frame's error
             log.exception("frame %d", frame_id)
             return encode_error(request, f"{type(problem).__name__}: {problem}")
@@ -262,10 +327,62 @@ def _receive_into(connection, buffer, may_end=False):
     return True
 
 
+class _Doubts:
+    """Warns once of each likely mistake that is no error. Looks at the first instances only."""
+
+    MAX_LOOKED_AT = 50
+    MIN_BOXES = 3
+    MAX_LEVELS = 8  # of a mask's values
+
+    def __init__(self):
+        self._looked_at = self._boxes = self._corners = 0
+        self._told = set()
+
+    def look_at(self, instance):
+        if self._looked_at >= self.MAX_LOOKED_AT:
+            return
+        self._looked_at += 1
+        _, _, box, mask, _ = _fields(instance)
+        if mask is None or not np.any(mask):
+            return
+        mask = np.asarray(mask)
+        if mask.dtype.kind != "b" and np.unique(mask).size > self.MAX_LEVELS:
+            self._tell("a mask has many grey levels, and every one but 0 counts as on the object; "
+                       "send mask > threshold")
+        if box is None:
+            return
+        place, _ = _crop(mask, *mask.shape)
+        x, y, width, height = (float(value) for value in box)
+        as_corners = _overlap((x, y, width - x, height - y), place)
+        self._boxes += 1
+        self._corners += as_corners > _overlap((x, y, width, height), place)
+        if self._boxes >= self.MIN_BOXES and 2 * self._corners > self._boxes:
+            self._tell("most boxes fit their masks better as x1, y1, x2, y2; want x, y, width, height, "
+                       "which remote_masks.instances() makes of them")
+
+    def _tell(self, text):
+        if text not in self._told:
+            self._told.add(text)
+            log.warning("%s", text)
+
+
+def _overlap(a, b):
+    """Intersection over union of two boxes (x, y, width, height); 0 for one without area."""
+    width = min(a[0] + a[2], b[0] + b[2]) - max(a[0], b[0])
+    height = min(a[1] + a[3], b[1] + b[3]) - max(a[1], b[1])
+    if width <= 0 or height <= 0:
+        return 0.0
+    return width * height / (a[2] * a[3] + b[2] * b[3] - width * height)
+
+
 def encode_instances(request, frame_id, shape, found):
     """The reply to a frame. Raises ValueError or TypeError if `found` is no list of instances."""
     height, width = shape
     rows, crops = [], []
+    if found is None or not hasattr(found, "__iter__"):
+        what = "None" if found is None else f"one {type(found).__name__}"
+        raise TypeError(f"segment returned {what}; want a list, [] for nobody")
+    found = list(found)
     for index, instance in enumerate(found):
         try:
             row, crop = _encode_instance(instance, height, width)
@@ -287,17 +404,25 @@ def encode_error(request, text):
     return HEADER.pack(MAGIC, VERSION, ERROR, len(payload), 0, request) + payload
 
 
-def _encode_instance(instance, height, width):
-    track_id = None
+def _fields(instance):
+    """class_id, score, box, mask and track_id of an instance, of which the last four may be None."""
     if isinstance(instance, dict):
-        class_id, score = instance["class_id"], instance.get("score", 1.0)
-        box, mask = instance.get("box"), instance.get("mask")
-        track_id = instance.get("track_id")
         unknown = set(instance) - {"class_id", "score", "box", "mask", "track_id"}
         if unknown:
             raise ValueError(f"there is no {sorted(unknown)} in an instance")
-    else:
-        class_id, score, box, mask = instance
+        if "class_id" not in instance:
+            raise ValueError("has no class_id")
+        rest = (instance.get(name) for name in ("box", "mask", "track_id"))
+        return instance["class_id"], instance.get("score", 1.0), *rest
+    fields = tuple(instance) if hasattr(instance, "__iter__") else ()
+    if len(fields) != 4:
+        got = f"{len(fields)} values" if fields else type(instance).__name__
+        raise ValueError(f"is {got}; want (class_id, score, box, mask) or a dict")
+    return *fields, None
+
+
+def _encode_instance(instance, height, width):
+    class_id, score, box, mask, track_id = _fields(instance)
     score = float(score)
     if not 0 <= score <= 1:
         raise ValueError(f"score {score}; want 0 to 1")
@@ -310,8 +435,10 @@ def _encode_instance(instance, height, width):
 
 def _box(box):
     """The smallest box of whole pixels that contains the box."""
-    x, y, width, height = (float(value) for value in box)
-    values = (x, y, width, height)
+    values = tuple(float(value) for value in box)
+    if len(values) != 4:
+        raise ValueError(f"a box of {len(values)} numbers; want (x, y, width, height) in pixels")
+    x, y, width, height = values
     if not all(abs(value) <= MAX_BOX_COORDINATE_PX // 2 for value in values) or min(width, height) < 0:
         raise ValueError(f"a box {values}; want (x, y, width, height) in pixels")
     left, top = math.floor(x), math.floor(y)
@@ -343,6 +470,9 @@ def _crop(mask, height, width):
 
 def _listen(path):
     """A socket that listens at `path` for this user alone, and the identity of its file."""
+    size = len(os.fsencode(path))
+    if not 1 <= size <= MAX_PATH_BYTES:
+        raise OSError(f"'{path}': a path of {size} bytes; a socket's has 1 to {MAX_PATH_BYTES}")
     folder = os.path.dirname(path) or "."
     # A process that replaces a socket holds its folder's lock. Otherwise one of two that start
     # together could take the other's new socket for a dead one.

@@ -6,7 +6,7 @@ one person.
 
     python3 threshold.py SOCKET [LEVEL]
 
-SOCKET is a path in a folder of yours, such as "${XDG_RUNTIME_DIR:?}/masks.sock".
+SOCKET is a path in a folder of yours, such as "$(mktemp -d)/masks.sock".
 """
 
 import logging
@@ -30,8 +30,9 @@ def threshold(level):
     return segment
 
 
-# To use a network, replace threshold(). Load it once, before serving, and return whole-image masks,
-# bool or integer, of the image's size (many networks return smaller ones, or probabilities).
+# To use a network, replace threshold(). Load it once, before serving, and return whole-image masks
+# of the image's size (many networks return smaller ones). remote_masks.instances() thresholds
+# probabilities, and takes boxes as x1, y1, x2, y2.
 #
 # With ultralytics:
 #
@@ -41,12 +42,9 @@ def threshold(level):
 #       found = model(image, retina_masks=True, verbose=False)[0]     # masks of the image's size
 #       if found.masks is None:
 #           return []
-#       return [
-#           (int(kind), float(score), (x0, y0, x1 - x0, y1 - y0), mask > 0.5)
-#           for kind, score, (x0, y0, x1, y1), mask in zip(
-#               found.boxes.cls, found.boxes.conf, found.boxes.xyxy.tolist(),
-#               found.masks.data.cpu().numpy())
-#       ]
+#       boxes = found.boxes.cpu().numpy()
+#       return remote_masks.instances(
+#           found.masks.data.cpu().numpy(), boxes.xyxy, boxes.cls, boxes.conf)
 #
 # With torchvision's Mask R-CNN, which takes RGB, 0 to 1, and whose class 1 is the person:
 #
@@ -54,13 +52,10 @@ def threshold(level):
 #       tensor = torch.from_numpy(image[:, :, ::-1].copy()).permute(2, 0, 1) / 255
 #       with torch.inference_mode():
 #           found = model([tensor.to(device)])[0]
-#       return [
-#           (PERSON, float(score), (x0, y0, x1 - x0, y1 - y0), mask[0] > 0.5)
-#           for kind, score, (x0, y0, x1, y1), mask in zip(
-#               found["labels"], found["scores"], found["boxes"].tolist(),
-#               found["masks"].cpu().numpy())
-#           if kind == 1 and score > 0.5
-#       ]
+#       found = {name: values.cpu().numpy() for name, values in found.items()}
+#       people = (found["labels"] == 1) & (found["scores"] > 0.5)
+#       return remote_masks.instances(
+#           found["masks"][people], found["boxes"][people], None, found["scores"][people])
 
 
 def main():

@@ -14,14 +14,18 @@
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
+#include <iostream>
+#include <optional>
 #include <random>
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <opencv2/core.hpp>
 
+#include "dynfilter/dynamic_filter.hpp"
 #include "support/expect_error.hpp"
 #include "support/temporary_folder.hpp"
 
@@ -199,6 +203,24 @@ TEST_F(RemotePython, RemovesItsSocketWhenInterrupted) {
   people.segment(frame_of(9));
   script.stop(SIGINT);
   EXPECT_FALSE(fs::exists(path));
+}
+
+TEST_F(RemotePython, TheHostOfThePageGoesOnWithoutAServer) {
+  const DynamicFilter filter;
+  const std::vector<cv::KeyPoint> keypoints(3, cv::KeyPoint(5, 5, 7));
+  RemoteSegmenter people(path);
+  const FrameView frame = frame_of(1);
+  // The page prints the lines up to the next comment; remote_masks_test.py compares them.
+  std::optional<dynfilter::Segmentation> masks;  // none: the features of this frame stay
+  try {
+    masks = people.segment(frame);
+  } catch (const std::runtime_error& error) {  // the server is gone, late, or failed
+    std::cerr << error.what() << '\n';
+  }
+  const auto labels = filter.apply(frame, masks, keypoints);
+  // The end of the page's lines.
+  EXPECT_FALSE(masks);
+  EXPECT_EQ(labels.statistics().kept(), 3U);
 }
 
 TEST_F(RemotePython, PythonTestsPass) {
