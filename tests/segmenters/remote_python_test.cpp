@@ -210,7 +210,7 @@ TEST_F(RemotePython, TheHostOfThePageGoesOnWithoutAServer) {
   const std::vector<cv::KeyPoint> keypoints(3, cv::KeyPoint(5, 5, 7));
   RemoteSegmenter people(path);
   const FrameView frame = frame_of(1);
-  // The page prints the lines up to the next comment; remote_masks_test.py compares them.
+  // The page prints what follows; remote_masks_results_test.py compares it.
   std::optional<dynfilter::Segmentation> masks;  // none: the features of this frame stay
   try {
     masks = people.segment(frame);
@@ -218,16 +218,16 @@ TEST_F(RemotePython, TheHostOfThePageGoesOnWithoutAServer) {
     std::cerr << error.what() << '\n';
   }
   const auto labels = filter.apply(frame, masks, keypoints);
-  // The end of the page's lines.
+  // The page prints what stands above.
   EXPECT_FALSE(masks);
   EXPECT_EQ(labels.statistics().kept(), 3U);
 }
 
 TEST_F(RemotePython, PythonTestsPass) {
-  EXPECT_EQ(
-      std::system(
-          ("'" + python + "' -B '" + sources + "/tests/segmenters/remote_masks_test.py'").c_str()),
-      0);
+  for (const char* const name : {"remote_masks_test.py", "remote_masks_results_test.py"}) {
+    const std::string file = sources + "/tests/segmenters/" + name;
+    EXPECT_EQ(std::system(("'" + python + "' -B '" + file + "'").c_str()), 0) << name;
+  }
 }
 
 }  // namespace
