@@ -66,6 +66,17 @@ Features::Features(const py::object& points, const py::object& diameters_px,
   }
 }
 
+const Segmentation* segmentation_of(const py::object& argument, const char* component) {
+  if (argument.is_none()) return nullptr;
+  if (!py::isinstance<Segmentation>(argument)) {
+    throw py::type_error(detail::concatenate(component, ": got a segmentation of type ",
+                                             type_name(argument),
+                                             "; want a Segmentation or None; see "
+                                             "Segmentation.from_masks"));
+  }
+  return &argument.cast<const Segmentation&>();
+}
+
 DynamicFilterOptions filter_options(std::vector<int> dynamic_classes, double margin_px,
                                     double margin_per_diameter, const py::object& static_mask,
                                     CompensationRule rule, const DepthCompensatorOptions& depth,
@@ -114,9 +125,9 @@ class SharedFilter {
 
   const DynamicFilterOptions& options() const { return options_; }
 
-  FeatureLabels apply(const FrameView& frame, const Segmentation* segmentation,
-                      const py::object& points, const py::object& diameters_px,
-                      const py::object& depths_m) {
+  FeatureLabels apply(const FrameView& frame, const py::object& masks, const py::object& points,
+                      const py::object& diameters_px, const py::object& depths_m) {
+    const Segmentation* segmentation = segmentation_of(masks, "DynamicFilter");
     const Features features(points, diameters_px, depths_m, "DynamicFilter");
     FeatureLabels labels;
     const py::gil_scoped_release unlock;
@@ -178,7 +189,7 @@ use one filter at once.)")
            py::arg("floor") = 0,
            py::arg_v("policy", FloorPolicy::report_only, "FloorPolicy.report_only"),
            filter_options_doc)
-      .def("apply", &SharedFilter::apply, py::arg("frame"), py::arg("segmentation").none(true),
+      .def("apply", &SharedFilter::apply, py::arg("frame"), py::arg("segmentation"),
            py::arg("features"), py::arg("diameters_px") = py::none(),
            py::arg("depths_m") = py::none(), apply_doc)
       .def("__repr__",

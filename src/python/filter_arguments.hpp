@@ -78,6 +78,10 @@ class Features {
   FeaturesView view_;
 };
 
+/// Returns the segmentation of a call, nullptr for None. Throws Python's TypeError for another
+/// object, such as an array of masks.
+const Segmentation* segmentation_of(const py::object& argument, const char* component);
+
 /// Makes the options of a filter from its keyword arguments.
 DynamicFilterOptions filter_options(std::vector<int> dynamic_classes, double margin_px,
                                     double margin_per_diameter, const py::object& static_mask,

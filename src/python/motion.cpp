@@ -32,9 +32,9 @@ class StatefulFilter {
 
   const DynamicFilterOptions& options() const { return options_; }
 
-  FeatureLabels apply(const FrameView& frame, const Segmentation* segmentation,
-                      const py::object& points, const py::object& diameters_px,
-                      const py::object& depths_m) {
+  FeatureLabels apply(const FrameView& frame, const py::object& masks, const py::object& points,
+                      const py::object& diameters_px, const py::object& depths_m) {
+    const Segmentation* segmentation = segmentation_of(masks, "MotionFilter");
     const Features features(points, diameters_px, depths_m, "MotionFilter");
     FeatureLabels labels;
     const py::gil_scoped_release unlock;
@@ -131,7 +131,7 @@ Frames need an image and depth. Threads that use one filter wait for each other.
            py::arg("floor") = 0,
            py::arg_v("policy", FloorPolicy::report_only, "FloorPolicy.report_only"),
            filter_options_doc)
-      .def("apply", &StatefulFilter::apply, py::arg("frame"), py::arg("segmentation").none(true),
+      .def("apply", &StatefulFilter::apply, py::arg("frame"), py::arg("segmentation"),
            py::arg("features"), py::arg("diameters_px") = py::none(),
            py::arg("depths_m") = py::none(), apply_doc)
       .def("__repr__", [](const py::object& self) {

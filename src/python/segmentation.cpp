@@ -3,6 +3,7 @@
 
 #include "dynfilter/segmentation.hpp"
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -57,12 +58,33 @@ cv::Rect box_of(const double* corners) {
   return {left, top, static_cast<int>(width), static_cast<int>(height)};
 }
 
+/// Warns of a mask that looks like probabilities times 255. Looks at every fourth row.
+void warn_of_grey_levels(const cv::Mat& mask) {
+  constexpr int max_levels = 8;
+  std::array<bool, 256> seen{};
+  int levels = 0;
+  for (int y = 0; y < mask.rows; y += 4) {
+    const std::uint8_t* const row = mask.ptr(y);
+    for (int x = 0; x < mask.cols; ++x) {
+      if (!std::exchange(seen[row[x]], true)) ++levels;
+    }
+  }
+  constexpr const char* text =
+      "a mask has many grey levels, and every one but 0 counts as on the object; threshold it "
+      "first";
+  if (levels > max_levels && PyErr_WarnEx(PyExc_UserWarning, text, 1) != 0) {
+    throw py::error_already_set();
+  }
+}
+
 /// Returns one mask of an array as a matrix: bool and uint8 as they are, others where they exceed
 /// the threshold.
 cv::Mat mask_of(const py::array& mask, double threshold) {
   const char kind = mask.dtype().kind();
   if (kind == 'b' || (kind == 'u' && mask.itemsize() == 1)) {
-    return matrix_from(mask, Pixels::mask, {name, "a mask"});
+    cv::Mat pixels = matrix_from(mask, Pixels::mask, {name, "a mask"});
+    if (kind == 'u') warn_of_grey_levels(pixels);
+    return pixels;
   }
   const auto values = py::array_t<float, py::array::c_style | py::array::forcecast>(mask);
   const cv::Mat numbers(static_cast<int>(values.shape(0)), static_cast<int>(values.shape(1)),
@@ -181,7 +203,8 @@ SegmentationState state_of(const Segmentation& segmentation) {
 
 constexpr const char* masks_doc =
     R"(masks: N x H x W or N x 1 x H x W of the whole image; bool and uint8 (non-zero = on the
-    object) are not copied, float is on the object above the threshold; None if only boxes are known
+    object) are not copied, float is on the object above the threshold; None if only boxes are
+    known. A uint8 mask with many grey levels is a UserWarning.
 boxes: N x 4, x1, y1, x2, y2 in pixels, float or int; None = the smallest around the masks
 class_ids: N whole numbers; None = 0. torchvision's person is 1: DynamicFilter(dynamic_classes=[1])
 scores: N numbers from 0 to 1; None = 1

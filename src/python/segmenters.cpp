@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/segmenter.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
+#include "dynfilter/segmenters/mask_folder_writer.hpp"
 #include "values.hpp"
 
 namespace dynfilter::python {
@@ -192,6 +194,47 @@ Raises RuntimeError that names the file, and the line, for what is missing or ma
       .def("__repr__", [](const py::object& self) {
         const auto& masks = self.cast<const MaskFolderSegmenter&>();
         return detail::concatenate(type_name(self), "(", masks.size(), " masks)");
+      });
+  py::class_<MaskFolderWriter>(
+      module, "MaskFolderWriter",
+      R"(Writes segmentations as label maps with an instances.csv, which MaskFolderSegmenter reads.
+
+    writer = dynfilter.MaskFolderWriter("scene/masks")
+    for frame in sequence:
+        writer.add(people.segment(frame))
+    writer.finish()
+
+Where masks overlap, the instance with the lowest index gets the pixel. The masks appear in the
+folder all together, with finish(); until then the folder keeps its contents.)")
+      .def(py::init([](const std::filesystem::path& folder, bool overwrite) {
+             return std::make_unique<MaskFolderWriter>(folder, MaskFolderWriterOptions{overwrite});
+           }),
+           py::arg("folder"), py::kw_only(), py::arg("overwrite") = false,
+           R"(Makes the folder if needed.
+
+overwrite: whether masks that an earlier MaskFolderWriter wrote may be replaced
+
+Raises RuntimeError that names a file in the way.)")
+      .def("__len__", &MaskFolderWriter::size)
+      .def(
+          "add",
+          [](MaskFolderWriter& self, const Segmentation& segmentation,
+             const std::optional<std::string>& stem) {
+            if (stem) {
+              self.add(segmentation, *stem);
+            } else {
+              self.add(segmentation);
+            }
+          },
+          py::arg("segmentation"), py::arg("stem") = py::none(),
+          R"(Adds a frame's masks under the name of its image without folder and extension; None: the
+segmentation's time with 6 decimals. Raises ValueError for a malformed segmentation, for a stem that
+is not the segmentation's time, for a time that was added before, and after finish().)")
+      .def("finish", &MaskFolderWriter::finish,
+           "Moves the masks into the folder. Raises RuntimeError that names a file in the way.")
+      .def("__repr__", [](const py::object& self) {
+        const auto& writer = self.cast<const MaskFolderWriter&>();
+        return detail::concatenate(type_name(self), "(", writer.size(), " frames)");
       });
 }
 

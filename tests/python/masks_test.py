@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: MIT
 """Arrays as torchvision and Ultralytics return them."""
 
+import warnings
+
 import numpy as np
 import pytest
 
@@ -65,6 +67,18 @@ def test_bool_and_bytes_are_not_copied():
         instances = dynfilter.instances_from_masks(masks)
         assert [i.box for i in instances] == [(10, 5, 10, 25), (40, 20, 30, 30)]
         assert all(np.shares_memory(i.mask, masks) for i in instances)
+
+
+def test_probabilities_as_bytes_are_doubted():
+    soft = (np.random.default_rng(7).random((1, 60, 80)) * 255).astype(np.uint8)
+    with pytest.warns(UserWarning, match="many grey levels.*threshold it first"):
+        dynfilter.instances_from_masks(soft)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        dynfilter.instances_from_masks(soft // 37)  # 0 to 6
+        dynfilter.instances_from_masks(soft > 127)
+        with pytest.raises(UserWarning):
+            dynfilter.instances_from_masks(soft)
 
 
 def test_half_precision_and_doubles():

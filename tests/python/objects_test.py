@@ -141,7 +141,8 @@ OTHERS = {
     "Segmenter": lambda scene: dynfilter.Segmenter(),
 }
 # Values and others that need files: they are made by other fixtures.
-OF_FILES = {"CameraParameters", "RgbdSequenceEntry", "MaskFolderSegmenter", "RgbdSequence"}
+OF_FILES = {"CameraParameters", "RgbdSequenceEntry", "RgbdSequence"}
+OF_FILES |= {"MaskFolderSegmenter", "MaskFolderWriter"}
 NETWORKS = {"NetworkSegmenter", "YoloSegmenter", "YolactSegmenter"}  # see networks_test.py
 
 

@@ -192,6 +192,28 @@ def test_mask_folder(rendered, tmp_path):
         dynfilter.MaskFolderSegmenter(str(sequence.masks_folder()), box_margin_px=-1)
 
 
+def test_masks_are_written_and_read(scene, tmp_path):
+    writer = dynfilter.MaskFolderWriter(tmp_path / "masks")
+    for time_s in (1.5, 2.5):
+        masks = dynfilter.Segmentation.from_masks(
+            scene.frame(timestamp_s=time_s), scene.mask[None], scene.box, [3], [0.25]
+        )
+        writer.add(masks, *["2.50"][: int(time_s) - 1])
+    with pytest.raises(ValueError, match="stem"):
+        writer.add(masks, "person")
+    assert len(writer) == 2 and repr(writer) == "MaskFolderWriter(2 frames)"
+    assert not list(tmp_path.glob("masks/*.png"))
+    writer.finish()
+    assert {path.name for path in tmp_path.glob("masks/*.png")} == {"1.500000.png", "2.50.png"}
+    people = dynfilter.MaskFolderSegmenter(tmp_path / "masks")
+    (found,) = people.segment(scene.frame(timestamp_s=2.5)).instances
+    assert (found.class_id, found.score, found.box) == (3, 0.25, (58, 18, 44, 84))
+    assert found.mask.astype(bool).sum() == scene.mask.sum()
+    with pytest.raises(RuntimeError, match="masks"):
+        dynfilter.MaskFolderWriter(tmp_path / "masks")
+    dynfilter.MaskFolderWriter(tmp_path / "masks", overwrite=True)
+
+
 def test_propagator_follows_a_moving_object():
     random = np.random.default_rng(11)
     wall = random.integers(0, 256, (240, 480), dtype=np.uint8)

@@ -124,6 +124,10 @@ def sequence(folder: Path, written: Path) -> None:
     masks: Optional[Path] = frames.masks_folder()
     assert masks is not None and entry.image_path.exists()
     people = dynfilter.MaskFolderSegmenter(masks)
+    writer = dynfilter.MaskFolderWriter(written.parent / "masks", overwrite=True)
+    writer.add(people.segment(frames[0]), entry.stem)
+    writer.finish()
+    assert len(writer) == 1
     sizes = [people.segment(frame).image_size for frame in frames]
     assert len(sizes) == len(frames) == len(people)
     truth: NDArray[np.float64] = dynfilter.read_trajectory(folder / "groundtruth.txt")
