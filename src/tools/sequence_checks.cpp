@@ -260,7 +260,7 @@ class Examination {
       }
       MaskFolderSegmenter masks(*folder);
       add(labels_without_table(*folder));
-      std::size_t without = 0, instances = 0, persons = 0, looked = 0;
+      std::size_t without = 0, instances = 0, persons = 0, corners = 0, looked = 0;
       std::vector<double> ages_s;
       for (std::size_t i = 0; i < sequence_.size(); ++i) {
         without += masks.has_mask(sequence_.entry(i).timestamp_s) ? 0 : 1;
@@ -279,6 +279,7 @@ class Examination {
         for (const Instance& instance : segmentation.instances) {
           ++instances;
           persons += instance.class_id == 0 ? 1 : 0;
+          corners += has_box_as_corners(instance) ? 1 : 0;
         }
         ages_s.push_back(frame.timestamp_s - segmentation.timestamp_s);
       }
@@ -292,6 +293,7 @@ class Examination {
       } else if (looked > 0) {
         add(Verdict::fine, what);
       }
+      add(boxes_as_corners(corners, instances));
       if (without > 0) {
         add(Verdict::broken,
             detail::concatenate(without, " of ", sequence_.size(), " frames have no mask"),

@@ -16,6 +16,7 @@
 
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/instance.hpp"
@@ -25,7 +26,8 @@ namespace {
 
 constexpr std::size_t usual_repetitions = 3;  // a camera may repeat an image now and then
 constexpr double max_rate_error = 0.1;
-constexpr std::size_t looked_at = 20;   // masks that are decoded
+constexpr std::size_t looked_at = 20;  // masks that are decoded
+constexpr std::size_t min_boxes = 3;
 constexpr std::size_t max_labels = 64;  // a mask with more values is a soft one
 
 bool have_equal_bytes(const std::filesystem::path& a, const std::filesystem::path& b) {
@@ -114,7 +116,14 @@ std::optional<Finding> labels_without_table(const std::filesystem::path& masks) 
     const cv::Mat mask = cv::imread(file.string(), cv::IMREAD_UNCHANGED);
     if (mask.type() != CV_8UC1 && mask.type() != CV_16UC1) continue;
     const std::set<int> labels = labels_of(mask);
-    if (labels.size() < 2 || labels.size() > max_labels) continue;
+    if (labels.size() > max_labels) {
+      return Finding{
+          Verdict::odd,
+          detail::concatenate("masks/", file.filename().string(), " has more than ", max_labels,
+                              " grey levels, and all but 0 count as on the object"),
+          "threshold the masks: 0 = background, 255 = on the object"};
+    }
+    if (labels.size() < 2) continue;
     return Finding{
         Verdict::odd,
         detail::concatenate("masks/ has no instances.csv, but ", file.filename().string(), " has ",
@@ -126,6 +135,28 @@ std::optional<Finding> labels_without_table(const std::filesystem::path& masks) 
             table_row(file, mask, *labels.begin())};
   }
   return std::nullopt;
+}
+
+bool has_box_as_corners(const Instance& instance) {
+  cv::Rect object = cv::boundingRect(instance.mask);
+  object.x += instance.mask_origin.x;
+  object.y += instance.mask_origin.y;
+  const cv::Rect& box = instance.box;
+  const cv::Rect as_corners(box.x, box.y, box.width - box.x, box.height - box.y);
+  const auto overlap = [&](const cv::Rect& other) {
+    if (other.width <= 0 || other.height <= 0) return 0.0;
+    const double common = (object & other).area();
+    return common / (object.area() + other.area() - common);
+  };
+  return !object.empty() && overlap(as_corners) > overlap(box);
+}
+
+std::optional<Finding> boxes_as_corners(std::size_t corners, std::size_t boxes) {
+  if (boxes < min_boxes || 2 * corners <= boxes) return std::nullopt;
+  return Finding{Verdict::odd,
+                 detail::concatenate(corners, " of ", boxes,
+                                     " boxes fit their masks better as x1, y1, x2, y2"),
+                 "write x, y, width, height into masks/instances.csv: upper left corner and size"};
 }
 
 }  // namespace dynfilter::tools

@@ -6,10 +6,12 @@
 #ifndef DYNFILTER_SRC_TOOLS_SEQUENCE_DOUBTS_HPP
 #define DYNFILTER_SRC_TOOLS_SEQUENCE_DOUBTS_HPP
 
+#include <cstddef>
 #include <filesystem>
 #include <optional>
 
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
+#include "dynfilter/instance.hpp"
 #include "sequence_checks.hpp"
 
 namespace dynfilter::tools {
@@ -23,9 +25,15 @@ std::optional<Finding> repeated_images(const RgbdSequence& sequence);
 /// distance is `period_s`.
 std::optional<Finding> other_frame_rate(const RgbdSequence& sequence, double period_s);
 
-/// Looks for label maps in a folder of masks without instances.csv, where every pixel that is not 0
-/// counts as a person. Decodes about 20 masks.
+/// Looks for label maps and for masks of many grey levels in a folder of masks without
+/// instances.csv, where every pixel that is not 0 counts as a person. Decodes about 20 masks.
 std::optional<Finding> labels_without_table(const std::filesystem::path& masks);
+
+/// Tells whether a box fits its mask better if its four numbers are x1, y1, x2, y2.
+bool has_box_as_corners(const Instance& instance);
+
+/// Doubts the boxes if most of them fit their masks better as corners.
+std::optional<Finding> boxes_as_corners(std::size_t corners, std::size_t boxes);
 
 }  // namespace dynfilter::tools
 

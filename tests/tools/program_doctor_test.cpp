@@ -244,7 +244,25 @@ TEST_F(Doctor, TakesSoftMasksForNoLabels) {
   for (const fs::path& mask : sorted_images(scene() / "masks")) {
     cv::imwrite(mask.string(), soft);
   }
-  EXPECT_FALSE(examined().mentions("no instances.csv"));
+  const Outcome outcome = examined();
+  EXPECT_FALSE(outcome.mentions("no instances.csv"));
+  EXPECT_TRUE(outcome.mentions("has more than 64 grey levels")) << outcome.printed;
+}
+
+TEST_F(Doctor, FindsBoxesOfTheOtherForm) {
+  EXPECT_FALSE(examined().mentions("better as x1, y1, x2, y2"));
+  cv::Mat labels(240, 320, CV_8UC1, cv::Scalar(0));
+  labels(cv::Rect(10, 20, 30, 40)) = 1;
+  std::ofstream table(scene() / "masks" / "instances.csv");
+  table << "frame,instance,class_id,score,x,y,width,height\n";
+  for (const fs::path& mask : sorted_images(scene() / "masks")) {
+    cv::imwrite(mask.string(), labels);
+    table << mask.stem().string() << ",1,0,1,10,20,40,60\n";
+  }
+  table.close();
+  const Outcome outcome = examined();
+  EXPECT_TRUE(outcome.mentions("12 of 12 boxes fit their masks better as x1, y1, x2, y2"))
+      << outcome.printed;
 }
 
 TEST_F(Doctor, SaysWhatIsMissing) {
