@@ -134,6 +134,7 @@ RuleRun::RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource
   record_.segmenter = settings.masks;
   record_.truth = truth_;
   record_.has_truth = truth_ == Truth::by_motion || source.has_true_masks();
+  record_.dynamic_classes = culler_options(rule, settings).dynamic_classes;
   record_.options = resolved_options(rule, settings);
 }
 

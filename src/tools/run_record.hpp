@@ -58,6 +58,7 @@ struct RunRecord {
   std::string segmenter;  ///< that made the masks; empty: they belong to the scene
   Truth truth = Truth::by_class;
   bool has_truth = false;
+  std::vector<int> dynamic_classes;
   std::vector<std::pair<std::string, std::string>> options;  ///< resolved options by name
   std::vector<FrameRecord> frames;
   std::optional<TrajectoryRecord> trajectory;       ///< if there was depth

@@ -3,8 +3,10 @@
 
 #include "run_report.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -149,6 +151,30 @@ void print_motion(const RunRecord& run) {
   }
 }
 
+std::string joined(const std::set<int>& ids) {
+  std::string text;
+  for (const int id : ids) text += (text.empty() ? "" : ", ") + std::to_string(id);
+  return text;
+}
+
+/// Says if there are instances, but none of them is dynamic by its class: class ids often count
+/// from 1, where 0 is the background.
+void print_doubt_about_classes(const RunRecord& run) {
+  std::set<int> seen;
+  for (const FrameRecord& frame : run.frames) {
+    for (const InstanceStatistics& instance : frame.statistics.instances) {
+      seen.insert(instance.class_id);
+    }
+  }
+  const std::set<int> dynamic(run.dynamic_classes.begin(), run.dynamic_classes.end());
+  const bool none_is_dynamic =
+      std::none_of(seen.begin(), seen.end(), [&](int id) { return dynamic.count(id) > 0; });
+  if (!run.rule.takes_masks || seen.empty() || !none_is_dynamic) return;
+  std::printf("* no instance is of a dynamic class (%s); the masks hold %s %s: see --classes\n",
+              joined(dynamic).c_str(), seen.size() == 1 ? "class" : "classes",
+              joined(seen).c_str());
+}
+
 std::string masks_text(const RunRecord& run) {
   if (run.masks.empty()) {
     return run.rule.follows_motion
@@ -235,6 +261,7 @@ void print_report(const RunRecord& run) {
                 times.quantile_ms(0.95));
   }
   print_health(run);
+  print_doubt_about_classes(run);
 }
 
 void write_frames_csv(const RunRecord& run, const std::filesystem::path& file) {

@@ -77,6 +77,15 @@ TEST(ProgramHealth, LateDepthIsBadAndSaidOnce) {
   }
 }
 
+TEST(ProgramHealth, MasksOfOtherClassesAreSaid) {
+  const HealthOfRun other = run_level("medium", " --classes 1,57");
+  EXPECT_EQ(count(other.outcome.printed,
+                  "* no instance is of a dynamic class (1, 57); the masks hold class 0: see "
+                  "--classes\n"),
+            1U)
+      << other.outcome.printed;
+}
+
 TEST(ProgramHealth, StaleMasksAreWorthALook) {
   const HealthOfRun stale = run_level("stale_3");
   EXPECT_EQ(stale.verdict("mask_age_s"), "look");
