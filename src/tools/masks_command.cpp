@@ -203,7 +203,7 @@ void add_masks_command(CLI::App& program) {
   command->callback([options, of_images] {
     const bool is_labels = options->format == labels_format;
     if (is_labels && options->segmenter.is_unset()) {
-      throw CLI::RequiredError("a segmenter, such as --remote");
+      throw CLI::RequiredError("a segmenter, " + segmenter_options() + ",");
     }
     for (const CLI::Option* option : of_images) {
       if (!is_labels || option->empty()) continue;

@@ -4,6 +4,8 @@
 #include "segmenter_spec.hpp"
 
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "number_options.hpp"
 
@@ -34,6 +36,17 @@ std::unique_ptr<Segmenter> SegmenterSpec::make() const {
   if (!model.empty()) return make_network_segmenter(model);
 #endif
   throw std::runtime_error("this build lacks the chosen segmenter");
+}
+
+std::string segmenter_options() {
+  std::vector<std::string> names;
+#ifdef DYNFILTER_HAS_REMOTE_SEGMENTER
+  names.emplace_back("--remote SOCKET");
+#endif
+#ifdef DYNFILTER_HAS_NETWORKS
+  names.emplace_back("--model FILE");
+#endif
+  return CLI::detail::join(names, " or ");
 }
 
 void add_segmenter_options([[maybe_unused]] CLI::App& command,

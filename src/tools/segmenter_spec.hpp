@@ -29,6 +29,9 @@ struct SegmenterSpec {
   std::unique_ptr<Segmenter> make() const;
 };
 
+/// Returns the names of the options that choose a segmenter in this build.
+std::string segmenter_options();
+
 /// Adds --remote, --remote-timeout and --model, if this build supports them.
 void add_segmenter_options(CLI::App& command, SegmenterSpec& segmenter);
 
