@@ -197,7 +197,8 @@ Raises RuntimeError that names the file, and the line, for what is missing or ma
       });
   py::class_<MaskFolderWriter>(
       module, "MaskFolderWriter",
-      R"(Writes segmentations as label maps with an instances.csv, which MaskFolderSegmenter reads.
+      R"(Writes segmentations as label maps with an instances.csv: the first format that
+MaskFolderSegmenter reads.
 
     writer = dynfilter.MaskFolderWriter("scene/masks")
     for frame in sequence:
