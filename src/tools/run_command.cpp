@@ -13,7 +13,7 @@
 
 #include "commands.hpp"
 #include "degraded_masks.hpp"
-#include "dynfilter/segmenters/depth_offset_estimator.hpp"
+#include "depth_offset_measure.hpp"
 #include "inputs.hpp"
 #include "io/file_error.hpp"
 #include "mask_feed.hpp"
@@ -56,20 +56,20 @@ void run(const RunOptions& options) {
   RuleRun work(options.with_motion ? with_motion(rule) : rule, options.scene, *source, settings,
                options.out);
   const odometry::OrbExtractor extractor(options.settings.features);
-  std::optional<DepthOffsetEstimator> offset;  // it compares successive frames
+  std::optional<DepthOffsetMeasure> offset;  // it compares successive frames
   if (source->has_depth() && settings.every == 1) offset.emplace();
   {
     ProgressBar progress("filtering", source->size());
     for (std::size_t i = 0; i < source->size(); i += options.settings.every) {
       SourceFrame frame = source->read(i);
       masks.submit(frame);
-      if (offset) offset->add(frame.frame, frame.depth_timestamp_s);
-      const bool tells_offset = offset && !options.settings.video.empty() && i % 25 == 24;
-      if (tells_offset) work.note_depth_offset(offset->estimate());
       ExtractedFeatures features = extract_features(extractor, frame.frame.image);
       if (!masks.uses_source_masks()) {
         frame.masks = work.wait_for_masks([&] { return masks.collect(frame); });
       }
+      if (offset) offset->add(frame.frame, frame.depth_timestamp_s, frame.masks);
+      const bool tells_offset = offset && !options.settings.video.empty() && i % 25 == 24;
+      if (tells_offset) work.note_depth_offset(offset->estimate());
       work.process(frame, std::move(features));
       progress.advance(options.settings.every);
     }

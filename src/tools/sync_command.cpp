@@ -14,6 +14,7 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.hpp"
+#include "depth_offset_measure.hpp"
 #include "depth_offset_text.hpp"
 #include "dynfilter/detail/number_text.hpp"
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
@@ -41,15 +42,17 @@ struct SyncOptions {
 constexpr const char* associations_mark = "# written by dynfilter sync";
 constexpr const char* json_mark = "\"written_by\": \"dynfilter sync\"";
 
-DepthOffsetEstimate estimate_offset(const RgbdSequence& sequence,
-                                    const DepthOffsetEstimatorOptions& options) {
-  DepthOffsetEstimator estimator(options);
+DepthOffsetMeasure measure_offset(const RgbdSequence& sequence,
+                                  const DepthOffsetEstimatorOptions& options) {
+  DepthOffsetMeasure measure(options);
+  OptionalMasks masks(sequence);
   ProgressBar progress("comparing edges", sequence.size());
   for (std::size_t i = 0; i < sequence.size(); ++i) {
-    estimator.add(sequence.read(i), sequence.entry(i).depth_timestamp_s);
+    const FrameView frame = sequence.read(i);
+    measure.add(frame, sequence.entry(i).depth_timestamp_s, masks.of(frame));
     progress.advance();
   }
-  return estimator.estimate();
+  return measure;
 }
 
 /// Prints one row a lag: the shorter the bar, the better the edges agree.
@@ -104,11 +107,17 @@ void sync(const SyncOptions& options) {
   }
   require_harmless_file(sequence, options.camera, options.write, associations_mark);
   require_harmless_file(sequence, options.camera, options.json, json_mark);
-  const DepthOffsetEstimate estimate = estimate_offset(sequence, options.estimator);
+  const DepthOffsetMeasure measure = measure_offset(sequence, options.estimator);
+  const DepthOffsetEstimate estimate = measure.estimate();
+  const std::optional<SilhouetteLag> silhouettes = measure.by_silhouettes();
   const double offset_s = recommended_offset_s(estimate, sequence.depth_offset_s());
   std::printf("%zu frames compared, paired with a depth offset of %g s\n\n", estimate.frames,
               sequence.depth_offset_s());
   print_curve(estimate);
+  if (silhouettes) {
+    std::printf("\nby %zu edges of masked objects: late by %.2f frames (+-%.2f)\n",
+                silhouettes->edges, silhouettes->frames_late, silhouettes->sigma_frames);
+  }
   std::printf("\n%s\n", depth_offset_text(estimate).c_str());
   if (is_out_of_step(estimate)) {
     std::printf(
@@ -116,6 +125,8 @@ void sync(const SyncOptions& options) {
         offset_s, offset_s);
   } else if (estimate.offset) {
     std::printf("recommended: keep the pairs as they are; no other pairing is nearer\n");
+  } else if (estimate.verdict == DepthOffsetVerdict::masks_disagree) {
+    std::printf("recommended: keep the pairs as they are, and look at the masks in an overlay\n");
   } else {
     std::printf("recommended: keep the pairs as they are, or record something that moves\n");
   }
@@ -134,6 +145,11 @@ void sync(const SyncOptions& options) {
     json["present_offset_s"] = sequence.depth_offset_s();
     json["recommended_offset_s"] = offset_s;
     json["depth_offset"] = depth_offset_json(estimate);
+    if (silhouettes) {
+      json["by_silhouettes"] = {{"frames_late", silhouettes->frames_late},
+                                {"sigma_frames", silhouettes->sigma_frames},
+                                {"edges", silhouettes->edges}};
+    }
     write_replaceable(
         options.json, json_mark,
         json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + '\n');
@@ -144,11 +160,13 @@ void sync(const SyncOptions& options) {
 
 void add_sync_command(CLI::App& program) {
   const auto options = std::make_shared<SyncOptions>();
-  CLI::App* command =
-      program.add_subcommand("sync",
-                             "Measure by how much the depth of a sequence lags its colour, from "
-                             "edges alone, and say what\n"
-                             "to do about it. Something must move: the camera, or what it sees.");
+  CLI::App* command = program.add_subcommand(
+      "sync",
+      "Measure by how much the depth of a sequence lags its colour, from "
+      "edges and, where there is\n"
+      "a masks/ folder, from the silhouettes of masked objects, and say what "
+      "to do about it.\n"
+      "Something must move: the camera, or what it sees.");
   command->add_option("SEQUENCE", options->sequence, "folder of the sequence")->required();
   command->add_option("--camera", options->camera, "camera file [SEQUENCE/camera.yaml]");
   add_depth_offset_option(*command, options->depth_offset_s);

@@ -53,7 +53,8 @@ enum class DepthOffsetVerdict {
   too_few_frames,  ///< abstained: fewer usable frames than min_frames
   nothing_moves,   ///< abstained: all offsets fit equally well
   out_of_reach,    ///< abstained: the best offset is the first or the last that was tried
-  uncertain        ///< abstained: the standard error is above max_sigma_frames
+  uncertain,       ///< abstained: the standard error is above max_sigma_frames
+  masks_disagree   ///< abstained: silhouettes contradict the edges, see `sharpened`
 };
 
 /// Offset of the depth images' times. See RgbdSequenceOptions::depth_offset_s for the sign.
