@@ -52,6 +52,7 @@ class RemoteChannel {
   };
 
   Segmentation exchange(const FrameView& frame, const Deadline& deadline);
+  Message ask(const FrameView& frame, const Deadline& deadline);
   void prepare_connection(const Deadline& deadline);
   void connect(const Deadline& deadline);
   bool skip_late_reply(const Deadline& deadline);
@@ -84,15 +85,35 @@ Segmentation RemoteChannel::exchange(const FrameView& frame) {
 }
 
 Segmentation RemoteChannel::exchange(const FrameView& frame, const Deadline& deadline) {
-  prepare_connection(deadline);
-  send(frame, deadline);
-  const Message reply = receive_reply(deadline);
+  const Message reply = ask(frame, deadline);
   if (reply.header.type == MessageType::error) {
     // The connection is still good: the other side failed in its work, not in the protocol.
     throw_file_error(path_, concatenate("the other side has failed at frame ", frame.id, ": ",
                                         remote::decode_error(reply.payload)));
   }
   return remote::decode_instances(reply.payload, frame.id, frame.timestamp_s, frame.image.size());
+}
+
+/// Sends the frame and receives the reply. If the connection is lost meanwhile, and the options
+/// allow for waiting, sends the frame once more, to whoever listens then: a frame that ends the
+/// other process ends the next one too.
+Message RemoteChannel::ask(const FrameView& frame, const Deadline& deadline) {
+  std::string loss;
+  while (true) {
+    try {
+      prepare_connection(deadline);
+    } catch (const TimeIsUp& error) {
+      throw loss.empty() ? error : TimeIsUp(concatenate(loss, ", and then ", error.what()));
+    }
+    try {
+      send(frame, deadline);
+      return receive_reply(deadline);
+    } catch (const ConnectionError& error) {
+      if (options_.retry_interval_s == 0 || !loss.empty()) throw;
+      loss = error.what();
+      drop_connection();
+    }
+  }
 }
 
 /// Provides a connection with nothing in flight.

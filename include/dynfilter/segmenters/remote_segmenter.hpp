@@ -23,7 +23,8 @@ struct RemoteSegmenterOptions {
   double timeout_s = 1.0;
   /// Pause before another attempt to connect while nobody listens, seconds, within `timeout_s`. 0 =
   /// the call fails at once, which suits a tracker; a program that can wait for its masks may use
-  /// 0.1.
+  /// 0.1. Above 0, a frame whose connection is lost before its reply has come is sent once more, to
+  /// the process that listens then.
   double retry_interval_s = 0;
   /// Whether the depth image is sent too, if the frame has one.
   bool send_depth = false;
@@ -38,7 +39,8 @@ struct RemoteSegmenterOptions {
 /// README.md defines the protocol. Linux only; on other systems the library is built without it.
 ///
 /// Either side may start first, die and come back. The first call connects, a call that finds the
-/// connection closed connects anew, and a call that fails leaves the segmenter usable.
+/// connection closed connects anew, and a call that fails leaves the segmenter usable. A call during
+/// which the other side dies fails, unless `retry_interval_s` lets it wait for the next one.
 ///
 /// No call takes longer than `timeout_s`, apart from the time for copying the data that arrived.
 /// The server works on one frame at a time and gets no other before it has answered. If its reply
