@@ -153,6 +153,7 @@ struct Plugin::State {
       recorder.emplace(make_recorder(settings));
     }
     if (!settings.video.empty()) video.emplace(settings);
+    for (const std::string& sentence : settings.idle) std::cerr << sentence << std::endl;
   }
 
   FrameView view(double timestamp_s, const cv::Mat& depth);

@@ -14,6 +14,7 @@
 #include "dynfilter/detail/errors.hpp"
 #include "io/hand_over_names.hpp"
 #include "io/image_file.hpp"
+#include "plugin/idle_settings.hpp"
 #include "plugin/settings_file.hpp"
 
 namespace dynfilter::detail {
@@ -230,6 +231,7 @@ PluginSettings read_plugin_settings(const std::string& path, const std::string& 
   settings.output_folder_key = file.key_of("output_folder");
   settings.missing_masks_key = file.key_of("missing_masks");
   settings.max_time_difference_key = file.key_of("max_time_difference_s");
+  settings.idle = find_idle_settings(file, settings);
   settings.depth_units_per_metre =
       file.host_number("DepthMapFactor", file.host_number("RGBD.DepthMapFactor", 0));
   return settings;

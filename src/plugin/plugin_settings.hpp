@@ -6,6 +6,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "dynfilter/dynamic_filter.hpp"
 #ifdef DYNFILTER_HAS_MOTION
@@ -51,6 +52,7 @@ struct PluginSettings {
   std::string depth_frames_late_key;     ///< the key of `depth_frames_late`, for messages
   int overlay_every = 0;                 ///< draw every n-th frame; 0: none
   double depth_units_per_metre = 0;      ///< DepthMapFactor; 0: not in the file
+  std::vector<std::string> idle;         ///< a sentence for each setting without effect
 };
 
 /// Reads the settings. Throws std::runtime_error that names file and key.

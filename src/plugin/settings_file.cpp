@@ -144,6 +144,10 @@ std::string SettingsFile::host_text(const std::string& key) const {
   return file_.text(key).value_or("");
 }
 
+bool SettingsFile::has(const std::string& name) const {
+  return std::find(names_.begin(), names_.end(), name) != names_.end();
+}
+
 bool SettingsFile::is_known(const std::string& name) const {
   return std::find(known_.begin(), known_.end(), name) != known_.end();
 }

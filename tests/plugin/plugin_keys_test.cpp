@@ -162,6 +162,46 @@ TEST_F(PluginTest, NamesTheKeyForAMisspeltPrefix) {
   EXPECT_TRUE(plugin.enabled());
 }
 
+/// Returns what a plugin with these settings says on standard error when it is made.
+std::string said_of(const std::string& file) {
+  ::testing::internal::CaptureStderr();
+  const Plugin plugin(file);
+  return ::testing::internal::GetCapturedStderr();
+}
+
+TEST_F(PluginTest, NamesSettingsWithoutEffect) {
+  const std::string to_folder = "dynfilter.output_folder: \"" + path("out").string() + "\"\n";
+  const struct {
+    std::string line, need, with;  // the sentence ends with `need`; `with` gives it an effect
+  } idle[] = {{"overlay_every: 30", "dynfilter.output_folder", to_folder},
+              {"policy: \"restore_balanced\"", "dynfilter.floor above 0", "dynfilter.floor: 100\n"},
+              {"max_wait_s: 0.1", "dynfilter.async: \"limited_wait\"",
+               "dynfilter.async: \"limited_wait\"\n"},
+              {"samples: 30", "dynfilter.rule: \"paper\"", "dynfilter.rule: \"paper\"\n"},
+              {"code.expansion: 8", "dynfilter.rule: \"paper\"", "dynfilter.rule: \"paper\"\n"}};
+  for (const auto& [line, need, with] : idle) {
+    const std::string key = "dynfilter." + line.substr(0, line.find(':'));
+    EXPECT_EQ(
+        said_of(settings("dynfilter." + line + "\n")),
+        "dynfilter: " + file().string() + ": " + key + " has no effect; it needs " + need + "\n");
+    EXPECT_EQ(said_of(settings("dynfilter." + line + "\n" + with)), "");
+  }
+  EXPECT_NE(said_of(settings("dynfilter.rule: \"mask\"\ndynfilter.min_nearness: 1\n"))
+                .find("dynfilter.min_nearness has no effect; it needs dynfilter.rule: \"depth\""),
+            std::string::npos);
+  EXPECT_NE(said_of(settings("dynfilter.async: \"wait\"\ndynfilter.read_ahead: 1\n"))
+                .find("dynfilter.read_ahead has no effect; it needs dynfilter.mask_folder and no "
+                      "dynfilter.async"),
+            std::string::npos);
+}
+
+TEST_F(PluginTest, TakesSettingsThatSayNothing) {
+  EXPECT_EQ(said_of(settings("dynfilter.overlay_every: 0\ndynfilter.policy: \"report_only\"\n")),
+            "");
+  EXPECT_EQ(said_of(settings("dynfilter.min_nearness: 0.5\ndynfilter.min_pixels: 1\n")), "");
+  EXPECT_EQ(said_of(settings("dynfilter.enabled: 0\ndynfilter.overlay_every: 30\n")), "");
+}
+
 TEST_F(PluginTest, ListsTheKeysIfThereIsNone) {
   for (const char* part :
        {"dynfilter.mask_folder: \"masks\"", "dynfilter.margin_px", "TUM3.yaml"}) {
