@@ -30,6 +30,7 @@ struct AblateOptions {
   std::string program = "dynfilter";
   std::vector<std::filesystem::path> sequences;
   std::vector<std::string> degradations;  // of the sequences' masks; none: unchanged
+  std::filesystem::path masks, camera;    // of the only sequence; empty: its own
   std::optional<double> depth_offset_s;
   std::vector<std::string> levels;
   std::string seeds = "1-5";
@@ -52,9 +53,15 @@ std::vector<std::uint64_t> seeds_of(const std::string& text) {
 
 AblationPlan plan_of(const AblateOptions& options) {
   AblationPlan plan = options.plan;
+  const bool has_files = !options.masks.empty() || !options.camera.empty();
+  if (has_files && options.sequences.size() != 1) {
+    throw CLI::ValidationError("--masks and --camera need one SEQUENCE, whose files they replace");
+  }
   for (const std::filesystem::path& sequence : options.sequences) {
     SceneSpec scene;
     scene.sequence = sequence;
+    scene.masks = options.masks;
+    scene.camera = options.camera;
     scene.depth_offset_s = options.depth_offset_s;
     if (options.degradations.empty()) plan.scenes.push_back(scene);
     for (const std::string& how : options.degradations) {
@@ -129,6 +136,11 @@ void add_ablate_command(CLI::App& program, const std::string& called_as) {
       "the errors of the reference odometry. A job is one scene under one rule. Its results go to\n"
       "OUT/<scene>/<rule>, and the tables are made from all results in OUT.");
   command->add_option("SEQUENCES", options->sequences, "folders of sequences");
+  command->add_option("--masks", options->masks,
+                      "folder of the masks of one SEQUENCE [SEQUENCE/masks]; dynfilter masks makes "
+                      "them\nwith --model or --remote");
+  command->add_option("--camera", options->camera,
+                      "camera file of one SEQUENCE [SEQUENCE/camera.yaml]");
   command
       ->add_option("--degrade", options->degradations,
                    "make the sequences' masks worse, and use the original ones as the truth: for\n"

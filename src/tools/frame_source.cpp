@@ -33,6 +33,7 @@ class Recording final : public FrameSource {
   std::size_t size() const override { return sequence_.size(); }
   CameraParameters camera() const override { return sequence_.camera(); }
   bool has_depth() const override { return sequence_.has_depth(); }
+  double depth_offset_s() const override { return sequence_.depth_offset_s(); }
   bool has_true_masks() const override { return true_masks_.has_value(); }
   std::string masks_name() const override { return masks_name_; }
 

@@ -46,6 +46,7 @@ class FrameSource {
   virtual std::size_t size() const = 0;
   virtual CameraParameters camera() const = 0;
   virtual bool has_depth() const = 0;
+  virtual double depth_offset_s() const { return 0; }  ///< by which depth was paired
   virtual bool has_true_masks() const = 0;
   virtual std::string masks_name() const = 0;  ///< empty if there are none
   /// Returns the rim's width: features this near to a true mask, but not on it, count as neither

@@ -92,6 +92,13 @@ void add_mask_feed_options(CLI::App& command, MaskFeedOptions& options) {
                   "slow the masks down to this many frames a second [no limit]")
       ->needs(hand_over)
       ->check(real_number(0.001, 1000));
+  command
+      .add_option("--missing-masks", options.missing_masks,
+                  "if the segmenter fails at a frame: error ends the run, keep goes on, and the\n"
+                  "frame keeps its features; with --async every run goes on")
+      ->check(CLI::IsMember({"error", "keep"}))
+      ->excludes(hand_over)
+      ->capture_default_str();
 }
 
 MaskFeed::MaskFeed(const MaskFeedOptions& options, const FrameSource& source)
@@ -139,11 +146,28 @@ void MaskFeed::submit(const SourceFrame& frame) {
 
 std::optional<Segmentation> MaskFeed::collect(const SourceFrame& frame) {
   if (thread_) return thread_->collect(frame.frame.id);
-  if (segmenter_) return segmenter_->segment(frame.frame);
+  if (segmenter_) return segment_or_continue(frame.frame);
   return frame.masks;
 }
 
+std::optional<Segmentation> MaskFeed::segment_or_continue(const FrameView& frame) {
+  try {
+    return segmenter_->segment(frame);
+  } catch (const std::runtime_error& error) {
+    if (options_.missing_masks != "keep") {
+      throw std::runtime_error(std::string(error.what()) +
+                               " (nothing was written; --missing-masks keep goes on without)");
+    }
+    if (++failures_ == 1) first_failure_ = error.what();
+    return {};
+  }
+}
+
 std::string MaskFeed::report() const {
+  if (failures_ > 0) {
+    return "frames without masks, because the segmenter failed: " + std::to_string(failures_) +
+           ", the first with: " + first_failure_;
+  }
   if (!thread_) return "";
   const AsyncSegmenterStatistics counts = thread_->statistics();
   char text[160];

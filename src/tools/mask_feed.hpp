@@ -4,6 +4,7 @@
 #ifndef DYNFILTER_SRC_TOOLS_MASK_FEED_HPP
 #define DYNFILTER_SRC_TOOLS_MASK_FEED_HPP
 
+#include <cstddef>
 #include <memory>
 #include <optional>
 #include <string>
@@ -22,7 +23,8 @@ struct MaskFeedOptions {
   SegmenterSpec segmenter;  ///< is_unset(): the sequence's own masks
   std::string hand_over;    ///< empty: masks are made on demand, without a thread
   double max_wait_s = 0.03;
-  double rate_hz = 0;  ///< results a second at most; 0: no limit
+  double rate_hz = 0;                   ///< results a second at most; 0: no limit
+  std::string missing_masks = "error";  ///< or "keep": a frame goes on if the segmenter fails at it
 };
 
 void add_mask_feed_options(CLI::App& command, MaskFeedOptions& options);
@@ -49,14 +51,18 @@ class MaskFeed {
   /// there is one.
   void submit(const SourceFrame& frame);
 
-  /// Returns the masks available for the frame. Passes on what the segmenter throws.
+  /// Returns the masks available for the frame. Passes on what the segmenter throws, unless the run
+  /// goes on without masks.
   std::optional<Segmentation> collect(const SourceFrame& frame);
 
-  /// Reports what happened to the thread's frames, in lines; empty without a thread.
+  /// Reports what happened to the thread's frames, or to those at which the segmenter failed, in
+  /// lines; empty if there is nothing to report.
   std::string report() const;
 
  private:
   class SourceMasks;
+
+  std::optional<Segmentation> segment_or_continue(const FrameView& frame);
 
   MaskFeedOptions options_;
   std::string source_name_;
@@ -65,6 +71,8 @@ class MaskFeed {
   SourceMasks* source_masks_ = nullptr;  // the thread's, if it hands over the source's masks
   std::unique_ptr<AsyncSegmenter> thread_;
   FramePace pace_;
+  std::size_t failures_ = 0;   // frames that went on without masks
+  std::string first_failure_;  // what the segmenter said of the first
 };
 
 }  // namespace dynfilter::tools

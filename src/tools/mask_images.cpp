@@ -3,6 +3,7 @@
 
 #include "mask_images.hpp"
 
+#include <algorithm>
 #include <set>
 #include <utility>
 
@@ -54,7 +55,7 @@ MaskImages::MaskImages(const RgbdSequence& sequence, MaskImageOptions options)
   }
   find_image_folder(sequence);
   make_names(sequence);
-  count_other_images(sequence);
+  find_other_images(sequence);
 }
 
 void MaskImages::find_image_folder(const RgbdSequence& sequence) {
@@ -79,7 +80,7 @@ void MaskImages::make_names(const RgbdSequence& sequence) {
   }
 }
 
-void MaskImages::count_other_images(const RgbdSequence& sequence) {
+void MaskImages::find_other_images(const RgbdSequence& sequence) {
   std::set<fs::path> images, extensions;
   for (std::size_t i = 0; i < sequence.size(); ++i) {
     const fs::path image = image_path(sequence, i);
@@ -88,8 +89,10 @@ void MaskImages::count_other_images(const RgbdSequence& sequence) {
   }
   for (const auto& entry : fs::recursive_directory_iterator(image_folder_)) {
     const bool looks_like_one = extensions.count(entry.path().extension()) > 0;
-    if (looks_like_one && images.count(entry.path()) == 0) ++images_without_frame_;
+    if (!looks_like_one || images.count(entry.path()) > 0) continue;
+    images_without_frame_.push_back(entry.path().lexically_relative(image_folder_));
   }
+  std::sort(images_without_frame_.begin(), images_without_frame_.end());
 }
 
 cv::Mat MaskImages::mask_of(const FrameView& frame, const Segmentation& masks) const {

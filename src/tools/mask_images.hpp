@@ -46,9 +46,11 @@ class MaskImages {
   /// Returns the names of the masks, by the index of their frames.
   const std::vector<std::filesystem::path>& names() const { return names_; }
 
-  /// Counts the files below the images' folder that look like images and are no frames. They have
-  /// no mask.
-  std::size_t images_without_frame() const { return images_without_frame_; }
+  /// Returns the files below the images' folder that look like images and are no frames, sorted,
+  /// with their paths below it. They have no mask.
+  const std::vector<std::filesystem::path>& images_without_frame() const {
+    return images_without_frame_;
+  }
 
   /// Makes the mask of a frame. Throws std::invalid_argument for malformed input.
   cv::Mat mask_of(const FrameView& frame, const Segmentation& masks) const;
@@ -56,13 +58,13 @@ class MaskImages {
  private:
   void find_image_folder(const RgbdSequence& sequence);
   void make_names(const RgbdSequence& sequence);
-  void count_other_images(const RgbdSequence& sequence);
+  void find_other_images(const RgbdSequence& sequence);
 
   MaskImageOptions options_;
   MaskCuller culler_;
   std::filesystem::path image_folder_;
   std::vector<std::filesystem::path> names_;
-  std::size_t images_without_frame_ = 0;
+  std::vector<std::filesystem::path> images_without_frame_;
 };
 
 }  // namespace dynfilter::tools

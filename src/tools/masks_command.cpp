@@ -6,10 +6,12 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "commands.hpp"
+#include "dynfilter/detail/errors.hpp"
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "dynfilter/segmenters/mask_folder_writer.hpp"
@@ -55,6 +57,16 @@ Inputs inputs_of(const MasksOptions& options, const RgbdSequence& sequence) {
   return inputs;
 }
 
+/// Returns the masks of frame i. An error says that nothing of the frames before it is there.
+Segmentation masks_of(Segmenter& source, const FrameView& frame, std::size_t i, std::size_t size) {
+  try {
+    return source.segment(frame);
+  } catch (const std::runtime_error& error) {
+    throw std::runtime_error(detail::concatenate(error.what(), " (nothing was written; ", i, " of ",
+                                                 size, " frames had masks)"));
+  }
+}
+
 /// Writes label maps with an instances.csv.
 void write_label_maps(const MasksOptions& options, const RgbdSequence& sequence,
                       const Inputs& inputs) {
@@ -69,7 +81,7 @@ void write_label_maps(const MasksOptions& options, const RgbdSequence& sequence,
     ProgressBar progress("segmenting", sequence.size());
     for (std::size_t i = 0; i < sequence.size(); ++i) {
       const FrameView frame = sequence.read(i);
-      const Segmentation masks = segmenter->segment(frame);
+      const Segmentation masks = masks_of(*segmenter, frame, i, sequence.size());
       writer.add(masks, sequence.entry(i).stem, frame.timestamp_s);
       instances += masks.instances.size();
       progress.advance();
@@ -126,16 +138,19 @@ void write_mask_images(const MasksOptions& options, const RgbdSequence& sequence
       const FrameView frame = sequence.read(i);
       const std::filesystem::path file = staged.path() / images.names()[i];
       std::filesystem::create_directories(file.parent_path());
-      detail::write_png(file, images.mask_of(frame, source->segment(frame)));
+      detail::write_png(file, images.mask_of(frame, masks_of(*source, frame, i, sequence.size())));
       progress.advance();
     }
   }
   staged.commit();
   std::printf("%zu masks of the images in %s, written to %s\n", sequence.size(),
               images.image_folder().c_str(), options.out.c_str());
-  if (images.images_without_frame() > 0) {
+  if (!images.images_without_frame().empty()) {
     std::printf("%zu other images are there without a mask: they are no frames of the sequence\n",
-                images.images_without_frame());
+                images.images_without_frame().size());
+    for (const std::filesystem::path& image : images.images_without_frame()) {
+      std::printf("  %s\n", image.c_str());
+    }
   }
   if (options.format != "colmap") return;
   std::printf("colmap feature_extractor --image_path %s --ImageReader.mask_path %s …\n",

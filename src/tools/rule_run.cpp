@@ -130,6 +130,7 @@ RuleRun::RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource
   record_.scene = scene.name();
   record_.input = scene.arguments();
   record_.rule = rule;
+  record_.depth_offset_s = source.depth_offset_s();
   record_.masks = masks_name(rule, source, settings);
   record_.segmenter = settings.masks;
   record_.truth = truth_;

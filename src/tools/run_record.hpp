@@ -64,6 +64,7 @@ struct RunRecord {
   std::optional<TrajectoryRecord> trajectory;       ///< if there was depth
   std::optional<WeightReliability> reliability;     ///< if the truth is known, of weights
   std::optional<DepthOffsetEstimate> depth_offset;  ///< of a run over every frame with depth
+  double depth_offset_s = 0;                        ///< the offset that depth was paired with
   FilterHealthReport health;
   std::vector<std::pair<std::string, Times>> stages;  ///< name and time, in the order of work
 

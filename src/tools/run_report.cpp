@@ -185,6 +185,12 @@ std::string masks_text(const RunRecord& run) {
   return "masks: " + run.masks;
 }
 
+/// Names the offset that depth was paired with; empty without one.
+std::string offset_text(const RunRecord& run) {
+  if (run.depth_offset_s == 0) return "";
+  return ", depth paired with an offset of " + detail::fixed_decimals(run.depth_offset_s, 3) + " s";
+}
+
 /// Returns null for a rate that does not exist.
 nlohmann::ordered_json json_of(const DetectionRates& rates) {
   nlohmann::ordered_json json;
@@ -238,8 +244,8 @@ void add_trajectory(nlohmann::ordered_json& summary, const RunRecord& run) {
 void print_report(const RunRecord& run) {
   const FrameStatistics totals = run.totals();
   const std::size_t frames = run.frames.size();
-  std::printf("\n%s: %zu frames, rule %s, %s\n\n", run.scene.name.c_str(), frames,
-              run.rule.name.c_str(), masks_text(run).c_str());
+  std::printf("\n%s: %zu frames, rule %s, %s%s\n\n", run.scene.name.c_str(), frames,
+              run.rule.name.c_str(), masks_text(run).c_str(), offset_text(run).c_str());
   std::printf("features                                      total   per frame\n");
   print_count("extracted", totals.features, frames);
   if (run.rule.takes_masks) {
@@ -309,6 +315,7 @@ void write_summary_json(const RunRecord& run, const std::filesystem::path& file)
   summary["image_size"] = {run.image_size.width, run.image_size.height};
   summary["has_masks"] = !run.masks.empty();
   summary["segmenter"] = run.segmenter;
+  summary["depth_offset_s"] = run.depth_offset_s;
   summary["frames"] = run.frames.size();
   summary["features"] = totals.features;
   summary["masked"] = totals.masked;

@@ -304,6 +304,25 @@ TEST_F(Ablate, RefusesInvalidPlans) {
   }
   refuses("--levels medium,medium --list", "two scenes named medium_1");
   refuses("--levels medium --gather x --list", "excludes");
+  refuses("--levels medium --masks x", "--masks and --camera need one SEQUENCE");
+  refuses("one two --camera x", "--masks and --camera need one SEQUENCE");
+}
+
+TEST_F(Ablate, TakesOtherMasksAndAnotherCameraOfASequence) {
+  const fs::path scene = out("with other masks");
+  ASSERT_EQ(run("synth " + quoted(scene) + " --frames 3 --width 160 --height 120").exit_code, 0);
+  const std::string files =
+      " --masks " + quoted(scene / "masks_true") + " --camera " + quoted(out("other.yaml"));
+  fs::rename(scene / "camera.yaml", out("other.yaml"));
+  const Outcome listed = run("ablate " + quoted(scene) + files + " --rules mask --list");
+  EXPECT_TRUE(listed.mentions(" --masks " + quoted(scene / "masks_true"))) << listed.printed;
+  EXPECT_TRUE(listed.mentions(" --camera " + out("other.yaml").string())) << listed.printed;
+  const Outcome outcome =
+      run("ablate " + quoted(scene) + files + " --rules mask --out " + quoted(out("of others")));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
+  const nlohmann::json summary =
+      read_json(out("of others") / "with other masks" / "mask" / "summary.json");
+  EXPECT_EQ(summary["dynamic_left"], 0) << "the masks are the true ones";
 }
 
 TEST_F(Ablate, TakesEveryLevelWithLateDepth) {

@@ -173,6 +173,7 @@ TEST_F(ProgramMaskImages, KeepTheImagesFolders) {
   EXPECT_TRUE(outcome.mentions("--image_path " + (folder / "rgb").string() + " "))
       << outcome.printed;
   EXPECT_TRUE(outcome.mentions("3 other images")) << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("\n  b/unknown.png\n")) << outcome.printed;
   for (std::size_t i = 0; i < 4; ++i) {
     const fs::path name = fs::path(i < 2 ? "a" : "b") / (sequence.entry(i).stem + ".png.png");
     EXPECT_TRUE(fs::exists(out("nested masks") / name)) << name;

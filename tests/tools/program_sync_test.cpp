@@ -111,12 +111,16 @@ TEST_F(ProgramSync, RunSaysItUntilTheOffsetIsGiven) {
   std::ifstream(out / "summary.json") >> summary;
   EXPECT_EQ(summary["depth_offset"]["out_of_step"], true);
   EXPECT_EQ(summary["frames"], 29);
+  EXPECT_EQ(summary["depth_offset_s"], 0);
+  EXPECT_FALSE(late.mentions("paired with an offset")) << late.printed;
 
   const Outcome in_step = run(command + " --depth-offset 0.0333");
   ASSERT_EQ(in_step.exit_code, 0) << in_step.printed;
   EXPECT_FALSE(in_step.mentions("depth is late by ")) << in_step.printed;
   std::ifstream(out / "summary.json") >> summary;
   EXPECT_EQ(summary["depth_offset"]["out_of_step"], false);
+  EXPECT_EQ(summary["depth_offset_s"], 0.0333);
+  EXPECT_TRUE(in_step.mentions(", depth paired with an offset of 0.033 s\n")) << in_step.printed;
   EXPECT_NE(summary["input"].get<std::string>().find("--depth-offset 0.0333"), std::string::npos);
 }
 

@@ -1,0 +1,114 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// What run and masks do if the process that makes their masks dies.
+
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "dynfilter/segmenters/mask_folder_segmenter.hpp"
+#include "support/program.hpp"
+#include "support/remote_peer.hpp"
+#include "support/small_scene_test.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int frames = 6;
+
+class ProgramRemote : public ::testing::Test {
+ protected:
+  ProgramRemote() {
+    const Outcome synth = run("synth " + quoted(scene()) + " --width 160 --height 120 --frames " +
+                              std::to_string(frames));
+    EXPECT_EQ(synth.exit_code, 0) << synth.printed;
+    masks_ = std::make_unique<MaskFolderSegmenter>(scene() / "masks");
+  }
+
+  fs::path scene() const { return folder_ / "scene"; }
+  fs::path out(const std::string& name) const { return folder_ / name; }
+
+  /// Peer that hangs up instead of answering each `period`-th request.
+  RemotePeer peer_that_fails_each(int period) {
+    return {out("socket"), [this, period](const PeerSocket& socket, const ReceivedFrame& frame) {
+              return ++asked_ % period != 0 && answer(socket, frame);
+            }};
+  }
+
+  /// Peer that hangs up whenever it gets this frame.
+  RemotePeer peer_that_fails_at(std::uint64_t id) {
+    return {out("socket"), [this, id](const PeerSocket& socket, const ReceivedFrame& frame) {
+              return frame.id != id && answer(socket, frame);
+            }};
+  }
+
+  std::string with_peer() const { return " --remote " + quoted(out("socket")); }
+  std::string run_into(const std::string& name) const {
+    return "run " + quoted(scene()) + " --overlays 0 --out " + quoted(out(name));
+  }
+
+ private:
+  bool answer(const PeerSocket& socket, const ReceivedFrame& frame) {
+    FrameView view;
+    view.id = frame.id;
+    view.timestamp_s = frame.timestamp_s;
+    view.image = frame.image;
+    return socket.send(reply(frame.request, masks_->segment(view)));
+  }
+
+  TemporaryFolder folder_;
+  std::unique_ptr<MaskFolderSegmenter> masks_;
+  std::atomic<int> asked_{0};
+};
+
+TEST_F(ProgramRemote, SurviveADeathWithinAFrame) {
+  const RemotePeer peer = peer_that_fails_each(4);
+  const std::string patient = with_peer() + " --remote-timeout 30";
+  const Outcome made = run("masks " + quoted(scene()) + patient + " --out " + quoted(out("made")));
+  ASSERT_EQ(made.exit_code, 0) << made.printed;
+  EXPECT_EQ(read_text(out("made") / "instances.csv"),
+            read_text(scene() / "masks" / "instances.csv"));
+  ASSERT_EQ(run(run_into("own")).exit_code, 0);
+  const Outcome outcome = run(run_into("remote") + patient);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
+  EXPECT_EQ(read_text(out("remote") / "frames.csv"), read_text(out("own") / "frames.csv"));
+}
+
+TEST_F(ProgramRemote, SayThatNothingWasWritten) {
+  const RemotePeer peer = peer_that_fails_at(3);
+  const Outcome made =
+      run("masks " + quoted(scene()) + with_peer() + " --out " + quoted(out("made")));
+  EXPECT_EQ(made.exit_code, 1);
+  EXPECT_TRUE(made.mentions("(nothing was written; 3 of 6 frames had masks)")) << made.printed;
+  EXPECT_FALSE(fs::exists(out("made")));
+  const Outcome outcome = run(run_into("result") + with_peer());
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_TRUE(outcome.mentions("(nothing was written; --missing-masks keep goes on without)"))
+      << outcome.printed;
+  EXPECT_FALSE(fs::exists(out("result") / "frames.csv"));
+}
+
+TEST_F(ProgramRemote, RunGoesOnWithoutMasksOnRequest) {
+  const RemotePeer peer = peer_that_fails_at(3);
+  const Outcome outcome = run(run_into("result") + with_peer() + " --missing-masks keep");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
+  EXPECT_TRUE(
+      outcome.mentions("frames without masks, because the segmenter failed: 1, the first "
+                       "with: " +
+                       out("socket").string() + ": the other side has closed"))
+      << outcome.printed;
+  EXPECT_EQ(read_csv(out("result") / "frames.csv").size(), 1U + frames);
+  EXPECT_EQ(run(run_into("other") + " --missing-masks keep --async wait").exit_code, 1)
+      << "a thread goes on by itself";
+}
+
+}  // namespace
+}  // namespace dynfilter::testing
