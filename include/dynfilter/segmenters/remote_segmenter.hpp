@@ -39,8 +39,8 @@ struct RemoteSegmenterOptions {
 /// README.md defines the protocol. Linux only; on other systems the library is built without it.
 ///
 /// Either side may start first, die and come back. The first call connects, a call that finds the
-/// connection closed connects anew, and a call that fails leaves the segmenter usable. A call during
-/// which the other side dies fails, unless `retry_interval_s` lets it wait for the next one.
+/// connection closed connects anew, and a call that fails leaves the segmenter usable. A call
+/// during which the other side dies fails, unless `retry_interval_s` lets it wait for the next one.
 ///
 /// No call takes longer than `timeout_s`, apart from the time for copying the data that arrived.
 /// The server works on one frame at a time and gets no other before it has answered. If its reply
