@@ -7,14 +7,16 @@ exec </dev/null # no command may wait for input
 
 usage() {
   cat <<'END'
-usage: tests/mutants.sh [--core] [--count N] [--only FIRST-LAST] [--readme] [--source FOLDER] [-h]
+usage: tests/mutants.sh [--core] [--again] [--count N] [--only FIRST-LAST] [--readme]
+                        [--source FOLDER] [-h]
 
 Breaks a copy of include/ and src/ in N small ways (default: 300), one at a time, in one build, and
 reports which of them the test programs do not notice. A comparison is flipped at its boundary, a
-check is removed, an index is shifted, min and max are swapped, a verdict is turned around. Needs
-python3. 300 mutants take hours; a stopped call goes on where it was.
+check is removed, an index is shifted, min and max are swapped, a verdict is turned around. Only the
+programs that reach a mutant try it. Needs python3. A stopped call goes on where it was.
 
   --core    break the core's headers alone, and build its tests alone; in a folder of its own
+  --again   try those that survived again, with the tests as they are now
   --only    mutants of these numbers alone
   --readme  put the count into the table of figures in tests/README.md
   --source  another project with include/, src/ and tests/, for the test of this script
@@ -23,6 +25,7 @@ python3. 300 mutants take hours; a stopped call goes on where it was.
   CMAKE_BUILD_PARALLEL_LEVEL  jobs at a time, default: one a core
 
 The last lines count the mutants; results.txt in the folder of the build has a line for each.
+tests/mutants/equivalent.txt names those that change nothing, each with its reason.
 END
 }
 
@@ -32,10 +35,11 @@ only=
 source=$root
 core=no
 readme=no
+again=no
 while (($# > 0)); do
   case "$1" in
-    --core | --readme)
-      if [[ $1 == --core ]]; then core=yes; else readme=yes; fi
+    --core | --readme | --again)
+      declare "${1#--}=yes"
       shift
       continue
       ;;
@@ -66,7 +70,8 @@ if [[ $core == yes ]]; then
 fi
 folder=$(realpath -m "${DYNFILTER_BUILD_DIR:-$root/build/$name}")
 jobs=${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}
-readonly root count only source core readme name files options folder jobs
+equivalent=$source/tests/mutants/equivalent.txt
+readonly root count only source core readme again name files options folder jobs equivalent
 # shellcheck source-path=SCRIPTDIR source=figures.sh
 source "$root/tests/figures.sh"
 
@@ -78,50 +83,96 @@ if [[ ! -f $folder/table.txt ]]; then
   python3 "$root/tests/mutants/mutate.py" "$folder/source" "$count" "$folder/new_table.txt" "$files"
   mv "$folder/new_table.txt" "$folder/table.txt"
 fi
+if [[ $again == yes ]]; then
+  cp -r "$source/tests" "$folder/source"
+  sed -i '/\tsurvived\t/d' "$folder/results.txt"
+fi
 cmake -S "$folder/source" -B "$folder/build" -DCMAKE_BUILD_TYPE=Release "${options[@]}" \
   -DCMAKE_CXX_FLAGS_RELEASE=-O1 \
   -DCMAKE_CXX_FLAGS="-include $root/tests/mutants/mutant.hpp -w" >"$folder/configure.log"
 targets=()
 if [[ $core == yes ]]; then
-  mapfile -t targets < <(sed -nE 's/^dynfilter_test\(([a-z_]+)[ )].*/\1_test/p' \
-    "$folder/source/tests/CMakeLists.txt")
+  targets=(--target core_tests)
 fi
-cmake --build "$folder/build" -j "$jobs" ${targets:+--target "${targets[@]}"} >"$folder/build.log"
+cmake --build "$folder/build" -j "$jobs" "${targets[@]}" >"$folder/build.log"
 mapfile -t programs < <(find "$folder/build/tests" -type f -name '*_test' -perm -u+x | sort)
 
-# Succeeds if a test program notices the mutant: fails, crashes or takes too long. Begins with those
-# that are named like the file.
-is_caught() {
-  local number=$1 stem=$2 program
-  local -a near=() far=()
+# Runs a program without a mutant, and writes down which mutants it reaches, since no other mutant can
+# change it, and its time in ms.
+observe() {
+  local program=$1 reached begin
+  reached=$folder/reached/$(basename "$program")
+  rm -f "$reached" "$reached.time"
+  : >"$reached"
+  begin=$(date +%s%N)
+  (cd "$folder/work" && DYNFILTER_MUTANTS_REACHED=$reached timeout 600 "$program" --gtest_brief=1) \
+    >"$folder/last.log" 2>&1 || return
+  echo "$((($(date +%s%N) - begin) / 1000000))" >"$reached.time"
+}
+
+# Prints the programs that reach a mutant in the order in which they are tried: named like its file,
+# then by the mutants that they caught in each second of their time.
+reaching() {
+  local number=$1 stem=$2 program test
   for program in "${programs[@]}"; do
-    if [[ $(basename "$program") == *"$stem"* ]]; then near+=("$program"); else far+=("$program"); fi
-  done
-  for program in "${near[@]}" "${far[@]}"; do
-    if ! DYNFILTER_MUTANT=$number timeout 120 "$program" --gtest_brief=1 >"$folder/last.log" 2>&1; then
+    test=$(basename "$program")
+    grep -qx "$number" "$folder/reached/$test" || continue
+    awk -F '\t' -v test="$test" -v stem="$stem" -v program="$program" -v time="$(<"$folder/reached/$test.time")" '
+      $5 == test { ++caught }
+      END {
+        near = index(test, stem) == 1 && time < 5000 ? 0 : 1
+        printf "%d\t%f\t%s\n", near, (caught + 1) / (time + 100), program
+      }' "$folder/results.txt"
+  done | sort -t $'\t' -k 1,1n -k 2,2gr | cut -f 3
+}
+
+# Succeeds if a test program notices the mutant: fails, crashes or takes ten times as long. Sets
+# `noticed_by`.
+is_caught() {
+  local number=$1 stem=$2 program limit
+  noticed_by=-
+  while read -r program; do
+    limit=$(($(<"$folder/reached/$(basename "$program").time") / 100 + 10))
+    if ! (cd "$folder/work" && DYNFILTER_MUTANT=$number GTEST_FAIL_FAST=1 timeout "$limit" "$program" \
+      --gtest_brief=1) >"$folder/last.log" 2>&1; then
+      noticed_by=$(basename "$program")
       return 0
     fi
-  done
+  done < <(reaching "$number" "$stem")
   return 1
 }
 
-if is_caught 0 ""; then
-  echo "error: a test fails without a mutant; see $folder/last.log" >&2
-  exit 1
-fi
+mkdir -p "$folder/reached" "$folder/work" # tests may write where they run
+for program in "${programs[@]}"; do
+  reached=$folder/reached/$(basename "$program")
+  if [[ $reached.time -nt $program ]]; then continue; fi
+  observe "$program" || {
+    echo "error: $(basename "$program") fails without a mutant; see $folder/last.log" >&2
+    exit 1
+  }
+done
 touch "$folder/results.txt"
 while IFS=$'\t' read -r number file line what; do
   if [[ -n $only ]] && ((number < ${only%-*} || number > ${only#*-})); then continue; fi
   if grep -q "^$number"$'\t' "$folder/results.txt"; then continue; fi
   verdict=survived
-  if is_caught "$number" "$(basename "${file%.*}")"; then verdict=caught; fi
-  printf '%s\t%s\t%s:%s\t%s\n' "$number" "$verdict" "$file" "$line" "$what" >>"$folder/results.txt"
+  noticed_by=-
+  if [[ -f $equivalent ]] && grep -qF "$file"$'\t'"$what"$'\t' "$equivalent"; then
+    verdict=equivalent
+  elif is_caught "$number" "$(basename "${file%.*}")"; then
+    verdict=caught
+  fi
+  printf '%s\t%s\t%s:%s\t%s\t%s\n' "$number" "$verdict" "$file" "$line" "$what" "$noticed_by" \
+    >>"$folder/results.txt"
 done <"$folder/table.txt"
 
 grep $'\tsurvived\t' "$folder/results.txt" || true
-caught="$(grep -c $'\tcaught\t' "$folder/results.txt" || true) of $(wc -l <"$folder/results.txt")"
+caught=$(grep -c $'\tcaught\t' "$folder/results.txt" || true)
+equal=$(grep -c $'\tequivalent\t' "$folder/results.txt" || true)
+figure="$caught of $(($(wc -l <"$folder/results.txt") - equal))"
 if [[ $readme == yes ]]; then
-  set_figure "$root/tests/README.md" "$name caught" "$caught" \
+  set_figure "$root/tests/README.md" "$name caught" "$figure; $equal more change nothing" \
     "tests/mutants.sh$([[ $core == no ]] || echo ' --core') --count $count --readme"
 fi
-echo "$caught mutants were caught"
+echo "$equal mutants change nothing"
+echo "$figure mutants were caught"

@@ -26,6 +26,17 @@ cat "$folder/printed"
 [[ $(tail -n 1 "$folder/printed") == '4 of 5 mutants were caught' ]] || fail "wants 4 caught"
 [[ $(grep -c 'survived.*absolute' "$folder/printed") -eq 1 ]] || fail "absolute wants a survivor"
 grep -q constant "$folder/toy/table.txt" && fail "the compiler computes a constant"
+# The survivor is written down as one that changes nothing, and tried again.
+cp -r "$root/tests/mutants/toy" "$folder/listed"
+mkdir "$folder/listed/tests/mutants"
+awk -F '\t' '/absolute/ { print $2 "\t" $4 "\tThe negative of 0 is 0." }' "$folder/toy/table.txt" \
+  >"$folder/listed/tests/mutants/equivalent.txt"
+DYNFILTER_BUILD_DIR=$folder/toy bash "$root/tests/mutants.sh" --source "$folder/listed" --again \
+  --count 50 >"$folder/printed"
+[[ $(tail -n 2 "$folder/printed") == $'1 mutants change nothing\n4 of 4 mutants were caught' ]] ||
+  fail "wants 4 caught of 4"
+# A program that does not reach a mutant does not try it.
+[[ $(sort -n "$folder/toy/reached/toy_test") == $'1\n2\n3\n4\n5' ]] || fail "wants all five reached"
 [[ $(find "$root/tests/mutants" -type f -exec cksum {} + | sort) == "$before" ]] ||
   fail "the sources changed"
 
