@@ -21,9 +21,15 @@ namespace dynfilter::detail {
 /// Returns half the length of a disc's row at `offset` rows from its centre: the largest dx with
 /// dx^2 + offset^2 <= radius^2. `offset` must not exceed the radius.
 inline std::int64_t chord_half_length(double radius, double offset) {
+  // The root is a guess. Only whole numbers are compared with the rounded square, as mask_within
+  // does: a compiler may fuse the difference of two products and round it otherwise.
+  const auto is_within = [&](std::int64_t half) {
+    return static_cast<double>(half * half) + offset * offset <= radius * radius;
+  };
   const double square = radius * radius - offset * offset;
-  auto half = static_cast<std::int64_t>(std::sqrt(square));
-  while (static_cast<double>(half * half) > square) --half;  // the root may be rounded up
+  auto half = static_cast<std::int64_t>(std::sqrt(std::max(0.0, square)));
+  while (half > 0 && !is_within(half)) --half;
+  while (is_within(half + 1)) ++half;
   return half;
 }
 
