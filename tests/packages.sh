@@ -23,6 +23,8 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 readonly root
 # shellcheck source-path=SCRIPTDIR source=../cmake/setup.sh
 source "$root/cmake/setup.sh"
+# shellcheck source-path=SCRIPTDIR source=bare_system.sh
+source "$root/tests/bare_system.sh"
 
 suites=() readme=no
 for argument in "$@"; do
@@ -41,36 +43,7 @@ for argument in "$@"; do
 done
 ((${#suites[@]} > 0)) || suites=(bookworm trixie)
 
-[[ $EUID -eq 0 ]] || die "only root can make a bare system; run: sudo tests/packages.sh"
-need_packages debootstrap
-
-scratch=$(mktemp -d "${DYNFILTER_SCRATCH_DIR:-/var/tmp}/dynfilter-packages.XXXXXX")
-readonly scratch
-
-# Unmounts what this run mounted, and removes its systems.
-clean_up() {
-  local place
-  for place in "$scratch"/*/proc; do
-    ! mountpoint -q "$place" || umount "$place"
-  done
-  rm -rf --one-file-system "$scratch"
-}
-trap clean_up EXIT
-
-# in_system <folder> <command>...
-in_system() {
-  local folder=$1
-  shift
-  chroot "$folder" env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/srv LANG=C.UTF-8 \
-    DEBIAN_FRONTEND=noninteractive "$@"
-}
-
-make_system() {
-  local suite=$1 folder=$2
-  debootstrap --variant=minbase "$suite" "$folder" >"$folder.log" 2>&1 ||
-    die "debootstrap failed for $suite: $(tail -1 "$folder.log")"
-  mount -t proc proc "$folder/proc"
-}
+make_scratch packages
 
 # Prints a block of the page about Python: python_block <number>
 python_block() {
@@ -82,12 +55,9 @@ try_suite() {
   local suite=$1 maker="$scratch/$1-maker" user="$scratch/$1-user" build=/srv/build
   log "$suite: a bare system that makes the packages"
   make_system "$suite" "$maker"
-  mkdir "$maker/srv/dynfilter"
-  (cd "$root" && tar -c --exclude=./build --exclude=./.git .) | tar -x -C "$maker/srv/dynfilter"
-  in_system "$maker" apt-get -qq update
-  in_system "$maker" apt-get -qq -o Dpkg::Use-Pty=0 install --yes --no-install-recommends g++ cmake ninja-build \
-    libopencv-dev libeigen3-dev libcli11-dev nlohmann-json3-dev pybind11-dev python3-dev \
-    python3-numpy file dpkg-dev lintian >/dev/null
+  copy_repository "$root" "$maker"
+  install_in "$maker" g++ cmake ninja-build libopencv-dev libeigen3-dev libcli11-dev nlohmann-json3-dev \
+    pybind11-dev python3-dev python3-numpy file dpkg-dev lintian
   in_system "$maker" cmake -S /srv/dynfilter -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
     -DCMAKE_INSTALL_PREFIX=/usr -DDYNFILTER_DEBIAN=ON -DDYNFILTER_BUILD_PYTHON=ON -DDYNFILTER_BUILD_TESTS=OFF \
     -DDYNFILTER_BUILD_EXAMPLES=OFF >/dev/null
