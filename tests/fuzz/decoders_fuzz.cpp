@@ -83,8 +83,10 @@ std::string check(std::vector<Instance> instances, const cv::Size& size) {
 }
 
 std::string decode(ByteSource& source) {
-  const cv::Size input(32 * source.between(1, 3), 32 * source.between(1, 3));
-  const cv::Size size(source.between(1, 90), source.between(1, 70));
+  const bool is_large = source.may_be_costly(16);
+  const int cells = is_large ? 3 : 1;
+  const cv::Size input(32 * source.between(1, cells), 32 * source.between(1, cells));
+  const cv::Size size(source.between(1, 30 * cells), source.between(1, 25 * cells));
   const PlacedImage upright = turn_upright(cv::Mat(size, CV_8UC3, cv::Scalar::all(0)),
                                            source.chance(30) ? source.byte() / 40.0 : 0, {});
   const int rows = source.between(1, 12), classes = source.between(1, 4),
@@ -99,13 +101,13 @@ std::string decode(ByteSource& source) {
   options.max_detections = source.between(1, 8);
   const auto side = static_cast<float>(2 * input.width);
   if (source.chance(50)) {
-    const bool is_raw = source.chance(40);
+    const bool is_raw = source.chance(is_large ? 40 : 10);
     std::vector<NamedTensor> outputs = {{"proto", tensor(source, grid, 1, odd)}};
     if (is_raw) {
-      const int cells = input.area() / 64 + input.area() / 256 + input.area() / 1024;
-      outputs.push_back({"boxes", tensor(source, {1, 64, cells}, 4, 0)});
-      outputs.push_back({"scores", tensor(source, {1, classes, cells}, 4, odd)});
-      outputs.push_back({"masks", tensor(source, {1, count, cells}, 1, odd)});
+      const int places = input.area() / 64 + input.area() / 256 + input.area() / 1024;
+      outputs.push_back({"boxes", tensor(source, {1, 64, places}, 4, 0)});
+      outputs.push_back({"scores", tensor(source, {1, classes, places}, 4, odd)});
+      outputs.push_back({"masks", tensor(source, {1, count, places}, 1, odd)});
     } else {
       cv::Mat table = tensor(source, {1, 4 + classes + count, rows}, 1, odd);
       auto* const values = table.ptr<float>();

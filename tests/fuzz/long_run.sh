@@ -10,8 +10,8 @@ usage() {
 usage: tests/fuzz/long_run.sh [--readme] [--only TARGET] SECONDS
 
 Builds the fuzz targets with clang's libFuzzer and the address and undefined-behaviour sanitizers,
-fuzzes all of them, one after another, for that many seconds altogether, and prints the inputs of
-each. Goes on with the corpus of earlier runs. A failing input is kept and named, and the others go
+fuzzes all of them, one after another, for that many seconds altogether (the whole filter longest),
+and prints the inputs of each. Goes on with the corpus of earlier runs. A failing input is kept and named, and the others go
 on; the exit code is 1 then. SIGTERM ends the run after the input at hand.
 
   --readme  add the inputs of this run to the table of figures in tests/README.md
@@ -57,8 +57,10 @@ find_configure_options
 folder=$(realpath -m "${DYNFILTER_BUILD_DIR:-$root/build/fuzz}")
 readonly folder
 log "Building the fuzz targets"
+ignored=-fsanitize-coverage-ignorelist
 cmake -S "$root" -B "$folder" "${configure_options[@]}" -DCMAKE_BUILD_TYPE=RelWithDebInfo \
-  -DCMAKE_CXX_COMPILER=clang++ -DCMAKE_CXX_FLAGS=-fsanitize=fuzzer-no-link \
+  -DCMAKE_CXX_COMPILER=clang++ \
+  -DCMAKE_CXX_FLAGS="-fsanitize=fuzzer-no-link $ignored=$root/tests/fuzz/not_followed.txt" \
   -DDYNFILTER_BUILD_EXAMPLES=OFF -DDYNFILTER_BUILD_TOOLS=OFF -DDYNFILTER_BUILD_FUZZERS=ON \
   -DDYNFILTER_SANITIZE=address,undefined >"$folder.log"
 cmake --build "$folder" -j "${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}" --target fuzzers
@@ -75,7 +77,8 @@ child=
 trap 'stopped=yes; [[ -z $child ]] || kill -TERM "$child"' INT TERM
 
 export OPENCV_FOR_THREADS_NUM=1 # one core is enough, and threads of a pool would wait for it
-export ASAN_OPTIONS=quarantine_size_mb=8:malloc_context_size=4
+# A short stack of each allocation and little freed memory kept: they take much of the time.
+export ASAN_OPTIONS=quarantine_size_mb=2:malloc_context_size=2
 declare -A inputs=()
 failures=0
 
@@ -86,6 +89,7 @@ fuzz() {
   printed=$folder/$target.log
   mkdir -p "$folder/corpus/$target"
   TMPDIR=$files "$1" -max_len=4096 -max_total_time="$2" -print_final_stats=1 -print_funcs=0 -verbosity=0 \
+    -entropic=0 -reload=0 -detect_leaks=0 \
     -artifact_prefix="$folder/${target}_" "$folder/corpus/$target" \
     "$root/tests/fuzz/corpus/$target" >"$printed" 2>&1 &
   child=$!
@@ -102,13 +106,23 @@ fuzz() {
   fi
 }
 
-# In rounds, so that every target has its turn in a run that is stopped.
+# In rounds, so that every target has its turn in a run that is stopped. The whole filter matters most;
+# of the others, those get more time that do the most with it.
+declare -A weights=([whole_filter]=4 [depth_lbp]=3 [remote_reply]=3 [onnx_file]=2)
+weight_of() {
+  local target
+  target=$(basename "$1" _fuzz)
+  echo "${weights[$target]:-1}"
+}
+sum=0
+for fuzzer in "${fuzzers[@]}"; do sum=$((sum + $(weight_of "$fuzzer"))); done
 left=$seconds
 while ((left > 0)) && [[ $stopped == no ]]; do
-  round=$((left < 1800 ? left : 1800))
+  round=$((left < 900 ? left : 900))
   for fuzzer in "${fuzzers[@]}"; do
     if [[ $stopped == no ]]; then
-      fuzz "$fuzzer" "$((round / ${#fuzzers[@]} > 0 ? round / ${#fuzzers[@]} : 1))"
+      share=$((round * $(weight_of "$fuzzer") / sum))
+      fuzz "$fuzzer" "$((share > 0 ? share : 1))"
     fi
   done
   left=$((left - round))

@@ -66,20 +66,23 @@ std::string check_camera(const std::string& text) {
   return is_equal ? "" : "a camera that was written differs";
 }
 
+/// A folder whose lists are right; what they name is never decoded here.
+fs::path make_scene(const fs::path& name) {
+  for (const char* image : {"rgb/1.5.png", "rgb/2.5.png", "depth/1.5.png", "depth/2.51.png"}) {
+    folder().write(name / image, "no image");
+  }
+  folder().write(name / "camera.yaml",
+                 "%YAML:1.0\nCamera.fx: 5.0\nCamera.fy: 6.0\nCamera.cx: 3.0\nCamera.cy: 2.0\n"
+                 "DepthMapFactor: 1000.0\n");
+  folder().write(name / "depth.txt", "1.5 depth/1.5.png\n2.51 depth/2.51.png\n");
+  folder().write(name / "rgb.txt", "1.5 rgb/1.5.png\n2.5 rgb/2.5.png\n");
+  return folder() / name;
+}
+
 std::string check_sequence(const std::string& text, bool is_associated) {
-  static const fs::path scene = [] {
-    for (const char* name : {"rgb/1.5.png", "rgb/2.5.png", "depth/1.5.png", "depth/2.51.png"}) {
-      folder().write(fs::path("scene") / name, "never decoded here");
-    }
-    folder().write("scene/camera.yaml",
-                   "%YAML:1.0\nCamera.fx: 5.0\nCamera.fy: 6.0\nCamera.cx: 3.0\nCamera.cy: 2.0\n"
-                   "DepthMapFactor: 1000.0\n");
-    return folder() / "scene";
-  }();
-  fs::remove(scene / "associations.txt");
-  folder().write("scene/depth.txt", "1.5 depth/1.5.png\n2.51 depth/2.51.png\n");
-  folder().write("scene/rgb.txt", "1.5 rgb/1.5.png\n2.5 rgb/2.5.png\n");
-  folder().write(is_associated ? "scene/associations.txt" : "scene/rgb.txt", text);
+  static const fs::path scenes[] = {make_scene("listed"), make_scene("associated")};
+  const fs::path& scene = scenes[is_associated ? 1 : 0];
+  folder().write(scene / (is_associated ? "associations.txt" : "rgb.txt"), text);
   const RgbdSequence sequence(scene);
   if (sequence.size() == 0) return "a sequence without frames";
   for (std::size_t i = 0; i < sequence.size(); ++i) {

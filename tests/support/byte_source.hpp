@@ -6,6 +6,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <random>
 
 namespace dynfilter::testing {
@@ -16,10 +17,10 @@ class ByteSource {
  public:
   ByteSource(const std::uint8_t* data, std::size_t size)
       : data_(data), left_(size), begin_(data), size_(size) {}
-  explicit ByteSource(std::uint64_t seed) : random_(seed), is_random_(true) {}
+  explicit ByteSource(std::uint64_t seed) : random_(seed) {}
 
   std::uint8_t byte() {
-    if (is_random_) return static_cast<std::uint8_t>(random_() >> 24U);
+    if (random_) return static_cast<std::uint8_t>((*random_)() >> 24U);
     if (left_ == 0) return 0;
     --left_;
     return *data_++;
@@ -42,8 +43,10 @@ class ByteSource {
   bool may_be_costly(unsigned count) const {
     std::uint32_t digest = 2166136261U;  // FNV-1a
     for (std::size_t i = 0; i < size_; ++i) digest = (digest ^ begin_[i]) * 16777619U;
-    return is_random_ || (digest >> 8U) % count == 0;
+    return random_ || (digest >> 8U) % count == 0;
   }
+
+  bool is_fuzzed() const { return !random_; }
 
   bool chance(int percent) { return between(0, 99) < percent; }
 
@@ -52,8 +55,7 @@ class ByteSource {
   std::size_t left_ = 0;
   const std::uint8_t* begin_ = nullptr;
   std::size_t size_ = 0;
-  std::mt19937_64 random_;
-  bool is_random_ = false;
+  std::optional<std::mt19937_64> random_;
 };
 
 }  // namespace dynfilter::testing

@@ -70,9 +70,9 @@ inline cv::Mat arbitrary_mask(ByteSource& source, const cv::Size& size) {
   cv::Mat mask = inside_larger_matrix(size, CV_8UC1);
   const int share = source.chance(10) ? 0 : source.chance(10) ? 100 : source.between(5, 50);
   for (int y = 0; y < size.height; ++y) {
+    auto* const row = mask.ptr<std::uint8_t>(y);
     for (int x = 0; x < size.width; ++x) {
-      mask.at<std::uint8_t>(y, x) =
-          source.chance(share) ? static_cast<std::uint8_t>(source.chance(50) ? 255 : 1) : 0;
+      row[x] = source.chance(share) ? static_cast<std::uint8_t>(source.chance(50) ? 255 : 1) : 0;
     }
   }
   return mask;
@@ -106,7 +106,8 @@ inline Instance arbitrary_instance(ByteSource& source, const cv::Size& image) {
 
 /// Keypoints on pixels, between them, outside the image, repeated, and at NaN.
 inline std::vector<cv::KeyPoint> arbitrary_keypoints(ByteSource& source, const cv::Size& image) {
-  std::vector<cv::KeyPoint> keypoints(static_cast<std::size_t>(source.between(0, 120)));
+  const int most = source.may_be_costly(16) ? 120 : 24;
+  std::vector<cv::KeyPoint> keypoints(static_cast<std::size_t>(source.between(0, most)));
   const float odd[] = {std::numeric_limits<float>::quiet_NaN(),
                        std::numeric_limits<float>::infinity(), -1e30F, 3e9F, 2147483520.0F};
   for (std::size_t i = 0; i < keypoints.size(); ++i) {
@@ -160,7 +161,7 @@ inline FilterCase arbitrary_case(ByteSource& source, const cv::Size& image) {
   if (kind > 0) made.frame.depth = arbitrary_depth(source, image, kind > 5);
   if (kind <= 5 || source.chance(50)) made.frame.metres_per_unit = kind > 5 ? 0.5 : 1.0 / 5000;
   made.segmentation.image_size = image;
-  const int instances = source.chance(10) ? 0 : source.between(1, 6);
+  const int instances = source.chance(10) ? 0 : source.between(1, source.may_be_costly(16) ? 6 : 3);
   for (int k = 0; k < instances; ++k) {
     made.segmentation.instances.push_back(arbitrary_instance(source, image));
   }
@@ -171,8 +172,9 @@ inline FilterCase arbitrary_case(ByteSource& source, const cv::Size& image) {
 
 /// Random input of any small size; the paper's rule.
 inline FilterCase arbitrary_case(ByteSource& source) {
+  const int most = source.may_be_costly(16) ? 28 : 14;
   const auto length = [&] {
-    return source.chance(20) ? source.between(1, 4) : source.between(5, 28);
+    return source.chance(20) ? source.between(1, 4) : source.between(5, most);
   };
   const int width = length();
   return arbitrary_case(source, cv::Size(width, length()));
@@ -298,10 +300,14 @@ inline FilterCase arbitrary_case_of_any_rule(ByteSource& source) {
   return made;
 }
 
-/// Random input by any rule, at times in an image of any size.
+/// Random input by any rule, at times in an image of up to 100 pixels; one of 500 of a fuzzer's
+/// inputs may lie in one of any size.
 inline FilterCase arbitrary_case_of_any_size(ByteSource& source) {
   FilterCase made = arbitrary_case_of_any_rule(source);
-  if (source.byte() == 255) enlarge(source, made, source.may_be_costly(64) ? 4096 : 100);
+  const bool is_large = source.is_fuzzed() && source.may_be_costly(500);
+  if (source.byte() == 255 || is_large) {
+    enlarge(source, made, source.may_be_costly(500) ? 4096 : 100);
+  }
   return made;
 }
 

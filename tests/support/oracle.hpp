@@ -30,10 +30,12 @@ inline WidePoint oracle_pixel(cv::Point2f position) {
 inline bool oracle_on_mask(const Instance& instance, WidePoint pixel, double margin) {
   if (!(margin > 0)) margin = 0;
   for (int row = 0; row < instance.mask.rows; ++row) {
+    const double dy = double{1} * row + instance.mask_origin.y - pixel.y;
+    if (!(std::abs(dy) <= margin)) continue;
+    const auto* const values = instance.mask.ptr<std::uint8_t>(row);
     for (int column = 0; column < instance.mask.cols; ++column) {
-      if (instance.mask.at<std::uint8_t>(row, column) == 0) continue;
+      if (values[column] == 0) continue;
       const double dx = double{1} * column + instance.mask_origin.x - pixel.x;
-      const double dy = double{1} * row + instance.mask_origin.y - pixel.y;
       if (dx * dx + dy * dy <= margin * margin) return true;
     }
   }
