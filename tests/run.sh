@@ -16,8 +16,9 @@ which.
 
   --all  slow tests too, the unit tests built by clang, and optimised and hardened as C++20, those of
          threads under the thread sanitizer, some minutes of fuzzing, and some tests under valgrind;
-         the Debian packages in bare systems, if root runs this; the documentation; checks of format
-         and scripts, which are skipped otherwise where their tools are missing
+         in bare systems, if root runs this, the Debian packages, and the core on ARM64; the
+         documentation; checks of format and scripts, which are skipped otherwise where their tools are
+         missing
 
   DYNFILTER_BUILD_DIR         folder of the dev build, default build/dev; others lie beside it
   DYNFILTER_DATA_DIR          folder with recorded data for tests that can use it
@@ -140,6 +141,15 @@ packaged() {
   fi
 }
 
+on_arm64() {
+  log "The core's tests on ARM64, under qemu"
+  if [[ $EUID -ne 0 ]]; then
+    log "SKIPPED: only root can make a bare system"
+  else
+    bash "$root/tests/arm64.sh"
+  fi
+}
+
 packages=(libbenchmark-dev python3-numpy)
 # The tests of networks make their models with it; without it they are skipped.
 if is_available python3-onnx; then packages+=(python3-onnx); fi
@@ -178,6 +188,7 @@ if [[ $all == yes ]]; then
   hardened
   fuzzed
   packaged
+  on_arm64
 fi
 
 log "All tests"
