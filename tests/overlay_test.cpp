@@ -101,6 +101,32 @@ TEST(Overlay, DistinguishesDynamicObjects) {
   EXPECT_GT(other[0], 0);
 }
 
+TEST(Overlay, DrawsAMaskWithItsContour) {
+  const cv::Mat image(image_size, CV_8UC3, cv::Scalar::all(0));
+  Segmentation segmentation;
+  segmentation.image_size = image_size;
+  cv::Mat mask(20, 30, CV_8UC1, cv::Scalar(255));
+  mask(cv::Rect(8, 5, 6, 4)).setTo(0);  // a hole
+  mask.at<std::uint8_t>(12, 20) = 0;
+  segmentation.instances.push_back(Instance::from_box_mask(mask, {60, 50, 30, 20}));
+  segmentation.instances[0].box = {};  // which is not drawn
+  OverlayOptions options;
+  options.legend = false;
+  options.mask_opacity = 0.5;
+  const cv::Mat picture =
+      draw_overlay(image, segmentation, FeaturesView(), FeatureLabels(0, Segmentation()), options);
+  const auto covers = [&](int x, int y) { return segmentation.instances[0].covers({x, y}); };
+  for (int y = 0; y < image_size.height; ++y) {
+    for (int x = 0; x < image_size.width; ++x) {
+      const bool is_inner =
+          covers(x - 1, y) && covers(x + 1, y) && covers(x, y - 1) && covers(x, y + 1);
+      const cv::Vec3b contour(0, 94, 213), inner(0, 47, 106);
+      const cv::Vec3b expected = !covers(x, y) ? cv::Vec3b() : is_inner ? inner : contour;
+      ASSERT_EQ(picture.at<cv::Vec3b>(y, x), expected) << x << ", " << y;
+    }
+  }
+}
+
 TEST(Overlay, DrawsArbitraryInput) {
   for (std::uint64_t seed = 0; seed < 300; ++seed) {
     ByteSource source(seed);

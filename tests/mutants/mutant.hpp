@@ -24,7 +24,8 @@ inline void dynfilter_mutant_reached(const char* file, int number) {
   char line[16];
   const int length = std::snprintf(line, sizeof(line), "%d\n", number);
   const int descriptor = open(file, O_WRONLY | O_CREAT | O_APPEND, 0644);
-  if (descriptor < 0 || write(descriptor, line, static_cast<size_t>(length)) != length) std::abort();
+  if (descriptor < 0 || write(descriptor, line, static_cast<size_t>(length)) != length)
+    std::abort();
   close(descriptor);
 }
 
