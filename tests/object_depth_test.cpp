@@ -232,6 +232,11 @@ TEST(ObjectDepth, RefusesBadOptionsByName) {
     refuses([&](auto& o) { o.min_mask_share = bad; }, "min_mask_share = ");
     refuses([&](auto& o) { o.min_box_share = bad; }, "min_box_share = ");
   }
+  for (const double share : {0.0, 1.0}) {
+    ObjectDepthOptions options;
+    options.min_share = options.min_mask_share = options.min_box_share = share;
+    EXPECT_NO_THROW(ObjectDepthEstimator estimator(options)) << share;
+  }
   Scene scene;
   scene.frame.depth = cv::Mat(480, 640, CV_64FC1, cv::Scalar(1));
   expect_error<std::invalid_argument>([&] { scene.estimate(); },

@@ -14,6 +14,16 @@ ValueRange range_of(std::vector<double> values, const RangeEstimatorOptions& opt
   return RangeEstimator(options).estimate(values);
 }
 
+TEST(ValueRange, HoldsItsEndsAndMayBeASingleValue) {
+  const ValueRange single = {2.5, 2.5};
+  EXPECT_FALSE(single.empty());
+  EXPECT_TRUE(single.contains(2.5));
+  EXPECT_FALSE(single.contains(std::nextafter(2.5, 3)));
+  EXPECT_FALSE(single.contains(std::nextafter(2.5, 2)));
+  EXPECT_TRUE(ValueRange().empty());
+  EXPECT_FALSE(ValueRange().contains(0));
+}
+
 TEST(RangeEstimator, MatchesTheOracleOnArbitraryValues) {
   for (std::uint64_t seed = 0; seed < 5000; ++seed) {
     ByteSource source(seed);
