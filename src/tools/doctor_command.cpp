@@ -16,13 +16,14 @@
 #include "dynfilter/detail/kernels/instruction_set.hpp"
 #include "dynfilter/version.hpp"
 #include "sequence_checks.hpp"
+#include "settings_checks.hpp"
 
 namespace dynfilter::tools {
 namespace {
 
 struct DoctorOptions {
-  std::filesystem::path sequence, camera;
-  bool has_sequence = false;
+  std::filesystem::path sequence, camera, settings;
+  bool has_sequence = false, has_settings = false;
 };
 
 /// Returns the names of OpenCV's modules, as its build information lists them.
@@ -70,22 +71,32 @@ void print_findings(const std::vector<Finding>& findings) {
   }
 }
 
+/// Prints the findings about a path, and adds it to the unusable ones if one of them is broken.
+void report(const std::filesystem::path& path, const std::vector<Finding>& findings,
+            std::string& unusable) {
+  std::printf("\n%s\n", path.c_str());
+  print_findings(findings);
+  const bool is_broken = std::any_of(findings.begin(), findings.end(), [](const Finding& finding) {
+    return finding.verdict == Verdict::broken;
+  });
+  if (is_broken) unusable += (unusable.empty() ? "" : " and ") + path.string();
+}
+
 void doctor(const DoctorOptions& options) {
   print_build();
-  if (!options.has_sequence) {
+  if (!options.has_sequence && !options.has_settings) {
     std::printf("OpenCV's modules: %s\n", opencv_modules().c_str());
     return;
   }
-  std::printf("\n%s\n", options.sequence.c_str());
-  const std::vector<Finding> findings = examine_sequence(options.sequence, options.camera);
-  print_findings(findings);
-  std::fflush(stdout);  // before the error that refers to it
-  const auto broken = std::count_if(findings.begin(), findings.end(), [](const Finding& finding) {
-    return finding.verdict == Verdict::broken;
-  });
-  if (broken > 0) {
-    throw std::runtime_error(options.sequence.string() + " cannot be used as it is, see above");
+  std::string unusable;
+  if (options.has_sequence) {
+    report(options.sequence, examine_sequence(options.sequence, options.camera), unusable);
   }
+  if (options.has_settings) {
+    report(options.settings, examine_settings(options.settings), unusable);
+  }
+  std::fflush(stdout);  // before the error that refers to it
+  if (!unusable.empty()) throw std::runtime_error(unusable + " cannot be used as it is, see above");
 }
 
 }  // namespace
@@ -94,15 +105,22 @@ void add_doctor_command(CLI::App& program) {
   const auto options = std::make_shared<DoctorOptions>();
   CLI::App* command = program.add_subcommand(
       "doctor",
-      "Say what this program can do here, and what is odd about a sequence. Changes nothing.");
+      "Say what this program can do here, and what is odd about a sequence, or about the settings "
+      "of\nthe plugin for ORB-SLAM. Changes nothing.");
   command->add_option("SEQUENCE", options->sequence, "folder of the sequence to examine");
   command->add_option("--camera", options->camera, "camera file [SEQUENCE/camera.yaml]");
+  command->add_option(
+      "--settings", options->settings,
+      "the host's settings file, whose keys dynfilter.* the plugin reads; relative\n"
+      "paths in it start at the folder in which this runs, as in the host");
   command->footer(
       "examples:\n"
       "  dynfilter doctor\n"
-      "  dynfilter doctor rgbd_dataset_freiburg3_walking_xyz");
+      "  dynfilter doctor rgbd_dataset_freiburg3_walking_xyz\n"
+      "  dynfilter doctor --settings TUM3.yaml");
   command->callback([options, command] {
     options->has_sequence = command->count("SEQUENCE") > 0;  // though it may be an empty text
+    options->has_settings = command->count("--settings") > 0;
     doctor(*options);
   });
 }

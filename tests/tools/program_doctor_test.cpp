@@ -297,6 +297,36 @@ TEST(Manual, DescribesEveryCommandAndOption) {
   EXPECT_EQ(warnings.printed, "");
 }
 
+TEST_F(Doctor, ReadsThePluginsSettings) {
+  const fs::path file = scene() / "TUM3.yaml";
+  const std::string masks = "dynfilter.mask_folder: \"" + (scene() / "masks").string() + "\"\n";
+  const auto examined = [&](const std::string& lines) {
+    std::ofstream(file) << "%YAML:1.0\nDepthMapFactor: 5000.0\n" << lines;
+    return run("doctor --settings " + quoted(file));
+  };
+  const Outcome good = examined(masks);
+  EXPECT_EQ(good.exit_code, 0) << good.printed;
+  EXPECT_TRUE(good.mentions("fine    12 masks in ")) << good.printed;
+  EXPECT_FALSE(good.mentions("odd ")) << good.printed;
+  const Outcome idle = examined(masks + "dynfilter.policy: \"restore_balanced\"\n");
+  EXPECT_EQ(idle.exit_code, 0) << idle.printed;
+  EXPECT_TRUE(idle.mentions("dynfilter.policy has no effect; it needs dynfilter.floor above 0"))
+      << idle.printed;
+  EXPECT_TRUE(examined("dynfilter.enabled: 0\n").mentions("odd     the filter is switched off"));
+  const char* const broken[][2] = {{"dynfilter.margin: 2", "the nearest is dynfilter.margin_px"},
+                                   {"dynfilter.margin_px: -1", "margin_px = -1"},
+                                   {"dynfilter.rule: \"best\"", "want one of depth, paper, mask"}};
+  for (const auto& [line, part] : broken) {
+    const Outcome outcome = examined(masks + line + "\n");
+    EXPECT_EQ(outcome.exit_code, 1) << outcome.printed;
+    EXPECT_TRUE(outcome.mentions("broken  ") && outcome.mentions(part)) << outcome.printed;
+    EXPECT_TRUE(outcome.mentions("TUM3.yaml cannot be used as it is")) << outcome.printed;
+  }
+  const Outcome nowhere = examined("dynfilter.mask_folder: \"no_such_folder\"\n");
+  EXPECT_TRUE(nowhere.mentions("broken  ") && nowhere.mentions("no_such_folder"))
+      << nowhere.printed;
+}
+
 TEST(Manual, IsAPageOfTheDocumentationToo) {
   const Outcome page = run("manual --markdown");
   EXPECT_EQ(page.exit_code, 0);

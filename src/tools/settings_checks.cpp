@@ -1,0 +1,67 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "settings_checks.hpp"
+
+#include <exception>
+
+#include "dynfilter/detail/errors.hpp"
+#include "dynfilter/dynamic_filter.hpp"
+#include "dynfilter/segmenters/mask_folder_segmenter.hpp"
+#include "io/regular_file.hpp"
+#include "plugin/plugin_settings.hpp"
+
+namespace dynfilter::tools {
+namespace {
+
+using detail::PluginSettings;
+
+Finding masks_finding(const PluginSettings& settings) {
+  if (!settings.remote.empty()) {
+    return {Verdict::fine, "masks come from the process at " + settings.remote, ""};
+  }
+  if (!settings.model.empty()) {
+    detail::require_regular_file(settings.model);
+    return {Verdict::fine, "masks come from the network " + settings.model, ""};
+  }
+  MaskFolderOptions options = settings.mask_folder_options;
+  options.allow_missing = settings.missing_masks == "keep";
+  const MaskFolderSegmenter masks(settings.mask_folder, options);
+  return {Verdict::fine,
+          detail::concatenate(masks.size(), " masks in ", settings.mask_folder,
+                              settings.missing_masks == "keep"
+                                  ? "; a frame without one keeps its features"
+                                  : "; a frame without one is an error"),
+          ""};
+}
+
+/// Adds findings until something throws, which is the last one then.
+void examine(const std::string& file, const std::string& prefix, std::vector<Finding>& findings) {
+  const PluginSettings settings = detail::read_plugin_settings(file, prefix);
+  if (!settings.enabled) {
+    findings.push_back({Verdict::odd, "the filter is switched off, and nothing else is read",
+                        "remove " + prefix + ".enabled, or set it to 1"});
+    return;
+  }
+  const DynamicFilter filter(settings.filter);  // refuses values out of range
+  findings.push_back({Verdict::fine, "every key of " + prefix + " is known, with its value", ""});
+  for (const std::string& sentence : settings.idle) {
+    findings.push_back({Verdict::odd, sentence.substr(std::string("dynfilter: ").size()), ""});
+  }
+  findings.push_back(masks_finding(settings));
+}
+
+}  // namespace
+
+std::vector<Finding> examine_settings(const std::filesystem::path& file,
+                                      const std::string& prefix) {
+  std::vector<Finding> findings;
+  try {
+    examine(file.string(), prefix, findings);
+  } catch (const std::exception& error) {
+    findings.push_back({Verdict::broken, error.what(), ""});
+  }
+  return findings;
+}
+
+}  // namespace dynfilter::tools
