@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "support/expect_error.hpp"
 #include "support/filter_property.hpp"
 
 namespace dynfilter::testing {
@@ -186,6 +187,18 @@ TEST(EdgeCompensator, DefaultOptionsArePinned) {
   EXPECT_EQ(paper.missing_depth, MissingDepth::keep);
   EXPECT_EQ(paper.depth_lbp.missing_neighbour, MissingNeighbour::nearer);
   EXPECT_EQ(paper.depth_lbp.bits, (std::array<std::uint8_t, 8>{0, 1, 2, 3, 4, 5, 6, 7}));
+}
+
+TEST(EdgeCompensator, NeedsTheSamplesOfBothRanges) {
+  for (const bool is_depth : {true, false}) {
+    EdgeCompensatorOptions options;
+    (is_depth ? options.depth : options.code).min_samples = 7;
+    options.samples = 7;
+    EXPECT_NO_THROW(EdgeCompensator{options});
+    options.samples = 6;
+    expect_error<std::invalid_argument>([&] { EdgeCompensator{options}; },
+                                        "got samples = 6; want at least min_samples, 7");
+  }
 }
 
 TEST(EdgeCompensator, ReportedRangesMatchTheOracle) {

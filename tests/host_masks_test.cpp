@@ -330,6 +330,10 @@ TEST(HostMasks, RefuseBadInput) {
   };
   refused([] { mask_of_dynamic_pixels(Segmentation()); }, "mask_of_dynamic_pixels: got a segm");
   refused([] { mask_of_static_pixels(Segmentation()); }, "image_size 0x0; want the size");
+  for (const cv::Size& size : {cv::Size(0, 5), cv::Size(5, 0)}) {
+    refused([&] { mask_of_static_pixels(segmentation_of(size, {})); },
+            "want the size of the image");
+  }
   Segmentation bad = good;
   bad.image_size = {};
   refused([&] { mask_of_static_pixels(bad); }, "mask_of_static_pixels: got image_size 0x0 and 1");

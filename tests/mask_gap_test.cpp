@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <optional>
 
 #include "support/expect_error.hpp"
@@ -100,9 +101,13 @@ TEST(MaskGap, IsUnknownWithoutMaskOrDepth) {
 
 TEST(MaskGap, RefusesLengthsThatAreNone) {
   MaskGapOptions options;
-  options.reach_px = 0;
-  expect_error<std::invalid_argument>([&] { MaskGapEstimator{options}; },
-                                      "MaskGapEstimator: got reach_px = 0");
+  for (const double bad : {0.0, -1.0, std::nextafter(1e6, 2e6), std::nan("")}) {
+    options.reach_px = bad;
+    expect_error<std::invalid_argument>([&] { MaskGapEstimator{options}; },
+                                        "MaskGapEstimator: got reach_px = ");
+  }
+  options.reach_px = 1e6;
+  EXPECT_NO_THROW(MaskGapEstimator{options});
 }
 
 }  // namespace

@@ -62,6 +62,17 @@ TEST(Segmenter, RefusesMalformedInstances) {
   EXPECT_THROW(CannedSegmenter(wrong).segment(frame_of({4, 3})), std::invalid_argument);
 }
 
+TEST(Segmenter, TakesTheLargestImages) {
+  for (const cv::Size& size :
+       {cv::Size(1048576, 1), cv::Size(1, 1048576), cv::Size(32768, 32768)}) {
+    EXPECT_NO_THROW(validate(Segmentation{0, 0, size, {}}, "a test")) << size;
+  }
+  for (const cv::Size& size :
+       {cv::Size(1048577, 1), cv::Size(1, 1048577), cv::Size(32768, 32769)}) {
+    EXPECT_THROW(validate(Segmentation{0, 0, size, {}}, "a test"), std::invalid_argument) << size;
+  }
+}
+
 TEST(Segmenter, RefusesAFrameWithoutAnyImage) {
   CallbackSegmenter segmenter([](const cv::Mat&) { return std::vector<Instance>(); });
   EXPECT_THROW(segmenter.segment(FrameView()), std::invalid_argument);
