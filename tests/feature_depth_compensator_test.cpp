@@ -228,6 +228,23 @@ TEST(FeatureDepths, BoxStandsInForAnEmptyMask) {
   EXPECT_FALSE(scene.at(404, 236).removed);
 }
 
+TEST(FeatureDepths, WithoutAMarginTheMaskAloneRemovesNothing) {
+  ColumnScene scene;
+  scene.filtered();                                    // fills in the depths
+  const std::size_t on_wall = 100 / 8 * 80 + 260 / 8;  // a feature on the mask
+  scene.input.depths_m->at(on_wall) = 4.0F;
+  for (const double margin_px : {0.0, 1.0}) {
+    DepthCompensatorOptions options;
+    options.mask_margin_px = margin_px;
+    FeatureLabels labels(scene.input.keypoints.size(), scene.input.segmentation);
+    labels.mark_dynamic(0);
+    const FilterInput input{scene.input.frame, scene.input.segmentation, scene.input.features()};
+    FeatureDepthCompensator{options}(input, labels);
+    EXPECT_EQ(labels.is_removed(on_wall), margin_px > 0) << margin_px;
+    EXPECT_TRUE(labels.is_removed(on_wall + 1)) << "the person's depth";
+  }
+}
+
 TEST(FeatureDepths, StageWithoutColumnAbstains) {
   ColumnScene scene;
   FeatureLabels labels(scene.input.keypoints.size(), scene.input.segmentation);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "support/byte_source.hpp"
+#include "support/guarded_image.hpp"
 
 namespace dynfilter {
 namespace {
@@ -124,6 +125,19 @@ TEST(KeepStatic, DoesNotMoveRowsOfASharedMatrix) {
   keep_static(labels, region);
   EXPECT_EQ(first_column(region), (std::vector<int>{2, 4}));
   EXPECT_EQ(first_column(larger), (std::vector<int>{0, 1, 2, 3, 4, 5}));
+}
+
+TEST(KeepStatic, ReadsNoRowBehindTheMatrix) {
+  const testing::GuardedImage memory({32, 128}, CV_8UC1, testing::Guard::behind);  // one page
+  cv::Mat descriptors = memory.image();
+  for (int row = 0; row < descriptors.rows; ++row) descriptors.row(row).setTo(row);
+  FeatureLabels labels(128, Segmentation());
+  labels.remove(0, -1, Reason::custom, 1);
+  keep_static(labels, descriptors);
+  ASSERT_EQ(descriptors.rows, 127);
+  for (int row = 0; row < descriptors.rows; ++row) {
+    EXPECT_EQ(descriptors.at<std::uint8_t>(row, 31), row + 1);
+  }
 }
 
 TEST(KeepStatic, AcceptsTwoHeadersOfOneMatrix) {

@@ -4,6 +4,7 @@
 #include "dynfilter/moved_depth.hpp"
 
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <stdexcept>
 
@@ -11,6 +12,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "support/expect_error.hpp"
+#include "support/guarded_image.hpp"
 
 namespace dynfilter {
 namespace {
@@ -74,6 +76,29 @@ TEST(MovedDepth, KeepsDepthWhereTheWayEndsOutside) {
   }
   const cv::Mat up(20, 60, CV_32FC2, cv::Scalar(0, -20.6));
   EXPECT_TRUE(same(moved_depth(depth, up, 1), depth));
+}
+
+/// Every pixel has a depth of its own, and the images end at a page that cannot be read or written.
+TEST(MovedDepth, WaysThatEndBesideTheImageAreOutside) {
+  const cv::Size size(7, 5);
+  const testing::GuardedImage depth(size, CV_16UC1, testing::Guard::behind);
+  const testing::GuardedImage flow(size, CV_32FC2, testing::Guard::behind);
+  cv::Mat own = depth.image();
+  for (int i = 0; i < size.area(); ++i)
+    own.ptr<std::uint16_t>()[i] = static_cast<std::uint16_t>(100 + i);
+  for (const cv::Point& step : {cv::Point(1, 0), {-1, 0}, {0, 1}, {0, -1}, {1, 1}}) {
+    cv::Mat ways = flow.image();
+    ways.setTo(cv::Scalar(step.x, step.y));
+    const cv::Mat moved = moved_depth(depth.image(), ways, 1);
+    for (int y = 0; y < size.height; ++y) {
+      for (int x = 0; x < size.width; ++x) {
+        const cv::Point end = cv::Point(x, y) + step;
+        const cv::Point from = cv::Rect({}, size).contains(end) ? end : cv::Point(x, y);
+        ASSERT_EQ(moved.at<std::uint16_t>(y, x), depth.image().at<std::uint16_t>(from))
+            << x << ", " << y << " by " << step;
+      }
+    }
+  }
 }
 
 TEST(MovedDepth, RefusesOtherImages) {

@@ -127,6 +127,33 @@ TEST(Overlay, DrawsAMaskWithItsContour) {
   }
 }
 
+TEST(Overlay, MasksMayBeOpaqueOrInvisible) {
+  const cv::Mat image(image_size, CV_8UC3, cv::Scalar::all(40));
+  Segmentation segmentation;
+  segmentation.image_size = image_size;
+  segmentation.instances.push_back(
+      Instance::from_box_mask(cv::Mat(20, 30, CV_8UC1, cv::Scalar(255)), {60, 50, 30, 20}));
+  OverlayOptions options;
+  for (const double opacity : {0.0, 1.0}) {
+    options.mask_opacity = opacity;
+    const cv::Mat picture = draw_overlay(image, segmentation, FeaturesView(),
+                                         FeatureLabels(0, Segmentation()), options);
+    const cv::Vec3b expected = opacity > 0 ? cv::Vec3b(0, 94, 213) : cv::Vec3b(40, 40, 40);
+    EXPECT_EQ(picture.at<cv::Vec3b>(60, 75), expected) << opacity;
+  }
+}
+
+TEST(Overlay, TheLegendNamesOnlyMarksInUse) {
+  const cv::Mat image(image_size, CV_8UC3, cv::Scalar::all(0));
+  const auto legend_of = [&](const std::vector<cv::Point2f>& points) {
+    const FeatureLabels labels(points.size(), Segmentation());
+    return cv::Mat(draw_overlay(image, Segmentation(), points, labels).rowRange(90, 112));
+  };
+  const cv::Mat none(22, image_size.width, CV_8UC3, cv::Scalar::all(40));
+  EXPECT_EQ(cv::norm(legend_of({}), none), 0);
+  EXPECT_GT(cv::norm(legend_of({{30, 30}}), none), 0);
+}
+
 TEST(Overlay, DrawsArbitraryInput) {
   for (std::uint64_t seed = 0; seed < 300; ++seed) {
     ByteSource source(seed);

@@ -62,6 +62,15 @@ TEST(Segmenter, RefusesMalformedInstances) {
   EXPECT_THROW(CannedSegmenter(wrong).segment(frame_of({4, 3})), std::invalid_argument);
 }
 
+TEST(Segmenter, RefusesInstancesWithoutAnImageSize) {
+  for (const cv::Size& size : {cv::Size(0, 5), cv::Size(5, 0), cv::Size()}) {
+    Segmentation segmentation{0, 0, size, {}};
+    EXPECT_NO_THROW(validate(segmentation, "a test")) << size;
+    segmentation.instances.push_back(Instance::from_box({0, 0, 1, 1}));
+    EXPECT_THROW(validate(segmentation, "a test"), std::invalid_argument) << size;
+  }
+}
+
 TEST(Segmenter, TakesTheLargestImages) {
   for (const cv::Size& size :
        {cv::Size(1048576, 1), cv::Size(1, 1048576), cv::Size(32768, 32768)}) {

@@ -168,6 +168,7 @@ TEST(DepthHistogram, IgnoresDepthsBeyondItsRange) {
     EXPECT_EQ(histogram_of({depth, 2.0F, depth}).total(), 1U) << depth;
   }
   EXPECT_EQ(histogram_of({51.1F}).total(), 1U);
+  EXPECT_EQ(histogram_of({51.17F, 51.18F, 51.19F, 3.0F}).total(), 4U) << "the last bin";
 }
 
 TEST(DepthHistogram, AcceptsWindowsOfAnyWidth) {
