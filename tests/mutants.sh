@@ -84,7 +84,7 @@ if [[ ! -f $folder/table.txt ]]; then
   mv "$folder/new_table.txt" "$folder/table.txt"
 fi
 if [[ $again == yes ]]; then
-  cp -r "$source/tests" "$folder/source"
+  cp -r --update --preserve=timestamps "$source/tests" "$folder/source"
   sed -i '/\tsurvived\t/d' "$folder/results.txt"
 fi
 cmake -S "$folder/source" -B "$folder/build" -DCMAKE_BUILD_TYPE=Release "${options[@]}" \
