@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstdint>
 #include <numeric>
-#include <utility>
 
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/mask_row.hpp"

@@ -47,14 +47,14 @@ struct SilhouetteLag {
 /// depth ends beside its mask, and how fast that place moves.
 ///
 /// For each mask of a frame, the object's depth is followed in the rows of the mask to its left and
-/// right end, in the depth image of the frame and in those before and after it. The median over the
-/// rows gives each end's place beside the mask's edge, and its speed in pixels a frame. Depth that
-/// is late by n frames shifts the end by -n times its speed. So the slope of places over speeds
-/// gives the lag. What else lies between mask and depth is there at any speed and is the line's
-/// intercept: a mask that is too small, a missing limb, hair, the sensor's shadow. The lines of
-/// left and right edges are fitted apart, robustly, and their slopes are weighted by their
-/// certainty. Noise in the speeds flattens a line; the scatter of the three places tells by how
-/// much.
+/// right end, in the depth image of the frame and in those before and after it. The mean over the
+/// middle half of the rows gives each end's place beside the mask's edge, and its speed in pixels a
+/// frame. Depth that is late by n frames shifts the end by -n times its speed. So the slope of
+/// places over speeds gives the lag. What else lies between mask and depth is there at any speed
+/// and is the line's intercept: a mask that is too small, a missing limb, hair, the sensor's
+/// shadow. The lines of left and right edges are fitted apart, robustly, and their slopes are
+/// weighted by their certainty. Noise in the speeds flattens a line; the scatter of the three
+/// places tells by how much.
 ///
 /// The masks must be those of their frames: late masks look like early depth. DepthOffsetEstimator
 /// needs no masks and cannot make this mistake, but the sensor's shadow may mislead it; `sharpened`
@@ -84,8 +84,8 @@ class SilhouetteLagEstimator {
   };
   /// A silhouette's left or right edge in three successive depth images.
   struct Edge {
-    double place_px =
-        0;  ///< in the frame's own image: distance beyond the mask's edge, to the right
+    /// Distance from the mask's edge in the middle image, positive to the right.
+    double place_px = 0;
     double speed_px = 0;  ///< a frame
     double bend_px = 0;   ///< second difference of the three places
   };
