@@ -66,7 +66,7 @@ TEST_F(ProgramSync, MeasuresAndWritesAssociationsThatAreInStep) {
   EXPECT_NEAR(result["depth_offset"]["frames_late"].get<double>(), 1, 0.2);
   EXPECT_EQ(result["depth_offset"]["curve"].size(), 5U);
   EXPECT_TRUE(outcome.mentions("edges of masked objects: late by ")) << outcome.printed;
-  EXPECT_NEAR(result["by_silhouettes"]["frames_late"].get<double>(), 1, 0.3);
+  EXPECT_NEAR(result["by_silhouettes"]["frames_late"].get<double>(), 1, 0.2);
 
   // The k-th image goes with the depth image that was made with it.
   std::ifstream file(pairs);
