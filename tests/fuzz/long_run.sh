@@ -57,6 +57,7 @@ find_configure_options
 folder=$(realpath -m "${DYNFILTER_BUILD_DIR:-$root/build/fuzz}")
 readonly folder
 log "Building the fuzz targets"
+mkdir -p "$(dirname "$folder")"
 ignored=-fsanitize-coverage-ignorelist
 cmake -S "$root" -B "$folder" "${configure_options[@]}" -DCMAKE_BUILD_TYPE=RelWithDebInfo \
   -DCMAKE_CXX_COMPILER=clang++ \
