@@ -94,6 +94,15 @@ TEST(DepthCompensator, RemovesFeaturesInHolesNearTheObject) {
   EXPECT_EQ(statistics.passed_nearness, 1U);
 }
 
+TEST(DepthCompensator, NearnessOfZeroRemovesNothingWhateverTheMinimum) {
+  DepthScene scene;
+  scene.set_depth({360, 300, 40, 60}, 0);
+  scene.options.min_nearness = 0;
+  EXPECT_TRUE(scene.compensates(366, 330)) << "3 / 7";
+  EXPECT_EQ(scene.at(380, 330).score, 0.0F);
+  EXPECT_FALSE(scene.compensates(380, 330)) << "the object is out of reach";
+}
+
 /// The strip beside the body has no depth, as the sensor's shadow, and shows the wall.
 TEST(DepthCompensator, NeedsMoreNearnessInTheShadowOfAFreshMask) {
   DepthScene scene;
