@@ -105,8 +105,8 @@ observe() {
   rm -f "$reached" "$reached.time"
   : >"$reached"
   begin=$(date +%s%N)
-  (cd "$folder/work" && DYNFILTER_MUTANTS_REACHED=$reached timeout 600 "$program" --gtest_brief=1) \
-    >"$folder/last.log" 2>&1 || return
+  (cd "$work" && DYNFILTER_MUTANTS_REACHED=$reached timeout 600 "$program" --gtest_brief=1) \
+    </dev/null >"$work.log" 2>&1 || return
   echo "$((($(date +%s%N) - begin) / 1000000))" >"$reached.time"
 }
 
@@ -126,15 +126,15 @@ reaching() {
   done | sort -t $'\t' -k 1,1n -k 2,2gr | cut -f 3
 }
 
-# Succeeds if a test program notices the mutant: fails, crashes or takes ten times as long. Sets
-# `noticed_by`.
+# Succeeds if a test program, run in `work`, notices the mutant: fails, crashes or takes ten times as
+# long. Sets `noticed_by`.
 is_caught() {
   local number=$1 stem=$2 program limit
   noticed_by=-
   while read -r program; do
     limit=$(($(<"$folder/reached/$(basename "$program").time") / 100 + 10))
-    if ! (cd "$folder/work" && DYNFILTER_MUTANT=$number GTEST_FAIL_FAST=1 timeout "$limit" "$program" \
-      --gtest_brief=1) >"$folder/last.log" 2>&1; then
+    if ! (cd "$work" && DYNFILTER_MUTANT=$number GTEST_FAIL_FAST=1 timeout "$limit" "$program" \
+      --gtest_brief=1) </dev/null >"$work.log" 2>&1; then
       noticed_by=$(basename "$program")
       return 0
     fi
@@ -142,21 +142,11 @@ is_caught() {
   return 1
 }
 
-mkdir -p "$folder/reached" "$folder/work" # tests may write where they run
-for program in "${programs[@]}"; do
-  reached=$folder/reached/$(basename "$program")
-  if [[ $reached.time -nt $program ]]; then continue; fi
-  observe "$program" || {
-    echo "error: $(basename "$program") fails without a mutant; see $folder/last.log" >&2
-    exit 1
-  }
-done
-touch "$folder/results.txt"
-while IFS=$'\t' read -r number file line what; do
-  if [[ -n $only ]] && ((number < ${only%-*} || number > ${only#*-})); then continue; fi
-  if grep -q "^$number"$'\t' "$folder/results.txt"; then continue; fi
-  verdict=survived
+# try_mutant <number> <file> <line> <what>: runs the tests on a mutant and writes its line of results.
+try_mutant() {
+  local number=$1 file=$2 line=$3 what=$4 verdict=survived work=$folder/work/$1
   noticed_by=-
+  mkdir -p "$work"
   if [[ -f $equivalent ]] && grep -qF "$file"$'\t'"$what"$'\t' "$equivalent"; then
     verdict=equivalent
   elif is_caught "$number" "$(basename "${file%.*}")"; then
@@ -164,7 +154,27 @@ while IFS=$'\t' read -r number file line what; do
   fi
   printf '%s\t%s\t%s:%s\t%s\t%s\n' "$number" "$verdict" "$file" "$line" "$what" "$noticed_by" \
     >>"$folder/results.txt"
+  rm -rf "$work" "$work.log"
+}
+
+work=$folder/work/observed # tests may write where they run
+mkdir -p "$folder/reached" "$work"
+for program in "${programs[@]}"; do
+  reached=$folder/reached/$(basename "$program")
+  if [[ $reached.time -nt $program ]]; then continue; fi
+  observe "$program" || {
+    echo "error: $(basename "$program") fails without a mutant; see $work.log" >&2
+    exit 1
+  }
+done
+touch "$folder/results.txt"
+while IFS=$'\t' read -r number file line what; do
+  if [[ -n $only ]] && ((number < ${only%-*} || number > ${only#*-})); then continue; fi
+  if grep -q "^$number"$'\t' "$folder/results.txt"; then continue; fi
+  while (($(jobs -rp | wc -l) >= jobs)); do wait -n; done
+  try_mutant "$number" "$file" "$line" "$what" &
 done <"$folder/table.txt"
+while [[ -n $(jobs -rp) ]]; do wait -n; done
 
 grep $'\tsurvived\t' "$folder/results.txt" || true
 caught=$(grep -c $'\tcaught\t' "$folder/results.txt" || true)
