@@ -16,6 +16,7 @@
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
 #include "dynfilter/evaluation/trajectory.hpp"
 #include "support/expect_error.hpp"
+#include "support/file_size_limit.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace dynfilter {
@@ -273,6 +274,27 @@ TEST(RgbdSequenceWriter, ReportsWriteErrors) {
                                    "rgb: is no folder");
 }
 
+TEST(RgbdSequenceWriter, AddCanBeRepeatedIfTheDepthFoundNoRoom) {
+  const TemporaryFolder folder;
+  RgbdSequenceWriter writer(folder.path(), some_camera());
+  FrameView frame = some_frame(0);
+  frame.image.setTo(cv::Scalar::all(0));  // a file of some hundred bytes; that of depth has more
+  {
+    const testing::FileSizeLimit limit(1000);
+    expect_error<std::runtime_error>([&] { writer.add(frame); }, "cannot be written");
+  }
+  EXPECT_EQ(writer.size(), 0U);
+  for (const auto& entry : fs::recursive_directory_iterator(folder.path())) {
+    EXPECT_NE(entry.path().extension(), ".png") << "half a frame stays: " << entry.path();
+  }
+  writer.add(frame);
+  writer.finish();
+  const RgbdSequence sequence(folder.path());
+  ASSERT_EQ(sequence.size(), 1U);
+  expect_same(sequence.read(0).image, frame.image);
+  expect_same(sequence.read(0).depth, frame.depth);
+}
+
 TEST(RgbdSequenceWriter, RefusesFoldersBehindALink) {
   const TemporaryFolder folder;
   fs::create_directories(folder / "elsewhere");
@@ -290,8 +312,13 @@ TEST(RgbdSequenceWriter, MovedWriterContinues) {
   RgbdSequenceWriter second = std::move(first);
   second.add(some_frame(1), cv::Matx33d::eye(), {1, 2, 3});
   EXPECT_EQ(second.size(), 2U);
-  second.finish();
+  const TemporaryFolder other;
+  RgbdSequenceWriter third(other.path(), some_camera());
+  third.add(some_frame(0));
+  third = std::move(second);  // gives up what it had
+  third.finish();
   EXPECT_EQ(RgbdSequence(folder.path()).size(), 2U);
+  EXPECT_TRUE(fs::is_empty(other.path()));
   EXPECT_EQ(read_trajectory(folder / "groundtruth.txt").size(), 2U);
 }
 

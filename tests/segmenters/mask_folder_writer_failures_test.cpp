@@ -5,9 +5,6 @@
 
 #include "dynfilter/segmenters/mask_folder_writer.hpp"
 
-#include <sys/resource.h>
-
-#include <csignal>
 #include <cstddef>
 #include <exception>
 #include <filesystem>
@@ -19,6 +16,7 @@
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "support/allocation_limit.hpp"
 #include "support/expect_error.hpp"
+#include "support/file_size_limit.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace dynfilter {
@@ -26,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using testing::expect_error;
-using testing::file_text;
+using testing::FileSizeLimit;
 using testing::TemporaryFolder;
 
 Segmentation two_persons_at(double timestamp_s) {
@@ -68,23 +66,6 @@ TEST(MaskFolderWriterFailures, AddCanBeRepeatedAfterAFailedAllocation) {
     EXPECT_EQ(masks.segment(frame).instances.size(), 2U) << k;
   }
 }
-
-/// Limits the size of the process's files while it lives.
-class FileSizeLimit {
- public:
-  explicit FileSizeLimit(rlim_t bytes) {
-    std::signal(SIGXFSZ, SIG_IGN);
-    getrlimit(RLIMIT_FSIZE, &before_);
-    const rlimit limit{bytes, before_.rlim_max};
-    setrlimit(RLIMIT_FSIZE, &limit);
-  }
-  ~FileSizeLimit() { setrlimit(RLIMIT_FSIZE, &before_); }
-  FileSizeLimit(const FileSizeLimit&) = delete;
-  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
-
- private:
-  rlimit before_{};
-};
 
 TEST(MaskFolderWriterFailures, AddCanBeRepeatedAfterAFullDisk) {
   const TemporaryFolder folder;

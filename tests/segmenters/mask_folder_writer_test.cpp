@@ -213,8 +213,13 @@ TEST(MaskFolderWriter, MovedWriterContinues) {
   expect_error<std::invalid_argument>([&] { second.add(segmentation); }, "a second time");
   segmentation.timestamp_s = 1;
   second.add(segmentation);
-  second.finish();
+  const TemporaryFolder other;
+  MaskFolderWriter third(other.path());
+  third.add(segmentation);
+  third = std::move(second);  // gives up what it had
+  third.finish();
   EXPECT_EQ(MaskFolderSegmenter(folder.path()).size(), 2U);
+  EXPECT_TRUE(fs::is_empty(other.path()));
 }
 
 /// Segmentation without instances.

@@ -1,0 +1,58 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "io/frame_table.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <string>
+
+#include <gtest/gtest.h>
+
+namespace dynfilter::testing {
+namespace {
+
+std::ptrdiff_t cells_of(const std::string& row) {
+  return std::count(row.begin(), row.end(), ',') + 1;
+}
+
+TEST(FrameTable, HasACellForEachColumnInTheirOrder) {
+  FrameStatistics statistics;
+  statistics.has_segmentation = true;
+  statistics.segmentation_age_s = 0.25;
+  statistics.features = 100;
+  statistics.masked = 20;
+  statistics.compensated = 10;
+  statistics.moving = 5;
+  statistics.custom = 4;
+  statistics.restored = 3;
+  statistics.starved = true;
+  statistics.suggested_features = 1500;
+  statistics.instances.resize(3);
+  statistics.instances[0].compensation = Compensation::no_depth_image;
+  statistics.instances[1].compensation = Compensation::too_few_samples;
+  statistics.instances[2].compensation = Compensation::no_depth_image;
+  statistics.motion.outcome = MotionOutcome::applied;
+  statistics.motion.given_back = 2;
+  const std::string row = detail::frame_cells("7", 1.5, statistics);
+  EXPECT_EQ(row, "7,1.500000,1,0.250000,3,100,20,10,5,4,3," + std::to_string(statistics.kept()) +
+                     ",1,1500,2,1,applied,2");
+  EXPECT_EQ(cells_of(row), cells_of(detail::frame_columns()));
+}
+
+TEST(FrameTable, NamesEachOutcomeOfTheMotionStage) {
+  const struct {
+    MotionOutcome outcome;
+    const char* name;
+  } cases[] = {{MotionOutcome::not_run, "not_run"},
+               {MotionOutcome::no_image, "no_image"},
+               {MotionOutcome::started, "started"},
+               {MotionOutcome::repeated, "repeated"},
+               {MotionOutcome::too_few_tracks, "too_few_tracks"},
+               {MotionOutcome::pose_not_trusted, "pose_not_trusted"},
+               {MotionOutcome::applied, "applied"}};
+  for (const auto& c : cases) EXPECT_STREQ(detail::name_of(c.outcome), c.name);
+}
+
+}  // namespace
+}  // namespace dynfilter::testing
