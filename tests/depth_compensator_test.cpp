@@ -97,6 +97,7 @@ TEST(DepthCompensator, RemovesFeaturesInHolesNearTheObject) {
 TEST(DepthCompensator, NearnessOfZeroRemovesNothingWhateverTheMinimum) {
   DepthScene scene;
   scene.set_depth({360, 300, 40, 60}, 0);
+  scene.options.shadow_px = 0;
   scene.options.min_nearness = 0;
   EXPECT_TRUE(scene.compensates(366, 330)) << "3 / 7";
   EXPECT_EQ(scene.at(380, 330).score, 0.0F);
