@@ -202,6 +202,10 @@ const std::vector<BadCall> bad_calls = {
      "margin_per_diameter = inf"},
     {with_culler_options([](auto& o) { o.static_mask = float_image; }),
      "static_mask of type CV_32FC1"},
+    {with_culler_options([](auto& o) {
+       o.static_mask = cv::Mat({2, 3, 4}, CV_8UC1);
+     }),
+     "static_mask of type CV_8UC1 with 3 dimensions"},
     {with_range_options([](auto& o) { o.outlier_factor = -0.5; }), "outlier_factor = -0.5"},
     {with_range_options([](auto& o) { o.outlier_factor = not_a_number; }), "outlier_factor = nan"},
     {with_range_options([](auto& o) { o.expansion = -0.1; }),

@@ -39,6 +39,17 @@ TEST(DepthCompensator, RestoresBackgroundUnderAStaleMask) {
   EXPECT_EQ(scene.at(264, 300).reason, Reason::untouched) << "a stale mask has no margin";
 }
 
+TEST(DepthCompensator, RestoresNothingThatAnotherStageRemoved) {
+  DepthScene scene;
+  scene.make_stale();
+  scene.points = {{270, 300}};  // on the wall, under the stale mask
+  FeatureLabels labels(1, scene.segmentation);
+  labels.mark_dynamic(0);
+  labels.remove(0, 0, Reason::custom, 0.8F);
+  DepthCompensator(scene.options)({scene.frame, scene.segmentation, scene.points}, labels);
+  EXPECT_EQ(labels[0].reason, Reason::custom);
+}
+
 TEST(DepthCompensator, RestoresNearerSurfacesUnderAStaleMask) {
   DepthScene scene;
   scene.make_stale();

@@ -221,6 +221,19 @@ TEST(FeatureDepths, StaleMaskGivesBackWhatIsBehindThePerson) {
   EXPECT_EQ(scene.at(204, 236).reason, Reason::in_mask) << "nothing is known there";
 }
 
+TEST(FeatureDepths, StaleMaskGivesBackNothingThatAnotherStageRemoved) {
+  ColumnScene scene;
+  scene.input.segmentation.timestamp_s = 99.9;
+  scene.filtered();                                    // fills in the depths
+  const std::size_t on_wall = 100 / 8 * 80 + 212 / 8;  // a feature behind the person
+  FeatureLabels labels(scene.input.keypoints.size(), scene.input.segmentation);
+  labels.mark_dynamic(0);
+  labels.remove(on_wall, 0, Reason::custom, 0.8F);
+  FeatureDepthCompensator()({scene.input.frame, scene.input.segmentation, scene.input.features()},
+                            labels);
+  EXPECT_EQ(labels[on_wall].reason, Reason::custom);
+}
+
 TEST(FeatureDepths, BoxStandsInForAnEmptyMask) {
   ColumnScene scene;
   scene.input.segmentation.instances[0].mask = cv::Mat();

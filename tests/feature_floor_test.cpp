@@ -105,6 +105,16 @@ TEST(FeatureFloor, RestoresInEmptyCellsFirst) {
       << "13 each";
 }
 
+TEST(FeatureFloor, RestoresByScoreIfNoImageSizeIsKnown) {
+  Frame frame(points_in_a_row(4));
+  frame.segmentation = {};
+  for (std::size_t i = 0; i < 4; ++i) {
+    frame.labels.remove(i, -1, Reason::custom, 0.9F - 0.1F * static_cast<float>(i));
+  }
+  frame.apply(2, FloorPolicy::restore_balanced);
+  EXPECT_EQ(frame.restored(), (std::vector<std::size_t>{2, 3}));
+}
+
 TEST(FeatureFloor, NeverRestoresFeaturesOnTheStaticMask) {
   Frame frame(points_in_a_row(4));
   for (std::size_t i = 0; i < 3; ++i) frame.labels.remove(i, -1, Reason::in_mask, 1.0F);

@@ -7,10 +7,12 @@
 
 #include <memory>
 #include <numeric>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "support/byte_source.hpp"
+#include "support/expect_error.hpp"
 #include "support/guarded_image.hpp"
 
 namespace dynfilter {
@@ -104,6 +106,20 @@ TEST(KeepStatic, ChecksAllLengthsFirst) {
     EXPECT_EQ(std::string(error.what()),
               "dynfilter::keep_static: got column 1 of length 4; want the number of labels, 3");
   }
+}
+
+TEST(KeepStatic, RefusesAMatrixOfThreeDimensions) {
+  cv::Mat descriptors({3, 2, 2}, CV_8UC1);
+  testing::expect_error<std::invalid_argument>(
+      [&] { keep_static(labels_with(3, {0}), descriptors); },
+      "got column 0 with 3 dimensions; want a matrix with one row per feature");
+}
+
+TEST(KeepStatic, ShortensAMatrixWithoutColumns) {
+  cv::Mat descriptors(3, 0, CV_8UC1);
+  EXPECT_EQ(keep_static(labels_with(3, {0}), descriptors), 2U);
+  EXPECT_EQ(descriptors.rows, 2);
+  EXPECT_EQ(descriptors.cols, 0);
 }
 
 TEST(KeepStatic, DoesNotMoveRowsOfASharedMatrix) {

@@ -51,7 +51,8 @@ class MaskCuller {
     const cv::Mat& mask = options_.static_mask;
     if (!mask.empty() && (mask.type() != CV_8UC1 || mask.dims != 2)) {
       detail::throw_misuse("MaskCuller",
-                           detail::concatenate("a static_mask of type ", detail::type_name(mask)),
+                           detail::concatenate("a static_mask of type ", detail::type_name(mask),
+                                               " with ", mask.dims, " dimensions"),
                            "CV_8UC1 of the image's size, or an empty one");
     }
     options_.static_mask = mask.clone();

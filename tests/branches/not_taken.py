@@ -15,6 +15,7 @@ or if a reason is for an outcome that a test brought about.
 import collections
 import fnmatch
 import json
+import os
 import pathlib
 import sys
 
@@ -48,10 +49,7 @@ def main():
     everything = taken = 0
     missing, used = [], set()
     for file in coverage["data"][0]["files"]:
-        name = file["filename"]
-        if not name.startswith(f"{root}/"):
-            continue
-        name = name[len(str(root)) + 1:]
+        name = os.path.relpath(file["filename"], root)  # it may go up from the folder of the build
         if not any(fnmatch.fnmatch(name, pattern) for pattern in patterns):
             continue
         lines = (root / name).read_text().splitlines()

@@ -27,6 +27,7 @@ CHECK = re.compile(r"^( *if )(\(.*\))( (?:return|continue|break|throw|detail::th
 ONE = re.compile(r" ([+-]) 1(?=[;,)\]])")
 EXTREME = re.compile(r"std::(min|max)\((?!\{|std::|\))")
 VERDICT = re.compile(r"\breturn (true|false);")
+RAW_BEGIN = re.compile(r'R"\((?!.*\)")')
 # Computed by the compiler, read by it as text, or no code.
 LEFT_ALONE = re.compile(
     r"constexpr|static_assert|template|\bcase\b|noexcept|using |^\s*(#|//|\*|struct|class|enum)|operator|\[\[|decltype|sizeof|asm|_mm")
@@ -76,7 +77,12 @@ KINDS = [(COMPARISON, comparison), (CHECK, check), (ONE, one), (EXTREME, extreme
 def places(lines):
     """Yields line, position and kind of each place that can be broken."""
     constant_indent = None  # within a constexpr function
+    is_text = False  # within a raw string
     for number, line in enumerate(lines):
+        was_text = is_text
+        is_text = RAW_BEGIN.search(line) is not None or (was_text and ')"' not in line)
+        if was_text:
+            continue
         indent = len(line) - len(line.lstrip())
         if constant_indent is not None:
             if line.strip() and indent <= constant_indent and line.strip().startswith("}"):
