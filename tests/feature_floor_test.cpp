@@ -108,6 +108,7 @@ TEST(FeatureFloor, RestoresInEmptyCellsFirst) {
 TEST(FeatureFloor, RestoresByScoreIfNoImageSizeIsKnown) {
   Frame frame(points_in_a_row(4));
   frame.segmentation = {};
+  frame.labels.reset(4, frame.segmentation);
   for (std::size_t i = 0; i < 4; ++i) {
     frame.labels.remove(i, -1, Reason::custom, 0.9F - 0.1F * static_cast<float>(i));
   }

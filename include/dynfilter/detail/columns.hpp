@@ -65,7 +65,8 @@ void unshare(std::vector<T, Allocator>&) {}
 
 inline void unshare(cv::Mat& column) {
   const bool owned_alone = column.u != nullptr && column.u->refcount == 1;
-  if (!owned_alone) column = column.clone();
+  // Without columns there is nothing to share, and a clone would lose the number of rows.
+  if (!owned_alone && !column.empty()) column = column.clone();
 }
 
 /// Moves the elements from `first` up to and without `end` to the front, to `destination`.
@@ -120,8 +121,8 @@ void shorten(std::vector<T, Allocator>& column, std::size_t kept) {
 
 inline void shorten(cv::Mat& column, std::size_t kept) {
   const int rows = static_cast<int>(kept);
-  // An empty row range would lose the number of columns.
-  if (rows == 0) column = cv::Mat(0, column.cols, column.type());
+  // An empty row range would lose the numbers of rows and columns.
+  if (rows == 0 || column.cols == 0) column = cv::Mat(rows, column.cols, column.type());
   if (rows < column.rows) column = column.rowRange(0, rows);
 }
 
