@@ -10,16 +10,19 @@
 //
 // Seeds 11 to 13 are those by which the defaults were chosen. The columns hold exact depths, those
 // of features matched with the right image of a rendered pair (baselines of 0.54 m, as KITTI's, and
-// of 0.11 m, as EuRoC's), or those of a stereo camera whose disparities are off by 0.5 px (standard
-// deviation) at the products of focal length and baseline of KITTI (386 px m) and EuRoC (48 px m).
-// Some are known at every third feature only, and some have 5 % wrong matches, whose disparity is
-// random. For pairs it also prints the static features removed whose depth is unknown or right, and
-// how many features are matched, and matched wrongly.
+// of 0.11 m, as EuRoC's) by their descriptors, as hosts do, or by StereoDepths ("own"), or those of
+// a stereo camera whose disparities are off by 0.5 px (standard deviation) at the products of focal
+// length and baseline of KITTI (386 px m) and EuRoC (48 px m). Some are known at every third
+// feature only, and some have 5 % wrong matches, whose disparity is random. For pairs it also
+// prints the static features removed whose depth is unknown or right, how many features are
+// matched, and matched wrongly, and the time that StereoDepths takes. The level "far" is medium
+// with people 5 m away before a wall at 10 m, as a car's camera has them.
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <ctime>
 #include <functional>
 #include <stdexcept>
 #include <string>
@@ -27,13 +30,11 @@
 
 #include <orb_extractor.hpp>
 
-#include <opencv2/imgproc.hpp>
-
 #include <dynfilter/dynfilter.hpp>
 #include <dynfilter/evaluation/feature_scores.hpp>
-#include <dynfilter/evaluation/scene_levels.hpp>
 
 #include "arguments.hpp"
+#include "stereo_frames.hpp"
 
 namespace {
 
@@ -41,16 +42,8 @@ using dynfilter::DepthCompensator;
 using dynfilter::DepthCompensatorOptions;
 using dynfilter::EdgeCompensator;
 using dynfilter::EdgeCompensatorOptions;
-
-constexpr double kitti_baseline_m = 0.54, euroc_baseline_m = 0.11;
-
-struct Frame {
-  std::vector<float> kitti_matches_m, euroc_matches_m;
-  dynfilter::FrameView view;
-  cv::Mat exact_depth_m;
-  dynfilter::Segmentation masks, true_masks;
-  std::vector<cv::KeyPoint> keypoints;
-};
+using stereo_frames::Frame;
+using stereo_frames::Right;
 
 struct Level {
   std::string name;
@@ -60,160 +53,37 @@ struct Level {
 /// Depths that a host knows.
 struct Source {
   std::string name;
-  std::size_t every = 1;      // the depth of every n-th feature is known
-  double focal_baseline = 0;  // of the stereo camera, pixels times metres; 0: depths are exact
-  double wrong_share = 0;     // of wrong matches
-  std::vector<float> Frame::*matches_m =
-      nullptr;  // depths by matching; the others then do not count
+  std::size_t every = 1;          // the depth of every n-th feature is known
+  double focal_baseline = 0;      // of the stereo camera, pixels times metres; 0: depths are exact
+  double wrong_share = 0;         // of wrong matches
+  Right Frame::*right = nullptr;  // depths by matching; the others then do not count
+  bool is_own = false;            // by StereoDepths, near the objects
 };
 
 const Source exact{"1/1"}, third{"1/3", 3};
+const Source kitti{"pair, KITTI", 1, 0, 0, &Frame::kitti};
+const Source euroc{"pair, EuRoC", 1, 0, 0, &Frame::euroc};
+const Source own_kitti{"pair, KITTI, own", 1, 0, 0, &Frame::kitti, true};
+const Source own_euroc{"pair, EuRoC, own", 1, 0, 0, &Frame::euroc, true};
 const std::vector<Source> sources = {exact,
                                      third,
                                      {"1/1, KITTI", 1, 386},
                                      {"1/1, EuRoC", 1, 48},
                                      {"1/1, EuRoC, 5 % wrong", 1, 48, 0.05},
                                      {"1/3, EuRoC, 5 % wrong", 3, 48, 0.05},
-                                     {"pair, KITTI", 1, 0, 0, &Frame::kitti_matches_m},
-                                     {"pair, EuRoC", 1, 0, 0, &Frame::euroc_matches_m}};
-
-/// Scenes of the left camera and of two right ones.
-struct Pair {
-  Pair(const std::string& level, int seed)
-      : left(shifted(level, seed, 0)),
-        kitti(shifted(level, seed, kitti_baseline_m)),
-        euroc(shifted(level, seed, euroc_baseline_m)) {}
-
-  static dynfilter::SyntheticSceneOptions shifted(const std::string& level, int seed,
-                                                  double baseline_m) {
-    dynfilter::SyntheticSceneOptions options =
-        dynfilter::scene_level(level, static_cast<std::uint64_t>(seed));
-    options.camera_shift_m = baseline_m;
-    return options;
-  }
-
-  dynfilter::SyntheticScene left, kitti, euroc;
-};
-
-cv::Mat1b grey_of(const dynfilter::SyntheticFrame& rendered) {
-  cv::Mat1b grey;
-  cv::cvtColor(rendered.frame.image, grey, cv::COLOR_BGR2GRAY);
-  return grey;
-}
-
-/// Match of a feature in the right image.
-struct Match {
-  double disparity_px = 0;  // 0: none
-  double difference = 0;    // of the patches around, grey levels a pixel
-};
-
-/// Returns the mean difference of the patches around two pixels, each relative to its centre. The
-/// patches must lie in the images.
-double patch_difference(const cv::Mat1b& left, const cv::Mat1b& right, cv::Point a, cv::Point b,
-                        int radius) {
-  double sum = 0;
-  for (int y = -radius; y <= radius; ++y) {
-    for (int x = -radius; x <= radius; ++x) {
-      const cv::Point offset(x, y);
-      sum += std::abs((left(a + offset) - left(a)) - (right(b + offset) - right(b)));
-    }
-  }
-  return sum / ((2 * radius + 1) * (2 * radius + 1));
-}
-
-/// Shifts a match by at most 5 px to where the patches differ least, and to the vertex of the
-/// parabola there. Returns no match if that is at the end of the search.
-Match refined(const cv::Mat1b& left, const cv::Mat1b& right, cv::Point2f at, double right_x) {
-  constexpr int radius = 5, reach = 5;
-  const cv::Point a = dynfilter::nearest_pixel(at);
-  const cv::Point b(cvRound(right_x), a.y);
-  const cv::Rect inside(radius, radius, left.cols - 2 * radius, left.rows - 2 * radius);
-  const cv::Point end(reach, 0);
-  if (!inside.contains(a) || !inside.contains(b - end) || !inside.contains(b + end)) return {};
-  std::vector<double> differences;
-  for (int shift = -reach; shift <= reach; ++shift) {
-    differences.push_back(patch_difference(left, right, a, b + cv::Point(shift, 0), radius));
-  }
-  const auto best = std::min_element(differences.begin(), differences.end());
-  if (best == differences.begin() || best == differences.end() - 1) return {};
-  const double before = *(best - 1), after = *(best + 1), bend = before + after - 2 * *best;
-  const double vertex = bend > 0 ? 0.5 * (before - after) / bend : 0;
-  return {a.x - (b.x - reach + static_cast<double>(best - differences.begin()) + vertex), *best};
-}
-
-/// Matches each feature with the most similar one in its row of the right image, refines the match
-/// and drops it if the patches differ by more than twice the median. Returns the depths; 0 without
-/// a match.
-std::vector<float> matched_depths(const cv::Mat1b& grey, const std::vector<cv::KeyPoint>& keypoints,
-                                  const cv::Mat& descriptors,
-                                  const dynfilter::SyntheticScene& right_scene, int index,
-                                  const odometry::OrbExtractor& extractor) {
-  constexpr double max_distance = 75;  // of 256 bits
-  constexpr double min_depth_m = 0.5;
-  const cv::Mat1b right_grey = grey_of(right_scene.render(index));
-  std::vector<cv::KeyPoint> right;
-  cv::Mat right_descriptors;
-  extractor.extract(right_grey, right, right_descriptors);
-  const double focal_baseline = right_scene.camera().fx * right_scene.options().camera_shift_m;
-  std::vector<Match> matches(keypoints.size());
-  std::vector<double> differences;
-  for (std::size_t i = 0; i < keypoints.size(); ++i) {
-    double smallest = max_distance, right_x = -1;
-    for (std::size_t j = 0; j < right.size(); ++j) {
-      const double disparity_px = double{keypoints[i].pt.x} - double{right[j].pt.x};
-      const double rows_px = std::abs(double{keypoints[i].pt.y} - double{right[j].pt.y});
-      const bool may_match = std::abs(keypoints[i].octave - right[j].octave) <= 1 &&
-                             rows_px <= 2 * odometry::octave_scale(keypoints[i].octave) &&
-                             disparity_px > 1 && disparity_px < focal_baseline / min_depth_m;
-      if (!may_match) continue;
-      const double distance =
-          cv::norm(descriptors.row(static_cast<int>(i)), right_descriptors.row(static_cast<int>(j)),
-                   cv::NORM_HAMMING);
-      if (distance >= smallest) continue;
-      smallest = distance;
-      right_x = double{right[j].pt.x};
-    }
-    if (right_x >= 0) matches[i] = refined(grey, right_grey, keypoints[i].pt, right_x);
-    if (matches[i].disparity_px > 0) differences.push_back(matches[i].difference);
-  }
-  std::vector<float> depths_m(keypoints.size(), 0.0F);
-  if (differences.empty()) return depths_m;
-  const auto median = differences.begin() + static_cast<std::ptrdiff_t>(differences.size() / 2);
-  std::nth_element(differences.begin(), median, differences.end());
-  for (std::size_t i = 0; i < matches.size(); ++i) {
-    if (!(matches[i].disparity_px > 0) || matches[i].difference > 2 * *median) continue;
-    depths_m[i] = static_cast<float>(focal_baseline / matches[i].disparity_px);
-  }
-  return depths_m;
-}
-
-Frame render(const Pair& scenes, int index, const odometry::OrbExtractor& extractor) {
-  dynfilter::SyntheticFrame rendered = scenes.left.render(index);
-  Frame frame;
-  const cv::Mat1b grey = grey_of(rendered);
-  cv::Mat descriptors;
-  extractor.extract(grey, frame.keypoints, descriptors);
-  const auto matched = [&](const dynfilter::SyntheticScene& right) {
-    return matched_depths(grey, frame.keypoints, descriptors, right, index, extractor);
-  };
-  frame.kitti_matches_m = matched(scenes.kitti);
-  frame.euroc_matches_m = matched(scenes.euroc);
-  rendered.frame.image.release();  // the rules do not use it
-  frame.view = rendered.frame;
-  frame.exact_depth_m = rendered.exact_depth_m;
-  frame.masks = rendered.poor_segmentation;
-  frame.true_masks = rendered.true_segmentation;
-  return frame;
-}
+                                     kitti,
+                                     euroc,
+                                     own_kitti,
+                                     own_euroc};
 
 std::vector<Level> render_levels(int first_seed, int last_seed, int step) {
   const odometry::OrbExtractor extractor(1000);
   std::vector<Level> levels;
   for (const char* name :
-       {"medium", "hard", "cross", "stale_3", "two_in_one", "furniture", "desk"}) {
+       {"medium", "hard", "cross", "stale_3", "two_in_one", "furniture", "desk", "far"}) {
     Level level{name, {}};
     for (int seed = first_seed; seed <= last_seed; ++seed) {
-      const Pair scenes(name, seed);
+      const stereo_frames::Pair scenes(name, seed);
       for (int i = 7; i < scenes.left.size(); i += step) {
         level.frames.push_back(render(scenes, i, extractor));
       }
@@ -224,9 +94,24 @@ std::vector<Level> render_levels(int first_seed, int last_seed, int step) {
   return levels;
 }
 
+/// Returns the depths by a host's matching, or by StereoDepths where they matter.
+std::vector<float> pair_depths(const Frame& frame, const Source& source,
+                               const dynfilter::StereoDepths& stereo) {
+  const Right& right = frame.*source.right;
+  std::vector<float> depths_m = right.matches_m;
+  if (!source.is_own) return depths_m;
+  static dynfilter::Workspace workspace;
+  std::vector<cv::Rect> areas;
+  const dynfilter::FilterInput input{frame.view, frame.masks, frame.keypoints};
+  dynfilter::stereo_areas(input, dynfilter::MaskCuller(), {}, areas);
+  stereo.find(right.pair, frame.keypoints, areas, depths_m, workspace);
+  return depths_m;
+}
+
 /// Returns the column of depths of a frame. The seed is that of its errors.
-std::vector<float> depths_of(const Frame& frame, const Source& source, std::uint64_t seed) {
-  if (source.matches_m) return frame.*source.matches_m;
+std::vector<float> depths_of(const Frame& frame, const Source& source, std::uint64_t seed,
+                             const dynfilter::StereoDepths& stereo) {
+  if (source.right) return pair_depths(frame, source, stereo);
   constexpr double sigma_px = 0.5, max_wrong_px = 100;
   cv::RNG random(seed + 1);  // 0 would stand for another seed
   std::vector<float> depths_m(frame.keypoints.size(), 0.0F);
@@ -246,7 +131,8 @@ std::vector<float> depths_of(const Frame& frame, const Source& source, std::uint
 /// Prints a row of scores: with the depth image if `source` is null, else with its column.
 template <class Stage>
 void print_row(const std::string& name, const std::vector<Level>& levels, const Stage& stage,
-               const Source* source = nullptr) {
+               const Source* source = nullptr,
+               const dynfilter::StereoDepths& stereo = dynfilter::StereoDepths()) {
   const dynfilter::Pipeline<dynfilter::MaskCuller, Stage> filter(dynfilter::MaskCuller{}, stage);
   std::printf("%-36s", name.c_str());
   dynfilter::FeatureLabels labels;
@@ -258,7 +144,7 @@ void print_row(const std::string& name, const std::vector<Level>& levels, const 
       if (source) {
         dynfilter::FrameView view = frame.view;
         view.depth.release();
-        const std::vector<float> depths_m = depths_of(frame, *source, seed++);
+        const std::vector<float> depths_m = depths_of(frame, *source, seed++, stereo);
         const auto features = dynfilter::FeaturesView(frame.keypoints).with_depths(depths_m);
         filter.apply(view, frame.masks, features, labels, workspace);
       } else {
@@ -293,7 +179,7 @@ void print_static_cost(const std::vector<Level>& levels, const Source& source) {
     for (const Frame& frame : level.frames) {
       dynfilter::FrameView view = frame.view;
       view.depth.release();
-      const std::vector<float>& depths_m = frame.*source.matches_m;
+      const std::vector<float> depths_m = pair_depths(frame, source, dynfilter::StereoDepths());
       const auto features = dynfilter::FeaturesView(frame.keypoints).with_depths(depths_m);
       dynfilter::FeatureLabels labels = filter.apply(view, frame.masks, features);
       for (std::size_t i = 0; i < labels.size(); ++i) {
@@ -310,13 +196,13 @@ void print_static_cost(const std::vector<Level>& levels, const Source& source) {
 /// Prints the shares of features that are matched, and that are matched wrongly.
 void print_known_share(const std::vector<Level>& levels) {
   for (const Source& source : sources) {
-    if (!source.matches_m) continue;
+    if (!source.right) continue;
     print_static_cost(levels, source);
     std::printf("%-36s", ("matched / wrongly: " + source.name).c_str());
     for (const Level& level : levels) {
       double all = 0, matched = 0, wrong = 0;
       for (const Frame& frame : level.frames) {
-        const std::vector<float>& depths_m = frame.*source.matches_m;
+        const std::vector<float> depths_m = pair_depths(frame, source, dynfilter::StereoDepths());
         for (std::size_t i = 0; i < depths_m.size(); ++i) {
           all += 1;
           matched += depths_m[i] > 0 ? 1 : 0;
@@ -329,6 +215,41 @@ void print_known_share(const std::vector<Level>& levels) {
   }
 }
 
+/// Prints the processor time that StereoDepths takes.
+void print_time(const std::vector<Level>& levels, const Source& source) {
+  std::printf("%-36s", ("ms a frame: " + source.name).c_str());
+  for (const Level& level : levels) {
+    const std::clock_t begin = std::clock();
+    for (const Frame& frame : level.frames) pair_depths(frame, source, dynfilter::StereoDepths());
+    const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
+    std::printf("  %12.2f       ", 1000 * seconds / static_cast<double>(level.frames.size()));
+  }
+  std::printf("\n");
+}
+
+void print_stereo_constants(const std::vector<Level>& levels) {
+  const auto print = [&](const char* name, double dynfilter::StereoDepthsOptions::*option,
+                         std::initializer_list<double> values) {
+    for (const double value : values) {
+      dynfilter::StereoDepthsOptions options;
+      options.*option = value;
+      char text[64];
+      std::snprintf(text, sizeof text, ", %s %g", name, value);
+      for (const Source* source : {&own_kitti, &own_euroc}) {
+        print_row(source->name + text, levels, DepthCompensator(), source,
+                  dynfilter::StereoDepths(options));
+      }
+    }
+  };
+  using Options = dynfilter::StereoDepthsOptions;
+  print("min_depth_m", &Options::min_depth_m, {0.6, 1, 1.5});
+  print("max_difference", &Options::max_difference, {0.4, 0.5, 0.7, 1000});
+  print("min_distinction", &Options::min_distinction, {1, 1.05, 1.3});
+  print("background_reach_px", &Options::background_reach_px, {60, 100, 200});
+  print("hider_reach_px", &Options::hider_reach_px, {15, 60});
+  print("max_hidden_px", &Options::max_hidden_px, {0, 40, 80, 120});
+}
+
 void print_constants(const std::vector<Level>& levels) {
   const auto print = [&](const char* name, double DepthCompensatorOptions::*option,
                          std::initializer_list<double> values) {
@@ -338,8 +259,7 @@ void print_constants(const std::vector<Level>& levels) {
       char text[64];
       std::snprintf(text, sizeof text, "%s %g", name, value);
       print_row(std::string("1/3, ") + text, levels, DepthCompensator(options), &third);
-      print_row(std::string("pair, EuRoC, ") + text, levels, DepthCompensator(options),
-                &sources.back());
+      print_row(std::string("pair, EuRoC, ") + text, levels, DepthCompensator(options), &euroc);
     }
   };
   print("feature_reach_px", &DepthCompensatorOptions::feature_reach_px, {0, 20, 40, 80, 120});
@@ -368,6 +288,8 @@ int main(int count, char** words) {
     }
     for (const Source& source : sources) print_row("depth, " + source.name, levels, depth, &source);
     print_known_share(levels);
+    for (const Source* source : {&own_kitti, &own_euroc}) print_time(levels, *source);
+    print_stereo_constants(levels);
     print_constants(levels);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "feature_depths: %s\n", error.what());

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -122,6 +123,27 @@ TEST_F(Allocations, FilterHealthAllocatesNothing) {
             }),
             0U);
   EXPECT_EQ(health.report().without_depth_share.frames, 20U);
+}
+
+TEST_F(Allocations, StereoDepthsAllocateNothingInSteadyState) {
+  cv::Mat image(480, 640, CV_8UC1);
+  cv::randu(image, 0, 256);
+  const StereoPair pair{image, image, 40};
+  const StereoDepths stereo;
+  const MaskCuller culler;
+  Workspace workspace;
+  std::vector<cv::Rect> areas;
+  const auto find = [&](const FilterCase& input, std::vector<float>& depths_m) {
+    stereo_areas({input.frame, input.segmentation, input.keypoints}, culler, {}, areas);
+    stereo.find(pair, input.keypoints, areas, depths_m, workspace);
+  };
+  std::vector<float> depths_m(1000, 0.F);
+  find(full_size_case(1), depths_m);
+  FilterCase input = full_size_case(2);
+  input.keypoints.resize(900);
+  depths_m.assign(900, 0.F);
+  EXPECT_EQ(allocations_of([&] { find(input, depths_m); }), 0U);
+  EXPECT_LT(std::count(depths_m.begin(), depths_m.end(), 0.F), 900);
 }
 
 TEST_F(Allocations, KeepStaticAllocatesNothingForUnsharedColumns) {

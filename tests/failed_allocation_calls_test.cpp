@@ -16,6 +16,7 @@
 #include "dynfilter/moved_depth.hpp"
 #include "dynfilter/overlay.hpp"
 #include "dynfilter/static_weights.hpp"
+#include "dynfilter/stereo_depths.hpp"
 #include "support/answer.hpp"
 #include "support/filter_case.hpp"
 
@@ -158,6 +159,24 @@ const std::vector<PublicCall>& calls() {
          });
        },
        1},
+      {"StereoDepths",
+       [] {
+         struct Kept {
+           std::vector<cv::Rect> areas;
+           Workspace workspace;
+         };
+         return Call([kept = std::make_shared<Kept>()] {
+           const FilterCase& made = input();
+           stereo_areas({made.frame, made.segmentation, made.keypoints}, MaskCuller(), {},
+                        kept->areas);
+           std::vector<float> depths_m(made.keypoints.size(), 0.F);
+           const cv::Mat image = label_map();
+           StereoDepths().find({image, image, 5}, made.keypoints, kept->areas, depths_m,
+                               kept->workspace);
+           return Answer().add(std::vector<double>(depths_m.begin(), depths_m.end()));
+         });
+       },
+       8},
       {"new_indices", plain([] {
          const std::vector<std::int32_t> indices = new_indices(labels());
          return std::vector<double>(indices.begin(), indices.end());
@@ -226,14 +245,14 @@ TEST_P(FailedAllocationOfCall, GivesNoWrongAnswer) {
   EXPECT_TRUE(all_input() == before);
 }
 
-INSTANTIATE_TEST_SUITE_P(Core, FailedAllocationOfCall, ::testing::Range<std::size_t>(0, 21),
+INSTANTIATE_TEST_SUITE_P(Core, FailedAllocationOfCall, ::testing::Range<std::size_t>(0, 22),
                          [](const auto& test) {
                            std::string name = calls()[test.param].name;
                            for (char& c : name) c = c == ':' ? '_' : c;
                            return name;
                          });
 
-TEST(FailedAllocationOfCalls, AreAllTested) { EXPECT_EQ(calls().size(), 21U); }
+TEST(FailedAllocationOfCalls, AreAllTested) { EXPECT_EQ(calls().size(), 22U); }
 
 /// Each column is moved or none, and a pivot is where it was.
 TEST(FailedAllocationOfCalls, KeepStaticKeepsColumnsOfAllKindsInStep) {

@@ -39,6 +39,7 @@
 #include "dynfilter/stage.hpp"
 #include "dynfilter/static_weights.hpp"
 #include "dynfilter/statistics.hpp"
+#include "dynfilter/stereo_depths.hpp"
 #include "dynfilter/version.hpp"
 #include "dynfilter/workspace.hpp"
 

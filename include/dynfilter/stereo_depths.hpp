@@ -1,0 +1,267 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_STEREO_DEPTHS_HPP
+#define DYNFILTER_STEREO_DEPTHS_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/pixel_scale.hpp"
+#include "dynfilter/detail/rectangles.hpp"
+#include "dynfilter/detail/row_search.hpp"
+#include "dynfilter/features.hpp"
+#include "dynfilter/filter_input.hpp"
+#include "dynfilter/frame_features.hpp"
+#include "dynfilter/mask_culler.hpp"
+#include "dynfilter/object_in_frame.hpp"
+#include "dynfilter/workspace.hpp"
+
+namespace dynfilter {
+
+/// Rectified pair of images: a point has the same row in both.
+struct StereoPair {
+  cv::Mat left;   ///< CV_8UC1; the features are its pixels
+  cv::Mat right;  ///< CV_8UC1, of the same size
+  /// Focal length times baseline, pixels times metres: ORB-SLAM's Camera.bf.
+  double focal_baseline = 0;
+};
+
+/// Options of StereoDepths. Lengths in pixels are for images 640 pixels wide and scale with the
+/// width. The defaults were chosen with bench/feature_depths.cpp, which prints the results of other
+/// values.
+struct StereoDepthsOptions {
+  double min_depth_m = 0.8;  ///< nearest depth that is looked for, metres; decides the time
+  /// Largest difference of two patches that match, relative to the contrast of the left one.
+  double max_difference = 0.5;
+  /// Factor by which every other place in the row must differ more than the match.
+  double min_distinction = 1.15;
+  /// Search distance for the farthest surface around a hidden feature.
+  double background_reach_px = 140;
+  /// Search distance for the surface that hides it, in rows up and down.
+  double hider_reach_px = 30;
+  /// Largest width of the strip that a surface hides beside itself. Where it is wider, images
+  /// differ so much that a near feature without a match may be taken for a hidden one.
+  double max_hidden_px = 60;
+};
+
+/// Finds the depths of features in a rectified pair of images, for frames without a depth image:
+/// hosts match few features, and FeatureDepthCompensator needs those of an object and of what
+/// surrounds it.
+///
+/// A feature is matched with the place in its row of the right image whose patch of 7x7 pixels
+/// differs least (detail::RowSearch). The match counts if the patches are similar, if no other
+/// place is, and if the search back from there leads to the feature. It has a fraction of a pixel.
+///
+/// A feature without a match is taken for hidden if a matched surface to its right is so much
+/// nearer than the farthest one around that it covers the feature's place in the right image. It
+/// gets the depth of that farthest surface, as in H. Hirschmüller, Stereo Processing by Semiglobal
+/// Matching and Mutual Information, PAMI 2008, section 2.5.3. Other features without a match stay
+/// unknown.
+///
+/// Limits: near the left edge, near things are outside the right image, and stay unknown. Where the
+/// baseline is wide for the distance (0.54 m at 1.5 m), the two views of a person differ so much
+/// that half of the features find no match.
+class StereoDepths {
+ public:
+  /// Takes the options. Throws std::invalid_argument for numbers that are not finite, a min_depth_m
+  /// or a max_difference that is not above 0, a min_distinction below 1 and lengths below 0 or
+  /// above 1000000.
+  explicit StereoDepths(const StereoDepthsOptions& options = {}) : options_(options) {
+    require("min_depth_m", options.min_depth_m, min_above_zero, "a number above 0");
+    require("max_difference", options.max_difference, min_above_zero, "a number above 0");
+    require("min_distinction", options.min_distinction, 1, "a number of at least 1");
+    for (const auto& [name, length_px] :
+         {std::pair("background_reach_px", options.background_reach_px),
+          std::pair("hider_reach_px", options.hider_reach_px),
+          std::pair("max_hidden_px", options.max_hidden_px)}) {
+      require(name, length_px, 0, "a length from 0 to 1000000");
+    }
+  }
+
+  /// Finds the depths of the features in some areas of the left image, metres, and writes them to
+  /// the column, where 0 is unknown. `depths_m` has one depth for each feature; those of features
+  /// outside the areas stay as they are. What is known there before does not count.
+  ///
+  /// Throws std::invalid_argument for images of another type or of different sizes, for a
+  /// focal_baseline that is not above 0 and finite, and for a column of another length; then the
+  /// column is unchanged. O(features in the areas * columns between 0 and min_depth_m).
+  void find(const StereoPair& pair, FeaturesView features, const std::vector<cv::Rect>& areas,
+            std::vector<float>& depths_m, Workspace& workspace) const {
+    validate(pair, features, depths_m);
+    Scratch& scratch = workspace.get<Scratch>();
+    FrameFeatures& pixels = frame_features(features, workspace);
+    scratch.prepare(features.size(), pair.left.cols);
+    for (const cv::Rect& area : areas) {
+      for (const std::size_t i : pixels.inside(detail::bounds_of(area))) {
+        if (scratch.found[i] != Found::nothing_yet) continue;
+        match(pair, pixels.pixel(i), i, scratch);
+      }
+    }
+    for (std::size_t i = 0; i < depths_m.size(); ++i) {
+      if (scratch.found[i] == Found::nothing_yet) continue;
+      const double disparity_px = scratch.found[i] == Found::no_match
+                                      ? disparity_behind(pair, i, pixels, scratch)
+                                      : double{scratch.disparities_px[i]};
+      depths_m[i] = disparity_px > 0 ? static_cast<float>(pair.focal_baseline / disparity_px) : 0.F;
+    }
+  }
+
+  /// Finds the depths of all features, with temporary memory.
+  std::vector<float> find(const StereoPair& pair, FeaturesView features) const {
+    Workspace workspace;
+    std::vector<float> depths_m(features.size(), 0.0F);
+    find(pair, features, {{{0, 0}, pair.left.size()}}, depths_m, workspace);
+    return depths_m;
+  }
+
+ private:
+  /// What the search for a feature's match gave.
+  enum class Found : std::uint8_t {
+    nothing_yet,  // not searched: it is in no area
+    no_place,     // its patch, or the places of its match, are outside the images
+    no_match,
+    match
+  };
+
+  struct Scratch {
+    std::vector<Found> found;           // for each feature
+    std::vector<float> disparities_px;  // of the matches; 0: none
+    detail::RowSearch search;
+
+    void prepare(std::size_t features, int width) {
+      found.assign(features, Found::nothing_yet);
+      disparities_px.assign(features, 0.0F);
+      search.reserve(width);
+    }
+  };
+
+  static constexpr double min_above_zero = std::numeric_limits<double>::min();
+
+  static void require(const char* name, double value, double min, const char* want) {
+    if (value >= min && value <= 1e6) return;
+    detail::throw_misuse("StereoDepths", detail::concatenate(name, " = ", value), want);
+  }
+
+  static void validate(const StereoPair& pair, const FeaturesView& features,
+                       const std::vector<float>& depths_m) {
+    const bool are_grey = pair.left.type() == CV_8UC1 && pair.right.type() == CV_8UC1 &&
+                          pair.left.dims == 2 && pair.right.dims == 2;
+    if (!are_grey || pair.left.empty() || pair.left.size() != pair.right.size()) {
+      detail::throw_misuse("StereoDepths",
+                           detail::concatenate("images of type ", detail::type_name(pair.left),
+                                               " and ", detail::type_name(pair.right), " and size ",
+                                               detail::size_name(pair.left.size()), " and ",
+                                               detail::size_name(pair.right.size())),
+                           "two CV_8UC1 images of one size");
+    }
+    if (!(pair.focal_baseline > 0) || !std::isfinite(pair.focal_baseline)) {
+      detail::throw_misuse("StereoDepths",
+                           detail::concatenate("focal_baseline = ", pair.focal_baseline),
+                           "focal length times baseline, above 0");
+    }
+    if (depths_m.size() != features.size()) {
+      detail::throw_misuse(
+          "StereoDepths",
+          detail::concatenate(depths_m.size(), " depths and ", features.size(), " features"),
+          "one depth for each feature");
+    }
+  }
+
+  /// Looks for the feature's match in the right image.
+  void match(const StereoPair& pair, cv::Point pixel, std::size_t feature, Scratch& scratch) const {
+    constexpr double noise = detail::RowSearch::area;  // a grey level a pixel
+    constexpr double max_way_px = 1.5;                 // between a feature and the way back to it
+    Found& found = scratch.found[feature];
+    found = Found::no_place;
+    if (!detail::RowSearch::fits(pair.left, pixel)) return;
+    const double max_px = pair.focal_baseline / options_.min_depth_m;
+    const int reach = static_cast<int>(std::min<double>(max_px, pair.left.cols));
+    const int last_x = pixel.x + 1;  // so that a match at infinity has neighbours
+    if (last_x - std::max(pixel.x - reach, detail::RowSearch::radius) < min_places) return;
+    found = Found::no_match;
+    const auto there = scratch.search.find(pair.left, pixel, pair.right, pixel.x - reach, last_x,
+                                           options_.min_distinction);
+    if (!there) return;
+    const int contrast = detail::RowSearch::contrast(pair.left, pixel);
+    if (there->difference > options_.max_difference * contrast + noise) return;
+    const cv::Point place(cvRound(there->x), pixel.y);
+    const auto back =
+        scratch.search.find(pair.right, place, pair.left, place.x - 1, place.x + reach, 0);
+    const double disparity_px = pixel.x - there->x;
+    if (!back || std::abs(back->x - place.x - disparity_px) > max_way_px) return;
+    found = Found::match;
+    scratch.disparities_px[feature] = static_cast<float>(std::max(disparity_px, min_disparity_px));
+  }
+
+  /// Returns the disparity of the farthest surface around an unmatched feature if a nearer one
+  /// hides it in the right image; otherwise 0.
+  double disparity_behind(const StereoPair& pair, std::size_t feature, FrameFeatures& pixels,
+                          const Scratch& scratch) const {
+    const double scale = detail::pixel_scale(pair.left.size());
+    const cv::Point pixel = pixels.pixel(feature);
+    const double reach_px = options_.background_reach_px * scale;
+    double farthest_px = std::numeric_limits<double>::max();
+    for (const std::size_t i : pixels.inside(around(pixel, reach_px))) {
+      const double disparity_px = double{scratch.disparities_px[i]};
+      const cv::Point way = pixels.pixel(i) - pixel;
+      const bool is_near = std::hypot(way.x, way.y) <= reach_px;
+      if (disparity_px > 0 && is_near) farthest_px = std::min(farthest_px, disparity_px);
+    }
+    const double max_px = options_.max_hidden_px * scale;
+    const double rows = options_.hider_reach_px * scale;
+    bool is_hidden = false;
+    for (const std::size_t i : pixels.inside(around(pixel, max_px + detail::RowSearch::radius))) {
+      const double disparity_px = double{scratch.disparities_px[i]};
+      const double hidden_px = disparity_px - farthest_px;  // width of the strip beside the surface
+      const cv::Point way = pixels.pixel(i) - pixel;
+      if (hidden_px < min_hidden_px || std::abs(way.y) > rows) continue;
+      if (hidden_px > max_px) return 0;
+      is_hidden |= way.x > 0 && way.x <= hidden_px + detail::RowSearch::radius &&
+                   pixel.x - disparity_px >= detail::RowSearch::radius;
+    }
+    return is_hidden ? farthest_px : 0;
+  }
+
+  /// Square around a pixel.
+  static detail::PixelBounds around(cv::Point pixel, double reach_px) {
+    return detail::bounds_of({pixel, cv::Size(1, 1)}, static_cast<std::int64_t>(reach_px));
+  }
+
+  static constexpr int min_places = 4;
+  static constexpr double min_disparity_px = 0.25;  // of things far away
+  static constexpr double min_hidden_px = 2;
+
+  StereoDepthsOptions options_;
+};
+
+/// Finds where the depths of features matter to FeatureDepthCompensator: around the boxes of
+/// dynamic objects, as far as it looks for other features. The input must be valid. Overwrites
+/// `areas`. O(instances).
+inline void stereo_areas(const FilterInput& input, const MaskCuller& culler,
+                         const DepthCompensatorOptions& options, std::vector<cv::Rect>& areas) {
+  const cv::Size size = input.segmentation.image_size;
+  const double reach_px = std::min(options.feature_reach_px * detail::pixel_scale(size),
+                                   static_cast<double>(size.width + size.height));
+  const auto margin = static_cast<std::int64_t>(std::ceil(reach_px));
+  areas.clear();
+  for (const Instance& instance : input.segmentation.instances) {
+    if (!culler.is_dynamic(instance.class_id)) continue;
+    const cv::Rect reach = object_reach(instance.box, mask_age_s(input, options), options, size);
+    areas.push_back(detail::clip_grown(reach, margin, margin, size));
+  }
+}
+
+}  // namespace dynfilter
+
+#endif  // DYNFILTER_STEREO_DEPTHS_HPP
