@@ -87,6 +87,13 @@ class DYNFILTER_PLUGIN_API Plugin {
   /// if the thread cannot be started.
   void submit(const cv::Mat& image, double timestamp_s);
 
+  /// Hands over both images of a rectified pair before the frame's filter(). Their types are those
+  /// of the one above, and their sizes equal; `left` is that of the features and the masks. With
+  /// the right image, filter() finds the depths of features that the host did not match, around
+  /// objects, unless the setting `match_pairs` is 0. A filter() without `right_x` does not use it.
+  /// Throws as the one above, and std::invalid_argument for images of different sizes.
+  void submit(const cv::Mat& left, const cv::Mat& right, double timestamp_s);
+
   /// Removes the features on moving objects from an RGB-D frame. `depth` is CV_32FC1 in metres, as
   /// ORB-SLAM has it where it extracts features, or CV_16UC1 in units of the file's DepthMapFactor.
   /// `descriptors` has one row per keypoint, or is empty. Returns the frame's statistics.
@@ -105,6 +112,11 @@ class DYNFILTER_PLUGIN_API Plugin {
   /// where it is not known; it takes the place of a depth image. The statistics' kept() is the
   /// number of features that are left, the host's new N. Throws as the one above; then no column is
   /// changed.
+  ///
+  /// If both images were submitted, the depths of features around objects are found in these. The
+  /// host's columns tell the product of focal length and baseline: a depth times keypoint's x minus
+  /// right_x, which is negative where the host has no match. Takes about 2 ms more for 1000
+  /// features and a baseline of 0.11 m.
   FrameStatistics filter(double timestamp_s, std::vector<float>& depths_m,
                          std::vector<cv::KeyPoint>& keypoints, cv::Mat& descriptors,
                          std::vector<cv::KeyPoint>& undistorted, std::vector<float>& right_x);

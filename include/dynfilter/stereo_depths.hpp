@@ -148,8 +148,8 @@ class StereoDepths {
 
   static constexpr double min_above_zero = std::numeric_limits<double>::min();
 
-  static void require(const char* name, double value, double min, const char* want) {
-    if (value >= min && value <= 1e6) return;
+  static void require(const char* name, double value, double lowest, const char* want) {
+    if (value >= lowest && value <= 1e6) return;
     detail::throw_misuse("StereoDepths", detail::concatenate(name, " = ", value), want);
   }
 

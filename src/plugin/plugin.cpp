@@ -18,8 +18,10 @@
 #include "dynfilter/dynfilter.hpp"
 #include "plugin/depth_check.hpp"
 #include "plugin/first_frames.hpp"
+#include "plugin/host_image.hpp"
 #include "plugin/map_start.hpp"
 #include "plugin/mask_source.hpp"
+#include "plugin/pair_depths.hpp"
 #include "plugin/plugin_settings.hpp"
 #include "plugin/plugin_video.hpp"
 #include "plugin/recorder.hpp"
@@ -59,10 +61,6 @@ struct Columns {
   std::vector<cv::KeyPoint>* undistorted = nullptr;
   std::vector<float>* right_x = nullptr;
   int* pivot = nullptr;
-
-  FeaturesView features() const {
-    return depths_m ? FeaturesView(keypoints).with_depths(*depths_m) : FeaturesView(keypoints);
-  }
 };
 
 template <class Column>
@@ -108,20 +106,6 @@ void shorten(const FeatureLabels& labels, const Columns& columns) {
   if (columns.right_x) keep_static(labels, *columns.right_x);
 }
 
-/// Converts the image to a type that segmenters take, grey or BGR. Returns it as it is if it has
-/// that type.
-cv::Mat in_bgr(const cv::Mat& image, bool is_rgb) {
-  if (image.channels() == 1 || (image.channels() == 3 && !is_rgb)) return image;
-  const bool has_alpha = image.channels() == 4;
-  cv::Mat bgr;
-  if (is_rgb) {
-    cv::cvtColor(image, bgr, has_alpha ? cv::COLOR_RGBA2BGR : cv::COLOR_RGB2BGR);
-  } else {
-    cv::cvtColor(image, bgr, cv::COLOR_BGRA2BGR);
-  }
-  return bgr;
-}
-
 /// Keeps at least one feature, the most static one, whatever the policy: tracking code must not
 /// meet a frame without features.
 void keep_at_least_one(FeatureLabels& labels) {
@@ -137,6 +121,7 @@ struct Plugin::State {
   explicit State(const detail::PluginSettings& from)
       : settings(from),
         filter(make_filter(from)),
+        pair_depths(from),
         first_frames({settings.file, settings.source_key, settings.image_key}),
         map_start(settings.start_features, settings.file),
         depth_check({settings.depth_check_frames, settings.depth_frames_late,
@@ -157,8 +142,11 @@ struct Plugin::State {
   }
 
   FrameView view(double timestamp_s, const cv::Mat& depth);
+  FeaturesView features_of(const Columns& columns, const FrameView& frame,
+                           const std::optional<Segmentation>& segmentation);
   void apply(const FrameView& frame, const std::optional<Segmentation>& segmentation,
              const FeaturesView& features);
+  void submit(const cv::Mat& image, const cv::Mat& right, double timestamp_s);
   FrameView with_depth_in_step(const FrameView& frame);
   FrameStatistics run(double timestamp_s, const cv::Mat& depth, const Columns& columns);
   void watch(const FrameView& frame, const FrameStatistics& statistics, const Columns& columns);
@@ -167,6 +155,7 @@ struct Plugin::State {
   detail::PluginSettings settings;
   std::optional<detail::MaskSource> masks;  // none if the filter is switched off
   DynamicFilter filter;
+  detail::PairDepths pair_depths;
 #ifdef DYNFILTER_HAS_MOTION
   MotionState motion;
   std::optional<MotionFilter> motion_filter;  // instead of `filter`, if it is switched on
@@ -200,6 +189,17 @@ FrameView Plugin::State::view(double timestamp_s, const cv::Mat& depth) {
   const double limit_s = settings.mask_folder_options.max_time_difference_s;
   if (!image.empty() && std::abs(image_time_s - timestamp_s) <= limit_s) frame.image = image;
   return frame;
+}
+
+/// Returns the host's features with the depths that are known: the host's and, with both images of
+/// a rectified pair, those that the pair tells.
+FeaturesView Plugin::State::features_of(const Columns& columns, const FrameView& frame,
+                                        const std::optional<Segmentation>& segmentation) {
+  const FeaturesView features(columns.keypoints);
+  if (!columns.depths_m) return features;
+  if (!columns.right_x || !segmentation) return features.with_depths(*columns.depths_m);
+  return features.with_depths(pair_depths.find({frame, *segmentation, features}, *columns.depths_m,
+                                               *columns.right_x, workspace));
 }
 
 void Plugin::State::apply(const FrameView& frame, const std::optional<Segmentation>& segmentation,
@@ -262,7 +262,6 @@ FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
   const detail::Stopwatch in_all;
   detail::FrameTimes times;
   require_matching_sizes(columns);
-  const FeaturesView features = columns.features();
   const FrameView as_given = view(timestamp_s, depth);
   validate(as_given, "Plugin::filter");
   const auto loan = depth_check.lend(as_given);  // until this returns
@@ -271,6 +270,7 @@ FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
   const std::optional<Segmentation> segmentation = masks->masks_for(frame);
   times.masks_s = for_masks.elapsed_s();
   times.masks_made_s = masks->made_s();
+  const FeaturesView features = features_of(columns, frame, segmentation);
   apply(frame, segmentation, features);
   keep_at_least_one(labels);
   FrameStatistics statistics = labels.statistics();
@@ -293,7 +293,10 @@ FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
   counters.never_submitted += frame.image.empty() ? 1 : 0;
   counters.without_masks += segmentation ? 0 : 1;
   counters.starved += statistics.starved ? 1 : 0;
-  if (!frame.image.empty()) image.release();
+  if (!frame.image.empty()) {
+    image.release();
+    pair_depths.release();
+  }
   return statistics;
 }
 
@@ -314,28 +317,42 @@ Plugin::~Plugin() = default;
 Plugin::Plugin(Plugin&& other) noexcept = default;
 Plugin& Plugin::operator=(Plugin&& other) noexcept = default;
 
-void Plugin::submit(const cv::Mat& image, double timestamp_s) {
-  if (!enabled()) {
-    ++state_->counters.submitted;
+/// Takes a frame's image, or both images of a pair. The right one may be empty.
+void Plugin::State::submit(const cv::Mat& left, const cv::Mat& right, double timestamp_s) {
+  if (!masks) {
+    ++counters.submitted;
     return;
   }
-  const int type = image.type();
-  if (image.empty() || (type != CV_8UC1 && type != CV_8UC3 && type != CV_8UC4)) {
-    detail::throw_misuse("Plugin::submit",
-                         detail::concatenate("an image of type ", detail::type_name(image),
-                                             " and size ", detail::size_name(image.size())),
-                         "CV_8UC1, CV_8UC3 or CV_8UC4");
-  }
+  detail::require_host_image(left);
   if (!std::isfinite(timestamp_s)) {
     detail::throw_misuse("Plugin::submit", detail::concatenate("timestamp_s = ", timestamp_s),
                          "a finite time in seconds");
   }
-  const cv::Mat shown = in_bgr(image, state_->settings.takes_rgb);
-  state_->masks->submit({0, timestamp_s, shown, {}, 0});
-  ++state_->counters.submitted;
-  state_->counters.never_filtered += state_->image.empty() ? 0 : 1;
-  state_->image = shown;
-  state_->image_time_s = timestamp_s;
+  const cv::Mat shown = detail::in_bgr(left, settings.takes_rgb);
+  const cv::Mat shown_right = right.empty() ? right : detail::in_bgr(right, settings.takes_rgb);
+  masks->submit({0, timestamp_s, shown, {}, 0});
+  ++counters.submitted;
+  counters.never_filtered += image.empty() ? 0 : 1;
+  image = shown;
+  pair_depths.submit(shown_right);
+  image_time_s = timestamp_s;
+}
+
+void Plugin::submit(const cv::Mat& image, double timestamp_s) {
+  state_->submit(image, cv::Mat(), timestamp_s);
+}
+
+void Plugin::submit(const cv::Mat& left, const cv::Mat& right, double timestamp_s) {
+  if (enabled()) {
+    detail::require_host_image(right);
+    if (left.size() != right.size()) {
+      detail::throw_misuse("Plugin::submit",
+                           detail::concatenate("images of ", detail::size_name(left.size()),
+                                               " and ", detail::size_name(right.size())),
+                           "a rectified pair, of one size");
+    }
+  }
+  state_->submit(left, right, timestamp_s);
 }
 
 FrameStatistics Plugin::filter(double timestamp_s, const cv::Mat& depth,

@@ -209,6 +209,8 @@ PluginSettings read_plugin_settings(const std::string& path, const std::string& 
   read_enumeration(file, "rule", {"depth", "paper", "mask"}, settings.filter.compensator.rule);
   read_mask_culler(file, settings.filter.mask_culler);
   read_depth_compensator(file, settings.filter.compensator.depth);
+  file.read_flag("match_pairs", settings.matches_pairs);
+  file.read_number("min_depth_m", settings.stereo.min_depth_m);
   read_edge_compensator(file, settings.filter.compensator.paper);
   read_feature_floor(file, settings.filter.feature_floor);
   file.read_count("start_features", settings.start_features);

@@ -14,6 +14,7 @@
 #endif
 #include "dynfilter/segmenters/async_segmenter.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
+#include "dynfilter/stereo_depths.hpp"
 
 namespace dynfilter::detail {
 
@@ -37,6 +38,8 @@ struct PluginSettings {
   bool moves_masks = false;             ///< moves masks to the frame, see MaskPropagator
   bool takes_rgb = false;               ///< colour images come in RGB order, not in BGR
   std::string missing_masks = "error";  ///< or "keep": continue without masks, and count it
+  bool matches_pairs = true;            ///< finds depths in the pairs of a stereo host
+  StereoDepthsOptions stereo;
   DynamicFilterOptions filter;
 #ifdef DYNFILTER_HAS_MOTION
   std::optional<PinholeCamera> motion_camera;  ///< the host's; none: without motion evidence

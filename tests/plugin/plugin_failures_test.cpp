@@ -120,6 +120,23 @@ TEST_F(PluginFailures, FailedAllocationLeavesAStereoFrameUnchanged) {
   });
 }
 
+TEST_F(PluginFailures, FailedAllocationLeavesAStereoFrameWithItsPairUnchanged) {
+  const HostFrame frame(0);
+  const std::vector<float> depths_m(frame.keypoints.size(), 3.F);
+  std::vector<float> right_x;
+  for (const cv::KeyPoint& keypoint : frame.keypoints) right_x.push_back(keypoint.pt.x - 10);
+  cv::Mat grey(image_size, CV_8UC1);
+  cv::randu(grey, 0, 256);
+  // Without a thread that reads ahead: allocations fail only in this one.
+  expect_all_or_nothing("dynfilter.read_ahead: 0\n", [&](Plugin& plugin, HostColumns& columns) {
+    std::vector<float> depths = depths_m, right = right_x;
+    std::vector<cv::KeyPoint> undistorted = frame.keypoints;
+    plugin.submit(grey, grey, frame.timestamp_s);
+    plugin.filter(frame.timestamp_s, depths, columns.keypoints, columns.descriptors, undistorted,
+                  right);
+  });
+}
+
 TEST_F(PluginFailures, FailedAllocationLeavesARecordedFrameUnchanged) {
   const HostFrame frame(0);
   const std::string lines = "dynfilter.output_folder: \"" + path("out").string() + "\"\n";

@@ -189,6 +189,13 @@ TEST_F(PluginTest, NamesSettingsWithoutEffect) {
   EXPECT_NE(said_of(settings("dynfilter.rule: \"mask\"\ndynfilter.min_nearness: 1\n"))
                 .find("dynfilter.min_nearness has no effect; it needs dynfilter.rule: \"depth\""),
             std::string::npos);
+  EXPECT_NE(
+      said_of(settings("dynfilter.rule: \"mask\"\ndynfilter.match_pairs: 1\n"))
+          .find("dynfilter.match_pairs has no effect; it needs dynfilter.rule: \"depth\" or "),
+      std::string::npos);
+  EXPECT_NE(said_of(settings("dynfilter.match_pairs: 0\ndynfilter.min_depth_m: 1\n"))
+                .find("dynfilter.min_depth_m has no effect; it needs dynfilter.match_pairs: 1"),
+            std::string::npos);
   EXPECT_NE(said_of(settings("dynfilter.async: \"wait\"\ndynfilter.read_ahead: 1\n"))
                 .find("dynfilter.read_ahead has no effect; it needs dynfilter.mask_folder and no "
                       "dynfilter.async"),

@@ -5,9 +5,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <stdexcept>
+#include <string>
 #include <vector>
+
+#include <opencv2/imgproc.hpp>
 
 #include "dynfilter/dynfilter.hpp"
 #include "dynfilter/plugin.hpp"
@@ -19,7 +23,7 @@ namespace {
 
 /// Frame of a rectified pair after matching: every third feature has no match.
 struct StereoFrame : HostFrame {
-  static constexpr float focal_baseline = 40;
+  static constexpr float focal_baseline = 31;
   std::vector<float> depths_m, right_x;
   std::vector<cv::KeyPoint> undistorted = keypoints;
 
@@ -131,6 +135,147 @@ TEST_F(PluginTest, NamesAStereoColumnThatDoesNotFit) {
       },
       "the same column twice");
   EXPECT_EQ(plugin.counters().filtered, 0U);
+}
+
+/// Frame of a host that matches a few features of the wall: both images say more.
+struct PairFrame : StereoFrame {
+  cv::Mat right;
+
+  explicit PairFrame(int index) : StereoFrame(index) {
+    for (std::size_t i = 0; i < keypoints.size(); ++i) {
+      if (depths_m[i] > 2 && i % 30 == 1) continue;
+      depths_m[i] = right_x[i] = -1;
+    }
+    cv::RNG random(7);
+    random.fill(image, cv::RNG::UNIFORM, 0, 256);
+    const cv::Rect person(20 + 3 * index, 20, 40, 80);
+    const int wall_px = 10, person_px = 20;
+    right = image.clone();
+    image.colRange(wall_px, 160).copyTo(right.colRange(0, 160 - wall_px));
+    cv::Mat surface(person.size(), CV_8UC3);
+    random.fill(surface, cv::RNG::UNIFORM, 0, 256);
+    surface.copyTo(image(person));
+    surface.copyTo(right(person - cv::Point(person_px, 0)));
+  }
+
+  std::vector<float> pair_depths() const {
+    cv::Mat left_grey, right_grey;
+    cv::cvtColor(image, left_grey, cv::COLOR_BGR2GRAY);
+    cv::cvtColor(right, right_grey, cv::COLOR_BGR2GRAY);
+    std::vector<cv::Rect> areas;
+    std::vector<float> depths = depths_m;
+    Workspace workspace;
+    stereo_areas({view(0), segmentation, keypoints}, MaskCuller(), {}, areas);
+    StereoDepths().find({left_grey, right_grey, focal_baseline}, keypoints, areas, depths,
+                        workspace);
+    return depths;
+  }
+};
+
+std::size_t removed_with(Plugin& plugin, PairFrame frame) {
+  const FrameStatistics statistics = frame.filter_with(plugin);
+  EXPECT_TRUE(in_step(frame));
+  EXPECT_EQ(frame.depths_m.size(), frame.keypoints.size());
+  EXPECT_EQ(std::count_if(frame.depths_m.begin(), frame.depths_m.end(),
+                          [](float depth_m) { return depth_m > 0 && depth_m < 2; }),
+            0)
+      << "the host's column keeps what the host knew";
+  return statistics.compensated;
+}
+
+TEST_F(PluginTest, APairTellsDepthsThatTheHostLacks) {
+  Plugin plugin(settings()), without(settings());
+  const DynamicFilter core;
+  for (int i = 0; i < frames; ++i) {
+    const PairFrame frame(i);
+    const std::vector<float> depths_m = frame.pair_depths();
+    FrameView view = frame.view(static_cast<std::uint64_t>(i));
+    view.depth = cv::Mat();
+    const FeatureLabels labels =
+        core.apply(view, frame.segmentation, FeaturesView(frame.keypoints).with_depths(depths_m));
+    plugin.submit(frame.image, frame.right, frame.timestamp_s);
+    without.submit(frame.image, frame.timestamp_s);
+    const std::size_t compensated = removed_with(plugin, frame);
+    EXPECT_EQ(compensated, labels.statistics().compensated);
+    EXPECT_GT(compensated, removed_with(without, frame) + 10);
+  }
+  EXPECT_EQ(plugin.counters().never_submitted, 0U);
+}
+
+TEST_F(PluginTest, APairMayHaveAnyTypeOfImages) {
+  PairFrame frame(0);
+  const auto removed = [&](const std::string& lines, int conversion) {
+    cv::Mat left = frame.image, right = frame.right;
+    if (conversion >= 0) {
+      cv::cvtColor(frame.image, left, conversion);
+      cv::cvtColor(frame.right, right, conversion);
+    }
+    Plugin plugin(settings(lines));
+    plugin.submit(left, right, frame.timestamp_s);
+    return removed_with(plugin, frame);
+  };
+  const std::size_t expected = removed("", -1);
+  EXPECT_EQ(removed("", cv::COLOR_BGR2GRAY), expected);
+  EXPECT_EQ(removed("", cv::COLOR_BGR2BGRA), expected);
+  EXPECT_EQ(removed("dynfilter.colour_order: \"rgb\"\n", cv::COLOR_BGR2RGB), expected);
+  EXPECT_EQ(removed("dynfilter.colour_order: \"rgb\"\n", cv::COLOR_BGR2RGBA), expected);
+}
+
+TEST_F(PluginTest, APairIsOfOneFrame) {
+  PairFrame first(0), second(1);
+  Plugin plugin(settings()), without(settings());
+  plugin.submit(first.image, first.right, first.timestamp_s);
+  plugin.submit(second.image, second.timestamp_s);
+  EXPECT_EQ(removed_with(plugin, second), removed_with(without, second));
+  plugin.submit(first.image, first.right, first.timestamp_s);  // and another frame is filtered
+  EXPECT_EQ(removed_with(plugin, second), removed_with(without, second));
+  EXPECT_GT(removed_with(plugin, first), removed_with(without, first)) << "it is still there";
+  EXPECT_EQ(removed_with(plugin, first), removed_with(without, first)) << "it is used once";
+}
+
+TEST_F(PluginTest, WithoutAnyMatchAPairSaysNothing) {
+  PairFrame frame(0);
+  frame.depths_m.assign(frame.keypoints.size(), -1.F);
+  frame.right_x = frame.depths_m;
+  Plugin plugin(settings());
+  plugin.submit(frame.image, frame.right, frame.timestamp_s);
+  EXPECT_EQ(removed_with(plugin, frame), 0U);
+}
+
+TEST_F(PluginTest, SettingsOfThePairArrive) {
+  const PairFrame frame(0);
+  const auto removed = [&](const std::string& lines) {
+    Plugin plugin(settings(lines));
+    plugin.submit(frame.image, frame.right, frame.timestamp_s);
+    return removed_with(plugin, frame);
+  };
+  Plugin without(settings());
+  const std::size_t by_host = removed_with(without, frame);
+  EXPECT_GT(removed(""), by_host);
+  EXPECT_EQ(removed("dynfilter.match_pairs: 0\n"), by_host);
+  EXPECT_LT(removed("dynfilter.min_depth_m: 2\n"), removed(""));  // the person is nearer
+  EXPECT_GT(removed("dynfilter.rule: \"paper\"\n"), 0U);
+  EXPECT_EQ(removed("dynfilter.rule: \"mask\"\n"), 0U);
+  EXPECT_GT(removed("dynfilter.rule: \"depth\"\ndynfilter.dynamic_classes: [ 0 ]\n"), by_host);
+  EXPECT_EQ(removed("dynfilter.dynamic_classes: [ 7 ]\n"), 0U);
+  expect_error<std::runtime_error>([&] { removed("dynfilter.min_depth_m: 0\n"); },
+                                   "StereoDepths: got min_depth_m = 0");
+}
+
+TEST_F(PluginTest, RefusesAnUnequalPair) {
+  Plugin plugin(settings()), off(raw_settings("dynfilter.enabled: 0\n"));
+  const PairFrame frame(0);
+  expect_error<std::invalid_argument>(
+      [&] { plugin.submit(frame.image, frame.right.colRange(0, 159), 1); }, "160x120 and 159x120");
+  for (const cv::Mat& wrong : {cv::Mat(), cv::Mat(image_size, CV_32FC1)}) {
+    expect_error<std::invalid_argument>([&] { plugin.submit(frame.image, wrong, 1); },
+                                        "CV_8UC1, CV_8UC3 or CV_8UC4");
+    expect_error<std::invalid_argument>([&] { plugin.submit(wrong, frame.right, 1); },
+                                        "Plugin::submit");
+    off.submit(frame.image, wrong, 1);
+  }
+  EXPECT_EQ(plugin.counters().submitted, 0U);
+  EXPECT_EQ(off.counters().submitted, 2U);
 }
 
 }  // namespace

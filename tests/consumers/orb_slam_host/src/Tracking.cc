@@ -48,7 +48,7 @@ Tracking::~Tracking() {
 
 Eigen::Matrix4d Tracking::GrabImageStereo(const cv::Mat& imRectLeft, const cv::Mat& imRectRight,
                                           const double& timestamp) {
-  mpORBextractorLeft->mpFilter->submit(imRectLeft, timestamp);                   // dynfilter
+  mpORBextractorLeft->mpFilter->submit(imRectLeft, imRectRight, timestamp);      // dynfilter
   if (mpCamera2) mpORBextractorRight->mpFilter->submit(imRectRight, timestamp);  // dynfilter
   mImGray = ToGray(imRectLeft);
   const cv::Mat imGrayRight = ToGray(imRectRight);

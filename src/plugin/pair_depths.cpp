@@ -1,0 +1,65 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "plugin/pair_depths.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <stdexcept>
+
+#include "plugin/host_image.hpp"
+
+namespace dynfilter::detail {
+namespace {
+
+StereoDepths make_stereo(const PluginSettings& settings) {
+  try {
+    return StereoDepths(settings.stereo);
+  } catch (const std::invalid_argument& error) {
+    throw std::runtime_error(settings.file + ": " + error.what());
+  }
+}
+
+}  // namespace
+
+PairDepths::PairDepths(const PluginSettings& settings)
+    : is_on_(settings.matches_pairs && settings.filter.compensator.rule != CompensationRule::mask),
+      stereo_(make_stereo(settings)),
+      culler_(settings.filter.mask_culler),
+      options_(settings.filter.compensator.depth) {}
+
+const std::vector<float>& PairDepths::find(const FilterInput& input,
+                                           const std::vector<float>& host_depths_m,
+                                           const std::vector<float>& right_x,
+                                           Workspace& workspace) {
+  if (!is_on_ || right_.empty() || input.frame.image.empty()) return host_depths_m;
+  stereo_areas(input, culler_, options_, areas_);
+  if (areas_.empty()) return host_depths_m;
+  const double product = focal_baseline(input.features, host_depths_m, right_x);
+  if (!(product > 0)) return host_depths_m;
+  const StereoPair pair{in_grey(input.frame.image, left_grey_), in_grey(right_, right_grey_),
+                        product};
+  depths_m_ = host_depths_m;
+  stereo_.find(pair, input.features, areas_, depths_m_, workspace);
+  return depths_m_;
+}
+
+/// Returns the median of what the host's matches say, pixels times metres; 0 if there are none.
+double PairDepths::focal_baseline(const FeaturesView& features, const std::vector<float>& depths_m,
+                                  const std::vector<float>& right_x) {
+  constexpr double min_disparity_px = 1;  // below, the host may have moved it
+  products_.clear();
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    const double disparity_px = double{features[i].x} - double{right_x[i]};
+    const double product = double{depths_m[i]} * disparity_px;
+    const bool is_matched = depths_m[i] > 0 && right_x[i] >= 0 && disparity_px >= min_disparity_px;
+    if (is_matched && std::isfinite(product)) products_.push_back(product);
+  }
+  if (products_.empty()) return 0;
+  const auto median = products_.begin() + static_cast<std::ptrdiff_t>(products_.size() / 2);
+  std::nth_element(products_.begin(), median, products_.end());
+  return *median;
+}
+
+}  // namespace dynfilter::detail
