@@ -30,6 +30,8 @@
 
 #include <orb_extractor.hpp>
 
+#include <opencv2/imgproc.hpp>
+
 #include <dynfilter/dynfilter.hpp>
 #include <dynfilter/evaluation/feature_scores.hpp>
 
@@ -58,6 +60,7 @@ struct Source {
   double wrong_share = 0;         // of wrong matches
   Right Frame::*right = nullptr;  // depths by matching; the others then do not count
   bool is_own = false;            // by StereoDepths, near the objects
+  double rows_off_px = 0;         // by which rows of the right image are too low
 };
 
 const Source exact{"1/1"}, third{"1/3", 3};
@@ -65,6 +68,8 @@ const Source kitti{"pair, KITTI", 1, 0, 0, &Frame::kitti};
 const Source euroc{"pair, EuRoC", 1, 0, 0, &Frame::euroc};
 const Source own_kitti{"pair, KITTI, own", 1, 0, 0, &Frame::kitti, true};
 const Source own_euroc{"pair, EuRoC, own", 1, 0, 0, &Frame::euroc, true};
+const Source half_off{"pair, EuRoC, own, rows off by .5 px", 1, 0, 0, &Frame::euroc, true, 0.5};
+const Source one_off{"pair, EuRoC, own, rows off by 1 px", 1, 0, 0, &Frame::euroc, true, 1};
 const std::vector<Source> sources = {exact,
                                      third,
                                      {"1/1, KITTI", 1, 386},
@@ -74,7 +79,9 @@ const std::vector<Source> sources = {exact,
                                      kitti,
                                      euroc,
                                      own_kitti,
-                                     own_euroc};
+                                     own_euroc,
+                                     half_off,
+                                     one_off};
 
 std::vector<Level> render_levels(int first_seed, int last_seed, int step) {
   const odometry::OrbExtractor extractor(1000);
@@ -104,7 +111,14 @@ std::vector<float> pair_depths(const Frame& frame, const Source& source,
   std::vector<cv::Rect> areas;
   const dynfilter::FilterInput input{frame.view, frame.masks, frame.keypoints};
   dynfilter::stereo_areas(input, dynfilter::MaskCuller(), {}, areas);
-  stereo.find(right.pair, frame.keypoints, areas, depths_m, workspace);
+  dynfilter::StereoPair pair = right.pair;
+  if (source.rows_off_px != 0) {
+    const cv::Matx23d down(1, 0, 0, 0, 1, source.rows_off_px);
+    pair.right = cv::Mat();
+    cv::warpAffine(right.pair.right, pair.right, down, pair.left.size(), cv::INTER_LINEAR,
+                   cv::BORDER_REPLICATE);
+  }
+  stereo.find(pair, frame.keypoints, areas, depths_m, workspace);
   return depths_m;
 }
 
@@ -248,6 +262,7 @@ void print_stereo_constants(const std::vector<Level>& levels) {
   print("background_reach_px", &Options::background_reach_px, {60, 100, 200});
   print("hider_reach_px", &Options::hider_reach_px, {15, 60});
   print("max_hidden_px", &Options::max_hidden_px, {0, 40, 80, 120});
+  print("min_matched_share", &Options::min_matched_share, {0, 0.4, 0.6});
 }
 
 void print_constants(const std::vector<Level>& levels) {

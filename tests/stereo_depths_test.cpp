@@ -164,14 +164,40 @@ TEST(StereoDepths, WhatANearThingHidesIsBehindIt) {
   EXPECT_GT(std::count(found.begin(), found.begin() + all_of_them, 0.F), all_of_them * 8 / 10);
 }
 
+TEST(StereoDepths, NothingIsHiddenWhereMostFindNoMatch) {
+  StereoPair pair = near_thing_before_wall({300, 20, 100, 80});
+  pair.left(cv::Rect(480, 0, 160, 120)).setTo(7);  // plain
+  auto points = grid({283, 30, 14, 60}, 3);
+  const std::size_t hidden = points.size();
+  for (const cv::Rect& area : {cv::Rect(306, 30, 88, 60), {200, 30, 75, 60}}) {
+    const auto matched = grid(area, 4);
+    points.insert(points.end(), matched.begin(), matched.end());
+  }
+  const std::size_t matched = points.size() - hidden;
+  const auto known = [&](std::size_t others, double min_share) {
+    std::vector<cv::Point2f> all = points;
+    all.insert(all.end(), others, cv::Point2f(560, 60));
+    StereoDepthsOptions options;
+    options.min_matched_share = min_share;
+    const std::vector<float> depths_m = StereoDepths(options).find(pair, all);
+    const auto end = depths_m.begin() + static_cast<std::ptrdiff_t>(hidden);
+    return hidden - static_cast<std::size_t>(std::count(depths_m.begin(), end, 0.F));
+  };
+  EXPECT_EQ(known(0, 0.5), hidden);
+  EXPECT_EQ(known(matched - hidden, 0.4), hidden);
+  EXPECT_LT(known(matched, 0.5), hidden / 5);
+  EXPECT_EQ(known(matched, 0), hidden);
+}
+
 TEST(StereoDepths, AgreesWithTheOracle) {
-  for (int seed = 1; seed <= 4; ++seed) {
+  for (int seed = 1; seed <= 6; ++seed) {
     cv::RNG random(static_cast<std::uint64_t>(seed));
-    StereoPair pair = near_thing_before_wall({300, 20, 40 * seed, 80});
+    StereoPair pair = near_thing_before_wall({300, 20, 30 * seed, 80});
     cv::Mat noise(pair.right.size(), CV_8UC1);
-    random.fill(noise, cv::RNG::UNIFORM, 0, 12 * seed);
+    random.fill(noise, cv::RNG::UNIFORM, 0, 4 + 6 * seed);
     pair.right += noise;
-    pair.left(cv::Rect(480, 0, 100, 120)).setTo(7);  // plain
+    pair.left(cv::Rect(480, 0, 100, 120)).setTo(7);                 // plain
+    if (seed == 6) pair.left(cv::Rect(330, 0, 310, 120)).setTo(7);  // few find a match
     std::vector<cv::Point2f> points;
     std::vector<cv::Point> pixels;
     for (int i = 0; i < 250; ++i) {
@@ -185,7 +211,7 @@ TEST(StereoDepths, AgreesWithTheOracle) {
       EXPECT_FLOAT_EQ(depths_m[i], expected[i]) << seed << ": " << pixels[i];
     }
     const auto unknown = std::count(depths_m.begin(), depths_m.end(), 0.F);
-    EXPECT_TRUE(unknown > 10 && unknown < 200) << "otherwise the test shows little: " << unknown;
+    EXPECT_TRUE(unknown > 10 && unknown < 240) << "otherwise the test shows little: " << unknown;
   }
 }
 
@@ -305,6 +331,9 @@ TEST(StereoDepths, RefusesOptions) {
     refuses(&Options::max_difference, wrong, "max_difference");
   }
   refuses(&Options::min_distinction, 0.99, "min_distinction = 0.99");
+  refuses(&Options::min_matched_share, -0.1, "min_matched_share = -0.1");
+  refuses(&Options::min_matched_share, nan, "min_matched_share");
+  takes(&Options::min_matched_share, 2);
   for (const auto option :
        {&Options::background_reach_px, &Options::hider_reach_px, &Options::max_hidden_px}) {
     for (const double wrong : {-1., nan, 1e7}) refuses(option, wrong, "_px");

@@ -50,9 +50,12 @@ struct StereoDepthsOptions {
   double background_reach_px = 140;
   /// Search distance for the surface that hides it, in rows up and down.
   double hider_reach_px = 30;
-  /// Largest width of the strip that a surface hides beside itself. Where it is wider, images
-  /// differ so much that a near feature without a match may be taken for a hidden one.
+  /// Largest width of the strip that a surface is taken to hide beside itself.
   double max_hidden_px = 60;
+  /// Smallest share of the features that find a match, of those that are looked for, at which
+  /// others may be hidden. Where fewer do, the images differ too much for a missing match to say
+  /// anything: the baseline is wide for the distance, or rows are out of step.
+  double min_matched_share = 0.5;
 };
 
 /// Finds the depths of features in a rectified pair of images, for frames without a depth image:
@@ -64,23 +67,25 @@ struct StereoDepthsOptions {
 /// place is, and if the search back from there leads to the feature. It has a fraction of a pixel.
 ///
 /// A feature without a match is taken for hidden if a matched surface to its right is so much
-/// nearer than the farthest one around that it covers the feature's place in the right image. It
-/// gets the depth of that farthest surface, as in H. Hirschmüller, Stereo Processing by Semiglobal
-/// Matching and Mutual Information, PAMI 2008, section 2.5.3. Other features without a match stay
-/// unknown.
+/// nearer than the farthest one around that it covers the feature's place in the right image, and
+/// if most features found a match. It gets the depth of that farthest surface, as in H.
+/// Hirschmüller, Stereo Processing by Semiglobal Matching and Mutual Information, PAMI 2008,
+/// section 2.5.3. Other features without a match stay unknown.
 ///
 /// Limits: near the left edge, near things are outside the right image, and stay unknown. Where the
 /// baseline is wide for the distance (0.54 m at 1.5 m), the two views of a person differ so much
-/// that half of the features find no match.
+/// that half of the features find no match. Rows of the two images must be in step: from half a
+/// pixel on, fewer features find their match.
 class StereoDepths {
  public:
   /// Takes the options. Throws std::invalid_argument for numbers that are not finite, a min_depth_m
-  /// or a max_difference that is not above 0, a min_distinction below 1 and lengths below 0 or
-  /// above 1000000.
+  /// or a max_difference that is not above 0, a min_distinction below 1, a min_matched_share or a
+  /// length below 0, and anything above 1000000.
   explicit StereoDepths(const StereoDepthsOptions& options = {}) : options_(options) {
     require("min_depth_m", options.min_depth_m, min_above_zero, "a number above 0");
     require("max_difference", options.max_difference, min_above_zero, "a number above 0");
     require("min_distinction", options.min_distinction, 1, "a number of at least 1");
+    require("min_matched_share", options.min_matched_share, 0, "a number of at least 0");
     for (const auto& [name, length_px] :
          {std::pair("background_reach_px", options.background_reach_px),
           std::pair("hider_reach_px", options.hider_reach_px),
@@ -108,9 +113,10 @@ class StereoDepths {
         match(pair, pixels.pixel(i), i, scratch);
       }
     }
+    const bool may_be_hidden = scratch.matched_share() >= options_.min_matched_share;
     for (std::size_t i = 0; i < depths_m.size(); ++i) {
       if (scratch.found[i] == Found::nothing_yet) continue;
-      const double disparity_px = scratch.found[i] == Found::no_match
+      const double disparity_px = scratch.found[i] == Found::no_match && may_be_hidden
                                       ? disparity_behind(pair, i, pixels, scratch)
                                       : double{scratch.disparities_px[i]};
       depths_m[i] = disparity_px > 0 ? static_cast<float>(pair.focal_baseline / disparity_px) : 0.F;
@@ -143,6 +149,14 @@ class StereoDepths {
       found.assign(features, Found::nothing_yet);
       disparities_px.assign(features, 0.0F);
       search.reserve(width);
+    }
+
+    /// Returns the share of the features with a match in those that could have one.
+    double matched_share() const {
+      const auto matches = std::count(found.begin(), found.end(), Found::match);
+      const auto others = std::count(found.begin(), found.end(), Found::no_match);
+      const auto all = std::max<std::ptrdiff_t>(1, matches + others);
+      return static_cast<double>(matches) / static_cast<double>(all);
     }
   };
 
@@ -220,17 +234,17 @@ class StereoDepths {
     }
     const double max_px = options_.max_hidden_px * scale;
     const double rows = options_.hider_reach_px * scale;
-    bool is_hidden = false;
     for (const std::size_t i : pixels.inside(around(pixel, max_px + detail::RowSearch::radius))) {
       const double disparity_px = double{scratch.disparities_px[i]};
       const double hidden_px = disparity_px - farthest_px;  // width of the strip beside the surface
       const cv::Point way = pixels.pixel(i) - pixel;
-      if (hidden_px < min_hidden_px || std::abs(way.y) > rows) continue;
-      if (hidden_px > max_px) return 0;
-      is_hidden |= way.x > 0 && way.x <= hidden_px + detail::RowSearch::radius &&
-                   pixel.x - disparity_px >= detail::RowSearch::radius;
+      const bool is_hider = hidden_px >= min_hidden_px && hidden_px <= max_px && way.x > 0 &&
+                            way.x <= hidden_px + detail::RowSearch::radius &&
+                            std::abs(way.y) <= rows &&
+                            pixel.x - disparity_px >= detail::RowSearch::radius;
+      if (is_hider) return farthest_px;
     }
-    return is_hidden ? farthest_px : 0;
+    return 0;
   }
 
   /// Square around a pixel.

@@ -24,9 +24,15 @@ class StereoOracle {
   std::vector<float> find(const std::vector<cv::Point>& pixels) const {
     std::vector<double> disparities;
     for (const cv::Point& pixel : pixels) disparities.push_back(disparity_at(pixel));
+    std::size_t possible = 0, matched = 0;
+    for (std::size_t i = 0; i < pixels.size(); ++i) {
+      possible += can_match(pixels[i]) ? 1 : 0;
+      matched += disparities[i] > 0 ? 1 : 0;
+    }
     std::vector<float> depths_m;
     for (std::size_t i = 0; i < pixels.size(); ++i) {
-      const bool is_missing = disparities[i] == 0 && can_match(pixels[i]);
+      const bool is_missing =
+          disparities[i] == 0 && can_match(pixels[i]) && 2 * matched >= possible;
       const double disparity =
           is_missing ? disparity_behind(i, pixels, disparities) : disparities[i];
       depths_m.push_back(disparity > 0 ? static_cast<float>(pair_.focal_baseline / disparity) : 0);
@@ -98,17 +104,15 @@ class StereoOracle {
         farthest = std::min(farthest, disparities[i]);
       }
     }
-    bool is_hidden = false;
     for (std::size_t i = 0; i < pixels.size(); ++i) {
       const cv::Point way = pixels[i] - pixels[hidden];
       const double strip = disparities[i] - farthest;
-      const bool is_around = std::abs(way.x) <= 63 && std::abs(way.y) <= 30;
-      if (disparities[i] == 0 || strip < 2 || !is_around) continue;
-      if (strip > 60) return 0;
-      const bool is_right_of_it = way.x > 0 && way.x <= strip + 3;
-      if (is_right_of_it && pixels[hidden].x - disparities[i] >= 3) is_hidden = true;
+      if (disparities[i] > 0 && strip >= 2 && strip <= 60 && way.x > 0 && way.x <= strip + 3 &&
+          std::abs(way.y) <= 30 && pixels[hidden].x - disparities[i] >= 3) {
+        return farthest;
+      }
     }
-    return is_hidden ? farthest : 0;
+    return 0;
   }
 
   StereoPair pair_;
