@@ -68,8 +68,8 @@ const Source kitti{"pair, KITTI", 1, 0, 0, &Frame::kitti};
 const Source euroc{"pair, EuRoC", 1, 0, 0, &Frame::euroc};
 const Source own_kitti{"pair, KITTI, own", 1, 0, 0, &Frame::kitti, true};
 const Source own_euroc{"pair, EuRoC, own", 1, 0, 0, &Frame::euroc, true};
-const Source half_off{"pair, EuRoC, own, rows off by .5 px", 1, 0, 0, &Frame::euroc, true, 0.5};
-const Source one_off{"pair, EuRoC, own, rows off by 1 px", 1, 0, 0, &Frame::euroc, true, 1};
+const Source half_off{"pair, EuRoC, own, .5 px low", 1, 0, 0, &Frame::euroc, true, 0.5};
+const Source one_off{"pair, EuRoC, own, 1 px low", 1, 0, 0, &Frame::euroc, true, 1};
 const std::vector<Source> sources = {exact,
                                      third,
                                      {"1/1, KITTI", 1, 386},
@@ -148,7 +148,7 @@ void print_row(const std::string& name, const std::vector<Level>& levels, const 
                const Source* source = nullptr,
                const dynfilter::StereoDepths& stereo = dynfilter::StereoDepths()) {
   const dynfilter::Pipeline<dynfilter::MaskCuller, Stage> filter(dynfilter::MaskCuller{}, stage);
-  std::printf("%-36s", name.c_str());
+  std::printf("%-48s", name.c_str());
   dynfilter::FeatureLabels labels;
   dynfilter::Workspace workspace;
   for (const Level& level : levels) {
@@ -187,7 +187,7 @@ bool is_wrong(const Frame& frame, std::size_t i, float depth_m) {
 void print_static_cost(const std::vector<Level>& levels, const Source& source) {
   const dynfilter::Pipeline<dynfilter::MaskCuller, DepthCompensator> filter(dynfilter::MaskCuller{},
                                                                             DepthCompensator{});
-  std::printf("%-36s", (source.name + ", not wrong").c_str());
+  std::printf("%-48s", (source.name + ", not wrong").c_str());
   for (const Level& level : levels) {
     double removed = 0;
     for (const Frame& frame : level.frames) {
@@ -212,7 +212,7 @@ void print_known_share(const std::vector<Level>& levels) {
   for (const Source& source : sources) {
     if (!source.right) continue;
     print_static_cost(levels, source);
-    std::printf("%-36s", ("matched / wrongly: " + source.name).c_str());
+    std::printf("%-48s", ("matched / wrongly: " + source.name).c_str());
     for (const Level& level : levels) {
       double all = 0, matched = 0, wrong = 0;
       for (const Frame& frame : level.frames) {
@@ -231,7 +231,7 @@ void print_known_share(const std::vector<Level>& levels) {
 
 /// Prints the processor time that StereoDepths takes.
 void print_time(const std::vector<Level>& levels, const Source& source) {
-  std::printf("%-36s", ("ms a frame: " + source.name).c_str());
+  std::printf("%-48s", ("ms a frame: " + source.name).c_str());
   for (const Level& level : levels) {
     const std::clock_t begin = std::clock();
     for (const Frame& frame : level.frames) pair_depths(frame, source, dynfilter::StereoDepths());
@@ -292,7 +292,7 @@ int main(int count, char** words) {
     const std::vector<Level> levels = render_levels(first, last, argument(count, words, 3, 20));
     const EdgeCompensator paper(EdgeCompensatorOptions::paper());
     const DepthCompensator depth;
-    std::printf("%-36s", "");
+    std::printf("%-48s", "");
     for (const Level& level : levels) std::printf("  %19s", level.name.c_str());
     std::printf("\n");
     print_row("mask", levels, [](const dynfilter::FilterInput&, dynfilter::FeatureLabels&) {});
