@@ -102,12 +102,13 @@ mapfile -t programs < <(find "$folder/build/tests" -type f -name '*_test' -perm 
 observe() {
   local program=$1 reached begin
   reached=$folder/reached/$(basename "$program")
-  rm -f "$reached" "$reached.time"
-  : >"$reached"
+  rm -f "$reached" "$reached".*
+  truncate -s 10000 "$reached.bytes" # one a mutant
   begin=$(date +%s%N)
-  (cd "$work" && DYNFILTER_MUTANTS_REACHED=$reached timeout 600 "$program" --gtest_brief=1) \
+  (cd "$work" && DYNFILTER_MUTANTS_REACHED=$reached.bytes timeout 600 "$program" --gtest_brief=1) \
     </dev/null >"$work.log" 2>&1 || return
   echo "$((($(date +%s%N) - begin) / 1000000))" >"$reached.time"
+  od -An -v -t u1 -w1 "$reached.bytes" | awk '$1 { print NR - 1 }' >"$reached"
 }
 
 # Prints the programs that reach a mutant in the order in which they are tried: named like its file,

@@ -8,35 +8,37 @@
 #define DYNFILTER_TESTS_MUTANTS_MUTANT_HPP
 
 #include <fcntl.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
-#include <cstdio>
 #include <cstdlib>
 
-/// Appends the number to the file that DYNFILTER_MUTANTS_REACHED names, at once, because a test may
-/// end in any way; each number once a process.
-inline void dynfilter_mutant_reached(const char* file, int number) {
-  constexpr int most = 10000;
-  static std::atomic<bool> is_known[most];
-  if (number >= most || is_known[number].exchange(true)) return;
-  char line[16];
-  const int length = std::snprintf(line, sizeof(line), "%d\n", number);
-  const int descriptor = open(file, O_WRONLY | O_CREAT | O_APPEND, 0644);
-  if (descriptor < 0 || write(descriptor, line, static_cast<size_t>(length)) != length)
-    std::abort();
+constexpr int dynfilter_mutants_max = 10000;
+
+/// Returns the bytes of the file that DYNFILTER_MUTANTS_REACHED names, one a mutant, or null
+/// without the variable. They are mapped: a test may end in any way, limit the size of files or
+/// fill a disk.
+inline unsigned char* dynfilter_mutants_reached() {
+  const char* const file = std::getenv("DYNFILTER_MUTANTS_REACHED");
+  if (file == nullptr) return nullptr;
+  const int descriptor = open(file, O_RDWR | O_CLOEXEC);
+  if (descriptor < 0) std::abort();
+  void* const bytes =
+      mmap(nullptr, dynfilter_mutants_max, PROT_READ | PROT_WRITE, MAP_SHARED, descriptor, 0);
   close(descriptor);
+  if (bytes == MAP_FAILED) std::abort();
+  return static_cast<unsigned char*>(bytes);
 }
 
 /// Whether the environment variable DYNFILTER_MUTANT names this mutant.
 inline bool dynfilter_mutant(int number) {
-  static const char* const reached = std::getenv("DYNFILTER_MUTANTS_REACHED");
+  static unsigned char* const reached = dynfilter_mutants_reached();
   static const int chosen = [] {
     const char* const text = std::getenv("DYNFILTER_MUTANT");
     return text == nullptr ? 0 : std::atoi(text);
   }();
-  if (reached != nullptr) dynfilter_mutant_reached(reached, number);
+  if (reached != nullptr && number < dynfilter_mutants_max) reached[number] = 1;
   return number == chosen;
 }
 
