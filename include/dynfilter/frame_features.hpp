@@ -137,7 +137,7 @@ class FrameFeatures {
     for (std::uint32_t i = 0; i < labels.size(); ++i) {
       const FeatureLabel& label = labels[i];
       *end = i;
-      end += label.removed & (label.reason == reason) & (label.instance >= 0) ? 1 : 0;
+      end += (label.removed & (label.reason == reason) & (label.instance >= 0)) ? 1 : 0;
     }
     const FeatureIndices removed(found_.data(), end);
     const auto instance_of = [&labels](std::uint32_t i) {

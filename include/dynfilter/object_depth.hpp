@@ -221,7 +221,7 @@ class ObjectDepthEstimator {
         ++wanted;
         const double depth_m = static_cast<double>(depths[x]) * scale;
         *end = static_cast<float>(depth_m);  // the next one overwrites what is no depth
-        end += (depth_m > 0) & (depth_m <= std::numeric_limits<double>::max()) ? 1 : 0;
+        end += ((depth_m > 0) & (depth_m <= std::numeric_limits<double>::max())) ? 1 : 0;
       }
     }
     depths_m.size = static_cast<std::size_t>(end - depths_m.first);

@@ -186,7 +186,7 @@ void SilhouetteLagEstimator::measure(const Instance& instance) {
                    rows.bends_px.push_back(way * (*after - 2 * *now + *before));
                  }
                });
-  for (const std::size_t side : {0, 1}) add_edge(side);
+  for (const std::size_t side : {0U, 1U}) add_edge(side);
 }
 
 /// Adds a silhouette's edge from what was measured in its rows.

@@ -4,11 +4,11 @@
 
 """Prints the outcomes of conditions that no test brought about and that have no reason.
 
-    not_taken.py COVERAGE REPOSITORY
+    not_taken.py COVERAGE REPOSITORY BEGINNING
 
 COVERAGE is what `llvm-cov export` prints. REPOSITORY/tests/branches/files.txt has the files to look
 at, patterns of the shell, and reasons.txt the outcomes that need no test: file, condition and
-outcome, reason, separated by tabs. The last line counts; the exit code is 1 if one has no reason,
+outcome, reason, separated by tabs. Only files whose names begin with BEGINNING count. The last line counts; the exit code is 1 if one has no reason,
 or if a reason is for an outcome that a test brought about.
 """
 
@@ -44,13 +44,15 @@ def text_between(lines, place):
 
 def main():
     coverage, root = json.loads(pathlib.Path(sys.argv[1]).read_text()), pathlib.Path(sys.argv[2])
+    beginning = sys.argv[3]
     patterns = rows_of(root / "tests/branches/files.txt")
-    reasons = {tuple(row.split("\t")[:2]) for row in rows_of(root / "tests/branches/reasons.txt")}
+    reasons = {tuple(row.split("\t")[:2]) for row in rows_of(root / "tests/branches/reasons.txt")
+               if row.startswith(beginning)}
     everything = taken = 0
     missing, used = [], set()
     for file in coverage["data"][0]["files"]:
         name = os.path.relpath(file["filename"], root)  # it may go up from the folder of the build
-        if not any(fnmatch.fnmatch(name, pattern) for pattern in patterns):
+        if not name.startswith(beginning) or not any(fnmatch.fnmatch(name, pattern) for pattern in patterns):
             continue
         lines = (root / name).read_text().splitlines()
         for place, counts in sorted(outcomes_of(file["branches"]).items()):

@@ -25,7 +25,7 @@ enum class Guard { before, behind };
 class GuardedImage {
  public:
   GuardedImage(const cv::Size& size, int type, Guard guard) {
-    const std::size_t bytes = size.area() * CV_ELEM_SIZE(type);
+    const auto bytes = static_cast<std::size_t>(size.area() * CV_ELEM_SIZE(type));
     const std::size_t length = (bytes + page() - 1) / page() * page();
     const bool is_small = length <= 64 * page();
     memory_ = is_small ? kept_memory(length) : new_memory(length);

@@ -28,8 +28,9 @@ struct PixelBounds {
     const auto beyond = [](int coordinate, int first) {
       return static_cast<unsigned>(coordinate) - static_cast<unsigned>(first);
     };
-    return (beyond(x, first_x) <= beyond(last_x, first_x)) &
-           (beyond(y, first_y) <= beyond(last_y, first_y));
+    const int is_in_columns = beyond(x, first_x) <= beyond(last_x, first_x);
+    const int is_in_rows = beyond(y, first_y) <= beyond(last_y, first_y);
+    return (is_in_columns & is_in_rows) != 0;
   }
 };
 
