@@ -167,7 +167,10 @@ TEST(Trajectory, RefusesToWriteInvalidPoses) {
   expect_refused(trajectory, "time 0.000000 after 0.000000");
   trajectory[1].timestamp_s = 1e-7;  // the same microsecond
   expect_refused(trajectory, "want times that increase");
+  trajectory[0].timestamp_s = 2;
   trajectory[1].timestamp_s = 1;
+  expect_refused(trajectory, "time 1.000000 after 2.000000");
+  trajectory[0].timestamp_s = 0;
   trajectory[1].rotation *= 1.01;
   expect_refused(trajectory, "not orthonormal");
   trajectory[1].rotation = -Eigen::Matrix3d::Identity();
