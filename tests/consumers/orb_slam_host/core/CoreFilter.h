@@ -25,6 +25,11 @@ class CoreFilter {
 
   void submit(const cv::Mat& image, double) { frame_.image = image; }
 
+  // Takes the host's own depths, and does without the right image.
+  void submit(const cv::Mat& left, const cv::Mat&, double timestamp_s) {
+    submit(left, timestamp_s);
+  }
+
   void filter(double timestamp_s, const cv::Mat& depth, std::vector<cv::KeyPoint>& keypoints,
               cv::Mat& descriptors) {
     int pivot = 0;
