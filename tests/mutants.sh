@@ -147,7 +147,7 @@ is_caught() {
 
 # try_mutant <number> <file> <line> <what>: runs the tests on a mutant and writes its line of results.
 try_mutant() {
-  local number=$1 file=$2 line=$3 what=$4 verdict=survived work=$folder/work/$1
+  local number=$1 file=$2 line=$3 what=$4 verdict=survived work=$folder/tried/$1
   noticed_by=-
   mkdir -p "$work"
   if [[ -f $equivalent ]] && grep -qF "$file"$'\t'"$what"$'\t' "$equivalent"; then
@@ -160,7 +160,7 @@ try_mutant() {
   rm -rf "$work" "$work.log"
 }
 
-work=$folder/work/observed # tests may write where they run
+work=$folder/tried/observed # tests may write where they run
 mkdir -p "$folder/reached" "$work"
 for program in "${programs[@]}"; do
   reached=$folder/reached/$(basename "$program")
