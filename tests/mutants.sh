@@ -11,9 +11,9 @@ usage: tests/mutants.sh [--core] [--again] [--count N] [--only FIRST-LAST] [--re
                         [--source FOLDER] [-h]
 
 Breaks a copy of include/ and src/ in N small ways (default: 300), one at a time, in one build, and
-reports which of them the test programs do not notice. A comparison is flipped at its boundary, a
+reports which of them the tests do not notice. A comparison is flipped at its boundary, a
 check is removed, an index is shifted, min and max are swapped, a verdict is turned around. Only the
-programs that reach a mutant try it. Needs python3. A stopped call goes on where it was.
+tests that reach a mutant try it. Needs python3. A stopped call goes on where it was.
 
   --core    break the core's headers alone, and build its tests alone; in a folder of its own
   --again   try those that survived again, with the tests as they are now
@@ -97,87 +97,9 @@ fi
 cmake --build "$folder/build" -j "$jobs" "${targets[@]}" >"$folder/build.log"
 # Models of networks, without which tests are skipped.
 (cd "$folder/build" && ctest -R '^networks\.models$' >>"$folder/build.log" 2>&1)
-mapfile -t programs < <(find "$folder/build/tests" -type f -name '*_test' -perm -u+x | sort)
-
-# Runs a program without a mutant, and writes down which mutants it reaches, since no other mutant can
-# change it, and its time in ms.
-observe() {
-  local program=$1 reached begin
-  reached=$folder/reached/$(basename "$program")
-  rm -f "$reached" "$reached".*
-  truncate -s 10000 "$reached.bytes" # one a mutant
-  begin=$(date +%s%N)
-  (cd "$work" && DYNFILTER_MUTANTS_REACHED=$reached.bytes timeout 600 "$program" --gtest_brief=1) \
-    </dev/null >"$work.log" 2>&1 || return
-  echo "$((($(date +%s%N) - begin) / 1000000))" >"$reached.time"
-  od -An -v -t u1 -w1 "$reached.bytes" | awk '$1 { print NR - 1 }' >"$reached"
-}
-
-# Prints the programs that reach a mutant in the order in which they are tried: named like its file,
-# then by the mutants that they caught in each second of their time.
-reaching() {
-  local number=$1 stem=$2 program test
-  for program in "${programs[@]}"; do
-    test=$(basename "$program")
-    grep -qx "$number" "$folder/reached/$test" || continue
-    awk -F '\t' -v test="$test" -v stem="$stem" -v program="$program" -v time="$(<"$folder/reached/$test.time")" '
-      $5 == test { ++caught }
-      END {
-        near = index(test, stem) == 1 && time < 5000 ? 0 : 1
-        printf "%d\t%f\t%s\n", near, (caught + 1) / (time + 100), program
-      }' "$folder/results.txt"
-  done | sort -t $'\t' -k 1,1n -k 2,2gr | cut -f 3
-}
-
-# Succeeds if a test program, run in `work`, notices the mutant: fails, crashes or takes ten times as
-# long. Sets `noticed_by`.
-is_caught() {
-  local number=$1 stem=$2 program limit
-  noticed_by=-
-  while read -r program; do
-    limit=$(($(<"$folder/reached/$(basename "$program").time") / 100 + 10))
-    if ! (cd "$work" && DYNFILTER_MUTANT=$number GTEST_FAIL_FAST=1 timeout "$limit" "$program" \
-      --gtest_brief=1) </dev/null >"$work.log" 2>&1; then
-      noticed_by=$(basename "$program")
-      return 0
-    fi
-  done < <(reaching "$number" "$stem")
-  return 1
-}
-
-# try_mutant <number> <file> <line> <what>: runs the tests on a mutant and writes its line of results.
-try_mutant() {
-  local number=$1 file=$2 line=$3 what=$4 verdict=survived work=$folder/tried/$1
-  noticed_by=-
-  mkdir -p "$work"
-  if [[ -f $equivalent ]] && grep -qF "$file"$'\t'"$what"$'\t' "$equivalent"; then
-    verdict=equivalent
-  elif is_caught "$number" "$(basename "${file%.*}")"; then
-    verdict=caught
-  fi
-  printf '%s\t%s\t%s:%s\t%s\t%s\n' "$number" "$verdict" "$file" "$line" "$what" "$noticed_by" \
-    >>"$folder/results.txt"
-  rm -rf "$work" "$work.log"
-}
-
-work=$folder/tried/observed # tests may write where they run
-mkdir -p "$folder/reached" "$work"
-for program in "${programs[@]}"; do
-  reached=$folder/reached/$(basename "$program")
-  if [[ $reached.time -nt $program ]]; then continue; fi
-  observe "$program" || {
-    echo "error: $(basename "$program") fails without a mutant; see $work.log" >&2
-    exit 1
-  }
-done
-touch "$folder/results.txt"
-while IFS=$'\t' read -r number file line what; do
-  if [[ -n $only ]] && ((number < ${only%-*} || number > ${only#*-})); then continue; fi
-  if grep -q "^$number"$'\t' "$folder/results.txt"; then continue; fi
-  while (($(jobs -rp | wc -l) >= jobs)); do wait -n; done
-  try_mutant "$number" "$file" "$line" "$what" &
-done <"$folder/table.txt"
-while [[ -n $(jobs -rp) ]]; do wait -n; done
+range=()
+if [[ -n $only ]]; then range=("${only%-*}" "${only#*-}"); fi
+python3 "$root/tests/mutants/try_mutants.py" "$folder" "$equivalent" "$jobs" "${range[@]}"
 
 grep $'\tsurvived\t' "$folder/results.txt" || true
 caught=$(grep -c $'\tcaught\t' "$folder/results.txt" || true)

@@ -38,8 +38,17 @@ DYNFILTER_BUILD_DIR=$folder/toy bash "$root/tests/mutants.sh" --source "$folder/
   --count 50 >"$folder/printed"
 [[ $(tail -n 2 "$folder/printed") == $'1 mutants change nothing\n4 of 4 mutants were caught' ]] ||
   fail "wants 4 caught of 4"
-# A program that does not reach a mutant does not try it.
-[[ $(sort -n "$folder/toy/reached/toy_test") == $'1\n2\n3\n4\n5' ]] || fail "wants all five reached"
+# Each test knows which mutants it reaches, and tries no others.
+number=$(awk -F '\t' '/absolute/ { print $1 }' "$folder/toy/table.txt")
+python3 - "$folder/toy/reached/toy_test.json" "$number" <<'END' || fail "wants the mutants of each test"
+import json
+import sys
+
+reached = {name: mutants for name, _, mutants in json.load(open(sys.argv[1], encoding="utf-8"))}
+survivor = int(sys.argv[2])
+assert reached["Toy.HasAnAbsoluteValue"] == [survivor], reached
+assert reached["Toy.ComparesAndCounts"] == [number for number in range(1, 6) if number != survivor], reached
+END
 [[ $(find "$root/tests/mutants" -type f -exec cksum {} + | sort) == "$before" ]] ||
   fail "the sources changed"
 
