@@ -43,6 +43,7 @@ class Script {
  public:
   Script(const std::string& file, const fs::path& socket) : id_(fork()) {
     if (id_ != 0) return;
+    signal(SIGINT, SIG_DFL);  // a shell ignores it in what runs in the background
     execl(python.c_str(), python.c_str(), "-B", (sources + file).c_str(), socket.c_str(),
           static_cast<char*>(nullptr));
     _exit(127);
