@@ -66,6 +66,12 @@ class Pipeline {
         labels, workspace);
   }
 
+  /// Returns the stage of this type.
+  template <class Stage>
+  const Stage& stage() const {
+    return std::get<Stage>(stages_);
+  }
+
  private:
   void run(const FilterInput& input, bool has_segmentation, FeatureLabels& labels,
            Workspace& workspace) const;

@@ -166,6 +166,36 @@ void MotionJudge::check(const FilterInput& input) const {
                        "CV_8UC1, CV_8UC3 or CV_8UC4");
 }
 
+/// Takes in the frame's image and time. Tells whether there is an image that can be tracked.
+bool MotionJudge::look(const FrameView& frame) const {
+  MotionMemory& memory = *state_->memory_;
+  memory.now.timestamp_s = frame.timestamp_s;
+  if (!frame.image.empty()) tracker_.build(frame.image, memory.now.pyramid);
+  return !frame.image.empty() && !memory.now.pyramid.empty();
+}
+
+void MotionJudge::track(const FrameView& frame, FeaturesView features,
+                        std::vector<FeatureTrack>& tracks, Workspace& workspace) const {
+  const Segmentation no_masks;
+  const FilterInput input{frame, no_masks, features};
+  validate(input, "MotionJudge::track");
+  check(input);
+  MotionMemory& memory = *state_->memory_;
+  auto& measured = workspace.get<detail::MotionMeasurement>();
+  try {
+    memory.is_tracked_ahead = false;
+    tracks.assign(features.size(), FeatureTrack());
+    if (!look(frame) || !continues(memory, options_.max_gap_s)) return;
+    detail::track_back({input, camera_, options_, false, memory, measured, workspace}, tracker_, 0);
+    memory.tracked_ahead = measured.baselines[0].tracks;
+    tracks = memory.tracked_ahead;
+    memory.is_tracked_ahead = true;
+  } catch (...) {
+    state_->reset();
+    throw;
+  }
+}
+
 void MotionJudge::operator()(const FilterInput& input, FeatureLabels& labels,
                              Workspace& workspace) const {
   validate(input, labels, "MotionJudge");
@@ -179,10 +209,11 @@ void MotionJudge::operator()(const FilterInput& input, FeatureLabels& labels,
                               options_, labels.statistics().has_segmentation,
                               memory,   workspace.get<detail::MotionMeasurement>(),
                               workspace};
+  memory.is_tracked_ahead = memory.is_tracked_ahead &&
+                            memory.now.timestamp_s == input.frame.timestamp_s &&
+                            memory.tracked_ahead.size() == input.features.size();
   try {
-    if (!input.frame.image.empty()) tracker_.build(input.frame.image, memory.now.pyramid);
-    memory.now.timestamp_s = input.frame.timestamp_s;
-    if (input.frame.image.empty() || memory.now.pyramid.empty()) {
+    if (!memory.is_tracked_ahead && !look(input.frame)) {
       memory.forget();
       outcome = MotionOutcome::no_image;
     } else if (!continues(memory, options_.max_gap_s)) {

@@ -80,6 +80,10 @@ void track_back(const MotionContext& context, const FeatureTracker& tracker, std
   const MotionMemory::Frame& then = frame_back(context, baseline);
   const FeaturesView features = context.input.features;
   result.duration_s = memory.now.timestamp_s - then.timestamp_s;
+  if (baseline == 0 && memory.is_tracked_ahead) {
+    result.tracks = memory.tracked_ahead;
+    return;
+  }
   if (const auto& given = memory.host_tracks[baseline]; !given.empty()) {
     if (given.size() != features.size()) {
       throw_misuse(

@@ -37,6 +37,8 @@ struct MotionMemory {
   std::optional<InstanceMotion> instances;
   std::optional<PosePrior> prior;                                       // of the host
   std::array<std::vector<FeatureTrack>, motion_baselines> host_tracks;  // empty: none
+  bool is_tracked_ahead = false;  // whether `now` and its tracks were made before the call
+  std::vector<FeatureTrack> tracked_ahead;  // to the last frame
 
   /// Makes the present frame the last one.
   void push() {
@@ -55,6 +57,7 @@ struct MotionMemory {
   /// Forgets what was handed over for one frame.
   void end_frame() {
     prior.reset();
+    is_tracked_ahead = false;
     for (std::vector<FeatureTrack>& tracks : host_tracks) tracks.clear();
   }
 };

@@ -100,7 +100,8 @@ void MaskSource::number(const FrameView& frame) {
   submitted_s_ = frame.timestamp_s;
 }
 
-std::optional<Segmentation> MaskSource::masks_for(FrameView frame) {
+std::optional<Segmentation> MaskSource::masks_for(
+    FrameView frame, const std::optional<std::vector<PointMotion>>& motions) {
   // A host may filter a frame again after it has released the image.
   const bool was_submitted = !frame.image.empty() || frame.timestamp_s == submitted_s_;
   if (!was_submitted) number(frame);
@@ -108,7 +109,8 @@ std::optional<Segmentation> MaskSource::masks_for(FrameView frame) {
   if (propagator_ && propagated_id_ == frame.id) return propagated_;
   std::optional<Segmentation> masks = segment_or_continue(frame);
   if (!propagator_) return masks;
-  propagated_ = propagator_->propagate(frame, masks);
+  propagated_ = motions ? propagator_->propagate(frame, masks, *motions)
+                        : propagator_->propagate(frame, masks);
   propagated_id_ = frame.id;
   return propagated_;
 }

@@ -8,9 +8,11 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <opencv2/core.hpp>
 
+#include "dynfilter/point_motion.hpp"
 #include "dynfilter/segmenter.hpp"
 #include "dynfilter/segmenters/async_segmenter.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
@@ -32,11 +34,16 @@ class MaskSource {
   /// and so does reading ahead.
   void submit(const FrameView& frame);
 
+  /// Tells whether masks of an earlier frame are moved to this one.
+  bool moves_masks() const { return propagator_.has_value(); }
+
   /// Returns the masks for a frame. std::nullopt if none are known, or if they failed and the
-  /// settings allow to continue. A frame with an image is the one submitted last. Passes on the
-  /// segmenter's exceptions; a std::runtime_error gets the settings file and the key and, where it
-  /// helps, the setting that continues without masks.
-  std::optional<Segmentation> masks_for(FrameView frame);
+  /// settings allow to continue. A frame with an image is the one submitted last. `motions`, if
+  /// known, move earlier masks; otherwise points of the images do. Passes on the segmenter's
+  /// exceptions; a std::runtime_error gets the settings file and the key and, where it helps, the
+  /// setting that continues without masks.
+  std::optional<Segmentation> masks_for(
+      FrameView frame, const std::optional<std::vector<PointMotion>>& motions = {});
 
   /// Returns how long the masks of the last frame took to read or make, in whichever thread,
   /// seconds; nothing if none were. With a segmenter in a thread: those that were made last.

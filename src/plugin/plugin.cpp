@@ -144,6 +144,8 @@ struct Plugin::State {
   FrameView view(double timestamp_s, const cv::Mat& depth);
   FeaturesView features_of(const Columns& columns, const FrameView& frame,
                            const std::optional<Segmentation>& segmentation);
+  std::optional<std::vector<PointMotion>> motions_of(const FrameView& frame,
+                                                     const FeaturesView& features);
   void apply(const FrameView& frame, const std::optional<Segmentation>& segmentation,
              const FeaturesView& features);
   void submit(const cv::Mat& image, const cv::Mat& right, double timestamp_s);
@@ -159,6 +161,7 @@ struct Plugin::State {
 #ifdef DYNFILTER_HAS_MOTION
   MotionState motion;
   std::optional<MotionFilter> motion_filter;  // instead of `filter`, if it is switched on
+  std::vector<FeatureTrack> tracks;           // of the last frame that it tracked
 #endif
   std::optional<detail::Recorder> recorder;
   std::optional<detail::PluginVideo> video;
@@ -200,6 +203,19 @@ FeaturesView Plugin::State::features_of(const Columns& columns, const FrameView&
   if (!columns.right_x || !segmentation) return features.with_depths(*columns.depths_m);
   return features.with_depths(pair_depths.find({frame, *segmentation, features}, *columns.depths_m,
                                                *columns.right_x, workspace));
+}
+
+/// Returns the motions of the features that the motion filter tracks, if masks move by them, too.
+std::optional<std::vector<PointMotion>> Plugin::State::motions_of(const FrameView& frame,
+                                                                  const FeaturesView& features) {
+#ifdef DYNFILTER_HAS_MOTION
+  if (motion_filter && masks->moves_masks() && !frame.image.empty()) {
+    motion_filter->stage<MotionJudge>().track(frame, features, tracks, workspace);
+    return point_motions(features, tracks);
+  }
+#endif
+  (void)frame, (void)features;
+  return {};
 }
 
 void Plugin::State::apply(const FrameView& frame, const std::optional<Segmentation>& segmentation,
@@ -267,7 +283,8 @@ FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
   const auto loan = depth_check.lend(as_given);  // until this returns
   const FrameView frame = with_depth_in_step(as_given);
   const detail::Stopwatch for_masks;
-  const std::optional<Segmentation> segmentation = masks->masks_for(frame);
+  const std::optional<Segmentation> segmentation =
+      masks->masks_for(frame, motions_of(frame, columns.keypoints));
   times.masks_s = for_masks.elapsed_s();
   times.masks_made_s = masks->made_s();
   const FeaturesView features = features_of(columns, frame, segmentation);

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: MIT
 
 // Filters sequences of wild frames by motion: times that go back, repeat and jump, blank, repeated
-// and cut images, depth of any kind or none. Two filters with memories of their own agree, labels
-// and statistics agree, and a memory that was reset is like a new one.
+// and cut images, depth of any kind or none. Two filters with memories of their own agree, one of
+// which tracks ahead; labels and statistics agree, and a memory that was reset is like a new one.
 
 #include <algorithm>
 #include <cstddef>
@@ -78,10 +78,14 @@ struct Rig {
   MotionState state;
   MotionFilter filter;
   FeatureLabels labels;
+  std::vector<FeatureTrack> tracks;
   Workspace workspace;
 
   explicit Rig(const MotionFilterOptions& options) : filter(camera(), state, options) {}
 
+  void track(const Shot& shot) {
+    filter.stage<MotionJudge>().track(shot.frame, shot.features, tracks, workspace);
+  }
   const FeatureLabels& see(const Shot& shot) {
     filter.apply(shot.frame, shot.masks, shot.features, labels, workspace);
     return labels;
@@ -135,6 +139,7 @@ std::string filter(ByteSource& source) {
     const Shot shot = shot_of(source, timestamp_s, shift, step);
     const std::string complaint = check(rig.see(shot), shot);
     if (!complaint.empty()) return complaint;
+    if (i % 2 == 1) twin.track(shot);
     if (is_twice && !same(rig.labels, twin.see(shot))) return "two filters disagree";
   }
   if (is_twice && !is_long) return {};

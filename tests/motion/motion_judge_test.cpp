@@ -5,87 +5,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <stdexcept>
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <opencv2/imgproc.hpp>
 
 #include "dynfilter/dynfilter.hpp"
 #include "dynfilter/evaluation/scene_levels.hpp"
 #include "support/expect_error.hpp"
+#include "support/motion_rig.hpp"
 
-namespace dynfilter {
+namespace dynfilter::testing {
 namespace {
-
-constexpr int frames = 13;
-
-SyntheticSceneOptions small_scene(double speed_m_s) {
-  SyntheticSceneOptions options = scene_level("medium", 12);
-  options.image_size = {480, 360};
-  options.person_speed_m_s = speed_m_s;
-  if (speed_m_s == 0) options.limb_swing = 0;
-  options.perfect_masks = true;
-  return options;
-}
-
-struct Shot {
-  SyntheticFrame rendered;
-  std::vector<cv::KeyPoint> keypoints;
-};
-
-/// Returns the first frames of a scene with their features; renders each scene once.
-const std::vector<Shot>& shots(double speed_m_s) {
-  static std::map<double, std::vector<Shot>> known;
-  std::vector<Shot>& result = known[speed_m_s];
-  if (!result.empty()) return result;
-  const SyntheticScene scene(small_scene(speed_m_s));
-  for (int i = 0; i < frames; ++i) {
-    Shot shot{scene.render(i), {}};
-    cv::Mat grey;
-    std::vector<cv::Point2f> corners;
-    cv::cvtColor(shot.rendered.frame.image, grey, cv::COLOR_BGR2GRAY);
-    cv::goodFeaturesToTrack(grey, corners, 800, 1e-3, 6);  // everywhere, not where it is richest
-    cv::KeyPoint::convert(corners, shot.keypoints);
-    result.push_back(std::move(shot));
-  }
-  return result;
-}
-
-PinholeCamera camera() {
-  static const CameraParameters c = SyntheticScene(small_scene(0)).camera();
-  return {c.fx, c.fy, c.cx, c.cy};
-}
-
-/// Filter with masks and motion, and its memory of one camera.
-struct Rig {
-  explicit Rig(const MotionJudgeOptions& options = {}) : judge(camera(), state, options) {}
-
-  FeatureLabels see(const FrameView& frame, const Segmentation& masks, FeaturesView features) {
-    FeatureLabels labels = Pipeline<MaskCuller>(MaskCuller()).apply(frame, masks, features);
-    judge({frame, masks, features}, labels, workspace);
-    return labels;
-  }
-  FeatureLabels see(const Shot& shot) {
-    return see(shot.rendered.frame, shot.rendered.true_segmentation, shot.keypoints);
-  }
-  FeatureLabels see_without_masks(const Shot& shot) {
-    return see(shot.rendered.frame, {}, shot.keypoints);
-  }
-
-  MotionState state;
-  MotionJudge judge;
-  Workspace workspace;
-};
-
-bool are_equal(const FeatureLabels& a, const FeatureLabels& b) {
-  return a.size() == b.size() &&
-         std::equal(a.begin(), a.end(), b.begin(), [](const auto& x, const auto& y) {
-           return x.removed == y.removed && x.reason == y.reason && x.score == y.score &&
-                  x.instance == y.instance;
-         });
-}
 
 bool is_on_person(const Shot& shot, const cv::KeyPoint& keypoint, double distance_px) {
   const auto& persons = shot.rendered.true_segmentation.instances;
@@ -332,23 +263,23 @@ TEST(MotionJudge, RefusesNonsense) {
   MotionState state;
   MotionJudgeOptions options;
   options.min_speed_m_s = -1;
-  testing::expect_error<Bad>([&] { MotionJudge(camera(), state, options); }, "min_speed_m_s = -1");
+  expect_error<Bad>([&] { MotionJudge(camera(), state, options); }, "min_speed_m_s = -1");
   options = {};
   options.votes.neighbours = 0;
-  testing::expect_error<Bad>([&] { MotionJudge(camera(), state, options); }, "neighbours = 0");
-  testing::expect_error<Bad>([&] { MotionJudge(PinholeCamera(), state); }, "fx = 0");
-  testing::expect_error<Bad>([&] { state.hand_over_tracks(2, {}); }, "baseline 2");
+  expect_error<Bad>([&] { MotionJudge(camera(), state, options); }, "neighbours = 0");
+  expect_error<Bad>([&] { MotionJudge(PinholeCamera(), state); }, "fx = 0");
+  expect_error<Bad>([&] { state.hand_over_tracks(2, {}); }, "baseline 2");
 
   Rig rig;
   Shot shot = shots(0.5)[0];
   shot.rendered.frame.image.convertTo(shot.rendered.frame.image, CV_32F);
-  testing::expect_error<Bad>([&] { rig.see(shot); }, "CV_32FC3");
+  expect_error<Bad>([&] { rig.see(shot); }, "CV_32FC3");
   rig.see(shots(0.5)[0]);
   rig.state.hand_over_tracks(0, std::vector<FeatureTrack>(3));
-  testing::expect_error<Bad>([&] { rig.see(shots(0.5)[1]); }, "3 tracks of the host");
+  expect_error<Bad>([&] { rig.see(shots(0.5)[1]); }, "3 tracks of the host");
   // It starts anew after that.
   EXPECT_EQ(rig.see(shots(0.5)[2]).statistics().motion.outcome, MotionOutcome::started);
 }
 
 }  // namespace
-}  // namespace dynfilter
+}  // namespace dynfilter::testing

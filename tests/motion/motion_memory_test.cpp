@@ -7,6 +7,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include <cstddef>
+#include <tuple>
 #include <vector>
 
 #include "dynfilter/evaluation/scene_levels.hpp"
@@ -46,6 +47,10 @@ const std::vector<Shot>& shots() {
 }
 
 struct Rig {
+  explicit Rig(bool ahead) : tracks_ahead(ahead) {}
+
+  bool tracks_ahead;  // calls MotionJudge::track before each frame
+  std::vector<FeatureTrack> tracks;
   MotionState state;
   MotionFilter filter{
       {scene().camera().fx, scene().camera().fy, scene().camera().cx, scene().camera().cy}, state};
@@ -54,6 +59,9 @@ struct Rig {
 
   Answer see(std::size_t i) {
     const Shot& shot = shots()[i];
+    if (tracks_ahead) {
+      filter.stage<MotionJudge>().track(shot.rendered.frame, shot.corners, tracks, workspace);
+    }
     filter.apply(shot.rendered.frame, shot.rendered.true_segmentation, shot.corners, labels,
                  workspace);
     const MotionStatistics& motion = labels.statistics().motion;
@@ -64,7 +72,7 @@ struct Rig {
   }
 };
 
-class MotionFilterWithoutMemory : public ::testing::TestWithParam<std::size_t> {
+class MotionFilterWithoutMemory : public ::testing::TestWithParam<std::tuple<std::size_t, bool>> {
  protected:
   void SetUp() override { cv::setNumThreads(1); }  // allocations fail only in this thread
   void TearDown() override { cv::setNumThreads(-1); }
@@ -74,8 +82,8 @@ class MotionFilterWithoutMemory : public ::testing::TestWithParam<std::size_t> {
 /// that saw nothing before. Where the failure came before or after the motion was judged, they are
 /// those of a filter that missed this frame or saw it.
 TEST_P(MotionFilterWithoutMemory, LaterFramesAreThoseOfAKnownHistory) {
-  const std::size_t failing = GetParam();
-  Rig fresh, missed, seen;
+  const auto [failing, tracks_ahead] = GetParam();
+  Rig fresh(tracks_ahead), missed(tracks_ahead), seen(tracks_ahead);
   for (std::size_t i = 0; i < failing; ++i) {
     missed.see(i);
     seen.see(i);
@@ -88,25 +96,27 @@ TEST_P(MotionFilterWithoutMemory, LaterFramesAreThoseOfAKnownHistory) {
     of_seen.push_back(seen.see(i));
   }
   ASSERT_EQ(fresh.labels.statistics().motion.outcome, MotionOutcome::applied);
-  const std::size_t failures = for_each_failing_allocation([&](const std::size_t n) {
-    Rig rig;
-    for (std::size_t i = 0; i < failing; ++i) rig.see(i);
-    bool is_thrown = true;
-    const bool has_failed = fails_at_allocation(n, [&] {
-      rig.see(failing);
-      is_thrown = false;
-    });
-    if (!is_thrown) return has_failed;  // it succeeded without that memory
-    std::vector<Answer> later;
-    for (std::size_t i = failing + 1; i < shots().size(); ++i) later.push_back(rig.see(i));
-    EXPECT_TRUE(later == of_fresh || later == of_missed || later == of_seen)
-        << "after allocation " << n << " failed";
-    return !::testing::Test::HasFailure();
-  });
+  const std::size_t failures =
+      for_each_failing_allocation([&, frame = failing, ahead = tracks_ahead](std::size_t n) {
+        Rig rig(ahead);
+        for (std::size_t i = 0; i < frame; ++i) rig.see(i);
+        bool is_thrown = true;
+        const bool has_failed = fails_at_allocation(n, [&] {
+          rig.see(frame);
+          is_thrown = false;
+        });
+        if (!is_thrown) return has_failed;  // it succeeded without that memory
+        std::vector<Answer> later;
+        for (std::size_t i = frame + 1; i < shots().size(); ++i) later.push_back(rig.see(i));
+        EXPECT_TRUE(later == of_fresh || later == of_missed || later == of_seen)
+            << "after allocation " << n << " failed";
+        return !::testing::Test::HasFailure();
+      });
   EXPECT_GT(failures, 20U);
 }
 
-INSTANTIATE_TEST_SUITE_P(Frames, MotionFilterWithoutMemory, ::testing::Values(0, 1, 4));
+INSTANTIATE_TEST_SUITE_P(Frames, MotionFilterWithoutMemory,
+                         ::testing::Combine(::testing::Values(0, 1, 4), ::testing::Bool()));
 
 }  // namespace
 }  // namespace dynfilter::testing

@@ -5,7 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cstddef>
 #include <fstream>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -13,9 +15,11 @@
 #include <opencv2/imgproc.hpp>
 
 #include "dynfilter/evaluation/scene_levels.hpp"
+#include "dynfilter/keep_static.hpp"
 #include "dynfilter/motion/motion_filter.hpp"
 #include "dynfilter/plugin.hpp"
 #include "dynfilter/segmenters/mask_folder_writer.hpp"
+#include "dynfilter/segmenters/mask_propagator.hpp"
 #include "support/expect_error.hpp"
 #include "support/temporary_folder.hpp"
 
@@ -47,6 +51,16 @@ SyntheticScene standing_people() {
   return SyntheticScene(options);
 }
 
+std::vector<cv::KeyPoint> corners_of(const cv::Mat& image) {
+  cv::Mat grey;
+  std::vector<cv::Point2f> corners;
+  std::vector<cv::KeyPoint> keypoints;
+  cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
+  cv::goodFeaturesToTrack(grey, corners, 500, 1e-3, 6);
+  cv::KeyPoint::convert(corners, keypoints);
+  return keypoints;
+}
+
 TEST_F(PluginMotion, DoesWhatTheFilterDoes) {
   const SyntheticScene scene = standing_people();
   constexpr int frames = 9;
@@ -63,12 +77,8 @@ TEST_F(PluginMotion, DoesWhatTheFilterDoes) {
   const MotionFilter filter({c.fx, c.fy, c.cx, c.cy}, state);
   std::size_t given_back = 0;
   for (const SyntheticFrame& shot : rendered) {
-    cv::Mat grey, no_descriptors;
-    std::vector<cv::Point2f> corners;
-    std::vector<cv::KeyPoint> keypoints;
-    cv::cvtColor(shot.frame.image, grey, cv::COLOR_BGR2GRAY);
-    cv::goodFeaturesToTrack(grey, corners, 500, 1e-3, 6);
-    cv::KeyPoint::convert(corners, keypoints);
+    cv::Mat no_descriptors;
+    const std::vector<cv::KeyPoint> keypoints = corners_of(shot.frame.image);
     const FeatureLabels labels = filter.apply(shot.frame, shot.true_segmentation, keypoints);
     std::vector<cv::KeyPoint> judged = keypoints, masked = keypoints;
     with.submit(shot.frame.image, shot.frame.timestamp_s);
@@ -82,6 +92,54 @@ TEST_F(PluginMotion, DoesWhatTheFilterDoes) {
     EXPECT_GE(judged.size() + statistics.moving, masked.size());
   }
   EXPECT_GT(given_back, 50U);
+}
+
+/// With masks of every third frame, the features that the motion filter tracks move the masks.
+TEST_F(PluginMotion, MovesMasksByItsOwnTracks) {
+  const SyntheticScene scene(scene_level("medium", 12));
+  std::vector<SyntheticFrame> rendered;
+  MaskFolderWriter writer(folder_.path() / "masks");
+  for (int i = 0; i < 8; ++i) {
+    rendered.push_back(scene.render(i));
+    if (i % 3 == 0) writer.add(rendered.back().true_segmentation);
+  }
+  writer.finish();
+  const CameraParameters c = scene.camera();
+  const std::string motion = "dynfilter.motion: 1\nCamera.fx: " + std::to_string(c.fx) +
+                             "\nCamera.fy: " + std::to_string(c.fy) +
+                             "\nCamera.cx: " + std::to_string(c.cx) +
+                             "\nCamera.cy: " + std::to_string(c.cy) + "\n";
+  Plugin plugin(
+      settings("dynfilter.propagate: \"yes\"\ndynfilter.missing_masks: \"keep\"\n" + motion));
+  MotionState state;
+  const MotionFilter filter({c.fx, c.fy, c.cx, c.cy}, state);
+  MaskPropagator propagator;
+  std::vector<FeatureTrack> tracks;
+  FeatureLabels labels;
+  Workspace workspace;
+  std::size_t by_moved_masks = 0;
+  for (std::size_t i = 0; i < rendered.size(); ++i) {
+    FrameView frame = rendered[i].frame;
+    frame.id = i + 1;
+    std::vector<cv::KeyPoint> keypoints = corners_of(frame.image);
+    const FeaturesView features(keypoints);
+    std::optional<Segmentation> masks;
+    if (i % 3 == 0) masks = rendered[i].true_segmentation;
+    if (masks) masks->frame_id = frame.id;
+    filter.stage<MotionJudge>().track(frame, features, tracks, workspace);
+    const auto moved = propagator.propagate(frame, masks, point_motions(features, tracks));
+    ASSERT_TRUE(moved);
+    filter.apply(frame, moved, features, labels, workspace);
+    by_moved_masks += i % 3 == 0 ? 0 : labels.statistics().masked;
+    std::vector<cv::KeyPoint> expected = keypoints;
+    keep_static(labels, expected);
+    cv::Mat no_descriptors;
+    plugin.submit(frame.image, frame.timestamp_s);
+    plugin.filter(frame.timestamp_s, frame.depth, keypoints, no_descriptors);
+    ASSERT_EQ(keypoints.size(), expected.size()) << i;
+    for (std::size_t k = 0; k < expected.size(); ++k) EXPECT_EQ(keypoints[k].pt, expected[k].pt);
+  }
+  EXPECT_GT(by_moved_masks, 100U);
 }
 
 TEST_F(PluginMotion, SaysThatItNeedsTheImage) {

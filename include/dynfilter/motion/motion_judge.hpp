@@ -7,6 +7,7 @@
 #include "dynfilter/detail/require_cxx17.hpp"
 
 #include <cstddef>
+#include <vector>
 
 #include "dynfilter/filter_input.hpp"
 #include "dynfilter/labels.hpp"
@@ -118,11 +119,23 @@ class MotionJudge {
   /// Throws std::invalid_argument for an image of another type.
   void check(const FilterInput& input) const;
 
+  /// Tracks the features to the last frame, for what needs tracks before the frame's masks are
+  /// known: `point_motions(features, tracks)` moves earlier masks, see MaskPropagator. The stage's
+  /// call for the same frame and features, which must come next, then takes these tracks and gives
+  /// the same labels as without. Writes one track for each feature, not found where the last frame
+  /// is not known: without an image, in the first frame, after a gap or a step back in time. Throws
+  /// std::invalid_argument as the call would; after any other exception the state has forgotten
+  /// everything. O(pixels + features).
+  void track(const FrameView& frame, FeaturesView features, std::vector<FeatureTrack>& tracks,
+             Workspace& workspace) const;
+
   /// Judges the features. After any exception the state has forgotten everything. O(pixels +
   /// features) with the constants of FeatureTracker and RelativePoseEstimator.
   void operator()(const FilterInput& input, FeatureLabels& labels, Workspace& workspace) const;
 
  private:
+  bool look(const FrameView& frame) const;
+
   PinholeCamera camera_;
   MotionState* state_;
   MotionJudgeOptions options_;

@@ -1,0 +1,94 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// A small rendered scene with a person who walks or stands, and a filter by motion that sees it.
+
+#ifndef DYNFILTER_TESTS_SUPPORT_MOTION_RIG_HPP
+#define DYNFILTER_TESTS_SUPPORT_MOTION_RIG_HPP
+
+#include <algorithm>
+#include <cstddef>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include <opencv2/imgproc.hpp>
+
+#include "dynfilter/dynfilter.hpp"
+#include "dynfilter/evaluation/scene_levels.hpp"
+#include "dynfilter/motion/motion_judge.hpp"
+
+namespace dynfilter::testing {
+
+constexpr int frames = 13;
+
+inline SyntheticSceneOptions small_scene(double speed_m_s) {
+  SyntheticSceneOptions options = scene_level("medium", 12);
+  options.image_size = {480, 360};
+  options.person_speed_m_s = speed_m_s;
+  if (speed_m_s == 0) options.limb_swing = 0;
+  options.perfect_masks = true;
+  return options;
+}
+
+/// A rendered frame and its features.
+struct Shot {
+  SyntheticFrame rendered;
+  std::vector<cv::KeyPoint> keypoints;
+};
+
+/// Returns the first frames of a scene with their features; renders each scene once.
+inline const std::vector<Shot>& shots(double speed_m_s) {
+  static std::map<double, std::vector<Shot>> known;
+  std::vector<Shot>& result = known[speed_m_s];
+  if (!result.empty()) return result;
+  const SyntheticScene scene(small_scene(speed_m_s));
+  for (int i = 0; i < frames; ++i) {
+    Shot shot{scene.render(i), {}};
+    cv::Mat grey;
+    std::vector<cv::Point2f> corners;
+    cv::cvtColor(shot.rendered.frame.image, grey, cv::COLOR_BGR2GRAY);
+    cv::goodFeaturesToTrack(grey, corners, 800, 1e-3, 6);  // everywhere, not where it is richest
+    cv::KeyPoint::convert(corners, shot.keypoints);
+    result.push_back(std::move(shot));
+  }
+  return result;
+}
+
+inline PinholeCamera camera() {
+  static const CameraParameters c = SyntheticScene(small_scene(0)).camera();
+  return {c.fx, c.fy, c.cx, c.cy};
+}
+
+/// Filter with masks and motion, and its memory of one camera.
+struct Rig {
+  explicit Rig(const MotionJudgeOptions& options = {}) : judge(camera(), state, options) {}
+
+  FeatureLabels see(const FrameView& frame, const Segmentation& masks, FeaturesView features) {
+    FeatureLabels labels = Pipeline<MaskCuller>(MaskCuller()).apply(frame, masks, features);
+    judge({frame, masks, features}, labels, workspace);
+    return labels;
+  }
+  FeatureLabels see(const Shot& shot) {
+    return see(shot.rendered.frame, shot.rendered.true_segmentation, shot.keypoints);
+  }
+  FeatureLabels see_without_masks(const Shot& shot) {
+    return see(shot.rendered.frame, {}, shot.keypoints);
+  }
+
+  MotionState state;
+  MotionJudge judge;
+  Workspace workspace;
+};
+
+inline bool are_equal(const FeatureLabels& a, const FeatureLabels& b) {
+  return a.size() == b.size() &&
+         std::equal(a.begin(), a.end(), b.begin(), [](const auto& x, const auto& y) {
+           return x.removed == y.removed && x.reason == y.reason && x.score == y.score &&
+                  x.instance == y.instance;
+         });
+}
+
+}  // namespace dynfilter::testing
+
+#endif  // DYNFILTER_TESTS_SUPPORT_MOTION_RIG_HPP
