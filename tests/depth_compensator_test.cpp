@@ -65,6 +65,20 @@ TEST(DepthCompensator, RemovesFeaturesOnePixelFromAFreshMask) {
   EXPECT_FALSE(scene.compensates(264, 300));
 }
 
+TEST(DepthCompensator, WithoutAMarginTakesNothingOnTheMaskThatWasGivenBack) {
+  DepthScene scene;
+  scene.person().mask_origin.x = 265;  // on the wall up to column 279
+  scene.options.mask_gap.min_samples = 1000;
+  scene.points = {{270, 300}};
+  for (const double margin_px : {0.0, 1.0}) {
+    scene.options.mask_margin_px = margin_px;
+    const auto give_back = [](const FilterInput&, FeatureLabels& labels) { labels.restore(0); };
+    const FeatureLabels labels = Pipeline(MaskCuller(), give_back, DepthCompensator(scene.options))
+                                     .apply(scene.frame, scene.segmentation, scene.points);
+    EXPECT_EQ(labels.is_removed(0), margin_px > 0) << margin_px;
+  }
+}
+
 TEST(DepthCompensator, ObjectReachesFortyCentimetresEachWay) {
   DepthScene scene;
   const cv::Rect patch(380, 300, 5, 5);  // 20 pixels from the body: no nearness

@@ -285,6 +285,9 @@ TEST(TrajectoryErrors, NameWhatIsMissing) {
   expect_error<std::runtime_error>([&] { absolute_trajectory_error({}, truth); }, "0 of 0");
   expect_error<std::runtime_error>([&] { relative_pose_error(late, truth); }, "0 intervals");
   expect_error<std::runtime_error>([&] { relative_pose_error({}, {}); }, "0 intervals");
+  const Trajectory short_truth = along_x({0, 1, 2});  // the interval at the last pose is omitted
+  expect_error<std::runtime_error>([&] { relative_pose_error(short_truth, truth); }, "1 intervals");
+  EXPECT_EQ(relative_pose_error(truth, truth).translation_m.count, 2U);
   RelativeErrorOptions options;
   options.interval_s = 0;
   expect_error<std::invalid_argument>([&] { relative_pose_error(truth, truth, options); },
