@@ -112,9 +112,8 @@ bool is_infinity(const cv::FileNode& node, const std::string& token) {
          token.find_first_of(digits) == std::string::npos;
 }
 
-/// Describes a node's content for messages, unless it is a number in the file's text.
+/// Describes the content of a node that is no whole number, for messages.
 std::string text_of(const cv::FileNode& node) {
-  if (node.isInt()) return std::to_string(static_cast<int>(node));
   if (node.isReal()) return concatenate(static_cast<double>(node));
   if (node.isString()) return "\"" + static_cast<std::string>(node) + "\"";
   if (node.isSeq()) return "a list";

@@ -3,6 +3,7 @@
 
 #include "dynfilter/motion/motion_beliefs.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <vector>
@@ -55,8 +56,11 @@ TEST(MotionBeliefs, FollowTheNearestFeature) {
 TEST(MotionBeliefs, TakeTheStrongestOfEquallyNearOnes) {
   MotionBeliefs beliefs;
   const std::vector<cv::Point2f> points = {{10, 10}, {10, 10}, {10, 10}};
-  beliefs.remember(points, {0.5, -2, 2});
-  EXPECT_EQ(beliefs.at({10, 11}), 2);
+  std::vector<double> values = {-2, 0.5, 2};
+  do {
+    beliefs.remember(points, values);
+    EXPECT_EQ(beliefs.at({10, 11}), 2);
+  } while (std::next_permutation(values.begin(), values.end()));
 }
 
 TEST(MotionBeliefs, RefuseNonsense) {

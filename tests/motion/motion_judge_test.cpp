@@ -272,8 +272,14 @@ TEST(MotionJudge, RefusesNonsense) {
 
   Rig rig;
   Shot shot = shots(0.5)[0];
-  shot.rendered.frame.image.convertTo(shot.rendered.frame.image, CV_32F);
-  expect_error<Bad>([&] { rig.see(shot); }, "CV_32FC3");
+  for (const int type : {CV_8UC1, CV_8UC3, CV_8UC4}) {
+    shot.rendered.frame.image = cv::Mat(360, 480, type, cv::Scalar::all(9));
+    EXPECT_NO_THROW(rig.see(shot)) << type;
+  }
+  for (const int type : {CV_8UC2, CV_8SC1, CV_16UC3, CV_32FC3}) {
+    shot.rendered.frame.image = cv::Mat(360, 480, type, cv::Scalar::all(9));
+    expect_error<Bad>([&] { rig.see(shot); }, "MotionJudge: got an image of type CV_");
+  }
   rig.see(shots(0.5)[0]);
   rig.state.hand_over_tracks(0, std::vector<FeatureTrack>(3));
   expect_error<Bad>([&] { rig.see(shots(0.5)[1]); }, "3 tracks of the host");

@@ -46,9 +46,23 @@ TEST(PinholeCamera, DistortsAsOpenCvDefinesIt) {
 }
 
 TEST(PinholeCamera, IdealPixelsOfAnIdealLensAreRaw) {
-  const PinholeCamera camera{500, 510, 320, 240};
-  EXPECT_EQ(camera.ideal({12.25F, 400.5F}), cv::Point2d(12.25, 400.5));
-  EXPECT_EQ(camera.raw({12.25, 400.5}), cv::Point2d(12.25, 400.5));
+  const PinholeCamera camera{517.3, 516.5, 318.6, 255.3};
+  for (float x = 0.3F; x < 640; x += 7.1F) {
+    EXPECT_EQ(camera.ideal({x, 400.7F}), cv::Point2d(cv::Point2f(x, 400.7F)));
+    EXPECT_EQ(camera.raw({x, 400.7}), cv::Point2d(x, 400.7));
+  }
+}
+
+TEST(PinholeCamera, EachCoefficientAloneDistorts) {
+  for (double PinholeCamera::*const coefficient :
+       {&PinholeCamera::k1, &PinholeCamera::k2, &PinholeCamera::p1, &PinholeCamera::p2,
+        &PinholeCamera::k3}) {
+    PinholeCamera camera{100, 100, 0, 0};
+    camera.*coefficient = 0.1;
+    const cv::Point2d raw = camera.raw({60, 70});
+    EXPECT_GT(cv::norm(raw - cv::Point2d(60, 70)), 1);
+    EXPECT_LT(cv::norm(camera.ideal(raw) - cv::Point2d(60, 70)), 0.5);
+  }
 }
 
 TEST(PinholeCamera, ProjectsItsOwnPoints) {

@@ -137,6 +137,8 @@ TEST_F(BadModels, OptionsOutOfRangeAreRefused) {
   yolact.candidates_per_class = 0;
   expect_error<std::invalid_argument>([&] { YolactSegmenter(model("yolact"), yolact); },
                                       "candidates_per_class = 0");
+  yolact.candidates_per_class = 1;
+  EXPECT_NO_THROW(YolactSegmenter(model("yolact"), yolact));
   yolact = {};
   yolact.priors = cv::Mat(3, 3, CV_32F);
   expect_error<std::invalid_argument>([&] { YolactSegmenter(model("yolact"), yolact); },

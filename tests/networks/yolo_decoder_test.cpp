@@ -52,6 +52,16 @@ struct Decoded {
 
 TEST(YoloDecoder, FindsNothingWithoutScores) { EXPECT_TRUE(Decoded().detections().empty()); }
 
+TEST(YoloDecoder, LeavesOutBoxesWithoutArea) {
+  Decoded network;
+  network.put(1, {5, 5, 5, 15}, 0.9F, 0);
+  network.put(2, {25, 5, 35, 5}, 0.9F, 0);
+  network.put(3, {45, 5, 55, 15}, 0.9F, 0);
+  const std::vector<Detection> found = network.detections();
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].box.x1, 45);
+}
+
 TEST(YoloDecoder, EqualScoresGoToTheLowestClassAndFirstRow) {
   Decoded network;
   network.put(7, {0, 0, 10, 10}, 0.5F, 0.5F);

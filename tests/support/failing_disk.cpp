@@ -8,7 +8,8 @@
 //   FAILING_DISK_FOLDER  the folder
 //   FAILING_DISK_AT      number of the call that fails, from 1; 0: none
 //   FAILING_DISK_LASTS   if set, all later calls fail too
-//   FAILING_DISK_COUNT   file in which the number of calls stands at the end
+//   FAILING_DISK_SIGNAL  if set, a signal interrupts the call in place of a failure, if it is
+//   write() FAILING_DISK_COUNT   file in which the number of calls stands at the end
 
 #include <dlfcn.h>
 #include <fcntl.h>
@@ -41,8 +42,11 @@ bool lies_in_folder(const char* path) {
 
 bool is_watched_file(int file) { return file >= 0 && file < max_files && is_watched[file]; }
 
-/// Counts a call and tells whether it fails.
-bool fails() {
+/// Whether signals interrupt calls, and the disk works.
+bool has_signals() { return std::getenv("FAILING_DISK_SIGNAL") != nullptr; }
+
+/// Counts a call and tells whether it is one that fails.
+bool is_chosen() {
   static const int at = [] {
     const char* const text = std::getenv("FAILING_DISK_AT");
     return text == nullptr ? 0 : std::atoi(text);
@@ -58,6 +62,8 @@ int failure(int code) {
 }
 
 bool writes(int flags) { return (flags & O_ACCMODE) != O_RDONLY; }
+
+bool fails() { return is_chosen() && !has_signals(); }
 
 struct Report {
   ~Report() {
@@ -104,7 +110,8 @@ int open64(const char* path, int flags, ...) {
 
 ssize_t write(int file, const void* bytes, size_t count) {
   const auto next_write = next(&::write, "write");
-  if (is_watched_file(file) && fails()) {
+  if (is_watched_file(file) && is_chosen()) {
+    if (has_signals()) return failure(EINTR);
     if (count > 1) (void)!next_write(file, bytes, count / 2);
     return failure(ENOSPC);
   }

@@ -20,11 +20,12 @@ class FailingDisk : public ReplacementTest {
  protected:
   FailingDisk() { input_ = file_tree(folder_ / "scene"); }
 
-  /// Runs the program; the disk below `folder` fails at that change, or never at 0.
-  Outcome run_failing(const std::string& arguments, const fs::path& folder, int at,
-                      bool lasts) const {
+  /// Runs the program; the disk below `folder` fails at that change, or never at 0. `more` are
+  /// further variables.
+  Outcome run_failing(const std::string& arguments, const fs::path& folder, int at, bool lasts,
+                      const std::string& more = "") const {
     return run_in_shell(
-        "FAILING_DISK_FOLDER=" + quoted(folder) + " FAILING_DISK_AT=" + std::to_string(at) +
+        more + " FAILING_DISK_FOLDER=" + quoted(folder) + " FAILING_DISK_AT=" + std::to_string(at) +
         (lasts ? " FAILING_DISK_LASTS=1" : "") +
         " FAILING_DISK_COUNT=" + quoted(folder_ / "count") +
         " LD_PRELOAD='" DYNFILTER_FAILING_DISK "' '" DYNFILTER_PROGRAM "' " + arguments);
@@ -134,6 +135,23 @@ TEST_F(FailingDisk, AListOfPairsIsTheOldOrTheNewOne) {
     EXPECT_EQ(file_text(file), earlier);
     EXPECT_EQ(file_tree(out).size(), 1U) << "an unfinished file was left";
   });
+}
+
+TEST_F(FailingDisk, ASignalDuringAWriteLosesNothing) {
+  const fs::path out = folder_ / "out", file = out / "pairs.txt";
+  fs::create_directory(out);
+  const std::string call = "sync " + quoted(folder_ / "scene") + " --write " + quoted(file);
+  ASSERT_EQ(run_failing(call, out, 0, false).exit_code, 0);
+  const std::string whole = file_text(file);
+  const int changes = std::stoi(file_text(folder_ / "count"));
+  int interrupted = 0;
+  for (int at = 1; at <= changes; ++at) {
+    fs::remove(file);
+    EXPECT_EQ(run_failing(call, out, at, false, "FAILING_DISK_SIGNAL=1").exit_code, 0);
+    EXPECT_EQ(file_text(file), whole);
+    interrupted += std::stoi(file_text(folder_ / "count")) > changes ? 1 : 0;  // written again
+  }
+  EXPECT_GE(interrupted, 1);
 }
 
 }  // namespace
