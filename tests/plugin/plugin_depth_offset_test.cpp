@@ -166,6 +166,18 @@ TEST_F(PluginDepthOffset, MovesLateDepthAlongTheOpticalFlow) {
     EXPECT_EQ(moved[static_cast<std::size_t>(i)], filtered_by_hand(i).compensated) << i;
     EXPECT_NE(moved[static_cast<std::size_t>(i)], as_given[static_cast<std::size_t>(i)]) << i;
   }
+  // Two images of one time tell no motion.
+  Plugin moving(raw_settings(masks_line + "dynfilter.depth_frames_late: 1\n"));
+  Plugin other(raw_settings(masks_line));
+  for (const int i : {1, 2}) {
+    HostFrame one = walking(i), same = walking(i);
+    one.timestamp_s = same.timestamp_s = walking(1).timestamp_s;
+    moving.submit(one.image, one.timestamp_s);
+    other.submit(same.image, same.timestamp_s);
+    EXPECT_EQ(
+        moving.filter(one.timestamp_s, one.depth, one.keypoints, one.descriptors).compensated,
+        other.filter(same.timestamp_s, same.depth, same.keypoints, same.descriptors).compensated);
+  }
   expect_error<std::runtime_error>([&] { Plugin(settings("dynfilter.depth_frames_late: 4\n")); },
                                    "dynfilter.depth_frames_late: got 4; want frames within ±3");
 }

@@ -120,11 +120,12 @@ TEST(FrameMemory, AFrameWithoutImageBreaksTheChain) {
   const Frames frames;
   peers::FrameMemory memory(camera, 1);
   Workspace workspace;
-  for (int k = 0; k < 4; ++k) {
+  for (int k = 0; k < 7; ++k) {
     FrameView view = frames.frame(k);
-    if (k == 1) view.image = cv::Mat();
-    const bool is_known = memory.next(frames.input(view), workspace).then != nullptr;
-    EXPECT_EQ(is_known, k == 3) << "frame " << k;
+    if (k == 1 || k == 5) view.image = cv::Mat();
+    const peers::FramePair pair = memory.next(frames.input(view), workspace);
+    EXPECT_EQ(pair.then != nullptr, k == 3 || k == 4) << "frame " << k;
+    EXPECT_EQ(pair.image.empty(), view.image.empty()) << "frame " << k;
   }
 }
 

@@ -6,6 +6,7 @@
 #include "rules/box_depth_mask.hpp"
 #include "rules/dbscan.hpp"
 #include "rules/depth_variance_mask.hpp"
+#include "rules/support.hpp"
 
 #include <numeric>
 
@@ -273,6 +274,15 @@ std::vector<int> oracle_dbscan(const std::vector<cv::Point3f>& points, double ra
     if (name != names.end()) clusters[i] = static_cast<int>(name - names.begin());
   }
   return clusters;
+}
+
+TEST(LargestAtDepth, PaintsNothingWhereNothingIsAtTheDepth) {
+  const PeerScene scene = flat_person();
+  cv::Mat canvas = cv::Mat::zeros(scene.frame.depth.size(), CV_8UC1);
+  peers::paint_largest_at_depth(scene.frame, body, 1.0, 0.1, canvas);
+  EXPECT_EQ(cv::countNonZero(canvas), 0);
+  peers::paint_largest_at_depth(scene.frame, body, 1.5, 0.1, canvas);
+  EXPECT_EQ(cv::countNonZero(canvas), body.area());
 }
 
 TEST(Dbscan, MatchesTheDefinition) {

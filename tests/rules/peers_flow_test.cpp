@@ -189,6 +189,13 @@ TEST(PeersOfFlow, RefuseOptionsOutOfRange) {
   refined.baseline_frames = 0;
   expect_error<std::invalid_argument>([&] { peers::FlowRefinedMask{refined}; },
                                       "baseline_frames must be 1 or more");
+  refined = {};
+  refined.min_flow_px = 0;
+  refined.min_moving_share = 1;
+  EXPECT_NO_THROW(peers::FlowRefinedMask{refined});
+  refined.min_moving_share = 1.1;
+  expect_error<std::invalid_argument>([&] { peers::FlowRefinedMask{refined}; },
+                                      "min_moving_share 0 to 1");
 }
 
 }  // namespace

@@ -260,6 +260,12 @@ TEST(PeersOfVotes, RefuseOptionsOutOfRange) {
   peers::ClusterVotesOptions clusters;
   clusters.radius_m = 0;
   expect_error<std::invalid_argument>([&] { peers::ClusterVotes{clusters}; }, "radius_m above 0");
+  clusters = {};
+  clusters.min_share = 0;
+  expect_error<std::invalid_argument>([&] { peers::ClusterVotes{clusters}; }, "min_share above 0");
+  clusters.min_share = 1;
+  clusters.min_speed_m_s = 0;
+  EXPECT_NO_THROW(peers::ClusterVotes{clusters});
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include "segmenters/remote/protocol.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cstdint>
 #include <cstring>
 #include <limits>
@@ -13,6 +14,7 @@
 
 #include <gtest/gtest.h>
 
+#include "segmenters/remote/deadline.hpp"
 #include "support/byte_source.hpp"
 #include "support/expect_error.hpp"
 #include "support/remote_messages.hpp"
@@ -337,6 +339,14 @@ TEST(RemoteProtocol, RandomBytesAreRefusedOrReadExactly) {
     mutate(header, random);
     ASSERT_EQ(testing::check_header(header), "") << "case " << i;
   }
+}
+
+TEST(RemoteDeadline, HasTimeLeftUntilItPasses) {
+  const detail::remote::Deadline late(100), passed(-1);
+  EXPECT_GT(late.left(), std::chrono::seconds(90));
+  EXPECT_FALSE(late.has_passed());
+  EXPECT_EQ(passed.left(), detail::remote::Clock::duration::zero());
+  EXPECT_TRUE(passed.has_passed());
 }
 
 }  // namespace

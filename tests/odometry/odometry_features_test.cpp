@@ -1,0 +1,54 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "odometry/frame_features.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <opencv2/core.hpp>
+
+#include "odometry/orb_extractor.hpp"
+
+namespace odometry {
+namespace {
+
+TEST(FrameFeatures, FindsTheFeaturesOfASquare) {
+  cv::RNG random(3);
+  PinholeCamera camera;
+  camera.width = 130;
+  camera.height = 100;
+  std::vector<Feature> features(400);
+  for (Feature& feature : features) {  // some beyond the image
+    feature.observation.pixel = {random.uniform(-20.0, 150.0), random.uniform(-20.0, 120.0)};
+  }
+  const FrameFeatures grid(features, camera);
+  std::size_t found_in_all = 0;
+  for (int trial = 0; trial < 500; ++trial) {
+    const Eigen::Vector2d pixel(random.uniform(-30.0, 160.0), random.uniform(-30.0, 130.0));
+    const double radius_px = random.uniform(0.5, 40.0);
+    std::vector<std::size_t> found, expected;
+    grid.find(pixel, radius_px, found);
+    std::sort(found.begin(), found.end());
+    for (std::size_t i = 0; i < features.size(); ++i) {
+      const Eigen::Vector2d away = features[i].observation.pixel - pixel;
+      if (std::abs(away.x()) <= radius_px && std::abs(away.y()) <= radius_px) expected.push_back(i);
+    }
+    ASSERT_EQ(found, expected) << trial;
+    found_in_all += found.size();
+  }
+  EXPECT_GT(found_in_all, 1000U);
+}
+
+TEST(OctaveScale, IsThatOfTheNearestOctave) {
+  EXPECT_EQ(octave_scale(-1), 1);
+  EXPECT_EQ(octave_scale(0), 1);
+  EXPECT_GT(octave_scale(octaves - 1), octave_scale(octaves - 2));
+  EXPECT_EQ(octave_scale(octaves), octave_scale(octaves - 1));
+}
+
+}  // namespace
+}  // namespace odometry
