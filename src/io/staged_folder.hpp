@@ -113,7 +113,7 @@ class EarlierFiles {
     for (std::size_t k = 2; k < rows.columns(); ++k) name /= rows.text(k);
     const double size = rows.number(0, "size");
     const bool goes_up = std::find(name.begin(), name.end(), "..") != name.end();
-    if (name.empty() || name.is_absolute() || goes_up || size < 0) rows.fail("want size/hash/name");
+    if (name.empty() || goes_up || size < 0) rows.fail("want size/hash/name");
     files_[name].push_back({static_cast<std::uintmax_t>(size), *parse_hash(rows.text(1))});
   }
 

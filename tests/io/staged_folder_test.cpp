@@ -190,6 +190,31 @@ TEST(StagedFolder, RemovesOnlyWhatADeadWriterLeft) {
   EXPECT_TRUE(fs::exists(folder / ".dynfilter-test-5/mine"));
 }
 
+TEST(StagedFolder, RemovesHiddenFoldersOfItsOwnOnly) {
+  const TemporaryFolder folder;
+  const std::string prefix = hidden_prefix + std::string("test-");
+  fs::create_directory(folder / (prefix + "1"));  // killed before it wrote anything
+  folder.write(prefix + "2/owner", "somebody else is writing here\n");
+  folder.write(prefix + "3", "a file");
+  put(folder.path(), results("first", 1));
+  EXPECT_FALSE(fs::exists(folder / (prefix + "1")));
+  EXPECT_TRUE(fs::exists(folder / (prefix + "2/owner")));
+  EXPECT_TRUE(fs::exists(folder / (prefix + "3")));
+}
+
+TEST(StagedFolder, RecoversFromAMarkWhoseFilesAreGone) {
+  const TemporaryFolder folder;
+  const std::string area = hidden_prefix + std::string("test-1");
+  folder.write(area + "/owner", "dynfilter test is writing here\n");
+  folder.write(area + "/old/key", "old");
+  fs::create_directories(folder / (area + "/new"));
+  folder.write(commit_mark_name, "test\n" + area + "\ngone\nkey\n");
+  StagedFolder::check(folder.path(), "test", {}, true);
+  EXPECT_EQ(file_text(folder / "key"), "old");
+  EXPECT_FALSE(fs::exists(folder / "gone"));
+  EXPECT_FALSE(fs::exists(folder / commit_mark_name));
+}
+
 TEST(StagedFolder, NeverWaitsForAPipe) {
   const TemporaryFolder folder;
   const auto make_pipe = [&](const char* name) {

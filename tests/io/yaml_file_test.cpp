@@ -100,6 +100,8 @@ TEST_F(YamlFileTest, ReadsFilesFromOtherSystems) {
       "%YAML:1.0\nkey: 7",
       "%YAML:1.0\n  other: { key: 3 }\n  key: 7\n  block:\n    key: 3\n",
       "%YAML:1.0\nother: 1\n...\n---\nkey: 7\n",
+      "%YAML:1.0\nkey: !!int 7\n",
+      "%YAML:1.0\nother: [ a,\n  key\n  ]\nkey: 7\n",
   };
   for (const char* text : texts) {
     SCOPED_TRACE(text);
@@ -112,6 +114,7 @@ TEST_F(YamlFileTest, ErrorsNameFileKeyValueAndExpectation) {
   const auto count = [](const YamlFile& file) { file.integer("key", 0); };
   const auto list = [](const YamlFile& file) { file.integers("key"); };
   const auto text = [](const YamlFile& file) { file.text("key"); };
+  const std::string huge = "[ " + std::string(400, '9') + " ]";
   const struct {
     void (*read)(const YamlFile&);
     const char *value, *message;
@@ -130,6 +133,7 @@ TEST_F(YamlFileTest, ErrorsNameFileKeyValueAndExpectation) {
       {list, "[ 1, 2.5 ]", "key: got 2.5 in it; want a list of whole numbers"},
       {list, "[ 1, [ 2 ] ]", "key: got a list in it; want a list of whole numbers"},
       {list, "[ 1, 2147483648 ]", "key: got 2147483648 in it; want a list of whole numbers"},
+      {list, huge.c_str(), "in it; want a list of whole numbers"},
       {list, "[ 01 ]", "each at most 2147483647, without leading zeros"},
       {text, "010", "key: got 010; want a text in quotes"},
       {text, "[ a ]", "key: got a list; want a text in quotes"},

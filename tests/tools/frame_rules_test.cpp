@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
 #include <sstream>
 #include <string>
 
@@ -27,6 +28,7 @@ TEST(FrameRules, ScenesOfASweepDoNotTouchEachOther) {
   ASSERT_EQ(run(medium + " --seeds 2 --out " + quoted(alone)).exit_code, 0);
   std::string rule;
   std::size_t removed = 0;
+  std::set<std::string> outcomes;
   for (std::istringstream list(frame_rules); std::getline(list, rule, ',');) {
     const auto read = [&](const fs::path& out) {
       return read_json(out / "medium_2" / rule / "summary.json");
@@ -36,9 +38,12 @@ TEST(FrameRules, ScenesOfASweepDoNotTouchEachOther) {
       EXPECT_EQ(together[name], one[name]) << rule << ' ' << name;
     }
     EXPECT_EQ(one["masked"], 0) << rule;
+    outcomes.insert(one["custom"].dump() + ' ' + one["dynamic_left"].dump() + ' ' +
+                    one["static_removed"].dump());
     removed += one["custom"].get<std::size_t>() > 0 ? 1 : 0;
   }
   EXPECT_GE(removed, 6U) << "rules that remove anything of so short a scene";
+  EXPECT_GE(outcomes.size(), 6U) << "each name makes its own rule";
 }
 
 TEST(FrameRules, RunOnlyOnRequest) {

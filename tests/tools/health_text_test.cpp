@@ -13,6 +13,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "depth_offset_text.hpp"
+
 namespace dynfilter::testing {
 namespace {
 
@@ -30,6 +32,17 @@ DepthOffsetEstimate measured(double frames_late) {
   estimate.frames = 40;
   estimate.period_s = 1 / 30.0;
   return estimate;
+}
+
+TEST(DepthOffsetText, CallsAQuarterOfAFrameInStep) {
+  const auto says = [](double frames_late, const std::string& words) {
+    EXPECT_EQ(tools::depth_offset_text(measured(frames_late)).find(words), 0U) << frames_late;
+  };
+  says(0, "depth is in step");
+  says(0.25, "depth is in step");
+  says(-0.25, "depth is in step");
+  says(0.26, "depth is late by 0.26 frames");
+  says(-0.26, "depth is early by 0.26 frames");
 }
 
 HealthMeasure measure(double value, HealthVerdict verdict) { return {value, verdict, 40}; }

@@ -59,7 +59,13 @@ TEST(ProgramWeights, StandBesideRemovalInTablesAndReport) {
       run("ablate --levels medium --seeds 1 --rules mask,depth,depth_weights --out " +
           quoted(folder.path() / "out") + " --report " + quoted(page) + scene);
   ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
-  EXPECT_TRUE(outcome.mentions("static weights: expected calibration error")) << outcome.printed;
+  const std::size_t title = outcome.printed.find("static weights: expected calibration error");
+  ASSERT_NE(title, std::string::npos) << outcome.printed;
+  const std::string table =
+      outcome.printed.substr(title, outcome.printed.find("\n\n", title) - title);
+  EXPECT_NE(table.find("\ndepth "), std::string::npos) << table;
+  EXPECT_NE(table.find("\ndepth_weights "), std::string::npos) << table;
+  EXPECT_EQ(table.find("\nmask "), std::string::npos) << "it has no weights\n" << table;
   // The labels are the same, and so are the counts of features; the trajectories are not.
   const auto summary = [&](const char* rule) {
     return read_json(folder.path() / "out" / "medium_1" / rule / "summary.json");
