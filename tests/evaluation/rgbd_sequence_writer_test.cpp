@@ -148,6 +148,26 @@ TEST(RgbdSequenceWriter, WritesColourWithoutDepth) {
   expect_same(sequence.read(0).image, frame.image);
 }
 
+TEST(RgbdSequenceWriter, WritesGreyImages) {
+  const TemporaryFolder folder;
+  RgbdSequenceWriter writer(folder.path(), some_camera());
+  FrameView frame = some_frame(0);
+  frame.image = cv::Mat(frame.image.size(), CV_8UC1, cv::Scalar(77));
+  writer.add(frame);
+  writer.finish();
+  const cv::Mat read =
+      cv::imread(RgbdSequence(folder.path()).entry(0).image_path.string(), cv::IMREAD_UNCHANGED);
+  expect_same(read, frame.image);
+}
+
+TEST(RgbdSequenceWriter, WithoutFramesWritesTheCameraAlone) {
+  const TemporaryFolder folder;
+  RgbdSequenceWriter writer(folder.path(), some_camera());
+  writer.finish();
+  EXPECT_TRUE(fs::exists(folder / "camera.yaml"));
+  EXPECT_FALSE(fs::exists(folder / "rgb.txt"));
+}
+
 TEST(RgbdSequenceWriter, ConvertsDepthToTheUnitsOfTheFile) {
   const TemporaryFolder folder;
   const float nan = std::numeric_limits<float>::quiet_NaN();
@@ -200,6 +220,9 @@ TEST(RgbdSequenceWriter, RefusesInvalidFrames) {
   frame = some_frame(2);
   frame.image = cv::Mat(24, 32, CV_16UC3, cv::Scalar::all(0));
   expect_refused(frame, "CV_16UC3");
+  const int sides[] = {24, 32, 2};
+  frame.image = cv::Mat(3, sides, CV_8UC1, cv::Scalar::all(0));
+  expect_refused(frame, "image");
   frame = some_frame(2);
   frame.image = cv::Mat(24, 33, CV_8UC3, cv::Scalar::all(0));
   frame.depth = cv::Mat(24, 33, CV_16UC1, cv::Scalar::all(0));

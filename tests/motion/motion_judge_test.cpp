@@ -258,6 +258,46 @@ TEST(MotionJudge, LeavesFeaturesOutsideTheImageAlone) {
   }
 }
 
+/// A chair, whose class is static, and a person without a mask change nothing.
+TEST(MotionJudge, LeavesOtherInstancesAlone) {
+  Rig rig, alone;
+  for (std::size_t i = 0; i < 6; ++i) {
+    const Shot& shot = shots(0.5)[i];
+    Segmentation more = shot.rendered.true_segmentation;
+    constexpr int chair = 56;
+    more.instances.push_back(Instance::from_box({20, 20, 90, 120}, chair, 0.9F));
+    more.instances.back().mask_origin = {20, 20};
+    more.instances.back().mask = cv::Mat(120, 90, CV_8UC1, cv::Scalar(255));
+    more.instances.push_back(Instance::from_box({300, 20, 50, 60}, 0, 0.9F));
+    const FeatureLabels labels = rig.see(shot.rendered.frame, more, shot.keypoints);
+    EXPECT_TRUE(are_equal(labels, alone.see(shot))) << i;
+    EXPECT_EQ(labels.statistics().instances.size(), more.instances.size());
+  }
+}
+
+TEST(MotionJudge, LeavesTheStaticMaskAlone) {
+  MaskCullerOptions options;
+  options.static_mask = cv::Mat::zeros(360, 480, CV_8UC1);
+  options.static_mask.colRange(0, 240).setTo(255);
+  Rig rig;
+  std::size_t on_static_mask = 0;
+  for (std::size_t i = 0; i < 8; ++i) {
+    const Shot& shot = shots(0.5)[i];
+    const Segmentation& masks = shot.rendered.true_segmentation;
+    FeatureLabels labels =
+        Pipeline<MaskCuller>(MaskCuller(options)).apply(shot.rendered.frame, masks, shot.keypoints);
+    const FeatureLabels before = labels;
+    rig.judge({shot.rendered.frame, masks, shot.keypoints}, labels, rig.workspace);
+    for (std::size_t f = 0; f < labels.size(); ++f) {
+      if (!before.is_removed(f) || before[f].instance >= 0) continue;
+      EXPECT_TRUE(labels.is_removed(f));
+      EXPECT_EQ(labels[f].reason, before[f].reason);
+      ++on_static_mask;
+    }
+  }
+  EXPECT_GT(on_static_mask, 500U);
+}
+
 TEST(MotionJudge, RefusesNonsense) {
   using Bad = std::invalid_argument;
   MotionState state;

@@ -16,6 +16,7 @@
 #include "support/expect_error.hpp"
 #include "support/file_tree.hpp"
 #include "support/host_frame.hpp"
+#include "support/ordinary_user.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace dynfilter::testing {
@@ -112,6 +113,37 @@ TEST_F(PluginRecordings, RefuseEditedFiles) {
   fs::remove(out() / "frames.csv");
   write("overlays/100.000000.png", "mine");
   expect_refused("overlays/100.000000.png");
+}
+
+TEST_F(PluginRecordings, NameAFolderThatCannotBeMadeOrChanged) {
+  expect_error<std::runtime_error>(
+      [&] { Plugin(settings("dynfilter.output_folder: \"/proc/dynfilter\"\n")); },
+      "/proc/dynfilter/overlays: cannot be made");
+  record(1);
+  const std::string file = settings("dynfilter.output_folder: \"" + out().string() + "\"\n");
+  fs::permissions(out(), fs::perms::owner_write | fs::perms::group_write | fs::perms::others_write,
+                  fs::perm_options::remove);
+  {
+    const OrdinaryUser user;
+    ASSERT_TRUE(user.is_ordinary());
+    expect_error<std::runtime_error>([&] { Plugin{file}; }, "cannot be removed");
+  }
+  fs::permissions(out(), fs::perms::owner_write, fs::perm_options::add);
+  EXPECT_EQ(file_tree(out()).count("frames.csv"), 1U);
+}
+
+TEST_F(PluginRecordings, DrawAFrameAnewThatComesTwice) {
+  {
+    Plugin plugin(settings("dynfilter.output_folder: \"" + out().string() +
+                           "\"\ndynfilter.overlay_every: 1\n"));
+    for (int k = 0; k < 2; ++k) {
+      HostFrame frame(0);
+      plugin.submit(frame.image, frame.timestamp_s);
+      plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors);
+    }
+  }
+  EXPECT_EQ(visible_tree(out()).size(), 2U);
+  record(1);  // the list knows the last picture
 }
 
 TEST_F(PluginRecordings, LeaveAFileThatAppearsMeanwhile) {

@@ -16,6 +16,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "support/expect_error.hpp"
+#include "support/ordinary_user.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace dynfilter {
@@ -49,23 +50,6 @@ void expect_refused(const fs::path& folder, const std::string& message) {
     expect_error<std::runtime_error>([&] { MaskFolderSegmenter(folder, options); }, message);
   }
 }
-
-/// Drops a superuser's rights while it lives, because a superuser can read every folder.
-class OrdinaryUser {
- public:
-  OrdinaryUser() : user_(geteuid()) {
-    if (user_ == 0) is_ordinary_ = seteuid(65534) == 0;
-  }
-  ~OrdinaryUser() {
-    if (user_ != 0 || !is_ordinary_) return;
-    EXPECT_EQ(seteuid(0), 0);
-  }
-  bool is_ordinary() const { return is_ordinary_; }
-
- private:
-  uid_t user_;
-  bool is_ordinary_ = true;
-};
 
 TEST(MaskFolderFiles, RefusesATableThatIsNotAFile) {
   const TemporaryFolder folder;

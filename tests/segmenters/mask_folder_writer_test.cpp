@@ -156,6 +156,8 @@ TEST(MaskFolderWriter, RefusesInvalidSegmentations) {
     expect_error<std::invalid_argument>([&] { writer.add(segmentation, stem); }, part);
   };
   expect_refused("1", "image_size 0x0");
+  segmentation.image_size = {5, 0};
+  expect_refused("1", "image_size 5x0");
   segmentation.image_size = {8, 6};
   expect_refused("frame1", "the stem 'frame1'; want a time");
   expect_refused("../1", "the stem '../1'");

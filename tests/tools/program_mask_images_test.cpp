@@ -140,9 +140,12 @@ TEST_F(ProgramMaskImages, RefinedMasksFollowTheRuleDepth) {
 }
 
 TEST_F(ProgramMaskImages, OfOtherClassesAreStatic) {
-  expect_masks("static --classes 7", out("class 7"));
-  for (const auto& [name, text] : visible_tree(out("class 7"))) {
-    EXPECT_EQ(cv::countNonZero(read_gray(out("class 7") / name) != 255), 0) << name;
+  for (const std::string refine : {"", " --refine"}) {
+    const fs::path to = out("class 7" + refine);
+    expect_masks("static --classes 7" + refine, to);
+    for (const auto& [name, text] : visible_tree(to)) {
+      EXPECT_EQ(cv::countNonZero(read_gray(to / name) != 255), 0) << name;
+    }
   }
 }
 
@@ -178,6 +181,42 @@ TEST_F(ProgramMaskImages, KeepTheImagesFolders) {
     const fs::path name = fs::path(i < 2 ? "a" : "b") / (sequence.entry(i).stem + ".png.png");
     EXPECT_TRUE(fs::exists(out("nested masks") / name)) << name;
   }
+}
+
+TEST_F(ProgramMaskImages, OfImagesAtDifferentDepthsKeepTheirFolders) {
+  const fs::path folder = copy_of_scene("depths");
+  const RgbdSequence sequence(folder);
+  std::string rows;
+  for (std::size_t i = 0; i < 2; ++i) {
+    const RgbdSequenceEntry& entry = sequence.entry(i);
+    const fs::path name = fs::path("rgb") / (i == 0 ? "a" : "") / entry.image_path.filename();
+    fs::create_directories((folder / name).parent_path());
+    if (i == 0) fs::rename(entry.image_path, folder / name);
+    rows += entry.stem + " " + name.string() + " " + entry.stem + " depth/" +
+            entry.depth_path.filename().string() + "\n";
+  }
+  std::ofstream(folder / "associations.txt") << rows;
+  const Outcome outcome = masks("colmap", out("depths masks"), folder);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
+  EXPECT_TRUE(fs::exists(out("depths masks") / "a" / (sequence.entry(0).stem + ".png.png")));
+  EXPECT_TRUE(fs::exists(out("depths masks") / (sequence.entry(1).stem + ".png.png")));
+}
+
+TEST_F(ProgramMaskImages, OfOneNameAreRefused) {
+  const fs::path folder = copy_of_scene("names");
+  const RgbdSequence sequence(folder);
+  const RgbdSequenceEntry& first = sequence.entry(0);
+  const RgbdSequenceEntry& second = sequence.entry(1);
+  fs::path other = first.image_path;
+  other.replace_extension(".jpg");
+  fs::rename(second.image_path, other);
+  std::ofstream(folder / "associations.txt")
+      << first.stem << " rgb/" << first.image_path.filename().string() << ' ' << first.stem
+      << " depth/" << first.depth_path.filename().string() << '\n'
+      << second.stem << " rgb/" << other.filename().string() << ' ' << second.stem << " depth/"
+      << second.depth_path.filename().string() << '\n';
+  expect_refused("static", out("names masks"), "the mask of another image would have the same name",
+                 folder);
 }
 
 TEST_F(ProgramMaskImages, ReplaceThoseOfAnEarlierCallOnRequestOnly) {

@@ -93,7 +93,11 @@ TEST_F(ProgramSync, ReplacesOnlyWhatItWroteAndDoesNotRead) {
   outcome = run("sync " + quoted(scene()) + " --write " + quoted(scene() / "depth.txt"));
   EXPECT_EQ(outcome.exit_code, 1);
   EXPECT_TRUE(outcome.mentions("depth.txt: is read from")) << outcome.printed;
+  outcome = run("sync " + quoted(scene()) + " --write " + quoted(folder_));
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_TRUE(outcome.mentions("cannot be written: it is a folder")) << outcome.printed;
   const fs::path pairs = folder_ / "pairs.txt";
+  std::ofstream(pairs).close();  // an empty file may be replaced
   for (int k = 0; k < 2; ++k) {
     outcome = run("sync " + quoted(scene()) + " --write " + quoted(pairs));
     EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;

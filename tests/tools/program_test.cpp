@@ -8,10 +8,12 @@
 #include <filesystem>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <opencv2/imgcodecs.hpp>
 
+#include "dynfilter/evaluation/rgbd_sequence.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "dynfilter/version.hpp"
 #include "support/program.hpp"
@@ -24,6 +26,18 @@ namespace dynfilter::testing {
 namespace {
 
 class Program : public SmallSceneTest {};
+
+TEST_F(Program, DrawsAPanelForEachPartOfTheRule) {
+  const int width = RgbdSequence(scene()).read(0).image.cols;
+  for (const auto& [rule, panels] : {std::pair("none", 1), {"mask", 2}, {"depth", 3}}) {
+    const fs::path folder = out(std::string("panels ") + rule);
+    const Outcome outcome = run("run " + quoted(scene()) + " --out " + quoted(folder) + " --rule " +
+                                rule + " --features 200 --overlays 1");
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
+    const cv::Mat sheet = cv::imread(fs::directory_iterator(folder / "overlays")->path().string());
+    EXPECT_EQ(sheet.cols, panels * width) << rule;
+  }
+}
 
 TEST_F(Program, RunWritesConsistentResults) {
   const fs::path folder = out("result");

@@ -76,6 +76,14 @@ TEST(ProgramWeights, StandBesideRemovalInTablesAndReport) {
   std::ifstream stream(page);
   const std::string html{std::istreambuf_iterator<char>(stream), {}};
   EXPECT_NE(html.find("Reliability of static weights"), std::string::npos);
+  EXPECT_EQ(html.find("0 in every frame"), std::string::npos) << "something was left and removed";
+  EXPECT_EQ(html.find(" height=\"1\""), std::string::npos) << "a picture without height";
+  const auto description = [&](const std::string& rule) {
+    const std::size_t begin = html.find("<dt>" + rule + "</dt>") + rule.size() + 9;
+    return html.substr(begin, html.find("</dd>", begin) - begin);
+  };
+  EXPECT_NE(description("mask"), description("depth"));
+  EXPECT_NE(description("mask"), description("depth_weights"));
 }
 
 }  // namespace
