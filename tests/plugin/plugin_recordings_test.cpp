@@ -14,6 +14,7 @@
 #include <string>
 
 #include "support/expect_error.hpp"
+#include "support/file_size_limit.hpp"
 #include "support/file_tree.hpp"
 #include "support/host_frame.hpp"
 #include "support/ordinary_user.hpp"
@@ -130,6 +131,20 @@ TEST_F(PluginRecordings, NameAFolderThatCannotBeMadeOrChanged) {
   }
   fs::permissions(out(), fs::perms::owner_write, fs::perm_options::add);
   EXPECT_EQ(file_tree(out()).count("frames.csv"), 1U);
+}
+
+TEST_F(PluginRecordings, OnAFullDiskAreAnErrorThatLeavesTheFrame) {
+  Plugin plugin(settings("dynfilter.output_folder: \"" + out().string() + "\"\n"));
+  for (int i = 0; i < 2; ++i) {
+    HostFrame frame(i);
+    const std::size_t count = frame.keypoints.size();
+    plugin.submit(frame.image, frame.timestamp_s);
+    const FileSizeLimit limit(fs::file_size(out() / "frames.csv"));
+    expect_error<std::runtime_error>(
+        [&] { plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors); },
+        "frames.csv: cannot be written");
+    EXPECT_EQ(frame.keypoints.size(), count);
+  }
 }
 
 TEST_F(PluginRecordings, DrawAFrameAnewThatComesTwice) {
