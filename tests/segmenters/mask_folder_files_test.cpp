@@ -24,6 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using testing::expect_error;
+using testing::OrdinaryUser;
 using testing::TemporaryFolder;
 
 const std::string header = "frame,instance,class_id,score,x,y,width,height\n";

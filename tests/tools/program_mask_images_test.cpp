@@ -141,7 +141,7 @@ TEST_F(ProgramMaskImages, RefinedMasksFollowTheRuleDepth) {
 
 TEST_F(ProgramMaskImages, OfOtherClassesAreStatic) {
   for (const std::string refine : {"", " --refine"}) {
-    const fs::path to = out("class 7" + refine);
+    const fs::path to = out(("class 7" + refine).c_str());
     expect_masks("static --classes 7" + refine, to);
     for (const auto& [name, text] : visible_tree(to)) {
       EXPECT_EQ(cv::countNonZero(read_gray(to / name) != 255), 0) << name;

@@ -93,7 +93,7 @@ TEST_F(ProgramSync, ReplacesOnlyWhatItWroteAndDoesNotRead) {
   outcome = run("sync " + quoted(scene()) + " --write " + quoted(scene() / "depth.txt"));
   EXPECT_EQ(outcome.exit_code, 1);
   EXPECT_TRUE(outcome.mentions("depth.txt: is read from")) << outcome.printed;
-  outcome = run("sync " + quoted(scene()) + " --write " + quoted(folder_));
+  outcome = run("sync " + quoted(scene()) + " --write " + quoted(folder_.path()));
   EXPECT_EQ(outcome.exit_code, 1);
   EXPECT_TRUE(outcome.mentions("cannot be written: it is a folder")) << outcome.printed;
   const fs::path pairs = folder_ / "pairs.txt";

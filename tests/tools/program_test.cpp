@@ -13,7 +13,6 @@
 
 #include <opencv2/imgcodecs.hpp>
 
-#include "dynfilter/evaluation/rgbd_sequence.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "dynfilter/version.hpp"
 #include "support/program.hpp"
@@ -28,9 +27,9 @@ namespace {
 class Program : public SmallSceneTest {};
 
 TEST_F(Program, DrawsAPanelForEachPartOfTheRule) {
-  const int width = RgbdSequence(scene()).read(0).image.cols;
+  const int width = cv::imread(fs::directory_iterator(scene() / "rgb")->path().string()).cols;
   for (const auto& [rule, panels] : {std::pair("none", 1), {"mask", 2}, {"depth", 3}}) {
-    const fs::path folder = out(std::string("panels ") + rule);
+    const fs::path folder = out((std::string("panels ") + rule).c_str());
     const Outcome outcome = run("run " + quoted(scene()) + " --out " + quoted(folder) + " --rule " +
                                 rule + " --features 200 --overlays 1");
     ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
