@@ -221,7 +221,7 @@ TEST(RgbdSequenceWriter, RefusesInvalidFrames) {
   expect_refused(frame, "CV_16UC3");
   const int sides[] = {24, 32, 2};
   frame.image = cv::Mat(3, sides, CV_8UC1, cv::Scalar::all(0));
-  expect_refused(frame, "image");
+  expect_refused(frame, "CV_8UC1 with 3 dimensions");
   frame = some_frame(2);
   frame.image = cv::Mat(24, 33, CV_8UC3, cv::Scalar::all(0));
   frame.depth = cv::Mat(24, 33, CV_16UC1, cv::Scalar::all(0));
