@@ -8,8 +8,9 @@
 
 FOLDER holds table.txt (the mutants, by mutate.py) and build/ (the test programs). Each test first runs
 without a mutant and says which mutants it reaches; only those tests can notice a mutant, and only they
-try it. A test that fails then (it may need what ctest builds first) is named and left out. A line for each mutant is added to FOLDER/results.txt: number, verdict, place, what was broken,
-the program that noticed it. Mutants that have a line are left alone, so a stopped call goes on where it was.
+try it. A test that fails then (it may need what ctest builds first) is named and left out. A line for
+each mutant is added to FOLDER/results.txt: number, verdict, place, what was broken, the program that
+noticed it. Mutants that have a line are left alone, so a stopped call goes on where it was.
 """
 
 import concurrent.futures

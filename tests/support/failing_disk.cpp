@@ -8,8 +8,8 @@
 //   FAILING_DISK_FOLDER  the folder
 //   FAILING_DISK_AT      number of the call that fails, from 1; 0: none
 //   FAILING_DISK_LASTS   if set, all later calls fail too
-//   FAILING_DISK_SIGNAL  if set, a signal interrupts the call in place of a failure, if it is
-//   write() FAILING_DISK_COUNT   file in which the number of calls stands at the end
+//   FAILING_DISK_SIGNAL  if set, nothing fails; a signal interrupts that call if it is write()
+//   FAILING_DISK_COUNT   file in which the number of calls stands at the end
 
 #include <dlfcn.h>
 #include <fcntl.h>
@@ -42,10 +42,10 @@ bool lies_in_folder(const char* path) {
 
 bool is_watched_file(int file) { return file >= 0 && file < max_files && is_watched[file]; }
 
-/// Whether signals interrupt calls, and the disk works.
+/// Whether signals interrupt write(), and the disk works.
 bool has_signals() { return std::getenv("FAILING_DISK_SIGNAL") != nullptr; }
 
-/// Counts a call and tells whether it is one that fails.
+/// Counts a call and tells whether it is the one to fail or to be interrupted.
 bool is_chosen() {
   static const int at = [] {
     const char* const text = std::getenv("FAILING_DISK_AT");
@@ -63,6 +63,7 @@ int failure(int code) {
 
 bool writes(int flags) { return (flags & O_ACCMODE) != O_RDONLY; }
 
+/// Counts a call and tells whether it fails.
 bool fails() { return is_chosen() && !has_signals(); }
 
 struct Report {
