@@ -11,14 +11,14 @@
 #include <stdexcept>
 #include <utility>
 
-#include <opencv2/imgproc.hpp>
-#include <opencv2/video/tracking.hpp>
+#include <opencv2/core.hpp>
 
 #include "dynfilter/detail/columns.hpp"
 #include "dynfilter/dynfilter.hpp"
 #include "plugin/depth_check.hpp"
 #include "plugin/first_frames.hpp"
 #include "plugin/host_image.hpp"
+#include "plugin/late_depth.hpp"
 #include "plugin/map_start.hpp"
 #include "plugin/mask_source.hpp"
 #include "plugin/pair_depths.hpp"
@@ -125,7 +125,8 @@ struct Plugin::State {
         first_frames({settings.file, settings.source_key, settings.image_key}),
         map_start(settings.start_features, settings.file),
         depth_check({settings.depth_check_frames, settings.depth_frames_late,
-                     settings.depth_frames_late_key, settings.file}) {
+                     settings.depth_frames_late_key, settings.file}),
+        late_depth(settings.depth_frames_late) {
     if (!settings.enabled) return;
     masks.emplace(settings);
 #ifdef DYNFILTER_HAS_MOTION
@@ -149,7 +150,6 @@ struct Plugin::State {
   void apply(const FrameView& frame, const std::optional<Segmentation>& segmentation,
              const FeaturesView& features);
   void submit(const cv::Mat& image, const cv::Mat& right, double timestamp_s);
-  FrameView with_depth_in_step(const FrameView& frame);
   FrameStatistics run(double timestamp_s, const cv::Mat& depth, const Columns& columns);
   void watch(const FrameView& frame, const FrameStatistics& statistics, const Columns& columns);
   FrameStatistics leave_alone(const cv::Mat& depth, const std::vector<cv::KeyPoint>& keypoints);
@@ -168,9 +168,7 @@ struct Plugin::State {
   detail::FirstFrames first_frames;
   detail::MapStart map_start;
   detail::DepthCheck depth_check;
-  cv::Ptr<cv::DISOpticalFlow> optical_flow;  // made when it is needed
-  cv::Mat last_grey;                         // of the frame filtered last, if depth is moved
-  double last_grey_s = 0;
+  detail::LateDepth late_depth;
   PluginCounters counters;
   FeatureLabels labels;
   Workspace workspace;
@@ -229,35 +227,6 @@ void Plugin::State::apply(const FrameView& frame, const std::optional<Segmentati
   filter.apply(frame, segmentation, features, labels, workspace);
 }
 
-/// Returns the frame with depth moved to where the image shows the things, if the settings say that
-/// depth is late, and if the frame before is known.
-FrameView Plugin::State::with_depth_in_step(const FrameView& frame) {
-  constexpr int min_side_px = 64;  // the optical flow needs an image of some size
-  constexpr double max_gap_s = 0.2;
-  const bool is_known = !frame.image.empty() && !frame.depth.empty() &&
-                        std::min(frame.image.cols, frame.image.rows) >= min_side_px;
-  if (settings.depth_frames_late == 0 || !is_known) return frame;
-  cv::Mat grey;
-  if (frame.image.channels() == 3) {
-    cv::cvtColor(frame.image, grey, cv::COLOR_BGR2GRAY);
-  } else {
-    grey = frame.image.clone();
-  }
-  FrameView moved = frame;
-  const double gap_s = frame.timestamp_s - last_grey_s;
-  if (last_grey.size() == grey.size() && gap_s > 0 && gap_s <= max_gap_s) {
-    if (!optical_flow) {
-      optical_flow = cv::DISOpticalFlow::create(cv::DISOpticalFlow::PRESET_FAST);
-    }
-    cv::Mat flow;
-    optical_flow->calc(grey, last_grey, flow);
-    moved.depth = moved_depth(frame.depth, flow, settings.depth_frames_late);
-  }
-  last_grey = grey;
-  last_grey_s = frame.timestamp_s;
-  return moved;
-}
-
 /// Says on standard error, once, what is odd about the first frames, and what to set if the host
 /// waits in vain for a frame with which it can begin a map. Only hosts with depth need so many
 /// features.
@@ -281,7 +250,7 @@ FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
   const FrameView as_given = view(timestamp_s, depth);
   validate(as_given, "Plugin::filter");
   const auto loan = depth_check.lend(as_given);  // until this returns
-  const FrameView frame = with_depth_in_step(as_given);
+  const FrameView frame = late_depth.in_step(as_given);
   const detail::Stopwatch for_masks;
   const std::optional<Segmentation> segmentation =
       masks->masks_for(frame, motions_of(frame, columns.keypoints));
