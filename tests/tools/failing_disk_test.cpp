@@ -11,6 +11,7 @@
 #include <cstdlib>
 #include <string>
 
+#include "support/fault_count.hpp"
 #include "support/replacement_test.hpp"
 
 namespace dynfilter::testing {
@@ -54,7 +55,7 @@ class FailingDisk : public ReplacementTest {
         ++checks;
       }
     }
-    RecordProperty("failed_changes", checks);
+    count_faults("failed changes of a folder", checks);
     return checks;
   }
 

@@ -20,6 +20,7 @@
 #include <string>
 #include <thread>
 
+#include "support/fault_count.hpp"
 #include "support/replacement_test.hpp"
 
 namespace dynfilter::testing {
@@ -38,7 +39,9 @@ void run_and_kill(const std::string& arguments, std::chrono::microseconds after)
   }
   std::this_thread::sleep_for(after);
   kill(child, SIGKILL);
-  waitpid(child, nullptr, 0);
+  int status = 0;
+  waitpid(child, &status, 0);
+  if (WIFSIGNALED(status)) count_faults("kills of the program", 1);
 }
 
 std::chrono::microseconds time_of(const std::function<void()>& action) {
