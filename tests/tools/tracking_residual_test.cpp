@@ -43,8 +43,9 @@ WorldPose moved(double left_px) {
   return {cv::Matx33d::eye(), {-left_px * wall_m / focal_px, 0, 0}};
 }
 
-/// Returns the text for a camera that moves by 3 px, while its pose says `said_px`.
-std::string measured(double said_px) {
+/// Returns the text for a camera that moves by 3 px, while its pose says `said_px`. Noise covers
+/// the second image in that rectangle.
+std::string measured(double said_px, const cv::Rect& covered = {}) {
   std::vector<cv::KeyPoint> keypoints;
   for (int y = 30; y < 220; y += 15) {
     for (int x = 30; x < 300; x += 15) {
@@ -54,7 +55,10 @@ std::string measured(double said_px) {
   TrackingResidual residual(camera());
   cv::Mat images[2], depths[2];
   residual.add(wall(0, images[0], depths[0]), Segmentation{}, keypoints, moved(0));
-  residual.add(wall(3, images[1], depths[1]), Segmentation{}, keypoints, moved(said_px));
+  const FrameView second = wall(3, images[1], depths[1]);
+  cv::Mat noise = images[1](covered);
+  if (!covered.empty()) cv::RNG(5).fill(noise, cv::RNG::UNIFORM, 0, 256);
+  residual.add(second, Segmentation{}, keypoints, moved(said_px));
   return residual.text();
 }
 
@@ -70,6 +74,12 @@ TEST(TrackingResidual, IsTheDistanceFromTheMotionThatThePosesSay) {
     EXPECT_NEAR(number_after(text, "true motion, px"), 3 - said_px, 0.05) << text;
     EXPECT_LT(number_after(text, "best motion, px"), 0.05) << text;
   }
+}
+
+TEST(TrackingResidual, LeavesOutTracksThatDoNotReturn) {
+  // Something new covers more than half of the second image.
+  const std::string text = measured(3, cv::Rect(0, 0, 190, 240));
+  EXPECT_LT(number_after(text, "true motion, px"), 0.1) << text;
 }
 
 TEST(TrackingResidual, SaysNothingWithoutTwoFrames) {
