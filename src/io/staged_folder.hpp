@@ -74,7 +74,7 @@ class EarlierFiles {
   bool holds(const std::filesystem::path& name) const {
     const auto found = files_.find(name);
     std::error_code failure;
-    if (found == files_.end() || !has_own_parent(name) ||
+    if (found == files_.end() || !has_own_parent(folder_, name) ||
         !std::filesystem::is_regular_file(
             std::filesystem::symlink_status(folder_ / name, failure))) {
       return false;
@@ -82,19 +82,6 @@ class EarlierFiles {
     const std::vector<Fingerprint>& written = found->second;
     return std::find(written.begin(), written.end(), fingerprint_of_file(folder_ / name)) !=
            written.end();
-  }
-
-  /// Tells whether the file's parent folder (existing or not) is neither a link nor on another file
-  /// system.
-  bool has_own_parent(const std::filesystem::path& name) const {
-    namespace fs = std::filesystem;
-    for (fs::path part = name.parent_path(); !part.empty(); part = part.parent_path()) {
-      const fs::file_status status = fs::symlink_status(folder_ / part);
-      if (!fs::exists(status)) continue;
-      if (!fs::is_directory(status) || device_of(folder_ / part) != device_of(folder_))
-        return false;
-    }
-    return true;
   }
 
   /// Throws std::runtime_error that names a file in the way of `names`: one that somebody else
@@ -112,8 +99,7 @@ class EarlierFiles {
     fs::path name;
     for (std::size_t k = 2; k < rows.columns(); ++k) name /= rows.text(k);
     const double size = rows.number(0, "size");
-    const bool goes_up = std::find(name.begin(), name.end(), "..") != name.end();
-    if (name.empty() || goes_up || size < 0) rows.fail("want size/hash/name");
+    if (!stays_below(name) || size < 0) rows.fail("want size/hash/name");
     files_[name].push_back({static_cast<std::uintmax_t>(size), *parse_hash(rows.text(1))});
   }
 
@@ -121,7 +107,7 @@ class EarlierFiles {
     const auto refuse = [&](const std::string& what) {
       throw_file_error(folder_, "holds " + name.string() + what);
     };
-    if (!has_own_parent(name)) {
+    if (!has_own_parent(folder_, name)) {
       throw_file_error(folder_ / name.parent_path(),
                        "is no folder of " + folder_.string() + " itself; name another folder");
     }

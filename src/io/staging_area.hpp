@@ -66,6 +66,24 @@ inline std::vector<std::filesystem::path> visible_files_below(const std::filesys
   return files;
 }
 
+/// Tells whether a name is that of a file below a folder: neither absolute nor with "..".
+inline bool stays_below(const std::filesystem::path& name) {
+  return !name.empty() && !name.is_absolute() &&
+         std::find(name.begin(), name.end(), "..") == name.end();
+}
+
+/// Tells whether the parent folder (existing or not) of a file below a folder is neither a link nor
+/// on another file system.
+inline bool has_own_parent(const std::filesystem::path& folder, const std::filesystem::path& name) {
+  namespace fs = std::filesystem;
+  for (fs::path part = name.parent_path(); !part.empty(); part = part.parent_path()) {
+    const fs::file_status status = fs::symlink_status(folder / part);
+    if (!fs::exists(status)) continue;
+    if (!fs::is_directory(status) || device_of(folder / part) != device_of(folder)) return false;
+  }
+  return true;
+}
+
 /// Removes the folders of these files if they are empty.
 inline void remove_empty_folders(const std::filesystem::path& folder,
                                  const std::vector<std::filesystem::path>& files) {
@@ -150,6 +168,7 @@ class StagingArea {
                                    " was stopped while it replaced files there; run that again, "
                                    "or name another folder");
     }
+    require_own(folder, exchange);
     require_no_writer(folder / exchange.area, writer);
     if (!std::filesystem::is_directory(folder / exchange.area)) {
       throw_file_error(folder, "holds an incomplete result of dynfilter " + writer + ", and " +
@@ -171,6 +190,30 @@ class StagingArea {
   }
 
  private:
+  /// Throws std::runtime_error if the mark names anything but files below the folder and a hidden
+  /// folder of the writer in it: then somebody else wrote the mark.
+  static void require_own(const std::filesystem::path& folder, const Exchange& exchange) {
+    namespace fs = std::filesystem;
+    const std::string prefix = hidden_prefix + exchange.writer + '-';
+    const fs::path area = exchange.area;
+    const fs::file_status status = fs::symlink_status(folder / area);
+    bool is_own = exchange.area.rfind(prefix, 0) == 0 && area.filename() == area &&
+                  (fs::is_directory(status) || !fs::exists(status));
+    std::vector<fs::path> names = exchange.files;
+    if (is_own) {
+      const std::vector<fs::path> old_files = files_below(folder / area / "old");
+      names.insert(names.end(), old_files.begin(), old_files.end());
+    }
+    for (const fs::path& name : names) {
+      is_own = is_own && stays_below(name) && has_own_parent(folder, name) &&
+               has_own_parent(folder, area / "new" / name) &&
+               has_own_parent(folder, area / "old" / name);
+    }
+    if (is_own) return;
+    throw_file_error(folder / commit_mark_name,
+                     "names files that dynfilter cannot have moved there; move it away");
+  }
+
   static std::string owner_text(const std::string& writer) {
     return "dynfilter " + writer + " is writing here\n";
   }
