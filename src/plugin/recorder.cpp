@@ -27,26 +27,21 @@ std::string time_cells(const FrameTimes& times) {
          cell(times.filter_s);
 }
 
-/// Allocates nothing if all is well, so that a written row cannot be followed by an error.
-void require_written(const std::ofstream& stream, const std::filesystem::path& folder,
-                     const char* name) {
-  if (!stream) throw_file_error(folder / name, "cannot be written");
-}
-
 }  // namespace
 
 Recorder::Recorder(const std::filesystem::path& folder, int overlay_every)
     : folder_(folder), overlay_every_(static_cast<std::size_t>(overlay_every)) {
   require_room();
-  remove_earlier_files();
   std::error_code failure;
   std::filesystem::create_directories(folder_ / "overlays", failure);
   if (failure) throw_file_error(folder_ / "overlays", "cannot be made: " + failure.message());
+  lock_.emplace(folder_, writer);
+  require_room();  // another recorder may have worked here until now
+  remove_earlier_files();
   write_file(folder_ / manifest_name(writer),
              manifest_title(writer) + '\n' + manifest_row(written_, table_name) + '\n');
-  manifest_.open(folder_ / manifest_name(writer), std::ios::app);
-  table_.open(folder_ / table_name);
-  require_written(table_, folder_, table_name);
+  manifest_.emplace(folder_ / manifest_name(writer));
+  table_.emplace(folder_ / table_name);
   add_table_row(frame_columns() + time_columns);
 }
 
@@ -85,8 +80,7 @@ void Recorder::remove_earlier_files() const {
 
 /// Lists a file before it is written: whenever the host ends, every file is listed.
 void Recorder::list(const Fingerprint& fingerprint, const std::filesystem::path& name) {
-  manifest_ << manifest_row(fingerprint, name) + '\n' << std::flush;
-  require_written(manifest_, folder_, manifest_name(writer).c_str());
+  manifest_->append(manifest_row(fingerprint, name) + '\n');
 }
 
 void Recorder::write_overlay(const std::string& name, const cv::Mat& overlay) {
@@ -106,8 +100,7 @@ void Recorder::add_table_row(const std::string& row) {
   Fingerprint longer = written_;
   longer.add(row + '\n');
   list(longer, table_name);
-  table_ << row + '\n' << std::flush;
-  require_written(table_, folder_, table_name);
+  table_->append(row + '\n');
   written_ = longer;
 }
 

@@ -6,7 +6,6 @@
 
 #include <cstddef>
 #include <filesystem>
-#include <fstream>
 #include <optional>
 #include <set>
 #include <string>
@@ -17,7 +16,9 @@
 #include "dynfilter/frame.hpp"
 #include "dynfilter/labels.hpp"
 #include "dynfilter/segmentation.hpp"
+#include "io/appended_file.hpp"
 #include "io/fingerprint.hpp"
+#include "io/folder_lock.hpp"
 
 namespace dynfilter::detail {
 
@@ -32,14 +33,16 @@ struct FrameTimes {
 /// Records what the filter does: frames.csv, always complete up to the last frame, and an overlay
 /// of every n-th frame with a known image. Lists these files in `.dynfilter-plugin.txt`, with one
 /// row for each state of frames.csv. Replaces the files that an earlier plugin listed there, and no
-/// others.
+/// others. Keeps other recorders out of the folder.
 class Recorder {
  public:
-  /// Throws std::runtime_error that names what cannot be written, or a file in the way, which no
-  /// earlier plugin wrote in this form; changes nothing then.
+  /// Throws std::runtime_error that names what cannot be written, a file in the way, which no
+  /// earlier plugin wrote in this form, or a folder in which another plugin is recording; changes
+  /// nothing then.
   Recorder(const std::filesystem::path& folder, int overlay_every);
 
-  /// Records a frame. Throws as the constructor does.
+  /// Records a frame. Throws std::runtime_error that names what cannot be written; the frame has no
+  /// row then, and the next one may succeed.
   void record(const FrameView& frame, const Segmentation& segmentation, FeaturesView features,
               const FeatureLabels& labels, const FrameTimes& times);
 
@@ -55,7 +58,9 @@ class Recorder {
   std::size_t frames_ = 0;
   std::set<std::string> overlays_;  // names of the overlays that were written
   Fingerprint written_;             // of the table
-  std::ofstream table_, manifest_;
+  // Made in this order.
+  std::optional<FolderLock> lock_;
+  std::optional<AppendedFile> manifest_, table_;
 };
 
 }  // namespace dynfilter::detail

@@ -44,6 +44,20 @@ TEST(WriteFile, ReplacesTheTargetOfALink) {
   EXPECT_EQ(entries(folder.path()), 2U);
 }
 
+TEST(WriteFile, MakesTheTargetOfALink) {
+  const TemporaryFolder folder;
+  fs::create_directory(folder / "elsewhere");
+  fs::create_symlink("second", folder / "first");
+  fs::create_symlink("elsewhere/target", folder / "second");
+  write_file(folder / "first", "new");
+  EXPECT_EQ(file_text(folder / "elsewhere/target"), "new");
+  EXPECT_TRUE(fs::is_symlink(folder / "first"));
+  EXPECT_TRUE(fs::is_symlink(folder / "second"));
+  fs::create_symlink("circle", folder / "circle");
+  expect_error<std::runtime_error>([&] { write_file(folder / "circle", "new"); }, "circle");
+  EXPECT_TRUE(fs::is_symlink(folder / "circle"));
+}
+
 TEST(WriteFile, LeavesAnUnfinishedFileOfItsNameAlone) {
   const TemporaryFolder folder;
   const std::string part = ".dynfilter-part-" + std::to_string(::getpid()) + "-0";

@@ -8,6 +8,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
@@ -145,6 +147,49 @@ TEST_F(PluginRecordings, OnAFullDiskAreAnErrorThatLeavesTheFrame) {
         "frames.csv: cannot be written");
     EXPECT_EQ(frame.keypoints.size(), count);
   }
+  // There is room again.
+  HostFrame frame(2);
+  plugin.submit(frame.image, frame.timestamp_s);
+  plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors);
+  const std::string table = file_text(out() / "frames.csv");
+  EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), 2) << table;
+  EXPECT_NE(table.find("\n100.200000,"), std::string::npos) << table;
+}
+
+TEST_F(PluginRecordings, OfAFullDiskAreReplacedByTheNextPlugin) {
+  {
+    Plugin plugin(settings("dynfilter.output_folder: \"" + out().string() + "\"\n"));
+    const auto bytes = fs::file_size(out() / ".dynfilter-plugin.txt");
+    for (const std::uintmax_t more : {0, 1, 30}) {  // a part of a row is written to the list
+      HostFrame frame(0);
+      plugin.submit(frame.image, frame.timestamp_s);
+      const FileSizeLimit limit(bytes + more);
+      expect_error<std::runtime_error>(
+          [&] {
+            plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors);
+          },
+          "cannot be written");
+    }
+  }
+  record(2);
+  EXPECT_EQ(visible_tree(out()).size(), 3U);
+}
+
+TEST_F(PluginRecordings, OfTwoPluginsAtOnceAreRefused) {
+  const std::string file = settings("dynfilter.output_folder: \"" + out().string() + "\"\n");
+  {
+    Plugin first(file);
+    HostFrame frame(0);
+    first.submit(frame.image, frame.timestamp_s);
+    first.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors);
+    expect_refused("another dynfilter plugin is writing there");
+    HostFrame next(1);
+    first.submit(next.image, next.timestamp_s);
+    first.filter(next.timestamp_s, next.depth, next.keypoints, next.descriptors);
+    const std::string table = file_text(out() / "frames.csv");
+    EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), 3) << table;
+  }
+  record(1);
 }
 
 TEST_F(PluginRecordings, DrawAFrameAnewThatComesTwice) {

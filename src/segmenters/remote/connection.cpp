@@ -123,10 +123,6 @@ bool is_closed_error(int error) { return error == EPIPE || error == ECONNRESET; 
 
 }  // namespace
 
-Descriptor::~Descriptor() {
-  if (number_ >= 0) close(number_);
-}
-
 bool is_socket_path(const std::string& path) {
   return !path.empty() && path.size() < sizeof(sockaddr_un::sun_path) &&
          path.find('\0') == std::string::npos;

@@ -15,6 +15,7 @@
 #include <opencv2/core.hpp>
 
 #include "deadline.hpp"
+#include "io/descriptor.hpp"
 #include "protocol.hpp"
 
 namespace dynfilter::detail::remote {
@@ -29,22 +30,6 @@ class ConnectionError : public std::runtime_error {
 class TimeIsUp : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
-};
-
-/// Owns a file descriptor.
-class Descriptor {
- public:
-  explicit Descriptor(int number) : number_(number) {}
-  Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
-  Descriptor& operator=(Descriptor&& other) noexcept {
-    std::swap(number_, other.number_);
-    return *this;
-  }
-  ~Descriptor();
-  int number() const { return number_; }
-
- private:
-  int number_;
 };
 
 /// Tells whether a path fits into a socket's address.
