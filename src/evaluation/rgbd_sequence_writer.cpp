@@ -157,8 +157,8 @@ void RgbdSequenceWriter::write_lists() const {
 void RgbdSequenceWriter::finish() {
   if (!staged_) return;
   write_lists();
-  const std::unique_ptr<detail::StagedFolder> staged = std::move(staged_);
-  staged->commit(detail::sequence_keys());
+  staged_->commit(detail::sequence_keys());
+  staged_.reset();
 }
 
 }  // namespace dynfilter

@@ -149,8 +149,8 @@ void MaskFolderWriter::finish() {
   table += '\n';
   for (const Rows& rows : rows_) table += has_own_times_ ? rows.with_time : rows.without_time;
   detail::write_file(staged_->path() / detail::mask_table_name, table);
-  const std::unique_ptr<detail::StagedFolder> staged = std::move(staged_);
-  staged->commit({detail::mask_table_name});
+  staged_->commit({detail::mask_table_name});
+  staged_.reset();
 }
 
 }  // namespace dynfilter

@@ -317,6 +317,19 @@ TEST(RgbdSequenceWriter, AddCanBeRepeatedIfTheDepthFoundNoRoom) {
   expect_same(sequence.read(0).depth, frame.depth);
 }
 
+TEST(RgbdSequenceWriter, FinishCanBeRepeatedAfterAFileWasInTheWay) {
+  const TemporaryFolder folder;
+  RgbdSequenceWriter writer(folder.path(), some_camera());
+  writer.add(some_frame(0));
+  folder.write("camera.yaml", "mine");
+  for (int k = 0; k < 2; ++k) {
+    expect_error<std::runtime_error>([&] { writer.finish(); }, "camera.yaml");
+  }
+  fs::remove(folder / "camera.yaml");
+  writer.finish();
+  EXPECT_EQ(RgbdSequence(folder.path()).size(), 1U);
+}
+
 TEST(RgbdSequenceWriter, RefusesFoldersBehindALink) {
   const TemporaryFolder folder;
   fs::create_directories(folder / "elsewhere");

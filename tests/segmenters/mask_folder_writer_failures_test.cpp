@@ -87,5 +87,18 @@ TEST(MaskFolderWriterFailures, AddCanBeRepeatedAfterAFullDisk) {
   EXPECT_EQ(MaskFolderSegmenter(folder.path()).size(), 2U);
 }
 
+TEST(MaskFolderWriterFailures, FinishCanBeRepeatedAfterAFileWasInTheWay) {
+  const TemporaryFolder folder;
+  MaskFolderWriter writer(folder.path());
+  writer.add(two_persons_at(1));
+  folder.write("1.000000.png", "mine");
+  for (int k = 0; k < 2; ++k) {
+    expect_error<std::runtime_error>([&] { writer.finish(); }, "1.000000.png");
+  }
+  fs::remove(folder / "1.000000.png");
+  writer.finish();
+  EXPECT_EQ(MaskFolderSegmenter(folder.path()).size(), 1U);
+}
+
 }  // namespace
 }  // namespace dynfilter
