@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/number_text.hpp"
 #include "plugin/stopwatch.hpp"
 #ifdef DYNFILTER_HAS_REMOTE_SEGMENTER
 #include "dynfilter/segmenters/remote_segmenter.hpp"
@@ -63,17 +65,21 @@ std::unique_ptr<Segmenter> make_segmenter(const PluginSettings& settings) {
 MaskSource::MaskSource(const PluginSettings& settings)
     : origin_(settings.file + ": " + settings.source_key + ": "),
       remedy_(remedy_of(settings)),
-      continues_without_masks_(settings.missing_masks == "keep") {
+      continues_without_masks_(settings.missing_masks == "keep"),
+      hand_over_(settings.hand_over) {
   try {
     segmenter_ = make_segmenter(settings);
-    if (settings.hand_over) {
+    folder_ = dynamic_cast<MaskFolderSegmenter*>(segmenter_.get());
+    if (hand_over_) {
       AsyncSegmenterOptions options;
-      options.hand_over = *settings.hand_over;
+      options.hand_over = *hand_over_;
       options.max_wait_s = settings.max_wait_s;
-      thread_ = std::make_unique<AsyncSegmenter>(std::move(segmenter_), options);
-    } else {
-      folder_ = dynamic_cast<MaskFolderSegmenter*>(segmenter_.get());
-      if (folder_ && settings.reads_ahead) ahead_ = std::make_unique<ReadAhead>(*folder_);
+      // A folder is read for frames without an image, too, which the thread does not get.
+      std::unique_ptr<Segmenter> for_thread = folder_ ? make_segmenter(settings) : nullptr;
+      thread_ = std::make_unique<AsyncSegmenter>(
+          for_thread ? std::move(for_thread) : std::move(segmenter_), options);
+    } else if (folder_ && settings.reads_ahead) {
+      ahead_ = std::make_unique<ReadAhead>(*folder_);
     }
   } catch (const std::invalid_argument& error) {  // names an option
     throw std::runtime_error(settings.file + ": " + error.what());
@@ -84,28 +90,39 @@ MaskSource::MaskSource(const PluginSettings& settings)
   if (settings.moves_masks) propagator_.emplace();
 }
 
-void MaskSource::submit(const FrameView& frame) {
-  FrameView numbered = frame;
-  numbered.id = frame_id_ + 1;
-  if (ahead_ && folder_->has_mask(frame.timestamp_s)) ahead_->submit(numbered);
-  number(frame);
+/// Tells whether the frame has no mask, and may have none.
+bool MaskSource::lacks_mask(const FrameView& frame) const {
+  return folder_ && continues_without_masks_ && !folder_->has_mask(frame.timestamp_s);
 }
 
-/// Gives the frame its number, and hands it to the segmenter's thread if there is one.
-void MaskSource::number(const FrameView& frame) {
+void MaskSource::submit(const FrameView& frame) {
   FrameView numbered = frame;
-  numbered.id = frame_id_ + 1;
-  if (thread_) thread_->submit(numbered);
-  ++frame_id_;
-  submitted_s_ = frame.timestamp_s;
+  numbered.id = ++frames_;
+  if (thread_ && !lacks_mask(frame)) {
+    // Nobody will filter an earlier frame. HandOver::wait would keep it for ever.
+    if (is_uncollected_ && *hand_over_ == HandOver::wait) thread_->reset();
+    thread_->submit(numbered);
+    is_uncollected_ = true;
+  }
+  if (ahead_ && folder_->has_mask(frame.timestamp_s)) ahead_->submit(numbered);
+  submitted_ = {numbered.id, frame.timestamp_s};
+}
+
+/// A host may filter a frame again after it has released the image.
+bool MaskSource::is_submitted(const FrameView& frame) const {
+  return submitted_ && (!frame.image.empty() || frame.timestamp_s == submitted_->timestamp_s);
+}
+
+std::uint64_t MaskSource::id_of(const FrameView& frame) {
+  if (is_submitted(frame)) return submitted_->id;
+  const bool is_known = unsubmitted_ && unsubmitted_->timestamp_s == frame.timestamp_s;
+  if (!is_known) unsubmitted_ = {++frames_, frame.timestamp_s};
+  return unsubmitted_->id;
 }
 
 std::optional<Segmentation> MaskSource::masks_for(
     FrameView frame, const std::optional<std::vector<PointMotion>>& motions) {
-  // A host may filter a frame again after it has released the image.
-  const bool was_submitted = !frame.image.empty() || frame.timestamp_s == submitted_s_;
-  if (!was_submitted) number(frame);
-  frame.id = frame_id_;
+  frame.id = id_of(frame);
   if (propagator_ && propagated_id_ == frame.id) return propagated_;
   std::optional<Segmentation> masks = segment_or_continue(frame);
   if (!propagator_) return masks;
@@ -119,9 +136,11 @@ std::optional<Segmentation> MaskSource::segment_or_continue(const FrameView& fra
   try {
     return segment(frame);
   } catch (const std::runtime_error& error) {
-    // A broken mask in a folder stays broken; a missing one may be skipped.
-    const bool is_passable = !folder_ || !folder_->has_mask(frame.timestamp_s);
-    if (!is_passable) throw std::runtime_error(origin_ + error.what());
+    // A mask in a folder that cannot be read stays broken. Missing ones lead here only if they may
+    // not be missing.
+    const bool is_broken =
+        folder_ && (continues_without_masks_ || folder_->has_mask(frame.timestamp_s));
+    if (is_broken) throw std::runtime_error(origin_ + error.what());
     if (!continues_without_masks_) {
       throw std::runtime_error(origin_ + error.what() + remedy_);
     }
@@ -132,12 +151,8 @@ std::optional<Segmentation> MaskSource::segment_or_continue(const FrameView& fra
 
 std::optional<Segmentation> MaskSource::segment(const FrameView& frame) {
   made_s_.reset();
-  if (thread_) {
-    std::optional<Segmentation> masks = thread_->collect(frame.id);
-    if (masks) made_s_ = thread_->statistics().last_inference_s;
-    return masks;
-  }
-  if (folder_ && continues_without_masks_ && !folder_->has_mask(frame.timestamp_s)) return {};
+  if (thread_ && (is_submitted(frame) || !folder_)) return collect(frame);
+  if (lacks_mask(frame)) return {};
   if (ahead_) {
     Segmentation masks = ahead_->collect(frame);
     made_s_ = ahead_->read_s();
@@ -146,6 +161,21 @@ std::optional<Segmentation> MaskSource::segment(const FrameView& frame) {
   const Stopwatch stopwatch;
   Segmentation masks = segmenter_->segment(frame);
   made_s_ = stopwatch.elapsed_s();
+  return masks;
+}
+
+/// Takes the masks from the thread.
+std::optional<Segmentation> MaskSource::collect(const FrameView& frame) {
+  const bool takes_any = *hand_over_ == HandOver::latest;
+  if (!takes_any && lacks_mask(frame)) return {};
+  if (!takes_any && !is_submitted(frame)) {
+    throw_misuse("Plugin::filter",
+                 "a frame of time " + time_text(frame.timestamp_s) + " that was not submitted",
+                 "submit(image, time) before filter(time, ...)");
+  }
+  is_uncollected_ = false;
+  std::optional<Segmentation> masks = thread_->collect(frame.id);
+  if (masks) made_s_ = thread_->statistics().last_inference_s;
   return masks;
 }
 

@@ -38,10 +38,13 @@ class MaskSource {
   bool moves_masks() const { return propagator_.has_value(); }
 
   /// Returns the masks for a frame. std::nullopt if none are known, or if they failed and the
-  /// settings allow to continue. A frame with an image is the one submitted last. `motions`, if
+  /// settings allow to continue. A frame with an image, or with the time of the one submitted last,
+  /// is that one. Any other frame was not submitted: its masks come from the folder; a network or
+  /// process in a thread has none, or with HandOver::latest those of another frame. `motions`, if
   /// known, move earlier masks; otherwise points of the images do. Passes on the segmenter's
   /// exceptions; a std::runtime_error gets the settings file and the key and, where it helps, the
-  /// setting that continues without masks.
+  /// setting that continues without masks. Throws std::invalid_argument for a frame that was not
+  /// submitted where no masks can be made of it.
   std::optional<Segmentation> masks_for(
       FrameView frame, const std::optional<std::vector<PointMotion>>& motions = {});
 
@@ -53,23 +56,35 @@ class MaskSource {
   std::size_t failures() const { return failures_; }
 
  private:
-  void number(const FrameView& frame);
+  /// A frame and the number by which its masks are matched.
+  struct Numbered {
+    std::uint64_t id;
+    double timestamp_s;
+  };
+
+  bool lacks_mask(const FrameView& frame) const;
+  bool is_submitted(const FrameView& frame) const;
+  std::uint64_t id_of(const FrameView& frame);
   std::optional<Segmentation> segment(const FrameView& frame);
+  std::optional<Segmentation> collect(const FrameView& frame);
   std::optional<Segmentation> segment_or_continue(const FrameView& frame);
 
   std::string origin_;  // the settings file and the masks' key, for errors
   std::string remedy_;  // the settings that help against missing masks, in brackets
   bool continues_without_masks_;
-  MaskFolderSegmenter* folder_ = nullptr;  // the segmenter, if it is a folder without a thread
-  std::unique_ptr<Segmenter> segmenter_;   // null if the thread has it
+  std::unique_ptr<Segmenter> segmenter_;   // null if the thread has it, unless it is a folder
+  MaskFolderSegmenter* folder_ = nullptr;  // the segmenter, if it is a folder
+  std::optional<HandOver> hand_over_;      // of the thread
   std::unique_ptr<AsyncSegmenter> thread_;
+  bool is_uncollected_ = false;       // the frame submitted last, by the thread
   std::unique_ptr<ReadAhead> ahead_;  // reads the folder's masks, if the settings allow it
   std::optional<MaskPropagator> propagator_;
   // The propagator's last answer: a second call for a frame would restart it.
   std::optional<Segmentation> propagated_;
   std::uint64_t propagated_id_ = 0;
-  std::uint64_t frame_id_ = 0;         // of the frame submitted last; masks are matched by it
-  std::optional<double> submitted_s_;  // its time
+  std::uint64_t frames_ = 0;             // that have a number
+  std::optional<Numbered> submitted_;    // the frame submitted last
+  std::optional<Numbered> unsubmitted_;  // the frame filtered last that was never submitted
   std::optional<double> made_s_;
   std::size_t failures_ = 0;
 };

@@ -258,9 +258,13 @@ TEST_F(PluginFailures, FolderThatLacksMasksNamesTheSettingThatAllowsIt) {
 
 TEST_F(PluginFailures, BrokenMaskIsAlwaysAnError) {
   std::ofstream(masks() / "100.000000.png") << "no image";
-  for (const char* policy : {"", "dynfilter.missing_masks: \"keep\"\n"}) {
+  const std::string keep = "dynfilter.missing_masks: \"keep\"\n",
+                    wait = "dynfilter.async: \"wait\"\n";
+  for (const std::string& policy : {std::string(), keep, wait, keep + wait}) {
+    SCOPED_TRACE(policy);
     Plugin plugin(settings(policy));
     HostFrame frame(0);
+    plugin.submit(frame.image, frame.timestamp_s);
     try {
       plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors);
       ADD_FAILURE() << "a broken mask was accepted";

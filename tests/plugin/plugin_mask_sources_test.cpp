@@ -7,11 +7,13 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <filesystem>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "support/expect_error.hpp"
@@ -59,6 +61,55 @@ TEST_F(PluginTest, AsyncFiltersAFrameTwice) {
   plugin.filter(first.timestamp_s, first.depth, first.keypoints, first.descriptors);
   plugin.filter(again.timestamp_s, again.depth, again.keypoints, again.descriptors);
   EXPECT_EQ(again.keypoints.size(), first.keypoints.size());
+}
+
+/// Class ids of the keypoints that are left of a frame.
+std::vector<int> kept(Plugin& plugin, int index) {
+  HostFrame frame(index);
+  plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors);
+  std::vector<int> left;
+  for (const cv::KeyPoint& keypoint : frame.keypoints) left.push_back(keypoint.class_id);
+  return left;
+}
+
+void submit(Plugin& plugin, int index) {
+  const HostFrame frame(index);
+  plugin.submit(frame.image, frame.timestamp_s);
+}
+
+TEST_F(PluginTest, AFrameGetsItsOwnMasksWhateverWasFilteredBefore) {
+  Plugin usual(settings());
+  for (const char* lines : {"", "dynfilter.async: \"wait\"\n", "dynfilter.propagate: \"yes\"\n",
+                            "dynfilter.async: \"limited_wait\"\ndynfilter.max_wait_s: 20\n"}) {
+    SCOPED_TRACE(lines);
+    Plugin plugin(settings(lines));
+    for (const int earlier : {0, 4}) {
+      submit(plugin, 2);
+      EXPECT_EQ(kept(plugin, earlier), kept(usual, earlier)) << "was never submitted";
+      EXPECT_EQ(kept(plugin, 2), kept(usual, 2));
+      EXPECT_EQ(kept(plugin, 2), kept(usual, 2)) << "a second time";
+    }
+    EXPECT_EQ(plugin.counters().without_masks, 0U);
+  }
+}
+
+TEST_F(PluginTest, AsyncGivesUpFramesThatAreNeverFiltered) {
+  Plugin usual(settings()), plugin(settings("dynfilter.async: \"wait\"\n"));
+  for (int i = 0; i < 30; ++i) submit(plugin, i % frames);
+  EXPECT_EQ(kept(plugin, 29 % frames), kept(usual, 29 % frames));
+  EXPECT_EQ(plugin.counters().never_filtered, 29U);
+}
+
+TEST_F(PluginTest, AsyncLatestTakesMasksOfAnEarlierFrame) {
+  Plugin plugin(settings("dynfilter.async: \"latest\"\n"));
+  submit(plugin, 0);
+  const std::size_t all = HostFrame(0).keypoints.size();
+  std::size_t left = all;
+  for (int k = 0; k < 500 && left == all; ++k) {
+    left = kept(plugin, 0).size();
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  EXPECT_LT(left, all);
 }
 
 TEST_F(PluginTest, PropagationToTheSameFrameChangesNothing) {
@@ -115,6 +166,20 @@ TEST_F(PluginTest, UsesMasksFromAnotherProcess) {
     Plugin remote(raw_settings(remote_settings(path("socket")) + thread));
     EXPECT_EQ(kept_in_frames(remote, frames), expected) << thread;
   }
+}
+
+TEST_F(PluginTest, AsyncNamesAFrameThatWasNeverSubmitted) {
+  const RemotePeer peer(path("socket"), [](const PeerSocket& socket, const ReceivedFrame& frame) {
+    HostFrame known(2);
+    known.segmentation.frame_id = frame.id;
+    return socket.send(reply(frame.request, known.segmentation));
+  });
+  Plugin usual(settings());
+  Plugin plugin(raw_settings(remote_settings(path("socket")) + "dynfilter.async: \"wait\"\n"));
+  submit(plugin, 2);
+  expect_error<std::invalid_argument>([&] { kept(plugin, 0); },
+                                      "a frame of time 100.000000 that was not submitted");
+  EXPECT_EQ(kept(plugin, 2), kept(usual, 2));
 }
 
 TEST_F(PluginTest, WithoutAListenerItFailsOrContinuesAsConfigured) {
