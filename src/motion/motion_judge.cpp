@@ -35,13 +35,16 @@ void check_options(const MotionJudgeOptions& options) {
   const auto not_negative = [](const char* name, double value) {
     require(value >= 0, name, value, "a number of at least 0");
   };
+  const auto distance = [](const char* name, double value_px) {
+    require(value_px >= 0 && value_px <= 1e6, name, value_px, "0 to 1000000");
+  };
   const auto share = [](const char* name, double value) {
     require(value >= 0 && value <= 1, name, value, "a share from 0 to 1");
   };
   share("min_tracked_share", options.min_tracked_share);
   not_negative("max_acceleration_m_s2", options.max_acceleration_m_s2);
   not_negative("max_angular_acceleration_rad_s2", options.max_angular_acceleration_rad_s2);
-  not_negative("mask_distance_px", options.mask_distance_px);
+  distance("mask_distance_px", options.mask_distance_px);
   require(options.min_shift_px > 0, "min_shift_px", options.min_shift_px, "a number above 0");
   not_negative("min_shift_scales", options.min_shift_scales);
   not_negative("min_speed_m_s", options.min_speed_m_s);
@@ -59,7 +62,7 @@ void check_options(const MotionJudgeOptions& options) {
   share("min_still_tracked", options.min_still_tracked);
   require(options.min_still_votes >= 1, "min_still_votes", 0, "at least 1");
   not_negative("max_background_depth_range_m", options.max_background_depth_range_m);
-  not_negative("fringe_px", options.fringe_px);
+  distance("fringe_px", options.fringe_px);
   not_negative("fringe_shift_px", options.fringe_shift_px);
   not_negative("fringe_shift_scales", options.fringe_shift_scales);
   not_negative("fringe_untracked_px", options.fringe_untracked_px);
@@ -174,7 +177,7 @@ bool MotionJudge::look(const FrameView& frame) const {
   return !frame.image.empty() && !memory.now.pyramid.empty();
 }
 
-void MotionJudge::track(const FrameView& frame, FeaturesView features,
+bool MotionJudge::track(const FrameView& frame, FeaturesView features,
                         std::vector<FeatureTrack>& tracks, Workspace& workspace) const {
   const Segmentation no_masks;
   const FilterInput input{frame, no_masks, features};
@@ -185,11 +188,12 @@ void MotionJudge::track(const FrameView& frame, FeaturesView features,
   try {
     memory.is_tracked_ahead = false;
     tracks.assign(features.size(), FeatureTrack());
-    if (!look(frame) || !continues(memory, options_.max_gap_s)) return;
+    if (!look(frame) || !continues(memory, options_.max_gap_s)) return false;
     detail::track_back({input, camera_, options_, false, memory, measured, workspace}, tracker_, 0);
     memory.tracked_ahead = measured.baselines[0].tracks;
     tracks = memory.tracked_ahead;
     memory.is_tracked_ahead = true;
+    return true;
   } catch (...) {
     state_->reset();
     throw;

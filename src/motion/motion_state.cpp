@@ -7,6 +7,7 @@
 
 #include "dynfilter/detail/errors.hpp"
 #include "motion_memory.hpp"
+#include "pose_prior.hpp"
 
 namespace dynfilter {
 
@@ -15,7 +16,10 @@ MotionState::MotionState(MotionState&&) noexcept = default;
 MotionState& MotionState::operator=(MotionState&&) noexcept = default;
 MotionState::~MotionState() = default;
 
-void MotionState::expect_motion(const PosePrior& prior) { memory_->prior = prior; }
+void MotionState::expect_motion(const PosePrior& prior) {
+  detail::validate(prior, "MotionState::expect_motion");
+  memory_->prior = prior;
+}
 
 void MotionState::hand_over_tracks(std::size_t baseline, std::vector<FeatureTrack> tracks) {
   if (baseline >= motion_baselines) {

@@ -10,6 +10,7 @@
 #include <tuple>
 
 #include "dynfilter/detail/errors.hpp"
+#include "pose_prior.hpp"
 #include "random.hpp"
 
 namespace dynfilter {
@@ -194,7 +195,8 @@ RelativePose least_median(const RelativePose& start, const std::optional<PosePri
                           PoseScratch& scratch) {
   const std::vector<LinearResidual>& judges = scratch.judges;
   RelativePose best = start;
-  double best_median = *smaller_median({}, std::numeric_limits<double>::infinity(), scratch);
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  double best_median = smaller_median({}, infinity, scratch).value_or(infinity);
   for (std::size_t h = 0; h < options.hypotheses; ++h) {
     NormalEquations equations;
     for (std::size_t i = 0; i < in_hypothesis; ++i) {
@@ -239,8 +241,7 @@ void check(const RelativePoseOptions& options) {
           "a share from 0 to 1");
 }
 
-void check(const std::vector<PoseObservation>& observations,
-           const std::optional<PosePrior>& prior) {
+void check(const std::vector<PoseObservation>& observations) {
   for (const PoseObservation& observation : observations) {
     const cv::Point3d& point = observation.point_now_m;
     const double sum =
@@ -249,12 +250,6 @@ void check(const std::vector<PoseObservation>& observations,
     detail::throw_misuse("RelativePoseEstimator::estimate",
                          detail::concatenate("an observation of a point at depth ", point.z),
                          "finite observations in front of the camera");
-  }
-  if (prior && !(prior->max_translation_m > 0 && prior->max_rotation_rad > 0)) {
-    detail::throw_misuse("RelativePoseEstimator::estimate",
-                         detail::concatenate("a prior within ", prior->max_translation_m, " m and ",
-                                             prior->max_rotation_rad, " rad"),
-                         "limits above 0");
   }
 }
 
@@ -283,6 +278,7 @@ struct Fit {
     const auto judges = static_cast<std::ptrdiff_t>(judge_count());
     scratch.some_squares.assign(squares.begin(), squares.begin() + judges);
     const auto scale_of = [&](std::vector<double>& some) {
+      if (some.empty()) return std::numeric_limits<double>::infinity();  // none has a number
       return std::max(median_to_scale * std::sqrt(median_of(some)), options.min_scale_px);
     };
     const double limit = options.cutoff * scale_of(scratch.some_squares);
@@ -326,7 +322,9 @@ RelativePoseEstimator::RelativePoseEstimator(const PinholeCamera& camera,
 RelativePoseEstimate RelativePoseEstimator::estimate(
     const std::vector<PoseObservation>& observations, const RelativePose& start,
     const std::optional<PosePrior>& prior, Workspace& workspace) const {
-  check(observations, prior);
+  check(observations);
+  detail::validate(start, "RelativePoseEstimator::estimate");
+  if (prior) detail::validate(*prior, "RelativePoseEstimator::estimate");
   RelativePoseEstimate estimate;
   estimate.pose = prior ? prior->pose : start;
   estimate.observations = observations.size();

@@ -173,6 +173,8 @@ struct Plugin::State {
   FeatureLabels labels;
   Workspace workspace;
 
+  bool is_in_step = true;  // the motion filter and the masks' source
+
   // The submitted image, until it is filtered.
   cv::Mat image;
   double image_time_s = 0;
@@ -203,13 +205,14 @@ FeaturesView Plugin::State::features_of(const Columns& columns, const FrameView&
                                                *columns.right_x, workspace));
 }
 
-/// Returns the motions of the features that the motion filter tracks, if masks move by them, too.
+/// Returns the motions of the features that the motion filter tracks, if masks move by them, too,
+/// and if both remember the same frame.
 std::optional<std::vector<PointMotion>> Plugin::State::motions_of(const FrameView& frame,
                                                                   const FeaturesView& features) {
 #ifdef DYNFILTER_HAS_MOTION
-  if (motion_filter && masks->moves_masks() && !frame.image.empty()) {
-    motion_filter->stage<MotionJudge>().track(frame, features, tracks, workspace);
-    return point_motions(features, tracks);
+  if (motion_filter && masks->moves_masks() && !frame.image.empty() && is_in_step) {
+    const MotionJudge& judge = motion_filter->stage<MotionJudge>();
+    if (judge.track(frame, features, tracks, workspace)) return point_motions(features, tracks);
   }
 #endif
   (void)frame, (void)features;
@@ -256,8 +259,10 @@ FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
       masks->masks_for(frame, motions_of(frame, columns.keypoints));
   times.masks_s = for_masks.elapsed_s();
   times.masks_made_s = masks->made_s();
+  is_in_step = false;  // until the motion filter has seen the frame, as the masks' source has
   const FeaturesView features = features_of(columns, frame, segmentation);
   apply(frame, segmentation, features);
+  is_in_step = true;
   keep_at_least_one(labels);
   FrameStatistics statistics = labels.statistics();
   const std::size_t kept_before_pivot =

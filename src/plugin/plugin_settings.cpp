@@ -166,7 +166,20 @@ void read_feature_floor(SettingsFile& file, FeatureFloorOptions& options) {
 }
 
 #ifdef DYNFILTER_HAS_MOTION
-/// Reads the camera from the host's own keys, those of ORB-SLAM2 or of ORB-SLAM3.
+/// Returns the factor by which ORB-SLAM3 resizes its images in one direction, 1 without its keys.
+double resizing(const SettingsFile& file, const std::string& side, const std::string& new_side) {
+  const std::optional<double> wanted = file.host_real("Camera." + new_side);
+  if (!wanted) return 1;
+  const double given = file.host_real("Camera." + side).value_or(0);
+  if (!(given > 0 && *wanted > 0)) {
+    file.refuse("motion", "1 with Camera." + new_side,
+                "Camera." + side + " and Camera." + new_side + " above 0");
+  }
+  return *wanted / given;
+}
+
+/// Reads the camera from the host's own keys, those of ORB-SLAM2 or of ORB-SLAM3. The latter keeps
+/// the camera of the images before it resizes them.
 PinholeCamera read_camera(const SettingsFile& file) {
   const std::string prefix = file.host_real("Camera1.fx") ? "Camera1." : "Camera.";
   const std::string type = file.host_text("Camera.type");
@@ -174,11 +187,19 @@ PinholeCamera read_camera(const SettingsFile& file) {
     file.refuse("motion", "1 with Camera.type " + type, "a pinhole camera");
   }
   const auto number = [&](const char* name) { return file.host_real(prefix + name).value_or(0); };
-  const PinholeCamera camera{number("fx"), number("fy"), number("cx"), number("cy"), number("k1"),
-                             number("k2"), number("p1"), number("p2"), number("k3")};
+  PinholeCamera camera{number("fx"), number("fy"), number("cx"), number("cy"), number("k1"),
+                       number("k2"), number("p1"), number("p2"), number("k3")};
   if (!(camera.fx > 0 && camera.fy > 0)) {
     file.refuse("motion", "1 without " + prefix + "fx and " + prefix + "fy above 0",
                 "the host's camera in this file");
+  }
+  if (prefix == "Camera1.") {
+    const double wider = resizing(file, "width", "newWidth");
+    const double higher = resizing(file, "height", "newHeight");
+    camera.fx *= wider;
+    camera.cx *= wider;
+    camera.fy *= higher;
+    camera.cy *= higher;
   }
   return camera;
 }

@@ -167,6 +167,16 @@ TEST(FeatureTracker, TakesColourAndKeepsNoPixelOfIt) {
   EXPECT_FALSE(pyramid.empty());
 }
 
+TEST(FeatureTracker, NeedsImagesOfTwoWindows) {
+  const FeatureTracker tracker;
+  const int least = 2 * FeatureTrackerOptions().window_px;
+  ImagePyramid pyramid;
+  for (const cv::Size& size : {cv::Size(least, least), {least - 1, least}, {least, least - 1}}) {
+    tracker.build(cv::Mat(size, CV_8UC1, cv::Scalar(9)), pyramid);
+    EXPECT_EQ(pyramid.empty(), size.area() < least * least) << size;
+  }
+}
+
 TEST(FeatureTracker, RefusesNonsense) {
   using Bad = std::invalid_argument;
   FeatureTrackerOptions options;

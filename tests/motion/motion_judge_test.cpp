@@ -298,6 +298,45 @@ TEST(MotionJudge, LeavesTheStaticMaskAlone) {
   EXPECT_GT(on_static_mask, 500U);
 }
 
+TEST(MotionJudge, WithoutLimitTheCameraMayMoveInAnyWay) {
+  MotionJudgeOptions options;
+  options.max_acceleration_m_s2 = 0;
+  Rig rig(options);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const FeatureLabels labels = rig.see_without_masks(shots(0.5)[i]);
+    const MotionOutcome expected = i == 0 ? MotionOutcome::started : MotionOutcome::applied;
+    EXPECT_EQ(labels.statistics().motion.outcome, expected) << i;
+  }
+}
+
+TEST(MotionJudge, WhoseFeaturesCannotBeTrackedIsNotStill) {
+  Rig rig;
+  for (int i = 0; i < frames; ++i) {
+    Shot shot = shots(0)[static_cast<std::size_t>(i)];
+    shot.rendered.frame.image = shot.rendered.frame.image.clone();
+    for (const Instance& person : shot.rendered.true_segmentation.instances) {
+      cv::Mat noise(shot.rendered.frame.image.size(), CV_8UC3);
+      cv::RNG(static_cast<std::uint64_t>(i + 1)).fill(noise, cv::RNG::UNIFORM, 0, 256);
+      const cv::Rect area(person.mask_origin, person.mask.size());
+      noise(area).copyTo(shot.rendered.frame.image(area), person.mask);
+    }
+    const FrameStatistics statistics = rig.see(shot).statistics();
+    EXPECT_NE(statistics.instances[0].verdict, InstanceVerdict::still) << i;
+    EXPECT_EQ(statistics.motion.given_back, 0U) << i;
+  }
+}
+
+TEST(MotionJudge, TrustsNoPriorThatIsFarAway) {
+  Rig rig;
+  rig.see(shots(0.5)[0]);
+  PosePrior prior;
+  prior.pose.translation = {1e60, 1e80, -1e100};
+  rig.state.expect_motion(prior);
+  const FeatureLabels labels = rig.see(shots(0.5)[1]);
+  EXPECT_EQ(labels.statistics().motion.outcome, MotionOutcome::pose_not_trusted);
+  EXPECT_EQ(labels.statistics().moving, 0U);
+}
+
 TEST(MotionJudge, RefusesNonsense) {
   using Bad = std::invalid_argument;
   MotionState state;
@@ -309,6 +348,20 @@ TEST(MotionJudge, RefusesNonsense) {
   expect_error<Bad>([&] { MotionJudge(camera(), state, options); }, "neighbours = 0");
   expect_error<Bad>([&] { MotionJudge(PinholeCamera(), state); }, "fx = 0");
   expect_error<Bad>([&] { state.hand_over_tracks(2, {}); }, "baseline 2");
+  for (double MotionJudgeOptions::*const length :
+       {&MotionJudgeOptions::mask_distance_px, &MotionJudgeOptions::fringe_px}) {
+    options = {};
+    options.*length = 1e6;
+    EXPECT_NO_THROW(MotionJudge(camera(), state, options));
+    options.*length = 1e18;
+    expect_error<Bad>([&] { MotionJudge(camera(), state, options); }, "_px = 1e+18");
+  }
+  PosePrior prior;
+  prior.pose.rotation(1, 1) = std::nan("");
+  expect_error<Bad>([&] { state.expect_motion(prior); }, "a pose that is not finite");
+  prior = {};
+  prior.max_rotation_rad = 0;
+  expect_error<Bad>([&] { state.expect_motion(prior); }, "limits above 0");
 
   Rig rig;
   Shot shot = shots(0.5)[0];

@@ -182,6 +182,15 @@ TEST(RelativePose, RefusesNonsense) {
       "in front of the camera");
   PosePrior prior;
   prior.max_rotation_rad = 0;
+  const double infinity = std::numeric_limits<double>::infinity();
+  for (const double number : {std::nan(""), infinity}) {
+    PosePrior no_number;
+    no_number.pose.translation[0] = number;
+    testing::expect_error<Bad>([&] { estimator.estimate({}, {}, no_number, workspace); },
+                               "a pose that is not finite");
+    testing::expect_error<Bad>([&] { estimator.estimate({}, no_number.pose, {}, workspace); },
+                               "a pose that is not finite");
+  }
   testing::expect_error<Bad>([&] { estimator.estimate({}, {}, prior, workspace); },
                              "limits above 0");
 }

@@ -142,6 +142,36 @@ TEST_F(PluginMotion, MovesMasksByItsOwnTracks) {
   EXPECT_GT(by_moved_masks, 100U);
 }
 
+/// A host that makes two frames of each image, as DynaSLAM does: motion knows no last frame then.
+TEST_F(PluginMotion, PointsOfTheImagesMoveMasksWhereMotionKnowsNoLastFrame) {
+  const SyntheticScene scene(scene_level("medium", 12));
+  MaskFolderWriter writer(folder_.path() / "masks");
+  for (int i = 0; i < 8; i += 3) writer.add(scene.render(i).true_segmentation);
+  writer.finish();
+  const std::string lines = "dynfilter.propagate: \"yes\"\ndynfilter.missing_masks: \"keep\"\n";
+  Plugin with(settings(lines + "dynfilter.motion: 1\n" + camera_keys));
+  Plugin without(settings(lines));
+  for (int i = 0; i < 8; ++i) {
+    const SyntheticFrame rendered = scene.render(i);
+    const std::vector<cv::KeyPoint> all = corners_of(rendered.frame.image);
+    std::size_t masked[2][2];
+    for (Plugin* plugin : {&with, &without}) {
+      plugin->submit(rendered.frame.image, rendered.frame.timestamp_s);
+      for (std::size_t k = 0; k < 2; ++k) {
+        std::vector<cv::KeyPoint> keypoints = all;
+        cv::Mat no_descriptors;
+        masked[plugin == &with ? 0 : 1][k] =
+            plugin
+                ->filter(rendered.frame.timestamp_s, rendered.frame.depth, keypoints,
+                         no_descriptors)
+                .masked;
+      }
+    }
+    EXPECT_EQ(masked[0][1], masked[1][1]) << i;
+    EXPECT_GT(masked[0][1], 20U) << i;
+  }
+}
+
 TEST_F(PluginMotion, SaysThatItNeedsTheImage) {
   MaskFolderWriter writer(folder_.path() / "masks");
   writer.finish();
@@ -160,6 +190,7 @@ TEST_F(PluginMotion, NeedsThePinholeCameraOfTheHost) {
   const std::string on = "dynfilter.motion: 1\n";
   expect_error<Bad>([&] { Plugin{settings(on)}; }, "dynfilter.motion");
   expect_error<Bad>([&] { Plugin{settings(on + "Camera1.fx: 500\n")}; }, "Camera1.fy above 0");
+  expect_error<Bad>([&] { Plugin{settings(on + "Camera.fy: 500\n")}; }, "Camera.fx");
   expect_error<Bad>(
       [&] { Plugin{settings(on + "Camera.type: \"KannalaBrandt8\"\n" + camera_keys)}; },
       "a pinhole camera");

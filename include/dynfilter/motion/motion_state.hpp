@@ -38,7 +38,8 @@ class MotionState {
 
   /// Hands over what the host knows of the camera's motion from the last frame to the next one, for
   /// the next frame only: from its motion model, an inertial sensor or wheels. Without depth a
-  /// trusted prior is needed.
+  /// trusted prior is needed. Throws std::invalid_argument for a pose that is not finite and for
+  /// limits that are not above 0.
   void expect_motion(const PosePrior& prior);
 
   /// Hands over the host's own tracks of the next frame's features, for that frame only: where they
