@@ -132,6 +132,7 @@ struct MaskPropagator::State {
   void take_if_new(const FrameView& frame, const Segmentation& result);
   ResultPlace place_of(const Segmentation& result) const;
   void take(const Segmentation& result, const ResultPlace& place);
+  int fresh_track_id(const Segmentation& result, const std::vector<Known>& taken);
   std::vector<std::optional<std::size_t>> matches(const Segmentation& result,
                                                   double step_time_s) const;
   Segmentation output(const FrameView& frame);
@@ -264,6 +265,21 @@ void MaskPropagator::State::take_if_new(const FrameView& frame, const Segmentati
   last_result = {result.frame_id, result.timestamp_s, place.timestamp_s};
 }
 
+/// Returns an id that no known instance has, nor one of the result: `taken` are those that have
+/// theirs already.
+int MaskPropagator::State::fresh_track_id(const Segmentation& result,
+                                          const std::vector<Known>& taken) {
+  const auto is_used = [&](int id) {
+    const auto has_id = [id](const Known& one) { return one.track_id == id; };
+    const auto comes_with_id = [id](const Instance& one) { return one.track_id == id; };
+    return std::any_of(known.begin(), known.end(), has_id) ||
+           std::any_of(taken.begin(), taken.end(), has_id) ||
+           std::any_of(result.instances.begin(), result.instances.end(), comes_with_id);
+  };
+  while (is_used(next_track_id)) next_track_id = following(next_track_id);
+  return std::exchange(next_track_id, following(next_track_id));
+}
+
 /// Replaces the known instances by the result's, moved to the newest frame.
 void MaskPropagator::State::take(const Segmentation& result, const ResultPlace& place) {
   const auto match = matches(result, place.step_timestamp_s);
@@ -279,9 +295,12 @@ void MaskPropagator::State::take(const Segmentation& result, const ResultPlace& 
       is_seen[*match[i]] = true;
     }
     one.came_with_id = instance.track_id.has_value();
-    if (one.came_with_id) one.track_id = *instance.track_id;
-    if (!match[i] && !one.came_with_id) one.track_id = next_track_id;
-    next_track_id = std::max(next_track_id, following(one.track_id));
+    if (one.came_with_id) {
+      one.track_id = *instance.track_id;
+      next_track_id = std::max(next_track_id, following(one.track_id));
+    } else if (!match[i]) {
+      one.track_id = fresh_track_id(result, next);
+    }
     for (auto step = place.first_step; step != steps.end(); ++step)
       one.instance.advance(*step, options);
     one.instance.settle();

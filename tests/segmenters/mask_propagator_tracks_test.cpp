@@ -154,6 +154,26 @@ TEST(MaskPropagator, KeepsTrackIdsOfTheSegmenter) {
   EXPECT_EQ(next->instances.at(0).track_id, std::numeric_limits<int>::max());
 }
 
+TEST(MaskPropagator, AfterTheLargestIdItTakesThoseThatAreFree) {
+  const cv::Mat image = texture(size, 1);
+  MaskPropagator propagator;
+  const auto ids = [&](int frame, std::vector<Instance> instances) {
+    const auto moved =
+        propagator.propagate(frame_of(image, frame), result_of(frame_of(image, frame), instances));
+    std::vector<int> found;
+    for (const Instance& instance : moved->instances) found.push_back(*instance.track_id);
+    return found;
+  };
+  Instance first = ring({60, 60}, 30), second = ring({160, 60}, 30), third = ring({260, 60}, 30);
+  Instance fourth = ring({60, 180}, 30), fifth = ring({160, 180}, 30);
+  constexpr int largest = std::numeric_limits<int>::max();
+  first.track_id = largest - 1;
+  second.track_id = 0;
+  EXPECT_EQ(ids(0, {first, second}), (std::vector<int>{largest - 1, 0}));
+  EXPECT_EQ(ids(1, {first, second, third, fourth, fifth}),
+            (std::vector<int>{largest - 1, 0, largest, 1, 2}));
+}
+
 // --- Restart -------------------------------------------------------------------------------------
 
 TEST(MaskPropagator, ResetRestoresTheInitialState) {

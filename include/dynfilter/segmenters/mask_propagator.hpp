@@ -101,9 +101,9 @@ struct PropagationStatistics {
 /// points in its middle.
 ///
 /// New results are matched, at their own frame, to known instances of the same class by the overlap
-/// of boxes, the best first. track_id identifies an instance and is never reused until reset().
-/// Instances that come with a track_id are matched by it alone and keep it. An instance that a
-/// result misses is propagated for up to `max_missed` results.
+/// of boxes, the best first. track_id identifies an instance; it is not used again until reset(),
+/// or until all numbers were. Instances that come with a track_id are matched by it alone and keep
+/// it. An instance that a result misses is propagated for up to `max_missed` results.
 ///
 /// The propagated segmentation has the frame's id, because its masks lie there, and the time of the
 /// result that they were made from (see `age_share`), because that is the age of the evidence.
