@@ -265,6 +265,16 @@ TEST(YolactDecoder, KeepsProbabilitiesAsTheyAre) {
   EXPECT_EQ(found[0].score, 0.9F);
 }
 
+TEST(YolactDecoder, TakesLogitsOfAnySize) {
+  Placed placed(1);
+  placed.put(0, 0.1F, 0.2F, {300, -300});  // e^300 is no float
+  placed.outputs.confidences.at<float>(0, 0, 0) = -300;
+  const std::vector<Detection> found = decoded(placed.outputs, decoding_of(0.15F));
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].class_id, 0);
+  EXPECT_EQ(found[0].score, 1);
+}
+
 TEST(YolactDecoder, RefusesOutputsWithoutAFiniteScore) {
   Placed placed(3);
   placed.outputs.confidences = cv::Scalar(double{nan});

@@ -95,6 +95,20 @@ TEST_F(DepthCheckTest, LeavesOutFramesWithoutImageOrDepth) {
   EXPECT_EQ(check.lent(), 0U);
 }
 
+TEST_F(DepthCheckTest, SaysNothingWhereNothingMoves) {
+  ::testing::internal::CaptureStderr();
+  {
+    DepthCheck check(DepthCheckOptions{60, 0, "late", "TUM3.yaml"});
+    for (int i = 0; i < 60; ++i) {
+      FrameView frame = frame_of(0);
+      frame.timestamp_s = i / 30.0;
+      lend(check, frame);
+    }
+    EXPECT_FALSE(check.estimate().offset);
+  }
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+}
+
 TEST_F(DepthCheckTest, ErrorsComeOutOfTheNextCallOnce) {
   DepthCheck check(DepthCheckOptions{});
   lend(check, broken_frame(0));

@@ -5,12 +5,14 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cstddef>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "dynfilter/plugin.hpp"
@@ -70,6 +72,20 @@ TEST_F(PluginReadAhead, GivesTheSameFeatures) {
   }
   EXPECT_EQ(by_default.counters().without_masks, 0U);
   EXPECT_EQ(by_default.counters().never_submitted, 1U);
+}
+
+TEST_F(PluginReadAhead, DoesNotReadAMaskAgain) {
+  const fs::path file = masks() / "100.000000.png", aside = file.string() + ".aside";
+  bool was_read_once = false;
+  for (int wait_ms = 1; wait_ms < 5000 && !was_read_once; wait_ms *= 2) {
+    Plugin plugin(settings());
+    submit(plugin, 0);
+    std::this_thread::sleep_for(std::chrono::milliseconds(wait_ms));
+    fs::rename(file, aside);
+    was_read_once = error_of(plugin, 0) == "no error";
+    fs::rename(aside, file);
+  }
+  EXPECT_TRUE(was_read_once);
 }
 
 TEST_F(PluginReadAhead, FollowsTheHostsOrderOfCalls) {

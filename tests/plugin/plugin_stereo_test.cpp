@@ -202,6 +202,23 @@ TEST_F(PluginTest, APairTellsDepthsThatTheHostLacks) {
   EXPECT_EQ(plugin.counters().never_submitted, 0U);
 }
 
+TEST_F(PluginTest, AMatchOfOnePixelTellsTheBaseline) {
+  const auto compensated = [&](float disparity_px) {
+    PairFrame frame(0);
+    std::fill(frame.depths_m.begin(), frame.depths_m.end(), -1.0F);
+    std::fill(frame.right_x.begin(), frame.right_x.end(), -1.0F);
+    std::size_t i = 0;  // a match where the difference of the two places is exact
+    while (frame.keypoints[i].pt.x != 100) ++i;
+    frame.right_x[i] = frame.keypoints[i].pt.x - disparity_px;
+    frame.depths_m[i] = StereoFrame::focal_baseline / disparity_px;
+    Plugin plugin(settings());
+    plugin.submit(frame.image, frame.right, frame.timestamp_s);
+    return frame.filter_with(plugin).compensated;
+  };
+  EXPECT_GT(compensated(1), 10U);
+  EXPECT_EQ(compensated(0.5F), 0U) << "the host may have moved it";
+}
+
 TEST_F(PluginTest, APairMayHaveAnyTypeOfImages) {
   PairFrame frame(0);
   const auto removed = [&](const std::string& lines, int conversion) {

@@ -201,6 +201,21 @@ TEST(OnFrames, RemovesTheCardFromTheSecondFrameOnAndResetForgets) {
   EXPECT_EQ(removed_in(memory, on_card), first);
 }
 
+TEST(FrameMemory, AnImageTooSmallToTrackInIsNoImage) {
+  Frames frames;
+  frames.features.resize(3);
+  peers::FrameMemory memory(camera, 1);
+  Workspace workspace;
+  for (int k = 0; k < 3; ++k) {
+    FrameView view = frames.frame(k);
+    view.image = view.image(cv::Rect(0, 0, 3, 3)).clone();
+    view.depth = view.depth(cv::Rect(0, 0, 3, 3)).clone();
+    const peers::FramePair pair = memory.next(frames.input(view), workspace);
+    EXPECT_EQ(pair.then, nullptr);
+    EXPECT_TRUE(pair.image.empty());
+  }
+}
+
 TEST(FrameMemory, RefusesOptionsOutOfRange) {
   expect_error<std::invalid_argument>([] { peers::FrameMemory(camera, 0); },
                                       "baseline_frames must be 1 or more");

@@ -312,6 +312,10 @@ TEST(RegionBayes, EqualsTheReadingOnRandomFrames) {
     cv::RNG random(seed + 5);
     random.fill(scene.frame.depth, cv::RNG::UNIFORM, 0.5, 4);
     scene.frame.depth(cv::Rect(20, 40, 30, 40)).setTo(0);
+    scene.frame.depth(cv::Rect(0, 80, 20, 20)).setTo(0);  // of a region, 2 to 6 pixels have depth
+    for (int k = 0; k < 2 + static_cast<int>(seed % 5); ++k) {
+      scene.frame.depth.at<float>(84 + 4 * (k / 3), 4 + 4 * (k % 3)) = 2;
+    }
     // From dull to lively, so that all strengths of evidence occur.
     cv::Mat1b picture = texture({160, 120}, seed);
     picture = picture / static_cast<double>(1 + seed % 5);
@@ -340,6 +344,10 @@ TEST(PeersOfRegions, RefuseOptionsOutOfRange) {
   depth.references = 0;
   expect_error<std::invalid_argument>([&] { peers::DepthConsistency(keyframes, depth); },
                                       "must be 1 or more");
+  depth = {};
+  depth.reach_px = depth.dilation_px = 0;
+  depth.min_gap_m = depth.max_variance_m2 = depth.growth_m = 0;
+  EXPECT_NO_THROW(peers::DepthConsistency(keyframes, depth));
   peers::RegionBeliefs beliefs;
   peers::RegionBayesOptions regions;
   regions.prior = 1;

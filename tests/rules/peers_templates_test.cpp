@@ -205,6 +205,17 @@ TEST(TemplateStillness, EqualsTheReadingOnRandomFrames) {
   EXPECT_GT(kept, 500U);
 }
 
+TEST(TemplateStillness, RemembersObjectsOfTheClassAndPlaceOnly) {
+  const auto verdicts = [](const peers::StillObjects::Object& remembered) {
+    peers::StillObjects memory;
+    memory.list.push_back(remembered);
+    return walk(0).verdicts(peers::TemplateStillness(memory));
+  };
+  EXPECT_EQ(verdicts({0, box, 2}), background + "ooo");
+  EXPECT_EQ(verdicts({5, box, 2}), background + "xxx");
+  EXPECT_EQ(verdicts({0, box + cv::Point(60, 0), 2}), background + "xxx");
+}
+
 TEST(TemplateStillness, RefusesOptionsOutOfRange) {
   peers::StillObjects memory;
   peers::TemplateStillnessOptions options;

@@ -143,6 +143,10 @@ TEST(Peers, RefuseOptionsOutOfRange) {
   peers::DepthVarianceMaskOptions options;
   options.radius_px = 0;
   refuses([&] { peers::DepthVarianceMask{options}; }, "radius_px must be above 0");
+  options = {};
+  options.box_margin_px = options.margin_px = options.dilation_px = options.min_side_px = 0;
+  options.z_scale_px_per_m = options.tolerance_m = 0;
+  EXPECT_NO_THROW(peers::DepthVarianceMask{options});
 }
 
 // --- DilatedMask ---------------------------------------------------------------------------------

@@ -3,6 +3,7 @@
 
 #include "dynfilter/segmenters/mask_folder_writer.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <filesystem>
 #include <limits>
@@ -49,6 +50,21 @@ Segmentation random_segmentation(std::mt19937& random, int count, double timesta
     segmentation.instances.push_back(instance);
   }
   return segmentation;
+}
+
+TEST(MaskFolderWriter, HoldsAsManyInstancesAsALabelMap) {
+  const TemporaryFolder folder;
+  Segmentation crowd;
+  crowd.image_size = {256, 256};
+  for (int i = 0; i < 65535; ++i) {
+    const cv::Rect pixel(i % 256, i / 256, 1, 1);
+    crowd.instances.push_back(Instance::from_box_mask(cv::Mat(1, 1, CV_8UC1, 255), pixel));
+  }
+  MaskFolderWriter writer(folder.path());
+  writer.add(crowd);
+  writer.finish();
+  const std::string rows = file_text(folder / "instances.csv");
+  EXPECT_EQ(std::count(rows.begin(), rows.end(), '\n'), 65536);
 }
 
 TEST(MaskFolderWriter, RoundTripKeepsEveryInstance) {
