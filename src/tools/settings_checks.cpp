@@ -4,6 +4,8 @@
 #include "settings_checks.hpp"
 
 #include <exception>
+#include <fstream>
+#include <string>
 
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/dynamic_filter.hpp"
@@ -51,13 +53,24 @@ void examine(const std::string& file, const std::string& prefix, std::vector<Fin
   findings.push_back(masks_finding(settings));
 }
 
+/// Tells whether a line of the file begins with a key of this prefix.
+bool has_keys_of(const std::filesystem::path& file, const std::string& prefix) {
+  std::ifstream lines(file);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.rfind(prefix + '.', 0) == 0) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
-std::vector<Finding> examine_settings(const std::filesystem::path& file,
-                                      const std::string& prefix) {
+std::vector<Finding> examine_settings(const std::filesystem::path& file) {
+  constexpr const char* left = "dynfilter";
+  constexpr const char* right = "dynfilter_right";
   std::vector<Finding> findings;
   try {
-    examine(file.string(), prefix, findings);
+    examine(file.string(), left, findings);
+    if (has_keys_of(file, right)) examine(file.string(), right, findings);
   } catch (const std::exception& error) {
     findings.push_back({Verdict::broken, error.what(), ""});
   }

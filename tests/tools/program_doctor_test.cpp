@@ -325,6 +325,15 @@ TEST_F(Doctor, ReadsThePluginsSettings) {
   const Outcome nowhere = examined("dynfilter.mask_folder: \"no_such_folder\"\n");
   EXPECT_TRUE(nowhere.mentions("broken  ") && nowhere.mentions("no_such_folder"))
       << nowhere.printed;
+  // Of a fisheye pair.
+  const std::string right = "dynfilter_right.mask_folder: \"" + (scene() / "masks").string() + '"';
+  const Outcome both = examined(masks + right + '\n');
+  EXPECT_EQ(both.exit_code, 0) << both.printed;
+  EXPECT_TRUE(both.mentions("every key of dynfilter_right is known")) << both.printed;
+  EXPECT_FALSE(good.mentions("dynfilter_right")) << good.printed;
+  const Outcome bad = examined(masks + right + "\ndynfilter_right.margin_px: -1\n");
+  EXPECT_EQ(bad.exit_code, 1) << bad.printed;
+  EXPECT_TRUE(bad.mentions("dynfilter_right.margin_px")) << bad.printed;
 }
 
 TEST(Manual, IsAPageOfTheDocumentationToo) {
