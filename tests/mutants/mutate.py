@@ -13,8 +13,8 @@ expression for their names. Text only: it leaves alone
 what it does not understand, and what the compiler computes.
 """
 
+import hashlib
 import pathlib
-import random
 import re
 import sys
 
@@ -100,13 +100,22 @@ def places(lines):
                     yield number, match.start(), pattern, broken
 
 
-def chosen_places(files, count):
-    """Takes a random place of each file in turn, until there are `count`."""
-    draw = random.Random(1)
+def lot(*texts):
+    """Draws a number by lot that is always the same for the same texts."""
+    return hashlib.sha256("\0".join(texts).encode()).digest()
+
+
+def chosen_places(copy, files, count):
+    """Takes a place of each file in turn, drawn by lot, until there are `count`.
+
+    The lot depends on the file's name and the line's text alone, so that a change of the code leaves most of the
+    others in the table.
+    """
     left = {}
-    for file in files:
-        found = list(places(file.read_text().splitlines(True)))
-        draw.shuffle(found)
+    for file in sorted(files, key=lambda file: lot(str(file.relative_to(copy)))):
+        lines = file.read_text().splitlines(True)
+        found = sorted(places(lines), key=lambda place: lot(file.name, lines[place[0]].strip(), str(place[1]),
+                                                            place[2].pattern))
         if found:
             left[file] = found
     chosen = []
@@ -130,7 +139,8 @@ def main():
                    if "python" not in file.parts and "kernels" not in file.parts
                    and re.search(wanted, str(file.relative_to(copy))))
     rows = []
-    for number, (file, (line, start, pattern, broken)) in enumerate(chosen_places(files, count), 1):
+    chosen = chosen_places(copy, files, count)
+    for number, (file, (line, start, pattern, broken)) in enumerate(chosen, 1):
         lines = file.read_text().splitlines(True)
         match = pattern.search(lines[line].rstrip("\n"), 0 if pattern is CHECK else start)
         text, what = broken(match, number)
