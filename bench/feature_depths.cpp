@@ -101,7 +101,8 @@ std::vector<Level> render_levels(int first_seed, int last_seed, int step) {
   return levels;
 }
 
-/// Returns the depths by a host's matching, or by StereoDepths where they matter.
+/// Returns the depths by a host's matching, or where they matter by StereoDepths and, where that
+/// finds none, by the host's matching: what the plugin takes.
 std::vector<float> pair_depths(const Frame& frame, const Source& source,
                                const dynfilter::StereoDepths& stereo) {
   const Right& right = frame.*source.right;
@@ -119,6 +120,9 @@ std::vector<float> pair_depths(const Frame& frame, const Source& source,
                    cv::BORDER_REPLICATE);
   }
   stereo.find(pair, frame.keypoints, areas, depths_m, workspace);
+  for (std::size_t i = 0; i < depths_m.size(); ++i) {
+    if (depths_m[i] == 0) depths_m[i] = right.matches_m[i];
+  }
   return depths_m;
 }
 

@@ -89,9 +89,9 @@ class DYNFILTER_PLUGIN_API Plugin {
 
   /// Hands over both images of a rectified pair before the frame's filter(). Their types are those
   /// of the one above, and their sizes equal; `left` is that of the features and the masks. With
-  /// the right image, filter() finds the depths of features that the host did not match, around
-  /// objects, unless the setting `match_pairs` is 0. A filter() without `right_x` does not use it.
-  /// Throws as the one above, and std::invalid_argument for images of different sizes.
+  /// the right image, filter() finds the depths of features around objects, and takes the host's
+  /// where it finds none, unless the setting `match_pairs` is 0. A filter() without `right_x` does
+  /// not use it. Throws as the one above, and std::invalid_argument for images of different sizes.
   void submit(const cv::Mat& left, const cv::Mat& right, double timestamp_s);
 
   /// Removes the features on moving objects from an RGB-D frame. `depth` is CV_32FC1 in metres, as

@@ -42,6 +42,10 @@ const std::vector<float>& PairDepths::find(const FilterInput& input,
                         product};
   depths_m_ = host_depths_m;
   stereo_.find(pair, input.features, areas_, depths_m_, workspace);
+  // The host may have matched what is nearer than min_depth_m, or at the image's edge.
+  for (std::size_t i = 0; i < depths_m_.size(); ++i) {
+    if (depths_m_[i] == 0) depths_m_[i] = host_depths_m[i];
+  }
   return depths_m_;
 }
 

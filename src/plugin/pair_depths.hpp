@@ -15,8 +15,8 @@
 
 namespace dynfilter::detail {
 
-/// Depths of a stereo host's features: its own and, around dynamic objects, those of StereoDepths,
-/// because the host matches few. Needs both images of the pair.
+/// Depths of a stereo host's features: around dynamic objects those of StereoDepths, because the
+/// host matches few; elsewhere, and where that finds none, its own. Needs both images of the pair.
 class PairDepths {
  public:
   /// Throws std::runtime_error that names the settings file for an option that StereoDepths
@@ -29,8 +29,8 @@ class PairDepths {
   /// Releases the right image.
   void release() { right_.release(); }
 
-  /// Returns the column of depths for the input's features, metres: the host's where there is
-  /// nothing better. `right_x` has the host's columns in the right image of the features that it
+  /// Returns the column of depths for the input's features, metres: the host's where StereoDepths
+  /// has none. `right_x` has the host's columns in the right image of the features that it
   /// matched. They tell the product of focal length and baseline. The result is valid until the
   /// next call.
   const std::vector<float>& find(const FilterInput& input, const std::vector<float>& host_depths_m,

@@ -168,6 +168,9 @@ struct PairFrame : StereoFrame {
     stereo_areas({view(0), segmentation, keypoints}, MaskCuller(), {}, areas);
     StereoDepths().find({left_grey, right_grey, focal_baseline}, keypoints, areas, depths,
                         workspace);
+    for (std::size_t i = 0; i < depths.size(); ++i) {
+      if (depths[i] == 0) depths[i] = depths_m[i];
+    }
     return depths;
   }
 };
@@ -217,6 +220,16 @@ TEST_F(PluginTest, AMatchOfOnePixelTellsTheBaseline) {
   };
   EXPECT_GT(compensated(1), 10U);
   EXPECT_EQ(compensated(0.5F), 0U) << "the host may have moved it";
+}
+
+TEST_F(PluginTest, WhatTheHostMatchedStaysWhereThePairTellsNothing) {
+  StereoFrame frame(0);  // plain images
+  Plugin plugin(settings()), without(settings());
+  plugin.submit(frame.image, frame.image, frame.timestamp_s);
+  StereoFrame alone(0);
+  const FrameStatistics by_host = alone.filter_with(without);
+  EXPECT_GT(by_host.compensated, 0U);
+  EXPECT_EQ(frame.filter_with(plugin).compensated, by_host.compensated);
 }
 
 TEST_F(PluginTest, APairMayHaveAnyTypeOfImages) {
