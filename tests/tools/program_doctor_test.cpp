@@ -331,9 +331,9 @@ TEST_F(Doctor, ReadsThePluginsSettings) {
   EXPECT_EQ(both.exit_code, 0) << both.printed;
   EXPECT_TRUE(both.mentions("every key of dynfilter_right is known")) << both.printed;
   EXPECT_FALSE(good.mentions("dynfilter_right")) << good.printed;
-  const Outcome bad = examined(masks + right + "\ndynfilter_right.margin_px: -1\n");
+  const Outcome bad = examined(masks + right + "\ndynfilter_right.margin: 2\n");
   EXPECT_EQ(bad.exit_code, 1) << bad.printed;
-  EXPECT_TRUE(bad.mentions("dynfilter_right.margin_px")) << bad.printed;
+  EXPECT_TRUE(bad.mentions("the nearest is dynfilter_right.margin_px")) << bad.printed;
 }
 
 TEST(Manual, IsAPageOfTheDocumentationToo) {
