@@ -58,7 +58,7 @@ readonly counts
 log "Running the tests"
 memory='failed_allocation|failed_allocation_calls|file_memory|mask_propagator_memory|motion_memory|plugin_failures'
 (cd "$folder" && DYNFILTER_FAULT_COUNTS=$counts ctest --output-on-failure -j "$jobs" --no-tests=error \
-  -R "^($memory)\.|\.fifty_kills\$|^failing_disk\.every_change\$")
+  -R "^($memory)\.|\.sixty_kills\$|^failing_disk\.every_change\$")
 
 for what in 'failed allocations' 'kills of the program' 'failed changes of a folder'; do
   count=$(awk -v what="$what" '{ number = $1; sub(/^[0-9]+ /, "") } $0 == what { sum += number }
