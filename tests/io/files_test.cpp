@@ -3,6 +3,7 @@
 
 // Files are written whole or not at all; what writers know of the files in a folder.
 
+#include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -10,10 +11,12 @@
 #include <filesystem>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "io/descriptor.hpp"
 #include "io/file_writing.hpp"
 #include "io/fingerprint.hpp"
 #include "io/output_folder.hpp"
@@ -32,6 +35,21 @@ using testing::TemporaryFolder;
 std::size_t entries(const fs::path& folder) {
   return static_cast<std::size_t>(
       std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
+}
+
+TEST(Descriptor, ClosesAnyNumber) {
+  const int input = ::dup(0);
+  ::close(0);
+  {
+    Descriptor moved(-1);
+    Descriptor file(::open("/dev/null", O_RDONLY));
+    EXPECT_EQ(file.number(), 0) << "the smallest that is free";
+    moved = std::move(file);
+    EXPECT_EQ(moved.number(), 0);
+  }
+  EXPECT_EQ(::fcntl(0, F_GETFD), -1);
+  ::dup2(input, 0);
+  ::close(input);
 }
 
 TEST(WriteFile, ReplacesTheTargetOfALink) {

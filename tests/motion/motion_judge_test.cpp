@@ -362,6 +362,9 @@ TEST(MotionJudge, RefusesNonsense) {
   prior = {};
   prior.max_rotation_rad = 0;
   expect_error<Bad>([&] { state.expect_motion(prior); }, "limits above 0");
+  prior = {};
+  prior.max_translation_m = 0;
+  expect_error<Bad>([&] { state.expect_motion(prior); }, "limits above 0");
 
   Rig rig;
   Shot shot = shots(0.5)[0];

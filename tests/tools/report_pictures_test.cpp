@@ -55,6 +55,38 @@ TEST(ReliabilityPlot, LeavesOutBinsOfFewerThanFiftyFeatures) {
   EXPECT_NE(plotted(200, 50), plotted(200, 0));
 }
 
+TEST(ReliabilityPlot, LeavesOutRulesWithoutWeights) {
+  GroupOfRuns group = group_of_one({});
+  const RuleStyles styles({"depth", "mask"});
+  EXPECT_EQ(reliability_plot(group, styles), "");
+  group.runs.push_back(group.runs[0]);
+  group.runs[1].rule = "mask";
+  group.runs[1].reliability.emplace().all.add(0.95, true);
+  const std::string page = reliability_plot(group, styles);
+  EXPECT_NE(page.find("mask (expected calibration error"), std::string::npos) << page;
+  EXPECT_EQ(page.find("depth (expected"), std::string::npos) << page;
+}
+
+TEST(WorstFrames, SayWhyARuleHasNone) {
+  const TemporaryFolder folder;
+  const auto notes_of = [&](int dynamic_left, bool has_scores) {
+    folder.write("frames.csv", "timestamp_s,kept,dynamic_left,static_removed\n1,10," +
+                                   std::to_string(dynamic_left) + ",4\n");
+    cv::imwrite((folder / "worst_frame.jpg").string(), cv::Mat(8, 8, CV_8UC3, cv::Scalar(9)));
+    GroupOfRuns group = group_of_one(folder / ".");
+    if (!has_scores) group.runs[0].scores.reset();
+    group.runs.push_back(group.runs[0]);
+    group.runs[1].rule = "mask";
+    Notes notes;
+    const bool has_page = !worst_frames(group, notes).empty();
+    EXPECT_EQ(has_page, notes.empty());
+    return notes.empty() ? "" : notes[0];
+  };
+  EXPECT_EQ(notes_of(1, true), "");
+  EXPECT_NE(notes_of(0, true).find("no dynamic features are left"), std::string::npos);
+  EXPECT_NE(notes_of(1, false).find("true masks are unknown"), std::string::npos);
+}
+
 TEST(WorstFrames, ReducesWidePicturesInProportion) {
   const TemporaryFolder folder;
   folder.write("frames.csv", "timestamp_s,kept,dynamic_left,static_removed\n1,10,3,4\n");

@@ -43,22 +43,26 @@ WorldPose moved(double left_px) {
   return {cv::Matx33d::eye(), {-left_px * wall_m / focal_px, 0, 0}};
 }
 
-/// Returns the text for a camera that moves by 3 px, while its pose says `said_px`. Noise covers
-/// the second image in that rectangle.
-std::string measured(double said_px, const cv::Rect& covered = {}) {
+std::vector<cv::KeyPoint> grid() {
   std::vector<cv::KeyPoint> keypoints;
   for (int y = 30; y < 220; y += 15) {
     for (int x = 30; x < 300; x += 15) {
       keypoints.emplace_back(static_cast<float>(x), static_cast<float>(y), 7.0F);
     }
   }
+  return keypoints;
+}
+
+/// Returns the text for a camera that moves by 3 px, while its pose says `said_px`. Noise covers
+/// the second image in that rectangle.
+std::string measured(double said_px, const cv::Rect& covered = {}) {
   TrackingResidual residual(camera());
   cv::Mat images[2], depths[2];
-  residual.add(wall(0, images[0], depths[0]), Segmentation{}, keypoints, moved(0));
+  residual.add(wall(0, images[0], depths[0]), Segmentation{}, grid(), moved(0));
   const FrameView second = wall(3, images[1], depths[1]);
   cv::Mat noise = images[1](covered);
   if (!covered.empty()) cv::RNG(5).fill(noise, cv::RNG::UNIFORM, 0, 256);
-  residual.add(second, Segmentation{}, keypoints, moved(said_px));
+  residual.add(second, Segmentation{}, grid(), moved(said_px));
   return residual.text();
 }
 
@@ -80,6 +84,30 @@ TEST(TrackingResidual, LeavesOutTracksThatDoNotReturn) {
   // Something new covers more than half of the second image.
   const std::string text = measured(3, cv::Rect(0, 0, 190, 240));
   EXPECT_LT(number_after(text, "true motion, px"), 0.1) << text;
+}
+
+TEST(TrackingResidual, LeavesOutPersonsAndWhatIsBesideThem) {
+  // A person who covers more than half of both images, with the camera.
+  Segmentation masks;
+  masks.image_size = {320, 240};
+  const cv::Rect place(0, 0, 200, 240);
+  masks.instances = {Instance::from_box_mask(cv::Mat(place.size(), CV_8UC1, 255), place)};
+  cv::Mat images[2], depths[2];
+  FrameView first = wall(0, images[0], depths[0]), second = wall(3, images[1], depths[1]);
+  images[0](place).copyTo(images[1](place));
+  const auto median_px = [&](const Segmentation& known) {
+    TrackingResidual residual(camera());
+    residual.add(first, known, grid(), moved(0));
+    residual.add(second, known, grid(), moved(3));
+    return number_after(residual.text(), "true motion, px");
+  };
+  EXPECT_GT(median_px({}), 2);
+  EXPECT_LT(median_px(masks), 0.1);
+}
+
+TEST(TrackingResidual, SaysNothingOfAFewTracks) {
+  const std::string text = measured(3, cv::Rect(0, 0, 300, 240));
+  EXPECT_NE(text.find("true motion, px          -\n"), std::string::npos) << text;
 }
 
 TEST(TrackingResidual, SaysNothingWithoutTwoFrames) {
