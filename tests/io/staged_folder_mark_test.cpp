@@ -43,7 +43,8 @@ void mark(const TemporaryFolder& folder, const std::string& area, const std::str
 
 TEST(StagedFolder, MarkCannotReachOutsideTheFolder) {
   const std::string own = ".dynfilter-test-1";
-  const std::pair<std::string, std::string> marks[] = {{own, "../mine\n"},
+  const std::pair<std::string, std::string> marks[] = {{own, "/tmp/mine\n"},
+                                                       {own, "../mine\n"},
                                                        {own, "parts/../../mine\n"},
                                                        {own, "\n"},
                                                        {"../project", "key\n"},
@@ -68,7 +69,8 @@ TEST(StagedFolder, MarkCannotReachOutsideTheFolder) {
 }
 
 TEST(StagedFolder, MarkCannotReachThroughALink) {
-  for (const char* link : {"parts", ".dynfilter-test-1/new/parts", ".dynfilter-test-1"}) {
+  for (const char* link : {"parts", ".dynfilter-test-1/new/parts", ".dynfilter-test-1/old/parts",
+                           ".dynfilter-test-1"}) {
     SCOPED_TRACE(link);
     const TemporaryFolder folder;
     folder.write("elsewhere/0", "mine");
