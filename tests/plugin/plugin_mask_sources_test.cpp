@@ -100,7 +100,7 @@ TEST_F(PluginTest, AsyncGivesUpFramesThatAreNeverFiltered) {
   EXPECT_EQ(plugin.counters().never_filtered, 29U);
 }
 
-TEST_F(PluginTest, AsyncLatestTakesMasksOfAnEarlierFrame) {
+TEST_F(PluginTest, AsyncLatestTakesMasksOnceTheyAreThere) {
   Plugin plugin(settings("dynfilter.async: \"latest\"\n"));
   submit(plugin, 0);
   const std::size_t all = HostFrame(0).keypoints.size();
@@ -180,6 +180,23 @@ TEST_F(PluginTest, AsyncNamesAFrameThatWasNeverSubmitted) {
   expect_error<std::invalid_argument>([&] { kept(plugin, 0); },
                                       "a frame of time 100.000000 that was not submitted");
   EXPECT_EQ(kept(plugin, 2), kept(usual, 2));
+}
+
+TEST_F(PluginTest, AsyncLatestTakesMasksOfAnotherFrame) {
+  const RemotePeer peer(path("socket"), [](const PeerSocket& socket, const ReceivedFrame& frame) {
+    HostFrame known(2);
+    known.segmentation.frame_id = frame.id;
+    return socket.send(reply(frame.request, known.segmentation));
+  });
+  Plugin plugin(raw_settings(remote_settings(path("socket")) + "dynfilter.async: \"latest\"\n"));
+  submit(plugin, 2);
+  const std::size_t all = HostFrame(3).keypoints.size();
+  std::size_t left = all;
+  for (int k = 0; k < 500 && left == all; ++k) {
+    left = kept(plugin, 3).size();  // was never submitted
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  EXPECT_LT(left, all);
 }
 
 TEST_F(PluginTest, WithoutAListenerItFailsOrContinuesAsConfigured) {
