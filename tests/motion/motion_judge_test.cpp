@@ -309,6 +309,17 @@ TEST(MotionJudge, WithoutLimitTheCameraMayMoveInAnyWay) {
   }
 }
 
+/// A shift is still up to the largest of its limits, so that a limit of 0 takes nothing from
+/// another.
+TEST(MotionJudge, TakesTheLargestLimitOfARest) {
+  MotionJudgeOptions options;
+  options.max_still_speed_m_s = 0;
+  Rig rig(options);
+  std::size_t given_back = 0;
+  for (const Shot& shot : shots(0)) given_back += rig.see(shot).statistics().motion.given_back;
+  EXPECT_GT(given_back, 100U);
+}
+
 TEST(MotionJudge, WhoseFeaturesCannotBeTrackedIsNotStill) {
   Rig rig;
   for (int i = 0; i < frames; ++i) {

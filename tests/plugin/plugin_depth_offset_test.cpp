@@ -182,6 +182,18 @@ TEST_F(PluginDepthOffset, MovesLateDepthAlongTheOpticalFlow) {
                                    "dynfilter.depth_frames_late: got 4; want frames within ±3");
 }
 
+TEST_F(PluginDepthOffset, TakesDepthAsGivenWhereTheImageIsTooSmallForTheFlow) {
+  Plugin plugin(settings("dynfilter.depth_frames_late: 1\ndynfilter.missing_masks: \"keep\"\n"));
+  const cv::Mat strip(8, 640, CV_8UC3, cv::Scalar::all(90));
+  for (int i = 0; i < 3; ++i) {
+    std::vector<cv::KeyPoint> keypoints = {cv::KeyPoint(20, 4, 31)};
+    cv::Mat descriptors(1, 32, CV_8UC1, cv::Scalar(0));
+    plugin.submit(strip, i / 30.0);
+    EXPECT_NO_THROW(plugin.filter(i / 30.0, cv::Mat1f(8, 640, 2.0F), keypoints, descriptors));
+    EXPECT_EQ(keypoints.size(), 1U);
+  }
+}
+
 TEST_F(PluginDepthOffset, RefusesToHoldImagesBack) {
   expect_error<std::runtime_error>([&] { Plugin(settings("dynfilter.depth_offset_s: 0.033\n")); },
                                    "dynfilter.depth_offset_s: got 0.033; want 0: the host hands");

@@ -113,11 +113,11 @@ TEST_F(PluginMotion, MovesMasksByItsOwnTracks) {
       settings("dynfilter.propagate: \"yes\"\ndynfilter.missing_masks: \"keep\"\n" + motion));
   MotionState state;
   const MotionFilter filter({c.fx, c.fy, c.cx, c.cy}, state);
-  MaskPropagator propagator;
+  MaskPropagator propagator, by_images;
   std::vector<FeatureTrack> tracks;
   FeatureLabels labels;
   Workspace workspace;
-  std::size_t by_moved_masks = 0;
+  std::size_t by_moved_masks = 0, by_points_of_images = 0;
   for (std::size_t i = 0; i < rendered.size(); ++i) {
     FrameView frame = rendered[i].frame;
     frame.id = i + 1;
@@ -130,16 +130,23 @@ TEST_F(PluginMotion, MovesMasksByItsOwnTracks) {
     const auto moved = propagator.propagate(frame, masks, point_motions(features, tracks));
     ASSERT_TRUE(moved);
     filter.apply(frame, moved, features, labels, workspace);
-    by_moved_masks += i % 3 == 0 ? 0 : labels.statistics().masked;
+    const std::size_t masked = labels.statistics().masked;
+    by_moved_masks += i % 3 == 0 ? 0 : masked;
+    const auto otherwise =
+        DynamicFilter().apply(frame, by_images.propagate(frame, masks), features);
+    by_points_of_images += i % 3 == 0 ? 0 : otherwise.statistics().masked;
     std::vector<cv::KeyPoint> expected = keypoints;
     keep_static(labels, expected);
     cv::Mat no_descriptors;
     plugin.submit(frame.image, frame.timestamp_s);
-    plugin.filter(frame.timestamp_s, frame.depth, keypoints, no_descriptors);
+    const FrameStatistics statistics =
+        plugin.filter(frame.timestamp_s, frame.depth, keypoints, no_descriptors);
+    EXPECT_EQ(statistics.masked, masked) << i;
     ASSERT_EQ(keypoints.size(), expected.size()) << i;
     for (std::size_t k = 0; k < expected.size(); ++k) EXPECT_EQ(keypoints[k].pt, expected[k].pt);
   }
   EXPECT_GT(by_moved_masks, 100U);
+  EXPECT_NE(by_moved_masks, by_points_of_images) << "this scene does not tell the two apart";
 }
 
 /// A host that makes two frames of each image, as DynaSLAM does: motion knows no last frame then.

@@ -151,6 +151,15 @@ TEST_P(VideoFileOf, ReplacesOwnVideosOnly) {
   EXPECT_EQ(file_tree(folder_.path()), before);
 }
 
+TEST_P(VideoFileOf, KnowsAVideoThatWasAwayWhileAnotherWasWritten) {
+  write(3, file("first"));
+  fs::rename(file("first"), file("away"));
+  write(4, file("second"));
+  fs::rename(file("away"), file("first"));
+  write(5, file("first"));
+  EXPECT_EQ(video_pictures(file("first")).size(), 5U);
+}
+
 TEST_P(VideoFileOf, LeavesAFileThatAppearsMeanwhile) {
   VideoFile video(file());
   video.add(picture(0), 0);
