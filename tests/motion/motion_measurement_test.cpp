@@ -1,0 +1,71 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "motion/motion_measurement.hpp"
+
+#include <cmath>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "dynfilter/motion/relative_pose.hpp"
+
+namespace dynfilter::detail {
+namespace {
+
+constexpr double frame_s = 1 / 30.0;
+const cv::Size image_size(640, 480);
+
+RelativePose turned(double angle_rad) {
+  RelativePose pose;
+  pose.rotation = {std::cos(angle_rad),  0, std::sin(angle_rad), 0, 1, 0,
+                   -std::sin(angle_rad), 0, std::cos(angle_rad)};
+  return pose;
+}
+
+/// Estimates the pose over the long baseline without masks, for a camera that has turned by so much
+/// in each of its frames.
+RelativePoseEstimate long_pose(double turn_rad) {
+  const PinholeCamera camera{400, 400, 320, 240};
+  std::vector<cv::KeyPoint> keypoints;
+  for (int y = 20; y < image_size.height; y += 20) {
+    for (int x = 20; x < image_size.width; x += 20) keypoints.emplace_back(cv::Point(x, y), 7.0F);
+  }
+  FrameView frame;
+  frame.depth = cv::Mat(image_size, CV_32FC1);
+  cv::RNG(3).fill(frame.depth, cv::RNG::UNIFORM, 1.0, 4.0);
+  const FilterInput input{frame, {}, keypoints};
+  MotionMemory memory;
+  memory.known = past_frames;
+  for (MotionMemory::Frame& past : memory.past) past.motion = turned(turn_rad);
+  MotionMeasurement measured;
+  measured.is_suspect.assign(keypoints.size(), 0);
+  measured.baselines[0].duration_s = frame_s;
+  measured.baselines[0].pose.pose = turned(turn_rad);
+  Workspace workspace;
+  const MotionJudgeOptions options;
+  const MotionContext context{input, camera, options, false, memory, measured, workspace};
+  measure_places(context);
+  for (std::size_t i = 0; i < keypoints.size(); ++i) {
+    const cv::Point3d point =
+        camera.point(measured.ideal[i], *frame.depth_m(input.features.pixel(i)));
+    const auto then = camera.project(turned(3 * turn_rad) * point);
+    measured.baselines[1].tracks.push_back({cv::Point2f(*then), true});
+  }
+  estimate_pose(context, RelativePoseEstimator(camera), 1);
+  EXPECT_EQ(measured.baselines[1].is_known, measured.baselines[1].pose.is_trusted);
+  return measured.baselines[1].pose;
+}
+
+/// The limits of the camera's inertia are those around a motion that goes on.
+TEST(MotionMeasurement, KnowsTheLongMotionOfACameraThatTurnsEvenly) {
+  for (const double turn_rad : {0.0, 0.01, 0.04, 0.08}) {
+    const RelativePoseEstimate estimate = long_pose(turn_rad);
+    EXPECT_TRUE(estimate.is_trusted) << turn_rad;
+    EXPECT_LT(cv::norm(estimate.pose.rotation - turned(3 * turn_rad).rotation), 1e-4) << turn_rad;
+    EXPECT_LT(cv::norm(estimate.pose.translation), 1e-4) << turn_rad;
+  }
+}
+
+}  // namespace
+}  // namespace dynfilter::detail
