@@ -303,7 +303,8 @@ class StagingArea {
     std::vector<std::filesystem::path> areas;
     for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
       const bool has_name = entry.path().filename().string().rfind(prefix, 0) == 0;
-      if (!has_name || entry.path() == area_ || !entry.is_directory()) continue;
+      const bool is_folder = std::filesystem::is_directory(entry.symlink_status());
+      if (!has_name || entry.path() == area_ || !is_folder) continue;
       if (is_area_of(entry.path(), writer_)) areas.push_back(entry.path());
     }
     for (const std::filesystem::path& area : areas) {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// A folder that comes from somebody else may hold any mark of an interrupted exchange: it moves and
-// removes nothing outside the folder.
+// A folder that comes from somebody else may hold any mark of an interrupted exchange, and links
+// with the names of hidden folders: nothing outside the folder is moved or removed.
 
 #include <filesystem>
 #include <map>
@@ -82,6 +82,21 @@ TEST(StagedFolder, MarkCannotReachThroughALink) {
                                      ".dynfilter-commit: names files");
     EXPECT_EQ(file_text(folder / "elsewhere/0"), "mine");
   }
+}
+
+TEST(StagedFolder, LeavesLinksWithTheNameOfAHiddenFolder) {
+  const TemporaryFolder folder;
+  fs::create_directories(folder / "empty");
+  folder.write("project/owner", "dynfilter test is writing here\n");
+  folder.write("project/old/thing", "mine");
+  fs::create_directories(folder / "out");
+  fs::create_directory_symlink(folder / "empty", folder / "out" / ".dynfilter-test-1");
+  fs::create_directory_symlink(folder / "project", folder / "out" / ".dynfilter-test-2");
+  const auto before = files_in(folder.path());
+  { StagedFolder staged(folder / "out", "test", {"key"}, true); }
+  EXPECT_EQ(files_in(folder.path()), before);
+  EXPECT_TRUE(fs::is_symlink(folder / "out" / ".dynfilter-test-1"));
+  EXPECT_TRUE(fs::is_directory(folder / "empty"));
 }
 
 }  // namespace
