@@ -49,12 +49,5 @@ TEST_F(ProgramWithNetwork, MakesMasksInAThread) {
   EXPECT_EQ(summary["lost_frames"], 0);
 }
 
-TEST_F(ProgramWithNetwork, RefusesFilesThatAreNotModels) {
-  const Outcome outcome = run("masks " + quoted(sequence_) + " --model " +
-                              quoted(sequence_ / "rgb.txt") + " --out " + quoted(folder_.path()));
-  EXPECT_EQ(outcome.exit_code, 1);
-  EXPECT_TRUE(outcome.mentions("rgb.txt")) << outcome.printed;
-}
-
 }  // namespace
 }  // namespace dynfilter::testing

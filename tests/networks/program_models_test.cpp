@@ -1,0 +1,57 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// The program with a network of its user.
+
+#include <string>
+
+#include <gtest/gtest.h>
+#include <opencv2/imgcodecs.hpp>
+
+#include "models.hpp"
+#include "support/program.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+class ProgramModels : public Models {
+ protected:
+  void SetUp() override {
+    Models::SetUp();
+    fs::create_directories(folder_ / "sequence" / "rgb");
+    cv::Mat image = black_image({64, 64});
+    image(cv::Rect(32, 0, 32, 32)).setTo(red);
+    cv::imwrite((folder_ / "sequence/rgb/2.500000.png").string(), image);
+    folder_.write("sequence/rgb.txt", "2.500000 rgb/2.500000.png\n");
+    folder_.write("sequence/camera.yaml",
+                  "%YAML:1.0\n---\nCamera.fx: 50\nCamera.fy: 50\nCamera.cx: 32\nCamera.cy: 32\n"
+                  "Camera.width: 64\nCamera.height: 64\nDepthMapFactor: 5000\n");
+  }
+
+  Outcome masks_of(const fs::path& model) const {
+    return run("masks " + quoted(folder_ / "sequence") + " --model " + quoted(model) + " --out " +
+               quoted(folder_ / "out"));
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(ProgramModels, WritesTheMasksOfTheNetwork) {
+  const Outcome outcome = masks_of(model("yolo_raw"));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
+  const cv::Mat mask = cv::imread((folder_ / "out/2.500000.png").string(), cv::IMREAD_UNCHANGED);
+  ASSERT_EQ(mask.size(), cv::Size(64, 64));
+  EXPECT_NEAR(cv::countNonZero(mask), 32 * 32, 16);
+  EXPECT_NEAR(cv::countNonZero(mask.colRange(32, 64)), 32 * 32, 16);
+}
+
+TEST_F(ProgramModels, RefusesFilesThatAreNoModels) {
+  const Outcome outcome = masks_of(folder_ / "sequence/rgb.txt");
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_TRUE(outcome.mentions("rgb.txt")) << outcome.printed;
+  EXPECT_FALSE(fs::exists(folder_ / "out"));
+}
+
+}  // namespace
+}  // namespace dynfilter::testing
