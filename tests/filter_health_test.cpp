@@ -306,6 +306,7 @@ TEST(FilterHealth, RefusesOptionsOutOfRange) {
   expect_refused([](auto& o) { o.starved_share = {0.5, 1.1}; }, "starved_share");
   FilterHealthOptions whole;
   whole.without_depth_share = whole.starved_share = {1, 1};
+  whole.max_age_s = 0;
   EXPECT_NO_THROW(FilterHealth{whole});
   expect_refused([](auto& o) { o.max_age_s = -1; }, "max_age_s");
   expect_refused([&](auto& o) { o.max_age_s = nan; }, "max_age_s");

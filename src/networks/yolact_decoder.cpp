@@ -52,9 +52,7 @@ const NamedTensor& need(const NamedTensor* output, const char* what) {
   return *output;
 }
 
-bool is_table(const cv::Mat& data) {
-  return data.dims == 2 || (data.dims == 3 && data.size[0] == 1);
-}
+bool is_table(const cv::Mat& data) { return data.dims == 3 && data.size[0] == 1; }
 
 int rows_of(const cv::Mat& table) { return table.size[table.dims - 2]; }
 int columns_of(const cv::Mat& table) { return table.size[table.dims - 1]; }
@@ -224,13 +222,11 @@ YolactOutputs bind_yolact(const std::vector<NamedTensor>& outputs) {
   const NamedTensor* priors = take_priors(unbound);
   const NamedTensor& locations =
       need(take(unbound, "locations [1, N, 4]", {"loc", "bbox", "box"},
-                [](const cv::Mat& data) {
-                  return data.dims == 3 && is_table(data) && columns_of(data) == 4;
-                }),
+                [](const cv::Mat& data) { return is_table(data) && columns_of(data) == 4; }),
            "locations [1, N, 4]");
   const int rows = rows_of(locations.data);
   const auto is_table_of_rows = [&](const cv::Mat& data) {
-    return data.dims == 3 && is_table(data) && rows_of(data) == rows;
+    return is_table(data) && rows_of(data) == rows;
   };
   // The prototypes identify the coefficients: the only table with one column for each prototype.
   const auto is_grid_for = [&](const cv::Mat& grid, int count) {

@@ -25,11 +25,18 @@ TEST(FrameFeatures, FindsTheFeaturesOfASquare) {
   for (Feature& feature : features) {  // some beyond the image
     feature.observation.pixel = {random.uniform(-20.0, 150.0), random.uniform(-20.0, 120.0)};
   }
+  for (std::size_t i = 0; i < 20; ++i) {  // at whole pixels
+    features[i].observation.pixel = features[i].observation.pixel.array().round();
+  }
   const FrameFeatures grid(features, camera);
   std::size_t found_in_all = 0;
   for (int trial = 0; trial < 500; ++trial) {
-    const Eigen::Vector2d pixel(random.uniform(-30.0, 160.0), random.uniform(-30.0, 130.0));
-    const double radius_px = random.uniform(0.5, 40.0);
+    Eigen::Vector2d pixel(random.uniform(-30.0, 160.0), random.uniform(-30.0, 130.0));
+    double radius_px = random.uniform(0.5, 40.0);
+    if (trial % 5 == 0) {  // a feature lies exactly on the side
+      radius_px = std::ceil(radius_px);
+      pixel = features[static_cast<std::size_t>(trial % 20)].observation.pixel.array() + radius_px;
+    }
     std::vector<std::size_t> found, expected;
     grid.find(pixel, radius_px, found);
     std::sort(found.begin(), found.end());

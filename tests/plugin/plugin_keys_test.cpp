@@ -157,8 +157,8 @@ TEST_F(PluginTest, NamesTheKeyForAMisspeltPrefix) {
     expect_error<std::runtime_error>([&] { Plugin plugin(file); },
                                      std::string(key) + "; want dynfilter.floor");
   }
-  // The settings of another camera.
-  Plugin plugin(settings("dynfilter_right.floor: 501\n"));
+  // The settings of another camera, and a key of somebody else's.
+  Plugin plugin(settings("dynfilter_right.floor: 501\ndynfilter_: 1\n"));
   EXPECT_TRUE(plugin.enabled());
 }
 

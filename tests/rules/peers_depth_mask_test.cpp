@@ -156,6 +156,14 @@ TEST(DepthVarianceMask, SkipsSmallClusters) {
   EXPECT_EQ(ribbed_person(60, 51).verdicts(rule, {{60, 60}}), "o");
 }
 
+TEST(DepthVarianceMask, LeavesWindowsOfNoCluster) {
+  PeerScene scene = ribbed_person();
+  scene.fill_ribbed({126, 90, 3, 3}, 1.5, 40);  // one window
+  peers::DepthVarianceMaskOptions options;
+  options.in_boxes_only = false;
+  EXPECT_EQ(scene.verdicts(peers::DepthVarianceMask(options), {{69, 60}, {127, 91}}), "xo");
+}
+
 TEST(DepthVarianceMask, KeepsTheLargestClusters) {
   PeerScene scene;
   scene.fill_ribbed({0, 30, 54, 60}, 1.5, 40);

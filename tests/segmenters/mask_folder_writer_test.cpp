@@ -127,6 +127,16 @@ TEST(MaskFolderWriter, WritesTheDocumentedFormat) {
   EXPECT_EQ(cv::countNonZero(empty), 0);
 }
 
+TEST(MaskFolderWriter, NeedsTheSizeOfTheImage) {
+  const TemporaryFolder folder;
+  MaskFolderWriter writer(folder.path());
+  for (const cv::Size size : {cv::Size(), cv::Size(0, 6), cv::Size(8, 0)}) {
+    Segmentation segmentation;
+    segmentation.image_size = size;
+    expect_error<std::invalid_argument>([&] { writer.add(segmentation); }, "image_size");
+  }
+}
+
 TEST(MaskFolderWriter, ClipsMasksToTheImage) {
   constexpr int int_max = std::numeric_limits<int>::max();
   constexpr int int_min = std::numeric_limits<int>::min();

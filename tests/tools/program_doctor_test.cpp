@@ -247,6 +247,9 @@ TEST_F(Doctor, TakesSoftMasksForNoLabels) {
   const Outcome outcome = examined();
   EXPECT_FALSE(outcome.mentions("no instances.csv"));
   EXPECT_TRUE(outcome.mentions("has more than 64 grey levels")) << outcome.printed;
+  soft.convertTo(soft, CV_16UC1, 257);
+  for (const fs::path& mask : sorted_images(scene() / "masks")) cv::imwrite(mask.string(), soft);
+  EXPECT_TRUE(examined().mentions("has more than 64 grey levels"));
 }
 
 TEST_F(Doctor, FindsBoxesOfTheOtherForm) {
