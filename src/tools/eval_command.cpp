@@ -83,7 +83,7 @@ Trajectory read_and_note(const std::filesystem::path& path) {
 void add_relative_error(Evaluation& evaluation, const EvalOptions& options,
                         const Trajectory& estimate, const Trajectory& truth,
                         const std::optional<AbsoluteTrajectoryError>& ate) {
-  if (options.absolute.with_scale && !(ate && ate->alignment.scale > 0)) {
+  if (options.absolute.with_scale && !ate) {
     throw std::runtime_error("--scale needs the scale of the absolute error, which is missing");
   }
   RelativeErrorOptions relative = options.relative;

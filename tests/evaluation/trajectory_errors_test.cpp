@@ -268,12 +268,25 @@ TEST(TrajectoryErrors, AcceptIdenticalPosesAndOnlyThree) {
     const auto only_truth_moves =
         absolute_trajectory_error(along_x({2, 2, 2}), along_x({0, 3, 0}), options);
     EXPECT_NEAR(only_truth_moves.translation_m.rmse, std::sqrt(2.0), 1e-12);
-    const auto only_estimate_moves =
-        absolute_trajectory_error(along_x({0, 3, 0}), along_x({2, 2, 2}), options);
-    EXPECT_TRUE(std::isfinite(only_estimate_moves.translation_m.rmse));
   }
+  EXPECT_NEAR(absolute_trajectory_error(along_x({0, 3, 0}), along_x({2, 2, 2})).translation_m.rmse,
+              std::sqrt(2.0), 1e-12);
   EXPECT_NEAR(absolute_trajectory_error(along_x({0, 1, 3}), along_x({1, 2, 4})).translation_m.rmse,
               0, 1e-12);
+}
+
+/// A scale of 0 would make any estimate perfect.
+TEST(TrajectoryErrors, RefuseAScaleOfZero) {
+  AbsoluteErrorOptions options;
+  options.with_scale = true;
+  for (const Trajectory& truth :
+       {along_x({2, 2, 2, 2}), along_x({0.1, 0.1, 0.1, 0.1}), along_x({1, 1, -1, -1})}) {
+    expect_error<std::runtime_error>(
+        [&] {
+          absolute_trajectory_error(along_x({1, -1, 1, -1}), truth, options);
+        },
+        "no scale");
+  }
 }
 
 TEST(TrajectoryErrors, NameWhatIsMissing) {

@@ -51,8 +51,9 @@ struct AbsoluteTrajectoryError {
 /// ones by least squares (Umeyama, PAMI 1991; rigid unless `with_scale`), and the errors are the
 /// remaining distances.
 ///
-/// Throws std::runtime_error if fewer than two poses have a true one, and std::invalid_argument for
-/// a time difference that associate refuses. O(n log n).
+/// Throws std::runtime_error if fewer than two poses have a true one, or if only a scale of 0 fits,
+/// as to a camera that stands; and std::invalid_argument for a time difference that associate
+/// refuses. O(n log n).
 AbsoluteTrajectoryError absolute_trajectory_error(const Trajectory& estimate,
                                                   const Trajectory& truth,
                                                   const AbsoluteErrorOptions& options = {});

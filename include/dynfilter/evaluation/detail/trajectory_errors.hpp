@@ -29,20 +29,25 @@ inline std::vector<double> times_of(const Trajectory& trajectory) {
   return times;
 }
 
-/// Aligns the columns by least squares. If all positions coincide, the scale stays 1.
+/// Tells whether the columns differ.
+inline bool has_extent(const Eigen::Matrix3Xd& positions) {
+  return (positions.colwise() - positions.col(0)).squaredNorm() > 0;
+}
+
+/// Aligns the columns by least squares. If all estimated positions coincide, the scale stays 1.
+/// Throws std::runtime_error if only a scale of 0 fits.
 inline Alignment align(const Eigen::Matrix3Xd& estimate, const Eigen::Matrix3Xd& truth,
                        bool with_scale) {
-  const Eigen::Vector3d mean = estimate.rowwise().mean();
-  const bool has_extent = (estimate.colwise() - mean).squaredNorm() > 0;
-  const Eigen::Matrix4d transform = Eigen::umeyama(estimate, truth, with_scale && has_extent);
+  const bool fits_scale = with_scale && has_extent(estimate);
+  const Eigen::Matrix4d transform = Eigen::umeyama(estimate, truth, fits_scale);
   Alignment alignment;
-  alignment.scale = with_scale && has_extent ? transform.topLeftCorner<3, 3>().col(0).norm() : 1.0;
-  if (!(alignment.scale > 0)) {  // the true positions coincide, so any rotation fits
-    alignment.rotation.setIdentity();
-    alignment.scale = 0;
-  } else {
-    alignment.rotation = transform.topLeftCorner<3, 3>() / alignment.scale;
+  if (fits_scale) alignment.scale = transform.topLeftCorner<3, 3>().col(0).norm();
+  if (!(alignment.scale > 0) || (fits_scale && !has_extent(truth))) {
+    throw std::runtime_error(
+        "absolute_trajectory_error: no scale makes the estimate like the true positions; want a "
+        "camera that moves, or no scale");
   }
+  alignment.rotation = transform.topLeftCorner<3, 3>() / alignment.scale;
   alignment.translation = transform.topRightCorner<3, 1>();
   return alignment;
 }
