@@ -243,7 +243,11 @@ TEST(Camera, RefusesToWriteInvalidCameras) {
   expect_refused(&CameraParameters::k3, nan, "distortion");
   expect_refused(&CameraParameters::frames_per_second, -1, "frames_per_second = -1");
   expect_refused(&CameraParameters::depth_units_per_metre, 0, "depth_units_per_metre = 0");
+  expect_refused(&CameraParameters::depth_offset_s, -10.01, "depth_offset_s = -10.01");
   EXPECT_FALSE(std::filesystem::exists(folder / "camera.yaml"));
+  CameraParameters at_limit = some_camera();
+  at_limit.depth_offset_s = -10;
+  EXPECT_NO_THROW(write_camera(folder / "camera.yaml", at_limit));
   expect_error<std::runtime_error>([&] { write_camera(folder / "no/camera.yaml", some_camera()); },
                                    "cannot be written");
 }

@@ -84,6 +84,15 @@ TEST_F(Offset, MovesPairsOfAssociationsAndFindsImagesBesideThem) {
   EXPECT_EQ(partners(-0.1), (Stems{"-", "1.01", "1.11", "1.21"}));
 }
 
+TEST_F(Offset, PairsADepthImageOnceThatTwoLinesName) {
+  cv::imwrite((folder_ / "rgb/1.005.png").string(), cv::Mat(4, 6, CV_8UC3));
+  folder_.write("associations.txt", "1.005 rgb/1.005.png 1.01 depth/1.01.png\n" + pairs_);
+  RgbdSequenceOptions options;
+  EXPECT_EQ(RgbdSequence(folder_.path(), options).size(), 5U);
+  options.depth_offset_s = 0.001;
+  EXPECT_EQ(RgbdSequence(folder_.path(), options).size(), 4U);
+}
+
 TEST_F(Offset, TrustsOnlyTheLinesIfNamesAreNoTimes) {
   fs::rename(folder_ / "depth/1.01.png", folder_ / "depth/0001.png");
   const std::size_t name = pairs_.find("depth/1.01");

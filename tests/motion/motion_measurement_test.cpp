@@ -67,5 +67,24 @@ TEST(MotionMeasurement, KnowsTheLongMotionOfACameraThatTurnsEvenly) {
   }
 }
 
+TEST(MotionMeasurement, SaysNothingOfAFeatureWithoutTrack) {
+  const PinholeCamera camera{400, 400, 320, 240};
+  const std::vector<cv::KeyPoint> keypoints = {{100, 100, 7}, {200, 100, 7}};
+  const FilterInput input{{}, {}, keypoints};
+  MotionMemory memory;
+  MotionMeasurement measured;
+  measured.ideal = {{100, 100}, {200, 100}};
+  measured.depths.resize(2);
+  measured.baselines[0].is_known = true;
+  measured.baselines[0].duration_s = frame_s;
+  measured.baselines[0].tracks = {{{100, 100}, true}, {{200, 100}, false}};
+  Workspace workspace;
+  const MotionJudgeOptions options;
+  const MotionContext context{input, camera, options, false, memory, measured, workspace};
+  measure_motions(context);
+  EXPECT_EQ(measured.motions[0].evidence, MotionEvidence::quiet);
+  EXPECT_EQ(measured.motions[1].evidence, MotionEvidence::unknown);
+}
+
 }  // namespace
 }  // namespace dynfilter::detail

@@ -77,6 +77,16 @@ TEST(PinholeCamera, ProjectsItsOwnPoints) {
 TEST(PinholeCamera, RefusesNonsense) {
   testing::expect_error<std::invalid_argument>([] { validate(PinholeCamera(), "Some"); },
                                                "dynfilter::Some: got fx = 0");
+  testing::expect_error<std::invalid_argument>(
+      [] {
+        validate(PinholeCamera{0, 500, 320, 240}, "Some");
+      },
+      "fx = 0");
+  testing::expect_error<std::invalid_argument>(
+      [] {
+        validate(PinholeCamera{500, 0, 320, 240}, "Some");
+      },
+      "fy = 0");
   PinholeCamera camera{500, 500, 320, 240};
   camera.k2 = std::numeric_limits<double>::quiet_NaN();
   testing::expect_error<std::invalid_argument>([&] { validate(camera, "Some"); }, "finite");

@@ -50,6 +50,26 @@ TEST(FrameFeatures, FindsTheFeaturesOfASquare) {
   EXPECT_GT(found_in_all, 1000U);
 }
 
+TEST(MakeFeatures, RemovesTheDistortionOfEachCoefficient) {
+  using Parameters = dynfilter::CameraParameters;
+  dynfilter::FrameView frame;
+  frame.image = cv::Mat(480, 640, CV_8UC1);
+  const WeightedKeypoints used{{{500, 400, 7}}, cv::Mat(1, 32, CV_8UC1, cv::Scalar(0)), {}};
+  const auto pixel_with = [&](double Parameters::*coefficient, double value) {
+    Parameters parameters;
+    parameters.fx = parameters.fy = 500;
+    parameters.cx = 320;
+    parameters.cy = 240;
+    parameters.*coefficient = value;
+    return make_features(frame, used, parameters, {10, 1})[0].observation.pixel;
+  };
+  EXPECT_EQ(pixel_with(&Parameters::k1, 0), Eigen::Vector2d(500, 400));
+  for (double Parameters::*const coefficient :
+       {&Parameters::k1, &Parameters::k2, &Parameters::p1, &Parameters::p2, &Parameters::k3}) {
+    EXPECT_GT((pixel_with(coefficient, 0.1) - Eigen::Vector2d(500, 400)).norm(), 0.1);
+  }
+}
+
 TEST(OctaveScale, IsThatOfTheNearestOctave) {
   EXPECT_EQ(octave_scale(-1), 1);
   EXPECT_EQ(octave_scale(0), 1);

@@ -9,6 +9,7 @@
 #include "rules/support.hpp"
 
 #include <numeric>
+#include <stdexcept>
 
 #include <gtest/gtest.h>
 
@@ -95,6 +96,15 @@ TEST(BoxDepthMask, DropsAMaskOfMoreThanFourFifthsOfTheImage) {
   };
   EXPECT_EQ(verdict_with_columns(125), "x") << "dilated, 128 of 160 columns";
   EXPECT_EQ(verdict_with_columns(126), "o");
+}
+
+TEST(BoxDepthMask, TakesSharesFromNoneToAll) {
+  peers::BoxDepthMaskOptions options;
+  options.min_depth_share = options.low_quantile = 0;
+  options.max_image_share = 1;
+  EXPECT_NO_THROW(peers::BoxDepthMask{options});
+  options.max_image_share = 1.01;
+  EXPECT_THROW(peers::BoxDepthMask{options}, std::invalid_argument);
 }
 
 TEST(BoxDepthMask, UnitesTheMasksOfTwoPersons) {

@@ -131,9 +131,11 @@ TEST(Peers, RefuseOptionsOutOfRange) {
   const auto refuses = [](auto make, const char* part) {
     expect_error<std::invalid_argument>(make, part);
   };
-  peers::BoxDepthDeviationOptions no_growth;
-  no_growth.width_growth = 0;
-  EXPECT_NO_THROW(peers::BoxDepthDeviation{no_growth});
+  peers::BoxDepthDeviationOptions growth;
+  for (const double at_limit : {0.0, 10.0}) {
+    growth.width_growth = at_limit;
+    EXPECT_NO_THROW(peers::BoxDepthDeviation{growth});
+  }
   refuses([] { peers::DilatedMask({{0}, 15, 3}); }, "passes must be 1 or 2");
   refuses([] { peers::DilatedMask({{0}, -1, 1}); }, "radius_px must be 0 or more");
   refuses([] { peers::WholeBox({{0}, -1}); }, "margin_px must be 0 or more");

@@ -50,6 +50,19 @@ TEST(DepthLateness, CountsFramesOfOffset) {
   EXPECT_NEAR(measured(6, -2).value(), -1 / 3.0, 0.05);
 }
 
+/// A body is what lies within 2 % of its middle half, both ends included.
+TEST(DepthLateness, CountsTheWholeRangeOfABody) {
+  for (const int side : {body - body / 50, body + body / 50}) {
+    DepthLateness lateness;
+    for (int i = 0; i < 20; ++i) {
+      cv::Mat1w depth = depth_at(40 + 6 * i);
+      depth(cv::Rect(40 + 6 * i, 80, 14, 120)).setTo(side);
+      lateness.add(depth, masks_at(40 + 6 * i));
+    }
+    EXPECT_NEAR(lateness.frames().value(), 0, 0.01) << side;
+  }
+}
+
 TEST(DepthLateness, AbstainsWhereNobodyMovesAndWithoutFrames) {
   EXPECT_FALSE(measured(0, 0).has_value());
   EXPECT_FALSE(measured(6, 0, 7).has_value());

@@ -53,12 +53,13 @@ inline bool mask_within(const Instance& instance, cv::Point pixel, double radius
   const std::int64_t farthest = std::min(reach, std::max(y, mask.rows - 1 - y));
   if (nearest > farthest) return false;
   std::int64_t half = chord_half_length(radius, static_cast<double>(nearest));
+  const auto in_mask = [&](std::int64_t column) {
+    return std::clamp<std::int64_t>(column, 0, mask.cols);
+  };
   const auto has_pixel_in = [&](std::int64_t row) {
     if (row < 0 || row >= mask.rows) return false;
     const std::uint8_t* const pixels = mask.ptr<std::uint8_t>(static_cast<int>(row));
-    const std::int64_t first = std::max<std::int64_t>(0, x - half);
-    const std::int64_t end = std::min<std::int64_t>(mask.cols, x + half + 1);
-    return has_mask_pixel(pixels + first, pixels + end);
+    return has_mask_pixel(pixels + in_mask(x - half), pixels + in_mask(x + half + 1));
   };
   for (std::int64_t offset = nearest; offset <= farthest; ++offset) {
     while (static_cast<double>(half * half + offset * offset) > radius * radius) --half;
