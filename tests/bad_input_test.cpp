@@ -67,6 +67,11 @@ const std::vector<BadInput> bad_inputs = {
     {"depth of three channels",
      [](auto& c) { c.frame.depth = cv::Mat::zeros(20, 30, CV_16UC3); },
      {"CV_16UC3"}},
+    {"image of three dimensions",
+     [](auto& c) {
+       c.frame.image = cv::Mat({2, 20, 30}, CV_8UC1);
+     },
+     {"an image of 3 dimensions"}},
     {"no depth unit", [](auto& c) { c.frame.metres_per_unit = 0; }, {"metres_per_unit = 0"}},
     {"negative depth unit",
      [](auto& c) { c.frame.metres_per_unit = -1; },

@@ -76,17 +76,19 @@ run_tests() {
   (cd "$folder" && ctest --output-on-failure -j "$jobs" "$@")
 }
 
+# With _DEBUG, OpenCV checks each access to a matrix against its size.
 sanitized() {
   log "Unit tests under the address and undefined-behaviour sanitizers"
   build "${other_dirs}asan-ubsan" "${unit_tests_only[@]}" -DCMAKE_BUILD_TYPE=Debug \
-    -DCMAKE_CXX_FLAGS_DEBUG="-g -O1 -D_GLIBCXX_ASSERTIONS" -DDYNFILTER_SANITIZE=address,undefined
+    -DCMAKE_CXX_FLAGS_DEBUG="-g -O1 -D_GLIBCXX_ASSERTIONS -D_DEBUG" -DDYNFILTER_SANITIZE=address,undefined
   ASAN_OPTIONS=halt_on_error=1:detect_leaks=1 UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1 \
     LSAN_OPTIONS="suppressions=$root/tests/lsan.supp:print_suppressions=0" \
     run_tests "${other_dirs}asan-ubsan" -LE "$not_these"
 }
 
 # Builds and runs only the tests with the label `threads`.
-threads_sanitized() {
+threads_# With _DEBUG, OpenCV checks each access to a matrix against its size.
+sanitized() {
   log "Tests of threads under the thread sanitizer"
   local folder=${other_dirs}tsan
   configure "$folder" "${unit_tests_only[@]}" -DCMAKE_BUILD_TYPE=RelWithDebInfo \

@@ -303,7 +303,7 @@ TEST(StereoDepths, RefusesMisuse) {
   refuses({image, image.colRange(0, 59), 1}, "60x40 and 59x40");
   refuses({cv::Mat(), cv::Mat(), 1}, "StereoDepths");
   const int sides[] = {3, 4, 5};
-  refuses({cv::Mat(3, sides, CV_8UC1), image, 1}, "StereoDepths");
+  refuses({cv::Mat(3, sides, CV_8UC1), image, 1}, "3x4x5 and 60x40");
   for (const double wrong : {0., -1., std::numeric_limits<double>::quiet_NaN(),
                              std::numeric_limits<double>::infinity()}) {
     refuses({image, image, wrong}, "focal_baseline");

@@ -49,13 +49,18 @@ struct FrameView {
 };
 
 /// Checks a frame. Throws std::invalid_argument, in the name of `component`, if the time is not
-/// finite, if the depth image is neither CV_16UC1 with metres_per_unit nor CV_32FC1, or if image
-/// and depth differ in size. O(1).
+/// finite, if an image has not two dimensions, if the depth image is neither CV_16UC1 with
+/// metres_per_unit nor CV_32FC1, or if image and depth differ in size. O(1).
 inline void validate(const FrameView& frame, const char* component) {
   if (!std::isfinite(frame.timestamp_s)) {
     detail::throw_misuse(component,
                          detail::concatenate("timestamp_s = ", frame.timestamp_s, " in the frame"),
                          "a finite time in seconds");
+  }
+  if (frame.image.dims > 2) {
+    detail::throw_misuse(component,
+                         detail::concatenate("an image of ", frame.image.dims, " dimensions"),
+                         "two dimensions");
   }
   if (frame.depth.empty()) return;
   const int type = frame.depth.type();

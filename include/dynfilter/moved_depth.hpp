@@ -47,12 +47,12 @@ void read_moved_depth(const cv::Mat& depth, const cv::Mat& flow, double frames_l
 /// Throws std::invalid_argument for other images and for frames_late that is not finite. O(pixels).
 inline cv::Mat moved_depth(const cv::Mat& depth, const cv::Mat& flow, double frames_late) {
   const bool is_depth = depth.dims == 2 && (depth.type() == CV_16UC1 || depth.type() == CV_32FC1);
-  if (!is_depth || flow.type() != CV_32FC2 || flow.size() != depth.size()) {
+  if (!is_depth || flow.type() != CV_32FC2 || !detail::has_size(flow, depth.size())) {
     detail::throw_misuse(
         "moved_depth",
         detail::concatenate("depth of type ", detail::type_name(depth), " and size ",
-                            detail::size_name(depth.size()), ", flow of type ",
-                            detail::type_name(flow), " and size ", detail::size_name(flow.size())),
+                            detail::size_name(depth), ", flow of type ", detail::type_name(flow),
+                            " and size ", detail::size_name(flow)),
         "depth CV_16UC1 or CV_32FC1, and flow CV_32FC2 of its size");
   }
   if (!std::isfinite(frames_late)) {

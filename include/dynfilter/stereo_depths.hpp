@@ -171,13 +171,13 @@ class StereoDepths {
                        const std::vector<float>& depths_m) {
     const bool are_grey = pair.left.type() == CV_8UC1 && pair.right.type() == CV_8UC1 &&
                           pair.left.dims == 2 && pair.right.dims == 2;
-    if (!are_grey || pair.left.empty() || pair.left.size() != pair.right.size()) {
-      detail::throw_misuse("StereoDepths",
-                           detail::concatenate("images of type ", detail::type_name(pair.left),
-                                               " and ", detail::type_name(pair.right), " and size ",
-                                               detail::size_name(pair.left.size()), " and ",
-                                               detail::size_name(pair.right.size())),
-                           "two CV_8UC1 images of one size");
+    if (!are_grey || pair.left.empty() || !detail::has_size(pair.right, pair.left.size())) {
+      detail::throw_misuse(
+          "StereoDepths",
+          detail::concatenate("images of type ", detail::type_name(pair.left), " and ",
+                              detail::type_name(pair.right), " and size ",
+                              detail::size_name(pair.left), " and ", detail::size_name(pair.right)),
+          "two CV_8UC1 images of one size");
     }
     if (!(pair.focal_baseline > 0) || !std::isfinite(pair.focal_baseline)) {
       detail::throw_misuse("StereoDepths",

@@ -97,10 +97,11 @@ FeatureTracker::FeatureTracker(const FeatureTrackerOptions& options) : options_(
 
 void FeatureTracker::build(const cv::Mat& image, ImagePyramid& pyramid) const {
   const int type = image.type();
-  if (image.empty() || (type != CV_8UC1 && type != CV_8UC3 && type != CV_8UC4)) {
+  const bool is_picture = !image.empty() && image.dims == 2;
+  if (!is_picture || (type != CV_8UC1 && type != CV_8UC3 && type != CV_8UC4)) {
     detail::throw_misuse("FeatureTracker::build",
                          detail::concatenate("an image of type ", detail::type_name(image),
-                                             " and size ", detail::size_name(image.size())),
+                                             " and size ", detail::size_name(image)),
                          "CV_8UC1, CV_8UC3 or CV_8UC4");
   }
   if (type == CV_8UC1) {

@@ -161,9 +161,9 @@ PlacedMask mask_cropped_in_cells(const Detection& detection, const Prototypes& p
                     side(detection.box.y1, grid.cells_per_pixel_y, -1, grid.rows),
                     side(detection.box.x2, grid.cells_per_pixel_x, 1, grid.columns),
                     side(detection.box.y2, grid.cells_per_pixel_y, 1, grid.rows)};
-  // Interpolation extends the mask by up to one cell.
-  const Box reach = {static_cast<float>((double{crop.x1} - 1) / grid.cells_per_pixel_x),
-                     static_cast<float>((double{crop.y1} - 1) / grid.cells_per_pixel_y),
+  // A cell counts if it begins in the box, so the mask may end up to a cell behind it.
+  const Box reach = {static_cast<float>(double{crop.x1} / grid.cells_per_pixel_x),
+                     static_cast<float>(double{crop.y1} / grid.cells_per_pixel_y),
                      static_cast<float>((double{crop.x2} + 1) / grid.cells_per_pixel_x),
                      static_cast<float>((double{crop.y2} + 1) / grid.cells_per_pixel_y)};
   const cv::Rect region = box_in_image(reach, placement);

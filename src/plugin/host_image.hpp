@@ -14,11 +14,11 @@ namespace dynfilter::detail {
 /// CV_8UC4.
 inline void require_host_image(const cv::Mat& image) {
   const int type = image.type();
-  if (!image.empty() && (type == CV_8UC1 || type == CV_8UC3 || type == CV_8UC4)) return;
-  throw_misuse(
-      "Plugin::submit",
-      concatenate("an image of type ", type_name(image), " and size ", size_name(image.size())),
-      "CV_8UC1, CV_8UC3 or CV_8UC4");
+  const bool is_picture = !image.empty() && image.dims == 2;
+  if (is_picture && (type == CV_8UC1 || type == CV_8UC3 || type == CV_8UC4)) return;
+  throw_misuse("Plugin::submit",
+               concatenate("an image of type ", type_name(image), " and size ", size_name(image)),
+               "CV_8UC1, CV_8UC3 or CV_8UC4");
 }
 
 /// Converts the image to a type that segmenters take, grey or BGR. Returns it as it is if it has

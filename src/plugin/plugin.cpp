@@ -336,10 +336,10 @@ void Plugin::submit(const cv::Mat& image, double timestamp_s) {
 void Plugin::submit(const cv::Mat& left, const cv::Mat& right, double timestamp_s) {
   if (enabled()) {
     detail::require_host_image(right);
-    if (left.size() != right.size()) {
+    if (!detail::has_size(left, right.size())) {
       detail::throw_misuse("Plugin::submit",
-                           detail::concatenate("images of ", detail::size_name(left.size()),
-                                               " and ", detail::size_name(right.size())),
+                           detail::concatenate("images of ", detail::size_name(left), " and ",
+                                               detail::size_name(right)),
                            "a rectified pair, of one size");
     }
   }

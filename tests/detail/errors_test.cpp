@@ -39,6 +39,16 @@ TEST(Concatenate, IgnoresTheLocaleOfTheHost) {
   EXPECT_EQ(text, "1234567 0.5");
 }
 
+TEST(SizeName, IsWidthTimesHeightOrAllDimensions) {
+  EXPECT_EQ(size_name(cv::Size(640, 480)), "640x480");
+  EXPECT_EQ(size_name(cv::Mat(480, 640, CV_8UC1)), "640x480");
+  EXPECT_EQ(size_name(cv::Mat()), "0x0");
+  EXPECT_EQ(size_name(cv::Mat({2, 3, 4}, CV_8UC1)), "2x3x4");
+  EXPECT_TRUE(has_size(cv::Mat(480, 640, CV_8UC1), {640, 480}));
+  EXPECT_FALSE(has_size(cv::Mat(480, 640, CV_8UC1), {480, 640}));
+  EXPECT_FALSE(has_size(cv::Mat({2, 3, 4}, CV_8UC1), {3, 2}));
+}
+
 TEST(ThrowMisuse, NamesTheComponentWhatItGotAndWhatItWants) {
   testing::expect_error<std::invalid_argument>(
       [] { throw_misuse("Component", concatenate("size ", 3), "an even one"); },

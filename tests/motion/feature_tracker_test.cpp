@@ -188,6 +188,8 @@ TEST(FeatureTracker, RefusesNonsense) {
   const FeatureTracker tracker;
   ImagePyramid pyramid, small;
   testing::expect_error<Bad>([&] { tracker.build(cv::Mat1f(40, 40), pyramid); }, "CV_32FC1");
+  const cv::Mat solid({2, 40, 40}, CV_8UC1);
+  testing::expect_error<Bad>([&] { tracker.build(solid, pyramid); }, "2x40x40");
   tracker.build(textured({}), pyramid);
   tracker.build(textured({}, {17, 100}), small);
   EXPECT_TRUE(small.empty());

@@ -297,7 +297,8 @@ TEST_F(PluginTest, RefusesAnUnequalPair) {
   const PairFrame frame(0);
   expect_error<std::invalid_argument>(
       [&] { plugin.submit(frame.image, frame.right.colRange(0, 159), 1); }, "160x120 and 159x120");
-  for (const cv::Mat& wrong : {cv::Mat(), cv::Mat(image_size, CV_32FC1)}) {
+  for (const cv::Mat& wrong :
+       {cv::Mat(), cv::Mat(image_size, CV_32FC1), cv::Mat({2, 120, 160}, CV_8UC1)}) {
     expect_error<std::invalid_argument>([&] { plugin.submit(frame.image, wrong, 1); },
                                         "CV_8UC1, CV_8UC3 or CV_8UC4");
     expect_error<std::invalid_argument>([&] { plugin.submit(wrong, frame.right, 1); },

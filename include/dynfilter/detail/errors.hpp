@@ -84,6 +84,20 @@ inline std::string size_name(const cv::Size& size) {
   return concatenate(size.width, "x", size.height);
 }
 
+/// Returns the size of a matrix as "640x480" (width x height), of one with more dimensions in their
+/// order.
+inline std::string size_name(const cv::Mat& matrix) {
+  if (matrix.dims <= 2) return size_name(cv::Size(matrix.cols, matrix.rows));
+  std::string name = concatenate(matrix.size[0]);
+  for (int k = 1; k < matrix.dims; ++k) name += concatenate("x", matrix.size[k]);
+  return name;
+}
+
+/// Tells whether a matrix has two dimensions and this size.
+inline bool has_size(const cv::Mat& matrix, const cv::Size& size) {
+  return matrix.dims <= 2 && matrix.cols == size.width && matrix.rows == size.height;
+}
+
 }  // namespace dynfilter::detail
 
 #endif  // DYNFILTER_DETAIL_ERRORS_HPP

@@ -108,9 +108,9 @@ inline Instance Instance::from_static_mask(const cv::Mat& static_mask, int class
 inline Instance Instance::from_box_mask(const cv::Mat& mask, const cv::Rect& box, int class_id,
                                         float score) {
   if (!box.empty()) detail::require_mask_type(mask, "Instance::from_box_mask");
-  if (mask.size() != box.size()) {
+  if (!detail::has_size(mask, box.size())) {
     detail::throw_misuse("Instance::from_box_mask",
-                         detail::concatenate("a mask of ", detail::size_name(mask.size()),
+                         detail::concatenate("a mask of ", detail::size_name(mask),
                                              " and a box of ", detail::size_name(box.size())),
                          "a mask of the box's size");
   }

@@ -167,10 +167,9 @@ inline cv::Mat draw_legend(const FeatureLabels& labels, int width) {
 
 inline cv::Mat colour_copy(const cv::Mat& image) {
   if (image.empty() || image.dims != 2 || (image.type() != CV_8UC1 && image.type() != CV_8UC3)) {
-    throw_misuse(
-        "draw_overlay",
-        concatenate("an image of type ", type_name(image), " and size ", size_name(image.size())),
-        "a CV_8UC1 or CV_8UC3 image");
+    throw_misuse("draw_overlay",
+                 concatenate("an image of type ", type_name(image), " and size ", size_name(image)),
+                 "a CV_8UC1 or CV_8UC3 image");
   }
   cv::Mat canvas;
   if (image.type() == CV_8UC1) {
@@ -198,11 +197,11 @@ inline cv::Mat draw_overlay(const cv::Mat& image, const Segmentation& segmentati
                          "a number from 0 to 1");
   }
   validate(segmentation, "draw_overlay");
-  if (!segmentation.image_size.empty() && segmentation.image_size != image.size()) {
+  if (!segmentation.image_size.empty() && !detail::has_size(image, segmentation.image_size)) {
     detail::throw_misuse("draw_overlay",
                          detail::concatenate("a segmentation of image_size ",
                                              detail::size_name(segmentation.image_size),
-                                             " and an image of ", detail::size_name(image.size())),
+                                             " and an image of ", detail::size_name(image)),
                          "the same size");
   }
   cv::Mat canvas = detail::colour_copy(image);
