@@ -42,7 +42,7 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
 /// Whether a key begins with the prefix in other letters, or with another character in place of the
 /// dot behind it.
 bool has_misspelt_prefix(const std::string& key, const std::string& prefix) {
-  if (key.size() <= prefix.size() + 1) return false;
+  if (key.size() <= prefix.size()) return false;
   const auto is_same_letter = [](unsigned char a, unsigned char b) {
     return std::tolower(a) == std::tolower(b);
   };
