@@ -27,9 +27,10 @@ TEST(ClassNames, AreReadAsUltralyticsWritesThem) {
 }
 
 TEST(ClassNames, AreNoneInAnyOtherText) {
-  for (const char* text : {"", "{", "{}", "person", "0: 'a'", "{0: 'a'", "{0: 'a'} b", "{0 'a'}",
-                           "{0: a}", "{0: 'a}", "{1: 'a'}", "{0: 'a', 2: 'b'}", "{0: 'a', 0: 'b'}",
-                           "{0: 'a', 11: 'b'}", "{x: 'a'}", "{0: 'a',}", "['a', 'b']"}) {
+  for (const char* text :
+       {"", "{", "{}", "person", "0: 'a'", "{0: 'a'", "{0: 'a'} b", "{0 'a'}", "{0: a}", "{0: 'a}",
+        "{1: 'a'}", "{: 'a'}", "{0: 'a', 2: 'b'}", "{0: 'a', 0: 'b'}", "{0: 'a', 11: 'b'}",
+        "{x: 'a'}", "{0: 'a',}", "['a', 'b']"}) {
     EXPECT_TRUE(parse_class_names(text).empty()) << text;
   }
 }
