@@ -71,7 +71,7 @@ const std::vector<BadInput> bad_inputs = {
      [](auto& c) {
        c.frame.image = cv::Mat({2, 20, 30}, CV_8UC1);
      },
-     {"an image of 3 dimensions"}},
+     {"CV_8UC1 with 3 dimensions"}},
     {"no depth unit", [](auto& c) { c.frame.metres_per_unit = 0; }, {"metres_per_unit = 0"}},
     {"negative depth unit",
      [](auto& c) { c.frame.metres_per_unit = -1; },

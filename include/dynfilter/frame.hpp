@@ -59,7 +59,8 @@ inline void validate(const FrameView& frame, const char* component) {
   }
   if (frame.image.dims > 2) {
     detail::throw_misuse(component,
-                         detail::concatenate("an image of ", frame.image.dims, " dimensions"),
+                         detail::concatenate("an image of type ", detail::type_name(frame.image),
+                                             " with ", frame.image.dims, " dimensions"),
                          "two dimensions");
   }
   if (frame.depth.empty()) return;

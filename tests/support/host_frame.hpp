@@ -50,7 +50,7 @@ struct HostFrame {
     descriptors = cv::Mat::zeros(static_cast<int>(keypoints.size()), 32, CV_8UC1);
     for (int i = 0; i < descriptors.rows; ++i) {
       keypoints[static_cast<std::size_t>(i)].class_id = i;
-      descriptors.at<int>(i, 0) = i;
+      *descriptors.ptr<int>(i) = i;
     }
   }
 
@@ -67,7 +67,7 @@ struct HostFrame {
 inline bool in_step(const HostFrame& frame) {
   if (frame.descriptors.rows != static_cast<int>(frame.keypoints.size())) return false;
   for (int i = 0; i < frame.descriptors.rows; ++i) {
-    if (frame.descriptors.at<int>(i, 0) != frame.keypoints[static_cast<std::size_t>(i)].class_id) {
+    if (*frame.descriptors.ptr<int>(i) != frame.keypoints[static_cast<std::size_t>(i)].class_id) {
       return false;
     }
   }
