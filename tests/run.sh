@@ -87,8 +87,7 @@ sanitized() {
 }
 
 # Builds and runs only the tests with the label `threads`.
-threads_# With _DEBUG, OpenCV checks each access to a matrix against its size.
-sanitized() {
+threads_sanitized() {
   log "Tests of threads under the thread sanitizer"
   local folder=${other_dirs}tsan
   configure "$folder" "${unit_tests_only[@]}" -DCMAKE_BUILD_TYPE=RelWithDebInfo \

@@ -306,7 +306,7 @@ TEST_F(PluginTest, RefusesAnUnequalPair) {
     off.submit(frame.image, wrong, 1);
   }
   EXPECT_EQ(plugin.counters().submitted, 0U);
-  EXPECT_EQ(off.counters().submitted, 2U);
+  EXPECT_EQ(off.counters().submitted, 3U);
 }
 
 }  // namespace
