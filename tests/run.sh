@@ -7,18 +7,24 @@ exec </dev/null # no command may wait for input
 
 usage() {
   cat <<'END'
-usage: tests/run.sh [--all] [-h]
+usage: tests/run.sh [--all] [-h] [STEP]...
 
-Builds the library and runs its tests: first the unit tests under the address and
-undefined-behaviour sanitizers, then all tests in the dev build, whose ctest summary comes last.
-Installs the packages that are missing (Debian, Ubuntu; as root or by sudo without password), or says
-which.
+Builds the library and runs its tests, in steps. Without options: first `sanitized`, then `dev`, whose
+ctest summary comes last. Stops at the first step that fails. Installs the packages that are missing
+(Debian, Ubuntu; as root or by sudo without password), or says which.
 
-  --all  slow tests too, the unit tests built by clang, and optimised and hardened as C++20, those of
-         threads under the thread sanitizer, some minutes of fuzzing, and some tests under valgrind;
-         in bare systems, if root runs this, the Debian packages, and the core on ARM64; the
-         documentation; checks of format and scripts, which are skipped otherwise where their tools are
-         missing
+  --all  every step, with slow tests; the documentation; checks of format and scripts, which are
+         skipped otherwise where their tools are missing
+  STEP   these steps only, in this order:
+           sanitized  the unit tests under the address and undefined-behaviour sanitizers
+           threads    those of threads under the thread sanitizer
+           clang      the unit tests, built by clang
+           hardened   the unit tests, optimised and hardened, as C++20
+           fuzz       some minutes of fuzzing
+           packages   the Debian packages, in bare systems (only root can make them)
+           arm64      the core on ARM64, in a bare system
+           valgrind   some unit tests of the dev build under valgrind
+           dev        all tests in the dev build
 
   DYNFILTER_BUILD_DIR         folder of the dev build, default build/dev; others lie beside it
   DYNFILTER_DATA_DIR          folder with recorded data for tests that can use it
@@ -26,10 +32,12 @@ which.
 END
 }
 
-all=no
+readonly all_steps=(sanitized threads clang hardened fuzz packages arm64 valgrind dev)
+all=no wanted=' '
 for argument in "$@"; do
   case "$argument" in
     --all) all=yes ;;
+    sanitized | threads | clang | hardened | fuzz | packages | arm64 | valgrind | dev) wanted+="$argument " ;;
     -h | --help)
       usage
       exit
@@ -41,6 +49,16 @@ for argument in "$@"; do
   esac
 done
 
+if [[ $wanted == ' ' ]]; then
+  wanted=' sanitized dev '
+  if [[ $all == yes ]]; then wanted=" ${all_steps[*]} "; fi
+fi
+steps=()
+for step in "${all_steps[@]}"; do
+  if [[ $wanted == *" $step "* ]]; then steps+=("$step"); fi
+done
+readonly all wanted steps
+
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 readonly root
 # shellcheck source-path=SCRIPTDIR source=../cmake/setup.sh
@@ -51,6 +69,7 @@ dev_dir=$(realpath -m "${DYNFILTER_BUILD_DIR:-$root/build/dev}")
 if [[ -n ${DYNFILTER_BUILD_DIR:-} ]]; then other_dirs="$dev_dir-"; else other_dirs="$root/build/"; fi
 jobs=${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}
 if [[ $all == yes ]]; then not_these=consumers; else not_these='consumers|slow'; fi
+skipped=()
 readonly dev_dir other_dirs jobs not_these
 
 # Spells out the presets of CMakePresets.json, because older CMake than 3.20 cannot read them.
@@ -77,7 +96,7 @@ run_tests() {
 }
 
 # With _DEBUG, OpenCV checks each access to a matrix against its size.
-sanitized() {
+step_sanitized() {
   log "Unit tests under the address and undefined-behaviour sanitizers"
   build "${other_dirs}asan-ubsan" "${unit_tests_only[@]}" -DCMAKE_BUILD_TYPE=Debug \
     -DCMAKE_CXX_FLAGS_DEBUG="-g -O1 -D_GLIBCXX_ASSERTIONS -D_DEBUG" -DDYNFILTER_SANITIZE=address,undefined
@@ -87,7 +106,7 @@ sanitized() {
 }
 
 # Builds and runs only the tests with the label `threads`.
-threads_sanitized() {
+step_threads() {
   log "Tests of threads under the thread sanitizer"
   local folder=${other_dirs}tsan
   configure "$folder" "${unit_tests_only[@]}" -DCMAKE_BUILD_TYPE=RelWithDebInfo \
@@ -97,7 +116,7 @@ threads_sanitized() {
     run_tests "$folder" -L threads --no-tests=error
 }
 
-by_clang() {
+step_clang() {
   log "Unit tests, built by clang"
   build "${other_dirs}clang" "${unit_tests_only[@]}" -DCMAKE_BUILD_TYPE=RelWithDebInfo \
     -DCMAKE_CXX_COMPILER=clang++
@@ -106,7 +125,7 @@ by_clang() {
 
 # The flags of the preset `hardened`, and what hosts choose: a newer language, all instructions of this
 # processor, and a unity build.
-hardened() {
+step_hardened() {
   log "Unit tests, optimised and hardened, as C++20"
   build "${other_dirs}hardened" "${unit_tests_only[@]}" -DCMAKE_BUILD_TYPE=Release \
     -DCMAKE_CXX_FLAGS_RELEASE="-O3 -march=native -D_GLIBCXX_ASSERTIONS -D_FORTIFY_SOURCE=2 -fstack-protector-strong" \
@@ -114,41 +133,48 @@ hardened() {
   run_tests "${other_dirs}hardened" -LE "$not_these|repository"
 }
 
-# Runs tests of code that handles memory directly, with the programs of the dev build.
-under_valgrind() {
-  log "Some unit tests under valgrind"
-  local name
-  for name in instance features labels keep_static edge_compensator depth_compensator dynamic_filter; do
-    if [[ -x $dev_dir/tests/${name}_test ]]; then
-      valgrind --quiet --error-exitcode=1 --leak-check=full --show-leak-kinds=definite \
-        --errors-for-leak-kinds=definite "$dev_dir/tests/${name}_test" --gtest_brief=1
-    fi
-  done
-}
-
 # Fuzzes all targets under the sanitizers, from their corpus.
-fuzzed() {
+step_fuzz() {
   log "Some minutes of fuzzing"
   DYNFILTER_BUILD_DIR=${other_dirs}fuzz bash "$root/tests/fuzz/long_run.sh" 240
 }
 
-# Needs root and debootstrap, which makes the bare system.
-packaged() {
-  log "The Debian packages in bare systems"
-  if [[ $EUID -ne 0 ]]; then
-    log "SKIPPED: only root can make a bare system"
+# Runs a script that needs root and debootstrap, which makes bare systems.
+#   in_bare_systems <step> <title> <script>
+in_bare_systems() {
+  log "$2"
+  if [[ $EUID -eq 0 ]]; then
+    bash "$3"
   else
-    bash "$root/tests/packages.sh"
+    log "SKIPPED: only root can make a bare system"
+    skipped+=("$1 (only root can make a bare system)")
   fi
 }
 
-on_arm64() {
-  log "The core's tests on ARM64, under qemu"
-  if [[ $EUID -ne 0 ]]; then
-    log "SKIPPED: only root can make a bare system"
-  else
-    bash "$root/tests/arm64.sh"
-  fi
+step_packages() { in_bare_systems packages "The Debian packages in bare systems" "$root/tests/packages.sh"; }
+
+step_arm64() { in_bare_systems arm64 "The core's tests on ARM64, under qemu" "$root/tests/arm64.sh"; }
+
+build_dev() {
+  log "The dev build"
+  build "$dev_dir" "${dev_options[@]}"
+}
+
+# Runs tests of code that handles memory directly, with the programs of the dev build.
+step_valgrind() {
+  build_dev
+  log "Some unit tests under valgrind"
+  local name
+  for name in instance features labels keep_static edge_compensator depth_compensator dynamic_filter; do
+    valgrind --quiet --error-exitcode=1 --leak-check=full --show-leak-kinds=definite \
+      --errors-for-leak-kinds=definite "$dev_dir/tests/${name}_test" --gtest_brief=1
+  done
+}
+
+step_dev() {
+  build_dev
+  log "All tests"
+  if [[ $all == yes ]]; then run_tests "$dev_dir"; else run_tests "$dev_dir" -LE slow; fi
 }
 
 packages=(libbenchmark-dev python3-numpy)
@@ -165,8 +191,13 @@ else
 fi
 # The Python module, and its tests.
 if is_available pybind11-dev; then packages+=(pybind11-dev python3-dev python3-mypy python3-pytest); fi
+if [[ $wanted == *' clang '* || $wanted == *' fuzz '* ]]; then
+  packages+=(clang)
+  if is_available libclang-rt-dev; then packages+=(libclang-rt-dev); fi # Debian 11 has it in `clang`
+fi
+if [[ $wanted == *' valgrind '* ]]; then packages+=(valgrind); fi
 if [[ $all == yes ]]; then
-  packages+=(clang libclang-rt-dev valgrind clang-format shellcheck doxygen)
+  packages+=(clang-format shellcheck doxygen)
   if is_available chromium; then packages+=(chromium); fi # Ubuntu has none outside its store
 fi
 need_build_packages "${packages[@]}"
@@ -182,21 +213,14 @@ if [[ $("${CXX:-c++}" -dumpversion) == 12* ]]; then
   configure_options+=(-DDYNFILTER_WARNINGS_AS_ERRORS=ON)
 fi
 
-sanitized
-if [[ $all == yes ]]; then
-  threads_sanitized
-  by_clang
-  hardened
-  fuzzed
-  packaged
-  on_arm64
-fi
-
-log "All tests"
-build "$dev_dir" "${dev_options[@]}"
-if [[ $all == yes ]]; then
-  under_valgrind
-  run_tests "$dev_dir"
-else
-  run_tests "$dev_dir" -LE slow
-fi
+passed=()
+for step in "${steps[@]}"; do
+  # Before the last one, whose summary ends the output.
+  if ((${#steps[@]} > 1)) && [[ $step == "${steps[-1]}" ]]; then
+    log "Passed: ${passed[*]:-none}"
+    ((${#skipped[@]} == 0)) || printf 'Skipped: %s\n' "${skipped[@]}"
+  fi
+  skips=${#skipped[@]}
+  "step_$step"
+  ((${#skipped[@]} > skips)) || passed+=("$step")
+done
