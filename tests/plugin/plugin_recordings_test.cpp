@@ -160,7 +160,7 @@ TEST_F(PluginRecordings, OfAFullDiskAreReplacedByTheNextPlugin) {
   {
     Plugin plugin(settings("dynfilter.output_folder: \"" + out().string() + "\"\n"));
     const auto bytes = fs::file_size(out() / ".dynfilter-plugin.txt");
-    for (const std::uintmax_t more : {0, 1, 30}) {  // a part of a row is written to the list
+    for (const std::uintmax_t more : {0U, 1U, 30U}) {  // a part of a row is written to the list
       HostFrame frame(0);
       plugin.submit(frame.image, frame.timestamp_s);
       const FileSizeLimit limit(bytes + more);
