@@ -79,7 +79,7 @@ struct Checking {
   void operator()(const FilterInput&, FeatureLabels&) const {}
 };
 
-TEST(Pipeline, ChecksAllStagesBeforeWritingLabels) {
+TEST(Pipeline, ChecksAllStagesBeforeTheFirstRuns) {
   bool ran = false;
   const auto stage = [&](const FilterInput&, FeatureLabels&) { ran = true; };
   FeatureLabels labels(3, Segmentation());
@@ -90,8 +90,27 @@ TEST(Pipeline, ChecksAllStagesBeforeWritingLabels) {
       Pipeline(stage, Checking()).apply(FrameView(), Segmentation(), points, labels, workspace),
       std::invalid_argument);
   EXPECT_FALSE(ran);
-  EXPECT_EQ(labels.size(), 3U) << "the caller's labels are unchanged";
-  EXPECT_TRUE(labels.is_removed(1));
+  EXPECT_TRUE(labels.empty()) << "they are those of another frame";
+}
+
+TEST(Pipeline, LeavesNoLabelsIfAStageThrows) {
+  const auto removes = [](const FilterInput&, FeatureLabels& labels) {
+    labels.remove(0, -1, Reason::custom, 1.0F);
+  };
+  const auto throws = [](const FilterInput&, FeatureLabels&) { throw std::runtime_error("no"); };
+  Segmentation segmentation;
+  segmentation.image_size = {20, 10};
+  segmentation.instances.push_back(Instance::from_box({0, 0, 5, 5}));
+  FeatureLabels labels;
+  Workspace workspace;
+  const std::vector<cv::Point2f> points(2);
+  EXPECT_THROW(
+      Pipeline(removes, throws).apply(FrameView(), segmentation, points, labels, workspace),
+      std::runtime_error);
+  EXPECT_TRUE(labels.empty());
+  EXPECT_EQ(labels.statistics().features, 0U);
+  EXPECT_EQ(labels.statistics().custom, 0U);
+  EXPECT_TRUE(labels.statistics().instances.empty());
 }
 
 TEST(Pipeline, ChecksAStageBehindAReference) {
@@ -101,7 +120,7 @@ TEST(Pipeline, ChecksAStageBehindAReference) {
   EXPECT_THROW(Pipeline(std::cref(stage))
                    .apply(FrameView(), Segmentation(), FeaturesView(), labels, workspace),
                std::invalid_argument);
-  EXPECT_EQ(labels.size(), 3U);
+  EXPECT_TRUE(labels.empty());
 }
 
 TEST(Pipeline, ValidatesInputThatAStageReplaces) {

@@ -54,17 +54,23 @@ class FeatureLabels {
   void reset(std::size_t features, const Segmentation& segmentation) {
     labels_.reserve(features);
     statistics_.instances.reserve(segmentation.instances.size());
-    labels_.assign(features, FeatureLabel());
-    // Keep the memory of the vector of instances: reset the other members only.
-    std::vector<InstanceStatistics> instances = std::move(statistics_.instances);
-    statistics_ = FrameStatistics();
-    statistics_.instances = std::move(instances);
-    statistics_.instances.assign(segmentation.instances.size(), InstanceStatistics());
+    clear();
+    labels_.resize(features);
+    statistics_.instances.resize(segmentation.instances.size());
     statistics_.features = features;
     for (std::size_t k = 0; k < segmentation.instances.size(); ++k) {
       statistics_.instances[k].class_id = segmentation.instances[k].class_id;
       statistics_.instances[k].score = segmentation.instances[k].score;
     }
+  }
+
+  /// Makes labels of no features, and keeps the memory.
+  void clear() noexcept {
+    labels_.clear();
+    std::vector<InstanceStatistics> instances = std::move(statistics_.instances);
+    instances.clear();
+    statistics_ = FrameStatistics();
+    statistics_.instances = std::move(instances);
   }
 
   /// Number of features.

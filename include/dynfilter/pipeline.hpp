@@ -52,13 +52,15 @@ class Pipeline {
     return labels;
   }
 
-  /// Writes the labels of the frame's features into `labels`, reusing its memory and the workspace.
+  /// Writes the labels of the frame's features into `labels`, reusing its memory and the workspace:
+  /// a frame no larger than earlier ones allocates nothing. If it throws, `labels` is empty.
   void apply(const FrameView& frame, const Segmentation& segmentation, FeaturesView features,
              FeatureLabels& labels, Workspace& workspace) const {
     run({frame, segmentation, features}, true, labels, workspace);
   }
 
-  /// Writes the labels of a frame whose masks may be unknown, reusing memory.
+  /// Writes the labels of a frame whose masks may be unknown, reusing memory. If it throws,
+  /// `labels` is empty.
   void apply(const FrameView& frame, const std::optional<Segmentation>& segmentation,
              FeaturesView features, FeatureLabels& labels, Workspace& workspace) const {
     const Segmentation no_masks;
@@ -97,11 +99,18 @@ class Pipeline {
 template <class... Stages>
 void Pipeline<Stages...>::run(const FilterInput& input, bool has_segmentation,
                               FeatureLabels& labels, Workspace& workspace) const {
+  labels
+      .clear();  // whoever goes on after an exception finds no verdicts, not those of another frame
   validate(input, "Pipeline");
   for_each_stage([&](const auto& stage) { check_stage(stage, input); });
-  begin_frame(input, has_segmentation, labels);
-  const FrameFeatures::Reading reading(workspace.get<FrameFeatures>(), input.features);
-  for_each_stage([&](const auto& stage) { run_stage(stage, input, labels, workspace); });
+  try {
+    begin_frame(input, has_segmentation, labels);
+    const FrameFeatures::Reading reading(workspace.get<FrameFeatures>(), input.features);
+    for_each_stage([&](const auto& stage) { run_stage(stage, input, labels, workspace); });
+  } catch (...) {
+    labels.clear();
+    throw;
+  }
 }
 
 }  // namespace dynfilter
