@@ -6,8 +6,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <cstring>
 #include <map>
-#include <numeric>
+#include <optional>
+#include <tuple>
 
 #include "support/filter_property.hpp"
 
@@ -124,46 +127,117 @@ TEST(FeatureFloor, NeverRestoresFeaturesOnTheStaticMask) {
   EXPECT_EQ(frame.restored(), std::vector<std::size_t>{3});
 }
 
-/// Restores exactly as many as are missing, for any order of the features; kept features stay.
-TEST(FeatureFloor, HoldsItsInvariantsOnArbitraryInput) {
-  std::size_t starved = 0;
-  for (std::uint64_t seed = 0; seed < 1500; ++seed) {
-    ByteSource source(seed);
-    FilterCase input = arbitrary_case(source);
-    const FeatureLabels before =
-        DynamicFilter(input.options).apply(input.frame, input.segmentation, input.keypoints);
-    FeatureFloorOptions& floor = input.options.feature_floor;
-    floor.floor = static_cast<std::size_t>(source.between(0, 130));
-    floor.policy =
-        source.chance(50) ? FloorPolicy::restore_balanced : FloorPolicy::restore_best_scored;
-    const FeatureLabels after =
-        DynamicFilter(input.options).apply(input.frame, input.segmentation, input.keypoints);
-    std::size_t restorable = 0;
-    for (std::size_t i = 0; i < before.size(); ++i) {
-      restorable +=
-          before.is_removed(i) && (before[i].instance >= 0 || before[i].reason != Reason::in_mask);
-      ASSERT_TRUE(before.is_removed(i) || same_label(before[i], after[i])) << "seed " << seed;
-    }
-    const std::size_t kept = before.statistics().kept();
-    const std::size_t missing = floor.floor > kept ? floor.floor - kept : 0;
-    ASSERT_EQ(after.statistics().restored, std::min(missing, restorable)) << "seed " << seed;
-    ASSERT_EQ(after.statistics().starved, missing > 0);
-    starved += missing > 0 ? 1 : 0;
+/// Frame of arbitrary input by the filter without a floor and with one.
+struct Floored {
+  FilterCase input;
+  FeatureLabels before, after;
 
-    std::reverse(input.keypoints.begin(), input.keypoints.end());
-    const FeatureLabels reversed =
-        DynamicFilter(input.options).apply(input.frame, input.segmentation, input.keypoints);
-    // Features of one pixel are interchangeable: compare how many of each pixel are kept.
-    std::map<std::pair<int, int>, int> balance;
-    for (std::size_t i = 0; i < after.size(); ++i) {
-      const cv::Point pixel = FeaturesView(input.keypoints).pixel(i);
-      const std::size_t j = after.size() - 1 - i;
-      balance[{pixel.x, pixel.y}] +=
-          (reversed.is_removed(i) ? 1 : 0) - (after.is_removed(j) ? 1 : 0);
-    }
-    for (const auto& [pixel, difference] : balance) ASSERT_EQ(difference, 0) << "seed " << seed;
+  explicit Floored(std::uint64_t seed) {
+    ByteSource source(seed);
+    input = arbitrary_case(source);
+    before = labels();
+    input.options.feature_floor.floor = static_cast<std::size_t>(source.between(0, 130));
+    input.options.feature_floor.policy =
+        source.chance(50) ? FloorPolicy::restore_balanced : FloorPolicy::restore_best_scored;
+    after = labels();
   }
-  EXPECT_GT(starved, 300U);
+
+  FeatureLabels labels() const {
+    return DynamicFilter(input.options).apply(input.frame, input.segmentation, input.keypoints);
+  }
+};
+
+/// Bits of everything that the filter knows of a keypoint.
+std::array<std::uint32_t, 3> bits_of(const cv::KeyPoint& keypoint) {
+  std::array<std::uint32_t, 3> bits{};
+  std::memcpy(bits.data(), &keypoint.pt, sizeof(keypoint.pt));
+  std::memcpy(&bits[2], &keypoint.size, sizeof(keypoint.size));
+  return bits;
+}
+
+/// Gives features back one at a time: always the first by the order that FeatureFloor states.
+std::vector<bool> naively_removed(const Floored& frame) {
+  const FilterCase& input = frame.input;
+  const FeatureFloorOptions& options = input.options.feature_floor;
+  const cv::Size size =
+      input.frame.depth.empty() ? input.segmentation.image_size : input.frame.depth.size();
+  const auto cell = [&](std::size_t i) {
+    if (options.policy == FloorPolicy::restore_best_scored || size.empty()) return 0;
+    const cv::Point pixel = FeaturesView(input.keypoints).pixel(i);
+    return std::clamp(pixel.y, 0, size.height - 1) * 6 / size.height * 8 +
+           std::clamp(pixel.x, 0, size.width - 1) * 8 / size.width;
+  };
+  std::vector<bool> removed;
+  for (const FeatureLabel& label : frame.before) removed.push_back(label.removed);
+  while (static_cast<std::size_t>(std::count(removed.begin(), removed.end(), false)) <
+         options.floor) {
+    std::map<int, int> kept;
+    for (std::size_t i = 0; i < removed.size(); ++i) kept[cell(i)] += removed[i] ? 0 : 1;
+    const auto rank = [&](std::size_t i) {
+      const FeatureLabel& label = frame.before[i];
+      const std::uint64_t key =
+          FeatureSampler().key(input.frame.id, 0, FeaturesView(input.keypoints).pixel(i));
+      return std::tuple(kept[cell(i)], cell(i), label.score, label.reason == Reason::in_mask, key,
+                        bits_of(input.keypoints[i]), i);
+    };
+    std::optional<std::size_t> best;
+    for (std::size_t i = 0; i < removed.size(); ++i) {
+      const FeatureLabel& label = frame.before[i];
+      const bool on_static_mask = label.reason == Reason::in_mask && label.instance < 0;
+      if (removed[i] && !on_static_mask && (!best || rank(i) < rank(*best))) best = i;
+    }
+    if (!best) break;
+    removed[*best] = false;
+  }
+  return removed;
+}
+
+TEST(FeatureFloor, MatchesANaiveReference) {
+  std::size_t restored = 0;
+  for (std::uint64_t seed = 0; seed < 1500; ++seed) {
+    const Floored frame(seed);
+    const std::vector<bool> removed = naively_removed(frame);
+    for (std::size_t i = 0; i < removed.size(); ++i) {
+      ASSERT_EQ(frame.after.is_removed(i), removed[i]) << "seed " << seed << ", feature " << i;
+      ASSERT_TRUE(frame.before.is_removed(i) || same_label(frame.before[i], frame.after[i]));
+    }
+    ASSERT_EQ(frame.after.statistics().starved,
+              frame.before.statistics().kept() < frame.input.options.feature_floor.floor);
+    restored += frame.after.statistics().restored;
+  }
+  EXPECT_GT(restored, 300U);
+}
+
+/// Only features that agree in everything that the filter knows are interchangeable.
+TEST(FeatureFloor, DoesNotDependOnTheOrderOfTheFeatures) {
+  std::size_t restored = 0;
+  for (std::uint64_t seed = 0; seed < 1500; ++seed) {
+    Floored frame(seed);
+    std::map<std::array<std::uint32_t, 3>, int> balance;
+    for (std::size_t i = 0; i < frame.after.size(); ++i) {
+      balance[bits_of(frame.input.keypoints[i])] += frame.after.is_removed(i) ? 1 : 0;
+    }
+    std::reverse(frame.input.keypoints.begin(), frame.input.keypoints.end());
+    const FeatureLabels reversed = frame.labels();
+    for (std::size_t i = 0; i < reversed.size(); ++i) {
+      balance[bits_of(frame.input.keypoints[i])] -= reversed.is_removed(i) ? 1 : 0;
+    }
+    for (const auto& [bits, difference] : balance) ASSERT_EQ(difference, 0) << "seed " << seed;
+    restored += reversed.statistics().restored;
+  }
+  EXPECT_GT(restored, 300U);
+}
+
+TEST(FeatureFloor, TellsFeaturesOfOnePixelApart) {
+  for (const bool turned : {false, true}) {
+    std::vector<cv::Point2f> points = {{120.2F, 120.1F}, {119.8F, 120.3F}};
+    if (turned) std::swap(points[0], points[1]);
+    Frame frame(points);
+    for (std::size_t i = 0; i < 2; ++i) frame.labels.remove(i, 0, Reason::in_mask, 0.9F);
+    frame.apply(1, FloorPolicy::restore_best_scored);
+    ASSERT_EQ(frame.restored().size(), 1U);
+    EXPECT_EQ(frame.points[frame.restored()[0]].x, 119.8F);
+  }
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <tuple>
 #include <vector>
 
@@ -59,8 +60,9 @@ inline std::size_t suggested_features(const FrameStatistics& statistics, std::si
 ///
 /// Features on the static mask are never given back, because the robot moves with the camera.
 /// Restored features keep their instance and score. Among equal scores, features that compensation
-/// removed come before those on a mask; a hash of frame and pixel breaks further ties, so that the
-/// choice is spread and does not depend on the order of the features.
+/// removed come before those on a mask; a hash of frame and pixel breaks further ties, then the
+/// exact position and diameter. So the choice is spread, and depends on the order of the features
+/// only among those that agree in all of this.
 class FeatureFloor {
  public:
   /// Takes the options.
@@ -86,12 +88,16 @@ class FeatureFloor {
   }
 
  private:
+  /// A feature's position and diameter, as bits: these have an order even if one is NaN.
+  using Bits = std::array<std::uint32_t, 3>;
+
   /// Removed feature that may be given back.
   struct Candidate {
     std::size_t cell;  // cell of the image
     float score;
     bool on_mask;
     std::uint64_t key;  // hash that breaks ties
+    Bits bits;          // tells features of one pixel apart
     std::size_t feature;
   };
 
@@ -107,8 +113,8 @@ class FeatureFloor {
     CellCounts kept{};
     collect(input, labels, restorable, kept);
     std::sort(restorable.begin(), restorable.end(), [](const auto& a, const auto& b) {
-      return std::tie(a.cell, a.score, a.on_mask, a.key, a.feature) <
-             std::tie(b.cell, b.score, b.on_mask, b.key, b.feature);
+      return std::tie(a.cell, a.score, a.on_mask, a.key, a.bits, a.feature) <
+             std::tie(b.cell, b.score, b.on_mask, b.key, b.bits, b.feature);
     });
     CellCounts next{}, end{};  // each cell's part of restorable
     for (const Candidate& candidate : restorable) ++end[candidate.cell];
@@ -138,10 +144,18 @@ class FeatureFloor {
       if (!label.removed) {
         ++kept[cell];
       } else if (!on_mask || label.instance >= 0) {
-        restorable.push_back(
-            {cell, label.score, on_mask, sampler.key(input.frame.id, 0, pixel), i});
+        restorable.push_back({cell, label.score, on_mask, sampler.key(input.frame.id, 0, pixel),
+                              bits_of(input.features, i), i});
       }
     }
+  }
+
+  static Bits bits_of(const FeaturesView& features, std::size_t i) {
+    const cv::Point2f position = features[i];
+    const std::array<float, 3> numbers = {position.x, position.y, features.diameter_px(i)};
+    Bits bits;
+    std::memcpy(bits.data(), numbers.data(), sizeof(bits));
+    return bits;
   }
 
   /// Returns a feature's cell. All features share cell 0 if only scores count or no image size is
