@@ -145,17 +145,13 @@ const std::vector<PublicCall>& calls() {
        },
        1},
       {"dense_depth_lbp", plain([] { return dense_depth_lbp(input().frame.depth); }), 1},
-      {"RangeEstimator", plain([] {
-         std::vector<double> values = {3, 1, 2, 5, 4, 100};
-         const ValueRange range = RangeEstimator().estimate(values);
-         return std::vector<double>{range.lower, range.upper};
-       }),
-       1},
+      {"DepthCompensator::refined",
+       plain([] { return DepthCompensator().refined(input().frame, input().segmentation, 1); }), 5},
       {"StaticWeights",
        [] {
          return Call([weights = std::make_shared<std::vector<float>>()] {
            StaticWeights()(labels(), *weights);
-           return Answer().add(std::vector<double>(weights->begin(), weights->end()));
+           return Answer().add(*weights);
          });
        },
        1},
@@ -173,15 +169,11 @@ const std::vector<PublicCall>& calls() {
            const cv::Mat image = label_map();
            StereoDepths().find({image, image, 5}, made.keypoints, kept->areas, depths_m,
                                kept->workspace);
-           return Answer().add(std::vector<double>(depths_m.begin(), depths_m.end()));
+           return Answer().add(depths_m);
          });
        },
        8},
-      {"new_indices", plain([] {
-         const std::vector<std::int32_t> indices = new_indices(labels());
-         return std::vector<double>(indices.begin(), indices.end());
-       }),
-       1},
+      {"new_indices", plain([] { return new_indices(labels()); }), 1},
       {"moved_depth", plain([] {
          const cv::Mat flow(size, CV_32FC2, cv::Scalar(2, 1));
          return moved_depth(input().frame.depth, flow, 1);
@@ -253,6 +245,11 @@ INSTANTIATE_TEST_SUITE_P(Core, FailedAllocationOfCall, ::testing::Range<std::siz
                          });
 
 TEST(FailedAllocationOfCalls, AreAllTested) { EXPECT_EQ(calls().size(), 22U); }
+
+TEST(FailedAllocationOfCalls, OfTheRangeEstimatorDoNotExist) {
+  std::vector<double> values = {3, 1, 2, 5, 4, 100};
+  EXPECT_FALSE(fails_at_allocation(1, [&] { RangeEstimator().estimate(values); }));
+}
 
 /// Each column is moved or none, and a pivot is where it was.
 TEST(FailedAllocationOfCalls, KeepStaticKeepsColumnsOfAllKindsInStep) {

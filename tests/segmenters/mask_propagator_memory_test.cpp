@@ -78,17 +78,21 @@ void expect_same(const std::optional<Segmentation>& got, const std::optional<Seg
 void expect_new_start_after(int failing) {
   const Film film;
   const auto newest = [&](int frame) { return film.masks(frame >= failing ? failing : 0); };
+  MaskPropagator undisturbed;
+  std::optional<Segmentation> want;
+  for (int i = 0; i <= failing; ++i) want = undisturbed.propagate(film.frame(i), newest(i));
   const std::size_t failures = for_each_failing_allocation([&](const std::size_t n) {
     MaskPropagator propagator;
     for (int i = 0; i < failing; ++i) propagator.propagate(film.frame(i), newest(i));
     const FrameView frame = film.frame(failing);
     const std::optional<Segmentation> result = newest(failing);
-    bool is_thrown = true;
-    const bool has_failed = fails_at_allocation(n, [&] {
-      propagator.propagate(frame, result);
-      is_thrown = false;
-    });
-    if (!is_thrown) return has_failed;  // it succeeded without that memory
+    std::optional<std::optional<Segmentation>> at_once;
+    const bool has_failed =
+        fails_at_allocation(n, [&] { at_once = propagator.propagate(frame, result); });
+    if (at_once) {  // it succeeded without that memory
+      expect_same(*at_once, want, "when allocation " + std::to_string(n) + " failed");
+      return has_failed;
+    }
     EXPECT_TRUE(propagator.statistics().restarted);
     MaskPropagator fresh;
     for (int i = failing + 1; i < failing + 4; ++i) {
