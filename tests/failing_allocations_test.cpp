@@ -21,9 +21,10 @@ TEST(FailingAllocations, EachAllocationOfACallFailsOnce) {
   std::vector<int> steps;
   const std::size_t failed = for_each_failing_allocation([&](const std::size_t n) {
     int step = 0;
-    std::unique_ptr<Aligned> aligned;  // outside the call, else compilers may remove it
+    std::vector<int> numbers;  // outside the call, else compilers may remove them
+    std::unique_ptr<Aligned> aligned;
     const bool one_failed = fails_at_allocation(n, [&] {
-      const std::vector<int> numbers(10);
+      numbers.resize(10);
       step = 1;
       aligned = std::make_unique<Aligned>();
       step = 2;
