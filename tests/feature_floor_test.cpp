@@ -7,10 +7,7 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 #include <map>
-#include <optional>
-#include <tuple>
 
 #include "support/filter_property.hpp"
 
@@ -127,84 +124,31 @@ TEST(FeatureFloor, NeverRestoresFeaturesOnTheStaticMask) {
   EXPECT_EQ(frame.restored(), std::vector<std::size_t>{3});
 }
 
-/// Frame of arbitrary input by the filter without a floor and with one.
-struct Floored {
-  FilterCase input;
-  FeatureLabels before, after;
-
-  explicit Floored(std::uint64_t seed) {
-    ByteSource source(seed);
-    input = arbitrary_case(source);
-    before = labels();
-    input.options.feature_floor.floor = static_cast<std::size_t>(source.between(0, 130));
-    input.options.feature_floor.policy =
-        source.chance(50) ? FloorPolicy::restore_balanced : FloorPolicy::restore_best_scored;
-    after = labels();
-  }
-
-  FeatureLabels labels() const {
-    return DynamicFilter(input.options).apply(input.frame, input.segmentation, input.keypoints);
-  }
-};
-
-/// Bits of everything that the filter knows of a keypoint.
-std::array<std::uint32_t, 3> bits_of(const cv::KeyPoint& keypoint) {
-  std::array<std::uint32_t, 3> bits{};
-  std::memcpy(bits.data(), &keypoint.pt, sizeof(keypoint.pt));
-  std::memcpy(&bits[2], &keypoint.size, sizeof(keypoint.size));
-  return bits;
+FilterCase case_with_floor(std::uint64_t seed) {
+  ByteSource source(seed);
+  FilterCase input = arbitrary_case_of_any_rule(source);
+  draw_floor(source, input);
+  return input;
 }
 
-/// Gives features back one at a time: always the first by the order that FeatureFloor states.
-std::vector<bool> naively_removed(const Floored& frame) {
-  const FilterCase& input = frame.input;
-  const FeatureFloorOptions& options = input.options.feature_floor;
-  const cv::Size size =
-      input.frame.depth.empty() ? input.segmentation.image_size : input.frame.depth.size();
-  const auto cell = [&](std::size_t i) {
-    if (options.policy == FloorPolicy::restore_best_scored || size.empty()) return 0;
-    const cv::Point pixel = FeaturesView(input.keypoints).pixel(i);
-    return std::clamp(pixel.y, 0, size.height - 1) * 6 / size.height * 8 +
-           std::clamp(pixel.x, 0, size.width - 1) * 8 / size.width;
-  };
-  std::vector<bool> removed;
-  for (const FeatureLabel& label : frame.before) removed.push_back(label.removed);
-  while (static_cast<std::size_t>(std::count(removed.begin(), removed.end(), false)) <
-         options.floor) {
-    std::map<int, int> kept;
-    for (std::size_t i = 0; i < removed.size(); ++i) kept[cell(i)] += removed[i] ? 0 : 1;
-    const auto rank = [&](std::size_t i) {
-      const FeatureLabel& label = frame.before[i];
-      const std::uint64_t key =
-          FeatureSampler().key(input.frame.id, 0, FeaturesView(input.keypoints).pixel(i));
-      return std::tuple(kept[cell(i)], cell(i), label.score, label.reason == Reason::in_mask, key,
-                        bits_of(input.keypoints[i]), i);
-    };
-    std::optional<std::size_t> best;
-    for (std::size_t i = 0; i < removed.size(); ++i) {
-      const FeatureLabel& label = frame.before[i];
-      const bool on_static_mask = label.reason == Reason::in_mask && label.instance < 0;
-      if (removed[i] && !on_static_mask && (!best || rank(i) < rank(*best))) best = i;
-    }
-    if (!best) break;
-    removed[*best] = false;
-  }
-  return removed;
+FeatureLabels labels_of(const FilterCase& input) {
+  return DynamicFilter(input.options).apply(input.frame, input.segmentation, input.keypoints);
 }
 
 TEST(FeatureFloor, MatchesANaiveReference) {
-  std::size_t restored = 0;
+  std::size_t starved = 0, restored = 0;
   for (std::uint64_t seed = 0; seed < 1500; ++seed) {
-    const Floored frame(seed);
-    const std::vector<bool> removed = naively_removed(frame);
-    for (std::size_t i = 0; i < removed.size(); ++i) {
-      ASSERT_EQ(frame.after.is_removed(i), removed[i]) << "seed " << seed << ", feature " << i;
-      ASSERT_TRUE(frame.before.is_removed(i) || same_label(frame.before[i], frame.after[i]));
-    }
-    ASSERT_EQ(frame.after.statistics().starved,
-              frame.before.statistics().kept() < frame.input.options.feature_floor.floor);
-    restored += frame.after.statistics().restored;
+    const FilterCase input = case_with_floor(seed);
+    ASSERT_EQ(check_filter(input), "") << "seed " << seed;
+    FilterCase without = input;
+    without.options.feature_floor = {};
+    const std::size_t kept = labels_of(without).statistics().kept();
+    const FeatureLabels labels = labels_of(input);
+    ASSERT_EQ(labels.statistics().starved, kept < input.options.feature_floor.floor);
+    starved += labels.statistics().starved ? 1 : 0;
+    restored += labels.statistics().restored;
   }
+  EXPECT_GT(starved, 300U);
   EXPECT_GT(restored, 300U);
 }
 
@@ -212,16 +156,17 @@ TEST(FeatureFloor, MatchesANaiveReference) {
 TEST(FeatureFloor, DoesNotDependOnTheOrderOfTheFeatures) {
   std::size_t restored = 0;
   for (std::uint64_t seed = 0; seed < 1500; ++seed) {
-    Floored frame(seed);
+    FilterCase input = case_with_floor(seed);
     std::map<std::array<std::uint32_t, 3>, int> balance;
-    for (std::size_t i = 0; i < frame.after.size(); ++i) {
-      balance[bits_of(frame.input.keypoints[i])] += frame.after.is_removed(i) ? 1 : 0;
-    }
-    std::reverse(frame.input.keypoints.begin(), frame.input.keypoints.end());
-    const FeatureLabels reversed = frame.labels();
-    for (std::size_t i = 0; i < reversed.size(); ++i) {
-      balance[bits_of(frame.input.keypoints[i])] -= reversed.is_removed(i) ? 1 : 0;
-    }
+    const auto count = [&](const FeatureLabels& labels, int change) {
+      for (std::size_t i = 0; i < labels.size(); ++i) {
+        balance[bits_of(input.keypoints[i])] += labels.is_removed(i) ? change : 0;
+      }
+    };
+    count(labels_of(input), 1);
+    std::reverse(input.keypoints.begin(), input.keypoints.end());
+    const FeatureLabels reversed = labels_of(input);
+    count(reversed, -1);
     for (const auto& [bits, difference] : balance) ASSERT_EQ(difference, 0) << "seed " << seed;
     restored += reversed.statistics().restored;
   }

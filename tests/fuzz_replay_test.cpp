@@ -32,8 +32,8 @@ TEST(FuzzReplay, TheCorpusShowsNoFault) {
 
 TEST(FuzzReplay, RandomInputShowsNoFault) {
   std::mt19937 random(11);
-  for (int i = 0; i < 100; ++i) {
-    std::vector<std::uint8_t> bytes(random() % 700);
+  for (int i = 0; i < 300; ++i) {
+    std::vector<std::uint8_t> bytes(random() % 4097);
     for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random() >> 24U);
     LLVMFuzzerTestOneInput(bytes.data(), bytes.size());
   }

@@ -243,6 +243,14 @@ inline void draw_depths(ByteSource& source, FilterCase& made) {
   options.min_feature_share = source.between(1, 20) / 20.0;
 }
 
+/// Sets a floor that some frames miss.
+inline void draw_floor(ByteSource& source, FilterCase& made) {
+  FeatureFloorOptions& options = made.options.feature_floor;
+  options.floor = static_cast<std::size_t>(source.between(0, 130));
+  options.policy =
+      source.chance(50) ? FloorPolicy::restore_balanced : FloorPolicy::restore_best_scored;
+}
+
 /// Black image of a larger size with the smaller one at a place in it.
 inline cv::Mat embedded(const cv::Mat& image, const cv::Size& size, cv::Point place) {
   cv::Mat larger = cv::Mat::zeros(size, image.type());
@@ -308,6 +316,9 @@ inline FilterCase arbitrary_case_of_any_size(ByteSource& source) {
   if (source.byte() == 255 || is_large) {
     enlarge(source, made, source.may_be_costly(500) ? 4096 : 100);
   }
+  if (source.byte() % 4 == 3) draw_floor(source, made);
+  const bool is_by_depth = made.options.compensator.rule == CompensationRule::depth;
+  if (is_by_depth && made.frame.depth.empty() && source.byte() % 2 == 1) draw_depths(source, made);
   return made;
 }
 

@@ -12,6 +12,7 @@
 #include "support/depth_oracle.hpp"
 #include "support/feature_depth_oracle.hpp"
 #include "support/filter_case.hpp"
+#include "support/floor_oracle.hpp"
 #include "support/oracle.hpp"
 
 namespace dynfilter::testing {
@@ -45,8 +46,8 @@ inline bool same_object(const InstanceStatistics& a, const InstanceStatistics& b
          same_range(a.depth_range_m, b.depth_range_m);
 }
 
-/// Verdict of the oracle of the input's rule.
-inline OracleVerdict expected_verdict(const FilterCase& input) {
+/// Verdict of the oracle of the input's rule, without a floor.
+inline OracleVerdict verdict_of_rule(const FilterCase& input) {
   switch (input.options.compensator.rule) {
     case CompensationRule::depth:
       return input.frame.depth.empty() && input.depths_m
@@ -58,6 +59,13 @@ inline OracleVerdict expected_verdict(const FilterCase& input) {
       break;
   }
   return oracle_masks(input);
+}
+
+/// Verdict of the oracles of rule and floor.
+inline OracleVerdict expected_verdict(const FilterCase& input) {
+  OracleVerdict verdict = verdict_of_rule(input);
+  restore_to_floor(input, verdict);
+  return verdict;
 }
 
 /// Runs the filter on one input and compares every label and every instance's counts with the
