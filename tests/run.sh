@@ -123,12 +123,12 @@ step_clang() {
   run_tests "${other_dirs}clang" -LE "$not_these|repository"
 }
 
-# The flags of the preset `hardened`, and what hosts choose: a newer language, all instructions of this
-# processor, and a unity build.
+# Hardened as the preset of that name is, with what hosts choose: -O3, a newer language, all instructions
+# of this processor, and a unity build. g++ 12 then warns of its own strings (GCC bug 105651).
 step_hardened() {
   log "Unit tests, optimised and hardened, as C++20"
   build "${other_dirs}hardened" "${unit_tests_only[@]}" -DCMAKE_BUILD_TYPE=Release \
-    -DCMAKE_CXX_FLAGS_RELEASE="-O3 -march=native -D_GLIBCXX_ASSERTIONS -D_FORTIFY_SOURCE=2 -fstack-protector-strong" \
+    -DCMAKE_CXX_FLAGS_RELEASE="-O3 -march=native -D_GLIBCXX_ASSERTIONS -D_FORTIFY_SOURCE=2 -fstack-protector-strong -Wno-error=restrict" \
     -DCMAKE_CXX_STANDARD=20 -DCMAKE_UNITY_BUILD=ON
   run_tests "${other_dirs}hardened" -LE "$not_these|repository"
 }

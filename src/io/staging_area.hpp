@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <exception>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -327,7 +328,7 @@ class StagingArea {
   }
 
   /// Removes the owner file last, so that the next writer can remove what a signal left over.
-  static void remove_area(const std::filesystem::path& area) noexcept {
+  static void remove_area(const std::filesystem::path& area) {
     std::error_code failure;
     std::filesystem::directory_iterator entry(area, failure);
     while (!failure && entry != std::filesystem::directory_iterator()) {
@@ -344,8 +345,12 @@ class StagingArea {
   /// were made in vain.
   void leave() noexcept {
     std::error_code ignored;
-    if (!area_.empty() && !std::filesystem::exists(folder_ / commit_mark_name, ignored)) {
-      remove_area(area_);
+    try {
+      if (!area_.empty() && !std::filesystem::exists(folder_ / commit_mark_name, ignored)) {
+        remove_area(area_);
+      }
+    } catch (const std::exception&) {
+      // Out of memory: the next writer removes what is left.
     }
     if (lock_ >= 0) ::close(lock_);
     for (const std::filesystem::path& folder : made_) std::filesystem::remove(folder, ignored);
