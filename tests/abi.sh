@@ -11,8 +11,8 @@ usage: tests/abi.sh [-h] COMMIT
 
 Compares the binary interface of the compiled components with that of an earlier commit: both are
 built as shared libraries, and abidiff (package abigail-tools) lists what changed in the types and
-functions of the public headers. Run it with the tag of the last version before a patch version is
-released. Fails if a program that was linked to the earlier libraries could misbehave with these.
+functions of the public headers. Run it with the last version's commit or tag before a patch version
+is released. Fails if anything but additions changed.
 
   DYNFILTER_BUILD_DIR         folder of both builds, default build/abi
   CMAKE_BUILD_PARALLEL_LEVEL  jobs at a time, default: one a core

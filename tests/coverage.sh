@@ -79,12 +79,12 @@ figure=$(sed -nE 's/^lines: ([0-9.]+%) \(([0-9]+) out of ([0-9]+)\)$/\1 (\2 of \
   "$folder/summary.txt")
 programs=$(cmake --build "$folder" --target help | grep -oE '^[a-z0-9_]+_test:' |
   grep -vc '^cmake_object_order')
-# A program writes its counters at its end.
+# A program writes its counters at its end, also when it only lists its tests.
 ran=$(find "$folder/tests" -path '*_test.dir/*' -name '*.gcda' | sed -E 's:.*/([a-z0-9_]+_test)\.dir/.*:\1:' |
   sort -u | wc -l)
 figure+=", by $ran of $programs test programs"
 echo "lines: $figure"
-if [[ $readme == yes ]]; then
+if [[ $readme == yes ]] && ((failures == 0)); then
   set_figure "$root/tests/README.md" "lines covered of include/ and src/" "$figure" \
     "tests/coverage.sh --readme"
 fi

@@ -15,27 +15,52 @@ figure() {
     inside && $2 == name { print $3 }' "$1"
 }
 
+# Calls a function with a page while no other script changes its figures.
+#   alone_with <page> <function> <argument>...
+# shellcheck disable=SC2094  # the lock is on the page itself
+alone_with() {
+  (
+    flock 9
+    "$2" "$1" "${@:3}"
+  ) 9<"$1"
+}
+
 # Puts the row of that name into the table: in its place, or at the end.
 #   set_figure <page> <name> <figure> <command>
+set_figure() { alone_with "$1" write_figure "${@:2}"; }
+
+# Adds to the number in the row of that name, and writes the sum of all rows whose names begin like it
+# into the row `<beginning>all targets`.
+#   add_to_figure <page> <beginning> <rest of the name> <number> <command>
+add_to_figure() { alone_with "$1" write_sums "${@:2}"; }
+
+write_sums() {
+  local page=$1 beginning=$2 name=$2$3 earlier sum
+  earlier=$(figure "$page" "$name")
+  write_figure "$page" "$name" "$((${earlier:-0} + $4))" "$5"
+  sum=$(awk -F ' *[|] *' -v beginning="$beginning" '
+    /<!-- figures: begin -->/ { inside = 1 }
+    /<!-- figures: end -->/ { inside = 0 }
+    inside && index($2, beginning) == 1 && $2 != beginning "all targets" { sum += $3 }
+    END { printf "%d", sum }' "$page")
+  write_figure "$page" "${beginning}all targets" "$sum" "$5"
+}
+
 # shellcheck disable=SC2094  # the page is read whole before it is written
-set_figure() {
-  local page=$1
+write_figure() {
+  local page=$1 changed
   [[ $2$3$4 != *'|'* ]] || {
     echo "set_figure: a bar would break the table: $*" >&2
     return 1
   }
-  (
-    flock 9 # two scripts may end at the same moment
-    local changed
-    changed=$(awk -F ' *[|] *' -v name="$2" -v row="| $2 | $3 | \`$4\` |" '
+  changed=$(awk -F ' *[|] *' -v name="$2" -v row="| $2 | $3 | \`$4\` |" '
       /<!-- figures: begin -->/ { inside = 1; found = 1 }
       inside && /<!-- figures: end -->/ { inside = 0; if (!is_set) print row }
       inside && $2 == name { print row; is_set = 1; next }
       { print }
       END { if (!found) exit 1 }' "$page") || {
-      echo "set_figure: $page has no marks of figures" >&2
-      exit 1
-    }
-    printf '%s\n' "$changed" >"$page"
-  ) 9<"$page"
+    echo "set_figure: $page has no marks of figures" >&2
+    return 1
+  }
+  printf '%s\n' "$changed" >"$page"
 }

@@ -60,7 +60,10 @@ try_suite() {
   local variables=(CMAKE_BUILD_PARALLEL_LEVEL="${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}")
   if [[ -n ${DYNFILTER_DATA_DIR:-} ]]; then
     mkdir "$system/srv/recorded"
-    cp -r "$DYNFILTER_DATA_DIR/data" "$DYNFILTER_DATA_DIR/models" "$system/srv/recorded"
+    local folder
+    for folder in data models; do
+      [[ ! -d $DYNFILTER_DATA_DIR/$folder ]] || cp -r "$DYNFILTER_DATA_DIR/$folder" "$system/srv/recorded"
+    done
     variables+=(DYNFILTER_DATA_DIR=/srv/recorded)
   fi
 
@@ -70,7 +73,10 @@ try_suite() {
   local gcc clang tests
   gcc=$(in_system "$system" g++ -dumpfullversion)
   clang=$(in_system "$system" clang --version | sed -nE '1s/.*version ([0-9.]+).*/\1/p')
-  tests=$(sed -nE 's/.* tests failed out of ([0-9]+)$/\1/p' "$output" | paste -sd ' ')
+  # Of each run, the tests that were not skipped.
+  tests=$(awk '/ tests failed out of [0-9]+$/ { if (all) print all - skipped; all = $NF; skipped = 0 }
+    /^\t *[0-9]+ - .* \(Skipped\)/ { ++skipped }
+    END { print all - skipped }' "$output" | paste -sd ' ')
   local of_clang=${tests% *} of_gcc=${tests#* } result
   result="$of_gcc by g++ $gcc, $of_clang unit tests by clang $clang"
   log "$suite: $result"

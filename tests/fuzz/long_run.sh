@@ -137,13 +137,8 @@ for target in $(printf '%s\n' "${!inputs[@]}" | sort); do
   printf '%12d  %s\n' "${inputs[$target]}" "$target"
   sum=$((sum + inputs[$target]))
   if [[ $readme == yes ]]; then
-    earlier=$(figure "$readme_page" "inputs fuzzed: $target")
-    set_figure "$readme_page" "inputs fuzzed: $target" "$((${earlier:-0} + inputs[$target]))" "$command"
+    add_to_figure "$readme_page" "inputs fuzzed: " "$target" "${inputs[$target]}" "$command"
   fi
 done
 printf '%12d  of all targets\n' "$sum"
-if [[ $readme == yes ]]; then
-  earlier=$(figure "$readme_page" "inputs fuzzed: all targets")
-  set_figure "$readme_page" "inputs fuzzed: all targets" "$((${earlier:-0} + sum))" "$command"
-fi
 ((failures == 0))
