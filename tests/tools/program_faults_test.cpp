@@ -154,12 +154,40 @@ TEST_F(ProgramFaults, InterruptedCallSaysWhatIsThereAndLeavesNothingElse) {
         EXPECT_TRUE(!fs::exists(out) || file_tree(out).empty()) << "something is left";
       } else if (WIFEXITED(status)) {
         EXPECT_EQ(results_in(out), wanted) << "it had ended before";
+      } else {
+        const FileTree found = results_in(out);
+        EXPECT_TRUE(found.empty() || found == wanted) << "it had not begun, or ended just now";
       }
       fs::remove_all(out);
     }
     fs::remove_all(folder_ / "timed");
   }
   EXPECT_GT(interrupted, 0);
+}
+
+TEST_F(ProgramFaults, InterruptedRunLeavesEarlierResultsOrItsOwn) {
+  const auto call = [&](int features) {
+    return "run " + quoted(scene()) + " --overlays 0 --features " + std::to_string(features) +
+           " --out ";
+  };
+  const std::vector<std::chrono::microseconds> when = moments(call(2000), kills());
+  const FileTree later = results_in(folder_ / "timed");
+  const fs::path out = folder_ / "interrupted";
+  ASSERT_EQ(run(call(300) + quoted(out)).exit_code, 0);
+  const FileTree earlier = results_in(out);
+  ASSERT_NE(earlier, later);
+  for (const std::chrono::microseconds moment : when) {
+    const Started program(call(2000) + quoted(out), folder_ / "printed");
+    std::this_thread::sleep_for(moment);
+    program.send(SIGINT);
+    const int status = program.wait();
+    const FileTree found = results_in(out);
+    EXPECT_TRUE(found == earlier || found == later);
+    EXPECT_TRUE(!WIFEXITED(status) || found == later);
+    if (found == later) {
+      ASSERT_EQ(run(call(300) + quoted(out)).exit_code, 0);
+    }
+  }
 }
 
 // Two that begin at the same moment may both refuse: each sees that the other one is working.
