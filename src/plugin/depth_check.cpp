@@ -12,13 +12,7 @@
 namespace dynfilter::detail {
 
 DepthCheck::~DepthCheck() {
-  if (!thread_.joinable()) return;
-  {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    stop_ = true;
-  }
-  changed_.notify_all();
-  thread_.join();
+  thread_.end();
   try {
     rethrow();
   } catch (const std::exception& error) {
@@ -26,15 +20,24 @@ DepthCheck::~DepthCheck() {
   }
 }
 
+void DepthCheck::stop() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    stop_ = true;
+  }
+  changed_.notify_all();
+}
+
 DepthCheck::Loan DepthCheck::lend(const FrameView& frame) {
   rethrow();
   const bool is_wanted =
       frames_lent_ < options_.frames && !frame.image.empty() && !frame.depth.empty();
   if (!is_wanted) return Loan(nullptr);
-  if (!thread_.joinable()) thread_ = std::thread([this] { work(); });
+  if (!thread_.is_started()) thread_.start([this] { work(); }, [this] { stop(); });
   {
     Lock lock(mutex_);
-    changed_.wait(lock, [&] { return waiting_ < max_waiting; });
+    changed_.wait(lock, [&] { return stop_ || waiting_ < max_waiting; });
+    if (stop_) return Loan(nullptr);
     lent_ = &frame;
   }
   changed_.notify_all();
@@ -44,6 +47,7 @@ DepthCheck::Loan DepthCheck::lend(const FrameView& frame) {
 
 void DepthCheck::take_back() {
   Lock lock(mutex_);
+  if (stop_) lent_ = nullptr;
   if (lent_) copy_lent(lock);
   changed_.wait(lock, [&] { return !is_copying_; });
 }
@@ -109,6 +113,7 @@ void DepthCheck::work() {
     } catch (...) {
       error = std::current_exception();
     }
+    thread_.note_job();
     lock.lock();
     if (error) error_ = std::move(error);
     first_ = (first_ + 1) % max_waiting;

@@ -10,11 +10,11 @@
 #include <exception>
 #include <mutex>
 #include <string>
-#include <thread>
 #include <utility>
 
 #include "dynfilter/frame.hpp"
 #include "dynfilter/segmenters/depth_offset_estimator.hpp"
+#include "segmenters/worker_thread.hpp"
 
 namespace dynfilter::detail {
 
@@ -79,6 +79,7 @@ class DepthCheck {
 
   void take_back();
   void copy_lent(Lock& lock);
+  void stop();
   void work();
   void compare(const FrameView& frame);
   std::string sentence() const;
@@ -92,7 +93,7 @@ class DepthCheck {
   const FrameView* lent_ = nullptr;  // a frame of the host that nobody copies yet
   bool is_copying_ = false;
   std::size_t first_ = 0, waiting_ = 0;  // the copies in the ring, from the oldest on
-  bool stop_ = false;
+  bool stop_ = false;                    // the thread ends, or has ended
   mutable std::exception_ptr error_;
 
   std::array<FrameView, max_waiting> ring_;  // a waiting copy is the thread's
@@ -100,7 +101,7 @@ class DepthCheck {
   std::size_t compared_ = 0;                 // the thread's
   bool is_said_ = false;                     // the thread's
 
-  std::thread thread_;
+  WorkerThread thread_;  // ends first
 };
 
 }  // namespace dynfilter::detail

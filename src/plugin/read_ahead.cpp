@@ -9,18 +9,16 @@
 
 namespace dynfilter::detail {
 
-ReadAhead::~ReadAhead() {
-  if (!thread_.joinable()) return;
+void ReadAhead::stop() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     stop_ = true;
   }
   changed_.notify_all();
-  thread_.join();
 }
 
 void ReadAhead::submit(const FrameView& frame) {
-  if (!thread_.joinable()) thread_ = std::thread([this] { work(); });
+  if (!thread_.is_started()) thread_.start([this] { work(); }, [this] { stop(); });
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     waiting_ = frame;
@@ -32,7 +30,7 @@ Segmentation ReadAhead::collect(const FrameView& frame) {
   std::unique_lock<std::mutex> lock(mutex_);
   const bool is_submitted = waiting_ && waiting_->id == frame.id;
   if (!is_submitted) waiting_.reset();  // it was replaced by this frame
-  changed_.wait(lock, [&] { return !waiting_ && !is_reading_; });
+  changed_.wait(lock, [&] { return (stop_ || !waiting_) && !is_reading_; });
   // The thread sleeps from here on, until the next submit.
   if (has_result_of(frame)) {
     read_s_ = result_->seconds;
@@ -62,6 +60,7 @@ void ReadAhead::work() {
       // collect reads again, and throws.
     }
     frame = {};  // its image is free from here on
+    thread_.note_job();
     lock.lock();
     result_ = std::move(result);
     is_reading_ = false;

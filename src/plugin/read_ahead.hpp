@@ -8,9 +8,9 @@
 #include <cstdint>
 #include <mutex>
 #include <optional>
-#include <thread>
 
 #include "dynfilter/segmenter.hpp"
+#include "segmenters/worker_thread.hpp"
 
 namespace dynfilter::detail {
 
@@ -24,7 +24,6 @@ class ReadAhead {
  public:
   /// Refers to the segmenter.
   explicit ReadAhead(Segmenter& segmenter) : segmenter_(segmenter) {}
-  ~ReadAhead();
   ReadAhead(const ReadAhead&) = delete;
   ReadAhead& operator=(const ReadAhead&) = delete;
 
@@ -50,6 +49,7 @@ class ReadAhead {
     double seconds = 0;
   };
 
+  void stop();
   void work();
   Result read(const FrameView& frame) const;
   bool has_result_of(const FrameView& frame) const;
@@ -62,9 +62,9 @@ class ReadAhead {
   std::optional<FrameView> waiting_;  // the frame that is to be read next
   bool is_reading_ = false;
   std::optional<Result> result_;  // of the frame that was read last; none if that failed
-  bool stop_ = false;
+  bool stop_ = false;             // the thread ends, or has ended
 
-  std::thread thread_;
+  WorkerThread thread_;  // ends first
 };
 
 }  // namespace dynfilter::detail

@@ -10,7 +10,6 @@
 #include <exception>
 #include <iterator>
 #include <mutex>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -18,6 +17,7 @@
 
 #include "dynfilter/detail/errors.hpp"
 #include "image_buffers.hpp"
+#include "segmenters/worker_thread.hpp"
 
 namespace dynfilter {
 namespace {
@@ -91,16 +91,7 @@ class AsyncSegmenter::Worker {
  public:
   Worker(std::unique_ptr<Segmenter> segmenter, const AsyncSegmenterOptions& options)
       : segmenter_(std::move(segmenter)), options_(options) {
-    thread_ = std::thread([this] { work(); });
-  }
-
-  ~Worker() {
-    {
-      const std::lock_guard lock(mutex_);
-      stop_ = true;
-    }
-    submitted_.notify_one();
-    thread_.join();
+    thread_.start([this] { work(); }, [this] { stop(); });
   }
 
   void submit(const FrameView& frame);
@@ -115,6 +106,15 @@ class AsyncSegmenter::Worker {
  private:
   using Frames = std::vector<SubmittedFrame>;
   using Lock = std::unique_lock<std::mutex>;
+
+  void stop() {
+    {
+      const std::lock_guard lock(mutex_);
+      stop_ = true;
+    }
+    submitted_.notify_one();
+    settled_.notify_all();  // no masks come any more
+  }
 
   // Runs in the thread.
   void work();
@@ -160,7 +160,7 @@ class AsyncSegmenter::Worker {
   AsyncSegmenterStatistics statistics_;
   bool stop_ = false;
 
-  std::thread thread_;
+  detail::WorkerThread thread_;  // ends first
 };
 
 // --- The thread ----------------------------------------------------------------------------------
@@ -177,6 +177,7 @@ void AsyncSegmenter::Worker::work() {
 
     lock.unlock();
     Outcome outcome = infer(*segmenter_, view);
+    thread_.note_job();
     lock.lock();
 
     view = {};  // its buffers are free from here on
@@ -312,7 +313,7 @@ std::uint64_t AsyncSegmenter::Worker::number_of(std::uint64_t id) const {
 void AsyncSegmenter::Worker::wait_for(std::uint64_t number, Lock& lock) {
   const auto is_settled = [&] {
     const SubmittedFrame* frame = find(number);
-    return !frame || frame->is_settled();
+    return stop_ || !frame || frame->is_settled();
   };
   if (options_.hand_over == HandOver::wait) settled_.wait(lock, is_settled);
   if (options_.hand_over == HandOver::limited_wait) {

@@ -81,8 +81,9 @@ struct AsyncSegmenterStatistics {
 /// into them.
 ///
 /// A network cannot be interrupted: the destructor waits for the running inference, and for no
-/// other. Several threads may call all functions at once, except the destructor and moves. A
-/// moved-from object may only be destroyed or assigned to.
+/// other. So does the end of the process if nobody destroyed this object: a thread must not run on
+/// while static objects are destroyed. Several threads may call all functions at once, except the
+/// destructor and moves. A moved-from object may only be destroyed or assigned to.
 class AsyncSegmenter {
  public:
   /// Limit of frames that are submitted and not collected (HandOver::wait), or remembered without

@@ -1,0 +1,119 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "segmenters/worker_thread.hpp"
+
+#if defined(__linux__)
+#include <sys/syscall.h>
+#include <unistd.h>
+#endif
+
+#include <algorithm>
+#include <atomic>
+#include <cstdlib>
+#include <mutex>
+#include <thread>
+#include <utility>
+#include <vector>
+
+namespace dynfilter::detail {
+
+struct RunningThread {
+  std::mutex mutex;  // of the thread that ends it
+  std::function<void()> stop;
+  std::thread thread;
+  bool has_done_a_job = false;  // the thread's
+
+  void end() {
+    const std::lock_guard<std::mutex> lock(mutex);
+    if (!thread.joinable() || thread.get_id() == std::this_thread::get_id()) return;
+    stop();
+    thread.join();
+  }
+};
+
+namespace {
+
+struct Registry {
+  std::mutex mutex;
+  std::vector<std::weak_ptr<RunningThread>> threads;
+};
+
+Registry& registry() {
+  static Registry& only = *new Registry;  // never destroyed: threads may end at any time
+  return only;
+}
+
+void end_all() {
+  std::vector<std::weak_ptr<RunningThread>> threads;
+  {
+    const std::lock_guard<std::mutex> lock(registry().mutex);
+    threads = registry().threads;
+  }
+  for (const std::weak_ptr<RunningThread>& known : threads) {
+    if (const std::shared_ptr<RunningThread> running = known.lock()) running->end();
+  }
+}
+
+/// Lets static objects that exist now outlive all threads.
+void end_all_before_static_objects() {
+  constexpr int max_calls = 64;  // hosts may start threads for ever
+  static std::atomic<int> calls{0};
+  if (calls < max_calls && ++calls <= max_calls) std::atexit(end_all);
+}
+
+/// Ends all threads when the main thread ends, which is before any static object is destroyed.
+struct EndOfMainThread {
+  ~EndOfMainThread() { end_all(); }
+};
+
+bool is_main_thread() {
+#if defined(__linux__)
+  return ::syscall(SYS_gettid) == ::getpid();
+#else
+  return false;
+#endif
+}
+
+void enlist(const std::shared_ptr<RunningThread>& running) {
+  {
+    const std::lock_guard<std::mutex> lock(registry().mutex);
+    std::vector<std::weak_ptr<RunningThread>>& threads = registry().threads;
+    threads.erase(std::remove_if(threads.begin(), threads.end(),
+                                 [](const auto& known) { return known.expired(); }),
+                  threads.end());
+    threads.push_back(running);
+  }
+  end_all_before_static_objects();
+  if (is_main_thread()) {
+    static thread_local const EndOfMainThread at_its_end;
+    static_cast<void>(at_its_end);
+  }
+}
+
+}  // namespace
+
+void WorkerThread::start(std::function<void()> work, std::function<void()> stop) {
+  const auto running = std::make_shared<RunningThread>();
+  enlist(running);
+  running->stop = std::move(stop);
+  running_ = running;  // the thread may need it at once
+  try {
+    const std::lock_guard<std::mutex> lock(running->mutex);
+    running->thread = std::thread(std::move(work));
+  } catch (...) {
+    running_.reset();
+    throw;
+  }
+}
+
+void WorkerThread::note_job() {
+  if (std::exchange(running_->has_done_a_job, true)) return;
+  end_all_before_static_objects();
+}
+
+void WorkerThread::end() {
+  if (running_) running_->end();
+}
+
+}  // namespace dynfilter::detail

@@ -1,0 +1,123 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// Threads of objects that nobody destroys before the process ends.
+
+#include "segmenters/worker_thread.hpp"
+
+#include <atomic>
+#include <chrono>
+#include <cstdlib>
+#include <memory>
+#include <system_error>
+#include <thread>
+#include <utility>
+
+#include <gtest/gtest.h>
+
+#include "dynfilter/segmenters/async_segmenter.hpp"
+
+namespace dynfilter {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr int destroyed_too_early = 7;
+
+/// Like OpenCV's codecs: a static object that the first image makes.
+class Codecs {
+ public:
+  ~Codecs() {
+    is_alive = false;
+    std::this_thread::sleep_for(milliseconds(20));  // time enough to be used after that
+  }
+  static void use() {
+    static const Codecs only;
+    for (int i = 0; i < 30; ++i) {
+      std::this_thread::sleep_for(milliseconds(1));
+      if (!is_alive) std::_Exit(destroyed_too_early);
+    }
+  }
+
+ private:
+  static inline std::atomic<bool> is_alive{true};
+};
+
+class SlowSegmenter : public Segmenter {
+ public:
+  explicit SlowSegmenter(std::atomic<int>& done) : done_(done) {}
+
+ private:
+  Segmentation do_segment(const FrameView& frame) override {
+    Codecs::use();
+    ++done_;
+    return {frame.id, frame.timestamp_s, {8, 6}, {}};
+  }
+
+  std::atomic<int>& done_;
+};
+
+/// Leaves the process within job number `job` of a segmenter that nobody destroys.
+void leave_within(int job) {
+  static std::atomic<int> done{0};
+  auto* const leaked = new AsyncSegmenter(std::make_unique<SlowSegmenter>(done));
+  FrameView frame;
+  frame.image = cv::Mat1b(6, 8);
+  for (int i = 0; i < job; ++i) {
+    while (done < i) std::this_thread::sleep_for(milliseconds(1));
+    frame.id = static_cast<std::uint64_t>(i);
+    leaked->submit(frame);
+    std::this_thread::sleep_for(milliseconds(8));
+  }
+  std::exit(0);
+}
+
+void leave_by_another_thread(int job) {
+  std::thread([job] { leave_within(job); }).join();
+}
+
+using WorkerThreadDeathTest = ::testing::Test;
+
+TEST(WorkerThreadDeathTest, EndsBeforeStaticObjectsThatItUses) {
+  EXPECT_EXIT(leave_within(1), ::testing::ExitedWithCode(0), "");
+  EXPECT_EXIT(leave_within(2), ::testing::ExitedWithCode(0), "");
+  EXPECT_EXIT(leave_within(5), ::testing::ExitedWithCode(0), "");
+}
+
+TEST(WorkerThreadDeathTest, EndsBeforeWhatItsFirstJobMadeWhicheverThreadLeaves) {
+  EXPECT_EXIT(leave_by_another_thread(2), ::testing::ExitedWithCode(0), "");
+}
+
+TEST(WorkerThreadDeathTest, MayLeaveTheProcessItself) {
+  EXPECT_EXIT(
+      {
+        auto* const leaked = new detail::WorkerThread;
+        leaked->start([] { std::exit(3); }, [] {});
+        std::this_thread::sleep_for(std::chrono::seconds(20));
+      },
+      ::testing::ExitedWithCode(3), "");
+}
+
+TEST(WorkerThread, EndsOnceAndMayEndAgain) {
+  std::atomic<bool> is_stopped{false};
+  std::atomic<int> stops{0};
+  detail::WorkerThread thread;
+  EXPECT_FALSE(thread.is_started());
+  thread.end();
+  thread.start(
+      [&] {
+        thread.note_job();
+        while (!is_stopped) std::this_thread::sleep_for(milliseconds(1));
+      },
+      [&] {
+        is_stopped = true;
+        ++stops;
+      });
+  EXPECT_TRUE(thread.is_started());
+  thread.end();
+  thread.end();
+  EXPECT_EQ(stops, 1);
+}
+
+}  // namespace
+}  // namespace dynfilter
