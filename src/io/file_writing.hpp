@@ -8,6 +8,7 @@
 #define DYNFILTER_SRC_IO_FILE_WRITING_HPP
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -72,8 +73,9 @@ inline std::filesystem::path target_of(const std::filesystem::path& path) {
 }
 
 /// Writes these bytes to a file, replacing an earlier one: writes a hidden file beside it and
-/// renames that. Replaces the target of a symbolic link, not the link. Writes directly to a pipe or
-/// a device. Throws std::runtime_error that names the file; an earlier file is untouched then.
+/// renames that. Keeps the permissions of the earlier one. Replaces the target of a symbolic link,
+/// not the link. Writes directly to a pipe or a device. Throws std::runtime_error that names the
+/// file; an earlier file is untouched then.
 inline void write_file(const std::filesystem::path& path, std::string_view bytes) {
   namespace fs = std::filesystem;
   const auto fail = [&] { throw_file_error(path, "cannot be written: " + errno_text()); };
@@ -88,6 +90,7 @@ inline void write_file(const std::filesystem::path& path, std::string_view bytes
   fs::path part;
   const int file = make_part_file(target.parent_path(), part);
   if (file < 0) fail();
+  if (fs::is_regular_file(status)) ::fchmod(file, static_cast<mode_t>(status.permissions()));
   if (write_and_close(file, bytes) && std::rename(part.c_str(), target.c_str()) == 0) return;
   const int failure = errno;
   ::unlink(part.c_str());

@@ -21,6 +21,13 @@
 
 namespace dynfilter::detail {
 
+/// Formats a hash in 16 hexadecimal digits.
+inline std::string hash_text(std::uint64_t hash) {
+  std::array<char, 17> text{};
+  std::snprintf(text.data(), text.size(), "%016jx", std::uintmax_t{hash});
+  return text.data();
+}
+
 /// The number of a file's bytes, and their 64-bit FNV-1a hash.
 struct Fingerprint {
   std::uintmax_t size = 0;
@@ -36,11 +43,7 @@ struct Fingerprint {
   }
 
   /// Formats "<size>/<hash>", the hash in 16 hexadecimal digits.
-  std::string text() const {
-    std::array<char, 48> text{};
-    std::snprintf(text.data(), text.size(), "%ju/%016jx", size, std::uintmax_t{hash});
-    return text.data();
-  }
+  std::string text() const { return std::to_string(size) + '/' + hash_text(hash); }
 
   friend bool operator==(const Fingerprint& a, const Fingerprint& b) {
     return a.size == b.size && a.hash == b.hash;
@@ -66,7 +69,7 @@ inline Fingerprint fingerprint_of_file(const std::filesystem::path& file) {
   return fingerprint;
 }
 
-/// Parses the hash of Fingerprint::text.
+/// Parses the hash of Fingerprint::text or hash_text.
 inline std::optional<std::uint64_t> parse_hash(const std::string& text) {
   if (text.size() != 16 || text.find_first_not_of("0123456789abcdef") != std::string::npos)
     return {};

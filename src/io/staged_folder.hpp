@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
+#include <fstream>
 #include <map>
 #include <string>
 #include <system_error>
@@ -55,8 +56,8 @@ class EarlierFiles {
   EarlierFiles(std::filesystem::path folder, std::string writer)
       : folder_(std::move(folder)), writer_(std::move(writer)) {
     const std::filesystem::path file = folder_ / manifest_name(writer_);
-    std::error_code ignored;
-    if (!std::filesystem::is_regular_file(file, ignored)) return;
+    if (!std::filesystem::exists(std::filesystem::symlink_status(file))) return;
+    require_list(file);
     for (TableReader rows(file, '/'); rows.next();) {
       // Version 0.1 listed no hashes; what it wrote counts as somebody else's.
       if (rows.columns() < 2 || !parse_hash(rows.text(1))) {
@@ -93,6 +94,17 @@ class EarlierFiles {
   }
 
  private:
+  /// Throws std::runtime_error for what has the list's name and is none. An empty file is one.
+  void require_list(const std::filesystem::path& file) const {
+    const std::string beginning = "# What dynfilter " + writer_ + " wrote here";
+    std::string line;
+    if (std::filesystem::is_regular_file(std::filesystem::symlink_status(file))) {
+      std::getline(std::ifstream(file), line);
+      if (line.empty() || line.rfind(beginning, 0) == 0) return;
+    }
+    throw_file_error(file, "is no list of what dynfilter " + writer_ + " wrote; move it away");
+  }
+
   void add_row(const TableReader& rows) {
     namespace fs = std::filesystem;
     // "<size>/<hash>/<name>": the name may have slashes too.

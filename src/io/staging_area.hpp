@@ -265,10 +265,15 @@ class StagingArea {
   }
 
   void make_folder() {
-    for (auto part = folder_; !std::filesystem::exists(part); part = part.parent_path()) {
+    namespace fs = std::filesystem;
+    std::error_code failure;
+    for (auto part = folder_; !fs::exists(part, failure); part = part.parent_path()) {
+      if (failure) throw_file_error(folder_, "cannot be made: " + failure.message());
+      if (fs::is_symlink(fs::symlink_status(part))) {
+        throw_file_error(part, "is a link to a folder that is not there; make that folder first");
+      }
       made_.push_back(part);
     }
-    std::error_code failure;
     std::filesystem::create_directories(folder_, failure);
     if (!failure && !std::filesystem::is_directory(folder_)) {
       failure = std::make_error_code(std::errc::not_a_directory);
@@ -331,6 +336,7 @@ class StagingArea {
   static void remove_area(const std::filesystem::path& area) {
     std::error_code failure;
     std::filesystem::directory_iterator entry(area, failure);
+    if (failure) return;
     while (!failure && entry != std::filesystem::directory_iterator()) {
       const std::filesystem::path path = entry->path();
       entry.increment(failure);

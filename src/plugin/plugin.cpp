@@ -42,10 +42,11 @@ DynamicFilter make_filter(const detail::PluginSettings& settings) {
   }
 }
 
-/// Makes the recorder; a folder that it refuses is an error in the settings file.
-detail::Recorder make_recorder(const detail::PluginSettings& settings) {
+/// Makes or begins the recorder; what it refuses is an error in the settings file.
+template <class Call>
+void record_by_settings(const detail::PluginSettings& settings, const Call& call) {
   try {
-    return {settings.output_folder, settings.overlay_every};
+    call();
   } catch (const std::runtime_error& error) {
     throw std::runtime_error(settings.file + ": " + settings.output_folder_key + ": " +
                              error.what());
@@ -136,9 +137,12 @@ struct Plugin::State {
     }
 #endif
     if (!settings.output_folder.empty()) {
-      recorder.emplace(make_recorder(settings));
+      record_by_settings(settings,
+                         [&] { recorder.emplace(settings.output_folder, settings.overlay_every); });
     }
     if (!settings.video.empty()) video.emplace(settings);
+    // An earlier recording goes when nothing else can fail.
+    if (recorder) record_by_settings(settings, [&] { recorder->begin(); });
     for (const std::string& sentence : settings.idle) std::cerr << sentence << std::endl;
   }
 

@@ -37,6 +37,9 @@ Recorder::Recorder(const std::filesystem::path& folder, int overlay_every)
   if (failure) throw_file_error(folder_ / "overlays", "cannot be made: " + failure.message());
   lock_.emplace(folder_, writer);
   require_room();  // another recorder may have worked here until now
+}
+
+void Recorder::begin() {
   remove_earlier_files();
   write_file(folder_ / manifest_name(writer),
              manifest_title(writer) + '\n' + manifest_row(written_, table_name) + '\n');

@@ -36,10 +36,14 @@ struct FrameTimes {
 /// others. Keeps other recorders out of the folder.
 class Recorder {
  public:
-  /// Throws std::runtime_error that names what cannot be written, a file in the way, which no
-  /// earlier plugin wrote in this form, or a folder in which another plugin is recording; changes
-  /// nothing then.
+  /// Makes the folder and keeps others out, but removes nothing yet. Throws std::runtime_error that
+  /// names a folder that cannot be made, a file in the way, which no earlier plugin wrote in this
+  /// form, or a folder in which another plugin is recording.
   Recorder(const std::filesystem::path& folder, int overlay_every);
+
+  /// Removes an earlier recording and begins a new one. Call it once, before record. Throws
+  /// std::runtime_error that names what cannot be removed or written.
+  void begin();
 
   /// Records a frame. Throws std::runtime_error that names what cannot be written; the frame has no
   /// row then, and the next one may succeed.

@@ -94,7 +94,7 @@ void show(const std::filesystem::path& folder, const std::filesystem::path& repo
 }
 
 void ablate(const AblateOptions& options) {
-  if (!options.report.empty()) require_replaceable(options.report, html_report_mark);
+  if (!options.report.empty()) require_replaceable(options.report, html_report_beginning);
   if (!options.gather.empty()) return show(options.gather, options.report);
   const AblationPlan plan = plan_of(options);
   if (options.list) {

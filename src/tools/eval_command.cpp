@@ -35,7 +35,6 @@ struct EvalOptions {
 bool is_count(const std::string& name) { return name == "pairs" || name == "rpe_intervals"; }
 
 /// Identifies a JSON file that may be replaced.
-constexpr const char* json_mark = "\"written_by\": \"dynfilter eval\"";
 
 /// The figures of an estimate, and why some are missing.
 struct Evaluation {
@@ -133,7 +132,6 @@ Evaluation evaluate(const EvalOptions& options) {
 
 void write_json(const Evaluation& evaluation, const std::filesystem::path& path) {
   nlohmann::ordered_json json;
-  json["written_by"] = "dynfilter eval";
   for (const auto& [name, value] : evaluation.figures) {
     if (is_count(name)) {
       json[name] = static_cast<std::size_t>(value);
@@ -142,13 +140,11 @@ void write_json(const Evaluation& evaluation, const std::filesystem::path& path)
     }
   }
   for (const auto& [name, reason] : evaluation.missing) json["missing"][name] = reason;
-  write_replaceable(
-      path, json_mark,
-      json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + '\n');
+  write_replaceable_json(path, "eval", json);
 }
 
 void report(const EvalOptions& options) {
-  if (!options.json.empty()) require_replaceable(options.json, json_mark);
+  if (!options.json.empty()) require_replaceable(options.json, json_beginning("eval"));
   const Evaluation evaluation = evaluate(options);
   for (const auto& [name, value] : evaluation.figures) {
     std::printf(is_count(name) ? "%-36s %.0f\n" : "%-36s %.6f\n", name.c_str(), value);

@@ -39,8 +39,7 @@ struct SyncOptions {
 };
 
 /// Identify files that may be replaced.
-constexpr const char* associations_mark = "# written by dynfilter sync";
-constexpr const char* json_mark = "\"written_by\": \"dynfilter sync\"";
+constexpr const char* associations_beginning = "# written by dynfilter sync, checksum ";
 
 DepthOffsetMeasure measure_offset(const RgbdSequence& sequence,
                                   const DepthOffsetEstimatorOptions& options) {
@@ -71,24 +70,30 @@ void print_curve(const DepthOffsetEstimate& estimate) {
   }
 }
 
-/// Returns associations with paths that are relative to the sequence's folder.
+/// Returns a file's path as lists have it: relative to the sequence's folder, or absolute if it
+/// lies elsewhere.
+std::string listed(const std::filesystem::path& file, const std::filesystem::path& folder) {
+  const auto path = std::filesystem::absolute(file).lexically_normal();
+  const auto relative = path.lexically_relative(folder.lexically_normal());
+  return detail::stays_below(relative) ? relative.generic_string() : path.generic_string();
+}
+
+/// Returns associations, but for their beginning.
 std::string associations_text(const RgbdSequence& sequence) {
-  std::string text = std::string(associations_mark) + ", depth offset " +
-                     detail::time_text(sequence.depth_offset_s()) + " s\n";
+  const std::filesystem::path folder = std::filesystem::absolute(sequence.folder());
+  std::string text = ", depth offset " + detail::time_text(sequence.depth_offset_s()) + " s\n";
   for (std::size_t i = 0; i < sequence.size(); ++i) {
     const RgbdSequenceEntry& entry = sequence.entry(i);
-    const auto relative = [&](const std::filesystem::path& path) {
-      return path.lexically_relative(sequence.folder()).generic_string();
-    };
-    text += detail::time_text(entry.timestamp_s) + ' ' + relative(entry.image_path) + ' ' +
-            detail::time_text(entry.depth_timestamp_s) + ' ' + relative(entry.depth_path) + '\n';
+    text += detail::time_text(entry.timestamp_s) + ' ' + listed(entry.image_path, folder) + ' ' +
+            detail::time_text(entry.depth_timestamp_s) + ' ' + listed(entry.depth_path, folder) +
+            '\n';
   }
   return text;
 }
 
 /// Refuses an output file that is read from, or that this command did not write.
 void require_harmless_file(const RgbdSequence& sequence, const std::filesystem::path& camera,
-                           const std::filesystem::path& file, const char* mark) {
+                           const std::filesystem::path& file, const std::string& beginning) {
   if (file.empty()) return;
   Inputs inputs;
   add_sequence_inputs(sequence, inputs);
@@ -96,7 +101,7 @@ void require_harmless_file(const RgbdSequence& sequence, const std::filesystem::
   if (inputs.contains(file)) {
     detail::throw_file_error(file, "is read from, and would be replaced; name another file");
   }
-  require_replaceable(file, mark);
+  require_replaceable(file, beginning);
 }
 
 void sync(const SyncOptions& options) {
@@ -105,8 +110,8 @@ void sync(const SyncOptions& options) {
   if (!sequence.has_depth()) {
     detail::throw_file_error(options.sequence, "has no depth images to compare with");
   }
-  require_harmless_file(sequence, options.camera, options.write, associations_mark);
-  require_harmless_file(sequence, options.camera, options.json, json_mark);
+  require_harmless_file(sequence, options.camera, options.write, associations_beginning);
+  require_harmless_file(sequence, options.camera, options.json, json_beginning("sync"));
   const DepthOffsetMeasure measure = measure_offset(sequence, options.estimator);
   const DepthOffsetEstimate estimate = measure.estimate();
   const std::optional<SilhouetteLag> silhouettes = measure.by_silhouettes();
@@ -134,13 +139,12 @@ void sync(const SyncOptions& options) {
     RgbdSequenceOptions better = given;
     better.depth_offset_s = offset_s;
     const RgbdSequence paired(options.sequence, better);
-    write_replaceable(options.write, associations_mark, associations_text(paired));
+    write_replaceable(options.write, associations_beginning, associations_text(paired));
     std::printf("%zu pairs with a depth offset of %g s written to %s\n", paired.size(), offset_s,
                 options.write.c_str());
   }
   if (!options.json.empty()) {
     nlohmann::ordered_json json;
-    json["written_by"] = "dynfilter sync";
     json["sequence"] = sequence.folder().string();
     json["present_offset_s"] = sequence.depth_offset_s();
     json["recommended_offset_s"] = offset_s;
@@ -150,9 +154,7 @@ void sync(const SyncOptions& options) {
                                 {"sigma_frames", silhouettes->sigma_frames},
                                 {"edges", silhouettes->edges}};
     }
-    write_replaceable(
-        options.json, json_mark,
-        json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + '\n');
+    write_replaceable_json(options.json, "sync", json);
   }
 }
 

@@ -4,6 +4,8 @@
 // A folder that comes from somebody else may hold any mark of an interrupted exchange, and links
 // with the names of hidden folders: nothing outside the folder is moved or removed.
 
+#include <sys/resource.h>
+
 #include <filesystem>
 #include <map>
 #include <stdexcept>
@@ -97,6 +99,54 @@ TEST(StagedFolder, LeavesLinksWithTheNameOfAHiddenFolder) {
   EXPECT_EQ(files_in(folder.path()), before);
   EXPECT_TRUE(fs::is_symlink(folder / "out" / ".dynfilter-test-1"));
   EXPECT_TRUE(fs::is_directory(folder / "empty"));
+}
+
+TEST(StagedFolder, LeavesALinkToAFolderThatIsNotThere) {
+  const TemporaryFolder folder;
+  fs::create_directory_symlink(folder / "unmounted/results", folder / "results");
+  for (const char* out : {"results", "results/a/b"}) {
+    expect_error<std::runtime_error>([&] { StagedFolder(folder / out, "test", {}, true); },
+                                     "results: is a link to a folder that is not there");
+    EXPECT_TRUE(fs::is_symlink(folder / "results"));
+  }
+}
+
+TEST(StagedFolder, NamesAPathThatCannotBeFollowed) {
+  const TemporaryFolder folder;
+  fs::create_directory_symlink(folder / "a", folder / "b");
+  fs::create_directory_symlink(folder / "b", folder / "a");
+  const std::string long_name(300, 'x');
+  for (const fs::path& out : {folder / "a", folder / long_name}) {
+    expect_error<std::runtime_error>([&] { StagedFolder(out, "test", {}, true); },
+                                     out.filename().string());
+  }
+}
+
+TEST(StagedFolder, LeavesWhatHasTheNameOfItsList) {
+  for (const char* name : {".dynfilter-test.txt", ".dynfilter-test.txt/notes"}) {
+    const TemporaryFolder folder;
+    folder.write(std::string("out/") + name, "mine\n");
+    expect_error<std::runtime_error>(
+        [&] { StagedFolder(folder / "out", "test", {}, true); },
+        ".dynfilter-test.txt: is no list of what dynfilter test wrote");
+    EXPECT_EQ(file_text(folder / "out" / name), "mine\n");
+  }
+}
+
+TEST(StagedFolder, LeavesAHiddenFolderThatItCannotList) {
+  const TemporaryFolder folder;
+  rlimit usual{};
+  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &usual), 0);
+  {
+    StagedFolder staged(folder / "out", "test", {}, true);
+    write_file(staged.path() / "key", "unfinished");
+    const rlimit none = {0, usual.rlim_max};
+    ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &none), 0);
+  }
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &usual), 0);
+  EXPECT_FALSE(fs::is_empty(folder / "out"));
+  StagedFolder(folder / "out", "test", {}, true);
+  EXPECT_TRUE(!fs::exists(folder / "out") || fs::is_empty(folder / "out")) << "it was recognised";
 }
 
 }  // namespace

@@ -155,7 +155,7 @@ TEST(StagedFolder, RefusesToReplaceAFileThatWasEditedToTheSameSize) {
 TEST(StagedFolder, ListWithoutHashesProvesNothing) {
   const TemporaryFolder folder;
   folder.write("key", "mine");
-  folder.write(".dynfilter-test.txt", "4/key\n");
+  folder.write(".dynfilter-test.txt", manifest_title("test") + "\n4/key\n");
   expect_error<std::runtime_error>([&] { put(folder.path(), results("first", 1)); }, "holds key");
   EXPECT_EQ(file_text(folder / "key"), "mine");
 }
@@ -167,7 +167,8 @@ TEST(StagedFolder, FileListCannotReachOutsideTheFolder) {
     folder.write("outside", "mine");
     fs::create_directories(folder / "out");
     fs::create_directory_symlink(folder.path(), folder / "out/link");
-    folder.write("out/.dynfilter-test.txt", fingerprint_of("mine").text() + '/' + file + "\n");
+    folder.write("out/.dynfilter-test.txt",
+                 manifest_title("test") + '\n' + fingerprint_of("mine").text() + '/' + file + "\n");
     expect_error<std::runtime_error>([&] { put(folder / "out", results("first", 1)); }, "out");
     EXPECT_EQ(file_text(folder / "outside"), "mine");
   }

@@ -52,6 +52,22 @@ class PluginVideo : public PluginTest {
   }
 };
 
+TEST_F(PluginVideo, RefusedLeavesAnEarlierRecording) {
+  const std::string record = "dynfilter.output_folder: \"" + path("out").string() + "\"\n";
+  {
+    Plugin plugin(settings(record));
+    filter(plugin, 2);
+  }
+  const std::string before = file_text(path("out") / "frames.csv");
+  expect_error<std::runtime_error>(
+      [&] {
+        Plugin plugin(
+            settings(record + "dynfilter.video: \"" + path("film.gif").string() + "\"\n"));
+      },
+      "ends in .mp4 or .avi");
+  EXPECT_EQ(file_text(path("out") / "frames.csv"), before);
+}
+
 TEST_F(PluginVideo, RefusesAFileThatItCannotWrite) {
   expect_refused(path("film.gif"), "ends in .mp4 or .avi");
   expect_refused(path("nowhere") / "film.avi", "no such folder");

@@ -11,6 +11,7 @@
 #include <cstdlib>
 #include <string>
 
+#include "io/fingerprint.hpp"
 #include "support/fault_count.hpp"
 #include "support/replacement_test.hpp"
 
@@ -124,7 +125,9 @@ TEST_F(FailingDisk, AnAblationHoldsWholeRunsOnly) {
 TEST_F(FailingDisk, AListOfPairsIsTheOldOrTheNewOne) {
   const fs::path out = folder_ / "out", file = out / "pairs.txt";
   const std::string call = "sync " + quoted(folder_ / "scene") + " --write " + quoted(file);
-  const std::string earlier = "# written by dynfilter sync, earlier\n";
+  const std::string beginning = "# written by dynfilter sync, checksum ", rest = ", earlier\n";
+  const std::string earlier =
+      beginning + detail::hash_text(detail::fingerprint_of(beginning + rest).hash) + rest;
   folder_.write("out/pairs.txt", earlier);
   ASSERT_EQ(run(call).exit_code, 0);
   const std::string later = file_text(file);

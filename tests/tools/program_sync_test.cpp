@@ -85,10 +85,10 @@ TEST_F(ProgramSync, MeasuresAndWritesAssociationsThatAreInStep) {
 
 TEST_F(ProgramSync, ReplacesOnlyWhatItWroteAndDoesNotRead) {
   const fs::path other = folder_ / "mine.txt";
-  std::ofstream(other) << "mine\n";
+  std::ofstream(other) << "mine\n# written by dynfilter sync, checksum 0123456789abcdef\n";
   Outcome outcome = run("sync " + quoted(scene()) + " --write " + quoted(other));
   EXPECT_EQ(outcome.exit_code, 1);
-  EXPECT_TRUE(outcome.mentions("mine.txt: exists and is not a file of this kind"))
+  EXPECT_TRUE(outcome.mentions("mine.txt: exists, and is not as this sub-command wrote it"))
       << outcome.printed;
   outcome = run("sync " + quoted(scene()) + " --write " + quoted(scene() / "depth.txt"));
   EXPECT_EQ(outcome.exit_code, 1);
@@ -101,7 +101,40 @@ TEST_F(ProgramSync, ReplacesOnlyWhatItWroteAndDoesNotRead) {
   for (int k = 0; k < 2; ++k) {
     outcome = run("sync " + quoted(scene()) + " --write " + quoted(pairs));
     EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
+    fs::permissions(pairs, fs::perms::owner_read | fs::perms::owner_write);
   }
+  EXPECT_EQ(fs::status(pairs).permissions(), fs::perms::owner_read | fs::perms::owner_write);
+  const std::string edited = file_text(pairs) + "# a remark\n";
+  std::ofstream(pairs) << edited;
+  outcome = run("sync " + quoted(scene()) + " --write " + quoted(pairs));
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.printed;
+  EXPECT_EQ(file_text(pairs), edited);
+}
+
+TEST_F(ProgramSync, ListsFilesThatAnAbsoluteListNames) {
+  const fs::path other = folder_ / "other", pairs = folder_ / "pairs.txt";
+  fs::create_directories(other);
+  fs::copy(scene() / "camera.yaml", other);
+  for (const std::string list : {"rgb.txt", "depth.txt"}) {
+    std::ifstream old(scene() / list);
+    std::ofstream rows(other / list);
+    for (std::string row; std::getline(old, row);) {
+      const std::size_t space = row.find(' ');
+      if (row[0] == '#') continue;
+      rows << row.substr(0, space + 1) << fs::absolute(scene() / row.substr(space + 1)).string()
+           << '\n';
+    }
+  }
+  const Outcome outcome = run("sync " + quoted(other) + " --write " + quoted(pairs));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
+  std::ifstream file(pairs);
+  std::string line, image_time, image, depth_time, depth;
+  std::getline(file, line);
+  int rows = 0;
+  for (; file >> image_time >> image >> depth_time >> depth; ++rows) {
+    EXPECT_TRUE(fs::exists(image) && fs::exists(depth)) << image << ' ' << depth;
+  }
+  EXPECT_EQ(rows, 29);
 }
 
 TEST_F(ProgramSync, RunSaysItUntilTheOffsetIsGiven) {

@@ -22,9 +22,10 @@
 namespace dynfilter::tools {
 namespace {
 
-/// Starts the page; its policy keeps the browser from loading anything from outside.
+/// Starts the page after its checksum; its policy keeps the browser from loading anything from
+/// outside.
 std::string head(const std::string& title, const RuleStyles& styles) {
-  return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+  return " -->\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
          "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
          "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; "
          "img-src data:; style-src 'unsafe-inline'\">\n" +
@@ -151,11 +152,11 @@ void write_html_report(const std::vector<RunResult>& results, const std::filesys
   const RuleStyles styles(rules_of(results));
   const std::vector<GroupOfRuns> groups = groups_of(results);
   OutputFile page(file);
-  page << head(html_report_mark, styles) << navigation(groups) << overview(results, styles)
-       << tables(results);
+  page << head("dynfilter: rules compared", styles) << navigation(groups)
+       << overview(results, styles) << tables(results);
   for (std::size_t k = 0; k < groups.size(); ++k) page << section(groups[k], k, styles);
   page << "</body>\n</html>\n";
-  write_replaceable(file, html_report_mark, page.text());
+  write_replaceable(file, html_report_beginning, page.text());
 }
 
 }  // namespace dynfilter::tools

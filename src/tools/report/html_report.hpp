@@ -11,8 +11,8 @@
 
 namespace dynfilter::tools {
 
-/// The title of the page; a page with this title may be replaced.
-constexpr const char* html_report_mark = "dynfilter: rules compared";
+/// How a page begins; a page that begins so and is unchanged may be replaced.
+constexpr const char* html_report_beginning = "<!DOCTYPE html>\n<!-- dynfilter ablate, checksum ";
 
 /// Writes one self-contained page that needs no network: the tables and, for every group of scenes,
 /// the trajectories from above with the truth, features left and removed over time, and the frames
