@@ -35,6 +35,28 @@ inline bool is_truncated_png(const std::vector<std::uint8_t>& bytes) {
          bytes.end();
 }
 
+/// Tells whether a JPEG file ends before its marker "end of image". libjpeg decodes such a file and
+/// makes up the rest. Previews inside it have such markers, too, so that its segments are followed.
+inline bool is_truncated_jpeg(const std::vector<std::uint8_t>& bytes) {
+  const auto is_marker = [&](std::size_t i) {  // neither a stuffed byte nor a restart
+    const bool is_restart = bytes[i + 1] >= 0xD0 && bytes[i + 1] <= 0xD7;
+    return bytes[i] == 0xFF && bytes[i + 1] != 0 && bytes[i + 1] != 0xFF && !is_restart;
+  };
+  if (bytes.size() < 2 || bytes[0] != 0xFF || bytes[1] != 0xD8) return false;
+  for (std::size_t i = 2; i + 1 < bytes.size();) {
+    if (!is_marker(i)) {
+      ++i;  // coded pixels, or padding
+    } else if (bytes[i + 1] == 0xD9) {
+      return false;
+    } else if (i + 3 < bytes.size()) {
+      i += 2 + (std::size_t{bytes[i + 2]} << 8U | bytes[i + 3]);  // the segment's length
+    } else {
+      break;
+    }
+  }
+  return true;
+}
+
 /// Decodes an image file; flags as for cv::imread. Throws std::runtime_error that names it.
 inline cv::Mat read_image(const std::filesystem::path& path, int flags) {
   std::error_code unreadable;
@@ -48,7 +70,8 @@ inline cv::Mat read_image(const std::filesystem::path& path, int flags) {
   }
   cv::Mat image;
   try {
-    if (!bytes.empty() && !is_truncated_png(bytes)) image = cv::imdecode(bytes, flags);
+    const bool is_truncated = is_truncated_png(bytes) || is_truncated_jpeg(bytes);
+    if (!bytes.empty() && !is_truncated) image = cv::imdecode(bytes, flags);
   } catch (const cv::Exception&) {
     image.release();
   }

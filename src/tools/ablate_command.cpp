@@ -149,15 +149,18 @@ void add_ablate_command(CLI::App& program, const std::string& called_as) {
       ->allow_extra_args(false)
       ->check(CLI::IsMember(degradation_names()));
   add_depth_offset_option(*command, options->depth_offset_s);
-  command->add_option("--levels", options->levels, "levels of dynfilter synth, such as medium,hard")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->check(some_level());
+  CLI::Option* levels = command
+                            ->add_option("--levels", options->levels,
+                                         "levels of dynfilter synth, such as medium,hard")
+                            ->delimiter(',')
+                            ->allow_extra_args(false)
+                            ->check(some_level());
   command
       ->add_option("--seeds", options->seeds,
                    "seeds of the levels, such as 1-5 or 1,3,8-10; at most 10000")
-      ->capture_default_str();
-  add_level_size_options(*command, options->level_options);
+      ->capture_default_str()
+      ->needs(levels);
+  add_level_size_options(*command, options->level_options, levels);
   command
       ->add_option(
           "--rules", options->plan.rules,

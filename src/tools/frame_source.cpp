@@ -3,6 +3,7 @@
 
 #include "frame_source.hpp"
 
+#include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "io/file_error.hpp"
@@ -52,6 +53,13 @@ class Recording final : public FrameSource {
   SourceFrame read(std::size_t i) override {
     const RgbdSequenceEntry& entry = sequence_.entry(i);
     SourceFrame frame{entry.stem, sequence_.read(i), entry.depth_timestamp_s, {}, {}, {}};
+    const cv::Size size = frame.frame.image.size();
+    if (image_size_.empty()) image_size_ = size;
+    if (size != image_size_) {
+      detail::throw_file_error(entry.image_path, detail::size_name(size) +
+                                                     " pixels, but earlier images have " +
+                                                     detail::size_name(image_size_));
+    }
     if (masks_) frame.masks = masks_->segment(frame.frame);
     if (true_masks_) frame.true_masks = true_masks_->segment(frame.frame);
     if (moving_masks_) frame.moving_masks = moving_masks_->segment(frame.frame);
@@ -94,6 +102,7 @@ class Recording final : public FrameSource {
   std::optional<MaskFolderSegmenter> moving_masks_;  // if they are passed
   std::optional<Trajectory> true_trajectory_;
   std::string note_;
+  cv::Size image_size_;  // of all images; empty before the first
 };
 
 TimedPose timed(double timestamp_s, const CameraPose& pose) {

@@ -11,6 +11,7 @@
 #include "commands.hpp"
 #include "dynfilter/version.hpp"
 #include "interruption.hpp"
+#include "number_options.hpp"
 
 int main(int argc, char** argv) {
   CLI::App program("Keeps the features of moving objects out of visual SLAM.", "dynfilter");
@@ -24,6 +25,7 @@ int main(int argc, char** argv) {
   dynfilter::tools::add_eval_command(program);
   dynfilter::tools::add_ablate_command(program, argv[0]);
   dynfilter::tools::add_manual_command(program);
+  dynfilter::tools::refuse_empty_values(program);
   int exit_code = 0;
   try {
     program.parse(argc, argv);

@@ -60,9 +60,20 @@ CLI::Validator real_number(double min_value, double max_value) {
 CLI::Validator some_path() {
   return CLI::Validator(
       [](std::string& text) -> std::string {
-        return text.empty() ? "got an empty path; want the path of a folder" : "";
+        return text.empty() ? "got an empty path; want a path" : "";
       },
       "");
+}
+
+void refuse_empty_values(CLI::App& program) {
+  const CLI::Validator something(
+      [](std::string& text) -> std::string {
+        return text.empty() ? "got an empty value; leave the option out, or name something" : "";
+      },
+      "");
+  for (CLI::App* command : program.get_subcommands({})) {
+    for (CLI::Option* option : command->get_options()) option->check(something);
+  }
 }
 
 std::optional<std::vector<std::uint64_t>> parse_number_list(const std::string& text,

@@ -30,6 +30,9 @@ CLI::Validator real_number(double min_value, double max_value);
 /// Makes a validator for Option::check: checks that a path is not empty.
 CLI::Validator some_path();
 
+/// Refuses an empty value of any option of a sub-command, as of a shell variable that is not set.
+void refuse_empty_values(CLI::App& program);
+
 /// Parses "3", "1-5", "1,3,8-10" as numbers. std::nullopt for anything else, for a falling range,
 /// or for more than `max_count` numbers.
 std::optional<std::vector<std::uint64_t>> parse_number_list(const std::string& text,

@@ -112,7 +112,7 @@ void add_run_command(CLI::App& program) {
       ->transform(whole_number(0, std::numeric_limits<std::uint64_t>::max()))
       ->capture_default_str()
       ->needs(level);
-  add_level_size_options(*command, options->scene);
+  add_level_size_options(*command, options->scene, level);
   command
       ->add_option("--out", options->out,
                    "folder for the results; replaces those of an earlier run and nothing else")

@@ -24,6 +24,11 @@ cv::Mat with_caption(const cv::Mat& picture, const std::string& text) {
   return captioned;
 }
 
+/// Chooses at most `wanted` of `all` things, evenly spread: those that begin a share.
+bool is_first_of_share(std::size_t i, std::size_t all, std::size_t wanted) {
+  return wanted >= all || i == 0 || i * wanted / all != (i - 1) * wanted / all;
+}
+
 }  // namespace
 
 FeatureLabels only_masked(const FeatureLabels& labels, const Segmentation& segmentation) {
@@ -50,9 +55,7 @@ RunPictures::RunPictures(const std::filesystem::path& folder, std::size_t frames
 }
 
 bool RunPictures::wants(std::size_t frame) const {
-  // Frame i is wanted if it is the first of its share of the sequence.
-  return pictures_ > 0 &&
-         (frame == 0 || frame * pictures_ / frames_ != (frame - 1) * pictures_ / frames_);
+  return pictures_ > 0 && is_first_of_share(frame, frames_, pictures_);
 }
 
 void RunPictures::add(const std::string& stem, const cv::Mat& image,
@@ -70,6 +73,7 @@ void RunPictures::add(const std::string& stem, const cv::Mat& image,
   cv::Mat row;
   cv::hconcat(panels, row);
   detail::write_png(folder_ / "overlays" / (stem + ".png"), row);
+  if (!is_first_of_share(drawn_++, pictures_, max_rows)) return;
   cv::Mat small;
   cv::resize(row, small, {}, 0.5, 0.5, cv::INTER_AREA);
   rows_.push_back(small);

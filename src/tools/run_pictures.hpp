@@ -20,9 +20,12 @@ namespace dynfilter::tools {
 
 /// Makes a run's pictures for some frames, evenly spread: all features, what the masks remove if
 /// the rule takes masks, and what the rule removes besides (the paper's Figures 3 and 4), side by
-/// side in overlays/<stem>.png. contact_sheet.png has all of them below each other, reduced.
+/// side in overlays/<stem>.png. contact_sheet.png has up to max_rows of them below each other,
+/// reduced.
 class RunPictures {
  public:
+  static constexpr std::size_t max_rows = 50;  ///< a PNG file has at most a million lines
+
   /// Makes the folder. Throws std::runtime_error that names it if that fails.
   RunPictures(const std::filesystem::path& folder, std::size_t frames, std::size_t pictures,
               const RuleInfo& rule);
@@ -39,6 +42,7 @@ class RunPictures {
   std::size_t frames_;
   std::size_t pictures_;
   RuleInfo rule_;
+  std::size_t drawn_ = 0;
   std::vector<cv::Mat> rows_;  // of the contact sheet
 };
 

@@ -21,13 +21,17 @@
 
 namespace dynfilter::tools {
 
-inline void add_level_size_options(CLI::App& command, SceneSpec& scene) {
+/// Adds options that change a level, for the option `level` that names one.
+inline void add_level_size_options(CLI::App& command, SceneSpec& scene, CLI::Option* level) {
   command.add_option("--frames", scene.frames, "frames of a level [300]")
-      ->transform(whole_number(1, 1000000));
+      ->transform(whole_number(1, 1000000))
+      ->needs(level);
   command.add_option("--width", scene.width, "width of a level's images, pixels [640]")
-      ->transform(whole_number(16, 8192));
+      ->transform(whole_number(16, 8192))
+      ->needs(level);
   command.add_option("--height", scene.height, "height of a level's images, pixels [480]")
-      ->transform(whole_number(16, 8192));
+      ->transform(whole_number(16, 8192))
+      ->needs(level);
 }
 
 inline CLI::Option* add_depth_offset_option(CLI::App& command, std::optional<double>& offset_s) {

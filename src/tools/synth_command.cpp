@@ -124,6 +124,16 @@ SyntheticSceneOptions scene_options(const Given& given) {
   return scene;
 }
 
+/// Refuses options that change a rendered scene, for a sequence that is there.
+void require_nothing_else(const CLI::App& command) {
+  for (const CLI::Option* option : command.get_options()) {
+    const bool says_what = option->get_name() == "FOLDER" || option->get_name() == "--statistics";
+    if (option->count() > 0 && !says_what) {
+      throw CLI::ExcludesError(option->get_name(), "FOLDER --statistics");
+    }
+  }
+}
+
 }  // namespace
 
 void add_synth_command(CLI::App& program) {
@@ -170,13 +180,14 @@ void add_synth_command(CLI::App& program) {
       "         dynfilter synth medium_5 --statistics\n"
       "         dynfilter synth --statistics --level desk --frames 90\n" +
       level_list());
-  command->callback([options, given] {
+  command->callback([options, given, command] {
     if (options->folder.empty() && !(options->statistics && !given->level.empty())) {
       throw CLI::RequiredError("FOLDER");
     }
+    const bool rendered = options->folder.empty();
+    if (options->statistics && !rendered) require_nothing_else(*command);
     options->scene = scene_options(*given);
     if (options->statistics) {
-      const bool rendered = options->folder.empty();
       const auto source = rendered ? render_scene(options->scene) : open_sequence(options->folder);
       const std::string name = rendered ? given->level : options->folder.string();
       std::printf("%s", scene_statistics(*source, name).c_str());

@@ -16,6 +16,7 @@
 #include "dynfilter/evaluation/trajectory_errors.hpp"
 #include "html_chart.hpp"
 #include "html_runs.hpp"
+#include "io/regular_file.hpp"
 
 namespace dynfilter::tools {
 namespace {
@@ -95,6 +96,7 @@ Points positions_during(const Trajectory& truth, const Trajectory& estimate) {
 /// run's files.
 void add_aligned(AlignedRuns& all, const RunResult& run) {
   const Trajectory truth = read_trajectory(run.folder / "groundtruth.txt");
+  detail::require_regular_file(run.folder / "trajectory.txt");  // a pipe could wait for ever
   const Trajectory estimate = read_trajectory(run.folder / "trajectory.txt");
   const AbsoluteTrajectoryError error = absolute_trajectory_error(estimate, truth);
   all.runs.push_back({run.rule, error.translation_m.rmse, positions_of(estimate, error.alignment)});

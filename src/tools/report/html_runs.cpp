@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "io/file_error.hpp"
+#include "io/regular_file.hpp"
 #include "io/text_table.hpp"
 
 namespace dynfilter::tools {
@@ -46,6 +47,7 @@ class FrameTable {
 }  // namespace
 
 FrameSeries read_frame_series(const std::filesystem::path& file) {
+  detail::require_regular_file(file);  // a pipe could wait for ever
   FrameSeries series;
   FrameTable table(file);
   while (table.next()) {

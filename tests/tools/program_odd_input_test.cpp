@@ -1,0 +1,113 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// Sequences and options that a sub-command must not take in silence.
+
+#include <fstream>
+#include <string>
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "support/program.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+class OddInput : public ::testing::Test {
+ protected:
+  fs::path scene(int frames) {
+    const Outcome synth = run("synth " + quoted(folder_ / "scene") + " --width 64 --height 48" +
+                              " --frames " + std::to_string(frames));
+    EXPECT_EQ(synth.exit_code, 0) << synth.printed;
+    return folder_ / "scene";
+  }
+
+  void expect_refused(const std::string& arguments, const std::string& part) const {
+    const Outcome outcome = run(arguments);
+    EXPECT_NE(outcome.exit_code, 0) << arguments << '\n' << outcome.printed;
+    EXPECT_TRUE(outcome.mentions(part)) << arguments << '\n' << outcome.printed;
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(OddInput, OptionsWithoutEffectAreRefused) {
+  const std::string of = " " + quoted(scene(2));
+  expect_refused("run" + of + " --frames 1", "--frames requires --level");
+  expect_refused("ablate" + of + " --frames 1", "--frames requires --levels");
+  expect_refused("ablate" + of + " --seeds 1-2", "--seeds requires --levels");
+  expect_refused("synth" + of + " --statistics --frames 1", "--frames excludes");
+}
+
+TEST_F(OddInput, EmptyValuesAreRefused) {
+  const std::string of = " " + quoted(scene(2));
+  for (const std::string option :
+       {"--masks", "--camera", "--model", "--remote", "--out", "--video"}) {
+    expect_refused("run" + of + " " + option + " ''", option + ": got an empty");
+  }
+  expect_refused("eval a b --json ''", "--json: got an empty");
+  expect_refused("ablate" + of + " --report ''", "--report: got an empty");
+  expect_refused("doctor ''", "SEQUENCE: got an empty");
+}
+
+TEST_F(OddInput, ImagesOfDifferentSizesAreRefusedByName) {
+  const fs::path sequence = scene(3);
+  std::ifstream camera(sequence / "camera.yaml");
+  std::string without_size;
+  for (std::string line; std::getline(camera, line);) {
+    if (line.rfind("Camera.width", 0) != 0 && line.rfind("Camera.height", 0) != 0) {
+      without_size += line + '\n';
+    }
+  }
+  std::ofstream(sequence / "camera.yaml") << without_size;
+  fs::remove_all(sequence / "masks");
+  fs::remove_all(sequence / "masks_true");
+  for (const char* kind : {"rgb", "depth"}) {
+    const std::string file = (sequence / kind / "1.066667.png").string();
+    cv::Mat image = cv::imread(file, cv::IMREAD_UNCHANGED);
+    ASSERT_FALSE(image.empty()) << file;
+    cv::resize(image, image, {80, 60}, 0, 0, cv::INTER_NEAREST);
+    cv::imwrite(file, image);
+  }
+  expect_refused("run " + quoted(sequence) + " --rule none --out " + quoted(folder_ / "out"),
+                 "1.066667.png: 80x60 pixels, but earlier images have 64x48");
+}
+
+TEST_F(OddInput, ContactSheetShowsSomeOfManyOverlays) {
+  const std::string out = quoted(folder_ / "out");
+  const Outcome outcome =
+      run("run " + quoted(scene(60)) + " --rule none --features 50 --overlays 60 --out " + out);
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
+  int overlays = 0, height = 0;
+  for (const auto& entry : fs::directory_iterator(folder_ / "out/overlays")) {
+    height = cv::imread(entry.path().string()).rows;
+    ++overlays;
+  }
+  EXPECT_EQ(overlays, 60);
+  const cv::Mat sheet = cv::imread((folder_ / "out/contact_sheet.png").string());
+  EXPECT_EQ(sheet.rows, 50 * (height / 2));
+}
+
+TEST_F(OddInput, AReportDoesNotWaitForAPipe) {
+  const fs::path results = folder_ / "results";
+  ASSERT_EQ(run("ablate " + quoted(scene(4)) + " --rules none,mask --features 50 --out " +
+                quoted(results))
+                .exit_code,
+            0);
+  for (const char* name : {"trajectory.txt", "frames.csv"}) {
+    const fs::path file = results / "scene/none" / name;
+    fs::remove(file);
+    ASSERT_EQ(mkfifo(file.c_str(), 0600), 0);
+  }
+  const Outcome outcome =
+      run("ablate --gather " + quoted(results) + " --report " + quoted(folder_ / "report.html"));
+  EXPECT_NE(file_text(folder_ / "report.html").find("is not a regular file"), std::string::npos)
+      << outcome.printed;
+}
+
+}  // namespace
+}  // namespace dynfilter::testing
