@@ -12,6 +12,16 @@
 namespace dynfilter::tools {
 namespace {
 
+/// Refuses images whose names a table of frames could not hold.
+void require_plain_names(const RgbdSequence& sequence) {
+  for (std::size_t i = 0; i < sequence.size(); ++i) {
+    if (sequence.entry(i).stem.find_first_of(",\"") == std::string::npos) continue;
+    detail::throw_file_error(sequence.entry(i).image_path,
+                             "has a comma or a quote in its name, which frames.csv cannot hold; "
+                             "rename it");
+  }
+}
+
 class Recording final : public FrameSource {
  public:
   Recording(const std::filesystem::path& folder, const std::filesystem::path& masks,
@@ -23,6 +33,7 @@ class Recording final : public FrameSource {
       masks_folder_ = *given;
       masks_name_ = given->string();
     }
+    require_plain_names(sequence_);
     if (sequence_.true_masks_folder()) true_masks_.emplace(*sequence_.true_masks_folder());
     if (const auto truth = sequence_.groundtruth_file()) {
       TrajectoryFile file = read_trajectory_file(*truth);

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <exception>
 #include <iostream>
+#include <new>
 
 #include <CLI/CLI.hpp>
 
@@ -13,7 +14,9 @@
 #include "interruption.hpp"
 #include "number_options.hpp"
 
-int main(int argc, char** argv) {
+namespace {
+
+int run(int argc, char** argv) {
   CLI::App program("Keeps the features of moving objects out of visual SLAM.", "dynfilter");
   program.set_version_flag("--version", DYNFILTER_VERSION_STRING);
   program.require_subcommand(1);
@@ -26,14 +29,26 @@ int main(int argc, char** argv) {
   dynfilter::tools::add_ablate_command(program, argv[0]);
   dynfilter::tools::add_manual_command(program);
   dynfilter::tools::refuse_empty_values(program);
-  int exit_code = 0;
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    exit_code = program.exit(error);
+    return program.exit(error);
+  }
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  int exit_code = 0;
+  try {
+    exit_code = run(argc, argv);
   } catch (const dynfilter::tools::Interrupted& interruption) {
     std::fprintf(stderr, "%s\n", interruption.what());
     std::raise(interruption.signal());  // ends the program as the caller expects of this signal
+    exit_code = 1;
+  } catch (const std::bad_alloc&) {
+    std::fprintf(stderr, "error: there is not enough memory\n");
     exit_code = 1;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "error: %s\n", error.what());

@@ -94,6 +94,9 @@ fs::path checked(const fs::path& file) {
   if (extension != ".mp4" && extension != ".avi") {
     throw_file_error(file, "want a name that ends in .mp4 or .avi");
   }
+  if (file.filename().string().find_first_of("\r\n") != std::string::npos) {
+    throw_file_error(file, "want a name without line breaks");  // the list has a line for each
+  }
   const fs::path whole = fs::absolute(file).lexically_normal();
   std::error_code ignored;
   if (!fs::is_directory(whole.parent_path(), ignored)) {

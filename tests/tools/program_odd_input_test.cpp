@@ -77,6 +77,14 @@ TEST_F(OddInput, ImagesOfDifferentSizesAreRefusedByName) {
                  "1.066667.png: 80x60 pixels, but earlier images have 64x48");
 }
 
+TEST_F(OddInput, NamesThatATableCannotHoldAreRefused) {
+  const fs::path sequence = scene(2);
+  fs::rename(sequence / "rgb/1.000000.png", sequence / "rgb/a,b.png");
+  std::ofstream(sequence / "associations.txt") << "1 rgb/a,b.png 1 depth/1.000000.png\n";
+  expect_refused("run " + quoted(sequence) + " --rule none --out " + quoted(folder_ / "out"),
+                 "a,b.png: has a comma or a quote in its name");
+}
+
 TEST_F(OddInput, ContactSheetShowsSomeOfManyOverlays) {
   const std::string out = quoted(folder_ / "out");
   const Outcome outcome =
