@@ -75,10 +75,25 @@ readonly root count only source core readme again name files options folder jobs
 # shellcheck source-path=SCRIPTDIR source=figures.sh
 source "$root/tests/figures.sh"
 
+# A hash of the sources that are broken.
+sources_of() {
+  (cd "$1" && find include src -type f -print0 | LC_ALL=C sort -z | xargs -0 sha256sum | sha256sum)
+}
+if [[ $readme == yes && -n $only ]]; then
+  echo "error: --only tries a part, which is no figure" >&2
+  exit 2
+fi
+if [[ $readme == yes && -f $folder/table.txt ]] &&
+  [[ $(sources_of "$source") != $(cat "$folder/sources.txt" 2>/dev/null) ]]; then
+  echo "error: $folder has mutants of other sources; remove it for a new figure" >&2
+  exit 1
+fi
+
 # The tree itself stays as it is.
 if [[ ! -f $folder/table.txt ]]; then
   rm -rf "$folder/source"
   mkdir -p "$folder/source"
+  sources_of "$source" >"$folder/sources.txt"
   tar -C "$source" --exclude=./build --exclude=./.git -c . | tar -C "$folder/source" -x
   python3 "$root/tests/mutants/mutate.py" "$folder/source" "$count" "$folder/new_table.txt" "$files"
   mv "$folder/new_table.txt" "$folder/table.txt"
