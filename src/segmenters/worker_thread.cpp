@@ -3,9 +3,11 @@
 
 #include "segmenters/worker_thread.hpp"
 
+#if defined(__unix__) || defined(__APPLE__)
+#include <unistd.h>
+#endif
 #if defined(__linux__)
 #include <sys/syscall.h>
-#include <unistd.h>
 #endif
 
 #include <algorithm>
@@ -17,16 +19,33 @@
 #include <vector>
 
 namespace dynfilter::detail {
+namespace {
+
+/// Returns a number that a child process does not share.
+long process_number() {
+#if defined(__unix__) || defined(__APPLE__)
+  return ::getpid();
+#else
+  return 0;
+#endif
+}
+
+}  // namespace
 
 struct RunningThread {
   std::mutex mutex;  // of the thread that ends it
   std::function<void()> stop;
   std::thread thread;
+  long process = process_number();
   bool has_done_a_job = false;  // the thread's
 
   void end() {
     const std::lock_guard<std::mutex> lock(mutex);
     if (!thread.joinable() || thread.get_id() == std::this_thread::get_id()) return;
+    if (process != process_number()) {
+      thread.detach();  // a child process has no such thread
+      return;
+    }
     stop();
     thread.join();
   }

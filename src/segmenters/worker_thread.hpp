@@ -36,7 +36,8 @@ class WorkerThread {
   /// Notes that a job is done. `work` calls this after its first job, at least.
   void note_job();
 
-  /// Calls `stop` and waits until `work` returned. Does nothing if that was done, or within `work`.
+  /// Calls `stop` and waits until `work` returned. Does nothing if that was done, within `work`,
+  /// and in a child process, which has no such thread.
   void end();
 
  private:

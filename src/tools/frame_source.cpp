@@ -3,6 +3,8 @@
 
 #include "frame_source.hpp"
 
+#include <map>
+
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
@@ -12,13 +14,22 @@
 namespace dynfilter::tools {
 namespace {
 
-/// Refuses images whose names a table of frames could not hold.
+/// Refuses images whose names cannot name their results.
 void require_plain_names(const RgbdSequence& sequence) {
+  std::map<std::string, std::filesystem::path> images;
   for (std::size_t i = 0; i < sequence.size(); ++i) {
-    if (sequence.entry(i).stem.find_first_of(",\"") == std::string::npos) continue;
-    detail::throw_file_error(sequence.entry(i).image_path,
-                             "has a comma or a quote in its name, which frames.csv cannot hold; "
-                             "rename it");
+    const RgbdSequenceEntry& entry = sequence.entry(i);
+    if (entry.stem.find_first_of(",\"") != std::string::npos) {
+      detail::throw_file_error(entry.image_path,
+                               "has a comma or a quote in its name, which frames.csv cannot hold; "
+                               "rename it");
+    }
+    const auto& image = images.emplace(entry.stem, entry.image_path).first->second;
+    if (image != entry.image_path) {
+      detail::throw_file_error(entry.image_path, "is called like " + image.string() +
+                                                     ", and results are named by their image; "
+                                                     "rename one of them");
+    }
   }
 }
 

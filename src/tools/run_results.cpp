@@ -97,6 +97,10 @@ RunResult read_result(const fs::path& file) {
   try {
     std::ifstream stream(file);
     RunResult result = result_of(Json::parse(stream));
+    constexpr std::size_t max_frames = 1'000'000'000;
+    if (result.frames == 0 || result.frames > max_frames || result.kept > result.features) {
+      detail::throw_file_error(file, "has counts that no run gives");
+    }
     result.folder = file.parent_path();
     return result;
   } catch (const nlohmann::json::exception& error) {

@@ -5,6 +5,9 @@
 
 #include "segmenters/worker_thread.hpp"
 
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <atomic>
 #include <chrono>
 #include <cstdlib>
@@ -60,7 +63,7 @@ class SlowSegmenter : public Segmenter {
 /// Leaves the process within job number `job` of a segmenter that nobody destroys.
 void leave_within(int job) {
   static std::atomic<int> done{0};
-  auto* const leaked = new AsyncSegmenter(std::make_unique<SlowSegmenter>(done));
+  static auto* const leaked = new AsyncSegmenter(std::make_unique<SlowSegmenter>(done));
   FrameView frame;
   frame.image = cv::Mat1b(6, 8);
   for (int i = 0; i < job; ++i) {
@@ -91,11 +94,30 @@ TEST(WorkerThreadDeathTest, EndsBeforeWhatItsFirstJobMadeWhicheverThreadLeaves) 
 TEST(WorkerThreadDeathTest, MayLeaveTheProcessItself) {
   EXPECT_EXIT(
       {
-        auto* const leaked = new detail::WorkerThread;
+        static auto* const leaked = new detail::WorkerThread;
         leaked->start([] { std::exit(3); }, [] {});
         std::this_thread::sleep_for(std::chrono::seconds(20));
       },
       ::testing::ExitedWithCode(3), "");
+}
+
+TEST(WorkerThread, IsLeftAloneByAChildProcessThatEnds) {
+  std::atomic<bool> is_stopped{false};
+  detail::WorkerThread thread;
+  thread.start(
+      [&] {
+        while (!is_stopped) std::this_thread::sleep_for(milliseconds(1));
+      },
+      [&] { is_stopped = true; });
+  const pid_t child = fork();
+  if (child == 0) {
+    alarm(20);  // it would wait for ever
+    std::exit(5);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 5);
 }
 
 TEST(WorkerThread, EndsOnceAndMayEndAgain) {

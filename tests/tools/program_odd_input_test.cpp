@@ -4,7 +4,9 @@
 // Sequences and options that a sub-command must not take in silence.
 
 #include <fstream>
+#include <regex>
 #include <string>
+#include <utility>
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -85,6 +87,17 @@ TEST_F(OddInput, NamesThatATableCannotHoldAreRefused) {
                  "a,b.png: has a comma or a quote in its name");
 }
 
+TEST_F(OddInput, ImagesOfOneNameAreRefused) {
+  const fs::path sequence = scene(2);
+  fs::create_directory(sequence / "other");
+  fs::rename(sequence / "rgb/1.033333.png", sequence / "other/1.000000.png");
+  std::ofstream(sequence / "associations.txt")
+      << "1 rgb/1.000000.png 1 depth/1.000000.png\n"
+      << "1.033333 other/1.000000.png 1.033333 depth/1.033333.png\n";
+  expect_refused("run " + quoted(sequence) + " --rule none --out " + quoted(folder_ / "out"),
+                 "rgb/1.000000.png, and results are named by their image");
+}
+
 TEST_F(OddInput, ContactSheetShowsSomeOfManyOverlays) {
   const std::string out = quoted(folder_ / "out");
   const Outcome outcome =
@@ -98,6 +111,21 @@ TEST_F(OddInput, ContactSheetShowsSomeOfManyOverlays) {
   EXPECT_EQ(overlays, 60);
   const cv::Mat sheet = cv::imread((folder_ / "out/contact_sheet.png").string());
   EXPECT_EQ(sheet.rows, 50 * (height / 2));
+}
+
+TEST_F(OddInput, CountsThatNoRunGivesAreRefused) {
+  const fs::path results = folder_ / "results", summary = results / "scene/none/summary.json";
+  ASSERT_EQ(
+      run("ablate " + quoted(scene(2)) + " --rules none --features 50 --out " + quoted(results))
+          .exit_code,
+      0);
+  const std::string whole = file_text(summary);
+  for (const auto& [name, number] : {std::pair("kept", "999999"), std::pair("frames", "-1")}) {
+    const std::regex member("\"" + std::string(name) + "\": [0-9]+");
+    std::ofstream(summary) << std::regex_replace(whole, member,
+                                                 "\"" + std::string(name) + "\": " + number);
+    expect_refused("ablate --gather " + quoted(results), "has counts that no run gives");
+  }
 }
 
 TEST_F(OddInput, AReportDoesNotWaitForAPipe) {
