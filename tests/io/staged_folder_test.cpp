@@ -224,6 +224,9 @@ TEST(StagedFolder, NeverWaitsForAPipe) {
   };
   make_pipe(".dynfilter-test-1/owner");
   make_pipe(".dynfilter-test.txt");
+  expect_error<std::runtime_error>([&] { put(folder.path(), results("first", 1)); },
+                                   ".dynfilter-test.txt: is no list");
+  fs::remove(folder / ".dynfilter-test.txt");
   put(folder.path(), results("first", 1));
   EXPECT_TRUE(fs::exists(folder / ".dynfilter-test-1/owner"));
   make_pipe(".dynfilter-commit");

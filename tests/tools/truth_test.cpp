@@ -28,7 +28,6 @@ namespace {
 constexpr int frames = 4;
 const cv::Size image_size{320, 240};
 constexpr const char* size_options = " --frames 4 --width 320 --height 240";
-constexpr const char* small = " --frames 4 --width 320 --height 240 --features 400";
 
 constexpr const char* score_names[] = {"dynamic_left",   "dynamic_removed",           "static_left",
                                        "static_removed", "static_removed_with_depth", "rim_left",
@@ -144,7 +143,8 @@ class TruthOfAFolder : public ::testing::Test {
   fs::path out() const { return folder_.path() / "out"; }
 
   Outcome ablate(const std::string& options) const {
-    return run("ablate " + quoted(sequence()) + small + " --out " + quoted(out()) + ' ' + options);
+    return run("ablate " + quoted(sequence()) + " --features 400 --out " + quoted(out()) + ' ' +
+               options);
   }
 
  private:
