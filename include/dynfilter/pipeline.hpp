@@ -99,8 +99,8 @@ class Pipeline {
 template <class... Stages>
 void Pipeline<Stages...>::run(const FilterInput& input, bool has_segmentation,
                               FeatureLabels& labels, Workspace& workspace) const {
-  labels
-      .clear();  // whoever goes on after an exception finds no verdicts, not those of another frame
+  // Whoever goes on after an exception finds no labels, not those of another frame.
+  labels.clear();
   validate(input, "Pipeline");
   for_each_stage([&](const auto& stage) { check_stage(stage, input); });
   try {
