@@ -130,7 +130,8 @@ step_hardened() {
   build "${other_dirs}hardened" "${unit_tests_only[@]}" -DCMAKE_BUILD_TYPE=Release \
     -DCMAKE_CXX_FLAGS_RELEASE="-O3 -march=native -D_GLIBCXX_ASSERTIONS -D_FORTIFY_SOURCE=2 -fstack-protector-strong" \
     -DCMAKE_CXX_STANDARD=20 -DCMAKE_UNITY_BUILD=ON -DDYNFILTER_WARNINGS_AS_ERRORS=OFF
-  run_tests "${other_dirs}hardened" -LE "$not_these|repository"
+  # Valgrind, which counts instructions, does not know all of them.
+  run_tests "${other_dirs}hardened" -LE "$not_these|repository" -E '^instructions\.'
 }
 
 # Fuzzes all targets under the sanitizers, from their corpus.
