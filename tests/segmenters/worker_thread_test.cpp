@@ -102,13 +102,16 @@ TEST(WorkerThreadDeathTest, MayLeaveTheProcessItself) {
 }
 
 TEST(WorkerThread, IsLeftAloneByAChildProcessThatEnds) {
-  std::atomic<bool> is_stopped{false};
+  std::atomic<bool> is_running{false}, is_stopped{false};
   detail::WorkerThread thread;
   thread.start(
       [&] {
+        is_running = true;
         while (!is_stopped) std::this_thread::sleep_for(milliseconds(1));
       },
       [&] { is_stopped = true; });
+  // A thread that begins holds locks of the sanitizers, which a child would wait for.
+  while (!is_running) std::this_thread::sleep_for(milliseconds(1));
   const pid_t child = fork();
   if (child == 0) {
     alarm(20);  // it would wait for ever
