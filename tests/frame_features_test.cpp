@@ -82,30 +82,58 @@ TEST(FrameFeatures, GrownBoundsDoNotOverflow) {
   }
 }
 
-TEST(FrameFeatures, RemovedForMatchesTheLabels) {
+TEST(FrameFeatures, KeptAndRemovedInsideMatchTheLabels) {
   FrameFeatures features;
-  Segmentation segmentation;
-  const std::vector<cv::Point2f> points(120);
+  std::size_t kept = 0, removed = 0;
   for (std::uint64_t seed = 0; seed < 500; ++seed) {
     ByteSource source(seed);
-    const auto count = static_cast<std::size_t>(source.between(0, 120));
-    const int instances = source.between(0, 12);
+    const cv::Size image(source.between(1, 900), source.between(1, 900));
+    const std::vector<cv::KeyPoint> keypoints = arbitrary_keypoints(source, image);
+    const int instances = source.between(1, 12);
+    Segmentation segmentation;
     segmentation.instances.assign(static_cast<std::size_t>(instances), Instance());
-    FeatureLabels labels(count, segmentation);
-    for (std::size_t i = 0; i < count; ++i) {
+    FeatureLabels labels(keypoints.size(), segmentation);
+    for (std::size_t i = 0; i < keypoints.size(); ++i) {
       const Reason reason = source.chance(60) ? Reason::in_mask : Reason::compensated;
       if (source.chance(60)) labels.remove(i, source.between(-1, instances - 1), reason, 1);
       if (source.chance(10)) labels.restore(i);
     }
-    features.read({points.data(), count});
-    features.sort_by_instance(labels, Reason::in_mask);
+    features.read(keypoints);
+    const cv::Rect box = arbitrary_box(source, image);
     for (int k = 0; k < instances; ++k) {
-      Indices expected;
-      for (std::size_t i = 0; i < count; ++i) {
+      Indices expected_kept, expected_removed;
+      for (const std::size_t i : brute_inside(keypoints, box)) {
+        if (!labels[i].removed) expected_kept.push_back(i);
         const bool is_masked = labels[i].removed && labels[i].reason == Reason::in_mask;
-        if (is_masked && labels[i].instance == k) expected.push_back(i);
+        if (is_masked && labels[i].instance == k) expected_removed.push_back(i);
       }
-      ASSERT_EQ(sorted(features.removed_for(static_cast<std::size_t>(k))), expected);
+      ASSERT_EQ(sorted(features.kept_inside(box, labels)), expected_kept) << "seed " << seed;
+      ASSERT_EQ(sorted(features.removed_inside(box, labels, static_cast<std::size_t>(k),
+                                               Reason::in_mask)),
+                expected_removed)
+          << "seed " << seed << ", instance " << k;
+      kept += expected_kept.size();
+      removed += expected_removed.size();
+    }
+  }
+  EXPECT_GT(kept, 10000U);
+  EXPECT_GT(removed, 1000U);
+}
+
+/// A crowd's features lie in many small cells, a few features in a few large ones.
+TEST(FrameFeatures, CellsFitTheNumberOfFeatures) {
+  FrameFeatures features;
+  for (const int count : {0, 1, 40, 3000, 20000}) {
+    ByteSource source(static_cast<std::uint64_t>(count));
+    std::vector<cv::KeyPoint> keypoints;
+    for (int i = 0; i < count; ++i) {
+      keypoints.emplace_back(static_cast<float>(source.between(0, 1919)),
+                             static_cast<float>(source.between(0, 1079)), 1.0F);
+    }
+    features.read(keypoints);
+    for (const cv::Rect& box : {cv::Rect(0, 0, 1920, 1080), cv::Rect(700, 300, 90, 200),
+                                cv::Rect(1919, 1079, 1, 1), cv::Rect(-5, 500, 6, 700)}) {
+      ASSERT_EQ(sorted(features.inside(box)), brute_inside(keypoints, box)) << count << ", " << box;
     }
   }
 }

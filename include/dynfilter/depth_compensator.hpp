@@ -198,8 +198,7 @@ class DepthCompensator {
     const float confidence = input.segmentation.instances[object.instance()].score;
     InstanceStatistics& statistics = labels.statistics().instances[object.instance()];
     const auto index = static_cast<std::int32_t>(object.instance());
-    for (const std::size_t i : features.inside(object.reach())) {
-      if (labels.is_removed(i)) continue;
+    for (const std::size_t i : features.kept_inside(object.reach(), labels)) {
       const cv::Point pixel = features.pixel(i);
       ++statistics.candidates;
       double certain = object.certainty(pixel);

@@ -104,11 +104,10 @@ class EdgeCompensator {
     Scratch& scratch = workspace.get<Scratch>();
     scratch.reserve(labels.size(), sampler_.samples());
     FrameFeatures& features = frame_features(input.features, workspace);
-    features.sort_by_instance(labels, Reason::in_mask);
     for (std::size_t k = 0; k < input.segmentation.instances.size(); ++k) {
       if (!labels.is_dynamic_object(k)) continue;
       InstanceStatistics& statistics = labels.statistics().instances[k];
-      statistics.compensation = estimate_ranges(input, k, features, statistics, scratch);
+      statistics.compensation = estimate_ranges(input, k, labels, features, scratch);
       if (statistics.compensation != Compensation::applied &&
           statistics.compensation != Compensation::applied_without_image) {
         continue;
@@ -130,12 +129,12 @@ class EdgeCompensator {
   };
 
   /// Estimates [a, b]_depth and [a, b]_D-LBP of object k from a sample of its masked features.
-  Compensation estimate_ranges(const FilterInput& input, std::size_t k,
-                               const FrameFeatures& features, InstanceStatistics& statistics,
-                               Scratch& scratch) const {
+  Compensation estimate_ranges(const FilterInput& input, std::size_t k, FeatureLabels& labels,
+                               FrameFeatures& features, Scratch& scratch) const {
+    InstanceStatistics& statistics = labels.statistics().instances[k];
     const bool has_image = !input.frame.depth.empty();
     if (!has_image && !input.features.has_depths()) return Compensation::no_depth_image;
-    draw_sample(input, k, features, scratch.candidates);
+    draw_sample(input, k, labels, features, scratch.candidates);
     scratch.depths_m.clear();
     scratch.codes.clear();
     for (const SampleCandidate& candidate : scratch.candidates) {
@@ -153,15 +152,19 @@ class EdgeCompensator {
   }
 
   /// Draws from the features of FP_object that lie on the mask and have depth.
-  void draw_sample(const FilterInput& input, std::size_t k, const FrameFeatures& features,
-                   std::vector<SampleCandidate>& candidates) const {
+  void draw_sample(const FilterInput& input, std::size_t k, const FeatureLabels& labels,
+                   FrameFeatures& features, std::vector<SampleCandidate>& candidates) const {
     const Instance& instance = input.segmentation.instances[k];
+    const cv::Rect masked(instance.mask_origin, instance.mask.size());
     const std::uint64_t instance_key = sampler_.instance_key(input.frame.id, k);
+    const bool has_image = !input.frame.depth.empty();
     candidates.clear();
-    for (const std::size_t i : features.removed_for(k)) {
+    for (const std::size_t i : features.removed_inside(masked, labels, k, Reason::in_mask)) {
       const cv::Point pixel = features.pixel(i);
-      const std::optional<double> depth_m = depth_of(input, i, pixel);
-      if (!instance.covers(pixel) || !depth_m) continue;
+      if (!instance.covers(pixel)) continue;
+      const std::optional<double> depth_m =
+          has_image ? input.frame.depth_m(pixel) : input.features.depth_m(i);
+      if (!depth_m) continue;
       const cv::Point in_box = detail::wrapping_difference(pixel, instance.box.tl());
       SampleCandidate& candidate = candidates.emplace_back();
       candidate.key = FeatureSampler::key(instance_key, in_box);
@@ -172,13 +175,6 @@ class EdgeCompensator {
     sampler_.draw(candidates);
   }
 
-  /// Returns the depth of feature i, metres: the image's at its pixel or, without a depth image,
-  /// the column's. Returns nothing where it is not known.
-  static std::optional<double> depth_of(const FilterInput& input, std::size_t i, cv::Point pixel) {
-    if (input.frame.depth.empty()) return input.features.depth_m(i);
-    return input.frame.depth_m(pixel);
-  }
-
   /// Applies eq. (1), without a depth image its test of depth, to every feature in the box that is
   /// not removed yet.
   void compensate(const FilterInput& input, std::size_t k, FrameFeatures& features,
@@ -186,8 +182,7 @@ class EdgeCompensator {
     const Instance& instance = input.segmentation.instances[k];
     InstanceStatistics& statistics = labels.statistics().instances[k];
     const bool has_image = !input.frame.depth.empty();
-    for (const std::size_t i : features.inside(instance.box)) {
-      if (labels.is_removed(i)) continue;
+    for (const std::size_t i : features.kept_inside(instance.box, labels)) {
       const cv::Point pixel = features.pixel(i);
       const bool depth_fits = has_image ? fits(statistics.depth_range_m, input.frame.depth_m(pixel))
                                         : fits(statistics.depth_range_m, input.features.depth_m(i));

@@ -62,6 +62,7 @@ class FrameFeatures {
       x_[i] = pixel.x;
       y_[i] = pixel.y;
     }
+    lay_grid();
     sort_into_cells();
   }
 
@@ -94,86 +95,116 @@ class FrameFeatures {
   cv::Point pixel(std::size_t i) const { return {x_[i], y_[i]}; }
 
   /// Returns the features whose pixels lie inside the box, which may lie outside the image; its
-  /// right and lower edges do not belong to it. The result is valid until the next call of `read`,
-  /// `inside` or `sort_by_instance`: use one result at a time. Write the type, cv::Rect(x, y,
-  /// width, height), because bare braces are ambiguous. O(features near the box).
+  /// right and lower edges do not belong to it. The result is valid until the next question or call
+  /// of `read`: use one result at a time. Write the type, cv::Rect(x, y, width, height), because
+  /// bare braces are ambiguous. O(features near the box).
   FeatureIndices inside(const cv::Rect& box) { return inside(detail::bounds_of(box)); }
 
   /// Returns the features inside bounds, for the library's own stages: a rectangle whose width or
   /// height may exceed int.
   FeatureIndices inside(const detail::PixelBounds& bounds) {
+    return find(bounds, [](std::uint32_t) { return true; });
+  }
+
+  /// Returns the features inside the box that `labels` has not removed. `labels` must be those of
+  /// the features. Otherwise as `inside`.
+  FeatureIndices kept_inside(const cv::Rect& box, const FeatureLabels& labels) {
+    return kept_inside(detail::bounds_of(box), labels);
+  }
+
+  /// Returns the features inside bounds that `labels` has not removed.
+  FeatureIndices kept_inside(const detail::PixelBounds& bounds, const FeatureLabels& labels) {
+    return find(bounds, [&labels](std::uint32_t i) { return !labels.is_removed(i); });
+  }
+
+  /// Returns the features inside the box that `labels` has removed for an instance, for a reason.
+  /// `labels` must be those of the features. Otherwise as `inside`.
+  FeatureIndices removed_inside(const cv::Rect& box, const FeatureLabels& labels,
+                                std::size_t instance, Reason reason) {
+    return find(detail::bounds_of(box), [=, &labels](std::uint32_t i) {
+      const FeatureLabel& label = labels[i];
+      return label.removed & (label.reason == reason) &
+             (label.instance == static_cast<std::int32_t>(instance));
+    });
+  }
+
+ private:
+  static constexpr int max_coordinate = (1 << 16) - 1;  // on the grid, of any image's pixel
+
+  /// Feature in its cell.
+  struct Place {
+    int x, y;
+    std::uint32_t feature;
+  };
+
+  /// Returns the features inside bounds that a condition holds for.
+  template <class Condition>
+  FeatureIndices find(const detail::PixelBounds& bounds, const Condition& condition) {
     std::uint32_t* end = found_.data();
     if (bounds.empty()) return {end, end};
-    const int first_column = along(bounds.first_x, cell_shift_);
-    const int last_column = along(bounds.last_x, cell_shift_);
-    const int last_row = along(bounds.last_y, cell_shift_);
-    for (int row = along(bounds.first_y, cell_shift_); row <= last_row; ++row) {
+    const int first_column = along(bounds.first_x, columns_, cell_shift_);
+    const int last_column = along(bounds.last_x, columns_, cell_shift_);
+    const int last_row = along(bounds.last_y, rows_, cell_shift_);
+    for (int row = along(bounds.first_y, rows_, cell_shift_); row <= last_row; ++row) {
       // The cells of a row follow each other.
-      const auto first = static_cast<std::size_t>(row * grid_cells + first_column);
-      const auto last = static_cast<std::size_t>(row * grid_cells + last_column);
-      const std::size_t end_slot = cell_begins_[last + 1];
-      for (std::size_t slot = cell_begins_[first]; slot < end_slot; ++slot) {
-        const std::uint32_t i = sorted_[slot];
-        *end = i;  // the next one overwrites what is not inside
-        end += bounds.contains(x_[i], y_[i]) ? 1 : 0;
+      const auto first = static_cast<std::size_t>(row * columns_ + first_column);
+      const auto last = static_cast<std::size_t>(row * columns_ + last_column);
+      const Place* place = places_.data() + cell_begins_[first];
+      const Place* const row_end = places_.data() + cell_begins_[last + 1];
+      for (; place != row_end; ++place) {
+        *end = place->feature;  // the next one overwrites what is not wanted
+        const bool is_inside = bounds.contains(place->x, place->y);
+        end += (is_inside & condition(place->feature)) ? 1 : 0;
       }
     }
     return {found_.data(), end};
   }
 
-  /// Returns the features that were removed for an instance when sort_by_instance was last called.
-  /// Call it first: before that, and for an instance that its labels did not have, the result is
-  /// undefined.
-  FeatureIndices removed_for(std::size_t instance) const {
-    const std::uint32_t* const first = by_instance_.data();
-    return {first + instance_begins_[instance], first + instance_begins_[instance + 1]};
-  }
+  /// Number of cells, at most: one for about two features.
+  std::size_t max_cells() const { return 64 + size() / 2; }
 
-  /// Prepares removed_for: sorts the features that `labels` has removed for this reason by their
-  /// instance. Call it again when the labels or the features have changed. `labels` must be those
-  /// of the features. O(features + instances).
-  void sort_by_instance(const FeatureLabels& labels, Reason reason) {
-    std::uint32_t* end = found_.data();
-    for (std::uint32_t i = 0; i < labels.size(); ++i) {
-      const FeatureLabel& label = labels[i];
-      *end = i;
-      end += (label.removed & (label.reason == reason) & (label.instance >= 0)) ? 1 : 0;
-    }
-    const FeatureIndices removed(found_.data(), end);
-    const auto instance_of = [&labels](std::uint32_t i) {
-      return static_cast<std::size_t>(labels[i].instance);
+  /// Chooses the width of the grid's cells, and how many they are. The grid spans the coordinates
+  /// that features in images have.
+  void lay_grid() {
+    const int max_x = max_of(x_), max_y = max_of(y_);
+    const auto cells = [&](int shift) {
+      return (std::int64_t{max_x >> shift} + 1) * ((max_y >> shift) + 1);
     };
-    by_instance_.resize(size());
-    instance_begins_.assign(labels.statistics().instances.size() + 2, 0);
-    for (const std::uint32_t i : removed) ++instance_begins_[instance_of(i) + 2];
-    add_up(instance_begins_);
-    for (const std::uint32_t i : removed) by_instance_[instance_begins_[instance_of(i) + 1]++] = i;
+    cell_shift_ = 0;
+    while (cells(cell_shift_) > static_cast<std::int64_t>(max_cells())) ++cell_shift_;
+    columns_ = (max_x >> cell_shift_) + 1;
+    rows_ = (max_y >> cell_shift_) + 1;
   }
 
- private:
-  static constexpr int grid_cells = 32;                        // each way
-  static constexpr unsigned max_coordinate = (1U << 16U) - 1;  // on the grid, of any image's pixel
-
-  /// Sorts the features by cell (counting sort). The grid spans the coordinates that they have.
-  void sort_into_cells() {
-    unsigned bits = 0;  // set in some coordinate, of features that are not far outside all images
-    for (std::size_t i = 0; i < size(); ++i) {
-      const unsigned of_both = static_cast<unsigned>(x_[i]) | static_cast<unsigned>(y_[i]);
-      if (of_both <= max_coordinate) bits |= of_both;
+  /// Returns the largest coordinate that a pixel of an image may have; 0 if there is none.
+  static int max_of(const std::vector<int>& coordinates) {
+    int result = 0;
+    for (const int coordinate : coordinates) {
+      result = std::max(result, coordinate <= max_coordinate ? coordinate : 0);
     }
-    int shift = 0;
-    while (bits >> shift >= grid_cells) ++shift;
-    cell_shift_ = shift;
-    cell_begins_.assign(std::size_t{grid_cells} * grid_cells + 2, 0);
+    return result;
+  }
+
+  /// Sorts the features by cell (counting sort).
+  void sort_into_cells() {
+    cell_begins_.reserve(max_cells() + 2);  // the same for all frames of as many features
+    cell_begins_.assign(static_cast<std::size_t>(columns_ * rows_) + 2, 0);
     cells_.resize(size());
-    sorted_.resize(size());
+    places_.resize(size());
+    // Copies, because compilers must assume that writing cells changes members.
+    const int columns = columns_, rows = rows_, shift = cell_shift_;
     for (std::size_t i = 0; i < size(); ++i) {
-      cells_[i] =
-          static_cast<std::uint32_t>(along(y_[i], shift) * grid_cells + along(x_[i], shift));
+      cells_[i] = static_cast<std::uint32_t>(along(y_[i], rows, shift) * columns +
+                                             along(x_[i], columns, shift));
     }
     for (const std::uint32_t cell : cells_) ++cell_begins_[cell + 2];
     add_up(cell_begins_);
-    for (std::uint32_t i = 0; i < size(); ++i) sorted_[cell_begins_[cells_[i] + 1]++] = i;
+    for (std::uint32_t i = 0; i < size(); ++i) {
+      Place& place = places_[cell_begins_[cells_[i] + 1]++];
+      place.x = x_[i];
+      place.y = y_[i];
+      place.feature = i;
+    }
   }
 
   /// Turns counts into start offsets of the parts of a counting sort, one place late: part k starts
@@ -183,22 +214,21 @@ class FrameFeatures {
     for (std::size_t k = 2; k < counts.size(); ++k) counts[k] += counts[k - 1];
   }
 
-  /// Column or row of cells of a coordinate. Features left of the grid or above it are in its first
-  /// one, features beyond it in its last.
-  static int along(int coordinate, int cell_shift) {
-    return std::min(std::max(coordinate, 0) >> cell_shift, grid_cells - 1);
+  /// Column or row of cells that a coordinate lies in. What is left of the grid or above it is in
+  /// the first one, what is beyond it in the last.
+  static int along(int coordinate, int cells, int cell_shift) {
+    return std::min(std::max(coordinate, 0) >> cell_shift, cells - 1);
   }
 
   bool is_kept_ = false;  // by a Reading
   FeaturesView view_;
-  std::vector<int> x_, y_;                      // the pixels
-  std::vector<std::uint32_t> found_;            // the last answer of inside
-  std::vector<std::uint32_t> by_instance_;      // features removed for instance 0, 1, …
-  std::vector<std::uint32_t> instance_begins_;  // of each instance's part, and the end
-  int cell_shift_ = 0;                          // a cell is 2^shift pixels wide and high
-  std::vector<std::uint32_t> cells_;            // the cell of each feature
-  std::vector<std::uint32_t> sorted_;           // features by cell, row by row
-  std::vector<std::uint32_t> cell_begins_;      // of each cell's part, and the end
+  std::vector<int> x_, y_;                  // the pixels
+  std::vector<std::uint32_t> found_;        // the last answer
+  int cell_shift_ = 0;                      // a cell is 2^shift pixels wide and high
+  int columns_ = 1, rows_ = 1;              // of cells
+  std::vector<std::uint32_t> cells_;        // the cell of each feature
+  std::vector<Place> places_;               // features by cell, row by row
+  std::vector<std::uint32_t> cell_begins_;  // of each cell's part, and the end
 };
 
 /// Returns the input's features for a stage. A pipeline has read them for all its stages; for a

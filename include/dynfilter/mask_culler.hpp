@@ -158,11 +158,13 @@ class MaskCuller {
             FeatureLabels& labels) const {
     const Instance& instance = input.segmentation.instances[k];
     const cv::Rect masked(instance.mask_origin, instance.mask.size());
-    for (const std::size_t i : features.inside(detail::bounds_of(masked, max_margin()))) {
-      if (labels.is_removed(i)) continue;
+    const bool has_margin = options_.margin_px > 0 || options_.margin_per_diameter > 0;
+    for (const std::size_t i :
+         features.kept_inside(detail::bounds_of(masked, max_margin()), labels)) {
       const cv::Point pixel = features.pixel(i);
       const bool is_on_mask = instance.covers(pixel);
       if (!is_on_mask) {
+        if (!has_margin) continue;
         const double margin = margin_of(input.features.diameter_px(i));
         if (!(margin > 0) || !detail::mask_within(instance, pixel, margin)) continue;
       }
