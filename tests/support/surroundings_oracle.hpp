@@ -104,6 +104,7 @@ class OracleWatershed {
         if (std::abs(column(to) - column(from)) > 1 || std::abs(row(to) - row(from)) > 1) continue;
         const float step = std::max(places_[from].first, std::abs(depths_[to] - depths_[from]));
         if (step > DepthWatershed::max_step_m) continue;  // not connected
+        if (seeds_[to] != Seed::none) continue;           // a seed keeps its owner
         places_[to] = std::min(places_[to], Place(step, places_[from].second));
       }
     }
