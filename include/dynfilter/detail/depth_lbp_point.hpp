@@ -38,8 +38,10 @@ std::optional<std::uint8_t> depth_lbp_code(const cv::Mat& depth, cv::Point pixel
                                           lower[1],  lower[0], lower[-1], middle[-1]};
   unsigned code = 0;
   for (std::size_t k = 0; k < clockwise.size(); ++k) {
-    const bool is_farther = is_depth(clockwise[k]) ? clockwise[k] > *middle : missing_is_farther;
-    code |= is_farther ? weights[k] : 0U;
+    // Branch-free, because no processor foresees which neighbours are farther.
+    const bool is_known = is_depth(clockwise[k]);
+    const bool is_farther = is_known & (clockwise[k] > *middle);
+    code += weights[k] * static_cast<unsigned>(is_farther | (!is_known & missing_is_farther));
   }
   return static_cast<std::uint8_t>(code);
 }
