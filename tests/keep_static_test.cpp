@@ -143,12 +143,6 @@ TEST(KeepStatic, DoesNotMoveRowsOfASharedMatrix) {
   EXPECT_EQ(first_column(larger), (std::vector<int>{0, 1, 2, 3, 4, 5}));
 }
 
-TEST(KeepStatic, MovesTheRowsOfARunAndNoOthers) {
-  cv::Mat descriptors = numbered_rows(6);
-  detail::move_run(descriptors, 2, 4, 0);
-  EXPECT_EQ(first_column(descriptors), (std::vector<int>{2, 3, 2, 3, 4, 5}));
-}
-
 TEST(KeepStatic, ReadsNoRowBehindTheMatrix) {
   const testing::GuardedImage memory({32, 128}, CV_8UC1, testing::Guard::behind);  // one page
   cv::Mat descriptors = memory.image();

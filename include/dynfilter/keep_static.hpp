@@ -57,7 +57,10 @@ std::size_t keep_static(const FeatureLabels& labels, Columns&... columns) {
   std::size_t position = 0;
   (detail::require_length(columns, labels.size(), position++), ...);
   (detail::unshare(columns), ...);  // the last step that may throw; no row has moved yet
-  const std::size_t kept = detail::move_kept(labels, columns...);
+  std::size_t first_removed = 0;
+  while (first_removed < labels.size() && !labels.is_removed(first_removed)) ++first_removed;
+  (detail::move_kept(labels, first_removed, columns), ...);
+  const std::size_t kept = kept_below(labels, labels.size());
   (detail::shorten(columns, kept), ...);
   return kept;
 }

@@ -69,49 +69,34 @@ inline void unshare(cv::Mat& column) {
   if (!owned_alone && !column.empty()) column = column.clone();
 }
 
-/// Moves the elements from `first` up to and without `end` to the front, to `destination`.
+/// Moves the kept elements of a column to the front. The elements before `first`, the index of the
+/// first removed feature, stay where they are.
 template <class T, class Allocator>
-void move_run(std::vector<T, Allocator>& column, std::size_t first, std::size_t end,
-              std::size_t destination) {
-  const auto at = [&column](std::size_t i) {
-    return column.begin() + static_cast<std::ptrdiff_t>(i);
-  };
-  std::move(at(first), at(end), at(destination));
+void move_kept(const FeatureLabels& labels, std::size_t first, std::vector<T, Allocator>& column) {
+  std::size_t kept = first;
+  for (std::size_t i = first + 1; i < labels.size(); ++i) {
+    column[kept] = std::move(column[i]);  // the next one overwrites what is removed
+    kept += labels.is_removed(i) ? 0 : 1;
+  }
 }
 
-/// Moves rows likewise. Nobody else may see the matrix.
-inline void move_run(cv::Mat& column, std::size_t first, std::size_t end, std::size_t destination) {
+/// Moves the kept rows likewise. Nobody else may see the matrix.
+inline void move_kept(const FeatureLabels& labels, std::size_t first, cv::Mat& column) {
   constexpr std::size_t orb_bytes = 32;  // compilers copy a known length without a call
   const std::size_t row_bytes = static_cast<std::size_t>(column.cols) * column.elemSize();
+  if (row_bytes == 0) return;
   const std::size_t step = column.step[0];
-  const std::uint8_t* from = column.data + first * step;
-  std::uint8_t* to = column.data + destination * step;
-  for (std::size_t i = first; i < end; ++i, from += step, to += step) {
+  std::uint8_t* to = column.data + first * step;
+  const std::uint8_t* from = to;
+  for (std::size_t i = first + 1; i < labels.size(); ++i) {
+    from += step;
     if (row_bytes == orb_bytes) {
       std::memcpy(to, from, orb_bytes);
-    } else if (row_bytes > 0) {
+    } else {
       std::memcpy(to, from, row_bytes);
     }
+    to += labels.is_removed(i) ? 0 : step;
   }
-}
-
-/// Moves the elements of kept features to the front of all columns, one run of them at a time.
-/// Returns how many they are.
-template <class... Columns>
-std::size_t move_kept(const FeatureLabels& labels, Columns&... columns) {
-  std::size_t kept = 0, first = 0;
-  while (first < labels.size()) {
-    if (labels.is_removed(first)) {
-      ++first;
-      continue;
-    }
-    std::size_t end = first + 1;
-    while (end < labels.size() && !labels.is_removed(end)) ++end;
-    if (kept != first) (move_run(columns, first, end, kept), ...);
-    kept += end - first;
-    first = end;
-  }
-  return kept;
 }
 
 template <class T, class Allocator>
