@@ -79,7 +79,9 @@ unit_tests_only=(-DDYNFILTER_BUILD_EXAMPLES=OFF -DDYNFILTER_BUILD_TOOLS=OFF)
 configure() {
   local folder=$1
   shift
-  cmake -S "$root" -B "$folder" "${configure_options[@]}" "$@"
+  # -g1, line numbers without variables, is quicker to build than -g.
+  cmake -S "$root" -B "$folder" "${configure_options[@]}" \
+    -DCMAKE_CXX_FLAGS_RELWITHDEBINFO="-O2 -g1 -DNDEBUG" "$@"
 }
 
 # build <folder> <option of cmake>...
@@ -99,7 +101,7 @@ run_tests() {
 step_sanitized() {
   log "Unit tests under the address and undefined-behaviour sanitizers"
   build "${other_dirs}asan-ubsan" "${unit_tests_only[@]}" -DCMAKE_BUILD_TYPE=Debug \
-    -DCMAKE_CXX_FLAGS_DEBUG="-g -O1 -D_GLIBCXX_ASSERTIONS -D_DEBUG" -DDYNFILTER_SANITIZE=address,undefined
+    -DCMAKE_CXX_FLAGS_DEBUG="-g1 -O1 -D_GLIBCXX_ASSERTIONS -D_DEBUG" -DDYNFILTER_SANITIZE=address,undefined
   ASAN_OPTIONS=halt_on_error=1:detect_leaks=1 UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1 \
     LSAN_OPTIONS="suppressions=$root/tests/lsan.supp:print_suppressions=0" \
     run_tests "${other_dirs}asan-ubsan" -LE "$not_these"
