@@ -201,9 +201,10 @@ class DepthCompensator {
     for (const std::size_t i : features.kept_inside(object.reach(), labels)) {
       const cv::Point pixel = features.pixel(i);
       ++statistics.candidates;
-      double certain = object.certainty(pixel);
+      const bool has_depth = object.has_depth_at(pixel);
+      double certain = has_depth ? 1 : object.certainty_around(pixel);
       if (certain >= 0.5) {
-        ++(object.has_depth_at(pixel) ? statistics.passed_depth : statistics.passed_nearness);
+        ++(has_depth ? statistics.passed_depth : statistics.passed_nearness);
       } else if (object.is_beside_mask(pixel)) {
         certain = 1;
       }

@@ -122,10 +122,13 @@ class DepthWatershed {
   /// Whether a is flooded after b. At equal steps the object comes first.
   template <class A, class B>
   static bool is_higher(const A& a, const B& b) {
-    return a.step_m > b.step_m || (a.step_m == b.step_m && a.owner > b.owner);
+    return (a.step_m > b.step_m) | ((a.step_m == b.step_m) & (a.owner > b.owner));
   }
 
-  static bool is_later(const Front& a, const Front& b) { return is_higher(a, b); }
+  /// Order of the heap: a type and no function, so that compilers put it in place.
+  struct IsLater {
+    bool operator()(const Front& a, const Front& b) const { return is_higher(a, b); }
+  };
 
   /// What a cell offers to a neighbour, at `index`: the way from its seed on to there.
   static Front offer(const Cell& from, const Cell& to, std::size_t index) {
@@ -164,13 +167,13 @@ class DepthWatershed {
       cells_[reached.index].step_m = reached.step_m;
       cells_[reached.index].owner = reached.owner;
     }
-    std::make_heap(front_.begin(), front_.end(), is_later);
+    std::make_heap(front_.begin(), front_.end(), IsLater());
   }
 
   /// Takes the lowest place of the flood's front, and floods those neighbours from there that have
   /// no lower way.
   void rise() {
-    std::pop_heap(front_.begin(), front_.end(), is_later);
+    std::pop_heap(front_.begin(), front_.end(), IsLater());
     const Front lowest = front_.back();
     front_.pop_back();
     if (is_higher(lowest, cells_[lowest.index])) return;  // a lower way was found
@@ -183,7 +186,7 @@ class DepthWatershed {
       to.step_m = next.step_m;
       to.owner = next.owner;
       front_.push_back(next);
-      std::push_heap(front_.begin(), front_.end(), is_later);
+      std::push_heap(front_.begin(), front_.end(), IsLater());
     });
   }
 

@@ -19,6 +19,7 @@
 
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/mask_row.hpp"
+#include "dynfilter/detail/object_pixels.hpp"
 #include "dynfilter/detail/pixel_scale.hpp"
 #include "dynfilter/detail/rectangles.hpp"
 #include "dynfilter/frame.hpp"
@@ -76,8 +77,9 @@ class MaskGapEstimator {
     const cv::Rect masked =
         detail::clip({instance.mask_origin, instance.mask.size()}, frame.depth.size());
     const int row_step = scaled(options_.row_step_px, frame);
+    const detail::ObjectPixels pixels(frame, object);
     for (int y = masked.y + row_step / 2; y < masked.y + masked.height; y += row_step) {
-      measure_row(frame, instance, object, {masked.x, y}, masked.width, scratch);
+      measure_row(frame, instance, pixels, {masked.x, y}, masked.width, scratch);
     }
     const std::size_t on_left = sum(left), on_right = sum(right);
     const std::size_t min_samples = std::max<std::size_t>(1, options_.min_samples);
@@ -113,7 +115,8 @@ class MaskGapEstimator {
 
   /// Measures the gap at each edge of the mask in a part of a row.
   static void measure_row(const FrameView& frame, const Instance& instance,
-                          const ObjectDepth& object, cv::Point first, int width, Scratch& scratch) {
+                          const detail::ObjectPixels& object, cv::Point first, int width,
+                          Scratch& scratch) {
     const std::uint8_t* const mask =
         instance.mask.ptr<std::uint8_t>(first.y - instance.mask_origin.y) +
         (first.x - instance.mask_origin.x);
@@ -131,8 +134,8 @@ class MaskGapEstimator {
     }
   }
 
-  static void measure(const FrameView& frame, const ObjectDepth& object, cv::Point edge, int way,
-                      std::vector<std::size_t>& gaps) {
+  static void measure(const FrameView& frame, const detail::ObjectPixels& object, cv::Point edge,
+                      int way, std::vector<std::size_t>& gaps) {
     if (frame.depth.type() == CV_16UC1) {
       measure<std::uint16_t>(frame, object, edge, way, gaps);
     } else {
@@ -143,13 +146,10 @@ class MaskGapEstimator {
   /// Walks from the mask's last pixel in direction `way`, and notes after how many pixels the
   /// object's depth ends.
   template <class Depth>
-  static void measure(const FrameView& frame, const ObjectDepth& object, cv::Point edge, int way,
-                      std::vector<std::size_t>& gaps) {
+  static void measure(const FrameView& frame, const detail::ObjectPixels& object, cv::Point edge,
+                      int way, std::vector<std::size_t>& gaps) {
     const Depth* const depths = frame.depth.ptr<Depth>(edge.y) + edge.x;
-    const double scale = frame.depth_scale();
-    const auto is_objects = [&](int distance) {
-      return object.contains(static_cast<double>(depths[way * distance]) * scale);
-    };
+    const auto is_objects = [&](int distance) { return object.contain(depths[way * distance]); };
     if (!is_objects(0)) return;
     const int to_border = way < 0 ? edge.x : frame.depth.cols - 1 - edge.x;
     const int limit = std::min(to_border, static_cast<int>(gaps.size()) - 1);

@@ -17,6 +17,7 @@
 #include "dynfilter/depth_compensator_options.hpp"
 #include "dynfilter/depth_watershed.hpp"
 #include "dynfilter/detail/mask_distance.hpp"
+#include "dynfilter/detail/object_pixels.hpp"
 #include "dynfilter/detail/pixel_scale.hpp"
 #include "dynfilter/detail/rectangles.hpp"
 #include "dynfilter/filter_input.hpp"
@@ -77,10 +78,14 @@ class ObjectInFrame {
     gap_px_ = 0;
     depth_ = depth_estimator.estimate(*frame_, *mask_, scratch.depths_m);
     if (depth_.empty()) return;
+    pixels_ = {*frame_, depth_};
     reach_ = object_reach(mask_->box, mask_age_s(input, options), options, frame_->depth.size());
     if (!is_stale_) {
       gap_px_ = gap_estimator.estimate(*frame_, *mask_, depth_, scratch.gaps).value_or(0);
     }
+    nearness_steps_ = detail::steps_of_reach(options.reach_px, frame_->depth.size());
+    margin_px_ = gap_px_ + pixels(options.mask_margin_px);
+    shadow_px_ = gap_px_ + pixels(options.shadow_px);
     segmentation_ = &input.segmentation;
     is_flooded_ = false;
   }
@@ -117,12 +122,15 @@ class ObjectInFrame {
   /// Returns the certainty that a pixel in reach belongs to the object, by depth and nearness. From
   /// 1/2 on it is taken to belong.
   double certainty(cv::Point pixel) const {
-    if (has_depth_at(pixel)) return 1;
+    return has_depth_at(pixel) ? 1 : certainty_around(pixel);
+  }
+
+  /// Returns the certainty by nearness, for a pixel in reach that has not the object's depth.
+  double certainty_around(cv::Point pixel) const {
     const double depth_m = frame_->depth_m(pixel).value_or(0);
     const bool is_not_behind = depth_m > 0 && depth_m < depth_.hull_m().upper;
     if (is_not_behind) return 0;
-    const int reach = detail::steps_of_reach(options_->reach_px, frame_->depth.size());
-    const double nearness = detail::object_nearness(*frame_, pixel, depth_, reach);
+    const double nearness = detail::object_nearness(*frame_, pixel, pixels_, nearness_steps_);
     if (!(nearness > 0)) return 0;
     const double needed = min_nearness(pixel, nearness);
     return nearness < needed ? 0.5 * (nearness / needed) : std::min(1.0, 0.5 + nearness / 8);
@@ -130,8 +138,7 @@ class ObjectInFrame {
 
   /// Whether a pixel lies so close to a fresh mask that it belongs to the object in any case.
   bool is_beside_mask(cv::Point pixel) const {
-    const double margin = gap_px_ + pixels(options_->mask_margin_px);
-    return !is_stale_ && margin > 0 && detail::mask_within(*mask_, pixel, margin);
+    return !is_stale_ && margin_px_ > 0 && detail::mask_within(*mask_, pixel, margin_px_);
   }
 
   /// Whether something at this depth hides the object or is part of it: it is no farther than the
@@ -211,8 +218,7 @@ class ObjectInFrame {
     if (is_stale_) return options_->min_nearness_if_stale;
     const double in_shadow = std::max(options_->min_nearness, options_->min_nearness_in_shadow);
     if (nearness >= in_shadow) return options_->min_nearness;
-    const double shadow_px = gap_px_ + pixels(options_->shadow_px);
-    return detail::mask_within(*mask_, pixel, shadow_px) ? in_shadow : options_->min_nearness;
+    return detail::mask_within(*mask_, pixel, shadow_px_) ? in_shadow : options_->min_nearness;
   }
 
   const FrameView* frame_ = nullptr;
@@ -222,7 +228,10 @@ class ObjectInFrame {
   bool is_stale_ = false;
   cv::Rect reach_;
   ObjectDepth depth_;
+  detail::ObjectPixels pixels_;  // of depth_
   double gap_px_ = 0;
+  double margin_px_ = 0, shadow_px_ = 0;  // distances from the mask
+  int nearness_steps_ = 1;                // reach of object_nearness
   const Segmentation* segmentation_ = nullptr;
   // Flooded when the first question needs it: few do where masks are good.
   mutable DepthWatershed watershed_;

@@ -14,6 +14,7 @@
 #include <opencv2/core.hpp>
 
 #include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/object_pixels.hpp"
 #include "dynfilter/detail/pixel_scale.hpp"
 #include "dynfilter/frame.hpp"
 #include "dynfilter/object_depth.hpp"
@@ -21,45 +22,42 @@
 namespace dynfilter {
 namespace detail {
 
-/// How many steps of -1, 0 or 1 lead from a position to the image's border, at most `reach`.
-inline int steps_to_border(int position, int step, int length, int reach) {
-  if (step == 0) return reach;
-  return std::min(reach, step > 0 ? length - 1 - position : position);
-}
-
 /// How far object_nearness looks in an image of this size, in steps.
 inline int steps_of_reach(double reach_px, const cv::Size& image) {
   return std::max(1, static_cast<int>(std::lround(reach_px * pixel_scale(image))));
 }
 
 /// Sums the votes of the eight directions, clockwise from the upper left: in each, the first pixel
-/// with depth votes. The pixel must lie in the image.
+/// with depth votes. The pixel must lie in the image, and `object` be made for the frame.
 template <class Depth>
-double object_nearness(const FrameView& frame, cv::Point pixel, const ObjectDepth& object,
+double object_nearness(const FrameView& frame, cv::Point pixel, const ObjectPixels& object,
                        int reach) {
-  constexpr int directions[8][2] = {{-1, -1}, {0, -1}, {1, -1}, {1, 0},
-                                    {1, 1},   {0, 1},  {-1, 1}, {-1, 0}};
   const cv::Size size = frame.depth.size();
+  const int left = std::min(reach, pixel.x), right = std::min(reach, size.width - 1 - pixel.x);
+  const int up = std::min(reach, pixel.y), down = std::min(reach, size.height - 1 - pixel.y);
+  struct Direction {
+    int x, y, steps;  // a step, and their number as far as the border
+  };
+  const Direction directions[8] = {
+      {-1, -1, std::min(left, up)},  {0, -1, up},  {1, -1, std::min(right, up)},  {1, 0, right},
+      {1, 1, std::min(right, down)}, {0, 1, down}, {-1, 1, std::min(left, down)}, {-1, 0, left}};
   const auto row_step = static_cast<std::ptrdiff_t>(frame.depth.step1());
   const Depth* const centre = frame.depth.ptr<Depth>(pixel.y) + pixel.x;
-  const double depth_scale = frame.depth_scale();
   const double vote = pixel_scale(size);
   double nearness = 0;
-  for (const auto& [x, y] : directions) {
-    const int steps = std::min(steps_to_border(pixel.x, x, size.width, reach),
-                               steps_to_border(pixel.y, y, size.height, reach));
+  for (const auto& [x, y, steps] : directions) {
     const std::ptrdiff_t offset = y * row_step + x;
     for (int step = 1; step <= steps; ++step) {
-      const double metres = static_cast<double>(centre[step * offset]) * depth_scale;
-      if (!(metres > 0) || !std::isfinite(metres)) continue;
-      if (object.contains(metres)) nearness += (x == 0 ? 2 * vote : vote) / step;
+      const Depth depth = centre[step * offset];
+      if (!object.has_depth(depth)) continue;
+      if (object.contain(depth)) nearness += (x == 0 ? 2 * vote : vote) / step;
       break;
     }
   }
   return nearness;
 }
 
-inline double object_nearness(const FrameView& frame, cv::Point pixel, const ObjectDepth& object,
+inline double object_nearness(const FrameView& frame, cv::Point pixel, const ObjectPixels& object,
                               int reach) {
   return frame.depth.type() == CV_16UC1
              ? object_nearness<std::uint16_t>(frame, pixel, object, reach)
@@ -99,7 +97,7 @@ inline double object_nearness(const FrameView& frame, cv::Point pixel, const Obj
                          "a number above 0 and at most 1000");
   }
   const int reach = detail::steps_of_reach(reach_px, frame.depth.size());
-  return detail::object_nearness(frame, pixel, object, reach);
+  return detail::object_nearness(frame, pixel, detail::ObjectPixels(frame, object), reach);
 }
 
 }  // namespace dynfilter
