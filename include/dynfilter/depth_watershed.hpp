@@ -26,8 +26,9 @@ namespace dynfilter {
 ///
 /// A table behind a person may lie in the person's range of depth. But it is connected with what
 /// lies outside the person's box by smaller steps of depth than with the person; a hand is not.
-/// The flood starts on the mask and outside the box, and takes the
-/// smallest step first. Where both sides come over equal steps, the object has the place.
+/// The flood starts on the mask and outside the box, and takes the smallest step first. Where both
+/// sides come over equal steps, the object has the place. The places where it starts keep their
+/// owner.
 class DepthWatershed {
  public:
   /// Largest step of depth between cells that are connected, metres.
