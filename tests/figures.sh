@@ -3,8 +3,25 @@
 # SPDX-License-Identifier: MIT
 
 # Functions for scripts that measure, to be sourced: they keep the table between the marks
-# <!-- figures: begin --> and <!-- figures: end --> of tests/README.md. A row has a name, a figure and
-# the command that wrote it.
+# <!-- figures: begin --> and <!-- figures: end --> of tests/README.md. A row has a name, a figure, the
+# command that wrote it and the commit that was measured.
+
+# Prints the commit of the tree in this folder, with a + if the tree differs from it in anything but the
+# page of figures; `unknown` if git does not know.
+tree_commit() {
+  local hash changes
+  if ! hash=$(git -C "$1" rev-parse --short HEAD 2>/dev/null) ||
+    ! changes=$(git -C "$1" status --porcelain -- ':/' ':(top,exclude)tests/README.md' 2>/dev/null); then
+    echo unknown
+    return
+  fi
+  echo "$hash${changes:++}"
+}
+
+# A script sources this file before it builds: a commit that somebody makes while it measures is not the
+# one that it measured.
+measured_commit=$(tree_commit "$(dirname "${BASH_SOURCE[0]}")")
+readonly measured_commit
 
 # Prints the figure of that name, without a row nothing.
 #   figure <page> <name>
@@ -53,7 +70,7 @@ write_figure() {
     echo "set_figure: a bar would break the table: $*" >&2
     return 1
   }
-  changed=$(awk -F ' *[|] *' -v name="$2" -v row="| $2 | $3 | \`$4\` |" '
+  changed=$(awk -F ' *[|] *' -v name="$2" -v row="| $2 | $3 | \`$4\` | $measured_commit |" '
       /<!-- figures: begin -->/ { inside = 1; found = 1 }
       inside && /<!-- figures: end -->/ { inside = 0; if (!is_set) print row }
       inside && $2 == name { print row; is_set = 1; next }
