@@ -68,7 +68,7 @@ class RemoteChannel {
 };
 
 Segmentation RemoteChannel::exchange(const FrameView& frame) {
-  const Deadline deadline(options_.timeout_s);
+  const Deadline deadline(options_.timeout_s, options_.stop);
   try {
     return exchange(frame, deadline);
   } catch (const ConnectionError& error) {
@@ -79,6 +79,10 @@ Segmentation RemoteChannel::exchange(const FrameView& frame) {
     throw_file_error(path_, error.what());
   } catch (const TimeIsUp& error) {
     // Keeps the connection in a state in which the next call can continue.
+    if (deadline.is_stopped()) {
+      throw_file_error(path_, concatenate("the wait for the masks of frame ", frame.id,
+                                          " was stopped by the caller"));
+    }
     throw_file_error(path_, concatenate("no masks of frame ", frame.id, " within ",
                                         options_.timeout_s, " s: ", error.what()));
   }

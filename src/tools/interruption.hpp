@@ -6,21 +6,27 @@
 #ifndef DYNFILTER_SRC_TOOLS_INTERRUPTION_HPP
 #define DYNFILTER_SRC_TOOLS_INTERRUPTION_HPP
 
+#include <algorithm>
 #include <array>
+#include <atomic>
+#include <chrono>
 #include <csignal>
 #include <cstddef>
-#include <stdexcept>
+#include <exception>
+#include <thread>
 
 namespace dynfilter::tools {
 
 /// Says that the user interrupted the work, and what is there now: unfinished results were removed
-/// while the stack was unwound.
-class Interrupted : public std::runtime_error {
+/// while the stack was unwound. It is no std::runtime_error: what goes on after a failure of its
+/// input does not go on after this.
+class Interrupted : public std::exception {
  public:
-  explicit Interrupted(int signal)
-      : std::runtime_error(
-            "interrupted: each folder of results is as it was before, or holds whole new results"),
-        signal_(signal) {}
+  explicit Interrupted(int signal) : signal_(signal) {}
+
+  const char* what() const noexcept override {
+    return "interrupted: each folder of results is as it was before, or holds whole new results";
+  }
 
   /// Signal that interrupted the work.
   int signal() const { return signal_; }
@@ -29,15 +35,36 @@ class Interrupted : public std::runtime_error {
   int signal_;
 };
 
+/// Signal that interrupted the work of the last InterruptionGuard, or 0. Any thread may ask.
+inline std::atomic<int>& interrupting_signal() {
+  static std::atomic<int> signal{0};
+  return signal;
+}
+
+/// Throws Interrupted if the user interrupted the work.
+inline void throw_if_interrupted() {
+  if (const int signal = interrupting_signal(); signal != 0) throw Interrupted(signal);
+}
+
+/// Sleeps. Throws Interrupted soon after the user interrupted the work.
+inline void interruptible_sleep_until(std::chrono::steady_clock::time_point end) {
+  constexpr std::chrono::milliseconds pause(50);
+  for (auto now = end - pause; now < end;) {
+    throw_if_interrupted();
+    now = std::chrono::steady_clock::now();
+    std::this_thread::sleep_until(std::min(end, now + pause));
+  }
+}
+
 /// Catches SIGINT and SIGTERM while it lives. The first signal is noted; a second one ends the
 /// program at once. A signal that the program was told to ignore stays ignored.
 class InterruptionGuard {
  public:
   InterruptionGuard() {
-    noted() = 0;
+    interrupting_signal() = 0;
     for (std::size_t i = 0; i < signals.size(); ++i) {
       struct sigaction action = {};
-      action.sa_handler = [](int signal) { noted() = signal; };
+      action.sa_handler = [](int signal) { interrupting_signal() = signal; };
       action.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);
       sigaction(signals[i], nullptr, &before_[i]);
       if (before_[i].sa_handler != SIG_IGN) sigaction(signals[i], &action, nullptr);
@@ -49,18 +76,9 @@ class InterruptionGuard {
   InterruptionGuard(const InterruptionGuard&) = delete;
   InterruptionGuard& operator=(const InterruptionGuard&) = delete;
 
-  /// Throws Interrupted if a signal came.
-  void check() const {
-    if (noted() != 0) throw Interrupted(noted());
-  }
-
  private:
   static constexpr std::array<int, 2> signals = {SIGINT, SIGTERM};
-
-  static volatile std::sig_atomic_t& noted() {
-    static volatile std::sig_atomic_t signal = 0;
-    return signal;
-  }
+  static_assert(std::atomic<int>::is_always_lock_free, "a signal's handler may write it");
 
   std::array<struct sigaction, 2> before_{};
 };

@@ -9,9 +9,9 @@
 #include <map>
 #include <mutex>
 #include <stdexcept>
-#include <thread>
 #include <utility>
 
+#include "interruption.hpp"
 #include "io/hand_over_names.hpp"
 #include "number_options.hpp"
 
@@ -34,7 +34,7 @@ class SlowedSegmenter final : public Segmenter {
   Segmentation do_segment(const FrameView& frame) override {
     const Clock::time_point end = Clock::now() + period_;
     Segmentation result = segmenter_->segment(frame);
-    std::this_thread::sleep_until(end);
+    interruptible_sleep_until(end);
     return result;
   }
 
@@ -139,7 +139,7 @@ std::string MaskFeed::name() const {
 
 void MaskFeed::submit(const SourceFrame& frame) {
   if (!thread_) return;
-  std::this_thread::sleep_until(pace_.due(frame.frame.timestamp_s, Clock::now()));
+  interruptible_sleep_until(pace_.due(frame.frame.timestamp_s, Clock::now()));
   if (source_masks_) source_masks_->remember(frame);
   thread_->submit(frame.frame);
 }

@@ -48,11 +48,11 @@ class MaskFeed {
   bool uses_source_masks() const { return !thread_ && !segmenter_; }
 
   /// Waits until the frame is due (jumps of time are not waited for) and hands it to the thread, if
-  /// there is one.
+  /// there is one. Throws Interrupted if the user interrupts the wait.
   void submit(const SourceFrame& frame);
 
   /// Returns the masks available for the frame. Passes on what the segmenter throws, unless the run
-  /// goes on without masks.
+  /// goes on without masks, and throws Interrupted if the user interrupts the wait for them.
   std::optional<Segmentation> collect(const SourceFrame& frame);
 
   /// Reports what happened to the thread's frames, or to those at which the segmenter failed, in

@@ -33,7 +33,7 @@ class ProgressBar {
 
   /// Counts steps that are done. Throws Interrupted if the user interrupted the work.
   void advance(std::size_t steps = 1) {
-    interruption_.check();
+    throw_if_interrupted();
     done_ = std::min(total_, done_ + steps);
     const auto now = Clock::now();
     const bool is_due = done_ == total_ || now - last_drawn_ > std::chrono::milliseconds(100);

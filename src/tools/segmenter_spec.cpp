@@ -5,8 +5,10 @@
 
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "interruption.hpp"
 #include "number_options.hpp"
 
 #ifdef DYNFILTER_HAS_REMOTE_SEGMENTER
@@ -17,6 +19,35 @@
 #endif
 
 namespace dynfilter::tools {
+#ifdef DYNFILTER_HAS_REMOTE_SEGMENTER
+namespace {
+
+/// Waits for another process until the user interrupts the work, and throws Interrupted then.
+class InterruptibleRemote final : public Segmenter {
+ public:
+  InterruptibleRemote(const std::filesystem::path& socket, RemoteSegmenterOptions options)
+      : segmenter_(socket, interruptible(std::move(options))) {}
+
+ private:
+  static RemoteSegmenterOptions interruptible(RemoteSegmenterOptions options) {
+    options.stop = [] { return interrupting_signal() != 0; };
+    return options;
+  }
+
+  Segmentation do_segment(const FrameView& frame) override {
+    try {
+      return segmenter_.segment(frame);
+    } catch (const std::runtime_error&) {
+      throw_if_interrupted();
+      throw;
+    }
+  }
+
+  RemoteSegmenter segmenter_;
+};
+
+}  // namespace
+#endif
 
 std::string SegmenterSpec::name() const {
   if (!remote.empty()) return "process at " + remote.string();
@@ -29,7 +60,7 @@ std::unique_ptr<Segmenter> SegmenterSpec::make() const {
     RemoteSegmenterOptions options;
     options.timeout_s = remote_timeout_s;
     options.retry_interval_s = 0.1;  // either side may start first
-    return std::make_unique<RemoteSegmenter>(remote, options);
+    return std::make_unique<InterruptibleRemote>(remote, std::move(options));
   }
 #endif
 #ifdef DYNFILTER_HAS_NETWORKS

@@ -25,7 +25,8 @@ struct SegmenterSpec {
   /// Returns the segmenter's name for results and messages.
   std::string name() const;
 
-  /// Makes the segmenter. Throws what the segmenters' constructors throw.
+  /// Makes the segmenter. Throws what the segmenters' constructors throw. One that waits for
+  /// another process throws Interrupted if the user interrupts the work.
   std::unique_ptr<Segmenter> make() const;
 };
 

@@ -147,5 +147,44 @@ TEST_F(RemoteSegmenterTest, TimesOutOnASlowReply) {
   is_over = true;
 }
 
+/// Options of a caller who gives a call up after some questions whether to stop.
+RemoteSegmenterOptions stopped_by_the_caller() {
+  RemoteSegmenterOptions options;
+  options.timeout_s = 3600;  // the test's own limit is far below
+  options.stop = [questions = 0]() mutable { return ++questions > 3; };
+  return options;
+}
+
+const char* const stopped = "the wait for the masks of frame 1 was stopped by the caller";
+
+TEST_F(RemoteSegmenterTest, StopsWaitingForAListener) {
+  RemoteSegmenterOptions options = stopped_by_the_caller();
+  options.retry_interval_s = 3600;
+  RemoteSegmenter people(path, options);
+  expect_fails(people, frame_of(1), stopped);
+}
+
+TEST_F(RemoteSegmenterTest, StopsWaitingForAReply) {
+  const PeerSocket listener = PeerSocket::listening(path, 0);
+  RemoteSegmenter first(path, stopped_by_the_caller()), second(path, stopped_by_the_caller());
+  expect_fails(first, frame_of(1), stopped);
+  expect_fails(second, frame_of(1), stopped);  // now the queue is full
+}
+
+TEST_F(RemoteSegmenterTest, StopsWaitingForTheImageToBeRead) {
+  const PeerSocket listener = PeerSocket::listening(path);
+  RemoteSegmenter people(path, stopped_by_the_caller());
+  expect_fails(people, frame_of(1, 1, {2000, 2000}), stopped);
+}
+
+TEST_F(RemoteSegmenterTest, AnswersUnlessTheCallerStops) {
+  const RemotePeer peer(path, answer);
+  RemoteSegmenterOptions options = patient();
+  options.stop = [] { return false; };
+  RemoteSegmenter people(path, options);
+  expect_answered(people, frame_of(1));
+  expect_answered(people, frame_of(2, 2, {2000, 2000}));
+}
+
 }  // namespace
 }  // namespace dynfilter::testing

@@ -7,7 +7,6 @@
 #include <gtest/gtest.h>
 
 #include <sys/wait.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <csignal>
@@ -20,6 +19,7 @@
 #include "support/fault_count.hpp"
 #include "support/file_tree.hpp"
 #include "support/program.hpp"
+#include "support/started_program.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace dynfilter::testing {
@@ -36,36 +36,6 @@ FileTree results_in(const fs::path& folder) {
   }
   return files;
 }
-
-/// Started program, whose output goes to a file.
-class Started {
- public:
-  Started(const std::string& arguments, const fs::path& printed) : printed_(printed) {
-    const std::string command =
-        "exec '" DYNFILTER_PROGRAM "' " + arguments + " >" + quoted(printed) + " 2>&1";
-    child_ = fork();
-    if (child_ == 0) {
-      std::signal(SIGINT, SIG_DFL);
-      execl("/bin/sh", "sh", "-c", command.c_str(), nullptr);
-      _exit(127);
-    }
-  }
-
-  void send(int signal) const { kill(child_, signal); }
-
-  /// Waits for the end; returns the status of waitpid.
-  int wait() const {
-    int status = 0;
-    waitpid(child_, &status, 0);
-    return status;
-  }
-
-  std::string printed() const { return file_text(printed_); }
-
- private:
-  fs::path printed_;
-  pid_t child_ = -1;
-};
 
 class ProgramFaults : public ::testing::Test {
  protected:

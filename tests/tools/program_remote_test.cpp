@@ -1,13 +1,19 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// What run and masks do if the process that makes their masks dies.
+// What run and masks do if the process that makes their masks dies or is silent.
+
+#include <sys/wait.h>
 
 #include <atomic>
+#include <chrono>
+#include <csignal>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
+#include <thread>
 
 #include <gtest/gtest.h>
 
@@ -15,6 +21,7 @@
 #include "support/program.hpp"
 #include "support/remote_peer.hpp"
 #include "support/small_scene_test.hpp"
+#include "support/started_program.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace dynfilter::testing {
@@ -55,7 +62,6 @@ class ProgramRemote : public ::testing::Test {
     return "run " + quoted(scene()) + " --overlays 0 --out " + quoted(out(name));
   }
 
- private:
   bool answer(const PeerSocket& socket, const ReceivedFrame& frame) {
     FrameView view;
     view.id = frame.id;
@@ -64,6 +70,7 @@ class ProgramRemote : public ::testing::Test {
     return socket.send(reply(frame.request, masks_->segment(view)));
   }
 
+ private:
   TemporaryFolder folder_;
   std::unique_ptr<MaskFolderSegmenter> masks_;
   std::atomic<int> asked_{0};
@@ -108,6 +115,41 @@ TEST_F(ProgramRemote, RunGoesOnWithoutMasksOnRequest) {
   EXPECT_EQ(read_csv(out("result") / "frames.csv").size(), 1U + frames);
   EXPECT_EQ(run(run_into("other") + " --missing-masks keep --async wait").exit_code, 1)
       << "a thread goes on by itself";
+}
+
+TEST_F(ProgramRemote, CtrlCEndsTheWaitForMasks) {
+  std::atomic<int> asked{0};
+  std::atomic<bool> answers{false};
+  const RemotePeer peer(out("socket"), [&](const PeerSocket& socket, const ReceivedFrame& frame) {
+    ++asked;
+    return !answers || answer(socket, frame);
+  });
+  const std::string silent = with_peer() + " --remote-timeout 600";
+  struct Call {
+    std::string arguments;
+    bool is_answered;  // at once; the program itself waits
+  };
+  const Call calls[] = {
+      {run_into("out") + silent, false},
+      {run_into("out") + silent + " --missing-masks keep", false},
+      {run_into("out") + silent + " --async wait", false},
+      {run_into("out") + silent + " --async latest", false},
+      {run_into("out") + silent + " --async wait --hz 0.001", true},
+      {"masks " + quoted(scene()) + silent + " --out " + quoted(out("out")), false}};
+  for (const Call& call : calls) {
+    SCOPED_TRACE(call.arguments);
+    asked = 0;
+    answers = call.is_answered;
+    const Started program(call.arguments, out("printed"));
+    while (asked == 0) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    program.send(SIGINT);
+    const std::optional<int> status = program.wait_at_most(std::chrono::seconds(30));
+    ASSERT_TRUE(status) << "it went on waiting";
+    EXPECT_TRUE(WIFSIGNALED(*status) && WTERMSIG(*status) == SIGINT) << program.printed();
+    EXPECT_NE(program.printed().find("interrupted: each folder"), std::string::npos)
+        << program.printed();
+    EXPECT_TRUE(!fs::exists(out("out")) || fs::is_empty(out("out"))) << "something is left";
+  }
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include "dynfilter/detail/require_cxx17.hpp"
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 
 #include "dynfilter/segmenter.hpp"
@@ -31,6 +32,9 @@ struct RemoteSegmenterOptions {
   /// Age at which a missing reply is lost, seconds, at least 0: the next call then connects anew.
   /// Until then the server, which may be loading its network, gets no other frame.
   double lost_after_s = 60;
+  /// Ends a call early: once it returns true, the call fails. A waiting call asks at least ten
+  /// times a second, in its own thread. Empty: no call ends early.
+  std::function<bool()> stop;
 };
 
 /// Gets the instances of a frame from another process on this machine, which may run any network in
@@ -51,12 +55,13 @@ struct RemoteSegmenterOptions {
 /// The server must run as the same user (SO_PEERCRED).
 ///
 /// segment() throws std::runtime_error that begins with the path of the socket and states the
-/// reason, if nobody listens, time is up, the connection is lost, the server reports an error, or
-/// its reply is malformed, belongs to another frame or image size, or exceeds the limits of the
-/// protocol (1000 instances, masks inside the image, 64 MiB). It throws std::invalid_argument for a
-/// frame without an image, for one that is neither CV_8UC1 nor CV_8UC3, and for one with a side
-/// above 16384 or more than 2^25 pixels. Memory for a reply grows with the data that arrived, not
-/// with its announced size. No signal (SIGPIPE) is raised, and none ends a call early.
+/// reason, if nobody listens, time is up, `stop` returns true, the connection is lost, the server
+/// reports an error, or its reply is malformed, belongs to another frame or image size, or exceeds
+/// the limits of the protocol (1000 instances, masks inside the image, 64 MiB). It throws
+/// std::invalid_argument for a frame without an image, for one that is neither CV_8UC1 nor CV_8UC3,
+/// and for one with a side above 16384 or more than 2^25 pixels. Memory for a reply grows with the
+/// data that arrived, not with its announced size. No signal (SIGPIPE) is raised, and none ends a
+/// call early.
 ///
 /// One thread at a time may use a segmenter; between fork() and exec(), only one of the processes.
 class RemoteSegmenter final : public Segmenter {

@@ -84,9 +84,8 @@ bool connect_to(const Descriptor& socket, const std::string& path, const Deadlin
       case ECONNREFUSED:
         return false;
       case EINTR:
-        if (!deadline.has_passed()) break;
-        [[fallthrough]];
       case EAGAIN:
+        if (!deadline.has_passed()) break;
         throw TimeIsUp("time is up: the other side accepts no connection");
       default:
         fail("cannot connect", errno);

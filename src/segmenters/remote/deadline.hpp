@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <functional>
+#include <utility>
 
 namespace dynfilter::detail::remote {
 
@@ -15,18 +17,28 @@ inline Clock::duration duration_of(double seconds) {
   return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
 }
 
-/// The end of the time for one call.
+/// The end of the time for one call. It passes early if `stop`, unless that is empty, is true.
 class Deadline {
  public:
-  explicit Deadline(double seconds_from_now) : end_(Clock::now() + duration_of(seconds_from_now)) {}
+  explicit Deadline(double seconds_from_now, std::function<bool()> stop = {})
+      : end_(Clock::now() + duration_of(seconds_from_now)), stop_(std::move(stop)) {}
 
-  bool has_passed() const { return Clock::now() >= end_; }
+  bool has_passed() const { return Clock::now() >= end_ || is_stopped(); }
 
-  /// Returns the time left, at least zero.
-  Clock::duration left() const { return std::max(end_ - Clock::now(), Clock::duration::zero()); }
+  bool is_stopped() const { return stop_ && stop_(); }
+
+  /// Returns how long to wait before has_passed() is to be asked again: the time left, at least
+  /// zero, or less if the call may be stopped meanwhile.
+  Clock::duration left() const {
+    const auto left = std::max(end_ - Clock::now(), Clock::duration::zero());
+    return stop_ ? std::min<Clock::duration>(left, pause) : left;
+  }
 
  private:
+  static constexpr std::chrono::milliseconds pause{50};  // between questions whether to stop
+
   Clock::time_point end_;
+  std::function<bool()> stop_;
 };
 
 }  // namespace dynfilter::detail::remote
