@@ -3,12 +3,14 @@
 
 #include "frame_source.hpp"
 
+#include <algorithm>
 #include <map>
 
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "io/file_error.hpp"
+#include "odometry/orb_extractor.hpp"
 #include "trajectory_note.hpp"
 
 namespace dynfilter::tools {
@@ -31,6 +33,15 @@ void require_plain_names(const RgbdSequence& sequence) {
                                                      "rename one of them");
     }
   }
+}
+
+/// Refuses an image that no ORB features can be looked for in.
+void require_pyramid(const std::filesystem::path& image, cv::Size size) {
+  constexpr int side = odometry::OrbExtractor::min_side_px;
+  if (std::min(size.width, size.height) >= side) return;
+  detail::throw_file_error(image, detail::size_name(size) +
+                                      " pixels, too few to look for ORB features; want at least " +
+                                      detail::size_name({side, side}));
 }
 
 class Recording final : public FrameSource {
@@ -76,6 +87,7 @@ class Recording final : public FrameSource {
     const RgbdSequenceEntry& entry = sequence_.entry(i);
     SourceFrame frame{entry.stem, sequence_.read(i), entry.depth_timestamp_s, {}, {}, {}};
     const cv::Size size = frame.frame.image.size();
+    require_pyramid(entry.image_path, size);
     if (image_size_.empty()) image_size_ = size;
     if (size != image_size_) {
       detail::throw_file_error(entry.image_path, detail::size_name(size) +

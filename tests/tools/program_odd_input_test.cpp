@@ -28,6 +28,33 @@ class OddInput : public ::testing::Test {
     return folder_ / "scene";
   }
 
+  /// Scene without masks, whose camera file tells no size.
+  fs::path scene_of_any_size(int frames) {
+    const fs::path sequence = scene(frames);
+    std::ifstream camera(sequence / "camera.yaml");
+    std::string without_size;
+    for (std::string line; std::getline(camera, line);) {
+      if (line.rfind("Camera.width", 0) != 0 && line.rfind("Camera.height", 0) != 0) {
+        without_size += line + '\n';
+      }
+    }
+    std::ofstream(sequence / "camera.yaml") << without_size;
+    fs::remove_all(sequence / "masks");
+    fs::remove_all(sequence / "masks_true");
+    return sequence;
+  }
+
+  /// Resizes the colour and the depth image of this name.
+  static void resize(const fs::path& sequence, const std::string& name, cv::Size size) {
+    for (const char* kind : {"rgb", "depth"}) {
+      const std::string file = (sequence / kind / name).string();
+      cv::Mat image = cv::imread(file, cv::IMREAD_UNCHANGED);
+      ASSERT_FALSE(image.empty()) << file;
+      cv::resize(image, image, size, 0, 0, cv::INTER_NEAREST);
+      cv::imwrite(file, image);
+    }
+  }
+
   void expect_refused(const std::string& arguments, const std::string& part) const {
     const Outcome outcome = run(arguments);
     EXPECT_NE(outcome.exit_code, 0) << arguments << '\n' << outcome.printed;
@@ -57,26 +84,27 @@ TEST_F(OddInput, EmptyValuesAreRefused) {
 }
 
 TEST_F(OddInput, ImagesOfDifferentSizesAreRefusedByName) {
-  const fs::path sequence = scene(3);
-  std::ifstream camera(sequence / "camera.yaml");
-  std::string without_size;
-  for (std::string line; std::getline(camera, line);) {
-    if (line.rfind("Camera.width", 0) != 0 && line.rfind("Camera.height", 0) != 0) {
-      without_size += line + '\n';
-    }
-  }
-  std::ofstream(sequence / "camera.yaml") << without_size;
-  fs::remove_all(sequence / "masks");
-  fs::remove_all(sequence / "masks_true");
-  for (const char* kind : {"rgb", "depth"}) {
-    const std::string file = (sequence / kind / "1.066667.png").string();
-    cv::Mat image = cv::imread(file, cv::IMREAD_UNCHANGED);
-    ASSERT_FALSE(image.empty()) << file;
-    cv::resize(image, image, {80, 60}, 0, 0, cv::INTER_NEAREST);
-    cv::imwrite(file, image);
-  }
+  const fs::path sequence = scene_of_any_size(3);
+  resize(sequence, "1.066667.png", {80, 60});
   expect_refused("run " + quoted(sequence) + " --rule none --out " + quoted(folder_ / "out"),
                  "1.066667.png: 80x60 pixels, but earlier images have 64x48");
+}
+
+TEST_F(OddInput, ImagesTooSmallForFeaturesAreRefusedByName) {
+  const fs::path sequence = scene_of_any_size(1);
+  const std::string call =
+      "run " + quoted(sequence) + " --rule none --overlays 0 --out " + quoted(folder_ / "out");
+  for (const cv::Size size : {cv::Size(48, 2), cv::Size(2, 2)}) {
+    resize(sequence, "1.000000.png", size);
+    const Outcome outcome = run(call);
+    EXPECT_EQ(outcome.exit_code, 0) << size << outcome.printed;
+  }
+  for (const cv::Size size : {cv::Size(48, 1), cv::Size(1, 48), cv::Size(1, 1)}) {
+    resize(sequence, "1.000000.png", size);
+    const std::string found = std::to_string(size.width) + "x" + std::to_string(size.height);
+    expect_refused(call, "rgb/1.000000.png: " + found +
+                             " pixels, too few to look for ORB features; want at least 2x2");
+  }
 }
 
 TEST_F(OddInput, NamesThatATableCannotHoldAreRefused) {
