@@ -10,6 +10,7 @@
 #include "dynfilter/detail/number_text.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "io/file_error.hpp"
+#include "io/staging_area.hpp"
 #include "odometry/orb_extractor.hpp"
 #include "trajectory_note.hpp"
 
@@ -21,6 +22,7 @@ void require_plain_names(const RgbdSequence& sequence) {
   std::map<std::string, std::filesystem::path> images;
   for (std::size_t i = 0; i < sequence.size(); ++i) {
     const RgbdSequenceEntry& entry = sequence.entry(i);
+    detail::require_shown_name(entry.image_path, entry.stem);
     if (entry.stem.find_first_of(",\"") != std::string::npos) {
       detail::throw_file_error(entry.image_path,
                                "has a comma or a quote in its name, which frames.csv cannot hold; "
