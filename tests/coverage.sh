@@ -66,6 +66,10 @@ fi
 
 failures=0
 if [[ $tests == yes ]]; then
+  # A program writes its counters at its end, also when it only lists its tests, which ctest makes it
+  # do once after each build. Those of a listing, or of an earlier call, say nothing of this one.
+  (cd "$folder" && ctest -N >/dev/null)
+  find "$folder" -name '*.gcda' -delete
   log "Running the tests"
   (cd "$folder" && ctest -j "$jobs" -LE 'slow|consumers|repository' --output-on-failure) || failures=1
 fi
@@ -79,7 +83,6 @@ figure=$(sed -nE 's/^lines: ([0-9.]+%) \(([0-9]+) out of ([0-9]+)\)$/\1 (\2 of \
   "$folder/summary.txt")
 programs=$(cmake --build "$folder" --target help | grep -oE '^[a-z0-9_]+_test:' |
   grep -vc '^cmake_object_order')
-# A program writes its counters at its end, also when it only lists its tests.
 ran=$(find "$folder/tests" -path '*_test.dir/*' -name '*.gcda' | sed -E 's:.*/([a-z0-9_]+_test)\.dir/.*:\1:' |
   sort -u | wc -l)
 figure+=", by $ran of $programs test programs"
