@@ -7,17 +7,20 @@ exec </dev/null # no command may wait for input
 
 usage() {
   cat <<'END'
-usage: tests/soak.sh [--readme] [--frames N] [--minutes N] [--kills N] [--limit SECONDS] [-h]
+usage: tests/soak.sh [--readme] [--frames N] [--minutes N] [--kills N] [--motion-frames N]
+                     [--limit SECONDS] [-h]
 
-Builds soak_test as Release and runs it for long: random frames through the filter by every rule at
-full speed, the asynchronous segmenter beside a slow network, and another process that gives masks
-and is killed and started again. Each checks that memory stays flat and answers stay the same.
+Builds soak_test and motion_soak_test as Release and runs them for long: random frames through the
+filter by every rule at full speed, the asynchronous segmenter beside a slow network, another process
+that gives masks and is killed and started again, and a rendered scene by motion, with masks that are
+moved. Each checks that memory stays flat and answers stay the same.
 
-  --readme   put what was run into the table of figures in tests/README.md
-  --frames   default 1000000
-  --minutes  of the asynchronous segmenter, default 10
-  --kills    default 1000
-  --limit    end each of the three after so many seconds, however far it came
+  --readme         put what was run into the table of figures in tests/README.md
+  --frames         random ones, default 1000000
+  --minutes        of the asynchronous segmenter, default 10
+  --kills          default 1000
+  --motion-frames  of the rendered scene, default 50000
+  --limit          end each of the four after so many seconds, however far it came
 
   DYNFILTER_BUILD_DIR  folder of the build, default build/soak
 END
@@ -33,16 +36,18 @@ readme=no
 frames=1000000
 minutes=10
 kills=1000
+motion_frames=50000
 limit_s=1000000
 while (($# > 0)); do
   case "$1" in
     --readme) readme=yes ;;
-    --frames | --minutes | --kills | --limit)
+    --frames | --minutes | --kills | --motion-frames | --limit)
       [[ ${2:-} =~ ^[1-9][0-9]*$ ]] || { usage >&2; exit 2; }
       case "$1" in
         --frames) frames=$2 ;;
         --minutes) minutes=$2 ;;
         --kills) kills=$2 ;;
+        --motion-frames) motion_frames=$2 ;;
         --limit) limit_s=$2 ;;
       esac
       shift
@@ -58,21 +63,25 @@ while (($# > 0)); do
   esac
   shift
 done
-readonly readme frames minutes kills limit_s
+readonly readme frames minutes kills motion_frames limit_s
 
 need_build_packages
 find_configure_options
 folder=$(realpath -m "${DYNFILTER_BUILD_DIR:-$root/build/soak}")
 readonly folder
-log "Building soak_test"
+log "Building soak_test and motion_soak_test"
 cmake -S "$root" -B "$folder" "${configure_options[@]}" -DCMAKE_BUILD_TYPE=Release \
   -DDYNFILTER_BUILD_EXAMPLES=OFF -DDYNFILTER_BUILD_TOOLS=OFF >/dev/null
-cmake --build "$folder" --target soak_test
+cmake --build "$folder" --target soak_test motion_soak_test
 
-log "Running $frames frames, $minutes minutes and $kills kills"
-DYNFILTER_SOAK_FRAMES=$frames DYNFILTER_SOAK_SECONDS=$((60 * minutes)) \
-  DYNFILTER_SOAK_KILLS=$kills DYNFILTER_SOAK_LIMIT_S=$limit_s \
-  "$folder/tests/soak_test" | tee "$folder/soak.txt"
+log "Running $frames frames, $minutes minutes, $kills kills and $motion_frames frames by motion"
+export DYNFILTER_SOAK_FRAMES=$frames DYNFILTER_SOAK_SECONDS=$((60 * minutes)) \
+  DYNFILTER_SOAK_KILLS=$kills DYNFILTER_SOAK_MOTION_FRAMES=$motion_frames \
+  DYNFILTER_SOAK_LIMIT_S=$limit_s
+{
+  "$folder/tests/soak_test"
+  "$folder/tests/motion_soak_test"
+} | tee "$folder/soak.txt"
 if [[ $readme == yes ]]; then
   while IFS=: read -r _ name text; do
     set_figure "$root/tests/README.md" "soaked:$name" "${text# }" "tests/soak.sh --readme"
