@@ -26,29 +26,9 @@
 #include "io/file_error.hpp"
 #include "io/file_writing.hpp"
 #include "io/regular_file.hpp"
+#include "io/hidden_names.hpp"
 
 namespace dynfilter::detail {
-
-constexpr const char* hidden_prefix = ".dynfilter-";
-constexpr const char* commit_mark_name = ".dynfilter-commit";
-
-/// Returns the name of the file that lists what a writer wrote into a folder.
-inline std::string manifest_name(const std::string& writer) {
-  return hidden_prefix + writer + ".txt";
-}
-
-inline bool is_hidden_name(const std::filesystem::path& name) {
-  return name.string().rfind(hidden_prefix, 0) == 0;
-}
-
-/// Refuses an image whose results would have a hidden name, which no folder of results may hold for
-/// anything else. Looks at each part of the name that the results get.
-inline void require_shown_name(const std::filesystem::path& image,
-                               const std::filesystem::path& name) {
-  if (std::none_of(name.begin(), name.end(), is_hidden_name)) return;
-  throw_file_error(image, std::string("its results would have a name that begins with ") +
-                              hidden_prefix + ", as dynfilter's hidden files have; rename it");
-}
 
 /// Returns the file system of a file; 0 if there is no such file.
 inline dev_t device_of(const std::filesystem::path& path) {

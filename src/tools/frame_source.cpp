@@ -10,7 +10,7 @@
 #include "dynfilter/detail/number_text.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "io/file_error.hpp"
-#include "io/staging_area.hpp"
+#include "io/hidden_names.hpp"
 #include "odometry/orb_extractor.hpp"
 #include "trajectory_note.hpp"
 

@@ -10,7 +10,7 @@
 #include "dynfilter/depth_compensator.hpp"
 #include "dynfilter/host_masks.hpp"
 #include "io/file_error.hpp"
-#include "io/staging_area.hpp"
+#include "io/hidden_names.hpp"
 
 namespace dynfilter::tools {
 namespace {
