@@ -75,10 +75,12 @@ inline std::filesystem::path target_of(const std::filesystem::path& path) {
 /// Writes these bytes to a file, replacing an earlier one: writes a hidden file beside it and
 /// renames that. Keeps the permissions of the earlier one. Replaces the target of a symbolic link,
 /// not the link. Writes directly to a pipe or a device. Throws std::runtime_error that names the
-/// file; an earlier file is untouched then.
+/// file, and the hidden one if it could not be removed; an earlier file is untouched then.
 inline void write_file(const std::filesystem::path& path, std::string_view bytes) {
   namespace fs = std::filesystem;
-  const auto fail = [&] { throw_file_error(path, "cannot be written: " + errno_text()); };
+  const auto fail = [&](const std::string& left = {}) {
+    throw_file_error(path, "cannot be written: " + errno_text() + left);
+  };
   std::error_code ignored;
   const fs::file_status status = fs::status(path, ignored);
   if (fs::exists(status) && !fs::is_regular_file(status)) {
@@ -93,9 +95,9 @@ inline void write_file(const std::filesystem::path& path, std::string_view bytes
   if (fs::is_regular_file(status)) ::fchmod(file, static_cast<mode_t>(status.permissions()));
   if (write_and_close(file, bytes) && std::rename(part.c_str(), target.c_str()) == 0) return;
   const int failure = errno;
-  ::unlink(part.c_str());
+  const bool is_left = ::unlink(part.c_str()) != 0;
   errno = failure;
-  fail();
+  fail(is_left ? "; remove what was written so far, " + part.string() : "");
 }
 
 }  // namespace dynfilter::detail

@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstddef>
 #include <exception>
 #include <filesystem>
 #include <fstream>
@@ -25,8 +26,8 @@
 
 #include "io/file_error.hpp"
 #include "io/file_writing.hpp"
-#include "io/regular_file.hpp"
 #include "io/hidden_names.hpp"
+#include "io/regular_file.hpp"
 
 namespace dynfilter::detail {
 
@@ -143,7 +144,7 @@ class StagingArea {
       undo(folder_, {writer_, area_.filename().string(), files});
       throw;
     }
-    std::filesystem::remove(folder_ / commit_mark_name);
+    remove_mark(folder_);
     made_.clear();
     remove_empty_folders(folder_, old_files);
   }
@@ -208,19 +209,27 @@ class StagingArea {
     return "dynfilter " + writer + " is writing here\n";
   }
 
+  /// Counts the entries of a folder; 0 if it cannot be listed.
+  static std::ptrdiff_t entries_in(const std::filesystem::path& folder) {
+    std::error_code ignored;
+    const std::filesystem::directory_iterator entries(folder, ignored);
+    return std::distance(begin(entries), end(entries));
+  }
+
   /// Tells whether the hidden folder belongs to a writer of this name: by the file inside it, or,
-  /// if the writer was killed before it wrote that file, because the folder holds nothing else.
+  /// if the writer ended before that file was whole, because the folder holds nothing else.
   static bool is_area_of(const std::filesystem::path& area, const std::string& writer) {
     if (std::filesystem::is_empty(area)) return true;
     const std::filesystem::path file = area / "owner";
     if (!std::filesystem::is_regular_file(std::filesystem::symlink_status(file))) return false;
-    if (std::filesystem::file_size(file) == 0) {
-      const std::filesystem::directory_iterator entries(area);
-      return std::distance(begin(entries), end(entries)) == 1;
-    }
     std::ifstream owner(file);
     std::string text;
-    return std::getline(owner, text) && text + '\n' == owner_text(writer);
+    std::getline(owner, text);
+    const std::string whole = owner_text(writer);
+    if (text + '\n' == whole) return true;
+    const bool is_part =
+        whole.rfind(text, 0) == 0 && text.size() == std::filesystem::file_size(file);
+    return is_part && entries_in(area) == 1;
   }
 
   /// Tells whether a process holds the lock; true if that cannot be found out.
@@ -250,7 +259,7 @@ class StagingArea {
       std::filesystem::rename(area / "old" / file, folder / file);
     }
     remove_empty_folders(folder, exchange.files);
-    std::filesystem::remove(folder / commit_mark_name);
+    remove_mark(folder);
   }
 
   void make_folder() {
@@ -315,13 +324,24 @@ class StagingArea {
     std::filesystem::rename(area_ / "mark", folder_ / commit_mark_name);
   }
 
+  static void remove_mark(const std::filesystem::path& folder) {
+    std::error_code stays;
+    std::filesystem::remove(folder / commit_mark_name, stays);
+    if (stays) {
+      throw_file_error(folder / commit_mark_name,
+                       "cannot be removed: " + stays.message() +
+                           "; the results beside it count as incomplete, so run it again");
+    }
+  }
+
   void take(const std::filesystem::path& file) const {
     if (!std::filesystem::exists(std::filesystem::symlink_status(folder_ / file))) return;
     std::filesystem::create_directories((area_ / "old" / file).parent_path());
     std::filesystem::rename(folder_ / file, area_ / "old" / file);
   }
 
-  /// Removes the owner file last, so that the next writer can remove what a signal left over.
+  /// Removes the owner file last, and only if nothing else is left, so that the next writer can
+  /// remove what a signal or a broken disk left over.
   static void remove_area(const std::filesystem::path& area) {
     std::error_code failure;
     std::filesystem::directory_iterator entry(area, failure);
@@ -332,6 +352,7 @@ class StagingArea {
       std::error_code ignored;
       if (path.filename() != "owner") std::filesystem::remove_all(path, ignored);
     }
+    if (entries_in(area) > 1) return;
     std::filesystem::remove(area / "owner", failure);
     std::filesystem::remove(area, failure);
   }

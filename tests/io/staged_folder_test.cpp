@@ -183,12 +183,19 @@ TEST(StagedFolder, RemovesOnlyWhatADeadWriterLeft) {
   folder.write(".dynfilter-test-4/owner", "");  // killed before it wrote its name
   folder.write(".dynfilter-test-5/owner", "");
   folder.write(".dynfilter-test-5/mine", "mine");
+  folder.write(".dynfilter-test-6/owner", "dynfilter test is wri");  // the disk was full
+  folder.write(".dynfilter-test-7/owner", "dynfilter test is wri");
+  folder.write(".dynfilter-test-7/mine", "mine");
+  folder.write(".dynfilter-test-8/owner", "dynfilter te\nis mine");
   put(folder.path(), results("first", 1));
   EXPECT_FALSE(fs::exists(folder / ".dynfilter-test-1"));
   EXPECT_TRUE(fs::exists(folder / ".dynfilter-test-2/mine"));
   EXPECT_TRUE(fs::exists(folder / ".dynfilter-other-3/owner"));
   EXPECT_FALSE(fs::exists(folder / ".dynfilter-test-4"));
   EXPECT_TRUE(fs::exists(folder / ".dynfilter-test-5/mine"));
+  EXPECT_FALSE(fs::exists(folder / ".dynfilter-test-6"));
+  EXPECT_TRUE(fs::exists(folder / ".dynfilter-test-7/mine"));
+  EXPECT_TRUE(fs::exists(folder / ".dynfilter-test-8/owner"));
 }
 
 TEST(StagedFolder, RemovesHiddenFoldersOfItsOwnOnly) {

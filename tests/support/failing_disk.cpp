@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: MIT
 
 // Shared library for LD_PRELOAD: lets the n-th change of a folder fail, as a broken disk would.
-// Counts open() for writing, write(), close(), fsync(), rename() and mkdir(), and only calls about
-// files in that folder. A failed write() has written half of its bytes; a failed close() has closed
-// the file. Environment variables:
+// Counts open() for writing, write(), close(), fsync(), rename(), mkdir(), unlink(), rmdir(),
+// remove() and unlinkat(), and only calls about files in that folder. A failed write() has written
+// half of its bytes; a failed close() has closed the file. Environment variables:
 //   FAILING_DISK_FOLDER  the folder
 //   FAILING_DISK_AT      number of the call that fails, from 1; 0: none
 //   FAILING_DISK_LASTS   if set, all later calls fail too
@@ -22,6 +22,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <string>
 
 namespace {
 
@@ -38,6 +39,15 @@ bool lies_in_folder(const char* path) {
   const char* const folder = std::getenv("FAILING_DISK_FOLDER");
   return folder != nullptr && path != nullptr &&
          std::strncmp(path, folder, std::strlen(folder)) == 0;
+}
+
+/// Returns a path that is relative to an open folder, made absolute.
+std::string path_in(int folder, const char* path) {
+  if (folder == AT_FDCWD || path[0] == '/') return path;
+  char name[4096];
+  const std::string link = "/proc/self/fd/" + std::to_string(folder);
+  const ssize_t length = readlink(link.c_str(), name, sizeof name);
+  return std::string(name, length < 0 ? 0 : static_cast<std::size_t>(length)) + '/' + path;
 }
 
 bool is_watched_file(int file) { return file >= 0 && file < max_files && is_watched[file]; }
@@ -138,5 +148,23 @@ int rename(const char* from, const char* to) noexcept {
 
 int mkdir(const char* path, mode_t mode) noexcept {
   return lies_in_folder(path) && fails() ? failure(ENOSPC) : next(&::mkdir, "mkdir")(path, mode);
+}
+
+int unlink(const char* path) noexcept {
+  return lies_in_folder(path) && fails() ? failure(EIO) : next(&::unlink, "unlink")(path);
+}
+
+int rmdir(const char* path) noexcept {
+  return lies_in_folder(path) && fails() ? failure(EIO) : next(&::rmdir, "rmdir")(path);
+}
+
+int remove(const char* path) noexcept {
+  return lies_in_folder(path) && fails() ? failure(EIO) : next(&::remove, "remove")(path);
+}
+
+int unlinkat(int folder, const char* path, int flags) noexcept {
+  return lies_in_folder(path_in(folder, path).c_str()) && fails()
+             ? failure(EIO)
+             : next(&::unlinkat, "unlinkat")(folder, path, flags);
 }
 }
