@@ -46,8 +46,11 @@ except ImportError as error:
 """
         )
         assert result.returncode == 0, result.stderr
-        assert result.stdout.startswith(
+        # Python 3.13 refuses by itself where pybind11 marks modules for it.
+        assert re.match(
             "dynfilter: got a sub-interpreter; want the main interpreter"
+            "|module dynfilter._dynfilter does not support loading in subinterpreters",
+            result.stdout,
         )
 
 
