@@ -77,7 +77,7 @@ class MaskGapEstimator {
     const cv::Rect masked =
         detail::clip({instance.mask_origin, instance.mask.size()}, frame.depth.size());
     const int row_step = scaled(options_.row_step_px, frame);
-    const detail::ObjectPixels pixels(frame, object);
+    const detail::ObjectPixels pixels(frame, object.mask_range_m, object.box_range_m);
     for (int y = masked.y + row_step / 2; y < masked.y + masked.height; y += row_step) {
       measure_row(frame, instance, pixels, {masked.x, y}, masked.width, scratch);
     }

@@ -78,7 +78,7 @@ class ObjectInFrame {
     gap_px_ = 0;
     depth_ = depth_estimator.estimate(*frame_, *mask_, scratch.depths_m);
     if (depth_.empty()) return;
-    pixels_ = {*frame_, depth_};
+    pixels_ = {*frame_, depth_.mask_range_m, depth_.box_range_m};
     reach_ = object_reach(mask_->box, mask_age_s(input, options), options, frame_->depth.size());
     if (!is_stale_) {
       gap_px_ = gap_estimator.estimate(*frame_, *mask_, depth_, scratch.gaps).value_or(0);

@@ -97,7 +97,8 @@ inline double object_nearness(const FrameView& frame, cv::Point pixel, const Obj
                          "a number above 0 and at most 1000");
   }
   const int reach = detail::steps_of_reach(reach_px, frame.depth.size());
-  return detail::object_nearness(frame, pixel, detail::ObjectPixels(frame, object), reach);
+  const detail::ObjectPixels pixels(frame, object.mask_range_m, object.box_range_m);
+  return detail::object_nearness(frame, pixel, pixels, reach);
 }
 
 }  // namespace dynfilter

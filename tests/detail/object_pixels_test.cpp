@@ -9,6 +9,7 @@
 #include <limits>
 #include <vector>
 
+#include "dynfilter/object_depth.hpp"
 #include "support/byte_source.hpp"
 
 namespace dynfilter::testing {
@@ -39,7 +40,7 @@ TEST(ObjectPixels, WholeUnitsAreAsTheirDepthInMetres) {
     ObjectDepth object;
     object.mask_range_m = arbitrary_range(source, frame.metres_per_unit);
     object.box_range_m = arbitrary_range(source, frame.metres_per_unit);
-    const detail::ObjectPixels pixels(frame, object);
+    const detail::ObjectPixels pixels(frame, object.mask_range_m, object.box_range_m);
     for (int unit = 0; unit <= 65535; ++unit) {
       const auto pixel = static_cast<std::uint16_t>(unit);
       frame.depth.at<std::uint16_t>(0, 0) = pixel;
@@ -67,7 +68,7 @@ TEST(ObjectPixels, FloatsAreAsTheirDepthInMetres) {
       const float pixel = unit == 0 ? depth_m : depth_m * 1000;
       frame.depth = cv::Mat(1, 1, CV_32FC1, cv::Scalar(pixel));
       const std::optional<double> known_m = frame.depth_m({0, 0});
-      const detail::ObjectPixels pixels(frame, object);
+      const detail::ObjectPixels pixels(frame, object.mask_range_m, object.box_range_m);
       EXPECT_EQ(pixels.has_depth(pixel), known_m.has_value()) << pixel;
       if (!known_m) continue;
       EXPECT_EQ(pixels.contain(pixel), object.contains(*known_m)) << pixel;

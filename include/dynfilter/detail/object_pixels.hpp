@@ -12,23 +12,26 @@
 #include <limits>
 
 #include "dynfilter/frame.hpp"
-#include "dynfilter/object_depth.hpp"
 #include "dynfilter/statistics.hpp"
 
 namespace dynfilter::detail {
 
-/// Answers as ObjectDepth::contains does, for raw pixels of a frame's depth image. The ranges of an
-/// image of whole numbers are converted to its unit once, so that a pixel costs some comparisons.
+/// Tells which raw pixels of a frame's depth image have an object's depth: one that lies in either
+/// of two ranges, those of ObjectDepth. For an image of whole numbers the ranges are converted to
+/// its unit once, so that a pixel costs some comparisons.
 class ObjectPixels {
  public:
   ObjectPixels() = default;
 
   /// The frame must be valid and have depth.
-  ObjectPixels(const FrameView& frame, const ObjectDepth& object)
-      : object_(object), metres_per_unit_(frame.depth_scale()) {
+  ObjectPixels(const FrameView& frame, const ValueRange& mask_range_m,
+               const ValueRange& box_range_m)
+      : mask_range_m_(mask_range_m),
+        box_range_m_(box_range_m),
+        metres_per_unit_(frame.depth_scale()) {
     if (frame.depth.type() != CV_16UC1) return;
-    by_mask_ = units_in(object.mask_range_m);
-    by_box_ = units_in(object.box_range_m);
+    by_mask_ = units_in(mask_range_m);
+    by_box_ = units_in(box_range_m);
     known_ = units_in({0, std::numeric_limits<double>::infinity()});
   }
 
@@ -43,7 +46,10 @@ class ObjectPixels {
   bool contain(std::uint16_t pixel) const {
     return by_mask_.contain(pixel) || by_box_.contain(pixel);
   }
-  bool contain(float pixel) const { return object_.contains(metres(pixel)); }
+  bool contain(float pixel) const {
+    const double depth_m = metres(pixel);
+    return depth_m > 0 && (mask_range_m_.contains(depth_m) || box_range_m_.contains(depth_m));
+  }
 
  private:
   static constexpr int max_unit = std::numeric_limits<std::uint16_t>::max();
@@ -74,7 +80,7 @@ class ObjectPixels {
     return units;
   }
 
-  ObjectDepth object_;
+  ValueRange mask_range_m_, box_range_m_;
   double metres_per_unit_ = 1;
   Units by_mask_, by_box_, known_;
 };
