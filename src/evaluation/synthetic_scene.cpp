@@ -29,6 +29,7 @@ void require_valid(const SyntheticSceneOptions& options) {
   require_range("frames", options.frames, 1, 1e6);
   require_range("image_size.width", options.image_size.width, 16, 8192);
   require_range("image_size.height", options.image_size.height, 16, 8192);
+  if (options.focal_px != 0) require_range("focal_px", options.focal_px, 16, 8192);
   require_range("frames_per_second", options.frames_per_second, 1e-3, 1e4);
   require_range("start_time_s", options.start_time_s, 0, 1e10);
   require_range("persons", options.persons, 0, 8);
@@ -167,6 +168,11 @@ CameraParameters SyntheticScene::camera() const {
   camera.fy = 539.2 * scale_y;
   camera.cx = (320.1 + 0.5) * scale_x - 0.5;  // 0 is the centre of the first pixel
   camera.cy = (247.6 + 0.5) * scale_y - 0.5;
+  if (options().focal_px != 0) {
+    camera.fx = camera.fy = options().focal_px;
+    camera.cx = (size.width - 1) / 2.0;
+    camera.cy = (size.height - 1) / 2.0;
+  }
   camera.image_size = size;
   camera.frames_per_second = options().frames_per_second;
   camera.depth_units_per_metre = scene::depth_units_per_metre;

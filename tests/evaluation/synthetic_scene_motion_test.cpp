@@ -206,6 +206,22 @@ TEST(Motion, ShiftedCameraRendersTheRightImageOfAPair) {
   EXPECT_GT(same_surface, 0.85 * all) << "the rest is hidden from one of them";
 }
 
+TEST(Camera, FocalLengthSetsTheFieldOfView) {
+  const auto camera = [](cv::Size size) {
+    return scene_with("medium", [&](SyntheticSceneOptions& o) {
+      o.image_size = size;
+      o.focal_px = 90;
+    });
+  };
+  const SyntheticScene wide = camera({180, 60}), narrow = camera({80, 40});
+  EXPECT_EQ(wide.camera().fx, 90);
+  EXPECT_EQ(wide.camera().fy, 90);
+  EXPECT_EQ(wide.camera().cx, 89.5);
+  EXPECT_EQ(wide.camera().cy, 29.5);
+  const cv::Mat middle = wide.render(20).exact_depth_m(cv::Rect(50, 10, 80, 40));
+  EXPECT_TRUE(same(middle, narrow.render(20).exact_depth_m)) << "the same rays";
+}
+
 TEST(Motion, CrowdCoversMostOfTheImage) {
   const SyntheticScene scene(small("crowd"));
   double share = 0;
@@ -264,6 +280,8 @@ TEST(Motion, OptionsAreRefusedByNameIfOutOfRange) {
   expect_named("camera_translation", [](Options& o) { o.camera_translation = -1; });
   expect_named("camera_rate", [](Options& o) { o.camera_rate = 0; });
   expect_named("camera_shift_m", [](Options& o) { o.camera_shift_m = 2; });
+  expect_named("focal_px", [](Options& o) { o.focal_px = -1; });
+  expect_named("focal_px", [](Options& o) { o.focal_px = 9000; });
   expect_named("light_drift", [](Options& o) { o.light_drift = 0.6; });
   expect_named("reflection", [](Options& o) { o.reflection = 0.6; });
 }

@@ -31,7 +31,10 @@ enum class MovingBox : std::uint8_t {
 struct SyntheticSceneOptions {
   std::uint64_t seed = 1;         ///< seed of every random choice
   int frames = 90;                ///< at least 1
-  cv::Size image_size{640, 480};  ///< pixels, 16 to 8192; the field of view stays that of TUM fr3
+  cv::Size image_size{640, 480};  ///< pixels, 16 to 8192
+  /// Focal length of both axes, pixels, with the optical axis in the middle of the image; 16 to
+  /// 8192. 0 = the field of view of TUM fr3, whatever the image's size.
+  double focal_px = 0;
   double frames_per_second = 30;  ///< frame rate, Hz
   double start_time_s = 1.0;      ///< time of frame 0; does not affect the scene
 
@@ -180,8 +183,8 @@ class SyntheticScene {
   /// Number of frames.
   int size() const { return options().frames; }
 
-  /// Returns the intrinsics of TUM fr3 scaled to the image size (no distortion), with rate and
-  /// depth factor (5000).
+  /// Returns the intrinsics, with rate and depth factor (5000); no distortion. They are those of
+  /// TUM fr3 scaled to the image size, unless focal_px is set.
   CameraParameters camera() const;
 
   /// Returns the time of a frame, seconds. Throws std::invalid_argument for an index outside [0,
