@@ -17,6 +17,16 @@
 namespace dynfilter::testing {
 namespace {
 
+/// Makes the depths of the features on masks unknown, as of a host that has none there.
+void forget_masked_depths(FilterCase& input) {
+  for (std::size_t i = 0; i < input.keypoints.size(); ++i) {
+    for (const Instance& instance : input.segmentation.instances) {
+      if (!oracle_on_mask(instance, oracle_pixel(input.keypoints[i].pt), 0)) continue;
+      input.depths_m->at(i) = 0;
+    }
+  }
+}
+
 /// Random case of a rule, whose features have depths and whose frame has no depth image.
 FilterCase column_case(std::uint64_t seed, CompensationRule rule) {
   ByteSource source(seed);
@@ -34,8 +44,10 @@ FeatureLabels filtered(const FilterCase& input, const FeaturesView& features) {
 
 TEST(FeatureDepths, DepthRuleMatchesTheOracleOnEveryPath) {
   std::size_t by_depth = 0, by_neighbours = 0, by_margin = 0, restored = 0, box_fallbacks = 0;
+  std::size_t refused_boxes = 0;
   for (std::uint64_t seed = 0; seed < 5000; ++seed) {
-    const FilterCase input = column_case(seed, CompensationRule::depth);
+    FilterCase input = column_case(seed, CompensationRule::depth);
+    if (seed % 4 == 0) forget_masked_depths(input);
     ASSERT_EQ(check_filter(input), "") << "seed " << seed;
     const DepthVerdict verdict = FeatureDepthOracle(input).verdict();
     by_depth += verdict.by_depth;
@@ -43,12 +55,14 @@ TEST(FeatureDepths, DepthRuleMatchesTheOracleOnEveryPath) {
     by_margin += verdict.by_margin;
     restored += verdict.restored;
     box_fallbacks += verdict.box_fallbacks;
+    refused_boxes += verdict.refused_boxes;
   }
   EXPECT_GT(by_depth, 4000U);
   EXPECT_GT(by_neighbours, 1000U);
   EXPECT_GT(by_margin, 500U);
   EXPECT_GT(restored, 2000U);
   EXPECT_GT(box_fallbacks, 300U);
+  EXPECT_GT(refused_boxes, 50U);
 }
 
 TEST(FeatureDepths, PaperRuleMatchesTheOracle) {
@@ -239,6 +253,23 @@ TEST(FeatureDepths, BoxStandsInForAnEmptyMask) {
   scene.input.segmentation.instances[0].mask = cv::Mat();
   EXPECT_EQ(scene.at(300, 236).reason, Reason::compensated);
   EXPECT_FALSE(scene.at(404, 236).removed);
+}
+
+TEST(FeatureDepths, BoxTellsNothingWhereAMaskOfManyFeaturesHasNoDepth) {
+  ColumnScene scene;
+  scene.unknown = scene.person;  // as where it lies outside the right image of a pair
+  Instance& instance = scene.input.segmentation.instances[0];
+  instance.box = {120, 70, 200, 340};  // the wall is in its middle
+  EXPECT_FALSE(scene.at(204, 236).removed) << "the wall is not the person's";
+  EXPECT_EQ(scene.filtered().statistics().compensated, 0U);
+  EXPECT_EQ(scene.filtered().statistics().instances[0].compensation, Compensation::too_few_samples);
+  instance.mask = cv::Mat(24, 64, CV_8UC1, cv::Scalar(255));  // 24 features
+  EXPECT_FALSE(scene.at(204, 236).removed);
+  instance.mask.at<std::uint8_t>(4, 4) = 0;
+  EXPECT_TRUE(scene.at(204, 236).removed) << "23 may lack depth by chance";
+  instance.mask.at<std::uint8_t>(4, 4) = 255;
+  scene.unknown = {248, 80, 152, 320};  // the first feature on the mask has depth
+  EXPECT_TRUE(scene.at(204, 236).removed);
 }
 
 TEST(FeatureDepths, WithoutAMarginTheMaskAloneRemovesNothing) {

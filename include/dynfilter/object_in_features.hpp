@@ -135,22 +135,33 @@ class ObjectInFeatures {
   }
 
  private:
-  /// Reads the depths of the features on the mask, and in the middle of the box.
+  /// Reads the depths of the features on the mask, and in the middle of the box: of none there if
+  /// the mask has many features and no depth, because the object's features then have none in the
+  /// middle either, and what has is behind it.
   void read_depths(FrameFeatures& features, Scratch& scratch) const {
     scratch.on_mask_m.clear();
     scratch.in_middle_m.clear();
     const cv::Rect masked(mask_->mask_origin, mask_->mask.size());
+    std::size_t on_mask = 0;
     for (const std::size_t i : features.inside(detail::clip(masked, size_))) {
+      if (!mask_->covers(features.pixel(i))) continue;
+      ++on_mask;
       const std::optional<double> depth_m = depths_.depth_m(i);
-      if (!depth_m || !mask_->covers(features.pixel(i))) continue;
-      scratch.on_mask_m.push_back(static_cast<float>(*depth_m));
+      if (depth_m) scratch.on_mask_m.push_back(static_cast<float>(*depth_m));
     }
+    // Fewer may lack depth by chance. By division, because min_samples may be huge.
+    const std::size_t wanted = std::max<std::size_t>(1, options_->object_depth.min_samples);
+    if (scratch.on_mask_m.empty() && on_mask / blind_factor >= wanted) return;
     const cv::Rect box = detail::clip(mask_->box, size_);
     for (const std::size_t i : features.inside(ObjectDepthEstimator::middle_of(box))) {
       const std::optional<double> depth_m = depths_.depth_m(i);
       if (depth_m) scratch.in_middle_m.push_back(static_cast<float>(*depth_m));
     }
   }
+
+  /// Number of features on a mask without any depth at which the box does not count, relative to
+  /// min_samples.
+  static constexpr std::size_t blind_factor = 3;
 
   FeaturesView depths_;
   const Instance* mask_ = nullptr;

@@ -192,6 +192,7 @@ inline OracleVerdict oracle_masks(FilterCase input) {
 struct DepthVerdict {
   OracleVerdict filter;
   std::size_t by_depth = 0, by_nearness = 0, by_margin = 0, restored = 0, box_fallbacks = 0;
+  std::size_t refused_boxes = 0;  // whose features have depth and those on the mask have none
 };
 
 class DepthOracle {

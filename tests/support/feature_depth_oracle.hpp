@@ -60,12 +60,21 @@ class FeatureDepthOracle {
     const int width = x_end - x, height = y_end - y;
     const WideRect middle(x + width / 4, y + height / 5, width / 2, height * 3 / 5);
     std::vector<float> of_mask, of_middle;
+    std::size_t masked = 0;
     for (std::size_t i = 0; i < pixels_.size(); ++i) {
-      if (depths_m_[i] == 0 || !pixels_[i].inside(WideRect({0, 0}, cv::Size2d(size)))) continue;
+      if (!pixels_[i].inside(WideRect({0, 0}, cv::Size2d(size)))) continue;
+      const bool is_masked = oracle_on_mask(instance, pixels_[i], 0);
+      masked += is_masked ? 1 : 0;
+      if (depths_m_[i] == 0) continue;
       const auto depth = static_cast<float>(depths_m_[i]);
-      if (oracle_on_mask(instance, pixels_[i], 0)) of_mask.push_back(depth);
+      if (is_masked) of_mask.push_back(depth);
       if (pixels_[i].inside(middle)) of_middle.push_back(depth);
     }
+    const auto min_samples = static_cast<double>(options_.object_depth.min_samples);
+    const bool is_blind =
+        of_mask.empty() && static_cast<double>(masked) >= 3 * std::max(1.0, min_samples);
+    if (is_blind && !of_middle.empty()) ++verdict_.refused_boxes;
+    if (is_blind) of_middle.clear();
     const auto range = [&](const std::vector<float>& depths) {
       return oracle_object_range(depths, options_.object_depth,
                                  options_.object_depth.min_box_share);
