@@ -13,10 +13,14 @@
 // of 0.11 m, as EuRoC's) by their descriptors, as hosts do, or by StereoDepths ("own"), or those of
 // a stereo camera whose disparities are off by 0.5 px (standard deviation) at the products of focal
 // length and baseline of KITTI (386 px m) and EuRoC (48 px m). Some are known at every third
-// feature only, and some have 5 % wrong matches, whose disparity is random. For pairs it also
-// prints the static features removed whose depth is unknown or right, how many features are
-// matched, and matched wrongly, and the time that StereoDepths takes. The level "far" is medium
-// with people 5 m away before a wall at 10 m, as a car's camera has them.
+// feature only, and some have 5 % wrong matches, whose disparity is random. "in view" and "in both"
+// are what a perfect matcher knows: exact depths of all features that lie in the right image, or
+// that are not hidden there either. "map points" are exact depths of every second static feature,
+// as of a mono host whose map has nothing that moves. For pairs it also prints the static features
+// removed whose depth is unknown or right, how many features are matched, and matched wrongly, and
+// the time that StereoDepths takes. The levels "far" and "3m" are medium with people 5 and 3 m away
+// before a wall twice as far. Levels with "_kitti" are seen by KITTI's camera, 1242x375 pixels and
+// 721 px of focal length; the others by one of 640x480 pixels and 535 px.
 
 #include <algorithm>
 #include <cmath>
@@ -52,6 +56,14 @@ struct Level {
   std::vector<Frame> frames;
 };
 
+/// Features whose depth a host may know.
+enum class Known : std::uint8_t {
+  all,
+  in_view,    // that lie in the right image
+  in_both,    // that the right camera sees
+  map_points  // every second one of the static ones
+};
+
 /// Depths that a host knows.
 struct Source {
   std::string name;
@@ -61,9 +73,14 @@ struct Source {
   Right Frame::*right = nullptr;  // depths by matching; the others then do not count
   bool is_own = false;            // by StereoDepths, near the objects
   double rows_off_px = 0;         // by which rows of the right image are too low
+  Known known = Known::all;       // other than all: exact depths
 };
 
 const Source exact{"1/1"}, third{"1/3", 3};
+const Source map_points{"map points", 1, 0, 0, nullptr, false, 0, Known::map_points};
+const Source kitti_view{"in view, KITTI", 1, 0, 0, &Frame::kitti, false, 0, Known::in_view};
+const Source kitti_both{"in both, KITTI", 1, 0, 0, &Frame::kitti, false, 0, Known::in_both};
+const Source euroc_both{"in both, EuRoC", 1, 0, 0, &Frame::euroc, false, 0, Known::in_both};
 const Source kitti{"pair, KITTI", 1, 0, 0, &Frame::kitti};
 const Source euroc{"pair, EuRoC", 1, 0, 0, &Frame::euroc};
 const Source own_kitti{"pair, KITTI, own", 1, 0, 0, &Frame::kitti, true};
@@ -76,6 +93,10 @@ const std::vector<Source> sources = {exact,
                                      {"1/1, EuRoC", 1, 48},
                                      {"1/1, EuRoC, 5 % wrong", 1, 48, 0.05},
                                      {"1/3, EuRoC, 5 % wrong", 3, 48, 0.05},
+                                     map_points,
+                                     kitti_view,
+                                     kitti_both,
+                                     euroc_both,
                                      kitti,
                                      euroc,
                                      own_kitti,
@@ -86,8 +107,8 @@ const std::vector<Source> sources = {exact,
 std::vector<Level> render_levels(int first_seed, int last_seed, int step) {
   const odometry::OrbExtractor extractor(1000);
   std::vector<Level> levels;
-  for (const char* name :
-       {"medium", "hard", "cross", "stale_3", "two_in_one", "furniture", "desk", "far"}) {
+  for (const char* name : {"medium", "hard", "cross", "stale_3", "two_in_one", "furniture", "desk",
+                           "far", "medium_kitti", "3m_kitti", "far_kitti"}) {
     Level level{name, {}};
     for (int seed = first_seed; seed <= last_seed; ++seed) {
       const stereo_frames::Pair scenes(name, seed);
@@ -126,9 +147,47 @@ std::vector<float> pair_depths(const Frame& frame, const Source& source,
   return depths_m;
 }
 
+/// Whether a nearer surface hides a pixel of the left image from the right camera.
+bool is_hidden(const cv::Mat1f& exact_depth_m, cv::Point pixel, double focal_baseline) {
+  constexpr double min_step_px = 3, max_apart_px = 1;
+  const double disparity_px = focal_baseline / double{exact_depth_m(pixel)};
+  for (int x = pixel.x + 1; x < exact_depth_m.cols; ++x) {
+    const double other_px = focal_baseline / double{exact_depth_m(pixel.y, x)};
+    const double apart_px = (x - other_px) - (pixel.x - disparity_px);
+    if (other_px > disparity_px + min_step_px && std::abs(apart_px) < max_apart_px) return true;
+  }
+  return false;
+}
+
+/// Whether a host knows the depth of a feature.
+bool is_known(const Frame& frame, const Source& source, std::size_t feature) {
+  const cv::Point pixel = dynfilter::nearest_pixel(frame.keypoints[feature].pt);
+  if (source.known == Known::map_points) {
+    return feature % 2 == 0 &&
+           dynfilter::feature_place(pixel, frame.true_masks, 3) == dynfilter::FeaturePlace::off;
+  }
+  constexpr int patch_radius = 3;
+  const double focal_baseline = (frame.*source.right).pair.focal_baseline;
+  const double exact_m = double{frame.exact_depth_m.at<float>(pixel)};
+  if (pixel.x - focal_baseline / exact_m < patch_radius) return false;
+  return source.known == Known::in_view || !is_hidden(frame.exact_depth_m, pixel, focal_baseline);
+}
+
+/// Returns the exact depths of the features that a host knows.
+std::vector<float> exact_depths(const Frame& frame, const Source& source) {
+  std::vector<float> depths_m(frame.keypoints.size(), 0.0F);
+  for (std::size_t i = 0; i < depths_m.size(); ++i) {
+    if (!is_known(frame, source, i)) continue;
+    const cv::Point pixel = dynfilter::nearest_pixel(frame.keypoints[i].pt);
+    depths_m[i] = frame.exact_depth_m.at<float>(pixel);
+  }
+  return depths_m;
+}
+
 /// Returns the column of depths of a frame. The seed is that of its errors.
 std::vector<float> depths_of(const Frame& frame, const Source& source, std::uint64_t seed,
                              const dynfilter::StereoDepths& stereo) {
+  if (source.known != Known::all) return exact_depths(frame, source);
   if (source.right) return pair_depths(frame, source, stereo);
   constexpr double sigma_px = 0.5, max_wrong_px = 100;
   cv::RNG random(seed + 1);  // 0 would stand for another seed
@@ -214,7 +273,7 @@ void print_static_cost(const std::vector<Level>& levels, const Source& source) {
 /// Prints the shares of features that are matched, and that are matched wrongly.
 void print_known_share(const std::vector<Level>& levels) {
   for (const Source& source : sources) {
-    if (!source.right) continue;
+    if (!source.right || source.known != Known::all) continue;
     print_static_cost(levels, source);
     std::printf("%-48s", ("matched / wrongly: " + source.name).c_str());
     for (const Level& level : levels) {

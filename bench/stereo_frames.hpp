@@ -38,7 +38,9 @@ struct Frame {
   std::vector<cv::KeyPoint> keypoints;
 };
 
-/// Scenes of the left camera and of two right ones.
+/// Scenes of the left camera and of two right ones. Levels beside those of scene_levels.hpp: "far"
+/// and "3m" are medium with people 5 and 3 m away. A level whose name ends in "_kitti" is seen by
+/// KITTI's camera: 1242x375 pixels, a focal length of 721 px.
 struct Pair {
   Pair(const std::string& level, int seed)
       : left(shifted(level, seed, 0)),
@@ -47,13 +49,20 @@ struct Pair {
 
   static dynfilter::SyntheticSceneOptions shifted(const std::string& level, int seed,
                                                   double baseline_m) {
-    const bool is_far = level == "far";
+    const std::string suffix = "_kitti";
+    const std::size_t end = level.find(suffix);
+    const std::string name = level.substr(0, end);
+    const double distance_m = name == "far" ? 5 : name == "3m" ? 3 : 0;  // 0: the level's own
     dynfilter::SyntheticSceneOptions options =
-        dynfilter::scene_level(is_far ? "medium" : level, static_cast<std::uint64_t>(seed));
-    if (is_far) {
-      options.person_distance_m = 5;
-      options.wall_distance_m = 10;
+        dynfilter::scene_level(distance_m > 0 ? "medium" : name, static_cast<std::uint64_t>(seed));
+    if (distance_m > 0) {
+      options.person_distance_m = distance_m;
+      options.wall_distance_m = 2 * distance_m;
       options.turn_distance_m = 2;
+    }
+    if (end != std::string::npos) {
+      options.image_size = {1242, 375};
+      options.focal_px = 721;
     }
     options.camera_shift_m = baseline_m;
     return options;
