@@ -69,8 +69,8 @@ int main(int argc, char** argv) {
       dynfilter::testing::argument_or_exit(argc, argv,
                                            {{"u16", "counted_dense", pixels, 320},
                                             {"f32", "counted_dense", pixels, 540},
-                                            {"u16", "counted_sparse", points_count, 25700},
-                                            {"f32", "counted_sparse", points_count, 30700}});
+                                            {"u16", "counted_sparse", points_count, 16900},
+                                            {"f32", "counted_sparse", points_count, 29000}});
   const cv::Mat depth = depth_type == "f32" ? depth_image<float>() : depth_image<std::uint16_t>();
   cv::Mat codes = cv::Mat::zeros(size, CV_8UC1);
   std::vector<std::optional<std::uint8_t>> sparse(points_count);

@@ -39,10 +39,10 @@ int main(int argc, char** argv) {
   constexpr std::size_t features = 1000;
   const std::string rule =
       testing::argument_or_exit(argc, argv,
-                                {{"masks", "counted_filter", features, 21500},
-                                 {"paper", "counted_filter", features, 39900},
-                                 {"default", "counted_filter", features, 140700},
-                                 {"keep", "counted_keep_static", features, 6200}});
+                                {{"masks", "counted_filter", features, 17800},
+                                 {"paper", "counted_filter", features, 32900},
+                                 {"default", "counted_filter", features, 80300},
+                                 {"keep", "counted_keep_static", features, 5800}});
   DynamicFilterOptions options;
   if (rule == "masks") options.compensator.rule = CompensationRule::mask;
   if (rule == "paper" || rule == "keep") options.compensator.rule = CompensationRule::paper;
