@@ -7,14 +7,16 @@ exec </dev/null # no command may wait for input
 
 usage() {
   cat <<'END'
-usage: tests/platforms.sh [--readme] [-h] [SUITE]...
+usage: tests/platforms.sh [--readme] [-h] [STEP]... [SUITE]...
 
 Clones the last commit into a bare system of each Debian suite (default: bullseye trixie), and runs
-`tests/run.sh clang dev` there, which installs what it needs: the unit tests built by that suite's
-clang, and all tests but the slow ones built by its g++. A suite takes an hour on two cores, and 8
-gigabytes while it runs. Needs root and debootstrap.
+steps of tests/run.sh there, which installs what it needs. A step takes half an hour on two idle
+cores, and 6 gigabytes while it runs. Needs root and debootstrap.
 
-  --readme  put the number of tests into the table of figures in tests/README.md
+  STEP      clang: the unit tests, built by that suite's clang
+            dev: all tests but the slow ones, built by its g++
+            default: both
+  --readme  put the numbers of tests into the table of figures in tests/README.md
 
   DYNFILTER_DATA_DIR          folder with recorded data, which is copied into the systems
   DYNFILTER_SCRATCH_DIR       folder for the systems, default /var/tmp; each run makes its own below it
@@ -31,7 +33,7 @@ source "$root/tests/bare_system.sh"
 # shellcheck source-path=SCRIPTDIR source=figures.sh
 source "$root/tests/figures.sh"
 
-suites=() readme=no
+steps=() suites=() readme=no
 for argument in "$@"; do
   case "$argument" in
     -h | --help)
@@ -39,6 +41,7 @@ for argument in "$@"; do
       exit
       ;;
     --readme) readme=yes ;;
+    clang | dev) steps+=("$argument") ;;
     -*)
       usage >&2
       exit 2
@@ -46,13 +49,42 @@ for argument in "$@"; do
     *) suites+=("$argument") ;;
   esac
 done
+((${#steps[@]} > 0)) || steps=(clang dev)
 ((${#suites[@]} > 0)) || suites=(bullseye trixie)
-readonly suites readme
+readonly steps suites readme
 
 make_scratch platforms
 
+# Prints the compiler of a step: compiler_of <system> <step>
+compiler_of() {
+  if [[ $2 == clang ]]; then
+    in_system "$1" clang --version | sed -nE '1s/.*version ([0-9.]+).*/clang \1/p'
+  else
+    in_system "$1" g++ -dumpfullversion | sed 's/^/g++ /'
+  fi
+}
+
+# try_step <suite> <system> <step> <variable>...
+try_step() {
+  local suite=$1 system=$2 step=$3 output="$scratch/$1-$3.output" tests result
+  shift 3
+  log "$suite: tests/run.sh $step"
+  in_system "$system" env "$@" bash /srv/dynfilter/tests/run.sh "$step" 2>&1 | tee "$output" ||
+    die "$suite: tests/run.sh $step failed"
+  # Without those that were skipped.
+  tests=$(awk '/ tests failed out of [0-9]+$/ { all = $NF }
+    /^\t *[0-9]+ - .* \(Skipped\)/ { ++skipped }
+    END { print all - skipped }' "$output")
+  result="$tests by $(compiler_of "$system" "$step")"
+  log "$suite: $result"
+  if [[ $readme == yes ]]; then
+    set_figure "$root/tests/README.md" "tests passed on Debian $suite, step $step" "$result" \
+      "tests/platforms.sh --readme"
+  fi
+}
+
 try_suite() {
-  local suite=$1 system="$scratch/$1" output="$scratch/$1.output"
+  local suite=$1 system="$scratch/$1" step
   log "$suite: a bare system"
   make_system "$suite" "$system"
   install_in "$system" git ca-certificates # what a clone needs
@@ -66,26 +98,10 @@ try_suite() {
     done
     variables+=(DYNFILTER_DATA_DIR=/srv/recorded)
   fi
-
-  log "$suite: tests/run.sh clang dev"
-  in_system "$system" env "${variables[@]}" bash /srv/dynfilter/tests/run.sh clang dev 2>&1 | tee "$output" ||
-    die "$suite: tests/run.sh failed"
-  local gcc clang tests
-  gcc=$(in_system "$system" g++ -dumpfullversion)
-  clang=$(in_system "$system" clang --version | sed -nE '1s/.*version ([0-9.]+).*/\1/p')
-  # Of each run, the tests that were not skipped.
-  tests=$(awk '/ tests failed out of [0-9]+$/ { if (all) print all - skipped; all = $NF; skipped = 0 }
-    /^\t *[0-9]+ - .* \(Skipped\)/ { ++skipped }
-    END { print all - skipped }' "$output" | paste -sd ' ')
-  local of_clang=${tests% *} of_gcc=${tests#* } result
-  result="$of_gcc by g++ $gcc, $of_clang unit tests by clang $clang"
-  log "$suite: $result"
-  if [[ $readme == yes ]]; then
-    set_figure "$root/tests/README.md" "tests passed on Debian $suite" "$result" "tests/platforms.sh --readme"
-  fi
+  for step in "${steps[@]}"; do try_step "$suite" "$system" "$step" "${variables[@]}"; done
   umount "$system/proc"
   rm -rf --one-file-system "$system"
 }
 
 for suite in "${suites[@]}"; do try_suite "$suite"; done
-log "The tests passed on ${suites[*]}."
+log "The steps ${steps[*]} passed on ${suites[*]}."
