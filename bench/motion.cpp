@@ -60,7 +60,6 @@ void pyramid(benchmark::State& state) {
   ImagePyramid pyramid;
   for (auto _ : state) tracker.build(image, pyramid);
 }
-BENCHMARK(pyramid)->Name("motion/pyramid")->Unit(benchmark::kMillisecond);
 
 void tracks(benchmark::State& state) {
   const FeatureTracker tracker;
@@ -73,7 +72,6 @@ void tracks(benchmark::State& state) {
     tracker.track(now, then, shots()[1].keypoints, nullptr, found, workspace);
   }
 }
-BENCHMARK(tracks)->Name("motion/tracks")->Arg(1)->Arg(3)->Unit(benchmark::kMillisecond);
 
 /// Runs the whole stage over the frames, again and again, and counts the time of all but the first
 /// three, tracking included.
@@ -102,8 +100,6 @@ void stage(benchmark::State& state) {
   }
   state.counters["features"] = static_cast<double>(shots()[0].keypoints.size());
 }
-BENCHMARK(stage)->Name("motion/stage/masks")->Arg(1)->Unit(benchmark::kMillisecond);
-BENCHMARK(stage)->Name("motion/stage/no_masks")->Arg(0)->Unit(benchmark::kMillisecond);
 
 /// Does the stage's tracking alone, on the same frames: what it costs beside that is the
 /// difference.
@@ -129,7 +125,6 @@ void tracking(benchmark::State& state) {
     i = i + 1 == frames ? 3 : i + 1;
   }
 }
-BENCHMARK(tracking)->Name("motion/stage/tracking_alone")->Unit(benchmark::kMillisecond);
 
 /// Observations of a static room, and of a mover at 1.2 m that shifts by 10 mm.
 std::vector<PoseObservation> observations(const RelativePose& truth) {
@@ -165,7 +160,6 @@ void pose(benchmark::State& state) {
   for (auto _ : state) estimate = estimator.estimate(seen, {}, {}, workspace);
   state.counters["error_mm"] = 1e3 * cv::norm(estimate.pose.translation - truth.translation);
 }
-BENCHMARK(pose)->Name("motion/pose")->Unit(benchmark::kMillisecond);
 
 void pnp_ransac(benchmark::State& state) {
   const RelativePose truth = true_motion();
@@ -184,12 +178,26 @@ void pnp_ransac(benchmark::State& state) {
   }
   state.counters["error_mm"] = 1e3 * cv::norm(translation - truth.translation);
 }
-BENCHMARK(pnp_ransac)->Name("motion/pose_pnp_ransac")->Unit(benchmark::kMillisecond);
+
+// Not by BENCHMARK(), whose names can only be chosen since Google Benchmark 1.5.3.
+void register_all() {
+  const auto add = [](const char* name, auto* function) {
+    return benchmark::RegisterBenchmark(name, function)->Unit(benchmark::kMillisecond);
+  };
+  add("motion/pyramid", pyramid);
+  add("motion/tracks", tracks)->Arg(1)->Arg(3);
+  add("motion/stage/masks", stage)->Arg(1);
+  add("motion/stage/no_masks", stage)->Arg(0);
+  add("motion/stage/tracking_alone", tracking);
+  add("motion/pose", pose);
+  add("motion/pose_pnp_ransac", pnp_ransac);
+}
 
 }  // namespace
 
 int main(int count, char** words) {
   cv::setNumThreads(1);
+  register_all();
   benchmark::Initialize(&count, words);
   benchmark::RunSpecifiedBenchmarks();
   return 0;
