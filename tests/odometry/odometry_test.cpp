@@ -6,6 +6,7 @@
 #include "odometry.hpp"
 
 #include <cstddef>
+#include <random>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -78,6 +79,54 @@ TEST(Odometry, WaitsForAFrameWithFeaturesAndDepth) {
   EXPECT_EQ(odometry.track(frame, {}).tracked, Tracked::found);
 }
 
+/// Points at random pixels, each with a descriptor of its own, for a camera at rest.
+class Wall {
+ public:
+  explicit Wall(std::size_t points) : depth_(480, 640, CV_32FC1, cv::Scalar(2)) {
+    cv::RNG random(8);
+    for (std::size_t i = 0; i < points; ++i) {
+      const cv::Point pixel(random.uniform(20, 620), random.uniform(20, 460));
+      depth_.at<float>(pixel) = random.uniform(1.5F, 3.0F);
+      keypoints_.emplace_back(cv::Point2f(pixel), 31.0F, 0.0F, 1.0F, 0);
+    }
+    descriptors_ = cv::Mat(static_cast<int>(points), 32, CV_8UC1);
+    random.fill(descriptors_, cv::RNG::UNIFORM, 0, 256);
+  }
+
+  /// Tracks a frame that shows the points of a range alone.
+  FrameResult show(Odometry& odometry, int first, int end) {
+    dynfilter::FrameView frame;
+    frame.timestamp_s = ++frames_ / 30.0;
+    frame.image = cv::Mat::zeros(depth_.size(), CV_8UC1);
+    frame.depth = depth_;
+    return odometry.track(frame, {keypoints_.begin() + first, keypoints_.begin() + end},
+                          descriptors_.rowRange(first, end));
+  }
+
+ private:
+  cv::Mat depth_, descriptors_;
+  std::vector<cv::KeyPoint> keypoints_;
+  int frames_ = 0;
+};
+
+TEST(Odometry, RelocalizesByTheOldestKeyframeToo) {
+  dynfilter::CameraParameters parameters;
+  parameters.fx = parameters.fy = 500;
+  parameters.cx = 320;
+  parameters.cy = 240;
+  Odometry odometry(parameters);
+  Wall wall(400);
+  EXPECT_TRUE(wall.show(odometry, 0, 200).is_keyframe);
+  bool has_second = false;
+  for (int i = 0; i < 3; ++i) has_second = wall.show(odometry, 100, 400).is_keyframe;
+  ASSERT_TRUE(has_second);
+  EXPECT_EQ(wall.show(odometry, 200, 400).tracked, Tracked::found);
+  // Only the first keyframe has these.
+  const FrameResult again = wall.show(odometry, 0, 100);
+  EXPECT_EQ(again.tracked, Tracked::found);
+  EXPECT_GT(again.inliers, 90U);
+}
+
 TEST(PoseRefinement, JacobianIsTheDerivativeOfTheResidual) {
   const PinholeCamera camera = test_camera();
   const Eigen::Vector3d point(0.4, -0.3, 2.1);
@@ -116,6 +165,27 @@ TEST(PoseRefinement, LeavesThePoseAloneWithoutMatches) {
   Pose pose;
   EXPECT_EQ(refine_pose(test_camera(), pose, matches), 0U);
   EXPECT_EQ(pose.translation, Eigen::Vector3d::Zero());
+}
+
+TEST(PoseRefinement, LeavesInliersInFrontOfTheCamera) {
+  // Distant points want the camera beyond a near one, which is seen straight ahead.
+  const PinholeCamera camera = test_camera();
+  std::vector<PointMatch> matches(61);
+  std::mt19937_64 random(4);
+  Pose beyond;
+  beyond.translation.z() = -0.3;
+  for (PointMatch& match : matches) {
+    match.observation.pixel = {draw(random, 0, 640), draw(random, 0, 480)};
+    match.point =
+        beyond.inverse() * camera.back_project(match.observation.pixel, draw(random, 30, 40));
+  }
+  matches[0].point = {0, 0, 0.2};
+  matches[0].observation.pixel = {camera.cx, camera.cy};
+  Pose pose;
+  refine_pose(camera, pose, matches);
+  EXPECT_TRUE(matches[0].is_inlier);
+  EXPECT_LT(pose.translation.z(), 0) << "it moves, but not so far";
+  EXPECT_GT(pose.translation.z(), -0.2);
 }
 
 TEST(PnpRansac, FindsThePoseAmongHalfOutliersWithoutAGuess) {
