@@ -264,6 +264,7 @@ TEST(Sharpened, LeavesTheEstimateByEdgesWhereSilhouettesCannotHelp) {
   EXPECT_TRUE(is_unchanged(by_edges(1, 0.1), {}));
   EXPECT_TRUE(is_unchanged(by_edges(1, 0.1), SilhouetteLag{0.8, 0.26, 50}));
   EXPECT_TRUE(is_unchanged(by_edges(1, 0.1), SilhouetteLag{-0.5, 0.26, 50}));
+  EXPECT_FALSE(is_unchanged(by_edges(1, 0.1), SilhouetteLag{0.8, 0.25, 50}));
   EXPECT_FALSE(sharpened({}, SilhouetteLag{1, 0.1, 50}).offset);
 }
 
