@@ -37,12 +37,11 @@ std::string heading(const char* content, const char* columns) {
 cv::Mat depth_image(const FrameView& frame, double units_per_metre) {
   const double factor = frame.depth_scale() * units_per_metre;
   if (frame.depth.type() == CV_16UC1 && std::abs(factor - 1) < 1e-9) return frame.depth;
-  cv::Mat units(frame.depth.size(), CV_16UC1);
+  cv::Mat1w units(frame.depth.size());
   for (int y = 0; y < units.rows; ++y) {
     for (int x = 0; x < units.cols; ++x) {
       const double value = std::floor(frame.depth_m({x, y}).value_or(0) * units_per_metre + 0.5);
-      units.ptr<std::uint16_t>(y)[x] =
-          value <= 65535 ? static_cast<std::uint16_t>(value) : std::uint16_t{0};
+      units(y, x) = value <= 65535 ? static_cast<std::uint16_t>(value) : std::uint16_t{0};
     }
   }
   return units;
