@@ -56,6 +56,23 @@ TEST(EpipolarVote, OneOutlierBesideOnePersonRemovesAllUnlessEachHasVotes) {
   EXPECT_EQ(scene.labels(peers::EpipolarVote(options)).statistics().removed(), 0U);
 }
 
+TEST(EpipolarVote, NeedsEightTracks) {
+  PairScene scene;
+  scene.move_camera({0.04, 0.01, -0.02}, {0.004, -0.006, 0.003});
+  const cv::Point2f pixels[] = {{20, 20},  {70, 25}, {130, 30}, {40, 60},
+                                {110, 65}, {25, 95}, {80, 100}};
+  for (std::size_t i = 0; i < 7; ++i) {
+    scene.add(pixels[i], 1.2 + 0.4 * static_cast<double>(i * 3 % 5));
+  }
+  scene.add_masked(image_area);
+  scene.add({135, 95}, 1.5, {0.1, -0.3, 0});  // no geometry holds for this one and all others
+  peers::EpipolarVoteOptions options;
+  options.max_distance_px = 0.5;
+  EXPECT_EQ(scene.verdicts(peers::EpipolarVote(options)), "xxxxxxxx");
+  scene.tracks[0].is_found = false;
+  EXPECT_EQ(scene.verdicts(peers::EpipolarVote(options)), "oooooooo");
+}
+
 /// Reading of the description, one feature after the other.
 std::vector<bool> epipolar_reading(const PairScene& scene,
                                    const peers::EpipolarVoteOptions& options) {
