@@ -59,6 +59,34 @@ TEST(MaskGap, IsUnknownWhereTheObjectsDepthGoesOn) {
   EXPECT_FALSE(GapScene(40, 40).gap().has_value()) << "beyond the reach";
 }
 
+TEST(MaskGap, NeedsThreePixelsBehindTheObjectWithinItsReach) {
+  MaskGapOptions options;
+  options.reach_px = 40;
+  options.max_gap_px = 100;
+  EXPECT_EQ(GapScene(37, 37).gap(options), 37.0);
+  EXPECT_FALSE(GapScene(38, 38).gap(options).has_value());
+}
+
+TEST(MaskGap, NeedsThreePixelsBehindTheObjectWithinTheImage) {
+  GapScene scene(2, 0);
+  scene.instance.mask = cv::Mat(300, 429, CV_8UC1, cv::Scalar(255));  // columns 202 to 630
+  scene.frame.depth(cv::Rect(200, 100, 437, 300)).setTo(1.5F);        // to column 636
+  EXPECT_EQ(scene.gap(), (2.0 + 6.0) / 2);
+  scene.frame.depth(cv::Rect(637, 100, 1, 300)).setTo(1.5F);
+  EXPECT_EQ(scene.gap(), 2.0) << "by the left side alone";
+}
+
+TEST(MaskGap, IgnoresEdgesOfTheMaskThatAreNotTheObjects) {
+  EXPECT_FALSE(GapScene(-3, -3).gap().has_value());
+}
+
+TEST(MaskGap, IsTheUpperMedian) {
+  GapScene scene(4, 4);
+  scene.instance.mask = cv::Mat(32, 92, CV_8UC1, cv::Scalar(255));  // four rows
+  scene.frame.depth(cv::Rect(196, 116, 108, 100)).setTo(1.5F);      // the lower two are wider
+  EXPECT_EQ(scene.gap(), 8.0);
+}
+
 TEST(MaskGap, IgnoresPlacesThatTouchSomethingElse) {
   GapScene scene(4, 4);
   scene.frame.depth(cv::Rect(300, 100, 340, 100)).setTo(1.6F);  // a table beside the person
