@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 
 #include "support/byte_source.hpp"
 #include "support/surroundings_oracle.hpp"
@@ -69,6 +70,19 @@ TEST(DepthWatershed, DoesNotCrossMissingDepthOrDepthOutsideTheRange) {
 TEST(DepthWatershed, TellsWhetherItBeganOnTheObject) {
   EXPECT_TRUE(flooded((cv::Mat_<float>(1, 3) << 1.0, 1.0, 1.0)).has_object());
   EXPECT_FALSE(flooded((cv::Mat_<float>(1, 3) << 0.0, 1.0, 1.0)).has_object());
+}
+
+TEST(DepthWatershed, AsksForTheCellsThatBeginInTheArea) {
+  FrameView frame;
+  frame.depth = cv::Mat(40, 40, CV_32FC1, cv::Scalar(1));
+  for (const auto& [size, cells] : {std::pair(cv::Size(8, 12), 6), {cv::Size(9, 13), 12}}) {
+    int asked = 0;
+    DepthWatershed().flood(frame, {{3, 5}, size}, 4, {0.5, 5.0}, [&](cv::Point) {
+      ++asked;
+      return Seed::none;
+    });
+    EXPECT_EQ(asked, cells) << size;
+  }
 }
 
 TEST(DepthWatershed, FloodsNothingInAnEmptyArea) {
