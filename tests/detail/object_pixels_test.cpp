@@ -55,6 +55,21 @@ TEST(ObjectPixels, WholeUnitsAreAsTheirDepthInMetres) {
   EXPECT_GT(others, 1000000U);
 }
 
+TEST(ObjectPixels, NoUnitLiesInARangeThatIsNoNumber) {
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+  FrameView frame;
+  frame.depth = cv::Mat(1, 1, CV_16UC1);
+  frame.metres_per_unit = 0.001;
+  ObjectDepth object;
+  for (const ValueRange& range_m : {ValueRange{nan, 5.0}, ValueRange{0.5, nan}}) {
+    object.mask_range_m = range_m;
+    const detail::ObjectPixels pixels(frame, object);
+    for (const int unit : {0, 1, 3000, 65535}) {
+      EXPECT_FALSE(pixels.contain(static_cast<std::uint16_t>(unit))) << unit;
+    }
+  }
+}
+
 TEST(ObjectPixels, FloatsAreAsTheirDepthInMetres) {
   constexpr float infinity = std::numeric_limits<float>::infinity();
   FrameView frame;
