@@ -110,6 +110,19 @@ TEST_F(Allocations, FilterAllocatesNothingInSteadyState) {
   }
 }
 
+/// Features of one pixel need one cell; as many all over the image need 20 x 15, the most that 472
+/// features get.
+TEST_F(Allocations, FeaturesInOtherPlacesAllocateNothing) {
+  FrameFeatures features;
+  std::vector<cv::Point2f> points(472);
+  features.read(points);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    points[i] = {static_cast<float>(i * 37 % 640), static_cast<float>(i * 53 % 480)};
+  }
+  points[0] = {639, 479};
+  EXPECT_EQ(allocations_of([&] { features.read(points); }), 0U);
+}
+
 TEST_F(Allocations, FilterHealthAllocatesNothing) {
   const FilterCase input = full_size_case(1);
   const FeatureLabels labels =
