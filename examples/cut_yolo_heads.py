@@ -8,7 +8,7 @@
 
 The exported model computes boxes by operations that such an OpenCV does not support. The script cuts
 that part off the graph: the new model outputs its inputs, and dynfilter::YoloSegmenter does the rest.
-Weights and metadata stay unchanged. Needs python3-onnx (Debian, Ubuntu) or `pip install onnx`. Export
+Weights and metadata stay unchanged. Needs python3-onnx (Debian 12, Ubuntu) or `pip install onnx`, 1.12 or newer. Export
 with a fixed input size (not dynamic=True) and without nms=True.
 """
 
@@ -24,6 +24,12 @@ except ImportError as error:
     sys.exit(
         f"cut_yolo_heads.py: python3-onnx is missing for {sys.executable} ({error}); install Debian's "
         f"package and use /usr/bin/python3, or run {sys.executable} -m pip install onnx"
+    )
+
+if tuple(int(part) for part in onnx.__version__.split(".")[:2]) < (1, 12):
+    sys.exit(
+        f"cut_yolo_heads.py: onnx {onnx.__version__} is too old, it does not know the shapes of all tensors; "
+        "want 1.12 or newer"
     )
 
 

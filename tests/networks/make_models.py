@@ -5,7 +5,7 @@
 """Writes the models of the tests of dynfilter::networks: make_models.py FOLDER CUT_YOLO_HEADS.PY
 
 They are tiny, and what they put out is known by hand: they find red and blue blocks of 32x32 pixels
-in images of 64x64. Exit code 77 where python3-onnx is missing. The folder is made anew.
+in images of 64x64. Exit code 77 where python3-onnx is missing or too old. The folder is made anew.
 """
 
 import math
@@ -20,6 +20,10 @@ try:
     from onnx import TensorProto, helper, numpy_helper
 except ImportError as error:
     print(f"SKIPPED: python3-onnx is missing ({error})")
+    sys.exit(77)
+
+if tuple(int(part) for part in onnx.__version__.split(".")[:2]) < (1, 12):
+    print(f"SKIPPED: onnx {onnx.__version__} is too old for examples/cut_yolo_heads.py, which wants 1.12")
     sys.exit(77)
 
 SIDE = 64
