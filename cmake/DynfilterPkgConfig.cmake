@@ -8,6 +8,11 @@ file(RELATIVE_PATH _prefix_to_lib ${CMAKE_INSTALL_PREFIX} ${CMAKE_INSTALL_FULL_L
 
 # Folder of OpenCV's libraries as a linker's option, unless the linker looks there anyway.
 function(_dynfilter_opencv_folder out)
+  get_target_property(type opencv_core TYPE)
+  if(type STREQUAL "INTERFACE_LIBRARY")  # it has no file, and CMake before 3.19 must not be asked for one
+    set(${out} "" PARENT_SCOPE)
+    return()
+  endif()
   get_target_property(library opencv_core LOCATION)
   get_filename_component(folder "${library}" DIRECTORY)
   if(folder IN_LIST CMAKE_CXX_IMPLICIT_LINK_DIRECTORIES)
