@@ -115,6 +115,13 @@ TEST(KeepStatic, RefusesAMatrixOfThreeDimensions) {
       "got column 0 with 3 dimensions; want a matrix with one row per feature");
 }
 
+TEST(KeepStatic, TakesEmptyColumns) {
+  std::vector<cv::KeyPoint> keypoints;
+  cv::Mat descriptors;  // OpenCV's checks (_DEBUG) refuse to tell the size of its elements
+  EXPECT_EQ(keep_static(labels_with(0, {}), keypoints, descriptors), 0U);
+  EXPECT_TRUE(keypoints.empty() && descriptors.empty());
+}
+
 TEST(KeepStatic, ShortensAMatrixWithoutColumns) {
   cv::Mat descriptors(3, 0, CV_8UC1);
   EXPECT_EQ(keep_static(labels_with(3, {0}), descriptors), 2U);

@@ -63,7 +63,7 @@ TEST(ObjectPixels, NoUnitLiesInARangeThatIsNoNumber) {
   ObjectDepth object;
   for (const ValueRange& range_m : {ValueRange{nan, 5.0}, ValueRange{0.5, nan}}) {
     object.mask_range_m = range_m;
-    const detail::ObjectPixels pixels(frame, object);
+    const detail::ObjectPixels pixels(frame, object.mask_range_m, object.box_range_m);
     for (const int unit : {0, 1, 3000, 65535}) {
       EXPECT_FALSE(pixels.contain(static_cast<std::uint16_t>(unit))) << unit;
     }

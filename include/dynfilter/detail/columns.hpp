@@ -82,6 +82,7 @@ void move_kept(const FeatureLabels& labels, std::size_t first, std::vector<T, Al
 
 /// Moves the kept rows likewise. Nobody else may see the matrix.
 inline void move_kept(const FeatureLabels& labels, std::size_t first, cv::Mat& column) {
+  if (first >= labels.size()) return;    // an empty matrix has no size of elements
   constexpr std::size_t orb_bytes = 32;  // compilers copy a known length without a call
   const std::size_t row_bytes = static_cast<std::size_t>(column.cols) * column.elemSize();
   if (row_bytes == 0) return;
