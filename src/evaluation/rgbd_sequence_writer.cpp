@@ -67,12 +67,9 @@ void RgbdSequenceWriter::require_frame(const FrameView& frame) const {
   };
   if (!staged_) refuse("a frame after finish()", "every frame before it");
   const int type = frame.image.type();
-  if (frame.image.empty() || frame.image.dims > 2 || (type != CV_8UC1 && type != CV_8UC3)) {
-    refuse(frame.image.empty()
-               ? "no image"
-               : detail::concatenate("an image of type ", detail::type_name(frame.image), " with ",
-                                     frame.image.dims, " dimensions"),
-           "a CV_8UC1 or CV_8UC3 image with 2 dimensions");
+  if (frame.image.empty() || (type != CV_8UC1 && type != CV_8UC3)) {
+    refuse(frame.image.empty() ? "no image" : "an image of type " + detail::type_name(frame.image),
+           "a CV_8UC1 or CV_8UC3 image");
   }
   const cv::Size size = frame.image.size();
   if (!camera_.image_size.empty() && size != camera_.image_size) {

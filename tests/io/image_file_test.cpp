@@ -52,7 +52,18 @@ TEST(ImageFile, KnowsATruncatedJpegWhereverItWasCut) {
     EXPECT_FALSE(is_truncated_jpeg(with_more)) << "cameras write more behind the image";
   }
   EXPECT_FALSE(is_truncated_jpeg({}));
+  EXPECT_FALSE(is_truncated_jpeg({0xFF, 0xFB, 0x90, 0x00})) << "music begins with FF, too";
   EXPECT_FALSE(is_truncated_jpeg({0x89, 'P', 'N', 'G'}));
+}
+
+TEST(ImageFile, FollowsAJpegWithBytesOfPaddingBeforeItsMarkers) {
+  for (Bytes padded : jpegs()) {
+    padded.insert(padded.begin() + 2, 3, 0xFF);
+    padded.insert(padded.end() - 2, 2, 0xFF);
+    EXPECT_FALSE(is_truncated_jpeg(padded));
+    padded.pop_back();
+    EXPECT_TRUE(is_truncated_jpeg(padded));
+  }
 }
 
 TEST(ImageFile, RefusesATruncatedJpegByName) {

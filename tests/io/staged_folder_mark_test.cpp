@@ -7,6 +7,7 @@
 #include <sys/resource.h>
 
 #include <filesystem>
+#include <fstream>
 #include <map>
 #include <stdexcept>
 #include <string>
@@ -131,6 +132,19 @@ TEST(StagedFolder, LeavesWhatHasTheNameOfItsList) {
         ".dynfilter-test.txt: is no list of what dynfilter test wrote");
     EXPECT_EQ(file_text(folder / "out" / name), "mine\n");
   }
+}
+
+TEST(StagedFolder, TakesAnEmptyListForThatOfNoFiles) {
+  const TemporaryFolder folder;
+  folder.write("out/.dynfilter-test.txt", "");
+  folder.write("out/result.txt", "mine\n");
+  expect_error<std::runtime_error>(
+      [&] { StagedFolder(folder / "out", "test", {"result.txt"}, true); }, "result.txt");
+  StagedFolder staged(folder / "out", "test", {"other.txt"}, true);
+  std::ofstream(staged.path() / "other.txt") << "new\n";
+  staged.commit();
+  EXPECT_EQ(file_text(folder / "out/other.txt"), "new\n");
+  EXPECT_EQ(file_text(folder / "out/result.txt"), "mine\n");
 }
 
 TEST(StagedFolder, LeavesAHiddenFolderThatItCannotList) {

@@ -42,6 +42,9 @@ TEST(VideoFileNames, AreChecked) {
   expect_refused(folder / "a.mkv", "ends in .mp4 or .avi");
   expect_refused(folder / "video", "ends in .mp4 or .avi");
   expect_refused(folder / "nowhere" / "a.avi", "no such folder");
+  for (const char* name : {"a\nb.avi", "a\rb.mp4"}) {
+    expect_refused(folder / name, "want a name without line breaks");
+  }
   EXPECT_TRUE(file_tree(folder.path()).empty());
 }
 
