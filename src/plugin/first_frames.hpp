@@ -16,13 +16,15 @@ namespace dynfilter::detail {
 
 /// Names for the sentences of FirstFrames.
 struct FirstFramesNames {
-  std::string file;       ///< the settings file
-  std::string masks_key;  ///< the setting that names the masks' source
-  std::string image_key;  ///< a setting that needs images; empty: none does
+  std::string file;        ///< the settings file
+  std::string masks_key;   ///< the setting that names the masks' source
+  std::string image_key;   ///< a setting that needs images; empty: none does
+  std::string motion_key;  ///< the setting that switches motion evidence on
 };
 
 /// Looks at the first frames for what makes the filter useless without any error: depth in a wrong
-/// unit, images or masks that never come, masks that mark the background.
+/// unit, images or masks that never come, masks that mark the background, motion that judges
+/// nothing.
 class FirstFrames {
  public:
   /// Number of frames that are looked at.
@@ -45,9 +47,10 @@ class FirstFrames {
   std::vector<std::string> findings();
 
   FirstFramesNames names_;
-  std::size_t frames_ = 0, with_image_ = 0, with_masks_ = 0;
-  std::vector<double> depths_m_;       // median depths of frames with depth
-  std::vector<double> masked_shares_;  // of frames with features and persons
+  std::size_t frames_ = 0, with_image_ = 0, with_masks_ = 0, with_motion_ = 0;
+  MotionOutcome motion_ = MotionOutcome::not_run;  // of the last frame
+  std::vector<double> depths_m_;                   // median depths of frames with depth
+  std::vector<double> masked_shares_;              // of frames with features and persons
 };
 
 }  // namespace dynfilter::detail

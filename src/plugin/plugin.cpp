@@ -123,7 +123,7 @@ struct Plugin::State {
       : settings(from),
         filter(make_filter(from)),
         pair_depths(from),
-        first_frames({settings.file, settings.source_key, settings.image_key}),
+        first_frames({settings.file, settings.source_key, settings.image_key, settings.motion_key}),
         map_start(settings.start_features, settings.file),
         depth_check({settings.depth_check_frames, settings.depth_frames_late,
                      settings.depth_frames_late_key, settings.file}),

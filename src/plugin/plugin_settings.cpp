@@ -250,6 +250,7 @@ PluginSettings read_plugin_settings(const std::string& path, const std::string& 
   settings.source_key = require_one_segmenter(file, settings);
   settings.video_key = file.key_of("video");
   settings.image_key = find_image_key(file, settings);
+  settings.motion_key = file.key_of("motion");
   settings.depth_frames_late_key = file.key_of("depth_frames_late");
   settings.output_folder_key = file.key_of("output_folder");
   settings.missing_masks_key = file.key_of("missing_masks");

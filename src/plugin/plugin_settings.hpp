@@ -28,6 +28,7 @@ struct PluginSettings {
   std::string model;              ///< or the file of a network
   std::string source_key;         ///< the key of the one that is set, for messages
   std::string image_key;          ///< a key that needs images, for messages; empty: none is set
+  std::string motion_key;         ///< the key of `motion`, for messages
   std::string missing_masks_key;  ///< the key of `missing_masks`, for messages
   std::string max_time_difference_key;  ///< the key of `max_time_difference_s`, for messages
   MaskFolderOptions mask_folder_options;

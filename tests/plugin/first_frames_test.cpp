@@ -33,7 +33,7 @@ FrameStatistics statistics_with(std::size_t features, std::size_t masked) {
 std::vector<std::string> said(const FrameView& frame, const FrameStatistics& statistics,
                               std::size_t frames = FirstFrames::count,
                               const std::string& image_key = "dynfilter.motion") {
-  FirstFrames first({"TUM3.yaml", "dynfilter.mask_folder", image_key});
+  FirstFrames first({"TUM3.yaml", "dynfilter.mask_folder", image_key, "dynfilter.motion"});
   std::vector<std::string> all;
   for (std::size_t i = 0; i < frames; ++i) {
     for (const std::string& sentence : first.add(frame, statistics)) all.push_back(sentence);
@@ -71,7 +71,7 @@ TEST(FirstFrames, DoNotJudgeDepthThatIsNotThere) {
 }
 
 TEST(FirstFrames, TakeTheMedianOfFramesAndPixels) {
-  FirstFrames first({"TUM3.yaml", "dynfilter.mask_folder", ""});
+  FirstFrames first({"TUM3.yaml", "dynfilter.mask_folder", "", "dynfilter.motion"});
   FrameView frame = frame_with(2);
   frame.depth(cv::Rect(0, 0, 28, 48)) = 60000;  // less than half of the pixels
   std::size_t sentences = 0;
@@ -91,6 +91,30 @@ TEST(FirstFrames, MissImagesOnlyForSettingsThatNeedThem) {
                        "dynfilter.motion in TUM3.yaml needs: call submit() with each frame's image "
                        "before it is filtered"}));
   EXPECT_EQ(said(frame, statistics_with(1000, 400), FirstFrames::count, ""), Sentences());
+}
+
+TEST(FirstFrames, SayWhyMotionJudgedNothing) {
+  FrameStatistics statistics = statistics_with(1000, 400);
+  statistics.motion.outcome = MotionOutcome::pose_not_trusted;
+  EXPECT_EQ(said(frame_with(2), statistics),
+            Sentences({"dynfilter: dynfilter.motion in TUM3.yaml judged nothing in the first 30 "
+                       "frames: pose_not_trusted"}));
+  statistics.motion.outcome = MotionOutcome::too_few_tracks;
+  FrameView frame = frame_with(2);
+  frame.depth = cv::Mat();
+  EXPECT_EQ(said(frame, statistics),
+            Sentences({"dynfilter: dynfilter.motion in TUM3.yaml judged nothing in the first 30 "
+                       "frames: too_few_tracks. It needs a depth image with each frame"}));
+  statistics.motion.outcome = MotionOutcome::applied;
+  EXPECT_EQ(said(frame, statistics), Sentences());
+}
+
+TEST(FirstFrames, DoNotSayTwiceThatImagesAreMissing) {
+  FrameView frame = frame_with(2);
+  frame.image = cv::Mat();
+  FrameStatistics statistics = statistics_with(1000, 400);
+  statistics.motion.outcome = MotionOutcome::no_image;
+  EXPECT_EQ(said(frame, statistics).size(), 1U);
 }
 
 TEST(FirstFrames, MissMasks) {
