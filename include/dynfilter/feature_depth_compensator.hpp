@@ -30,9 +30,10 @@ namespace dynfilter {
 ///
 /// The object's range of depth comes from the features on its mask or, if fewer than
 /// ObjectDepthOptions::min_samples of them have depth, from those in the middle of its box
-/// (ObjectDepthEstimator). If three times as many are on the mask and none has depth, it stays
-/// unknown: the object is where the host finds no depths, as beside the left edge of a stereo pair,
-/// and those in its box are of what is behind. A feature in the box belongs to the object if
+/// (ObjectDepthEstimator). If three times as many features lie on the mask and none has depth, the
+/// range stays unknown, and the mask acts alone. Then the host finds no depths where the object is,
+/// as beside the left edge of a stereo pair, and depths in the box would be those of what is behind
+/// the object. A feature in the box belongs to the object if
 /// - its depth is one of the object's; or
 /// - its depth is not known, but those around it are the object's, by a share of at least
 ///   min_feature_share (ObjectInFeatures::share_around); or

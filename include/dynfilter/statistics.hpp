@@ -28,7 +28,7 @@ struct ValueRange {
 enum class Compensation : std::uint8_t {
   not_run,  ///< no compensation in the pipeline, or a class that is not dynamic and has no masked
             ///< feature
-  no_depth_image,   ///< abstained: neither an image nor features have depth (mono, stereo)
+  no_depth_image,   ///< abstained: the frame has no depth image and no column of depths
   too_few_samples,  ///< abstained: too few features or pixels have depth to estimate the ranges
   applied,          ///< the ranges were estimated and applied
   /// The range of depth was estimated from the depths of features and applied, without a depth
@@ -61,7 +61,7 @@ struct MotionStatistics {
   std::size_t tracked = 0;                         ///< features that were found in an earlier frame
   std::size_t seeds = 0;       ///< features whose track alone says that they move
   std::size_t supported = 0;   ///< seeds beside which others move alike
-  std::size_t given_back = 0;  ///< features given back because they are still
+  std::size_t given_back = 0;  ///< features given back because they do not move
   double scale_px = 0;         ///< scale of the static features' residuals, one frame back, pixels
   double support = 0;          ///< share of the features that agree with the camera's motion
 };
@@ -86,7 +86,7 @@ struct InstanceStatistics {
   /// masks, and where it is not known.
   double mask_gap_px = 0.0;
   InstanceVerdict verdict = InstanceVerdict::not_judged;  ///< whether it moves
-  std::size_t given_back = 0;  ///< features given back because it is still
+  std::size_t given_back = 0;  ///< features given back because they do not move
   ValueRange code_range;       ///< range of D-LBP codes, [a, b] in eq. (1); may be empty
 };
 
@@ -95,10 +95,10 @@ struct InstanceStatistics {
 struct FrameStatistics {
   std::size_t features = 0;     ///< features of the frame
   std::size_t masked = 0;       ///< removed on a mask or on the static mask
-  std::size_t compensated = 0;  ///< removed by edge compensation
+  std::size_t compensated = 0;  ///< removed by compensation, by whatever rule
   std::size_t moving = 0;       ///< removed because they move
   std::size_t custom = 0;       ///< removed by your own stages
-  std::size_t restored = 0;     ///< kept features that were removed first and given back
+  std::size_t restored = 0;     ///< kept features that any stage removed first and one gave back
   bool starved = false;         ///< fewer features than the floor were left before restoring
   /// Number to extract next time; 0 = the present number suffices.
   std::size_t suggested_features = 0;

@@ -100,7 +100,8 @@ class StereoDepths {
   ///
   /// Throws std::invalid_argument for images of another type or of different sizes, for a
   /// focal_baseline that is not above 0 and finite, and for a column of another length; then the
-  /// column is unchanged. O(features in the areas * columns between 0 and min_depth_m).
+  /// column is unchanged. O(features in the areas * disparity at min_depth_m in
+  /// pixels).
   void find(const StereoPair& pair, FeaturesView features, const std::vector<cv::Rect>& areas,
             std::vector<float>& depths_m, Workspace& workspace) const {
     validate(pair, features, depths_m);

@@ -79,7 +79,7 @@ std::string gap_advice(const FilterHealthReport& report) {
   const bool is_out_of_step = offset == HealthVerdict::look || offset == HealthVerdict::bad;
   return formatted(
       "objects reach %.1f px beyond their masks, at a width of 640; %s, rule depth takes a margin "
-      "of so much by itself; give other rules --margin %.0f",
+      "of so much by itself; give other rules --margin %.0f, more in proportion for wider images",
       *measure.value,
       is_out_of_step ? "mend the depth's offset first, which widens this gap; until then"
                      : "a larger network or a lower threshold makes larger masks; until then",

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Names that the recipes of examples/other_hosts/README.md presume: variables of the reader, and
-// the hosts' names, declared only as far as the recipes use them.
+// Names that the recipes of other_hosts/README.md and orb_slam/README.md presume: variables of the
+// reader, and the hosts' names, declared only as far as the recipes use them.
 
 #ifndef DYNFILTER_TESTS_OTHER_HOSTS_RECIPES_HPP
 #define DYNFILTER_TESTS_OTHER_HOSTS_RECIPES_HPP
@@ -88,6 +88,9 @@ struct Recipes {
   dynfilter::DynamicFilterOptions options;
   dynfilter::DynamicFilter filter;
   dynfilter::MaskCuller culler;
+  dynfilter::FeatureLabels labels;
+  std::vector<cv::KeyPoint> keypoints;
+  cv::Mat descriptors;
   cv::Mat grey;
   int id;
 

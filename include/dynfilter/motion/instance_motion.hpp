@@ -27,8 +27,7 @@ struct InstanceVotes {
   /// Whether enough members were tracked, and most of them were where static features would be,
   /// more nearly than a mover could be, over each baseline that could be judged.
   bool is_quiet = false;
-  bool is_complete =
-      true;  ///< whether each baseline could be judged; if not, the frame counts less
+  bool is_complete = true;  ///< whether each baseline could be judged
 };
 
 /// Options of InstanceMotion.
@@ -37,8 +36,8 @@ struct InstanceMotionOptions {
   std::size_t min_moving = 3;     ///< and at least so many of them
   int min_still_frames = 4;       ///< quiet frames after which an instance is still; at least 1
   int max_still_frames = 8;       ///< further ones do not count; at least `min_still_frames`
-  int frames_lost = 3;            ///< quiet frames that one that is not takes away; at least 0
-  double min_iou = 0.3;           ///< smallest overlap of the boxes of the same object; 0 to 1
+  int frames_lost = 3;   ///< a frame that is not quiet cancels so many quiet ones; at least 0
+  double min_iou = 0.3;  ///< smallest overlap of the boxes of the same object; 0 to 1
 };
 
 /// Verdict on each instance, which follows it from frame to frame: what moves says so at once; what

@@ -96,19 +96,21 @@ struct MotionJudgeOptions {
 /// dynamic, motion says what is. A stage for after the compensator and before FeatureFloor.
 ///
 /// Each frame, features are tracked 1 and 3 frames back, the camera's motion is estimated from
-/// those that nobody suspects (they lie off the masks, and did not move before; the compensator's
-/// do count, because most of them are static), and a track is compared with where the feature would
-/// have been if it were static, at any depth that it may have. Single features prove nothing:
-/// tracks fail at occlusions and between layers of depth. So evidence is pooled over neighbours,
-/// over time and over instances.
+/// those that nobody suspects (they lie off the masks, and did not move before; those that
+/// compensation removed farther from the masks do count, because most of these are static), and a
+/// track is compared with where the feature would have been if it were static, at any depth that it
+/// may have. Single features prove nothing: tracks fail at occlusions and between layers of depth.
+/// So evidence is pooled over neighbours, over time and over instances.
 ///
 /// Abstains, changes nothing and says why in MotionStatistics: without an image, in the first
 /// frame, after a cut, a gap or a step back in time, where an image repeats, and where the tracks
-/// agree on no motion of the camera. What is slower than about 0.05 m/s is static by definition. An
-/// instance with few features is never given back.
+/// agree on no motion of the camera. What is slower than about 0.05 m/s is static by definition,
+/// and what is up to twice as fast is often missed. An instance with few features is never given
+/// back.
 ///
 /// The image must be CV_8UC1 or CV_8UC3 (or CV_8UC4). Uses `frame.depth` where it exists; without
 /// depth it needs MotionState::expect_motion. The camera must be that of the features' pixels.
+/// Lengths of the options are pixels of the image, at any width.
 class MotionJudge {
  public:
   /// Takes the camera, the state, which must outlive the stage and is its own, and options. Throws

@@ -36,10 +36,11 @@ class MotionState {
   MotionState& operator=(MotionState&&) noexcept;
   ~MotionState();
 
-  /// Hands over what the host knows of the camera's motion from the last frame to the next one, for
-  /// the next frame only: from its motion model, an inertial sensor or wheels. Without depth a
-  /// trusted prior is needed. Throws std::invalid_argument for a pose that is not finite and for
-  /// limits that are not above 0.
+  /// Hands over what the host knows of the camera's motion between the last frame and the next one,
+  /// for the next frame only: from its motion model, an inertial sensor or wheels. `prior.pose`
+  /// takes a point of the next frame's camera into the last frame's: ORB-SLAM's mVelocity is the
+  /// inverse of that. Without depth a trusted prior is needed. Throws std::invalid_argument for a
+  /// pose that is not finite and for limits that are not above 0.
   void expect_motion(const PosePrior& prior);
 
   /// Hands over the host's own tracks of the next frame's features, for that frame only: where they

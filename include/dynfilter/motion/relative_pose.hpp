@@ -44,7 +44,7 @@ struct PoseObservation {
 
 /// Limits around an expected motion, of which a pose must not be farther away.
 struct PosePrior {
-  RelativePose pose;                ///< expected motion
+  RelativePose pose;                ///< expected motion, from the present frame to the earlier one
   double max_translation_m = 0.01;  ///< above 0
   double max_rotation_rad = 0.02;   ///< above 0
   /// Whether the pose counts as known: then an estimate is trusted even if most features disagree.
