@@ -73,16 +73,20 @@ class EarlierFiles {
 
   /// Tells whether the file is unchanged since it was written and really lies in this folder.
   bool holds(const std::filesystem::path& name) const {
-    const auto found = files_.find(name);
     std::error_code failure;
-    if (found == files_.end() || !has_own_parent(folder_, name) ||
+    if (files_.count(name) == 0 || !has_own_parent(folder_, name) ||
         !std::filesystem::is_regular_file(
             std::filesystem::symlink_status(folder_ / name, failure))) {
       return false;
     }
-    const std::vector<Fingerprint>& written = found->second;
-    return std::find(written.begin(), written.end(), fingerprint_of_file(folder_ / name)) !=
-           written.end();
+    return lists(name, fingerprint_of_file(folder_ / name));
+  }
+
+  /// Tells whether a file of this name was written with these bytes.
+  bool lists(const std::filesystem::path& name, const Fingerprint& bytes) const {
+    const auto found = files_.find(name);
+    return found != files_.end() &&
+           std::find(found->second.begin(), found->second.end(), bytes) != found->second.end();
   }
 
   /// Throws std::runtime_error that names a file in the way of `names`: one that somebody else
@@ -137,6 +141,36 @@ class EarlierFiles {
   std::map<std::filesystem::path, std::vector<Fingerprint>> files_;
 };
 
+/// Refuses to undo an exchange that was interrupted if that would cost a file which somebody
+/// changed or put there since. Throws std::runtime_error that names the file.
+inline void require_unchanged(const std::filesystem::path& folder,
+                              const StagingArea::Exchange& exchange) {
+  namespace fs = std::filesystem;
+  const fs::path area = folder / exchange.area;
+  const auto is_there = [](const fs::path& file) { return fs::exists(fs::symlink_status(file)); };
+  const auto refuse = [&](const fs::path& file) {
+    throw_file_error(folder, "holds an incomplete result of dynfilter " + exchange.writer +
+                                 ", and " + file.string() +
+                                 " was put there or changed since; move that file away");
+  };
+  const fs::path list = manifest_name(exchange.writer);  // moved into place after all other files
+  const EarlierFiles written(is_there(area / "new" / list) ? area / "new" : folder,
+                             exchange.writer);
+  std::vector<fs::path> moved;
+  for (const fs::path& file : exchange.files) {
+    if (is_there(area / "new" / file) || !is_there(folder / file)) continue;
+    const bool is_regular = fs::is_regular_file(fs::symlink_status(folder / file));
+    const bool is_ours =
+        is_regular && (file == list || written.lists(file, fingerprint_of_file(folder / file)));
+    if (!is_ours) refuse(file);
+    moved.push_back(file);
+  }
+  for (const fs::path& file : files_below(area / "old")) {
+    const bool is_new = std::find(moved.begin(), moved.end(), file) != moved.end();
+    if (!is_new && is_there(folder / file)) refuse(file);
+  }
+}
+
 /// Collects a writer's files aside, inside their folder, and moves them into place all together. If
 /// that never happens, the folder stays unchanged.
 class StagedFolder {
@@ -159,7 +193,10 @@ class StagedFolder {
   static void check(const std::filesystem::path& folder, const std::string& writer,
                     const std::vector<std::filesystem::path>& names, bool overwrite) {
     const auto full_path = std::filesystem::weakly_canonical(std::filesystem::absolute(folder));
-    StagingArea::recover(full_path, writer);
+    if (const auto exchange = StagingArea::interrupted(full_path, writer)) {
+      require_unchanged(full_path, *exchange);
+      StagingArea::undo(full_path, *exchange);
+    }
     EarlierFiles(full_path, writer).require_room(names, overwrite);
   }
 

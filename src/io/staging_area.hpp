@@ -19,6 +19,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <optional>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -26,65 +27,11 @@
 
 #include "io/file_error.hpp"
 #include "io/file_writing.hpp"
+#include "io/folder_contents.hpp"
 #include "io/hidden_names.hpp"
 #include "io/regular_file.hpp"
 
 namespace dynfilter::detail {
-
-/// Returns the file system of a file; 0 if there is no such file.
-inline dev_t device_of(const std::filesystem::path& path) {
-  struct stat status {};
-  return ::stat(path.c_str(), &status) == 0 ? status.st_dev : 0;
-}
-
-/// Lists the files in a folder, at any depth: sorted names relative to the folder.
-inline std::vector<std::filesystem::path> files_below(const std::filesystem::path& folder) {
-  std::vector<std::filesystem::path> files;
-  if (!std::filesystem::is_directory(folder)) return files;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
-    if (!entry.is_directory()) files.push_back(entry.path().lexically_relative(folder));
-  }
-  std::sort(files.begin(), files.end());
-  return files;
-}
-
-/// Lists the files below a folder without the hidden files of writers.
-inline std::vector<std::filesystem::path> visible_files_below(const std::filesystem::path& folder) {
-  std::vector<std::filesystem::path> files = files_below(folder);
-  files.erase(std::remove_if(files.begin(), files.end(),
-                             [](const auto& file) { return is_hidden_name(file.filename()); }),
-              files.end());
-  return files;
-}
-
-/// Tells whether a name is that of a file below a folder: neither absolute nor with "..".
-inline bool stays_below(const std::filesystem::path& name) {
-  return !name.empty() && !name.is_absolute() &&
-         std::find(name.begin(), name.end(), "..") == name.end();
-}
-
-/// Tells whether the parent folder (existing or not) of a file below a folder is neither a link nor
-/// on another file system.
-inline bool has_own_parent(const std::filesystem::path& folder, const std::filesystem::path& name) {
-  namespace fs = std::filesystem;
-  for (fs::path part = name.parent_path(); !part.empty(); part = part.parent_path()) {
-    const fs::file_status status = fs::symlink_status(folder / part);
-    if (!fs::exists(status)) continue;
-    if (!fs::is_directory(status) || device_of(folder / part) != device_of(folder)) return false;
-  }
-  return true;
-}
-
-/// Removes the folders of these files if they are empty.
-inline void remove_empty_folders(const std::filesystem::path& folder,
-                                 const std::vector<std::filesystem::path>& files) {
-  std::error_code not_empty;
-  for (const std::filesystem::path& file : files) {
-    for (auto part = file.parent_path(); !part.empty(); part = part.parent_path()) {
-      std::filesystem::remove(folder / part, not_empty);
-    }
-  }
-}
 
 /// Owns the hidden folder `.dynfilter-<writer>-<pid>` with new/, old/ and a lock that ends with the
 /// process.
@@ -93,8 +40,9 @@ class StagingArea {
   /// The contents of an exchange's mark.
   struct Exchange {
     std::string writer;
-    std::string area;                          ///< name of the hidden folder
-    std::vector<std::filesystem::path> files;  ///< the new ones
+    std::string area;                            ///< name of the hidden folder
+    std::vector<std::filesystem::path> files;    ///< the new ones
+    std::vector<std::filesystem::path> folders;  ///< made for them, inner ones first
   };
 
   StagingArea() = default;
@@ -131,29 +79,35 @@ class StagingArea {
   /// in their order. Throws std::runtime_error and restores the folder.
   void swap(const std::vector<std::filesystem::path>& old_files,
             const std::vector<std::filesystem::path>& files) {
+    const Exchange exchange = {writer_, area_.filename().string(), files,
+                               missing_folders(folder_, files)};
+    std::vector<std::filesystem::path> taken;
     try {
       for (const std::filesystem::path& file : files) {
         std::filesystem::create_directories((folder_ / file).parent_path());
       }
-      write_mark(files);
-      for (const std::filesystem::path& file : old_files) take(file);
+      write_mark(exchange);
+      for (const std::filesystem::path& file : old_files) {
+        if (take(file)) taken.push_back(file);
+      }
       for (const std::filesystem::path& file : files) {
         std::filesystem::rename(new_files_ / file, folder_ / file);
       }
     } catch (...) {
-      undo(folder_, {writer_, area_.filename().string(), files});
+      undo(folder_, exchange);
       throw;
     }
     remove_mark(folder_);
     made_.clear();
-    remove_empty_folders(folder_, old_files);
+    remove_empty_folders(folder_, taken);
   }
 
-  /// Undoes an interrupted exchange. Throws std::runtime_error if it was another writer's, or if a
-  /// process is still working on it.
-  static void recover(const std::filesystem::path& folder, const std::string& writer) {
-    if (!std::filesystem::exists(folder / commit_mark_name)) return;
-    const Exchange exchange = marked(folder);
+  /// Returns an interrupted exchange that is to be undone, if there is one. Throws
+  /// std::runtime_error if it was another writer's, or if a process is still working on it.
+  static std::optional<Exchange> interrupted(const std::filesystem::path& folder,
+                                             const std::string& writer) {
+    if (!std::filesystem::exists(folder / commit_mark_name)) return {};
+    Exchange exchange = marked(folder);
     if (exchange.writer != writer) {
       throw_file_error(folder, "holds an incomplete result: dynfilter " + exchange.writer +
                                    " was stopped while it replaced files there; run that again, "
@@ -165,7 +119,28 @@ class StagingArea {
       throw_file_error(folder, "holds an incomplete result of dynfilter " + writer + ", and " +
                                    exchange.area + " with the other files is gone; move all away");
     }
-    undo(folder, exchange);
+    return exchange;
+  }
+
+  /// Takes the new files of an exchange away again, and restores the earlier ones, over whatever
+  /// has their names by now.
+  static void undo(const std::filesystem::path& folder, const Exchange& exchange) {
+    const std::filesystem::path area = folder / exchange.area;
+    for (const std::filesystem::path& file : exchange.files) {
+      const bool was_moved = !std::filesystem::exists(area / "new" / file);
+      if (!was_moved || !std::filesystem::exists(folder / file)) continue;
+      std::filesystem::create_directories((area / "new" / file).parent_path());
+      std::filesystem::rename(folder / file, area / "new" / file);
+    }
+    for (const std::filesystem::path& file : files_below(area / "old")) {
+      std::filesystem::create_directories((folder / file).parent_path());
+      std::filesystem::rename(area / "old" / file, folder / file);
+    }
+    for (const std::filesystem::path& made : exchange.folders) {
+      std::error_code not_empty;
+      std::filesystem::remove(folder / made, not_empty);
+    }
+    remove_mark(folder);
   }
 
   /// Reads the mark. Throws std::runtime_error that names one which is not a regular file.
@@ -175,7 +150,15 @@ class StagingArea {
     std::ifstream mark(folder / commit_mark_name);
     std::getline(mark, exchange.writer);
     std::getline(mark, exchange.area);
-    for (std::string file; std::getline(mark, file);) exchange.files.emplace_back(file);
+    for (std::string name; std::getline(mark, name);) {
+      const bool is_folder = !name.empty() && name.back() == '/';
+      if (is_folder) {
+        name.pop_back();
+        exchange.folders.emplace_back(name);
+      } else {
+        exchange.files.emplace_back(name);
+      }
+    }
     if (mark.bad()) throw_file_error(folder / commit_mark_name, "cannot be read to its end");
     return exchange;
   }
@@ -195,6 +178,7 @@ class StagingArea {
       const std::vector<fs::path> old_files = files_below(folder / area / "old");
       names.insert(names.end(), old_files.begin(), old_files.end());
     }
+    for (const fs::path& made : exchange.folders) names.push_back(made / "file");
     for (const fs::path& name : names) {
       is_own = is_own && stays_below(name) && has_own_parent(folder, name) &&
                has_own_parent(folder, area / "new" / name) &&
@@ -245,21 +229,6 @@ class StagingArea {
     if (!is_held(area)) return;
     throw_file_error(area.parent_path(), "another dynfilter " + writer +
                                              " is writing there: " + area.filename().string());
-  }
-
-  static void undo(const std::filesystem::path& folder, const Exchange& exchange) {
-    const std::filesystem::path area = folder / exchange.area;
-    for (const std::filesystem::path& file : exchange.files) {
-      const bool was_moved = !std::filesystem::exists(area / "new" / file);
-      if (!was_moved || !std::filesystem::exists(folder / file)) continue;
-      std::filesystem::rename(folder / file, area / "new" / file);
-    }
-    for (const std::filesystem::path& file : files_below(area / "old")) {
-      std::filesystem::create_directories((folder / file).parent_path());
-      std::filesystem::rename(area / "old" / file, folder / file);
-    }
-    remove_empty_folders(folder, exchange.files);
-    remove_mark(folder);
   }
 
   void make_folder() {
@@ -317,9 +286,11 @@ class StagingArea {
     }
   }
 
-  void write_mark(const std::vector<std::filesystem::path>& files) const {
-    std::string text = writer_ + '\n' + area_.filename().string() + '\n';
-    for (const std::filesystem::path& file : files) text += file.generic_string() + '\n';
+  void write_mark(const Exchange& exchange) const {
+    std::string text = exchange.writer + '\n' + exchange.area + '\n';
+    for (const std::filesystem::path& file : exchange.files) text += file.generic_string() + '\n';
+    for (const std::filesystem::path& made : exchange.folders)
+      text += made.generic_string() + "/\n";
     write_file(area_ / "mark", text);
     std::filesystem::rename(area_ / "mark", folder_ / commit_mark_name);
   }
@@ -334,10 +305,12 @@ class StagingArea {
     }
   }
 
-  void take(const std::filesystem::path& file) const {
-    if (!std::filesystem::exists(std::filesystem::symlink_status(folder_ / file))) return;
+  /// Moves a file to old/. Returns whether there was one.
+  bool take(const std::filesystem::path& file) const {
+    if (!std::filesystem::exists(std::filesystem::symlink_status(folder_ / file))) return false;
     std::filesystem::create_directories((area_ / "old" / file).parent_path());
     std::filesystem::rename(folder_ / file, area_ / "old" / file);
+    return true;
   }
 
   /// Removes the owner file last, and only if nothing else is left, so that the next writer can

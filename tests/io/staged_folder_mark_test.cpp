@@ -147,6 +147,25 @@ TEST(StagedFolder, TakesAnEmptyListForThatOfNoFiles) {
   EXPECT_EQ(file_text(folder / "out/result.txt"), "mine\n");
 }
 
+TEST(StagedFolder, MakesNothingIfItCannotSayWhoIsWriting) {
+  const TemporaryFolder folder;
+  fs::create_directories(folder / "out");
+  rlimit usual{};
+  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &usual), 0);
+  const rlimit none = {0, usual.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &none), 0);
+  std::string error;
+  try {
+    StagedFolder(folder / "out", "test", {}, true);
+  } catch (const std::runtime_error& thrown) {
+    error = thrown.what();
+  }
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &usual), 0);
+  EXPECT_NE(error.find("owner: cannot be written"), std::string::npos) << error;
+  StagedFolder(folder / "out", "test", {}, true);
+  EXPECT_TRUE(fs::is_empty(folder / "out")) << "the hidden folder was recognised";
+}
+
 TEST(StagedFolder, LeavesAHiddenFolderThatItCannotList) {
   const TemporaryFolder folder;
   rlimit usual{};
