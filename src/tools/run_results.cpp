@@ -14,8 +14,8 @@
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/evaluation/scene_levels.hpp"
 #include "io/file_error.hpp"
+#include "io/hidden_names.hpp"
 #include "io/regular_file.hpp"
-#include "io/staging_area.hpp"
 #include "reliability_json.hpp"
 #include "rule_set.hpp"
 
@@ -30,9 +30,11 @@ std::vector<fs::path> summaries_in(const fs::path& folder) {
   if (!fs::is_directory(folder)) return files;
   for (fs::recursive_directory_iterator entry(folder), end; entry != end; ++entry) {
     const fs::path name = entry->path().filename();
-    // The files of an unfinished run are no results.
+    // The files of an unfinished run are no results, nor is a folder in which earlier and new ones
+    // are mixed, because a run was stopped there.
     if (detail::is_hidden_name(name) && entry->is_directory()) entry.disable_recursion_pending();
-    if (name == "summary.json") files.push_back(entry->path());
+    const bool is_mixed = fs::exists(entry->path().parent_path() / detail::commit_mark_name);
+    if (name == "summary.json" && !is_mixed) files.push_back(entry->path());
   }
   std::sort(files.begin(), files.end());
   return files;

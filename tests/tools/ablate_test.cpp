@@ -160,8 +160,10 @@ TEST_F(Ablate, InterruptedJobCountsAsMissing) {
   const fs::path folder = copy("cut off");
   fs::rename(folder / "static_1" / "mask" / "summary.json",
              folder / "static_1" / "mask" / "summary.json.123");
+  std::ofstream(folder / "static_1" / "paper" / ".dynfilter-commit") << "run\n";
   const Outcome outcome = run("ablate --gather " + quoted(folder));
   EXPECT_TRUE(outcome.mentions("missing: static_1 under mask\n")) << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("missing: static_1 under paper\n")) << outcome.printed;
 }
 
 TEST_F(Ablate, RefusesToMixDifferentResults) {
