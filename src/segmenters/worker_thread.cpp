@@ -33,6 +33,8 @@ long process_number() {
 }  // namespace
 
 struct RunningThread {
+  static thread_local const RunningThread* own;  // that of the present thread, if there is one
+
   std::mutex mutex;  // of the thread that ends it
   std::function<void()> stop;
   std::thread thread;
@@ -40,8 +42,9 @@ struct RunningThread {
   bool has_done_a_job = false;  // the thread's
 
   void end() {
+    if (own == this) return;  // before the lock, which who waits for this thread may hold
     const std::lock_guard<std::mutex> lock(mutex);
-    if (!thread.joinable() || thread.get_id() == std::this_thread::get_id()) return;
+    if (!thread.joinable()) return;
     if (process != process_number()) {
       thread.detach();  // a child process has no such thread
       return;
@@ -50,6 +53,8 @@ struct RunningThread {
     thread.join();
   }
 };
+
+thread_local const RunningThread* RunningThread::own = nullptr;
 
 namespace {
 
@@ -119,7 +124,10 @@ void WorkerThread::start(std::function<void()> work, std::function<void()> stop)
   running_ = running;  // the thread may need it at once
   try {
     const std::lock_guard<std::mutex> lock(running->mutex);
-    running->thread = std::thread(std::move(work));
+    running->thread = std::thread([work = std::move(work), self = running.get()] {
+      RunningThread::own = self;
+      work();
+    });
   } catch (...) {
     running_.reset();
     throw;

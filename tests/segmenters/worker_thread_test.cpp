@@ -101,6 +101,24 @@ TEST(WorkerThreadDeathTest, MayLeaveTheProcessItself) {
       ::testing::ExitedWithCode(3), "");
 }
 
+TEST(WorkerThreadDeathTest, MayLeaveTheProcessWhileItsOwnerWaitsForIt) {
+  EXPECT_EXIT(
+      {
+        static auto* const leaked = new detail::WorkerThread;
+        static std::atomic<bool> is_stopped{false};
+        leaked->start(
+            [] {
+              while (!is_stopped) std::this_thread::sleep_for(milliseconds(1));
+              std::this_thread::sleep_for(milliseconds(20));  // the owner waits by now
+              alarm(20);                                      // it would wait for ever
+              std::exit(3);
+            },
+            [] { is_stopped = true; });
+        leaked->end();
+      },
+      ::testing::ExitedWithCode(3), "");
+}
+
 TEST(WorkerThread, IsLeftAloneByAChildProcessThatEnds) {
   std::atomic<bool> is_running{false}, is_stopped{false};
   detail::WorkerThread thread;
