@@ -57,6 +57,12 @@ std::vector<PointMotion> motions_inside(const std::vector<PointMotion>& motions,
   return inside;
 }
 
+/// Tells whether an instance of the result came with this id.
+bool brings_id(const Segmentation& result, int id) {
+  return std::any_of(result.instances.begin(), result.instances.end(),
+                     [id](const Instance& one) { return one.track_id == id; });
+}
+
 cv::Size size_of(const FrameView& frame, const std::optional<Segmentation>& newest) {
   if (!frame.image.empty()) return frame.image.size();
   if (!frame.depth.empty()) return frame.depth.size();
@@ -136,7 +142,6 @@ struct MaskPropagator::State {
   std::vector<std::optional<std::size_t>> matches(const Segmentation& result,
                                                   double step_time_s) const;
   Segmentation output(const FrameView& frame);
-  void choose_points();
 
   MaskPropagatorOptions options;
   detail::PointFlow flow;
@@ -265,16 +270,13 @@ void MaskPropagator::State::take_if_new(const FrameView& frame, const Segmentati
   last_result = {result.frame_id, result.timestamp_s, place.timestamp_s};
 }
 
-/// Returns an id that no known instance has, nor one of the result: `taken` are those that have
-/// theirs already.
+/// Returns an id that no instance has: known, of the result, or `taken`, which have theirs already.
 int MaskPropagator::State::fresh_track_id(const Segmentation& result,
                                           const std::vector<Known>& taken) {
   const auto is_used = [&](int id) {
     const auto has_id = [id](const Known& one) { return one.track_id == id; };
-    const auto comes_with_id = [id](const Instance& one) { return one.track_id == id; };
-    return std::any_of(known.begin(), known.end(), has_id) ||
-           std::any_of(taken.begin(), taken.end(), has_id) ||
-           std::any_of(result.instances.begin(), result.instances.end(), comes_with_id);
+    return brings_id(result, id) || std::any_of(known.begin(), known.end(), has_id) ||
+           std::any_of(taken.begin(), taken.end(), has_id);
   };
   while (is_used(next_track_id)) next_track_id = following(next_track_id);
   return std::exchange(next_track_id, following(next_track_id));
@@ -298,23 +300,23 @@ void MaskPropagator::State::take(const Segmentation& result, const ResultPlace& 
     if (one.came_with_id) {
       one.track_id = *instance.track_id;
       next_track_id = std::max(next_track_id, following(one.track_id));
-    } else if (!match[i]) {
+    } else if (!match[i] || brings_id(result, one.track_id)) {
       one.track_id = fresh_track_id(result, next);
     }
-    for (auto step = place.first_step; step != steps.end(); ++step)
-      one.instance.advance(*step, options);
+    std::for_each(place.first_step, steps.cend(),
+                  [&](const detail::FlowStep& step) { one.instance.advance(step, options); });
     one.instance.settle();
     next.push_back(std::move(one));
   }
-  std::vector<Known> bridged;
+  const auto found = static_cast<std::ptrdiff_t>(next.size());
   for (std::size_t k = 0; k < known.size(); ++k) {
     if (is_seen[k]) continue;
     ++known[k].missed;
-    bridged.push_back(std::move(known[k]));
+    if (brings_id(result, known[k].track_id)) known[k].track_id = fresh_track_id(result, next);
+    next.push_back(std::move(known[k]));
   }
-  std::sort(bridged.begin(), bridged.end(),
+  std::sort(next.begin() + found, next.end(),
             [](const Known& a, const Known& b) { return a.track_id < b.track_id; });
-  std::move(bridged.begin(), bridged.end(), std::back_inserter(next));
   known = std::move(next);
 }
 
@@ -330,12 +332,6 @@ Segmentation MaskPropagator::State::output(const FrameView& frame) {
     statistics.instances.push_back(counts);
   }
   return segmentation;
-}
-
-void MaskPropagator::State::choose_points() {
-  std::vector<cv::Rect> regions;
-  for (const Known& one : known) regions.push_back(one.instance.region());
-  flow.choose_points(regions);
 }
 
 MaskPropagator::MaskPropagator(const MaskPropagatorOptions& options)
@@ -390,7 +386,11 @@ std::optional<Segmentation> MaskPropagator::State::propagate(
   move_on(frame, motions);
   if (newest) take_if_new(frame, *newest);
   drop_lost(frame.timestamp_s);
-  if (motions == nullptr) choose_points();
+  if (motions == nullptr) {
+    std::vector<cv::Rect> regions;
+    for (const Known& one : known) regions.push_back(one.instance.region());
+    flow.choose_points(regions);
+  }
   const bool is_known =
       last_result && frame.timestamp_s - last_result->true_timestamp_s <= options.max_age_s;
   if (!is_known) return {};

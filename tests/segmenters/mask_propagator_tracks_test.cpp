@@ -154,6 +154,28 @@ TEST(MaskPropagator, KeepsTrackIdsOfTheSegmenter) {
   EXPECT_EQ(next->instances.at(0).track_id, std::numeric_limits<int>::max());
 }
 
+TEST(MaskPropagator, MakesRoomForAnIdThatASegmenterBringsLate) {
+  const cv::Mat image = texture(size, 1);
+  MaskPropagator propagator;
+  const Instance early = ring({80, 120}, 40);
+  Instance late = ring({230, 120}, 40);
+  late.track_id = 0;  // as of a tracker that numbers only what it has seen for some frames
+  const auto ids = [&](int frame, const std::vector<Instance>& instances) {
+    std::vector<int> all;
+    const FrameView view = frame_of(image, frame);
+    const auto moved = propagator.propagate(view, result_of(view, instances));
+    for (const Instance& instance : moved->instances) all.push_back(*instance.track_id);
+    return all;
+  };
+  EXPECT_EQ(ids(0, {early}), std::vector<int>({0}));
+  EXPECT_EQ(ids(1, {early, late}), std::vector<int>({1, 0}));
+  EXPECT_EQ(ids(2, {late}), std::vector<int>({0, 1})) << "the early one is missed";
+
+  propagator.reset();
+  EXPECT_EQ(ids(3, {early}), std::vector<int>({0}));
+  EXPECT_EQ(ids(4, {late}), std::vector<int>({0, 1})) << "missed when the other one comes";
+}
+
 TEST(MaskPropagator, AfterTheLargestIdItTakesThoseThatAreFree) {
   const cv::Mat image = texture(size, 1);
   MaskPropagator propagator;

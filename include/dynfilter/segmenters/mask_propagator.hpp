@@ -103,7 +103,8 @@ struct PropagationStatistics {
 /// New results are matched, at their own frame, to known instances of the same class by the overlap
 /// of boxes, the best first. track_id identifies an instance; it is not used again until reset(),
 /// or until all numbers were. Instances that come with a track_id are matched by it alone and keep
-/// it. An instance that a result misses is propagated for up to `max_missed` results.
+/// it; one that the propagator had given that number gets another. An instance that a result misses
+/// is propagated for up to `max_missed` results.
 ///
 /// The propagated segmentation has the frame's id, because its masks lie there, and the time of the
 /// result that they were made from (see `age_share`), because that is the age of the evidence.
@@ -134,8 +135,9 @@ class MaskPropagator {
   /// that are at most `max_age_s` old. Instances come in the order of the newest result, then the
   /// bridged ones by track_id; moved boxes and masks are clipped to the image.
   ///
-  /// A result is found in the history by its frame_id; if that is missing, by its time, as if it
-  /// belonged to the next frame in the history. A frame without an image is skipped: instances move
+  /// A result belongs to the frame in the history that has its time; if none has, to that of its
+  /// frame_id, where ids do not fall from frame to frame; else to the next frame after its time. A
+  /// frame without an image is skipped: instances move
   /// by their velocity. A frame whose time is not after the last one's, or of another size,
   /// restarts the propagator, and the statistics report it.
   ///
