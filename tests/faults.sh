@@ -56,7 +56,7 @@ counts=$folder/fault_counts.txt
 readonly counts
 : >"$counts"
 log "Running the tests"
-memory='failed_allocation|failed_allocation_calls|file_memory|mask_propagator_memory|motion_memory|plugin_failures'
+memory='failed_allocation|failed_allocation_calls|file_memory|mask_propagator_memory|motion_memory|plugin_failures|silhouette_lag_memory'
 (cd "$folder" && DYNFILTER_FAULT_COUNTS=$counts ctest --output-on-failure -j "$jobs" --no-tests=error \
   -R "^($memory)\.|\.sixty_kills\$|^failing_disk\.every_change\$")
 

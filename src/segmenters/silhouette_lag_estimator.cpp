@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 #include <numeric>
+#include <utility>
 
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/mask_row.hpp"
@@ -146,16 +147,16 @@ void SilhouetteLagEstimator::add(const FrameView& frame, const Segmentation& mas
         step_s > 0 && step_s <= options_.max_gap_s && last.depth.size() == frame.depth.size();
     if (!follows) filled_ = 0;
   }
-  std::rotate(images_.begin(), images_.begin() + 1, images_.end());
-  Image& newest = images_.back();
+  Image newest;  // whole before the images change: copies may fail
   newest.frame = frame;
   newest.frame.image.release();
   newest.frame.depth = frame.depth.clone();
-  newest.masks.clear();
   if (std::abs(frame.timestamp_s - masks.timestamp_s) <= options_.max_age_s) {
     newest.masks = masks.instances;
     for (Instance& instance : newest.masks) instance.mask = instance.mask.clone();
   }
+  std::rotate(images_.begin(), images_.begin() + 1, images_.end());
+  images_.back() = std::move(newest);
   filled_ = std::min(filled_ + 1, images_.size());
   if (filled_ < images_.size()) return;
   for (const Instance& instance : images_[1].masks) measure(instance);
