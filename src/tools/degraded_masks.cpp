@@ -85,6 +85,7 @@ class DegradedMasks final : public FrameSource {
   std::size_t size() const override { return source_->size(); }
   CameraParameters camera() const override { return source_->camera(); }
   bool has_depth() const override { return source_->has_depth(); }
+  double depth_offset_s() const override { return source_->depth_offset_s(); }
   bool has_true_masks() const override { return true; }
   double rim_px() const override { return degraded_rim_px; }
   std::string masks_name() const override { return source_->masks_name() + ", " + how_; }

@@ -34,8 +34,6 @@ struct EvalOptions {
 
 bool is_count(const std::string& name) { return name == "pairs" || name == "rpe_intervals"; }
 
-/// Identifies a JSON file that may be replaced.
-
 /// The figures of an estimate, and why some are missing.
 struct Evaluation {
   std::vector<std::pair<std::string, double>> figures;       // in the order of printing

@@ -49,10 +49,11 @@ void require_pyramid(const std::filesystem::path& image, cv::Size size) {
 class Recording final : public FrameSource {
  public:
   Recording(const std::filesystem::path& folder, const std::filesystem::path& masks,
-            const std::filesystem::path& camera, std::optional<double> depth_offset_s)
+            const std::filesystem::path& camera, std::optional<double> depth_offset_s,
+            bool reads_masks)
       : sequence_(folder, {0.02, camera, depth_offset_s}), camera_file_(camera) {
     const auto given = masks.empty() ? sequence_.masks_folder() : masks;
-    if (given) {
+    if (given && reads_masks) {
       masks_.emplace(*given);
       masks_folder_ = *given;
       masks_name_ = given->string();
@@ -160,6 +161,7 @@ class Rendering final : public FrameSource {
   std::size_t size() const override { return static_cast<std::size_t>(scene_.size()); }
   CameraParameters camera() const override { return scene_.camera(); }
   bool has_depth() const override { return true; }
+  double depth_offset_s() const override { return 0; }
   bool has_true_masks() const override { return true; }
   std::string masks_name() const override { return "rendered"; }
   void require_masks(std::size_t) const override {}
@@ -208,8 +210,8 @@ void add_sequence_inputs(const RgbdSequence& sequence, Inputs& inputs) {
 std::unique_ptr<FrameSource> open_sequence(const std::filesystem::path& folder,
                                            const std::filesystem::path& masks,
                                            const std::filesystem::path& camera,
-                                           std::optional<double> depth_offset_s) {
-  return std::make_unique<Recording>(folder, masks, camera, depth_offset_s);
+                                           std::optional<double> depth_offset_s, bool reads_masks) {
+  return std::make_unique<Recording>(folder, masks, camera, depth_offset_s, reads_masks);
 }
 
 std::unique_ptr<FrameSource> render_scene(const SyntheticSceneOptions& options) {

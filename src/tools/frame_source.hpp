@@ -46,7 +46,7 @@ class FrameSource {
   virtual std::size_t size() const = 0;
   virtual CameraParameters camera() const = 0;
   virtual bool has_depth() const = 0;
-  virtual double depth_offset_s() const { return 0; }  ///< by which depth was paired
+  virtual double depth_offset_s() const = 0;  ///< by which depth was paired; 0: as stamped
   virtual bool has_true_masks() const = 0;
   virtual std::string masks_name() const = 0;  ///< empty if there are none
   /// Returns the rim's width: features this near to a true mask, but not on it, count as neither
@@ -82,11 +82,13 @@ void add_sequence_inputs(const RgbdSequence& sequence, Inputs& inputs);
 
 /// Opens a sequence in the layout of TUM or BONN. Empty paths mean the files in its folder, no
 /// offset of depth means the camera file's. Reads everything but images: lists, camera, mask tables
-/// and the true trajectory. Throws std::runtime_error that names what cannot be read.
+/// and the true trajectory. With `reads_masks` false, frames have no masks but the true ones.
+/// Throws std::runtime_error that names what cannot be read.
 std::unique_ptr<FrameSource> open_sequence(const std::filesystem::path& folder,
                                            const std::filesystem::path& masks = {},
                                            const std::filesystem::path& camera = {},
-                                           std::optional<double> depth_offset_s = {});
+                                           std::optional<double> depth_offset_s = {},
+                                           bool reads_masks = true);
 
 /// Renders a scene. Throws std::invalid_argument for options out of range.
 std::unique_ptr<FrameSource> render_scene(const SyntheticSceneOptions& options);

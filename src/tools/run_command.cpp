@@ -42,7 +42,9 @@ void require_harmless_video(const Inputs& inputs, const std::filesystem::path& v
 }
 
 void run(const RunOptions& options) {
-  const std::unique_ptr<FrameSource> source = options.scene.open(options.settings.truth);
+  SceneSpec scene = options.scene;
+  scene.reads_masks = options.masks.segmenter.is_unset();
+  const std::unique_ptr<FrameSource> source = scene.open(options.settings.truth);
   if (!source->note().empty()) std::fprintf(stderr, "%s\n", source->note().c_str());
   Inputs inputs;
   source->add_inputs(inputs);
@@ -53,7 +55,7 @@ void run(const RunOptions& options) {
   RunSettings settings = options.settings;
   settings.masks = masks.name();
   const RuleInfo& rule = rule_info(options.rule);
-  RuleRun work(options.with_motion ? with_motion(rule) : rule, options.scene, *source, settings,
+  RuleRun work(options.with_motion ? with_motion(rule) : rule, scene, *source, settings,
                options.out);
   const odometry::OrbExtractor extractor(options.settings.features);
   std::optional<DepthOffsetMeasure> offset;  // it compares successive frames
@@ -135,6 +137,12 @@ void add_run_command(CLI::App& program) {
                     "judge the features by their motion, too: what moves goes, and what stands "
                     "still comes back (rules none, mask and depth)");
   add_mask_feed_options(*command, options->masks);
+  for (const char* own : {"--masks", "--degrade"}) {  // a segmenter has no use for these masks
+    for (const char* name : {"--remote", "--model"}) {
+      CLI::Option* segmenter = command->get_option_no_throw(name);  // none: built without it
+      if (segmenter != nullptr) command->get_option(own)->excludes(segmenter);
+    }
+  }
   add_setting_options(*command, options->settings);
   command->add_option("--overlays", options->settings.overlays, "number of frames to draw")
       ->transform(whole_number(0, 100000))

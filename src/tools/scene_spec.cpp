@@ -29,7 +29,7 @@ SceneName SceneSpec::name() const {
 std::unique_ptr<FrameSource> SceneSpec::open(Truth truth) const {
   std::unique_ptr<FrameSource> source;
   if (level.empty()) {
-    source = open_sequence(sequence, masks, camera, depth_offset_s);
+    source = open_sequence(sequence, masks, camera, depth_offset_s, reads_masks);
     if (!degraded.empty()) source = degrade_masks(std::move(source), degraded);
   } else {
     SyntheticSceneOptions options = scene_level(level, level_seed);

@@ -25,6 +25,7 @@ struct SceneName {
 struct SceneSpec {
   std::filesystem::path sequence;        ///< empty: use a level
   std::filesystem::path masks;           ///< empty: the sequence's own
+  bool reads_masks = true;               ///< false: masks come from elsewhere
   std::filesystem::path camera;          ///< empty: the sequence's own
   std::optional<double> depth_offset_s;  ///< empty: the camera file's
   std::string degraded;  ///< how the sequence's masks are degraded; empty: not at all

@@ -110,6 +110,13 @@ void sync(const SyncOptions& options) {
   if (!sequence.has_depth()) {
     detail::throw_file_error(options.sequence, "has no depth images to compare with");
   }
+  const auto whole = [](const std::filesystem::path& file) {
+    return std::filesystem::weakly_canonical(std::filesystem::absolute(file));
+  };
+  if (!options.write.empty() && !options.json.empty() &&
+      whole(options.write) == whole(options.json)) {
+    detail::throw_file_error(options.write, "is named by --write and by --json; want two files");
+  }
   require_harmless_file(sequence, options.camera, options.write, associations_beginning);
   require_harmless_file(sequence, options.camera, options.json, json_beginning("sync"));
   const DepthOffsetMeasure measure = measure_offset(sequence, options.estimator);

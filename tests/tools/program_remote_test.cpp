@@ -117,6 +117,26 @@ TEST_F(ProgramRemote, RunGoesOnWithoutMasksOnRequest) {
       << "a thread goes on by itself";
 }
 
+TEST_F(ProgramRemote, DoNotNeedTheMasksOfTheSequence) {
+  const RemotePeer peer = peer_that_fails_each(1000);
+  fs::copy(scene(), out("other"), fs::copy_options::recursive);
+  for (const auto& mask : fs::directory_iterator(out("other") / "masks")) {
+    if (mask.path().extension() == ".png") fs::resize_file(mask.path(), 20);
+  }
+  const Outcome outcome = run("run " + quoted(out("other")) + " --overlays 0 --out " +
+                              quoted(out("result")) + with_peer());
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
+}
+
+TEST_F(ProgramRemote, RefuseMasksThatTheyWouldNotUse) {
+  for (const char* masks : {" --masks elsewhere", " --degrade eroded"}) {
+    const Outcome outcome = run(run_into("result") + with_peer() + masks);
+    EXPECT_EQ(outcome.exit_code, 1);
+    EXPECT_TRUE(outcome.mentions("excludes --remote")) << outcome.printed;
+    EXPECT_FALSE(fs::exists(out("result")));
+  }
+}
+
 TEST_F(ProgramRemote, CtrlCEndsTheWaitForMasks) {
   std::atomic<int> asked{0};
   std::atomic<bool> answers{false};

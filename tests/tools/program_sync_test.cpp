@@ -159,6 +159,20 @@ TEST_F(ProgramSync, RunSaysItUntilTheOffsetIsGiven) {
   EXPECT_EQ(summary["depth_offset_s"], 0.0333);
   EXPECT_TRUE(in_step.mentions(", depth paired with an offset of 0.033 s\n")) << in_step.printed;
   EXPECT_NE(summary["input"].get<std::string>().find("--depth-offset 0.0333"), std::string::npos);
+
+  const Outcome degraded = run(command + " --depth-offset 0.0333 --degrade eroded");
+  ASSERT_EQ(degraded.exit_code, 0) << degraded.printed;
+  std::ifstream(out / "summary.json") >> summary;
+  EXPECT_EQ(summary["depth_offset_s"], 0.0333);
+}
+
+TEST_F(ProgramSync, RefusesOneFileForTwoResults) {
+  const fs::path file = folder_ / "result";
+  const Outcome outcome = run("sync " + quoted(scene()) + " --write " + quoted(file) + " --json " +
+                              quoted(folder_ / "." / "result"));
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_TRUE(outcome.mentions("is named by --write and by --json")) << outcome.printed;
+  EXPECT_FALSE(fs::exists(file));
 }
 
 TEST_F(ProgramSync, RefusesOffsetsOutOfRange) {
