@@ -29,7 +29,8 @@ Installs the packages that are missing (Debian, Ubuntu), or says which.
                  late_masks.sh compares
   --truth NAME   what is dynamic: class (the default), persons whether they move or not, or motion,
                  what moves
-  --out DIR      default: out/ablation in the repository
+  --out DIR      default: out/ablation in the repository, with --every out/ablation_every_N,
+                 because results of all frames and of every n-th do not go into one folder
   --readme       put the overviews into bench/README.md: those of the features with --every, else
                  those of the trajectories
   --marks NAME   other marks, for all overviews
@@ -47,7 +48,8 @@ rules=
 truth=class
 marks='trajectory tables'
 first_table='all: RMSE of the ATE'
-out=$root/out/ablation
+out=
+name=ablation
 options=()
 sequences=()
 readme=no
@@ -62,6 +64,7 @@ while (($#)); do
       case "$1" in
         --every)
           options+=(--every "$2")
+          name=ablation_every_$2
           marks='feature tables'
           first_table='all: dynamic left'
           ;;
@@ -91,6 +94,8 @@ while (($#)); do
   esac
   shift
 done
+
+out=${out:-$root/out/$name}
 
 # shellcheck source-path=SCRIPTDIR source=../cmake/setup.sh
 source "$root/cmake/setup.sh"

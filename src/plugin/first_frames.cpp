@@ -53,8 +53,9 @@ std::vector<std::string> FirstFrames::add(const FrameView& frame,
 void FirstFrames::look(const FrameView& frame, const FrameStatistics& statistics) {
   with_image_ += frame.image.empty() ? 0 : 1;
   with_masks_ += statistics.has_segmentation ? 1 : 0;
-  motion_ = statistics.motion.outcome;
-  with_motion_ += motion_ == MotionOutcome::applied ? 1 : 0;
+  const MotionOutcome outcome = statistics.motion.outcome;
+  if (outcome != MotionOutcome::no_image) motion_ = outcome;
+  with_motion_ += outcome == MotionOutcome::applied ? 1 : 0;
   if (const auto depth_m = median_depth_m(frame)) depths_m_.push_back(*depth_m);
   if (statistics.features > 0 && !statistics.instances.empty()) {
     masked_shares_.push_back(static_cast<double>(statistics.masked) /
@@ -77,9 +78,7 @@ std::vector<std::string> FirstFrames::findings() {
                                     names_.masks_key, " in ", names_.file,
                                     " give those of this recording, for the times of its frames?"));
   }
-  // Without images, the sentence above says what to do.
-  const bool can_judge = motion_ != MotionOutcome::not_run && motion_ != MotionOutcome::no_image;
-  if (can_judge && with_motion_ == 0) {
+  if (motion_ != MotionOutcome::not_run && with_motion_ == 0) {
     sentences.push_back(concatenate(
         "dynfilter: ", names_.motion_key, " in ", names_.file, " judged nothing in ", first, ": ",
         name_of(motion_), depths_m_.empty() ? ". It needs a depth image with each frame" : ""));
