@@ -160,7 +160,7 @@ std::vector<Variant> variants() {
     return [member](Options& options) -> double& { return options.*member; };
   };
   using Depth = dynfilter::ObjectDepthOptions;
-  add(all, "min_half_width_m", depth(&Depth::min_half_width_m), {.25, .30, .35, .45, .50, .60});
+  add(all, "min_half_width_m", depth(&Depth::min_half_width_m), {.30, .35, .40, .50, .55, .60});
   add(all, "max_half_width_m", depth(&Depth::max_half_width_m), {.40, .50, .60, .80, 1.0});
   add(all, "min_share", depth(&Depth::min_share), {.02, .03, .08, .10, .20});
   add(all, "min_mask_share", depth(&Depth::min_mask_share), {.0, .01, .05, .10, .20});
@@ -171,7 +171,7 @@ std::vector<Variant> variants() {
   add(all, "min_box_share", depth(&Depth::min_box_share), {.05, .10, .30, .40});
   add(all, "min_nearness", rule(&Options::min_nearness), {.3, .4, .6, .7, .8, 1.0});
   add(all, "min_nearness_if_stale", rule(&Options::min_nearness_if_stale),
-      {.2, .3, .35, .45, .5, .6});
+      {.2, .3, .35, .4, .5, .6});
   add(all, "reach_px", rule(&Options::reach_px), {4, 6, 8, 10, 16});
   add(all, "box_margin_px", rule(&Options::box_margin_px), {0, 3, 10, 20});
   add(all, "mask_margin_px", rule(&Options::mask_margin_px), {0, 2, 3, 6});
@@ -182,7 +182,7 @@ std::vector<Variant> variants() {
   add(all, "max_beyond_range_m", rule(&Options::max_beyond_range_m), {0, .1, .2, .4});
   add(all, "max_step_m", rule(&Options::max_step_m), {.01, .02, .05, .1});
   add(all, "min_off_middle_m", rule(&Options::min_off_middle_m), {.05, .10, .20, .30, 10});
-  add(all, "cell_px", rule(&Options::cell_px), {8, 12, 20, 24, 32});
+  add(all, "cell_px", rule(&Options::cell_px), {12, 16, 20, 28, 32});
   add(all, "motion_px_per_s", rule(&Options::motion_px_per_s), {0, 200, 300, 600, 800});
   add(all, "stale_age_s", rule(&Options::stale_age_s), {1e6});
   return all;

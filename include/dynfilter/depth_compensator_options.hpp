@@ -23,7 +23,7 @@ struct DepthCompensatorOptions {
   /// removed. Lower values remove more static features, higher ones leave more dynamic features.
   double min_nearness = 0.5;
   /// Smallest nearness if masks are stale, when most of the object may lie beside its mask.
-  double min_nearness_if_stale = 0.4;
+  double min_nearness_if_stale = 0.45;
   double reach_px = 12;      ///< search distance of object_nearness
   double box_margin_px = 6;  ///< features this far outside the box may belong to the object
   /// Added to the gap of a fresh mask (see MaskGapEstimator): features this close to the mask are
@@ -45,7 +45,7 @@ struct DepthCompensatorOptions {
   /// surroundings instead, metres: it does if it is connected with them by smaller steps. On stale
   /// masks, only what is behind the middle may.
   double min_off_middle_m = 0.15;
-  double cell_px = 16;  ///< width of the cells of DepthWatershed
+  double cell_px = 24;  ///< width of the cells of DepthWatershed
   /// Age from which masks are stale, seconds. A feature on a stale mask is given back unless it
   /// belongs to an object or hides the one of this mask.
   double stale_age_s = 0.02;

@@ -52,9 +52,13 @@ namespace dynfilter {
 /// nearness.
 class FeatureDepthCompensator {
  public:
+  /// Share of ObjectDepthOptions::min_half_width_m that counts here. A depth image shows what in a
+  /// wide range is connected with the surroundings; features do not.
+  static constexpr double half_width_share = 0.9;
+
   /// Takes the options. Throws std::invalid_argument for options that DepthCompensator refuses.
   explicit FeatureDepthCompensator(const DepthCompensatorOptions& options = {})
-      : options_(options), depth_estimator_(options.object_depth) {
+      : options_(options), depth_estimator_(narrowed(options.object_depth)) {
     validate(options);
   }
 
@@ -91,6 +95,11 @@ class FeatureDepthCompensator {
       shared.reserve(features);
     }
   };
+
+  static ObjectDepthOptions narrowed(ObjectDepthOptions options) {
+    options.min_half_width_m *= half_width_share;
+    return options;
+  }
 
   /// Measures the dynamic instances, and collects those whose depth is known.
   void find_objects(const FilterInput& input, FrameFeatures& features, FeatureLabels& labels,

@@ -30,7 +30,7 @@ namespace dynfilter {
 struct ObjectDepthOptions {
   /// Half width of the object's depth range around its median, at least, metres: the reach of a
   /// person's arms and legs.
-  double min_half_width_m = 0.40;
+  double min_half_width_m = 0.45;
   /// Half width of the range, at most, metres. Between the two, the range extends over the depths
   /// on the mask until a gap: for two people in one detection.
   double max_half_width_m = 0.70;

@@ -75,9 +75,10 @@ class FeatureDepthOracle {
         of_mask.empty() && static_cast<double>(masked) >= 3 * std::max(1.0, min_samples);
     if (is_blind && !of_middle.empty()) ++verdict_.refused_boxes;
     if (is_blind) of_middle.clear();
+    ObjectDepthOptions narrow = options_.object_depth;
+    narrow.min_half_width_m *= 0.9;
     const auto range = [&](const std::vector<float>& depths) {
-      return oracle_object_range(depths, options_.object_depth,
-                                 options_.object_depth.min_box_share);
+      return oracle_object_range(depths, narrow, narrow.min_box_share);
     };
     object.ranges = {range(of_mask)};
     object.by_box = object.ranges[0].empty();
