@@ -54,7 +54,7 @@ class FeatureDepthCompensator {
  public:
   /// Share of ObjectDepthOptions::min_half_width_m that counts here. A depth image shows what in a
   /// wide range is connected with the surroundings; features do not.
-  static constexpr double half_width_share = 0.9;
+  static constexpr double half_width_share = 8.0 / 9;
 
   /// Takes the options. Throws std::invalid_argument for options that DepthCompensator refuses.
   explicit FeatureDepthCompensator(const DepthCompensatorOptions& options = {})

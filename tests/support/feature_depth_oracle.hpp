@@ -76,7 +76,7 @@ class FeatureDepthOracle {
     if (is_blind && !of_middle.empty()) ++verdict_.refused_boxes;
     if (is_blind) of_middle.clear();
     ObjectDepthOptions narrow = options_.object_depth;
-    narrow.min_half_width_m *= 0.9;
+    narrow.min_half_width_m *= 8.0 / 9;
     const auto range = [&](const std::vector<float>& depths) {
       return oracle_object_range(depths, narrow, narrow.min_box_share);
     };
