@@ -25,6 +25,7 @@ struct Scene {
   ObjectDepthOptions options;
 
   Scene() {
+    options.min_half_width_m = 0.4;  // the tests' ranges are those of this width
     frame.depth = cv::Mat(480, 640, CV_32FC1, cv::Scalar(4.0F));
     instance = Instance::from_box({180, 180, 120, 120});
     instance.mask_origin = {200, 200};
@@ -46,6 +47,14 @@ struct Scene {
 
   ObjectDepth estimate() const { return ObjectDepthEstimator(options).estimate(frame, instance); }
 };
+
+TEST(ObjectDepth, ReachesFortyFiveCentimetresByDefault) {
+  Scene scene;
+  scene.options = {};
+  scene.set_columns(0, 80, 1.5);
+  EXPECT_NEAR(scene.estimate().mask_range_m.lower, 1.05, 1e-6);
+  EXPECT_NEAR(scene.estimate().mask_range_m.upper, 1.95, 1e-6);
+}
 
 TEST(ObjectDepth, FlatObjectHasTheMinimumWidth) {
   Scene scene;
@@ -217,6 +226,7 @@ TEST(ObjectDepth, RefusesBadOptionsByName) {
   const auto refuses = [](const std::function<void(ObjectDepthOptions&)>& spoil,
                           const std::string& part) {
     ObjectDepthOptions options;
+    options.min_half_width_m = 0.4;
     spoil(options);
     expect_error<std::invalid_argument>([&] { ObjectDepthEstimator estimator(options); },
                                         "dynfilter::ObjectDepthEstimator: got " + part);
