@@ -6,14 +6,16 @@
 #include <sys/stat.h>
 
 #include <filesystem>
-#include <map>
 #include <stdexcept>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include <gtest/gtest.h>
 
 #include "io/staged_folder.hpp"
 #include "support/expect_error.hpp"
+#include "support/file_tree.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace dynfilter::detail {
@@ -22,17 +24,11 @@ namespace {
 namespace fs = std::filesystem;
 using testing::expect_error;
 using testing::file_text;
+using testing::file_tree;
 using testing::TemporaryFolder;
 
 const std::string area = ".dynfilter-test-1";
 const std::string list = ".dynfilter-test.txt";
-
-/// All files below a folder, with their text.
-std::map<fs::path, std::string> files_in(const fs::path& folder) {
-  std::map<fs::path, std::string> files;
-  for (const fs::path& file : files_below(folder)) files[file] = file_text(folder / file);
-  return files;
-}
 
 /// A folder in which a writer was killed while it replaced `parts/1`, "old", by "new".
 class InterruptedExchange : public ::testing::Test {
@@ -55,10 +51,10 @@ class InterruptedExchange : public ::testing::Test {
   void recover() const { StagedFolder::check(folder_.path(), "test", {"parts/1"}, true); }
 
   void expect_refused_and_kept() {
-    const auto before = files_in(folder_.path());
+    const auto before = file_tree(folder_.path());
     expect_error<std::runtime_error>([&] { recover(); },
                                      "parts/1 was put there or changed since; move that file away");
-    EXPECT_EQ(files_in(folder_.path()), before);
+    EXPECT_EQ(file_tree(folder_.path()), before);
   }
 
   /// Undoes the exchange. The check that follows refuses "old", because the list of what was

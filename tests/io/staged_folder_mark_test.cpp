@@ -9,7 +9,6 @@
 #include <exception>
 #include <filesystem>
 #include <fstream>
-#include <map>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -18,6 +17,7 @@
 
 #include "io/staged_folder.hpp"
 #include "support/expect_error.hpp"
+#include "support/file_tree.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace dynfilter::detail {
@@ -26,14 +26,8 @@ namespace {
 namespace fs = std::filesystem;
 using testing::expect_error;
 using testing::file_text;
+using testing::file_tree;
 using testing::TemporaryFolder;
-
-/// All files below a folder, with their text.
-std::map<fs::path, std::string> files_in(const fs::path& folder) {
-  std::map<fs::path, std::string> files;
-  for (const fs::path& file : files_below(folder)) files[file] = file_text(folder / file);
-  return files;
-}
 
 /// Puts a mark of writer `test` into folder `out`, beside the file `mine` and folder `project`.
 void mark(const TemporaryFolder& folder, const std::string& area, const std::string& names) {
@@ -62,13 +56,13 @@ TEST(StagedFolder, MarkCannotReachOutsideTheFolder) {
     fs::create_directories(folder / "out");
     mark(folder, area, names);
     folder.write("out/mine", "mine");
-    const auto before = files_in(folder.path());
+    const auto before = file_tree(folder.path());
     for (const bool overwrite : {false, true}) {
       expect_error<std::runtime_error>(
           [&] { StagedFolder(folder / "out", "test", {"key"}, overwrite); },
           ".dynfilter-commit: names files that dynfilter cannot have moved there");
     }
-    EXPECT_EQ(files_in(folder.path()), before);
+    EXPECT_EQ(file_tree(folder.path()), before);
   }
 }
 
@@ -96,9 +90,9 @@ TEST(StagedFolder, LeavesLinksWithTheNameOfAHiddenFolder) {
   fs::create_directories(folder / "out");
   fs::create_directory_symlink(folder / "empty", folder / "out" / ".dynfilter-test-1");
   fs::create_directory_symlink(folder / "project", folder / "out" / ".dynfilter-test-2");
-  const auto before = files_in(folder.path());
+  const auto before = file_tree(folder.path());
   { StagedFolder staged(folder / "out", "test", {"key"}, true); }
-  EXPECT_EQ(files_in(folder.path()), before);
+  EXPECT_EQ(file_tree(folder.path()), before);
   EXPECT_TRUE(fs::is_symlink(folder / "out" / ".dynfilter-test-1"));
   EXPECT_TRUE(fs::is_directory(folder / "empty"));
 }
