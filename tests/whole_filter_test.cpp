@@ -56,7 +56,7 @@ TEST(WholeFilter, DepthRuleMatchesTheOracleOnEveryPath) {
   EXPECT_GT(by_depth, 15000U);
   EXPECT_GT(by_nearness, 15000U);
   EXPECT_GT(by_margin, 1500U);
-  EXPECT_GT(restored, 7500U);
+  EXPECT_GT(restored, 7800U);
   EXPECT_GT(box_fallbacks, 3000U);
 }
 
