@@ -169,7 +169,7 @@ std::vector<Variant> variants() {
                    [places](Options& options) { options.object_depth.max_places = places; }});
   }
   add(all, "min_box_share", depth(&Depth::min_box_share), {.05, .10, .30, .40});
-  add(all, "min_nearness", rule(&Options::min_nearness), {.3, .4, .6, .7, .8, 1.0});
+  add(all, "min_nearness", rule(&Options::min_nearness), {.3, .4, .5, .6, .7, 1.0});
   add(all, "min_nearness_if_stale", rule(&Options::min_nearness_if_stale),
       {.2, .3, .35, .4, .5, .6});
   add(all, "reach_px", rule(&Options::reach_px), {4, 6, 8, 10, 16});
@@ -177,8 +177,11 @@ std::vector<Variant> variants() {
   add(all, "mask_margin_px", rule(&Options::mask_margin_px), {0, 2, 3, 6});
   add(all, "mask_gap.max_gap_px", [](Options& o) -> double& { return o.mask_gap.max_gap_px; },
       {1e-6, 4, 8, 24});
-  add(all, "shadow_px", rule(&Options::shadow_px), {0, 4, 6, 12});
-  add(all, "min_nearness_in_shadow", rule(&Options::min_nearness_in_shadow), {.7, .8, 1.1, 1.4});
+  add(all, "mask_gap.min_shift_px", [](Options& o) -> double& { return o.mask_gap.min_shift_px; },
+      {0, 2, 4, 1e6});
+  add(all, "shadow_px", rule(&Options::shadow_px), {0, 6, 8, 10, 12});
+  add(all, "min_nearness_in_shadow", rule(&Options::min_nearness_in_shadow),
+      {.7, .9, 1.1, 1.2, 1.4});
   add(all, "max_beyond_range_m", rule(&Options::max_beyond_range_m), {0, .1, .2, .4});
   add(all, "max_step_m", rule(&Options::max_step_m), {.01, .02, .05, .1});
   add(all, "min_off_middle_m", rule(&Options::min_off_middle_m), {.05, .10, .20, .30, 10});

@@ -55,6 +55,7 @@ TEST(DepthCompensator, RemovesFeaturesOnePixelFromAFreshMask) {
   DepthScene scene;
   scene.person().mask_origin.x = 265;         // on the wall, so that its depth is not the object's
   scene.options.mask_gap.min_samples = 1000;  // no gap is known
+  scene.options.min_nearness = 100;           // no nearness suffices
   EXPECT_TRUE(scene.compensates(264, 300));
   EXPECT_EQ(scene.at(264, 300).score, 0.8F);
   EXPECT_FALSE(scene.compensates(263, 300));
@@ -69,6 +70,7 @@ TEST(DepthCompensator, WithoutAMarginTakesNothingOnTheMaskThatWasGivenBack) {
   DepthScene scene;
   scene.person().mask_origin.x = 265;  // on the wall up to column 279
   scene.options.mask_gap.min_samples = 1000;
+  scene.options.min_nearness = 100;
   scene.points = {{270, 300}};
   for (const double margin_px : {0.0, 1.0}) {
     scene.options.mask_margin_px = margin_px;
@@ -144,6 +146,34 @@ TEST(DepthCompensator, KeptFeaturesHaveScoresBelowHalfTheConfidence) {
   const FeatureLabel far_off = scene.at(380, 330);
   EXPECT_EQ(far_off.instance, -1);
   EXPECT_EQ(far_off.score, 0);
+}
+
+/// The strip beside a mask that is too small has no depth.
+TEST(DepthCompensator, CountsAFreshMaskAmongWhatIsNear) {
+  DepthScene scene;
+  scene.set_depth({340, 300, 60, 60}, 0);
+  scene.options.mask_gap.min_samples = 1000;
+  scene.options.shadow_px = scene.options.mask_margin_px = 0;
+  EXPECT_TRUE(scene.compensates(365, 330)) << "3 / 6 by the mask, without the body's depth";
+  EXPECT_FALSE(scene.compensates(366, 330)) << "3 / 7";
+  scene.segmentation.timestamp_s = 99.9;
+  EXPECT_FALSE(scene.compensates(365, 330)) << "a stale mask may lie elsewhere";
+}
+
+/// The depth image is seven pixels late: the person was further to the left in it.
+TEST(DepthCompensator, ReadsDepthWhereTheObjectWas) {
+  DepthScene scene;
+  scene.set_depth({0, 0, 640, 480}, 4.0);
+  scene.set_depth({273, 100, 80, 340}, 1.5);
+  scene.set_depth({385, 300, 10, 60}, 1.5);  // as a hand that the mask misses
+  EXPECT_EQ(scene.at(274, 330).reason, Reason::untouched) << "wall with the person's depth";
+  EXPECT_TRUE(scene.compensates(396, 330)) << "hand with the wall's depth";
+  EXPECT_EQ(scene.at(389, 330).reason, Reason::untouched) << "wall with the hand's depth";
+  EXPECT_EQ(scene.filtered().statistics().instances[0].depth_shift_px, -7.0);
+  scene.options.mask_gap.min_shift_px = 7.5;
+  EXPECT_TRUE(scene.compensates(274, 330));
+  EXPECT_TRUE(scene.compensates(389, 330));
+  EXPECT_EQ(scene.filtered().statistics().instances[0].depth_shift_px, 0.0);
 }
 
 /// The mask is six pixels too small on either side, which the depth shows.

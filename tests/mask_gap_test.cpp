@@ -1,16 +1,23 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Hand-made cases. whole_filter_test.cpp compares the gaps in the statistics with an oracle.
+// Hand-made cases, and a comparison with an oracle.
 
 #include "dynfilter/mask_gap.hpp"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <optional>
 
+#include <opencv2/imgproc.hpp>
+
+#include "support/byte_source.hpp"
 #include "support/expect_error.hpp"
+#include "support/surroundings_oracle.hpp"
 
 namespace dynfilter::testing {
 namespace {
@@ -30,8 +37,26 @@ struct GapScene {
     object.mask_range_m = {1.1, 1.9};
   }
 
-  std::optional<double> gap(const MaskGapOptions& options = {}) const {
+  std::optional<MaskGap> measured(const MaskGapOptions& options = {}) const {
     return MaskGapEstimator(options).estimate(frame, instance, object);
+  }
+
+  std::optional<double> gap(const MaskGapOptions& options = {}) const {
+    const std::optional<MaskGap> all = measured(options);
+    return all ? std::optional(all->gap_px) : std::nullopt;
+  }
+
+  /// Shift of the depth; the gap must be known.
+  double shift(const MaskGapOptions& options = {}) const {
+    return measured(options).value().shift_px;
+  }
+
+  /// Makes the mask's rows from `first` on wider by some pixels on the right.
+  void widen_rows_from(int first, int pixels) {
+    cv::Mat wide(instance.mask.rows, instance.mask.cols + pixels, CV_8UC1, cv::Scalar(0));
+    instance.mask.copyTo(wide.colRange(0, instance.mask.cols));
+    wide.rowRange(first, wide.rows).setTo(255);
+    instance.mask = wide;
   }
 };
 
@@ -39,10 +64,59 @@ TEST(MaskGap, IsTheDistanceFromTheMaskToTheObjectsEdge) {
   for (int pixels = 0; pixels <= 12; ++pixels) EXPECT_EQ(GapScene(pixels, pixels).gap(), pixels);
 }
 
-/// A depth image of another time shifts the object: the gaps of both sides make up for it.
-TEST(MaskGap, DoesNotDependOnAShiftOfTheDepthImage) {
-  EXPECT_EQ(GapScene(2, 10).gap(), 6.0);
-  EXPECT_EQ(GapScene(10, 2).gap(), 6.0);
+TEST(MaskGap, IsNoneWhereTheMaskIsTightOrTooLarge) {
+  for (const int pixels : {0, -1, -3, -12}) {
+    EXPECT_EQ(GapScene(pixels, pixels).gap(), 0.0) << pixels;
+    EXPECT_EQ(GapScene(pixels, pixels).shift(), 0.0) << pixels;
+  }
+  EXPECT_EQ(GapScene(-1, 3).gap(), 2.0) << "1 and half of the shift";
+  EXPECT_FALSE(GapScene(-25, -25).gap().has_value()) << "beyond the reach";
+  EXPECT_EQ(GapScene(-24, -24).gap(), 0.0);
+}
+
+TEST(MaskGap, CountsThePlacesThatItWasMeasuredAt) {
+  EXPECT_EQ(GapScene(4, 4).measured().value().places, 2U * 37) << "every eighth row, two sides";
+}
+
+/// A depth image of another time shifts the object: the two sides tell by how much.
+TEST(MaskGap, FindsTheShiftOfTheDepthImage) {
+  EXPECT_EQ(GapScene(2, 10).shift(), 4.0);
+  EXPECT_EQ(GapScene(10, 2).shift(), -4.0);
+  EXPECT_EQ(GapScene(-3, 5).shift(), 4.0) << "the depth has left the mask on the left";
+  EXPECT_EQ(GapScene(2, 10).gap(), 6.0 + 4.0 / 2) << "wider by half the shift";
+  EXPECT_EQ(GapScene(10, 2).gap(), 8.0);
+}
+
+TEST(MaskGap, TakesSmallShiftsForNoise) {
+  EXPECT_EQ(GapScene(4, 9).shift(), 0.0) << "2.5 pixels";
+  EXPECT_EQ(GapScene(4, 9).gap(), 6.5 + 1.25);
+  EXPECT_EQ(GapScene(4, 10).shift(), 3.0);
+  MaskGapOptions options;
+  options.min_shift_px = 0;
+  EXPECT_EQ(GapScene(4, 5).shift(options), 0.5);
+  EXPECT_EQ(GapScene(4, 4).shift(options), 0.0);
+  options.min_shift_px = 1e6;
+  EXPECT_EQ(GapScene(2, 12).shift(options), 0.0);
+}
+
+/// In the lower rows the mask lacks nothing on the right, as where only an arm is missing.
+TEST(MaskGap, NeedsSidesThatDifferInMostRows) {
+  GapScene scene(0, 12);
+  EXPECT_EQ(scene.shift(), 6.0);
+  scene.widen_rows_from(240, 12);  // a fifth of the rows
+  EXPECT_EQ(scene.shift(), 6.0);
+  scene = GapScene(0, 12);
+  scene.widen_rows_from(200, 12);  // a third: the lower quartile is 0 then
+  EXPECT_EQ(scene.shift(), 0.0);
+  EXPECT_EQ(scene.gap(), 6.0 + 6.0 / 2) << "the medians still differ";
+}
+
+TEST(MaskGap, NeedsASecondSideThatIsSeenOftenEnough) {
+  GapScene scene(0, 12);
+  scene.frame.depth(cv::Rect(300, 100, 340, 200)).setTo(1.5F);  // no end in 25 of 37 rows
+  EXPECT_EQ(scene.shift(), 6.0) << "12 places on the right, 37 on the left";
+  scene.frame.depth(cv::Rect(300, 100, 340, 208)).setTo(1.5F);
+  EXPECT_EQ(scene.shift(), 0.0) << "11 places are less than 0.3 of 37";
 }
 
 TEST(MaskGap, IsLimited) {
@@ -71,13 +145,17 @@ TEST(MaskGap, NeedsThreePixelsBehindTheObjectWithinTheImage) {
   GapScene scene(2, 0);
   scene.instance.mask = cv::Mat(300, 429, CV_8UC1, cv::Scalar(255));  // columns 202 to 630
   scene.frame.depth(cv::Rect(200, 100, 437, 300)).setTo(1.5F);        // to column 636
-  EXPECT_EQ(scene.gap(), (2.0 + 6.0) / 2);
+  EXPECT_EQ(scene.gap(), (2.0 + 6.0) / 2 + 2.0 / 2);
   scene.frame.depth(cv::Rect(637, 100, 1, 300)).setTo(1.5F);
   EXPECT_EQ(scene.gap(), 2.0) << "by the left side alone";
 }
 
-TEST(MaskGap, IgnoresEdgesOfTheMaskThatAreNotTheObjects) {
-  EXPECT_FALSE(GapScene(-3, -3).gap().has_value());
+TEST(MaskGap, IgnoresRowsOfTheMaskThatAreNotTheObjects) {
+  GapScene scene(4, 4);
+  scene.frame.depth(cv::Rect(0, 100, 640, 260)).setTo(4.0F);
+  EXPECT_EQ(scene.gap(), 4.0) << "five rows are left";
+  scene.frame.depth.setTo(4.0F);
+  EXPECT_FALSE(scene.gap().has_value());
 }
 
 TEST(MaskGap, IsTheUpperMedian) {
@@ -98,7 +176,7 @@ TEST(MaskGap, IgnoresHolesOfTwoPixels) {
   scene.frame.depth(cv::Rect(295, 100, 2, 300)).setTo(0.0F);
   EXPECT_EQ(scene.gap(), 8.0);
   scene.frame.depth(cv::Rect(295, 100, 3, 300)).setTo(0.0F);
-  EXPECT_EQ(scene.gap(), (8.0 + 3.0) / 2) << "three pixels end the object on the right";
+  EXPECT_EQ(scene.gap(), (8.0 + 3.0) / 2 + 2.5 / 2) << "three pixels end the object on the right";
 }
 
 TEST(MaskGap, IsUnknownWithTooFewPlaces) {
@@ -127,6 +205,49 @@ TEST(MaskGap, IsUnknownWithoutMaskOrDepth) {
   EXPECT_FALSE(scene.gap().has_value());
 }
 
+/// Ellipses with holes, whose depth is larger or smaller than the mask and lies beside it.
+TEST(MaskGap, MatchesTheOracleOnObjectsOutOfStep) {
+  std::size_t known = 0, shifted = 0;
+  for (std::uint64_t seed = 0; seed < 1500; ++seed) {
+    ByteSource source(seed);
+    const int width = source.chance(20) ? 1280 : source.between(40, 400);
+    const double scale = width / 640.0;
+    GapScene scene(0, 0);
+    scene.frame.depth = cv::Mat(60, width, CV_32FC1, cv::Scalar(4.0F));
+    const cv::Point centre(source.between(0, width), source.between(10, 50));
+    const cv::Size axes(source.between(3, width / 4), source.between(8, 40));
+    const cv::Size larger(std::max(1, axes.width + source.between(-4, 8)), axes.height);
+    const cv::Point beside = centre + cv::Point(source.between(-9, 9), 0);
+    cv::ellipse(scene.frame.depth, beside, larger, 0, 0, 360, cv::Scalar(1.5), cv::FILLED);
+    for (int hole = source.between(0, 40); hole > 0; --hole) {
+      const cv::Point at(source.between(0, width - 1), source.between(0, 59));
+      scene.frame.depth(cv::Rect(at, cv::Size(3, 3)) & cv::Rect(0, 0, width, 60)).setTo(0.0F);
+    }
+    scene.instance.mask_origin = {source.between(-3, 3), source.between(-3, 3)};
+    scene.instance.mask = cv::Mat(60, width, CV_8UC1, cv::Scalar(0));
+    cv::ellipse(scene.instance.mask, centre - scene.instance.mask_origin, axes, 0, 0, 360,
+                cv::Scalar(255), cv::FILLED);
+    MaskGapOptions options;
+    options.row_step_px = (source.between(1, 3) + 0.2) / scale;
+    options.reach_px = (source.between(6, 24) + 0.2) / scale;
+    options.max_gap_px = source.between(3, 20) / scale;
+    options.min_samples = static_cast<std::size_t>(source.between(0, 12));
+    options.min_shift_px = source.between(0, 3) / scale;
+    const auto is_objects = [&](cv::Point pixel) {
+      return scene.object.mask_range_m.contains(scene.frame.depth_m(pixel).value_or(0));
+    };
+    const MaskGap want = oracle_gap(scene.frame.depth.size(), scene.instance, is_objects, options);
+    const MaskGap got = scene.measured(options).value_or(MaskGap());
+    ASSERT_NEAR(got.gap_px, want.gap_px, 1e-9) << "seed " << seed;
+    ASSERT_EQ(got.shift_px, want.shift_px) << "seed " << seed;
+    ASSERT_EQ(got.places, want.places) << "seed " << seed;
+    known += want.places > 0 ? 1 : 0;
+    shifted += want.shift_px != 0 ? 1 : 0;
+  }
+  EXPECT_GT(known, 1000U);
+  EXPECT_GT(shifted, 300U);
+}
+
 TEST(MaskGap, RefusesLengthsThatAreNone) {
   MaskGapOptions options;
   for (const double bad : {0.0, -1.0, std::nextafter(1e6, 2e6), std::nan("")}) {
@@ -136,6 +257,11 @@ TEST(MaskGap, RefusesLengthsThatAreNone) {
   }
   options.reach_px = 1e6;
   EXPECT_NO_THROW(MaskGapEstimator{options});
+  for (const double bad : {-1.0, std::nextafter(1e6, 2e6), std::nan("")}) {
+    options.min_shift_px = bad;
+    expect_error<std::invalid_argument>([&] { MaskGapEstimator{options}; },
+                                        "MaskGapEstimator: got min_shift_px = ");
+  }
 }
 
 }  // namespace

@@ -116,6 +116,22 @@ TEST(ObjectNearness, MaskRangeAndBoxRangeBothCount) {
   EXPECT_EQ(object_nearness(frame, centre, ObjectDepth()), 0.0);
 }
 
+TEST(ObjectNearness, PixelsOfTheMaskVoteWhateverTheirDepth) {
+  Instance instance;
+  instance.mask_origin = {centre.x + 4, 0};
+  instance.mask = cv::Mat(100, 50, CV_8UC1, cv::Scalar(255));
+  for (const float depth : {missing, wall, person}) {
+    FrameView frame = frame_of(missing);
+    fill(frame, {centre.x + 4, 0, 50, 100}, depth);
+    const double seen = depth == person ? 3.0 / 4 : 0.0;
+    EXPECT_NEAR(object_nearness(frame, centre, object_at(1.1, 1.9), 10), seen, 1e-12);
+    EXPECT_NEAR(object_nearness(frame, centre, object_at(1.1, 1.9), 10, &instance), 3.0 / 4, 1e-12);
+  }
+  FrameView frame = frame_of(missing);
+  fill(frame, {centre.x + 2, centre.y, 1, 1}, wall);  // nearer than the mask
+  EXPECT_NEAR(object_nearness(frame, centre, object_at(1.1, 1.9), 10, &instance), 2.0 / 4, 1e-12);
+}
+
 TEST(ObjectNearness, MissingDepthNeverVotes) {
   const FrameView frame = frame_of(missing);
   EXPECT_EQ(object_nearness(frame, centre, object_at(-0.2, 0.6)), 0.0);
@@ -146,8 +162,12 @@ TEST(ObjectNearness, MatchesTheOracleOnHostileDepth) {
     expected.ranges = {object.mask_range_m, object.box_range_m};
     const double reach = std::min(1000.0, (source.between(0, 6) + 0.2) * 640 / width);
     const cv::Point pixel(source.between(0, size.width - 1), source.between(0, size.height - 1));
-    const double want = oracle_nearness(frame, WidePoint(pixel), expected, reach);
-    ASSERT_NEAR(object_nearness(frame, pixel, object, reach), want, 1e-12) << "seed " << seed;
+    Instance instance;
+    instance.mask_origin = {source.between(-5, width), source.between(-3, 8)};
+    instance.mask = arbitrary_mask(source, {source.between(1, 8), source.between(1, 8)});
+    const Instance* const mask = source.chance(50) ? &instance : nullptr;
+    const double want = oracle_nearness(frame, WidePoint(pixel), expected, reach, mask);
+    ASSERT_NEAR(object_nearness(frame, pixel, object, reach, mask), want, 1e-12) << "seed " << seed;
     some += want > 0 ? 1 : 0;
   }
   EXPECT_GT(some, 1500U);

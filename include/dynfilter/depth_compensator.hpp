@@ -46,9 +46,12 @@ namespace dynfilter {
 /// stale mask stays removed if it passes one of the first two tests, or if it has a depth that is
 /// not behind the object. Otherwise this stage gives it back, although MaskCuller removed it.
 ///
+/// If colour and depth are not taken at the same time, the depth image shows a moving object
+/// beside its mask. MaskGapEstimator measures by how much, along the rows, and depth is read there.
+/// This takes a fresh mask.
+///
 /// Limits: a static thing that touches the object, at the object's depth and inside its box, is
-/// removed with it. If colour and depth are not taken at the same time, the trailing edge of a fast
-/// object has the background's depth; the gap makes up for it as long as it is small. The stage
+/// removed with it. The stage
 /// abstains from an instance for which neither mask nor box has ObjectDepthOptions::min_samples
 /// depths (8). The statistics say so.
 ///
@@ -152,7 +155,9 @@ class DepthCompensator {
       InstanceStatistics& statistics = labels.statistics().instances[k];
       statistics.sampled = depth.samples;
       statistics.depth_range_m = depth.hull_m();
-      statistics.mask_gap_px = object.gap_px();
+      statistics.mask_gap_px = object.gap().gap_px;
+      statistics.mask_gap_places = object.gap().places;
+      statistics.depth_shift_px = object.gap().shift_px;
       statistics.candidates = statistics.passed_depth = statistics.passed_nearness = 0;
       statistics.compensation =
           depth.empty() ? Compensation::too_few_samples : Compensation::applied;

@@ -18,10 +18,10 @@ namespace dynfilter {
 /// ones.
 struct DepthCompensatorOptions {
   ObjectDepthOptions object_depth;  ///< how the object's depth is estimated
-  MaskGapOptions mask_gap;  ///< how the gap between a mask and the object's edge is measured
+  MaskGapOptions mask_gap;          ///< how an object is measured against its mask
   /// Smallest nearness (see object_nearness) at which a feature without the object's depth is
   /// removed. Lower values remove more static features, higher ones leave more dynamic features.
-  double min_nearness = 0.5;
+  double min_nearness = 0.55;
   /// Smallest nearness if masks are stale, when most of the object may lie beside its mask.
   double min_nearness_if_stale = 0.45;
   double reach_px = 12;      ///< search distance of object_nearness
@@ -31,10 +31,10 @@ struct DepthCompensatorOptions {
   double mask_margin_px = 1;
   /// Width of the sensor's shadow: a strip without depth beside the object's edge, which shows the
   /// background.
-  double shadow_px = 8;
+  double shadow_px = 9;
   /// Smallest nearness for a feature without the object's depth that lies within shadow_px of a
   /// fresh mask and its gap. It replaces min_nearness there.
-  double min_nearness_in_shadow = 0.9;
+  double min_nearness_in_shadow = 1.0;
   /// Length by which a part of the object may lie before or behind the object's range of depth,
   /// metres, if it is connected with the object (see DepthWatershed).
   double max_beyond_range_m = 0.3;

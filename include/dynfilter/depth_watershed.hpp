@@ -95,6 +95,7 @@ class DepthWatershed {
       if (cell.owner == Seed::none) return;
       const float step =
           std::max(cell.step_m, std::abs(static_cast<float>(depth_m) - cell.depth_m));
+      if (step > max_step_m) return;  // not connected
       float& smallest = cell.owner == Seed::object ? steps.to_object_m : steps.to_surroundings_m;
       smallest = std::min(smallest, step);
     });

@@ -10,7 +10,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <numeric>
 #include <optional>
 #include <vector>
@@ -32,48 +31,68 @@ namespace dynfilter {
 /// width.
 struct MaskGapOptions {
   double row_step_px = 8;  ///< distance of the rows that are looked at
-  double reach_px = 24;    ///< search distance outside the mask
+  double reach_px = 24;    ///< search distance outside the mask, and inside it
   double max_gap_px = 16;  ///< larger gaps count as this one: something else touches the object
   std::size_t min_samples = 8;  ///< smallest number of places for an estimate
+  /// Smallest shift of the depth that counts: a smaller one is noise. With 1000000 none counts.
+  double min_shift_px = 3;
 };
 
-/// Estimates how far an object reaches beyond its mask: the median distance from the mask's left
-/// and right edges to the places where the object's depth ends.
+/// How an object's depth lies against its mask, pixels of the image.
+struct MaskGap {
+  double gap_px = 0;  ///< how far the object reaches beyond its mask; 0 if it does not
+  /// How far the object's depth is shifted to the right against its mask; 0 if it is in step.
+  double shift_px = 0;
+  std::size_t places = 0;  ///< number of places at the mask's edge that were measured
+};
+
+/// Estimates how far an object reaches beyond its mask, and how far its depth is shifted against
+/// the mask: by the distances from the mask's left and right edges to the places where the object's
+/// depth ends.
 ///
 /// A network's masks may be too small by one pixel or by ten. The gap tells, without any truth, how
-/// wide a margin they need. It is measured on either side, and the result is the mean of the two
-/// medians: a depth image that is not taken at the time of the colour image shifts the object's
-/// depth, which adds on one side what it takes away on the other.
+/// wide a margin they need. A distance is negative where the object's depth ends within the mask,
+/// as it often does by a pixel or two. So a tight mask has no gap.
 ///
-/// A place counts only if the depth just inside the mask is the object's, and if the object's depth
-/// ends within the reach. So missing limbs and things that touch the object do not count.
+/// A depth image that is not taken at the time of the colour image shifts the object's depth by its
+/// motion in between. This adds on one side what it takes away on the other. So the gap is the mean
+/// of the medians of both sides, and the shift is half their difference. A shift counts if
+/// - it is at least min_shift_px,
+/// - the side with fewer places has at least 0.3 times as many as the other, and
+/// - each side's median lies outside the middle half of the other side's distances.
+///
+/// Where the depth has left the object, only the margin finds it. So half the shift is added to the
+/// gap, whether the shift counts or not.
+///
+/// A place counts only if the object's depth ends within the reach, and begins there if the place
+/// has none. So missing limbs and things that touch the object do not count.
 class MaskGapEstimator {
  public:
-  /// Scratch memory that calls may share.
+  /// Scratch memory that calls may share: how often each distance was met, from the shortest one
+  /// on, which is minus the reach.
   struct Scratch {
-    std::vector<std::size_t> left;  ///< number of gaps of 0, 1, … pixels at left edges of the mask
-    std::vector<std::size_t> right;  ///< number of gaps of 0, 1, … pixels at right edges
+    std::vector<std::size_t> left;   ///< at left edges of the mask
+    std::vector<std::size_t> right;  ///< at right edges
   };
 
   /// Takes the options. Throws std::invalid_argument for lengths that are not above 0 and at most
-  /// 1000000.
+  /// 1000000; min_shift_px may be 0.
   explicit MaskGapEstimator(const MaskGapOptions& options = {}) : options_(options) {
     require_length("row_step_px", options.row_step_px);
     require_length("reach_px", options.reach_px);
     require_length("max_gap_px", options.max_gap_px);
+    if (options.min_shift_px != 0) require_length("min_shift_px", options.min_shift_px);
   }
 
-  /// Returns the gap in pixels of this image, or nothing if there are too few places to measure it.
-  /// `object` is the object's depth, as ObjectDepthEstimator returns it. Throws
-  /// std::invalid_argument for a malformed frame. O(pixels of the mask / row_step_px).
-  std::optional<double> estimate(const FrameView& frame, const Instance& instance,
-                                 const ObjectDepth& object, Scratch& scratch) const {
+  /// Measures gap and shift, or returns nothing if there are too few places. `object` is the
+  /// object's depth, as ObjectDepthEstimator returns it. Throws std::invalid_argument for a
+  /// malformed frame. O(pixels of the mask / row_step_px).
+  std::optional<MaskGap> estimate(const FrameView& frame, const Instance& instance,
+                                  const ObjectDepth& object, Scratch& scratch) const {
     validate(frame, "MaskGapEstimator");
     const int reach = std::min(scaled(options_.reach_px, frame), frame.depth.cols);
-    std::vector<std::size_t>& left = scratch.left;
-    std::vector<std::size_t>& right = scratch.right;
-    left.assign(static_cast<std::size_t>(reach) + 1, 0);
-    right.assign(left.size(), 0);
+    scratch.left.assign(2 * static_cast<std::size_t>(reach) + 1, 0);
+    scratch.right.assign(scratch.left.size(), 0);
     const cv::Rect masked =
         detail::clip({instance.mask_origin, instance.mask.size()}, frame.depth.size());
     const int row_step = scaled(options_.row_step_px, frame);
@@ -81,26 +100,66 @@ class MaskGapEstimator {
     for (int y = masked.y + row_step / 2; y < masked.y + masked.height; y += row_step) {
       measure_row(frame, instance, pixels, {masked.x, y}, masked.width, scratch);
     }
-    const std::size_t on_left = sum(left), on_right = sum(right);
+    const Side left(scratch.left), right(scratch.right);
+    MaskGap result;
+    result.places = left.places + right.places;
     const std::size_t min_samples = std::max<std::size_t>(1, options_.min_samples);
-    if (on_left + on_right < min_samples) return {};
-    if (std::min(on_left, on_right) < (min_samples + 1) / 2) {  // one side is missing
-      std::transform(left.begin(), left.end(), right.begin(), left.begin(), std::plus<>());
-      right = left;
+    if (result.places < min_samples) return {};
+    double gap_px = 0;
+    if (std::min(left.places, right.places) < (min_samples + 1) / 2) {  // one side is missing
+      gap_px = (left.places > right.places ? left : right).median;
+    } else {
+      const double shift_px = (right.median - left.median) / 2;
+      gap_px = (left.median + right.median) / 2 + std::abs(shift_px) / 2;
+      const double scale = detail::pixel_scale(frame.depth.size());
+      const bool is_long = std::abs(shift_px) >= options_.min_shift_px * scale;
+      if (shift_px != 0 && is_long && is_clear(left, right)) result.shift_px = shift_px;
     }
-    const double gap = (median(left) + median(right)) / 2;
-    return std::min(gap, options_.max_gap_px * detail::pixel_scale(frame.depth.size()));
+    result.gap_px =
+        std::clamp(gap_px, 0.0, options_.max_gap_px * detail::pixel_scale(frame.depth.size()));
+    return result;
   }
 
-  /// Estimates the gap with temporary memory.
-  std::optional<double> estimate(const FrameView& frame, const Instance& instance,
-                                 const ObjectDepth& object) const {
+  /// Estimates with temporary memory.
+  std::optional<MaskGap> estimate(const FrameView& frame, const Instance& instance,
+                                  const ObjectDepth& object) const {
     Scratch scratch;
     return estimate(frame, instance, object, scratch);
   }
 
  private:
   static constexpr int max_hole = 2;  // pixels without the object's depth that do not end it
+  static constexpr double min_side_share = 0.3;
+
+  /// The distances at one side of the mask.
+  struct Side {
+    std::size_t places = 0;
+    double lower_quartile = 0, median = 0, upper_quartile = 0;
+
+    explicit Side(const std::vector<std::size_t>& counts)
+        : places(std::accumulate(counts.begin(), counts.end(), std::size_t{0})) {
+      if (places == 0) return;
+      lower_quartile = quantile(counts, places / 4);
+      median = quantile(counts, places / 2);
+      upper_quartile = quantile(counts, places * 3 / 4);
+    }
+
+    /// Returns the distance that `smaller` others come before.
+    static double quantile(const std::vector<std::size_t>& counts, std::size_t smaller) {
+      std::size_t distance = 0;
+      while (counts[distance] <= smaller) smaller -= counts[distance++];
+      return static_cast<double>(distance) - static_cast<double>(counts.size() / 2);
+    }
+  };
+
+  /// Whether the two sides differ beyond what their distances scatter.
+  static bool is_clear(const Side& left, const Side& right) {
+    const auto [fewer, more] = std::minmax(left.places, right.places);
+    if (static_cast<double>(fewer) < min_side_share * static_cast<double>(more)) return false;
+    const Side& shorter = left.median < right.median ? left : right;
+    const Side& longer = left.median < right.median ? right : left;
+    return shorter.upper_quartile < longer.median && shorter.median < longer.lower_quartile;
+  }
 
   static void require_length(const char* name, double pixels) {
     if (pixels > 0 && pixels <= 1e6) return;
@@ -128,49 +187,43 @@ class MaskGapEstimator {
       const auto x_of = [&](const std::uint8_t* pixel) {
         return first.x + static_cast<int>(pixel - mask);
       };
-      measure(frame, object, {x_of(run), first.y}, -1, scratch.left);
-      measure(frame, object, {x_of(run_end) - 1, first.y}, 1, scratch.right);
+      const int run_px = static_cast<int>(run_end - run);
+      measure(frame, object, {x_of(run), first.y}, -1, run_px, scratch.left);
+      measure(frame, object, {x_of(run_end) - 1, first.y}, 1, run_px, scratch.right);
       run = run_end;
     }
   }
 
   static void measure(const FrameView& frame, const detail::ObjectPixels& object, cv::Point edge,
-                      int way, std::vector<std::size_t>& gaps) {
+                      int way, int run_px, std::vector<std::size_t>& counts) {
     if (frame.depth.type() == CV_16UC1) {
-      measure<std::uint16_t>(frame, object, edge, way, gaps);
+      measure<std::uint16_t>(frame, object, edge, way, run_px, counts);
     } else {
-      measure<float>(frame, object, edge, way, gaps);
+      measure<float>(frame, object, edge, way, run_px, counts);
     }
   }
 
-  /// Walks from the mask's last pixel in direction `way`, and notes after how many pixels the
-  /// object's depth ends.
+  /// Walks from the mask's last pixel in direction `way` to the last pixel of the object's depth,
+  /// or back into the run of mask to the first one, and counts the distance.
   template <class Depth>
   static void measure(const FrameView& frame, const detail::ObjectPixels& object, cv::Point edge,
-                      int way, std::vector<std::size_t>& gaps) {
+                      int way, int run_px, std::vector<std::size_t>& counts) {
     const Depth* const depths = frame.depth.ptr<Depth>(edge.y) + edge.x;
     const auto is_objects = [&](int distance) { return object.contain(depths[way * distance]); };
-    if (!is_objects(0)) return;
-    const int to_border = way < 0 ? edge.x : frame.depth.cols - 1 - edge.x;
-    const int limit = std::min(to_border, static_cast<int>(gaps.size()) - 1);
-    int gap = 0;
-    for (int distance = 1; distance <= gap + max_hole + 1; ++distance) {
-      if (distance > limit) return;  // no end is seen
-      if (is_objects(distance)) gap = distance;
+    const int reach = static_cast<int>(counts.size() / 2);
+    int last = 0;
+    while (!is_objects(last)) {
+      if (--last < -std::min(reach, run_px - 1)) return;  // no beginning is seen
     }
-    ++gaps[static_cast<std::size_t>(gap)];
-  }
-
-  static std::size_t sum(const std::vector<std::size_t>& counts) {
-    return std::accumulate(counts.begin(), counts.end(), std::size_t{0});
-  }
-
-  /// Returns the median gap, the upper one of an even number. There must be one.
-  static double median(const std::vector<std::size_t>& counts) {
-    std::size_t smaller = sum(counts) / 2;  // gaps before the median
-    std::size_t gap = 0;
-    while (counts[gap] <= smaller) smaller -= counts[gap++];
-    return static_cast<double>(gap);
+    if (last == 0) {
+      const int to_border = way < 0 ? edge.x : frame.depth.cols - 1 - edge.x;
+      const int limit = std::min(to_border, reach);
+      for (int distance = 1; distance <= last + max_hole + 1; ++distance) {
+        if (distance > limit) return;  // no end is seen
+        if (is_objects(distance)) last = distance;
+      }
+    }
+    ++counts[static_cast<std::size_t>(last + reach)];
   }
 
   MaskGapOptions options_;

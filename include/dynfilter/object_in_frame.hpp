@@ -75,17 +75,19 @@ class ObjectInFrame {
     options_ = &options;
     instance_ = instance;
     is_stale_ = are_masks_stale(input, options);
-    gap_px_ = 0;
+    gap_ = {};
+    to_depth_ = {};
     depth_ = depth_estimator.estimate(*frame_, *mask_, scratch.depths_m);
     if (depth_.empty()) return;
     pixels_ = {*frame_, depth_.mask_range_m, depth_.box_range_m};
     reach_ = object_reach(mask_->box, mask_age_s(input, options), options, frame_->depth.size());
     if (!is_stale_) {
-      gap_px_ = gap_estimator.estimate(*frame_, *mask_, depth_, scratch.gaps).value_or(0);
+      gap_ = gap_estimator.estimate(*frame_, *mask_, depth_, scratch.gaps).value_or(MaskGap());
+      to_depth_.x = static_cast<int>(std::lround(gap_.shift_px));
     }
     nearness_steps_ = detail::steps_of_reach(options.reach_px, frame_->depth.size());
-    margin_px_ = gap_px_ + pixels(options.mask_margin_px);
-    shadow_px_ = gap_px_ + pixels(options.shadow_px);
+    margin_px_ = gap_.gap_px + pixels(options.mask_margin_px);
+    shadow_px_ = gap_.gap_px + pixels(options.shadow_px);
     segmentation_ = &input.segmentation;
     is_flooded_ = false;
   }
@@ -97,14 +99,15 @@ class ObjectInFrame {
   /// Part of the image that the object may be in: the box with its margin, grown by the distance
   /// that the object may have moved since.
   const cv::Rect& reach() const { return reach_; }
-  /// Gap between a fresh mask and the object's edge, pixels; 0 if it is not known.
-  double gap_px() const { return gap_px_; }
+  /// How the object's depth lies against a fresh mask. Without places it is not known.
+  const MaskGap& gap() const { return gap_; }
 
   /// Whether the depth of a pixel in reach is the object's: it lies in the object's range, and is
   /// not connected better with the surroundings; or it lies near the range and is connected with
   /// the object.
   bool has_depth_at(cv::Point pixel) const {
-    const double depth_m = frame_->depth_m(pixel).value_or(0);
+    const cv::Point place = depth_place(pixel);
+    const double depth_m = frame_->depth_m(place).value_or(0);
     const ValueRange range_m = depth_.hull_m();
     if (!(depth_m > 0) || depth_m < range_m.lower - options_->max_beyond_range_m ||
         depth_m > range_m.upper + options_->max_beyond_range_m) {
@@ -113,7 +116,7 @@ class ObjectInFrame {
     const bool is_in_range = depth_.contains(depth_m);
     if (is_in_range && !is_off_middle(depth_m)) return true;
     flood();
-    const DepthWatershed::Steps steps = watershed_.steps_to(pixel, depth_m);
+    const DepthWatershed::Steps steps = watershed_.steps_to(place, depth_m);
     const bool is_surroundings = steps.to_surroundings_m < steps.to_object_m;
     if (is_in_range) return !is_surroundings || !watershed_.has_object();
     return !is_surroundings && steps.to_object_m <= options_->max_step_m;
@@ -127,10 +130,13 @@ class ObjectInFrame {
 
   /// Returns the certainty by nearness, for a pixel in reach that has not the object's depth.
   double certainty_around(cv::Point pixel) const {
-    const double depth_m = frame_->depth_m(pixel).value_or(0);
+    const cv::Point place = depth_place(pixel);
+    const double depth_m = frame_->depth_m(place).value_or(0);
     const bool is_not_behind = depth_m > 0 && depth_m < depth_.hull_m().upper;
     if (is_not_behind) return 0;
-    const double nearness = detail::object_nearness(*frame_, pixel, pixels_, nearness_steps_);
+    const Instance* const fresh_mask = is_stale_ ? nullptr : mask_;
+    const double nearness = detail::object_nearness(*frame_, place, pixels_, nearness_steps_,
+                                                    fresh_mask, place - pixel);
     if (!(nearness > 0)) return 0;
     const double needed = min_nearness(pixel, nearness);
     return nearness < needed ? 0.5 * (nearness / needed) : std::min(1.0, 0.5 + nearness / 8);
@@ -160,6 +166,12 @@ class ObjectInFrame {
     return length_px * detail::pixel_scale(frame_->depth.size());
   }
 
+  /// Returns the place in the depth image of what the image shows at a pixel. Where depth is out of
+  /// step with a fresh mask, that is where the object was: the mask tells by how much.
+  cv::Point depth_place(cv::Point pixel) const {
+    return {std::clamp(pixel.x + to_depth_.x, 0, frame_->depth.cols - 1), pixel.y};
+  }
+
   /// Whether a depth is so far from the middle of the object's range that the place may belong to
   /// the surroundings. Nothing before the middle does if the mask is stale, because the object may
   /// have come nearer since.
@@ -175,7 +187,9 @@ class ObjectInFrame {
     if (is_flooded_) return;
     is_flooded_ = true;
     const int cell_px = std::max(1, static_cast<int>(std::lround(pixels(options_->cell_px))));
-    const cv::Rect area = detail::clip_grown(reach_, cell_px, cell_px, frame_->depth.size());
+    const std::int64_t shift_px = std::abs(to_depth_.x);
+    const cv::Rect area =
+        detail::clip_grown(reach_, cell_px + shift_px, cell_px, frame_->depth.size());
     // Cells begin at the box's corner, so that they do not depend on the object's place.
     const auto aligned = [cell_px](int first, int corner) {
       const std::int64_t beyond = (std::int64_t{first} - corner) % cell_px;
@@ -229,7 +243,8 @@ class ObjectInFrame {
   cv::Rect reach_;
   ObjectDepth depth_;
   detail::ObjectPixels pixels_;  // of depth_
-  double gap_px_ = 0;
+  MaskGap gap_;
+  cv::Point to_depth_;  // from a pixel of the image to its place in the depth image
   double margin_px_ = 0, shadow_px_ = 0;  // distances from the mask
   int nearness_steps_ = 1;                // reach of object_nearness
   const Segmentation* segmentation_ = nullptr;

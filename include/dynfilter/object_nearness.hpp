@@ -17,6 +17,7 @@
 #include "dynfilter/detail/object_pixels.hpp"
 #include "dynfilter/detail/pixel_scale.hpp"
 #include "dynfilter/frame.hpp"
+#include "dynfilter/instance.hpp"
 #include "dynfilter/object_depth.hpp"
 
 namespace dynfilter {
@@ -28,10 +29,12 @@ inline int steps_of_reach(double reach_px, const cv::Size& image) {
 }
 
 /// Sums the votes of the eight directions, clockwise from the upper left: in each, the first pixel
-/// with depth votes. The pixel must lie in the image, and `object` be made for the frame.
+/// votes that has depth or lies on the mask. The pixel must lie in the depth image, and `object` be
+/// made for the frame. The mask shows at `pixel` - `to_depth` what the depth image shows at
+/// `pixel`; there may be none.
 template <class Depth>
 double object_nearness(const FrameView& frame, cv::Point pixel, const ObjectPixels& object,
-                       int reach) {
+                       int reach, const Instance* mask, cv::Point to_depth) {
   const cv::Size size = frame.depth.size();
   const int left = std::min(reach, pixel.x), right = std::min(reach, size.width - 1 - pixel.x);
   const int up = std::min(reach, pixel.y), down = std::min(reach, size.height - 1 - pixel.y);
@@ -49,8 +52,10 @@ double object_nearness(const FrameView& frame, cv::Point pixel, const ObjectPixe
     const std::ptrdiff_t offset = y * row_step + x;
     for (int step = 1; step <= steps; ++step) {
       const Depth depth = centre[step * offset];
-      if (!object.has_depth(depth)) continue;
-      if (object.contain(depth)) nearness += (x == 0 ? 2 * vote : vote) / step;
+      const bool is_masked =
+          mask != nullptr && mask->covers(pixel - to_depth + cv::Point(step * x, step * y));
+      if (!is_masked && !object.has_depth(depth)) continue;
+      if (is_masked || object.contain(depth)) nearness += (x == 0 ? 2 * vote : vote) / step;
       break;
     }
   }
@@ -58,10 +63,10 @@ double object_nearness(const FrameView& frame, cv::Point pixel, const ObjectPixe
 }
 
 inline double object_nearness(const FrameView& frame, cv::Point pixel, const ObjectPixels& object,
-                              int reach) {
+                              int reach, const Instance* mask = nullptr, cv::Point to_depth = {}) {
   return frame.depth.type() == CV_16UC1
-             ? object_nearness<std::uint16_t>(frame, pixel, object, reach)
-             : object_nearness<float>(frame, pixel, object, reach);
+             ? object_nearness<std::uint16_t>(frame, pixel, object, reach, mask, to_depth)
+             : object_nearness<float>(frame, pixel, object, reach, mask, to_depth);
 }
 
 }  // namespace detail
@@ -71,11 +76,12 @@ inline double object_nearness(const FrameView& frame, cv::Point pixel, const Obj
 /// not with the pixel's own, and makes no code.
 ///
 /// In each of the eight directions, the first pixel with depth, up to `reach_px` away, votes for
-/// the object if its depth is one of the object's. The vote counts 1 / its distance (in steps,
-/// scaled to a width of 640 pixels). Votes above and below count twice, because the shadow that a
-/// depth sensor throws lies to the left or right of an object. The result is 0 if no direction
-/// meets the object and 10 in the midst of it. From about 0.5 on, the object is the likelier owner
-/// of a pixel whose own depth is missing or the background's.
+/// the object if its depth is one of the object's. A pixel of `mask`, the object's own mask, votes
+/// for the object whatever its depth; nullptr if there is none, or if it is stale. The vote counts
+/// 1 / its distance (in steps, scaled to a width of 640 pixels). Votes above and below count twice,
+/// because the shadow that a depth sensor throws lies to the left or right of an object. The result
+/// is 0 if no direction meets the object and 10 in the midst of it. From about 0.55 on, the object
+/// is the likelier owner of a pixel whose own depth is missing or the background's.
 ///
 /// The neighbours of D-LBP are one pixel away. There, depth differs by little more than the
 /// sensor's noise, and where masks fail, depth is often missing, or shifted by some pixels against
@@ -84,7 +90,7 @@ inline double object_nearness(const FrameView& frame, cv::Point pixel, const Obj
 /// Throws std::invalid_argument for a malformed frame or one without depth, a pixel outside it, and
 /// a reach that is not above 0 and at most 1000. O(reach_px).
 inline double object_nearness(const FrameView& frame, cv::Point pixel, const ObjectDepth& object,
-                              double reach_px = 12) {
+                              double reach_px = 12, const Instance* mask = nullptr) {
   validate(frame, "object_nearness");
   const cv::Rect whole({0, 0}, frame.depth.size());
   if (!whole.contains(pixel)) {
@@ -98,7 +104,7 @@ inline double object_nearness(const FrameView& frame, cv::Point pixel, const Obj
   }
   const int reach = detail::steps_of_reach(reach_px, frame.depth.size());
   const detail::ObjectPixels pixels(frame, object.mask_range_m, object.box_range_m);
-  return detail::object_nearness(frame, pixel, pixels, reach);
+  return detail::object_nearness(frame, pixel, pixels, reach, mask);
 }
 
 }  // namespace dynfilter

@@ -82,9 +82,13 @@ struct InstanceStatistics {
   Compensation compensation = Compensation::not_run;  ///< outcome of edge compensation
   /// Range of the object's depth, [a, b] in eq. (1), metres; may be empty.
   ValueRange depth_range_m;
-  /// Gap between the mask and the object's edge that DepthCompensator measured, pixels; 0 for stale
-  /// masks, and where it is not known.
+  /// How far the object reaches beyond a fresh mask, as DepthCompensator measured it (see MaskGap),
+  /// pixels; 0 also for stale masks, and where it is not known.
   double mask_gap_px = 0.0;
+  /// How far the object's depth is shifted to the right against a fresh mask, pixels; 0 also where
+  /// it is not known. Depth that is not in step with colour shifts what moves.
+  double depth_shift_px = 0.0;
+  std::size_t mask_gap_places = 0;  ///< places that these were measured at; 0: they are not known
   InstanceVerdict verdict = InstanceVerdict::not_judged;  ///< whether it moves
   std::size_t given_back = 0;  ///< features given back because they do not move
   ValueRange code_range;       ///< range of D-LBP codes, [a, b] in eq. (1); may be empty

@@ -55,21 +55,23 @@ void bind_depth_options(py::module_& module) {
              "smallest number of depths for an estimate")
       .field("max_places", &ObjectDepthOptions::max_places,
              "largest number of places that are read in a mask's rectangle or a box's middle");
-  OptionsClass<MaskGapOptions>(
-      module, "MaskGapOptions",
-      "Options of how the gap between a mask and the object's edge is measured.")
+  OptionsClass<MaskGapOptions>(module, "MaskGapOptions",
+                               "Options of how an object is measured against its mask.")
       .field("row_step_px", &MaskGapOptions::row_step_px, "distance of the rows that are looked at")
-      .field("reach_px", &MaskGapOptions::reach_px, "search distance outside the mask")
+      .field("reach_px", &MaskGapOptions::reach_px,
+             "search distance outside the mask, and inside it")
       .field("max_gap_px", &MaskGapOptions::max_gap_px, "larger gaps count as this one")
       .field("min_samples", &MaskGapOptions::min_samples,
-             "smallest number of places for an estimate");
+             "smallest number of places for an estimate")
+      .field("min_shift_px", &MaskGapOptions::min_shift_px,
+             "smallest shift of the depth that counts");
   using Depth = DepthCompensatorOptions;
   OptionsClass<Depth>(
       module, "DepthCompensatorOptions",
       R"(Options of the rule `depth`. Lengths in pixels are for images 640 pixels wide and scale
 with the width; a margin of less than one pixel has no effect.)")
       .field("object_depth", &Depth::object_depth, "how the object's depth is estimated")
-      .field("mask_gap", &Depth::mask_gap, "how the gap between mask and edge is measured")
+      .field("mask_gap", &Depth::mask_gap, "how an object is measured against its mask")
       .field("min_nearness", &Depth::min_nearness,
              "smallest nearness at which a feature without the object's depth is removed")
       .field("min_nearness_if_stale", &Depth::min_nearness_if_stale,

@@ -66,7 +66,11 @@ void bind_instance_statistics(py::module_& module) {
       .field("compensation", &S::compensation, "outcome of edge compensation")
       .field("depth_range_m", &S::depth_range_m, "range of the object's depth, metres")
       .field("mask_gap_px", &S::mask_gap_px,
-             "gap between the mask and the object's edge, pixels; 0 where it is not known")
+             "how far the object reaches beyond a fresh mask, pixels; 0 where it is not known")
+      .field("depth_shift_px", &S::depth_shift_px,
+             "how far the object's depth is shifted to the right, pixels; 0 where it is not known")
+      .field("mask_gap_places", &S::mask_gap_places,
+             "places that these were measured at; 0: they are not known")
       .field("verdict", &S::verdict, "whether it moves")
       .field("given_back", &S::given_back, "features given back because it is still")
       .field("code_range", &S::code_range, "range of D-LBP codes; may be empty")

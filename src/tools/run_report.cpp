@@ -290,7 +290,7 @@ void write_instances_csv(const RunRecord& run, const std::filesystem::path& file
   OutputFile csv(file);
   csv << "frame,instance,class_id,dynamic,masked,sampled,candidates,passed_depth,passed_code,"
          "passed_nearness,compensated,compensation,depth_lower_m,depth_upper_m,code_lower,code_"
-         "upper,verdict,given_back,mask_gap_px\n";
+         "upper,verdict,given_back,mask_gap_px,depth_shift_px\n";
   for (const FrameRecord& frame : run.frames) {
     std::size_t k = 0;
     for (const InstanceStatistics& s : frame.statistics.instances) {
@@ -299,7 +299,8 @@ void write_instances_csv(const RunRecord& run, const std::filesystem::path& file
           << s.passed_code << ',' << s.passed_nearness << ',' << s.compensated << ','
           << name_of(s.compensation) << ',' << cells_of(s.depth_range_m) << ','
           << cells_of(s.code_range) << ',' << name_of(s.verdict) << ',' << s.given_back << ','
-          << detail::fixed_decimals(s.mask_gap_px, 2) << '\n';
+          << detail::fixed_decimals(s.mask_gap_px, 2) << ','
+          << detail::fixed_decimals(s.depth_shift_px, 2) << '\n';
     }
   }
   csv.close();

@@ -11,159 +11,21 @@
 #include <cmath>
 #include <cstddef>
 #include <map>
-#include <utility>
 #include <vector>
 
 #include <opencv2/core.hpp>
 
+#include "support/object_oracle.hpp"
 #include "support/oracle.hpp"
 #include "support/reach_oracle.hpp"
 #include "support/surroundings_oracle.hpp"
 
 namespace dynfilter::testing {
 
-using OracleBins = std::map<int, int>;  // depths in each bin of 5 cm, up to 51.2 m
-using OracleRanges = std::vector<ValueRange>;
-using WideRect = cv::Rect_<double>;
-
-/// Depth in metres, 0 = no depth.
-inline double oracle_metres(const FrameView& frame, WidePoint pixel) {
-  if (!oracle_depth(frame.depth, pixel)) return 0;
-  return frame.depth_m({static_cast<int>(pixel.x), static_cast<int>(pixel.y)}).value_or(0);
-}
-
-inline int oracle_bin(float depth) { return static_cast<int>(std::floor(depth * 20.0F)); }
-/// Number of depths in the bins [first, end).
-inline int oracle_count(const OracleBins& bins, int first, int end) {
-  int sum = 0;
-  for (const auto& [bin, count] : bins) sum += bin >= first && bin < end ? count : 0;
-  return sum;
-}
-
-/// The bin after the window's last one.
-inline int oracle_cluster_end(const OracleBins& bins, int total, int half, double share) {
-  const auto window = [&](int end) { return oracle_count(bins, end - 2 * half, end); };
-  int fullest = 0;
-  for (int end = 1; end <= bins.rbegin()->first + half; ++end) {
-    const int here = window(end);
-    if (here > window(fullest)) fullest = end;
-    bool peak = here > 0 && here >= share * total;
-    for (int other = end - half; peak && other <= end + half; ++other) peak = window(other) <= here;
-    if (peak) return end;
-  }
-  return fullest;
-}
-
-inline ValueRange oracle_object_range(std::vector<float> depths, const ObjectDepthOptions& options,
-                                      double share) {
-  const double narrow = options.min_half_width_m, wide = options.max_half_width_m;
-  std::sort(depths.begin(), depths.end());
-  while (!depths.empty() && !(depths.back() * 20.0F < 1024)) depths.pop_back();
-  const int total = static_cast<int>(depths.size());
-  if (depths.empty() || depths.size() < options.min_samples) return {};
-  OracleBins bins;
-  for (const float depth : depths) ++bins[oracle_bin(depth)];
-  const int half = std::max(1, static_cast<int>(narrow / 0.05 + 1e-9));
-  const double centre = (oracle_cluster_end(bins, total, half, share) - half) * 0.05;
-  const double reach = std::max(narrow, 0.05);
-  std::vector<float> near;
-  for (const float depth : depths) {
-    if (depth >= centre - reach && depth <= centre + reach) near.push_back(depth);
-  }
-  const double median = double{near.at(near.size() / 2)};
-  const int middle = oracle_bin(near.at(near.size() / 2));
-  const auto goes_on = [&](int bin) {
-    const int three = oracle_count(bins, bin - 1, bin + 2);
-    const bool in_reach = (std::abs(bin - middle) + 2) * 0.05 <= wide + 1e-9;
-    return bin >= 0 && bin < 1024 && in_reach && three >= 3 && three >= 0.015 * total;
-  };
-  int first = middle, last = middle;
-  while (goes_on(first - 1)) --first;
-  while (goes_on(last + 1)) ++last;
-  return {std::min(median - narrow, (first - 1) * 0.05),
-          std::max(median + narrow, (last + 2) * 0.05)};
-}
-
-/// The part of [first, first + length) that lies in an image of that length.
-inline std::pair<int, int> oracle_clip(double first, double length, int image) {
-  const double begin = std::clamp(first, 0.0, double{1} * image);
-  return {static_cast<int>(begin),
-          static_cast<int>(std::clamp(first + length, begin, double{1} * image))};
-}
-
-/// Depth ranges of an instance's mask and, if it counts, of the middle of its box.
-struct OracleObject {
-  int instance = 0;
-  std::size_t samples = 0;
-  OracleRanges ranges;  // one by the mask, one by the box
-  bool by_box = false;
-  double gap = 0;  // between the mask and the object's edge, pixels
-
-  bool has(double metres) const {
-    return metres > 0 && std::any_of(ranges.begin(), ranges.end(), [&](const ValueRange& range) {
-             return metres >= range.lower && metres <= range.upper;
-           });
-  }
-
-  ValueRange hull() const {
-    ValueRange all;
-    for (const ValueRange& range : ranges)
-      all = {std::min(all.lower, range.lower), std::max(all.upper, range.upper)};
-    return all;
-  }
-};
-
-inline OracleObject oracle_object(const FrameView& frame, const Instance& instance,
-                                  const ObjectDepthOptions& options) {
-  OracleObject object;
-  const cv::Size size = frame.depth.size();
-  // Every fourth pixel of an image 640 pixels wide, or every eighth, twelfth, … of a large area.
-  const auto step_in = [&](double width, double height) {
-    const double shortest = std::max(1.0, std::round(4 * size.width / 640.0));
-    double step = shortest;
-    const auto along = [&](double length) { return std::floor(length / step) + 1; };
-    while (along(width) * along(height) > static_cast<double>(options.max_places)) step += shortest;
-    return static_cast<int>(step);
-  };
-  const auto [left, right] = oracle_clip(instance.mask_origin.x, instance.mask.cols, size.width);
-  const auto [top, bottom] = oracle_clip(instance.mask_origin.y, instance.mask.rows, size.height);
-  const int step = step_in(right - left, bottom - top);
-  double masked = 0;
-  std::vector<float> of_mask, of_box;
-  const auto add = [&](std::vector<float>& depths, int x, int y) {
-    const double metres = oracle_metres(frame, WidePoint(x, y));
-    if (metres > 0) depths.push_back(static_cast<float>(metres));
-  };
-  for (int y = top + step / 2; y < bottom; y += step) {
-    for (int x = left + step / 2; x < right; x += step) {
-      if (!instance.covers({x, y})) continue;
-      masked += double{1} * step * step;
-      add(of_mask, x, y);
-    }
-  }
-  const ValueRange by_mask = oracle_object_range(of_mask, options, options.min_share);
-  if (!by_mask.empty()) object.ranges.push_back(by_mask);
-  const auto [x, x_end] = oracle_clip(instance.box.x, instance.box.width, size.width);
-  const auto [y, y_end] = oracle_clip(instance.box.y, instance.box.height, size.height);
-  const double boxed = double{1} * (x_end - x) * (y_end - y);
-  object.samples = of_mask.size();
-  if (!by_mask.empty() && masked >= options.min_mask_share * boxed) return object;
-  const cv::Rect middle(x + (x_end - x) / 4, y + (y_end - y) / 5, (x_end - x) / 2,
-                        (y_end - y) * 3 / 5);
-  const int apart = step_in(middle.width, middle.height);
-  for (int v = middle.y; v < middle.y + middle.height; v += apart) {
-    for (int u = middle.x; u < middle.x + middle.width; u += apart) add(of_box, u, v);
-  }
-  object.samples += of_box.size();
-  const ValueRange by_box = oracle_object_range(of_box, options, options.min_box_share);
-  if (!by_box.empty()) object.ranges.push_back(by_box);
-  object.by_box = !by_box.empty();
-  return object;
-}
-
-/// Sum of the votes of eight directions; each votes by its first pixel with depth.
+/// Sum of the votes of eight directions; each votes by its first pixel on the mask or with depth.
+/// The depth of a pixel is found `shift` pixels to its right, or at the border.
 inline double oracle_nearness(const FrameView& frame, WidePoint pixel, const OracleObject& object,
-                              double reach_px) {
+                              double reach_px, const Instance* mask = nullptr, int shift = 0) {
   const double scale = frame.depth.cols / 640.0;
   const double steps = std::max(1.0, std::round(reach_px * scale));
   const int clockwise[8][2] = {{-1, -1}, {0, -1}, {1, -1}, {1, 0},
@@ -171,12 +33,18 @@ inline double oracle_nearness(const FrameView& frame, WidePoint pixel, const Ora
   double nearness = 0;
   for (const auto& way : clockwise) {
     int step = 1;
-    const auto metres = [&] {
-      return oracle_metres(frame, {pixel.x + step * way[0], pixel.y + step * way[1]});
+    const auto at = [&](int x) {
+      return WidePoint(pixel.x + x + step * way[0], pixel.y + step * way[1]);
     };
-    while (step <= steps && metres() == 0) ++step;
+    const auto metres = [&] { return oracle_metres(frame, at(shift)); };
+    const auto masked = [&] {
+      const bool in_image = at(shift).inside(WideRect({0, 0}, cv::Size2d(frame.depth.size())));
+      const cv::Point place(static_cast<int>(at(0).x), static_cast<int>(at(0).y));
+      return mask != nullptr && in_image && mask->covers(place);
+    };
+    while (step <= steps && metres() == 0 && !masked()) ++step;
     const double vote = way[0] == 0 ? 2 * scale : scale;
-    if (step <= steps && object.has(metres())) nearness += vote / step;
+    if (step <= steps && (masked() || object.has(metres()))) nearness += vote / step;
   }
   return nearness;
 }
@@ -192,6 +60,7 @@ inline OracleVerdict oracle_masks(FilterCase input) {
 struct DepthVerdict {
   OracleVerdict filter;
   std::size_t by_depth = 0, by_nearness = 0, by_margin = 0, restored = 0, box_fallbacks = 0;
+  std::size_t shifted = 0;        // objects whose depth is out of step
   std::size_t refused_boxes = 0;  // whose features have depth and those on the mask have none
 };
 
@@ -238,7 +107,10 @@ class DepthOracle {
         object.gap = oracle_gap(input_.frame.depth.size(), instance_of(object), is_objects,
                                 options_.mask_gap);
       }
-      statistics.mask_gap_px = object.gap;
+      statistics.mask_gap_px = object.gap.gap_px;
+      statistics.depth_shift_px = object.gap.shift_px;
+      statistics.mask_gap_places = object.gap.places;
+      verdict_.shifted += object.gap.shift_px != 0 ? 1 : 0;
       objects_.push_back(object);
     }
   }
@@ -261,8 +133,9 @@ class DepthOracle {
         last = {std::max(last.x, x), std::max(last.y, y)};
       }
     }
-    first = {std::max(0, first.x - cell), std::max(0, first.y - cell)};
-    last = {std::min(size.width - 1, last.x + cell), std::min(size.height - 1, last.y + cell)};
+    const int beside = cell + std::abs(static_cast<int>(std::lround(object.gap.shift_px)));
+    first = {std::max(0, first.x - beside), std::max(0, first.y - cell)};
+    last = {std::min(size.width - 1, last.x + beside), std::min(size.height - 1, last.y + cell)};
     const cv::Point corner = instance_of(object).box.tl();
     while (std::fmod(double{1} * first.x - corner.x, cell) != 0) --first.x;
     while (std::fmod(double{1} * first.y - corner.y, cell) != 0) --first.y;
@@ -289,8 +162,15 @@ class DepthOracle {
     return watersheds_.emplace(object.instance, watershed(object)).first->second;
   }
 
+  /// Where the depth image shows what the image shows at a pixel in reach.
+  WidePoint place_of(const OracleObject& object, WidePoint pixel) const {
+    const double shifted = pixel.x + std::round(object.gap.shift_px);
+    return {std::min(std::max(shifted, 0.0), input_.frame.depth.cols - 1.0), pixel.y};
+  }
+
   /// Tells whether the depth of a pixel in reach is the object's, by the range and the watershed.
   bool is_own(const OracleObject& object, WidePoint pixel) {
+    pixel = place_of(object, pixel);
     const double metres = oracle_metres(input_.frame, pixel);
     const ValueRange hull = object.hull();
     if (metres <= 0) return false;
@@ -309,13 +189,17 @@ class DepthOracle {
 
   /// Certainty that the pixel is the object's; it is removed from 1/2 on.
   double certainty(const OracleObject& object, WidePoint pixel) {
-    const double metres = oracle_metres(input_.frame, pixel);
+    const WidePoint place = place_of(object, pixel);
+    const double metres = oracle_metres(input_.frame, place);
     if (is_own(object, pixel)) return 1;
     if (metres > 0 && metres < object.hull().upper) return 0;
-    const double nearness = oracle_nearness(input_.frame, pixel, object, options_.reach_px);
+    const Instance* const mask = stale() ? nullptr : &instance_of(object);
+    const double nearness = oracle_nearness(input_.frame, pixel, object, options_.reach_px, mask,
+                                            static_cast<int>(place.x - pixel.x));
     double min_nearness = stale() ? options_.min_nearness_if_stale : options_.min_nearness;
-    const bool in_shadow = !stale() && oracle_on_mask(instance_of(object), pixel,
-                                                      object.gap + options_.shadow_px * scale());
+    const bool in_shadow =
+        !stale() && oracle_on_mask(instance_of(object), pixel,
+                                   object.gap.gap_px + options_.shadow_px * scale());
     if (in_shadow) min_nearness = std::max(min_nearness, options_.min_nearness_in_shadow);
     if (nearness <= 0) return 0;
     return nearness < min_nearness ? 0.5 * (nearness / min_nearness)
@@ -353,8 +237,9 @@ class DepthOracle {
       const WidePoint pixel = oracle_pixel(input_.keypoints[i].pt);
       if (label.removed || !in_reach(object, pixel)) continue;
       const bool own = is_own(object, pixel);
-      const bool close = !stale() && oracle_on_mask(instance_of(object), pixel,
-                                                    object.gap + options_.mask_margin_px * scale());
+      const bool close =
+          !stale() && oracle_on_mask(instance_of(object), pixel,
+                                     object.gap.gap_px + options_.mask_margin_px * scale());
       double sure = certainty(object, pixel);
       statistics.candidates += 1;
       statistics.passed_depth += own ? 1 : 0;

@@ -208,6 +208,7 @@ inline DepthCompensatorOptions arbitrary_depth_options(ByteSource& source, const
   options.mask_gap.reach_px = (source.between(1, 8) + 0.2) / scale;
   options.mask_gap.max_gap_px = source.between(1, 6) / scale;
   options.mask_gap.min_samples = static_cast<std::size_t>(source.between(0, 8));
+  options.mask_gap.min_shift_px = std::max(0, source.between(-6, 3)) / scale;
   if (source.chance(30)) depth.max_places = static_cast<std::size_t>(source.between(1, 100));
   return options;
 }

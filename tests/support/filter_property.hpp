@@ -42,7 +42,8 @@ inline bool same_range(const ValueRange& a, const ValueRange& b) {
 /// Compares the statistics that only DepthCompensator fills in.
 inline bool same_object(const InstanceStatistics& a, const InstanceStatistics& b) {
   return a.sampled == b.sampled && a.passed_nearness == b.passed_nearness &&
-         std::abs(a.mask_gap_px - b.mask_gap_px) < 1e-9 && a.compensation == b.compensation &&
+         std::abs(a.mask_gap_px - b.mask_gap_px) < 1e-9 && a.depth_shift_px == b.depth_shift_px &&
+         a.mask_gap_places == b.mask_gap_places && a.compensation == b.compensation &&
          same_range(a.depth_range_m, b.depth_range_m);
 }
 

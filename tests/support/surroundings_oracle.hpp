@@ -23,49 +23,70 @@
 
 namespace dynfilter::testing {
 
-/// Gap between a mask and the object's edge, pixels; 0 where it is not known. `is_objects` tells
-/// whether a pixel of the image has the object's depth.
-inline double oracle_gap(const cv::Size& image, const Instance& instance,
-                         const std::function<bool(cv::Point)>& is_objects,
-                         const MaskGapOptions& options) {
+/// The value that so many quarters of the others come before.
+inline double oracle_quarter(std::vector<double> values, std::size_t quarters) {
+  std::sort(values.begin(), values.end());
+  return values.at(values.size() * quarters / 4);
+}
+
+/// Gap between a mask and the object's edge, and shift of the depth; without places where they are
+/// not known. `is_objects` tells whether a pixel of the image has the object's depth.
+inline MaskGap oracle_gap(const cv::Size& image, const Instance& instance,
+                          const std::function<bool(cv::Point)>& is_objects,
+                          const MaskGapOptions& options) {
   const double scale = image.width / 640.0;
   const auto scaled = [&](double pixels) { return std::max(1.0, std::round(pixels * scale)); };
+  const double reach = std::min<double>(scaled(options.reach_px), image.width);
   const int step = static_cast<int>(scaled(options.row_step_px));
-  std::vector<double> gaps[2];  // to the left, to the right
+  const auto on_mask = [&](int x, int y) {  // masks end at the image's border
+    return x >= 0 && x < image.width && instance.covers({x, y});
+  };
+  std::vector<double> sides[2];  // to the left, to the right
   const int first_row = std::max(0, instance.mask_origin.y) + step / 2;
   for (int y = first_row; y < std::min(image.height, instance.mask_origin.y + instance.mask.rows);
        y += step) {
     for (int x = 0; x < image.width; ++x) {
       for (const int way : {-1, 1}) {
-        // Masks end at the image's border.
-        const bool is_edge = instance.covers({x, y}) && (x + way < 0 || x + way >= image.width ||
-                                                         !instance.covers({x + way, y}));
-        if (!is_edge || !is_objects({x, y})) continue;
+        if (!on_mask(x, y) || on_mask(x + way, y)) continue;
         const int border = way < 0 ? x : image.width - 1 - x;
         const auto has = [&](int distance) { return is_objects({x + way * distance, y}); };
-        int gap = 0;
-        while (gap + 3 <= std::min<double>(border, scaled(options.reach_px)) &&
-               (has(gap + 1) || has(gap + 2) || has(gap + 3))) {
-          ++gap;
+        int distance = 0;
+        while (!has(distance) && on_mask(x + way * (distance - 1), y)) --distance;
+        if (!has(distance) || distance < -reach) continue;
+        if (distance == 0) {
+          const double limit = std::min<double>(border, reach);
+          while (distance + 3 <= limit &&
+                 (has(distance + 1) || has(distance + 2) || has(distance + 3))) {
+            ++distance;
+          }
+          if (distance + 3 > limit) continue;
         }
-        if (gap + 3 <= std::min<double>(border, scaled(options.reach_px))) {
-          gaps[way > 0].push_back(gap);
-        }
+        sides[way > 0].push_back(distance);
       }
     }
   }
-  const std::size_t count = gaps[0].size() + gaps[1].size();
-  if (count == 0 || count < options.min_samples) return 0;
-  std::vector<double> all = gaps[0];
-  all.insert(all.end(), gaps[1].begin(), gaps[1].end());
-  const auto median = [](std::vector<double> values) {
-    std::sort(values.begin(), values.end());
-    return values[values.size() / 2];
-  };
-  const bool has_both = 2 * std::min(gaps[0].size(), gaps[1].size()) >= options.min_samples &&
-                        !gaps[0].empty() && !gaps[1].empty();
-  const double gap = has_both ? (median(gaps[0]) + median(gaps[1])) / 2 : median(all);
-  return std::min(gap, options.max_gap_px * scale);
+  const std::vector<double>& left = sides[0];
+  const std::vector<double>& right = sides[1];
+  const std::size_t places = left.size() + right.size();
+  if (places == 0 || places < options.min_samples) return {};
+  const double fewer = static_cast<double>(std::min(left.size(), right.size()));
+  MaskGap gap;
+  gap.places = places;
+  if (fewer == 0 || 2 * fewer < static_cast<double>(options.min_samples)) {
+    gap.gap_px = oracle_quarter(left.size() > right.size() ? left : right, 2);
+  } else {
+    const double l = oracle_quarter(left, 2), r = oracle_quarter(right, 2);
+    gap.gap_px = std::max(l, r) * 0.75 + std::min(l, r) * 0.25;
+    const std::vector<double>& low = l < r ? left : right;
+    const std::vector<double>& high = l < r ? right : left;
+    const bool apart =
+        oracle_quarter(low, 3) < std::max(l, r) && oracle_quarter(high, 1) > std::min(l, r);
+    const bool balanced = fewer >= 0.3 * (static_cast<double>(places) - fewer);
+    const bool enough = std::abs(r - l) / 2 >= options.min_shift_px * scale;
+    if (apart && balanced && enough) gap.shift_px = (r - l) / 2;
+  }
+  gap.gap_px = std::max(0.0, std::min(gap.gap_px, options.max_gap_px * scale));
+  return gap;
 }
 
 /// Watershed that looks for the lowest place of the flood's front among all cells, again and again.
@@ -119,6 +140,7 @@ class OracleWatershed {
       if (std::abs(column(i) - x) > 1 || std::abs(row(i) - y) > 1) continue;
       const float step =
           std::max(places_[i].first, std::abs(static_cast<float>(metres) - depths_[i]));
+      if (step > DepthWatershed::max_step_m) continue;  // not connected
       if (places_[i].second == Seed::object) {
         steps.to_object_m = std::min(steps.to_object_m, step);
       } else if (places_[i].second == Seed::surroundings) {

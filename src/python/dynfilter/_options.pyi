@@ -98,6 +98,7 @@ class MaskGapOptions:
     reach_px: float
     max_gap_px: float
     min_samples: int
+    min_shift_px: float
     def __init__(
         self,
         *,
@@ -105,6 +106,7 @@ class MaskGapOptions:
         reach_px: float = ...,
         max_gap_px: float = ...,
         min_samples: int = ...,
+        min_shift_px: float = ...,
     ) -> None: ...
 
 class DepthCompensatorOptions:

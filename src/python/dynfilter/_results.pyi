@@ -34,6 +34,8 @@ class InstanceStatistics:
     compensation: Final[Compensation]
     depth_range_m: Final[ValueRange]
     mask_gap_px: Final[float]
+    depth_shift_px: Final[float]
+    mask_gap_places: Final[int]
     verdict: Final[InstanceVerdict]
     given_back: Final[int]
     code_range: Final[ValueRange]
