@@ -178,7 +178,7 @@ std::vector<Variant> variants() {
   add(all, "mask_gap.max_gap_px", [](Options& o) -> double& { return o.mask_gap.max_gap_px; },
       {1e-6, 4, 8, 24});
   add(all, "mask_gap.min_shift_px", [](Options& o) -> double& { return o.mask_gap.min_shift_px; },
-      {0, 2, 4, 1e6});
+      {0, 2, 3, 6, 1e6});
   add(all, "shadow_px", rule(&Options::shadow_px), {0, 6, 8, 10, 12});
   add(all, "min_nearness_in_shadow", rule(&Options::min_nearness_in_shadow),
       {.7, .9, 1.1, 1.2, 1.4});

@@ -35,7 +35,7 @@ struct MaskGapOptions {
   double max_gap_px = 16;  ///< larger gaps count as this one: something else touches the object
   std::size_t min_samples = 8;  ///< smallest number of places for an estimate
   /// Smallest shift of the depth that counts: a smaller one is noise. With 1000000 none counts.
-  double min_shift_px = 3;
+  double min_shift_px = 4;
 };
 
 /// How an object's depth lies against its mask, pixels of the image.
@@ -61,8 +61,8 @@ struct MaskGap {
 /// - the side with fewer places has at least 0.3 times as many as the other, and
 /// - each side's median lies outside the middle half of the other side's distances.
 ///
-/// Where the depth has left the object, only the margin finds it. So half the shift is added to the
-/// gap, whether the shift counts or not.
+/// Where the depth has left the object, only the margin finds it. So 0.625 times the shift is added
+/// to the gap, whether the shift counts or not.
 ///
 /// A place counts only if the object's depth ends within the reach, and begins there if the place
 /// has none. So missing limbs and things that touch the object do not count.
@@ -110,7 +110,7 @@ class MaskGapEstimator {
       gap_px = (left.places > right.places ? left : right).median;
     } else {
       const double shift_px = (right.median - left.median) / 2;
-      gap_px = (left.median + right.median) / 2 + std::abs(shift_px) / 2;
+      gap_px = (left.median + right.median) / 2 + gap_per_shift * std::abs(shift_px);
       const double scale = detail::pixel_scale(frame.depth.size());
       const bool is_long = std::abs(shift_px) >= options_.min_shift_px * scale;
       if (shift_px != 0 && is_long && is_clear(left, right)) result.shift_px = shift_px;
@@ -130,6 +130,7 @@ class MaskGapEstimator {
  private:
   static constexpr int max_hole = 2;  // pixels without the object's depth that do not end it
   static constexpr double min_side_share = 0.3;
+  static constexpr double gap_per_shift = 0.625;
 
   /// The distances at one side of the mask.
   struct Side {
