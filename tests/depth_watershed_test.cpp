@@ -32,14 +32,14 @@ DepthWatershed flooded(const cv::Mat& depths) {
 }
 
 TEST(DepthWatershed, DividesAtTheLargestStep) {
-  const cv::Mat depths = (cv::Mat_<float>(1, 7) << 1.0, 1.02, 1.03, 1.05, 1.3, 1.31, 1.33);
+  const cv::Mat depths = (cv::Mat_<float>(1, 7) << 1.0, 1.02, 1.03, 1.05, 1.15, 1.16, 1.18);
   const DepthWatershed watershed = flooded(depths);
   const DepthWatershed::Steps near_object = watershed.steps_to({2, 0}, 1.03);
   EXPECT_NEAR(near_object.to_object_m, 0.02, 1e-6);
   EXPECT_TRUE(std::isinf(near_object.to_surroundings_m)) << "no cell of theirs is next to it";
-  const DepthWatershed::Steps behind = watershed.steps_to({4, 0}, 1.3);
+  const DepthWatershed::Steps behind = watershed.steps_to({4, 0}, 1.15);
   EXPECT_NEAR(behind.to_surroundings_m, 0.02, 1e-6);
-  EXPECT_NEAR(behind.to_object_m, 0.25, 1e-6) << "its own step to the object's last cell";
+  EXPECT_NEAR(behind.to_object_m, 0.1, 1e-6) << "its own step to the object's last cell";
 }
 
 TEST(DepthWatershed, EqualStepsAreTheObjects) {
@@ -56,6 +56,7 @@ TEST(DepthWatershed, DoesNotCrossLargeSteps) {
   EXPECT_EQ(watershed.steps_to({2, 0}, 1.25).to_object_m, 0.125F);
   EXPECT_EQ(watershed.steps_to({4, 0}, 1.5).to_surroundings_m, 0.0F);
   EXPECT_TRUE(std::isinf(watershed.steps_to({4, 0}, 1.5).to_object_m));
+  EXPECT_TRUE(std::isinf(watershed.steps_to({1, 0}, 1.45).to_object_m)) << "its own step is large";
 }
 
 TEST(DepthWatershed, DoesNotCrossMissingDepthOrDepthOutsideTheRange) {

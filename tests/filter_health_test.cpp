@@ -49,6 +49,7 @@ struct HealthFrame {
   void add_gap(double gap_px) {
     statistics.instances.emplace_back();
     statistics.instances.back().mask_gap_px = gap_px;
+    statistics.instances.back().mask_gap_places = 20;
   }
 };
 
@@ -81,6 +82,7 @@ HealthFrame random_frame(ByteSource& source) {
   if (source.chance(10)) frame.view.depth = cv::Mat();
   if (source.chance(80)) frame.set_masks((source.between(0, 500) - 250) * 0.005);
   for (int k = source.between(0, 3); k > 0; --k) frame.add_gap(source.between(0, 70) * 0.5);
+  if (source.chance(30)) frame.statistics.instances.emplace_back();  // its gap is not known
   frame.statistics.masked =
       static_cast<std::size_t>(source.between(0, static_cast<int>(frame.statistics.features)));
   frame.statistics.starved = source.chance(5);
@@ -100,7 +102,7 @@ FilterHealthReport recount(const std::vector<HealthFrame>& frames) {
     if (s.has_segmentation && age_s > options.max_age_s) ++report.untimed_frames;
     bool has_gap = false;
     for (const InstanceStatistics& instance : s.instances) {
-      if (frame.view.depth.empty() || instance.mask_gap_px == 0) continue;
+      if (frame.view.depth.empty() || instance.mask_gap_places == 0) continue;
       has_gap = true;
       const double at_640 = instance.mask_gap_px * 640 / frame.view.depth.cols;
       gaps.push_back(std::min(32.0, std::floor(at_640 * 2 + 0.5) / 2));
@@ -202,7 +204,10 @@ TEST(FilterHealth, FramesThatCannotTellDoNotCount) {
   EXPECT_EQ(report.without_depth_share.frames, 0U) << "no depth";
   EXPECT_EQ(report.starved_share.frames, 1U);
   const auto tight = report_on([](HealthFrame& frame) { frame.add_gap(0); });
-  EXPECT_EQ(tight.mask_gap_px.verdict, HealthVerdict::not_known) << "0: not known";
+  EXPECT_EQ(tight.mask_gap_px.verdict, HealthVerdict::good);
+  const auto unknown =
+      report_on([](HealthFrame& frame) { frame.statistics.instances.emplace_back(); });
+  EXPECT_EQ(unknown.mask_gap_px.verdict, HealthVerdict::not_known);
 }
 
 TEST(FilterHealth, MasksWithoutAUsableTimeHaveNoAge) {

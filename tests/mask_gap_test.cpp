@@ -69,7 +69,7 @@ TEST(MaskGap, IsNoneWhereTheMaskIsTightOrTooLarge) {
     EXPECT_EQ(GapScene(pixels, pixels).gap(), 0.0) << pixels;
     EXPECT_EQ(GapScene(pixels, pixels).shift(), 0.0) << pixels;
   }
-  EXPECT_EQ(GapScene(-1, 3).gap(), 1 + 0.625 * 2) << "a shift widens it";
+  EXPECT_NEAR(GapScene(-1, 3).gap().value(), 1 + 0.7 * 2, 1e-12) << "a shift widens it";
   EXPECT_FALSE(GapScene(-25, -25).gap().has_value()) << "beyond the reach";
   EXPECT_EQ(GapScene(-24, -24).gap(), 0.0);
 }
@@ -83,13 +83,13 @@ TEST(MaskGap, FindsTheShiftOfTheDepthImage) {
   EXPECT_EQ(GapScene(2, 10).shift(), 4.0);
   EXPECT_EQ(GapScene(10, 2).shift(), -4.0);
   EXPECT_EQ(GapScene(-3, 5).shift(), 4.0) << "the depth has left the mask on the left";
-  EXPECT_EQ(GapScene(2, 10).gap(), 6 + 0.625 * 4);
-  EXPECT_EQ(GapScene(10, 2).gap(), 6 + 0.625 * 4);
+  EXPECT_NEAR(GapScene(2, 10).gap().value(), 6 + 0.7 * 4, 1e-12);
+  EXPECT_NEAR(GapScene(10, 2).gap().value(), 6 + 0.7 * 4, 1e-12);
 }
 
 TEST(MaskGap, TakesSmallShiftsForNoise) {
   EXPECT_EQ(GapScene(4, 11).shift(), 0.0) << "3.5 pixels";
-  EXPECT_EQ(GapScene(4, 11).gap(), 7.5 + 0.625 * 3.5);
+  EXPECT_NEAR(GapScene(4, 11).gap().value(), 7.5 + 0.7 * 3.5, 1e-12);
   EXPECT_EQ(GapScene(4, 12).shift(), 4.0);
   MaskGapOptions options;
   options.min_shift_px = 0;
@@ -108,7 +108,7 @@ TEST(MaskGap, NeedsSidesThatDifferInMostRows) {
   scene = GapScene(0, 12);
   scene.widen_rows_from(200, 12);  // a third: the lower quartile is 0 then
   EXPECT_EQ(scene.shift(), 0.0);
-  EXPECT_EQ(scene.gap(), 6 + 0.625 * 6) << "the medians still differ";
+  EXPECT_NEAR(scene.gap().value(), 6 + 0.7 * 6, 1e-12) << "the medians still differ";
 }
 
 TEST(MaskGap, NeedsASecondSideThatIsSeenOftenEnough) {
@@ -145,7 +145,7 @@ TEST(MaskGap, NeedsThreePixelsBehindTheObjectWithinTheImage) {
   GapScene scene(2, 0);
   scene.instance.mask = cv::Mat(300, 429, CV_8UC1, cv::Scalar(255));  // columns 202 to 630
   scene.frame.depth(cv::Rect(200, 100, 437, 300)).setTo(1.5F);        // to column 636
-  EXPECT_EQ(scene.gap(), (2.0 + 6.0) / 2 + 0.625 * 2);
+  EXPECT_NEAR(scene.gap().value(), (2.0 + 6.0) / 2 + 0.7 * 2, 1e-12);
   scene.frame.depth(cv::Rect(637, 100, 1, 300)).setTo(1.5F);
   EXPECT_EQ(scene.gap(), 2.0) << "by the left side alone";
 }
@@ -176,7 +176,7 @@ TEST(MaskGap, IgnoresHolesOfTwoPixels) {
   scene.frame.depth(cv::Rect(295, 100, 2, 300)).setTo(0.0F);
   EXPECT_EQ(scene.gap(), 8.0);
   scene.frame.depth(cv::Rect(295, 100, 3, 300)).setTo(0.0F);
-  EXPECT_EQ(scene.gap(), (8.0 + 3.0) / 2 + 0.625 * 2.5)
+  EXPECT_NEAR(scene.gap().value(), (8.0 + 3.0) / 2 + 0.7 * 2.5, 1e-12)
       << "three pixels end the object on the right";
 }
 

@@ -61,7 +61,7 @@ struct MaskGap {
 /// - the side with fewer places has at least 0.3 times as many as the other, and
 /// - each side's median lies outside the middle half of the other side's distances.
 ///
-/// Where the depth has left the object, only the margin finds it. So 0.625 times the shift is added
+/// Where the depth has left the object, only the margin finds it. So 0.7 times the shift is added
 /// to the gap, whether the shift counts or not.
 ///
 /// A place counts only if the object's depth ends within the reach, and begins there if the place
@@ -130,7 +130,7 @@ class MaskGapEstimator {
  private:
   static constexpr int max_hole = 2;  // pixels without the object's depth that do not end it
   static constexpr double min_side_share = 0.3;
-  static constexpr double gap_per_shift = 0.625;
+  static constexpr double gap_per_shift = 0.7;
 
   /// The distances at one side of the mask.
   struct Side {

@@ -144,7 +144,7 @@ def test_options_have_the_defaults_of_the_library_and_nest():
         reach_px=10, object_depth=dynfilter.ObjectDepthOptions(min_samples=3)
     )
     depth.object_depth.min_share = 0.1
-    assert (depth.reach_px, depth.min_nearness) == (10, 0.5)
+    assert (depth.reach_px, depth.min_nearness) == (10, 0.55)
     assert (depth.object_depth.min_samples, depth.object_depth.min_share) == (3, 0.1)
     assert "reach_px=10" in repr(depth)
 

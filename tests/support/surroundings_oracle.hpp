@@ -76,7 +76,7 @@ inline MaskGap oracle_gap(const cv::Size& image, const Instance& instance,
     gap.gap_px = oracle_quarter(left.size() > right.size() ? left : right, 2);
   } else {
     const double l = oracle_quarter(left, 2), r = oracle_quarter(right, 2);
-    gap.gap_px = std::max(l, r) * 0.8125 + std::min(l, r) * 0.1875;
+    gap.gap_px = (l + r) / 2 + 0.7 * std::abs((r - l) / 2);
     const std::vector<double>& low = l < r ? left : right;
     const std::vector<double>& high = l < r ? right : left;
     const bool apart =
