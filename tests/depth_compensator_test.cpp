@@ -176,6 +176,30 @@ TEST(DepthCompensator, ReadsDepthWhereTheObjectWas) {
   EXPECT_EQ(scene.filtered().statistics().instances[0].depth_shift_px, 0.0);
 }
 
+/// A wall 0.55 m behind the person, a little beyond his range of depth. The mask covers a strip of
+/// it in the depth image, from which the wall is not the person's.
+TEST(DepthCompensator, FloodsFromWhereTheObjectWas) {
+  DepthScene scene;
+  scene.set_depth({0, 0, 640, 480}, 2.05);
+  scene.set_depth({268, 120, 80, 320}, 1.5);  // 12 pixels to the left
+  for (const cv::Point2f wall : {cv::Point2f(380, 300), {400, 200}, {270, 200}, {374, 400}}) {
+    EXPECT_EQ(scene.at(wall.x, wall.y).reason, Reason::untouched) << wall;
+  }
+  EXPECT_EQ(scene.filtered().statistics().instances[0].depth_shift_px, -12.0);
+}
+
+/// Dense maps take depth as it is: the refined mask covers the person in both images.
+TEST(DepthCompensator, RefinedMaskCoversTheObjectInTheDepthImage) {
+  DepthScene scene;
+  scene.set_depth({0, 0, 640, 480}, 4.0);
+  scene.set_depth({268, 120, 80, 320}, 1.5);
+  const Instance refined =
+      DepthCompensator(scene.options).refined(scene.frame, scene.segmentation, 0);
+  for (int x = 268; x < 360; ++x) EXPECT_TRUE(refined.covers({x, 300})) << x;
+  EXPECT_FALSE(refined.covers({262, 300}));
+  EXPECT_FALSE(refined.covers({372, 300}));
+}
+
 /// The mask is six pixels too small on either side, which the depth shows.
 TEST(DepthCompensator, MeasuresTheMarginThatTheMaskNeeds) {
   DepthScene scene;

@@ -208,6 +208,10 @@ TEST(FilterHealth, FramesThatCannotTellDoNotCount) {
   const auto unknown =
       report_on([](HealthFrame& frame) { frame.statistics.instances.emplace_back(); });
   EXPECT_EQ(unknown.mask_gap_px.verdict, HealthVerdict::not_known);
+  for (const double none : {-20.0, std::nan("")}) {
+    const auto of_none = report_on([none](HealthFrame& frame) { frame.add_gap(none); });
+    EXPECT_EQ(of_none.mask_gap_px.verdict, HealthVerdict::not_known) << none;
+  }
 }
 
 TEST(FilterHealth, MasksWithoutAUsableTimeHaveNoAge) {

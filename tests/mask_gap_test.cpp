@@ -46,6 +46,11 @@ struct GapScene {
     return all ? std::optional(all->gap_px) : std::nullopt;
   }
 
+  /// Margin; the gap must be known.
+  double margin(const MaskGapOptions& options = {}) const {
+    return measured(options).value().margin_px;
+  }
+
   /// Shift of the depth; the gap must be known.
   double shift(const MaskGapOptions& options = {}) const {
     return measured(options).value().shift_px;
@@ -69,7 +74,7 @@ TEST(MaskGap, IsNoneWhereTheMaskIsTightOrTooLarge) {
     EXPECT_EQ(GapScene(pixels, pixels).gap(), 0.0) << pixels;
     EXPECT_EQ(GapScene(pixels, pixels).shift(), 0.0) << pixels;
   }
-  EXPECT_NEAR(GapScene(-1, 3).gap().value(), 1 + 0.7 * 2, 1e-12) << "a shift widens it";
+  EXPECT_EQ(GapScene(-1, 3).gap(), 1.0);
   EXPECT_FALSE(GapScene(-25, -25).gap().has_value()) << "beyond the reach";
   EXPECT_EQ(GapScene(-24, -24).gap(), 0.0);
 }
@@ -83,13 +88,33 @@ TEST(MaskGap, FindsTheShiftOfTheDepthImage) {
   EXPECT_EQ(GapScene(2, 10).shift(), 4.0);
   EXPECT_EQ(GapScene(10, 2).shift(), -4.0);
   EXPECT_EQ(GapScene(-3, 5).shift(), 4.0) << "the depth has left the mask on the left";
-  EXPECT_NEAR(GapScene(2, 10).gap().value(), 6 + 0.7 * 4, 1e-12);
-  EXPECT_NEAR(GapScene(10, 2).gap().value(), 6 + 0.7 * 4, 1e-12);
+  EXPECT_EQ(GapScene(2, 10).gap(), 6.0);
+  EXPECT_EQ(GapScene(10, 2).gap(), 6.0);
+}
+
+TEST(MaskGap, MarginMakesUpForTheShift) {
+  EXPECT_EQ(GapScene(6, 6).margin(), 6.0);
+  EXPECT_NEAR(GapScene(2, 10).margin(), 6 + 0.7 * 4, 1e-12);
+  EXPECT_NEAR(GapScene(10, 2).margin(), 6 + 0.7 * 4, 1e-12);
+  EXPECT_NEAR(GapScene(4, 11).margin(), 7.5 + 0.7 * 3.5, 1e-12) << "also for one that is noise";
+  EXPECT_NEAR(GapScene(-9, 5).margin(), -2 + 0.7 * 7, 1e-12);
+  EXPECT_EQ(GapScene(-12, -4).margin(), 0.0);
+  EXPECT_EQ(GapScene(8, 21).margin(), 16.0) << "limited";
+}
+
+/// A person whom the image's left border cuts off, without depth in the first columns.
+TEST(MaskGap, IgnoresEdgesAtTheImagesBorder) {
+  GapScene scene(0, 0);
+  scene.frame.depth(cv::Rect(0, 100, 300, 300)).setTo(1.5F);
+  scene.frame.depth(cv::Rect(0, 0, 16, 480)).setTo(0.0F);
+  scene.instance.mask_origin = {0, 100};
+  scene.instance.mask = cv::Mat(300, 300, CV_8UC1, cv::Scalar(255));
+  EXPECT_EQ(scene.measured().value().places, 37U) << "the right side alone";
+  EXPECT_EQ(scene.shift(), 0.0);
 }
 
 TEST(MaskGap, TakesSmallShiftsForNoise) {
   EXPECT_EQ(GapScene(4, 11).shift(), 0.0) << "3.5 pixels";
-  EXPECT_NEAR(GapScene(4, 11).gap().value(), 7.5 + 0.7 * 3.5, 1e-12);
   EXPECT_EQ(GapScene(4, 12).shift(), 4.0);
   MaskGapOptions options;
   options.min_shift_px = 0;
@@ -108,7 +133,7 @@ TEST(MaskGap, NeedsSidesThatDifferInMostRows) {
   scene = GapScene(0, 12);
   scene.widen_rows_from(200, 12);  // a third: the lower quartile is 0 then
   EXPECT_EQ(scene.shift(), 0.0);
-  EXPECT_NEAR(scene.gap().value(), 6 + 0.7 * 6, 1e-12) << "the medians still differ";
+  EXPECT_NEAR(scene.margin(), 6 + 0.7 * 6, 1e-12) << "the medians still differ";
 }
 
 TEST(MaskGap, NeedsASecondSideThatIsSeenOftenEnough) {
@@ -145,7 +170,7 @@ TEST(MaskGap, NeedsThreePixelsBehindTheObjectWithinTheImage) {
   GapScene scene(2, 0);
   scene.instance.mask = cv::Mat(300, 429, CV_8UC1, cv::Scalar(255));  // columns 202 to 630
   scene.frame.depth(cv::Rect(200, 100, 437, 300)).setTo(1.5F);        // to column 636
-  EXPECT_NEAR(scene.gap().value(), (2.0 + 6.0) / 2 + 0.7 * 2, 1e-12);
+  EXPECT_EQ(scene.gap(), (2.0 + 6.0) / 2);
   scene.frame.depth(cv::Rect(637, 100, 1, 300)).setTo(1.5F);
   EXPECT_EQ(scene.gap(), 2.0) << "by the left side alone";
 }
@@ -176,8 +201,7 @@ TEST(MaskGap, IgnoresHolesOfTwoPixels) {
   scene.frame.depth(cv::Rect(295, 100, 2, 300)).setTo(0.0F);
   EXPECT_EQ(scene.gap(), 8.0);
   scene.frame.depth(cv::Rect(295, 100, 3, 300)).setTo(0.0F);
-  EXPECT_NEAR(scene.gap().value(), (8.0 + 3.0) / 2 + 0.7 * 2.5, 1e-12)
-      << "three pixels end the object on the right";
+  EXPECT_EQ(scene.gap(), (8.0 + 3.0) / 2) << "three pixels end the object on the right";
 }
 
 TEST(MaskGap, IsUnknownWithTooFewPlaces) {
@@ -240,6 +264,7 @@ TEST(MaskGap, MatchesTheOracleOnObjectsOutOfStep) {
     const MaskGap want = oracle_gap(scene.frame.depth.size(), scene.instance, is_objects, options);
     const MaskGap got = scene.measured(options).value_or(MaskGap());
     ASSERT_NEAR(got.gap_px, want.gap_px, 1e-9) << "seed " << seed;
+    ASSERT_NEAR(got.margin_px, want.margin_px, 1e-9) << "seed " << seed;
     ASSERT_EQ(got.shift_px, want.shift_px) << "seed " << seed;
     ASSERT_EQ(got.places, want.places) << "seed " << seed;
     known += want.places > 0 ? 1 : 0;

@@ -185,6 +185,10 @@ TEST(ObjectNearness, RefusesBadArgumentsByName) {
     expect_error<Error>([&] { nearness(frame, centre, reach); },
                         "object_nearness: got reach_px = ");
   }
+  Instance instance;
+  instance.mask = cv::Mat(4, 4, CV_32FC1, cv::Scalar(1));
+  expect_error<Error>([&] { object_nearness(frame, centre, object_at(1, 2), 10, &instance); },
+                      "object_nearness: got a mask of another type");
   expect_error<Error>([&] { nearness(FrameView(), {0, 0}); }, "object_nearness: got pixel (0, 0)");
   FrameView no_unit = frame;
   no_unit.depth = cv::Mat(100, 640, CV_16UC1, cv::Scalar(1));

@@ -36,9 +36,11 @@ namespace dynfilter {
 ///   (ObjectDepthEstimator), or a little before or behind it but connected with the object, unless
 ///   it is off the object's middle and connected better with what lies around the box
 ///   (DepthWatershed); or
-/// - it has no depth, or one behind the object, and object_nearness finds the object around it; or
-/// - it lies within the gap between a fresh mask and the object's edge, as MaskGapEstimator
-///   measures it, or mask_margin_px beyond.
+/// - it has no depth, or one behind the object, and object_nearness finds the object or its fresh
+///   mask around it; or
+/// - it lies within the margin beside a fresh mask that MaskGapEstimator measures, or
+/// mask_margin_px
+///   beyond.
 ///
 /// ObjectInFrame answers these questions.
 ///
@@ -51,9 +53,10 @@ namespace dynfilter {
 /// This takes a fresh mask.
 ///
 /// Limits: a static thing that touches the object, at the object's depth and inside its box, is
-/// removed with it. The stage
-/// abstains from an instance for which neither mask nor box has ObjectDepthOptions::min_samples
-/// depths (8). The statistics say so.
+/// removed with it. Where depth is out of step, static things are read beside their place, too, and
+/// a feature that shows the wall may keep the object's depth, as the depth image has it. Motion up
+/// and down is not measured. The stage abstains from an instance for which neither mask nor box has
+/// ObjectDepthOptions::min_samples depths (8). The statistics say so.
 ///
 /// In a frame without a depth image, FeatureDepthCompensator takes over, with the depths of the
 /// features; without these the stage abstains. A depth image makes the features' depths irrelevant.

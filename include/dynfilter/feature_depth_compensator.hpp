@@ -109,13 +109,13 @@ class FeatureDepthCompensator {
       if (!labels.is_dynamic_object(k)) continue;
       InstanceStatistics& statistics = labels.statistics().instances[k];
       statistics.compensation = Compensation::no_depth_image;
+      statistics.mask_gap_px = statistics.depth_shift_px = 0;
+      statistics.mask_gap_places = 0;
       if (!input.features.has_depths()) continue;
       ObjectInFeatures object;
       object.measure(input, k, options_, depth_estimator_, features, scratch.shared);
       statistics.sampled = object.depth().samples;
       statistics.depth_range_m = object.depth().hull_m();
-      statistics.mask_gap_px = statistics.depth_shift_px = 0;
-      statistics.mask_gap_places = 0;
       statistics.candidates = statistics.passed_depth = statistics.passed_nearness = 0;
       statistics.compensation = object.depth().empty() ? Compensation::too_few_samples
                                                        : Compensation::applied_without_image;

@@ -200,7 +200,7 @@ class FilterHealth {
     const double half_pixels = 2 / detail::pixel_scale(frame.depth.size());
     bool has_gap = false;
     for (const InstanceStatistics& instance : statistics.instances) {
-      if (instance.mask_gap_places == 0) continue;
+      if (instance.mask_gap_places == 0 || !(instance.mask_gap_px >= 0)) continue;
       has_gap = true;
       const double gap = std::round(instance.mask_gap_px * half_pixels);
       ++gaps_[static_cast<std::size_t>(std::min(gap, static_cast<double>(max_half_pixels)))];

@@ -40,14 +40,15 @@ struct MaskGapOptions {
 
 /// How an object's depth lies against its mask, pixels of the image.
 struct MaskGap {
-  double gap_px = 0;  ///< how far the object reaches beyond its mask; 0 if it does not
+  double gap_px = 0;     ///< how far the object reaches beyond its mask; 0 if it does not
+  double margin_px = 0;  ///< width of a margin that makes up for the gap and for the shift
   /// How far the object's depth is shifted to the right against its mask; 0 if it is in step.
   double shift_px = 0;
-  std::size_t places = 0;  ///< number of places at the mask's edge that were measured
+  std::size_t places = 0;  ///< number of edges of the mask that were measured
 };
 
 /// Estimates how far an object reaches beyond its mask, and how far its depth is shifted against
-/// the mask: by the distances from the mask's left and right edges to the places where the object's
+/// the mask: by the distances from the mask's left and right edges to the pixels where the object's
 /// depth ends.
 ///
 /// A network's masks may be too small by one pixel or by ten. The gap tells, without any truth, how
@@ -61,11 +62,13 @@ struct MaskGap {
 /// - the side with fewer places has at least 0.3 times as many as the other, and
 /// - each side's median lies outside the middle half of the other side's distances.
 ///
-/// Where the depth has left the object, only the margin finds it. So 0.7 times the shift is added
-/// to the gap, whether the shift counts or not.
+/// Where the depth has left the object, only the margin finds it. So the margin is the gap plus 0.7
+/// times the shift, whether the shift counts or not. Gap and margin are at most max_gap_px.
 ///
-/// A place counts only if the object's depth ends within the reach, and begins there if the place
-/// has none. So missing limbs and things that touch the object do not count.
+/// An edge that has the object's depth is measured if this depth ends within the reach outside. Any
+/// other edge is measured if the object's depth begins within the reach inside. So missing limbs
+/// and things that touch the object do not count. An edge at the image's border does not, either:
+/// the object goes on there.
 class MaskGapEstimator {
  public:
   /// Scratch memory that calls may share: how often each distance was met, from the shortest one
@@ -84,9 +87,9 @@ class MaskGapEstimator {
     if (options.min_shift_px != 0) require_length("min_shift_px", options.min_shift_px);
   }
 
-  /// Measures gap and shift, or returns nothing if there are too few places. `object` is the
-  /// object's depth, as ObjectDepthEstimator returns it. Throws std::invalid_argument for a
-  /// malformed frame. O(pixels of the mask / row_step_px).
+  /// Measures gap, margin and shift, or returns nothing if there are too few places. `object` is
+  /// the object's depth, as ObjectDepthEstimator returns it. Throws std::invalid_argument for a
+  /// malformed frame. O(pixels of the mask / row_step_px + its edges in these rows x reach_px).
   std::optional<MaskGap> estimate(const FrameView& frame, const Instance& instance,
                                   const ObjectDepth& object, Scratch& scratch) const {
     validate(frame, "MaskGapEstimator");
@@ -105,18 +108,19 @@ class MaskGapEstimator {
     result.places = left.places + right.places;
     const std::size_t min_samples = std::max<std::size_t>(1, options_.min_samples);
     if (result.places < min_samples) return {};
-    double gap_px = 0;
+    double gap_px = 0, shift_px = 0;
     if (std::min(left.places, right.places) < (min_samples + 1) / 2) {  // one side is missing
       gap_px = (left.places > right.places ? left : right).median;
     } else {
-      const double shift_px = (right.median - left.median) / 2;
-      gap_px = (left.median + right.median) / 2 + gap_per_shift * std::abs(shift_px);
-      const double scale = detail::pixel_scale(frame.depth.size());
-      const bool is_long = std::abs(shift_px) >= options_.min_shift_px * scale;
-      if (shift_px != 0 && is_long && is_clear(left, right)) result.shift_px = shift_px;
+      gap_px = (left.median + right.median) / 2;
+      shift_px = (right.median - left.median) / 2;
     }
-    result.gap_px =
-        std::clamp(gap_px, 0.0, options_.max_gap_px * detail::pixel_scale(frame.depth.size()));
+    const double scale = detail::pixel_scale(frame.depth.size());
+    const double max_px = options_.max_gap_px * scale;
+    result.gap_px = std::clamp(gap_px, 0.0, max_px);
+    result.margin_px = std::clamp(gap_px + margin_per_shift * std::abs(shift_px), 0.0, max_px);
+    const bool is_long = std::abs(shift_px) >= options_.min_shift_px * scale;
+    if (shift_px != 0 && is_long && is_clear(left, right)) result.shift_px = shift_px;
     return result;
   }
 
@@ -130,7 +134,7 @@ class MaskGapEstimator {
  private:
   static constexpr int max_hole = 2;  // pixels without the object's depth that do not end it
   static constexpr double min_side_share = 0.3;
-  static constexpr double gap_per_shift = 0.7;
+  static constexpr double margin_per_shift = 0.7;
 
   /// The distances at one side of the mask.
   struct Side {
@@ -212,12 +216,13 @@ class MaskGapEstimator {
     const Depth* const depths = frame.depth.ptr<Depth>(edge.y) + edge.x;
     const auto is_objects = [&](int distance) { return object.contain(depths[way * distance]); };
     const int reach = static_cast<int>(counts.size() / 2);
+    const int to_border = way < 0 ? edge.x : frame.depth.cols - 1 - edge.x;
+    if (to_border == 0) return;
     int last = 0;
     while (!is_objects(last)) {
       if (--last < -std::min(reach, run_px - 1)) return;  // no beginning is seen
     }
     if (last == 0) {
-      const int to_border = way < 0 ? edge.x : frame.depth.cols - 1 - edge.x;
       const int limit = std::min(to_border, reach);
       for (int distance = 1; distance <= last + max_hole + 1; ++distance) {
         if (distance > limit) return;  // no end is seen

@@ -86,8 +86,8 @@ class ObjectInFrame {
       to_depth_.x = static_cast<int>(std::lround(gap_.shift_px));
     }
     nearness_steps_ = detail::steps_of_reach(options.reach_px, frame_->depth.size());
-    margin_px_ = gap_.gap_px + pixels(options.mask_margin_px);
-    shadow_px_ = gap_.gap_px + pixels(options.shadow_px);
+    margin_px_ = gap_.margin_px + pixels(options.mask_margin_px);
+    shadow_px_ = gap_.margin_px + pixels(options.shadow_px);
     segmentation_ = &input.segmentation;
     is_flooded_ = false;
   }
@@ -153,8 +153,10 @@ class ObjectInFrame {
     return depth_m > 0 && depth_m <= depth_.hull_m().upper;
   }
 
-  /// Whether a pixel of the image belongs to the object by all tests.
+  /// Whether a pixel of the image belongs to the object by all tests, or its own depth does, which
+  /// may not be the depth of what it shows.
   bool contains(cv::Point pixel) const {
+    if (to_depth_.x != 0 && reach_.contains(pixel) && has_depth_at(pixel - to_depth_)) return true;
     if (reach_.contains(pixel) && (certainty(pixel) >= 0.5 || is_beside_mask(pixel))) return true;
     if (!mask_->covers(pixel)) return false;
     return !is_stale_ || is_hidden_by(frame_->depth_m(pixel).value_or(0));
@@ -199,7 +201,7 @@ class ObjectInFrame {
     const cv::Rect cells = reach_.empty() ? cv::Rect() : cv::Rect(first, area.br());
     find_neighbours({cells.tl(), cells.br() + cv::Point(cell_px, cell_px)});
     const auto seed_at = [&](cv::Point pixel) {
-      if (mask_->covers(pixel)) return DepthWatershed::Seed::object;
+      if (mask_->covers(pixel - to_depth_)) return DepthWatershed::Seed::object;
       if (reach_.contains(pixel) || is_neighbours(pixel)) return DepthWatershed::Seed::none;
       return DepthWatershed::Seed::surroundings;
     };

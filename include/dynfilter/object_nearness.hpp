@@ -88,7 +88,7 @@ inline double object_nearness(const FrameView& frame, cv::Point pixel, const Obj
 /// colour.
 ///
 /// Throws std::invalid_argument for a malformed frame or one without depth, a pixel outside it, and
-/// a reach that is not above 0 and at most 1000. O(reach_px).
+/// a mask that is not CV_8UC1, and a reach that is not above 0 and at most 1000. O(reach_px).
 inline double object_nearness(const FrameView& frame, cv::Point pixel, const ObjectDepth& object,
                               double reach_px = 12, const Instance* mask = nullptr) {
   validate(frame, "object_nearness");
@@ -101,6 +101,10 @@ inline double object_nearness(const FrameView& frame, cv::Point pixel, const Obj
   if (!(reach_px > 0) || !(reach_px <= 1000)) {
     detail::throw_misuse("object_nearness", detail::concatenate("reach_px = ", reach_px),
                          "a number above 0 and at most 1000");
+  }
+  if (mask != nullptr && !mask->mask.empty() &&
+      (mask->mask.dims != 2 || mask->mask.type() != CV_8UC1)) {
+    detail::throw_misuse("object_nearness", "a mask of another type", "a mask of type CV_8UC1");
   }
   const int reach = detail::steps_of_reach(reach_px, frame.depth.size());
   const detail::ObjectPixels pixels(frame, object.mask_range_m, object.box_range_m);

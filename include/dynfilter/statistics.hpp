@@ -83,7 +83,7 @@ struct InstanceStatistics {
   /// Range of the object's depth, [a, b] in eq. (1), metres; may be empty.
   ValueRange depth_range_m;
   /// How far the object reaches beyond a fresh mask, as DepthCompensator measured it (see MaskGap),
-  /// pixels; 0 also for stale masks, and where it is not known.
+  /// pixels; 0 or more, 0 also for stale masks, and where it is not known.
   double mask_gap_px = 0.0;
   /// How far the object's depth is shifted to the right against a fresh mask, pixels; 0 also where
   /// it is not known. Depth that is not in step with colour shifts what moves.

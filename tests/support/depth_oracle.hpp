@@ -144,7 +144,8 @@ class DepthOracle {
     const auto seed_at = [&](cv::Point pixel) {
       using Seed = DepthWatershed::Seed;
       const Instance& own = instance_of(object);
-      if (own.covers(pixel)) return Seed::object;
+      const int shift = static_cast<int>(std::lround(object.gap.shift_px));
+      if (own.covers(pixel - cv::Point(shift, 0))) return Seed::object;
       if (in_reach(object, WidePoint(pixel.x, pixel.y))) return Seed::none;
       for (const Instance& other : input_.segmentation.instances) {
         if (&other == &own || other.class_id != own.class_id) continue;
@@ -199,7 +200,7 @@ class DepthOracle {
     double min_nearness = stale() ? options_.min_nearness_if_stale : options_.min_nearness;
     const bool in_shadow =
         !stale() && oracle_on_mask(instance_of(object), pixel,
-                                   object.gap.gap_px + options_.shadow_px * scale());
+                                   object.gap.margin_px + options_.shadow_px * scale());
     if (in_shadow) min_nearness = std::max(min_nearness, options_.min_nearness_in_shadow);
     if (nearness <= 0) return 0;
     return nearness < min_nearness ? 0.5 * (nearness / min_nearness)
@@ -239,7 +240,7 @@ class DepthOracle {
       const bool own = is_own(object, pixel);
       const bool close =
           !stale() && oracle_on_mask(instance_of(object), pixel,
-                                     object.gap.gap_px + options_.mask_margin_px * scale());
+                                     object.gap.margin_px + options_.mask_margin_px * scale());
       double sure = certainty(object, pixel);
       statistics.candidates += 1;
       statistics.passed_depth += own ? 1 : 0;

@@ -38,7 +38,7 @@ inline MaskGap oracle_gap(const cv::Size& image, const Instance& instance,
   const auto scaled = [&](double pixels) { return std::max(1.0, std::round(pixels * scale)); };
   const double reach = std::min<double>(scaled(options.reach_px), image.width);
   const int step = static_cast<int>(scaled(options.row_step_px));
-  const auto on_mask = [&](int x, int y) {  // masks end at the image's border
+  const auto on_mask = [&](int x, int y) {
     return x >= 0 && x < image.width && instance.covers({x, y});
   };
   std::vector<double> sides[2];  // to the left, to the right
@@ -48,6 +48,7 @@ inline MaskGap oracle_gap(const cv::Size& image, const Instance& instance,
     for (int x = 0; x < image.width; ++x) {
       for (const int way : {-1, 1}) {
         if (!on_mask(x, y) || on_mask(x + way, y)) continue;
+        if (x + way < 0 || x + way >= image.width) continue;  // the object goes on there
         const int border = way < 0 ? x : image.width - 1 - x;
         const auto has = [&](int distance) { return is_objects({x + way * distance, y}); };
         int distance = 0;
@@ -72,20 +73,26 @@ inline MaskGap oracle_gap(const cv::Size& image, const Instance& instance,
   const double fewer = static_cast<double>(std::min(left.size(), right.size()));
   MaskGap gap;
   gap.places = places;
+  double mean = 0, shift = 0;
   if (fewer == 0 || 2 * fewer < static_cast<double>(options.min_samples)) {
-    gap.gap_px = oracle_quarter(left.size() > right.size() ? left : right, 2);
+    mean = oracle_quarter(left.size() > right.size() ? left : right, 2);
   } else {
     const double l = oracle_quarter(left, 2), r = oracle_quarter(right, 2);
-    gap.gap_px = (l + r) / 2 + 0.7 * std::abs((r - l) / 2);
+    mean = (l + r) / 2;
+    shift = (r - l) / 2;
     const std::vector<double>& low = l < r ? left : right;
     const std::vector<double>& high = l < r ? right : left;
     const bool apart =
         oracle_quarter(low, 3) < std::max(l, r) && oracle_quarter(high, 1) > std::min(l, r);
     const bool balanced = fewer >= 0.3 * (static_cast<double>(places) - fewer);
-    const bool enough = std::abs(r - l) / 2 >= options.min_shift_px * scale;
-    if (apart && balanced && enough) gap.shift_px = (r - l) / 2;
+    const bool enough = std::abs(shift) >= options.min_shift_px * scale;
+    if (apart && balanced && enough) gap.shift_px = shift;
   }
-  gap.gap_px = std::max(0.0, std::min(gap.gap_px, options.max_gap_px * scale));
+  const auto limited = [&](double px) {
+    return std::max(0.0, std::min(px, options.max_gap_px * scale));
+  };
+  gap.gap_px = limited(mean);
+  gap.margin_px = limited(mean + 0.7 * std::abs(shift));
   return gap;
 }
 
