@@ -81,7 +81,7 @@ std::string gap_advice(const FilterHealthReport& report) {
       "objects reach %.1f px beyond their masks, at a width of 640; %s, rule depth takes a margin "
       "of so much by itself; give other rules --margin %.0f, more in proportion for wider images",
       *measure.value,
-      is_out_of_step ? "mend the depth's offset first, which widens this gap; until then"
+      is_out_of_step ? "mend the depth's offset first; until then"
                      : "a larger network or a lower threshold makes larger masks; until then",
       std::ceil(*measure.value));
 }
