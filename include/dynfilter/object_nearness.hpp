@@ -52,11 +52,12 @@ double object_nearness(const FrameView& frame, cv::Point pixel, const ObjectPixe
     const std::ptrdiff_t offset = y * row_step + x;
     for (int step = 1; step <= steps; ++step) {
       const Depth depth = centre[step * offset];
-      const bool is_masked =
-          mask != nullptr && mask->covers(pixel - to_depth + cv::Point(step * x, step * y));
-      if (!is_masked && !object.has_depth(depth)) continue;
-      if (is_masked || object.contain(depth)) nearness += (x == 0 ? 2 * vote : vote) / step;
-      break;
+      const auto is_masked = [&, x = x, y = y] {
+        return mask != nullptr && mask->covers(pixel - to_depth + cv::Point(step * x, step * y));
+      };
+      const bool is_objects = object.contain(depth) || is_masked();
+      if (is_objects) nearness += (x == 0 ? 2 * vote : vote) / step;
+      if (is_objects || object.has_depth(depth)) break;
     }
   }
   return nearness;
