@@ -38,9 +38,8 @@ namespace dynfilter {
 ///   (DepthWatershed); or
 /// - it has no depth, or one behind the object, and object_nearness finds the object or its fresh
 ///   mask around it; or
-/// - it lies within the margin beside a fresh mask that MaskGapEstimator measures, or
-/// mask_margin_px
-///   beyond.
+/// - it lies within the margin beside a fresh mask, which MaskGapEstimator measures, or
+///   mask_margin_px beyond.
 ///
 /// ObjectInFrame answers these questions.
 ///

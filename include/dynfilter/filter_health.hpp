@@ -47,8 +47,8 @@ struct FilterHealthOptions {
   HealthLimits mask_age_s = {0.02, 0.2};
   /// Limits of the gap between masks and the objects' depth, pixels at a width of 640. Networks
   /// make masks of a quarter of the image's width, so that 4 pixels are the masks' own resolution;
-  /// good masks of recorded persons have gaps of 1 pixel. Beyond 8, masks lack hands and
-  /// hair, and a margin that makes up for it takes static features.
+  /// good masks of recorded persons have gaps of 1 pixel. Beyond 8, masks lack hands and hair, and
+  /// a margin that makes up for it takes static features.
   HealthLimits mask_gap_px = {4, 8};
   /// Limits of the share of features without depth. Above a half, fewer features than without are
   /// left for RGB-D tracking and for the test by depth. Recordings of TUM indoors have 0.1 to 0.45.

@@ -62,8 +62,8 @@ struct MaskGap {
 /// - the side with fewer places has at least 0.3 times as many as the other, and
 /// - each side's median lies outside the middle half of the other side's distances.
 ///
-/// Where the depth has left the object, only the margin finds it. So the margin is the gap plus 0.7
-/// times the shift, whether the shift counts or not. Gap and margin are at most max_gap_px.
+/// Where the depth has left the object, only the margin finds it. So the margin is that mean plus
+/// 0.7 times the shift, whether the shift counts or not. Gap and margin are 0 to max_gap_px.
 ///
 /// An edge that has the object's depth is measured if this depth ends within the reach outside. Any
 /// other edge is measured if the object's depth begins within the reach inside. So missing limbs
