@@ -4,6 +4,7 @@
 #include "dynfilter/motion/motion_votes.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <tuple>
 
@@ -37,14 +38,16 @@ void check(const MotionVotesOptions& options) {
                        options.neighbours >= 1 && options.neighbours <= max_neighbours &&
                        options.min_spacing_px >= 0 && options.min_spacing_px <= 1000 &&
                        options.min_share >= 0 && options.min_share <= 1 &&
-                       options.max_difference >= 0 && options.max_difference_px >= 0;
+                       options.max_difference >= 0 && options.max_difference_px >= 0 &&
+                       options.max_depth_difference_m >= 0;
   if (is_good) return;
   detail::throw_misuse(
       "support_seeds",
       detail::concatenate("radius_px = ", options.radius_px, ", neighbours = ", options.neighbours,
                           ", min_spacing_px = ", options.min_spacing_px, ", min_share = ",
                           options.min_share, ", max_difference = ", options.max_difference,
-                          ", max_difference_px = ", options.max_difference_px),
+                          ", max_difference_px = ", options.max_difference_px,
+                          ", max_depth_difference_m = ", options.max_depth_difference_m),
       "a radius of 1 to 1000, 1 to 30 neighbours, a spacing of 0 to 1000, a share from 0 to 1, no "
       "negative difference");
 }
@@ -78,6 +81,13 @@ bool moves_alike(const FeatureMotion& a, const FeatureMotion& b,
   return cv::norm(shift - b.shift_px[a.baseline]) <= limit;
 }
 
+/// Tells whether two features are surely on different things, by their depths.
+bool are_apart(const FeatureMotion& a, const FeatureMotion& b, const MotionVotesOptions& options) {
+  const bool are_known = a.depth_m > 0 && b.depth_m > 0;
+  return are_known &&
+         std::abs(double{a.depth_m} - double{b.depth_m}) > options.max_depth_difference_m;
+}
+
 bool has_support(std::uint32_t seed, FrameFeatures& features, const MotionVotesOptions& options,
                  const std::vector<FeatureMotion>& motions) {
   const cv::Point centre = features.pixel(seed);
@@ -86,6 +96,7 @@ bool has_support(std::uint32_t seed, FrameFeatures& features, const MotionVotesO
   Nearest nearest(options.neighbours * features_a_voice);
   for (const std::uint32_t i : features.inside(box)) {
     if (i == seed || !motions[i].is_known()) continue;
+    if (are_apart(motions[seed], motions[i], options)) continue;
     const cv::Point pixel = features.pixel(i);
     const std::int64_t dx = pixel.x - centre.x, dy = pixel.y - centre.y;
     if (dx * dx + dy * dy > std::int64_t{reach} * reach) continue;

@@ -4,6 +4,7 @@
 #include "dynfilter/motion/motion_votes.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <tuple>
 
@@ -29,7 +30,9 @@ bool naive_support(const std::vector<cv::Point2f>& points,
   std::vector<std::tuple<double, int, int, std::size_t>> others;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const cv::Point pixel(nearest_pixel(points[i])), away = pixel - nearest_pixel(points[seed]);
-    const bool votes = i != seed && motions[i].is_known();
+    const float depth_m = motions[i].depth_m, own_m = motions[seed].depth_m;
+    const bool is_apart = depth_m > 0 && own_m > 0 && std::abs(depth_m - own_m) > 0.3;
+    const bool votes = i != seed && motions[i].is_known() && !is_apart;
     if (votes && cv::norm(away) <= options.radius_px)
       others.emplace_back(cv::norm(away), pixel.y, pixel.x, i);
   }
@@ -69,6 +72,10 @@ TEST(MotionVotes, AreThoseOfTheNearest) {
       motions.push_back(is_lost ? motion_of(MotionEvidence::unknown)
                         : moves ? motion_of(MotionEvidence::seed, shift)
                                 : motion_of(MotionEvidence::quiet));
+      const bool is_before = moves || random.uniform(0, 4) == 0;
+      const bool has_depth = random.uniform(0, 3) > 0;
+      motions.back().depth_m =
+          has_depth ? (is_before ? 2.0F : 2.4F) + static_cast<float>(random.gaussian(0.05)) : 0;
     }
     FrameFeatures features;
     features.read(points);
@@ -99,6 +106,30 @@ TEST(MotionVotes, HearOneCornerOnce) {
   for (const FeatureMotion& motion : motions) EXPECT_EQ(motion.evidence, MotionEvidence::seed);
 }
 
+TEST(MotionVotes, AreNotThoseOfTheWallBehind) {
+  // Six features of a thing that moves, at the edge of a wall with many more.
+  std::vector<cv::Point2f> points;
+  std::vector<FeatureMotion> motions;
+  for (int i = 0; i < 18; ++i) {
+    const bool moves = i < 6;
+    points.emplace_back(100.0F + 4.0F * static_cast<float>(i / 6),
+                        100.0F + 4.0F * static_cast<float>(i % 6));
+    motions.push_back(moves ? motion_of(MotionEvidence::seed, {4, 0})
+                            : motion_of(MotionEvidence::quiet));
+    motions.back().depth_m = moves ? 2.0F : 3.0F;
+  }
+  FrameFeatures features;
+  features.read(points);
+  std::vector<FeatureMotion> without = motions;
+  for (FeatureMotion& motion : without) motion.depth_m = 0;
+  support_seeds(features, {}, motions);
+  support_seeds(features, {}, without);
+  for (std::size_t i = 0; i < 6; ++i) {
+    EXPECT_EQ(motions[i].evidence, MotionEvidence::supported);
+    EXPECT_EQ(without[i].evidence, MotionEvidence::seed);
+  }
+}
+
 TEST(MotionVotes, RefuseNonsense) {
   FrameFeatures features;
   features.read(std::vector<cv::Point2f>(2));
@@ -110,6 +141,10 @@ TEST(MotionVotes, RefuseNonsense) {
   motions.resize(2);
   testing::expect_error<std::invalid_argument>([&] { support_seeds(features, options, motions); },
                                                "neighbours = 31");
+  options = {};
+  options.max_depth_difference_m = -1;
+  testing::expect_error<std::invalid_argument>([&] { support_seeds(features, options, motions); },
+                                               "max_depth_difference_m = -1");
 }
 
 }  // namespace

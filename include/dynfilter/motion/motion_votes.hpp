@@ -38,6 +38,7 @@ struct FeatureMotion {
   std::size_t baseline = 0;  ///< the one with the largest ratio
   float ratio = 0;           ///< largest shift over what is allowed for, of all baselines
   MotionEvidence evidence = MotionEvidence::unknown;  ///< what the ratio says
+  float depth_m = 0;  ///< depth at the feature's pixel, metres; 0 = unknown
 
   /// Whether the feature was tracked over any baseline.
   bool is_known() const { return is_tracked[0] || is_tracked[1]; }
@@ -45,7 +46,7 @@ struct FeatureMotion {
 
 /// Options of support_seeds.
 struct MotionVotesOptions {
-  int radius_px = 50;          ///< distance of the farthest neighbour, each way; 1 to 1000
+  int radius_px = 80;          ///< distance of the farthest neighbour, each way; 1 to 1000
   std::size_t neighbours = 8;  ///< nearest tracked features that vote; 1 to 30
   int min_spacing_px = 3;      ///< nearer features count as one; 0 to 1000
   std::size_t min_seeds = 4;   ///< smallest number of neighbours that are seeds and move alike
@@ -53,14 +54,17 @@ struct MotionVotesOptions {
   /// Largest difference of the shifts of features that move alike, as a share of the shift.
   double max_difference = 0.3;
   double max_difference_px = 0.5;  ///< and added to that, pixels
+  /// Features whose depths differ by more are on different things and do not vote, metres.
+  double max_depth_difference_m = 0.3;
 };
 
 /// Makes seeds supported where enough of the nearest tracked features within the radius are seeds
 /// that move alike: a thing that moves has many features; a failed track has none beside it.
 /// Features nearer than the spacing to the seed or to a neighbour that voted do not vote: one
-/// corner may have several. Ties of distance go to the lower pixel, row by row. `features` are
-/// those of `motions`. Throws std::invalid_argument for options out of range or another number of
-/// motions. O(seeds x features within the radius).
+/// corner may have several. Nor do those behind or before it, where both depths are known. Ties of
+/// distance go to the lower pixel, row by row. `features` are those of `motions`. Throws
+/// std::invalid_argument for options out of range or another number of motions. O(seeds x features
+/// within the radius).
 void support_seeds(FrameFeatures& features, const MotionVotesOptions& options,
                    std::vector<FeatureMotion>& motions);
 
