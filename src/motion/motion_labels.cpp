@@ -194,18 +194,20 @@ void suspect_features(const MotionContext& context, const FeatureLabels& labels)
   MotionMeasurement& measured = context.measured;
   const std::vector<FeatureTrack>& tracks = measured.baselines[0].tracks;
   measured.beliefs.assign(tracks.size(), 0);
-  measured.is_suspect.assign(tracks.size(), 0);
+  measured.suspicions.assign(tracks.size(), Suspicion::none);
   for (std::size_t i = 0; i < tracks.size(); ++i) {
     if (tracks[i].is_found) measured.beliefs[i] = context.memory.beliefs->at(tracks[i].position);
     const bool is_believed = context.memory.beliefs->is_dynamic(measured.beliefs[i]);
-    const bool is_on_mask = labels.is_removed(i) && labels[i].reason != Reason::compensated;
-    measured.is_suspect[i] = is_on_mask || is_believed ? 1 : 0;
+    const bool is_compensated = labels.is_removed(i) && labels[i].reason == Reason::compensated;
+    if (is_compensated) measured.suspicions[i] = Suspicion::compensated;
+    const bool is_on_mask = labels.is_removed(i) && !is_compensated;
+    if (is_on_mask || is_believed) measured.suspicions[i] = Suspicion::strong;
   }
   const std::vector<Instance>& instances = context.input.segmentation.instances;
   for (std::size_t k = 0; k < instances.size(); ++k) {
     if (!labels.is_dynamic_object(k)) continue;
     for_each_within(context, instances[k], context.options.mask_distance_px,
-                    [&](std::uint32_t i) { measured.is_suspect[i] = 1; });
+                    [&](std::uint32_t i) { measured.suspicions[i] = Suspicion::strong; });
   }
 }
 
@@ -255,6 +257,7 @@ void write_labels(const MotionContext& context, FeatureLabels& labels) {
       labels.remove(i, -1, Reason::moving, 0.5F + 0.5F * std::max(strength, 0.0F));
     }
   }
+  measured.values.reserve(labels.size());
   for (std::size_t k = 0; k < statistics.instances.size(); ++k) {
     const bool may_move =
         labels.is_dynamic_object(k) && statistics.instances[k].verdict != InstanceVerdict::still;

@@ -12,47 +12,8 @@
 namespace dynfilter::detail {
 namespace {
 
-std::size_t frames_back(std::size_t baseline) {
-  return static_cast<std::size_t>(motion_baseline_frames[baseline]);
-}
-
 const MotionMemory::Frame& frame_back(const MotionContext& context, std::size_t baseline) {
-  return context.memory.past[frames_back(baseline) - 1];
-}
-
-/// Returns the motion that is expected over a baseline: the last one goes on.
-RelativePose expected_pose(const MotionContext& context, std::size_t baseline) {
-  const MotionMemory& memory = context.memory;
-  const RelativePose last = memory.past[0].motion.value_or(RelativePose());
-  if (baseline == 0) return last;
-  RelativePose pose = context.measured.baselines[0].pose.pose;
-  for (std::size_t i = 0; i + 1 < frames_back(baseline); ++i) {
-    pose = memory.past[i].motion.value_or(RelativePose()) * pose;
-  }
-  return pose;
-}
-
-/// Returns the host's knowledge, or the limits that the camera's inertia sets.
-std::optional<PosePrior> prior_of(const MotionContext& context, std::size_t baseline) {
-  const MotionMemory& memory = context.memory;
-  const bool host_knows_all = baseline == 0 && memory.prior;
-  if (host_knows_all) return memory.prior;
-  const MotionJudgeOptions& options = context.options;
-  const bool is_limited = !context.has_masks && options.max_acceleration_m_s2 > 0 &&
-                          options.max_angular_acceleration_rad_s2 > 0;
-  const bool is_first_trusted = baseline > 0 && memory.prior && memory.prior->is_trusted;
-  if (!is_limited && !is_first_trusted) return {};
-  PosePrior prior;
-  prior.pose = expected_pose(context, baseline);
-  const double duration_s = context.measured.baselines[0].duration_s;
-  const double square = duration_s * duration_s;
-  // Over the long baseline, the errors of the short ones add up.
-  // At the start, the camera may be moving already.
-  const double steps = motion_baseline_frames[baseline] + (memory.past[0].motion ? 0 : 1);
-  prior.max_translation_m = steps * std::max(options.max_acceleration_m_s2 * square, 1e-3);
-  prior.max_rotation_rad = steps * std::max(options.max_angular_acceleration_rad_s2 * square, 1e-3);
-  prior.is_trusted = is_first_trusted;
-  return prior;
+  return context.memory.past[context.frames_back(baseline) - 1];
 }
 
 /// Tells whether the image shows a feature at the tracked place rather than at the static one.
@@ -98,7 +59,7 @@ void track_back(const MotionContext& context, const FeatureTracker& tracker, std
   const std::vector<cv::Point2f>* expected = nullptr;
   if (baseline > 0) {  // motion goes on as over the short baseline
     measured.expected.clear();
-    const auto times = static_cast<float>(frames_back(baseline));
+    const auto times = static_cast<float>(context.frames_back(baseline));
     for (std::size_t i = 0; i < features.size(); ++i) {
       const FeatureTrack& track = measured.baselines[0].tracks[i];
       const cv::Point2f shift = track.is_found ? track.position - features[i] : cv::Point2f();
@@ -122,31 +83,14 @@ void measure_places(const MotionContext& context) {
   }
 }
 
-void estimate_pose(const MotionContext& context, const RelativePoseEstimator& estimator,
-                   std::size_t baseline) {
-  MotionMeasurement& measured = context.measured;
-  MotionBaseline& result = measured.baselines[baseline];
-  const FilterInput& input = context.input;
-  measured.observations.clear();
-  measured.observations.reserve(input.features.size());
-  for (std::size_t i = 0; i < input.features.size(); ++i) {
-    if (measured.is_suspect[i] || !result.tracks[i].is_found) continue;
-    const std::optional<double> depth_m = input.frame.depth_m(input.features.pixel(i));
-    if (!depth_m) continue;
-    measured.observations.push_back({context.camera.point(measured.ideal[i], *depth_m),
-                                     context.camera.ideal(result.tracks[i].position)});
-  }
-  result.pose = estimator.estimate(measured.observations, expected_pose(context, baseline),
-                                   prior_of(context, baseline), context.workspace);
-  result.is_known = result.pose.is_trusted;
-}
-
 void measure_motions(const MotionContext& context) {
   MotionMeasurement& measured = context.measured;
   const MotionJudgeOptions& options = context.options;
   measured.motions.assign(context.input.features.size(), {});
   for (std::size_t i = 0; i < measured.motions.size(); ++i) {
     FeatureMotion& motion = measured.motions[i];
+    const auto depth_m = context.input.frame.depth_m(context.input.features.pixel(i));
+    motion.depth_m = static_cast<float>(depth_m.value_or(0));
     cv::Point2d place;
     for (std::size_t b = 0; b < motion_baselines; ++b) {
       const MotionBaseline& baseline = measured.baselines[b];

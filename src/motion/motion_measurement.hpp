@@ -15,6 +15,13 @@
 
 namespace dynfilter::detail {
 
+/// Why a feature is not to tell the camera's motion.
+enum class Suspicion : std::uint8_t {
+  none,
+  compensated,  ///< compensation removed it, off the masks: most of these are static
+  strong        ///< on a mask, near one, or believed to move
+};
+
 /// One baseline of a frame.
 struct MotionBaseline {
   bool is_known = false;  ///< whether the pose is trusted, and shifts are measured
@@ -26,13 +33,13 @@ struct MotionBaseline {
 /// Everything measured in a frame. In the workspace, so that its memory is used again.
 struct MotionMeasurement {
   std::array<MotionBaseline, motion_baselines> baselines;
-  std::vector<cv::Point2d> ideal;        ///< ideal pixel of each feature
-  std::vector<DepthInterval> depths;     ///< of each feature
-  std::vector<std::uint8_t> is_suspect;  ///< features that do not tell the camera's motion
+  std::vector<cv::Point2d> ideal;     ///< ideal pixel of each feature
+  std::vector<DepthInterval> depths;  ///< of each feature
+  std::vector<Suspicion> suspicions;  ///< of each feature
   std::vector<FeatureMotion> motions;
   std::vector<double> beliefs;
   std::vector<std::uint8_t> is_dynamic;
-  std::vector<PoseObservation> observations;
+  std::vector<PoseObservation> observations, more_observations;
   std::vector<cv::Point2f> expected;
   std::vector<float> values, nearest_m;     // of an instance's members
   std::vector<std::uint8_t> was_dynamic;    ///< before filling
@@ -49,6 +56,11 @@ struct MotionContext {
   MotionMeasurement& measured;
   Workspace& workspace;
 
+  /// Returns the length of a baseline, frames.
+  static std::size_t frames_back(std::size_t baseline) {
+    return static_cast<std::size_t>(motion_baseline_frames[baseline]);
+  }
+
   /// Returns the shift that a speed across the view makes over a baseline, pixels; 0 at an unknown
   /// depth.
   double shift_px(double speed_m_s, double duration_s, const DepthInterval& depth) const {
@@ -63,6 +75,15 @@ void track_back(const MotionContext& context, const FeatureTracker& tracker, std
 void measure_places(const MotionContext& context);
 
 /// Estimates the camera's motion over a baseline.
+///
+/// Features that nobody suspects tell it. Two things may lead them astray, because before a wall a
+/// shift and a turn look alike, so that a pose may explain the wall and a mover together:
+///  - Little that is near is left. Features that compensation removed join in where the pose by
+///    both explains the others as well. In a crowd it does not: there they move.
+///  - The camera stands or only turns, and something that moves fills its view. The pose of a
+///    camera that only turns is taken where more features agree with it than with the other pose,
+///    those on masks included: it can hardly do so by chance. Not without masks, where most
+///    features may be on persons, and not where the host's prior is trusted.
 void estimate_pose(const MotionContext& context, const RelativePoseEstimator& estimator,
                    std::size_t baseline);
 

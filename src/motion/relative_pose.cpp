@@ -18,6 +18,9 @@ namespace {
 
 using Twist = cv::Vec6d;  // rotation vector, then translation, in the earlier camera's frame
 
+/// What the camera may do between the frames.
+enum class Freedom { moves_and_turns, turns };
+
 constexpr std::size_t in_hypothesis = 4;
 constexpr double cell_px = 40;     // side of a part of the image that has a voice
 constexpr int concentrations = 3;  // of a hypothesis that is the best one so far
@@ -116,7 +119,7 @@ bool is_within(const RelativePose& pose, const PosePrior& prior) {
 }
 
 LinearResidual linearised(const PoseObservation& observation, const RelativePose& pose,
-                          const PinholeCamera& camera) {
+                          const PinholeCamera& camera, Freedom freedom) {
   const cv::Point3d p = pose * observation.point_now_m;
   if (!(p.z > 0)) {
     // Behind the camera: fits no pose near this one.
@@ -126,9 +129,12 @@ LinearResidual linearised(const PoseObservation& observation, const RelativePose
   const cv::Point2d place(camera.fx * x + camera.cx, camera.fy * y + camera.cy);
   const cv::Point2d residual = observation.pixel_then - place;
   const double fx = camera.fx, fy = camera.fy;
+  // Where the camera only turns, a translation changes nothing.
+  const double fxz = freedom == Freedom::turns ? 0 : fx * iz;
+  const double fyz = freedom == Freedom::turns ? 0 : fy * iz;
   return {{residual.x, residual.y},
-          {-fx * x * y, fx * (1 + x * x), -fx * y, fx * iz, 0, -fx * x * iz,  //
-           -fy * (1 + y * y), fy * x * y, fy * x, 0, fy * iz, -fy * y * iz}};
+          {-fx * x * y, fx * (1 + x * x), -fx * y, fxz, 0, -fxz * x,  //
+           -fy * (1 + y * y), fy * x * y, fy * x, 0, fyz, -fyz * y}};
 }
 
 /// Normal equations of weighted linear residuals.
@@ -258,6 +264,7 @@ struct Fit {
   const std::vector<PoseObservation>& observations;
   const PinholeCamera& camera;
   const RelativePoseOptions& options;
+  Freedom freedom;
   PoseScratch& scratch;
 
   std::size_t judge_count() const { return std::min(options.judges, observations.size()); }
@@ -271,7 +278,7 @@ struct Fit {
     squares.clear();
     scratch.all.clear();
     for (std::size_t i = 0; i < observations.size(); ++i) {
-      scratch.all.push_back(linearised(at(i), pose, camera));
+      scratch.all.push_back(linearised(at(i), pose, camera, freedom));
       const cv::Vec2d& residual = scratch.all.back().residual;
       squares.push_back(residual.dot(residual));
     }
@@ -310,6 +317,49 @@ struct Fit {
   }
 };
 
+RelativePoseEstimate estimated(const std::vector<PoseObservation>& observations,
+                               const RelativePose& start, const std::optional<PosePrior>& prior,
+                               const PinholeCamera& camera, const RelativePoseOptions& options,
+                               Freedom freedom, PoseScratch& scratch) {
+  check(observations);
+  detail::validate(start, "RelativePoseEstimator::estimate");
+  if (prior) detail::validate(*prior, "RelativePoseEstimator::estimate");
+  RelativePoseEstimate estimate;
+  estimate.pose = prior ? prior->pose : start;
+  if (freedom == Freedom::turns) estimate.pose.translation = {0, 0, 0};
+  estimate.observations = observations.size();
+  if (observations.size() < options.min_observations) {
+    estimate.scale_px = options.min_scale_px;
+    estimate.is_trusted = prior && prior->is_trusted;
+    return estimate;
+  }
+
+  scratch.squares.reserve(observations.size());
+  scratch.some_squares.reserve(observations.size());
+  put_in_order(observations, options.seed, scratch.order);
+  const Fit fit{observations, camera, options, freedom, scratch};
+
+  detail::Random random(options.seed);
+  const std::size_t judges = fit.judge_count();
+  for (std::size_t s = 0; s < options.starts; ++s) {
+    scratch.judges.clear();
+    for (std::size_t i = 0; i < judges; ++i) {
+      scratch.judges.push_back(linearised(fit.at(i), estimate.pose, camera, freedom));
+    }
+    estimate.pose = least_median(estimate.pose, prior, options, random, scratch);
+  }
+  RelativePose refined = estimate.pose;
+  for (int step = 0; step < options.refinements; ++step) refined = fit.refined(refined);
+  if (!prior || is_within(refined, *prior)) estimate.pose = refined;
+  estimate.scale_px = fit.scale_px(estimate.pose);
+  estimate.support =
+      fit.support(options.cutoff * std::min(estimate.scale_px, options.max_scale_px));
+  const bool is_agreed =
+      estimate.support >= options.min_support && estimate.scale_px <= options.max_scale_px;
+  estimate.is_trusted = is_agreed || (prior && prior->is_trusted);
+  return estimate;
+}
+
 }  // namespace
 
 RelativePoseEstimator::RelativePoseEstimator(const PinholeCamera& camera,
@@ -322,43 +372,15 @@ RelativePoseEstimator::RelativePoseEstimator(const PinholeCamera& camera,
 RelativePoseEstimate RelativePoseEstimator::estimate(
     const std::vector<PoseObservation>& observations, const RelativePose& start,
     const std::optional<PosePrior>& prior, Workspace& workspace) const {
-  check(observations);
-  detail::validate(start, "RelativePoseEstimator::estimate");
-  if (prior) detail::validate(*prior, "RelativePoseEstimator::estimate");
-  RelativePoseEstimate estimate;
-  estimate.pose = prior ? prior->pose : start;
-  estimate.observations = observations.size();
-  if (observations.size() < options_.min_observations) {
-    estimate.scale_px = options_.min_scale_px;
-    estimate.is_trusted = prior && prior->is_trusted;
-    return estimate;
-  }
+  return estimated(observations, start, prior, camera_, options_, Freedom::moves_and_turns,
+                   workspace.get<PoseScratch>());
+}
 
-  PoseScratch& scratch = workspace.get<PoseScratch>();
-  scratch.squares.reserve(observations.size());
-  scratch.some_squares.reserve(observations.size());
-  put_in_order(observations, options_.seed, scratch.order);
-  const Fit fit{observations, camera_, options_, scratch};
-
-  detail::Random random(options_.seed);
-  const std::size_t judges = fit.judge_count();
-  for (std::size_t s = 0; s < options_.starts; ++s) {
-    scratch.judges.clear();
-    for (std::size_t i = 0; i < judges; ++i) {
-      scratch.judges.push_back(linearised(fit.at(i), estimate.pose, camera_));
-    }
-    estimate.pose = least_median(estimate.pose, prior, options_, random, scratch);
-  }
-  RelativePose refined = estimate.pose;
-  for (int step = 0; step < options_.refinements; ++step) refined = fit.refined(refined);
-  if (!prior || is_within(refined, *prior)) estimate.pose = refined;
-  estimate.scale_px = fit.scale_px(estimate.pose);
-  estimate.support =
-      fit.support(options_.cutoff * std::min(estimate.scale_px, options_.max_scale_px));
-  const bool is_agreed =
-      estimate.support >= options_.min_support && estimate.scale_px <= options_.max_scale_px;
-  estimate.is_trusted = is_agreed || (prior && prior->is_trusted);
-  return estimate;
+RelativePoseEstimate RelativePoseEstimator::estimate_turn(
+    const std::vector<PoseObservation>& observations, const RelativePose& start,
+    const std::optional<PosePrior>& prior, Workspace& workspace) const {
+  return estimated(observations, start, prior, camera_, options_, Freedom::turns,
+                   workspace.get<PoseScratch>());
 }
 
 }  // namespace dynfilter

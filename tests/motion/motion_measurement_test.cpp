@@ -39,7 +39,7 @@ RelativePoseEstimate long_pose(double turn_rad) {
   memory.known = past_frames;
   for (MotionMemory::Frame& past : memory.past) past.motion = turned(turn_rad);
   MotionMeasurement measured;
-  measured.is_suspect.assign(keypoints.size(), 0);
+  measured.suspicions.assign(keypoints.size(), Suspicion::none);
   measured.baselines[0].duration_s = frame_s;
   measured.baselines[0].pose.pose = turned(turn_rad);
   Workspace workspace;

@@ -122,6 +122,35 @@ TEST(RelativePose, NeedsAPriorWhereMostOfTheImageMoves) {
   EXPECT_LE(cv::norm(held.pose.translation - prior.pose.translation), 0.006);
 }
 
+/// Observations of a camera that turns and moves by a part of the rendered motion.
+Case partly_moved(double part) {
+  Case result = rendered_case(0, {}, 0, 60, 57);
+  result.truth.translation *= part;
+  for (PoseObservation& observation : result.observations) {
+    observation.pixel_then = *result.camera.project(result.truth * observation.point_now_m);
+  }
+  return result;
+}
+
+TEST(RelativePose, FindsTheTurnOfACameraThatOnlyTurns) {
+  Workspace workspace;
+  const Case turn = partly_moved(0), move = partly_moved(1);
+  const RelativePoseEstimator estimator(turn.camera);
+  RelativePose start;
+  start.translation = {0.1, 0, 0};  // to be left out
+  const RelativePoseEstimate found =
+      estimator.estimate_turn(turn.observations, start, {}, workspace);
+  EXPECT_TRUE(found.is_trusted);
+  EXPECT_EQ(found.pose.translation, cv::Vec3d());
+  EXPECT_LT(rotation_between(found.pose, turn.truth), 1e-7);
+  EXPECT_GT(rotation_between(found.pose, {}), 1e-3);  // there is a turn to find
+
+  // Where the camera moves as well, no turn fits.
+  const RelativePoseEstimate wrong = estimator.estimate_turn(move.observations, {}, {}, workspace);
+  EXPECT_EQ(wrong.pose.translation, cv::Vec3d());
+  EXPECT_GT(wrong.scale_px, 4 * estimator.estimate(move.observations, {}, {}, workspace).scale_px);
+}
+
 TEST(RelativePose, IsNotTrustedAmongTracksToNowhere) {
   Case nowhere = rendered_case(0, {}, 0, 60, 59);
   cv::RNG random(9);

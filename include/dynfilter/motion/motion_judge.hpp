@@ -45,6 +45,21 @@ struct MotionJudgeOptions {
   /// @}
   /// Features this near to a mask of a dynamic object do not tell the camera's motion, pixels.
   double mask_distance_px = 8;
+  /// A feature without depth whose surroundings span less than this tells the camera's motion with
+  /// their depth, metres.
+  double max_pose_depth_range_m = 0.3;
+  /// @{
+  /// Features that compensation removed tell the camera's motion with the others if the median
+  /// distance of the others grows at most by this factor and by these pixels.
+  double max_worse_fit = 1.3;
+  double max_worse_fit_px = 0.1;
+  /// @}
+  /// @{
+  /// With masks, the camera only turns if more than so many times as many features agree with that
+  /// as with a pose that moves. A feature agrees within so many pixels.
+  double min_turn_gain = 1.1;
+  double agreement_px = 0.5;
+  /// @}
 
   /// @{
   /// Shift that is allowed for before a feature is a seed: the largest of these. In pixels, in
@@ -97,7 +112,7 @@ struct MotionJudgeOptions {
 ///
 /// Each frame, features are tracked 1 and 3 frames back, the camera's motion is estimated from
 /// those that nobody suspects (they lie off the masks, and did not move before; those that
-/// compensation removed farther from the masks do count, because most of these are static), and a
+/// compensation removed farther from the masks join in where they agree with the others), and a
 /// track is compared with where the feature would have been if it were static, at any depth that it
 /// may have. Single features prove nothing: tracks fail at occlusions and between layers of depth.
 /// So evidence is pooled over neighbours, over time and over instances.

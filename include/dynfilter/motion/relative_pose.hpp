@@ -108,6 +108,13 @@ class RelativePoseEstimator {
                                 const RelativePose& start, const std::optional<PosePrior>& prior,
                                 Workspace& workspace) const;
 
+  /// Returns the pose of a camera that only turns, in the same way: `start` without its
+  /// translation is refined by rotations.
+  RelativePoseEstimate estimate_turn(const std::vector<PoseObservation>& observations,
+                                     const RelativePose& start,
+                                     const std::optional<PosePrior>& prior,
+                                     Workspace& workspace) const;
+
  private:
   PinholeCamera camera_;
   RelativePoseOptions options_;

@@ -1,0 +1,147 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "motion_measurement.hpp"
+
+namespace dynfilter::detail {
+namespace {
+
+/// Returns the motion that is expected over a baseline: the last one goes on.
+RelativePose expected_pose(const MotionContext& context, std::size_t baseline) {
+  const MotionMemory& memory = context.memory;
+  const RelativePose last = memory.past[0].motion.value_or(RelativePose());
+  if (baseline == 0) return last;
+  RelativePose pose = context.measured.baselines[0].pose.pose;
+  for (std::size_t i = 0; i + 1 < context.frames_back(baseline); ++i) {
+    pose = memory.past[i].motion.value_or(RelativePose()) * pose;
+  }
+  return pose;
+}
+
+/// Returns the host's knowledge, or the limits that the camera's inertia sets.
+std::optional<PosePrior> prior_of(const MotionContext& context, std::size_t baseline) {
+  const MotionMemory& memory = context.memory;
+  const bool host_knows_all = baseline == 0 && memory.prior;
+  if (host_knows_all) return memory.prior;
+  const MotionJudgeOptions& options = context.options;
+  const bool is_limited = !context.has_masks && options.max_acceleration_m_s2 > 0 &&
+                          options.max_angular_acceleration_rad_s2 > 0;
+  const bool is_first_trusted = baseline > 0 && memory.prior && memory.prior->is_trusted;
+  if (!is_limited && !is_first_trusted) return {};
+  PosePrior prior;
+  prior.pose = expected_pose(context, baseline);
+  const double duration_s = context.measured.baselines[0].duration_s;
+  const double square = duration_s * duration_s;
+  // Over the long baseline, the errors of the short ones add up.
+  // At the start, the camera may be moving already.
+  const double steps = motion_baseline_frames[baseline] + (memory.past[0].motion ? 0 : 1);
+  prior.max_translation_m = steps * std::max(options.max_acceleration_m_s2 * square, 1e-3);
+  prior.max_rotation_rad = steps * std::max(options.max_angular_acceleration_rad_s2 * square, 1e-3);
+  prior.is_trusted = is_first_trusted;
+  return prior;
+}
+
+/// Returns the depth of a feature whose surroundings are at about one depth, metres.
+std::optional<double> depth_of(const MotionContext& context, std::size_t feature) {
+  const auto at_pixel = context.input.frame.depth_m(context.input.features.pixel(feature));
+  const DepthInterval& depth = context.measured.depths[feature];
+  const bool is_at_one_depth = depth.is_known() && depth.farthest_m - depth.nearest_m <
+                                                       context.options.max_pose_depth_range_m;
+  if (at_pixel || !is_at_one_depth) return at_pixel;
+  return (depth.nearest_m + depth.farthest_m) / 2;
+}
+
+/// Collects the features that are suspected at most so much, were tracked, and have a depth.
+void observe(const MotionContext& context, std::size_t baseline, Suspicion most,
+             std::vector<PoseObservation>& observations) {
+  const MotionMeasurement& measured = context.measured;
+  const std::vector<FeatureTrack>& tracks = measured.baselines[baseline].tracks;
+  observations.clear();
+  observations.reserve(tracks.size());
+  for (std::size_t i = 0; i < tracks.size(); ++i) {
+    if (measured.suspicions[i] > most || !tracks[i].is_found) continue;
+    if (const auto depth_m = depth_of(context, i)) {
+      observations.push_back({context.camera.point(measured.ideal[i], *depth_m),
+                              context.camera.ideal(tracks[i].position)});
+    }
+  }
+}
+
+/// Returns the median distance between the observations and their places under a pose, pixels.
+double median_distance_px(const MotionContext& context, const RelativePose& pose,
+                          const std::vector<PoseObservation>& observations) {
+  std::vector<float>& distances = context.measured.values;
+  distances.clear();
+  distances.reserve(context.input.features.size());
+  for (const PoseObservation& observation : observations) {
+    const auto place = context.camera.project(pose * observation.point_now_m);
+    distances.push_back(place ? static_cast<float>(cv::norm(*place - observation.pixel_then))
+                              : std::numeric_limits<float>::max());
+  }
+  if (distances.empty()) return 0;
+  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
+  std::nth_element(distances.begin(), middle, distances.end());
+  return double{*middle};
+}
+
+/// Counts the features, suspected or not, that are where static ones would be under a pose.
+std::size_t count_agreeing(const MotionContext& context, std::size_t baseline,
+                           const RelativePose& pose) {
+  const MotionMeasurement& measured = context.measured;
+  const std::vector<FeatureTrack>& tracks = measured.baselines[baseline].tracks;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < tracks.size(); ++i) {
+    if (!tracks[i].is_found) continue;
+    const cv::Point2d then = context.camera.ideal(tracks[i].position);
+    const auto residual =
+        motion_residual(context.camera, pose, measured.ideal[i], then, measured.depths[i]);
+    count += residual && residual->distance_px < context.options.agreement_px ? 1 : 0;
+  }
+  return count;
+}
+
+}  // namespace
+
+void estimate_pose(const MotionContext& context, const RelativePoseEstimator& estimator,
+                   std::size_t baseline) {
+  MotionMeasurement& measured = context.measured;
+  MotionBaseline& result = measured.baselines[baseline];
+  const MotionJudgeOptions& options = context.options;
+  const RelativePose expected = expected_pose(context, baseline);
+  const std::optional<PosePrior> prior = prior_of(context, baseline);
+  const auto& few = measured.observations;
+  const auto& more = measured.more_observations;
+  observe(context, baseline, Suspicion::none, measured.observations);
+  observe(context, baseline, Suspicion::compensated, measured.more_observations);
+
+  RelativePoseEstimate& best = result.pose;
+  best = estimator.estimate(few, expected, prior, context.workspace);
+  if (more.size() > few.size()) {
+    const auto both = estimator.estimate(more, expected, prior, context.workspace);
+    const bool fits_few = median_distance_px(context, both.pose, few) <=
+                          options.max_worse_fit * median_distance_px(context, best.pose, few) +
+                              options.max_worse_fit_px;
+    if (!best.is_trusted || (both.is_trusted && fits_few)) best = both;
+  }
+  const bool may_only_turn = context.has_masks && !(prior && prior->is_trusted);
+  if (may_only_turn) {
+    const auto turn = estimator.estimate_turn(more, expected, prior, context.workspace);
+    const auto agree = [&](const RelativePoseEstimate& estimate) {
+      return static_cast<double>(count_agreeing(context, baseline, estimate.pose));
+    };
+    const bool is_better = agree(turn) > options.min_turn_gain * agree(best);
+    if (is_better && turn.scale_px <= options.pose.max_scale_px) {
+      best = turn;
+      best.is_trusted = true;
+    }
+  }
+  result.is_known = best.is_trusted;
+}
+
+}  // namespace dynfilter::detail
