@@ -45,6 +45,11 @@ void check_options(const MotionJudgeOptions& options) {
   not_negative("max_acceleration_m_s2", options.max_acceleration_m_s2);
   not_negative("max_angular_acceleration_rad_s2", options.max_angular_acceleration_rad_s2);
   distance("mask_distance_px", options.mask_distance_px);
+  not_negative("max_pose_depth_range_m", options.max_pose_depth_range_m);
+  not_negative("max_worse_fit", options.max_worse_fit);
+  not_negative("max_worse_fit_px", options.max_worse_fit_px);
+  require(options.min_turn_gain > 0, "min_turn_gain", options.min_turn_gain, "a number above 0");
+  not_negative("agreement_px", options.agreement_px);
   require(options.min_shift_px > 0, "min_shift_px", options.min_shift_px, "a number above 0");
   not_negative("min_shift_scales", options.min_shift_scales);
   not_negative("min_speed_m_s", options.min_speed_m_s);
@@ -53,7 +58,7 @@ void check_options(const MotionJudgeOptions& options) {
   require(options.fill_radius_px >= 0 && options.fill_radius_px <= 1000, "fill_radius_px",
           options.fill_radius_px, "0 to 1000");
   share("min_fill_share", options.min_fill_share);
-  not_negative("max_fill_depth_m", options.max_fill_depth_m);
+  not_negative("max_thing_depth_m", options.max_thing_depth_m);
   not_negative("max_fill_ratio", options.max_fill_ratio);
   not_negative("max_still_px", options.max_still_px);
   not_negative("max_still_scales", options.max_still_scales);

@@ -76,9 +76,11 @@ struct MotionJudgeOptions {
   /// @}
   int fill_radius_px = 25;      ///< unclear features between dynamic ones are dynamic
   double min_fill_share = 0.6;  ///< above this share of the features within that radius
-  /// Features whose depths differ by more are on different things and do not count, metres.
-  double max_fill_depth_m = 0.3;
   double max_fill_ratio = 0.3;  ///< but not those below this share of the allowed shift
+
+  /// Features whose depths differ by more are on different things, metres: they do not count for
+  /// the fill, and one so far from most of an instance's features is not in its fringe.
+  double max_thing_depth_m = 0.3;
 
   /// @{
   /// Shift of most of an instance's features, at most the largest of these, for it to be quiet.
