@@ -242,10 +242,7 @@ void measure_motion(Measures& measures, std::uint64_t first_seed, std::uint64_t 
         // Where motion abstains, the labels are those of rule depth.
         const bool is_judged =
             labels.statistics().motion.outcome == dynfilter::MotionOutcome::applied;
-        // A camera at rest takes the cart's motion for its own in the first second: no fit for
-        // that.
-        const bool is_usual = std::string(level) != "still_camera";
-        add(measures, features, labels, {is_judged && is_usual, true});
+        add(measures, features, labels, {is_judged, true});
       }
     }
   }
