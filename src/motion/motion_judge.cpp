@@ -59,6 +59,7 @@ void check_options(const MotionJudgeOptions& options) {
           options.fill_radius_px, "0 to 1000");
   share("min_fill_share", options.min_fill_share);
   not_negative("max_thing_depth_m", options.max_thing_depth_m);
+  not_negative("stale_age_s", options.stale_age_s);
   not_negative("max_fill_ratio", options.max_fill_ratio);
   not_negative("max_still_px", options.max_still_px);
   not_negative("max_still_scales", options.max_still_scales);

@@ -180,7 +180,9 @@ void clean_fringe(const MotionContext& context, std::size_t k, FeatureLabels& la
   MotionMeasurement& measured = context.measured;
   const MotionJudgeOptions& options = context.options;
   const Instance& instance = context.input.segmentation.instances[k];
-  const std::optional<DepthInterval> depths = depths_of(context, labels, k);
+  std::optional<DepthInterval> depths;
+  const bool are_fresh = std::abs(labels.statistics().segmentation_age_s) <= options.stale_age_s;
+  if (are_fresh) depths = depths_of(context, labels, k);
   for_each_within(context, instance, options.fringe_px, [&](std::uint32_t i) {
     if (labels.is_removed(i) || measured.is_given_back[i]) return;
     const FeatureMotion& motion = measured.motions[i];

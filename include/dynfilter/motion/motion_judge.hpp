@@ -81,6 +81,9 @@ struct MotionJudgeOptions {
   /// Features whose depths differ by more are on different things, metres: they do not count for
   /// the fill, and one so far from most of an instance's features is not in its fringe.
   double max_thing_depth_m = 0.3;
+  /// Masks older than this are stale, seconds. The features on them may be the background's, and
+  /// their depths do not tell who is in the fringe.
+  double stale_age_s = 0.02;
 
   /// @{
   /// Shift of most of an instance's features, at most the largest of these, for it to be quiet.
