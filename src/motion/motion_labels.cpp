@@ -103,10 +103,10 @@ bool are_apart(const MotionContext& context, std::size_t a, std::size_t b) {
          std::abs(first_m - second_m) > context.options.max_thing_depth_m;
 }
 
-/// Returns the depths of an instance's features, but for the nearest and the farthest tenth. None
-/// if too few have one.
-std::optional<DepthInterval> depths_of(const MotionContext& context, const FeatureLabels& labels,
-                                       std::size_t instance) {
+/// Returns the depth that nine tenths of an instance's features do not exceed. None if too few have
+/// a depth.
+std::optional<double> farthest_of(const MotionContext& context, const FeatureLabels& labels,
+                                  std::size_t instance) {
   MotionMeasurement& measured = context.measured;
   measured.values.clear();
   for (std::size_t i = 0; i < labels.size(); ++i) {
@@ -114,14 +114,7 @@ std::optional<DepthInterval> depths_of(const MotionContext& context, const Featu
     if (is_member(labels[i], instance) && depth_m > 0) measured.values.push_back(depth_m);
   }
   if (measured.values.size() < context.options.min_still_votes) return {};
-  const double nearest_m = quantile(measured.values, 0.1);
-  return DepthInterval{nearest_m, quantile(measured.values, 0.9)};
-}
-
-/// Tells whether a depth is surely behind or before an interval; 0 = unknown.
-bool is_apart(const DepthInterval& depths, double depth_m, double distance_m) {
-  return depth_m > 0 &&
-         (depth_m < depths.nearest_m - distance_m || depth_m > depths.farthest_m + distance_m);
+  return quantile(measured.values, 0.9);
 }
 
 /// Makes features dynamic that are surrounded by dynamic ones and do not look still themselves.
@@ -180,13 +173,15 @@ void clean_fringe(const MotionContext& context, std::size_t k, FeatureLabels& la
   MotionMeasurement& measured = context.measured;
   const MotionJudgeOptions& options = context.options;
   const Instance& instance = context.input.segmentation.instances[k];
-  std::optional<DepthInterval> depths;
+  std::optional<double> farthest_m;
   const bool are_fresh = std::abs(labels.statistics().segmentation_age_s) <= options.stale_age_s;
-  if (are_fresh) depths = depths_of(context, labels, k);
+  if (are_fresh) farthest_m = farthest_of(context, labels, k);
   for_each_within(context, instance, options.fringe_px, [&](std::uint32_t i) {
     if (labels.is_removed(i) || measured.is_given_back[i]) return;
     const FeatureMotion& motion = measured.motions[i];
-    if (depths && is_apart(*depths, motion.depth_m, options.max_thing_depth_m)) return;
+    const bool is_behind =
+        farthest_m && double{motion.depth_m} > *farthest_m + options.max_thing_depth_m;
+    if (is_behind) return;
     const bool is_near =
         mask_within(instance, context.input.features.pixel(i), options.fringe_untracked_px);
     const bool is_suspicious = motion.is_known() ? shifts_in_fringe(context, motion) : is_near;

@@ -79,11 +79,13 @@ void measure_places(const MotionContext& context);
 /// Features that nobody suspects tell it. Two things may lead them astray, because before a wall a
 /// shift and a turn look alike, so that a pose may explain the wall and a mover together:
 ///  - Little that is near is left. Features that compensation removed join in where the pose by
-///    both explains the others as well. In a crowd it does not: there they move.
+///    both explains the others as well, or where the others do not suffice. In a crowd it does not:
+///    there they move.
 ///  - The camera stands or only turns, and something that moves fills its view. The pose of a
-///    camera that only turns is taken where more features agree with it than with the other pose,
-///    those on masks included: it can hardly do so by chance. Not without masks, where most
-///    features may be on persons, and not where the host's prior is trusted.
+///    camera that only turns is taken where it explains the others as well, and more features agree
+///    with it than with the other pose, those on masks included: a person who stands does. Not
+///    without masks, where most features may be on persons, and not where the host's prior is
+///    trusted.
 void estimate_pose(const MotionContext& context, const RelativePoseEstimator& estimator,
                    std::size_t baseline);
 

@@ -135,11 +135,11 @@ void estimate_pose(const MotionContext& context, const RelativePoseEstimator& es
     const auto agree = [&](const RelativePoseEstimate& estimate) {
       return static_cast<double>(count_agreeing(context, baseline, estimate.pose));
     };
+    const bool fits_as_well =
+        !best.is_trusted ||
+        turn.scale_px <= options.max_worse_fit * best.scale_px + options.max_worse_fit_px;
     const bool is_better = agree(turn) > options.min_turn_gain * agree(best);
-    if (is_better && turn.scale_px <= options.pose.max_scale_px) {
-      best = turn;
-      best.is_trusted = true;
-    }
+    if (turn.is_trusted && fits_as_well && is_better) best = turn;
   }
   result.is_known = best.is_trusted;
 }

@@ -357,6 +357,8 @@ RelativePoseEstimate estimated(const std::vector<PoseObservation>& observations,
   const bool is_agreed =
       estimate.support >= options.min_support && estimate.scale_px <= options.max_scale_px;
   estimate.is_trusted = is_agreed || (prior && prior->is_trusted);
+  const bool is_dismissed = freedom == Freedom::turns && prior && !is_within(estimate.pose, *prior);
+  if (is_dismissed) estimate.is_trusted = false;  // the prior says that the camera moves
   return estimate;
 }
 

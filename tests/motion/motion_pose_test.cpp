@@ -3,12 +3,15 @@
 
 // The camera's motion where a wall is nearly all that is seen: a shift and a turn look alike there.
 
-#include <array>
 #include <cmath>
+#include <limits>
+#include <optional>
+#include <stdexcept>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "dynfilter/motion/motion_judge.hpp"
 #include "dynfilter/motion/relative_pose.hpp"
 #include "motion/motion_measurement.hpp"
 
@@ -43,6 +46,9 @@ class Scene {
 
   cv::Mat& depth() { return frame_.depth; }
 
+  std::optional<PosePrior> prior;
+  std::optional<RelativePose> last;  // motion into the frame before
+
   RelativePoseEstimate estimated(bool has_masks = true, const MotionJudgeOptions& options = {}) {
     measured_.suspicions = suspicions_;
     measured_.baselines[0].duration_s = 1 / 30.0;
@@ -50,6 +56,8 @@ class Scene {
     const FilterInput input{frame_, {}, keypoints_};
     MotionMemory memory;
     memory.known = 1;
+    memory.prior = prior;
+    memory.past[0].motion = last;
     Workspace workspace;
     const MotionContext context{input, pinhole, options, has_masks, memory, measured_, workspace};
     measure_places(context);
@@ -108,11 +116,56 @@ TEST(MotionPose, IsNotCapturedByACartWhereTheCameraRestsOrTurns) {
     EXPECT_LT(cv::norm(estimate.pose.rotation - truth.rotation), 1e-3);
 
     MotionJudgeOptions never;
-    never.min_turn_gain = 1000;
+    never.min_turn_gain = std::numeric_limits<double>::infinity();
     EXPECT_GT(error_m(scene.estimated(true, never), truth), 0.008);
     // Where no masks are known, most features may be on persons: no pose is taken for a turn.
     EXPECT_NE(error_m(scene.estimated(false), truth), 0);
   }
+}
+
+RelativePose moved(double z_m) {
+  RelativePose move;
+  move.translation = {0, 0, z_m};
+  return move;
+}
+
+/// Returns a person whom the camera follows: he hardly moves in the image.
+Thing person_ahead(double z_m) {
+  return {{170, 40, 300, 430}, 2.0, {0, 0, z_m}, Suspicion::strong, 10};
+}
+
+TEST(MotionPose, IsNotATurnOnlyBecauseAPersonIsFollowed) {
+  Scene scene(moved(0.01), {person_ahead(0.01)});
+  const RelativePoseEstimate estimate = scene.estimated();
+  EXPECT_TRUE(estimate.is_trusted);
+  EXPECT_LT(error_m(estimate, moved(0.01)), 0.003);
+}
+
+TEST(MotionPose, IsNoTurnThatThePriorRulesOut) {
+  Scene scene(moved(0.0167), {person_ahead(0.0167)});
+  scene.prior = PosePrior();
+  scene.prior->pose = moved(0.0167);
+  scene.prior->max_translation_m = 0.003;
+  const RelativePoseEstimate estimate = scene.estimated();
+  EXPECT_TRUE(estimate.is_trusted);
+  EXPECT_LE(error_m(estimate, moved(0.0167)), 0.003);
+}
+
+TEST(MotionPose, IsUnknownWhereAPersonHidesEverything) {
+  Thing person = person_ahead(0.02);
+  person.box = {30, 10, 590, 460};
+  Scene scene(moved(0.02), {person});
+  scene.last = moved(0.02);
+  const RelativePoseEstimate estimate = scene.estimated();
+  EXPECT_FALSE(estimate.is_trusted);
+  EXPECT_LT(estimate.observations, 20U);
+}
+
+TEST(MotionPose, IsThatOfCompensatedFeaturesWhereOthersDoNotSuffice) {
+  const RelativePose move = moved(0.02);
+  Scene scene(move, {{{30, 10, 590, 460}, 2.0, {}, Suspicion::compensated, 10}});
+  scene.depth().rowRange(100, 300).setTo(1.5);  // of two depths
+  EXPECT_TRUE(scene.estimated().is_trusted);
 }
 
 TEST(MotionPose, IsThatOfACameraThatMoves) {
@@ -155,9 +208,25 @@ TEST(MotionPose, TakesTheDepthAroundAFeature) {
     for (int x = 1; x < image_size.width; x += 2) scene.depth().at<float>(y, x) = 0;
   }
   EXPECT_EQ(scene.estimated().observations, before);
+  EXPECT_LT(error_m(scene.estimated(), move), 1e-3);
   MotionJudgeOptions own_pixel_only;
   own_pixel_only.max_pose_depth_range_m = 0;
   EXPECT_LT(scene.estimated(true, own_pixel_only).observations, before);
+}
+
+TEST(MotionPose, RefusesNonsense) {
+  MotionState state;
+  for (double MotionJudgeOptions::*const option :
+       {&MotionJudgeOptions::max_pose_depth_range_m, &MotionJudgeOptions::max_worse_fit,
+        &MotionJudgeOptions::max_worse_fit_px, &MotionJudgeOptions::min_turn_gain,
+        &MotionJudgeOptions::agreement_px, &MotionJudgeOptions::max_thing_depth_m,
+        &MotionJudgeOptions::stale_age_s}) {
+    for (const double number : {-1.0, std::nan("")}) {
+      MotionJudgeOptions options;
+      options.*option = number;
+      EXPECT_THROW(MotionJudge(pinhole, state, options), std::invalid_argument);
+    }
+  }
 }
 
 }  // namespace

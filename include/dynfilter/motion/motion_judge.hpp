@@ -45,18 +45,21 @@ struct MotionJudgeOptions {
   /// @}
   /// Features this near to a mask of a dynamic object do not tell the camera's motion, pixels.
   double mask_distance_px = 8;
-  /// A feature without depth whose surroundings span less than this tells the camera's motion with
-  /// their depth, metres.
+  /// A feature without depth tells the camera's motion with the depth of its surroundings if their
+  /// DepthInterval, which the sensor's noise widens, spans less than this, metres.
   double max_pose_depth_range_m = 0.3;
   /// @{
-  /// Features that compensation removed tell the camera's motion with the others if the median
-  /// distance of the others grows at most by this factor and by these pixels.
+  /// Another pose explains the features that nobody suspects as well if their distance from it
+  /// grows at most by this factor and by these pixels. The pose by these and the features that
+  /// compensation removed must do so, unless the former do not suffice; the pose of a camera that
+  /// only turns must, too.
   double max_worse_fit = 1.3;
   double max_worse_fit_px = 0.1;
   /// @}
   /// @{
-  /// With masks, the camera only turns if more than so many times as many features agree with that
-  /// as with a pose that moves. A feature agrees within so many pixels.
+  /// With masks and without a trusted prior, the camera only turns if more than so many times as
+  /// many features agree with that as with a pose that moves; infinity = never. A feature agrees
+  /// within so many pixels.
   double min_turn_gain = 1.1;
   double agreement_px = 0.5;
   /// @}
@@ -79,10 +82,10 @@ struct MotionJudgeOptions {
   double max_fill_ratio = 0.3;  ///< but not those below this share of the allowed shift
 
   /// Features whose depths differ by more are on different things, metres: they do not count for
-  /// the fill, and one so far from most of an instance's features is not in its fringe.
+  /// the fill, and one so far behind most of an instance's features is not in its fringe.
   double max_thing_depth_m = 0.3;
-  /// Masks older than this are stale, seconds. The features on them may be the background's, and
-  /// their depths do not tell who is in the fringe.
+  /// Masks older than this are stale, seconds, as for DepthCompensatorOptions::stale_age_s. The
+  /// features on them may be the background's, and their depths do not tell who is in the fringe.
   double stale_age_s = 0.02;
 
   /// @{
@@ -93,7 +96,7 @@ struct MotionJudgeOptions {
   /// @}
   double still_share = 0.7;         ///< "most" of its features
   double min_still_tracked = 0.5;   ///< share of its features that must be tracked
-  std::size_t min_still_votes = 8;  ///< and their number
+  std::size_t min_still_votes = 8;  ///< and their number, as that of depths for its fringe
 
   /// @{
   /// A feature that compensation removed beside something that moves comes back if it has been

@@ -109,7 +109,7 @@ class RelativePoseEstimator {
                                 Workspace& workspace) const;
 
   /// Returns the pose of a camera that only turns, in the same way: `start` without its
-  /// translation is refined by rotations.
+  /// translation is refined by rotations. It is not trusted where `prior` allows no such pose.
   RelativePoseEstimate estimate_turn(const std::vector<PoseObservation>& observations,
                                      const RelativePose& start,
                                      const std::optional<PosePrior>& prior,
