@@ -101,11 +101,6 @@ void start(const MotionContext& context) {
   memory.push();
 }
 
-std::size_t found_in(const std::vector<FeatureTrack>& tracks) {
-  return static_cast<std::size_t>(std::count_if(
-      tracks.begin(), tracks.end(), [](const FeatureTrack& track) { return track.is_found; }));
-}
-
 /// Judges a frame that follows another, and remembers it.
 MotionOutcome judge(const MotionContext& context, const FeatureTracker& tracker,
                     const RelativePoseEstimator& estimator, FeatureLabels& labels) {
@@ -115,7 +110,7 @@ MotionOutcome judge(const MotionContext& context, const FeatureTracker& tracker,
   MotionStatistics& statistics = labels.statistics().motion;
 
   track_back(context, tracker, 0);
-  statistics.tracked = found_in(baselines[0].tracks);
+  statistics.tracked = detail::count_found(baselines[0].tracks);
   const double tracked = static_cast<double>(statistics.tracked);
   if (tracked < context.options.min_tracked_share * static_cast<double>(features.size())) {
     start(context);

@@ -6,7 +6,9 @@
 #ifndef DYNFILTER_SRC_MOTION_MOTION_MEASUREMENT_HPP
 #define DYNFILTER_SRC_MOTION_MOTION_MEASUREMENT_HPP
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -70,6 +72,12 @@ struct MotionContext {
 
 /// Tracks the features over a baseline.
 void track_back(const MotionContext& context, const FeatureTracker& tracker, std::size_t baseline);
+
+/// Counts the features that were followed.
+inline std::size_t count_found(const std::vector<FeatureTrack>& tracks) {
+  return static_cast<std::size_t>(std::count_if(
+      tracks.begin(), tracks.end(), [](const FeatureTrack& track) { return track.is_found; }));
+}
 
 /// Measures depth and ideal pixel of each feature.
 void measure_places(const MotionContext& context);

@@ -129,17 +129,18 @@ void estimate_pose(const MotionContext& context, const RelativePoseEstimator& es
                               options.max_worse_fit_px;
     if (!best.is_trusted || (both.is_trusted && fits_few)) best = both;
   }
-  const bool may_only_turn = context.has_masks && !(prior && prior->is_trusted);
-  if (may_only_turn) {
-    const auto turn = estimator.estimate_turn(more, expected, prior, context.workspace);
+  if (context.has_masks && !(prior && prior->is_trusted)) {
     const auto agree = [&](const RelativePoseEstimate& estimate) {
       return static_cast<double>(count_agreeing(context, baseline, estimate.pose));
     };
+    const double needed = options.min_turn_gain * agree(best);
+    const bool is_possible = needed < static_cast<double>(count_found(result.tracks));
+    RelativePoseEstimate turn;
+    if (is_possible) turn = estimator.estimate_turn(more, expected, prior, context.workspace);
     const bool fits_as_well =
         !best.is_trusted ||
         turn.scale_px <= options.max_worse_fit * best.scale_px + options.max_worse_fit_px;
-    const bool is_better = agree(turn) > options.min_turn_gain * agree(best);
-    if (turn.is_trusted && fits_as_well && is_better) best = turn;
+    if (turn.is_trusted && fits_as_well && agree(turn) > needed) best = turn;
   }
   result.is_known = best.is_trusted;
 }
