@@ -95,14 +95,6 @@ InstanceVotes votes_of(const MotionContext& context, const FeatureLabels& labels
   return votes;
 }
 
-/// Tells whether two features are surely on different things, by their depths.
-bool are_apart(const MotionContext& context, std::size_t a, std::size_t b) {
-  const float first_m = context.measured.motions[a].depth_m;
-  const float second_m = context.measured.motions[b].depth_m;
-  return first_m > 0 && second_m > 0 &&
-         std::abs(first_m - second_m) > context.options.max_thing_depth_m;
-}
-
 /// Returns the depth that nine tenths of an instance's features do not exceed. None if too few have
 /// a depth.
 std::optional<double> farthest_of(const MotionContext& context, const FeatureLabels& labels,
@@ -135,7 +127,8 @@ void fill(const MotionContext& context) {
     for (const std::uint32_t k : features.inside(
              cv::Rect(centre.x - reach, centre.y - reach, 2 * reach + 1, 2 * reach + 1))) {
       const cv::Point away = features.pixel(k) - centre;
-      if (k == i || away.dot(away) > reach * reach || are_apart(context, i, k)) continue;
+      if (k == i || away.dot(away) > reach * reach) continue;
+      if (motion.is_apart(measured.motions[k], context.options.max_thing_depth_m)) continue;
       ++all;
       dynamic += before[k] ? 1 : 0;
     }

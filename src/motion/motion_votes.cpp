@@ -4,7 +4,6 @@
 #include "dynfilter/motion/motion_votes.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
 #include <tuple>
 
@@ -81,13 +80,6 @@ bool moves_alike(const FeatureMotion& a, const FeatureMotion& b,
   return cv::norm(shift - b.shift_px[a.baseline]) <= limit;
 }
 
-/// Tells whether two features are surely on different things, by their depths.
-bool are_apart(const FeatureMotion& a, const FeatureMotion& b, const MotionVotesOptions& options) {
-  const bool are_known = a.depth_m > 0 && b.depth_m > 0;
-  return are_known &&
-         std::abs(double{a.depth_m} - double{b.depth_m}) > options.max_depth_difference_m;
-}
-
 bool has_support(std::uint32_t seed, FrameFeatures& features, const MotionVotesOptions& options,
                  const std::vector<FeatureMotion>& motions) {
   const cv::Point centre = features.pixel(seed);
@@ -96,7 +88,7 @@ bool has_support(std::uint32_t seed, FrameFeatures& features, const MotionVotesO
   Nearest nearest(options.neighbours * features_a_voice);
   for (const std::uint32_t i : features.inside(box)) {
     if (i == seed || !motions[i].is_known()) continue;
-    if (are_apart(motions[seed], motions[i], options)) continue;
+    if (motions[seed].is_apart(motions[i], options.max_depth_difference_m)) continue;
     const cv::Point pixel = features.pixel(i);
     const std::int64_t dx = pixel.x - centre.x, dy = pixel.y - centre.y;
     if (dx * dx + dy * dy > std::int64_t{reach} * reach) continue;

@@ -7,6 +7,7 @@
 #include "dynfilter/detail/require_cxx17.hpp"
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -42,6 +43,13 @@ struct FeatureMotion {
 
   /// Whether the feature was tracked over any baseline.
   bool is_known() const { return is_tracked[0] || is_tracked[1]; }
+
+  /// Whether both depths are known and differ by more than a distance, metres: the features are on
+  /// different things.
+  bool is_apart(const FeatureMotion& other, double distance_m) const {
+    const double difference_m = double{depth_m} - double{other.depth_m};
+    return depth_m > 0 && other.depth_m > 0 && std::abs(difference_m) > distance_m;
+  }
 };
 
 /// Options of support_seeds.
