@@ -199,21 +199,22 @@ std::size_t Odometry::refine(Tracking& tracking) {
 /// gone, or there are close features that the map lacks, which fix the translation.
 bool Odometry::wants_keyframe(const Tracking& tracking, std::size_t inliers) const {
   constexpr std::size_t few_close = 100, many_new_close = 70;
-  if (frames_since_keyframe_ < options_.keyframe_interval) return false;
   std::size_t close = 0, new_close = 0;
   for (std::size_t i = 0; i < tracking.points.size(); ++i) {
     const double depth_m = tracking.features[i].observation.depth_m;
     if (depth_m == 0 || depth_m > options_.close_depth_m) continue;
     ++(tracking.points[i] == no_point ? new_close : close);
   }
+  // At once: until then, the pose rests on what is far.
+  if (close < few_close && new_close > many_new_close) return true;
+  if (frames_since_keyframe_ < options_.keyframe_interval) return false;
   const std::size_t confirmed_by = map_.size() <= 2 ? 1 : 2;
   std::size_t confirmed = 0;
   for (const PointId id : map_.keyframe(reference_).points) {
     if (id == no_point) continue;
     confirmed += map_.point(id).observations.size() >= confirmed_by ? 1U : 0U;
   }
-  return (close < few_close && new_close > many_new_close) ||
-         static_cast<double>(inliers) < options_.keyframe_share * static_cast<double>(confirmed);
+  return static_cast<double>(inliers) < options_.keyframe_share * static_cast<double>(confirmed);
 }
 
 void Odometry::add_keyframe(Tracking& tracking) {

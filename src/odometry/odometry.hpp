@@ -33,8 +33,9 @@ struct OdometryOptions {
   std::size_t adjusted_keyframes = 6;  ///< by bundle adjustment, besides the new one; 0 = none
   /// Makes a keyframe if it finds a smaller share of what its reference sees.
   double keyframe_share = 0.75;
-  std::size_t keyframe_interval = 3;  ///< minimum number of frames between keyframes
-  double min_weight = 0.3;            ///< features of less weight count as removed; 0 to 1
+  /// Minimum number of frames between keyframes, unless it follows few near features and sees many.
+  std::size_t keyframe_interval = 3;
+  double min_weight = 0.3;  ///< features of less weight count as removed; 0 to 1
 };
 
 enum class Tracked {

@@ -109,12 +109,25 @@ class Wall {
   int frames_ = 0;
 };
 
-TEST(Odometry, RelocalizesByTheOldestKeyframeToo) {
+dynfilter::CameraParameters camera_before_wall() {
   dynfilter::CameraParameters parameters;
   parameters.fx = parameters.fy = 500;
   parameters.cx = 320;
   parameters.cy = 240;
-  Odometry odometry(parameters);
+  return parameters;
+}
+
+TEST(Odometry, MapsNearFeaturesAtOnceWhereItFollowsFew) {
+  for (const int known : {90, 200}) {
+    Odometry odometry(camera_before_wall());
+    Wall wall(400);
+    EXPECT_TRUE(wall.show(odometry, 0, known).is_keyframe);
+    EXPECT_EQ(wall.show(odometry, 0, 400).is_keyframe, known < 100) << known;
+  }
+}
+
+TEST(Odometry, RelocalizesByTheOldestKeyframeToo) {
+  Odometry odometry(camera_before_wall());
   Wall wall(400);
   EXPECT_TRUE(wall.show(odometry, 0, 200).is_keyframe);
   bool has_second = false;
