@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <tuple>
 
 #include "dynfilter/detail/errors.hpp"
@@ -64,6 +65,12 @@ class Nearest {
     kept_[place] = neighbour;
   }
 
+  /// Squared distance beyond which none is kept any more.
+  std::int64_t squared_reach() const {
+    return count_ < limit_ ? std::numeric_limits<std::int64_t>::max()
+                           : kept_[count_ - 1].squared_distance;
+  }
+
   const Neighbour* begin() const { return kept_.data(); }
   const Neighbour* end() const { return kept_.data() + count_; }
 
@@ -84,15 +91,17 @@ bool has_support(std::uint32_t seed, FrameFeatures& features, const MotionVotesO
                  const std::vector<FeatureMotion>& motions) {
   const cv::Point centre = features.pixel(seed);
   const int reach = options.radius_px;
+  const std::int64_t squared_reach = std::int64_t{reach} * reach;
   const cv::Rect box(centre.x - reach, centre.y - reach, 2 * reach + 1, 2 * reach + 1);
   Nearest nearest(options.neighbours * features_a_voice);
   for (const std::uint32_t i : features.inside(box)) {
-    if (i == seed || !motions[i].is_known()) continue;
-    if (motions[seed].is_apart(motions[i], options.max_depth_difference_m)) continue;
     const cv::Point pixel = features.pixel(i);
     const std::int64_t dx = pixel.x - centre.x, dy = pixel.y - centre.y;
-    if (dx * dx + dy * dy > std::int64_t{reach} * reach) continue;
-    nearest.offer({dx * dx + dy * dy, pixel, i});
+    const std::int64_t squared_distance = dx * dx + dy * dy;
+    if (squared_distance > std::min(squared_reach, nearest.squared_reach())) continue;
+    if (i == seed || !motions[i].is_known()) continue;
+    if (motions[seed].is_apart(motions[i], options.max_depth_difference_m)) continue;
+    nearest.offer({squared_distance, pixel, i});
   }
   // One corner has features in several octaves: they are one voice, and no neighbours.
   std::array<cv::Point, max_voices> heard{centre};

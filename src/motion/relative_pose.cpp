@@ -4,6 +4,7 @@
 #include "dynfilter/motion/relative_pose.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -25,15 +26,25 @@ constexpr std::size_t in_hypothesis = 4;
 constexpr double cell_px = 40;     // side of a part of the image that has a voice
 constexpr int concentrations = 3;  // of a hypothesis that is the best one so far
 constexpr double median_to_scale = 1.4826;
+// A motion that more of the first judges reject than this is none: of one whose median is below the
+// limit, less than half would, and this many in one case of a thousand.
+constexpr std::size_t first_judges = 60, first_against = 42;
 
-/// Residual of an observation, linear in a small motion: residual - jacobian * motion, pixels.
+/// Residual of an observation, linear in a small motion: (x, y) - (along_x, along_y) * motion,
+/// pixels.
 struct LinearResidual {
-  cv::Vec2d residual;
-  cv::Matx<double, 2, 6> jacobian;
+  double x = 0, y = 0;
+  std::array<double, 6> along_x, along_y;  // derivatives
+
+  double squared() const { return x * x + y * y; }
 
   double squared_after(const Twist& motion) const {
-    const cv::Vec2d left = residual - jacobian * motion;
-    return left.dot(left);
+    double left_x = x, left_y = y;
+    for (int a = 0; a < 6; ++a) {
+      left_x -= along_x[a] * motion[a];
+      left_y -= along_y[a] * motion[a];
+    }
+    return left_x * left_x + left_y * left_y;
   }
 };
 
@@ -123,18 +134,19 @@ LinearResidual linearised(const PoseObservation& observation, const RelativePose
   const cv::Point3d p = pose * observation.point_now_m;
   if (!(p.z > 0)) {
     // Behind the camera: fits no pose near this one.
-    return {{1e6, 1e6}, cv::Matx<double, 2, 6>::zeros()};
+    return {1e6, 1e6, {}, {}};
   }
   const double iz = 1 / p.z, x = p.x * iz, y = p.y * iz;
   const cv::Point2d place(camera.fx * x + camera.cx, camera.fy * y + camera.cy);
-  const cv::Point2d residual = observation.pixel_then - place;
+  const cv::Point2d left = observation.pixel_then - place;
   const double fx = camera.fx, fy = camera.fy;
   // Where the camera only turns, a translation changes nothing.
   const double fxz = freedom == Freedom::turns ? 0 : fx * iz;
   const double fyz = freedom == Freedom::turns ? 0 : fy * iz;
-  return {{residual.x, residual.y},
-          {-fx * x * y, fx * (1 + x * x), -fx * y, fxz, 0, -fxz * x,  //
-           -fy * (1 + y * y), fy * x * y, fy * x, 0, fyz, -fyz * y}};
+  return {left.x,
+          left.y,
+          {-fx * x * y, fx * (1 + x * x), -fx * y, fxz, 0, -fxz * x},
+          {-fy * (1 + y * y), fy * x * y, fy * x, 0, fyz, -fyz * y}};
 }
 
 /// Normal equations of weighted linear residuals.
@@ -144,11 +156,11 @@ struct NormalEquations {
 
   void add(const LinearResidual& linear, double weight) {
     for (int a = 0; a < 6; ++a) {
-      const double first = weight * linear.jacobian(0, a), second = weight * linear.jacobian(1, a);
+      const double first = weight * linear.along_x[a], second = weight * linear.along_y[a];
       for (int b = a; b < 6; ++b) {
-        matrix(a, b) += first * linear.jacobian(0, b) + second * linear.jacobian(1, b);
+        matrix(a, b) += first * linear.along_x[b] + second * linear.along_y[b];
       }
-      right[a] += first * linear.residual[0] + second * linear.residual[1];
+      right[a] += first * linear.x + second * linear.y;
     }
   }
 
@@ -179,8 +191,10 @@ std::optional<double> smaller_median(const Twist& motion, double limit, PoseScra
   for (const LinearResidual& judge : scratch.judges) {
     const double square = judge.squared_after(motion);
     above += square < limit ? 0 : 1;
-    if (above > most_above) return {};
     scratch.squares.push_back(square);
+    const bool is_rejected_at_once =
+        scratch.squares.size() == first_judges && above > first_against;
+    if (above > most_above || is_rejected_at_once) return {};
   }
   scratch.some_squares = scratch.squares;
   return median_of(scratch.some_squares);
@@ -276,11 +290,10 @@ struct Fit {
   double scale_px(const RelativePose& pose) const {
     std::vector<double>& squares = scratch.squares;
     squares.clear();
-    scratch.all.clear();
+    scratch.all.resize(observations.size());
     for (std::size_t i = 0; i < observations.size(); ++i) {
-      scratch.all.push_back(linearised(at(i), pose, camera, freedom));
-      const cv::Vec2d& residual = scratch.all.back().residual;
-      squares.push_back(residual.dot(residual));
+      scratch.all[i] = linearised(at(i), pose, camera, freedom);
+      squares.push_back(scratch.all[i].squared());
     }
     const auto judges = static_cast<std::ptrdiff_t>(judge_count());
     scratch.some_squares.assign(squares.begin(), squares.begin() + judges);
@@ -342,9 +355,9 @@ RelativePoseEstimate estimated(const std::vector<PoseObservation>& observations,
   detail::Random random(options.seed);
   const std::size_t judges = fit.judge_count();
   for (std::size_t s = 0; s < options.starts; ++s) {
-    scratch.judges.clear();
+    scratch.judges.resize(judges);
     for (std::size_t i = 0; i < judges; ++i) {
-      scratch.judges.push_back(linearised(fit.at(i), estimate.pose, camera, freedom));
+      scratch.judges[i] = linearised(fit.at(i), estimate.pose, camera, freedom);
     }
     estimate.pose = least_median(estimate.pose, prior, options, random, scratch);
   }
