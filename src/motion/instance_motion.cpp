@@ -50,7 +50,7 @@ void InstanceMotion::begin_frame(const Segmentation& segmentation) {
   std::swap(known_, last_);
   known_.clear();
   for (const Instance& instance : segmentation.instances) {
-    known_.push_back({instance.class_id, instance.box, instance.track_id, -1, false});
+    known_.push_back({instance.class_id, instance.box, instance.track_id, -1});
   }
   while (true) {
     double best = 0;
@@ -68,13 +68,17 @@ void InstanceMotion::begin_frame(const Segmentation& segmentation) {
     }
     if (!found) break;
     found->still_frames = match->still_frames;
+    found->has_moved = match->has_moved;
     match->is_taken = true;
   }
   for (Known& one : known_) one.still_frames = std::max(one.still_frames, 0);
 }
 
 InstanceVerdict InstanceMotion::judge(std::size_t k, const std::optional<InstanceVotes>& votes) {
-  int& still_frames = known_.at(k).still_frames;
+  Known& known = known_.at(k);
+  int& still_frames = known.still_frames;
+  known.is_judged = votes.has_value();
+  known.has_moved = known.has_moved || (votes && !votes->is_quiet);
   const bool is_moving = votes && votes->moving >= options_.min_moving &&
                          static_cast<double>(votes->moving) >
                              options_.min_moving_share * static_cast<double>(votes->tracked);

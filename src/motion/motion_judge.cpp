@@ -66,6 +66,7 @@ void check_options(const MotionJudgeOptions& options) {
   not_negative("max_still_speed_m_s", options.max_still_speed_m_s);
   share("still_share", options.still_share);
   share("min_still_tracked", options.min_still_tracked);
+  share("min_kept_share", options.min_kept_share);
   require(options.min_still_votes >= 1, "min_still_votes", 0, "at least 1");
   not_negative("max_background_depth_range_m", options.max_background_depth_range_m);
   distance("fringe_px", options.fringe_px);

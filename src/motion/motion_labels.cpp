@@ -183,6 +183,13 @@ void clean_fringe(const MotionContext& context, std::size_t k, FeatureLabels& la
   });
 }
 
+/// Tells whether the pose can be relied on where nothing else is known of an instance: where most
+/// features are on persons, or beside them, it may be theirs.
+bool is_most_kept(const MotionContext& context, const FeatureLabels& labels) {
+  const auto kept = static_cast<double>(labels.statistics().kept());
+  return kept >= context.options.min_kept_share * static_cast<double>(labels.size());
+}
+
 /// Tells whether a feature beside something that moves has been static for some frames, over both
 /// baselines and at one depth: within a wide interval of depths, a mover may pass for static.
 bool is_surely_static(const MotionContext& context, std::size_t feature) {
@@ -249,19 +256,24 @@ void judge_instances(const MotionContext& context, FeatureLabels& labels) {
 void write_labels(const MotionContext& context, FeatureLabels& labels) {
   MotionMeasurement& measured = context.measured;
   FrameStatistics& statistics = labels.statistics();
+  const bool is_reliable = is_most_kept(context, labels);
   measured.is_given_back.assign(labels.size(), 0);
   for (std::size_t i = 0; i < labels.size(); ++i) {
     const FeatureLabel& label = labels[i];
     const auto strength = static_cast<float>(std::clamp(measured.beliefs[i] / 3, -1.0, 1.0));
     if (label.removed && label.instance >= 0) {
-      InstanceStatistics& instance = statistics.instances[static_cast<std::size_t>(label.instance)];
+      const auto k = static_cast<std::size_t>(label.instance);
+      InstanceStatistics& instance = statistics.instances[k];
       const FeatureMotion& motion = measured.motions[i];
       const bool is_still = motion.is_known() && motion.ratio < 1 && !measured.is_dynamic[i];
       const bool is_of_still_one = instance.verdict == InstanceVerdict::still && is_still;
-      const bool is_background = instance.verdict == InstanceVerdict::moving &&
-                                 label.reason == Reason::compensated &&
+      const bool is_compensated = label.reason == Reason::compensated;
+      const bool is_background = instance.verdict == InstanceVerdict::moving && is_compensated &&
                                  is_surely_static(context, i);
-      if (!is_of_still_one && !is_background) continue;
+      // Compensation follows what moves: beside what never did, it has nothing to mend.
+      const bool is_needless =
+          is_compensated && is_still && is_reliable && context.memory.instances->has_never_moved(k);
+      if (!is_of_still_one && !is_background && !is_needless) continue;
       labels.restore(i, 0.5F + 0.5F * std::min(strength, 0.0F));
       measured.is_given_back[i] = 1;
       ++instance.given_back;

@@ -106,6 +106,23 @@ TEST(InstanceMotion, ForgetsWhatIsMissing) {
   EXPECT_EQ(next(instances, quiet), InstanceVerdict::undecided);
 }
 
+TEST(InstanceMotion, KnowsWhatNeverMovedSinceItAppeared) {
+  InstanceMotion instances;
+  instances.begin_frame(at({here}));
+  EXPECT_FALSE(instances.has_never_moved(0));  // nobody has looked
+  instances.judge(0, std::nullopt);
+  EXPECT_FALSE(instances.has_never_moved(0));
+  next(instances, quiet);
+  EXPECT_TRUE(instances.has_never_moved(0));
+  next(instances, restless);
+  EXPECT_FALSE(instances.has_never_moved(0));
+  for (int i = 0; i < 20; ++i) next(instances, quiet);
+  EXPECT_FALSE(instances.has_never_moved(0));
+  instances.clear();
+  next(instances, quiet);
+  EXPECT_TRUE(instances.has_never_moved(0));
+}
+
 TEST(InstanceMotion, RefusesNonsense) {
   InstanceMotionOptions options;
   options.max_still_frames = 1;

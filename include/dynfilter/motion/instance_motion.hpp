@@ -56,6 +56,12 @@ class InstanceMotion {
   /// could be judged in this frame. A quiet frame that is not complete changes nothing. O(1).
   InstanceVerdict judge(std::size_t k, const std::optional<InstanceVotes>& votes);
 
+  /// Tells whether instance k of the frame was quiet in each frame that was judged since it
+  /// appeared, this one among them. False before `judge`. O(1).
+  bool has_never_moved(std::size_t k) const {
+    return known_.at(k).is_judged && !known_.at(k).has_moved;
+  }
+
   /// Forgets everything.
   void clear() { known_.clear(); }
 
@@ -66,6 +72,8 @@ class InstanceMotion {
     std::optional<int> track_id;
     int still_frames = 0;
     bool is_taken = false;
+    bool has_moved = false;  // was not quiet in some frame
+    bool is_judged = false;
   };
 
   bool may_match(const Instance& instance, const Known& known, double& overlap) const;

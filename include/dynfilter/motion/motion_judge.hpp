@@ -98,6 +98,11 @@ struct MotionJudgeOptions {
   double min_still_tracked = 0.5;   ///< share of its features that must be tracked
   std::size_t min_still_votes = 8;  ///< and their number, as that of depths for its fringe
 
+  /// Beside an instance that never moved since it appeared, still features that compensation
+  /// removed come back at once, if the stages before kept at least this share of all features:
+  /// otherwise the camera's motion may have been taken from persons.
+  double min_kept_share = 0.5;
+
   /// @{
   /// A feature that compensation removed beside something that moves comes back if it has been
   /// still for some frames: its belief is at most this, and its depths span less than this, metres.
