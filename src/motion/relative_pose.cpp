@@ -30,8 +30,7 @@ constexpr double median_to_scale = 1.4826;
 // limit, less than half would, and this many in one case of a thousand.
 constexpr std::size_t first_judges = 60, first_against = 42;
 
-/// Residual of an observation, linear in a small motion: (x, y) - (along_x, along_y) * motion,
-/// pixels.
+/// Residual in pixels, linear in a small motion: (x, y) - (along_x, along_y) * motion.
 struct LinearResidual {
   double x = 0, y = 0;
   std::array<double, 6> along_x, along_y;  // derivatives
