@@ -3,6 +3,7 @@
 
 #include "dynfilter/motion/feature_tracker.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -17,12 +18,15 @@ namespace {
 
 constexpr double min_step_px = 0.01;
 constexpr double min_eigenvalue = 1e-4;
+constexpr int levels_near = 1;         // halvings for a search near an expected place
+constexpr std::size_t min_found = 10;  // features that tell by how much expected places miss
 
 struct TrackerScratch {
   std::vector<std::size_t> indices;  // of the features that are tracked
   std::vector<cv::Point2f> points, found, back;
   std::vector<std::uint8_t> is_found, is_found_back;
-  std::vector<float> errors;
+  std::vector<float> errors, misses_x, misses_y;
+  std::vector<FeatureTrack> first;  // tracks of the first search
 };
 
 void require(bool is_good, const char* name, double value, const char* want) {
@@ -66,6 +70,29 @@ void track_there_and_back(const std::vector<cv::Mat>& from, const std::vector<cv
   follow(from, to, scratch.points, scratch.found, scratch.is_found);
   for (std::size_t k = 0; k < scratch.points.size(); ++k) scratch.back[k] += scratch.found[k];
   follow(to, from, scratch.found, scratch.back, scratch.is_found_back);
+}
+
+float median_of(std::vector<float>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Returns by how much the expected places missed the features that were found, the median along
+/// either axis; nothing where too few were found.
+cv::Point2f median_miss(const std::vector<cv::Point2f>& expected,
+                        const std::vector<FeatureTrack>& tracks, TrackerScratch& scratch) {
+  for (std::vector<float>* misses : {&scratch.misses_x, &scratch.misses_y}) {
+    misses->clear();
+    misses->reserve(tracks.size());
+  }
+  for (std::size_t i = 0; i < tracks.size(); ++i) {
+    if (!tracks[i].is_found) continue;
+    scratch.misses_x.push_back(tracks[i].position.x - expected[i].x);
+    scratch.misses_y.push_back(tracks[i].position.y - expected[i].y);
+  }
+  if (scratch.misses_x.size() < min_found) return {};
+  return {median_of(scratch.misses_x), median_of(scratch.misses_y)};
 }
 
 bool is_inside(cv::Point2f point, cv::Size size) {
@@ -131,7 +158,24 @@ void FeatureTracker::track(const ImagePyramid& from, const ImagePyramid& to, Fea
   for (std::size_t i = 0; i < features.size(); ++i) {
     tracks[i] = {expected ? (*expected)[i] : features[i], true};
   }
-  follow(from, to, features, options_.levels, tracks, workspace);
+  if (!expected) {
+    follow(from, to, features, options_.levels, tracks, workspace);
+    return;
+  }
+  const int levels = std::min(options_.levels, levels_near);
+  follow(from, to, features, levels, tracks, workspace);
+  // Once more for those that were not found: most were missed by about as much as the others.
+  auto& scratch = workspace.get<TrackerScratch>();
+  scratch.first.assign(tracks.begin(), tracks.end());
+  const cv::Point2f miss = median_miss(*expected, tracks, scratch);
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    const bool is_sought = !scratch.first[i].is_found && is_inside((*expected)[i], to.size());
+    tracks[i] = {(*expected)[i] + miss, is_sought};
+  }
+  follow(from, to, features, levels, tracks, workspace);
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    if (scratch.first[i].is_found) tracks[i] = scratch.first[i];
+  }
 }
 
 void FeatureTracker::refine(const ImagePyramid& from, const ImagePyramid& to, FeaturesView features,

@@ -13,6 +13,7 @@
 #include "dynfilter/detail/errors.hpp"
 #include "pose_prior.hpp"
 #include "random.hpp"
+#include "rotation.hpp"
 
 namespace dynfilter {
 namespace {
@@ -26,9 +27,10 @@ constexpr std::size_t in_hypothesis = 4;
 constexpr double cell_px = 40;     // side of a part of the image that has a voice
 constexpr int concentrations = 3;  // of a hypothesis that is the best one so far
 constexpr double median_to_scale = 1.4826;
-// A motion that more of the first judges reject than this is none: of one whose median is below the
-// limit, less than half would, and this many in one case of a thousand.
-constexpr std::size_t first_judges = 60, first_against = 42;
+// The first judges to be heard. They alone reject a motion where more are against it than would be
+// in one case of a thousand, so many standard deviations above their share of all.
+constexpr std::size_t first_judges = 60;
+constexpr double rejecting_deviations = 3.1;
 
 /// Residual in pixels, linear in a small motion: (x, y) - (along_x, along_y) * motion.
 struct LinearResidual {
@@ -95,29 +97,9 @@ void put_in_order(const std::vector<PoseObservation>& observations, std::uint64_
   });
 }
 
-/// Returns the rotation by a rotation vector (Rodrigues).
-cv::Matx33d rotation_of(const cv::Vec3d& vector) {
-  const double angle = cv::norm(vector);
-  if (!(angle > 0)) return cv::Matx33d::eye();
-  const cv::Vec3d axis = vector / angle;
-  const double c = std::cos(angle), s = std::sin(angle);
-  const cv::Matx33d cross(0, -axis[2], axis[1], axis[2], 0, -axis[0], -axis[1], axis[0], 0);
-  return cv::Matx33d::eye() * c + cross * s + (axis * axis.t()) * (1 - c);
-}
-
-/// Makes the rows orthonormal, so that errors do not add up over thousands of motions.
-cv::Matx33d orthonormal(const cv::Matx33d& rotation) {
-  cv::Vec3d x(rotation(0, 0), rotation(0, 1), rotation(0, 2));
-  cv::Vec3d y(rotation(1, 0), rotation(1, 1), rotation(1, 2));
-  x = cv::normalize(x);
-  y = cv::normalize(y - x * x.dot(y));
-  const cv::Vec3d z = x.cross(y);
-  return {x[0], x[1], x[2], y[0], y[1], y[2], z[0], z[1], z[2]};
-}
-
 RelativePose moved(const RelativePose& pose, const Twist& motion) {
-  const cv::Matx33d turn = rotation_of({motion[0], motion[1], motion[2]});
-  return {orthonormal(turn * pose.rotation),
+  const cv::Matx33d turn = detail::rotation_of({motion[0], motion[1], motion[2]});
+  return {detail::orthonormal(turn * pose.rotation),
           turn * pose.translation + cv::Vec3d(motion[3], motion[4], motion[5])};
 }
 
@@ -175,16 +157,29 @@ struct NormalEquations {
   }
 };
 
-double median_of(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+/// Returns the value that this share of the values is below; their median by default.
+double quantile_of(std::vector<double>& values, double share = 0.5) {
+  const double below = share * static_cast<double>(values.size());
+  const auto place = values.begin() + static_cast<std::ptrdiff_t>(below);
+  std::nth_element(values.begin(), place, values.end());
+  return *place;
 }
 
-/// Computes the judges' squared residuals after a motion, and their median. Returns nothing if the
-/// median is not below `limit`.
-std::optional<double> smaller_median(const Twist& motion, double limit, PoseScratch& scratch) {
-  const std::size_t most_above = scratch.judges.size() - scratch.judges.size() / 2 - 1;
+/// Returns the median of lengths of which a share is below a value, if both of their coordinates
+/// have normal errors of one deviation (the lengths are Rayleigh's then).
+double median_of_normal(double share, double below) {
+  return below * std::sqrt(std::log(0.5) / std::log(1 - share));
+}
+
+/// Computes the judges' squared residuals after a motion, and their quantile. Returns nothing if it
+/// is not below `limit`.
+std::optional<double> smaller_quantile(const Twist& motion, double limit, double share,
+                                       PoseScratch& scratch) {
+  const std::size_t judges = scratch.judges.size();
+  const auto below = static_cast<std::size_t>(share * static_cast<double>(judges));
+  const std::size_t most_above = judges - below - 1;
+  const double first_above = first_judges * (1 - share);
+  const double first_against = first_above + rejecting_deviations * std::sqrt(first_above * share);
   std::size_t above = 0;
   scratch.squares.clear();
   for (const LinearResidual& judge : scratch.judges) {
@@ -192,30 +187,30 @@ std::optional<double> smaller_median(const Twist& motion, double limit, PoseScra
     above += square < limit ? 0 : 1;
     scratch.squares.push_back(square);
     const bool is_rejected_at_once =
-        scratch.squares.size() == first_judges && above > first_against;
+        scratch.squares.size() == first_judges && static_cast<double>(above) > first_against;
     if (above > most_above || is_rejected_at_once) return {};
   }
   scratch.some_squares = scratch.squares;
-  return median_of(scratch.some_squares);
+  return quantile_of(scratch.some_squares, share);
 }
 
-/// Returns the least-squares motion of the judges whose residuals are at most the median.
-Twist concentrated(double median, const PoseScratch& scratch) {
+/// Returns the least-squares motion of the judges whose squared residuals are at most this.
+Twist concentrated(double most, const PoseScratch& scratch) {
   NormalEquations equations;
   for (std::size_t i = 0; i < scratch.judges.size(); ++i) {
-    if (scratch.squares[i] <= median) equations.add(scratch.judges[i], 1);
+    if (scratch.squares[i] <= most) equations.add(scratch.judges[i], 1);
   }
   return equations.solved();
 }
 
 /// Returns the best of many poses of four observations each, near `start`.
-RelativePose least_median(const RelativePose& start, const std::optional<PosePrior>& prior,
-                          const RelativePoseOptions& options, detail::Random& random,
-                          PoseScratch& scratch) {
+RelativePose least_quantile(const RelativePose& start, const std::optional<PosePrior>& prior,
+                            const RelativePoseOptions& options, detail::Random& random,
+                            PoseScratch& scratch) {
   const std::vector<LinearResidual>& judges = scratch.judges;
   RelativePose best = start;
   constexpr double infinity = std::numeric_limits<double>::infinity();
-  double best_median = smaller_median({}, infinity, scratch).value_or(infinity);
+  double least = smaller_quantile({}, infinity, options.quantile, scratch).value_or(infinity);
   for (std::size_t h = 0; h < options.hypotheses; ++h) {
     NormalEquations equations;
     for (std::size_t i = 0; i < in_hypothesis; ++i) {
@@ -223,13 +218,13 @@ RelativePose least_median(const RelativePose& start, const std::optional<PosePri
     }
     Twist motion = equations.solved();
     for (int step = 0; step <= concentrations; ++step) {
-      const std::optional<double> median = smaller_median(motion, best_median, scratch);
-      if (!median) break;
+      const auto quantile = smaller_quantile(motion, least, options.quantile, scratch);
+      if (!quantile) break;
       const RelativePose pose = moved(start, motion);
       if (prior && !is_within(pose, *prior)) break;
-      best_median = *median;
+      least = *quantile;
       best = pose;
-      motion = concentrated(best_median, scratch);
+      motion = concentrated(least, scratch);
     }
   }
   return best;
@@ -251,6 +246,8 @@ void check(const RelativePoseOptions& options) {
           "1 to 100000");
   require(between(options.starts, 1, 10), "starts", number(options.starts), "1 to 10");
   require(options.judges >= 20, "judges", number(options.judges), "at least 20");
+  require(options.quantile >= 0.1 && options.quantile <= 0.5, "quantile", options.quantile,
+          "a share from 0.1 to 0.5");
   require(options.refinements >= 0 && options.refinements <= 100, "refinements",
           options.refinements, "0 to 100");
   require(options.cutoff > 0, "cutoff", options.cutoff, "a number above 0");
@@ -296,16 +293,17 @@ struct Fit {
     }
     const auto judges = static_cast<std::ptrdiff_t>(judge_count());
     scratch.some_squares.assign(squares.begin(), squares.begin() + judges);
-    const auto scale_of = [&](std::vector<double>& some) {
+    const auto scale_of = [&](std::vector<double>& some, double share) {
       if (some.empty()) return std::numeric_limits<double>::infinity();  // none has a number
-      return std::max(median_to_scale * std::sqrt(median_of(some)), options.min_scale_px);
+      const double median = median_of_normal(share, std::sqrt(quantile_of(some, share)));
+      return std::max(median_to_scale * median, options.min_scale_px);
     };
-    const double limit = options.cutoff * scale_of(scratch.some_squares);
+    const double limit = options.cutoff * scale_of(scratch.some_squares, options.quantile);
     scratch.some_squares.clear();
     for (auto square = squares.begin(); square != squares.begin() + judges; ++square) {
       if (*square <= limit * limit) scratch.some_squares.push_back(*square);
     }
-    return scale_of(scratch.some_squares);
+    return scale_of(scratch.some_squares, 0.5);
   }
 
   /// Returns the share of observations that are within the cutoff of the largest trusted scale.
@@ -358,7 +356,7 @@ RelativePoseEstimate estimated(const std::vector<PoseObservation>& observations,
     for (std::size_t i = 0; i < judges; ++i) {
       scratch.judges[i] = linearised(fit.at(i), estimate.pose, camera, freedom);
     }
-    estimate.pose = least_median(estimate.pose, prior, options, random, scratch);
+    estimate.pose = least_quantile(estimate.pose, prior, options, random, scratch);
   }
   RelativePose refined = estimate.pose;
   for (int step = 0; step < options.refinements; ++step) refined = fit.refined(refined);

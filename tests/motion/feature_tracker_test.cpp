@@ -121,6 +121,72 @@ TEST(FeatureTracker, BeginsWhereItIsTold) {
   EXPECT_GT(right, points.size() * 9 / 10);
 }
 
+TEST(FeatureTracker, StaysAtTheExpectedPlaceWhereTextureRepeats) {
+  // Light that stays where it is in the image is all that small images show of a fine pattern.
+  const int period = 8;
+  const cv::Size size(320, 240);
+  cv::RNG random(5);
+  cv::Mat1b tile(period, period), pattern;
+  random.fill(tile, cv::RNG::UNIFORM, 0, 255);
+  cv::repeat(tile, 40, 50, pattern);
+  cv::GaussianBlur(pattern, pattern, {}, 0.8);
+  cv::Mat1f light(size);
+  random.fill(light, cv::RNG::NORMAL, 0, 300);
+  cv::GaussianBlur(light, light, {}, 12);
+  const auto lit = [&](cv::Point shift) {
+    cv::Mat image;
+    cv::add(pattern(cv::Rect(shift, size)), light + 60, image, cv::noArray(), CV_8U);
+    return image;
+  };
+  const cv::Point shift(11, 5);
+  const FeatureTracker tracker;
+  const Pair images = pair_of(tracker, lit(shift), lit({0, 0}));
+  const std::vector<cv::Point2f> points = grid(40);
+  std::vector<cv::Point2f> expected;
+  for (const cv::Point2f& point : points) expected.push_back(point + cv::Point2f(12, 4));
+  Workspace workspace;
+  std::vector<FeatureTrack> tracks;
+  tracker.track(images.from, images.to, points, &expected, tracks, workspace);
+  std::size_t right = 0, wrong = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (!tracks[i].is_found) continue;
+    const cv::Point2d moved(tracks[i].position - points[i]);
+    ++(cv::norm(moved - cv::Point2d(shift)) < 1 ? right : wrong);
+  }
+  EXPECT_GT(right, points.size() * 8 / 10);
+  EXPECT_LT(wrong, points.size() / 20);
+}
+
+TEST(FeatureTracker, LearnsFromTheOthersByHowMuchExpectedPlacesMiss) {
+  const FeatureTracker tracker;
+  cv::RNG random(4);
+  cv::Mat1f noise(280, 360);
+  random.fill(noise, cv::RNG::NORMAL, 128, 180);
+  cv::GaussianBlur(noise, noise, {}, 1.7);
+  cv::Mat1b canvas;
+  noise.convertTo(canvas, CV_8U);
+  const cv::Point shift(15, 6);
+  const cv::Size size(320, 240);
+  const Pair images =
+      pair_of(tracker, canvas(cv::Rect(shift, size)), canvas(cv::Rect({0, 0}, size)));
+  const std::vector<cv::Point2f> points = grid(40);
+  std::vector<cv::Point2f> expected;
+  for (const cv::Point2f& point : points) {
+    // Far off; near for some.
+    const cv::Point2f miss = expected.size() % 4 == 0 ? cv::Point2f(4, 3) : cv::Point2f(9, 6);
+    expected.push_back(point + cv::Point2f(shift) - miss);
+  }
+  Workspace workspace;
+  std::vector<FeatureTrack> tracks;
+  tracker.track(images.from, images.to, points, &expected, tracks, workspace);
+  std::size_t right = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const cv::Point2d moved(tracks[i].position - points[i]);
+    right += tracks[i].is_found && cv::norm(moved - cv::Point2d(shift)) < 0.2 ? 1 : 0;
+  }
+  EXPECT_GT(right, points.size() * 9 / 10);
+}
+
 TEST(FeatureTracker, RefinesAHostsMatches) {
   const FeatureTracker tracker;
   const cv::Point2d shift(13.4, 8.2);

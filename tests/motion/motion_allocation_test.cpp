@@ -54,11 +54,19 @@ TEST(MotionAllocations, AreThoseOfOpenCv) {
       judge({frame, shot.true_segmentation, corners}, labels, workspace);
     });
     const MotionOutcome outcome = labels.statistics().motion.outcome;
-    const std::size_t of_opencv = allocations_of([&] {
-      tracker.build(frame.image, past[i % 4]);
-      if (i < 3) return;
+    std::size_t of_opencv = allocations_of([&] { tracker.build(frame.image, past[i % 4]); });
+    if (i < 3) continue;
+    of_opencv += allocations_of([&] {
       tracker.track(past[i % 4], past[(i + 3) % 4], corners, nullptr, tracks, workspace);
-      tracker.track(past[i % 4], past[(i + 1) % 4], corners, nullptr, tracks, workspace);
+    });
+    std::vector<cv::Point2f> expected;
+    for (std::size_t k = 0; k < corners.size(); ++k) {
+      const cv::Point2f shift =
+          tracks[k].is_found ? tracks[k].position - corners[k] : cv::Point2f();
+      expected.push_back(corners[k] + 3 * shift);
+    }
+    of_opencv += allocations_of([&] {
+      tracker.track(past[i % 4], past[(i + 1) % 4], corners, &expected, tracks, workspace);
     });
     if (i >= warm && outcome == MotionOutcome::applied) {
       EXPECT_LE(of_judge, of_opencv) << i;

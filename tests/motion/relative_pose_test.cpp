@@ -96,6 +96,44 @@ TEST(RelativePose, ResistsAnUnmaskedMoverWithAQuarterOfTheFeatures) {
   }
 }
 
+/// Observations of a camera that stands: of ten, four are static, three on a mover, and the tracks
+/// of three lead anywhere.
+std::vector<PoseObservation> few_static_ones(const PinholeCamera& camera, std::uint64_t seed) {
+  std::vector<PoseObservation> observations;
+  cv::RNG random(seed);
+  for (int i = 0; i < 600; ++i) {
+    const bool moves = i % 10 >= 4 && i % 10 < 7;
+    const bool is_lost = i % 10 >= 7;
+    const cv::Point pixel = moves ? cv::Point(random.uniform(180, 460), random.uniform(200, 480))
+                                  : cv::Point(random.uniform(0, 640), random.uniform(0, 480));
+    const cv::Point3d point = camera.point(pixel, moves ? 1.5 : random.uniform(2.0, 4.0));
+    const cv::Point3d then = point + cv::Point3d(moves ? 0.02 : 0, 0, 0);
+    const cv::Point2d noise(random.gaussian(0.25), random.gaussian(0.25));
+    const double away_px = is_lost ? 8 : 0;
+    const cv::Point2d wrong(random.uniform(-away_px, away_px), random.uniform(-away_px, away_px));
+    observations.push_back({point, *camera.project(then) + noise + wrong});
+  }
+  return observations;
+}
+
+TEST(RelativePose, NeedsNoMajorityOfStaticFeatures) {
+  const PinholeCamera camera{535, 539, 320, 248};
+  int wrong_by_median = 0;
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    const auto observations = few_static_ones(camera, seed);
+    Workspace workspace;
+    const auto error_m = [&](const RelativePoseOptions& options) {
+      const RelativePoseEstimator estimator(camera, options);
+      return cv::norm(estimator.estimate(observations, {}, {}, workspace).pose.translation);
+    };
+    EXPECT_LT(error_m({}), 0.004) << seed;
+    RelativePoseOptions median;
+    median.quantile = 0.5;
+    wrong_by_median += error_m(median) > 0.01 ? 1 : 0;
+  }
+  EXPECT_GT(wrong_by_median, 10);
+}
+
 TEST(RelativePose, HearsPlacesRatherThanFeatures) {
   // The mover has most of the features, in a part of the image.
   const Case rich = rendered_case(0.6, {0.03, 0, 0}, 0.1, 60, 59);
@@ -199,6 +237,10 @@ TEST(RelativePose, RefusesNonsense) {
   options.min_support = 1.5;
   testing::expect_error<Bad>([&] { RelativePoseEstimator(camera, options); },
                              "min_support = 1.5; want a share from 0 to 1");
+  options = {};
+  options.quantile = 0.6;
+  testing::expect_error<Bad>([&] { RelativePoseEstimator(camera, options); },
+                             "quantile = 0.6; want a share from 0.1 to 0.5");
   options = {};
   options.min_scale_px = std::numeric_limits<double>::quiet_NaN();
   testing::expect_error<Bad>([&] { RelativePoseEstimator(camera, options); }, "min_scale_px = nan");

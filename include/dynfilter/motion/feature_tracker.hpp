@@ -32,8 +32,8 @@ std::vector<PointMotion> point_motions(FeaturesView features,
 /// Options of FeatureTracker.
 struct FeatureTrackerOptions {
   /// Side of the window that is compared, pixels, odd; 5 to 99. A small one reaches less over the
-  /// edges of things that move differently, and is fast.
-  int window_px = 9;
+  /// edges of things that move differently, and is fast; a large one has less noise.
+  int window_px = 11;
   int levels = 3;      ///< halvings of the image; 0 to 8
   int iterations = 8;  ///< steps on each level, at most; 1 to 100
   /// Largest distance from a feature of where tracking it back ends, pixels; above 0.
@@ -74,9 +74,12 @@ class FeatureTracker {
 
   /// Finds the features of frame `from` in frame `to`, one track for each. A feature outside the
   /// image has no track. With `expected`, which has one place for each feature, the search begins
-  /// there; a feature that is expected outside the image has no track. Both pyramids must be of
-  /// this tracker. Throws std::invalid_argument for pyramids that are empty or of different sizes,
-  /// and for another number of expected places. O(features).
+  /// there, on the image and its half only: where texture repeats, smaller images lead from a good
+  /// beginning to a wrong place. What is not found is searched for once more, from where it would
+  /// be if its place were missed by as much as those of the others, their median. A feature that is
+  /// expected outside the image has no track. Both pyramids must be of this tracker. Throws
+  /// std::invalid_argument for pyramids that are empty or of different sizes, and for another
+  /// number of expected places. O(features).
   void track(const ImagePyramid& from, const ImagePyramid& to, FeaturesView features,
              const std::vector<cv::Point2f>* expected, std::vector<FeatureTrack>& tracks,
              Workspace& workspace) const;

@@ -58,6 +58,8 @@ struct RelativePoseOptions {
   std::size_t starts = 2;  ///< the second one starts from the first one's answer; 1 to 10
   /// Number of observations that judge a hypothesis; at least 20.
   std::size_t judges = 300;
+  /// Share of the judges that decides: those that a hypothesis explains best; 0.1 to 0.5.
+  double quantile = 0.33;
   int refinements = 5;         ///< steps of the refinement; 0 to 100
   double cutoff = 3.5;         ///< residual without weight, in scales; above 0
   double min_scale_px = 0.25;  ///< smallest scale of the residuals, pixels; above 0
@@ -78,16 +80,18 @@ struct RelativePoseEstimate {
   bool is_trusted = false;
 };
 
-/// Estimates the motion of the camera from features with depth, a minority of which may be on
-/// things that move, even together.
+/// Estimates the motion of the camera from features with depth, some of which may be on things that
+/// move, even together.
 ///
-/// Least median of squares (P. J. Rousseeuw, "Least median of squares regression", 1984) over poses
-/// of four observations each: the reprojection is linear in a small motion, so a hypothesis is the
-/// solution of eight linear equations around the start. The best so far are improved on the half of
-/// the observations that fit best (P. J. Rousseeuw, K. Van Driessen, "Computing LTS regression for
-/// large data sets", 2006). The median decides, not a threshold: with one, the many features of a
-/// mover that drifts by a pixel pull the pose, and PnP with RANSAC is captured so. Then iteratively
-/// reweighted least squares with Tukey's weights at that scale.
+/// Least quantile of squares (P. J. Rousseeuw, "Least median of squares regression", 1984) over
+/// poses of four observations each: the reprojection is linear in a small motion, so a hypothesis
+/// is the solution of eight linear equations around the start. The best so far are improved on the
+/// share of the observations that fit best (P. J. Rousseeuw, K. Van Driessen, "Computing LTS
+/// regression for large data sets", 2006). A quantile decides, not a threshold: with one, the many
+/// features of a mover that drifts by a pixel pull the pose, and PnP with RANSAC is captured so. It
+/// is below the median, because failed tracks and what moves may be most of all together. Then
+/// iteratively reweighted least squares with Tukey's weights; their scale is the quantile's at
+/// first, and then the median of those that agree with that.
 ///
 /// The judges are spread over the image: parts of 40 px have a voice in turn. What is rich in
 /// texture would outvote the rest otherwise, and where no masks are known that is often a person.
