@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: MIT
 
 #include <cstddef>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -45,6 +46,27 @@ class StatefulFilter {
       filter_.apply(frame, std::nullopt, features.view(), labels, workspace_);
     }
     return labels;
+  }
+
+  py::object track(const FrameView& frame, const py::object& points) {
+    const Features features(points, py::none(), py::none(), "MotionFilter");
+    std::vector<FeatureTrack> tracks;
+    bool is_known = false;
+    {
+      const py::gil_scoped_release unlock;
+      const std::lock_guard<std::mutex> lock(state_->mutex);
+      is_known = filter_.stage<MotionJudge>().track(frame, features.view(), tracks, workspace_);
+    }
+    if (!is_known) return py::none();
+    py::array_t<float> places({static_cast<py::ssize_t>(tracks.size()), py::ssize_t{2}});
+    auto write = places.mutable_unchecked<2>();
+    constexpr float nowhere = std::numeric_limits<float>::quiet_NaN();
+    for (std::size_t i = 0; i < tracks.size(); ++i) {
+      const auto row = static_cast<py::ssize_t>(i);
+      write(row, 0) = tracks[i].is_found ? tracks[i].position.x : nowhere;
+      write(row, 1) = tracks[i].is_found ? tracks[i].position.y : nowhere;
+    }
+    return places;
   }
 
  private:
@@ -134,6 +156,17 @@ Frames need an image and depth. Threads that use one filter wait for each other.
       .def("apply", &StatefulFilter::apply, py::arg("frame"), py::arg("segmentation"),
            py::arg("features"), py::arg("diameters_px") = py::none(),
            py::arg("depths_m") = py::none(), apply_doc)
+      .def("track", &StatefulFilter::track, py::arg("frame"), py::arg("features"),
+           R"(Returns where the features were in the last frame: N x 2, float32, NaN for those not
+found. Returns None if the last frame is not known. Serves what needs tracks before this frame's
+masks are known:
+
+    tracks = filter.track(frame, points)
+    masks = propagator.propagate(frame, newest, points, tracks)
+    labels = filter.apply(frame, masks, points)
+
+apply must be the next call, with the same frame and features. It takes these tracks, and gives the
+same labels as without.)")
       .def("__repr__", [](const py::object& self) {
         return text_of(self, self.cast<const StatefulFilter&>().options());
       });

@@ -38,6 +38,42 @@ def test_motion_is_judged_from_the_second_frame_on(rendered):
         assert np.array_equal(one.reason, other.reason) and np.array_equal(one.score, other.score)
 
 
+def test_tracks_of_features_move_masks_and_serve_the_filter(rendered):
+    sequence = dynfilter.RgbdSequence(rendered)
+    people = dynfilter.MaskFolderSegmenter(sequence.masks_folder())
+    alone = dynfilter.MotionFilter(camera_of(sequence), dynfilter.MotionState())
+    filter = dynfilter.MotionFilter(camera_of(sequence), dynfilter.MotionState())
+    propagator = dynfilter.MaskPropagator()
+    for i, frame in enumerate(sequence):
+        points = grid(frame)
+        tracks = filter.track(frame, points)
+        if i == 0:
+            assert tracks is None
+            newest = people.segment(frame)
+        else:
+            assert tracks.shape == points.shape and tracks.dtype == np.float32
+            found = ~np.isnan(tracks).any(axis=1)
+            assert found.mean() > 0.5
+        masks = propagator.propagate(frame, newest, points, tracks)
+        if i > 0:
+            assert propagator.statistics.tracked_points == found.sum()
+        labels = filter.apply(frame, masks, points)
+        assert np.array_equal(labels.removed, alone.apply(frame, masks, points).removed)
+    assert labels.statistics.motion.outcome == dynfilter.MotionOutcome.applied
+
+
+def test_misuse_of_tracks(rendered):
+    sequence = dynfilter.RgbdSequence(rendered)
+    frame = next(iter(sequence))
+    propagator = dynfilter.MaskPropagator()
+    with pytest.raises(ValueError, match="tracks without features"):
+        propagator.propagate(frame, None, None, grid(frame))
+    with pytest.raises(ValueError, match="one place for each feature"):
+        propagator.propagate(frame, None, grid(frame), grid(frame)[1:])
+    with pytest.raises(ValueError, match="float32"):
+        propagator.propagate(frame, None, grid(frame), grid(frame).astype(np.float64))
+
+
 def test_options_are_those_of_the_filter(rendered):
     sequence = dynfilter.RgbdSequence(rendered)
     filter = dynfilter.MotionFilter(camera_of(sequence), dynfilter.MotionState(), floor=10**6)

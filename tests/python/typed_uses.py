@@ -104,6 +104,8 @@ def motion(frame: dynfilter.FrameView, points: NDArray[np.float32]) -> None:
     filter = dynfilter.MotionFilter(camera, state, margin_px=2)
     outcome: dynfilter.MotionOutcome = filter.apply(frame, None, points).statistics.motion.outcome
     assert outcome == dynfilter.MotionOutcome.started
+    tracks: Optional[NDArray[np.float32]] = filter.track(frame, points)
+    dynfilter.MaskPropagator().propagate(frame, None, points, tracks)
     state.reset()
 
 

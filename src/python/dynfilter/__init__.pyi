@@ -253,7 +253,11 @@ class MaskPropagator:
         age_share: float = ...,
     ) -> None: ...
     def propagate(
-        self, frame: FrameView, newest: Optional[Segmentation] = None
+        self,
+        frame: FrameView,
+        newest: Optional[Segmentation] = None,
+        features: Optional[ArrayLike] = None,
+        tracks: Optional[ArrayLike] = None,
     ) -> Optional[Segmentation]: ...
     def reset(self) -> None: ...
 
@@ -328,6 +332,9 @@ class MotionFilter:
         diameters_px: Optional[ArrayLike] = None,
         depths_m: Optional[ArrayLike] = None,
     ) -> FeatureLabels: ...
+    def track(
+        self, frame: FrameView, features: ArrayLike
+    ) -> Optional[NDArray[np.float32]]: ...
 
 def read_camera(path: _Path) -> CameraParameters: ...
 
