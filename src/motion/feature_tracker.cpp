@@ -12,6 +12,7 @@
 #include <opencv2/video/tracking.hpp>
 
 #include "dynfilter/detail/errors.hpp"
+#include "quantile.hpp"
 
 namespace dynfilter {
 namespace {
@@ -72,12 +73,6 @@ void track_there_and_back(const std::vector<cv::Mat>& from, const std::vector<cv
   follow(to, from, scratch.found, scratch.back, scratch.is_found_back);
 }
 
-float median_of(std::vector<float>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// Returns by how much the expected places missed the features that were found, the median along
 /// either axis; nothing where too few were found.
 cv::Point2f median_miss(const std::vector<cv::Point2f>& expected,
@@ -92,7 +87,7 @@ cv::Point2f median_miss(const std::vector<cv::Point2f>& expected,
     scratch.misses_y.push_back(tracks[i].position.y - expected[i].y);
   }
   if (scratch.misses_x.size() < min_found) return {};
-  return {median_of(scratch.misses_x), median_of(scratch.misses_y)};
+  return {detail::quantile_of(scratch.misses_x), detail::quantile_of(scratch.misses_y)};
 }
 
 bool is_inside(cv::Point2f point, cv::Size size) {

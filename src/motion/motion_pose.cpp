@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "motion_measurement.hpp"
+#include "quantile.hpp"
 
 namespace dynfilter::detail {
 namespace {
@@ -85,9 +86,7 @@ double median_distance_px(const MotionContext& context, const RelativePose& pose
                               : std::numeric_limits<float>::max());
   }
   if (distances.empty()) return 0;
-  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-  std::nth_element(distances.begin(), middle, distances.end());
-  return double{*middle};
+  return double{quantile_of(distances)};
 }
 
 /// Counts the features, suspected or not, that are where static ones would be under a pose.

@@ -12,6 +12,7 @@
 
 #include "dynfilter/detail/errors.hpp"
 #include "pose_prior.hpp"
+#include "quantile.hpp"
 #include "random.hpp"
 #include "rotation.hpp"
 
@@ -157,14 +158,6 @@ struct NormalEquations {
   }
 };
 
-/// Returns the value that this share of the values is below; their median by default.
-double quantile_of(std::vector<double>& values, double share = 0.5) {
-  const double below = share * static_cast<double>(values.size());
-  const auto place = values.begin() + static_cast<std::ptrdiff_t>(below);
-  std::nth_element(values.begin(), place, values.end());
-  return *place;
-}
-
 /// Returns the median of lengths of which a share is below a value, if both of their coordinates
 /// have normal errors of one deviation (the lengths are Rayleigh's then).
 double median_of_normal(double share, double below) {
@@ -191,7 +184,7 @@ std::optional<double> smaller_quantile(const Twist& motion, double limit, double
     if (above > most_above || is_rejected_at_once) return {};
   }
   scratch.some_squares = scratch.squares;
-  return quantile_of(scratch.some_squares, share);
+  return detail::quantile_of(scratch.some_squares, share);
 }
 
 /// Returns the least-squares motion of the judges whose squared residuals are at most this.
@@ -295,7 +288,7 @@ struct Fit {
     scratch.some_squares.assign(squares.begin(), squares.begin() + judges);
     const auto scale_of = [&](std::vector<double>& some, double share) {
       if (some.empty()) return std::numeric_limits<double>::infinity();  // none has a number
-      const double median = median_of_normal(share, std::sqrt(quantile_of(some, share)));
+      const double median = median_of_normal(share, std::sqrt(detail::quantile_of(some, share)));
       return std::max(median_to_scale * median, options.min_scale_px);
     };
     const double limit = options.cutoff * scale_of(scratch.some_squares, options.quantile);

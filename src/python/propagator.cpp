@@ -161,8 +161,9 @@ Call it for every frame, in order, also while there are no masks, so that the hi
 The interpreter's lock is released meanwhile.
 
 features, tracks: the frame's features and where they were in the last frame, N x 2, float32, NaN =
-not found, as MotionFilter.track gives them. Masks move by these then, and no points are tracked,
-which is most of the cost.)")
+not found, as MotionFilter.track gives them. Masks move by these, and no points are tracked, which is
+most of the cost. After such a call the last image is not known, so the next one without tracks has
+none. If tracks is None, points are tracked, and features count for nothing.)")
       .def_property_readonly("statistics", &LockedPropagator::statistics,
                              "statistics of the last call; empty before the first one")
       .def("reset", &LockedPropagator::reset, "Forgets everything, like a new propagator.")

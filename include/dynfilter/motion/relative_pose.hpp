@@ -72,9 +72,10 @@ struct RelativePoseOptions {
 
 /// Answer of RelativePoseEstimator.
 struct RelativePoseEstimate {
-  RelativePose pose;    ///< the start where there was no answer
-  double scale_px = 0;  ///< robust scale of the residuals, 1.4826 times their median, pixels
-  double support = 0;   ///< share of the judges within `cutoff` scales
+  RelativePose pose;  ///< the start where there was no answer
+  /// Robust scale of the residuals, pixels: 1.4826 times the median of those that agree.
+  double scale_px = 0;
+  double support = 0;            ///< share of the judges within `cutoff` scales
   std::size_t observations = 0;  ///< number of observations
   /// Whether the pose may be relied upon: enough observations, of which enough agree.
   bool is_trusted = false;
