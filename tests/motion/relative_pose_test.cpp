@@ -96,14 +96,15 @@ TEST(RelativePose, ResistsAnUnmaskedMoverWithAQuarterOfTheFeatures) {
   }
 }
 
-/// Observations of a camera that stands: of ten, four are static, three on a mover, and the tracks
-/// of three lead anywhere.
-std::vector<PoseObservation> few_static_ones(const PinholeCamera& camera, std::uint64_t seed) {
+/// Observations of a camera that stands: of twenty, so many are static, six are on a mover, and the
+/// tracks of the others lead anywhere.
+std::vector<PoseObservation> few_static_ones(const PinholeCamera& camera, int static_ones,
+                                             std::uint64_t seed) {
   std::vector<PoseObservation> observations;
   cv::RNG random(seed);
   for (int i = 0; i < 600; ++i) {
-    const bool moves = i % 10 >= 4 && i % 10 < 7;
-    const bool is_lost = i % 10 >= 7;
+    const bool is_lost = i % 20 >= static_ones + 6;
+    const bool moves = i % 20 >= static_ones && !is_lost;
     const cv::Point pixel = moves ? cv::Point(random.uniform(180, 460), random.uniform(200, 480))
                                   : cv::Point(random.uniform(0, 640), random.uniform(0, 480));
     const cv::Point3d point = camera.point(pixel, moves ? 1.5 : random.uniform(2.0, 4.0));
@@ -120,7 +121,7 @@ TEST(RelativePose, NeedsNoMajorityOfStaticFeatures) {
   const PinholeCamera camera{535, 539, 320, 248};
   int wrong_by_median = 0;
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
-    const auto observations = few_static_ones(camera, seed);
+    const auto observations = few_static_ones(camera, 8, seed);
     Workspace workspace;
     const auto error_m = [&](const RelativePoseOptions& options) {
       const RelativePoseEstimator estimator(camera, options);
@@ -132,6 +133,19 @@ TEST(RelativePose, NeedsNoMajorityOfStaticFeatures) {
     wrong_by_median += error_m(median) > 0.01 ? 1 : 0;
   }
   EXPECT_GT(wrong_by_median, 10);
+}
+
+TEST(RelativePose, IsTrustedThoughLessThanHalfAgree) {
+  const PinholeCamera camera{535, 539, 320, 248};
+  const RelativePoseEstimator estimator(camera);
+  double least_support = 1;
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
+    Workspace workspace;
+    const auto estimate = estimator.estimate(few_static_ones(camera, 9, seed), {}, {}, workspace);
+    EXPECT_TRUE(estimate.is_trusted) << seed << ": " << estimate.support;
+    least_support = std::min(least_support, estimate.support);
+  }
+  EXPECT_LT(least_support, 0.5);
 }
 
 TEST(RelativePose, HearsPlacesRatherThanFeatures) {
