@@ -135,17 +135,15 @@ TEST(RelativePose, NeedsNoMajorityOfStaticFeatures) {
   EXPECT_GT(wrong_by_median, 10);
 }
 
-TEST(RelativePose, IsTrustedThoughLessThanHalfAgree) {
+TEST(RelativePose, IsNotTrustedWhereLessThanHalfAgree) {
   const PinholeCamera camera{535, 539, 320, 248};
   const RelativePoseEstimator estimator(camera);
-  double least_support = 1;
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     Workspace workspace;
-    const auto estimate = estimator.estimate(few_static_ones(camera, 9, seed), {}, {}, workspace);
-    EXPECT_TRUE(estimate.is_trusted) << seed << ": " << estimate.support;
-    least_support = std::min(least_support, estimate.support);
+    const auto estimate = estimator.estimate(few_static_ones(camera, 7, seed), {}, {}, workspace);
+    EXPECT_FALSE(estimate.is_trusted) << seed;
+    EXPECT_GT(estimate.support, 0.3) << seed;
   }
-  EXPECT_LT(least_support, 0.5);
 }
 
 TEST(RelativePose, HearsPlacesRatherThanFeatures) {

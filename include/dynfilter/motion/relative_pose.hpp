@@ -66,7 +66,7 @@ struct RelativePoseOptions {
   /// Largest scale, pixels, with which a pose is trusted; above 0.
   double max_scale_px = 3.0;
   /// Smallest share of the judges that must agree with a pose for it to be trusted; 0 to 1.
-  double min_support = 0.4;
+  double min_support = 0.5;
   std::uint64_t seed = 0;  ///< of the hypotheses
 };
 
