@@ -9,7 +9,7 @@
 
 #include "dynfilter/detail/mask_distance.hpp"
 #include "dynfilter/detail/rectangles.hpp"
-#include "dynfilter/motion/patch_difference.hpp"
+#include "surface_patch.hpp"
 
 namespace dynfilter::detail {
 namespace {
@@ -135,20 +135,16 @@ void fill(const MotionContext& context) {
     const bool is_surrounded =
         dynamic >= 2 &&
         static_cast<double>(dynamic) > context.options.min_fill_share * static_cast<double>(all);
-    if (is_surrounded) measured.is_dynamic[i] = 1;
+    if (!is_surrounded) continue;
+    const bool is_still = appearance_of(context, i, motion.baseline) == Appearance::still;
+    if (!is_still) measured.is_dynamic[i] = 1;
   }
 }
 
-/// Tells whether the place of a static feature looked like the feature, in the last frame.
+/// Tells whether the last frame shows a feature where it would have been if it were static.
 bool looks_static(const MotionContext& context, std::size_t feature) {
-  const auto place = static_place(context, feature, 0);
-  if (!place) return false;
-  const cv::Mat1b& now = context.memory.now.pyramid.grey();
-  const cv::Mat1b& then = context.memory.past[0].pyramid.grey();
-  const cv::Point2f at = context.input.features[feature];
-  const auto contrast = patch_contrast(now, at);
-  const auto difference = patch_difference(now, at, then, *place);
-  return contrast && difference && *difference < context.options.fringe_patch_ratio * *contrast;
+  const Appearance appearance = appearance_of(context, feature, 0);
+  return appearance == Appearance::fits || appearance == Appearance::still;
 }
 
 bool shifts_in_fringe(const MotionContext& context, const FeatureMotion& motion) {
@@ -172,8 +168,9 @@ void clean_fringe(const MotionContext& context, std::size_t k, FeatureLabels& la
   for_each_within(context, instance, options.fringe_px, [&](std::uint32_t i) {
     if (labels.is_removed(i) || measured.is_given_back[i]) return;
     const FeatureMotion& motion = measured.motions[i];
+    const auto depth_m = surface_depth(context.input.frame, context.input.features.pixel(i));
     const bool is_behind =
-        farthest_m && double{motion.depth_m} > *farthest_m + options.max_thing_depth_m;
+        farthest_m && depth_m && *depth_m > *farthest_m + options.max_thing_depth_m;
     if (is_behind) return;
     const bool is_near =
         mask_within(instance, context.input.features.pixel(i), options.fringe_untracked_px);
@@ -190,22 +187,19 @@ bool is_most_kept(const MotionContext& context, const FeatureLabels& labels) {
   return kept >= context.options.min_kept_share * static_cast<double>(labels.size());
 }
 
-/// Tells whether a feature beside something that moves has been static for some frames, over both
-/// baselines and at one depth: within a wide interval of depths, a mover may pass for static.
+/// Tells whether the image shows that a feature beside something that moves is static: at one
+/// depth, because within a wide interval of depths a mover may pass for static.
 bool is_surely_static(const MotionContext& context, std::size_t feature) {
-  const MotionMeasurement& measured = context.measured;
   const MotionJudgeOptions& options = context.options;
-  const FeatureMotion& motion = measured.motions[feature];
-  const DepthInterval& depth = measured.depths[feature];
+  const FeatureMotion& motion = context.measured.motions[feature];
+  const DepthInterval& depth = context.measured.depths[feature];
   const bool is_at_one_depth =
       depth.is_known() && depth.farthest_m - depth.nearest_m < options.max_background_depth_range_m;
-  if (!is_at_one_depth || measured.beliefs[feature] > options.max_background_belief) return false;
-  for (std::size_t b = 0; b < motion_baselines; ++b) {
-    const double allowed_px = std::max(
-        options.max_still_px, options.max_still_scales * measured.baselines[b].pose.scale_px);
-    if (!motion.is_tracked[b] || cv::norm(motion.shift_px[b]) > allowed_px) return false;
-  }
-  return looks_static(context, feature);
+  if (!is_at_one_depth || context.measured.is_dynamic[feature]) return false;
+  const Appearance appearance = appearance_of(context, feature, 0);
+  const bool is_quiet =
+      motion.is_tracked[0] && motion.is_tracked[1] && motion.ratio < options.max_fill_ratio;
+  return appearance == Appearance::still || (appearance == Appearance::fits && is_quiet);
 }
 
 }  // namespace
@@ -269,7 +263,7 @@ void write_labels(const MotionContext& context, FeatureLabels& labels) {
       const bool is_of_still_one = instance.verdict == InstanceVerdict::still && is_still;
       const bool is_compensated = label.reason == Reason::compensated;
       const bool is_background = instance.verdict == InstanceVerdict::moving && is_compensated &&
-                                 is_surely_static(context, i);
+                                 is_reliable && is_surely_static(context, i);
       // Compensation follows what moves: beside what never did, it has nothing to mend.
       const bool is_needless =
           is_compensated && is_still && is_reliable && context.memory.instances->has_never_moved(k);

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "dynfilter/detail/errors.hpp"
-#include "dynfilter/motion/patch_difference.hpp"
+#include "surface_patch.hpp"
 
 namespace dynfilter::detail {
 namespace {
@@ -16,20 +16,26 @@ const MotionMemory::Frame& frame_back(const MotionContext& context, std::size_t 
   return context.memory.past[context.frames_back(baseline) - 1];
 }
 
-/// Tells whether the image shows a feature at the tracked place rather than at the static one.
-bool looks_moved(const MotionContext& context, std::size_t feature, std::size_t baseline,
-                 cv::Point2d static_ideal) {
-  const cv::Point2f at = context.input.features[feature];
-  const cv::Mat1b& now = context.memory.now.pyramid.grey();
-  const cv::Mat1b& then = frame_back(context, baseline).pyramid.grey();
-  const auto contrast = patch_contrast(now, at);
-  const auto tracked = patch_difference(
-      now, at, then, context.measured.baselines[baseline].tracks[feature].position);
-  const cv::Point2d place = context.camera.raw(static_ideal);
-  const auto still = patch_difference(now, at, then, cv::Point2f(place));
-  if (!contrast || !tracked || !still) return true;  // at the image's border: nothing to say
-  return *still - *tracked > context.options.min_patch_gain * *contrast &&
-         *tracked < context.options.max_patch_ratio * *still;
+/// Returns where a feature would have been over a baseline if it were static, a raw pixel. Without
+/// its depth, the nearest such place to its track; without a track, where the view goes if the
+/// camera only turns. None if it was behind the camera.
+std::optional<cv::Point2f> static_place(const MotionContext& context, std::size_t feature,
+                                        std::size_t baseline, std::optional<double> depth_m) {
+  const PinholeCamera& camera = context.camera;
+  const MotionBaseline& over = context.measured.baselines[baseline];
+  const cv::Point2d now = context.measured.ideal[feature];
+  std::optional<cv::Point2d> place;
+  if (depth_m || !over.tracks[feature].is_found) {
+    constexpr double far_m = 1e3;
+    place = camera.project(over.pose.pose * camera.point(now, depth_m.value_or(far_m)));
+  } else {
+    const cv::Point2d then = camera.ideal(over.tracks[feature].position);
+    const auto residual =
+        motion_residual(camera, over.pose.pose, now, then, context.measured.depths[feature]);
+    if (residual) place = residual->static_place;
+  }
+  if (!place) return {};
+  return cv::Point2f(camera.raw(*place));
 }
 
 }  // namespace
@@ -91,7 +97,6 @@ void measure_motions(const MotionContext& context) {
     FeatureMotion& motion = measured.motions[i];
     const auto depth_m = context.input.frame.depth_m(context.input.features.pixel(i));
     motion.depth_m = static_cast<float>(depth_m.value_or(0));
-    cv::Point2d place;
     for (std::size_t b = 0; b < motion_baselines; ++b) {
       const MotionBaseline& baseline = measured.baselines[b];
       if (!baseline.is_known || !baseline.tracks[i].is_found) continue;
@@ -109,26 +114,43 @@ void measure_motions(const MotionContext& context) {
       if (ratio < motion.ratio) continue;
       motion.ratio = ratio;
       motion.baseline = b;
-      place = residual->static_place;
     }
-    if (!motion.is_known()) continue;
-    const bool is_seed = motion.ratio > 1 && looks_moved(context, i, motion.baseline, place);
-    motion.evidence = is_seed            ? MotionEvidence::seed
-                      : motion.ratio > 1 ? MotionEvidence::unknown
-                                         : MotionEvidence::quiet;
+    if (motion.is_known() && motion.ratio <= 1) {
+      motion.evidence = MotionEvidence::quiet;
+      continue;
+    }
+    const Appearance appearance = appearance_of(context, i, motion.baseline);
+    if (appearance == Appearance::moved) motion.evidence = MotionEvidence::seed;
+    if (appearance == Appearance::still) motion.evidence = MotionEvidence::quiet;
   }
 }
 
-std::optional<cv::Point2f> static_place(const MotionContext& context, std::size_t feature,
-                                        std::size_t baseline) {
-  const MotionMeasurement& measured = context.measured;
-  const DepthInterval& depth = measured.depths[feature];
-  // Without depth, the far end: where the view goes if the camera only turns.
-  const double depth_m = depth.is_known() ? depth.nearest_m : 1e3;
-  const auto place = context.camera.project(measured.baselines[baseline].pose.pose *
-                                            context.camera.point(measured.ideal[feature], depth_m));
-  if (!place) return {};
-  return cv::Point2f(context.camera.raw(*place));
+Appearance appearance_of(const MotionContext& context, std::size_t feature, std::size_t baseline) {
+  const MotionJudgeOptions& options = context.options;
+  const MotionBaseline& over = context.measured.baselines[baseline];
+  if (!over.is_known) return Appearance::unclear;
+  const FeatureTrack& track = over.tracks[feature];
+  const Appearance without_image = track.is_found ? Appearance::moved : Appearance::unclear;
+  const FrameView& frame = context.input.frame;
+  const FeaturesView features = context.input.features;
+  const auto depth_m = surface_depth(frame, features.pixel(feature));
+  const auto patch =
+      SurfacePatch::around(frame, context.memory.now.pyramid.grey(), features[feature], depth_m);
+  const auto place = static_place(context, feature, baseline, depth_m);
+  if (!patch || !place) return without_image;
+  const cv::Mat1b& then = frame_back(context, baseline).pyramid.grey();
+  const double contrast = patch->contrast();
+  const auto still = patch->difference(then, *place);
+  if (!still) return without_image;
+  const bool is_still = *still < options.still_patch_ratio * contrast;
+  if (!track.is_found) return is_still ? Appearance::still : Appearance::unclear;
+  const auto tracked = patch->difference(then, track.position);
+  if (!tracked) return without_image;
+  const bool is_moved = *still - *tracked > options.min_patch_gain * contrast &&
+                        *tracked < options.max_patch_ratio * *still;
+  if (is_moved) return Appearance::moved;
+  if (!is_still) return Appearance::unclear;
+  return *tracked < *still ? Appearance::fits : Appearance::still;
 }
 
 }  // namespace dynfilter::detail

@@ -97,14 +97,21 @@ void measure_places(const MotionContext& context);
 void estimate_pose(const MotionContext& context, const RelativePoseEstimator& estimator,
                    std::size_t baseline);
 
-/// Measures the features' shifts over the baselines that are known, and makes those seeds that
-/// shift by more than is allowed for and look so.
+/// Measures the features' shifts over the baselines that are known. One that shifts by more than is
+/// allowed for, or that was not tracked, is what the image shows: a seed, quiet, or unknown.
 void measure_motions(const MotionContext& context);
 
-/// Returns where a static feature at its nearest depth would be over a baseline, raw pixels; none
-/// if it would be behind the camera.
-std::optional<cv::Point2f> static_place(const MotionContext& context, std::size_t feature,
-                                        std::size_t baseline);
+/// What the image shows of a feature's surface at the place where a static feature would have been.
+enum class Appearance : std::uint8_t {
+  unclear,  ///< neither the one nor the other, or nothing that can be compared
+  moved,    ///< the surface was at the tracked place, not there
+  fits,     ///< it may have been there, though the tracked place fits better
+  still     ///< it was there
+};
+
+/// Compares what a feature lies on with its tracked place and with the static one, over a baseline.
+/// At the image's border a tracked feature counts as moved: the image does not contradict.
+Appearance appearance_of(const MotionContext& context, std::size_t feature, std::size_t baseline);
 
 }  // namespace dynfilter::detail
 

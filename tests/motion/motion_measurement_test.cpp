@@ -4,6 +4,7 @@
 #include "motion/motion_measurement.hpp"
 
 #include <cmath>
+#include <cstdint>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -84,6 +85,67 @@ TEST(MotionMeasurement, SaysNothingOfAFeatureWithoutTrack) {
   measure_motions(context);
   EXPECT_EQ(measured.motions[0].evidence, MotionEvidence::quiet);
   EXPECT_EQ(measured.motions[1].evidence, MotionEvidence::unknown);
+}
+
+/// Texture of a wall, shifted to the right.
+cv::Mat1b wall(double shift_px) {
+  cv::Mat1b image(60, 80);
+  for (int y = 0; y < image.rows; ++y) {
+    for (int x = 0; x < image.cols; ++x) {
+      image(y, x) = cv::saturate_cast<std::uint8_t>(128 + 60 * std::sin(1.1 * (x - shift_px)) +
+                                                    60 * std::sin(0.9 * y + 0.3 * (x - shift_px)));
+    }
+  }
+  return image;
+}
+
+/// Returns what a frame shows of a feature over the short baseline, by a camera that rests.
+Appearance appearance(const cv::Mat1b& then, cv::Point2f feature, const FeatureTrack& track,
+                      bool is_pose_known = true) {
+  const PinholeCamera camera{400, 400, 40, 30};
+  const std::vector<cv::KeyPoint> keypoints = {{feature, 7}};
+  FrameView frame;
+  frame.depth = cv::Mat1f(60, 80, 3.0F);
+  const FilterInput input{frame, {}, keypoints};
+  MotionMemory memory;
+  const FeatureTracker tracker;
+  tracker.build(wall(0), memory.now.pyramid);
+  tracker.build(then, memory.past[0].pyramid);
+  MotionMeasurement measured;
+  measured.ideal = {feature};
+  measured.depths.resize(1);
+  measured.baselines[0].is_known = is_pose_known;
+  measured.baselines[0].tracks = {track};
+  Workspace workspace;
+  const MotionJudgeOptions options;
+  return appearance_of({input, camera, options, false, memory, measured, workspace}, 0, 0);
+}
+
+TEST(Appearance, IsWhatTheImageShowsAtBothPlaces) {
+  const cv::Point2f at(40, 30);
+  const cv::Mat1b another(60, 80, std::uint8_t{90});
+  EXPECT_EQ(appearance(wall(2), at, {at + cv::Point2f(2, 0), true}), Appearance::moved);
+  EXPECT_EQ(appearance(wall(0), at, {at + cv::Point2f(2, 0), true}), Appearance::still);
+  EXPECT_EQ(appearance(wall(0.1), at, {at + cv::Point2f(0.1F, 0), true}), Appearance::fits);
+  EXPECT_EQ(appearance(another, at, {at + cv::Point2f(2, 0), true}), Appearance::unclear);
+}
+
+TEST(Appearance, NeedsNoTrack) {
+  const cv::Point2f at(40, 30);
+  EXPECT_EQ(appearance(wall(0), at, {}), Appearance::still);
+  EXPECT_EQ(appearance(wall(2), at, {}), Appearance::unclear);
+}
+
+TEST(Appearance, ContradictsNoTrackAtTheBorder) {
+  const cv::Point2f border(2, 30), at(40, 30);
+  EXPECT_EQ(appearance(wall(0), border, {border + cv::Point2f(2, 0), true}), Appearance::moved);
+  EXPECT_EQ(appearance(wall(0), at, {cv::Point2f(78, 30), true}), Appearance::moved);
+  EXPECT_EQ(appearance(wall(0), border, {}), Appearance::unclear);
+}
+
+TEST(Appearance, IsUnclearWithoutAPose) {
+  const cv::Point2f at(40, 30);
+  EXPECT_EQ(appearance(wall(0), at, {at, true}, false), Appearance::unclear);
 }
 
 }  // namespace

@@ -77,6 +77,10 @@ struct MotionJudgeOptions {
   double min_patch_gain = 0.2;
   double max_patch_ratio = 0.75;
   /// @}
+  /// Tracks fail beside what moves. So a feature that shifts or was not tracked is static
+  /// nevertheless if its patch differs from the static place by less than this share of its
+  /// contrast. What lies in front of the feature does not count for its patch.
+  double still_patch_ratio = 0.5;
   int fill_radius_px = 25;      ///< unclear features between dynamic ones are dynamic
   double min_fill_share = 0.6;  ///< above this share of the features within that radius
   double max_fill_ratio = 0.3;  ///< but not those below this share of the allowed shift
@@ -103,20 +107,16 @@ struct MotionJudgeOptions {
   /// otherwise the camera's motion may have been taken from persons.
   double min_kept_share = 0.5;
 
-  /// @{
-  /// A feature that compensation removed beside something that moves comes back if it has been
-  /// still for some frames: its belief is at most this, and its depths span less than this, metres.
-  double max_background_belief = -0.5;
+  /// A feature that compensation removed beside something that moves comes back if the image shows
+  /// it at the static place, and if its DepthInterval spans less than this, metres.
   double max_background_depth_range_m = 0.4;
-  /// @}
 
   /// Features this near to the mask of an instance that is not still are judged strictly, pixels:
   /// masks miss what moves with it.
   double fringe_px = 30;
-  double fringe_shift_px = 1.0;      ///< allowed shift there, pixels
-  double fringe_shift_scales = 3;    ///< and in scales
-  double fringe_untracked_px = 15;   ///< within this, features that cannot be tracked go, too
-  double fringe_patch_ratio = 0.35;  ///< not those whose patch differs by less of its contrast
+  double fringe_shift_px = 1.0;     ///< allowed shift there, pixels
+  double fringe_shift_scales = 3;   ///< and in scales
+  double fringe_untracked_px = 15;  ///< within this, features that cannot be tracked go, too
 };
 
 /// Decides by motion: features that move lose their place whatever they are on, and an object that
