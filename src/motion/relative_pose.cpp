@@ -24,7 +24,6 @@ using Twist = cv::Vec6d;  // rotation vector, then translation, in the earlier c
 /// What the camera may do between the frames.
 enum class Freedom { moves_and_turns, turns };
 
-constexpr std::size_t in_hypothesis = 4;
 constexpr double cell_px = 40;     // side of a part of the image that has a voice
 constexpr int concentrations = 3;  // of a hypothesis that is the best one so far
 constexpr double median_to_scale = 1.4826;
@@ -196,15 +195,19 @@ Twist concentrated(double most, const PoseScratch& scratch) {
   return equations.solved();
 }
 
-/// Returns the best of many poses of four observations each, near `start`.
+/// Returns the best of many poses near `start`, of four observations each, or of two for a turn:
+/// fewer of those are needed, because two static observations are found sooner than four.
 RelativePose least_quantile(const RelativePose& start, const std::optional<PosePrior>& prior,
-                            const RelativePoseOptions& options, detail::Random& random,
-                            PoseScratch& scratch) {
+                            const RelativePoseOptions& options, Freedom freedom,
+                            detail::Random& random, PoseScratch& scratch) {
+  const bool turns = freedom == Freedom::turns;
+  const std::size_t in_hypothesis = turns ? 2 : 4;
+  const std::size_t hypotheses = turns ? (options.hypotheses + 3) / 4 : options.hypotheses;
   const std::vector<LinearResidual>& judges = scratch.judges;
   RelativePose best = start;
   constexpr double infinity = std::numeric_limits<double>::infinity();
   double least = smaller_quantile({}, infinity, options.quantile, scratch).value_or(infinity);
-  for (std::size_t h = 0; h < options.hypotheses; ++h) {
+  for (std::size_t h = 0; h < hypotheses; ++h) {
     NormalEquations equations;
     for (std::size_t i = 0; i < in_hypothesis; ++i) {
       equations.add(judges[random.below(judges.size())], 1);
@@ -349,7 +352,7 @@ RelativePoseEstimate estimated(const std::vector<PoseObservation>& observations,
     for (std::size_t i = 0; i < judges; ++i) {
       scratch.judges[i] = linearised(fit.at(i), estimate.pose, camera, freedom);
     }
-    estimate.pose = least_quantile(estimate.pose, prior, options, random, scratch);
+    estimate.pose = least_quantile(estimate.pose, prior, options, freedom, random, scratch);
   }
   RelativePose refined = estimate.pose;
   for (int step = 0; step < options.refinements; ++step) refined = fit.refined(refined);

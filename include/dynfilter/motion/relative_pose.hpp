@@ -54,7 +54,8 @@ struct PosePrior {
 /// Options of RelativePoseEstimator. Chosen on rendered scenes of seeds 11 to 13.
 struct RelativePoseOptions {
   std::size_t min_observations = 20;  ///< below, there is no answer; at least 6
-  std::size_t hypotheses = 120;       ///< a start is refined by so many; 1 to 100000
+  /// A start is refined by so many, a turn's by a quarter of them; 1 to 100000.
+  std::size_t hypotheses = 120;
   std::size_t starts = 2;  ///< the second one starts from the first one's answer; 1 to 10
   /// Number of observations that judge a hypothesis; at least 20.
   std::size_t judges = 300;
