@@ -9,7 +9,6 @@
 
 #include "dynfilter/detail/mask_distance.hpp"
 #include "dynfilter/detail/rectangles.hpp"
-#include "surface_patch.hpp"
 
 namespace dynfilter::detail {
 namespace {
@@ -168,9 +167,9 @@ void clean_fringe(const MotionContext& context, std::size_t k, FeatureLabels& la
   for_each_within(context, instance, options.fringe_px, [&](std::uint32_t i) {
     if (labels.is_removed(i) || measured.is_given_back[i]) return;
     const FeatureMotion& motion = measured.motions[i];
-    const auto depth_m = surface_depth(context.input.frame, context.input.features.pixel(i));
+    // Only by measured depth: hair and dark cloth have none, and are no wall.
     const bool is_behind =
-        farthest_m && depth_m && *depth_m > *farthest_m + options.max_thing_depth_m;
+        farthest_m && double{motion.depth_m} > *farthest_m + options.max_thing_depth_m;
     if (is_behind) return;
     const bool is_near =
         mask_within(instance, context.input.features.pixel(i), options.fringe_untracked_px);
@@ -187,8 +186,8 @@ bool is_most_kept(const MotionContext& context, const FeatureLabels& labels) {
   return kept >= context.options.min_kept_share * static_cast<double>(labels.size());
 }
 
-/// Tells whether the image shows that a feature beside something that moves is static: at one
-/// depth, because within a wide interval of depths a mover may pass for static.
+/// Tells whether the image shows that a feature beside something that moves is static. It must be
+/// at one depth: within a wide interval of depths a mover may pass for static.
 bool is_surely_static(const MotionContext& context, std::size_t feature) {
   const MotionJudgeOptions& options = context.options;
   const FeatureMotion& motion = context.measured.motions[feature];

@@ -16,26 +16,28 @@ const MotionMemory::Frame& frame_back(const MotionContext& context, std::size_t 
   return context.memory.past[context.frames_back(baseline) - 1];
 }
 
-/// Returns where a feature would have been over a baseline if it were static, a raw pixel. Without
-/// its depth, the nearest such place to its track; without a track, where the view goes if the
-/// camera only turns. None if it was behind the camera.
+/// Returns where a static feature at a depth was over a baseline, a raw pixel; none if it was
+/// behind the camera.
 std::optional<cv::Point2f> static_place(const MotionContext& context, std::size_t feature,
-                                        std::size_t baseline, std::optional<double> depth_m) {
-  const PinholeCamera& camera = context.camera;
-  const MotionBaseline& over = context.measured.baselines[baseline];
-  const cv::Point2d now = context.measured.ideal[feature];
-  std::optional<cv::Point2d> place;
-  if (depth_m || !over.tracks[feature].is_found) {
-    constexpr double far_m = 1e3;
-    place = camera.project(over.pose.pose * camera.point(now, depth_m.value_or(far_m)));
-  } else {
-    const cv::Point2d then = camera.ideal(over.tracks[feature].position);
-    const auto residual =
-        motion_residual(camera, over.pose.pose, now, then, context.measured.depths[feature]);
-    if (residual) place = residual->static_place;
-  }
+                                        std::size_t baseline, double depth_m) {
+  const RelativePose& pose = context.measured.baselines[baseline].pose.pose;
+  const auto place =
+      context.camera.project(pose * context.camera.point(context.measured.ideal[feature], depth_m));
   if (!place) return {};
-  return cv::Point2f(camera.raw(*place));
+  return cv::Point2f(context.camera.raw(*place));
+}
+
+/// Returns the place nearest to a feature's track where a static feature may have been, at any
+/// depth of its interval, a raw pixel; none if all of them were behind the camera.
+std::optional<cv::Point2f> nearest_static_place(const MotionContext& context, std::size_t feature,
+                                                std::size_t baseline) {
+  const MotionMeasurement& measured = context.measured;
+  const MotionBaseline& over = measured.baselines[baseline];
+  const auto residual = motion_residual(context.camera, over.pose.pose, measured.ideal[feature],
+                                        context.camera.ideal(over.tracks[feature].position),
+                                        measured.depths[feature]);
+  if (!residual) return {};
+  return cv::Point2f(context.camera.raw(residual->static_place));
 }
 
 }  // namespace
@@ -129,27 +131,37 @@ Appearance appearance_of(const MotionContext& context, std::size_t feature, std:
   const MotionJudgeOptions& options = context.options;
   const MotionBaseline& over = context.measured.baselines[baseline];
   if (!over.is_known) return Appearance::unclear;
-  const FeatureTrack& track = over.tracks[feature];
-  const Appearance without_image = track.is_found ? Appearance::moved : Appearance::unclear;
-  const FrameView& frame = context.input.frame;
   const FeaturesView features = context.input.features;
-  const auto depth_m = surface_depth(frame, features.pixel(feature));
-  const auto patch =
-      SurfacePatch::around(frame, context.memory.now.pyramid.grey(), features[feature], depth_m);
-  const auto place = static_place(context, feature, baseline, depth_m);
-  if (!patch || !place) return without_image;
+  const FeatureTrack& track = over.tracks[feature];
+  const auto depth_m = surface_depth(context.input.frame, features.pixel(feature));
+  // Without depth, the far end: where the view goes if the camera only turns.
+  auto place = static_place(context, feature, baseline, depth_m.value_or(1e3));
+  std::optional<cv::Point2f> nearest;
+  if (track.is_found) {
+    nearest = nearest_static_place(context, feature, baseline);
+    if (!nearest) return Appearance::unclear;
+    if (!depth_m) place = nearest;
+  }
+  if (!place) return Appearance::unclear;
+
+  const auto patch = SurfacePatch::around(context.input.frame, context.memory.now.pyramid.grey(),
+                                          features[feature], depth_m);
   const cv::Mat1b& then = frame_back(context, baseline).pyramid.grey();
+  std::optional<double> still, tracked, at_nearest;
+  if (patch) still = patch->difference(then, *place);
+  if (!track.is_found) {
+    const bool is_still = still && *still < options.still_patch_ratio * patch->contrast();
+    return is_still ? Appearance::still : Appearance::unclear;
+  }
+  if (patch) tracked = patch->difference(then, track.position);
+  if (patch) at_nearest = patch->difference(then, *nearest);
+  if (!still || !tracked || !at_nearest) return Appearance::moved;  // the image's border
   const double contrast = patch->contrast();
-  const auto still = patch->difference(then, *place);
-  if (!still) return without_image;
-  const bool is_still = *still < options.still_patch_ratio * contrast;
-  if (!track.is_found) return is_still ? Appearance::still : Appearance::unclear;
-  const auto tracked = patch->difference(then, track.position);
-  if (!tracked) return without_image;
-  const bool is_moved = *still - *tracked > options.min_patch_gain * contrast &&
-                        *tracked < options.max_patch_ratio * *still;
+  const double best = std::min(*still, *at_nearest);
+  const bool is_moved = best - *tracked > options.min_patch_gain * contrast &&
+                        *tracked < options.max_patch_ratio * best;
   if (is_moved) return Appearance::moved;
-  if (!is_still) return Appearance::unclear;
+  if (*still >= options.still_patch_ratio * contrast) return Appearance::unclear;
   return *tracked < *still ? Appearance::fits : Appearance::still;
 }
 

@@ -145,7 +145,7 @@ struct NormalEquations {
     }
   }
 
-  /// Returns the motion; damped a little, so that four observations in a row give no huge one.
+  /// Returns the motion; damped a little, so that observations in a row give no huge one.
   Twist solved() {
     double trace = 0;
     for (int a = 0; a < 6; ++a) {
@@ -195,8 +195,8 @@ Twist concentrated(double most, const PoseScratch& scratch) {
   return equations.solved();
 }
 
-/// Returns the best of many poses near `start`, of four observations each, or of two for a turn:
-/// fewer of those are needed, because two static observations are found sooner than four.
+/// Returns the best of many poses near `start`, each from four observations. A turn needs two, and
+/// fewer hypotheses, because two static observations are found sooner than four.
 RelativePose least_quantile(const RelativePose& start, const std::optional<PosePrior>& prior,
                             const RelativePoseOptions& options, Freedom freedom,
                             detail::Random& random, PoseScratch& scratch) {

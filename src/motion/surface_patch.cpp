@@ -18,6 +18,7 @@ constexpr double max_front_m = 0.15;  // what is nearer by more lies in front of
 }  // namespace
 
 std::optional<double> surface_depth(const FrameView& frame, cv::Point pixel) {
+  if (!cv::Rect({}, frame.depth.size()).contains(pixel)) return {};
   std::optional<double> farthest_m = frame.depth_m(pixel);
   if (farthest_m) return farthest_m;
   for (int dy = -1; dy <= 1; ++dy) {

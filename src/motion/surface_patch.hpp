@@ -17,8 +17,8 @@
 namespace dynfilter::detail {
 
 /// Returns the depth of the surface that a pixel lies on, metres: its own, else the farthest of
-/// the depths that are next to it in eight directions, because what a depth sensor cannot see
-/// beside an object lies behind the object. None without a depth within 20 pixels.
+/// the first depths in eight directions, because what a depth sensor cannot see beside an object
+/// lies behind the object. None without a depth within 20 steps, and outside the depth image.
 std::optional<double> surface_depth(const FrameView& frame, cv::Point pixel);
 
 /// Patch of 7x7 pixels around a feature without those that lie in front of its surface: beside a

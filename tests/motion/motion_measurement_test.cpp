@@ -99,26 +99,55 @@ cv::Mat1b wall(double shift_px) {
   return image;
 }
 
-/// Returns what a frame shows of a feature over the short baseline, by a camera that rests.
-Appearance appearance(const cv::Mat1b& then, cv::Point2f feature, const FeatureTrack& track,
-                      bool is_pose_known = true) {
+/// What a camera sees of a feature on the wall, and what it saw in the frame before.
+struct View {
+  cv::Mat1b then;
+  cv::Point2f feature{40, 30};
+  FeatureTrack track;
+  cv::Mat1f depth_m = cv::Mat1f(60, 80, 3.0F);
+  double camera_shift_m = 0;  // a point 3 m away shifts by 400 pixels a metre, over 3
+  bool is_pose_known = true;
+};
+
+/// Calls `action` with the context of a view of one feature.
+template <class Action>
+void with_context(const View& view, const Action& action) {
   const PinholeCamera camera{400, 400, 40, 30};
-  const std::vector<cv::KeyPoint> keypoints = {{feature, 7}};
+  const std::vector<cv::KeyPoint> keypoints = {{view.feature, 7}};
   FrameView frame;
-  frame.depth = cv::Mat1f(60, 80, 3.0F);
+  frame.depth = view.depth_m;
   const FilterInput input{frame, {}, keypoints};
   MotionMemory memory;
   const FeatureTracker tracker;
   tracker.build(wall(0), memory.now.pyramid);
-  tracker.build(then, memory.past[0].pyramid);
+  tracker.build(view.then, memory.past[0].pyramid);
   MotionMeasurement measured;
-  measured.ideal = {feature};
-  measured.depths.resize(1);
-  measured.baselines[0].is_known = is_pose_known;
-  measured.baselines[0].tracks = {track};
+  measured.ideal = {view.feature};
+  measured.baselines[0].is_known = view.is_pose_known;
+  measured.baselines[0].duration_s = frame_s;
+  measured.baselines[0].pose.pose.translation = {view.camera_shift_m, 0, 0};
+  measured.baselines[0].tracks = {view.track};
   Workspace workspace;
   const MotionJudgeOptions options;
-  return appearance_of({input, camera, options, false, memory, measured, workspace}, 0, 0);
+  measured.depths = {depth_interval(frame, nearest_pixel(view.feature))};
+  action(MotionContext{input, camera, options, false, memory, measured, workspace});
+}
+
+Appearance appearance(const View& view) {
+  Appearance result = Appearance::unclear;
+  with_context(view, [&](const MotionContext& context) { result = appearance_of(context, 0, 0); });
+  return result;
+}
+
+/// Returns the appearance of a feature in the middle, before a camera that rests.
+Appearance appearance(const cv::Mat1b& then, cv::Point2f feature, const FeatureTrack& track,
+                      bool is_pose_known = true) {
+  View view;
+  view.then = then;
+  view.feature = feature;
+  view.track = track;
+  view.is_pose_known = is_pose_known;
+  return appearance(view);
 }
 
 TEST(Appearance, IsWhatTheImageShowsAtBothPlaces) {
@@ -146,6 +175,82 @@ TEST(Appearance, ContradictsNoTrackAtTheBorder) {
 TEST(Appearance, IsUnclearWithoutAPose) {
   const cv::Point2f at(40, 30);
   EXPECT_EQ(appearance(wall(0), at, {at, true}, false), Appearance::unclear);
+}
+
+/// A person has come up to two pixels beside the feature: what lies in front of it does not count.
+TEST(Appearance, IsNotThatOfWhoPassesBeside) {
+  View view;
+  view.then = wall(0);
+  view.then.colRange(0, 39).setTo(250);
+  view.track = {cv::Point2f(43, 30), true};  // follows the person
+  EXPECT_NE(appearance(view), Appearance::still);
+  view.depth_m.colRange(0, 39).setTo(1.5F);
+  EXPECT_EQ(appearance(view), Appearance::still);
+}
+
+TEST(Appearance, IsAtThePlaceOfTheSurfacesDepth) {
+  View view;
+  view.camera_shift_m = 0.015;  // two pixels
+  view.then = wall(2);
+  EXPECT_EQ(appearance(view), Appearance::still);
+  view.depth_m.colRange(38, 43).setTo(0);  // a gap, with the wall around it
+  EXPECT_EQ(appearance(view), Appearance::still);
+  view.depth_m.setTo(8);
+  EXPECT_EQ(appearance(view), Appearance::unclear);
+}
+
+/// Without depth, any place on the segment may be the static one, and none is known without a
+/// track.
+TEST(Appearance, IsAtThePlaceNearestToTheTrackWithoutDepth) {
+  View view;
+  view.camera_shift_m = 0.015;
+  view.then = wall(2);
+  view.depth_m.setTo(0);
+  view.track = {cv::Point2f(42, 30), true};
+  EXPECT_EQ(appearance(view), Appearance::still);
+  view.track.is_found = false;
+  EXPECT_EQ(appearance(view), Appearance::unclear);
+  view.then = wall(0);  // as the far end
+  EXPECT_EQ(appearance(view), Appearance::still);
+}
+
+/// At an edge of depth, the feature may be at any depth of its interval.
+TEST(Appearance, IsNotMovedWhereADepthOfTheIntervalExplainsTheTrack) {
+  View view;
+  view.camera_shift_m = 0.015;
+  view.then = wall(4);
+  view.track = {cv::Point2f(44, 30), true};  // as a point at 1.5 m
+  EXPECT_EQ(appearance(view), Appearance::moved);
+  view.depth_m.colRange(0, 38).setTo(1.5F);
+  EXPECT_NE(appearance(view), Appearance::moved);
+}
+
+TEST(Appearance, IsUnclearBehindTheCamera) {
+  View view;
+  view.then = wall(2);
+  view.track = {cv::Point2f(42, 30), true};
+  with_context(view, [](const MotionContext& context) {
+    context.measured.baselines[0].pose.pose.translation = {0, 0, -4};
+    EXPECT_EQ(appearance_of(context, 0, 0), Appearance::unclear);
+  });
+}
+
+/// A track may fail where the wall is plain to see.
+TEST(MotionMeasurement, IsQuietWhereTheImageShowsTheFeatureStill) {
+  View view;
+  view.then = wall(0);
+  for (const bool is_tracked : {false, true}) {
+    view.track = {cv::Point2f(45, 30), is_tracked};
+    with_context(view, [](const MotionContext& context) {
+      measure_motions(context);
+      EXPECT_EQ(context.measured.motions[0].evidence, MotionEvidence::quiet);
+    });
+  }
+  view.then = wall(5);
+  with_context(view, [](const MotionContext& context) {
+    measure_motions(context);
+    EXPECT_EQ(context.measured.motions[0].evidence, MotionEvidence::seed);
+  });
 }
 
 }  // namespace

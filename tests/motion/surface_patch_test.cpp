@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -106,6 +107,28 @@ TEST(SurfaceDepth, IsThatOfWhatLiesBehindAGap) {
   frame.depth.setTo(0);
   EXPECT_FALSE(surface_depth(frame, {40, 30}));
   EXPECT_FALSE(surface_depth({}, {40, 30}));
+}
+
+TEST(SurfaceDepth, LooksInEightDirectionsForTwentySteps) {
+  for (int dy = -1; dy <= 1; ++dy) {
+    for (int dx = -1; dx <= 1; ++dx) {
+      if (dx == 0 && dy == 0) continue;
+      FrameView frame;
+      frame.depth = cv::Mat1f(60, 80, 0.0F);
+      frame.depth.at<float>(30 + 20 * dy, 40 + 20 * dx) = 2;
+      EXPECT_EQ(surface_depth(frame, {40, 30}), 2.0);
+      EXPECT_FALSE(surface_depth(frame, {40 - dx, 30 - dy}));  // 21 steps away
+    }
+  }
+}
+
+/// Features without a finite position have such pixels.
+TEST(SurfaceDepth, IsUnknownOutsideTheImage) {
+  const FrameView frame = person_left_of(40);
+  EXPECT_FALSE(surface_depth(frame, {-1, 30}));
+  EXPECT_FALSE(surface_depth(frame, {80, 30}));
+  EXPECT_FALSE(surface_depth(frame, nearest_pixel({NAN, 30})));
+  EXPECT_FALSE(surface_depth(frame, {std::numeric_limits<int>::max(), 30}));
 }
 
 }  // namespace

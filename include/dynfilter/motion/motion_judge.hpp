@@ -77,9 +77,8 @@ struct MotionJudgeOptions {
   double min_patch_gain = 0.2;
   double max_patch_ratio = 0.75;
   /// @}
-  /// Tracks fail beside what moves. So a feature that shifts or was not tracked is static
-  /// nevertheless if its patch differs from the static place by less than this share of its
-  /// contrast. What lies in front of the feature does not count for its patch.
+  /// Tracks fail beside what moves. A feature that shifts or was not tracked is static nevertheless
+  /// if its patch differs from the static place by less than this share of its contrast.
   double still_patch_ratio = 0.5;
   int fill_radius_px = 25;      ///< unclear features between dynamic ones are dynamic
   double min_fill_share = 0.6;  ///< above this share of the features within that radius
@@ -102,13 +101,12 @@ struct MotionJudgeOptions {
   double min_still_tracked = 0.5;   ///< share of its features that must be tracked
   std::size_t min_still_votes = 8;  ///< and their number, as that of depths for its fringe
 
-  /// Beside an instance that never moved since it appeared, still features that compensation
-  /// removed come back at once, if the stages before kept at least this share of all features:
-  /// otherwise the camera's motion may have been taken from persons.
+  /// What compensation removed comes back only if the stages before kept at least this share of all
+  /// features: otherwise the camera's motion may have been taken from persons. Beside an instance
+  /// that never moved since it appeared, what is still comes back at once.
   double min_kept_share = 0.5;
-
-  /// A feature that compensation removed beside something that moves comes back if the image shows
-  /// it at the static place, and if its DepthInterval spans less than this, metres.
+  /// Beside something that moves, a feature comes back if the image shows it at the static place,
+  /// and if its DepthInterval spans less than this, metres.
   double max_background_depth_range_m = 0.4;
 
   /// Features this near to the mask of an instance that is not still are judged strictly, pixels:
@@ -128,7 +126,9 @@ struct MotionJudgeOptions {
 /// compensation removed farther from the masks join in where they agree with the others), and a
 /// track is compared with where the feature would have been if it were static, at any depth that it
 /// may have. Single features prove nothing: tracks fail at occlusions and between layers of depth.
-/// So evidence is pooled over neighbours, over time and over instances.
+/// So evidence is pooled over neighbours, over time and over instances. Where a track fails or
+/// shifts, the image decides: a feature is static if it looked the same at the static place. What
+/// lies in front of its surface, as a person beside it, is left out of the comparison.
 ///
 /// Abstains, changes nothing and says why in MotionStatistics: without an image, in the first
 /// frame, after a cut, a gap or a step back in time, where an image repeats, and where the tracks

@@ -25,8 +25,8 @@ constexpr std::array<int, motion_baselines> motion_baseline_frames = {1, 3};
 
 /// What one feature says about its motion.
 enum class MotionEvidence : std::uint8_t {
-  unknown,   ///< it could not be tracked, or nothing is known about its place
-  quiet,     ///< it is where a static feature would be
+  unknown,   ///< neither its track nor the image says where it was
+  quiet,     ///< it was where a static feature would have been
   seed,      ///< it is not, but alone says little: tracks fail, too
   supported  ///< neighbours move as it does
 };
@@ -38,7 +38,7 @@ struct FeatureMotion {
   std::array<bool, motion_baselines> is_tracked = {false, false};  ///< whether shift_px is known
   std::size_t baseline = 0;  ///< the one with the largest ratio
   float ratio = 0;           ///< largest shift over what is allowed for, of all baselines
-  MotionEvidence evidence = MotionEvidence::unknown;  ///< what the ratio says
+  MotionEvidence evidence = MotionEvidence::unknown;  ///< what the ratio and the image say
   float depth_m = 0;  ///< depth at the feature's pixel, metres; 0 = unknown
 
   /// Whether the feature was tracked over any baseline.

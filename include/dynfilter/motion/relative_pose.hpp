@@ -54,7 +54,7 @@ struct PosePrior {
 /// Options of RelativePoseEstimator. Chosen on rendered scenes of seeds 11 to 13.
 struct RelativePoseOptions {
   std::size_t min_observations = 20;  ///< below, there is no answer; at least 6
-  /// A start is refined by so many, a turn's by a quarter of them; 1 to 100000.
+  /// Hypotheses from each start; for a turn a quarter of them, rounded up. 1 to 100000.
   std::size_t hypotheses = 120;
   std::size_t starts = 2;  ///< the second one starts from the first one's answer; 1 to 10
   /// Number of observations that judge a hypothesis; at least 20.
