@@ -55,7 +55,7 @@ void check_options(const MotionJudgeOptions& options) {
   not_negative("min_speed_m_s", options.min_speed_m_s);
   not_negative("min_patch_gain", options.min_patch_gain);
   not_negative("max_patch_ratio", options.max_patch_ratio);
-  not_negative("still_patch_ratio", options.still_patch_ratio);
+  not_negative("max_still_patch_ratio", options.max_still_patch_ratio);
   require(options.fill_radius_px >= 0 && options.fill_radius_px <= 1000, "fill_radius_px",
           options.fill_radius_px, "0 to 1000");
   share("min_fill_share", options.min_fill_share);

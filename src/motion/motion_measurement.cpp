@@ -150,7 +150,7 @@ Appearance appearance_of(const MotionContext& context, std::size_t feature, std:
   std::optional<double> still, tracked, at_nearest;
   if (patch) still = patch->difference(then, *place);
   if (!track.is_found) {
-    const bool is_still = still && *still < options.still_patch_ratio * patch->contrast();
+    const bool is_still = still && *still < options.max_still_patch_ratio * patch->contrast();
     return is_still ? Appearance::still : Appearance::unclear;
   }
   if (patch) tracked = patch->difference(then, track.position);
@@ -161,7 +161,7 @@ Appearance appearance_of(const MotionContext& context, std::size_t feature, std:
   const bool is_moved = best - *tracked > options.min_patch_gain * contrast &&
                         *tracked < options.max_patch_ratio * best;
   if (is_moved) return Appearance::moved;
-  if (*still >= options.still_patch_ratio * contrast) return Appearance::unclear;
+  if (*still >= options.max_still_patch_ratio * contrast) return Appearance::unclear;
   return *tracked < *still ? Appearance::fits : Appearance::still;
 }
 

@@ -52,7 +52,7 @@ std::size_t given_back_beside_a_walker(const MotionJudgeOptions& options) {
 TEST(MotionBackground, ComesBackIfTheImageShowsItStillAtOneDepth) {
   EXPECT_GT(given_back_beside_a_walker({}), 100U);
   MotionJudgeOptions options;
-  options.still_patch_ratio = 0;  // nothing looks so much alike
+  options.max_still_patch_ratio = 0;  // nothing looks so much alike
   EXPECT_EQ(given_back_beside_a_walker(options), 0U);
   options = {};
   options.max_background_depth_range_m = 0;  // no depth spans less
@@ -62,7 +62,7 @@ TEST(MotionBackground, ComesBackIfTheImageShowsItStillAtOneDepth) {
 /// A person's verdict takes frames. A map that begins without anything near him suffers until then.
 TEST(MotionBackground, ComesBackAtOnceBesideAPersonWhoNeverMoved) {
   MotionJudgeOptions options;
-  options.still_patch_ratio = 0;  // what comes back in any case does not count here
+  options.max_still_patch_ratio = 0;  // what comes back in any case does not count here
   const std::vector<std::size_t> counts = given_back(options, 0);
   EXPECT_EQ(counts[0], 0U);
   EXPECT_GT(counts[1], 50U);
@@ -181,7 +181,7 @@ TEST(MotionBackground, IsNotLostByItsTracksAlone) {
   MotionJudgeOptions options;
   options.max_thing_depth_m = 100;  // nor does depth tell that it is behind him
   const std::size_t lost = lost_beside_walkers(options);
-  options.still_patch_ratio = 0;  // the image tells nothing
+  options.max_still_patch_ratio = 0;  // the image tells nothing
   EXPECT_LT(4 * lost, lost_beside_walkers(options));
 }
 

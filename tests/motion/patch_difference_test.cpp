@@ -7,16 +7,12 @@
 
 #include <gtest/gtest.h>
 
+#include "support/brightness.hpp"
+
 namespace dynfilter {
 namespace {
 
-/// Oracle: the brightness at a real position.
-double brightness(const cv::Mat1b& image, double x, double y) {
-  const int left = static_cast<int>(std::floor(x)), top = static_cast<int>(std::floor(y));
-  const double a = x - left, b = y - top;
-  return (1 - b) * ((1 - a) * image(top, left) + a * image(top, left + 1)) +
-         b * ((1 - a) * image(top + 1, left) + a * image(top + 1, left + 1));
-}
+using testing::brightness;
 
 cv::Mat1b noise(std::uint64_t seed) {
   cv::Mat1b image(40, 50);

@@ -12,9 +12,12 @@
 
 #include "dynfilter/features.hpp"
 #include "dynfilter/motion/patch_difference.hpp"
+#include "support/brightness.hpp"
 
 namespace dynfilter::detail {
 namespace {
+
+using testing::brightness;
 
 constexpr float person_m = 1.5F, wall_m = 3.0F;
 
@@ -30,14 +33,6 @@ FrameView person_left_of(int column) {
   frame.depth = cv::Mat1f(60, 80, wall_m);
   frame.depth.colRange(0, column).setTo(person_m);
   return frame;
-}
-
-/// Oracle: the brightness at a real position.
-double brightness(const cv::Mat1b& image, double x, double y) {
-  const int left = static_cast<int>(std::floor(x)), top = static_cast<int>(std::floor(y));
-  const double a = x - left, b = y - top;
-  return (1 - b) * ((1 - a) * image(top, left) + a * image(top, left + 1)) +
-         b * ((1 - a) * image(top + 1, left) + a * image(top + 1, left + 1));
 }
 
 double mean_of(const std::vector<double>& values) {

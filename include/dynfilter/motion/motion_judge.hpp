@@ -79,10 +79,13 @@ struct MotionJudgeOptions {
   /// @}
   /// Tracks fail beside what moves. A feature that shifts or was not tracked is static nevertheless
   /// if its patch differs from the static place by less than this share of its contrast.
-  double still_patch_ratio = 0.5;
-  int fill_radius_px = 25;      ///< unclear features between dynamic ones are dynamic
+  double max_still_patch_ratio = 0.5;
+  /// @{
+  /// Unclear features between dynamic ones are dynamic unless the image shows them still.
+  int fill_radius_px = 25;      ///< those within this distance count, pixels
   double min_fill_share = 0.6;  ///< above this share of the features within that radius
   double max_fill_ratio = 0.3;  ///< but not those below this share of the allowed shift
+  /// @}
 
   /// Features whose depths differ by more are on different things, metres: they do not count for
   /// the fill, and one so far behind most of an instance's features is not in its fringe.

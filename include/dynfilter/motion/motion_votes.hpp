@@ -27,7 +27,7 @@ constexpr std::array<int, motion_baselines> motion_baseline_frames = {1, 3};
 enum class MotionEvidence : std::uint8_t {
   unknown,   ///< neither its track nor the image says where it was
   quiet,     ///< it was where a static feature would have been
-  seed,      ///< it is not, but alone says little: tracks fail, too
+  seed,      ///< it was not, but alone says little: tracks fail, too
   supported  ///< neighbours move as it does
 };
 
