@@ -17,9 +17,10 @@
 namespace dynfilter {
 namespace {
 
-constexpr double min_step_px = 0.01;
+constexpr double min_step_px = 0.03;
 constexpr double min_eigenvalue = 1e-4;
 constexpr int levels_near = 1;         // halvings for a search near an expected place
+constexpr double min_miss_px = 1;      // of expected places, for another search
 constexpr std::size_t min_found = 10;  // features that tell by how much expected places miss
 
 struct TrackerScratch {
@@ -55,7 +56,6 @@ void require_count(std::size_t places, std::size_t features) {
 void track_there_and_back(const std::vector<cv::Mat>& from, const std::vector<cv::Mat>& to,
                           const FeatureTrackerOptions& options, int levels,
                           TrackerScratch& scratch) {
-  const cv::Size window(options.window_px, options.window_px);
   const cv::TermCriteria criteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS,
                                   options.iterations, min_step_px);
   scratch.back.clear();  // at first, the shift that was expected the other way
@@ -65,8 +65,9 @@ void track_there_and_back(const std::vector<cv::Mat>& from, const std::vector<cv
   const auto follow = [&](const auto& first, const auto& second,
                           const std::vector<cv::Point2f>& points, std::vector<cv::Point2f>& found,
                           std::vector<std::uint8_t>& is_found) {
-    cv::calcOpticalFlowPyrLK(first, second, points, found, is_found, scratch.errors, window, levels,
-                             criteria, cv::OPTFLOW_USE_INITIAL_FLOW, min_eigenvalue);
+    cv::calcOpticalFlowPyrLK(first, second, points, found, is_found, scratch.errors,
+                             options.window_px, levels, criteria, cv::OPTFLOW_USE_INITIAL_FLOW,
+                             min_eigenvalue);
   };
   follow(from, to, scratch.points, scratch.found, scratch.is_found);
   for (std::size_t k = 0; k < scratch.points.size(); ++k) scratch.back[k] += scratch.found[k];
@@ -108,8 +109,11 @@ std::vector<PointMotion> point_motions(FeaturesView features,
 }
 
 FeatureTracker::FeatureTracker(const FeatureTrackerOptions& options) : options_(options) {
-  require(options.window_px >= 5 && options.window_px <= 99 && options.window_px % 2 == 1,
-          "window_px", options.window_px, "an odd number from 5 to 99");
+  const auto is_window_side = [](int side_px) { return side_px >= 5 && side_px <= 99; };
+  require(is_window_side(options.window_px.width), "window_px.width", options.window_px.width,
+          "5 to 99");
+  require(is_window_side(options.window_px.height), "window_px.height", options.window_px.height,
+          "5 to 99");
   require(options.levels >= 0 && options.levels <= 8, "levels", options.levels, "0 to 8");
   require(options.iterations >= 1 && options.iterations <= 100, "iterations", options.iterations,
           "1 to 100");
@@ -131,12 +135,11 @@ void FeatureTracker::build(const cv::Mat& image, ImagePyramid& pyramid) const {
   } else {
     cv::cvtColor(image, pyramid.grey_, type == CV_8UC3 ? cv::COLOR_BGR2GRAY : cv::COLOR_BGRA2GRAY);
   }
-  const int least = 2 * options_.window_px;
-  if (image.cols < least || image.rows < least) {
+  const cv::Size window = options_.window_px;
+  if (image.cols < 2 * window.width || image.rows < 2 * window.height) {
     pyramid.levels_.clear();
     return;
   }
-  const cv::Size window(options_.window_px, options_.window_px);
   try {
     cv::buildOpticalFlowPyramid(pyramid.grey_, pyramid.levels_, window, options_.levels);
   } catch (...) {
@@ -159,17 +162,43 @@ void FeatureTracker::track(const ImagePyramid& from, const ImagePyramid& to, Fea
   }
   const int levels = std::min(options_.levels, levels_near);
   follow(from, to, features, levels, tracks, workspace);
-  // Once more for those that were not found: most were missed by about as much as the others.
-  auto& scratch = workspace.get<TrackerScratch>();
-  scratch.first.assign(tracks.begin(), tracks.end());
-  const cv::Point2f miss = median_miss(*expected, tracks, scratch);
+  // Most were missed by about as much as the others.
+  const cv::Point2f miss = median_miss(*expected, tracks, workspace.get<TrackerScratch>());
+  if (cv::norm(miss) < min_miss_px) return;
+  follow_others(
+      from, to, features, levels,
+      [&](std::size_t i) {
+        const cv::Point2f place = (*expected)[i];
+        return FeatureTrack{place + miss, is_inside(place, to.size())};
+      },
+      tracks, workspace);
+}
+
+void FeatureTracker::track_again(const ImagePyramid& from, const ImagePyramid& to,
+                                 FeaturesView features, std::vector<FeatureTrack>& tracks,
+                                 Workspace& workspace) const {
+  require_count(tracks.size(), features.size());
+  follow_others(
+      from, to, features, options_.levels,
+      [&](std::size_t i) {
+        return FeatureTrack{features[i], true};
+      },
+      tracks, workspace);
+}
+
+/// Follows the features that were not found, from other places.
+template <class Begin>
+void FeatureTracker::follow_others(const ImagePyramid& from, const ImagePyramid& to,
+                                   FeaturesView features, int levels, const Begin& begin,
+                                   std::vector<FeatureTrack>& tracks, Workspace& workspace) const {
+  std::vector<FeatureTrack>& first = workspace.get<TrackerScratch>().first;
+  first.assign(tracks.begin(), tracks.end());
   for (std::size_t i = 0; i < features.size(); ++i) {
-    const bool is_sought = !scratch.first[i].is_found && is_inside((*expected)[i], to.size());
-    tracks[i] = {(*expected)[i] + miss, is_sought};
+    tracks[i] = first[i].is_found ? FeatureTrack() : begin(i);
   }
   follow(from, to, features, levels, tracks, workspace);
   for (std::size_t i = 0; i < features.size(); ++i) {
-    if (scratch.first[i].is_found) tracks[i] = scratch.first[i];
+    if (first[i].is_found) tracks[i] = first[i];
   }
 }
 

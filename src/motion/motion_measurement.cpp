@@ -12,6 +12,10 @@
 namespace dynfilter::detail {
 namespace {
 
+/// For features without depth: as far as that, the view goes where a camera that only turns takes
+/// it.
+constexpr double far_m = 1e3;
+
 const MotionMemory::Frame& frame_back(const MotionContext& context, std::size_t baseline) {
   return context.memory.past[context.frames_back(baseline) - 1];
 }
@@ -40,6 +44,34 @@ std::optional<cv::Point2f> nearest_static_place(const MotionContext& context, st
   return cv::Point2f(context.camera.raw(residual->static_place));
 }
 
+/// Writes where each feature is expected over a baseline. Over the short one: where a static one
+/// was if the camera moves on as before. Over the long one: where it was if its own motion went on
+/// as over the short one. Returns false where nothing is known of the camera.
+bool expect_places(const MotionContext& context, std::size_t baseline) {
+  const FeaturesView features = context.input.features;
+  std::vector<cv::Point2f>& expected = context.measured.expected;
+  expected.clear();
+  if (baseline > 0) {
+    const auto times = static_cast<float>(context.frames_back(baseline));
+    for (std::size_t i = 0; i < features.size(); ++i) {
+      const FeatureTrack& track = context.measured.baselines[0].tracks[i];
+      const cv::Point2f shift = track.is_found ? track.position - features[i] : cv::Point2f();
+      expected.push_back(features[i] + times * shift);
+    }
+    return true;
+  }
+  const std::optional<RelativePose>& motion = context.memory.past[0].motion;
+  if (!motion) return false;
+  for (std::size_t i = 0; i < features.size(); ++i) {
+    const auto depth_m = context.input.frame.depth_m(features.pixel(i));
+    const cv::Point3d point =
+        context.camera.point(context.camera.ideal(features[i]), depth_m.value_or(far_m));
+    const auto place = context.camera.project(*motion * point);
+    expected.push_back(place ? cv::Point2f(context.camera.raw(*place)) : features[i]);
+  }
+  return true;
+}
+
 }  // namespace
 
 void track_back(const MotionContext& context, const FeatureTracker& tracker, std::size_t baseline) {
@@ -64,19 +96,14 @@ void track_back(const MotionContext& context, const FeatureTracker& tracker, std
     tracker.refine(memory.now.pyramid, then.pyramid, features, result.tracks, context.workspace);
     return;
   }
-  const std::vector<cv::Point2f>* expected = nullptr;
-  if (baseline > 0) {  // motion goes on as over the short baseline
-    measured.expected.clear();
-    const auto times = static_cast<float>(context.frames_back(baseline));
-    for (std::size_t i = 0; i < features.size(); ++i) {
-      const FeatureTrack& track = measured.baselines[0].tracks[i];
-      const cv::Point2f shift = track.is_found ? track.position - features[i] : cv::Point2f();
-      measured.expected.push_back(features[i] + times * shift);
-    }
-    expected = &measured.expected;
+  const ImagePyramid& now = memory.now.pyramid;
+  const bool is_expected = expect_places(context, baseline);
+  tracker.track(now, then.pyramid, features, is_expected ? &measured.expected : nullptr,
+                result.tracks, context.workspace);
+  const bool may_move_otherwise = baseline == 0 && is_expected;
+  if (may_move_otherwise) {
+    tracker.track_again(now, then.pyramid, features, result.tracks, context.workspace);
   }
-  tracker.track(memory.now.pyramid, then.pyramid, features, expected, result.tracks,
-                context.workspace);
 }
 
 void measure_places(const MotionContext& context) {
@@ -134,8 +161,7 @@ Appearance appearance_of(const MotionContext& context, std::size_t feature, std:
   const FeaturesView features = context.input.features;
   const FeatureTrack& track = over.tracks[feature];
   const auto depth_m = surface_depth(context.input.frame, features.pixel(feature));
-  // Without depth, the far end: where the view goes if the camera only turns.
-  auto place = static_place(context, feature, baseline, depth_m.value_or(1e3));
+  auto place = static_place(context, feature, baseline, depth_m.value_or(far_m));
   std::optional<cv::Point2f> nearest;
   if (track.is_found) {
     nearest = nearest_static_place(context, feature, baseline);

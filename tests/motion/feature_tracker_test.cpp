@@ -14,10 +14,10 @@
 namespace dynfilter {
 namespace {
 
-/// Smooth texture, known at every real position.
+/// Smooth texture, known at every real position. Its reductions have texture, too.
 double brightness(double x, double y) {
   return 128 + 40 * std::sin(x / 4.1) * std::cos(y / 5.3) + 30 * std::sin(x / 9.7 + y / 6.1) +
-         20 * std::cos(x / 3.3 - y / 8.9);
+         20 * std::cos(x / 3.3 - y / 8.9) + 20 * std::sin(x / 27.0) * std::cos(y / 31.0);
 }
 
 /// Renders the texture, shifted: what is at p here is at p + shift in the image without shift.
@@ -183,6 +183,48 @@ TEST(FeatureTracker, LearnsFromTheOthersByHowMuchExpectedPlacesMiss) {
   EXPECT_GT(count_right(points, tracks, shift), points.size() * 9 / 10);
 }
 
+TEST(FeatureTracker, SearchesAgainForWhatMovesOtherwiseThanExpected) {
+  const FeatureTracker tracker;
+  const cv::Rect box(100, 60, 120, 120);
+  const cv::Point shift(24, 10);  // of the box; the rest stays
+  cv::RNG random(6);
+  const auto noise = [&](cv::Size size) {
+    cv::Mat1f values(size);
+    cv::Mat image;
+    random.fill(values, cv::RNG::NORMAL, 128, 400);
+    cv::GaussianBlur(values, values, {}, 4);
+    values.convertTo(image, CV_8U);
+    return image;
+  };
+  const cv::Mat room = noise({320, 240}), texture = noise(box.size());
+  const cv::Mat now = room.clone(), then = room.clone();
+  texture.copyTo(now(box));
+  texture.copyTo(then(box + shift));
+  const Pair images = pair_of(tracker, now, then);
+  std::vector<cv::Point2f> in_box, around;
+  for (const cv::Point2f& point : grid(40)) {
+    if (box.contains(point)) in_box.push_back(point);
+    const bool is_apart = point.x < 84 || point.x > 260;
+    if (is_apart) around.push_back(point);
+  }
+  std::vector<cv::Point2f> points = in_box;
+  points.insert(points.end(), around.begin(), around.end());
+  Workspace workspace;
+  std::vector<FeatureTrack> tracks;
+  tracker.track(images.from, images.to, points, &points, tracks, workspace);
+  const std::vector<FeatureTrack> first = tracks;
+  const auto of_box = [&] {
+    return count_right(in_box, {tracks.begin(), tracks.begin() + in_box.size()}, shift);
+  };
+  EXPECT_LT(of_box(), in_box.size() / 4);
+  tracker.track_again(images.from, images.to, points, tracks, workspace);
+  EXPECT_GT(of_box(), in_box.size() / 2);
+  for (std::size_t i = in_box.size(); i < points.size(); ++i) {
+    EXPECT_TRUE(tracks[i].is_found);
+    EXPECT_EQ(tracks[i].position, first[i].position);
+  }
+}
+
 TEST(FeatureTracker, RefinesAHostsMatches) {
   const FeatureTracker tracker;
   const cv::Point2d shift(13.4, 8.2);
@@ -226,19 +268,21 @@ TEST(FeatureTracker, TakesColourAndKeepsNoPixelOfIt) {
 
 TEST(FeatureTracker, NeedsImagesOfTwoWindows) {
   const FeatureTracker tracker;
-  const int least = 2 * FeatureTrackerOptions().window_px;
+  const cv::Size least = FeatureTrackerOptions().window_px * 2;
   ImagePyramid pyramid;
-  for (const cv::Size& size : {cv::Size(least, least), {least - 1, least}, {least, least - 1}}) {
-    tracker.build(cv::Mat(size, CV_8UC1, cv::Scalar(9)), pyramid);
-    EXPECT_EQ(pyramid.empty(), size.area() < least * least) << size;
+  for (const cv::Size& missing : {cv::Size(0, 0), {1, 0}, {0, 1}}) {
+    tracker.build(cv::Mat(least - missing, CV_8UC1, cv::Scalar(9)), pyramid);
+    EXPECT_EQ(pyramid.empty(), missing != cv::Size()) << missing;
   }
 }
 
 TEST(FeatureTracker, RefusesNonsense) {
   using Bad = std::invalid_argument;
   FeatureTrackerOptions options;
-  options.window_px = 8;
-  testing::expect_error<Bad>([&] { FeatureTracker{options}; }, "window_px = 8; want an odd number");
+  options.window_px = {4, 15};
+  testing::expect_error<Bad>([&] { FeatureTracker{options}; }, "window_px.width = 4; want 5 to 99");
+  options.window_px = {8, 100};
+  testing::expect_error<Bad>([&] { FeatureTracker{options}; }, "window_px.height = 100");
   options = {};
   options.max_forward_backward_px = 0;
   testing::expect_error<Bad>([&] { FeatureTracker{options}; }, "max_forward_backward_px = 0");
@@ -248,7 +292,7 @@ TEST(FeatureTracker, RefusesNonsense) {
   const cv::Mat solid({2, 40, 40}, CV_8UC1);
   testing::expect_error<Bad>([&] { tracker.build(solid, pyramid); }, "2x40x40");
   tracker.build(textured({}), pyramid);
-  tracker.build(textured({}, {17, 100}), small);
+  tracker.build(textured({}, {15, 100}), small);
   EXPECT_TRUE(small.empty());
   Workspace workspace;
   std::vector<FeatureTrack> tracks;

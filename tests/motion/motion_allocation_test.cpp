@@ -57,7 +57,8 @@ TEST(MotionAllocations, AreThoseOfOpenCv) {
     std::size_t of_opencv = allocations_of([&] { tracker.build(frame.image, past[i % 4]); });
     if (i < 3) continue;
     of_opencv += allocations_of([&] {
-      tracker.track(past[i % 4], past[(i + 3) % 4], corners, nullptr, tracks, workspace);
+      tracker.track(past[i % 4], past[(i + 3) % 4], corners, &corners, tracks, workspace);
+      tracker.track_again(past[i % 4], past[(i + 3) % 4], corners, tracks, workspace);
     });
     std::vector<cv::Point2f> expected;
     for (std::size_t k = 0; k < corners.size(); ++k) {

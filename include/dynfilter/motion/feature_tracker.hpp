@@ -31,9 +31,10 @@ std::vector<PointMotion> point_motions(FeaturesView features,
 
 /// Options of FeatureTracker.
 struct FeatureTrackerOptions {
-  /// Side of the window that is compared, pixels, odd; 5 to 99. A small one reaches less over the
-  /// edges of things that move differently, and is fast; a large one has less noise.
-  int window_px = 11;
+  /// Window that is compared, pixels; 5 to 99 wide and high. A small one reaches less over the
+  /// edges of things that move differently, and is fast; a large one has less noise. OpenCV
+  /// compares 8 pixels of a row at once, so that one of 11x11 takes half as long again as this one.
+  cv::Size window_px = {8, 15};
   int levels = 3;      ///< halvings of the image; 0 to 8
   int iterations = 8;  ///< steps on each level, at most; 1 to 100
   /// Largest distance from a feature of where tracking it back ends, pixels; above 0.
@@ -68,21 +69,26 @@ class FeatureTracker {
   explicit FeatureTracker(const FeatureTrackerOptions& options = {});
 
   /// Builds the pyramid of an image of type CV_8UC1, CV_8UC3 (BGR) or CV_8UC4, reusing the memory
-  /// of `pyramid`. An image smaller than two windows gives an empty pyramid. Throws
-  /// std::invalid_argument for another type. O(pixels).
+  /// of `pyramid`. An image smaller than two windows in either direction gives an empty pyramid.
+  /// Throws std::invalid_argument for another type. O(pixels).
   void build(const cv::Mat& image, ImagePyramid& pyramid) const;
 
   /// Finds the features of frame `from` in frame `to`, one track for each. A feature outside the
   /// image has no track. With `expected`, which has one place for each feature, the search begins
   /// there, on the image and its half only: where texture repeats, smaller images lead from a good
   /// beginning to a wrong place. What is not found is searched for once more, from where it would
-  /// be if its place were missed by as much as those of the others, their median. A feature that is
-  /// expected outside the image has no track. Both pyramids must be of this tracker. Throws
-  /// std::invalid_argument for pyramids that are empty or of different sizes, and for another
-  /// number of expected places. O(features).
+  /// be if its place were missed by as much as those of the others, their median, unless they were
+  /// missed by less than a pixel. A feature that is expected outside the image has no track. Both
+  /// pyramids must be of this tracker. Throws std::invalid_argument for pyramids that are empty or
+  /// of different sizes, and for another number of expected places. O(features).
   void track(const ImagePyramid& from, const ImagePyramid& to, FeaturesView features,
              const std::vector<cv::Point2f>* expected, std::vector<FeatureTrack>& tracks,
              Workspace& workspace) const;
+
+  /// Searches once more for the features that track() did not find, from their places in `from` and
+  /// on all images: for what does not move as expected. Throws like track. O(features).
+  void track_again(const ImagePyramid& from, const ImagePyramid& to, FeaturesView features,
+                   std::vector<FeatureTrack>& tracks, Workspace& workspace) const;
 
   /// Improves a host's tracks: matches of descriptors are as coarse as their pyramid and do not
   /// tell small motions. Searches on the full image only, around where a track that is found ends;
@@ -93,6 +99,10 @@ class FeatureTracker {
  private:
   void follow(const ImagePyramid& from, const ImagePyramid& to, FeaturesView features, int levels,
               std::vector<FeatureTrack>& tracks, Workspace& workspace) const;
+  template <class Begin>
+  void follow_others(const ImagePyramid& from, const ImagePyramid& to, FeaturesView features,
+                     int levels, const Begin& begin, std::vector<FeatureTrack>& tracks,
+                     Workspace& workspace) const;
 
   FeatureTrackerOptions options_;
 };
