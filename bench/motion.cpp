@@ -14,6 +14,7 @@
 #include <dynfilter/evaluation/scene_levels.hpp>
 #include <dynfilter/motion/motion_judge.hpp>
 #include <opencv2/calib3d.hpp>
+#include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
 
 namespace {
@@ -101,6 +102,27 @@ void stage(benchmark::State& state) {
   state.counters["features"] = static_cast<double>(shots()[0].keypoints.size());
 }
 
+/// Returns the camera's motion from a frame of a scene to the one before it.
+RelativePose true_motion(const SyntheticScene& scene, int frame) {
+  const CameraPose now = scene.pose(frame), then = scene.pose(frame - 1);
+  return {then.rotation.t() * now.rotation,
+          then.rotation.t() * (now.translation - then.translation)};
+}
+
+/// Returns where the features of a frame were in the one before if they are static and the camera
+/// moves on as before, which is how the stage expects them.
+std::vector<cv::Point2f> expected_places(std::size_t frame) {
+  const RelativePose motion = true_motion(scene(), static_cast<int>(frame) - 1);
+  std::vector<cv::Point2f> places;
+  for (const cv::KeyPoint& keypoint : shots()[frame].keypoints) {
+    const double depth_m =
+        shots()[frame].rendered.frame.depth_m(cv::Point(keypoint.pt)).value_or(10);
+    const cv::Point3d then = motion * camera().point(keypoint.pt, depth_m);
+    places.emplace_back(camera().project(then).value_or(cv::Point2d(keypoint.pt)));
+  }
+  return places;
+}
+
 /// Does the stage's tracking alone, on the same frames: what it costs beside that is the
 /// difference.
 void tracking(benchmark::State& state) {
@@ -110,12 +132,15 @@ void tracking(benchmark::State& state) {
   for (std::size_t i = 0; i < frames; ++i) tracker.build(shots()[i].rendered.frame.image, past[i]);
   ImagePyramid now;
   std::vector<FeatureTrack> short_tracks, long_tracks;
+  std::vector<std::vector<cv::Point2f>> expected_short(frames);
+  for (std::size_t i = 3; i < frames; ++i) expected_short[i] = expected_places(i);
   std::vector<cv::Point2f> expected;
   std::size_t i = 3;
   for (auto _ : state) {
     const Shot& shot = shots()[i];
     tracker.build(shot.rendered.frame.image, now);
-    tracker.track(now, past[i - 1], shot.keypoints, nullptr, short_tracks, workspace);
+    tracker.track(now, past[i - 1], shot.keypoints, &expected_short[i], short_tracks, workspace);
+    tracker.track_again(now, past[i - 1], shot.keypoints, short_tracks, workspace);
     expected.clear();
     for (std::size_t k = 0; k < short_tracks.size(); ++k) {
       const cv::Point2f at = shot.keypoints[k].pt;
@@ -124,6 +149,16 @@ void tracking(benchmark::State& state) {
     tracker.track(now, past[i - 3], shot.keypoints, &expected, long_tracks, workspace);
     i = i + 1 == frames ? 3 : i + 1;
   }
+}
+
+/// Extracts 1000 ORB features, which a tracker pays anyway: what the tracking is measured by.
+void orb_extraction(benchmark::State& state) {
+  const cv::Ptr<cv::ORB> orb = cv::ORB::create(1000);
+  cv::Mat grey, descriptors;
+  cv::cvtColor(shots()[3].rendered.frame.image, grey, cv::COLOR_BGR2GRAY);
+  std::vector<cv::KeyPoint> keypoints;
+  for (auto _ : state) orb->detectAndCompute(grey, cv::noArray(), keypoints, descriptors);
+  if (keypoints.size() < 900) state.SkipWithError("too few keypoints");
 }
 
 /// Observations of a static room, and of a mover at 1.2 m that shifts by 10 mm.
@@ -144,15 +179,8 @@ std::vector<PoseObservation> observations(const RelativePose& truth) {
   return result;
 }
 
-RelativePose true_motion() {
-  const SyntheticScene room(scene_level("static", 12));
-  const CameraPose now = room.pose(60), then = room.pose(59);
-  return {then.rotation.t() * now.rotation,
-          then.rotation.t() * (now.translation - then.translation)};
-}
-
 void pose(benchmark::State& state) {
-  const RelativePose truth = true_motion();
+  const RelativePose truth = true_motion(SyntheticScene(scene_level("static", 12)), 60);
   const std::vector<PoseObservation> seen = observations(truth);
   const RelativePoseEstimator estimator(camera());
   Workspace workspace;
@@ -162,7 +190,7 @@ void pose(benchmark::State& state) {
 }
 
 void pnp_ransac(benchmark::State& state) {
-  const RelativePose truth = true_motion();
+  const RelativePose truth = true_motion(SyntheticScene(scene_level("static", 12)), 60);
   std::vector<cv::Point3d> points;
   std::vector<cv::Point2d> pixels;
   for (const PoseObservation& one : observations(truth)) {
@@ -189,6 +217,7 @@ void register_all() {
   add("motion/stage/masks", stage)->Arg(1);
   add("motion/stage/no_masks", stage)->Arg(0);
   add("motion/stage/tracking_alone", tracking);
+  add("motion/orb_extraction", orb_extraction);
   add("motion/pose", pose);
   add("motion/pose_pnp_ransac", pnp_ransac);
 }
