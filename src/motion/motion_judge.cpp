@@ -99,7 +99,7 @@ void start(const MotionContext& context) {
   memory.forget();
   memory.instances->begin_frame(context.input.segmentation);
   memory.now.motion.reset();
-  memory.push();
+  memory.push(context.input.frame);
 }
 
 /// Judges a frame that follows another, and remembers it.
@@ -144,7 +144,7 @@ MotionOutcome judge(const MotionContext& context, const FeatureTracker& tracker,
   memory.beliefs->remember(features, context.measured.beliefs);
   memory.now.motion.reset();
   if (is_trusted) memory.now.motion = baselines[0].pose.pose;
-  memory.push();
+  memory.push(context.input.frame);
   if (is_trusted) return MotionOutcome::applied;
   const bool has_enough = baselines[0].pose.observations >= context.options.pose.min_observations;
   return has_enough ? MotionOutcome::pose_not_trusted : MotionOutcome::too_few_tracks;

@@ -72,6 +72,29 @@ bool expect_places(const MotionContext& context, std::size_t baseline) {
   return true;
 }
 
+/// Measures how much nearer a feature came than a static one, over the longest baseline over which
+/// it was tracked. That is a motion if it is more than what is allowed for.
+void measure_approach(const MotionContext& context, std::size_t feature, FeatureMotion& motion) {
+  const MotionMeasurement& measured = context.measured;
+  const std::size_t baseline = motion.is_tracked[1] ? 1 : 0;
+  if (!motion.is_tracked[baseline] || !(motion.depth_m > 0)) return;
+  const MotionBaseline& over = measured.baselines[baseline];
+  const double allowed_m = context.options.min_speed_m_s * over.duration_s;
+  const cv::Point3d now_m = context.camera.point(measured.ideal[feature], double{motion.depth_m});
+  const FrameView& frame_then = frame_back(context, baseline).depth;
+  const cv::Point pixel_then = nearest_pixel(over.tracks[feature].position);
+  // Of the pixels' own depths the difference is at least as large, and mostly small.
+  const auto depth_then_m = frame_then.depth_m(pixel_then);
+  const bool may_approach =
+      depth_then_m && std::abs(*depth_then_m - (over.pose.pose * now_m).z) > allowed_m;
+  if (!may_approach) return;
+  const DepthInterval then = depth_interval(frame_then, pixel_then, context.options.depth);
+  const double approach_m = depth_residual_m(over.pose.pose, now_m, measured.depths[feature], then);
+  if (std::abs(approach_m) <= allowed_m) return;
+  motion.approach_m = static_cast<float>(approach_m);
+  motion.ratio = std::max(motion.ratio, static_cast<float>(std::abs(approach_m) / allowed_m));
+}
+
 }  // namespace
 
 void track_back(const MotionContext& context, const FeatureTracker& tracker, std::size_t baseline) {
@@ -143,6 +166,11 @@ void measure_motions(const MotionContext& context) {
       if (ratio < motion.ratio) continue;
       motion.ratio = ratio;
       motion.baseline = b;
+    }
+    measure_approach(context, i, motion);
+    if (motion.approach_m != 0) {
+      motion.evidence = MotionEvidence::seed;
+      continue;
     }
     if (motion.is_known() && motion.ratio <= 1) {
       motion.evidence = MotionEvidence::quiet;

@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "dynfilter/frame.hpp"
 #include "dynfilter/motion/feature_tracker.hpp"
 #include "dynfilter/motion/instance_motion.hpp"
 #include "dynfilter/motion/motion_beliefs.hpp"
@@ -26,6 +27,7 @@ constexpr std::size_t past_frames = 3;
 struct MotionMemory {
   struct Frame {
     ImagePyramid pyramid;
+    FrameView depth;  // a copy of its depth image, without the image
     double timestamp_s = 0;
     std::optional<RelativePose> motion;  // from it to the frame before it
   };
@@ -41,7 +43,9 @@ struct MotionMemory {
   std::vector<FeatureTrack> tracked_ahead;  // to the last frame
 
   /// Makes the present frame the last one.
-  void push() {
+  void push(const FrameView& frame) {
+    frame.depth.copyTo(now.depth.depth);
+    now.depth.metres_per_unit = frame.metres_per_unit;
     for (std::size_t i = past_frames - 1; i > 0; --i) std::swap(past[i], past[i - 1]);
     std::swap(past[0], now);
     known = std::min(known + 1, past_frames);

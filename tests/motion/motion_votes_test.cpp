@@ -50,7 +50,11 @@ bool naive_support(const std::vector<cv::Point2f>& points,
     heard.push_back(pixel);
     const bool is_seed = motions[i].evidence >= MotionEvidence::seed;
     const cv::Vec2f shift = motions[seed].shift_px[0];
-    alike += is_seed && cv::norm(shift - motions[i].shift_px[0]) <= 0.3 * cv::norm(shift) + 0.5;
+    const float own_m = motions[seed].approach_m, other_m = motions[i].approach_m;
+    const bool go_one_way = (own_m > 0 && other_m > 0) || (own_m < 0 && other_m < 0);
+    const bool shift_alike =
+        cv::norm(shift - motions[i].shift_px[0]) <= 0.3 * cv::norm(shift) + 0.5;
+    alike += is_seed && (go_one_way || shift_alike);
   }
   return alike >= 4 && static_cast<double>(alike) >= 0.6 * static_cast<double>(heard.size() - 1);
 }
@@ -72,6 +76,9 @@ TEST(MotionVotes, AreThoseOfTheNearest) {
       motions.push_back(is_lost ? motion_of(MotionEvidence::unknown)
                         : moves ? motion_of(MotionEvidence::seed, shift)
                                 : motion_of(MotionEvidence::quiet));
+      if (moves && random.uniform(0, 3) == 0) {
+        motions.back().approach_m = static_cast<float>(random.uniform(0, 4) - 1) / 100;
+      }
       const bool is_before = moves || random.uniform(0, 4) == 0;
       const bool has_depth = random.uniform(0, 3) > 0;
       motions.back().depth_m =

@@ -66,7 +66,8 @@ struct MotionJudgeOptions {
 
   /// @{
   /// Shift that is allowed for before a feature is a seed: the largest of these. In pixels, in
-  /// scales of the static features' residuals, and as a speed across the view.
+  /// scales of the static features' residuals, and as a speed across the view. The speed also
+  /// allows for a change of depth, beyond the sensor's noise.
   double min_shift_px = 1.5;
   double min_shift_scales = 6;
   double min_speed_m_s = 0.05;
@@ -128,10 +129,11 @@ struct MotionJudgeOptions {
 /// those that nobody suspects (they lie off the masks, and did not move before; those that
 /// compensation removed farther from the masks join in where they agree with the others), and a
 /// track is compared with where the feature would have been if it were static, at any depth that it
-/// may have. Single features prove nothing: tracks fail at occlusions and between layers of depth.
-/// So evidence is pooled over neighbours, over time and over instances. Where a track fails or
-/// shifts, the image decides: a feature is static if it looked the same at the static place. What
-/// lies in front of its surface, as a person beside it, is left out of the comparison.
+/// may have, and the depth there with the depth it would have had. Single features prove nothing:
+/// tracks fail at occlusions and between layers of depth. So evidence is pooled over neighbours,
+/// over time and over instances. Where a track fails or shifts, the image decides: a feature is
+/// static if it looked the same at the static place. What lies in front of its surface, as a person
+/// beside it, is left out of the comparison.
 ///
 /// Abstains, changes nothing and says why in MotionStatistics: without an image, in the first
 /// frame, after a cut, a gap or a step back in time, where an image repeats, and where the tracks

@@ -40,6 +40,9 @@ struct FeatureMotion {
   float ratio = 0;           ///< largest shift over what is allowed for, of all baselines
   MotionEvidence evidence = MotionEvidence::unknown;  ///< what the ratio and the image say
   float depth_m = 0;  ///< depth at the feature's pixel, metres; 0 = unknown
+  /// How much nearer it came than a static one, metres, see depth_residual_m; 0 if that is no more
+  /// than is allowed for.
+  float approach_m = 0;
 
   /// Whether the feature was tracked over any baseline.
   bool is_known() const { return is_tracked[0] || is_tracked[1]; }
@@ -67,7 +70,8 @@ struct MotionVotesOptions {
 };
 
 /// Makes seeds supported where enough of the nearest tracked features within the radius are seeds
-/// that move alike: a thing that moves has many features; a failed track has none beside it.
+/// that move alike: a thing that moves has many features; a failed track has none beside it. Two
+/// move alike that shift alike, or both come nearer, or both go away.
 /// Features nearer than the spacing to the seed or to a neighbour that voted do not vote: one
 /// corner may have several. Nor do those behind or before it, where both depths are known. Ties of
 /// distance go to the lower pixel, row by row. `features` are those of `motions`. Throws

@@ -1,0 +1,144 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// Motion along the view, which the depth shows and the image hardly does.
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <opencv2/imgproc.hpp>
+
+#include "dynfilter/motion/motion_residual.hpp"
+#include "support/motion_rig.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+constexpr double half_side_m = 0.22;
+
+/// A frame of a camera that rests before a textured wall. A card of no class hangs before it.
+struct CardShot {
+  FrameView frame;
+  std::vector<cv::Point2f> corners;
+  double half_side_px = 0;
+};
+
+cv::Point2f centre() { return {240, 180}; }
+
+double brightness(double x, double y) {
+  const auto cell = [](double v, double size) { return static_cast<int>(std::floor(v / size)); };
+  const int coarse = cell(x, 17) * 7 + cell(y, 15) * 13, fine = cell(x, 6) * 31 + cell(y, 5) * 17;
+  return 60 + 25 * (coarse & 3) + 14 * (fine * fine % 5);
+}
+
+/// Shows the card as it looks at one depth, and gives it another in the depth image.
+CardShot card_shot(int index, double seen_at_m, double measured_m) {
+  const double wall_m = 3, scale = seen_at_m / 1.3;
+  CardShot shot;
+  shot.half_side_px = half_side_m * camera().fx / seen_at_m;
+  cv::Mat1b image(360, 480);
+  cv::Mat1f depth(image.size());
+  cv::RNG noise(static_cast<std::uint64_t>(index) + 1);
+  for (int y = 0; y < image.rows; ++y) {
+    for (int x = 0; x < image.cols; ++x) {
+      const cv::Point2d away = cv::Point2d(x, y) - cv::Point2d(centre());
+      const bool is_on_card = std::max(std::abs(away.x), std::abs(away.y)) <= shot.half_side_px;
+      const double value = is_on_card ? brightness(away.x * scale + 900, away.y * scale + 700)
+                                      : brightness(x * 0.9, y * 0.8 + 300);
+      image(y, x) = cv::saturate_cast<std::uint8_t>(value + noise.gaussian(1));
+      const double metres = is_on_card ? measured_m : wall_m;
+      depth(y, x) = static_cast<float>(metres + noise.gaussian(0.0015 * metres * metres));
+    }
+  }
+  cv::GaussianBlur(image, image, {}, 0.8);
+  cv::goodFeaturesToTrack(image, shot.corners, 800, 1e-3, 5);
+  shot.frame.timestamp_s = 1 + index / 30.0;
+  shot.frame.image = image;
+  shot.frame.depth = depth;
+  return shot;
+}
+
+/// Features in the middle of the card, where it hardly shifts, and those of the wall.
+struct Shares {
+  std::size_t middle = 0, middle_removed = 0, wall = 0, wall_removed = 0;
+};
+
+/// Sees a card that looks as if it moved along the view, and whose depth does so, too, or not.
+Shares see_card(double speed_m_s, bool depth_follows) {
+  Rig rig;
+  Shares shares;
+  for (int i = 0; i < 9; ++i) {
+    const double depth_m = 1.3 - speed_m_s * i / 30.0;
+    const CardShot shot = card_shot(i, depth_m, depth_follows ? depth_m : 1.3);
+    const FeatureLabels labels = rig.see(shot.frame, {}, shot.corners);
+    if (i < 4) continue;
+    EXPECT_EQ(labels.statistics().motion.outcome, MotionOutcome::applied);
+    for (std::size_t f = 0; f < shot.corners.size(); ++f) {
+      const cv::Point2f away = shot.corners[f] - centre();
+      const bool is_in_middle = cv::norm(away) < 30;
+      const bool is_on_wall = std::max(std::abs(away.x), std::abs(away.y)) > shot.half_side_px + 15;
+      shares.middle += is_in_middle ? 1 : 0;
+      shares.middle_removed += is_in_middle && labels.is_removed(f) ? 1 : 0;
+      shares.wall += is_on_wall ? 1 : 0;
+      shares.wall_removed += is_on_wall && labels.is_removed(f) ? 1 : 0;
+    }
+  }
+  EXPECT_GT(shares.middle, 40U);
+  EXPECT_GT(shares.wall, 500U);
+  return shares;
+}
+
+TEST(MotionApproach, RemovesWhatComesNearerOrGoesAway) {
+  for (const double speed_m_s : {0.5, -0.5}) {
+    const Shares shares = see_card(speed_m_s, true);
+    EXPECT_GT(shares.middle_removed, shares.middle * 9 / 10) << speed_m_s;
+    EXPECT_EQ(shares.wall_removed, 0U) << speed_m_s;
+  }
+}
+
+TEST(MotionApproach, IsWhatTheDepthShows) {
+  // The image alone does not tell it in the middle of the card.
+  const Shares shares = see_card(0.5, false);
+  EXPECT_LT(shares.middle_removed, shares.middle / 2);
+}
+
+TEST(MotionApproach, IgnoresTheSensorsNoise) {
+  const Shares shares = see_card(0, true);
+  EXPECT_EQ(shares.middle_removed, 0U);
+  EXPECT_EQ(shares.wall_removed, 0U);
+}
+
+TEST(DepthResidual, IsTheDistanceBetweenTheIntervals) {
+  RelativePose forward;  // the camera was 0.2 m behind: everything was farther from it
+  forward.translation = {0, 0, 0.2};
+  const cv::Point3d point(0.3, -0.1, 2);
+  const DepthInterval now{1.9, 2.1}, unknown;
+  EXPECT_NEAR(depth_residual_m(forward, point, now, {2.1, 2.3}), 0, 1e-12);
+  EXPECT_NEAR(depth_residual_m(forward, point, now, {2.25, 2.9}), 0, 1e-12);
+  EXPECT_NEAR(depth_residual_m(forward, point, now, {2.4, 2.6}), 0.1, 1e-12);     // came nearer
+  EXPECT_NEAR(depth_residual_m(forward, point, now, {1.9, 2.05}), -0.05, 1e-12);  // went away
+  EXPECT_EQ(depth_residual_m(forward, point, now, unknown), 0);
+  EXPECT_EQ(depth_residual_m(forward, point, unknown, {2.4, 2.6}), 0);
+}
+
+TEST(DepthResidual, FollowsAStaticPointThroughAnyMotion) {
+  cv::RNG random(3);
+  for (int i = 0; i < 200; ++i) {
+    RelativePose pose;
+    const double angle = random.uniform(-0.3, 0.3);
+    pose.rotation = {std::cos(angle),  0, std::sin(angle), 0, 1, 0,
+                     -std::sin(angle), 0, std::cos(angle)};
+    pose.translation = {random.uniform(-0.1, 0.1), 0, random.uniform(-0.1, 0.1)};
+    const cv::Point3d now(random.uniform(-1.0, 1.0), 0, random.uniform(1.0, 4.0));
+    const double then_m = -std::sin(angle) * now.x + std::cos(angle) * now.z + pose.translation[2];
+    const double moved_m = random.uniform(-0.1, 0.1);  // that much nearer now
+    EXPECT_NEAR(depth_residual_m(pose, now, {now.z, now.z}, {then_m + moved_m, then_m + moved_m}),
+                moved_m, 1e-12);
+  }
+}
+
+}  // namespace
+}  // namespace dynfilter::testing
