@@ -109,18 +109,15 @@ RelativePose true_motion(const SyntheticScene& scene, int frame) {
           then.rotation.t() * (now.translation - then.translation)};
 }
 
-/// Returns where the features of a frame were in the one before if they are static and the camera
-/// moves on as before, which is how the stage expects them.
-std::vector<cv::Point2f> expected_places(std::size_t frame) {
-  const RelativePose motion = true_motion(scene(), static_cast<int>(frame) - 1);
-  std::vector<cv::Point2f> places;
-  for (const cv::KeyPoint& keypoint : shots()[frame].keypoints) {
-    const double depth_m =
-        shots()[frame].rendered.frame.depth_m(cv::Point(keypoint.pt)).value_or(10);
+/// Writes where the features of a frame were in the one before if they are static and the camera
+/// moves on as before. The stage expects them so, by the motion that it measured.
+void expect_places(const RelativePose& motion, const Shot& shot, std::vector<cv::Point2f>& places) {
+  places.clear();
+  for (const cv::KeyPoint& keypoint : shot.keypoints) {
+    const double depth_m = shot.rendered.frame.depth_m(cv::Point(keypoint.pt)).value_or(1e3);
     const cv::Point3d then = motion * camera().point(keypoint.pt, depth_m);
     places.emplace_back(camera().project(then).value_or(cv::Point2d(keypoint.pt)));
   }
-  return places;
 }
 
 /// Does the stage's tracking alone, on the same frames: what it costs beside that is the
@@ -132,14 +129,16 @@ void tracking(benchmark::State& state) {
   for (std::size_t i = 0; i < frames; ++i) tracker.build(shots()[i].rendered.frame.image, past[i]);
   ImagePyramid now;
   std::vector<FeatureTrack> short_tracks, long_tracks;
-  std::vector<std::vector<cv::Point2f>> expected_short(frames);
-  for (std::size_t i = 3; i < frames; ++i) expected_short[i] = expected_places(i);
+  std::vector<RelativePose> motions(frames);
+  for (std::size_t i = 3; i < frames; ++i)
+    motions[i] = true_motion(scene(), static_cast<int>(i) - 1);
   std::vector<cv::Point2f> expected;
   std::size_t i = 3;
   for (auto _ : state) {
     const Shot& shot = shots()[i];
     tracker.build(shot.rendered.frame.image, now);
-    tracker.track(now, past[i - 1], shot.keypoints, &expected_short[i], short_tracks, workspace);
+    expect_places(motions[i], shot, expected);
+    tracker.track(now, past[i - 1], shot.keypoints, &expected, short_tracks, workspace);
     tracker.track_again(now, past[i - 1], shot.keypoints, short_tracks, workspace);
     expected.clear();
     for (std::size_t k = 0; k < short_tracks.size(); ++k) {

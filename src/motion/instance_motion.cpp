@@ -78,10 +78,10 @@ InstanceVerdict InstanceMotion::judge(std::size_t k, const std::optional<Instanc
   Known& known = known_.at(k);
   int& still_frames = known.still_frames;
   known.is_judged = votes.has_value();
-  known.has_moved = known.has_moved || (votes && !votes->is_quiet);
   const bool is_moving = votes && votes->moving >= options_.min_moving &&
                          static_cast<double>(votes->moving) >
                              options_.min_moving_share * static_cast<double>(votes->tracked);
+  known.has_moved = known.has_moved || is_moving || (votes && !votes->is_quiet);
   if (is_moving) {
     still_frames = 0;
     return InstanceVerdict::moving;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 
 #include "dynfilter/detail/mask_distance.hpp"
 #include "dynfilter/detail/rectangles.hpp"
@@ -55,7 +56,9 @@ std::optional<bool> is_quiet(const MotionContext& context, const FeatureLabels& 
   for (std::size_t i = 0; i < labels.size(); ++i) {
     const FeatureMotion& motion = measured.motions[i];
     if (!is_member(labels[i], instance) || !motion.is_tracked[baseline]) continue;
-    measured.values.push_back(static_cast<float>(cv::norm(motion.shift_px[baseline])));
+    const double shift_px = cv::norm(motion.shift_px[baseline]);
+    const double along_view_px = motion.approach_m != 0 ? std::numeric_limits<float>::max() : 0;
+    measured.values.push_back(static_cast<float>(std::max(shift_px, along_view_px)));
     if (measured.depths[i].is_known()) {
       measured.nearest_m.push_back(static_cast<float>(measured.depths[i].nearest_m));
     }
@@ -135,7 +138,8 @@ void fill(const MotionContext& context) {
         dynamic >= 2 &&
         static_cast<double>(dynamic) > context.options.min_fill_share * static_cast<double>(all);
     if (!is_surrounded) continue;
-    const bool is_still = appearance_of(context, i, motion.baseline) == Appearance::still;
+    const bool is_still =
+        motion.approach_m == 0 && appearance_of(context, i, motion.baseline) == Appearance::still;
     if (!is_still) measured.is_dynamic[i] = 1;
   }
 }
@@ -194,7 +198,8 @@ bool is_surely_static(const MotionContext& context, std::size_t feature) {
   const DepthInterval& depth = context.measured.depths[feature];
   const bool is_at_one_depth =
       depth.is_known() && depth.farthest_m - depth.nearest_m < options.max_background_depth_range_m;
-  if (!is_at_one_depth || context.measured.is_dynamic[feature]) return false;
+  const bool moves = context.measured.is_dynamic[feature] || motion.approach_m != 0;
+  if (!is_at_one_depth || moves) return false;
   const Appearance appearance = appearance_of(context, feature, 0);
   const bool is_quiet =
       motion.is_tracked[0] && motion.is_tracked[1] && motion.ratio < options.max_fill_ratio;

@@ -12,8 +12,7 @@
 namespace dynfilter::detail {
 namespace {
 
-/// For features without depth: as far as that, the view goes where a camera that only turns takes
-/// it.
+/// Depth assumed for features without one: so far away that only the camera's turn moves them.
 constexpr double far_m = 1e3;
 
 const MotionMemory::Frame& frame_back(const MotionContext& context, std::size_t baseline) {
@@ -79,16 +78,19 @@ void measure_approach(const MotionContext& context, std::size_t feature, Feature
   const std::size_t baseline = motion.is_tracked[1] ? 1 : 0;
   if (!motion.is_tracked[baseline] || !(motion.depth_m > 0)) return;
   const MotionBaseline& over = measured.baselines[baseline];
-  const double allowed_m = context.options.min_speed_m_s * over.duration_s;
+  const MotionJudgeOptions& options = context.options;
+  const double pose_error_m =
+      options.min_shift_scales * over.pose.scale_px * double{motion.depth_m} / context.camera.fx;
+  const double allowed_m = std::max(options.min_speed_m_s * over.duration_s, pose_error_m);
   const cv::Point3d now_m = context.camera.point(measured.ideal[feature], double{motion.depth_m});
   const FrameView& frame_then = frame_back(context, baseline).depth;
   const cv::Point pixel_then = nearest_pixel(over.tracks[feature].position);
-  // Of the pixels' own depths the difference is at least as large, and mostly small.
+  // A cheap test first: the pixels' own depths lie in the intervals, and differ at least as much.
   const auto depth_then_m = frame_then.depth_m(pixel_then);
   const bool may_approach =
       depth_then_m && std::abs(*depth_then_m - (over.pose.pose * now_m).z) > allowed_m;
   if (!may_approach) return;
-  const DepthInterval then = depth_interval(frame_then, pixel_then, context.options.depth);
+  const DepthInterval then = depth_interval(frame_then, pixel_then, options.depth);
   const double approach_m = depth_residual_m(over.pose.pose, now_m, measured.depths[feature], then);
   if (std::abs(approach_m) <= allowed_m) return;
   motion.approach_m = static_cast<float>(approach_m);
@@ -167,18 +169,17 @@ void measure_motions(const MotionContext& context) {
       motion.ratio = ratio;
       motion.baseline = b;
     }
-    measure_approach(context, i, motion);
-    if (motion.approach_m != 0) {
+    const bool is_at_static_place = motion.is_known() && motion.ratio <= 1;
+    Appearance appearance = Appearance::still;
+    if (!is_at_static_place) appearance = appearance_of(context, i, motion.baseline);
+    // A track that leaves a place where the image shows the feature may end on another thing.
+    const bool has_failed = !is_at_static_place && appearance == Appearance::still;
+    if (!has_failed) measure_approach(context, i, motion);
+    if (appearance == Appearance::moved || motion.approach_m != 0) {
       motion.evidence = MotionEvidence::seed;
-      continue;
-    }
-    if (motion.is_known() && motion.ratio <= 1) {
+    } else if (appearance == Appearance::still) {
       motion.evidence = MotionEvidence::quiet;
-      continue;
     }
-    const Appearance appearance = appearance_of(context, i, motion.baseline);
-    if (appearance == Appearance::moved) motion.evidence = MotionEvidence::seed;
-    if (appearance == Appearance::still) motion.evidence = MotionEvidence::quiet;
   }
 }
 

@@ -98,7 +98,8 @@ void estimate_pose(const MotionContext& context, const RelativePoseEstimator& es
                    std::size_t baseline);
 
 /// Measures the features' shifts over the baselines that are known. One that shifts by more than is
-/// allowed for, or that was not tracked, is what the image shows: a seed, quiet, or unknown.
+/// allowed for, or that was not tracked, is what the image shows: a seed, quiet, or unknown. One
+/// whose depth changed is a seed, unless the image shows that its track failed.
 void measure_motions(const MotionContext& context);
 
 /// What the image shows of a feature's surface at the place where a static feature would have been.

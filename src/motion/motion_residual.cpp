@@ -107,9 +107,11 @@ std::optional<MotionResidual> motion_residual(const PinholeCamera& camera,
 double depth_residual_m(const RelativePose& then_from_now, const cv::Point3d& now_m,
                         const DepthInterval& now, const DepthInterval& then) {
   if (!now.is_known() || !then.is_known()) return 0;
-  const double change_m = (then_from_now * now_m).z - now_m.z;  // by the camera's motion
-  const double nearer_m = then.nearest_m - (now.farthest_m + change_m);
-  const double farther_m = now.nearest_m + change_m - then.farthest_m;
+  const auto static_depth_m = [&](double depth_now_m) {
+    return (then_from_now * (now_m * (depth_now_m / now_m.z))).z;
+  };
+  const double nearer_m = then.nearest_m - static_depth_m(now.farthest_m);
+  const double farther_m = static_depth_m(now.nearest_m) - then.farthest_m;
   return nearer_m > 0 ? nearer_m : -std::max(farther_m, 0.0);
 }
 

@@ -81,8 +81,8 @@ class Nearest {
 
 bool moves_alike(const FeatureMotion& a, const FeatureMotion& b,
                  const MotionVotesOptions& options) {
-  const bool approach_both = a.approach_m * b.approach_m > 0;  // or both go away
-  if (approach_both) return true;
+  const bool move_along_view = a.approach_m != 0 && b.approach_m != 0;
+  if (move_along_view) return (a.approach_m > 0) == (b.approach_m > 0);
   if (!b.is_tracked[a.baseline]) return false;
   const cv::Vec2f& shift = a.shift_px[a.baseline];
   const double limit = options.max_difference * cv::norm(shift) + options.max_difference_px;

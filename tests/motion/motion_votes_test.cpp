@@ -51,12 +51,30 @@ bool naive_support(const std::vector<cv::Point2f>& points,
     const bool is_seed = motions[i].evidence >= MotionEvidence::seed;
     const cv::Vec2f shift = motions[seed].shift_px[0];
     const float own_m = motions[seed].approach_m, other_m = motions[i].approach_m;
-    const bool go_one_way = (own_m > 0 && other_m > 0) || (own_m < 0 && other_m < 0);
+    const bool both_go = own_m != 0 && other_m != 0, go_one_way = (own_m > 0) == (other_m > 0);
     const bool shift_alike =
         cv::norm(shift - motions[i].shift_px[0]) <= 0.3 * cv::norm(shift) + 0.5;
-    alike += is_seed && (go_one_way || shift_alike);
+    alike += is_seed && (both_go ? go_one_way : shift_alike);
   }
   return alike >= 4 && static_cast<double>(alike) >= 0.6 * static_cast<double>(heard.size() - 1);
+}
+
+TEST(MotionVotes, TellNearerFromFarther) {
+  for (const float middle_m : {0.02F, -0.02F}) {
+    std::vector<cv::Point2f> points;
+    std::vector<FeatureMotion> motions;
+    for (int i = 0; i < 25; ++i) {
+      points.emplace_back(cv::Point2f(cv::Point(100 + 10 * (i % 5), 100 + 10 * (i / 5))));
+      motions.push_back(motion_of(MotionEvidence::seed));  // without a shift
+      motions.back().approach_m = i == 12 ? middle_m : 0.02F;
+    }
+    FrameFeatures features;
+    features.read(points);
+    support_seeds(features, {}, motions);
+    EXPECT_EQ(motions[0].evidence, MotionEvidence::supported);
+    EXPECT_EQ(motions[12].evidence,
+              middle_m > 0 ? MotionEvidence::supported : MotionEvidence::seed);
+  }
 }
 
 TEST(MotionVotes, AreThoseOfTheNearest) {

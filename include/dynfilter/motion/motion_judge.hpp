@@ -156,11 +156,11 @@ class MotionJudge {
 
   /// Tracks the features to the last frame, for what needs tracks before the frame's masks are
   /// known: `point_motions(features, tracks)` moves earlier masks, see MaskPropagator. The stage's
-  /// call for the same frame and features, which must come next, then takes these tracks and gives
-  /// the same labels as without. Writes one track for each feature. Returns whether the last frame
-  /// is known; otherwise no track is found: without an image, in the first frame, after a gap or a
-  /// step back in time. Throws std::invalid_argument as the call would; after any other exception
-  /// the state has forgotten everything. O(pixels + features).
+  /// call for the same frame, depth included, and features, which must come next, then takes these
+  /// tracks and gives the same labels as without. Writes one track for each feature. Returns
+  /// whether the last frame is known; otherwise no track is found: without an image, in the first
+  /// frame, after a gap or a step back in time. Throws std::invalid_argument as the call would;
+  /// after any other exception the state has forgotten everything. O(pixels + features).
   bool track(const FrameView& frame, FeaturesView features, std::vector<FeatureTrack>& tracks,
              Workspace& workspace) const;
 

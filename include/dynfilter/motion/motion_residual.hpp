@@ -60,9 +60,9 @@ std::optional<MotionResidual> motion_residual(const PinholeCamera& camera,
 /// Returns by how much nearer a tracked feature came than a static one, metres along the optical
 /// axis; below 0 if it went away. What moves along the view hardly shifts in the image. `now_m` is
 /// the feature's point in the present camera, `now` the depths around it, and `then` those around
-/// its track in the earlier frame. The intervals hold the sensor's noise and both sides of a depth
-/// edge; the residual is the distance between them as the earlier camera sees them, 0 where they
-/// overlap or one is not measured. Pure; O(1).
+/// its track in the earlier frame. The intervals are widened by the sensor's noise, and hold both
+/// sides of a depth edge. The residual is the distance between them as the earlier camera sees
+/// them: 0 where they overlap or one is not measured. Pure; O(1).
 double depth_residual_m(const RelativePose& then_from_now, const cv::Point3d& now_m,
                         const DepthInterval& now, const DepthInterval& then);
 

@@ -25,7 +25,7 @@ struct MotionMemory;
 /// once. Two states share nothing; equal frames in equal order lead to equal states.
 ///
 /// Memory: four grey images with their pyramids (1.2 MB each at 640x480, with derivatives 7 MB),
-/// and the features of the last frame.
+/// four depth images as the host's are (0.6 or 1.2 MB each), and the features of the last frame.
 class MotionState {
  public:
   /// Makes a state that knows nothing.

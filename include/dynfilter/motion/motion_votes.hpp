@@ -36,8 +36,8 @@ struct FeatureMotion {
   /// Shift in the image that the camera does not explain, pixels, for each baseline.
   std::array<cv::Vec2f, motion_baselines> shift_px;
   std::array<bool, motion_baselines> is_tracked = {false, false};  ///< whether shift_px is known
-  std::size_t baseline = 0;  ///< the one with the largest ratio
-  float ratio = 0;           ///< largest shift over what is allowed for, of all baselines
+  std::size_t baseline = 0;  ///< the one with the largest shift over what is allowed for
+  float ratio = 0;           ///< largest shift, or change of depth, over what is allowed for
   MotionEvidence evidence = MotionEvidence::unknown;  ///< what the ratio and the image say
   float depth_m = 0;  ///< depth at the feature's pixel, metres; 0 = unknown
   /// How much nearer it came than a static one, metres, see depth_residual_m; 0 if that is no more
@@ -71,7 +71,7 @@ struct MotionVotesOptions {
 
 /// Makes seeds supported where enough of the nearest tracked features within the radius are seeds
 /// that move alike: a thing that moves has many features; a failed track has none beside it. Two
-/// move alike that shift alike, or both come nearer, or both go away.
+/// move alike if both come nearer or both go away; if only one or none does, if they shift alike.
 /// Features nearer than the spacing to the seed or to a neighbour that voted do not vote: one
 /// corner may have several. Nor do those behind or before it, where both depths are known. Ties of
 /// distance go to the lower pixel, row by row. `features` are those of `motions`. Throws
