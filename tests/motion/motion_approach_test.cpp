@@ -123,6 +123,30 @@ TEST(MotionApproach, IgnoresTheSensorsNoise) {
   EXPECT_EQ(shares.wall_removed, 0U);
 }
 
+/// Returns how many features come back from a mask on the middle of the card, which hardly shifts.
+std::size_t given_back(double speed_m_s) {
+  Rig rig;
+  Segmentation masks;
+  Instance person;
+  person.box = {190, 130, 100, 100};
+  person.mask_origin = person.box.tl();
+  person.mask = cv::Mat1b(person.box.size(), std::uint8_t{255});
+  masks.image_size = {480, 360};
+  masks.instances.push_back(person);
+  std::size_t count = 0;
+  for (int i = 0; i < 9; ++i) {
+    const double depth_m = 1.3 - speed_m_s * i / 30.0;
+    const CardShot shot = card_shot(i, depth_m, depth_m, 3);
+    count += rig.see(shot.frame, masks, shot.corners).statistics().motion.given_back;
+  }
+  return count;
+}
+
+TEST(MotionApproach, IsNoRest) {
+  EXPECT_GT(given_back(0), 100U);
+  EXPECT_EQ(given_back(0.5), 0U);
+}
+
 TEST(DepthResidual, IsTheDistanceBetweenTheIntervals) {
   RelativePose forward;  // the camera was 0.2 m behind: everything was farther from it
   forward.translation = {0, 0, 0.2};
