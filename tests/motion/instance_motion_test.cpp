@@ -55,6 +55,16 @@ TEST(InstanceMotion, MovesAtOnce) {
   EXPECT_EQ(next(instances, quiet), InstanceVerdict::undecided);
 }
 
+TEST(InstanceMotion, HasMovedOnceItsMembersMove) {
+  // Most of its members rest; the others are enough to move.
+  const InstanceVotes partly{20, 20, 7, true, true};
+  InstanceMotion instances;
+  next(instances, quiet);
+  EXPECT_TRUE(instances.has_never_moved(0));
+  EXPECT_EQ(next(instances, partly), InstanceVerdict::moving);
+  EXPECT_FALSE(instances.has_never_moved(0));
+}
+
 TEST(InstanceMotion, ForgivesOneRestlessFrameOfALongRest) {
   InstanceMotion instances = with_still_one();
   EXPECT_EQ(next(instances, restless), InstanceVerdict::undecided);

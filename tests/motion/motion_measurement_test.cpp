@@ -68,6 +68,36 @@ TEST(MotionMeasurement, KnowsTheLongMotionOfACameraThatTurnsEvenly) {
   }
 }
 
+TEST(MotionMeasurement, ExpectsStaticFeaturesAndACameraThatMovesOn) {
+  const PinholeCamera camera{400, 400, 320, 240};
+  const std::vector<cv::KeyPoint> keypoints = {{100, 100, 7}, {400, 300, 7}, {500, 50, 7}};
+  FrameView frame;
+  frame.depth = cv::Mat1f(image_size, 2.0F);
+  frame.depth.at<float>(50, 500) = 0;  // no depth: only the camera's turn moves it
+  const FilterInput input{frame, {}, keypoints};
+  const FeatureTracker tracker;
+  MotionMemory memory;
+  for (MotionMemory::Frame* one : {&memory.now, &memory.past[0]}) {
+    tracker.build(cv::Mat1b(image_size, std::uint8_t{90}), one->pyramid);
+  }
+  MotionMeasurement measured;
+  Workspace workspace;
+  const MotionJudgeOptions options;
+  const MotionContext context{input, camera, options, false, memory, measured, workspace};
+  RelativePose motion = turned(0.02);
+  motion.translation = {0.05, -0.02, 0.1};
+  memory.past[0].motion = motion;
+  track_back(context, tracker, 0);
+  ASSERT_EQ(measured.expected.size(), keypoints.size());
+  for (std::size_t i = 0; i < keypoints.size(); ++i) {
+    const cv::Point3d ray = camera.point(keypoints[i].pt, 1);
+    const auto place =
+        i < 2 ? camera.project(motion * (2 * ray)) : camera.project(turned(0.02) * ray);
+    const double tolerance_px = i < 2 ? 1e-3 : 0.1;  // at 1000 m, the shift of 0.1 m is 0.04 px
+    EXPECT_LT(cv::norm(cv::Point2d(measured.expected[i]) - *place), tolerance_px) << i;
+  }
+}
+
 TEST(MotionMeasurement, SaysNothingOfAFeatureWithoutTrack) {
   const PinholeCamera camera{400, 400, 320, 240};
   const std::vector<cv::KeyPoint> keypoints = {{100, 100, 7}, {200, 100, 7}};
