@@ -56,9 +56,10 @@ std::optional<bool> is_quiet(const MotionContext& context, const FeatureLabels& 
   for (std::size_t i = 0; i < labels.size(); ++i) {
     const FeatureMotion& motion = measured.motions[i];
     if (!is_member(labels[i], instance) || !motion.is_tracked[baseline]) continue;
-    const double shift_px = cv::norm(motion.shift_px[baseline]);
-    const double along_view_px = motion.approach_m != 0 ? std::numeric_limits<float>::max() : 0;
-    measured.values.push_back(static_cast<float>(std::max(shift_px, along_view_px)));
+    // What moves along the view is not where it would have been, however little it shifts.
+    const bool is_off = motion.approach_m != 0;
+    const auto shift_px = static_cast<float>(cv::norm(motion.shift_px[baseline]));
+    measured.values.push_back(is_off ? std::numeric_limits<float>::max() : shift_px);
     if (measured.depths[i].is_known()) {
       measured.nearest_m.push_back(static_cast<float>(measured.depths[i].nearest_m));
     }

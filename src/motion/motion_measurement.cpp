@@ -83,7 +83,7 @@ void measure_approach(const MotionContext& context, std::size_t feature, Feature
       options.min_shift_scales * over.pose.scale_px * double{motion.depth_m} / context.camera.fx;
   const double allowed_m = std::max(options.min_speed_m_s * over.duration_s, pose_error_m);
   const cv::Point3d now_m = context.camera.point(measured.ideal[feature], double{motion.depth_m});
-  const FrameView& frame_then = frame_back(context, baseline).depth;
+  const FrameView& frame_then = frame_back(context, baseline).frame;
   const cv::Point pixel_then = nearest_pixel(over.tracks[feature].position);
   // A cheap test first: the pixels' own depths lie in the intervals, and differ at least as much.
   const auto depth_then_m = frame_then.depth_m(pixel_then);

@@ -27,7 +27,7 @@ constexpr std::size_t past_frames = 3;
 struct MotionMemory {
   struct Frame {
     ImagePyramid pyramid;
-    FrameView depth;  // a copy of its depth image, without the image
+    FrameView frame;  // only its depth: a copy
     double timestamp_s = 0;
     std::optional<RelativePose> motion;  // from it to the frame before it
   };
@@ -44,8 +44,8 @@ struct MotionMemory {
 
   /// Makes the present frame the last one.
   void push(const FrameView& frame) {
-    frame.depth.copyTo(now.depth.depth);
-    now.depth.metres_per_unit = frame.metres_per_unit;
+    frame.depth.copyTo(now.frame.depth);
+    now.frame.metres_per_unit = frame.metres_per_unit;
     for (std::size_t i = past_frames - 1; i > 0; --i) std::swap(past[i], past[i - 1]);
     std::swap(past[0], now);
     known = std::min(known + 1, past_frames);

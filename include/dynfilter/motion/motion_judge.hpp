@@ -66,8 +66,8 @@ struct MotionJudgeOptions {
 
   /// @{
   /// Shift that is allowed for before a feature is a seed: the largest of these. In pixels, in
-  /// scales of the static features' residuals, and as a speed across the view. The speed also
-  /// allows for a change of depth, beyond the sensor's noise.
+  /// scales of the static features' residuals, and as a speed across the view. Scales and speed
+  /// also allow for a change of depth, beyond the sensor's noise.
   double min_shift_px = 1.5;
   double min_shift_scales = 6;
   double min_speed_m_s = 0.05;
