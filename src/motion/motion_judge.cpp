@@ -74,6 +74,7 @@ void check_options(const MotionJudgeOptions& options) {
   not_negative("fringe_shift_px", options.fringe_shift_px);
   not_negative("fringe_shift_scales", options.fringe_shift_scales);
   not_negative("fringe_untracked_px", options.fringe_untracked_px);
+  not_negative("stale_fringe_untracked_px", options.stale_fringe_untracked_px);
 }
 
 bool is_equal(const cv::Mat1b& a, const cv::Mat1b& b) {

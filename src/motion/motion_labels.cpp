@@ -122,7 +122,8 @@ void fill(const MotionContext& context) {
   for (std::size_t i = 0; i < before.size(); ++i) {
     const FeatureMotion& motion = measured.motions[i];
     const bool is_clear = motion.is_known() && motion.ratio < context.options.max_fill_ratio;
-    if (before[i] || is_clear) continue;
+    const bool is_unseen = !motion.is_known() && !(motion.depth_m > 0);
+    if (before[i] || is_clear || is_unseen) continue;
     const cv::Point centre = features.pixel(i);
     const cv::Rect image({}, context.input.frame.image.size());
     if (!image.contains(centre)) continue;
@@ -169,6 +170,8 @@ void clean_fringe(const MotionContext& context, std::size_t k, FeatureLabels& la
   std::optional<double> farthest_m;
   const bool are_fresh = std::abs(labels.statistics().segmentation_age_s) <= options.stale_age_s;
   if (are_fresh) farthest_m = farthest_of(context, labels, k);
+  const double untracked_px =
+      are_fresh ? options.fringe_untracked_px : options.stale_fringe_untracked_px;
   for_each_within(context, instance, options.fringe_px, [&](std::uint32_t i) {
     if (labels.is_removed(i) || measured.is_given_back[i]) return;
     const FeatureMotion& motion = measured.motions[i];
@@ -176,8 +179,7 @@ void clean_fringe(const MotionContext& context, std::size_t k, FeatureLabels& la
     const bool is_behind =
         farthest_m && double{motion.depth_m} > *farthest_m + options.max_thing_depth_m;
     if (is_behind) return;
-    const bool is_near =
-        mask_within(instance, context.input.features.pixel(i), options.fringe_untracked_px);
+    const bool is_near = mask_within(instance, context.input.features.pixel(i), untracked_px);
     const bool is_suspicious = motion.is_known() ? shifts_in_fringe(context, motion) : is_near;
     if (!is_suspicious || looks_static(context, i)) return;
     labels.remove(i, static_cast<std::int32_t>(k), Reason::moving, 0.6F);

@@ -39,7 +39,8 @@ void check(const MotionVotesOptions& options) {
                        options.min_spacing_px >= 0 && options.min_spacing_px <= 1000 &&
                        options.min_share >= 0 && options.min_share <= 1 &&
                        options.max_difference >= 0 && options.max_difference_px >= 0 &&
-                       options.max_depth_difference_m >= 0;
+                       options.max_depth_difference_m >= 0 && options.join_radius_px >= 1 &&
+                       options.join_radius_px <= 1000;
   if (is_good) return;
   detail::throw_misuse(
       "support_seeds",
@@ -47,8 +48,9 @@ void check(const MotionVotesOptions& options) {
                           ", min_spacing_px = ", options.min_spacing_px, ", min_share = ",
                           options.min_share, ", max_difference = ", options.max_difference,
                           ", max_difference_px = ", options.max_difference_px,
-                          ", max_depth_difference_m = ", options.max_depth_difference_m),
-      "a radius of 1 to 1000, 1 to 30 neighbours, a spacing of 0 to 1000, a share from 0 to 1, no "
+                          ", max_depth_difference_m = ", options.max_depth_difference_m,
+                          ", join_radius_px = ", options.join_radius_px),
+      "radii of 1 to 1000, 1 to 30 neighbours, a spacing of 0 to 1000, a share from 0 to 1, no "
       "negative difference");
 }
 
@@ -124,6 +126,25 @@ bool has_support(std::uint32_t seed, FrameFeatures& features, const MotionVotesO
   return alike >= options.min_seeds && static_cast<double>(alike) >= options.min_share * neighbours;
 }
 
+/// Tells whether enough seeds that have support are near and move as this one does.
+bool may_join(std::uint32_t seed, FrameFeatures& features, const MotionVotesOptions& options,
+              const std::vector<FeatureMotion>& motions) {
+  if (!(motions[seed].depth_m > 0)) return false;
+  const cv::Point centre = features.pixel(seed);
+  const int reach = options.join_radius_px;
+  std::size_t joined = 0;
+  for (const std::uint32_t i : features.inside(
+           cv::Rect(centre.x - reach, centre.y - reach, 2 * reach + 1, 2 * reach + 1))) {
+    const cv::Point away = features.pixel(i) - centre;
+    const bool is_near = away.dot(away) <= reach * reach;
+    const bool is_same = away.dot(away) < options.min_spacing_px * options.min_spacing_px;
+    if (!motions[i].has_support || !is_near || is_same) continue;
+    if (motions[seed].is_apart(motions[i], options.max_depth_difference_m)) continue;
+    joined += moves_alike(motions[seed], motions[i], options) ? 1 : 0;
+  }
+  return joined >= options.min_joined;
+}
+
 }  // namespace
 
 void support_seeds(FrameFeatures& features, const MotionVotesOptions& options,
@@ -136,8 +157,11 @@ void support_seeds(FrameFeatures& features, const MotionVotesOptions& options,
         "one motion for each feature");
   }
   for (std::uint32_t i = 0; i < motions.size(); ++i) {
+    motions[i].has_support = is_seed(motions[i]) && has_support(i, features, options, motions);
+  }
+  for (std::uint32_t i = 0; i < motions.size(); ++i) {
     if (motions[i].evidence != MotionEvidence::seed) continue;
-    if (has_support(i, features, options, motions)) {
+    if (motions[i].has_support || may_join(i, features, options, motions)) {
       motions[i].evidence = MotionEvidence::supported;
     }
   }

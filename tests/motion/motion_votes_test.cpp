@@ -23,6 +23,13 @@ FeatureMotion motion_of(MotionEvidence evidence, cv::Vec2f shift_px = {}) {
   return motion;
 }
 
+bool are_alike(const FeatureMotion& a, const FeatureMotion& b) {
+  const bool both_go = a.approach_m != 0 && b.approach_m != 0;
+  if (both_go) return (a.approach_m > 0) == (b.approach_m > 0);
+  const double limit = 0.3 * cv::norm(a.shift_px[0]) + 0.5;
+  return cv::norm(a.shift_px[0] - b.shift_px[0]) <= limit;
+}
+
 /// Oracle: sorts all features by distance and asks the nearest, as the documentation says.
 bool naive_support(const std::vector<cv::Point2f>& points,
                    const std::vector<FeatureMotion>& motions, std::size_t seed,
@@ -49,14 +56,23 @@ bool naive_support(const std::vector<cv::Point2f>& points,
       continue;
     heard.push_back(pixel);
     const bool is_seed = motions[i].evidence >= MotionEvidence::seed;
-    const cv::Vec2f shift = motions[seed].shift_px[0];
-    const float own_m = motions[seed].approach_m, other_m = motions[i].approach_m;
-    const bool both_go = own_m != 0 && other_m != 0, go_one_way = (own_m > 0) == (other_m > 0);
-    const bool shift_alike =
-        cv::norm(shift - motions[i].shift_px[0]) <= 0.3 * cv::norm(shift) + 0.5;
-    alike += is_seed && (both_go ? go_one_way : shift_alike);
+    alike += is_seed && are_alike(motions[seed], motions[i]);
   }
   return alike >= 4 && static_cast<double>(alike) >= 0.6 * static_cast<double>(heard.size() - 1);
+}
+
+/// Oracle: counts the features with support that a seed may join.
+bool naive_join(const std::vector<cv::Point2f>& points, const std::vector<FeatureMotion>& motions,
+                const std::vector<bool>& has_support, std::size_t seed) {
+  int joined = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double away = cv::norm(nearest_pixel(points[i]) - nearest_pixel(points[seed]));
+    const bool is_near = away >= 3 && away <= 50;
+    const float depth_m = motions[i].depth_m, own_m = motions[seed].depth_m;
+    const bool may_be_one = own_m > 0 && (depth_m == 0 || std::abs(depth_m - own_m) <= 0.3);
+    if (has_support[i] && is_near && may_be_one && are_alike(motions[seed], motions[i])) ++joined;
+  }
+  return joined >= 3;
 }
 
 TEST(MotionVotes, TellNearerFromFarther) {
@@ -79,7 +95,7 @@ TEST(MotionVotes, TellNearerFromFarther) {
 
 TEST(MotionVotes, AreThoseOfTheNearest) {
   cv::RNG random(6);
-  std::size_t supported = 0, seeds = 0;
+  std::size_t supported = 0, joined = 0, seeds = 0;
   for (int round = 0; round < 40; ++round) {
     // In some rounds, corners have so many features that the nearest 32 are too few voices.
     const bool is_crowded = round >= 30;
@@ -106,6 +122,11 @@ TEST(MotionVotes, AreThoseOfTheNearest) {
     features.read(points);
     std::vector<FeatureMotion> voted = motions;
     support_seeds(features, {}, voted);
+    std::vector<bool> has_support;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const bool is_seed = motions[i].evidence == MotionEvidence::seed;
+      has_support.push_back(is_seed && naive_support(points, motions, i, {}));
+    }
     for (std::size_t i = 0; i < points.size(); ++i) {
       if (motions[i].evidence != MotionEvidence::seed) {
         EXPECT_EQ(voted[i].evidence, motions[i].evidence);
@@ -114,10 +135,13 @@ TEST(MotionVotes, AreThoseOfTheNearest) {
       ++seeds;
       const bool is_supported = voted[i].evidence == MotionEvidence::supported;
       supported += is_supported ? 1 : 0;
-      EXPECT_EQ(is_supported, naive_support(points, motions, i, {})) << round << ' ' << i;
+      const bool joins = !has_support[i] && naive_join(points, motions, has_support, i);
+      joined += joins ? 1 : 0;
+      EXPECT_EQ(is_supported, has_support[i] || joins) << round << ' ' << i;
     }
   }
-  EXPECT_GT(supported, seeds / 10);  // both answers occur
+  EXPECT_GT(supported - joined, seeds / 10);  // all answers occur
+  EXPECT_GT(joined, seeds / 20);
   EXPECT_LT(supported, seeds * 9 / 10);
 }
 
@@ -155,6 +179,48 @@ TEST(MotionVotes, AreNotThoseOfTheWallBehind) {
   }
 }
 
+/// At the edge of a thing, most neighbours may be static and at its depth, such as the floor.
+TEST(MotionVotes, AreJoinedAtTheEdgeOfAThing) {
+  std::vector<cv::Point2f> points;
+  std::vector<FeatureMotion> motions;
+  for (int i = 0; i < 100; ++i) {
+    const int x = i % 10, y = i / 10;
+    const bool moves = x < 5 || (x == 5 && y == 5);
+    points.emplace_back(cv::Point2f(cv::Point(100 + 8 * x, 100 + 8 * y)));
+    motions.push_back(moves ? motion_of(MotionEvidence::seed, {4, 0})
+                            : motion_of(MotionEvidence::quiet));
+    motions.back().depth_m = 2;
+  }
+  FrameFeatures features;
+  features.read(points);
+  const std::size_t edge = 55;
+  const auto evidence_at_edge = [&](const FeatureMotion& motion,
+                                    const MotionVotesOptions& options) {
+    std::vector<FeatureMotion> voted = motions;
+    voted[edge] = motion;
+    support_seeds(features, options, voted);
+    EXPECT_EQ(voted[52].evidence, MotionEvidence::supported);
+    EXPECT_EQ(voted[57].evidence, MotionEvidence::quiet);
+    return voted[edge].evidence;
+  };
+  const FeatureMotion seed = motions[edge];
+  EXPECT_EQ(evidence_at_edge(seed, {}), MotionEvidence::supported);
+  MotionVotesOptions options;
+  options.min_joined = 100;
+  EXPECT_EQ(evidence_at_edge(seed, options), MotionEvidence::seed);
+  options = {};
+  options.join_radius_px = 7;
+  EXPECT_EQ(evidence_at_edge(seed, options), MotionEvidence::seed);
+  FeatureMotion other = seed;
+  other.depth_m = 0;
+  EXPECT_EQ(evidence_at_edge(other, {}), MotionEvidence::seed);
+  other.depth_m = 3;
+  EXPECT_EQ(evidence_at_edge(other, {}), MotionEvidence::seed);
+  other = seed;
+  other.shift_px[0] = {-4, 0};
+  EXPECT_EQ(evidence_at_edge(other, {}), MotionEvidence::seed);
+}
+
 TEST(MotionVotes, RefuseNonsense) {
   FrameFeatures features;
   features.read(std::vector<cv::Point2f>(2));
@@ -170,6 +236,10 @@ TEST(MotionVotes, RefuseNonsense) {
   options.max_depth_difference_m = -1;
   testing::expect_error<std::invalid_argument>([&] { support_seeds(features, options, motions); },
                                                "max_depth_difference_m = -1");
+  options = {};
+  options.join_radius_px = 0;
+  testing::expect_error<std::invalid_argument>([&] { support_seeds(features, options, motions); },
+                                               "join_radius_px = 0");
 }
 
 }  // namespace

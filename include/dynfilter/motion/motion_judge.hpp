@@ -82,7 +82,8 @@ struct MotionJudgeOptions {
   /// if its patch differs from the static place by less than this share of its contrast.
   double max_still_patch_ratio = 0.5;
   /// @{
-  /// Unclear features between dynamic ones are dynamic unless the image shows them still.
+  /// Unclear features between dynamic ones are dynamic unless the image shows them still. Of those
+  /// with neither a track nor a depth nothing is known: they stay.
   int fill_radius_px = 25;      ///< those within this distance count, pixels
   double min_fill_share = 0.6;  ///< above this share of the features within that radius
   double max_fill_ratio = 0.3;  ///< but not those below this share of the allowed shift
@@ -116,9 +117,15 @@ struct MotionJudgeOptions {
   /// Features this near to the mask of an instance that is not still are judged strictly, pixels:
   /// masks miss what moves with it.
   double fringe_px = 30;
-  double fringe_shift_px = 1.0;     ///< allowed shift there, pixels
-  double fringe_shift_scales = 3;   ///< and in scales
-  double fringe_untracked_px = 15;  ///< within this, features that cannot be tracked go, too
+  double fringe_shift_px = 1.0;    ///< allowed shift there, pixels
+  double fringe_shift_scales = 3;  ///< and in scales
+  /// @{
+  /// Within these distances, features that cannot be tracked go, too: those that a mask missed, or
+  /// that are left behind where masks are stale, see stale_age_s. They cost static features that
+  /// the object hid until now.
+  double fringe_untracked_px = 4;
+  double stale_fringe_untracked_px = 15;
+  /// @}
 };
 
 /// Decides by motion: features that move lose their place whatever they are on, and an object that

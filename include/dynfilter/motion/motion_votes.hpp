@@ -28,7 +28,7 @@ enum class MotionEvidence : std::uint8_t {
   unknown,   ///< neither its track nor the image says where it was
   quiet,     ///< it was where a static feature would have been
   seed,      ///< it was not, but alone says little: tracks fail, too
-  supported  ///< neighbours move as it does
+  supported  ///< neighbours move as it does, or it joined such ones
 };
 
 /// Motion of one feature, beyond that of a static one.
@@ -39,7 +39,8 @@ struct FeatureMotion {
   std::size_t baseline = 0;  ///< the one with the largest shift over what is allowed for
   float ratio = 0;           ///< largest shift, or change of depth, over what is allowed for
   MotionEvidence evidence = MotionEvidence::unknown;  ///< what the ratio and the image say
-  float depth_m = 0;  ///< depth at the feature's pixel, metres; 0 = unknown
+  bool has_support = false;  ///< for support_seeds: enough of its neighbours move as it does
+  float depth_m = 0;         ///< depth at the feature's pixel, metres; 0 = unknown
   /// How much nearer it came than a static one, metres, see depth_residual_m; 0 if that is no more
   /// than is allowed for.
   float approach_m = 0;
@@ -67,6 +68,8 @@ struct MotionVotesOptions {
   double max_difference_px = 0.5;  ///< and added to that, pixels
   /// Features whose depths differ by more are on different things and do not vote, metres.
   double max_depth_difference_m = 0.3;
+  int join_radius_px = 50;     ///< distance of the farthest seed that is joined; 1 to 1000
+  std::size_t min_joined = 3;  ///< smallest number of supported seeds to join
 };
 
 /// Makes seeds supported where enough of the nearest tracked features within the radius are seeds
@@ -74,7 +77,11 @@ struct MotionVotesOptions {
 /// move alike if both come nearer or both go away; if only one or none does, if they shift alike.
 /// Features nearer than the spacing to the seed or to a neighbour that voted do not vote: one
 /// corner may have several. Nor do those behind or before it, where both depths are known. Ties of
-/// distance go to the lower pixel, row by row. `features` are those of `motions`. Throws
+/// distance go to the lower pixel, row by row.
+///
+/// Then another seed whose depth is known joins if enough that have support are near and move as it
+/// does: at the edge of a thing, most neighbours may be static. A seed without depth does not join:
+/// it is often in the shadow beside what moves. `features` are those of `motions`. Throws
 /// std::invalid_argument for options out of range or another number of motions. O(seeds x features
 /// within the radius).
 void support_seeds(FrameFeatures& features, const MotionVotesOptions& options,
