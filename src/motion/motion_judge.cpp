@@ -50,6 +50,7 @@ void check_options(const MotionJudgeOptions& options) {
   not_negative("max_worse_fit_px", options.max_worse_fit_px);
   require(options.min_turn_gain > 0, "min_turn_gain", options.min_turn_gain, "a number above 0");
   not_negative("agreement_px", options.agreement_px);
+  not_negative("max_baseline_difference_px", options.max_baseline_difference_px);
   require(options.min_shift_px > 0, "min_shift_px", options.min_shift_px, "a number above 0");
   not_negative("min_shift_scales", options.min_shift_scales);
   not_negative("min_speed_m_s", options.min_speed_m_s);

@@ -26,7 +26,7 @@ enum class Suspicion : std::uint8_t {
 
 /// One baseline of a frame.
 struct MotionBaseline {
-  bool is_known = false;  ///< whether the pose is trusted, and shifts are measured
+  bool is_known = false;  ///< whether the pose is used, and shifts are measured
   double duration_s = 0;
   RelativePoseEstimate pose;
   std::vector<FeatureTrack> tracks;
@@ -94,6 +94,9 @@ void measure_places(const MotionContext& context);
 ///    with it than with the other pose, those on masks included: a person who stands does. Not
 ///    without masks, where most features may be on persons, and not where the host's prior is
 ///    trusted.
+///
+/// A pose over the long baseline is not used where those over the short one contradict it: one of
+/// them is a mover's then.
 void estimate_pose(const MotionContext& context, const RelativePoseEstimator& estimator,
                    std::size_t baseline);
 

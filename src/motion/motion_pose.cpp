@@ -89,6 +89,33 @@ double median_distance_px(const MotionContext& context, const RelativePose& pose
   return double{quantile_of(distances)};
 }
 
+/// Tells whether the poses of all frames of a baseline are known.
+bool is_composed(const MotionContext& context, std::size_t baseline) {
+  for (std::size_t i = 0; i + 1 < context.frames_back(baseline); ++i) {
+    if (!context.memory.past[i].motion) return false;
+  }
+  return true;
+}
+
+/// Returns the distance that nine tenths of the features' static places do not exceed between two
+/// poses, pixels.
+double distance_between_px(const MotionContext& context, const RelativePose& a,
+                           const RelativePose& b) {
+  const MotionMeasurement& measured = context.measured;
+  std::vector<float>& distances = context.measured.values;
+  distances.clear();
+  distances.reserve(context.input.features.size());
+  for (std::size_t i = 0; i < context.input.features.size(); ++i) {
+    const auto depth_m = context.input.frame.depth_m(context.input.features.pixel(i));
+    if (!depth_m) continue;
+    const cv::Point3d point = context.camera.point(measured.ideal[i], *depth_m);
+    const auto by_a = context.camera.project(a * point), by_b = context.camera.project(b * point);
+    if (by_a && by_b) distances.push_back(static_cast<float>(cv::norm(*by_a - *by_b)));
+  }
+  if (distances.empty()) return 0;
+  return double{quantile_of(distances, 0.9)};
+}
+
 /// Counts the features, suspected or not, that are where static ones would be under a pose.
 std::size_t count_agreeing(const MotionContext& context, std::size_t baseline,
                            const RelativePose& pose) {
@@ -141,7 +168,10 @@ void estimate_pose(const MotionContext& context, const RelativePoseEstimator& es
         turn.scale_px <= options.max_worse_fit * best.scale_px + options.max_worse_fit_px;
     if (turn.is_trusted && fits_as_well && agree(turn) > needed) best = turn;
   }
-  result.is_known = best.is_trusted;
+  const bool is_contradicted =
+      baseline > 0 && is_composed(context, baseline) &&
+      distance_between_px(context, best.pose, expected) > options.max_baseline_difference_px;
+  result.is_known = best.is_trusted && !is_contradicted;
 }
 
 }  // namespace dynfilter::detail

@@ -3,6 +3,7 @@
 
 // The camera's motion where a wall is nearly all that is seen: a shift and a turn look alike there.
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -64,6 +65,27 @@ class Scene {
     estimate_pose(context, RelativePoseEstimator(pinhole), 0);
     EXPECT_EQ(measured_.baselines[0].is_known, measured_.baselines[0].pose.is_trusted);
     return measured_.baselines[0].pose;
+  }
+
+  /// Tells whether the long baseline is used if its tracks are these and the poses of its three
+  /// frames are those.
+  bool is_long_used(const std::array<std::optional<RelativePose>, 3>& frames,
+                    const MotionJudgeOptions& options = {}) {
+    measured_.suspicions = suspicions_;
+    measured_.baselines[0].pose.pose = frames[0].value();
+    measured_.baselines[0].duration_s = 1 / 30.0;
+    measured_.baselines[1].tracks = tracks_;
+    const FilterInput input{frame_, {}, keypoints_};
+    MotionMemory memory;
+    memory.known = 3;
+    memory.past[0].motion = frames[1];
+    memory.past[1].motion = frames[2];
+    Workspace workspace;
+    const MotionContext context{input, pinhole, options, true, memory, measured_, workspace};
+    measure_places(context);
+    estimate_pose(context, RelativePoseEstimator(pinhole), 1);
+    EXPECT_TRUE(measured_.baselines[1].pose.is_trusted);
+    return measured_.baselines[1].is_known;
   }
 
  private:
@@ -231,6 +253,26 @@ TEST(MotionPose, RefusesNonsense) {
       EXPECT_THROW(MotionJudge(pinhole, state, options), std::invalid_argument);
     }
   }
+}
+
+/// Three frames and the long baseline over them are measured each by themselves.
+TEST(MotionPose, OverTheLongBaselineIsLeftOutWhereItsFramesContradictIt) {
+  Thing still_cart = cart;
+  still_cart.motion_m = {};
+  Scene scene(moved(0.03), {still_cart, standing_person});
+  const RelativePose frame = moved(0.01);
+  EXPECT_TRUE(scene.is_long_used({frame, frame, frame}));
+  EXPECT_TRUE(scene.is_long_used({moved(0.011), frame, moved(0.009)}));
+  RelativePose captured = frame;
+  captured.translation[0] = 0.05;
+  EXPECT_FALSE(scene.is_long_used({captured, frame, frame}));
+  EXPECT_FALSE(scene.is_long_used({frame, captured, frame}));
+  EXPECT_FALSE(scene.is_long_used({frame, frame, captured}));
+  // Without a pose of every frame, nothing contradicts.
+  EXPECT_TRUE(scene.is_long_used({captured, {}, frame}));
+  MotionJudgeOptions never;
+  never.max_baseline_difference_px = std::numeric_limits<double>::infinity();
+  EXPECT_TRUE(scene.is_long_used({captured, frame, frame}, never));
 }
 
 }  // namespace

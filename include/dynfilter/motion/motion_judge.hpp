@@ -63,6 +63,9 @@ struct MotionJudgeOptions {
   double min_turn_gain = 1.1;
   double agreement_px = 0.5;
   /// @}
+  /// The long baseline is left out where its pose moves a tenth of the features with depth at least
+  /// so far away from where the poses of its frames move them, pixels; infinity = never.
+  double max_baseline_difference_px = 6;
 
   /// @{
   /// Shift that is allowed for before a feature is a seed: the largest of these. In pixels, in
