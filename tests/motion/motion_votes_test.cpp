@@ -221,6 +221,28 @@ TEST(MotionVotes, AreJoinedAtTheEdgeOfAThing) {
   EXPECT_EQ(evidence_at_edge(other, {}), MotionEvidence::seed);
 }
 
+/// The features of one corner join none of their own. Three of them move half as a thing does and
+/// half as the seed does, so that it may join them only.
+TEST(MotionVotes, AreNotJoinedByTheirOwnCorner) {
+  for (const int distance_px : {2, 6}) {
+    std::vector<cv::Point2f> points = {{200, 200}, {200, 201}, {201, 200}};
+    std::vector<FeatureMotion> motions(3, motion_of(MotionEvidence::seed, {5.5F, 0}));
+    points.emplace_back(200.0F + static_cast<float>(distance_px), 200.0F);
+    motions.push_back(motion_of(MotionEvidence::seed, {4, 0}));
+    for (int i = 0; i < 36; ++i) {
+      points.emplace_back(cv::Point2f(cv::Point(160 + 7 * (i % 6), 180 + 7 * (i / 6))));
+      motions.push_back(motion_of(MotionEvidence::seed, {7, 0}));
+    }
+    for (FeatureMotion& motion : motions) motion.depth_m = 2;
+    FrameFeatures features;
+    features.read(points);
+    support_seeds(features, {}, motions);
+    EXPECT_TRUE(motions[0].has_support);
+    EXPECT_FALSE(motions[3].has_support);
+    EXPECT_EQ(motions[3].evidence == MotionEvidence::supported, distance_px == 6);
+  }
+}
+
 TEST(MotionVotes, RefuseNonsense) {
   FrameFeatures features;
   features.read(std::vector<cv::Point2f>(2));
