@@ -228,9 +228,10 @@ std::size_t lost_beside_walkers(const MotionJudgeOptions& options) {
 TEST(MotionBackground, IsNotLostByItsTracksAlone) {
   MotionJudgeOptions options;
   options.max_thing_depth_m = 100;  // nor does depth tell that it is behind him
+  options.fill_radius_px = 0;       // nor do neighbours make it dynamic
   const std::size_t lost = lost_beside_walkers(options);
   options.max_still_patch_ratio = 0;  // the image tells nothing
-  EXPECT_LT(3 * lost, lost_beside_walkers(options));
+  EXPECT_LT(4 * lost, lost_beside_walkers(options)) << lost;
 }
 
 }  // namespace

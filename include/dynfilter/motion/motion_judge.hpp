@@ -63,8 +63,9 @@ struct MotionJudgeOptions {
   double min_turn_gain = 1.1;
   double agreement_px = 0.5;
   /// @}
-  /// The long baseline is left out where its pose moves a tenth of the features with depth at least
-  /// so far away from where the poses of its frames move them, pixels; infinity = never.
+  /// The long baseline is left out where its pose and the poses of its frames, one after the other,
+  /// move a tenth of the features with depth to places farther apart than this, pixels; infinity =
+  /// never.
   double max_baseline_difference_px = 6;
 
   /// @{
