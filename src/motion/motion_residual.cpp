@@ -4,9 +4,11 @@
 #include "dynfilter/motion/motion_residual.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
-#include <utility>
+#include <limits>
 
 #include "dynfilter/detail/errors.hpp"
 
@@ -21,30 +23,68 @@ void check(const DepthIntervalOptions& options) {
     detail::throw_misuse("depth_interval", detail::concatenate("window_px = ", options.window_px),
                          "an odd number from 1 to 99");
   }
-  if (!(options.noise_at_1m_m >= 0 && options.noise_factor >= 0 && options.min_depth_m > 0)) {
+  if (!(options.noise_at_1m_m >= 0 && options.noise_factor >= 0 && options.min_depth_m > 0 &&
+        options.min_gap_m >= 0)) {
     detail::throw_misuse("depth_interval",
                          detail::concatenate("noise_at_1m_m = ", options.noise_at_1m_m,
                                              ", noise_factor = ", options.noise_factor,
-                                             ", min_depth_m = ", options.min_depth_m),
-                         "noise of at least 0 and a depth above 0");
+                                             ", min_depth_m = ", options.min_depth_m,
+                                             ", min_gap_m = ", options.min_gap_m),
+                         "noise and a gap of at least 0 and a depth above 0");
   }
 }
 
-/// Returns the least and the largest depth in a window, in units of the image; an empty range if
-/// there is none.
-template <class Depth>
-std::pair<float, float> extremes(const cv::Mat& depth, const cv::Rect& window) {
-  float least = std::numeric_limits<float>::infinity(), most = 0;
+/// Calls `action` for each depth in a window, in units of the image.
+template <class Depth, class Action>
+void for_each_depth(const cv::Mat& depth, const cv::Rect& window, const Action& action) {
   for (int y = window.y; y < window.y + window.height; ++y) {
     const Depth* const row = depth.ptr<Depth>(y);
     for (int x = window.x; x < window.x + window.width; ++x) {
       const auto value = static_cast<float>(row[x]);
-      if (!(value > 0) || std::isinf(value)) continue;
-      least = std::min(least, value);
-      most = std::max(most, value);
+      if (value > 0 && !std::isinf(value)) action(value);
     }
   }
-  return {least, most};
+}
+
+/// Depths in a window, in units of the image.
+struct WindowDepths {
+  float least = std::numeric_limits<float>::infinity(), most = 0;  // an empty range: none
+  float before_gap = 0, after_gap = 0;  // nearest to the middle, from either side
+};
+
+template <class Depth>
+WindowDepths depths_in(const cv::Mat& image, const cv::Rect& window, float min_gap) {
+  WindowDepths depths;
+  for_each_depth<Depth>(image, window, [&](float value) {
+    depths.least = std::min(depths.least, value);
+    depths.most = std::max(depths.most, value);
+  });
+  if (!(depths.most - depths.least >= min_gap)) return depths;
+  const float middle = depths.least + (depths.most - depths.least) / 2;
+  depths.before_gap = depths.least;
+  depths.after_gap = depths.most;
+  for_each_depth<Depth>(image, window, [&](float value) {
+    if (value <= middle) depths.before_gap = std::max(depths.before_gap, value);
+    if (value > middle) depths.after_gap = std::min(depths.after_gap, value);
+  });
+  return depths;
+}
+
+/// One or two intervals without a gap.
+struct Surfaces {
+  std::array<DepthInterval, 2> intervals;
+  std::size_t count;
+
+  const DepthInterval* begin() const { return intervals.data(); }
+  const DepthInterval* end() const { return intervals.data() + count; }
+};
+
+/// Returns what an interval holds on either side of its gap.
+Surfaces surfaces_of(const DepthInterval& depth) {
+  if (!depth.has_gap()) return {{depth, {}}, 1};
+  return {{DepthInterval{depth.nearest_m, depth.gap_nearest_m},
+           DepthInterval{depth.gap_farthest_m, depth.farthest_m}},
+          2};
 }
 
 /// Place in the earlier frame of a point on the ray, up to scale: `inverse_depth` times the place
@@ -65,21 +105,38 @@ DepthInterval depth_interval(const FrameView& frame, cv::Point pixel,
   const int reach = options.window_px / 2;
   const cv::Rect window =
       cv::Rect(pixel.x - reach, pixel.y - reach, options.window_px, options.window_px) & image;
+  const double scale = frame.depth_scale();
+  const auto min_gap = static_cast<float>(options.min_gap_m / scale);
   const bool is_integer = frame.depth.type() == CV_16UC1;
-  const auto [least, most] = is_integer ? extremes<std::uint16_t>(frame.depth, window)
-                                        : extremes<float>(frame.depth, window);
-  if (!(least <= most)) return interval;
-  const double nearest = double{least} * frame.depth_scale();
-  const double farthest = double{most} * frame.depth_scale();
-  const double widening = options.noise_factor * options.noise_at_1m_m;
+  const WindowDepths depths = is_integer ? depths_in<std::uint16_t>(frame.depth, window, min_gap)
+                                         : depths_in<float>(frame.depth, window, min_gap);
+  if (!(depths.least <= depths.most)) return interval;
   // Not nearer than half the measured depth, however noisy the sensor.
-  return {std::max(nearest - widening * nearest * nearest, 0.5 * nearest),
-          farthest + widening * farthest * farthest};
+  const auto noise_m = [&](double depth_m) {
+    return options.noise_factor * options.noise_at_1m_m * depth_m * depth_m;
+  };
+  const auto nearer = [&](float depth) {
+    const double depth_m = double{depth} * scale;
+    return std::max(depth_m - noise_m(depth_m), 0.5 * depth_m);
+  };
+  const auto farther = [&](float depth) {
+    const double depth_m = double{depth} * scale;
+    return depth_m + noise_m(depth_m);
+  };
+  interval = {nearer(depths.least), farther(depths.most)};
+  if (depths.after_gap - depths.before_gap >= min_gap) {
+    interval.gap_nearest_m = farther(depths.before_gap);
+    interval.gap_farthest_m = nearer(depths.after_gap);
+  }
+  return interval;
 }
 
-std::optional<MotionResidual> motion_residual(const PinholeCamera& camera,
-                                              const RelativePose& then_from_now, cv::Point2d now,
-                                              cv::Point2d then, const DepthInterval& depth) {
+namespace {
+
+/// Returns the residual of an interval without a gap.
+std::optional<MotionResidual> segment_residual(const PinholeCamera& camera,
+                                               const RelativePose& then_from_now, cv::Point2d now,
+                                               cv::Point2d then, const DepthInterval& depth) {
   const cv::Point3d ray = camera.point(now, 1);
   const cv::Vec3d turned = then_from_now.rotation * cv::Vec3d(ray);
   const cv::Vec3d& translation = then_from_now.translation;
@@ -104,15 +161,44 @@ std::optional<MotionResidual> motion_residual(const PinholeCamera& camera,
   return MotionResidual{cv::norm(then - nearest), nearest};
 }
 
-double depth_residual_m(const RelativePose& then_from_now, const cv::Point3d& now_m,
-                        const DepthInterval& now, const DepthInterval& then) {
-  if (!now.is_known() || !then.is_known()) return 0;
+/// Returns the distance between where static points of an interval were and another, metres; below
+/// 0 if they went away. Neither has a gap.
+double interval_residual_m(const RelativePose& then_from_now, const cv::Point3d& now_m,
+                           const DepthInterval& now, const DepthInterval& then) {
   const auto static_depth_m = [&](double depth_now_m) {
     return (then_from_now * (now_m * (depth_now_m / now_m.z))).z;
   };
   const double nearer_m = then.nearest_m - static_depth_m(now.farthest_m);
   const double farther_m = static_depth_m(now.nearest_m) - then.farthest_m;
   return nearer_m > 0 ? nearer_m : -std::max(farther_m, 0.0);
+}
+
+}  // namespace
+
+std::optional<MotionResidual> motion_residual(const PinholeCamera& camera,
+                                              const RelativePose& then_from_now, cv::Point2d now,
+                                              cv::Point2d then, const DepthInterval& depth) {
+  std::optional<MotionResidual> least;
+  for (const DepthInterval& surface : surfaces_of(depth)) {
+    const auto residual = segment_residual(camera, then_from_now, now, then, surface);
+    const bool is_less = residual && (!least || residual->distance_px < least->distance_px);
+    if (is_less) least = residual;
+  }
+  return least;
+}
+
+double depth_residual_m(const RelativePose& then_from_now, const cv::Point3d& now_m,
+                        const DepthInterval& now, const DepthInterval& then) {
+  if (!now.is_known() || !then.is_known()) return 0;
+  double least_m = std::numeric_limits<double>::infinity();
+  for (const DepthInterval& surface_now : surfaces_of(now)) {
+    for (const DepthInterval& surface_then : surfaces_of(then)) {
+      const double residual_m =
+          interval_residual_m(then_from_now, now_m, surface_now, surface_then);
+      if (std::abs(residual_m) < std::abs(least_m)) least_m = residual_m;
+    }
+  }
+  return least_m;
 }
 
 }  // namespace dynfilter

@@ -203,6 +203,23 @@ TEST(DepthResidual, IsTheDistanceBetweenTheIntervals) {
   EXPECT_EQ(depth_residual_m(forward, point, unknown, {2.4, 2.6}), 0);
 }
 
+/// At a depth edge, the thing or the wall may have come nearer, or neither.
+TEST(DepthResidual, IsThatOfTheNearestSurfaces) {
+  const cv::Point3d point(0.3, -0.1, 1);
+  DepthInterval edge{1.4, 3.2}, edge_then{1.9, 3.7};
+  edge.gap_nearest_m = 1.5;
+  edge.gap_farthest_m = 3.0;
+  EXPECT_NEAR(depth_residual_m({}, point, edge, {1.45, 1.6}), 0, 1e-12);
+  EXPECT_NEAR(depth_residual_m({}, point, edge, {3.1, 3.3}), 0, 1e-12);
+  EXPECT_NEAR(depth_residual_m({}, point, edge, {1.9, 2.0}), 0.4, 1e-12);
+  EXPECT_NEAR(depth_residual_m({}, point, edge, {2.6, 2.8}), -0.2, 1e-12);
+  edge_then.gap_nearest_m = 2.0;
+  edge_then.gap_farthest_m = 3.5;
+  EXPECT_NEAR(depth_residual_m({}, point, edge, edge_then), 0.3, 1e-12);
+  edge_then.gap_farthest_m = 3.1;
+  EXPECT_EQ(depth_residual_m({}, point, edge, edge_then), 0);
+}
+
 TEST(DepthResidual, IsZeroForStaticPointsThroughAnyMotion) {
   cv::RNG random(3);
   for (int i = 0; i < 200; ++i) {

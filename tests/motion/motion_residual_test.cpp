@@ -37,7 +37,9 @@ double tried_residual(const RelativePose& pose, cv::Point2d now, cv::Point2d the
     const double inverse_depth = low + (high - low) * i / steps;
     const cv::Vec3d ray((now.x - camera.cx) / camera.fx, (now.y - camera.cy) / camera.fy, 1);
     const cv::Vec3d there = pose.rotation * ray + pose.translation * inverse_depth;
-    if (!(there[2] > 0)) continue;
+    const double depth_m = 1 / inverse_depth;
+    const bool is_in_gap = depth_m > depth.gap_nearest_m && depth_m < depth.gap_farthest_m;
+    if (!(there[2] > 0) || is_in_gap) continue;
     const cv::Point2d place(camera.fx * there[0] / there[2] + camera.cx,
                             camera.fy * there[1] / there[2] + camera.cy);
     least = std::min(least, cv::norm(then - place));
@@ -54,7 +56,11 @@ TEST(MotionResidual, IsTheLeastDistanceOverAllDepths) {
     const cv::Point2d now(random.uniform(0.0, 640.0), random.uniform(0.0, 480.0));
     const cv::Point2d then = now + cv::Point2d(draw(40), draw(40));
     const double nearest = random.uniform(0.5, 3.0);
-    const DepthInterval depth{nearest, i % 3 == 0 ? infinity : nearest + random.uniform(0.0, 2.0)};
+    DepthInterval depth{nearest, i % 3 == 0 ? infinity : nearest + random.uniform(0.0, 2.0)};
+    if (i % 2 == 0) {
+      depth.gap_nearest_m = nearest + random.uniform(0.0, 0.1);
+      depth.gap_farthest_m = std::min(nearest + random.uniform(0.1, 1.0), depth.farthest_m);
+    }
     const auto residual = motion_residual(camera, pose, now, then, depth);
     ASSERT_TRUE(residual);
     EXPECT_NEAR(residual->distance_px, tried_residual(pose, now, then, depth), 1e-3) << i;
@@ -84,6 +90,24 @@ TEST(MotionResidual, IsZeroForAStaticPointAtItsDepth) {
   EXPECT_GT(motion_residual(camera, pose, now, *then, {3, 4})->distance_px, 3);
 }
 
+/// At the edge of a thing that moves, a depth between it and the wall would explain its motion.
+TEST(MotionResidual, IsNotHiddenByTheDepthsOfAGap) {
+  const RelativePose pose = pose_of({0, 0, 0}, {0.02, 0, 0});
+  const cv::Point2d now(300, 200);
+  const cv::Point3d thing = camera.point(now, 1.3) - cv::Point3d(0.005, 0, 0);
+  const cv::Point2d then = *camera.project(pose * thing);
+  DepthInterval depth{1.28, 3.1};
+  EXPECT_NEAR(motion_residual(camera, pose, now, then, depth)->distance_px, 0, 1e-9);
+  depth.gap_nearest_m = 1.32;
+  depth.gap_farthest_m = 2.9;
+  EXPECT_TRUE(depth.has_gap());
+  // It is nearer to where the thing would have been than to the wall's place.
+  const auto expected = camera.project(pose * camera.point(now, 1.32));
+  EXPECT_NEAR(motion_residual(camera, pose, now, then, depth)->distance_px,
+              cv::norm(then - *expected), 1e-9);
+  EXPECT_GT(cv::norm(then - *expected), 1.5);
+}
+
 TEST(MotionResidual, KnowsTurnsWithoutDepth) {
   const RelativePose pose = pose_of({0, 0.02, 0}, {0, 0, 0});
   const cv::Point2d now(320, 247);
@@ -92,7 +116,7 @@ TEST(MotionResidual, KnowsTurnsWithoutDepth) {
   EXPECT_NEAR(motion_residual(camera, pose, now, off, DepthInterval())->distance_px, 5, 1e-9);
 }
 
-/// Oracle: sorts the depths of the window.
+/// Oracle: sorts the depths of the window, and splits them in the middle of their range.
 DepthInterval sorted_interval(const cv::Mat_<std::uint16_t>& depth, cv::Point pixel) {
   std::vector<double> depths_m;
   for (int y = 0; y < depth.rows; ++y) {
@@ -104,8 +128,16 @@ DepthInterval sorted_interval(const cv::Mat_<std::uint16_t>& depth, cv::Point pi
   if (depths_m.empty()) return {0.4, infinity};
   std::sort(depths_m.begin(), depths_m.end());
   const auto sigma = [](double m) { return 0.0025 * m * m; };
-  return {depths_m.front() - 2 * sigma(depths_m.front()),
-          depths_m.back() + 2 * sigma(depths_m.back())};
+  const auto nearer = [&](double m) { return m - 2 * sigma(m); };
+  const auto farther = [&](double m) { return m + 2 * sigma(m); };
+  DepthInterval interval{nearer(depths_m.front()), farther(depths_m.back())};
+  const double middle_m = (depths_m.front() + depths_m.back()) / 2;
+  const auto after = std::upper_bound(depths_m.begin(), depths_m.end(), middle_m);
+  if (after != depths_m.end() && *after - *(after - 1) >= 0.3) {
+    interval.gap_nearest_m = farther(*(after - 1));
+    interval.gap_farthest_m = nearer(*after);
+  }
+  return interval;
 }
 
 TEST(DepthInterval, SpansTheWindowAndTheNoise) {
@@ -117,6 +149,7 @@ TEST(DepthInterval, SpansTheWindowAndTheNoise) {
   FrameView frame;
   frame.depth = depth;
   frame.metres_per_unit = 1.0 / 5000;
+  std::size_t gaps = 0;
   for (int y = 0; y < 40; ++y) {
     for (int x = 0; x < 50; ++x) {
       const DepthInterval interval = depth_interval(frame, {x, y});
@@ -126,8 +159,30 @@ TEST(DepthInterval, SpansTheWindowAndTheNoise) {
       if (want.is_known()) {
         ASSERT_NEAR(interval.farthest_m, want.farthest_m, 1e-12);
       }
+      ASSERT_EQ(interval.has_gap(), want.has_gap());
+      if (want.has_gap()) {
+        ++gaps;
+        ASSERT_NEAR(interval.gap_nearest_m, want.gap_nearest_m, 1e-12);
+        ASSERT_NEAR(interval.gap_farthest_m, want.gap_farthest_m, 1e-12);
+      }
     }
   }
+  EXPECT_GT(gaps, 500U);
+  EXPECT_LT(gaps, 1800U);
+}
+
+/// Far away the noise is wider than the gap.
+TEST(DepthInterval, HasNoGapThatNoiseFills) {
+  FrameView frame;
+  frame.depth = cv::Mat1f(20, 20, 9.0F);
+  frame.depth.colRange(0, 10).setTo(8.5);
+  EXPECT_FALSE(depth_interval(frame, {10, 10}).has_gap());
+  DepthIntervalOptions options;
+  options.noise_factor = 0;
+  EXPECT_TRUE(depth_interval(frame, {10, 10}, options).has_gap());
+  options.min_gap_m = 0.6;
+  EXPECT_FALSE(depth_interval(frame, {10, 10}, options).has_gap());
+  EXPECT_FALSE(depth_interval(frame, {15, 10}, {}).has_gap());
 }
 
 TEST(DepthInterval, IsUnknownOutsideTheImageAndWithoutDepth) {
@@ -149,6 +204,12 @@ TEST(DepthInterval, RefusesNonsense) {
   options.min_depth_m = 0;
   testing::expect_error<std::invalid_argument>([&] { depth_interval({}, {}, options); },
                                                "a depth above 0");
+  for (const double gap_m : {-1.0, std::nan("")}) {
+    options = {};
+    options.min_gap_m = gap_m;
+    testing::expect_error<std::invalid_argument>([&] { depth_interval({}, {}, options); },
+                                                 "min_gap_m = ");
+  }
 }
 
 }  // namespace

@@ -21,9 +21,17 @@ namespace dynfilter {
 struct DepthInterval {
   double nearest_m = 0.4;                                       ///< above 0
   double farthest_m = std::numeric_limits<double>::infinity();  ///< at least `nearest_m`
+  /// @{
+  /// The depths between these two are left out: at the edge of a thing, a feature is on the thing
+  /// or on what is behind it, not between them. Within the interval; equal = none.
+  double gap_nearest_m = 0;
+  double gap_farthest_m = 0;
+  /// @}
 
   /// Whether it was measured.
   bool is_known() const { return farthest_m < std::numeric_limits<double>::infinity(); }
+  /// Whether depths are left out.
+  bool has_gap() const { return gap_nearest_m < gap_farthest_m; }
 };
 
 /// Options of depth_interval.
@@ -33,12 +41,15 @@ struct DepthIntervalOptions {
   double noise_at_1m_m = 0.0025;
   double noise_factor = 2;   ///< the interval is so many standard deviations wider each way
   double min_depth_m = 0.4;  ///< nearest depth of a feature without one, metres; above 0
+  double min_gap_m = 0.3;    ///< smallest gap in the window's depths that is left out, metres
 };
 
 /// Returns the depths in the window around a pixel, widened by the sensor's noise: a corner may
-/// belong to either side of a depth edge, and depth may be registered a few pixels off. Without any
-/// depth in the window, from `min_depth_m` to infinity. Throws std::invalid_argument for options
-/// out of range. O(window_px^2).
+/// belong to either side of a depth edge, and depth may be registered a few pixels off. The gap is
+/// between the two depths that lie nearest to the middle of the window's range, if they are at
+/// least `min_gap_m` apart and the noise leaves any of it. Without any depth in the window, from
+/// `min_depth_m` to infinity. Throws std::invalid_argument for options out of range.
+/// O(window_px^2).
 DepthInterval depth_interval(const FrameView& frame, cv::Point pixel,
                              const DepthIntervalOptions& options = {});
 
@@ -50,9 +61,9 @@ struct MotionResidual {
 
 /// Returns how far a tracked feature is from where it would be if it were static. A static feature
 /// at an unknown depth within an interval was, in the earlier frame, on a segment of its epipolar
-/// line; the residual is the distance to that segment, in ideal pixels of the earlier frame. `now`
-/// and `then` are ideal pixels of the two frames. None if no depth of the interval was in front of
-/// the camera then. Pure; O(1).
+/// line, or on one of two if the interval has a gap; the residual is the distance to the nearest,
+/// in ideal pixels of the earlier frame. `now` and `then` are ideal pixels of the two frames. None
+/// if no depth of the interval was in front of the camera then. Pure; O(1).
 std::optional<MotionResidual> motion_residual(const PinholeCamera& camera,
                                               const RelativePose& then_from_now, cv::Point2d now,
                                               cv::Point2d then, const DepthInterval& depth);
@@ -61,8 +72,8 @@ std::optional<MotionResidual> motion_residual(const PinholeCamera& camera,
 /// axis; below 0 if it went away. What moves along the view hardly shifts in the image. `now_m` is
 /// the feature's point in the present camera, `now` the depths around it, and `then` those around
 /// its track in the earlier frame. The intervals are widened by the sensor's noise, and hold both
-/// sides of a depth edge. The residual is the distance between them as the earlier camera sees
-/// them: 0 where they overlap or one is not measured. Pure; O(1).
+/// sides of a depth edge. The residual is the distance between their nearest depths as the earlier
+/// camera sees them: 0 where they overlap or one is not measured. Pure; O(1).
 double depth_residual_m(const RelativePose& then_from_now, const cv::Point3d& now_m,
                         const DepthInterval& now, const DepthInterval& then);
 
