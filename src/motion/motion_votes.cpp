@@ -4,18 +4,20 @@
 #include "dynfilter/motion/motion_votes.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <tuple>
 
 #include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/rectangles.hpp"
 
 namespace dynfilter {
 namespace {
 
 constexpr std::size_t max_neighbours = 30;
-constexpr std::size_t max_voices = max_neighbours + 1;  // with the seed itself
-constexpr std::size_t features_a_voice = 4;             // looked at, for corners of many octaves
+constexpr std::size_t features_a_voice = 4;  // looked at, for corners of many octaves
 
 bool is_seed(const FeatureMotion& motion) {
   return motion.evidence == MotionEvidence::seed || motion.evidence == MotionEvidence::supported;
@@ -40,18 +42,19 @@ void check(const MotionVotesOptions& options) {
                        options.min_share >= 0 && options.min_share <= 1 &&
                        options.max_difference >= 0 && options.max_difference_px >= 0 &&
                        options.max_depth_difference_m >= 0 && options.join_radius_px >= 1 &&
-                       options.join_radius_px <= 1000;
+                       options.join_radius_px <= 1000 && options.min_joined >= 1 &&
+                       options.min_joined <= max_neighbours;
   if (is_good) return;
   detail::throw_misuse(
       "support_seeds",
-      detail::concatenate("radius_px = ", options.radius_px, ", neighbours = ", options.neighbours,
-                          ", min_spacing_px = ", options.min_spacing_px, ", min_share = ",
-                          options.min_share, ", max_difference = ", options.max_difference,
-                          ", max_difference_px = ", options.max_difference_px,
-                          ", max_depth_difference_m = ", options.max_depth_difference_m,
-                          ", join_radius_px = ", options.join_radius_px),
-      "radii of 1 to 1000, 1 to 30 neighbours, a spacing of 0 to 1000, a share from 0 to 1, no "
-      "negative difference");
+      detail::concatenate(
+          "radius_px = ", options.radius_px, ", neighbours = ", options.neighbours,
+          ", min_spacing_px = ", options.min_spacing_px, ", min_share = ", options.min_share,
+          ", max_difference = ", options.max_difference, ", max_difference_px = ",
+          options.max_difference_px, ", max_depth_difference_m = ", options.max_depth_difference_m,
+          ", join_radius_px = ", options.join_radius_px, ", min_joined = ", options.min_joined),
+      "radii of 1 to 1000, 1 to 30 neighbours and seeds to join, a spacing of 0 to 1000, a share "
+      "from 0 to 1, no negative difference");
 }
 
 /// The nearest few of the neighbours offered.
@@ -91,58 +94,75 @@ bool moves_alike(const FeatureMotion& a, const FeatureMotion& b,
   return cv::norm(shift - b.shift_px[a.baseline]) <= limit;
 }
 
-bool has_support(std::uint32_t seed, FrameFeatures& features, const MotionVotesOptions& options,
-                 const std::vector<FeatureMotion>& motions) {
+/// Features that vote for a seed.
+struct Voices {
+  std::array<std::uint32_t, max_neighbours> features;
+  std::size_t count = 0;
+
+  const std::uint32_t* begin() const { return features.data(); }
+  const std::uint32_t* end() const { return features.data() + count; }
+};
+
+/// Returns the features nearest to a seed that may vote, `most` at most. One corner may have
+/// features in several octaves: they are one voice, and those of the seed's own are none.
+template <class MayVote>
+Voices voices_near(std::uint32_t seed, int radius_px, std::size_t most, FrameFeatures& features,
+                   const MotionVotesOptions& options, const MayVote& may_vote) {
   const cv::Point centre = features.pixel(seed);
-  const int reach = options.radius_px;
-  const std::int64_t squared_reach = std::int64_t{reach} * reach;
-  const cv::Rect box(centre.x - reach, centre.y - reach, 2 * reach + 1, 2 * reach + 1);
+  const std::int64_t squared_radius = std::int64_t{radius_px} * radius_px;
   Nearest nearest(options.neighbours * features_a_voice);
-  for (const std::uint32_t i : features.inside(box)) {
+  for (const std::uint32_t i :
+       features.inside(detail::bounds_of(cv::Rect(centre, cv::Size(1, 1)), radius_px))) {
     const cv::Point pixel = features.pixel(i);
     const std::int64_t dx = pixel.x - centre.x, dy = pixel.y - centre.y;
     const std::int64_t squared_distance = dx * dx + dy * dy;
-    if (squared_distance > std::min(squared_reach, nearest.squared_reach())) continue;
-    if (i == seed || !motions[i].is_known()) continue;
-    if (motions[seed].is_apart(motions[i], options.max_depth_difference_m)) continue;
-    nearest.offer({squared_distance, pixel, i});
+    if (squared_distance > std::min(squared_radius, nearest.squared_reach())) continue;
+    if (i != seed && may_vote(i)) nearest.offer({squared_distance, pixel, i});
   }
-  // One corner has features in several octaves: they are one voice, and no neighbours.
-  std::array<cv::Point, max_voices> heard{centre};
-  std::size_t voices = 1, alike = 0;
+  std::array<cv::Point, max_neighbours + 1> heard{centre};
+  Voices voices;
   for (const Neighbour& neighbour : nearest) {
-    const auto is_same = [&](cv::Point other) {
+    const auto is_same_corner = [&](cv::Point other) {
       const cv::Point away = neighbour.pixel - other;
       return away.dot(away) < options.min_spacing_px * options.min_spacing_px;
     };
-    if (voices > options.neighbours) break;
-    if (std::any_of(heard.begin(), heard.begin() + static_cast<std::ptrdiff_t>(voices), is_same))
-      continue;
-    heard[voices++] = neighbour.pixel;
-    const FeatureMotion& other = motions[neighbour.index];
-    alike += is_seed(other) && moves_alike(motions[seed], other, options) ? 1 : 0;
+    if (voices.count == most) break;
+    const auto heard_end = heard.begin() + static_cast<std::ptrdiff_t>(voices.count + 1);
+    if (std::any_of(heard.begin(), heard_end, is_same_corner)) continue;
+    voices.features[voices.count++] = neighbour.index;
+    heard[voices.count] = neighbour.pixel;
   }
-  const auto neighbours = static_cast<double>(voices - 1);
-  return alike >= options.min_seeds && static_cast<double>(alike) >= options.min_share * neighbours;
+  return voices;
+}
+
+/// Tells whether enough of a seed's nearest neighbours are seeds that move as it does.
+bool finds_support(std::uint32_t seed, FrameFeatures& features, const MotionVotesOptions& options,
+                   const std::vector<FeatureMotion>& motions) {
+  const FeatureMotion& own = motions[seed];
+  const Voices neighbours = voices_near(
+      seed, options.radius_px, options.neighbours, features, options, [&](std::uint32_t i) {
+        return motions[i].is_known() && !own.is_apart(motions[i], options.max_depth_difference_m);
+      });
+  const auto alike = static_cast<std::size_t>(
+      std::count_if(neighbours.begin(), neighbours.end(), [&](std::uint32_t i) {
+        return is_seed(motions[i]) && moves_alike(own, motions[i], options);
+      }));
+  return alike >= options.min_seeds &&
+         static_cast<double>(alike) >= options.min_share * static_cast<double>(neighbours.count);
 }
 
 /// Tells whether enough seeds that have support are near and move as this one does.
 bool may_join(std::uint32_t seed, FrameFeatures& features, const MotionVotesOptions& options,
               const std::vector<FeatureMotion>& motions) {
-  if (!(motions[seed].depth_m > 0)) return false;
-  const cv::Point centre = features.pixel(seed);
-  const int reach = options.join_radius_px;
-  std::size_t joined = 0;
-  for (const std::uint32_t i : features.inside(
-           cv::Rect(centre.x - reach, centre.y - reach, 2 * reach + 1, 2 * reach + 1))) {
-    const cv::Point away = features.pixel(i) - centre;
-    const bool is_near = away.dot(away) <= reach * reach;
-    const bool is_same = away.dot(away) < options.min_spacing_px * options.min_spacing_px;
-    if (!motions[i].has_support || !is_near || is_same) continue;
-    if (motions[seed].is_apart(motions[i], options.max_depth_difference_m)) continue;
-    joined += moves_alike(motions[seed], motions[i], options) ? 1 : 0;
-  }
-  return joined >= options.min_joined;
+  const FeatureMotion& own = motions[seed];
+  if (!(own.depth_m > 0)) return false;
+  const Voices partners = voices_near(
+      seed, options.join_radius_px, options.min_joined, features, options, [&](std::uint32_t i) {
+        return motions[i].has_support &&
+               !own.is_apart(motions[i], options.max_depth_difference_m) &&
+               moves_alike(own, motions[i], options);
+      });
+  return partners.count == options.min_joined;
 }
 
 }  // namespace
@@ -157,7 +177,7 @@ void support_seeds(FrameFeatures& features, const MotionVotesOptions& options,
         "one motion for each feature");
   }
   for (std::uint32_t i = 0; i < motions.size(); ++i) {
-    motions[i].has_support = is_seed(motions[i]) && has_support(i, features, options, motions);
+    motions[i].has_support = is_seed(motions[i]) && finds_support(i, features, options, motions);
   }
   for (std::uint32_t i = 0; i < motions.size(); ++i) {
     if (motions[i].evidence != MotionEvidence::seed) continue;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <string>
 #include <tuple>
 
 #include <gtest/gtest.h>
@@ -61,18 +62,30 @@ bool naive_support(const std::vector<cv::Point2f>& points,
   return alike >= 4 && static_cast<double>(alike) >= 0.6 * static_cast<double>(heard.size() - 1);
 }
 
-/// Oracle: counts the features with support that a seed may join.
+/// Oracle: sorts by distance the features with support that a seed may join, and counts corners.
 bool naive_join(const std::vector<cv::Point2f>& points, const std::vector<FeatureMotion>& motions,
                 const std::vector<bool>& has_support, std::size_t seed) {
-  int joined = 0;
+  const cv::Point own = nearest_pixel(points[seed]);
+  std::vector<std::tuple<double, int, int>> partners;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const double away = cv::norm(nearest_pixel(points[i]) - nearest_pixel(points[seed]));
-    const bool is_near = away >= 3 && away <= 50;
+    const cv::Point pixel = nearest_pixel(points[i]);
     const float depth_m = motions[i].depth_m, own_m = motions[seed].depth_m;
     const bool may_be_one = own_m > 0 && (depth_m == 0 || std::abs(depth_m - own_m) <= 0.3);
-    if (has_support[i] && is_near && may_be_one && are_alike(motions[seed], motions[i])) ++joined;
+    const bool may_join = i != seed && has_support[i] && cv::norm(pixel - own) <= 50;
+    if (may_join && may_be_one && are_alike(motions[seed], motions[i]))
+      partners.emplace_back(cv::norm(pixel - own), pixel.y, pixel.x);
   }
-  return joined >= 3;
+  std::sort(partners.begin(), partners.end());
+  partners.resize(std::min<std::size_t>(partners.size(), 32));
+  std::vector<cv::Point> corners = {own};
+  for (const auto& [distance, y, x] : partners) {
+    const cv::Point pixel(x, y);
+    const bool is_new = std::none_of(corners.begin(), corners.end(), [&](cv::Point corner) {
+      return cv::norm(pixel - corner) < 3;
+    });
+    if (is_new) corners.push_back(pixel);
+  }
+  return corners.size() >= 4;
 }
 
 TEST(MotionVotes, TellNearerFromFarther) {
@@ -206,7 +219,8 @@ TEST(MotionVotes, AreJoinedAtTheEdgeOfAThing) {
   const FeatureMotion seed = motions[edge];
   EXPECT_EQ(evidence_at_edge(seed, {}), MotionEvidence::supported);
   MotionVotesOptions options;
-  options.min_joined = 100;
+  options.min_joined = 30;
+  options.join_radius_px = 25;  // there are fewer features within it
   EXPECT_EQ(evidence_at_edge(seed, options), MotionEvidence::seed);
   options = {};
   options.join_radius_px = 7;
@@ -221,26 +235,55 @@ TEST(MotionVotes, AreJoinedAtTheEdgeOfAThing) {
   EXPECT_EQ(evidence_at_edge(other, {}), MotionEvidence::seed);
 }
 
-/// The features of one corner join none of their own. Three of them move half as a thing does and
-/// half as the seed does, so that it may join them only.
-TEST(MotionVotes, AreNotJoinedByTheirOwnCorner) {
-  for (const int distance_px : {2, 6}) {
-    std::vector<cv::Point2f> points = {{200, 200}, {200, 201}, {201, 200}};
-    std::vector<FeatureMotion> motions(3, motion_of(MotionEvidence::seed, {5.5F, 0}));
-    points.emplace_back(200.0F + static_cast<float>(distance_px), 200.0F);
-    motions.push_back(motion_of(MotionEvidence::seed, {4, 0}));
+/// One corner may have features in several octaves. To join, a seed needs several corners.
+TEST(MotionVotes, AreJoinedByCornersNotByTheirFeatures) {
+  const auto is_joined = [](const std::vector<cv::Point2f>& partners) {
+    // The seed, then its partners, whose shift is between that of the seed and that of a thing.
+    std::vector<cv::Point2f> points = {{200, 200}};
+    std::vector<FeatureMotion> motions = {motion_of(MotionEvidence::seed, {4, 0})};
+    for (const cv::Point2f& partner : partners) {
+      points.push_back(partner);
+      motions.push_back(motion_of(MotionEvidence::seed, {5.5F, 0}));
+    }
     for (int i = 0; i < 36; ++i) {
-      points.emplace_back(cv::Point2f(cv::Point(160 + 7 * (i % 6), 180 + 7 * (i / 6))));
+      points.emplace_back(cv::Point2f(cv::Point(160 + 7 * (i % 6), 184 + 7 * (i / 6))));
       motions.push_back(motion_of(MotionEvidence::seed, {7, 0}));
     }
     for (FeatureMotion& motion : motions) motion.depth_m = 2;
     FrameFeatures features;
     features.read(points);
     support_seeds(features, {}, motions);
-    EXPECT_TRUE(motions[0].has_support);
-    EXPECT_FALSE(motions[3].has_support);
-    EXPECT_EQ(motions[3].evidence == MotionEvidence::supported, distance_px == 6);
+    EXPECT_FALSE(motions[0].has_support);
+    for (std::size_t i = 1; i <= partners.size(); ++i) EXPECT_TRUE(motions[i].has_support) << i;
+    return motions[0].evidence == MotionEvidence::supported;
+  };
+  EXPECT_TRUE(is_joined({{206, 200}, {206, 204}, {206, 196}}));
+  EXPECT_FALSE(is_joined({{206, 200}, {206, 201}, {207, 200}}));  // one corner
+  EXPECT_FALSE(is_joined({{202, 200}, {206, 204}, {206, 196}}));  // one is of the seed's own
+}
+
+/// Hosts may hand over features without a place.
+TEST(MotionVotes, HearNothingOfFeaturesWithoutAPlace) {
+  const float nowhere = std::nanf("");
+  FrameFeatures features;
+  features.read(std::vector<cv::Point2f>(6, {nowhere, nowhere}));
+  std::vector<FeatureMotion> motions(6, motion_of(MotionEvidence::seed, {4, 0}));
+  for (FeatureMotion& motion : motions) motion.depth_m = 2;
+  support_seeds(features, {}, motions);
+  for (const FeatureMotion& motion : motions) EXPECT_EQ(motion.evidence, MotionEvidence::seed);
+}
+
+/// What the last call wrote is no evidence for this one.
+TEST(MotionVotes, DoNotKeepSupport) {
+  FrameFeatures features;
+  features.read(std::vector<cv::Point2f>{{100, 100}, {120, 100}, {110, 110}, {110, 120}});
+  std::vector<FeatureMotion> motions(4, motion_of(MotionEvidence::seed, {4, 0}));
+  for (FeatureMotion& motion : motions) {
+    motion.depth_m = 2;
+    motion.has_support = true;
   }
+  support_seeds(features, {}, motions);
+  for (const FeatureMotion& motion : motions) EXPECT_EQ(motion.evidence, MotionEvidence::seed);
 }
 
 TEST(MotionVotes, RefuseNonsense) {
@@ -262,6 +305,16 @@ TEST(MotionVotes, RefuseNonsense) {
   options.join_radius_px = 0;
   testing::expect_error<std::invalid_argument>([&] { support_seeds(features, options, motions); },
                                                "join_radius_px = 0");
+  options = {};
+  options.join_radius_px = 1001;
+  testing::expect_error<std::invalid_argument>([&] { support_seeds(features, options, motions); },
+                                               "join_radius_px = 1001");
+  for (const std::size_t count : {0U, 31U}) {
+    options = {};
+    options.min_joined = count;
+    testing::expect_error<std::invalid_argument>([&] { support_seeds(features, options, motions); },
+                                                 "min_joined = " + std::to_string(count));
+  }
 }
 
 }  // namespace

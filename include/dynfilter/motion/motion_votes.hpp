@@ -28,7 +28,7 @@ enum class MotionEvidence : std::uint8_t {
   unknown,   ///< neither its track nor the image says where it was
   quiet,     ///< it was where a static feature would have been
   seed,      ///< it was not, but alone says little: tracks fail, too
-  supported  ///< neighbours move as it does, or it joined such ones
+  supported  ///< its neighbours move as it does, or it joined seeds whose neighbours do
 };
 
 /// Motion of one feature, beyond that of a static one.
@@ -39,7 +39,7 @@ struct FeatureMotion {
   std::size_t baseline = 0;  ///< the one with the largest shift over what is allowed for
   float ratio = 0;           ///< largest shift, or change of depth, over what is allowed for
   MotionEvidence evidence = MotionEvidence::unknown;  ///< what the ratio and the image say
-  bool has_support = false;  ///< for support_seeds: enough of its neighbours move as it does
+  bool has_support = false;  ///< written by support_seeds: its neighbours move as it does
   float depth_m = 0;         ///< depth at the feature's pixel, metres; 0 = unknown
   /// How much nearer it came than a static one, metres, see depth_residual_m; 0 if that is no more
   /// than is allowed for.
@@ -66,10 +66,11 @@ struct MotionVotesOptions {
   /// Largest difference of the shifts of features that move alike, as a share of the shift.
   double max_difference = 0.3;
   double max_difference_px = 0.5;  ///< and added to that, pixels
-  /// Features whose depths differ by more are on different things and do not vote, metres.
+  /// Features whose depths differ by more are on different things: they neither vote for each other
+  /// nor join, metres.
   double max_depth_difference_m = 0.3;
-  int join_radius_px = 50;     ///< distance of the farthest seed that is joined; 1 to 1000
-  std::size_t min_joined = 3;  ///< smallest number of supported seeds to join
+  int join_radius_px = 50;     ///< a seed joins seeds with support within this distance; 1 to 1000
+  std::size_t min_joined = 3;  ///< if there are at least so many; 1 to 30
 };
 
 /// Makes seeds supported where enough of the nearest tracked features within the radius are seeds
@@ -79,11 +80,11 @@ struct MotionVotesOptions {
 /// corner may have several. Nor do those behind or before it, where both depths are known. Ties of
 /// distance go to the lower pixel, row by row.
 ///
-/// Then another seed whose depth is known joins if enough that have support are near and move as it
+/// After that, a seed without support joins if enough seeds with support are near and move as it
 /// does: at the edge of a thing, most neighbours may be static. A seed without depth does not join:
-/// it is often in the shadow beside what moves. `features` are those of `motions`. Throws
-/// std::invalid_argument for options out of range or another number of motions. O(seeds x features
-/// within the radius).
+/// it is often in the shadow beside what moves. Without a depth image, none joins. `features` are
+/// those of `motions`. Throws std::invalid_argument for options out of range or another number of
+/// motions. O(seeds x features within the radius).
 void support_seeds(FrameFeatures& features, const MotionVotesOptions& options,
                    std::vector<FeatureMotion>& motions);
 
