@@ -60,10 +60,12 @@ struct MotionStatistics {
   MotionOutcome outcome = MotionOutcome::not_run;  ///< what happened
   std::size_t tracked = 0;                         ///< features that were found in an earlier frame
   std::size_t seeds = 0;       ///< features whose track alone says that they move
-  std::size_t supported = 0;   ///< seeds beside which others move alike
+  std::size_t supported = 0;   ///< seeds that move as others near them do
   std::size_t given_back = 0;  ///< features given back because they do not move
   double scale_px = 0;         ///< scale of the static features' residuals, one frame back, pixels
   double support = 0;          ///< share of the features that agree with the camera's motion
+  /// Baselines that were used: 0 where it abstained, 1 without the long one, else 2.
+  std::size_t baselines = 0;
 };
 
 /// Statistics of one instance. Counts are numbers of features.

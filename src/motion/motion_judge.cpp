@@ -125,11 +125,14 @@ MotionOutcome judge(const MotionContext& context, const FeatureTracker& tracker,
   estimate_pose(context, estimator, 0);
   statistics.scale_px = baselines[0].pose.scale_px;
   statistics.support = baselines[0].pose.support;
-  const bool is_trusted = baselines[0].is_known;
-  baselines[1].is_known = false;
+  const bool is_trusted = baselines[0].is_used;
+  baselines[1].is_used = false;
   if (is_trusted && memory.known == detail::past_frames) {
     track_back(context, tracker, 1);
     estimate_pose(context, estimator, 1);
+  }
+  for (const detail::MotionBaseline& baseline : baselines) {
+    statistics.baselines += baseline.is_used ? 1 : 0;
   }
   measure_motions(context);
   support_seeds(frame_features(features, context.workspace), context.options.votes,

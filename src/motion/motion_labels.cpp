@@ -90,7 +90,7 @@ InstanceVotes votes_of(const MotionContext& context, const FeatureLabels& labels
   // where the camera moves fast.
   for (std::size_t b = 0; b < motion_baselines; ++b) {
     std::optional<bool> quiet;
-    if (measured.baselines[b].is_known)
+    if (measured.baselines[b].is_used)
       quiet = is_quiet(context, labels, instance, votes.members, b);
     votes.is_complete = votes.is_complete && quiet;
     votes.is_quiet = b == 0 ? quiet.value_or(false) : votes.is_quiet && quiet.value_or(true);
@@ -122,8 +122,8 @@ void fill(const MotionContext& context) {
   for (std::size_t i = 0; i < before.size(); ++i) {
     const FeatureMotion& motion = measured.motions[i];
     const bool is_clear = motion.is_known() && motion.ratio < context.options.max_fill_ratio;
-    const bool is_unseen = !motion.is_known() && !(motion.depth_m > 0);
-    if (before[i] || is_clear || is_unseen) continue;
+    const bool is_nothing_known = !motion.is_known() && !(motion.depth_m > 0);
+    if (before[i] || is_clear || is_nothing_known) continue;
     const cv::Point centre = features.pixel(i);
     const cv::Rect image({}, context.input.frame.image.size());
     if (!image.contains(centre)) continue;
@@ -245,7 +245,7 @@ void decide_features(const MotionContext& context) {
 
 void judge_instances(const MotionContext& context, FeatureLabels& labels) {
   std::vector<InstanceStatistics>& statistics = labels.statistics().instances;
-  const bool is_known = context.measured.baselines[0].is_known;
+  const bool is_known = context.measured.baselines[0].is_used;
   for (std::size_t k = 0; k < statistics.size(); ++k) {
     std::optional<InstanceVotes> votes;
     if (is_known) votes = votes_of(context, labels, k);

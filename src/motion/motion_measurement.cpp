@@ -153,7 +153,7 @@ void measure_motions(const MotionContext& context) {
     motion.depth_m = static_cast<float>(depth_m.value_or(0));
     for (std::size_t b = 0; b < motion_baselines; ++b) {
       const MotionBaseline& baseline = measured.baselines[b];
-      if (!baseline.is_known || !baseline.tracks[i].is_found) continue;
+      if (!baseline.is_used || !baseline.tracks[i].is_found) continue;
       const cv::Point2d then = context.camera.ideal(baseline.tracks[i].position);
       const auto residual = motion_residual(context.camera, baseline.pose.pose, measured.ideal[i],
                                             then, measured.depths[i]);
@@ -186,7 +186,7 @@ void measure_motions(const MotionContext& context) {
 Appearance appearance_of(const MotionContext& context, std::size_t feature, std::size_t baseline) {
   const MotionJudgeOptions& options = context.options;
   const MotionBaseline& over = context.measured.baselines[baseline];
-  if (!over.is_known) return Appearance::unclear;
+  if (!over.is_used) return Appearance::unclear;
   const FeaturesView features = context.input.features;
   const FeatureTrack& track = over.tracks[feature];
   const auto depth_m = surface_depth(context.input.frame, features.pixel(feature));

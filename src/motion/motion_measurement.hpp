@@ -26,7 +26,7 @@ enum class Suspicion : std::uint8_t {
 
 /// One baseline of a frame.
 struct MotionBaseline {
-  bool is_known = false;  ///< whether the pose is used, and shifts are measured
+  bool is_used = false;  ///< whether the pose is trusted, and shifts are measured
   double duration_s = 0;
   RelativePoseEstimate pose;
   std::vector<FeatureTrack> tracks;
@@ -96,7 +96,7 @@ void measure_places(const MotionContext& context);
 ///    trusted.
 ///
 /// A pose over the long baseline is not used where those over the short one contradict it: one of
-/// them is a mover's then.
+/// them is wrong then, and nothing tells which.
 void estimate_pose(const MotionContext& context, const RelativePoseEstimator& estimator,
                    std::size_t baseline);
 

@@ -89,16 +89,16 @@ double median_distance_px(const MotionContext& context, const RelativePose& pose
   return double{quantile_of(distances)};
 }
 
-/// Tells whether the poses of all frames of a baseline are known.
-bool is_composed(const MotionContext& context, std::size_t baseline) {
+/// Tells whether the poses of all earlier frames of a baseline are known.
+bool knows_all_frames(const MotionContext& context, std::size_t baseline) {
   for (std::size_t i = 0; i + 1 < context.frames_back(baseline); ++i) {
     if (!context.memory.past[i].motion) return false;
   }
   return true;
 }
 
-/// Returns the distance that nine tenths of the features' static places do not exceed between two
-/// poses, pixels.
+/// Returns how far apart two poses place a static feature, pixels: what nine tenths of the features
+/// with depth do not exceed.
 double distance_between_px(const MotionContext& context, const RelativePose& a,
                            const RelativePose& b) {
   const MotionMeasurement& measured = context.measured;
@@ -110,7 +110,10 @@ double distance_between_px(const MotionContext& context, const RelativePose& a,
     if (!depth_m) continue;
     const cv::Point3d point = context.camera.point(measured.ideal[i], *depth_m);
     const auto by_a = context.camera.project(a * point), by_b = context.camera.project(b * point);
-    if (by_a && by_b) distances.push_back(static_cast<float>(cv::norm(*by_a - *by_b)));
+    if (!by_a && !by_b) continue;
+    const bool are_comparable = by_a && by_b;  // else it is behind one camera
+    distances.push_back(are_comparable ? static_cast<float>(cv::norm(*by_a - *by_b))
+                                       : std::numeric_limits<float>::max());
   }
   if (distances.empty()) return 0;
   return double{quantile_of(distances, 0.9)};
@@ -169,9 +172,9 @@ void estimate_pose(const MotionContext& context, const RelativePoseEstimator& es
     if (turn.is_trusted && fits_as_well && agree(turn) > needed) best = turn;
   }
   const bool is_contradicted =
-      baseline > 0 && is_composed(context, baseline) &&
+      baseline > 0 && knows_all_frames(context, baseline) &&
       distance_between_px(context, best.pose, expected) > options.max_baseline_difference_px;
-  result.is_known = best.is_trusted && !is_contradicted;
+  result.is_used = best.is_trusted && !is_contradicted;
 }
 
 }  // namespace dynfilter::detail

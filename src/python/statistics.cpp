@@ -87,12 +87,13 @@ void bind_statistics(py::module_& module) {
       .field("outcome", &Motion::outcome, "what happened")
       .field("tracked", &Motion::tracked, "features that were found in an earlier frame")
       .field("seeds", &Motion::seeds, "features whose track alone says that they move")
-      .field("supported", &Motion::supported, "seeds beside which others move alike")
+      .field("supported", &Motion::supported, "seeds that move as others near them do")
       .field("given_back", &Motion::given_back, "features given back because they are still")
       .field("scale_px", &Motion::scale_px,
              "scale of the static features' residuals, one frame back, pixels")
       .field("support", &Motion::support,
-             "share of the features that agree with the camera's motion");
+             "share of the features that agree with the camera's motion")
+      .field("baselines", &Motion::baselines, "baselines that were used: 0, 1 or 2");
   using Frame = FrameStatistics;
   ValueClass<Frame>(module, "FrameStatistics",
                     "Statistics of one frame. masked, compensated, moving, custom and kept add up\n"

@@ -127,8 +127,8 @@ TEST(MotionBackground, FarBehindAPersonIsNotInHisFringe) {
   EXPECT_GT(removed_beside({}, 0.1).far_behind, 10U);
 }
 
-/// Counts the features that are removed beside people who walk because they were not tracked, at
-/// least so far from the mask.
+/// Counts the features that are removed beside people who walk because they were not tracked,
+/// farther than a distance from the mask.
 std::size_t untracked_removed(double mask_age_s, double distance_px) {
   Rig rig;
   std::size_t count = 0;
@@ -148,7 +148,7 @@ std::size_t untracked_removed(double mask_age_s, double distance_px) {
   return count;
 }
 
-/// What a person hid until now was not tracked either. Fresh masks miss little of him.
+/// What a person hid until now has no track. Fresh masks miss little of him.
 TEST(MotionBackground, IsSparedWhereAPersonHidItAndMasksAreFresh) {
   EXPECT_GT(untracked_removed(0, 0), 0U);
   EXPECT_EQ(untracked_removed(0, 4), 0U);
@@ -231,7 +231,7 @@ TEST(MotionBackground, IsNotLostByItsTracksAlone) {
   options.fill_radius_px = 0;       // nor do neighbours make it dynamic
   const std::size_t lost = lost_beside_walkers(options);
   options.max_still_patch_ratio = 0;  // the image tells nothing
-  EXPECT_LT(4 * lost, lost_beside_walkers(options)) << lost;
+  EXPECT_LT(3 * lost, lost_beside_walkers(options)) << lost;
 }
 
 }  // namespace

@@ -168,6 +168,7 @@ TEST(MotionJudge, StandsADroppedFrame) {
     const FeatureLabels labels = rig.see(shots(0.5)[i]);
     if (i > 0) {
       EXPECT_EQ(labels.statistics().motion.outcome, MotionOutcome::applied) << i;
+      EXPECT_EQ(labels.statistics().motion.baselines, i < 3 ? 1U : 2U) << i;
     }
     EXPECT_EQ(labels.statistics().motion.given_back, 0U);
   }

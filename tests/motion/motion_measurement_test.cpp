@@ -54,7 +54,7 @@ RelativePoseEstimate long_pose(double turn_rad) {
     measured.baselines[1].tracks.push_back({cv::Point2f(*then), true});
   }
   estimate_pose(context, RelativePoseEstimator(camera), 1);
-  EXPECT_EQ(measured.baselines[1].is_known, measured.baselines[1].pose.is_trusted);
+  EXPECT_EQ(measured.baselines[1].is_used, measured.baselines[1].pose.is_trusted);
   return measured.baselines[1].pose;
 }
 
@@ -106,7 +106,7 @@ TEST(MotionMeasurement, SaysNothingOfAFeatureWithoutTrack) {
   MotionMeasurement measured;
   measured.ideal = {{100, 100}, {200, 100}};
   measured.depths.resize(2);
-  measured.baselines[0].is_known = true;
+  measured.baselines[0].is_used = true;
   measured.baselines[0].duration_s = frame_s;
   measured.baselines[0].tracks = {{{100, 100}, true}, {{200, 100}, false}};
   Workspace workspace;
@@ -153,7 +153,7 @@ void with_context(const View& view, const Action& action) {
   tracker.build(view.then, memory.past[0].pyramid);
   MotionMeasurement measured;
   measured.ideal = {view.feature};
-  measured.baselines[0].is_known = view.is_pose_known;
+  measured.baselines[0].is_used = view.is_pose_known;
   measured.baselines[0].duration_s = frame_s;
   measured.baselines[0].pose.pose.translation = {view.camera_shift_m, 0, 0};
   measured.baselines[0].tracks = {view.track};

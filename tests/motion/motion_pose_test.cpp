@@ -63,12 +63,12 @@ class Scene {
     const MotionContext context{input, pinhole, options, has_masks, memory, measured_, workspace};
     measure_places(context);
     estimate_pose(context, RelativePoseEstimator(pinhole), 0);
-    EXPECT_EQ(measured_.baselines[0].is_known, measured_.baselines[0].pose.is_trusted);
+    EXPECT_EQ(measured_.baselines[0].is_used, measured_.baselines[0].pose.is_trusted);
     return measured_.baselines[0].pose;
   }
 
-  /// Tells whether the long baseline is used if its tracks are these and the poses of its three
-  /// frames are those.
+  /// Tells whether the long baseline is used. Its tracks are the scene's; `frames` are the poses of
+  /// its three frames, the newest first.
   bool is_long_used(const std::array<std::optional<RelativePose>, 3>& frames,
                     const MotionJudgeOptions& options = {}) {
     measured_.suspicions = suspicions_;
@@ -85,7 +85,7 @@ class Scene {
     measure_places(context);
     estimate_pose(context, RelativePoseEstimator(pinhole), 1);
     EXPECT_TRUE(measured_.baselines[1].pose.is_trusted);
-    return measured_.baselines[1].is_known;
+    return measured_.baselines[1].is_used;
   }
 
  private:
@@ -246,7 +246,8 @@ TEST(MotionPose, RefusesNonsense) {
        {&MotionJudgeOptions::max_pose_depth_range_m, &MotionJudgeOptions::max_worse_fit,
         &MotionJudgeOptions::max_worse_fit_px, &MotionJudgeOptions::min_turn_gain,
         &MotionJudgeOptions::agreement_px, &MotionJudgeOptions::max_thing_depth_m,
-        &MotionJudgeOptions::stale_age_s}) {
+        &MotionJudgeOptions::stale_age_s, &MotionJudgeOptions::max_baseline_difference_px,
+        &MotionJudgeOptions::fringe_untracked_px, &MotionJudgeOptions::stale_fringe_untracked_px}) {
     for (const double number : {-1.0, std::nan("")}) {
       MotionJudgeOptions options;
       options.*option = number;
@@ -268,8 +269,11 @@ TEST(MotionPose, OverTheLongBaselineIsLeftOutWhereItsFramesContradictIt) {
   EXPECT_FALSE(scene.is_long_used({captured, frame, frame}));
   EXPECT_FALSE(scene.is_long_used({frame, captured, frame}));
   EXPECT_FALSE(scene.is_long_used({frame, frame, captured}));
+  // Nothing that it moves past may contradict more than what ends behind the camera.
+  EXPECT_FALSE(scene.is_long_used({moved(-20), frame, frame}));
   // Without a pose of every frame, nothing contradicts.
   EXPECT_TRUE(scene.is_long_used({captured, {}, frame}));
+  EXPECT_TRUE(scene.is_long_used({captured, frame, {}}));
   MotionJudgeOptions never;
   never.max_baseline_difference_px = std::numeric_limits<double>::infinity();
   EXPECT_TRUE(scene.is_long_used({captured, frame, frame}, never));

@@ -63,9 +63,9 @@ struct MotionJudgeOptions {
   double min_turn_gain = 1.1;
   double agreement_px = 0.5;
   /// @}
-  /// The long baseline is left out where its pose and the poses of its frames, one after the other,
-  /// move a tenth of the features with depth to places farther apart than this, pixels; infinity =
-  /// never.
+  /// The pose over three frames should be that of the three single frames, one after the other. The
+  /// long baseline is not used where the two place a tenth of the features with depth farther apart
+  /// than this, pixels; infinity = it always is.
   double max_baseline_difference_px = 6;
 
   /// @{
@@ -86,8 +86,8 @@ struct MotionJudgeOptions {
   /// if its patch differs from the static place by less than this share of its contrast.
   double max_still_patch_ratio = 0.5;
   /// @{
-  /// Unclear features between dynamic ones are dynamic unless the image shows them still. Of those
-  /// with neither a track nor a depth nothing is known: they stay.
+  /// Unclear features between dynamic ones are dynamic unless the image shows them still. Those
+  /// with neither a track nor a depth are not: nothing is known of them.
   int fill_radius_px = 25;      ///< those within this distance count, pixels
   double min_fill_share = 0.6;  ///< above this share of the features within that radius
   double max_fill_ratio = 0.3;  ///< but not those below this share of the allowed shift
@@ -124,11 +124,11 @@ struct MotionJudgeOptions {
   double fringe_shift_px = 1.0;    ///< allowed shift there, pixels
   double fringe_shift_scales = 3;  ///< and in scales
   /// @{
-  /// Within these distances, features that cannot be tracked go, too: those that a mask missed, or
-  /// that are left behind where masks are stale, see stale_age_s. They cost static features that
-  /// the object hid until now.
-  double fringe_untracked_px = 4;
-  double stale_fringe_untracked_px = 15;
+  /// Features in the fringe that cannot be tracked are removed within this distance of the mask: it
+  /// may miss a rim of the object, or be left behind. This costs static features that the object
+  /// hid until now.
+  double fringe_untracked_px = 4;         ///< while masks are fresh
+  double stale_fringe_untracked_px = 15;  ///< while they are stale, see stale_age_s
   /// @}
 };
 

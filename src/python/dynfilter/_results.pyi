@@ -48,6 +48,7 @@ class MotionStatistics:
     given_back: Final[int]
     scale_px: Final[float]
     support: Final[float]
+    baselines: Final[int]
 
 class FrameStatistics:
     features: Final[int]
