@@ -112,37 +112,63 @@ std::optional<double> farthest_of(const MotionContext& context, const FeatureLab
   return quantile(measured.values, 0.9);
 }
 
+/// Tells whether a feature is surrounded by dynamic ones: most of those that count within the
+/// fill's radius and that may be on the same thing.
+template <class Counts>
+bool is_surrounded(const MotionContext& context, FrameFeatures& features, std::size_t feature,
+                   const std::vector<std::uint8_t>& is_dynamic, const Counts& counts) {
+  const std::vector<FeatureMotion>& motions = context.measured.motions;
+  const cv::Point centre = features.pixel(feature);
+  const cv::Rect image({}, context.input.frame.image.size());
+  if (!image.contains(centre)) return false;
+  const int reach = context.options.fill_radius_px;
+  std::size_t dynamic = 0, all = 0;
+  for (const std::uint32_t i : features.inside(
+           cv::Rect(centre.x - reach, centre.y - reach, 2 * reach + 1, 2 * reach + 1))) {
+    const cv::Point away = features.pixel(i) - centre;
+    if (i == feature || away.dot(away) > reach * reach || !counts(i)) continue;
+    if (motions[feature].is_apart(motions[i], context.options.max_thing_depth_m)) continue;
+    ++all;
+    dynamic += is_dynamic[i] ? 1 : 0;
+  }
+  return dynamic >= 2 &&
+         static_cast<double>(dynamic) > context.options.min_fill_share * static_cast<double>(all);
+}
+
 /// Makes features dynamic that are surrounded by dynamic ones and do not look still themselves.
 void fill(const MotionContext& context) {
   MotionMeasurement& measured = context.measured;
-  FrameFeatures& features = frame_features(context.input.features, context.workspace);
-  const int reach = context.options.fill_radius_px;
   measured.was_dynamic = measured.is_dynamic;  // before filling, so that it does not spread
-  const std::vector<std::uint8_t>& before = measured.was_dynamic;
-  for (std::size_t i = 0; i < before.size(); ++i) {
+  FrameFeatures& features = frame_features(context.input.features, context.workspace);
+  const auto counts = [](std::size_t /*feature*/) { return true; };
+  for (std::size_t i = 0; i < measured.motions.size(); ++i) {
     const FeatureMotion& motion = measured.motions[i];
     const bool is_clear = motion.is_known() && motion.ratio < context.options.max_fill_ratio;
     const bool is_nothing_known = !motion.is_known() && !(motion.depth_m > 0);
-    if (before[i] || is_clear || is_nothing_known) continue;
-    const cv::Point centre = features.pixel(i);
-    const cv::Rect image({}, context.input.frame.image.size());
-    if (!image.contains(centre)) continue;
-    std::size_t dynamic = 0, all = 0;
-    for (const std::uint32_t k : features.inside(
-             cv::Rect(centre.x - reach, centre.y - reach, 2 * reach + 1, 2 * reach + 1))) {
-      const cv::Point away = features.pixel(k) - centre;
-      if (k == i || away.dot(away) > reach * reach) continue;
-      if (motion.is_apart(measured.motions[k], context.options.max_thing_depth_m)) continue;
-      ++all;
-      dynamic += before[k] ? 1 : 0;
-    }
-    const bool is_surrounded =
-        dynamic >= 2 &&
-        static_cast<double>(dynamic) > context.options.min_fill_share * static_cast<double>(all);
-    if (!is_surrounded) continue;
+    if (measured.was_dynamic[i] || is_clear || is_nothing_known) continue;
+    if (!is_surrounded(context, features, i, measured.was_dynamic, counts)) continue;
     const bool is_still =
         motion.approach_m == 0 && appearance_of(context, i, motion.baseline) == Appearance::still;
     if (!is_still) measured.is_dynamic[i] = 1;
+  }
+}
+
+/// Suspects the features without a belief between those believed to move. A thing that comes nearer
+/// shows many new ones.
+void suspect_surrounded(const MotionContext& context) {
+  MotionMeasurement& measured = context.measured;
+  const std::vector<FeatureTrack>& tracks = measured.baselines[0].tracks;
+  measured.is_believed.clear();
+  for (const double belief : measured.beliefs) {
+    measured.is_believed.push_back(context.memory.beliefs->is_dynamic(belief) ? 1 : 0);
+  }
+  FrameFeatures& features = frame_features(context.input.features, context.workspace);
+  const auto has_belief = [&](std::size_t feature) { return measured.beliefs[feature] != 0; };
+  for (std::size_t i = 0; i < tracks.size(); ++i) {
+    if (measured.suspicions[i] == Suspicion::strong || !tracks[i].is_found) continue;
+    if (is_surrounded(context, features, i, measured.is_believed, has_belief)) {
+      measured.suspicions[i] = Suspicion::strong;
+    }
   }
 }
 
@@ -224,6 +250,7 @@ void suspect_features(const MotionContext& context, const FeatureLabels& labels)
     const bool is_on_mask = labels.is_removed(i) && !is_compensated;
     if (is_on_mask || is_believed) measured.suspicions[i] = Suspicion::strong;
   }
+  suspect_surrounded(context);
   const std::vector<Instance>& instances = context.input.segmentation.instances;
   for (std::size_t k = 0; k < instances.size(); ++k) {
     if (!labels.is_dynamic_object(k)) continue;

@@ -11,7 +11,8 @@
 namespace dynfilter::detail {
 
 /// Says which features do not tell the camera's motion: removed ones, those near the mask of a
-/// dynamic object, and those believed dynamic. Sets the beliefs to those of the last frame.
+/// dynamic object, those believed dynamic, and those between them. Sets the beliefs to those of the
+/// last frame. The features' places must be measured.
 void suspect_features(const MotionContext& context, const FeatureLabels& labels);
 
 /// Updates the beliefs by the evidence, and says what is dynamic.

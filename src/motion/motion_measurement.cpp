@@ -136,21 +136,21 @@ void measure_places(const MotionContext& context) {
   const FeaturesView features = context.input.features;
   measured.ideal.clear();
   measured.depths.clear();
+  measured.motions.assign(features.size(), {});
   for (std::size_t i = 0; i < features.size(); ++i) {
+    const cv::Point pixel = features.pixel(i);
     measured.ideal.push_back(context.camera.ideal(features[i]));
-    measured.depths.push_back(
-        depth_interval(context.input.frame, features.pixel(i), context.options.depth));
+    measured.depths.push_back(depth_interval(context.input.frame, pixel, context.options.depth));
+    measured.motions[i].depth_m =
+        static_cast<float>(context.input.frame.depth_m(pixel).value_or(0));
   }
 }
 
 void measure_motions(const MotionContext& context) {
   MotionMeasurement& measured = context.measured;
   const MotionJudgeOptions& options = context.options;
-  measured.motions.assign(context.input.features.size(), {});
   for (std::size_t i = 0; i < measured.motions.size(); ++i) {
     FeatureMotion& motion = measured.motions[i];
-    const auto depth_m = context.input.frame.depth_m(context.input.features.pixel(i));
-    motion.depth_m = static_cast<float>(depth_m.value_or(0));
     for (std::size_t b = 0; b < motion_baselines; ++b) {
       const MotionBaseline& baseline = measured.baselines[b];
       if (!baseline.is_used || !baseline.tracks[i].is_found) continue;

@@ -40,6 +40,7 @@ struct MotionMeasurement {
   std::vector<Suspicion> suspicions;  ///< of each feature
   std::vector<FeatureMotion> motions;
   std::vector<double> beliefs;
+  std::vector<std::uint8_t> is_believed;  ///< believed to move before this frame says anything
   std::vector<std::uint8_t> is_dynamic;
   std::vector<PoseObservation> observations, more_observations;
   std::vector<cv::Point2f> expected;
@@ -79,7 +80,7 @@ inline std::size_t count_found(const std::vector<FeatureTrack>& tracks) {
       tracks.begin(), tracks.end(), [](const FeatureTrack& track) { return track.is_found; }));
 }
 
-/// Measures depth and ideal pixel of each feature.
+/// Measures depth and ideal pixel of each feature. Begins their motions, with the depth alone.
 void measure_places(const MotionContext& context);
 
 /// Estimates the camera's motion over a baseline.
@@ -100,9 +101,10 @@ void measure_places(const MotionContext& context);
 void estimate_pose(const MotionContext& context, const RelativePoseEstimator& estimator,
                    std::size_t baseline);
 
-/// Measures the features' shifts over the baselines that are known. One that shifts by more than is
-/// allowed for, or that was not tracked, is what the image shows: a seed, quiet, or unknown. One
-/// whose depth changed is a seed, unless the image shows that its track failed.
+/// Measures the shifts of the features, whose places are measured, over the baselines that are
+/// used. One that shifts by more than is allowed for, or that was not tracked, is what the image
+/// shows: a seed, quiet, or unknown. One whose depth changed is a seed, unless the image shows that
+/// its track failed.
 void measure_motions(const MotionContext& context);
 
 /// What the image shows of a feature's surface at the place where a static feature would have been.

@@ -3,10 +3,12 @@
 
 // Features between others that move.
 
+#include <cstdint>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "dynfilter/dynfilter.hpp"
 #include "dynfilter/motion/motion_judge.hpp"
 #include "motion/motion_labels.hpp"
 #include "motion/motion_measurement.hpp"
@@ -58,6 +60,48 @@ TEST(MotionFill, TakesUnclearFeaturesBetweenThoseThatMove) {
   tracked.ratio = 0.2F;  // it is where a static one would be
   EXPECT_FALSE(is_filled(tracked, 24));
   EXPECT_FALSE(is_filled(FeatureMotion(), 24));  // nothing is known of it
+}
+
+/// Tells whether a new feature is suspected that has 24 features around it, so many of which are
+/// believed to move. `behind_m`: how far it is behind them.
+bool is_suspected(int dynamic_around, double behind_m = 0) {
+  const PinholeCamera camera{400, 400, 160, 120};
+  MotionMemory memory;
+  memory.beliefs.emplace();
+  MotionMeasurement measured;
+  std::vector<cv::KeyPoint> keypoints, before;
+  std::vector<double> beliefs;
+  for (int i = 0; i < 25; ++i) {
+    const cv::Point2f place(cv::Point(150 + 5 * (i % 5), 110 + 5 * (i / 5)));
+    keypoints.emplace_back(place, 7.0F);
+    measured.baselines[0].tracks.push_back({place, true});
+    if (i == 12) continue;
+    before.emplace_back(place, 7.0F);
+    beliefs.push_back(static_cast<int>(beliefs.size()) < dynamic_around ? 2 : -2);
+  }
+  memory.beliefs->remember(before, beliefs);
+  FrameView frame;
+  frame.image = cv::Mat1b(240, 320, std::uint8_t{0});
+  frame.depth = cv::Mat1f(240, 320, 2.0F);
+  frame.depth.at<float>(120, 160) = static_cast<float>(2 + behind_m);
+  const FilterInput input{frame, {}, keypoints};
+  const MotionJudgeOptions options;
+  Workspace workspace;
+  const FeatureLabels labels =
+      Pipeline<MaskCuller>(MaskCuller()).apply(frame, Segmentation(), keypoints);
+  const MotionContext context{input, camera, options, false, memory, measured, workspace};
+  measure_places(context);
+  suspect_features(context, labels);
+  return measured.suspicions[12] == Suspicion::strong;
+}
+
+/// A thing that comes nearer shows new features. They do not tell the camera's motion.
+TEST(MotionFill, SuspectsNewFeaturesBetweenThoseBelievedToMove) {
+  EXPECT_TRUE(is_suspected(24));
+  EXPECT_TRUE(is_suspected(16));
+  EXPECT_FALSE(is_suspected(14));
+  EXPECT_FALSE(is_suspected(0));
+  EXPECT_FALSE(is_suspected(24, 0.5));  // it is on the wall behind the thing
 }
 
 }  // namespace

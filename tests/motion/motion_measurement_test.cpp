@@ -104,14 +104,13 @@ TEST(MotionMeasurement, SaysNothingOfAFeatureWithoutTrack) {
   const FilterInput input{{}, {}, keypoints};
   MotionMemory memory;
   MotionMeasurement measured;
-  measured.ideal = {{100, 100}, {200, 100}};
-  measured.depths.resize(2);
   measured.baselines[0].is_used = true;
   measured.baselines[0].duration_s = frame_s;
   measured.baselines[0].tracks = {{{100, 100}, true}, {{200, 100}, false}};
   Workspace workspace;
   const MotionJudgeOptions options;
   const MotionContext context{input, camera, options, false, memory, measured, workspace};
+  measure_places(context);
   measure_motions(context);
   EXPECT_EQ(measured.motions[0].evidence, MotionEvidence::quiet);
   EXPECT_EQ(measured.motions[1].evidence, MotionEvidence::unknown);
@@ -152,15 +151,15 @@ void with_context(const View& view, const Action& action) {
   tracker.build(wall(0), memory.now.pyramid);
   tracker.build(view.then, memory.past[0].pyramid);
   MotionMeasurement measured;
-  measured.ideal = {view.feature};
   measured.baselines[0].is_used = view.is_pose_known;
   measured.baselines[0].duration_s = frame_s;
   measured.baselines[0].pose.pose.translation = {view.camera_shift_m, 0, 0};
   measured.baselines[0].tracks = {view.track};
   Workspace workspace;
   const MotionJudgeOptions options;
-  measured.depths = {depth_interval(frame, nearest_pixel(view.feature))};
-  action(MotionContext{input, camera, options, false, memory, measured, workspace});
+  const MotionContext context{input, camera, options, false, memory, measured, workspace};
+  measure_places(context);
+  action(context);
 }
 
 Appearance appearance(const View& view) {

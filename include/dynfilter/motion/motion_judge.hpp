@@ -87,7 +87,8 @@ struct MotionJudgeOptions {
   double max_still_patch_ratio = 0.5;
   /// @{
   /// Unclear features between dynamic ones are dynamic unless the image shows them still. Those
-  /// with neither a track nor a depth are not: nothing is known of them.
+  /// with neither a track nor a depth are not: nothing is known of them. New features between those
+  /// believed to move, by the same share, do not tell the camera's motion.
   int fill_radius_px = 25;      ///< those within this distance count, pixels
   double min_fill_share = 0.6;  ///< above this share of the features within that radius
   double max_fill_ratio = 0.3;  ///< but not those below this share of the allowed shift
@@ -136,15 +137,15 @@ struct MotionJudgeOptions {
 /// masks call dynamic but that stands still gets its features back. Masks and depth say what may be
 /// dynamic, motion says what is. A stage for after the compensator and before FeatureFloor.
 ///
-/// Each frame, features are tracked 1 and 3 frames back, the camera's motion is estimated from
-/// those that nobody suspects (they lie off the masks, and did not move before; those that
-/// compensation removed farther from the masks join in where they agree with the others), and a
-/// track is compared with where the feature would have been if it were static, at any depth that it
-/// may have, and the depth there with the depth it would have had. Single features prove nothing:
-/// tracks fail at occlusions and between layers of depth. So evidence is pooled over neighbours,
-/// over time and over instances. Where a track fails or shifts, the image decides: a feature is
-/// static if it looked the same at the static place. What lies in front of its surface, as a person
-/// beside it, is left out of the comparison.
+/// Each frame, features are tracked 1 and 3 frames back, and the camera's motion is estimated from
+/// those that nobody suspects: they lie off the masks, did not move before, and are not new among
+/// features that did. Those that compensation removed farther from the masks join in where they
+/// agree with the others. A track is compared with where the feature would have been if it were
+/// static, at any depth that it may have, and the depth there with the depth it would have had.
+/// Single features prove nothing: tracks fail at occlusions and between layers of depth. So
+/// evidence is pooled over neighbours, over time and over instances. Where a track fails or shifts,
+/// the image decides: a feature is static if it looked the same at the static place. What lies in
+/// front of its surface, as a person beside it, is left out of the comparison.
 ///
 /// Abstains, changes nothing and says why in MotionStatistics: without an image, in the first
 /// frame, after a cut, a gap or a step back in time, where an image repeats, and where the tracks
