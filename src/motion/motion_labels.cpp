@@ -165,7 +165,8 @@ void suspect_surrounded(const MotionContext& context) {
   FrameFeatures& features = frame_features(context.input.features, context.workspace);
   const auto has_belief = [&](std::size_t feature) { return measured.beliefs[feature] != 0; };
   for (std::size_t i = 0; i < tracks.size(); ++i) {
-    if (measured.suspicions[i] == Suspicion::strong || !tracks[i].is_found) continue;
+    const bool is_new = tracks[i].is_found && !has_belief(i);
+    if (!is_new || measured.suspicions[i] == Suspicion::strong) continue;
     if (is_surrounded(context, features, i, measured.is_believed, has_belief)) {
       measured.suspicions[i] = Suspicion::strong;
     }
