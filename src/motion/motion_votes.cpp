@@ -110,7 +110,7 @@ Voices voices_near(std::uint32_t seed, int radius_px, std::size_t most, FrameFea
                    const MotionVotesOptions& options, const MayVote& may_vote) {
   const cv::Point centre = features.pixel(seed);
   const std::int64_t squared_radius = std::int64_t{radius_px} * radius_px;
-  Nearest nearest(options.neighbours * features_a_voice);
+  Nearest nearest(std::max(options.neighbours, most) * features_a_voice);
   for (const std::uint32_t i :
        features.inside(detail::bounds_of(cv::Rect(centre, cv::Size(1, 1)), radius_px))) {
     const cv::Point pixel = features.pixel(i);

@@ -262,6 +262,27 @@ TEST(MotionVotes, AreJoinedByCornersNotByTheirFeatures) {
   EXPECT_FALSE(is_joined({{202, 200}, {206, 204}, {206, 196}}));  // one is of the seed's own
 }
 
+/// However few neighbours vote, as many seeds may be joined as are asked for.
+TEST(MotionVotes, JoinMoreSeedsThanNeighboursVote) {
+  std::vector<cv::Point2f> points;
+  for (int i = 0; i < 36; ++i) points.emplace_back(cv::Point(100 + 7 * (i % 6), 100 + 7 * (i / 6)));
+  points.emplace_back(150.0F, 118.0F);  // at their edge: most beside it are quiet
+  std::vector<FeatureMotion> motions(37, motion_of(MotionEvidence::seed, {4, 0}));
+  for (int i = 0; i < 12; ++i) {
+    points.emplace_back(cv::Point(154 + 4 * (i % 3), 112 + 4 * (i / 3)));
+    motions.push_back(motion_of(MotionEvidence::quiet));
+  }
+  for (FeatureMotion& motion : motions) motion.depth_m = 2;
+  FrameFeatures features;
+  features.read(points);
+  MotionVotesOptions options;
+  options.neighbours = 4;
+  options.min_joined = 20;
+  support_seeds(features, options, motions);
+  EXPECT_FALSE(motions[36].has_support);
+  EXPECT_EQ(motions[36].evidence, MotionEvidence::supported);
+}
+
 /// Hosts may hand over features without a place.
 TEST(MotionVotes, HearNothingOfFeaturesWithoutAPlace) {
   const float nowhere = std::nanf("");
