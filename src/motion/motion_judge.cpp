@@ -127,10 +127,14 @@ MotionOutcome judge(const MotionContext& context, const FeatureTracker& tracker,
   statistics.support = baselines[0].pose.support;
   const bool is_trusted = baselines[0].is_used;
   baselines[1].is_used = false;
-  if (is_trusted && memory.known == detail::past_frames) {
-    track_back(context, tracker, 1);
-    estimate_pose(context, estimator, 1);
-  }
+  const auto measure_over = [&](std::size_t baseline) {
+    track_back(context, tracker, baseline);
+    estimate_pose(context, estimator, baseline);
+  };
+  baselines[detail::kept_baseline].is_used = false;
+  if (is_trusted && memory.known == detail::past_frames) measure_over(1);
+  const bool has_kept = context.options.uses_kept_frames && memory.kept[0].frames_back > 0;
+  if (is_trusted && has_kept) measure_over(detail::kept_baseline);
   for (const detail::MotionBaseline& baseline : baselines) {
     statistics.baselines += baseline.is_used ? 1 : 0;
   }
@@ -149,7 +153,7 @@ MotionOutcome judge(const MotionContext& context, const FeatureTracker& tracker,
   memory.beliefs->remember(features, context.measured.beliefs);
   memory.now.motion.reset();
   if (is_trusted) memory.now.motion = baselines[0].pose.pose;
-  memory.push(context.input.frame);
+  memory.push(context.input.frame, context.options.uses_kept_frames);
   if (is_trusted) return MotionOutcome::applied;
   const bool has_enough = baselines[0].pose.observations >= context.options.pose.min_observations;
   return has_enough ? MotionOutcome::pose_not_trusted : MotionOutcome::too_few_tracks;

@@ -88,7 +88,7 @@ InstanceVotes votes_of(const MotionContext& context, const FeatureLabels& labels
   }
   // What is not quiet over one frame is not, whatever the long baseline says; that one may fail
   // where the camera moves fast.
-  for (std::size_t b = 0; b < motion_baselines; ++b) {
+  for (std::size_t b = 0; b < motion_baseline_frames.size(); ++b) {
     std::optional<bool> quiet;
     if (measured.baselines[b].is_used)
       quiet = is_quiet(context, labels, instance, votes.members, b);
@@ -180,7 +180,7 @@ bool looks_static(const MotionContext& context, std::size_t feature) {
 }
 
 bool shifts_in_fringe(const MotionContext& context, const FeatureMotion& motion) {
-  for (std::size_t b = 0; b < motion_baselines; ++b) {
+  for (std::size_t b = 0; b < motion_baseline_frames.size(); ++b) {
     const double allowed_px =
         std::max(context.options.fringe_shift_px,
                  context.options.fringe_shift_scales * context.measured.baselines[b].pose.scale_px);

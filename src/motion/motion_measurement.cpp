@@ -15,10 +15,6 @@ namespace {
 /// Depth assumed for features without one: so far away that only the camera's turn moves them.
 constexpr double far_m = 1e3;
 
-const MotionMemory::Frame& frame_back(const MotionContext& context, std::size_t baseline) {
-  return context.memory.past[context.frames_back(baseline) - 1];
-}
-
 /// Returns where a static feature at a depth was over a baseline, a raw pixel; none if it was
 /// behind the camera.
 std::optional<cv::Point2f> static_place(const MotionContext& context, std::size_t feature,
@@ -43,14 +39,14 @@ std::optional<cv::Point2f> nearest_static_place(const MotionContext& context, st
   return cv::Point2f(context.camera.raw(residual->static_place));
 }
 
-/// Writes where each feature is expected over a baseline. Over the short one: where a static one
-/// was if the camera moves on as before. Over the long one: where it was if its own motion went on
-/// as over the short one. Returns false where nothing is known of the camera.
+/// Writes where each feature is expected over a baseline. Over the short one and the one to a kept
+/// frame: where a static one was under the expected motion. Over the long one: where it was if its
+/// own motion went on as over the short one. Returns false where nothing is known of the camera.
 bool expect_places(const MotionContext& context, std::size_t baseline) {
   const FeaturesView features = context.input.features;
   std::vector<cv::Point2f>& expected = context.measured.expected;
   expected.clear();
-  if (baseline > 0) {
+  if (baseline == 1) {
     const auto times = static_cast<float>(context.frames_back(baseline));
     for (std::size_t i = 0; i < features.size(); ++i) {
       const FeatureTrack& track = context.measured.baselines[0].tracks[i];
@@ -59,20 +55,20 @@ bool expect_places(const MotionContext& context, std::size_t baseline) {
     }
     return true;
   }
-  const std::optional<RelativePose>& motion = context.memory.past[0].motion;
-  if (!motion) return false;
+  if (!context.memory.past[0].motion) return false;
+  const RelativePose motion = expected_pose(context, baseline);
   for (std::size_t i = 0; i < features.size(); ++i) {
     const auto depth_m = context.input.frame.depth_m(features.pixel(i));
     const cv::Point3d point =
         context.camera.point(context.camera.ideal(features[i]), depth_m.value_or(far_m));
-    const auto place = context.camera.project(*motion * point);
+    const auto place = context.camera.project(motion * point);
     expected.push_back(place ? cv::Point2f(context.camera.raw(*place)) : features[i]);
   }
   return true;
 }
 
-/// Measures how much nearer a feature came than a static one, over the longest baseline over which
-/// it was tracked. That is a motion if it is more than what is allowed for.
+/// Measures how much nearer a feature came than a static one, over the long baseline or, if it was
+/// not tracked over that, the short one. That is a motion if it is more than what is allowed for.
 void measure_approach(const MotionContext& context, std::size_t feature, FeatureMotion& motion) {
   const MotionMeasurement& measured = context.measured;
   const std::size_t baseline = motion.is_tracked[1] ? 1 : 0;
@@ -83,7 +79,7 @@ void measure_approach(const MotionContext& context, std::size_t feature, Feature
       options.min_shift_scales * over.pose.scale_px * double{motion.depth_m} / context.camera.fx;
   const double allowed_m = std::max(options.min_speed_m_s * over.duration_s, pose_error_m);
   const cv::Point3d now_m = context.camera.point(measured.ideal[feature], double{motion.depth_m});
-  const FrameView& frame_then = frame_back(context, baseline).frame;
+  const FrameView& frame_then = context.frame_then(baseline).frame;
   const cv::Point pixel_then = nearest_pixel(over.tracks[feature].position);
   // A cheap test first: the pixels' own depths lie in the intervals, and differ at least as much.
   const auto depth_then_m = frame_then.depth_m(pixel_then);
@@ -103,14 +99,17 @@ void track_back(const MotionContext& context, const FeatureTracker& tracker, std
   MotionMeasurement& measured = context.measured;
   const MotionMemory& memory = context.memory;
   MotionBaseline& result = measured.baselines[baseline];
-  const MotionMemory::Frame& then = frame_back(context, baseline);
+  const MotionMemory::Frame& then = context.frame_then(baseline);
   const FeaturesView features = context.input.features;
   result.duration_s = memory.now.timestamp_s - then.timestamp_s;
   if (baseline == 0 && memory.is_tracked_ahead) {
     result.tracks = memory.tracked_ahead;
     return;
   }
-  if (const auto& given = memory.host_tracks[baseline]; !given.empty()) {
+  const bool is_of_host =
+      baseline < memory.host_tracks.size() && !memory.host_tracks[baseline].empty();
+  if (is_of_host) {
+    const std::vector<FeatureTrack>& given = memory.host_tracks[baseline];
     if (given.size() != features.size()) {
       throw_misuse(
           "MotionJudge",
@@ -201,7 +200,7 @@ Appearance appearance_of(const MotionContext& context, std::size_t feature, std:
 
   const auto patch = SurfacePatch::around(context.input.frame, context.memory.now.pyramid.grey(),
                                           features[feature], depth_m);
-  const cv::Mat1b& then = frame_back(context, baseline).pyramid.grey();
+  const cv::Mat1b& then = context.frame_then(baseline).pyramid.grey();
   std::optional<double> still, tracked, at_nearest;
   if (patch) still = patch->difference(then, *place);
   if (!track.is_found) {

@@ -24,6 +24,9 @@ enum class Suspicion : std::uint8_t {
   strong        ///< on a mask, near one, or believed to move
 };
 
+/// Index of the baseline to a kept frame.
+constexpr std::size_t kept_baseline = motion_baseline_frames.size();
+
 /// One baseline of a frame.
 struct MotionBaseline {
   bool is_used = false;  ///< whether the pose is trusted, and shifts are measured
@@ -59,9 +62,16 @@ struct MotionContext {
   MotionMeasurement& measured;
   Workspace& workspace;
 
-  /// Returns the length of a baseline, frames.
-  static std::size_t frames_back(std::size_t baseline) {
+  /// Returns the length of a baseline, frames; 0 where there is no kept frame.
+  std::size_t frames_back(std::size_t baseline) const {
+    if (baseline == kept_baseline) return memory.kept[0].frames_back;
     return static_cast<std::size_t>(motion_baseline_frames[baseline]);
+  }
+
+  /// Returns the frame at the other end of a baseline.
+  const MotionMemory::Frame& frame_then(std::size_t baseline) const {
+    if (baseline == kept_baseline) return memory.kept[0].frame;
+    return memory.past[frames_back(baseline) - 1];
   }
 
   /// Returns the shift that a speed across the view makes over a baseline, pixels; 0 at an unknown
@@ -70,6 +80,10 @@ struct MotionContext {
     return depth.is_known() ? speed_m_s * duration_s * camera.fx / depth.nearest_m : 0;
   }
 };
+
+/// Returns the motion that is expected over a baseline: over the short one, the last one goes on;
+/// over the others, those of their frames one after the other.
+RelativePose expected_pose(const MotionContext& context, std::size_t baseline);
 
 /// Tracks the features over a baseline.
 void track_back(const MotionContext& context, const FeatureTracker& tracker, std::size_t baseline);

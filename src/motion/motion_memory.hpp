@@ -23,6 +23,8 @@ namespace dynfilter::detail {
 
 /// Number of earlier frames that the longest baseline needs.
 constexpr std::size_t past_frames = 3;
+/// Frames between two that are kept longer. The older one is used.
+constexpr std::size_t kept_spacing_frames = 4;
 
 struct MotionMemory {
   struct Frame {
@@ -32,28 +34,40 @@ struct MotionMemory {
     std::optional<RelativePose> motion;  // from it to the frame before it
   };
 
+  /// Frame that is kept when it is no longer one of the last few.
+  struct KeptFrame {
+    Frame frame;
+    RelativePose kept_from_last;  ///< takes a point of the last frame's camera into this one's
+    std::size_t frames_back = 0;  ///< from the next frame; 0: there is none
+  };
+
   Frame now;
   std::array<Frame, past_frames> past;  // the last frame first
   std::size_t known = 0;                // how many of them
+  std::array<KeptFrame, 2> kept;        // the older first
   std::optional<MotionBeliefs> beliefs;
   std::optional<InstanceMotion> instances;
-  std::optional<PosePrior> prior;                                       // of the host
-  std::array<std::vector<FeatureTrack>, motion_baselines> host_tracks;  // empty: none
+  std::optional<PosePrior> prior;                                                    // of the host
+  std::array<std::vector<FeatureTrack>, motion_baseline_frames.size()> host_tracks;  // empty: none
   bool is_tracked_ahead = false;  // whether `now` and its tracks were made before the call
   std::vector<FeatureTrack> tracked_ahead;  // to the last frame
 
-  /// Makes the present frame the last one.
-  void push(const FrameView& frame) {
+  /// Makes the present frame the last one. `keeps`: whether frames are kept.
+  void push(const FrameView& frame, bool keeps = false) {
     frame.depth.copyTo(now.frame.depth);
     now.frame.metres_per_unit = frame.metres_per_unit;
     for (std::size_t i = past_frames - 1; i > 0; --i) std::swap(past[i], past[i - 1]);
     std::swap(past[0], now);
+    const bool was_known = known == past_frames;  // the frame that is now in `now`
     known = std::min(known + 1, past_frames);
+    follow_kept();
+    if (keeps && was_known) keep_oldest();
   }
 
   /// Forgets the earlier frames, and what was concluded from them. Keeps memory.
   void forget() {
     known = 0;
+    for (KeptFrame& one : kept) one.frames_back = 0;
     if (beliefs) beliefs->clear();
     if (instances) instances->clear();
   }
@@ -63,6 +77,29 @@ struct MotionMemory {
     prior.reset();
     is_tracked_ahead = false;
     for (std::vector<FeatureTrack>& tracks : host_tracks) tracks.clear();
+  }
+
+ private:
+  /// Follows the camera from the kept frames to the last one; drops them where it is lost.
+  void follow_kept() {
+    for (KeptFrame& one : kept) {
+      if (one.frames_back == 0) continue;
+      one.frames_back = past[0].motion ? one.frames_back + 1 : 0;
+      if (past[0].motion) one.kept_from_last = one.kept_from_last * *past[0].motion;
+    }
+  }
+
+  /// Keeps the frame that was the oldest of the last ones and is in `now`, if it is time.
+  void keep_oldest() {
+    const std::size_t frames_back = past_frames + 1;
+    KeptFrame& newest = kept[1];
+    const bool is_time =
+        newest.frames_back == 0 || newest.frames_back >= frames_back + kept_spacing_frames;
+    if (!is_time || !past[0].motion || !past[1].motion || !past[2].motion) return;
+    std::swap(kept[0], kept[1]);
+    std::swap(newest.frame, now);
+    newest.kept_from_last = *past[2].motion * *past[1].motion * *past[0].motion;
+    newest.frames_back = frames_back;
   }
 };
 

@@ -13,18 +13,6 @@
 namespace dynfilter::detail {
 namespace {
 
-/// Returns the motion that is expected over a baseline: the last one goes on.
-RelativePose expected_pose(const MotionContext& context, std::size_t baseline) {
-  const MotionMemory& memory = context.memory;
-  const RelativePose last = memory.past[0].motion.value_or(RelativePose());
-  if (baseline == 0) return last;
-  RelativePose pose = context.measured.baselines[0].pose.pose;
-  for (std::size_t i = 0; i + 1 < context.frames_back(baseline); ++i) {
-    pose = memory.past[i].motion.value_or(RelativePose()) * pose;
-  }
-  return pose;
-}
-
 /// Returns the host's knowledge, or the limits that the camera's inertia sets.
 std::optional<PosePrior> prior_of(const MotionContext& context, std::size_t baseline) {
   const MotionMemory& memory = context.memory;
@@ -41,7 +29,8 @@ std::optional<PosePrior> prior_of(const MotionContext& context, std::size_t base
   const double square = duration_s * duration_s;
   // Over the long baseline, the errors of the short ones add up.
   // At the start, the camera may be moving already.
-  const double steps = motion_baseline_frames[baseline] + (memory.past[0].motion ? 0 : 1);
+  const double steps =
+      static_cast<double>(context.frames_back(baseline)) + (memory.past[0].motion ? 0 : 1);
   prior.max_translation_m = steps * std::max(options.max_acceleration_m_s2 * square, 1e-3);
   prior.max_rotation_rad = steps * std::max(options.max_angular_acceleration_rad_s2 * square, 1e-3);
   prior.is_trusted = is_first_trusted;
@@ -91,6 +80,7 @@ double median_distance_px(const MotionContext& context, const RelativePose& pose
 
 /// Tells whether the poses of all earlier frames of a baseline are known.
 bool knows_all_frames(const MotionContext& context, std::size_t baseline) {
+  if (baseline == kept_baseline) return true;  // else it would not be kept
   for (std::size_t i = 0; i + 1 < context.frames_back(baseline); ++i) {
     if (!context.memory.past[i].motion) return false;
   }
@@ -137,6 +127,18 @@ std::size_t count_agreeing(const MotionContext& context, std::size_t baseline,
 
 }  // namespace
 
+RelativePose expected_pose(const MotionContext& context, std::size_t baseline) {
+  const MotionMemory& memory = context.memory;
+  const RelativePose last = memory.past[0].motion.value_or(RelativePose());
+  if (baseline == 0) return last;
+  RelativePose pose = context.measured.baselines[0].pose.pose;
+  if (baseline == kept_baseline) return memory.kept[0].kept_from_last * pose;
+  for (std::size_t i = 0; i + 1 < context.frames_back(baseline); ++i) {
+    pose = memory.past[i].motion.value_or(RelativePose()) * pose;
+  }
+  return pose;
+}
+
 void estimate_pose(const MotionContext& context, const RelativePoseEstimator& estimator,
                    std::size_t baseline) {
   MotionMeasurement& measured = context.measured;
@@ -171,9 +173,12 @@ void estimate_pose(const MotionContext& context, const RelativePoseEstimator& es
         turn.scale_px <= options.max_worse_fit * best.scale_px + options.max_worse_fit_px;
     if (turn.is_trusted && fits_as_well && agree(turn) > needed) best = turn;
   }
-  const bool is_contradicted =
-      baseline > 0 && knows_all_frames(context, baseline) &&
-      distance_between_px(context, best.pose, expected) > options.max_baseline_difference_px;
+  // The errors of single frames add up.
+  const double most_px = options.max_baseline_difference_px *
+                         static_cast<double>(context.frames_back(baseline)) /
+                         static_cast<double>(context.frames_back(1));
+  const bool is_contradicted = baseline > 0 && knows_all_frames(context, baseline) &&
+                               distance_between_px(context, best.pose, expected) > most_px;
   result.is_used = best.is_trusted && !is_contradicted;
 }
 

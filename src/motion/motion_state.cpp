@@ -22,10 +22,10 @@ void MotionState::expect_motion(const PosePrior& prior) {
 }
 
 void MotionState::hand_over_tracks(std::size_t baseline, std::vector<FeatureTrack> tracks) {
-  if (baseline >= motion_baselines) {
+  if (baseline >= motion_baseline_frames.size()) {
     detail::throw_misuse("MotionState::hand_over_tracks",
                          detail::concatenate("baseline ", baseline),
-                         detail::concatenate("an index below ", motion_baselines));
+                         detail::concatenate("an index below ", motion_baseline_frames.size()));
   }
   memory_->host_tracks[baseline] = std::move(tracks);
 }

@@ -93,7 +93,7 @@ void bind_statistics(py::module_& module) {
              "scale of the static features' residuals, one frame back, pixels")
       .field("support", &Motion::support,
              "share of the features that agree with the camera's motion")
-      .field("baselines", &Motion::baselines, "baselines that were used: 0, 1 or 2");
+      .field("baselines", &Motion::baselines, "baselines that were used: 0 to 3");
   using Frame = FrameStatistics;
   ValueClass<Frame>(module, "FrameStatistics",
                     "Statistics of one frame. masked, compensated, moving, custom and kept add up\n"

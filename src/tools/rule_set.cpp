@@ -37,12 +37,14 @@ AnyStage empty_stage() {
   return [](const FilterInput&, FeatureLabels&, Workspace&) {};
 }
 
-/// Makes the motion judge with a state of its own.
-AnyStage motion_stage(const CameraParameters& c) {
+/// Makes the motion judge of a rule with a state of its own.
+AnyStage motion_stage(const RuleInfo& rule, const CameraParameters& c) {
   const auto state = std::make_shared<MotionState>();
   const PinholeCamera camera{c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, c.k3};
-  return [state, judge = MotionJudge(camera, *state)](const FilterInput& input,
-                                                      FeatureLabels& labels, Workspace& workspace) {
+  MotionJudgeOptions options;
+  options.uses_kept_frames = rule.keeps_frames;
+  return [state, judge = MotionJudge(camera, *state, options)](
+             const FilterInput& input, FeatureLabels& labels, Workspace& workspace) {
     judge(input, labels, workspace);
   };
 }
@@ -74,6 +76,12 @@ Entry peer_entry(const char* name, const char* description, Options options) {
 /// Makes the entry of rule depth, or of another rule with the labels of rule depth.
 Entry depth_entry(RuleInfo info) {
   info.has_weights = true;
+  return {info, depth};
+}
+
+/// Makes the entry of a rule that judges motion over kept frames, too.
+Entry keeping_entry(RuleInfo info) {
+  info.keeps_frames = true;
   return {info, depth};
 }
 
@@ -133,6 +141,8 @@ std::vector<Entry> make_entries() {
       depth_entry({"depth_motion",
                    "rule depth, then what moves; still objects get their features back", true,
                    false, true, false, false, true}),
+      keeping_entry({"depth_motion_kept", "as depth_motion, with frames kept for what moves slowly",
+                     true, false, true, false, false, true}),
       weighing_entry({"depth_motion_weights", "as depth_weights, with motion", true, false, true,
                       false, false, true}),
       {{"perfect", "features on the true masks; with --truth motion, on what moves", true, true,
@@ -214,7 +224,7 @@ AnyStage stage_of(const RuleInfo& rule, const MaskCullerOptions& masks, std::uin
   if (rule.compares_frames) return frame_rule_stage(rule.name, masks, camera);
   AnyStage stage = entry_of(rule.name).make(masks, seed);
   if (!rule.follows_motion) return stage;
-  return [stage = std::move(stage), motion = motion_stage(camera)](
+  return [stage = std::move(stage), motion = motion_stage(rule, camera)](
              const FilterInput& input, FeatureLabels& labels, Workspace& workspace) {
     stage(input, labels, workspace);
     motion(input, labels, workspace);

@@ -32,7 +32,8 @@ struct RuleInfo {
   bool compares_frames = false;   ///< another system's, with a memory; runs only on request
   bool weighs =
       false;  ///< the odometry weighs features, and drops those of weight below 0.3; on request
-  bool has_weights = false;  ///< static_weights is calibrated for the rule's labels
+  bool keeps_frames = false;  ///< judges motion over kept frames, too
+  bool has_weights = false;   ///< static_weights is calibrated for the rule's labels
 };
 
 /// Returns all rules, in the tables' order.

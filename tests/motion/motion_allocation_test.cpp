@@ -23,7 +23,10 @@ std::size_t allocations_of(const Action& action) {
   return allocations_so_far() - before;
 }
 
-TEST(MotionAllocations, AreThoseOfOpenCv) {
+/// Takes whether frames are kept.
+class MotionAllocations : public ::testing::TestWithParam<bool> {};
+
+TEST_P(MotionAllocations, AreThoseOfOpenCv) {
   if (!can_count_allocations) {
     GTEST_SKIP() << "allocations can only be counted with glibc and without sanitizers";
   }
@@ -33,7 +36,9 @@ TEST(MotionAllocations, AreThoseOfOpenCv) {
   const SyntheticScene scene(options);
   const CameraParameters c = scene.camera();
   MotionState state;
-  const MotionJudge judge({c.fx, c.fy, c.cx, c.cy}, state);
+  MotionJudgeOptions judge_options;
+  judge_options.uses_kept_frames = GetParam();
+  const MotionJudge judge({c.fx, c.fy, c.cx, c.cy}, state, judge_options);
   const Pipeline<MaskCuller, Compensator> filter{MaskCuller(), Compensator()};
   const FeatureTracker tracker;
   Workspace workspace;
@@ -64,6 +69,11 @@ TEST(MotionAllocations, AreThoseOfOpenCv) {
       tracker.track(past[i % 4], past[(i + 3) % 4], corners, &near_places, tracks, workspace);
       tracker.track_again(past[i % 4], past[(i + 3) % 4], corners, tracks, workspace);
     });
+    if (GetParam()) {
+      of_opencv += allocations_of([&] {
+        tracker.track(past[i % 4], past[(i + 3) % 4], corners, &near_places, tracks, workspace);
+      });
+    }
     std::vector<cv::Point2f> expected;
     for (std::size_t k = 0; k < corners.size(); ++k) {
       const cv::Point2f shift =
@@ -78,6 +88,8 @@ TEST(MotionAllocations, AreThoseOfOpenCv) {
     }
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(, MotionAllocations, ::testing::Bool());
 
 }  // namespace
 }  // namespace dynfilter::testing

@@ -230,7 +230,7 @@ TEST(MotionJudge, TakesAHostsTracks) {
   std::size_t moving = 0, own_moving = 0;
   for (std::size_t i = 0; i < 7; ++i) {
     const Shot& shot = shots(0.5)[i];
-    for (std::size_t b = 0; b < motion_baselines; ++b) {
+    for (std::size_t b = 0; b < motion_baseline_frames.size(); ++b) {
       const auto back = static_cast<std::size_t>(motion_baseline_frames[b]);
       if (i < back) continue;
       ImagePyramid now, then;

@@ -18,10 +18,12 @@
 
 namespace dynfilter {
 
-/// Baselines over which features are tracked: their indices in FeatureMotion.
-constexpr std::size_t motion_baselines = 2;
-/// Length of each baseline, frames. The short one sees what is fast, the long one what is slow.
-constexpr std::array<int, motion_baselines> motion_baseline_frames = {1, 3};
+/// Length of the short and the long baseline, frames. The short one sees what is fast, the long one
+/// what is slow.
+constexpr std::array<int, 2> motion_baseline_frames = {1, 3};
+/// Baselines over which features are tracked: their indices in FeatureMotion. The third is the one
+/// to a kept frame, see MotionJudgeOptions::uses_kept_frames.
+constexpr std::size_t motion_baselines = 3;
 
 /// What one feature says about its motion.
 enum class MotionEvidence : std::uint8_t {
@@ -35,7 +37,7 @@ enum class MotionEvidence : std::uint8_t {
 struct FeatureMotion {
   /// Shift in the image that the camera does not explain, pixels, for each baseline.
   std::array<cv::Vec2f, motion_baselines> shift_px;
-  std::array<bool, motion_baselines> is_tracked = {false, false};  ///< whether shift_px is known
+  std::array<bool, motion_baselines> is_tracked = {};  ///< whether shift_px is known
   std::size_t baseline = 0;  ///< the one with the largest shift over what is allowed for
   float ratio = 0;           ///< largest shift, or change of depth, over what is allowed for
   MotionEvidence evidence = MotionEvidence::unknown;  ///< what the ratio and the image say
@@ -46,7 +48,7 @@ struct FeatureMotion {
   float approach_m = 0;
 
   /// Whether the feature was tracked over any baseline.
-  bool is_known() const { return is_tracked[0] || is_tracked[1]; }
+  bool is_known() const { return is_tracked[0] || is_tracked[1] || is_tracked[2]; }
 
   /// Whether both depths are known and differ by more than a distance, metres: the features are on
   /// different things.
