@@ -64,8 +64,8 @@ struct MotionStatistics {
   std::size_t given_back = 0;  ///< features given back because they do not move
   double scale_px = 0;         ///< scale of the static features' residuals, one frame back, pixels
   double support = 0;          ///< share of the features that agree with the camera's motion
-  /// Baselines that were used: 0 where it abstained, 1 without the long one, else 2, or 3 with the
-  /// one to a kept frame.
+  /// Number of baselines that were used: 0 where it abstained; else the short one, and of the long
+  /// one and the one to a kept frame those that could be.
   std::size_t baselines = 0;
 };
 

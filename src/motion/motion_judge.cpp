@@ -133,8 +133,10 @@ MotionOutcome judge(const MotionContext& context, const FeatureTracker& tracker,
   };
   baselines[detail::kept_baseline].is_used = false;
   if (is_trusted && memory.known == detail::past_frames) measure_over(1);
+  // A host's motions, one after the other, would be too coarse where no tracks tell the pose.
+  const bool is_measured = baselines[0].pose.observations >= context.options.pose.min_observations;
   const bool has_kept = context.options.uses_kept_frames && memory.kept[0].frames_back > 0;
-  if (is_trusted && has_kept) measure_over(detail::kept_baseline);
+  if (is_trusted && is_measured && has_kept) measure_over(detail::kept_baseline);
   for (const detail::MotionBaseline& baseline : baselines) {
     statistics.baselines += baseline.is_used ? 1 : 0;
   }

@@ -207,7 +207,8 @@ void clean_fringe(const MotionContext& context, std::size_t k, FeatureLabels& la
         farthest_m && double{motion.depth_m} > *farthest_m + options.max_thing_depth_m;
     if (is_behind) return;
     const bool is_near = mask_within(instance, context.input.features.pixel(i), untracked_px);
-    const bool is_suspicious = motion.is_known() ? shifts_in_fringe(context, motion) : is_near;
+    const bool is_followed = motion.is_tracked[0] || motion.is_tracked[1];
+    const bool is_suspicious = is_followed ? shifts_in_fringe(context, motion) : is_near;
     if (!is_suspicious || looks_static(context, i)) return;
     labels.remove(i, static_cast<std::int32_t>(k), Reason::moving, 0.6F);
   });

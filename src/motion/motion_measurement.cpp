@@ -39,9 +39,9 @@ std::optional<cv::Point2f> nearest_static_place(const MotionContext& context, st
   return cv::Point2f(context.camera.raw(residual->static_place));
 }
 
-/// Writes where each feature is expected over a baseline. Over the short one and the one to a kept
-/// frame: where a static one was under the expected motion. Over the long one: where it was if its
-/// own motion went on as over the short one. Returns false where nothing is known of the camera.
+/// Writes where each feature is expected over a baseline. Over the long one: where it was if its
+/// own motion went on as over the short one. Over the others: where a static one was if the camera
+/// moved as expected. Returns false where nothing is known of the camera.
 bool expect_places(const MotionContext& context, std::size_t baseline) {
   const FeaturesView features = context.input.features;
   std::vector<cv::Point2f>& expected = context.measured.expected;
@@ -67,8 +67,9 @@ bool expect_places(const MotionContext& context, std::size_t baseline) {
   return true;
 }
 
-/// Measures how much nearer a feature came than a static one, over the long baseline or, if it was
-/// not tracked over that, the short one. That is a motion if it is more than what is allowed for.
+/// Measures how much nearer a feature came than a static one, over the long baseline, else the
+/// short one; never over the one to a kept frame. That is a motion if it is more than what is
+/// allowed for.
 void measure_approach(const MotionContext& context, std::size_t feature, FeatureMotion& motion) {
   const MotionMeasurement& measured = context.measured;
   const std::size_t baseline = motion.is_tracked[1] ? 1 : 0;
@@ -164,7 +165,9 @@ void measure_motions(const MotionContext& context) {
           {options.min_shift_px, options.min_shift_scales * baseline.pose.scale_px,
            context.shift_px(options.min_speed_m_s, baseline.duration_s, measured.depths[i])});
       const auto ratio = static_cast<float>(residual->distance_px / allowed_px);
-      if (ratio < motion.ratio) continue;
+      // What shifts over a shorter baseline needs no kept frame, where a track fails more easily.
+      const bool is_needless = b == kept_baseline && motion.ratio > 1;
+      if (ratio < motion.ratio || is_needless) continue;
       motion.ratio = ratio;
       motion.baseline = b;
     }

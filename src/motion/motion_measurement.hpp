@@ -82,7 +82,7 @@ struct MotionContext {
 };
 
 /// Returns the motion that is expected over a baseline: over the short one, the last one goes on;
-/// over the others, those of their frames one after the other.
+/// over a longer one, the product of the motions of its frames.
 RelativePose expected_pose(const MotionContext& context, std::size_t baseline);
 
 /// Tracks the features over a baseline.
@@ -110,7 +110,7 @@ void measure_places(const MotionContext& context);
 ///    without masks, where most features may be on persons, and not where the host's prior is
 ///    trusted.
 ///
-/// A pose over the long baseline is not used where those over the short one contradict it: one of
+/// A pose over a longer baseline is not used where those over the short one contradict it: one of
 /// them is wrong then, and nothing tells which.
 void estimate_pose(const MotionContext& context, const RelativePoseEstimator& estimator,
                    std::size_t baseline);

@@ -21,9 +21,9 @@
 
 namespace dynfilter::detail {
 
-/// Number of earlier frames that the longest baseline needs.
+/// Number of earlier frames that the long baseline needs.
 constexpr std::size_t past_frames = 3;
-/// Frames between two that are kept longer. The older one is used.
+/// Every so many frames, one is kept longer. Of the two that are kept, the older one is used.
 constexpr std::size_t kept_spacing_frames = 4;
 
 struct MotionMemory {
@@ -58,10 +58,10 @@ struct MotionMemory {
     now.frame.metres_per_unit = frame.metres_per_unit;
     for (std::size_t i = past_frames - 1; i > 0; --i) std::swap(past[i], past[i - 1]);
     std::swap(past[0], now);
-    const bool was_known = known == past_frames;  // the frame that is now in `now`
+    const bool has_left = known == past_frames;  // whether a frame left `past`; it is in `now`
     known = std::min(known + 1, past_frames);
-    follow_kept();
-    if (keeps && was_known) keep_oldest();
+    follow_kept(keeps);
+    if (keeps && has_left) keep_oldest();
   }
 
   /// Forgets the earlier frames, and what was concluded from them. Keeps memory.
@@ -80,16 +80,18 @@ struct MotionMemory {
   }
 
  private:
-  /// Follows the camera from the kept frames to the last one; drops them where it is lost.
-  void follow_kept() {
+  /// Follows the camera from the kept frames to the last one; drops them where it is lost, or if
+  /// none are to be kept.
+  void follow_kept(bool keeps) {
     for (KeptFrame& one : kept) {
       if (one.frames_back == 0) continue;
-      one.frames_back = past[0].motion ? one.frames_back + 1 : 0;
-      if (past[0].motion) one.kept_from_last = one.kept_from_last * *past[0].motion;
+      const bool goes_on = keeps && past[0].motion;
+      one.frames_back = goes_on ? one.frames_back + 1 : 0;
+      if (goes_on) one.kept_from_last = one.kept_from_last * *past[0].motion;
     }
   }
 
-  /// Keeps the frame that was the oldest of the last ones and is in `now`, if it is time.
+  /// Keeps the frame that just left `past` and is in `now`, if it is time.
   void keep_oldest() {
     const std::size_t frames_back = past_frames + 1;
     KeptFrame& newest = kept[1];

@@ -27,7 +27,7 @@ std::optional<PosePrior> prior_of(const MotionContext& context, std::size_t base
   prior.pose = expected_pose(context, baseline);
   const double duration_s = context.measured.baselines[0].duration_s;
   const double square = duration_s * duration_s;
-  // Over the long baseline, the errors of the short ones add up.
+  // Over a longer baseline, the errors of the short ones add up.
   // At the start, the camera may be moving already.
   const double steps =
       static_cast<double>(context.frames_back(baseline)) + (memory.past[0].motion ? 0 : 1);

@@ -25,10 +25,10 @@ struct InstanceVotes {
   std::size_t tracked = 0;  ///< those that were tracked over some baseline
   std::size_t moving = 0;   ///< those whose ratio is above 1
   /// Whether enough members were tracked, and most of them were where static features would be,
-  /// more nearly than a mover could be, over each baseline that could be judged. One whose depth
-  /// changed was not.
+  /// more nearly than a mover could be, over the short and the long baseline, as far as they could
+  /// be judged. One whose depth changed was not.
   bool is_quiet = false;
-  bool is_complete = true;  ///< whether each baseline could be judged
+  bool is_complete = true;  ///< whether these two could be judged
 };
 
 /// Options of InstanceMotion.

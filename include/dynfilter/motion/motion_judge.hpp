@@ -33,8 +33,9 @@ struct MotionJudgeOptions {
   MotionBeliefOptions belief;      ///< for what is believed of a feature
   InstanceMotionOptions instance;  ///< for the verdict on an instance
 
-  /// Whether features are also tracked into a frame that was seen 8 to 11 frames ago and kept. That
-  /// finds what moves at 0.05 to 0.15 m/s, and costs as much as the long baseline.
+  /// Whether features are also tracked into a frame that was seen 8 to 11 frames ago and kept, from
+  /// the ninth frame on. At 30 frames a second, that finds what moves at 0.05 to 0.15 m/s. It costs
+  /// as much as the long baseline. A host's tracks do not serve for it.
   bool uses_kept_frames = false;
 
   double max_gap_s = 0.5;  ///< after a longer gap between two frames, everything starts anew
@@ -69,7 +70,8 @@ struct MotionJudgeOptions {
   /// @}
   /// The pose over three frames should be that of the three single frames, one after the other. The
   /// long baseline is not used where the two place a tenth of the features with depth farther apart
-  /// than this, pixels; infinity = it always is. So with a kept frame, in proportion.
+  /// than this, pixels; infinity = it always is. With a kept frame, it grows with
+  /// the number of frames.
   double max_baseline_difference_px = 6;
 
   /// @{
@@ -154,8 +156,8 @@ struct MotionJudgeOptions {
 /// Abstains, changes nothing and says why in MotionStatistics: without an image, in the first
 /// frame, after a cut, a gap or a step back in time, where an image repeats, and where the tracks
 /// agree on no motion of the camera. What is slower than about 0.05 m/s is static by definition,
-/// and what is up to twice as fast is often missed, unless frames are kept for it. An instance with
-/// few features is never given back.
+/// and what is up to twice as fast is often missed; MotionJudgeOptions::uses_kept_frames finds
+/// more. An instance with few features is never given back.
 ///
 /// The image must be CV_8UC1 or CV_8UC3 (or CV_8UC4). Uses `frame.depth` where it exists; without
 /// depth it needs MotionState::expect_motion. The camera must be that of the features' pixels.

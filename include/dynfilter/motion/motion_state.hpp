@@ -46,7 +46,7 @@ class MotionState {
 
   /// Hands over the host's own tracks of the next frame's features, for that frame only: where they
   /// were motion_baseline_frames[baseline] frames ago. They are refined, see
-  /// FeatureTracker::refine. Throws std::invalid_argument for a baseline that does not exist.
+  /// FeatureTracker::refine. Throws std::invalid_argument for a baseline other than 0 and 1.
   void hand_over_tracks(std::size_t baseline, std::vector<FeatureTrack> tracks);
 
   /// Forgets everything, like a new state.

@@ -22,8 +22,8 @@ namespace dynfilter {
 /// what is slow.
 constexpr std::array<int, 2> motion_baseline_frames = {1, 3};
 /// Baselines over which features are tracked: their indices in FeatureMotion. The third is the one
-/// to a kept frame, see MotionJudgeOptions::uses_kept_frames.
-constexpr std::size_t motion_baselines = 3;
+/// to a kept frame, see MotionJudgeOptions::uses_kept_frames; it has no fixed length.
+constexpr std::size_t motion_baselines = motion_baseline_frames.size() + 1;
 
 /// What one feature says about its motion.
 enum class MotionEvidence : std::uint8_t {
