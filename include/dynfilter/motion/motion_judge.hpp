@@ -70,8 +70,8 @@ struct MotionJudgeOptions {
   /// @}
   /// The pose over three frames should be that of the three single frames, one after the other. The
   /// long baseline is not used where the two place a tenth of the features with depth farther apart
-  /// than this, pixels; infinity = it always is. With a kept frame, it grows with
-  /// the number of frames.
+  /// than this, pixels; infinity = it always is. With a kept frame, the limit grows with the number
+  /// of frames.
   double max_baseline_difference_px = 6;
 
   /// @{
