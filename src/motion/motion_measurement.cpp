@@ -80,7 +80,7 @@ void measure_approach(const MotionContext& context, std::size_t feature, Feature
       options.min_shift_scales * over.pose.scale_px * double{motion.depth_m} / context.camera.fx;
   const double allowed_m = std::max(options.min_speed_m_s * over.duration_s, pose_error_m);
   const cv::Point3d now_m = context.camera.point(measured.ideal[feature], double{motion.depth_m});
-  const FrameView& frame_then = context.frame_then(baseline).frame;
+  const FrameView& frame_then = context.memory.past[context.frames_back(baseline) - 1].frame;
   const cv::Point pixel_then = nearest_pixel(over.tracks[feature].position);
   // A cheap test first: the pixels' own depths lie in the intervals, and differ at least as much.
   const auto depth_then_m = frame_then.depth_m(pixel_then);
@@ -100,9 +100,10 @@ void track_back(const MotionContext& context, const FeatureTracker& tracker, std
   MotionMeasurement& measured = context.measured;
   const MotionMemory& memory = context.memory;
   MotionBaseline& result = measured.baselines[baseline];
-  const MotionMemory::Frame& then = context.frame_then(baseline);
+  const ImagePyramid& now = memory.now.pyramid;
+  const ImagePyramid& then = context.pyramid_then(baseline);
   const FeaturesView features = context.input.features;
-  result.duration_s = memory.now.timestamp_s - then.timestamp_s;
+  result.duration_s = memory.now.timestamp_s - context.timestamp_then_s(baseline);
   if (baseline == 0 && memory.is_tracked_ahead) {
     result.tracks = memory.tracked_ahead;
     return;
@@ -118,16 +119,15 @@ void track_back(const MotionContext& context, const FeatureTracker& tracker, std
           "one track for each feature");
     }
     result.tracks = given;
-    tracker.refine(memory.now.pyramid, then.pyramid, features, result.tracks, context.workspace);
+    tracker.refine(now, then, features, result.tracks, context.workspace);
     return;
   }
-  const ImagePyramid& now = memory.now.pyramid;
   const bool is_expected = expect_places(context, baseline);
-  tracker.track(now, then.pyramid, features, is_expected ? &measured.expected : nullptr,
-                result.tracks, context.workspace);
+  tracker.track(now, then, features, is_expected ? &measured.expected : nullptr, result.tracks,
+                context.workspace);
   const bool may_move_otherwise = baseline == 0 && is_expected;
   if (may_move_otherwise) {
-    tracker.track_again(now, then.pyramid, features, result.tracks, context.workspace);
+    tracker.track_again(now, then, features, result.tracks, context.workspace);
   }
 }
 
@@ -203,7 +203,7 @@ Appearance appearance_of(const MotionContext& context, std::size_t feature, std:
 
   const auto patch = SurfacePatch::around(context.input.frame, context.memory.now.pyramid.grey(),
                                           features[feature], depth_m);
-  const cv::Mat1b& then = context.frame_then(baseline).pyramid.grey();
+  const cv::Mat1b& then = context.pyramid_then(baseline).grey();
   std::optional<double> still, tracked, at_nearest;
   if (patch) still = patch->difference(then, *place);
   if (!track.is_found) {

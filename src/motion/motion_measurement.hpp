@@ -68,10 +68,16 @@ struct MotionContext {
     return static_cast<std::size_t>(motion_baseline_frames[baseline]);
   }
 
-  /// Returns the frame at the other end of a baseline.
-  const MotionMemory::Frame& frame_then(std::size_t baseline) const {
-    if (baseline == kept_baseline) return memory.kept[0].frame;
-    return memory.past[frames_back(baseline) - 1];
+  /// Returns the images at the other end of a baseline.
+  const ImagePyramid& pyramid_then(std::size_t baseline) const {
+    if (baseline == kept_baseline) return memory.kept[0].pyramid;
+    return memory.past[frames_back(baseline) - 1].pyramid;
+  }
+
+  /// Returns the time at the other end of a baseline, seconds.
+  double timestamp_then_s(std::size_t baseline) const {
+    if (baseline == kept_baseline) return memory.kept[0].timestamp_s;
+    return memory.past[frames_back(baseline) - 1].timestamp_s;
   }
 
   /// Returns the shift that a speed across the view makes over a baseline, pixels; 0 at an unknown

@@ -36,7 +36,8 @@ struct MotionMemory {
 
   /// Frame that is kept when it is no longer one of the last few.
   struct KeptFrame {
-    Frame frame;
+    ImagePyramid pyramid;
+    double timestamp_s = 0;
     RelativePose kept_from_last;  ///< takes a point of the last frame's camera into this one's
     std::size_t frames_back = 0;  ///< from the next frame; 0: there is none
   };
@@ -99,7 +100,8 @@ struct MotionMemory {
         newest.frames_back == 0 || newest.frames_back >= frames_back + kept_spacing_frames;
     if (!is_time || !past[0].motion || !past[1].motion || !past[2].motion) return;
     std::swap(kept[0], kept[1]);
-    std::swap(newest.frame, now);
+    std::swap(newest.pyramid, now.pyramid);
+    newest.timestamp_s = now.timestamp_s;
     newest.kept_from_last = *past[2].motion * *past[1].motion * *past[0].motion;
     newest.frames_back = frames_back;
   }

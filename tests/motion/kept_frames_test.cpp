@@ -5,6 +5,9 @@
 
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -49,7 +52,7 @@ TEST(KeptFrames, AreFollowedFromFrameToFrame) {
     for (const detail::MotionMemory::KeptFrame& kept : memory.kept) {
       if (kept.frames_back == 0) continue;
       const int index = i + 1 - static_cast<int>(kept.frames_back);
-      EXPECT_EQ(kept.frame.timestamp_s, index);
+      EXPECT_EQ(kept.timestamp_s, index);
       const RelativePose want = motion_between(index, i);
       EXPECT_LT(cv::norm(kept.kept_from_last.rotation - want.rotation), 1e-9);
       EXPECT_LT(cv::norm(kept.kept_from_last.translation - want.translation), 1e-9);
@@ -79,20 +82,13 @@ TEST(KeptFrames, AreDroppedWhereTheCameraIsLost) {
   EXPECT_FALSE(are_kept());
 }
 
-/// What was found of a person of whom no masks are known.
-struct Found {
-  std::size_t moving = 0, removed = 0, others = 0, others_removed = 0;
-};
-
-/// Looks for a person who glides through the picture at 0.07 m/s.
-Found found_of_a_slow_person(bool uses_kept_frames) {
+/// Returns 18 frames of a person who glides through the picture at 0.07 m/s, with their features.
+const std::vector<Shot>& shots_of_a_slow_person() {
+  static std::vector<Shot> shots;
+  if (!shots.empty()) return shots;
   SyntheticSceneOptions options = small_scene(0.07);
   options.limb_swing = 0;
   const SyntheticScene scene(options);
-  MotionJudgeOptions judged;
-  judged.uses_kept_frames = uses_kept_frames;
-  Rig rig(judged);
-  Found found;
   for (int i = 0; i < 18; ++i) {
     Shot shot{scene.render(i), {}};
     cv::Mat grey;
@@ -100,6 +96,27 @@ Found found_of_a_slow_person(bool uses_kept_frames) {
     cv::cvtColor(shot.rendered.frame.image, grey, cv::COLOR_BGR2GRAY);
     cv::goodFeaturesToTrack(grey, corners, 800, 1e-3, 6);
     cv::KeyPoint::convert(corners, shot.keypoints);
+    shots.push_back(std::move(shot));
+  }
+  return shots;
+}
+
+MotionJudgeOptions keeping(bool uses_kept_frames) {
+  MotionJudgeOptions options;
+  options.uses_kept_frames = uses_kept_frames;
+  return options;
+}
+
+/// What was found of a person of whom no masks are known.
+struct Found {
+  std::size_t moving = 0, removed = 0, others = 0, others_removed = 0;
+};
+
+Found found_of_a_slow_person(bool uses_kept_frames) {
+  Rig rig(keeping(uses_kept_frames));
+  Found found;
+  for (std::size_t i = 0; i < shots_of_a_slow_person().size(); ++i) {
+    const Shot& shot = shots_of_a_slow_person()[i];
     const FeatureLabels labels = rig.see_without_masks(shot);
     const std::size_t without = i == 0 ? 0 : i < 3 ? 1 : 2;
     EXPECT_EQ(labels.statistics().motion.baselines, uses_kept_frames && i >= 8 ? 3 : without) << i;
@@ -120,6 +137,37 @@ TEST(KeptFrames, FindWhatMovesSlowly) {
   EXPECT_LT(without.removed, without.moving / 10);
   EXPECT_GT(with.removed, with.moving * 2 / 3);
   EXPECT_LT(with.others_removed, with.others / 100);
+}
+
+/// Breaks what a state knows after twelve frames, then compares it with a new one.
+template <class Break>
+void expect_new_after(const Break& break_off) {
+  const std::vector<Shot>& shots = shots_of_a_slow_person();
+  Rig known(keeping(true)), fresh(keeping(true));
+  for (std::size_t i = 0; i < 12; ++i) known.see_without_masks(shots[i]);
+  break_off(known);
+  for (const Shot& shot : shots) {
+    const FeatureLabels got = known.see_without_masks(shot), want = fresh.see_without_masks(shot);
+    EXPECT_TRUE(are_equal(got, want));
+    EXPECT_EQ(got.statistics().motion.baselines, want.statistics().motion.baselines);
+    EXPECT_EQ(got.statistics().motion.outcome, want.statistics().motion.outcome);
+  }
+}
+
+TEST(KeptFrames, AreForgottenWithTheOthers) {
+  expect_new_after([](Rig& /*rig*/) {});  // the first frame comes again: a step back in time
+  expect_new_after([](Rig& rig) { rig.state.reset(); });
+  expect_new_after([](Rig& rig) {
+    const Shot& next = shots_of_a_slow_person()[12];
+    FrameView other = next.rendered.frame;
+    cv::resize(other.image, other.image, {}, 0.5, 0.5);
+    other.depth.release();
+    EXPECT_EQ(rig.see(other, {}, {}).statistics().motion.outcome, MotionOutcome::started);
+  });
+  expect_new_after([](Rig& rig) {
+    rig.state.hand_over_tracks(0, std::vector<FeatureTrack>(3));  // of another frame
+    EXPECT_THROW(rig.see_without_masks(shots_of_a_slow_person()[12]), std::invalid_argument);
+  });
 }
 
 }  // namespace

@@ -26,7 +26,7 @@ struct MotionMemory;
 ///
 /// Memory: four grey images with their pyramids (1.2 MB each at 640x480, with derivatives 7 MB),
 /// four depth images as the host's are (0.6 or 1.2 MB each), and the features of the last frame.
-/// Two more of each with MotionJudgeOptions::uses_kept_frames.
+/// Two grey images more with MotionJudgeOptions::uses_kept_frames.
 class MotionState {
  public:
   /// Makes a state that knows nothing.
