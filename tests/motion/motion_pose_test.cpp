@@ -117,7 +117,7 @@ class Scene {
   MotionMeasurement measured_;
 };
 
-const Thing cart{{60, 200, 250, 200}, 1.9, {0.012, 0, 0}, Suspicion::none, 16};
+const Thing cart{{60, 200, 250, 200}, 1.9, {0.012, 0, 0}, Suspicion::none, 15};
 const Thing standing_person{{400, 100, 120, 360}, 1.8, {}, Suspicion::strong, 8};
 
 double error_m(const RelativePoseEstimate& estimate, const RelativePose& truth) {

@@ -56,12 +56,12 @@ struct RelativePoseOptions {
   std::size_t min_observations = 20;  ///< below, there is no answer; at least 6
   /// Hypotheses from each start; for a turn a quarter of them, rounded up. 1 to 100000.
   std::size_t hypotheses = 120;
-  std::size_t starts = 2;  ///< the second one starts from the first one's answer; 1 to 10
+  std::size_t starts = 1;  ///< each one after the first starts from the answer before; 1 to 10
   /// Number of observations that judge a hypothesis; at least 20.
   std::size_t judges = 300;
   /// Share of the judges that decides: those that a hypothesis explains best; 0.1 to 0.5.
   double quantile = 0.33;
-  int refinements = 5;         ///< steps of the refinement; 0 to 100
+  int refinements = 3;         ///< steps of the refinement; 0 to 100
   double cutoff = 3.5;         ///< residual without weight, in scales; above 0
   double min_scale_px = 0.25;  ///< smallest scale of the residuals, pixels; above 0
   /// Largest scale, pixels, with which a pose is trusted; above 0.
