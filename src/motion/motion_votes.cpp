@@ -23,16 +23,10 @@ bool is_seed(const FeatureMotion& motion) {
   return motion.evidence == MotionEvidence::seed || motion.evidence == MotionEvidence::supported;
 }
 
-/// Neighbour of a feature, ordered by distance.
+/// Neighbour of a feature.
 struct Neighbour {
-  std::int64_t squared_distance;
-  cv::Point pixel;
+  int squared_distance;
   std::uint32_t index;
-
-  bool operator<(const Neighbour& other) const {
-    return std::tie(squared_distance, pixel.y, pixel.x, index) <
-           std::tie(other.squared_distance, other.pixel.y, other.pixel.x, other.index);
-  }
 };
 
 void check(const MotionVotesOptions& options) {
@@ -57,29 +51,37 @@ void check(const MotionVotesOptions& options) {
       "from 0 to 1, no negative difference");
 }
 
-/// The nearest few of the neighbours offered.
+/// The nearest few of the neighbours offered, the nearest first.
 class Nearest {
  public:
-  explicit Nearest(std::size_t limit) : limit_(limit) {}
+  Nearest(const FrameFeatures& features, std::size_t limit) : features_(features), limit_(limit) {}
 
   void offer(const Neighbour& neighbour) {
-    if (count_ == limit_ && !(neighbour < kept_[count_ - 1])) return;
+    if (count_ == limit_ && !is_before(neighbour, kept_[count_ - 1])) return;
     if (count_ < limit_) ++count_;
     std::size_t place = count_ - 1;
-    for (; place > 0 && neighbour < kept_[place - 1]; --place) kept_[place] = kept_[place - 1];
+    for (; place > 0 && is_before(neighbour, kept_[place - 1]); --place) {
+      kept_[place] = kept_[place - 1];
+    }
     kept_[place] = neighbour;
   }
 
   /// Squared distance beyond which none is kept any more.
-  std::int64_t squared_reach() const {
-    return count_ < limit_ ? std::numeric_limits<std::int64_t>::max()
-                           : kept_[count_ - 1].squared_distance;
+  int squared_reach() const {
+    return count_ < limit_ ? std::numeric_limits<int>::max() : kept_[count_ - 1].squared_distance;
   }
 
   const Neighbour* begin() const { return kept_.data(); }
   const Neighbour* end() const { return kept_.data() + count_; }
 
  private:
+  bool is_before(const Neighbour& a, const Neighbour& b) const {
+    if (a.squared_distance != b.squared_distance) return a.squared_distance < b.squared_distance;
+    const cv::Point at = features_.pixel(a.index), other = features_.pixel(b.index);
+    return std::tie(at.y, at.x, a.index) < std::tie(other.y, other.x, b.index);
+  }
+
+  const FrameFeatures& features_;
   std::array<Neighbour, max_neighbours * features_a_voice> kept_;
   std::size_t limit_, count_ = 0;
 };
@@ -109,28 +111,27 @@ template <class MayVote>
 Voices voices_near(std::uint32_t seed, int radius_px, std::size_t most, FrameFeatures& features,
                    const MotionVotesOptions& options, const MayVote& may_vote) {
   const cv::Point centre = features.pixel(seed);
-  const std::int64_t squared_radius = std::int64_t{radius_px} * radius_px;
-  Nearest nearest(std::max(options.neighbours, most) * features_a_voice);
+  Nearest nearest(features, std::max(options.neighbours, most) * features_a_voice);
   for (const std::uint32_t i :
        features.inside(detail::bounds_of(cv::Rect(centre, cv::Size(1, 1)), radius_px))) {
-    const cv::Point pixel = features.pixel(i);
-    const std::int64_t dx = pixel.x - centre.x, dy = pixel.y - centre.y;
-    const std::int64_t squared_distance = dx * dx + dy * dy;
-    if (squared_distance > std::min(squared_radius, nearest.squared_reach())) continue;
-    if (i != seed && may_vote(i)) nearest.offer({squared_distance, pixel, i});
+    const cv::Point away = features.pixel(i) - centre;
+    const int squared_distance = away.dot(away);
+    if (squared_distance > std::min(radius_px * radius_px, nearest.squared_reach())) continue;
+    if (i != seed && may_vote(i)) nearest.offer({squared_distance, i});
   }
   std::array<cv::Point, max_neighbours + 1> heard{centre};
   Voices voices;
   for (const Neighbour& neighbour : nearest) {
+    const cv::Point pixel = features.pixel(neighbour.index);
     const auto is_same_corner = [&](cv::Point other) {
-      const cv::Point away = neighbour.pixel - other;
+      const cv::Point away = pixel - other;
       return away.dot(away) < options.min_spacing_px * options.min_spacing_px;
     };
     if (voices.count == most) break;
     const auto heard_end = heard.begin() + static_cast<std::ptrdiff_t>(voices.count + 1);
     if (std::any_of(heard.begin(), heard_end, is_same_corner)) continue;
     voices.features[voices.count++] = neighbour.index;
-    heard[voices.count] = neighbour.pixel;
+    heard[voices.count] = pixel;
   }
   return voices;
 }
