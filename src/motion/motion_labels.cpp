@@ -221,8 +221,9 @@ bool is_most_kept(const MotionContext& context, const FeatureLabels& labels) {
   return kept >= context.options.min_kept_share * static_cast<double>(labels.size());
 }
 
-/// Tells whether the image shows that a feature beside something that moves is static. It must be
-/// at one depth: within a wide interval of depths a mover may pass for static.
+/// Tells whether a feature beside something that moves is surely static: it is where a static one
+/// would be over both baselines, or the image shows it there. It must be at one depth: within a
+/// wide interval of depths a mover may pass for static.
 bool is_surely_static(const MotionContext& context, std::size_t feature) {
   const MotionJudgeOptions& options = context.options;
   const FeatureMotion& motion = context.measured.motions[feature];
@@ -231,10 +232,9 @@ bool is_surely_static(const MotionContext& context, std::size_t feature) {
       depth.is_known() && depth.farthest_m - depth.nearest_m < options.max_background_depth_range_m;
   const bool moves = context.measured.is_dynamic[feature] || motion.approach_m != 0;
   if (!is_at_one_depth || moves) return false;
-  const Appearance appearance = appearance_of(context, feature, 0);
-  const bool is_quiet =
+  const bool is_clear =
       motion.is_tracked[0] && motion.is_tracked[1] && motion.ratio < options.max_fill_ratio;
-  return appearance == Appearance::still || (appearance == Appearance::fits && is_quiet);
+  return is_clear || appearance_of(context, feature, 0) == Appearance::still;
 }
 
 }  // namespace
@@ -295,7 +295,9 @@ void write_labels(const MotionContext& context, FeatureLabels& labels) {
       const auto k = static_cast<std::size_t>(label.instance);
       InstanceStatistics& instance = statistics.instances[k];
       const FeatureMotion& motion = measured.motions[i];
-      const bool is_still = motion.is_known() && motion.ratio < 1 && !measured.is_dynamic[i];
+      const bool is_quiet =
+          motion.is_known() ? motion.ratio < 1 : motion.evidence == MotionEvidence::quiet;
+      const bool is_still = is_quiet && !measured.is_dynamic[i];
       const bool is_of_still_one = instance.verdict == InstanceVerdict::still && is_still;
       const bool is_compensated = label.reason == Reason::compensated;
       const bool is_background = instance.verdict == InstanceVerdict::moving && is_compensated &&

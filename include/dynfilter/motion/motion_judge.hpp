@@ -121,8 +121,8 @@ struct MotionJudgeOptions {
   /// features: otherwise the camera's motion may have been taken from persons. Beside an instance
   /// that never moved since it appeared, what is still comes back at once.
   double min_kept_share = 0.5;
-  /// Beside something that moves, a feature comes back if the image shows it at the static place,
-  /// and if its DepthInterval spans less than this, metres.
+  /// Beside something that moves, a feature comes back if it was at the static place over both
+  /// baselines, or if the image shows it there. Its DepthInterval must span less than this, metres.
   double max_background_depth_range_m = 0.4;
 
   /// Features this near to the mask of an instance that is not still are judged strictly, pixels:
