@@ -88,6 +88,26 @@ class Scene {
     return measured_.baselines[1].is_used;
   }
 
+  /// Tells whether the baseline to a frame is used that was kept nine frames ago. Its tracks are
+  /// the scene's.
+  bool is_kept_used(const RelativePose& last_from_now, const RelativePose& kept_from_last) {
+    measured_.suspicions = suspicions_;
+    measured_.baselines[0].pose.pose = last_from_now;
+    measured_.baselines[0].duration_s = 1 / 30.0;
+    measured_.baselines[kept_baseline].tracks = tracks_;
+    const FilterInput input{frame_, {}, keypoints_};
+    const MotionJudgeOptions options;
+    MotionMemory memory;
+    memory.kept[0].frames_back = 9;
+    memory.kept[0].kept_from_last = kept_from_last;
+    Workspace workspace;
+    const MotionContext context{input, pinhole, options, true, memory, measured_, workspace};
+    measure_places(context);
+    estimate_pose(context, RelativePoseEstimator(pinhole), kept_baseline);
+    EXPECT_TRUE(measured_.baselines[kept_baseline].pose.is_trusted);
+    return measured_.baselines[kept_baseline].is_used;
+  }
+
  private:
   /// Adds the features of a thing that nothing else hides.
   void add(const Thing& thing, const std::vector<Thing>& before) {
@@ -277,6 +297,20 @@ TEST(MotionPose, OverTheLongBaselineIsLeftOutWhereItsFramesContradictIt) {
   MotionJudgeOptions never;
   never.max_baseline_difference_px = std::numeric_limits<double>::infinity();
   EXPECT_TRUE(scene.is_long_used({captured, frame, frame}, never));
+}
+
+/// Over nine frames, three times as much may add up as over three.
+TEST(MotionPose, ToAKeptFrameMayDifferByMore) {
+  Thing still_cart = cart;
+  still_cart.motion_m = {};
+  Scene scene(moved(0.03), {still_cart, standing_person});
+  RelativePose kept_from_last = moved(0.02);
+  EXPECT_TRUE(scene.is_kept_used(moved(0.01), kept_from_last));
+  kept_from_last.translation[0] = 0.05;  // the nearest features differ by 14 px
+  EXPECT_FALSE(scene.is_long_used({moved(0.01), kept_from_last, RelativePose()}));
+  EXPECT_TRUE(scene.is_kept_used(moved(0.01), kept_from_last));
+  kept_from_last.translation[0] = 0.1;
+  EXPECT_FALSE(scene.is_kept_used(moved(0.01), kept_from_last));
 }
 
 }  // namespace
