@@ -4,13 +4,13 @@
 #include "dynfilter/motion/relative_pose.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
 #include <tuple>
 
 #include "dynfilter/detail/errors.hpp"
+#include "linear_residual.hpp"
 #include "pose_prior.hpp"
 #include "quantile.hpp"
 #include "random.hpp"
@@ -19,10 +19,10 @@
 namespace dynfilter {
 namespace {
 
-using Twist = cv::Vec6d;  // rotation vector, then translation, in the earlier camera's frame
-
-/// What the camera may do between the frames.
-enum class Freedom { moves_and_turns, turns };
+using detail::Freedom;
+using detail::LinearResidual;
+using detail::NormalEquations;
+using detail::Twist;
 
 constexpr double cell_px = 40;     // side of a part of the image that has a voice
 constexpr int concentrations = 3;  // of a hypothesis that is the best one so far
@@ -32,22 +32,14 @@ constexpr double median_to_scale = 1.4826;
 constexpr std::size_t first_judges = 60;
 constexpr double rejecting_deviations = 3.1;
 
-/// Residual in pixels, linear in a small motion: (x, y) - (along_x, along_y) * motion.
-struct LinearResidual {
-  double x = 0, y = 0;
-  std::array<double, 6> along_x, along_y;  // derivatives
-
-  double squared() const { return x * x + y * y; }
-
-  double squared_after(const Twist& motion) const {
-    double left_x = x, left_y = y;
-    for (int a = 0; a < 6; ++a) {
-      left_x -= along_x[a] * motion[a];
-      left_y -= along_y[a] * motion[a];
-    }
-    return left_x * left_x + left_y * left_y;
-  }
+/// Share of the judges that decides, and the share of them that is taken to be static for the scale
+/// of their residuals.
+struct Deciding {
+  double share, static_share;
 };
+
+// A trusted prior holds where most features move. Few static ones are left to judge there.
+constexpr Deciding with_trusted_prior{0.1, 0.3};
 
 /// Place of an observation in the order in which they are heard.
 struct Turn {
@@ -110,53 +102,6 @@ bool is_within(const RelativePose& pose, const PosePrior& prior) {
          std::acos(cosine) <= prior.max_rotation_rad;
 }
 
-LinearResidual linearised(const PoseObservation& observation, const RelativePose& pose,
-                          const PinholeCamera& camera, Freedom freedom) {
-  const cv::Point3d p = pose * observation.point_now_m;
-  if (!(p.z > 0)) {
-    // Behind the camera: fits no pose near this one.
-    return {1e6, 1e6, {}, {}};
-  }
-  const double iz = 1 / p.z, x = p.x * iz, y = p.y * iz;
-  const cv::Point2d place(camera.fx * x + camera.cx, camera.fy * y + camera.cy);
-  const cv::Point2d left = observation.pixel_then - place;
-  const double fx = camera.fx, fy = camera.fy;
-  // Where the camera only turns, a translation changes nothing.
-  const double fxz = freedom == Freedom::turns ? 0 : fx * iz;
-  const double fyz = freedom == Freedom::turns ? 0 : fy * iz;
-  return {left.x,
-          left.y,
-          {-fx * x * y, fx * (1 + x * x), -fx * y, fxz, 0, -fxz * x},
-          {-fy * (1 + y * y), fy * x * y, fy * x, 0, fyz, -fyz * y}};
-}
-
-/// Normal equations of weighted linear residuals.
-struct NormalEquations {
-  cv::Matx66d matrix = cv::Matx66d::zeros();
-  Twist right = Twist::all(0);
-
-  void add(const LinearResidual& linear, double weight) {
-    for (int a = 0; a < 6; ++a) {
-      const double first = weight * linear.along_x[a], second = weight * linear.along_y[a];
-      for (int b = a; b < 6; ++b) {
-        matrix(a, b) += first * linear.along_x[b] + second * linear.along_y[b];
-      }
-      right[a] += first * linear.x + second * linear.y;
-    }
-  }
-
-  /// Returns the motion; damped a little, so that observations in a row give no huge one.
-  Twist solved() {
-    double trace = 0;
-    for (int a = 0; a < 6; ++a) {
-      for (int b = 0; b < a; ++b) matrix(a, b) = matrix(b, a);
-      trace += matrix(a, a);
-    }
-    for (int a = 0; a < 6; ++a) matrix(a, a) += 1e-12 * trace + 1e-12;
-    return matrix.solve(right, cv::DECOMP_CHOLESKY);
-  }
-};
-
 /// Returns the median of lengths of which a share is below a value, if both of their coordinates
 /// have normal errors of one deviation (the lengths are Rayleigh's then).
 double median_of_normal(double share, double below) {
@@ -198,15 +143,15 @@ Twist concentrated(double most, const PoseScratch& scratch) {
 /// Returns the best of many poses near `start`, each from four observations. A turn needs two, and
 /// fewer hypotheses, because two static observations are found sooner than four.
 RelativePose least_quantile(const RelativePose& start, const std::optional<PosePrior>& prior,
-                            const RelativePoseOptions& options, Freedom freedom,
-                            detail::Random& random, PoseScratch& scratch) {
+                            const RelativePoseOptions& options, double deciding_share,
+                            Freedom freedom, detail::Random& random, PoseScratch& scratch) {
   const bool turns = freedom == Freedom::turns;
   const std::size_t in_hypothesis = turns ? 2 : 4;
   const std::size_t hypotheses = turns ? (options.hypotheses + 3) / 4 : options.hypotheses;
   const std::vector<LinearResidual>& judges = scratch.judges;
   RelativePose best = start;
   constexpr double infinity = std::numeric_limits<double>::infinity();
-  double least = smaller_quantile({}, infinity, options.quantile, scratch).value_or(infinity);
+  double least = smaller_quantile({}, infinity, deciding_share, scratch).value_or(infinity);
   for (std::size_t h = 0; h < hypotheses; ++h) {
     NormalEquations equations;
     for (std::size_t i = 0; i < in_hypothesis; ++i) {
@@ -214,7 +159,7 @@ RelativePose least_quantile(const RelativePose& start, const std::optional<PoseP
     }
     Twist motion = equations.solved();
     for (int step = 0; step <= concentrations; ++step) {
-      const auto quantile = smaller_quantile(motion, least, options.quantile, scratch);
+      const auto quantile = smaller_quantile(motion, least, deciding_share, scratch);
       if (!quantile) break;
       const RelativePose pose = moved(start, motion);
       if (prior && !is_within(pose, *prior)) break;
@@ -270,6 +215,7 @@ struct Fit {
   const std::vector<PoseObservation>& observations;
   const PinholeCamera& camera;
   const RelativePoseOptions& options;
+  Deciding deciding;
   Freedom freedom;
   PoseScratch& scratch;
 
@@ -289,17 +235,19 @@ struct Fit {
     }
     const auto judges = static_cast<std::ptrdiff_t>(judge_count());
     scratch.some_squares.assign(squares.begin(), squares.begin() + judges);
-    const auto scale_of = [&](std::vector<double>& some, double share) {
+    const auto scale_of = [&](std::vector<double>& some, double share, double static_share) {
       if (some.empty()) return std::numeric_limits<double>::infinity();  // none has a number
-      const double median = median_of_normal(share, std::sqrt(detail::quantile_of(some, share)));
+      const double below = std::sqrt(detail::quantile_of(some, share));
+      const double median = median_of_normal(share / static_share, below);
       return std::max(median_to_scale * median, options.min_scale_px);
     };
-    const double limit = options.cutoff * scale_of(scratch.some_squares, options.quantile);
+    const double limit =
+        options.cutoff * scale_of(scratch.some_squares, deciding.share, deciding.static_share);
     scratch.some_squares.clear();
     for (auto square = squares.begin(); square != squares.begin() + judges; ++square) {
       if (*square <= limit * limit) scratch.some_squares.push_back(*square);
     }
-    return scale_of(scratch.some_squares, 0.5);
+    return scale_of(scratch.some_squares, 0.5, 1);
   }
 
   /// Returns the share of observations that are within the cutoff of the largest trusted scale.
@@ -343,7 +291,9 @@ RelativePoseEstimate estimated(const std::vector<PoseObservation>& observations,
   scratch.squares.reserve(observations.size());
   scratch.some_squares.reserve(observations.size());
   put_in_order(observations, options.seed, scratch.order);
-  const Fit fit{observations, camera, options, freedom, scratch};
+  const bool is_known = prior && prior->is_trusted;
+  const Deciding deciding = is_known ? with_trusted_prior : Deciding{options.quantile, 1};
+  const Fit fit{observations, camera, options, deciding, freedom, scratch};
 
   detail::Random random(options.seed);
   const std::size_t judges = fit.judge_count();
@@ -352,7 +302,8 @@ RelativePoseEstimate estimated(const std::vector<PoseObservation>& observations,
     for (std::size_t i = 0; i < judges; ++i) {
       scratch.judges[i] = linearised(fit.at(i), estimate.pose, camera, freedom);
     }
-    estimate.pose = least_quantile(estimate.pose, prior, options, freedom, random, scratch);
+    estimate.pose =
+        least_quantile(estimate.pose, prior, options, deciding.share, freedom, random, scratch);
   }
   RelativePose refined = estimate.pose;
   for (int step = 0; step < options.refinements; ++step) refined = fit.refined(refined);
@@ -362,7 +313,7 @@ RelativePoseEstimate estimated(const std::vector<PoseObservation>& observations,
       fit.support(options.cutoff * std::min(estimate.scale_px, options.max_scale_px));
   const bool is_agreed =
       estimate.support >= options.min_support && estimate.scale_px <= options.max_scale_px;
-  estimate.is_trusted = is_agreed || (prior && prior->is_trusted);
+  estimate.is_trusted = is_agreed || is_known;
   const bool is_dismissed = freedom == Freedom::turns && prior && !is_within(estimate.pose, *prior);
   if (is_dismissed) estimate.is_trusted = false;  // the prior says that the camera moves
   return estimate;

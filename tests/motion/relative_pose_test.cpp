@@ -172,6 +172,26 @@ TEST(RelativePose, NeedsAPriorWhereMostOfTheImageMoves) {
   EXPECT_LE(cv::norm(held.pose.translation - prior.pose.translation), 0.006);
 }
 
+/// What moves together explains itself worse than the room does, however much of it there is, and
+/// it must not decide how large residuals may be.
+TEST(RelativePose, IsMeasuredByTheFewStaticOnesWhereThePriorIsTrusted) {
+  for (const double mover_share : {0.0, 0.5, 0.7, 0.8}) {
+    const Case crowd = rendered_case(mover_share, {0.03, 0, 0}, 0.2, 60, 59, 11, false);
+    PosePrior prior;
+    prior.pose = crowd.truth;
+    prior.pose.translation += cv::Vec3d(0.002, -0.001, 0.001);
+    prior.max_translation_m = 0.006;
+    prior.max_rotation_rad = 0.005;
+    prior.is_trusted = true;
+    Workspace workspace;
+    const RelativePoseEstimate held =
+        RelativePoseEstimator(crowd.camera).estimate(crowd.observations, {}, prior, workspace);
+    EXPECT_TRUE(held.is_trusted);
+    EXPECT_LT(cv::norm(held.pose.translation - crowd.truth.translation), 2e-3) << mover_share;
+    EXPECT_LT(held.scale_px, 0.6) << mover_share;
+  }
+}
+
 /// Observations of a camera that turns and moves by a part of the rendered motion.
 Case partly_moved(double part) {
   Case result = rendered_case(0, {}, 0, 60, 57);

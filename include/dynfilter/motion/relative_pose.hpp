@@ -59,7 +59,8 @@ struct RelativePoseOptions {
   std::size_t starts = 1;  ///< each one after the first starts from the answer before; 1 to 10
   /// Number of observations that judge a hypothesis; at least 20.
   std::size_t judges = 300;
-  /// Share of the judges that decides: those that a hypothesis explains best; 0.1 to 0.5.
+  /// Share of the judges that decides: those that a hypothesis explains best; 0.1 to 0.5. With a
+  /// trusted prior a tenth decides.
   double quantile = 0.33;
   int refinements = 3;         ///< steps of the refinement; 0 to 100
   double cutoff = 3.5;         ///< residual without weight, in scales; above 0
@@ -93,7 +94,9 @@ struct RelativePoseEstimate {
 /// features of a mover that drifts by a pixel pull the pose, and PnP with RANSAC is captured so. It
 /// is below the median, because failed tracks and what moves may be most of all together. Then
 /// iteratively reweighted least squares with Tukey's weights; their scale is the quantile's at
-/// first, and then the median of those that agree with that.
+/// first, and then the median of those that agree with that. With a trusted prior the quantile is a
+/// tenth, because it holds where most of the image moves, and the scale takes three tenths of the
+/// judges for static.
 ///
 /// The judges are spread over the image: parts of 40 px have a voice in turn. What is rich in
 /// texture would outvote the rest otherwise, and where no masks are known that is often a person.
