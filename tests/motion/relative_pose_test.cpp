@@ -172,8 +172,8 @@ TEST(RelativePose, NeedsAPriorWhereMostOfTheImageMoves) {
   EXPECT_LE(cv::norm(held.pose.translation - prior.pose.translation), 0.006);
 }
 
-/// What moves together explains itself worse than the room does, however much of it there is, and
-/// it must not decide how large residuals may be.
+/// However many features move together, the few static ones tell the pose, and how large their
+/// residuals are. The prior is 2.4 mm off.
 TEST(RelativePose, IsMeasuredByTheFewStaticOnesWhereThePriorIsTrusted) {
   for (const double mover_share : {0.0, 0.5, 0.7, 0.8}) {
     const Case crowd = rendered_case(mover_share, {0.03, 0, 0}, 0.2, 60, 59, 11, false);
