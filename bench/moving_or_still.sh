@@ -9,7 +9,7 @@
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-rules=none,mask,depth,motion,masks_motion,depth_motion,depth_motion_kept
+rules=none,mask,depth,motion,masks_motion,depth_motion,depth_motion_kept,depth_motion_waits
 rules+=,ds_slam,dynaslam_geometry,derome,eppenberger,dai,smr,dyna_tm,dn_slam,perfect
 levels=sitting,stop_and_go,pushed,pushed_slow,carried,carried_slow,still_camera,rotation,fast,crowd
 exec bash "$root/bench/ablation.sh" --truth motion --levels "$levels" --seeds 101-103 \

@@ -120,6 +120,21 @@ struct FrameStatistics {
   std::size_t removed() const { return masked + compensated + moving + custom; }
   /// Number of features that are kept.
   std::size_t kept() const { return features - removed(); }
+
+  /// Whether motion evidence judged the frame, and tells of each object that matters whether it
+  /// moves. A map that begins earlier lacks what still persons cover: a host that can wait begins
+  /// its map in the first frame for which this holds. Some persons are never decided, as those who
+  /// are hidden for the most part, so limit the wait, to half a second. An object matters if masks
+  /// and compensation took more than a twentieth of the frame's features for it. O(instances).
+  bool is_motion_decided() const {
+    if (motion.outcome != MotionOutcome::applied) return false;
+    for (const InstanceStatistics& instance : instances) {
+      const bool has_verdict =
+          instance.verdict == InstanceVerdict::moving || instance.verdict == InstanceVerdict::still;
+      if (!has_verdict && 20 * (instance.masked + instance.compensated) > features) return false;
+    }
+    return true;
+  }
 };
 
 }  // namespace dynfilter

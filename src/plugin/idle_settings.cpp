@@ -26,7 +26,13 @@ std::vector<std::string> find_idle_settings(const SettingsFile& file,
   const std::string output_folder = file.key_of("output_folder");
   const std::string with_folder = file.key_of("mask_folder");
   const std::string with_rule = file.key_of("rule");
+#ifdef DYNFILTER_HAS_MOTION
+  const bool has_motion = settings.motion_camera.has_value();
+#else
+  const bool has_motion = false;
+#endif
   const Dependents all[] = {
+      {has_motion, file.key_of("motion") + ": 1", {"wait_for_motion"}},
       {settings.overlay_every == 0 || !settings.output_folder.empty(),
        output_folder,
        {"overlay_every"}},

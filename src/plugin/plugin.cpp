@@ -21,6 +21,7 @@
 #include "plugin/late_depth.hpp"
 #include "plugin/map_start.hpp"
 #include "plugin/mask_source.hpp"
+#include "plugin/motion_wait.hpp"
 #include "plugin/pair_depths.hpp"
 #include "plugin/plugin_settings.hpp"
 #include "plugin/plugin_video.hpp"
@@ -125,6 +126,8 @@ struct Plugin::State {
         pair_depths(from),
         first_frames({settings.file, settings.source_key, settings.image_key, settings.motion_key}),
         map_start(settings.start_features, settings.file),
+        motion_wait(settings.wait_for_motion,
+                    settings.wait_for_motion_key + " in " + settings.file),
         depth_check({settings.depth_check_frames, settings.depth_frames_late,
                      settings.depth_frames_late_key, settings.file}),
         late_depth(settings.depth_frames_late) {
@@ -171,6 +174,7 @@ struct Plugin::State {
   std::optional<detail::PluginVideo> video;
   detail::FirstFrames first_frames;
   detail::MapStart map_start;
+  detail::MotionWait motion_wait;
   detail::DepthCheck depth_check;
   detail::LateDepth late_depth;
   PluginCounters counters;
@@ -241,7 +245,7 @@ void Plugin::State::watch(const FrameView& frame, const FrameStatistics& statist
                           const Columns& columns) {
   std::vector<std::string> sentences = first_frames.add(frame, statistics);
   const bool has_depth = statistics.has_depth || columns.right_x != nullptr;
-  if (has_depth) sentences.push_back(map_start.add(statistics));
+  if (has_depth && !motion_wait.holds()) sentences.push_back(map_start.add(statistics));
   for (const std::string& sentence : sentences) {
     if (!sentence.empty()) std::cerr << sentence << std::endl;
   }
@@ -267,6 +271,7 @@ FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
   const FeaturesView features = features_of(columns, frame, segmentation);
   apply(frame, segmentation, features);
   is_in_step = true;
+  const std::string of_wait = motion_wait.hold(labels);
   keep_at_least_one(labels);
   FrameStatistics statistics = labels.statistics();
   const std::size_t kept_before_pivot =
@@ -281,6 +286,7 @@ FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
     recorder->record(frame, segmentation.value_or(Segmentation()), features, labels, times);
   }
   watch(frame, statistics, columns);
+  if (!of_wait.empty()) std::cerr << of_wait << std::endl;
 
   shorten(labels, columns);
   if (columns.pivot) *columns.pivot = static_cast<int>(kept_before_pivot);

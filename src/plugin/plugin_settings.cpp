@@ -241,6 +241,8 @@ PluginSettings read_plugin_settings(const std::string& path, const std::string& 
   bool with_motion = false;
   file.read_flag("motion", with_motion);
   if (with_motion) settings.motion_camera = read_camera(file);
+  file.read_count("wait_for_motion", settings.wait_for_motion);
+  if (!with_motion) settings.wait_for_motion = 0;
 #endif
   read_depth_frames_late(file, settings.depth_frames_late);
   file.read_text("output_folder", settings.output_folder);
@@ -251,6 +253,7 @@ PluginSettings read_plugin_settings(const std::string& path, const std::string& 
   settings.video_key = file.key_of("video");
   settings.image_key = find_image_key(file, settings);
   settings.motion_key = file.key_of("motion");
+  settings.wait_for_motion_key = file.key_of("wait_for_motion");
   settings.depth_frames_late_key = file.key_of("depth_frames_late");
   settings.output_folder_key = file.key_of("output_folder");
   settings.missing_masks_key = file.key_of("missing_masks");

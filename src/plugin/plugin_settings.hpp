@@ -47,6 +47,9 @@ struct PluginSettings {
 #endif
   /// Features with which the host begins an RGB-D or stereo map; 0: not watched.
   std::size_t start_features = 501;
+  /// Number of frames to keep the host from beginning its map while motion is not decided; 0: none.
+  std::size_t wait_for_motion = 0;
+  std::string wait_for_motion_key;       ///< the key of `wait_for_motion`, for messages
   std::string output_folder;             ///< for frames.csv and overlays; empty: none
   std::string output_folder_key;         ///< the key of `output_folder`, for messages
   std::string video;                     ///< file of the video; empty: none

@@ -120,7 +120,10 @@ void bind_statistics(py::module_& module) {
       .prints({"features", "masked", "compensated", "moving", "custom", "kept"})
       .bound()
       .def_property_readonly("removed", &Frame::removed, "number of features that are removed")
-      .def_property_readonly("kept", &Frame::kept, "number of features that are kept");
+      .def_property_readonly("kept", &Frame::kept, "number of features that are kept")
+      .def_property_readonly(
+          "is_motion_decided", &Frame::is_motion_decided,
+          "whether motion is known of each object that matters: begin a map now");
 }
 
 }  // namespace dynfilter::python

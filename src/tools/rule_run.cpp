@@ -55,6 +55,9 @@ odometry::OdometryOptions odometry_options(const RunSettings& settings) {
   return options;
 }
 
+// A host that waits for motion to be decided begins its map after this many frames at the latest.
+constexpr std::size_t max_waiting_frames = 15;
+
 /// Computes the errors of an estimate, or the reasons why they are missing.
 TrajectoryRecord errors_of(const Trajectory& estimate, const Trajectory& truth) {
   TrajectoryRecord record;
@@ -123,6 +126,7 @@ RuleRun::RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource
               {stage_of(rule, settings.mask_culler, settings.seed, source.camera()), rule_time_}),
       pictures_(staged_.path(), source.size(), settings.overlays, rule) {
   if (!settings.video.empty()) video_.emplace(settings.video);
+  may_begin_ = !rule.waits_for_motion;
   if (rule.moves_masks) propagator_.emplace();
   if (source.has_depth() && settings.every == 1) {
     odometry_.emplace(source.camera(), odometry_options(settings));
@@ -183,7 +187,10 @@ void RuleRun::process(const SourceFrame& frame, ExtractedFeatures features) {
     keep_static_time_.measure(
         [&] { return keep_static(labels_, features.keypoints, features.descriptors); });
   }
-  if (odometry_) {
+  may_begin_ = may_begin_ || record_.frames.size() == max_waiting_frames ||
+               labels_.statistics().is_motion_decided();
+  record.is_lost = odometry_.has_value();
+  if (odometry_ && may_begin_) {
     record.is_lost = odometry_time_.measure([&] {
       return odometry_->track(frame.frame, features.keypoints, features.descriptors, weights)
                  .tracked != odometry::Tracked::found;

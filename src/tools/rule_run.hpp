@@ -111,6 +111,7 @@ class RuleRun {
   FeatureLabels labels_;
   Workspace workspace_;
   std::optional<odometry::Odometry> odometry_;
+  bool may_begin_ = true;
   FilterHealth health_;
   RunPictures pictures_;
   std::optional<detail::FilterVideo> video_;

@@ -85,6 +85,12 @@ Entry keeping_entry(RuleInfo info) {
   return {info, depth};
 }
 
+/// Makes the entry of a rule whose map begins when motion is decided.
+Entry waiting_entry(RuleInfo info) {
+  info.waits_for_motion = true;
+  return {info, depth};
+}
+
 /// Makes the entry of a rule whose labels become weights.
 Entry weighing_entry(RuleInfo info) {
   info.weighs = true;
@@ -142,6 +148,8 @@ std::vector<Entry> make_entries() {
                    "rule depth, then what moves; still objects get their features back", true,
                    false, true, false, false, true}),
       keeping_entry({"depth_motion_kept", "as depth_motion, with frames kept for what moves slowly",
+                     true, false, true, false, false, true}),
+      waiting_entry({"depth_motion_waits", "as depth_motion; the map begins when motion is decided",
                      true, false, true, false, false, true}),
       weighing_entry({"depth_motion_weights", "as depth_weights, with motion", true, false, true,
                       false, false, true}),

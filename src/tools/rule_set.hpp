@@ -33,7 +33,9 @@ struct RuleInfo {
   bool weighs =
       false;  ///< the odometry weighs features, and drops those of weight below 0.3; on request
   bool keeps_frames = false;  ///< judges motion over kept frames, too
-  bool has_weights = false;   ///< static_weights is calibrated for the rule's labels
+  /// The odometry begins when motion is decided, or after half a second of frames at 30 Hz.
+  bool waits_for_motion = false;
+  bool has_weights = false;  ///< static_weights is calibrated for the rule's labels
 };
 
 /// Returns all rules, in the tables' order.

@@ -94,6 +94,38 @@ TEST_F(PluginMotion, DoesWhatTheFilterDoes) {
   EXPECT_GT(given_back, 50U);
 }
 
+/// Until motion knows that the people stand, the host gets no frame to begin its map with.
+TEST_F(PluginMotion, LetsTheHostWaitUntilMotionIsDecided) {
+  const SyntheticScene scene = standing_people();
+  std::vector<SyntheticFrame> rendered;
+  MaskFolderWriter writer(folder_.path() / "masks");
+  for (int i = 0; i < 9; ++i) {
+    rendered.push_back(scene.render(i));
+    writer.add(rendered.back().true_segmentation);
+  }
+  writer.finish();
+  const std::string motion = std::string("dynfilter.motion: 1\n") + camera_keys;
+  Plugin waiting(settings(motion + "dynfilter.wait_for_motion: 15\n")), at_once(settings(motion));
+  std::size_t frames_waited = 0;
+  for (const SyntheticFrame& shot : rendered) {
+    std::vector<cv::KeyPoint> later = corners_of(shot.frame.image), now = later;
+    cv::Mat no_descriptors;
+    for (Plugin* plugin : {&waiting, &at_once}) {
+      plugin->submit(shot.frame.image, shot.frame.timestamp_s);
+      plugin->filter(shot.frame.timestamp_s, shot.frame.depth, plugin == &waiting ? later : now,
+                     no_descriptors);
+    }
+    EXPECT_GT(now.size(), 100U);
+    if (later.size() == 1) {
+      EXPECT_EQ(frames_waited++, shot.frame.id) << "it waits once, from the first frame on";
+    } else {
+      EXPECT_EQ(later.size(), now.size());
+    }
+  }
+  EXPECT_GE(frames_waited, 4U);
+  EXPECT_LE(frames_waited, 7U);
+}
+
 /// With masks of every third frame, the features that the motion filter tracks move the masks.
 TEST_F(PluginMotion, MovesMasksByItsOwnTracks) {
   const SyntheticScene scene(scene_level("medium", 12));

@@ -5,7 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cstddef>
 #include <filesystem>
+#include <fstream>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -91,6 +93,29 @@ TEST_F(Program, RunJudgesMotionOnRequest) {
   EXPECT_EQ(read_json(folder / "summary.json")["masked"], 0);
   EXPECT_TRUE(run(command + " --motion --rule paper").mentions("rule none, mask or depth"));
   EXPECT_TRUE(run(command + " --motion --every 2").mentions("--every 2"));
+}
+
+TEST_F(Program, MapWaitsForMotionOnRequest) {
+  const auto waited = [&](const char* rule) {
+    const fs::path folder = out(rule);
+    EXPECT_EQ(
+        run("run " + quoted(scene()) + " --overlays 0 --rule " + rule + " --out " + quoted(folder))
+            .exit_code,
+        0);
+    const nlohmann::json summary = read_json(folder / "summary.json");
+    EXPECT_GT(summary["kept"], 1000);
+    std::size_t poses = 0;
+    std::ifstream trajectory(folder / "trajectory.txt");
+    for (std::string line; std::getline(trajectory, line);) poses += line[0] != '#' ? 1U : 0U;
+    EXPECT_EQ(poses + summary["lost_frames"].get<std::size_t>(), 6U) << rule;
+    return std::pair(summary["lost_frames"].get<int>(), summary["kept"].get<int>());
+  };
+  const auto [frames_at_once, kept_at_once] = waited("depth_motion");
+  const auto [frames, kept] = waited("depth_motion_waits");
+  EXPECT_EQ(frames_at_once, 0);
+  EXPECT_GE(frames, 1);  // the first frame is never decided
+  EXPECT_LT(frames, 6);
+  EXPECT_EQ(kept, kept_at_once);
 }
 
 TEST_F(Program, SecondRunGivesTheSameNumbersWithoutOldPictures) {

@@ -66,6 +66,7 @@ class FrameStatistics:
     instances: tuple[InstanceStatistics, ...]
     removed: Final[int]
     kept: Final[int]
+    is_motion_decided: Final[bool]
 
 class InstancePropagation:
     by_flow: Final[int]
