@@ -14,6 +14,8 @@ namespace {
 
 /// Depth assumed for features without one: so far away that only the camera's turn moves them.
 constexpr double far_m = 1e3;
+/// What is nearer by more hides a surface, metres.
+constexpr double same_depth_m = 0.1;
 
 /// Returns where a static feature at a depth was over a baseline, a raw pixel; none if it was
 /// behind the camera.
@@ -94,6 +96,19 @@ void measure_approach(const MotionContext& context, std::size_t feature, Feature
   motion.ratio = std::max(motion.ratio, static_cast<float>(std::abs(approach_m) / allowed_m));
 }
 
+/// Tells whether a static feature would have been in view in the last frame: nothing was nearer at
+/// its place.
+bool was_in_view(const MotionContext& context, std::size_t feature) {
+  const MotionMeasurement& measured = context.measured;
+  const double depth_m = double{measured.motions[feature].depth_m};
+  if (!measured.baselines[0].is_used || !(depth_m > 0)) return false;
+  const auto place = static_place(context, feature, 0, depth_m);
+  if (!place) return false;
+  const auto depth_then_m = context.memory.past[0].frame.depth_m(nearest_pixel(*place));
+  const cv::Point3d now_m = context.camera.point(measured.ideal[feature], depth_m);
+  return depth_then_m && *depth_then_m > (measured.baselines[0].pose.pose * now_m).z - same_depth_m;
+}
+
 }  // namespace
 
 void track_back(const MotionContext& context, const FeatureTracker& tracker, std::size_t baseline) {
@@ -137,6 +152,7 @@ void measure_places(const MotionContext& context) {
   measured.ideal.clear();
   measured.depths.clear();
   measured.motions.assign(features.size(), {});
+  measured.is_beside_object.assign(features.size(), 0);
   for (std::size_t i = 0; i < features.size(); ++i) {
     const cv::Point pixel = features.pixel(i);
     measured.ideal.push_back(context.camera.ideal(features[i]));
@@ -177,7 +193,9 @@ void measure_motions(const MotionContext& context) {
     // A track that leaves a place where the image shows the feature may end on another thing.
     const bool has_failed = !is_at_static_place && appearance == Appearance::still;
     if (!has_failed) measure_approach(context, i, motion);
-    if (appearance == Appearance::moved || motion.approach_m != 0) {
+    const bool has_come = appearance == Appearance::absent && !motion.is_known() &&
+                          !measured.is_beside_object[i] && was_in_view(context, i);
+    if (appearance == Appearance::moved || motion.approach_m != 0 || has_come) {
       motion.evidence = MotionEvidence::seed;
     } else if (appearance == Appearance::still) {
       motion.evidence = MotionEvidence::quiet;
@@ -208,7 +226,8 @@ Appearance appearance_of(const MotionContext& context, std::size_t feature, std:
   if (patch) still = patch->difference(then, *place);
   if (!track.is_found) {
     const bool is_still = still && *still < options.max_still_patch_ratio * patch->contrast();
-    return is_still ? Appearance::still : Appearance::unclear;
+    if (is_still) return Appearance::still;
+    return still && depth_m ? Appearance::absent : Appearance::unclear;
   }
   if (patch) tracked = patch->difference(then, track.position);
   if (patch) at_nearest = patch->difference(then, *nearest);

@@ -38,9 +38,10 @@ struct MotionBaseline {
 /// Everything measured in a frame. In the workspace, so that its memory is used again.
 struct MotionMeasurement {
   std::array<MotionBaseline, motion_baselines> baselines;
-  std::vector<cv::Point2d> ideal;     ///< ideal pixel of each feature
-  std::vector<DepthInterval> depths;  ///< of each feature
-  std::vector<Suspicion> suspicions;  ///< of each feature
+  std::vector<cv::Point2d> ideal;              ///< ideal pixel of each feature
+  std::vector<DepthInterval> depths;           ///< of each feature
+  std::vector<Suspicion> suspicions;           ///< of each feature
+  std::vector<std::uint8_t> is_beside_object;  ///< within MotionJudgeOptions::absent_distance_px
   std::vector<FeatureMotion> motions;
   std::vector<double> beliefs;
   std::vector<std::uint8_t> is_believed;  ///< believed to move before this frame says anything
@@ -100,7 +101,8 @@ inline std::size_t count_found(const std::vector<FeatureTrack>& tracks) {
       tracks.begin(), tracks.end(), [](const FeatureTrack& track) { return track.is_found; }));
 }
 
-/// Measures depth and ideal pixel of each feature. Begins their motions, with the depth alone.
+/// Measures depth and ideal pixel of each feature. Begins their motions, with the depth alone, and
+/// puts none beside an object.
 void measure_places(const MotionContext& context);
 
 /// Estimates the camera's motion over a baseline.
@@ -124,12 +126,14 @@ void estimate_pose(const MotionContext& context, const RelativePoseEstimator& es
 /// Measures the shifts of the features, whose places are measured, over the baselines that are
 /// used. One that shifts by more than is allowed for, or that was not tracked, is what the image
 /// shows: a seed, quiet, or unknown. One whose depth changed is a seed, unless the image shows that
-/// its track failed.
+/// its track failed. One that was not tracked is a seed, too, if it had been in view in the last
+/// frame were it static, and the image shows that it was not there.
 void measure_motions(const MotionContext& context);
 
 /// What the image shows of a feature's surface at the place where a static feature would have been.
 enum class Appearance : std::uint8_t {
   unclear,  ///< neither the one nor the other, or nothing that can be compared
+  absent,   ///< it was not tracked, and does not look as if it was there
   moved,    ///< the surface was at the tracked place, not there
   fits,     ///< it may have been there, though the tracked place fits better
   still     ///< it was there

@@ -37,7 +37,10 @@ void check(const MotionVotesOptions& options) {
                        options.max_difference >= 0 && options.max_difference_px >= 0 &&
                        options.max_depth_difference_m >= 0 && options.join_radius_px >= 1 &&
                        options.join_radius_px <= 1000 && options.min_joined >= 1 &&
-                       options.min_joined <= max_neighbours;
+                       options.min_joined <= max_neighbours && options.crowd_radius_px >= 1 &&
+                       options.crowd_radius_px <= 1000 && options.crowd_neighbours >= 1 &&
+                       options.crowd_neighbours <= max_neighbours && options.min_crowd_share >= 0 &&
+                       options.min_crowd_share <= 1;
   if (is_good) return;
   detail::throw_misuse(
       "support_seeds",
@@ -46,8 +49,10 @@ void check(const MotionVotesOptions& options) {
           ", min_spacing_px = ", options.min_spacing_px, ", min_share = ", options.min_share,
           ", max_difference = ", options.max_difference, ", max_difference_px = ",
           options.max_difference_px, ", max_depth_difference_m = ", options.max_depth_difference_m,
-          ", join_radius_px = ", options.join_radius_px, ", min_joined = ", options.min_joined),
-      "radii of 1 to 1000, 1 to 30 neighbours and seeds to join, a spacing of 0 to 1000, a share "
+          ", join_radius_px = ", options.join_radius_px, ", min_joined = ", options.min_joined,
+          ", crowd_radius_px = ", options.crowd_radius_px, ", crowd_neighbours = ",
+          options.crowd_neighbours, ", min_crowd_share = ", options.min_crowd_share),
+      "radii of 1 to 1000, 1 to 30 neighbours and seeds to join, a spacing of 0 to 1000, shares "
       "from 0 to 1, no negative difference");
 }
 
@@ -140,6 +145,7 @@ Voices voices_near(std::uint32_t seed, int radius_px, std::size_t most, FrameFea
 bool finds_support(std::uint32_t seed, FrameFeatures& features, const MotionVotesOptions& options,
                    const std::vector<FeatureMotion>& motions) {
   const FeatureMotion& own = motions[seed];
+  if (!own.is_known()) return false;
   const Voices neighbours = voices_near(
       seed, options.radius_px, options.neighbours, features, options, [&](std::uint32_t i) {
         return motions[i].is_known() && !own.is_apart(motions[i], options.max_depth_difference_m);
@@ -156,7 +162,7 @@ bool finds_support(std::uint32_t seed, FrameFeatures& features, const MotionVote
 bool may_join(std::uint32_t seed, FrameFeatures& features, const MotionVotesOptions& options,
               const std::vector<FeatureMotion>& motions) {
   const FeatureMotion& own = motions[seed];
-  if (!(own.depth_m > 0)) return false;
+  if (!(own.depth_m > 0) || !own.is_known()) return false;
   const Voices partners = voices_near(
       seed, options.join_radius_px, options.min_joined, features, options, [&](std::uint32_t i) {
         return motions[i].has_support &&
@@ -164,6 +170,24 @@ bool may_join(std::uint32_t seed, FrameFeatures& features, const MotionVotesOpti
                moves_alike(own, motions[i], options);
       });
   return partners.count == options.min_joined;
+}
+
+/// Tells whether most of what is near a seed, and on the same thing, are seeds, however they move.
+bool is_among_seeds(std::uint32_t seed, FrameFeatures& features, const MotionVotesOptions& options,
+                    const std::vector<FeatureMotion>& motions) {
+  const FeatureMotion& own = motions[seed];
+  if (!(own.depth_m > 0)) return false;
+  const Voices neighbours =
+      voices_near(seed, options.crowd_radius_px, options.crowd_neighbours, features, options,
+                  [&](std::uint32_t i) {
+                    return (motions[i].is_known() || is_seed(motions[i])) &&
+                           !own.is_apart(motions[i], options.max_depth_difference_m);
+                  });
+  const auto seeds = std::count_if(neighbours.begin(), neighbours.end(),
+                                   [&](std::uint32_t i) { return is_seed(motions[i]); });
+  return 2 * neighbours.count >= options.crowd_neighbours &&
+         static_cast<double>(seeds) >=
+             options.min_crowd_share * static_cast<double>(neighbours.count);
 }
 
 }  // namespace
@@ -182,7 +206,8 @@ void support_seeds(FrameFeatures& features, const MotionVotesOptions& options,
   }
   for (std::uint32_t i = 0; i < motions.size(); ++i) {
     if (motions[i].evidence != MotionEvidence::seed) continue;
-    if (motions[i].has_support || may_join(i, features, options, motions)) {
+    if (motions[i].has_support || may_join(i, features, options, motions) ||
+        is_among_seeds(i, features, options, motions)) {
       motions[i].evidence = MotionEvidence::supported;
     }
   }

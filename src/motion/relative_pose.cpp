@@ -39,7 +39,7 @@ struct Deciding {
 };
 
 // A trusted prior holds where most features move. Few static ones are left to judge there.
-constexpr Deciding with_trusted_prior{0.1, 0.3};
+constexpr Deciding with_trusted_prior{0.1, 0.2};
 
 /// Place of an observation in the order in which they are heard.
 struct Turn {

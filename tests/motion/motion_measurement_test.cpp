@@ -134,6 +134,7 @@ struct View {
   cv::Point2f feature{40, 30};
   FeatureTrack track;
   cv::Mat1f depth_m = cv::Mat1f(60, 80, 3.0F);
+  cv::Mat1f depth_then_m = cv::Mat1f(60, 80, 3.0F);
   double camera_shift_m = 0;  // a point 3 m away shifts by 400 pixels a metre, over 3
   bool is_pose_known = true;
 };
@@ -150,6 +151,7 @@ void with_context(const View& view, const Action& action) {
   const FeatureTracker tracker;
   tracker.build(wall(0), memory.now.pyramid);
   tracker.build(view.then, memory.past[0].pyramid);
+  memory.past[0].frame.depth = view.depth_then_m;
   MotionMeasurement measured;
   measured.baselines[0].is_used = view.is_pose_known;
   measured.baselines[0].duration_s = frame_s;
@@ -191,7 +193,7 @@ TEST(Appearance, IsWhatTheImageShowsAtBothPlaces) {
 TEST(Appearance, NeedsNoTrack) {
   const cv::Point2f at(40, 30);
   EXPECT_EQ(appearance(wall(0), at, {}), Appearance::still);
-  EXPECT_EQ(appearance(wall(2), at, {}), Appearance::unclear);
+  EXPECT_EQ(appearance(wall(2), at, {}), Appearance::absent);
 }
 
 TEST(Appearance, ContradictsNoTrackAtTheBorder) {
@@ -225,7 +227,7 @@ TEST(Appearance, IsAtThePlaceOfTheSurfacesDepth) {
   view.depth_m.colRange(38, 43).setTo(0);  // a gap, with the wall around it
   EXPECT_EQ(appearance(view), Appearance::still);
   view.depth_m.setTo(8);
-  EXPECT_EQ(appearance(view), Appearance::unclear);
+  EXPECT_EQ(appearance(view), Appearance::absent);
 }
 
 /// Without depth, any place on the segment may be the static one, and none is known without a
@@ -280,6 +282,51 @@ TEST(MotionMeasurement, IsQuietWhereTheImageShowsTheFeatureStill) {
     measure_motions(context);
     EXPECT_EQ(context.measured.motions[0].evidence, MotionEvidence::seed);
   });
+}
+
+/// Returns what is known of a feature that was not tracked.
+MotionEvidence evidence(const View& view, bool is_beside_object = false) {
+  MotionEvidence result = MotionEvidence::unknown;
+  with_context(view, [&](const MotionContext& context) {
+    context.measured.is_beside_object[0] = is_beside_object ? 1 : 0;
+    measure_motions(context);
+    result = context.measured.motions[0].evidence;
+  });
+  return result;
+}
+
+/// What would have been in view, and was not, has come.
+TEST(MotionMeasurement, IsASeedWhereTheLastFrameHadShownTheFeature) {
+  View view;
+  view.then = wall(5);
+  EXPECT_EQ(evidence(view), MotionEvidence::seed);
+  EXPECT_EQ(evidence(view, true), MotionEvidence::unknown);
+  view.depth_then_m.setTo(2.85F);  // something hid it
+  EXPECT_EQ(evidence(view), MotionEvidence::unknown);
+  view.depth_then_m.setTo(2.95F);
+  EXPECT_EQ(evidence(view), MotionEvidence::seed);
+  view.depth_then_m.setTo(5);
+  EXPECT_EQ(evidence(view), MotionEvidence::seed);
+  view.depth_then_m.setTo(0);
+  EXPECT_EQ(evidence(view), MotionEvidence::unknown);
+  view.depth_then_m.setTo(3);
+  view.depth_m.setTo(0);
+  EXPECT_EQ(evidence(view), MotionEvidence::unknown);
+  view.depth_m.setTo(3);
+  view.then = wall(0);
+  EXPECT_EQ(evidence(view), MotionEvidence::quiet);
+}
+
+/// The place in the last frame is that of the camera then.
+TEST(MotionMeasurement, LooksAtTheStaticPlaceForWhatHidTheFeature) {
+  View view;
+  view.then = wall(5);
+  view.camera_shift_m = 0.075;  // ten pixels
+  view.depth_then_m.col(50).setTo(2);
+  EXPECT_EQ(evidence(view), MotionEvidence::unknown);
+  view.depth_then_m.setTo(3);
+  view.depth_then_m.col(40).setTo(2);
+  EXPECT_EQ(evidence(view), MotionEvidence::seed);
 }
 
 }  // namespace

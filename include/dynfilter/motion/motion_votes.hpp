@@ -30,7 +30,8 @@ enum class MotionEvidence : std::uint8_t {
   unknown,   ///< neither its track nor the image says where it was
   quiet,     ///< it was where a static feature would have been
   seed,      ///< it was not, but alone says little: tracks fail, too
-  supported  ///< its neighbours move as it does, or it joined seeds whose neighbours do
+  supported  ///< its neighbours move as it does, or it joined seeds whose neighbours do, or it lies
+             ///< among seeds
 };
 
 /// Motion of one feature, beyond that of a static one.
@@ -73,6 +74,14 @@ struct MotionVotesOptions {
   double max_depth_difference_m = 0.3;
   int join_radius_px = 50;     ///< a seed joins seeds with support within this distance; 1 to 1000
   std::size_t min_joined = 3;  ///< if there are at least so many; 1 to 30
+  /// @{
+  /// A seed lies among seeds if they are at least this share of the nearest features within this
+  /// distance that were tracked or are seeds; of so many, and half as many must be there. Radius 1
+  /// to 1000, features 1 to 30, share 0 to 1.
+  int crowd_radius_px = 50;
+  std::size_t crowd_neighbours = 12;
+  double min_crowd_share = 0.8;
+  /// @}
 };
 
 /// Makes seeds supported where enough of the nearest tracked features within the radius are seeds
@@ -84,8 +93,10 @@ struct MotionVotesOptions {
 ///
 /// After that, a seed without support joins if enough seeds with support are near and move as it
 /// does: at the edge of a thing, most neighbours may be static. A seed without depth does not join:
-/// it is often in the shadow beside what moves. Without a depth image, none joins. `features` are
-/// those of `motions`. Throws std::invalid_argument for options out of range or another number of
+/// it is often in the shadow beside what moves. Without a depth image, none joins. Nor does one
+/// that was not tracked: how it moves is not known. Last, a seed with depth is supported that lies
+/// among seeds, however they move: persons cross each other, and limbs swing. `features` are those
+/// of `motions`. Throws std::invalid_argument for options out of range or another number of
 /// motions. O(seeds x features within the radius).
 void support_seeds(FrameFeatures& features, const MotionVotesOptions& options,
                    std::vector<FeatureMotion>& motions);

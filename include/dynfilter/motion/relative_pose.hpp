@@ -95,8 +95,8 @@ struct RelativePoseEstimate {
 /// is below the median, because failed tracks and what moves may be most of all together. Then
 /// iteratively reweighted least squares with Tukey's weights; their scale is the quantile's at
 /// first, and then the median of those that agree with that. With a trusted prior the quantile is a
-/// tenth, because it holds where most of the image moves, and the scale takes three tenths of the
-/// judges for static.
+/// tenth, because it holds where most of the image moves, and the scale takes a fifth of the judges
+/// for static.
 ///
 /// The judges are spread over the image: parts of 40 px have a voice in turn. What is rich in
 /// texture would outvote the rest otherwise, and where no masks are known that is often a person.
