@@ -126,8 +126,8 @@ void estimate_pose(const MotionContext& context, const RelativePoseEstimator& es
 /// Measures the shifts of the features, whose places are measured, over the baselines that are
 /// used. One that shifts by more than is allowed for, or that was not tracked, is what the image
 /// shows: a seed, quiet, or unknown. One whose depth changed is a seed, unless the image shows that
-/// its track failed. One that was not tracked is a seed, too, if it had been in view in the last
-/// frame were it static, and the image shows that it was not there.
+/// its track failed. One that was not tracked is a seed, too, if a static one would have been in
+/// view in the last frame, and the image does not show it there.
 void measure_motions(const MotionContext& context);
 
 /// What the image shows of a feature's surface at the place where a static feature would have been.

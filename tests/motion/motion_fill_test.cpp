@@ -104,5 +104,36 @@ TEST(MotionFill, SuspectsNewFeaturesBetweenThoseBelievedToMove) {
   EXPECT_FALSE(is_suspected(24, 0.5));  // it is on the wall behind the thing
 }
 
+/// An object with a mask may hide what is near it, and only what is near it.
+TEST(MotionMeasurement, KnowsWhatIsBesideADynamicObject) {
+  const PinholeCamera camera{400, 400, 160, 120};
+  std::vector<cv::KeyPoint> keypoints;
+  for (const int x : {40, 69, 109, 120}) keypoints.emplace_back(cv::Point(x, 60), 7.0F);
+  FrameView frame;
+  frame.image = cv::Mat1b(240, 320, std::uint8_t{0});
+  Segmentation masks;
+  masks.image_size = frame.image.size();
+  masks.instances.emplace_back();
+  masks.instances[0].mask = cv::Mat1b(40, 30, std::uint8_t{255});  // columns 20 to 49
+  masks.instances[0].mask_origin = {20, 40};
+  masks.instances[0].box = {20, 40, 30, 40};
+  for (const int class_id : {0, 56}) {
+    masks.instances[0].class_id = class_id;
+    MotionMemory memory;
+    memory.beliefs.emplace();
+    MotionMeasurement measured;
+    measured.baselines[0].tracks.resize(keypoints.size());
+    const FeatureLabels labels = Pipeline<MaskCuller>(MaskCuller()).apply(frame, masks, keypoints);
+    const FilterInput input{frame, masks, keypoints};
+    const MotionJudgeOptions options;
+    Workspace workspace;
+    const MotionContext context{input, camera, options, true, memory, measured, workspace};
+    measure_places(context);
+    suspect_features(context, labels);
+    const std::vector<std::uint8_t> beside = {1, 1, 1, 0}, none(4, 0);
+    EXPECT_EQ(measured.is_beside_object, class_id == 0 ? beside : none);
+  }
+}
+
 }  // namespace
 }  // namespace dynfilter::detail

@@ -91,9 +91,9 @@ struct MotionJudgeOptions {
   /// Tracks fail beside what moves. A feature that shifts or was not tracked is static nevertheless
   /// if its patch differs from the static place by less than this share of its contrast.
   double max_still_patch_ratio = 0.5;
-  /// A feature that was not tracked is a seed where the depth image says that it had been in view
-  /// at the static place, and the image does not show it there. Not this near to a dynamic object's
-  /// mask, pixels, where the object may have hidden it, and is dealt with by itself.
+  /// A feature that was not tracked is a seed if the depths say that a static one would have been
+  /// in view in the last frame, and the image does not show it there. But not this near to the mask
+  /// of a dynamic object, pixels: that may have hidden it.
   double absent_distance_px = 60;
   /// @{
   /// Unclear features between dynamic ones are dynamic unless the image shows them still. Those
@@ -154,9 +154,9 @@ struct MotionJudgeOptions {
 /// static, at any depth that it may have, and the depth there with the depth it would have had.
 /// Single features prove nothing: tracks fail at occlusions and between layers of depth. So
 /// evidence is pooled over neighbours, over time and over instances. Where a track fails or shifts,
-/// the image decides: a feature is static if it looked the same at the static place, and may move if
-/// it had been in view there, and was not. What lies in front of its surface, as a person beside it,
-/// is left out of the comparison.
+/// the image decides: a feature is static if it looked the same at the static place, and may move
+/// if it would have been in view there, and was not. What lies in front of its surface, as a person
+/// beside it, is left out of the comparison.
 ///
 /// Abstains, changes nothing and says why in MotionStatistics: without an image, in the first
 /// frame, after a cut, a gap or a step back in time, where an image repeats, and where the tracks
