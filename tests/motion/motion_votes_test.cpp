@@ -306,6 +306,29 @@ TEST(MotionVotes, AreNotNeededAmongSeeds) {
   EXPECT_EQ(evidence(12, 0, 3), MotionEvidence::seed);
 }
 
+/// How a feature moves that was not tracked is not known: nobody moves as it does.
+TEST(MotionVotes, SupportNobodyWithoutATrack) {
+  std::vector<cv::Point2f> points = {{100, 100}};
+  std::vector<FeatureMotion> motions = {motion_of(MotionEvidence::seed)};
+  for (int i = 0; i < 24; ++i) {
+    points.emplace_back(cv::Point(80 + 8 * (i % 6), 110 + 8 * (i / 6)));
+    motions.push_back(motion_of(MotionEvidence::seed));
+    motions.back().approach_m = 0.1F;  // along the view, without a shift
+  }
+  for (FeatureMotion& motion : motions) motion.depth_m = 2;
+  FrameFeatures features;
+  features.read(points);
+  MotionVotesOptions options;
+  options.crowd_radius_px = 1;  // there is none among seeds
+  for (const bool is_tracked : {true, false}) {
+    std::vector<FeatureMotion> voted = motions;
+    voted[0].is_tracked[0] = is_tracked;
+    support_seeds(features, options, voted);
+    EXPECT_EQ(voted[0].has_support, is_tracked);
+    EXPECT_EQ(voted[0].evidence == MotionEvidence::supported, is_tracked);
+  }
+}
+
 /// However few neighbours vote, as many seeds may be joined as are asked for.
 TEST(MotionVotes, JoinMoreSeedsThanNeighboursVote) {
   std::vector<cv::Point2f> points;
@@ -357,32 +380,24 @@ TEST(MotionVotes, RefuseNonsense) {
   std::vector<FeatureMotion> motions(1);
   testing::expect_error<std::invalid_argument>([&] { support_seeds(features, {}, motions); },
                                                "1 motions and 2 features");
-  MotionVotesOptions options;
-  options.neighbours = 31;
   motions.resize(2);
-  testing::expect_error<std::invalid_argument>([&] { support_seeds(features, options, motions); },
-                                               "neighbours = 31");
-  options = {};
-  options.max_depth_difference_m = -1;
-  testing::expect_error<std::invalid_argument>([&] { support_seeds(features, options, motions); },
-                                               "max_depth_difference_m = -1");
-  options = {};
-  options.join_radius_px = 0;
-  testing::expect_error<std::invalid_argument>([&] { support_seeds(features, options, motions); },
-                                               "join_radius_px = 0");
-  options = {};
-  options.join_radius_px = 1001;
-  testing::expect_error<std::invalid_argument>([&] { support_seeds(features, options, motions); },
-                                               "join_radius_px = 1001");
-  options = {};
-  options.min_crowd_share = 1.1;
-  testing::expect_error<std::invalid_argument>([&] { support_seeds(features, options, motions); },
-                                               "min_crowd_share = 1.1");
-  for (const std::size_t count : {0U, 31U}) {
-    options = {};
-    options.min_joined = count;
+  const auto refuses = [&](auto member, auto value, const std::string& message) {
+    MotionVotesOptions options;
+    options.*member = value;
     testing::expect_error<std::invalid_argument>([&] { support_seeds(features, options, motions); },
-                                                 "min_joined = " + std::to_string(count));
+                                                 message);
+  };
+  using Options = MotionVotesOptions;
+  refuses(&Options::neighbours, 31U, "neighbours = 31");
+  refuses(&Options::max_depth_difference_m, -1, "max_depth_difference_m = -1");
+  refuses(&Options::min_crowd_share, 1.1, "min_crowd_share = 1.1");
+  for (const int radius_px : {0, 1001}) {
+    refuses(&Options::join_radius_px, radius_px, "join_radius_px = " + std::to_string(radius_px));
+    refuses(&Options::crowd_radius_px, radius_px, "crowd_radius_px = " + std::to_string(radius_px));
+  }
+  for (const std::size_t count : {0U, 31U}) {
+    refuses(&Options::min_joined, count, "min_joined = " + std::to_string(count));
+    refuses(&Options::crowd_neighbours, count, "crowd_neighbours = " + std::to_string(count));
   }
 }
 
