@@ -31,6 +31,7 @@ def test_motion_is_judged_from_the_second_frame_on(rendered):
     outcomes = [one.statistics.motion.outcome for one in labels]
     assert outcomes[0] == dynfilter.MotionOutcome.started
     assert outcomes[-1] == dynfilter.MotionOutcome.applied
+    assert not labels[0].statistics.is_motion_decided  # a host should wait with its map
     assert labels[-1].statistics.motion.tracked > 100
     state.reset()
     again = run(sequence, filter)
