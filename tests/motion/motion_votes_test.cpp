@@ -170,8 +170,8 @@ TEST(MotionVotes, AreThoseOfTheNearest) {
       EXPECT_EQ(is_supported, has_support[i] || joins || is_crowded_in) << round << ' ' << i;
     }
   }
-  EXPECT_GT(supported - joined - crowded, seeds / 20);  // all answers occur
-  EXPECT_GT(std::min(joined, crowded), seeds / 50);
+  EXPECT_GT(supported - joined - crowded, seeds / 10);  // all answers occur
+  EXPECT_GT(std::min(joined, crowded), seeds / 20);
   EXPECT_LT(supported, seeds * 9 / 10);
 }
 
