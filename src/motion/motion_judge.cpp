@@ -45,7 +45,7 @@ void check_options(const MotionJudgeOptions& options) {
   not_negative("max_acceleration_m_s2", options.max_acceleration_m_s2);
   not_negative("max_angular_acceleration_rad_s2", options.max_angular_acceleration_rad_s2);
   distance("mask_distance_px", options.mask_distance_px);
-  distance("absent_distance_px", options.absent_distance_px);
+  distance("beside_object_px", options.beside_object_px);
   not_negative("max_pose_depth_range_m", options.max_pose_depth_range_m);
   not_negative("max_worse_fit", options.max_worse_fit);
   not_negative("max_worse_fit_px", options.max_worse_fit_px);

@@ -258,8 +258,8 @@ void suspect_features(const MotionContext& context, const FeatureLabels& labels)
     if (!labels.is_dynamic_object(k)) continue;
     for_each_within(context, instances[k], context.options.mask_distance_px,
                     [&](std::uint32_t i) { measured.suspicions[i] = Suspicion::strong; });
-    for_each_within(context, instances[k], context.options.absent_distance_px,
-                    [&](std::uint32_t i) { measured.is_beside_object[i] = 1; });
+    for_each_within(context, instances[k], context.options.beside_object_px,
+                    [&](std::uint32_t i) { measured.motions[i].is_beside_object = true; });
   }
 }
 

@@ -12,7 +12,8 @@ namespace dynfilter::detail {
 
 /// Says which features do not tell the camera's motion: removed ones, those near the mask of a
 /// dynamic object, those believed dynamic, and those between them. Sets the beliefs to those of the
-/// last frame. The features' places must be measured.
+/// last frame, and notes which features are beside a dynamic object. The features' places must be
+/// measured.
 void suspect_features(const MotionContext& context, const FeatureLabels& labels);
 
 /// Updates the beliefs by the evidence, and says what is dynamic.

@@ -152,7 +152,6 @@ void measure_places(const MotionContext& context) {
   measured.ideal.clear();
   measured.depths.clear();
   measured.motions.assign(features.size(), {});
-  measured.is_beside_object.assign(features.size(), 0);
   for (std::size_t i = 0; i < features.size(); ++i) {
     const cv::Point pixel = features.pixel(i);
     measured.ideal.push_back(context.camera.ideal(features[i]));
@@ -193,8 +192,8 @@ void measure_motions(const MotionContext& context) {
     // A track that leaves a place where the image shows the feature may end on another thing.
     const bool has_failed = !is_at_static_place && appearance == Appearance::still;
     if (!has_failed) measure_approach(context, i, motion);
-    const bool has_come = appearance == Appearance::absent && !measured.is_beside_object[i] &&
-                          was_in_view(context, i);
+    const bool has_come =
+        appearance == Appearance::absent && !motion.is_beside_object && was_in_view(context, i);
     if (appearance == Appearance::moved || motion.approach_m != 0 || has_come) {
       motion.evidence = MotionEvidence::seed;
     } else if (appearance == Appearance::still) {

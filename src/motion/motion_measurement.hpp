@@ -38,10 +38,9 @@ struct MotionBaseline {
 /// Everything measured in a frame. In the workspace, so that its memory is used again.
 struct MotionMeasurement {
   std::array<MotionBaseline, motion_baselines> baselines;
-  std::vector<cv::Point2d> ideal;              ///< ideal pixel of each feature
-  std::vector<DepthInterval> depths;           ///< of each feature
-  std::vector<Suspicion> suspicions;           ///< of each feature
-  std::vector<std::uint8_t> is_beside_object;  ///< within MotionJudgeOptions::absent_distance_px
+  std::vector<cv::Point2d> ideal;     ///< ideal pixel of each feature
+  std::vector<DepthInterval> depths;  ///< of each feature
+  std::vector<Suspicion> suspicions;  ///< of each feature
   std::vector<FeatureMotion> motions;
   std::vector<double> beliefs;
   std::vector<std::uint8_t> is_believed;  ///< believed to move before this frame says anything
@@ -101,8 +100,7 @@ inline std::size_t count_found(const std::vector<FeatureTrack>& tracks) {
       tracks.begin(), tracks.end(), [](const FeatureTrack& track) { return track.is_found; }));
 }
 
-/// Measures depth and ideal pixel of each feature. Begins their motions, with the depth alone, and
-/// puts none beside an object.
+/// Measures depth and ideal pixel of each feature. Begins their motions anew, with the depth alone.
 void measure_places(const MotionContext& context);
 
 /// Estimates the camera's motion over a baseline.

@@ -29,31 +29,40 @@ struct Neighbour {
   std::uint32_t index;
 };
 
-void check(const MotionVotesOptions& options) {
-  const bool is_good = options.radius_px >= 1 && options.radius_px <= 1000 &&
-                       options.neighbours >= 1 && options.neighbours <= max_neighbours &&
-                       options.min_spacing_px >= 0 && options.min_spacing_px <= 1000 &&
-                       options.min_share >= 0 && options.min_share <= 1 &&
-                       options.max_difference >= 0 && options.max_difference_px >= 0 &&
-                       options.max_depth_difference_m >= 0 && options.join_radius_px >= 1 &&
-                       options.join_radius_px <= 1000 && options.min_joined >= 1 &&
-                       options.min_joined <= max_neighbours && options.crowd_radius_px >= 1 &&
-                       options.crowd_radius_px <= 1000 && options.crowd_neighbours >= 1 &&
-                       options.crowd_neighbours <= max_neighbours && options.min_crowd_share >= 0 &&
-                       options.min_crowd_share <= 1;
+void require(bool is_good, const char* name, double value, const char* want) {
   if (is_good) return;
-  detail::throw_misuse(
-      "support_seeds",
-      detail::concatenate(
-          "radius_px = ", options.radius_px, ", neighbours = ", options.neighbours,
-          ", min_spacing_px = ", options.min_spacing_px, ", min_share = ", options.min_share,
-          ", max_difference = ", options.max_difference, ", max_difference_px = ",
-          options.max_difference_px, ", max_depth_difference_m = ", options.max_depth_difference_m,
-          ", join_radius_px = ", options.join_radius_px, ", min_joined = ", options.min_joined,
-          ", crowd_radius_px = ", options.crowd_radius_px, ", crowd_neighbours = ",
-          options.crowd_neighbours, ", min_crowd_share = ", options.min_crowd_share),
-      "radii of 1 to 1000, 1 to 30 neighbours and seeds to join, a spacing of 0 to 1000, shares "
-      "from 0 to 1, no negative difference");
+  detail::throw_misuse("support_seeds", detail::concatenate(name, " = ", value), want);
+}
+
+void check(const MotionVotesOptions& options) {
+  const auto radius = [](const char* name, int value_px) {
+    require(value_px >= 1 && value_px <= 1000, name, value_px, "1 to 1000");
+  };
+  const auto count = [](const char* name, std::size_t value) {
+    require(value >= 1 && value <= max_neighbours, name, static_cast<double>(value), "1 to 30");
+  };
+  const auto share = [](const char* name, double value) {
+    require(value >= 0 && value <= 1, name, value, "a share from 0 to 1");
+  };
+  const auto not_negative = [](const char* name, double value) {
+    require(value >= 0, name, value, "a number of at least 0");
+  };
+  radius("radius_px", options.radius_px);
+  count("neighbours", options.neighbours);
+  require(options.min_spacing_px >= 0 && options.min_spacing_px <= 1000, "min_spacing_px",
+          options.min_spacing_px, "0 to 1000");
+  share("min_share", options.min_share);
+  not_negative("max_difference", options.max_difference);
+  not_negative("max_difference_px", options.max_difference_px);
+  not_negative("max_depth_difference_m", options.max_depth_difference_m);
+  radius("join_radius_px", options.join_radius_px);
+  count("min_joined", options.min_joined);
+  radius("far_join_radius_px", options.far_join_radius_px);
+  count("min_far_joined", options.min_far_joined);
+  not_negative("max_far_difference", options.max_far_difference);
+  radius("crowd_radius_px", options.crowd_radius_px);
+  count("crowd_neighbours", options.crowd_neighbours);
+  share("min_crowd_share", options.min_crowd_share);
 }
 
 /// The nearest few of the neighbours offered, the nearest first.
@@ -91,13 +100,17 @@ class Nearest {
   std::size_t limit_, count_ = 0;
 };
 
-bool moves_alike(const FeatureMotion& a, const FeatureMotion& b,
-                 const MotionVotesOptions& options) {
+/// Largest difference of the shifts of features that move alike: a share of the shift, and pixels.
+struct Difference {
+  double share, px;
+};
+
+bool moves_alike(const FeatureMotion& a, const FeatureMotion& b, const Difference& largest) {
   const bool move_along_view = a.approach_m != 0 && b.approach_m != 0;
   if (move_along_view) return (a.approach_m > 0) == (b.approach_m > 0);
   if (!b.is_tracked[a.baseline]) return false;
   const cv::Vec2f& shift = a.shift_px[a.baseline];
-  const double limit = options.max_difference * cv::norm(shift) + options.max_difference_px;
+  const double limit = largest.share * cv::norm(shift) + largest.px;
   return cv::norm(shift - b.shift_px[a.baseline]) <= limit;
 }
 
@@ -150,26 +163,41 @@ bool finds_support(std::uint32_t seed, FrameFeatures& features, const MotionVote
       seed, options.radius_px, options.neighbours, features, options, [&](std::uint32_t i) {
         return motions[i].is_known() && !own.is_apart(motions[i], options.max_depth_difference_m);
       });
+  const Difference largest{options.max_difference, options.max_difference_px};
   const auto alike = static_cast<std::size_t>(
       std::count_if(neighbours.begin(), neighbours.end(), [&](std::uint32_t i) {
-        return is_seed(motions[i]) && moves_alike(own, motions[i], options);
+        return is_seed(motions[i]) && moves_alike(own, motions[i], largest);
       }));
   return alike >= options.min_seeds &&
          static_cast<double>(alike) >= options.min_share * static_cast<double>(neighbours.count);
 }
 
-/// Tells whether enough seeds that have support are near and move as this one does.
+/// Tells whether so many seeds that have support are near and move as this one does.
+bool finds_partners(std::uint32_t seed, int radius_px, std::size_t count, const Difference& largest,
+                    FrameFeatures& features, const MotionVotesOptions& options,
+                    const std::vector<FeatureMotion>& motions) {
+  const FeatureMotion& own = motions[seed];
+  const Voices partners =
+      voices_near(seed, radius_px, count, features, options, [&](std::uint32_t i) {
+        return motions[i].has_support &&
+               !own.is_apart(motions[i], options.max_depth_difference_m) &&
+               moves_alike(own, motions[i], largest);
+      });
+  return partners.count == count;
+}
+
+/// Tells whether a seed joins seeds that have support, near ones or more that are farther away.
 bool may_join(std::uint32_t seed, FrameFeatures& features, const MotionVotesOptions& options,
               const std::vector<FeatureMotion>& motions) {
   const FeatureMotion& own = motions[seed];
   if (!(own.depth_m > 0) || !own.is_known()) return false;
-  const Voices partners = voices_near(
-      seed, options.join_radius_px, options.min_joined, features, options, [&](std::uint32_t i) {
-        return motions[i].has_support &&
-               !own.is_apart(motions[i], options.max_depth_difference_m) &&
-               moves_alike(own, motions[i], options);
-      });
-  return partners.count == options.min_joined;
+  const auto joins = [&](int radius_px, std::size_t count, double max_difference) {
+    return finds_partners(seed, radius_px, count, {max_difference, options.max_difference_px},
+                          features, options, motions);
+  };
+  if (joins(options.join_radius_px, options.min_joined, options.max_difference)) return true;
+  return !own.is_beside_object &&
+         joins(options.far_join_radius_px, options.min_far_joined, options.max_far_difference);
 }
 
 /// Tells whether most of what is near a seed, and on the same thing, are seeds, however they move.

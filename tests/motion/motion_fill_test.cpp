@@ -130,8 +130,19 @@ TEST(MotionMeasurement, KnowsWhatIsBesideADynamicObject) {
     const MotionContext context{input, camera, options, true, memory, measured, workspace};
     measure_places(context);
     suspect_features(context, labels);
-    const std::vector<std::uint8_t> beside = {1, 1, 1, 0}, none(4, 0);
-    EXPECT_EQ(measured.is_beside_object, class_id == 0 ? beside : none);
+    const bool is_person = class_id == 0;
+    for (std::size_t i = 0; i < keypoints.size(); ++i) {
+      EXPECT_EQ(measured.motions[i].is_beside_object, is_person && i < 3) << i;
+    }
+    // A smaller distance, and nothing remains from the last frame.
+    MotionJudgeOptions near = options;
+    near.beside_object_px = 25;
+    const MotionContext nearer{input, camera, near, true, memory, measured, workspace};
+    measure_places(nearer);
+    suspect_features(nearer, labels);
+    for (std::size_t i = 0; i < keypoints.size(); ++i) {
+      EXPECT_EQ(measured.motions[i].is_beside_object, is_person && i < 2) << i;
+    }
   }
 }
 

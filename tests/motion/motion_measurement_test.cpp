@@ -288,7 +288,7 @@ TEST(MotionMeasurement, IsQuietWhereTheImageShowsTheFeatureStill) {
 MotionEvidence evidence(const View& view, bool is_beside_object = false) {
   MotionEvidence result = MotionEvidence::unknown;
   with_context(view, [&](const MotionContext& context) {
-    context.measured.is_beside_object[0] = is_beside_object ? 1 : 0;
+    context.measured.motions[0].is_beside_object = is_beside_object;
     measure_motions(context);
     result = context.measured.motions[0].evidence;
   });

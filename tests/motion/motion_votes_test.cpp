@@ -11,30 +11,17 @@
 
 #include <gtest/gtest.h>
 
+#include "motion/motion_votes_features.hpp"
 #include "support/expect_error.hpp"
 
 namespace dynfilter {
 namespace {
 
-FeatureMotion motion_of(MotionEvidence evidence, cv::Vec2f shift_px = {}) {
-  FeatureMotion motion;
-  motion.evidence = evidence;
-  motion.shift_px[0] = shift_px;
-  motion.is_tracked[0] = evidence != MotionEvidence::unknown;
-  return motion;
-}
-
-bool are_alike(const FeatureMotion& a, const FeatureMotion& b) {
+bool are_alike(const FeatureMotion& a, const FeatureMotion& b, double share = 0.3) {
   const bool both_go = a.approach_m != 0 && b.approach_m != 0;
   if (both_go) return (a.approach_m > 0) == (b.approach_m > 0);
-  const double limit = 0.3 * cv::norm(a.shift_px[0]) + 0.5;
+  const double limit = share * cv::norm(a.shift_px[0]) + 0.5;
   return cv::norm(a.shift_px[0] - b.shift_px[0]) <= limit;
-}
-
-FrameFeatures features_at(const std::vector<cv::Point2f>& points) {
-  FrameFeatures features;
-  features.read(points);
-  return features;
 }
 
 bool may_be_one_thing(const FeatureMotion& a, const FeatureMotion& b) {
@@ -86,10 +73,15 @@ bool naive_support(const std::vector<cv::Point2f>& points,
 bool naive_join(const std::vector<cv::Point2f>& points, const std::vector<FeatureMotion>& motions,
                 const std::vector<bool>& has_support, std::size_t seed) {
   const FeatureMotion& own = motions[seed];
-  const auto partners = naive_voices(points, seed, 50, 3, [&](std::size_t i) {
-    return has_support[i] && may_be_one_thing(own, motions[i]) && are_alike(own, motions[i]);
-  });
-  return own.is_known() && own.depth_m > 0 && partners.size() == 3;
+  const auto joins = [&](double radius_px, std::size_t count, double share) {
+    const auto partners = naive_voices(points, seed, radius_px, count, [&](std::size_t i) {
+      return has_support[i] && may_be_one_thing(own, motions[i]) &&
+             are_alike(own, motions[i], share);
+    });
+    return partners.size() == count;
+  };
+  const bool may_join = own.is_known() && own.depth_m > 0;
+  return may_join && (joins(50, 3, 0.3) || (!own.is_beside_object && joins(120, 5, 0.15)));
 }
 
 bool naive_crowd(const std::vector<cv::Point2f>& points, const std::vector<FeatureMotion>& motions,
@@ -145,6 +137,7 @@ TEST(MotionVotes, AreThoseOfTheNearest) {
       }
       const bool is_before = moves || random.uniform(0, 4) == 0;
       const bool has_depth = random.uniform(0, 3) > 0;
+      motions.back().is_beside_object = random.uniform(0, 4) == 0;
       motions.back().depth_m =
           has_depth ? (is_before ? 2.0F : 2.4F) + static_cast<float>(random.gaussian(0.05)) : 0;
     }
@@ -207,76 +200,6 @@ TEST(MotionVotes, AreNotThoseOfTheWallBehind) {
   }
 }
 
-/// At the edge of a thing, most neighbours may be static and at its depth, such as the floor.
-TEST(MotionVotes, AreJoinedAtTheEdgeOfAThing) {
-  std::vector<cv::Point2f> points;
-  std::vector<FeatureMotion> motions;
-  for (int i = 0; i < 100; ++i) {
-    const int x = i % 10, y = i / 10;
-    const bool moves = x < 5 || (x == 5 && y == 5);
-    points.emplace_back(cv::Point2f(cv::Point(100 + 8 * x, 100 + 8 * y)));
-    motions.push_back(moves ? motion_of(MotionEvidence::seed, {4, 0})
-                            : motion_of(MotionEvidence::quiet));
-    motions.back().depth_m = 2;
-  }
-  FrameFeatures features = features_at(points);
-  const std::size_t edge = 55;
-  const auto evidence_at_edge = [&](const FeatureMotion& motion,
-                                    const MotionVotesOptions& options) {
-    std::vector<FeatureMotion> voted = motions;
-    voted[edge] = motion;
-    support_seeds(features, options, voted);
-    EXPECT_EQ(voted[52].evidence, MotionEvidence::supported);
-    EXPECT_EQ(voted[57].evidence, MotionEvidence::quiet);
-    return voted[edge].evidence;
-  };
-  const FeatureMotion seed = motions[edge];
-  EXPECT_EQ(evidence_at_edge(seed, {}), MotionEvidence::supported);
-  MotionVotesOptions options;
-  options.min_joined = 30;
-  options.join_radius_px = 25;  // there are fewer features within it
-  EXPECT_EQ(evidence_at_edge(seed, options), MotionEvidence::seed);
-  options = {};
-  options.join_radius_px = 7;
-  EXPECT_EQ(evidence_at_edge(seed, options), MotionEvidence::seed);
-  FeatureMotion other = seed;
-  other.depth_m = 0;
-  EXPECT_EQ(evidence_at_edge(other, {}), MotionEvidence::seed);
-  other.depth_m = 3;
-  EXPECT_EQ(evidence_at_edge(other, {}), MotionEvidence::seed);
-  other = seed;
-  other.shift_px[0] = {-4, 0};
-  EXPECT_EQ(evidence_at_edge(other, {}), MotionEvidence::seed);
-}
-
-/// One corner may have features in several octaves. To join, a seed needs several corners.
-TEST(MotionVotes, AreJoinedByCornersNotByTheirFeatures) {
-  const auto is_joined = [](const std::vector<cv::Point2f>& partners) {
-    // The seed, then its partners, whose shift is between that of the seed and that of a thing.
-    std::vector<cv::Point2f> points = {{200, 200}};
-    std::vector<FeatureMotion> motions = {motion_of(MotionEvidence::seed, {4, 0})};
-    for (const cv::Point2f& partner : partners) {
-      points.push_back(partner);
-      motions.push_back(motion_of(MotionEvidence::seed, {5.5F, 0}));
-    }
-    for (int i = 0; i < 36; ++i) {
-      points.emplace_back(cv::Point2f(cv::Point(160 + 7 * (i % 6), 184 + 7 * (i / 6))));
-      motions.push_back(motion_of(MotionEvidence::seed, {7, 0}));
-    }
-    for (FeatureMotion& motion : motions) motion.depth_m = 2;
-    FrameFeatures features = features_at(points);
-    MotionVotesOptions options;
-    options.crowd_radius_px = 1;  // there is none among seeds
-    support_seeds(features, options, motions);
-    EXPECT_FALSE(motions[0].has_support);
-    for (std::size_t i = 1; i <= partners.size(); ++i) EXPECT_TRUE(motions[i].has_support) << i;
-    return motions[0].evidence == MotionEvidence::supported;
-  };
-  EXPECT_TRUE(is_joined({{206, 200}, {206, 204}, {206, 196}}));
-  EXPECT_FALSE(is_joined({{206, 200}, {206, 201}, {207, 200}}));  // one corner
-  EXPECT_FALSE(is_joined({{202, 200}, {206, 204}, {206, 196}}));  // one is of the seed's own
-}
-
 /// Persons who cross each other, and their limbs, move in many ways.
 TEST(MotionVotes, AreNotNeededAmongSeeds) {
   const auto evidence = [](std::size_t others, std::size_t quiet, float depth_m) {
@@ -302,47 +225,6 @@ TEST(MotionVotes, AreNotNeededAmongSeeds) {
   EXPECT_EQ(evidence(5, 0, 2), MotionEvidence::seed);
   EXPECT_EQ(evidence(12, 0, 0), MotionEvidence::seed);
   EXPECT_EQ(evidence(12, 0, 3), MotionEvidence::seed);
-}
-
-/// How a feature moves that was not tracked is not known: nobody moves as it does.
-TEST(MotionVotes, SupportNobodyWithoutATrack) {
-  std::vector<cv::Point2f> points = {{100, 100}};
-  std::vector<FeatureMotion> motions = {motion_of(MotionEvidence::seed)};
-  for (int i = 0; i < 24; ++i) {
-    points.emplace_back(cv::Point(80 + 8 * (i % 6), 110 + 8 * (i / 6)));
-    motions.push_back(motion_of(MotionEvidence::seed));
-    motions.back().approach_m = 0.1F;  // along the view, without a shift
-  }
-  for (FeatureMotion& motion : motions) motion.depth_m = 2;
-  FrameFeatures features = features_at(points);
-  MotionVotesOptions options;
-  options.crowd_radius_px = 1;  // there is none among seeds
-  for (const bool is_tracked : {true, false}) {
-    std::vector<FeatureMotion> voted = motions;
-    voted[0].is_tracked[0] = is_tracked;
-    support_seeds(features, options, voted);
-    EXPECT_EQ(voted[0].evidence == MotionEvidence::supported, is_tracked);
-  }
-}
-
-/// However few neighbours vote, as many seeds may be joined as are asked for.
-TEST(MotionVotes, JoinMoreSeedsThanNeighboursVote) {
-  std::vector<cv::Point2f> points;
-  for (int i = 0; i < 36; ++i) points.emplace_back(cv::Point(100 + 7 * (i % 6), 100 + 7 * (i / 6)));
-  points.emplace_back(150.0F, 118.0F);  // at their edge: most beside it are quiet
-  std::vector<FeatureMotion> motions(37, motion_of(MotionEvidence::seed, {4, 0}));
-  for (int i = 0; i < 12; ++i) {
-    points.emplace_back(cv::Point(154 + 4 * (i % 3), 112 + 4 * (i / 3)));
-    motions.push_back(motion_of(MotionEvidence::quiet));
-  }
-  for (FeatureMotion& motion : motions) motion.depth_m = 2;
-  FrameFeatures features = features_at(points);
-  MotionVotesOptions options;
-  options.neighbours = 4;
-  options.min_joined = 20;
-  support_seeds(features, options, motions);
-  EXPECT_FALSE(motions[36].has_support);
-  EXPECT_EQ(motions[36].evidence, MotionEvidence::supported);
 }
 
 /// Hosts may hand over features without a place.
@@ -381,17 +263,32 @@ TEST(MotionVotes, RefuseNonsense) {
                                                  message);
   };
   using Options = MotionVotesOptions;
-  refuses(&Options::neighbours, 31U, "neighbours = 31");
-  refuses(&Options::max_depth_difference_m, -1, "max_depth_difference_m = -1");
-  refuses(&Options::min_crowd_share, 1.1, "min_crowd_share = 1.1");
+  // The message names the option alone, not the others.
   for (const int radius_px : {0, 1001}) {
-    refuses(&Options::join_radius_px, radius_px, "join_radius_px = " + std::to_string(radius_px));
-    refuses(&Options::crowd_radius_px, radius_px, "crowd_radius_px = " + std::to_string(radius_px));
+    const std::string got = "_px = " + std::to_string(radius_px) + "; want 1 to 1000";
+    refuses(&Options::radius_px, radius_px, "got radius" + got);
+    refuses(&Options::join_radius_px, radius_px, "got join_radius" + got);
+    refuses(&Options::far_join_radius_px, radius_px, "got far_join_radius" + got);
+    refuses(&Options::crowd_radius_px, radius_px, "got crowd_radius" + got);
   }
   for (const std::size_t count : {0U, 31U}) {
-    refuses(&Options::min_joined, count, "min_joined = " + std::to_string(count));
-    refuses(&Options::crowd_neighbours, count, "crowd_neighbours = " + std::to_string(count));
+    const std::string got = " = " + std::to_string(count) + "; want 1 to 30";
+    refuses(&Options::neighbours, count, "got neighbours" + got);
+    refuses(&Options::min_joined, count, "got min_joined" + got);
+    refuses(&Options::min_far_joined, count, "got min_far_joined" + got);
+    refuses(&Options::crowd_neighbours, count, "got crowd_neighbours" + got);
   }
+  for (const double share : {-0.5, 1.5, std::nan("")}) {
+    refuses(&Options::min_share, share, "got min_share");
+    refuses(&Options::min_crowd_share, share, "got min_crowd_share");
+  }
+  for (const double negative : {-0.5, std::nan("")}) {
+    refuses(&Options::max_difference, negative, "got max_difference = ");
+    refuses(&Options::max_difference_px, negative, "got max_difference_px");
+    refuses(&Options::max_far_difference, negative, "got max_far_difference");
+    refuses(&Options::max_depth_difference_m, negative, "got max_depth_difference_m");
+  }
+  refuses(&Options::min_spacing_px, -1, "got min_spacing_px = -1");
 }
 
 }  // namespace

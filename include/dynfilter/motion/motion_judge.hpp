@@ -91,10 +91,11 @@ struct MotionJudgeOptions {
   /// Tracks fail beside what moves. A feature that shifts or was not tracked is static nevertheless
   /// if its patch differs from the static place by less than this share of its contrast.
   double max_still_patch_ratio = 0.5;
-  /// A feature that was not tracked is a seed if the depths say that a static one would have been
-  /// in view in the last frame, and the image does not show it there. But not this near to the mask
-  /// of a dynamic object, pixels: that may have hidden it.
-  double absent_distance_px = 60;
+  /// A feature this near to the mask of a dynamic object is beside it, pixels. Elsewhere, a feature
+  /// without a track is a seed if the last frame's depth says that a static one would have been in
+  /// view there, and its image does not show one. Beside an object it is not: the object may have
+  /// hidden it. Nor does it join seeds from afar there, see MotionVotesOptions.
+  double beside_object_px = 60;
   /// @{
   /// Unclear features between dynamic ones are dynamic unless the image shows them still. Those
   /// with neither a track nor a depth are not: nothing is known of them. New features between those

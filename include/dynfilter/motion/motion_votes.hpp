@@ -47,6 +47,8 @@ struct FeatureMotion {
   /// How much nearer it came than a static one, metres, see depth_residual_m; 0 if that is no more
   /// than is allowed for.
   float approach_m = 0;
+  /// Whether it is beside the mask of a dynamic object, see MotionJudgeOptions::beside_object_px.
+  bool is_beside_object = false;
 
   /// Whether the feature was tracked over any baseline.
   bool is_known() const { return is_tracked[0] || is_tracked[1] || is_tracked[2]; }
@@ -75,6 +77,13 @@ struct MotionVotesOptions {
   int join_radius_px = 50;     ///< a seed joins seeds with support within this distance; 1 to 1000
   std::size_t min_joined = 3;  ///< if there are at least so many; 1 to 30
   /// @{
+  /// It also joins more of them within a larger distance, if they move still more alike: where a
+  /// thing has little texture, its features are far apart. Radius 1 to 1000, features 1 to 30.
+  int far_join_radius_px = 120;
+  std::size_t min_far_joined = 5;
+  double max_far_difference = 0.15;  ///< in the place of max_difference
+  /// @}
+  /// @{
   /// A seed lies among seeds if they are at least this share of the nearest features within this
   /// distance that were tracked or are seeds; of so many, and half as many must be there. Radius 1
   /// to 1000, features 1 to 30, share 0 to 1.
@@ -94,10 +103,11 @@ struct MotionVotesOptions {
 /// After that, a seed without support joins if enough seeds with support are near and move as it
 /// does: at the edge of a thing, most neighbours may be static. A seed without depth does not join:
 /// it is often in the shadow beside what moves. Without a depth image, none joins. Nor does one
-/// that was not tracked: how it moves is not known. Last, a seed with depth is supported that lies
-/// among seeds, however they move: persons cross each other, and limbs swing. `features` are those
-/// of `motions`. Throws std::invalid_argument for options out of range or another number of
-/// motions. O(seeds x features within the radius).
+/// that was not tracked: how it moves is not known. Beside an object's mask, none joins from afar:
+/// tracks fail there, and the mask holds the object's own features. Last, a seed with depth is
+/// supported that lies among seeds, however they move: persons cross each other, and limbs swing.
+/// `features` are those of `motions`. Throws std::invalid_argument for options out of range or
+/// another number of motions. O(seeds x features within the radius).
 void support_seeds(FrameFeatures& features, const MotionVotesOptions& options,
                    std::vector<FeatureMotion>& motions);
 
