@@ -58,12 +58,16 @@ enum class MotionOutcome : std::uint8_t {
 /// Statistics of the motion evidence in one frame, see MotionJudge. Counts are numbers of features.
 struct MotionStatistics {
   MotionOutcome outcome = MotionOutcome::not_run;  ///< what happened
-  std::size_t tracked = 0;                         ///< features that were found in an earlier frame
-  std::size_t seeds = 0;       ///< features whose track alone says that they move
-  std::size_t supported = 0;   ///< seeds that move as others near them do
+  std::size_t tracked = 0;                         ///< features that were found in the last frame
+  std::size_t seeds = 0;       ///< features that look as if they move, by track, depth or image
+  std::size_t supported = 0;   ///< seeds that count, because others near them are seeds, too
   std::size_t given_back = 0;  ///< features given back because they do not move
-  double scale_px = 0;         ///< scale of the static features' residuals, one frame back, pixels
-  double support = 0;          ///< share of the features that agree with the camera's motion
+  /// Dynamic objects that matter and of which it is not known for sure whether they move: the
+  /// verdict is neither `still` nor has it been `moving` for some frames. An object matters if
+  /// masks and compensation took more than a twentieth of the frame's features for it.
+  std::size_t undecided_objects = 0;
+  double scale_px = 0;  ///< scale of the static features' residuals, one frame back, pixels
+  double support = 0;   ///< share of the features that agree with the camera's motion
   /// Number of baselines that were used: 0 where it abstained; else the short one, and of the long
   /// one and the one to a kept frame those that could be.
   std::size_t baselines = 0;
@@ -121,19 +125,14 @@ struct FrameStatistics {
   /// Number of features that are kept.
   std::size_t kept() const { return features - removed(); }
 
-  /// Whether motion evidence judged the frame, and tells of each object that matters whether it
-  /// moves. A map that begins earlier lacks what still persons cover: a host that can wait begins
-  /// its map in the first frame for which this holds. Some persons are never decided, as those who
-  /// are hidden for the most part, so limit the wait, to half a second. An object matters if masks
-  /// and compensation took more than a twentieth of the frame's features for it. O(instances).
+  /// Whether masks are known, motion evidence judged the frame, and it knows of each object that
+  /// matters whether it moves: MotionStatistics::undecided_objects is 0. A map that begins earlier
+  /// lacks what still persons cover: a host that can wait begins its map in the first frame for
+  /// which this holds. Some persons are never decided, as those who are hidden for the most part,
+  /// so limit the wait, to half a second. O(1).
   bool is_motion_decided() const {
-    if (motion.outcome != MotionOutcome::applied) return false;
-    for (const InstanceStatistics& instance : instances) {
-      const bool has_verdict =
-          instance.verdict == InstanceVerdict::moving || instance.verdict == InstanceVerdict::still;
-      if (!has_verdict && 20 * (instance.masked + instance.compensated) > features) return false;
-    }
-    return true;
+    return has_segmentation && motion.outcome == MotionOutcome::applied &&
+           motion.undecided_objects == 0;
   }
 };
 

@@ -31,6 +31,8 @@ InstanceMotion::InstanceMotion(const InstanceMotionOptions& options) : options_(
           "at least 1");
   require(options.max_still_frames >= options.min_still_frames, "max_still_frames",
           options.max_still_frames, "at least min_still_frames");
+  require(options.min_moving_frames >= 1, "min_moving_frames", options.min_moving_frames,
+          "at least 1");
   require(options.frames_lost >= 0, "frames_lost", options.frames_lost, "at least 0");
   require(options.min_iou >= 0 && options.min_iou <= 1, "min_iou", options.min_iou, "0 to 1");
 }
@@ -50,14 +52,14 @@ void InstanceMotion::begin_frame(const Segmentation& segmentation) {
   std::swap(known_, last_);
   known_.clear();
   for (const Instance& instance : segmentation.instances) {
-    known_.push_back({instance.class_id, instance.box, instance.track_id, -1});
+    known_.push_back({instance.class_id, instance.box, instance.track_id});
   }
   while (true) {
     double best = 0;
     Known* found = nullptr;
     Known* match = nullptr;
     for (std::size_t k = 0; k < known_.size(); ++k) {
-      if (known_[k].still_frames >= 0) continue;  // matched
+      if (known_[k].is_matched) continue;
       for (Known& earlier : last_) {
         double overlap = 0;
         if (!may_match(segmentation.instances[k], earlier, overlap) || overlap <= best) continue;
@@ -67,11 +69,12 @@ void InstanceMotion::begin_frame(const Segmentation& segmentation) {
       }
     }
     if (!found) break;
+    found->is_matched = true;
     found->still_frames = match->still_frames;
+    found->moving_frames = match->moving_frames;
     found->has_moved = match->has_moved;
     match->is_taken = true;
   }
-  for (Known& one : known_) one.still_frames = std::max(one.still_frames, 0);
 }
 
 InstanceVerdict InstanceMotion::judge(std::size_t k, const std::optional<InstanceVotes>& votes) {
@@ -82,6 +85,8 @@ InstanceVerdict InstanceMotion::judge(std::size_t k, const std::optional<Instanc
                          static_cast<double>(votes->moving) >
                              options_.min_moving_share * static_cast<double>(votes->tracked);
   known.has_moved = known.has_moved || is_moving || (votes && !votes->is_quiet);
+  known.moving_frames =
+      is_moving ? std::min(known.moving_frames + 1, options_.min_moving_frames) : 0;
   if (is_moving) {
     still_frames = 0;
     return InstanceVerdict::moving;
@@ -91,8 +96,8 @@ InstanceVerdict InstanceMotion::judge(std::size_t k, const std::optional<Instanc
   } else {
     still_frames = std::max(still_frames - options_.frames_lost, 0);
   }
-  const bool is_still = votes && still_frames >= options_.min_still_frames;
-  return is_still ? InstanceVerdict::still : InstanceVerdict::undecided;
+  known.is_still = votes && still_frames >= options_.min_still_frames;
+  return known.is_still ? InstanceVerdict::still : InstanceVerdict::undecided;
 }
 
 }  // namespace dynfilter

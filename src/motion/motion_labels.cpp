@@ -14,6 +14,9 @@
 namespace dynfilter::detail {
 namespace {
 
+// An object for which at most this share of the features was taken hardly changes a map.
+constexpr double small_object_share = 0.05;
+
 /// Returns the bounds of an instance's mask, grown by a distance.
 PixelBounds grown_bounds(const Instance& instance, double distance_px) {
   return bounds_of(cv::Rect(instance.mask_origin, instance.mask.size()),
@@ -277,11 +280,15 @@ void decide_features(const MotionContext& context) {
 void judge_instances(const MotionContext& context, FeatureLabels& labels) {
   std::vector<InstanceStatistics>& statistics = labels.statistics().instances;
   const bool is_known = context.measured.baselines[0].is_used;
+  std::size_t& undecided = labels.statistics().motion.undecided_objects;
   for (std::size_t k = 0; k < statistics.size(); ++k) {
     std::optional<InstanceVotes> votes;
     if (is_known) votes = votes_of(context, labels, k);
     const InstanceVerdict verdict = context.memory.instances->judge(k, votes);
     if (is_known) statistics[k].verdict = verdict;
+    const auto taken = static_cast<double>(statistics[k].masked + statistics[k].compensated);
+    const bool matters = taken > small_object_share * static_cast<double>(labels.size());
+    undecided += matters && !context.memory.instances->is_settled(k) ? 1 : 0;
   }
 }
 

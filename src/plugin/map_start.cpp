@@ -24,7 +24,7 @@ std::string MapStart::add(const FrameStatistics& statistics) {
   max_kept_ = std::max(max_kept_, statistics.kept());
   suggested_ = std::max(suggested_, suggested_features(statistics, wanted_));
   if (++waiting_ != patience) return {};
-  return concatenate("dynfilter: the host cannot begin a map, because none of the first ", patience,
+  return concatenate("dynfilter: the host cannot begin a map, because none of ", patience,
                      " frames kept the ", wanted_, " features that it needs (the best kept ",
                      max_kept_, "): set ORBextractor.nFeatures in ", file_, " to at least ",
                      rounded_up_to_hundreds(suggested_));

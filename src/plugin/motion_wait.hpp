@@ -35,7 +35,8 @@ class MotionWait {
     if (--frames_left_ > 0) return {};
     return concatenate("dynfilter: motion was not decided in the first ", max_frames_,
                        " frames, the most that ", setting_,
-                       " allows: the host may begin its map now, without what still persons cover");
+                       " allows: the host may begin its map in the next one, without what still "
+                       "persons cover");
   }
 
   /// Whether the last frame was one to wait for.

@@ -60,13 +60,13 @@ PluginVideo::~PluginVideo() { finish(*video_); }
 
 void PluginVideo::add(const FrameView& frame, const Segmentation& segmentation,
                       FeaturesView features, const FeatureLabels& labels,
-                      const DepthCheck& depth_check) {
+                      const FrameStatistics& judged, const DepthCheck& depth_check) {
   constexpr std::size_t frames_between_estimates = 25;
   if (frames_ % frames_between_estimates == 0) {
     const DepthOffsetEstimate estimate = depth_check.estimate();
     if (estimate.offset) health_.note_depth_offset(estimate.offset->frames_late, estimate.frames);
   }
-  health_.add(frame, features, labels.statistics());
+  health_.add(frame, features, judged);
   video_->add(frame, segmentation, features, labels, health_.report());
   ++frames_;
 }

@@ -30,9 +30,11 @@ class PluginVideo {
   /// Finishes the video. If that fails, for example on a full disk, there is no file.
   ~PluginVideo();
 
-  /// Adds a frame. `depth_check` says what is known about the depth's offset.
+  /// Adds a frame. `judged` are the filter's statistics, before the host was made to wait;
+  /// `depth_check` says what is known about the depth's offset.
   void add(const FrameView& frame, const Segmentation& segmentation, FeaturesView features,
-           const FeatureLabels& labels, const DepthCheck& depth_check);
+           const FeatureLabels& labels, const FrameStatistics& judged,
+           const DepthCheck& depth_check);
 
  private:
   std::shared_ptr<FilterVideo> video_;

@@ -93,6 +93,8 @@ void bind_statistics(py::module_& module) {
              "scale of the static features' residuals, one frame back, pixels")
       .field("support", &Motion::support,
              "share of the features that agree with the camera's motion")
+      .field("undecided_objects", &Motion::undecided_objects,
+             "dynamic objects that matter and of which it is not known whether they move")
       .field("baselines", &Motion::baselines, "baselines that were used: 0 to 3");
   using Frame = FrameStatistics;
   ValueClass<Frame>(module, "FrameStatistics",

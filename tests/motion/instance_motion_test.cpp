@@ -55,6 +55,28 @@ TEST(InstanceMotion, MovesAtOnce) {
   EXPECT_EQ(next(instances, quiet), InstanceVerdict::undecided);
 }
 
+/// A single frame may be wrong about a person who stays.
+TEST(InstanceMotion, IsSettledWhereItStaysOrKeepsMoving) {
+  InstanceMotion instances;
+  for (const bool is_settled : {false, false, true, true}) {
+    next(instances, moving);
+    EXPECT_EQ(instances.is_settled(0), is_settled);
+  }
+  next(instances, restless);
+  EXPECT_FALSE(instances.is_settled(0));
+  for (int i = 0; i < 2; ++i) next(instances, moving);
+  next(instances, std::nullopt);
+  next(instances, moving);
+  EXPECT_FALSE(instances.is_settled(0)) << "it did not move in three frames in a row";
+  instances = with_still_one();
+  EXPECT_TRUE(instances.is_settled(0));
+  next(instances, std::nullopt);
+  EXPECT_FALSE(instances.is_settled(0));
+  instances = with_still_one();
+  instances.begin_frame(at({there}));
+  EXPECT_FALSE(instances.is_settled(0)) << "it is another one";
+}
+
 TEST(InstanceMotion, HasMovedOnceItsMembersMove) {
   // Most of its members rest; the others are enough to move.
   const InstanceVotes partly{20, 20, 7, true, true};

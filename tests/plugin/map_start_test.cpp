@@ -31,7 +31,7 @@ TEST(MapStart, SaysOnceWhatToSetAfterFramesWithTooFewFeatures) {
   EXPECT_EQ(start.add(with(700, 500)), "");
   // 501 of 700 / 300 as many: 1169.
   EXPECT_EQ(start.add(with(700, 300)),
-            "dynfilter: the host cannot begin a map, because none of the first 30 frames kept the "
+            "dynfilter: the host cannot begin a map, because none of 30 frames kept the "
             "501 features that it needs (the best kept 500): set ORBextractor.nFeatures in "
             "TUM3.yaml to at least 1200");
   EXPECT_EQ(said(start, 100, with(700, 300)), "");

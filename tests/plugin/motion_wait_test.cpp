@@ -17,6 +17,7 @@ FeatureLabels labels_of(MotionOutcome outcome) {
   labels.remove(0, -1, Reason::in_mask, 1.0F);
   labels.remove(1, -1, Reason::in_mask, 1.0F);
   labels.restore(1, 0.25F);
+  labels.statistics().has_segmentation = true;
   labels.statistics().motion.outcome = outcome;
   return labels;
 }
@@ -46,8 +47,8 @@ TEST(MotionWait, EndsAfterItsFramesAndSaysSo) {
   EXPECT_EQ(kept(wait, MotionOutcome::pose_not_trusted), 0U);
   EXPECT_EQ(kept(wait, MotionOutcome::pose_not_trusted,
                  "dynfilter: motion was not decided in the first 3 frames, the most that "
-                 "wait_for_motion in TUM3.yaml allows: the host may begin its map now, without "
-                 "what still persons cover"),
+                 "wait_for_motion in TUM3.yaml allows: the host may begin its map in the next "
+                 "one, without what still persons cover"),
             0U);
   EXPECT_EQ(kept(wait, MotionOutcome::pose_not_trusted), 9U);
 }

@@ -37,6 +37,7 @@ struct InstanceMotionOptions {
   std::size_t min_moving = 3;     ///< and at least so many of them
   int min_still_frames = 4;       ///< quiet frames after which an instance is still; at least 1
   int max_still_frames = 8;       ///< further ones do not count; at least `min_still_frames`
+  int min_moving_frames = 3;      ///< frames in a row after which it moves for sure; at least 1
   int frames_lost = 3;   ///< a frame that is not quiet cancels so many quiet ones; at least 0
   double min_iou = 0.3;  ///< smallest overlap of the boxes of the same object; 0 to 1
 };
@@ -63,6 +64,14 @@ class InstanceMotion {
     return known_.at(k).is_judged && !known_.at(k).has_moved;
   }
 
+  /// Tells whether the verdict on instance k of the frame can be relied on: it is still, or it
+  /// moved in some frames in a row. A single frame may take a person who stays for one who moves.
+  /// O(1).
+  bool is_settled(std::size_t k) const {
+    const Known& known = known_.at(k);
+    return known.is_still || known.moving_frames >= options_.min_moving_frames;
+  }
+
   /// Forgets everything.
   void clear() { known_.clear(); }
 
@@ -72,7 +81,10 @@ class InstanceMotion {
     cv::Rect box;
     std::optional<int> track_id;
     int still_frames = 0;
-    bool is_taken = false;
+    int moving_frames = 0;  // in a row
+    bool is_still = false;  // by the last verdict
+    bool is_matched = false;  // to one of the last frame
+    bool is_taken = false;    // by one of the next frame
     bool has_moved = false;  // was not quiet in some frame
     bool is_judged = false;
   };

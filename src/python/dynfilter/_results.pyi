@@ -48,6 +48,7 @@ class MotionStatistics:
     given_back: Final[int]
     scale_px: Final[float]
     support: Final[float]
+    undecided_objects: Final[int]
     baselines: Final[int]
 
 class FrameStatistics:
