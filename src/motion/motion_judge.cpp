@@ -167,10 +167,13 @@ MotionOutcome judge(const MotionContext& context, const FeatureTracker& tracker,
 MotionJudge::MotionJudge(const PinholeCamera& camera, MotionState& state,
                          const MotionJudgeOptions& options)
     : camera_(camera),
-      state_(&state),
+      memory_(state.memory_),
       options_(options),
       tracker_(options.tracker),
       pose_estimator_(camera, options.pose) {
+  if (!memory_) {
+    detail::throw_misuse("MotionJudge", "a state that was moved from", "one that was not");
+  }
   check_options(options);
 }
 
@@ -185,7 +188,7 @@ void MotionJudge::check(const FilterInput& input) const {
 
 /// Takes in the frame's image and time. Tells whether there is an image that can be tracked.
 bool MotionJudge::look(const FrameView& frame) const {
-  MotionMemory& memory = *state_->memory_;
+  MotionMemory& memory = *memory_;
   memory.now.timestamp_s = frame.timestamp_s;
   if (!frame.image.empty()) tracker_.build(frame.image, memory.now.pyramid);
   return !frame.image.empty() && !memory.now.pyramid.empty();
@@ -197,7 +200,7 @@ bool MotionJudge::track(const FrameView& frame, FeaturesView features,
   const FilterInput input{frame, no_masks, features};
   validate(input, "MotionJudge::track");
   check(input);
-  MotionMemory& memory = *state_->memory_;
+  MotionMemory& memory = *memory_;
   auto& measured = workspace.get<detail::MotionMeasurement>();
   try {
     memory.is_tracked_ahead = false;
@@ -209,7 +212,7 @@ bool MotionJudge::track(const FrameView& frame, FeaturesView features,
     memory.is_tracked_ahead = true;
     return true;
   } catch (...) {
-    state_->reset();
+    memory_->reset();
     throw;
   }
 }
@@ -218,7 +221,7 @@ void MotionJudge::operator()(const FilterInput& input, FeatureLabels& labels,
                              Workspace& workspace) const {
   validate(input, labels, "MotionJudge");
   check(input);
-  MotionMemory& memory = *state_->memory_;
+  MotionMemory& memory = *memory_;
   MotionOutcome& outcome = labels.statistics().motion.outcome;
   labels.statistics().motion = {};
   if (!memory.beliefs) memory.beliefs.emplace(options_.belief);
@@ -244,7 +247,7 @@ void MotionJudge::operator()(const FilterInput& input, FeatureLabels& labels,
     }
     memory.end_frame();
   } catch (...) {
-    state_->reset();
+    memory_->reset();
     throw;
   }
 }

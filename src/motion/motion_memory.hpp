@@ -80,6 +80,12 @@ struct MotionMemory {
     for (std::vector<FeatureTrack>& tracks : host_tracks) tracks.clear();
   }
 
+  /// Forgets everything. Keeps memory.
+  void reset() {
+    forget();
+    end_frame();
+  }
+
  private:
   /// Follows the camera from the kept frames to the last one; drops them where it is lost, or if
   /// none are to be kept.

@@ -11,7 +11,7 @@
 
 namespace dynfilter {
 
-MotionState::MotionState() : memory_(std::make_unique<detail::MotionMemory>()) {}
+MotionState::MotionState() : memory_(std::make_shared<detail::MotionMemory>()) {}
 MotionState::MotionState(MotionState&&) noexcept = default;
 MotionState& MotionState::operator=(MotionState&&) noexcept = default;
 MotionState::~MotionState() = default;
@@ -30,9 +30,6 @@ void MotionState::hand_over_tracks(std::size_t baseline, std::vector<FeatureTrac
   memory_->host_tracks[baseline] = std::move(tracks);
 }
 
-void MotionState::reset() {
-  memory_->forget();
-  memory_->end_frame();
-}
+void MotionState::reset() { memory_->reset(); }
 
 }  // namespace dynfilter

@@ -126,6 +126,44 @@ TEST_F(PluginMotion, LetsTheHostWaitUntilMotionIsDecided) {
   EXPECT_LE(frames_waited, 7U);
 }
 
+/// A network may give its first masks late. Nobody knows before that people stand there. Where the
+/// wait ends without a decision, the plugin says so, once.
+TEST_F(PluginMotion, LetsTheHostWaitForTheFirstMasks) {
+  const SyntheticScene scene = standing_people();
+  std::vector<SyntheticFrame> rendered;
+  MaskFolderWriter writer(folder_.path() / "masks");
+  for (int i = 0; i < 11; ++i) {
+    rendered.push_back(scene.render(i));
+    if (i >= 3) writer.add(rendered.back().true_segmentation);
+  }
+  writer.finish();
+  const auto frames_waited = [&](int limit) {
+    Plugin plugin(settings("dynfilter.motion: 1\ndynfilter.missing_masks: \"keep\"\n" +
+                           ("dynfilter.wait_for_motion: " + std::to_string(limit)) + "\n" +
+                           camera_keys));
+    std::size_t waited = 0;
+    for (const SyntheticFrame& shot : rendered) {
+      std::vector<cv::KeyPoint> keypoints = corners_of(shot.frame.image);
+      cv::Mat no_descriptors;
+      plugin.submit(shot.frame.image, shot.frame.timestamp_s);
+      plugin.filter(shot.frame.timestamp_s, shot.frame.depth, keypoints, no_descriptors);
+      waited += keypoints.size() == 1 ? 1 : 0;
+    }
+    return waited;
+  };
+  ::testing::internal::CaptureStderr();
+  const std::size_t waited = frames_waited(15);
+  EXPECT_EQ(::testing::internal::GetCapturedStderr().find("wait_for_motion"), std::string::npos);
+  EXPECT_GE(waited, 6U);
+  EXPECT_LE(waited, 10U);
+  ::testing::internal::CaptureStderr();
+  EXPECT_EQ(frames_waited(2), 2U);
+  const std::string said = ::testing::internal::GetCapturedStderr();
+  const std::size_t at = said.find("motion was not decided in the first 2 frames");
+  ASSERT_NE(at, std::string::npos) << said;
+  EXPECT_EQ(said.find("motion was not decided", at + 1), std::string::npos) << said;
+}
+
 /// With masks of every third frame, the features that the motion filter tracks move the masks.
 TEST_F(PluginMotion, MovesMasksByItsOwnTracks) {
   const SyntheticScene scene(scene_level("medium", 12));

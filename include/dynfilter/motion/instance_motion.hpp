@@ -81,11 +81,11 @@ class InstanceMotion {
     cv::Rect box;
     std::optional<int> track_id;
     int still_frames = 0;
-    int moving_frames = 0;  // in a row
-    bool is_still = false;  // by the last verdict
+    int moving_frames = 0;    // in a row
+    bool is_still = false;    // by the last verdict
     bool is_matched = false;  // to one of the last frame
     bool is_taken = false;    // by one of the next frame
-    bool has_moved = false;  // was not quiet in some frame
+    bool has_moved = false;   // was not quiet in some frame
     bool is_judged = false;
   };
 

@@ -24,12 +24,12 @@ struct MotionFilterOptions {
 ///     const dynfilter::MotionFilter filter(camera, memory);
 ///     filter.apply(frame, masks, keypoints, labels, workspace);  // every frame, in order
 ///
-/// The filter is immutable; what it knows of earlier frames is in the state, which must outlive it.
-/// Frames need an image, and depth or MotionState::expect_motion.
+/// The filter is immutable; what it knows of earlier frames is in the state. Frames need an image,
+/// and depth or a trusted MotionState::expect_motion.
 class MotionFilter : public Pipeline<MaskCuller, Compensator, MotionJudge, FeatureFloor> {
  public:
-  /// Takes camera, state and options. Throws std::invalid_argument for values that one of the
-  /// stages refuses.
+  /// Takes camera, state and options. Throws std::invalid_argument for what one of the stages
+  /// refuses.
   MotionFilter(const PinholeCamera& camera, MotionState& state,
                const MotionFilterOptions& options = {})
       : Pipeline(MaskCuller(options.filter.mask_culler), Compensator(options.filter.compensator),

@@ -7,6 +7,7 @@
 #include "dynfilter/detail/require_cxx17.hpp"
 
 #include <cstddef>
+#include <memory>
 #include <vector>
 
 #include "dynfilter/filter_input.hpp"
@@ -166,12 +167,12 @@ struct MotionJudgeOptions {
 /// more. An instance with few features is never given back.
 ///
 /// The image must be CV_8UC1 or CV_8UC3 (or CV_8UC4). Uses `frame.depth` where it exists; without
-/// depth it needs MotionState::expect_motion. The camera must be that of the features' pixels.
-/// Lengths of the options are pixels of the image, at any width.
+/// depth it needs a trusted prior in each frame, see MotionState::expect_motion. The camera must be
+/// that of the features' pixels. Lengths of the options are pixels of the image, at any width.
 class MotionJudge {
  public:
-  /// Takes the camera, the state, which must outlive the stage and is its own, and options. Throws
-  /// std::invalid_argument for values out of range.
+  /// Takes the camera, the state, which is the stage's own, and options. Throws
+  /// std::invalid_argument for values out of range, and for a state that was moved from.
   MotionJudge(const PinholeCamera& camera, MotionState& state,
               const MotionJudgeOptions& options = {});
 
@@ -196,7 +197,7 @@ class MotionJudge {
   bool look(const FrameView& frame) const;
 
   PinholeCamera camera_;
-  MotionState* state_;
+  std::shared_ptr<detail::MotionMemory> memory_;  // the state's
   MotionJudgeOptions options_;
   FeatureTracker tracker_;
   RelativePoseEstimator pose_estimator_;

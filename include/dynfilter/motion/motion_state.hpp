@@ -22,7 +22,9 @@ struct MotionMemory;
 
 /// Memory of MotionJudge: what it knows of one camera's earlier frames. It is yours, so that
 /// filters stay immutable: one state for each camera and each judge, and not for two threads at
-/// once. Two states share nothing; equal frames in equal order lead to equal states.
+/// once. Two states share nothing; equal frames in equal order lead to equal states. A judge shares
+/// what its state holds, so the two may be moved, together or alone, and either may die first. To
+/// let a judge forget, call `reset`: assigning another state to this one leaves the judge as it is.
 ///
 /// Memory: four grey images with their pyramids (1.2 MB each at 640x480, with derivatives 7 MB),
 /// four depth images as the host's are (0.6 or 1.2 MB each), and the features of the last frame.
@@ -54,7 +56,7 @@ class MotionState {
 
  private:
   friend class MotionJudge;
-  std::unique_ptr<detail::MotionMemory> memory_;
+  std::shared_ptr<detail::MotionMemory> memory_;
 };
 
 }  // namespace dynfilter

@@ -1,0 +1,64 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// Tests of when a host should begin its map: FrameStatistics::is_motion_decided on rendered frames.
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "dynfilter/motion/motion_filter.hpp"
+#include "support/motion_rig.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+/// Returns the index of the first frame in which motion is decided; none if it never is. The masks
+/// begin at a frame.
+std::optional<std::size_t> first_decided(double speed_m_s, std::size_t first_masks,
+                                         const FeatureFloorOptions& floor = {}) {
+  MotionState state;
+  MotionFilterOptions options;
+  options.filter.feature_floor = floor;
+  const MotionFilter filter(camera(), state, options);
+  Workspace workspace;
+  FeatureLabels labels;
+  for (std::size_t i = 0; i < frames; ++i) {
+    const Shot& shot = shots(speed_m_s)[i];
+    std::optional<Segmentation> masks;
+    if (i >= first_masks) masks = shot.rendered.true_segmentation;
+    filter.apply(shot.rendered.frame, masks, shot.keypoints, labels, workspace);
+    if (labels.statistics().is_motion_decided()) return i;
+  }
+  return {};
+}
+
+TEST(MotionDecided, WherePeopleAreStillOrMoveInSomeFrames) {
+  const auto still = first_decided(0, 0), walking = first_decided(0.5, 0);
+  ASSERT_TRUE(still && walking);
+  EXPECT_GE(*still, static_cast<std::size_t>(InstanceMotionOptions().min_still_frames));
+  EXPECT_LE(*still, 8U);
+  EXPECT_GE(*walking, static_cast<std::size_t>(InstanceMotionOptions().min_moving_frames));
+  EXPECT_LE(*walking, 5U);
+}
+
+/// Before the first masks, nobody knows that people stand there.
+TEST(MotionDecided, NeverBeforeTheFirstMasks) {
+  EXPECT_EQ(first_decided(0, frames), std::nullopt);
+  const auto late = first_decided(0, 4);
+  ASSERT_TRUE(late);
+  EXPECT_GE(*late, 4U + static_cast<std::size_t>(InstanceMotionOptions().min_still_frames) - 1);
+}
+
+/// The floor gives features of people back of whom nothing is known.
+TEST(MotionDecided, DoesNotDependOnTheFloor) {
+  FeatureFloorOptions floor;
+  floor.floor = 790;
+  floor.policy = FloorPolicy::restore_best_scored;
+  EXPECT_EQ(first_decided(0, 0, floor), first_decided(0, 0));
+}
+
+}  // namespace
+}  // namespace dynfilter::testing
