@@ -7,7 +7,7 @@
 //
 //     moving_or_still SEQUENCE [DEPTH_OFFSET_S]
 //
-// Prints what was removed and given back in all.
+// Prints what was removed and given back in all, and with which frame a map should begin.
 
 #include <cstddef>
 #include <cstdio>
@@ -39,6 +39,7 @@ int run(const char* folder, std::optional<double> depth_offset_s) {
   dynfilter::Workspace workspace;
   const cv::Ptr<cv::ORB> orb = cv::ORB::create(1000);
   std::size_t kept = 0, moving = 0, given_back = 0, judged = 0;
+  std::optional<std::size_t> map_begin;  // frame
   for (std::size_t i = 0; i < sequence.size(); ++i) {
     const dynfilter::FrameView frame = sequence.read(i);
     std::vector<cv::KeyPoint> keypoints;
@@ -53,11 +54,15 @@ int run(const char* folder, std::optional<double> depth_offset_s) {
     moving += labels.statistics().moving;
     given_back += motion.given_back;
     judged += motion.outcome == dynfilter::MotionOutcome::applied ? 1 : 0;
+    // A host without a map waits here, for 15 frames at most: until motion is decided, the features
+    // of people who stand still are missing. Nothing decides it without masks.
+    const bool may_begin = labels.statistics().is_motion_decided() || !people || i == 15;
+    if (!map_begin && may_begin) map_begin = i;
   }
   std::printf(
       "%zu frames, motion judged in %zu: %zu features kept, %zu removed because they move, "
-      "%zu given back because they are still\n",
-      sequence.size(), judged, kept, moving, given_back);
+      "%zu given back because they are still; a map should begin with frame %zu\n",
+      sequence.size(), judged, kept, moving, given_back, map_begin.value_or(sequence.size()));
   return 0;
 }
 

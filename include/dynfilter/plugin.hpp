@@ -35,7 +35,7 @@ struct PluginCounters {
   std::size_t without_masks = 0;    ///< calls of filter() while no masks were known
   /// Masks that could not be obtained while missing_masks is "keep".
   std::size_t mask_failures = 0;
-  std::size_t starved = 0;  ///< frames left with fewer features than the floor
+  std::size_t starved = 0;  ///< frames that the filter left with fewer features than the floor
   /// Frames whose depth was compared with their image, in a thread of the plugin's own; see the
   /// setting depth_check_frames.
   std::size_t depth_checked = 0;

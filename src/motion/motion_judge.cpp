@@ -63,7 +63,7 @@ void check_options(const MotionJudgeOptions& options) {
   share("min_fill_share", options.min_fill_share);
   not_negative("max_thing_depth_m", options.max_thing_depth_m);
   not_negative("stale_age_s", options.stale_age_s);
-  not_negative("max_fill_ratio", options.max_fill_ratio);
+  not_negative("max_clear_ratio", options.max_clear_ratio);
   not_negative("max_still_px", options.max_still_px);
   not_negative("max_still_scales", options.max_still_scales);
   not_negative("max_still_speed_m_s", options.max_still_speed_m_s);
@@ -105,61 +105,84 @@ void start(const MotionContext& context) {
   memory.push(context.input.frame);
 }
 
-/// Judges a frame that follows another, and remembers it.
-MotionOutcome judge(const MotionContext& context, const FeatureTracker& tracker,
-                    const RelativePoseEstimator& estimator, FeatureLabels& labels) {
-  MotionMemory& memory = context.memory;
-  auto& baselines = context.measured.baselines;
-  const FeaturesView features = context.input.features;
-  MotionStatistics& statistics = labels.statistics().motion;
+/// Tells whether a baseline has enough tracks of features with depth to measure the pose by them.
+bool has_enough_tracks(const MotionContext& context, std::size_t baseline) {
+  return context.measured.baselines[baseline].pose.observations >=
+         context.options.pose.min_observations;
+}
 
-  track_back(context, tracker, 0);
-  statistics.tracked = detail::count_found(baselines[0].tracks);
-  const double tracked = static_cast<double>(statistics.tracked);
-  if (tracked < context.options.min_tracked_share * static_cast<double>(features.size())) {
-    start(context);
-    return MotionOutcome::started;  // a cut
-  }
-  memory.instances->begin_frame(context.input.segmentation);
-  measure_places(context);
-  suspect_features(context, labels);
+/// Measures the camera's motion over the short baseline, whose tracks are known, and over the
+/// others where that one is trusted.
+void measure_camera(const MotionContext& context, const FeatureTracker& tracker,
+                    const RelativePoseEstimator& estimator, MotionStatistics& statistics) {
+  const MotionMemory& memory = context.memory;
+  auto& baselines = context.measured.baselines;
   estimate_pose(context, estimator, 0);
   statistics.scale_px = baselines[0].pose.scale_px;
   statistics.support = baselines[0].pose.support;
-  const bool is_trusted = baselines[0].is_used;
-  baselines[1].is_used = false;
-  const auto measure_over = [&](std::size_t baseline) {
+  const auto measure_over = [&](std::size_t baseline, bool is_possible) {
+    baselines[baseline].is_used = false;
+    if (!baselines[0].is_used || !is_possible) return;
     track_back(context, tracker, baseline);
     estimate_pose(context, estimator, baseline);
   };
-  baselines[detail::kept_baseline].is_used = false;
-  if (is_trusted && memory.known == detail::past_frames) measure_over(1);
+  measure_over(1, memory.known == detail::past_frames);
   // A host's motions, one after the other, would be too coarse where no tracks tell the pose.
-  const bool is_measured = baselines[0].pose.observations >= context.options.pose.min_observations;
   const bool has_kept = context.options.uses_kept_frames && memory.kept[0].frames_back > 0;
-  if (is_trusted && is_measured && has_kept) measure_over(detail::kept_baseline);
+  measure_over(detail::kept_baseline, has_kept && has_enough_tracks(context, 0));
   for (const detail::MotionBaseline& baseline : baselines) {
     statistics.baselines += baseline.is_used ? 1 : 0;
   }
+}
+
+/// Says which features move by what was measured.
+void judge_features(const MotionContext& context, MotionStatistics& statistics) {
   measure_motions(context);
-  support_seeds(frame_features(features, context.workspace), context.options.votes,
+  support_seeds(frame_features(context.input.features, context.workspace), context.options.votes,
                 context.measured.motions);
-  decide_features(context);
-  judge_instances(context, labels);
   for (const FeatureMotion& motion : context.measured.motions) {
     const bool is_supported = motion.evidence == MotionEvidence::supported;
     statistics.supported += is_supported ? 1 : 0;
     statistics.seeds += is_supported || motion.evidence == MotionEvidence::seed ? 1 : 0;
   }
-  if (is_trusted) write_labels(context, labels);
+  decide_features(context);
+}
 
-  memory.beliefs->remember(features, context.measured.beliefs);
+/// Remembers a frame, with the camera's motion if that is trusted.
+void remember(const MotionContext& context) {
+  MotionMemory& memory = context.memory;
+  const detail::MotionBaseline& over = context.measured.baselines[0];
+  memory.beliefs->remember(context.input.features, context.measured.beliefs);
   memory.now.motion.reset();
-  if (is_trusted) memory.now.motion = baselines[0].pose.pose;
+  if (over.is_used) memory.now.motion = over.pose.pose;
   memory.push(context.input.frame, context.options.uses_kept_frames);
-  if (is_trusted) return MotionOutcome::applied;
-  const bool has_enough = baselines[0].pose.observations >= context.options.pose.min_observations;
-  return has_enough ? MotionOutcome::pose_not_trusted : MotionOutcome::too_few_tracks;
+}
+
+/// Judges a frame that follows another, and remembers it.
+MotionOutcome judge(const MotionContext& context, const FeatureTracker& tracker,
+                    const RelativePoseEstimator& estimator, FeatureLabels& labels) {
+  const auto& baselines = context.measured.baselines;
+  MotionStatistics& statistics = labels.statistics().motion;
+
+  track_back(context, tracker, 0);
+  statistics.tracked = detail::count_found(baselines[0].tracks);
+  const bool is_cut = static_cast<double>(statistics.tracked) <
+                      context.options.min_tracked_share * static_cast<double>(labels.size());
+  if (is_cut) {
+    start(context);
+    return MotionOutcome::started;
+  }
+  context.memory.instances->begin_frame(context.input.segmentation);
+  measure_places(context);
+  suspect_features(context, labels);
+  measure_camera(context, tracker, estimator, statistics);
+  judge_features(context, statistics);
+  judge_instances(context, labels);
+  if (baselines[0].is_used) write_labels(context, labels);
+  remember(context);
+  if (baselines[0].is_used) return MotionOutcome::applied;
+  return has_enough_tracks(context, 0) ? MotionOutcome::pose_not_trusted
+                                       : MotionOutcome::too_few_tracks;
 }
 
 }  // namespace

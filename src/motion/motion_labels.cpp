@@ -16,6 +16,8 @@ namespace {
 
 // An object for which at most this share of the features was taken hardly changes a map.
 constexpr double small_object_share = 0.05;
+// Score of a feature that goes with an object beside it: more likely dynamic than not.
+constexpr float fringe_score = 0.6F;
 
 /// Returns the bounds of an instance's mask, grown by a distance.
 PixelBounds grown_bounds(const Instance& instance, double distance_px) {
@@ -146,7 +148,7 @@ void fill(const MotionContext& context) {
   const auto counts = [](std::size_t /*feature*/) { return true; };
   for (std::size_t i = 0; i < measured.motions.size(); ++i) {
     const FeatureMotion& motion = measured.motions[i];
-    const bool is_clear = motion.is_known() && motion.ratio < context.options.max_fill_ratio;
+    const bool is_clear = motion.is_known() && motion.ratio < context.options.max_clear_ratio;
     const bool is_nothing_known = !motion.is_known() && !(motion.depth_m > 0);
     if (measured.was_dynamic[i] || is_clear || is_nothing_known) continue;
     if (!is_surrounded(context, features, i, measured.was_dynamic, counts)) continue;
@@ -213,7 +215,7 @@ void clean_fringe(const MotionContext& context, std::size_t k, FeatureLabels& la
     const bool is_followed = motion.is_tracked[0] || motion.is_tracked[1];
     const bool is_suspicious = is_followed ? shifts_in_fringe(context, motion) : is_near;
     if (!is_suspicious || looks_static(context, i)) return;
-    labels.remove(i, static_cast<std::int32_t>(k), Reason::moving, 0.6F);
+    labels.remove(i, static_cast<std::int32_t>(k), Reason::moving, fringe_score);
   });
 }
 
@@ -236,9 +238,30 @@ bool is_surely_static(const MotionContext& context, std::size_t feature) {
   const bool moves = context.measured.is_dynamic[feature] || motion.approach_m != 0;
   if (!is_at_one_depth || moves) return false;
   const bool is_clear =
-      motion.is_tracked[0] && motion.is_tracked[1] && motion.ratio < options.max_fill_ratio;
+      motion.is_tracked[0] && motion.is_tracked[1] && motion.ratio < options.max_clear_ratio;
   return is_clear || appearance_of(context, feature, 0) == Appearance::still;
 }
+
+/// Tells whether a feature that was removed for an instance comes back. `is_reliable`: whether the
+/// pose can be relied on beside a single instance.
+bool comes_back(const MotionContext& context, std::size_t feature, const FeatureLabel& label,
+                InstanceVerdict verdict, bool is_reliable) {
+  const MotionMeasurement& measured = context.measured;
+  const FeatureMotion& motion = measured.motions[feature];
+  const bool is_quiet =
+      motion.is_known() ? motion.ratio < 1 : motion.evidence == MotionEvidence::quiet;
+  const bool is_still = is_quiet && !measured.is_dynamic[feature];
+  if (is_still && verdict == InstanceVerdict::still) return true;
+  if (label.reason != Reason::compensated || !is_reliable) return false;
+  // Compensation follows what moves: beside what never did, it has nothing to mend.
+  const auto k = static_cast<std::size_t>(label.instance);
+  if (is_still && context.memory.instances->has_never_moved(k)) return true;
+  return verdict == InstanceVerdict::moving && is_surely_static(context, feature);
+}
+
+/// Returns the score of a feature for the strength of what is believed of it: -1, surely static, to
+/// 1, surely moving.
+float score_of(double strength) { return static_cast<float>(0.5 + 0.5 * strength); }
 
 }  // namespace
 
@@ -298,29 +321,17 @@ void write_labels(const MotionContext& context, FeatureLabels& labels) {
   const bool is_reliable = is_most_kept(context, labels);
   measured.is_given_back.assign(labels.size(), 0);
   for (std::size_t i = 0; i < labels.size(); ++i) {
-    const FeatureLabel& label = labels[i];
-    const auto strength = static_cast<float>(std::clamp(measured.beliefs[i] / 3, -1.0, 1.0));
+    const FeatureLabel label = labels[i];
+    const double strength = std::clamp(measured.beliefs[i] / context.options.belief.limit, -1., 1.);
     if (label.removed && label.instance >= 0) {
-      const auto k = static_cast<std::size_t>(label.instance);
-      InstanceStatistics& instance = statistics.instances[k];
-      const FeatureMotion& motion = measured.motions[i];
-      const bool is_quiet =
-          motion.is_known() ? motion.ratio < 1 : motion.evidence == MotionEvidence::quiet;
-      const bool is_still = is_quiet && !measured.is_dynamic[i];
-      const bool is_of_still_one = instance.verdict == InstanceVerdict::still && is_still;
-      const bool is_compensated = label.reason == Reason::compensated;
-      const bool is_background = instance.verdict == InstanceVerdict::moving && is_compensated &&
-                                 is_reliable && is_surely_static(context, i);
-      // Compensation follows what moves: beside what never did, it has nothing to mend.
-      const bool is_needless =
-          is_compensated && is_still && is_reliable && context.memory.instances->has_never_moved(k);
-      if (!is_of_still_one && !is_background && !is_needless) continue;
-      labels.restore(i, 0.5F + 0.5F * std::min(strength, 0.0F));
+      InstanceStatistics& instance = statistics.instances[static_cast<std::size_t>(label.instance)];
+      if (!comes_back(context, i, label, instance.verdict, is_reliable)) continue;
+      labels.restore(i, score_of(std::min(strength, 0.0)));
       measured.is_given_back[i] = 1;
       ++instance.given_back;
       ++statistics.motion.given_back;
     } else if (!label.removed && measured.is_dynamic[i]) {
-      labels.remove(i, -1, Reason::moving, 0.5F + 0.5F * std::max(strength, 0.0F));
+      labels.remove(i, -1, Reason::moving, score_of(std::max(strength, 0.0)));
     }
   }
   measured.values.reserve(labels.size());

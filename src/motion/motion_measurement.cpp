@@ -101,12 +101,81 @@ void measure_approach(const MotionContext& context, std::size_t feature, Feature
 bool was_in_view(const MotionContext& context, std::size_t feature) {
   const MotionMeasurement& measured = context.measured;
   const double depth_m = double{measured.motions[feature].depth_m};
-  if (!measured.baselines[0].is_used || !(depth_m > 0)) return false;
+  if (!(depth_m > 0)) return false;
   const auto place = static_place(context, feature, 0, depth_m);
   if (!place) return false;
   const auto depth_then_m = context.memory.past[0].frame.depth_m(nearest_pixel(*place));
   const cv::Point3d now_m = context.camera.point(measured.ideal[feature], depth_m);
   return depth_then_m && *depth_then_m > (measured.baselines[0].pose.pose * now_m).z - same_depth_m;
+}
+
+/// Measures a feature's shifts over the baselines that are used, and which of them is largest over
+/// what is allowed for.
+void measure_shifts(const MotionContext& context, std::size_t feature, FeatureMotion& motion) {
+  const MotionMeasurement& measured = context.measured;
+  const MotionJudgeOptions& options = context.options;
+  for (std::size_t b = 0; b < motion_baselines; ++b) {
+    const MotionBaseline& over = measured.baselines[b];
+    if (!over.is_used || !over.tracks[feature].is_found) continue;
+    const cv::Point2d then = context.camera.ideal(over.tracks[feature].position);
+    const auto residual = motion_residual(context.camera, over.pose.pose, measured.ideal[feature],
+                                          then, measured.depths[feature]);
+    if (!residual) continue;
+    const cv::Point2d shift = then - residual->static_place;
+    motion.is_tracked[b] = true;
+    motion.shift_px[b] = {static_cast<float>(shift.x), static_cast<float>(shift.y)};
+    const double allowed_px = std::max(
+        {options.min_shift_px, options.min_shift_scales * over.pose.scale_px,
+         context.shift_px(options.min_speed_m_s, over.duration_s, measured.depths[feature])});
+    const auto ratio = static_cast<float>(residual->distance_px / allowed_px);
+    // What shifts over a shorter baseline needs no kept frame, where a track fails more easily.
+    const bool is_shown_already = b == kept_baseline && motion.ratio > 1;
+    if (ratio < motion.ratio || is_shown_already) continue;
+    motion.ratio = ratio;
+    motion.baseline = b;
+  }
+}
+
+/// Says what the image shows of a feature that was not tracked.
+Appearance appearance_without_track(const MotionContext& context, std::size_t feature,
+                                    std::size_t baseline, std::optional<double> depth_m,
+                                    const std::optional<SurfacePatch>& patch) {
+  const auto place = static_place(context, feature, baseline, depth_m.value_or(far_m));
+  if (!place || !patch) return Appearance::unclear;
+  const auto still = patch->difference(context.pyramid_then(baseline).grey(), *place);
+  if (!still) return Appearance::unclear;
+  const bool is_still = *still < context.options.max_still_patch_ratio * patch->contrast();
+  if (is_still) return Appearance::still;
+  return depth_m ? Appearance::absent : Appearance::unclear;
+}
+
+/// Says what the image shows of a feature that was tracked: whether its patch fits the tracked
+/// place, or the static one. There are two static places: that of the surface's depth, and that of
+/// the feature's interval of depths which is nearest to the track.
+Appearance appearance_of_track(const MotionContext& context, std::size_t feature,
+                               std::size_t baseline, std::optional<double> depth_m,
+                               const std::optional<SurfacePatch>& patch) {
+  const MotionJudgeOptions& options = context.options;
+  const cv::Mat1b& then = context.pyramid_then(baseline).grey();
+  const auto nearest = nearest_static_place(context, feature, baseline);
+  const auto place = depth_m ? static_place(context, feature, baseline, *depth_m) : nearest;
+  if (!nearest || !place) return Appearance::unclear;
+  std::optional<double> still, at_nearest, tracked;
+  if (patch) {
+    still = patch->difference(then, *place);
+    at_nearest = patch->difference(then, *nearest);
+    tracked =
+        patch->difference(then, context.measured.baselines[baseline].tracks[feature].position);
+  }
+  const bool is_at_border = !still || !at_nearest || !tracked;
+  if (is_at_border) return Appearance::moved;
+  const double contrast = patch->contrast();
+  const double best = std::min(*still, *at_nearest);
+  const bool is_moved = best - *tracked > options.min_patch_gain * contrast &&
+                        *tracked < options.max_patch_ratio * best;
+  if (is_moved) return Appearance::moved;
+  if (*still >= options.max_still_patch_ratio * contrast) return Appearance::unclear;
+  return *tracked < *still ? Appearance::fits : Appearance::still;
 }
 
 }  // namespace
@@ -163,81 +232,39 @@ void measure_places(const MotionContext& context) {
 
 void measure_motions(const MotionContext& context) {
   MotionMeasurement& measured = context.measured;
-  const MotionJudgeOptions& options = context.options;
   for (std::size_t i = 0; i < measured.motions.size(); ++i) {
     FeatureMotion& motion = measured.motions[i];
-    for (std::size_t b = 0; b < motion_baselines; ++b) {
-      const MotionBaseline& baseline = measured.baselines[b];
-      if (!baseline.is_used || !baseline.tracks[i].is_found) continue;
-      const cv::Point2d then = context.camera.ideal(baseline.tracks[i].position);
-      const auto residual = motion_residual(context.camera, baseline.pose.pose, measured.ideal[i],
-                                            then, measured.depths[i]);
-      if (!residual) continue;
-      const cv::Point2d shift = then - residual->static_place;
-      motion.is_tracked[b] = true;
-      motion.shift_px[b] = {static_cast<float>(shift.x), static_cast<float>(shift.y)};
-      const double allowed_px = std::max(
-          {options.min_shift_px, options.min_shift_scales * baseline.pose.scale_px,
-           context.shift_px(options.min_speed_m_s, baseline.duration_s, measured.depths[i])});
-      const auto ratio = static_cast<float>(residual->distance_px / allowed_px);
-      // What shifts over a shorter baseline needs no kept frame, where a track fails more easily.
-      const bool is_needless = b == kept_baseline && motion.ratio > 1;
-      if (ratio < motion.ratio || is_needless) continue;
-      motion.ratio = ratio;
-      motion.baseline = b;
-    }
+    measure_shifts(context, i, motion);
     const bool is_at_static_place = motion.is_known() && motion.ratio <= 1;
-    Appearance appearance = Appearance::still;
-    if (!is_at_static_place) appearance = appearance_of(context, i, motion.baseline);
-    // A track that leaves a place where the image shows the feature may end on another thing.
-    const bool has_failed = !is_at_static_place && appearance == Appearance::still;
-    if (!has_failed) measure_approach(context, i, motion);
+    if (is_at_static_place) {
+      measure_approach(context, i, motion);
+      motion.evidence = motion.approach_m == 0 ? MotionEvidence::quiet : MotionEvidence::seed;
+      continue;
+    }
+    const Appearance appearance = appearance_of(context, i, motion.baseline);
+    if (appearance == Appearance::still) {
+      // Its track, which leaves that place, has failed: it may end on another thing.
+      motion.evidence = MotionEvidence::quiet;
+      continue;
+    }
+    measure_approach(context, i, motion);
     const bool has_come =
         appearance == Appearance::absent && !motion.is_beside_object && was_in_view(context, i);
-    if (appearance == Appearance::moved || motion.approach_m != 0 || has_come) {
-      motion.evidence = MotionEvidence::seed;
-    } else if (appearance == Appearance::still) {
-      motion.evidence = MotionEvidence::quiet;
-    }
+    const bool moves = appearance == Appearance::moved || motion.approach_m != 0 || has_come;
+    if (moves) motion.evidence = MotionEvidence::seed;
   }
 }
 
 Appearance appearance_of(const MotionContext& context, std::size_t feature, std::size_t baseline) {
-  const MotionJudgeOptions& options = context.options;
   const MotionBaseline& over = context.measured.baselines[baseline];
   if (!over.is_used) return Appearance::unclear;
   const FeaturesView features = context.input.features;
-  const FeatureTrack& track = over.tracks[feature];
   const auto depth_m = surface_depth(context.input.frame, features.pixel(feature));
-  auto place = static_place(context, feature, baseline, depth_m.value_or(far_m));
-  std::optional<cv::Point2f> nearest;
-  if (track.is_found) {
-    nearest = nearest_static_place(context, feature, baseline);
-    if (!nearest) return Appearance::unclear;
-    if (!depth_m) place = nearest;
-  }
-  if (!place) return Appearance::unclear;
-
   const auto patch = SurfacePatch::around(context.input.frame, context.memory.now.pyramid.grey(),
                                           features[feature], depth_m);
-  const cv::Mat1b& then = context.pyramid_then(baseline).grey();
-  std::optional<double> still, tracked, at_nearest;
-  if (patch) still = patch->difference(then, *place);
-  if (!track.is_found) {
-    const bool is_still = still && *still < options.max_still_patch_ratio * patch->contrast();
-    if (is_still) return Appearance::still;
-    return still && depth_m ? Appearance::absent : Appearance::unclear;
-  }
-  if (patch) tracked = patch->difference(then, track.position);
-  if (patch) at_nearest = patch->difference(then, *nearest);
-  if (!still || !tracked || !at_nearest) return Appearance::moved;  // the image's border
-  const double contrast = patch->contrast();
-  const double best = std::min(*still, *at_nearest);
-  const bool is_moved = best - *tracked > options.min_patch_gain * contrast &&
-                        *tracked < options.max_patch_ratio * best;
-  if (is_moved) return Appearance::moved;
-  if (*still >= options.max_still_patch_ratio * contrast) return Appearance::unclear;
-  return *tracked < *still ? Appearance::fits : Appearance::still;
+  return over.tracks[feature].is_found
+             ? appearance_of_track(context, feature, baseline, depth_m, patch)
+             : appearance_without_track(context, feature, baseline, depth_m, patch);
 }
 
 }  // namespace dynfilter::detail

@@ -110,8 +110,8 @@ double distance_between_px(const MotionContext& context, const RelativePose& a,
 }
 
 /// Counts the features, suspected or not, that are where static ones would be under a pose.
-std::size_t count_agreeing(const MotionContext& context, std::size_t baseline,
-                           const RelativePose& pose) {
+double count_agreeing(const MotionContext& context, std::size_t baseline,
+                      const RelativePoseEstimate& estimate) {
   const MotionMeasurement& measured = context.measured;
   const std::vector<FeatureTrack>& tracks = measured.baselines[baseline].tracks;
   std::size_t count = 0;
@@ -119,10 +119,27 @@ std::size_t count_agreeing(const MotionContext& context, std::size_t baseline,
     if (!tracks[i].is_found) continue;
     const cv::Point2d then = context.camera.ideal(tracks[i].position);
     const auto residual =
-        motion_residual(context.camera, pose, measured.ideal[i], then, measured.depths[i]);
+        motion_residual(context.camera, estimate.pose, measured.ideal[i], then, measured.depths[i]);
     count += residual && residual->distance_px < context.options.agreement_px ? 1 : 0;
   }
-  return count;
+  return static_cast<double>(count);
+}
+
+/// Tells whether a pose's distance from the observations is as small as another's, or nearly.
+bool is_as_small(const MotionContext& context, double distance_px, double other_px) {
+  return distance_px <= context.options.max_worse_fit * other_px + context.options.max_worse_fit_px;
+}
+
+/// Tells whether a pose over a longer baseline is far from what the short ones say.
+bool is_contradicted(const MotionContext& context, std::size_t baseline,
+                     const RelativePose& expected) {
+  if (baseline == 0 || !knows_all_frames(context, baseline)) return false;
+  // The errors of single frames add up.
+  const double most_px = context.options.max_baseline_difference_px *
+                         static_cast<double>(context.frames_back(baseline)) /
+                         static_cast<double>(context.frames_back(1));
+  const RelativePose& pose = context.measured.baselines[baseline].pose.pose;
+  return distance_between_px(context, pose, expected) > most_px;
 }
 
 }  // namespace
@@ -142,44 +159,39 @@ RelativePose expected_pose(const MotionContext& context, std::size_t baseline) {
 void estimate_pose(const MotionContext& context, const RelativePoseEstimator& estimator,
                    std::size_t baseline) {
   MotionMeasurement& measured = context.measured;
-  MotionBaseline& result = measured.baselines[baseline];
-  const MotionJudgeOptions& options = context.options;
   const RelativePose expected = expected_pose(context, baseline);
   const std::optional<PosePrior> prior = prior_of(context, baseline);
-  const auto& few = measured.observations;
-  const auto& more = measured.more_observations;
+  const auto& unsuspected = measured.observations;
+  const auto& with_compensated = measured.more_observations;
   observe(context, baseline, Suspicion::none, measured.observations);
   observe(context, baseline, Suspicion::compensated, measured.more_observations);
 
-  RelativePoseEstimate& best = result.pose;
-  best = estimator.estimate(few, expected, prior, context.workspace);
-  if (more.size() > few.size()) {
-    const auto both = estimator.estimate(more, expected, prior, context.workspace);
-    const bool fits_few = median_distance_px(context, both.pose, few) <=
-                          options.max_worse_fit * median_distance_px(context, best.pose, few) +
-                              options.max_worse_fit_px;
-    if (!best.is_trusted || (both.is_trusted && fits_few)) best = both;
+  RelativePoseEstimate& best = measured.baselines[baseline].pose;
+  best = estimator.estimate(unsuspected, expected, prior, context.workspace);
+  if (with_compensated.size() > unsuspected.size()) {
+    const auto other = estimator.estimate(with_compensated, expected, prior, context.workspace);
+    const bool fits_as_well =
+        other.is_trusted &&
+        is_as_small(context, median_distance_px(context, other.pose, unsuspected),
+                    median_distance_px(context, best.pose, unsuspected));
+    if (!best.is_trusted || fits_as_well) best = other;
   }
   if (context.has_masks && !(prior && prior->is_trusted)) {
-    const auto agree = [&](const RelativePoseEstimate& estimate) {
-      return static_cast<double>(count_agreeing(context, baseline, estimate.pose));
-    };
-    const double needed = options.min_turn_gain * agree(best);
-    const bool is_possible = needed < static_cast<double>(count_found(result.tracks));
+    const double needed = context.options.min_turn_gain * count_agreeing(context, baseline, best);
+    const bool is_possible =
+        needed < static_cast<double>(count_found(measured.baselines[baseline].tracks));
     RelativePoseEstimate turn;
-    if (is_possible) turn = estimator.estimate_turn(more, expected, prior, context.workspace);
+    if (is_possible) {
+      turn = estimator.estimate_turn(with_compensated, expected, prior, context.workspace);
+    }
     const bool fits_as_well =
-        !best.is_trusted ||
-        turn.scale_px <= options.max_worse_fit * best.scale_px + options.max_worse_fit_px;
-    if (turn.is_trusted && fits_as_well && agree(turn) > needed) best = turn;
+        !best.is_trusted || is_as_small(context, turn.scale_px, best.scale_px);
+    if (turn.is_trusted && fits_as_well && count_agreeing(context, baseline, turn) > needed) {
+      best = turn;
+    }
   }
-  // The errors of single frames add up.
-  const double most_px = options.max_baseline_difference_px *
-                         static_cast<double>(context.frames_back(baseline)) /
-                         static_cast<double>(context.frames_back(1));
-  const bool is_contradicted = baseline > 0 && knows_all_frames(context, baseline) &&
-                               distance_between_px(context, best.pose, expected) > most_px;
-  result.is_used = best.is_trusted && !is_contradicted;
+  measured.baselines[baseline].is_used =
+      best.is_trusted && !is_contradicted(context, baseline, expected);
 }
 
 }  // namespace dynfilter::detail

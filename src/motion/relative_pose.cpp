@@ -27,13 +27,14 @@ using detail::Twist;
 constexpr double cell_px = 40;     // side of a part of the image that has a voice
 constexpr int concentrations = 3;  // of a hypothesis that is the best one so far
 constexpr double median_to_scale = 1.4826;
-// The first judges to be heard. They alone reject a motion where more are against it than would be
-// in one case of a thousand, so many standard deviations above their share of all.
+// A motion is dismissed after the first judges if too many of them are above the limit. Of n
+// judges, n * p would be above it by chance, p = 1 - share, with a deviation of sqrt(n * p * (1 -
+// p)). More than 3.1 deviations above that is one case of a thousand.
 constexpr std::size_t first_judges = 60;
 constexpr double rejecting_deviations = 3.1;
 
-/// Share of the judges that decides, and the share of them that is taken to be static for the scale
-/// of their residuals.
+/// Share of the judges that decides, and share of all judges that counts as static where the scale
+/// of the residuals is measured.
 struct Deciding {
   double share, static_share;
 };
@@ -41,8 +42,8 @@ struct Deciding {
 // A trusted prior holds where most features move. Few static ones are left to judge there.
 constexpr Deciding with_trusted_prior{0.1, 0.2};
 
-/// Place of an observation in the order in which they are heard.
-struct Turn {
+/// Place of an observation in the order in which they judge.
+struct Rank {
   std::size_t round = 0;  // how many of its part of the image come before
   std::uint64_t hash = 0;
   std::size_t index = 0;
@@ -50,7 +51,7 @@ struct Turn {
 };
 
 struct PoseScratch {
-  std::vector<Turn> order;
+  std::vector<Rank> order;
   std::vector<LinearResidual> judges, all;
   std::vector<double> squares, some_squares;
 };
@@ -69,7 +70,7 @@ std::uint64_t hash_of(const PoseObservation& observation, std::uint64_t seed) {
 /// Puts the observations in order: one of each part of the image in turn, so that what is rich in
 /// texture does not outvote the rest, and by their hash among those.
 void put_in_order(const std::vector<PoseObservation>& observations, std::uint64_t seed,
-                  std::vector<Turn>& order) {
+                  std::vector<Rank>& order) {
   order.clear();
   for (std::size_t i = 0; i < observations.size(); ++i) {
     const cv::Point2d pixel = observations[i].pixel_then;
@@ -78,13 +79,13 @@ void put_in_order(const std::vector<PoseObservation>& observations, std::uint64_
     };
     order.push_back({0, hash_of(observations[i], seed), i, cell(pixel.y) * 65536 + cell(pixel.x)});
   }
-  std::sort(order.begin(), order.end(), [](const Turn& a, const Turn& b) {
+  std::sort(order.begin(), order.end(), [](const Rank& a, const Rank& b) {
     return std::tie(a.cell, a.hash) < std::tie(b.cell, b.hash);
   });
   for (std::size_t i = 1; i < order.size(); ++i) {
     if (order[i].cell == order[i - 1].cell) order[i].round = order[i - 1].round + 1;
   }
-  std::sort(order.begin(), order.end(), [](const Turn& a, const Turn& b) {
+  std::sort(order.begin(), order.end(), [](const Rank& a, const Rank& b) {
     return std::tie(a.round, a.hash) < std::tie(b.round, b.hash);
   });
 }
@@ -102,8 +103,9 @@ bool is_within(const RelativePose& pose, const PosePrior& prior) {
          std::acos(cosine) <= prior.max_rotation_rad;
 }
 
-/// Returns the median of lengths of which a share is below a value, if both of their coordinates
-/// have normal errors of one deviation (the lengths are Rayleigh's then).
+/// Returns the median of the lengths of two-dimensional normal errors, if a share of the lengths is
+/// below a value. Lengths r have Rayleigh's distribution: share = 1 - exp(-r^2 / (2 s^2)), so that
+/// the median is r * sqrt(ln(1/2) / ln(1 - share)).
 double median_of_normal(double share, double below) {
   return below * std::sqrt(std::log(0.5) / std::log(1 - share));
 }

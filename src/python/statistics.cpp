@@ -85,9 +85,10 @@ void bind_statistics(py::module_& module) {
   using Motion = MotionStatistics;
   ValueClass<Motion>(module, "MotionStatistics", "Statistics of the motion evidence in one frame.")
       .field("outcome", &Motion::outcome, "what happened")
-      .field("tracked", &Motion::tracked, "features that were found in an earlier frame")
-      .field("seeds", &Motion::seeds, "features whose track alone says that they move")
-      .field("supported", &Motion::supported, "seeds that move as others near them do")
+      .field("tracked", &Motion::tracked, "features that were found in the last frame")
+      .field("seeds", &Motion::seeds, "features that look as if they move")
+      .field("supported", &Motion::supported,
+             "seeds that count, because others near them are seeds, too")
       .field("given_back", &Motion::given_back, "features given back because they are still")
       .field("scale_px", &Motion::scale_px,
              "scale of the static features' residuals, one frame back, pixels")

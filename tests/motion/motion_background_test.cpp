@@ -57,7 +57,7 @@ TEST(MotionBackground, ComesBackIfTracksOrImageShowItStillAtOneDepth) {
   const std::size_t by_tracks = given_back_beside_a_walker(options);
   EXPECT_GT(by_tracks, 100U);
   EXPECT_GT(by_both, by_tracks + 20);
-  options.max_fill_ratio = 0;  // nor is any track so near to the static place
+  options.max_clear_ratio = 0;  // nor is any track so near to the static place
   EXPECT_EQ(given_back_beside_a_walker(options), 0U);
   options = {};
   options.max_background_depth_range_m = 0;  // no depth spans less

@@ -361,7 +361,8 @@ TEST(MotionJudge, RefusesNonsense) {
   expect_error<Bad>([&] { MotionJudge(PinholeCamera(), state); }, "fx = 0");
   expect_error<Bad>([&] { state.hand_over_tracks(2, {}); }, "baseline 2");
   for (double MotionJudgeOptions::*const length :
-       {&MotionJudgeOptions::mask_distance_px, &MotionJudgeOptions::fringe_px}) {
+       {&MotionJudgeOptions::mask_distance_px, &MotionJudgeOptions::fringe_px,
+        &MotionJudgeOptions::beside_object_px}) {
     options = {};
     options.*length = 1e6;
     EXPECT_NO_THROW(MotionJudge(camera(), state, options));

@@ -135,7 +135,8 @@ struct View {
   FeatureTrack track;
   cv::Mat1f depth_m = cv::Mat1f(60, 80, 3.0F);
   cv::Mat1f depth_then_m = cv::Mat1f(60, 80, 3.0F);
-  double camera_shift_m = 0;  // a point 3 m away shifts by 400 pixels a metre, over 3
+  double camera_shift_m = 0;     // a point 3 m away shifts by 400 pixels a metre, over 3
+  double camera_approach_m = 0;  // since then, along the view
   bool is_pose_known = true;
 };
 
@@ -155,7 +156,7 @@ void with_context(const View& view, const Action& action) {
   MotionMeasurement measured;
   measured.baselines[0].is_used = view.is_pose_known;
   measured.baselines[0].duration_s = frame_s;
-  measured.baselines[0].pose.pose.translation = {view.camera_shift_m, 0, 0};
+  measured.baselines[0].pose.pose.translation = {view.camera_shift_m, 0, view.camera_approach_m};
   measured.baselines[0].tracks = {view.track};
   Workspace workspace;
   const MotionJudgeOptions options;
@@ -327,6 +328,19 @@ TEST(MotionMeasurement, LooksAtTheStaticPlaceForWhatHidTheFeature) {
   view.depth_then_m.setTo(3);
   view.depth_then_m.col(40).setTo(2);
   EXPECT_EQ(evidence(view), MotionEvidence::seed);
+}
+
+/// The depth in the last frame is compared with the one that the feature had then.
+TEST(MotionMeasurement, KnowsHowDeepAFeatureWasBeforeTheCameraMoved) {
+  View view;
+  view.then = wall(5);
+  view.camera_approach_m = 0.5;
+  view.depth_then_m.setTo(3.5);
+  EXPECT_EQ(evidence(view), MotionEvidence::seed);
+  view.depth_then_m.setTo(3.2F);  // nearer than the wall was
+  EXPECT_EQ(evidence(view), MotionEvidence::unknown);
+  view.camera_approach_m = -3.5;  // it was behind the camera
+  EXPECT_EQ(evidence(view), MotionEvidence::unknown);
 }
 
 }  // namespace

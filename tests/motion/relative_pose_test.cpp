@@ -192,6 +192,32 @@ TEST(RelativePose, IsMeasuredByTheFewStaticOnesWhereThePriorIsTrusted) {
   }
 }
 
+/// A fifth of the judges is taken for static: with their scale, a limit of 3.5 scales is 3 pixels.
+/// What moves by more does not count, what moves by less does.
+TEST(RelativePose, MeasuresTheScaleOfAFifthWhereThePriorIsTrusted) {
+  for (const double mover_px : {2.7, 3.6}) {
+    Case crowd = rendered_case(0, {}, 0.5, 60, 59);
+    cv::RNG random(3);
+    for (PoseObservation& observation : crowd.observations) {
+      if (random.uniform(0, 10) < 2) continue;
+      const double angle = random.uniform(0.0, 2 * CV_PI);
+      observation.pixel_then = *crowd.camera.project(crowd.truth * observation.point_now_m) +
+                               mover_px * cv::Point2d(std::cos(angle), std::sin(angle));
+    }
+    PosePrior prior;
+    prior.pose = crowd.truth;
+    prior.max_translation_m = 1e-9;  // the pose is known exactly
+    prior.max_rotation_rad = 1e-9;
+    prior.is_trusted = true;
+    Workspace workspace;
+    const double scale_px = RelativePoseEstimator(crowd.camera)
+                                .estimate(crowd.observations, {}, prior, workspace)
+                                .scale_px;
+    const double median_px = mover_px < 3 ? mover_px : 0.5 * std::sqrt(2 * std::log(2));
+    EXPECT_NEAR(scale_px, 1.4826 * median_px, 0.1) << mover_px;
+  }
+}
+
 /// Observations of a camera that turns and moves by a part of the rendered motion.
 Case partly_moved(double part) {
   Case result = rendered_case(0, {}, 0, 60, 57);

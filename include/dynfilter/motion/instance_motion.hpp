@@ -28,7 +28,7 @@ struct InstanceVotes {
   /// more nearly than a mover could be, over the short and the long baseline, as far as they could
   /// be judged. One whose depth changed was not.
   bool is_quiet = false;
-  bool is_complete = true;  ///< whether these two could be judged
+  bool is_complete = true;  ///< whether it could be judged over both baselines
 };
 
 /// Options of InstanceMotion.
@@ -55,7 +55,8 @@ class InstanceMotion {
   void begin_frame(const Segmentation& segmentation);
 
   /// Returns the verdict on instance k of the frame, once a frame, from its votes; none = nothing
-  /// could be judged in this frame. A quiet frame that is not complete changes nothing. O(1).
+  /// could be judged in this frame, which costs as much as a frame that is not quiet. A quiet frame
+  /// that is not complete changes nothing. O(1).
   InstanceVerdict judge(std::size_t k, const std::optional<InstanceVotes>& votes);
 
   /// Tells whether instance k of the frame was quiet in each frame that was judged since it

@@ -36,16 +36,17 @@ struct MotionJudgeOptions {
 
   /// Whether features are also tracked into a frame that was seen 8 to 11 frames ago and kept, from
   /// the ninth frame on. At 30 frames a second, that finds what moves at 0.05 to 0.15 m/s. It costs
-  /// as much as the long baseline. A host's tracks do not serve for it.
+  /// as much as the baseline of three frames. A host's tracks do not serve for it.
   bool uses_kept_frames = false;
 
   double max_gap_s = 0.5;  ///< after a longer gap between two frames, everything starts anew
   /// Share of the features that must be tracked from the last frame; below, it is a cut.
   double min_tracked_share = 0.25;
   /// @{
-  /// How far a camera's motion may be from the last one, where no masks are known: its
-  /// acceleration. 0 = no limit. Holds the pose to the room where most features move. With masks
-  /// most of those left are static, and a limit would only hold back a shaken camera.
+  /// Largest acceleration of the camera, where no masks are known: so far may its motion be from
+  /// the last one. 0 in either of the two = no limit. A limit keeps the pose from following the
+  /// movers where most features are on them. With masks, most features that are left are static,
+  /// and a limit would only hold back a shaken camera.
   double max_acceleration_m_s2 = 5;
   double max_angular_acceleration_rad_s2 = 20;
   /// @}
@@ -55,17 +56,17 @@ struct MotionJudgeOptions {
   /// DepthInterval, which the sensor's noise widens, spans less than this, metres.
   double max_pose_depth_range_m = 0.3;
   /// @{
-  /// Another pose explains the features that nobody suspects as well if their distance from it
-  /// grows at most by this factor and by these pixels. The pose by these and the features that
-  /// compensation removed must do so, unless the former do not suffice; the pose of a camera that
-  /// only turns must, too.
+  /// The camera's pose comes from the features that nobody suspects. A second one, by these and by
+  /// what compensation removed, takes its place if the median residual of the unsuspected features
+  /// is at most this factor of the first's and these pixels, or if the first is not trusted. The
+  /// same limits hold for the scale of the pose of a camera that only turns.
   double max_worse_fit = 1.3;
   double max_worse_fit_px = 0.1;
   /// @}
   /// @{
-  /// With masks and without a trusted prior, the camera only turns if more than so many times as
-  /// many features agree with that as with a pose that moves; infinity = never. A feature agrees
-  /// within so many pixels.
+  /// With masks and without a trusted prior, the pose without translation is taken if the number of
+  /// features that agree with it is more than so many times that of the other; infinity = never. A
+  /// feature agrees within so many pixels.
   double min_turn_gain = 1.1;
   double agreement_px = 0.5;
   /// @}
@@ -76,9 +77,11 @@ struct MotionJudgeOptions {
   double max_baseline_difference_px = 6;
 
   /// @{
-  /// Shift that is allowed for before a feature is a seed: the largest of these. In pixels, in
-  /// scales of the static features' residuals, and as a speed across the view. Scales and speed
-  /// also allow for a change of depth, beyond the sensor's noise.
+  /// Shift that is allowed for before a feature is a seed: the largest of a number of pixels, of
+  /// scales, and of the shift that a speed across the view makes. A scale is that of the camera's
+  /// pose, RelativePoseEstimate::scale_px: 1.4826 times the median residual of the static features,
+  /// 0.25 to 3 pixels. Scales and speed also allow for a change of depth, beyond the sensor's
+  /// noise.
   double min_shift_px = 1.5;
   double min_shift_scales = 6;
   double min_speed_m_s = 0.05;
@@ -98,12 +101,15 @@ struct MotionJudgeOptions {
   /// hidden it. Nor does it join seeds from afar there, see MotionVotesOptions.
   double beside_object_px = 60;
   /// @{
-  /// Unclear features between dynamic ones are dynamic unless the image shows them still. Those
-  /// with neither a track nor a depth are not: nothing is known of them. New features between those
-  /// believed to move, by the same share, do not tell the camera's motion.
-  int fill_radius_px = 25;      ///< those within this distance count, pixels
-  double min_fill_share = 0.6;  ///< above this share of the features within that radius
-  double max_fill_ratio = 0.3;  ///< but not those below this share of the allowed shift
+  /// The fill: a feature of unclear motion is dynamic if most features around it are, unless the
+  /// image shows it at the static place. A feature with neither a track nor a depth is left alone:
+  /// nothing is known of it. By the same share, new features between those believed to move do not
+  /// tell the camera's motion.
+  int fill_radius_px = 25;      ///< features within this distance are around it, pixels
+  double min_fill_share = 0.6;  ///< "most": above this share of them
+  /// A motion is clear below this share of the allowed shift: the feature is not filled, and may
+  /// come back beside something that moves.
+  double max_clear_ratio = 0.3;
   /// @}
 
   /// Features whose depths differ by more are on different things, metres: they do not count for
@@ -123,9 +129,9 @@ struct MotionJudgeOptions {
   double min_still_tracked = 0.5;   ///< share of its features that must be tracked
   std::size_t min_still_votes = 8;  ///< and their number, as that of depths for its fringe
 
-  /// What compensation removed comes back only if the stages before kept at least this share of all
-  /// features: otherwise the camera's motion may have been taken from persons. Beside an instance
-  /// that never moved since it appeared, what is still comes back at once.
+  /// Features that compensation removed come back: of a still instance, always; beside one that
+  /// never moved since it appeared, or that moves, only if the stages before kept at least this
+  /// share of all features. Otherwise the camera's motion may have been taken from persons.
   double min_kept_share = 0.5;
   /// Beside something that moves, a feature comes back if it was at the static place over both
   /// baselines, or if the image shows it there. Its DepthInterval must span less than this, metres.

@@ -42,13 +42,15 @@ class MotionState {
   /// Hands over what the host knows of the camera's motion between the last frame and the next one,
   /// for the next frame only: from its motion model, an inertial sensor or wheels. `prior.pose`
   /// takes a point of the next frame's camera into the last frame's: ORB-SLAM's mVelocity is the
-  /// inverse of that. Without depth a trusted prior is needed. Throws std::invalid_argument for a
-  /// pose that is not finite and for limits that are not above 0.
+  /// inverse of that. Its limits are what the source may be wrong by. Without depth a trusted prior
+  /// is needed. Trust only what is measured: by a wrong pose, everything moves. Throws
+  /// std::invalid_argument for a pose that is not finite and for limits that are not above 0.
   void expect_motion(const PosePrior& prior);
 
   /// Hands over the host's own tracks of the next frame's features, for that frame only: where they
   /// were motion_baseline_frames[baseline] frames ago. They are refined, see
-  /// FeatureTracker::refine. Throws std::invalid_argument for a baseline other than 0 and 1.
+  /// FeatureTracker::refine. Throws std::invalid_argument for a baseline other than 0 and 1; the
+  /// judge throws it if the number of tracks is not that of the features.
   void hand_over_tracks(std::size_t baseline, std::vector<FeatureTrack> tracks);
 
   /// Forgets everything, like a new state.

@@ -39,8 +39,10 @@ struct FeatureMotion {
   /// Shift in the image that the camera does not explain, pixels, for each baseline.
   std::array<cv::Vec2f, motion_baselines> shift_px;
   std::array<bool, motion_baselines> is_tracked = {};  ///< whether shift_px is known
-  std::size_t baseline = 0;  ///< the one with the largest shift over what is allowed for
-  float ratio = 0;           ///< largest shift, or change of depth, over what is allowed for
+  /// The one with the largest shift over what is allowed for. That to a kept frame only where the
+  /// others say nothing.
+  std::size_t baseline = 0;
+  float ratio = 0;  ///< largest shift, or change of depth, over what is allowed for
   MotionEvidence evidence = MotionEvidence::unknown;  ///< what the ratio and the image say
   bool has_support = false;  ///< written by support_seeds: its neighbours move as it does
   float depth_m = 0;         ///< depth at the feature's pixel, metres; 0 = unknown

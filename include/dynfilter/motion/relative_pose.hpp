@@ -42,7 +42,7 @@ struct PoseObservation {
   cv::Point2d pixel_then;   ///< ideal pixel in the earlier frame
 };
 
-/// Limits around an expected motion, of which a pose must not be farther away.
+/// Expected motion, and how far an estimate may be from it.
 struct PosePrior {
   RelativePose pose;                ///< expected motion, from the present frame to the earlier one
   double max_translation_m = 0.01;  ///< above 0
@@ -56,7 +56,7 @@ struct RelativePoseOptions {
   std::size_t min_observations = 20;  ///< below, there is no answer; at least 6
   /// Hypotheses from each start; for a turn a quarter of them, rounded up. 1 to 100000.
   std::size_t hypotheses = 120;
-  std::size_t starts = 1;  ///< each one after the first starts from the answer before; 1 to 10
+  std::size_t starts = 1;  ///< searches; each one after the first begins at its answer; 1 to 10
   /// Number of observations that judge a hypothesis; at least 20.
   std::size_t judges = 300;
   /// Share of the judges that decides: those that a hypothesis explains best; 0.1 to 0.5. With a
@@ -74,7 +74,7 @@ struct RelativePoseOptions {
 
 /// Answer of RelativePoseEstimator.
 struct RelativePoseEstimate {
-  RelativePose pose;  ///< the start where there was no answer
+  RelativePose pose;  ///< the prior's, or else the start, where there was no answer
   /// Robust scale of the residuals, pixels: 1.4826 times the median of those that agree.
   double scale_px = 0;
   double support = 0;            ///< share of the judges within `cutoff` scales
@@ -109,10 +109,11 @@ class RelativePoseEstimator {
                                  const RelativePoseOptions& options = {});
 
   /// Returns the pose. `start` is what is expected, such as the last motion; without an idea, the
-  /// identity does up to about 0.1 rad and a tenth of the depth. Poses outside the limits of
-  /// `prior` are dismissed. Throws std::invalid_argument for limits that are not above 0 and for an
-  /// observation that is not finite or not in front of the camera. Allocates nothing with a warm
-  /// workspace. O(n log n + starts x hypotheses x judges + refinements x n).
+  /// identity does up to about 0.1 rad and a tenth of the depth. The pose of a `prior` takes the
+  /// place of `start`, and poses outside its limits are dismissed. Throws std::invalid_argument for
+  /// limits that are not above 0 and for an observation that is not finite or not in front of the
+  /// camera. Allocates nothing with a warm workspace. O(n log n + starts x hypotheses x judges +
+  /// refinements x n).
   RelativePoseEstimate estimate(const std::vector<PoseObservation>& observations,
                                 const RelativePose& start, const std::optional<PosePrior>& prior,
                                 Workspace& workspace) const;
