@@ -159,7 +159,7 @@ struct Plugin::State {
   void submit(const cv::Mat& image, const cv::Mat& right, double timestamp_s);
   FrameStatistics run(double timestamp_s, const cv::Mat& depth, const Columns& columns);
   void watch(const FrameView& frame, const FrameStatistics& statistics, const Columns& columns,
-             const std::string& of_wait);
+             const detail::MotionWait& wait, const std::string& of_wait);
   FrameStatistics leave_alone(const cv::Mat& depth, const std::vector<cv::KeyPoint>& keypoints);
 
   detail::PluginSettings settings;
@@ -242,11 +242,12 @@ void Plugin::State::apply(const FrameView& frame, const std::optional<Segmentati
 /// Writes sentences to standard error, each once: what is odd about the first frames, and what to
 /// set if a host with depth waits in vain for a frame with which it can begin a map.
 void Plugin::State::watch(const FrameView& frame, const FrameStatistics& statistics,
-                          const Columns& columns, const std::string& of_wait) {
+                          const Columns& columns, const detail::MotionWait& wait,
+                          const std::string& of_wait) {
   std::vector<std::string> sentences = first_frames.add(frame, statistics);
   sentences.push_back(of_wait);
   const bool has_depth = statistics.has_depth || columns.right_x != nullptr;
-  if (has_depth && !motion_wait.holds()) sentences.push_back(map_start.add(statistics));
+  if (has_depth && !wait.holds()) sentences.push_back(map_start.add(statistics));
   for (const std::string& sentence : sentences) {
     if (!sentence.empty()) std::cerr << sentence << std::endl;
   }
@@ -276,6 +277,7 @@ FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
   detail::MotionWait wait = motion_wait;  // a frame that fails is none to wait for
   const std::string of_wait = wait.hold(labels);
   keep_at_least_one(labels);
+  FrameStatistics statistics = labels.statistics();  // copying it may fail
   const std::size_t kept_before_pivot =
       columns.pivot ? kept_below(labels, static_cast<std::size_t>(*columns.pivot)) : 0;
   // Otherwise keep_static would do it, and may fail.
@@ -284,19 +286,19 @@ FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
   const Segmentation shown = segmentation.value_or(Segmentation());
   if (video) video->add(frame, shown, features, labels, judged, depth_check);
   if (recorder) recorder->record(frame, shown, features, labels, times);
-  motion_wait = wait;
-  watch(frame, labels.statistics(), columns, of_wait);
+  watch(frame, statistics, columns, wait, of_wait);
+  motion_wait = std::move(wait);
   shorten(labels, columns);
   if (columns.pivot) *columns.pivot = static_cast<int>(kept_before_pivot);
   ++counters.filtered;
   counters.never_submitted += frame.image.empty() ? 1 : 0;
   counters.without_masks += segmentation ? 0 : 1;
-  counters.starved += labels.statistics().starved ? 1 : 0;
+  counters.starved += statistics.starved ? 1 : 0;
   if (!frame.image.empty()) {
     image.release();
     pair_depths.release();
   }
-  return labels.statistics();
+  return statistics;
 }
 
 /// Does what a switched-off filter does.
