@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "dynfilter/motion/motion_filter.hpp"
+#include "motion/motion_labels.hpp"
 #include "support/motion_rig.hpp"
 
 namespace dynfilter::testing {
@@ -58,6 +59,38 @@ TEST(MotionDecided, DoesNotDependOnTheFloor) {
   floor.floor = 790;
   floor.policy = FloorPolicy::restore_best_scored;
   EXPECT_EQ(first_decided(0, 0, floor), first_decided(0, 0));
+}
+
+/// An object for which a twentieth of the features went hardly changes a map.
+TEST(MotionDecided, CountsTheObjectsThatMatter) {
+  Segmentation masks;
+  masks.image_size = {640, 480};
+  masks.instances.resize(3);
+  const std::vector<cv::KeyPoint> keypoints(1000);
+  const FrameView frame;
+  const FilterInput input{frame, masks, keypoints};
+  const PinholeCamera pinhole{400, 400, 320, 240};
+  const MotionJudgeOptions options;
+  detail::MotionMemory memory;
+  memory.instances.emplace();
+  memory.instances->begin_frame(masks);
+  detail::MotionMeasurement measured;
+  measured.motions.resize(keypoints.size());
+  measured.baselines[0].is_used = true;
+  Workspace workspace;
+  const detail::MotionContext context{input, pinhole, options, true, memory, measured, workspace};
+  FeatureLabels labels(keypoints.size(), {});
+  std::vector<InstanceStatistics>& instances = labels.statistics().instances;
+  instances.resize(3);
+  instances[0].masked = 30;
+  instances[0].compensated = 20;  // a twentieth in all
+  instances[1].masked = 51;
+  instances[2].compensated = 51;
+  judge_instances(context, labels);
+  EXPECT_EQ(labels.statistics().motion.undecided_objects, 2U);
+  for (const InstanceStatistics& instance : instances) {
+    EXPECT_EQ(instance.verdict, InstanceVerdict::undecided);
+  }
 }
 
 }  // namespace
