@@ -129,9 +129,10 @@ struct MotionJudgeOptions {
   double min_still_tracked = 0.5;   ///< share of its features that must be tracked
   std::size_t min_still_votes = 8;  ///< and their number, as that of depths for its fringe
 
-  /// Features that compensation removed come back: of a still instance, always; beside one that
-  /// never moved since it appeared, or that moves, only if the stages before kept at least this
-  /// share of all features. Otherwise the camera's motion may have been taken from persons.
+  /// What compensation removed comes back feature by feature, if it is static itself. Beside a
+  /// still instance, always. Beside one that never moved since it appeared, or one that moves, only
+  /// if the stages before kept at least this share of all features: otherwise the camera's motion
+  /// may have been taken from persons.
   double min_kept_share = 0.5;
   /// Beside something that moves, a feature comes back if it was at the static place over both
   /// baselines, or if the image shows it there. Its DepthInterval must span less than this, metres.
