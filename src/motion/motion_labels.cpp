@@ -6,10 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 
 #include "dynfilter/detail/mask_distance.hpp"
 #include "dynfilter/detail/rectangles.hpp"
+#include "instance_votes.hpp"
+#include "quantile.hpp"
 
 namespace dynfilter::detail {
 namespace {
@@ -36,73 +37,6 @@ void for_each_within(const MotionContext& context, const Instance& instance, dou
   }
 }
 
-bool is_member(const FeatureLabel& label, std::size_t instance) {
-  return label.removed && label.reason == Reason::in_mask &&
-         label.instance == static_cast<std::int32_t>(instance);
-}
-
-/// Returns the value below which a share of the values lies.
-double quantile(std::vector<float>& values, double share) {
-  const auto last = static_cast<double>(values.size() - 1);
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(std::floor(share * last));
-  std::nth_element(values.begin(), at, values.end());
-  return double{*at};
-}
-
-/// Tells whether most members of an instance are where static features would be, over a baseline.
-/// Returns nothing if too few were tracked.
-std::optional<bool> is_quiet(const MotionContext& context, const FeatureLabels& labels,
-                             std::size_t instance, std::size_t members, std::size_t baseline) {
-  MotionMeasurement& measured = context.measured;
-  const MotionJudgeOptions& options = context.options;
-  const MotionBaseline& over = measured.baselines[baseline];
-  measured.values.clear();
-  measured.nearest_m.clear();
-  for (std::size_t i = 0; i < labels.size(); ++i) {
-    const FeatureMotion& motion = measured.motions[i];
-    if (!is_member(labels[i], instance) || !motion.is_tracked[baseline]) continue;
-    // What moves along the view is not where it would have been, however little it shifts.
-    const bool is_off = motion.approach_m != 0;
-    const auto shift_px = static_cast<float>(cv::norm(motion.shift_px[baseline]));
-    measured.values.push_back(is_off ? std::numeric_limits<float>::max() : shift_px);
-    if (measured.depths[i].is_known()) {
-      measured.nearest_m.push_back(static_cast<float>(measured.depths[i].nearest_m));
-    }
-  }
-  const std::size_t tracked = measured.values.size();
-  const double tracked_share = static_cast<double>(tracked) / static_cast<double>(members);
-  if (tracked < options.min_still_votes || tracked_share < options.min_still_tracked) return {};
-  double allowed_px = std::max(options.max_still_px, options.max_still_scales * over.pose.scale_px);
-  if (!measured.nearest_m.empty()) {
-    const double depth_m = quantile(measured.nearest_m, 0.5);
-    allowed_px = std::max(allowed_px, context.shift_px(options.max_still_speed_m_s, over.duration_s,
-                                                       {depth_m, depth_m}));
-  }
-  return quantile(measured.values, options.still_share) <= allowed_px;
-}
-
-InstanceVotes votes_of(const MotionContext& context, const FeatureLabels& labels,
-                       std::size_t instance) {
-  const MotionMeasurement& measured = context.measured;
-  InstanceVotes votes;
-  for (std::size_t i = 0; i < labels.size(); ++i) {
-    if (!is_member(labels[i], instance)) continue;
-    ++votes.members;
-    votes.tracked += measured.motions[i].is_known() ? 1 : 0;
-    votes.moving += measured.motions[i].ratio > 1 ? 1 : 0;
-  }
-  // What is not quiet over one frame is not, whatever the long baseline says; that one may fail
-  // where the camera moves fast.
-  for (std::size_t b = 0; b < motion_baseline_frames.size(); ++b) {
-    std::optional<bool> quiet;
-    if (measured.baselines[b].is_used)
-      quiet = is_quiet(context, labels, instance, votes.members, b);
-    votes.is_complete = votes.is_complete && quiet;
-    votes.is_quiet = b == 0 ? quiet.value_or(false) : votes.is_quiet && quiet.value_or(true);
-  }
-  return votes;
-}
-
 /// Returns the depth that nine tenths of an instance's features do not exceed. None if too few have
 /// a depth.
 std::optional<double> farthest_of(const MotionContext& context, const FeatureLabels& labels,
@@ -111,10 +45,10 @@ std::optional<double> farthest_of(const MotionContext& context, const FeatureLab
   measured.values.clear();
   for (std::size_t i = 0; i < labels.size(); ++i) {
     const float depth_m = measured.motions[i].depth_m;
-    if (is_member(labels[i], instance) && depth_m > 0) measured.values.push_back(depth_m);
+    if (is_member_of(instance, labels[i]) && depth_m > 0) measured.values.push_back(depth_m);
   }
   if (measured.values.size() < context.options.min_still_votes) return {};
-  return quantile(measured.values, 0.9);
+  return quantile_of(measured.values, 0.9);
 }
 
 /// Tells whether a feature is surrounded by dynamic ones: most of those that count within the

@@ -1,0 +1,99 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "instance_votes.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+
+#include "quantile.hpp"
+
+namespace dynfilter::detail {
+namespace {
+
+/// How far most members of an instance are from where static features would be, and up to which
+/// distance they count as still, pixels.
+struct InstanceShift {
+  double shift_px, allowed_px;
+
+  bool is_quiet() const { return shift_px <= allowed_px; }
+};
+
+/// Measures an instance's shift over a baseline. Returns nothing if too few members were tracked.
+std::optional<InstanceShift> shift_of(const MotionContext& context, const FeatureLabels& labels,
+                                      std::size_t instance, std::size_t members,
+                                      std::size_t baseline) {
+  MotionMeasurement& measured = context.measured;
+  const MotionJudgeOptions& options = context.options;
+  const MotionBaseline& over = measured.baselines[baseline];
+  if (!over.is_used) return {};
+  measured.values.clear();
+  measured.nearest_m.clear();
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    const FeatureMotion& motion = measured.motions[i];
+    if (!is_member_of(instance, labels[i]) || !motion.is_tracked[baseline]) continue;
+    // What moves along the view is not where it would have been, however little it shifts.
+    const bool is_off = motion.approach_m != 0;
+    const auto shift_px = static_cast<float>(cv::norm(motion.shift_px[baseline]));
+    measured.values.push_back(is_off ? std::numeric_limits<float>::infinity() : shift_px);
+    if (measured.depths[i].is_known()) {
+      measured.nearest_m.push_back(static_cast<float>(measured.depths[i].nearest_m));
+    }
+  }
+  const std::size_t tracked = measured.values.size();
+  const double tracked_share = static_cast<double>(tracked) / static_cast<double>(members);
+  if (tracked < options.min_still_votes || tracked_share < options.min_still_tracked) return {};
+  double allowed_px = std::max(options.max_still_px, options.max_still_scales * over.pose.scale_px);
+  if (!measured.nearest_m.empty()) {
+    const double depth_m = quantile_of(measured.nearest_m);
+    allowed_px = std::max(allowed_px, context.shift_px(options.max_still_speed_m_s, over.duration_s,
+                                                       {depth_m, depth_m}));
+  }
+  return InstanceShift{quantile_of(measured.values, options.still_share), allowed_px};
+}
+
+/// Tells whether an instance that is still over the short baseline shifts by more over the long one
+/// than it can have done in those frames.
+bool is_contradicted(const MotionContext& context, const InstanceShift& over_short,
+                     const InstanceShift& over_long) {
+  const auto& baselines = context.measured.baselines;
+  const double frames = baselines[1].duration_s / baselines[0].duration_s;
+  return over_short.is_quiet() &&
+         over_long.shift_px > frames * over_short.shift_px + over_short.allowed_px;
+}
+
+}  // namespace
+
+bool is_member_of(std::size_t instance, const FeatureLabel& label) {
+  return label.removed && label.reason == Reason::in_mask &&
+         label.instance == static_cast<std::int32_t>(instance);
+}
+
+InstanceVotes votes_of(const MotionContext& context, const FeatureLabels& labels,
+                       std::size_t instance) {
+  const std::vector<FeatureMotion>& motions = context.measured.motions;
+  InstanceVotes votes;
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    if (!is_member_of(instance, labels[i])) continue;
+    ++votes.members;
+    votes.tracked += motions[i].is_known() ? 1 : 0;
+  }
+  const auto over_short = shift_of(context, labels, instance, votes.members, 0);
+  const auto over_long = shift_of(context, labels, instance, votes.members, 1);
+  const bool long_fails =
+      over_short && over_long && is_contradicted(context, *over_short, *over_long);
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    const bool has_voice = !(long_fails && motions[i].baseline == 1);
+    const bool moves = motions[i].ratio > 1 && has_voice;
+    if (moves && is_member_of(instance, labels[i])) ++votes.moving;
+  }
+  const bool knows_long = over_long && !long_fails;
+  // What is not quiet over one frame is not, whatever the long baseline says; that one may fail
+  // where the camera moves fast.
+  votes.is_quiet = over_short && over_short->is_quiet() && (!knows_long || over_long->is_quiet());
+  votes.is_complete = over_short && knows_long;
+  return votes;
+}
+
+}  // namespace dynfilter::detail
