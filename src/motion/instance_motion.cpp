@@ -100,4 +100,12 @@ InstanceVerdict InstanceMotion::judge(std::size_t k, const std::optional<Instanc
   return known.is_still ? InstanceVerdict::still : InstanceVerdict::undecided;
 }
 
+bool InstanceMotion::is_settled(std::size_t k) const {
+  const Known& known = known_.at(k);
+  const int settled_frames =
+      std::min(options_.min_still_frames + options_.frames_lost, options_.max_still_frames);
+  const bool stays_still = known.is_still && known.still_frames >= settled_frames;
+  return stays_still || known.moving_frames >= options_.min_moving_frames;
+}
+
 }  // namespace dynfilter

@@ -3,7 +3,9 @@
 
 #include "dynfilter/motion/instance_motion.hpp"
 
+#include <optional>
 #include <stdexcept>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -68,13 +70,42 @@ TEST(InstanceMotion, IsSettledWhereItStaysOrKeepsMoving) {
   next(instances, std::nullopt);
   next(instances, moving);
   EXPECT_FALSE(instances.is_settled(0)) << "it did not move in three frames in a row";
+  // Once it is still, one restless frame must not change that.
   instances = with_still_one();
+  for (int i = 0; i < InstanceMotionOptions().frames_lost; ++i) {
+    EXPECT_FALSE(instances.is_settled(0));
+    EXPECT_EQ(next(instances, quiet), InstanceVerdict::still);
+  }
+  EXPECT_TRUE(instances.is_settled(0));
+  EXPECT_EQ(next(instances, restless), InstanceVerdict::still);
+  EXPECT_FALSE(instances.is_settled(0));
+  EXPECT_EQ(next(instances, moving), InstanceVerdict::moving);
+  EXPECT_FALSE(instances.is_settled(0)) << "it may be the frame that is wrong";
+  for (int i = 0; i < 20; ++i) next(instances, quiet);
+  EXPECT_TRUE(instances.is_settled(0));
+  instances.begin_frame(at({there}));
+  EXPECT_FALSE(instances.is_settled(0)) << "it is another one";
+}
+
+TEST(InstanceMotion, IsSettledAtTheLatestWhereFurtherFramesDoNotCount) {
+  InstanceMotionOptions options;
+  options.max_still_frames = options.min_still_frames;
+  InstanceMotion instances(options);
+  for (int i = 0; i < options.min_still_frames; ++i) {
+    EXPECT_FALSE(i > 0 && instances.is_settled(0));
+    next(instances, quiet);
+  }
+  EXPECT_TRUE(instances.is_settled(0));
+}
+
+TEST(InstanceMotion, IsNotSettledWhereNothingWasJudged) {
+  InstanceMotionOptions options;
+  options.frames_lost = 0;
+  InstanceMotion instances(options);
+  for (int i = 0; i < 20; ++i) next(instances, quiet);
   EXPECT_TRUE(instances.is_settled(0));
   next(instances, std::nullopt);
   EXPECT_FALSE(instances.is_settled(0));
-  instances = with_still_one();
-  instances.begin_frame(at({there}));
-  EXPECT_FALSE(instances.is_settled(0)) << "it is another one";
 }
 
 TEST(InstanceMotion, HasMovedOnceItsMembersMove) {

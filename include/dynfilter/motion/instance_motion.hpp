@@ -66,13 +66,10 @@ class InstanceMotion {
     return known_.at(k).is_judged && !known_.at(k).has_moved;
   }
 
-  /// Tells whether the verdict on instance k of the frame can be relied on: it is still, or it
-  /// moved in some frames in a row. A single frame may take a person who stays for one who moves.
-  /// O(1).
-  bool is_settled(std::size_t k) const {
-    const Known& known = known_.at(k);
-    return known.is_still || known.moving_frames >= options_.min_moving_frames;
-  }
+  /// Tells whether the verdict on instance k of the frame can be relied on: it was still for so
+  /// long that one frame that is not quiet does not change that, or it moved in some frames in a
+  /// row. A single frame may take a person who stays for one who moves. O(1).
+  bool is_settled(std::size_t k) const;
 
   /// Forgets everything.
   void clear() { known_.clear(); }
