@@ -31,10 +31,7 @@ struct TrackerScratch {
   std::vector<FeatureTrack> first;  // tracks of the first search
 };
 
-void require(bool is_good, const char* name, double value, const char* want) {
-  if (is_good) return;
-  detail::throw_misuse("FeatureTracker", detail::concatenate(name, " = ", value), want);
-}
+constexpr detail::OptionCheck require("FeatureTracker");
 
 void require_pair(const ImagePyramid& from, const ImagePyramid& to) {
   if (!from.empty() && !to.empty() && from.size() == to.size()) return;

@@ -11,10 +11,7 @@
 namespace dynfilter {
 namespace {
 
-void require(bool is_good, const char* name, double value, const char* want) {
-  if (is_good) return;
-  detail::throw_misuse("InstanceMotion", detail::concatenate(name, " = ", value), want);
-}
+constexpr detail::OptionCheck require("InstanceMotion");
 
 double overlap_of(const cv::Rect2d& a, const cv::Rect2d& b) {
   const double both = (a & b).area();

@@ -11,10 +11,7 @@
 namespace dynfilter {
 namespace {
 
-void require(bool is_good, const char* name, double value, const char* want) {
-  if (is_good) return;
-  detail::throw_misuse("MotionBeliefs", detail::concatenate(name, " = ", value), want);
-}
+constexpr detail::OptionCheck require("MotionBeliefs");
 
 }  // namespace
 

@@ -18,10 +18,7 @@ namespace {
 using detail::MotionContext;
 using detail::MotionMemory;
 
-void require(bool is_good, const char* name, double value, const char* want) {
-  if (is_good) return;
-  detail::throw_misuse("MotionJudge", detail::concatenate(name, " = ", value), want);
-}
+constexpr detail::OptionCheck require("MotionJudge");
 
 void check_options(const MotionJudgeOptions& options) {
   (void)MotionBeliefs(options.belief);
@@ -70,7 +67,7 @@ void check_options(const MotionJudgeOptions& options) {
   share("still_share", options.still_share);
   share("min_still_tracked", options.min_still_tracked);
   share("min_kept_share", options.min_kept_share);
-  require(options.min_still_votes >= 1, "min_still_votes", 0, "at least 1");
+  require(options.min_still_votes >= 1, "min_still_votes", options.min_still_votes, "at least 1");
   not_negative("max_background_depth_range_m", options.max_background_depth_range_m);
   distance("fringe_px", options.fringe_px);
   not_negative("fringe_shift_px", options.fringe_shift_px);

@@ -29,17 +29,14 @@ struct Neighbour {
   std::uint32_t index;
 };
 
-void require(bool is_good, const char* name, double value, const char* want) {
-  if (is_good) return;
-  detail::throw_misuse("support_seeds", detail::concatenate(name, " = ", value), want);
-}
+constexpr detail::OptionCheck require("support_seeds");
 
 void check(const MotionVotesOptions& options) {
   const auto radius = [](const char* name, int value_px) {
     require(value_px >= 1 && value_px <= 1000, name, value_px, "1 to 1000");
   };
   const auto count = [](const char* name, std::size_t value) {
-    require(value >= 1 && value <= max_neighbours, name, static_cast<double>(value), "1 to 30");
+    require(value >= 1 && value <= max_neighbours, name, value, "1 to 30");
   };
   const auto share = [](const char* name, double value) {
     require(value >= 0 && value <= 1, name, value, "a share from 0 to 1");

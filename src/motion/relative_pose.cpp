@@ -173,22 +173,17 @@ RelativePose least_quantile(const RelativePose& start, const std::optional<PoseP
   return best;
 }
 
-void require(bool is_good, const char* name, double value, const char* want) {
-  if (is_good) return;
-  detail::throw_misuse("RelativePoseEstimator", detail::concatenate(name, " = ", value), want);
-}
+constexpr detail::OptionCheck require("RelativePoseEstimator");
 
 void check(const RelativePoseOptions& options) {
   const auto between = [](std::size_t value, std::size_t low, std::size_t high) {
     return low <= value && value <= high;
   };
-  const auto number = [](std::size_t value) { return static_cast<double>(value); };
-  require(options.min_observations >= 6, "min_observations", number(options.min_observations),
+  require(options.min_observations >= 6, "min_observations", options.min_observations,
           "at least 6");
-  require(between(options.hypotheses, 1, 100000), "hypotheses", number(options.hypotheses),
-          "1 to 100000");
-  require(between(options.starts, 1, 10), "starts", number(options.starts), "1 to 10");
-  require(options.judges >= 20, "judges", number(options.judges), "at least 20");
+  require(between(options.hypotheses, 1, 100000), "hypotheses", options.hypotheses, "1 to 100000");
+  require(between(options.starts, 1, 10), "starts", options.starts, "1 to 10");
+  require(options.judges >= 20, "judges", options.judges, "at least 20");
   require(options.quantile >= 0.1 && options.quantile <= 0.5, "quantile", options.quantile,
           "a share from 0.1 to 0.5");
   require(options.refinements >= 0 && options.refinements <= 100, "refinements",

@@ -21,10 +21,7 @@ constexpr std::size_t max_stretches = 32;
 constexpr int work_width = 320;  // images are shrunk to about this width, pixels
 constexpr int work_rows = 120;   // about so many rows of the depth image have edges enough
 
-void require(bool is_right, const char* name, double got, const char* want) {
-  if (is_right) return;
-  detail::throw_misuse(component, detail::concatenate(name, " = ", got), want);
-}
+constexpr detail::OptionCheck require(component);
 
 /// Collects the near sides of depth edges: a pixel's next neighbour on either side that has depth,
 /// or the one above or below, is farther away by a jump. Gives them as indices of the pixels of an

@@ -26,10 +26,7 @@ constexpr double max_sigma_frames = 0.25;
 // Standard error of the lag by edges, where texture and shadows lie on one side of things.
 constexpr double edges_sigma_frames = 0.2;
 
-void require(bool is_right, const char* name, double got, const char* want) {
-  if (is_right) return;
-  detail::throw_misuse(component, detail::concatenate(name, " = ", got), want);
-}
+constexpr detail::OptionCheck require(component);
 
 double median(std::vector<double>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -125,9 +122,8 @@ SilhouetteLagEstimator::SilhouetteLagEstimator(const SilhouetteLagEstimatorOptio
   require_length("reach_px", options.reach_px);
   require_length("min_width_px", options.min_width_px);
   require_length("max_gap_s", options.max_gap_s);
-  require(options.min_rows > 0, "min_rows", 0, "at least 1");
-  require(options.min_edges >= 2 * stretches, "min_edges", static_cast<double>(options.min_edges),
-          "at least 16");
+  require(options.min_rows > 0, "min_rows", options.min_rows, "at least 1");
+  require(options.min_edges >= 2 * stretches, "min_edges", options.min_edges, "at least 16");
   require(options.min_motion_share > 0 && options.min_motion_share <= 1, "min_motion_share",
           options.min_motion_share, "a number above 0 and at most 1");
   require(options.max_age_s >= 0 && options.max_age_s <= 1e4, "max_age_s", options.max_age_s,

@@ -72,6 +72,22 @@ template <class... Parts>
       concatenate("dynfilter::", component, ": got ", got, "; want ", want));
 }
 
+/// Check of the options of a component.
+class OptionCheck {
+ public:
+  explicit constexpr OptionCheck(const char* component) : component_(component) {}
+
+  /// Throws std::invalid_argument where an option is not good: "dynfilter::<component>: got <name>
+  /// = <value>; want <want>".
+  void operator()(bool is_good, const char* name, const MessagePart& value,
+                  const char* want) const {
+    if (!is_good) throw_misuse(component_, join({name, " = ", value}), want);
+  }
+
+ private:
+  const char* component_;
+};
+
 /// Returns the name of a matrix's type as users write it: "CV_16UC1".
 inline std::string type_name(const cv::Mat& matrix) {
   static constexpr const char* depths[] = {"CV_8U",  "CV_8S",  "CV_16U", "CV_16S",
