@@ -99,7 +99,7 @@ TEST_F(PluginMotion, LetsTheHostWaitUntilMotionIsDecided) {
   const SyntheticScene scene = standing_people();
   std::vector<SyntheticFrame> rendered;
   MaskFolderWriter writer(folder_.path() / "masks");
-  for (int i = 0; i < 9; ++i) {
+  for (int i = 0; i < 12; ++i) {
     rendered.push_back(scene.render(i));
     writer.add(rendered.back().true_segmentation);
   }
@@ -122,8 +122,8 @@ TEST_F(PluginMotion, LetsTheHostWaitUntilMotionIsDecided) {
       EXPECT_EQ(later.size(), now.size());
     }
   }
-  EXPECT_GE(frames_waited, 4U);
-  EXPECT_LE(frames_waited, 7U);
+  EXPECT_GE(frames_waited, 7U);
+  EXPECT_LE(frames_waited, 10U);
 }
 
 /// A network may give its first masks late. Nobody knows before that people stand there. Where the
