@@ -4,8 +4,10 @@
 #include "instance_votes.hpp"
 
 #include <algorithm>
+#include <cstdint>
 #include <limits>
 #include <optional>
+#include <vector>
 
 #include "quantile.hpp"
 
