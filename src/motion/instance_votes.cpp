@@ -14,18 +14,11 @@
 namespace dynfilter::detail {
 namespace {
 
-/// How far most members of an instance are from where static features would be, and up to which
-/// distance they count as still, pixels.
-struct InstanceShift {
-  double shift_px, allowed_px;
-
-  bool is_quiet() const { return shift_px <= allowed_px; }
-};
-
-/// Measures an instance's shift over a baseline. Returns nothing if too few members were tracked.
-std::optional<InstanceShift> shift_of(const MotionContext& context, const FeatureLabels& labels,
-                                      std::size_t instance, std::size_t members,
-                                      std::size_t baseline) {
+/// Tells whether most members of an instance are where static features would be over a baseline.
+/// Returns nothing if too few members were tracked.
+std::optional<bool> is_quiet_over(std::size_t baseline, const MotionContext& context,
+                                  const FeatureLabels& labels, std::size_t instance,
+                                  std::size_t members) {
   MotionMeasurement& measured = context.measured;
   const MotionJudgeOptions& options = context.options;
   const MotionBaseline& over = measured.baselines[baseline];
@@ -52,17 +45,7 @@ std::optional<InstanceShift> shift_of(const MotionContext& context, const Featur
     allowed_px = std::max(allowed_px, context.shift_px(options.max_still_speed_m_s, over.duration_s,
                                                        {depth_m, depth_m}));
   }
-  return InstanceShift{quantile_of(measured.values, options.still_share), allowed_px};
-}
-
-/// Tells whether an instance that is still over the short baseline shifts by more over the long one
-/// than it can have done in those frames.
-bool is_contradicted(const MotionContext& context, const InstanceShift& over_short,
-                     const InstanceShift& over_long) {
-  const auto& baselines = context.measured.baselines;
-  const double frames = baselines[1].duration_s / baselines[0].duration_s;
-  return over_short.is_quiet() &&
-         over_long.shift_px > frames * over_short.shift_px + over_short.allowed_px;
+  return quantile_of(measured.values, options.still_share) <= allowed_px;
 }
 
 }  // namespace
@@ -80,21 +63,14 @@ InstanceVotes votes_of(const MotionContext& context, const FeatureLabels& labels
     if (!is_member_of(instance, labels[i])) continue;
     ++votes.members;
     votes.tracked += motions[i].is_known() ? 1 : 0;
+    votes.moving += motions[i].ratio > 1 ? 1 : 0;
   }
-  const auto over_short = shift_of(context, labels, instance, votes.members, 0);
-  const auto over_long = shift_of(context, labels, instance, votes.members, 1);
-  const bool long_fails =
-      over_short && over_long && is_contradicted(context, *over_short, *over_long);
-  for (std::size_t i = 0; i < labels.size(); ++i) {
-    const bool has_voice = !(long_fails && motions[i].baseline == 1);
-    const bool moves = motions[i].ratio > 1 && has_voice;
-    if (moves && is_member_of(instance, labels[i])) ++votes.moving;
-  }
-  const bool knows_long = over_long && !long_fails;
+  const auto over_short = is_quiet_over(0, context, labels, instance, votes.members);
+  const auto over_long = is_quiet_over(1, context, labels, instance, votes.members);
   // What is not quiet over one frame is not, whatever the long baseline says; that one may fail
   // where the camera moves fast.
-  votes.is_quiet = over_short && over_short->is_quiet() && (!knows_long || over_long->is_quiet());
-  votes.is_complete = over_short && knows_long;
+  votes.is_quiet = over_short.value_or(false) && over_long.value_or(true);
+  votes.is_complete = over_short && over_long;
   return votes;
 }
 

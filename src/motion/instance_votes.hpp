@@ -18,11 +18,6 @@ namespace dynfilter::detail {
 bool is_member_of(std::size_t instance, const FeatureLabel& label);
 
 /// Collects the votes of an instance's members from their measured motions.
-///
-/// The long baseline has no voice where the short one shows that the instance is still and the
-/// members shift by far more over the long one than that allows: its pose fails there. What moves
-/// does so in each of its frames. Who moves so slowly that the short baseline hardly shows it may
-/// pass for still by that.
 InstanceVotes votes_of(const MotionContext& context, const FeatureLabels& labels,
                        std::size_t instance);
 

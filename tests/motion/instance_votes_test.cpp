@@ -99,25 +99,6 @@ TEST(InstanceVotes, CountTheMembersThatMove) {
   EXPECT_EQ(votes.moving, 5U);
 }
 
-/// The pose over three frames may be off by pixels where an object is. What shifts by pixels in
-/// three frames shifts in one of them, too.
-TEST(InstanceVotes, IgnoreALongBaselineThatTheShortOneContradicts) {
-  MotionMeasurement measured = measured_at({0.2F, 3.5F});
-  for (std::size_t i = 0; i < members; ++i) {
-    measured.motions[i].ratio = 2;
-    measured.motions[i].baseline = 1;
-  }
-  for (std::size_t i = 0; i < 3; ++i) measured.motions[i].baseline = 0;
-  const InstanceVotes votes = voted(measured);
-  EXPECT_TRUE(votes.is_quiet);
-  EXPECT_FALSE(votes.is_complete);
-  EXPECT_EQ(votes.moving, 3U) << "those that the short baseline saw";
-  // What is not still over the short one does not contradict.
-  for (FeatureMotion& motion : measured.motions)
-    motion.shift_px = {cv::Vec2f(1, 0), cv::Vec2f(5, 0)};
-  EXPECT_EQ(voted(measured).moving, members);
-}
-
 TEST(InstanceVotes, AreNotQuietWithoutTheShortBaseline) {
   MotionMeasurement measured = measured_at({0.2F, 0.4F});
   measured.baselines[1].is_used = false;

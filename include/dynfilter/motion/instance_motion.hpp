@@ -26,8 +26,7 @@ struct InstanceVotes {
   std::size_t moving = 0;   ///< those whose ratio is above 1
   /// Whether enough members were tracked, and most of them were where static features would be,
   /// more nearly than a mover could be, over the short and the long baseline, as far as they could
-  /// be judged. One whose depth changed was not. A long baseline that the short one contradicts
-  /// could not be judged.
+  /// be judged. One whose depth changed was not.
   bool is_quiet = false;
   bool is_complete = true;  ///< whether it could be judged over both baselines
 };
