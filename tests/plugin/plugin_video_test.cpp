@@ -103,6 +103,31 @@ TEST_F(PluginVideo, ShowsEveryFrameWithAnImage) {
   EXPECT_EQ(video_pictures(film()).size(), 2U);
 }
 
+/// A frame from which a waiting host gets one feature only is not starved: its health is that of
+/// what was judged.
+TEST_F(PluginVideo, ShowsTheSameHealthToAHostThatWaitsForMotion) {
+  const std::string keys =
+      "dynfilter.missing_masks: \"keep\"\nCamera.fy: 539.2\nCamera.cx: 80\nCamera.cy: 60\n"
+      "dynfilter.motion: 1\ndynfilter.video: \"" +
+      film().string() + "\"\n";
+  constexpr int count = 12;  // enough for a verdict
+  const auto last_health = [&](const std::string& more, std::size_t& kept) {
+    {
+      Plugin plugin(settings(keys + more));
+      kept = filter(plugin, count);
+    }
+    const cv::Mat picture = video_pictures(film()).back();
+    return cv::Mat(picture.rowRange(picture.rows - 18, picture.rows));
+  };
+  std::size_t kept_at_once = 0, kept_waiting = 0;
+  const cv::Mat at_once = last_health("", kept_at_once);
+  const cv::Mat waiting = last_health("dynfilter.wait_for_motion: 15\n", kept_waiting);
+  EXPECT_GT(kept_at_once, 200U * count);
+  EXPECT_EQ(kept_waiting, static_cast<std::size_t>(count));
+  // Motion JPEG changes pixels a little.
+  EXPECT_LT(cv::norm(at_once, waiting, cv::NORM_L1) / static_cast<double>(at_once.total()), 6);
+}
+
 TEST_F(PluginVideo, WithoutFramesThereIsNone) {
   { Plugin plugin(with_video(film())); }
   EXPECT_FALSE(fs::exists(film()));

@@ -15,7 +15,10 @@
 
 #include <opencv2/imgcodecs.hpp>
 
+#include "dynfilter/evaluation/rgbd_sequence_writer.hpp"
+#include "dynfilter/evaluation/synthetic_scene.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
+#include "dynfilter/segmenters/mask_folder_writer.hpp"
 #include "dynfilter/version.hpp"
 #include "support/program.hpp"
 #include "support/small_scene_test.hpp"
@@ -26,7 +29,16 @@
 namespace dynfilter::testing {
 namespace {
 
-class Program : public SmallSceneTest {};
+class Program : public SmallSceneTest {
+ protected:
+  /// Number of poses of a run's trajectory.
+  static std::size_t poses_in(const fs::path& folder) {
+    std::size_t poses = 0;
+    std::ifstream trajectory(folder / "trajectory.txt");
+    for (std::string line; std::getline(trajectory, line);) poses += line[0] != '#' ? 1U : 0U;
+    return poses;
+  }
+};
 
 TEST_F(Program, DrawsAPanelForEachPartOfTheRule) {
   const int width = cv::imread(fs::directory_iterator(scene() / "rgb")->path().string()).cols;
@@ -104,10 +116,7 @@ TEST_F(Program, MapWaitsForMotionOnRequest) {
         0);
     const nlohmann::json summary = read_json(folder / "summary.json");
     EXPECT_GT(summary["kept"], 1000);
-    std::size_t poses = 0;
-    std::ifstream trajectory(folder / "trajectory.txt");
-    for (std::string line; std::getline(trajectory, line);) poses += line[0] != '#' ? 1U : 0U;
-    EXPECT_EQ(poses + summary["lost_frames"].get<std::size_t>(), 6U) << rule;
+    EXPECT_EQ(poses_in(folder) + summary["lost_frames"].get<std::size_t>(), 6U) << rule;
     return std::pair(summary["lost_frames"].get<int>(), summary["kept"].get<int>());
   };
   const auto [frames_at_once, kept_at_once] = waited("depth_motion");
@@ -116,6 +125,31 @@ TEST_F(Program, MapWaitsForMotionOnRequest) {
   EXPECT_GE(frames, 1);  // the first frame is never decided
   EXPECT_LT(frames, 6);
   EXPECT_EQ(kept, kept_at_once);
+}
+
+/// Motion is never judged over gaps of a second.
+TEST_F(Program, MapWaitsForMotionForFifteenFramesAtTheMost) {
+  constexpr int frames = 17;
+  SyntheticSceneOptions options;
+  options.image_size = {320, 240};
+  const SyntheticScene rendered(options);
+  const fs::path sequence = out("rare frames"), folder = out("waited in vain");
+  RgbdSequenceWriter images(sequence, rendered.camera());
+  MaskFolderWriter masks(sequence / "masks");
+  for (int i = 0; i < frames; ++i) {
+    SyntheticFrame shot = rendered.render(i);
+    shot.frame.timestamp_s = shot.true_segmentation.timestamp_s = i;
+    images.add(shot.frame);
+    masks.add(shot.true_segmentation);
+  }
+  images.finish();
+  masks.finish();
+  const Outcome outcome =
+      run("run " + quoted(sequence) + " --rule depth_motion_waits --overlays 0" + " --out " +
+          quoted(folder));
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
+  EXPECT_EQ(read_json(folder / "summary.json")["lost_frames"], 15);
+  EXPECT_EQ(poses_in(folder), 2U);
 }
 
 TEST_F(Program, SecondRunGivesTheSameNumbersWithoutOldPictures) {
