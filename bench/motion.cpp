@@ -79,15 +79,15 @@ void tracks(benchmark::State& state) {
 void stage(benchmark::State& state) {
   const bool with_masks = state.range(0) != 0;
   const Pipeline<MaskCuller, Compensator> filter{MaskCuller(), Compensator()};
-  MotionState memory;
-  const MotionJudge judge(camera(), memory);
+  MotionState motion;
+  const MotionJudge judge(camera(), motion);
   Workspace workspace;
   FeatureLabels labels;
   int i = 0;
   for (auto _ : state) {
     state.PauseTiming();
     if (i == frames) i = 0;
-    if (i == 0) memory.reset();
+    if (i == 0) motion.reset();
     for (; i < 3; ++i) {
       const Shot& shot = shots()[static_cast<std::size_t>(i)];
       FeatureLabels warm(shot.keypoints.size(), {});

@@ -33,8 +33,8 @@ int run(const char* folder, std::optional<double> depth_offset_s) {
 
   const dynfilter::CameraParameters& c = sequence.camera();
   const dynfilter::PinholeCamera camera{c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, c.k3};
-  dynfilter::MotionState memory;  // one for each camera, and every frame of it in order
-  const dynfilter::MotionFilter filter(camera, memory);
+  dynfilter::MotionState state;  // one for each camera, and every frame of it in order
+  const dynfilter::MotionFilter filter(camera, state);
   dynfilter::FeatureLabels labels;
   dynfilter::Workspace workspace;
   const cv::Ptr<cv::ORB> orb = cv::ORB::create(1000);

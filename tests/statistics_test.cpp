@@ -19,7 +19,7 @@ FrameStatistics judged() {
 TEST(IsMotionDecided, IfItWasJudgedAndNoObjectIsUndecided) {
   EXPECT_TRUE(judged().is_motion_decided());
   FrameStatistics statistics = judged();
-  statistics.motion.undecided_objects = 1;
+  statistics.motion.unsettled_objects = 1;
   EXPECT_FALSE(statistics.is_motion_decided());
   EXPECT_FALSE(FrameStatistics().is_motion_decided());
   for (const MotionOutcome outcome :

@@ -48,7 +48,7 @@ enum class InstanceVerdict : std::uint8_t {
 enum class MotionOutcome : std::uint8_t {
   not_run,           ///< no motion evidence in the pipeline
   no_image,          ///< abstained: the frame has no image
-  started,           ///< abstained: the first frame, or the first after a cut or a jump of time
+  started,           ///< abstained: first frame, or a cut, a gap, or a time that did not grow
   repeated,          ///< abstained: the image is that of the frame before
   too_few_tracks,    ///< abstained: too few static features with depth could be tracked
   pose_not_trusted,  ///< abstained: the tracks agree on no motion of the camera
@@ -60,14 +60,14 @@ struct MotionStatistics {
   MotionOutcome outcome = MotionOutcome::not_run;  ///< what happened
   std::size_t tracked = 0;                         ///< features that were found in the last frame
   std::size_t seeds = 0;       ///< features that look as if they move, by track, depth or image
-  std::size_t supported = 0;   ///< seeds that count, because others near them are seeds, too
+  std::size_t supported = 0;   ///< seeds that count fully, because others near them are seeds, too
   std::size_t given_back = 0;  ///< features given back because they do not move
   /// Dynamic objects that matter and of which it is not known for sure whether they move: the
   /// verdict is neither `still` nor has it been `moving` for some frames. An object matters if
   /// masks and compensation took more than a twentieth of the frame's features for it.
-  std::size_t undecided_objects = 0;
-  double scale_px = 0;  ///< scale of the static features' residuals, one frame back, pixels
-  double support = 0;   ///< share of the features that agree with the camera's motion
+  std::size_t unsettled_objects = 0;
+  double scale_px = 0;      ///< scale of the static features' residuals, one frame back, pixels
+  double pose_support = 0;  ///< share of the features that agree with the camera's motion
   /// Number of baselines that were used: 0 where it abstained; else the short one, and of the long
   /// one and the one to a kept frame those that could be.
   std::size_t baselines = 0;
@@ -126,13 +126,13 @@ struct FrameStatistics {
   std::size_t kept() const { return features - removed(); }
 
   /// Whether masks are known, motion evidence judged the frame, and it knows of each object that
-  /// matters whether it moves: MotionStatistics::undecided_objects is 0. A map that begins earlier
+  /// matters whether it moves: MotionStatistics::unsettled_objects is 0. A map that begins earlier
   /// lacks what still persons cover: a host that can wait begins its map in the first frame for
   /// which this holds. Some persons are never decided, as those who are hidden for the most part,
   /// so limit the wait, to half a second. O(1).
   bool is_motion_decided() const {
     return has_segmentation && motion.outcome == MotionOutcome::applied &&
-           motion.undecided_objects == 0;
+           motion.unsettled_objects == 0;
   }
 };
 

@@ -30,7 +30,8 @@ InstanceMotion::InstanceMotion(const InstanceMotionOptions& options) : options_(
           options.max_still_frames, "at least min_still_frames");
   require(options.min_moving_frames >= 1, "min_moving_frames", options.min_moving_frames,
           "at least 1");
-  require(options.frames_lost >= 0, "frames_lost", options.frames_lost, "at least 0");
+  require(options.cancelled_frames >= 0, "cancelled_frames", options.cancelled_frames,
+          "at least 0");
   require(options.min_iou >= 0 && options.min_iou <= 1, "min_iou", options.min_iou, "0 to 1");
 }
 
@@ -69,7 +70,7 @@ void InstanceMotion::begin_frame(const Segmentation& segmentation) {
     found->is_matched = true;
     found->still_frames = match->still_frames;
     found->moving_frames = match->moving_frames;
-    found->has_moved = match->has_moved;
+    found->was_restless = match->was_restless;
     match->is_taken = true;
   }
 }
@@ -81,7 +82,7 @@ InstanceVerdict InstanceMotion::judge(std::size_t k, const std::optional<Instanc
   const bool is_moving = votes && votes->moving >= options_.min_moving &&
                          static_cast<double>(votes->moving) >
                              options_.min_moving_share * static_cast<double>(votes->tracked);
-  known.has_moved = known.has_moved || is_moving || (votes && !votes->is_quiet);
+  known.was_restless = known.was_restless || is_moving || (votes && !votes->is_quiet);
   known.moving_frames =
       is_moving ? std::min(known.moving_frames + 1, options_.min_moving_frames) : 0;
   if (is_moving) {
@@ -91,7 +92,7 @@ InstanceVerdict InstanceMotion::judge(std::size_t k, const std::optional<Instanc
   if (votes && votes->is_quiet) {
     still_frames = std::min(still_frames + (votes->is_complete ? 1 : 0), options_.max_still_frames);
   } else {
-    still_frames = std::max(still_frames - options_.frames_lost, 0);
+    still_frames = std::max(still_frames - options_.cancelled_frames, 0);
   }
   known.is_still = votes && still_frames >= options_.min_still_frames;
   return known.is_still ? InstanceVerdict::still : InstanceVerdict::undecided;
@@ -100,7 +101,7 @@ InstanceVerdict InstanceMotion::judge(std::size_t k, const std::optional<Instanc
 bool InstanceMotion::is_settled(std::size_t k) const {
   const Known& known = known_.at(k);
   const int settled_frames =
-      std::min(options_.min_still_frames + options_.frames_lost, options_.max_still_frames);
+      std::min(options_.min_still_frames + options_.cancelled_frames, options_.max_still_frames);
   const bool stays_still = known.is_still && known.still_frames >= settled_frames;
   return stays_still || known.moving_frames >= options_.min_moving_frames;
 }

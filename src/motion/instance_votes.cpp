@@ -38,14 +38,14 @@ std::optional<bool> is_quiet_over(std::size_t baseline, const MotionContext& con
   }
   const std::size_t tracked = measured.values.size();
   const double tracked_share = static_cast<double>(tracked) / static_cast<double>(members);
-  if (tracked < options.min_still_votes || tracked_share < options.min_still_tracked) return {};
-  double allowed_px = std::max(options.max_still_px, options.max_still_scales * over.pose.scale_px);
+  if (tracked < options.min_quiet_votes || tracked_share < options.min_quiet_tracked) return {};
+  double allowed_px = std::max(options.max_quiet_px, options.max_quiet_scales * over.pose.scale_px);
   if (!measured.nearest_m.empty()) {
     const double depth_m = quantile_of(measured.nearest_m);
-    allowed_px = std::max(allowed_px, context.shift_px(options.max_still_speed_m_s, over.duration_s,
+    allowed_px = std::max(allowed_px, context.shift_px(options.max_quiet_speed_m_s, over.duration_s,
                                                        {depth_m, depth_m}));
   }
-  return quantile_of(measured.values, options.still_share) <= allowed_px;
+  return quantile_of(measured.values, options.quiet_share) <= allowed_px;
 }
 
 }  // namespace
@@ -62,11 +62,11 @@ InstanceVotes votes_of(const MotionContext& context, const FeatureLabels& labels
   for (std::size_t i = 0; i < labels.size(); ++i) {
     if (!is_member_of(instance, labels[i])) continue;
     ++votes.members;
-    votes.tracked += motions[i].is_known() ? 1 : 0;
+    votes.tracked += motions[i].was_tracked() ? 1 : 0;
     votes.moving += motions[i].ratio > 1 ? 1 : 0;
   }
-  const auto over_short = is_quiet_over(0, context, labels, instance, votes.members);
-  const auto over_long = is_quiet_over(1, context, labels, instance, votes.members);
+  const auto over_short = is_quiet_over(short_baseline, context, labels, instance, votes.members);
+  const auto over_long = is_quiet_over(long_baseline, context, labels, instance, votes.members);
   // What is not quiet over one frame is not, whatever the long baseline says; that one may fail
   // where the camera moves fast.
   votes.is_quiet = over_short.value_or(false) && over_long.value_or(true);

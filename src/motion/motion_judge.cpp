@@ -54,20 +54,20 @@ void check_options(const MotionJudgeOptions& options) {
   not_negative("min_speed_m_s", options.min_speed_m_s);
   not_negative("min_patch_gain", options.min_patch_gain);
   not_negative("max_patch_ratio", options.max_patch_ratio);
-  not_negative("max_still_patch_ratio", options.max_still_patch_ratio);
+  not_negative("max_static_patch_ratio", options.max_static_patch_ratio);
   require(options.fill_radius_px >= 0 && options.fill_radius_px <= 1000, "fill_radius_px",
           options.fill_radius_px, "0 to 1000");
   share("min_fill_share", options.min_fill_share);
   not_negative("max_thing_depth_m", options.max_thing_depth_m);
   not_negative("stale_age_s", options.stale_age_s);
   not_negative("max_clear_ratio", options.max_clear_ratio);
-  not_negative("max_still_px", options.max_still_px);
-  not_negative("max_still_scales", options.max_still_scales);
-  not_negative("max_still_speed_m_s", options.max_still_speed_m_s);
-  share("still_share", options.still_share);
-  share("min_still_tracked", options.min_still_tracked);
+  not_negative("max_quiet_px", options.max_quiet_px);
+  not_negative("max_quiet_scales", options.max_quiet_scales);
+  not_negative("max_quiet_speed_m_s", options.max_quiet_speed_m_s);
+  share("quiet_share", options.quiet_share);
+  share("min_quiet_tracked", options.min_quiet_tracked);
   share("min_kept_share", options.min_kept_share);
-  require(options.min_still_votes >= 1, "min_still_votes", options.min_still_votes, "at least 1");
+  require(options.min_quiet_votes >= 1, "min_quiet_votes", options.min_quiet_votes, "at least 1");
   not_negative("max_background_depth_range_m", options.max_background_depth_range_m);
   distance("fringe_px", options.fringe_px);
   not_negative("fringe_shift_px", options.fringe_shift_px);
@@ -114,19 +114,20 @@ void measure_camera(const MotionContext& context, const FeatureTracker& tracker,
                     const RelativePoseEstimator& estimator, MotionStatistics& statistics) {
   const MotionMemory& memory = context.memory;
   auto& baselines = context.measured.baselines;
-  estimate_pose(context, estimator, 0);
-  statistics.scale_px = baselines[0].pose.scale_px;
-  statistics.support = baselines[0].pose.support;
+  estimate_pose(context, estimator, detail::short_baseline);
+  statistics.scale_px = baselines[detail::short_baseline].pose.scale_px;
+  statistics.pose_support = baselines[detail::short_baseline].pose.support;
   const auto measure_over = [&](std::size_t baseline, bool is_possible) {
     baselines[baseline].is_used = false;
-    if (!baselines[0].is_used || !is_possible) return;
+    if (!baselines[detail::short_baseline].is_used || !is_possible) return;
     track_back(context, tracker, baseline);
     estimate_pose(context, estimator, baseline);
   };
-  measure_over(1, memory.known == detail::past_frames);
+  measure_over(detail::long_baseline, memory.known == detail::past_frames);
   // A host's motions, one after the other, would be too coarse where no tracks tell the pose.
   const bool has_kept = context.options.uses_kept_frames && memory.kept[0].frames_back > 0;
-  measure_over(detail::kept_baseline, has_kept && has_enough_tracks(context, 0));
+  measure_over(detail::kept_baseline,
+               has_kept && has_enough_tracks(context, detail::short_baseline));
   for (const detail::MotionBaseline& baseline : baselines) {
     statistics.baselines += baseline.is_used ? 1 : 0;
   }
@@ -148,7 +149,7 @@ void judge_features(const MotionContext& context, MotionStatistics& statistics) 
 /// Remembers a frame, with the camera's motion if that is trusted.
 void remember(const MotionContext& context) {
   MotionMemory& memory = context.memory;
-  const detail::MotionBaseline& over = context.measured.baselines[0];
+  const detail::MotionBaseline& over = context.measured.baselines[detail::short_baseline];
   memory.beliefs->remember(context.input.features, context.measured.beliefs);
   memory.now.motion.reset();
   if (over.is_used) memory.now.motion = over.pose.pose;
@@ -161,8 +162,8 @@ MotionOutcome judge(const MotionContext& context, const FeatureTracker& tracker,
   const auto& baselines = context.measured.baselines;
   MotionStatistics& statistics = labels.statistics().motion;
 
-  track_back(context, tracker, 0);
-  statistics.tracked = detail::count_found(baselines[0].tracks);
+  track_back(context, tracker, detail::short_baseline);
+  statistics.tracked = detail::count_found(baselines[detail::short_baseline].tracks);
   const bool is_cut = static_cast<double>(statistics.tracked) <
                       context.options.min_tracked_share * static_cast<double>(labels.size());
   if (is_cut) {
@@ -175,11 +176,11 @@ MotionOutcome judge(const MotionContext& context, const FeatureTracker& tracker,
   measure_camera(context, tracker, estimator, statistics);
   judge_features(context, statistics);
   judge_instances(context, labels);
-  if (baselines[0].is_used) write_labels(context, labels);
+  if (baselines[detail::short_baseline].is_used) write_labels(context, labels);
   remember(context);
-  if (baselines[0].is_used) return MotionOutcome::applied;
-  return has_enough_tracks(context, 0) ? MotionOutcome::pose_not_trusted
-                                       : MotionOutcome::too_few_tracks;
+  if (baselines[detail::short_baseline].is_used) return MotionOutcome::applied;
+  return has_enough_tracks(context, detail::short_baseline) ? MotionOutcome::pose_not_trusted
+                                                            : MotionOutcome::too_few_tracks;
 }
 
 }  // namespace
@@ -226,8 +227,9 @@ bool MotionJudge::track(const FrameView& frame, FeaturesView features,
     memory.is_tracked_ahead = false;
     tracks.assign(features.size(), FeatureTrack());
     if (!look(frame) || !continues(memory, options_.max_gap_s)) return false;
-    detail::track_back({input, camera_, options_, false, memory, measured, workspace}, tracker_, 0);
-    memory.tracked_ahead = measured.baselines[0].tracks;
+    detail::track_back({input, camera_, options_, false, memory, measured, workspace}, tracker_,
+                       detail::short_baseline);
+    memory.tracked_ahead = measured.baselines[detail::short_baseline].tracks;
     tracks = memory.tracked_ahead;
     memory.is_tracked_ahead = true;
     return true;

@@ -47,7 +47,7 @@ std::optional<double> farthest_of(const MotionContext& context, const FeatureLab
     const float depth_m = measured.motions[i].depth_m;
     if (is_member_of(instance, labels[i]) && depth_m > 0) measured.values.push_back(depth_m);
   }
-  if (measured.values.size() < context.options.min_still_votes) return {};
+  if (measured.values.size() < context.options.min_quiet_votes) return {};
   return quantile_of(measured.values, 0.9);
 }
 
@@ -82,12 +82,12 @@ void fill(const MotionContext& context) {
   const auto counts = [](std::size_t /*feature*/) { return true; };
   for (std::size_t i = 0; i < measured.motions.size(); ++i) {
     const FeatureMotion& motion = measured.motions[i];
-    const bool is_clear = motion.is_known() && motion.ratio < context.options.max_clear_ratio;
-    const bool is_nothing_known = !motion.is_known() && !(motion.depth_m > 0);
+    const bool is_clear = motion.was_tracked() && motion.ratio < context.options.max_clear_ratio;
+    const bool is_nothing_known = !motion.was_tracked() && !(motion.depth_m > 0);
     if (measured.was_dynamic[i] || is_clear || is_nothing_known) continue;
     if (!is_surrounded(context, features, i, measured.was_dynamic, counts)) continue;
-    const bool is_still =
-        motion.approach_m == 0 && appearance_of(context, i, motion.baseline) == Appearance::still;
+    const bool is_still = motion.approach_m == 0 &&
+                          appearance_of(context, i, motion.baseline) == Appearance::at_static_place;
     if (!is_still) measured.is_dynamic[i] = 1;
   }
 }
@@ -96,11 +96,7 @@ void fill(const MotionContext& context) {
 /// shows many new ones.
 void suspect_surrounded(const MotionContext& context) {
   MotionMeasurement& measured = context.measured;
-  const std::vector<FeatureTrack>& tracks = measured.baselines[0].tracks;
-  measured.is_believed.clear();
-  for (const double belief : measured.beliefs) {
-    measured.is_believed.push_back(context.memory.beliefs->is_dynamic(belief) ? 1 : 0);
-  }
+  const std::vector<FeatureTrack>& tracks = measured.baselines[short_baseline].tracks;
   FrameFeatures& features = frame_features(context.input.features, context.workspace);
   const auto has_belief = [&](std::size_t feature) { return measured.beliefs[feature] != 0; };
   for (std::size_t i = 0; i < tracks.size(); ++i) {
@@ -114,8 +110,8 @@ void suspect_surrounded(const MotionContext& context) {
 
 /// Tells whether the last frame shows a feature where it would have been if it were static.
 bool looks_static(const MotionContext& context, std::size_t feature) {
-  const Appearance appearance = appearance_of(context, feature, 0);
-  return appearance == Appearance::fits || appearance == Appearance::still;
+  const Appearance appearance = appearance_of(context, feature, short_baseline);
+  return appearance == Appearance::fits || appearance == Appearance::at_static_place;
 }
 
 bool shifts_in_fringe(const MotionContext& context, const FeatureMotion& motion) {
@@ -146,7 +142,7 @@ void clean_fringe(const MotionContext& context, std::size_t k, FeatureLabels& la
         farthest_m && double{motion.depth_m} > *farthest_m + options.max_thing_depth_m;
     if (is_behind) return;
     const bool is_near = mask_within(instance, context.input.features.pixel(i), untracked_px);
-    const bool is_followed = motion.is_tracked[0] || motion.is_tracked[1];
+    const bool is_followed = motion.is_tracked[short_baseline] || motion.is_tracked[long_baseline];
     const bool is_suspicious = is_followed ? shifts_in_fringe(context, motion) : is_near;
     if (!is_suspicious || looks_static(context, i)) return;
     labels.remove(i, static_cast<std::int32_t>(k), Reason::moving, fringe_score);
@@ -171,46 +167,71 @@ bool is_surely_static(const MotionContext& context, std::size_t feature) {
       depth.is_known() && depth.farthest_m - depth.nearest_m < options.max_background_depth_range_m;
   const bool moves = context.measured.is_dynamic[feature] || motion.approach_m != 0;
   if (!is_at_one_depth || moves) return false;
-  const bool is_clear =
-      motion.is_tracked[0] && motion.is_tracked[1] && motion.ratio < options.max_clear_ratio;
-  return is_clear || appearance_of(context, feature, 0) == Appearance::still;
+  const bool is_clear = motion.is_tracked[short_baseline] && motion.is_tracked[long_baseline] &&
+                        motion.ratio < options.max_clear_ratio;
+  return is_clear || appearance_of(context, feature, short_baseline) == Appearance::at_static_place;
 }
 
-/// Tells whether a feature that was removed for an instance comes back. `is_reliable`: whether the
-/// pose can be relied on beside a single instance.
+/// Tells whether a feature that was removed for an instance comes back, see
+/// MotionJudgeOptions::min_kept_share. `is_reliable`: whether the pose can be relied on beside a
+/// single instance.
 bool comes_back(const MotionContext& context, std::size_t feature, const FeatureLabel& label,
                 InstanceVerdict verdict, bool is_reliable) {
   const MotionMeasurement& measured = context.measured;
   const FeatureMotion& motion = measured.motions[feature];
   const bool is_quiet =
-      motion.is_known() ? motion.ratio < 1 : motion.evidence == MotionEvidence::quiet;
+      motion.was_tracked() ? motion.ratio < 1 : motion.evidence == MotionEvidence::quiet;
   const bool is_still = is_quiet && !measured.is_dynamic[feature];
-  if (is_still && verdict == InstanceVerdict::still) return true;
+  const bool is_with_still_object = is_still && verdict == InstanceVerdict::still;
+  if (is_with_still_object) return true;
   if (label.reason != Reason::compensated || !is_reliable) return false;
   // Compensation follows what moves: beside what never did, it has nothing to mend.
   const auto k = static_cast<std::size_t>(label.instance);
-  if (is_still && context.memory.instances->has_never_moved(k)) return true;
-  return verdict == InstanceVerdict::moving && is_surely_static(context, feature);
+  const bool is_beside_quiet_object = is_still && context.memory.instances->was_always_quiet(k);
+  return is_beside_quiet_object ||
+         (verdict == InstanceVerdict::moving && is_surely_static(context, feature));
 }
 
 /// Returns the score of a feature for the strength of what is believed of it: -1, surely static, to
 /// 1, surely moving.
 float score_of(double strength) { return static_cast<float>(0.5 + 0.5 * strength); }
 
+/// Gives a removed feature of an instance back if it is static. Returns whether it came back.
+bool give_back(const MotionContext& context, std::size_t feature, double strength, bool is_reliable,
+               FeatureLabels& labels) {
+  FrameStatistics& statistics = labels.statistics();
+  const FeatureLabel label = labels[feature];
+  InstanceStatistics& instance = statistics.instances[static_cast<std::size_t>(label.instance)];
+  if (!comes_back(context, feature, label, instance.verdict, is_reliable)) return false;
+  labels.restore(feature, score_of(std::min(strength, 0.0)));
+  ++instance.given_back;
+  ++statistics.motion.given_back;
+  return true;
+}
+
+/// Recalls what was believed of the features where they were in the last frame.
+void recall_beliefs(const MotionContext& context) {
+  MotionMeasurement& measured = context.measured;
+  const std::vector<FeatureTrack>& tracks = measured.baselines[short_baseline].tracks;
+  measured.beliefs.assign(tracks.size(), 0);
+  measured.is_believed.assign(tracks.size(), 0);
+  for (std::size_t i = 0; i < tracks.size(); ++i) {
+    if (tracks[i].is_found) measured.beliefs[i] = context.memory.beliefs->at(tracks[i].position);
+    measured.is_believed[i] = context.memory.beliefs->is_dynamic(measured.beliefs[i]) ? 1 : 0;
+  }
+}
+
 }  // namespace
 
 void suspect_features(const MotionContext& context, const FeatureLabels& labels) {
   MotionMeasurement& measured = context.measured;
-  const std::vector<FeatureTrack>& tracks = measured.baselines[0].tracks;
-  measured.beliefs.assign(tracks.size(), 0);
-  measured.suspicions.assign(tracks.size(), Suspicion::none);
-  for (std::size_t i = 0; i < tracks.size(); ++i) {
-    if (tracks[i].is_found) measured.beliefs[i] = context.memory.beliefs->at(tracks[i].position);
-    const bool is_believed = context.memory.beliefs->is_dynamic(measured.beliefs[i]);
+  recall_beliefs(context);
+  measured.suspicions.assign(labels.size(), Suspicion::none);
+  for (std::size_t i = 0; i < labels.size(); ++i) {
     const bool is_compensated = labels.is_removed(i) && labels[i].reason == Reason::compensated;
     if (is_compensated) measured.suspicions[i] = Suspicion::compensated;
     const bool is_on_mask = labels.is_removed(i) && !is_compensated;
-    if (is_on_mask || is_believed) measured.suspicions[i] = Suspicion::strong;
+    if (is_on_mask || measured.is_believed[i]) measured.suspicions[i] = Suspicion::strong;
   }
   suspect_surrounded(context);
   const std::vector<Instance>& instances = context.input.segmentation.instances;
@@ -236,8 +257,8 @@ void decide_features(const MotionContext& context) {
 
 void judge_instances(const MotionContext& context, FeatureLabels& labels) {
   std::vector<InstanceStatistics>& statistics = labels.statistics().instances;
-  const bool is_known = context.measured.baselines[0].is_used;
-  std::size_t& undecided = labels.statistics().motion.undecided_objects;
+  const bool is_known = context.measured.baselines[short_baseline].is_used;
+  std::size_t& unsettled = labels.statistics().motion.unsettled_objects;
   for (std::size_t k = 0; k < statistics.size(); ++k) {
     std::optional<InstanceVotes> votes;
     if (is_known) votes = votes_of(context, labels, k);
@@ -245,33 +266,28 @@ void judge_instances(const MotionContext& context, FeatureLabels& labels) {
     if (is_known) statistics[k].verdict = verdict;
     const auto taken = static_cast<double>(statistics[k].masked + statistics[k].compensated);
     const bool matters = taken > small_object_share * static_cast<double>(labels.size());
-    undecided += matters && !context.memory.instances->is_settled(k) ? 1 : 0;
+    unsettled += matters && !context.memory.instances->is_settled(k) ? 1 : 0;
   }
 }
 
 void write_labels(const MotionContext& context, FeatureLabels& labels) {
   MotionMeasurement& measured = context.measured;
-  FrameStatistics& statistics = labels.statistics();
   const bool is_reliable = is_most_kept(context, labels);
   measured.is_given_back.assign(labels.size(), 0);
   for (std::size_t i = 0; i < labels.size(); ++i) {
-    const FeatureLabel label = labels[i];
     const double strength = std::clamp(measured.beliefs[i] / context.options.belief.limit, -1., 1.);
-    if (label.removed && label.instance >= 0) {
-      InstanceStatistics& instance = statistics.instances[static_cast<std::size_t>(label.instance)];
-      if (!comes_back(context, i, label, instance.verdict, is_reliable)) continue;
-      labels.restore(i, score_of(std::min(strength, 0.0)));
-      measured.is_given_back[i] = 1;
-      ++instance.given_back;
-      ++statistics.motion.given_back;
-    } else if (!label.removed && measured.is_dynamic[i]) {
+    const bool is_of_instance = labels.is_removed(i) && labels[i].instance >= 0;
+    if (is_of_instance) {
+      measured.is_given_back[i] = give_back(context, i, strength, is_reliable, labels) ? 1 : 0;
+    } else if (!labels.is_removed(i) && measured.is_dynamic[i]) {
       labels.remove(i, -1, Reason::moving, score_of(std::max(strength, 0.0)));
     }
   }
-  measured.values.reserve(labels.size());
-  for (std::size_t k = 0; k < statistics.instances.size(); ++k) {
+  measured.values.reserve(labels.size());  // so that warm frames allocate nothing
+  const std::vector<InstanceStatistics>& instances = labels.statistics().instances;
+  for (std::size_t k = 0; k < instances.size(); ++k) {
     const bool may_move =
-        labels.is_dynamic_object(k) && statistics.instances[k].verdict != InstanceVerdict::still;
+        labels.is_dynamic_object(k) && instances[k].verdict != InstanceVerdict::still;
     if (may_move) clean_fringe(context, k, labels);
   }
 }

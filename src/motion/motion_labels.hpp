@@ -16,13 +16,15 @@ namespace dynfilter::detail {
 /// measured.
 void suspect_features(const MotionContext& context, const FeatureLabels& labels);
 
-/// Updates the beliefs by the evidence, and says what is dynamic.
+/// Updates the beliefs by the evidence that measure_motions and support_seeds wrote, and says what
+/// is dynamic.
 void decide_features(const MotionContext& context);
 
 /// Judges the instances: without known baselines, as a frame in which nothing could be judged.
 void judge_instances(const MotionContext& context, FeatureLabels& labels);
 
-/// Gives back the features of still instances, and removes what moves.
+/// Gives back what is static (see MotionJudgeOptions::min_kept_share), and removes what moves.
+/// Needs the verdicts that judge_instances wrote.
 void write_labels(const MotionContext& context, FeatureLabels& labels);
 
 }  // namespace dynfilter::detail

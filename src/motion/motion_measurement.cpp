@@ -41,30 +41,37 @@ std::optional<cv::Point2f> nearest_static_place(const MotionContext& context, st
   return cv::Point2f(context.camera.raw(residual->static_place));
 }
 
-/// Writes where each feature is expected over a baseline. Over the long one: where it was if its
-/// own motion went on as over the short one. Over the others: where a static one was if the camera
-/// moved as expected. Returns false where nothing is known of the camera.
-bool expect_places(const MotionContext& context, std::size_t baseline) {
+/// Returns where a feature was over the long baseline if its own motion went on as over the short
+/// one.
+cv::Point2f place_by_own_motion(const MotionContext& context, std::size_t feature) {
+  const cv::Point2f now = context.input.features[feature];
+  const FeatureTrack& track = context.measured.baselines[short_baseline].tracks[feature];
+  const auto times = static_cast<float>(context.frames_back(long_baseline));
+  return track.is_found ? now + times * (track.position - now) : now;
+}
+
+/// Returns where a static feature was if the camera moved like this.
+cv::Point2f place_by_camera(const MotionContext& context, std::size_t feature,
+                            const RelativePose& motion) {
   const FeaturesView features = context.input.features;
+  const auto depth_m = context.input.frame.depth_m(features.pixel(feature));
+  const cv::Point3d point =
+      context.camera.point(context.camera.ideal(features[feature]), depth_m.value_or(far_m));
+  const auto place = context.camera.project(motion * point);
+  return place ? cv::Point2f(context.camera.raw(*place)) : features[feature];
+}
+
+/// Writes where each feature is expected over a baseline. Returns false where nothing is known of
+/// the camera.
+bool expect_places(const MotionContext& context, std::size_t baseline) {
+  const bool by_own_motion = baseline == long_baseline;
+  if (!by_own_motion && !context.memory.past[0].motion) return false;
+  const RelativePose motion = by_own_motion ? RelativePose() : expected_pose(context, baseline);
   std::vector<cv::Point2f>& expected = context.measured.expected;
   expected.clear();
-  if (baseline == 1) {
-    const auto times = static_cast<float>(context.frames_back(baseline));
-    for (std::size_t i = 0; i < features.size(); ++i) {
-      const FeatureTrack& track = context.measured.baselines[0].tracks[i];
-      const cv::Point2f shift = track.is_found ? track.position - features[i] : cv::Point2f();
-      expected.push_back(features[i] + times * shift);
-    }
-    return true;
-  }
-  if (!context.memory.past[0].motion) return false;
-  const RelativePose motion = expected_pose(context, baseline);
-  for (std::size_t i = 0; i < features.size(); ++i) {
-    const auto depth_m = context.input.frame.depth_m(features.pixel(i));
-    const cv::Point3d point =
-        context.camera.point(context.camera.ideal(features[i]), depth_m.value_or(far_m));
-    const auto place = context.camera.project(motion * point);
-    expected.push_back(place ? cv::Point2f(context.camera.raw(*place)) : features[i]);
+  for (std::size_t i = 0; i < context.input.features.size(); ++i) {
+    expected.push_back(by_own_motion ? place_by_own_motion(context, i)
+                                     : place_by_camera(context, i, motion));
   }
   return true;
 }
@@ -74,7 +81,7 @@ bool expect_places(const MotionContext& context, std::size_t baseline) {
 /// allowed for.
 void measure_approach(const MotionContext& context, std::size_t feature, FeatureMotion& motion) {
   const MotionMeasurement& measured = context.measured;
-  const std::size_t baseline = motion.is_tracked[1] ? 1 : 0;
+  const std::size_t baseline = motion.is_tracked[long_baseline] ? 1 : 0;
   if (!motion.is_tracked[baseline] || !(motion.depth_m > 0)) return;
   const MotionBaseline& over = measured.baselines[baseline];
   const MotionJudgeOptions& options = context.options;
@@ -106,7 +113,8 @@ bool was_in_view(const MotionContext& context, std::size_t feature) {
   if (!place) return false;
   const auto depth_then_m = context.memory.past[0].frame.depth_m(nearest_pixel(*place));
   const cv::Point3d now_m = context.camera.point(measured.ideal[feature], depth_m);
-  return depth_then_m && *depth_then_m > (measured.baselines[0].pose.pose * now_m).z - same_depth_m;
+  return depth_then_m &&
+         *depth_then_m > (measured.baselines[short_baseline].pose.pose * now_m).z - same_depth_m;
 }
 
 /// Measures a feature's shifts over the baselines that are used, and which of them is largest over
@@ -144,8 +152,8 @@ Appearance appearance_without_track(const MotionContext& context, std::size_t fe
   if (!place || !patch) return Appearance::unclear;
   const auto still = patch->difference(context.pyramid_then(baseline).grey(), *place);
   if (!still) return Appearance::unclear;
-  const bool is_still = *still < context.options.max_still_patch_ratio * patch->contrast();
-  if (is_still) return Appearance::still;
+  const bool is_still = *still < context.options.max_static_patch_ratio * patch->contrast();
+  if (is_still) return Appearance::at_static_place;
   return depth_m ? Appearance::absent : Appearance::unclear;
 }
 
@@ -174,8 +182,35 @@ Appearance appearance_of_track(const MotionContext& context, std::size_t feature
   const bool is_moved = best - *tracked > options.min_patch_gain * contrast &&
                         *tracked < options.max_patch_ratio * best;
   if (is_moved) return Appearance::moved;
-  if (*still >= options.max_still_patch_ratio * contrast) return Appearance::unclear;
-  return *tracked < *still ? Appearance::fits : Appearance::still;
+  if (*still >= options.max_static_patch_ratio * contrast) return Appearance::unclear;
+  return *tracked < *still ? Appearance::fits : Appearance::at_static_place;
+}
+
+/// Says what a feature's shifts, its depth and the image tell of its motion.
+///
+///     shift over the limit | image             | came nearer | evidence
+///     no                   |                   | no          | quiet
+///     no                   |                   | yes         | seed
+///     yes, or no track     | at static place   |             | quiet: its track has failed
+///     yes                  | moved             |             | seed
+///     no track             | absent            |             | seed, where it would have been in
+///                          |                   |             | view and no object is beside it
+///     yes, or no track     | any other         | yes         | seed
+///     yes, or no track     | any other         | no          | unknown
+MotionEvidence evidence_of(const MotionContext& context, std::size_t feature,
+                           FeatureMotion& motion) {
+  const bool is_at_static_place = motion.was_tracked() && motion.ratio <= 1;
+  if (is_at_static_place) {
+    measure_approach(context, feature, motion);
+    return motion.approach_m == 0 ? MotionEvidence::quiet : MotionEvidence::seed;
+  }
+  const Appearance appearance = appearance_of(context, feature, motion.baseline);
+  if (appearance == Appearance::at_static_place) return MotionEvidence::quiet;
+  measure_approach(context, feature, motion);
+  const bool has_come =
+      appearance == Appearance::absent && !motion.is_beside_object && was_in_view(context, feature);
+  const bool moves = appearance == Appearance::moved || motion.approach_m != 0 || has_come;
+  return moves ? MotionEvidence::seed : MotionEvidence::unknown;
 }
 
 }  // namespace
@@ -188,7 +223,7 @@ void track_back(const MotionContext& context, const FeatureTracker& tracker, std
   const ImagePyramid& then = context.pyramid_then(baseline);
   const FeaturesView features = context.input.features;
   result.duration_s = memory.now.timestamp_s - context.timestamp_then_s(baseline);
-  if (baseline == 0 && memory.is_tracked_ahead) {
+  if (baseline == short_baseline && memory.is_tracked_ahead) {
     result.tracks = memory.tracked_ahead;
     return;
   }
@@ -209,7 +244,7 @@ void track_back(const MotionContext& context, const FeatureTracker& tracker, std
   const bool is_expected = expect_places(context, baseline);
   tracker.track(now, then, features, is_expected ? &measured.expected : nullptr, result.tracks,
                 context.workspace);
-  const bool may_move_otherwise = baseline == 0 && is_expected;
+  const bool may_move_otherwise = baseline == short_baseline && is_expected;
   if (may_move_otherwise) {
     tracker.track_again(now, then, features, result.tracks, context.workspace);
   }
@@ -235,23 +270,7 @@ void measure_motions(const MotionContext& context) {
   for (std::size_t i = 0; i < measured.motions.size(); ++i) {
     FeatureMotion& motion = measured.motions[i];
     measure_shifts(context, i, motion);
-    const bool is_at_static_place = motion.is_known() && motion.ratio <= 1;
-    if (is_at_static_place) {
-      measure_approach(context, i, motion);
-      motion.evidence = motion.approach_m == 0 ? MotionEvidence::quiet : MotionEvidence::seed;
-      continue;
-    }
-    const Appearance appearance = appearance_of(context, i, motion.baseline);
-    if (appearance == Appearance::still) {
-      // Its track, which leaves that place, has failed: it may end on another thing.
-      motion.evidence = MotionEvidence::quiet;
-      continue;
-    }
-    measure_approach(context, i, motion);
-    const bool has_come =
-        appearance == Appearance::absent && !motion.is_beside_object && was_in_view(context, i);
-    const bool moves = appearance == Appearance::moved || motion.approach_m != 0 || has_come;
-    if (moves) motion.evidence = MotionEvidence::seed;
+    motion.evidence = evidence_of(context, i, motion);
   }
 }
 

@@ -24,7 +24,8 @@ enum class Suspicion : std::uint8_t {
   strong        ///< on a mask, near one, or believed to move
 };
 
-/// Index of the baseline to a kept frame.
+/// Indices of the baselines: to the last frame, to the third one back, and to a kept frame.
+constexpr std::size_t short_baseline = 0, long_baseline = 1;
 constexpr std::size_t kept_baseline = motion_baseline_frames.size();
 
 /// One baseline of a frame.
@@ -38,18 +39,19 @@ struct MotionBaseline {
 /// Everything measured in a frame. In the workspace, so that its memory is used again.
 struct MotionMeasurement {
   std::array<MotionBaseline, motion_baselines> baselines;
-  std::vector<cv::Point2d> ideal;     ///< ideal pixel of each feature
-  std::vector<DepthInterval> depths;  ///< of each feature
-  std::vector<Suspicion> suspicions;  ///< of each feature
-  std::vector<FeatureMotion> motions;
-  std::vector<double> beliefs;
-  std::vector<std::uint8_t> is_believed;  ///< believed to move before this frame says anything
-  std::vector<std::uint8_t> is_dynamic;
-  std::vector<PoseObservation> observations, more_observations;
-  std::vector<cv::Point2f> expected;
-  std::vector<float> values, nearest_m;     // of an instance's members
-  std::vector<std::uint8_t> was_dynamic;    ///< before filling
-  std::vector<std::uint8_t> is_given_back;  ///< features given back in this frame
+  std::vector<cv::Point2d> ideal;             ///< ideal pixel of each feature
+  std::vector<DepthInterval> depths;          ///< of each feature
+  std::vector<Suspicion> suspicions;          ///< of each feature
+  std::vector<FeatureMotion> motions;         ///< of each feature
+  std::vector<double> beliefs;                ///< of each feature: that it moves, log-odds
+  std::vector<std::uint8_t> is_believed;      ///< believed to move before this frame says anything
+  std::vector<std::uint8_t> is_dynamic;       ///< moves, by what this frame says
+  std::vector<std::uint8_t> was_dynamic;      ///< the same before filling
+  std::vector<std::uint8_t> is_given_back;    ///< given back in this frame
+  std::vector<cv::Point2f> expected;          ///< place over the baseline being tracked
+  std::vector<PoseObservation> observations;  ///< of unsuspected features
+  std::vector<PoseObservation> more_observations;  ///< of these and of compensated ones
+  std::vector<float> values, nearest_m;            ///< scratch of single functions
 };
 
 /// What the parts of the judge have in common.
@@ -103,18 +105,17 @@ inline std::size_t count_found(const std::vector<FeatureTrack>& tracks) {
 /// Measures depth and ideal pixel of each feature. Begins their motions anew, with the depth alone.
 void measure_places(const MotionContext& context);
 
-/// Estimates the camera's motion over a baseline.
+/// Estimates the camera's motion over a baseline: the best of three poses.
 ///
-/// Features that nobody suspects tell it. Two things may lead them astray, because before a wall a
-/// shift and a turn look alike, so that a pose may explain the wall and a mover together:
-///  - Little that is near is left. Features that compensation removed join in where the pose by
-///    both explains the others as well, or where the others do not suffice. In a crowd it does not:
-///    there they move.
-///  - The camera stands or only turns, and something that moves fills its view. The pose of a
-///    camera that only turns is taken where it explains the others as well, and more features agree
-///    with it than with the other pose, those on masks included: a person who stands does. Not
-///    without masks, where most features may be on persons, and not where the host's prior is
-///    trusted.
+///  1. The pose by the features that nobody suspects. Before a wall a shift and a turn look alike,
+///     so that this pose may explain the wall and a mover together.
+///  2. The pose by these and by the features that compensation removed. It replaces the first one
+///     if it fits the unsuspected features nearly as well, or if those do not suffice. So features
+///     near a person who stands are of use. In a crowd they move, and this pose does not fit.
+///  3. The pose of a camera that only turns. It replaces the best of the others if it fits nearly
+///     as well, and `min_turn_gain` times as many features agree with it, those on masks included:
+///     persons who stand agree with it. Without masks most features may be on movers, and a
+///     trusted prior knows better: this pose is not tried then.
 ///
 /// A pose over a longer baseline is not used where those over the short one contradict it: one of
 /// them is wrong then, and nothing tells which.
@@ -124,17 +125,17 @@ void estimate_pose(const MotionContext& context, const RelativePoseEstimator& es
 /// Measures the shifts of the features, whose places are measured, over the baselines that are
 /// used. One that shifts by more than is allowed for, or that was not tracked, is what the image
 /// shows: a seed, quiet, or unknown. One whose depth changed is a seed, unless the image shows that
-/// its track failed. One that was not tracked is a seed, too, if a static one would have been in
-/// view in the last frame, and the image does not show it there.
+/// its track failed. One that was not tracked is a seed, too, if no object's mask is near, a static
+/// one would have been in view in the last frame, and the image does not show it there.
 void measure_motions(const MotionContext& context);
 
 /// What the image shows of a feature's surface at the place where a static feature would have been.
 enum class Appearance : std::uint8_t {
-  unclear,  ///< neither the one nor the other, or nothing that can be compared
-  absent,   ///< it was not tracked, and does not look as if it was there
-  moved,    ///< the surface was at the tracked place, not there
-  fits,     ///< it may have been there, though the tracked place fits better
-  still     ///< it was there
+  unclear,         ///< neither the one nor the other, or nothing that can be compared
+  absent,          ///< it was not tracked, and does not look as if it was there
+  moved,           ///< the surface was at the tracked place, not there
+  fits,            ///< it may have been there, though the tracked place fits better
+  at_static_place  ///< it was there
 };
 
 /// Compares what a feature lies on with its tracked place and with the static one, over a baseline.

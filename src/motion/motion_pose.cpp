@@ -16,16 +16,17 @@ namespace {
 /// Returns the host's knowledge, or the limits that the camera's inertia sets.
 std::optional<PosePrior> prior_of(const MotionContext& context, std::size_t baseline) {
   const MotionMemory& memory = context.memory;
-  const bool host_knows_all = baseline == 0 && memory.prior;
+  const bool host_knows_all = baseline == short_baseline && memory.prior;
   if (host_knows_all) return memory.prior;
   const MotionJudgeOptions& options = context.options;
   const bool is_limited = !context.has_masks && options.max_acceleration_m_s2 > 0 &&
                           options.max_angular_acceleration_rad_s2 > 0;
-  const bool is_first_trusted = baseline > 0 && memory.prior && memory.prior->is_trusted;
+  const bool is_first_trusted =
+      baseline > short_baseline && memory.prior && memory.prior->is_trusted;
   if (!is_limited && !is_first_trusted) return {};
   PosePrior prior;
   prior.pose = expected_pose(context, baseline);
-  const double duration_s = context.measured.baselines[0].duration_s;
+  const double duration_s = context.measured.baselines[short_baseline].duration_s;
   const double square = duration_s * duration_s;
   // Over a longer baseline, the errors of the short ones add up.
   // At the start, the camera may be moving already.
@@ -133,13 +134,56 @@ bool is_as_small(const MotionContext& context, double distance_px, double other_
 /// Tells whether a pose over a longer baseline is far from what the short ones say.
 bool is_contradicted(const MotionContext& context, std::size_t baseline,
                      const RelativePose& expected) {
-  if (baseline == 0 || !knows_all_frames(context, baseline)) return false;
+  if (baseline == short_baseline || !knows_all_frames(context, baseline)) return false;
   // The errors of single frames add up.
   const double most_px = context.options.max_baseline_difference_px *
                          static_cast<double>(context.frames_back(baseline)) /
-                         static_cast<double>(context.frames_back(1));
+                         static_cast<double>(context.frames_back(long_baseline));
   const RelativePose& pose = context.measured.baselines[baseline].pose.pose;
   return distance_between_px(context, pose, expected) > most_px;
+}
+
+/// What the poses of a baseline are searched with.
+struct PoseSearch {
+  const MotionContext& context;
+  const RelativePoseEstimator& estimator;
+  std::size_t baseline;
+  RelativePose expected;
+  std::optional<PosePrior> prior;
+};
+
+/// Takes the pose by the unsuspected and the compensated features, if it fits the unsuspected ones
+/// as well, or if they do not suffice.
+void prefer_with_compensated(const PoseSearch& search, RelativePoseEstimate& best) {
+  const MotionContext& context = search.context;
+  const auto& unsuspected = context.measured.observations;
+  const auto& with_compensated = context.measured.more_observations;
+  if (with_compensated.size() == unsuspected.size()) return;
+  const auto other =
+      search.estimator.estimate(with_compensated, search.expected, search.prior, context.workspace);
+  const bool fits_as_well =
+      other.is_trusted && is_as_small(context, median_distance_px(context, other.pose, unsuspected),
+                                      median_distance_px(context, best.pose, unsuspected));
+  if (!best.is_trusted || fits_as_well) best = other;
+}
+
+/// Takes the pose of a camera that only turns, if it fits as well, and more features agree with it,
+/// those on masks included.
+void prefer_turn(const PoseSearch& search, RelativePoseEstimate& best) {
+  const MotionContext& context = search.context;
+  const bool is_known = search.prior && search.prior->is_trusted;
+  if (!context.has_masks || is_known) return;
+  const double needed =
+      context.options.min_turn_gain * count_agreeing(context, search.baseline, best);
+  const bool is_possible =
+      needed < static_cast<double>(count_found(context.measured.baselines[search.baseline].tracks));
+  if (!is_possible) return;
+  const auto turn = search.estimator.estimate_turn(
+      context.measured.more_observations, search.expected, search.prior, context.workspace);
+  const bool fits_as_well = !best.is_trusted || is_as_small(context, turn.scale_px, best.scale_px);
+  if (turn.is_trusted && fits_as_well && count_agreeing(context, search.baseline, turn) > needed) {
+    best = turn;
+  }
 }
 
 }  // namespace
@@ -147,8 +191,8 @@ bool is_contradicted(const MotionContext& context, std::size_t baseline,
 RelativePose expected_pose(const MotionContext& context, std::size_t baseline) {
   const MotionMemory& memory = context.memory;
   const RelativePose last = memory.past[0].motion.value_or(RelativePose());
-  if (baseline == 0) return last;
-  RelativePose pose = context.measured.baselines[0].pose.pose;
+  if (baseline == short_baseline) return last;
+  RelativePose pose = context.measured.baselines[short_baseline].pose.pose;
   if (baseline == kept_baseline) return memory.kept[0].kept_from_last * pose;
   for (std::size_t i = 0; i + 1 < context.frames_back(baseline); ++i) {
     pose = memory.past[i].motion.value_or(RelativePose()) * pose;
@@ -159,39 +203,18 @@ RelativePose expected_pose(const MotionContext& context, std::size_t baseline) {
 void estimate_pose(const MotionContext& context, const RelativePoseEstimator& estimator,
                    std::size_t baseline) {
   MotionMeasurement& measured = context.measured;
-  const RelativePose expected = expected_pose(context, baseline);
-  const std::optional<PosePrior> prior = prior_of(context, baseline);
-  const auto& unsuspected = measured.observations;
-  const auto& with_compensated = measured.more_observations;
+  const PoseSearch search{context, estimator, baseline, expected_pose(context, baseline),
+                          prior_of(context, baseline)};
   observe(context, baseline, Suspicion::none, measured.observations);
   observe(context, baseline, Suspicion::compensated, measured.more_observations);
 
   RelativePoseEstimate& best = measured.baselines[baseline].pose;
-  best = estimator.estimate(unsuspected, expected, prior, context.workspace);
-  if (with_compensated.size() > unsuspected.size()) {
-    const auto other = estimator.estimate(with_compensated, expected, prior, context.workspace);
-    const bool fits_as_well =
-        other.is_trusted &&
-        is_as_small(context, median_distance_px(context, other.pose, unsuspected),
-                    median_distance_px(context, best.pose, unsuspected));
-    if (!best.is_trusted || fits_as_well) best = other;
-  }
-  if (context.has_masks && !(prior && prior->is_trusted)) {
-    const double needed = context.options.min_turn_gain * count_agreeing(context, baseline, best);
-    const bool is_possible =
-        needed < static_cast<double>(count_found(measured.baselines[baseline].tracks));
-    RelativePoseEstimate turn;
-    if (is_possible) {
-      turn = estimator.estimate_turn(with_compensated, expected, prior, context.workspace);
-    }
-    const bool fits_as_well =
-        !best.is_trusted || is_as_small(context, turn.scale_px, best.scale_px);
-    if (turn.is_trusted && fits_as_well && count_agreeing(context, baseline, turn) > needed) {
-      best = turn;
-    }
-  }
+  best =
+      estimator.estimate(measured.observations, search.expected, search.prior, context.workspace);
+  prefer_with_compensated(search, best);
+  prefer_turn(search, best);
   measured.baselines[baseline].is_used =
-      best.is_trusted && !is_contradicted(context, baseline, expected);
+      best.is_trusted && !is_contradicted(context, baseline, search.expected);
 }
 
 }  // namespace dynfilter::detail

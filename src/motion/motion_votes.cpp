@@ -155,10 +155,11 @@ Voices voices_near(std::uint32_t seed, int radius_px, std::size_t most, FrameFea
 bool finds_support(std::uint32_t seed, FrameFeatures& features, const MotionVotesOptions& options,
                    const std::vector<FeatureMotion>& motions) {
   const FeatureMotion& own = motions[seed];
-  if (!own.is_known()) return false;
+  if (!own.was_tracked()) return false;
   const Voices neighbours = voices_near(
       seed, options.radius_px, options.neighbours, features, options, [&](std::uint32_t i) {
-        return motions[i].is_known() && !own.is_apart(motions[i], options.max_depth_difference_m);
+        return motions[i].was_tracked() &&
+               !own.is_apart(motions[i], options.max_depth_difference_m);
       });
   const Difference largest{options.max_difference, options.max_difference_px};
   const auto alike = static_cast<std::size_t>(
@@ -176,7 +177,7 @@ bool finds_partners(std::uint32_t seed, int radius_px, std::size_t count, const 
   const FeatureMotion& own = motions[seed];
   const Voices partners =
       voices_near(seed, radius_px, count, features, options, [&](std::uint32_t i) {
-        return motions[i].has_support &&
+        return motions[i].neighbours_agree &&
                !own.is_apart(motions[i], options.max_depth_difference_m) &&
                moves_alike(own, motions[i], largest);
       });
@@ -187,7 +188,7 @@ bool finds_partners(std::uint32_t seed, int radius_px, std::size_t count, const 
 bool may_join(std::uint32_t seed, FrameFeatures& features, const MotionVotesOptions& options,
               const std::vector<FeatureMotion>& motions) {
   const FeatureMotion& own = motions[seed];
-  if (!(own.depth_m > 0) || !own.is_known()) return false;
+  if (!(own.depth_m > 0) || !own.was_tracked()) return false;
   const auto joins = [&](int radius_px, std::size_t count, double max_difference) {
     return finds_partners(seed, radius_px, count, {max_difference, options.max_difference_px},
                           features, options, motions);
@@ -205,7 +206,7 @@ bool is_among_seeds(std::uint32_t seed, FrameFeatures& features, const MotionVot
   const Voices neighbours =
       voices_near(seed, options.crowd_radius_px, options.crowd_neighbours, features, options,
                   [&](std::uint32_t i) {
-                    return (motions[i].is_known() || is_seed(motions[i])) &&
+                    return (motions[i].was_tracked() || is_seed(motions[i])) &&
                            !own.is_apart(motions[i], options.max_depth_difference_m);
                   });
   const auto seeds = std::count_if(neighbours.begin(), neighbours.end(),
@@ -227,11 +228,12 @@ void support_seeds(FrameFeatures& features, const MotionVotesOptions& options,
         "one motion for each feature");
   }
   for (std::uint32_t i = 0; i < motions.size(); ++i) {
-    motions[i].has_support = is_seed(motions[i]) && finds_support(i, features, options, motions);
+    motions[i].neighbours_agree =
+        is_seed(motions[i]) && finds_support(i, features, options, motions);
   }
   for (std::uint32_t i = 0; i < motions.size(); ++i) {
     if (motions[i].evidence != MotionEvidence::seed) continue;
-    if (motions[i].has_support || may_join(i, features, options, motions) ||
+    if (motions[i].neighbours_agree || may_join(i, features, options, motions) ||
         is_among_seeds(i, features, options, motions)) {
       motions[i].evidence = MotionEvidence::supported;
     }

@@ -17,6 +17,7 @@
 #include "dynfilter/dynfilter.hpp"
 #include "plugin/depth_check.hpp"
 #include "plugin/first_frames.hpp"
+#include "plugin/host_columns.hpp"
 #include "plugin/host_image.hpp"
 #include "plugin/late_depth.hpp"
 #include "plugin/map_start.hpp"
@@ -54,60 +55,6 @@ void record_by_settings(const detail::PluginSettings& settings, const Call& call
   }
 }
 
-/// What a host hands over to be shortened. A pointer that is null stands for a column that it does
-/// not have.
-struct Columns {
-  std::vector<cv::KeyPoint>& keypoints;
-  cv::Mat& descriptors;
-  std::vector<float>* depths_m = nullptr;
-  std::vector<cv::KeyPoint>* undistorted = nullptr;
-  std::vector<float>* right_x = nullptr;
-  int* pivot = nullptr;
-};
-
-template <class Column>
-void require_size(const Column* column, const char* name, std::size_t keypoints) {
-  if (column == nullptr || column->size() == keypoints) return;
-  detail::throw_misuse("Plugin::filter",
-                       detail::concatenate(column->size(), name, keypoints, " keypoints"),
-                       "one for each keypoint");
-}
-
-void require_matching_sizes(const Columns& columns) {
-  const std::size_t keypoints = columns.keypoints.size();
-  const cv::Mat& descriptors = columns.descriptors;
-  if (!descriptors.empty() && static_cast<std::size_t>(descriptors.rows) != keypoints) {
-    detail::throw_misuse(
-        "Plugin::filter",
-        detail::concatenate(descriptors.rows, " descriptors and ", keypoints, " keypoints"),
-        "one descriptor for each keypoint, or none");
-  }
-  require_size(columns.depths_m, " depths and ", keypoints);
-  require_size(columns.undistorted, " undistorted keypoints and ", keypoints);
-  require_size(columns.right_x, " right coordinates and ", keypoints);
-  const bool is_twice = columns.undistorted == &columns.keypoints ||
-                        (columns.right_x != nullptr && columns.right_x == columns.depths_m);
-  if (is_twice) {
-    detail::throw_misuse("Plugin::filter", "the same column twice", "each column once");
-  }
-  const int* const pivot = columns.pivot;
-  if (pivot && (*pivot < 0 || static_cast<std::size_t>(*pivot) > keypoints)) {
-    detail::throw_misuse("Plugin::filter",
-                         detail::concatenate("pivot ", *pivot, " with ", keypoints, " keypoints"),
-                         "the number of keypoints in the first block");
-  }
-}
-
-/// Drops the removed features. The sizes match, and the descriptors share no data, so that nothing
-/// fails.
-void shorten(const FeatureLabels& labels, const Columns& columns) {
-  keep_static(labels, columns.keypoints);
-  if (!columns.descriptors.empty()) keep_static(labels, columns.descriptors);
-  if (columns.depths_m) keep_static(labels, *columns.depths_m);
-  if (columns.undistorted) keep_static(labels, *columns.undistorted);
-  if (columns.right_x) keep_static(labels, *columns.right_x);
-}
-
 /// Keeps at least one feature, the most static one, whatever the policy: tracking code must not
 /// meet a frame without features.
 void keep_at_least_one(FeatureLabels& labels) {
@@ -135,8 +82,9 @@ struct Plugin::State {
     masks.emplace(settings);
 #ifdef DYNFILTER_HAS_MOTION
     if (settings.motion_camera) {
-      motion_filter.emplace(*settings.motion_camera, motion,
-                            MotionFilterOptions{settings.filter, {}});
+      MotionFilterOptions options{settings.filter, {}};
+      options.motion.stale_age_s = settings.filter.compensator.depth.stale_age_s;
+      motion_filter.emplace(*settings.motion_camera, motion, options);
     }
 #endif
     if (!settings.output_folder.empty()) {
@@ -150,16 +98,17 @@ struct Plugin::State {
   }
 
   FrameView view(double timestamp_s, const cv::Mat& depth);
-  FeaturesView features_of(const Columns& columns, const FrameView& frame,
+  FeaturesView features_of(const detail::HostColumns& columns, const FrameView& frame,
                            const std::optional<Segmentation>& segmentation);
   std::optional<std::vector<PointMotion>> motions_of(const FrameView& frame,
                                                      const FeaturesView& features);
   void apply(const FrameView& frame, const std::optional<Segmentation>& segmentation,
              const FeaturesView& features);
   void submit(const cv::Mat& image, const cv::Mat& right, double timestamp_s);
-  FrameStatistics run(double timestamp_s, const cv::Mat& depth, const Columns& columns);
-  void watch(const FrameView& frame, const FrameStatistics& statistics, const Columns& columns,
-             const detail::MotionWait& wait, const std::string& of_wait);
+  FrameStatistics run(double timestamp_s, const cv::Mat& depth, const detail::HostColumns& columns);
+  void watch(const FrameView& frame, const FrameStatistics& statistics,
+             const detail::HostColumns& columns, const detail::MotionWait& wait,
+             const std::string& of_wait);
   FrameStatistics leave_alone(const cv::Mat& depth, const std::vector<cv::KeyPoint>& keypoints);
 
   detail::PluginSettings settings;
@@ -205,7 +154,7 @@ FrameView Plugin::State::view(double timestamp_s, const cv::Mat& depth) {
 
 /// Returns the host's features with the depths that are known: the host's and, with both images of
 /// a rectified pair, those that the pair tells.
-FeaturesView Plugin::State::features_of(const Columns& columns, const FrameView& frame,
+FeaturesView Plugin::State::features_of(const detail::HostColumns& columns, const FrameView& frame,
                                         const std::optional<Segmentation>& segmentation) {
   const FeaturesView features(columns.keypoints);
   if (!columns.depths_m) return features;
@@ -242,7 +191,7 @@ void Plugin::State::apply(const FrameView& frame, const std::optional<Segmentati
 /// Writes sentences to standard error, each once: what is odd about the first frames, and what to
 /// set if a host with depth waits in vain for a frame with which it can begin a map.
 void Plugin::State::watch(const FrameView& frame, const FrameStatistics& statistics,
-                          const Columns& columns, const detail::MotionWait& wait,
+                          const detail::HostColumns& columns, const detail::MotionWait& wait,
                           const std::string& of_wait) {
   std::vector<std::string> sentences = first_frames.add(frame, statistics);
   sentences.push_back(of_wait);
@@ -255,11 +204,11 @@ void Plugin::State::watch(const FrameView& frame, const FrameStatistics& statist
 
 /// Filters all or nothing: everything that may fail comes before the caller's data change.
 FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
-                                   const Columns& columns) {
+                                   const detail::HostColumns& columns) {
   if (!masks) return leave_alone(depth, columns.keypoints);
   const detail::Stopwatch in_all;
   detail::FrameTimes times;
-  require_matching_sizes(columns);
+  detail::require_matching_sizes(columns);
   const FrameView as_given = view(timestamp_s, depth);
   validate(as_given, "Plugin::filter");
   const auto loan = depth_check.lend(as_given);  // until this returns
@@ -288,7 +237,7 @@ FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
   if (recorder) recorder->record(frame, shown, features, labels, times);
   watch(frame, statistics, columns, wait, of_wait);
   motion_wait = std::move(wait);
-  shorten(labels, columns);
+  detail::shorten(labels, columns);
   if (columns.pivot) *columns.pivot = static_cast<int>(kept_before_pivot);
   ++counters.filtered;
   counters.never_submitted += frame.image.empty() ? 1 : 0;
@@ -381,7 +330,7 @@ FrameStatistics Plugin::filter(double timestamp_s, std::vector<cv::KeyPoint>& ke
 
 FrameStatistics Plugin::filter(double timestamp_s, std::vector<cv::KeyPoint>& keypoints,
                                cv::Mat& descriptors, int& pivot) {
-  Columns columns{keypoints, descriptors};
+  detail::HostColumns columns{keypoints, descriptors};
   columns.pivot = &pivot;
   return state_->run(timestamp_s, cv::Mat(), columns);
 }

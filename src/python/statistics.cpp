@@ -92,9 +92,9 @@ void bind_statistics(py::module_& module) {
       .field("given_back", &Motion::given_back, "features given back because they are still")
       .field("scale_px", &Motion::scale_px,
              "scale of the static features' residuals, one frame back, pixels")
-      .field("support", &Motion::support,
+      .field("pose_support", &Motion::pose_support,
              "share of the features that agree with the camera's motion")
-      .field("undecided_objects", &Motion::undecided_objects,
+      .field("unsettled_objects", &Motion::unsettled_objects,
              "dynamic objects that matter and of which it is not known whether they move")
       .field("baselines", &Motion::baselines, "baselines that were used: 0 to 3");
   using Frame = FrameStatistics;

@@ -72,7 +72,7 @@ TEST(InstanceMotion, IsSettledWhereItStaysOrKeepsMoving) {
   EXPECT_FALSE(instances.is_settled(0)) << "it did not move in three frames in a row";
   // Once it is still, one restless frame must not change that.
   instances = with_still_one();
-  for (int i = 0; i < InstanceMotionOptions().frames_lost; ++i) {
+  for (int i = 0; i < InstanceMotionOptions().cancelled_frames; ++i) {
     EXPECT_FALSE(instances.is_settled(0));
     EXPECT_EQ(next(instances, quiet), InstanceVerdict::still);
   }
@@ -100,7 +100,7 @@ TEST(InstanceMotion, IsSettledAtTheLatestWhereFurtherFramesDoNotCount) {
 
 TEST(InstanceMotion, IsNotSettledWhereNothingWasJudged) {
   InstanceMotionOptions options;
-  options.frames_lost = 0;
+  options.cancelled_frames = 0;
   InstanceMotion instances(options);
   for (int i = 0; i < 20; ++i) next(instances, quiet);
   EXPECT_TRUE(instances.is_settled(0));
@@ -113,9 +113,9 @@ TEST(InstanceMotion, HasMovedOnceItsMembersMove) {
   const InstanceVotes partly{20, 20, 7, true, true};
   InstanceMotion instances;
   next(instances, quiet);
-  EXPECT_TRUE(instances.has_never_moved(0));
+  EXPECT_TRUE(instances.was_always_quiet(0));
   EXPECT_EQ(next(instances, partly), InstanceVerdict::moving);
-  EXPECT_FALSE(instances.has_never_moved(0));
+  EXPECT_FALSE(instances.was_always_quiet(0));
 }
 
 TEST(InstanceMotion, ForgivesOneRestlessFrameOfALongRest) {
@@ -172,18 +172,18 @@ TEST(InstanceMotion, ForgetsWhatIsMissing) {
 TEST(InstanceMotion, KnowsWhatNeverMovedSinceItAppeared) {
   InstanceMotion instances;
   instances.begin_frame(at({here}));
-  EXPECT_FALSE(instances.has_never_moved(0));  // nobody has looked
+  EXPECT_FALSE(instances.was_always_quiet(0));  // nobody has looked
   instances.judge(0, std::nullopt);
-  EXPECT_FALSE(instances.has_never_moved(0));
+  EXPECT_FALSE(instances.was_always_quiet(0));
   next(instances, quiet);
-  EXPECT_TRUE(instances.has_never_moved(0));
+  EXPECT_TRUE(instances.was_always_quiet(0));
   next(instances, restless);
-  EXPECT_FALSE(instances.has_never_moved(0));
+  EXPECT_FALSE(instances.was_always_quiet(0));
   for (int i = 0; i < 20; ++i) next(instances, quiet);
-  EXPECT_FALSE(instances.has_never_moved(0));
+  EXPECT_FALSE(instances.was_always_quiet(0));
   instances.clear();
   next(instances, quiet);
-  EXPECT_TRUE(instances.has_never_moved(0));
+  EXPECT_TRUE(instances.was_always_quiet(0));
 }
 
 TEST(InstanceMotion, RefusesNonsense) {

@@ -154,7 +154,7 @@ TEST(MotionApproach, IsNoRest) {
   EXPECT_GT(still_frames(0, options), 0);
   EXPECT_EQ(still_frames(0.5, options), 0);
   options.instance.min_moving = 1000;  // only a lack of rest can tell,
-  options.max_still_px = 5;            // and no shift
+  options.max_quiet_px = 5;            // and no shift
   EXPECT_EQ(still_frames(0.5, options), 0);
 }
 

@@ -53,7 +53,7 @@ std::size_t given_back_beside_a_walker(const MotionJudgeOptions& options) {
 TEST(MotionBackground, ComesBackIfTracksOrImageShowItStillAtOneDepth) {
   const std::size_t by_both = given_back_beside_a_walker({});
   MotionJudgeOptions options;
-  options.max_still_patch_ratio = 0;  // nothing looks so much alike
+  options.max_static_patch_ratio = 0;  // nothing looks so much alike
   const std::size_t by_tracks = given_back_beside_a_walker(options);
   EXPECT_GT(by_tracks, 100U);
   EXPECT_GT(by_both, by_tracks + 20);
@@ -67,7 +67,7 @@ TEST(MotionBackground, ComesBackIfTracksOrImageShowItStillAtOneDepth) {
 /// A person's verdict takes frames. A map that begins without anything near him suffers until then.
 TEST(MotionBackground, ComesBackAtOnceBesideAPersonWhoNeverMoved) {
   MotionJudgeOptions options;
-  options.max_still_patch_ratio = 0;  // what comes back in any case does not count here
+  options.max_static_patch_ratio = 0;  // what comes back in any case does not count here
   const std::vector<std::size_t> counts = given_back(options, 0);
   EXPECT_EQ(counts[0], 0U);
   EXPECT_GT(counts[1], 50U);
@@ -172,7 +172,7 @@ std::size_t untracked_removed(double mask_age_s, double distance_px) {
     const auto& measured = rig.workspace.get<detail::MotionMeasurement>();
     for (std::size_t i = 0; i < labels.size(); ++i) {
       const bool is_beside = labels[i].reason == Reason::moving && labels[i].instance >= 0;
-      if (!is_beside || measured.motions[i].is_known()) continue;
+      if (!is_beside || measured.motions[i].was_tracked()) continue;
       const Instance& person = masks.instances[static_cast<std::size_t>(labels[i].instance)];
       const cv::Point pixel = nearest_pixel(shot.keypoints[i].pt);
       count += detail::mask_within(person, pixel, distance_px) ? 0 : 1;
@@ -199,7 +199,7 @@ TEST(MotionBackground, WithoutTrackAndDepthIsNotFilledUp) {
     const auto& measured = rig.workspace.get<detail::MotionMeasurement>();
     for (std::size_t i = 0; n > 0 && i < labels.size(); ++i) {
       const FeatureMotion& motion = measured.motions[i];
-      if (motion.is_known() || motion.depth_m > 0 || measured.was_dynamic[i]) continue;
+      if (motion.was_tracked() || motion.depth_m > 0 || measured.was_dynamic[i]) continue;
       ++unseen;
       EXPECT_FALSE(labels.is_removed(i));
     }
@@ -264,7 +264,7 @@ TEST(MotionBackground, IsNotLostByItsTracksAlone) {
   options.max_thing_depth_m = 100;  // nor does depth tell that it is behind him
   options.fill_radius_px = 0;       // nor do neighbours make it dynamic
   MotionJudgeOptions blind = options;
-  blind.max_still_patch_ratio = 0;  // the image tells nothing
+  blind.max_static_patch_ratio = 0;  // the image tells nothing
   std::size_t lost = 0, lost_blindly = 0;
   for (const double speed_m_s : {0.2, 0.3, 0.4, 0.5}) {
     lost += lost_beside_walkers(options, speed_m_s);

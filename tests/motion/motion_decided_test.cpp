@@ -40,7 +40,8 @@ TEST(MotionDecided, WherePeopleAreStillOrMoveInSomeFrames) {
   const auto still = first_decided(0, 0), walking = first_decided(0.5, 0);
   ASSERT_TRUE(still && walking);
   const InstanceMotionOptions defaults;
-  EXPECT_GE(*still, static_cast<std::size_t>(defaults.min_still_frames + defaults.frames_lost));
+  EXPECT_GE(*still,
+            static_cast<std::size_t>(defaults.min_still_frames + defaults.cancelled_frames));
   EXPECT_LE(*still, 10U);
   EXPECT_GE(*walking, static_cast<std::size_t>(defaults.min_moving_frames));
   EXPECT_LE(*walking, 5U);
@@ -88,7 +89,7 @@ TEST(MotionDecided, CountsTheObjectsThatMatter) {
   instances[1].masked = 51;
   instances[2].compensated = 51;
   judge_instances(context, labels);
-  EXPECT_EQ(labels.statistics().motion.undecided_objects, 2U);
+  EXPECT_EQ(labels.statistics().motion.unsettled_objects, 2U);
   for (const InstanceStatistics& instance : instances) {
     EXPECT_EQ(instance.verdict, InstanceVerdict::undecided);
   }

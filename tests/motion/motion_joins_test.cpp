@@ -77,8 +77,9 @@ TEST(MotionJoins, AreMadeByCornersNotByTheirFeatures) {
     MotionVotesOptions options;
     options.crowd_radius_px = 1;  // there is none among seeds
     support_seeds(features, options, motions);
-    EXPECT_FALSE(motions[0].has_support);
-    for (std::size_t i = 1; i <= partners.size(); ++i) EXPECT_TRUE(motions[i].has_support) << i;
+    EXPECT_FALSE(motions[0].neighbours_agree);
+    for (std::size_t i = 1; i <= partners.size(); ++i)
+      EXPECT_TRUE(motions[i].neighbours_agree) << i;
     return motions[0].evidence == MotionEvidence::supported;
   };
   EXPECT_TRUE(is_joined({{206, 200}, {206, 204}, {206, 196}}));
@@ -123,7 +124,7 @@ TEST(MotionJoins, MayNeedMoreSeedsThanNeighboursVote) {
   options.neighbours = 4;
   options.min_joined = 20;
   support_seeds(features, options, motions);
-  EXPECT_FALSE(motions[36].has_support);
+  EXPECT_FALSE(motions[36].neighbours_agree);
   EXPECT_EQ(motions[36].evidence, MotionEvidence::supported);
 }
 
@@ -150,8 +151,8 @@ TEST(MotionJoins, ReachFarWhereMoreMoveStillMoreAlike) {
     for (FeatureMotion& motion : motions) motion.depth_m = 2;
     FrameFeatures features = features_at(points);
     support_seeds(features, {}, motions);
-    for (std::size_t i = 1; i <= partners; ++i) EXPECT_TRUE(motions[i].has_support) << i;
-    EXPECT_FALSE(motions[0].has_support);
+    for (std::size_t i = 1; i <= partners; ++i) EXPECT_TRUE(motions[i].neighbours_agree) << i;
+    EXPECT_FALSE(motions[0].neighbours_agree);
     return motions[0].evidence == MotionEvidence::supported;
   };
   EXPECT_TRUE(is_joined(6, 110, {11.5F, 0}, false));

@@ -92,7 +92,7 @@ TEST(MotionJudge, TellsTheCamerasMotionByWhatTheCompensatorRemoved) {
     other.judge(input, labels, other.workspace);
     const MotionStatistics expected = plain.see(shot).statistics().motion;
     EXPECT_EQ(labels.statistics().motion.scale_px, expected.scale_px);
-    EXPECT_EQ(labels.statistics().motion.support, expected.support);
+    EXPECT_EQ(labels.statistics().motion.pose_support, expected.support);
     EXPECT_EQ(i > 0, expected.support > 0.5);
   }
 }
@@ -314,7 +314,7 @@ TEST(MotionJudge, WithoutLimitTheCameraMayMoveInAnyWay) {
 /// another.
 TEST(MotionJudge, TakesTheLargestLimitOfARest) {
   MotionJudgeOptions options;
-  options.max_still_speed_m_s = 0;
+  options.max_quiet_speed_m_s = 0;
   Rig rig(options);
   std::size_t given_back = 0;
   for (const Shot& shot : shots(0)) given_back += rig.see(shot).statistics().motion.given_back;

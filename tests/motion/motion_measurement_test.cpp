@@ -186,14 +186,14 @@ TEST(Appearance, IsWhatTheImageShowsAtBothPlaces) {
   const cv::Point2f at(40, 30);
   const cv::Mat1b another(60, 80, std::uint8_t{90});
   EXPECT_EQ(appearance(wall(2), at, {at + cv::Point2f(2, 0), true}), Appearance::moved);
-  EXPECT_EQ(appearance(wall(0), at, {at + cv::Point2f(2, 0), true}), Appearance::still);
+  EXPECT_EQ(appearance(wall(0), at, {at + cv::Point2f(2, 0), true}), Appearance::at_static_place);
   EXPECT_EQ(appearance(wall(0.1), at, {at + cv::Point2f(0.1F, 0), true}), Appearance::fits);
   EXPECT_EQ(appearance(another, at, {at + cv::Point2f(2, 0), true}), Appearance::unclear);
 }
 
 TEST(Appearance, NeedsNoTrack) {
   const cv::Point2f at(40, 30);
-  EXPECT_EQ(appearance(wall(0), at, {}), Appearance::still);
+  EXPECT_EQ(appearance(wall(0), at, {}), Appearance::at_static_place);
   EXPECT_EQ(appearance(wall(2), at, {}), Appearance::absent);
 }
 
@@ -215,18 +215,18 @@ TEST(Appearance, IsNotThatOfWhoPassesBeside) {
   view.then = wall(0);
   view.then.colRange(0, 39).setTo(250);
   view.track = {cv::Point2f(43, 30), true};  // follows the person
-  EXPECT_NE(appearance(view), Appearance::still);
+  EXPECT_NE(appearance(view), Appearance::at_static_place);
   view.depth_m.colRange(0, 39).setTo(1.5F);
-  EXPECT_EQ(appearance(view), Appearance::still);
+  EXPECT_EQ(appearance(view), Appearance::at_static_place);
 }
 
 TEST(Appearance, IsAtThePlaceOfTheSurfacesDepth) {
   View view;
   view.camera_shift_m = 0.015;  // two pixels
   view.then = wall(2);
-  EXPECT_EQ(appearance(view), Appearance::still);
+  EXPECT_EQ(appearance(view), Appearance::at_static_place);
   view.depth_m.colRange(38, 43).setTo(0);  // a gap, with the wall around it
-  EXPECT_EQ(appearance(view), Appearance::still);
+  EXPECT_EQ(appearance(view), Appearance::at_static_place);
   view.depth_m.setTo(8);
   EXPECT_EQ(appearance(view), Appearance::absent);
 }
@@ -239,11 +239,11 @@ TEST(Appearance, IsAtThePlaceNearestToTheTrackWithoutDepth) {
   view.then = wall(2);
   view.depth_m.setTo(0);
   view.track = {cv::Point2f(42, 30), true};
-  EXPECT_EQ(appearance(view), Appearance::still);
+  EXPECT_EQ(appearance(view), Appearance::at_static_place);
   view.track.is_found = false;
   EXPECT_EQ(appearance(view), Appearance::unclear);
   view.then = wall(0);  // as the far end
-  EXPECT_EQ(appearance(view), Appearance::still);
+  EXPECT_EQ(appearance(view), Appearance::at_static_place);
 }
 
 /// At an edge of depth, the feature may be at any depth of its interval.

@@ -61,26 +61,26 @@ bool naive_support(const std::vector<cv::Point2f>& points,
                    const std::vector<FeatureMotion>& motions, std::size_t seed) {
   const FeatureMotion& own = motions[seed];
   const auto voices = naive_voices(points, seed, 80, 8, [&](std::size_t i) {
-    return motions[i].is_known() && may_be_one_thing(own, motions[i]);
+    return motions[i].was_tracked() && may_be_one_thing(own, motions[i]);
   });
   const auto alike = std::count_if(voices.begin(), voices.end(), [&](std::size_t i) {
     return is_seed(motions[i]) && are_alike(own, motions[i]);
   });
-  return own.is_known() && alike >= 4 &&
+  return own.was_tracked() && alike >= 4 &&
          5 * alike >= 3 * static_cast<std::ptrdiff_t>(voices.size());
 }
 
 bool naive_join(const std::vector<cv::Point2f>& points, const std::vector<FeatureMotion>& motions,
-                const std::vector<bool>& has_support, std::size_t seed) {
+                const std::vector<bool>& neighbours_agree, std::size_t seed) {
   const FeatureMotion& own = motions[seed];
   const auto joins = [&](double radius_px, std::size_t count, double share) {
     const auto partners = naive_voices(points, seed, radius_px, count, [&](std::size_t i) {
-      return has_support[i] && may_be_one_thing(own, motions[i]) &&
+      return neighbours_agree[i] && may_be_one_thing(own, motions[i]) &&
              are_alike(own, motions[i], share);
     });
     return partners.size() == count;
   };
-  const bool may_join = own.is_known() && own.depth_m > 0;
+  const bool may_join = own.was_tracked() && own.depth_m > 0;
   return may_join && (joins(50, 3, 0.3) || (!own.is_beside_object && joins(120, 5, 0.15)));
 }
 
@@ -88,7 +88,7 @@ bool naive_crowd(const std::vector<cv::Point2f>& points, const std::vector<Featu
                  std::size_t seed) {
   const FeatureMotion& own = motions[seed];
   const auto voices = naive_voices(points, seed, 50, 12, [&](std::size_t i) {
-    return (motions[i].is_known() || is_seed(motions[i])) && may_be_one_thing(own, motions[i]);
+    return (motions[i].was_tracked() || is_seed(motions[i])) && may_be_one_thing(own, motions[i]);
   });
   const auto seeds = std::count_if(voices.begin(), voices.end(),
                                    [&](std::size_t i) { return is_seed(motions[i]); });
@@ -144,9 +144,9 @@ TEST(MotionVotes, AreThoseOfTheNearest) {
     FrameFeatures features = features_at(points);
     std::vector<FeatureMotion> voted = motions;
     support_seeds(features, {}, voted);
-    std::vector<bool> has_support;
+    std::vector<bool> neighbours_agree;
     for (std::size_t i = 0; i < points.size(); ++i) {
-      has_support.push_back(is_seed(motions[i]) && naive_support(points, motions, i));
+      neighbours_agree.push_back(is_seed(motions[i]) && naive_support(points, motions, i));
     }
     for (std::size_t i = 0; i < points.size(); ++i) {
       if (motions[i].evidence != MotionEvidence::seed) {
@@ -156,11 +156,11 @@ TEST(MotionVotes, AreThoseOfTheNearest) {
       ++seeds;
       const bool is_supported = voted[i].evidence == MotionEvidence::supported;
       supported += is_supported ? 1 : 0;
-      const bool joins = !has_support[i] && naive_join(points, motions, has_support, i);
+      const bool joins = !neighbours_agree[i] && naive_join(points, motions, neighbours_agree, i);
       const bool is_crowded_in = naive_crowd(points, motions, i);
       joined += joins ? 1 : 0;
-      crowded += is_crowded_in && !joins && !has_support[i] ? 1 : 0;
-      EXPECT_EQ(is_supported, has_support[i] || joins || is_crowded_in) << round << ' ' << i;
+      crowded += is_crowded_in && !joins && !neighbours_agree[i] ? 1 : 0;
+      EXPECT_EQ(is_supported, neighbours_agree[i] || joins || is_crowded_in) << round << ' ' << i;
     }
   }
   EXPECT_GT(supported - joined - crowded, seeds / 10);  // all answers occur
@@ -216,7 +216,7 @@ TEST(MotionVotes, AreNotNeededAmongSeeds) {
     motions.back().is_tracked[0] = false;
     FrameFeatures features = features_at(points);
     support_seeds(features, {}, motions);
-    EXPECT_FALSE(motions[0].has_support);
+    EXPECT_FALSE(motions[0].neighbours_agree);
     return motions[0].evidence;
   };
   EXPECT_EQ(evidence(12, 2, 2), MotionEvidence::supported);
@@ -244,7 +244,7 @@ TEST(MotionVotes, DoNotKeepSupport) {
   std::vector<FeatureMotion> motions(4, motion_of(MotionEvidence::seed, {4, 0}));
   for (FeatureMotion& motion : motions) {
     motion.depth_m = 2;
-    motion.has_support = true;
+    motion.neighbours_agree = true;
   }
   support_seeds(features, {}, motions);
   for (const FeatureMotion& motion : motions) EXPECT_EQ(motion.evidence, MotionEvidence::seed);

@@ -94,6 +94,45 @@ TEST_F(PluginMotion, DoesWhatTheFilterDoes) {
   EXPECT_GT(given_back, 50U);
 }
 
+/// Masks of a tenth of a second ago count as fresh for the compensator and for motion.
+TEST_F(PluginMotion, SharesTheAgeOfStaleMasksWithTheCompensator) {
+  SyntheticSceneOptions walking = scene_level("medium", 12);
+  walking.image_size = {480, 360};
+  const SyntheticScene scene(walking);
+  const CameraParameters c = scene.camera();
+  MaskFolderWriter writer(folder_.path() / "masks");
+  std::vector<SyntheticFrame> rendered;
+  std::vector<Segmentation> late;
+  for (int i = 0; i < 8; ++i) {
+    rendered.push_back(scene.render(i));
+    late.push_back(rendered[i < 3 ? 0U : static_cast<std::size_t>(i) - 3].true_segmentation);
+    const double now_s = rendered.back().frame.timestamp_s;
+    writer.add(late.back(), std::to_string(now_s), now_s);
+  }
+  writer.finish();
+  Plugin plugin(
+      settings(std::string("dynfilter.motion: 1\ndynfilter.stale_age_s: 0.5\n") + camera_keys));
+  MotionFilterOptions options;
+  options.filter.compensator.depth.stale_age_s = 0.5;
+  MotionState state_of_other, state;
+  const MotionFilter other({c.fx, c.fy, c.cx, c.cy}, state_of_other, options);
+  options.motion.stale_age_s = 0.5;
+  const MotionFilter same({c.fx, c.fy, c.cx, c.cy}, state, options);
+  bool differs = false;
+  for (std::size_t i = 0; i < rendered.size(); ++i) {
+    const FrameView& frame = rendered[i].frame;
+    std::vector<cv::KeyPoint> keypoints = corners_of(frame.image);
+    cv::Mat no_descriptors;
+    const std::size_t want = same.apply(frame, late[i], keypoints).statistics().moving;
+    differs |= other.apply(frame, late[i], keypoints).statistics().moving != want;
+    plugin.submit(frame.image, frame.timestamp_s);
+    const FrameStatistics got =
+        plugin.filter(frame.timestamp_s, frame.depth, keypoints, no_descriptors);
+    EXPECT_EQ(got.moving, want) << i;
+  }
+  EXPECT_TRUE(differs) << "this scene does not tell the two apart";
+}
+
 /// Until motion knows that the people stand, the host gets no frame to begin its map with.
 TEST_F(PluginMotion, LetsTheHostWaitUntilMotionIsDecided) {
   const SyntheticScene scene = standing_people();

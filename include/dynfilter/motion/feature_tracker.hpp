@@ -76,9 +76,9 @@ class FeatureTracker {
   /// Finds the features of frame `from` in frame `to`, one track for each. A feature outside the
   /// image has no track. With `expected`, which has one place for each feature, the search begins
   /// there, on the image and its half only: where texture repeats, smaller images lead from a good
-  /// beginning to a wrong place. What is not found is searched for once more, from where it would
-  /// be if its place were missed by as much as those of the others, their median, unless they were
-  /// missed by less than a pixel. A feature that is expected outside the image has no track. Both
+  /// beginning to a wrong place. If the found features are a pixel or more away from their expected
+  /// places, by the median, the others are searched for once more, from their expected places plus
+  /// that median. A feature that is expected outside the image has no track. Both
   /// pyramids must be of this tracker. Throws std::invalid_argument for pyramids that are empty or
   /// of different sizes, and for another number of expected places. O(features).
   void track(const ImagePyramid& from, const ImagePyramid& to, FeaturesView features,

@@ -24,11 +24,11 @@ struct InstanceVotes {
   std::size_t members = 0;  ///< features of the instance
   std::size_t tracked = 0;  ///< those that were tracked over some baseline
   std::size_t moving = 0;   ///< those whose ratio is above 1
-  /// Whether enough members were tracked, and most of them were where static features would be,
-  /// more nearly than a mover could be, over the short and the long baseline, as far as they could
-  /// be judged. One whose depth changed was not.
+  /// Whether most members were at their static places over the short baseline, and also over the
+  /// long one if enough were tracked over it. False if too few were tracked over the short one. A
+  /// member whose depth changed counts as off its place.
   bool is_quiet = false;
-  bool is_complete = true;  ///< whether it could be judged over both baselines
+  bool is_complete = true;  ///< whether enough were tracked over both baselines
 };
 
 /// Options of InstanceMotion.
@@ -38,8 +38,8 @@ struct InstanceMotionOptions {
   int min_still_frames = 4;       ///< quiet frames after which an instance is still; at least 1
   int max_still_frames = 8;       ///< further ones do not count; at least `min_still_frames`
   int min_moving_frames = 3;      ///< frames in a row after which it moves for sure; at least 1
-  int frames_lost = 3;   ///< a frame that is not quiet cancels so many quiet ones; at least 0
-  double min_iou = 0.3;  ///< smallest overlap of the boxes of the same object; 0 to 1
+  int cancelled_frames = 3;  ///< a frame that is not quiet cancels so many quiet ones; at least 0
+  double min_iou = 0.3;      ///< smallest overlap of the boxes of the same object; 0 to 1
 };
 
 /// Verdict on each instance, which follows it from frame to frame: what moves says so at once; what
@@ -60,9 +60,10 @@ class InstanceMotion {
   InstanceVerdict judge(std::size_t k, const std::optional<InstanceVotes>& votes);
 
   /// Tells whether instance k of the frame was quiet in each frame that was judged since it
-  /// appeared, this one among them. False before `judge`. O(1).
-  bool has_never_moved(std::size_t k) const {
-    return known_.at(k).is_judged && !known_.at(k).has_moved;
+  /// appeared, this one among them. A frame with too few tracked members is not quiet. False before
+  /// `judge`. O(1).
+  bool was_always_quiet(std::size_t k) const {
+    return known_.at(k).is_judged && !known_.at(k).was_restless;
   }
 
   /// Tells whether the verdict on instance k of the frame can be relied on: it was still for so
@@ -79,11 +80,11 @@ class InstanceMotion {
     cv::Rect box;
     std::optional<int> track_id;
     int still_frames = 0;
-    int moving_frames = 0;    // in a row
-    bool is_still = false;    // by the last verdict
-    bool is_matched = false;  // to one of the last frame
-    bool is_taken = false;    // by one of the next frame
-    bool has_moved = false;   // was not quiet in some frame
+    int moving_frames = 0;      // in a row
+    bool is_still = false;      // by the last verdict
+    bool is_matched = false;    // to one of the last frame
+    bool is_taken = false;      // by one of the next frame
+    bool was_restless = false;  // was not quiet in some frame
     bool is_judged = false;
   };
 

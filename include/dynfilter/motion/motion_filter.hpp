@@ -20,12 +20,12 @@ struct MotionFilterOptions {
 /// DynamicFilter with motion evidence: masks and depth say what may be dynamic, motion says what
 /// is.
 ///
-///     dynfilter::MotionState memory;  // one for each camera
-///     const dynfilter::MotionFilter filter(camera, memory);
+///     dynfilter::MotionState state;  // one for each camera
+///     const dynfilter::MotionFilter filter(camera, state);
 ///     filter.apply(frame, masks, keypoints, labels, workspace);  // every frame, in order
 ///
 /// The filter is immutable; what it knows of earlier frames is in the state. Frames need an image,
-/// and depth or a trusted MotionState::expect_motion.
+/// a time that grows, and depth or a trusted MotionState::expect_motion.
 class MotionFilter : public Pipeline<MaskCuller, Compensator, MotionJudge, FeatureFloor> {
  public:
   /// Takes camera, state and options. Throws std::invalid_argument for what one of the stages

@@ -52,8 +52,8 @@ struct MotionJudgeOptions {
   /// @}
   /// Features this near to a mask of a dynamic object do not tell the camera's motion, pixels.
   double mask_distance_px = 8;
-  /// A feature without depth tells the camera's motion with the depth of its surroundings if their
-  /// DepthInterval, which the sensor's noise widens, spans less than this, metres.
+  /// A feature without depth takes the middle of its DepthInterval for the camera's motion, if the
+  /// interval, noise of the sensor included, spans less than this, metres.
   double max_pose_depth_range_m = 0.3;
   /// @{
   /// The camera's pose comes from the features that nobody suspects. A second one, by these and by
@@ -77,11 +77,12 @@ struct MotionJudgeOptions {
   double max_baseline_difference_px = 6;
 
   /// @{
-  /// Shift that is allowed for before a feature is a seed: the largest of a number of pixels, of
-  /// scales, and of the shift that a speed across the view makes. A scale is that of the camera's
-  /// pose, RelativePoseEstimate::scale_px: 1.4826 times the median residual of the static features,
-  /// 0.25 to 3 pixels. Scales and speed also allow for a change of depth, beyond the sensor's
-  /// noise.
+  /// A feature becomes a seed if it shifts by more than the largest of three limits: so many
+  /// pixels; so many scales of the camera's pose (RelativePoseEstimate::scale_px, 0.25 to 3
+  /// pixels); and the shift of a thing at the feature's depth that crosses the view at this speed.
+  /// The last two also limit the change of its depth, beyond the sensor's noise. The limit in
+  /// pixels is the larger one for what is far: at 30 frames a second and a focal length of 525
+  /// px, 1.5 px over three frames are 0.06 m/s at 2 m and 0.11 m/s at 4 m.
   double min_shift_px = 1.5;
   double min_shift_scales = 6;
   double min_speed_m_s = 0.05;
@@ -94,7 +95,7 @@ struct MotionJudgeOptions {
   /// @}
   /// Tracks fail beside what moves. A feature that shifts or was not tracked is static nevertheless
   /// if its patch differs from the static place by less than this share of its contrast.
-  double max_still_patch_ratio = 0.5;
+  double max_static_patch_ratio = 0.5;
   /// A feature this near to the mask of a dynamic object is beside it, pixels. Elsewhere, a feature
   /// without a track is a seed if the last frame's depth says that a static one would have been in
   /// view there, and its image does not show one. Beside an object it is not: the object may have
@@ -115,24 +116,26 @@ struct MotionJudgeOptions {
   /// Features whose depths differ by more are on different things, metres: they do not count for
   /// the fill, and one so far behind most of an instance's features is not in its fringe.
   double max_thing_depth_m = 0.3;
-  /// Masks older than this are stale, seconds, as for DepthCompensatorOptions::stale_age_s. The
-  /// features on them may be the background's, and their depths do not tell who is in the fringe.
+  /// Masks older than this are stale, seconds. Set it as DepthCompensatorOptions::stale_age_s; the
+  /// plugin does. The features on stale masks may be the background's, and their depths do not tell
+  /// who is in the fringe.
   double stale_age_s = 0.02;
 
   /// @{
-  /// Shift of most of an instance's features, at most the largest of these, for it to be quiet.
-  double max_still_px = 0.75;
-  double max_still_scales = 2.5;
-  double max_still_speed_m_s = 0.06;
+  /// An instance is quiet if most of its features shift by at most the largest of these: pixels,
+  /// scales, and the shift of a thing at its depth that crosses the view at this speed.
+  double max_quiet_px = 0.75;
+  double max_quiet_scales = 2.5;
+  double max_quiet_speed_m_s = 0.06;
   /// @}
-  double still_share = 0.7;         ///< "most" of its features
-  double min_still_tracked = 0.5;   ///< share of its features that must be tracked
-  std::size_t min_still_votes = 8;  ///< and their number, as that of depths for its fringe
+  double quiet_share = 0.7;         ///< "most" of its features
+  double min_quiet_tracked = 0.5;   ///< share of its features that must be tracked
+  std::size_t min_quiet_votes = 8;  ///< and their number, as that of depths for its fringe
 
-  /// What compensation removed comes back feature by feature, if it is static itself. Beside a
-  /// still instance, always. Beside one that never moved since it appeared, or one that moves, only
-  /// if the stages before kept at least this share of all features: otherwise the camera's motion
-  /// may have been taken from persons.
+  /// A feature that compensation removed comes back only if it is static itself. Beside a still
+  /// instance it always does. Beside an instance that moves, or that was quiet in every judged
+  /// frame, it does so only if the earlier stages kept at least this share of all features: with
+  /// fewer, the camera's motion may have been taken from persons.
   double min_kept_share = 0.5;
   /// Beside something that moves, a feature comes back if it was at the static place over both
   /// baselines, or if the image shows it there. Its DepthInterval must span less than this, metres.
@@ -161,21 +164,29 @@ struct MotionJudgeOptions {
 /// features that did. Those that compensation removed farther from the masks join in where they
 /// agree with the others. A track is compared with where the feature would have been if it were
 /// static, at any depth that it may have, and the depth there with the depth it would have had.
-/// Single features prove nothing: tracks fail at occlusions and between layers of depth. So
-/// evidence is pooled over neighbours, over time and over instances. Where a track fails or shifts,
-/// the image decides: a feature is static if it looked the same at the static place, and may move
-/// if it would have been in view there, and was not. What lies in front of its surface, as a person
-/// beside it, is left out of the comparison.
+/// One feature in one frame proves little: tracks fail at occlusions and between layers of depth.
+/// So evidence is pooled over neighbours, over time and over instances: a feature that no neighbour
+/// supports is removed in the seventh frame in a row. Where a track fails or shifts, the image
+/// decides: a feature is static if it looked the same at the static place, and may move if it would
+/// have been in view there, and was not. What lies in front of its surface, as a person beside it,
+/// is left out of the comparison.
 ///
 /// Abstains, changes nothing and says why in MotionStatistics: without an image, in the first
 /// frame, after a cut, a gap or a step back in time, where an image repeats, and where the tracks
-/// agree on no motion of the camera. What is slower than about 0.05 m/s is static by definition,
-/// and what is up to twice as fast is often missed; MotionJudgeOptions::uses_kept_frames finds
-/// more. An instance with few features is never given back.
+/// agree on no motion of the camera. In a frame in which it abstains, people who stand lose what
+/// they had got back.
 ///
-/// The image must be CV_8UC1 or CV_8UC3 (or CV_8UC4). Uses `frame.depth` where it exists; without
-/// depth it needs a trusted prior in each frame, see MotionState::expect_motion. The camera must be
-/// that of the features' pixels. Lengths of the options are pixels of the image, at any width.
+/// What is slower than min_speed_m_s is static by definition, and what is up to twice as fast, or
+/// far away, is often missed; MotionJudgeOptions::uses_kept_frames finds more. An instance with
+/// fewer than min_quiet_votes tracked features is never given back.
+///
+/// The image must be CV_8UC1 or CV_8UC3 (or CV_8UC4). Uses `frame.depth` where it exists, but not
+/// the depths of FeaturesView; without depth it needs a trusted prior in each frame, see
+/// MotionState::expect_motion. `frame.timestamp_s` must grow from frame to frame: with equal times
+/// it starts anew in each of them. Baselines, beliefs and verdicts count frames and were chosen at
+/// 30 frames a second: at 10, all shifts are three times as large, and a verdict takes three times
+/// as long. The camera must be that of the features' pixels. Lengths of the options are pixels of
+/// the image, at any width.
 class MotionJudge {
  public:
   /// Takes the camera, the state, which is the stage's own, and options. Throws
@@ -187,12 +198,12 @@ class MotionJudge {
   void check(const FilterInput& input) const;
 
   /// Tracks the features to the last frame, for what needs tracks before the frame's masks are
-  /// known: `point_motions(features, tracks)` moves earlier masks, see MaskPropagator. The stage's
-  /// call for the same frame, depth included, and features, which must come next, then takes these
-  /// tracks and gives the same labels as without. Writes one track for each feature. Returns
-  /// whether the last frame is known; otherwise no track is found: without an image, in the first
-  /// frame, after a gap or a step back in time. Throws std::invalid_argument as the call would;
-  /// after any other exception the state has forgotten everything. O(pixels + features).
+  /// known: `point_motions(features, tracks)` moves earlier masks, see MaskPropagator. Call the
+  /// stage next, with the same frame, depth included, and the same features: it takes these tracks,
+  /// and gives the same labels as without. Writes one track for each feature. Returns whether the
+  /// last frame is known; otherwise no track is found: without an image, in the first frame, after
+  /// a gap or a step back in time. Throws std::invalid_argument as the call would; after any other
+  /// exception the state has forgotten everything. O(pixels + features).
   bool track(const FrameView& frame, FeaturesView features, std::vector<FeatureTrack>& tracks,
              Workspace& workspace) const;
 

@@ -26,9 +26,9 @@ struct MotionMemory;
 /// what its state holds, so the two may be moved, together or alone, and either may die first. To
 /// let a judge forget, call `reset`: assigning another state to this one leaves the judge as it is.
 ///
-/// Memory: four grey images with their pyramids (1.2 MB each at 640x480, with derivatives 7 MB),
-/// four depth images as the host's are (0.6 or 1.2 MB each), and the features of the last frame.
-/// Two grey images more with MotionJudgeOptions::uses_kept_frames.
+/// Memory at 640x480: four image pyramids with derivatives (2.6 MB each; two more with
+/// MotionJudgeOptions::uses_kept_frames), four depth images as the host's are (0.6 or 1.2 MB each),
+/// and the features of the last frame.
 class MotionState {
  public:
   /// Makes a state that knows nothing.

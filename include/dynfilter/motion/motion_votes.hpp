@@ -39,13 +39,13 @@ struct FeatureMotion {
   /// Shift in the image that the camera does not explain, pixels, for each baseline.
   std::array<cv::Vec2f, motion_baselines> shift_px;
   std::array<bool, motion_baselines> is_tracked = {};  ///< whether shift_px is known
-  /// The one with the largest shift over what is allowed for. That to a kept frame only where the
-  /// others say nothing.
+  /// The one with the largest shift over what is allowed for. That to a kept frame only where no
+  /// shift over the others is larger than allowed.
   std::size_t baseline = 0;
   float ratio = 0;  ///< largest shift, or change of depth, over what is allowed for
   MotionEvidence evidence = MotionEvidence::unknown;  ///< what the ratio and the image say
-  bool has_support = false;  ///< written by support_seeds: its neighbours move as it does
-  float depth_m = 0;         ///< depth at the feature's pixel, metres; 0 = unknown
+  bool neighbours_agree = false;  ///< written by support_seeds: its neighbours move as it does
+  float depth_m = 0;              ///< depth at the feature's pixel, metres; 0 = unknown
   /// How much nearer it came than a static one, metres, see depth_residual_m; 0 if that is no more
   /// than is allowed for.
   float approach_m = 0;
@@ -53,7 +53,7 @@ struct FeatureMotion {
   bool is_beside_object = false;
 
   /// Whether the feature was tracked over any baseline.
-  bool is_known() const { return is_tracked[0] || is_tracked[1] || is_tracked[2]; }
+  bool was_tracked() const { return is_tracked[0] || is_tracked[1] || is_tracked[2]; }
 
   /// Whether both depths are known and differ by more than a distance, metres: the features are on
   /// different things.
@@ -65,7 +65,7 @@ struct FeatureMotion {
 
 /// Options of support_seeds.
 struct MotionVotesOptions {
-  int radius_px = 80;          ///< distance of the farthest neighbour, each way; 1 to 1000
+  int radius_px = 80;          ///< distance of the farthest neighbour; 1 to 1000
   std::size_t neighbours = 8;  ///< nearest tracked features that vote; 1 to 30
   int min_spacing_px = 3;      ///< nearer features count as one; 0 to 1000
   std::size_t min_seeds = 4;   ///< smallest number of neighbours that are seeds and move alike
@@ -86,9 +86,10 @@ struct MotionVotesOptions {
   double max_far_difference = 0.15;  ///< in the place of max_difference
   /// @}
   /// @{
-  /// A seed lies among seeds if they are at least this share of the nearest features within this
-  /// distance that were tracked or are seeds; of so many, and half as many must be there. Radius 1
-  /// to 1000, features 1 to 30, share 0 to 1.
+  /// A seed lies among seeds if at least `min_crowd_share` of its `crowd_neighbours` nearest
+  /// features are seeds. Features count if they are within `crowd_radius_px` and were tracked or
+  /// are seeds. At least half of `crowd_neighbours` must be there. Radius 1 to 1000, features 1 to
+  /// 30, share 0 to 1.
   int crowd_radius_px = 50;
   std::size_t crowd_neighbours = 12;
   double min_crowd_share = 0.8;

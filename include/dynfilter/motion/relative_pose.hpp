@@ -90,13 +90,13 @@ struct RelativePoseEstimate {
 /// poses of four observations each: the reprojection is linear in a small motion, so a hypothesis
 /// is the solution of eight linear equations around the start. The best so far are improved on the
 /// share of the observations that fit best (P. J. Rousseeuw, K. Van Driessen, "Computing LTS
-/// regression for large data sets", 2006). A quantile decides, not a threshold: with one, the many
-/// features of a mover that drifts by a pixel pull the pose, and PnP with RANSAC is captured so. It
-/// is below the median, because failed tracks and what moves may be most of all together. Then
-/// iteratively reweighted least squares with Tukey's weights; their scale is the quantile's at
-/// first, and then the median of those that agree with that. With a trusted prior the quantile is a
-/// tenth, because it holds where most of the image moves, and the scale takes a fifth of the judges
-/// for static.
+/// regression for large data sets", 2006). A quantile decides, not a threshold: a threshold counts
+/// a mover that drifts by a pixel among the inliers, and so PnP with RANSAC follows it. The
+/// quantile is below the median, because failed tracks and movers together may be the majority.
+/// With a trusted prior it is a tenth, because such a prior is right also where most of the image
+/// moves. Iteratively reweighted least squares with Tukey's weights follow. Their scale comes from
+/// the quantile at first, and then from the median of the observations that agree with it; with a
+/// trusted prior from a fifth of the judges.
 ///
 /// The judges are spread over the image: parts of 40 px have a voice in turn. What is rich in
 /// texture would outvote the rest otherwise, and where no masks are known that is often a person.

@@ -47,8 +47,8 @@ class MotionStatistics:
     supported: Final[int]
     given_back: Final[int]
     scale_px: Final[float]
-    support: Final[float]
-    undecided_objects: Final[int]
+    pose_support: Final[float]
+    unsettled_objects: Final[int]
     baselines: Final[int]
 
 class FrameStatistics:
