@@ -13,7 +13,26 @@
 namespace dynfilter::detail {
 namespace {
 
-/// Returns the host's knowledge, or the limits that the camera's inertia sets.
+/// Tells whether the motions are known that the expected pose of a baseline is made of: the last
+/// one, or those of all earlier frames of a longer one.
+bool knows_expected_pose(const MotionContext& context, std::size_t baseline) {
+  const MotionMemory& memory = context.memory;
+  if (baseline == short_baseline) return memory.past[0].motion.has_value();
+  if (baseline == kept_baseline) return true;  // else it would not be kept
+  for (std::size_t i = 0; i + 1 < context.frames_back(baseline); ++i) {
+    if (!memory.past[i].motion) return false;
+  }
+  return true;
+}
+
+/// Returns what a largest acceleration allows for over a number of frames; 0 = no limit.
+double inertia_limit(double max_acceleration, double frame_s, double frames) {
+  if (!(max_acceleration > 0)) return std::numeric_limits<double>::infinity();
+  return frames * std::max(max_acceleration * frame_s * frame_s, 1e-3);
+}
+
+/// Returns the host's knowledge, or the limits that the camera's inertia sets where its last motion
+/// is known: by the options without masks, and around what the host knew of the short baseline.
 std::optional<PosePrior> prior_of(const MotionContext& context, std::size_t baseline) {
   const MotionMemory& memory = context.memory;
   const bool host_knows_all = baseline == short_baseline && memory.prior;
@@ -24,17 +43,15 @@ std::optional<PosePrior> prior_of(const MotionContext& context, std::size_t base
   const bool is_first_trusted =
       baseline > short_baseline && memory.prior && memory.prior->is_trusted;
   if (!is_limited && !is_first_trusted) return {};
+  if (!knows_expected_pose(context, baseline)) return {};
   PosePrior prior;
   prior.pose = expected_pose(context, baseline);
-  const double duration_s = context.measured.baselines[short_baseline].duration_s;
-  const double square = duration_s * duration_s;
-  // Over a longer baseline, the errors of the short ones add up.
-  // At the start, the camera may be moving already.
-  const double steps =
-      static_cast<double>(context.frames_back(baseline)) + (memory.past[0].motion ? 0 : 1);
-  prior.max_translation_m = steps * std::max(options.max_acceleration_m_s2 * square, 1e-3);
-  prior.max_rotation_rad = steps * std::max(options.max_angular_acceleration_rad_s2 * square, 1e-3);
   prior.is_trusted = is_first_trusted;
+  // Over a longer baseline, the errors of the short ones add up.
+  const auto frames = static_cast<double>(context.frames_back(baseline));
+  const double frame_s = context.measured.baselines[short_baseline].duration_s;
+  prior.max_translation_m = inertia_limit(options.max_acceleration_m_s2, frame_s, frames);
+  prior.max_rotation_rad = inertia_limit(options.max_angular_acceleration_rad_s2, frame_s, frames);
   return prior;
 }
 
@@ -77,15 +94,6 @@ double median_distance_px(const MotionContext& context, const RelativePose& pose
   }
   if (distances.empty()) return 0;
   return double{quantile_of(distances)};
-}
-
-/// Tells whether the poses of all earlier frames of a baseline are known.
-bool knows_all_frames(const MotionContext& context, std::size_t baseline) {
-  if (baseline == kept_baseline) return true;  // else it would not be kept
-  for (std::size_t i = 0; i + 1 < context.frames_back(baseline); ++i) {
-    if (!context.memory.past[i].motion) return false;
-  }
-  return true;
 }
 
 /// Returns how far apart two poses place a static feature, pixels: what nine tenths of the features
@@ -134,7 +142,7 @@ bool is_as_small(const MotionContext& context, double distance_px, double other_
 /// Tells whether a pose over a longer baseline is far from what the short ones say.
 bool is_contradicted(const MotionContext& context, std::size_t baseline,
                      const RelativePose& expected) {
-  if (baseline == short_baseline || !knows_all_frames(context, baseline)) return false;
+  if (baseline == short_baseline || !knows_expected_pose(context, baseline)) return false;
   // The errors of single frames add up.
   const double most_px = context.options.max_baseline_difference_px *
                          static_cast<double>(context.frames_back(baseline)) /

@@ -78,15 +78,17 @@ class Scene {
     const FilterInput input{frame_, {}, keypoints_};
     MotionMemory memory;
     memory.known = 3;
+    memory.prior = prior;
     memory.past[0].motion = frames[1];
     memory.past[1].motion = frames[2];
     Workspace workspace;
     const MotionContext context{input, pinhole, options, true, memory, measured_, workspace};
     measure_places(context);
     estimate_pose(context, RelativePoseEstimator(pinhole), 1);
-    EXPECT_TRUE(measured_.baselines[1].pose.is_trusted);
+    EXPECT_TRUE(prior || measured_.baselines[1].pose.is_trusted);
     return measured_.baselines[1].is_used;
   }
+  const RelativePoseEstimate& long_pose() const { return measured_.baselines[1].pose; }
 
   /// Tells whether the baseline to a frame is used that was kept nine frames ago. Its tracks are
   /// the scene's.
@@ -258,6 +260,48 @@ TEST(MotionPose, TakesTheDepthAroundAFeature) {
   MotionJudgeOptions own_pixel_only;
   own_pixel_only.max_pose_depth_range_m = 0;
   EXPECT_LT(scene.estimated(true, own_pixel_only).observations, before);
+}
+
+/// A camera may be fast already when the first of its motions is measured.
+TEST(MotionPose, WithoutMasksIsOnlyHeldBackByALastMotion) {
+  const RelativePose fast = moved(0.05);  // 1.5 m/s
+  Thing standing = cart;
+  standing.motion_m = {};
+  Scene scene(fast, {standing, standing_person});
+  EXPECT_TRUE(scene.estimated(false).is_trusted);
+  EXPECT_LT(error_m(scene.estimated(false), fast), 1e-3);
+  scene.last = RelativePose();
+  EXPECT_GT(error_m(scene.estimated(false), fast), 0.03) << "5 m/s2 do not allow for it";
+}
+
+/// A host's priors may begin in any frame. Without depth, they are all that tells the camera.
+TEST(MotionPose, OverTheLongBaselineNeedsThePriorsOfAllItsFrames) {
+  const RelativePose frame = moved(0.01);
+  Scene scene(moved(0.03), {cart, standing_person});
+  scene.prior = PosePrior{frame, 0.01, 0.02, true};
+  scene.depth().setTo(0);
+  EXPECT_TRUE(scene.is_long_used({frame, frame, frame}));
+  EXPECT_FALSE(scene.is_long_used({frame, {}, {}}));
+  EXPECT_FALSE(scene.is_long_used({frame, frame, {}}));
+}
+
+/// 0 is no limit, also around what the host knows of the short baseline.
+TEST(MotionPose, OverTheLongBaselineMayBeFarFromThePriorsWithoutLimits) {
+  Thing standing = cart;
+  standing.motion_m = {};
+  Scene scene(moved(0.03), {standing, standing_person});
+  const RelativePose frame = moved(0.002);
+  scene.prior = PosePrior{frame, 0.01, 0.02, true};
+  MotionJudgeOptions options;
+  options.max_baseline_difference_px = std::numeric_limits<double>::infinity();
+  const auto error_over_long = [&] {
+    EXPECT_TRUE(scene.is_long_used({frame, frame, frame}, options));
+    return error_m(scene.long_pose(), moved(0.03));
+  };
+  options.max_acceleration_m_s2 = 0.1;
+  EXPECT_GT(error_over_long(), 0.02);
+  options.max_acceleration_m_s2 = 0;
+  EXPECT_LT(error_over_long(), 1e-3);
 }
 
 TEST(MotionPose, RefusesNonsense) {
