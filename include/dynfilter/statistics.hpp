@@ -47,7 +47,7 @@ enum class InstanceVerdict : std::uint8_t {
 /// Outcome of the motion evidence for one frame.
 enum class MotionOutcome : std::uint8_t {
   not_run,           ///< no motion evidence in the pipeline
-  no_image,          ///< abstained: the frame has no image
+  no_image,          ///< abstained: the frame has no image, or one too small to track in
   started,           ///< abstained: first frame, or a cut, a gap, or a time that did not grow
   repeated,          ///< abstained: the image is that of the frame before
   too_few_tracks,    ///< abstained: too few static features with depth could be tracked

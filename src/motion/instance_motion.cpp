@@ -4,6 +4,7 @@
 #include "dynfilter/motion/instance_motion.hpp"
 
 #include <algorithm>
+#include <cstdint>
 #include <utility>
 
 #include "dynfilter/detail/errors.hpp"
@@ -100,8 +101,9 @@ InstanceVerdict InstanceMotion::judge(std::size_t k, const std::optional<Instanc
 
 bool InstanceMotion::is_settled(std::size_t k) const {
   const Known& known = known_.at(k);
-  const int settled_frames =
-      std::min(options_.min_still_frames + options_.cancelled_frames, options_.max_still_frames);
+  const auto settled_frames =
+      std::min<std::int64_t>(std::int64_t{options_.min_still_frames} + options_.cancelled_frames,
+                             options_.max_still_frames);
   const bool stays_still = known.is_still && known.still_frames >= settled_frames;
   return stays_still || known.moving_frames >= options_.min_moving_frames;
 }

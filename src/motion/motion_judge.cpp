@@ -76,6 +76,25 @@ void check_options(const MotionJudgeOptions& options) {
   not_negative("stale_fringe_untracked_px", options.stale_fringe_untracked_px);
 }
 
+void require_grey_or_colour(const cv::Mat& image) {
+  const int type = image.type();
+  if (image.empty() || type == CV_8UC1 || type == CV_8UC3 || type == CV_8UC4) return;
+  detail::throw_misuse("MotionJudge",
+                       detail::concatenate("an image of type ", detail::type_name(image)),
+                       "CV_8UC1, CV_8UC3 or CV_8UC4");
+}
+
+/// The host's tracks must be those of the frame's features.
+void require_one_for_each(FeaturesView features, const MotionMemory& memory) {
+  for (const std::vector<FeatureTrack>& tracks : memory.host_tracks) {
+    if (tracks.empty() || tracks.size() == features.size()) continue;
+    detail::throw_misuse("MotionJudge",
+                         detail::concatenate(tracks.size(), " tracks of the host and ",
+                                             features.size(), " features"),
+                         "one track for each feature");
+  }
+}
+
 bool is_equal(const cv::Mat1b& a, const cv::Mat1b& b) {
   for (int y = 0; y < a.rows; ++y) {
     if (std::memcmp(a.ptr(y), b.ptr(y), static_cast<std::size_t>(a.cols)) != 0) return false;
@@ -199,12 +218,13 @@ MotionJudge::MotionJudge(const PinholeCamera& camera, MotionState& state,
 }
 
 void MotionJudge::check(const FilterInput& input) const {
-  const cv::Mat& image = input.frame.image;
-  const int type = image.type();
-  if (image.empty() || type == CV_8UC1 || type == CV_8UC3 || type == CV_8UC4) return;
-  detail::throw_misuse("MotionJudge",
-                       detail::concatenate("an image of type ", detail::type_name(image)),
-                       "CV_8UC1, CV_8UC3 or CV_8UC4");
+  try {
+    require_grey_or_colour(input.frame.image);
+    require_one_for_each(input.features, *memory_);
+  } catch (...) {
+    memory_->end_frame();  // what was handed over is of this frame
+    throw;
+  }
 }
 
 /// Takes in the frame's image and time. Tells whether there is an image that can be tracked.

@@ -177,6 +177,8 @@ bool is_surely_static(const MotionContext& context, std::size_t feature) {
 /// single instance.
 bool comes_back(const MotionContext& context, std::size_t feature, const FeatureLabel& label,
                 InstanceVerdict verdict, bool is_reliable) {
+  // What a stage of the host's removed is not for motion to decide.
+  if (label.reason != Reason::in_mask && label.reason != Reason::compensated) return false;
   const MotionMeasurement& measured = context.measured;
   const FeatureMotion& motion = measured.motions[feature];
   const bool is_quiet =

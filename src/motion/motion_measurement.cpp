@@ -230,14 +230,7 @@ void track_back(const MotionContext& context, const FeatureTracker& tracker, std
   const bool is_of_host =
       baseline < memory.host_tracks.size() && !memory.host_tracks[baseline].empty();
   if (is_of_host) {
-    const std::vector<FeatureTrack>& given = memory.host_tracks[baseline];
-    if (given.size() != features.size()) {
-      throw_misuse(
-          "MotionJudge",
-          concatenate(given.size(), " tracks of the host and ", features.size(), " features"),
-          "one track for each feature");
-    }
-    result.tracks = given;
+    result.tracks = memory.host_tracks[baseline];
     tracker.refine(now, then, features, result.tracks, context.workspace);
     return;
   }

@@ -80,10 +80,12 @@ struct MotionMemory {
     for (std::vector<FeatureTrack>& tracks : host_tracks) tracks.clear();
   }
 
-  /// Forgets everything. Keeps memory.
+  /// Forgets everything, the options of the judge that used it among them.
   void reset() {
     forget();
     end_frame();
+    beliefs.reset();
+    instances.reset();
   }
 
  private:

@@ -105,9 +105,15 @@ DepthInterval depth_interval(const FrameView& frame, cv::Point pixel,
   const int reach = options.window_px / 2;
   const cv::Rect window =
       cv::Rect(pixel.x - reach, pixel.y - reach, options.window_px, options.window_px) & image;
+  const int type = frame.depth.type();
+  if (type != CV_16UC1 && type != CV_32FC1) {
+    detail::throw_misuse("depth_interval",
+                         detail::concatenate("depth of type ", detail::type_name(frame.depth)),
+                         "CV_16UC1 or CV_32FC1");
+  }
   const double scale = frame.depth_scale();
   const auto min_gap = static_cast<float>(options.min_gap_m / scale);
-  const bool is_integer = frame.depth.type() == CV_16UC1;
+  const bool is_integer = type == CV_16UC1;
   const WindowDepths depths = is_integer ? depths_in<std::uint16_t>(frame.depth, window, min_gap)
                                          : depths_in<float>(frame.depth, window, min_gap);
   if (!(depths.least <= depths.most)) return interval;

@@ -15,11 +15,13 @@ namespace dynfilter::detail {
 /// Square patch between the pixels of an image, interpolated linearly.
 class Patch {
  public:
-  /// Returns nothing for a patch that reaches out of the image.
+  /// Returns nothing for a patch that reaches out of the image, also by the row and column beyond
+  /// it that are interpolated, and for a reach below 0.
   static std::optional<Patch> at(const cv::Mat1b& image, cv::Point2f centre, int reach) {
     const float left = centre.x - static_cast<float>(reach);
     const float top = centre.y - static_cast<float>(reach);
-    const auto side = static_cast<float>(2 * reach + 1);
+    const float side = 2 * static_cast<float>(reach) + 1;
+    if (reach < 0) return {};
     if (!(left >= 0 && top >= 0 && left + side < static_cast<float>(image.cols) &&
           top + side < static_cast<float>(image.rows)))
       return {};

@@ -12,12 +12,13 @@
 
 namespace dynfilter::detail {
 
-/// Returns the value that a share of the values is below, their median by default. The share is
-/// below 1, and there are values. Changes their order. O(n).
+/// Returns the value that a share of the values, 0 to 1, is below, their median by default; the
+/// largest one for 1. There are values. Changes their order. O(n).
 template <class Value>
 Value quantile_of(std::vector<Value>& values, double share = 0.5) {
-  const double below = share * static_cast<double>(values.size());
-  const auto place = values.begin() + static_cast<std::ptrdiff_t>(below);
+  const auto below = static_cast<std::size_t>(share * static_cast<double>(values.size()));
+  const auto place =
+      values.begin() + static_cast<std::ptrdiff_t>(std::min(below, values.size() - 1));
   std::nth_element(values.begin(), place, values.end());
   return *place;
 }

@@ -188,8 +188,9 @@ void check(const RelativePoseOptions& options) {
           "a share from 0.1 to 0.5");
   require(options.refinements >= 0 && options.refinements <= 100, "refinements",
           options.refinements, "0 to 100");
-  require(options.cutoff > 0, "cutoff", options.cutoff, "a number above 0");
-  require(options.min_scale_px > 0, "min_scale_px", options.min_scale_px, "a number above 0");
+  const auto is_in_reason = [](double value) { return value >= 1e-6 && value <= 1e6; };
+  require(is_in_reason(options.cutoff), "cutoff", options.cutoff, "1e-6 to 1e6");
+  require(is_in_reason(options.min_scale_px), "min_scale_px", options.min_scale_px, "1e-6 to 1e6");
   require(options.max_scale_px > 0, "max_scale_px", options.max_scale_px, "a number above 0");
   require(options.min_support >= 0 && options.min_support <= 1, "min_support", options.min_support,
           "a share from 0 to 1");
@@ -281,7 +282,7 @@ RelativePoseEstimate estimated(const std::vector<PoseObservation>& observations,
   estimate.observations = observations.size();
   if (observations.size() < options.min_observations) {
     estimate.scale_px = options.min_scale_px;
-    estimate.is_trusted = prior && prior->is_trusted;
+    estimate.is_trusted = prior && prior->is_trusted && is_within(estimate.pose, *prior);
     return estimate;
   }
 

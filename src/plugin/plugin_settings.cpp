@@ -189,6 +189,8 @@ PinholeCamera read_camera(const SettingsFile& file) {
   const auto number = [&](const char* name) { return file.host_real(prefix + name).value_or(0); };
   PinholeCamera camera{number("fx"), number("fy"), number("cx"), number("cy"), number("k1"),
                        number("k2"), number("p1"), number("p2"), number("k3")};
+  // ORB-SLAM3 does not read the distortion of images that are rectified already.
+  if (type == "Rectified") camera = {camera.fx, camera.fy, camera.cx, camera.cy};
   if (!(camera.fx > 0 && camera.fy > 0)) {
     file.refuse("motion", "1 without " + prefix + "fx and " + prefix + "fy above 0",
                 "the host's camera in this file");

@@ -3,6 +3,7 @@
 
 #include "dynfilter/motion/instance_motion.hpp"
 
+#include <limits>
 #include <optional>
 #include <stdexcept>
 #include <vector>
@@ -96,6 +97,18 @@ TEST(InstanceMotion, IsSettledAtTheLatestWhereFurtherFramesDoNotCount) {
     next(instances, quiet);
   }
   EXPECT_TRUE(instances.is_settled(0));
+}
+
+TEST(InstanceMotion, IsNotSettledSoonerByOptionsWithoutEnd) {
+  InstanceMotionOptions options;
+  options.cancelled_frames = std::numeric_limits<int>::max();
+  InstanceMotion instances(options);
+  for (int i = 0; i < options.max_still_frames; ++i) {
+    EXPECT_FALSE(i > 0 && instances.is_settled(0));
+    next(instances, quiet);
+  }
+  EXPECT_TRUE(instances.is_settled(0));
+  EXPECT_EQ(next(instances, restless), InstanceVerdict::undecided);
 }
 
 TEST(InstanceMotion, IsNotSettledWhereNothingWasJudged) {

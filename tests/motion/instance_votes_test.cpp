@@ -39,13 +39,12 @@ MotionMeasurement measured_at(const Shifts& shifts, std::size_t tracked = member
 }
 
 /// Returns the votes of instance 1, beside a feature of another instance.
-InstanceVotes voted(MotionMeasurement measured) {
+InstanceVotes voted(MotionMeasurement measured, const MotionJudgeOptions& options = {}) {
   const PinholeCamera camera{400, 400, 320, 240};
   const std::vector<cv::KeyPoint> keypoints(members + 1);
   const FrameView frame;
   const Segmentation masks;
   const FilterInput input{frame, masks, keypoints};
-  const MotionJudgeOptions options;
   MotionMemory memory;
   Workspace workspace;
   FeatureLabels labels(keypoints.size(), {});
@@ -85,6 +84,15 @@ TEST(InstanceVotes, AreNotQuietWhereTheLongBaselineSeesASlowShift) {
   EXPECT_FALSE(voted(measured_at({0.7F, 2.1F})).is_quiet);  // 0.1 m/s
   EXPECT_FALSE(voted(measured_at({3, 9})).is_quiet);
   EXPECT_TRUE(voted(measured_at({0.7F, 2.1F})).is_complete);
+}
+
+TEST(InstanceVotes, MayAskForAllMembers) {
+  MotionJudgeOptions all;
+  all.quiet_share = 1;
+  MotionMeasurement measured = measured_at({0.2F, 0.4F});
+  EXPECT_TRUE(voted(measured, all).is_quiet);
+  measured.motions[7].shift_px[0] = {5, 0};
+  EXPECT_FALSE(voted(measured, all).is_quiet);
 }
 
 TEST(InstanceVotes, CountTheMembersThatMove) {

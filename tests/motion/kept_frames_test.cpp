@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -236,10 +235,6 @@ TEST(KeptFrames, AreForgottenWithTheOthers) {
     cv::resize(other.image, other.image, {}, 0.5, 0.5);
     other.depth.release();
     EXPECT_EQ(rig.see(other, {}, {}).statistics().motion.outcome, MotionOutcome::started);
-  });
-  expect_new_after([](Rig& rig) {
-    rig.state.hand_over_tracks(0, std::vector<FeatureTrack>(3));  // of another frame
-    EXPECT_THROW(rig.see_without_masks(shots_of_a_slow_person()[12]), std::invalid_argument);
   });
 }
 

@@ -195,6 +195,12 @@ TEST(DepthInterval, IsUnknownOutsideTheImageAndWithoutDepth) {
   EXPECT_EQ(depth_interval(frame, {-1, 0}).nearest_m, 0.4);
 }
 
+TEST(DepthInterval, RefusesDepthOfAnotherType) {
+  FrameView frame;
+  frame.depth = cv::Mat1b(40, 40, std::uint8_t{9});
+  testing::expect_error<std::invalid_argument>([&] { depth_interval(frame, {20, 20}); }, "CV_8UC1");
+}
+
 TEST(DepthInterval, RefusesNonsense) {
   DepthIntervalOptions options;
   options.window_px = 8;

@@ -51,6 +51,9 @@ TEST(PatchDifference, HasNoAnswerOutsideTheImage) {
   EXPECT_FALSE(patch_contrast(image, {3.9F, 10}));
   EXPECT_FALSE(patch_contrast(image, {46, 10}));
   EXPECT_FALSE(patch_contrast(image, {10, NAN}));
+  EXPECT_FALSE(patch_contrast(image, {20, 20}, -1));
+  EXPECT_FALSE(patch_contrast(image, {20, 20}, 1 << 30));
+  EXPECT_EQ(*patch_contrast(image, {20, 20}, 0), 0);
   EXPECT_FALSE(patch_difference(image, {20, 20}, image, {20, 37}));
   EXPECT_EQ(*patch_difference(image, {20, 20}, image, {20, 20}), 0);
 }

@@ -247,6 +247,18 @@ TEST(RelativePose, FindsTheTurnOfACameraThatOnlyTurns) {
   EXPECT_GT(wrong.scale_px, 4 * estimator.estimate(move.observations, {}, {}, workspace).scale_px);
 }
 
+TEST(RelativePose, IsNoTrustedTurnWhereAPriorSaysThatTheCameraMoves) {
+  const RelativePoseEstimator estimator(partly_moved(0).camera);
+  PosePrior prior;
+  prior.is_trusted = true;
+  prior.pose.translation = {1, 0, 0};
+  Workspace workspace;
+  EXPECT_FALSE(estimator.estimate_turn({}, {}, prior, workspace).is_trusted);
+  EXPECT_TRUE(estimator.estimate({}, {}, prior, workspace).is_trusted);
+  prior.max_translation_m = 2;
+  EXPECT_TRUE(estimator.estimate_turn({}, {}, prior, workspace).is_trusted);
+}
+
 TEST(RelativePose, IsNotTrustedAmongTracksToNowhere) {
   Case nowhere = rendered_case(0, {}, 0, 60, 59);
   cv::RNG random(9);

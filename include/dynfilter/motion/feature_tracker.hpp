@@ -70,7 +70,7 @@ class FeatureTracker {
 
   /// Builds the pyramid of an image of type CV_8UC1, CV_8UC3 (BGR) or CV_8UC4, reusing the memory
   /// of `pyramid`. An image smaller than two windows in either direction gives an empty pyramid.
-  /// Throws std::invalid_argument for another type. O(pixels).
+  /// Throws std::invalid_argument for another type and for no image at all. O(pixels).
   void build(const cv::Mat& image, ImagePyramid& pyramid) const;
 
   /// Finds the features of frame `from` in frame `to`, one track for each. A feature outside the

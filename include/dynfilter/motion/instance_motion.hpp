@@ -54,9 +54,9 @@ class InstanceMotion {
   /// that are missing are forgotten. O(instances^3).
   void begin_frame(const Segmentation& segmentation);
 
-  /// Returns the verdict on instance k of the frame, once a frame, from its votes; none = nothing
-  /// could be judged in this frame, which costs as much as a frame that is not quiet. A quiet frame
-  /// that is not complete changes nothing. O(1).
+  /// Returns the verdict on instance k of the frame, once a frame, from its votes. None = nothing
+  /// could be judged in this frame: undecided, and as many quiet frames are cancelled as by one
+  /// that is not quiet. A quiet frame that is not complete neither adds nor cancels any. O(1).
   InstanceVerdict judge(std::size_t k, const std::optional<InstanceVotes>& votes);
 
   /// Tells whether instance k of the frame was quiet in each frame that was judged since it
@@ -67,8 +67,9 @@ class InstanceMotion {
   }
 
   /// Tells whether the verdict on instance k of the frame can be relied on: it was still for so
-  /// long that one frame that is not quiet does not change that, or it moved in some frames in a
-  /// row. A single frame may take a person who stays for one who moves. O(1).
+  /// long that one frame that is not quiet does not change that, or for `max_still_frames`; or it
+  /// moved in some frames in a row. A single frame may take a person who stays for one who moves.
+  /// O(1).
   bool is_settled(std::size_t k) const;
 
   /// Forgets everything.

@@ -39,7 +39,8 @@ class MotionBeliefs {
   explicit MotionBeliefs(const MotionBeliefOptions& options = {});
 
   /// Returns the belief about what was at this place, raw pixels of the last frame: that of the
-  /// nearest feature within the radius, of equally near ones the strongest; 0 without one. O(1).
+  /// nearest feature within the radius, of equally near ones the strongest; 0 without one.
+  /// O(features within the radius).
   double at(cv::Point2f place);
 
   /// Returns the belief after evidence, from the one before. O(1).

@@ -39,14 +39,16 @@ struct MotionJudgeOptions {
   /// as much as the baseline of three frames. A host's tracks do not serve for it.
   bool uses_kept_frames = false;
 
-  double max_gap_s = 0.5;  ///< after a longer gap between two frames, everything starts anew
+  /// After a longer gap between two frames with different images, everything starts anew, seconds.
+  double max_gap_s = 0.5;
   /// Share of the features that must be tracked from the last frame; below, it is a cut.
   double min_tracked_share = 0.25;
   /// @{
-  /// Largest acceleration of the camera, where no masks are known: so far may its motion be from
-  /// the last one. 0 in either of the two = no limit. A limit keeps the pose from following the
+  /// Largest acceleration of the camera: without masks, its motion may be so far from the last one,
+  /// if that is known. 0 in either of the two = no limit. A limit keeps the pose from following the
   /// movers where most features are on them. With masks, most features that are left are static,
-  /// and a limit would only hold back a shaken camera.
+  /// and a limit would only hold back a shaken camera. With a trusted prior the long baseline has
+  /// the same limits around the host's motions; there 0 is no limit of its kind.
   double max_acceleration_m_s2 = 5;
   double max_angular_acceleration_rad_s2 = 20;
   /// @}
@@ -194,21 +196,25 @@ class MotionJudge {
   MotionJudge(const PinholeCamera& camera, MotionState& state,
               const MotionJudgeOptions& options = {});
 
-  /// Throws std::invalid_argument for an image of another type.
+  /// Throws std::invalid_argument for an image of another type, and for host's tracks of another
+  /// number than the features; drops what was handed over for the frame then.
   void check(const FilterInput& input) const;
 
   /// Tracks the features to the last frame, for what needs tracks before the frame's masks are
   /// known: `point_motions(features, tracks)` moves earlier masks, see MaskPropagator. Call the
   /// stage next, with the same frame, depth included, and the same features: it takes these tracks,
-  /// and gives the same labels as without. Writes one track for each feature. Returns whether the
-  /// last frame is known; otherwise no track is found: without an image, in the first frame, after
-  /// a gap or a step back in time. Throws std::invalid_argument as the call would; after any other
-  /// exception the state has forgotten everything. O(pixels + features).
+  /// and gives the same labels as without. Hand over tracks of your own before. Writes one track
+  /// for each feature. Returns whether the last frame is known; otherwise no track is found:
+  /// without an image, in the first frame, after a gap or a step back in time. Throws
+  /// std::invalid_argument as the call would; after any other exception the state has forgotten
+  /// everything. O(pixels + features).
   bool track(const FrameView& frame, FeaturesView features, std::vector<FeatureTrack>& tracks,
              Workspace& workspace) const;
 
-  /// Judges the features. After any exception the state has forgotten everything. O(pixels +
-  /// features) with the constants of FeatureTracker and RelativePoseEstimator.
+  /// Judges the features. Throws std::invalid_argument as `check`, and for labels of another
+  /// number; earlier frames are known as before then. After any other exception the state has
+  /// forgotten everything. O(pixels + features) with the constants of FeatureTracker and
+  /// RelativePoseEstimator.
   void operator()(const FilterInput& input, FeatureLabels& labels, Workspace& workspace) const;
 
  private:

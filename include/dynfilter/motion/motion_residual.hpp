@@ -48,8 +48,8 @@ struct DepthIntervalOptions {
 /// belong to either side of a depth edge, and depth may be registered a few pixels off. The gap is
 /// between the two depths that lie nearest to the middle of the window's range, if they are at
 /// least `min_gap_m` apart and the noise leaves any of it. Without any depth in the window, from
-/// `min_depth_m` to infinity. Throws std::invalid_argument for options out of range.
-/// O(window_px^2).
+/// `min_depth_m` to infinity. Throws std::invalid_argument for options out of range, and for depth
+/// that is neither CV_16UC1 nor CV_32FC1. O(window_px^2).
 DepthInterval depth_interval(const FrameView& frame, cv::Point pixel,
                              const DepthIntervalOptions& options = {});
 

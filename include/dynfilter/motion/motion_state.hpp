@@ -25,6 +25,8 @@ struct MotionMemory;
 /// once. Two states share nothing; equal frames in equal order lead to equal states. A judge shares
 /// what its state holds, so the two may be moved, together or alone, and either may die first. To
 /// let a judge forget, call `reset`: assigning another state to this one leaves the judge as it is.
+/// What is handed over for the next frame waits until the judge sees one: call `reset`, or hand
+/// over again, after a frame that another part of a filter refused.
 ///
 /// Memory at 640x480: four image pyramids with derivatives (2.6 MB each; two more with
 /// MotionJudgeOptions::uses_kept_frames), four depth images as the host's are (0.6 or 1.2 MB each),

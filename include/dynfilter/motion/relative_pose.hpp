@@ -63,8 +63,8 @@ struct RelativePoseOptions {
   /// trusted prior a tenth decides.
   double quantile = 0.33;
   int refinements = 3;         ///< steps of the refinement; 0 to 100
-  double cutoff = 3.5;         ///< residual without weight, in scales; above 0
-  double min_scale_px = 0.25;  ///< smallest scale of the residuals, pixels; above 0
+  double cutoff = 3.5;         ///< residual without weight, in scales; 1e-6 to 1e6
+  double min_scale_px = 0.25;  ///< smallest scale of the residuals, pixels; 1e-6 to 1e6
   /// Largest scale, pixels, with which a pose is trusted; above 0.
   double max_scale_px = 3.0;
   /// Smallest share of the judges that must agree with a pose for it to be trusted; 0 to 1.

@@ -1,0 +1,103 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// What a host may do wrong, and what it may do beside motion.
+
+#include <cstddef>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "support/expect_error.hpp"
+#include "support/motion_rig.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+TEST(MotionMisuse, TracksOfAnotherNumberAreRefusedInEachFrame) {
+  for (std::size_t baseline = 0; baseline < motion_baseline_frames.size(); ++baseline) {
+    Rig rig, plain;
+    for (std::size_t i = 0; i < 5; ++i) {
+      const Shot& shot = shots(0)[i];
+      rig.state.hand_over_tracks(baseline, std::vector<FeatureTrack>(5));
+      expect_error<std::invalid_argument>([&] { rig.see(shot); }, "5 tracks of the host and");
+      // They are of the refused call alone, which forgets no frame.
+      EXPECT_TRUE(are_equal(rig.see(shot), plain.see(shot))) << i;
+    }
+  }
+}
+
+TEST(MotionMisuse, APriorOfARefusedFrameIsDropped) {
+  Rig rig, plain;
+  for (std::size_t i = 0; i < 3; ++i) {
+    rig.see(shots(0)[i]);
+    plain.see(shots(0)[i]);
+  }
+  PosePrior wrong;
+  wrong.pose.translation = {0.5, 0, 0};
+  wrong.is_trusted = true;
+  rig.state.expect_motion(wrong);
+  Shot odd = shots(0)[3];
+  odd.rendered.frame.image.convertTo(odd.rendered.frame.image, CV_16U);
+  EXPECT_THROW(rig.see(odd), std::invalid_argument);
+  EXPECT_TRUE(are_equal(rig.see(shots(0)[3]), plain.see(shots(0)[3])));
+}
+
+/// A host may build its filter anew with other options.
+TEST(MotionMisuse, AStateThatWasResetTakesTheNextJudgesOptions) {
+  MotionJudgeOptions never_still;
+  never_still.instance.min_still_frames = never_still.instance.max_still_frames = 1000;
+  never_still.belief.min_dynamic = never_still.belief.limit = 1000;
+  Rig rig(never_still), fresh;
+  rig.see(shots(0)[0]);
+  rig.state.reset();
+  rig.judge = MotionJudge(camera(), rig.state);
+  for (std::size_t i = 0; i < 9; ++i) {
+    const FeatureLabels got = rig.see(shots(0)[i]), want = fresh.see(shots(0)[i]);
+    EXPECT_TRUE(are_equal(got, want)) << i;
+    if (i == 8) {
+      EXPECT_EQ(got.statistics().instances[0].verdict, InstanceVerdict::still);
+    }
+  }
+  std::size_t moving = 0;
+  for (std::size_t i = 0; i < 6; ++i) {
+    const FeatureLabels got = rig.see_without_masks(shots(0.5)[i]);
+    EXPECT_TRUE(are_equal(got, fresh.see_without_masks(shots(0.5)[i]))) << i;
+    moving += got.statistics().moving;
+  }
+  EXPECT_GT(moving, 20U);
+}
+
+/// Motion gives back what masks and depth took, not what a stage of the host's removed.
+TEST(MotionMisuse, LeavesToTheHostWhatItRemoved) {
+  Rig rig;
+  std::size_t removed_by_host = 0;
+  for (std::size_t i = 0; i < 9; ++i) {
+    const Shot& shot = shots(0)[i];
+    FeatureLabels labels =
+        Pipeline<MaskCuller>(MaskCuller())
+            .apply(shot.rendered.frame, shot.rendered.true_segmentation, shot.keypoints);
+    std::vector<std::size_t> of_host;
+    for (std::size_t f = 0; f < labels.size(); ++f) {
+      const bool is_chosen = labels.is_removed(f) && f % 3 == 0;
+      if (!is_chosen) continue;
+      const FeatureLabel label = labels[f];
+      labels.restore(f);
+      labels.remove(f, label.instance, Reason::custom, 1);
+      of_host.push_back(f);
+    }
+    rig.judge({shot.rendered.frame, shot.rendered.true_segmentation, shot.keypoints}, labels,
+              rig.workspace);
+    for (const std::size_t f : of_host) EXPECT_EQ(labels[f].reason, Reason::custom) << i;
+    if (i == 8) {
+      EXPECT_GT(labels.statistics().motion.given_back, 20U);
+      removed_by_host = of_host.size();
+    }
+  }
+  EXPECT_GT(removed_by_host, 20U);
+}
+
+}  // namespace
+}  // namespace dynfilter::testing
