@@ -46,7 +46,8 @@ void check_options(const MotionJudgeOptions& options) {
   not_negative("max_pose_depth_range_m", options.max_pose_depth_range_m);
   not_negative("max_worse_fit", options.max_worse_fit);
   not_negative("max_worse_fit_px", options.max_worse_fit_px);
-  require(options.min_turn_gain > 0, "min_turn_gain", options.min_turn_gain, "a number above 0");
+  require(options.min_agreement_gain > 0, "min_agreement_gain", options.min_agreement_gain,
+          "a number above 0");
   not_negative("agreement_px", options.agreement_px);
   not_negative("max_baseline_difference_px", options.max_baseline_difference_px);
   require(options.min_shift_px > 0, "min_shift_px", options.min_shift_px, "a number above 0");

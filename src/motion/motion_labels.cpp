@@ -101,9 +101,9 @@ void suspect_surrounded(const MotionContext& context) {
   const auto has_belief = [&](std::size_t feature) { return measured.beliefs[feature] != 0; };
   for (std::size_t i = 0; i < tracks.size(); ++i) {
     const bool is_new = tracks[i].is_found && !has_belief(i);
-    if (!is_new || measured.suspicions[i] == Suspicion::strong) continue;
+    if (!is_new || measured.suspicions[i] >= Suspicion::masked) continue;
     if (is_surrounded(context, features, i, measured.is_believed, has_belief)) {
-      measured.suspicions[i] = Suspicion::strong;
+      measured.suspicions[i] = Suspicion::believed;
     }
   }
 }
@@ -231,16 +231,18 @@ void suspect_features(const MotionContext& context, const FeatureLabels& labels)
   measured.suspicions.assign(labels.size(), Suspicion::none);
   for (std::size_t i = 0; i < labels.size(); ++i) {
     const bool is_compensated = labels.is_removed(i) && labels[i].reason == Reason::compensated;
-    if (is_compensated) measured.suspicions[i] = Suspicion::compensated;
-    const bool is_on_mask = labels.is_removed(i) && !is_compensated;
-    if (is_on_mask || measured.is_believed[i]) measured.suspicions[i] = Suspicion::strong;
+    if (labels.is_removed(i)) {
+      measured.suspicions[i] = is_compensated ? Suspicion::compensated : Suspicion::masked;
+    }
+    if (measured.is_believed[i]) measured.suspicions[i] = Suspicion::believed;
   }
   suspect_surrounded(context);
   const std::vector<Instance>& instances = context.input.segmentation.instances;
   for (std::size_t k = 0; k < instances.size(); ++k) {
     if (!labels.is_dynamic_object(k)) continue;
-    for_each_within(context, instances[k], context.options.mask_distance_px,
-                    [&](std::uint32_t i) { measured.suspicions[i] = Suspicion::strong; });
+    for_each_within(context, instances[k], context.options.mask_distance_px, [&](std::uint32_t i) {
+      measured.suspicions[i] = std::max(measured.suspicions[i], Suspicion::masked);
+    });
     for_each_within(context, instances[k], context.options.beside_object_px,
                     [&](std::uint32_t i) { measured.motions[i].is_beside_object = true; });
   }

@@ -21,7 +21,8 @@ namespace dynfilter::detail {
 enum class Suspicion : std::uint8_t {
   none,
   compensated,  ///< compensation removed it, off the masks: most of these are static
-  strong        ///< on a mask, near one, or believed to move
+  masked,       ///< on a mask or near one: static where a person stands
+  believed      ///< believed to move, or new among those that are
 };
 
 /// Indices of the baselines: to the last frame, to the third one back, and to a kept frame.
@@ -51,6 +52,7 @@ struct MotionMeasurement {
   std::vector<cv::Point2f> expected;          ///< place over the baseline being tracked
   std::vector<PoseObservation> observations;  ///< of unsuspected features
   std::vector<PoseObservation> more_observations;  ///< of these and of compensated ones
+  std::vector<PoseObservation> most_observations;  ///< of these and of masked ones
   std::vector<float> values, nearest_m;            ///< scratch of single functions
 };
 
@@ -105,17 +107,21 @@ inline std::size_t count_found(const std::vector<FeatureTrack>& tracks) {
 /// Measures depth and ideal pixel of each feature. Begins their motions anew, with the depth alone.
 void measure_places(const MotionContext& context);
 
-/// Estimates the camera's motion over a baseline: the best of three poses.
+/// Estimates the camera's motion over a baseline: the best of four poses.
 ///
 ///  1. The pose by the features that nobody suspects. Before a wall a shift and a turn look alike,
 ///     so that this pose may explain the wall and a mover together.
 ///  2. The pose by these and by the features that compensation removed. It replaces the first one
 ///     if it fits the unsuspected features nearly as well, or if those do not suffice. So features
 ///     near a person who stands are of use. In a crowd they move, and this pose does not fit.
-///  3. The pose of a camera that only turns. It replaces the best of the others if it fits nearly
-///     as well, and `min_turn_gain` times as many features agree with it, those on masks included:
-///     persons who stand agree with it. Without masks most features may be on movers, and a
-///     trusted prior knows better: this pose is not tried then.
+///  3. The pose by these and by the features on masks. It replaces the one so far if it fits the
+///     unsuspected features nearly as well, and `min_agreement_gain` times as many features agree
+///     with it: where a person stands, those on his mask do.
+///  4. The pose of a camera that only turns, in the same way. Where about as many features agree
+///     with it as with the third one, it is taken.
+///
+/// Without masks most features may be on movers, and a trusted prior knows better: the last two are
+/// not tried then.
 ///
 /// A pose over a longer baseline is not used where those over the short one contradict it: one of
 /// them is wrong then, and nothing tells which.

@@ -175,22 +175,56 @@ void prefer_with_compensated(const PoseSearch& search, RelativePoseEstimate& bes
   if (!best.is_trusted || fits_as_well) best = other;
 }
 
-/// Takes the pose of a camera that only turns, if it fits as well, and more features agree with it,
-/// those on masks included.
-void prefer_turn(const PoseSearch& search, RelativePoseEstimate& best) {
+/// A pose that may replace another one, and how many features agree with it, those on masks
+/// included.
+struct Candidate {
+  RelativePoseEstimate estimate;
+  double agreeing = 0;
+};
+
+/// Returns the pose by all features that are not believed to move, if it fits the unsuspected ones
+/// as well as the best pose so far.
+Candidate pose_with_masked(const PoseSearch& search, const RelativePoseEstimate& best) {
   const MotionContext& context = search.context;
-  const bool is_known = search.prior && search.prior->is_trusted;
-  if (!context.has_masks || is_known) return;
-  const double needed =
-      context.options.min_turn_gain * count_agreeing(context, search.baseline, best);
-  const bool is_possible =
-      needed < static_cast<double>(count_found(context.measured.baselines[search.baseline].tracks));
-  if (!is_possible) return;
+  const auto& unsuspected = context.measured.observations;
+  const auto& with_masked = context.measured.most_observations;
+  const bool adds_masked = with_masked.size() > context.measured.more_observations.size();
+  if (!adds_masked || !best.is_trusted) return {};
+  const auto pose =
+      search.estimator.estimate(with_masked, search.expected, search.prior, context.workspace);
+  const bool fits_as_well =
+      pose.is_trusted && is_as_small(context, median_distance_px(context, pose.pose, unsuspected),
+                                     median_distance_px(context, best.pose, unsuspected));
+  if (!fits_as_well) return {};
+  return {pose, count_agreeing(context, search.baseline, pose)};
+}
+
+/// Returns the pose of a camera that only turns, if it fits as well as the best pose so far.
+Candidate pose_of_turn(const PoseSearch& search, const RelativePoseEstimate& best) {
+  const MotionContext& context = search.context;
   const auto turn = search.estimator.estimate_turn(
       context.measured.more_observations, search.expected, search.prior, context.workspace);
   const bool fits_as_well = !best.is_trusted || is_as_small(context, turn.scale_px, best.scale_px);
-  if (turn.is_trusted && fits_as_well && count_agreeing(context, search.baseline, turn) > needed) {
-    best = turn;
+  if (!turn.is_trusted || !fits_as_well) return {};
+  return {turn, count_agreeing(context, search.baseline, turn)};
+}
+
+/// Takes the pose with which clearly more features agree. Of a turn and another pose with which as
+/// many agree, or nearly, the turn: it explains them by less.
+void prefer_by_agreement(const PoseSearch& search, RelativePoseEstimate& best) {
+  const MotionContext& context = search.context;
+  const double gain = context.options.min_agreement_gain;
+  const double needed = gain * count_agreeing(context, search.baseline, best);
+  const auto tracked =
+      static_cast<double>(count_found(context.measured.baselines[search.baseline].tracks));
+  if (needed >= tracked) return;
+  const Candidate with_masked = pose_with_masked(search, best);
+  const Candidate turn = pose_of_turn(search, best);
+  const bool is_turn = turn.agreeing > needed && gain * turn.agreeing >= with_masked.agreeing;
+  if (is_turn) {
+    best = turn.estimate;
+  } else if (with_masked.agreeing > needed) {
+    best = with_masked.estimate;
   }
 }
 
@@ -215,12 +249,14 @@ void estimate_pose(const MotionContext& context, const RelativePoseEstimator& es
                           prior_of(context, baseline)};
   observe(context, baseline, Suspicion::none, measured.observations);
   observe(context, baseline, Suspicion::compensated, measured.more_observations);
+  observe(context, baseline, Suspicion::masked, measured.most_observations);
 
   RelativePoseEstimate& best = measured.baselines[baseline].pose;
   best =
       estimator.estimate(measured.observations, search.expected, search.prior, context.workspace);
   prefer_with_compensated(search, best);
-  prefer_turn(search, best);
+  const bool is_known = search.prior && search.prior->is_trusted;
+  if (context.has_masks && !is_known) prefer_by_agreement(search, best);
   measured.baselines[baseline].is_used =
       best.is_trusted && !is_contradicted(context, baseline, search.expected);
 }

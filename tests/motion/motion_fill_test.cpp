@@ -92,7 +92,7 @@ bool is_suspected(int dynamic_around, double behind_m = 0) {
   const MotionContext context{input, camera, options, false, memory, measured, workspace};
   measure_places(context);
   suspect_features(context, labels);
-  return measured.suspicions[12] == Suspicion::strong;
+  return measured.suspicions[12] == Suspicion::believed;
 }
 
 /// A thing that comes nearer shows new features. They do not tell the camera's motion.

@@ -140,7 +140,7 @@ class Scene {
 };
 
 const Thing cart{{60, 200, 250, 200}, 1.9, {0.012, 0, 0}, Suspicion::none, 15};
-const Thing standing_person{{400, 100, 120, 360}, 1.8, {}, Suspicion::strong, 8};
+const Thing standing_person{{400, 100, 120, 360}, 1.8, {}, Suspicion::masked, 8};
 
 double error_m(const RelativePoseEstimate& estimate, const RelativePose& truth) {
   return cv::norm(estimate.pose.translation - truth.translation);
@@ -160,11 +160,36 @@ TEST(MotionPose, IsNotCapturedByACartWhereTheCameraRestsOrTurns) {
     EXPECT_LT(cv::norm(estimate.pose.rotation - truth.rotation), 1e-3);
 
     MotionJudgeOptions never;
-    never.min_turn_gain = std::numeric_limits<double>::infinity();
+    never.min_agreement_gain = std::numeric_limits<double>::infinity();
     EXPECT_GT(error_m(scene.estimated(true, never), truth), 0.008);
     // Where no masks are known, most features may be on persons: no pose is taken for a turn.
     EXPECT_NE(error_m(scene.estimated(false), truth), 0);
   }
+}
+
+/// A camera that moves as well: a person who stands agrees with its true motion only.
+TEST(MotionPose, IsNotCapturedByACartWhereAPersonStands) {
+  RelativePose move;
+  move.translation = {0.008, 0, 0};
+  MotionJudgeOptions never;
+  never.min_agreement_gain = std::numeric_limits<double>::infinity();
+  Scene scene(move, {cart, standing_person});
+  EXPECT_TRUE(scene.estimated().is_trusted);
+  EXPECT_LT(error_m(scene.estimated(), move), 1e-3);
+  EXPECT_GT(error_m(scene.estimated(true, never), move), 0.008);
+  scene.prior = PosePrior{scene.estimated(true, never).pose, 0.02, 0.02, true};
+  EXPECT_GT(error_m(scene.estimated(), move), 0.008) << "a trusted prior knows better";
+}
+
+TEST(MotionPose, IsNotThatOfAPersonWhoWalks) {
+  RelativePose move;
+  move.translation = {0.02, 0.004, -0.01};
+  Thing walking = standing_person;
+  walking.box = {20, 60, 400, 410};
+  walking.motion_m = {0.03, 0, 0.01};
+  Scene scene(move, {walking});
+  EXPECT_TRUE(scene.estimated().is_trusted);
+  EXPECT_LT(error_m(scene.estimated(), move), 0.004);
 }
 
 RelativePose moved(double z_m) {
@@ -175,7 +200,7 @@ RelativePose moved(double z_m) {
 
 /// Returns a person whom the camera follows: he hardly moves in the image.
 Thing person_ahead(double z_m) {
-  return {{170, 40, 300, 430}, 2.0, {0, 0, z_m}, Suspicion::strong, 10};
+  return {{170, 40, 300, 430}, 2.0, {0, 0, z_m}, Suspicion::masked, 10};
 }
 
 TEST(MotionPose, IsNotATurnOnlyBecauseAPersonIsFollowed) {
@@ -308,7 +333,7 @@ TEST(MotionPose, RefusesNonsense) {
   MotionState state;
   for (double MotionJudgeOptions::*const option :
        {&MotionJudgeOptions::max_pose_depth_range_m, &MotionJudgeOptions::max_worse_fit,
-        &MotionJudgeOptions::max_worse_fit_px, &MotionJudgeOptions::min_turn_gain,
+        &MotionJudgeOptions::max_worse_fit_px, &MotionJudgeOptions::min_agreement_gain,
         &MotionJudgeOptions::agreement_px, &MotionJudgeOptions::max_thing_depth_m,
         &MotionJudgeOptions::stale_age_s, &MotionJudgeOptions::max_baseline_difference_px,
         &MotionJudgeOptions::fringe_untracked_px, &MotionJudgeOptions::stale_fringe_untracked_px}) {

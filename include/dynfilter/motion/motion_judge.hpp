@@ -66,10 +66,11 @@ struct MotionJudgeOptions {
   double max_worse_fit_px = 0.1;
   /// @}
   /// @{
-  /// With masks and without a trusted prior, the pose without translation is taken if the number of
-  /// features that agree with it is more than so many times that of the other; infinity = never. A
-  /// feature agrees within so many pixels.
-  double min_turn_gain = 1.1;
+  /// With masks and without a trusted prior, two more poses are tried: the one by the features on
+  /// masks, too, and the one without translation. Each is taken if the number of features that
+  /// agree with it is more than so many times that of the other; infinity = never. A feature agrees
+  /// within so many pixels.
+  double min_agreement_gain = 1.1;
   double agreement_px = 0.5;
   /// @}
   /// The pose over three frames should be that of the three single frames, one after the other. The
