@@ -165,14 +165,15 @@ struct MotionJudgeOptions {
 /// Each frame, features are tracked 1 and 3 frames back, and the camera's motion is estimated from
 /// those that nobody suspects: they lie off the masks, did not move before, and are not new among
 /// features that did. Those that compensation removed farther from the masks join in where they
-/// agree with the others. A track is compared with where the feature would have been if it were
-/// static, at any depth that it may have, and the depth there with the depth it would have had.
-/// One feature in one frame proves little: tracks fail at occlusions and between layers of depth.
-/// So evidence is pooled over neighbours, over time and over instances: a feature that no neighbour
-/// supports is removed in the seventh frame in a row. Where a track fails or shifts, the image
-/// decides: a feature is static if it looked the same at the static place, and may move if it would
-/// have been in view there, and was not. What lies in front of its surface, as a person beside it,
-/// is left out of the comparison.
+/// agree with the others, and so do those on masks: a person who stands shows the camera's motion.
+/// A track is compared with where the feature would have been if it were static, at any depth that
+/// it may have, and the depth there with the depth it would have had. One feature in one frame
+/// proves little: tracks fail at occlusions and between layers of depth. So evidence is pooled over
+/// neighbours, over time and over instances: a feature that no neighbour supports is removed in the
+/// seventh frame in a row. Where a track fails or shifts, the image decides: a feature is static if
+/// it looked the same at the static place, and may move if it would have been in view there, and
+/// was not. What lies in front of its surface, as a person beside it, is left out of the
+/// comparison.
 ///
 /// Abstains, changes nothing and says why in MotionStatistics: without an image, in the first
 /// frame, after a cut, a gap or a step back in time, where an image repeats, and where the tracks
