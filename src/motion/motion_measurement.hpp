@@ -116,7 +116,8 @@ void measure_places(const MotionContext& context);
 ///     near a person who stands are of use. In a crowd they move, and this pose does not fit.
 ///  3. The pose by these and by the features on masks. It replaces the one so far if it fits the
 ///     unsuspected features nearly as well, and `min_agreement_gain` times as many features agree
-///     with it: where a person stands, those on his mask do.
+///     with it: where a person stands, those on his mask do. Not where most features are on masks
+///     or believed to move.
 ///  4. The pose of a camera that only turns, in the same way. Where about as many features agree
 ///     with it as with the third one, it is taken.
 ///

@@ -175,6 +175,15 @@ void prefer_with_compensated(const PoseSearch& search, RelativePoseEstimate& bes
   if (!best.is_trusted || fits_as_well) best = other;
 }
 
+/// Tells whether at least half of the features are off the masks, and not believed to move.
+bool is_most_off_masks(const MotionContext& context) {
+  const std::vector<Suspicion>& suspicions = context.measured.suspicions;
+  const auto off_masks =
+      std::count_if(suspicions.begin(), suspicions.end(),
+                    [](Suspicion suspicion) { return suspicion <= Suspicion::compensated; });
+  return 2 * static_cast<std::size_t>(off_masks) >= suspicions.size();
+}
+
 /// A pose that may replace another one, and how many features agree with it, those on masks
 /// included.
 struct Candidate {
@@ -183,13 +192,14 @@ struct Candidate {
 };
 
 /// Returns the pose by all features that are not believed to move, if it fits the unsuspected ones
-/// as well as the best pose so far.
+/// as well as the best pose so far. Not where most features are suspected: in a crowd they would
+/// outvote the room.
 Candidate pose_with_masked(const PoseSearch& search, const RelativePoseEstimate& best) {
   const MotionContext& context = search.context;
   const auto& unsuspected = context.measured.observations;
   const auto& with_masked = context.measured.most_observations;
   const bool adds_masked = with_masked.size() > context.measured.more_observations.size();
-  if (!adds_masked || !best.is_trusted) return {};
+  if (!adds_masked || !best.is_trusted || !is_most_off_masks(context)) return {};
   const auto pose =
       search.estimator.estimate(with_masked, search.expected, search.prior, context.workspace);
   const bool fits_as_well =
