@@ -16,6 +16,7 @@ file(GLOB _docs_pages CONFIGURE_DEPENDS
      ${PROJECT_SOURCE_DIR}/CHANGELOG.md
      ${PROJECT_SOURCE_DIR}/bench/README.md
      ${PROJECT_SOURCE_DIR}/include/dynfilter/README.md
+     ${PROJECT_SOURCE_DIR}/include/dynfilter/motion/README.md
      ${PROJECT_SOURCE_DIR}/examples/README.md
      ${PROJECT_SOURCE_DIR}/examples/*/README.md
      ${PROJECT_SOURCE_DIR}/tests/README.md)

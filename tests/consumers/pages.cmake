@@ -1,9 +1,10 @@
-# Builds the C++ and CMake of README.md and of the map of the code as they are printed, against an
-# install: each project with the file that its page prints beside it, and nothing else.
+# Builds the C++ and CMake of README.md, of the map of the code and of motion's page as they are printed,
+# against an install: each project with the file that its page prints beside it, and nothing else.
 include(${CMAKE_CURRENT_LIST_DIR}/helpers.cmake)
 
 set(README ${SOURCE_DIR}/README.md)
 set(MAP ${SOURCE_DIR}/include/dynfilter/README.md)
+set(MOTION ${SOURCE_DIR}/include/dynfilter/motion/README.md)
 
 # Reads the blocks of a language from a page into <prefix>_1, <prefix>_2, … and <prefix>_count.
 function(read_blocks page language prefix)
@@ -107,25 +108,29 @@ if(sources LESS 3)
   message(FATAL_ERROR "README.md names ${sources} other mask sources")
 endif()
 
-# --- The map of the code: whole files for dynfilter::dynfilter, the last one for the motion beside it
+# --- The map of the code: whole files for dynfilter::dynfilter --------------------------------------
 read_blocks(${MAP} cpp stage)
-read_blocks(${MAP} cmake motion)
-if(stage_count LESS 3 OR NOT motion_count EQUAL 1)
-  message(FATAL_ERROR "The map has ${stage_count} blocks of C++ and ${motion_count} of CMake")
+if(stage_count LESS 2)
+  message(FATAL_ERROR "The map of the code has ${stage_count} blocks of C++")
 endif()
-set(map_head "cmake_minimum_required(VERSION 3.16)\nproject(map LANGUAGES CXX)\n")
 foreach(number RANGE 1 ${stage_count})
-  set(map "find_package(dynfilter REQUIRED)
+  build_project(map_${number} "cmake_minimum_required(VERSION 3.16)
+project(map LANGUAGES CXX)
+find_package(dynfilter REQUIRED)
 add_library(map map.cpp)
 target_link_libraries(map PRIVATE dynfilter::dynfilter)
-")
-  if(stage_${number} MATCHES "dynfilter/motion/")
-    file(GLOB_RECURSE installed ${INSTALLED_DIR}/dynfilter-motion.cmake)
-    if(NOT installed)
-      message("without the component motion: block ${number} of the map")
-      continue()
-    endif()
-    set(map "${motion_1}")
-  endif()
-  build_project(map_${number} "${map_head}${map}" "${stage_${number}}" ${prefix})
+" "${stage_${number}}" ${prefix})
 endforeach()
+
+# --- The page of motion: a file and its project, without their head ---------------------------------
+read_blocks(${MOTION} cpp motion)
+read_blocks(${MOTION} cmake motion_project)
+if(NOT motion_count EQUAL 1 OR NOT motion_project_count EQUAL 1)
+  message(FATAL_ERROR "The page of motion has ${motion_count} blocks of C++")
+endif()
+file(GLOB_RECURSE installed ${INSTALLED_DIR}/dynfilter-motion.cmake)
+if(installed)
+  build_project(motion "${head}${motion_project_1}" "${motion_1}" ${prefix})
+else()
+  message("without the component motion: its page")
+endif()

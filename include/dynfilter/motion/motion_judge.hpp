@@ -48,7 +48,7 @@ struct MotionJudgeOptions {
   /// if that is known. 0 in either of the two = no limit. A limit keeps the pose from following the
   /// movers where most features are on them. With masks, most features that are left are static,
   /// and a limit would only hold back a shaken camera. With a trusted prior the long baseline has
-  /// the same limits around the host's motions; there 0 is no limit of its kind.
+  /// the same limits around the host's motions; there, each 0 lifts its own limit only.
   double max_acceleration_m_s2 = 5;
   double max_angular_acceleration_rad_s2 = 20;
   /// @}
@@ -198,8 +198,8 @@ class MotionJudge {
   MotionJudge(const PinholeCamera& camera, MotionState& state,
               const MotionJudgeOptions& options = {});
 
-  /// Throws std::invalid_argument for an image of another type, and for host's tracks of another
-  /// number than the features; drops what was handed over for the frame then.
+  /// Throws std::invalid_argument for an image of another type, and if the number of the host's
+  /// tracks is not that of the features; drops what was handed over for the frame then.
   void check(const FilterInput& input) const;
 
   /// Tracks the features to the last frame, for what needs tracks before the frame's masks are

@@ -14,8 +14,8 @@ namespace dynfilter {
 
 /// Returns the mean absolute difference of brightness between two square patches, grey levels: one
 /// around `at` in `image`, one around `other_at` in `other`, between whose pixels brightness is
-/// interpolated linearly. Sides of 2 `reach_px` + 1. None if a patch, with a row
-/// and a column more, reaches out of its image, and for a reach below 0. O(reach_px^2).
+/// interpolated linearly. Sides of 2 `reach_px` + 1. None if a patch, with a row and a column more,
+/// reaches out of its image, and for a reach below 0. O(reach_px^2).
 std::optional<double> patch_difference(const cv::Mat1b& image, cv::Point2f at,
                                        const cv::Mat1b& other, cv::Point2f other_at,
                                        int reach_px = 4);
