@@ -16,7 +16,8 @@ constexpr detail::OptionCheck require("MotionBeliefs");
 }  // namespace
 
 MotionBeliefs::MotionBeliefs(const MotionBeliefOptions& options) : options_(options) {
-  require(options.memory >= 0 && options.memory <= 1, "memory", options.memory, "0 to 1");
+  require(options.forgetting_factor >= 0 && options.forgetting_factor <= 1, "forgetting_factor",
+          options.forgetting_factor, "0 to 1");
   require(options.limit > 0, "limit", options.limit, "a number above 0");
   require(options.min_dynamic >= 0 && options.min_dynamic <= options.limit, "min_dynamic",
           options.min_dynamic, "a number from 0 to the limit");
@@ -55,7 +56,7 @@ double MotionBeliefs::updated(double belief, MotionEvidence evidence) const {
   if (evidence == MotionEvidence::supported) added = options_.supported;
   if (evidence == MotionEvidence::seed) added = options_.seed;
   if (evidence == MotionEvidence::quiet) added = options_.quiet;
-  return std::clamp(options_.memory * belief + options_.bias + added, -options_.limit,
+  return std::clamp(options_.forgetting_factor * belief + options_.bias + added, -options_.limit,
                     options_.limit);
 }
 

@@ -27,22 +27,22 @@ using detail::Twist;
 constexpr double cell_px = 40;     // side of a part of the image that has a voice
 constexpr int concentrations = 3;  // of a hypothesis that is the best one so far
 constexpr double median_to_scale = 1.4826;
-// A motion is dismissed after the first judges if too many of them are above the limit. Of n
-// judges, n * p would be above it by chance, p = 1 - share, with a deviation of sqrt(n * p * (1 -
-// p)). More than 3.1 deviations above that is one case of a thousand.
-constexpr std::size_t first_judges = 60;
+// A motion is dismissed after the first observations if too many of them are above the limit. Of n
+// observations, n * p would be above it by chance, p = 1 - share, with a deviation of sqrt(n * p *
+// (1 - p)). More than 3.1 deviations above that is one case of a thousand.
+constexpr std::size_t first_observations = 60;
 constexpr double rejecting_deviations = 3.1;
 
-/// Share of the judges that decides, and share of all judges that counts as static where the scale
+/// Share of the sample that decides, and share of it that counts as static where the scale
 /// of the residuals is measured.
 struct Deciding {
   double share, static_share;
 };
 
-// A trusted prior holds where most features move. Few static ones are left to judge there.
+// A trusted prior holds where most features move. Few static ones are left there.
 constexpr Deciding with_trusted_prior{0.1, 0.2};
 
-/// Place of an observation in the order in which they judge.
+/// Place of an observation in the order in which the sample takes them.
 struct Rank {
   std::size_t round = 0;  // how many of its part of the image come before
   std::uint64_t hash = 0;
@@ -52,7 +52,7 @@ struct Rank {
 
 struct PoseScratch {
   std::vector<Rank> order;
-  std::vector<LinearResidual> judges, all;
+  std::vector<LinearResidual> sample, all;
   std::vector<double> squares, some_squares;
 };
 
@@ -110,34 +110,35 @@ double median_of_normal(double share, double below) {
   return below * std::sqrt(std::log(0.5) / std::log(1 - share));
 }
 
-/// Computes the judges' squared residuals after a motion, and their quantile. Returns nothing if it
-/// is not below `limit`.
+/// Computes the sample's squared residuals after a motion, and their quantile. Returns nothing if
+/// it is not below `limit`.
 std::optional<double> smaller_quantile(const Twist& motion, double limit, double share,
                                        PoseScratch& scratch) {
-  const std::size_t judges = scratch.judges.size();
-  const auto below = static_cast<std::size_t>(share * static_cast<double>(judges));
-  const std::size_t most_above = judges - below - 1;
-  const double first_above = first_judges * (1 - share);
+  const std::size_t sample_size = scratch.sample.size();
+  const auto below = static_cast<std::size_t>(share * static_cast<double>(sample_size));
+  const std::size_t most_above = sample_size - below - 1;
+  const double first_above = first_observations * (1 - share);
   const double first_against = first_above + rejecting_deviations * std::sqrt(first_above * share);
   std::size_t above = 0;
   scratch.squares.clear();
-  for (const LinearResidual& judge : scratch.judges) {
-    const double square = judge.squared_after(motion);
+  for (const LinearResidual& residual : scratch.sample) {
+    const double square = residual.squared_after(motion);
     above += square < limit ? 0 : 1;
     scratch.squares.push_back(square);
     const bool is_rejected_at_once =
-        scratch.squares.size() == first_judges && static_cast<double>(above) > first_against;
+        scratch.squares.size() == first_observations && static_cast<double>(above) > first_against;
     if (above > most_above || is_rejected_at_once) return {};
   }
   scratch.some_squares = scratch.squares;
   return detail::quantile_of(scratch.some_squares, share);
 }
 
-/// Returns the least-squares motion of the judges whose squared residuals are at most this.
+/// Returns the least-squares motion of those in the sample whose squared residuals are at most
+/// this.
 Twist concentrated(double most, const PoseScratch& scratch) {
   NormalEquations equations;
-  for (std::size_t i = 0; i < scratch.judges.size(); ++i) {
-    if (scratch.squares[i] <= most) equations.add(scratch.judges[i], 1);
+  for (std::size_t i = 0; i < scratch.sample.size(); ++i) {
+    if (scratch.squares[i] <= most) equations.add(scratch.sample[i], 1);
   }
   return equations.solved();
 }
@@ -150,14 +151,14 @@ RelativePose least_quantile(const RelativePose& start, const std::optional<PoseP
   const bool turns = freedom == Freedom::turns;
   const std::size_t in_hypothesis = turns ? 2 : 4;
   const std::size_t hypotheses = turns ? (options.hypotheses + 3) / 4 : options.hypotheses;
-  const std::vector<LinearResidual>& judges = scratch.judges;
+  const std::vector<LinearResidual>& sample = scratch.sample;
   RelativePose best = start;
   constexpr double infinity = std::numeric_limits<double>::infinity();
   double least = smaller_quantile({}, infinity, deciding_share, scratch).value_or(infinity);
   for (std::size_t h = 0; h < hypotheses; ++h) {
     NormalEquations equations;
     for (std::size_t i = 0; i < in_hypothesis; ++i) {
-      equations.add(judges[random.below(judges.size())], 1);
+      equations.add(sample[random.below(sample.size())], 1);
     }
     Twist motion = equations.solved();
     for (int step = 0; step <= concentrations; ++step) {
@@ -183,7 +184,7 @@ void check(const RelativePoseOptions& options) {
           "at least 6");
   require(between(options.hypotheses, 1, 100000), "hypotheses", options.hypotheses, "1 to 100000");
   require(between(options.starts, 1, 10), "starts", options.starts, "1 to 10");
-  require(options.judges >= 20, "judges", options.judges, "at least 20");
+  require(options.sample_size >= 20, "sample_size", options.sample_size, "at least 20");
   require(options.quantile >= 0.1 && options.quantile <= 0.5, "quantile", options.quantile,
           "a share from 0.1 to 0.5");
   require(options.refinements >= 0 && options.refinements <= 100, "refinements",
@@ -217,7 +218,7 @@ struct Fit {
   Freedom freedom;
   PoseScratch& scratch;
 
-  std::size_t judge_count() const { return std::min(options.judges, observations.size()); }
+  std::size_t sample_size() const { return std::min(options.sample_size, observations.size()); }
 
   const PoseObservation& at(std::size_t i) const { return observations[scratch.order[i].index]; }
 
@@ -231,8 +232,8 @@ struct Fit {
       scratch.all[i] = linearised(at(i), pose, camera, freedom);
       squares.push_back(scratch.all[i].squared());
     }
-    const auto judges = static_cast<std::ptrdiff_t>(judge_count());
-    scratch.some_squares.assign(squares.begin(), squares.begin() + judges);
+    const auto end_of_sample = squares.begin() + static_cast<std::ptrdiff_t>(sample_size());
+    scratch.some_squares.assign(squares.begin(), end_of_sample);
     const auto scale_of = [&](std::vector<double>& some, double share, double static_share) {
       if (some.empty()) return std::numeric_limits<double>::infinity();  // none has a number
       const double below = std::sqrt(detail::quantile_of(some, share));
@@ -242,7 +243,7 @@ struct Fit {
     const double limit =
         options.cutoff * scale_of(scratch.some_squares, deciding.share, deciding.static_share);
     scratch.some_squares.clear();
-    for (auto square = squares.begin(); square != squares.begin() + judges; ++square) {
+    for (auto square = squares.begin(); square != end_of_sample; ++square) {
       if (*square <= limit * limit) scratch.some_squares.push_back(*square);
     }
     return scale_of(scratch.some_squares, 0.5, 1);
@@ -252,9 +253,9 @@ struct Fit {
   double support(double limit_px) const {
     const auto agreeing =
         std::count_if(scratch.squares.begin(),
-                      scratch.squares.begin() + static_cast<std::ptrdiff_t>(judge_count()),
+                      scratch.squares.begin() + static_cast<std::ptrdiff_t>(sample_size()),
                       [&](double square) { return square <= limit_px * limit_px; });
-    return static_cast<double>(agreeing) / static_cast<double>(judge_count());
+    return static_cast<double>(agreeing) / static_cast<double>(sample_size());
   }
 
   /// Returns the pose after one step with Tukey's weights.
@@ -269,6 +270,29 @@ struct Fit {
   }
 };
 
+/// Returns the best hypothesis of all starts, from a first one.
+RelativePose searched(const Fit& fit, RelativePose pose, const std::optional<PosePrior>& prior) {
+  detail::Random random(fit.options.seed);
+  PoseScratch& scratch = fit.scratch;
+  scratch.sample.resize(fit.sample_size());
+  for (std::size_t s = 0; s < fit.options.starts; ++s) {
+    for (std::size_t i = 0; i < scratch.sample.size(); ++i) {
+      scratch.sample[i] = linearised(fit.at(i), pose, fit.camera, fit.freedom);
+    }
+    pose =
+        least_quantile(pose, prior, fit.options, fit.deciding.share, fit.freedom, random, scratch);
+  }
+  return pose;
+}
+
+/// Returns a pose after all steps of the refinement, or as it is if they leave the prior's limits.
+RelativePose refined_within(const Fit& fit, const RelativePose& pose,
+                            const std::optional<PosePrior>& prior) {
+  RelativePose refined = pose;
+  for (int step = 0; step < fit.options.refinements; ++step) refined = fit.refined(refined);
+  return !prior || is_within(refined, *prior) ? refined : pose;
+}
+
 RelativePoseEstimate estimated(const std::vector<PoseObservation>& observations,
                                const RelativePose& start, const std::optional<PosePrior>& prior,
                                const PinholeCamera& camera, const RelativePoseOptions& options,
@@ -276,44 +300,31 @@ RelativePoseEstimate estimated(const std::vector<PoseObservation>& observations,
   check(observations);
   detail::validate(start, "RelativePoseEstimator::estimate");
   if (prior) detail::validate(*prior, "RelativePoseEstimator::estimate");
+  const bool is_known = prior && prior->is_trusted;
   RelativePoseEstimate estimate;
   estimate.pose = prior ? prior->pose : start;
   if (freedom == Freedom::turns) estimate.pose.translation = {0, 0, 0};
   estimate.observations = observations.size();
   if (observations.size() < options.min_observations) {
     estimate.scale_px = options.min_scale_px;
-    estimate.is_trusted = prior && prior->is_trusted && is_within(estimate.pose, *prior);
+    estimate.is_trusted = is_known && is_within(estimate.pose, *prior);
     return estimate;
   }
 
   scratch.squares.reserve(observations.size());
   scratch.some_squares.reserve(observations.size());
   put_in_order(observations, options.seed, scratch.order);
-  const bool is_known = prior && prior->is_trusted;
   const Deciding deciding = is_known ? with_trusted_prior : Deciding{options.quantile, 1};
   const Fit fit{observations, camera, options, deciding, freedom, scratch};
-
-  detail::Random random(options.seed);
-  const std::size_t judges = fit.judge_count();
-  for (std::size_t s = 0; s < options.starts; ++s) {
-    scratch.judges.resize(judges);
-    for (std::size_t i = 0; i < judges; ++i) {
-      scratch.judges[i] = linearised(fit.at(i), estimate.pose, camera, freedom);
-    }
-    estimate.pose =
-        least_quantile(estimate.pose, prior, options, deciding.share, freedom, random, scratch);
-  }
-  RelativePose refined = estimate.pose;
-  for (int step = 0; step < options.refinements; ++step) refined = fit.refined(refined);
-  if (!prior || is_within(refined, *prior)) estimate.pose = refined;
+  estimate.pose = refined_within(fit, searched(fit, estimate.pose, prior), prior);
   estimate.scale_px = fit.scale_px(estimate.pose);
   estimate.support =
       fit.support(options.cutoff * std::min(estimate.scale_px, options.max_scale_px));
   const bool is_agreed =
       estimate.support >= options.min_support && estimate.scale_px <= options.max_scale_px;
-  estimate.is_trusted = is_agreed || is_known;
+  // A prior may say that the camera does not only turn.
   const bool is_dismissed = freedom == Freedom::turns && prior && !is_within(estimate.pose, *prior);
-  if (is_dismissed) estimate.is_trusted = false;  // the prior says that the camera moves
+  estimate.is_trusted = (is_agreed || is_known) && !is_dismissed;
   return estimate;
 }
 

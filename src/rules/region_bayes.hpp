@@ -30,10 +30,10 @@ struct RegionBayesOptions {
   double static_mean = 4, static_deviation = 6;
   double moving_mean = 25, moving_deviation = 12;
   /// @}
-  double prior = 0.5;        ///< probability that a region moves, without evidence
-  double memory = 0.7;       ///< share of a region's log-odds that is left a frame later
-  double limit = 3;          ///< log-odds stay within minus and plus this
-  double min_dynamic = 0.5;  ///< above this probability, a region's features are removed
+  double prior = 0.5;              ///< probability that a region moves, without evidence
+  double forgetting_factor = 0.7;  ///< share of a region's log-odds that is left a frame later
+  double limit = 3;                ///< log-odds stay within minus and plus this
+  double min_dynamic = 0.5;        ///< above this probability, a region's features are removed
 };
 
 /// Memory of RegionBayes: log-odds of each region beyond the prior. One for each rule and scene.
@@ -68,9 +68,10 @@ class RegionBayes {
                    "peers::RegionBayes: deviations must be above 0");
     const auto is_probability = [](double value) { return value > 0 && value < 1; };
     require_option(is_probability(options_.prior) && is_probability(options_.min_dynamic) &&
-                       options_.memory >= 0 && options_.memory <= 1 && options_.limit >= 0,
-                   "peers::RegionBayes: prior and min_dynamic must be between 0 and 1, memory 0 to "
-                   "1, limit 0 or more");
+                       options_.forgetting_factor >= 0 && options_.forgetting_factor <= 1 &&
+                       options_.limit >= 0,
+                   "peers::RegionBayes: prior and min_dynamic must be between 0 and 1, "
+                   "forgetting_factor 0 to 1, limit 0 or more");
   }
 
   int baseline_frames() const { return options_.baseline_frames; }
@@ -88,7 +89,8 @@ class RegionBayes {
         const auto seen = difference(pair, row, column);
         const double evidence = seen ? log_likelihood_ratio(*seen) : 0;
         double& belief = beliefs(row, column);
-        belief = std::clamp(options_.memory * belief + evidence, -options_.limit, options_.limit);
+        belief = std::clamp(options_.forgetting_factor * belief + evidence, -options_.limit,
+                            options_.limit);
       }
     }
     const auto log_odds = [](double probability) {

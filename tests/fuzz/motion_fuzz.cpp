@@ -124,7 +124,7 @@ std::string filter(ByteSource& source) {
   const bool is_long = source.may_be_costly(16);  // many frames with many features
   if (!is_long) {
     options.motion.pose.hypotheses = 12;
-    options.motion.pose.judges = 40;
+    options.motion.pose.sample_size = 40;
   }
   Rig rig(options), twin(options);
   const int frames = source.between(1, is_long ? 7 : 2);

@@ -192,7 +192,7 @@ TEST(RelativePose, IsMeasuredByTheFewStaticOnesWhereThePriorIsTrusted) {
   }
 }
 
-/// A fifth of the judges is taken for static: with their scale, a limit of 3.5 scales is 3 pixels.
+/// A fifth of the sample is taken for static: with their scale, a limit of 3.5 scales is 3 pixels.
 /// What moves by more does not count, what moves by less does.
 TEST(RelativePose, MeasuresTheScaleOfAFifthWhereThePriorIsTrusted) {
   for (const double mover_px : {2.7, 3.6}) {

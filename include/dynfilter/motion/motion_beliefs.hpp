@@ -19,13 +19,13 @@ namespace dynfilter {
 
 /// Options of MotionBeliefs. Log-odds of moving, natural logarithm.
 struct MotionBeliefOptions {
-  double memory = 0.9;     ///< share of a belief that is left a frame later; 0 to 1
-  double bias = -0.1;      ///< added each frame: most things are static
-  double supported = 1.5;  ///< added for a supported seed
-  double seed = 0.3;       ///< added for a seed
-  double quiet = -0.7;     ///< added for a quiet feature
-  double limit = 3;        ///< beliefs stay within minus and plus this; above 0
-  double min_dynamic = 1;  ///< above this belief, a feature is dynamic; from 0 to `limit`
+  double forgetting_factor = 0.9;  ///< share of a belief that is left a frame later; 0 to 1
+  double bias = -0.1;              ///< added each frame: most things are static
+  double supported = 1.5;          ///< added for a supported seed
+  double seed = 0.3;               ///< added for a seed
+  double quiet = -0.7;             ///< added for a quiet feature
+  double limit = 3;                ///< beliefs stay within minus and plus this; above 0
+  double min_dynamic = 1;          ///< above this belief, a feature is dynamic; from 0 to `limit`
   /// Distance within which a feature of the last frame counts as the one tracked there, pixels.
   int match_radius_px = 4;
 };

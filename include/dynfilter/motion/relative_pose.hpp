@@ -57,9 +57,9 @@ struct RelativePoseOptions {
   /// Hypotheses from each start; for a turn a quarter of them, rounded up. 1 to 100000.
   std::size_t hypotheses = 120;
   std::size_t starts = 1;  ///< searches; each one after the first begins at its answer; 1 to 10
-  /// Number of observations that judge a hypothesis; at least 20.
-  std::size_t judges = 300;
-  /// Share of the judges that decides: those that a hypothesis explains best; 0.1 to 0.5. With a
+  /// Number of observations in the sample by which hypotheses are scored; at least 20.
+  std::size_t sample_size = 300;
+  /// Share of the sample that decides: those that a hypothesis explains best; 0.1 to 0.5. With a
   /// trusted prior a tenth decides.
   double quantile = 0.33;
   int refinements = 3;         ///< steps of the refinement; 0 to 100
@@ -67,7 +67,7 @@ struct RelativePoseOptions {
   double min_scale_px = 0.25;  ///< smallest scale of the residuals, pixels; 1e-6 to 1e6
   /// Largest scale, pixels, with which a pose is trusted; above 0.
   double max_scale_px = 3.0;
-  /// Smallest share of the judges that must agree with a pose for it to be trusted; 0 to 1.
+  /// Smallest share of the sample that must agree with a pose for it to be trusted; 0 to 1.
   double min_support = 0.5;
   std::uint64_t seed = 0;  ///< of the hypotheses
 };
@@ -77,7 +77,7 @@ struct RelativePoseEstimate {
   RelativePose pose;  ///< the prior's, or else the start, where there was no answer
   /// Robust scale of the residuals, pixels: 1.4826 times the median of those that agree.
   double scale_px = 0;
-  double support = 0;            ///< share of the judges within `cutoff` scales
+  double support = 0;            ///< share of the sample within `cutoff` scales
   std::size_t observations = 0;  ///< number of observations
   /// Whether the pose may be relied upon: enough observations, of which enough agree.
   bool is_trusted = false;
@@ -96,9 +96,9 @@ struct RelativePoseEstimate {
 /// With a trusted prior it is a tenth, because such a prior is right also where most of the image
 /// moves. Iteratively reweighted least squares with Tukey's weights follow. Their scale comes from
 /// the quantile at first, and then from the median of the observations that agree with it; with a
-/// trusted prior from a fifth of the judges.
+/// trusted prior from a fifth of the sample.
 ///
-/// The judges are spread over the image: parts of 40 px have a voice in turn. What is rich in
+/// The sample is spread over the image: it takes from parts of 40 px in turn. What is rich in
 /// texture would outvote the rest otherwise, and where no masks are known that is often a person.
 ///
 /// Deterministic, and independent of the observations' order. const and re-entrant.
@@ -112,8 +112,8 @@ class RelativePoseEstimator {
   /// identity does up to about 0.1 rad and a tenth of the depth. The pose of a `prior` takes the
   /// place of `start`, and poses outside its limits are dismissed. Throws std::invalid_argument for
   /// limits that are not above 0 and for an observation that is not finite or not in front of the
-  /// camera. Allocates nothing with a warm workspace. O(n log n + starts x hypotheses x judges +
-  /// refinements x n).
+  /// camera. Allocates nothing with a warm workspace. O(n log n + starts x hypotheses x
+  /// sample_size + refinements x n).
   RelativePoseEstimate estimate(const std::vector<PoseObservation>& observations,
                                 const RelativePose& start, const std::optional<PosePrior>& prior,
                                 Workspace& workspace) const;
