@@ -23,29 +23,29 @@ std::optional<bool> is_quiet_over(std::size_t baseline, const MotionContext& con
   const MotionJudgeOptions& options = context.options;
   const MotionBaseline& over = measured.baselines[baseline];
   if (!over.is_used) return {};
-  measured.values.clear();
-  measured.nearest_m.clear();
+  measured.scratch.values.clear();
+  measured.scratch.nearest_m.clear();
   for (std::size_t i = 0; i < labels.size(); ++i) {
     const FeatureMotion& motion = measured.motions[i];
     if (!is_member_of(instance, labels[i]) || !motion.is_tracked[baseline]) continue;
     // What moves along the view is not where it would have been, however little it shifts.
     const bool is_off = motion.approach_m != 0;
     const auto shift_px = static_cast<float>(cv::norm(motion.shift_px[baseline]));
-    measured.values.push_back(is_off ? std::numeric_limits<float>::infinity() : shift_px);
+    measured.scratch.values.push_back(is_off ? std::numeric_limits<float>::infinity() : shift_px);
     if (measured.depths[i].is_known()) {
-      measured.nearest_m.push_back(static_cast<float>(measured.depths[i].nearest_m));
+      measured.scratch.nearest_m.push_back(static_cast<float>(measured.depths[i].nearest_m));
     }
   }
-  const std::size_t tracked = measured.values.size();
+  const std::size_t tracked = measured.scratch.values.size();
   const double tracked_share = static_cast<double>(tracked) / static_cast<double>(members);
   if (tracked < options.min_quiet_votes || tracked_share < options.min_quiet_tracked) return {};
   double allowed_px = std::max(options.max_quiet_px, options.max_quiet_scales * over.pose.scale_px);
-  if (!measured.nearest_m.empty()) {
-    const double depth_m = quantile_of(measured.nearest_m);
+  if (!measured.scratch.nearest_m.empty()) {
+    const double depth_m = quantile_of(measured.scratch.nearest_m);
     allowed_px = std::max(allowed_px, context.shift_px(options.max_quiet_speed_m_s, over.duration_s,
                                                        {depth_m, depth_m}));
   }
-  return quantile_of(measured.values, options.quiet_share) <= allowed_px;
+  return quantile_of(measured.scratch.values, options.quiet_share) <= allowed_px;
 }
 
 }  // namespace

@@ -42,13 +42,14 @@ void for_each_within(const MotionContext& context, const Instance& instance, dou
 std::optional<double> farthest_of(const MotionContext& context, const FeatureLabels& labels,
                                   std::size_t instance) {
   MotionMeasurement& measured = context.measured;
-  measured.values.clear();
+  measured.scratch.values.clear();
   for (std::size_t i = 0; i < labels.size(); ++i) {
     const float depth_m = measured.motions[i].depth_m;
-    if (is_member_of(instance, labels[i]) && depth_m > 0) measured.values.push_back(depth_m);
+    if (is_member_of(instance, labels[i]) && depth_m > 0)
+      measured.scratch.values.push_back(depth_m);
   }
-  if (measured.values.size() < context.options.min_quiet_votes) return {};
-  return quantile_of(measured.values, 0.9);
+  if (measured.scratch.values.size() < context.options.min_quiet_votes) return {};
+  return quantile_of(measured.scratch.values, 0.9);
 }
 
 /// Tells whether a feature is surrounded by dynamic ones: most of those that count within the
@@ -77,15 +78,15 @@ bool is_surrounded(const MotionContext& context, FrameFeatures& features, std::s
 /// Makes features dynamic that are surrounded by dynamic ones and do not look still themselves.
 void fill(const MotionContext& context) {
   MotionMeasurement& measured = context.measured;
-  measured.was_dynamic = measured.is_dynamic;  // before filling, so that it does not spread
+  measured.scratch.was_dynamic = measured.is_dynamic;  // before filling, so that it does not spread
   FrameFeatures& features = frame_features(context.input.features, context.workspace);
   const auto counts = [](std::size_t /*feature*/) { return true; };
   for (std::size_t i = 0; i < measured.motions.size(); ++i) {
     const FeatureMotion& motion = measured.motions[i];
     const bool is_clear = motion.was_tracked() && motion.ratio < context.options.max_clear_ratio;
     const bool is_nothing_known = !motion.was_tracked() && !(motion.depth_m > 0);
-    if (measured.was_dynamic[i] || is_clear || is_nothing_known) continue;
-    if (!is_surrounded(context, features, i, measured.was_dynamic, counts)) continue;
+    if (measured.scratch.was_dynamic[i] || is_clear || is_nothing_known) continue;
+    if (!is_surrounded(context, features, i, measured.scratch.was_dynamic, counts)) continue;
     const bool is_still = motion.approach_m == 0 &&
                           appearance_of(context, i, motion.baseline) == Appearance::at_static_place;
     if (!is_still) measured.is_dynamic[i] = 1;
@@ -287,7 +288,7 @@ void write_labels(const MotionContext& context, FeatureLabels& labels) {
       labels.remove(i, -1, Reason::moving, score_of(std::max(strength, 0.0)));
     }
   }
-  measured.values.reserve(labels.size());  // so that warm frames allocate nothing
+  measured.scratch.values.reserve(labels.size());  // so that warm frames allocate nothing
   const std::vector<InstanceStatistics>& instances = labels.statistics().instances;
   for (std::size_t k = 0; k < instances.size(); ++k) {
     const bool may_move =

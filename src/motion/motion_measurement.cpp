@@ -19,8 +19,8 @@ constexpr double same_depth_m = 0.1;
 
 /// Returns where a static feature at a depth was over a baseline, a raw pixel; none if it was
 /// behind the camera.
-std::optional<cv::Point2f> static_place(const MotionContext& context, std::size_t feature,
-                                        std::size_t baseline, double depth_m) {
+std::optional<cv::Point2f> raw_static_place(const MotionContext& context, std::size_t feature,
+                                            std::size_t baseline, double depth_m) {
   const RelativePose& pose = context.measured.baselines[baseline].pose.pose;
   const auto place =
       context.camera.project(pose * context.camera.point(context.measured.ideal[feature], depth_m));
@@ -30,8 +30,8 @@ std::optional<cv::Point2f> static_place(const MotionContext& context, std::size_
 
 /// Returns the place nearest to a feature's track where a static feature may have been, at any
 /// depth of its interval, a raw pixel; none if all of them were behind the camera.
-std::optional<cv::Point2f> nearest_static_place(const MotionContext& context, std::size_t feature,
-                                                std::size_t baseline) {
+std::optional<cv::Point2f> nearest_raw_static_place(const MotionContext& context,
+                                                    std::size_t feature, std::size_t baseline) {
   const MotionMeasurement& measured = context.measured;
   const MotionBaseline& over = measured.baselines[baseline];
   const auto residual = motion_residual(context.camera, over.pose.pose, measured.ideal[feature],
@@ -67,12 +67,31 @@ bool expect_places(const MotionContext& context, std::size_t baseline) {
   const bool by_own_motion = baseline == long_baseline;
   if (!by_own_motion && !context.memory.past[0].motion) return false;
   const RelativePose motion = by_own_motion ? RelativePose() : expected_pose(context, baseline);
-  std::vector<cv::Point2f>& expected = context.measured.expected;
+  std::vector<cv::Point2f>& expected = context.measured.scratch.expected;
   expected.clear();
   for (std::size_t i = 0; i < context.input.features.size(); ++i) {
     expected.push_back(by_own_motion ? place_by_own_motion(context, i)
                                      : place_by_camera(context, i, motion));
   }
+  return true;
+}
+
+/// Takes the tracks over a baseline that need no search: those that were tracked ahead, or the
+/// host's. Returns false where there are none.
+bool take_known_tracks(const MotionContext& context, const FeatureTracker& tracker,
+                       std::size_t baseline) {
+  const MotionMemory& memory = context.memory;
+  std::vector<FeatureTrack>& tracks = context.measured.baselines[baseline].tracks;
+  if (baseline == short_baseline && memory.is_tracked_ahead) {
+    tracks = memory.tracked_ahead;
+    return true;
+  }
+  const bool is_of_host =
+      baseline < memory.host_tracks.size() && !memory.host_tracks[baseline].empty();
+  if (!is_of_host) return false;
+  tracks = memory.host_tracks[baseline];
+  tracker.refine(memory.now.pyramid, context.pyramid_then(baseline), context.input.features, tracks,
+                 context.workspace);
   return true;
 }
 
@@ -109,7 +128,7 @@ bool was_in_view(const MotionContext& context, std::size_t feature) {
   const MotionMeasurement& measured = context.measured;
   const double depth_m = double{measured.motions[feature].depth_m};
   if (!(depth_m > 0)) return false;
-  const auto place = static_place(context, feature, 0, depth_m);
+  const auto place = raw_static_place(context, feature, 0, depth_m);
   if (!place) return false;
   const auto depth_then_m = context.memory.past[0].frame.depth_m(nearest_pixel(*place));
   const cv::Point3d now_m = context.camera.point(measured.ideal[feature], depth_m);
@@ -148,7 +167,7 @@ void measure_shifts(const MotionContext& context, std::size_t feature, FeatureMo
 Appearance appearance_without_track(const MotionContext& context, std::size_t feature,
                                     std::size_t baseline, std::optional<double> depth_m,
                                     const std::optional<SurfacePatch>& patch) {
-  const auto place = static_place(context, feature, baseline, depth_m.value_or(far_m));
+  const auto place = raw_static_place(context, feature, baseline, depth_m.value_or(far_m));
   if (!place || !patch) return Appearance::unclear;
   const auto still = patch->difference(context.pyramid_then(baseline).grey(), *place);
   if (!still) return Appearance::unclear;
@@ -165,8 +184,8 @@ Appearance appearance_of_track(const MotionContext& context, std::size_t feature
                                const std::optional<SurfacePatch>& patch) {
   const MotionJudgeOptions& options = context.options;
   const cv::Mat1b& then = context.pyramid_then(baseline).grey();
-  const auto nearest = nearest_static_place(context, feature, baseline);
-  const auto place = depth_m ? static_place(context, feature, baseline, *depth_m) : nearest;
+  const auto nearest = nearest_raw_static_place(context, feature, baseline);
+  const auto place = depth_m ? raw_static_place(context, feature, baseline, *depth_m) : nearest;
   if (!nearest || !place) return Appearance::unclear;
   std::optional<double> still, at_nearest, tracked;
   if (patch) {
@@ -216,27 +235,15 @@ MotionEvidence evidence_of(const MotionContext& context, std::size_t feature,
 }  // namespace
 
 void track_back(const MotionContext& context, const FeatureTracker& tracker, std::size_t baseline) {
-  MotionMeasurement& measured = context.measured;
-  const MotionMemory& memory = context.memory;
-  MotionBaseline& result = measured.baselines[baseline];
-  const ImagePyramid& now = memory.now.pyramid;
+  MotionBaseline& result = context.measured.baselines[baseline];
+  result.duration_s = context.memory.now.timestamp_s - context.timestamp_then_s(baseline);
+  if (take_known_tracks(context, tracker, baseline)) return;
+  const ImagePyramid& now = context.memory.now.pyramid;
   const ImagePyramid& then = context.pyramid_then(baseline);
   const FeaturesView features = context.input.features;
-  result.duration_s = memory.now.timestamp_s - context.timestamp_then_s(baseline);
-  if (baseline == short_baseline && memory.is_tracked_ahead) {
-    result.tracks = memory.tracked_ahead;
-    return;
-  }
-  const bool is_of_host =
-      baseline < memory.host_tracks.size() && !memory.host_tracks[baseline].empty();
-  if (is_of_host) {
-    result.tracks = memory.host_tracks[baseline];
-    tracker.refine(now, then, features, result.tracks, context.workspace);
-    return;
-  }
   const bool is_expected = expect_places(context, baseline);
-  tracker.track(now, then, features, is_expected ? &measured.expected : nullptr, result.tracks,
-                context.workspace);
+  tracker.track(now, then, features, is_expected ? &context.measured.scratch.expected : nullptr,
+                result.tracks, context.workspace);
   const bool may_move_otherwise = baseline == short_baseline && is_expected;
   if (may_move_otherwise) {
     tracker.track_again(now, then, features, result.tracks, context.workspace);

@@ -37,23 +37,28 @@ struct MotionBaseline {
   std::vector<FeatureTrack> tracks;
 };
 
+/// What the steps write down for themselves; nothing in it outlives a step.
+struct MotionScratch {
+  std::vector<cv::Point2f> expected;               ///< place over the baseline being tracked
+  std::vector<PoseObservation> observations;       ///< of unsuspected features
+  std::vector<PoseObservation> more_observations;  ///< of these and of compensated ones
+  std::vector<PoseObservation> most_observations;  ///< of these and of masked ones
+  std::vector<std::uint8_t> was_dynamic;           ///< is_dynamic before filling
+  std::vector<float> values, nearest_m;            ///< of which a quantile is wanted
+};
+
 /// Everything measured in a frame. In the workspace, so that its memory is used again.
 struct MotionMeasurement {
   std::array<MotionBaseline, motion_baselines> baselines;
-  std::vector<cv::Point2d> ideal;             ///< ideal pixel of each feature
-  std::vector<DepthInterval> depths;          ///< of each feature
-  std::vector<Suspicion> suspicions;          ///< of each feature
-  std::vector<FeatureMotion> motions;         ///< of each feature
-  std::vector<double> beliefs;                ///< of each feature: that it moves, log-odds
-  std::vector<std::uint8_t> is_believed;      ///< believed to move before this frame says anything
-  std::vector<std::uint8_t> is_dynamic;       ///< moves, by what this frame says
-  std::vector<std::uint8_t> was_dynamic;      ///< the same before filling
-  std::vector<std::uint8_t> is_given_back;    ///< given back in this frame
-  std::vector<cv::Point2f> expected;          ///< place over the baseline being tracked
-  std::vector<PoseObservation> observations;  ///< of unsuspected features
-  std::vector<PoseObservation> more_observations;  ///< of these and of compensated ones
-  std::vector<PoseObservation> most_observations;  ///< of these and of masked ones
-  std::vector<float> values, nearest_m;            ///< scratch of single functions
+  std::vector<cv::Point2d> ideal;           ///< ideal pixel of each feature
+  std::vector<DepthInterval> depths;        ///< of each feature
+  std::vector<Suspicion> suspicions;        ///< of each feature
+  std::vector<FeatureMotion> motions;       ///< of each feature
+  std::vector<double> beliefs;              ///< of each feature: that it moves, log-odds
+  std::vector<std::uint8_t> is_believed;    ///< believed to move before this frame says anything
+  std::vector<std::uint8_t> is_dynamic;     ///< moves, by what this frame says
+  std::vector<std::uint8_t> is_given_back;  ///< given back in this frame
+  MotionScratch scratch;
 };
 
 /// What the parts of the judge have in common.

@@ -84,7 +84,7 @@ void observe(const MotionContext& context, std::size_t baseline, Suspicion most,
 /// Returns the median distance between the observations and their places under a pose, pixels.
 double median_distance_px(const MotionContext& context, const RelativePose& pose,
                           const std::vector<PoseObservation>& observations) {
-  std::vector<float>& distances = context.measured.values;
+  std::vector<float>& distances = context.measured.scratch.values;
   distances.clear();
   distances.reserve(context.input.features.size());
   for (const PoseObservation& observation : observations) {
@@ -101,7 +101,7 @@ double median_distance_px(const MotionContext& context, const RelativePose& pose
 double distance_between_px(const MotionContext& context, const RelativePose& a,
                            const RelativePose& b) {
   const MotionMeasurement& measured = context.measured;
-  std::vector<float>& distances = context.measured.values;
+  std::vector<float>& distances = context.measured.scratch.values;
   distances.clear();
   distances.reserve(context.input.features.size());
   for (std::size_t i = 0; i < context.input.features.size(); ++i) {
@@ -164,8 +164,8 @@ struct PoseSearch {
 /// as well, or if they do not suffice.
 void prefer_with_compensated(const PoseSearch& search, RelativePoseEstimate& best) {
   const MotionContext& context = search.context;
-  const auto& unsuspected = context.measured.observations;
-  const auto& with_compensated = context.measured.more_observations;
+  const auto& unsuspected = context.measured.scratch.observations;
+  const auto& with_compensated = context.measured.scratch.more_observations;
   if (with_compensated.size() == unsuspected.size()) return;
   const auto other =
       search.estimator.estimate(with_compensated, search.expected, search.prior, context.workspace);
@@ -196,9 +196,9 @@ struct Candidate {
 /// outvote the room.
 Candidate pose_with_masked(const PoseSearch& search, const RelativePoseEstimate& best) {
   const MotionContext& context = search.context;
-  const auto& unsuspected = context.measured.observations;
-  const auto& with_masked = context.measured.most_observations;
-  const bool adds_masked = with_masked.size() > context.measured.more_observations.size();
+  const auto& unsuspected = context.measured.scratch.observations;
+  const auto& with_masked = context.measured.scratch.most_observations;
+  const bool adds_masked = with_masked.size() > context.measured.scratch.more_observations.size();
   if (!adds_masked || !best.is_trusted || !is_most_off_masks(context)) return {};
   const auto pose =
       search.estimator.estimate(with_masked, search.expected, search.prior, context.workspace);
@@ -213,7 +213,7 @@ Candidate pose_with_masked(const PoseSearch& search, const RelativePoseEstimate&
 Candidate pose_of_turn(const PoseSearch& search, const RelativePoseEstimate& best) {
   const MotionContext& context = search.context;
   const auto turn = search.estimator.estimate_turn(
-      context.measured.more_observations, search.expected, search.prior, context.workspace);
+      context.measured.scratch.more_observations, search.expected, search.prior, context.workspace);
   const bool fits_as_well = !best.is_trusted || is_as_small(context, turn.scale_px, best.scale_px);
   if (!turn.is_trusted || !fits_as_well) return {};
   return {turn, count_agreeing(context, search.baseline, turn)};
@@ -257,13 +257,13 @@ void estimate_pose(const MotionContext& context, const RelativePoseEstimator& es
   MotionMeasurement& measured = context.measured;
   const PoseSearch search{context, estimator, baseline, expected_pose(context, baseline),
                           prior_of(context, baseline)};
-  observe(context, baseline, Suspicion::none, measured.observations);
-  observe(context, baseline, Suspicion::compensated, measured.more_observations);
-  observe(context, baseline, Suspicion::masked, measured.most_observations);
+  observe(context, baseline, Suspicion::none, measured.scratch.observations);
+  observe(context, baseline, Suspicion::compensated, measured.scratch.more_observations);
+  observe(context, baseline, Suspicion::masked, measured.scratch.most_observations);
 
   RelativePoseEstimate& best = measured.baselines[baseline].pose;
-  best =
-      estimator.estimate(measured.observations, search.expected, search.prior, context.workspace);
+  best = estimator.estimate(measured.scratch.observations, search.expected, search.prior,
+                            context.workspace);
   prefer_with_compensated(search, best);
   const bool is_known = search.prior && search.prior->is_trusted;
   if (context.has_masks && !is_known) prefer_by_agreement(search, best);

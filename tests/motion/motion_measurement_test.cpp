@@ -88,13 +88,13 @@ TEST(MotionMeasurement, ExpectsStaticFeaturesAndACameraThatMovesOn) {
   motion.translation = {0.05, -0.02, 0.1};
   memory.past[0].motion = motion;
   track_back(context, tracker, 0);
-  ASSERT_EQ(measured.expected.size(), keypoints.size());
+  ASSERT_EQ(measured.scratch.expected.size(), keypoints.size());
   for (std::size_t i = 0; i < keypoints.size(); ++i) {
     const cv::Point3d ray = camera.point(keypoints[i].pt, 1);
     const auto place =
         i < 2 ? camera.project(motion * (2 * ray)) : camera.project(turned(0.02) * ray);
     const double tolerance_px = i < 2 ? 1e-3 : 0.1;  // at 1000 m, the shift of 0.1 m is 0.04 px
-    EXPECT_LT(cv::norm(cv::Point2d(measured.expected[i]) - *place), tolerance_px) << i;
+    EXPECT_LT(cv::norm(cv::Point2d(measured.scratch.expected[i]) - *place), tolerance_px) << i;
   }
 }
 
