@@ -71,6 +71,7 @@ void InstanceMotion::begin_frame(const Segmentation& segmentation) {
     found->is_matched = true;
     found->still_frames = match->still_frames;
     found->moving_frames = match->moving_frames;
+    found->was_still = match->is_still;
     found->was_restless = match->was_restless;
     match->is_taken = true;
   }

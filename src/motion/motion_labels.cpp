@@ -93,6 +93,26 @@ void fill(const MotionContext& context) {
   }
 }
 
+/// Returns how the features on an object's mask are suspected: less if it was still until now.
+Suspicion suspicion_on(const MotionContext& context, std::size_t instance) {
+  return context.memory.instances->was_still(instance) ? Suspicion::standing : Suspicion::moving;
+}
+
+/// Returns how a feature is suspected by what the earlier stages say.
+Suspicion suspicion_by_label(const MotionContext& context, const FeatureLabel& label) {
+  if (!label.removed) return Suspicion::none;
+  if (label.reason == Reason::compensated) return Suspicion::compensated;
+  const bool is_of_object = label.reason == Reason::in_mask && label.instance >= 0;
+  if (!is_of_object) return Suspicion::foreign;
+  return suspicion_on(context, static_cast<std::size_t>(label.instance));
+}
+
+/// Suspects a feature at least so much.
+void suspect(const MotionContext& context, std::size_t feature, Suspicion suspicion) {
+  Suspicion& known = context.measured.suspicions[feature];
+  known = std::max(known, suspicion);
+}
+
 /// Suspects the features without a belief between those believed to move. A thing that comes nearer
 /// shows many new ones.
 void suspect_surrounded(const MotionContext& context) {
@@ -102,9 +122,9 @@ void suspect_surrounded(const MotionContext& context) {
   const auto has_belief = [&](std::size_t feature) { return measured.beliefs[feature] != 0; };
   for (std::size_t i = 0; i < tracks.size(); ++i) {
     const bool is_new = tracks[i].is_found && !has_belief(i);
-    if (!is_new || measured.suspicions[i] >= Suspicion::masked) continue;
+    if (!is_new || measured.suspicions[i] > Suspicion::compensated) continue;
     if (is_surrounded(context, features, i, measured.is_believed, has_belief)) {
-      measured.suspicions[i] = Suspicion::believed;
+      measured.suspicions[i] = Suspicion::moving;
     }
   }
 }
@@ -231,19 +251,15 @@ void suspect_features(const MotionContext& context, const FeatureLabels& labels)
   recall_beliefs(context);
   measured.suspicions.assign(labels.size(), Suspicion::none);
   for (std::size_t i = 0; i < labels.size(); ++i) {
-    const bool is_compensated = labels.is_removed(i) && labels[i].reason == Reason::compensated;
-    if (labels.is_removed(i)) {
-      measured.suspicions[i] = is_compensated ? Suspicion::compensated : Suspicion::masked;
-    }
-    if (measured.is_believed[i]) measured.suspicions[i] = Suspicion::believed;
+    measured.suspicions[i] = suspicion_by_label(context, labels[i]);
+    if (measured.is_believed[i]) suspect(context, i, Suspicion::moving);
   }
   suspect_surrounded(context);
   const std::vector<Instance>& instances = context.input.segmentation.instances;
   for (std::size_t k = 0; k < instances.size(); ++k) {
     if (!labels.is_dynamic_object(k)) continue;
-    for_each_within(context, instances[k], context.options.mask_distance_px, [&](std::uint32_t i) {
-      measured.suspicions[i] = std::max(measured.suspicions[i], Suspicion::masked);
-    });
+    for_each_within(context, instances[k], context.options.mask_distance_px,
+                    [&](std::uint32_t i) { suspect(context, i, suspicion_on(context, k)); });
     for_each_within(context, instances[k], context.options.beside_object_px,
                     [&](std::uint32_t i) { measured.motions[i].is_beside_object = true; });
   }

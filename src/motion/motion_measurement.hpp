@@ -21,8 +21,9 @@ namespace dynfilter::detail {
 enum class Suspicion : std::uint8_t {
   none,
   compensated,  ///< compensation removed it, off the masks: most of these are static
-  masked,       ///< on a mask or near one: static where a person stands
-  believed      ///< believed to move, or new among those that are
+  standing,     ///< on or near the mask of an object that was still until now
+  moving,       ///< on or near another object's mask, believed to move, or new among those that are
+  foreign       ///< removed for no object: it moves with the camera, or a host's stage knows better
 };
 
 /// Indices of the baselines: to the last frame, to the third one back, and to a kept frame.
@@ -42,7 +43,7 @@ struct MotionScratch {
   std::vector<cv::Point2f> expected;               ///< place over the baseline being tracked
   std::vector<PoseObservation> observations;       ///< of unsuspected features
   std::vector<PoseObservation> more_observations;  ///< of these and of compensated ones
-  std::vector<PoseObservation> most_observations;  ///< of these and of masked ones
+  std::vector<PoseObservation> most_observations;  ///< of these and of standing ones
   std::vector<std::uint8_t> was_dynamic;           ///< is_dynamic before filling
   std::vector<float> values, nearest_m;            ///< of which a quantile is wanted
 };
@@ -119,15 +120,16 @@ void measure_places(const MotionContext& context);
 ///  2. The pose by these and by the features that compensation removed. It replaces the first one
 ///     if it fits the unsuspected features nearly as well, or if those do not suffice. So features
 ///     near a person who stands are of use. In a crowd they move, and this pose does not fit.
-///  3. The pose by these and by the features on masks. It replaces the one so far if it fits the
-///     unsuspected features nearly as well, and `min_agreement_gain` times as many features agree
-///     with it: where a person stands, those on his mask do. Not where most features are on masks
-///     or believed to move.
-///  4. The pose of a camera that only turns, in the same way. Where about as many features agree
-///     with it as with the third one, it is taken.
+///  3. The pose by these and by the features of people who stood until now. It replaces the one so
+///     far if that one is trusted, if it fits the unsuspected features nearly as well, and if
+///     `min_agreement_gain` times as many features agree with it. Not where most features are
+///     suspected. Before a wall, who walks looks like one who stands before a camera that moves:
+///     so it takes those alone whose verdict was still.
+///  4. The pose of a camera that only turns, in the same way. Where both may replace it and about
+///     as many agree with the turn as with the third one, the turn is taken.
 ///
-/// Without masks most features may be on movers, and a trusted prior knows better: the last two are
-/// not tried then.
+/// Without masks most features may be on movers, and a trusted prior for this baseline knows
+/// better: the last two are not tried then.
 ///
 /// A pose over a longer baseline is not used where those over the short one contradict it: one of
 /// them is wrong then, and nothing tells which.

@@ -9,9 +9,13 @@
 
 #include "motion_measurement.hpp"
 #include "quantile.hpp"
+#include "rotation.hpp"
 
 namespace dynfilter::detail {
 namespace {
+
+/// By so much the durations of two motions differ where a frame was dropped, at least.
+constexpr double min_dropping_ratio = 1.5;
 
 /// Tells whether the motions are known that the expected pose of a baseline is made of: the last
 /// one, or those of all earlier frames of a longer one.
@@ -23,6 +27,19 @@ bool knows_expected_pose(const MotionContext& context, std::size_t baseline) {
     if (!memory.past[i].motion) return false;
   }
   return true;
+}
+
+/// Returns the last motion as it goes on until now: more of it where a frame was dropped. Smaller
+/// differences of the durations are those of the time stamps.
+RelativePose last_motion_going_on(const MotionMemory& memory) {
+  if (!memory.past[0].motion) return {};
+  const RelativePose& last = *memory.past[0].motion;
+  const double now_s = memory.now.timestamp_s - memory.past[0].timestamp_s;
+  const double then_s = memory.past[0].timestamp_s - memory.past[1].timestamp_s;
+  const bool is_alike = now_s < min_dropping_ratio * then_s && then_s < min_dropping_ratio * now_s;
+  if (is_alike || !(then_s > 0)) return last;
+  const double times = now_s / then_s;
+  return {rotation_of(times * rotation_vector_of(last.rotation)), times * last.translation};
 }
 
 /// Returns what a largest acceleration allows for over a number of frames; 0 = no limit.
@@ -118,14 +135,15 @@ double distance_between_px(const MotionContext& context, const RelativePose& a,
   return double{quantile_of(distances, 0.9)};
 }
 
-/// Counts the features, suspected or not, that are where static ones would be under a pose.
+/// Counts the features, suspected or not, that are where static ones would be under a pose; not
+/// those that were removed for no object.
 double count_agreeing(const MotionContext& context, std::size_t baseline,
                       const RelativePoseEstimate& estimate) {
   const MotionMeasurement& measured = context.measured;
   const std::vector<FeatureTrack>& tracks = measured.baselines[baseline].tracks;
   std::size_t count = 0;
   for (std::size_t i = 0; i < tracks.size(); ++i) {
-    if (!tracks[i].is_found) continue;
+    if (!tracks[i].is_found || measured.suspicions[i] == Suspicion::foreign) continue;
     const cv::Point2d then = context.camera.ideal(tracks[i].position);
     const auto residual =
         motion_residual(context.camera, estimate.pose, measured.ideal[i], then, measured.depths[i]);
@@ -194,14 +212,15 @@ struct Candidate {
 /// Returns the pose by all features that are not believed to move, if it fits the unsuspected ones
 /// as well as the best pose so far. Not where most features are suspected: in a crowd they would
 /// outvote the room.
-Candidate pose_with_masked(const PoseSearch& search, const RelativePoseEstimate& best) {
+Candidate pose_with_standing(const PoseSearch& search, const RelativePoseEstimate& best) {
   const MotionContext& context = search.context;
   const auto& unsuspected = context.measured.scratch.observations;
-  const auto& with_masked = context.measured.scratch.most_observations;
-  const bool adds_masked = with_masked.size() > context.measured.scratch.more_observations.size();
-  if (!adds_masked || !best.is_trusted || !is_most_off_masks(context)) return {};
+  const auto& with_standing = context.measured.scratch.most_observations;
+  const bool adds_standing =
+      with_standing.size() > context.measured.scratch.more_observations.size();
+  if (!adds_standing || !best.is_trusted || !is_most_off_masks(context)) return {};
   const auto pose =
-      search.estimator.estimate(with_masked, search.expected, search.prior, context.workspace);
+      search.estimator.estimate(with_standing, search.expected, search.prior, context.workspace);
   const bool fits_as_well =
       pose.is_trusted && is_as_small(context, median_distance_px(context, pose.pose, unsuspected),
                                      median_distance_px(context, best.pose, unsuspected));
@@ -228,13 +247,13 @@ void prefer_by_agreement(const PoseSearch& search, RelativePoseEstimate& best) {
   const auto tracked =
       static_cast<double>(count_found(context.measured.baselines[search.baseline].tracks));
   if (needed >= tracked) return;
-  const Candidate with_masked = pose_with_masked(search, best);
+  const Candidate with_standing = pose_with_standing(search, best);
   const Candidate turn = pose_of_turn(search, best);
-  const bool is_turn = turn.agreeing > needed && gain * turn.agreeing >= with_masked.agreeing;
+  const bool is_turn = turn.agreeing > needed && gain * turn.agreeing >= with_standing.agreeing;
   if (is_turn) {
     best = turn.estimate;
-  } else if (with_masked.agreeing > needed) {
-    best = with_masked.estimate;
+  } else if (with_standing.agreeing > needed) {
+    best = with_standing.estimate;
   }
 }
 
@@ -242,8 +261,7 @@ void prefer_by_agreement(const PoseSearch& search, RelativePoseEstimate& best) {
 
 RelativePose expected_pose(const MotionContext& context, std::size_t baseline) {
   const MotionMemory& memory = context.memory;
-  const RelativePose last = memory.past[0].motion.value_or(RelativePose());
-  if (baseline == short_baseline) return last;
+  if (baseline == short_baseline) return last_motion_going_on(memory);
   RelativePose pose = context.measured.baselines[short_baseline].pose.pose;
   if (baseline == kept_baseline) return memory.kept[0].kept_from_last * pose;
   for (std::size_t i = 0; i + 1 < context.frames_back(baseline); ++i) {
@@ -259,7 +277,7 @@ void estimate_pose(const MotionContext& context, const RelativePoseEstimator& es
                           prior_of(context, baseline)};
   observe(context, baseline, Suspicion::none, measured.scratch.observations);
   observe(context, baseline, Suspicion::compensated, measured.scratch.more_observations);
-  observe(context, baseline, Suspicion::masked, measured.scratch.most_observations);
+  observe(context, baseline, Suspicion::standing, measured.scratch.most_observations);
 
   RelativePoseEstimate& best = measured.baselines[baseline].pose;
   best = estimator.estimate(measured.scratch.observations, search.expected, search.prior,

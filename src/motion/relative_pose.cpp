@@ -27,6 +27,8 @@ using detail::Twist;
 constexpr double cell_px = 40;     // side of a part of the image that has a voice
 constexpr int concentrations = 3;  // of a hypothesis that is the best one so far
 constexpr double median_to_scale = 1.4826;
+// A pose beyond the prior's limits contradicts them if the other's scale is so many times its own.
+constexpr double contradicting_ratio = 2;
 // A motion is dismissed after the first observations if too many of them are above the limit. Of n
 // observations, n * p would be above it by chance, p = 1 - share, with a deviation of sqrt(n * p *
 // (1 - p)). More than 3.1 deviations above that is one case of a thousand.
@@ -54,6 +56,16 @@ struct PoseScratch {
   std::vector<Rank> order;
   std::vector<LinearResidual> sample, all;
   std::vector<double> squares, some_squares;
+
+  /// Makes room for as many observations as the caller has room for, so that warm frames allocate
+  /// nothing.
+  void reserve(std::size_t observations) {
+    order.reserve(observations);
+    sample.reserve(observations);
+    all.reserve(observations);
+    squares.reserve(observations);
+    some_squares.reserve(observations);
+  }
 };
 
 std::uint64_t hash_of(const PoseObservation& observation, std::uint64_t seed) {
@@ -285,12 +297,10 @@ RelativePose searched(const Fit& fit, RelativePose pose, const std::optional<Pos
   return pose;
 }
 
-/// Returns a pose after all steps of the refinement, or as it is if they leave the prior's limits.
-RelativePose refined_within(const Fit& fit, const RelativePose& pose,
-                            const std::optional<PosePrior>& prior) {
-  RelativePose refined = pose;
-  for (int step = 0; step < fit.options.refinements; ++step) refined = fit.refined(refined);
-  return !prior || is_within(refined, *prior) ? refined : pose;
+/// Returns a pose after all steps of the refinement.
+RelativePose refined(const Fit& fit, RelativePose pose) {
+  for (int step = 0; step < fit.options.refinements; ++step) pose = fit.refined(pose);
+  return pose;
 }
 
 RelativePoseEstimate estimated(const std::vector<PoseObservation>& observations,
@@ -311,17 +321,23 @@ RelativePoseEstimate estimated(const std::vector<PoseObservation>& observations,
     return estimate;
   }
 
-  scratch.squares.reserve(observations.size());
-  scratch.some_squares.reserve(observations.size());
+  scratch.reserve(observations.capacity());
   put_in_order(observations, options.seed, scratch.order);
   const Deciding deciding = is_known ? with_trusted_prior : Deciding{options.quantile, 1};
   const Fit fit{observations, camera, options, deciding, freedom, scratch};
-  estimate.pose = refined_within(fit, searched(fit, estimate.pose, prior), prior);
+  const RelativePose found = searched(fit, estimate.pose, prior);
+  const RelativePose best = refined(fit, found);
+  const bool is_possible = !prior || is_within(best, *prior);
+  estimate.pose = is_possible ? best : found;
+  // The observations may say that the limits are wrong.
+  const double least_scale_px = is_possible ? 0 : fit.scale_px(best);
   estimate.scale_px = fit.scale_px(estimate.pose);
+  const bool is_contradicted =
+      !is_possible && estimate.scale_px > contradicting_ratio * least_scale_px;
   estimate.support =
       fit.support(options.cutoff * std::min(estimate.scale_px, options.max_scale_px));
-  const bool is_agreed =
-      estimate.support >= options.min_support && estimate.scale_px <= options.max_scale_px;
+  const bool is_agreed = !is_contradicted && estimate.support >= options.min_support &&
+                         estimate.scale_px <= options.max_scale_px;
   // A prior may say that the camera does not only turn.
   const bool is_dismissed = freedom == Freedom::turns && prior && !is_within(estimate.pose, *prior);
   estimate.is_trusted = (is_agreed || is_known) && !is_dismissed;

@@ -22,6 +22,15 @@ inline cv::Matx33d rotation_of(const cv::Vec3d& vector) {
   return cv::Matx33d::eye() * c + cross * s + (axis * axis.t()) * (1 - c);
 }
 
+/// Returns the rotation vector of a rotation by less than half a turn: the inverse of rotation_of.
+inline cv::Vec3d rotation_vector_of(const cv::Matx33d& rotation) {
+  const cv::Vec3d twice_sine_axis(rotation(2, 1) - rotation(1, 2), rotation(0, 2) - rotation(2, 0),
+                                  rotation(1, 0) - rotation(0, 1));
+  const double sine = cv::norm(twice_sine_axis) / 2;
+  if (!(sine > 0)) return {};
+  return twice_sine_axis * (std::atan2(sine, (cv::trace(rotation) - 1) / 2) / (2 * sine));
+}
+
 /// Makes the rows orthonormal, so that errors do not add up over thousands of motions.
 inline cv::Matx33d orthonormal(const cv::Matx33d& rotation) {
   cv::Vec3d x(rotation(0, 0), rotation(0, 1), rotation(0, 2));

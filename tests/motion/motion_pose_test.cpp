@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -17,10 +18,16 @@ namespace dynfilter::detail {
 namespace {
 
 const Thing cart{{60, 200, 250, 200}, 1.9, {0.012, 0, 0}, Suspicion::none, 15};
-const Thing standing_person{{400, 100, 120, 360}, 1.8, {}, Suspicion::masked, 8};
+const Thing standing_person{{400, 100, 120, 360}, 1.8, {}, Suspicion::standing, 8};
 
 double error_m(const RelativePoseEstimate& estimate, const RelativePose& truth) {
   return cv::norm(estimate.pose.translation - truth.translation);
+}
+
+RelativePose moved(double z_m) {
+  RelativePose move;
+  move.translation = {0, 0, z_m};
+  return move;
 }
 
 /// A cart before a wall looks as if the camera had moved by the cart's motion, and the wall allows
@@ -76,8 +83,8 @@ TEST(MotionPose, IsNotThatOfMasksThatHoldMostFeatures) {
 TEST(MotionPose, IsNoTurnWhereAPersonShowsThatTheCameraMoves) {
   RelativePose move;
   move.translation = {0.004, 0, 0};
-  const Thing far_person{{330, 200, 290, 270}, 3.5, {}, Suspicion::masked, 16};
-  const Thing near_person{{200, 20, 110, 170}, 1.5, {}, Suspicion::masked, 12};
+  const Thing far_person{{330, 200, 290, 270}, 3.5, {}, Suspicion::standing, 16};
+  const Thing near_person{{200, 20, 110, 170}, 1.5, {}, Suspicion::standing, 12};
   EXPECT_EQ(error_m(WallScene(move, {cart, far_person}).estimated(), move), 0.004) << "a turn";
   WallScene scene(move, {cart, far_person, near_person});
   EXPECT_TRUE(scene.estimated().is_trusted);
@@ -91,7 +98,7 @@ TEST(MotionPose, IsNotThatOfMasksOnWhichFewFeaturesAgree) {
   Thing person = standing_person;
   person.depth_m = 0.8;
   person.spacing_px = 40;
-  const Thing walking{{60, 200, 250, 200}, 1.9, {0.1, 0.1, 0}, Suspicion::masked, 15};
+  const Thing walking{{60, 200, 250, 200}, 1.9, {0.1, 0.1, 0}, Suspicion::standing, 15};
   MotionJudgeOptions never, always;
   never.min_agreement_gain = std::numeric_limits<double>::infinity();
   always.min_agreement_gain = 1;
@@ -99,6 +106,35 @@ TEST(MotionPose, IsNotThatOfMasksOnWhichFewFeaturesAgree) {
   EXPECT_EQ(error_m(scene.estimated(), move), error_m(scene.estimated(true, never), move));
   EXPECT_NE(error_m(scene.estimated(true, always), move),
             error_m(scene.estimated(true, never), move));
+}
+
+/// Before a wall, a person who walks looks like one who stands before another camera's motion.
+/// Nothing asks him, nor what moves with the camera.
+TEST(MotionPose, IsNotThatOfWhatIsNotKnownToStand) {
+  RelativePose move;
+  move.translation = {0.008, 0, 0};
+  MotionJudgeOptions never;
+  never.min_agreement_gain = std::numeric_limits<double>::infinity();
+  Thing person = standing_person;
+  person.spacing_px = 12;
+  person.motion_m = {0.012, 0, 0};
+  EXPECT_GT(error_m(WallScene(move, {person}).estimated(), move), 0.015) << "nothing to tell apart";
+  for (const Suspicion suspicion : {Suspicion::moving, Suspicion::foreign}) {
+    person.suspicion = suspicion;
+    WallScene scene(move, {person});
+    EXPECT_LT(error_m(scene.estimated(), move), 1e-3);
+    EXPECT_EQ(error_m(scene.estimated(), move), error_m(scene.estimated(true, never), move));
+  }
+}
+
+/// What moves with the camera agrees with a camera that rests, and has no voice.
+TEST(MotionPose, IsNoTurnThatOnlyTheCamerasOwnBodyAgreesWith) {
+  const RelativePose move = moved(0.006);
+  const Thing near{{60, 200, 500, 50}, 1.9, {}, Suspicion::none, 20};
+  Thing body{{40, 260, 560, 200}, 1.0, move.translation, Suspicion::moving, 15};
+  EXPECT_EQ(error_m(WallScene(move, {near, body}).estimated(), move), 0.006) << "it has a voice";
+  body.suspicion = Suspicion::foreign;
+  EXPECT_LT(error_m(WallScene(move, {near, body}).estimated(), move), 1e-3);
 }
 
 TEST(MotionPose, IsNotThatOfAPersonWhoWalks) {
@@ -112,15 +148,9 @@ TEST(MotionPose, IsNotThatOfAPersonWhoWalks) {
   EXPECT_LT(error_m(scene.estimated(), move), 0.004);
 }
 
-RelativePose moved(double z_m) {
-  RelativePose move;
-  move.translation = {0, 0, z_m};
-  return move;
-}
-
 /// Returns a person whom the camera follows: he hardly moves in the image.
 Thing person_ahead(double z_m) {
-  return {{170, 40, 300, 430}, 2.0, {0, 0, z_m}, Suspicion::masked, 10};
+  return {{170, 40, 300, 430}, 2.0, {0, 0, z_m}, Suspicion::standing, 10};
 }
 
 TEST(MotionPose, IsNotATurnOnlyBecauseAPersonIsFollowed) {
@@ -148,6 +178,22 @@ TEST(MotionPose, IsUnknownWhereAPersonHidesEverything) {
   const RelativePoseEstimate estimate = scene.estimated();
   EXPECT_FALSE(estimate.is_trusted);
   EXPECT_LT(estimate.observations, 20U);
+}
+
+/// Who stood until now may walk again: alone, he does not tell the camera's motion, nor against
+/// what nobody suspects.
+TEST(MotionPose, IsNotThatOfAStandingPersonAgainstTheWall) {
+  const cv::Rect left_of_wall(0, 0, 450, 200), wall(0, 0, 640, 200);
+  for (const cv::Rect& without_depth : {left_of_wall, wall}) {
+    Thing starting = standing_person;
+    starting.box = {380, 200, 240, 250};
+    starting.spacing_px = without_depth == wall ? 16 : 15;
+    starting.motion_m = {0, 0, -0.05};
+    WallScene scene({}, {starting});
+    scene.depth()(without_depth).setTo(0);
+    EXPECT_EQ(scene.estimated().is_trusted, without_depth != wall);
+    EXPECT_LT(error_m(scene.estimated(), {}), 0.005) << "his motion would make 50 mm";
+  }
 }
 
 TEST(MotionPose, IsThatOfCompensatedFeaturesWhereOthersDoNotSuffice) {
@@ -216,7 +262,23 @@ TEST(MotionPose, WithoutMasksIsOnlyHeldBackByALastMotion) {
   EXPECT_TRUE(scene.estimated(false).is_trusted);
   EXPECT_LT(error_m(scene.estimated(false), fast), 1e-3);
   scene.last = RelativePose();
-  EXPECT_GT(error_m(scene.estimated(false), fast), 0.03) << "5 m/s2 do not allow for it";
+  EXPECT_FALSE(scene.estimated(false).is_trusted) << "5 m/s2 do not allow for it";
+}
+
+/// A camera goes on while frames are dropped, and by another one after that.
+TEST(MotionPose, WithoutMasksGoesOnOverDroppedFrames) {
+  Thing standing = cart;
+  standing.motion_m = {};
+  for (const auto& [last_frames, frames] :
+       {std::pair(1, 1), std::pair(1, 2), std::pair(1, 3), std::pair(3, 1)}) {
+    const RelativePose motion = moved(0.03 * frames);
+    WallScene scene(motion, {standing, standing_person});
+    scene.last = moved(0.03 * last_frames);
+    scene.last_s = last_frames / 30.0;
+    scene.now_s = frames / 30.0;
+    EXPECT_TRUE(scene.estimated(false).is_trusted) << last_frames << ", " << frames;
+    EXPECT_LT(error_m(scene.estimated(false), motion), 1e-3) << last_frames << ", " << frames;
+  }
 }
 
 /// A host's priors may begin in any frame. Without depth, they are all that tells the camera.

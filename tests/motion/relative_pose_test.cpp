@@ -192,6 +192,24 @@ TEST(RelativePose, IsMeasuredByTheFewStaticOnesWhereThePriorIsTrusted) {
   }
 }
 
+/// Where the observations tell a motion far beyond the limits, the nearest one within them may
+/// still have a small scale, and is wrong all the same.
+TEST(RelativePose, IsNotTrustedWhereTheObservationsContradictTheLimits) {
+  const Case room = rendered_case(0, {}, 0.1, 60, 59);
+  const RelativePoseEstimator estimator(room.camera);
+  Workspace workspace;
+  PosePrior prior;
+  prior.pose = room.truth;
+  prior.max_translation_m = 0.002;
+  for (const double off_m : {0.001, 0.0025, 0.01}) {
+    prior.pose.translation = room.truth.translation + cv::Vec3d(off_m, 0, 0);
+    const auto estimate = estimator.estimate(room.observations, {}, prior, workspace);
+    EXPECT_EQ(estimate.is_trusted, off_m < 0.01) << off_m;
+    EXPECT_LT(estimate.scale_px, 3) << off_m;
+    EXPECT_LE(cv::norm(estimate.pose.translation - prior.pose.translation), 0.002) << off_m;
+  }
+}
+
 /// A fifth of the sample is taken for static: with their scale, a limit of 3.5 scales is 3 pixels.
 /// What moves by more does not count, what moves by less does.
 TEST(RelativePose, MeasuresTheScaleOfAFifthWhereThePriorIsTrusted) {

@@ -47,15 +47,18 @@ class WallScene {
   cv::Mat& depth() { return frame_.depth; }
 
   std::optional<PosePrior> prior;
-  std::optional<RelativePose> last;  // motion into the frame before
+  std::optional<RelativePose> last;            // motion into the frame before
+  double last_s = 1 / 30.0, now_s = 1 / 30.0;  // durations of that motion and of this one
 
   RelativePoseEstimate estimated(bool has_masks = true, const MotionJudgeOptions& options = {}) {
     measured_.suspicions = suspicions_;
-    measured_.baselines[0].duration_s = 1 / 30.0;
+    measured_.baselines[0].duration_s = now_s;
     measured_.baselines[0].tracks = tracks_;
     const FilterInput input{frame_, {}, keypoints_};
     MotionMemory memory;
-    memory.known = 1;
+    memory.known = 2;
+    memory.past[0].timestamp_s = last_s;
+    memory.now.timestamp_s = last_s + now_s;
     memory.prior = prior;
     memory.past[0].motion = last;
     Workspace workspace;

@@ -66,6 +66,10 @@ class InstanceMotion {
     return known_.at(k).is_judged && !known_.at(k).was_restless;
   }
 
+  /// Tells whether instance k of the frame was still by the earlier frames, once they and this one
+  /// are matched. O(1).
+  bool was_still(std::size_t k) const { return known_.at(k).was_still; }
+
   /// Tells whether the verdict on instance k of the frame can be relied on: it was still for so
   /// long that one frame that is not quiet does not change that, or for `max_still_frames`; or it
   /// moved in some frames in a row. A single frame may take a person who stays for one who moves.
@@ -82,7 +86,8 @@ class InstanceMotion {
     std::optional<int> track_id;
     int still_frames = 0;
     int moving_frames = 0;      // in a row
-    bool is_still = false;      // by the last verdict
+    bool was_still = false;     // by the verdict of the last frame
+    bool is_still = false;      // by that of this frame
     bool is_matched = false;    // to one of the last frame
     bool is_taken = false;      // by one of the next frame
     bool was_restless = false;  // was not quiet in some frame

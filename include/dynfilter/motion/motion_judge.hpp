@@ -52,7 +52,7 @@ struct MotionJudgeOptions {
   double max_acceleration_m_s2 = 5;
   double max_angular_acceleration_rad_s2 = 20;
   /// @}
-  /// Features this near to a mask of a dynamic object do not tell the camera's motion, pixels.
+  /// Features this near to a mask of a dynamic object are suspected as those on it, pixels.
   double mask_distance_px = 8;
   /// A feature without depth takes the middle of its DepthInterval for the camera's motion, if the
   /// interval, noise of the sensor included, spans less than this, metres.
@@ -66,10 +66,11 @@ struct MotionJudgeOptions {
   double max_worse_fit_px = 0.1;
   /// @}
   /// @{
-  /// With masks and without a trusted prior, two more poses are tried: the one by the features on
-  /// masks, too, and the one without translation. Each is taken if the number of features that
-  /// agree with it is more than so many times that of the other; infinity = never. A feature agrees
-  /// within so many pixels.
+  /// With masks and without a trusted prior, two more poses are tried: the one by the features of
+  /// people who stood until now, too, unless most features are suspected, and the one without
+  /// translation. Each must fit as well as the one so far, by the limits above. It is taken if the
+  /// number of features that agree with it is more than so many times that of the other; infinity =
+  /// never. A feature agrees within so many pixels.
   double min_agreement_gain = 1.1;
   double agreement_px = 0.5;
   /// @}
@@ -150,9 +151,9 @@ struct MotionJudgeOptions {
   double fringe_shift_px = 1.0;    ///< allowed shift there, pixels
   double fringe_shift_scales = 3;  ///< and in scales
   /// @{
-  /// Features in the fringe that cannot be tracked are removed within this distance of the mask: it
-  /// may miss a rim of the object, or be left behind. This costs static features that the object
-  /// hid until now.
+  /// Features in the fringe that cannot be tracked are removed within this distance of the mask, at
+  /// most `fringe_px`: the mask may miss a rim of the object, or be left behind. This costs static
+  /// features that the object hid until now.
   double fringe_untracked_px = 4;         ///< while masks are fresh
   double stale_fringe_untracked_px = 15;  ///< while they are stale, see stale_age_s
   /// @}
@@ -165,7 +166,8 @@ struct MotionJudgeOptions {
 /// Each frame, features are tracked 1 and 3 frames back, and the camera's motion is estimated from
 /// those that nobody suspects: they lie off the masks, did not move before, and are not new among
 /// features that did. Those that compensation removed farther from the masks join in where they
-/// agree with the others, and so do those on masks: a person who stands shows the camera's motion.
+/// agree with the others. So do those of a person who stood until now: they show the camera's
+/// motion. What was removed for no object never does: a static mask, or a host's own stage.
 /// A track is compared with where the feature would have been if it were static, at any depth that
 /// it may have, and the depth there with the depth it would have had. One feature in one frame
 /// proves little: tracks fail at occlusions and between layers of depth. So evidence is pooled over
