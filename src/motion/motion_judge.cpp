@@ -284,8 +284,10 @@ void MotionJudge::operator()(const FilterInput& input, FeatureLabels& labels,
       start(context);
       outcome = MotionOutcome::started;
     } else if (is_equal(memory.now.pyramid.grey(), memory.past[0].pyramid.grey())) {
+      memory.pass_over_repeat();
       outcome = MotionOutcome::repeated;
     } else {
+      memory.join_repeats();
       outcome = judge(context, tracker_, pose_estimator_, labels);
     }
     memory.end_frame();

@@ -88,7 +88,10 @@ bool take_known_tracks(const MotionContext& context, const FeatureTracker& track
   }
   const bool is_of_host =
       baseline < memory.host_tracks.size() && !memory.host_tracks[baseline].empty();
-  if (!is_of_host) return false;
+  // The host counts frames whose image repeated another: its tracks end elsewhere.
+  const bool ends_here =
+      baseline == short_baseline || memory.frames_since_repeat >= context.frames_back(baseline);
+  if (!is_of_host || !ends_here) return false;
   tracks = memory.host_tracks[baseline];
   tracker.refine(memory.now.pyramid, context.pyramid_then(baseline), context.input.features, tracks,
                  context.workspace);

@@ -50,6 +50,9 @@ struct MotionMemory {
   std::optional<InstanceMotion> instances;
   std::optional<PosePrior> prior;                                                    // of the host
   std::array<std::vector<FeatureTrack>, motion_baseline_frames.size()> host_tracks;  // empty: none
+  std::size_t repeats = 0;                // frames since the last one whose images repeat its image
+  std::optional<PosePrior> over_repeats;  // of the host, from the last repeat to the last frame
+  std::size_t frames_since_repeat = past_frames;  // frames since then, at most past_frames
   bool is_tracked_ahead = false;  // whether `now` and its tracks were made before the call
   std::vector<FeatureTrack> tracked_ahead;  // to the last frame
 
@@ -61,6 +64,7 @@ struct MotionMemory {
     std::swap(past[0], now);
     const bool has_left = known == past_frames;  // whether a frame left `past`; it is in `now`
     known = std::min(known + 1, past_frames);
+    frames_since_repeat = std::min(frames_since_repeat + 1, past_frames);
     follow_kept(keeps);
     if (keeps && has_left) keep_oldest();
   }
@@ -68,9 +72,26 @@ struct MotionMemory {
   /// Forgets the earlier frames, and what was concluded from them. Keeps memory.
   void forget() {
     known = 0;
+    repeats = 0;
+    frames_since_repeat = past_frames;
     for (KeptFrame& one : kept) one.frames_back = 0;
     if (beliefs) beliefs->clear();
     if (instances) instances->clear();
+  }
+
+  /// Passes over a frame whose image repeats the last one. What the host knows of the camera's
+  /// motion is kept for the next frame, whose prior begins here.
+  void pass_over_repeat() {
+    over_repeats = repeats == 0 ? prior : joined(over_repeats, prior);
+    ++repeats;
+    frames_since_repeat = 0;
+  }
+
+  /// Lets the host's prior begin at the last frame, and not at an image that repeated it. Drops it
+  /// where the host did not know all of that.
+  void join_repeats() {
+    if (repeats > 0) prior = joined(over_repeats, prior);
+    repeats = 0;
   }
 
   /// Forgets what was handed over for one frame.
@@ -89,6 +110,16 @@ struct MotionMemory {
   }
 
  private:
+  /// Returns what is known of two motions, one after the other; nothing where one is not known.
+  static std::optional<PosePrior> joined(const std::optional<PosePrior>& earlier,
+                                         const std::optional<PosePrior>& later) {
+    if (!earlier || !later) return {};
+    return PosePrior{earlier->pose * later->pose,
+                     earlier->max_translation_m + later->max_translation_m,
+                     earlier->max_rotation_rad + later->max_rotation_rad,
+                     earlier->is_trusted && later->is_trusted};
+  }
+
   /// Follows the camera from the kept frames to the last one; drops them where it is lost, or if
   /// none are to be kept.
   void follow_kept(bool keeps) {

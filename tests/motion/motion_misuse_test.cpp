@@ -99,5 +99,61 @@ TEST(MotionMisuse, LeavesToTheHostWhatItRemoved) {
   EXPECT_GT(removed_by_host, 20U);
 }
 
+/// Returns what a host knows exactly of the motion into a frame.
+PosePrior exact_prior(int frame) {
+  static const SyntheticScene scene(small_scene(0));
+  const CameraPose now = scene.pose(frame), then = scene.pose(frame - 1);
+  PosePrior prior;
+  prior.pose = {then.rotation.t() * now.rotation,
+                then.rotation.t() * (now.translation - then.translation)};
+  prior.max_translation_m = prior.max_rotation_rad = 1e-3;
+  prior.is_trusted = true;
+  return prior;
+}
+
+/// Sees frames without depth, of which one repeats the image before it. Returns the frames that
+/// were judged after that, and those in which features were removed.
+std::pair<int, int> seen_after_repeat(bool repeats, bool knows_repeat = true) {
+  constexpr int repeated = 4;
+  Rig rig;
+  int judged = 0, removing = 0;
+  for (int i = 0; i < 9; ++i) {
+    const bool is_repeat = repeats && i == repeated;
+    const Shot& shot = shots(0)[static_cast<std::size_t>(is_repeat ? i - 1 : i)];
+    FrameView frame = shot.rendered.frame;
+    frame.depth = cv::Mat();
+    frame.timestamp_s = shots(0)[static_cast<std::size_t>(i)].rendered.frame.timestamp_s;
+    if (i > 0 && (!is_repeat || knows_repeat)) rig.state.expect_motion(exact_prior(i));
+    const FeatureLabels labels = rig.see(frame, {}, shot.keypoints);
+    if (is_repeat) {
+      EXPECT_EQ(labels.statistics().motion.outcome, MotionOutcome::repeated);
+    }
+    if (i <= repeated) continue;
+    judged += labels.statistics().motion.outcome == MotionOutcome::applied ? 1 : 0;
+    removing += labels.statistics().moving > 0 ? 1 : 0;
+  }
+  return {judged, removing};
+}
+
+/// The prior of the frame after a repeated image begins there, and not at the last image.
+TEST(MotionMisuse, PriorsAreJoinedOverARepeatedImage) {
+  const std::pair<int, int> all_right(4, 0);
+  EXPECT_EQ(seen_after_repeat(false), all_right);
+  EXPECT_EQ(seen_after_repeat(true), all_right);
+  const std::pair<int, int> one_not_judged(3, 0);
+  EXPECT_EQ(seen_after_repeat(true, false), one_not_judged);
+}
+
+TEST(MotionMisuse, RefusesPriorsThatAreNoMotion) {
+  MotionState state;
+  PosePrior prior;
+  prior.pose.rotation = prior.pose.rotation * 1.01;
+  expect_error<std::invalid_argument>([&] { state.expect_motion(prior); }, "an orthonormal matrix");
+  prior.pose.rotation = {1, 0, 0, 0, 1, 0, 0, 0, -1};
+  expect_error<std::invalid_argument>([&] { state.expect_motion(prior); }, "determinant 1");
+  prior.pose.rotation = {};
+  EXPECT_THROW(state.expect_motion(prior), std::invalid_argument);
+}
+
 }  // namespace
 }  // namespace dynfilter::testing

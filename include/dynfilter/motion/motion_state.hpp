@@ -45,14 +45,17 @@ class MotionState {
   /// for the next frame only: from its motion model, an inertial sensor or wheels. `prior.pose`
   /// takes a point of the next frame's camera into the last frame's: ORB-SLAM's mVelocity is the
   /// inverse of that. Its limits are what the source may be wrong by. Without depth a trusted prior
-  /// is needed. Trust only what is measured: by a wrong pose, everything moves. Throws
-  /// std::invalid_argument for a pose that is not finite and for limits that are not above 0.
+  /// is needed. Trust only what is measured: by a wrong pose, everything moves. Where an image
+  /// repeats the last one, hand over both motions, to it and from it: they are joined. Throws
+  /// std::invalid_argument for a pose that is not finite, for a rotation that is none, and for
+  /// limits that are not above 0.
   void expect_motion(const PosePrior& prior);
 
   /// Hands over the host's own tracks of the next frame's features, for that frame only: where they
   /// were motion_baseline_frames[baseline] frames ago. They are refined, see
-  /// FeatureTracker::refine. Throws std::invalid_argument for a baseline other than 0 and 1; the
-  /// judge throws it if the number of tracks is not that of the features.
+  /// FeatureTracker::refine. For three frames after an image that repeats another, those over the
+  /// long baseline are not used. Throws std::invalid_argument for a baseline other than 0 and 1;
+  /// the judge throws it if the number of tracks is not that of the features.
   void hand_over_tracks(std::size_t baseline, std::vector<FeatureTrack> tracks);
 
   /// Forgets everything, like a new state.
