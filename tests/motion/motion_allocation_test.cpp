@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 #include <opencv2/imgproc.hpp>
 
+#include <tuple>
 #include <vector>
 
 #include "dynfilter/dynfilter.hpp"
@@ -23,21 +24,22 @@ std::size_t allocations_of(const Action& action) {
   return allocations_so_far() - before;
 }
 
-/// Takes whether frames are kept.
-class MotionAllocations : public ::testing::TestWithParam<bool> {};
+/// Takes the level and whether frames are kept.
+class MotionAllocations : public ::testing::TestWithParam<std::tuple<const char*, bool>> {};
 
 TEST_P(MotionAllocations, AreThoseOfOpenCv) {
   if (!can_count_allocations) {
     GTEST_SKIP() << "allocations can only be counted with glibc and without sanitizers";
   }
   cv::setNumThreads(1);
-  SyntheticSceneOptions options = scene_level("medium", 12);
+  const auto [level, keeps_frames] = GetParam();
+  SyntheticSceneOptions options = scene_level(level, 12);
   options.image_size = {480, 360};
   const SyntheticScene scene(options);
   const CameraParameters c = scene.camera();
   MotionState state;
   MotionJudgeOptions judge_options;
-  judge_options.uses_kept_frames = GetParam();
+  judge_options.uses_kept_frames = keeps_frames;
   const MotionJudge judge({c.fx, c.fy, c.cx, c.cy}, state, judge_options);
   const Pipeline<MaskCuller, Compensator> filter{MaskCuller(), Compensator()};
   const FeatureTracker tracker;
@@ -70,10 +72,11 @@ TEST_P(MotionAllocations, AreThoseOfOpenCv) {
       tracker.track(past[i % 4], past[(i + 3) % 4], corners, &near_places, tracks, workspace);
       tracker.track_again(past[i % 4], past[(i + 3) % 4], corners, tracks, workspace);
     });
-    const bool uses_kept = labels.statistics().motion.baselines == 3;
-    if (uses_kept) {
+    if (keeps_frames) {  // warm, there is one; some features are searched for twice
+      std::vector<cv::Point2f> far_places;
+      for (const cv::Point2f corner : corners) far_places.emplace_back(corner.x + 40, corner.y);
       of_opencv += allocations_of([&] {
-        tracker.track(past[i % 4], past[(i + 3) % 4], corners, &near_places, tracks, workspace);
+        tracker.track(past[i % 4], past[(i + 3) % 4], corners, &far_places, tracks, workspace);
       });
     }
     std::vector<cv::Point2f> expected;
@@ -87,13 +90,38 @@ TEST_P(MotionAllocations, AreThoseOfOpenCv) {
     });
     if (i >= warm && outcome == MotionOutcome::applied) {
       EXPECT_LE(of_judge, of_opencv) << i;
-      with_kept += uses_kept ? 1 : 0;
+      with_kept += labels.statistics().motion.baselines == 3 ? 1 : 0;
     }
   }
-  EXPECT_EQ(with_kept > 0, GetParam());
+  EXPECT_EQ(with_kept > 0, keeps_frames);
 }
 
-INSTANTIATE_TEST_SUITE_P(, MotionAllocations, ::testing::Bool());
+INSTANTIATE_TEST_SUITE_P(, MotionAllocations,
+                         ::testing::Combine(::testing::Values("medium", "sitting"),
+                                            ::testing::Bool()));
+
+/// How many features tell the pose changes from frame to frame; how many there are does not.
+TEST(PoseAllocations, AreNoneForMoreObservationsInTheSameRoom) {
+  if (!can_count_allocations) {
+    GTEST_SKIP() << "allocations can only be counted with glibc and without sanitizers";
+  }
+  const PinholeCamera pinhole{500, 500, 320, 240};
+  const RelativePoseEstimator estimator(pinhole);
+  Workspace workspace;
+  std::vector<PoseObservation> observations;
+  observations.reserve(400);
+  cv::RNG random(3);
+  const auto add = [&](int count) {
+    for (int i = 0; i < count; ++i) {
+      const cv::Point2d pixel(random.uniform(0, 640), random.uniform(0, 480));
+      observations.push_back({pinhole.point(pixel, random.uniform(1.0, 4.0)), pixel});
+    }
+  };
+  add(100);
+  estimator.estimate(observations, {}, {}, workspace);
+  add(300);
+  EXPECT_EQ(allocations_of([&] { estimator.estimate(observations, {}, {}, workspace); }), 0U);
+}
 
 }  // namespace
 }  // namespace dynfilter::testing
