@@ -73,10 +73,11 @@ std::vector<std::string> FirstFrames::findings() {
                                     "filtered"));
   }
   if (with_masks_ == 0) {
-    sentences.push_back(concatenate("dynfilter: none of ", first,
-                                    " had masks, so that nothing was removed: does ",
-                                    names_.masks_key, " in ", names_.file,
-                                    " give those of this recording, for the times of its frames?"));
+    sentences.push_back(concatenate(
+        "dynfilter: none of ", first, " had masks, so that ",
+        with_motion_ > 0 ? "motion alone removed features: does " : "nothing was removed: does ",
+        names_.masks_key, " in ", names_.file,
+        " give those of this recording, for the times of its frames?"));
   }
   if (motion_ != MotionOutcome::not_run && with_motion_ == 0) {
     sentences.push_back(concatenate(

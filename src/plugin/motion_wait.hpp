@@ -27,6 +27,7 @@ class MotionWait {
   /// wait for, and still not decided; otherwise an empty text. O(features).
   std::string hold(FeatureLabels& labels) {
     if (labels.statistics().is_motion_decided()) frames_left_ = 0;
+    has_masks_ = has_masks_ || labels.statistics().has_segmentation;
     holds_ = frames_left_ > 0;
     if (!holds_) return {};
     for (std::size_t i = 0; i < labels.size(); ++i) {
@@ -34,9 +35,11 @@ class MotionWait {
     }
     if (--frames_left_ > 0) return {};
     return concatenate("dynfilter: motion was not decided in the first ", max_frames_,
-                       " frames, the most that ", setting_,
-                       " allows: the host may begin its map in the next one, without what still "
-                       "persons cover");
+                       max_frames_ == 1 ? " frame" : " frames", ", the most that ", setting_,
+                       " allows",
+                       has_masks_ ? "" : ", because none of them had masks, which it needs",
+                       ": the host may begin its map in the next one, without what still persons "
+                       "cover");
   }
 
   /// Whether the last frame was one to wait for.
@@ -46,6 +49,7 @@ class MotionWait {
   std::size_t max_frames_;
   std::size_t frames_left_;
   std::string setting_;
+  bool has_masks_ = false;  // whether a frame had some
   bool holds_ = false;
 };
 

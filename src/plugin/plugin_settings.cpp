@@ -152,6 +152,17 @@ void refuse_depth_offset(SettingsFile& file) {
               "it images that are paired in step, see dynfilter sync --write");
 }
 
+#ifdef DYNFILTER_HAS_MOTION
+/// Reads for how many frames the host waits until motion is decided. A longer wait than some
+/// seconds decides nothing more, and a recording that ends in it leaves the host without a map.
+void read_wait_for_motion(SettingsFile& file, std::size_t& frames) {
+  constexpr std::size_t max_frames = 300;
+  file.read_count("wait_for_motion", frames);
+  if (frames <= max_frames) return;
+  file.refuse("wait_for_motion", concatenate(frames), "0 to 300 frames");
+}
+#endif
+
 void read_depth_frames_late(SettingsFile& file, double& frames_late) {
   constexpr double max_frames = 3;  // farther, surfaces do not move on as they did
   file.read_number("depth_frames_late", frames_late);
@@ -243,7 +254,7 @@ PluginSettings read_plugin_settings(const std::string& path, const std::string& 
   bool with_motion = false;
   file.read_flag("motion", with_motion);
   if (with_motion) settings.motion_camera = read_camera(file);
-  file.read_count("wait_for_motion", settings.wait_for_motion);
+  read_wait_for_motion(file, settings.wait_for_motion);
   if (!with_motion) settings.wait_for_motion = 0;
 #endif
   read_depth_frames_late(file, settings.depth_frames_late);

@@ -32,7 +32,7 @@ Finding masks_finding(const PluginSettings& settings) {
   return {Verdict::fine,
           detail::concatenate(masks.size(), " masks in ", settings.mask_folder,
                               settings.missing_masks == "keep"
-                                  ? "; a frame without one keeps its features"
+                                  ? "; in a frame without one, masks remove nothing"
                                   : "; a frame without one is an error"),
           ""};
 }

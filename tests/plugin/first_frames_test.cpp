@@ -124,6 +124,11 @@ TEST(FirstFrames, MissMasks) {
             Sentences({"dynfilter: none of the first 30 frames had masks, so that nothing was "
                        "removed: does dynfilter.mask_folder in TUM3.yaml give those of this "
                        "recording, for the times of its frames?"}));
+  statistics.motion.outcome = MotionOutcome::applied;
+  EXPECT_EQ(said(frame_with(2), statistics),
+            Sentences({"dynfilter: none of the first 30 frames had masks, so that motion alone "
+                       "removed features: does dynfilter.mask_folder in TUM3.yaml give those of "
+                       "this recording, for the times of its frames?"}));
 }
 
 TEST(FirstFrames, SuspectMasksThatTakeNearlyEverything) {

@@ -53,6 +53,16 @@ TEST(MotionWait, EndsAfterItsFramesAndSaysSo) {
   EXPECT_EQ(kept(wait, MotionOutcome::pose_not_trusted), 9U);
 }
 
+TEST(MotionWait, SaysThatItNeedsMasks) {
+  MotionWait wait(1, "wait_for_motion in TUM3.yaml");
+  FeatureLabels labels = labels_of(MotionOutcome::applied);
+  labels.statistics().has_segmentation = false;
+  EXPECT_EQ(wait.hold(labels),
+            "dynfilter: motion was not decided in the first 1 frame, the most that "
+            "wait_for_motion in TUM3.yaml allows, because none of them had masks, which it needs: "
+            "the host may begin its map in the next one, without what still persons cover");
+}
+
 TEST(MotionWait, OfNoFramesTakesNothing) {
   MotionWait wait(0, "key");
   EXPECT_EQ(kept(wait, MotionOutcome::started), 9U);

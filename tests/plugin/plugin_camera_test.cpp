@@ -63,6 +63,20 @@ TEST(PluginCamera, IsThatOfTheImagesThatOrbSlam3Resized) {
   refuses("Camera.height: 480\nCamera.newHeight: 0\n", "Camera.newHeight above 0");
 }
 
+TEST(PluginCamera, MayNotWaitForMotionForEver) {
+  const testing::TemporaryFolder folder;
+  const auto wait_of = [&](const std::string& frames) {
+    const std::string lines =
+        "%YAML:1.0\n---\nCamera.fx: 500\nCamera.fy: 510\ndynfilter.motion: 1\n"
+        "dynfilter.mask_folder: \"masks\"\ndynfilter.wait_for_motion: " +
+        frames + "\n";
+    return read_plugin_settings(folder.write("wait.yaml", lines).string(), "dynfilter")
+        .wait_for_motion;
+  };
+  EXPECT_EQ(wait_of("300"), 300U);
+  testing::expect_error<std::runtime_error>([&] { wait_of("301"); }, "want 0 to 300 frames");
+}
+
 TEST(PluginCamera, IsNeededForWaitForMotion) {
   const testing::TemporaryFolder folder;
   const auto settings = [&](const std::string& motion) {
