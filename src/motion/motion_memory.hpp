@@ -50,9 +50,9 @@ struct MotionMemory {
   std::optional<InstanceMotion> instances;
   std::optional<PosePrior> prior;                                                    // of the host
   std::array<std::vector<FeatureTrack>, motion_baseline_frames.size()> host_tracks;  // empty: none
-  std::size_t repeats = 0;                // frames since the last one whose images repeat its image
-  std::optional<PosePrior> over_repeats;  // of the host, from the last repeat to the last frame
-  std::size_t frames_since_repeat = past_frames;  // frames since then, at most past_frames
+  std::size_t repeats = 0;                // frames that came after the last one, with its image
+  std::optional<PosePrior> over_repeats;  // of the host, from the last one to the latest
+  std::size_t frames_since_repeat = past_frames;  // at most past_frames
   bool is_tracked_ahead = false;  // whether `now` and its tracks were made before the call
   std::vector<FeatureTrack> tracked_ahead;  // to the last frame
 

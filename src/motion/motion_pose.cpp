@@ -194,7 +194,7 @@ void prefer_with_compensated(const PoseSearch& search, RelativePoseEstimate& bes
 }
 
 /// Tells whether at least half of the features are off the masks, and not believed to move.
-bool is_most_off_masks(const MotionContext& context) {
+bool are_most_off_masks(const MotionContext& context) {
   const std::vector<Suspicion>& suspicions = context.measured.suspicions;
   const auto off_masks =
       std::count_if(suspicions.begin(), suspicions.end(),
@@ -209,16 +209,16 @@ struct Candidate {
   double agreeing = 0;
 };
 
-/// Returns the pose by all features that are not believed to move, if it fits the unsuspected ones
-/// as well as the best pose so far. Not where most features are suspected: in a crowd they would
-/// outvote the room.
+/// Returns the pose by the features of people who stood until now, too, if it fits the unsuspected
+/// ones as well as the best pose so far. Not where most features are suspected: in a crowd they
+/// would outvote the room.
 Candidate pose_with_standing(const PoseSearch& search, const RelativePoseEstimate& best) {
   const MotionContext& context = search.context;
   const auto& unsuspected = context.measured.scratch.observations;
   const auto& with_standing = context.measured.scratch.most_observations;
   const bool adds_standing =
       with_standing.size() > context.measured.scratch.more_observations.size();
-  if (!adds_standing || !best.is_trusted || !is_most_off_masks(context)) return {};
+  if (!adds_standing || !best.is_trusted || !are_most_off_masks(context)) return {};
   const auto pose =
       search.estimator.estimate(with_standing, search.expected, search.prior, context.workspace);
   const bool fits_as_well =
