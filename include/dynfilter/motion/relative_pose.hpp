@@ -80,7 +80,8 @@ struct RelativePoseEstimate {
   double support = 0;            ///< share of the sample within `cutoff` scales
   std::size_t observations = 0;  ///< number of observations
   /// Whether the pose may be relied upon: enough observations, of which enough agree, and not twice
-  /// as well with a pose beyond the prior's limits. Always with a trusted prior.
+  /// as well with a pose beyond the prior's limits. With a trusted prior always, if the pose is
+  /// within its limits.
   bool is_trusted = false;
 };
 
