@@ -104,6 +104,17 @@ TEST(MotionFill, SuspectsNewFeaturesBetweenThoseBelievedToMove) {
   EXPECT_FALSE(is_suspected(24, 0.5));  // it is on the wall behind the thing
 }
 
+/// Returns the mask of an object in the columns 20 to 49 and the rows 40 to 79.
+Segmentation one_object(cv::Size image_size) {
+  Segmentation masks;
+  masks.image_size = image_size;
+  masks.instances.emplace_back();
+  masks.instances[0].mask = cv::Mat1b(40, 30, std::uint8_t{255});
+  masks.instances[0].mask_origin = {20, 40};
+  masks.instances[0].box = {20, 40, 30, 40};
+  return masks;
+}
+
 /// An object with a mask may hide what is near it, and only what is near it.
 TEST(MotionMeasurement, KnowsWhatIsBesideADynamicObject) {
   const PinholeCamera camera{400, 400, 160, 120};
@@ -111,12 +122,7 @@ TEST(MotionMeasurement, KnowsWhatIsBesideADynamicObject) {
   for (const int x : {40, 69, 109, 120}) keypoints.emplace_back(cv::Point(x, 60), 7.0F);
   FrameView frame;
   frame.image = cv::Mat1b(240, 320, std::uint8_t{0});
-  Segmentation masks;
-  masks.image_size = frame.image.size();
-  masks.instances.emplace_back();
-  masks.instances[0].mask = cv::Mat1b(40, 30, std::uint8_t{255});  // columns 20 to 49
-  masks.instances[0].mask_origin = {20, 40};
-  masks.instances[0].box = {20, 40, 30, 40};
+  Segmentation masks = one_object(frame.image.size());
   for (const int class_id : {0, 56}) {
     masks.instances[0].class_id = class_id;
     MotionMemory memory;
@@ -155,12 +161,7 @@ TEST(MotionMeasurement, SuspectsFeaturesByWhatTheyAreOn) {
                                                {200, 60, 7}, {240, 60, 7}, {35, 50, 7}};
   FrameView frame;
   frame.image = cv::Mat1b(240, 320, std::uint8_t{0});
-  Segmentation masks;
-  masks.image_size = frame.image.size();
-  masks.instances.emplace_back();
-  masks.instances[0].mask = cv::Mat1b(40, 30, std::uint8_t{255});  // columns 20 to 49
-  masks.instances[0].mask_origin = {20, 40};
-  masks.instances[0].box = {20, 40, 30, 40};
+  const Segmentation masks = one_object(frame.image.size());
   FeatureLabels labels = Pipeline<MaskCuller>(MaskCuller()).apply(frame, masks, keypoints);
   labels.remove(2, 0, Reason::compensated, 0.8F);
   labels.remove(4, -1, Reason::custom, 1);

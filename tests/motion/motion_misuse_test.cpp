@@ -144,6 +144,29 @@ TEST(MotionMisuse, PriorsAreJoinedOverARepeatedImage) {
   EXPECT_EQ(seen_after_repeat(true, false), one_not_judged);
 }
 
+/// A host counts frames whose image repeats another: its tracks of three frames end elsewhere then.
+TEST(MotionMisuse, LongTracksAreNotUsedForThreeFramesAfterARepeatedImage) {
+  Rig rig, plain;
+  for (std::size_t i = 0; i < 9; ++i) {
+    const bool is_repeat = i == 4;
+    const Shot& shot = shots(0)[is_repeat ? i - 1 : i];
+    FrameView frame = shot.rendered.frame;
+    frame.timestamp_s = shots(0)[i].rendered.frame.timestamp_s;
+    if (i > 4) {
+      std::vector<FeatureTrack> lost(shot.keypoints.size());
+      rig.state.hand_over_tracks(1, std::move(lost));
+    }
+    const auto baselines = [&](Rig& of) {
+      return of.see(frame, shot.rendered.true_segmentation, shot.keypoints)
+          .statistics()
+          .motion.baselines;
+    };
+    const std::size_t got = baselines(rig), want = baselines(plain);
+    EXPECT_EQ(got, i == 8 ? 1U : want) << i;
+    EXPECT_TRUE(i < 8 || want == 2) << "else it proves nothing";
+  }
+}
+
 TEST(MotionMisuse, RefusesPriorsThatAreNoMotion) {
   MotionState state;
   PosePrior prior;

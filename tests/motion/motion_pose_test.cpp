@@ -20,6 +20,15 @@ namespace {
 const Thing cart{{60, 200, 250, 200}, 1.9, {0.012, 0, 0}, Suspicion::none, 15};
 const Thing standing_person{{400, 100, 120, 360}, 1.8, {}, Suspicion::standing, 8};
 
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// Returns the options with a smallest gain of the last two poses; infinity: they are never taken.
+MotionJudgeOptions gaining(double min_agreement_gain) {
+  MotionJudgeOptions options;
+  options.min_agreement_gain = min_agreement_gain;
+  return options;
+}
+
 double error_m(const RelativePoseEstimate& estimate, const RelativePose& truth) {
   return cv::norm(estimate.pose.translation - truth.translation);
 }
@@ -43,8 +52,7 @@ TEST(MotionPose, IsNotCapturedByACartWhereTheCameraRestsOrTurns) {
     EXPECT_EQ(error_m(estimate, truth), 0);
     EXPECT_LT(cv::norm(estimate.pose.rotation - truth.rotation), 1e-3);
 
-    MotionJudgeOptions never;
-    never.min_agreement_gain = std::numeric_limits<double>::infinity();
+    const MotionJudgeOptions never = gaining(infinity);
     EXPECT_GT(error_m(scene.estimated(true, never), truth), 0.008);
     // Where no masks are known, most features may be on persons: no pose is taken for a turn.
     EXPECT_NE(error_m(scene.estimated(false), truth), 0);
@@ -55,8 +63,7 @@ TEST(MotionPose, IsNotCapturedByACartWhereTheCameraRestsOrTurns) {
 TEST(MotionPose, IsNotCapturedByACartWhereAPersonStands) {
   RelativePose move;
   move.translation = {0.008, 0, 0};
-  MotionJudgeOptions never;
-  never.min_agreement_gain = std::numeric_limits<double>::infinity();
+  const MotionJudgeOptions never = gaining(infinity);
   Thing person = standing_person;
   person.spacing_px = 12;
   WallScene scene(move, {cart, person});
@@ -73,8 +80,7 @@ TEST(MotionPose, IsNotThatOfMasksThatHoldMostFeatures) {
   move.translation = {0.008, 0, 0};
   Thing crowd = standing_person;
   crowd.spacing_px = 7;
-  MotionJudgeOptions never;
-  never.min_agreement_gain = std::numeric_limits<double>::infinity();
+  const MotionJudgeOptions never = gaining(infinity);
   WallScene scene(move, {cart, crowd});
   EXPECT_EQ(error_m(scene.estimated(), move), error_m(scene.estimated(true, never), move));
 }
@@ -99,9 +105,8 @@ TEST(MotionPose, IsNotThatOfMasksOnWhichFewFeaturesAgree) {
   person.depth_m = 0.8;
   person.spacing_px = 40;
   const Thing walking{{60, 200, 250, 200}, 1.9, {0.1, 0.1, 0}, Suspicion::standing, 15};
-  MotionJudgeOptions never, always;
-  never.min_agreement_gain = std::numeric_limits<double>::infinity();
-  always.min_agreement_gain = 1;
+  const MotionJudgeOptions never = gaining(infinity);
+  const MotionJudgeOptions always = gaining(1);
   WallScene scene(move, {person, walking});
   EXPECT_EQ(error_m(scene.estimated(), move), error_m(scene.estimated(true, never), move));
   EXPECT_NE(error_m(scene.estimated(true, always), move),
@@ -113,8 +118,7 @@ TEST(MotionPose, IsNotThatOfMasksOnWhichFewFeaturesAgree) {
 TEST(MotionPose, IsNotThatOfWhatIsNotKnownToStand) {
   RelativePose move;
   move.translation = {0.008, 0, 0};
-  MotionJudgeOptions never;
-  never.min_agreement_gain = std::numeric_limits<double>::infinity();
+  const MotionJudgeOptions never = gaining(infinity);
   Thing person = standing_person;
   person.spacing_px = 12;
   person.motion_m = {0.012, 0, 0};
