@@ -27,7 +27,7 @@ struct TrackerScratch {
   std::vector<std::size_t> indices;  // of the features that are tracked
   std::vector<cv::Point2f> points, found, back;
   std::vector<std::uint8_t> is_found, is_found_back;
-  std::vector<float> errors, misses_x, misses_y;
+  std::vector<float> textures, textures_back, misses_x, misses_y;
   std::vector<FeatureTrack> first;  // tracks of the first search
 };
 
@@ -61,14 +61,14 @@ void track_there_and_back(const std::vector<cv::Mat>& from, const std::vector<cv
   }
   const auto follow = [&](const auto& first, const auto& second,
                           const std::vector<cv::Point2f>& points, std::vector<cv::Point2f>& found,
-                          std::vector<std::uint8_t>& is_found) {
-    cv::calcOpticalFlowPyrLK(first, second, points, found, is_found, scratch.errors,
-                             options.window_px, levels, criteria, cv::OPTFLOW_USE_INITIAL_FLOW,
-                             min_eigenvalue);
+                          std::vector<std::uint8_t>& is_found, std::vector<float>& textures) {
+    cv::calcOpticalFlowPyrLK(
+        first, second, points, found, is_found, textures, options.window_px, levels, criteria,
+        cv::OPTFLOW_USE_INITIAL_FLOW | cv::OPTFLOW_LK_GET_MIN_EIGENVALS, min_eigenvalue);
   };
-  follow(from, to, scratch.points, scratch.found, scratch.is_found);
+  follow(from, to, scratch.points, scratch.found, scratch.is_found, scratch.textures);
   for (std::size_t k = 0; k < scratch.points.size(); ++k) scratch.back[k] += scratch.found[k];
-  follow(to, from, scratch.found, scratch.back, scratch.is_found_back);
+  follow(to, from, scratch.found, scratch.back, scratch.is_found_back, scratch.textures_back);
 }
 
 /// Returns by how much the expected places missed the features that were found, the median along
@@ -228,7 +228,7 @@ void FeatureTracker::follow(const ImagePyramid& from, const ImagePyramid& to, Fe
     const bool is_found = scratch.is_found[k] != 0 && scratch.is_found_back[k] != 0 &&
                           error <= options_.max_forward_backward_px &&
                           is_inside(scratch.found[k], to.size());
-    tracks[scratch.indices[k]] = {scratch.found[k], is_found};
+    tracks[scratch.indices[k]] = {scratch.found[k], is_found, scratch.textures[k]};
   }
 }
 

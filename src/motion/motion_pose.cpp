@@ -93,7 +93,7 @@ void observe(const MotionContext& context, std::size_t baseline, Suspicion most,
     if (measured.suspicions[i] > most || !tracks[i].is_found) continue;
     if (const auto depth_m = depth_of(context, i)) {
       observations.push_back({context.camera.point(measured.ideal[i], *depth_m),
-                              context.camera.ideal(tracks[i].position)});
+                              context.camera.ideal(tracks[i].position), double{tracks[i].texture}});
     }
   }
 }

@@ -47,6 +47,7 @@ constexpr Deciding with_trusted_prior{0.1, 0.2};
 /// Place of an observation in the order in which the sample takes them.
 struct Rank {
   std::size_t round = 0;  // how many of its part of the image come before
+  double texture = 0;
   std::uint64_t hash = 0;
   std::size_t index = 0;
   int cell = 0;
@@ -80,7 +81,8 @@ std::uint64_t hash_of(const PoseObservation& observation, std::uint64_t seed) {
 }
 
 /// Puts the observations in order: one of each part of the image in turn, so that what is rich in
-/// texture does not outvote the rest, and by their hash among those.
+/// texture does not outvote the rest, and by their hash among those. Of each part the one with the
+/// most texture comes first: its track is the most exact.
 void put_in_order(const std::vector<PoseObservation>& observations, std::uint64_t seed,
                   std::vector<Rank>& order) {
   order.clear();
@@ -89,10 +91,11 @@ void put_in_order(const std::vector<PoseObservation>& observations, std::uint64_
     const auto cell = [](double position) {
       return static_cast<int>(std::clamp(position, -1e5, 1e5) / cell_px);
     };
-    order.push_back({0, hash_of(observations[i], seed), i, cell(pixel.y) * 65536 + cell(pixel.x)});
+    order.push_back({0, observations[i].texture, hash_of(observations[i], seed), i,
+                     cell(pixel.y) * 65536 + cell(pixel.x)});
   }
   std::sort(order.begin(), order.end(), [](const Rank& a, const Rank& b) {
-    return std::tie(a.cell, a.hash) < std::tie(b.cell, b.hash);
+    return std::tie(a.cell, b.texture, a.hash) < std::tie(b.cell, a.texture, b.hash);
   });
   for (std::size_t i = 1; i < order.size(); ++i) {
     if (order[i].cell == order[i - 1].cell) order[i].round = order[i - 1].round + 1;
@@ -212,12 +215,13 @@ void check(const RelativePoseOptions& options) {
 void check(const std::vector<PoseObservation>& observations) {
   for (const PoseObservation& observation : observations) {
     const cv::Point3d& point = observation.point_now_m;
-    const double sum =
-        point.x + point.y + point.z + observation.pixel_then.x + observation.pixel_then.y;
-    if (std::isfinite(sum) && point.z > 0) continue;
+    const double sum = point.x + point.y + point.z + observation.pixel_then.x +
+                       observation.pixel_then.y + observation.texture;
+    if (std::isfinite(sum) && point.z > 0 && observation.texture >= 0) continue;
     detail::throw_misuse("RelativePoseEstimator::estimate",
-                         detail::concatenate("an observation of a point at depth ", point.z),
-                         "finite observations in front of the camera");
+                         detail::concatenate("an observation of a point at depth ", point.z,
+                                             ", of texture ", observation.texture),
+                         "finite observations in front of the camera, of texture 0 or more");
   }
 }
 

@@ -239,6 +239,27 @@ TEST(FeatureTracker, RefinesAHostsMatches) {
   EXPECT_GT(count_right(points, tracks, shift), points.size() * 9 / 10);
 }
 
+/// Twice the contrast is twice each gradient, and four times the eigenvalues.
+TEST(FeatureTracker, SaysHowMuchTextureATrackHas) {
+  const FeatureTracker tracker;
+  cv::Mat1b faint, image;
+  textured({0, 0}).convertTo(faint, CV_8U, 0.5, 64);
+  faint.convertTo(image, CV_8U, 2, -128);
+  Workspace workspace;
+  const auto tracks_in = [&](const cv::Mat1b& same) {
+    const Pair pair = pair_of(tracker, same, same);
+    std::vector<FeatureTrack> tracks;
+    tracker.track(pair.from, pair.to, grid(40), nullptr, tracks, workspace);
+    return tracks;
+  };
+  const std::vector<FeatureTrack> tracks = tracks_in(image), faint_tracks = tracks_in(faint);
+  for (std::size_t i = 0; i < tracks.size(); ++i) {
+    ASSERT_TRUE(tracks[i].is_found && faint_tracks[i].is_found) << i;
+    EXPECT_GT(tracks[i].texture, 0) << i;
+    EXPECT_NEAR(tracks[i].texture, 4 * faint_tracks[i].texture, 0.03 * tracks[i].texture) << i;
+  }
+}
+
 TEST(FeatureTracker, DropsWhatWasHidden) {
   const FeatureTracker tracker;
   cv::Mat1b then = textured({0, 0});

@@ -20,6 +20,9 @@ namespace dynfilter {
 struct FeatureTrack {
   cv::Point2f position;   ///< raw pixels of the other frame; meaningless if not found
   bool is_found = false;  ///< whether the feature could be followed
+  /// Texture of its window, 0 or more: the smaller eigenvalue of the matrix of gradients, as
+  /// cv::calcOpticalFlowPyrLK gives it; 0 = unknown. The less texture, the noisier the track.
+  float texture = 0;
 };
 
 /// Returns the motions of the features that were found in the last frame, for
