@@ -77,6 +77,15 @@ double recommended_offset_s(const DepthOffsetEstimate& estimate, double present_
   return std::round(estimate.offset->seconds * 1000) / 1000;
 }
 
+std::string pairing_advice(double offset_s) {
+  char text[240];
+  std::snprintf(text, sizeof text,
+                "--depth-offset %g for dynfilter run, ablate and masks; for a SLAM program "
+                "`dynfilter sync SEQUENCE --write FILE`, and FILE in place of its associations",
+                offset_s);
+  return text;
+}
+
 nlohmann::ordered_json depth_offset_json(const DepthOffsetEstimate& estimate) {
   nlohmann::ordered_json json;
   json["verdict"] = name_of(estimate.verdict);

@@ -37,11 +37,7 @@ std::string offset_advice(const HealthMeasure& measure,
   if (!estimate) return "it takes depth, and every frame, to measure it";
   const std::string text = depth_offset_text(*estimate);
   if (measure.verdict == HealthVerdict::bad) {
-    return text +
-           formatted(
-               "; pair the images anew: --depth-offset %g, or for your SLAM program dynfilter "
-               "sync SEQUENCE --write FILE, in place of associations.txt",
-               recommended_offset_s(*estimate, 0));
+    return text + "; pair the images anew: " + pairing_advice(recommended_offset_s(*estimate, 0));
   }
   if (measure.verdict == HealthVerdict::look) {
     return text + "; no other pairs are nearer: synchronise colour and depth in the camera";

@@ -358,9 +358,8 @@ class Examination {
     const DepthOffsetEstimate estimate = measure.estimate();
     const bool is_odd = is_out_of_step(estimate);
     add(is_odd ? Verdict::odd : Verdict::fine, depth_offset_text(estimate),
-        is_odd ? text("write `dynfilter.depth_offset_s: %g` into the camera file, or give "
-                      "--depth-offset to run, ablate and masks",
-                      recommended_offset_s(estimate, sequence_.depth_offset_s()))
+        is_odd ? "pair the images anew: " +
+                     pairing_advice(recommended_offset_s(estimate, sequence_.depth_offset_s()))
                : "");
   }
 

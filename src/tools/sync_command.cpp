@@ -132,9 +132,7 @@ void sync(const SyncOptions& options) {
   }
   std::printf("\n%s\n", depth_offset_text(estimate).c_str());
   if (is_out_of_step(estimate)) {
-    std::printf(
-        "recommended: --depth-offset %g, or in the camera file: dynfilter.depth_offset_s: %g\n",
-        offset_s, offset_s);
+    std::printf("recommended: %s\n", pairing_advice(offset_s).c_str());
   } else if (estimate.offset) {
     std::printf("recommended: keep the pairs as they are; no other pairing is nearer\n");
   } else if (estimate.verdict == DepthOffsetVerdict::masks_disagree) {

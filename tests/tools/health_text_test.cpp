@@ -93,7 +93,7 @@ TEST(HealthText, DepthOutOfStepIsPairedAnew) {
   FilterHealthReport report = sound();
   report.depth_frames_late = measure(1, HealthVerdict::bad);
   expect_advice(report, measured(1), 0, "bad", "depth is late by 1.00 frames");
-  expect_advice(report, measured(1), 0, "bad", "--depth-offset 0.033, or for your");
+  expect_advice(report, measured(1), 0, "bad", "--depth-offset 0.033 for dynfilter run");
   report.depth_frames_late = measure(-1, HealthVerdict::bad);
   expect_advice(report, measured(-1), 0, "bad", "depth is early by 1.00 frames");
   expect_advice(report, measured(-1), 0, "bad", "--depth-offset -0.033");

@@ -55,11 +55,17 @@ TemporaryFolder* ProgramSync::made_ = nullptr;
 TEST_F(ProgramSync, MeasuresAndWritesAssociationsThatAreInStep) {
   const fs::path pairs = scene() / "associations.txt";
   const fs::path json = folder_ / "sync.json";
+  const Outcome examined = run("doctor " + quoted(scene()));
   const Outcome outcome =
       run("sync " + quoted(scene()) + " --write " + quoted(pairs) + " --json " + quoted(json));
   ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
   EXPECT_TRUE(outcome.mentions("depth is late by ")) << outcome.printed;
   EXPECT_TRUE(outcome.mentions("recommended: --depth-offset 0.03")) << outcome.printed;
+  EXPECT_TRUE(examined.mentions("pair the images anew: --depth-offset 0.03")) << examined.printed;
+  for (const Outcome& advice : {outcome, examined}) {
+    EXPECT_TRUE(advice.mentions("for a SLAM program `dynfilter sync SEQUENCE --write FILE`"));
+    EXPECT_FALSE(advice.mentions("dynfilter.depth_offset_s")) << "the plugin refuses it";
+  }
   nlohmann::json result;
   std::ifstream(json) >> result;
   EXPECT_EQ(result["depth_offset"]["verdict"], "measured");
