@@ -60,8 +60,7 @@ float oracle_weight(const FeatureLabels& labels, std::size_t i) {
   if (judged && verdict == InstanceVerdict::still) curve = 6;
   if (label.reason == Reason::moving) curve = label.instance >= 0 ? 7 : 8;
   double certainty = double{label.score};
-  const bool from_motion =
-      label.reason == Reason::moving || (judged && label.reason == Reason::restored);
+  const bool from_motion = label.reason == Reason::moving;
   if (!from_motion && label.instance == 0) certainty /= double{0.8F};
   if (!from_motion && label.instance == 1) certainty /= double{0.5F};
   certainty = std::min(certainty, 1.0);

@@ -133,10 +133,7 @@ class StaticWeights {
   static double certainty(const FeatureLabels& labels, std::size_t i) {
     const FeatureLabel& label = labels[i];
     const double score = double{label.score};
-    const bool is_motions = label.reason == Reason::moving ||
-                            (label.reason == Reason::restored &&
-                             labels.statistics().motion.outcome == MotionOutcome::applied);
-    if (is_motions || label.instance < 0) return score;
+    if (label.reason == Reason::moving || label.instance < 0) return score;
     const double confidence = double{instance_of(labels, label).score};
     return confidence > score ? score / confidence : 1.0;
   }

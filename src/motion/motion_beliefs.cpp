@@ -19,8 +19,8 @@ MotionBeliefs::MotionBeliefs(const MotionBeliefOptions& options) : options_(opti
   require(options.forgetting_factor >= 0 && options.forgetting_factor <= 1, "forgetting_factor",
           options.forgetting_factor, "0 to 1");
   require(options.limit > 0, "limit", options.limit, "a number above 0");
-  require(options.min_dynamic >= 0 && options.min_dynamic <= options.limit, "min_dynamic",
-          options.min_dynamic, "a number from 0 to the limit");
+  require(options.min_moving >= 0 && options.min_moving <= options.limit, "min_moving",
+          options.min_moving, "a number from 0 to the limit");
   require(options.match_radius_px >= 0 && options.match_radius_px <= 100, "match_radius_px",
           options.match_radius_px, "0 to 100");
   for (const double number : {options.bias, options.supported, options.seed, options.quiet}) {

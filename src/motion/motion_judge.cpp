@@ -61,6 +61,7 @@ void check_options(const MotionJudgeOptions& options) {
   share("min_fill_share", options.min_fill_share);
   not_negative("max_thing_depth_m", options.max_thing_depth_m);
   not_negative("stale_age_s", options.stale_age_s);
+  not_negative("max_age_s", options.max_age_s);
   not_negative("max_clear_ratio", options.max_clear_ratio);
   not_negative("max_quiet_px", options.max_quiet_px);
   not_negative("max_quiet_scales", options.max_quiet_scales);
@@ -113,11 +114,22 @@ bool continues(MotionMemory& memory, double max_gap_s) {
   return false;
 }
 
+/// Begins a frame's verdicts. Unknown masks say nothing of who is there: the verdicts wait for the
+/// next known ones, but not for longer than a gap between frames may be.
+void begin_verdicts(const MotionContext& context) {
+  if (!context.has_masks && context.input.segmentation.instances.empty()) return;
+  MotionMemory& memory = context.memory;
+  const double gap_s = memory.now.timestamp_s - memory.instances_s;
+  if (gap_s > context.options.max_gap_s) memory.instances->clear();
+  memory.instances->begin_frame(context.input.segmentation);
+  memory.instances_s = memory.now.timestamp_s;
+}
+
 /// Remembers a frame about which nothing is concluded.
 void start(const MotionContext& context) {
   MotionMemory& memory = context.memory;
   memory.forget();
-  memory.instances->begin_frame(context.input.segmentation);
+  begin_verdicts(context);
   memory.now.motion.reset();
   memory.push(context.input.frame);
 }
@@ -190,7 +202,7 @@ MotionOutcome judge(const MotionContext& context, const FeatureTracker& tracker,
     start(context);
     return MotionOutcome::started;
   }
-  context.memory.instances->begin_frame(context.input.segmentation);
+  begin_verdicts(context);
   measure_places(context);
   suspect_features(context, labels);
   measure_camera(context, tracker, estimator, statistics);

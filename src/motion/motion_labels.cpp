@@ -52,44 +52,44 @@ std::optional<double> farthest_of(const MotionContext& context, const FeatureLab
   return quantile_of(measured.scratch.values, 0.9);
 }
 
-/// Tells whether a feature is surrounded by dynamic ones: most of those that count within the
-/// fill's radius and that may be on the same thing.
+/// Tells whether a feature is surrounded by moving ones: most, and at least two, of those that
+/// count within the fill's radius and that may be on the same thing.
 template <class Counts>
 bool is_surrounded(const MotionContext& context, FrameFeatures& features, std::size_t feature,
-                   const std::vector<std::uint8_t>& is_dynamic, const Counts& counts) {
+                   const std::vector<std::uint8_t>& is_moving, const Counts& counts) {
   const std::vector<FeatureMotion>& motions = context.measured.motions;
   const cv::Point centre = features.pixel(feature);
   const cv::Rect image({}, context.input.frame.image.size());
   if (!image.contains(centre)) return false;
   const int reach = context.options.fill_radius_px;
-  std::size_t dynamic = 0, all = 0;
+  std::size_t moving = 0, all = 0;
   for (const std::uint32_t i : features.inside(
            cv::Rect(centre.x - reach, centre.y - reach, 2 * reach + 1, 2 * reach + 1))) {
     const cv::Point away = features.pixel(i) - centre;
     if (i == feature || away.dot(away) > reach * reach || !counts(i)) continue;
     if (motions[feature].is_apart(motions[i], context.options.max_thing_depth_m)) continue;
     ++all;
-    dynamic += is_dynamic[i] ? 1 : 0;
+    moving += is_moving[i] ? 1 : 0;
   }
-  return dynamic >= 2 &&
-         static_cast<double>(dynamic) > context.options.min_fill_share * static_cast<double>(all);
+  return moving >= 2 &&
+         static_cast<double>(moving) > context.options.min_fill_share * static_cast<double>(all);
 }
 
-/// Makes features dynamic that are surrounded by dynamic ones and do not look still themselves.
+/// Makes features moving ones that are surrounded by such and do not look still themselves.
 void fill(const MotionContext& context) {
   MotionMeasurement& measured = context.measured;
-  measured.scratch.was_dynamic = measured.is_dynamic;  // before filling, so that it does not spread
+  measured.scratch.was_moving = measured.is_moving;  // before filling, so that it does not spread
   FrameFeatures& features = frame_features(context.input.features, context.workspace);
   const auto counts = [](std::size_t /*feature*/) { return true; };
   for (std::size_t i = 0; i < measured.motions.size(); ++i) {
     const FeatureMotion& motion = measured.motions[i];
     const bool is_clear = motion.was_tracked() && motion.ratio < context.options.max_clear_ratio;
     const bool is_nothing_known = !motion.was_tracked() && !(motion.depth_m > 0);
-    if (measured.scratch.was_dynamic[i] || is_clear || is_nothing_known) continue;
-    if (!is_surrounded(context, features, i, measured.scratch.was_dynamic, counts)) continue;
+    if (measured.scratch.was_moving[i] || is_clear || is_nothing_known) continue;
+    if (!is_surrounded(context, features, i, measured.scratch.was_moving, counts)) continue;
     const bool is_still = motion.approach_m == 0 &&
                           appearance_of(context, i, motion.baseline) == Appearance::at_static_place;
-    if (!is_still) measured.is_dynamic[i] = 1;
+    if (!is_still) measured.is_moving[i] = 1;
   }
 }
 
@@ -151,7 +151,8 @@ void clean_fringe(const MotionContext& context, std::size_t k, FeatureLabels& la
   const MotionJudgeOptions& options = context.options;
   const Instance& instance = context.input.segmentation.instances[k];
   std::optional<double> farthest_m;
-  const bool are_fresh = std::abs(labels.statistics().segmentation_age_s) <= options.stale_age_s;
+  const double age_s = std::abs(labels.statistics().segmentation_age_s);
+  const bool are_fresh = age_s <= options.stale_age_s || age_s > options.max_age_s;
   if (are_fresh) farthest_m = farthest_of(context, labels, k);
   const double untracked_px =
       are_fresh ? options.fringe_untracked_px : options.stale_fringe_untracked_px;
@@ -186,7 +187,7 @@ bool is_surely_static(const MotionContext& context, std::size_t feature) {
   const DepthInterval& depth = context.measured.depths[feature];
   const bool is_at_one_depth =
       depth.is_known() && depth.farthest_m - depth.nearest_m < options.max_background_depth_range_m;
-  const bool moves = context.measured.is_dynamic[feature] || motion.approach_m != 0;
+  const bool moves = context.measured.is_moving[feature] || motion.approach_m != 0;
   if (!is_at_one_depth || moves) return false;
   const bool is_clear = motion.is_tracked[short_baseline] && motion.is_tracked[long_baseline] &&
                         motion.ratio < options.max_clear_ratio;
@@ -204,7 +205,7 @@ bool comes_back(const MotionContext& context, std::size_t feature, const Feature
   const FeatureMotion& motion = measured.motions[feature];
   const bool is_quiet =
       motion.was_tracked() ? motion.ratio < 1 : motion.evidence == MotionEvidence::quiet;
-  const bool is_still = is_quiet && !measured.is_dynamic[feature];
+  const bool is_still = is_quiet && !measured.is_moving[feature];
   const bool is_with_still_object = is_still && verdict == InstanceVerdict::still;
   if (is_with_still_object) return true;
   if (label.reason != Reason::compensated || !is_reliable) return false;
@@ -226,7 +227,10 @@ bool give_back(const MotionContext& context, std::size_t feature, double strengt
   const FeatureLabel label = labels[feature];
   InstanceStatistics& instance = statistics.instances[static_cast<std::size_t>(label.instance)];
   if (!comes_back(context, feature, label, instance.verdict, is_reliable)) return false;
-  labels.restore(feature, score_of(std::min(strength, 0.0)));
+  // As any score of an instance, it is at most the detector's confidence.
+  const float confidence =
+      context.input.segmentation.instances[static_cast<std::size_t>(label.instance)].score;
+  labels.restore(feature, confidence * score_of(std::min(strength, 0.0)));
   ++instance.given_back;
   ++statistics.motion.given_back;
   return true;
@@ -240,7 +244,7 @@ void recall_beliefs(const MotionContext& context) {
   measured.is_believed.assign(tracks.size(), 0);
   for (std::size_t i = 0; i < tracks.size(); ++i) {
     if (tracks[i].is_found) measured.beliefs[i] = context.memory.beliefs->at(tracks[i].position);
-    measured.is_believed[i] = context.memory.beliefs->is_dynamic(measured.beliefs[i]) ? 1 : 0;
+    measured.is_believed[i] = context.memory.beliefs->is_moving(measured.beliefs[i]) ? 1 : 0;
   }
 }
 
@@ -268,10 +272,10 @@ void suspect_features(const MotionContext& context, const FeatureLabels& labels)
 void decide_features(const MotionContext& context) {
   MotionMeasurement& measured = context.measured;
   const MotionBeliefs& beliefs = *context.memory.beliefs;
-  measured.is_dynamic.assign(measured.motions.size(), 0);
+  measured.is_moving.assign(measured.motions.size(), 0);
   for (std::size_t i = 0; i < measured.motions.size(); ++i) {
     measured.beliefs[i] = beliefs.updated(measured.beliefs[i], measured.motions[i].evidence);
-    measured.is_dynamic[i] = beliefs.is_dynamic(measured.beliefs[i]) ? 1 : 0;
+    measured.is_moving[i] = beliefs.is_moving(measured.beliefs[i]) ? 1 : 0;
   }
   fill(context);
 }
@@ -300,7 +304,7 @@ void write_labels(const MotionContext& context, FeatureLabels& labels) {
     const bool is_of_instance = labels.is_removed(i) && labels[i].instance >= 0;
     if (is_of_instance) {
       measured.is_given_back[i] = give_back(context, i, strength, is_reliable, labels) ? 1 : 0;
-    } else if (!labels.is_removed(i) && measured.is_dynamic[i]) {
+    } else if (!labels.is_removed(i) && measured.is_moving[i]) {
       labels.remove(i, -1, Reason::moving, score_of(std::max(strength, 0.0)));
     }
   }

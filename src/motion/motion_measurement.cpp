@@ -88,9 +88,10 @@ bool take_known_tracks(const MotionContext& context, const FeatureTracker& track
   }
   const bool is_of_host =
       baseline < memory.host_tracks.size() && !memory.host_tracks[baseline].empty();
-  // The host counts frames whose image repeated another: its tracks end elsewhere.
+  // The host counts frames whose image repeated another: its tracks end elsewhere until the repeat
+  // itself is where they end.
   const bool ends_here =
-      baseline == short_baseline || memory.frames_since_repeat >= context.frames_back(baseline);
+      baseline == short_baseline || memory.frames_since_repeat + 1 >= context.frames_back(baseline);
   if (!is_of_host || !ends_here) return false;
   tracks = memory.host_tracks[baseline];
   tracker.refine(memory.now.pyramid, context.pyramid_then(baseline), context.input.features, tracks,
@@ -103,7 +104,7 @@ bool take_known_tracks(const MotionContext& context, const FeatureTracker& track
 /// allowed for.
 void measure_approach(const MotionContext& context, std::size_t feature, FeatureMotion& motion) {
   const MotionMeasurement& measured = context.measured;
-  const std::size_t baseline = motion.is_tracked[long_baseline] ? 1 : 0;
+  const std::size_t baseline = motion.is_tracked[long_baseline] ? long_baseline : short_baseline;
   if (!motion.is_tracked[baseline] || !(motion.depth_m > 0)) return;
   const MotionBaseline& over = measured.baselines[baseline];
   const MotionJudgeOptions& options = context.options;

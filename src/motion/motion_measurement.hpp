@@ -44,7 +44,7 @@ struct MotionScratch {
   std::vector<PoseObservation> observations;       ///< of unsuspected features
   std::vector<PoseObservation> more_observations;  ///< of these and of compensated ones
   std::vector<PoseObservation> most_observations;  ///< of these and of standing ones
-  std::vector<std::uint8_t> was_dynamic;           ///< is_dynamic before filling
+  std::vector<std::uint8_t> was_moving;            ///< is_moving before filling
   std::vector<float> values, nearest_m;            ///< of which a quantile is wanted
 };
 
@@ -57,7 +57,7 @@ struct MotionMeasurement {
   std::vector<FeatureMotion> motions;       ///< of each feature
   std::vector<double> beliefs;              ///< of each feature: that it moves, log-odds
   std::vector<std::uint8_t> is_believed;    ///< believed to move before this frame says anything
-  std::vector<std::uint8_t> is_dynamic;     ///< moves, by what this frame says
+  std::vector<std::uint8_t> is_moving;      ///< moves, by what this frame says
   std::vector<std::uint8_t> is_given_back;  ///< given back in this frame
   MotionScratch scratch;
 };

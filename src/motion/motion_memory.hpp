@@ -22,7 +22,7 @@
 namespace dynfilter::detail {
 
 /// Number of earlier frames that the long baseline needs.
-constexpr std::size_t past_frames = 3;
+constexpr auto past_frames = static_cast<std::size_t>(motion_baseline_frames.back());
 /// Every so many frames, one is kept longer. Of the two that are kept, the older one is used.
 constexpr std::size_t kept_spacing_frames = 4;
 
@@ -48,7 +48,8 @@ struct MotionMemory {
   std::array<KeptFrame, 2> kept;        // the older first
   std::optional<MotionBeliefs> beliefs;
   std::optional<InstanceMotion> instances;
-  std::optional<PosePrior> prior;                                                    // of the host
+  double instances_s = 0;          // time of the last frame whose masks were known
+  std::optional<PosePrior> prior;  // of the host
   std::array<std::vector<FeatureTrack>, motion_baseline_frames.size()> host_tracks;  // empty: none
   std::size_t repeats = 0;                // frames that came after the last one, with its image
   std::optional<PosePrior> over_repeats;  // of the host, from the last one to the latest

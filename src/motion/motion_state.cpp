@@ -8,6 +8,7 @@
 #include "dynfilter/detail/errors.hpp"
 #include "motion_memory.hpp"
 #include "pose_prior.hpp"
+#include "rotation.hpp"
 
 namespace dynfilter {
 
@@ -19,6 +20,8 @@ MotionState::~MotionState() = default;
 void MotionState::expect_motion(const PosePrior& prior) {
   detail::validate(prior, "MotionState::expect_motion");
   memory_->prior = prior;
+  // What rounding leaves would add up over the frames of a baseline.
+  memory_->prior->pose.rotation = detail::orthonormal(prior.pose.rotation);
 }
 
 void MotionState::hand_over_tracks(std::size_t baseline, std::vector<FeatureTrack> tracks) {

@@ -48,6 +48,7 @@ void check(const MotionVotesOptions& options) {
   count("neighbours", options.neighbours);
   require(options.min_spacing_px >= 0 && options.min_spacing_px <= 1000, "min_spacing_px",
           options.min_spacing_px, "0 to 1000");
+  require(options.min_seeds >= 1, "min_seeds", options.min_seeds, "at least 1");
   share("min_share", options.min_share);
   not_negative("max_difference", options.max_difference);
   not_negative("max_difference_px", options.max_difference_px);

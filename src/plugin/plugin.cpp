@@ -82,9 +82,8 @@ struct Plugin::State {
     masks.emplace(settings);
 #ifdef DYNFILTER_HAS_MOTION
     if (settings.motion_camera) {
-      MotionFilterOptions options{settings.filter, {}};
-      options.motion.stale_age_s = settings.filter.compensator.depth.stale_age_s;
-      motion_filter.emplace(*settings.motion_camera, motion, options);
+      motion_filter.emplace(*settings.motion_camera, motion,
+                            MotionFilterOptions{settings.filter, {}});
     }
 #endif
     if (!settings.output_folder.empty()) {

@@ -199,7 +199,7 @@ TEST(MotionBackground, WithoutTrackAndDepthIsNotFilledUp) {
     const auto& measured = rig.workspace.get<detail::MotionMeasurement>();
     for (std::size_t i = 0; n > 0 && i < labels.size(); ++i) {
       const FeatureMotion& motion = measured.motions[i];
-      if (motion.was_tracked() || motion.depth_m > 0 || measured.scratch.was_dynamic[i]) continue;
+      if (motion.was_tracked() || motion.depth_m > 0 || measured.scratch.was_moving[i]) continue;
       ++unseen;
       EXPECT_FALSE(labels.is_removed(i));
     }

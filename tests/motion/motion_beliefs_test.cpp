@@ -23,8 +23,8 @@ TEST(MotionBeliefs, AddUpAndStayWithinLimits) {
   EXPECT_NEAR(beliefs.updated(-2, MotionEvidence::unknown), -1.9, 1e-12);
   EXPECT_EQ(beliefs.updated(3, MotionEvidence::supported), 3);
   EXPECT_EQ(beliefs.updated(-3, MotionEvidence::quiet), -3);
-  EXPECT_TRUE(beliefs.is_dynamic(1.01));
-  EXPECT_FALSE(beliefs.is_dynamic(1));
+  EXPECT_TRUE(beliefs.is_moving(1.01));
+  EXPECT_FALSE(beliefs.is_moving(1));
 }
 
 TEST(MotionBeliefs, FollowTheNearestFeature) {
@@ -65,8 +65,8 @@ TEST(MotionBeliefs, TakeTheStrongestOfEquallyNearOnes) {
 
 TEST(MotionBeliefs, RefuseNonsense) {
   MotionBeliefOptions options;
-  options.min_dynamic = 4;
-  testing::expect_error<std::invalid_argument>([&] { MotionBeliefs{options}; }, "min_dynamic = 4");
+  options.min_moving = 4;
+  testing::expect_error<std::invalid_argument>([&] { MotionBeliefs{options}; }, "min_moving = 4");
   options = {};
   options.quiet = NAN;
   testing::expect_error<std::invalid_argument>([&] { MotionBeliefs{options}; }, "finite");

@@ -43,7 +43,7 @@ bool is_filled(const FeatureMotion& motion, int dynamic_around) {
   memory.beliefs.emplace(options.belief);
   Workspace workspace;
   decide_features({input, camera, options, false, memory, measured, workspace});
-  return measured.is_dynamic[0] != 0;
+  return measured.is_moving[0] != 0;
 }
 
 TEST(MotionFill, TakesUnclearFeaturesBetweenThoseThatMove) {

@@ -299,17 +299,6 @@ TEST(MotionJudge, LeavesTheStaticMaskAlone) {
   EXPECT_GT(on_static_mask, 500U);
 }
 
-TEST(MotionJudge, WithoutLimitTheCameraMayMoveInAnyWay) {
-  MotionJudgeOptions options;
-  options.max_acceleration_m_s2 = 0;
-  Rig rig(options);
-  for (std::size_t i = 0; i < 3; ++i) {
-    const FeatureLabels labels = rig.see_without_masks(shots(0.5)[i]);
-    const MotionOutcome expected = i == 0 ? MotionOutcome::started : MotionOutcome::applied;
-    EXPECT_EQ(labels.statistics().motion.outcome, expected) << i;
-  }
-}
-
 /// A shift is still up to the largest of its limits, so that a limit of 0 takes nothing from
 /// another.
 TEST(MotionJudge, TakesTheLargestLimitOfARest) {

@@ -115,9 +115,11 @@ TEST_F(PluginMotion, SharesTheAgeOfStaleMasksWithTheCompensator) {
   MotionFilterOptions options;
   options.filter.compensator.depth.stale_age_s = 0.5;
   MotionState state_of_other, state;
-  const MotionFilter other({c.fx, c.fy, c.cx, c.cy}, state_of_other, options);
-  options.motion.stale_age_s = 0.5;
-  const MotionFilter same({c.fx, c.fy, c.cx, c.cy}, state, options);
+  const PinholeCamera camera{c.fx, c.fy, c.cx, c.cy};
+  const MotionFilter same(camera, state, options);
+  const Pipeline<MaskCuller, Compensator, MotionJudge> other(
+      MaskCuller(options.filter.mask_culler), Compensator(options.filter.compensator),
+      MotionJudge(camera, state_of_other));
   bool differs = false;
   for (std::size_t i = 0; i < rendered.size(); ++i) {
     const FrameView& frame = rendered[i].frame;

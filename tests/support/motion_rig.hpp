@@ -72,8 +72,14 @@ struct Rig {
   FeatureLabels see(const Shot& shot) {
     return see(shot.rendered.frame, shot.rendered.true_segmentation, shot.keypoints);
   }
+  /// Masks are not known in this frame.
   FeatureLabels see_without_masks(const Shot& shot) {
-    return see(shot.rendered.frame, {}, shot.keypoints);
+    const FrameView& frame = shot.rendered.frame;
+    const std::optional<Segmentation> unknown;
+    FeatureLabels labels = Pipeline<MaskCuller>(MaskCuller()).apply(frame, unknown, shot.keypoints);
+    const Segmentation none;
+    judge({frame, none, shot.keypoints}, labels, workspace);
+    return labels;
   }
 
   MotionState state;

@@ -25,8 +25,9 @@ struct MotionBeliefOptions {
   double seed = 0.3;               ///< added for a seed
   double quiet = -0.7;             ///< added for a quiet feature
   double limit = 3;                ///< beliefs stay within minus and plus this; above 0
-  double min_dynamic = 1;          ///< above this belief, a feature is dynamic; from 0 to `limit`
-  /// Distance within which a feature of the last frame counts as the one tracked there, pixels.
+  double min_moving = 1;           ///< above this belief, a feature moves; from 0 to `limit`
+  /// Distance within which a feature of the last frame counts as the one tracked there, pixels; 0
+  /// to 100.
   int match_radius_px = 4;
 };
 
@@ -46,8 +47,8 @@ class MotionBeliefs {
   /// Returns the belief after evidence, from the one before. O(1).
   double updated(double belief, MotionEvidence evidence) const;
 
-  /// Whether a belief says dynamic.
-  bool is_dynamic(double belief) const { return belief > options_.min_dynamic; }
+  /// Whether a belief says that the feature moves.
+  bool is_moving(double belief) const { return belief > options_.min_moving; }
 
   /// Remembers this frame's features and their beliefs instead of the last frame's. Throws
   /// std::invalid_argument for different numbers of them. O(features).

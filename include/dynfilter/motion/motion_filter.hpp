@@ -14,8 +14,22 @@ namespace dynfilter {
 /// Options of MotionFilter, by stage.
 struct MotionFilterOptions {
   DynamicFilterOptions filter;  ///< for masks, depth and the floor
-  MotionJudgeOptions motion;    ///< for what really moves
+  /// For what really moves. Its stale_age_s and max_age_s are those of the compensator's options
+  /// for depth.
+  MotionJudgeOptions motion;
 };
+
+namespace detail {
+
+/// Returns the options of the judge, whose masks are as stale as those of the compensator.
+inline MotionJudgeOptions motion_of(const MotionFilterOptions& options) {
+  MotionJudgeOptions motion = options.motion;
+  motion.stale_age_s = options.filter.compensator.depth.stale_age_s;
+  motion.max_age_s = options.filter.compensator.depth.max_age_s;
+  return motion;
+}
+
+}  // namespace detail
 
 /// DynamicFilter with motion evidence: masks and depth say what may be dynamic, motion says what
 /// is.
@@ -33,7 +47,7 @@ class MotionFilter : public Pipeline<MaskCuller, Compensator, MotionJudge, Featu
   MotionFilter(const PinholeCamera& camera, MotionState& state,
                const MotionFilterOptions& options = {})
       : Pipeline(MaskCuller(options.filter.mask_culler), Compensator(options.filter.compensator),
-                 MotionJudge(camera, state, options.motion),
+                 MotionJudge(camera, state, detail::motion_of(options)),
                  FeatureFloor(options.filter.feature_floor)) {}
 };
 

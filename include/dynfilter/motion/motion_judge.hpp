@@ -120,10 +120,13 @@ struct MotionJudgeOptions {
   /// Features whose depths differ by more are on different things, metres: they do not count for
   /// the fill, and one so far behind most of an instance's features is not in its fringe.
   double max_thing_depth_m = 0.3;
-  /// Masks older than this are stale, seconds. Set it as DepthCompensatorOptions::stale_age_s; the
-  /// plugin does. The features on stale masks may be the background's, and their depths do not tell
-  /// who is in the fringe.
+  /// @{
+  /// Masks older than the first are stale, seconds. Those older than the second have no time, and
+  /// count as fresh. MotionFilter sets both as in DepthCompensatorOptions. The features on stale
+  /// masks may be the background's, and their depths do not tell who is in the fringe.
   double stale_age_s = 0.02;
+  double max_age_s = 1.0;
+  /// @}
 
   /// @{
   /// An instance is quiet if most of its features shift by at most the largest of these: pixels,

@@ -53,9 +53,10 @@ class MotionState {
 
   /// Hands over the host's own tracks of the next frame's features, for that frame only: where they
   /// were motion_baseline_frames[baseline] frames ago. They are refined, see
-  /// FeatureTracker::refine. For three frames after an image that repeats another, those over the
-  /// long baseline are not used. Throws std::invalid_argument for a baseline other than 0 and 1;
-  /// the judge throws it if the number of tracks is not that of the features.
+  /// FeatureTracker::refine. For two frames after an image that repeats another, those over the
+  /// long baseline are not used. An empty vector hands over nothing. Throws std::invalid_argument
+  /// for a baseline other than 0 and 1; the judge throws it if the number of tracks is not that of
+  /// the features.
   void hand_over_tracks(std::size_t baseline, std::vector<FeatureTrack> tracks);
 
   /// Forgets everything, like a new state.

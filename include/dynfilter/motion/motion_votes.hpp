@@ -68,8 +68,9 @@ struct MotionVotesOptions {
   int radius_px = 80;          ///< distance of the farthest neighbour; 1 to 1000
   std::size_t neighbours = 8;  ///< nearest tracked features that vote; 1 to 30
   int min_spacing_px = 3;      ///< nearer features count as one; 0 to 1000
-  std::size_t min_seeds = 4;   ///< smallest number of neighbours that are seeds and move alike
-  double min_share = 0.6;      ///< and their smallest share; 0 to 1
+  /// Smallest number of neighbours that are seeds and move alike; at least 1.
+  std::size_t min_seeds = 4;
+  double min_share = 0.6;  ///< and their smallest share; 0 to 1
   /// Largest difference of the shifts of features that move alike, as a share of the shift.
   double max_difference = 0.3;
   double max_difference_px = 0.5;  ///< and added to that, pixels
