@@ -105,6 +105,19 @@ TEST(FeatureFloor, RestoresInEmptyCellsFirst) {
       << "13 each";
 }
 
+TEST(FeatureFloor, TakesTheSizeOfTheImageIfMasksAreUnknown) {
+  std::vector<cv::Point2f> points = points_in_a_row(10);
+  points.emplace_back(750.0F, 550.0F);
+  Frame frame(points);
+  frame.segmentation = {};
+  frame.view.image = cv::Mat(600, 800, CV_8UC1);
+  frame.labels.reset(points.size(), frame.segmentation);
+  for (std::size_t i = 5; i < 11; ++i)
+    frame.labels.remove(i, -1, Reason::custom, i < 10 ? 0.1F : 0.9F);
+  frame.apply(6, FloorPolicy::restore_balanced);
+  EXPECT_EQ(frame.restored(), std::vector<std::size_t>{10});
+}
+
 TEST(FeatureFloor, RestoresByScoreIfNoImageSizeIsKnown) {
   Frame frame(points_in_a_row(4));
   frame.segmentation = {};

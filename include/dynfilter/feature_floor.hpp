@@ -161,8 +161,9 @@ class FeatureFloor {
   /// Returns a feature's cell. All features share cell 0 if only scores count or no image size is
   /// known.
   std::size_t cell_of(cv::Point pixel, const FilterInput& input) const {
-    const cv::Size size =
-        input.frame.depth.empty() ? input.segmentation.image_size : input.frame.depth.size();
+    const FrameView& frame = input.frame;
+    const cv::Size of_frame = frame.depth.empty() ? frame.image.size() : frame.depth.size();
+    const cv::Size size = of_frame.empty() ? input.segmentation.image_size : of_frame;
     if (options_.policy == FloorPolicy::restore_best_scored || size.empty()) return 0;
     const auto along = [](int position, int length, int cells) {
       const std::int64_t clamped = std::clamp(position, 0, length - 1);

@@ -15,6 +15,7 @@
 #include <opencv2/core.hpp>
 
 #include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/mixed_bits.hpp"
 
 namespace dynfilter {
 
@@ -46,14 +47,15 @@ class FeatureSampler {
   /// Returns the hash of (seed, frame id, instance index): the part of `key` that the features of
   /// an instance share. O(1).
   std::uint64_t instance_key(std::uint64_t frame_id, std::size_t instance) const {
-    return mix(mix(mix(seed_) ^ frame_id) ^ static_cast<std::uint64_t>(instance));
+    const std::uint64_t frame_key = detail::mixed_bits(detail::mixed_bits(seed_) ^ frame_id);
+    return detail::mixed_bits(frame_key ^ static_cast<std::uint64_t>(instance));
   }
 
   /// Returns `key` of a feature from its instance_key. O(1).
   static std::uint64_t key(std::uint64_t instance_key, cv::Point pixel) {
     const auto x = static_cast<std::uint32_t>(pixel.x);
     const auto y = static_cast<std::uint32_t>(pixel.y);
-    return mix(instance_key ^ (std::uint64_t{x} << 32U | y));
+    return detail::mixed_bits(instance_key ^ (std::uint64_t{x} << 32U | y));
   }
 
   /// Number of features to draw.
@@ -74,15 +76,6 @@ class FeatureSampler {
   }
 
  private:
-  /// Mixes the state by one step of splitmix64 (Steele, Lea, Flood, "Fast splittable pseudorandom
-  /// number generators", OOPSLA 2014): a bijection whose output bits all depend on all input bits.
-  static std::uint64_t mix(std::uint64_t state) {
-    state += 0x9E3779B97F4A7C15U;
-    state = (state ^ state >> 30U) * 0xBF58476D1CE4E5B9U;
-    state = (state ^ state >> 27U) * 0x94D049BB133111EBU;
-    return state ^ state >> 31U;
-  }
-
   std::size_t samples_;
   std::uint64_t seed_;
 };

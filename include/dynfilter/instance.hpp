@@ -21,11 +21,13 @@ namespace dynfilter {
 /// or stale. Coordinates are pixels of the image that was segmented. Copies are cheap and share the
 /// mask's pixels, as with cv::Mat.
 struct Instance {
-  int class_id = 0;       ///< the network's class id; 0 is COCO's person (no id for background)
-  float score = 1.0F;     ///< the detector's confidence, 0 to 1
-  cv::Rect box;           ///< the detector's box, pixels; may reach beyond the image
-  cv::Point mask_origin;  ///< position of the mask's top-left pixel in the image
-  cv::Mat mask;           ///< CV_8UC1, non-zero = on the object; empty = only a box is known
+  int class_id = 0;    ///< the network's class id; 0 is COCO's person (no id for background)
+  float score = 1.0F;  ///< the detector's confidence, 0 to 1
+  /// The detector's box, pixels; may reach beyond the image. Empty = unknown: then only the mask
+  /// counts, and rules and motion find no more of the object.
+  cv::Rect box;
+  cv::Point mask_origin;        ///< position of the mask's top-left pixel in the image
+  cv::Mat mask;                 ///< CV_8UC1, non-zero = on the object; empty = only a box is known
   std::optional<int> track_id;  ///< identity across frames, if it is tracked
 
   /// Whether the mask marks this pixel as the object. False outside the mask. O(1).

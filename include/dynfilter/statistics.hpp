@@ -63,8 +63,8 @@ struct MotionStatistics {
   std::size_t supported = 0;   ///< seeds that count fully, because others near them are seeds, too
   std::size_t given_back = 0;  ///< features given back because they do not move
   /// Dynamic objects that matter and of which it is not known for sure whether they move: the
-  /// verdict is neither `still` nor has it been `moving` for some frames. An object matters if
-  /// masks and compensation took more than a twentieth of the frame's features for it.
+  /// verdict is not settled, see InstanceMotion::is_settled. An object matters if masks and
+  /// compensation took more than a twentieth of the frame's features for it.
   std::size_t unsettled_objects = 0;
   double scale_px = 0;      ///< scale of the static features' residuals, one frame back, pixels
   double pose_support = 0;  ///< share of the features that agree with the camera's motion

@@ -23,9 +23,13 @@ MotionBeliefs::MotionBeliefs(const MotionBeliefOptions& options) : options_(opti
           options.min_moving, "a number from 0 to the limit");
   require(options.match_radius_px >= 0 && options.match_radius_px <= 100, "match_radius_px",
           options.match_radius_px, "0 to 100");
-  for (const double number : {options.bias, options.supported, options.seed, options.quiet}) {
-    require(std::isfinite(number), "an evidence", number, "a finite number");
-  }
+  const auto finite = [](const char* name, double value) {
+    require(std::isfinite(value), name, value, "a finite number");
+  };
+  finite("bias", options.bias);
+  finite("supported", options.supported);
+  finite("seed", options.seed);
+  finite("quiet", options.quiet);
   clear();
 }
 

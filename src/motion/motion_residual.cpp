@@ -19,19 +19,15 @@ namespace {
 constexpr double min_depth_share = 1e-6;
 
 void check(const DepthIntervalOptions& options) {
-  if (options.window_px < 1 || options.window_px > 99 || options.window_px % 2 == 0) {
-    detail::throw_misuse("depth_interval", detail::concatenate("window_px = ", options.window_px),
-                         "an odd number from 1 to 99");
-  }
-  if (!(options.noise_at_1m_m >= 0 && options.noise_factor >= 0 && options.min_depth_m > 0 &&
-        options.min_gap_m >= 0)) {
-    detail::throw_misuse("depth_interval",
-                         detail::concatenate("noise_at_1m_m = ", options.noise_at_1m_m,
-                                             ", noise_factor = ", options.noise_factor,
-                                             ", min_depth_m = ", options.min_depth_m,
-                                             ", min_gap_m = ", options.min_gap_m),
-                         "noise and a gap of at least 0 and a depth above 0");
-  }
+  constexpr detail::OptionCheck require("depth_interval");
+  require(options.window_px >= 1 && options.window_px <= 99 && options.window_px % 2 == 1,
+          "window_px", options.window_px, "an odd number from 1 to 99");
+  require(options.noise_at_1m_m >= 0, "noise_at_1m_m", options.noise_at_1m_m,
+          "a number of at least 0");
+  require(options.noise_factor >= 0, "noise_factor", options.noise_factor,
+          "a number of at least 0");
+  require(options.min_depth_m > 0, "min_depth_m", options.min_depth_m, "a depth above 0");
+  require(options.min_gap_m >= 0, "min_gap_m", options.min_gap_m, "a number of at least 0");
 }
 
 /// Calls `action` for each depth in a window, in units of the image.

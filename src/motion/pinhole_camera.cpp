@@ -4,6 +4,7 @@
 #include "dynfilter/motion/pinhole_camera.hpp"
 
 #include <cmath>
+#include <utility>
 
 #include "dynfilter/detail/errors.hpp"
 
@@ -52,10 +53,12 @@ cv::Point2d PinholeCamera::raw(cv::Point2d ideal) const {
 }
 
 void validate(const PinholeCamera& camera, const char* component) {
-  for (const double number : {camera.fx, camera.fy, camera.cx, camera.cy, camera.k1, camera.k2,
-                              camera.p1, camera.p2, camera.k3}) {
+  const std::pair<const char*, double> numbers[] = {
+      {"fx", camera.fx}, {"fy", camera.fy}, {"cx", camera.cx}, {"cy", camera.cy}, {"k1", camera.k1},
+      {"k2", camera.k2}, {"p1", camera.p1}, {"p2", camera.p2}, {"k3", camera.k3}};
+  for (const auto& [name, number] : numbers) {
     if (std::isfinite(number)) continue;
-    detail::throw_misuse(component, detail::concatenate("a camera with ", number),
+    detail::throw_misuse(component, detail::concatenate("a camera with ", name, " = ", number),
                          "finite intrinsics");
   }
   if (!(camera.fx > 0 && camera.fy > 0)) {

@@ -75,7 +75,7 @@ std::uint64_t hash_of(const PoseObservation& observation, std::uint64_t seed) {
                               observation.point_now_m.x, observation.point_now_m.y}) {
     std::uint64_t bits = 0;
     std::memcpy(&bits, &number, sizeof bits);
-    hash = detail::mixed(hash ^ bits);
+    hash = detail::mixed_bits(hash ^ bits);
   }
   return hash;
 }
@@ -212,20 +212,21 @@ void check(const RelativePoseOptions& options) {
           "a share from 0 to 1");
 }
 
-void check(const std::vector<PoseObservation>& observations) {
-  for (const PoseObservation& observation : observations) {
-    const cv::Point3d& point = observation.point_now_m;
-    const double sum = point.x + point.y + point.z + observation.pixel_then.x +
-                       observation.pixel_then.y + observation.texture;
-    if (std::isfinite(sum) && point.z > 0 && observation.texture >= 0) continue;
-    detail::throw_misuse("RelativePoseEstimator::estimate",
-                         detail::concatenate("an observation of a point at depth ", point.z,
-                                             ", of texture ", observation.texture),
+void check(const std::vector<PoseObservation>& observations, const char* caller) {
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    const cv::Point3d& point = observations[i].point_now_m;
+    const cv::Point2d& pixel = observations[i].pixel_then;
+    const double texture = observations[i].texture;
+    const double sum = point.x + point.y + point.z + pixel.x + pixel.y + texture;
+    if (std::isfinite(sum) && point.z > 0 && texture >= 0) continue;
+    detail::throw_misuse(caller,
+                         detail::concatenate("observation ", i, " at depth ", point.z, ", pixel (",
+                                             pixel.x, ", ", pixel.y, "), of texture ", texture),
                          "finite observations in front of the camera, of texture 0 or more");
   }
 }
 
-/// Residuals of all observations under a pose, in the order by hash.
+/// Residuals of all observations under a pose, in the order of put_in_order.
 struct Fit {
   const std::vector<PoseObservation>& observations;
   const PinholeCamera& camera;
@@ -265,7 +266,7 @@ struct Fit {
     return scale_of(scratch.some_squares, 0.5, 1);
   }
 
-  /// Returns the share of observations that are within the cutoff of the largest trusted scale.
+  /// Returns the share of the sample within a limit, after `scale_px`.
   double support(double limit_px) const {
     const auto agreeing =
         std::count_if(scratch.squares.begin(),
@@ -311,9 +312,11 @@ RelativePoseEstimate estimated(const std::vector<PoseObservation>& observations,
                                const RelativePose& start, const std::optional<PosePrior>& prior,
                                const PinholeCamera& camera, const RelativePoseOptions& options,
                                Freedom freedom, PoseScratch& scratch) {
-  check(observations);
-  detail::validate(start, "RelativePoseEstimator::estimate");
-  if (prior) detail::validate(*prior, "RelativePoseEstimator::estimate");
+  const char* const caller = freedom == Freedom::turns ? "RelativePoseEstimator::estimate_turn"
+                                                       : "RelativePoseEstimator::estimate";
+  check(observations, caller);
+  detail::validate(start, caller);
+  if (prior) detail::validate(*prior, caller);
   const bool is_known = prior && prior->is_trusted;
   RelativePoseEstimate estimate;
   estimate.pose = prior ? prior->pose : start;

@@ -13,7 +13,7 @@
 
 #include <opencv2/core.hpp>
 
-#include "dynfilter/motion/patch_difference.hpp"
+#include "motion/patch.hpp"
 #include "rules/frame_pair.hpp"
 #include "rules/support.hpp"
 
@@ -126,10 +126,10 @@ class RegionBayes {
         const cv::Point3d point = pair.camera.point(pair.camera.ideal(at), *depth_m);
         const auto place = pair.camera.project(*pair.pose * point);
         if (!place) continue;
-        const auto moved =
-            patch_difference(pair.image, at, then, cv::Point2f(pair.camera.raw(*place)), 0);
-        if (!moved) continue;
-        compensated += *moved;
+        const auto now = detail::Patch::at(pair.image, at, 0);
+        const auto moved = detail::Patch::at(then, cv::Point2f(pair.camera.raw(*place)), 0);
+        if (!now || !moved) continue;
+        compensated += double{std::abs((*now)(0, 0) - (*moved)(0, 0))};
         plain += std::abs(pair.image(y, x) - then(y, x));
         ++samples;
       }

@@ -69,7 +69,8 @@ TEST(MotionBeliefs, RefuseNonsense) {
   testing::expect_error<std::invalid_argument>([&] { MotionBeliefs{options}; }, "min_moving = 4");
   options = {};
   options.quiet = NAN;
-  testing::expect_error<std::invalid_argument>([&] { MotionBeliefs{options}; }, "finite");
+  testing::expect_error<std::invalid_argument>([&] { MotionBeliefs{options}; },
+                                               "quiet = nan; want a finite number");
   MotionBeliefs beliefs;
   testing::expect_error<std::invalid_argument>(
       [&] { beliefs.remember(std::vector<cv::Point2f>(2), {1}); }, "1 beliefs and 2 features");

@@ -209,7 +209,7 @@ TEST(DepthInterval, RefusesNonsense) {
   options = {};
   options.min_depth_m = 0;
   testing::expect_error<std::invalid_argument>([&] { depth_interval({}, {}, options); },
-                                               "a depth above 0");
+                                               "min_depth_m = 0; want a depth above 0");
   for (const double gap_m : {-1.0, std::nan("")}) {
     options = {};
     options.min_gap_m = gap_m;

@@ -89,7 +89,7 @@ TEST(PinholeCamera, RefusesNonsense) {
       "fy = 0");
   PinholeCamera camera{500, 500, 320, 240};
   camera.k2 = std::numeric_limits<double>::quiet_NaN();
-  testing::expect_error<std::invalid_argument>([&] { validate(camera, "Some"); }, "finite");
+  testing::expect_error<std::invalid_argument>([&] { validate(camera, "Some"); }, "k2 = nan");
 }
 
 }  // namespace

@@ -28,8 +28,9 @@ inline std::array<std::uint32_t, 3> bits_of(const cv::KeyPoint& keypoint) {
 
 /// Returns a feature's cell of the image, of 8 times 6; 0 if only scores count.
 inline int floor_cell(const FilterCase& input, std::size_t i) {
-  const cv::Size size =
-      input.frame.depth.empty() ? input.segmentation.image_size : input.frame.depth.size();
+  cv::Size size = input.segmentation.image_size;
+  if (!input.frame.image.empty()) size = input.frame.image.size();
+  if (!input.frame.depth.empty()) size = input.frame.depth.size();
   if (input.options.feature_floor.policy == FloorPolicy::restore_best_scored || size.empty()) {
     return 0;
   }

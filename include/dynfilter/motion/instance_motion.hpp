@@ -24,9 +24,9 @@ struct InstanceVotes {
   std::size_t members = 0;  ///< features of the instance
   std::size_t tracked = 0;  ///< those that were tracked over some baseline
   std::size_t moving = 0;   ///< those whose ratio is above 1
-  /// Whether most members were at their static places over the short baseline, and also over the
-  /// long one if enough were tracked over it. False if too few were tracked over the short one. A
-  /// member whose depth changed counts as off its place.
+  /// Whether most tracked members were at their static places over the short baseline, and also
+  /// over the long one if enough were tracked over it. False if too few were tracked over the short
+  /// one. A member whose depth changed counts as off its place.
   bool is_quiet = false;
   bool is_complete = true;  ///< whether enough were tracked over both baselines
 };

@@ -39,16 +39,18 @@ struct MotionJudgeOptions {
   /// as much as the baseline of three frames. A host's tracks do not serve for it.
   bool uses_kept_frames = false;
 
-  /// After a longer gap between two frames with different images, everything starts anew, seconds.
+  /// A longer time after the last frame whose image was new, everything starts anew, seconds. A
+  /// longer time after the last known masks, their verdicts are forgotten.
   double max_gap_s = 0.5;
   /// Share of the features that must be tracked from the last frame; below, it is a cut.
   double min_tracked_share = 0.25;
   /// @{
   /// Largest acceleration of the camera: without masks, its motion may be so far from the last one,
-  /// if that is known. 0 in either of the two = no limit. A limit keeps the pose from following the
-  /// movers where most features are on them. With masks, most features that are left are static,
-  /// and a limit would only hold back a shaken camera. With a trusted prior the long baseline has
-  /// the same limits around the host's motions; there, each 0 lifts its own limit only.
+  /// if that is known; a millimetre and a milliradian a frame at least. 0 in either = no limit. A
+  /// limit keeps the pose from following the movers where most features are on them. With masks,
+  /// most features that are left are static, and a limit would only hold back a shaken camera. With
+  /// a trusted prior the long baseline has the same limits around the host's motions; there, each 0
+  /// lifts its own limit only.
   double max_acceleration_m_s2 = 5;
   double max_angular_acceleration_rad_s2 = 20;
   /// @}
@@ -60,7 +62,8 @@ struct MotionJudgeOptions {
   /// @{
   /// The camera's pose comes from the features that nobody suspects. A second one, by these and by
   /// what compensation removed, takes its place if the median residual of the unsuspected features
-  /// is at most this factor of the first's and these pixels, or if the first is not trusted. The
+  /// is at most max_worse_fit times that by the first, plus max_worse_fit_px, or if the first is
+  /// not trusted. The
   /// same limits hold for the scale of the pose of a camera that only turns.
   double max_worse_fit = 1.3;
   double max_worse_fit_px = 0.1;
@@ -83,10 +86,11 @@ struct MotionJudgeOptions {
   /// @{
   /// A feature becomes a seed if it shifts by more than the largest of three limits: so many
   /// pixels; so many scales of the camera's pose (RelativePoseEstimate::scale_px, 0.25 to 3
-  /// pixels); and the shift of a thing at the feature's depth that crosses the view at this speed.
-  /// The last two also limit the change of its depth, beyond the sensor's noise. The limit in
-  /// pixels is the larger one for what is far: at 30 frames a second and a focal length of 525
-  /// px, 1.5 px over three frames are 0.06 m/s at 2 m and 0.11 m/s at 4 m.
+  /// pixels, with a trusted prior also more); and the shift of a thing at the feature's depth that
+  /// crosses the view at this speed. The last two also limit the change of its depth, beyond the
+  /// sensor's noise. The limit in pixels is the larger one for what is far: at 30 frames a second
+  /// and a focal length of 525 px, 1.5 px over three frames are 0.06 m/s at 2 m and 0.11 m/s at 4
+  /// m.
   double min_shift_px = 1.5;
   double min_shift_scales = 6;
   double min_speed_m_s = 0.05;
@@ -106,10 +110,10 @@ struct MotionJudgeOptions {
   /// hidden it. Nor does it join seeds from afar there, see MotionVotesOptions.
   double beside_object_px = 60;
   /// @{
-  /// The fill: a feature of unclear motion is dynamic if most features around it are, unless the
-  /// image shows it at the static place. A feature with neither a track nor a depth is left alone:
-  /// nothing is known of it. By the same share, new features between those believed to move do not
-  /// tell the camera's motion.
+  /// The fill: a feature of unclear motion moves if most features around it do, at least two,
+  /// unless the image shows it at the static place. A feature with neither a track nor a depth is
+  /// left alone: nothing is known of it. By the same share, new features between those believed to
+  /// move do not tell the camera's motion.
   int fill_radius_px = 25;      ///< features within this distance are around it, pixels
   double min_fill_share = 0.6;  ///< "most": above this share of them
   /// A motion is clear below this share of the allowed shift: the feature is not filled, and may
@@ -129,13 +133,13 @@ struct MotionJudgeOptions {
   /// @}
 
   /// @{
-  /// An instance is quiet if most of its features shift by at most the largest of these: pixels,
-  /// scales, and the shift of a thing at its depth that crosses the view at this speed.
+  /// An instance is quiet if most of its tracked features shift by at most the largest of these:
+  /// pixels, scales, and the shift of a thing at its depth that crosses the view at this speed.
   double max_quiet_px = 0.75;
   double max_quiet_scales = 2.5;
   double max_quiet_speed_m_s = 0.06;
   /// @}
-  double quiet_share = 0.7;         ///< "most" of its features
+  double quiet_share = 0.7;         ///< "most" of its tracked features
   double min_quiet_tracked = 0.5;   ///< share of its features that must be tracked
   std::size_t min_quiet_votes = 8;  ///< and their number, as that of depths for its fringe
 
@@ -187,7 +191,7 @@ struct MotionJudgeOptions {
 ///
 /// What is slower than min_speed_m_s is static by definition, and what is up to twice as fast, or
 /// far away, is often missed; MotionJudgeOptions::uses_kept_frames finds more. An instance with
-/// fewer than min_quiet_votes tracked features is never given back.
+/// fewer than min_quiet_votes tracked features never becomes still.
 ///
 /// The image must be CV_8UC1 or CV_8UC3 (or CV_8UC4). Uses `frame.depth` where it exists, but not
 /// the depths of FeaturesView; without depth it needs a trusted prior in each frame, see
@@ -220,8 +224,8 @@ class MotionJudge {
 
   /// Judges the features. Throws std::invalid_argument as `check`, and for labels of another
   /// number; earlier frames are known as before then. After any other exception the state has
-  /// forgotten everything. O(pixels + features) with the constants of FeatureTracker and
-  /// RelativePoseEstimator.
+  /// forgotten everything. O(pixels + features x (instances + 1) + instances^3) with the constants
+  /// of FeatureTracker and RelativePoseEstimator, and support_seeds.
   void operator()(const FilterInput& input, FeatureLabels& labels, Workspace& workspace) const;
 
  private:

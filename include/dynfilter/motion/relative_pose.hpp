@@ -78,7 +78,8 @@ struct RelativePoseEstimate {
   RelativePose pose;  ///< the prior's, or else the start, where there was no answer
   /// Robust scale of the residuals, pixels: 1.4826 times the median of those that agree.
   double scale_px = 0;
-  double support = 0;            ///< share of the sample within `cutoff` scales
+  /// Share of the sample within `cutoff` times the scale, which counts up to `max_scale_px`.
+  double support = 0;
   std::size_t observations = 0;  ///< number of observations
   /// Whether the pose may be relied upon: enough observations, of which enough agree, and not twice
   /// as well with a pose beyond the prior's limits. With a trusted prior always, if the pose is
@@ -116,15 +117,17 @@ class RelativePoseEstimator {
   /// Returns the pose. `start` is what is expected, such as the last motion; without an idea, the
   /// identity does up to about 0.1 rad and a tenth of the depth. The pose of a `prior` takes the
   /// place of `start`, and poses outside its limits are dismissed. Throws std::invalid_argument for
-  /// limits that are not above 0 and for an observation that is not finite, not in front of the
-  /// camera, or of texture below 0. Allocates nothing with a warm workspace. O(n log n + starts x
-  /// hypotheses x sample_size + refinements x n).
+  /// a pose that is not finite or whose rotation is none, for limits that are not above 0, and for
+  /// an observation that is not finite, not in front of the camera, or of texture below 0.
+  /// Allocates nothing with a warm workspace. O(n log n + starts x hypotheses x sample_size +
+  /// refinements x n).
   RelativePoseEstimate estimate(const std::vector<PoseObservation>& observations,
                                 const RelativePose& start, const std::optional<PosePrior>& prior,
                                 Workspace& workspace) const;
 
   /// Returns the pose of a camera that only turns, in the same way: `start` without its
   /// translation is refined by rotations. It is not trusted where `prior` allows no such pose.
+  /// Throws as `estimate`, and costs a quarter of its hypotheses.
   RelativePoseEstimate estimate_turn(const std::vector<PoseObservation>& observations,
                                      const RelativePose& start,
                                      const std::optional<PosePrior>& prior,

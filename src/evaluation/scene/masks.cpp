@@ -29,8 +29,8 @@ Regions missing_regions(const SyntheticSceneOptions& options, int person, double
   const std::uint64_t now = make_key(key, slot);
   const int count =
       options.min_missing_limbs +
-      static_cast<int>(mix(now) % static_cast<std::uint64_t>(options.max_missing_limbs -
-                                                             options.min_missing_limbs + 1));
+      static_cast<int>(mixed_bits(now) % static_cast<std::uint64_t>(options.max_missing_limbs -
+                                                                    options.min_missing_limbs + 1));
   Regions missing{};
   if (unit(make_key(now, 101)) < options.empty_mask_share) {
     missing.fill(true);

@@ -22,7 +22,7 @@ Colour print_colour(std::uint64_t key) {
   static const std::array<Colour, 8> palette = {
       Colour(60, 70, 190),  Colour(170, 110, 40), Colour(70, 150, 90),  Colour(40, 170, 215),
       Colour(140, 70, 120), Colour(120, 150, 60), Colour(50, 110, 210), Colour(95, 95, 95)};
-  return palette[mix(key) % palette.size()];
+  return palette[mixed_bits(key) % palette.size()];
 }
 
 /// Paints a framed poster: writing, a picture of discs and bars, or a mosaic.
@@ -30,7 +30,7 @@ void poster(Canvas& canvas, cv::Rect area, std::uint64_t key) {
   canvas.rectangle(area, ink);
   const cv::Rect sheet(area.x + 4, area.y + 4, area.width - 8, area.height - 8);
   canvas.rectangle(sheet, paper);
-  const int kind = static_cast<int>(mix(key) % 3);
+  const int kind = static_cast<int>(mixed_bits(key) % 3);
   const cv::Rect body(sheet.x + 10, sheet.y + 12, sheet.width - 20, sheet.height - 24);
   if (kind == 0) {
     canvas.rectangle({body.x, body.y, body.width, 14}, print_colour(make_key(key, 1)));

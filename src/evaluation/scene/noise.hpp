@@ -11,7 +11,11 @@
 
 #include <opencv2/core.hpp>
 
+#include "dynfilter/detail/mixed_bits.hpp"
+
 namespace dynfilter::scene {
+
+using detail::mixed_bits;
 
 /// The uses of random numbers; no two uses share a number.
 enum class Stream : std::uint64_t {
@@ -36,24 +40,18 @@ enum class Stream : std::uint64_t {
   box
 };
 
-/// Mixes all 64 bits by the finaliser of splitmix64 (Steele, Lea and Flood 2014), a bijection.
-inline std::uint64_t mix(std::uint64_t x) {
-  x += 0x9e3779b97f4a7c15ULL;
-  x = (x ^ (x >> 30U)) * 0xbf58476d1ce4e5b9ULL;
-  x = (x ^ (x >> 27U)) * 0x94d049bb133111ebULL;
-  return x ^ (x >> 31U);
-}
-
 /// Makes one key from a seed and any number of integers.
 template <class... Numbers>
 std::uint64_t make_key(std::uint64_t seed, Numbers... numbers) {
-  std::uint64_t key = mix(seed);
-  ((key = mix(key ^ static_cast<std::uint64_t>(numbers))), ...);
+  std::uint64_t key = mixed_bits(seed);
+  ((key = mixed_bits(key ^ static_cast<std::uint64_t>(numbers))), ...);
   return key;
 }
 
 /// Returns the number in [0, 1) that belongs to a key.
-inline double unit(std::uint64_t key) { return static_cast<double>(mix(key) >> 11U) * 0x1.0p-53; }
+inline double unit(std::uint64_t key) {
+  return static_cast<double>(mixed_bits(key) >> 11U) * 0x1.0p-53;
+}
 
 /// Returns the number in [low, high) that belongs to a key.
 inline double between(std::uint64_t key, double low, double high) {
