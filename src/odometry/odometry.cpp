@@ -37,6 +37,18 @@ WeightedKeypoints of_weight(double min_weight, WeightedKeypoints all) {
   return all;
 }
 
+void require_descriptors(const cv::Mat& descriptors, std::size_t features) {
+  const bool has_all =
+      static_cast<std::size_t>(descriptors.rows) == features &&
+      (features == 0 || (descriptors.type() == CV_8UC1 && descriptors.cols == sizeof(Descriptor)));
+  if (has_all) return;
+  dynfilter::detail::throw_misuse(
+      "Odometry::track",
+      dynfilter::detail::concatenate("descriptors of ", descriptors.cols, "x", descriptors.rows,
+                                     " and ", features, " features"),
+      "a CV_8UC1 row of 32 bytes a feature");
+}
+
 void require_weights(const std::vector<float>& weights, std::size_t features) {
   if (weights.size() != features) {
     dynfilter::detail::throw_misuse(
@@ -82,6 +94,7 @@ FrameResult Odometry::track(const dynfilter::FrameView& frame,
 FrameResult Odometry::track(const dynfilter::FrameView& frame,
                             const std::vector<cv::KeyPoint>& keypoints, const cv::Mat& descriptors,
                             const std::vector<float>& weights) {
+  require_descriptors(descriptors, keypoints.size());
   if (weights.empty()) return track_used(frame, {keypoints, descriptors, weights});
   require_weights(weights, keypoints.size());
   return track_used(frame, of_weight(options_.min_weight, {keypoints, descriptors, weights}));

@@ -68,11 +68,13 @@ class Odometry {
   FrameResult track(const dynfilter::FrameView& frame,
                     const std::optional<dynfilter::Segmentation>& segmentation);
 
-  /// Tracks a frame with features that the caller has extracted and filtered: one descriptor a row.
+  /// Tracks a frame with features that the caller has extracted and filtered: one descriptor a row,
+  /// CV_8UC1 of 32 columns.
   /// `weights` has one number from 0 to 1 a feature, the probability that it is static; empty: all
   /// are 1. A weight scales the feature's information in the pose, in bundle adjustment and in the
   /// votes of samples. Neither the test for outliers nor the number of inliers knows it. Throws
-  /// std::invalid_argument for another number of weights and for a weight out of range.
+  /// std::invalid_argument for another number of weights or descriptors, descriptors of another
+  /// kind, and a weight out of range.
   FrameResult track(const dynfilter::FrameView& frame, const std::vector<cv::KeyPoint>& keypoints,
                     const cv::Mat& descriptors, const std::vector<float>& weights = {});
 

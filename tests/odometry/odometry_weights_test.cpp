@@ -76,6 +76,11 @@ TEST(OdometryWeights, AreCheckedBeforeTheFrameCounts) {
        {std::vector<float>{1, 1}, {1, 1, -0.1F}, {1, 1, 1.1F}, {1, 1, NAN}}) {
     EXPECT_THROW(odometry.track(frame, keypoints, descriptors, wrong), std::invalid_argument);
   }
+  const cv::Mat wrong_kind = cv::Mat::zeros(3, 32, CV_32FC1);
+  for (const cv::Mat& wrong :
+       {cv::Mat(), descriptors.rowRange(0, 2), descriptors.colRange(0, 8), wrong_kind}) {
+    EXPECT_THROW(odometry.track(frame, keypoints, wrong), std::invalid_argument);
+  }
   EXPECT_TRUE(odometry.trajectory().empty());
 }
 
