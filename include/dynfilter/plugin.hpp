@@ -27,8 +27,8 @@ namespace dynfilter {
 
 /// Counters of a plugin since its construction.
 struct PluginCounters {
-  std::size_t filtered = 0;   ///< calls of filter()
-  std::size_t submitted = 0;  ///< calls of submit()
+  std::size_t filtered = 0;   ///< calls of filter() that returned
+  std::size_t submitted = 0;  ///< calls of submit() that returned
   /// Submitted frames that were replaced by another before their filter().
   std::size_t never_filtered = 0;
   std::size_t never_submitted = 0;  ///< calls of filter() without a submitted image of that time
@@ -64,7 +64,8 @@ class DYNFILTER_PLUGIN_API Plugin {
   /// - a key that is unknown (the message names the nearest), repeated, in a block "<prefix>:", of
   ///   a wrong type or out of range;
   /// - a DepthMapFactor that is not a number of at least 0;
-  /// - masks that do not exist;
+  /// - masks that do not exist, and a network that cannot be loaded;
+  /// - motion without the host's pinhole camera in the file;
   /// - an output folder or a video that cannot be written, or would replace a file of somebody's.
   explicit Plugin(const std::string& settings_file, const std::string& prefix = "dynfilter");
   ~Plugin();
@@ -83,8 +84,8 @@ class DYNFILTER_PLUGIN_API Plugin {
   /// The frame's mask in a folder is read from now on, in a thread, unless the setting `read_ahead`
   /// is 0. With the setting `async` the frame's masks are computed from now on, in parallel to the
   /// host, until filter(). Unless they have four channels or RGB order, the pixels are shared until
-  /// then, and not changed. Throws std::invalid_argument for another image, and std::system_error
-  /// if the thread cannot be started.
+  /// then, and not changed. Throws std::invalid_argument for another image and for a time that is
+  /// not finite, and std::system_error if the thread cannot be started.
   void submit(const cv::Mat& image, double timestamp_s);
 
   /// Hands over both images of a rectified pair before the frame's filter(). Their types are those

@@ -126,7 +126,8 @@ void DepthCheck::work() {
 void DepthCheck::compare(const FrameView& frame) {
   ++compared_;
   estimator_.add(frame);
-  if (is_said_ || compared_ % frames_between_looks != 0) return;
+  const bool is_time = compared_ % frames_between_looks == 0 || compared_ == options_.frames;
+  if (is_said_ || !is_time) return;
   const std::string text = sentence();
   is_said_ = !text.empty();
   if (is_said_) std::cerr << text << std::endl;

@@ -56,6 +56,8 @@ void FirstFrames::look(const FrameView& frame, const FrameStatistics& statistics
   const MotionOutcome outcome = statistics.motion.outcome;
   if (outcome != MotionOutcome::no_image) motion_ = outcome;
   with_motion_ += outcome == MotionOutcome::applied ? 1 : 0;
+  const bool by_static_mask = !statistics.has_segmentation && statistics.masked > 0;
+  has_static_mask_ = has_static_mask_ || by_static_mask;
   if (const auto depth_m = median_depth_m(frame)) depths_m_.push_back(*depth_m);
   if (statistics.features > 0 && !statistics.instances.empty()) {
     masked_shares_.push_back(static_cast<double>(statistics.masked) /
@@ -73,11 +75,12 @@ std::vector<std::string> FirstFrames::findings() {
                                     "filtered"));
   }
   if (with_masks_ == 0) {
-    sentences.push_back(concatenate(
-        "dynfilter: none of ", first, " had masks, so that ",
-        with_motion_ > 0 ? "motion alone removed features: does " : "nothing was removed: does ",
-        names_.masks_key, " in ", names_.file,
-        " give those of this recording, for the times of its frames?"));
+    const bool removes = with_motion_ > 0 || has_static_mask_;
+    sentences.push_back(concatenate("dynfilter: none of ", first, " had masks, so that ",
+                                    removes ? "only motion or static_mask removed features: does "
+                                            : "nothing was removed: does ",
+                                    names_.masks_key, " in ", names_.file,
+                                    " give those of this recording, for the times of its frames?"));
   }
   if (motion_ != MotionOutcome::not_run && with_motion_ == 0) {
     sentences.push_back(concatenate(

@@ -48,6 +48,7 @@ class FirstFrames {
 
   FirstFramesNames names_;
   std::size_t frames_ = 0, with_image_ = 0, with_masks_ = 0, with_motion_ = 0;
+  bool has_static_mask_ = false;                   // that removed features
   MotionOutcome motion_ = MotionOutcome::not_run;  // of the last frame with an image
   std::vector<double> depths_m_;                   // median depths of frames with depth
   std::vector<double> masked_shares_;              // of frames with features and persons

@@ -31,6 +31,9 @@ std::vector<std::string> find_idle_settings(const SettingsFile& file,
 #else
   const bool has_motion = false;
 #endif
+  // The rule "paper" takes the depths of pairs around objects, as the rule "depth" does.
+  const bool by_areas = rule == CompensationRule::depth ||
+                        (rule == CompensationRule::paper && settings.matches_pairs);
   const Dependents all[] = {
       {has_motion, file.key_of("motion") + ": 1", {"wait_for_motion"}},
       {settings.overlay_every == 0 || !settings.output_folder.empty(),
@@ -49,8 +52,11 @@ std::vector<std::string> find_idle_settings(const SettingsFile& file,
        with_rule + ": \"depth\"",
        {"object_depth.min_half_width_m", "object_depth.max_half_width_m", "min_nearness",
         "min_nearness_if_stale", "min_nearness_in_shadow", "mask_margin_px", "shadow_px",
-        "max_beyond_range_m", "min_off_middle_m", "feature_reach_px", "feature_doubt_px",
-        "min_feature_share", "stale_age_s", "motion_px_per_s"}},
+        "max_beyond_range_m", "min_off_middle_m", "feature_doubt_px", "min_feature_share"}},
+      {by_areas,
+       with_rule + ": \"depth\", or \"paper\" with pairs",
+       {"feature_reach_px", "motion_px_per_s"}},
+      {by_areas || has_motion, with_rule + ": \"depth\", or motion", {"stale_age_s"}},
       {rule != CompensationRule::mask,
        with_rule + ": \"depth\" or \"paper\"",
        {"match_pairs", "min_depth_m"}},

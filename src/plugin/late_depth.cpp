@@ -5,9 +5,8 @@
 
 #include <algorithm>
 
-#include <opencv2/imgproc.hpp>
-
 #include "dynfilter/moved_depth.hpp"
+#include "plugin/host_image.hpp"
 
 namespace dynfilter::detail {
 
@@ -18,11 +17,8 @@ FrameView LateDepth::in_step(const FrameView& frame) {
                         std::min(frame.image.cols, frame.image.rows) >= min_side_px;
   if (frames_late_ == 0 || !is_known) return frame;
   cv::Mat grey;
-  if (frame.image.channels() == 3) {
-    cv::cvtColor(frame.image, grey, cv::COLOR_BGR2GRAY);
-  } else {
-    grey = frame.image.clone();
-  }
+  in_grey(frame.image, grey);
+  if (grey.empty()) grey = frame.image.clone();  // the pixels are the host's
   FrameView moved = frame;
   const double gap_s = frame.timestamp_s - last_time_s_;
   if (last_grey_.size() == grey.size() && gap_s > 0 && gap_s <= max_gap_s) {

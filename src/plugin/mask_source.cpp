@@ -4,6 +4,7 @@
 #include "plugin/mask_source.hpp"
 
 #include <exception>
+#include <iostream>
 #include <stdexcept>
 #include <utility>
 
@@ -144,7 +145,11 @@ std::optional<Segmentation> MaskSource::segment_or_continue(const FrameView& fra
     if (!continues_without_masks_) {
       throw std::runtime_error(origin_ + error.what() + remedy_);
     }
-    ++failures_;
+    if (++failures_ == 1) {
+      std::cerr << "dynfilter: " << origin_ << error.what()
+                << " (this frame, and others that fail, "
+                << "go on without masks)" << std::endl;
+    }
     return {};
   }
 }

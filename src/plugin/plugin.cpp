@@ -209,6 +209,11 @@ FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
   detail::FrameTimes times;
   detail::require_matching_sizes(columns);
   const FrameView as_given = view(timestamp_s, depth);
+  if (depth.type() == CV_16UC1 && !depth.empty() && !(as_given.metres_per_unit > 0)) {
+    detail::throw_misuse("Plugin::filter",
+                         "CV_16UC1 depth, and no DepthMapFactor above 0 in " + settings.file,
+                         "one there: 5000 for TUM, 1000 for millimetres");
+  }
   validate(as_given, "Plugin::filter");
   const auto loan = depth_check.lend(as_given);  // until this returns
   const FrameView frame = late_depth.in_step(as_given);

@@ -12,6 +12,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/number_text.hpp"
 #include "io/hand_over_names.hpp"
 #include "io/image_file.hpp"
 #include "plugin/idle_settings.hpp"
@@ -35,6 +36,11 @@ void read_segmenter(SettingsFile& file, PluginSettings& settings) {
 #ifdef DYNFILTER_HAS_REMOTE_SEGMENTER
   file.read_text("remote", settings.remote);
   file.read_number("remote_timeout_s", settings.remote_timeout_s);
+#else
+  if (file.has("remote")) {
+    file.refuse("remote", "a socket, but this dynfilter was built without remote masks",
+                "one built for Linux");
+  }
 #endif
   file.read_text("model", settings.model);
 #ifndef DYNFILTER_HAS_NETWORKS
@@ -202,8 +208,11 @@ PinholeCamera read_camera(const SettingsFile& file) {
                        number("k2"), number("p1"), number("p2"), number("k3")};
   // ORB-SLAM3 does not read the distortion of images that are rectified already.
   if (type == "Rectified") camera = {camera.fx, camera.fy, camera.cx, camera.cy};
-  if (!(camera.fx > 0 && camera.fy > 0)) {
-    file.refuse("motion", "1 without " + prefix + "fx and " + prefix + "fy above 0",
+  const bool has_centre = file.host_real(prefix + "cx") && file.host_real(prefix + "cy");
+  if (!(camera.fx > 0 && camera.fy > 0 && has_centre)) {
+    file.refuse("motion",
+                "1 without " + prefix + "fx and " + prefix + "fy above 0, " + prefix + "cx and " +
+                    prefix + "cy",
                 "the host's camera in this file");
   }
   if (prefix == "Camera1.") {
@@ -217,6 +226,23 @@ PinholeCamera read_camera(const SettingsFile& file) {
   return camera;
 }
 #endif
+
+/// Refuses numbers out of range that the filter's own options do not hold. Their users would refuse
+/// them, too, but later, and `dynfilter doctor` makes no user.
+void require_ranges(const SettingsFile& file, const PluginSettings& settings) {
+  const auto require = [&](bool is_right, const char* name, double value, const char* want) {
+    if (!is_right) file.refuse(name, concatenate(value), want);
+  };
+  const double reach_s = settings.mask_folder_options.max_time_difference_s;
+  require(reach_s >= 0 && is_time_in_seconds(reach_s), "max_time_difference_s", reach_s,
+          "at least 0 seconds");
+  require(settings.max_wait_s >= 0 && settings.max_wait_s <= 3600, "max_wait_s",
+          settings.max_wait_s, "0 to 3600 seconds");
+  require(settings.remote_timeout_s > 0 && settings.remote_timeout_s <= 3600, "remote_timeout_s",
+          settings.remote_timeout_s, "above 0 and at most 3600 seconds");
+  require(settings.stereo.min_depth_m > 0 && settings.stereo.min_depth_m <= 1e6, "min_depth_m",
+          settings.stereo.min_depth_m, "above 0 and at most 1000000 metres");
+}
 
 /// Returns the key of a setting that does nothing without images; empty if none is set.
 std::string find_image_key(const SettingsFile& file, const PluginSettings& settings) {
@@ -256,12 +282,19 @@ PluginSettings read_plugin_settings(const std::string& path, const std::string& 
   if (with_motion) settings.motion_camera = read_camera(file);
   read_wait_for_motion(file, settings.wait_for_motion);
   if (!with_motion) settings.wait_for_motion = 0;
+#else
+  for (const char* name : {"motion", "wait_for_motion"}) {
+    if (!file.has(name)) continue;
+    file.refuse(name, "a value, but this dynfilter was built without motion",
+                "one built with -DDYNFILTER_BUILD_MOTION=ON");
+  }
 #endif
   read_depth_frames_late(file, settings.depth_frames_late);
   file.read_text("output_folder", settings.output_folder);
   file.read_count("overlay_every", settings.overlay_every);
   file.read_text("video", settings.video);
   file.finish();
+  require_ranges(file, settings);
   settings.source_key = require_one_segmenter(file, settings);
   settings.video_key = file.key_of("video");
   settings.image_key = find_image_key(file, settings);

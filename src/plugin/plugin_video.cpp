@@ -4,6 +4,7 @@
 #include "plugin/plugin_video.hpp"
 
 #include <exception>
+#include <iostream>
 #include <mutex>
 #include <stdexcept>
 #include <vector>
@@ -14,8 +15,8 @@ namespace {
 void finish(FilterVideo& video) {
   try {
     video.finish();
-  } catch (const std::exception&) {
-    // The file does not appear, and nobody is left to be told.
+  } catch (const std::exception& error) {
+    std::cerr << "dynfilter: " << error.what() << std::endl;  // nobody is left to catch it
   }
 }
 

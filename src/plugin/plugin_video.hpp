@@ -27,7 +27,8 @@ class PluginVideo {
   explicit PluginVideo(const PluginSettings& settings);
   PluginVideo(const PluginVideo&) = delete;
   PluginVideo& operator=(const PluginVideo&) = delete;
-  /// Finishes the video. If that fails, for example on a full disk, there is no file.
+  /// Finishes the video. If that fails, for example on a full disk, there is no file, and standard
+  /// error says why.
   ~PluginVideo();
 
   /// Adds a frame. `judged` are the filter's statistics, before the host was made to wait;

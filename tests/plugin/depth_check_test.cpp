@@ -179,6 +179,9 @@ TEST_F(DepthCheckTest, SaysOnceWhatToSetHoweverEarlyItEnds) {
             std::string::npos)
       << text;
   EXPECT_EQ(said(4 * look, options), text);
+  options.frames = static_cast<std::size_t>(look) - 1;
+  EXPECT_EQ(said(look, options).find("dynfilter: depth is late by "), 0U) << "its last frame";
+  options.frames = DepthCheckOptions().frames;
   options.known_late = 1;
   EXPECT_EQ(said(4 * look, options), "") << "the host knows it";
 }

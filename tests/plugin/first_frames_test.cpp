@@ -124,11 +124,15 @@ TEST(FirstFrames, MissMasks) {
             Sentences({"dynfilter: none of the first 30 frames had masks, so that nothing was "
                        "removed: does dynfilter.mask_folder in TUM3.yaml give those of this "
                        "recording, for the times of its frames?"}));
-  statistics.motion.outcome = MotionOutcome::applied;
-  EXPECT_EQ(said(frame_with(2), statistics),
-            Sentences({"dynfilter: none of the first 30 frames had masks, so that motion alone "
-                       "removed features: does dynfilter.mask_folder in TUM3.yaml give those of "
-                       "this recording, for the times of its frames?"}));
+  FrameStatistics with_motion = statistics, with_static_mask = statistics;
+  with_motion.motion.outcome = MotionOutcome::applied;
+  with_static_mask.masked = 50;
+  for (const FrameStatistics& some : {with_motion, with_static_mask}) {
+    EXPECT_EQ(said(frame_with(2), some),
+              Sentences({"dynfilter: none of the first 30 frames had masks, so that only motion or "
+                         "static_mask removed features: does dynfilter.mask_folder in TUM3.yaml "
+                         "give those of this recording, for the times of its frames?"}));
+  }
 }
 
 TEST(FirstFrames, SuspectMasksThatTakeNearlyEverything) {

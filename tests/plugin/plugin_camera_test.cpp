@@ -29,10 +29,12 @@ constexpr const char* orb_slam3 =
     "Camera1.fx: 500\nCamera1.fy: 510\nCamera1.cx: 320\nCamera1.cy: 240\nCamera1.k1: 0.125\n";
 
 TEST(PluginCamera, IsThatOfEitherHost) {
-  const PinholeCamera camera = read("Camera.fx: 500\nCamera.fy: 510\nCamera.p2: -0.5\n");
+  const PinholeCamera camera =
+      read("Camera.fx: 500\nCamera.fy: 510\nCamera.cx: 0\nCamera.cy: 240\nCamera.p2: -0.5\n");
   EXPECT_EQ(camera.fx, 500);
   EXPECT_EQ(camera.fy, 510);
   EXPECT_EQ(camera.cx, 0);
+  EXPECT_EQ(camera.cy, 240);
   EXPECT_EQ(camera.p2, -0.5);
   EXPECT_EQ(read(orb_slam3).cx, 320);
   EXPECT_EQ(read(orb_slam3).k1, 0.125);
@@ -66,10 +68,10 @@ TEST(PluginCamera, IsThatOfTheImagesThatOrbSlam3Resized) {
 TEST(PluginCamera, MayNotWaitForMotionForEver) {
   const testing::TemporaryFolder folder;
   const auto wait_of = [&](const std::string& frames) {
-    const std::string lines =
-        "%YAML:1.0\n---\nCamera.fx: 500\nCamera.fy: 510\ndynfilter.motion: 1\n"
-        "dynfilter.mask_folder: \"masks\"\ndynfilter.wait_for_motion: " +
-        frames + "\n";
+    const std::string lines = std::string("%YAML:1.0\n---\n") + orb_slam3 +
+                              "dynfilter.motion: 1\n"
+                              "dynfilter.mask_folder: \"masks\"\ndynfilter.wait_for_motion: " +
+                              frames + "\n";
     return read_plugin_settings(folder.write("wait.yaml", lines).string(), "dynfilter")
         .wait_for_motion;
   };
@@ -80,9 +82,8 @@ TEST(PluginCamera, MayNotWaitForMotionForEver) {
 TEST(PluginCamera, IsNeededForWaitForMotion) {
   const testing::TemporaryFolder folder;
   const auto settings = [&](const std::string& motion) {
-    const std::string lines =
-        "%YAML:1.0\n---\nCamera.fx: 500\nCamera.fy: 510\n"
-        "dynfilter.mask_folder: \"masks\"\ndynfilter.wait_for_motion: 15\n";
+    const std::string lines = std::string("%YAML:1.0\n---\n") + orb_slam3 +
+                              "dynfilter.mask_folder: \"masks\"\ndynfilter.wait_for_motion: 15\n";
     return read_plugin_settings(folder.write("wait.yaml", lines + motion).string(), "dynfilter");
   };
   EXPECT_EQ(settings("dynfilter.motion: 1\n").wait_for_motion, 15U);

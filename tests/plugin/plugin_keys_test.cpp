@@ -98,7 +98,9 @@ TEST_F(PluginTest, RefusesWrongValuesByKey) {
       {"margin_px: -1", "margin_px = -1"},
       {"margin_per_diameter: [ 1 ]", "dynfilter.margin_per_diameter: got a list"},
       {"margin_per_diameter: -0.5", "margin_per_diameter = -0.5"},
-      {"max_time_difference_s: -1.0", "max_time_difference_s = -1"},
+      {"max_time_difference_s: -1.0", "dynfilter.max_time_difference_s: got -1; want at least 0"},
+      {"max_time_difference_s: .inf", "dynfilter.max_time_difference_s: got "},
+      {"remote_timeout_s: 0", "dynfilter.remote_timeout_s: got 0; want above 0"},
       {"max_time_difference_s: \"x\"", "dynfilter.max_time_difference_s: got \"x\""},
       {"box_margin_px: 1.5", "dynfilter.box_margin_px: got 1.5; want a whole number"},
       {"min_pixels: 0", "min_pixels = 0"},
@@ -200,6 +202,13 @@ TEST_F(PluginTest, NamesSettingsWithoutEffect) {
                 .find("dynfilter.read_ahead has no effect; it needs dynfilter.mask_folder and no "
                       "dynfilter.async"),
             std::string::npos);
+  // With pairs, the rule "paper" takes the areas around objects from the options of "depth".
+  for (const char* line :
+       {"feature_reach_px: 30\n", "motion_px_per_s: 300\n", "stale_age_s: 1\n"}) {
+    const std::string key = std::string("dynfilter.") + line;
+    EXPECT_EQ(said_of(settings("dynfilter.rule: \"paper\"\n" + key)), "") << line;
+    EXPECT_NE(said_of(settings("dynfilter.rule: \"mask\"\n" + key)), "") << line;
+  }
 }
 
 TEST_F(PluginTest, TakesSettingsThatSayNothing) {

@@ -135,7 +135,7 @@ TEST_F(PluginTest, NeedsExactlyOneSourceOfMasks) {
   refuses_file(settings("dynfilter.async: \"late\"\n"), "dynfilter.async: got");
   refuses_file(settings("dynfilter.propagate: 1\n"), "dynfilter.propagate: got");
   refuses_file(settings("dynfilter.async: \"limited_wait\"\ndynfilter.max_wait_s: -1\n"),
-               "max_wait_s = -1");
+               "dynfilter.max_wait_s: got -1; want 0 to 3600");
 #if defined(__linux__)
   refuses_file(settings("dynfilter.remote: \"socket\"\n"), "got mask_folder and remote");
 #endif
@@ -212,7 +212,11 @@ TEST_F(PluginTest, WithoutAListenerItFailsOrContinuesAsConfigured) {
   const char* keep = "dynfilter.missing_masks: \"keep\"\n";
   for (const char* thread : {"", "dynfilter.async: \"wait\"\n"}) {
     Plugin lenient(raw_settings(remote_settings(path("nobody")) + keep + thread));
+    ::testing::internal::CaptureStderr();
     EXPECT_EQ(kept_in_frames(lenient, 3).back().size(), frame.keypoints.size()) << thread;
+    const std::string said = ::testing::internal::GetCapturedStderr();
+    EXPECT_NE(said.find("dynfilter.remote: " + path("nobody").string()), std::string::npos) << said;
+    EXPECT_EQ(said.find("go on without masks"), said.rfind("go on without masks")) << "said once";
     EXPECT_EQ(lenient.counters().mask_failures, 3U) << thread;
     EXPECT_EQ(lenient.counters().without_masks, 3U) << thread;
   }

@@ -310,6 +310,9 @@ TEST_F(PluginMotion, NeedsThePinholeCameraOfTheHost) {
   expect_error<Bad>([&] { Plugin{settings(on + "Camera1.fx: 500\n")}; }, "Camera1.fy above 0");
   expect_error<Bad>([&] { Plugin{settings(on + "Camera.fy: 500\n")}; }, "Camera.fx");
   expect_error<Bad>(
+      [&] { Plugin{settings(on + "Camera.fx: 500\nCamera.fy: 500\nCamera.cx: 1\n")}; },
+      "Camera.cx and Camera.cy; want the host's camera");
+  expect_error<Bad>(
       [&] { Plugin{settings(on + "Camera.type: \"KannalaBrandt8\"\n" + camera_keys)}; },
       "a pinhole camera");
   expect_error<Bad>([&] { Plugin{settings("dynfilter.motion: 2\n")}; }, "dynfilter.motion");

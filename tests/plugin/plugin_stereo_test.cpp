@@ -289,7 +289,7 @@ TEST_F(PluginTest, SettingsOfThePairArrive) {
   EXPECT_GT(removed("dynfilter.rule: \"depth\"\ndynfilter.dynamic_classes: [ 0 ]\n"), by_host);
   EXPECT_EQ(removed("dynfilter.dynamic_classes: [ 7 ]\n"), 0U);
   expect_error<std::runtime_error>([&] { removed("dynfilter.min_depth_m: 0\n"); },
-                                   "StereoDepths: got min_depth_m = 0");
+                                   "dynfilter.min_depth_m: got 0; want above 0");
 }
 
 TEST_F(PluginTest, RefusesAnUnequalPair) {

@@ -203,6 +203,18 @@ TEST_F(PluginTest, SaysWhatIsOddAboutTheFirstFrames) {
             std::string::npos);
 }
 
+TEST_F(PluginTest, NamesTheFactorThatDepthInWholeNumbersLacks) {
+  const std::string without = path("without.yaml").string();
+  std::ofstream(without) << "%YAML:1.0\ndynfilter.mask_folder: \"" << masks().string() << "\"\n";
+  Plugin plugin(without);
+  HostFrame frame(0);
+  cv::Mat depth;
+  frame.depth.convertTo(depth, CV_16UC1, 5000);
+  expect_error<std::invalid_argument>(
+      [&] { plugin.filter(frame.timestamp_s, depth, frame.keypoints, frame.descriptors); },
+      "no DepthMapFactor above 0 in " + without);
+}
+
 TEST_F(PluginTest, CountsUnpairedCalls) {
   Plugin plugin(settings());
   HostFrame first(0), second(1);

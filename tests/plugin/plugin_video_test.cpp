@@ -133,6 +133,17 @@ TEST_F(PluginVideo, WithoutFramesThereIsNone) {
   EXPECT_FALSE(fs::exists(film()));
 }
 
+TEST_F(PluginVideo, SaysWhyItDoesNotAppear) {
+  ::testing::internal::CaptureStderr();
+  {
+    Plugin plugin(with_video(film()));
+    filter(plugin, 2);
+    fs::create_directory(film());  // somebody takes its place
+  }
+  const std::string said = ::testing::internal::GetCapturedStderr();
+  EXPECT_NE(said.find("dynfilter: " + film().string()), std::string::npos) << said;
+}
+
 TEST_F(PluginVideo, AppearsWhenAHostExitsThatNeverDeletesItsPlugin) {
   const bool with_mp4 = writes_mp4(path("."));
   for (const char* name : {"film.avi", "film.mp4"}) {
