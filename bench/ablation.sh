@@ -25,8 +25,8 @@ Installs the packages that are missing (Debian, Ubuntu), or says which.
                  pushed_plain,carried,carried_slow,carried_plain,still_camera,rotation,fast,
                  crowd; any name with _depth_late after it: depth a frame older
   --seeds LIST   default 101-115: seeds that tuned nothing
-  --rules LIST   default: all but those that compare frames, and those for late masks, which
-                 late_masks.sh compares
+  --rules LIST   default: all but those that compare frames, those about motion and with weights,
+                 and those for late masks, which late_masks.sh compares
   --truth NAME   what is dynamic: class (the default), persons whether they move or not, or motion,
                  what moves
   --out DIR      default: out/ablation in the repository, with --every out/ablation_every_N,

@@ -64,7 +64,8 @@ dynfilter::FeatureLabels filtered(const dynfilter::DynamicFilter& filter,
 }
 END
 
-read -ra flags <<<"$(pkg-config --cflags opencv4) -std=c++17 -O2 -I$root/include"
+read -ra flags <<<"$(pkg-config --cflags opencv4) -std=c++17 -O2"
+flags+=("-I$root/include")
 # "<name> <user seconds> <peak MiB>" a line, in turns, since a machine's speed changes.
 for ((run = 0; run < runs; ++run)); do
   while read -r name file flag; do

@@ -117,10 +117,13 @@ fill_marks() {
   if ! grep -q "<!-- $2: begin -->" "$1" || ! grep -q "<!-- $2: end -->" "$1"; then
     die "$1 has no marks '$2'"
   fi
+  local page
+  page=$(mktemp "$1.XXXXXX")
   awk -v name="$2" -v text="$(printf '%s\n' '```text' "$3" '```')" '
     index($0, "<!-- " name ": begin -->") { print; print text; skip = 1; next }
     index($0, "<!-- " name ": end -->") { skip = 0 }
-    !skip' "$1" >"$1.new"
-  mv "$1.new" "$1"
+    !skip' "$1" >"$page" || { rm "$page" && die "$1 could not be rewritten"; }
+  chmod --reference="$1" "$page"
+  mv "$page" "$1"
   log "updated the $2 in $1"
 }

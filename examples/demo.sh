@@ -39,7 +39,7 @@ while (($#)); do
       exit 2
       ;;
     *)
-      [[ -z $sequence ]] || { usage >&2; exit 2; }
+      [[ -z $sequence && -n $1 ]] || { usage >&2; exit 2; }
       sequence=$1
       ;;
   esac

@@ -24,7 +24,7 @@ ctest summary comes last. Stops at the first step that fails. Installs the packa
            packages   the Debian packages, in bare systems (only root can make them)
            arm64      the core on ARM64, in a bare system
            valgrind   some unit tests of the dev build under valgrind
-           dev        all tests in the dev build
+           dev        the tests in the dev build; the slow ones with --all
 
   DYNFILTER_BUILD_DIR         folder of the dev build, default build/dev; others lie beside it
   DYNFILTER_DATA_DIR          folder with recorded data for tests that can use it
@@ -103,7 +103,7 @@ step_sanitized() {
   build "${other_dirs}asan-ubsan" "${unit_tests_only[@]}" -DCMAKE_BUILD_TYPE=Debug \
     -DCMAKE_CXX_FLAGS_DEBUG="-g1 -O1 -D_GLIBCXX_ASSERTIONS -D_DEBUG" -DDYNFILTER_SANITIZE=address,undefined
   ASAN_OPTIONS=halt_on_error=1:detect_leaks=1 UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1 \
-    LSAN_OPTIONS="suppressions=$root/tests/lsan.supp:print_suppressions=0" \
+    LSAN_OPTIONS="suppressions='$root/tests/lsan.supp':print_suppressions=0" \
     run_tests "${other_dirs}asan-ubsan" -LE "$not_these"
 }
 
@@ -114,7 +114,7 @@ step_threads() {
   configure "$folder" "${unit_tests_only[@]}" -DCMAKE_BUILD_TYPE=RelWithDebInfo \
     -DDYNFILTER_SANITIZE=thread
   cmake --build "$folder" -j "$jobs" --target threads_tests
-  TSAN_OPTIONS="halt_on_error=1:suppressions=$root/tests/tsan.supp:print_suppressions=0" \
+  TSAN_OPTIONS="halt_on_error=1:suppressions='$root/tests/tsan.supp':print_suppressions=0" \
     run_tests "$folder" -L threads --no-tests=error
 }
 

@@ -135,7 +135,8 @@ void add_ablate_command(CLI::App& program, const std::string& called_as) {
       "Compare rules on sequences, or on levels and seeds: features left and removed, rates, and\n"
       "the errors of the reference odometry. A job is one scene under one rule. Its results go to\n"
       "OUT/<scene>/<rule>, and the tables are made from all results in OUT.");
-  command->add_option("SEQUENCES", options->sequences, "folders of sequences");
+  CLI::Option* sequences =
+      command->add_option("SEQUENCES", options->sequences, "folders of sequences");
   command->add_option("--masks", options->masks,
                       "folder of the masks of one SEQUENCE [SEQUENCE/masks]; dynfilter masks makes "
                       "them\nwith --model or --remote");
@@ -147,8 +148,9 @@ void add_ablate_command(CLI::App& program, const std::string& called_as) {
                    "example eroded,cut,disc,poor,late; the rim is then 15 px wide")
       ->delimiter(',')
       ->allow_extra_args(false)
-      ->check(CLI::IsMember(degradation_names()));
-  add_depth_offset_option(*command, options->depth_offset_s);
+      ->check(CLI::IsMember(degradation_names()))
+      ->needs(sequences);
+  add_depth_offset_option(*command, options->depth_offset_s)->needs(sequences);
   CLI::Option* levels = command
                             ->add_option("--levels", options->levels,
                                          "levels of dynfilter synth, such as medium,hard")
@@ -192,7 +194,12 @@ void add_ablate_command(CLI::App& program, const std::string& called_as) {
       "  dynfilter ablate --levels medium --seeds 1-20 --out sweep --list |\n"
       "    xargs -d '\\n' -P 2 -n 1 sh -c\n"
       "  dynfilter ablate --gather sweep");
-  command->callback([options] { ablate(*options); });
+  command->callback([options, command] {
+    if (!options->gather.empty()) {  // results tell the rest
+      require_nothing_but(*command, {"--gather", "--report"}, "--gather");
+    }
+    ablate(*options);
+  });
 }
 
 }  // namespace dynfilter::tools

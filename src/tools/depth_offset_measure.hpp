@@ -6,6 +6,7 @@
 
 #include <exception>
 #include <optional>
+#include <string>
 
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
 #include "dynfilter/segmenters/depth_offset_estimator.hpp"
@@ -43,8 +44,9 @@ class OptionalMasks {
     const auto folder = sequence.masks_folder();
     try {
       if (folder) segmenter_.emplace(*folder);
-    } catch (const std::exception&) {  // other checks tell
+    } catch (const std::exception& error) {
       segmenter_.reset();
+      first_error_ = error.what();
     }
   }
 
@@ -52,13 +54,18 @@ class OptionalMasks {
   std::optional<Segmentation> of(const FrameView& frame) {
     try {
       if (segmenter_ && segmenter_->has_mask(frame.timestamp_s)) return segmenter_->segment(frame);
-    } catch (const std::exception&) {
+    } catch (const std::exception& error) {
+      if (first_error_.empty()) first_error_ = error.what();
     }
     return {};
   }
 
+  /// Says what was wrong with the first malformed masks; empty if nothing was.
+  const std::string& first_error() const { return first_error_; }
+
  private:
   std::optional<MaskFolderSegmenter> segmenter_;
+  std::string first_error_;
 };
 
 }  // namespace dynfilter::tools

@@ -107,8 +107,10 @@ void add_doctor_command(CLI::App& program) {
       "doctor",
       "Say what this program can do here, and what is odd about a sequence, or about the settings "
       "of\nthe plugin for ORB-SLAM. Changes nothing.");
-  command->add_option("SEQUENCE", options->sequence, "folder of the sequence to examine");
-  command->add_option("--camera", options->camera, "camera file [SEQUENCE/camera.yaml]");
+  CLI::Option* sequence =
+      command->add_option("SEQUENCE", options->sequence, "folder of the sequence to examine");
+  command->add_option("--camera", options->camera, "camera file [SEQUENCE/camera.yaml]")
+      ->needs(sequence);
   command->add_option(
       "--settings", options->settings,
       "the host's settings file, whose keys dynfilter.* the plugin reads; relative\n"

@@ -175,16 +175,17 @@ void add_eval_command(CLI::App& program) {
       ->check(real_number(0, 10))
       ->capture_default_str();
   command->add_flag("--scale", options->absolute.with_scale, "align the scale too (mono)");
-  command
-      ->add_option("--interval", options->relative.interval_s,
-                   "interval of the relative error, seconds")
-      ->check(real_number(1e-6, 1e9))
-      ->capture_default_str();
+  CLI::Option* interval = command
+                              ->add_option("--interval", options->relative.interval_s,
+                                           "interval of the relative error, seconds")
+                              ->check(real_number(1e-6, 1e9))
+                              ->capture_default_str();
   command
       ->add_option(
           "--frames", options->relative.interval_frames,
           "interval of the relative error in poses, instead of seconds; 1 = frame to frame")
-      ->transform(whole_number(1, 1000000));
+      ->transform(whole_number(1, 1000000))
+      ->excludes(interval);
   command->add_option("--baseline", options->baseline,
                       "another estimate; print the improvement of the error on it");
   command->add_option("--json", options->json,

@@ -76,10 +76,10 @@ void add_mask_feed_options(CLI::App& command, MaskFeedOptions& options) {
               "--max-wait at most, take the latest, or drop masks that are not ready")
           ->check(CLI::IsMember(detail::hand_over_names()));
   command
-      .add_option("--max-wait", options.max_wait_s, "longest wait of --async limited_wait, seconds")
+      .add_option("--max-wait", options.max_wait_s,
+                  "longest wait of --async limited_wait, seconds [0.03]")
       ->needs(hand_over)
-      ->check(real_number(0, 3600))
-      ->capture_default_str();
+      ->check(real_number(0, 3600));
   command
       .add_option_function<std::string>(
           "--most-wait",
@@ -105,6 +105,12 @@ MaskFeed::MaskFeed(const MaskFeedOptions& options, const FrameSource& source)
     : options_(options), source_name_(source.masks_name()) {
   const bool by_thread = !options.hand_over.empty();
   if (!options.segmenter.is_unset()) segmenter_ = options.segmenter.make();
+  if (options.missing_masks == "keep" && !segmenter_) {
+    throw std::runtime_error("--missing-masks keep is for a segmenter, --model or --remote");
+  }
+  if (options.max_wait_s && options.hand_over != "limited_wait") {
+    throw std::runtime_error("--max-wait is for --async limited_wait");
+  }
   if (!by_thread) return;
   if (!segmenter_) {
     if (source_name_.empty()) {
@@ -119,7 +125,7 @@ MaskFeed::MaskFeed(const MaskFeedOptions& options, const FrameSource& source)
   }
   AsyncSegmenterOptions thread;
   thread.hand_over = detail::hand_over_of(options.hand_over);
-  thread.max_wait_s = options.max_wait_s;
+  thread.max_wait_s = options.max_wait_s.value_or(default_max_wait_s);
   thread_ = std::make_unique<AsyncSegmenter>(std::move(segmenter_), thread);
 }
 
@@ -145,16 +151,12 @@ void MaskFeed::submit(const SourceFrame& frame) {
 }
 
 std::optional<Segmentation> MaskFeed::collect(const SourceFrame& frame) {
-  if (thread_) return thread_->collect(frame.frame.id);
-  if (segmenter_) return segment_or_continue(frame.frame);
-  return frame.masks;
-}
-
-std::optional<Segmentation> MaskFeed::segment_or_continue(const FrameView& frame) {
+  if (!thread_ && !segmenter_) return frame.masks;
   try {
-    return segmenter_->segment(frame);
+    if (thread_) return thread_->collect(frame.frame.id);
+    return segmenter_->segment(frame.frame);
   } catch (const std::runtime_error& error) {
-    if (options_.missing_masks != "keep") {
+    if (!thread_ && options_.missing_masks != "keep") {
       throw std::runtime_error(std::string(error.what()) +
                                " (nothing was written; --missing-masks keep goes on without)");
     }
@@ -164,11 +166,13 @@ std::optional<Segmentation> MaskFeed::segment_or_continue(const FrameView& frame
 }
 
 std::string MaskFeed::report() const {
+  std::string report;
   if (failures_ > 0) {
-    return "frames without masks, because the segmenter failed: " + std::to_string(failures_) +
-           ", the first with: " + first_failure_;
+    report = "frames without masks, because the segmenter failed: " + std::to_string(failures_) +
+             ", the first with: " + first_failure_;
   }
-  if (!thread_) return "";
+  if (!thread_) return report;
+  if (!report.empty()) report += "\n";
   const AsyncSegmenterStatistics counts = thread_->statistics();
   char text[160];
   std::snprintf(text, sizeof text,
@@ -176,8 +180,8 @@ std::string MaskFeed::report() const {
                 static_cast<unsigned long long>(counts.segmented),
                 static_cast<unsigned long long>(counts.submitted), 1e3 * counts.mean_inference_s(),
                 static_cast<unsigned long long>(counts.failed));
-  if (pace_.cuts() == 0) return text;
-  std::string report = text;
+  report += text;
+  if (pace_.cuts() == 0) return report;
   std::snprintf(text, sizeof text,
                 "\njumps in time that were skipped (more than %g s, or back): %zu",
                 FramePace::max_gap_s, pace_.cuts());

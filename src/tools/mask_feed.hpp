@@ -19,10 +19,13 @@
 namespace dynfilter::tools {
 
 /// Where a run's masks come from, if not from the sequence, and when they are ready.
+/// Longest wait of `--async limited_wait` for masks, seconds.
+constexpr double default_max_wait_s = 0.03;
+
 struct MaskFeedOptions {
-  SegmenterSpec segmenter;  ///< is_unset(): the sequence's own masks
-  std::string hand_over;    ///< empty: masks are made on demand, without a thread
-  double max_wait_s = 0.03;
+  SegmenterSpec segmenter;              ///< is_unset(): the sequence's own masks
+  std::string hand_over;                ///< empty: masks are made on demand, without a thread
+  std::optional<double> max_wait_s;     ///< default_max_wait_s where it is not given
   double rate_hz = 0;                   ///< results a second at most; 0: no limit
   std::string missing_masks = "error";  ///< or "keep": a frame goes on if the segmenter fails at it
 };
@@ -52,7 +55,8 @@ class MaskFeed {
   void submit(const SourceFrame& frame);
 
   /// Returns the masks available for the frame. Passes on what the segmenter throws, unless the run
-  /// goes on without masks, and throws Interrupted if the user interrupts the wait for them.
+  /// goes on without masks, as it always does with a thread. Throws Interrupted if the user
+  /// interrupts the wait for them.
   std::optional<Segmentation> collect(const SourceFrame& frame);
 
   /// Reports what happened to the thread's frames, or to those at which the segmenter failed, in
@@ -61,8 +65,6 @@ class MaskFeed {
 
  private:
   class SourceMasks;
-
-  std::optional<Segmentation> segment_or_continue(const FrameView& frame);
 
   MaskFeedOptions options_;
   std::string source_name_;

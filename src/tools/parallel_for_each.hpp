@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <exception>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -35,7 +36,10 @@ void parallel_for_each(std::size_t count, const Work& work) {
   };
   const std::size_t cores = std::max(1U, std::thread::hardware_concurrency());
   std::vector<std::thread> threads;
-  for (std::size_t k = 1; k < std::min(cores, count); ++k) threads.emplace_back(take);
+  try {
+    for (std::size_t k = 1; k < std::min(cores, count); ++k) threads.emplace_back(take);
+  } catch (const std::system_error&) {  // no more threads can be had: those that run do the work
+  }
   take();
   for (std::thread& thread : threads) thread.join();
   if (failure) std::rethrow_exception(failure);

@@ -42,9 +42,9 @@ struct SyncOptions {
 constexpr const char* associations_beginning = "# written by dynfilter sync, checksum ";
 
 DepthOffsetMeasure measure_offset(const RgbdSequence& sequence,
-                                  const DepthOffsetEstimatorOptions& options) {
+                                  const DepthOffsetEstimatorOptions& options,
+                                  OptionalMasks& masks) {
   DepthOffsetMeasure measure(options);
-  OptionalMasks masks(sequence);
   ProgressBar progress("comparing edges", sequence.size());
   for (std::size_t i = 0; i < sequence.size(); ++i) {
     const FrameView frame = sequence.read(i);
@@ -119,7 +119,8 @@ void sync(const SyncOptions& options) {
   }
   require_harmless_file(sequence, options.camera, options.write, associations_beginning);
   require_harmless_file(sequence, options.camera, options.json, json_beginning("sync"));
-  const DepthOffsetMeasure measure = measure_offset(sequence, options.estimator);
+  OptionalMasks masks(sequence);
+  const DepthOffsetMeasure measure = measure_offset(sequence, options.estimator, masks);
   const DepthOffsetEstimate estimate = measure.estimate();
   const std::optional<SilhouetteLag> silhouettes = measure.by_silhouettes();
   const double offset_s = recommended_offset_s(estimate, sequence.depth_offset_s());
@@ -129,6 +130,9 @@ void sync(const SyncOptions& options) {
   if (silhouettes) {
     std::printf("\nby %zu edges of masked objects: late by %.2f frames (+-%.2f)\n",
                 silhouettes->edges, silhouettes->frames_late, silhouettes->sigma_frames);
+  }
+  if (!masks.first_error().empty()) {
+    std::printf("\nmasks that cannot be read do not count: %s\n", masks.first_error().c_str());
   }
   std::printf("\n%s\n", depth_offset_text(estimate).c_str());
   if (is_out_of_step(estimate)) {
@@ -159,6 +163,7 @@ void sync(const SyncOptions& options) {
                                 {"sigma_frames", silhouettes->sigma_frames},
                                 {"edges", silhouettes->edges}};
     }
+    if (!masks.first_error().empty()) json["masks_error"] = masks.first_error();
     write_replaceable_json(options.json, "sync", json);
   }
 }

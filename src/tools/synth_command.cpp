@@ -28,6 +28,7 @@
 #include "progress_bar.hpp"
 #include "scene_statistics.hpp"
 #include "segmenters/mask_table.hpp"
+#include "shared_options.hpp"
 
 namespace dynfilter::tools {
 namespace {
@@ -124,16 +125,6 @@ SyntheticSceneOptions scene_options(const Given& given) {
   return scene;
 }
 
-/// Refuses options that change a rendered scene, for a sequence that is there.
-void require_nothing_else(const CLI::App& command) {
-  for (const CLI::Option* option : command.get_options()) {
-    const bool says_what = option->get_name() == "FOLDER" || option->get_name() == "--statistics";
-    if (option->count() > 0 && !says_what) {
-      throw CLI::ExcludesError(option->get_name(), "FOLDER --statistics");
-    }
-  }
-}
-
 }  // namespace
 
 void add_synth_command(CLI::App& program) {
@@ -145,7 +136,8 @@ void add_synth_command(CLI::App& program) {
       "Write rgb/, depth/, their lists, groundtruth.txt, camera.yaml, the poor masks of a\n"
       "simulated network (masks/), the exact masks (masks_true/), the pixels that move in each\n"
       "frame (masks_moving/), and the lateness of depth (truth.yaml).");
-  command->add_option("FOLDER", options->folder, "folder for the sequence")->check(some_path());
+  CLI::Option* folder =
+      command->add_option("FOLDER", options->folder, "folder for the sequence")->check(some_path());
   command->add_option("--level", given->level, "a level of the list below [a scene of 90 frames]")
       ->type_name("LEVEL");
   command->add_option("--seed", given->seed, "another seed is another scene")
@@ -172,8 +164,10 @@ void add_synth_command(CLI::App& program) {
       "--statistics", options->statistics,
       "write nothing: print how depth behaves at the masks of the sequence in FOLDER,\n"
       "or without FOLDER of the level, to compare rendered and recorded sequences");
-  command->add_flag("--overwrite", options->overwrite,
-                    "replace an earlier scene in FOLDER when the new one is complete");
+  command
+      ->add_flag("--overwrite", options->overwrite,
+                 "replace an earlier scene in FOLDER when the new one is complete")
+      ->needs(folder);
   command->footer(
       "example: dynfilter synth scene --frames 90 --seed 1\n"
       "         dynfilter synth medium_5 --level medium --seed 5\n"
@@ -185,7 +179,9 @@ void add_synth_command(CLI::App& program) {
       throw CLI::RequiredError("FOLDER");
     }
     const bool rendered = options->folder.empty();
-    if (options->statistics && !rendered) require_nothing_else(*command);
+    if (options->statistics && !rendered) {  // options that change a rendered scene
+      require_nothing_but(*command, {"FOLDER", "--statistics"}, "FOLDER --statistics");
+    }
     options->scene = scene_options(*given);
     if (options->statistics) {
       const auto source = rendered ? render_scene(options->scene) : open_sequence(options->folder);

@@ -70,6 +70,17 @@ TEST_F(OddInput, OptionsWithoutEffectAreRefused) {
   expect_refused("ablate" + of + " --frames 1", "--frames requires --levels");
   expect_refused("ablate" + of + " --seeds 1-2", "--seeds requires --levels");
   expect_refused("synth" + of + " --statistics --frames 1", "--frames excludes");
+  const std::string out = " --out " + quoted(folder_ / "out");
+  expect_refused("ablate --levels medium --degrade poor" + out, "--degrade requires SEQUENCES");
+  expect_refused("ablate --levels medium --depth-offset 0.03" + out,
+                 "--depth-offset requires SEQUENCES");
+  expect_refused("ablate --gather " + quoted(folder_ / "out") + out, "--out excludes --gather");
+  expect_refused("run" + of + " --missing-masks keep" + out, "--missing-masks keep is for a ");
+  expect_refused("run" + of + " --async wait --max-wait 1" + out, "--max-wait is for --async ");
+  expect_refused("eval a b --interval 1 --frames 2", "--interval excludes --frames");
+  expect_refused("doctor --camera camera.yaml", "--camera requires SEQUENCE");
+  expect_refused("synth --statistics --level medium --overwrite", "--overwrite requires FOLDER");
+  EXPECT_FALSE(fs::exists(folder_ / "out"));
 }
 
 TEST_F(OddInput, EmptyValuesAreRefused) {
@@ -162,7 +173,7 @@ TEST_F(OddInput, AReportDoesNotWaitForAPipe) {
                 quoted(results))
                 .exit_code,
             0);
-  for (const char* name : {"trajectory.txt", "frames.csv"}) {
+  for (const char* name : {"trajectory.txt", "groundtruth.txt", "frames.csv"}) {
     const fs::path file = results / "scene/none" / name;
     fs::remove(file);
     ASSERT_EQ(mkfifo(file.c_str(), 0600), 0);

@@ -117,6 +117,16 @@ TEST_F(ProgramRemote, RunGoesOnWithoutMasksOnRequest) {
       << "a thread goes on by itself";
 }
 
+TEST_F(ProgramRemote, RunWithAThreadGoesOnWithoutMasks) {
+  const RemotePeer peer = peer_that_fails_at(3);
+  const Outcome outcome = run(run_into("result") + with_peer() + " --async wait");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("frames without masks, because the segmenter failed: 1, the first"))
+      << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("masks made in a thread: ")) << outcome.printed;
+  EXPECT_EQ(read_csv(out("result") / "frames.csv").size(), 1U + frames);
+}
+
 TEST_F(ProgramRemote, DoNotNeedTheMasksOfTheSequence) {
   const RemotePeer peer = peer_that_fails_each(1000);
   fs::copy(scene(), out("other"), fs::copy_options::recursive);

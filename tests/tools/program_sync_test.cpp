@@ -89,6 +89,15 @@ TEST_F(ProgramSync, MeasuresAndWritesAssociationsThatAreInStep) {
   EXPECT_TRUE(again.mentions("recommended: keep the pairs")) << again.printed;
 }
 
+TEST_F(ProgramSync, SaysThatItCannotReadTheMasks) {
+  const fs::path mask = scene() / "masks/instances.csv";
+  ASSERT_TRUE(fs::exists(mask));
+  std::ofstream(mask) << "nonsense\n";
+  const Outcome outcome = run("sync " + quoted(scene()));
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("masks that cannot be read do not count: ")) << outcome.printed;
+}
+
 TEST_F(ProgramSync, ReplacesOnlyWhatItWroteAndDoesNotRead) {
   const fs::path other = folder_ / "mine.txt";
   std::ofstream(other) << "mine\n# written by dynfilter sync, checksum 0123456789abcdef\n";

@@ -95,8 +95,10 @@ Points positions_during(const Trajectory& truth, const Trajectory& estimate) {
 /// Adds a run, aligned to the truth. Throws std::runtime_error that says what is wrong with the
 /// run's files.
 void add_aligned(AlignedRuns& all, const RunResult& run) {
+  for (const char* name : {"groundtruth.txt", "trajectory.txt"}) {
+    detail::require_regular_file(run.folder / name);  // a pipe could wait for ever
+  }
   const Trajectory truth = read_trajectory(run.folder / "groundtruth.txt");
-  detail::require_regular_file(run.folder / "trajectory.txt");  // a pipe could wait for ever
   const Trajectory estimate = read_trajectory(run.folder / "trajectory.txt");
   const AbsoluteTrajectoryError error = absolute_trajectory_error(estimate, truth);
   all.runs.push_back({run.rule, error.translation_m.rmse, positions_of(estimate, error.alignment)});

@@ -44,8 +44,9 @@ std::string explanation(Truth truth) {
       "p",
       "Every rule gets the same features of the same frames and decides which of them to remove. " +
           dynamic +
-          "static more than 3 px outside every silhouette, and on the rim in between, where either "
-          "verdict is right. \"Dynamic left\" counts the dynamic features that a rule keeps; "
+          "static more than 3 px outside every silhouette (15 px with --degrade, by the original "
+          "masks), and on the rim in between, where either verdict is right. "
+          "\"Dynamic left\" counts the dynamic features that a rule keeps; "
           "\"static removed\" counts the static features that it removes. The reference odometry "
           "uses the kept features. The ATE (absolute trajectory error) is the distance of its "
           "positions from the true ones after alignment.");
