@@ -61,10 +61,9 @@ struct MotionJudgeOptions {
   double max_pose_depth_range_m = 0.3;
   /// @{
   /// The camera's pose comes from the features that nobody suspects. A second one, by these and by
-  /// what compensation removed, takes its place if the median residual of the unsuspected features
-  /// is at most max_worse_fit times that by the first, plus max_worse_fit_px, or if the first is
-  /// not trusted. The
-  /// same limits hold for the scale of the pose of a camera that only turns.
+  /// what compensation removed, takes its place if the first is not trusted, or if the median
+  /// residual of the unsuspected features is at most max_worse_fit times that by the first, plus
+  /// max_worse_fit_px. The same limits hold for the scale of the pose of a camera that only turns.
   double max_worse_fit = 1.3;
   double max_worse_fit_px = 0.1;
   /// @}
@@ -89,8 +88,7 @@ struct MotionJudgeOptions {
   /// pixels, with a trusted prior also more); and the shift of a thing at the feature's depth that
   /// crosses the view at this speed. The last two also limit the change of its depth, beyond the
   /// sensor's noise. The limit in pixels is the larger one for what is far: at 30 frames a second
-  /// and a focal length of 525 px, 1.5 px over three frames are 0.06 m/s at 2 m and 0.11 m/s at 4
-  /// m.
+  /// and a focal length of 525 px, 1.5 px over three frames are 0.06 m/s at 2 m, 0.11 at 4 m.
   double min_shift_px = 1.5;
   double min_shift_scales = 6;
   double min_speed_m_s = 0.05;
