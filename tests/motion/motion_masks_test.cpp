@@ -53,6 +53,25 @@ TEST(MotionMasks, TakesMasksWithoutATimeForFresh) {
   EXPECT_GT(moving, 0U);
 }
 
+/// As the scores of the other stages, that of a feature that comes back counts the detector's
+/// confidence.
+TEST(MotionMasks, ConfidenceScalesTheScoresOfWhatComesBack) {
+  Rig sure, doubtful;
+  std::size_t restored = 0;
+  for (Shot shot : shots(0)) {
+    const FeatureLabels by_sure = sure.see(shot);
+    for (Instance& person : shot.rendered.true_segmentation.instances) person.score *= 0.5F;
+    const FeatureLabels by_doubtful = doubtful.see(shot);
+    for (std::size_t i = 0; i < by_sure.size(); ++i) {
+      EXPECT_EQ(by_sure[i].reason, by_doubtful[i].reason);
+      if (by_sure[i].reason != Reason::restored) continue;
+      EXPECT_FLOAT_EQ(by_doubtful[i].score, 0.5F * by_sure[i].score);
+      restored += by_sure[i].score > 0 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(restored, 100U);
+}
+
 /// In the last frame the camera goes as far as in eight frames before.
 TEST(MotionMasks, WithoutLimitTheCameraMayMoveInAnyWay) {
   MotionJudgeOptions options;
