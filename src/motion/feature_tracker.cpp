@@ -12,7 +12,7 @@
 #include <opencv2/video/tracking.hpp>
 
 #include "dynfilter/detail/errors.hpp"
-#include "quantile.hpp"
+#include "dynfilter/detail/quantile.hpp"
 
 namespace dynfilter {
 namespace {

@@ -9,7 +9,7 @@
 #include <optional>
 #include <vector>
 
-#include "quantile.hpp"
+#include "dynfilter/detail/quantile.hpp"
 
 namespace dynfilter::detail {
 namespace {

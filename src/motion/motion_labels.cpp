@@ -8,9 +8,9 @@
 #include <cstddef>
 
 #include "dynfilter/detail/mask_distance.hpp"
+#include "dynfilter/detail/quantile.hpp"
 #include "dynfilter/detail/rectangles.hpp"
 #include "instance_votes.hpp"
-#include "quantile.hpp"
 
 namespace dynfilter::detail {
 namespace {

@@ -7,8 +7,8 @@
 #include <optional>
 #include <vector>
 
+#include "dynfilter/detail/quantile.hpp"
 #include "motion_measurement.hpp"
-#include "quantile.hpp"
 #include "rotation.hpp"
 
 namespace dynfilter::detail {

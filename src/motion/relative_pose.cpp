@@ -10,9 +10,9 @@
 #include <tuple>
 
 #include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/quantile.hpp"
 #include "linear_residual.hpp"
 #include "pose_prior.hpp"
-#include "quantile.hpp"
 #include "random.hpp"
 #include "rotation.hpp"
 

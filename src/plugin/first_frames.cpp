@@ -3,22 +3,15 @@
 
 #include "plugin/first_frames.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <optional>
 
 #include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/quantile.hpp"
 #include "io/frame_table.hpp"
 
 namespace dynfilter::detail {
 namespace {
-
-/// Returns the median, the upper one of an even number. There must be a value.
-double median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// Returns the median of the depths at 16 x 16 places, metres; nothing if none has depth.
 std::optional<double> median_depth_m(const FrameView& frame) {
@@ -31,7 +24,7 @@ std::optional<double> median_depth_m(const FrameView& frame) {
     }
   }
   if (depths_m.empty()) return {};
-  return median(depths_m);
+  return quantile_of(depths_m);
 }
 
 double in_two_digits(double value) {
@@ -87,14 +80,14 @@ std::vector<std::string> FirstFrames::findings() {
         "dynfilter: ", names_.motion_key, " in ", names_.file, " judged nothing in ", first, ": ",
         name_of(motion_), depths_m_.empty() ? ". It needs a depth image with each frame" : ""));
   }
-  const double depth_m = depths_m_.empty() ? max_depth_m : median(depths_m_);
+  const double depth_m = depths_m_.empty() ? max_depth_m : quantile_of(depths_m_);
   if (depth_m < min_depth_m || depth_m > max_depth_m) {
     sentences.push_back(concatenate("dynfilter: the median depth of ", first, " is ",
                                     in_two_digits(depth_m), " m: is DepthMapFactor in ",
                                     names_.file,
                                     " right? It is 5000 for TUM and BONN, 1000 for millimetres"));
   }
-  const double masked = masked_shares_.empty() ? 0 : median(masked_shares_);
+  const double masked = masked_shares_.empty() ? 0 : quantile_of(masked_shares_);
   if (masked > max_masked_share) {
     sentences.push_back(concatenate("dynfilter: ", std::lround(100 * masked),
                                     " % of the features of ", first,

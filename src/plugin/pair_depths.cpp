@@ -3,11 +3,11 @@
 
 #include "plugin/pair_depths.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <stdexcept>
 
+#include "dynfilter/detail/quantile.hpp"
 #include "plugin/host_image.hpp"
 
 namespace dynfilter::detail {
@@ -60,10 +60,7 @@ double PairDepths::focal_baseline(const FeaturesView& features, const std::vecto
     const bool is_matched = depths_m[i] > 0 && right_x[i] >= 0 && disparity_px >= min_disparity_px;
     if (is_matched && std::isfinite(product)) products_.push_back(product);
   }
-  if (products_.empty()) return 0;
-  const auto median = products_.begin() + static_cast<std::ptrdiff_t>(products_.size() / 2);
-  std::nth_element(products_.begin(), median, products_.end());
-  return *median;
+  return products_.empty() ? 0 : quantile_of(products_);
 }
 
 }  // namespace dynfilter::detail

@@ -12,6 +12,7 @@
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/mask_row.hpp"
 #include "dynfilter/detail/pixel_scale.hpp"
+#include "dynfilter/detail/quantile.hpp"
 #include "dynfilter/detail/rectangles.hpp"
 
 namespace dynfilter {
@@ -28,12 +29,6 @@ constexpr double edges_sigma_frames = 0.2;
 
 constexpr detail::OptionCheck require(component);
 
-double median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// Returns the mean of the middle half of the values, which is as robust as their median, and
 /// finer.
 double middle_mean(std::vector<double>& values) {
@@ -45,9 +40,9 @@ double middle_mean(std::vector<double>& values) {
 
 /// Returns the standard deviation of normal values with this median absolute deviation.
 double spread(std::vector<double> values) {
-  const double middle = median(values);
+  const double middle = detail::quantile_of(values);
   for (double& value : values) value = std::abs(value - middle);
-  return 1.4826 * median(values);
+  return 1.4826 * detail::quantile_of(values);
 }
 
 int scaled(double length_px, const FrameView& frame) {

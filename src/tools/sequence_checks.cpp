@@ -16,6 +16,7 @@
 #include "depth_offset_measure.hpp"
 #include "depth_offset_text.hpp"
 #include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/quantile.hpp"
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
 #include "dynfilter/evaluation/trajectory.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
@@ -36,10 +37,7 @@ std::string text(const char* format, double value) {
 }
 
 double median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return values.empty() ? 0 : detail::quantile_of(values);
 }
 
 /// Indices of at most `looked_at` frames, evenly spread from the first to the last.

@@ -3,7 +3,6 @@
 
 #include "tracking_residual.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -13,6 +12,7 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 
+#include "dynfilter/detail/quantile.hpp"
 #include "scene_measures.hpp"
 
 namespace dynfilter::tools {
@@ -29,11 +29,7 @@ struct Tracks {
   std::vector<cv::Point2d> pixels;
 };
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
+double median(std::vector<double> values) { return detail::quantile_of(values); }
 
 std::string number_text(const std::vector<double>& values) {
   if (values.empty()) return "    -";

@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "dynfilter/detail/quantile.hpp"
 #include "io/file_error.hpp"
 #include "io/staged_folder.hpp"
 
@@ -111,9 +112,8 @@ double rate_of(const std::vector<double>& times_s) {
   std::vector<double> gaps_s;
   for (std::size_t i = 1; i < times_s.size(); ++i) gaps_s.push_back(times_s[i] - times_s[i - 1]);
   if (gaps_s.empty()) return 30;
-  const auto middle = gaps_s.begin() + static_cast<std::ptrdiff_t>(gaps_s.size() / 2);
-  std::nth_element(gaps_s.begin(), middle, gaps_s.end());
-  return *middle > 0 ? std::clamp(1 / *middle, 1.0, 120.0) : 30;
+  const double gap_s = quantile_of(gaps_s);
+  return gap_s > 0 ? std::clamp(1 / gap_s, 1.0, 120.0) : 30;
 }
 
 #ifdef DYNFILTER_HAS_VIDEO

@@ -10,6 +10,7 @@
 #include <iterator>
 
 #include "dynfilter/detail/pixel_scale.hpp"
+#include "dynfilter/detail/quantile.hpp"
 #include "dynfilter/detail/rectangles.hpp"
 #include "dynfilter/segmentation.hpp"
 
@@ -51,12 +52,7 @@ cv::Point2f median_shift(const std::vector<PointMotion>& motions) {
     x.push_back(motion.shift().x);
     y.push_back(motion.shift().y);
   }
-  const auto median = [](std::vector<float>& values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-  };
-  return {median(x), median(y)};
+  return {quantile_of(x), quantile_of(y)};
 }
 
 /// Returns the mean of the motions around a point, with Gaussian weights of their distance;

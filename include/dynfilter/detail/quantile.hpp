@@ -3,8 +3,10 @@
 
 // Quantiles of measured values.
 
-#ifndef DYNFILTER_SRC_MOTION_QUANTILE_HPP
-#define DYNFILTER_SRC_MOTION_QUANTILE_HPP
+#ifndef DYNFILTER_DETAIL_QUANTILE_HPP
+#define DYNFILTER_DETAIL_QUANTILE_HPP
+
+#include "dynfilter/detail/require_cxx17.hpp"
 
 #include <algorithm>
 #include <cstddef>
@@ -25,4 +27,4 @@ Value quantile_of(std::vector<Value>& values, double share = 0.5) {
 
 }  // namespace dynfilter::detail
 
-#endif  // DYNFILTER_SRC_MOTION_QUANTILE_HPP
+#endif  // DYNFILTER_DETAIL_QUANTILE_HPP
