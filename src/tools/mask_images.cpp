@@ -89,7 +89,9 @@ void MaskImages::find_other_images(const RgbdSequence& sequence) {
     images.insert(image);
     extensions.insert(image.extension());
   }
-  for (const auto& entry : fs::recursive_directory_iterator(image_folder_)) {
+  // What cannot be read here is none of the reader's images either.
+  constexpr auto options = fs::directory_options::skip_permission_denied;
+  for (const auto& entry : fs::recursive_directory_iterator(image_folder_, options)) {
     const bool looks_like_one = extensions.count(entry.path().extension()) > 0;
     if (!looks_like_one || images.count(entry.path()) > 0) continue;
     images_without_frame_.push_back(entry.path().lexically_relative(image_folder_));
