@@ -112,8 +112,9 @@ TEST(FeatureFloor, TakesTheSizeOfTheImageIfMasksAreUnknown) {
   frame.segmentation = {};
   frame.view.image = cv::Mat(600, 800, CV_8UC1);
   frame.labels.reset(points.size(), frame.segmentation);
-  for (std::size_t i = 5; i < 11; ++i)
+  for (std::size_t i = 5; i < 11; ++i) {
     frame.labels.remove(i, -1, Reason::custom, i < 10 ? 0.1F : 0.9F);
+  }
   frame.apply(6, FloorPolicy::restore_balanced);
   EXPECT_EQ(frame.restored(), std::vector<std::size_t>{10});
 }

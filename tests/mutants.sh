@@ -104,7 +104,7 @@ if [[ $again == yes ]]; then
 fi
 cmake -S "$folder/source" -B "$folder/build" -DCMAKE_BUILD_TYPE=Release "${options[@]}" \
   -DCMAKE_CXX_FLAGS_RELEASE="-O1 -D_GLIBCXX_ASSERTIONS -D_DEBUG" \
-  -DCMAKE_CXX_FLAGS="-include $root/tests/mutants/mutant.hpp -w" >"$folder/configure.log"
+  -DCMAKE_CXX_FLAGS="-include \"$root/tests/mutants/mutant.hpp\" -w" >"$folder/configure.log"
 targets=()
 if [[ $core == yes ]]; then
   targets=(--target core_tests)

@@ -132,7 +132,7 @@ bool was_in_view(const MotionContext& context, std::size_t feature) {
   const MotionMeasurement& measured = context.measured;
   const double depth_m = double{measured.motions[feature].depth_m};
   if (!(depth_m > 0)) return false;
-  const auto place = raw_static_place(context, feature, 0, depth_m);
+  const auto place = raw_static_place(context, feature, short_baseline, depth_m);
   if (!place) return false;
   const auto depth_then_m = context.memory.past[0].frame.depth_m(nearest_pixel(*place));
   const cv::Point3d now_m = context.camera.point(measured.ideal[feature], depth_m);

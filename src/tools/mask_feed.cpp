@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "dynfilter/detail/errors.hpp"
 #include "interruption.hpp"
 #include "io/hand_over_names.hpp"
 #include "number_options.hpp"
@@ -77,7 +78,8 @@ void add_mask_feed_options(CLI::App& command, MaskFeedOptions& options) {
           ->check(CLI::IsMember(detail::hand_over_names()));
   command
       .add_option("--max-wait", options.max_wait_s,
-                  "longest wait of --async limited_wait, seconds [0.03]")
+                  detail::concatenate("longest wait of --async limited_wait, seconds [",
+                                      AsyncSegmenterOptions().max_wait_s, "]"))
       ->needs(hand_over)
       ->check(real_number(0, 3600));
   command
@@ -125,7 +127,7 @@ MaskFeed::MaskFeed(const MaskFeedOptions& options, const FrameSource& source)
   }
   AsyncSegmenterOptions thread;
   thread.hand_over = detail::hand_over_of(options.hand_over);
-  thread.max_wait_s = options.max_wait_s.value_or(default_max_wait_s);
+  thread.max_wait_s = options.max_wait_s.value_or(thread.max_wait_s);
   thread_ = std::make_unique<AsyncSegmenter>(std::move(segmenter_), thread);
 }
 

@@ -19,13 +19,10 @@
 namespace dynfilter::tools {
 
 /// Where a run's masks come from, if not from the sequence, and when they are ready.
-/// Longest wait of `--async limited_wait` for masks, seconds.
-constexpr double default_max_wait_s = 0.03;
-
 struct MaskFeedOptions {
   SegmenterSpec segmenter;              ///< is_unset(): the sequence's own masks
   std::string hand_over;                ///< empty: masks are made on demand, without a thread
-  std::optional<double> max_wait_s;     ///< default_max_wait_s where it is not given
+  std::optional<double> max_wait_s;     ///< not given: the default of AsyncSegmenterOptions
   double rate_hz = 0;                   ///< results a second at most; 0: no limit
   std::string missing_masks = "error";  ///< or "keep": a frame goes on if the segmenter fails at it
 };

@@ -184,6 +184,9 @@ TEST(MotionJudge, DoesNotTakeARepeatedImageForRest) {
     EXPECT_EQ(labels.statistics().motion.outcome, MotionOutcome::repeated);
     EXPECT_EQ(labels.statistics().motion.given_back, 0U);
   }
+  Shot shot = shots(0.5)[2];  // for longer than a gap
+  shot.rendered.frame.timestamp_s += 0.6;
+  EXPECT_EQ(rig.see(shot).statistics().motion.outcome, MotionOutcome::started);
 }
 
 TEST(MotionJudge, AbstainsWithoutAnImage) {

@@ -263,6 +263,7 @@ TEST(MotionVotes, RefuseNonsense) {
                                                  message);
   };
   using Options = MotionVotesOptions;
+  refuses(&Options::min_seeds, std::size_t{0}, "min_seeds = 0; want at least 1");
   // The message names the option alone, not the others.
   for (const int radius_px : {0, 1001}) {
     const std::string got = "_px = " + std::to_string(radius_px) + "; want 1 to 1000";

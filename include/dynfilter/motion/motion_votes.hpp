@@ -101,8 +101,9 @@ struct MotionVotesOptions {
 /// that move alike: a thing that moves has many features; a failed track has none beside it. Two
 /// move alike if both come nearer or both go away; if only one or none does, if they shift alike.
 /// Features nearer than the spacing to the seed or to a neighbour that voted do not vote: one
-/// corner may have several. Nor do those behind or before it, where both depths are known. Ties of
-/// distance go to the lower pixel, row by row.
+/// corner may have several. Nor do those behind or before it, where both depths are known. Only
+/// the nearest features are looked at, four times as many as may vote. Ties of distance go to the
+/// lower pixel, row by row.
 ///
 /// After that, a seed without support joins if enough seeds with support are near and move as it
 /// does: at the edge of a thing, most neighbours may be static. A seed without depth does not join:
