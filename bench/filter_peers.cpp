@@ -19,9 +19,9 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 
-#include "dynfilter/evaluation/scene_levels.hpp"
 #include "filter_check.hpp"
 #include "filter_input.hpp"
+#include "lab/scenes/scene_levels.hpp"
 #include "peers/naive_depth_lbp.hpp"
 
 namespace dynfilter::benchmarks {

@@ -17,8 +17,8 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 
-#include <dynfilter/evaluation/scene_levels.hpp>
 #include <dynfilter/segmenters/mask_propagator.hpp>
+#include "lab/scenes/scene_levels.hpp"
 
 namespace {
 

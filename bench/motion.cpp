@@ -11,11 +11,11 @@
 #include <vector>
 
 #include <dynfilter/dynfilter.hpp>
-#include <dynfilter/evaluation/scene_levels.hpp>
 #include <dynfilter/motion/motion_judge.hpp>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/features2d.hpp>
 #include <opencv2/imgproc.hpp>
+#include "lab/scenes/scene_levels.hpp"
 
 namespace {
 

@@ -21,10 +21,10 @@
 #include <vector>
 
 #include <dynfilter/dynfilter.hpp>
-#include <dynfilter/evaluation/scene_levels.hpp>
 #include <dynfilter/motion/motion_judge.hpp>
-#include <odometry.hpp>
 #include <opencv2/imgproc.hpp>
+#include "lab/odometry/odometry.hpp"
+#include "lab/scenes/scene_levels.hpp"
 
 #include "arguments.hpp"
 #include "moving_card.hpp"

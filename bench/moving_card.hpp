@@ -10,8 +10,8 @@
 #include <cmath>
 #include <cstdint>
 
-#include <dynfilter/evaluation/synthetic_scene.hpp>
 #include <opencv2/core.hpp>
+#include "lab/scenes/synthetic_scene.hpp"
 
 /// Card of no class that moves, in the first camera's frame.
 struct Mover {

@@ -25,9 +25,9 @@
 
 #include <opencv2/features2d.hpp>
 
-#include <dynfilter/evaluation/scene_levels.hpp>
 #include <dynfilter/motion/feature_tracker.hpp>
 #include <dynfilter/segmenters/mask_propagator.hpp>
+#include "lab/scenes/scene_levels.hpp"
 
 #include "arguments.hpp"
 

@@ -30,7 +30,7 @@
 
 #include <dynfilter/dynfilter.hpp>
 #include <dynfilter/evaluation/feature_scores.hpp>
-#include <dynfilter/evaluation/scene_levels.hpp>
+#include "lab/scenes/scene_levels.hpp"
 
 #include "arguments.hpp"
 #include "degraded_masks.hpp"

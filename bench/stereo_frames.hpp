@@ -18,7 +18,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include <dynfilter/dynfilter.hpp>
-#include <dynfilter/evaluation/scene_levels.hpp>
+#include "lab/scenes/scene_levels.hpp"
 
 namespace stereo_frames {
 

@@ -29,10 +29,10 @@
 
 #include <dynfilter/dynfilter.hpp>
 #include <dynfilter/evaluation/reliability.hpp>
-#include <dynfilter/evaluation/scene_levels.hpp>
 #include <dynfilter/motion/motion_judge.hpp>
 #include <tools/degraded_masks.hpp>
 #include <tools/frame_source.hpp>
+#include "lab/scenes/scene_levels.hpp"
 
 #include "arguments.hpp"
 

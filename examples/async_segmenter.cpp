@@ -14,9 +14,9 @@
 #include <vector>
 
 #include <dynfilter/dynfilter.hpp>
-#include <dynfilter/evaluation/synthetic_scene.hpp>
 #include <dynfilter/segmenters/async_segmenter.hpp>
 #include <opencv2/features2d.hpp>
+#include "lab/scenes/synthetic_scene.hpp"
 
 class Tracker {
  public:

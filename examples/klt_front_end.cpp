@@ -11,9 +11,9 @@
 #include <vector>
 
 #include <dynfilter/dynfilter.hpp>
-#include <dynfilter/evaluation/synthetic_scene.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
+#include "lab/scenes/synthetic_scene.hpp"
 
 /// Points of the last frame, in parallel arrays.
 struct Tracks {

@@ -19,7 +19,7 @@
 #include <dynfilter/evaluation/trajectory_errors.hpp>
 #include <dynfilter/segmenters/mask_folder_segmenter.hpp>
 
-#include "odometry.hpp"
+#include "lab/odometry/odometry.hpp"
 
 namespace {
 

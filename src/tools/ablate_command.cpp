@@ -16,7 +16,7 @@
 #include "commands.hpp"
 #include "degraded_masks.hpp"
 #include "dynfilter/detail/errors.hpp"
-#include "dynfilter/evaluation/scene_levels.hpp"
+#include "lab/scenes/scene_levels.hpp"
 #include "number_options.hpp"
 #include "output_file.hpp"
 #include "report/html_report.hpp"

@@ -8,15 +8,15 @@
 #include <utility>
 
 #include "dynfilter/detail/errors.hpp"
-#include "rules/cluster_votes.hpp"
-#include "rules/depth_consistency.hpp"
-#include "rules/epipolar_vote.hpp"
-#include "rules/flow_chi_square.hpp"
-#include "rules/flow_refined_mask.hpp"
-#include "rules/frame_memory.hpp"
-#include "rules/point_correlations.hpp"
-#include "rules/region_bayes.hpp"
-#include "rules/template_stillness.hpp"
+#include "lab/rules/cluster_votes.hpp"
+#include "lab/rules/depth_consistency.hpp"
+#include "lab/rules/epipolar_vote.hpp"
+#include "lab/rules/flow_chi_square.hpp"
+#include "lab/rules/flow_refined_mask.hpp"
+#include "lab/rules/frame_memory.hpp"
+#include "lab/rules/point_correlations.hpp"
+#include "lab/rules/region_bayes.hpp"
+#include "lab/rules/template_stillness.hpp"
 
 namespace dynfilter::tools {
 namespace {

@@ -11,7 +11,7 @@
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "io/file_error.hpp"
 #include "io/hidden_names.hpp"
-#include "odometry/orb_extractor.hpp"
+#include "lab/odometry/orb_extractor.hpp"
 #include "trajectory_note.hpp"
 
 namespace dynfilter::tools {

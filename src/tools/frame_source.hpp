@@ -13,11 +13,11 @@
 
 #include "dynfilter/evaluation/camera.hpp"
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
-#include "dynfilter/evaluation/synthetic_scene.hpp"
 #include "dynfilter/evaluation/trajectory.hpp"
 #include "dynfilter/frame.hpp"
 #include "dynfilter/segmentation.hpp"
 #include "inputs.hpp"
+#include "lab/scenes/synthetic_scene.hpp"
 
 namespace dynfilter::tools {
 

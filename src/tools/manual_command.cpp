@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "commands.hpp"
-#include "dynfilter/evaluation/scene_levels.hpp"
 #include "dynfilter/version.hpp"
+#include "lab/scenes/scene_levels.hpp"
 
 namespace dynfilter::tools {
 namespace {

@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include <odometry.hpp>
 #include <opencv2/core.hpp>
+#include "lab/odometry/odometry.hpp"
 
 #include "dynfilter/dynfilter.hpp"
 #include "dynfilter/segmenters/mask_propagator.hpp"

@@ -14,12 +14,12 @@
 #include "dynfilter/motion/motion_judge.hpp"
 #include "dynfilter/stage.hpp"
 #include "frame_rules.hpp"
-#include "rules/box_depth_deviation.hpp"
-#include "rules/box_depth_mask.hpp"
-#include "rules/box_depth_threshold.hpp"
-#include "rules/depth_variance_mask.hpp"
-#include "rules/dilated_mask.hpp"
-#include "rules/whole_box.hpp"
+#include "lab/rules/box_depth_deviation.hpp"
+#include "lab/rules/box_depth_mask.hpp"
+#include "lab/rules/box_depth_threshold.hpp"
+#include "lab/rules/depth_variance_mask.hpp"
+#include "lab/rules/dilated_mask.hpp"
+#include "lab/rules/whole_box.hpp"
 
 namespace dynfilter::tools {
 namespace {

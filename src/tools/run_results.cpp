@@ -12,10 +12,10 @@
 #include <nlohmann/json.hpp>
 
 #include "dynfilter/detail/errors.hpp"
-#include "dynfilter/evaluation/scene_levels.hpp"
 #include "io/file_error.hpp"
 #include "io/hidden_names.hpp"
 #include "io/regular_file.hpp"
+#include "lab/scenes/scene_levels.hpp"
 #include "reliability_json.hpp"
 #include "rule_set.hpp"
 

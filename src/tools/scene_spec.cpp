@@ -5,7 +5,7 @@
 
 #include "degraded_masks.hpp"
 #include "dynfilter/detail/errors.hpp"
-#include "dynfilter/evaluation/scene_levels.hpp"
+#include "lab/scenes/scene_levels.hpp"
 
 namespace dynfilter::tools {
 namespace {

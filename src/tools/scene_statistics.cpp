@@ -11,7 +11,7 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "odometry/orb_extractor.hpp"
+#include "lab/odometry/orb_extractor.hpp"
 #include "progress_bar.hpp"
 #include "scene_measures.hpp"
 #include "tracking_residual.hpp"

@@ -12,7 +12,7 @@
 
 #include "dynfilter/dynamic_filter.hpp"
 #include "dynfilter/evaluation/feature_scores.hpp"
-#include "dynfilter/evaluation/scene_levels.hpp"
+#include "lab/scenes/scene_levels.hpp"
 
 namespace dynfilter {
 namespace {

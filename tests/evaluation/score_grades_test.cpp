@@ -11,7 +11,7 @@
 #include <opencv2/features2d.hpp>
 
 #include "dynfilter/dynamic_filter.hpp"
-#include "dynfilter/evaluation/scene_levels.hpp"
+#include "lab/scenes/scene_levels.hpp"
 
 namespace dynfilter {
 namespace {

@@ -12,8 +12,8 @@
 
 #include "dynfilter/dynfilter.hpp"
 #include "dynfilter/evaluation/reliability.hpp"
-#include "dynfilter/evaluation/scene_levels.hpp"
 #include "dynfilter/motion/motion_judge.hpp"
+#include "lab/scenes/scene_levels.hpp"
 
 namespace dynfilter {
 namespace {

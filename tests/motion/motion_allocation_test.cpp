@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "dynfilter/dynfilter.hpp"
-#include "dynfilter/evaluation/scene_levels.hpp"
 #include "dynfilter/motion/motion_judge.hpp"
+#include "lab/scenes/scene_levels.hpp"
 #include "support/allocation_counter.hpp"
 
 namespace dynfilter::testing {

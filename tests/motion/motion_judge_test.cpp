@@ -11,7 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "dynfilter/dynfilter.hpp"
-#include "dynfilter/evaluation/scene_levels.hpp"
+#include "lab/scenes/scene_levels.hpp"
 #include "support/expect_error.hpp"
 #include "support/motion_rig.hpp"
 

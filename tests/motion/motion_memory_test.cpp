@@ -11,8 +11,8 @@
 #include <tuple>
 #include <vector>
 
-#include "dynfilter/evaluation/scene_levels.hpp"
 #include "dynfilter/motion/motion_filter.hpp"
+#include "lab/scenes/scene_levels.hpp"
 #include "support/answer.hpp"
 
 namespace dynfilter::testing {

@@ -13,7 +13,7 @@
 
 #include <gtest/gtest.h>
 
-#include "dynfilter/evaluation/scene_levels.hpp"
+#include "lab/scenes/scene_levels.hpp"
 #include "support/expect_error.hpp"
 
 namespace dynfilter {

@@ -14,12 +14,12 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "dynfilter/evaluation/scene_levels.hpp"
 #include "dynfilter/keep_static.hpp"
 #include "dynfilter/motion/motion_filter.hpp"
 #include "dynfilter/plugin.hpp"
 #include "dynfilter/segmenters/mask_folder_writer.hpp"
 #include "dynfilter/segmenters/mask_propagator.hpp"
+#include "lab/scenes/scene_levels.hpp"
 #include "support/expect_error.hpp"
 #include "support/temporary_folder.hpp"
 

@@ -13,7 +13,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
-#include "dynfilter/evaluation/scene_levels.hpp"
+#include "lab/scenes/scene_levels.hpp"
 #include "support/expect_error.hpp"
 #include "support/test_data.hpp"
 

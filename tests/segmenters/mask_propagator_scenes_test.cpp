@@ -12,8 +12,8 @@
 
 #include <gtest/gtest.h>
 
-#include "dynfilter/evaluation/scene_levels.hpp"
 #include "dynfilter/segmenters/mask_propagator.hpp"
+#include "lab/scenes/scene_levels.hpp"
 #include "support/scene_images.hpp"
 
 namespace dynfilter {

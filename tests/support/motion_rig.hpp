@@ -15,8 +15,8 @@
 #include <opencv2/imgproc.hpp>
 
 #include "dynfilter/dynfilter.hpp"
-#include "dynfilter/evaluation/scene_levels.hpp"
 #include "dynfilter/motion/motion_judge.hpp"
+#include "lab/scenes/scene_levels.hpp"
 
 namespace dynfilter::testing {
 

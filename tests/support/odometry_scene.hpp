@@ -12,10 +12,10 @@
 #include <random>
 #include <vector>
 
-#include <odometry.hpp>
+#include "lab/odometry/odometry.hpp"
 
-#include <dynfilter/evaluation/synthetic_scene.hpp>
 #include <dynfilter/evaluation/trajectory_errors.hpp>
+#include "lab/scenes/synthetic_scene.hpp"
 
 namespace odometry {
 

@@ -17,7 +17,7 @@
 #include <odometry.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "dynfilter/evaluation/scene_levels.hpp"
+#include "lab/scenes/scene_levels.hpp"
 #include "support/program.hpp"
 #include "support/scene_images.hpp"
 #include "support/temporary_folder.hpp"

@@ -1,0 +1,76 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_SRC_LAB_ODOMETRY_FRAME_FEATURES_HPP
+#define DYNFILTER_SRC_LAB_ODOMETRY_FRAME_FEATURES_HPP
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include <dynfilter/evaluation/camera.hpp>
+#include <dynfilter/frame.hpp>
+#include <opencv2/core.hpp>
+
+#include "reprojection.hpp"
+
+namespace odometry {
+
+using Descriptor = std::array<std::uint64_t, 4>;
+
+/// Counts the bits that differ, 0 to 256.
+int hamming_distance(const Descriptor& a, const Descriptor& b);
+
+struct Feature {
+  Observation observation;
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< in the camera's frame, if depth is known
+  Descriptor descriptor{};
+  int octave = 0;
+  float angle_deg = 0;
+};
+
+/// The features of one frame that the odometry uses, searchable by position.
+class FrameFeatures {
+ public:
+  FrameFeatures() = default;
+  FrameFeatures(std::vector<Feature> features, const PinholeCamera& camera);
+
+  std::size_t size() const { return features_.size(); }
+  const Feature& operator[](std::size_t i) const { return features_[i]; }
+
+  /// Appends the features in a square of 2 x `radius_px` around a pixel, in a fixed order.
+  void find(const Eigen::Vector2d& pixel, double radius_px, std::vector<std::size_t>& found) const;
+
+ private:
+  std::size_t column_of(double x) const;
+  std::size_t row_of(double y) const;
+
+  std::vector<Feature> features_;
+  std::size_t columns_ = 0, rows_ = 0;
+  // Features beyond the image go into the outer cells.
+  std::vector<std::vector<std::size_t>> cells_;
+};
+
+/// The accuracy of measured depth.
+struct DepthNoise {
+  double max_depth_m;         ///< anything farther counts as not measured
+  double disparity_sigma_px;  ///< see PinholeCamera
+};
+
+/// Keypoints with one descriptor a row, and their Observation::weight; no weights: all are 1.
+struct WeightedKeypoints {
+  std::vector<cv::KeyPoint> keypoints;
+  cv::Mat descriptors;
+  std::vector<float> weights;
+};
+
+/// Makes the features: reads depth at the raw pixel, then removes the distortion from the position.
+FrameFeatures make_features(const dynfilter::FrameView& frame, const WeightedKeypoints& used,
+                            const dynfilter::CameraParameters& parameters, const DepthNoise& noise);
+
+PinholeCamera pinhole_of(const dynfilter::CameraParameters& parameters, const cv::Size& image_size);
+
+}  // namespace odometry
+
+#endif  // DYNFILTER_SRC_LAB_ODOMETRY_FRAME_FEATURES_HPP

@@ -1,0 +1,81 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_SRC_LAB_ODOMETRY_LOCAL_MAP_HPP
+#define DYNFILTER_SRC_LAB_ODOMETRY_LOCAL_MAP_HPP
+
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include "frame_features.hpp"
+#include "pose.hpp"
+
+namespace odometry {
+
+using PointId = std::size_t;
+using KeyframeId = std::size_t;
+constexpr PointId no_point = static_cast<PointId>(-1);
+
+struct MapPoint {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+  Descriptor descriptor{};  ///< from the latest keyframe that sees it
+  int octave = 0;           ///< in that keyframe, as are the next two members
+  double distance_m = 0;
+  Eigen::Vector3d view = Eigen::Vector3d::Zero();  ///< unit vector from the camera
+  KeyframeId first_keyframe = 0;
+  std::vector<std::pair<KeyframeId, std::size_t>> observations;  ///< keyframe, its feature
+  std::size_t times_visible = 1;  ///< frames that should have seen it
+  std::size_t times_found = 1;    ///< frames with it as an inlier
+  bool is_bad = false;
+};
+
+struct Keyframe {
+  Pose pose;
+  FrameFeatures features;
+  std::vector<PointId> points;  ///< by feature
+};
+
+/// Keyframes and the points that they see. Nothing is erased: culled points are marked as bad, so
+/// that ids stay valid.
+class LocalMap {
+ public:
+  bool empty() const { return keyframes_.empty(); }
+  std::size_t size() const { return keyframes_.size(); }
+  Keyframe& keyframe(KeyframeId id) { return keyframes_[id]; }
+  const Keyframe& keyframe(KeyframeId id) const { return keyframes_[id]; }
+  MapPoint& point(PointId id) { return points_[id]; }
+  const MapPoint& point(PointId id) const { return points_[id]; }
+
+  /// Adds a keyframe from a frame whose features know their matched points. Unmatched features
+  /// become new points if their depth is at most `close_depth_m`; farther ones are added until the
+  /// keyframe has `min_points` with depth.
+  KeyframeId add_keyframe(const Pose& pose, const FrameFeatures& features,
+                          std::vector<PointId> points, double close_depth_m,
+                          std::size_t min_points);
+
+  /// Returns the keyframes that see most of these points, by falling number, at most `count`.
+  std::vector<KeyframeId> covisible(const std::vector<PointId>& points, std::size_t count,
+                                    std::size_t min_shared) const;
+
+  /// Returns the good points of keyframes, each once, in the order of their ids.
+  std::vector<PointId> points_of(const std::vector<KeyframeId>& keyframes) const;
+
+  /// Marks young points as bad that are seldom found where they are expected, or that no second
+  /// keyframe has confirmed when two more have been made.
+  void cull_points();
+
+  void remove_observation(KeyframeId keyframe, std::size_t feature);
+
+ private:
+  void add_observation(PointId id, KeyframeId keyframe, std::size_t feature);
+  void mark_bad(PointId id);
+
+  std::vector<Keyframe> keyframes_;
+  std::vector<MapPoint> points_;
+  std::vector<PointId> young_;  // points that may still be culled
+};
+
+}  // namespace odometry
+
+#endif  // DYNFILTER_SRC_LAB_ODOMETRY_LOCAL_MAP_HPP

@@ -1,0 +1,120 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_SRC_LAB_ODOMETRY_ODOMETRY_HPP
+#define DYNFILTER_SRC_LAB_ODOMETRY_ODOMETRY_HPP
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include <dynfilter/dynfilter.hpp>
+#include <dynfilter/evaluation/camera.hpp>
+#include <dynfilter/evaluation/trajectory.hpp>
+
+#include "local_map.hpp"
+#include "matching.hpp"
+#include "orb_extractor.hpp"
+#include "pose_refinement.hpp"
+
+namespace odometry {
+
+struct OdometryOptions {
+  std::uint64_t seed = 0;           ///< for the samples that recover a lost track
+  int features = 1000;              ///< a frame, before any is removed
+  double max_depth_m = 9.0;         ///< beyond it, depth counts as not measured
+  double disparity_sigma_px = 0.5;  ///< depth's noise, as the disparity of a stereo pair 8 cm apart
+  double close_depth_m = 6.0;       ///< nearer features become points of the map …
+  std::size_t min_points = 300;     ///< … and farther ones, until a keyframe has this many
+  std::size_t first_points = 60;    ///< features with depth that the first frame needs
+  std::size_t min_inliers = 20;     ///< with fewer, a frame is lost
+  std::size_t local_keyframes = 10;    ///< keyframes whose points a frame is matched with
+  std::size_t adjusted_keyframes = 6;  ///< by bundle adjustment, besides the new one; 0 = none
+  /// Makes a keyframe if it finds a smaller share of what its reference sees.
+  double keyframe_share = 0.75;
+  /// Minimum number of frames between keyframes, unless it follows few near features and sees many.
+  std::size_t keyframe_interval = 3;
+  double min_weight = 0.3;  ///< features of less weight count as removed; 0 to 1
+};
+
+enum class Tracked {
+  waiting,  ///< no map yet, because no frame had enough features with depth
+  found,
+  lost  ///< the pose is the predicted one
+};
+
+struct FrameResult {
+  Tracked tracked = Tracked::waiting;
+  std::optional<dynfilter::TimedPose> pose;  ///< camera to world; std::nullopt while waiting
+  std::size_t features = 0;                  ///< left by the filter
+  std::size_t inliers = 0;
+  bool is_keyframe = false;
+};
+
+/// RGB-D odometry from ORB features and a map of keyframes; poses are predicted from the last
+/// motion and refined. It is built like ORB-SLAM, so moving objects disturb it in the same way. It
+/// closes no loops. The world is the camera's frame at the first keyframe.
+///
+/// Equal frames, masks and seeds give bit-identical poses on one machine.
+class Odometry {
+ public:
+  /// Throws std::invalid_argument for a min_weight outside 0 to 1.
+  explicit Odometry(const dynfilter::CameraParameters& camera, const OdometryOptions& options = {},
+                    const dynfilter::DynamicFilter& filter = dynfilter::DynamicFilter());
+
+  /// Tracks a frame; frames come in the order of time, with a BGR or grey image. std::nullopt = no
+  /// masks known.
+  FrameResult track(const dynfilter::FrameView& frame,
+                    const std::optional<dynfilter::Segmentation>& segmentation);
+
+  /// Tracks a frame with features that the caller has extracted and filtered: one descriptor a row,
+  /// CV_8UC1 of 32 columns.
+  /// `weights` has one number from 0 to 1 a feature, the probability that it is static; empty: all
+  /// are 1. A weight scales the feature's information in the pose, in bundle adjustment and in the
+  /// votes of samples. Neither the test for outliers nor the number of inliers knows it. Throws
+  /// std::invalid_argument for another number of weights or descriptors, descriptors of another
+  /// kind, and a weight out of range.
+  FrameResult track(const dynfilter::FrameView& frame, const std::vector<cv::KeyPoint>& keypoints,
+                    const cv::Mat& descriptors, const std::vector<float>& weights = {});
+
+  /// Returns the poses of all frames so far, lost ones included, each as it was when tracked.
+  const dynfilter::Trajectory& trajectory() const { return trajectory_; }
+
+  std::size_t lost_frames() const { return lost_frames_; }
+  std::size_t keyframes() const { return map_.size(); }
+
+ private:
+  FrameResult track_used(const dynfilter::FrameView& frame, const WeightedKeypoints& used);
+  bool start(Tracking& tracking);
+  std::size_t follow(Tracking& tracking);
+  std::size_t track_predicted(Tracking& tracking);
+  std::size_t find_again(Tracking& tracking);
+  std::size_t track_local_map(Tracking& tracking);
+  std::size_t refine(Tracking& tracking);
+  std::vector<PointMatch> matches_of(const Tracking& tracking) const;
+  bool wants_keyframe(const Tracking& tracking, std::size_t inliers) const;
+  void add_keyframe(Tracking& tracking);
+  FrameResult finish(double timestamp_s, Tracking tracking, FrameResult result);
+
+  dynfilter::CameraParameters parameters_;
+  dynfilter::DynamicFilter filter_;
+  OdometryOptions options_;
+  OrbExtractor extractor_;
+  dynfilter::FeatureLabels labels_;
+  dynfilter::Workspace workspace_;
+
+  PinholeCamera camera_;
+  LocalMap map_;
+  Tracking last_;
+  Pose motion_;               // from the frame before the last to the last
+  KeyframeId reference_ = 0;  // the keyframe that shares most points with the last frame
+  std::size_t frames_since_keyframe_ = 0;
+  std::uint64_t frames_ = 0;
+  std::size_t lost_frames_ = 0;
+  dynfilter::Trajectory trajectory_;
+};
+
+}  // namespace odometry
+
+#endif  // DYNFILTER_SRC_LAB_ODOMETRY_ODOMETRY_HPP

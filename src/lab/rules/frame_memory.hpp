@@ -1,0 +1,190 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_SRC_LAB_RULES_FRAME_MEMORY_HPP
+#define DYNFILTER_SRC_LAB_RULES_FRAME_MEMORY_HPP
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "dynfilter/motion/feature_tracker.hpp"
+#include "dynfilter/motion/relative_pose.hpp"
+#include "dynfilter/workspace.hpp"
+#include "lab/rules/frame_pair.hpp"
+#include "lab/rules/support.hpp"
+
+namespace dynfilter::peers {
+
+struct FrameMemoryOptions {
+  std::vector<int> dynamic_classes = {0};  ///< as in MaskCullerOptions
+  /// Features this near to a dynamic object, pixels, do not tell the camera's motion.
+  int mask_distance_px = 8;
+  /// Longer gaps between two frames begin a new scene, seconds.
+  double max_gap_s = 0.5;
+  FeatureTrackerOptions tracker;
+  RelativePoseOptions pose;
+};
+
+/// Memory of a camera's last frames, which the rules of other systems share: tracks of the features
+/// by FeatureTracker, and the camera's motion by RelativePoseEstimator. So what is compared is the
+/// rules, not their trackers. One for each rule and scene; not for two threads at once.
+class FrameMemory {
+ public:
+  /// Remembers `baseline_frames` frames, to compare a frame with the one so many before. Throws
+  /// std::invalid_argument for options out of range.
+  FrameMemory(const PinholeCamera& camera, int baseline_frames, FrameMemoryOptions options = {})
+      : camera_(camera),
+        options_(std::move(options)),
+        tracker_(options_.tracker),
+        estimator_(camera, options_.pose) {
+    require_option(baseline_frames >= 1, "peers::FrameMemory: baseline_frames must be 1 or more");
+    require_option(options_.mask_distance_px >= 0 && options_.max_gap_s > 0,
+                   "peers::FrameMemory: mask_distance_px must be 0 or more, max_gap_s above 0");
+    past_.resize(static_cast<std::size_t>(baseline_frames));
+  }
+
+  /// Forgets all frames, as at the beginning of a scene.
+  void reset() {
+    known_ = 0;
+    has_now_ = false;
+    last_pose_ = {};
+  }
+
+  /// Takes the next frame, and relates it to the earlier one. There is no earlier one in the first
+  /// frames, without images, and after an image of another size, a gap or a step back in time.
+  /// O(pixels + features x log baseline).
+  FramePair next(const FilterInput& input, Workspace& workspace) {
+    if (has_now_) push();
+    FramePair pair{input, camera_, {}, nullptr, std::vector<FeatureTrack>(input.features.size()),
+                   {}};
+    has_now_ = keep(input);
+    if (!has_now_ || !continues()) known_ = 0;
+    if (!has_now_) return pair;
+    pair.image = now_.pyramid.grey();
+    if (known_ < past_.size()) return pair;
+    pair.then = &past_.back().earlier;
+    if (!input.features.empty()) {
+      track(input.features, past_.size(), pair.tracks, workspace);
+    }
+    const RelativePoseEstimate estimate =
+        estimator_.estimate(observations(pair), last_pose_, std::nullopt, workspace);
+    last_pose_ = estimate.is_trusted ? estimate.pose : RelativePose();
+    if (estimate.is_trusted) pair.pose = estimate.pose;
+    return pair;
+  }
+
+ private:
+  struct Kept {
+    EarlierFrame earlier;
+    ImagePyramid pyramid;
+  };
+
+  /// Makes the present frame the last one.
+  void push() {
+    for (std::size_t i = past_.size() - 1; i > 0; --i) std::swap(past_[i], past_[i - 1]);
+    std::swap(past_[0], now_);
+    known_ = std::min(known_ + 1, past_.size());
+  }
+
+  /// Copies what later frames need. Returns whether there is an image.
+  bool keep(const FilterInput& input) {
+    if (input.frame.image.empty()) return false;
+    tracker_.build(input.frame.image, now_.pyramid);
+    if (now_.pyramid.empty()) return false;
+    FrameView& frame = now_.earlier.frame;
+    frame.id = input.frame.id;
+    frame.timestamp_s = input.frame.timestamp_s;
+    frame.image = now_.pyramid.grey();
+    frame.metres_per_unit = input.frame.metres_per_unit;
+    input.frame.depth.copyTo(frame.depth);
+    now_.earlier.segmentation = input.segmentation;
+    for (Instance& instance : now_.earlier.segmentation.instances) {
+      instance.mask = instance.mask.clone();
+    }
+    return true;
+  }
+
+  bool continues() const {
+    if (known_ == 0) return false;
+    const EarlierFrame& last = past_[0].earlier;
+    const double gap_s = now_.earlier.frame.timestamp_s - last.frame.timestamp_s;
+    return past_[0].pyramid.size() == now_.pyramid.size() && gap_s > 0 &&
+           gap_s <= options_.max_gap_s;
+  }
+
+  /// Tracks the features `frames` back. A long way is first tracked half, and the search begins
+  /// where that motion would lead.
+  void track(FeaturesView features, std::size_t frames, std::vector<FeatureTrack>& tracks,
+             Workspace& workspace) const {
+    const std::size_t half = frames / 2;
+    std::vector<cv::Point2f> expected;
+    if (half > 0) {
+      track(features, half, tracks, workspace);
+      const float times = static_cast<float>(frames) / static_cast<float>(half);
+      for (std::size_t i = 0; i < features.size(); ++i) {
+        const bool is_found = tracks[i].is_found;
+        const cv::Point2f shift = is_found ? tracks[i].position - features[i] : cv::Point2f();
+        expected.push_back(features[i] + times * shift);
+      }
+    }
+    tracker_.track(now_.pyramid, past_[frames - 1].pyramid, features,
+                   half > 0 ? &expected : nullptr, tracks, workspace);
+  }
+
+  /// Lists the tracks of features with depth that are not near a dynamic object.
+  std::vector<PoseObservation> observations(const FramePair& pair) const {
+    cv::Mat suspect(now_.pyramid.size(), CV_8UC1, cv::Scalar::all(0));
+    for (const Instance& instance : pair.now.segmentation.instances) {
+      if (is_dynamic(instance, options_.dynamic_classes)) paint_instance(instance, suspect);
+    }
+    dilate_by_square(suspect, options_.mask_distance_px);
+    const cv::Rect image({0, 0}, suspect.size());
+    std::vector<PoseObservation> list;
+    for (std::size_t i = 0; i < pair.tracks.size(); ++i) {
+      const cv::Point pixel = pair.now.features.pixel(i);
+      if (!pair.is_tracked(i) || !image.contains(pixel) || suspect.at<std::uint8_t>(pixel) != 0) {
+        continue;
+      }
+      const auto point = point_now(pair, i);
+      if (point) list.push_back({*point, camera_.ideal(pair.tracks[i].position)});
+    }
+    return list;
+  }
+
+  PinholeCamera camera_;
+  FrameMemoryOptions options_;
+  FeatureTracker tracker_;
+  RelativePoseEstimator estimator_;
+  std::vector<Kept> past_;  // the last frame first
+  Kept now_;
+  std::size_t known_ = 0;  // how many of past_
+  bool has_now_ = false;
+  RelativePose last_pose_;
+};
+
+/// Makes a stage of a rule of frames, void(const FramePair&, FeatureLabels&) const, and a memory,
+/// which must outlive it and serve no other stage.
+template <class Rule>
+class OnFrames {
+ public:
+  OnFrames(Rule rule, FrameMemory& memory) : rule_(std::move(rule)), memory_(&memory) {}
+
+  void operator()(const FilterInput& input, FeatureLabels& labels, Workspace& workspace) const {
+    validate(input, labels, "peers::OnFrames");
+    rule_(memory_->next(input, workspace), labels);
+  }
+
+ private:
+  Rule rule_;
+  FrameMemory* memory_;
+};
+
+}  // namespace dynfilter::peers
+
+#endif  // DYNFILTER_SRC_LAB_RULES_FRAME_MEMORY_HPP

@@ -1,0 +1,167 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_SRC_LAB_RULES_TEMPLATE_STILLNESS_HPP
+#define DYNFILTER_SRC_LAB_RULES_TEMPLATE_STILLNESS_HPP
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <opencv2/calib3d.hpp>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "lab/rules/frame_pair.hpp"
+#include "lab/rules/support.hpp"
+
+namespace dynfilter::peers {
+
+struct TemplateStillnessOptions {
+  std::vector<int> dynamic_classes = {0};  ///< as in MaskCullerOptions
+  int baseline_frames = 5;                 ///< frames between template and image
+  double min_iou = 0.3;                    ///< of an object's boxes in two frames
+  double min_score = 0.85;                 ///< normalised correlation of a still object; -1 to 1
+  int still_frames = 3;                    ///< frames in a row that an object must look still
+  int search_px = 2;     ///< the template is moved by so much, each way; best place counts
+  double ransac_px = 3;  ///< of the background's homography
+  bool in_box = true;    ///< removes all features in the box, not only those on the mask
+};
+
+/// Memory of TemplateStillness: how long each object has looked still. One for each rule and scene.
+struct StillObjects {
+  struct Object {
+    int class_id;
+    cv::Rect box;
+    int frames;
+  };
+  std::vector<Object> list;
+};
+
+/// DynaTM-SLAM's template match (M. Zhong et al., "DynaTM-SLAM: Fast Filtering of Dynamic Feature
+/// Points and Object-Based Localization in Dynamic Indoor Environments", Robotics and Autonomous
+/// Systems 174, 2024). A prior dynamic object whose box looks as it did in an earlier frame is not
+/// moving and keeps its features; the others lose theirs.
+///
+/// Open in the source: nearly everything; known is the match of boxes of one class over a window by
+/// a template. Here the template is the object's box, cut from the earlier image after it was
+/// warped by the homography of the background's tracks (the identity, where none can be fitted), so
+/// that the camera's motion is no difference. An object must have a box of its class in the earlier
+/// frame, and must look still for some frames in a row. The score is the correlation coefficient; a
+/// box without contrast has none, and counts as moving. The sample of RANSAC depends on the order
+/// of the features. O(pixels + area of the boxes x search).
+class TemplateStillness {
+ public:
+  /// Takes the memory, which must outlive the rule. Throws std::invalid_argument for options out of
+  /// range.
+  explicit TemplateStillness(StillObjects& memory, TemplateStillnessOptions options = {})
+      : memory_(&memory), options_(std::move(options)) {
+    require_option(
+        options_.baseline_frames >= 1 && options_.still_frames >= 1 && options_.search_px >= 0,
+        "peers::TemplateStillness: baseline_frames and still_frames must be 1 or more, "
+        "search_px 0 or more");
+    require_option(options_.min_iou >= 0 && options_.min_iou <= 1 && options_.min_score >= -1 &&
+                       options_.min_score <= 1 && options_.ransac_px > 0,
+                   "peers::TemplateStillness: min_iou must be 0 to 1, min_score -1 to 1, ransac_px "
+                   "above 0");
+  }
+
+  int baseline_frames() const { return options_.baseline_frames; }
+
+  void operator()(const FramePair& pair, FeatureLabels& labels) const {
+    const std::vector<Instance>& instances = pair.now.segmentation.instances;
+    const cv::Mat1b earlier =
+        pair.then != nullptr && !instances.empty() ? warped(pair) : cv::Mat1b();
+    std::vector<StillObjects::Object> seen;
+    for (std::size_t k = 0; k < instances.size(); ++k) {
+      const Instance& instance = instances[k];
+      if (!is_dynamic(instance, options_.dynamic_classes)) continue;
+      const auto score = match(pair, instance, earlier);
+      const bool looks_still = score && *score > options_.min_score;
+      const int frames = looks_still ? frames_still(instance) + 1 : 0;
+      seen.push_back({instance.class_id, instance.box, frames});
+      if (frames >= options_.still_frames) continue;
+      cv::Mat area(pair.now.segmentation.image_size, CV_8UC1, cv::Scalar::all(0));
+      paint_instance(options_.in_box ? Instance::from_box(instance.box) : instance, area);
+      remove_on_mask(area, pair.now, labels, static_cast<std::int32_t>(k));
+    }
+    memory_->list = std::move(seen);
+  }
+
+ private:
+  static double overlap(const cv::Rect& a, const cv::Rect& b) {
+    const double both = (a & b).area();
+    return both > 0 ? both / (a.area() + b.area() - both) : 0;
+  }
+
+  /// Returns the earlier image as it would be seen now if all were static.
+  cv::Mat1b warped(const FramePair& pair) const {
+    cv::Mat suspect(pair.image.size(), CV_8UC1, cv::Scalar::all(0));
+    for (const Instance& instance : pair.now.segmentation.instances) {
+      if (is_dynamic(instance, options_.dynamic_classes)) paint_instance(instance, suspect);
+    }
+    const cv::Rect image({0, 0}, suspect.size());
+    std::vector<cv::Point2f> now, then;
+    for (std::size_t i = 0; i < pair.tracks.size(); ++i) {
+      const cv::Point pixel = pair.now.features.pixel(i);
+      if (!pair.is_tracked(i) || !image.contains(pixel) || suspect.at<std::uint8_t>(pixel) != 0) {
+        continue;
+      }
+      now.push_back(pair.now.features[i]);
+      then.push_back(pair.tracks[i].position);
+    }
+    cv::Mat then_from_now;
+    if (now.size() >= 4) {
+      then_from_now = cv::findHomography(now, then, cv::RANSAC, options_.ransac_px);
+    }
+    if (then_from_now.empty()) then_from_now = cv::Mat::eye(3, 3, CV_64F);
+    cv::Mat1b result;
+    cv::warpPerspective(pair.then->frame.image, result, then_from_now, suspect.size(),
+                        cv::INTER_LINEAR | cv::WARP_INVERSE_MAP, cv::BORDER_REPLICATE);
+    return result;
+  }
+
+  /// Returns the best correlation of an object's box with the earlier image; none without an
+  /// object of its class there, or without contrast.
+  std::optional<double> match(const FramePair& pair, const Instance& instance,
+                              const cv::Mat1b& earlier) const {
+    if (earlier.empty()) return {};
+    const std::vector<Instance>& before = pair.then->segmentation.instances;
+    const bool was_there = std::any_of(before.begin(), before.end(), [&](const Instance& other) {
+      return other.class_id == instance.class_id &&
+             overlap(other.box, instance.box) > options_.min_iou;
+    });
+    const cv::Rect box = grown_box(instance.box, 0, pair.image.size());
+    if (!was_there || box.empty()) return {};
+    cv::Scalar mean, deviation;
+    cv::meanStdDev(earlier(box), mean, deviation);
+    if (deviation[0] < 1) return {};
+    cv::Mat1f scores;
+    cv::matchTemplate(pair.image(grown_box(box, options_.search_px, pair.image.size())),
+                      earlier(box), scores, cv::TM_CCOEFF_NORMED);
+    double best = 0;
+    cv::minMaxLoc(scores, nullptr, &best);
+    return best;
+  }
+
+  /// Returns how long the object has looked still up to the last frame.
+  int frames_still(const Instance& instance) const {
+    const StillObjects::Object* best = nullptr;
+    for (const StillObjects::Object& object : memory_->list) {
+      const double iou = overlap(object.box, instance.box);
+      if (object.class_id != instance.class_id || iou <= options_.min_iou) continue;
+      if (best == nullptr || iou > overlap(best->box, instance.box)) best = &object;
+    }
+    return best == nullptr ? 0 : best->frames;
+  }
+
+  StillObjects* memory_;
+  TemplateStillnessOptions options_;
+};
+
+}  // namespace dynfilter::peers
+
+#endif  // DYNFILTER_SRC_LAB_RULES_TEMPLATE_STILLNESS_HPP

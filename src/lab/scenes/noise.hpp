@@ -1,0 +1,70 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// Random numbers as pure functions of (seed, use, place). Nothing here has a state, so results
+// depend neither on the order of calls nor on the number of threads.
+
+#ifndef DYNFILTER_SRC_LAB_SCENES_NOISE_HPP
+#define DYNFILTER_SRC_LAB_SCENES_NOISE_HPP
+
+#include <cstdint>
+
+#include <opencv2/core.hpp>
+
+#include "dynfilter/detail/mixed_bits.hpp"
+
+namespace dynfilter::scene {
+
+using detail::mixed_bits;
+
+/// The uses of random numbers; no two uses share a number.
+enum class Stream : std::uint64_t {
+  wall = 1,
+  floor,
+  ceiling,
+  furniture,
+  layout,
+  garment,
+  body,
+  walk,
+  camera,
+  image_noise,
+  depth_noise,
+  depth_edges,
+  depth_holes,
+  mask_limbs,
+  mask_noise,
+  detection,
+  missed,
+  exposure,
+  box
+};
+
+/// Makes one key from a seed and any number of integers.
+template <class... Numbers>
+std::uint64_t make_key(std::uint64_t seed, Numbers... numbers) {
+  std::uint64_t key = mixed_bits(seed);
+  ((key = mixed_bits(key ^ static_cast<std::uint64_t>(numbers))), ...);
+  return key;
+}
+
+/// Returns the number in [0, 1) that belongs to a key.
+inline double unit(std::uint64_t key) {
+  return static_cast<double>(mixed_bits(key) >> 11U) * 0x1.0p-53;
+}
+
+/// Returns the number in [low, high) that belongs to a key.
+inline double between(std::uint64_t key, double low, double high) {
+  return low + (high - low) * unit(key);
+}
+
+/// Adds smooth value noise in [-amplitude, amplitude]; its grid has a node every `cell` pixels.
+/// Seamless at the borders if `cell` divides the size. O(pixels).
+void add_noise(cv::Mat1f& field, int cell, float amplitude, std::uint64_t key);
+
+/// Makes a field of smooth noise in [-1, 1].
+cv::Mat1f noise_field(cv::Size size, int cell, std::uint64_t key);
+
+}  // namespace dynfilter::scene
+
+#endif  // DYNFILTER_SRC_LAB_SCENES_NOISE_HPP

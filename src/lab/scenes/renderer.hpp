@@ -1,0 +1,56 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#ifndef DYNFILTER_SRC_LAB_SCENES_RENDERER_HPP
+#define DYNFILTER_SRC_LAB_SCENES_RENDERER_HPP
+
+#include <cstdint>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "moment.hpp"
+#include "world.hpp"
+
+namespace dynfilter::scene {
+
+/// The surface that a pixel's ray hits: a face of the room, a face of a block, or a part of a
+/// person. Boxes that move have the numbers after the world's blocks.
+class SurfaceId {
+ public:
+  static int room(int face) { return face; }
+  static int block(int index, int face) { return 6 + 6 * index + face; }
+  static int part(int person, int index) { return first_part + parts_a_person * person + index; }
+
+  static bool is_part(int id) { return id >= first_part; }
+  static bool is_block(int id) { return id >= block(0, 0) && id < first_part; }
+  static int block_index(int id) { return (id - block(0, 0)) / 6; }
+  static int person(int id) { return (id - first_part) / parts_a_person; }
+  static int part_index(int id) { return (id - first_part) % parts_a_person; }
+
+ private:
+  static constexpr int first_part = 1 << 16;
+  static constexpr int parts_a_person = 64;
+};
+
+/// The camera's view before any sensor.
+struct Rendering {
+  cv::Mat3f colour;   // BGR, 0 to 255, edges smoothed
+  cv::Mat1f depth;    // metres along the optical axis, at the pixel's centre
+  cv::Mat1f facing;   // cosine between the ray and the surface's normal
+  cv::Mat1i surface;  // SurfaceId
+};
+
+Rendering render(const World& world, const Moment& moment, const CameraParameters& camera,
+                 const CameraPose& pose);
+
+/// Renders the surfaces only, in a third of the time.
+cv::Mat1i render_surfaces(const World& world, const Moment& moment, const CameraParameters& camera,
+                          const CameraPose& pose);
+
+/// Exposes the colour image: amplifies it, adds the sensor's noise and rounds to bytes.
+cv::Mat3b expose(const cv::Mat3f& colour, float gain, std::uint64_t key);
+
+}  // namespace dynfilter::scene
+
+#endif  // DYNFILTER_SRC_LAB_SCENES_RENDERER_HPP

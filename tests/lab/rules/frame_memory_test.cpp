@@ -1,0 +1,229 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "lab/rules/frame_memory.hpp"
+
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "lab/rules/flow_chi_square.hpp"
+#include "support/expect_error.hpp"
+#include "support/scene_images.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+const PinholeCamera camera{300, 300, 160, 120};
+
+/// Frame k of a flat wall at 2 m that moves 6 px to the right a frame in the image, 0.04 m. A card
+/// of 90x90 pixels before it stays where it is in the image.
+struct Frames {
+  std::vector<cv::Point2f> features;
+  Segmentation segmentation;
+
+  Frames() {
+    for (int y = 24; y < 220; y += 12) {
+      for (int x = 90; x < 310; x += 12) {
+        features.emplace_back(static_cast<float>(x), static_cast<float>(y));
+      }
+    }
+  }
+
+  FrameView frame(int k) const {
+    FrameView view;
+    view.id = static_cast<std::uint64_t>(k);
+    view.timestamp_s = 20 + 0.1 * k;
+    const cv::Mat1b wall = texture({800, 240}, 1), card = texture({90, 90}, 2);
+    view.image = wall(cv::Rect(300 - 6 * k, 0, 320, 240)).clone();
+    card.copyTo(view.image(card_area));
+    view.depth = cv::Mat(view.image.size(), CV_16UC1, cv::Scalar(10000));
+    view.metres_per_unit = 1.0 / 5000;
+    return view;
+  }
+
+  FilterInput input(const FrameView& view) const { return {view, segmentation, features}; }
+
+  const cv::Rect card_area{130, 80, 90, 90};
+};
+
+TEST(FrameMemory, KnowsAnEarlierFrameAfterTheBaseline) {
+  const Frames frames;
+  peers::FrameMemory memory(camera, 3);
+  Workspace workspace;
+  for (int k = 0; k < 6; ++k) {
+    const FrameView view = frames.frame(k);
+    const FilterInput input = frames.input(view);
+    const peers::FramePair pair = memory.next(input, workspace);
+    ASSERT_EQ(pair.tracks.size(), frames.features.size());
+    ASSERT_EQ(pair.then != nullptr, k >= 3) << "frame " << k;
+    ASSERT_EQ(pair.pose.has_value(), k >= 3) << "frame " << k;
+    if (k < 3) continue;
+    EXPECT_EQ(pair.then->frame.id, static_cast<std::uint64_t>(k - 3));
+    EXPECT_NEAR(pair.duration_s(), 0.3, 1e-9);
+  }
+}
+
+TEST(FrameMemory, TracksOverLongBaselinesAndMeasuresTheMotion) {
+  for (const int baseline : {1, 5, 12}) {
+    const Frames frames;
+    peers::FrameMemory memory(camera, baseline);
+    Workspace workspace;
+    for (int k = 0; k <= baseline; ++k) {
+      const FrameView view = frames.frame(k);
+      const FilterInput input = frames.input(view);
+      const peers::FramePair pair = memory.next(input, workspace);
+      if (k < baseline) continue;
+      std::size_t right = 0, of_wall = 0;
+      for (std::size_t i = 0; i < frames.features.size(); ++i) {
+        const cv::Point2f at = frames.features[i];
+        if (frames.card_area.contains(at) || at.x > 300) continue;
+        const cv::Point2f expected = at - cv::Point2f(6.0F * static_cast<float>(baseline), 0);
+        const bool is_beyond = expected.x < 10 || frames.card_area.contains(expected);
+        if (is_beyond) continue;
+        ++of_wall;
+        right += pair.is_tracked(i) && cv::norm(pair.tracks[i].position - expected) < 0.2 ? 1 : 0;
+      }
+      EXPECT_GT(of_wall, 80U);
+      EXPECT_GT(right, of_wall * 9 / 10) << "baseline " << baseline;
+      ASSERT_TRUE(pair.pose.has_value());
+      // A shift and a turn look much alike before a flat wall; a point's place does not.
+      const cv::Point3d place = *pair.pose * cv::Point3d(0, 0, 2);
+      EXPECT_NEAR(camera.project(place)->x, 160 - 6 * baseline, 0.3) << "baseline " << baseline;
+    }
+  }
+}
+
+TEST(FrameMemory, StartsAnewAfterAGapAStepBackAnotherSizeAndWithoutImage) {
+  const Frames frames;
+  const auto knows_after = [&](auto change) {
+    peers::FrameMemory memory(camera, 1);
+    Workspace workspace;
+    FrameView first = frames.frame(0), second = frames.frame(1);
+    change(second);
+    memory.next(frames.input(first), workspace);
+    return memory.next(frames.input(second), workspace).then != nullptr;
+  };
+  EXPECT_TRUE(knows_after([](FrameView&) {}));
+  EXPECT_FALSE(knows_after([](FrameView& view) { view.timestamp_s = 20.6; }));
+  EXPECT_FALSE(knows_after([](FrameView& view) { view.timestamp_s = 20; }));
+  EXPECT_FALSE(knows_after([](FrameView& view) { view.image = cv::Mat(); }));
+  EXPECT_FALSE(knows_after([](FrameView& view) {
+    view.image = view.image(cv::Rect(0, 0, 200, 200)).clone();
+    view.depth = view.depth(cv::Rect(0, 0, 200, 200)).clone();
+  }));
+}
+
+TEST(FrameMemory, AFrameWithoutImageBreaksTheChain) {
+  const Frames frames;
+  peers::FrameMemory memory(camera, 1);
+  Workspace workspace;
+  for (int k = 0; k < 7; ++k) {
+    FrameView view = frames.frame(k);
+    if (k == 1 || k == 5) view.image = cv::Mat();
+    const peers::FramePair pair = memory.next(frames.input(view), workspace);
+    EXPECT_EQ(pair.then != nullptr, k == 3 || k == 4) << "frame " << k;
+    EXPECT_EQ(pair.image.empty(), view.image.empty()) << "frame " << k;
+  }
+}
+
+TEST(FrameMemory, KeepsCopiesOfWhatTheHostOverwrites) {
+  const Frames frames;
+  Frames with_mask = frames;
+  with_mask.segmentation.image_size = {320, 240};
+  with_mask.segmentation.instances.push_back(
+      Instance::from_box_mask(cv::Mat(9, 9, CV_8UC1, cv::Scalar(1)), {5, 5, 9, 9}));
+  peers::FrameMemory memory(camera, 1);
+  Workspace workspace;
+  FrameView view = frames.frame(0);
+  memory.next(with_mask.input(view), workspace);
+  cv::Mat image = view.image, depth = view.depth;
+  image.setTo(0);
+  depth.setTo(0);
+  with_mask.segmentation.instances[0].mask.setTo(0);
+  const FrameView second = frames.frame(1);
+  const FilterInput input = frames.input(second);
+  const peers::FramePair pair = memory.next(input, workspace);
+  ASSERT_NE(pair.then, nullptr);
+  EXPECT_TRUE(same(pair.then->frame.image, frames.frame(0).image));
+  EXPECT_TRUE(same(pair.then->frame.depth, frames.frame(0).depth));
+  EXPECT_TRUE(pair.then->segmentation.instances.at(0).covers({5, 5}));
+}
+
+TEST(FrameMemory, FeaturesOnMasksDoNotTellTheMotion) {
+  Frames frames;
+  frames.segmentation.image_size = {320, 240};
+  const auto has_pose = [&](const cv::Rect& box, int class_id) {
+    frames.segmentation.instances = {Instance::from_box(box, class_id)};
+    peers::FrameMemory memory(camera, 1);
+    Workspace workspace;
+    const FrameView first = frames.frame(0), second = frames.frame(1);
+    memory.next(frames.input(first), workspace);
+    return memory.next(frames.input(second), workspace).pose.has_value();
+  };
+  EXPECT_TRUE(has_pose({0, 0, 100, 240}, 0));
+  EXPECT_FALSE(has_pose({0, 0, 320, 240}, 0));
+  EXPECT_TRUE(has_pose({0, 0, 320, 240}, 1));
+  EXPECT_FALSE(has_pose({0, 8, 312, 224}, 0)) << "8 px around the box";
+}
+
+/// Verdicts of a rule in five frames.
+std::vector<std::size_t> removed_in(peers::FrameMemory& memory, std::size_t& on_card) {
+  const Frames frames;
+  const peers::OnFrames stage(peers::FlowChiSquare(), memory);
+  Workspace workspace;
+  std::vector<std::size_t> counts;
+  on_card = 0;
+  for (int k = 0; k < 5; ++k) {
+    const FrameView view = frames.frame(k);
+    FeatureLabels labels(frames.features.size(), frames.segmentation);
+    stage(frames.input(view), labels, workspace);
+    counts.push_back(labels.statistics().removed());
+    for (std::size_t i = 0; i < labels.size(); ++i) {
+      const bool is_inside = (frames.card_area - cv::Point(-8, -8)).contains(frames.features[i]) &&
+                             (frames.card_area - cv::Point(8, 8)).contains(frames.features[i]);
+      on_card += labels.is_removed(i) && is_inside ? 1 : 0;
+    }
+  }
+  return counts;
+}
+
+TEST(OnFrames, RemovesTheCardFromTheSecondFrameOnAndResetForgets) {
+  peers::FrameMemory memory(camera, 1);
+  std::size_t on_card = 0;
+  const std::vector<std::size_t> first = removed_in(memory, on_card);
+  EXPECT_EQ(first[0], 0U);
+  EXPECT_GT(on_card, 4 * 25U);
+  for (std::size_t k = 1; k < 5; ++k) EXPECT_GT(first[k], 25U);
+  memory.reset();
+  EXPECT_EQ(removed_in(memory, on_card), first);
+}
+
+TEST(FrameMemory, AnImageTooSmallToTrackInIsNoImage) {
+  Frames frames;
+  frames.features.resize(3);
+  peers::FrameMemory memory(camera, 1);
+  Workspace workspace;
+  for (int k = 0; k < 3; ++k) {
+    FrameView view = frames.frame(k);
+    view.image = view.image(cv::Rect(0, 0, 3, 3)).clone();
+    view.depth = view.depth(cv::Rect(0, 0, 3, 3)).clone();
+    const peers::FramePair pair = memory.next(frames.input(view), workspace);
+    EXPECT_EQ(pair.then, nullptr);
+    EXPECT_TRUE(pair.image.empty());
+  }
+}
+
+TEST(FrameMemory, RefusesOptionsOutOfRange) {
+  expect_error<std::invalid_argument>([] { peers::FrameMemory(camera, 0); },
+                                      "baseline_frames must be 1 or more");
+  peers::FrameMemoryOptions options;
+  options.max_gap_s = 0;
+  expect_error<std::invalid_argument>([&] { peers::FrameMemory(camera, 1, options); },
+                                      "max_gap_s above 0");
+}
+
+}  // namespace
+}  // namespace dynfilter::testing

@@ -1,0 +1,358 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// The rules of other systems in src/rules: their common properties, and the rules that compute no
+// mask from depth. peers_depth_mask_test.cpp has the others.
+
+#include "lab/rules/box_depth_deviation.hpp"
+#include "lab/rules/box_depth_mask.hpp"
+#include "lab/rules/box_depth_threshold.hpp"
+#include "lab/rules/depth_variance_mask.hpp"
+#include "lab/rules/dilated_mask.hpp"
+#include "lab/rules/whole_box.hpp"
+
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "support/expect_error.hpp"
+#include "support/filter_case.hpp"
+#include "support/peer_scene.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+// --- All of them ---------------------------------------------------------------------------------
+
+template <class StageType, class OptionsType>
+struct Rule {
+  using Stage = StageType;
+  using Options = OptionsType;
+};
+
+template <class RuleType>
+class Peer : public ::testing::Test {};
+
+using Rules = ::testing::Types<Rule<peers::DilatedMask, peers::DilatedMaskOptions>,
+                               Rule<peers::WholeBox, peers::WholeBoxOptions>,
+                               Rule<peers::BoxDepthThreshold, peers::BoxDepthThresholdOptions>,
+                               Rule<peers::BoxDepthDeviation, peers::BoxDepthDeviationOptions>,
+                               Rule<peers::BoxDepthMask, peers::BoxDepthMaskOptions>,
+                               Rule<peers::DepthVarianceMask, peers::DepthVarianceMaskOptions>>;
+TYPED_TEST_SUITE(Peer, Rules, );
+
+/// Person at 1.5 m whose middle every rule finds.
+PeerScene person_scene(int class_id = 0) {
+  const cv::Rect body(39, 30, 60, 60);
+  PeerScene scene;
+  scene.fill_ribbed(body, 1.5, 40);
+  scene.segmentation.instances.push_back(
+      Instance::from_box_mask(cv::Mat(body.size(), CV_8UC1, cv::Scalar(255)), body, class_id));
+  return scene;
+}
+
+std::vector<cv::Point2f> grid() {
+  std::vector<cv::Point2f> points;
+  for (float y = -4; y < 126; y += 4.25F) {
+    for (float x = -4; x < 166; x += 4.25F) points.emplace_back(x, y);
+  }
+  return points;
+}
+
+TYPED_TEST(Peer, RemovesThePersonAndKeepsTheWall) {
+  const typename TypeParam::Stage rule;
+  EXPECT_EQ(person_scene().verdicts(rule, {{68, 60}, {10, 10}, {150, 110}}), "xoo");
+}
+
+TYPED_TEST(Peer, RemovesNothingWithoutInstances) {
+  PeerScene scene = person_scene();
+  scene.segmentation = {};
+  EXPECT_EQ(scene.labels(typename TypeParam::Stage(), grid()).statistics().removed(), 0U);
+}
+
+TYPED_TEST(Peer, IgnoresStaticClasses) {
+  const PeerScene scene = person_scene(2);
+  typename TypeParam::Options options;
+  EXPECT_EQ(scene.verdicts(typename TypeParam::Stage(options), {{68, 60}}), "o");
+  options.dynamic_classes = {0, 2};
+  EXPECT_EQ(scene.verdicts(typename TypeParam::Stage(options), {{68, 60}}), "x");
+}
+
+TYPED_TEST(Peer, TreatsFloatAnd16BitDepthAlike) {
+  PeerScene scene = person_scene();
+  const typename TypeParam::Stage rule;
+  const std::string verdicts = scene.verdicts(rule, grid());
+  scene.use_float_depth();
+  EXPECT_EQ(scene.verdicts(rule, grid()), verdicts);
+}
+
+TYPED_TEST(Peer, IgnoresABoxOutsideTheImage) {
+  constexpr int int_max = std::numeric_limits<int>::max();
+  constexpr int int_min = std::numeric_limits<int>::min();
+  PeerScene scene;
+  for (const cv::Rect& box :
+       {cv::Rect(-200, 10, 50, 50), cv::Rect(10, 300, 50, 50),
+        cv::Rect(int_max, int_max, int_max, int_max),
+        cv::Rect(int_min, int_min, int_max / 2, int_max / 2), cv::Rect(50, 50, 0, 0)}) {
+    scene.add_box(box);
+  }
+  EXPECT_EQ(scene.labels(typename TypeParam::Stage(), grid()).statistics().removed(), 0U);
+}
+
+TYPED_TEST(Peer, RefusesLabelsOfAnotherLength) {
+  const PeerScene scene = person_scene();
+  const std::vector<cv::Point2f> features(3);
+  FeatureLabels labels(2, scene.segmentation);
+  expect_error<std::invalid_argument>(
+      [&] {
+        typename TypeParam::Stage()({scene.frame, scene.segmentation, features}, labels);
+      },
+      "2 labels and 3 features");
+}
+
+/// Odd sizes, hostile depths and boxes: no rule throws, and features outside the image stay.
+TYPED_TEST(Peer, AcceptsArbitraryInput) {
+  const typename TypeParam::Stage rule;
+  for (std::uint64_t seed = 0; seed < 300; ++seed) {
+    ByteSource source(seed);
+    const FilterCase input = arbitrary_case(source);
+    const FeaturesView features = input.keypoints;
+    FeatureLabels labels(features.size(), input.segmentation);
+    ASSERT_NO_THROW(rule({input.frame, input.segmentation, features}, labels)) << "seed " << seed;
+    const cv::Rect image({0, 0}, input.segmentation.image_size);
+    for (std::size_t i = 0; i < labels.size(); ++i) {
+      const bool outside = !image.contains(features.pixel(i));
+      ASSERT_FALSE(outside && labels.is_removed(i)) << "seed " << seed;
+    }
+  }
+}
+
+TEST(Peers, RefuseOptionsOutOfRange) {
+  const auto refuses = [](auto make, const char* part) {
+    expect_error<std::invalid_argument>(make, part);
+  };
+  peers::BoxDepthDeviationOptions growth;
+  for (const double at_limit : {0.0, 10.0}) {
+    growth.width_growth = at_limit;
+    EXPECT_NO_THROW(peers::BoxDepthDeviation{growth});
+  }
+  refuses([] { peers::DilatedMask({{0}, 15, 3}); }, "passes must be 1 or 2");
+  refuses([] { peers::DilatedMask({{0}, -1, 1}); }, "radius_px must be 0 or more");
+  refuses([] { peers::WholeBox({{0}, -1}); }, "margin_px must be 0 or more");
+  refuses([] { peers::BoxDepthThreshold({{0}, 0, 65}); }, "depth_step_m");
+  refuses([] { peers::BoxDepthDeviation({{0}, 0.2, 10, 0, 3.2}); }, "nearest_share");
+  refuses([] { peers::BoxDepthMask({{0}, 1.1}); }, "shares and quantiles");
+  peers::DepthVarianceMaskOptions options;
+  options.radius_px = 0;
+  refuses([&] { peers::DepthVarianceMask{options}; }, "radius_px must be above 0");
+  options = {};
+  options.box_margin_px = options.margin_px = options.dilation_px = options.min_side_px = 0;
+  options.z_scale_px_per_m = options.tolerance_m = 0;
+  EXPECT_NO_THROW(peers::DepthVarianceMask{options});
+}
+
+// --- DilatedMask ---------------------------------------------------------------------------------
+
+PeerScene scene_with_mask(const cv::Size& size, cv::Point origin) {
+  PeerScene scene;
+  Instance instance;
+  instance.mask = cv::Mat(size, CV_8UC1, cv::Scalar(1));
+  instance.mask_origin = origin;
+  scene.segmentation.instances.push_back(instance);
+  scene.frame.depth = cv::Mat();  // the rule needs no depth
+  return scene;
+}
+
+TEST(DilatedMask, ReachesFifteenPixelsInOnePassAndThirtyInTwo) {
+  const PeerScene scene = scene_with_mask({1, 1}, {80, 60});
+  const peers::DilatedMask once({{0}, 15, 1});
+  EXPECT_EQ(scene.verdicts(once, {{95, 60}, {96, 60}, {65, 60}, {64, 60}}), "xoxo");
+  EXPECT_EQ(scene.verdicts(once, {{80, 75}, {80, 76}, {80, 45}, {80, 44}}), "xoxo");
+  // The element is an ellipse: 10 rows away it reaches sqrt(15^2 - 10^2) = 11.2 pixels.
+  EXPECT_EQ(scene.verdicts(once, {{91, 70}, {92, 70}}), "xo");
+  const peers::DilatedMask twice;
+  EXPECT_EQ(scene.verdicts(twice, {{110, 60}, {111, 60}, {80, 90}, {80, 91}}), "xoxo");
+}
+
+TEST(DilatedMask, UsesTheNearestPixel) {
+  const PeerScene scene = scene_with_mask({1, 1}, {80, 60});
+  const peers::DilatedMask once({{0}, 15, 1});
+  EXPECT_EQ(scene.verdicts(once, {{95.4F, 60}, {95.5F, 60}}), "xo");
+}
+
+TEST(DilatedMask, DilatesOnlyThePartInTheImage) {
+  const PeerScene scene = scene_with_mask({20, 20}, {-10, -10});  // in the image: 10x10
+  const peers::DilatedMask once({{0}, 15, 1});
+  EXPECT_EQ(scene.verdicts(once, {{24, 5}, {25, 5}, {5, 24}, {5, 25}, {-1, 5}}), "xoxoo");
+  const PeerScene outside = scene_with_mask({20, 20}, {-25, 0});  // 6 pixels outside the image
+  EXPECT_EQ(outside.verdicts(once, {{0, 10}}), "o");
+}
+
+TEST(DilatedMask, IgnoresABoxWithoutAMask) {
+  PeerScene scene;
+  scene.add_box({40, 30, 50, 40});
+  EXPECT_EQ(scene.verdicts(peers::DilatedMask(), {{60, 50}}), "o");
+}
+
+// --- WholeBox ------------------------------------------------------------------------------------
+
+TEST(WholeBox, RemovesTheBoxGrownByFivePixels) {
+  PeerScene scene;
+  scene.frame.depth = cv::Mat();
+  scene.add_box({40, 30, 50, 40});  // grown: 35 to 94, 25 to 74
+  const peers::WholeBox rule;
+  EXPECT_EQ(scene.verdicts(rule, {{35, 25}, {34, 25}, {35, 24}}), "xoo");
+  EXPECT_EQ(scene.verdicts(rule, {{94, 74}, {95, 74}, {94, 75}}), "xoo");
+  EXPECT_EQ(scene.verdicts(rule, {{34.5F, 50}, {34.4F, 50}}), "xo");
+  EXPECT_EQ(scene.verdicts(peers::WholeBox({{0}, 0}), {{40, 30}, {39, 30}, {89, 69}, {90, 69}}),
+            "xoxo");
+}
+
+TEST(WholeBox, ClipsTheBoxToTheImage) {
+  PeerScene scene;
+  scene.add_box({-20, -20, 30, 30});
+  EXPECT_EQ(scene.verdicts(peers::WholeBox(), {{14, 14}, {15, 14}, {0, 0}, {-1, 0}}), "xoxo");
+}
+
+TEST(WholeBox, FeatureGoesToTheFirstBox) {
+  PeerScene scene;
+  scene.add_box({10, 10, 40, 40}, 56);
+  scene.add_box({30, 10, 40, 40});
+  scene.add_box({40, 10, 40, 40});
+  const FeatureLabels labels = scene.labels(peers::WholeBox(), {{20, 20}, {45, 20}, {78, 20}});
+  EXPECT_EQ(labels[0].instance, -1) << "the first box has another class";
+  EXPECT_EQ(labels[1].instance, 1);
+  EXPECT_EQ(labels[2].instance, 2);
+}
+
+// --- BoxDepthThreshold ---------------------------------------------------------------------------
+
+/// Verdicts on two pixels in the box, at depths `first` and `second`; a person at 1.5 m fills its
+/// middle.
+std::string below_threshold(PeerScene scene, double first, double second) {
+  scene.fill({55, 30, 1, 1}, first);
+  scene.fill({56, 30, 1, 1}, second);
+  return scene.verdicts(peers::BoxDepthThreshold(), {{55, 30}, {56, 30}});
+}
+
+PeerScene threshold_scene(double centre, double corner) {
+  PeerScene scene;
+  const cv::Rect box(40, 20, 60, 80);
+  scene.add_box(box);
+  scene.fill(box, 0);
+  scene.fill({70, 60, 1, 1}, centre);
+  scene.fill({99, 99, 1, 1}, corner);  // the other three have none
+  return scene;
+}
+
+TEST(BoxDepthThreshold, LiesHalfwayToTheBackgroundCorners) {
+  EXPECT_EQ(below_threshold(threshold_scene(1.5, 4.0), 2.749, 2.751), "xo");  // (1.5 + 4) / 2
+  EXPECT_EQ(below_threshold(threshold_scene(1.5, 2.502), 2.0, 2.002), "xo");  // (1.5 + 2.502) / 2
+}
+
+TEST(BoxDepthThreshold, OtherwiseLiesAMetreBehindTheCentre) {
+  EXPECT_EQ(below_threshold(threshold_scene(1.5, 2.498), 2.499, 2.501), "xo");
+  EXPECT_EQ(below_threshold(threshold_scene(1.5, 0), 2.499, 2.501), "xo");
+  EXPECT_EQ(below_threshold(threshold_scene(1.5, 1.0), 2.499, 2.501), "xo");
+}
+
+TEST(BoxDepthThreshold, WorksWithoutDepthAtCentreAndCorners) {
+  EXPECT_EQ(below_threshold(threshold_scene(0, 4.0), 3.999, 4.001), "xo");
+  PeerScene scene = threshold_scene(0, 0);
+  EXPECT_EQ(below_threshold(scene, 13.0, 0), "xo") << "any depth is below the threshold";
+  scene.use_float_depth();
+  scene.frame.depth.at<float>(30, 55) = 65.534F;
+  scene.frame.depth.at<float>(30, 56) = 65.536F;
+  EXPECT_EQ(scene.verdicts(peers::BoxDepthThreshold(), {{55, 30}, {56, 30}}), "xo");
+}
+
+TEST(BoxDepthThreshold, UsesTheFarthestOfTheFourCorners) {
+  for (const cv::Point corner : {cv::Point(40, 20), {99, 20}, {40, 99}, {99, 99}}) {
+    PeerScene scene = threshold_scene(1.5, 0);
+    for (const cv::Point other : {cv::Point(40, 20), {99, 20}, {40, 99}, {99, 99}}) {
+      scene.fill({other.x, other.y, 1, 1}, other == corner ? 4.0 : 3.0);
+    }
+    EXPECT_EQ(below_threshold(scene, 2.749, 2.751), "xo") << corner;
+  }
+}
+
+TEST(BoxDepthThreshold, UsesOnlyThePartOfTheBoxInTheImage) {
+  PeerScene scene;
+  scene.add_box({-40, 20, 80, 60});  // in the image: 40 columns, and their centre is (20, 50)
+  scene.fill({20, 50, 30, 1}, 1.5);
+  EXPECT_EQ(scene.verdicts(peers::BoxDepthThreshold(), {{39, 50}, {40, 50}, {30, 51}}), "xoo");
+}
+
+TEST(BoxDepthThreshold, AbstainsWithoutDepth) {
+  PeerScene scene = person_scene();
+  scene.frame.depth = cv::Mat();
+  EXPECT_EQ(scene.verdicts(peers::BoxDepthThreshold(), {{68, 60}}), "o");
+}
+
+// --- BoxDepthDeviation ---------------------------------------------------------------------------
+
+/// The box (50,30) 40x60 with eight features at 1.5 m -+ 0.1 m and two farther ones. Those are the
+/// farthest 20 % and do not count, so the mean is 1.5 and the deviation 0.1. The grown box spans
+/// columns 36 to 103 and rows 20 to 99. The background's threshold is 0.1 * sqrt(3.2) = 0.1789 m.
+struct DeviationScene : PeerScene {
+  std::vector<cv::Point2f> features;
+
+  DeviationScene() {
+    add_box({50, 30, 40, 60});
+    for (int k = 0; k < 8; ++k) add({60 + k, 50}, k % 2 == 0 ? 1.4 : 1.6);
+    add({70, 70}, 1.678);
+    add({71, 70}, 1.68);
+  }
+
+  void add(cv::Point pixel, double metres) {
+    fill({pixel.x, pixel.y, 1, 1}, metres);
+    features.emplace_back(pixel);
+  }
+
+  std::string verdicts() const { return PeerScene::verdicts(peers::BoxDepthDeviation(), features); }
+};
+
+TEST(BoxDepthDeviation, KeepsFeaturesFarFromTheForegroundMean) {
+  EXPECT_EQ(DeviationScene().verdicts(), "xxxxxxxxxo");
+}
+
+TEST(BoxDepthDeviation, GrownBoxUsesTheStatisticsOfTheBox) {
+  DeviationScene scene;
+  scene.add({45, 50}, 1.322);  // beside the box: judged, but not counted
+  scene.add({46, 50}, 1.32);   // in front of the foreground
+  scene.add({47, 50}, 1.678);
+  scene.add({48, 50}, 1.68);
+  EXPECT_EQ(scene.verdicts(), "xxxxxxxxxoxoxo");
+}
+
+TEST(BoxDepthDeviation, GrowsByAFifthOfTheWidthAndTenPixels) {
+  DeviationScene scene;
+  scene.features.clear();
+  for (const cv::Point corner : {cv::Point(36, 20), {103, 99}}) scene.add(corner, 0);
+  for (const cv::Point out : {cv::Point(35, 50), {104, 50}, {70, 19}, {70, 100}}) {
+    scene.add(out, 0);
+  }
+  EXPECT_EQ(scene.verdicts(), "xxoooo");
+}
+
+TEST(BoxDepthDeviation, RemovesTheWholeBoxWithoutDepth) {
+  DeviationScene scene;
+  scene.frame.depth.setTo(0);
+  EXPECT_EQ(scene.verdicts(), "xxxxxxxxxx");
+  scene.fill({45, 50, 1, 1}, 4.0);
+  scene.features = {{45, 50}, {60, 50}};
+  EXPECT_EQ(scene.verdicts(), "xx") << "depth beside the box does not count";
+  scene.frame.depth = cv::Mat();
+  EXPECT_EQ(scene.verdicts(), "xx");
+}
+
+TEST(BoxDepthDeviation, AcceptsAForegroundOfOneDepth) {
+  DeviationScene scene;
+  scene.features.clear();
+  for (int k = 0; k < 3; ++k) scene.add({60 + k, 50}, 1.5);
+  scene.add({63, 50}, 1.502);  // the nearest 80 % of four are three
+  EXPECT_EQ(scene.verdicts(), "xxxo");
+}
+
+}  // namespace
+}  // namespace dynfilter::testing

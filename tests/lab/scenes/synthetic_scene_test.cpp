@@ -1,0 +1,400 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "lab/scenes/synthetic_scene.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <set>
+#include <string>
+#include <vector>
+
+#include <opencv2/features2d.hpp>
+
+#include "support/scene_images.hpp"
+
+namespace dynfilter {
+namespace {
+
+using testing::painted;
+using testing::pixel_hash;
+using testing::same;
+
+SyntheticSceneOptions small() {
+  SyntheticSceneOptions options;
+  options.image_size = {160, 120};
+  options.frames = 60;
+  return options;
+}
+
+/// Scene rendered once for all tests that only read it.
+const SyntheticScene& small_scene() {
+  static const SyntheticScene scene(small());
+  return scene;
+}
+
+bool same(const Segmentation& a, const Segmentation& b) {
+  return a.frame_id == b.frame_id && a.timestamp_s == b.timestamp_s &&
+         std::equal(a.instances.begin(), a.instances.end(), b.instances.begin(), b.instances.end(),
+                    [](const Instance& x, const Instance& y) {
+                      return x.box == y.box && x.score == y.score && x.track_id == y.track_id &&
+                             x.mask_origin == y.mask_origin &&
+                             (x.mask.empty() ? y.mask.empty() : same(x.mask, y.mask));
+                    });
+}
+
+bool same(const SyntheticFrame& a, const SyntheticFrame& b) {
+  return same(a.frame.image, b.frame.image) && same(a.frame.depth, b.frame.depth) &&
+         same(a.exact_depth_m, b.exact_depth_m) && a.pose.rotation == b.pose.rotation &&
+         a.pose.translation == b.pose.translation &&
+         same(a.true_segmentation, b.true_segmentation) &&
+         same(a.poor_segmentation, b.poor_segmentation);
+}
+
+TEST(SyntheticScene, RendersTheDocumentedFrame) {
+  const SyntheticFrame frame = small_scene().render(7);
+  EXPECT_EQ(frame.frame.id, 7U);
+  EXPECT_DOUBLE_EQ(frame.frame.timestamp_s, 1.0 + 7 / 30.0);
+  EXPECT_EQ(frame.frame.image.type(), CV_8UC3);
+  EXPECT_EQ(frame.frame.depth.type(), CV_16UC1);
+  EXPECT_EQ(frame.exact_depth_m.type(), CV_32FC1);
+  EXPECT_EQ(frame.frame.image.size(), cv::Size(160, 120));
+  EXPECT_DOUBLE_EQ(frame.frame.metres_per_unit, 1.0 / 5000);
+  EXPECT_NO_THROW(validate(frame.frame, "test"));
+  EXPECT_NO_THROW(validate(frame.true_segmentation, "test"));
+  EXPECT_NO_THROW(validate(frame.poor_segmentation, "test"));
+  EXPECT_EQ(small_scene().pose(7).translation, frame.pose.translation);
+  EXPECT_EQ(small_scene().pose(7).rotation, frame.pose.rotation);
+}
+
+TEST(SyntheticScene, CameraIsFr3ScaledToTheImage) {
+  const CameraParameters full = SyntheticScene().camera();
+  EXPECT_DOUBLE_EQ(full.fx, 535.4);
+  EXPECT_DOUBLE_EQ(full.fy, 539.2);
+  EXPECT_DOUBLE_EQ(full.cx, 320.1);
+  EXPECT_DOUBLE_EQ(full.cy, 247.6);
+  EXPECT_DOUBLE_EQ(full.depth_units_per_metre, 5000);
+  EXPECT_DOUBLE_EQ(full.frames_per_second, 30);
+  EXPECT_DOUBLE_EQ(full.k1, 0);
+  const CameraParameters quarter = small_scene().camera();
+  EXPECT_EQ(quarter.image_size, cv::Size(160, 120));
+  EXPECT_DOUBLE_EQ(quarter.fx, 535.4 / 4);
+  // The left edge of the image, half a pixel left of the first centre, stays in the same direction.
+  EXPECT_NEAR((-0.5 - quarter.cx) / quarter.fx, (-0.5 - full.cx) / full.fx, 1e-12);
+}
+
+TEST(SyntheticScene, SameSeedGivesTheSamePixels) {
+  const SyntheticScene again(small());
+  EXPECT_TRUE(same(small_scene().render(11), again.render(11)));
+}
+
+// Pins the scenes of published figures. Other machines may contract or round numbers differently.
+#if defined(__x86_64__) && !defined(__FMA__) && defined(__GLIBC__)
+TEST(SyntheticScene, PixelsMatchThePublishedResults) {
+  const SyntheticFrame frame = small_scene().render(20);
+  EXPECT_EQ(pixel_hash(frame.frame.image), 1906012851298839652U);
+  EXPECT_EQ(pixel_hash(frame.frame.depth), 12960254515090081727U);
+  EXPECT_EQ(pixel_hash(painted(frame.true_segmentation)), 15736095770529233509U);
+  EXPECT_EQ(pixel_hash(painted(frame.poor_segmentation)), 8598630092848294494U);
+}
+#endif
+
+TEST(SyntheticScene, AnotherSeedGivesAnotherScene) {
+  SyntheticSceneOptions options = small();
+  options.seed = 2;
+  const SyntheticFrame other = SyntheticScene(options).render(0);
+  const SyntheticFrame first = small_scene().render(0);
+  EXPECT_FALSE(same(first.frame.image, other.frame.image));
+  EXPECT_FALSE(same(first.frame.depth, other.frame.depth));
+  EXPECT_NE(first.pose.translation, other.pose.translation);
+}
+
+TEST(SyntheticScene, FrameDoesNotDependOnEarlierFrames) {
+  std::vector<SyntheticFrame> sequence;
+  for (int i = 0; i < 4; ++i) sequence.push_back(small_scene().render(i));
+  for (int i = 3; i >= 0; --i) {
+    EXPECT_TRUE(same(small_scene().render(i), sequence[static_cast<std::size_t>(i)])) << i;
+  }
+  EXPECT_FALSE(same(sequence[0], sequence[1]));
+}
+
+TEST(SyntheticScene, StartTimeShiftsOnlyTheTimestamps) {
+  SyntheticSceneOptions options = small();
+  options.start_time_s = 1.3e9;
+  const SyntheticScene late(options);
+  EXPECT_NEAR(late.timestamp_s(30) - 1.3e9, 1.0, 1e-6);
+  EXPECT_TRUE(same(late.render(30).frame.image, small_scene().render(30).frame.image));
+}
+
+TEST(SyntheticScene, ThreadsDoNotChangePixels) {
+  const int threads = cv::getNumThreads();
+  cv::setNumThreads(1);
+  const SyntheticFrame alone = SyntheticScene(small()).render(5);
+  cv::setNumThreads(2);
+  const SyntheticFrame shared = SyntheticScene(small()).render(5);
+  cv::setNumThreads(threads);
+  EXPECT_TRUE(same(alone, shared));
+}
+
+/// Share of the pixels of frame `from`, chosen by `chosen` and visible in frame `to`, whose point
+/// has, by the two poses, the depth that `to` has there.
+double share_that_agrees(const SyntheticFrame& from, const SyntheticFrame& to,
+                         const CameraParameters& camera, const cv::Mat1b& chosen) {
+  int seen = 0;
+  int agreeing = 0;
+  for (int y = 0; y < chosen.rows; ++y) {
+    for (int x = 0; x < chosen.cols; ++x) {
+      if (chosen(y, x) == 0) continue;
+      const double z = static_cast<double>(from.exact_depth_m.at<float>(y, x));
+      const cv::Vec3d point((x - camera.cx) / camera.fx * z, (y - camera.cy) / camera.fy * z, z);
+      const cv::Vec3d world = from.pose.rotation * point + from.pose.translation;
+      const cv::Vec3d there = to.pose.rotation.t() * (world - to.pose.translation);
+      const int u = cvRound(camera.fx * there[0] / there[2] + camera.cx);
+      const int v = cvRound(camera.fy * there[1] / there[2] + camera.cy);
+      if (there[2] <= 0 || u < 0 || v < 0 || u >= chosen.cols || v >= chosen.rows) continue;
+      const double other = static_cast<double>(to.exact_depth_m.at<float>(v, u));
+      ++seen;
+      if (std::abs(other - there[2]) < 0.01 * there[2]) ++agreeing;
+    }
+  }
+  return seen > 100 ? static_cast<double>(agreeing) / seen : -1;
+}
+
+TEST(SyntheticScene, OnlyStaticPointsReproject) {
+  const SyntheticFrame first = small_scene().render(20);
+  const SyntheticFrame later = small_scene().render(35);
+  const CameraParameters camera = small_scene().camera();
+  ASSERT_GT(cv::norm(first.pose.translation - later.pose.translation), 0.05);
+  const cv::Mat1b persons = painted(first.true_segmentation);
+  // Persons in the later frame hide about a fifth of the pixels.
+  cv::Mat1b covered;
+  cv::dilate(painted(later.true_segmentation), covered, {}, {-1, -1}, 25);
+  const cv::Mat room = ~(persons | covered);
+  ASSERT_GT(cv::countNonZero(room), 2000);
+  EXPECT_GT(share_that_agrees(first, later, camera, room), 0.93);
+  EXPECT_LT(share_that_agrees(first, later, camera, persons), 0.5);
+}
+
+TEST(SyntheticScene, TheCameraMovesSmoothlyWithRigidPoses) {
+  for (int i = 0; i < small_scene().size(); ++i) {
+    const CameraPose pose = small_scene().pose(i);
+    EXPECT_LT(cv::norm(pose.rotation * pose.rotation.t() - cv::Matx33d::eye()), 1e-12);
+    EXPECT_NEAR(cv::determinant(pose.rotation), 1.0, 1e-12);
+    if (i == 0) continue;
+    const double step = cv::norm(pose.translation - small_scene().pose(i - 1).translation);
+    EXPECT_GT(step, 1e-5);
+    EXPECT_LT(step, 0.04);
+  }
+  SyntheticSceneOptions still = small();
+  still.camera_motion = 0;
+  const SyntheticScene scene(still);
+  EXPECT_EQ(scene.pose(0).translation, scene.pose(40).translation);
+  EXPECT_EQ(scene.pose(0).rotation, scene.pose(40).rotation);
+}
+
+TEST(SyntheticScene, DepthIsQuantisedToEighthsOfAPixelOfDisparity) {
+  const SyntheticFrame frame = small_scene().render(0);
+  const double focal_baseline = 580 * 0.075;
+  std::vector<double> errors;
+  std::set<int> values;
+  for (int y = 0; y < frame.frame.depth.rows; ++y) {
+    for (int x = 0; x < frame.frame.depth.cols; ++x) {
+      const int raw = frame.frame.depth.at<std::uint16_t>(y, x);
+      if (raw == 0) continue;
+      values.insert(raw);
+      const double steps = 8 * focal_baseline * 5000 / raw;
+      EXPECT_NEAR(steps, std::round(steps), 0.04) << raw;
+      const double exact = static_cast<double>(frame.exact_depth_m.at<float>(y, x));
+      errors.push_back(std::abs(raw / 5000.0 - exact) / (2.9e-3 * exact * exact));
+    }
+  }
+  ASSERT_GT(errors.size(), 10000U);
+  EXPECT_GT(values.size(), 60U);
+  EXPECT_LT(values.size(), 350U);
+  std::sort(errors.begin(), errors.end());
+  EXPECT_LT(errors[errors.size() / 2], 0.8);  // median, in steps
+  EXPECT_GT(errors[errors.size() / 2], 0.1);
+}
+
+TEST(SyntheticScene, HasNoDepthBeyondTheMaximum) {
+  SyntheticSceneOptions options = small();
+  options.max_depth_m = 2.5;
+  const SyntheticFrame frame = SyntheticScene(options).render(10);
+  double nearest = 0, farthest = 0;
+  cv::minMaxLoc(frame.frame.depth, &nearest, &farthest);
+  EXPECT_EQ(nearest, 0);
+  EXPECT_LT(farthest, 2.7 * 5000);
+  EXPECT_GT(farthest, 1.5 * 5000);
+}
+
+TEST(SyntheticScene, ShadowBandLiesLeftOfSilhouettes) {
+  double missing[2] = {0, 0};
+  double counted[2] = {0, 0};
+  double missing_inside = 0, inside = 0;
+  for (int i = 0; i < 60; i += 6) {
+    const SyntheticFrame frame = small_scene().render(i);
+    const cv::Mat1b persons = painted(frame.true_segmentation);
+    const cv::Mat1w depth = frame.frame.depth;
+    for (int y = 0; y < persons.rows; ++y) {
+      for (int x = 2; x + 2 < persons.cols; ++x) {
+        if (persons(y, x) == 0) continue;
+        inside += 1;
+        missing_inside += depth(y, x) == 0;
+        for (const int side : {0, 1}) {
+          const int step = side == 0 ? -1 : 1;
+          if (persons(y, x + step) != 0 || persons(y, x + 2 * step) != 0) continue;
+          counted[side] += 2;
+          missing[side] += (depth(y, x + step) == 0) + (depth(y, x + 2 * step) == 0);
+        }
+      }
+    }
+  }
+  ASSERT_GT(counted[0], 1000);
+  ASSERT_GT(counted[1], 1000);
+  EXPECT_GT(missing[0] / counted[0], 1.4 * missing[1] / counted[1]);
+  EXPECT_GT(missing[0] / counted[0], 0.25);
+  EXPECT_LT(missing_inside / inside, 0.2);
+  EXPECT_GT(missing_inside / inside, 0.01);
+}
+
+TEST(SyntheticScene, TrueMasksAreTheSilhouettes) {
+  const SyntheticScene& scene = small_scene();
+  SyntheticSceneOptions empty = small();
+  empty.persons = 0;
+  const SyntheticScene without(empty);
+  for (const int i : {0, 25, 50}) {
+    const SyntheticFrame frame = scene.render(i);
+    const SyntheticFrame room = without.render(i);
+    EXPECT_TRUE(room.true_segmentation.instances.empty());
+    EXPECT_TRUE(room.poor_segmentation.instances.empty());
+    EXPECT_EQ(room.true_segmentation.image_size, cv::Size(160, 120));
+    // A pixel is a person's if and only if the depth changes without the persons.
+    const cv::Mat changed = frame.exact_depth_m != room.exact_depth_m;
+    EXPECT_TRUE(same(changed, painted(frame.true_segmentation))) << i;
+    for (const Instance& instance : frame.true_segmentation.instances) {
+      EXPECT_EQ(instance.box, cv::boundingRect(instance.mask) + instance.mask_origin);
+      EXPECT_EQ(instance.score, 1.0F);
+      EXPECT_EQ(instance.class_id, 0);
+      EXPECT_TRUE(instance.track_id.has_value());
+    }
+  }
+}
+
+double intersection_over_union(const Instance& a, const Instance& b, cv::Size size) {
+  const cv::Mat1b first = painted({0, 0, size, {a}});
+  const cv::Mat1b second = painted({0, 0, size, {b}});
+  return static_cast<double>(cv::countNonZero(first & second)) / cv::countNonZero(first | second);
+}
+
+TEST(SyntheticScene, PoorMasksHaveTheDocumentedErrors) {
+  const cv::Size size(160, 120);
+  std::vector<double> overlaps;
+  for (int i = 0; i < 60; i += 4) {
+    const SyntheticFrame frame = small_scene().render(i);
+    float last_score = 1;
+    for (const Instance& poor : frame.poor_segmentation.instances) {
+      EXPECT_LE(poor.score, last_score);
+      EXPECT_GE(poor.score, 0.70F);
+      EXPECT_LE(poor.score, 0.95F);
+      last_score = poor.score;
+      EXPECT_EQ(poor.box & cv::Rect({0, 0}, size), poor.box);
+      if (!poor.mask.empty()) {
+        const cv::Rect mask_box(poor.mask_origin, poor.mask.size());
+        EXPECT_EQ(mask_box & poor.box, mask_box);
+      }
+      for (const Instance& exact : frame.true_segmentation.instances) {
+        if (exact.track_id != poor.track_id) continue;
+        EXPECT_LE(std::abs(exact.box.x - poor.box.x), 1);
+        EXPECT_LE(std::abs(exact.box.br().y - poor.box.br().y), 1);
+        overlaps.push_back(intersection_over_union(exact, poor, size));
+      }
+    }
+  }
+  ASSERT_GT(overlaps.size(), 15U);
+  double sum = 0;
+  for (const double overlap : overlaps) sum += overlap;
+  EXPECT_GT(sum / static_cast<double>(overlaps.size()), 0.5);
+  EXPECT_LT(sum / static_cast<double>(overlaps.size()), 0.88);
+}
+
+TEST(SyntheticScene, MasksWithoutMissingLimbsAreBetter) {
+  SyntheticSceneOptions options = small();
+  options.min_missing_limbs = 0;
+  options.max_missing_limbs = 0;
+  const SyntheticScene scene(options);
+  double whole = 0, poor = 0, exact = 0;
+  for (int i = 0; i < 60; i += 5) {
+    const SyntheticFrame frame = scene.render(i);
+    EXPECT_FALSE(same(painted(frame.poor_segmentation), painted(frame.true_segmentation))) << i;
+    whole += cv::countNonZero(painted(frame.poor_segmentation));
+    exact += cv::countNonZero(painted(frame.true_segmentation));
+    poor += cv::countNonZero(painted(small_scene().render(i).poor_segmentation));
+  }
+  EXPECT_GT(whole, 0.85 * exact);
+  EXPECT_LT(whole, 1.10 * exact);
+  EXPECT_LT(poor, 0.85 * whole);
+}
+
+TEST(SyntheticScene, RefusesOptionsOutOfRangeByName) {
+  const auto message = [](const std::function<void(SyntheticSceneOptions&)>& spoil) {
+    SyntheticSceneOptions options = small();
+    spoil(options);
+    try {
+      const SyntheticScene scene(options);
+    } catch (const std::invalid_argument& error) {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  const auto expect_named = [](const std::string& text, const char* option) {
+    EXPECT_NE(text.find(std::string("SyntheticScene: got ") + option), std::string::npos) << text;
+  };
+  using Options = SyntheticSceneOptions;
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  expect_named(message([](Options& o) { o.frames = 0; }), "frames = 0");
+  expect_named(message([](Options& o) { o.image_size.width = 8; }), "image_size.width = 8");
+  expect_named(message([](Options& o) { o.image_size.height = -1; }), "image_size.height");
+  expect_named(message([](Options& o) { o.frames_per_second = 0; }), "frames_per_second");
+  expect_named(message([nan](Options& o) { o.start_time_s = nan; }), "start_time_s");
+  expect_named(message([](Options& o) { o.persons = 9; }), "persons = 9");
+  expect_named(message([](Options& o) { o.person_distance_m = 0.5; }), "person_distance_m");
+  expect_named(message([](Options& o) { o.person_speed_m_s = -1; }), "person_speed_m_s");
+  expect_named(message([](Options& o) { o.wall_distance_m = 2; }), "wall_distance_m");
+  expect_named(message([](Options& o) { o.background_contrast = 1.5; }), "background_contrast");
+  expect_named(message([](Options& o) { o.camera_motion = 9; }), "camera_motion");
+  expect_named(message([](Options& o) { o.max_depth_m = 14; }), "max_depth_m");
+  expect_named(message([](Options& o) { o.min_missing_limbs = -1; }), "min_missing_limbs");
+  expect_named(message([](Options& o) { o.max_missing_limbs = 1; }), "max_missing_limbs");
+}
+
+TEST(SyntheticScene, RefusesFrameIndicesOutOfRange) {
+  EXPECT_THROW(small_scene().render(-1), std::invalid_argument);
+  EXPECT_THROW(small_scene().render(60), std::invalid_argument);
+  EXPECT_THROW(small_scene().pose(60), std::invalid_argument);
+  EXPECT_THROW(small_scene().timestamp_s(-1), std::invalid_argument);
+}
+
+TEST(SyntheticScene, OrbFindsFeaturesInTheRoomAndOnPersons) {
+  const SyntheticFrame frame = SyntheticScene().render(25);
+  std::vector<cv::KeyPoint> keypoints;
+  cv::ORB::create(1000)->detect(frame.frame.image, keypoints);
+  const cv::Mat1b persons = painted(frame.true_segmentation);
+  int on_persons = 0;
+  std::set<int> cells;  // of 40 pixels
+  for (const cv::KeyPoint& keypoint : keypoints) {
+    const cv::Point pixel = keypoint.pt;
+    on_persons += persons(pixel) != 0;
+    cells.insert(pixel.y / 40 * 16 + pixel.x / 40);
+  }
+  EXPECT_GT(keypoints.size(), 700U);
+  EXPECT_GT(on_persons, static_cast<int>(0.15 * static_cast<double>(keypoints.size())));
+  EXPECT_LT(on_persons, static_cast<int>(0.45 * static_cast<double>(keypoints.size())));
+  EXPECT_GT(cells.size(), 50U);  // of 192
+}
+
+}  // namespace
+}  // namespace dynfilter
