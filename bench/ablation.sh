@@ -7,8 +7,8 @@ set -euo pipefail
 usage() {
   cat <<'END'
 usage: bench/ablation.sh [--quick] [--every N] [--frames N] [--levels LIST] [--seeds LIST]
-                         [--rules LIST] [--truth NAME] [--out DIR] [--readme] [--marks NAME] [-h]
-                         [SEQUENCE...]
+                         [--rules LIST] [--truth NAME] [--out DIR] [--readme] [--marks NAME]
+                         [--table TEXT] [-h] [SEQUENCE...]
 
 Builds the program and compares all rules on the levels of the rendered scene, and on the given
 sequences: features left and removed, rates, and the trajectory of the reference odometry. Prints the
@@ -31,9 +31,10 @@ Installs the packages that are missing (Debian, Ubuntu), or says which.
                  what moves
   --out DIR      default: out/ablation in the repository, with --every out/ablation_every_N,
                  because results of all frames and of every n-th do not go into one folder
-  --readme       put the overviews into bench/README.md: those of the features with --every, else
-                 those of the trajectories
-  --marks NAME   other marks, for all overviews
+  --readme       put an overview into bench/README.md: that of the features with --every, else that of
+                 the trajectories
+  --marks NAME   between other marks
+  --table TEXT   another overview: the table whose title begins with `all: TEXT`
 
   DYNFILTER_BUILD_DIR  folder of the build, default build/release in the repository
 END
@@ -47,7 +48,7 @@ frames=
 rules=
 truth=class
 marks='trajectory tables'
-first_table='all: RMSE of the ATE'
+tables='^(all: ATE over|in the form)'
 out=
 name=ablation
 options=()
@@ -59,24 +60,22 @@ while (($#)); do
       seeds=101
       frames=60
       ;;
-    --every | --frames | --levels | --seeds | --rules | --truth | --out | --marks)
+    --every | --frames | --levels | --seeds | --rules | --truth | --out | --marks | --table)
       [[ $# -ge 2 ]] || { usage >&2; exit 2; }
       case "$1" in
         --every)
           options+=(--every "$2")
           name=ablation_every_$2
           marks='feature tables'
-          first_table='all: dynamic left'
+          tables='^all: dynamic left'
           ;;
         --levels) levels=$2 ;;
         --seeds) seeds=$2 ;;
         --frames) frames=$2 ;;
         --rules) rules=$2 ;;
         --truth) truth=$2 ;;
-        --marks)
-          marks=$2
-          first_table='all: dynamic left'
-          ;;
+        --marks) marks=$2 ;;
+        --table) tables="^all: $2" ;;
         *) out=$(realpath -m "$2") ;;
       esac
       shift
@@ -110,7 +109,6 @@ mkdir -p "$out"
   tee "$out/tables.txt"
 
 if [[ $readme == yes ]]; then
-  # The overviews and what follows them: a table of every level is more than a page can bear.
   fill_marks "$root/bench/README.md" "$marks" \
-    "$(sed -n "/^$first_table/,\$p" "$out/tables.txt" | sed '/^report /d')"
+    "$(awk -v RS= -v wanted="$tables" '$0 ~ wanted { if (n++) print ""; print }' "$out/tables.txt")"
 fi

@@ -11,4 +11,4 @@ set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 exec bash "$root/bench/ablation.sh" --levels late_10hz,late_5hz --seeds 101-110 \
   --rules mask,mask_moved,depth,depth_moved,depth_waited,perfect --marks 'late masks tables' \
-  --out "$root/out/late_masks" "$@"
+  --table 'ATE over' --out "$root/out/late_masks" "$@"

@@ -13,4 +13,5 @@ rules=none,mask,depth,motion,masks_motion,depth_motion,depth_motion_kept,depth_m
 rules+=,ds_slam,dynaslam_geometry,derome,eppenberger,dai,smr,dyna_tm,dn_slam,perfect
 levels=sitting,stop_and_go,pushed,pushed_slow,carried,carried_slow,still_camera,rotation,fast,crowd
 exec bash "$root/bench/ablation.sh" --truth motion --levels "$levels" --seeds 101-103 \
-  --frames 120 --rules "$rules" --marks 'motion tables' --out "$root/out/moving_or_still" "$@"
+  --frames 120 --rules "$rules" --marks 'motion tables' --table 'dynamic left' \
+  --out "$root/out/moving_or_still" "$@"

@@ -17,7 +17,7 @@ Installs the packages that are missing (Debian, Ubuntu), or says which.
 
   --quick    fewer repetitions: some minutes
   --out DIR  default: out/bench in the repository
-  --readme   put the ratios into bench/README.md, and ten of them and the filter's time into README.md
+  --readme   put ten ratios and the filter's time into README.md
 
   DYNFILTER_BUILD_DIR  folder of the build, default build/bench in the repository
 END
@@ -130,6 +130,5 @@ if [[ -x /usr/bin/python3 ]]; then python=/usr/bin/python3; fi
 
 if [[ $readme == yes ]]; then
   ratios=$(grep '^ratio ' "$out/report.txt")
-  fill_marks "$root/bench/README.md" "bench ratios" "$ratios"
   fill_marks "$root/README.md" "ten ratios" "$(describe_ten_ratios <<<"$ratios")"
 fi
