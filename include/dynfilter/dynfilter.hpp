@@ -37,7 +37,6 @@
 #include "dynfilter/segmentation.hpp"
 #include "dynfilter/segmenter.hpp"
 #include "dynfilter/stage.hpp"
-#include "dynfilter/static_weights.hpp"
 #include "dynfilter/statistics.hpp"
 #include "dynfilter/stereo_depths.hpp"
 #include "dynfilter/version.hpp"

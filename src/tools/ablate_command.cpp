@@ -167,7 +167,7 @@ void add_ablate_command(CLI::App& program, const std::string& called_as) {
       ->add_option(
           "--rules", options->plan.rules,
           "such as mask,paper; default: all rules but those about late masks, about motion,\n"
-          "with weights, and those that compare frames, see below")
+          "and those that compare frames, see below")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::IsMember(all_rule_names()));

@@ -13,7 +13,6 @@
 #include <set>
 #include <utility>
 
-#include "calibration_table.hpp"
 #include "dynfilter/evaluation/trajectory_errors.hpp"
 #include "rule_set.hpp"
 
@@ -338,7 +337,6 @@ std::vector<Table> ablation_tables(const std::vector<RunResult>& results) {
     add_where_filled(ratio_overview(groups));
     add_where_filled(without_empty_columns(default_table(groups)));
   }
-  add_where_filled(calibration_table(groups_of(results)));
   add_where_filled(paper_table(groups));
   if (!results.empty() && results.front().truth == Truth::by_motion) {
     for (Table& table : tables) table.title += ", truth by motion";

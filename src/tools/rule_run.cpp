@@ -9,7 +9,6 @@
 #include <opencv2/imgproc.hpp>
 
 #include "dynfilter/evaluation/feature_scores.hpp"
-#include "dynfilter/evaluation/reliability.hpp"
 #include "io/output_folder.hpp"
 #include "run_report.hpp"
 
@@ -174,26 +173,15 @@ void RuleRun::process(const SourceFrame& frame, ExtractedFeatures features) {
   }
   add_pictures(frame, shown, features.keypoints, record, by_mask);
   if (video_) video_->add(frame.frame, shown, features.keypoints, labels_, health_.report());
-  std::vector<float> weights;
-  if (rule_.has_weights) StaticWeights()(labels_, weights);
-  // With motion, a weight says whether the feature moves; without, whether it is on an object.
-  const bool is_their_truth = rule_.follows_motion == (truth_ == Truth::by_motion);
-  if (truth && rule_.has_weights && is_their_truth) {
-    record_.reliability = record_.reliability.value_or(WeightReliability());
-    *record_.reliability += score_weights(features.keypoints, labels_, weights, *truth, rim_px_);
-  }
-  if (!rule_.weighs) {
-    weights.clear();
-    keep_static_time_.measure(
-        [&] { return keep_static(labels_, features.keypoints, features.descriptors); });
-  }
+  keep_static_time_.measure(
+      [&] { return keep_static(labels_, features.keypoints, features.descriptors); });
   may_begin_ = may_begin_ || record_.frames.size() == max_waiting_frames ||
                labels_.statistics().is_motion_decided();
   record.is_lost = odometry_.has_value();
   if (odometry_ && may_begin_) {
     record.is_lost = odometry_time_.measure([&] {
-      return odometry_->track(frame.frame, features.keypoints, features.descriptors, weights)
-                 .tracked != odometry::Tracked::found;
+      return odometry_->track(frame.frame, features.keypoints, features.descriptors).tracked !=
+             odometry::Tracked::found;
     });
   }
   record_.frames.push_back(std::move(record));

@@ -73,12 +73,6 @@ Entry peer_entry(const char* name, const char* description, Options options) {
           }};
 }
 
-/// Makes the entry of rule depth, or of another rule with the labels of rule depth.
-Entry depth_entry(RuleInfo info) {
-  info.has_weights = true;
-  return {info, depth};
-}
-
 /// Makes the entry of a rule that judges motion over kept frames, too.
 Entry keeping_entry(RuleInfo info) {
   info.keeps_frames = true;
@@ -89,12 +83,6 @@ Entry keeping_entry(RuleInfo info) {
 Entry waiting_entry(RuleInfo info) {
   info.waits_for_motion = true;
   return {info, depth};
-}
-
-/// Makes the entry of a rule whose labels become weights.
-Entry weighing_entry(RuleInfo info) {
-  info.weighs = true;
-  return depth_entry(std::move(info));
 }
 
 peers::DilatedMaskOptions dilated(int passes) {
@@ -129,30 +117,27 @@ std::vector<Entry> make_entries() {
           "genea_slam2", "features on a mask made from depth variance (GeneA-SLAM2)",
           peers::DepthVarianceMaskOptions()),
       {{"paper", "features on the masks, and in the box by depth and D-LBP (the paper)"}, paper},
-      depth_entry(
-          {"depth", "features on the masks, and in the box at the object's depth (the default)"}),
-      weighing_entry(
-          {"depth_weights", "features of weight below 0.3; the odometry weighs the rest"}),
+      {{"depth", "features on the masks, and in the box at the object's depth (the default)"},
+       depth},
       {{"mask_moved", "rule mask on masks moved with the image", true, false, false, true, true},
        [](const Masks&, std::uint64_t) { return empty_stage(); }},
-      depth_entry({"depth_moved", "rule depth on masks moved with the image", true, false, true,
-                   true, true}),
-      depth_entry({"depth_waited", "rule depth on the true masks, as if the camera waited for them",
-                   true, true, true, false, true}),
+      {{"depth_moved", "rule depth on masks moved with the image", true, false, true, true, true},
+       depth},
+      {{"depth_waited", "rule depth on the true masks, as if the camera waited for them", true,
+        true, true, false, true},
+       depth},
       {{"motion", "features that move, without masks", false, false, true, false, false, true},
        [](const Masks&, std::uint64_t) { return empty_stage(); }},
       {{"masks_motion", "rule mask, then what moves; still objects get their features back", true,
         false, true, false, false, true},
        [](const Masks&, std::uint64_t) { return empty_stage(); }},
-      depth_entry({"depth_motion",
-                   "rule depth, then what moves; still objects get their features back", true,
-                   false, true, false, false, true}),
+      {{"depth_motion", "rule depth, then what moves; still objects get their features back", true,
+        false, true, false, false, true},
+       depth},
       keeping_entry({"depth_motion_kept", "as depth_motion, with frames kept for what moves slowly",
                      true, false, true, false, false, true}),
       waiting_entry({"depth_motion_waits", "as depth_motion; the map begins when motion is decided",
                      true, false, true, false, false, true}),
-      weighing_entry({"depth_motion_weights", "as depth_weights, with motion", true, false, true,
-                      false, false, true}),
       {{"perfect", "features on the true masks; with --truth motion, on what moves", true, true,
         false},
        [](const Masks&, std::uint64_t) { return empty_stage(); }},
@@ -198,8 +183,7 @@ std::vector<std::string> all_rule_names() {
 std::vector<std::string> usual_rule_names() {
   std::vector<std::string> names;
   for (const RuleInfo& rule : all_rules()) {
-    const bool is_on_request =
-        rule.about_late_masks || rule.follows_motion || rule.compares_frames || rule.weighs;
+    const bool is_on_request = rule.about_late_masks || rule.follows_motion || rule.compares_frames;
     if (!is_on_request) names.push_back(rule.name);
   }
   return names;

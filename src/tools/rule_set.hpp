@@ -30,12 +30,9 @@ struct RuleInfo {
   bool about_late_masks = false;  ///< compares ways to handle late masks; runs only on request
   bool follows_motion = false;    ///< judges features by their motion; runs only on request
   bool compares_frames = false;   ///< another system's, with a memory; runs only on request
-  bool weighs =
-      false;  ///< the odometry weighs features, and drops those of weight below 0.3; on request
-  bool keeps_frames = false;  ///< judges motion over kept frames, too
+  bool keeps_frames = false;      ///< judges motion over kept frames, too
   /// The odometry begins when motion is decided, or after half a second of frames at 30 Hz.
   bool waits_for_motion = false;
-  bool has_weights = false;  ///< static_weights is calibrated for the rule's labels
 };
 
 /// Returns all rules, in the tables' order.

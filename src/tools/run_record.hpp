@@ -13,7 +13,6 @@
 #include <opencv2/core.hpp>
 
 #include "dynfilter/evaluation/feature_scores.hpp"
-#include "dynfilter/evaluation/reliability.hpp"
 #include "dynfilter/evaluation/trajectory_errors.hpp"
 #include "dynfilter/filter_health.hpp"
 #include "dynfilter/segmenters/depth_offset_estimator.hpp"
@@ -62,7 +61,6 @@ struct RunRecord {
   std::vector<std::pair<std::string, std::string>> options;  ///< resolved options by name
   std::vector<FrameRecord> frames;
   std::optional<TrajectoryRecord> trajectory;       ///< if there was depth
-  std::optional<WeightReliability> reliability;     ///< if the truth is known, of weights
   std::optional<DepthOffsetEstimate> depth_offset;  ///< of a run over every frame with depth
   double depth_offset_s = 0;                        ///< the offset that depth was paired with
   FilterHealthReport health;

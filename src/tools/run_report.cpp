@@ -18,7 +18,6 @@
 #include "io/file_writing.hpp"
 #include "io/frame_table.hpp"
 #include "output_file.hpp"
-#include "reliability_json.hpp"
 
 namespace dynfilter::tools {
 namespace {
@@ -96,17 +95,6 @@ void print_scores(const RunRecord& run) {
   print_score(run, "static removed", &FeatureScores::static_removed);
   print_score(run, "… with depth", &FeatureScores::static_removed_with_depth);
   print_score(run, "removed on the rim", &FeatureScores::rim_removed);
-}
-
-void print_reliability(const WeightReliability& reliability) {
-  std::printf("static weights against the true masks              error    features\n");
-  const auto print = [](const char* name, const Reliability& table) {
-    if (const auto error = table.expected_calibration_error()) {
-      std::printf("  %-38s %15.4f %11zu\n", name, *error, table.count());
-    }
-  };
-  print("expected calibration error", reliability.all);
-  print("… of suspected features", reliability.suspected);
 }
 
 void print_trajectory(const RunRecord& run) {
@@ -258,7 +246,6 @@ void print_report(const RunRecord& run) {
   }
   print_count("kept", totals.kept(), frames);
   if (run.has_truth) print_scores(run);
-  if (run.reliability) print_reliability(*run.reliability);
   if (run.rule.follows_motion) print_motion(run);
   if (run.trajectory) print_trajectory(run);
   std::printf("time a frame                                 median        95 %%\n");
@@ -326,7 +313,6 @@ void write_summary_json(const RunRecord& run, const std::filesystem::path& file)
   summary["given_back"] = totals.motion.given_back;
   summary["kept"] = totals.kept();
   if (run.has_truth) add_scores(summary, run);
-  if (run.reliability) summary["weights"] = json_of(*run.reliability);
   if (run.trajectory) add_trajectory(summary, run);
   if (run.depth_offset) summary["depth_offset"] = depth_offset_json(*run.depth_offset);
   summary["health"] = health_json(health_rows_of(run));

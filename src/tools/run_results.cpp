@@ -16,7 +16,6 @@
 #include "io/hidden_names.hpp"
 #include "io/regular_file.hpp"
 #include "lab/scenes/scene_levels.hpp"
-#include "reliability_json.hpp"
 #include "rule_set.hpp"
 
 namespace dynfilter::tools {
@@ -81,11 +80,6 @@ RunResult result_of(const Json& json) {
   json.at("features").get_to(result.features);
   json.at("kept").get_to(result.kept);
   result.scores = scores_of(json);
-  if (json.contains("weights")) {
-    const Json& weights = json.at("weights");
-    result.reliability = WeightReliability{reliability_of(weights.at("all")),
-                                           reliability_of(weights.at("suspected"))};
-  }
   if (json.contains("lost_frames")) result.lost_frames = json.at("lost_frames").get<std::size_t>();
   result.ate_rmse_m = number(json, "ate_rmse_m");
   result.rpe_translation_rmse_m = number(json, "rpe_translation_rmse_m");

@@ -17,7 +17,6 @@
 #include <opencv2/core.hpp>
 
 #include "dynfilter/evaluation/feature_scores.hpp"
-#include "dynfilter/evaluation/reliability.hpp"
 #include "health_text.hpp"
 #include "scene_spec.hpp"
 #include "truth.hpp"
@@ -38,8 +37,7 @@ struct RunResult {
   std::size_t features = 0;
   std::size_t kept = 0;
   std::optional<FeatureScores> scores;
-  std::optional<WeightReliability> reliability;  ///< of the weights of the rule's labels
-  std::optional<std::size_t> lost_frames;        ///< frames that the odometry lost
+  std::optional<std::size_t> lost_frames;  ///< frames that the odometry lost
   std::optional<double> ate_rmse_m;
   std::optional<double> rpe_translation_rmse_m;
   std::optional<double> rpe_rotation_rmse_deg;

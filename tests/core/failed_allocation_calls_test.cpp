@@ -15,7 +15,6 @@
 #include "dynfilter/host_masks.hpp"
 #include "dynfilter/moved_depth.hpp"
 #include "dynfilter/overlay.hpp"
-#include "dynfilter/static_weights.hpp"
 #include "dynfilter/stereo_depths.hpp"
 #include "support/answer.hpp"
 #include "support/filter_case.hpp"
@@ -147,14 +146,6 @@ const std::vector<PublicCall>& calls() {
       {"dense_depth_lbp", plain([] { return dense_depth_lbp(input().frame.depth); }), 1},
       {"DepthCompensator::refined",
        plain([] { return DepthCompensator().refined(input().frame, input().segmentation, 1); }), 5},
-      {"StaticWeights",
-       [] {
-         return Call([weights = std::make_shared<std::vector<float>>()] {
-           StaticWeights()(labels(), *weights);
-           return Answer().add(*weights);
-         });
-       },
-       1},
       {"StereoDepths",
        [] {
          struct Kept {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// What a report says and shows of runs: the origin of their masks, reliability, the worst frames.
+// What a report says and shows of runs: the origin of their masks, the worst frames.
 
 #include <cstddef>
 #include <filesystem>
@@ -11,7 +11,6 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "report/html_pictures.hpp"
-#include "report/html_reliability.hpp"
 #include "run_results.hpp"
 #include "support/temporary_folder.hpp"
 
@@ -37,34 +36,6 @@ GroupOfRuns group_of_one(const std::filesystem::path& folder) {
   run.scene.name = "hall";
   run.scores.emplace();
   return {"halls", {run}};
-}
-
-/// Plots rule depth with so many weights of 0.95 and of 0.25. Returns the points of its line.
-std::string plotted(std::size_t certain, std::size_t doubtful) {
-  GroupOfRuns group = group_of_one({});
-  group.runs[0].reliability.emplace();
-  for (std::size_t i = 0; i < certain; ++i) group.runs[0].reliability->all.add(0.95, true);
-  for (std::size_t i = 0; i < doubtful; ++i) group.runs[0].reliability->all.add(0.25, true);
-  const std::string page = reliability_plot(group, RuleStyles({"depth"}));
-  const std::size_t points = page.find(" d=", page.rfind("class=\"line"));  // after the legend
-  return page.substr(points, page.find('>', points) - points);
-}
-
-TEST(ReliabilityPlot, LeavesOutBinsOfFewerThanFiftyFeatures) {
-  EXPECT_EQ(plotted(200, 49), plotted(200, 0));
-  EXPECT_NE(plotted(200, 50), plotted(200, 0));
-}
-
-TEST(ReliabilityPlot, LeavesOutRulesWithoutWeights) {
-  GroupOfRuns group = group_of_one({});
-  const RuleStyles styles({"depth", "mask"});
-  EXPECT_EQ(reliability_plot(group, styles), "");
-  group.runs.push_back(group.runs[0]);
-  group.runs[1].rule = "mask";
-  group.runs[1].reliability.emplace().all.add(0.95, true);
-  const std::string page = reliability_plot(group, styles);
-  EXPECT_NE(page.find("mask (expected calibration error"), std::string::npos) << page;
-  EXPECT_EQ(page.find("depth (expected"), std::string::npos) << page;
 }
 
 TEST(WorstFrames, SayWhyARuleHasNone) {

@@ -34,8 +34,7 @@ struct NormalEquations {
 };
 
 RobustCost cost_of(const BundleObservation& seen, const Eigen::Vector3d& residuals) {
-  const RobustCost cost = huber(residuals.squaredNorm(), chi2_limit(seen.observation));
-  return weighted(cost, seen.observation);
+  return huber(residuals.squaredNorm(), chi2_limit(seen.observation));
 }
 
 double total_cost(const PinholeCamera& camera, const Bundle& bundle) {

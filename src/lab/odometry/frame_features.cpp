@@ -74,10 +74,10 @@ void FrameFeatures::find(const Eigen::Vector2d& pixel, double radius_px,
   }
 }
 
-FrameFeatures make_features(const dynfilter::FrameView& frame, const WeightedKeypoints& used,
+FrameFeatures make_features(const dynfilter::FrameView& frame,
+                            const std::vector<cv::KeyPoint>& keypoints, const cv::Mat& descriptors,
                             const dynfilter::CameraParameters& parameters,
                             const DepthNoise& noise) {
-  const std::vector<cv::KeyPoint>& keypoints = used.keypoints;
   const std::vector<cv::Point2f> positions = undistorted(keypoints, parameters);
   const PinholeCamera camera = pinhole_of(parameters, frame.image.size());
   std::vector<Feature> features(keypoints.size());
@@ -85,7 +85,7 @@ FrameFeatures make_features(const dynfilter::FrameView& frame, const WeightedKey
     Feature& feature = features[i];
     feature.octave = keypoints[i].octave;
     feature.angle_deg = keypoints[i].angle;
-    std::memcpy(feature.descriptor.data(), used.descriptors.ptr(static_cast<int>(i)),
+    std::memcpy(feature.descriptor.data(), descriptors.ptr(static_cast<int>(i)),
                 sizeof(Descriptor));
     Observation& observation = feature.observation;
     observation.pixel = {double{positions[i].x}, double{positions[i].y}};
@@ -93,7 +93,6 @@ FrameFeatures make_features(const dynfilter::FrameView& frame, const WeightedKey
     observation.depth_m = depth_m <= noise.max_depth_m ? depth_m : 0.0;
     observation.sigma_px = octave_scale(feature.octave);
     observation.disparity_sigma_px = noise.disparity_sigma_px;
-    if (!used.weights.empty()) observation.weight = double{used.weights[i]};
     feature.point = camera.back_project(observation.pixel, observation.depth_m);
   }
   return {std::move(features), camera};

@@ -58,15 +58,9 @@ struct DepthNoise {
   double disparity_sigma_px;  ///< see PinholeCamera
 };
 
-/// Keypoints with one descriptor a row, and their Observation::weight; no weights: all are 1.
-struct WeightedKeypoints {
-  std::vector<cv::KeyPoint> keypoints;
-  cv::Mat descriptors;
-  std::vector<float> weights;
-};
-
 /// Makes the features: reads depth at the raw pixel, then removes the distortion from the position.
-FrameFeatures make_features(const dynfilter::FrameView& frame, const WeightedKeypoints& used,
+FrameFeatures make_features(const dynfilter::FrameView& frame,
+                            const std::vector<cv::KeyPoint>& keypoints, const cv::Mat& descriptors,
                             const dynfilter::CameraParameters& parameters, const DepthNoise& noise);
 
 PinholeCamera pinhole_of(const dynfilter::CameraParameters& parameters, const cv::Size& image_size);

@@ -27,16 +27,6 @@ cv::Mat grey_of(const cv::Mat& image) {
   return grey;
 }
 
-/// Leaves out the features of less weight than `min_weight`.
-WeightedKeypoints of_weight(double min_weight, WeightedKeypoints all) {
-  dynfilter::FeatureLabels labels(all.weights.size(), {});
-  for (std::size_t i = 0; i < labels.size(); ++i) {
-    if (double{all.weights[i]} < min_weight) labels.remove(i, -1, dynfilter::Reason::custom, 1.0F);
-  }
-  dynfilter::keep_static(labels, all.keypoints, all.descriptors, all.weights);
-  return all;
-}
-
 void require_descriptors(const cv::Mat& descriptors, std::size_t features) {
   const bool has_all =
       static_cast<std::size_t>(descriptors.rows) == features &&
@@ -49,21 +39,6 @@ void require_descriptors(const cv::Mat& descriptors, std::size_t features) {
       "a CV_8UC1 row of 32 bytes a feature");
 }
 
-void require_weights(const std::vector<float>& weights, std::size_t features) {
-  if (weights.size() != features) {
-    dynfilter::detail::throw_misuse(
-        "Odometry::track",
-        dynfilter::detail::concatenate(weights.size(), " weights and ", features, " features"),
-        "one weight a feature, or none at all");
-  }
-  for (const float weight : weights) {
-    if (weight >= 0.0F && weight <= 1.0F) continue;
-    dynfilter::detail::throw_misuse("Odometry::track",
-                                    dynfilter::detail::concatenate("the weight ", weight),
-                                    "a weight from 0 to 1");
-  }
-}
-
 dynfilter::TimedPose timed(double timestamp_s, const Pose& pose) {
   const Pose camera_to_world = pose.inverse();
   return {timestamp_s, camera_to_world.rotation, camera_to_world.translation};
@@ -73,12 +48,7 @@ dynfilter::TimedPose timed(double timestamp_s, const Pose& pose) {
 
 Odometry::Odometry(const dynfilter::CameraParameters& camera, const OdometryOptions& options,
                    const dynfilter::DynamicFilter& filter)
-    : parameters_(camera), filter_(filter), options_(options), extractor_(options.features) {
-  if (options.min_weight >= 0 && options.min_weight <= 1) return;
-  dynfilter::detail::throw_misuse(
-      "Odometry", dynfilter::detail::concatenate("min_weight = ", options.min_weight),
-      "a number from 0 to 1");
-}
+    : parameters_(camera), filter_(filter), options_(options), extractor_(options.features) {}
 
 /// Runs what a host needs of the library: one apply, one keep_static.
 FrameResult Odometry::track(const dynfilter::FrameView& frame,
@@ -92,20 +62,14 @@ FrameResult Odometry::track(const dynfilter::FrameView& frame,
 }
 
 FrameResult Odometry::track(const dynfilter::FrameView& frame,
-                            const std::vector<cv::KeyPoint>& keypoints, const cv::Mat& descriptors,
-                            const std::vector<float>& weights) {
+                            const std::vector<cv::KeyPoint>& keypoints,
+                            const cv::Mat& descriptors) {
   require_descriptors(descriptors, keypoints.size());
-  if (weights.empty()) return track_used(frame, {keypoints, descriptors, weights});
-  require_weights(weights, keypoints.size());
-  return track_used(frame, of_weight(options_.min_weight, {keypoints, descriptors, weights}));
-}
-
-FrameResult Odometry::track_used(const dynfilter::FrameView& frame, const WeightedKeypoints& used) {
   ++frames_;
   camera_ = pinhole_of(parameters_, frame.image.size());
   Tracking tracking;
-  tracking.features =
-      make_features(frame, used, parameters_, {options_.max_depth_m, options_.disparity_sigma_px});
+  tracking.features = make_features(frame, keypoints, descriptors, parameters_,
+                                    {options_.max_depth_m, options_.disparity_sigma_px});
   tracking.points.assign(tracking.features.size(), no_point);
   FrameResult result;
   result.features = tracking.features.size();

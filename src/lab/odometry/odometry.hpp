@@ -35,7 +35,6 @@ struct OdometryOptions {
   double keyframe_share = 0.75;
   /// Minimum number of frames between keyframes, unless it follows few near features and sees many.
   std::size_t keyframe_interval = 3;
-  double min_weight = 0.3;  ///< features of less weight count as removed; 0 to 1
 };
 
 enum class Tracked {
@@ -59,7 +58,6 @@ struct FrameResult {
 /// Equal frames, masks and seeds give bit-identical poses on one machine.
 class Odometry {
  public:
-  /// Throws std::invalid_argument for a min_weight outside 0 to 1.
   explicit Odometry(const dynfilter::CameraParameters& camera, const OdometryOptions& options = {},
                     const dynfilter::DynamicFilter& filter = dynfilter::DynamicFilter());
 
@@ -69,14 +67,9 @@ class Odometry {
                     const std::optional<dynfilter::Segmentation>& segmentation);
 
   /// Tracks a frame with features that the caller has extracted and filtered: one descriptor a row,
-  /// CV_8UC1 of 32 columns.
-  /// `weights` has one number from 0 to 1 a feature, the probability that it is static; empty: all
-  /// are 1. A weight scales the feature's information in the pose, in bundle adjustment and in the
-  /// votes of samples. Neither the test for outliers nor the number of inliers knows it. Throws
-  /// std::invalid_argument for another number of weights or descriptors, descriptors of another
-  /// kind, and a weight out of range.
+  /// CV_8UC1 of 32 columns. Throws std::invalid_argument for other descriptors.
   FrameResult track(const dynfilter::FrameView& frame, const std::vector<cv::KeyPoint>& keypoints,
-                    const cv::Mat& descriptors, const std::vector<float>& weights = {});
+                    const cv::Mat& descriptors);
 
   /// Returns the poses of all frames so far, lost ones included, each as it was when tracked.
   const dynfilter::Trajectory& trajectory() const { return trajectory_; }
@@ -85,7 +78,6 @@ class Odometry {
   std::size_t keyframes() const { return map_.size(); }
 
  private:
-  FrameResult track_used(const dynfilter::FrameView& frame, const WeightedKeypoints& used);
   bool start(Tracking& tracking);
   std::size_t follow(Tracking& tracking);
   std::size_t track_predicted(Tracking& tracking);

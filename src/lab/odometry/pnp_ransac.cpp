@@ -63,19 +63,19 @@ std::optional<Pose> pnp_ransac(const PinholeCamera& camera, std::vector<PointMat
   if (matches.size() < std::max(min_inliers, sample_size)) return {};
   std::mt19937_64 random(seed);
   std::optional<Pose> best;
-  double max_votes = 0;
+  std::size_t max_votes = 0;
   for (int i = 0; i < samples; ++i) {
     const auto pose = solve(camera, matches, draw(random, matches.size()));
     if (!pose) continue;
-    double votes = 0;
+    std::size_t votes = 0;
     for (const PointMatch& match : matches) {
-      if (agrees(camera, *pose, match)) votes += match.observation.weight;
+      votes += agrees(camera, *pose, match) ? 1U : 0U;
     }
     if (votes <= max_votes) continue;
     max_votes = votes;
     best = pose;
   }
-  if (max_votes < static_cast<double>(min_inliers)) return {};
+  if (max_votes < min_inliers) return {};
   for (PointMatch& match : matches) match.is_inlier = agrees(camera, *best, match);
   return best;
 }

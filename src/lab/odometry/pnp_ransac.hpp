@@ -14,7 +14,7 @@
 namespace odometry {
 
 /// Estimates the pose that most matches agree with, from random samples of four (P3P, and a fourth
-/// point to choose the solution). A match votes with its weight. Marks the inliers. Returns
+/// point to choose the solution). Marks the inliers. Returns
 /// std::nullopt if the votes of those that agree are fewer than `min_inliers`. The samples depend
 /// on the seed alone.
 std::optional<Pose> pnp_ransac(const PinholeCamera& camera, std::vector<PointMatch>& matches,

@@ -22,9 +22,7 @@ struct NormalEquations {
 
 RobustCost cost_of(const PointMatch& match, const Eigen::Vector3d& residuals, bool robust) {
   const double squared = residuals.squaredNorm();
-  const RobustCost cost =
-      robust ? huber(squared, chi2_limit(match.observation)) : RobustCost{squared, 1};
-  return weighted(cost, match.observation);
+  return robust ? huber(squared, chi2_limit(match.observation)) : RobustCost{squared, 1};
 }
 
 double total_cost(const PinholeCamera& camera, const Pose& pose,

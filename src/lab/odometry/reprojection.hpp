@@ -38,10 +38,6 @@ struct Observation {
   double depth_m = 0;                               ///< 0 = not measured
   double sigma_px = 1;                              ///< of the position; grows with the octave
   double disparity_sigma_px = 1;
-  /// Probability that the point is static, 0 to 1. It scales the observation's information in every
-  /// sum of squares, but not in the test for outliers: scaled, an unlikely observation would always
-  /// pass it.
-  double weight = 1;
 };
 
 /// Returns the 95 % quantile of the chi-square distribution; an observation beyond it is an
@@ -100,11 +96,6 @@ inline RobustCost huber(double squared, double limit) {
   if (squared <= limit) return {squared, 1};
   const double ratio = std::sqrt(limit / squared);
   return {2 * ratio * squared - limit, ratio};
-}
-
-/// Scales a cost by the observation's weight, after the kernel, whose limit is unweighted.
-inline RobustCost weighted(const RobustCost& cost, const Observation& observation) {
-  return {observation.weight * cost.cost, observation.weight * cost.weight};
 }
 
 }  // namespace odometry

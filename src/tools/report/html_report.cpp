@@ -13,7 +13,6 @@
 #include "html_page.hpp"
 #include "html_pictures.hpp"
 #include "html_plots.hpp"
-#include "html_reliability.hpp"
 #include "html_runs.hpp"
 #include "html_style.hpp"
 #include "output_file.hpp"
@@ -143,8 +142,7 @@ std::string section(const GroupOfRuns& group, std::size_t number, const RuleStyl
   const std::string plots = scene_plots(runs, styles, notes);
   const std::string pictures = worst_frames(group, notes);
   return "<section>\n" + element("h2", group.name, "id=\"" + anchor(number) + "\"") +
-         scene_remark(group, scene) + input + plots + reliability_plot(group, styles) + pictures +
-         html_of(notes) + "</section>\n";
+         scene_remark(group, scene) + input + plots + pictures + html_of(notes) + "</section>\n";
 }
 
 }  // namespace

@@ -54,14 +54,15 @@ TEST(MakeFeatures, RemovesTheDistortionOfEachCoefficient) {
   using Parameters = dynfilter::CameraParameters;
   dynfilter::FrameView frame;
   frame.image = cv::Mat(480, 640, CV_8UC1);
-  const WeightedKeypoints used{{{500, 400, 7}}, cv::Mat(1, 32, CV_8UC1, cv::Scalar(0)), {}};
+  const std::vector<cv::KeyPoint> keypoints = {{500, 400, 7}};
+  const cv::Mat descriptors(1, 32, CV_8UC1, cv::Scalar(0));
   const auto pixel_with = [&](double Parameters::*coefficient, double value) {
     Parameters parameters;
     parameters.fx = parameters.fy = 500;
     parameters.cx = 320;
     parameters.cy = 240;
     parameters.*coefficient = value;
-    return make_features(frame, used, parameters, {10, 1})[0].observation.pixel;
+    return make_features(frame, keypoints, descriptors, parameters, {10, 1})[0].observation.pixel;
   };
   EXPECT_EQ(pixel_with(&Parameters::k1, 0), Eigen::Vector2d(500, 400));
   for (double Parameters::*const coefficient :
