@@ -6,35 +6,19 @@ set -euo pipefail
 
 usage() {
   cat <<'END'
-usage: bench/ablation.sh [--quick] [--every N] [--frames N] [--levels LIST] [--seeds LIST]
-                         [--rules LIST] [--truth NAME] [--out DIR] [--readme] [--marks NAME]
-                         [--table TEXT] [-h] [SEQUENCE...]
+usage: bench/ablation.sh [features|late|motion] [--levels LIST] [--seeds LIST] [--rules LIST]
+                         [--frames N] [--every N] [--truth NAME] [--out DIR] [--readme] [-h]
+                         [SEQUENCE...]
 
-Builds the program and compares all rules on the levels of the rendered scene, and on the given
-sequences: features left and removed, rates, and the trajectory of the reference odometry. Prints the
-tables and writes DIR/report.html. Takes about half a minute a scene on two cores, an hour in all; with
---every 5, which omits the trajectories, ten minutes.
-Installs the packages that are missing (Debian, Ubuntu), or says which.
+Builds the program and compares rules on levels of the rendered scene and on the given sequences, by
+`dynfilter ablate`, whose --help explains the options: features left and removed, rates, and the
+trajectory of the reference odometry. Prints the tables. Takes about half a minute a scene on two cores.
 
-  --quick        one seed and 60 frames a level, as a trial
-  --every N      every n-th frame, features only, without odometry
-  --frames N     frames of a level, default 300
-  --levels LIST  default: cross,medium,hard,stale_3,stale_6,late_10hz,late_5hz,furniture,two_in_one
-                 others: static,together,leave,depth_late_33,depth_late_16,depth_early_33,
-                 depth_early_16,desk,two_near,hair,sitting,stop_and_go,pushed,pushed_slow,
-                 pushed_plain,carried,carried_slow,carried_plain,still_camera,rotation,fast,
-                 crowd; any name with _depth_late after it: depth a frame older
-  --seeds LIST   default 101-115: seeds that tuned nothing
-  --rules LIST   default: all but those that compare frames, those about motion and with weights,
-                 and those for late masks, which late_masks.sh compares
-  --truth NAME   what is dynamic: class (the default), persons whether they move or not, or motion,
-                 what moves
-  --out DIR      default: out/ablation in the repository, with --every out/ablation_every_N,
-                 because results of all frames and of every n-th do not go into one folder
-  --readme       put an overview into bench/README.md: that of the features with --every, else that of
-                 the trajectories
-  --marks NAME   between other marks
-  --table TEXT   another overview: the table whose title begins with `all: TEXT`
+  (nothing)  the usual rules on three levels with 15 seeds that tuned nothing, all frames
+  features   the usual rules on nine levels, every fifth frame, without odometry
+  late       ways to handle masks of a network that is slower than the camera
+  motion     rules that judge motion beside those that know only classes, by what moves
+  --readme   put the overview into bench/README.md
 
   DYNFILTER_BUILD_DIR  folder of the build, default build/release in the repository
 END
@@ -42,42 +26,49 @@ END
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 readonly root
-levels=cross,medium,hard,stale_3,stale_6,late_10hz,late_5hz,furniture,two_in_one
-seeds=101-115
-frames=
-rules=
-truth=class
+name=ablation
+case "${1-}" in
+  features | late | motion)
+    name=$1
+    shift
+    ;;
+esac
+declare -A chosen=([--levels]=medium,hard,stale_3 [--seeds]=101-115 [--out]=$root/out/$name)
 marks='trajectory tables'
 tables='^(all: ATE over|in the form)'
-out=
-name=ablation
-options=()
-sequences=()
+case "$name" in
+  features)
+    chosen[--levels]=cross,medium,hard,stale_3,stale_6,late_10hz,late_5hz,furniture,two_in_one
+    chosen[--every]=5
+    marks='feature tables'
+    tables='^all: dynamic left'
+    ;;
+  late)
+    chosen[--levels]=late_10hz,late_5hz
+    chosen[--seeds]=101-110
+    chosen[--rules]=mask,mask_moved,depth,depth_moved,depth_waited,perfect
+    marks='late masks tables'
+    tables='^all: ATE over'
+    ;;
+  motion)
+    chosen[--levels]=sitting,stop_and_go,pushed,carried,still_camera,rotation,fast,crowd
+    chosen[--seeds]=101-103
+    chosen[--frames]=120
+    chosen[--truth]=motion
+    chosen[--rules]=none,mask,depth,motion,masks_motion,depth_motion,depth_motion_kept
+    chosen[--rules]+=,depth_motion_waits,ds_slam,dynaslam_geometry,derome,eppenberger,dai,smr,dyna_tm
+    chosen[--rules]+=,dn_slam,perfect
+    marks='motion tables'
+    tables='^all: dynamic left'
+    ;;
+esac
 readme=no
+words=()
 while (($#)); do
   case "$1" in
-    --quick)
-      seeds=101
-      frames=60
-      ;;
-    --every | --frames | --levels | --seeds | --rules | --truth | --out | --marks | --table)
+    --levels | --seeds | --rules | --frames | --every | --truth | --out)
       [[ $# -ge 2 ]] || { usage >&2; exit 2; }
-      case "$1" in
-        --every)
-          options+=(--every "$2")
-          name=ablation_every_$2
-          marks='feature tables'
-          tables='^all: dynamic left'
-          ;;
-        --levels) levels=$2 ;;
-        --seeds) seeds=$2 ;;
-        --frames) frames=$2 ;;
-        --rules) rules=$2 ;;
-        --truth) truth=$2 ;;
-        --marks) marks=$2 ;;
-        --table) tables="^all: $2" ;;
-        *) out=$(realpath -m "$2") ;;
-      esac
+      chosen[$1]=$2
       shift
       ;;
     --readme) readme=yes ;;
@@ -89,26 +80,22 @@ while (($#)); do
       usage >&2
       exit 2
       ;;
-    *) sequences+=("$(realpath "$1")") ;;
+    *) words+=("$(realpath "$1")") ;;
   esac
   shift
 done
-
-out=${out:-$root/out/$name}
+chosen[--out]=$(realpath -m "${chosen[--out]}")
+for option in "${!chosen[@]}"; do words+=("$option" "${chosen[$option]}"); done
 
 # shellcheck source-path=SCRIPTDIR source=../cmake/setup.sh
 source "$root/cmake/setup.sh"
 build_program "$root"
-
-if [[ -n $frames ]]; then options+=(--frames "$frames"); fi
-if [[ -n $rules ]]; then options+=(--rules "$rules"); fi
-log "Comparing all rules; results in $out"
-mkdir -p "$out"
-"$dynfilter" ablate "${sequences[@]}" --levels "$levels" --seeds "$seeds" \
-  --truth "$truth" "${options[@]}" --out "$out" --report "$out/report.html" |
-  tee "$out/tables.txt"
+log "Comparing rules; results in ${chosen[--out]}"
+mkdir -p "${chosen[--out]}"
+"$dynfilter" ablate "${words[@]}" | tee "${chosen[--out]}/tables.txt"
 
 if [[ $readme == yes ]]; then
   fill_marks "$root/bench/README.md" "$marks" \
-    "$(awk -v RS= -v wanted="$tables" '$0 ~ wanted { if (n++) print ""; print }' "$out/tables.txt")"
+    "$(awk -v RS= -v wanted="$tables" '$0 ~ wanted { if (n++) print ""; print }' \
+      "${chosen[--out]}/tables.txt")"
 fi

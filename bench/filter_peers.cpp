@@ -9,8 +9,6 @@
 #include <benchmark/benchmark.h>
 
 #include <cstdint>
-#include <cstdlib>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -66,21 +64,6 @@ void dilation(benchmark::State& state) {
     all_static = all_static && is_static.at<std::uint8_t>(nearest_pixel(keypoint.pt)) != 0;
   }
   if (!all_static) state.SkipWithError("a keypoint on a person was kept, or none was removed");
-}
-
-/// Filters by the mask alone: no margin, no depth, and descriptors stay unchanged.
-void run_by_pixels_mask(benchmark::State& state) {
-  const FilterInputData& input = usual_input();
-  const cv::Mat is_static = static_mask_of(input);
-  std::vector<cv::KeyPoint> keypoints;
-  for (auto _ : state) {
-    keypoints.assign(input.keypoints.begin(), input.keypoints.end());
-    cv::KeyPointsFilter::runByPixelsMask(keypoints, is_static);
-    benchmark::DoNotOptimize(keypoints.data());
-  }
-  if (keypoints.empty() || keypoints.size() == input.keypoints.size()) {
-    state.SkipWithError("all keypoints or none were removed");
-  }
 }
 
 /// Naive version of the paper's rule: codes of the whole image by cv::Mat::at, a new vector for
@@ -167,50 +150,6 @@ void naive_filter(benchmark::State& state) {
     return;
   }
   for (auto _ : state) benchmark::DoNotOptimize(naive.filter(descriptors).data());
-}
-
-/// Region growing, which refines masks by depth alone: from a seed on one person to all pixels that
-/// steps of less than 5 cm connect to it. It does not cross holes.
-std::size_t grow_region(const cv::Mat& depth, cv::Point seed, cv::Mat& region,
-                        std::vector<cv::Point>& queue) {
-  constexpr int max_step = 250;  // units of 0.2 mm
-  region.setTo(cv::Scalar(0));
-  queue.assign(1, seed);
-  region.at<std::uint8_t>(seed) = 255;
-  for (std::size_t next = 0; next < queue.size(); ++next) {
-    const cv::Point pixel = queue[next];
-    const int here = depth.at<std::uint16_t>(pixel);
-    for (const cv::Point step :
-         {cv::Point(1, 0), cv::Point(-1, 0), cv::Point(0, 1), cv::Point(0, -1)}) {
-      const cv::Point there = pixel + step;
-      if (!cv::Rect({0, 0}, depth.size()).contains(there)) continue;
-      const int value = depth.at<std::uint16_t>(there);
-      std::uint8_t& mark = region.at<std::uint8_t>(there);
-      if (mark != 0 || value == 0 || std::abs(value - here) > max_step) continue;
-      mark = 255;
-      queue.push_back(there);
-    }
-  }
-  return queue.size();
-}
-
-void region_growing(benchmark::State& state) {
-  const FilterInputData& input = usual_input();
-  const Instance& person = input.segmentation.instances[0];
-  cv::Point seed = (person.box.tl() + person.box.br()) / 2;
-  while (input.frame.depth.at<std::uint16_t>(seed) == 0) ++seed.x;
-  cv::Mat region(input.frame.depth.size(), CV_8UC1);
-  std::vector<cv::Point> queue;
-  std::size_t grown = 0;
-  for (auto _ : state) {
-    grown = grow_region(input.frame.depth, seed, region, queue);
-    benchmark::DoNotOptimize(region.data);
-  }
-  // An ellipse may reach a pixel beyond its box.
-  const cv::Mat in_box = region(person.box + cv::Size(2, 2) - cv::Point(1, 1));
-  if (grown < 1000 || cv::countNonZero(in_box) != static_cast<int>(grown)) {
-    state.SkipWithError("the region is not a person");
-  }
 }
 
 /// Two neighbouring frames of a rendered scene with three persons, for methods that need texture.
@@ -301,9 +240,7 @@ void register_filter_peers() {
     benchmark::RegisterBenchmark(name, function)->Unit(benchmark::kMicrosecond);
   };
   add("peer/dilation/640x480/1000/3", dilation);
-  add("peer/run_by_pixels_mask/640x480/1000/3", run_by_pixels_mask);
   add("peer/naive_filter/640x480/1000/3", naive_filter);
-  add("peer/region_growing/640x480/1", region_growing);
   add("peer/lk_fundamental/scene", lk_fundamental);
   add("peer/orb_extraction/scene", orb_extraction);
   const auto add_scene = [&](const char* name, CompensationRule rule) {
@@ -311,7 +248,6 @@ void register_filter_peers() {
   };
   add_scene("filter/paper/scene", CompensationRule::paper);
   add_scene("filter/depth/scene", CompensationRule::depth);
-  add_scene("filter/masks/scene", CompensationRule::mask);
 }
 
 }  // namespace dynfilter::benchmarks

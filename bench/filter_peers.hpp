@@ -8,8 +8,8 @@ namespace dynfilter::benchmarks {
 
 /// Registers the alternatives to the filter, and ORB extraction, which a tracker pays anyway:
 ///
-///   peer/dilation/...  peer/run_by_pixels_mask/...  peer/naive_filter/...  peer/region_growing/...
-///   peer/lk_fundamental/scene  peer/orb_extraction/scene  filter/<rule>/scene
+///   peer/dilation/...  peer/naive_filter/...  peer/lk_fundamental/scene
+///   peer/orb_extraction/scene  filter/<rule>/scene
 void register_filter_peers();
 
 }  // namespace dynfilter::benchmarks

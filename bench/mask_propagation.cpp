@@ -114,25 +114,6 @@ BENCHMARK_CAPTURE(propagate, by_hosts_tracks, true)
     ->Arg(6)
     ->Unit(benchmark::kMillisecond);
 
-/// Times the frame in which a result arrives six frames late, which costs extra.
-void arrival(benchmark::State& state) {
-  cv::setNumThreads(1);
-  const bool has_result = state.range(0) != 0;
-  for (auto _ : state) {
-    state.PauseTiming();
-    dynfilter::MaskPropagator propagator;
-    std::optional<dynfilter::Segmentation> newest = frames()[0].true_segmentation;
-    for (std::size_t i = 0; i < 12; ++i) propagator.propagate(frames()[i].frame, newest);
-    if (has_result) newest = frames()[6].true_segmentation;
-    state.ResumeTiming();
-    benchmark::DoNotOptimize(propagator.propagate(frames()[12].frame, newest));
-    state.PauseTiming();
-    { const dynfilter::MaskPropagator done = std::move(propagator); }
-    state.ResumeTiming();
-  }
-}
-BENCHMARK(arrival)->ArgName("result")->Arg(0)->Arg(1)->Unit(benchmark::kMillisecond);
-
 void lucas_kanade_of_1000_points(benchmark::State& state) {
   cv::setNumThreads(1);
   cv::Mat first, second;

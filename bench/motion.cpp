@@ -109,47 +109,6 @@ RelativePose true_motion(const SyntheticScene& scene, int frame) {
           then.rotation.t() * (now.translation - then.translation)};
 }
 
-/// Writes where the features of a frame were in the one before if they are static and the camera
-/// moves on as before. The stage expects them so, by the motion that it measured.
-void expect_places(const RelativePose& motion, const Shot& shot, std::vector<cv::Point2f>& places) {
-  places.clear();
-  for (const cv::KeyPoint& keypoint : shot.keypoints) {
-    const double depth_m = shot.rendered.frame.depth_m(cv::Point(keypoint.pt)).value_or(1e3);
-    const cv::Point3d then = motion * camera().point(keypoint.pt, depth_m);
-    places.emplace_back(camera().project(then).value_or(cv::Point2d(keypoint.pt)));
-  }
-}
-
-/// Does the stage's tracking alone, on the same frames: what it costs beside that is the
-/// difference.
-void tracking(benchmark::State& state) {
-  const FeatureTracker tracker;
-  Workspace workspace;
-  std::vector<ImagePyramid> past(frames);
-  for (std::size_t i = 0; i < frames; ++i) tracker.build(shots()[i].rendered.frame.image, past[i]);
-  ImagePyramid now;
-  std::vector<FeatureTrack> short_tracks, long_tracks;
-  std::vector<RelativePose> motions(frames);
-  for (std::size_t i = 3; i < frames; ++i)
-    motions[i] = true_motion(scene(), static_cast<int>(i) - 1);
-  std::vector<cv::Point2f> expected;
-  std::size_t i = 3;
-  for (auto _ : state) {
-    const Shot& shot = shots()[i];
-    tracker.build(shot.rendered.frame.image, now);
-    expect_places(motions[i], shot, expected);
-    tracker.track(now, past[i - 1], shot.keypoints, &expected, short_tracks, workspace);
-    tracker.track_again(now, past[i - 1], shot.keypoints, short_tracks, workspace);
-    expected.clear();
-    for (std::size_t k = 0; k < short_tracks.size(); ++k) {
-      const cv::Point2f at = shot.keypoints[k].pt;
-      expected.push_back(short_tracks[k].is_found ? at + 3 * (short_tracks[k].position - at) : at);
-    }
-    tracker.track(now, past[i - 3], shot.keypoints, &expected, long_tracks, workspace);
-    i = i + 1 == frames ? 3 : i + 1;
-  }
-}
-
 /// Extracts 1000 ORB features, which a tracker pays anyway: what the tracking is measured by.
 void orb_extraction(benchmark::State& state) {
   const cv::Ptr<cv::ORB> orb = cv::ORB::create(1000);
@@ -215,7 +174,6 @@ void register_all() {
   add("motion/tracks", tracks)->Arg(1)->Arg(3);
   add("motion/stage/masks", stage)->Arg(1);
   add("motion/stage/no_masks", stage)->Arg(0);
-  add("motion/stage/tracking_alone", tracking);
   add("motion/orb_extraction", orb_extraction);
   add("motion/pose", pose);
   add("motion/pose_pnp_ransac", pnp_ransac);

@@ -11,7 +11,7 @@ usage: bench/run.sh [--quick] [--out DIR] [--readme] [-h]
 Builds the benchmarks of D-LBP and of the whole filter in a Release build. Runs them several times in
 random order, each beside its physical limit (memcpy) and the alternatives. Prints medians, then lines
 `ratio <name> <value>`: `_vs_` is the peer's time over ours, `_over_` ours over the other's, with the
-best instruction set or the one that the name ends with. Writes JSON files and a plot into DIR.
+best instruction set or the one that the name ends with. Writes JSON files into DIR.
 Every benchmark checks its result before it is timed.
 Installs the packages that are missing (Debian, Ubuntu), or says which.
 
@@ -95,9 +95,7 @@ END
 # shellcheck source-path=SCRIPTDIR source=../cmake/setup.sh
 source "$root/cmake/setup.sh"
 need_build_packages libbenchmark-dev python3
-for package in libdlib-dev python3-skimage python3-matplotlib; do
-  if is_available "$package"; then need_packages "$package"; fi
-done
+if is_available libdlib-dev; then need_packages libdlib-dev; fi
 
 build_dir=$(realpath -m "${DYNFILTER_BUILD_DIR:-$root/build/bench}")
 find_configure_options
@@ -108,7 +106,6 @@ cmake -S "$root" -B "$build_dir" "${configure_options[@]}" -DCMAKE_BUILD_TYPE=Re
 cmake --build "$build_dir" --target depth_lbp_benchmark filter_benchmark
 
 mkdir -p "$out"
-rm -f "$out"/{depth_lbp,filter}.json "$out/skimage_us.txt" "$out/cost.png"
 for name in depth_lbp filter; do
   log "Running ${name}_benchmark"
   "$build_dir/bench/${name}_benchmark" --benchmark_enable_random_interleaving=true \
@@ -116,17 +113,7 @@ for name in depth_lbp filter; do
     --benchmark_out="$out/$name.json" --benchmark_out_format=json >"$out/$name.txt" 2>&1 ||
     { tail -20 "$out/$name.txt" >&2; die "${name}_benchmark failed"; }
 done
-# Uses Debian's Python, because a user's environment may lack its packages.
-if /usr/bin/python3 -c 'import skimage' 2>/dev/null; then
-  log "Timing scikit-image"
-  /usr/bin/python3 "$root/bench/peers/skimage_lbp.py" "$repetitions" >"$out/skimage_us.txt"
-else
-  log "scikit-image is not there: no figure for it"
-fi
-
-python=python3
-if [[ -x /usr/bin/python3 ]]; then python=/usr/bin/python3; fi
-"$python" "$root/bench/report.py" "$out" | tee "$out/report.txt"
+python3 "$root/bench/report.py" "$out" | tee "$out/report.txt"
 
 if [[ $readme == yes ]]; then
   ratios=$(grep '^ratio ' "$out/report.txt")

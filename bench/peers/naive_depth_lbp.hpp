@@ -5,7 +5,6 @@
 #define DYNFILTER_BENCH_PEERS_NAIVE_DEPTH_LBP_HPP
 
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
 
 #include <opencv2/core.hpp>
@@ -15,19 +14,19 @@ namespace dynfilter::peers {
 inline bool is_measured(std::uint16_t depth) { return depth > 0; }
 inline bool is_measured(float depth) { return depth > 0 && std::isfinite(depth); }
 
-/// Naive code of an inner pixel: cv::Mat::at in a loop over the neighbours. 0 without depth.
+/// Code of an inner pixel by cv::Mat::at, without a branch on unpredictable depth; 0 without depth.
 template <class Depth>
 std::uint8_t naive_code(const cv::Mat& depth, int x, int y) {
-  static constexpr int clockwise[8][2] = {{-1, -1}, {0, -1}, {1, -1}, {1, 0},
-                                          {1, 1},   {0, 1},  {-1, 1}, {-1, 0}};
   const auto centre = depth.at<Depth>(y, x);
-  if (!is_measured(centre)) return 0;
-  unsigned code = 0;
-  for (std::size_t k = 0; k < 8; ++k) {
-    const auto neighbour = depth.at<Depth>(y + clockwise[k][1], x + clockwise[k][0]);
-    if (is_measured(neighbour) && neighbour > centre) code |= 1U << k;
-  }
-  return static_cast<std::uint8_t>(code);
+  const auto bit = [&](int row, int column, unsigned k) {
+    const auto neighbour = depth.at<Depth>(row, column);
+    const auto farther = static_cast<unsigned>(neighbour > centre);
+    return (farther & static_cast<unsigned>(is_measured(neighbour))) << k;
+  };
+  const unsigned code = bit(y - 1, x - 1, 0) | bit(y - 1, x, 1) | bit(y - 1, x + 1, 2) |
+                        bit(y, x + 1, 3) | bit(y + 1, x + 1, 4) | bit(y + 1, x, 5) |
+                        bit(y + 1, x - 1, 6) | bit(y, x - 1, 7);
+  return static_cast<std::uint8_t>(is_measured(centre) ? code : 0U);
 }
 
 template <class Depth>
@@ -35,26 +34,6 @@ void naive_dense(const cv::Mat& depth, cv::Mat& codes) {
   for (int y = 1; y < depth.rows - 1; ++y) {
     for (int x = 1; x < depth.cols - 1; ++x) {
       codes.at<std::uint8_t>(y, x) = naive_code<Depth>(depth, x, y);
-    }
-  }
-}
-
-/// Careful scalar code of an inner pixel: no loop over neighbours, no branch on unpredictable
-/// depth.
-template <class Depth>
-void straight_dense(const cv::Mat& depth, cv::Mat& codes) {
-  for (int y = 1; y < depth.rows - 1; ++y) {
-    for (int x = 1; x < depth.cols - 1; ++x) {
-      const auto centre = depth.at<Depth>(y, x);
-      const auto bit = [&](int row, int column, unsigned k) {
-        const auto neighbour = depth.at<Depth>(row, column);
-        const auto farther = static_cast<unsigned>(neighbour > centre);
-        return (farther & static_cast<unsigned>(is_measured(neighbour))) << k;
-      };
-      const unsigned code = bit(y - 1, x - 1, 0) | bit(y - 1, x, 1) | bit(y - 1, x + 1, 2) |
-                            bit(y, x + 1, 3) | bit(y + 1, x + 1, 4) | bit(y + 1, x, 5) |
-                            bit(y + 1, x - 1, 6) | bit(y, x - 1, 7);
-      codes.at<std::uint8_t>(y, x) = static_cast<std::uint8_t>(is_measured(centre) ? code : 0U);
     }
   }
 }
