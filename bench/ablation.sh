@@ -33,7 +33,10 @@ case "${1-}" in
     shift
     ;;
 esac
-declare -A chosen=([--levels]=medium,hard,stale_3 [--seeds]=101-115 [--out]=$root/out/$name)
+declare -A chosen
+chosen[--levels]=medium,hard,stale_3
+chosen[--seeds]=101-115
+chosen[--out]=$root/out/$name
 marks='trajectory tables'
 tables='^(all: ATE over|in the form)'
 case "$name" in

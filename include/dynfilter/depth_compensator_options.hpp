@@ -14,8 +14,7 @@ namespace dynfilter {
 
 /// Options of DepthCompensator. Lengths in pixels are for images 640 pixels wide and scale with the
 /// width; a margin of less than one pixel has no effect. The defaults were chosen on rendered
-/// scenes, for which bench/rule_constants.cpp prints the results of other values, and on recorded
-/// ones.
+/// and on recorded scenes.
 struct DepthCompensatorOptions {
   ObjectDepthOptions object_depth;  ///< how the object's depth is estimated
   MaskGapOptions mask_gap;          ///< how an object is measured against its mask

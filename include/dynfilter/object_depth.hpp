@@ -25,8 +25,7 @@
 
 namespace dynfilter {
 
-/// Options of ObjectDepthEstimator. The defaults were chosen with bench/rule_constants.cpp, which
-/// prints the results of other values.
+/// Options of ObjectDepthEstimator.
 struct ObjectDepthOptions {
   /// Half width of the object's depth range around its median, at least, metres: the reach of a
   /// person's arms and legs.

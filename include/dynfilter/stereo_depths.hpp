@@ -38,8 +38,7 @@ struct StereoPair {
 };
 
 /// Options of StereoDepths. Lengths in pixels are for images 640 pixels wide and scale with the
-/// width. The defaults were chosen with bench/feature_depths.cpp, which prints the results of other
-/// values.
+/// width.
 struct StereoDepthsOptions {
   double min_depth_m = 0.8;  ///< nearest depth that is looked for, metres; decides the time
   /// Largest difference of two patches that match, relative to the contrast of the left one.

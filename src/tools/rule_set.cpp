@@ -14,10 +14,7 @@
 #include "dynfilter/motion/motion_judge.hpp"
 #include "dynfilter/stage.hpp"
 #include "frame_rules.hpp"
-#include "lab/rules/box_depth_deviation.hpp"
 #include "lab/rules/box_depth_mask.hpp"
-#include "lab/rules/box_depth_threshold.hpp"
-#include "lab/rules/depth_variance_mask.hpp"
 #include "lab/rules/dilated_mask.hpp"
 #include "lab/rules/whole_box.hpp"
 
@@ -85,12 +82,6 @@ Entry waiting_entry(RuleInfo info) {
   return {info, depth};
 }
 
-peers::DilatedMaskOptions dilated(int passes) {
-  peers::DilatedMaskOptions options;
-  options.passes = passes;
-  return options;
-}
-
 std::vector<Entry> make_entries() {
   using Masks = MaskCullerOptions;
   std::vector<Entry> all = {
@@ -98,24 +89,14 @@ std::vector<Entry> make_entries() {
        [](const Masks&, std::uint64_t) { return empty_stage(); }},
       {{"mask", "features on the masks", true, false, false},
        [](const Masks&, std::uint64_t) { return empty_stage(); }},
-      peer_entry<peers::DilatedMask>(
-          "dynaslam", "features on masks dilated by a 31x31 ellipse (DynaSLAM)", dilated(1)),
-      peer_entry<peers::DilatedMask>(
-          "dynaslam_twice", "features on masks dilated twice (DynaSLAM's two passes)", dilated(2)),
+      peer_entry<peers::DilatedMask>("dynaslam",
+                                     "features on masks dilated by a 31x31 ellipse (DynaSLAM)",
+                                     peers::DilatedMaskOptions()),
       peer_entry<peers::WholeBox>("crowd_slam", "features in the box, grown by 5 px (Crowd-SLAM)",
                                   peers::WholeBoxOptions()),
-      peer_entry<peers::BoxDepthThreshold>(
-          "dynamic_vins", "features in the box nearer than a threshold (Dynamic-VINS)",
-          peers::BoxDepthThresholdOptions()),
-      peer_entry<peers::BoxDepthDeviation>(
-          "ovd_slam", "features in the box at its foreground's depth (OVD-SLAM)",
-          peers::BoxDepthDeviationOptions()),
       peer_entry<peers::BoxDepthMask>("ngd_slam",
                                       "features on a mask made from the box's depth (NGD-SLAM)",
                                       peers::BoxDepthMaskOptions()),
-      peer_entry<peers::DepthVarianceMask>(
-          "genea_slam2", "features on a mask made from depth variance (GeneA-SLAM2)",
-          peers::DepthVarianceMaskOptions()),
       {{"paper", "features on the masks, and in the box by depth and D-LBP (the paper)"}, paper},
       {{"depth", "features on the masks, and in the box at the object's depth (the default)"},
        depth},

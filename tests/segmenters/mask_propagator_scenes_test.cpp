@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Moved masks on rendered persons, whose true masks are known. bench/propagation_iou.cpp prints
-// these figures for more levels and seeds.
+// Moved masks on rendered persons, whose true masks are known.
 
 #include <cstdint>
 #include <cstdio>

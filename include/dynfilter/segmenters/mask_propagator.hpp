@@ -17,8 +17,7 @@
 
 namespace dynfilter {
 
-/// Options of MaskPropagator. The defaults were chosen with bench/propagation_iou.cpp, which prints
-/// the results of other values.
+/// Options of MaskPropagator.
 struct MaskPropagatorOptions {
   /// Width to which images are reduced before points are tracked, about; 64 to 4096.
   int work_width_px = 320;

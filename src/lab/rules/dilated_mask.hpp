@@ -18,23 +18,20 @@ namespace dynfilter::peers {
 struct DilatedMaskOptions {
   std::vector<int> dynamic_classes = {0};  ///< as in MaskCullerOptions
   int radius_px = 15;                      ///< of the elliptic element: 31x31
-  int passes = 2;  ///< 1: dilates the network's mask; 2: also erodes the mask of what to keep
 };
 
 /// The mask part of DynaSLAM (B. Bescos et al., "DynaSLAM: Tracking, Mapping and Inpainting in
 /// Dynamic Scenes", RA-L 2018): removes the features on the dilated union of the masks. Its
-/// programs dilate the network's mask; its frame class then erodes the mask of what to keep with
-/// the same element, which is the second pass. Its multi-view geometry is DepthConsistency.
+/// programs dilate the network's mask; that its frame class then erodes the mask of what to keep is
+/// left out. Its multi-view geometry is DepthConsistency.
 ///
 /// It needs no depth. An instance without a mask removes nothing. O(pixels of the image x pixels of
 /// the element) if there is a dynamic instance.
 class DilatedMask {
  public:
-  /// Throws std::invalid_argument for a negative radius and for passes that are not 1 or 2.
-  explicit DilatedMask(const DilatedMaskOptions& options = {})
-      : passes_(options.passes), culler_(culler_options(options)) {
+  /// Throws std::invalid_argument for a negative radius.
+  explicit DilatedMask(const DilatedMaskOptions& options = {}) : culler_(culler_options(options)) {
     require_option(options.radius_px >= 0, "peers::DilatedMask: radius_px must be 0 or more");
-    require_option(passes_ == 1 || passes_ == 2, "peers::DilatedMask: passes must be 1 or 2");
     const cv::Size size(2 * options.radius_px + 1, 2 * options.radius_px + 1);
     element_ = cv::getStructuringElement(cv::MORPH_ELLIPSE, size);
   }
@@ -43,7 +40,7 @@ class DilatedMask {
     validate(input, labels, "peers::DilatedMask");
     if (input.segmentation.instances.empty()) return;
     cv::Mat mask = mask_of_dynamic_pixels(input.segmentation, culler_);
-    cv::dilate(mask, mask, element_, {-1, -1}, passes_);
+    cv::dilate(mask, mask, element_);
     remove_on_mask(mask, input, labels);
   }
 
@@ -54,7 +51,6 @@ class DilatedMask {
     return result;
   }
 
-  int passes_;
   MaskCuller culler_;
   cv::Mat element_;
 };

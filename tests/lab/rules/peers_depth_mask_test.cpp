@@ -5,7 +5,6 @@
 
 #include "lab/rules/box_depth_mask.hpp"
 #include "lab/rules/dbscan.hpp"
-#include "lab/rules/depth_variance_mask.hpp"
 #include "lab/rules/support.hpp"
 
 #include <numeric>
@@ -112,108 +111,6 @@ TEST(BoxDepthMask, UnitesTheMasksOfTwoPersons) {
   scene.fill({5, 5, 20, 80}, 2.5);
   scene.add_box({5, 5, 20, 80});
   EXPECT_EQ(scene.verdicts(peers::BoxDepthMask(), {{70, 60}, {15, 40}, {35, 40}}), "xxo");
-}
-
-// --- DepthVarianceMask ---------------------------------------------------------------------------
-
-/// Ribbed person in a box, `width` x `height` pixels from (39, 30) on, where a window begins.
-PeerScene ribbed_person(int width = 60, int height = 60, int units = 40) {
-  PeerScene scene;
-  scene.fill_ribbed({39, 30, width, height}, 1.5, units);
-  scene.add_box({39, 30, width, height});
-  return scene;
-}
-
-TEST(DepthVarianceMask, RemovesWindowsWithThePersonsVariance) {
-  const auto verdict_at = [](int units) {
-    return ribbed_person(60, 60, units).verdicts(peers::DepthVarianceMask(), {{69, 60}});
-  };
-  EXPECT_EQ(verdict_at(0), "o");
-  EXPECT_EQ(verdict_at(23), "o");  // (4.6 mm)^2 * 2 / 9 = 4.7e-6 m^2
-  EXPECT_EQ(verdict_at(24), "x");  // 5.1e-6
-  EXPECT_EQ(verdict_at(74), "x");  // 4.9e-5
-  EXPECT_EQ(verdict_at(76), "o");  // 5.1e-5
-}
-
-TEST(DepthVarianceMask, RemovesThreePixelsAround) {
-  const PeerScene scene = ribbed_person();
-  const peers::DepthVarianceMask rule;
-  EXPECT_EQ(scene.verdicts(rule, {{36, 60}, {35, 60}, {101, 60}, {102, 60}}), "xoxo");
-}
-
-TEST(DepthVarianceMask, FollowsTheBodyByItsMedianDepth) {
-  const auto verdict_at = [](double metres) {
-    PeerScene scene = ribbed_person();
-    scene.fill({99, 50, 20, 10}, metres);
-    return scene.verdicts(peers::DepthVarianceMask(), {{108, 55}});
-  };
-  EXPECT_EQ(verdict_at(1.807), "x");  // the windows' centres are at 1.508 m
-  EXPECT_EQ(verdict_at(1.809), "o");
-  EXPECT_EQ(verdict_at(1.209), "x");
-  EXPECT_EQ(verdict_at(1.207), "o");
-}
-
-TEST(DepthVarianceMask, FollowsTheBodyFifteenPixelsBeyondTheCluster) {
-  PeerScene scene = ribbed_person();
-  scene.fill({99, 50, 40, 10}, 1.5);  // the last centre is in column 97; 15 on, and 3 for dilation
-  EXPECT_EQ(scene.verdicts(peers::DepthVarianceMask(), {{115, 55}, {116, 55}}), "xo");
-}
-
-TEST(DepthVarianceMask, SkipsSmallClusters) {
-  const peers::DepthVarianceMask rule;
-  EXPECT_EQ(ribbed_person(54, 54).verdicts(rule, {{60, 60}}), "x") << "52 px between centres";
-  EXPECT_EQ(ribbed_person(51, 60).verdicts(rule, {{60, 60}}), "o");
-  EXPECT_EQ(ribbed_person(60, 51).verdicts(rule, {{60, 60}}), "o");
-}
-
-TEST(DepthVarianceMask, LeavesWindowsOfNoCluster) {
-  PeerScene scene = ribbed_person();
-  scene.fill_ribbed({126, 90, 3, 3}, 1.5, 40);  // one window
-  peers::DepthVarianceMaskOptions options;
-  options.in_boxes_only = false;
-  EXPECT_EQ(scene.verdicts(peers::DepthVarianceMask(options), {{69, 60}, {127, 91}}), "xo");
-}
-
-TEST(DepthVarianceMask, KeepsTheLargestClusters) {
-  PeerScene scene;
-  scene.fill_ribbed({0, 30, 54, 60}, 1.5, 40);
-  scene.fill_ribbed({90, 30, 60, 60}, 2.5, 40);
-  scene.add_box({0, 0, 160, 120});
-  peers::DepthVarianceMaskOptions options;
-  EXPECT_EQ(scene.verdicts(peers::DepthVarianceMask(options), {{30, 60}, {120, 60}}), "xx");
-  options.max_clusters = 1;
-  EXPECT_EQ(scene.verdicts(peers::DepthVarianceMask(options), {{30, 60}, {120, 60}}), "ox");
-}
-
-TEST(DepthVarianceMask, SearchesAroundTheBoxesOrEverywhere) {
-  PeerScene scene = ribbed_person();
-  scene.segmentation.instances[0].box = {57, 30, 42, 60};
-  peers::DepthVarianceMaskOptions options;
-  EXPECT_EQ(scene.verdicts(peers::DepthVarianceMask(options), {{69, 60}, {45, 60}}), "xx");
-  options.box_margin_px = 0;  // the box alone is too narrow
-  EXPECT_EQ(scene.verdicts(peers::DepthVarianceMask(options), {{69, 60}, {45, 60}}), "oo");
-  options.in_boxes_only = false;
-  scene.segmentation = {};
-  EXPECT_EQ(scene.verdicts(peers::DepthVarianceMask(options), {{69, 60}, {120, 60}}), "xo");
-}
-
-TEST(DepthVarianceMask, DepthScaleSeparatesClusters) {
-  PeerScene scene = ribbed_person();
-  scene.fill_ribbed({69, 30, 30, 60}, 2.5, 40);  // the right half, a metre behind the left one
-  peers::DepthVarianceMaskOptions options;
-  EXPECT_EQ(scene.verdicts(peers::DepthVarianceMask(options), {{50, 60}, {85, 60}}), "oo")
-      << "the centres are 10 px apart: two narrow clusters";
-  options.z_scale_px_per_m = 1;
-  EXPECT_EQ(scene.verdicts(peers::DepthVarianceMask(options), {{50, 60}, {85, 60}}), "xo")
-      << "one cluster, whose median is the nearer half's";
-}
-
-TEST(DepthVarianceMask, AbstainsWithoutDepth) {
-  PeerScene scene = ribbed_person();
-  for (int x = 40; x < 99; x += 3) scene.fill({x, 30, 1, 60}, 0);  // a hole in every window
-  EXPECT_EQ(scene.verdicts(peers::DepthVarianceMask(), {{68, 60}}), "o");
-  scene.frame.depth = cv::Mat();
-  EXPECT_EQ(scene.verdicts(peers::DepthVarianceMask(), {{68, 60}}), "o");
 }
 
 // --- DBSCAN --------------------------------------------------------------------------------------

@@ -4,10 +4,7 @@
 // The rules of other systems in src/rules: their common properties, and the rules that compute no
 // mask from depth. peers_depth_mask_test.cpp has the others.
 
-#include "lab/rules/box_depth_deviation.hpp"
 #include "lab/rules/box_depth_mask.hpp"
-#include "lab/rules/box_depth_threshold.hpp"
-#include "lab/rules/depth_variance_mask.hpp"
 #include "lab/rules/dilated_mask.hpp"
 #include "lab/rules/whole_box.hpp"
 
@@ -35,10 +32,7 @@ class Peer : public ::testing::Test {};
 
 using Rules = ::testing::Types<Rule<peers::DilatedMask, peers::DilatedMaskOptions>,
                                Rule<peers::WholeBox, peers::WholeBoxOptions>,
-                               Rule<peers::BoxDepthThreshold, peers::BoxDepthThresholdOptions>,
-                               Rule<peers::BoxDepthDeviation, peers::BoxDepthDeviationOptions>,
-                               Rule<peers::BoxDepthMask, peers::BoxDepthMaskOptions>,
-                               Rule<peers::DepthVarianceMask, peers::DepthVarianceMaskOptions>>;
+                               Rule<peers::BoxDepthMask, peers::BoxDepthMaskOptions>>;
 TYPED_TEST_SUITE(Peer, Rules, );
 
 /// Person at 1.5 m whose middle every rule finds.
@@ -131,24 +125,9 @@ TEST(Peers, RefuseOptionsOutOfRange) {
   const auto refuses = [](auto make, const char* part) {
     expect_error<std::invalid_argument>(make, part);
   };
-  peers::BoxDepthDeviationOptions growth;
-  for (const double at_limit : {0.0, 10.0}) {
-    growth.width_growth = at_limit;
-    EXPECT_NO_THROW(peers::BoxDepthDeviation{growth});
-  }
-  refuses([] { peers::DilatedMask({{0}, 15, 3}); }, "passes must be 1 or 2");
-  refuses([] { peers::DilatedMask({{0}, -1, 1}); }, "radius_px must be 0 or more");
+  refuses([] { peers::DilatedMask({{0}, -1}); }, "radius_px must be 0 or more");
   refuses([] { peers::WholeBox({{0}, -1}); }, "margin_px must be 0 or more");
-  refuses([] { peers::BoxDepthThreshold({{0}, 0, 65}); }, "depth_step_m");
-  refuses([] { peers::BoxDepthDeviation({{0}, 0.2, 10, 0, 3.2}); }, "nearest_share");
   refuses([] { peers::BoxDepthMask({{0}, 1.1}); }, "shares and quantiles");
-  peers::DepthVarianceMaskOptions options;
-  options.radius_px = 0;
-  refuses([&] { peers::DepthVarianceMask{options}; }, "radius_px must be above 0");
-  options = {};
-  options.box_margin_px = options.margin_px = options.dilation_px = options.min_side_px = 0;
-  options.z_scale_px_per_m = options.tolerance_m = 0;
-  EXPECT_NO_THROW(peers::DepthVarianceMask{options});
 }
 
 // --- DilatedMask ---------------------------------------------------------------------------------
@@ -163,26 +142,24 @@ PeerScene scene_with_mask(const cv::Size& size, cv::Point origin) {
   return scene;
 }
 
-TEST(DilatedMask, ReachesFifteenPixelsInOnePassAndThirtyInTwo) {
+TEST(DilatedMask, ReachesFifteenPixels) {
   const PeerScene scene = scene_with_mask({1, 1}, {80, 60});
-  const peers::DilatedMask once({{0}, 15, 1});
+  const peers::DilatedMask once;
   EXPECT_EQ(scene.verdicts(once, {{95, 60}, {96, 60}, {65, 60}, {64, 60}}), "xoxo");
   EXPECT_EQ(scene.verdicts(once, {{80, 75}, {80, 76}, {80, 45}, {80, 44}}), "xoxo");
   // The element is an ellipse: 10 rows away it reaches sqrt(15^2 - 10^2) = 11.2 pixels.
   EXPECT_EQ(scene.verdicts(once, {{91, 70}, {92, 70}}), "xo");
-  const peers::DilatedMask twice;
-  EXPECT_EQ(scene.verdicts(twice, {{110, 60}, {111, 60}, {80, 90}, {80, 91}}), "xoxo");
 }
 
 TEST(DilatedMask, UsesTheNearestPixel) {
   const PeerScene scene = scene_with_mask({1, 1}, {80, 60});
-  const peers::DilatedMask once({{0}, 15, 1});
+  const peers::DilatedMask once;
   EXPECT_EQ(scene.verdicts(once, {{95.4F, 60}, {95.5F, 60}}), "xo");
 }
 
 TEST(DilatedMask, DilatesOnlyThePartInTheImage) {
   const PeerScene scene = scene_with_mask({20, 20}, {-10, -10});  // in the image: 10x10
-  const peers::DilatedMask once({{0}, 15, 1});
+  const peers::DilatedMask once;
   EXPECT_EQ(scene.verdicts(once, {{24, 5}, {25, 5}, {5, 24}, {5, 25}, {-1, 5}}), "xoxoo");
   const PeerScene outside = scene_with_mask({20, 20}, {-25, 0});  // 6 pixels outside the image
   EXPECT_EQ(outside.verdicts(once, {{0, 10}}), "o");
@@ -223,135 +200,6 @@ TEST(WholeBox, FeatureGoesToTheFirstBox) {
   EXPECT_EQ(labels[0].instance, -1) << "the first box has another class";
   EXPECT_EQ(labels[1].instance, 1);
   EXPECT_EQ(labels[2].instance, 2);
-}
-
-// --- BoxDepthThreshold ---------------------------------------------------------------------------
-
-/// Verdicts on two pixels in the box, at depths `first` and `second`; a person at 1.5 m fills its
-/// middle.
-std::string below_threshold(PeerScene scene, double first, double second) {
-  scene.fill({55, 30, 1, 1}, first);
-  scene.fill({56, 30, 1, 1}, second);
-  return scene.verdicts(peers::BoxDepthThreshold(), {{55, 30}, {56, 30}});
-}
-
-PeerScene threshold_scene(double centre, double corner) {
-  PeerScene scene;
-  const cv::Rect box(40, 20, 60, 80);
-  scene.add_box(box);
-  scene.fill(box, 0);
-  scene.fill({70, 60, 1, 1}, centre);
-  scene.fill({99, 99, 1, 1}, corner);  // the other three have none
-  return scene;
-}
-
-TEST(BoxDepthThreshold, LiesHalfwayToTheBackgroundCorners) {
-  EXPECT_EQ(below_threshold(threshold_scene(1.5, 4.0), 2.749, 2.751), "xo");  // (1.5 + 4) / 2
-  EXPECT_EQ(below_threshold(threshold_scene(1.5, 2.502), 2.0, 2.002), "xo");  // (1.5 + 2.502) / 2
-}
-
-TEST(BoxDepthThreshold, OtherwiseLiesAMetreBehindTheCentre) {
-  EXPECT_EQ(below_threshold(threshold_scene(1.5, 2.498), 2.499, 2.501), "xo");
-  EXPECT_EQ(below_threshold(threshold_scene(1.5, 0), 2.499, 2.501), "xo");
-  EXPECT_EQ(below_threshold(threshold_scene(1.5, 1.0), 2.499, 2.501), "xo");
-}
-
-TEST(BoxDepthThreshold, WorksWithoutDepthAtCentreAndCorners) {
-  EXPECT_EQ(below_threshold(threshold_scene(0, 4.0), 3.999, 4.001), "xo");
-  PeerScene scene = threshold_scene(0, 0);
-  EXPECT_EQ(below_threshold(scene, 13.0, 0), "xo") << "any depth is below the threshold";
-  scene.use_float_depth();
-  scene.frame.depth.at<float>(30, 55) = 65.534F;
-  scene.frame.depth.at<float>(30, 56) = 65.536F;
-  EXPECT_EQ(scene.verdicts(peers::BoxDepthThreshold(), {{55, 30}, {56, 30}}), "xo");
-}
-
-TEST(BoxDepthThreshold, UsesTheFarthestOfTheFourCorners) {
-  for (const cv::Point corner : {cv::Point(40, 20), {99, 20}, {40, 99}, {99, 99}}) {
-    PeerScene scene = threshold_scene(1.5, 0);
-    for (const cv::Point other : {cv::Point(40, 20), {99, 20}, {40, 99}, {99, 99}}) {
-      scene.fill({other.x, other.y, 1, 1}, other == corner ? 4.0 : 3.0);
-    }
-    EXPECT_EQ(below_threshold(scene, 2.749, 2.751), "xo") << corner;
-  }
-}
-
-TEST(BoxDepthThreshold, UsesOnlyThePartOfTheBoxInTheImage) {
-  PeerScene scene;
-  scene.add_box({-40, 20, 80, 60});  // in the image: 40 columns, and their centre is (20, 50)
-  scene.fill({20, 50, 30, 1}, 1.5);
-  EXPECT_EQ(scene.verdicts(peers::BoxDepthThreshold(), {{39, 50}, {40, 50}, {30, 51}}), "xoo");
-}
-
-TEST(BoxDepthThreshold, AbstainsWithoutDepth) {
-  PeerScene scene = person_scene();
-  scene.frame.depth = cv::Mat();
-  EXPECT_EQ(scene.verdicts(peers::BoxDepthThreshold(), {{68, 60}}), "o");
-}
-
-// --- BoxDepthDeviation ---------------------------------------------------------------------------
-
-/// The box (50,30) 40x60 with eight features at 1.5 m -+ 0.1 m and two farther ones. Those are the
-/// farthest 20 % and do not count, so the mean is 1.5 and the deviation 0.1. The grown box spans
-/// columns 36 to 103 and rows 20 to 99. The background's threshold is 0.1 * sqrt(3.2) = 0.1789 m.
-struct DeviationScene : PeerScene {
-  std::vector<cv::Point2f> features;
-
-  DeviationScene() {
-    add_box({50, 30, 40, 60});
-    for (int k = 0; k < 8; ++k) add({60 + k, 50}, k % 2 == 0 ? 1.4 : 1.6);
-    add({70, 70}, 1.678);
-    add({71, 70}, 1.68);
-  }
-
-  void add(cv::Point pixel, double metres) {
-    fill({pixel.x, pixel.y, 1, 1}, metres);
-    features.emplace_back(pixel);
-  }
-
-  std::string verdicts() const { return PeerScene::verdicts(peers::BoxDepthDeviation(), features); }
-};
-
-TEST(BoxDepthDeviation, KeepsFeaturesFarFromTheForegroundMean) {
-  EXPECT_EQ(DeviationScene().verdicts(), "xxxxxxxxxo");
-}
-
-TEST(BoxDepthDeviation, GrownBoxUsesTheStatisticsOfTheBox) {
-  DeviationScene scene;
-  scene.add({45, 50}, 1.322);  // beside the box: judged, but not counted
-  scene.add({46, 50}, 1.32);   // in front of the foreground
-  scene.add({47, 50}, 1.678);
-  scene.add({48, 50}, 1.68);
-  EXPECT_EQ(scene.verdicts(), "xxxxxxxxxoxoxo");
-}
-
-TEST(BoxDepthDeviation, GrowsByAFifthOfTheWidthAndTenPixels) {
-  DeviationScene scene;
-  scene.features.clear();
-  for (const cv::Point corner : {cv::Point(36, 20), {103, 99}}) scene.add(corner, 0);
-  for (const cv::Point out : {cv::Point(35, 50), {104, 50}, {70, 19}, {70, 100}}) {
-    scene.add(out, 0);
-  }
-  EXPECT_EQ(scene.verdicts(), "xxoooo");
-}
-
-TEST(BoxDepthDeviation, RemovesTheWholeBoxWithoutDepth) {
-  DeviationScene scene;
-  scene.frame.depth.setTo(0);
-  EXPECT_EQ(scene.verdicts(), "xxxxxxxxxx");
-  scene.fill({45, 50, 1, 1}, 4.0);
-  scene.features = {{45, 50}, {60, 50}};
-  EXPECT_EQ(scene.verdicts(), "xx") << "depth beside the box does not count";
-  scene.frame.depth = cv::Mat();
-  EXPECT_EQ(scene.verdicts(), "xx");
-}
-
-TEST(BoxDepthDeviation, AcceptsAForegroundOfOneDepth) {
-  DeviationScene scene;
-  scene.features.clear();
-  for (int k = 0; k < 3; ++k) scene.add({60 + k, 50}, 1.5);
-  scene.add({63, 50}, 1.502);  // the nearest 80 % of four are three
-  EXPECT_EQ(scene.verdicts(), "xxxo");
 }
 
 }  // namespace
