@@ -12,8 +12,7 @@ int main() {
   frame.depth = cv::imread("depth.png", cv::IMREAD_UNCHANGED);
   frame.metres_per_unit = 1.0 / 5000;
   dynfilter::CallbackSegmenter people([](const cv::Mat&) {
-    const cv::Mat mask = cv::imread("person.png", cv::IMREAD_GRAYSCALE);
-    return dynfilter::instances_from_binary_mask(mask, 20);  // box: 20 pixels more on each side
+    return dynfilter::instances_from_binary_mask(cv::imread("person.png", 0), 20);
   });
   std::vector<cv::KeyPoint> keypoints;
   cv::Mat descriptors;

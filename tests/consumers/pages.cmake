@@ -41,41 +41,26 @@ function(build_project name cmake source)
   run(output ${CMAKE_COMMAND} --build ${project}/build --target ${target})
 endfunction()
 
-# The text must stand in a file of the examples, which other tests run.
-function(expect_in_example text file)
-  file(READ ${SOURCE_DIR}/examples/${file} example)
-  string(FIND "${example}" "${text}" found)
-  if(found EQUAL -1)
-    message(FATAL_ERROR "examples/${file} does not hold this block of README.md:\n${text}")
-  endif()
-endfunction()
-
-# --- README.md: two programs with their projects, and another way to get dynfilter ----------------
+# --- README.md: the first program and its project ---------------------------------------------------
 set(prefix -DCMAKE_PREFIX_PATH=${INSTALLED_DIR})
 read_blocks(${README} cpp cpp)
 read_blocks(${README} cmake cmake)
-if(NOT cpp_count EQUAL 2 OR NOT cmake_count EQUAL 3)
+if(NOT cpp_count EQUAL 1 OR NOT cmake_count EQUAL 1)
   message(FATAL_ERROR "README.md has ${cpp_count} blocks of C++ and ${cmake_count} of CMake")
 endif()
-set(other_way "${cmake_1}")
 set(program "${cpp_1}")
-set(project "${cmake_2}")
+set(project "${cmake_1}")
 build_project(first_program "${project}" "${program}" ${prefix})
-expect_in_example("${program}" first_program.cpp)
-# The tracker's lines stand below the first three lines of the first program's project.
+file(READ ${SOURCE_DIR}/examples/first_program.cpp example)
+string(FIND "${example}" "${program}" found)
+if(found EQUAL -1)
+  message(FATAL_ERROR "examples/first_program.cpp does not hold the program of README.md")
+endif()
+# The lines of other pages stand below the first three lines of this project.
 if(NOT project MATCHES "^cmake_minimum[^\n]*\nproject[^\n]*\nfind_package\\(OpenCV[^\n]*\n")
-  message(FATAL_ERROR "The first project of README.md does not begin with project and OpenCV")
+  message(FATAL_ERROR "The project of README.md does not begin with project and OpenCV")
 endif()
 set(head "${CMAKE_MATCH_0}")
-build_project(tracker "${head}${cmake_3}" "${cpp_2}" ${prefix})
-expect_in_example("${cpp_2}" in_a_tracker.cpp)
-
-set(find_dynfilter "find_package(dynfilter 0.2 REQUIRED)\n")
-string(REPLACE "${find_dynfilter}" "${other_way}" fetched "${project}")
-if(fetched STREQUAL project)
-  message(FATAL_ERROR "The first project of README.md has no line ${find_dynfilter}")
-endif()
-build_project(fetched "${fetched}" "${program}" -DFETCHCONTENT_SOURCE_DIR_DYNFILTER=${SOURCE_DIR})
 
 # --- README.md: other mask sources, | source | `header` | `statement` | `component` | ---------------
 string(FIND "${program}" "  dynfilter::CallbackSegmenter people(" begin)
@@ -121,6 +106,15 @@ add_library(map map.cpp)
 target_link_libraries(map PRIVATE dynfilter::dynfilter)
 " "${stage_${number}}" ${prefix})
 endforeach()
+
+# --- The map of the code: another way to get dynfilter -----------------------------------------------
+read_blocks(${MAP} cmake fetch)
+set(find_dynfilter "find_package(dynfilter 0.2 REQUIRED)\n")
+string(REPLACE "${find_dynfilter}" "${fetch_1}" fetched "${project}")
+if(NOT fetch_count EQUAL 1 OR fetched STREQUAL project)
+  message(FATAL_ERROR "The map has ${fetch_count} blocks of CMake; README.md wants ${find_dynfilter}")
+endif()
+build_project(fetched "${fetched}" "${program}" -DFETCHCONTENT_SOURCE_DIR_DYNFILTER=${SOURCE_DIR})
 
 # --- The page of motion: a file and its project, without their head ---------------------------------
 read_blocks(${MOTION} cpp motion)
