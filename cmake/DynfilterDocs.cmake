@@ -20,15 +20,6 @@ file(GLOB _docs_pages CONFIGURE_DEPENDS
      ${PROJECT_SOURCE_DIR}/examples/README.md
      ${PROJECT_SOURCE_DIR}/examples/*/README.md
      ${PROJECT_SOURCE_DIR}/tests/README.md)
-set(_docs_make_pages "")
-if(TARGET dynfilter_program)
-  set(_docs_made ${PROJECT_BINARY_DIR}/docs_pages)
-  list(APPEND _docs_pages ${_docs_made}/pages/command_line.md
-       ${_docs_made}/pages/pictures.md)
-  set(_docs_make_pages COMMAND ${CMAKE_COMMAND} -DPROGRAM=$<TARGET_FILE:dynfilter_program>
-      -DFOLDER=${_docs_made} -P ${PROJECT_SOURCE_DIR}/cmake/docs_pages.cmake)
-  string(APPEND _docs_images " \"${_docs_made}/pages\"")
-endif()
 foreach(_page IN LISTS _docs_pages)
   string(APPEND _docs_input " \"${_page}\"")
 endforeach()
@@ -36,13 +27,9 @@ configure_file(${PROJECT_SOURCE_DIR}/cmake/Doxyfile.in ${PROJECT_BINARY_DIR}/Dox
 
 add_custom_target(
   docs
-  ${_docs_make_pages}
   COMMAND ${CMAKE_COMMAND} -E remove_directory ${_docs_dir}
   COMMAND ${CMAKE_COMMAND} -E make_directory ${_docs_dir}
   COMMAND ${DYNFILTER_DOXYGEN} ${PROJECT_BINARY_DIR}/Doxyfile
   COMMAND ${CMAKE_COMMAND} -E echo "The documentation is ${_docs_dir}/index.html"
   WORKING_DIRECTORY ${PROJECT_SOURCE_DIR}
   VERBATIM)
-if(TARGET dynfilter_program)
-  add_dependencies(docs dynfilter_program)
-endif()

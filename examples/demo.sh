@@ -63,6 +63,11 @@ fi
 log "Filtering $sequence"
 "$dynfilter" run "$sequence" --out "$out"
 
+if python3 -c 'import matplotlib' 2>/dev/null; then
+  python3 "$root/examples/report.py" "$out" "$out.html"
+else
+  log "For a page of pictures, install python3-matplotlib and run examples/report.py $out $out.html"
+fi
 log "The program is $dynfilter"
 cat <<END
 Filter a sequence of your own:  $dynfilter run SEQUENCE --out DIR

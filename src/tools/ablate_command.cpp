@@ -18,8 +18,6 @@
 #include "dynfilter/detail/errors.hpp"
 #include "lab/scenes/scene_levels.hpp"
 #include "number_options.hpp"
-#include "output_file.hpp"
-#include "report/html_report.hpp"
 #include "run_results.hpp"
 #include "shared_options.hpp"
 
@@ -38,7 +36,6 @@ struct AblateOptions {
   AblationPlan plan;
   bool list = false;
   std::filesystem::path gather;  // empty: run
-  std::filesystem::path report;  // empty: none
 };
 
 constexpr std::size_t max_seeds = 10000;
@@ -82,27 +79,22 @@ AblationPlan plan_of(const AblateOptions& options) {
   return plan;
 }
 
-void show(const std::filesystem::path& folder, const std::filesystem::path& report) {
+void show(const std::filesystem::path& folder) {
   const std::vector<RunResult> results = read_results(folder);
   for (const Table& table : ablation_tables(results)) std::printf("%s\n", text_of(table).c_str());
   const std::vector<std::string> missing = missing_runs(results);
   for (const std::string& run : missing) std::printf("missing: %s\n", run.c_str());
-  if (!report.empty()) {
-    write_html_report(results, report);
-    std::printf("report written to %s\n", report.c_str());
-  }
 }
 
 void ablate(const AblateOptions& options) {
-  if (!options.report.empty()) require_replaceable(options.report, html_report_beginning);
-  if (!options.gather.empty()) return show(options.gather, options.report);
+  if (!options.gather.empty()) return show(options.gather);
   const AblationPlan plan = plan_of(options);
   if (options.list) {
     for (const std::string& line : job_lines(plan, options.program)) std::puts(line.c_str());
     return;
   }
   run_all(plan);
-  show(plan.out, options.report);
+  show(plan.out);
 }
 
 /// Accepts the names that scene_level accepts.
@@ -182,21 +174,17 @@ void add_ablate_command(CLI::App& program, const std::string& called_as) {
       ->add_option("--gather", options->gather,
                    "run nothing: make the tables from the results in this folder")
       ->excludes(list);
-  command
-      ->add_option("--report", options->report,
-                   "also write the tables and pictures to this page; replaces an earlier page")
-      ->excludes(list);
   command->footer(
       rule_list() +
       "\n\nexamples:\n"
-      "  dynfilter ablate --levels medium,hard --seeds 1-5 --out sweep --report sweep.html\n"
+      "  dynfilter ablate --levels medium,hard --seeds 1-5 --out sweep\n"
       "  dynfilter ablate rgbd_dataset_freiburg3_walking_xyz --rules none,mask,paper\n"
       "  dynfilter ablate --levels medium --seeds 1-20 --out sweep --list |\n"
       "    xargs -d '\\n' -P 2 -n 1 sh -c\n"
       "  dynfilter ablate --gather sweep");
   command->callback([options, command] {
     if (!options->gather.empty()) {  // results tell the rest
-      require_nothing_but(*command, {"--gather", "--report"}, "--gather");
+      require_nothing_but(*command, {"--gather"}, "--gather");
     }
     ablate(*options);
   });

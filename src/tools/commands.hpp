@@ -20,9 +20,6 @@ void add_doctor_command(CLI::App& program);
 void add_eval_command(CLI::App& program);
 /// Adds the sub-command ablate. `called_as` is the program's name as the caller wrote it.
 void add_ablate_command(CLI::App& program, const std::string& called_as);
-/// Adds a sub-command that prints the manual page (roff) or the completion for bash, both made from
-/// the help of the others. Add it last; the help does not show it.
-void add_manual_command(CLI::App& program);
 
 }  // namespace dynfilter::tools
 

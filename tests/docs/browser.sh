@@ -34,8 +34,3 @@ done
 for word in EdgeCompensator keep_static 'dynfilter from Python'; do
   grep -qs -- "$word" "$folder"/search/all_*.js || fail "the search does not find $word"
 done
-
-if [[ -f $folder/page-pictures.html ]]; then
-  browse page-pictures.html >"$work/pictures"
-  grep -qF 'contact_sheet.png' "$work/pictures" || fail "the pictures are missing"
-fi

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// `dynfilter doctor`, and the manual page and completion that packages carry.
+// `dynfilter doctor`.
 
 #include <gtest/gtest.h>
 
@@ -302,22 +302,6 @@ TEST_F(Doctor, SaysWhatIsMissing) {
   EXPECT_TRUE(nowhere.mentions("nowhere")) << nowhere.printed;
 }
 
-TEST(Manual, DescribesEveryCommandAndOption) {
-  const Outcome page = run("manual");
-  EXPECT_EQ(page.exit_code, 0);
-  EXPECT_TRUE(page.mentions("dynfilter " DYNFILTER_VERSION_STRING)) << page.printed;
-  for (const char* part :
-       {".SS dynfilter run [SEQUENCE]", ".SS dynfilter synth", ".SS dynfilter sync",
-        "\\-\\-depth\\-offset", "\\-\\-level", "examples:"}) {
-    EXPECT_TRUE(page.mentions(part)) << part;
-  }
-  EXPECT_FALSE(page.mentions("dynfilter manual")) << "it is for packages";
-  if (run_in_shell("command -v groff").exit_code != 0) GTEST_SKIP() << "there is no groff";
-  const Outcome warnings =
-      run_in_shell("'" DYNFILTER_PROGRAM "' manual | groff -man -Tutf8 -ww 2>&1 >/dev/null");
-  EXPECT_EQ(warnings.printed, "");
-}
-
 TEST_F(Doctor, ReadsThePluginsSettings) {
   const fs::path file = scene() / "TUM3.yaml";
   const std::string masks = "dynfilter.mask_folder: \"" + (scene() / "masks").string() + "\"\n";
@@ -355,45 +339,6 @@ TEST_F(Doctor, ReadsThePluginsSettings) {
   const Outcome bad = examined(masks + right + "\ndynfilter_right.margin: 2\n");
   EXPECT_EQ(bad.exit_code, 1) << bad.printed;
   EXPECT_TRUE(bad.mentions("the nearest is dynfilter_right.margin_px")) << bad.printed;
-}
-
-TEST(Manual, IsAPageOfTheDocumentationToo) {
-  const Outcome page = run("manual --markdown");
-  EXPECT_EQ(page.exit_code, 0);
-  EXPECT_TRUE(page.mentions("\n## dynfilter run\n")) << page.printed;
-  EXPECT_TRUE(page.mentions(run("run --help").printed)) << "the text of the command's own help";
-  EXPECT_NE(run("manual --markdown --completion").exit_code, 0);
-}
-
-/// What bash completes the last of these words to.
-std::string completed(const std::string& words) {
-  const TemporaryFolder folder;
-  const fs::path script = folder.path() / "complete.sh";
-  std::ofstream(script) << "eval \"$('" DYNFILTER_PROGRAM "' manual --completion)\"\n"
-                        << "COMP_WORDS=(dynfilter " << words << ")\n"
-                        << "COMP_CWORD=$((${#COMP_WORDS[@]} - 1))\n"
-                        << "_dynfilter\necho \"${COMPREPLY[@]}\"\n";
-  return run_in_shell("bash " + quoted(script)).printed;
-}
-
-TEST(Manual, CompletesCommandsOptionsAndFiles) {
-  EXPECT_EQ(completed("sy"), "synth sync\n");
-  EXPECT_EQ(completed("sync --wr"), "--write\n");
-  EXPECT_NE(completed("run --").find("--async"), std::string::npos);
-  EXPECT_EQ(completed("run /us"), "/usr\n");
-  EXPECT_EQ(completed("run --motion /us"), "/usr\n") << "a flag takes no value";
-  EXPECT_EQ(completed("run --out /us"), "/usr\n");
-}
-
-TEST(Manual, CompletesValuesAndNoFilesWhereThereAreFixedOnes) {
-  EXPECT_EQ(completed("run --rule pa"), "paper\n");
-  EXPECT_EQ(completed("run --rule = pa"), "paper\n") << "bash makes three words of --rule=pa";
-  EXPECT_EQ(completed("run scene --async ''"), "wait limited_wait latest drop\n");
-  EXPECT_EQ(completed("masks scene --format = "), "labels colmap static dynamic\n");
-  EXPECT_EQ(completed("synth scene --level hai"), "hair\n");
-  EXPECT_EQ(completed("ablate --rules mask,pa"), "mask,paper\n");
-  EXPECT_EQ(completed("run --frames /us"), "\n") << "a number follows";
-  EXPECT_EQ(completed("run --rule /us"), "\n");
 }
 
 }  // namespace

@@ -1,10 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// The health of the input at the end of dynfilter run, in its results and in the page of ablate.
+// The health of the input at the end of dynfilter run, and in its results.
 
-#include <fstream>
-#include <iterator>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -119,34 +117,6 @@ TEST(ProgramHealth, WhatCannotBeMeasuredIsNotKnown) {
   EXPECT_EQ(some.verdict("mask_gap_px"), "not known") << "nobody is there";
   EXPECT_EQ(some.verdict("mask_age_s"), "good");
   EXPECT_EQ(some.health["mask_age_s"]["frames"], 12);
-}
-
-std::string text_of_file(const fs::path& file) {
-  std::ifstream stream(file);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
-TEST(ProgramHealth, ThePageShowsItAndSaysWhereItIsMissing) {
-  const TemporaryFolder folder;
-  const fs::path out = folder / "sweep", page = folder / "page.html";
-  const Outcome ablate =
-      run("ablate --levels depth_late_33 --seeds 11 --rules mask,depth "
-          "--frames 16 --width 320 --height 240 --features 400 --out " +
-          quoted(out) + " --report " + quoted(page));
-  ASSERT_EQ(ablate.exit_code, 0) << ablate.printed;
-  std::string html = text_of_file(page);
-  EXPECT_NE(html.find("Health of the input, under rule depth"), std::string::npos);
-  EXPECT_NE(html.find("<li>depth later than colour, bad: depth is late by"), std::string::npos);
-
-  const fs::path summary = out / "depth_late_33_11/depth/summary.json";
-  nlohmann::ordered_json older = nlohmann::ordered_json::parse(text_of_file(summary));
-  older.erase("health");
-  std::ofstream(summary) << older.dump();
-  const Outcome gathered = run("ablate --gather " + quoted(out) + " --report " + quoted(page));
-  ASSERT_EQ(gathered.exit_code, 0) << gathered.printed;
-  html = text_of_file(page);
-  EXPECT_EQ(html.find("Health of the input"), std::string::npos);
-  EXPECT_NE(html.find("holds no health"), std::string::npos);
 }
 
 class RecordedHealth : public RecordedData {

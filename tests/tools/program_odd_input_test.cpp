@@ -90,7 +90,6 @@ TEST_F(OddInput, EmptyValuesAreRefused) {
     expect_refused("run" + of + " " + option + " ''", option + ": got an empty");
   }
   expect_refused("eval a b --json ''", "--json: got an empty");
-  expect_refused("ablate" + of + " --report ''", "--report: got an empty");
   expect_refused("doctor ''", "SEQUENCE: got an empty");
 }
 
@@ -165,23 +164,6 @@ TEST_F(OddInput, CountsThatNoRunGivesAreRefused) {
                                                  "\"" + std::string(name) + "\": " + number);
     expect_refused("ablate --gather " + quoted(results), "has counts that no run gives");
   }
-}
-
-TEST_F(OddInput, AReportDoesNotWaitForAPipe) {
-  const fs::path results = folder_ / "results";
-  ASSERT_EQ(run("ablate " + quoted(scene(4)) + " --rules none,mask --features 50 --out " +
-                quoted(results))
-                .exit_code,
-            0);
-  for (const char* name : {"trajectory.txt", "groundtruth.txt", "frames.csv"}) {
-    const fs::path file = results / "scene/none" / name;
-    fs::remove(file);
-    ASSERT_EQ(mkfifo(file.c_str(), 0600), 0);
-  }
-  const Outcome outcome =
-      run("ablate --gather " + quoted(results) + " --report " + quoted(folder_ / "report.html"));
-  EXPECT_NE(file_text(folder_ / "report.html").find("is not a regular file"), std::string::npos)
-      << outcome.printed;
 }
 
 }  // namespace

@@ -298,14 +298,6 @@ TEST_F(ProgramSafety, EvalAndReportReplaceOnlyTheirOwnFiles) {
   expect(refused, eval + quoted(out("to_scene/rgb/1.000000.png")));
   expect(allowed, eval + quoted(out("errors.json")));
   EXPECT_EQ(run(eval + quoted(out("errors.json"))).exit_code, 0);
-
-  ASSERT_EQ(
-      run("run " + quoted(scene()) + " --overlays 0 --out " + quoted(out("result"))).exit_code, 0);
-  const std::string gather = "ablate --gather " + quoted(out("result")) + " --report ";
-  expect(refused, gather + quoted(out("result/summary.json")));
-  expect(refused, gather + truth);
-  expect(allowed, gather + quoted(out("page.html")));
-  EXPECT_EQ(run(gather + quoted(out("page.html"))).exit_code, 0);
 }
 
 TEST_F(ProgramSafety, RefusesPathsWithLineBreaksInJobLists) {

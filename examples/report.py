@@ -1,0 +1,199 @@
+#!/usr/bin/env python3
+# SPDX-FileCopyrightText: 2026 the dynfilter authors
+# SPDX-License-Identifier: MIT
+"""Shows results of `dynfilter run` or `dynfilter ablate` as one HTML file.
+
+usage: report.py RESULTS PAGE
+
+Draws bars of the rules, a map of the trajectories, courses over time, and the worst frames. The bars
+show medians over the scenes of a group, the other pictures its first scene.
+"""
+
+import base64
+import csv
+import html
+import io
+import json
+import pathlib
+import sys
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+ORDER = ["none", "mask", "paper", "depth"]  # further rules follow by name, and perfect comes last
+STYLE = """body { font: 16px/1.5 sans-serif; max-width: 1060px; margin: 2em auto; padding: 0 1em; color: #222; }
+img { max-width: 100%; } figure { margin: 0; } .row { display: flex; flex-wrap: wrap; gap: 1.5em; }
+.row figure { width: 320px; } figcaption { font-size: 85%; color: #555; }"""
+plt.switch_backend("Agg")  # needs no screen
+plt.rcParams.update({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False,
+                     "axes.grid": True, "grid.color": "#e5e5e5", "axes.axisbelow": True,
+                     "figure.constrained_layout.use": True})
+
+
+class Run:
+    """The results in one folder."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        self.summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+        self.group, self.scene, self.rule = (self.summary[key] for key in ("group", "scene", "rule"))
+        with open(folder / "frames.csv", encoding="utf-8", newline="") as file:
+            self.rows = list(csv.DictReader(file))
+        self.start_s = float(self.rows[0]["timestamp_s"])
+        self.truth = read_poses(folder / "groundtruth.txt")
+        self.estimate, self.errors_m = on_truth(read_poses(folder / "trajectory.txt"), self.truth)
+
+    def column(self, name):
+        """Returns a number for each frame, NaN where it is not known."""
+        return np.array([float(row[name] or "nan") for row in self.rows])
+
+    def per_frame(self, key):
+        return self.summary[key] / self.summary["frames"] if key in self.summary else np.nan
+
+
+def read_poses(file):
+    """Returns rows of time, x, y and z; none without a file."""
+    lines = file.read_text(encoding="utf-8").splitlines() if file.is_file() else []
+    return np.array([line.split()[:4] for line in lines if line and line[0] != "#"], float).reshape(-1, 4)
+
+
+def rank(rule):
+    return (rule == "perfect", ORDER.index(rule) if rule in ORDER else len(ORDER), rule)
+
+
+def read_runs(folder):
+    """Returns the runs below a folder by group, scene and rule."""
+    files = [file for file in sorted(folder.rglob("summary.json")) if "/." not in f"/{file.relative_to(folder)}"]
+    if not files:
+        sys.exit(f"{folder}: holds no results: there is no summary.json in it, at any depth")
+    groups = {}
+    for run in map(Run, (file.parent for file in files)):
+        groups.setdefault(run.group, {}).setdefault(run.scene, {})[run.rule] = run
+    return {group: {scene: [runs[rule] for rule in sorted(runs, key=rank)] for scene, runs in scenes.items()}
+            for group, scenes in groups.items()}
+
+
+def on_truth(estimate, truth):
+    """Returns the estimate, moved rigidly to the truth if there is one, and its errors, metres or NaN."""
+    errors_m = np.full(len(estimate), np.nan)
+    if len(truth) < 3 or len(estimate) < 3:
+        return estimate, errors_m
+    differences_s = np.abs(truth[:, :1] - estimate[:, 0])
+    found = differences_s.min(0) < 0.02
+    a, b = estimate[found, 1:], truth[differences_s.argmin(0)[found], 1:]
+    u, _, v = np.linalg.svd((b - b.mean(0)).T @ (a - a.mean(0)))
+    turn = u @ np.diag([1, 1, np.linalg.det(u @ v)]) @ v
+    moved = (estimate[:, 1:] - a.mean(0)) @ turn.T + b.mean(0)
+    errors_m[found] = np.linalg.norm(moved[found] - b, axis=1)
+    return np.column_stack([estimate[:, 0], moved]), errors_m
+
+
+def embedded(data):
+    kind = "png" if data.startswith(b"\x89PNG") else "jpeg"
+    return f'<img alt="" src="data:image/{kind};base64,{base64.b64encode(data).decode()}">'
+
+
+def picture(figure):
+    """Returns a figure of matplotlib as an element of HTML."""
+    data = io.BytesIO()
+    figure.savefig(data, format="png", dpi=110)
+    plt.close(figure)
+    return embedded(data.getvalue())
+
+
+def colours(rules):
+    """Returns a colour for each rule, the same in all pictures."""
+    cycle = plt.get_cmap("tab10" if len(rules) <= 10 else "tab20").colors
+    others = [rule for rule in rules if rule not in ("none", "perfect")]
+    return {"none": "#999", "perfect": "#222", **{rule: cycle[i % len(cycle)] for i, rule in enumerate(others)}}
+
+
+def bars(scenes, colour):
+    """Draws a bar for each rule: medians over the scenes of a group."""
+    rules = sorted({run.rule for runs in scenes.values() for run in runs}, key=rank)
+    figures = {"dynamic left a frame": lambda run: run.per_frame("dynamic_left"),
+               "static removed a frame": lambda run: run.per_frame("static_removed"),
+               "kept a frame": lambda run: run.per_frame("kept"),
+               "ATE (RMSE), m": lambda run: run.summary.get("ate_rmse_m", np.nan),
+               "frames lost, %": lambda run: 100 * run.per_frame("lost_frames")}
+    values = {name: [np.median([get(run) for runs in scenes.values() for run in runs if run.rule == rule])
+                     for rule in rules] for name, get in figures.items()}
+    values = {name: column for name, column in values.items() if not np.isnan(column).all()}
+    figure, panels = plt.subplots(1, len(values), figsize=(10, 0.7 + 0.27 * len(rules)), sharey=True, squeeze=False)
+    for axes, (name, column) in zip(panels[0], values.items()):
+        shown = axes.barh(rules, column, color=[colour[rule] for rule in rules], height=0.7)
+        axes.bar_label(shown, [f"{value:.3g}" for value in column], padding=2, fontsize=8)
+        axes.set_title(name, fontsize=9)
+        axes.set_xlim(0, 1.25 * max(np.nanmax(column), 1e-9))
+        axes.grid(axis="y", visible=False)
+    panels[0][0].invert_yaxis()
+    return picture(figure)
+
+
+def trajectories(runs, colour):
+    """Draws the two axes along which the camera moves most."""
+    tracked = [run for run in runs if len(run.estimate) > 1]
+    if not tracked:
+        return ""
+    path = max((run.truth if len(run.truth) else run.estimate for run in tracked), key=len)[:, 1:]
+    first, second = sorted(np.argsort(np.ptp(path, axis=0))[1:])
+    figure, axes = plt.subplots(figsize=(7, 5))
+    if len(tracked[0].truth):
+        axes.plot(path[:, first], path[:, second], color="black", lw=3, alpha=0.25, label="truth")
+    for run in tracked:
+        x_m, y_m = run.estimate[:, 1 + first], run.estimate[:, 1 + second]
+        axes.plot(x_m, y_m, color=colour[run.rule], lw=1.2, label=run.rule)
+    axes.set(xlabel="xyz"[first] + ", m", ylabel="xyz"[second] + ", m")
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.legend(fontsize=8, loc="center left", bbox_to_anchor=(1, 0.5), frameon=False)
+    return "<h3>The camera's path</h3>" + picture(figure)
+
+
+def courses(runs, colour):
+    """Draws features and the camera's error over time."""
+    series = {"dynamic features left": lambda run: run.column("dynamic_left"),
+              "features kept": lambda run: run.column("kept"), "camera off by, m": lambda run: run.errors_m}
+    series = {name: get for name, get in series.items() if any(np.isfinite(get(run)).any() for run in runs)}
+    figure, axes = plt.subplots(len(series), 1, figsize=(10, 1.9 * len(series)), sharex=True, squeeze=False)
+    for panel, (name, get) in zip(axes[:, 0], series.items()):
+        for run in runs:
+            times_s = run.estimate[:, 0] if name.startswith("camera") else run.column("timestamp_s")
+            panel.plot(times_s - run.start_s, get(run), color=colour[run.rule], lw=1.1, label=run.rule)
+        panel.set(ylabel=name, ylim=(0, None))
+    axes[-1, 0].set_xlabel("time, s")
+    axes[0, 0].legend(fontsize=8, ncol=8, loc="lower left", bbox_to_anchor=(0, 1), frameon=False)
+    return "<h3>Over time</h3>" + picture(figure)
+
+
+def worst_frames(runs):
+    """Names each rule's worst frames, and shows the worst one, or the run's other pictures."""
+    figures = []
+    for run in runs:
+        key = "kept" if np.isnan(run.column("dynamic_left")).all() else "dynamic_left"
+        worst = np.argsort(run.column(key) if key == "kept" else -run.column(key), kind="stable")[:3]
+        what = key.replace("_", " ")
+        names = ", ".join(f"{html.escape(run.rows[i]['frame'])} ({run.rows[i][key]} {what})" for i in worst)
+        files = [run.folder / name for name in ("worst_frame.jpg", "contact_sheet.png")]
+        shown = next((embedded(file.read_bytes()) for file in files if file.is_file()), "")
+        figures.append(f"<figure>{shown}<figcaption><b>{html.escape(run.rule)}</b>: {names}</figcaption></figure>")
+    return '<h3>The worst frames</h3><div class="row">' + "".join(figures) + "</div>"
+
+
+def main():
+    if len(sys.argv) != 3:
+        sys.exit(__doc__)
+    folder, page = map(pathlib.Path, sys.argv[1:])
+    groups = read_runs(folder)
+    colour = colours(sorted({run.rule for g in groups.values() for runs in g.values() for run in runs}, key=rank))
+    parts = [f"<!DOCTYPE html><html lang=en><meta charset=utf-8><title>dynfilter</title><style>{STYLE}</style>"]
+    for group, scenes in groups.items():
+        scene, runs = next(iter(scenes.items()))
+        count = "" if len(scenes) == 1 else f", medians over {len(scenes)} scenes; further pictures: {scene}"
+        parts += [f"<h2>{html.escape(group + count)}</h2>", bars(scenes, colour),
+                  trajectories(runs, colour), courses(runs, colour), worst_frames(runs)]
+    page.write_text("\n".join(parts) + "</html>\n", encoding="utf-8")
+    print(f"{page}: {sum(map(len, groups.values()))} scenes in {len(groups)} groups")
+
+
+if __name__ == "__main__":
+    main()
