@@ -61,7 +61,7 @@ in_system "$system" cmake -S /srv/dynfilter -B /srv/build -G Ninja -DCMAKE_BUILD
   -DOpenCV_DIR=/usr/lib/aarch64-linux-gnu/cmake/opencv4 \
   -DDYNFILTER_BUILD_SEGMENTERS=OFF -DDYNFILTER_BUILD_MOTION=OFF -DDYNFILTER_BUILD_NETWORKS=OFF \
   -DDYNFILTER_BUILD_EVALUATION=OFF -DDYNFILTER_BUILD_EXAMPLES=OFF -DDYNFILTER_BUILD_TOOLS=OFF \
-  -DDYNFILTER_BUILD_VIDEO=OFF >"$scratch/configure.log" ||
+  >"$scratch/configure.log" ||
   die "cmake failed: $(tail -20 "$scratch/configure.log")"
 in_system "$system" cmake --build /srv/build -j "$jobs" --target core_tests >"$scratch/build.log" ||
   die "the build failed: $(tail -20 "$scratch/build.log")"

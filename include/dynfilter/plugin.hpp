@@ -66,7 +66,7 @@ class DYNFILTER_PLUGIN_API Plugin {
   /// - a DepthMapFactor that is not a number of at least 0;
   /// - masks that do not exist, and a network that cannot be loaded;
   /// - motion without the host's pinhole camera in the file;
-  /// - an output folder or a video that cannot be written, or would replace a file of somebody's.
+  /// - an output folder that cannot be written, or would replace a file of somebody's.
   explicit Plugin(const std::string& settings_file, const std::string& prefix = "dynfilter");
   ~Plugin();
   /// Moves the plugin; `other` may then only be destroyed or assigned to.

@@ -25,7 +25,6 @@
 #include "plugin/motion_wait.hpp"
 #include "plugin/pair_depths.hpp"
 #include "plugin/plugin_settings.hpp"
-#include "plugin/plugin_video.hpp"
 #include "plugin/recorder.hpp"
 #include "plugin/stopwatch.hpp"
 #ifdef DYNFILTER_HAS_MOTION
@@ -90,7 +89,6 @@ struct Plugin::State {
       record_by_settings(settings,
                          [&] { recorder.emplace(settings.output_folder, settings.overlay_every); });
     }
-    if (!settings.video.empty()) video.emplace(settings);
     // An earlier recording goes when nothing else can fail.
     if (recorder) record_by_settings(settings, [&] { recorder->begin(); });
     for (const std::string& sentence : settings.idle) std::cerr << sentence << std::endl;
@@ -120,7 +118,6 @@ struct Plugin::State {
   std::vector<FeatureTrack> tracks;           // of the last frame that it tracked
 #endif
   std::optional<detail::Recorder> recorder;
-  std::optional<detail::PluginVideo> video;
   detail::FirstFrames first_frames;
   detail::MapStart map_start;
   detail::MotionWait motion_wait;
@@ -226,7 +223,6 @@ FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
   const FeaturesView features = features_of(columns, frame, segmentation);
   apply(frame, segmentation, features);
   is_in_step = true;
-  const FrameStatistics judged = labels.statistics();
   detail::MotionWait wait = motion_wait;  // a frame that fails is none to wait for
   const std::string of_wait = wait.hold(labels);
   keep_at_least_one(labels);
@@ -237,7 +233,6 @@ FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
   if (!columns.descriptors.empty()) detail::unshare(columns.descriptors);
   times.filter_s = in_all.elapsed_s();
   const Segmentation shown = segmentation.value_or(Segmentation());
-  if (video) video->add(frame, shown, features, labels, judged, depth_check);
   if (recorder) recorder->record(frame, shown, features, labels, times);
   watch(frame, statistics, columns, wait, of_wait);
   motion_wait = std::move(wait);

@@ -251,7 +251,6 @@ std::string find_image_key(const SettingsFile& file, const PluginSettings& setti
 #endif
   if (settings.moves_masks) return file.key_of("propagate");
   if (settings.depth_frames_late != 0) return file.key_of("depth_frames_late");
-  if (!settings.video.empty()) return file.key_of("video");
   const bool draws = settings.overlay_every > 0 && !settings.output_folder.empty();
   return draws ? file.key_of("overlay_every") : "";
 }
@@ -292,11 +291,9 @@ PluginSettings read_plugin_settings(const std::string& path, const std::string& 
   read_depth_frames_late(file, settings.depth_frames_late);
   file.read_text("output_folder", settings.output_folder);
   file.read_count("overlay_every", settings.overlay_every);
-  file.read_text("video", settings.video);
   file.finish();
   require_ranges(file, settings);
   settings.source_key = require_one_segmenter(file, settings);
-  settings.video_key = file.key_of("video");
   settings.image_key = find_image_key(file, settings);
   settings.motion_key = file.key_of("motion");
   settings.wait_for_motion_key = file.key_of("wait_for_motion");

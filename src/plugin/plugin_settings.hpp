@@ -52,8 +52,6 @@ struct PluginSettings {
   std::string wait_for_motion_key;       ///< the key of `wait_for_motion`, for messages
   std::string output_folder;             ///< for frames.csv and overlays; empty: none
   std::string output_folder_key;         ///< the key of `output_folder`, for messages
-  std::string video;                     ///< file of the video; empty: none
-  std::string video_key;                 ///< the key of `video`, for messages
   std::size_t depth_check_frames = 150;  ///< frames to estimate the depth's offset from; 0: none
   double depth_frames_late = 0;          ///< move depth along the optical flow by this many frames
   std::string depth_frames_late_key;     ///< the key of `depth_frames_late`, for messages

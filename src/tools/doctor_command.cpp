@@ -47,13 +47,6 @@ void print_build() {
       "networks: left out, because OpenCV's module dnn was not there or "
       "DYNFILTER_BUILD_NETWORKS was off\n");
 #endif
-#if defined(DYNFILTER_HAS_VIDEO)
-  std::printf("videos: built in\n");
-#else
-  std::printf(
-      "videos: left out, because OpenCV's module videoio (libopencv-videoio-dev) was not there or "
-      "DYNFILTER_BUILD_VIDEO was off\n");
-#endif
 #if defined(DYNFILTER_HAS_REMOTE_SEGMENTER)
   std::printf("masks of another process: built in\n");
 #else

@@ -10,16 +10,50 @@
 #include <nlohmann/json.hpp>
 
 #include "depth_offset_text.hpp"
-#include "io/health_line.hpp"
+#include "dynfilter/detail/number_text.hpp"
 
 namespace dynfilter::tools {
 namespace {
 
-using detail::HealthAppearance;
+/// Appearance of a measure in tables and lines.
+struct HealthAppearance {
+  const char* name;  ///< of the member of FilterHealthReport
+  const char* title;
+  double scale;  ///< from the value to what is shown
+  int decimals;
+  const char* unit;
+};
+
+constexpr HealthAppearance health_appearances[] = {
+    {"depth_frames_late", "depth later than colour", 1, 2, "frames"},
+    {"mask_age_s", "age of the masks", 1, 3, "s"},
+    {"mask_gap_px", "masks short of the objects' depth", 1, 1, "px"},
+    {"without_depth_share", "features without depth", 100, 1, "%"},
+    {"starved_share", "starved frames", 100, 1, "%"},
+};
+
+std::string shown(const HealthAppearance& appearance, double value) {
+  return detail::fixed_decimals(appearance.scale * value, appearance.decimals) + ' ' +
+         appearance.unit;
+}
+
+const char* name_of(HealthVerdict verdict) {
+  switch (verdict) {
+    case HealthVerdict::not_known:
+      return "not known";
+    case HealthVerdict::good:
+      return "good";
+    case HealthVerdict::look:
+      return "look";
+    case HealthVerdict::bad:
+      return "bad";
+  }
+  return "";
+}
 
 /// Returns the measure's appearance. Throws std::out_of_range for another name.
 const HealthAppearance& appearance_of(const std::string& name) {
-  for (const HealthAppearance& appearance : detail::health_appearances) {
+  for (const HealthAppearance& appearance : health_appearances) {
     if (appearance.name == name) return appearance;
   }
   throw std::out_of_range("no measure of health is called " + name);
@@ -107,7 +141,7 @@ std::vector<HealthRow> health_rows(const FilterHealthReport& report,
   std::vector<HealthRow> rows;
   const auto add = [&](const char* name, const HealthMeasure& measure, const std::string& advice) {
     const bool is_good = measure.verdict == HealthVerdict::good;
-    rows.push_back({name, measure.value, detail::name_of(measure.verdict), measure.frames,
+    rows.push_back({name, measure.value, name_of(measure.verdict), measure.frames,
                     is_good ? std::string() : advice});
   };
   const FilterHealthReport& r = report;
@@ -123,7 +157,7 @@ Table health_table(const std::string& title, const std::vector<HealthRow>& rows)
   Table table{title, {"", "value", "frames", "verdict"}, {}};
   for (const HealthRow& row : rows) {
     const HealthAppearance& appearance = appearance_of(row.name);
-    const std::string value = row.value ? detail::shown(appearance, *row.value) : "-";
+    const std::string value = row.value ? shown(appearance, *row.value) : "-";
     table.rows.push_back({appearance.title, value, std::to_string(row.frames), row.verdict});
   }
   return table;
@@ -153,7 +187,7 @@ nlohmann::ordered_json health_json(const std::vector<HealthRow>& rows) {
 
 std::vector<HealthRow> health_rows_of(const nlohmann::ordered_json& json) {
   std::vector<HealthRow> rows;
-  for (const HealthAppearance& appearance : detail::health_appearances) {
+  for (const HealthAppearance& appearance : health_appearances) {
     const nlohmann::ordered_json& measure = json.at(appearance.name);
     HealthRow row;
     row.name = appearance.name;

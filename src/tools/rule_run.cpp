@@ -124,7 +124,6 @@ RuleRun::RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource
       filter_({mask_stage_of(rule, culler_options(rule, settings)), masks_time_},
               {stage_of(rule, settings.mask_culler, settings.seed, source.camera()), rule_time_}),
       pictures_(staged_.path(), source.size(), settings.overlays, rule) {
-  if (!settings.video.empty()) video_.emplace(settings.video);
   may_begin_ = !rule.waits_for_motion;
   if (rule.moves_masks) propagator_.emplace();
   if (source.has_depth() && settings.every == 1) {
@@ -172,7 +171,6 @@ void RuleRun::process(const SourceFrame& frame, ExtractedFeatures features) {
         score_features(features.keypoints, by_mask, *truth, rim_px_, frame.frame);
   }
   add_pictures(frame, shown, features.keypoints, record, by_mask);
-  if (video_) video_->add(frame.frame, shown, features.keypoints, labels_, health_.report());
   keep_static_time_.measure(
       [&] { return keep_static(labels_, features.keypoints, features.descriptors); });
   may_begin_ = may_begin_ || record_.frames.size() == max_waiting_frames ||
@@ -235,7 +233,6 @@ RunRecord RuleRun::finish(const FrameSource& source) {
   write_frames_csv(record_, folder / "frames.csv");
   write_instances_csv(record_, folder / "instances.csv");
   write_summary_json(record_, folder / "summary.json");
-  if (video_) video_->finish();
   staged_.commit({"summary.json"});
   return std::move(record_);
 }

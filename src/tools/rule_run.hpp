@@ -25,7 +25,6 @@
 #include "scene_spec.hpp"
 #include "stopwatch.hpp"
 #include "truth.hpp"
-#include "video/filter_video.hpp"
 
 namespace dynfilter::tools {
 
@@ -37,7 +36,6 @@ struct RunSettings {
   MaskCullerOptions mask_culler;
   std::uint64_t seed = 0;         ///< for the samples of the rule and of the odometry
   std::size_t overlays = 0;       ///< frames to draw
-  std::filesystem::path video;    ///< file of the video; empty: none
   std::string masks;              ///< the masks' name in results; empty: the source's name
   Truth truth = Truth::by_class;  ///< scores and the rule perfect follow it
 };
@@ -114,7 +112,6 @@ class RuleRun {
   bool may_begin_ = true;
   FilterHealth health_;
   RunPictures pictures_;
-  std::optional<detail::FilterVideo> video_;
   WorstFrame worst_;
   RunRecord record_;
 };

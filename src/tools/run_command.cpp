@@ -35,12 +35,6 @@ struct RunOptions {
   MaskFeedOptions masks;
 };
 
-/// Refuses a video in a folder that is read from.
-void require_harmless_video(const Inputs& inputs, const std::filesystem::path& video) {
-  if (video.empty() || !inputs.contains(std::filesystem::absolute(video).parent_path())) return;
-  detail::throw_file_error(video, "lies in a folder that is read from; name another");
-}
-
 void run(const RunOptions& options) {
   SceneSpec scene = options.scene;
   scene.reads_masks = options.masks.segmenter.is_unset();
@@ -50,7 +44,6 @@ void run(const RunOptions& options) {
   source->add_inputs(inputs);
   inputs.add(options.masks.segmenter.model);
   require_harmless(inputs, options.out, run_writer, run_names(options.out), true);
-  require_harmless_video(inputs, options.settings.video);
   MaskFeed masks(options.masks, *source);
   RunSettings settings = options.settings;
   settings.masks = masks.name();
@@ -70,8 +63,6 @@ void run(const RunOptions& options) {
         frame.masks = work.wait_for_masks([&] { return masks.collect(frame); });
       }
       if (offset) offset->add(frame.frame, frame.depth_timestamp_s, frame.masks);
-      const bool tells_offset = offset && !options.settings.video.empty() && i % 25 == 24;
-      if (tells_offset) work.note_depth_offset(offset->estimate());
       work.process(frame, std::move(features));
       progress.advance(options.settings.every);
     }
@@ -84,9 +75,6 @@ void run(const RunOptions& options) {
               source->has_depth() && settings.every == 1 ? ", trajectory.txt" : "",
               std::filesystem::exists(options.out / "groundtruth.txt") ? ", groundtruth.txt" : "",
               options.settings.overlays > 0 ? ", overlays/, contact_sheet.png" : "");
-  if (!options.settings.video.empty()) {
-    std::printf("the video: %s\n", options.settings.video.c_str());
-  }
 }
 
 }  // namespace
@@ -147,18 +135,13 @@ void add_run_command(CLI::App& program) {
   command->add_option("--overlays", options->settings.overlays, "number of frames to draw")
       ->transform(whole_number(0, 100000))
       ->capture_default_str();
-  command
-      ->add_option("--video", options->settings.video,
-                   "film the filter: overlay of every frame, counters, the masks' age and the\n"
-                   "input's health; a file that ends in .mp4 or .avi (needs OpenCV's videoio)")
-      ->check(some_path());
   command->footer(
       rule_list() +
       "\n\nexamples:\n"
       "  dynfilter run rgbd_dataset_freiburg3_walking_xyz --out result\n"
       "  dynfilter run scene --rule mask --masks scene/masks_true\n"
       "  dynfilter run --level medium --scene-seed 5 --rule crowd_slam\n"
-      "  dynfilter run scene --rule depth_moved --async latest --hz 10 --video late.mp4");
+      "  dynfilter run scene --rule depth_moved --async latest --hz 10");
   command->callback([options] {
     if (options->scene.sequence.empty() && options->scene.level.empty()) {
       throw CLI::RequiredError("SEQUENCE or --level");

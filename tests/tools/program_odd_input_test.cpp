@@ -86,7 +86,7 @@ TEST_F(OddInput, OptionsWithoutEffectAreRefused) {
 TEST_F(OddInput, EmptyValuesAreRefused) {
   const std::string of = " " + quoted(scene(2));
   for (const std::string option :
-       {"--masks", "--camera", "--model", "--remote", "--out", "--video"}) {
+       {"--masks", "--camera", "--model", "--remote", "--out"}) {
     expect_refused("run" + of + " " + option + " ''", option + ": got an empty");
   }
   expect_refused("eval a b --json ''", "--json: got an empty");
