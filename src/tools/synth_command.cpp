@@ -18,7 +18,6 @@
 #include "dynfilter/evaluation/rgbd_sequence_writer.hpp"
 #include "dynfilter/segmenters/mask_folder_writer.hpp"
 #include "evaluation/sequence_names.hpp"
-#include "frame_source.hpp"
 #include "io/file_writing.hpp"
 #include "io/image_file.hpp"
 #include "io/staged_folder.hpp"
@@ -26,9 +25,7 @@
 #include "lab/scenes/synthetic_scene.hpp"
 #include "number_options.hpp"
 #include "progress_bar.hpp"
-#include "scene_statistics.hpp"
 #include "segmenters/mask_table.hpp"
-#include "shared_options.hpp"
 
 namespace dynfilter::tools {
 namespace {
@@ -38,7 +35,6 @@ constexpr const char* truth_name = "truth.yaml";
 struct SynthOptions {
   std::filesystem::path folder;
   bool overwrite = false;
-  bool statistics = false;
   SyntheticSceneOptions scene;
 };
 
@@ -108,8 +104,7 @@ std::string level_list() {
 struct Given {
   std::string level;
   std::uint64_t seed = 1;
-  std::optional<int> frames, persons, width, height, mask_age;
-  std::optional<double> mask_rate;
+  std::optional<int> frames, persons, width, height;
 };
 
 SyntheticSceneOptions scene_options(const Given& given) {
@@ -120,8 +115,6 @@ SyntheticSceneOptions scene_options(const Given& given) {
   scene.persons = given.persons.value_or(scene.persons);
   scene.image_size.width = given.width.value_or(scene.image_size.width);
   scene.image_size.height = given.height.value_or(scene.image_size.height);
-  scene.mask_age_frames = given.mask_age.value_or(scene.mask_age_frames);
-  scene.mask_rate_hz = given.mask_rate.value_or(scene.mask_rate_hz);
   return scene;
 }
 
@@ -136,8 +129,9 @@ void add_synth_command(CLI::App& program) {
       "Write rgb/, depth/, their lists, groundtruth.txt, camera.yaml, the poor masks of a\n"
       "simulated network (masks/), the exact masks (masks_true/), the pixels that move in each\n"
       "frame (masks_moving/), and the lateness of depth (truth.yaml).");
-  CLI::Option* folder =
-      command->add_option("FOLDER", options->folder, "folder for the sequence")->check(some_path());
+  command->add_option("FOLDER", options->folder, "folder for the sequence")
+      ->check(some_path())
+      ->required();
   command->add_option("--level", given->level, "a level of the list below [a scene of 90 frames]")
       ->type_name("LEVEL");
   command->add_option("--seed", given->seed, "another seed is another scene")
@@ -151,44 +145,14 @@ void add_synth_command(CLI::App& program) {
       ->transform(whole_number(16, 8192));
   command->add_option("--height", given->height, "height of the images, pixels [480]")
       ->transform(whole_number(16, 8192));
-  command
-      ->add_option("--mask-age", given->mask_age,
-                   "put the masks found this many frames earlier under each frame's name in masks/")
-      ->transform(whole_number(0, 1000));
-  command
-      ->add_option("--mask-rate", given->mask_rate,
-                   "put the newest masks of a network that gives this many a second under each\n"
-                   "frame's name in masks/")
-      ->check(real_number(0, 1000));
-  command->add_flag(
-      "--statistics", options->statistics,
-      "write nothing: print how depth behaves at the masks of the sequence in FOLDER,\n"
-      "or without FOLDER of the level, to compare rendered and recorded sequences");
-  command
-      ->add_flag("--overwrite", options->overwrite,
-                 "replace an earlier scene in FOLDER when the new one is complete")
-      ->needs(folder);
+  command->add_flag("--overwrite", options->overwrite,
+                    "replace an earlier scene in FOLDER when the new one is complete");
   command->footer(
       "example: dynfilter synth scene --frames 90 --seed 1\n"
-      "         dynfilter synth medium_5 --level medium --seed 5\n"
-      "         dynfilter synth medium_5 --statistics\n"
-      "         dynfilter synth --statistics --level desk --frames 90\n" +
+      "         dynfilter synth medium_5 --level medium --seed 5\n" +
       level_list());
-  command->callback([options, given, command] {
-    if (options->folder.empty() && !(options->statistics && !given->level.empty())) {
-      throw CLI::RequiredError("FOLDER");
-    }
-    const bool rendered = options->folder.empty();
-    if (options->statistics && !rendered) {  // options that change a rendered scene
-      require_nothing_but(*command, {"FOLDER", "--statistics"}, "FOLDER --statistics");
-    }
+  command->callback([options, given] {
     options->scene = scene_options(*given);
-    if (options->statistics) {
-      const auto source = rendered ? render_scene(options->scene) : open_sequence(options->folder);
-      const std::string name = rendered ? given->level : options->folder.string();
-      std::printf("%s", scene_statistics(*source, name).c_str());
-      return;
-    }
     synthesise(*options);
   });
 }

@@ -69,7 +69,6 @@ TEST_F(OddInput, OptionsWithoutEffectAreRefused) {
   expect_refused("run" + of + " --frames 1", "--frames requires --level");
   expect_refused("ablate" + of + " --frames 1", "--frames requires --levels");
   expect_refused("ablate" + of + " --seeds 1-2", "--seeds requires --levels");
-  expect_refused("synth" + of + " --statistics --frames 1", "--frames excludes");
   const std::string out = " --out " + quoted(folder_ / "out");
   expect_refused("ablate --levels medium --degrade poor" + out, "--degrade requires SEQUENCES");
   expect_refused("ablate --levels medium --depth-offset 0.03" + out,
@@ -79,7 +78,6 @@ TEST_F(OddInput, OptionsWithoutEffectAreRefused) {
   expect_refused("run" + of + " --async wait --max-wait 1" + out, "--max-wait is for --async ");
   expect_refused("eval a b --interval 1 --frames 2", "--interval excludes --frames");
   expect_refused("doctor --camera camera.yaml", "--camera requires SEQUENCE");
-  expect_refused("synth --statistics --level medium --overwrite", "--overwrite requires FOLDER");
   EXPECT_FALSE(fs::exists(folder_ / "out"));
 }
 

@@ -37,32 +37,14 @@ TEST_F(Synth, ReplacesASceneOnlyOnRequest) {
 }
 
 TEST_F(Synth, RendersALevelWithStaleMasks) {
-  const std::string size = " --frames 3 --width 160 --height 120";
-  ASSERT_EQ(run("synth " + quoted(out("level")) + " --level stale_3 --mask-age 0" + size).exit_code,
+  ASSERT_EQ(run("synth " + quoted(out("stale")) +
+                " --level stale_3 --frames 5 --width 160 --height 120")
+                .exit_code,
             0);
-  ASSERT_EQ(run("synth " + quoted(out("old")) + " --level stale_3 --mask-age 2" + size).exit_code,
-            0);
-  // Frame 0's instances come first. Two frames later they still apply, under that frame's name.
-  const auto fresh = read_csv(out("level") / "masks" / "instances.csv");
-  const auto old = read_csv(out("old") / "masks" / "instances.csv");
-  const auto of_frame = [](const auto& rows, const char* frame) {
-    std::vector<std::vector<std::string>> found;
-    for (auto row : rows) {
-      if (row.at(0) != frame) continue;
-      row.at(0).clear();
-      row.resize(8);  // without mask_time
-      found.push_back(row);
-    }
-    return found;
-  };
-  EXPECT_FALSE(of_frame(fresh, "1.000000").empty());
-  EXPECT_EQ(of_frame(old, "1.066667"), of_frame(fresh, "1.000000"));
-  EXPECT_NE(of_frame(fresh, "1.066667"), of_frame(fresh, "1.000000"));
   FrameView frame;
-  frame.timestamp_s = 1.066667;
-  EXPECT_DOUBLE_EQ(MaskFolderSegmenter(out("old") / "masks").segment(frame).timestamp_s, 1.0);
-  EXPECT_DOUBLE_EQ(MaskFolderSegmenter(out("level") / "masks").segment(frame).timestamp_s,
-                   1.066667);
+  frame.timestamp_s = 1.133333;  // the last one
+  EXPECT_DOUBLE_EQ(MaskFolderSegmenter(out("stale") / "masks").segment(frame).timestamp_s,
+                   1.033333);
   EXPECT_TRUE(run("synth " + quoted(out("x")) + " --level easy").mentions("medium"));
 }
 
@@ -79,28 +61,6 @@ TEST_F(Synth, StatesTheLatenessOfDepth) {
   EXPECT_GT(cv::countNonZero(moving), 100);
   const std::string truth = read_text(out("late") / "truth.yaml");
   EXPECT_NE(truth.find("\ndepth_late_s: -0.016666"), std::string::npos) << truth;
-}
-
-TEST_F(Synth, ReportsStatisticsOfALevelWithoutAFolder) {
-  const Outcome outcome =
-      run("synth --statistics --level desk --frames 9 --width 160 --height 120");
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
-  EXPECT_TRUE(outcome.mentions("desk/masks_true")) << outcome.printed;
-  EXPECT_TRUE(outcome.mentions("depth is older than the masks by")) << outcome.printed;
-  EXPECT_TRUE(outcome.mentions("static features a frame")) << outcome.printed;
-  EXPECT_TRUE(outcome.mentions("static features off the true motion")) << outcome.printed;
-  for (const char* command : {"synth", "synth --level desk", "synth --statistics"}) {
-    const Outcome refused = run(command);
-    EXPECT_NE(refused.exit_code, 0) << command;
-    EXPECT_TRUE(refused.mentions("FOLDER")) << refused.printed;
-  }
-}
-
-TEST_F(Synth, ReportsDepthStatistics) {
-  const Outcome outcome = run("synth " + quoted(scene()) + " --statistics");
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
-  EXPECT_TRUE(outcome.mentions("depth missing, % of the image")) << outcome.printed;
-  EXPECT_TRUE(run("synth " + quoted(out("nowhere")) + " --statistics").mentions("nowhere"));
 }
 
 }  // namespace
