@@ -14,9 +14,7 @@
 #include "dynfilter/motion/motion_judge.hpp"
 #include "dynfilter/stage.hpp"
 #include "frame_rules.hpp"
-#include "lab/rules/box_depth_mask.hpp"
-#include "lab/rules/dilated_mask.hpp"
-#include "lab/rules/whole_box.hpp"
+#include "lab/rules/single_frame.hpp"
 
 namespace dynfilter::tools {
 namespace {
@@ -60,13 +58,11 @@ struct Entry {
 };
 
 /// Makes the entry of another system's rule; it uses the same dynamic classes as ours.
-template <class Stage, class Options>
-Entry peer_entry(const char* name, const char* description, Options options) {
+template <class Stage>
+Entry peer_entry(const char* name, const char* description) {
   return {{name, description, false, false, true},
-          [options](const MaskCullerOptions& masks, std::uint64_t) {
-            Options with_classes = options;
-            with_classes.dynamic_classes = masks.dynamic_classes;
-            return any_stage(Stage(with_classes));
+          [](const MaskCullerOptions& masks, std::uint64_t) {
+            return any_stage(Stage(masks.dynamic_classes));
           }};
 }
 
@@ -90,13 +86,10 @@ std::vector<Entry> make_entries() {
       {{"mask", "features on the masks", true, false, false},
        [](const Masks&, std::uint64_t) { return empty_stage(); }},
       peer_entry<peers::DilatedMask>("dynaslam",
-                                     "features on masks dilated by a 31x31 ellipse (DynaSLAM)",
-                                     peers::DilatedMaskOptions()),
-      peer_entry<peers::WholeBox>("crowd_slam", "features in the box, grown by 5 px (Crowd-SLAM)",
-                                  peers::WholeBoxOptions()),
+                                     "features on masks dilated by a 31x31 ellipse (DynaSLAM)"),
+      peer_entry<peers::WholeBox>("crowd_slam", "features in the box, grown by 5 px (Crowd-SLAM)"),
       peer_entry<peers::BoxDepthMask>("ngd_slam",
-                                      "features on a mask made from the box's depth (NGD-SLAM)",
-                                      peers::BoxDepthMaskOptions()),
+                                      "features on a mask made from the box's depth (NGD-SLAM)"),
       {{"paper", "features on the masks, and in the box by depth and D-LBP (the paper)"}, paper},
       {{"depth", "features on the masks, and in the box at the object's depth (the default)"},
        depth},

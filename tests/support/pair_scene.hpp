@@ -81,7 +81,7 @@ struct PairScene {
   }
 
   template <class Rule>
-  FeatureLabels labels(const Rule& rule) const {
+  FeatureLabels labels(Rule&& rule) const {
     FeatureLabels labels(features.size(), segmentation);
     const FilterInput input{frame, segmentation, features};
     rule(peers::FramePair{input, camera, frame.image, has_earlier ? &earlier : nullptr, tracks,
@@ -92,7 +92,7 @@ struct PairScene {
 
   /// One letter for each feature: x = removed, o = kept.
   template <class Rule>
-  std::string verdicts(const Rule& rule) const {
+  std::string verdicts(Rule&& rule) const {
     std::string letters;
     for (const FeatureLabel& label : labels(rule)) letters += label.removed ? 'x' : 'o';
     return letters;
@@ -174,7 +174,7 @@ inline std::string room_kept(const PairScene& scene, char person) {
 
 /// Whether each feature is removed.
 template <class Rule>
-std::vector<bool> removed_by(const Rule& rule, const PairScene& scene) {
+std::vector<bool> removed_by(Rule&& rule, const PairScene& scene) {
   std::vector<bool> removed;
   for (const FeatureLabel& label : scene.labels(rule)) removed.push_back(label.removed);
   return removed;

@@ -32,25 +32,8 @@ struct PeerScene {
     frame.depth(region).setTo(cv::Scalar(std::round(metres * 5000)));
   }
 
-  /// Fills a region in which every third column lies `units` of 0.2 mm behind the others. The
-  /// depths of each window of 3x3 pixels then have the variance (units / 5000 m)^2 * 2 / 9.
-  void fill_ribbed(const cv::Rect& region, double metres, int units) {
-    fill(region, metres);
-    for (int x = region.x; x < region.x + region.width; ++x) {
-      if (x % 3 == 1) frame.depth(cv::Rect(x, region.y, 1, region.height)) += cv::Scalar(units);
-    }
-  }
-
   void add_box(const cv::Rect& box, int class_id = 0) {
     segmentation.instances.push_back(Instance::from_box(box, class_id));
-  }
-
-  /// Stores the depths as floats in metres instead.
-  void use_float_depth() {
-    cv::Mat metres;
-    frame.depth.convertTo(metres, CV_32FC1, frame.metres_per_unit);
-    frame.depth = metres;
-    frame.metres_per_unit = 0;
   }
 
   template <class Stage>

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include <opencv2/core.hpp>
@@ -19,33 +20,6 @@
 
 namespace dynfilter::peers {
 
-struct DepthConsistencyOptions {
-  int frames_per_keyframe = 2;    ///< every such frame is a keyframe; open in the source
-  std::size_t keyframes = 20;     ///< the last ones that are remembered
-  std::size_t min_keyframes = 5;  ///< the test begins with so many
-  std::size_t references = 5;     ///< keyframes that a frame is compared with
-  /// Weights of the distance and of the turn in the choice of the references; the farthest win.
-  double distance_weight = 0.7, turn_weight = 0.3;
-  double max_reference_depth_m = 6;  ///< farther keyframe points do not count
-  double max_projected_depth_m = 7;  ///< nor those that are farther now
-  double max_parallax_deg = 30;      ///< nor those seen from directions that differ by more
-  int reach_px = 20;                 ///< of the window around the projected point: 41x41
-  double min_gap_m = 0.6;            ///< of depth, for a seed; 0.4 in the paper, 0.6 in its program
-  double max_variance_m2 = 0.001;    ///< of the depths in a seed's window
-  double growth_m = 0.20;            ///< a region takes pixels this near to its mean depth
-  int dilation_px = 15;              ///< radius of the elliptic element
-};
-
-/// Memory of DepthConsistency: points of earlier keyframes. One for each rule and scene.
-struct DepthKeyframes {
-  struct Keyframe {
-    std::vector<cv::Point3d> points;  ///< of its features, in its camera's frame, metres
-    RelativePose from_now;            ///< the keyframe from the last frame seen
-  };
-  std::vector<Keyframe> list;  ///< the oldest first
-  int frames_since = 0;        ///< since the newest
-};
-
 /// DynaSLAM's multi-view geometry (B. Bescos et al., "DynaSLAM: Tracking, Mapping and Inpainting in
 /// Dynamic Scenes", RA-L 2018). Points of earlier keyframes are projected into the frame. Where all
 /// depths around are much nearer than the point should be, something has come before it: a seed.
@@ -55,65 +29,51 @@ struct DepthKeyframes {
 /// Open in the source, or changed: when a frame is a keyframe; the seed is the pixel of the
 /// projected point, and pixels without depth do not count in its window; regions grow first come,
 /// first served. Poses are FrameMemory's, composed from frame to frame; where one is unknown, the
-/// keyframes are forgotten. It needs no masks. O(references x features x window + pixels).
+/// keyframes are forgotten. It needs no masks.
 class DepthConsistency {
  public:
-  /// Takes the memory, which must outlive the rule. Throws std::invalid_argument for options out of
-  /// range.
-  explicit DepthConsistency(DepthKeyframes& memory, const DepthConsistencyOptions& options = {})
-      : memory_(&memory), options_(options) {
-    require_option(options_.frames_per_keyframe >= 1 && options_.keyframes >= 1 &&
-                       options_.min_keyframes >= 1 && options_.references >= 1,
-                   "peers::DepthConsistency: frames_per_keyframe, keyframes, min_keyframes and "
-                   "references must be 1 or more");
-    require_option(options_.reach_px >= 0 && options_.dilation_px >= 0 && options_.min_gap_m >= 0 &&
-                       options_.max_variance_m2 >= 0 && options_.growth_m >= 0,
-                   "peers::DepthConsistency: reach_px, dilation_px, min_gap_m, max_variance_m2 and "
-                   "growth_m must be 0 or more");
-  }
+  static constexpr int baseline_frames = 1;
 
-  int baseline_frames() const { return 1; }
+  struct Keyframe {
+    std::vector<cv::Point3d> points;  ///< of its features, in its camera's frame, metres
+    RelativePose from_now;            ///< the keyframe from the last frame seen
+  };
 
-  void operator()(const FramePair& pair, FeatureLabels& labels) const {
-    std::vector<DepthKeyframes::Keyframe>& list = memory_->list;
+  void operator()(const FramePair& pair, FeatureLabels& labels) {
     if (!pair.pose) {
-      list.clear();
+      keyframes_.clear();
     } else {
-      for (DepthKeyframes::Keyframe& keyframe : list) {
-        keyframe.from_now = keyframe.from_now * *pair.pose;
-      }
-      if (list.size() >= options_.min_keyframes) {
-        remove_on_mask(mask(pair, chosen_references()), pair.now, labels);
+      for (Keyframe& keyframe : keyframes_) keyframe.from_now = keyframe.from_now * *pair.pose;
+      if (keyframes_.size() >= min_keyframes) {
+        remove_on_mask(mask(pair, references(keyframes_)), pair.now, labels);
       }
     }
     remember(pair, labels);
   }
 
   /// Returns the dynamic pixels: CV_8UC1 of the depth image's size, 255 = dynamic.
-  cv::Mat mask(const FramePair& pair,
-               const std::vector<const DepthKeyframes::Keyframe*>& references) const {
+  static cv::Mat mask(const FramePair& pair, const std::vector<const Keyframe*>& references) {
     const cv::Mat1f depth = metres(pair.now.frame);
     cv::Mat region(depth.size(), CV_8UC1, cv::Scalar::all(0));
-    for (const DepthKeyframes::Keyframe* reference : references) {
+    for (const Keyframe* reference : references) {
       for (const cv::Point3d& point : reference->points) {
         const cv::Point seed = seed_of(pair.camera, *reference, point, depth);
         if (seed.x >= 0) grow(depth, seed, region);
       }
     }
-    const cv::Size size(2 * options_.dilation_px + 1, 2 * options_.dilation_px + 1);
-    cv::dilate(region, region, cv::getStructuringElement(cv::MORPH_ELLIPSE, size));
+    cv::dilate(region, region, cv::getStructuringElement(cv::MORPH_ELLIPSE, {31, 31}));
     return region;
   }
 
   /// Returns the keyframes with the largest weighted distance and turn, the oldest first of equals.
-  std::vector<const DepthKeyframes::Keyframe*> chosen_references() const {
+  static std::vector<const Keyframe*> references(const std::vector<Keyframe>& keyframes) {
     struct Scored {
-      const DepthKeyframes::Keyframe* keyframe;
+      const Keyframe* keyframe;
       double distance, turn, score;
     };
     std::vector<Scored> all;
     double max_distance = 0, max_turn = 0;
-    for (const DepthKeyframes::Keyframe& keyframe : memory_->list) {
+    for (const Keyframe& keyframe : keyframes) {
       const RelativePose& pose = keyframe.from_now;
       const double cosine = (cv::trace(pose.rotation) - 1) / 2;
       all.push_back(
@@ -122,18 +82,32 @@ class DepthConsistency {
       max_turn = std::max(max_turn, all.back().turn);
     }
     for (Scored& one : all) {
-      if (max_distance > 0) one.score += options_.distance_weight * one.distance / max_distance;
-      if (max_turn > 0) one.score += options_.turn_weight * one.turn / max_turn;
+      if (max_distance > 0) one.score += distance_weight * one.distance / max_distance;
+      if (max_turn > 0) one.score += turn_weight * one.turn / max_turn;
     }
     std::stable_sort(all.begin(), all.end(),
                      [](const Scored& a, const Scored& b) { return a.score > b.score; });
-    all.resize(std::min(all.size(), options_.references));
-    std::vector<const DepthKeyframes::Keyframe*> chosen;
+    all.resize(std::min(all.size(), max_references));
+    std::vector<const Keyframe*> chosen;
     for (const Scored& one : all) chosen.push_back(one.keyframe);
     return chosen;
   }
 
  private:
+  static constexpr int frames_per_keyframe = 2;     // open in the source
+  static constexpr std::size_t max_keyframes = 20;  // the last ones are remembered
+  static constexpr std::size_t min_keyframes = 5;   // the test begins with so many
+  static constexpr std::size_t max_references = 5;  // keyframes that a frame is compared with
+  // Weights of the distance and of the turn in the choice of the references; the farthest win.
+  static constexpr double distance_weight = 0.7, turn_weight = 0.3;
+  static constexpr double max_reference_depth_m = 6;  // farther keyframe points do not count,
+  static constexpr double max_projected_depth_m = 7;  // nor those that are farther now,
+  static constexpr double max_parallax_deg = 30;      // nor those seen from other directions
+  static constexpr int reach_px = 20;       // of the window around the projected point: 41x41
+  static constexpr double min_gap_m = 0.6;  // of depth; 0.4 in the paper, 0.6 in its program
+  static constexpr double max_variance_m2 = 0.001;  // of the depths in a seed's window
+  static constexpr double growth_m = 0.20;  // a region takes pixels this near to its mean depth
+
   /// Returns the depths in metres, 0 = none.
   static cv::Mat1f metres(const FrameView& frame) {
     cv::Mat1f depth(frame.depth.size(), 0.0F);
@@ -146,27 +120,27 @@ class DepthConsistency {
   }
 
   /// Returns the pixel that a keyframe's point makes a seed; (-1, -1) if none.
-  cv::Point seed_of(const PinholeCamera& camera, const DepthKeyframes::Keyframe& reference,
-                    const cv::Point3d& point, const cv::Mat1f& depth) const {
+  static cv::Point seed_of(const PinholeCamera& camera, const Keyframe& reference,
+                           const cv::Point3d& point, const cv::Mat1f& depth) {
     const cv::Point none(-1, -1);
     const cv::Matx33d turn = reference.from_now.rotation.t();
     const cv::Vec3d centre = reference.from_now.translation;  // of the camera now
     const cv::Vec3d from_now = cv::Vec3d(point) - centre;
     const double cosine =
         from_now.dot(cv::Vec3d(point)) / (cv::norm(from_now) * cv::norm(cv::Vec3d(point)));
-    if (cosine < std::cos(options_.max_parallax_deg * CV_PI / 180)) return none;
+    if (cosine < std::cos(max_parallax_deg * CV_PI / 180)) return none;
     const cv::Vec3d now = turn * from_now;
-    if (!(now[2] > 0) || now[2] >= options_.max_projected_depth_m) return none;
+    if (!(now[2] > 0) || now[2] >= max_projected_depth_m) return none;
     const cv::Point2d raw = camera.raw(*camera.project({now[0], now[1], now[2]}));
-    const int border = options_.reach_px + 1;
+    const int border = reach_px + 1;
     const cv::Rect2d inside(border, border, depth.cols - 2 * border, depth.rows - 2 * border);
     if (!inside.contains(raw)) return none;
     const cv::Point pixel = nearest_pixel(cv::Point2f(raw));
     if (depth(pixel) <= 0) return none;
     double gap_m = std::numeric_limits<double>::infinity(), sum = 0, squares = 0;
     int count = 0;
-    for (int y = pixel.y - options_.reach_px; y <= pixel.y + options_.reach_px; ++y) {
-      for (int x = pixel.x - options_.reach_px; x <= pixel.x + options_.reach_px; ++x) {
+    for (int y = pixel.y - reach_px; y <= pixel.y + reach_px; ++y) {
+      for (int x = pixel.x - reach_px; x <= pixel.x + reach_px; ++x) {
         if (y < 0 || x < 0 || y >= depth.rows || x >= depth.cols) continue;
         const double z = double{depth(y, x)};
         if (z <= 0) continue;
@@ -177,12 +151,12 @@ class DepthConsistency {
       }
     }
     const double mean = sum / count;
-    const bool is_flat = squares / count - mean * mean < options_.max_variance_m2;
-    return std::isfinite(gap_m) && gap_m > options_.min_gap_m && is_flat ? pixel : none;
+    const bool is_flat = squares / count - mean * mean < max_variance_m2;
+    return std::isfinite(gap_m) && gap_m > min_gap_m && is_flat ? pixel : none;
   }
 
   /// Adds the region of a seed: 4-neighbours, as long as they are near to its mean depth so far.
-  void grow(const cv::Mat1f& depth, cv::Point seed, cv::Mat& region) const {
+  static void grow(const cv::Mat1f& depth, cv::Point seed, cv::Mat& region) {
     if (region.at<std::uint8_t>(seed) != 0) return;
     std::vector<cv::Point> queue{seed};
     region.at<std::uint8_t>(seed) = 255;
@@ -194,7 +168,7 @@ class DepthConsistency {
         if (!image.contains(pixel) || depth(pixel) <= 0) continue;
         const double mean = sum / static_cast<double>(queue.size());
         if (region.at<std::uint8_t>(pixel) != 0 ||
-            std::abs(double{depth(pixel)} - mean) >= options_.growth_m) {
+            std::abs(double{depth(pixel)} - mean) >= growth_m) {
           continue;
         }
         region.at<std::uint8_t>(pixel) = 255;
@@ -205,22 +179,21 @@ class DepthConsistency {
   }
 
   /// Makes the frame a keyframe if it is time, with the features that are left.
-  void remember(const FramePair& pair, const FeatureLabels& labels) const {
-    std::vector<DepthKeyframes::Keyframe>& list = memory_->list;
-    if (!list.empty() && ++memory_->frames_since < options_.frames_per_keyframe) return;
-    memory_->frames_since = 0;
-    DepthKeyframes::Keyframe keyframe;
+  void remember(const FramePair& pair, const FeatureLabels& labels) {
+    if (!keyframes_.empty() && ++frames_since_ < frames_per_keyframe) return;
+    frames_since_ = 0;
+    Keyframe keyframe;
     for (std::size_t i = 0; i < pair.tracks.size(); ++i) {
       if (labels.is_removed(i)) continue;
       const auto point = point_now(pair, i);
-      if (point && point->z < options_.max_reference_depth_m) keyframe.points.push_back(*point);
+      if (point && point->z < max_reference_depth_m) keyframe.points.push_back(*point);
     }
-    list.push_back(std::move(keyframe));
-    if (list.size() > options_.keyframes) list.erase(list.begin());
+    keyframes_.push_back(std::move(keyframe));
+    if (keyframes_.size() > max_keyframes) keyframes_.erase(keyframes_.begin());
   }
 
-  DepthKeyframes* memory_;
-  DepthConsistencyOptions options_;
+  std::vector<Keyframe> keyframes_;  // the oldest first
+  int frames_since_ = 0;             // since the newest
 };
 
 }  // namespace dynfilter::peers

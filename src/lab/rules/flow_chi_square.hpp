@@ -14,18 +14,6 @@
 
 namespace dynfilter::peers {
 
-struct FlowChiSquareOptions {
-  int baseline_frames = 1;      ///< frames between the two images
-  double max_statistic = 9.21;  ///< 99 % quantile of chi-square with two degrees of freedom
-  /// @{
-  /// Standard deviations of what the prediction rests on; open in the description.
-  double depth_noise_at_1m_m = 0.0025;  ///< of the depth, metres at 1 m; grows with its square
-  double translation_noise_m = 0.002;   ///< of the camera's motion, along each axis
-  double rotation_noise_rad = 0.0005;   ///< and about each axis
-  double track_noise_px = 0.3;          ///< of a track, each way; above 0
-  /// @}
-};
-
 /// Derome's test of moving points (M. Derome et al., "Moving Object Detection in Real-Time Using
 /// Stereo from a Mobile Platform", Unmanned Systems 2015). Depth and the camera's motion predict
 /// the flow of a static point. The residual flow r is compared with its covariance S, which is that
@@ -33,28 +21,17 @@ struct FlowChiSquareOptions {
 /// the 99 % quantile.
 ///
 /// Open in the source, or changed: it tests every pixel of a dense stereo pair's flow and joins the
-/// moving ones to components; here every feature is tested alone. The noises are options. The
+/// moving ones to components; here every feature is tested alone. The
 /// camera's motion is FrameMemory's. Features without depth or track stay, and all where the
 /// camera's motion is unknown. It needs no masks. O(features).
 class FlowChiSquare {
  public:
-  /// Throws std::invalid_argument for options out of range.
-  explicit FlowChiSquare(const FlowChiSquareOptions& options = {}) : options_(options) {
-    require_option(options_.baseline_frames >= 1,
-                   "peers::FlowChiSquare: baseline_frames must be 1 or more");
-    require_option(options_.max_statistic > 0 && options_.depth_noise_at_1m_m >= 0 &&
-                       options_.translation_noise_m >= 0 && options_.rotation_noise_rad >= 0 &&
-                       options_.track_noise_px > 0,
-                   "peers::FlowChiSquare: max_statistic and track_noise_px must be above 0, the "
-                   "other noises 0 or more");
-  }
-
-  int baseline_frames() const { return options_.baseline_frames; }
+  static constexpr int baseline_frames = 1;
 
   void operator()(const FramePair& pair, FeatureLabels& labels) const {
     for (std::size_t i = 0; i < pair.tracks.size(); ++i) {
       const auto value = statistic(pair, i);
-      if (value && *value > options_.max_statistic) labels.remove(i, -1, Reason::custom, 1.0F);
+      if (value && *value > max_statistic) remove(labels, i);
     }
   }
 
@@ -67,8 +44,14 @@ class FlowChiSquare {
   }
 
  private:
+  static constexpr double max_statistic = 9.21;  // 99 % of chi-square, two degrees of freedom
+  // Standard deviations of what the prediction rests on; open in the description.
+  static constexpr double translation_noise_m = 0.002;  // of the camera, along each axis
+  static constexpr double rotation_noise_rad = 0.0005;  // and about each axis
+  static constexpr double track_noise_px = 0.3;         // of a track, each way
+
   /// Returns the covariance of the residual flow of a point, pixels^2.
-  cv::Matx22d covariance(const FramePair& pair, const cv::Point3d& now) const {
+  static cv::Matx22d covariance(const FramePair& pair, const cv::Point3d& now) {
     const cv::Vec3d turned = pair.pose->rotation * cv::Vec3d(now);
     const cv::Vec3d then = turned + pair.pose->translation;
     const double z = then[2];
@@ -80,14 +63,11 @@ class FlowChiSquare {
                             turned[1], -turned[0], 0);
     const cv::Matx23d by_rotation = by_point * cross;
     const auto square = [](double value) { return value * value; };
-    const double depth_m = depth_deviation_m(now.z, options_.depth_noise_at_1m_m);
-    return square(depth_m) * (by_depth * by_depth.t()) +
-           square(options_.translation_noise_m) * (by_point * by_point.t()) +
-           square(options_.rotation_noise_rad) * (by_rotation * by_rotation.t()) +
-           square(options_.track_noise_px) * cv::Matx22d::eye();
+    return square(depth_deviation_m(now.z)) * (by_depth * by_depth.t()) +
+           square(translation_noise_m) * (by_point * by_point.t()) +
+           square(rotation_noise_rad) * (by_rotation * by_rotation.t()) +
+           square(track_noise_px) * cv::Matx22d::eye();
   }
-
-  FlowChiSquareOptions options_;
 };
 
 }  // namespace dynfilter::peers

@@ -16,14 +16,6 @@
 
 namespace dynfilter::peers {
 
-struct FlowRefinedMaskOptions {
-  std::vector<int> dynamic_classes = {0};  ///< as in MaskCullerOptions
-  int baseline_frames = 1;                 ///< frames between the two images
-  int margin_px = 20;             ///< around the coarse mask, to look for what it misses; open
-  double min_flow_px = 1;         ///< a feature with more residual flow moves; open
-  double min_moving_share = 0.3;  ///< an object with more of them moves; open
-};
-
 /// DN-SLAM's refinement (C. Ruan et al., "DN-SLAM: A Visual SLAM with ORB Features and NeRF Mapping
 /// in Dynamic Environments", IEEE Sensors Journal 24(4), 2024). A network gives coarse masks; flow
 /// tells which objects move and where their masks have to be completed. The features on a moving
@@ -36,18 +28,9 @@ struct FlowRefinedMaskOptions {
 /// coarse mask says. O(pixels of the masks + features x instances).
 class FlowRefinedMask {
  public:
-  /// Throws std::invalid_argument for options out of range.
-  explicit FlowRefinedMask(FlowRefinedMaskOptions options = {}) : options_(std::move(options)) {
-    require_option(
-        options_.baseline_frames >= 1 && options_.margin_px >= 0,
-        "peers::FlowRefinedMask: baseline_frames must be 1 or more, margin_px 0 or more");
-    require_option(options_.min_flow_px >= 0 && options_.min_moving_share >= 0 &&
-                       options_.min_moving_share <= 1,
-                   "peers::FlowRefinedMask: min_flow_px must be 0 or more, min_moving_share 0 to "
-                   "1");
-  }
+  static constexpr int baseline_frames = 1;
 
-  int baseline_frames() const { return options_.baseline_frames; }
+  explicit FlowRefinedMask(Classes dynamic_classes = {0}) : classes_(std::move(dynamic_classes)) {}
 
   void operator()(const FramePair& pair, FeatureLabels& labels) const {
     const std::size_t count = pair.now.features.size();
@@ -55,37 +38,39 @@ class FlowRefinedMask {
     for (std::size_t i = 0; i < count; ++i) {
       const auto flow = residual_flow(pair, i);
       is_known[i] = flow ? 1 : 0;
-      moves[i] = flow && cv::norm(*flow) > options_.min_flow_px ? 1 : 0;
+      moves[i] = flow && cv::norm(*flow) > min_flow_px ? 1 : 0;
     }
     const std::vector<Instance>& instances = pair.now.segmentation.instances;
-    const cv::Rect image({0, 0}, pair.now.segmentation.image_size);
     for (std::size_t k = 0; k < instances.size(); ++k) {
-      if (!is_dynamic(instances[k], options_.dynamic_classes)) continue;
-      cv::Mat coarse(image.size(), CV_8UC1, cv::Scalar::all(0));
+      if (!is_dynamic(instances[k], classes_)) continue;
+      cv::Mat coarse(pair.now.segmentation.image_size, CV_8UC1, cv::Scalar::all(0));
       paint_instance(instances[k], coarse);
       cv::Mat around = coarse.clone();
-      dilate_by_square(around, options_.margin_px);
+      dilate_by_square(around, margin_px);
       std::size_t known = 0, moving = 0;
       std::vector<std::size_t> found;
       for (std::size_t i = 0; i < count; ++i) {
         const cv::Point pixel = pair.now.features.pixel(i);
-        if (!image.contains(pixel) || around.at<std::uint8_t>(pixel) == 0) continue;
-        const bool is_masked = coarse.at<std::uint8_t>(pixel) != 0;
+        if (!is_set(around, pixel)) continue;
+        const bool is_masked = is_set(coarse, pixel);
         if (is_masked || moves[i] != 0) found.push_back(i);
         if (!is_masked) continue;
         known += is_known[i];
         moving += moves[i];
       }
-      const double min_moving = options_.min_moving_share * static_cast<double>(known);
+      const double min_moving = min_moving_share * static_cast<double>(known);
       if (known > 0 && static_cast<double>(moving) <= min_moving) continue;
-      for (const std::size_t i : found) {
-        labels.remove(i, static_cast<std::int32_t>(k), Reason::custom, 1.0F);
-      }
+      for (const std::size_t i : found) remove(labels, i, static_cast<std::ptrdiff_t>(k));
     }
   }
 
  private:
-  FlowRefinedMaskOptions options_;
+  // All three are open in the description.
+  static constexpr int margin_px = 20;             // around the coarse mask: what it misses
+  static constexpr double min_flow_px = 1;         // a feature with more residual flow moves
+  static constexpr double min_moving_share = 0.3;  // an object with more of them moves
+
+  Classes classes_;
 };
 
 }  // namespace dynfilter::peers

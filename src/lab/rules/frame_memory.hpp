@@ -6,59 +6,35 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <cstdint>
+#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
 
+#include <dynfilter/motion/feature_tracker.hpp>
+#include <dynfilter/motion/relative_pose.hpp>
+#include <dynfilter/workspace.hpp>
 #include <opencv2/core.hpp>
 
-#include "dynfilter/motion/feature_tracker.hpp"
-#include "dynfilter/motion/relative_pose.hpp"
-#include "dynfilter/workspace.hpp"
 #include "lab/rules/frame_pair.hpp"
 #include "lab/rules/support.hpp"
 
 namespace dynfilter::peers {
-
-struct FrameMemoryOptions {
-  std::vector<int> dynamic_classes = {0};  ///< as in MaskCullerOptions
-  /// Features this near to a dynamic object, pixels, do not tell the camera's motion.
-  int mask_distance_px = 8;
-  /// Longer gaps between two frames begin a new scene, seconds.
-  double max_gap_s = 0.5;
-  FeatureTrackerOptions tracker;
-  RelativePoseOptions pose;
-};
 
 /// Memory of a camera's last frames, which the rules of other systems share: tracks of the features
 /// by FeatureTracker, and the camera's motion by RelativePoseEstimator. So what is compared is the
 /// rules, not their trackers. One for each rule and scene; not for two threads at once.
 class FrameMemory {
  public:
-  /// Remembers `baseline_frames` frames, to compare a frame with the one so many before. Throws
-  /// std::invalid_argument for options out of range.
-  FrameMemory(const PinholeCamera& camera, int baseline_frames, FrameMemoryOptions options = {})
+  /// Remembers `baseline_frames` frames, to compare a frame with the one so many before.
+  FrameMemory(const PinholeCamera& camera, int baseline_frames, Classes dynamic_classes = {0})
       : camera_(camera),
-        options_(std::move(options)),
-        tracker_(options_.tracker),
-        estimator_(camera, options_.pose) {
-    require_option(baseline_frames >= 1, "peers::FrameMemory: baseline_frames must be 1 or more");
-    require_option(options_.mask_distance_px >= 0 && options_.max_gap_s > 0,
-                   "peers::FrameMemory: mask_distance_px must be 0 or more, max_gap_s above 0");
-    past_.resize(static_cast<std::size_t>(baseline_frames));
-  }
-
-  /// Forgets all frames, as at the beginning of a scene.
-  void reset() {
-    known_ = 0;
-    has_now_ = false;
-    last_pose_ = {};
-  }
+        classes_(std::move(dynamic_classes)),
+        estimator_(camera),
+        past_(static_cast<std::size_t>(baseline_frames)) {}
 
   /// Takes the next frame, and relates it to the earlier one. There is no earlier one in the first
   /// frames, without images, and after an image of another size, a gap or a step back in time.
-  /// O(pixels + features x log baseline).
   FramePair next(const FilterInput& input, Workspace& workspace) {
     if (has_now_) push();
     FramePair pair{input, camera_, {}, nullptr, std::vector<FeatureTrack>(input.features.size()),
@@ -80,6 +56,9 @@ class FrameMemory {
   }
 
  private:
+  static constexpr int mask_distance_px = 8;  // nearer features do not tell the camera's motion
+  static constexpr double max_gap_s = 0.5;    // longer gaps between two frames begin a new scene
+
   struct Kept {
     EarlierFrame earlier;
     ImagePyramid pyramid;
@@ -114,8 +93,7 @@ class FrameMemory {
     if (known_ == 0) return false;
     const EarlierFrame& last = past_[0].earlier;
     const double gap_s = now_.earlier.frame.timestamp_s - last.frame.timestamp_s;
-    return past_[0].pyramid.size() == now_.pyramid.size() && gap_s > 0 &&
-           gap_s <= options_.max_gap_s;
+    return past_[0].pyramid.size() == now_.pyramid.size() && gap_s > 0 && gap_s <= max_gap_s;
   }
 
   /// Tracks the features `frames` back. A long way is first tracked half, and the search begins
@@ -139,18 +117,13 @@ class FrameMemory {
 
   /// Lists the tracks of features with depth that are not near a dynamic object.
   std::vector<PoseObservation> observations(const FramePair& pair) const {
-    cv::Mat suspect(now_.pyramid.size(), CV_8UC1, cv::Scalar::all(0));
-    for (const Instance& instance : pair.now.segmentation.instances) {
-      if (is_dynamic(instance, options_.dynamic_classes)) paint_instance(instance, suspect);
-    }
-    dilate_by_square(suspect, options_.mask_distance_px);
+    cv::Mat suspect = dynamic_pixels(pair.now.segmentation, now_.pyramid.size(), classes_);
+    dilate_by_square(suspect, mask_distance_px);
     const cv::Rect image({0, 0}, suspect.size());
     std::vector<PoseObservation> list;
     for (std::size_t i = 0; i < pair.tracks.size(); ++i) {
       const cv::Point pixel = pair.now.features.pixel(i);
-      if (!pair.is_tracked(i) || !image.contains(pixel) || suspect.at<std::uint8_t>(pixel) != 0) {
-        continue;
-      }
+      if (!pair.is_tracked(i) || !image.contains(pixel) || is_set(suspect, pixel)) continue;
       const auto point = point_now(pair, i);
       if (point) list.push_back({*point, camera_.ideal(pair.tracks[i].position)});
     }
@@ -158,7 +131,7 @@ class FrameMemory {
   }
 
   PinholeCamera camera_;
-  FrameMemoryOptions options_;
+  Classes classes_;
   FeatureTracker tracker_;
   RelativePoseEstimator estimator_;
   std::vector<Kept> past_;  // the last frame first
@@ -168,21 +141,28 @@ class FrameMemory {
   RelativePose last_pose_;
 };
 
-/// Makes a stage of a rule of frames, void(const FramePair&, FeatureLabels&) const, and a memory,
-/// which must outlive it and serve no other stage.
+/// Stage of a rule that compares frames, void(const FramePair&, FeatureLabels&), with a memory of
+/// its own, which copies share.
 template <class Rule>
 class OnFrames {
  public:
-  OnFrames(Rule rule, FrameMemory& memory) : rule_(std::move(rule)), memory_(&memory) {}
+  OnFrames(Rule rule, const PinholeCamera& camera, Classes dynamic_classes = {0})
+      : state_(std::make_shared<State>(
+            State{std::move(rule),
+                  FrameMemory(camera, Rule::baseline_frames, std::move(dynamic_classes))})) {}
 
   void operator()(const FilterInput& input, FeatureLabels& labels, Workspace& workspace) const {
     validate(input, labels, "peers::OnFrames");
-    rule_(memory_->next(input, workspace), labels);
+    state_->rule(state_->memory.next(input, workspace), labels);
   }
 
  private:
-  Rule rule_;
-  FrameMemory* memory_;
+  struct State {
+    Rule rule;
+    FrameMemory memory;
+  };
+
+  std::shared_ptr<State> state_;
 };
 
 }  // namespace dynfilter::peers

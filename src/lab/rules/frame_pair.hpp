@@ -13,13 +13,13 @@
 
 #include <opencv2/core.hpp>
 
-#include "dynfilter/features.hpp"
-#include "dynfilter/filter_input.hpp"
-#include "dynfilter/frame.hpp"
-#include "dynfilter/motion/feature_tracker.hpp"
-#include "dynfilter/motion/pinhole_camera.hpp"
-#include "dynfilter/motion/relative_pose.hpp"
-#include "dynfilter/segmentation.hpp"
+#include <dynfilter/features.hpp>
+#include <dynfilter/filter_input.hpp>
+#include <dynfilter/frame.hpp>
+#include <dynfilter/motion/feature_tracker.hpp>
+#include <dynfilter/motion/pinhole_camera.hpp>
+#include <dynfilter/motion/relative_pose.hpp>
+#include <dynfilter/segmentation.hpp>
 
 namespace dynfilter::peers {
 
@@ -92,10 +92,8 @@ inline double epipolar_distance_px(const cv::Matx33d& now_from_then, cv::Point2f
 }
 
 /// Returns the standard deviation of a measured depth: it grows with the square of the depth, as a
-/// structured-light camera's does. `factor` is the deviation at 1 m. All in metres. O(1).
-inline double depth_deviation_m(double depth_m, double factor) {
-  return factor * depth_m * depth_m;
-}
+/// structured-light camera's does, from 2.5 mm at 1 m. All in metres. O(1).
+inline double depth_deviation_m(double depth_m) { return 0.0025 * depth_m * depth_m; }
 
 }  // namespace dynfilter::peers
 

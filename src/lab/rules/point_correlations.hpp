@@ -20,17 +20,6 @@
 
 namespace dynfilter::peers {
 
-struct PointCorrelationsOptions {
-  int baseline_frames = 5;  ///< frames between the two; keyframes in the source
-  /// @{
-  /// Change of the distance of two static neighbours, at most the larger one: metres, and standard
-  /// deviations of the two depths. Open in the description.
-  double max_change_m = 0.02;
-  double max_deviations = 3;
-  /// @}
-  double depth_noise_at_1m_m = 0.0025;  ///< of the depth, metres at 1 m; grows with its square
-};
-
 /// Dai's point correlations (W. Dai et al., "RGB-D SLAM in Dynamic Environments Using Point
 /// Correlations", T-PAMI 2022). The features are connected by a Delaunay triangulation in the
 /// image. An edge whose ends changed their distance in space since the earlier frame is cut; the
@@ -44,17 +33,7 @@ struct PointCorrelationsOptions {
 /// little between the frames. O(n log n).
 class PointCorrelations {
  public:
-  /// Throws std::invalid_argument for options out of range.
-  explicit PointCorrelations(const PointCorrelationsOptions& options = {}) : options_(options) {
-    require_option(options_.baseline_frames >= 1,
-                   "peers::PointCorrelations: baseline_frames must be 1 or more");
-    require_option(options_.max_change_m >= 0 && options_.max_deviations >= 0 &&
-                       options_.depth_noise_at_1m_m >= 0,
-                   "peers::PointCorrelations: max_change_m, max_deviations and "
-                   "depth_noise_at_1m_m must be 0 or more");
-  }
-
-  int baseline_frames() const { return options_.baseline_frames; }
+  static constexpr int baseline_frames = 5;  ///< between the two; keyframes in the source
 
   void operator()(const FramePair& pair, FeatureLabels& labels) const {
     std::vector<Corner> corners;
@@ -81,23 +60,26 @@ class PointCorrelations {
     const auto largest =
         static_cast<std::size_t>(std::max_element(sizes.begin(), sizes.end()) - sizes.begin());
     for (std::size_t k = 0; k < corners.size(); ++k) {
-      if (root(k) != largest) labels.remove(corners[k].feature, -1, Reason::custom, 1.0F);
+      if (root(k) != largest) remove(labels, corners[k].feature);
     }
   }
 
  private:
+  // Change of the distance of two static neighbours, at most the larger one: metres, and standard
+  // deviations of the two depths. Open in the description.
+  static constexpr double max_change_m = 0.02;
+  static constexpr double max_deviations = 3;
+
   struct Corner {
     std::size_t feature;
     cv::Point3d now, then;
   };
   using Edge = std::pair<std::size_t, std::size_t>;
 
-  bool is_rigid(const Corner& a, const Corner& b) const {
+  static bool is_rigid(const Corner& a, const Corner& b) {
     const double change_m = std::abs(cv::norm(a.now - b.now) - cv::norm(a.then - b.then));
-    const double at_1m_m = options_.depth_noise_at_1m_m;
-    const double deviation_m =
-        std::hypot(depth_deviation_m(a.now.z, at_1m_m), depth_deviation_m(b.now.z, at_1m_m));
-    return change_m <= std::max(options_.max_change_m, options_.max_deviations * deviation_m);
+    const double deviation_m = std::hypot(depth_deviation_m(a.now.z), depth_deviation_m(b.now.z));
+    return change_m <= std::max(max_change_m, max_deviations * deviation_m);
   }
 
   /// Returns the edges of the triangulation. Features at the same place are joined to each other.
@@ -125,8 +107,6 @@ class PointCorrelations {
     }
     return edges;
   }
-
-  PointCorrelationsOptions options_;
 };
 
 }  // namespace dynfilter::peers

@@ -20,27 +20,6 @@
 
 namespace dynfilter::peers {
 
-struct TemplateStillnessOptions {
-  std::vector<int> dynamic_classes = {0};  ///< as in MaskCullerOptions
-  int baseline_frames = 5;                 ///< frames between template and image
-  double min_iou = 0.3;                    ///< of an object's boxes in two frames
-  double min_score = 0.85;                 ///< normalised correlation of a still object; -1 to 1
-  int still_frames = 3;                    ///< frames in a row that an object must look still
-  int search_px = 2;     ///< the template is moved by so much, each way; best place counts
-  double ransac_px = 3;  ///< of the background's homography
-  bool in_box = true;    ///< removes all features in the box, not only those on the mask
-};
-
-/// Memory of TemplateStillness: how long each object has looked still. One for each rule and scene.
-struct StillObjects {
-  struct Object {
-    int class_id;
-    cv::Rect box;
-    int frames;
-  };
-  std::vector<Object> list;
-};
-
 /// DynaTM-SLAM's template match (M. Zhong et al., "DynaTM-SLAM: Fast Filtering of Dynamic Feature
 /// Points and Object-Based Localization in Dynamic Indoor Environments", Robotics and Autonomous
 /// Systems 174, 2024). A prior dynamic object whose box looks as it did in an earlier frame is not
@@ -52,46 +31,47 @@ struct StillObjects {
 /// that the camera's motion is no difference. An object must have a box of its class in the earlier
 /// frame, and must look still for some frames in a row. The score is the correlation coefficient; a
 /// box without contrast has none, and counts as moving. The sample of RANSAC depends on the order
-/// of the features. O(pixels + area of the boxes x search).
+/// of the features.
 class TemplateStillness {
  public:
-  /// Takes the memory, which must outlive the rule. Throws std::invalid_argument for options out of
-  /// range.
-  explicit TemplateStillness(StillObjects& memory, TemplateStillnessOptions options = {})
-      : memory_(&memory), options_(std::move(options)) {
-    require_option(
-        options_.baseline_frames >= 1 && options_.still_frames >= 1 && options_.search_px >= 0,
-        "peers::TemplateStillness: baseline_frames and still_frames must be 1 or more, "
-        "search_px 0 or more");
-    require_option(options_.min_iou >= 0 && options_.min_iou <= 1 && options_.min_score >= -1 &&
-                       options_.min_score <= 1 && options_.ransac_px > 0,
-                   "peers::TemplateStillness: min_iou must be 0 to 1, min_score -1 to 1, ransac_px "
-                   "above 0");
-  }
+  static constexpr int baseline_frames = 5;  ///< between template and image
 
-  int baseline_frames() const { return options_.baseline_frames; }
+  explicit TemplateStillness(Classes dynamic_classes = {0})
+      : classes_(std::move(dynamic_classes)) {}
 
-  void operator()(const FramePair& pair, FeatureLabels& labels) const {
+  void operator()(const FramePair& pair, FeatureLabels& labels) {
     const std::vector<Instance>& instances = pair.now.segmentation.instances;
     const cv::Mat1b earlier =
         pair.then != nullptr && !instances.empty() ? warped(pair) : cv::Mat1b();
-    std::vector<StillObjects::Object> seen;
+    std::vector<Seen> all_seen;
     for (std::size_t k = 0; k < instances.size(); ++k) {
       const Instance& instance = instances[k];
-      if (!is_dynamic(instance, options_.dynamic_classes)) continue;
+      if (!is_dynamic(instance, classes_)) continue;
       const auto score = match(pair, instance, earlier);
-      const bool looks_still = score && *score > options_.min_score;
+      const bool looks_still = score && *score > min_score;
       const int frames = looks_still ? frames_still(instance) + 1 : 0;
-      seen.push_back({instance.class_id, instance.box, frames});
-      if (frames >= options_.still_frames) continue;
+      all_seen.push_back({instance.class_id, instance.box, frames});
+      if (frames >= still_frames) continue;
       cv::Mat area(pair.now.segmentation.image_size, CV_8UC1, cv::Scalar::all(0));
-      paint_instance(options_.in_box ? Instance::from_box(instance.box) : instance, area);
-      remove_on_mask(area, pair.now, labels, static_cast<std::int32_t>(k));
+      paint_instance(Instance::from_box(instance.box), area);
+      remove_on_mask(area, pair.now, labels, static_cast<std::ptrdiff_t>(k));
     }
-    memory_->list = std::move(seen);
+    seen_ = std::move(all_seen);
   }
 
  private:
+  static constexpr double min_iou = 0.3;     // of an object's boxes in two frames
+  static constexpr double min_score = 0.85;  // normalised correlation of a still object
+  static constexpr int still_frames = 3;     // in a row that an object must look still
+  static constexpr int search_px = 2;        // the template is moved by so much, each way
+  static constexpr double ransac_px = 3;     // of the background's homography
+
+  struct Seen {
+    int class_id;
+    cv::Rect box;
+    int frames;  // for which it has looked still
+  };
+
   static double overlap(const cv::Rect& a, const cv::Rect& b) {
     const double both = (a & b).area();
     return both > 0 ? both / (a.area() + b.area() - both) : 0;
@@ -99,23 +79,18 @@ class TemplateStillness {
 
   /// Returns the earlier image as it would be seen now if all were static.
   cv::Mat1b warped(const FramePair& pair) const {
-    cv::Mat suspect(pair.image.size(), CV_8UC1, cv::Scalar::all(0));
-    for (const Instance& instance : pair.now.segmentation.instances) {
-      if (is_dynamic(instance, options_.dynamic_classes)) paint_instance(instance, suspect);
-    }
+    const cv::Mat suspect = dynamic_pixels(pair.now.segmentation, pair.image.size(), classes_);
     const cv::Rect image({0, 0}, suspect.size());
     std::vector<cv::Point2f> now, then;
     for (std::size_t i = 0; i < pair.tracks.size(); ++i) {
       const cv::Point pixel = pair.now.features.pixel(i);
-      if (!pair.is_tracked(i) || !image.contains(pixel) || suspect.at<std::uint8_t>(pixel) != 0) {
-        continue;
-      }
+      if (!pair.is_tracked(i) || !image.contains(pixel) || is_set(suspect, pixel)) continue;
       now.push_back(pair.now.features[i]);
       then.push_back(pair.tracks[i].position);
     }
     cv::Mat then_from_now;
     if (now.size() >= 4) {
-      then_from_now = cv::findHomography(now, then, cv::RANSAC, options_.ransac_px);
+      then_from_now = cv::findHomography(now, then, cv::RANSAC, ransac_px);
     }
     if (then_from_now.empty()) then_from_now = cv::Mat::eye(3, 3, CV_64F);
     cv::Mat1b result;
@@ -131,8 +106,7 @@ class TemplateStillness {
     if (earlier.empty()) return {};
     const std::vector<Instance>& before = pair.then->segmentation.instances;
     const bool was_there = std::any_of(before.begin(), before.end(), [&](const Instance& other) {
-      return other.class_id == instance.class_id &&
-             overlap(other.box, instance.box) > options_.min_iou;
+      return other.class_id == instance.class_id && overlap(other.box, instance.box) > min_iou;
     });
     const cv::Rect box = grown_box(instance.box, 0, pair.image.size());
     if (!was_there || box.empty()) return {};
@@ -140,8 +114,8 @@ class TemplateStillness {
     cv::meanStdDev(earlier(box), mean, deviation);
     if (deviation[0] < 1) return {};
     cv::Mat1f scores;
-    cv::matchTemplate(pair.image(grown_box(box, options_.search_px, pair.image.size())),
-                      earlier(box), scores, cv::TM_CCOEFF_NORMED);
+    cv::matchTemplate(pair.image(grown_box(box, search_px, pair.image.size())), earlier(box),
+                      scores, cv::TM_CCOEFF_NORMED);
     double best = 0;
     cv::minMaxLoc(scores, nullptr, &best);
     return best;
@@ -149,17 +123,17 @@ class TemplateStillness {
 
   /// Returns how long the object has looked still up to the last frame.
   int frames_still(const Instance& instance) const {
-    const StillObjects::Object* best = nullptr;
-    for (const StillObjects::Object& object : memory_->list) {
+    const Seen* best = nullptr;
+    for (const Seen& object : seen_) {
       const double iou = overlap(object.box, instance.box);
-      if (object.class_id != instance.class_id || iou <= options_.min_iou) continue;
+      if (object.class_id != instance.class_id || iou <= min_iou) continue;
       if (best == nullptr || iou > overlap(best->box, instance.box)) best = &object;
     }
     return best == nullptr ? 0 : best->frames;
   }
 
-  StillObjects* memory_;
-  TemplateStillnessOptions options_;
+  Classes classes_;
+  std::vector<Seen> seen_;  // in the last frame
 };
 
 }  // namespace dynfilter::peers

@@ -1,12 +1,9 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// The rules of other systems in src/rules: their common properties, and the rules that compute no
-// mask from depth. peers_depth_mask_test.cpp has the others.
+// The rules in src/lab/rules that judge single frames.
 
-#include "lab/rules/box_depth_mask.hpp"
-#include "lab/rules/dilated_mask.hpp"
-#include "lab/rules/whole_box.hpp"
+#include "lab/rules/single_frame.hpp"
 
 #include <limits>
 
@@ -21,25 +18,17 @@ namespace {
 
 // --- All of them ---------------------------------------------------------------------------------
 
-template <class StageType, class OptionsType>
-struct Rule {
-  using Stage = StageType;
-  using Options = OptionsType;
-};
-
 template <class RuleType>
 class Peer : public ::testing::Test {};
 
-using Rules = ::testing::Types<Rule<peers::DilatedMask, peers::DilatedMaskOptions>,
-                               Rule<peers::WholeBox, peers::WholeBoxOptions>,
-                               Rule<peers::BoxDepthMask, peers::BoxDepthMaskOptions>>;
+using Rules = ::testing::Types<peers::DilatedMask, peers::WholeBox, peers::BoxDepthMask>;
 TYPED_TEST_SUITE(Peer, Rules, );
 
 /// Person at 1.5 m whose middle every rule finds.
 PeerScene person_scene(int class_id = 0) {
   const cv::Rect body(39, 30, 60, 60);
   PeerScene scene;
-  scene.fill_ribbed(body, 1.5, 40);
+  scene.fill(body, 1.5);
   scene.segmentation.instances.push_back(
       Instance::from_box_mask(cv::Mat(body.size(), CV_8UC1, cv::Scalar(255)), body, class_id));
   return scene;
@@ -54,30 +43,14 @@ std::vector<cv::Point2f> grid() {
 }
 
 TYPED_TEST(Peer, RemovesThePersonAndKeepsTheWall) {
-  const typename TypeParam::Stage rule;
+  const TypeParam rule;
   EXPECT_EQ(person_scene().verdicts(rule, {{68, 60}, {10, 10}, {150, 110}}), "xoo");
-}
-
-TYPED_TEST(Peer, RemovesNothingWithoutInstances) {
-  PeerScene scene = person_scene();
-  scene.segmentation = {};
-  EXPECT_EQ(scene.labels(typename TypeParam::Stage(), grid()).statistics().removed(), 0U);
 }
 
 TYPED_TEST(Peer, IgnoresStaticClasses) {
   const PeerScene scene = person_scene(2);
-  typename TypeParam::Options options;
-  EXPECT_EQ(scene.verdicts(typename TypeParam::Stage(options), {{68, 60}}), "o");
-  options.dynamic_classes = {0, 2};
-  EXPECT_EQ(scene.verdicts(typename TypeParam::Stage(options), {{68, 60}}), "x");
-}
-
-TYPED_TEST(Peer, TreatsFloatAnd16BitDepthAlike) {
-  PeerScene scene = person_scene();
-  const typename TypeParam::Stage rule;
-  const std::string verdicts = scene.verdicts(rule, grid());
-  scene.use_float_depth();
-  EXPECT_EQ(scene.verdicts(rule, grid()), verdicts);
+  EXPECT_EQ(scene.verdicts(TypeParam(), {{68, 60}}), "o");
+  EXPECT_EQ(scene.verdicts(TypeParam({0, 2}), {{68, 60}}), "x");
 }
 
 TYPED_TEST(Peer, IgnoresABoxOutsideTheImage) {
@@ -90,7 +63,7 @@ TYPED_TEST(Peer, IgnoresABoxOutsideTheImage) {
         cv::Rect(int_min, int_min, int_max / 2, int_max / 2), cv::Rect(50, 50, 0, 0)}) {
     scene.add_box(box);
   }
-  EXPECT_EQ(scene.labels(typename TypeParam::Stage(), grid()).statistics().removed(), 0U);
+  EXPECT_EQ(scene.labels(TypeParam(), grid()).statistics().removed(), 0U);
 }
 
 TYPED_TEST(Peer, RefusesLabelsOfAnotherLength) {
@@ -99,15 +72,15 @@ TYPED_TEST(Peer, RefusesLabelsOfAnotherLength) {
   FeatureLabels labels(2, scene.segmentation);
   expect_error<std::invalid_argument>(
       [&] {
-        typename TypeParam::Stage()({scene.frame, scene.segmentation, features}, labels);
+        TypeParam()({scene.frame, scene.segmentation, features}, labels);
       },
       "2 labels and 3 features");
 }
 
 /// Odd sizes, hostile depths and boxes: no rule throws, and features outside the image stay.
 TYPED_TEST(Peer, AcceptsArbitraryInput) {
-  const typename TypeParam::Stage rule;
-  for (std::uint64_t seed = 0; seed < 300; ++seed) {
+  const TypeParam rule;
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
     ByteSource source(seed);
     const FilterCase input = arbitrary_case(source);
     const FeaturesView features = input.keypoints;
@@ -119,15 +92,6 @@ TYPED_TEST(Peer, AcceptsArbitraryInput) {
       ASSERT_FALSE(outside && labels.is_removed(i)) << "seed " << seed;
     }
   }
-}
-
-TEST(Peers, RefuseOptionsOutOfRange) {
-  const auto refuses = [](auto make, const char* part) {
-    expect_error<std::invalid_argument>(make, part);
-  };
-  refuses([] { peers::DilatedMask({{0}, -1}); }, "radius_px must be 0 or more");
-  refuses([] { peers::WholeBox({{0}, -1}); }, "margin_px must be 0 or more");
-  refuses([] { peers::BoxDepthMask({{0}, 1.1}); }, "shares and quantiles");
 }
 
 // --- DilatedMask ---------------------------------------------------------------------------------
@@ -151,24 +115,12 @@ TEST(DilatedMask, ReachesFifteenPixels) {
   EXPECT_EQ(scene.verdicts(once, {{91, 70}, {92, 70}}), "xo");
 }
 
-TEST(DilatedMask, UsesTheNearestPixel) {
-  const PeerScene scene = scene_with_mask({1, 1}, {80, 60});
-  const peers::DilatedMask once;
-  EXPECT_EQ(scene.verdicts(once, {{95.4F, 60}, {95.5F, 60}}), "xo");
-}
-
 TEST(DilatedMask, DilatesOnlyThePartInTheImage) {
   const PeerScene scene = scene_with_mask({20, 20}, {-10, -10});  // in the image: 10x10
   const peers::DilatedMask once;
   EXPECT_EQ(scene.verdicts(once, {{24, 5}, {25, 5}, {5, 24}, {5, 25}, {-1, 5}}), "xoxoo");
   const PeerScene outside = scene_with_mask({20, 20}, {-25, 0});  // 6 pixels outside the image
   EXPECT_EQ(outside.verdicts(once, {{0, 10}}), "o");
-}
-
-TEST(DilatedMask, IgnoresABoxWithoutAMask) {
-  PeerScene scene;
-  scene.add_box({40, 30, 50, 40});
-  EXPECT_EQ(scene.verdicts(peers::DilatedMask(), {{60, 50}}), "o");
 }
 
 // --- WholeBox ------------------------------------------------------------------------------------
@@ -181,8 +133,6 @@ TEST(WholeBox, RemovesTheBoxGrownByFivePixels) {
   EXPECT_EQ(scene.verdicts(rule, {{35, 25}, {34, 25}, {35, 24}}), "xoo");
   EXPECT_EQ(scene.verdicts(rule, {{94, 74}, {95, 74}, {94, 75}}), "xoo");
   EXPECT_EQ(scene.verdicts(rule, {{34.5F, 50}, {34.4F, 50}}), "xo");
-  EXPECT_EQ(scene.verdicts(peers::WholeBox({{0}, 0}), {{40, 30}, {39, 30}, {89, 69}, {90, 69}}),
-            "xoxo");
 }
 
 TEST(WholeBox, ClipsTheBoxToTheImage) {
@@ -200,6 +150,80 @@ TEST(WholeBox, FeatureGoesToTheFirstBox) {
   EXPECT_EQ(labels[0].instance, -1) << "the first box has another class";
   EXPECT_EQ(labels[1].instance, 1);
   EXPECT_EQ(labels[2].instance, 2);
+}
+
+// --- BoxDepthMask --------------------------------------------------------------------------------
+
+const cv::Rect person_area(50, 30, 40, 60);
+
+/// Flat person at 1.5 m who fills the box.
+PeerScene flat_person() {
+  PeerScene scene;
+  scene.fill(person_area, 1.5);
+  scene.add_box(person_area);
+  return scene;
+}
+
+TEST(BoxDepthMask, RemovesThePersonAndThreePixelsAround) {
+  const PeerScene scene = flat_person();
+  const peers::BoxDepthMask rule;
+  EXPECT_EQ(scene.verdicts(rule, {{47, 50}, {46, 50}, {92, 50}, {93, 50}}), "xoxo");
+  EXPECT_EQ(scene.verdicts(rule, {{70, 27}, {70, 26}, {70, 92}, {70, 93}}), "xoxo");
+  EXPECT_EQ(scene.verdicts(rule, {{47, 27}}), "x") << "the structuring element is square";
+}
+
+TEST(BoxDepthMask, UsesTheMeanOfMedianAndLowPercentile) {
+  PeerScene scene = flat_person();
+  scene.fill({50, 30, 18, 60}, 1.9);
+  scene.fill({68, 30, 14, 60}, 1.4);  // 35 % of the box: the 33rd percentile
+  scene.fill({82, 30, 4, 60}, 1.5);
+  scene.fill({86, 30, 4, 60}, 1.6);  // from 45 to 55 %: the median; the mean of the two is 1.5
+  const auto verdict_at = [&](double metres) {
+    PeerScene with_limb = scene;
+    with_limb.fill({90, 50, 15, 1}, metres);
+    return with_limb.verdicts(peers::BoxDepthMask(), {{100, 50}});
+  };
+  EXPECT_EQ(verdict_at(1.829), "x");
+  EXPECT_EQ(verdict_at(1.831), "o");
+  EXPECT_EQ(verdict_at(1.171), "x");
+  EXPECT_EQ(verdict_at(1.169), "o");
+}
+
+TEST(BoxDepthMask, FollowsTheBodyThirtyPixelsBeyondTheBox) {
+  PeerScene scene = flat_person();
+  scene.fill({90, 50, 60, 10}, 1.5);  // dilation adds 3 pixels
+  EXPECT_EQ(scene.verdicts(peers::BoxDepthMask(), {{122, 55}, {123, 55}}), "xo");
+}
+
+TEST(BoxDepthMask, KeepsOnlyTheLargestComponent) {
+  PeerScene scene = flat_person();
+  scene.fill({91, 40, 20, 20}, 1.5);  // a column of wall separates it
+  scene.fill({90, 90, 20, 20}, 1.5);  // touches only at a corner
+  const peers::BoxDepthMask rule;
+  EXPECT_EQ(scene.verdicts(rule, {{70, 60}, {100, 50}, {100, 100}}), "xoo");
+  scene.fill({90, 50, 1, 1}, 1.5);  // a bridge
+  EXPECT_EQ(scene.verdicts(rule, {{70, 60}, {100, 50}, {100, 100}}), "xxo");
+}
+
+TEST(BoxDepthMask, SkipsABoxWithTooLittleDepth) {
+  PeerScene scene = flat_person();
+  scene.fill({50, 30, 12, 60}, 0);  // 30 % of the box
+  EXPECT_EQ(scene.verdicts(peers::BoxDepthMask(), {{70, 60}, {55, 60}}), "xo");
+  scene.fill({62, 30, 1, 1}, 0);
+  EXPECT_EQ(scene.verdicts(peers::BoxDepthMask(), {{70, 60}}), "o");
+  scene.frame.depth = cv::Mat();
+  EXPECT_EQ(scene.verdicts(peers::BoxDepthMask(), {{70, 60}}), "o");
+}
+
+TEST(BoxDepthMask, DropsAMaskOfMoreThanFourFifthsOfTheImage) {
+  const auto verdict_with_columns = [](int columns) {
+    PeerScene scene;
+    scene.fill({0, 0, columns, 120}, 1.5);
+    scene.add_box({-10, -10, columns + 10, 150});
+    return scene.verdicts(peers::BoxDepthMask(), {{20, 20}});
+  };
+  EXPECT_EQ(verdict_with_columns(125), "x") << "dilated, 128 of 160 columns";
+  EXPECT_EQ(verdict_with_columns(126), "o");
 }
 
 }  // namespace
