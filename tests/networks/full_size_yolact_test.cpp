@@ -63,7 +63,7 @@ cv::Mat blobs_and_noise() {
   return image;
 }
 
-class FullSizeYolact : public ::testing::TestWithParam<std::string> {
+class SlowFullSizeYolact : public ::testing::TestWithParam<std::string> {
  protected:
   void SetUp() override {
     model_ = std::filesystem::path(DYNFILTER_FULL_SIZE_MODELS) / (GetParam() + ".onnx");
@@ -75,7 +75,7 @@ class FullSizeYolact : public ::testing::TestWithParam<std::string> {
   std::filesystem::path model_;
 };
 
-TEST_P(FullSizeYolact, LoadsRunsAndDecodes) {
+TEST_P(SlowFullSizeYolact, LoadsRunsAndDecodes) {
   const bool is_plus = GetParam().find("plus") != std::string::npos;
   {
     detail::Network network(model_, {});
@@ -119,7 +119,7 @@ TEST_P(FullSizeYolact, LoadsRunsAndDecodes) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(ResNet50, FullSizeYolact,
+INSTANTIATE_TEST_SUITE_P(ResNet50, SlowFullSizeYolact,
                          ::testing::Values("yolact_resnet50", "yolact_plus_resnet50"),
                          [](const auto& chosen) { return chosen.param; });
 

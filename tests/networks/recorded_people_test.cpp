@@ -26,7 +26,7 @@ namespace fs = std::filesystem;
 constexpr const char* sequence = "tum_fr3_walking_halfsphere_50";
 constexpr int person = 0;
 
-class RecordedPeople : public testing::RecordedData {
+class SlowRecordedPeople : public testing::RecordedData {
  protected:
   void SetUp() override {
     RecordedData::SetUp();
@@ -51,7 +51,7 @@ double intersection_over_union(const cv::Mat& a, const cv::Mat& b) {
   return cv::countNonZero(a & b) / static_cast<double>(std::max(cv::countNonZero(a | b), 1));
 }
 
-TEST_F(RecordedPeople, MatchTheMasksOfAnotherProgram) {
+TEST_F(SlowRecordedPeople, MatchTheMasksOfAnotherProgram) {
   NetworkOptions options;
   options.classes = {person};
   const auto people = make_network_segmenter(model_, options);

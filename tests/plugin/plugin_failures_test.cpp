@@ -18,7 +18,6 @@
 #include <opencv2/core.hpp>
 
 #include "support/expect_error.hpp"
-#include "support/failing_allocations.hpp"
 #include "support/host_frame.hpp"
 
 namespace dynfilter::testing {
@@ -26,128 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Parts of a frame that a filter may change.
-struct HostColumns {
-  std::vector<cv::KeyPoint> keypoints;
-  cv::Mat descriptors;
-  int pivot = 100;
-
-  explicit HostColumns(const HostFrame& frame)
-      : keypoints(frame.keypoints), descriptors(frame.descriptors.clone()) {}
-};
-
-void expect_equal(const HostColumns& got, const HostColumns& want) {
-  ASSERT_EQ(got.keypoints.size(), want.keypoints.size());
-  for (std::size_t i = 0; i < got.keypoints.size(); ++i) {
-    ASSERT_EQ(got.keypoints[i].class_id, want.keypoints[i].class_id);
-    ASSERT_EQ(got.keypoints[i].pt, want.keypoints[i].pt);
-  }
-  ASSERT_EQ(got.descriptors.size(), want.descriptors.size());
-  EXPECT_EQ(cv::norm(got.descriptors, want.descriptors, cv::NORM_L1), 0);
-  EXPECT_EQ(got.pivot, want.pivot);
-}
-
-class PluginFailures : public PluginTest {
- protected:
-  /// Lets every allocation of `filter(plugin, columns)` fail in turn, each time with a new plugin.
-  /// Expects unchanged columns, and that the next call gives the result of an undisturbed one.
-  template <class Filter>
-  void expect_all_or_nothing(const std::string& lines, const Filter& filter) {
-    const HostFrame frame(0);
-    HostColumns filtered(frame);
-    {
-      Plugin plugin(settings(lines));
-      filter(plugin, filtered);
-    }
-    ASSERT_LT(filtered.keypoints.size(), frame.keypoints.size());
-    const std::size_t failed = for_each_failing_allocation([&](const std::size_t n) {
-      SCOPED_TRACE(n);
-      Plugin plugin(settings(lines));
-      HostColumns columns(frame);
-      const cv::Mat shared = columns.descriptors;  // a second header, so that rows move into a copy
-      bool is_done = false;
-      const bool one_failed = fails_at_allocation(n, [&] {
-        try {
-          filter(plugin, columns);
-          is_done = true;
-        } catch (const std::runtime_error& error) {  // decoding of an image failed
-          EXPECT_NE(std::string(error.what()).find("cannot be"), std::string::npos);
-        }
-      });
-      if (!is_done) {
-        expect_equal(columns, HostColumns(frame));
-        EXPECT_EQ(plugin.counters().filtered, 0U);
-        filter(plugin, columns);
-      }
-      expect_equal(columns, filtered);
-      EXPECT_EQ(plugin.counters().filtered, 1U);
-      return one_failed && !HasFailure();
-    });
-    EXPECT_GT(failed, 10U);
-  }
-};
-
-TEST_F(PluginFailures, FailedAllocationLeavesAnRgbdFrameUnchanged) {
-  const HostFrame frame(0);
-  expect_all_or_nothing("", [&](Plugin& plugin, HostColumns& columns) {
-    plugin.filter(frame.timestamp_s, frame.depth, columns.keypoints, columns.descriptors);
-    columns.pivot = 100;
-  });
-}
-
-TEST_F(PluginFailures, FailedAllocationLeavesAFisheyePivotUnchanged) {
-  const HostFrame frame(0);
-  expect_all_or_nothing("", [&](Plugin& plugin, HostColumns& columns) {
-    plugin.filter(frame.timestamp_s, columns.keypoints, columns.descriptors, columns.pivot);
-  });
-}
-
-TEST_F(PluginFailures, FailedAllocationLeavesAStereoFrameUnchanged) {
-  const HostFrame frame(0);
-  const std::vector<float> numbers(frame.keypoints.size(), 1.5F);
-  expect_all_or_nothing("", [&](Plugin& plugin, HostColumns& columns) {
-    std::vector<float> depths_m = numbers, right_x = numbers;
-    std::vector<cv::KeyPoint> undistorted = frame.keypoints;
-    try {
-      plugin.filter(frame.timestamp_s, depths_m, columns.keypoints, columns.descriptors,
-                    undistorted, right_x);
-    } catch (...) {
-      EXPECT_EQ(depths_m.size(), numbers.size());
-      EXPECT_EQ(right_x.size(), numbers.size());
-      EXPECT_EQ(undistorted.size(), numbers.size());
-      throw;
-    }
-  });
-}
-
-TEST_F(PluginFailures, FailedAllocationLeavesAStereoFrameWithItsPairUnchanged) {
-  const HostFrame frame(0);
-  const std::vector<float> depths_m(frame.keypoints.size(), 3.F);
-  std::vector<float> right_x;
-  for (const cv::KeyPoint& keypoint : frame.keypoints) right_x.push_back(keypoint.pt.x - 10);
-  cv::Mat grey(image_size, CV_8UC1);
-  cv::randu(grey, 0, 256);
-  // Without a thread that reads ahead: allocations fail only in this one.
-  expect_all_or_nothing("dynfilter.read_ahead: 0\n", [&](Plugin& plugin, HostColumns& columns) {
-    std::vector<float> depths = depths_m, right = right_x;
-    std::vector<cv::KeyPoint> undistorted = frame.keypoints;
-    plugin.submit(grey, grey, frame.timestamp_s);
-    plugin.filter(frame.timestamp_s, depths, columns.keypoints, columns.descriptors, undistorted,
-                  right);
-  });
-}
-
-TEST_F(PluginFailures, FailedAllocationLeavesARecordedFrameUnchanged) {
-  const HostFrame frame(0);
-  const std::string lines = "dynfilter.output_folder: \"" + path("out").string() + "\"\n";
-  expect_all_or_nothing(lines, [&](Plugin& plugin, HostColumns& columns) {
-    plugin.filter(frame.timestamp_s, columns.keypoints, columns.descriptors, columns.pivot);
-  });
-  std::ifstream table(path("out") / "frames.csv");
-  int rows = -1;  // without the header
-  for (std::string line; std::getline(table, line);) ++rows;
-  EXPECT_EQ(rows, 1) << "a failed frame has no line";
-}
+using PluginFailures = PluginTest;
 
 TEST_F(PluginFailures, FailedOverlayLeavesTheFrameUnchanged) {
   Plugin plugin(settings("dynfilter.output_folder: \"" + path("out").string() +

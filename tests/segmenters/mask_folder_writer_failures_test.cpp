@@ -1,12 +1,10 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// MaskFolderWriter when memory or disk space runs out: a failed call can be repeated.
+// MaskFolderWriter when disk space runs out: a failed call can be repeated.
 
 #include "dynfilter/segmenters/mask_folder_writer.hpp"
 
-#include <cstddef>
-#include <exception>
 #include <filesystem>
 #include <stdexcept>
 #include <string>
@@ -14,7 +12,6 @@
 #include <gtest/gtest.h>
 
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
-#include "support/allocation_limit.hpp"
 #include "support/expect_error.hpp"
 #include "support/file_size_limit.hpp"
 #include "support/temporary_folder.hpp"
@@ -35,36 +32,6 @@ Segmentation two_persons_at(double timestamp_s) {
   segmentation.instances = {Instance::from_box_mask(block, {5, 5, 10, 20}),
                             Instance::from_box_mask(block, {30, 5, 10, 20})};
   return segmentation;
-}
-
-TEST(MaskFolderWriterFailures, AddCanBeRepeatedAfterAFailedAllocation) {
-  const TemporaryFolder folder;
-  MaskFolderWriter writer(folder.path());
-  int failures = 0;
-  for (int frame = 0;; ++frame) {
-    const Segmentation segmentation = two_persons_at(frame + 1);
-    bool failed = false;
-    try {
-      const testing::AllocationLimit limit(frame);
-      writer.add(segmentation);
-    } catch (const std::exception&) {
-      failed = true;
-    }
-    ASSERT_EQ(writer.size(), static_cast<std::size_t>(failed ? frame : frame + 1));
-    if (!failed) break;
-    ++failures;
-    writer.add(segmentation);
-  }
-  EXPECT_GT(failures, 5) << "otherwise the test shows little";
-  writer.finish();
-  MaskFolderSegmenter masks(folder.path());
-  EXPECT_EQ(masks.size(), writer.size());
-  FrameView frame;
-  frame.image = cv::Mat(48, 64, CV_8UC3, cv::Scalar::all(0));
-  for (std::size_t k = 0; k < writer.size(); ++k) {
-    frame.timestamp_s = static_cast<double>(k + 1);
-    EXPECT_EQ(masks.segment(frame).instances.size(), 2U) << k;
-  }
 }
 
 TEST(MaskFolderWriterFailures, AddCanBeRepeatedAfterAFullDisk) {

@@ -3,10 +3,8 @@
 
 #include "support/failing_allocations.hpp"
 
-#include <atomic>
 #include <cstdlib>
 
-#include "support/fault_count.hpp"
 
 namespace dynfilter::testing {
 namespace {
@@ -15,16 +13,9 @@ thread_local std::size_t allocations_left =
     0;  // up to and including the failing one; 0: none fails
 thread_local bool failed = false;
 
-/// Counts the failed allocations of the program, and says at its end how many there were.
-struct Failures {
-  ~Failures() { count_faults("failed allocations", number); }
-  std::atomic<long> number{0};
-} failures;
-
 bool is_turn_to_fail() {
   if (allocations_left == 0 || --allocations_left != 0) return false;
   failed = true;
-  ++failures.number;
   return true;
 }
 

@@ -16,7 +16,6 @@
 #include <thread>
 #include <vector>
 
-#include "support/fault_count.hpp"
 #include "support/file_tree.hpp"
 #include "support/program.hpp"
 #include "support/started_program.hpp"
@@ -87,7 +86,7 @@ TEST_F(ProgramFaults, KilledAblationHoldsWholeRunsOnly) {
     const Started ablation(call + quoted(out), folder_ / "printed");
     std::this_thread::sleep_for(when[k]);
     ablation.send(SIGKILL);
-    if (WIFSIGNALED(ablation.wait())) count_faults("kills of the program", 1);
+    ablation.wait();
     for (const char* rule : {"none", "depth"}) {
       const fs::path folder = out / "scene" / rule;
       if (fs::exists(folder / ".dynfilter-commit")) continue;  // no reader accepts it

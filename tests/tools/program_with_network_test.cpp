@@ -13,7 +13,7 @@
 namespace dynfilter::testing {
 namespace {
 
-class ProgramWithNetwork : public RecordedData {
+class SlowProgramWithNetwork : public RecordedData {
  protected:
   void SetUp() override {
     RecordedData::SetUp();
@@ -36,14 +36,14 @@ class ProgramWithNetwork : public RecordedData {
   TemporaryFolder folder_;
 };
 
-TEST_F(ProgramWithNetwork, TracksTheCameraDespitePersons) {
+TEST_F(SlowProgramWithNetwork, TracksTheCameraDespitePersons) {
   const nlohmann::json summary = summary_of("");
   EXPECT_GT(summary["masked"], 49 * 150);
   EXPECT_EQ(summary["lost_frames"], 0);
   EXPECT_LT(summary["ate_rmse_m"], 0.03) << "0.22 m with all features";
 }
 
-TEST_F(ProgramWithNetwork, MakesMasksInAThread) {
+TEST_F(SlowProgramWithNetwork, MakesMasksInAThread) {
   const nlohmann::json summary = summary_of(" --async latest --rule depth_moved");
   EXPECT_GT(summary["masked"], 0);
   EXPECT_EQ(summary["lost_frames"], 0);
