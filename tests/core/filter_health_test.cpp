@@ -18,7 +18,7 @@
 namespace dynfilter::testing {
 namespace {
 
-constexpr double infinite = std::numeric_limits<double>::infinity();
+constexpr double infinite_value = std::numeric_limits<double>::infinity();
 
 /// One frame as the filter leaves it. Depth is 1 m in the left half of the image, missing in the
 /// right one.
@@ -304,7 +304,7 @@ TEST(FilterHealth, RefusesOptionsOutOfRange) {
   };
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const HealthLimits bad : {HealthLimits{-1, 1}, HealthLimits{2, 1}, HealthLimits{nan, 1},
-                                 HealthLimits{0, nan}, HealthLimits{0, infinite}}) {
+                                 HealthLimits{0, nan}, HealthLimits{0, infinite_value}}) {
     expect_refused([&](auto& o) { o.depth_frames_late = bad; }, "depth_frames_late");
     expect_refused([&](auto& o) { o.mask_age_s = bad; }, "mask_age_s");
     expect_refused([&](auto& o) { o.mask_gap_px = bad; }, "mask_gap_px");
@@ -319,7 +319,7 @@ TEST(FilterHealth, RefusesOptionsOutOfRange) {
   EXPECT_NO_THROW(FilterHealth{whole});
   expect_refused([](auto& o) { o.max_age_s = -1; }, "max_age_s");
   expect_refused([&](auto& o) { o.max_age_s = nan; }, "max_age_s");
-  expect_refused([](auto& o) { o.max_age_s = infinite; }, "max_age_s");
+  expect_refused([](auto& o) { o.max_age_s = infinite_value; }, "max_age_s");
   expect_refused([](auto& o) { o.min_frames = 0; }, "min_frames");
 }
 
@@ -332,7 +332,7 @@ TEST(FilterHealth, RefusesMalformedInputAndStaysAsItWas) {
   frame = HealthFrame();
   frame.view.metres_per_unit = 0;
   expect_error<std::invalid_argument>([&] { add(health, frame); }, "metres_per_unit");
-  expect_error<std::invalid_argument>([&] { health.note_depth_offset(infinite, 20); },
+  expect_error<std::invalid_argument>([&] { health.note_depth_offset(infinite_value, 20); },
                                       "frames_late = inf");
   EXPECT_EQ(health.report().frames, 0U);
   EXPECT_EQ(health.report().depth_frames_late.frames, 0U);

@@ -49,7 +49,7 @@ cv::Rect oracle_box(const cv::Mat& mask) {
   return box;
 }
 
-bool equal(const cv::Mat& a, const cv::Mat& b) {
+bool same_pixels(const cv::Mat& a, const cv::Mat& b) {
   return a.size() == b.size() && (a.empty() || cv::countNonZero(a != b) == 0);
 }
 
@@ -90,7 +90,7 @@ TEST(Instance, AdoptsAnImageMaskWithoutCopying) {
   EXPECT_EQ(instance.mask.data, mask.ptr(1) + 1);
   EXPECT_EQ(instance.class_id, 3);
   EXPECT_EQ(instance.score, 0.5F);
-  EXPECT_TRUE(equal(drawn(instance, mask.size()), mask != 0));
+  EXPECT_TRUE(same_pixels(drawn(instance, mask.size()), mask != 0));
   EXPECT_EQ(Instance::from_image_mask(mask).box, cv::Rect(1, 1, 2, 2));
 }
 
@@ -100,7 +100,7 @@ TEST(Instance, FindsTheSmallestBoxOfAnImageMask) {
     const cv::Mat mask = arbitrary_mask(source, {source.between(1, 20), source.between(1, 12)});
     const Instance instance = Instance::from_image_mask(mask);
     ASSERT_EQ(instance.box, oracle_box(mask)) << "seed " << seed;
-    ASSERT_TRUE(equal(drawn(instance, mask.size()), mask != 0)) << "seed " << seed;
+    ASSERT_TRUE(same_pixels(drawn(instance, mask.size()), mask != 0)) << "seed " << seed;
   }
 }
 
@@ -114,7 +114,7 @@ TEST(Instance, BlankImageMaskGivesAnEmptyMask) {
 TEST(Instance, AcceptsMasksWithStaticPolarity) {
   const cv::Mat is_static = mask_from({{255, 255, 255}, {255, 0, 1}});
   const Instance instance = Instance::from_static_mask(is_static);
-  EXPECT_TRUE(equal(drawn(instance, is_static.size()), is_static == 0));
+  EXPECT_TRUE(same_pixels(drawn(instance, is_static.size()), is_static == 0));
 }
 
 TEST(Instance, BoxAloneCoversNothing) {
@@ -142,7 +142,7 @@ void compare_label_map_with_oracle(int type) {
     for (int k = 1; k <= largest; ++k) {
       const Instance& instance = instances[static_cast<std::size_t>(k - 1)];
       const cv::Mat expected = labels == k;
-      ASSERT_TRUE(equal(drawn(instance, labels.size()), expected));
+      ASSERT_TRUE(same_pixels(drawn(instance, labels.size()), expected));
       ASSERT_EQ(instance.box, oracle_box(expected));
     }
   }
@@ -180,7 +180,7 @@ TEST(InstancesFromBinaryMask, FindsEachConnectedObjectOnce) {
         ++objects;
         std::size_t matches = 0;
         for (const Instance& instance : instances) {
-          if (!equal(drawn(instance, mask.size()), object)) continue;
+          if (!same_pixels(drawn(instance, mask.size()), object)) continue;
           ++matches;
           const cv::Rect tight = oracle_box(object);
           const cv::Rect grown(tight.tl() - cv::Point(margin, margin),

@@ -19,12 +19,12 @@ namespace {
 
 /// Wall at 4 m in 640x480, of which every fourth pixel is read; a mask of 80x80 pixels, which has
 /// 20x20 readings, in a box of 120x120.
-struct Scene {
+struct ObjectScene {
   FrameView frame;
   Instance instance;
   ObjectDepthOptions options;
 
-  Scene() {
+  ObjectScene() {
     options.min_half_width_m = 0.4;  // the tests' ranges are those of this width
     frame.depth = cv::Mat(480, 640, CV_32FC1, cv::Scalar(4.0F));
     instance = Instance::from_box({180, 180, 120, 120});
@@ -49,7 +49,7 @@ struct Scene {
 };
 
 TEST(ObjectDepth, ReachesFortyFiveCentimetresByDefault) {
-  Scene scene;
+  ObjectScene scene;
   scene.options = {};
   scene.set_columns(0, 80, 1.5);
   EXPECT_NEAR(scene.estimate().mask_range_m.lower, 1.05, 1e-6);
@@ -57,7 +57,7 @@ TEST(ObjectDepth, ReachesFortyFiveCentimetresByDefault) {
 }
 
 TEST(ObjectDepth, FlatObjectHasTheMinimumWidth) {
-  Scene scene;
+  ObjectScene scene;
   scene.set_columns(0, 80, 1.5);
   const ObjectDepth depth = scene.estimate();
   EXPECT_EQ(depth.samples, 400U);
@@ -69,7 +69,7 @@ TEST(ObjectDepth, FlatObjectHasTheMinimumWidth) {
 }
 
 TEST(ObjectDepth, ExtendsOverDepthsWithoutAGap) {
-  Scene scene;
+  ObjectScene scene;
   // One column of readings in each bin of 5 cm: 1.225, 1.275 ... 2.175 m.
   scene.set_columns(0, 80, [](int x, int) { return 1.225 + 0.05 * (x / 4); });
   const ObjectDepth depth = scene.estimate();
@@ -82,7 +82,7 @@ TEST(ObjectDepth, ExtendsOverDepthsWithoutAGap) {
 }
 
 TEST(ObjectDepth, StaysWithinTheMaximumWidth) {
-  Scene scene;
+  ObjectScene scene;
   scene.set_columns(0, 80,
                     [](int x, int y) { return 0.525 + 0.05 * (((x / 4) * 20 + y / 4) / 4); });
   const ObjectDepth depth = scene.estimate();  // four readings in each bin, 0.5 to 5.5 m
@@ -93,7 +93,7 @@ TEST(ObjectDepth, StaysWithinTheMaximumWidth) {
 
 /// A stale mask may hold only a twentieth of the object; the nearest cluster of that size wins.
 TEST(ObjectDepth, PrefersTheNearestClusterToTheLargest) {
-  Scene scene;
+  ObjectScene scene;
   scene.set_columns(0, 4, 1.5);  // 20 of 400 readings
   EXPECT_NEAR(scene.estimate().mask_range_m.upper, 1.9, 1e-6);
   scene.options.min_share = 0.051;
@@ -101,7 +101,7 @@ TEST(ObjectDepth, PrefersTheNearestClusterToTheLargest) {
 }
 
 TEST(ObjectDepth, PrefersTheNearerOfTwoObjects) {
-  Scene scene;
+  ObjectScene scene;
   scene.set_columns(0, 40, 1.5);
   scene.set_columns(40, 80, 3.0);
   const ObjectDepth depth = scene.estimate();
@@ -110,7 +110,7 @@ TEST(ObjectDepth, PrefersTheNearerOfTwoObjects) {
 }
 
 TEST(ObjectDepth, UsesTheMiddleOfTheBoxWithoutAMask) {
-  Scene scene;
+  ObjectScene scene;
   scene.set_columns(0, 80, 1.5);
   scene.instance.mask = cv::Mat();
   const ObjectDepth depth = scene.estimate();
@@ -121,7 +121,7 @@ TEST(ObjectDepth, UsesTheMiddleOfTheBoxWithoutAMask) {
 }
 
 TEST(ObjectDepth, UsesMaskAndBoxIfTheMaskIsSmall) {
-  Scene scene;
+  ObjectScene scene;
   scene.set_columns(0, 80, 2.0);
   scene.set_columns(0, 16, 1.0);
   scene.options.min_mask_share = 0.10;
@@ -137,7 +137,7 @@ TEST(ObjectDepth, UsesMaskAndBoxIfTheMaskIsSmall) {
 }
 
 TEST(ObjectDepth, NeedsEightDepths) {
-  Scene scene;
+  ObjectScene scene;
   scene.frame.depth.setTo(0);
   for (int i = 0; i < 7; ++i) scene.frame.depth.at<float>(202, 202 + 4 * i) = 1.5F;
   ObjectDepth depth = scene.estimate();
@@ -153,7 +153,7 @@ TEST(ObjectDepth, NeedsEightDepths) {
 
 /// 0 means "no depth". It must not count as the object's depth if its range reaches below 0.
 TEST(ObjectDepth, RangeOfACloseHandExcludesMissingDepth) {
-  Scene scene;
+  ObjectScene scene;
   scene.set_columns(0, 80, 0.3);
   const ObjectDepth depth = scene.estimate();
   EXPECT_TRUE(depth.contains(0.01));
@@ -163,21 +163,21 @@ TEST(ObjectDepth, RangeOfACloseHandExcludesMissingDepth) {
 
 TEST(ObjectDepth, IsEmptyIfAllDepthsAreOutOfRange) {
   for (const float far : {51.2F, 65.535F, 1e10F, 1e30F, std::numeric_limits<float>::max()}) {
-    Scene scene;
+    ObjectScene scene;
     scene.frame.depth.setTo(far);
     EXPECT_TRUE(scene.estimate().empty()) << far;
     scene.set_columns(0, 40, 1.5);
     EXPECT_NEAR(scene.estimate().mask_range_m.lower, 1.1, 1e-6) << far;
     EXPECT_NEAR(scene.estimate().mask_range_m.upper, 1.9, 1e-6) << far;
   }
-  Scene scene;
+  ObjectScene scene;
   scene.frame.depth.setTo(std::numeric_limits<float>::max());
   scene.frame.metres_per_unit = 1000;  // beyond float, but finite
   EXPECT_TRUE(scene.estimate().empty());
 }
 
 TEST(ObjectDepth, AcceptsTinyAndHugeWidths) {
-  Scene scene;
+  ObjectScene scene;
   scene.set_columns(0, 80, 1.53);
   scene.options.min_half_width_m = scene.options.max_half_width_m = 0.01;
   const ObjectDepth depth = scene.estimate();
@@ -247,7 +247,7 @@ TEST(ObjectDepth, RefusesBadOptionsByName) {
     options.min_share = options.min_mask_share = options.min_box_share = share;
     EXPECT_NO_THROW(ObjectDepthEstimator estimator(options)) << share;
   }
-  Scene scene;
+  ObjectScene scene;
   scene.frame.depth = cv::Mat(480, 640, CV_64FC1, cv::Scalar(1));
   expect_error<std::invalid_argument>([&] { scene.estimate(); },
                                       "ObjectDepthEstimator: got a depth image of type CV_64FC1");

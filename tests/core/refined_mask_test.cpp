@@ -17,12 +17,12 @@ namespace {
 
 /// Person at 1.5 m in front of a wall at 4 m. The mask covers the person's left half; a strip on
 /// the right has no depth.
-struct Scene {
+struct RefinedScene {
   FrameView frame;
   Segmentation segmentation;
   cv::Rect person{200, 100, 120, 300};
 
-  explicit Scene(double age_s = 0) {
+  explicit RefinedScene(double age_s = 0) {
     cv::Mat depth(480, 640, CV_16UC1, cv::Scalar(20000));
     depth(person).setTo(7500);
     depth(cv::Rect(320, 100, 6, 300)).setTo(0);
@@ -41,22 +41,22 @@ struct Scene {
 };
 
 TEST(RefinedMask, CoversTheWholePersonAndAFreshMask) {
-  const Instance refined = Scene().refined();
+  const Instance refined = RefinedScene().refined();
   EXPECT_TRUE(refined.covers({315, 390})) << "the mask missed it";
   EXPECT_TRUE(refined.covers({185, 200})) << "on the wall, and on the mask";
   EXPECT_FALSE(refined.covers({340, 200})) << "the wall";
-  EXPECT_EQ(refined.box, Scene().person);
+  EXPECT_EQ(refined.box, RefinedScene().person);
 }
 
 TEST(RefinedMask, DropsBackgroundUnderAStaleMask) {
-  const Instance refined = Scene(0.1).refined();
+  const Instance refined = RefinedScene(0.1).refined();
   EXPECT_TRUE(refined.covers({315, 390}));
   EXPECT_FALSE(refined.covers({185, 200})) << "the person has left this part of the wall";
 }
 
 TEST(RefinedMask, MatchesTheVerdictOfAFeatureAtEveryPixel) {
   for (const double age_s : {0.0, 0.1}) {
-    const Scene scene(age_s);
+    const RefinedScene scene(age_s);
     std::vector<cv::Point2f> points;
     for (int y = 0; y < 480; y += 7) {
       for (int x = 0; x < 640; x += 3) {
@@ -75,7 +75,7 @@ TEST(RefinedMask, MatchesTheVerdictOfAFeatureAtEveryPixel) {
 }
 
 TEST(RefinedMask, EqualsTheMaskWithoutDepth) {
-  Scene scene;
+  RefinedScene scene;
   scene.frame.depth.setTo(0);
   const Instance refined = scene.refined();
   EXPECT_EQ(refined.mask.data, scene.segmentation.instances[0].mask.data);
@@ -83,7 +83,7 @@ TEST(RefinedMask, EqualsTheMaskWithoutDepth) {
 }
 
 TEST(RefinedMask, CutsHolesIntoDepthForMapping) {
-  const Scene scene;
+  const RefinedScene scene;
   Segmentation refined = scene.segmentation;
   refined.instances[0] = scene.refined();
   const cv::Mat holes = depth_with_holes(scene.frame.depth, refined);
@@ -94,7 +94,7 @@ TEST(RefinedMask, CutsHolesIntoDepthForMapping) {
 }
 
 TEST(RefinedMask, RefusesAnInstanceOutOfRange) {
-  const Scene scene;
+  const RefinedScene scene;
   expect_error<std::invalid_argument>(
       [&] { (void)DepthCompensator().refined(scene.frame, scene.segmentation, 1); },
       "DepthCompensator::refined");

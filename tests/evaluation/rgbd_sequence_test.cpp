@@ -29,7 +29,7 @@ using Pairs = std::vector<std::pair<std::size_t, std::size_t>>;
 
 // --- Folders -------------------------------------------------------------------------------------
 
-const char* const camera_text =
+const char* const camera_yaml =
     "%YAML:1.0\nCamera.fx: 5.0\nCamera.fy: 6.0\nCamera.cx: 3.0\nCamera.cy: 2.0\n"
     "DepthMapFactor: 1000.0\n";
 
@@ -45,7 +45,7 @@ void write_images(const TemporaryFolder& folder, int count) {
     cv::imwrite((folder / ("depth/" + number + ".51.png")).string(),
                 cv::Mat(4, 6, CV_16UC1, cv::Scalar(1000 * k)));
   }
-  folder.write("camera.yaml", camera_text);
+  folder.write("camera.yaml", camera_yaml);
 }
 
 TEST(RgbdSequence, ReadsAssociations) {
@@ -133,7 +133,7 @@ TEST(RgbdSequence, ReadsDepthInMetres) {
   write_images(folder, 1);
   cv::imwrite((folder / "depth/1.51.tiff").string(), cv::Mat(4, 6, CV_32FC1, cv::Scalar(1.25)));
   folder.write("camera.yaml",
-               std::string(camera_text).replace(std::string(camera_text).find("1000.0"), 6, "1.0"));
+               std::string(camera_yaml).replace(std::string(camera_yaml).find("1000.0"), 6, "1.0"));
   folder.write("associations.txt", "1.5 rgb/1.5.png 1.51 depth/1.51.tiff\n");
   const FrameView frame = RgbdSequence(folder.path()).read(0);
   EXPECT_EQ(frame.depth.type(), CV_32FC1);
@@ -272,7 +272,7 @@ TEST_F(BrokenImages, AreNamedWhenTypeOrSizeIsWrong) {
 }
 
 TEST_F(BrokenImages, AreNamedWhenTheCameraDoesNotFit) {
-  folder_.write("camera.yaml", camera_text + std::string("Camera.width: 6\nCamera.height: 5\n"));
+  folder_.write("camera.yaml", camera_yaml + std::string("Camera.width: 6\nCamera.height: 5\n"));
   const RgbdSequence sequence(folder_.path());
   expect_error<std::runtime_error>([&] { sequence.read(0); }, "camera.yaml says 6x5");
 }

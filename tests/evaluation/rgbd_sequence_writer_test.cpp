@@ -29,7 +29,7 @@ using testing::TemporaryFolder;
 
 constexpr double start_s = 1341846434.710184;
 
-CameraParameters some_camera() {
+CameraParameters written_camera() {
   CameraParameters camera;
   camera.fx = camera.fy = 50;
   camera.cx = 16;
@@ -64,7 +64,7 @@ void expect_same(const cv::Mat& a, const cv::Mat& b) {
 
 TEST(RgbdSequenceWriter, RoundTripKeepsEveryFrame) {
   const TemporaryFolder folder;
-  RgbdSequenceWriter writer(folder / "new/sequence", some_camera());
+  RgbdSequenceWriter writer(folder / "new/sequence", written_camera());
   for (int k = 0; k < 5; ++k) {
     if (k == 2) {
       writer.add(some_frame(k));  // its pose is not known
@@ -98,7 +98,7 @@ TEST(RgbdSequenceWriter, RoundTripKeepsEveryFrame) {
 
 TEST(RgbdSequenceWriter, AssociatingItsListsGivesItsAssociations) {
   const TemporaryFolder folder;
-  RgbdSequenceWriter writer(folder.path(), some_camera());
+  RgbdSequenceWriter writer(folder.path(), written_camera());
   for (int k = 0; k < 5; ++k) writer.add(some_frame(k));
   writer.finish();
   fs::remove(folder / "associations.txt");
@@ -110,7 +110,7 @@ TEST(RgbdSequenceWriter, AssociatingItsListsGivesItsAssociations) {
 
 TEST(RgbdSequenceWriter, WritesTheTumFormat) {
   const TemporaryFolder folder;
-  RgbdSequenceWriter writer(folder.path(), some_camera());
+  RgbdSequenceWriter writer(folder.path(), written_camera());
   writer.add(some_frame(0), cv::Matx33d::eye(), {1, 2, 3});
   writer.finish();
   const std::string t = "1341846434.710184";
@@ -128,12 +128,12 @@ TEST(RgbdSequenceWriter, WritesTheTumFormat) {
                 t +
                 " 1.0000000 2.0000000 3.0000000 0.000000000 0.000000000 0.000000000 "
                 "1.000000000\n");
-  EXPECT_EQ(file_text(folder / "camera.yaml"), camera_file_text(some_camera()));
+  EXPECT_EQ(file_text(folder / "camera.yaml"), camera_file_text(written_camera()));
 }
 
 TEST(RgbdSequenceWriter, WritesColourWithoutDepth) {
   const TemporaryFolder folder;
-  RgbdSequenceWriter writer(folder.path(), some_camera());
+  RgbdSequenceWriter writer(folder.path(), written_camera());
   FrameView frame = some_frame(0);
   frame.depth.release();
   frame.image = frame.image.reshape(3).clone();
@@ -150,7 +150,7 @@ TEST(RgbdSequenceWriter, WritesColourWithoutDepth) {
 
 TEST(RgbdSequenceWriter, WritesGreyImages) {
   const TemporaryFolder folder;
-  RgbdSequenceWriter writer(folder.path(), some_camera());
+  RgbdSequenceWriter writer(folder.path(), written_camera());
   FrameView frame = some_frame(0);
   frame.image = cv::Mat(frame.image.size(), CV_8UC1, cv::Scalar(77));
   writer.add(frame);
@@ -161,7 +161,7 @@ TEST(RgbdSequenceWriter, WritesGreyImages) {
 
 TEST(RgbdSequenceWriter, WithoutFramesWritesTheCameraAlone) {
   const TemporaryFolder folder;
-  RgbdSequenceWriter writer(folder.path(), some_camera());
+  RgbdSequenceWriter writer(folder.path(), written_camera());
   writer.finish();
   EXPECT_TRUE(fs::exists(folder / "camera.yaml"));
   EXPECT_FALSE(fs::exists(folder / "rgb.txt"));
@@ -182,7 +182,7 @@ TEST(RgbdSequenceWriter, ConvertsDepthToTheUnitsOfTheFile) {
   FrameView millimetres = some_frame(1);
   millimetres.metres_per_unit = 1e-3;
   millimetres.depth.setTo(1234);
-  RgbdSequenceWriter writer(folder.path(), some_camera());
+  RgbdSequenceWriter writer(folder.path(), written_camera());
   writer.add(frame);
   writer.add(millimetres);
   writer.finish();
@@ -198,7 +198,7 @@ TEST(RgbdSequenceWriter, ConvertsDepthToTheUnitsOfTheFile) {
 
 TEST(RgbdSequenceWriter, RefusesInvalidFrames) {
   const TemporaryFolder folder;
-  RgbdSequenceWriter writer(folder.path(), some_camera());
+  RgbdSequenceWriter writer(folder.path(), written_camera());
   writer.add(some_frame(1));
   const auto expect_refused = [&](const FrameView& frame, const std::string& part) {
     expect_error<std::invalid_argument>([&] { writer.add(frame); }, part);
@@ -248,7 +248,7 @@ TEST(RgbdSequenceWriter, NeverReplacesFilesOfAnotherWriter) {
     folder.write(file, "earlier");
     for (const bool overwrite : {false, true}) {
       expect_error<std::runtime_error>(
-          [&] { RgbdSequenceWriter(folder.path(), some_camera(), {overwrite}); },
+          [&] { RgbdSequenceWriter(folder.path(), written_camera(), {overwrite}); },
           folder.path().string() + ": holds " + file);
       EXPECT_EQ(file_text(folder / file), "earlier");
     }
@@ -259,21 +259,21 @@ TEST(RgbdSequenceWriter, ReplacesOnlyItsOwnFiles) {
   const TemporaryFolder folder;
   const char* foreign[] = {"notes.txt", "rgb/preview.png", "rgb/13.5.jpg", "masks/12.500000.png"};
   for (const char* file : foreign) folder.write(file, "mine");
-  RgbdSequenceWriter first(folder.path(), some_camera());
+  RgbdSequenceWriter first(folder.path(), written_camera());
   for (int k = 0; k < 2; ++k) first.add(some_frame(k), cv::Matx33d::eye(), {1, 2, 3});
   first.finish();
-  expect_error<std::runtime_error>([&] { RgbdSequenceWriter(folder.path(), some_camera()); },
+  expect_error<std::runtime_error>([&] { RgbdSequenceWriter(folder.path(), written_camera()); },
                                    "already");
-  CameraParameters bad = some_camera();
+  CameraParameters bad = written_camera();
   bad.fx = 0;
   expect_error<std::invalid_argument>([&] { RgbdSequenceWriter(folder.path(), bad, {true}); },
                                       "fx = 0");
   {
-    RgbdSequenceWriter stopped(folder.path(), some_camera(), {true});
+    RgbdSequenceWriter stopped(folder.path(), written_camera(), {true});
     stopped.add(some_frame(7));
   }
   EXPECT_EQ(RgbdSequence(folder.path()).size(), 2U);
-  RgbdSequenceWriter second(folder.path(), some_camera(), {true});
+  RgbdSequenceWriter second(folder.path(), written_camera(), {true});
   second.add(some_frame(7));
   EXPECT_EQ(RgbdSequence(folder.path()).size(), 2U)
       << "readers see the old sequence before finish()";
@@ -289,16 +289,16 @@ TEST(RgbdSequenceWriter, ReplacesOnlyItsOwnFiles) {
 TEST(RgbdSequenceWriter, ReportsWriteErrors) {
   const TemporaryFolder folder;
   folder.write("file", "");
-  expect_error<std::runtime_error>([&] { RgbdSequenceWriter(folder / "file/x", some_camera()); },
+  expect_error<std::runtime_error>([&] { RgbdSequenceWriter(folder / "file/x", written_camera()); },
                                    "file");
   folder.write("sequence/rgb", "a file where the folder should be");
-  expect_error<std::runtime_error>([&] { RgbdSequenceWriter(folder / "sequence", some_camera()); },
-                                   "rgb: is no folder");
+  expect_error<std::runtime_error>(
+      [&] { RgbdSequenceWriter(folder / "sequence", written_camera()); }, "rgb: is no folder");
 }
 
 TEST(RgbdSequenceWriter, AddCanBeRepeatedIfTheDepthFoundNoRoom) {
   const TemporaryFolder folder;
-  RgbdSequenceWriter writer(folder.path(), some_camera());
+  RgbdSequenceWriter writer(folder.path(), written_camera());
   FrameView frame = some_frame(0);
   frame.image.setTo(cv::Scalar::all(0));  // a file of some hundred bytes; that of depth has more
   {
@@ -319,7 +319,7 @@ TEST(RgbdSequenceWriter, AddCanBeRepeatedIfTheDepthFoundNoRoom) {
 
 TEST(RgbdSequenceWriter, FinishCanBeRepeatedAfterAFileWasInTheWay) {
   const TemporaryFolder folder;
-  RgbdSequenceWriter writer(folder.path(), some_camera());
+  RgbdSequenceWriter writer(folder.path(), written_camera());
   writer.add(some_frame(0));
   folder.write("camera.yaml", "mine");
   for (int k = 0; k < 2; ++k) {
@@ -335,20 +335,20 @@ TEST(RgbdSequenceWriter, RefusesFoldersBehindALink) {
   fs::create_directories(folder / "elsewhere");
   fs::create_directories(folder / "sequence");
   fs::create_directory_symlink(folder / "elsewhere", folder / "sequence/depth");
-  expect_error<std::runtime_error>([&] { RgbdSequenceWriter(folder / "sequence", some_camera()); },
-                                   "depth: is no folder");
+  expect_error<std::runtime_error>(
+      [&] { RgbdSequenceWriter(folder / "sequence", written_camera()); }, "depth: is no folder");
   EXPECT_TRUE(fs::is_empty(folder / "elsewhere"));
 }
 
 TEST(RgbdSequenceWriter, MovedWriterContinues) {
   const TemporaryFolder folder;
-  RgbdSequenceWriter first(folder.path(), some_camera());
+  RgbdSequenceWriter first(folder.path(), written_camera());
   first.add(some_frame(0), cv::Matx33d::eye(), {1, 2, 3});
   RgbdSequenceWriter second = std::move(first);
   second.add(some_frame(1), cv::Matx33d::eye(), {1, 2, 3});
   EXPECT_EQ(second.size(), 2U);
   const TemporaryFolder other;
-  RgbdSequenceWriter third(other.path(), some_camera());
+  RgbdSequenceWriter third(other.path(), written_camera());
   third.add(some_frame(0));
   third = std::move(second);  // gives up what it had
   third.finish();

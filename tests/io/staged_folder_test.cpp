@@ -96,7 +96,7 @@ void put(const fs::path& folder, const Files& files) {
   staged.commit({"key"});
 }
 
-std::size_t entries(const fs::path& folder) {
+std::size_t entries_of(const fs::path& folder) {
   return static_cast<std::size_t>(
       std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
 }
@@ -110,7 +110,7 @@ TEST(StagedFolder, ShowsNothingUntilFinishedAndCleansUp) {
     staged.commit({"key"});
   }
   EXPECT_EQ(visible(folder / "new/out"), results("first", 3));
-  EXPECT_EQ(entries(folder / "new/out"), 4U)
+  EXPECT_EQ(entries_of(folder / "new/out"), 4U)
       << "it should hold key, only first, parts, and the list of files";
   { const StagedFolder unused(folder / "other/out", "test", {}, false); }
   EXPECT_FALSE(fs::exists(folder / "other"));
@@ -134,7 +134,7 @@ TEST(StagedFolder, RefusesToReplaceOtherFiles) {
   // An undeclared name is found at the end, and nothing changes.
   expect_error<std::runtime_error>([&] { put(folder.path(), results("first", 2)); }, "holds key");
   EXPECT_EQ(visible(folder.path()), (Files{{"key", "mine"}}));
-  EXPECT_EQ(entries(folder.path()), 1U);
+  EXPECT_EQ(entries_of(folder.path()), 1U);
 
   fs::remove(folder / "key");
   put(folder.path(), results("first", 2));
@@ -293,7 +293,7 @@ TEST(StagedFolder, KilledAtAnyRenameItHoldsOldOrNewFilesOrSaysIncomplete) {
     }
     put(folder.path(), results("next", 2));
     EXPECT_EQ(visible(folder.path()), results("next", 2));
-    EXPECT_EQ(entries(folder.path()), 4U) << "the dead writer's files should be gone";
+    EXPECT_EQ(entries_of(folder.path()), 4U) << "the dead writer's files should be gone";
   }
   EXPECT_GT(halves, 10) << "otherwise the test shows little";
 }
@@ -342,7 +342,7 @@ TEST(StagedFolder, FailedRenameLeavesTheOldFiles) {
     changes_before_failure = -1;
     EXPECT_TRUE(counts_as_whole(folder.path()));
     EXPECT_EQ(visible(folder.path()), failed ? old_files : results("new", 4));
-    EXPECT_EQ(entries(folder.path()), 4U);
+    EXPECT_EQ(entries_of(folder.path()), 4U);
   }
   EXPECT_GT(times, 15) << "otherwise the test shows little";
 }

@@ -18,7 +18,7 @@ namespace dynfilter::testing {
 namespace {
 
 template <class Action>
-std::size_t allocations_of(const Action& action) {
+std::size_t motion_allocations_of(const Action& action) {
   const std::size_t before = allocations_so_far();
   action();
   return allocations_so_far() - before;
@@ -58,24 +58,24 @@ TEST_P(MotionAllocations, AreThoseOfOpenCv) {
     cv::cvtColor(frame.image, grey, cv::COLOR_BGR2GRAY);
     cv::goodFeaturesToTrack(grey, corners, 500, 1e-3, 6);
     filter.apply(frame, shot.true_segmentation, corners, labels, workspace);
-    const std::size_t of_judge = allocations_of([&] {
+    const std::size_t of_judge = motion_allocations_of([&] {
       judge({frame, shot.true_segmentation, corners}, labels, workspace);
     });
     const MotionOutcome outcome = labels.statistics().motion.outcome;
-    std::size_t of_opencv = allocations_of([&] { tracker.build(frame.image, past[i % 4]); });
+    std::size_t of_opencv = motion_allocations_of([&] { tracker.build(frame.image, past[i % 4]); });
     if (i < 3) continue;
     // The fewest searches that the judge can make: begun so near that none is repeated at once.
     tracker.track(past[i % 4], past[(i + 3) % 4], corners, nullptr, tracks, workspace);
     std::vector<cv::Point2f> near_places;
     for (const FeatureTrack& track : tracks) near_places.push_back(track.position);
-    of_opencv += allocations_of([&] {
+    of_opencv += motion_allocations_of([&] {
       tracker.track(past[i % 4], past[(i + 3) % 4], corners, &near_places, tracks, workspace);
       tracker.track_again(past[i % 4], past[(i + 3) % 4], corners, tracks, workspace);
     });
     if (keeps_frames) {  // warm, there is one; some features are searched for twice
       std::vector<cv::Point2f> far_places;
       for (const cv::Point2f corner : corners) far_places.emplace_back(corner.x + 40, corner.y);
-      of_opencv += allocations_of([&] {
+      of_opencv += motion_allocations_of([&] {
         tracker.track(past[i % 4], past[(i + 3) % 4], corners, &far_places, tracks, workspace);
       });
     }
@@ -85,7 +85,7 @@ TEST_P(MotionAllocations, AreThoseOfOpenCv) {
           tracks[k].is_found ? tracks[k].position - corners[k] : cv::Point2f();
       expected.push_back(corners[k] + 3 * shift);
     }
-    of_opencv += allocations_of([&] {
+    of_opencv += motion_allocations_of([&] {
       tracker.track(past[i % 4], past[(i + 1) % 4], corners, &expected, tracks, workspace);
     });
     if (i >= warm && outcome == MotionOutcome::applied) {
@@ -120,7 +120,8 @@ TEST(PoseAllocations, AreNoneForMoreObservationsInTheSameRoom) {
   add(100);
   estimator.estimate(observations, {}, {}, workspace);
   add(300);
-  EXPECT_EQ(allocations_of([&] { estimator.estimate(observations, {}, {}, workspace); }), 0U);
+  EXPECT_EQ(motion_allocations_of([&] { estimator.estimate(observations, {}, {}, workspace); }),
+            0U);
 }
 
 }  // namespace

@@ -29,7 +29,7 @@ const Shot& shot_of(long number) {
   return all[static_cast<std::size_t>(step <= last ? step : 2 * last - step)];
 }
 
-FrameView frame_of(long number) {
+FrameView walked_frame(long number) {
   FrameView frame = shot_of(number).rendered.frame;
   frame.id = static_cast<std::uint64_t>(number);
   frame.timestamp_s = static_cast<double>(number) / 30;
@@ -41,7 +41,7 @@ std::optional<Segmentation> newest_masks(long number) {
   const long masked = (number - 5) / 4 * 4;
   if (number < 5) return {};
   Segmentation masks = shot_of(masked).rendered.true_segmentation;
-  const FrameView frame = frame_of(masked);
+  const FrameView frame = walked_frame(masked);
   masks.frame_id = frame.id;
   masks.timestamp_s = frame.timestamp_s;
   return masks;
@@ -60,7 +60,7 @@ TEST(SlowSoakMotion, MovedMasksAndMotionNeedNoMoreMemoryAndKeepTheirLabels) {
   long frames = 0, moved = 0, judged = 0;
   for (; frames < wanted; ++frames) {
     const long number = frames % frames_of_a_life;
-    const FrameView frame = frame_of(number);
+    const FrameView frame = walked_frame(number);
     const std::optional<Segmentation> masks = propagator.propagate(frame, newest_masks(number));
     ASSERT_EQ(propagator.statistics().restarted, number == 0 && frames > 0);
     for (const InstancePropagation& instance : propagator.statistics().instances) {

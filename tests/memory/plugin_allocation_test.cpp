@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// A host's frame is unchanged if an allocation fails inside Plugin::filter, and the next call is right.
+// A host's frame is unchanged if an allocation fails inside Plugin::filter, and the next call is
+// right.
 
 #include <gtest/gtest.h>
 
@@ -19,32 +20,13 @@
 namespace dynfilter::testing {
 namespace {
 
-/// Parts of a frame that a filter may change.
-struct HostColumns {
-  std::vector<cv::KeyPoint> keypoints;
-  cv::Mat descriptors;
-
-  explicit HostColumns(const HostFrame& frame)
-      : keypoints(frame.keypoints), descriptors(frame.descriptors.clone()) {}
-};
-
-void expect_equal(const HostColumns& got, const HostColumns& want) {
-  ASSERT_EQ(got.keypoints.size(), want.keypoints.size());
-  for (std::size_t i = 0; i < got.keypoints.size(); ++i) {
-    ASSERT_EQ(got.keypoints[i].class_id, want.keypoints[i].class_id);
-    ASSERT_EQ(got.keypoints[i].pt, want.keypoints[i].pt);
-  }
-  ASSERT_EQ(got.descriptors.size(), want.descriptors.size());
-  EXPECT_EQ(cv::norm(got.descriptors, want.descriptors, cv::NORM_L1), 0);
-}
-
 using PluginAllocations = PluginTest;
 
 TEST_F(PluginAllocations, FailedOneLeavesTheFrameUnchanged) {
   const HostFrame frame(0);
   HostColumns filtered(frame);
-  Plugin(settings()).filter(frame.timestamp_s, frame.depth, filtered.keypoints,
-                            filtered.descriptors);
+  Plugin(settings())
+      .filter(frame.timestamp_s, frame.depth, filtered.keypoints, filtered.descriptors);
   ASSERT_LT(filtered.keypoints.size(), frame.keypoints.size());
   const std::size_t failed = for_each_failing_allocation([&](const std::size_t n) {
     SCOPED_TRACE(n);

@@ -247,8 +247,8 @@ TEST(MotionPose, TakesTheDepthAroundAFeature) {
   move.translation = {0.012, 0.002, 0};
   WallScene scene(move, {{{200, 150, 240, 300}, 2.0, {}, Suspicion::none, 8}});
   const std::size_t before = scene.estimated().observations;
-  for (int y = 0; y < image_size.height; ++y) {
-    for (int x = 1; x < image_size.width; x += 2) scene.depth().at<float>(y, x) = 0;
+  for (int y = 0; y < wall_image_size.height; ++y) {
+    for (int x = 1; x < wall_image_size.width; x += 2) scene.depth().at<float>(y, x) = 0;
   }
   EXPECT_EQ(scene.estimated().observations, before);
   EXPECT_LT(error_m(scene.estimated(), move), 1e-3);

@@ -20,7 +20,7 @@ using testing::brightness;
 
 constexpr float person_m = 1.5F, wall_m = 3.0F;
 
-cv::Mat1b noise(std::uint64_t seed) {
+cv::Mat1b patch_noise(std::uint64_t seed) {
   cv::Mat1b image(60, 80);
   cv::RNG(seed).fill(image, cv::RNG::UNIFORM, 0, 256);
   return image;
@@ -42,7 +42,7 @@ double mean_of(const std::vector<double>& values) {
 
 /// The surface is the wall or the person; each pixel of the patch counts unless it lies in front.
 TEST(SurfacePatch, IsTheMeanOverWhatDoesNotLieInFront) {
-  const cv::Mat1b now = noise(1), then = noise(2);
+  const cv::Mat1b now = patch_noise(1), then = patch_noise(2);
   cv::RNG random(3);
   for (int i = 0; i < 100; ++i) {
     const FrameView frame = person_left_of(random.uniform(10, 70));
@@ -67,9 +67,9 @@ TEST(SurfacePatch, IsTheMeanOverWhatDoesNotLieInFront) {
 
 /// A person walks by. Two pixels beside him, the wall has not changed.
 TEST(SurfacePatch, DoesNotSeeWhoPassesBeside) {
-  const cv::Mat1b now = noise(1);
+  const cv::Mat1b now = patch_noise(1);
   cv::Mat1b then = now.clone();
-  noise(2).colRange(0, 40).copyTo(then.colRange(0, 40));
+  patch_noise(2).colRange(0, 40).copyTo(then.colRange(0, 40));
   const cv::Point2f at(42, 30);
   const auto patch = SurfacePatch::around(person_left_of(40), now, at, double{wall_m});
   EXPECT_EQ(*patch->difference(then, at), 0);
@@ -77,7 +77,7 @@ TEST(SurfacePatch, DoesNotSeeWhoPassesBeside) {
 }
 
 TEST(SurfacePatch, HasNoAnswerOutsideTheImage) {
-  const cv::Mat1b image = noise(1);
+  const cv::Mat1b image = patch_noise(1);
   const FrameView frame = person_left_of(40);
   EXPECT_FALSE(SurfacePatch::around(frame, image, {2.9F, 30}, 1.5));
   EXPECT_FALSE(SurfacePatch::around(frame, image, {NAN, 30}, 1.5));

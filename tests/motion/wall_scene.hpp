@@ -19,7 +19,7 @@
 namespace dynfilter::detail {
 
 inline constexpr double wall_m = 5;
-inline const cv::Size image_size(640, 480);
+inline const cv::Size wall_image_size(640, 480);
 inline const PinholeCamera pinhole{525, 525, 320, 240};
 
 /// Group of features on a thing at one depth.
@@ -35,11 +35,11 @@ struct Thing {
 class WallScene {
  public:
   WallScene(const RelativePose& truth, const std::vector<Thing>& things) : truth_(truth) {
-    frame_.depth = cv::Mat(image_size, CV_32FC1, cv::Scalar(wall_m));
+    frame_.depth = cv::Mat(wall_image_size, CV_32FC1, cv::Scalar(wall_m));
     for (const Thing& thing : things) frame_.depth(thing.box).setTo(thing.depth_m);
     // Below the wall nothing is measured.
-    frame_.depth.rowRange(200, image_size.height)
-        .setTo(0, frame_.depth.rowRange(200, image_size.height) == wall_m);
+    frame_.depth.rowRange(200, wall_image_size.height)
+        .setTo(0, frame_.depth.rowRange(200, wall_image_size.height) == wall_m);
     add({{40, 20, 560, 160}, wall_m, {}, Suspicion::none, 16}, things);
     for (const Thing& thing : things) add(thing, {});
   }

@@ -31,8 +31,8 @@ struct Operator {
 
 std::ostream& operator<<(std::ostream& stream, const Operator& o) { return stream << o.model; }
 
-DeformableConvolutionOptions make_options(cv::Size stride, cv::Size dilation,
-                                          std::array<int, 4> pads, int groups) {
+DeformableConvolutionOptions layer_options(cv::Size stride, cv::Size dilation,
+                                           std::array<int, 4> pads, int groups) {
   DeformableConvolutionOptions options;
   options.stride = stride;
   options.dilation = dilation;
@@ -79,14 +79,14 @@ TEST_P(DeformableLayer, MatchesTheClass) {
   }
 }
 
-const DeformableConvolutionOptions wide = make_options({2, 1}, {1, 2}, {2, 1, 2, 1}, 2);
+const DeformableConvolutionOptions wide = layer_options({2, 1}, {1, 2}, {2, 1, 2, 1}, 2);
 
 INSTANTIATE_TEST_SUITE_P(
     All, DeformableLayer,
     ::testing::Values(
-        Operator{"deform_conv", 4, make_options({1, 2}, {2, 1}, {0, 1, 2, 3}, 2), true, true},
+        Operator{"deform_conv", 4, layer_options({1, 2}, {2, 1}, {0, 1, 2, 3}, 2), true, true},
         Operator{"deform_conv_plain", 3, {}, false, false},
-        Operator{"yolact_dcn", 3, make_options({2, 2}, {1, 1}, {1, 1, 1, 1}, 1), true, true},
+        Operator{"yolact_dcn", 3, layer_options({2, 2}, {1, 1}, {1, 1, 1, 1}, 1), true, true},
         Operator{"mmcv_dcn", 4, wide, true, true}, Operator{"mmdeploy_dcn", 4, wide, true, true},
         Operator{"mmcv_dcn_v1", 4, wide, false, false},
         Operator{"torchvision_dcn", 4, wide, true, true}),

@@ -22,7 +22,7 @@ using detail::stretch;
 using detail::transformed;
 using detail::turn_upright;
 
-constexpr double pi = 3.14159265358979323846;
+constexpr double half_turn = 3.14159265358979323846;
 const cv::Scalar grey = cv::Scalar::all(114);
 
 cv::Mat random_image(cv::Size size, unsigned seed = 1) {
@@ -86,7 +86,7 @@ TEST(InputPlacement, PlacementMapsThePattern) {
   // Compares the centre of mass of a bright rectangle before and after.
   cv::Mat image(123, 211, CV_8UC3, cv::Scalar::all(0));
   image(cv::Rect(60, 30, 40, 20)).setTo(cv::Scalar::all(200));
-  for (const double roll : {0.0, 0.3, pi / 2, -2.0}) {
+  for (const double roll : {0.0, 0.3, half_turn / 2, -2.0}) {
     const PlacedImage upright = turn_upright(image, roll, cv::Scalar::all(0));
     for (const PlacedImage& result :
          {letterbox(upright, {320, 256}, cv::Scalar::all(0)), stretch(upright, {320, 256})}) {
@@ -117,14 +117,14 @@ TEST(InputPlacement, QuarterTurnsOnlyMovePixels) {
   const auto turned = [&](double roll) { return turn_upright(image, roll, grey).pixels; };
   cv::Mat want;
   cv::rotate(image, want, cv::ROTATE_90_CLOCKWISE);
-  ASSERT_EQ(turned(pi / 2).size(), want.size());
-  EXPECT_EQ(cv::norm(turned(pi / 2), want, cv::NORM_INF), 0);
+  ASSERT_EQ(turned(half_turn / 2).size(), want.size());
+  EXPECT_EQ(cv::norm(turned(half_turn / 2), want, cv::NORM_INF), 0);
   cv::rotate(image, want, cv::ROTATE_90_COUNTERCLOCKWISE);
-  EXPECT_EQ(cv::norm(turned(-pi / 2), want, cv::NORM_INF), 0);
+  EXPECT_EQ(cv::norm(turned(-half_turn / 2), want, cv::NORM_INF), 0);
   cv::rotate(image, want, cv::ROTATE_180);
-  EXPECT_EQ(cv::norm(turned(pi), want, cv::NORM_INF), 0);
+  EXPECT_EQ(cv::norm(turned(half_turn), want, cv::NORM_INF), 0);
   EXPECT_EQ(turned(0).data, image.data);
-  EXPECT_EQ(turned(2 * pi).data, image.data);
+  EXPECT_EQ(turned(2 * half_turn).data, image.data);
 }
 
 TEST(InputPlacement, TurnedImageFitsOnItsCanvas) {
@@ -166,7 +166,8 @@ TEST(InputPlacement, BoxesBecomeWholePixelsClippedToTheImage) {
 }
 
 TEST(InputPlacement, BoxesAreTurnedBack) {
-  const InputPlacement placement = turn_upright(random_image({40, 30}), pi / 2, grey).placement;
+  const InputPlacement placement =
+      turn_upright(random_image({40, 30}), half_turn / 2, grey).placement;
   // A pixel (x, y) of the image is at (30 - y, x) on the canvas.
   EXPECT_EQ(box_in_image({5, 10, 12, 30}, placement), cv::Rect(10, 18, 20, 7));
 }

@@ -27,7 +27,7 @@ class PluginDepthOffset : public PluginTest {
 };
 
 /// Draws a board that swings before a wall; `frame` counts frames.
-cv::Mat board(int frame, int type, double inside, double outside) {
+cv::Mat shifted_board(int frame, int type, double inside, double outside) {
   cv::Mat picture(image_size, type, cv::Scalar::all(outside));
   const int x = cvRound(50 + 30 * std::sin(0.06 * frame));
   cv::rectangle(picture, {x, 20, 50, 80}, cv::Scalar::all(inside), cv::FILLED);
@@ -40,8 +40,8 @@ PluginCounters counters_with(const std::string& settings_file, int late) {
   for (int i = 0; i < 60; ++i) {
     std::vector<cv::KeyPoint> keypoints = {cv::KeyPoint(20, 20, 31)};
     cv::Mat descriptors(1, 32, CV_8UC1, cv::Scalar(0));
-    plugin.submit(board(i, CV_8UC3, 200, 60), i / 30.0);
-    plugin.filter(i / 30.0, board(i - late, CV_32FC1, 1, 3), keypoints, descriptors);
+    plugin.submit(shifted_board(i, CV_8UC3, 200, 60), i / 30.0);
+    plugin.filter(i / 30.0, shifted_board(i - late, CV_32FC1, 1, 3), keypoints, descriptors);
   }
   return plugin.counters();
 }

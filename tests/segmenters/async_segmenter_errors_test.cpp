@@ -118,7 +118,7 @@ TEST(AsyncSegmenter, RefusesMisuse) {
   for (const HandOver hand_over : {HandOver::wait, HandOver::limited_wait, HandOver::drop}) {
     Async async(options_of(hand_over));
     expect_error<std::invalid_argument>([&] { async.segmenter.collect(5); }, "frame 5");
-    FrameView timeless = frame_of(5);
+    FrameView timeless = numbered_frame(5);
     timeless.timestamp_s = std::nan("");
     expect_error<std::invalid_argument>([&] { async.segmenter.submit(timeless); }, "timestamp_s");
     EXPECT_EQ(async.segmenter.statistics().submitted, 0U);

@@ -36,7 +36,7 @@ GatedSegmenter::Then noting(Seen& seen) {
 TEST(AsyncSegmenter, CallerMayOverwriteItsImages) {
   Seen seen;
   Async async(options_of(HandOver::wait), noting(seen));
-  FrameView frame = frame_of(1);
+  FrameView frame = numbered_frame(1);
   frame.depth = cv::Mat(3, 4, CV_16UC1, cv::Scalar(500));
   frame.metres_per_unit = 0.001;
   async.segmenter.submit(frame);
@@ -54,7 +54,7 @@ TEST(AsyncSegmenter, SharesImagesOnRequest) {
   options.copy_images = false;
   Async async(options, noting(seen));
   async.gate->open_for_good();
-  FrameView frame = frame_of(1);
+  FrameView frame = numbered_frame(1);
   const unsigned char* pixels = frame.image.data;
   async.segmenter.submit(frame);
   frame.image.release();  // the network keeps it alive
@@ -67,7 +67,7 @@ TEST(AsyncSegmenter, AlwaysCopiesUnownedImages) {
   AsyncSegmenterOptions options = options_of(HandOver::wait);
   options.copy_images = false;
   Async async(options, noting(seen));
-  FrameView frame = frame_of(1);
+  FrameView frame = numbered_frame(1);
   {
     std::vector<std::uint8_t> buffer(12, 42);
     frame.image = cv::Mat(3, 4, CV_8UC1, buffer.data());
@@ -84,7 +84,7 @@ TEST(AsyncSegmenter, ReusesItsBuffers) {
   Async async(options_of(HandOver::wait), noting(seen));
   async.gate->open_for_good();
   for (std::uint64_t id = 1; id <= 50; ++id) {
-    FrameView frame = frame_of(id);
+    FrameView frame = numbered_frame(id);
     frame.depth = cv::Mat(3, 4, CV_16UC1, cv::Scalar(static_cast<double>(id)));
     frame.metres_per_unit = 0.001;
     async.segmenter.submit(frame);

@@ -207,7 +207,7 @@ TEST(AsyncSegmenter, IdsMayRepeatAndGoBackwards) {
     expect_masks_of(async.segmenter.collect(id), id);
   }
   // Both have the same time: the last submission counts.
-  FrameView early = frame_of(6), late = frame_of(6);
+  FrameView early = numbered_frame(6), late = numbered_frame(6);
   late.timestamp_s = 99;
   async.segmenter.submit(early);
   async.segmenter.submit(late);
@@ -269,7 +269,7 @@ TEST(AsyncSegmenter, DestructorWaitsOnlyForTheRunningInference) {
   std::thread opener;
   {
     AsyncSegmenter segmenter(std::make_unique<GatedSegmenter>(gate), options_of(HandOver::wait));
-    for (std::uint64_t id = 1; id <= 3; ++id) segmenter.submit(frame_of(id));
+    for (std::uint64_t id = 1; id <= 3; ++id) segmenter.submit(numbered_frame(id));
     gate->await_arrivals(1);
     opener = std::thread([&] {
       std::this_thread::sleep_for(std::chrono::milliseconds(20));  // so that destruction has begun
@@ -285,11 +285,11 @@ TEST(AsyncSegmenter, CanBeMoved) {
   const auto gate = std::make_shared<Gate>();
   gate->open_for_good();
   AsyncSegmenter first(std::make_unique<GatedSegmenter>(gate), options_of(HandOver::wait));
-  first.submit(frame_of(1));
+  first.submit(numbered_frame(1));
   AsyncSegmenter second = std::move(first);
   expect_masks_of(second.collect(1), 1);
   first = AsyncSegmenter(std::make_unique<GatedSegmenter>(gate), options_of(HandOver::wait));
-  first.submit(frame_of(2));
+  first.submit(numbered_frame(2));
   expect_masks_of(first.collect(2), 2);
 }
 

@@ -20,7 +20,7 @@ namespace {
 const std::string timed_header = "frame,instance,class_id,score,x,y,width,height,mask_time\n";
 constexpr std::uint64_t unknown = MaskFolderSegmenter::unknown_frame;
 
-Segmentation masks_of(double timestamp_s, int count = 1) {
+Segmentation timed_masks(double timestamp_s, int count = 1) {
   Segmentation segmentation;
   segmentation.timestamp_s = timestamp_s;
   segmentation.image_size = {8, 6};
@@ -34,10 +34,10 @@ Segmentation masks_of(double timestamp_s, int count = 1) {
 TEST(MaskFolderTimes, RoundTripKeepsTheTimeOfTheMasks) {
   const TemporaryFolder folder;
   MaskFolderWriter writer(folder.path());
-  writer.add(masks_of(1341846434.710184), "1341846434.710184", 1341846434.710184);
-  writer.add(masks_of(1341846434.710184, 2), "1341846434.746225", 1341846434.746225);
-  writer.add(masks_of(1341846434.710184, 0), "1341846434.778203", 1341846434.778203);
-  writer.add(masks_of(1341846434.810024));
+  writer.add(timed_masks(1341846434.710184), "1341846434.710184", 1341846434.710184);
+  writer.add(timed_masks(1341846434.710184, 2), "1341846434.746225", 1341846434.746225);
+  writer.add(timed_masks(1341846434.710184, 0), "1341846434.778203", 1341846434.778203);
+  writer.add(timed_masks(1341846434.810024));
   writer.finish();
   EXPECT_EQ(file_text(folder / "instances.csv"),
             timed_header +
@@ -60,8 +60,8 @@ TEST(MaskFolderTimes, RoundTripKeepsTheTimeOfTheMasks) {
 TEST(MaskFolderTimes, MasksOfTheirFramesGetNoColumn) {
   const TemporaryFolder folder;
   MaskFolderWriter writer(folder.path());
-  writer.add(masks_of(1.5004), "1.5", 1.5);  // the same moment, to 1 ms
-  writer.add(masks_of(1.5, 0), "2.5", 2.5);  // without instances
+  writer.add(timed_masks(1.5004), "1.5", 1.5);  // the same moment, to 1 ms
+  writer.add(timed_masks(1.5, 0), "2.5", 2.5);  // without instances
   writer.finish();
   EXPECT_EQ(file_text(folder / "instances.csv"), header + "1.5,1,0,0.500000,0,1,2,3\n");
   MaskFolderSegmenter reader(folder.path());
@@ -121,9 +121,9 @@ TEST(MaskFolderTimes, RefusesWrongTimesWithFileAndLine) {
 TEST(MaskFolderTimes, WriterRefusesTimesThatAreNone) {
   const TemporaryFolder folder;
   MaskFolderWriter writer(folder.path());
-  expect_error<std::invalid_argument>([&] { writer.add(masks_of(1e18), "1.5", 1.5); },
+  expect_error<std::invalid_argument>([&] { writer.add(timed_masks(1e18), "1.5", 1.5); },
                                       "masks of time 1000000000000000000.000000");
-  expect_error<std::invalid_argument>([&] { writer.add(masks_of(1.5), "1.5", 1.6); },
+  expect_error<std::invalid_argument>([&] { writer.add(timed_masks(1.5), "1.5", 1.6); },
                                       "the stem '1.5' for a segmentation of time 1.600000");
   EXPECT_EQ(writer.size(), 0U);
 }

@@ -22,7 +22,7 @@ namespace {
 
 using testing::expect_error;
 
-constexpr double period_s = 1.0 / 30;
+constexpr double lag_period_s = 1.0 / 30;
 
 /// A person-sized board 1 m away that swings before a wall 3 m away, and its masks.
 struct Swing {
@@ -41,7 +41,7 @@ struct Swing {
 
   FrameView frame(int i) const {
     FrameView frame;
-    frame.timestamp_s = i * period_s;
+    frame.timestamp_s = i * lag_period_s;
     frame.depth =
         cv::Mat(200, 480, depth_type, cv::Scalar::all(depth_type == CV_16UC1 ? 15000 : 3));
     frame.metres_per_unit = depth_type == CV_16UC1 ? 1.0 / 5000 : 0;
@@ -59,7 +59,7 @@ struct Swing {
     cv::Mat mask = cv::Mat::zeros(200, 480, CV_8UC1);
     mask(at).setTo(255);
     return {static_cast<std::uint64_t>(i),
-            i * period_s,
+            i * lag_period_s,
             mask.size(),
             {Instance::from_image_mask(mask)}};
   }
@@ -159,7 +159,7 @@ TEST(SilhouetteLagEstimator, StartsAfreshAfterAGapAndAnotherSize) {
   SilhouetteLagEstimator estimator;
   double time_s = 0;
   for (int i = 0; i < 120; ++i) {
-    time_s += i % 40 == 0 ? 1.0 : period_s;
+    time_s += i % 40 == 0 ? 1.0 : lag_period_s;
     FrameView frame = swing.frame(i);
     Segmentation masks = swing.masks(i);
     frame.timestamp_s = masks.timestamp_s = time_s;
@@ -168,7 +168,7 @@ TEST(SilhouetteLagEstimator, StartsAfreshAfterAGapAndAnotherSize) {
   ASSERT_TRUE(estimator.estimate());
   EXPECT_EQ(estimator.estimate()->edges, 3U * 2U * 38U);
   FrameView small;
-  small.timestamp_s = time_s + period_s;
+  small.timestamp_s = time_s + lag_period_s;
   small.depth = cv::Mat(2, 2, CV_16UC1, cv::Scalar(5000));
   small.metres_per_unit = 1.0 / 5000;
   estimator.add(small, {});
@@ -199,7 +199,7 @@ TEST(SilhouetteLagEstimator, TakesMasksOfAnyPlaceAndSize) {
     SilhouetteLagEstimator estimator(options);
     for (int i = 0; i < 30; ++i) {
       FrameView frame;
-      frame.timestamp_s = i * period_s;
+      frame.timestamp_s = i * lag_period_s;
       frame.depth = cv::Mat(size, CV_32FC1);
       random.fill(frame.depth, cv::RNG::UNIFORM, -0.2, 1.2);
       cv::Mat mask(random.uniform(1, 40), random.uniform(1, 70), CV_8UC1);
@@ -239,7 +239,7 @@ TEST(SilhouetteLagEstimator, RefusesMisuse) {
 DepthOffsetEstimate by_edges(double late, double sigma) {
   DepthOffsetEstimate estimate;
   estimate.verdict = DepthOffsetVerdict::measured;
-  estimate.period_s = 0.1;
+  estimate.lag_period_s = 0.1;
   estimate.offset = DepthOffset{late / 10 + 0.003, sigma / 10, late, sigma};
   return estimate;
 }

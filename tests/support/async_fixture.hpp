@@ -25,7 +25,7 @@ using Ids = std::vector<std::uint64_t>;
 
 inline constexpr double for_ever_s = 3600;
 
-inline FrameView frame_of(std::uint64_t id) {
+inline FrameView numbered_frame(std::uint64_t id) {
   FrameView frame;
   frame.id = id;
   frame.timestamp_s = 10.0 + 0.1 * static_cast<double>(id);
@@ -47,7 +47,7 @@ struct Async {
       : segmenter(std::make_unique<GatedSegmenter>(gate, std::move(then)), options) {}
   ~Async() { gate->open_for_good(); }
 
-  void submit(std::uint64_t id) { segmenter.submit(frame_of(id)); }
+  void submit(std::uint64_t id) { segmenter.submit(numbered_frame(id)); }
 
   /// Submits a frame and waits until the network has it.
   void submit_and_await(std::uint64_t id) {
@@ -68,11 +68,11 @@ struct Async {
   AsyncSegmenter segmenter;
 };
 
-/// Expects the masks that GatedSegmenter makes of frame_of(id).
+/// Expects the masks that GatedSegmenter makes of numbered_frame(id).
 inline void expect_masks_of(const std::optional<Segmentation>& masks, std::uint64_t id) {
   ASSERT_TRUE(masks.has_value()) << "frame " << id;
   EXPECT_EQ(masks->frame_id, id);
-  EXPECT_EQ(masks->timestamp_s, frame_of(id).timestamp_s);
+  EXPECT_EQ(masks->timestamp_s, numbered_frame(id).timestamp_s);
   EXPECT_EQ(masks->image_size, cv::Size(4, 3));
   ASSERT_EQ(masks->instances.size(), 1U);
   EXPECT_EQ(masks->instances[0].box.width, static_cast<int>(id));

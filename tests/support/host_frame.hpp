@@ -74,6 +74,25 @@ inline bool in_step(const HostFrame& frame) {
   return true;
 }
 
+/// Parts of a frame that a filter may change.
+struct HostColumns {
+  std::vector<cv::KeyPoint> keypoints;
+  cv::Mat descriptors;
+
+  explicit HostColumns(const HostFrame& frame)
+      : keypoints(frame.keypoints), descriptors(frame.descriptors.clone()) {}
+};
+
+inline void expect_equal(const HostColumns& got, const HostColumns& want) {
+  ASSERT_EQ(got.keypoints.size(), want.keypoints.size());
+  for (std::size_t i = 0; i < got.keypoints.size(); ++i) {
+    ASSERT_EQ(got.keypoints[i].class_id, want.keypoints[i].class_id);
+    ASSERT_EQ(got.keypoints[i].pt, want.keypoints[i].pt);
+  }
+  ASSERT_EQ(got.descriptors.size(), want.descriptors.size());
+  EXPECT_EQ(cv::norm(got.descriptors, want.descriptors, cv::NORM_L1), 0);
+}
+
 /// Masks of some frames on disk, and a settings file like ORB-SLAM's.
 class PluginTest : public ::testing::Test {
  protected:

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 #include <opencv2/imgcodecs.hpp>
 
-#include "models.hpp"
+#include "networks/models.hpp"
 #include "support/program.hpp"
 #include "support/temporary_folder.hpp"
 

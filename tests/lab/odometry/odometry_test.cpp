@@ -13,8 +13,8 @@
 #include <dynfilter/evaluation/rgbd_sequence.hpp>
 #include <opencv2/core.hpp>
 
-#include "bundle_adjustment.hpp"
-#include "pnp_ransac.hpp"
+#include "lab/odometry/bundle_adjustment.hpp"
+#include "lab/odometry/pnp_ransac.hpp"
 #include "support/odometry_scene.hpp"
 #include "support/test_data.hpp"
 
