@@ -7,7 +7,7 @@ exec </dev/null # no command may wait for input
 
 usage() {
   cat <<'END'
-usage: tests/mutants.sh [--core] [--again] [--count N] [--only FIRST-LAST] [--readme]
+usage: tests/mutants.sh [--core] [--again] [--count N] [--only FIRST-LAST]
                         [--source FOLDER] [-h]
 
 Breaks a copy of include/ and src/ in N small ways (default: 300), one at a time, in one build, and
@@ -18,7 +18,6 @@ tests that reach a mutant try it. Needs python3. A stopped call goes on where it
   --core    break the core's headers alone, and build its tests alone; in a folder of its own
   --again   try those that survived again, with the tests as they are now
   --only    mutants of these numbers alone
-  --readme  put the count into the table of figures in tests/README.md
   --source  another project with include/, src/ and tests/, for the test of this script
 
   DYNFILTER_BUILD_DIR         folder of the build, default build/mutants or build/mutants-core
@@ -34,11 +33,10 @@ count=300
 only=
 source=$root
 core=no
-readme=no
 again=no
 while (($# > 0)); do
   case "$1" in
-    --core | --readme | --again)
+    --core | --again)
       declare "${1#--}=yes"
       shift
       continue
@@ -71,29 +69,12 @@ fi
 folder=$(realpath -m "${DYNFILTER_BUILD_DIR:-$root/build/$name}")
 jobs=${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}
 equivalent=$source/tests/mutants/equivalent.txt
-readonly root count only source core readme again name files options folder jobs equivalent
-# shellcheck source-path=SCRIPTDIR source=figures.sh
-source "$root/tests/figures.sh"
-
-# A hash of the sources that are broken.
-sources_of() {
-  (cd "$1" && find include src -type f -print0 | LC_ALL=C sort -z | xargs -0 sha256sum | sha256sum)
-}
-if [[ $readme == yes && -n $only ]]; then
-  echo "error: --only tries a part, which is no figure" >&2
-  exit 2
-fi
-if [[ $readme == yes && -f $folder/table.txt ]] &&
-  [[ $(sources_of "$source") != $(cat "$folder/sources.txt" 2>/dev/null) ]]; then
-  echo "error: $folder has mutants of other sources; remove it for a new figure" >&2
-  exit 1
-fi
+readonly root count only source core again name files options folder jobs equivalent
 
 # The tree itself stays as it is.
 if [[ ! -f $folder/table.txt ]]; then
   rm -rf "$folder/source"
   mkdir -p "$folder/source"
-  sources_of "$source" >"$folder/sources.txt"
   tar -C "$source" --exclude=./build --exclude=./.git -c . | tar -C "$folder/source" -x
   python3 "$root/tests/mutants/mutate.py" "$folder/source" "$count" "$folder/new_table.txt" "$files"
   mv "$folder/new_table.txt" "$folder/table.txt"
@@ -107,7 +88,7 @@ cmake -S "$folder/source" -B "$folder/build" -DCMAKE_BUILD_TYPE=Release "${optio
   -DCMAKE_CXX_FLAGS="-include \"$root/tests/mutants/mutant.hpp\" -w" >"$folder/configure.log"
 targets=()
 if [[ $core == yes ]]; then
-  targets=(--target core_tests)
+  targets=(--target core_tests replay_whole_filter_tests replay_depth_lbp_tests)
 fi
 cmake --build "$folder/build" -j "$jobs" "${targets[@]}" >"$folder/build.log"
 # Models of networks, without which tests are skipped.
@@ -120,9 +101,5 @@ grep $'\tsurvived\t' "$folder/results.txt" || true
 caught=$(grep -c $'\tcaught\t' "$folder/results.txt" || true)
 equal=$(grep -c $'\tequivalent\t' "$folder/results.txt" || true)
 figure="$caught of $(($(wc -l <"$folder/results.txt") - equal))"
-if [[ $readme == yes ]]; then
-  set_figure "$root/tests/README.md" "$name caught" "$figure; $equal more change nothing" \
-    "tests/mutants.sh$([[ $core == no ]] || echo ' --core') --count $count --readme"
-fi
 echo "$equal mutants change nothing"
 echo "$figure mutants were caught"

@@ -7,7 +7,7 @@ exec </dev/null # no command may wait for input
 
 usage() {
   cat <<'END'
-usage: tests/platforms.sh [--readme] [-h] [STEP]... [SUITE]...
+usage: tests/platforms.sh [-h] [STEP]... [SUITE]...
 
 Clones the last commit into a bare system of each Debian suite (default: bullseye trixie), and runs
 steps of tests/run.sh there, which installs what it needs. A step takes half an hour on two idle
@@ -16,7 +16,6 @@ cores, and 6 gigabytes while it runs. Needs root and debootstrap.
   STEP      clang: the unit tests, built by that suite's clang
             dev: all tests but the slow ones, built by its g++
             default: both
-  --readme  put the numbers of tests into the table of figures in tests/README.md
 
   DYNFILTER_DATA_DIR          folder with recorded data, which is copied into the systems
   DYNFILTER_SCRATCH_DIR       folder for the systems, default /var/tmp; each run makes its own below it
@@ -30,18 +29,15 @@ readonly root
 source "$root/cmake/setup.sh"
 # shellcheck source-path=SCRIPTDIR source=bare_system.sh
 source "$root/tests/bare_system.sh"
-# shellcheck source-path=SCRIPTDIR source=figures.sh
-source "$root/tests/figures.sh"
 
-steps=() suites=() readme=no
+steps=() suites=()
 for argument in "$@"; do
   case "$argument" in
     -h | --help)
       usage
       exit
       ;;
-    --readme) readme=yes ;;
-    clang | dev) steps+=("$argument") ;;
+    sanitized | clang | dev) steps+=("$argument") ;;
     -*)
       usage >&2
       exit 2
@@ -49,9 +45,9 @@ for argument in "$@"; do
     *) suites+=("$argument") ;;
   esac
 done
-((${#steps[@]} > 0)) || steps=(clang dev)
+((${#steps[@]} > 0)) || steps=(sanitized clang dev)
 ((${#suites[@]} > 0)) || suites=(bullseye trixie)
-readonly steps suites readme
+readonly steps suites
 
 make_scratch platforms
 
@@ -77,10 +73,6 @@ try_step() {
     END { print all - skipped }' "$output")
   result="$tests by $(compiler_of "$system" "$step")"
   log "$suite: $result"
-  if [[ $readme == yes ]]; then
-    set_figure "$root/tests/README.md" "tests passed on Debian $suite, step $step" "$result" \
-      "tests/platforms.sh --readme"
-  fi
 }
 
 try_suite() {

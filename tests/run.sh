@@ -13,8 +13,7 @@ Builds the library and runs its tests, in steps. Without options: first `sanitiz
 ctest summary comes last. Stops at the first step that fails. Installs the packages that are missing
 (Debian, Ubuntu; as root or by sudo without password), or says which.
 
-  --all  every step, with slow tests; the documentation; checks of format and scripts, which are
-         skipped otherwise where their tools are missing
+  --all  every step, with slow tests, the Python module, the benchmarks and the documentation
   STEP   these steps only, whose order is always this:
            sanitized  the unit tests under the address and undefined-behaviour sanitizers
            threads    those of threads under the thread sanitizer
@@ -24,7 +23,7 @@ ctest summary comes last. Stops at the first step that fails. Installs the packa
            packages   the Debian packages, in bare systems (only root can make them)
            arm64      the core on ARM64, in a bare system
            valgrind   some unit tests of the dev build under valgrind
-           dev        the tests in the dev build; the slow ones with --all
+           dev        the tests of the program and of the installed package; all with --all
 
   DYNFILTER_BUILD_DIR         folder of the dev build, default build/dev; others lie beside it
   DYNFILTER_DATA_DIR          folder with recorded data for tests that can use it
@@ -68,12 +67,12 @@ source "$root/cmake/setup.sh"
 dev_dir=$(realpath -m "${DYNFILTER_BUILD_DIR:-$root/build/dev}")
 if [[ -n ${DYNFILTER_BUILD_DIR:-} ]]; then other_dirs="$dev_dir-"; else other_dirs="$root/build/"; fi
 jobs=${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}
-if [[ $all == yes ]]; then not_these=consumers; else not_these='consumers|slow'; fi
 skipped=()
-readonly dev_dir other_dirs jobs not_these
+readonly dev_dir other_dirs jobs
 
 # Spells out the presets of CMakePresets.json, because older CMake than 3.20 cannot read them.
-unit_tests_only=(-DDYNFILTER_BUILD_EXAMPLES=OFF -DDYNFILTER_BUILD_TOOLS=OFF)
+unit_tests_only=(-DDYNFILTER_TESTS=unit -DDYNFILTER_BUILD_EXAMPLES=OFF -DDYNFILTER_BUILD_TOOLS=OFF
+  -DDYNFILTER_INSTALL=OFF)
 
 # configure <folder> <option of cmake>...
 configure() {
@@ -94,6 +93,7 @@ build() {
 run_tests() {
   local folder=$1
   shift
+  if [[ $all == no ]]; then set -- "$@" -LE slow; fi
   (cd "$folder" && ctest --output-on-failure -j "$jobs" "$@")
 }
 
@@ -104,36 +104,32 @@ step_sanitized() {
     -DCMAKE_CXX_FLAGS_DEBUG="-g1 -O1 -D_GLIBCXX_ASSERTIONS -D_DEBUG" -DDYNFILTER_SANITIZE=address,undefined
   ASAN_OPTIONS=halt_on_error=1:detect_leaks=1 UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1 \
     LSAN_OPTIONS="suppressions='$root/tests/lsan.supp':print_suppressions=0" \
-    run_tests "${other_dirs}asan-ubsan" -LE "$not_these"
+    run_tests "${other_dirs}asan-ubsan"
 }
 
-# Builds and runs only the tests with the label `threads`.
 step_threads() {
   log "Tests of threads under the thread sanitizer"
-  local folder=${other_dirs}tsan
-  configure "$folder" "${unit_tests_only[@]}" -DCMAKE_BUILD_TYPE=RelWithDebInfo \
+  build "${other_dirs}tsan" "${unit_tests_only[@]}" -DCMAKE_BUILD_TYPE=RelWithDebInfo \
     -DDYNFILTER_SANITIZE=thread
-  cmake --build "$folder" -j "$jobs" --target threads_tests
   TSAN_OPTIONS="halt_on_error=1:suppressions='$root/tests/tsan.supp':print_suppressions=0" \
-    run_tests "$folder" -L threads --no-tests=error
+    run_tests "${other_dirs}tsan" -R '\.threads$' --no-tests=error
 }
 
 step_clang() {
   log "Unit tests, built by clang"
   build "${other_dirs}clang" "${unit_tests_only[@]}" -DCMAKE_BUILD_TYPE=RelWithDebInfo \
     -DCMAKE_CXX_COMPILER=clang++
-  run_tests "${other_dirs}clang" -LE "$not_these|repository"
+  run_tests "${other_dirs}clang"
 }
 
-# Hardened as the preset of that name is, with what hosts choose: -O3, a newer language, all instructions
-# of this processor, and a unity build. There g++ 12 warns of its own strings and intrinsics.
+# Hardened as the preset of that name is, with what hosts choose: -O3, a newer language, and all
+# instructions of this processor.
 step_hardened() {
   log "Unit tests, optimised and hardened, as C++20"
   build "${other_dirs}hardened" "${unit_tests_only[@]}" -DCMAKE_BUILD_TYPE=Release \
     -DCMAKE_CXX_FLAGS_RELEASE="-O3 -march=native -D_GLIBCXX_ASSERTIONS -D_FORTIFY_SOURCE=2 -fstack-protector-strong" \
-    -DCMAKE_CXX_STANDARD=20 -DCMAKE_UNITY_BUILD=ON -DDYNFILTER_WARNINGS_AS_ERRORS=OFF
-  # Valgrind, which counts instructions, does not know all of them.
-  run_tests "${other_dirs}hardened" -LE "$not_these|repository" -E '^instructions\.'
+    -DCMAKE_CXX_STANDARD=20 -DDYNFILTER_WARNINGS_AS_ERRORS=OFF
+  run_tests "${other_dirs}hardened"
 }
 
 # Fuzzes all targets under the sanitizers, from their corpus.
@@ -167,24 +163,27 @@ build_dev() {
 step_valgrind() {
   build_dev
   log "Some unit tests under valgrind"
-  local name
-  for name in instance features labels keep_static edge_compensator depth_compensator dynamic_filter; do
-    valgrind --quiet --error-exitcode=1 --leak-check=full --show-leak-kinds=definite \
-      --errors-for-leak-kinds=definite "$dev_dir/tests/${name}_test" --gtest_brief=1
-  done
+  valgrind --quiet --error-exitcode=1 --leak-check=full --show-leak-kinds=definite \
+    --errors-for-leak-kinds=definite "$dev_dir/tests/core_tests" --gtest_brief=1 \
+    --gtest_filter='Instance*:Features*:Labels*:KeepStatic*:EdgeCompensator*:DepthCompensator*'
 }
 
 step_dev() {
   build_dev
   log "All tests"
-  if [[ $all == yes ]]; then run_tests "$dev_dir"; else run_tests "$dev_dir" -LE slow; fi
+  run_tests "$dev_dir"
 }
 
-packages=(libbenchmark-dev python3-numpy)
+packages=(python3-numpy)
 # The tests of networks make their models with it; without it they are skipped.
 if is_available python3-onnx; then packages+=(python3-onnx); fi
-dev_options=(-DCMAKE_BUILD_TYPE=RelWithDebInfo -DCMAKE_EXPORT_COMPILE_COMMANDS=ON
-  -DDYNFILTER_BUILD_BENCHMARKS=ON)
+dev_options=(-DCMAKE_BUILD_TYPE=RelWithDebInfo -DCMAKE_EXPORT_COMPILE_COMMANDS=ON)
+# Without --all, the unit tests run once, in the sanitized build.
+if [[ $all == yes || $wanted == *' valgrind '* ]]; then
+  dev_options+=(-DDYNFILTER_TESTS=all)
+else
+  dev_options+=(-DDYNFILTER_TESTS=program)
+fi
 if is_available libcli11-dev; then
   packages+=(libcli11-dev nlohmann-json3-dev)
   dev_options+=(-DDYNFILTER_BUILD_TOOLS=ON)
@@ -192,23 +191,25 @@ else
   log "This release has no package libcli11-dev: the program dynfilter is neither built nor tested"
   dev_options+=(-DDYNFILTER_BUILD_TOOLS=OFF)
 fi
-# The Python module, and its tests.
-if is_available pybind11-dev; then packages+=(pybind11-dev python3-dev python3-mypy python3-pytest); fi
 if [[ $wanted == *' clang '* || $wanted == *' fuzz '* ]]; then
   packages+=(clang)
   if is_available libclang-rt-dev; then packages+=(libclang-rt-dev); fi # Debian 11 has it in `clang`
 fi
 if [[ $wanted == *' valgrind '* ]]; then packages+=(valgrind); fi
 if [[ $all == yes ]]; then
-  packages+=(clang-format shellcheck doxygen)
+  packages+=(clang-format shellcheck doxygen libbenchmark-dev)
+  if is_available pybind11-dev; then packages+=(pybind11-dev python3-dev python3-mypy python3-pytest); fi
   if is_available chromium; then packages+=(chromium); fi # Ubuntu has none outside its store
 fi
 need_build_packages "${packages[@]}"
-pybind11_version=$(dpkg-query -W -f '${Version}' pybind11-dev 2>/dev/null || true)
-if [[ -n $pybind11_version ]] && dpkg --compare-versions "$pybind11_version" ge 2.9; then
-  dev_options+=(-DDYNFILTER_BUILD_PYTHON=ON)
-else
-  log "There is no pybind11 2.9: the Python module is neither built nor tested"
+if [[ $all == yes ]]; then
+  dev_options+=(-DDYNFILTER_BUILD_BENCHMARKS=ON)
+  pybind11_version=$(dpkg-query -W -f '${Version}' pybind11-dev 2>/dev/null || true)
+  if [[ -n $pybind11_version ]] && dpkg --compare-versions "$pybind11_version" ge 2.9; then
+    dev_options+=(-DDYNFILTER_BUILD_PYTHON=ON)
+  else
+    log "There is no pybind11 2.9: the Python module is neither built nor tested"
+  fi
 fi
 find_configure_options
 # Only with the compiler that we test with: others have other warnings.

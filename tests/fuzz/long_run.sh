@@ -7,14 +7,13 @@ exec </dev/null # no command may wait for input
 
 usage() {
   cat <<'END'
-usage: tests/fuzz/long_run.sh [--readme] [--only TARGET] SECONDS
+usage: tests/fuzz/long_run.sh [--only TARGET] SECONDS
 
 Builds the fuzz targets with clang's libFuzzer and the address and undefined-behaviour sanitizers,
 fuzzes all of them, one after another, for that many seconds altogether (the whole filter longest),
 and prints the inputs of each. Goes on with the corpus of earlier runs. A failing input is kept and named, and the others go
 on; the exit code is 1 then. SIGTERM ends the run after the input at hand.
 
-  --readme  add the inputs of this run to the table of figures in tests/README.md
   --only    fuzz one target, such as motion
 
   DYNFILTER_BUILD_DIR         folder of the build, default build/fuzz
@@ -24,12 +23,10 @@ END
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 readonly root
-readme=no
 only='*'
 seconds=
 while (($# > 0)); do
   case "$1" in
-    --readme) readme=yes ;;
     --only)
       only=${2:?--only wants a target}
       shift
@@ -46,11 +43,9 @@ while (($# > 0)); do
   shift
 done
 [[ -n $seconds ]] || { usage >&2; exit 2; }
-readonly readme only seconds
+readonly only seconds
 # shellcheck source-path=SCRIPTDIR source=../../cmake/setup.sh
 source "$root/cmake/setup.sh"
-# shellcheck source-path=SCRIPTDIR source=../figures.sh
-source "$root/tests/figures.sh"
 
 need_build_packages clang libclang-rt-dev
 find_configure_options
@@ -129,16 +124,11 @@ while ((left > 0)) && [[ $stopped == no ]]; do
   left=$((left - round))
 done
 
-readme_page=$root/tests/README.md
-command="tests/fuzz/long_run.sh --readme SECONDS"
 log "Inputs"
 sum=0
 for target in $(printf '%s\n' "${!inputs[@]}" | sort); do
   printf '%12d  %s\n' "${inputs[$target]}" "$target"
   sum=$((sum + inputs[$target]))
-  if [[ $readme == yes ]]; then
-    add_to_figure "$readme_page" "inputs fuzzed: " "$target" "${inputs[$target]}" "$command"
-  fi
 done
 printf '%12d  of all targets\n' "$sum"
 ((failures == 0))

@@ -40,7 +40,7 @@ DYNFILTER_BUILD_DIR=$folder/toy bash "$root/tests/mutants.sh" --source "$folder/
   fail "wants 4 caught of 4"
 # Each test knows which mutants it reaches, and tries no others.
 number=$(awk -F '\t' '/absolute/ { print $1 }' "$folder/toy/table.txt")
-python3 - "$folder/toy/reached/toy_test.json" "$number" <<'END' || fail "wants the mutants of each test"
+python3 - "$folder/toy/reached/toy_tests.json" "$number" <<'END' || fail "wants the mutants of each test"
 import json
 import sys
 

@@ -33,7 +33,7 @@ class Tests:
 
     def __init__(self, folder, jobs):
         self.folder = folder
-        programs = sorted(file for file in (folder / "build" / "tests").rglob("*_test")
+        programs = sorted(file for file in (folder / "build" / "tests").rglob("*_tests")
                           if file.is_file() and os.access(file, os.X_OK))
         (folder / "reached").mkdir(exist_ok=True)
         self.cases = []  # program, name, seconds, mutants

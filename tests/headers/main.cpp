@@ -1,4 +1,0 @@
-// SPDX-FileCopyrightText: 2026 the dynfilter authors
-// SPDX-License-Identifier: MIT
-
-int main() {}
