@@ -8,7 +8,6 @@
 #define DYNFILTER_PLUGIN_HPP
 
 #include <cstddef>
-#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -36,12 +35,6 @@ struct PluginCounters {
   /// Masks that could not be obtained while missing_masks is "keep".
   std::size_t mask_failures = 0;
   std::size_t starved = 0;  ///< frames that the filter left with fewer features than the floor
-  /// Frames whose depth was compared with their image, in a thread of the plugin's own; see the
-  /// setting depth_check_frames.
-  std::size_t depth_checked = 0;
-  /// Frames by which the host's depth is later than its images; NaN while that is unknown. Beyond
-  /// 0.5 in either direction, depth is out of step and should be paired anew.
-  double depth_frames_late = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// Filter for a host that should change as little as possible. It reads its settings from the
@@ -81,18 +74,18 @@ class DYNFILTER_PLUGIN_API Plugin {
   /// RGB order. It has raw pixels, as the features do. Masks from a folder do not need it;
   /// overlays, and segmenters that look at images, do.
   ///
-  /// The frame's mask in a folder is read from now on, in a thread, unless the setting `read_ahead`
-  /// is 0. With the setting `async` the frame's masks are computed from now on, in parallel to the
-  /// host, until filter(). Unless they have four channels or RGB order, the pixels are shared until
-  /// then, and not changed. Throws std::invalid_argument for another image and for a time that is
-  /// not finite, and std::system_error if the thread cannot be started.
+  /// The frame's mask in a folder is read from now on, in a thread. With the setting `async` the
+  /// frame's masks are computed from now on, in parallel to the host, until filter(). Unless they
+  /// have four channels or RGB order, the pixels are shared until then, and not changed. Throws
+  /// std::invalid_argument for another image and for a time that is not finite, and
+  /// std::system_error if the thread cannot be started.
   void submit(const cv::Mat& image, double timestamp_s);
 
   /// Hands over both images of a rectified pair before the frame's filter(). Their types are those
   /// of the one above, and their sizes equal; `left` is that of the features and the masks. With
   /// the right image, filter() finds the depths of features around objects, and takes the host's
-  /// where it finds none, unless the setting `match_pairs` is 0. A filter() without `right_x` does
-  /// not use it. Throws as the one above, and std::invalid_argument for images of different sizes.
+  /// where it finds none. A filter() without `right_x` does not use it. Throws as the one above,
+  /// and std::invalid_argument for images of different sizes.
   void submit(const cv::Mat& left, const cv::Mat& right, double timestamp_s);
 
   /// Removes the features on moving objects from an RGB-D frame. `depth` is CV_32FC1 in metres, as
@@ -101,9 +94,7 @@ class DYNFILTER_PLUGIN_API Plugin {
   ///
   /// Throws std::invalid_argument for malformed input and std::runtime_error for a mask that is
   /// missing or broken (see the setting missing_masks). If it throws, even for lack of memory,
-  /// keypoints and descriptors are unchanged. The comparison of depth and image goes on in a thread
-  /// after this returns, with copies; what it throws comes out of the next filter(), once. Throws
-  /// std::system_error if that thread cannot be started.
+  /// keypoints and descriptors are unchanged.
   FrameStatistics filter(double timestamp_s, const cv::Mat& depth,
                          std::vector<cv::KeyPoint>& keypoints, cv::Mat& descriptors);
 
@@ -139,8 +130,6 @@ class DYNFILTER_PLUGIN_API Plugin {
                          cv::Mat& descriptors, int& pivot);
 
   /// Returns the counters since construction. A filter that is switched off counts only the calls.
-  /// Waits for the comparison of the last frames' depth, some milliseconds, and throws what it
-  /// threw if filter() has not.
   PluginCounters counters() const;
 
   /// Whether the filter is switched on. It is, unless the setting `enabled` is 0.

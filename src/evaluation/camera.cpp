@@ -35,11 +35,7 @@ class CameraFile {
     return value;
   }
 
-  double optional(const char* key) const {
-    const double value = file_.number(key).value_or(0);
-    if (!std::isfinite(value)) file_.refuse(key, file_.shown(key), "a finite number");
-    return value;
-  }
+  double optional(const char* key) const { return file_.number(key).value_or(0); }
 
   double optional_not_negative(const char* key) const {
     const double value = optional(key);

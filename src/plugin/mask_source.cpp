@@ -40,20 +40,16 @@ bool would_do_without(const PluginSettings& settings) {
 
 /// Names the settings that help where a mask is missing.
 std::string remedy_of(const PluginSettings& settings) {
-  std::string remedy = " (" + settings.missing_masks_key + ": \"keep\" continues without";
+  std::string remedy = " (" + settings.prefix + "missing_masks: \"keep\" continues without";
   if (!settings.mask_folder.empty()) {
-    remedy += "; " + settings.max_time_difference_key + " takes masks of other times";
+    remedy += "; " + settings.prefix + "max_time_difference_s takes masks of other times";
   }
   return remedy + ")";
 }
 
 std::unique_ptr<Segmenter> make_segmenter(const PluginSettings& settings) {
 #ifdef DYNFILTER_HAS_REMOTE_SEGMENTER
-  if (!settings.remote.empty()) {
-    RemoteSegmenterOptions options;
-    options.timeout_s = settings.remote_timeout_s;
-    return std::make_unique<RemoteSegmenter>(settings.remote, options);
-  }
+  if (!settings.remote.empty()) return std::make_unique<RemoteSegmenter>(settings.remote);
 #endif
 #ifdef DYNFILTER_HAS_NETWORKS
   if (!settings.model.empty()) return make_network_segmenter(settings.model);
@@ -64,7 +60,7 @@ std::unique_ptr<Segmenter> make_segmenter(const PluginSettings& settings) {
 }  // namespace
 
 MaskSource::MaskSource(const PluginSettings& settings)
-    : origin_(settings.file + ": " + settings.source_key + ": "),
+    : origin_(settings.place_of(settings.source()) + ": "),
       remedy_(remedy_of(settings)),
       continues_without_masks_(settings.missing_masks == "keep"),
       hand_over_(settings.hand_over) {
@@ -74,12 +70,11 @@ MaskSource::MaskSource(const PluginSettings& settings)
     if (hand_over_) {
       AsyncSegmenterOptions options;
       options.hand_over = *hand_over_;
-      options.max_wait_s = settings.max_wait_s;
       // A folder is read for frames without an image, too, which the thread does not get.
       std::unique_ptr<Segmenter> for_thread = folder_ ? make_segmenter(settings) : nullptr;
       thread_ = std::make_unique<AsyncSegmenter>(
           for_thread ? std::move(for_thread) : std::move(segmenter_), options);
-    } else if (folder_ && settings.reads_ahead) {
+    } else if (folder_) {
       ahead_ = std::make_unique<ReadAhead>(*folder_);
     }
   } catch (const std::invalid_argument& error) {  // names an option

@@ -77,7 +77,7 @@ class MaskSource {
   std::optional<HandOver> hand_over_;      // of the thread
   std::unique_ptr<AsyncSegmenter> thread_;
   bool is_uncollected_ = false;       // the frame submitted last, by the thread
-  std::unique_ptr<ReadAhead> ahead_;  // reads the folder's masks, if the settings allow it
+  std::unique_ptr<ReadAhead> ahead_;  // reads the folder's masks, without a thread_
   std::optional<MaskPropagator> propagator_;
   // The propagator's last answer: a second call for a frame would restart it.
   std::optional<Segmentation> propagated_;

@@ -24,7 +24,7 @@ StereoDepths make_stereo(const PluginSettings& settings) {
 }  // namespace
 
 PairDepths::PairDepths(const PluginSettings& settings)
-    : is_on_(settings.matches_pairs && settings.filter.compensator.rule != CompensationRule::mask),
+    : is_on_(settings.filter.compensator.rule != CompensationRule::mask),
       stereo_(make_stereo(settings)),
       culler_(settings.filter.mask_culler),
       options_(settings.filter.compensator.depth) {}

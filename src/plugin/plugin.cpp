@@ -15,14 +15,10 @@
 
 #include "dynfilter/detail/columns.hpp"
 #include "dynfilter/dynfilter.hpp"
-#include "plugin/depth_check.hpp"
 #include "plugin/first_frames.hpp"
 #include "plugin/host_columns.hpp"
 #include "plugin/host_image.hpp"
-#include "plugin/late_depth.hpp"
-#include "plugin/map_start.hpp"
 #include "plugin/mask_source.hpp"
-#include "plugin/motion_wait.hpp"
 #include "plugin/pair_depths.hpp"
 #include "plugin/plugin_settings.hpp"
 #include "plugin/recorder.hpp"
@@ -49,8 +45,7 @@ void record_by_settings(const detail::PluginSettings& settings, const Call& call
   try {
     call();
   } catch (const std::runtime_error& error) {
-    throw std::runtime_error(settings.file + ": " + settings.output_folder_key + ": " +
-                             error.what());
+    throw std::runtime_error(settings.place_of("output_folder") + ": " + error.what());
   }
 }
 
@@ -67,16 +62,7 @@ void keep_at_least_one(FeatureLabels& labels) {
 
 struct Plugin::State {
   explicit State(const detail::PluginSettings& from)
-      : settings(from),
-        filter(make_filter(from)),
-        pair_depths(from),
-        first_frames({settings.file, settings.source_key, settings.image_key, settings.motion_key}),
-        map_start(settings.start_features, settings.file),
-        motion_wait(settings.wait_for_motion,
-                    settings.wait_for_motion_key + " in " + settings.file),
-        depth_check({settings.depth_check_frames, settings.depth_frames_late,
-                     settings.depth_frames_late_key, settings.file}),
-        late_depth(settings.depth_frames_late) {
+      : settings(from), filter(make_filter(from)), pair_depths(from), first_frames(settings) {
     if (!settings.enabled) return;
     masks.emplace(settings);
 #ifdef DYNFILTER_HAS_MOTION
@@ -91,7 +77,6 @@ struct Plugin::State {
     }
     // An earlier recording goes when nothing else can fail.
     if (recorder) record_by_settings(settings, [&] { recorder->begin(); });
-    for (const std::string& sentence : settings.idle) std::cerr << sentence << std::endl;
   }
 
   FrameView view(double timestamp_s, const cv::Mat& depth);
@@ -103,9 +88,6 @@ struct Plugin::State {
              const FeaturesView& features);
   void submit(const cv::Mat& image, const cv::Mat& right, double timestamp_s);
   FrameStatistics run(double timestamp_s, const cv::Mat& depth, const detail::HostColumns& columns);
-  void watch(const FrameView& frame, const FrameStatistics& statistics,
-             const detail::HostColumns& columns, const detail::MotionWait& wait,
-             const std::string& of_wait);
   FrameStatistics leave_alone(const cv::Mat& depth, const std::vector<cv::KeyPoint>& keypoints);
 
   detail::PluginSettings settings;
@@ -119,10 +101,6 @@ struct Plugin::State {
 #endif
   std::optional<detail::Recorder> recorder;
   detail::FirstFrames first_frames;
-  detail::MapStart map_start;
-  detail::MotionWait motion_wait;
-  detail::DepthCheck depth_check;
-  detail::LateDepth late_depth;
   PluginCounters counters;
   FeatureLabels labels;
   Workspace workspace;
@@ -184,20 +162,6 @@ void Plugin::State::apply(const FrameView& frame, const std::optional<Segmentati
   filter.apply(frame, segmentation, features, labels, workspace);
 }
 
-/// Writes sentences to standard error, each once: what is odd about the first frames, and what to
-/// set if a host with depth waits in vain for a frame with which it can begin a map.
-void Plugin::State::watch(const FrameView& frame, const FrameStatistics& statistics,
-                          const detail::HostColumns& columns, const detail::MotionWait& wait,
-                          const std::string& of_wait) {
-  std::vector<std::string> sentences = first_frames.add(frame, statistics);
-  sentences.push_back(of_wait);
-  const bool has_depth = statistics.has_depth || columns.right_x != nullptr;
-  if (has_depth && !wait.holds()) sentences.push_back(map_start.add(statistics));
-  for (const std::string& sentence : sentences) {
-    if (!sentence.empty()) std::cerr << sentence << std::endl;
-  }
-}
-
 /// Filters all or nothing: everything that may fail comes before the caller's data change.
 FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
                                    const detail::HostColumns& columns) {
@@ -205,15 +169,13 @@ FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
   const detail::Stopwatch in_all;
   detail::FrameTimes times;
   detail::require_matching_sizes(columns);
-  const FrameView as_given = view(timestamp_s, depth);
-  if (depth.type() == CV_16UC1 && !depth.empty() && !(as_given.metres_per_unit > 0)) {
+  const FrameView frame = view(timestamp_s, depth);
+  if (depth.type() == CV_16UC1 && !depth.empty() && !(frame.metres_per_unit > 0)) {
     detail::throw_misuse("Plugin::filter",
                          "CV_16UC1 depth, and no DepthMapFactor above 0 in " + settings.file,
                          "one there: 5000 for TUM, 1000 for millimetres");
   }
-  validate(as_given, "Plugin::filter");
-  const auto loan = depth_check.lend(as_given);  // until this returns
-  const FrameView frame = late_depth.in_step(as_given);
+  validate(frame, "Plugin::filter");
   const detail::Stopwatch for_masks;
   const std::optional<Segmentation> segmentation =
       masks->masks_for(frame, motions_of(frame, columns.keypoints));
@@ -223,8 +185,6 @@ FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
   const FeaturesView features = features_of(columns, frame, segmentation);
   apply(frame, segmentation, features);
   is_in_step = true;
-  detail::MotionWait wait = motion_wait;  // a frame that fails is none to wait for
-  const std::string of_wait = wait.hold(labels);
   keep_at_least_one(labels);
   FrameStatistics statistics = labels.statistics();  // copying it may fail
   const std::size_t kept_before_pivot =
@@ -234,8 +194,10 @@ FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
   times.filter_s = in_all.elapsed_s();
   const Segmentation shown = segmentation.value_or(Segmentation());
   if (recorder) recorder->record(frame, shown, features, labels, times);
-  watch(frame, statistics, columns, wait, of_wait);
-  motion_wait = std::move(wait);
+  const bool has_depth = statistics.has_depth || columns.right_x != nullptr;
+  for (const std::string& sentence : first_frames.add(frame, statistics, has_depth)) {
+    std::cerr << sentence << std::endl;
+  }
   detail::shorten(labels, columns);
   if (columns.pivot) *columns.pivot = static_cast<int>(kept_before_pivot);
   ++counters.filtered;
@@ -337,9 +299,6 @@ FrameStatistics Plugin::filter(double timestamp_s, std::vector<cv::KeyPoint>& ke
 PluginCounters Plugin::counters() const {
   PluginCounters counters = state_->counters;
   if (enabled()) counters.mask_failures = state_->masks->failures();
-  counters.depth_checked = state_->depth_check.lent();
-  const std::optional<DepthOffset> offset = state_->depth_check.estimate().offset;
-  if (offset) counters.depth_frames_late = offset->frames_late;
   return counters;
 }
 

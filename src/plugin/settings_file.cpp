@@ -4,24 +4,12 @@
 #include "plugin/settings_file.hpp"
 
 #include <algorithm>
-#include <cctype>
-#include <cmath>
-#include <cstring>
 #include <numeric>
-#include <optional>
+
+#include "plugin/dropped_settings.hpp"
 
 namespace dynfilter::detail {
 namespace {
-
-/// Returns today's name of a setting of version 0.1: min_ and max_ have replaced least_ and most_.
-std::string present_name(std::string name) {
-  const std::size_t word = name.rfind('.') + 1;  // 0 without a dot
-  for (const auto& [old_prefix, prefix] :
-       {std::pair("least_", "min_"), std::pair("most_", "max_")}) {
-    if (name.rfind(old_prefix, word) == word) name.replace(word, std::strlen(old_prefix), prefix);
-  }
-  return name;
-}
 
 /// Returns Levenshtein's distance: the letters to change, add or remove.
 std::size_t edit_distance(const std::string& a, const std::string& b) {
@@ -39,48 +27,16 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
   return row.back();
 }
 
-/// Whether a key begins with the prefix in other letters, or with another character in place of the
-/// dot behind it.
-bool has_misspelt_prefix(const std::string& key, const std::string& prefix) {
-  if (key.size() <= prefix.size()) return false;
-  const auto is_same_letter = [](unsigned char a, unsigned char b) {
-    return std::tolower(a) == std::tolower(b);
-  };
-  const bool begins = std::equal(prefix.begin(), prefix.end(), key.begin(), is_same_letter);
-  const char separator = key[prefix.size()];
-  const bool is_separated = separator == '.' || separator == '_' || separator == '-';
-  return begins && is_separated && key.compare(0, prefix.size() + 1, prefix + ".") != 0;
-}
-
 std::string join(const std::vector<std::string>& words, const std::string& prefix = {}) {
   std::string text;
   for (const std::string& word : words) text += (text.empty() ? "" : ", ") + prefix + word;
   return text;
 }
 
-/// Returns the name that is likeliest meant: one that begins with this and a dot, or the nearest.
-std::string nearest_of(const std::vector<std::string>& names, const std::string& name) {
-  const auto is_part = [&name](const std::string& other) {
-    return other.compare(0, name.size() + 1, name + ".") == 0;
-  };
-  const auto longer = std::find_if(names.begin(), names.end(), is_part);
-  if (longer != names.end()) return *longer;
-  return *std::min_element(names.begin(), names.end(),
-                           [&](const std::string& a, const std::string& b) {
-                             return edit_distance(a, name) < edit_distance(b, name);
-                           });
-}
-
 }  // namespace
 
 SettingsFile::SettingsFile(const std::string& path, const std::string& prefix)
-    : file_(path), prefix_(prefix + ".") {
-  for (const std::string& key : file_.keys()) {
-    if (key.compare(0, prefix_.size(), prefix_) == 0) names_.push_back(key.substr(prefix_.size()));
-    if (key == prefix) has_block_ = true;
-    if (has_misspelt_prefix(key, prefix)) misspelt_.push_back(key);
-  }
-}
+    : file_(path), prefix_(prefix + ".") {}
 
 std::string SettingsFile::declare(const std::string& name) {
   known_.push_back(name);
@@ -113,10 +69,6 @@ void SettingsFile::read_number(const std::string& name, double& value) {
   value = file_.number(declare(name)).value_or(value);
 }
 
-void SettingsFile::read_count(const std::string& name, int& value) {
-  value = file_.integer(declare(name), 0).value_or(value);
-}
-
 void SettingsFile::read_count(const std::string& name, std::size_t& value) {
   const std::optional<int> number = file_.integer(declare(name), 0);
   if (number) value = static_cast<std::size_t>(*number);
@@ -126,61 +78,33 @@ void SettingsFile::read_integers(const std::string& name, std::vector<int>& valu
   values = file_.integers(declare(name)).value_or(values);
 }
 
-double SettingsFile::host_number(const std::string& key, double value) const {
-  const std::optional<double> number = file_.number(key);
-  if (number && !(*number >= 0 && std::isfinite(*number))) {
-    file_.refuse(key, file_.shown(key), "a finite number of at least 0");
-  }
-  return number.value_or(value);
-}
-
-std::optional<double> SettingsFile::host_real(const std::string& key) const {
-  const std::optional<double> number = file_.number(key);
-  if (number && !std::isfinite(*number)) file_.refuse(key, file_.shown(key), "a finite number");
-  return number;
-}
-
-std::string SettingsFile::host_text(const std::string& key) const {
-  return file_.text(key).value_or("");
-}
-
-bool SettingsFile::has(const std::string& name) const {
-  return std::find(names_.begin(), names_.end(), name) != names_.end();
-}
-
-bool SettingsFile::is_known(const std::string& name) const {
-  return std::find(known_.begin(), known_.end(), name) != known_.end();
-}
-
 void SettingsFile::finish() const {
-  if (has_block_) {
-    file_.refuse(prefix_.substr(0, prefix_.size() - 1), "settings in a block",
+  const std::string block = prefix_.substr(0, prefix_.size() - 1);
+  if (file_.has(block)) {
+    file_.refuse(block, "settings in a block",
                  "each in a line of its own, as " + key_of("mask_folder") + ": \"masks\"");
   }
-  for (const std::string& key : misspelt_) {
-    const std::string name = key.substr(prefix_.size());
-    if (is_known(name)) refuse("has the key " + key + "; want " + key_of(name));
+  bool has_any = false;
+  for (const std::string& key : file_.keys()) {
+    if (key.compare(0, prefix_.size(), prefix_) != 0) continue;
+    has_any = true;
+    require_known(key.substr(prefix_.size()));
   }
-  if (names_.empty()) {
-    refuse("has no setting of dynfilter. Add at least\n  " + key_of("mask_folder") +
-           ": \"masks\"\nor, to run without the filter,\n  " + key_of("enabled") +
-           ": 0\nThe settings are: " + join(known_, prefix_));
-  }
-  for (const std::string& name : names_) {
-    if (is_known(name)) continue;
-    if (is_known(present_name(name))) {
-      refuse("the setting " + key_of(name) + " is called " + key_of(present_name(name)) + " now");
-    }
-    refuse("there is no setting " + key_of(name) + "; the nearest is " +
-           key_of(nearest_of(known_, name)));
-  }
+  if (has_any) return;
+  file_.refuse("has no setting of dynfilter. Add at least\n  " + key_of("mask_folder") +
+               ": \"masks\"\nor, to run without the filter,\n  " + key_of("enabled") +
+               ": 0\nThe settings are: " + join(known_, prefix_));
 }
 
-void SettingsFile::refuse(const std::string& name, const std::string& got,
-                          const std::string& want) const {
-  file_.refuse(key_of(name), got, want);
+void SettingsFile::require_known(const std::string& name) const {
+  if (std::find(known_.begin(), known_.end(), name) != known_.end()) return;
+  const std::string instead = instead_of(name);
+  if (!instead.empty()) file_.refuse(key_of(name) + " is no setting any more; " + instead);
+  const std::string nearest = *std::min_element(
+      known_.begin(), known_.end(), [&](const std::string& a, const std::string& b) {
+        return edit_distance(a, name) < edit_distance(b, name);
+      });
+  file_.refuse("there is no setting " + key_of(name) + "; the nearest is " + key_of(nearest));
 }
-
-void SettingsFile::refuse(const std::string& what) const { file_.refuse(what); }
 
 }  // namespace dynfilter::detail

@@ -129,7 +129,7 @@ std::string starved_advice(const FilterHealthReport& report) {
   if (!measure.value) return "there are too few frames";
   return formatted(
       "%.0f %% of the frames keep fewer than %zu features; extract more: --features %zu, in a host "
-      "nFeatures; dynfilter.policy gives some back",
+      "nFeatures",
       100 * *measure.value, FilterHealthOptions().floor, report.suggested_features);
 }
 

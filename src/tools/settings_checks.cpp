@@ -47,9 +47,6 @@ void examine(const std::string& file, const std::string& prefix, std::vector<Fin
   }
   const DynamicFilter filter(settings.filter);  // refuses values out of range
   findings.push_back({Verdict::fine, "every key of " + prefix + " is known, with its value", ""});
-  for (const std::string& sentence : settings.idle) {
-    findings.push_back({Verdict::odd, sentence.substr(std::string("dynfilter: ").size()), ""});
-  }
   findings.push_back(masks_finding(settings));
 }
 

@@ -117,21 +117,18 @@ std::string check_settings(const std::string& text) {
   detail::SettingsFile file(folder().write("settings.yaml", text).string(), "dynfilter");
   double margin_px = 0;
   std::size_t floor = 0;
-  int seed = 0;
   bool is_enabled = true;
   std::string masks;
   std::vector<int> classes;
   file.read_number("margin_px", margin_px);
   file.read_count("floor", floor);
-  file.read_count("seed", seed);
   file.read_flag("enabled", is_enabled);
   file.read_text("masks", masks);
   file.read_choice("rule", {"depth", "paper", "mask"}, masks);
   file.read_integers("dynamic_classes", classes);
-  const double factor = file.host_number("DepthMapFactor", 1);
+  const double factor = file.host().number("DepthMapFactor").value_or(1);
   file.finish();
-  if (std::isnan(margin_px)) return "a number that is none";
-  return seed >= 0 && factor >= 0 ? "" : "a number below 0";
+  return std::isfinite(margin_px) && std::isfinite(factor) ? "" : "a number that is none";
 }
 
 std::string check_file(const std::string& text) {

@@ -29,14 +29,24 @@ FrameStatistics statistics_with(std::size_t features, std::size_t masked) {
   return statistics;
 }
 
+PluginSettings settings_with(bool needs_images) {
+  PluginSettings settings;
+  settings.file = "TUM3.yaml";
+  settings.prefix = "dynfilter.";
+  settings.mask_folder = "masks";
+  settings.moves_masks = needs_images;
+  settings.is_of_orb_slam = true;
+  return settings;
+}
+
 /// Returns what is said of `frames` frames of this kind.
 std::vector<std::string> said(const FrameView& frame, const FrameStatistics& statistics,
-                              std::size_t frames = FirstFrames::count,
-                              const std::string& image_key = "dynfilter.motion") {
-  FirstFrames first({"TUM3.yaml", "dynfilter.mask_folder", image_key, "dynfilter.motion"});
+                              std::size_t frames = FirstFrames::count, bool needs_images = true) {
+  const PluginSettings settings = settings_with(needs_images);
+  FirstFrames first(settings);
   std::vector<std::string> all;
   for (std::size_t i = 0; i < frames; ++i) {
-    for (const std::string& sentence : first.add(frame, statistics)) all.push_back(sentence);
+    for (const std::string& sentence : first.add(frame, statistics, true)) all.push_back(sentence);
   }
   return all;
 }
@@ -45,8 +55,8 @@ using Sentences = std::vector<std::string>;
 
 TEST(FirstFrames, AreSilentAboutUsualFrames) {
   EXPECT_EQ(said(frame_with(2), statistics_with(1000, 400)), Sentences());
-  EXPECT_EQ(said(frame_with(0.2F), statistics_with(10, 8)), Sentences());
-  EXPECT_EQ(said(frame_with(40), statistics_with(0, 0)), Sentences());
+  EXPECT_EQ(said(frame_with(0.2F), statistics_with(5000, 4000)), Sentences());
+  EXPECT_EQ(said(frame_with(40), statistics_with(501, 0)), Sentences());
 }
 
 TEST(FirstFrames, SpeakOnceAndNotBeforeTheLastOfThem) {
@@ -71,13 +81,15 @@ TEST(FirstFrames, DoNotJudgeDepthThatIsNotThere) {
 }
 
 TEST(FirstFrames, TakeTheMedianOfFramesAndPixels) {
-  FirstFrames first({"TUM3.yaml", "dynfilter.mask_folder", "", "dynfilter.motion"});
+  const PluginSettings settings = settings_with(false);
+  FirstFrames first(settings);
   FrameView frame = frame_with(2);
   frame.depth(cv::Rect(0, 0, 28, 48)) = 60000;  // less than half of the pixels
   std::size_t sentences = 0;
   for (std::size_t i = 0; i < FirstFrames::count; ++i) {
     const bool is_odd = i < FirstFrames::count / 2 - 1;  // less than half of the frames
-    const auto said_now = first.add(is_odd ? frame_with(60000) : frame, statistics_with(9, 0));
+    const auto said_now =
+        first.add(is_odd ? frame_with(60000) : frame, statistics_with(900, 0), true);
     sentences += said_now.size();
   }
   EXPECT_EQ(sentences, 0U);
@@ -86,11 +98,12 @@ TEST(FirstFrames, TakeTheMedianOfFramesAndPixels) {
 TEST(FirstFrames, MissImagesOnlyForSettingsThatNeedThem) {
   FrameView frame = frame_with(2);
   frame.image = cv::Mat();
-  EXPECT_EQ(said(frame, statistics_with(1000, 400)),
-            Sentences({"dynfilter: none of the first 30 frames had an image, which "
-                       "dynfilter.motion in TUM3.yaml needs: call submit() with each frame's image "
-                       "before it is filtered"}));
-  EXPECT_EQ(said(frame, statistics_with(1000, 400), FirstFrames::count, ""), Sentences());
+  EXPECT_EQ(
+      said(frame, statistics_with(1000, 400)),
+      Sentences({"dynfilter: none of the first 30 frames had an image, which "
+                 "dynfilter.propagate in TUM3.yaml needs: call submit() with each frame's image "
+                 "before it is filtered"}));
+  EXPECT_EQ(said(frame, statistics_with(1000, 400), FirstFrames::count, false), Sentences());
 }
 
 TEST(FirstFrames, SayWhyMotionJudgedNothing) {
@@ -136,10 +149,23 @@ TEST(FirstFrames, MissMasks) {
 }
 
 TEST(FirstFrames, SuspectMasksThatTakeNearlyEverything) {
-  EXPECT_EQ(said(frame_with(2), statistics_with(1000, 930)),
+  EXPECT_EQ(said(frame_with(2), statistics_with(10000, 9300)),
             Sentences({"dynfilter: 93 % of the features of the first 30 frames lie on masks: do "
                        "these mark the background? Non-zero pixels are persons"}));
-  EXPECT_EQ(said(frame_with(2), statistics_with(1000, 801)).size(), 1U);
+  EXPECT_EQ(said(frame_with(2), statistics_with(10000, 8010)).size(), 1U);
+}
+
+TEST(FirstFrames, SayHowManyFeaturesAMapNeeds) {
+  EXPECT_EQ(said(frame_with(2), statistics_with(1000, 600)),
+            Sentences({"dynfilter: the host cannot begin a map, because none of the first 30 "
+                       "frames kept the 501 features that it needs (the best kept 400): set "
+                       "ORBextractor.nFeatures in TUM3.yaml to at least 1300"}));
+  PluginSettings other = settings_with(false);
+  other.is_of_orb_slam = false;
+  FirstFrames of_another_host(other);
+  for (std::size_t i = 0; i < FirstFrames::count; ++i) {
+    EXPECT_TRUE(of_another_host.add(frame_with(2), statistics_with(1000, 600), true).empty());
+  }
 }
 
 }  // namespace

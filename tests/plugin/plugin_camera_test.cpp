@@ -65,35 +65,5 @@ TEST(PluginCamera, IsThatOfTheImagesThatOrbSlam3Resized) {
   refuses("Camera.height: 480\nCamera.newHeight: 0\n", "Camera.newHeight above 0");
 }
 
-TEST(PluginCamera, MayNotWaitForMotionForEver) {
-  const testing::TemporaryFolder folder;
-  const auto wait_of = [&](const std::string& frames) {
-    const std::string lines = std::string("%YAML:1.0\n---\n") + orb_slam3 +
-                              "dynfilter.motion: 1\n"
-                              "dynfilter.mask_folder: \"masks\"\ndynfilter.wait_for_motion: " +
-                              frames + "\n";
-    return read_plugin_settings(folder.write("wait.yaml", lines).string(), "dynfilter")
-        .wait_for_motion;
-  };
-  EXPECT_EQ(wait_of("300"), 300U);
-  testing::expect_error<std::runtime_error>([&] { wait_of("301"); }, "want 0 to 300 frames");
-}
-
-TEST(PluginCamera, IsNeededForWaitForMotion) {
-  const testing::TemporaryFolder folder;
-  const auto settings = [&](const std::string& motion) {
-    const std::string lines = std::string("%YAML:1.0\n---\n") + orb_slam3 +
-                              "dynfilter.mask_folder: \"masks\"\ndynfilter.wait_for_motion: 15\n";
-    return read_plugin_settings(folder.write("wait.yaml", lines + motion).string(), "dynfilter");
-  };
-  EXPECT_EQ(settings("dynfilter.motion: 1\n").wait_for_motion, 15U);
-  EXPECT_TRUE(settings("dynfilter.motion: 1\n").idle.empty());
-  EXPECT_EQ(settings("").wait_for_motion, 0U);
-  ASSERT_EQ(settings("").idle.size(), 1U);
-  EXPECT_NE(settings("").idle[0].find(
-                "dynfilter.wait_for_motion has no effect; it needs dynfilter.motion: 1"),
-            std::string::npos);
-}
-
 }  // namespace
 }  // namespace dynfilter::detail

@@ -98,23 +98,26 @@ TEST_F(PluginFailures, NamesTheKeyOfMissingMasks) {
   }
 }
 
-TEST_F(PluginFailures, MissingMaskNamesTheSettingThatAllowsIt) {
-  for (const char* thread : {"", "dynfilter.async: \"wait\"\n"}) {
-    Plugin plugin(settings(thread));
-    HostFrame late(50);
-    const auto filter = [&] {
-      plugin.filter(late.timestamp_s, late.depth, late.keypoints, late.descriptors);
-    };
-    const std::string file_and_key = file().string() + ": dynfilter.mask_folder: ";
-    expect_error<std::runtime_error>(
-        filter, file_and_key + (masks() / "105.000000.png").string() + ": there is no such mask");
-  }
-  Plugin plugin(settings());
+TEST_F(PluginFailures, MissingMaskIsAnErrorOrIsCounted) {
   HostFrame late(50);
-  expect_error<std::runtime_error>(
-      [&] { plugin.filter(late.timestamp_s, late.depth, late.keypoints, late.descriptors); },
-      "(dynfilter.missing_masks: \"keep\" continues without; dynfilter.max_time_difference_s takes "
-      "masks of other times)");
+  const auto filter = [&](Plugin& plugin) {
+    return plugin.filter(late.timestamp_s, late.depth, late.keypoints, late.descriptors);
+  };
+  for (const char* thread : {"", "dynfilter.async: \"wait\"\n"}) {
+    Plugin strict(settings(thread));
+    expect_error<std::runtime_error>(
+        [&] { filter(strict); },
+        file().string() + ": dynfilter.mask_folder: " + (masks() / "105.000000.png").string() +
+            ": there is no such mask");
+    expect_error<std::runtime_error>(
+        [&] { filter(strict); },
+        "(dynfilter.missing_masks: \"keep\" continues without; dynfilter.max_time_difference_s "
+        "takes masks of other times)");
+    expect_equal(HostColumns(late), HostColumns(HostFrame(50)));
+    Plugin lenient(settings(thread + std::string("dynfilter.missing_masks: \"keep\"\n")));
+    EXPECT_FALSE(filter(lenient).has_segmentation);
+    EXPECT_EQ(lenient.counters().without_masks, 1U);
+  }
 }
 
 TEST_F(PluginFailures, FolderThatLacksMasksNamesTheSettingThatAllowsIt) {
@@ -200,25 +203,6 @@ TEST_F(PluginFailures, OneSettingSwitchesTheFilterOff) {
   expect_switched_off(block);
   Plugin right(raw_settings("dynfilter_right.enabled: 0\n"), "dynfilter_right");
   expect_switched_off(right);
-}
-
-TEST_F(PluginFailures, FilterIsOnByDefault) {
-  for (const char* lines : {"", "dynfilter.enabled: 1\n"}) {
-    Plugin plugin(settings(lines));
-    EXPECT_TRUE(plugin.enabled());
-    HostFrame frame(0);
-    EXPECT_GT(
-        plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors).masked,
-        0U);
-  }
-}
-
-TEST_F(PluginFailures, FileWithoutKeysExplainsHowToSwitchOff) {
-  for (const char* lines : {"", "dynfilter.floor: 3\n"}) {
-    const std::string file = raw_settings(lines);
-    expect_error<std::runtime_error>([&] { Plugin plugin(file); }, "dynfilter.mask_folder");
-    expect_error<std::runtime_error>([&] { Plugin plugin(file); }, "dynfilter.enabled: 0");
-  }
 }
 
 }  // namespace

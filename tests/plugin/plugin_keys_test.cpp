@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Keys of the settings file.
+// Keys of the settings file: those that the plugin takes, and the messages of those that it
+// refuses.
 
 #include "dynfilter/plugin.hpp"
 
@@ -19,221 +20,147 @@
 namespace dynfilter::testing {
 namespace {
 
-TEST_F(PluginTest, AcceptsEveryKey) {
+class PluginKeys : public PluginTest {
+ protected:
+  static void expect_refused(const std::string& file, const std::string& message) {
+    expect_error<std::runtime_error>([&] { Plugin plugin(file); }, file + ": ");
+    expect_error<std::runtime_error>([&] { Plugin plugin(file); }, message);
+  }
+
+  static FrameStatistics filtered(const std::string& file) {
+    Plugin plugin(file);
+    HostFrame frame(0);
+    return plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors);
+  }
+};
+
+TEST_F(PluginKeys, ArriveInTheFilter) {
   cv::Mat robot = cv::Mat::zeros(image_size, CV_8UC1);
   robot.row(119).setTo(255);
   std::ofstream(path("robot.pgm")) << "P5\n160 120\n255\n"
                                    << std::string(robot.begin<char>(), robot.end<char>());
-  const std::string file = settings(
-      "dynfilter.max_time_difference_s: 0.002\ndynfilter.box_margin_px: 10\n"
-      "dynfilter.min_pixels: 3\ndynfilter.missing_masks: \"keep\"\ndynfilter.rule: \"paper\"\n"
-      "dynfilter.dynamic_classes: [ 0, 16 ]\ndynfilter.margin_px: 2\n"
-      "dynfilter.margin_per_diameter: 0.25\ndynfilter.static_mask: \"" +
+  const std::string all =
+      "dynfilter.enabled: 1\ndynfilter.max_time_difference_s: 0.002\n"
+      "dynfilter.missing_masks: \"keep\"\ndynfilter.dynamic_classes: [ 0, 16 ]\n"
+      "dynfilter.margin_px: 2\ndynfilter.static_mask: \"" +
       path("robot.pgm").string() +
-      "\"\ndynfilter.samples: 30\ndynfilter.seed: 3\n"
-      "dynfilter.depth.outlier_rule: \"interquartile_range\"\n"
-      "dynfilter.depth.outlier_factor: 1.5\ndynfilter.depth.min_samples: 4\n"
-      "dynfilter.depth.expansion: 0.2\ndynfilter.code.outlier_rule: \"median_absolute_deviation\"\n"
-      "dynfilter.code.outlier_factor: 3\ndynfilter.code.min_samples: 5\n"
-      "dynfilter.code.expansion: 20\ndynfilter.depth_lbp.missing_neighbour: \"farther\"\n"
-      "dynfilter.missing_depth: \"remove\"\ndynfilter.floor: 100\n"
-      "dynfilter.policy: \"restore_best_scored\"\ndynfilter.output_folder: \"" +
-      path("all").string() + "\"\ndynfilter.overlay_every: 2\n");
+      "\"\ndynfilter.floor: 100\ndynfilter.motion: 0\ndynfilter.min_depth_m: 0.5\n"
+      "dynfilter.propagate: \"no\"\ndynfilter.colour_order: \"rgb\"\ndynfilter.output_folder: \"" +
+      path("all").string() + "\"\ndynfilter.overlay_every: 2\n";
   DynamicFilterOptions options;
   options.mask_culler.dynamic_classes = {0, 16};
   options.mask_culler.margin_px = 2;
-  options.mask_culler.margin_per_diameter = 0.25;
   options.mask_culler.static_mask = robot;
-  options.compensator.rule = CompensationRule::paper;
-  options.compensator.paper.samples = 30;
-  options.compensator.paper.seed = 3;
-  options.compensator.paper.depth = {OutlierRule::interquartile_range, 1.5, 4, 0.2};
-  options.compensator.paper.code = {OutlierRule::median_absolute_deviation, 3, 5, 20};
-  options.compensator.paper.depth_lbp.missing_neighbour = MissingNeighbour::farther;
-  options.compensator.paper.missing_depth = MissingDepth::remove;
-  HostFrame frame(0);
-  const FeatureLabels labels =
-      DynamicFilter(options).apply(frame.view(0), frame.segmentation, frame.keypoints);
-  Plugin plugin(file);
-  const FrameStatistics statistics =
-      plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors);
-  EXPECT_EQ(statistics.masked, labels.statistics().masked);
-  EXPECT_EQ(statistics.compensated, labels.statistics().compensated);
-  EXPECT_EQ(statistics.instances.at(0).sampled, labels.statistics().instances.at(0).sampled);
+  const std::pair<CompensationRule, std::string> rules[] = {{CompensationRule::depth, "depth"},
+                                                            {CompensationRule::paper, "paper"},
+                                                            {CompensationRule::mask, "mask"}};
+  for (const auto& [rule, name] : rules) {
+    SCOPED_TRACE(name);
+    options.compensator.rule = rule;
+    const HostFrame frame(0);
+    const FrameStatistics want = DynamicFilter(options)
+                                     .apply(frame.view(0), frame.segmentation, frame.keypoints)
+                                     .statistics();
+    const FrameStatistics got = filtered(settings(all + "dynfilter.rule: \"" + name + "\"\n"));
+    EXPECT_EQ(got.masked, want.masked);
+    EXPECT_EQ(got.compensated, want.compensated);
+    EXPECT_EQ(got.instances.at(0).sampled, want.instances.at(0).sampled);
+  }
 }
 
-TEST_F(PluginTest, AcceptsTheKeysOfTheDepthRule) {
-  const std::string file = settings(
-      "dynfilter.rule: \"depth\"\ndynfilter.object_depth.min_half_width_m: 0.2\n"
-      "dynfilter.object_depth.max_half_width_m: 0.3\ndynfilter.min_nearness: 2\n"
-      "dynfilter.mask_margin_px: 4\ndynfilter.stale_age_s: 0.5\ndynfilter.motion_px_per_s: 100\n"
-      "dynfilter.shadow_px: 3\ndynfilter.min_nearness_in_shadow: 3\n"
-      "dynfilter.max_beyond_range_m: 0.1\ndynfilter.min_off_middle_m: 0.05\n");
-  DynamicFilterOptions options;
-  options.compensator.depth.shadow_px = 3;
-  options.compensator.depth.min_nearness_in_shadow = 3;
-  options.compensator.depth.max_beyond_range_m = 0.1;
-  options.compensator.depth.min_off_middle_m = 0.05;
-  options.compensator.depth.object_depth.min_half_width_m = 0.2;
-  options.compensator.depth.object_depth.max_half_width_m = 0.3;
-  options.compensator.depth.min_nearness = 2;
-  options.compensator.depth.mask_margin_px = 4;
-  options.compensator.depth.stale_age_s = 0.5;
-  options.compensator.depth.motion_px_per_s = 100;
-  HostFrame frame(0);
-  const FrameStatistics expected =
-      DynamicFilter(options).apply(frame.view(0), frame.segmentation, frame.keypoints).statistics();
-  Plugin plugin(file);
-  const FrameStatistics statistics =
-      plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors);
-  EXPECT_GT(statistics.compensated, 0U);
-  EXPECT_EQ(statistics.compensated, expected.compensated);
-  EXPECT_EQ(statistics.instances.at(0).depth_range_m.lower,
-            expected.instances.at(0).depth_range_m.lower);
+TEST_F(PluginKeys, SetTheHalfWidthOfTheObjectsRange) {
+  const auto range_m = [&](const std::string& lines) {
+    const ValueRange range = filtered(settings(lines)).instances.at(0).depth_range_m;
+    return range.upper - range.lower;
+  };
+  EXPECT_EQ(range_m("dynfilter.half_width_m: 0.45\n"), range_m(""));
+  EXPECT_NEAR(range_m("dynfilter.half_width_m: 0.2\n"), range_m("") - 0.5, 1e-6);
 }
 
-TEST_F(PluginTest, RefusesWrongValuesByKey) {
-  const std::pair<const char*, const char*> wrong[] = {
-      {"margin_px: \"wide\"", "dynfilter.margin_px: got \"wide\"; want a number"},
+TEST_F(PluginKeys, RefuseWrongValues) {
+  const std::pair<std::string, std::string> wrong[] = {
+      {"enabled: 2", "dynfilter.enabled: got 2; want 0 or 1"},
+      {"enabled: \"no\"", "dynfilter.enabled: got \"no\"; want 0 or 1"},
+      {"margin_px: \"wide\"", "dynfilter.margin_px: got \"wide\"; want a finite number"},
+      {"margin_px: .nan", "nan; want a finite number"},
       {"margin_px: -1", "margin_px = -1"},
-      {"margin_per_diameter: [ 1 ]", "dynfilter.margin_per_diameter: got a list"},
-      {"margin_per_diameter: -0.5", "margin_per_diameter = -0.5"},
+      {"half_width_m: 0", "half"},
       {"max_time_difference_s: -1.0", "dynfilter.max_time_difference_s: got -1; want at least 0"},
-      {"max_time_difference_s: .inf", "dynfilter.max_time_difference_s: got "},
-      {"remote_timeout_s: 0", "dynfilter.remote_timeout_s: got 0; want above 0"},
-      {"max_time_difference_s: \"x\"", "dynfilter.max_time_difference_s: got \"x\""},
-      {"box_margin_px: 1.5", "dynfilter.box_margin_px: got 1.5; want a whole number"},
-      {"min_pixels: 0", "min_pixels = 0"},
+      {"min_depth_m: 0", "dynfilter.min_depth_m: got 0; want above 0"},
       {"colour_order: \"gbr\"", "dynfilter.colour_order: got \"gbr\"; want one of bgr, rgb"},
       {"missing_masks: \"skip\"", "want one of error, keep"},
       {"rule: \"best\"", "dynfilter.rule: got \"best\"; want one of depth, paper, mask"},
-      {"dynamic_classes: 0", "want a list of whole numbers"},
+      {"dynamic_classes: 0", "dynfilter.dynamic_classes: got 0; want a list of whole numbers"},
       {"dynamic_classes: [ 0, \"person\" ]", "dynfilter.dynamic_classes: got \"person\" in it"},
       {"static_mask: \"nowhere.png\"", "nowhere.png"},
-      {"samples: 0", "samples = 0"},
-      {"samples: -3", "dynfilter.samples: got -3; want a whole number from 0 to 2147483647"},
-      {"seed: 1.5", "dynfilter.seed: got 1.5"},
-      {"depth.outlier_rule: \"mean\"",
-       "want one of median_absolute_deviation, interquartile_range"},
-      {"depth.outlier_factor: -1", "outlier_factor = -1"},
-      {"depth.min_samples: 0", "min_samples = 0"},
-      {"depth.expansion: -0.1", "expansion = -0.1"},
-      {"code.outlier_rule: 3", "dynfilter.code.outlier_rule: got 3"},
-      {"code.outlier_factor: \"a\"", "dynfilter.code.outlier_factor: got \"a\""},
-      {"code.min_samples: -1", "dynfilter.code.min_samples: got -1"},
-      {"code.expansion: -16", "expansion = -16"},
-      {"depth_lbp.missing_neighbour: \"far\"", "want one of nearer, farther"},
-      {"missing_depth: \"drop\"", "want one of keep, remove"},
-      {"floor: -1", "dynfilter.floor: got -1"},
-      {"policy: \"none\"", "want one of report_only, restore_best_scored, restore_balanced"},
+      {"floor: -1", "dynfilter.floor: got -1; want a whole number of at least 0"},
+      {"floor: 3\ndynfilter.floor: 5", "dynfilter.floor: got the key twice; want it once"},
       {"output_folder: 5", "dynfilter.output_folder: got 5; want a text in quotes"},
       {"overlay_every: \"often\"", "dynfilter.overlay_every: got \"often\""},
   };
   for (const auto& [line, message] : wrong) {
-    const std::string file = settings("dynfilter." + std::string(line) + "\n");
-    expect_error<std::runtime_error>([&] { Plugin plugin(file); }, message);
-    expect_error<std::runtime_error>([&] { Plugin plugin(file); }, "TUM3.yaml");
+    SCOPED_TRACE(line);
+    expect_refused(settings("dynfilter." + line + "\n"), message);
+  }
+  for (const char* block : {"dynfilter:\n  floor: 300\n", "dynfilter: { floor: 300 }\n"}) {
+    expect_refused(settings(block),
+                   "dynfilter: got settings in a block; want each in a line of its own, as "
+                   "dynfilter.mask_folder: \"masks\"");
+  }
+  const TemporaryFolder folder;
+  for (const char* value : {"\"5000\"", "[ 5000 ]", "-5000.0", ".inf"}) {
+    const std::string lines = "%YAML:1.0\nDepthMapFactor: " + std::string(value) +
+                              "\ndynfilter.mask_folder: \"" + masks().string() + "\"\n";
+    expect_refused(folder.write("TUM3.yaml", lines).string(), "DepthMapFactor: got ");
   }
 }
 
-TEST_F(PluginTest, NamesTheNearestKeyForAnUnknownOne) {
-  const std::pair<const char*, const char*> misspelt[] = {
-      {"margin: 3", "dynfilter.margin; the nearest is dynfilter.margin_px"},
+TEST_F(PluginKeys, NameTheNearestOrWhatToDoInstead) {
+  const std::pair<std::string, std::string> wrong[] = {
+      {"margin: 3", "there is no setting dynfilter.margin; the nearest is dynfilter.margin_px"},
       {"maskfolder: \"a\"", "the nearest is dynfilter.mask_folder"},
-      {"depth.expanson: 1.0", "the nearest is dynfilter.depth.expansion"},
       {"Rule: \"paper\"", "the nearest is dynfilter.rule"},
-      {"depth: 0.1", "the nearest is dynfilter.depth.outlier_rule"},
-      {"most_wait_s: 1.0", "dynfilter.most_wait_s is called dynfilter.max_wait_s now"},
-      {"object_depth.least_half_width_m: 1.0",
-       "is called dynfilter.object_depth.min_half_width_m now"}};
-  for (const auto& [line, message] : misspelt) {
-    expect_error<std::runtime_error>(
-        [&, wrong = line] { Plugin plugin(settings("dynfilter." + std::string(wrong) + "\n")); },
-        message);
+      {"shadow_px: 9", "dynfilter.shadow_px is no setting any more; its value is a constant now"},
+      {"object_depth.min_half_width_m: 0.5", "any more; set half_width_m"},
+      {"wait_for_motion: 15", "is_motion_decided()"},
+      {"video: \"film.avi\"", "ffmpeg"},
+      {"depth_offset_s: 0.033", "dynfilter sync --write"}};
+  for (const auto& [line, message] : wrong) {
+    expect_refused(settings("dynfilter." + line + "\n"), message);
   }
 }
 
-TEST_F(PluginTest, NamesTheKeyForAMisspeltPrefix) {
-  for (const char* key : {"Dynfilter.floor", "dynfilter_floor", "DYNFILTER-floor"}) {
-    const std::string file = settings(std::string(key) + ": 501\n");
-    expect_error<std::runtime_error>([&] { Plugin plugin(file); },
-                                     std::string(key) + "; want dynfilter.floor");
+TEST_F(PluginKeys, AreListedIfThereIsNone) {
+  for (const char* part : {"dynfilter.mask_folder: \"masks\"", "dynfilter.enabled: 0",
+                           "dynfilter.margin_px, ", "dynfilter.overlay_every"}) {
+    expect_refused(raw_settings(""), part);
   }
-  // The settings of another camera, and a key of somebody else's.
-  Plugin plugin(settings("dynfilter_right.floor: 501\ndynfilter_: 1\n"));
-  EXPECT_TRUE(plugin.enabled());
+  expect_refused(raw_settings("dynfilter.margin_px: 1\n"), "dynfilter.mask_folder: got nothing");
 }
 
-/// Returns what a plugin with these settings says on standard error when it is made.
-std::string said_of(const std::string& file) {
-  ::testing::internal::CaptureStderr();
-  const Plugin plugin(file);
-  return ::testing::internal::GetCapturedStderr();
+TEST_F(PluginKeys, OfTheHostAreIgnored) {
+  const std::string file = settings(
+      "Camera.width: 00640\nViewer.x: 0x10\nViewer.x: 3\n"
+      "Camera.type: \"PinHole\"   # with a comment: dynfilter.floor: \"x\"\n"
+      "Tbc: !!opencv-matrix\n   rows: 1\n   cols: 2\n   dt: f\n   data: [ 1.0, 2.0 ]\n"
+      "Block:\n   dynfilter.floor: \"x\"\n   DepthMapFactor: \"none\"\n"
+      "dynfiltered: 010\nText: 'dynfilter.floor: x'\n"
+      "dynfilter.floor: 300 # features\ndynfilter.dynamic_classes:\n  - 0\n  - 16 # a dog\n");
+  EXPECT_GT(filtered(file).masked, 0U);
 }
 
-TEST_F(PluginTest, NamesSettingsWithoutEffect) {
-  const std::string to_folder = "dynfilter.output_folder: \"" + path("out").string() + "\"\n";
-  const struct {
-    std::string line, need, with;  // the sentence ends with `need`; `with` gives it an effect
-  } idle[] = {{"overlay_every: 30", "dynfilter.output_folder", to_folder},
-              {"policy: \"restore_balanced\"", "dynfilter.floor above 0", "dynfilter.floor: 100\n"},
-              {"max_wait_s: 0.1", "dynfilter.async: \"limited_wait\"",
-               "dynfilter.async: \"limited_wait\"\n"},
-              {"samples: 30", "dynfilter.rule: \"paper\"", "dynfilter.rule: \"paper\"\n"},
-              {"code.expansion: 8", "dynfilter.rule: \"paper\"", "dynfilter.rule: \"paper\"\n"}};
-  for (const auto& [line, need, with] : idle) {
-    const std::string key = "dynfilter." + line.substr(0, line.find(':'));
-    EXPECT_EQ(
-        said_of(settings("dynfilter." + line + "\n")),
-        "dynfilter: " + file().string() + ": " + key + " has no effect; it needs " + need + "\n");
-    EXPECT_EQ(said_of(settings("dynfilter." + line + "\n" + with)), "");
+TEST_F(PluginKeys, StandInARegularYamlFile) {
+  for (const char* name : {"what?.yaml", "%20.yml", "empty ?"}) {
+    SCOPED_TRACE(name);
+    settings();
+    const std::string named = path(name).string();
+    std::filesystem::rename(file(), named);
+    EXPECT_GT(filtered(named).masked, 0U);
   }
-  EXPECT_NE(said_of(settings("dynfilter.rule: \"mask\"\ndynfilter.min_nearness: 1\n"))
-                .find("dynfilter.min_nearness has no effect; it needs dynfilter.rule: \"depth\""),
-            std::string::npos);
-  EXPECT_NE(
-      said_of(settings("dynfilter.rule: \"mask\"\ndynfilter.match_pairs: 1\n"))
-          .find("dynfilter.match_pairs has no effect; it needs dynfilter.rule: \"depth\" or "),
-      std::string::npos);
-  EXPECT_NE(said_of(settings("dynfilter.match_pairs: 0\ndynfilter.min_depth_m: 1\n"))
-                .find("dynfilter.min_depth_m has no effect; it needs dynfilter.match_pairs: 1"),
-            std::string::npos);
-  EXPECT_NE(said_of(settings("dynfilter.async: \"wait\"\ndynfilter.read_ahead: 1\n"))
-                .find("dynfilter.read_ahead has no effect; it needs dynfilter.mask_folder and no "
-                      "dynfilter.async"),
-            std::string::npos);
-  // With pairs, the rule "paper" takes the areas around objects from the options of "depth".
-  for (const char* line :
-       {"feature_reach_px: 30\n", "motion_px_per_s: 300\n", "stale_age_s: 1\n"}) {
-    const std::string key = std::string("dynfilter.") + line;
-    EXPECT_EQ(said_of(settings("dynfilter.rule: \"paper\"\n" + key)), "") << line;
-    EXPECT_NE(said_of(settings("dynfilter.rule: \"mask\"\n" + key)), "") << line;
-  }
-}
-
-TEST_F(PluginTest, TakesSettingsThatSayNothing) {
-  EXPECT_EQ(said_of(settings("dynfilter.overlay_every: 0\ndynfilter.policy: \"report_only\"\n")),
-            "");
-  EXPECT_EQ(said_of(settings("dynfilter.min_nearness: 0.5\ndynfilter.min_pixels: 1\n")), "");
-  EXPECT_EQ(said_of(settings("dynfilter.enabled: 0\ndynfilter.overlay_every: 30\n")), "");
-}
-
-TEST_F(PluginTest, ListsTheKeysIfThereIsNone) {
-  for (const char* part :
-       {"dynfilter.mask_folder: \"masks\"", "dynfilter.margin_px", "TUM3.yaml"}) {
-    expect_error<std::runtime_error>([&] { Plugin plugin(raw_settings("")); }, part);
-  }
-  expect_error<std::runtime_error>([&] { Plugin plugin(raw_settings("dynfilter.margin_px: 1\n")); },
-                                   "dynfilter.mask_folder");
-}
-
-TEST_F(PluginTest, NamesAnUnreadableFile) {
-  expect_error<std::runtime_error>([&] { Plugin plugin(path("none.yaml").string()); }, "none.yaml");
+  expect_refused(path("none.yaml").string(), "there is no such file");
+  expect_refused(masks().string(), "is not a regular file");
   std::ofstream(path("bad.yaml")) << "this is: [ no yaml\n of: opencv";
-  expect_error<std::runtime_error>([&] { Plugin plugin(path("bad.yaml").string()); }, "bad.yaml");
-  expect_error<std::runtime_error>(
-      [&] { Plugin plugin(raw_settings("dynfilter.mask_folder: \"no_such_folder\"\n")); },
-      "no_such_folder");
+  expect_refused(path("bad.yaml").string(), "is no OpenCV YAML file");
 }
 
 }  // namespace

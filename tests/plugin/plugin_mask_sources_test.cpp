@@ -27,20 +27,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Class ids of the keypoints that the plugin keeps in frames 0, 1, …
-std::vector<std::vector<int>> kept_in_frames(Plugin& plugin, int count) {
-  std::vector<std::vector<int>> left;
-  for (int i = 0; i < count; ++i) {
-    HostFrame frame(i);
-    plugin.submit(frame.image, frame.timestamp_s);
-    plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors);
-    EXPECT_TRUE(in_step(frame));
-    left.emplace_back();
-    for (const cv::KeyPoint& keypoint : frame.keypoints) left.back().push_back(keypoint.class_id);
-  }
-  return left;
-}
-
 TEST_F(PluginTest, AsyncWaitMatchesSynchronous) {
   Plugin without(settings()), with(settings("dynfilter.async: \"wait\"\n"));
   EXPECT_EQ(kept_in_frames(with, frames), kept_in_frames(without, frames));
@@ -54,33 +40,10 @@ TEST_F(PluginTest, AsyncFiltersFramesNeverSubmitted) {
   EXPECT_EQ(plugin.counters().never_submitted, 1U);
 }
 
-TEST_F(PluginTest, AsyncFiltersAFrameTwice) {
-  Plugin plugin(settings("dynfilter.async: \"wait\"\n"));
-  HostFrame first(0), again(0);
-  plugin.submit(first.image, first.timestamp_s);
-  plugin.filter(first.timestamp_s, first.depth, first.keypoints, first.descriptors);
-  plugin.filter(again.timestamp_s, again.depth, again.keypoints, again.descriptors);
-  EXPECT_EQ(again.keypoints.size(), first.keypoints.size());
-}
-
-/// Class ids of the keypoints that are left of a frame.
-std::vector<int> kept(Plugin& plugin, int index) {
-  HostFrame frame(index);
-  plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors);
-  std::vector<int> left;
-  for (const cv::KeyPoint& keypoint : frame.keypoints) left.push_back(keypoint.class_id);
-  return left;
-}
-
-void submit(Plugin& plugin, int index) {
-  const HostFrame frame(index);
-  plugin.submit(frame.image, frame.timestamp_s);
-}
-
 TEST_F(PluginTest, AFrameGetsItsOwnMasksWhateverWasFilteredBefore) {
   Plugin usual(settings());
   for (const char* lines : {"", "dynfilter.async: \"wait\"\n", "dynfilter.propagate: \"yes\"\n",
-                            "dynfilter.async: \"limited_wait\"\ndynfilter.max_wait_s: 20\n"}) {
+                            "dynfilter.async: \"wait\"\ndynfilter.propagate: \"yes\"\n"}) {
     SCOPED_TRACE(lines);
     Plugin plugin(settings(lines));
     for (const int earlier : {0, 4}) {
@@ -134,8 +97,6 @@ TEST_F(PluginTest, NeedsExactlyOneSourceOfMasks) {
   refuses_file(raw_settings("dynfilter.floor: 3\n"), "dynfilter.mask_folder: got nothing");
   refuses_file(settings("dynfilter.async: \"late\"\n"), "dynfilter.async: got");
   refuses_file(settings("dynfilter.propagate: 1\n"), "dynfilter.propagate: got");
-  refuses_file(settings("dynfilter.async: \"limited_wait\"\ndynfilter.max_wait_s: -1\n"),
-               "dynfilter.max_wait_s: got -1; want 0 to 3600");
 #if defined(__linux__)
   refuses_file(settings("dynfilter.remote: \"socket\"\n"), "got mask_folder and remote");
 #endif
@@ -150,7 +111,7 @@ TEST_F(PluginTest, NamesANetworkThatCannotBeLoaded) {
 
 #if defined(__linux__)
 std::string remote_settings(const fs::path& socket) {
-  return "dynfilter.remote: \"" + socket.string() + "\"\ndynfilter.remote_timeout_s: 20\n";
+  return "dynfilter.remote: \"" + socket.string() + "\"\n";
 }
 
 TEST_F(PluginTest, UsesMasksFromAnotherProcess) {

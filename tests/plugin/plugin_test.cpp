@@ -28,10 +28,9 @@ namespace {
 namespace fs = std::filesystem;
 
 TEST_F(PluginTest, LabelsMatchTheCore) {
-  Plugin plugin(settings("dynfilter.margin_px: 1.5\ndynfilter.seed: 7\n"));
+  Plugin plugin(settings("dynfilter.margin_px: 1.5\n"));
   DynamicFilterOptions options;
   options.mask_culler.margin_px = 1.5;
-  options.compensator.paper.seed = 7;
   const DynamicFilter core(options);
   for (int i = 0; i < frames; ++i) {
     HostFrame frame(i);
@@ -146,46 +145,20 @@ TEST_F(PluginTest, KeepsAtLeastOneFeature) {
   EXPECT_EQ(plugin.filter(frame.timestamp_s, frame.depth, nothing, no_descriptors).features, 0U);
 }
 
-TEST_F(PluginTest, RestoresUpToTheFloorAndReportsStarvation) {
-  Plugin plugin(settings("dynfilter.floor: 350\ndynfilter.policy: \"restore_balanced\"\n"));
+TEST_F(PluginTest, ReportsStarvation) {
+  Plugin plugin(settings("dynfilter.floor: 350\n"));
   HostFrame frame(0);
   const FrameStatistics statistics =
       plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors);
   EXPECT_TRUE(statistics.starved);
   EXPECT_GT(statistics.suggested_features, HostFrame(0).keypoints.size());
-  EXPECT_EQ(frame.keypoints.size(), 350U);
-  EXPECT_TRUE(in_step(frame));
+  EXPECT_LT(frame.keypoints.size(), 350U);
   EXPECT_EQ(plugin.counters().starved, 1U);
 }
 
-TEST_F(PluginTest, SaysOnceWhatToSetWhereNoMapBegins) {
-  const auto said = [&](const std::string& lines, const auto& filter) {
-    Plugin plugin(settings(lines));
-    ::testing::internal::CaptureStderr();
-    for (int i = 0; i < 100; ++i) {
-      HostFrame frame(i % frames);
-      filter(plugin, frame);
-    }
-    return ::testing::internal::GetCapturedStderr();
-  };
-  const auto rgbd = [](Plugin& plugin, HostFrame& frame) {
-    plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors);
-  };
-  const auto mono = [](Plugin& plugin, HostFrame& frame) {
-    plugin.filter(frame.timestamp_s, frame.keypoints, frame.descriptors);
-  };
-  const std::string sentence = said("", rgbd);
-  EXPECT_NE(sentence.find("set ORBextractor.nFeatures in " + file().string() + " to at least "),
-            std::string::npos);
-  EXPECT_EQ(std::count(sentence.begin(), sentence.end(), '\n'), 1);
-  EXPECT_EQ(said("", mono), "");
-  EXPECT_EQ(said("dynfilter.start_features: 200\n", rgbd), "");
-  EXPECT_EQ(said("dynfilter.start_features: 0\n", rgbd), "");
-}
-
-TEST_F(PluginTest, SaysWhatIsOddAboutTheFirstFrames) {
+TEST_F(PluginTest, SaysOnceWhatIsOddAboutTheFirstFrames) {
   const auto said = [&](const std::string& lines, double depth_scale) {
-    Plugin plugin(settings("dynfilter.start_features: 0\n" + lines));
+    Plugin plugin(settings(lines));
     ::testing::internal::CaptureStderr();
     for (int i = 0; i < 100; ++i) {
       HostFrame frame(i % frames);
@@ -194,10 +167,13 @@ TEST_F(PluginTest, SaysWhatIsOddAboutTheFirstFrames) {
     }
     return ::testing::internal::GetCapturedStderr();
   };
-  EXPECT_EQ(said("", 1), "");
+  const std::string map = said("", 1);
+  EXPECT_NE(map.find("set ORBextractor.nFeatures in " + file().string() + " to at least "),
+            std::string::npos);
+  EXPECT_EQ(std::count(map.begin(), map.end(), '\n'), 1);
   const std::string unit = said("", 5000);
   EXPECT_NE(unit.find("is DepthMapFactor in " + file().string() + " right?"), std::string::npos);
-  EXPECT_EQ(std::count(unit.begin(), unit.end(), '\n'), 1);
+  EXPECT_EQ(std::count(unit.begin(), unit.end(), '\n'), 2);
   const std::string images = said("dynfilter.propagate: \"yes\"\n", 1);
   EXPECT_NE(images.find("which dynfilter.propagate in " + file().string() + " needs"),
             std::string::npos);
@@ -229,43 +205,6 @@ TEST_F(PluginTest, CountsUnpairedCalls) {
   EXPECT_EQ(plugin.counters().filtered, 2U);
 }
 
-TEST_F(PluginTest, MissingMaskThrowsOrIsCounted) {
-  Plugin strict(settings());
-  HostFrame late(50);
-  const std::size_t before = late.keypoints.size();
-  expect_error<std::runtime_error>(
-      [&] { strict.filter(late.timestamp_s, late.depth, late.keypoints, late.descriptors); },
-      "105.000000.png");
-  EXPECT_EQ(late.keypoints.size(), before) << "an error must not change the frame";
-  EXPECT_TRUE(in_step(late));
-
-  Plugin lenient(settings("dynfilter.missing_masks: \"keep\"\n"));
-  const FrameStatistics statistics =
-      lenient.filter(late.timestamp_s, late.depth, late.keypoints, late.descriptors);
-  EXPECT_FALSE(statistics.has_segmentation);
-  EXPECT_EQ(late.keypoints.size(), before);
-  EXPECT_EQ(lenient.counters().without_masks, 1U);
-}
-
-TEST_F(PluginTest, KeepsFeaturesWithoutMasksOnRequest) {
-  const std::string file = settings("dynfilter.missing_masks: \"keep\"\n");
-  HostFrame first(0), second(1);
-  fs::remove(masks() / "100.000000.png");  // its row stays in the table
-  Plugin one_missing(file);
-  EXPECT_FALSE(
-      one_missing.filter(100.0, first.depth, first.keypoints, first.descriptors).has_segmentation);
-  EXPECT_TRUE(one_missing.filter(100.1, second.depth, second.keypoints, second.descriptors)
-                  .has_segmentation);
-
-  fs::remove_all(masks());
-  fs::create_directory(masks());
-  HostFrame third(2);
-  Plugin all_missing(file);
-  EXPECT_FALSE(
-      all_missing.filter(100.2, third.depth, third.keypoints, third.descriptors).has_segmentation);
-  EXPECT_EQ(all_missing.counters().without_masks, 1U);
-}
-
 TEST_F(PluginTest, NamesMalformedInput) {
   Plugin plugin(settings());
   HostFrame frame(0);
@@ -286,18 +225,6 @@ TEST_F(PluginTest, NamesMalformedInput) {
   expect_error<std::invalid_argument>([&] { filter(frame.depth, frame.descriptors); }, "80x60");
   EXPECT_TRUE(in_step(frame));
   EXPECT_EQ(frame.keypoints.size(), HostFrame(0).keypoints.size());
-}
-
-TEST_F(PluginTest, MonoNeedsNoImageForMasksFromAFolder) {
-  Plugin with(settings()), without(settings());
-  HostFrame first(0), second(0);
-  with.submit(first.image, first.timestamp_s);
-  with.filter(first.timestamp_s, first.keypoints, first.descriptors);
-  const FrameStatistics statistics =
-      without.filter(second.timestamp_s, second.keypoints, second.descriptors);
-  EXPECT_GT(statistics.masked, 0U);
-  EXPECT_EQ(second.keypoints.size(), first.keypoints.size());
-  EXPECT_EQ(without.counters().never_submitted, 1U);
 }
 
 TEST_F(PluginTest, RecordsFramesAndOverlaysOnRequest) {

@@ -16,6 +16,7 @@
 #include <opencv2/core.hpp>
 
 #include "dynfilter/dynfilter.hpp"
+#include "dynfilter/plugin.hpp"
 #include "dynfilter/segmenters/mask_folder_writer.hpp"
 #include "support/temporary_folder.hpp"
 
@@ -91,6 +92,31 @@ inline void expect_equal(const HostColumns& got, const HostColumns& want) {
   }
   ASSERT_EQ(got.descriptors.size(), want.descriptors.size());
   EXPECT_EQ(cv::norm(got.descriptors, want.descriptors, cv::NORM_L1), 0);
+}
+
+/// Filters a frame; returns the class ids of the keypoints that are left.
+inline std::vector<int> kept(Plugin& plugin, int index) {
+  HostFrame frame(index);
+  plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors);
+  EXPECT_TRUE(in_step(frame));
+  std::vector<int> left;
+  for (const cv::KeyPoint& keypoint : frame.keypoints) left.push_back(keypoint.class_id);
+  return left;
+}
+
+inline void submit(Plugin& plugin, int index) {
+  const HostFrame frame(index);
+  plugin.submit(frame.image, frame.timestamp_s);
+}
+
+/// Submits and filters frames 0, 1, …; returns what is left of each.
+inline std::vector<std::vector<int>> kept_in_frames(Plugin& plugin, int count) {
+  std::vector<std::vector<int>> left;
+  for (int i = 0; i < count; ++i) {
+    submit(plugin, i);
+    left.push_back(kept(plugin, i));
+  }
+  return left;
 }
 
 /// Masks of some frames on disk, and a settings file like ORB-SLAM's.

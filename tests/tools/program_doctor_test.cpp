@@ -313,10 +313,6 @@ TEST_F(Doctor, ReadsThePluginsSettings) {
   EXPECT_EQ(good.exit_code, 0) << good.printed;
   EXPECT_TRUE(good.mentions("fine    12 masks in ")) << good.printed;
   EXPECT_FALSE(good.mentions("odd ")) << good.printed;
-  const Outcome idle = examined(masks + "dynfilter.policy: \"restore_balanced\"\n");
-  EXPECT_EQ(idle.exit_code, 0) << idle.printed;
-  EXPECT_TRUE(idle.mentions("dynfilter.policy has no effect; it needs dynfilter.floor above 0"))
-      << idle.printed;
   EXPECT_TRUE(examined("dynfilter.enabled: 0\n").mentions("odd     the filter is switched off"));
   const char* const broken[][2] = {{"dynfilter.margin: 2", "the nearest is dynfilter.margin_px"},
                                    {"dynfilter.margin_px: -1", "margin_px = -1"},
