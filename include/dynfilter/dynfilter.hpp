@@ -28,7 +28,6 @@
 #include "dynfilter/keep_static.hpp"
 #include "dynfilter/labels.hpp"
 #include "dynfilter/mask_culler.hpp"
-#include "dynfilter/moved_depth.hpp"
 #include "dynfilter/object_depth.hpp"
 #include "dynfilter/object_nearness.hpp"
 #include "dynfilter/overlay.hpp"

@@ -20,6 +20,26 @@ constexpr const char* component = "DepthOffsetEstimator";
 constexpr std::size_t max_stretches = 32;
 constexpr int work_width = 320;  // images are shrunk to about this width, pixels
 constexpr int work_rows = 120;   // about so many rows of the depth image have edges enough
+/// @{
+/// Smallest jump of depth at an edge: metres, or a share of the nearer depth if that is more.
+constexpr float min_jump_m = 0.08F, min_jump_share = 0.025F;
+/// @}
+constexpr float max_edge_depth_m = 6;  // the near side of farther edges is noisy
+/// Widest strip without depth that an edge may lie across, as in the sensor's shadow beside a near
+/// thing; pixels at a width of 640.
+constexpr double max_shadow_px = 12;
+constexpr double canny_low = 50, canny_high = 120;  // thresholds for edges of the colour image
+/// A depth edge farther from all colour edges counts as this far, pixels at a width of 640.
+constexpr double max_distance_px = 8;
+constexpr std::size_t min_edges = 25;      // depth edges of a usable frame
+constexpr std::size_t min_frames = 10;     // usable frames for an estimate
+constexpr double max_sigma_frames = 0.25;  // a less certain estimate is withheld
+/// Smallest rise of the mean distance from the best offset to the farthest ones, pixels. With less,
+/// nothing moves.
+constexpr double min_rise_px = 0.04;
+/// A larger gap between successive frames, seconds, or a step back, separates the frames before it
+/// from those after it.
+constexpr double max_gap_s = 0.2;
 
 constexpr detail::OptionCheck require(component);
 
@@ -27,18 +47,13 @@ constexpr detail::OptionCheck require(component);
 /// or the one above or below, is farther away by a jump. Gives them as indices of the pixels of an
 /// image that is smaller by the whole number `shrink`.
 template <class Unit>
-void find_depth_edges(const cv::Mat& depth, double scale,
-                      const DepthOffsetEstimatorOptions& options, int shrink,
-                      std::vector<int>& edges) {
+void find_depth_edges(const cv::Mat& depth, double scale, int shrink, std::vector<int>& edges) {
   const float metres = static_cast<float>(scale);
-  const float min_jump = static_cast<float>(options.min_jump_m);
-  const float share = static_cast<float>(options.min_jump_share);
-  const float max_depth = static_cast<float>(options.max_edge_depth_m);
-  const auto jumps = [&](float from, float to) {
-    return to - from > std::max(min_jump, share * from) && from <= max_depth;
+  const auto jumps = [](float from, float to) {
+    return to - from > std::max(min_jump_m, min_jump_share * from) && from <= max_edge_depth_m;
   };
   const int columns = depth.cols / shrink, rows = depth.rows / shrink;
-  const int max_gap = std::max(1, cvRound(options.max_shadow_px * depth.cols / 640.0)) + 1;
+  const int max_gap = std::max(1, cvRound(max_shadow_px * depth.cols / 640.0)) + 1;
   const int row_step = std::max(1, depth.rows / work_rows);
   for (int y = 1; y + 1 < depth.rows; y += row_step) {
     const Unit* const above = depth.ptr<Unit>(y - 1);
@@ -106,25 +121,7 @@ Vertex vertex_of(const std::vector<double>& x, const std::vector<double>& y) {
 
 DepthOffsetEstimator::DepthOffsetEstimator(const DepthOffsetEstimatorOptions& options)
     : options_(options) {
-  const auto positive = [](const char* name, double value) {
-    require(value > 0 && std::isfinite(value), name, value, "a finite number above 0");
-  };
   require(options.max_lag >= 1 && options.max_lag <= 5, "max_lag", options.max_lag, "1 to 5");
-  positive("min_jump_m", options.min_jump_m);
-  require(options.min_jump_share >= 0 && std::isfinite(options.min_jump_share), "min_jump_share",
-          options.min_jump_share, "a finite number of at least 0");
-  positive("max_edge_depth_m", options.max_edge_depth_m);
-  require(options.max_shadow_px >= 0 && options.max_shadow_px <= 1e4, "max_shadow_px",
-          options.max_shadow_px, "0 to 10000 pixels");
-  positive("canny_low", options.canny_low);
-  require(options.canny_high >= options.canny_low && std::isfinite(options.canny_high),
-          "canny_high", options.canny_high, "a finite number of at least canny_low");
-  positive("max_distance_px", options.max_distance_px);
-  positive("min_edges", static_cast<double>(options.min_edges));
-  positive("min_frames", static_cast<double>(options.min_frames));
-  positive("max_sigma_frames", options.max_sigma_frames);
-  positive("min_rise_px", options.min_rise_px);
-  positive("max_gap_s", options.max_gap_s);
   ring_.resize(static_cast<std::size_t>(2 * options.max_lag + 1));
 }
 
@@ -143,8 +140,7 @@ void DepthOffsetEstimator::add(const FrameView& frame, double depth_timestamp_s)
           "a finite time in seconds");
   if (filled_ > 0) {
     const double step_s = frame.timestamp_s - last_s_;
-    const bool follows =
-        step_s > 0 && step_s <= options_.max_gap_s && back(0).size == frame.image.size();
+    const bool follows = step_s > 0 && step_s <= max_gap_s && back(0).size == frame.image.size();
     if (!follows) filled_ = 0;
   }
   Edges& edges = ring_[next_];
@@ -167,16 +163,15 @@ void DepthOffsetEstimator::find_edges(const FrameView& frame, Edges& edges) {
   const cv::Size size(frame.image.cols / shrink, frame.image.rows / shrink);
   cv::resize(frame.image, small_, size, 0, 0, cv::INTER_AREA);
   if (small_.channels() == 3) cv::cvtColor(small_, small_, cv::COLOR_BGR2GRAY);
-  cv::Canny(small_, canny_, options_.canny_low, options_.canny_high);
+  cv::Canny(small_, canny_, canny_low, canny_high);
   cv::bitwise_not(canny_, canny_);
   cv::distanceTransform(canny_, edges.distance, cv::DIST_L2, cv::DIST_MASK_3);
   edges.depth.clear();
   edges.size = frame.image.size();
   if (frame.depth.type() == CV_16UC1) {
-    find_depth_edges<std::uint16_t>(frame.depth, frame.depth_scale(), options_, shrink,
-                                    edges.depth);
+    find_depth_edges<std::uint16_t>(frame.depth, frame.depth_scale(), shrink, edges.depth);
   } else {
-    find_depth_edges<float>(frame.depth, frame.depth_scale(), options_, shrink, edges.depth);
+    find_depth_edges<float>(frame.depth, frame.depth_scale(), shrink, edges.depth);
   }
 }
 
@@ -184,12 +179,12 @@ void DepthOffsetEstimator::find_edges(const FrameView& frame, Edges& edges) {
 void DepthOffsetEstimator::compare() {
   const Edges& colour = back(options_.max_lag);
   const double pixels_per_unit = colour.distance.cols / 640.0;
-  const float max_distance = static_cast<float>(options_.max_distance_px * pixels_per_unit);
+  const float max_distance = static_cast<float>(max_distance_px * pixels_per_unit);
   Stretch row;
   row.frames = 1;
   for (int lag = -options_.max_lag; lag <= options_.max_lag; ++lag) {
     const Edges& depth = back(options_.max_lag - lag);
-    if (depth.depth.size() < options_.min_edges) return;
+    if (depth.depth.size() < min_edges) return;
     row.differences_s.push_back(depth.depth_s - colour.colour_s);
     row.distances_px.push_back(mean_distance(colour.distance, depth.depth, max_distance) /
                                pixels_per_unit);
@@ -255,7 +250,7 @@ DepthOffsetEstimate DepthOffsetEstimator::estimate() const {
   result.distances_px = mean.distances_px;
   result.period_s =
       (mean.differences_s.back() - mean.differences_s.front()) / static_cast<double>(lags - 1);
-  if (all.frames < options_.min_frames || stretches_.size() < 2 || !(result.period_s > 0)) {
+  if (all.frames < min_frames || stretches_.size() < 2 || !(result.period_s > 0)) {
     return result;
   }
 
@@ -270,7 +265,7 @@ DepthOffsetEstimate DepthOffsetEstimator::estimate() const {
     x_variance += share * (moved.x - vertex.x) * (moved.x - vertex.x);
     rise_variance += share * (moved.rise - vertex.rise) * (moved.rise - vertex.rise);
   }
-  const double min_rise = std::max(options_.min_rise_px, 3 * std::sqrt(rise_variance));
+  const double min_rise = std::max(min_rise_px, 3 * std::sqrt(rise_variance));
   DepthOffset offset;
   offset.seconds = vertex.x;
   offset.sigma_s = std::sqrt(x_variance);
@@ -280,7 +275,7 @@ DepthOffsetEstimate DepthOffsetEstimator::estimate() const {
     result.verdict = DepthOffsetVerdict::nothing_moves;
   } else if (vertex.nearest == 0 || vertex.nearest + 1 == lags) {
     result.verdict = DepthOffsetVerdict::out_of_reach;
-  } else if (offset.sigma_frames > options_.max_sigma_frames) {
+  } else if (offset.sigma_frames > max_sigma_frames) {
     result.verdict = DepthOffsetVerdict::uncertain;
   } else {
     result.verdict = DepthOffsetVerdict::measured;

@@ -11,8 +11,8 @@
 #include <set>
 #include <string>
 
-#include "depth_offset_measure.hpp"
 #include "dynfilter/detail/errors.hpp"
+#include "dynfilter/segmenters/depth_offset_estimator.hpp"
 #include "inputs.hpp"
 #include "io/file_error.hpp"
 #include "parallel_for_each.hpp"
@@ -125,11 +125,11 @@ void run_scene(const AblationPlan& plan, const SceneSpec& scene, FrameSource& so
                                              folder_of(plan, scene, rule)));
   }
   const odometry::OrbExtractor extractor(plan.settings.features);
-  std::optional<DepthOffsetMeasure> offset;  // it compares successive frames
+  std::optional<DepthOffsetEstimator> offset;  // it compares successive frames
   if (source.has_depth() && plan.settings.every == 1) offset.emplace();
   for (std::size_t i = 0; i < source.size(); i += plan.settings.every) {
     const SourceFrame frame = source.read(i);
-    if (offset) offset->add(frame.frame, frame.depth_timestamp_s, frame.masks);
+    if (offset) offset->add(frame.frame, frame.depth_timestamp_s);
     const ExtractedFeatures features = extract_features(extractor, frame.frame.image);
     parallel_for_each(runs.size(), [&](std::size_t k) { runs[k]->process(frame, features); });
     progress.advance(plan.settings.every);

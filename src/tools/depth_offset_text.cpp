@@ -23,8 +23,6 @@ const char* name_of(DepthOffsetVerdict verdict) {
       return "out_of_reach";
     case DepthOffsetVerdict::uncertain:
       return "uncertain";
-    case DepthOffsetVerdict::masks_disagree:
-      return "masks_disagree";
   }
   return "";
 }
@@ -39,8 +37,6 @@ const char* reason_of(DepthOffsetVerdict verdict) {
       return "the best of the offsets tried is the first or the last";
     case DepthOffsetVerdict::uncertain:
       return "the measurements scatter too much";
-    case DepthOffsetVerdict::masks_disagree:
-      return "edges and masks differ by more than a frame; are the masks those of their frames?";
     case DepthOffsetVerdict::measured:
       break;
   }

@@ -24,8 +24,8 @@ std::string depth_offset_text(const DepthOffsetEstimate& estimate);
 /// measured if depth is out of step, otherwise `present_s`.
 double recommended_offset_s(const DepthOffsetEstimate& estimate, double present_s);
 
-/// Says how to pair colour and depth by an offset, here and in a SLAM program. The plugin refuses
-/// `dynfilter.depth_offset_s` in the program's settings: it cannot wait for later depth.
+/// Says how to pair colour and depth by an offset, here and in a SLAM program, whose plugin cannot
+/// wait for later depth.
 std::string pairing_advice(double offset_s);
 
 /// Returns the estimate as a JSON object; its curve has one element a lag.

@@ -13,7 +13,7 @@
 
 #include "commands.hpp"
 #include "degraded_masks.hpp"
-#include "depth_offset_measure.hpp"
+#include "dynfilter/segmenters/depth_offset_estimator.hpp"
 #include "inputs.hpp"
 #include "io/file_error.hpp"
 #include "mask_feed.hpp"
@@ -51,7 +51,7 @@ void run(const RunOptions& options) {
   RuleRun work(options.with_motion ? with_motion(rule) : rule, scene, *source, settings,
                options.out);
   const odometry::OrbExtractor extractor(options.settings.features);
-  std::optional<DepthOffsetMeasure> offset;  // it compares successive frames
+  std::optional<DepthOffsetEstimator> offset;  // it compares successive frames
   if (source->has_depth() && settings.every == 1) offset.emplace();
   {
     ProgressBar progress("filtering", source->size());
@@ -62,7 +62,7 @@ void run(const RunOptions& options) {
       if (!masks.uses_source_masks()) {
         frame.masks = work.wait_for_masks([&] { return masks.collect(frame); });
       }
-      if (offset) offset->add(frame.frame, frame.depth_timestamp_s, frame.masks);
+      if (offset) offset->add(frame.frame, frame.depth_timestamp_s);
       work.process(frame, std::move(features));
       progress.advance(options.settings.every);
     }
@@ -135,13 +135,12 @@ void add_run_command(CLI::App& program) {
   command->add_option("--overlays", options->settings.overlays, "number of frames to draw")
       ->transform(whole_number(0, 100000))
       ->capture_default_str();
-  command->footer(
-      rule_list() +
-      "\n\nexamples:\n"
-      "  dynfilter run rgbd_dataset_freiburg3_walking_xyz --out result\n"
-      "  dynfilter run scene --rule mask --masks scene/masks_true\n"
-      "  dynfilter run --level medium --scene-seed 5 --rule crowd_slam\n"
-      "  dynfilter run scene --rule depth_moved --async latest --hz 10");
+  command->footer(rule_list() +
+                  "\n\nexamples:\n"
+                  "  dynfilter run rgbd_dataset_freiburg3_walking_xyz --out result\n"
+                  "  dynfilter run scene --rule mask --masks scene/masks_true\n"
+                  "  dynfilter run --level medium --scene-seed 5 --rule crowd_slam\n"
+                  "  dynfilter run scene --rule depth_moved --async latest --hz 10");
   command->callback([options] {
     if (options->scene.sequence.empty() && options->scene.level.empty()) {
       throw CLI::RequiredError("SEQUENCE or --level");

@@ -13,12 +13,12 @@
 
 #include <opencv2/core.hpp>
 
-#include "depth_offset_measure.hpp"
 #include "depth_offset_text.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/quantile.hpp"
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
 #include "dynfilter/evaluation/trajectory.hpp"
+#include "dynfilter/segmenters/depth_offset_estimator.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "sequence_doubts.hpp"
 #include "trajectory_note.hpp"
@@ -341,19 +341,17 @@ class Examination {
 
   void check_depth_offset() {
     if (!sequence_.has_depth()) return;
-    DepthOffsetMeasure measure;
-    OptionalMasks masks(sequence_);
+    DepthOffsetEstimator estimator;
     const std::size_t frames = std::min(sequence_.size(), offset_frames);
     for (std::size_t i = 0; i < frames; ++i) {
       try {
-        const FrameView frame = sequence_.read(i);
-        measure.add(frame, sequence_.entry(i).depth_timestamp_s, masks.of(frame));
+        estimator.add(sequence_.read(i), sequence_.entry(i).depth_timestamp_s);
       } catch (const std::exception& error) {
         if (!image_size_.empty()) add_unreadable(error.what());
         return;
       }
     }
-    const DepthOffsetEstimate estimate = measure.estimate();
+    const DepthOffsetEstimate estimate = estimator.estimate();
     const bool is_odd = is_out_of_step(estimate);
     add(is_odd ? Verdict::odd : Verdict::fine, depth_offset_text(estimate),
         is_odd ? "pair the images anew: " +

@@ -14,7 +14,6 @@
 #include <nlohmann/json.hpp>
 
 #include "commands.hpp"
-#include "depth_offset_measure.hpp"
 #include "depth_offset_text.hpp"
 #include "dynfilter/detail/number_text.hpp"
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
@@ -41,17 +40,15 @@ struct SyncOptions {
 /// Identify files that may be replaced.
 constexpr const char* associations_beginning = "# written by dynfilter sync, checksum ";
 
-DepthOffsetMeasure measure_offset(const RgbdSequence& sequence,
-                                  const DepthOffsetEstimatorOptions& options,
-                                  OptionalMasks& masks) {
-  DepthOffsetMeasure measure(options);
+DepthOffsetEstimate estimate_offset(const RgbdSequence& sequence,
+                                    const DepthOffsetEstimatorOptions& options) {
+  DepthOffsetEstimator estimator(options);
   ProgressBar progress("comparing edges", sequence.size());
   for (std::size_t i = 0; i < sequence.size(); ++i) {
-    const FrameView frame = sequence.read(i);
-    measure.add(frame, sequence.entry(i).depth_timestamp_s, masks.of(frame));
+    estimator.add(sequence.read(i), sequence.entry(i).depth_timestamp_s);
     progress.advance();
   }
-  return measure;
+  return estimator.estimate();
 }
 
 /// Prints one row a lag: the shorter the bar, the better the edges agree.
@@ -119,28 +116,16 @@ void sync(const SyncOptions& options) {
   }
   require_harmless_file(sequence, options.camera, options.write, associations_beginning);
   require_harmless_file(sequence, options.camera, options.json, json_beginning("sync"));
-  OptionalMasks masks(sequence);
-  const DepthOffsetMeasure measure = measure_offset(sequence, options.estimator, masks);
-  const DepthOffsetEstimate estimate = measure.estimate();
-  const std::optional<SilhouetteLag> silhouettes = measure.by_silhouettes();
+  const DepthOffsetEstimate estimate = estimate_offset(sequence, options.estimator);
   const double offset_s = recommended_offset_s(estimate, sequence.depth_offset_s());
   std::printf("%zu frames compared, paired with a depth offset of %g s\n\n", estimate.frames,
               sequence.depth_offset_s());
   print_curve(estimate);
-  if (silhouettes) {
-    std::printf("\nby %zu edges of masked objects: late by %.2f frames (+-%.2f)\n",
-                silhouettes->edges, silhouettes->frames_late, silhouettes->sigma_frames);
-  }
-  if (!masks.first_error().empty()) {
-    std::printf("\nmasks that cannot be read do not count: %s\n", masks.first_error().c_str());
-  }
   std::printf("\n%s\n", depth_offset_text(estimate).c_str());
   if (is_out_of_step(estimate)) {
     std::printf("recommended: %s\n", pairing_advice(offset_s).c_str());
   } else if (estimate.offset) {
     std::printf("recommended: keep the pairs as they are; no other pairing is nearer\n");
-  } else if (estimate.verdict == DepthOffsetVerdict::masks_disagree) {
-    std::printf("recommended: keep the pairs as they are, and look at the masks in an overlay\n");
   } else {
     std::printf("recommended: keep the pairs as they are, or record something that moves\n");
   }
@@ -158,12 +143,6 @@ void sync(const SyncOptions& options) {
     json["present_offset_s"] = sequence.depth_offset_s();
     json["recommended_offset_s"] = offset_s;
     json["depth_offset"] = depth_offset_json(estimate);
-    if (silhouettes) {
-      json["by_silhouettes"] = {{"frames_late", silhouettes->frames_late},
-                                {"sigma_frames", silhouettes->sigma_frames},
-                                {"edges", silhouettes->edges}};
-    }
-    if (!masks.first_error().empty()) json["masks_error"] = masks.first_error();
     write_replaceable_json(options.json, "sync", json);
   }
 }
@@ -174,10 +153,8 @@ void add_sync_command(CLI::App& program) {
   const auto options = std::make_shared<SyncOptions>();
   CLI::App* command = program.add_subcommand(
       "sync",
-      "Measure by how much the depth of a sequence lags its colour, from "
-      "edges and, where there is\n"
-      "a masks/ folder, from the silhouettes of masked objects, and say what "
-      "to do about it.\n"
+      "Measure from edges by how much the depth of a sequence lags its colour, and say what to do\n"
+      "about it.\n"
       "Something must move: the camera, or what it sees.");
   command->add_option("SEQUENCE", options->sequence, "folder of the sequence")->required();
   command->add_option("--camera", options->camera, "camera file [SEQUENCE/camera.yaml]");

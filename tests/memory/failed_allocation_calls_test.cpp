@@ -13,7 +13,6 @@
 
 #include "dynfilter/dense_depth_lbp.hpp"
 #include "dynfilter/host_masks.hpp"
-#include "dynfilter/moved_depth.hpp"
 #include "dynfilter/overlay.hpp"
 #include "dynfilter/stereo_depths.hpp"
 #include "support/answer.hpp"
@@ -165,11 +164,6 @@ const std::vector<PublicCall>& calls() {
        },
        8},
       {"new_indices", plain([] { return new_indices(labels()); }), 1},
-      {"moved_depth", plain([] {
-         const cv::Mat flow(size, CV_32FC2, cv::Scalar(2, 1));
-         return moved_depth(input().frame.depth, flow, 1);
-       }),
-       1},
       {"mask_of_dynamic_pixels",
        plain([] { return mask_of_dynamic_pixels(input().segmentation, MaskCuller()); }), 1},
       {"mask_of_static_pixels",

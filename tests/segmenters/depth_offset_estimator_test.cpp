@@ -92,10 +92,7 @@ TEST(DepthOffsetEstimator, TakesTheStampsAsTheyAre) {
 /// Computes a curve's point from the definition: the distance from each depth edge to the nearest
 /// colour edge, both found by looking at the drawn board.
 TEST(DepthOffsetEstimator, MeasuresDistancesOfEdges) {
-  DepthOffsetEstimatorOptions options;
-  options.max_distance_px = 20;
-  options.min_frames = 1;
-  DepthOffsetEstimator estimator(options);
+  DepthOffsetEstimator estimator;
   const int shift[] = {0, 9, 3, 6, 12};  // of the depth board, pixels
   for (int i = 0; i < 5; ++i) {
     FrameView frame = swinging(i, 0);
@@ -115,7 +112,7 @@ TEST(DepthOffsetEstimator, MeasuresDistancesOfEdges) {
       for (int x = 80 + shift[k]; x < 140 + shift[k]; ++x) {
         const bool is_edge = x == 80 + shift[k] || x == 139 + shift[k] || y == 40 || y == 89;
         if (!is_edge) continue;
-        double nearest = 20 * 240 / 640.0;
+        double nearest = 8 * 240 / 640.0;
         for (int v = 0; v < 160; ++v) {
           for (int u = 0; u < 240; ++u) {
             if (edges.at<std::uint8_t>(v, u) != 0)
@@ -219,17 +216,9 @@ TEST(DepthOffsetEstimator, RefusesMalformedFramesAndOptions) {
       [&] { estimator.add(swinging(20, 0), std::numeric_limits<double>::infinity()); },
       "depth_timestamp_s = inf");
 
-  const auto expect_bad = [](auto member, auto value, const char* what) {
-    DepthOffsetEstimatorOptions options;
-    options.*member = value;
-    expect_error<std::invalid_argument>([&] { DepthOffsetEstimator{options}; }, what);
-  };
-  expect_bad(&DepthOffsetEstimatorOptions::max_lag, 0, "max_lag = 0; want 1 to 5");
-  expect_bad(&DepthOffsetEstimatorOptions::max_lag, 6, "max_lag = 6");
-  expect_bad(&DepthOffsetEstimatorOptions::min_jump_m, 0.0, "min_jump_m = 0");
-  expect_bad(&DepthOffsetEstimatorOptions::canny_high, 10.0, "canny_high = 10");
-  expect_bad(&DepthOffsetEstimatorOptions::max_distance_px, -1.0, "max_distance_px = -1");
-  expect_bad(&DepthOffsetEstimatorOptions::min_frames, std::size_t{0}, "min_frames = 0");
+  expect_error<std::invalid_argument>([] { DepthOffsetEstimator({0}); },
+                                      "max_lag = 0; want 1 to 5");
+  expect_error<std::invalid_argument>([] { DepthOffsetEstimator({6}); }, "max_lag = 6");
 }
 
 TEST(DepthOffsetEstimator, FindsAFrameOfARenderedLevel) {

@@ -21,40 +21,15 @@ struct DepthOffsetEstimatorOptions {
   /// Number of depth images before and after each colour image's own that are compared with it; 1
   /// to 5. Offsets beyond it are not found.
   int max_lag = 2;
-  /// Smallest jump of depth at an edge, metres; min_jump_share counts if it is larger.
-  double min_jump_m = 0.08;
-  double min_jump_share = 0.025;  ///< smallest jump of depth, as a share of the nearer depth
-  /// Farthest near side of a depth edge, metres; farther edges are noisy.
-  double max_edge_depth_m = 6;
-  /// Widest strip without depth that an edge may lie across, as in the sensor's shadow beside a
-  /// near thing; pixels at a width of 640.
-  double max_shadow_px = 12;
-  /// Lower threshold of the Canny detector for edges of the colour image; 0 < low <= high.
-  double canny_low = 50;
-  double canny_high = 120;  ///< upper threshold of the Canny detector
-  /// Largest distance between a depth edge and a colour edge that still counts, pixels at a width
-  /// of 640; a farther edge counts as this far.
-  double max_distance_px = 8;
-  std::size_t min_edges = 25;   ///< smallest number of depth edges of a usable frame
-  std::size_t min_frames = 10;  ///< smallest number of usable frames for an estimate
-  /// Largest standard error of an estimate, in frames; a less certain one is withheld.
-  double max_sigma_frames = 0.25;
-  /// Smallest rise of the mean distance from the best offset to the farthest ones, pixels. With
-  /// less, nothing moves.
-  double min_rise_px = 0.04;
-  /// Largest gap between two successive frames, seconds; a larger one, or a step back, separates
-  /// the frames before it from those after it.
-  double max_gap_s = 0.2;
 };
 
 /// Outcome of an estimate of the depth's offset.
 enum class DepthOffsetVerdict {
   measured,        ///< there is an offset
-  too_few_frames,  ///< abstained: fewer usable frames than min_frames
+  too_few_frames,  ///< abstained: fewer than 10 usable frames
   nothing_moves,   ///< abstained: all offsets fit equally well
   out_of_reach,    ///< abstained: the best offset is the first or the last that was tried
-  uncertain,       ///< abstained: the standard error is above max_sigma_frames
-  masks_disagree   ///< abstained: silhouettes contradict the edges, see `sharpened`
+  uncertain        ///< abstained: the standard error is above a quarter of a frame
 };
 
 /// Offset of the depth images' times. See RgbdSequenceOptions::depth_offset_s for the sign.
@@ -99,7 +74,7 @@ struct DepthOffsetEstimate {
 /// for this purpose is our own.
 class DepthOffsetEstimator {
  public:
-  /// Throws std::invalid_argument that names the option that is out of range.
+  /// Throws std::invalid_argument for a max_lag out of range.
   explicit DepthOffsetEstimator(const DepthOffsetEstimatorOptions& options = {});
 
   /// Adds a frame, in the order of time, with the time of its depth image. The frame is only read.
