@@ -18,13 +18,10 @@ and, optionally, "track_id":
   box       the detector's (x, y, width, height) in pixels; None = the smallest around the mask
   mask      H x W, bool or integer, non-zero = on the object; None if only the box is known
 
-`instances` makes this list of a network's arrays.
-
-The protocol is stated in README.md beside this file.
+`instances` makes this list of a network's arrays. README.md beside this file states the protocol.
 """
 
-import dataclasses
-import fcntl
+import contextlib
 import logging
 import math
 import os
@@ -43,7 +40,7 @@ VERSION = 1
 FRAME, INSTANCES, ERROR = 1, 2, 3
 
 HEADER = struct.Struct("<4sHHIIQ")  # magic, version, type, payload bytes, reserved, request
-FRAME_HEAD = struct.Struct("<QdIIBBHId")  # id, time, width, height, formats, reserved, depth scale
+FRAME_HEAD = struct.Struct("<QdIIB15s")  # id, time, width, height, channels, reserved
 REPLY_HEAD = struct.Struct("<QIIII")  # frame id, width, height, instances, reserved
 INSTANCE = struct.Struct("<if4i4iIi")  # class, score, box, mask's place, has track id, track id
 CREDENTIALS = struct.Struct("3i")  # Linux: process, user, group
@@ -55,36 +52,21 @@ MAX_REPLY_BYTES = 64 << 20
 MAX_ERROR_BYTES = 4096
 MAX_BOX_COORDINATE_PX = 1 << 20
 MAX_CONNECTIONS = 16
-MAX_PATH_BYTES = 107
 MESSAGE_TIMEOUT_S = 5.0  # for the rest of a message that has begun, and for sending a reply
-
-IMAGE_CHANNELS = (1, 3)
-DEPTH_TYPES = {1: np.dtype("<u2"), 2: np.dtype("<f4")}
 
 
 class ProtocolError(Exception):
     """Received bytes that do not follow the protocol."""
 
 
-@dataclasses.dataclass
-class Frame:
-    """The argument of `segment` if `serve` is called with pass_frame=True."""
-
-    id: int
-    timestamp_s: float
-    image: np.ndarray
-    depth: np.ndarray = None  # H x W, uint16 or float32; None if it is not sent
-    metres_per_unit: float = 0.0  # of depth
-
-
-def serve(path, segment, pass_frame=False):
+def serve(path, segment):
     """Answers every frame received at `path` with the result of `segment`, until interrupted.
 
     Any number of hosts may connect, one after the other or together; this thread processes their
     frames one at a time. It logs an exception in `segment`, sends it to the host as the frame's
     error, and continues. See Server for the paths that it refuses.
     """
-    with Server(path, segment, pass_frame) as server:
+    with Server(path, segment) as server:
         server.serve_forever()
 
 
@@ -99,10 +81,14 @@ def instances(masks, boxes=None, class_ids=None, scores=None, threshold=0.5):
 
     dynfilter.Segmentation.from_masks takes the same. Raises ValueError for other shapes.
     """
-    masks = _stacked(masks)
-    boxes = None if boxes is None else np.asarray(boxes, float)
     if masks is None and boxes is None:
         raise ValueError("neither masks nor boxes; for nobody an array with N = 0")
+    masks = None if masks is None else np.asarray(masks)
+    if masks is not None and masks.ndim == 4 and masks.shape[1] == 1:
+        masks = masks[:, 0]
+    if masks is not None and masks.ndim != 3 and masks.size > 0:
+        raise ValueError(f"masks of shape {masks.shape}; want N x H x W or N x 1 x H x W")
+    boxes = None if boxes is None else np.asarray(boxes, float)
     count = len(boxes if masks is None else masks)
     if boxes is not None and count > 0 and boxes.shape != (count, 4):
         raise ValueError(f"boxes of shape {boxes.shape}; want {(count, 4)}: x1, y1, x2, y2 in pixels")
@@ -122,18 +108,6 @@ def instances(masks, boxes=None, class_ids=None, scores=None, threshold=0.5):
     return found
 
 
-def _stacked(masks):
-    """Masks as N x H x W; None stays."""
-    if masks is None:
-        return None
-    masks = np.asarray(masks)
-    if masks.ndim == 4 and masks.shape[1] == 1:
-        return masks[:, 0]
-    if masks.ndim != 3 and masks.size > 0:
-        raise ValueError(f"masks of shape {masks.shape}; want N x H x W or N x 1 x H x W")
-    return masks
-
-
 def _box_between(x1, y1, x2, y2):
     """The smallest (x, y, width, height) of whole pixels that contains the corners."""
     if not all(map(math.isfinite, (x1, y1, x2, y2))) or x2 < x1 or y2 < y1:
@@ -150,13 +124,11 @@ class Server:
     processes of the same user may connect.
     """
 
-    def __init__(self, path, segment, pass_frame=False):
+    def __init__(self, path, segment):
         self._path = os.fspath(path)
         self._segment = segment
-        self._pass_frame = pass_frame
         self._connections = []
-        self._doubts = _Doubts()
-        self._listener, self._identity = _listen(self._path)
+        self._listener = _listen(self._path)
         self._wake, self._woken = socket.socketpair()
         log.info("listening at %s", self._path)
 
@@ -169,8 +141,7 @@ class Server:
     def serve_forever(self):
         """Serves until stop() or an exception from outside `segment`, such as KeyboardInterrupt."""
         while True:
-            sources = [self._woken, self._listener, *self._connections]
-            ready = _wait_for(sources)
+            ready = _wait_for([self._woken, self._listener, *self._connections])
             if self._woken in ready:
                 return
             if self._listener in ready:
@@ -182,21 +153,13 @@ class Server:
 
     def stop(self):
         """Makes serve_forever() return after its current frame. May be called from any thread."""
-        try:
-            self._wake.send(b"x")
-        except OSError:  # closed
-            pass
+        self._wake.send(b"x")
 
     def close(self):
-        for connection in self._connections:
-            connection.close()
-        self._connections = []
-        if self._listener is not None:
-            _remove_own(self._path, self._identity)
-            self._listener.close()
-            self._listener = None
-        self._wake.close()
-        self._woken.close()
+        with contextlib.suppress(OSError):
+            os.unlink(self._path)
+        for each in [*self._connections, self._listener, self._wake, self._woken]:
+            each.close()
 
     def _accept(self):
         try:
@@ -211,13 +174,9 @@ class Server:
             problem = f"there are {MAX_CONNECTIONS} connections already"
         if problem is None:
             self._connections.append(connection)
-            return
-        log.warning("a connection is refused: %s", problem)
-        try:
-            connection.sendall(encode_error(0, problem))
-        except OSError:
-            pass
-        connection.close()
+        else:
+            _refuse(connection, problem)
+            connection.close()
 
     def _answer(self, connection):
         """Answers one frame. Returns whether the connection is still good."""
@@ -225,28 +184,18 @@ class Server:
             message = receive_frame(connection)
             if message is None:
                 return False
-            request, frame = message
-            connection.sendall(self._reply(request, frame))
+            connection.sendall(self._reply(*message))
             return True
         except ProtocolError as problem:
-            log.warning("a connection is closed: %s", problem)
-            try:
-                connection.sendall(encode_error(0, str(problem)))
-            except OSError:
-                pass
+            _refuse(connection, problem)
         except OSError as problem:
             log.warning("a connection is lost: %s", problem)
         return False
 
-    def _reply(self, request, frame):
-        # Takes the size first, because segment may change its arrays.
-        frame_id, shape = frame.id, frame.image.shape[:2]
+    def _reply(self, request, frame_id, image):
+        shape = image.shape[:2]  # before segment, which may change its array
         try:
-            found = self._segment(frame if self._pass_frame else frame.image)
-            reply = encode_instances(request, frame_id, shape, found)
-            for instance in found:
-                self._doubts.look_at(instance)
-            return reply
+            return encode_instances(request, frame_id, shape, self._segment(image))
         except Exception as problem:  # any exception of the network becomes the frame's error
             log.exception("frame %d", frame_id)
             return encode_error(request, f"{type(problem).__name__}: {problem}")
@@ -261,11 +210,17 @@ def _wait_for(sockets):
     return [each for each in sockets if each.fileno() in ready]
 
 
+def _refuse(connection, problem):
+    log.warning("a connection is refused: %s", problem)
+    with contextlib.suppress(OSError):
+        connection.sendall(encode_error(0, str(problem)))
+
+
 # --- Messages -------------------------------------------------------------------------------------
 
 
 def receive_frame(connection):
-    """(request, Frame), or None if the other side has closed the connection."""
+    """(request, frame id, image), or None if the other side has closed the connection."""
     header = bytearray(HEADER.size)
     if not _receive_into(connection, header, may_end=True):
         return None
@@ -280,35 +235,17 @@ def receive_frame(connection):
         raise ProtocolError(f"a frame of {payload_bytes} bytes")
     head = bytearray(FRAME_HEAD.size)
     _receive_into(connection, head)
-    frame, arrays = _frame_of(head)
-    if payload_bytes != FRAME_HEAD.size + sum(shape[0] for shape, _ in arrays):
-        raise ProtocolError(f"a frame of {payload_bytes} bytes, which is not what its images have")
-    buffers = [bytearray(size) for (size, _), _ in arrays]
-    for buffer in buffers:
-        _receive_into(connection, buffer)
-    pixels = [np.frombuffer(b, kind).reshape(shape) for b, ((_, shape), kind) in zip(buffers, arrays)]
-    frame.image = pixels[0]
-    frame.depth = pixels[1] if len(pixels) > 1 else None
-    return request, frame
-
-
-def _frame_of(head):
-    """A frame without its pixels, and ((bytes, shape), type) of each image that follows."""
-    frame_id, time_s, width, height, channels, depth, zero, zeros, scale = FRAME_HEAD.unpack(head)
+    frame_id, time_s, width, height, channels, zeros = FRAME_HEAD.unpack(head)
     if not (1 <= width <= MAX_SIDE_PX and 1 <= height <= MAX_SIDE_PX and width * height <= MAX_PIXELS):
         raise ProtocolError(f"an image of {width}x{height}")
-    if channels not in IMAGE_CHANNELS or (depth != 0 and depth not in DEPTH_TYPES):
-        raise ProtocolError(f"an image of format {channels} with a depth of format {depth}")
-    if zero != 0 or zeros != 0 or not math.isfinite(time_s):
+    if channels not in (1, 3) or any(zeros) or not math.isfinite(time_s):
         raise ProtocolError("a malformed frame")
-    if (depth == 0 and scale != 0) or (depth != 0 and not 0 < scale < math.inf):
-        raise ProtocolError(f"a depth of {scale} metres a unit")
+    if payload_bytes != FRAME_HEAD.size + width * height * channels:
+        raise ProtocolError(f"a frame of {payload_bytes} bytes, which is not what its image has")
+    pixels = bytearray(width * height * channels)
+    _receive_into(connection, pixels)
     shape = (height, width) if channels == 1 else (height, width, channels)
-    arrays = [((width * height * channels, shape), np.dtype(np.uint8))]
-    if depth != 0:
-        kind = DEPTH_TYPES[depth]
-        arrays.append(((width * height * kind.itemsize, (height, width)), kind))
-    return Frame(frame_id, time_s, None, None, scale), arrays
+    return request, frame_id, np.frombuffer(pixels, np.uint8).reshape(shape)
 
 
 def _receive_into(connection, buffer, may_end=False):
@@ -327,54 +264,6 @@ def _receive_into(connection, buffer, may_end=False):
     return True
 
 
-class _Doubts:
-    """Warns once of each likely mistake that is no error. Looks at the first instances only."""
-
-    MAX_LOOKED_AT = 50
-    MIN_BOXES = 3
-    MAX_LEVELS = 8  # of a mask's values
-
-    def __init__(self):
-        self._looked_at = self._boxes = self._corners = 0
-        self._told = set()
-
-    def look_at(self, instance):
-        if self._looked_at >= self.MAX_LOOKED_AT:
-            return
-        self._looked_at += 1
-        _, _, box, mask, _ = _fields(instance)
-        if mask is None or not np.any(mask):
-            return
-        mask = np.asarray(mask)
-        if mask.dtype.kind != "b" and np.unique(mask).size > self.MAX_LEVELS:
-            self._tell("a mask has many grey levels, and every one but 0 counts as on the object; "
-                       "send mask > threshold")
-        if box is None:
-            return
-        place, _ = _crop(mask, *mask.shape)
-        x, y, width, height = (float(value) for value in box)
-        as_corners = _overlap((x, y, width - x, height - y), place)
-        self._boxes += 1
-        self._corners += as_corners > _overlap((x, y, width, height), place)
-        if self._boxes >= self.MIN_BOXES and 2 * self._corners > self._boxes:
-            self._tell("most boxes fit their masks better as x1, y1, x2, y2; want x, y, width, height, "
-                       "which remote_masks.instances() makes of them")
-
-    def _tell(self, text):
-        if text not in self._told:
-            self._told.add(text)
-            log.warning("%s", text)
-
-
-def _overlap(a, b):
-    """Intersection over union of two boxes (x, y, width, height); 0 for one without area."""
-    width = min(a[0] + a[2], b[0] + b[2]) - max(a[0], b[0])
-    height = min(a[1] + a[3], b[1] + b[3]) - max(a[1], b[1])
-    if width <= 0 or height <= 0:
-        return 0.0
-    return width * height / (a[2] * a[3] + b[2] * b[3] - width * height)
-
-
 def encode_instances(request, frame_id, shape, found):
     """The reply to a frame. Raises ValueError or TypeError if `found` is no list of instances."""
     height, width = shape
@@ -382,7 +271,6 @@ def encode_instances(request, frame_id, shape, found):
     if found is None or not hasattr(found, "__iter__"):
         what = "None" if found is None else f"one {type(found).__name__}"
         raise TypeError(f"segment returned {what}; want a list, [] for nobody")
-    found = list(found)
     for index, instance in enumerate(found):
         try:
             row, crop = _encode_instance(instance, height, width)
@@ -405,7 +293,7 @@ def encode_error(request, text):
 
 
 def _fields(instance):
-    """class_id, score, box, mask and track_id of an instance, of which the last four may be None."""
+    """class_id, score, box, mask and track_id of an instance, of which the last three may be None."""
     if isinstance(instance, dict):
         unknown = set(instance) - {"class_id", "score", "box", "mask", "track_id"}
         if unknown:
@@ -455,12 +343,10 @@ def _crop(mask, height, width):
     if mask.dtype.kind not in "bui":
         raise ValueError(f"a mask of type {mask.dtype}; want bool or integer, such as mask > 0.5")
     on = mask != 0
-    rows = np.flatnonzero(on.any(axis=1))
+    rows, columns = np.flatnonzero(on.any(axis=1)), np.flatnonzero(on.any(axis=0))
     if rows.size == 0:
         return (0, 0, 0, 0), b""
-    top, bottom = int(rows[0]), int(rows[-1]) + 1
-    columns = np.flatnonzero(on[top:bottom].any(axis=0))
-    left, right = int(columns[0]), int(columns[-1]) + 1
+    left, top, right, bottom = map(int, (columns[0], rows[0], columns[-1] + 1, rows[-1] + 1))
     crop = np.ascontiguousarray(on[top:bottom, left:right])
     return (left, top, right - left, bottom - top), crop.tobytes()
 
@@ -469,50 +355,26 @@ def _crop(mask, height, width):
 
 
 def _listen(path):
-    """A socket that listens at `path` for this user alone, and the identity of its file."""
-    size = len(os.fsencode(path))
-    if not 1 <= size <= MAX_PATH_BYTES:
-        raise OSError(f"'{path}': a path of {size} bytes; a socket's has 1 to {MAX_PATH_BYTES}")
+    """A socket that listens at `path` for this user alone."""
     folder = os.path.dirname(path) or "."
-    # A process that replaces a socket holds its folder's lock. Otherwise one of two that start
-    # together could take the other's new socket for a dead one.
-    lock = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
-    try:
-        _require_safe_folder(folder, os.fstat(lock))
-        _lock(lock, folder)
-        _remove_dead(path)
-        listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-        try:
-            # The file gets the socket's mode (Linux), so that no other user can ever connect.
-            os.fchmod(listener.fileno(), 0o600)
-            listener.bind(path)
-            os.chmod(path, 0o600)  # in case the umask removes our own rights
-            listener.listen(MAX_CONNECTIONS)
-            entry = os.lstat(path)
-            return listener, (entry.st_dev, entry.st_ino)
-        except BaseException:
-            listener.close()
-            raise
-    finally:
-        os.close(lock)
-
-
-def _require_safe_folder(folder, entry):
+    entry = os.stat(folder)
     if entry.st_uid not in (os.geteuid(), 0):
         raise PermissionError(f"{folder}: belongs to another user")
     others_write = entry.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
     if others_write and not entry.st_mode & stat.S_ISVTX:
         raise PermissionError(f"{folder}: other users may write to it, and replace the socket")
-
-
-def _lock(descriptor, folder):
-    for _ in range(50):
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            return
-        except BlockingIOError:
-            time.sleep(0.1)
-    raise BlockingIOError(f"{folder}: is locked by another process")
+    _remove_dead(path)
+    listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    try:
+        # The file gets the socket's mode (Linux), so that no other user can ever connect.
+        os.fchmod(listener.fileno(), 0o600)
+        listener.bind(path)
+        os.chmod(path, 0o600)  # in case the umask removes our own rights
+        listener.listen(MAX_CONNECTIONS)
+        return listener
+    except OSError as problem:
+        listener.close()
+        raise OSError(f"'{path}': {problem}") from problem
 
 
 def _remove_dead(path):
@@ -535,16 +397,6 @@ def _remove_dead(path):
         except BlockingIOError:  # its queue of connections is full
             pass
     raise FileExistsError(f"{path}: another process listens there")
-
-
-def _remove_own(path, identity):
-    """Removes our socket, unless another process has replaced it."""
-    try:
-        entry = os.lstat(path)
-        if (entry.st_dev, entry.st_ino) == identity:
-            os.unlink(path)
-    except OSError:
-        pass
 
 
 def _problem_with_user(connection):

@@ -32,6 +32,10 @@ using remote::MessageType;
 using remote::ProtocolError;
 using remote::TimeIsUp;
 
+/// Age at which a missing reply is lost, seconds. Until then the server, which may be loading its
+/// network, gets no other frame.
+constexpr double lost_after_s = 60;
+
 /// Returns the image, or a copy if its rows are not continuous in memory.
 cv::Mat continuous(const cv::Mat& image) { return image.isContinuous() ? image : image.clone(); }
 
@@ -122,8 +126,7 @@ Message RemoteChannel::ask(const FrameView& frame, const Deadline& deadline) {
 
 /// Provides a connection with nothing in flight.
 void RemoteChannel::prepare_connection(const Deadline& deadline) {
-  if (in_flight_ &&
-      Clock::now() - in_flight_->sent_at >= remote::duration_of(options_.lost_after_s)) {
+  if (in_flight_ && Clock::now() - in_flight_->sent_at >= remote::duration_of(lost_after_s)) {
     drop_connection();
   }
   if (in_flight_ && !skip_late_reply(deadline)) drop_connection();
@@ -166,14 +169,11 @@ void RemoteChannel::drop_connection() {
 }
 
 void RemoteChannel::send(const FrameView& frame, const Deadline& deadline) {
-  const bool with_depth = options_.send_depth && !frame.depth.empty();
   const std::uint64_t request = ++requests_;
-  const std::vector<std::uint8_t> head = remote::encode_frame_head(request, frame, with_depth);
-  std::vector<cv::Mat> images = {continuous(frame.image)};
-  if (with_depth) images.push_back(continuous(frame.depth));
+  const std::vector<std::uint8_t> head = remote::encode_frame_head(request, frame);
   try {
     // If the other side hangs up, receiving reveals what it said before.
-    connection_->send(head, images, deadline);
+    connection_->send(head, continuous(frame.image), deadline);
   } catch (const TimeIsUp&) {
     drop_connection();  // the message is incomplete
     throw TimeIsUp("the other side does not take the image");
@@ -207,21 +207,12 @@ void validate(const std::filesystem::path& path, const RemoteSegmenterOptions& o
   }
   const auto in_range = [](double seconds) { return seconds >= 0 && seconds <= 3600; };
   if (!in_range(options.timeout_s) || options.timeout_s == 0 ||
-      !in_range(options.retry_interval_s) || !in_range(options.lost_after_s)) {
+      !in_range(options.retry_interval_s)) {
     detail::throw_misuse("RemoteSegmenter",
                          detail::concatenate("timeout_s = ", options.timeout_s,
-                                             ", retry_interval_s = ", options.retry_interval_s,
-                                             " and lost_after_s = ", options.lost_after_s),
-                         "above 0, at least 0 and at least 0, all up to 3600");
+                                             " and retry_interval_s = ", options.retry_interval_s),
+                         "above 0 and at least 0, both up to 3600");
   }
-}
-
-constexpr bool is_little_endian() {
-#if defined(__BYTE_ORDER__) && __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
-  return true;
-#else
-  return false;
-#endif
 }
 
 }  // namespace
@@ -229,11 +220,6 @@ constexpr bool is_little_endian() {
 RemoteSegmenter::RemoteSegmenter(const std::filesystem::path& socket_path,
                                  const RemoteSegmenterOptions& options) {
   validate(socket_path, options);
-  if (options.send_depth && !is_little_endian()) {
-    // The depth's bytes are sent as they are in memory.
-    detail::throw_misuse("RemoteSegmenter", "send_depth on a big-endian machine",
-                         "a little-endian one");
-  }
   channel_ = std::make_unique<detail::RemoteChannel>(socket_path.string(), options);
 }
 

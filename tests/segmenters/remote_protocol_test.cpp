@@ -4,7 +4,6 @@
 #include "segmenters/remote/protocol.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cstdint>
 #include <cstring>
 #include <limits>
@@ -14,7 +13,6 @@
 
 #include <gtest/gtest.h>
 
-#include "segmenters/remote/deadline.hpp"
 #include "support/byte_source.hpp"
 #include "support/expect_error.hpp"
 #include "support/remote_messages.hpp"
@@ -87,36 +85,17 @@ TEST(RemoteProtocol, FrameMatchesTheDocumentedBytes) {
   frame.id = 0x0102030405060708;
   frame.timestamp_s = 1.5;
   frame.image = cv::Mat(2, 3, CV_8UC3);
-  frame.depth = cv::Mat(2, 3, CV_16UC1);
-  frame.metres_per_unit = 0.25;
-  const Bytes with_depth = {
+  const Bytes want = {
       'D', 'Y', 'N', 'F', 1, 0, 1,    0,     // magic, version, type
-      70,  0,   0,   0,   0, 0, 0,    0,     // 40 + 2 * 3 * 3 + 2 * 3 * 2 bytes, reserved
+      58,  0,   0,   0,   0, 0, 0,    0,     // 40 + 2 * 3 * 3 bytes, reserved
       9,   0,   0,   0,   0, 0, 0,    0,     // request
       8,   7,   6,   5,   4, 3, 2,    1,     // frame id
       0,   0,   0,   0,   0, 0, 0xf8, 0x3f,  // 1.5
       3,   0,   0,   0,   2, 0, 0,    0,     // width, height
-      3,   1,   0,   0,   0, 0, 0,    0,     // formats, reserved
-      0,   0,   0,   0,   0, 0, 0xd0, 0x3f,  // 0.25
+      3,   0,   0,   0,   0, 0, 0,    0,     // channels, reserved
+      0,   0,   0,   0,   0, 0, 0,    0,     // reserved
   };
-  EXPECT_EQ(encode_frame_head(9, frame, true), with_depth);
-
-  frame.image = cv::Mat(2, 3, CV_8UC1);
-  Bytes without = with_depth;
-  without[8] = 46;
-  without[48] = 1;
-  without[49] = 0;
-  without[62] = without[63] = 0;
-  EXPECT_EQ(encode_frame_head(9, frame, false), without);
-
-  frame.depth = cv::Mat(2, 3, CV_32FC1);
-  frame.metres_per_unit = 0;  // the depth is in metres
-  Bytes metres = with_depth;
-  metres[8] = 70;  // 40 + 6 + 24
-  metres[48] = 1;
-  metres[49] = 2;
-  metres[62] = 0xf0;
-  EXPECT_EQ(encode_frame_head(9, frame, true), metres);
+  EXPECT_EQ(encode_frame_head(9, frame), want);
 }
 
 TEST(RemoteProtocol, RefusesImagesThatCannotBeSent) {
@@ -175,21 +154,10 @@ TEST(RemoteProtocol, ReplyMatchesTheDocumentedBytes) {
 
 TEST(RemoteProtocol, RoundTripKeepsEveryInstance) {
   testing::ByteSource random(5);
-  for (int i = 0; i < 2000; ++i) {
+  for (int i = 0; i < 500; ++i) {
     const Segmentation want = random_segmentation(random);
     EXPECT_TRUE(testing::is_same(decode(testing::instances_payload(want)), want));
   }
-}
-
-TEST(RemoteProtocol, RefusesRepliesToAnotherFrameOrSize) {
-  const Bytes payload = testing::instances_payload(some_segmentation());
-  expect_error<ProtocolError>([&] { decode_instances(payload, 8, 0, fuzzed_size()); },
-                              "malformed reply: of frame 7; want frame 8");
-  expect_error<ProtocolError>(
-      [&] {
-        decode_instances(payload, 7, 0, {12, 16});
-      },
-      "for an image of 16x12; the frame has 12x16");
 }
 
 TEST(RemoteProtocol, RefusesRepliesOfWrongLength) {
@@ -317,7 +285,7 @@ void mutate(Bytes& bytes, testing::ByteSource& random) {
 TEST(RemoteProtocol, MutatedRepliesAreRefusedOrReadExactly) {
   testing::ByteSource random(23);
   int accepted = 0;
-  constexpr int cases = 100000;
+  constexpr int cases = 20000;
   for (int i = 0; i < cases; ++i) {
     Bytes payload = testing::instances_payload(random_segmentation(random));
     mutate(payload, random);
@@ -331,7 +299,7 @@ TEST(RemoteProtocol, MutatedRepliesAreRefusedOrReadExactly) {
 TEST(RemoteProtocol, RandomBytesAreRefusedOrReadExactly) {
   testing::ByteSource random(29);
   int accepted = 0;
-  for (int i = 0; i < 100000; ++i) {
+  for (int i = 0; i < 20000; ++i) {
     Bytes bytes(static_cast<std::size_t>(random.between(0, 255)));
     for (std::uint8_t& byte : bytes) byte = random.byte();
     ASSERT_EQ(testing::check_reply(bytes, accepted), "") << "case " << i;
@@ -339,14 +307,6 @@ TEST(RemoteProtocol, RandomBytesAreRefusedOrReadExactly) {
     mutate(header, random);
     ASSERT_EQ(testing::check_header(header), "") << "case " << i;
   }
-}
-
-TEST(RemoteDeadline, HasTimeLeftUntilItPasses) {
-  const detail::remote::Deadline late(100), passed(-1);
-  EXPECT_GT(late.left(), std::chrono::seconds(90));
-  EXPECT_FALSE(late.has_passed());
-  EXPECT_EQ(passed.left(), detail::remote::Clock::duration::zero());
-  EXPECT_TRUE(passed.has_passed());
 }
 
 }  // namespace

@@ -10,18 +10,13 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "examples" 
 import remote_masks  # noqa: E402
 
 
-def segment(frame):
-    action = int(frame.image.flat[0])
+def segment(image):
+    action = int(image.flat[0])
     if action == 1:
         raise RuntimeError("no masks\ntoday")
     if action == 2:
         return [(0, float("nan"), (0, 0, 1, 1), None)]
-    if action == 3:  # finds pixels nearer than 2 m
-        depth = frame.depth * frame.metres_per_unit
-        mask = (depth > 0) & (depth < 2.0)
-        box = (-1.5, 2.0, 10.25, 3.0)
-        return [{"class_id": 5, "score": 0.25, "box": box, "mask": mask, "track_id": -7}]
-    return [(action, 1.0, (0, 0, 4, 4), None)] * (frame.depth is None)
+    return [{"class_id": action, "box": (-1.5, 2.0, 10.25, 3.0), "track_id": -7}]
 
 
-remote_masks.serve(sys.argv[1], segment, pass_frame=True)
+remote_masks.serve(sys.argv[1], segment)

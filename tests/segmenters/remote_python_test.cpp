@@ -123,38 +123,6 @@ TEST_F(RemotePython, ExampleFindsBrightObjects) {
   EXPECT_TRUE(people.segment(frame_of(0)).instances.empty());
 }
 
-TEST_F(RemotePython, SendsDepthAndReturnsTracks) {
-  const Script script(peer, path);
-  RemoteSegmenterOptions options = patient();
-  options.send_depth = true;
-  RemoteSegmenter people(path, options);
-  FrameView frame = frame_of(3);
-  cv::Mat units(20, 30, CV_16UC1);
-  cv::randu(units, 0, 20000);
-  cv::Mat metres;
-  units.convertTo(metres, CV_32F, 0.0002);
-  for (const cv::Mat& depth : {units, metres}) {
-    frame.depth = depth;
-    frame.metres_per_unit = depth.type() == CV_16UC1 ? 0.0002 : 0;
-    const Segmentation found = people.segment(frame);
-    ASSERT_EQ(found.instances.size(), 1U);
-    const Instance& instance = found.instances[0];
-    EXPECT_EQ(instance.class_id, 5);
-    EXPECT_EQ(instance.score, 0.25F);
-    EXPECT_EQ(instance.box, cv::Rect(-2, 2, 11, 3));
-    EXPECT_EQ(instance.track_id, -7);
-    for (int y = 0; y < 20; ++y) {
-      for (int x = 0; x < 30; ++x) {
-        const int value = units.at<std::uint16_t>(y, x);
-        if (value == 10000) continue;  // exactly 2 m: rounding decides
-        ASSERT_EQ(instance.covers({x, y}), value > 0 && value < 10000) << x << "," << y;
-      }
-    }
-  }
-  frame.depth.release();
-  expect_error<std::runtime_error>([&] { people.segment(frame); }, "TypeError");
-}
-
 TEST_F(RemotePython, ErrorsOfTheNetworkReachTheHost) {
   const Script script(peer, path);
   RemoteSegmenter people(path, patient());
@@ -164,7 +132,10 @@ TEST_F(RemotePython, ErrorsOfTheNetworkReachTheHost) {
                                        "RuntimeError: no masks today");
   expect_error<std::runtime_error>([&] { people.segment(frame_of(2)); },
                                    "ValueError: instance 0: score nan; want 0 to 1");
-  EXPECT_EQ(people.segment(frame_of(9)).instances.at(0).class_id, 9);
+  const Instance found = people.segment(frame_of(9)).instances.at(0);
+  EXPECT_EQ(found.class_id, 9);
+  EXPECT_EQ(found.box, cv::Rect(-2, 2, 11, 3));
+  EXPECT_EQ(found.track_id, -7);
 }
 
 // Covers both start orders, the socket file of a dead process, and death in the middle of a call.
@@ -172,7 +143,7 @@ TEST_F(RemotePython, SurvivesBeingKilledAtRandomPoints) {
   std::mt19937 random(47);
   RemoteSegmenter people(path, patient());
   int answered = 0;
-  for (int life = 0; life < 8 || answered <= 8; ++life) {  // more on a slow machine
+  for (int life = 0; life < 4 || answered <= 4; ++life) {  // more on a slow machine
     Script script(peer, path);
     EXPECT_EQ(people.segment(frame_of(9)).instances.at(0).class_id, 9);
     std::atomic<bool> is_dead{false};
@@ -210,7 +181,7 @@ TEST_F(RemotePython, TheHostOfThePageGoesOnWithoutAServer) {
   const std::vector<cv::KeyPoint> keypoints(3, cv::KeyPoint(5, 5, 7));
   RemoteSegmenter people(path);
   const FrameView frame = frame_of(1);
-  // The page prints what follows; remote_masks_results_test.py compares it.
+  // The page prints what follows; remote_masks_test.py compares it.
   std::optional<dynfilter::Segmentation> masks;  // none: the features of this frame stay
   try {
     masks = people.segment(frame);
@@ -224,10 +195,8 @@ TEST_F(RemotePython, TheHostOfThePageGoesOnWithoutAServer) {
 }
 
 TEST_F(RemotePython, PythonTestsPass) {
-  for (const char* const name : {"remote_masks_test.py", "remote_masks_results_test.py"}) {
-    const std::string file = sources + "/tests/segmenters/" + name;
-    EXPECT_EQ(std::system(("'" + python + "' -B '" + file + "'").c_str()), 0) << name;
-  }
+  const std::string file = sources + "/tests/segmenters/remote_masks_test.py";
+  EXPECT_EQ(std::system(("'" + python + "' -B '" + file + "'").c_str()), 0);
 }
 
 }  // namespace

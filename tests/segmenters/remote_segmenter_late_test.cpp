@@ -1,15 +1,19 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Replies that come late, in part, or never.
+// Replies that come late, in part, or never, and frames during which the other side dies.
 
 #include "dynfilter/segmenters/remote_segmenter.hpp"
 
 #include <atomic>
 #include <cstddef>
+#include <cstdint>
+#include <filesystem>
 #include <future>
 #include <stdexcept>
+#include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -48,7 +52,7 @@ TEST_F(RemoteSegmenterTest, DiscardsALateReply) {
 }
 
 TEST_F(RemoteSegmenterTest, FinishesReadingAHalfReceivedLateReply) {
-  for (const std::size_t part : {1U, 23U, 24U, 25U, 60U}) {
+  for (const std::size_t part : {23U, 24U, 60U}) {
     std::promise<void> go;
     bool is_first = true;
     const RemotePeer peer(path, [&](const PeerSocket& socket, const ReceivedFrame& frame) {
@@ -71,25 +75,6 @@ TEST_F(RemoteSegmenterTest, FinishesReadingAHalfReceivedLateReply) {
       }
     }
     EXPECT_EQ(peer.connections(), 1);
-  }
-}
-
-TEST_F(RemoteSegmenterTest, ReconnectsAfterALostReply) {
-  std::atomic<int> frames{0};
-  const RemotePeer peer(path, [&](const PeerSocket& socket, const ReceivedFrame& frame) {
-    return ++frames == 1 || answer(socket, frame);  // the first frame gets no answer
-  });
-  RemoteSegmenterOptions options;
-  options.timeout_s = 0.1;
-  options.lost_after_s = 0.1;
-  RemoteSegmenter people(path, options);
-  expect_fails(people, frame_of(1), "no masks of frame 1 within 0.1 s: time is up");
-  while (true) {
-    try {
-      expect_answered(people, frame_of(2));
-      break;
-    } catch (const std::runtime_error&) {
-    }
   }
 }
 
@@ -133,20 +118,6 @@ TEST_F(RemoteSegmenterTest, TimesOutIfTheImageIsNotRead) {
   other.join();
 }
 
-TEST_F(RemoteSegmenterTest, TimesOutOnASlowReply) {
-  std::atomic<bool> is_over{false};
-  const RemotePeer peer(path, [&](const PeerSocket& socket, const ReceivedFrame&) {
-    Bytes bytes = testing::message(2, 1, Bytes(1));
-    bytes[10] = 0xff;
-    if (!socket.send(bytes)) return false;
-    while (!is_over && socket.send(Bytes(1))) std::this_thread::yield();
-    return false;
-  });
-  RemoteSegmenter people(path, impatient());
-  expect_fails(people, frame_of(1), "no masks of frame 1 within 0.05 s: time is up");
-  is_over = true;
-}
-
 /// Options of a caller who gives a call up after some questions whether to stop.
 RemoteSegmenterOptions stopped_by_the_caller() {
   RemoteSegmenterOptions options;
@@ -157,33 +128,75 @@ RemoteSegmenterOptions stopped_by_the_caller() {
 
 const char* const stopped = "the wait for the masks of frame 1 was stopped by the caller";
 
-TEST_F(RemoteSegmenterTest, StopsWaitingForAListener) {
+TEST_F(RemoteSegmenterTest, StopsWaitingIfTheCallerSays) {
   RemoteSegmenterOptions options = stopped_by_the_caller();
   options.retry_interval_s = 3600;
   RemoteSegmenter people(path, options);
-  expect_fails(people, frame_of(1), stopped);
-}
-
-TEST_F(RemoteSegmenterTest, StopsWaitingForAReply) {
+  expect_fails(people, frame_of(1), stopped);  // for a listener
   const PeerSocket listener = PeerSocket::listening(path, 0);
   RemoteSegmenter first(path, stopped_by_the_caller()), second(path, stopped_by_the_caller());
-  expect_fails(first, frame_of(1), stopped);
-  expect_fails(second, frame_of(1), stopped);  // now the queue is full
+  expect_fails(first, frame_of(1), stopped);   // for a reply
+  expect_fails(second, frame_of(1), stopped);  // for a place in the queue, which is full
+  const PeerSocket others = PeerSocket::listening(path);
+  RemoteSegmenter third(path, stopped_by_the_caller());
+  expect_fails(third, frame_of(1, 1, {2000, 2000}), stopped);  // for the image to be read
 }
 
-TEST_F(RemoteSegmenterTest, StopsWaitingForTheImageToBeRead) {
-  const PeerSocket listener = PeerSocket::listening(path);
-  RemoteSegmenter people(path, stopped_by_the_caller());
-  expect_fails(people, frame_of(1, 1, {2000, 2000}), stopped);
-}
+// --- Frames during which the other side dies -----------------------------------------------------
 
-TEST_F(RemoteSegmenterTest, AnswersUnlessTheCallerStops) {
-  const RemotePeer peer(path, answer);
+constexpr const char* loss = "the other side has closed the connection";
+
+RemoteSegmenterOptions waiting() {
   RemoteSegmenterOptions options = patient();
-  options.stop = [] { return false; };
-  RemoteSegmenter people(path, options);
+  options.retry_interval_s = 0.001;
+  return options;
+}
+
+/// Hangs up in the middle of every `period`-th frame, as a process that dies would.
+class DyingPeer {
+ public:
+  DyingPeer(const std::filesystem::path& path, int period)
+      : peer_(path, [this, period](const PeerSocket& socket, const ReceivedFrame& frame) {
+          if (++frames_ % period == 0) return false;
+          return answer(socket, frame);
+        }) {}
+  int frames() const { return frames_; }
+
+ private:
+  std::atomic<int> frames_{0};
+  RemotePeer peer_;
+};
+
+TEST_F(RemoteSegmenterTest, SendsALostFrameOnceMoreIfItMayWait) {
+  const DyingPeer peer(path, 3);
+  RemoteSegmenter people(path, waiting());
+  constexpr int frames = 20;
+  for (std::uint64_t id = 1; id <= frames; ++id) expect_answered(people, frame_of(id));
+  EXPECT_EQ(peer.frames(), frames + 9) << "every third of 29 frames was lost";
+}
+
+TEST_F(RemoteSegmenterTest, FailsAtOnceWithALostFrameIfItMayNotWait) {
+  const DyingPeer peer(path, 2);
+  RemoteSegmenter people(path, patient());
   expect_answered(people, frame_of(1));
-  expect_answered(people, frame_of(2, 2, {2000, 2000}));
+  expect_fails(people, frame_of(2), loss);
+  EXPECT_EQ(peer.frames(), 2);
+  expect_answered(people, frame_of(3));
+}
+
+TEST_F(RemoteSegmenterTest, NamesTheLossIfNobodyListensAfterIt) {
+  std::thread other([&, listener = PeerSocket::listening(path)]() mutable {
+    const PeerSocket socket = listener.accepted();
+    { const PeerSocket dead = std::move(listener); }  // nobody takes its place
+    testing::receive_frame(socket);
+  });
+  RemoteSegmenterOptions options = waiting();
+  options.timeout_s = 0.5;
+  RemoteSegmenter people(path, options);
+  expect_fails(people, frame_of(7),
+               std::string("no masks of frame 7 within 0.5 s: ") + loss +
+                   ", and then no process listens there");
+  other.join();
 }
 
 }  // namespace

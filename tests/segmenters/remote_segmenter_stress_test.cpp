@@ -1,14 +1,11 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Peers that are killed or misbehave at random points.
+// A peer that misbehaves at random points.
 
 #include "dynfilter/segmenters/remote_segmenter.hpp"
 
 #include <poll.h>
-#include <sys/time.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <array>
 #include <atomic>
@@ -49,32 +46,6 @@ void call(RemoteSegmenter& people, int content, const fs::path& path, Outcome& o
     ++outcome.failed;
     ASSERT_EQ(std::string(error.what()).find(path.string() + ": "), 0U) << error.what();
   }
-}
-
-/// Starts a process that serves until a signal kills it at a random time.
-pid_t start_killed_after(const fs::path& path, long life_us) {
-  const pid_t id = fork();
-  if (id != 0) return id;
-  const PeerSocket listener = PeerSocket::listening(path);
-  const itimerval timer{{0, 0}, {0, static_cast<suseconds_t>(life_us)}};
-  setitimer(ITIMER_REAL, &timer, nullptr);
-  serve(listener);
-  _exit(0);
-}
-
-TEST_F(RemoteSegmenterTest, SurvivesAProcessThatIsKilledAtRandomPoints) {
-  std::mt19937 random(31);
-  RemoteSegmenter people(path, patient());
-  Outcome outcome;
-  int content = 1;
-  unsigned longest_us = 5000;  // grows until a slow machine answers within a life
-  for (int life = 1; life <= 300 || outcome.answered <= 300 || outcome.failed <= 100; ++life) {
-    const pid_t other = start_killed_after(path, static_cast<long>(random() % longest_us + 1));
-    while (waitpid(other, nullptr, WNOHANG) == 0) call(people, content++, path, outcome);
-    if (outcome.answered < life && longest_us < 500'000) longest_us += longest_us / 8;
-  }
-  const RemotePeer peer(path, answer);
-  expect_answered(people, frame_of(1));
 }
 
 /// Peer that commits every possible fault, at random, until be_good().
@@ -188,7 +159,7 @@ std::size_t open_files() {
       std::distance(fs::directory_iterator("/proc/self/fd"), fs::directory_iterator()));
 }
 
-TEST_F(RemoteSegmenterTest, NeverReturnsTheWrongMasksInTenThousandCycles) {
+TEST_F(RemoteSegmenterTest, NeverReturnsTheWrongMasks) {
   const std::size_t files = open_files();
   {
     FaultyPeer peer(path);
@@ -196,14 +167,14 @@ TEST_F(RemoteSegmenterTest, NeverReturnsTheWrongMasksInTenThousandCycles) {
     options.timeout_s = 0.04;
     RemoteSegmenter people(path, options);
     Outcome outcome;
-    for (int cycle = 1; cycle <= 10000; ++cycle) call(people, cycle, path, outcome);
+    for (int cycle = 1; cycle <= 3000; ++cycle) call(people, cycle, path, outcome);
     // Nearly half the calls succeed, unless the machine is so slow that most time out.
-    EXPECT_GT(outcome.answered, 500);
-    EXPECT_GT(outcome.failed, 500);
+    EXPECT_GT(outcome.answered, 150);
+    EXPECT_GT(outcome.failed, 150);
     peer.be_good();
     Outcome then;
     while (then.answered == 0) call(people, 1, path, then);
-    for (const int times : peer.faults()) EXPECT_GT(times, 10);
+    for (const int times : peer.faults()) EXPECT_GT(times, 3);
   }
   EXPECT_EQ(open_files(), files);
 }

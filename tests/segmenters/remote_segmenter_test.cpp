@@ -14,13 +14,11 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <functional>
 #include <future>
 #include <limits>
-#include <new>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -32,21 +30,6 @@
 #include "support/remote_fixture.hpp"
 #include "support/remote_messages.hpp"
 #include "support/remote_peer.hpp"
-
-namespace {
-std::atomic<std::size_t> largest_allocation{0};
-}
-
-// Records the program's allocations, to see how much memory an announced reply gets.
-[[gnu::noinline]] void* operator new(std::size_t size) {
-  std::size_t largest = largest_allocation.load();
-  while (size > largest && !largest_allocation.compare_exchange_weak(largest, size)) {
-  }
-  if (void* memory = std::malloc(size)) return memory;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 
 namespace dynfilter::testing {
 namespace {
@@ -86,37 +69,6 @@ TEST_F(RemoteSegmenterTest, SendsTheFrameAndReturnsTheInstances) {
   }
 }
 
-TEST_F(RemoteSegmenterTest, SendsDepthOnRequest) {
-  ReceivedFrame got;
-  const RemotePeer peer(path, [&](const PeerSocket& socket, const ReceivedFrame& frame) {
-    got = frame;
-    return answer(socket, frame);
-  });
-  RemoteSegmenterOptions options = patient();
-  options.send_depth = true;
-  RemoteSegmenter people(path, options);
-  FrameView frame = frame_of(1);
-  cv::Mat wide(6, 20, CV_16UC1);
-  cv::randu(wide, 0, 65535);
-  frame.depth = wide.colRange(5, 13);
-  frame.metres_per_unit = 0.0002;
-  expect_answered(people, frame);
-  ASSERT_EQ(got.depth.type(), CV_16UC1);
-  EXPECT_EQ(cv::norm(got.depth, frame.depth, cv::NORM_INF), 0);
-  EXPECT_EQ(got.metres_per_unit, 0.0002);
-
-  frame.depth = cv::Mat(6, 8, CV_32FC1, cv::Scalar(1.25));
-  frame.metres_per_unit = 0;
-  expect_answered(people, frame);
-  ASSERT_EQ(got.depth.type(), CV_32FC1);
-  EXPECT_EQ(cv::norm(got.depth, frame.depth, cv::NORM_INF), 0);
-  EXPECT_EQ(got.metres_per_unit, 1);
-
-  frame.depth.release();
-  expect_answered(people, frame);
-  EXPECT_TRUE(got.depth.empty());
-}
-
 TEST_F(RemoteSegmenterTest, RefusesMisuse) {
   const auto expect_refused = [&](auto change, const fs::path& where, const std::string& part) {
     RemoteSegmenterOptions options;
@@ -134,7 +86,6 @@ TEST_F(RemoteSegmenterTest, RefusesMisuse) {
   }
   for (const double seconds : {-1.0, 3601.0, nan}) {
     expect_refused([&](RemoteSegmenterOptions& it) { it.retry_interval_s = seconds; }, path, "got");
-    expect_refused([&](RemoteSegmenterOptions& it) { it.lost_after_s = seconds; }, path, "got");
   }
   RemoteSegmenter people(path);
   FrameView frame;
@@ -173,21 +124,13 @@ TEST_F(RemoteSegmenterTest, WaitsForAListenerOnRequest) {
 
 TEST_F(RemoteSegmenterTest, SurvivesARestartOfThePeer) {
   RemoteSegmenter people(path, patient());
-  for (std::uint64_t id = 1; id < 30; ++id) {
+  for (std::uint64_t id = 1; id < 10; ++id) {
     const RemotePeer peer(path, answer);
     // A connection closed between two calls loses no frame.
     expect_answered(people, frame_of(id));
-    expect_answered(people, frame_of(id));
-  }
-}
-
-TEST_F(RemoteSegmenterTest, ManySegmentersConnectInTurn) {
-  const RemotePeer peer(path, answer);
-  for (std::uint64_t id = 1; id < 30; ++id) {
-    RemoteSegmenter first(path, patient());
-    expect_answered(first, frame_of(id));
-    RemoteSegmenter second = std::move(first);
-    expect_answered(second, frame_of(id));
+    RemoteSegmenter moved = std::move(people);
+    expect_answered(moved, frame_of(id));
+    people = std::move(moved);
   }
 }
 
@@ -235,7 +178,6 @@ TEST_F(RemoteSegmenterTest, RefusesMalformedRepliesAndReconnects) {
       {malformed([](Segmentation& it) { it.instances.resize(1001); }), "1001 instances"},
       {[](const ReceivedFrame& f) { return testing::reply(f.request + 1, {}); },
        "malformed reply: to request 2; want request 1"},
-      {[](const ReceivedFrame&) { return Bytes(24, 'x'); }, "it does not start with DYNF"},
       {[](const ReceivedFrame&) { return Bytes(5000, 'x'); }, "it does not start with DYNF"},
       {header(0xffffffff), "4294967295 bytes are announced; want at most 67108864"},
       {header(0), "malformed reply: only 0 bytes"},
@@ -283,21 +225,6 @@ TEST_F(RemoteSegmenterTest, ReportsWhyThePeerHangsUpWhileSending) {
   expect_fails(people, frame_of(1, 1, {2000, 2000}),
                "the other side refuses the connection: version 1 of the protocol; want 2");
   other.join();
-}
-
-TEST_F(RemoteSegmenterTest, AnnouncedSizeAloneAllocatesNothing) {
-  const RemotePeer peer(path, [&](const PeerSocket& socket, const ReceivedFrame& frame) {
-    Bytes bytes = testing::message(2, frame.request, Bytes(100));
-    const std::uint32_t length = 64U << 20U;
-    std::memcpy(bytes.data() + 8, &length, sizeof length);
-    socket.send(bytes);
-    return false;
-  });
-  RemoteSegmenter people(path, patient());
-  largest_allocation = 0;
-  expect_fails(people, frame_of(1),
-               "the other side has closed the connection in the middle of a message");
-  EXPECT_LE(largest_allocation, std::size_t{1} << 20U);
 }
 
 TEST_F(RemoteSegmenterTest, SurvivesADisconnectAtEveryByteOfAReply) {

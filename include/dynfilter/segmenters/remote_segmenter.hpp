@@ -27,11 +27,6 @@ struct RemoteSegmenterOptions {
   /// 0.1. Above 0, a frame whose connection is lost before its reply has come is sent once more, to
   /// the process that listens then.
   double retry_interval_s = 0;
-  /// Whether the depth image is sent too, if the frame has one.
-  bool send_depth = false;
-  /// Age at which a missing reply is lost, seconds, at least 0: the next call then connects anew.
-  /// Until then the server, which may be loading its network, gets no other frame.
-  double lost_after_s = 60;
   /// Ends a call early: once it returns true, the call fails. A waiting call asks at least ten
   /// times a second, in its own thread. Empty: no call ends early.
   std::function<bool()> stop;
@@ -49,8 +44,8 @@ struct RemoteSegmenterOptions {
 /// No call takes longer than `timeout_s`, apart from the time for copying the data that arrived.
 /// The server works on one frame at a time and gets no other before it has answered. If its reply
 /// is late, the following call waits for it, within its own `timeout_s`, discards it, and sends its
-/// own frame. So a network that is slower than `timeout_s` never answers in time: allow it more
-/// time and run it beside tracking.
+/// own frame; a reply that is 60 s late is lost, and the call connects anew. So a network that is
+/// slower than `timeout_s` never answers in time: allow it more time and run it beside tracking.
 ///
 /// The server must run as the same user (SO_PEERCRED).
 ///

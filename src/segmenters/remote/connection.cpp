@@ -151,13 +151,10 @@ bool Connection::is_closed() {
   return got == 0 || (got < 0 && errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR);
 }
 
-bool Connection::send(const std::vector<std::uint8_t>& head, const std::vector<cv::Mat>& images,
+bool Connection::send(const std::vector<std::uint8_t>& head, const cv::Mat& image,
                       const Deadline& deadline) {
-  if (!send_bytes(head.data(), head.size(), deadline)) return false;
-  for (const cv::Mat& image : images) {
-    if (!send_bytes(image.data, image.total() * image.elemSize(), deadline)) return false;
-  }
-  return true;
+  return send_bytes(head.data(), head.size(), deadline) &&
+         send_bytes(image.data, image.total() * image.elemSize(), deadline);
 }
 
 bool Connection::send_bytes(const std::uint8_t* bytes, std::size_t size, const Deadline& deadline) {

@@ -56,12 +56,11 @@ class Connection {
   /// Does not wait.
   bool is_closed();
 
-  /// Sends the bytes and then the pixels of the images, which must be continuous. Returns false if
+  /// Sends the bytes and then the pixels of the image, which must be continuous. Returns false if
   /// the other side has closed the connection meanwhile; what it sent before may still be received.
   /// Throws TimeIsUp; the connection is useless then, because a part of the message may have been
   /// sent.
-  bool send(const std::vector<std::uint8_t>& head, const std::vector<cv::Mat>& images,
-            const Deadline& deadline);
+  bool send(const std::vector<std::uint8_t>& head, const cv::Mat& image, const Deadline& deadline);
 
   /// Receives the next message. After TimeIsUp, another call continues where this one stopped.
   /// Throws ProtocolError for a header that is no reply's, and ConnectionError if the other side

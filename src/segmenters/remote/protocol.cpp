@@ -15,8 +15,6 @@ namespace {
 
 constexpr std::uint8_t magic[4] = {'D', 'Y', 'N', 'F'};
 
-enum class DepthFormat : std::uint8_t { absent = 0, units_16_bit = 1, metres_32_bit = 2 };
-
 /// Reads the numbers of a payload in order. The caller checks lengths before.
 class Numbers {
  public:
@@ -36,11 +34,6 @@ class Numbers {
 template <class... Parts>
 [[noreturn]] void refuse(const Parts&... parts) {
   throw ProtocolError(concatenate("malformed reply: ", parts...));
-}
-
-DepthFormat depth_format(const FrameView& frame, bool with_depth) {
-  if (!with_depth) return DepthFormat::absent;
-  return frame.depth.type() == CV_16UC1 ? DepthFormat::units_16_bit : DepthFormat::metres_32_bit;
 }
 
 /// One row of the table of instances, without the mask's pixels.
@@ -162,11 +155,8 @@ void require_sendable(const cv::Mat& image, const char* component) {
                            max_pixels, " pixels"));
 }
 
-std::vector<std::uint8_t> encode_frame_head(std::uint64_t request, const FrameView& frame,
-                                            bool with_depth) {
-  std::size_t payload = frame_head_bytes + frame.image.total() * frame.image.elemSize();
-  if (with_depth) payload += frame.depth.total() * frame.depth.elemSize();
-
+std::vector<std::uint8_t> encode_frame_head(std::uint64_t request, const FrameView& frame) {
+  const std::size_t payload = frame_head_bytes + frame.image.total() * frame.image.elemSize();
   std::vector<std::uint8_t> bytes;
   bytes.reserve(header_bytes + frame_head_bytes);
   for (const std::uint8_t letter : magic) bytes.push_back(letter);
@@ -181,13 +171,9 @@ std::vector<std::uint8_t> encode_frame_head(std::uint64_t request, const FrameVi
   append_little_endian(bytes, static_cast<std::uint32_t>(frame.image.cols));
   append_little_endian(bytes, static_cast<std::uint32_t>(frame.image.rows));
   append_little_endian(bytes, static_cast<std::uint8_t>(frame.image.channels()));
-  append_little_endian(bytes, static_cast<std::uint8_t>(depth_format(frame, with_depth)));
-  append_little_endian(bytes, std::uint16_t{0});
-  append_little_endian(bytes, std::uint32_t{0});
-  append_little_endian(bytes, with_depth ? frame.depth_scale() : 0.0);
+  bytes.resize(header_bytes + frame_head_bytes);  // reserved
   return bytes;
 }
-
 Segmentation decode_instances(const std::vector<std::uint8_t>& payload, std::uint64_t frame_id,
                               double timestamp_s, cv::Size image_size) {
   if (payload.size() < reply_head_bytes) refuse("only ", payload.size(), " bytes");

@@ -56,10 +56,8 @@ Header decode_header(const std::uint8_t (&bytes)[header_bytes]);
 /// `component`.
 void require_sendable(const cv::Mat& image, const char* component);
 
-/// Encodes the header and head of a frame's message. The image's rows follow, and the depth's rows
-/// if `with_depth`.
-std::vector<std::uint8_t> encode_frame_head(std::uint64_t request, const FrameView& frame,
-                                            bool with_depth);
+/// Encodes the header and head of a frame's message. The image's rows follow.
+std::vector<std::uint8_t> encode_frame_head(std::uint64_t request, const FrameView& frame);
 
 /// Decodes the answer to a frame of this id, time and size from the payload of a message of type
 /// `instances`. Throws ProtocolError for anything else before it allocates. O(bytes).
