@@ -104,17 +104,9 @@ void bind_propagation_statistics(py::module_& module) {
 }
 
 constexpr const char* options_doc =
-    R"(work_width_px: width to which images are reduced before points are tracked, about; 64 to 4096
-point_spacing_px: spacing of tracked points in the reduced image; 4 to 64
-max_forward_backward_px: largest forward-backward error of a point, pixels of the reduced image
-field_sigma_px: reach of a point's motion, standard deviation in pixels at a width of 640
-edge_px: width of a mask's edge, pixels at a width of 640
-min_points: smallest number of points on an instance to move it by their flow
-min_iou: smallest overlap of the boxes of a new and a known instance that are the same
-max_missed: largest number of results in a row that may miss an instance
+    R"(max_missed: largest number of results in a row that may miss an instance
 max_age_s: masks of older frames are dropped, seconds
 history_frames: length of the motion history, frames; 1 to 1000
-age_share: age that propagated masks report, as a share of their true age
 
 Raises ValueError for options out of range.)";
 
@@ -133,23 +125,13 @@ an instance.
     labels = filter.apply(frame, masks, points)
 
 Two propagators share nothing; threads that use one wait for each other.)")
-      .def(py::init([](int work_width_px, int point_spacing_px, double max_forward_backward_px,
-                       double field_sigma_px, double edge_px, std::size_t min_points,
-                       double min_iou, std::size_t max_missed, double max_age_s,
-                       std::size_t history_frames, double age_share) {
-             return std::make_unique<LockedPropagator>(MaskPropagatorOptions{
-                 work_width_px, point_spacing_px, max_forward_backward_px, field_sigma_px, edge_px,
-                 min_points, min_iou, max_missed, max_age_s, history_frames, age_share});
+      .def(py::init([](std::size_t max_missed, double max_age_s, std::size_t history_frames) {
+             return std::make_unique<LockedPropagator>(
+                 MaskPropagatorOptions{max_missed, max_age_s, history_frames});
            }),
-           py::kw_only(), py::arg("work_width_px") = defaults.work_width_px,
-           py::arg("point_spacing_px") = defaults.point_spacing_px,
-           py::arg("max_forward_backward_px") = defaults.max_forward_backward_px,
-           py::arg("field_sigma_px") = defaults.field_sigma_px,
-           py::arg("edge_px") = defaults.edge_px, py::arg("min_points") = defaults.min_points,
-           py::arg("min_iou") = defaults.min_iou, py::arg("max_missed") = defaults.max_missed,
+           py::kw_only(), py::arg("max_missed") = defaults.max_missed,
            py::arg("max_age_s") = defaults.max_age_s,
-           py::arg("history_frames") = defaults.history_frames,
-           py::arg("age_share") = defaults.age_share, options_doc)
+           py::arg("history_frames") = defaults.history_frames, options_doc)
       .def("propagate", &LockedPropagator::propagate, py::arg("frame"),
            py::arg("newest").none(true) = py::none(), py::arg("features") = py::none(),
            py::arg("tracks") = py::none(),
@@ -169,8 +151,7 @@ none. If tracks is None, points are tracked, and features count for nothing.)")
       .def("reset", &LockedPropagator::reset, "Forgets everything, like a new propagator.")
       .def("__repr__", [](const py::object& self) {
         const auto& options = self.cast<const LockedPropagator&>().options();
-        return detail::concatenate(type_name(self), "(work_width_px=", options.work_width_px,
-                                   ", max_age_s=", options.max_age_s, ")");
+        return detail::concatenate(type_name(self), "(max_age_s=", options.max_age_s, ")");
       });
 }
 

@@ -240,10 +240,7 @@ void AsyncSegmenter::Worker::require_room(std::uint64_t id) const {
 
 FrameView AsyncSegmenter::Worker::owned(const FrameView& frame) {
   const auto own = [&](const cv::Mat& image) {
-    if (image.empty()) return cv::Mat();
-    const bool lives_as_long_as_its_headers = image.u != nullptr;
-    if (!options_.copy_images && lives_as_long_as_its_headers) return image;
-    return buffers_.copy_of(image);
+    return image.empty() ? cv::Mat() : buffers_.copy_of(image);
   };
   return {frame.id, frame.timestamp_s, own(frame.image), own(frame.depth), frame.metres_per_unit};
 }

@@ -14,6 +14,7 @@
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/pixel_scale.hpp"
 #include "propagation/box_association.hpp"
+#include "propagation/constants.hpp"
 #include "propagation/point_flow.hpp"
 #include "propagation/tracked_instance.hpp"
 
@@ -30,17 +31,9 @@ void require(const char* option, double value, double min_value, double max_valu
 }
 
 MaskPropagatorOptions checked(const MaskPropagatorOptions& options) {
-  require("work_width_px", options.work_width_px, 64, 4096);
-  require("point_spacing_px", options.point_spacing_px, 4, 64);
-  require("max_forward_backward_px", options.max_forward_backward_px, 0, 100);
-  require("field_sigma_px", options.field_sigma_px, 1, 1000);
-  require("edge_px", options.edge_px, 0, 100);
-  require("min_points", static_cast<double>(options.min_points), 1, 1000);
-  require("min_iou", options.min_iou, 0, 1);
   require("max_missed", static_cast<double>(options.max_missed), 0, 1e6);
   require("max_age_s", options.max_age_s, 0, 1e6);
   require("history_frames", static_cast<double>(options.history_frames), 1, 1000);
-  require("age_share", options.age_share, 0, 1);
   return options;
 }
 
@@ -122,9 +115,7 @@ struct ResultPlace {
 }  // namespace
 
 struct MaskPropagator::State {
-  explicit State(const MaskPropagatorOptions& checked_options)
-      : options(checked_options),
-        flow({options.work_width_px, options.point_spacing_px, options.max_forward_backward_px}) {}
+  explicit State(const MaskPropagatorOptions& checked_options) : options(checked_options) {}
 
   void forget() noexcept;
   std::optional<Segmentation> propagate_or_forget(const FrameView& frame,
@@ -188,7 +179,7 @@ void MaskPropagator::State::move_on(const FrameView& frame,
   steps.push_back(std::move(step));
   if (steps.size() > options.history_frames) steps.pop_front();
   for (Known& one : known) {
-    one.instance.advance(steps.back(), options);
+    one.instance.advance(steps.back(), options.history_frames);
     one.instance.settle();
   }
 }
@@ -243,7 +234,7 @@ std::vector<std::optional<std::size_t>> MaskPropagator::State::matches(const Seg
         {one.instance.box_at(step_time_s), one.instance.class_id(), !one.came_with_id});
   }
   std::vector<std::optional<std::size_t>> match =
-      detail::associate(found, known_boxes, options.min_iou);
+      detail::associate(found, known_boxes, detail::propagation::min_iou);
   for (std::size_t i = 0; i < match.size(); ++i) {
     const std::optional<int>& id = result.instances[i].track_id;
     for (std::size_t k = 0; id && k < known.size(); ++k) {
@@ -303,8 +294,9 @@ void MaskPropagator::State::take(const Segmentation& result, const ResultPlace& 
     } else if (!match[i] || brings_id(result, one.track_id)) {
       one.track_id = fresh_track_id(result, next);
     }
-    std::for_each(place.first_step, steps.cend(),
-                  [&](const detail::FlowStep& step) { one.instance.advance(step, options); });
+    std::for_each(place.first_step, steps.cend(), [&](const detail::FlowStep& step) {
+      one.instance.advance(step, options.history_frames);
+    });
     one.instance.settle();
     next.push_back(std::move(one));
   }
@@ -321,8 +313,7 @@ void MaskPropagator::State::take(const Segmentation& result, const ResultPlace& 
 }
 
 Segmentation MaskPropagator::State::output(const FrameView& frame) {
-  const double age_s = frame.timestamp_s - last_result->true_timestamp_s;
-  Segmentation segmentation{frame.id, frame.timestamp_s - options.age_share * age_s, size, {}};
+  Segmentation segmentation{frame.id, last_result->true_timestamp_s, size, {}};
   for (const Known& one : known) {
     segmentation.instances.push_back(one.instance.instance());
     segmentation.instances.back().track_id = one.track_id;

@@ -104,7 +104,7 @@ std::string propagate(ByteSource& source) {
   MaskPropagatorOptions options;
   if (source.chance(30)) options.max_missed = static_cast<std::size_t>(source.between(0, 3));
   if (source.chance(30)) options.history_frames = static_cast<std::size_t>(source.between(1, 4));
-  if (source.chance(30)) options.age_share = source.between(0, 4) / 4.0;
+  if (source.chance(30)) source.between(0, 4);  // keeps the corpus
   if (source.chance(30)) options.max_age_s = source.between(0, 20) / 10.0;
   MaskPropagator propagator(options), twin(options);
   FrameView frame;

@@ -31,27 +31,6 @@ TEST(AsyncSegmenter, RethrowsAnErrorOfTheNetworkOnce) {
   }
 }
 
-TEST(AsyncSegmenter, EachFrameHasItsOwnError) {
-  Async async(options_of(HandOver::wait), failing_on({2, 3}));
-  async.gate->open_for_good();
-  for (std::uint64_t id = 1; id <= 4; ++id) async.submit(id);
-  async.gate->await_arrivals(4);
-  expect_masks_of(async.segmenter.collect(1), 1);
-  expect_error<std::out_of_range>([&] { async.segmenter.collect(2); }, "frame 2");
-  expect_error<std::out_of_range>([&] { async.segmenter.collect(3); }, "frame 3");
-  expect_masks_of(async.segmenter.collect(4), 4);
-}
-
-TEST(AsyncSegmenter, ReportsErrorsOfDiscardedFrames) {
-  Async async(options_of(HandOver::wait), failing_on({2, 3}));
-  async.gate->open_for_good();
-  for (std::uint64_t id = 1; id <= 4; ++id) async.submit(id);
-  async.gate->await_arrivals(4);
-  expect_error<std::out_of_range>([&] { async.segmenter.collect(4); }, "frame 2");
-  expect_masks_of(async.segmenter.collect(4), 4);
-  EXPECT_EQ(async.segmenter.statistics().failed, 2U);
-}
-
 TEST(AsyncSegmenter, LateErrorsReachTheNextCall) {
   for (const HandOver hand_over : {HandOver::latest, HandOver::drop, HandOver::limited_wait}) {
     Async async(options_of(hand_over, 0.0), failing_on({2, 3}));
@@ -68,16 +47,6 @@ TEST(AsyncSegmenter, LateErrorsReachTheNextCall) {
       EXPECT_FALSE(masks.has_value());
     }
     EXPECT_EQ(async.segmenter.statistics().failed, 2U);
-  }
-}
-
-TEST(AsyncSegmenter, ErrorsOutliveForgottenFrames) {
-  for (const HandOver hand_over : {HandOver::latest, HandOver::drop}) {
-    Async async(options_of(hand_over), failing_on({2}));
-    async.submit_and_await(1);
-    for (std::uint64_t id = 2; id <= 40; ++id) async.finish_one_then_start(id);
-    expect_error<std::out_of_range>([&] { async.segmenter.collect(40); }, "frame 2");
-    EXPECT_NO_THROW(async.segmenter.collect(40));
   }
 }
 

@@ -7,7 +7,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <set>
@@ -33,61 +32,17 @@ GatedSegmenter::Then noting(Seen& seen) {
   };
 }
 
-TEST(AsyncSegmenter, CallerMayOverwriteItsImages) {
-  Seen seen;
-  Async async(options_of(HandOver::wait), noting(seen));
-  FrameView frame = numbered_frame(1);
-  frame.depth = cv::Mat(3, 4, CV_16UC1, cv::Scalar(500));
-  frame.metres_per_unit = 0.001;
-  async.segmenter.submit(frame);
-  frame.image.setTo(77);
-  frame.depth.setTo(88);
-  async.gate->open_for_good();
-  expect_masks_of(async.segmenter.collect(1), 1);
-  EXPECT_EQ(seen.value, std::vector<int>{1});
-  EXPECT_EQ(seen.depth_value, std::vector<int>{500});
-}
-
-TEST(AsyncSegmenter, SharesImagesOnRequest) {
-  Seen seen;
-  AsyncSegmenterOptions options = options_of(HandOver::wait);
-  options.copy_images = false;
-  Async async(options, noting(seen));
-  async.gate->open_for_good();
-  FrameView frame = numbered_frame(1);
-  const unsigned char* pixels = frame.image.data;
-  async.segmenter.submit(frame);
-  frame.image.release();  // the network keeps it alive
-  expect_masks_of(async.segmenter.collect(1), 1);
-  EXPECT_EQ(seen.image.at(0), pixels);
-}
-
-TEST(AsyncSegmenter, AlwaysCopiesUnownedImages) {
-  Seen seen;
-  AsyncSegmenterOptions options = options_of(HandOver::wait);
-  options.copy_images = false;
-  Async async(options, noting(seen));
-  FrameView frame = numbered_frame(1);
-  {
-    std::vector<std::uint8_t> buffer(12, 42);
-    frame.image = cv::Mat(3, 4, CV_8UC1, buffer.data());
-    async.segmenter.submit(frame);
-    std::fill(buffer.begin(), buffer.end(), std::uint8_t{0});
-  }
-  async.gate->open_for_good();
-  expect_masks_of(async.segmenter.collect(1), 1);
-  EXPECT_EQ(seen.value.at(0), 42);
-}
-
 TEST(AsyncSegmenter, ReusesItsBuffers) {
   Seen seen;
   Async async(options_of(HandOver::wait), noting(seen));
-  async.gate->open_for_good();
-  for (std::uint64_t id = 1; id <= 50; ++id) {
+  for (std::uint64_t id = 1; id <= 20; ++id) {
     FrameView frame = numbered_frame(id);
     frame.depth = cv::Mat(3, 4, CV_16UC1, cv::Scalar(static_cast<double>(id)));
     frame.metres_per_unit = 0.001;
     async.segmenter.submit(frame);
+    frame.image.setTo(77);  // the caller may overwrite its images
+    frame.depth.setTo(88);
+    async.gate->open();
     expect_masks_of(async.segmenter.collect(id), id);
     EXPECT_EQ(seen.value.back(), static_cast<int>(id));
     EXPECT_EQ(seen.depth_value.back(), static_cast<int>(id));
@@ -107,21 +62,6 @@ TEST(AsyncSegmenter, NetworkMayKeepImages) {
   }
   for (std::size_t i = 0; i < kept.size(); ++i) {
     EXPECT_EQ(kept[i].at<std::uint8_t>(0, 0), i + 1);
-  }
-}
-
-TEST(AsyncSegmenter, AcceptsChangingSizesAndDepthAlone) {
-  Async async(options_of(HandOver::wait));
-  async.gate->open_for_good();
-  for (const cv::Size size : {cv::Size(4, 3), cv::Size(8, 2), cv::Size(4, 3)}) {
-    FrameView frame;
-    frame.image = cv::Mat(size, CV_8UC3, cv::Scalar::all(1));
-    async.segmenter.submit(frame);
-    EXPECT_EQ(async.segmenter.collect(0).value().image_size, size);
-    frame.image.release();
-    frame.depth = cv::Mat(size, CV_32FC1, cv::Scalar(1));
-    async.segmenter.submit(frame);
-    EXPECT_EQ(async.segmenter.collect(0).value().image_size, size);
   }
 }
 

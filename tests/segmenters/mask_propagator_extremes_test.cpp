@@ -54,7 +54,7 @@ TEST(MaskPropagatorExtremes, MovedInstancesLieInTheImage) {
   cv::RNG(3).fill(image, cv::RNG::UNIFORM, 0, 256);
   cv::GaussianBlur(image, image, cv::Size(), 1.5);
   int moved_count = 0;
-  for (std::uint64_t seed = 1; seed <= 300; ++seed) {
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
     cv::RNG random(seed);
     MaskPropagatorOptions options;
     options.max_age_s = 1e6;
@@ -79,7 +79,7 @@ TEST(MaskPropagatorExtremes, MovedInstancesLieInTheImage) {
           one_of({5e-324, 1e-300, 1e-9, 0.03, 0.03, 10.0, 1e5, 1e30, 1.5e308}, random);
     }
   }
-  EXPECT_GT(moved_count, 500);
+  EXPECT_GT(moved_count, 150);
 }
 
 }  // namespace

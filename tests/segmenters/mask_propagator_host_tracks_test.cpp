@@ -59,18 +59,6 @@ TEST(MaskPropagatorByHostsTracks, MovesByThemAndNeedsNoImage) {
   }
 }
 
-TEST(MaskPropagatorByHostsTracks, MoveLateMasksToo) {
-  const cv::Point step(4, 2);
-  const Instance object = ring({130, 110}, 45);
-  MaskPropagator propagator;
-  const Segmentation result = result_of(frame_without_image(1), {object});
-  for (int i = 0; i < 6; ++i) {
-    EXPECT_FALSE(propagator.propagate(frame_without_image(i), std::nullopt, tracks_of(step)));
-  }
-  const auto moved = propagator.propagate(frame_without_image(6), result, tracks_of(step));
-  expect_moved(moved, object, 5 * step);
-}
-
 TEST(MaskPropagatorByHostsTracks, TakeThePlaceOfThoseInTheImage) {
   const Pan pan({7, 0});
   const Instance object = ring({150, 120}, 45);
@@ -84,17 +72,6 @@ TEST(MaskPropagatorByHostsTracks, TakeThePlaceOfThoseInTheImage) {
   EXPECT_EQ(propagator.statistics().tracked_points, 0U);
   EXPECT_EQ(propagator.statistics().instances.at(0).by_velocity, 1U);
   expect_moved(propagator.propagate(pan.frame(3), result), object, {7, 12});
-}
-
-TEST(MaskPropagatorByHostsTracks, DoNotCountWhereEverythingStartsAnew) {
-  const Instance object = ring({150, 120}, 45);
-  MaskPropagator propagator;
-  propagator.propagate(frame_without_image(5), std::nullopt, tracks_of({9, 0}));
-  const Segmentation result = result_of(frame_without_image(2), {object});
-  const auto moved = propagator.propagate(frame_without_image(2), result, tracks_of({9, 0}));
-  EXPECT_TRUE(propagator.statistics().restarted);
-  EXPECT_EQ(propagator.statistics().tracked_points, 0U);
-  expect_moved(moved, object, {0, 0});
 }
 
 TEST(MaskPropagatorByHostsTracks, AreRefusedAtPlacesThatAreNotFinite) {

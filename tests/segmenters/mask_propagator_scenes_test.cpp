@@ -4,7 +4,6 @@
 // Moved masks on rendered persons, whose true masks are known.
 
 #include <cstdint>
-#include <cstdio>
 #include <map>
 #include <optional>
 #include <string>
@@ -63,11 +62,6 @@ class MaskPropagatorScenes : public ::testing::TestWithParam<Case> {};
 TEST_P(MaskPropagatorScenes, MovedMasksOverlapMoreThanStaleMasks) {
   const Case& want = GetParam();
   Overlaps got = overlaps(want.level, 41, want.start);
-  for (const int lag : {1, 3, 6}) {
-    std::printf("%s, %d frames: moved %.3f, left %.3f\n", want.level, lag, got.moved[lag],
-                got.left[lag]);
-  }
-  std::printf("%s, late: %.3f\n", want.level, got.late);
   EXPECT_EQ(got.moved[0], 1);
   EXPECT_GE(got.moved[1], want.after_1);
   EXPECT_GE(got.moved[3], want.after_3);
@@ -80,9 +74,7 @@ TEST_P(MaskPropagatorScenes, MovedMasksOverlapMoreThanStaleMasks) {
 
 INSTANTIATE_TEST_SUITE_P(Levels, MaskPropagatorScenes,
                          ::testing::Values(Case{"medium", 60, 0.95, 0.91, 0.88, 0.87},
-                                           Case{"cross", 60, 0.92, 0.85, 0.77, 0.71},
-                                           Case{"together", 60, 0.9, 0.78, 0.64, 0.58},
-                                           Case{"furniture", 60, 0.92, 0.78, 0.72, 0.69}),
+                                           Case{"together", 60, 0.9, 0.78, 0.64, 0.58}),
                          [](const auto& test) { return std::string(test.param.level); });
 
 }  // namespace

@@ -42,9 +42,8 @@ TEST(MaskPropagator, MasksAreUnchangedWithoutMotion) {
 }
 
 TEST(MaskPropagator, MovesByWholePixelsExactly) {
-  for (const cv::Point step : {cv::Point(4, 0), {-3, 2}, {0, -5}, {7, 7}}) {
-    for (const cv::Size image :
-         {size, cv::Size(640, 480)}) {  // the propagator downscales the latter
+  for (const cv::Point step : {cv::Point(-3, 2), {7, 7}}) {
+    for (const cv::Size image : {size, size * 2}) {  // the propagator downscales the latter
       const Pan pan(step, image);
       const Instance object = ring(cv::Point(image) / 2, 50);
       MaskPropagator propagator;
@@ -113,28 +112,6 @@ TEST(MaskPropagator, PartsOfAnObjectMoveApart) {
   }
 }
 
-TEST(MaskPropagator, GrowsWithAnApproachingObject) {
-  const cv::Mat1b canvas = texture(size, 9);
-  const Instance object = ring({160, 120}, 45);
-  const auto zoomed = [&](const cv::Mat& image, double factor, int interpolation) {
-    const cv::Mat zoom = cv::getRotationMatrix2D({160, 120}, 0, factor);
-    cv::Mat result;
-    cv::warpAffine(image, result, zoom, size, interpolation);
-    return result;
-  };
-  MaskPropagator propagator;
-  const Segmentation newest = result_of(frame_of(canvas, 0), {object});
-  std::optional<Segmentation> moved;
-  for (int i = 0; i <= 8; ++i) {
-    moved = propagator.propagate(frame_of(zoomed(canvas, std::pow(1.03, i), cv::INTER_CUBIC), i),
-                                 newest);
-  }
-  const cv::Mat want = zoomed(painted(object) != 0, std::pow(1.03, 8), cv::INTER_NEAREST);
-  EXPECT_LT(iou(painted(object), want), 0.7);
-  EXPECT_GT(iou(painted(*moved), want), 0.88);
-  EXPECT_NEAR(moved->instances.at(0).box.width, 91 * std::pow(1.03, 8) + 6, 5);
-}
-
 TEST(MaskPropagator, MovesBoxesWithoutMasks) {
   const Patch patch{{60, 70, 80, 100}, 5};
   MaskPropagator propagator;
@@ -164,47 +141,6 @@ TEST(MaskPropagator, ReturnsAResultOfTheFrameItselfUnchanged) {
   EXPECT_EQ(moved->instances.at(0).track_id, 0);
 }
 
-TEST(MaskPropagator, DistinguishesEmptyResultsFromNoResult) {
-  MaskPropagatorOptions options;
-  options.max_age_s = 0.11;
-  MaskPropagator propagator(options);
-  const cv::Mat image = texture(size, 1);
-  EXPECT_FALSE(propagator.propagate(frame_of(image, 0), std::nullopt));
-  const Segmentation nobody = result_of(frame_of(image, 1), {});
-  for (int i = 1; i <= 4; ++i) {
-    const auto moved = propagator.propagate(frame_of(image, i), nobody);
-    ASSERT_TRUE(moved) << i;
-    EXPECT_TRUE(moved->instances.empty());
-    EXPECT_EQ(moved->image_size, size);
-  }
-  EXPECT_FALSE(propagator.propagate(frame_of(image, 5), nobody)) << "the result is too old";
-}
-
-TEST(MaskPropagator, DropsMasksThatAreTooOld) {
-  MaskPropagatorOptions options;
-  options.max_age_s = 0.11;
-  MaskPropagator propagator(options);
-  const cv::Mat image = texture(size, 1);
-  const Segmentation result = result_of(frame_of(image, 0), {ring({100, 100}, 30)});
-  for (int i = 0; i <= 3; ++i) EXPECT_TRUE(propagator.propagate(frame_of(image, i), result)) << i;
-  EXPECT_FALSE(propagator.propagate(frame_of(image, 4), std::nullopt));
-  EXPECT_EQ(propagator.statistics().given_up, 1U);
-}
-
-TEST(MaskPropagator, TimestampIncludesAShareOfTheAge) {
-  const cv::Mat image = texture(size, 1);
-  for (const double share : {0.0, 0.25, 1.0}) {
-    MaskPropagatorOptions options;
-    options.age_share = share;
-    MaskPropagator propagator(options);
-    const Segmentation result = result_of(frame_of(image, 0), {ring({100, 100}, 30)});
-    propagator.propagate(frame_of(image, 0), result);
-    const auto moved = propagator.propagate(frame_of(image, 4), result);
-    EXPECT_EQ(moved->frame_id, 104U);
-    EXPECT_NEAR(moved->timestamp_s, 5.0 + (1 - share) * 4 / 30.0, 1e-9);
-  }
-}
-
 // --- Without tracked points ----------------------------------------------------------------------
 
 TEST(MaskPropagator, MovesByVelocityWithoutAnImage) {
@@ -224,18 +160,6 @@ TEST(MaskPropagator, MovesByVelocityWithoutAnImage) {
     EXPECT_EQ(propagator.statistics().instances.at(0).by_flow, 4U);
     EXPECT_EQ(propagator.statistics().instances.at(0).by_velocity, static_cast<std::size_t>(i - 4));
   }
-}
-
-TEST(MaskPropagator, EstimatesVelocityFromTwoResults) {
-  MaskPropagator propagator;
-  FrameView frame = frame_of({}, 0);  // it has no image
-  propagator.propagate(frame, result_of(frame, {ring({100, 100}, 30)}));
-  frame = frame_of({}, 3);
-  propagator.propagate(frame, result_of(frame, {ring({112, 94}, 30)}));
-  const auto moved = propagator.propagate(frame_of({}, 6), std::nullopt);
-  ASSERT_TRUE(moved);
-  EXPECT_EQ(moved->instances.at(0).mask_origin, cv::Point(124 - 30, 88 - 30));
-  EXPECT_EQ(propagator.statistics().instances.at(0).by_velocity, 1U);
 }
 
 TEST(MaskPropagator, LeavesMasksInPlaceWithoutEvidence) {
@@ -306,19 +230,10 @@ TEST(MaskPropagator, IgnoresOutdatedAndFutureResults) {
     ASSERT_EQ(moved->instances.size(), 1U);
     EXPECT_EQ(moved->instances[0].mask_origin, object.mask_origin);
   }
-}
-
-TEST(MaskPropagator, IgnoresASecondResultOfTheSameTime) {
-  const cv::Mat image = texture(size, 1);
-  const Instance object = ring({100, 120}, 40), other = ring({200, 120}, 40);
-  MaskPropagator propagator;
-  propagator.propagate(frame_of(image, 0), result_of(frame_of(image, 0), {object}));
-  Segmentation second = result_of(frame_of(image, 0), {other});
-  second.frame_id = 7;
-  const auto moved = propagator.propagate(frame_of(image, 1), second);
+  Segmentation second = result_of(frame_of(image, 1), {other});
+  second.frame_id = 7;  // another one of the same time
+  propagator.propagate(frame_of(image, 12), second);
   EXPECT_TRUE(propagator.statistics().ignored_result);
-  ASSERT_EQ(moved->instances.size(), 1U);
-  EXPECT_EQ(moved->instances[0].mask_origin, object.mask_origin);
 }
 
 /// All times are multiples of 1/8 s, so that ages are exact.

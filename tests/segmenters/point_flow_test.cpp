@@ -52,7 +52,7 @@ TEST(PointFlow, FollowsTheStrongestCornerOfEachTexturedCell) {
   }
   ASSERT_GT(corners.size(), 100U);
   ASSERT_GT(faint, 5U);
-  PointFlow flow({size.width, spacing, 1});
+  PointFlow flow;
   flow.track(image);
   flow.choose_points({});
   std::set<std::pair<int, int>> followed;
@@ -67,7 +67,7 @@ TEST(PointFlow, FollowsNothingInAnImageOfLessThanTwoWindows) {
   constexpr int window = 9;
   const auto followed = [](const cv::Size& part) {
     const cv::Mat image = fading_texture()({{size.width - part.width, 0}, part});
-    PointFlow flow({size.width, spacing, 1});
+    PointFlow flow;
     flow.track(image);
     flow.choose_points({});
     return flow.track(image).size();
@@ -80,7 +80,7 @@ TEST(PointFlow, FollowsNothingInAnImageOfLessThanTwoWindows) {
 TEST(PointFlow, ChoosesPointsDenselyInRectangles) {
   cv::Mat1b image(size);
   cv::RNG(6).fill(image, cv::RNG::UNIFORM, 0, 256);
-  PointFlow flow({size.width, spacing, 1});
+  PointFlow flow;
   const auto followed = [&](const std::vector<cv::Rect>& dense) {
     flow.track(image);
     flow.choose_points(dense);

@@ -32,11 +32,6 @@ struct AsyncSegmenterOptions {
   /// masks count as unknown, so that a network that stalls or fails does not leave its last masks
   /// in place for ever. Infinity keeps them. HandOver::latest only.
   double max_age_s = 1.0;
-  /// Whether submit copies the images of a frame. Without a copy the network reads the caller's
-  /// pixels later, and a camera driver that reuses its buffers spoils them. Switch copying off only
-  /// if each frame has its own memory that nobody changes. Matrices that do not own their memory (a
-  /// cv::Mat around a pointer) are always copied.
-  bool copy_images = true;
 };
 
 /// Counts and times of an AsyncSegmenter: submitted = segmented + failed + replaced + pending.
@@ -100,7 +95,7 @@ class AsyncSegmenter {
   AsyncSegmenter& operator=(AsyncSegmenter&&) noexcept;
   ~AsyncSegmenter();
 
-  /// Hands a frame to the network, with a copy of its images (see copy_images) in reused buffers.
+  /// Hands a frame to the network, with a copy of its images in reused buffers.
   /// Throws std::invalid_argument for a malformed frame (see validate), and with HandOver::wait if
   /// max_uncollected frames were submitted since the last that was collected, because no frame may
   /// be lost and waiting here would never end. The frame is then not submitted. O(pixels).

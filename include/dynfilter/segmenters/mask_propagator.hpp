@@ -19,27 +19,6 @@ namespace dynfilter {
 
 /// Options of MaskPropagator.
 struct MaskPropagatorOptions {
-  /// Width to which images are reduced before points are tracked, about; 64 to 4096.
-  int work_width_px = 320;
-  /// Spacing of tracked points in the reduced image, on and around the known instances: one point
-  /// per square of this side. Elsewhere the squares are twice as wide, for instances not yet
-  /// reported. 4 to 64.
-  int point_spacing_px = 8;
-  /// Largest forward-backward error of a point, pixels of the reduced image: a point counts if
-  /// tracking it backwards returns it to within this distance.
-  double max_forward_backward_px = 1.5;
-  /// Standard deviation of the Gaussian by which a point's motion spreads to the pixels around it,
-  /// pixels at a width of 640. Small: limbs move independently; large: an instance moves as one
-  /// piece.
-  double field_sigma_px = 14;
-  /// Width of a mask's edge, pixels at a width of 640. Points on the edge are ignored if they move
-  /// as the background beside it does: they would stretch the mask behind the object.
-  double edge_px = 8;
-  /// Smallest number of points on an instance to move it by their flow.
-  std::size_t min_points = 3;
-  /// Smallest overlap, intersection over union, of the boxes of a new and a known instance that are
-  /// the same.
-  double min_iou = 0.25;
   /// Largest number of results in a row that may miss an instance; it is propagated meanwhile. 0 =
   /// a missed instance is dropped at once.
   std::size_t max_missed = 3;
@@ -48,9 +27,6 @@ struct MaskPropagatorOptions {
   /// Length of the motion history, frames: the delay of a result for which the motion since is
   /// known. 1 to 1000.
   std::size_t history_frames = 30;
-  /// Age that propagated masks report, as a share of their true age: 1 reports the age of the
-  /// original masks, 0 reports propagated masks as fresh.
-  double age_share = 1;
 };
 
 /// Propagation of one instance. The first three members sum up to the frames between the instance's
@@ -106,10 +82,8 @@ struct PropagationStatistics {
 /// is propagated for up to `max_missed` results.
 ///
 /// The propagated segmentation has the frame's id, because its masks lie there, and the time of the
-/// result that they were made from (see `age_share`), because that is the age of the evidence.
-/// Moved masks are only nearly right; given their true age, DepthCompensator lets depth decide at
-/// their rim. Reported as fresh, on rendered levels with people who walk briskly, they cost 1.5 to
-/// 8 times as many static features and leave about as many dynamic ones.
+/// result that they were made from, because that is the age of the evidence. Moved masks are only
+/// nearly right; given their true age, DepthCompensator lets depth decide at their rim.
 ///
 /// Limits: moved masks lack what was hidden or outside the image at the mask's frame. Points on
 /// something that hides an instance may drag it along.

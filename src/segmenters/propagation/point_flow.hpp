@@ -14,17 +14,10 @@
 
 namespace dynfilter::detail {
 
-struct PointFlowOptions {
-  int work_width_px = 0, point_spacing_px = 0;
-  double max_forward_backward_px = 0;
-};
-
 /// Tracks corners of one image into the next. Keeps the pyramid and the corners of the last image
 /// only.
 class PointFlow {
  public:
-  explicit PointFlow(const PointFlowOptions& options) : options_(options) {}
-
   /// Returns the motion of the points that could be followed from the last image into this one;
   /// none without an image or a last image. The motions are in pixels of the full image. The image
   /// has 8 bits and 1, 3 or 4 channels.
@@ -42,7 +35,6 @@ class PointFlow {
   void build_pyramid(const cv::Mat& image);
   cv::Point2f to_full(cv::Point2f point) const;
 
-  PointFlowOptions options_;
   cv::Mat work_;                  // grey, reduced
   std::vector<cv::Mat> pyramid_;  // of work_, with derivatives
   std::vector<cv::Mat> last_pyramid_;

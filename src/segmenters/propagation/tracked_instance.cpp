@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <iterator>
 
+#include "constants.hpp"
 #include "dynfilter/detail/pixel_scale.hpp"
 #include "dynfilter/detail/quantile.hpp"
 #include "dynfilter/detail/rectangles.hpp"
@@ -142,10 +143,9 @@ bool TrackedInstance::is_inside(cv::Point pixel, int reach) const {
 
 /// Returns the motions of the points on the mask. Some points near its edge belong to the
 /// background: they move more like the points outside than like those well inside.
-std::vector<PointMotion> TrackedInstance::motions_on_mask(
-    const FlowStep& step, const MaskPropagatorOptions& options) const {
+std::vector<PointMotion> TrackedInstance::motions_on_mask(const FlowStep& step) const {
   if (mask_.empty()) return {};
-  const int edge_px = static_cast<int>(std::lround(options.edge_px * pixel_scale(image_)));
+  const int edge_px = static_cast<int>(std::lround(propagation::edge_px * pixel_scale(image_)));
   std::vector<PointMotion> inside, edge, outside;
   for (const PointMotion& motion : step.motions) {
     const cv::Point2f source = map_.source_of(motion.from) + cv::Point2f(0.5F, 0.5F);
@@ -153,7 +153,7 @@ std::vector<PointMotion> TrackedInstance::motions_on_mask(
     auto& part = is_inside(pixel, edge_px) ? inside : is_inside(pixel, 0) ? edge : outside;
     part.push_back(motion);
   }
-  const double sigma_px = options.field_sigma_px * pixel_scale(image_);
+  const double sigma_px = propagation::field_sigma_px * pixel_scale(image_);
   const double min_px = min_difference_px * pixel_scale(image_);
   const auto is_background = [&](const PointMotion& motion) {
     const auto background = mean_motion(outside, motion.from, sigma_px);
@@ -187,21 +187,21 @@ std::vector<PointMotion> TrackedInstance::motions_in_box(
   return in_box;
 }
 
-void TrackedInstance::advance(const FlowStep& step, const MaskPropagatorOptions& options) {
+void TrackedInstance::advance(const FlowStep& step, std::size_t history_frames) {
   if (!is_moved_) {
     is_moved_ = true;
     mask_ = mask_.clone();  // pixels outside the image and around the object are no longer needed
     source_.mask.release();
   }
-  std::vector<PointMotion> motions = motions_on_mask(step, options);
-  const bool as_one = motions.size() < options.min_points && !fills_box();
+  std::vector<PointMotion> motions = motions_on_mask(step);
+  const bool as_one = motions.size() < propagation::min_points && !fills_box();
   if (as_one) motions = motions_in_box(step.motions);
-  if (!as_one && motions.size() >= options.min_points && has_gone_out(motions, step)) {
+  if (!as_one && motions.size() >= propagation::min_points && has_gone_out(motions, step)) {
     motions.clear();
   }
   counts_.points = motions.size();
-  if (motions.size() >= options.min_points) {
-    move_by_flow(motions, as_one, options, step.duration_s);
+  if (motions.size() >= propagation::min_points) {
+    move_by_flow(motions, as_one, step.duration_s);
     ++counts_.by_flow;
   } else if (velocity_px_s_) {
     shift(limited(*velocity_px_s_ * step.duration_s, max_shift_px));
@@ -210,7 +210,7 @@ void TrackedInstance::advance(const FlowStep& step, const MaskPropagatorOptions&
     ++counts_.left;
   }
   past_.push_back({step.timestamp_s, box_});
-  if (past_.size() > options.history_frames) past_.pop_front();
+  if (past_.size() > history_frames) past_.pop_front();
 }
 
 /// Tells whether the object has left through the border of the image that its mask was crossing.
@@ -232,12 +232,12 @@ bool TrackedInstance::has_gone_out(const std::vector<PointMotion>& on_mask,
 }
 
 void TrackedInstance::move_by_flow(const std::vector<PointMotion>& motions, bool as_one,
-                                   const MaskPropagatorOptions& options, double duration_s) {
+                                   double duration_s) {
   const cv::Point2f common = median_shift(motions);
   if (as_one) {
     map_.shift(common);
   } else {
-    const double sigma_px = options.field_sigma_px * pixel_scale(image_);
+    const double sigma_px = propagation::field_sigma_px * pixel_scale(image_);
     map_.deform(motions, common, static_cast<float>(sigma_px), image_);
   }
   box_ += cv::Point2d(common);

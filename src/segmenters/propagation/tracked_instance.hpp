@@ -40,7 +40,7 @@ class TrackedInstance {
   void succeed(const TrackedInstance& earlier);
 
   /// Moves the instance into the next frame.
-  void advance(const FlowStep& step, const MaskPropagatorOptions& options);
+  void advance(const FlowStep& step, std::size_t history_frames);
 
   /// Determines mask and box at the current frame; call it once a frame, after the last step into
   /// it.
@@ -74,12 +74,10 @@ class TrackedInstance {
 
   bool fills_box() const;
   bool is_inside(cv::Point pixel, int reach) const;
-  std::vector<PointMotion> motions_on_mask(const FlowStep& step,
-                                           const MaskPropagatorOptions& options) const;
+  std::vector<PointMotion> motions_on_mask(const FlowStep& step) const;
   std::vector<PointMotion> motions_in_box(const std::vector<PointMotion>& all) const;
   bool has_gone_out(const std::vector<PointMotion>& on_mask, const FlowStep& step) const;
-  void move_by_flow(const std::vector<PointMotion>& motions, bool as_one,
-                    const MaskPropagatorOptions& options, double duration_s);
+  void move_by_flow(const std::vector<PointMotion>& motions, bool as_one, double duration_s);
   void shift(cv::Point2d by);
   void fit_box();
 
