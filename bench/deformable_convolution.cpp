@@ -12,7 +12,7 @@
 #include <opencv2/dnn.hpp>
 #include <opencv2/dnn/all_layers.hpp>
 
-#include "dynfilter/networks/deformable_convolution.hpp"
+#include "networks/deformable_convolution.hpp"
 
 namespace {
 
@@ -27,10 +27,10 @@ cv::Mat random_tensor(const std::vector<int>& shape, float reach) {
 void deformable(benchmark::State& state, int outputs) {
   const int channels = static_cast<int>(state.range(0));
   const int side = static_cast<int>(state.range(1));
-  dynfilter::DeformableConvolutionOptions options;
+  dynfilter::detail::DeformableConvolutionOptions options;
   options.pad_top = options.pad_left = options.pad_bottom = options.pad_right = 1;
-  dynfilter::DeformableConvolution convolution(random_tensor({outputs, channels, 3, 3}, 1),
-                                               cv::Mat(), options);
+  dynfilter::detail::DeformableConvolution convolution(random_tensor({outputs, channels, 3, 3}, 1),
+                                                       cv::Mat(), options);
   const cv::Mat input = random_tensor({1, channels, side, side}, 1);
   const cv::Mat offsets = random_tensor({1, 18, side, side}, 2);
   const cv::Mat mask = random_tensor({1, 9, side, side}, 1);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#include "dynfilter/networks/deformable_convolution.hpp"
+#include "deformable_convolution.hpp"
 
 #include <array>
 #include <cmath>
@@ -15,17 +15,17 @@
 #include "dynfilter/detail/errors.hpp"
 #include "tensors.hpp"
 
-namespace dynfilter {
+namespace dynfilter::detail {
 namespace {
 
 constexpr const char* name = "DeformableConvolution";
 
 void require(bool is_kept, const std::string& got, const std::string& want) {
-  if (!is_kept) detail::throw_misuse(name, got, want);
+  if (!is_kept) throw_misuse(name, got, want);
 }
 
 std::string described(const cv::Mat& tensor) {
-  return detail::type_name(tensor) + ' ' + detail::shape_text(detail::shape_of(tensor));
+  return type_name(tensor) + ' ' + shape_text(shape_of(tensor));
 }
 
 void require_floats(const cv::Mat& tensor, const char* what) {
@@ -35,21 +35,20 @@ void require_floats(const cv::Mat& tensor, const char* what) {
 
 void require_shape(const cv::Mat& tensor, const std::vector<int>& shape, const char* what) {
   require_floats(tensor, what);
-  require(detail::shape_of(tensor) == shape, std::string(what) + ' ' + described(tensor),
-          detail::shape_text(shape));
+  require(shape_of(tensor) == shape, std::string(what) + ' ' + described(tensor),
+          shape_text(shape));
 }
 
 void require_valid(const DeformableConvolutionOptions& options) {
   const auto is_positive = [](const cv::Size& size) { return size.width > 0 && size.height > 0; };
   require(is_positive(options.stride) && is_positive(options.dilation),
-          "stride " + detail::size_name(options.stride) + ", dilation " +
-              detail::size_name(options.dilation),
+          "stride " + size_name(options.stride) + ", dilation " + size_name(options.dilation),
           "at least 1x1");
   for (const int pad : {options.pad_top, options.pad_left, options.pad_bottom, options.pad_right}) {
-    require(pad >= 0, detail::concatenate("a padding of ", pad), "at least 0");
+    require(pad >= 0, concatenate("a padding of ", pad), "at least 0");
   }
   require(options.groups > 0 && options.offset_groups > 0,
-          detail::concatenate("groups ", options.groups, ", offset_groups ", options.offset_groups),
+          concatenate("groups ", options.groups, ", offset_groups ", options.offset_groups),
           "at least 1");
 }
 
@@ -114,13 +113,13 @@ DeformableConvolution::DeformableConvolution(const cv::Mat& weights, const cv::M
   parts.taps_y = weights.size[2];
   parts.taps_x = weights.size[3];
   require(parts.outputs % options.groups == 0 && parts.inputs % options.offset_groups == 0,
-          detail::concatenate(parts.outputs, " outputs in ", options.groups, " groups and ",
-                              parts.inputs, " inputs in ", options.offset_groups, " offset groups"),
+          concatenate(parts.outputs, " outputs in ", options.groups, " groups and ", parts.inputs,
+                      " inputs in ", options.offset_groups, " offset groups"),
           "groups of one size");
   require(bias.empty() || (bias.type() == CV_32FC1 && bias.isContinuous() &&
                            bias.total() == static_cast<std::size_t>(parts.outputs)),
           bias.empty() ? "" : "bias " + described(bias),
-          detail::concatenate(parts.outputs, " continuous numbers, CV_32FC1"));
+          concatenate(parts.outputs, " continuous numbers, CV_32FC1"));
 
   cv::dnn::LayerParams params;
   params.name = name;
@@ -209,7 +208,7 @@ void DeformableConvolution::apply(const cv::Mat& input, const cv::Mat& offsets, 
   require_floats(input, "input");
   const int batch = input.size[0];
   require(input.size[1] == parts.inputs, "input " + described(input),
-          detail::concatenate(parts.inputs, " channels"));
+          concatenate(parts.inputs, " channels"));
   const cv::Size input_size(input.size[3], input.size[2]);
   const cv::Size size = output_size(input_size);
   require(!size.empty(), "input " + described(input), "at least the size of the kernel");
@@ -223,8 +222,8 @@ void DeformableConvolution::apply(const cv::Mat& input, const cv::Mat& offsets, 
   const bool is_in_place =
       output.data != nullptr &&
       (output.data == input.data || output.data == offsets.data || output.data == mask.data);
-  const bool fits = output.type() == CV_32FC1 && output.isContinuous() &&
-                    detail::shape_of(output) == output_shape;
+  const bool fits =
+      output.type() == CV_32FC1 && output.isContinuous() && shape_of(output) == output_shape;
   cv::Mat result = fits && !is_in_place ? output : cv::Mat(4, output_shape.data(), CV_32F);
   parts.columns.create(4, columns_shape.data(), CV_32F);
   for (int n = 0; n < batch; ++n) {
@@ -243,4 +242,4 @@ void DeformableConvolution::apply(const cv::Mat& input, const cv::Mat& offsets, 
   output = result;
 }
 
-}  // namespace dynfilter
+}  // namespace dynfilter::detail

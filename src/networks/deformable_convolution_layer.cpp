@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <initializer_list>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -15,6 +14,7 @@
 #include <opencv2/dnn.hpp>
 #include <opencv2/dnn/layer.hpp>
 
+#include "deformable_convolution.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/networks/deformable_convolution.hpp"
 
@@ -56,8 +56,8 @@ cv::Size height_and_width(const cv::dnn::LayerParams& params,
   return {number(params, widths, otherwise), number(params, heights, otherwise)};
 }
 
-DeformableConvolutionOptions options_of(const cv::dnn::LayerParams& params) {
-  DeformableConvolutionOptions options;
+detail::DeformableConvolutionOptions options_of(const cv::dnn::LayerParams& params) {
+  detail::DeformableConvolutionOptions options;
   options.stride = height_and_width(params, {"stride", "strides"}, {"stride_h"}, {"stride_w"}, 1);
   options.dilation = height_and_width(params, {"dilation", "dilations"}, {"dilation_h", "dil_h"},
                                       {"dilation_w", "dil_w"}, 1);
@@ -94,7 +94,7 @@ class DeformableConvolutionLayer final : public cv::dnn::Layer {
                "the weights of a deformable convolution must be a constant of the model");
     }
     try {
-      convolution_ = std::make_unique<DeformableConvolution>(
+      convolution_ = std::make_unique<detail::DeformableConvolution>(
           blobs[0], blobs.size() > 1 ? blobs[1] : cv::Mat(), options_of(params));
     } catch (const std::logic_error& error) {  // std::stoi's too
       CV_Error(cv::Error::StsBadArg, error.what());
@@ -132,7 +132,7 @@ class DeformableConvolutionLayer final : public cv::dnn::Layer {
   }
 
  private:
-  std::unique_ptr<DeformableConvolution> convolution_;
+  std::unique_ptr<detail::DeformableConvolution> convolution_;
   int outputs_ = 0;
 };
 
@@ -154,25 +154,17 @@ bool is_registered(const std::string& /*type*/, long) {
 
 }  // namespace
 
-void register_deformable_convolution(const std::string& layer_type) {
-  static std::mutex mutex;
-  static std::vector<std::string> ours;
-  const std::lock_guard<std::mutex> lock(mutex);
-  for (const std::string& type : ours) {
-    if (type == layer_type) return;
-  }
-  if (!is_registered<cv::dnn::LayerFactory>(layer_type, 0)) {
-    cv::dnn::LayerFactory::registerLayer(layer_type, make_layer);
-  }
-  ours.push_back(layer_type);
-}
-
 void register_deformable_convolution() {
-  for (const char* type : {"DeformConv", "yolact.DCNv2", "mmcv.MMCVModulatedDeformConv2d",
-                           "mmcv.MMCVDeformConv2d", "mmdeploy.MMCVModulatedDeformConv2d",
-                           "mmdeploy.MMCVDeformConv2d", "torchvision.deform_conv2d"}) {
-    register_deformable_convolution(type);
-  }
+  static const bool is_done = [] {
+    for (const char* type : {"DeformConv", "yolact.DCNv2", "mmcv.MMCVModulatedDeformConv2d",
+                             "mmcv.MMCVDeformConv2d", "mmdeploy.MMCVModulatedDeformConv2d",
+                             "mmdeploy.MMCVDeformConv2d", "torchvision.deform_conv2d"}) {
+      if (is_registered<cv::dnn::LayerFactory>(type, 0)) continue;
+      cv::dnn::LayerFactory::registerLayer(type, make_layer);
+    }
+    return true;
+  }();
+  static_cast<void>(is_done);
 }
 
 }  // namespace dynfilter

@@ -16,10 +16,24 @@ namespace dynfilter::detail {
 
 /// Maps between image and input, stored both ways so that each is exact.
 struct InputPlacement {
-  cv::Size image;        ///< size of the frame
-  cv::Size input;        ///< size of the network's input
-  cv::Matx23d to_input;  ///< from points of the image to points of the input
-  cv::Matx23d to_image;  ///< from points of the input to points of the image
+  /// A map x' = factor.x x + shift.x, likewise in y.
+  struct Map {
+    cv::Point2d factor = {1, 1}, shift;
+
+    cv::Point2d operator()(cv::Point2d point) const {
+      return {factor.x * point.x + shift.x, factor.y * point.y + shift.y};
+    }
+  };
+
+  InputPlacement() = default;
+  /// Places an image so that it has this size and corner in the input.
+  InputPlacement(const cv::Size& image, const cv::Size& input, const cv::Size& size,
+                 const cv::Point& corner);
+
+  cv::Size image;  ///< size of the frame
+  cv::Size input;  ///< size of the network's input
+  Map to_input;    ///< from points of the image to points of the input
+  Map to_image;    ///< from points of the input to points of the image
 };
 
 /// An image and its placement.
@@ -28,20 +42,12 @@ struct PlacedImage {
   InputPlacement placement;
 };
 
-cv::Point2d transformed(const cv::Matx23d& transform, cv::Point2d point);
-
-/// Turns the image so that up in the world is up in the image, on a canvas that holds all of it;
-/// the rest has the colour `border`. `roll_rad` is the clockwise angle of the turn, as seen by a
-/// viewer. `placement.input` is the canvas's size. Multiples of 90° move pixels without changing
-/// them; 0 shares the pixels.
-PlacedImage turn_upright(const cv::Mat& image, double roll_rad, const cv::Scalar& border);
-
 /// Letterboxes the image: scales it by one factor, as large as fits, into the middle of an input
 /// filled with `border`. An odd pixel of border lies below and to the right.
-PlacedImage letterbox(const PlacedImage& upright, const cv::Size& input, const cv::Scalar& border);
+PlacedImage letterbox(const cv::Mat& image, const cv::Size& input, const cv::Scalar& border);
 
 /// Resizes the image to the input without keeping its aspect ratio. The result is CV_32F.
-PlacedImage stretch(const PlacedImage& upright, const cv::Size& input);
+PlacedImage stretch(const cv::Mat& image, const cv::Size& input);
 
 /// Makes a tensor [1, 3, rows, columns] of a BGR image: channels in RGB order, each (value - mean)
 /// / deviation. `mean` and `deviation` are in RGB order too.

@@ -16,22 +16,12 @@ namespace dynfilter::detail {
 namespace {
 
 /// Returns the names of `count` classes; 0 means that the number is unknown.
-std::vector<std::string> class_names(const Network& network, int count,
-                                     const NetworkOptions& options, const char* component) {
-  const auto fits = [&](const std::vector<std::string>& names) {
-    return !names.empty() && (count == 0 || names.size() == static_cast<std::size_t>(count));
-  };
-  if (!options.class_names.empty()) {
-    if (!fits(options.class_names)) {
-      throw_misuse(component, concatenate(options.class_names.size(), " class_names"),
-                   concatenate(count, ", one for each class of ", network.path().string()));
-    }
-    return options.class_names;
-  }
+std::vector<std::string> class_names(const Network& network, int count) {
   const auto written = network.metadata().find("names");
   if (written != network.metadata().end()) {
     const std::vector<std::string> names = parse_class_names(written->second);
-    if (fits(names)) return names;
+    const bool fits = count == 0 || names.size() == static_cast<std::size_t>(count);
+    if (!names.empty() && fits) return names;
   }
   return count == 80 ? coco_class_names() : std::vector<std::string>();
 }
@@ -56,15 +46,9 @@ void require_named_classes(const Network& network, int count,
 }  // namespace
 
 void require_valid(const NetworkOptions& options, const char* component) {
-  const auto require_fraction = [&](const std::optional<float>& value, const char* name) {
-    if (value && !(*value >= 0 && *value <= 1)) {
-      throw_misuse(component, concatenate(name, " = ", *value), "0 to 1");
-    }
-  };
-  require_fraction(options.score_threshold, "score_threshold");
-  require_fraction(options.iou_threshold, "iou_threshold");
-  if (options.max_instances && *options.max_instances < 1) {
-    throw_misuse(component, concatenate("max_instances = ", *options.max_instances), "at least 1");
+  const std::optional<float>& score = options.score_threshold;
+  if (score && !(*score >= 0 && *score <= 1)) {
+    throw_misuse(component, concatenate("score_threshold = ", *score), "0 to 1");
   }
   const cv::Size size = options.input_size;
   const bool is_open = size == cv::Size();
@@ -87,8 +71,8 @@ DetectionOptions detection_options(const NetworkOptions& options, const UsualThr
     return classes.empty() || std::find(classes.begin(), classes.end(), class_id) != classes.end();
   };
   result.score_threshold = options.score_threshold.value_or(usual.score);
-  result.iou_threshold = options.iou_threshold.value_or(usual.iou);
-  result.max_detections = options.max_instances.value_or(usual.max_instances);
+  result.iou_threshold = usual.iou;
+  result.max_detections = usual.max_instances;
   return result;
 }
 
@@ -113,9 +97,9 @@ std::unique_ptr<LoadedNetwork> assemble(Network network, const std::vector<Named
                    concatenate("0 to ", count - 1, ", the classes of ", network.path().string()));
     }
   }
-  std::vector<std::string> names = class_names(network, count, options, component);
+  std::vector<std::string> names = class_names(network, count);
   return std::make_unique<LoadedNetwork>(
-      LoadedNetwork{std::move(network), std::move(kind), std::move(names), options.roll_rad});
+      LoadedNetwork{std::move(network), std::move(kind), std::move(names)});
 }
 
 }  // namespace dynfilter::detail

@@ -23,11 +23,8 @@ class NetworkKind {
  public:
   virtual ~NetworkKind() = default;
 
-  /// Returns the colour (BGR) of the input's border around the image.
-  virtual cv::Scalar border() const = 0;
-
   /// Brings a BGR image to the input's size.
-  virtual PlacedImage place(const PlacedImage& upright, const cv::Size& input) const = 0;
+  virtual PlacedImage place(const cv::Mat& image, const cv::Size& input) const = 0;
 
   /// Makes the input [1, 3, rows, columns].
   virtual cv::Mat tensor_of(const PlacedImage& placed) const = 0;
@@ -45,7 +42,6 @@ struct LoadedNetwork {
   Network network;
   std::unique_ptr<NetworkKind> kind;
   std::vector<std::string> class_names;
-  std::function<double(const FrameView&)> roll_rad;
 };
 
 /// The default thresholds of a kind of network.

@@ -108,7 +108,7 @@ cv::Rect cells_under(const cv::Rect& region, const InputPlacement& placement, co
        {cv::Point2d(region.x, region.y), cv::Point2d(region.x + region.width, region.y),
         cv::Point2d(region.x, region.y + region.height),
         cv::Point2d(region.x + region.width, region.y + region.height)}) {
-    const cv::Point2d point = grid.at(transformed(placement.to_input, corner));
+    const cv::Point2d point = grid.at(placement.to_input(corner));
     first = {std::min(first.x, point.x), std::min(first.y, point.y)};
     last = {std::max(last.x, point.x), std::max(last.y, point.y)};
   }
@@ -125,7 +125,7 @@ cv::Mat painted(const cv::Rect& region, const InputPlacement& placement,
     std::uint8_t* row = mask.ptr<std::uint8_t>(y);
     for (int x = 0; x < region.width; ++x) {
       const cv::Point2d centre(region.x + x + 0.5, region.y + y + 0.5);
-      row[x] = is_on_object(transformed(placement.to_input, centre)) ? 255 : 0;
+      row[x] = is_on_object(placement.to_input(centre)) ? 255 : 0;
     }
   }
   return mask;

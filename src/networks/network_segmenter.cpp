@@ -4,7 +4,6 @@
 #include "dynfilter/networks/network_segmenter.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <stdexcept>
 #include <utility>
 
@@ -32,16 +31,6 @@ cv::Mat bgr_image(const FrameView& frame) {
   return bgr;
 }
 
-double roll_of(const FrameView& frame, const std::function<double(const FrameView&)>& roll_rad) {
-  if (!roll_rad) return 0;
-  const double roll = roll_rad(frame);
-  if (!std::isfinite(roll)) {
-    detail::throw_misuse("NetworkSegmenter", detail::concatenate("a roll of ", roll),
-                         "a finite angle in radians");
-  }
-  return roll;
-}
-
 /// Returns why the outputs do not fit a kind of network; empty if they do.
 template <class Bind>
 std::string objection(const Bind& bind) {
@@ -58,11 +47,7 @@ std::unique_ptr<detail::NetworkKind> kind_of(const detail::Network& network,
                                              const NetworkOptions& options) {
   const cv::Size input = network.input_size();
   const std::string not_yolact = objection([&] { detail::bind_yolact(trial); });
-  if (not_yolact.empty()) {
-    YolactOptions yolact;
-    static_cast<NetworkOptions&>(yolact) = options;
-    return std::make_unique<detail::YolactKind>(input, yolact);
-  }
+  if (not_yolact.empty()) return std::make_unique<detail::YolactKind>(input, options);
   const std::string not_yolo = objection([&] { detail::bind_yolo(trial, input); });
   if (not_yolo.empty()) return std::make_unique<detail::YoloKind>(input, options);
   network.fail("is no known kind of network by its outputs, " + detail::shapes_text(trial) +
@@ -94,10 +79,7 @@ cv::Size NetworkSegmenter::input_size() const { return network_->network.input_s
 Segmentation NetworkSegmenter::do_segment(const FrameView& frame) {
   detail::Network& network = network_->network;
   const detail::NetworkKind& kind = *network_->kind;
-  const cv::Mat image = bgr_image(frame);
-  const detail::PlacedImage upright =
-      detail::turn_upright(image, roll_of(frame, network_->roll_rad), kind.border());
-  const detail::PlacedImage placed = kind.place(upright, network.input_size());
+  const detail::PlacedImage placed = kind.place(bgr_image(frame), network.input_size());
   const std::vector<detail::NamedTensor> outputs = network.forward(kind.tensor_of(placed));
   Segmentation result = empty_segmentation(frame);
   try {

@@ -106,7 +106,9 @@ double scale_at(std::size_t level, int side) {
 
 // --- Decoding ------------------------------------------------------------------------------------
 
-constexpr float min_confidence = 0.05F;  // as published
+// As published: the least confidence, and the candidates of each class that enter Fast NMS.
+constexpr float min_confidence = 0.05F;
+constexpr int max_per_class = 200;
 
 /// Holds the probabilities of one row.
 class RowScores {
@@ -275,7 +277,7 @@ cv::Mat yolact_priors(int count, const cv::Size& input) {
   if (!is_plus && count != 3 * cells) {
     throw std::runtime_error(concatenate("it has ", count, " priors; YOLACT has ", 3 * cells,
                                          " and YOLACT++ ", 9 * cells, " for an input of ",
-                                         size_name(input), ": set YolactOptions::priors"));
+                                         size_name(input), "; export the priors as an output"));
   }
   cv::Mat priors(count, 4, CV_32F);
   int row = 0;
@@ -319,15 +321,12 @@ bool are_probabilities(const Table& confidences) {
 }
 
 std::vector<Detection> decode_yolact(const YolactOutputs& outputs, const Table& priors,
-                                     const cv::Size& input, const YolactDecoding& decoding) {
-  std::vector<Candidate> candidates = candidates_of(outputs, priors, decoding.detections);
-  const float iou = decoding.detections.iou_threshold;
-  candidates = decoding.suppression == YolactSuppression::fast
-                   ? suppress_fast(std::move(candidates), iou, decoding.max_per_class)
-                   : suppress_greedily(std::move(candidates), iou);
+                                     const cv::Size& input, const DetectionOptions& options) {
+  const std::vector<Candidate> candidates =
+      suppress_fast(candidates_of(outputs, priors, options), options.iou_threshold, max_per_class);
   std::vector<Detection> detections;
   for (const Candidate& candidate : candidates) {
-    if (detections.size() == static_cast<std::size_t>(decoding.detections.max_detections)) break;
+    if (detections.size() == static_cast<std::size_t>(options.max_detections)) break;
     detections.push_back(detection_of(candidate, outputs.coefficients, input));
   }
   return detections;

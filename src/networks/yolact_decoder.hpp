@@ -11,7 +11,6 @@
 #include <opencv2/core.hpp>
 
 #include "detections.hpp"
-#include "dynfilter/networks/yolact_segmenter.hpp"
 #include "tensors.hpp"
 
 namespace dynfilter::detail {
@@ -48,20 +47,14 @@ cv::Mat yolact_priors(int count, const cv::Size& input);
 /// numbers of some sample rows are positive and add up to 1.
 bool are_probabilities(const Table& confidences);
 
-struct YolactDecoding {
-  DetectionOptions detections;
-  YolactSuppression suppression = YolactSuppression::fast;
-  int max_per_class = 200;  // of Fast NMS
-};
-
 /// Returns the detections, the highest score first, with boxes in pixels of the input. As
 /// published: drops priors whose best class does not exceed 0.05, lets every other prior stand for
 /// each class, suppresses overlaps within each class, and keeps the best max_detections. Leaves out
 /// unwanted classes and scores at or below the threshold from the start, which only frees places
 /// for the other detections. Leaves out rows with a number that is not finite and boxes without
-/// area. Throws std::runtime_error if no score is a number. O(N · C + C · max_per_class²).
+/// area. Throws std::runtime_error if no score is a number. O(N · C).
 std::vector<Detection> decode_yolact(const YolactOutputs& outputs, const Table& priors,
-                                     const cv::Size& input, const YolactDecoding& decoding);
+                                     const cv::Size& input, const DetectionOptions& options);
 
 }  // namespace dynfilter::detail
 

@@ -18,10 +18,8 @@ class YoloKind final : public NetworkKind {
   YoloKind(const cv::Size& input, const NetworkOptions& options)
       : input_(input), options_(detection_options(options, {0.25F, 0.7F, 300})) {}
 
-  cv::Scalar border() const override { return cv::Scalar::all(114); }
-
-  PlacedImage place(const PlacedImage& upright, const cv::Size& input) const override {
-    return letterbox(upright, input, border());
+  PlacedImage place(const cv::Mat& image, const cv::Size& input) const override {
+    return letterbox(image, input, cv::Scalar::all(114));
   }
 
   cv::Mat tensor_of(const PlacedImage& placed) const override {

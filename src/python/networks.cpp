@@ -45,14 +45,10 @@ class LockedYolact final : public LockedNetwork {
 };
 
 NetworkOptions network_options(std::vector<int> classes, std::optional<float> score_threshold,
-                               std::optional<float> iou_threshold, std::optional<int> max_instances,
-                               std::vector<std::string> class_names, const cv::Size& input_size) {
+                               const cv::Size& input_size) {
   NetworkOptions options;
   options.classes = std::move(classes);
   options.score_threshold = score_threshold;
-  options.iou_threshold = iou_threshold;
-  options.max_instances = max_instances;
-  options.class_names = std::move(class_names);
   options.input_size = input_size;
   return options;
 }
@@ -69,9 +65,7 @@ std::unique_ptr<LockedYolo> yolo(const std::filesystem::path& model,
 
 std::unique_ptr<LockedYolact> yolact(const std::filesystem::path& model,
                                      const NetworkOptions& options) {
-  YolactOptions all;
-  static_cast<NetworkOptions&>(all) = options;
-  return std::make_unique<LockedYolact>(std::make_unique<YolactSegmenter>(model, all));
+  return std::make_unique<LockedYolact>(std::make_unique<YolactSegmenter>(model, options));
 }
 
 constexpr const char* load_doc =
@@ -80,10 +74,6 @@ wait.
 
 classes: classes whose instances are returned; empty = all
 score_threshold: score that instances must exceed; None = 0.25 (YOLO), 0.15 (YOLACT)
-iou_threshold: overlap above which the lower-scored of two boxes of one class is dropped; None = 0.7
-    (YOLO), 0.5 (YOLACT)
-max_instances: the best are kept; None = 300 (YOLO), 100 (YOLACT)
-class_names: names of the classes, in order; empty = those of the file, or COCO's
 input_size: (width, height) of the network's input, for a model that leaves them open
 
 Raises RuntimeError that names a file that is missing, truncated or of another kind, and
@@ -94,17 +84,12 @@ template <class Class, class Load>
 void add_constructor(Class& segmenter, const Load& load) {
   segmenter.def(
       py::init([load](const std::filesystem::path& model, std::vector<int> classes,
-                      std::optional<float> score_threshold, std::optional<float> iou_threshold,
-                      std::optional<int> max_instances, std::vector<std::string> class_names,
-                      const cv::Size& input_size) {
+                      std::optional<float> score_threshold, const cv::Size& input_size) {
         const py::gil_scoped_release unlock;
-        return load(model, network_options(std::move(classes), score_threshold, iou_threshold,
-                                           max_instances, std::move(class_names), input_size));
+        return load(model, network_options(std::move(classes), score_threshold, input_size));
       }),
       py::arg("model"), py::kw_only(), py::arg("classes") = std::vector<int>(),
-      py::arg("score_threshold") = py::none(), py::arg("iou_threshold") = py::none(),
-      py::arg("max_instances") = py::none(), py::arg("class_names") = std::vector<std::string>(),
-      py::arg("input_size") = cv::Size(), load_doc);
+      py::arg("score_threshold") = py::none(), py::arg("input_size") = cv::Size(), load_doc);
 }
 
 }  // namespace

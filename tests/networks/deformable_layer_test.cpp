@@ -14,9 +14,11 @@
 
 #include "dynfilter/networks/deformable_convolution.hpp"
 #include "models.hpp"
+#include "networks/deformable_convolution.hpp"
+#include "networks/tensors.hpp"
 #include "random_tensors.hpp"
 
-namespace dynfilter {
+namespace dynfilter::detail {
 namespace {
 
 using testing::random_tensor;
@@ -73,7 +75,7 @@ TEST_P(DeformableLayer, MatchesTheClass) {
                                       o.options);
     cv::Mat want;
     convolution.apply(input, outputs[1], o.has_mask ? outputs[2] : cv::Mat(), want);
-    ASSERT_EQ(detail::shape_of(outputs[0]), detail::shape_of(want));
+    ASSERT_EQ(shape_of(outputs[0]), shape_of(want));
     EXPECT_LT(cv::norm(outputs[0].reshape(1, 1), want.reshape(1, 1), cv::NORM_INF), 1e-5);
     EXPECT_GT(cv::norm(want.reshape(1, 1), cv::NORM_INF), 0.1);
   }
@@ -93,4 +95,4 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& chosen) { return std::string(chosen.param.model); });
 
 }  // namespace
-}  // namespace dynfilter
+}  // namespace dynfilter::detail

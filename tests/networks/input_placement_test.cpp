@@ -3,7 +3,6 @@
 
 #include "networks/input_placement.hpp"
 
-#include <cmath>
 #include <cstdint>
 #include <random>
 
@@ -19,10 +18,7 @@ using detail::InputPlacement;
 using detail::letterbox;
 using detail::PlacedImage;
 using detail::stretch;
-using detail::transformed;
-using detail::turn_upright;
 
-constexpr double half_turn = 3.14159265358979323846;
 const cv::Scalar grey = cv::Scalar::all(114);
 
 cv::Mat random_image(cv::Size size, unsigned seed = 1) {
@@ -40,24 +36,22 @@ void expect_at(const cv::Point2d& got, double x, double y) {
 void expect_ways_are_inverse(const InputPlacement& placement) {
   for (const cv::Point2d point :
        {cv::Point2d(0, 0), cv::Point2d(17.25, 3.5), cv::Point2d(90, 71)}) {
-    const cv::Point2d back =
-        transformed(placement.to_image, transformed(placement.to_input, point));
-    expect_at(back, point.x, point.y);
+    expect_at(placement.to_image(placement.to_input(point)), point.x, point.y);
   }
 }
 
 PlacedImage placed(cv::Size image, cv::Size input) {
-  return letterbox(turn_upright(random_image(image), 0, grey), input, grey);
+  return letterbox(random_image(image), input, grey);
 }
 
 TEST(InputPlacement, LetterboxCentresAVideoImage) {
   const cv::Mat image = random_image({640, 480});
-  const PlacedImage result = letterbox(turn_upright(image, 0, grey), {640, 640}, grey);
+  const PlacedImage result = letterbox(image, {640, 640}, grey);
   ASSERT_EQ(result.pixels.size(), cv::Size(640, 640));
   EXPECT_EQ(cv::norm(result.pixels(cv::Rect(0, 80, 640, 480)), image, cv::NORM_INF), 0);
   EXPECT_EQ(result.pixels.at<cv::Vec3b>(79, 5), cv::Vec3b::all(114));
   EXPECT_EQ(result.pixels.at<cv::Vec3b>(560, 639), cv::Vec3b::all(114));
-  expect_at(transformed(result.placement.to_input, {0, 0}), 0, 80);
+  expect_at(result.placement.to_input({0, 0}), 0, 80);
   expect_ways_are_inverse(result.placement);
 }
 
@@ -67,79 +61,29 @@ TEST(InputPlacement, LetterboxRoundsTheResizedSides) {
   const PlacedImage result = placed({101, 77}, {64, 64});
   EXPECT_EQ(result.pixels.at<cv::Vec3b>(6, 30), cv::Vec3b::all(114));
   EXPECT_EQ(result.pixels.at<cv::Vec3b>(56, 30), cv::Vec3b::all(114));
-  expect_at(transformed(result.placement.to_input, {0, 0}), 0, 7);
-  expect_at(transformed(result.placement.to_input, {101, 77}), 64, 56);
+  expect_at(result.placement.to_input({0, 0}), 0, 7);
+  expect_at(result.placement.to_input({101, 77}), 64, 56);
   expect_ways_are_inverse(result.placement);
   // An upright image smaller than the input.
   const PlacedImage high = placed({10, 40}, {64, 80});
-  expect_at(transformed(high.placement.to_input, {10, 40}), 42, 80);
-  expect_at(transformed(high.placement.to_input, {0, 0}), 22, 0);
-}
-
-TEST(InputPlacement, KeepsImagesOneLineHigh) {
-  const PlacedImage result = placed({1000, 1}, {64, 64});
-  expect_at(transformed(result.placement.to_input, {1000, 1}), 64, 32);
-  expect_ways_are_inverse(result.placement);
+  expect_at(high.placement.to_input({10, 40}), 42, 80);
+  expect_at(high.placement.to_input({0, 0}), 22, 0);
 }
 
 TEST(InputPlacement, PlacementMapsThePattern) {
   // Compares the centre of mass of a bright rectangle before and after.
   cv::Mat image(123, 211, CV_8UC3, cv::Scalar::all(0));
   image(cv::Rect(60, 30, 40, 20)).setTo(cv::Scalar::all(200));
-  for (const double roll : {0.0, 0.3, half_turn / 2, -2.0}) {
-    const PlacedImage upright = turn_upright(image, roll, cv::Scalar::all(0));
-    for (const PlacedImage& result :
-         {letterbox(upright, {320, 256}, cv::Scalar::all(0)), stretch(upright, {320, 256})}) {
-      cv::Mat channel;
-      cv::extractChannel(result.pixels, channel, 0);
-      channel.convertTo(channel, CV_32F);
-      const cv::Moments moments = cv::moments(channel);
-      const cv::Point2d centre = transformed(result.placement.to_input, {80, 40});
-      EXPECT_NEAR(moments.m10 / moments.m00 + 0.5, centre.x, 0.05) << roll;
-      EXPECT_NEAR(moments.m01 / moments.m00 + 0.5, centre.y, 0.05) << roll;
-      expect_ways_are_inverse(result.placement);
-    }
-  }
-}
-
-TEST(InputPlacement, RollTurnsGravityDown) {
-  for (const double roll : {0.2, -1.0, 2.9}) {
-    const InputPlacement placement = turn_upright(random_image({91, 72}), roll, grey).placement;
-    // Direction of gravity in the image of a camera with that roll.
-    const cv::Point2d origin = transformed(placement.to_input, {0, 0});
-    const cv::Point2d below = transformed(placement.to_input, {std::sin(roll), std::cos(roll)});
-    expect_at(below - origin, 0, 1);
-  }
-}
-
-TEST(InputPlacement, QuarterTurnsOnlyMovePixels) {
-  const cv::Mat image = random_image({31, 18});
-  const auto turned = [&](double roll) { return turn_upright(image, roll, grey).pixels; };
-  cv::Mat want;
-  cv::rotate(image, want, cv::ROTATE_90_CLOCKWISE);
-  ASSERT_EQ(turned(half_turn / 2).size(), want.size());
-  EXPECT_EQ(cv::norm(turned(half_turn / 2), want, cv::NORM_INF), 0);
-  cv::rotate(image, want, cv::ROTATE_90_COUNTERCLOCKWISE);
-  EXPECT_EQ(cv::norm(turned(-half_turn / 2), want, cv::NORM_INF), 0);
-  cv::rotate(image, want, cv::ROTATE_180);
-  EXPECT_EQ(cv::norm(turned(half_turn), want, cv::NORM_INF), 0);
-  EXPECT_EQ(turned(0).data, image.data);
-  EXPECT_EQ(turned(2 * half_turn).data, image.data);
-}
-
-TEST(InputPlacement, TurnedImageFitsOnItsCanvas) {
-  const cv::Mat white(50, 80, CV_8UC3, cv::Scalar::all(255));
-  const PlacedImage upright = turn_upright(white, 0.7, cv::Scalar::all(0));
-  cv::Mat channel;
-  cv::extractChannel(upright.pixels, channel, 0);
-  EXPECT_NEAR(cv::sum(channel)[0] / 255, 50.0 * 80, 40);
-  for (const cv::Point2d corner :
-       {cv::Point2d(0, 0), cv::Point2d(80, 0), cv::Point2d(0, 50), cv::Point2d(80, 50)}) {
-    const cv::Point2d point = transformed(upright.placement.to_input, corner);
-    EXPECT_GE(point.x, -1e-9);
-    EXPECT_GE(point.y, -1e-9);
-    EXPECT_LE(point.x, upright.pixels.cols + 1e-9);
-    EXPECT_LE(point.y, upright.pixels.rows + 1e-9);
+  for (const PlacedImage& result :
+       {letterbox(image, {320, 256}, cv::Scalar::all(0)), stretch(image, {320, 256})}) {
+    cv::Mat channel;
+    cv::extractChannel(result.pixels, channel, 0);
+    channel.convertTo(channel, CV_32F);
+    const cv::Moments moments = cv::moments(channel);
+    const cv::Point2d centre = result.placement.to_input({80, 40});
+    EXPECT_NEAR(moments.m10 / moments.m00 + 0.5, centre.x, 0.05);
+    EXPECT_NEAR(moments.m01 / moments.m00 + 0.5, centre.y, 0.05);
+    expect_ways_are_inverse(result.placement);
   }
 }
 
@@ -163,13 +107,6 @@ TEST(InputPlacement, BoxesBecomeWholePixelsClippedToTheImage) {
   EXPECT_TRUE(box_in_image({10, 0, 20, 79}, placement).empty());  // in the border
   EXPECT_TRUE(box_in_image({700, 90, 800, 99}, placement).empty());
   EXPECT_EQ(box_in_image({-1e30F, -1e30F, 1e30F, 1e30F}, placement), cv::Rect(0, 0, 640, 480));
-}
-
-TEST(InputPlacement, BoxesAreTurnedBack) {
-  const InputPlacement placement =
-      turn_upright(random_image({40, 30}), half_turn / 2, grey).placement;
-  // A pixel (x, y) of the image is at (30 - y, x) on the canvas.
-  EXPECT_EQ(box_in_image({5, 10, 12, 30}, placement), cv::Rect(10, 18, 20, 7));
 }
 
 }  // namespace

@@ -29,14 +29,12 @@ using testing::tensor;
 
 constexpr int count = 3;
 
-InputPlacement letterboxed(cv::Size image, cv::Size input, double roll = 0) {
-  const cv::Mat pixels(image, CV_8UC3, cv::Scalar::all(0));
-  return detail::letterbox(detail::turn_upright(pixels, roll, {}), input, {}).placement;
+InputPlacement letterboxed(cv::Size image, cv::Size input) {
+  return detail::letterbox(cv::Mat(image, CV_8UC3, cv::Scalar::all(0)), input, {}).placement;
 }
 
 InputPlacement stretched(cv::Size image, cv::Size input) {
-  const cv::Mat pixels(image, CV_8UC3, cv::Scalar::all(0));
-  return detail::stretch(detail::turn_upright(pixels, 0, {}), input).placement;
+  return detail::stretch(cv::Mat(image, CV_8UC3, cv::Scalar::all(0)), input).placement;
 }
 
 /// Value of a grid between its cells; edge values extend outwards.
@@ -78,7 +76,7 @@ cv::Mat naive_mask(const Detection& detection, const cv::Mat& prototypes,
   unsure = mask.clone();
   for (int y = 0; y < mask.rows; ++y) {
     for (int x = 0; x < mask.cols; ++x) {
-      const cv::Point2d point = detail::transformed(placement.to_input, {x + 0.5, y + 0.5});
+      const cv::Point2d point = placement.to_input({x + 0.5, y + 0.5});
       const double value = between(grid, point.x * cells_x, point.y * cells_y);
       const bool is_inside =
           rule == MaskRule::crop_cells ||
@@ -101,10 +99,10 @@ TEST(MaskAssembly, MatchesANaiveLoop) {
   std::mt19937 random(1);
   std::uniform_real_distribution<float> place(-20, 120);
   int compared = 0;
-  const std::vector<InputPlacement> placements = {
-      letterboxed({90, 61}, {96, 96}), letterboxed({200, 150}, {96, 64}),
-      letterboxed({70, 45}, {96, 96}, 0.4), stretched({131, 77}, {92, 92})};
-  for (int trial = 0; trial < 400; ++trial) {
+  const std::vector<InputPlacement> placements = {letterboxed({90, 61}, {96, 96}),
+                                                  letterboxed({200, 150}, {96, 64}),
+                                                  stretched({131, 77}, {92, 92})};
+  for (int trial = 0; trial < 150; ++trial) {
     const InputPlacement& placement = placements[std::size_t(trial) % placements.size()];
     const cv::Mat prototypes = random_tensor(random, {1, count, 23, 24}, -1, 1);
     Detection detection;
@@ -138,38 +136,7 @@ TEST(MaskAssembly, MatchesANaiveLoop) {
       ++compared;
     }
   }
-  EXPECT_GT(compared, 300);
-}
-
-TEST(MaskAssembly, MatchesYolactsResizeAndCrop) {
-  // YOLACT's procedure step by step, with OpenCV's resize.
-  std::mt19937 random(2);
-  const cv::Size image(640, 480);
-  const InputPlacement placement = stretched(image, {550, 550});
-  const cv::Mat prototypes = random_tensor(random, {1, count, 138, 138}, 0, 1);
-  const Detection detection{0, 0.9F, {100, 120, 300, 401}, {1, -0.7F, -0.3F}};
-  cv::Mat_<float> cells(138, 138, 0.0F);
-  for (int y = 0; y < 138; ++y) {
-    for (int x = 0; x < 138; ++x) {
-      float sum = 0;
-      for (int k = 0; k < count; ++k) {
-        sum += detection.coefficients[std::size_t(k)] * prototypes.at<float>(cv::Vec4i(0, k, y, x));
-      }
-      const float x1 = 100 / 550.0F * 138 - 1, x2 = 300 / 550.0F * 138 + 1;
-      const float y1 = 120 / 550.0F * 138 - 1, y2 = 401 / 550.0F * 138 + 1;
-      const bool is_inside = float(x) >= x1 && float(x) < x2 && float(y) >= y1 && float(y) < y2;
-      cells(y, x) = is_inside ? 1 / (1 + std::exp(-sum)) : 0;
-    }
-  }
-  cv::Mat large;
-  cv::resize(cells, large, image, 0, 0, cv::INTER_LINEAR);
-  const auto instances = assemble_instances({detection}, detail::prototypes_first(prototypes),
-                                            placement, MaskRule::crop_cells);
-  ASSERT_EQ(instances.size(), 1U);
-  const cv::Mat got = full_mask(instances[0], image);
-  const cv::Mat unsure = cv::abs(large - 0.5) < 1e-4;
-  EXPECT_EQ(cv::countNonZero((got != (large > 0.5)) & ~unsure), 0);
-  EXPECT_GT(cv::countNonZero(got), 1000);
+  EXPECT_GT(compared, 100);
 }
 
 /// A sum of 0 is no evidence: the sigmoid of it is one half, and a mask needs more.
@@ -195,14 +162,6 @@ TEST(MaskAssembly, CropsAtWholeCells) {
   ASSERT_EQ(instances.size(), 1U);
   EXPECT_EQ(instances[0].mask_origin, cv::Point(12, 20));
   EXPECT_EQ(instances[0].mask.size(), cv::Size(32, 32));
-}
-
-TEST(MaskAssembly, DropsInstancesWhoseMaskAloneReachesTheImage) {
-  const cv::Mat prototypes = tensor({1, count, 24, 24}, 1);
-  const Detection detection{0, 0.9F, {-20, 24, -0.5F, 48}, {10, 0, 0}};
-  EXPECT_TRUE(assemble_instances({detection}, detail::prototypes_first(prototypes),
-                                 stretched({96, 96}, {96, 96}), MaskRule::crop_cells)
-                  .empty());
 }
 
 TEST(MaskAssembly, DropsInstancesWithoutAPixelInTheImage) {

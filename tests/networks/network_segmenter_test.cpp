@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
-#include <limits>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -19,10 +18,7 @@
 #include "dynfilter/networks/yolact_segmenter.hpp"
 #include "dynfilter/networks/yolo_segmenter.hpp"
 #include "models.hpp"
-#include "networks/input_placement.hpp"
-#include "networks/onnx_file.hpp"
 #include "support/expect_error.hpp"
-#include "support/temporary_folder.hpp"
 
 namespace dynfilter {
 namespace {
@@ -37,7 +33,6 @@ using testing::Models;
 using testing::red;
 using testing::red_class;
 
-constexpr double pi = 3.14159265358979323846;
 constexpr bool runs_stock_yolo = CV_VERSION_MAJOR > 4 ||
                                  (CV_VERSION_MAJOR == 4 && CV_VERSION_MINOR >= 7);
 
@@ -96,14 +91,6 @@ TEST_F(NetworkSegmenterTest, FindsTheBlocksInTheImage) {
   }
 }
 
-TEST_F(NetworkSegmenterTest, FindsNothingInABlackImage) {
-  for (const char* name : {"yolo_raw", "yolact", "yolact_logits", "yolact_plus"}) {
-    const Segmentation found = segment(name, black_image({64, 64}));
-    EXPECT_TRUE(found.instances.empty()) << name;
-    EXPECT_EQ(found.image_size, cv::Size(64, 64));
-  }
-}
-
 TEST_F(NetworkSegmenterTest, KnowsItsClasses) {
   const auto yolo = make_network_segmenter(model("yolo_raw"));
   EXPECT_EQ(yolo->class_names(), (std::vector<std::string>{"red", "blue"}));
@@ -111,11 +98,6 @@ TEST_F(NetworkSegmenterTest, KnowsItsClasses) {
   EXPECT_FALSE(yolo->class_id("person"));
   EXPECT_EQ(yolo->input_size(), cv::Size(64, 64));
   EXPECT_TRUE(make_network_segmenter(model("yolact"))->class_names().empty());
-  NetworkOptions options;
-  options.class_names = {"one", "two"};
-  EXPECT_EQ(make_network_segmenter(model("yolact"), options)->class_id("two"),
-            std::optional<int>(1));
-  EXPECT_EQ(make_network_segmenter(model("yolo_raw"), options)->class_id("red"), std::nullopt);
 }
 
 TEST_F(NetworkSegmenterTest, FindsOnlyTheWantedClasses) {
@@ -129,26 +111,19 @@ TEST_F(NetworkSegmenterTest, FindsOnlyTheWantedClasses) {
 }
 
 TEST_F(NetworkSegmenterTest, ServesFrameAfterFrame) {
-  const auto network = make_network_segmenter(model("yolo_raw"));
-  for (int trial = 0; trial < 3; ++trial) {
-    expect_two_blocks(network->segment(frame_of(two_blocks())));
-    EXPECT_TRUE(network->segment(frame_of(black_image({31, 77}))).instances.empty());
-  }
-}
-
-TEST_F(NetworkSegmenterTest, MayBeMoved) {
   YoloSegmenter first(model("yolo_raw"));
-  YoloSegmenter second = std::move(first);
-  expect_two_blocks(second.segment(frame_of(two_blocks())));
+  YoloSegmenter network = std::move(first);
+  for (int trial = 0; trial < 3; ++trial) {
+    expect_two_blocks(network.segment(frame_of(two_blocks())));
+    EXPECT_TRUE(network.segment(frame_of(black_image({31, 77}))).instances.empty());
+  }
 }
 
 TEST_F(NetworkSegmenterTest, KeepsTheImageUnchangedAndAcceptsGrey) {
   cv::Mat image(64, 64, CV_8UC1, cv::Scalar(0));
   image(cv::Rect(32, 0, 32, 32)).setTo(255);
   const cv::Mat before = image.clone();
-  NetworkOptions options;
-  options.roll_rad = [](const FrameView&) { return 0.5; };
-  segment("yolact", image, options);
+  segment("yolact", image);
   EXPECT_EQ(cv::norm(image, before, cv::NORM_INF), 0);
   const Segmentation found = segment("yolo_raw", image);  // white contains red and blue
   ASSERT_EQ(found.instances.size(), 1U);
@@ -245,26 +220,12 @@ TEST_F(NetworkSegmenterTest, YolactStretchesTheImage) {
   expect_block(found.instances[0], {64, 0, 64, 16});
 }
 
-TEST_F(NetworkSegmenterTest, YolactReadsPriorsFromModelOrOptions) {
+TEST_F(NetworkSegmenterTest, YolactReadsPriorsFromTheModel) {
   // All priors lie at (0.25, 0.75) with half the usual size: 16x16 around (16, 48).
   const Segmentation from_model = segment("yolact_priors", two_blocks());
   ASSERT_EQ(from_model.instances.size(), 1U);  // the red block has no mask there
   EXPECT_EQ(from_model.instances[0].class_id, blue_class);
   EXPECT_EQ(from_model.instances[0].box, cv::Rect(8, 40, 16, 16));
-  YolactOptions options;
-  options.priors = cv::Mat(3 * 86, 4, CV_32F);
-  for (int row = 0; row < options.priors.rows; ++row) {
-    const float values[] = {0.75F, 0.25F, 11.0F / 128, 11.0F / 64};
-    for (int i = 0; i < 4; ++i) options.priors.at<float>(row, i) = values[i];
-  }
-  const Segmentation from_options =
-      YolactSegmenter(model("yolact_priors"), options).segment(frame_of(two_blocks()));
-  ASSERT_EQ(from_options.instances.size(), 1U);
-  EXPECT_EQ(from_options.instances[0].class_id, red_class);
-  EXPECT_EQ(from_options.instances[0].box, cv::Rect(40, 0, 16, 32));
-  options.priors = cv::Mat(7, 4, CV_32F, cv::Scalar(0.5));
-  expect_error<std::runtime_error>([&] { YolactSegmenter(model("yolact"), options); },
-                                   "7 priors for 258 locations");
 }
 
 TEST_F(NetworkSegmenterTest, YolactRefusesAnUnknownNumberOfPriors) {
@@ -284,74 +245,6 @@ TEST_F(NetworkSegmenterTest, RefusesModelsOfTheOtherKind) {
   expect_error<std::runtime_error>([] { YolactSegmenter{model("yolo_raw")}; },
                                    "locations [1, N, 4] are missing");
   expect_error<std::runtime_error>([] { YoloSegmenter{model("yolact")}; }, "yolact.onnx");
-}
-
-// --- Roll ----------------------------------------------------------------------------------------
-
-TEST_F(NetworkSegmenterTest, TurnsTheImageUprightAndTheResultBack) {
-  const std::vector<std::pair<double, int>> turns = {{pi / 2, cv::ROTATE_90_COUNTERCLOCKWISE},
-                                                     {-pi / 2, cv::ROTATE_90_CLOCKWISE},
-                                                     {pi, cv::ROTATE_180}};
-  for (const char* name : {"yolo_raw", "yolact"}) {
-    for (const auto& [roll, rotation] : turns) {
-      SCOPED_TRACE(name + std::to_string(roll));
-      // The rolled camera's view of an upright scene; 128x64, so that the sides differ.
-      cv::Mat upright = black_image({128, 64});
-      upright(cv::Rect(64, 32, 64, 32)).setTo(red);
-      cv::Mat image;
-      cv::rotate(upright, image, rotation);
-      NetworkOptions options;
-      int calls = 0;
-      options.roll_rad = [&calls, angle = roll](const FrameView& frame) {
-        EXPECT_EQ(frame.timestamp_s, 2.5);
-        ++calls;
-        return angle;
-      };
-      const Segmentation found = segment(name, image, options);
-      EXPECT_EQ(calls, 1);
-      EXPECT_EQ(found.image_size, image.size());
-      ASSERT_EQ(found.instances.size(), 1U);
-      cv::Mat where;
-      cv::inRange(image, red, red, where);
-      expect_block(found.instances[0], cv::boundingRect(where));
-      EXPECT_EQ(found.instances[0].box, cv::boundingRect(where));
-    }
-  }
-}
-
-TEST_F(NetworkSegmenterTest, TurnsByAnyAngle) {
-  // A red block that is upright only in the turned image, in the upper right of its four cells.
-  const double roll = 0.35;
-  cv::Mat image = black_image({90, 90});
-  const detail::InputPlacement turn = detail::turn_upright(image, roll, {}).placement;
-  ASSERT_EQ(turn.input, cv::Size(116, 116));
-  std::vector<cv::Point> corners;
-  for (const cv::Point2d corner :
-       {cv::Point2d(60, 24), cv::Point2d(92, 24), cv::Point2d(92, 56), cv::Point2d(60, 56)}) {
-    const cv::Point2d point = detail::transformed(turn.to_image, corner);
-    corners.emplace_back(cvRound(point.x - 0.5), cvRound(point.y - 0.5));
-  }
-  cv::fillConvexPoly(image, corners, red);
-  NetworkOptions options;
-  options.score_threshold = 0.001F;  // the block fills a third of the cell
-  options.roll_rad = [roll](const FrameView&) { return roll; };
-  const Segmentation found = segment("yolo_raw", image, options);
-  ASSERT_EQ(found.instances.size(), 1U);
-  const Instance& instance = found.instances[0];
-  EXPECT_EQ(instance.class_id, red_class);
-  cv::Mat covered(image.size(), CV_8UC1, cv::Scalar(0));
-  instance.mask.copyTo(covered(cv::Rect(instance.mask_origin, instance.mask.size())));
-  cv::Mat where;
-  cv::inRange(image, red, red, where);
-  EXPECT_GT(cv::countNonZero(covered & where) / double(cv::countNonZero(covered | where)), 0.9);
-  EXPECT_EQ(instance.box, detail::box_in_image({58, 0, 116, 58}, turn));
-}
-
-TEST_F(NetworkSegmenterTest, RefusesANonFiniteRoll) {
-  NetworkOptions options;
-  options.roll_rad = [](const FrameView&) { return std::numeric_limits<double>::quiet_NaN(); };
-  expect_error<std::invalid_argument>([&] { segment("yolo_raw", two_blocks(), options); },
-                                      "a roll of nan");
 }
 
 }  // namespace

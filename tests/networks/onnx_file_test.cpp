@@ -90,20 +90,6 @@ TEST_F(OnnxFiles, ConstantOutputHasAtMost32Dimensions) {
                  "its constant output ones is no whole float tensor of 1 to 32 dimensions");
 }
 
-TEST_F(OnnxFiles, IdentityOfAConstantIsAConstant) {
-  const std::string identity = field(1, field(1, "ones") + field(2, "same") + field(4, "Identity"));
-  const OnnxFile file =
-      read(model(constant_node("ones", tensor(2, 3)) + identity + field(12, field(1, "same"))));
-  EXPECT_EQ(shape_of(file.constants.at("same")), (std::vector<int>{1, 3}));
-}
-
-TEST_F(OnnxFiles, ConstantsWithoutANameAreLeftOut) {
-  const std::string nameless = field(1, field(4, "Constant") + field(5, field(5, tensor(2, 3))));
-  const OnnxFile file =
-      read(model(nameless + constant_node("ones", tensor(2, 3)) + field(12, field(1, "ones"))));
-  EXPECT_EQ(file.constants.size(), 1U);
-}
-
 TEST_F(OnnxFiles, RefusesShapesWhoseProductOverflows) {
   const std::string side = field(1, std::uint64_t{1} << 24U);
   for (const std::size_t dimensions : {2U, 3U, 6U, 11U, 32U}) {

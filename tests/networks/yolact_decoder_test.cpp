@@ -23,9 +23,9 @@ namespace {
 using detail::bind_yolact;
 using detail::decode_yolact;
 using detail::Detection;
+using detail::DetectionOptions;
 using detail::NamedTensor;
 using detail::rows_first;
-using detail::YolactDecoding;
 using testing::expect_error;
 using testing::expect_same;
 using testing::options_of;
@@ -67,18 +67,17 @@ Outputs random_outputs(std::mt19937& random, int rows, int classes, bool are_log
   return outputs;
 }
 
-YolactDecoding decoding_of(float score, int max_per_class = 200, int max_detections = 100,
-                           YolactSuppression suppression = YolactSuppression::fast) {
-  return {options_of(score, 0.5F, max_detections), suppression, max_per_class};
+DetectionOptions decoding_of(float score, int max_detections = 100) {
+  return options_of(score, 0.5F, max_detections);
 }
 
-std::vector<Detection> decoded(const Outputs& outputs, const YolactDecoding& decoding) {
+std::vector<Detection> decoded(const Outputs& outputs, const DetectionOptions& decoding) {
   return decode_yolact(bind_yolact(outputs.tensors()), rows_first(outputs.priors), input, decoding);
 }
 
 /// Oracle: the published procedure, step by step, for all classes and scores.
 std::vector<Detection> naive(const Outputs& outputs, bool are_logits,
-                             const YolactDecoding& decoding) {
+                             const DetectionOptions& decoding) {
   const int classes = outputs.confidences.size[2] - 1;
   std::vector<std::vector<Detection>> of_class(static_cast<std::size_t>(classes));
   for (int row = 0; row < outputs.rows(); ++row) {
@@ -112,8 +111,7 @@ std::vector<Detection> naive(const Outputs& outputs, bool are_logits,
   std::vector<Detection> result;
   for (std::vector<Detection>& candidates : of_class) {
     std::stable_sort(candidates.begin(), candidates.end(), by_score);
-    if (candidates.size() > std::size_t(decoding.max_per_class))
-      candidates.resize(std::size_t(decoding.max_per_class));
+    if (candidates.size() > 200) candidates.resize(200);
     for (std::size_t j = 0; j < candidates.size(); ++j) {
       bool is_kept = true;
       for (std::size_t i = 0; i < j; ++i) {
@@ -123,11 +121,11 @@ std::vector<Detection> naive(const Outputs& outputs, bool are_logits,
     }
   }
   std::stable_sort(result.begin(), result.end(), by_score);
-  if (result.size() > std::size_t(decoding.detections.max_detections))
-    result.resize(std::size_t(decoding.detections.max_detections));
+  if (result.size() > std::size_t(decoding.max_detections))
+    result.resize(std::size_t(decoding.max_detections));
   std::vector<Detection> above;
   for (const Detection& detection : result) {
-    if (detection.score > decoding.detections.score_threshold) above.push_back(detection);
+    if (detection.score > decoding.score_threshold) above.push_back(detection);
   }
   return above;
 }
@@ -137,9 +135,10 @@ TEST(YolactDecoder, MatchesThePublishedProcedure) {
   std::size_t found = 0;
   for (int trial = 0; trial < 60; ++trial) {
     const bool are_logits = trial % 2 == 0;
-    const Outputs outputs = random_outputs(random, 40 + trial, trial % 3 == 0 ? 1 : 6, are_logits);
-    const YolactDecoding decoding = decoding_of(trial % 4 == 0 ? 0 : 0.02F * float(trial % 20),
-                                                trial % 5 == 0 ? 9 : 200, trial % 7 == 0 ? 4 : 100);
+    const Outputs outputs =
+        random_outputs(random, trial == 0 ? 400 : 40 + trial, trial % 3 == 0 ? 1 : 6, are_logits);
+    const DetectionOptions decoding =
+        decoding_of(trial % 4 == 0 ? 0 : 0.02F * float(trial % 20), trial % 7 == 0 ? 4 : 100);
     const std::vector<Detection> want = naive(outputs, are_logits, decoding);
     SCOPED_TRACE(trial);
     expect_same(decoded(outputs, decoding), want);
@@ -170,7 +169,7 @@ struct Placed {
     outputs.confidences.at<float>(0, row, 0) = background;
     outputs.coefficients.at<float>(0, row, 0) = float(row);
   }
-  std::vector<int> rows_found(const YolactDecoding& decoding) const {
+  std::vector<int> rows_found(const DetectionOptions& decoding) const {
     std::vector<int> rows;
     for (const Detection& detection : decoded(outputs, decoding))
       rows.push_back(int(detection.coefficients[0]));
@@ -184,8 +183,6 @@ TEST(YolactDecoder, FastSuppressionLetsDroppedRowsSuppress) {
   placed.put(1, 0.16F, 0.20F, {0.8F, 0});  // overlaps row 0 by 0.14 / 0.26
   placed.put(2, 0.22F, 0.20F, {0.7F, 0});  // overlaps row 1 equally, row 0 by 0.08 / 0.32
   EXPECT_EQ(placed.rows_found(decoding_of(0.15F)), (std::vector<int>{0}));
-  EXPECT_EQ(placed.rows_found(decoding_of(0.15F, 200, 100, YolactSuppression::greedy)),
-            (std::vector<int>{0, 2}));
 }
 
 TEST(YolactDecoder, BoxIsAnInstanceOfEveryClassAboveTheThreshold) {
@@ -200,43 +197,6 @@ TEST(YolactDecoder, BoxIsAnInstanceOfEveryClassAboveTheThreshold) {
   EXPECT_NEAR(found[0].box.x2, 18, 1e-4F);
   EXPECT_NEAR(found[0].box.y1, 4, 1e-4F);
   EXPECT_NEAR(found[0].box.y2, 12, 1e-4F);
-}
-
-TEST(YolactDecoder, IgnoresUnwantedClasses) {
-  Placed placed(2);
-  placed.put(0, 0.1F, 0.2F, {0.3F, 0.6F});
-  placed.put(1, 0.6F, 0.2F, {0.1F, 0.8F});
-  YolactDecoding decoding = decoding_of(0.15F, 200, 1);
-  decoding.detections.is_wanted = [](int class_id) { return class_id == 0; };
-  EXPECT_EQ(placed.rows_found(decoding), std::vector<int>{0});
-}
-
-TEST(YolactDecoder, EqualScoresGoToTheFirstRow) {
-  Placed placed(4);
-  placed.put(3, 0.1F, 0.2F, {0.5F, 0});
-  placed.put(1, 0.11F, 0.2F, {0.5F, 0});
-  placed.put(2, 0.6F, 0.2F, {0, 0.5F});
-  placed.put(0, 0.9F, 0.2F, {0.5F, 0});
-  EXPECT_EQ(placed.rows_found(decoding_of(0.15F)), (std::vector<int>{0, 1, 2}));
-}
-
-TEST(YolactDecoder, ReturnsBetweenZeroAndAHundredInstances) {
-  Placed placed(130);
-  EXPECT_TRUE(placed.rows_found(decoding_of(0)).empty());
-  for (int row = 0; row < 130; ++row)
-    placed.put(row, float(row), 0.2F, {0.2F + 0.005F * float(row), 0});
-  const std::vector<int> rows = placed.rows_found(decoding_of(0.15F));
-  ASSERT_EQ(rows.size(), 100U);
-  EXPECT_EQ(rows.front(), 129);
-  EXPECT_EQ(rows.back(), 30);
-}
-
-TEST(YolactDecoder, ScoresMustExceedTheThreshold) {
-  Placed placed(2);
-  placed.put(0, 0.1F, 0.2F, {0.05F, 0});
-  placed.put(1, 0.6F, 0.2F, {0.25F, 0});
-  EXPECT_EQ(placed.rows_found(decoding_of(0)), std::vector<int>{1});
-  EXPECT_TRUE(placed.rows_found(decoding_of(0.25F)).empty());
 }
 
 TEST(YolactDecoder, DropsRowsWithNonFiniteNumbers) {
@@ -254,32 +214,6 @@ TEST(YolactDecoder, DropsRowsWithNonFiniteNumbers) {
           << bad << " in part " << part;
     }
   }
-}
-
-TEST(YolactDecoder, KeepsProbabilitiesAsTheyAre) {
-  Placed placed(1);
-  placed.put(0, 0.1F, 0.2F, {0.9F, 0});
-  placed.outputs.confidences.at<float>(0, 0, 0) = 0.105F;  // the sum is a little above 1
-  const std::vector<Detection> found = decoded(placed.outputs, decoding_of(0.15F));
-  ASSERT_EQ(found.size(), 1U);
-  EXPECT_EQ(found[0].score, 0.9F);
-}
-
-TEST(YolactDecoder, TakesLogitsOfAnySize) {
-  Placed placed(1);
-  placed.put(0, 0.1F, 0.2F, {300, -300});  // e^300 is no float
-  placed.outputs.confidences.at<float>(0, 0, 0) = -300;
-  const std::vector<Detection> found = decoded(placed.outputs, decoding_of(0.15F));
-  ASSERT_EQ(found.size(), 1U);
-  EXPECT_EQ(found[0].class_id, 0);
-  EXPECT_EQ(found[0].score, 1);
-}
-
-TEST(YolactDecoder, RefusesOutputsWithoutAFiniteScore) {
-  Placed placed(3);
-  placed.outputs.confidences = cv::Scalar(double{nan});
-  expect_error<std::runtime_error>([&] { placed.rows_found(decoding_of(0.15F)); },
-                                   "none of its scores");
 }
 
 TEST(YolactDecoder, DistinguishesLogitsFromProbabilities) {
@@ -302,7 +236,7 @@ TEST(YolactDecoder, DistinguishesLogitsFromProbabilities) {
 TEST(YolactDecoder, BindsOutputsByShapeInAnyOrder) {
   std::mt19937 random(6);
   const Outputs o = random_outputs(random, 30, 6, true);
-  const YolactDecoding decoding = decoding_of(0.15F);
+  const DetectionOptions decoding = decoding_of(0.15F);
   const std::vector<Detection> want = decoded(o, decoding);
   ASSERT_GT(want.size(), 3U);
   std::vector<NamedTensor> tensors = {{"5", o.priors},
@@ -318,22 +252,6 @@ TEST(YolactDecoder, BindsOutputsByShapeInAnyOrder) {
     expect_same(decode_yolact(bound, bound.priors, input, decoding), want);
   } while (std::next_permutation(tensors.begin(), tensors.end(),
                                  [](const auto& a, const auto& b) { return a.name < b.name; }));
-}
-
-TEST(YolactDecoder, ReadsPrototypesInEitherLayout) {
-  std::mt19937 random(7);
-  Outputs o = random_outputs(random, 30, 6, true);
-  const detail::Prototypes last = bind_yolact(o.tensors()).prototypes;
-  const cv::Mat first_tensor = random_tensor(random, {1, prototype_count, 6, 7}, 0, 1);
-  o.prototypes = first_tensor;
-  const detail::Prototypes first = bind_yolact(o.tensors()).prototypes;
-  for (const detail::Prototypes& p : {first, last}) {
-    EXPECT_EQ(p.count, prototype_count);
-    EXPECT_EQ(p.rows, 6);
-    EXPECT_EQ(p.columns, 7);
-  }
-  EXPECT_EQ(first.data[2 * first.prototype_step + 10 * first.cell_step],
-            first_tensor.at<float>(cv::Vec4i(0, 2, 1, 3)));
 }
 
 TEST(YolactDecoder, BindsOutputsOfEqualShapeByName) {

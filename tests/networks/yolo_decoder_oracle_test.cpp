@@ -112,7 +112,7 @@ cv::Mat decoded_output(const RawHeads& heads) {
 TEST(YoloDecoder, MatchesANaiveDecoder) {
   std::mt19937 random(1);
   std::size_t found = 0;
-  for (int trial = 0; trial < 60; ++trial) {
+  for (int trial = 0; trial < 40; ++trial) {
     const int classes = trial % 3 == 0 ? 1 : 7;
     const RawHeads heads = random_heads(random, classes, 3, trial % 5 == 0 ? 8 : 16);
     const DetectionOptions options = options_of(
@@ -124,7 +124,7 @@ TEST(YoloDecoder, MatchesANaiveDecoder) {
         want);
     found += want.size();
   }
-  EXPECT_GT(found, 300U);
+  EXPECT_GT(found, 200U);
 }
 
 TEST(YoloDecoder, ReadsEveryOutputLayout) {

@@ -47,12 +47,5 @@ TEST_F(ProgramModels, WritesTheMasksOfTheNetwork) {
   EXPECT_NEAR(cv::countNonZero(mask.colRange(32, 64)), 32 * 32, 16);
 }
 
-TEST_F(ProgramModels, RefusesFilesThatAreNoModels) {
-  const Outcome outcome = masks_of(folder_ / "sequence/rgb.txt");
-  EXPECT_EQ(outcome.exit_code, 1);
-  EXPECT_TRUE(outcome.mentions("rgb.txt")) << outcome.printed;
-  EXPECT_FALSE(fs::exists(folder_ / "out"));
-}
-
 }  // namespace
 }  // namespace dynfilter::testing

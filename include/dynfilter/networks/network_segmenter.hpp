@@ -7,7 +7,6 @@
 #include "dynfilter/detail/require_cxx17.hpp"
 
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -30,39 +29,22 @@ struct NetworkOptions {
   std::vector<int> classes;
   /// Score that instances must exceed. Default: YOLO 0.25, YOLACT 0.15.
   std::optional<float> score_threshold;
-  /// Overlap, intersection over union, above which the lower-scored of two boxes of one class is
-  /// dropped. Default: YOLO 0.7, YOLACT 0.5. No effect on networks that suppress overlaps
-  /// themselves.
-  std::optional<float> iou_threshold;
-  /// Largest number of instances; the best are kept. Default: YOLO 300, YOLACT 100.
-  std::optional<int> max_instances;
-  /// Names of the classes, in order. Empty = the names in the model's file (metadata `names`, as
-  /// Ultralytics writes them), else COCO's if there are 80 classes, else none.
-  std::vector<std::string> class_names;
   /// Width and height of the network's input, for a model that leaves them open. A model with a
   /// fixed size refuses another one.
   cv::Size input_size;
-  /// Function that returns the camera's roll in a frame, radians: its clockwise rotation about the
-  /// viewing direction, seen from behind the camera. With the direction of gravity (x, y, z) in the
-  /// camera's axes (x right, y down) it is atan2(x, y).
-  ///
-  /// The image is rotated upright for the network, and boxes and masks are rotated back, because
-  /// networks recognise few people who appear sideways or upside down. Empty = images are used as
-  /// they are. The thread that calls segment() calls it.
-  std::function<double(const FrameView&)> roll_rad;
 };
 
 /// Segmenter that runs a network from an ONNX file by OpenCV's dnn module on the CPU. Made by
 /// make_network_segmenter, YoloSegmenter or YolactSegmenter.
 ///
 /// Instances are sorted by score, the highest first. A box is the smallest rectangle of whole
-/// pixels that holds the network's box (rotated back), clipped to the image. A mask has at least
+/// pixels that holds the network's box, clipped to the image. A mask has at least
 /// one pixel and may reach a few pixels beyond the box (YOLACT); only its bounding rectangle is
 /// stored, at mask_origin. Detections without a pixel in the image are dropped. track_id is never
 /// set.
 ///
-/// segment() throws std::invalid_argument for a frame without an 8-bit grey or BGR image, and for a
-/// roll that is not finite. It throws std::runtime_error that names the model if the network fails
+/// segment() throws std::invalid_argument for a frame without an 8-bit grey or BGR image. It throws
+/// std::runtime_error that names the model if the network fails
 /// or its output cannot be scores. The frame's image is not changed.
 ///
 /// One object serves one thread at a time, because the network's memory is its own; several objects
@@ -75,7 +57,8 @@ class NetworkSegmenter : public Segmenter {
   /// Moves the network; the source may only be destroyed or assigned to.
   NetworkSegmenter& operator=(NetworkSegmenter&&) noexcept;
 
-  /// Names of the classes, by class_id; empty if they are not known.
+  /// Names of the classes, by class_id: those in the model's file (metadata `names`, as Ultralytics
+  /// writes them), else COCO's if there are 80 classes, else none.
   const std::vector<std::string>& class_names() const;
 
   /// Returns the class with this name, if there is one.

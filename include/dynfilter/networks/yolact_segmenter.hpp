@@ -6,36 +6,11 @@
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
-#include <cstdint>
 #include <filesystem>
-
-#include <opencv2/core.hpp>
 
 #include "dynfilter/networks/network_segmenter.hpp"
 
 namespace dynfilter {
-
-/// Method that suppresses overlapping boxes of one class.
-enum class YolactSuppression : std::uint8_t {
-  fast,    ///< Fast NMS, as published: suppressed boxes suppress others too
-  greedy,  ///< ordinary NMS: leaves a few more boxes
-};
-
-/// Options of YolactSegmenter.
-struct YolactOptions : NetworkOptions {
-  YolactSuppression suppression = YolactSuppression::fast;  ///< how overlaps are suppressed
-  /// Number of boxes per class that enter Fast NMS, the best ones.
-  int candidates_per_class = 200;
-  /// Priors as N x 4, CV_32FC1: centres (x, y) and sides as fractions of the input, in the order of
-  /// the outputs' rows. Empty = the priors that the model outputs, or else those of the published
-  /// configurations.
-  cv::Mat priors;
-  /// Mean that is subtracted from the image, in RGB order, values 0 to 255. (Backbone Darknet-53:
-  /// 0.)
-  cv::Scalar mean_rgb = {123.68, 116.78, 103.94};
-  /// Deviation by which the image is divided then, in RGB order. (Backbone Darknet-53: 255.)
-  cv::Scalar deviation_rgb = {58.40, 57.12, 57.38};
-};
 
 /// Segmenter that runs YOLACT or YOLACT++, the paper's segmenter. Source: D. Bolya, C. Zhou, F.
 /// Xiao, Y. J. Lee, "YOLACT: Real-time Instance Segmentation", ICCV 2019; "YOLACT++: Better
@@ -49,7 +24,8 @@ struct YolactOptions : NetworkOptions {
 /// DeformableConvolution computes the deformable convolutions of YOLACT++; its layer is registered
 /// with OpenCV. The mask-scoring branch of YOLACT++ is not used; few exports have it.
 ///
-/// The whole image is resized to the input, regardless of its aspect ratio, and normalised. A mask
+/// The whole image is resized to the input, regardless of its aspect ratio, and normalised as for
+/// the published ResNet backbones. Overlaps are suppressed by Fast NMS, as published. A mask
 /// is the logistic function of the prototypes' weighted sum, cut to the box grown by one cell,
 /// interpolated to the image, and thresholded at 0.5. This follows the published code, so edges at
 /// the box are soft by half a cell. An object that resembles several classes becomes an instance of
@@ -58,7 +34,7 @@ class YolactSegmenter final : public NetworkSegmenter {
  public:
   /// Loads the model. Throws like make_network_segmenter, for a model of another kind, and for an
   /// unknown number of priors.
-  explicit YolactSegmenter(const std::filesystem::path& model, const YolactOptions& options = {});
+  explicit YolactSegmenter(const std::filesystem::path& model, const NetworkOptions& options = {});
 };
 
 }  // namespace dynfilter
