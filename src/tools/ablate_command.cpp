@@ -18,14 +18,12 @@
 #include "dynfilter/detail/errors.hpp"
 #include "lab/scenes/scene_levels.hpp"
 #include "number_options.hpp"
-#include "run_results.hpp"
 #include "shared_options.hpp"
 
 namespace dynfilter::tools {
 namespace {
 
 struct AblateOptions {
-  std::string program = "dynfilter";
   std::vector<std::filesystem::path> sequences;
   std::vector<std::string> degradations;  // of the sequences' masks; none: unchanged
   std::filesystem::path masks, camera;    // of the only sequence; empty: its own
@@ -34,8 +32,6 @@ struct AblateOptions {
   std::string seeds = "1-5";
   SceneSpec level_options;  // options that all levels share
   AblationPlan plan;
-  bool list = false;
-  std::filesystem::path gather;  // empty: run
 };
 
 constexpr std::size_t max_seeds = 10000;
@@ -74,27 +70,17 @@ AblationPlan plan_of(const AblateOptions& options) {
       plan.scenes.push_back(scene);
     }
   }
-  if (plan.scenes.empty()) throw CLI::RequiredError("SEQUENCE, --levels or --gather");
+  if (plan.scenes.empty()) throw CLI::RequiredError("SEQUENCE or --levels");
   if (plan.rules.empty()) plan.rules = usual_rule_names();
   return plan;
 }
 
-void show(const std::filesystem::path& folder) {
-  const std::vector<RunResult> results = read_results(folder);
-  for (const Table& table : ablation_tables(results)) std::printf("%s\n", text_of(table).c_str());
-  const std::vector<std::string> missing = missing_runs(results);
-  for (const std::string& run : missing) std::printf("missing: %s\n", run.c_str());
-}
-
 void ablate(const AblateOptions& options) {
-  if (!options.gather.empty()) return show(options.gather);
   const AblationPlan plan = plan_of(options);
-  if (options.list) {
-    for (const std::string& line : job_lines(plan, options.program)) std::puts(line.c_str());
-    return;
+  const std::vector<RunResult> results = run_all(plan);
+  for (const Table& table : ablation_tables(results, plan.settings.truth)) {
+    std::printf("%s\n", text_of(table).c_str());
   }
-  run_all(plan);
-  show(plan.out);
 }
 
 /// Accepts the names that scene_level accepts.
@@ -110,23 +96,16 @@ CLI::Validator some_level() {
   return CLI::Validator(error_of, "LEVEL");
 }
 
-/// Returns a command that calls this program from any folder.
-std::string callable(const std::string& program) {
-  if (program.find('/') == std::string::npos) return program;
-  return std::filesystem::absolute(program).lexically_normal().string();
-}
-
 }  // namespace
 
-void add_ablate_command(CLI::App& program, const std::string& called_as) {
+void add_ablate_command(CLI::App& program) {
   const auto options = std::make_shared<AblateOptions>();
-  options->program = callable(called_as);
   options->plan.out = "dynfilter_ablation";
   CLI::App* command = program.add_subcommand(
       "ablate",
-      "Compare rules on sequences, or on levels and seeds: features left and removed, rates, and\n"
-      "the errors of the reference odometry. A job is one scene under one rule. Its results go to\n"
-      "OUT/<scene>/<rule>, and the tables are made from all results in OUT.");
+      "Compare rules on sequences, or on levels and seeds: features left and removed, and\n"
+      "the errors of the reference odometry. The results of a scene under a rule go to\n"
+      "OUT/<scene>/<rule>.");
   CLI::Option* sequences =
       command->add_option("SEQUENCES", options->sequences, "folders of sequences");
   command->add_option("--masks", options->masks,
@@ -167,27 +146,11 @@ void add_ablate_command(CLI::App& program, const std::string& called_as) {
   command->add_option("--out", options->plan.out, "folder for the results")
       ->check(some_path())
       ->capture_default_str();
-  CLI::Option* list =
-      command->add_flag("--list", options->list,
-                        "run nothing: print one command a job, to run anywhere in any order");
-  command
-      ->add_option("--gather", options->gather,
-                   "run nothing: make the tables from the results in this folder")
-      ->excludes(list);
-  command->footer(
-      rule_list() +
-      "\n\nexamples:\n"
-      "  dynfilter ablate --levels medium,hard --seeds 1-5 --out sweep\n"
-      "  dynfilter ablate rgbd_dataset_freiburg3_walking_xyz --rules none,mask,paper\n"
-      "  dynfilter ablate --levels medium --seeds 1-20 --out sweep --list |\n"
-      "    xargs -d '\\n' -P 2 -n 1 sh -c\n"
-      "  dynfilter ablate --gather sweep");
-  command->callback([options, command] {
-    if (!options->gather.empty()) {  // results tell the rest
-      require_nothing_but(*command, {"--gather"}, "--gather");
-    }
-    ablate(*options);
-  });
+  command->footer(rule_list() +
+                  "\n\nexamples:\n"
+                  "  dynfilter ablate --levels medium,hard --seeds 1-5 --out sweep\n"
+                  "  dynfilter ablate rgbd_dataset_freiburg3_walking_xyz --rules none,mask,paper");
+  command->callback([options] { ablate(*options); });
 }
 
 }  // namespace dynfilter::tools

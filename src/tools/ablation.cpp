@@ -10,6 +10,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/segmenters/depth_offset_estimator.hpp"
@@ -18,7 +19,6 @@
 #include "parallel_for_each.hpp"
 #include "progress_bar.hpp"
 #include "rule_set.hpp"
-#include "run_results.hpp"
 
 namespace dynfilter::tools {
 namespace {
@@ -32,8 +32,6 @@ std::filesystem::path folder_of(const AblationPlan& plan, const SceneSpec& scene
 struct Outline {
   std::size_t frames = 0;
   bool has_true_masks = false;
-  bool has_masks = false;
-  cv::Size image_size;
   std::string note;
 };
 
@@ -48,8 +46,8 @@ std::vector<Outline> outlines_of(const AblationPlan& plan, Inputs& inputs) {
     if (is_new) {
       const std::unique_ptr<FrameSource> source = scene.open(plan.settings.truth);
       require_masks(*source, plan.settings.every);
-      outline->second = {source->size(), source->has_true_masks(), !source->masks_name().empty(),
-                         source->read(0).frame.image.size(), source->note()};
+      source->read(0);
+      outline->second = {source->size(), source->has_true_masks(), source->note()};
       source->add_inputs(inputs);
     }
     outlines.push_back(outline->second);
@@ -82,43 +80,8 @@ void require_harmless_jobs(const AblationPlan& plan, const std::vector<Outline>&
   }
 }
 
-std::string options_of(const AblationPlan& plan, const std::string& rule) {
-  std::map<std::string, std::string> options;
-  for (const auto& [name, value] : resolved_options(rule_info(rule), plan.settings)) {
-    options.emplace(name, value);
-  }
-  return options_text(options);
-}
-
-/// Refuses a folder with other results that the tables could not mix with those of the jobs.
-void require_comparable_jobs(const AblationPlan& plan, const std::vector<Outline>& outlines) {
-  std::vector<RunResult> results;
-  std::set<std::filesystem::path> replaced;
-  for (std::size_t i = 0; i < outlines.size(); ++i) {
-    const Outline& outline = outlines[i];
-    for (const std::string& rule : rules_for(plan, outline.has_true_masks)) {
-      RunResult job;
-      job.folder = folder_of(plan, plan.scenes[i], rule);
-      job.scene = plan.scenes[i].name();
-      job.rule = rule;
-      job.options = options_of(plan, rule);
-      job.input = plan.scenes[i].arguments();
-      job.masks = masks_origin(rule, outline.has_masks, plan.settings.masks);
-      job.image_size = outline.image_size;
-      job.frames = (outline.frames + plan.settings.every - 1) / plan.settings.every;
-      replaced.insert(std::filesystem::weakly_canonical(job.folder));
-      results.push_back(std::move(job));
-    }
-  }
-  for (RunResult& earlier : find_results(plan.out)) {
-    const bool stays = replaced.count(std::filesystem::weakly_canonical(earlier.folder)) == 0;
-    if (stays) results.push_back(std::move(earlier));
-  }
-  require_comparable(results);
-}
-
-void run_scene(const AblationPlan& plan, const SceneSpec& scene, FrameSource& source,
-               ProgressBar& progress) {
+std::vector<RunResult> run_scene(const AblationPlan& plan, const SceneSpec& scene,
+                                 FrameSource& source, ProgressBar& progress) {
   std::vector<std::unique_ptr<RuleRun>> runs;
   for (const std::string& rule : rules_for(plan, source.has_true_masks())) {
     runs.push_back(std::make_unique<RuleRun>(rule_info(rule), scene, source, plan.settings,
@@ -134,15 +97,15 @@ void run_scene(const AblationPlan& plan, const SceneSpec& scene, FrameSource& so
     parallel_for_each(runs.size(), [&](std::size_t k) { runs[k]->process(frame, features); });
     progress.advance(plan.settings.every);
   }
+  std::vector<RunResult> results;
   for (const std::unique_ptr<RuleRun>& run : runs) {
     if (offset) run->note_depth_offset(offset->estimate());
-    run->finish(source);
+    results.push_back(result_of(run->finish(source)));
   }
+  return results;
 }
 
-}  // namespace
-
-void validate(const AblationPlan& plan) {
+void require_different_names(const AblationPlan& plan) {
   std::set<std::string> names;
   for (const SceneSpec& scene : plan.scenes) {
     const std::string name = scene.name().name;
@@ -152,48 +115,28 @@ void validate(const AblationPlan& plan) {
   }
 }
 
-void run_all(const AblationPlan& plan) {
-  validate(plan);
+}  // namespace
+
+std::vector<RunResult> run_all(const AblationPlan& plan) {
+  require_different_names(plan);
   Inputs inputs;
   const std::vector<Outline> outlines = outlines_of(plan, inputs);
+  require_harmless_jobs(plan, outlines, inputs);
   std::size_t frames = 0;
   std::set<std::string> notes;  // a sequence in several degradations has one note
-  for (std::size_t i = 0; i < outlines.size(); ++i) {
-    frames += outlines[i].frames;
-    notes.insert(outlines[i].note);
+  for (const Outline& outline : outlines) {
+    frames += outline.frames;
+    if (!outline.note.empty()) notes.insert(outline.note);
   }
-  require_harmless_jobs(plan, outlines, inputs);
-  require_comparable_jobs(plan, outlines);
-  notes.erase("");
   for (const std::string& note : notes) std::fprintf(stderr, "%s\n", note.c_str());
   ProgressBar progress("filtering", frames);
-  for (const SceneSpec& scene : plan.scenes)
-    run_scene(plan, scene, *scene.open(plan.settings.truth), progress);
-}
-
-std::vector<std::string> job_lines(const AblationPlan& plan, const std::string& program) {
-  validate(plan);
-  Inputs inputs;
-  const std::vector<Outline> outlines = outlines_of(plan, inputs);
-  require_harmless_jobs(plan, outlines, inputs);
-  std::vector<std::string> lines;
-  for (std::size_t i = 0; i < plan.scenes.size(); ++i) {
-    const SceneSpec& scene = plan.scenes[i];
-    for (const std::string& rule : rules_for(plan, outlines[i].has_true_masks)) {
-      std::string line = shell_quoted(program) + " run " + scene.arguments();
-      for (const auto& [name, value] : resolved_options(rule_info(rule), plan.settings)) {
-        line += " --" + name + " " + shell_quoted(value);
-      }
-      const auto out = std::filesystem::absolute(folder_of(plan, scene, rule)).lexically_normal();
-      line += " --overlays 0 --out " + shell_quoted(out.string());
-      if (line.find('\n') != std::string::npos) {
-        detail::throw_misuse("ablate", "a line break in the job '" + line + "'",
-                             "paths without line breaks, because a job is one line");
-      }
-      lines.push_back(line);
+  std::vector<RunResult> results;
+  for (const SceneSpec& scene : plan.scenes) {
+    for (RunResult& result : run_scene(plan, scene, *scene.open(plan.settings.truth), progress)) {
+      results.push_back(std::move(result));
     }
   }
-  return lines;
+  return results;
 }
 
 }  // namespace dynfilter::tools

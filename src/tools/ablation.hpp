@@ -8,12 +8,13 @@
 #include <string>
 #include <vector>
 
+#include "ablation_tables.hpp"
 #include "rule_run.hpp"
 #include "scene_spec.hpp"
 
 namespace dynfilter::tools {
 
-/// Scenes under rules. A job is one scene under one rule; its results go to <out>/<scene>/<rule>.
+/// Scenes under rules. The results of a scene under a rule go to <out>/<scene>/<rule>.
 struct AblationPlan {
   std::vector<SceneSpec> scenes;
   std::vector<std::string> rules;  ///< rules that need true masks skip scenes without them
@@ -21,19 +22,12 @@ struct AblationPlan {
   std::filesystem::path out;
 };
 
-/// Throws std::invalid_argument if two scenes have the same name and so the same folder of results.
-void validate(const AblationPlan& plan);
-
-/// Runs all jobs here, with a progress bar. Reads each scene's frames and extracts their features
-/// once for all rules; runs as many rules at a time as the machine has cores. The results of a job
-/// depend on neither. Throws what a run throws and, before the first job, if a job's folder would
-/// touch a scene's input (see require_harmless), or if other results in <out> could not be compared
-/// with the new ones (see require_comparable).
-void run_all(const AblationPlan& plan);
-
-/// Returns one line of shell a job: `program run …`. Throws std::invalid_argument for paths with a
-/// line break, and std::runtime_error if a job's folder would touch a scene's input.
-std::vector<std::string> job_lines(const AblationPlan& plan, const std::string& program);
+/// Runs every scene under every rule, with a progress bar, and returns the results in this order.
+/// Reads each scene's frames and extracts their features once for all rules; runs as many rules at
+/// a time as the machine has cores. The results depend on neither. Throws what a run throws and,
+/// before the first one, std::invalid_argument if two scenes have the same name, and
+/// std::runtime_error if a folder of results would touch a scene's input (see require_harmless).
+std::vector<RunResult> run_all(const AblationPlan& plan);
 
 }  // namespace dynfilter::tools
 

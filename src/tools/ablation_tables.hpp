@@ -4,24 +4,38 @@
 #ifndef DYNFILTER_SRC_TOOLS_ABLATION_TABLES_HPP
 #define DYNFILTER_SRC_TOOLS_ABLATION_TABLES_HPP
 
+#include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "run_results.hpp"
+#include "dynfilter/evaluation/feature_scores.hpp"
+#include "run_record.hpp"
 #include "table.hpp"
 
 namespace dynfilter::tools {
 
-/// Makes the tables of all results, given in the order of read_results. For every group: features
-/// left and removed a frame, detection rates under both truths, and the odometry's errors. Then all
-/// groups side by side, the default rule on each group, and masks alone (Y) and the paper's rule
-/// (Y+D) in the form of the paper's Table 4. Leaves out tables without a figure. Cells over several
-/// scenes are "median (min..max)"; those of the error relative to rule perfect are "median [95 %
-/// interval of the median]". Titles say so if the truth is by motion.
-std::vector<Table> ablation_tables(const std::vector<RunResult>& results);
+/// The figures of a run that tables need.
+struct RunResult {
+  SceneName scene;
+  std::string rule;
+  std::size_t frames = 0;
+  std::size_t kept = 0;
+  std::optional<FeatureScores> scores;
+  std::optional<std::size_t> lost_frames;  ///< frames that the odometry lost
+  std::optional<double> ate_rmse_m;
+  std::optional<double> rpe_translation_rmse_m;
+  std::optional<double> rpe_rotation_rmse_deg;
+};
 
-/// Returns "scene under rule" for every pair without a result whose scene and rule have others.
-std::vector<std::string> missing_runs(const std::vector<RunResult>& results);
+RunResult result_of(const RunRecord& run);
+
+/// Makes the tables of all results. For every group, in the order of the results: features left and
+/// removed a frame, and the odometry's errors. Then all groups side by side, and masks alone (Y)
+/// and the paper's rule (Y+D) in the form of the paper's Table 4. Leaves out tables without a
+/// figure. Cells over several scenes are "median (min..max)"; those of the error relative to rule
+/// perfect are "median [95 % interval of the median]". Titles say so if the truth is by motion.
+std::vector<Table> ablation_tables(const std::vector<RunResult>& results, Truth truth);
 
 }  // namespace dynfilter::tools
 

@@ -6,8 +6,6 @@
 #ifndef DYNFILTER_SRC_TOOLS_COMMANDS_HPP
 #define DYNFILTER_SRC_TOOLS_COMMANDS_HPP
 
-#include <string>
-
 #include <CLI/CLI.hpp>
 
 namespace dynfilter::tools {
@@ -18,8 +16,7 @@ void add_masks_command(CLI::App& program);
 void add_sync_command(CLI::App& program);
 void add_doctor_command(CLI::App& program);
 void add_eval_command(CLI::App& program);
-/// Adds the sub-command ablate. `called_as` is the program's name as the caller wrote it.
-void add_ablate_command(CLI::App& program, const std::string& called_as);
+void add_ablate_command(CLI::App& program);
 
 }  // namespace dynfilter::tools
 

@@ -185,19 +185,4 @@ nlohmann::ordered_json health_json(const std::vector<HealthRow>& rows) {
   return json;
 }
 
-std::vector<HealthRow> health_rows_of(const nlohmann::ordered_json& json) {
-  std::vector<HealthRow> rows;
-  for (const HealthAppearance& appearance : health_appearances) {
-    const nlohmann::ordered_json& measure = json.at(appearance.name);
-    HealthRow row;
-    row.name = appearance.name;
-    if (!measure.at("value").is_null()) row.value = measure.at("value").get<double>();
-    measure.at("verdict").get_to(row.verdict);
-    measure.at("frames").get_to(row.frames);
-    row.advice = measure.value("advice", "");
-    rows.push_back(row);
-  }
-  return rows;
-}
-
 }  // namespace dynfilter::tools

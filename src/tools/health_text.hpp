@@ -41,10 +41,8 @@ Table health_table(const std::string& title, const std::vector<HealthRow>& rows)
 /// Returns a sentence for each row that has advice, beginning with what it is about.
 std::vector<std::string> health_advice(const std::vector<HealthRow>& rows);
 
-/// Returns the rows as a JSON object, and reads them back. Reading throws nlohmann::json::exception
-/// for other JSON.
+/// Returns the rows as a JSON object.
 nlohmann::ordered_json health_json(const std::vector<HealthRow>& rows);
-std::vector<HealthRow> health_rows_of(const nlohmann::ordered_json& json);
 
 }  // namespace dynfilter::tools
 

@@ -26,7 +26,7 @@ int run(int argc, char** argv) {
   dynfilter::tools::add_sync_command(program);
   dynfilter::tools::add_doctor_command(program);
   dynfilter::tools::add_eval_command(program);
-  dynfilter::tools::add_ablate_command(program, argv[0]);
+  dynfilter::tools::add_ablate_command(program);
   dynfilter::tools::refuse_empty_values(program);
   try {
     program.parse(argc, argv);

@@ -9,7 +9,6 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
-#include <set>
 #include <string>
 
 #include <CLI/CLI.hpp>
@@ -33,16 +32,6 @@ inline void add_level_size_options(CLI::App& command, SceneSpec& scene, CLI::Opt
   command.add_option("--height", scene.height, "height of a level's images, pixels [480]")
       ->transform(whole_number(16, 8192))
       ->needs(level);
-}
-
-/// Refuses all options of the command that were given but some, which are named by `with`.
-inline void require_nothing_but(const CLI::App& command, const std::set<std::string>& names,
-                                const std::string& with) {
-  for (const CLI::Option* option : command.get_options()) {
-    if (option->count() > 0 && names.count(option->get_name()) == 0) {
-      throw CLI::ExcludesError(option->get_name(), with);
-    }
-  }
 }
 
 inline CLI::Option* add_depth_offset_option(CLI::App& command, std::optional<double>& offset_s) {

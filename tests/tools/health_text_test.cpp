@@ -3,17 +3,19 @@
 
 // The words for a run's health: each trouble has a verdict and a remedy.
 
-#include "health_text.hpp"
+#include "tools/health_text.hpp"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <iterator>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include <nlohmann/json.hpp>
 
-#include "depth_offset_text.hpp"
+#include "tools/depth_offset_text.hpp"
 
 namespace dynfilter::testing {
 namespace {
@@ -89,16 +91,59 @@ TEST(HealthText, SoundInputNeedsNoAdvice) {
             "starved frames                           0.0 %      40     good\n");
 }
 
-TEST(HealthText, DepthOutOfStepIsPairedAnew) {
-  FilterHealthReport report = sound();
-  report.depth_frames_late = measure(1, HealthVerdict::bad);
-  expect_advice(report, measured(1), 0, "bad", "depth is late by 1.00 frames");
-  expect_advice(report, measured(1), 0, "bad", "--depth-offset 0.033 for dynfilter run");
-  report.depth_frames_late = measure(-1, HealthVerdict::bad);
-  expect_advice(report, measured(-1), 0, "bad", "depth is early by 1.00 frames");
-  expect_advice(report, measured(-1), 0, "bad", "--depth-offset -0.033");
-  report.depth_frames_late = measure(0.4, HealthVerdict::look);
-  expect_advice(report, measured(0.4), 0, "look", "no other pairs are nearer");
+struct Trouble {
+  HealthMeasure FilterHealthReport::*which;
+  HealthMeasure measure;
+  double frames_late;  ///< of the measured offset
+  std::vector<const char*> words;
+};
+
+TEST(HealthText, EachTroubleHasAVerdictAndARemedy) {
+  using Report = FilterHealthReport;
+  const HealthVerdict look = HealthVerdict::look, bad = HealthVerdict::bad;
+  const std::vector<Trouble> troubles = {
+      {&Report::depth_frames_late,
+       measure(1, bad),
+       1,
+       {"depth is late by 1.00 frames", "--depth-offset 0.033 for dynfilter run"}},
+      {&Report::depth_frames_late,
+       measure(-1, bad),
+       -1,
+       {"depth is early by 1.00 frames", "--depth-offset -0.033"}},
+      {&Report::depth_frames_late, measure(0.4, look), 0.4, {"no other pairs are nearer"}},
+      {&Report::mask_age_s,
+       measure(0.1, look),
+       0,
+       {"0.100 s old on average, and objects have moved since", "--rule depth_moved"}},
+      {&Report::mask_age_s, measure(0.3, bad), 0, {"objects have left them"}},
+      {&Report::mask_age_s, {}, 0, {"too few frames have masks"}},
+      {&Report::mask_gap_px,
+       measure(4.5, look),
+       0,
+       {"objects reach 4.5 px beyond their masks", "a larger network", "--margin 5"}},
+      {&Report::mask_gap_px, {}, 0, {"rule depth"}},
+      {&Report::without_depth_share, measure(0.6, look), 0, {"60 % of the features"}},
+      {&Report::without_depth_share, {}, 0, {"too few frames have depth"}},
+      {&Report::starved_share,
+       measure(0.25, bad),
+       0,
+       {"25 % of the frames keep fewer than 200 features", "--features 2084"}}};
+  constexpr HealthMeasure Report::*measures[] = {&Report::depth_frames_late, &Report::mask_age_s,
+                                                 &Report::mask_gap_px, &Report::without_depth_share,
+                                                 &Report::starved_share};
+  for (const Trouble& trouble : troubles) {
+    Report report = sound();
+    report.*trouble.which = trouble.measure;
+    report.suggested_features = 2084;
+    const std::size_t row = static_cast<std::size_t>(
+        std::find(std::begin(measures), std::end(measures), trouble.which) - measures);
+    const std::string verdict = trouble.measure.verdict == look  ? "look"
+                                : trouble.measure.verdict == bad ? "bad"
+                                                                 : "not known";
+    for (const char* words : trouble.words) {
+      expect_advice(report, measured(trouble.frames_late), row, verdict, words);
+    }
+  }
 }
 
 TEST(HealthText, UnknownOffsetSaysWhy) {
@@ -110,71 +155,22 @@ TEST(HealthText, UnknownOffsetSaysWhy) {
   expect_advice(report, still, 0, "not known", "too little moves");
 }
 
-TEST(HealthText, OldMasksNeedAFasterSegmenterOrPropagation) {
+TEST(HealthText, RemediesDependOnTheRest) {
   FilterHealthReport report = sound();
-  report.mask_age_s = measure(0.1, HealthVerdict::look);
-  expect_advice(report, measured(0), 1, "look",
-                "masks are 0.100 s old on average, and objects "
-                "have moved since");
-  expect_advice(report, measured(0), 1, "look", "--rule depth_moved");
   report.mask_age_s = measure(0.3, HealthVerdict::bad);
-  expect_advice(report, measured(0), 1, "bad", "objects have left them");
   const HealthRow moved = tools::health_rows(report, measured(0), true)[1];
   EXPECT_EQ(moved.verdict, "bad") << "moved masks are not fresh";
   EXPECT_EQ(moved.advice.find("depth_moved"), std::string::npos) << moved.advice;
-  EXPECT_NE(moved.advice.find("a faster segmenter"), std::string::npos) << moved.advice;
   report.mask_age_s = {{}, HealthVerdict::not_known, 3};
-  expect_advice(report, measured(0), 1, "not known", "too few frames have masks");
   report.untimed_frames = 37;
   expect_advice(report, measured(0), 1, "not known", "mask_time");
-}
 
-TEST(HealthText, SmallMasksNeedAMarginUnlessDepthIsToBlame) {
-  FilterHealthReport report = sound();
-  report.mask_gap_px = measure(4.5, HealthVerdict::look);
-  expect_advice(report, measured(0), 2, "look", "objects reach 4.5 px beyond their masks");
-  expect_advice(report, measured(0), 2, "look", "a larger network");
-  expect_advice(report, measured(0), 2, "look", "--margin 5");
-  report.mask_gap_px = {};
-  expect_advice(report, measured(0), 2, "not known", "rule depth");
-
+  report = sound();
   report.mask_gap_px = measure(4.5, HealthVerdict::look);
   report.depth_frames_late = measure(1, HealthVerdict::bad);
   const std::string advice = health_rows(report, measured(1))[2].advice;
   EXPECT_NE(advice.find("mend the depth's offset first"), std::string::npos) << advice;
   EXPECT_EQ(advice.find("larger network"), std::string::npos) << advice;
-}
-
-TEST(HealthText, LittleDepthAndStarvedFramesNeedMoreFeatures) {
-  FilterHealthReport report = sound();
-  report.without_depth_share = measure(0.6, HealthVerdict::look);
-  expect_advice(report, measured(0), 3, "look", "60 % of the features");
-  report.without_depth_share = {};
-  expect_advice(report, measured(0), 3, "not known", "too few frames have depth");
-  report = sound();
-  report.starved_share = measure(0.25, HealthVerdict::bad);
-  report.suggested_features = 2084;
-  expect_advice(report, measured(0), 4, "bad", "25 % of the frames keep fewer than 200 features");
-  expect_advice(report, measured(0), 4, "bad", "--features 2084");
-}
-
-TEST(HealthText, SurvivesJson) {
-  FilterHealthReport report = sound();
-  report.mask_gap_px = {};
-  report.mask_age_s = measure(0.1, HealthVerdict::look);
-  const std::vector<HealthRow> rows = health_rows(report, measured(0));
-  const std::vector<HealthRow> read = tools::health_rows_of(tools::health_json(rows));
-  ASSERT_EQ(read.size(), rows.size());
-  for (std::size_t k = 0; k < rows.size(); ++k) {
-    EXPECT_EQ(read[k].name, rows[k].name);
-    EXPECT_EQ(read[k].value, rows[k].value);
-    EXPECT_EQ(read[k].verdict, rows[k].verdict);
-    EXPECT_EQ(read[k].frames, rows[k].frames);
-    EXPECT_EQ(read[k].advice, rows[k].advice);
-  }
-  nlohmann::ordered_json other = tools::health_json(rows);
-  other.erase("mask_gap_px");
-  EXPECT_THROW(tools::health_rows_of(other), nlohmann::json::exception);
 }
 
 }  // namespace

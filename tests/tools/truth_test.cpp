@@ -191,27 +191,9 @@ TEST_F(TruthOfAFolder, ResultsSayWhichTruthTheyHave) {
   const Outcome outcome = ablate("--truth motion --rules mask,perfect");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
   EXPECT_TRUE(outcome.mentions("sequence: features a frame, truth by motion\n")) << outcome.printed;
-  EXPECT_TRUE(ablate("--truth motion --rules mask --list").mentions(" --truth motion "));
   EXPECT_TRUE(run("run " + quoted(sequence()) + " --truth motion --overlays 0 --out " +
                   quoted(out() / "one"))
                   .mentions("against what moves"));
-}
-
-TEST_F(TruthOfAFolder, DoesNotMixWithTheOther) {
-  ASSERT_EQ(ablate("--truth motion --rules mask").exit_code, 0);
-  const Outcome mixed = ablate("--rules perfect");
-  EXPECT_NE(mixed.exit_code, 0);
-  EXPECT_TRUE(mixed.mentions("truth motion")) << mixed.printed;
-  EXPECT_TRUE(mixed.mentions("truth class")) << mixed.printed;
-
-  const Outcome by_class = ablate("--rules mask");
-  ASSERT_EQ(by_class.exit_code, 0) << by_class.printed;
-  const fs::path summary = out() / "sequence/mask/summary.json";
-  nlohmann::json earlier = read_json(summary);
-  earlier["options"].erase("truth");
-  std::ofstream(summary) << earlier;
-  const Outcome gathered = run("ablate --gather " + quoted(out()));
-  EXPECT_EQ(gathered.printed, by_class.printed) << "results of earlier versions are by class";
 }
 
 TEST_F(TruthOfAFolder, IsNeverWrittenTo) {
