@@ -70,7 +70,7 @@ jobs=${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}
 skipped=()
 readonly dev_dir other_dirs jobs
 
-# Spells out the presets of CMakePresets.json, because older CMake than 3.20 cannot read them.
+# Spells the presets out, because CMake before 3.20 cannot read them.
 unit_tests_only=(-DDYNFILTER_TESTS=unit -DDYNFILTER_BUILD_EXAMPLES=OFF -DDYNFILTER_BUILD_TOOLS=OFF
   -DDYNFILTER_INSTALL=OFF)
 
@@ -122,8 +122,7 @@ step_clang() {
   run_tests "${other_dirs}clang"
 }
 
-# Hardened as the preset of that name is, with what hosts choose: -O3, a newer language, and all
-# instructions of this processor.
+# With what hosts choose: -O3, a newer language, and all instructions of this processor.
 step_hardened() {
   log "Unit tests, optimised and hardened, as C++20"
   build "${other_dirs}hardened" "${unit_tests_only[@]}" -DCMAKE_BUILD_TYPE=Release \
