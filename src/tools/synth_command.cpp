@@ -92,7 +92,7 @@ void synthesise(const SynthOptions& options) {
 }
 
 std::string level_list() {
-  std::string text = "levels, each also with _depth_late: depth a frame older than colour";
+  std::string text = "levels:";
   for (const SceneLevel& level : scene_levels()) {
     text += "\n  " + level.name +
             std::string(16 - std::min<std::size_t>(level.name.size(), 15), ' ') + level.description;
@@ -105,6 +105,7 @@ struct Given {
   std::string level;
   std::uint64_t seed = 1;
   std::optional<int> frames, persons, width, height;
+  std::optional<double> depth_late;
 };
 
 SyntheticSceneOptions scene_options(const Given& given) {
@@ -115,6 +116,7 @@ SyntheticSceneOptions scene_options(const Given& given) {
   scene.persons = given.persons.value_or(scene.persons);
   scene.image_size.width = given.width.value_or(scene.image_size.width);
   scene.image_size.height = given.height.value_or(scene.image_size.height);
+  scene.depth_late_s = given.depth_late.value_or(scene.depth_late_s);
   return scene;
 }
 
@@ -145,6 +147,10 @@ void add_synth_command(CLI::App& program) {
       ->transform(whole_number(16, 8192));
   command->add_option("--height", given->height, "height of the images, pixels [480]")
       ->transform(whole_number(16, 8192));
+  command
+      ->add_option("--depth-late", given->depth_late,
+                   "show the scene of so many seconds earlier in depth images; below 0: later")
+      ->check(real_number(-0.2, 0.2));
   command->add_flag("--overwrite", options->overwrite,
                     "replace an earlier scene in FOLDER when the new one is complete");
   command->footer(

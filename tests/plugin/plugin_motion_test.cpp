@@ -47,7 +47,7 @@ SyntheticScene standing_people() {
   options.image_size = {480, 360};
   options.person_speed_m_s = 0;
   options.limb_swing = 0;
-  options.perfect_masks = true;
+  options.mask_faults = MaskFaults::none;
   return SyntheticScene(options);
 }
 

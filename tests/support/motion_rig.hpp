@@ -27,7 +27,7 @@ inline SyntheticSceneOptions small_scene(double speed_m_s) {
   options.image_size = {480, 360};
   options.person_speed_m_s = speed_m_s;
   if (speed_m_s == 0) options.limb_swing = 0;
-  options.perfect_masks = true;
+  options.mask_faults = MaskFaults::none;
   return options;
 }
 

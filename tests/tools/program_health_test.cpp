@@ -64,7 +64,13 @@ TEST(ProgramHealth, ACleanLevelIsGood) {
 }
 
 TEST(ProgramHealth, LateDepthIsBadAndSaidOnce) {
-  const HealthOfRun late = run_level("depth_late_33");
+  const TemporaryFolder folder;
+  ASSERT_EQ(run("synth " + quoted(folder.path() / "late") +
+                " --level medium --seed 11 --frames 24 --width 320 --height 240 "
+                "--depth-late 0.033333")
+                .exit_code,
+            0);
+  const HealthOfRun late = run_into(folder.path() / "out", quoted(folder.path() / "late"));
   EXPECT_EQ(late.verdict("depth_frames_late"), "bad");
   EXPECT_NEAR(late.value("depth_frames_late"), 1, 0.2);
   EXPECT_NE(late.advice("depth_frames_late").find("--depth-offset 0.03"), std::string::npos);

@@ -37,10 +37,10 @@ TEST_F(Synth, ReplacesASceneOnlyOnRequest) {
 }
 
 TEST_F(Synth, RendersALevelWithStaleMasks) {
-  ASSERT_EQ(run("synth " + quoted(out("stale")) +
-                " --level stale_3 --frames 5 --width 160 --height 120")
-                .exit_code,
-            0);
+  ASSERT_EQ(
+      run("synth " + quoted(out("stale")) + " --level stale_3 --frames 5 --width 160 --height 120")
+          .exit_code,
+      0);
   FrameView frame;
   frame.timestamp_s = 1.133333;  // the last one
   EXPECT_DOUBLE_EQ(MaskFolderSegmenter(out("stale") / "masks").segment(frame).timestamp_s,
@@ -51,7 +51,7 @@ TEST_F(Synth, RendersALevelWithStaleMasks) {
 TEST_F(Synth, StatesTheLatenessOfDepth) {
   EXPECT_NE(read_text(scene() / "truth.yaml").find("\ndepth_late_s: 0\n"), std::string::npos);
   ASSERT_EQ(run("synth " + quoted(out("late")) +
-                " --level depth_early_16 --frames 1 --width 64 --height 48")
+                " --depth-late -0.0166667 --frames 1 --width 64 --height 48")
                 .exit_code,
             0);
   const cv::Mat moving =

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "frame_features.hpp"
-#include "pose.hpp"
 
 namespace odometry {
 

@@ -4,16 +4,28 @@
 #include "odometry.hpp"
 
 #include <algorithm>
+#include <stdexcept>
+#include <string>
 #include <utility>
 
 #include <opencv2/imgproc.hpp>
 
 #include "local_mapping.hpp"
-#include "pnp_ransac.hpp"
 
 namespace odometry {
 namespace {
 
+constexpr double max_depth_m = 9;              // beyond it, depth counts as not measured
+constexpr double disparity_sigma_px = 0.5;     // depth's noise, of a stereo pair 8 cm apart
+constexpr double close_depth_m = 6;            // nearer features become points of the map …
+constexpr std::size_t min_points = 300;        // … and farther ones, until a keyframe has so many
+constexpr std::size_t first_points = 60;       // features with depth that the first frame needs
+constexpr std::size_t min_inliers = 20;        // with fewer, a frame is lost
+constexpr std::size_t local_keyframes = 10;    // whose points a frame is matched with
+constexpr std::size_t adjusted_keyframes = 6;  // by bundle adjustment, besides the new one
+constexpr double keyframe_share = 0.75;        // of what its reference sees; less makes a keyframe
+// Frames between keyframes, unless it follows few near features and sees many.
+constexpr std::size_t keyframe_interval = 3;
 constexpr double last_frame_radius_px = 15;
 constexpr double local_map_radius_px = 8;
 // Matches with the last frame; with fewer, it searches wider.
@@ -32,11 +44,10 @@ void require_descriptors(const cv::Mat& descriptors, std::size_t features) {
       static_cast<std::size_t>(descriptors.rows) == features &&
       (features == 0 || (descriptors.type() == CV_8UC1 && descriptors.cols == sizeof(Descriptor)));
   if (has_all) return;
-  dynfilter::detail::throw_misuse(
-      "Odometry::track",
-      dynfilter::detail::concatenate("descriptors of ", descriptors.cols, "x", descriptors.rows,
-                                     " and ", features, " features"),
-      "a CV_8UC1 row of 32 bytes a feature");
+  throw std::invalid_argument(
+      "dynfilter::Odometry::track: got descriptors of " + std::to_string(descriptors.cols) + "x" +
+      std::to_string(descriptors.rows) + " and " + std::to_string(features) +
+      " features; want a CV_8UC1 row of 32 bytes a feature");
 }
 
 dynfilter::TimedPose timed(double timestamp_s, const Pose& pose) {
@@ -68,8 +79,8 @@ FrameResult Odometry::track(const dynfilter::FrameView& frame,
   ++frames_;
   camera_ = pinhole_of(parameters_, frame.image.size());
   Tracking tracking;
-  tracking.features = make_features(frame, keypoints, descriptors, parameters_,
-                                    {options_.max_depth_m, options_.disparity_sigma_px});
+  tracking.features =
+      make_features(frame, keypoints, descriptors, parameters_, {max_depth_m, disparity_sigma_px});
   tracking.points.assign(tracking.features.size(), no_point);
   FrameResult result;
   result.features = tracking.features.size();
@@ -83,7 +94,7 @@ FrameResult Odometry::track(const dynfilter::FrameView& frame,
   const Pose predicted = motion_ * last_.pose;
   tracking.pose = predicted;
   result.inliers = follow(tracking);
-  if (result.inliers < options_.min_inliers) {
+  if (result.inliers < min_inliers) {
     tracking.pose = predicted;
     std::fill(tracking.points.begin(), tracking.points.end(), no_point);
     result.tracked = Tracked::lost;
@@ -100,7 +111,7 @@ bool Odometry::start(Tracking& tracking) {
   for (std::size_t i = 0; i < tracking.features.size(); ++i) {
     with_depth += tracking.features[i].observation.depth_m > 0 ? 1U : 0U;
   }
-  if (with_depth < options_.first_points) return false;
+  if (with_depth < first_points) return false;
   add_keyframe(tracking);
   return true;
 }
@@ -108,8 +119,8 @@ bool Odometry::start(Tracking& tracking) {
 /// Returns the number of inliers with the local map; 0 if the track is lost.
 std::size_t Odometry::follow(Tracking& tracking) {
   std::size_t inliers = track_predicted(tracking);
-  if (inliers >= options_.min_inliers / 2) inliers = track_local_map(tracking);
-  if (inliers >= options_.min_inliers) return inliers;
+  if (inliers >= min_inliers / 2) inliers = track_local_map(tracking);
+  if (inliers >= min_inliers) return inliers;
   if (find_again(tracking) == 0) return 0;
   return track_local_map(tracking);
 }
@@ -130,19 +141,18 @@ std::size_t Odometry::find_again(Tracking& tracking) {
     std::fill(tracking.points.begin(), tracking.points.end(), no_point);
     match_keyframe(map_, map_.keyframe(id), tracking);
     std::vector<PointMatch> matches = matches_of(tracking);
-    const auto pose = pnp_ransac(camera_, matches, options_.min_inliers / 2,
+    const auto pose = pnp_ransac(camera_, matches, min_inliers / 2,
                                  options_.seed * 0x9E3779B97F4A7C15U + frames_);
     if (!pose) continue;
     tracking.pose = *pose;
     const std::size_t inliers = refine(tracking);
-    if (inliers >= options_.min_inliers / 2) return inliers;
+    if (inliers >= min_inliers / 2) return inliers;
   }
   return 0;
 }
 
 std::size_t Odometry::track_local_map(Tracking& tracking) {
-  const std::vector<KeyframeId> local =
-      map_.covisible(tracking.points, options_.local_keyframes, 1);
+  const std::vector<KeyframeId> local = map_.covisible(tracking.points, local_keyframes, 1);
   if (local.empty()) return 0;
   reference_ = local.front();
   match_local_map(map_, camera_, map_.points_of(local), local_map_radius_px, tracking);
@@ -179,28 +189,28 @@ bool Odometry::wants_keyframe(const Tracking& tracking, std::size_t inliers) con
   std::size_t close = 0, new_close = 0;
   for (std::size_t i = 0; i < tracking.points.size(); ++i) {
     const double depth_m = tracking.features[i].observation.depth_m;
-    if (depth_m == 0 || depth_m > options_.close_depth_m) continue;
+    if (depth_m == 0 || depth_m > close_depth_m) continue;
     ++(tracking.points[i] == no_point ? new_close : close);
   }
   // At once: until then, the pose rests on what is far.
   if (close < few_close && new_close > many_new_close) return true;
-  if (frames_since_keyframe_ < options_.keyframe_interval) return false;
+  if (frames_since_keyframe_ < keyframe_interval) return false;
   const std::size_t confirmed_by = map_.size() <= 2 ? 1 : 2;
   std::size_t confirmed = 0;
   for (const PointId id : map_.keyframe(reference_).points) {
     if (id == no_point) continue;
     confirmed += map_.point(id).observations.size() >= confirmed_by ? 1U : 0U;
   }
-  return static_cast<double>(inliers) < options_.keyframe_share * static_cast<double>(confirmed);
+  return static_cast<double>(inliers) < keyframe_share * static_cast<double>(confirmed);
 }
 
 void Odometry::add_keyframe(Tracking& tracking) {
-  reference_ = map_.add_keyframe(tracking.pose, tracking.features, tracking.points,
-                                 options_.close_depth_m, options_.min_points);
+  reference_ = map_.add_keyframe(tracking.pose, tracking.features, tracking.points, close_depth_m,
+                                 min_points);
   frames_since_keyframe_ = 0;
   map_.cull_points();
-  if (options_.adjusted_keyframes > 0 && map_.size() > 1) {
-    adjust_around(map_, camera_, reference_, options_.adjusted_keyframes);
+  if (map_.size() > 1) {
+    adjust_around(map_, camera_, reference_, adjusted_keyframes);
   }
   tracking.pose = map_.keyframe(reference_).pose;
   tracking.points = map_.keyframe(reference_).points;

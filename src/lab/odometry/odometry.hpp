@@ -16,25 +16,13 @@
 #include "local_map.hpp"
 #include "matching.hpp"
 #include "orb_extractor.hpp"
-#include "pose_refinement.hpp"
+#include "pose_estimation.hpp"
 
 namespace odometry {
 
 struct OdometryOptions {
-  std::uint64_t seed = 0;           ///< for the samples that recover a lost track
-  int features = 1000;              ///< a frame, before any is removed
-  double max_depth_m = 9.0;         ///< beyond it, depth counts as not measured
-  double disparity_sigma_px = 0.5;  ///< depth's noise, as the disparity of a stereo pair 8 cm apart
-  double close_depth_m = 6.0;       ///< nearer features become points of the map …
-  std::size_t min_points = 300;     ///< … and farther ones, until a keyframe has this many
-  std::size_t first_points = 60;    ///< features with depth that the first frame needs
-  std::size_t min_inliers = 20;     ///< with fewer, a frame is lost
-  std::size_t local_keyframes = 10;    ///< keyframes whose points a frame is matched with
-  std::size_t adjusted_keyframes = 6;  ///< by bundle adjustment, besides the new one; 0 = none
-  /// Makes a keyframe if it finds a smaller share of what its reference sees.
-  double keyframe_share = 0.75;
-  /// Minimum number of frames between keyframes, unless it follows few near features and sees many.
-  std::size_t keyframe_interval = 3;
+  std::uint64_t seed = 0;  ///< for the samples that recover a lost track
+  int features = 1000;     ///< a frame, before any is removed
 };
 
 enum class Tracked {

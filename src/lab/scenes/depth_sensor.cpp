@@ -20,10 +20,27 @@ constexpr double steps_a_pixel = 8;
 
 constexpr double noise_px = 0.10;    // standard deviation of the disparity, in patches
 constexpr double step_share = 0.06;  // a relative change of 1/z that makes a depth step
+constexpr double max_depth_m = 9;
+constexpr double edge_shift_px = 2.2;  // of depth against colour at edges, at a width of 640
 // With noise above it, the sensor's window bridges the shadow.
 constexpr float filled_shadow = -0.10F;
 constexpr float lost_step = 0.55F;  // with noise above it, nothing is measured at a depth step
 constexpr float hole = 0.49F;       // with noise above it, a pixel at 2 m is a hole
+
+/// What DepthFaults stands for; lengths in pixels of an image of 640x480.
+struct Faults {
+  double hole_slope;        // growth of holes with distance, a metre
+  double fringe_px = 0;     // reach of the patches along near edges that lose depth
+  double blind_top_px = 0;  // rows without depth, as if the colour camera saw more
+  double bald_share = 0;    // of the hair that has no depth, in patches
+  double shift_px = 0;      // of the depth image to the right, as from a poor registration
+};
+
+Faults faults_of(DepthFaults faults) {
+  if (faults == DepthFaults::few) return {0.16};
+  if (faults == DepthFaults::many) return {0.45, 12, 20};
+  return {0.45, 12, 20, 0.8, 6};
+}
 
 /// Makes noise with patches of this size, given for an image 640 pixels wide.
 cv::Mat1f patches(cv::Size size, double cell_px, std::uint64_t key) {
@@ -114,16 +131,16 @@ std::uint16_t quantised(double depth_m, double noise) {
 cv::Mat1w measure_depth(const Rendering& rendering, const CameraParameters& camera,
                         const SyntheticSceneOptions& options, std::uint64_t key) {
   const cv::Size size = rendering.depth.size();
-  const Disturbance disturbance(size, options.depth_fringe_px > 0, options.hair_without_depth > 0,
-                                key);
+  const Faults faults = faults_of(options.depth_faults);
+  const Disturbance disturbance(size, faults.fringe_px > 0, faults.bald_share > 0, key);
   const double scale = size.width / 640.0;
-  const auto fringe_px = static_cast<float>(options.depth_fringe_px * scale);
+  const auto fringe_px = static_cast<float>(faults.fringe_px * scale);
   const int reach = std::max(1, static_cast<int>(std::lround(2 * scale)));
-  const auto shift_px = static_cast<float>(options.depth_edge_shift_px * scale);
-  const int constant_shift = static_cast<int>(std::lround(options.depth_shift_px * scale));
-  const auto slope = static_cast<float>(options.depth_hole_slope);
+  const auto shift_px = static_cast<float>(edge_shift_px * scale);
+  const int constant_shift = static_cast<int>(std::lround(faults.shift_px * scale));
+  const auto slope = static_cast<float>(faults.hole_slope);
   // Noise below this bound takes its share of the hair: it is about uniform in [-0.75, 0.75].
-  const auto bald = static_cast<float>(1.5 * options.hair_without_depth - 0.75);
+  const auto bald = static_cast<float>(1.5 * faults.bald_share - 0.75);
   const int hair = hair_index(options);
   cv::Mat1b shadow(size);
   cv::Mat1w raw(size);
@@ -137,9 +154,9 @@ cv::Mat1w measure_depth(const Rendering& rendering, const CameraParameters& came
         const int fringe =
             fringe_px > 0 ? static_cast<int>(fringe_px * disturbance.fringe(y, x)) : 0;
         const int id = rendering.surface(y, x);
-        const bool hairy = options.hair_without_depth > 0 && SurfaceId::is_part(id) &&
+        const bool hairy = faults.bald_share > 0 && SurfaceId::is_part(id) &&
                            SurfaceId::part_index(id) == hair && disturbance.hair(y, x) < bald;
-        const bool lost = z > options.max_depth_m || dark || hairy ||
+        const bool lost = z > max_depth_m || dark || hairy ||
                           is_lost(rendering, disturbance, reach, slope, x, y) ||
                           ends_within(rendering.depth, fringe, x, y);
         raw(y, x) = lost ? std::uint16_t{0} : quantised(z, noise);
@@ -155,7 +172,7 @@ cv::Mat1w measure_depth(const Rendering& rendering, const CameraParameters& came
                              std::clamp(x + dx - constant_shift, 0, size.width - 1));
     }
   }
-  const double blind = options.depth_blind_top_px * size.height / 480.0;
+  const double blind = faults.blind_top_px * size.height / 480.0;
   registered.rowRange(0, std::min(static_cast<int>(std::lround(blind)), size.height)).setTo(0);
   return registered;
 }

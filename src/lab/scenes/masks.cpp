@@ -6,11 +6,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <numeric>
 
 #include <opencv2/imgproc.hpp>
 
 #include "noise.hpp"
+#include "person.hpp"
+#include "renderer.hpp"
 
 namespace dynfilter::scene {
 namespace {
@@ -22,21 +25,32 @@ constexpr double limbs_missing_s = 0.4;
 
 using Regions = std::array<bool, limb_regions + 1>;  // by BodyRegion
 
+struct Faults {
+  int min_limbs;           // the smallest number of missing limbs
+  std::uint64_t choices;   // numbers from there on
+  double torso_share = 0;  // shares of the periods without torso, and with an empty mask
+  double empty_share = 0;
+};
+
+Faults faults_of(MaskFaults faults) {
+  if (faults == MaskFaults::few_limbs) return {1, 3};
+  if (faults == MaskFaults::torso) return {3, 4, 0.75, 0.06};
+  return {2, 4};
+}
+
 /// Returns the parts of a person that the mask misses now; all of them while the mask is empty.
 Regions missing_regions(const SyntheticSceneOptions& options, int person, double elapsed_s) {
   const std::uint64_t key = make_key(options.seed, Stream::mask_limbs, person);
   const auto slot = static_cast<std::int64_t>(std::floor(elapsed_s / limbs_missing_s + unit(key)));
   const std::uint64_t now = make_key(key, slot);
-  const int count =
-      options.min_missing_limbs +
-      static_cast<int>(mixed_bits(now) % static_cast<std::uint64_t>(options.max_missing_limbs -
-                                                                    options.min_missing_limbs + 1));
+  const Faults faults = faults_of(options.mask_faults);
+  const int count = faults.min_limbs + static_cast<int>(mixed_bits(now) % faults.choices);
   Regions missing{};
-  if (unit(make_key(now, 101)) < options.empty_mask_share) {
+  if (unit(make_key(now, 101)) < faults.empty_share) {
     missing.fill(true);
     return missing;
   }
-  missing[0] = unit(make_key(now, 100)) < options.torso_missing_share;
+  missing[0] = unit(make_key(now, 100)) < faults.torso_share;
   std::array<int, limb_regions> order{};
   std::iota(order.begin(), order.end(), 1);
   std::sort(order.begin(), order.end(),
@@ -133,6 +147,62 @@ cv::Rect jittered_box(const cv::Rect& box, cv::Size size, std::uint64_t key) {
   return jittered.empty() ? box : jittered;
 }
 
+/// Returns what a network of low resolution that misses limbs finds, by falling score. It misses
+/// persons who are hardly visible.
+std::vector<Instance> poor_instances(const SyntheticSceneOptions& options, int frame,
+                                     const cv::Mat1i& surface, const std::vector<Instance>& truth) {
+  const cv::Size size = surface.size();
+  const double elapsed_s = frame / frames_per_second;
+  std::vector<Instance> found;
+  for (const Instance& exact : truth) {
+    if (cv::countNonZero(exact.mask) < min_share * size.area()) continue;
+    const int person = *exact.track_id;
+    const std::uint64_t key = make_key(options.seed, Stream::detection, person, frame);
+    const cv::Rect box = jittered_box(exact.box, size, key);
+    const auto missing = missing_regions(options, person, elapsed_s);
+    const std::vector<BodyPart> body = body_at(options, person, elapsed_s);
+    cv::Mat1f cells = blurred(blurred(covered_cells(surface, person, body, missing)));
+    const std::uint64_t noise = make_key(options.seed, Stream::mask_noise, person, frame);
+    add_noise(cells, 5, 0.20F, noise);
+    add_noise(cells, 2, 0.10F, make_key(noise, 1));
+    cells += between(make_key(noise, 2), -0.14, 0.06);
+    Instance instance =
+        Instance::from_image_mask(cut_mask(cells, size, box), box, exact.class_id,
+                                  static_cast<float>(between(make_key(key, 5), 0.70, 0.95)));
+    instance.track_id = person;
+    found.push_back(instance);
+  }
+  std::stable_sort(found.begin(), found.end(),
+                   [](const Instance& a, const Instance& b) { return a.score > b.score; });
+  return found;
+}
+
+/// Merges two instances into one, as a detector does that takes two persons for one.
+Instance merged(const Instance& a, const Instance& b, cv::Size size) {
+  cv::Mat1b mask(size, std::uint8_t{0});
+  for (const Instance* instance : {&a, &b}) {
+    if (instance->mask.empty()) continue;
+    mask(cv::Rect(instance->mask_origin, instance->mask.size())).setTo(255, instance->mask);
+  }
+  Instance both =
+      Instance::from_image_mask(mask, a.box | b.box, a.class_id, std::max(a.score, b.score));
+  both.track_id = std::min(a.track_id, b.track_id);
+  return both;
+}
+
+/// Merges instances whose boxes overlap until no two do. A merged one takes the place of the better
+/// one.
+void merge_overlapping(std::vector<Instance>& found, cv::Size size) {
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    for (std::size_t j = i + 1; j < found.size(); ++j) {
+      if ((found[i].box & found[j].box).empty()) continue;
+      found[i] = merged(found[i], found[j], size);
+      found.erase(found.begin() + static_cast<std::ptrdiff_t>(j));
+      j = i;  // the box has grown: compare with all again
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<Instance> true_instances(const cv::Mat1i& surface, int persons) {
@@ -156,31 +226,13 @@ std::vector<Instance> true_instances(const cv::Mat1i& surface, int persons) {
   return instances;
 }
 
-std::vector<Instance> poor_instances(const SyntheticSceneOptions& options, int frame,
-                                     const cv::Mat1i& surface, const std::vector<Instance>& truth) {
-  const cv::Size size = surface.size();
-  const double elapsed_s = frame / options.frames_per_second;
-  std::vector<Instance> found;
-  for (const Instance& exact : truth) {
-    if (cv::countNonZero(exact.mask) < min_share * size.area()) continue;
-    const int person = *exact.track_id;
-    const std::uint64_t key = make_key(options.seed, Stream::detection, person, frame);
-    const cv::Rect box = jittered_box(exact.box, size, key);
-    const auto missing = missing_regions(options, person, elapsed_s);
-    const std::vector<BodyPart> body = body_at(options, person, elapsed_s);
-    cv::Mat1f cells = blurred(blurred(covered_cells(surface, person, body, missing)));
-    const std::uint64_t noise = make_key(options.seed, Stream::mask_noise, person, frame);
-    add_noise(cells, 5, 0.20F, noise);
-    add_noise(cells, 2, 0.10F, make_key(noise, 1));
-    cells += between(make_key(noise, 2), -0.14, 0.06);
-    Instance instance =
-        Instance::from_image_mask(cut_mask(cells, size, box), box, exact.class_id,
-                                  static_cast<float>(between(make_key(key, 5), 0.70, 0.95)));
-    instance.track_id = person;
-    found.push_back(instance);
+std::vector<Instance> detections(const SyntheticSceneOptions& options, int frame,
+                                 const cv::Mat1i& surface) {
+  std::vector<Instance> found = true_instances(surface, options.persons);
+  if (options.mask_faults != MaskFaults::none) {
+    found = poor_instances(options, frame, surface, found);
   }
-  std::stable_sort(found.begin(), found.end(),
-                   [](const Instance& a, const Instance& b) { return a.score > b.score; });
+  if (options.overlapping_as_one) merge_overlapping(found, surface.size());
   return found;
 }
 

@@ -6,18 +6,19 @@
 
 #include <vector>
 
+#include <opencv2/core.hpp>
+
 #include "lab/scenes/synthetic_scene.hpp"
-#include "renderer.hpp"
 
 namespace dynfilter::scene {
 
-/// Returns the exact silhouettes of all persons with a visible pixel, ordered by person.
+/// Returns the exact silhouettes of all persons with a visible pixel, ordered by person. `surface`
+/// holds the frame's SurfaceIds.
 std::vector<Instance> true_instances(const cv::Mat1i& surface, int persons);
 
-/// Returns what a network of low resolution that misses limbs finds, by falling score. It misses
-/// persons who are hardly visible.
-std::vector<Instance> poor_instances(const SyntheticSceneOptions& options, int frame,
-                                     const cv::Mat1i& surface, const std::vector<Instance>& truth);
+/// Returns the instances that the options let a network find in a frame, by falling score.
+std::vector<Instance> detections(const SyntheticSceneOptions& options, int frame,
+                                 const cv::Mat1i& surface);
 
 }  // namespace dynfilter::scene
 

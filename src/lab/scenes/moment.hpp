@@ -6,6 +6,8 @@
 
 #include <vector>
 
+#include <opencv2/core.hpp>
+
 #include "geometry.hpp"
 #include "lab/scenes/synthetic_scene.hpp"
 #include "person.hpp"
@@ -22,9 +24,14 @@ struct Moment {
 /// Returns the moment some seconds after frame 0.
 Moment moment_at(const SyntheticSceneOptions& options, double elapsed_s);
 
-/// Returns where the point of a body part was, or of a box, when it was where `before` says.
-cv::Vec3d place_before(const cv::Vec3d& point, const BodyPart& now, const BodyPart& before);
-cv::Vec3d place_before(const cv::Vec3d& point, const Block& now, const Block& before);
+struct World;
+struct Rendering;
+
+/// Marks the pixels whose surface point moved between two moments, by at least 0.02 m/s on average:
+/// CV_8UC1, 255 or 0. `rendering` is the view of `now`. O(pixels).
+cv::Mat1b moving_pixels(const World& world, const Moment& now, const Moment& before,
+                        const Rendering& rendering, const CameraParameters& camera,
+                        const CameraPose& pose);
 
 }  // namespace dynfilter::scene
 

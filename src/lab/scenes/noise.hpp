@@ -11,11 +11,16 @@
 
 #include <opencv2/core.hpp>
 
-#include "dynfilter/detail/mixed_bits.hpp"
-
 namespace dynfilter::scene {
 
-using detail::mixed_bits;
+/// Returns a 64-bit hash of the bits, the finaliser of splitmix64 (G. Steele, D. Lea, C. Flood,
+/// "Fast splittable pseudorandom number generators", OOPSLA 2014).
+inline std::uint64_t mixed_bits(std::uint64_t bits) {
+  bits += 0x9E3779B97F4A7C15U;
+  bits = (bits ^ (bits >> 30U)) * 0xBF58476D1CE4E5B9U;
+  bits = (bits ^ (bits >> 27U)) * 0x94D049BB133111EBU;
+  return bits ^ (bits >> 31U);
+}
 
 /// The uses of random numbers; no two uses share a number.
 enum class Stream : std::uint64_t {

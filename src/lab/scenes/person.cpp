@@ -32,23 +32,22 @@ struct WalkingTime {
   double speed = 1;
 };
 
-/// Walks for go_s and stands for stop_s, again and again. Speeding up and slowing down take 0.3 s
-/// of the time on the way.
+/// Walks for 2 s and stands for 2 s, again and again. Speeding up and slowing down take 0.3 s of
+/// the time on the way.
 WalkingTime walking_time(const SyntheticSceneOptions& options, int person, double elapsed_s) {
-  if (options.stop_s == 0) return {elapsed_s, 1};
-  constexpr double ramp_s = 0.3;
-  const double period_s = options.go_s + options.stop_s;
+  if (options.walking != Walking::stop_and_go) return {elapsed_s, 1};
+  constexpr double ramp_s = 0.3, go_s = 2, period_s = 4;
   const double start = unit(make_key(options.seed, Stream::walk, person));
   const double periods = std::floor(elapsed_s / period_s + start);
   const double now_s = elapsed_s - (periods - start) * period_s;  // since the last start
-  const double walked_s = options.go_s - ramp_s;                  // in a period, at full speed
+  const double walked_s = go_s - ramp_s;                          // in a period, at full speed
   WalkingTime time;
   if (now_s < ramp_s) {
     time = {now_s * now_s / (2 * ramp_s), now_s / ramp_s};
-  } else if (now_s < options.go_s - ramp_s) {
+  } else if (now_s < go_s - ramp_s) {
     time = {now_s - ramp_s / 2, 1};
   } else {
-    const double left_s = std::max(options.go_s - now_s, 0.0);
+    const double left_s = std::max(go_s - now_s, 0.0);
     time = {walked_s - left_s * left_s / (2 * ramp_s), left_s / ramp_s};
   }
   time.walked_s += periods * walked_s;
@@ -65,14 +64,16 @@ Walk stay(const SyntheticSceneOptions& options, int person) {
   const double turn = between(make_key(options.seed, Stream::walk, person, 1), -0.4, 0.4);
   walk.forward = {std::sin(turn), -std::cos(turn)};
   walk.swing = options.limb_swing;
-  walk.sits = options.still_persons_sit;
+  walk.sits = options.walking == Walking::one_sits;
   return walk;
 }
 
 /// Follows a triangle wave with rounded corners: an even pace, and turns of a few tenths of a
 /// second.
 Walk walk_at(const SyntheticSceneOptions& options, int person, double elapsed_s) {
-  if (person < options.still_persons) return stay(options, person);
+  const bool one_stays =
+      options.walking == Walking::one_stands || options.walking == Walking::one_sits;
+  if (one_stays && person == 0) return stay(options, person);
   const WalkingTime time = walking_time(options, person, elapsed_s);
   constexpr double sharpness = 0.96;
   const double slowest = std::sqrt(1 - sharpness * sharpness);
@@ -81,7 +82,9 @@ Walk walk_at(const SyntheticSceneOptions& options, int person, double elapsed_s)
   const std::uint64_t key = make_key(options.seed, Stream::walk);
   double phase =
       time.walked_s * options.person_speed_m_s * peak / turn_m - between(key, 0.30, 0.42) * CV_PI;
-  if (!options.persons_together && person % 2 == 1) phase += CV_PI;
+  const bool together =
+      options.walking == Walking::together || options.walking == Walking::stop_and_go;
+  if (!together && person % 2 == 1) phase += CV_PI;
   const double x = turn_m * std::asin(sharpness * std::sin(phase)) / peak;
   const double speed =
       std::cos(phase) / std::sqrt(1 - sharpness * sharpness * std::sin(phase) * std::sin(phase));
@@ -95,7 +98,7 @@ Walk walk_at(const SyntheticSceneOptions& options, int person, double elapsed_s)
       options.person_distance_m + options.persons_gap_m * (person % 2) + 0.05 * (person / 2)};
   // A person who turns faces the camera half-way, and always looks a little towards it.
   walk.forward = {speed, -0.30 - slowest * (1 - std::abs(speed))};
-  if (options.persons_sidestep) walk.forward = {0, -1};
+  if (options.surroundings == Surroundings::workplace) walk.forward = {0, -1};
   walk.forward *= 1 / std::sqrt(walk.forward.dot(walk.forward));
   walk.pace = std::abs(speed) * time.speed;
   walk.swing = options.limb_swing;

@@ -13,6 +13,8 @@ namespace dynfilter::scene {
 namespace {
 
 constexpr int tile_px = 16;
+constexpr double light_drift = 0.18;  // strength of drifting shadows, relative to the light
+constexpr double reflection = 0.40;   // share of the room that still surfaces mirror
 
 /// Lists the bodies that may be visible in each tile of the image, so that a ray tests few of them.
 class Tiles {
@@ -142,12 +144,12 @@ class View {
     const double footprint = hit.t / camera_.fx / std::sqrt(std::max(*facing, 0.05));
     const double lit = std::max(0.0, surface.normal.dot(lamp_direction()));
     double light = (1 - light_share) + 1.35 * light_share * lit;
-    if (world_.light_drift > 0) light *= 1 + world_.light_drift * drifting_light(point);
+    if (world_.changing_light) light *= 1 + light_drift * drifting_light(point);
     const double corner = hit.id < SurfaceId::block(0, 0) ? corner_shade(point) : 1.0;
     const cv::Vec3f colour =
         texture->sample(surface.u, surface.v, footprint) * static_cast<float>(light * corner);
-    if (world_.reflection == 0 || !is_still(hit.id)) return colour;
-    return colour + mirrored(ray, point, surface.normal) * static_cast<float>(world_.reflection);
+    if (!world_.changing_light || !is_still(hit.id)) return colour;
+    return colour + mirrored(ray, point, surface.normal) * static_cast<float>(reflection);
   }
 
  private:
@@ -273,7 +275,7 @@ cv::Mat1i render_surfaces(const World& world, const Moment& moment, const Camera
   return surface;
 }
 
-cv::Mat3b expose(const cv::Mat3f& colour, float gain, std::uint64_t key) {
+cv::Mat3b expose(const cv::Mat3f& colour, std::uint64_t key) {
   cv::Mat3b image(colour.size());
   cv::parallel_for_(cv::Range(0, image.rows), [&](const cv::Range& rows) {
     for (int y = rows.start; y < rows.end; ++y) {
@@ -286,8 +288,7 @@ cv::Mat3b expose(const cv::Mat3f& colour, float gain, std::uint64_t key) {
           const int sum = static_cast<int>(bits & 255U) + static_cast<int>((bits >> 8U) & 255U);
           const float noise = static_cast<float>(sum - 255) * (1.5F / 104.5F);
           bits >>= 16U;
-          to[x][c] =
-              static_cast<std::uint8_t>(std::clamp(from[x][c] * gain + noise, 0.0F, 255.0F) + 0.5F);
+          to[x][c] = static_cast<std::uint8_t>(std::clamp(from[x][c] + noise, 0.0F, 255.0F) + 0.5F);
         }
       }
     }

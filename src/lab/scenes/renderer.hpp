@@ -48,8 +48,8 @@ Rendering render(const World& world, const Moment& moment, const CameraParameter
 cv::Mat1i render_surfaces(const World& world, const Moment& moment, const CameraParameters& camera,
                           const CameraPose& pose);
 
-/// Exposes the colour image: amplifies it, adds the sensor's noise and rounds to bytes.
-cv::Mat3b expose(const cv::Mat3f& colour, float gain, std::uint64_t key);
+/// Adds the sensor's noise to the colour image and rounds to bytes.
+cv::Mat3b expose(const cv::Mat3f& colour, std::uint64_t key);
 
 }  // namespace dynfilter::scene
 

@@ -3,302 +3,214 @@
 
 #include "lab/scenes/scene_levels.hpp"
 
-#include <cstddef>
-
-#include "dynfilter/detail/errors.hpp"
+#include <stdexcept>
 
 namespace dynfilter {
 namespace {
 
-SyntheticSceneOptions cross() {
-  SyntheticSceneOptions options;
+using Options = SyntheticSceneOptions;
+
+Options cross() {
+  Options options;
   options.frames = 300;
   options.person_distance_m = 1.85;
-  options.persons_together = false;
-  options.depth_hole_slope = 0.45;
-  options.depth_fringe_px = 12;
-  options.depth_blind_top_px = 20;
+  options.walking = Walking::crossing;
+  options.depth_faults = DepthFaults::many;
   options.background_contrast = 1.0;
-  options.min_missing_limbs = 1;
-  options.max_missing_limbs = 3;
+  options.mask_faults = MaskFaults::few_limbs;
   return options;
 }
 
-SyntheticSceneOptions no_persons() {
-  SyntheticSceneOptions options = cross();
-  options.persons = 0;
-  return options;
-}
-
-SyntheticSceneOptions together() {
-  SyntheticSceneOptions options = cross();
-  options.persons_together = true;
+Options together() {
+  Options options = cross();
+  options.walking = Walking::together;
   options.person_distance_m = 1.7;
   options.background_contrast = 0.7;
   return options;
 }
 
 /// Persons walk slowly here, so that the unmasked parts of a body can pass for parts of the room.
-/// The limbs of people who walk briskly move too fast for that, each in its own way.
-SyntheticSceneOptions medium() {
-  SyntheticSceneOptions options = together();
+/// The limbs of persons who walk briskly move too fast for that, each in its own way.
+Options medium() {
+  Options options = together();
   options.person_distance_m = 1.45;
   options.person_speed_m_s = 0.5;
   options.limb_swing = 0.25;
   options.background_contrast = 0.42;
-  options.min_missing_limbs = 2;
-  options.max_missing_limbs = 5;
+  options.mask_faults = MaskFaults::limbs;
   return options;
 }
 
-SyntheticSceneOptions hard() {
-  SyntheticSceneOptions options = medium();
-  options.person_distance_m = 1.35;
-  options.background_contrast = 0.60;
-  options.min_missing_limbs = 3;
-  options.max_missing_limbs = 6;
-  options.torso_missing_share = 0.75;
-  options.empty_mask_share = 0.06;
-  return options;
-}
-
-SyntheticSceneOptions stale(int age_frames) {
-  SyntheticSceneOptions options = medium();
-  options.perfect_masks = true;
-  options.mask_age_frames = age_frames;
-  return options;
-}
-
-SyntheticSceneOptions late(double rate_hz) {
-  SyntheticSceneOptions options = medium();
-  options.perfect_masks = true;
-  options.mask_rate_hz = rate_hz;
-  return options;
-}
-
-/// Persons cross each other in the special cases; they walk briskly again.
-SyntheticSceneOptions crossing() {
-  SyntheticSceneOptions options = medium();
-  options.persons_together = false;
+/// Persons cross each other and walk briskly, in the special cases.
+Options crossing() {
+  Options options = medium();
+  options.walking = Walking::crossing;
   options.person_speed_m_s = 1.0;
   options.limb_swing = 1.0;
   return options;
 }
 
-SyntheticSceneOptions furniture() {
-  SyntheticSceneOptions options = crossing();
-  options.person_distance_m = 1.85;
-  options.furniture_at_persons = true;
-  options.background_contrast = 0.60;
-  return options;
-}
-
-SyntheticSceneOptions two_in_one() {
-  SyntheticSceneOptions options = crossing();
-  options.overlapping_as_one = true;
-  return options;
-}
-
-SyntheticSceneOptions leave() {
-  SyntheticSceneOptions options = crossing();
-  options.turn_distance_m = 2.2;
-  return options;
-}
-
-/// Depth shows an earlier moment than colour, as in TUM's recordings; negative: a later one.
-SyntheticSceneOptions depth_late(double seconds) {
-  SyntheticSceneOptions options = medium();
-  options.depth_late_s = seconds;
-  return options;
-}
-
-/// Persons face the camera, so that little room is left between them and the furniture.
-SyntheticSceneOptions desk() {
-  SyntheticSceneOptions options = medium();
-  options.person_distance_m = 1.7;
-  options.persons_gap_m = 0;
-  options.persons_sidestep = true;
-  options.limb_swing = 0.1;
-  options.workplace_at_persons = true;
-  options.background_contrast = 0.60;
-  return options;
-}
-
-SyntheticSceneOptions two_near() {
-  SyntheticSceneOptions options = medium();
-  options.persons_spacing_m = 0.25;
-  options.persons_gap_m = 0.45;
-  options.overlapping_as_one = true;
-  return options;
-}
-
-SyntheticSceneOptions hair() {
-  SyntheticSceneOptions options = medium();
-  options.hair_without_depth = 0.8;
-  options.depth_shift_px = 6;
-  return options;
-}
-
 /// Light and reflections change a little in the levels about motion, so that static features fit
 /// the camera's motion hardly better than on recorded frames.
-SyntheticSceneOptions changing_light() {
-  SyntheticSceneOptions options = crossing();
+Options changing_light() {
+  Options options = crossing();
   options.background_contrast = 0.60;
-  options.light_drift = 0.18;
-  options.reflection = 0.40;
-  return options;
-}
-
-/// The second person walks behind the first one, who sits.
-SyntheticSceneOptions sitting() {
-  SyntheticSceneOptions options = changing_light();
-  options.person_distance_m = 1.7;
-  options.persons_gap_m = 0.9;
-  options.person_speed_m_s = 0.8;
-  options.still_persons = 1;
-  options.still_persons_sit = true;
-  return options;
-}
-
-SyntheticSceneOptions stop_and_go() {
-  SyntheticSceneOptions options = changing_light();
-  options.persons_together = true;
-  options.person_distance_m = 1.7;
-  options.persons_gap_m = 0.6;
-  options.person_speed_m_s = 0.8;
-  options.stop_s = 2;
-  return options;
-}
-
-SyntheticSceneOptions pushed(double speed_m_s, bool plain) {
-  SyntheticSceneOptions options = changing_light();
-  options.persons = 0;
-  options.moving_box = MovingBox::pushed;
-  options.box_speed_m_s = speed_m_s;
-  options.box_plain = plain;
-  return options;
-}
-
-SyntheticSceneOptions carried(double speed_m_s, bool plain) {
-  SyntheticSceneOptions options = changing_light();
-  options.persons = 1;
-  options.person_distance_m = 1.8;
-  options.person_speed_m_s = speed_m_s;
-  options.limb_swing = speed_m_s;
-  options.moving_box = MovingBox::carried;
-  options.box_plain = plain;
+  options.changing_light = true;
   return options;
 }
 
 /// A person who stays, one who walks, and a pushed box: everything that a method about motion has
 /// to tell apart.
-SyntheticSceneOptions all_kinds() {
-  SyntheticSceneOptions options = changing_light();
+Options all_kinds(CameraMotion camera) {
+  Options options = changing_light();
   options.person_distance_m = 2.3;
   options.persons_gap_m = 0.8;
   options.wall_distance_m = 5.0;
-  options.still_persons = 1;
+  options.walking = Walking::one_stands;
   options.moving_box = MovingBox::pushed;
+  options.camera = camera;
   return options;
 }
 
-SyntheticSceneOptions still_camera() {
-  SyntheticSceneOptions options = all_kinds();
-  options.camera_motion = 0;
+/// Returns the options that `change` has changed.
+template <class Change>
+Options with(Options options, const Change& change) {
+  change(options);
   return options;
 }
 
-SyntheticSceneOptions rotation() {
-  SyntheticSceneOptions options = all_kinds();
-  options.camera_translation = 0;
-  return options;
+Options stale(int age_frames, double rate_hz) {
+  return with(medium(), [&](Options& o) {
+    o.mask_faults = MaskFaults::none;
+    o.mask_age_frames = age_frames;
+    o.mask_rate_hz = rate_hz;
+  });
 }
 
-SyntheticSceneOptions fast() {
-  SyntheticSceneOptions options = all_kinds();
-  options.camera_rate = 3;
-  return options;
+Options hard() {
+  return with(medium(), [](Options& o) {
+    o.person_distance_m = 1.35;
+    o.background_contrast = 0.60;
+    o.mask_faults = MaskFaults::torso;
+  });
 }
 
-SyntheticSceneOptions crowd() {
-  SyntheticSceneOptions options = changing_light();
-  options.persons = 8;
-  options.persons_together = true;
-  options.person_distance_m = 1.3;
-  options.persons_spacing_m = 0.26;
-  options.persons_gap_m = 0.6;
-  options.person_speed_m_s = 0.5;
-  options.turn_distance_m = 0.3;
-  return options;
+Options furniture() {
+  return with(crossing(), [](Options& o) {
+    o.person_distance_m = 1.85;
+    o.surroundings = Surroundings::shelves;
+    o.background_contrast = 0.60;
+  });
 }
 
-constexpr const char* depth_late_suffix = "_depth_late";
+Options desk() {
+  return with(medium(), [](Options& o) {
+    o.person_distance_m = 1.7;
+    o.persons_gap_m = 0;
+    o.limb_swing = 0.1;
+    o.surroundings = Surroundings::workplace;
+    o.background_contrast = 0.60;
+  });
+}
 
-/// Removes the suffix from a level's name; false without it.
-bool remove_suffix(std::string& name) {
-  const std::string suffix = depth_late_suffix;
-  if (name.size() <= suffix.size()) return false;
-  const std::size_t end = name.size() - suffix.size();
-  if (name.compare(end, suffix.size(), suffix) != 0) return false;
-  name.resize(end);
-  return true;
+Options two_near() {
+  return with(medium(), [](Options& o) {
+    o.persons_spacing_m = 0.25;
+    o.persons_gap_m = 0.45;
+    o.overlapping_as_one = true;
+  });
+}
+
+/// The second person walks behind the first one, who sits.
+Options sitting() {
+  return with(changing_light(), [](Options& o) {
+    o.person_distance_m = 1.7;
+    o.persons_gap_m = 0.9;
+    o.person_speed_m_s = 0.8;
+    o.walking = Walking::one_sits;
+  });
+}
+
+Options stop_and_go() {
+  return with(changing_light(), [](Options& o) {
+    o.walking = Walking::stop_and_go;
+    o.person_distance_m = 1.7;
+    o.persons_gap_m = 0.6;
+    o.person_speed_m_s = 0.8;
+  });
+}
+
+Options pushed() {
+  return with(changing_light(), [](Options& o) {
+    o.persons = 0;
+    o.moving_box = MovingBox::pushed;
+  });
+}
+
+Options carried() {
+  return with(changing_light(), [](Options& o) {
+    o.persons = 1;
+    o.person_distance_m = 1.8;
+    o.person_speed_m_s = 0.5;
+    o.limb_swing = 0.5;
+    o.moving_box = MovingBox::carried;
+  });
+}
+
+Options crowd() {
+  return with(changing_light(), [](Options& o) {
+    o.persons = 8;
+    o.walking = Walking::together;
+    o.person_distance_m = 1.3;
+    o.persons_spacing_m = 0.26;
+    o.persons_gap_m = 0.6;
+    o.person_speed_m_s = 0.5;
+    o.turn_distance_m = 0.3;
+  });
 }
 
 }  // namespace
 
 std::vector<SceneLevel> scene_levels() {
-  constexpr double frame_s = 1 / 30.0;
   return {
-      {"static", "no persons", no_persons()},
+      {"static", "no persons", with(cross(), [](Options& o) { o.persons = 0; })},
       {"cross", "two persons cross before a textured room", cross()},
       {"together", "two persons walk in one direction", together()},
       {"medium", "near, slow persons, low contrast behind, masks miss limbs", medium()},
       {"hard", "like medium, masks miss most limbs and the torso, or are empty", hard()},
-      {"stale_3", "medium, exact masks 3 frames old", stale(3)},
-      {"stale_6", "medium, exact masks 6 frames old", stale(6)},
-      {"late_10hz", "medium, exact masks of a network at 10 Hz", late(10)},
-      {"late_5hz", "medium, exact masks of a network at 5 Hz", late(5)},
+      {"stale_3", "medium, exact masks 3 frames old", stale(3, 0)},
+      {"stale_6", "medium, exact masks 6 frames old", stale(6, 0)},
+      {"late_10hz", "medium, exact masks of a network at 10 Hz", stale(0, 10)},
+      {"late_5hz", "medium, exact masks of a network at 5 Hz", stale(0, 5)},
       {"furniture", "static things at the persons' depth", furniture()},
-      {"two_in_one", "overlapping persons are one detection", two_in_one()},
-      {"leave", "persons leave the image and come back", leave()},
-      {"depth_late_33", "medium, depth one frame older than colour", depth_late(frame_s)},
-      {"depth_late_16", "medium, depth half a frame older", depth_late(frame_s / 2)},
-      {"depth_early_33", "medium, depth one frame newer", depth_late(-frame_s)},
-      {"depth_early_16", "medium, depth half a frame newer", depth_late(-frame_s / 2)},
+      {"two_in_one", "overlapping persons are one detection",
+       with(crossing(), [](Options& o) { o.overlapping_as_one = true; })},
+      {"leave", "persons leave the image and come back",
+       with(crossing(), [](Options& o) { o.turn_distance_m = 2.2; })},
       {"desk", "a desk, a chair and cupboards within a hand of the persons", desk()},
       {"two_near", "two persons 0.45 m apart in depth are one detection", two_near()},
-      {"hair", "medium, hair without depth, the sensor's shadow on the persons", hair()},
+      {"hair", "medium, hair without depth, the sensor's shadow on the persons",
+       with(medium(), [](Options& o) { o.depth_faults = DepthFaults::hair; })},
       {"sitting", "one person sits all the time, another walks behind", sitting()},
       {"stop_and_go", "two persons walk for 2 s and stand for 2 s", stop_and_go()},
-      {"pushed", "a cart of no class at 0.3 m/s, no persons", pushed(0.3, false)},
-      {"pushed_slow", "the cart at 0.08 m/s", pushed(0.08, false)},
-      {"pushed_plain", "the cart at 0.3 m/s, hardly textured", pushed(0.3, true)},
-      {"carried", "a person carries a box at 0.5 m/s", carried(0.5, false)},
-      {"carried_slow", "a person carries a box at 0.08 m/s", carried(0.08, false)},
-      {"carried_plain", "a person carries a hardly textured box at 0.5 m/s", carried(0.5, true)},
-      {"still_camera", "a camera at rest; a still person, a walking one, a cart", still_camera()},
-      {"rotation", "the same, a camera that only turns", rotation()},
-      {"fast", "the same, a camera three times as fast", fast()},
+      {"pushed", "a cart of no class at 0.3 m/s, no persons", pushed()},
+      {"carried", "a person carries a box of no class at 0.5 m/s", carried()},
+      {"still_camera", "a camera at rest; a still person, a walking one, a cart",
+       all_kinds(CameraMotion::none)},
+      {"rotation", "the same, a camera that only turns", all_kinds(CameraMotion::turns_only)},
+      {"fast", "the same, a camera three times as fast",
+       all_kinds(CameraMotion::three_times_as_fast)},
       {"crowd", "eight persons on 60 % of the image", crowd()},
   };
 }
 
 SyntheticSceneOptions scene_level(const std::string& name, std::uint64_t seed) {
-  std::string base = name;
-  const bool is_late = remove_suffix(base);
   std::string names;
   for (const SceneLevel& level : scene_levels()) {
-    if (level.name == base) {
-      SyntheticSceneOptions options = level.options;
-      options.seed = seed;
-      if (is_late) options.depth_late_s = 1 / options.frames_per_second;
-      return options;
-    }
+    if (level.name == name) return with(level.options, [&](Options& o) { o.seed = seed; });
     names += (names.empty() ? "" : ", ") + level.name;
   }
-  detail::throw_misuse(
-      "scene_level", detail::concatenate('"', name, '"'),
-      detail::concatenate("one of ", names, ", each also with ", depth_late_suffix));
+  throw std::invalid_argument("dynfilter::scene_level: got \"" + name + "\"; want one of " + names);
 }
 
 }  // namespace dynfilter

@@ -81,7 +81,7 @@ double farthest_path(const SyntheticSceneOptions& options) {
 
 /// Adds static things right behind and in front of the persons' path, out of reach of every limb: a
 /// walking body reaches 0.40 m to either side of the path.
-void add_furniture_at_persons(std::vector<Block>& blocks, const SyntheticSceneOptions& options) {
+void add_shelves(std::vector<Block>& blocks, const SyntheticSceneOptions& options) {
   constexpr double reach_m = 0.40;
   const double behind = farthest_path(options) + reach_m;
   const double before = options.person_distance_m - reach_m;
@@ -142,14 +142,11 @@ void add_workplace(std::vector<Block>& blocks, const SyntheticSceneOptions& opti
   }
 }
 
-/// Adds a chair under each person who sits.
-void add_chairs(std::vector<Block>& blocks, const SyntheticSceneOptions& options) {
-  for (int person = 0; person < options.still_persons; ++person) {
-    const cv::Vec2d place = place_at(options, person, 0);
-    blocks.push_back(block({place[0], place[1], 0}, {0.44, 0.42, 0.40}, 0, Material::wood));
-    blocks.push_back(
-        block({place[0], place[1] + 0.20, 0.40}, {0.44, 0.05, 0.50}, 0, Material::wood));
-  }
+/// Adds a chair under the first person.
+void add_chair(std::vector<Block>& blocks, const SyntheticSceneOptions& options) {
+  const cv::Vec2d place = place_at(options, 0, 0);
+  blocks.push_back(block({place[0], place[1], 0}, {0.44, 0.42, 0.40}, 0, Material::wood));
+  blocks.push_back(block({place[0], place[1] + 0.20, 0.40}, {0.44, 0.05, 0.50}, 0, Material::wood));
 }
 
 /// Returns one coordinate of the camera's motion, at most 1: a slow sway, a quicker one and a
@@ -184,13 +181,12 @@ cv::Matx33d turn_about(int axis, double angle) {
 }  // namespace
 
 World::World(const SyntheticSceneOptions& options)
-    : light_drift(options.light_drift), reflection(options.reflection) {
+    : blocks(furniture(options)), changing_light(options.changing_light) {
   room.low = {-3.1, -2.0, 0};
   room.high = {3.1, options.wall_distance_m, ceiling_m};
-  if (options.furniture) blocks = furniture(options);
-  if (options.furniture_at_persons) add_furniture_at_persons(blocks, options);
-  if (options.workplace_at_persons) add_workplace(blocks, options);
-  if (options.still_persons_sit) add_chairs(blocks, options);
+  if (options.surroundings == Surroundings::shelves) add_shelves(blocks, options);
+  if (options.surroundings == Surroundings::workplace) add_workplace(blocks, options);
+  if (options.walking == Walking::one_sits) add_chair(blocks, options);
   for (int i = 0; i < scene::materials; ++i) {
     materials.push_back(
         paint_material(static_cast<Material>(i), options.background_contrast, options.seed));
@@ -202,18 +198,12 @@ World::World(const SyntheticSceneOptions& options)
   }
 }
 
-float gain_at(const SyntheticSceneOptions& options, double elapsed_s) {
-  if (options.exposure_change_stops == 0) return 1.0F;
-  const double start = unit(make_key(options.seed, Stream::exposure));
-  const double stops =
-      options.exposure_change_stops * std::sin(2 * CV_PI * (0.125 * elapsed_s + start));
-  return static_cast<float>(std::exp2(stops));
-}
-
 CameraPose camera_at(const SyntheticSceneOptions& options, double elapsed_s) {
+  const double strength = options.camera == CameraMotion::none ? 0 : 1;
+  const double rate = options.camera == CameraMotion::three_times_as_fast ? 3 : 1;
+  const double shift = options.camera == CameraMotion::turns_only ? 0 : 1;
   const auto coordinate = [&](int index, double amplitude) {
-    return options.camera_motion * amplitude *
-           sway(options.seed, index, options.camera_rate * elapsed_s);
+    return strength * amplitude * sway(options.seed, index, rate * elapsed_s);
   };
   // A level camera that looks along the world's y; the columns are its right, down and forward.
   const cv::Matx33d level(1, 0, 0, 0, 0, 1, 0, -1, 0);
@@ -222,10 +212,9 @@ CameraPose camera_at(const SyntheticSceneOptions& options, double elapsed_s) {
   const double roll = radians(coordinate(5, 1.8));
   CameraPose pose;
   pose.rotation = level * turn_about(1, yaw) * turn_about(0, pitch) * turn_about(2, roll);
-  const double shift = options.camera_translation;
   pose.translation = {shift * coordinate(0, 0.36), shift * coordinate(1, 0.24),
                       camera_height_m + shift * coordinate(2, 0.20)};
-  pose.translation += pose.rotation * cv::Vec3d(options.camera_shift_m, 0, 0);
+  pose.translation += cv::Vec3d(0, 0, 0);  // no negative zeros
   return pose;
 }
 

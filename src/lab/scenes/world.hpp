@@ -13,6 +13,8 @@
 
 namespace dynfilter::scene {
 
+constexpr double frames_per_second = 30;
+
 /// The static world, and the textures of everything that moves.
 struct World {
   explicit World(const SyntheticSceneOptions& options);
@@ -21,12 +23,8 @@ struct World {
   std::vector<Block> blocks;
   std::vector<Texture> materials;  // by Material
   std::vector<Texture> garments;   // by person, then Garment
-  double light_drift = 0;          // as in the options
-  double reflection = 0;
+  bool changing_light;             // as in the options
 };
-
-/// Returns the camera's gain at this time; 1 while the exposure does not change.
-float gain_at(const SyntheticSceneOptions& options, double elapsed_s);
 
 /// Returns the camera's pose some seconds after frame 0: smooth sines with seeded phases.
 CameraPose camera_at(const SyntheticSceneOptions& options, double elapsed_s);

@@ -13,8 +13,7 @@
 #include <dynfilter/evaluation/rgbd_sequence.hpp>
 #include <opencv2/core.hpp>
 
-#include "lab/odometry/bundle_adjustment.hpp"
-#include "lab/odometry/pnp_ransac.hpp"
+#include "lab/odometry/local_mapping.hpp"
 #include "support/odometry_scene.hpp"
 #include "support/test_data.hpp"
 
@@ -171,13 +170,6 @@ TEST(PoseRefinement, FindsThePoseAndTheOutliers) {
   EXPECT_LT((pose.translation - test_pose().translation).norm(), 1e-6);
   EXPECT_FALSE(matches[0].is_inlier);
   EXPECT_TRUE(matches[99].is_inlier);
-}
-
-TEST(PoseRefinement, LeavesThePoseAloneWithoutMatches) {
-  std::vector<PointMatch> matches = exact_matches(test_pose(), 2, 0);
-  Pose pose;
-  EXPECT_EQ(refine_pose(test_camera(), pose, matches), 0U);
-  EXPECT_EQ(pose.translation, Eigen::Vector3d::Zero());
 }
 
 TEST(PoseRefinement, LeavesInliersInFrontOfTheCamera) {

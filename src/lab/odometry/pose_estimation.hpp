@@ -1,13 +1,14 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_LAB_ODOMETRY_POSE_REFINEMENT_HPP
-#define DYNFILTER_SRC_LAB_ODOMETRY_POSE_REFINEMENT_HPP
+#ifndef DYNFILTER_SRC_LAB_ODOMETRY_POSE_ESTIMATION_HPP
+#define DYNFILTER_SRC_LAB_ODOMETRY_POSE_ESTIMATION_HPP
 
 #include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <vector>
 
-#include "pose.hpp"
 #include "reprojection.hpp"
 
 namespace odometry {
@@ -26,6 +27,12 @@ struct PointMatch {
 /// three matches the pose does not change.
 std::size_t refine_pose(const PinholeCamera& camera, Pose& pose, std::vector<PointMatch>& matches);
 
+/// Estimates the pose that most matches agree with, from random samples of four (P3P, and a fourth
+/// point to choose the solution). Marks the inliers. Returns std::nullopt if fewer than
+/// `min_inliers` agree. The samples depend on the seed alone.
+std::optional<Pose> pnp_ransac(const PinholeCamera& camera, std::vector<PointMatch>& matches,
+                               std::size_t min_inliers, std::uint64_t seed);
+
 }  // namespace odometry
 
-#endif  // DYNFILTER_SRC_LAB_ODOMETRY_POSE_REFINEMENT_HPP
+#endif  // DYNFILTER_SRC_LAB_ODOMETRY_POSE_ESTIMATION_HPP

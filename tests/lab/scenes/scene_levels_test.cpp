@@ -1,0 +1,278 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "lab/scenes/scene_levels.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "support/expect_error.hpp"
+#include "support/level_scenes.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+TEST(SceneLevels, HaveNamesAndUsualSizes) {
+  std::set<std::string> names;
+  for (const SceneLevel& level : scene_levels()) {
+    EXPECT_TRUE(names.insert(level.name).second) << level.name;
+    EXPECT_FALSE(level.description.empty()) << level.name;
+    const SyntheticSceneOptions options = scene_level(level.name, 7);
+    EXPECT_EQ(options.seed, 7U);
+    EXPECT_EQ(options.frames, 300);
+    EXPECT_EQ(options.image_size, cv::Size(640, 480));
+  }
+  expect_error<std::invalid_argument>([] { scene_level("meduim"); },
+                                      "got \"meduim\"; want one of static, cross, together");
+}
+
+// We compare rules on these levels, so they must not change unnoticed. Other machines may contract
+// multiplications or round sines differently.
+#if defined(__x86_64__) && !defined(__FMA__) && defined(__GLIBC__)
+TEST(SceneLevels, FirstAndLastFrameMatchThePublishedPixels) {
+  struct Published {
+    const char* level;
+    bool with_motion;  // of what moves, too
+    std::uint64_t first, last;
+  };
+  const Published published[] = {
+      {"static", false, 13480667229729922326U, 5815875766985260359U},
+      {"cross", false, 16606180129165516500U, 11098847773078789475U},
+      {"together", false, 4064343294019868105U, 16206968636014085027U},
+      {"medium", false, 10977234374140584711U, 7203339128573721677U},
+      {"hard", false, 13205927157171350959U, 14768256650120105190U},
+      {"stale_3", false, 4468715455461750016U, 14876406295090871188U},
+      {"stale_6", false, 4468715455461750016U, 6210395533375282810U},
+      {"late_10hz", false, 4468715455461750016U, 8278102052883152411U},
+      {"late_5hz", false, 4468715455461750016U, 2357305123598442154U},
+      {"furniture", false, 11977781343944195487U, 9427909592159296739U},
+      {"two_in_one", false, 11083575821733685800U, 9073359649126194435U},
+      {"leave", false, 15606252654312388750U, 10259689514115540788U},
+      {"desk", false, 5375983096824825096U, 15881842014499444718U},
+      {"two_near", false, 6842694725726043969U, 12579590311507542769U},
+      {"hair", false, 15602717518507384757U, 1901358566963302151U},
+      {"sitting", true, 1300765098789926942U, 8140477936586340685U},
+      {"stop_and_go", true, 8329848012751376884U, 17427142775383350252U},
+      {"pushed", true, 1756330466372943736U, 6914467892159421239U},
+      {"carried", true, 7245361454897873263U, 14795734075037750683U},
+      {"still_camera", true, 2518893209161929878U, 11537929773829522236U},
+      {"rotation", true, 9647609409654272491U, 11668171483106606233U},
+      {"fast", true, 18041224946266808254U, 1700373307117286846U},
+      {"crowd", true, 16781863419835289237U, 4747611708507015620U},
+  };
+  ASSERT_EQ(std::size(published), scene_levels().size());
+  for (const Published& one : published) {
+    const auto hash = [&](int index) {
+      const SyntheticFrame& frame = level_frame(one.level, index);
+      std::uint64_t pixels = pixel_hash(frame.frame.image);
+      pixels = pixel_hash(frame.frame.depth, pixels);
+      pixels = pixel_hash(painted(frame.true_segmentation), pixels);
+      pixels = pixel_hash(painted(frame.poor_segmentation), pixels);
+      return one.with_motion ? pixel_hash(frame.moving_mask, pixels) : pixels;
+    };
+    EXPECT_EQ(hash(0), one.first) << one.level;
+    EXPECT_EQ(hash(299), one.last) << one.level;
+  }
+}
+#endif
+
+/// Overlap of the masks of all persons with the truth, over some frames.
+double mask_overlap(const std::string& level) {
+  double common = 0, together = 0;
+  for (int i = 0; i < 300; i += 20) {
+    const SyntheticFrame& frame = level_frame(level, i);
+    const cv::Mat1b truth = painted(frame.true_segmentation);
+    const cv::Mat1b found = painted(frame.poor_segmentation);
+    common += cv::countNonZero(truth & found);
+    together += cv::countNonZero(truth | found);
+  }
+  return common / together;
+}
+
+TEST(SceneLevels, MasksGetWorseFromLevelToLevel) {
+  EXPECT_NEAR(mask_overlap("cross"), 0.79, 0.09);
+  EXPECT_NEAR(mask_overlap("medium"), 0.69, 0.09);
+  EXPECT_NEAR(mask_overlap("hard"), 0.36, 0.12);
+}
+
+TEST(SceneLevels, PersonsLeaveTheImageAndComeBack) {
+  std::string seen;  // numbers of persons, in runs
+  for (int i = 0; i < 300; i += 10) {
+    const char now =
+        static_cast<char>('0' + level_frame("leave", i).true_segmentation.instances.size());
+    if (seen.empty() || seen.back() != now) seen += now;
+  }
+  EXPECT_NE(seen.find('0'), std::string::npos) << seen;
+  EXPECT_NE(seen.find('2', seen.find('0')), std::string::npos) << seen;
+}
+
+TEST(SceneLevels, OverlappingPersonsShareOneDetection) {
+  int joint = 0, apart = 0;
+  for (int i = 0; i < 300; i += 10) {
+    const SyntheticFrame& frame = level_frame("two_in_one", i);
+    const auto& found = frame.poor_segmentation.instances;
+    const auto& truth = frame.true_segmentation.instances;
+    apart += found.size() == 2 ? 1 : 0;
+    EXPECT_TRUE(found.size() != 2 || (found[0].box & found[1].box).empty()) << i;
+    if (found.size() != 1 || truth.size() != 2) continue;
+    joint += std::abs(found[0].box.width - (truth[0].box | truth[1].box).width) <= 2 ? 1 : 0;
+    EXPECT_EQ(found[0].track_id, 0) << "the first person's";
+  }
+  EXPECT_GT(joint, 3);
+  EXPECT_GT(apart, 1);
+}
+
+/// Nothing static stands where the persons walk, and something stands close to them.
+TEST(SceneLevels, FurnitureLeavesPersonsTheRoomThatTheyNeed) {
+  struct Level {
+    const char* name;
+    double before_m, behind_m;  // the free room around their way
+    double gap_m;
+  };
+  for (const Level& level : {Level{"furniture", 0.40, 0.40, 0.28}, {"desk", 0.25, 0.15, 0}}) {
+    const SyntheticScene empty(small_level(level.name, [](auto& o) { o.persons = 0; }));
+    const double way_m = scene_level(level.name).person_distance_m;
+    int close = 0;
+    for (int i = 0; i < 300; i += 60) {
+      const SyntheticFrame& frame = level_frame(level.name, i);
+      const SyntheticFrame room = empty.render(i);
+      const cv::Mat1b persons = painted(frame.true_segmentation);
+      for (int y = 0; y < persons.rows; ++y) {
+        for (int x = 0; x < persons.cols; ++x) {
+          if (persons(y, x) == 0) continue;
+          const double at = world_point(frame, {x, y})[1] - way_m;
+          const double behind = world_point(room, {x, y})[1] - way_m;
+          EXPECT_GT(at, -level.before_m - 0.02) << level.name << i;
+          EXPECT_LT(at, level.gap_m + level.behind_m + 0.02) << level.name << i;
+          EXPECT_GT(behind, level.gap_m + level.behind_m - 0.02) << level.name << i;
+          close += behind < level.gap_m + level.behind_m + 0.45;
+        }
+      }
+    }
+    EXPECT_GT(close, 300) << level.name;
+  }
+}
+
+/// Share of a person's pixels that move; -1 if hardly any is visible.
+double moving_share(const SyntheticFrame& frame, int person) {
+  Segmentation one = frame.true_segmentation;
+  auto& all = one.instances;
+  all.erase(std::remove_if(all.begin(), all.end(),
+                           [&](const Instance& other) { return other.track_id != person; }),
+            all.end());
+  const cv::Mat1b mask = painted(one);
+  if (cv::countNonZero(mask) < 100) return -1;
+  return static_cast<double>(cv::countNonZero(mask & frame.moving_mask)) / cv::countNonZero(mask);
+}
+
+TEST(MotionLevels, SittingPersonNeverMovesAndTheOtherOneDoes) {
+  int walking = 0;
+  for (int i = 0; i < 300; i += 50) {
+    const SyntheticFrame& frame = level_frame("sitting", i);
+    EXPECT_EQ(moving_share(frame, 0), 0) << i;
+    walking += moving_share(frame, 1) > 0.95 ? 1 : 0;
+    EXPECT_EQ(cv::countNonZero(frame.moving_mask & ~painted(frame.true_segmentation)), 0) << i;
+  }
+  EXPECT_GT(walking, 3);
+}
+
+TEST(MotionLevels, PersonsStopAndGo) {
+  int standing = 0, walking = 0;
+  for (int i = 0; i < 300; i += 20) {
+    for (const int person : {0, 1}) {
+      const double share = moving_share(level_frame("stop_and_go", i), person);
+      standing += share == 0 ? 1 : 0;
+      walking += share > 0.9 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(standing, 7);  // of 30, each half of the time
+  EXPECT_GT(walking, 7);
+}
+
+TEST(MotionLevels, MovingPixelsAreThoseOfTheCart) {
+  const SyntheticScene without(
+      small_level("pushed", [](auto& o) { o.moving_box = MovingBox::none; }));
+  for (const int i : {3, 40, 150}) {
+    const SyntheticFrame& frame = level_frame("pushed", i);
+    const cv::Mat nearer = frame.exact_depth_m < without.render(i).exact_depth_m;
+    EXPECT_GT(cv::countNonZero(nearer), 500);
+    EXPECT_TRUE(same(frame.moving_mask, nearer)) << i;
+    EXPECT_TRUE(frame.poor_segmentation.instances.empty());
+  }
+}
+
+TEST(MotionLevels, CartHasItsSpeed) {
+  const auto middle_x = [](int index) {
+    const SyntheticFrame& frame = level_frame("pushed", index);
+    double low = 1e9, high = -1e9;
+    for (int k = 0; k < 160 * 120; ++k) {
+      const cv::Point pixel(k % 160, k / 160);
+      if (frame.moving_mask.at<std::uint8_t>(pixel) == 0) continue;
+      low = std::min(low, world_point(frame, pixel)[0]);
+      high = std::max(high, world_point(frame, pixel)[0]);
+    }
+    return (low + high) / 2;
+  };
+  std::vector<double> speeds;
+  for (int i = 5; i + 15 < 300; i += 40) {
+    speeds.push_back(std::abs(middle_x(i + 15) - middle_x(i)) / 0.5);
+  }
+  std::sort(speeds.begin(), speeds.end());
+  // The cart slows down to turn; the median is on the way.
+  EXPECT_NEAR(speeds[speeds.size() / 2], 0.3, 0.05);
+}
+
+TEST(MotionLevels, CarriedBoxMovesWithItsPersonAndIsInNoMask) {
+  int boxes = 0;
+  for (int i = 0; i < 300; i += 30) {
+    const SyntheticFrame& frame = level_frame("carried", i);
+    const cv::Mat box = frame.moving_mask & ~painted(frame.true_segmentation);
+    boxes += cv::countNonZero(box) > 200 ? 1 : 0;
+  }
+  EXPECT_GT(boxes, 6);  // of 10; sometimes it is behind the back or stands
+}
+
+TEST(MotionLevels, CameraRestsTurnsOrHurries) {
+  const SyntheticScene& still = level_scene("still_camera");
+  const SyntheticScene& rotation = level_scene("rotation");
+  const SyntheticScene& fast = level_scene("fast");
+  const SyntheticScene slow(small_level("fast", [](auto& o) { o.camera = CameraMotion::by_hand; }));
+  double slow_m = 0, fast_m = 0;
+  for (int i = 1; i < 300; ++i) {
+    EXPECT_EQ(still.pose(i).translation, still.pose(0).translation);
+    EXPECT_EQ(still.pose(i).rotation, still.pose(0).rotation);
+    EXPECT_EQ(rotation.pose(i).translation, rotation.pose(0).translation);
+    EXPECT_NE(rotation.pose(i).rotation, rotation.pose(i - 1).rotation);
+    slow_m += cv::norm(slow.pose(i).translation - slow.pose(i - 1).translation);
+    fast_m += cv::norm(fast.pose(i).translation - fast.pose(i - 1).translation);
+  }
+  EXPECT_NEAR(fast_m / slow_m, 3, 0.3);
+}
+
+TEST(MotionLevels, CrowdCoversMostOfTheImage) {
+  double share = 0;
+  for (int i = 0; i < 300; i += 60) {
+    share += cv::countNonZero(painted(level_frame("crowd", i).true_segmentation)) / 96000.0;
+  }
+  EXPECT_NEAR(share, 0.60, 0.06);
+}
+
+TEST(MotionLevels, LightChangesOnlyTheImage) {
+  const SyntheticFrame& a = level_frame("sitting", 50);
+  const SyntheticFrame b =
+      SyntheticScene(small_level("sitting", [](auto& o) { o.changing_light = false; })).render(50);
+  EXPECT_TRUE(same(a.frame.depth, b.frame.depth));
+  EXPECT_TRUE(same(a.moving_mask, b.moving_mask));
+  const double change = cv::norm(a.frame.image, b.frame.image, cv::NORM_L1) / (3 * 160 * 120);
+  EXPECT_GT(change, 4);
+  EXPECT_LT(change, 30);
+}
+
+}  // namespace
+}  // namespace dynfilter::testing
