@@ -50,8 +50,8 @@ write_source(source segmenters dynfilter/segmenters/mask_propagator.hpp
 expect_consumer(dynfilter-segmenters ${source} core imgproc imgcodecs video)
 write_source(source motion dynfilter/motion/motion_filter.hpp "dynfilter::MotionState state;")
 expect_consumer(dynfilter-motion ${source} core imgproc video)
-write_source(source evaluation dynfilter/evaluation/scene_levels.hpp
-             "return dynfilter::scene_level(\"medium\", 1).frames > 0 ? 0 : 1;")
+write_source(source evaluation dynfilter/evaluation/camera.hpp
+             "try { dynfilter::read_camera(\"none\"); } catch (const std::exception&) {}")
 expect_consumer(dynfilter-evaluation ${source} core imgproc imgcodecs)
 if(EXISTS ${pc_folder}/dynfilter-networks.pc)
   write_source(source networks dynfilter/networks/deformable_convolution.hpp

@@ -63,18 +63,6 @@ TEST_F(PluginTest, AsyncGivesUpFramesThatAreNeverFiltered) {
   EXPECT_EQ(plugin.counters().never_filtered, 29U);
 }
 
-TEST_F(PluginTest, AsyncLatestTakesMasksOnceTheyAreThere) {
-  Plugin plugin(settings("dynfilter.async: \"latest\"\n"));
-  submit(plugin, 0);
-  const std::size_t all = HostFrame(0).keypoints.size();
-  std::size_t left = all;
-  for (int k = 0; k < 500 && left == all; ++k) {
-    left = kept(plugin, 0).size();
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
-  EXPECT_LT(left, all);
-}
-
 TEST_F(PluginTest, PropagationToTheSameFrameChangesNothing) {
   Plugin without(settings()), with(settings("dynfilter.propagate: \"yes\"\n"));
   EXPECT_EQ(kept_in_frames(with, frames), kept_in_frames(without, frames));

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <cstddef>
+#include <filesystem>
 #include <fstream>
 #include <optional>
 #include <stdexcept>
@@ -49,6 +50,23 @@ SyntheticScene standing_people() {
   options.limb_swing = 0;
   options.mask_faults = MaskFaults::none;
   return SyntheticScene(options);
+}
+
+/// People who walk, with masks of every third frame. Two tests share the frames.
+const std::vector<SyntheticFrame>& walking_people() {
+  static const std::vector<SyntheticFrame> rendered = [] {
+    const SyntheticScene scene(scene_level("medium", 12));
+    std::vector<SyntheticFrame> shots;
+    for (int i = 0; i < 8; ++i) shots.push_back(scene.render(i));
+    return shots;
+  }();
+  return rendered;
+}
+
+void write_every_third_mask(const std::filesystem::path& folder) {
+  MaskFolderWriter writer(folder);
+  for (std::size_t i = 0; i < 8; i += 3) writer.add(walking_people()[i].true_segmentation);
+  writer.finish();
 }
 
 std::vector<cv::KeyPoint> corners_of(const cv::Mat& image) {
@@ -96,15 +114,9 @@ TEST_F(PluginMotion, DoesWhatTheFilterDoes) {
 
 /// With masks of every third frame, the features that the motion filter tracks move the masks.
 TEST_F(PluginMotion, MovesMasksByItsOwnTracks) {
-  const SyntheticScene scene(scene_level("medium", 12));
-  std::vector<SyntheticFrame> rendered;
-  MaskFolderWriter writer(folder_.path() / "masks");
-  for (int i = 0; i < 8; ++i) {
-    rendered.push_back(scene.render(i));
-    if (i % 3 == 0) writer.add(rendered.back().true_segmentation);
-  }
-  writer.finish();
-  const CameraParameters c = scene.camera();
+  const std::vector<SyntheticFrame>& rendered = walking_people();
+  write_every_third_mask(folder_.path() / "masks");
+  const CameraParameters c = SyntheticScene(scene_level("medium", 12)).camera();
   const std::string motion = "dynfilter.motion: 1\nCamera.fx: " + std::to_string(c.fx) +
                              "\nCamera.fy: " + std::to_string(c.fy) +
                              "\nCamera.cx: " + std::to_string(c.cx) +
@@ -151,15 +163,11 @@ TEST_F(PluginMotion, MovesMasksByItsOwnTracks) {
 
 /// A host that makes two frames of each image, as DynaSLAM does: motion knows no last frame then.
 TEST_F(PluginMotion, PointsOfTheImagesMoveMasksWhereMotionKnowsNoLastFrame) {
-  const SyntheticScene scene(scene_level("medium", 12));
-  MaskFolderWriter writer(folder_.path() / "masks");
-  for (int i = 0; i < 8; i += 3) writer.add(scene.render(i).true_segmentation);
-  writer.finish();
+  write_every_third_mask(folder_.path() / "masks");
   const std::string lines = "dynfilter.propagate: \"yes\"\ndynfilter.missing_masks: \"keep\"\n";
   Plugin with(settings(lines + "dynfilter.motion: 1\n" + camera_keys));
   Plugin without(settings(lines));
-  for (int i = 0; i < 8; ++i) {
-    const SyntheticFrame rendered = scene.render(i);
+  for (const SyntheticFrame& rendered : walking_people()) {
     const std::vector<cv::KeyPoint> all = corners_of(rendered.frame.image);
     std::size_t masked[2][2];
     for (Plugin* plugin : {&with, &without}) {
@@ -174,8 +182,8 @@ TEST_F(PluginMotion, PointsOfTheImagesMoveMasksWhereMotionKnowsNoLastFrame) {
                 .masked;
       }
     }
-    EXPECT_EQ(masked[0][1], masked[1][1]) << i;
-    EXPECT_GT(masked[0][1], 20U) << i;
+    EXPECT_EQ(masked[0][1], masked[1][1]);
+    EXPECT_GT(masked[0][1], 20U);
   }
 }
 

@@ -90,14 +90,6 @@ TEST_F(PluginTest, DepthsOfSomeFeaturesServeAMonoHost) {
   EXPECT_TRUE(in_step(frame));
 }
 
-TEST_F(PluginTest, StereoColumnsKeepTheirLengthWhereTheFilterIsOff) {
-  Plugin plugin(raw_settings("dynfilter.enabled: 0\n"));
-  StereoFrame frame(0);
-  EXPECT_EQ(frame.filter_with(plugin).kept(), StereoFrame(0).keypoints.size());
-  EXPECT_EQ(frame.keypoints.size(), StereoFrame(0).keypoints.size());
-  frame.expect_in_step();
-}
-
 TEST_F(PluginTest, NamesAStereoColumnThatDoesNotFit) {
   Plugin plugin(settings());
   const auto refuses = [&](StereoFrame frame, const std::string& part) {

@@ -115,21 +115,6 @@ TEST_F(PluginTest, TwoCamerasAdjustTheirOwnPivots) {
       "pivot 100000");
 }
 
-TEST_F(PluginTest, TwoPluginsShareNothing) {
-  Plugin strict(settings("dynfilter.margin_px: 8\n"));
-  Plugin loose(settings("dynfilter.rule: \"mask\"\n"));
-  HostFrame first(0), second(0);
-  strict.submit(first.image, first.timestamp_s);
-  const auto of_loose =
-      loose.filter(second.timestamp_s, second.depth, second.keypoints, second.descriptors);
-  const auto of_strict =
-      strict.filter(first.timestamp_s, first.depth, first.keypoints, first.descriptors);
-  EXPECT_GT(of_strict.masked, of_loose.masked);
-  EXPECT_EQ(of_loose.compensated, 0U);
-  EXPECT_EQ(strict.counters().never_submitted, 0U);
-  EXPECT_EQ(loose.counters().never_submitted, 1U);
-}
-
 TEST_F(PluginTest, KeepsAtLeastOneFeature) {
   Plugin plugin(settings());
   HostFrame frame(0);
