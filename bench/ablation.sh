@@ -49,7 +49,7 @@ case "$name" in
   late)
     chosen[--levels]=late_10hz,late_5hz
     chosen[--seeds]=101-110
-    chosen[--rules]=mask,mask_moved,depth,depth_moved,depth_waited,perfect
+    chosen[--rules]=mask,mask_moved,depth,depth_moved,perfect
     marks='late masks tables'
     tables='^all: ATE over'
     ;;
@@ -58,8 +58,8 @@ case "$name" in
     chosen[--seeds]=101-103
     chosen[--frames]=120
     chosen[--truth]=motion
-    chosen[--rules]=none,mask,depth,motion,masks_motion,depth_motion,depth_motion_kept
-    chosen[--rules]+=,depth_motion_waits,ds_slam,dynaslam_geometry,derome,eppenberger,dai,smr,dyna_tm
+    chosen[--rules]=none,mask,depth,motion,masks_motion,depth_motion
+    chosen[--rules]+=,ds_slam,dynaslam_geometry,derome,eppenberger,dai,smr,dyna_tm
     chosen[--rules]+=,dn_slam,perfect
     marks='motion tables'
     tables='^all: dynamic left'

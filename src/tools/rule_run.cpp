@@ -22,8 +22,7 @@ const RuleInfo& checked(const RuleInfo& rule, const SceneSpec& scene, const Fram
     throw std::runtime_error("rule " + rule.name + " needs true masks, but " + scene.name().name +
                              " has no masks_true/");
   }
-  const bool needs_all = rule.moves_masks || rule.follows_motion || rule.compares_frames;
-  if (needs_all && settings.every != 1) {
+  if (rule.needs_every_frame() && settings.every != 1) {
     throw std::runtime_error("rule " + rule.name +
                              " follows objects from frame to frame: got --every " +
                              std::to_string(settings.every) + "; want 1");
@@ -35,15 +34,15 @@ const RuleInfo& checked(const RuleInfo& rule, const SceneSpec& scene, const Fram
 /// Returns the options of the mask culler. What moves is dynamic, whatever its class.
 MaskCullerOptions culler_options(const RuleInfo& rule, const RunSettings& settings) {
   MaskCullerOptions options = settings.mask_culler;
-  if (is_bound(rule) && settings.truth == Truth::by_motion) options.dynamic_classes = {0};
+  if (rule.is_bound() && settings.truth == Truth::by_motion) options.dynamic_classes = {0};
   return options;
 }
 
 /// Names the masks that the rule works with.
 std::string masks_name(const RuleInfo& rule, const FrameSource& source,
                        const RunSettings& settings) {
-  if (is_bound(rule) && settings.truth == Truth::by_motion) return "moving masks";
-  if (rule.takes_true_masks) return "true masks";
+  if (rule.is_bound() && settings.truth == Truth::by_motion) return "moving masks";
+  if (rule.is_bound()) return "true masks";
   return settings.masks.empty() ? source.masks_name() : settings.masks;
 }
 
@@ -53,9 +52,6 @@ odometry::OdometryOptions odometry_options(const RunSettings& settings) {
   options.features = settings.features;
   return options;
 }
-
-// A host that waits for motion to be decided begins its map after this many frames at the latest.
-constexpr std::size_t max_waiting_frames = 15;
 
 /// Computes the errors of an estimate, or the reasons why they are missing.
 TrajectoryRecord errors_of(const Trajectory& estimate, const Trajectory& truth) {
@@ -124,8 +120,7 @@ RuleRun::RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource
       filter_({mask_stage_of(rule, culler_options(rule, settings)), masks_time_},
               {stage_of(rule, settings.mask_culler, settings.seed, source.camera()), rule_time_}),
       pictures_(staged_.path(), source.size(), settings.overlays, rule) {
-  may_begin_ = !rule.waits_for_motion;
-  if (rule.moves_masks) propagator_.emplace();
+  if (rule.moves_masks()) propagator_.emplace();
   if (source.has_depth() && settings.every == 1) {
     odometry_.emplace(source.camera(), odometry_options(settings));
   }
@@ -143,9 +138,8 @@ RuleRun::RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource
 
 /// Returns the masks that the rule works with.
 std::optional<Segmentation> RuleRun::masks_of(const SourceFrame& frame) {
-  if (is_bound(rule_)) return dynamic_masks(frame, truth_);
-  if (rule_.takes_true_masks) return frame.true_masks;
-  if (rule_.follows_motion && !rule_.takes_masks) return {};
+  if (rule_.is_bound()) return dynamic_masks(frame, truth_);
+  if (rule_.masks == RuleMasks::absent) return {};
   if (!propagator_) return frame.masks;
   return propagation_time_.measure(
       [&] { return propagator_->propagate(frame.frame, frame.masks); });
@@ -173,10 +167,7 @@ void RuleRun::process(const SourceFrame& frame, ExtractedFeatures features) {
   add_pictures(frame, shown, features.keypoints, record, by_mask);
   keep_static_time_.measure(
       [&] { return keep_static(labels_, features.keypoints, features.descriptors); });
-  may_begin_ = may_begin_ || record_.frames.size() == max_waiting_frames ||
-               labels_.statistics().is_motion_decided();
-  record.is_lost = odometry_.has_value();
-  if (odometry_ && may_begin_) {
+  if (odometry_) {
     record.is_lost = odometry_time_.measure([&] {
       return odometry_->track(frame.frame, features.keypoints, features.descriptors).tracked !=
              odometry::Tracked::found;
@@ -209,8 +200,8 @@ void RuleRun::note_times() {
   note("ORB extraction", extraction_time_);
   note("waiting for masks", waiting_time_);
   note("mask propagation", propagation_time_);
-  if (rule_.takes_masks) note("mask culler", masks_time_);
-  if (rule_.compensates) note("rule " + rule_.name, rule_time_);
+  if (rule_.takes_masks()) note("mask culler", masks_time_);
+  if (rule_.compensates()) note("rule " + rule_.name, rule_time_);
   note("keep_static", keep_static_time_);
   note("odometry", odometry_time_);
 }

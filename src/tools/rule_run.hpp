@@ -109,7 +109,6 @@ class RuleRun {
   FeatureLabels labels_;
   Workspace workspace_;
   std::optional<odometry::Odometry> odometry_;
-  bool may_begin_ = true;
   FilterHealth health_;
   RunPictures pictures_;
   WorstFrame worst_;

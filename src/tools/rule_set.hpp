@@ -20,25 +20,42 @@ namespace dynfilter::tools {
 /// A stage chosen at run time.
 using AnyStage = std::function<void(const FilterInput&, FeatureLabels&, Workspace&)>;
 
+/// The masks of a frame, and what happens to the features on them before the rule's own stage.
+enum class RuleMasks : std::uint8_t {
+  absent,  ///< the rule gets no masks
+  left,    ///< the rule gets them, and the mask culler does not run
+  culled,  ///< the mask culler removes the features on them
+  moved,   ///< masks of an earlier frame are moved to this one, and culled
+  exact    ///< the true masks are culled
+};
+
+/// The rule's own stage, after the mask culler or alone.
+enum class RuleStage : std::uint8_t {
+  none,
+  frame,   ///< judges each frame by itself
+  motion,  ///< judges features by their motion
+  frames   ///< another system's, which compares frames
+};
+
 struct RuleInfo {
   std::string name;
   std::string description;  ///< half a line
-  bool takes_masks = true;  ///< the mask culler runs first
-  bool takes_true_masks = false;
-  bool compensates = true;        ///< a stage runs after the mask culler, or alone
-  bool moves_masks = false;       ///< masks of an earlier frame are first moved to this one
-  bool about_late_masks = false;  ///< compares ways to handle late masks; runs only on request
-  bool follows_motion = false;    ///< judges features by their motion; runs only on request
-  bool compares_frames = false;   ///< another system's, with a memory; runs only on request
-  bool keeps_frames = false;      ///< judges motion over kept frames, too
-  /// The odometry begins when motion is decided, or after half a second of frames at 30 Hz.
-  bool waits_for_motion = false;
+  RuleMasks masks;
+  RuleStage stage;
+
+  bool takes_masks() const { return masks >= RuleMasks::culled; }
+  bool moves_masks() const { return masks == RuleMasks::moved; }
+  /// Whether the rule is the bound: it removes what the truth calls dynamic, and nothing else.
+  bool is_bound() const { return masks == RuleMasks::exact; }
+  bool compensates() const { return stage != RuleStage::none; }
+  bool follows_motion() const { return stage == RuleStage::motion; }
+  /// Whether the rule follows objects from frame to frame. Such rules run only on request.
+  bool needs_every_frame() const { return moves_masks() || stage >= RuleStage::motion; }
 };
 
-/// Returns all rules, in the tables' order.
-const std::vector<RuleInfo>& all_rules();
+/// Returns the names of all rules, in the tables' order.
 std::vector<std::string> all_rule_names();
-/// Returns the names of the rules without those that run only on request.
+/// Returns the names of the rules that need no request.
 std::vector<std::string> usual_rule_names();
 
 /// Returns the rule of this name. Throws std::invalid_argument that lists the names for an unknown

@@ -62,11 +62,11 @@ void RunPictures::add(const std::string& stem, const cv::Mat& image,
                       const Segmentation& segmentation, FeaturesView features,
                       const FeatureLabels& by_mask, const FeatureLabels& labels) {
   std::vector<cv::Mat> panels = {with_caption(draw_features(image, features), "all features")};
-  if (rule_.takes_masks) {
+  if (rule_.takes_masks()) {
     panels.push_back(
         with_caption(draw_overlay(image, segmentation, features, by_mask), "masks only"));
   }
-  if (rule_.compensates) {
+  if (rule_.compensates()) {
     panels.push_back(
         with_caption(draw_overlay(image, segmentation, features, labels), "rule " + rule_.name));
   }

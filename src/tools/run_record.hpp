@@ -31,7 +31,7 @@ struct FrameRecord {
   FrameStatistics statistics;
   std::optional<FeatureScores> scores;            ///< if the truth is known
   std::optional<FeatureScores> mask_only_scores;  ///< the scores if only the masks acted
-  bool is_lost = false;                           ///< the odometry lost the frame, or had not begun
+  bool is_lost = false;                           ///< the odometry lost the frame
 };
 
 /// The odometry's result. Its errors are missing without a true trajectory, or if the estimate is

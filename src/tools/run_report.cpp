@@ -75,12 +75,12 @@ void print_count(const char* name, std::size_t count, std::size_t frames) {
 /// Prints a row for the masks alone and one for the whole rule, or only one of them.
 void print_score(const RunRecord& run, const std::string& name, std::size_t FeatureScores::*score) {
   const auto total = [&](auto which) { return run.total_scores(which).*score; };
-  if (run.rule.takes_masks) {
+  if (run.rule.takes_masks()) {
     print_count((name + ", masks only").c_str(), total(&FrameRecord::mask_only_scores),
                 run.frames.size());
   }
-  if (run.rule.takes_masks && !run.rule.compensates) return;
-  const char* how = run.rule.takes_masks ? ", with compensation" : "";
+  if (run.rule.takes_masks() && !run.rule.compensates()) return;
+  const char* how = run.rule.takes_masks() ? ", with compensation" : "";
   print_count((name + how).c_str(), total(&FrameRecord::scores), run.frames.size());
 }
 
@@ -116,7 +116,7 @@ void print_trajectory(const RunRecord& run) {
 }
 
 std::vector<HealthRow> health_rows_of(const RunRecord& run) {
-  return health_rows(run.health, run.depth_offset, run.rule.moves_masks);
+  return health_rows(run.health, run.depth_offset, run.rule.moves_masks());
 }
 
 /// Prints what is wrong with the run's input, and what to do about it.
@@ -157,7 +157,7 @@ void print_doubt_about_classes(const RunRecord& run) {
   const std::set<int> dynamic(run.dynamic_classes.begin(), run.dynamic_classes.end());
   const bool none_is_dynamic =
       std::none_of(seen.begin(), seen.end(), [&](int id) { return dynamic.count(id) > 0; });
-  if (!run.rule.takes_masks || seen.empty() || !none_is_dynamic) return;
+  if (!run.rule.takes_masks() || seen.empty() || !none_is_dynamic) return;
   std::printf("* no instance is of a dynamic class (%s); the masks hold %s %s: see --classes\n",
               joined(dynamic).c_str(), seen.size() == 1 ? "class" : "classes",
               joined(seen).c_str());
@@ -165,7 +165,7 @@ void print_doubt_about_classes(const RunRecord& run) {
 
 std::string masks_text(const RunRecord& run) {
   if (run.masks.empty()) {
-    return run.rule.follows_motion
+    return run.rule.follows_motion()
                ? "no masks: there is no masks/ folder, so motion decides alone"
                : "no masks: there is no masks/ folder, so nothing is removed; dynfilter masks "
                  "--model FILE.onnx makes them";
@@ -236,17 +236,17 @@ void print_report(const RunRecord& run) {
               run.rule.name.c_str(), masks_text(run).c_str(), offset_text(run).c_str());
   std::printf("features                                      total   per frame\n");
   print_count("extracted", totals.features, frames);
-  if (run.rule.takes_masks) {
+  if (run.rule.takes_masks()) {
     print_count("removed by mask", totals.masked, frames);
     print_count("removed by compensation", totals.compensated, frames);
-    if (run.rule.follows_motion) print_count("removed because they move", totals.moving, frames);
+    if (run.rule.follows_motion()) print_count("removed because they move", totals.moving, frames);
     if (totals.restored > 0) print_count("restored", totals.restored, frames);
   } else {
     print_count("removed", totals.removed(), frames);
   }
   print_count("kept", totals.kept(), frames);
   if (run.has_truth) print_scores(run);
-  if (run.rule.follows_motion) print_motion(run);
+  if (run.rule.follows_motion()) print_motion(run);
   if (run.trajectory) print_trajectory(run);
   std::printf("time a frame                                 median        95 %%\n");
   for (const auto& [name, times] : run.stages) {

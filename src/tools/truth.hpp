@@ -32,12 +32,9 @@ Truth truth_of_name(const std::string& name);
 /// Returns the masks of what is dynamic in the frame; none if they are unknown.
 const std::optional<Segmentation>& dynamic_masks(const SourceFrame& frame, Truth truth);
 
-/// Whether the rule is the bound: it removes what the truth calls dynamic, and nothing else.
-inline bool is_bound(const RuleInfo& rule) { return rule.takes_true_masks && !rule.compensates; }
-
 /// Whether the rule works only where the true masks of persons are known.
 inline bool needs_true_masks(const RuleInfo& rule, Truth truth) {
-  return rule.takes_true_masks && !(is_bound(rule) && truth == Truth::by_motion);
+  return rule.is_bound() && truth == Truth::by_class;
 }
 
 }  // namespace dynfilter::tools

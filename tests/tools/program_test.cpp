@@ -29,16 +29,7 @@
 namespace dynfilter::testing {
 namespace {
 
-class Program : public SmallSceneTest {
- protected:
-  /// Number of poses of a run's trajectory.
-  static std::size_t poses_in(const fs::path& folder) {
-    std::size_t poses = 0;
-    std::ifstream trajectory(folder / "trajectory.txt");
-    for (std::string line; std::getline(trajectory, line);) poses += line[0] != '#' ? 1U : 0U;
-    return poses;
-  }
-};
+class Program : public SmallSceneTest {};
 
 TEST_F(Program, DrawsAPanelForEachPartOfTheRule) {
   const int width = cv::imread(fs::directory_iterator(scene() / "rgb")->path().string()).cols;
@@ -105,51 +96,6 @@ TEST_F(Program, RunJudgesMotionOnRequest) {
   EXPECT_EQ(read_json(folder / "summary.json")["masked"], 0);
   EXPECT_TRUE(run(command + " --motion --rule paper").mentions("rule none, mask or depth"));
   EXPECT_TRUE(run(command + " --motion --every 2").mentions("--every 2"));
-}
-
-TEST_F(Program, MapWaitsForMotionOnRequest) {
-  const auto waited = [&](const char* rule) {
-    const fs::path folder = out(rule);
-    EXPECT_EQ(
-        run("run " + quoted(scene()) + " --overlays 0 --rule " + rule + " --out " + quoted(folder))
-            .exit_code,
-        0);
-    const nlohmann::json summary = read_json(folder / "summary.json");
-    EXPECT_GT(summary["kept"], 1000);
-    EXPECT_EQ(poses_in(folder) + summary["lost_frames"].get<std::size_t>(), 6U) << rule;
-    return std::pair(summary["lost_frames"].get<int>(), summary["kept"].get<int>());
-  };
-  const auto [frames_at_once, kept_at_once] = waited("depth_motion");
-  const auto [frames, kept] = waited("depth_motion_waits");
-  EXPECT_EQ(frames_at_once, 0);
-  EXPECT_GE(frames, 1);  // the first frame is never decided
-  EXPECT_LT(frames, 6);
-  EXPECT_EQ(kept, kept_at_once);
-}
-
-/// Motion is never judged over gaps of a second.
-TEST_F(Program, MapWaitsForMotionForFifteenFramesAtTheMost) {
-  constexpr int frames = 17;
-  SyntheticSceneOptions options;
-  options.image_size = {320, 240};
-  const SyntheticScene rendered(options);
-  const fs::path sequence = out("rare frames"), folder = out("waited in vain");
-  RgbdSequenceWriter images(sequence, rendered.camera());
-  MaskFolderWriter masks(sequence / "masks");
-  for (int i = 0; i < frames; ++i) {
-    SyntheticFrame shot = rendered.render(i);
-    shot.frame.timestamp_s = shot.true_segmentation.timestamp_s = i;
-    images.add(shot.frame);
-    masks.add(shot.true_segmentation);
-  }
-  images.finish();
-  masks.finish();
-  const Outcome outcome =
-      run("run " + quoted(sequence) + " --rule depth_motion_waits --overlays 0" + " --out " +
-          quoted(folder));
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
-  EXPECT_EQ(read_json(folder / "summary.json")["lost_frames"], 15);
-  EXPECT_EQ(poses_in(folder), 2U);
 }
 
 TEST_F(Program, SecondRunGivesTheSameNumbersWithoutOldPictures) {

@@ -163,10 +163,9 @@ TEST_F(TruthOfAFolder, GivesTheScoresOfItsLevel) {
 
 TEST_F(TruthOfAFolder, NeedsNoMasksOfPersons) {
   fs::remove_all(sequence() / "masks_true");
-  const Outcome outcome = ablate("--truth motion --rules mask,depth_waited,perfect");
+  const Outcome outcome = ablate("--truth motion --rules mask,perfect");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
   EXPECT_TRUE(outcome.mentions("\nperfect ")) << outcome.printed;
-  EXPECT_FALSE(outcome.mentions("\ndepth_waited ")) << "the masks waited for are a network's";
 }
 
 TEST_F(TruthOfAFolder, NamesMissingMasks) {
