@@ -9,6 +9,7 @@
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
+#include <array>
 #include <cstdint>
 
 #include <opencv2/core.hpp>
@@ -26,32 +27,28 @@ namespace dynfilter {
 /// size already, only the region is written, so threads may share it and each compute some rows.
 /// Otherwise it is allocated, with 0 outside the region. `codes` must not share data with `depth`.
 ///
-/// Throws std::invalid_argument for a depth image of another type and options that DepthLbp
-/// refuses. O(pixels of the region), with the widest registers that the processor has.
-inline void dense_depth_lbp(const cv::Mat& depth, const cv::Rect& region, cv::Mat& codes,
-                            const DepthLbpOptions& options = {}) {
-  const DepthLbp checked(options);
+/// Throws std::invalid_argument for a depth image of another type. O(pixels of the region), with
+/// the widest registers that the processor has.
+inline void dense_depth_lbp(const cv::Mat& depth, const cv::Rect& region, cv::Mat& codes) {
   detail::require_depth_of_lbp(depth);
   if (codes.type() != CV_8UC1 || codes.size() != depth.size()) {
     codes = cv::Mat::zeros(depth.size(), CV_8UC1);
   }
   const cv::Rect inside = detail::clip(region, depth.size());
-  const bool missing_is_farther = options.missing_neighbour == MissingNeighbour::farther;
+  constexpr std::array<std::uint8_t, 8> bits = {0, 1, 2, 3, 4, 5, 6, 7};
+  const detail::InstructionSet best = detail::best_instruction_set();
   if (depth.type() == CV_16UC1) {
     detail::dense_depth_lbp<std::uint16_t>(
-        depth, inside, {options.bits, detail::depth_bias<std::uint16_t>(missing_is_farther)},
-        detail::best_instruction_set(), codes);
+        depth, inside, {bits, detail::depth_bias<std::uint16_t>()}, best, codes);
   } else {
-    detail::dense_depth_lbp<float>(depth, inside,
-                                   {options.bits, detail::depth_bias<float>(missing_is_farther)},
-                                   detail::best_instruction_set(), codes);
+    detail::dense_depth_lbp<float>(depth, inside, {bits, detail::depth_bias<float>()}, best, codes);
   }
 }
 
 /// Computes the codes of the whole image.
-inline cv::Mat dense_depth_lbp(const cv::Mat& depth, const DepthLbpOptions& options = {}) {
+inline cv::Mat dense_depth_lbp(const cv::Mat& depth) {
   cv::Mat codes;
-  dense_depth_lbp(depth, cv::Rect(0, 0, depth.cols, depth.rows), codes, options);
+  dense_depth_lbp(depth, cv::Rect(0, 0, depth.cols, depth.rows), codes);
   return codes;
 }
 

@@ -20,7 +20,6 @@
 #include "dynfilter/filter_input.hpp"
 #include "dynfilter/frame_features.hpp"
 #include "dynfilter/labels.hpp"
-#include "dynfilter/mask_gap.hpp"
 #include "dynfilter/object_depth.hpp"
 #include "dynfilter/object_in_frame.hpp"
 #include "dynfilter/workspace.hpp"
@@ -55,7 +54,7 @@ namespace dynfilter {
 /// removed with it. Where depth is out of step, static things are read beside their place, too, and
 /// a feature that shows the wall may keep the object's depth, as the depth image has it. Motion up
 /// and down is not measured. The stage abstains from an instance for which neither mask nor box has
-/// ObjectDepthOptions::min_samples depths (8). The statistics say so.
+/// ObjectDepthEstimator::min_samples depths (8). The statistics say so.
 ///
 /// In a frame without a depth image, FeatureDepthCompensator takes over, with the depths of the
 /// features; without these the stage abstains. A depth image makes the features' depths irrelevant.
@@ -64,18 +63,13 @@ namespace dynfilter {
 ///
 /// The score is the detector's confidence in the instance times the certainty that the feature
 /// belongs to it. The certainty is 1 by depth or the mask's margin, and 1/2 to 1 by nearness. For
-/// kept features that have the object nearby it is below 1/2, in proportion to the nearness. So a
-/// host can weigh features instead of removing them.
+/// kept features that have the object nearby it is below 1/2, in proportion to the nearness.
 class DepthCompensator {
  public:
-  /// Takes the options. Throws std::invalid_argument for options that ObjectDepthEstimator or
-  /// MaskGapEstimator refuses, for any other number outside 0 to 1000000, and for a reach or a cell
-  /// width of 0.
+  /// Takes the options. Throws std::invalid_argument for a half_width_m that ObjectDepthEstimator
+  /// refuses and for any other number outside 0 to 1000000.
   explicit DepthCompensator(const DepthCompensatorOptions& options = {})
-      : options_(options),
-        depth_estimator_(options.object_depth),
-        gap_estimator_(options.mask_gap),
-        by_features_(options) {
+      : options_(options), depth_estimator_(options.half_width_m), by_features_(options) {
     validate(options);
   }
 
@@ -94,8 +88,8 @@ class DepthCompensator {
     Scratch& scratch = workspace.get<Scratch>();
     find_objects(input, labels, scratch);
     if (scratch.known == 0) return;
-    FrameFeatures& features = frame_features(input.features, workspace);
-    if (are_masks_stale(input, options_)) give_back(input, scratch, features, labels);
+    const FrameFeatures& features = frame_features(input.features, workspace);
+    if (are_masks_stale(input)) give_back(input, scratch, features, labels);
     for (const ObjectInFrame& object : scratch) compensate(input, object, features, labels);
   }
 
@@ -115,12 +109,11 @@ class DepthCompensator {
     Instance instance = segmentation.instances[k];
     ObjectInFrame object;
     ObjectInFrame::Scratch scratch;
-    object.measure(input, k, options_, depth_estimator_, gap_estimator_, scratch);
+    object.measure(input, k, options_, depth_estimator_, scratch);
     if (object.depth().empty()) return instance;
     const cv::Rect masked =
         detail::clip({instance.mask_origin, instance.mask.size()}, frame.depth.size());
-    const cv::Rect area =
-        are_masks_stale(input, options_) ? object.reach() : object.reach() | masked;
+    const cv::Rect area = are_masks_stale(input) ? object.reach() : object.reach() | masked;
     if (area.empty()) return instance;
     cv::Mat mask(area.size(), CV_8UC1);
     for (int y = 0; y < mask.rows; ++y) {
@@ -134,6 +127,10 @@ class DepthCompensator {
   }
 
  private:
+  bool are_masks_stale(const FilterInput& input) const {
+    return mask_age_s(input.frame, input.segmentation) > options_.stale_age_s;
+  }
+
   /// Dynamic objects whose depth is known, in the order of their instances.
   struct Scratch {
     std::vector<ObjectInFrame> objects;  // the known ones first; more keep their memory
@@ -152,7 +149,7 @@ class DepthCompensator {
     for (std::size_t k = 0; k < instances; ++k) {
       if (!labels.is_dynamic_object(k)) continue;
       ObjectInFrame& object = scratch.objects[scratch.known];
-      object.measure(input, k, options_, depth_estimator_, gap_estimator_, scratch.shared);
+      object.measure(input, k, options_, depth_estimator_, scratch.shared);
       const ObjectDepth& depth = object.depth();
       InstanceStatistics& statistics = labels.statistics().instances[k];
       statistics.sampled = depth.samples;
@@ -200,12 +197,13 @@ class DepthCompensator {
 
   /// Removes the object's features beside its mask, and raises the scores of features that have it
   /// nearby.
-  void compensate(const FilterInput& input, const ObjectInFrame& object, FrameFeatures& features,
-                  FeatureLabels& labels) const {
+  void compensate(const FilterInput& input, const ObjectInFrame& object,
+                  const FrameFeatures& features, FeatureLabels& labels) const {
     const float confidence = input.segmentation.instances[object.instance()].score;
     InstanceStatistics& statistics = labels.statistics().instances[object.instance()];
     const auto index = static_cast<std::int32_t>(object.instance());
-    for (const std::size_t i : features.kept_inside(object.reach(), labels)) {
+    for (const std::size_t i : features.inside(object.reach())) {
+      if (labels.is_removed(i)) continue;
       const cv::Point pixel = features.pixel(i);
       ++statistics.candidates;
       const bool has_depth = object.has_depth_at(pixel);
@@ -226,7 +224,6 @@ class DepthCompensator {
 
   DepthCompensatorOptions options_;
   ObjectDepthEstimator depth_estimator_;
-  MaskGapEstimator gap_estimator_;
   FeatureDepthCompensator by_features_;  // for frames without a depth image
 };
 

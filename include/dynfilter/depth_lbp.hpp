@@ -6,7 +6,6 @@
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -31,42 +30,15 @@ inline void require_depth_of_lbp(const cv::Mat& depth) {
 
 }  // namespace detail
 
-/// Meaning of a neighbour without depth when the centre has depth.
-enum class MissingNeighbour {
-  nearer,  ///< bit 0: the literal reading, since 0 is not greater than the centre's depth
-  farther  ///< bit 1: most missing depth is background in the projector's shadow
-};
-
-/// Options of DepthLbp.
-struct DepthLbpOptions {
-  /// Bit (0 to 7) of each neighbour, clockwise from the top-left one.
-  std::array<std::uint8_t, 8> bits = {0, 1, 2, 3, 4, 5, 6, 7};
-  /// Meaning of a neighbour without depth.
-  MissingNeighbour missing_neighbour = MissingNeighbour::nearer;
-};
-
 /// Local binary pattern of a depth image, D-LBP (paper section 3.2, Figure 2). Bit k of a pixel's
-/// code is 1 if neighbour k is farther away than the pixel; equal depth gives 0.
+/// code is 1 if neighbour k, clockwise from the top-left one, is farther away than the pixel; equal
+/// depth gives 0, and so does a neighbour without depth: 0 is not greater than the pixel's depth.
 ///
 /// A pixel on the border of the image or without depth has no code. Depth is CV_16UC1 or CV_32FC1;
 /// 0, negative, NaN and infinite mean "no depth". Codes only compare depths, so the unit does not
 /// matter.
 class DepthLbp {
  public:
-  /// Takes the options. Throws std::invalid_argument unless the bits are the numbers 0 to 7 in some
-  /// order.
-  explicit DepthLbp(const DepthLbpOptions& options = {}) : options_(options) {
-    unsigned seen = 0;
-    for (const std::uint8_t bit : options.bits) seen |= bit < 8 ? 1U << bit : 0U;
-    if (seen != 0xFFU) {
-      detail::throw_misuse("DepthLbp", "bits that are not a permutation",
-                           "each of 0 to 7 once, clockwise from the top-left neighbour");
-    }
-    for (std::size_t k = 0; k < weights_.size(); ++k) {
-      weights_[k] = static_cast<std::uint8_t>(1U << options.bits[k]);
-    }
-  }
-
   /// Returns the code of one pixel, or nothing if it has none. Throws std::invalid_argument for a
   /// depth image of another type. O(1).
   std::optional<std::uint8_t> code(const cv::Mat& depth, cv::Point pixel) const {
@@ -83,23 +55,13 @@ class DepthLbp {
     for (std::size_t i = 0; i < codes.size(); ++i) codes[i] = code_at(depth, features.pixel(i));
   }
 
-  /// Options as given.
-  const DepthLbpOptions& options() const { return options_; }
-
  private:
-  bool missing_is_farther() const {
-    return options_.missing_neighbour == MissingNeighbour::farther;
-  }
-
-  std::optional<std::uint8_t> code_at(const cv::Mat& depth, cv::Point pixel) const {
+  static std::optional<std::uint8_t> code_at(const cv::Mat& depth, cv::Point pixel) {
     if (depth.type() == CV_32FC1) {
-      return detail::depth_lbp_code<float>(depth, pixel, weights_, missing_is_farther());
+      return detail::depth_lbp_code<float>(depth, pixel);
     }
-    return detail::depth_lbp_code<std::uint16_t>(depth, pixel, weights_, missing_is_farther());
+    return detail::depth_lbp_code<std::uint16_t>(depth, pixel);
   }
-
-  DepthLbpOptions options_;
-  std::array<std::uint8_t, 8> weights_{};  // 2^bit of each neighbour
 };
 
 }  // namespace dynfilter

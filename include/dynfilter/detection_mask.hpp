@@ -31,11 +31,9 @@ class DetectionMask {
   }
 
   /// Whether a corner at this position is static, as MaskCuller sees it. The position is in pixels
-  /// of pyramid level 0: (corner + border) x scale of its level. `diameter_px`, also of level 0,
-  /// matters only with margin_per_diameter. O(instances), plus the pixels within the margin.
-  bool allows(cv::Point2f position, float diameter_px = 0.0F) const {
-    return !culler_.instance_at(segmentation_, position, diameter_px);
-  }
+  /// of pyramid level 0: (corner + border) x scale of its level. O(instances), plus the pixels
+  /// within the margin.
+  bool allows(cv::Point2f position) const { return !culler_.instance_at(segmentation_, position); }
 
  private:
   Segmentation segmentation_;

@@ -9,7 +9,6 @@
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
-#include "dynfilter/compensator.hpp"
 #include "dynfilter/depth_compensator.hpp"
 #include "dynfilter/depth_lbp.hpp"
 #include "dynfilter/detection_mask.hpp"

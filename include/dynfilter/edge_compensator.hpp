@@ -37,11 +37,10 @@ enum class MissingDepth {
 struct EdgeCompensatorOptions {
   std::size_t samples = 20;  ///< features of FP_object to estimate the ranges from
   std::uint64_t seed = 0;    ///< seed of the random sample
-  /// Estimator of the depth range: outlier rule, its factor, smallest sample, expansion in metres.
-  RangeEstimatorOptions depth = {OutlierRule::median_absolute_deviation, 3.0, 5, 0.10};
+  /// Estimator of the depth range: outlier rule, its factor, expansion in metres.
+  RangeEstimatorOptions depth = {OutlierRule::median_absolute_deviation, 3.0, 0.10};
   /// Estimator of the code range, the same; expansion in codes, which go from 0 to 255.
-  RangeEstimatorOptions code = {OutlierRule::median_absolute_deviation, 3.0, 5, 16.0};
-  DepthLbpOptions depth_lbp;                        ///< how codes are computed
+  RangeEstimatorOptions code = {OutlierRule::median_absolute_deviation, 3.0, 16.0};
   MissingDepth missing_depth = MissingDepth::keep;  ///< verdict on features without depth or code
 
   /// Returns the paper's rule, with values of ours where the paper gives none (see the map of the
@@ -50,9 +49,8 @@ struct EdgeCompensatorOptions {
   static EdgeCompensatorOptions paper() {
     EdgeCompensatorOptions options;
     options.samples = 20;
-    options.depth = {OutlierRule::median_absolute_deviation, 3.0, 5, 0.10};
-    options.code = {OutlierRule::median_absolute_deviation, 3.0, 5, 16.0};
-    options.depth_lbp = {};
+    options.depth = {OutlierRule::median_absolute_deviation, 3.0, 0.10};
+    options.code = {OutlierRule::median_absolute_deviation, 3.0, 16.0};
     options.missing_depth = MissingDepth::keep;
     return options;
   }
@@ -71,23 +69,21 @@ struct EdgeCompensatorOptions {
 /// Compensation::applied_without_image.
 ///
 /// The stage abstains without any depth, and from an instance whose sample is too small for one of
-/// the ranges (RangeEstimatorOptions::min_samples). The statistics say so. Where boxes overlap,
+/// the ranges (RangeEstimator::min_samples). The statistics say so. Where boxes overlap,
 /// a feature joins the first instance by whose ranges it passes. The score of a removed feature is
 /// the detector's confidence in the object.
 class EdgeCompensator {
  public:
-  /// Takes the options. Throws std::invalid_argument for options that FeatureSampler,
-  /// RangeEstimator or DepthLbp refuse, and for fewer samples than a range needs.
+  /// Takes the options. Throws std::invalid_argument for options that FeatureSampler
+  /// or RangeEstimator refuses, and for fewer samples than a range needs.
   explicit EdgeCompensator(const EdgeCompensatorOptions& options = {})
       : sampler_(options.samples, options.seed),
         depth_range_(options.depth),
         code_range_(options.code),
-        depth_lbp_(options.depth_lbp),
         passes_without_value_(options.missing_depth == MissingDepth::remove) {
-    const std::size_t min_samples = std::max(options.depth.min_samples, options.code.min_samples);
-    if (options.samples < min_samples) {
+    if (options.samples < RangeEstimator::min_samples) {
       detail::throw_misuse("EdgeCompensator", detail::concatenate("samples = ", options.samples),
-                           detail::concatenate("at least min_samples, ", min_samples));
+                           detail::concatenate("at least ", RangeEstimator::min_samples));
     }
   }
 
@@ -103,10 +99,11 @@ class EdgeCompensator {
     validate(input, labels, "EdgeCompensator");
     Scratch& scratch = workspace.get<Scratch>();
     scratch.reserve(labels.size(), sampler_.samples());
-    FrameFeatures& features = frame_features(input.features, workspace);
+    const FrameFeatures& features = frame_features(input.features, workspace);
     for (std::size_t k = 0; k < input.segmentation.instances.size(); ++k) {
       if (!labels.is_dynamic_object(k)) continue;
       InstanceStatistics& statistics = labels.statistics().instances[k];
+      statistics.candidates = statistics.passed_depth = statistics.passed_code = 0;
       statistics.compensation = estimate_ranges(input, k, labels, features, scratch);
       if (statistics.compensation != Compensation::applied &&
           statistics.compensation != Compensation::applied_without_image) {
@@ -130,7 +127,7 @@ class EdgeCompensator {
 
   /// Estimates [a, b]_depth and [a, b]_D-LBP of object k from a sample of its masked features.
   Compensation estimate_ranges(const FilterInput& input, std::size_t k, FeatureLabels& labels,
-                               FrameFeatures& features, Scratch& scratch) const {
+                               const FrameFeatures& features, Scratch& scratch) const {
     InstanceStatistics& statistics = labels.statistics().instances[k];
     const bool has_image = !input.frame.depth.empty();
     if (!has_image && !input.features.has_depths()) return Compensation::no_depth_image;
@@ -153,13 +150,17 @@ class EdgeCompensator {
 
   /// Draws from the features of FP_object that lie on the mask and have depth.
   void draw_sample(const FilterInput& input, std::size_t k, const FeatureLabels& labels,
-                   FrameFeatures& features, std::vector<SampleCandidate>& candidates) const {
+                   const FrameFeatures& features, std::vector<SampleCandidate>& candidates) const {
     const Instance& instance = input.segmentation.instances[k];
     const cv::Rect masked(instance.mask_origin, instance.mask.size());
     const std::uint64_t instance_key = sampler_.instance_key(input.frame.id, k);
     const bool has_image = !input.frame.depth.empty();
     candidates.clear();
-    for (const std::size_t i : features.removed_inside(masked, labels, k, Reason::in_mask)) {
+    for (const std::size_t i : features.inside(masked)) {
+      const FeatureLabel& label = labels[i];
+      const bool is_masked = label.removed && label.reason == Reason::in_mask &&
+                             label.instance == static_cast<std::int32_t>(k);
+      if (!is_masked) continue;
       const cv::Point pixel = features.pixel(i);
       if (!instance.covers(pixel)) continue;
       const std::optional<double> depth_m =
@@ -177,12 +178,13 @@ class EdgeCompensator {
 
   /// Applies eq. (1), without a depth image its test of depth, to every feature in the box that is
   /// not removed yet.
-  void compensate(const FilterInput& input, std::size_t k, FrameFeatures& features,
+  void compensate(const FilterInput& input, std::size_t k, const FrameFeatures& features,
                   FeatureLabels& labels) const {
     const Instance& instance = input.segmentation.instances[k];
     InstanceStatistics& statistics = labels.statistics().instances[k];
     const bool has_image = !input.frame.depth.empty();
-    for (const std::size_t i : features.kept_inside(instance.box, labels)) {
+    for (const std::size_t i : features.inside(instance.box)) {
+      if (labels.is_removed(i)) continue;
       const cv::Point pixel = features.pixel(i);
       const bool depth_fits = has_image ? fits(statistics.depth_range_m, input.frame.depth_m(pixel))
                                         : fits(statistics.depth_range_m, input.features.depth_m(i));

@@ -51,14 +51,13 @@ class FeaturesView {
   static_assert(std::is_standard_layout<cv::KeyPoint>::value && offsetof(cv::KeyPoint, pt) == 0,
                 "data() is where the position is");
 
-  /// Views `count` keypoints, with their positions and diameters.
+  /// Views the positions of `count` keypoints.
   FeaturesView(const cv::KeyPoint* keypoints, std::size_t count)
       : first_(reinterpret_cast<const unsigned char*>(keypoints)),
         stride_(sizeof(cv::KeyPoint)),
-        count_(count),
-        has_diameters_(true) {}
+        count_(count) {}
 
-  /// Views `count` points, as KLT front ends track them. Points have no diameter.
+  /// Views `count` points, as KLT front ends track them.
   FeaturesView(const cv::Point2f* points, std::size_t count)
       : first_(reinterpret_cast<const unsigned char*>(points)),
         stride_(sizeof(cv::Point2f)),
@@ -111,9 +110,7 @@ class FeaturesView {
 
   /// Position of feature i, pixels. i must be below size().
   cv::Point2f operator[](std::size_t i) const {
-    const unsigned char* element = first_ + i * stride_;
-    return has_diameters_ ? reinterpret_cast<const cv::KeyPoint*>(element)->pt
-                          : *reinterpret_cast<const cv::Point2f*>(element);
+    return *reinterpret_cast<const cv::Point2f*>(first_ + i * stride_);
   }
 
   /// Nearest pixel of feature i, see nearest_pixel.
@@ -136,18 +133,11 @@ class FeaturesView {
     return first_ == other.first_ && stride_ == other.stride_ && count_ == other.count_;
   }
 
-  /// Diameter of feature i in pixels (cv::KeyPoint::size); 0 for points.
-  float diameter_px(std::size_t i) const {
-    return has_diameters_ ? reinterpret_cast<const cv::KeyPoint*>(first_ + i * stride_)->size
-                          : 0.0F;
-  }
-
  private:
   const unsigned char* first_ = nullptr;
   std::size_t stride_ = 0;
   std::size_t count_ = 0;
   const float* depths_m_ = nullptr;
-  bool has_diameters_ = false;
   bool has_depths_ = false;
 };
 

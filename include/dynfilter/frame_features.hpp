@@ -15,39 +15,16 @@
 
 #include "dynfilter/detail/rectangles.hpp"
 #include "dynfilter/features.hpp"
-#include "dynfilter/labels.hpp"
 #include "dynfilter/workspace.hpp"
 
 namespace dynfilter {
 
-/// Indices of some of a frame's features, for a range-based for loop. It refers to memory of the
-/// object that returned it.
-class FeatureIndices {
- public:
-  /// Refers to the indices from `first` up to, not including, `last`.
-  FeatureIndices(const std::uint32_t* first, const std::uint32_t* last)
-      : first_(first), last_(last) {}
-
-  /// First index.
-  const std::uint32_t* begin() const { return first_; }
-  /// End of the indices.
-  const std::uint32_t* end() const { return last_; }
-  /// Number of indices.
-  std::size_t size() const { return static_cast<std::size_t>(last_ - first_); }
-  /// Whether there are none.
-  bool empty() const { return first_ == last_; }
-
- private:
-  const std::uint32_t* first_;
-  const std::uint32_t* last_;
-};
-
-/// Pixels of one frame's features, with set queries: the features inside a box, or those removed
-/// for an instance. Stages get it from frame_features.
+/// Pixels of one frame's features, and the features inside a box. Stages get it from
+/// frame_features.
 ///
 /// The features are sorted into the cells of a grid once, so that a box costs only the features
-/// near it, however many features and boxes there are. The order of the indices in a set is not
-/// specified.
+/// near it, however many features and boxes there are. A query holds no memory: queries may nest,
+/// and many threads may ask at once.
 class FrameFeatures {
  public:
   /// Reads the features' pixels, reusing memory. O(features).
@@ -56,7 +33,6 @@ class FrameFeatures {
     view_ = features;
     x_.resize(features.size());
     y_.resize(features.size());
-    found_.resize(features.size());
     for (std::size_t i = 0; i < x_.size(); ++i) {
       const cv::Point pixel = features.pixel(i);
       x_[i] = pixel.x;
@@ -94,39 +70,18 @@ class FrameFeatures {
   /// Pixel of feature i, as FeaturesView::pixel returns it. i must be below size().
   cv::Point pixel(std::size_t i) const { return {x_[i], y_[i]}; }
 
-  /// Returns the features whose pixels lie inside the box, which may lie outside the image; its
-  /// right and lower edges do not belong to it. The result is valid until the next question or call
-  /// of `read`: use one result at a time. Write the type, cv::Rect(x, y, width, height), because
-  /// bare braces are ambiguous. O(features near the box).
-  FeatureIndices inside(const cv::Rect& box) { return inside(detail::bounds_of(box)); }
+  class Inside;
+
+  /// Returns the indices of the features whose pixels lie inside the box, for a range-based for
+  /// loop, in no specified order. The box may lie outside the image; its right and lower edges do
+  /// not belong to it. The result refers to this object and is valid until the next call of `read`.
+  /// Write the type, cv::Rect(x, y, width, height), because bare braces are ambiguous. O(features
+  /// near the box).
+  Inside inside(const cv::Rect& box) const;
 
   /// Returns the features inside bounds, for the library's own stages: a rectangle whose width or
   /// height may exceed int.
-  FeatureIndices inside(const detail::PixelBounds& bounds) {
-    return find(bounds, [](std::uint32_t) { return true; });
-  }
-
-  /// Returns the features inside the box that `labels` has not removed. `labels` must be those of
-  /// the features. Otherwise as `inside`.
-  FeatureIndices kept_inside(const cv::Rect& box, const FeatureLabels& labels) {
-    return kept_inside(detail::bounds_of(box), labels);
-  }
-
-  /// Returns the features inside bounds that `labels` has not removed.
-  FeatureIndices kept_inside(const detail::PixelBounds& bounds, const FeatureLabels& labels) {
-    return find(bounds, [&labels](std::uint32_t i) { return !labels.is_removed(i); });
-  }
-
-  /// Returns the features inside the box that `labels` has removed for an instance, for a reason.
-  /// `labels` must be those of the features. Otherwise as `inside`.
-  FeatureIndices removed_inside(const cv::Rect& box, const FeatureLabels& labels,
-                                std::size_t instance, Reason reason) {
-    return find(detail::bounds_of(box), [=, &labels](std::uint32_t i) {
-      const FeatureLabel& label = labels[i];
-      return label.removed & (label.reason == reason) &
-             (label.instance == static_cast<std::int32_t>(instance));
-    });
-  }
+  Inside inside(const detail::PixelBounds& bounds) const;
 
  private:
   static constexpr int max_coordinate = (1 << 16) - 1;  // on the grid, of any image's pixel
@@ -136,29 +91,6 @@ class FrameFeatures {
     int x, y;
     std::uint32_t feature;
   };
-
-  /// Returns the features inside bounds that a condition holds for.
-  template <class Condition>
-  FeatureIndices find(const detail::PixelBounds& bounds, const Condition& condition) {
-    std::uint32_t* end = found_.data();
-    if (bounds.empty()) return {end, end};
-    const int first_column = along(bounds.first_x, columns_, cell_shift_);
-    const int last_column = along(bounds.last_x, columns_, cell_shift_);
-    const int last_row = along(bounds.last_y, rows_, cell_shift_);
-    for (int row = along(bounds.first_y, rows_, cell_shift_); row <= last_row; ++row) {
-      // The cells of a row follow each other.
-      const auto first = static_cast<std::size_t>(row * columns_ + first_column);
-      const auto last = static_cast<std::size_t>(row * columns_ + last_column);
-      const Place* place = places_.data() + cell_begins_[first];
-      const Place* const row_end = places_.data() + cell_begins_[last + 1];
-      for (; place != row_end; ++place) {
-        *end = place->feature;  // the next one overwrites what is not wanted
-        const bool is_inside = bounds.contains(place->x, place->y);
-        end += (is_inside & condition(place->feature)) ? 1 : 0;
-      }
-    }
-    return {found_.data(), end};
-  }
 
   /// Number of cells, at most: one for about two features.
   std::size_t max_cells() const { return 64 + size() / 2; }
@@ -223,13 +155,97 @@ class FrameFeatures {
   bool is_kept_ = false;  // by a Reading
   FeaturesView view_;
   std::vector<int> x_, y_;                  // the pixels
-  std::vector<std::uint32_t> found_;        // the last answer
   int cell_shift_ = 0;                      // a cell is 2^shift pixels wide and high
   int columns_ = 1, rows_ = 1;              // of cells
   std::vector<std::uint32_t> cells_;        // the cell of each feature
   std::vector<Place> places_;               // features by cell, row by row
   std::vector<std::uint32_t> cell_begins_;  // of each cell's part, and the end
 };
+
+/// Answer of FrameFeatures::inside: walks through the cells that meet the bounds.
+class FrameFeatures::Inside {
+ public:
+  /// End of every walk.
+  struct End {};
+
+  /// Place of the walk.
+  class Iterator {
+   public:
+    /// Index of the feature.
+    std::uint32_t operator*() const { return place_->feature; }
+    /// Goes on to the next feature inside.
+    Iterator& operator++() {
+      ++place_;
+      find_next();
+      return *this;
+    }
+    /// Whether there is a feature.
+    bool operator!=(End) const { return place_ != nullptr; }
+
+   private:
+    friend class Inside;
+
+    explicit Iterator(const Inside& range) : range_(range), row_(range.first_row_) {
+      if (range_.bounds_.empty()) return;
+      enter_row();
+      find_next();
+    }
+
+    /// Goes to the cells of a row, which follow each other.
+    void enter_row() {
+      const FrameFeatures& features = *range_.features_;
+      const auto first = static_cast<std::size_t>(row_ * features.columns_ + range_.first_column_);
+      const auto last = static_cast<std::size_t>(row_ * features.columns_ + range_.last_column_);
+      place_ = features.places_.data() + features.cell_begins_[first];
+      row_end_ = features.places_.data() + features.cell_begins_[last + 1];
+    }
+
+    void find_next() {
+      for (;;) {
+        while (place_ != row_end_ && !range_.bounds_.contains(place_->x, place_->y)) ++place_;
+        if (place_ != row_end_) return;
+        if (row_ == range_.last_row_) break;
+        ++row_;
+        enter_row();
+      }
+      place_ = nullptr;
+    }
+
+    const Inside& range_;
+    int row_;
+    const Place* place_ = nullptr;
+    const Place* row_end_ = nullptr;
+  };
+
+  /// First feature.
+  Iterator begin() const { return Iterator(*this); }
+  /// End of the features.
+  End end() const { return {}; }
+
+ private:
+  friend class FrameFeatures;
+
+  Inside(const FrameFeatures& features, const detail::PixelBounds& bounds)
+      : features_(&features), bounds_(bounds) {
+    if (bounds.empty()) return;
+    first_column_ = along(bounds.first_x, features.columns_, features.cell_shift_);
+    last_column_ = along(bounds.last_x, features.columns_, features.cell_shift_);
+    first_row_ = along(bounds.first_y, features.rows_, features.cell_shift_);
+    last_row_ = along(bounds.last_y, features.rows_, features.cell_shift_);
+  }
+
+  const FrameFeatures* features_;
+  detail::PixelBounds bounds_;
+  int first_column_ = 0, last_column_ = 0, first_row_ = 0, last_row_ = 0;
+};
+
+inline FrameFeatures::Inside FrameFeatures::inside(const cv::Rect& box) const {
+  return {*this, detail::bounds_of(box)};
+}
+
+inline FrameFeatures::Inside FrameFeatures::inside(const detail::PixelBounds& bounds) const {
+  return {*this, bounds};
+}
 
 /// Returns the input's features for a stage. A pipeline has read them for all its stages; for a
 /// stage that is called on its own, this function reads them. O(features) at most.

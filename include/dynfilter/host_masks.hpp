@@ -16,9 +16,8 @@
 /// | RTAB-Map (depth), dense mapping after any host     | depth_with_holes       |
 ///
 /// All three agree with MaskCuller::instance_at at every pixel: the dynamic pixels are the masks of
-/// the dynamic classes, grown by margin_px, and the culler's static mask. margin_per_diameter has
-/// no effect, since a pixel has no diameter. An instance without a mask covers nothing, even if it
-/// has a box.
+/// the dynamic classes, grown by margin_px, and the culler's static mask. An instance without a
+/// mask covers nothing, even if it has a box.
 ///
 /// Pixels that a mask missed are included only if DepthCompensator::refined, which needs depth, has
 /// refined the segmentation's instances. (The paper's EdgeCompensator needs measured features on

@@ -6,11 +6,16 @@
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "dynfilter/detail/errors.hpp"
 
 namespace dynfilter {
 
@@ -90,8 +95,172 @@ std::vector<Instance> instances_from_label_map(const cv::Mat& label_map);
 std::vector<Instance> instances_from_binary_mask(const cv::Mat& mask, int box_margin_px = 0,
                                                  int min_pixels = 1);
 
-}  // namespace dynfilter
+namespace detail {
 
-#include "dynfilter/detail/instance_converters.hpp"
+inline void require_mask_type(const cv::Mat& mask, const char* component) {
+  if (mask.empty()) {
+    throw_misuse(component, "an empty mask (was a file missing?)", "a CV_8UC1 mask");
+  }
+  if (mask.type() != CV_8UC1 || mask.dims > 2) {
+    throw_misuse(component, concatenate("a mask of type ", type_name(mask)), "a CV_8UC1 mask");
+  }
+}
+
+/// Returns the smallest box around the non-zero pixels. cv::boundingRect is not used because OpenCV
+/// 4.6 (Debian 12) returns a wrong box for some images a few pixels wide.
+inline cv::Rect bounding_box(const cv::Mat& mask) {
+  int left = mask.cols, top = mask.rows, right = 0, bottom = 0;
+  const auto on_object = [](std::uint8_t value) { return value != 0; };
+  for (int y = 0; y < mask.rows; ++y) {
+    const std::uint8_t* row = mask.ptr<std::uint8_t>(y);
+    const std::uint8_t* end = row + mask.cols;
+    const std::uint8_t* first = std::find_if(row, end, on_object);
+    if (first == end) continue;
+    const std::uint8_t* last = end;
+    while (!on_object(*--last)) {
+    }
+    left = std::min(left, static_cast<int>(first - row));
+    right = std::max(right, static_cast<int>(last - row) + 1);
+    top = std::min(top, y);
+    bottom = y + 1;
+  }
+  return right > left ? cv::Rect(left, top, right - left, bottom - top) : cv::Rect();
+}
+
+/// Returns the smallest boxes of the labels 1 … of a label map; element k-1 belongs to label k.
+template <class Label>
+std::vector<cv::Rect> label_boxes(const cv::Mat& label_map) {
+  struct Extent {
+    int left, top, right, bottom;
+  };
+  std::vector<Extent> extents;
+  for (int y = 0; y < label_map.rows; ++y) {
+    const Label* row = label_map.ptr<Label>(y);
+    for (int x = 0; x < label_map.cols; ++x) {
+      const auto label = static_cast<std::size_t>(row[x]);
+      if (label == 0) continue;
+      if (label > extents.size()) {
+        extents.resize(label, {label_map.cols, label_map.rows, 0, 0});
+      }
+      Extent& extent = extents[label - 1];
+      extent.left = std::min(extent.left, x);
+      extent.top = std::min(extent.top, y);
+      extent.right = std::max(extent.right, x + 1);
+      extent.bottom = std::max(extent.bottom, y + 1);
+    }
+  }
+  std::vector<cv::Rect> boxes;
+  boxes.reserve(extents.size());
+  for (const Extent& e : extents) {
+    boxes.push_back(e.right > e.left ? cv::Rect(e.left, e.top, e.right - e.left, e.bottom - e.top)
+                                     : cv::Rect());
+  }
+  return boxes;
+}
+
+}  // namespace detail
+
+inline Instance Instance::from_image_mask(const cv::Mat& mask, const cv::Rect& box, int class_id,
+                                          float score) {
+  Instance instance = from_image_mask(mask, class_id, score);
+  instance.box = box;
+  return instance;
+}
+
+inline Instance Instance::from_image_mask(const cv::Mat& mask, int class_id, float score) {
+  detail::require_mask_type(mask, "Instance::from_image_mask");
+  Instance instance;
+  instance.class_id = class_id;
+  instance.score = score;
+  instance.box = detail::bounding_box(mask);
+  instance.mask_origin = instance.box.tl();
+  instance.mask = mask(instance.box);
+  return instance;
+}
+
+inline Instance Instance::from_static_mask(const cv::Mat& static_mask, int class_id, float score) {
+  detail::require_mask_type(static_mask, "Instance::from_static_mask");
+  return from_image_mask(cv::Mat(static_mask == 0), class_id, score);
+}
+
+inline Instance Instance::from_box_mask(const cv::Mat& mask, const cv::Rect& box, int class_id,
+                                        float score) {
+  if (!box.empty()) detail::require_mask_type(mask, "Instance::from_box_mask");
+  if (!detail::has_size(mask, box.size())) {
+    detail::throw_misuse("Instance::from_box_mask",
+                         detail::concatenate("a mask of ", detail::size_name(mask),
+                                             " and a box of ", detail::size_name(box.size())),
+                         "a mask of the box's size");
+  }
+  Instance instance = from_box(box, class_id, score);
+  instance.mask_origin = box.tl();
+  instance.mask = mask;
+  return instance;
+}
+
+inline Instance Instance::from_box(const cv::Rect& box, int class_id, float score) {
+  Instance instance;
+  instance.class_id = class_id;
+  instance.score = score;
+  instance.box = box;
+  return instance;
+}
+
+inline std::vector<Instance> instances_from_label_map(const cv::Mat& label_map) {
+  const int type = label_map.type();
+  if (label_map.empty() || (type != CV_8UC1 && type != CV_16UC1) || label_map.dims > 2) {
+    detail::throw_misuse("instances_from_label_map",
+                         detail::concatenate(label_map.empty() ? "an empty label map of type "
+                                                               : "a label map of type ",
+                                             detail::type_name(label_map)),
+                         "CV_8UC1 or CV_16UC1");
+  }
+  const std::vector<cv::Rect> boxes = type == CV_8UC1
+                                          ? detail::label_boxes<std::uint8_t>(label_map)
+                                          : detail::label_boxes<std::uint16_t>(label_map);
+  std::vector<Instance> instances;
+  instances.reserve(boxes.size());
+  for (std::size_t k = 0; k < boxes.size(); ++k) {
+    const auto label = static_cast<double>(k + 1);
+    instances.push_back(boxes[k].empty()
+                            ? Instance()
+                            : Instance::from_box_mask(label_map(boxes[k]) == label, boxes[k]));
+  }
+  return instances;
+}
+
+inline std::vector<Instance> instances_from_binary_mask(const cv::Mat& mask, int box_margin_px,
+                                                        int min_pixels) {
+  detail::require_mask_type(mask, "instances_from_binary_mask");
+  if (box_margin_px < 0 || min_pixels < 1) {
+    detail::throw_misuse(
+        "instances_from_binary_mask",
+        detail::concatenate("box_margin_px = ", box_margin_px, " and min_pixels = ", min_pixels),
+        "box_margin_px of at least 0 and min_pixels of at least 1");
+  }
+  cv::Mat labels, extents, centroids;
+  const int count = cv::connectedComponentsWithStats(mask, labels, extents, centroids);
+  std::vector<Instance> instances;
+  for (int label = 1; label < count; ++label) {
+    const int* extent = extents.ptr<int>(label);
+    if (extent[cv::CC_STAT_AREA] < min_pixels) continue;
+    const cv::Rect tight(extent[cv::CC_STAT_LEFT], extent[cv::CC_STAT_TOP],
+                         extent[cv::CC_STAT_WIDTH], extent[cv::CC_STAT_HEIGHT]);
+    Instance instance = Instance::from_box_mask(labels(tight) == label, tight);
+    // Limit the margin to the image's size: a larger one has the same effect and could overflow.
+    const int margin = std::min(box_margin_px, std::max(mask.cols, mask.rows));
+    instance.box = cv::Rect(tight.x - margin, tight.y - margin, tight.width + 2 * margin,
+                            tight.height + 2 * margin) &
+                   cv::Rect(0, 0, mask.cols, mask.rows);
+    instances.push_back(instance);
+  }
+  std::stable_sort(instances.begin(), instances.end(), [](const Instance& a, const Instance& b) {
+    return std::make_pair(a.mask_origin.y, a.mask_origin.x) <
+           std::make_pair(b.mask_origin.y, b.mask_origin.x);
+  });
+  return instances;
+}
+
+}  // namespace dynfilter
 
 #endif  // DYNFILTER_INSTANCE_HPP

@@ -29,7 +29,6 @@ namespace dynfilter {
 struct MaskCullerOptions {
   std::vector<int> dynamic_classes = {0};  ///< class ids of dynamic objects; 0: COCO's person
   double margin_px = 0.0;                  ///< features this close to a mask are removed too
-  double margin_per_diameter = 0.0;        ///< times the keypoint's diameter, added to margin_px
   /// Mask of the robot's own parts in every frame (an arm, a bonnet): CV_8UC1 of the image's size,
   /// non-zero = robot; may be empty. It is copied, and no margin is added to it.
   cv::Mat static_mask;
@@ -46,8 +45,11 @@ class MaskCuller {
   /// Takes the options. Throws std::invalid_argument for a margin that is negative or not finite
   /// and for a static mask of another type.
   explicit MaskCuller(MaskCullerOptions options = {}) : options_(std::move(options)) {
-    require_margin("margin_px", options_.margin_px);
-    require_margin("margin_per_diameter", options_.margin_per_diameter);
+    const double margin_px = options_.margin_px;
+    if (!std::isfinite(margin_px) || margin_px < 0) {
+      detail::throw_misuse("MaskCuller", detail::concatenate("margin_px = ", margin_px),
+                           "a finite number of at least 0");
+    }
     const cv::Mat& mask = options_.static_mask;
     if (!mask.empty() && (mask.type() != CV_8UC1 || mask.dims != 2)) {
       detail::throw_misuse("MaskCuller",
@@ -90,7 +92,7 @@ class MaskCuller {
     check(input);
     validate_labels(input, labels, "MaskCuller");
     const std::vector<Instance>& instances = input.segmentation.instances;
-    FrameFeatures& features = frame_features(input.features, workspace);
+    const FrameFeatures& features = frame_features(input.features, workspace);
     cull_static_mask(features, labels);
     for (std::size_t k = 0; k < instances.size(); ++k) {
       if (!is_dynamic(instances[k].class_id)) continue;
@@ -108,16 +110,16 @@ class MaskCuller {
     return std::find(classes.begin(), classes.end(), class_id) != classes.end();
   }
 
-  /// Returns the first dynamic instance that a feature of this position and diameter belongs to:
-  /// its index, -1 for the static mask, or nothing. The segmentation must be valid.
-  std::optional<std::int32_t> instance_at(const Segmentation& segmentation, cv::Point2f position,
-                                          float diameter_px = 0.0F) const {
+  /// Returns the first dynamic instance that a feature at this position belongs to: its index, -1
+  /// for the static mask, or nothing. The segmentation must be valid.
+  std::optional<std::int32_t> instance_at(const Segmentation& segmentation,
+                                          cv::Point2f position) const {
     const cv::Point pixel = nearest_pixel(position);
     if (on_static_mask(pixel)) return -1;
-    const double margin = margin_of(diameter_px);
     for (std::size_t k = 0; k < segmentation.instances.size(); ++k) {
       const Instance& instance = segmentation.instances[k];
-      if (is_dynamic(instance.class_id) && detail::mask_within(instance, pixel, margin)) {
+      if (is_dynamic(instance.class_id) &&
+          detail::mask_within(instance, pixel, options_.margin_px)) {
         return static_cast<std::int32_t>(k);
       }
     }
@@ -125,21 +127,6 @@ class MaskCuller {
   }
 
  private:
-  static void require_margin(const char* name, double margin) {
-    if (std::isfinite(margin) && margin >= 0) return;
-    detail::throw_misuse("MaskCuller", detail::concatenate(name, " = ", margin),
-                         "a finite number of at least 0");
-  }
-
-  /// Replaces an invalid diameter (negative, NaN, infinite) by 0.
-  static double usable(float diameter_px) {
-    return std::isfinite(diameter_px) && diameter_px > 0 ? double{diameter_px} : 0.0;
-  }
-
-  double margin_of(float diameter_px) const {
-    return options_.margin_px + options_.margin_per_diameter * usable(diameter_px);
-  }
-
   bool on_static_mask(cv::Point pixel) const {
     const cv::Mat& mask = options_.static_mask;
     return pixel.x >= 0 && pixel.y >= 0 && pixel.x < mask.cols && pixel.y < mask.rows &&
@@ -154,30 +141,21 @@ class MaskCuller {
   }
 
   /// Removes FP_object of instance k: the features on its mask and within the margin.
-  void cull(const FilterInput& input, std::size_t k, FrameFeatures& features,
+  void cull(const FilterInput& input, std::size_t k, const FrameFeatures& features,
             FeatureLabels& labels) const {
     const Instance& instance = input.segmentation.instances[k];
     const cv::Rect masked(instance.mask_origin, instance.mask.size());
-    const bool has_margin = options_.margin_px > 0 || options_.margin_per_diameter > 0;
-    for (const std::size_t i :
-         features.kept_inside(detail::bounds_of(masked, max_margin()), labels)) {
+    const auto reach_px =
+        static_cast<std::int64_t>(std::min(std::ceil(options_.margin_px), detail::max_mask_radius));
+    for (const std::size_t i : features.inside(detail::bounds_of(masked, reach_px))) {
+      if (labels.is_removed(i)) continue;
       const cv::Point pixel = features.pixel(i);
-      const bool is_on_mask = instance.covers(pixel);
-      if (!is_on_mask) {
-        if (!has_margin) continue;
-        const double margin = margin_of(input.features.diameter_px(i));
-        if (!(margin > 0) || !detail::mask_within(instance, pixel, margin)) continue;
-      }
+      const bool is_near = options_.margin_px > 0
+                               ? detail::mask_within(instance, pixel, options_.margin_px)
+                               : instance.covers(pixel);
+      if (!is_near) continue;
       labels.remove(i, static_cast<std::int32_t>(k), Reason::in_mask, instance.score);
-      if (is_on_mask) ++labels.statistics().instances[k].on_mask;
     }
-  }
-
-  /// Largest possible margin in whole pixels: unlimited if it grows with keypoints.
-  std::int64_t max_margin() const {
-    const double max_px =
-        options_.margin_per_diameter > 0 ? detail::max_mask_radius : std::ceil(options_.margin_px);
-    return static_cast<std::int64_t>(std::min(max_px, detail::max_mask_radius));
   }
 
   MaskCullerOptions options_;

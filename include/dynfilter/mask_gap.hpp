@@ -27,17 +27,6 @@
 
 namespace dynfilter {
 
-/// Options of MaskGapEstimator. Lengths in pixels are for images 640 pixels wide and scale with the
-/// width.
-struct MaskGapOptions {
-  double row_step_px = 8;  ///< distance of the rows that are looked at
-  double reach_px = 24;    ///< search distance outside the mask, and inside it
-  double max_gap_px = 16;  ///< larger gaps count as this one: something else touches the object
-  std::size_t min_samples = 8;  ///< smallest number of places for an estimate
-  /// Smallest shift of the depth that counts: a smaller one is noise. With 1000000 none counts.
-  double min_shift_px = 4;
-};
-
 /// How an object's depth lies against its mask, pixels of the image.
 struct MaskGap {
   double gap_px = 0;     ///< how far the object reaches beyond its mask; 0 if it does not
@@ -68,7 +57,8 @@ struct MaskGap {
 /// An edge that has the object's depth is measured if this depth ends within the reach outside. Any
 /// other edge is measured if the object's depth begins within the reach inside. So missing limbs
 /// and things that touch the object do not count. An edge at the image's border does not, either:
-/// the object goes on there.
+/// the object goes on there. Lengths in pixels are for images 640 pixels wide and scale with the
+/// width.
 class MaskGapEstimator {
  public:
   /// Scratch memory that calls may share: how often each distance was met, from the shortest one
@@ -78,27 +68,29 @@ class MaskGapEstimator {
     std::vector<std::size_t> right;  ///< at right edges
   };
 
-  /// Takes the options. Throws std::invalid_argument for lengths that are not above 0 and at most
-  /// 1000000; min_shift_px may be 0.
-  explicit MaskGapEstimator(const MaskGapOptions& options = {}) : options_(options) {
-    require_length("row_step_px", options.row_step_px);
-    require_length("reach_px", options.reach_px);
-    require_length("max_gap_px", options.max_gap_px);
-    if (options.min_shift_px != 0) require_length("min_shift_px", options.min_shift_px);
-  }
+  /// Distance of the rows that are looked at.
+  static constexpr double row_step_px = 8;
+  /// Search distance outside the mask, and inside it: networks' masks err by up to ten pixels.
+  static constexpr double reach_px = 24;
+  /// Larger gaps count as this one: something else touches the object.
+  static constexpr double max_gap_px = 16;
+  /// Smallest number of places for an estimate.
+  static constexpr std::size_t min_samples = 8;
+  /// Smallest shift of the depth that counts: a smaller one is noise.
+  static constexpr double min_shift_px = 4;
 
   /// Measures gap, margin and shift, or returns nothing if there are too few places. `object` is
   /// the object's depth, as ObjectDepthEstimator returns it. Throws std::invalid_argument for a
   /// malformed frame. O(pixels of the mask / row_step_px + its edges in these rows x reach_px).
-  std::optional<MaskGap> estimate(const FrameView& frame, const Instance& instance,
-                                  const ObjectDepth& object, Scratch& scratch) const {
+  static std::optional<MaskGap> estimate(const FrameView& frame, const Instance& instance,
+                                         const ObjectDepth& object, Scratch& scratch) {
     validate(frame, "MaskGapEstimator");
-    const int reach = std::min(scaled(options_.reach_px, frame), frame.depth.cols);
+    const int reach = std::min(scaled(reach_px, frame), frame.depth.cols);
     scratch.left.assign(2 * static_cast<std::size_t>(reach) + 1, 0);
     scratch.right.assign(scratch.left.size(), 0);
     const cv::Rect masked =
         detail::clip({instance.mask_origin, instance.mask.size()}, frame.depth.size());
-    const int row_step = scaled(options_.row_step_px, frame);
+    const int row_step = scaled(row_step_px, frame);
     const detail::ObjectPixels pixels(frame, object.mask_range_m, object.box_range_m);
     for (int y = masked.y + row_step / 2; y < masked.y + masked.height; y += row_step) {
       measure_row(frame, instance, pixels, {masked.x, y}, masked.width, scratch);
@@ -106,7 +98,6 @@ class MaskGapEstimator {
     const Side left(scratch.left), right(scratch.right);
     MaskGap result;
     result.places = left.places + right.places;
-    const std::size_t min_samples = std::max<std::size_t>(1, options_.min_samples);
     if (result.places < min_samples) return {};
     double gap_px = 0, shift_px = 0;
     if (std::min(left.places, right.places) < (min_samples + 1) / 2) {  // one side is missing
@@ -116,17 +107,17 @@ class MaskGapEstimator {
       shift_px = (right.median - left.median) / 2;
     }
     const double scale = detail::pixel_scale(frame.depth.size());
-    const double max_px = options_.max_gap_px * scale;
+    const double max_px = max_gap_px * scale;
     result.gap_px = std::clamp(gap_px, 0.0, max_px);
     result.margin_px = std::clamp(gap_px + margin_per_shift * std::abs(shift_px), 0.0, max_px);
-    const bool is_long = std::abs(shift_px) >= options_.min_shift_px * scale;
+    const bool is_long = std::abs(shift_px) >= min_shift_px * scale;
     if (shift_px != 0 && is_long && is_clear(left, right)) result.shift_px = shift_px;
     return result;
   }
 
   /// Estimates with temporary memory.
-  std::optional<MaskGap> estimate(const FrameView& frame, const Instance& instance,
-                                  const ObjectDepth& object) const {
+  static std::optional<MaskGap> estimate(const FrameView& frame, const Instance& instance,
+                                         const ObjectDepth& object) {
     Scratch scratch;
     return estimate(frame, instance, object, scratch);
   }
@@ -164,12 +155,6 @@ class MaskGapEstimator {
     const Side& shorter = left.median < right.median ? left : right;
     const Side& longer = left.median < right.median ? right : left;
     return shorter.upper_quartile < longer.median && shorter.median < longer.lower_quartile;
-  }
-
-  static void require_length(const char* name, double pixels) {
-    if (pixels > 0 && pixels <= 1e6) return;
-    detail::throw_misuse("MaskGapEstimator", detail::concatenate(name, " = ", pixels),
-                         "a number above 0 and at most 1000000");
   }
 
   static int scaled(double pixels, const FrameView& frame) {
@@ -231,8 +216,6 @@ class MaskGapEstimator {
     }
     ++counts[static_cast<std::size_t>(last + reach)];
   }
-
-  MaskGapOptions options_;
 };
 
 }  // namespace dynfilter

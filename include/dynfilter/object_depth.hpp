@@ -25,31 +25,6 @@
 
 namespace dynfilter {
 
-/// Options of ObjectDepthEstimator.
-struct ObjectDepthOptions {
-  /// Half width of the object's depth range around its median, at least, metres: the reach of a
-  /// person's arms and legs.
-  double min_half_width_m = 0.45;
-  /// Half width of the range, at most, metres. Between the two, the range extends over the depths
-  /// on the mask until a gap: for two people in one detection.
-  double max_half_width_m = 0.70;
-  /// Smallest share of the depths on the mask that the object's cluster must have. The object is
-  /// the nearest such cluster, because a stale mask may hold more background than object, while
-  /// only what hides the object is nearer than it.
-  double min_share = 0.05;
-  /// Smallest share of its box that a mask must cover to be trusted alone. Below it, the nearest
-  /// cluster of depths in the middle of the box counts too: a network's mask may be empty, or hold
-  /// one limb.
-  double min_mask_share = 0.02;
-  /// Smallest share of the depths in the middle of the box that that cluster must have.
-  double min_box_share = 0.20;
-  /// Smallest number of depths, up to 51.2 m, for an estimate.
-  std::size_t min_samples = 8;
-  /// Largest number of places that are read in the rectangle of a mask, and in the middle of a box;
-  /// at least 1. If every fourth pixel each way would be more, every eighth, twelfth, … is read.
-  std::size_t max_places = 1500;
-};
-
 /// Depth of an object: one range estimated from its mask, another from its box if the mask is too
 /// small. Either may be empty; both are if nothing is known.
 struct ObjectDepth {
@@ -81,21 +56,34 @@ struct ObjectDepth {
 /// things that a mask holds.
 class ObjectDepthEstimator {
  public:
-  /// Takes the options. Throws std::invalid_argument for half widths that are not above 0, finite
-  /// and in order, for shares outside 0 to 1, and for a max_places of 0.
-  explicit ObjectDepthEstimator(const ObjectDepthOptions& options = {}) : options_(options) {
-    const double min_m = options.min_half_width_m, max_m = options.max_half_width_m;
-    if (!(min_m > 0) || !(max_m >= min_m) || !std::isfinite(max_m)) {
-      detail::throw_misuse("ObjectDepthEstimator",
-                           detail::concatenate("half widths of ", min_m, " to ", max_m, " m"),
-                           "0 < min_half_width_m <= max_half_width_m, finite");
-    }
-    require_share("min_share", options.min_share);
-    require_share("min_mask_share", options.min_mask_share);
-    require_share("min_box_share", options.min_box_share);
-    if (options.max_places == 0) {
-      detail::throw_misuse("ObjectDepthEstimator", "max_places = 0", "at least 1");
-    }
+  /// Smallest number of depths, up to 51.2 m, for an estimate.
+  static constexpr std::size_t min_samples = 8;
+  /// Half width of the range, at most, metres. From the half width on, the range extends over the
+  /// depths on the mask until a gap: for two people in one detection.
+  static constexpr double max_half_width_m = 0.70;
+  /// Smallest share of the depths on the mask that the object's cluster must have. The object is
+  /// the nearest such cluster, because a stale mask may hold more background than object, while
+  /// only what hides the object is nearer than it.
+  static constexpr double min_share = 0.05;
+  /// Smallest share of its box that a mask must cover to be trusted alone. Below it, the nearest
+  /// cluster of depths in the middle of the box counts too: a network's mask may be empty, or hold
+  /// one limb.
+  static constexpr double min_mask_share = 0.02;
+  /// Smallest share of the depths in the middle of the box that that cluster must have: the box
+  /// holds more of other things than the mask does.
+  static constexpr double min_box_share = 0.20;
+  /// Largest number of places that are read in the rectangle of a mask, and in the middle of a box:
+  /// it bounds the time. If every fourth pixel each way would be more, every
+  /// eighth, twelfth, … is read.
+  static constexpr std::size_t max_places = 1500;
+
+  /// Takes the half width of the range around the object's median, at least, metres. Throws
+  /// std::invalid_argument unless it is finite and above 0.
+  explicit ObjectDepthEstimator(double half_width_m = 0.45) : half_width_m_(half_width_m) {
+    if (half_width_m > 0 && std::isfinite(half_width_m)) return;
+    detail::throw_misuse("ObjectDepthEstimator",
+                         detail::concatenate("half_width_m = ", half_width_m),
+                         "a finite number above 0");
   }
 
   /// Returns the largest number of depths that are ever read from an image of this size: the size
@@ -116,13 +104,13 @@ class ObjectDepthEstimator {
     detail::DepthSamples depths_m = {scratch.data(), 0};
     const double masked = read_mask(frame, instance, depths_m);
     depth.samples = depths_m.size;
-    depth.mask_range_m = range_of(depths_m, options_.min_share);
+    depth.mask_range_m = range_of(depths_m, min_share);
     const cv::Rect box = detail::clip(instance.box, size);
-    const bool is_large = masked >= options_.min_mask_share * static_cast<double>(box.area());
+    const bool is_large = masked >= min_mask_share * static_cast<double>(box.area());
     if (!depth.mask_range_m.empty() && is_large) return depth;
     read_middle(frame, box, depths_m);
     depth.samples += depths_m.size;
-    depth.box_range_m = range_of(depths_m, options_.min_box_share);
+    depth.box_range_m = range_of(depths_m, min_box_share);
     return depth;
   }
 
@@ -152,12 +140,6 @@ class ObjectDepthEstimator {
   }
 
  private:
-  static void require_share(const char* name, double share) {
-    if (share >= 0 && share <= 1) return;
-    detail::throw_misuse("ObjectDepthEstimator", detail::concatenate(name, " = ", share),
-                         "a share from 0 to 1");
-  }
-
   /// Returns the smallest distance of two places, pixels.
   static int min_step(const cv::Size& image) {
     return std::max(1, static_cast<int>(std::lround(4 * detail::pixel_scale(image))));
@@ -170,17 +152,17 @@ class ObjectDepthEstimator {
   }
 
   /// Returns the distance of the places in an area, pixels.
-  int step_in(const cv::Size& area, const cv::Size& image) const {
+  static int step_in(const cv::Size& area, const cv::Size& image) {
     const int shortest = min_step(image);
     int step = shortest;
-    while (places(area, step) > options_.max_places) step += shortest;
+    while (places(area, step) > max_places) step += shortest;
     return step;
   }
 
   /// Reads the depths on the mask. Returns the area of the mask in the image, pixels, as estimated
   /// from the places that were looked at.
-  double read_mask(const FrameView& frame, const Instance& instance,
-                   detail::DepthSamples& depths_m) const {
+  static double read_mask(const FrameView& frame, const Instance& instance,
+                          detail::DepthSamples& depths_m) {
     const cv::Rect masked(instance.mask_origin, instance.mask.size());
     cv::Rect inside = detail::clip(masked, frame.depth.size());
     const int step = step_in(inside.size(), frame.depth.size());
@@ -190,8 +172,8 @@ class ObjectDepthEstimator {
   }
 
   /// Reads the depths in the middle of the box.
-  void read_middle(const FrameView& frame, const cv::Rect& box,
-                   detail::DepthSamples& depths_m) const {
+  static void read_middle(const FrameView& frame, const cv::Rect& box,
+                          detail::DepthSamples& depths_m) {
     const cv::Rect middle = middle_of(box);
     read(frame, middle, step_in(middle.size(), frame.depth.size()), nullptr, depths_m);
   }
@@ -229,21 +211,21 @@ class ObjectDepthEstimator {
 
   ValueRange range_of(std::vector<float>& depths_m) const {
     detail::DepthSamples samples = {depths_m.data(), depths_m.size()};
-    return range_of(samples, options_.min_box_share);
+    return range_of(samples, min_box_share);
   }
 
-  ValueRange range_of(detail::DepthSamples& depths_m, double min_share) const {
+  ValueRange range_of(detail::DepthSamples& depths_m, double smallest_share) const {
     const detail::DepthHistogram histogram(depths_m);
-    if (histogram.total() < std::max<std::size_t>(1, options_.min_samples)) return {};
-    const double half = options_.min_half_width_m;
+    if (histogram.total() < min_samples) return {};
+    const double half = half_width_m_;
     const double window = std::max(half, detail::DepthHistogram::bin_m);  // as in nearest_cluster
-    const double centre = histogram.nearest_cluster(half, min_share);
+    const double centre = histogram.nearest_cluster(half, smallest_share);
     const double median = histogram.median_within(depths_m, centre - window, centre + window);
-    const ValueRange extent = histogram.extent_around(median, options_.max_half_width_m);
+    const ValueRange extent = histogram.extent_around(median, std::max(max_half_width_m, half));
     return {std::min(median - half, extent.lower), std::max(median + half, extent.upper)};
   }
 
-  ObjectDepthOptions options_;
+  double half_width_m_;
 };
 
 }  // namespace dynfilter

@@ -27,33 +27,6 @@
 
 namespace dynfilter {
 
-/// Returns the age of the masks, seconds; 0 if it is above max_age_s, because their time was not
-/// set.
-inline double mask_age_s(const FilterInput& input, const DepthCompensatorOptions& options) {
-  const double age_s = std::abs(input.frame.timestamp_s - input.segmentation.timestamp_s);
-  return age_s <= options.max_age_s ? age_s : 0;
-}
-
-/// Whether the masks are too old to be trusted.
-inline bool are_masks_stale(const FilterInput& input, const DepthCompensatorOptions& options) {
-  return mask_age_s(input, options) > options.stale_age_s;
-}
-
-/// Returns the part of an image of this size that an object may be in: its box with the margin,
-/// grown by the distance that the object may have moved in `age_s` seconds.
-inline cv::Rect object_reach(const cv::Rect& box, double age_s,
-                             const DepthCompensatorOptions& options, const cv::Size& size) {
-  const double motion_px = options.motion_px_per_s * age_s;
-  const auto grown = [&](double length_px) {
-    // At most from one end of the image to the other.
-    return static_cast<std::int64_t>(
-        std::lround(std::min(length_px * detail::pixel_scale(size),
-                             static_cast<double>(std::max(size.width, size.height)))));
-  };
-  return detail::clip_grown(box, grown(options.box_margin_px + motion_px),
-                            grown(options.box_margin_px + motion_px / 2), size);
-}
-
 /// One object in one frame: where it may be, its depth, and what surrounds it. It answers for
 /// DepthCompensator which pixels are the object's. It refers to the input and the options that it
 /// was measured with; ask only while they live. It is for one thread, even where it is const.
@@ -69,25 +42,25 @@ class ObjectInFrame {
   /// O(pixels of the mask / 16), and O(n log n) in the cells of its reach.
   void measure(const FilterInput& input, std::size_t instance,
                const DepthCompensatorOptions& options, const ObjectDepthEstimator& depth_estimator,
-               const MaskGapEstimator& gap_estimator, Scratch& scratch) {
+               Scratch& scratch) {
     frame_ = &input.frame;
     mask_ = &input.segmentation.instances[instance];
-    options_ = &options;
     instance_ = instance;
-    is_stale_ = are_masks_stale(input, options);
+    is_stale_ = mask_age_s(input.frame, input.segmentation) > options.stale_age_s;
     gap_ = {};
     to_depth_ = {};
     depth_ = depth_estimator.estimate(*frame_, *mask_, scratch.depths_m);
     if (depth_.empty()) return;
     pixels_ = {*frame_, depth_.mask_range_m, depth_.box_range_m};
-    reach_ = object_reach(mask_->box, mask_age_s(input, options), options, frame_->depth.size());
+    reach_ = object_reach(mask_->box, mask_age_s(input.frame, input.segmentation), options,
+                          frame_->depth.size());
     if (!is_stale_) {
-      gap_ = gap_estimator.estimate(*frame_, *mask_, depth_, scratch.gaps).value_or(MaskGap());
+      gap_ = MaskGapEstimator::estimate(*frame_, *mask_, depth_, scratch.gaps).value_or(MaskGap());
       to_depth_.x = static_cast<int>(std::lround(gap_.shift_px));
     }
-    nearness_steps_ = detail::steps_of_reach(options.reach_px, frame_->depth.size());
+    nearness_steps_ = detail::steps_of_reach(depth_rule::reach_px, frame_->depth.size());
     margin_px_ = gap_.margin_px + pixels(options.mask_margin_px);
-    shadow_px_ = gap_.margin_px + pixels(options.shadow_px);
+    shadow_px_ = gap_.margin_px + pixels(depth_rule::shadow_px);
     segmentation_ = &input.segmentation;
     is_flooded_ = false;
   }
@@ -109,8 +82,8 @@ class ObjectInFrame {
     const cv::Point place = depth_place(pixel);
     const double depth_m = frame_->depth_m(place).value_or(0);
     const ValueRange range_m = depth_.hull_m();
-    if (!(depth_m > 0) || depth_m < range_m.lower - options_->max_beyond_range_m ||
-        depth_m > range_m.upper + options_->max_beyond_range_m) {
+    if (!(depth_m > 0) || depth_m < range_m.lower - depth_rule::max_beyond_range_m ||
+        depth_m > range_m.upper + depth_rule::max_beyond_range_m) {
       return false;
     }
     const bool is_in_range = depth_.contains(depth_m);
@@ -119,7 +92,7 @@ class ObjectInFrame {
     const DepthWatershed::Steps steps = watershed_.steps_to(place, depth_m);
     const bool is_surroundings = steps.to_surroundings_m < steps.to_object_m;
     if (is_in_range) return !is_surroundings || !watershed_.has_object();
-    return !is_surroundings && steps.to_object_m <= options_->max_step_m;
+    return !is_surroundings && steps.to_object_m <= depth_rule::max_step_m;
   }
 
   /// Returns the certainty that a pixel in reach belongs to the object, by depth and nearness. From
@@ -180,7 +153,7 @@ class ObjectInFrame {
   bool is_off_middle(double depth_m) const {
     const ValueRange range_m = depth_.hull_m();
     const double behind_m = depth_m - (range_m.lower + range_m.upper) / 2;
-    return (is_stale_ ? behind_m : std::abs(behind_m)) > options_->min_off_middle_m;
+    return (is_stale_ ? behind_m : std::abs(behind_m)) > depth_rule::min_off_middle_m;
   }
 
   /// Floods the reach and one row of cells around it, unless it is done: from the mask, and from
@@ -188,7 +161,7 @@ class ObjectInFrame {
   void flood() const {
     if (is_flooded_) return;
     is_flooded_ = true;
-    const int cell_px = std::max(1, static_cast<int>(std::lround(pixels(options_->cell_px))));
+    const int cell_px = std::max(1, static_cast<int>(std::lround(pixels(depth_rule::cell_px))));
     const std::int64_t shift_px = std::abs(to_depth_.x);
     const cv::Rect area =
         detail::clip_grown(reach_, cell_px + shift_px, cell_px, frame_->depth.size());
@@ -206,8 +179,8 @@ class ObjectInFrame {
       return DepthWatershed::Seed::surroundings;
     };
     ValueRange range_m = depth_.hull_m();
-    range_m.lower -= options_->max_beyond_range_m;
-    range_m.upper += options_->max_beyond_range_m;
+    range_m.lower -= depth_rule::max_beyond_range_m;
+    range_m.upper += depth_rule::max_beyond_range_m;
     watershed_.flood(*frame_, cells, cell_px, range_m, seed_at);
   }
 
@@ -231,15 +204,14 @@ class ObjectInFrame {
   /// fresh mask, in the sensor's shadow. `nearness` is the pixel's: the distance to the mask is
   /// measured only if it decides.
   double min_nearness(cv::Point pixel, double nearness) const {
-    if (is_stale_) return options_->min_nearness_if_stale;
-    const double in_shadow = std::max(options_->min_nearness, options_->min_nearness_in_shadow);
-    if (nearness >= in_shadow) return options_->min_nearness;
-    return detail::mask_within(*mask_, pixel, shadow_px_) ? in_shadow : options_->min_nearness;
+    if (is_stale_) return depth_rule::min_nearness_if_stale;
+    const double in_shadow = std::max(depth_rule::min_nearness, depth_rule::min_nearness_in_shadow);
+    if (nearness >= in_shadow) return depth_rule::min_nearness;
+    return detail::mask_within(*mask_, pixel, shadow_px_) ? in_shadow : depth_rule::min_nearness;
   }
 
   const FrameView* frame_ = nullptr;
   const Instance* mask_ = nullptr;
-  const DepthCompensatorOptions* options_ = nullptr;
   std::size_t instance_ = 0;
   bool is_stale_ = false;
   cv::Rect reach_;

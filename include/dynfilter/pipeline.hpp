@@ -6,7 +6,6 @@
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
-#include <optional>
 #include <tuple>
 #include <type_traits>
 #include <utility>
@@ -14,6 +13,7 @@
 #include "dynfilter/filter_input.hpp"
 #include "dynfilter/frame_features.hpp"
 #include "dynfilter/labels.hpp"
+#include "dynfilter/segmentation.hpp"
 #include "dynfilter/stage.hpp"
 #include "dynfilter/workspace.hpp"
 
@@ -32,19 +32,11 @@ class Pipeline {
   /// Takes the stages in the order in which they run.
   explicit Pipeline(Stages... stages) : stages_(std::move(stages)...) {}
 
-  /// Returns the labels of the frame's features. Throws std::invalid_argument for malformed input
-  /// (see validate) and passes on what a stage throws.
-  FeatureLabels apply(const FrameView& frame, const Segmentation& segmentation,
-                      FeaturesView features) const {
-    FeatureLabels labels;
-    Workspace workspace;
-    apply(frame, segmentation, features, labels, workspace);
-    return labels;
-  }
-
-  /// Returns the labels of a frame whose masks may be unknown: std::nullopt. A segmentation without
-  /// instances says instead that nobody is there.
-  FeatureLabels apply(const FrameView& frame, const std::optional<Segmentation>& segmentation,
+  /// Returns the labels of the frame's features. The segmentation may be a std::optional; {} and
+  /// std::nullopt say that no masks are known, and a segmentation without instances that nobody is
+  /// there. Throws std::invalid_argument for malformed input (see validate) and passes on what a
+  /// stage throws.
+  FeatureLabels apply(const FrameView& frame, SegmentationView segmentation,
                       FeaturesView features) const {
     FeatureLabels labels;
     Workspace workspace;
@@ -54,18 +46,11 @@ class Pipeline {
 
   /// Writes the labels of the frame's features into `labels`, reusing its memory and the workspace:
   /// a frame no larger than earlier ones allocates nothing. If it throws, `labels` is empty.
-  void apply(const FrameView& frame, const Segmentation& segmentation, FeaturesView features,
+  void apply(const FrameView& frame, SegmentationView segmentation, FeaturesView features,
              FeatureLabels& labels, Workspace& workspace) const {
-    run({frame, segmentation, features}, true, labels, workspace);
-  }
-
-  /// Writes the labels of a frame whose masks may be unknown, reusing memory. If it throws,
-  /// `labels` is empty.
-  void apply(const FrameView& frame, const std::optional<Segmentation>& segmentation,
-             FeaturesView features, FeatureLabels& labels, Workspace& workspace) const {
     const Segmentation no_masks;
-    run({frame, segmentation ? *segmentation : no_masks, features}, segmentation.has_value(),
-        labels, workspace);
+    run({frame, segmentation.has_value() ? *segmentation : no_masks, features},
+        segmentation.has_value(), labels, workspace);
   }
 
   /// Returns the stage of this type.

@@ -35,8 +35,7 @@ struct RangeEstimatorOptions {
   OutlierRule outlier_rule = OutlierRule::median_absolute_deviation;  ///< which values are rejected
   /// Factor of the rule; customary: 3 for MAD, 1.5 for the inter-quartile range.
   double outlier_factor = 3.0;
-  std::size_t min_samples = 5;  ///< fewer values give no range
-  double expansion = 0.0;       ///< added on both sides, in the unit of the values
+  double expansion = 0.0;  ///< added on both sides, in the unit of the values
 };
 
 /// Estimates the range [a, b] of a quantity on an object from a sample: rejects outliers, takes the
@@ -44,8 +43,11 @@ struct RangeEstimatorOptions {
 /// depth in metres and D-LBP codes.
 class RangeEstimator {
  public:
+  /// Smallest number of values that give a range: with fewer, an outlier is as likely the object.
+  static constexpr std::size_t min_samples = 5;
+
   /// Takes the options. Throws std::invalid_argument for a factor or expansion that is negative or
-  /// not finite, and for min_samples = 0.
+  /// not finite.
   explicit RangeEstimator(const RangeEstimatorOptions& options = {}) : options_(options) {
     const auto require = [](bool holds, const char* name, double value, const char* want) {
       if (!holds) {
@@ -56,7 +58,6 @@ class RangeEstimator {
             options.outlier_factor, "a finite number of at least 0");
     require(std::isfinite(options.expansion) && options.expansion >= 0, "expansion",
             options.expansion, "a finite number of at least 0");
-    require(options.min_samples > 0, "min_samples", 0, "at least 1");
   }
 
   /// Returns the range of the sampled values, and sorts them. The range is empty if there are fewer
@@ -70,7 +71,7 @@ class RangeEstimator {
       }
     }
     std::sort(values.begin(), values.end());
-    if (values.size() < options_.min_samples) return {};
+    if (values.size() < min_samples) return {};
     const ValueRange fences = inlier_fences(values);
     const auto first = std::lower_bound(values.begin(), values.end(), fences.lower);
     const auto last = std::upper_bound(first, values.end(), fences.upper);

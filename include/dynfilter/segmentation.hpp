@@ -27,6 +27,30 @@ struct Segmentation {
   std::vector<Instance> instances;  ///< the detected objects, in the segmenter's order
 };
 
+/// Reference to a segmentation, or to none: std::nullopt or {} says that no masks are known. It is
+/// made implicitly, owns nothing, and must not outlive what it was made from.
+class SegmentationView {
+ public:
+  /// @{
+  /// Refers to no segmentation: no masks are known.
+  SegmentationView() = default;
+  SegmentationView(std::nullopt_t) {}
+  /// @}
+  /// Refers to a segmentation. One without instances says that nobody is there.
+  SegmentationView(const Segmentation& segmentation) : segmentation_(&segmentation) {}
+  /// Refers to a segmentation, if there is one.
+  SegmentationView(const std::optional<Segmentation>& segmentation)
+      : segmentation_(segmentation ? &*segmentation : nullptr) {}
+
+  /// Whether there is a segmentation.
+  bool has_value() const { return segmentation_ != nullptr; }
+  /// Segmentation; ask only if there is one.
+  const Segmentation& operator*() const { return *segmentation_; }
+
+ private:
+  const Segmentation* segmentation_ = nullptr;
+};
+
 namespace detail {
 
 // Limits of OpenCV's own image readers. Larger images are mistakes: a mask of such a size would

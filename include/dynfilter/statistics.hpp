@@ -79,7 +79,6 @@ struct InstanceStatistics {
   float score = 1.0F;            ///< detector's confidence in the instance
   bool dynamic = false;          ///< its class is one of the dynamic ones
   std::size_t masked = 0;        ///< FP_object: removed because they lie on the mask
-  std::size_t on_mask = 0;       ///< the part of `masked` that needed no margin
   std::size_t sampled = 0;       ///< features or pixels that the ranges were estimated from
   std::size_t candidates = 0;    ///< features in the box that no earlier stage or instance removed
   std::size_t passed_depth = 0;  ///< candidates that the depth range alone would remove
@@ -110,7 +109,7 @@ struct FrameStatistics {
   std::size_t moving = 0;       ///< removed because they move
   std::size_t custom = 0;       ///< removed by your own stages, or while a plugin's host waits
   std::size_t restored = 0;     ///< kept features that any stage removed first and one gave back
-  bool starved = false;         ///< fewer features than the floor were left before restoring
+  bool starved = false;         ///< fewer features than the floor are left
   /// Number to extract next time; 0 = the present number suffices.
   std::size_t suggested_features = 0;
   /// False: no masks are known; true without instances: nobody is there.

@@ -16,6 +16,7 @@
 
 #include <opencv2/core.hpp>
 
+#include "dynfilter/depth_compensator_options.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/pixel_scale.hpp"
 #include "dynfilter/detail/rectangles.hpp"
@@ -24,7 +25,6 @@
 #include "dynfilter/filter_input.hpp"
 #include "dynfilter/frame_features.hpp"
 #include "dynfilter/mask_culler.hpp"
-#include "dynfilter/object_in_frame.hpp"
 #include "dynfilter/workspace.hpp"
 
 namespace dynfilter {
@@ -37,24 +37,9 @@ struct StereoPair {
   double focal_baseline = 0;
 };
 
-/// Options of StereoDepths. Lengths in pixels are for images 640 pixels wide and scale with the
-/// width.
+/// Options of StereoDepths.
 struct StereoDepthsOptions {
   double min_depth_m = 0.8;  ///< nearest depth that is looked for, metres; decides the time
-  /// Largest difference of two patches that match, relative to the contrast of the left one.
-  double max_difference = 0.5;
-  /// Factor by which every other place in the row must differ more than the match.
-  double min_distinction = 1.15;
-  /// Search distance for the farthest surface around a hidden feature.
-  double background_reach_px = 140;
-  /// Search distance for the surface that hides it, in rows up and down.
-  double hider_reach_px = 30;
-  /// Largest width of the strip that a surface is taken to hide beside itself.
-  double max_hidden_px = 60;
-  /// Smallest share of the features that find a match, of those that are looked for, at which
-  /// others may be hidden. Where fewer do, the images differ too much for a missing match to say
-  /// anything: the baseline is wide for the distance, or rows are out of step.
-  double min_matched_share = 0.5;
 };
 
 /// Finds the depths of features in a rectified pair of images, for frames without a depth image:
@@ -77,21 +62,29 @@ struct StereoDepthsOptions {
 /// pixel on, fewer features find their match.
 class StereoDepths {
  public:
-  /// Takes the options. Throws std::invalid_argument for numbers that are not finite, a min_depth_m
-  /// or a max_difference that is not above 0, a min_distinction below 1, a min_matched_share or a
-  /// length below 0, and anything above 1000000.
+  /// Takes the options. Throws std::invalid_argument for a min_depth_m that is not above 0 and at
+  /// most 1000000.
   explicit StereoDepths(const StereoDepthsOptions& options = {}) : options_(options) {
-    require("min_depth_m", options.min_depth_m, min_above_zero, "a number above 0");
-    require("max_difference", options.max_difference, min_above_zero, "a number above 0");
-    require("min_distinction", options.min_distinction, 1, "a number of at least 1");
-    require("min_matched_share", options.min_matched_share, 0, "a number of at least 0");
-    for (const auto& [name, length_px] :
-         {std::pair("background_reach_px", options.background_reach_px),
-          std::pair("hider_reach_px", options.hider_reach_px),
-          std::pair("max_hidden_px", options.max_hidden_px)}) {
-      require(name, length_px, 0, "a length from 0 to 1000000");
-    }
+    if (options.min_depth_m > 0 && options.min_depth_m <= 1e6) return;
+    detail::throw_misuse("StereoDepths", detail::concatenate("min_depth_m = ", options.min_depth_m),
+                         "a number above 0, at most 1000000");
   }
+
+  /// Largest difference of two patches that match, relative to the contrast of the left one.
+  static constexpr double max_difference = 0.5;
+  /// Factor by which every other place in the row must differ more than the match.
+  static constexpr double min_distinction = 1.15;
+  /// Search distance for the farthest surface around a hidden feature, pixels of an image 640
+  /// pixels wide, as the lengths below.
+  static constexpr double background_reach_px = 140;
+  /// Search distance for the surface that hides it, in rows up and down.
+  static constexpr double hider_reach_px = 30;
+  /// Largest width of the strip that a surface is taken to hide beside itself.
+  static constexpr double max_hidden_px = 60;
+  /// Smallest share of the features that find a match, of those that are looked for, at which
+  /// others may be hidden. Where fewer do, the images differ too much for a missing match to say
+  /// anything: the baseline is wide for the distance, or rows are out of step.
+  static constexpr double min_matched_share = 0.5;
 
   /// Finds the depths of the features in some areas of the left image, metres, and writes them to
   /// the column, where 0 is unknown. `depths_m` has one depth for each feature; those of features
@@ -105,7 +98,7 @@ class StereoDepths {
             std::vector<float>& depths_m, Workspace& workspace) const {
     validate(pair, features, depths_m);
     Scratch& scratch = workspace.get<Scratch>();
-    FrameFeatures& pixels = frame_features(features, workspace);
+    const FrameFeatures& pixels = frame_features(features, workspace);
     scratch.prepare(features.size(), pair.left.cols);
     for (const cv::Rect& area : areas) {
       for (const std::size_t i : pixels.inside(detail::bounds_of(area))) {
@@ -113,7 +106,7 @@ class StereoDepths {
         match(pair, pixels.pixel(i), i, scratch);
       }
     }
-    const bool may_be_hidden = scratch.matched_share() >= options_.min_matched_share;
+    const bool may_be_hidden = scratch.matched_share() >= min_matched_share;
     for (std::size_t i = 0; i < depths_m.size(); ++i) {
       if (scratch.found[i] == Found::nothing_yet) continue;
       const double disparity_px = scratch.found[i] == Found::no_match && may_be_hidden
@@ -160,13 +153,6 @@ class StereoDepths {
     }
   };
 
-  static constexpr double min_above_zero = std::numeric_limits<double>::min();
-
-  static void require(const char* name, double value, double lowest, const char* want) {
-    if (value >= lowest && value <= 1e6) return;
-    detail::throw_misuse("StereoDepths", detail::concatenate(name, " = ", value), want);
-  }
-
   static void validate(const StereoPair& pair, const FeaturesView& features,
                        const std::vector<float>& depths_m) {
     const bool are_grey = pair.left.type() == CV_8UC1 && pair.right.type() == CV_8UC1 &&
@@ -204,11 +190,11 @@ class StereoDepths {
     const int last_x = pixel.x + 1;  // so that a match at infinity has neighbours
     if (last_x - std::max(pixel.x - reach, detail::RowSearch::radius) < min_places) return;
     found = Found::no_match;
-    const auto there = scratch.search.find(pair.left, pixel, pair.right, pixel.x - reach, last_x,
-                                           options_.min_distinction);
+    const auto there =
+        scratch.search.find(pair.left, pixel, pair.right, pixel.x - reach, last_x, min_distinction);
     if (!there) return;
     const int contrast = detail::RowSearch::contrast(pair.left, pixel);
-    if (there->difference > options_.max_difference * contrast + noise) return;
+    if (there->difference > max_difference * contrast + noise) return;
     const cv::Point place(cvRound(there->x), pixel.y);
     const auto back =
         scratch.search.find(pair.right, place, pair.left, place.x - 1, place.x + reach, 0);
@@ -220,11 +206,11 @@ class StereoDepths {
 
   /// Returns the disparity of the farthest surface around an unmatched feature if a nearer one
   /// hides it in the right image; otherwise 0.
-  double disparity_behind(const StereoPair& pair, std::size_t feature, FrameFeatures& pixels,
-                          const Scratch& scratch) const {
+  static double disparity_behind(const StereoPair& pair, std::size_t feature,
+                                 const FrameFeatures& pixels, const Scratch& scratch) {
     const double scale = detail::pixel_scale(pair.left.size());
     const cv::Point pixel = pixels.pixel(feature);
-    const double reach_px = options_.background_reach_px * scale;
+    const double reach_px = background_reach_px * scale;
     double farthest_px = std::numeric_limits<double>::max();
     for (const std::size_t i : pixels.inside(around(pixel, reach_px))) {
       const double disparity_px = double{scratch.disparities_px[i]};
@@ -232,8 +218,8 @@ class StereoDepths {
       const bool is_near = std::hypot(way.x, way.y) <= reach_px;
       if (disparity_px > 0 && is_near) farthest_px = std::min(farthest_px, disparity_px);
     }
-    const double max_px = options_.max_hidden_px * scale;
-    const double rows = options_.hider_reach_px * scale;
+    const double max_px = max_hidden_px * scale;
+    const double rows = hider_reach_px * scale;
     for (const std::size_t i : pixels.inside(around(pixel, max_px + detail::RowSearch::radius))) {
       const double disparity_px = double{scratch.disparities_px[i]};
       const double hidden_px = disparity_px - farthest_px;  // width of the strip beside the surface
@@ -265,13 +251,14 @@ class StereoDepths {
 inline void stereo_areas(const FilterInput& input, const MaskCuller& culler,
                          const DepthCompensatorOptions& options, std::vector<cv::Rect>& areas) {
   const cv::Size size = input.segmentation.image_size;
-  const double reach_px = std::min(options.feature_reach_px * detail::pixel_scale(size),
+  const double reach_px = std::min(depth_rule::feature_reach_px * detail::pixel_scale(size),
                                    static_cast<double>(size.width + size.height));
   const auto margin = static_cast<std::int64_t>(std::ceil(reach_px));
   areas.clear();
   for (const Instance& instance : input.segmentation.instances) {
     if (!culler.is_dynamic(instance.class_id)) continue;
-    const cv::Rect reach = object_reach(instance.box, mask_age_s(input, options), options, size);
+    const cv::Rect reach =
+        object_reach(instance.box, mask_age_s(input.frame, input.segmentation), options, size);
     areas.push_back(detail::clip_grown(reach, margin, margin, size));
   }
 }

@@ -89,12 +89,7 @@ void read_rule(SettingsFile& file, PluginSettings& settings) {
   file.read_choice("rule", {"depth", "paper", "mask"}, rule);
   if (rule == "paper") options.rule = CompensationRule::paper;
   if (rule == "mask") options.rule = CompensationRule::mask;
-  // The range may grow beyond the half width as far as it does by default: for two people in one
-  // detection.
-  ObjectDepthOptions& object = options.depth.object_depth;
-  const double growth_m = object.max_half_width_m - object.min_half_width_m;
-  file.read_number("half_width_m", object.min_half_width_m);
-  if (file.has("half_width_m")) object.max_half_width_m = object.min_half_width_m + growth_m;
+  file.read_number("half_width_m", options.depth.half_width_m);
   double& nearest_m = settings.stereo.min_depth_m;
   file.read_number("min_depth_m", nearest_m);
   if (!(nearest_m > 0 && nearest_m <= 1e6)) {

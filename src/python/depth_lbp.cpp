@@ -1,7 +1,6 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -16,12 +15,12 @@ namespace {
 
 constexpr Argument a_depth_image{"DepthLbp", "a depth image"};
 
-py::object dense(const DepthLbp& lbp, const py::object& depth) {
+py::object dense(const DepthLbp&, const py::object& depth) {
   const cv::Mat image = matrix_from(depth, Pixels::depth, a_depth_image);
   cv::Mat codes;
   {
     const py::gil_scoped_release unlock;
-    codes = dense_depth_lbp(image, lbp.options());
+    codes = dense_depth_lbp(image);
   }
   return array_of(codes, true);
 }
@@ -44,20 +43,13 @@ void bind_depth_lbp(py::module_& module) {
   py::class_<DepthLbp>(
       module, "DepthLbp",
       R"(Local binary pattern of a depth image, D-LBP (paper section 3.2, Figure 2). Bit k of a
-pixel's code is 1 if neighbour k is farther away than the pixel; equal depth gives 0.
+pixel's code is 1 if neighbour k, clockwise from the top-left one, is farther away than the pixel;
+equal depth and no depth give 0.
 
 A pixel on the border of the image or without depth has no code. Depth is uint16 or float32; 0,
 negative, NaN and infinite mean "no depth". Codes only compare depths, so the unit does not
 matter.)")
-      .def(py::init([](const std::array<std::uint8_t, 8>& bits, MissingNeighbour missing) {
-             return DepthLbp({bits, missing});
-           }),
-           py::kw_only(), py::arg("bits") = DepthLbpOptions().bits,
-           py::arg_v("missing_neighbour", MissingNeighbour::nearer, "MissingNeighbour.nearer"),
-           R"(bits: bit (0 to 7) of each neighbour, clockwise from the top-left one
-missing_neighbour: meaning of a neighbour without depth
-
-Raises ValueError unless the bits are the numbers 0 to 7 in some order.)")
+      .def(py::init<>())
       .def("dense", &dense, py::arg("depth"),
            R"(Computes the codes of the whole image: uint8, H x W, 0 where a pixel has no code. The
 interpreter's lock is released meanwhile.)")
@@ -70,14 +62,9 @@ interpreter's lock is released meanwhile.)")
           },
           py::arg("depth"), py::arg("pixel"),
           "Returns the code of one pixel (x, y), or None if it has none.")
-      .def("__repr__",
-           [](const py::object& self) {
-             const DepthLbpOptions& options = self.cast<const DepthLbp&>().options();
-             return type_name(self) + "(bits=" + text_of(py::cast(options.bits)) +
-                    ", missing_neighbour=" + text_of(py::cast(options.missing_neighbour)) + ")";
-           })
-      .def(py::pickle([](const DepthLbp& self) { return self.options(); },
-                      [](const DepthLbpOptions& options) { return DepthLbp(options); }));
+      .def("__repr__", [](const py::object& self) { return type_name(self) + "()"; })
+      .def(py::pickle([](const DepthLbp&) { return py::tuple(); },
+                      [](const py::tuple&) { return DepthLbp(); }));
 }
 
 }  // namespace dynfilter::python

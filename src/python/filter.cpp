@@ -18,13 +18,11 @@ namespace dynfilter::python {
 const char* const filter_options_doc =
     R"(dynamic_classes: class ids of dynamic objects; 0: COCO's person
 margin_px: features this close to a mask are removed too
-margin_per_diameter: times the keypoint's diameter, added to margin_px
 static_mask: mask of the robot's own parts in every frame, bool or uint8 of the image's size
 rule: how the features that masks missed are found
 depth: options of CompensationRule.depth
 paper: options of CompensationRule.paper
-floor: features that should be left; 0 = no check
-policy: what to do about a frame with fewer
+floor: features that should be left; a frame with fewer is starved; 0 = no check
 
 Raises ValueError for options out of range.)";
 
@@ -34,14 +32,12 @@ frame: FrameView
 segmentation: Segmentation of the frame, or None if no masks are known
 features: N x 2 (or N x 1 x 2, as OpenCV has them), float32: x and y in raw pixels of the image that
     was segmented; the rows may have any distance
-diameters_px: N, the sizes of keypoints, for margin_per_diameter; None = 0. These are copied.
 depths_m: N, the features' depths in metres, 0 or NaN = unknown, for frames without a depth image;
     None = not known. These are copied.
 
 Raises ValueError for malformed input. The interpreter's lock is released meanwhile.)";
 
-Features::Features(const py::object& points, const py::object& diameters_px,
-                   const py::object& depths_m, const char* component)
+Features::Features(const py::object& points, const py::object& depths_m, const char* component)
     : points_(array_from(points)), view_(features_from(points_, component)) {
   const auto column = [&](const py::object& values, const char* name) {
     const auto numbers = numbers_from(values, {component, name});
@@ -54,42 +50,34 @@ Features::Features(const py::object& points, const py::object& diameters_px,
     const auto* const first = numbers.data();
     return std::vector<float>(first, first + numbers.size());
   };
-  if (!diameters_px.is_none()) {
-    const std::vector<float> diameters = column(diameters_px, "diameters_px");
-    keypoints_.reserve(view_.size());
-    for (std::size_t i = 0; i < view_.size(); ++i) keypoints_.emplace_back(view_[i], diameters[i]);
-    view_ = FeaturesView(keypoints_);
-  }
   if (!depths_m.is_none()) {
     depths_m_ = column(depths_m, "depths_m");
     view_ = view_.with_depths(depths_m_);
   }
 }
 
-const Segmentation* segmentation_of(const py::object& argument, const char* component) {
-  if (argument.is_none()) return nullptr;
+SegmentationView segmentation_of(const py::object& argument, const char* component) {
+  if (argument.is_none()) return {};
   if (!py::isinstance<Segmentation>(argument)) {
     throw py::type_error(detail::concatenate(component, ": got a segmentation of type ",
                                              type_name(argument),
                                              "; want a Segmentation or None; see "
                                              "Segmentation.from_masks"));
   }
-  return &argument.cast<const Segmentation&>();
+  return argument.cast<const Segmentation&>();
 }
 
 DynamicFilterOptions filter_options(std::vector<int> dynamic_classes, double margin_px,
-                                    double margin_per_diameter, const py::object& static_mask,
-                                    CompensationRule rule, const DepthCompensatorOptions& depth,
-                                    const EdgeCompensatorOptions& paper, std::size_t floor,
-                                    FloorPolicy policy) {
+                                    const py::object& static_mask, CompensationRule rule,
+                                    const DepthCompensatorOptions& depth,
+                                    const EdgeCompensatorOptions& paper, std::size_t floor) {
   DynamicFilterOptions options;
   options.mask_culler.dynamic_classes = std::move(dynamic_classes);
   options.mask_culler.margin_px = margin_px;
-  options.mask_culler.margin_per_diameter = margin_per_diameter;
   options.mask_culler.static_mask =
       matrix_from(static_mask, Pixels::mask, {"MaskCuller", "a static_mask"});
   options.compensator = {rule, depth, paper};
-  options.feature_floor = {floor, policy};
+  options.feature_floor = {floor};
   return options;
 }
 
@@ -104,17 +92,14 @@ std::string text_of(const py::handle& self, const DynamicFilterOptions& options)
 namespace {
 
 /// Arguments of filter_options, in their order: what a pickled filter is.
-using FilterState =
-    std::tuple<std::vector<int>, double, double, py::object, CompensationRule,
-               DepthCompensatorOptions, EdgeCompensatorOptions, std::size_t, FloorPolicy>;
+using FilterState = std::tuple<std::vector<int>, double, py::object, CompensationRule,
+                               DepthCompensatorOptions, EdgeCompensatorOptions, std::size_t>;
 
 FilterState state_of(const DynamicFilterOptions& options) {
   const MaskCullerOptions& culler = options.mask_culler;
-  return {culler.dynamic_classes,      culler.margin_px,
-          culler.margin_per_diameter,  array_of(culler.static_mask),
-          options.compensator.rule,    options.compensator.depth,
-          options.compensator.paper,   options.feature_floor.floor,
-          options.feature_floor.policy};
+  return {culler.dynamic_classes,     culler.margin_px,          array_of(culler.static_mask),
+          options.compensator.rule,   options.compensator.depth, options.compensator.paper,
+          options.feature_floor.floor};
 }
 
 /// DynamicFilter with workspaces for the threads that use it.
@@ -126,17 +111,13 @@ class SharedFilter {
   const DynamicFilterOptions& options() const { return options_; }
 
   FeatureLabels apply(const FrameView& frame, const py::object& masks, const py::object& points,
-                      const py::object& diameters_px, const py::object& depths_m) {
-    const Segmentation* segmentation = segmentation_of(masks, "DynamicFilter");
-    const Features features(points, diameters_px, depths_m, "DynamicFilter");
+                      const py::object& depths_m) {
+    const SegmentationView segmentation = segmentation_of(masks, "DynamicFilter");
+    const Features features(points, depths_m, "DynamicFilter");
     FeatureLabels labels;
     const py::gil_scoped_release unlock;
     Workspaces::Lease workspace(workspaces_);
-    if (segmentation != nullptr) {
-      filter_.apply(frame, *segmentation, features.view(), labels, *workspace);
-    } else {
-      filter_.apply(frame, std::nullopt, features.view(), labels, *workspace);
-    }
+    filter_.apply(frame, segmentation, features.view(), labels, *workspace);
     return labels;
   }
 
@@ -147,13 +128,13 @@ class SharedFilter {
 };
 
 py::object draw(const py::object& image, const Segmentation& segmentation, const py::object& points,
-                const FeatureLabels& labels, const OverlayOptions& options) {
+                const FeatureLabels& labels) {
   const cv::Mat pixels = matrix_from(image, Pixels::image, {"draw_overlay", "an image"});
-  const Features features(points, py::none(), py::none(), "draw_overlay");
+  const Features features(points, py::none(), "draw_overlay");
   cv::Mat drawing;
   {
     const py::gil_scoped_release unlock;
-    drawing = draw_overlay(pixels, segmentation, features.view(), labels, options);
+    drawing = draw_overlay(pixels, segmentation, features.view(), labels);
   }
   return array_of(drawing, true);
 }
@@ -173,25 +154,20 @@ by the paper's own rule, CompensationRule.paper.
 Without a depth image (mono, stereo) only masks act. Two filters share nothing. Many threads may
 use one filter at once.)")
       .def(py::init([](std::vector<int> dynamic_classes, double margin_px,
-                       double margin_per_diameter, const py::object& static_mask,
-                       CompensationRule rule, const DepthCompensatorOptions& depth,
-                       const EdgeCompensatorOptions& paper, std::size_t floor, FloorPolicy policy) {
-             return std::make_unique<SharedFilter>(
-                 filter_options(std::move(dynamic_classes), margin_px, margin_per_diameter,
-                                static_mask, rule, depth, paper, floor, policy));
+                       const py::object& static_mask, CompensationRule rule,
+                       const DepthCompensatorOptions& depth, const EdgeCompensatorOptions& paper,
+                       std::size_t floor) {
+             return std::make_unique<SharedFilter>(filter_options(
+                 std::move(dynamic_classes), margin_px, static_mask, rule, depth, paper, floor));
            }),
            py::kw_only(), py::arg("dynamic_classes") = std::vector<int>{0},
-           py::arg("margin_px") = 0.0, py::arg("margin_per_diameter") = 0.0,
-           py::arg("static_mask") = py::none(),
+           py::arg("margin_px") = 0.0, py::arg("static_mask") = py::none(),
            py::arg_v("rule", CompensationRule::depth, "CompensationRule.depth"),
            py::arg_v("depth", DepthCompensatorOptions(), "DepthCompensatorOptions()"),
            py::arg_v("paper", EdgeCompensatorOptions(), "EdgeCompensatorOptions()"),
-           py::arg("floor") = 0,
-           py::arg_v("policy", FloorPolicy::report_only, "FloorPolicy.report_only"),
-           filter_options_doc)
+           py::arg("floor") = 0, filter_options_doc)
       .def("apply", &SharedFilter::apply, py::arg("frame"), py::arg("segmentation"),
-           py::arg("features"), py::arg("diameters_px") = py::none(),
-           py::arg("depths_m") = py::none(), apply_doc)
+           py::arg("features"), py::arg("depths_m") = py::none(), apply_doc)
       .def("__repr__",
            [](const py::object& self) {
              return text_of(self, self.cast<const SharedFilter&>().options());
@@ -202,16 +178,8 @@ use one filter at once.)")
                       }));
 
   module.def(
-      "draw_overlay",
-      [](const py::object& image, const Segmentation& segmentation, const py::object& features,
-         const FeatureLabels& labels, bool masks, bool boxes, bool removed, bool legend,
-         double mask_opacity) {
-        return draw(image, segmentation, features, labels,
-                    {masks, boxes, removed, legend, mask_opacity});
-      },
-      py::arg("image"), py::arg("segmentation"), py::arg("features"), py::arg("labels"),
-      py::kw_only(), py::arg("masks") = true, py::arg("boxes") = true, py::arg("removed") = true,
-      py::arg("legend") = true, py::arg("mask_opacity") = 0.20,
+      "draw_overlay", &draw, py::arg("image"), py::arg("segmentation"), py::arg("features"),
+      py::arg("labels"),
       R"(Draws what the filter did, for a person to look at. Each reason has its own colour and
 shape (kept: blue ring, in mask: vermilion cross, compensated: yellow diamond, restored: green ring,
 moving: orange triangle, custom: purple square).

@@ -61,33 +61,29 @@ class Workspaces {
   std::vector<std::unique_ptr<Workspace>> free_;
 };
 
-/// Features of a call: the caller's points, or keypoints made of points and diameters; with depths
-/// if they are given.
+/// Features of a call: the caller's points, with depths if they are given.
 class Features {
  public:
   /// Throws std::invalid_argument for arrays of another type or shape.
-  Features(const py::object& points, const py::object& diameters_px, const py::object& depths_m,
-           const char* component);
+  Features(const py::object& points, const py::object& depths_m, const char* component);
 
   const FeaturesView& view() const { return view_; }
 
  private:
-  py::array points_;                     // kept while the view is in use
-  std::vector<cv::KeyPoint> keypoints_;  // empty without diameters
-  std::vector<float> depths_m_;          // empty without depths
+  py::array points_;             // kept while the view is in use
+  std::vector<float> depths_m_;  // empty without depths
   FeaturesView view_;
 };
 
-/// Returns the segmentation of a call, nullptr for None. Throws Python's TypeError for another
+/// Returns the segmentation of a call, none for None. Throws Python's TypeError for another
 /// object, such as an array of masks.
-const Segmentation* segmentation_of(const py::object& argument, const char* component);
+SegmentationView segmentation_of(const py::object& argument, const char* component);
 
 /// Makes the options of a filter from its keyword arguments.
 DynamicFilterOptions filter_options(std::vector<int> dynamic_classes, double margin_px,
-                                    double margin_per_diameter, const py::object& static_mask,
-                                    CompensationRule rule, const DepthCompensatorOptions& depth,
-                                    const EdgeCompensatorOptions& paper, std::size_t floor,
-                                    FloorPolicy policy);
+                                    const py::object& static_mask, CompensationRule rule,
+                                    const DepthCompensatorOptions& depth,
+                                    const EdgeCompensatorOptions& paper, std::size_t floor);
 
 /// Returns a filter's text: its class and the options that say most.
 std::string text_of(const py::handle& self, const DynamicFilterOptions& options);

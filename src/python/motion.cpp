@@ -34,22 +34,18 @@ class StatefulFilter {
   const DynamicFilterOptions& options() const { return options_; }
 
   FeatureLabels apply(const FrameView& frame, const py::object& masks, const py::object& points,
-                      const py::object& diameters_px, const py::object& depths_m) {
-    const Segmentation* segmentation = segmentation_of(masks, "MotionFilter");
-    const Features features(points, diameters_px, depths_m, "MotionFilter");
+                      const py::object& depths_m) {
+    const SegmentationView segmentation = segmentation_of(masks, "MotionFilter");
+    const Features features(points, depths_m, "MotionFilter");
     FeatureLabels labels;
     const py::gil_scoped_release unlock;
     const std::lock_guard<std::mutex> lock(state_->mutex);
-    if (segmentation != nullptr) {
-      filter_.apply(frame, *segmentation, features.view(), labels, workspace_);
-    } else {
-      filter_.apply(frame, std::nullopt, features.view(), labels, workspace_);
-    }
+    filter_.apply(frame, segmentation, features.view(), labels, workspace_);
     return labels;
   }
 
   py::object track(const FrameView& frame, const py::object& points) {
-    const Features features(points, py::none(), py::none(), "MotionFilter");
+    const Features features(points, py::none(), "MotionFilter");
     std::vector<FeatureTrack> tracks;
     bool is_known = false;
     {
@@ -136,26 +132,23 @@ what is.
 Frames need an image and depth. Threads that use one filter wait for each other.)")
       .def(py::init([](const PinholeCamera& camera, LockedState& state,
                        std::vector<int> dynamic_classes, double margin_px,
-                       double margin_per_diameter, const py::object& static_mask,
-                       CompensationRule rule, const DepthCompensatorOptions& depth,
-                       const EdgeCompensatorOptions& paper, std::size_t floor, FloorPolicy policy) {
+                       const py::object& static_mask, CompensationRule rule,
+                       const DepthCompensatorOptions& depth, const EdgeCompensatorOptions& paper,
+                       std::size_t floor) {
              return std::make_unique<StatefulFilter>(
                  camera, state.shared_from_this(),
-                 filter_options(std::move(dynamic_classes), margin_px, margin_per_diameter,
-                                static_mask, rule, depth, paper, floor, policy));
+                 filter_options(std::move(dynamic_classes), margin_px, static_mask, rule, depth,
+                                paper, floor));
            }),
            py::arg("camera"), py::arg("state").none(false), py::kw_only(),
            py::arg("dynamic_classes") = std::vector<int>{0}, py::arg("margin_px") = 0.0,
-           py::arg("margin_per_diameter") = 0.0, py::arg("static_mask") = py::none(),
+           py::arg("static_mask") = py::none(),
            py::arg_v("rule", CompensationRule::depth, "CompensationRule.depth"),
            py::arg_v("depth", DepthCompensatorOptions(), "DepthCompensatorOptions()"),
            py::arg_v("paper", EdgeCompensatorOptions(), "EdgeCompensatorOptions()"),
-           py::arg("floor") = 0,
-           py::arg_v("policy", FloorPolicy::report_only, "FloorPolicy.report_only"),
-           filter_options_doc)
+           py::arg("floor") = 0, filter_options_doc)
       .def("apply", &StatefulFilter::apply, py::arg("frame"), py::arg("segmentation"),
-           py::arg("features"), py::arg("diameters_px") = py::none(),
-           py::arg("depths_m") = py::none(), apply_doc)
+           py::arg("features"), py::arg("depths_m") = py::none(), apply_doc)
       .def("track", &StatefulFilter::track, py::arg("frame"), py::arg("features"),
            R"(Returns where the features were in the last frame: N x 2, float32, NaN for those not
 found. Returns None if the last frame is not known. Serves what needs tracks before this frame's

@@ -54,7 +54,6 @@ void bind_instance_statistics(py::module_& module) {
       .field("score", &S::score, "the detector's confidence in the instance")
       .field("dynamic", &S::dynamic, "its class is one of the dynamic ones")
       .field("masked", &S::masked, "removed because they lie on the mask")
-      .field("on_mask", &S::on_mask, "the part of `masked` that needed no margin")
       .field("sampled", &S::sampled, "features or pixels that the ranges were estimated from")
       .field("candidates", &S::candidates,
              "features in the box that no earlier stage or instance removed")
@@ -107,7 +106,7 @@ void bind_statistics(py::module_& module) {
       .field("moving", &Frame::moving, "removed because they move")
       .field("custom", &Frame::custom, "removed by you")
       .field("restored", &Frame::restored, "kept features that were removed first and given back")
-      .field("starved", &Frame::starved, "fewer features than the floor were left before restoring")
+      .field("starved", &Frame::starved, "fewer features than the floor are left")
       .field("suggested_features", &Frame::suggested_features,
              "number to extract next time; 0 = the present number suffices")
       .field("has_segmentation", &Frame::has_segmentation,

@@ -203,8 +203,6 @@ const cv::Mat float_image = cv::Mat::zeros(4, 4, CV_32FC1);
 const std::vector<BadCall> bad_calls = {
     {with_culler_options([](auto& o) { o.margin_px = -1; }), "MaskCuller: got margin_px = -1"},
     {with_culler_options([](auto& o) { o.margin_px = not_a_number; }), "margin_px = nan"},
-    {with_culler_options([](auto& o) { o.margin_per_diameter = infinite; }),
-     "margin_per_diameter = inf"},
     {with_culler_options([](auto& o) { o.static_mask = float_image; }),
      "static_mask of type CV_32FC1"},
     {with_culler_options([](auto& o) {
@@ -216,7 +214,6 @@ const std::vector<BadCall> bad_calls = {
     {with_range_options([](auto& o) { o.expansion = -0.1; }),
      "RangeEstimator: got expansion = -0.1"},
     {with_range_options([](auto& o) { o.expansion = infinite; }), "expansion = inf"},
-    {with_range_options([](auto& o) { o.min_samples = 0; }), "min_samples = 0"},
     {[] {
        std::vector<double> values = {1, 2, not_a_number, 3, 4};
        RangeEstimator().estimate(values);
@@ -254,18 +251,6 @@ const std::vector<BadCall> bad_calls = {
        EdgeCompensator compensator(options);
      },
      "samples = 0"},
-    {[] {
-       DepthLbpOptions options;
-       options.bits = {0, 1, 2, 3, 4, 5, 6, 6};
-       DepthLbp lbp(options);
-     },
-     "DepthLbp: got bits that are not a permutation"},
-    {[] {
-       DepthLbpOptions options;
-       options.bits = {0, 1, 2, 3, 4, 5, 6, 8};
-       DepthLbp lbp(options);
-     },
-     "DepthLbp"},
     {[] {
        DepthLbp().code(cv::Mat::zeros(4, 4, CV_8UC1), {1, 1});
      },
@@ -317,13 +302,6 @@ const std::vector<BadCall> bad_calls = {
                     FeatureLabels(3, Segmentation()));
      },
      "3 labels and 0 features"},
-    {[] {
-       OverlayOptions options;
-       options.mask_opacity = 2;
-       draw_overlay(cv::Mat::zeros(4, 4, CV_8UC1), Segmentation(), FeaturesView(), FeatureLabels(),
-                    options);
-     },
-     "mask_opacity = 2"},
 };
 
 TEST(BadInput, EveryOtherCallNamesIt) {

@@ -41,7 +41,7 @@ TEST(NearestPixel, MapsInvalidPositionsOutsideEveryImage) {
 /// Tests floats at and beside the edges of pixels, and floats of all magnitudes.
 TEST(NearestPixel, EqualsFloorOfXPlusHalf) {
   std::size_t compared = 0;
-  for (std::uint32_t bits = 0; bits < 0x4F000000U; bits += 4099) {  // up to 2^31
+  for (std::uint32_t bits = 0; bits < 0x4F000000U; bits += 65537) {  // up to 2^31
     float value = 0;
     std::memcpy(&value, &bits, sizeof value);
     for (const float centre : {value, std::floor(value) + 0.5F}) {
@@ -53,7 +53,7 @@ TEST(NearestPixel, EqualsFloorOfXPlusHalf) {
       }
     }
   }
-  EXPECT_GT(compared, 1000000U);
+  EXPECT_GT(compared, 60000U);
 }
 
 TEST(FeaturesView, ReadsKeypointsAndPointsInPlace) {
@@ -62,7 +62,6 @@ TEST(FeaturesView, ReadsKeypointsAndPointsInPlace) {
   ASSERT_EQ(view.size(), 2U);
   EXPECT_EQ(view[1], cv::Point2f(3, 4));
   EXPECT_EQ(view.pixel(0), cv::Point(1, 3));
-  EXPECT_EQ(view.diameter_px(0), 31.0F);
   keypoints[1].pt.x = 9;
   EXPECT_EQ(view[1], cv::Point2f(9, 4)) << "a view, not a copy";
 
@@ -70,7 +69,6 @@ TEST(FeaturesView, ReadsKeypointsAndPointsInPlace) {
   const FeaturesView of_points = points;
   ASSERT_EQ(of_points.size(), 2U);
   EXPECT_EQ(of_points[1], points[1]);
-  EXPECT_EQ(of_points.diameter_px(1), 0.0F);
 }
 
 TEST(FeaturesView, ReadsPointsInsideLargerStructs) {
@@ -83,7 +81,6 @@ TEST(FeaturesView, ReadsPointsInsideLargerStructs) {
   const FeaturesView view(&tracks[0].point, tracks.size(), sizeof(Track));
   EXPECT_EQ(view[1], cv::Point2f(4.5F, 6));
   EXPECT_EQ(view.pixel(1), cv::Point(5, 6));
-  EXPECT_EQ(view.diameter_px(1), 0.0F);
 }
 
 TEST(FeaturesView, ReadsAColumnOfDepthsInPlace) {

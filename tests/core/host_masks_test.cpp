@@ -165,14 +165,6 @@ TEST(HostMasks, TreatStaticMaskAndClassesLikeTheCuller) {
   EXPECT_EQ(mask.at<std::uint8_t>(8, 0), 0);     // … which has no margin
 }
 
-TEST(HostMasks, IgnoreKeypointSizeAndBoxesWithoutMasks) {
-  MaskCullerOptions options;
-  options.margin_per_diameter = 3;
-  const Segmentation segmentation =
-      segmentation_of({20, 10}, {rectangle({4, 4, 2, 2}), Instance::from_box({0, 0, 20, 10})});
-  EXPECT_EQ(cv::countNonZero(mask_of_dynamic_pixels(segmentation, MaskCuller(options))), 4);
-}
-
 TEST(HostMasks, GrowADetailedMaskByAHundredPixels) {
   cv::Mat checkered(480, 640, CV_8UC1);
   for (int y = 0; y < 480; ++y) {

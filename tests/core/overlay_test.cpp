@@ -15,10 +15,10 @@ namespace {
 const cv::Size image_size(120, 90);
 
 /// Tells whether a picture has a colour near a pixel.
-bool has_colour_near(const cv::Mat& picture, cv::Point centre, const cv::Vec3b& colour) {
+bool has_colour_near(const cv::Mat& picture, cv::Point place, const cv::Vec3b& colour) {
   for (int y = -5; y <= 5; ++y) {
     for (int x = -5; x <= 5; ++x) {
-      if (picture.at<cv::Vec3b>(centre + cv::Point(x, y)) == colour) return true;
+      if (picture.at<cv::Vec3b>(place + cv::Point(x, y)) == colour) return true;
     }
   }
   return false;
@@ -35,9 +35,8 @@ TEST(Overlay, EveryReasonHasAColourOfItsOwn) {
   labels.restore(4);
   labels.remove(5, -1, Reason::moving, 1.0F);
   const cv::Mat grey(image_size, CV_8UC1, cv::Scalar(90));
-  OverlayOptions options;
-  options.legend = false;
-  const cv::Mat picture = draw_overlay(grey, Segmentation(), points, labels, options);
+  const cv::Mat picture =
+      draw_overlay(grey, Segmentation(), points, labels)(cv::Rect({0, 0}, image_size));
   ASSERT_EQ(picture.type(), CV_8UC3);
   ASSERT_EQ(picture.size(), image_size);
   const cv::Vec3b vermilion(0, 94, 213), purple(167, 121, 204), orange(0, 159, 230);
@@ -71,18 +70,6 @@ TEST(Overlay, ShowsMasksBoxesAndALegendBelowTheImage) {
   EXPECT_EQ(cv::norm(image, before), 0) << "the caller's image is unchanged";
 }
 
-TEST(Overlay, OmitsRemovedFeaturesOnRequest) {
-  const std::vector<cv::Point2f> points = {{30, 30}};
-  FeatureLabels labels(1, Segmentation());
-  labels.remove(0, -1, Reason::in_mask, 1.0F);
-  const cv::Mat image(image_size, CV_8UC3, cv::Scalar(10, 20, 30));
-  OverlayOptions options;
-  options.legend = false;
-  EXPECT_GT(cv::norm(draw_overlay(image, Segmentation(), points, labels, options), image), 0);
-  options.removed = false;
-  EXPECT_EQ(cv::norm(draw_overlay(image, Segmentation(), points, labels, options), image), 0);
-}
-
 TEST(Overlay, DistinguishesDynamicObjects) {
   const cv::Mat image(image_size, CV_8UC3, cv::Scalar::all(0));
   Segmentation segmentation;
@@ -110,36 +97,17 @@ TEST(Overlay, DrawsAMaskWithItsContour) {
   mask.at<std::uint8_t>(12, 20) = 0;
   segmentation.instances.push_back(Instance::from_box_mask(mask, {60, 50, 30, 20}));
   segmentation.instances[0].box = {};  // which is not drawn
-  OverlayOptions options;
-  options.legend = false;
-  options.mask_opacity = 0.5;
   const cv::Mat picture =
-      draw_overlay(image, segmentation, FeaturesView(), FeatureLabels(0, Segmentation()), options);
+      draw_overlay(image, segmentation, FeaturesView(), FeatureLabels(0, Segmentation()));
   const auto covers = [&](int x, int y) { return segmentation.instances[0].covers({x, y}); };
   for (int y = 0; y < image_size.height; ++y) {
     for (int x = 0; x < image_size.width; ++x) {
       const bool is_inner =
           covers(x - 1, y) && covers(x + 1, y) && covers(x, y - 1) && covers(x, y + 1);
-      const cv::Vec3b contour(0, 94, 213), inner(0, 47, 106);
+      const cv::Vec3b contour(0, 94, 213), inner(0, 19, 43);
       const cv::Vec3b expected = !covers(x, y) ? cv::Vec3b() : is_inner ? inner : contour;
       ASSERT_EQ(picture.at<cv::Vec3b>(y, x), expected) << x << ", " << y;
     }
-  }
-}
-
-TEST(Overlay, MasksMayBeOpaqueOrInvisible) {
-  const cv::Mat image(image_size, CV_8UC3, cv::Scalar::all(40));
-  Segmentation segmentation;
-  segmentation.image_size = image_size;
-  segmentation.instances.push_back(
-      Instance::from_box_mask(cv::Mat(20, 30, CV_8UC1, cv::Scalar(255)), {60, 50, 30, 20}));
-  OverlayOptions options;
-  for (const double opacity : {0.0, 1.0}) {
-    options.mask_opacity = opacity;
-    const cv::Mat picture = draw_overlay(image, segmentation, FeaturesView(),
-                                         FeatureLabels(0, Segmentation()), options);
-    const cv::Vec3b expected = opacity > 0 ? cv::Vec3b(0, 94, 213) : cv::Vec3b(40, 40, 40);
-    EXPECT_EQ(picture.at<cv::Vec3b>(60, 75), expected) << opacity;
   }
 }
 
@@ -152,18 +120,6 @@ TEST(Overlay, TheLegendNamesOnlyMarksInUse) {
   const cv::Mat none(22, image_size.width, CV_8UC3, cv::Scalar::all(40));
   EXPECT_EQ(cv::norm(legend_of({}), none), 0);
   EXPECT_GT(cv::norm(legend_of({{30, 30}}), none), 0);
-}
-
-TEST(Overlay, DrawsArbitraryInput) {
-  for (std::uint64_t seed = 0; seed < 300; ++seed) {
-    ByteSource source(seed);
-    const FilterCase input = arbitrary_case(source);
-    const cv::Mat image = cv::Mat::zeros(input.segmentation.image_size, CV_8UC3);
-    const FeatureLabels labels =
-        DynamicFilter(input.options).apply(input.frame, input.segmentation, input.keypoints);
-    const cv::Mat picture = draw_overlay(image, input.segmentation, input.keypoints, labels);
-    ASSERT_EQ(picture.cols, image.cols);
-  }
 }
 
 TEST(Overlay, DrawFeaturesUsesOneStyle) {

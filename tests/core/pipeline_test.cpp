@@ -70,8 +70,18 @@ TEST(Pipeline, DistinguishesNoSegmentationFromAnEmptyOne) {
   const FrameStatistics of_nothing = filter.apply(frame, std::nullopt, FeaturesView()).statistics();
   EXPECT_EQ(of_nothing.segmentation_age_s, 0) << "no masks have no age";
   EXPECT_FALSE(of_nothing.has_segmentation);
-  const std::optional<Segmentation> maybe = nobody;
+  std::optional<Segmentation> maybe = nobody;
   EXPECT_TRUE(filter.apply(frame, maybe, FeaturesView()).statistics().has_segmentation);
+  maybe.reset();
+  EXPECT_FALSE(filter.apply(frame, maybe, FeaturesView()).statistics().has_segmentation);
+  const std::vector<cv::KeyPoint> keypoints;
+  EXPECT_FALSE(filter.apply(frame, {}, keypoints).statistics().has_segmentation);
+  FeatureLabels labels;
+  Workspace workspace;
+  filter.apply(frame, {}, keypoints, labels, workspace);
+  EXPECT_FALSE(labels.statistics().has_segmentation);
+  filter.apply(frame, nobody, keypoints, labels, workspace);
+  EXPECT_TRUE(labels.statistics().has_segmentation);
 }
 
 struct Checking {

@@ -88,13 +88,5 @@ TEST(RangeEstimator, HasNoRangeIfAllAreOutliers) {
   EXPECT_TRUE(range_of({1, 1, 1, 9, 9, 9}, options).empty());
 }
 
-TEST(ValueRange, IsClosedAndEmptyByDefault) {
-  EXPECT_TRUE(ValueRange().empty());
-  EXPECT_FALSE(ValueRange().contains(0));
-  const ValueRange range = {1, 2};
-  EXPECT_TRUE(range.contains(1) && range.contains(2));
-  EXPECT_FALSE(range.contains(0.999) || range.contains(2.001));
-}
-
 }  // namespace
 }  // namespace dynfilter::testing

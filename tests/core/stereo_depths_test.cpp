@@ -99,10 +99,7 @@ TEST(StereoDepths, NearerThanWanted) {
   const StereoPair pair{left, seen_from_right(left, 45), focal_baseline};
   const auto points = grid({100, 5, 210, 90}, 7);
   const auto known = [&](double min_depth_m) {
-    StereoDepthsOptions options;
-    options.min_depth_m = min_depth_m;
-    options.max_hidden_px = 0;  // a wrong match would make hidden ones of others
-    const std::vector<float> depths_m = StereoDepths(options).find(pair, points);
+    const std::vector<float> depths_m = StereoDepths({min_depth_m}).find(pair, points);
     return points.size() -
            static_cast<std::size_t>(std::count(depths_m.begin(), depths_m.end(), 0.F));
   };
@@ -125,10 +122,8 @@ TEST(StereoDepths, PlainAndRepeatedSurfacesStayUnknown) {
 
 TEST(StereoDepths, WithoutAnythingAlikeNothingIsKnown) {
   const auto points = grid({60, 5, 250, 90}, 7);
-  StereoDepthsOptions options;
-  options.max_hidden_px = 0;  // a wrong match would make hidden ones of others
-  const std::vector<float> depths_m = StereoDepths(options).find(
-      {texture({320, 100}, 3), texture({320, 100}, 4), focal_baseline}, points);
+  const std::vector<float> depths_m =
+      StereoDepths().find({texture({320, 100}, 3), texture({320, 100}, 4), focal_baseline}, points);
   EXPECT_GT(std::count(depths_m.begin(), depths_m.end(), 0.F),
             static_cast<std::ptrdiff_t>(points.size() * 95 / 100));
 }
@@ -156,12 +151,6 @@ TEST(StereoDepths, WhatANearThingHidesIsBehindIt) {
   const auto all_of_them = static_cast<std::ptrdiff_t>(beside.size());
   EXPECT_GT(unknown({}), all_of_them * 8 / 10);
   EXPECT_GT(unknown(on_it), all_of_them * 8 / 10);
-  StereoDepthsOptions narrow;
-  narrow.max_hidden_px = 19 * 2;
-  EXPECT_EQ(StereoDepths(narrow).find(pair, all), depths_m);
-  narrow.max_hidden_px = 19;  // the strip is wider
-  const std::vector<float> found = StereoDepths(narrow).find(pair, all);
-  EXPECT_GT(std::count(found.begin(), found.begin() + all_of_them, 0.F), all_of_them * 8 / 10);
 }
 
 TEST(StereoDepths, NothingIsHiddenWhereMostFindNoMatch) {
@@ -174,19 +163,15 @@ TEST(StereoDepths, NothingIsHiddenWhereMostFindNoMatch) {
     points.insert(points.end(), matched.begin(), matched.end());
   }
   const std::size_t matched = points.size() - hidden;
-  const auto known = [&](std::size_t others, double min_share) {
+  const auto known = [&](std::size_t others) {
     std::vector<cv::Point2f> all = points;
     all.insert(all.end(), others, cv::Point2f(560, 60));
-    StereoDepthsOptions options;
-    options.min_matched_share = min_share;
-    const std::vector<float> depths_m = StereoDepths(options).find(pair, all);
+    const std::vector<float> depths_m = StereoDepths().find(pair, all);
     const auto end = depths_m.begin() + static_cast<std::ptrdiff_t>(hidden);
     return hidden - static_cast<std::size_t>(std::count(depths_m.begin(), end, 0.F));
   };
-  EXPECT_EQ(known(0, 0.5), hidden);
-  EXPECT_EQ(known(matched - hidden, 0.4), hidden);
-  EXPECT_LT(known(matched, 0.5), hidden / 5);
-  EXPECT_EQ(known(matched, 0), hidden);
+  EXPECT_EQ(known(0), hidden);
+  EXPECT_LT(known(matched), hidden / 5);
 }
 
 TEST(StereoDepths, AgreesWithTheOracle) {
@@ -311,37 +296,11 @@ TEST(StereoDepths, RefusesMisuse) {
   refuses({image, image, 1}, "3 depths and 2 features", 3);
 }
 
-TEST(StereoDepths, RefusesOptions) {
-  const auto refuses = [](double StereoDepthsOptions::*option, double value, const char* what) {
-    StereoDepthsOptions options;
-    options.*option = value;
-    expect_error<std::invalid_argument>([&] { const StereoDepths made(options); }, what);
-  };
-  const auto takes = [](double StereoDepthsOptions::*option, double value) {
-    StereoDepthsOptions options;
-    options.*option = value;
-    const cv::Mat image = texture({60, 40}, 1);
-    EXPECT_EQ(StereoDepths(options).find({image, image, 1e300}, grid({0, 0, 60, 40}, 9)).size(),
-              35U);
-  };
-  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-  using Options = StereoDepthsOptions;
-  for (const double wrong : {0., -1., nan, 1e7}) {
-    refuses(&Options::min_depth_m, wrong, "StereoDepths: got min_depth_m");
-    refuses(&Options::max_difference, wrong, "max_difference");
+TEST(StereoDepths, RefusesADepthThatIsNone) {
+  for (const double wrong : {0.0, -1.0, 1e7, std::nan("")}) {
+    expect_error<std::invalid_argument>([&] { StereoDepths{{wrong}}; },
+                                        "StereoDepths: got min_depth_m = ");
   }
-  refuses(&Options::min_distinction, 0.99, "min_distinction = 0.99");
-  refuses(&Options::min_matched_share, -0.1, "min_matched_share = -0.1");
-  refuses(&Options::min_matched_share, nan, "min_matched_share");
-  takes(&Options::min_matched_share, 2);
-  for (const auto option :
-       {&Options::background_reach_px, &Options::hider_reach_px, &Options::max_hidden_px}) {
-    for (const double wrong : {-1., nan, 1e7}) refuses(option, wrong, "_px");
-    takes(option, 0);
-    takes(option, 1e6);
-  }
-  takes(&Options::min_depth_m, std::numeric_limits<double>::min());
-  takes(&Options::min_distinction, 1);
 }
 
 TEST(StereoAreas, AreAroundDynamicObjects) {

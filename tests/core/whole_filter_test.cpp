@@ -27,13 +27,26 @@ TEST(WholeFilter, PaperRuleMatchesTheOracle) {
   EXPECT_GT(kept, 10000U);
 }
 
+/// Puts the first object before a far wall, with its depth beside its mask.
+void draw_shifted_object(ByteSource& source, FilterCase& made) {
+  if (made.frame.depth.empty() || made.segmentation.instances.empty()) return;
+  const cv::Size size = made.segmentation.image_size;
+  Instance& object = made.segmentation.instances.front();
+  const cv::Rect mask(size.width / 3, 2, size.width / 4, size.height - 4);
+  object = Instance::from_box_mask(cv::Mat(mask.size(), CV_8UC1, cv::Scalar(1)), mask);
+  const bool floating = made.frame.depth.type() == CV_32FC1;
+  made.frame.depth.setTo(floating ? 2.4 : 12000);
+  made.frame.depth(mask + cv::Point(source.between(-14, 14), 0)).setTo(floating ? 0.8 : 4000);
+}
+
 /// Case of the depth rule: mostly a small image with lengths to match, sometimes one as wide as the
 /// defaults expect, with depths and units from a near hand to beyond all sensors.
 FilterCase depth_case(std::uint64_t seed) {
   ByteSource source(seed);
-  const bool wide = seed % 20 == 0;
+  const bool wide = seed % 3 == 0;
   FilterCase made =
-      wide ? arbitrary_case(source, {source.between(600, 1300), 24}) : arbitrary_case(source);
+      wide ? arbitrary_case(source, {source.between(60, 900), 50}) : arbitrary_case(source);
+  if (seed % 12 == 0) draw_shifted_object(source, made);
   draw_rule(source, made, CompensationRule::depth);
   const double units[] = {1, 0.93, 0.2, 6.1, 100, 1e30};
   const double factor = units[source.chance(50) ? 0 : source.between(0, 5)];
@@ -44,7 +57,7 @@ FilterCase depth_case(std::uint64_t seed) {
 TEST(WholeFilter, DepthRuleMatchesTheOracleOnEveryPath) {
   std::size_t by_depth = 0, by_nearness = 0, by_margin = 0, restored = 0, box_fallbacks = 0;
   std::size_t shifted = 0;
-  for (std::uint64_t seed = 0; seed < 8000; ++seed) {
+  for (std::uint64_t seed = 0; seed < 3000; ++seed) {
     const FilterCase input = depth_case(seed);
     ASSERT_EQ(check_filter(input), "") << "seed " << seed;
     const DepthVerdict verdict = DepthOracle(input).verdict();
@@ -55,12 +68,12 @@ TEST(WholeFilter, DepthRuleMatchesTheOracleOnEveryPath) {
     box_fallbacks += verdict.box_fallbacks;
     shifted += verdict.shifted;
   }
-  EXPECT_GT(by_depth, 15000U);
-  EXPECT_GT(by_nearness, 15000U);
+  EXPECT_GT(by_depth, 8000U);
+  EXPECT_GT(by_nearness, 4000U);
   EXPECT_GT(by_margin, 800U);
-  EXPECT_GT(restored, 7800U);
-  EXPECT_GT(box_fallbacks, 3000U);
-  EXPECT_GT(shifted, 50U);
+  EXPECT_GT(restored, 3000U);
+  EXPECT_GT(box_fallbacks, 500U);
+  EXPECT_GT(shifted, 25U);
 }
 
 /// Uses enough features for the grid, and a workspace that has seen other frames.

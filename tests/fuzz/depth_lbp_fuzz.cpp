@@ -49,10 +49,7 @@ std::string compare(ByteSource& source, const cv::Size& size) {
   const cv::Rect region =
       is_whole ? cv::Rect({}, size)
                : cv::Rect(corner, cv::Size(size.width, size.height)) & cv::Rect({}, size);
-  DepthLbpOptions options;
-  if (source.chance(50)) options.bits = {3, 1, 0, 2, 7, 6, 5, 4};
-  const detail::DepthLbpRule<Depth> rule = {options.bits,
-                                            detail::depth_bias<Depth>(source.chance(50))};
+  const detail::DepthLbpRule<Depth> rule = {{0, 1, 2, 3, 4, 5, 6, 7}, detail::depth_bias<Depth>()};
   const auto sets = detail::supported_instruction_sets();
   cv::Mat plain;
   for (const detail::InstructionSet set : sets) {

@@ -53,7 +53,6 @@ class FailedAllocation : public ::testing::TestWithParam<CompensationRule> {
     DynamicFilterOptions options = input.options;
     options.compensator.rule = GetParam();
     options.feature_floor.floor = 450;
-    options.feature_floor.policy = FloorPolicy::restore_balanced;
     return DynamicFilter(options);
   }
 };

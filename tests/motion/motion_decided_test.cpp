@@ -18,12 +18,9 @@ namespace {
 
 /// Returns the index of the first frame in which motion is decided; none if it never is. The masks
 /// begin at a frame.
-std::optional<std::size_t> first_decided(double speed_m_s, std::size_t first_masks,
-                                         const FeatureFloorOptions& floor = {}) {
+std::optional<std::size_t> first_decided(double speed_m_s, std::size_t first_masks) {
   MotionState state;
-  MotionFilterOptions options;
-  options.filter.feature_floor = floor;
-  const MotionFilter filter(camera(), state, options);
+  const MotionFilter filter(camera(), state);
   Workspace workspace;
   FeatureLabels labels;
   for (std::size_t i = 0; i < frames; ++i) {
@@ -53,14 +50,6 @@ TEST(MotionDecided, NeverBeforeTheFirstMasks) {
   const auto late = first_decided(0, 4);
   ASSERT_TRUE(late);
   EXPECT_GE(*late, 4U + static_cast<std::size_t>(InstanceMotionOptions().min_still_frames) - 1);
-}
-
-/// The floor gives features of people back of whom nothing is known.
-TEST(MotionDecided, DoesNotDependOnTheFloor) {
-  FeatureFloorOptions floor;
-  floor.floor = 790;
-  floor.policy = FloorPolicy::restore_best_scored;
-  EXPECT_EQ(first_decided(0, 0, floor), first_decided(0, 0));
 }
 
 /// An object for which a twentieth of the features went hardly changes a map.

@@ -112,16 +112,5 @@ def test_overlay_shows_every_reason(scene):
     drawing = dynfilter.draw_overlay(scene.image, scene.segmentation(), scene.points, labels)
     assert drawing.dtype == np.uint8 and drawing.shape[1:] == (160, 3) and drawing.shape[0] > 120
     assert np.array_equal(scene.image, before)
-    plain = dynfilter.draw_overlay(
-        scene.image,
-        scene.segmentation(),
-        scene.points,
-        labels,
-        masks=False,
-        boxes=False,
-        removed=False,
-        legend=False,
-    )
-    assert plain.shape == scene.image.shape
     with pytest.raises(ValueError, match="draw_overlay"):
         dynfilter.draw_overlay(scene.image, scene.segmentation(), scene.points[1:], labels)

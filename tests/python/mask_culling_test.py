@@ -53,21 +53,6 @@ def test_labels_are_those_of_the_oracle(seed, margin):
     assert [s.masked for s in labels.statistics.instances] == [(owner == k).sum() for k in range(3)]
 
 
-def test_margins_grow_with_diameters():
-    masks, points = random_case(11)
-    diameters = np.random.default_rng(12).uniform(0, 8, len(points))
-    frame = dynfilter.FrameView(image=np.zeros((48, 64), np.uint8))
-    segmentation = dynfilter.Segmentation.from_masks(frame, masks)
-    filter = dynfilter.DynamicFilter(
-        rule=dynfilter.CompensationRule.mask, margin_px=0.5, margin_per_diameter=0.5
-    )
-    labels = filter.apply(frame, segmentation, points, diameters_px=diameters)
-    owner = oracle(points, masks, 0.5 + 0.5 * diameters.astype(np.float32).astype(np.float64))
-    assert np.array_equal(labels.instance, owner)
-    with pytest.raises(ValueError, match="got diameters_px of .*; want one for each feature, 200"):
-        filter.apply(frame, segmentation, points, diameters_px=diameters[1:])
-
-
 def test_only_dynamic_classes_are_culled():
     masks, points = random_case(13)
     frame = dynfilter.FrameView(image=np.zeros((48, 64), np.uint8))
@@ -134,19 +119,18 @@ def test_unknown_options_are_named():
     with pytest.raises(TypeError):
         dynfilter.DynamicFilter(margin=3)
     with pytest.raises(
-        TypeError, match="DepthCompensatorOptions has no option 'reach'; it has .*reach_px"
+        TypeError, match="DepthCompensatorOptions has no option 'reach'; it has .*half_width_m"
     ):
         dynfilter.DepthCompensatorOptions(reach=3)
 
 
 def test_options_have_the_defaults_of_the_library_and_nest():
-    depth = dynfilter.DepthCompensatorOptions(
-        reach_px=10, object_depth=dynfilter.ObjectDepthOptions(min_samples=3)
-    )
-    depth.object_depth.min_share = 0.1
-    assert (depth.reach_px, depth.min_nearness) == (10, 0.55)
-    assert (depth.object_depth.min_samples, depth.object_depth.min_share) == (3, 0.1)
-    assert "reach_px=10" in repr(depth)
+    depth = dynfilter.DepthCompensatorOptions(half_width_m=0.5)
+    assert (depth.half_width_m, depth.stale_age_s) == (0.5, 0.02)
+    assert "half_width_m=0.5" in repr(depth)
+    paper = dynfilter.EdgeCompensatorOptions()
+    paper.depth.expansion = 0.2
+    assert (paper.depth.expansion, paper.depth.outlier_factor) == (0.2, 3)
 
 
 def test_missed_limb_is_compensated(scene):
@@ -158,12 +142,8 @@ def test_missed_limb_is_compensated(scene):
     assert labels.statistics.instances[0].depth_range_m.contains(1.5)
 
 
-def test_floor_reports_and_restores(scene):
+def test_floor_reports(scene):
     few = dynfilter.DynamicFilter(floor=10000).apply(
         scene.frame(), scene.segmentation(), scene.points
     )
     assert few.statistics.starved and few.statistics.suggested_features > len(scene.points)
-    back = dynfilter.DynamicFilter(
-        floor=10000, policy=dynfilter.FloorPolicy.restore_balanced
-    ).apply(scene.frame(), scene.segmentation(), scene.points)
-    assert back.statistics.kept == len(scene.points) and back.statistics.restored > 0

@@ -21,20 +21,16 @@ class People(dynfilter.Segmenter):
 
 
 def options() -> dynfilter.DynamicFilter:
-    object_depth = dynfilter.ObjectDepthOptions(min_samples=5)
-    gap = dynfilter.MaskGapOptions(max_gap_px=9)
-    depth = dynfilter.DepthCompensatorOptions(object_depth=object_depth, mask_gap=gap)
-    depth.reach_px = 12.5
+    depth = dynfilter.DepthCompensatorOptions(half_width_m=0.5)
+    depth.mask_margin_px = 1.5
     estimator = dynfilter.RangeEstimatorOptions(
         outlier_rule=dynfilter.OutlierRule.interquartile_range, outlier_factor=1.5
     )
-    bits = dynfilter.DepthLbpOptions(missing_neighbour=dynfilter.MissingNeighbour.farther)
     paper = dynfilter.EdgeCompensatorOptions(
-        depth=estimator, depth_lbp=bits, missing_depth=dynfilter.MissingDepth.keep
+        depth=estimator, missing_depth=dynfilter.MissingDepth.keep
     )
     rule: dynfilter.CompensationRule = dynfilter.CompensationRule.__members__["depth"]
-    policy = dynfilter.FloorPolicy.report_only
-    return dynfilter.DynamicFilter(rule=rule, depth=depth, paper=paper, floor=10, policy=policy)
+    return dynfilter.DynamicFilter(rule=rule, depth=depth, paper=paper, floor=10)
 
 
 def instances(mask: NDArray[np.bool_]) -> list[dynfilter.Instance]:

@@ -92,7 +92,7 @@ class DepthOracle {
       statistics.compensation = Compensation::no_depth_image;
       if (input_.frame.depth.empty()) continue;
       OracleObject object =
-          oracle_object(input_.frame, input_.segmentation.instances[k], options_.object_depth);
+          oracle_object(input_.frame, input_.segmentation.instances[k], options_.half_width_m);
       object.instance = static_cast<int>(k);
       statistics.sampled = object.samples;
       statistics.depth_range_m = object.hull();
@@ -104,8 +104,7 @@ class DepthOracle {
         const auto is_objects = [&](cv::Point pixel) {
           return object.has(oracle_metres(input_.frame, WidePoint(pixel.x, pixel.y)));
         };
-        object.gap = oracle_gap(input_.frame.depth.size(), instance_of(object), is_objects,
-                                options_.mask_gap);
+        object.gap = oracle_gap(input_.frame.depth.size(), instance_of(object), is_objects);
       }
       statistics.mask_gap_px = object.gap.gap_px;
       statistics.depth_shift_px = object.gap.shift_px;
@@ -122,7 +121,7 @@ class DepthOracle {
   /// Watershed from the mask and from outside the reach, one cell wide.
   OracleWatershed watershed(const OracleObject& object) const {
     const cv::Size size = input_.frame.depth.size();
-    const int cell = std::max(1, static_cast<int>(std::round(options_.cell_px * scale())));
+    const int cell = std::max(1, static_cast<int>(std::round(depth_rule::cell_px * scale())));
     cv::Point first(size.width, size.height), last(-1, -1);
     bool is_in_image = false;
     for (int y = 0; y < size.height; ++y) {
@@ -153,7 +152,7 @@ class DepthOracle {
       }
       return Seed::surroundings;
     };
-    const double beyond = options_.max_beyond_range_m;
+    const double beyond = depth_rule::max_beyond_range_m;
     return {input_.frame, area, cell, {hull.lower - beyond, hull.upper + beyond}, seed_at};
   }
 
@@ -176,16 +175,16 @@ class DepthOracle {
     const ValueRange hull = object.hull();
     if (metres <= 0) return false;
     const double behind = metres - (hull.lower + hull.upper) / 2;
-    const bool off_middle = (stale() ? behind : std::abs(behind)) > options_.min_off_middle_m;
+    const bool off_middle = (stale() ? behind : std::abs(behind)) > depth_rule::min_off_middle_m;
     if (object.has(metres) && !off_middle) return true;
-    if (metres < hull.lower - options_.max_beyond_range_m) return false;
-    if (metres > hull.upper + options_.max_beyond_range_m) return false;
+    if (metres < hull.lower - depth_rule::max_beyond_range_m) return false;
+    if (metres > hull.upper + depth_rule::max_beyond_range_m) return false;
     const OracleWatershed& watershed = watershed_of(object);
     const cv::Point place(static_cast<int>(pixel.x), static_cast<int>(pixel.y));
     const DepthWatershed::Steps steps = watershed.steps_to(place, metres);
     const bool elsewhere = steps.to_surroundings_m < steps.to_object_m;
     if (object.has(metres)) return !elsewhere || !watershed.has_object();
-    return !elsewhere && steps.to_object_m <= options_.max_step_m;
+    return !elsewhere && steps.to_object_m <= depth_rule::max_step_m;
   }
 
   /// Certainty that the pixel is the object's; it is removed from 1/2 on.
@@ -195,13 +194,13 @@ class DepthOracle {
     if (is_own(object, pixel)) return 1;
     if (metres > 0 && metres < object.hull().upper) return 0;
     const Instance* const mask = stale() ? nullptr : &instance_of(object);
-    const double nearness = oracle_nearness(input_.frame, pixel, object, options_.reach_px, mask,
+    const double nearness = oracle_nearness(input_.frame, pixel, object, depth_rule::reach_px, mask,
                                             static_cast<int>(place.x - pixel.x));
-    double min_nearness = stale() ? options_.min_nearness_if_stale : options_.min_nearness;
+    double min_nearness = stale() ? depth_rule::min_nearness_if_stale : depth_rule::min_nearness;
     const bool in_shadow =
         !stale() && oracle_on_mask(instance_of(object), pixel,
-                                   object.gap.margin_px + options_.shadow_px * scale());
-    if (in_shadow) min_nearness = std::max(min_nearness, options_.min_nearness_in_shadow);
+                                   object.gap.margin_px + depth_rule::shadow_px * scale());
+    if (in_shadow) min_nearness = std::max(min_nearness, depth_rule::min_nearness_in_shadow);
     if (nearness <= 0) return 0;
     return nearness < min_nearness ? 0.5 * (nearness / min_nearness)
                                    : std::min(1.0, 0.5 + nearness / 8);

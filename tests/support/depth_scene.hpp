@@ -26,13 +26,6 @@ struct DepthScene {
   std::vector<cv::Point2f> points;
 
   DepthScene() {
-    // The scenes of the tests are made for these numbers, which are not the defaults.
-    options.object_depth.min_half_width_m = 0.4;
-    options.min_nearness = 0.5;
-    options.min_nearness_if_stale = 0.4;
-    options.shadow_px = 8;
-    options.min_nearness_in_shadow = 0.9;
-    options.cell_px = 16;
     frame.timestamp_s = 100;
     frame.depth = cv::Mat(480, 640, CV_16UC1);
     frame.metres_per_unit = 1.0 / 5000;

@@ -70,15 +70,12 @@ class FeatureDepthOracle {
       if (is_masked) of_mask.push_back(depth);
       if (pixels_[i].inside(middle)) of_middle.push_back(depth);
     }
-    const auto min_samples = static_cast<double>(options_.object_depth.min_samples);
-    const bool is_blind =
-        of_mask.empty() && static_cast<double>(masked) >= 3 * std::max(1.0, min_samples);
+    const bool is_blind = of_mask.empty() && masked >= 3 * ObjectDepthEstimator::min_samples;
     if (is_blind && !of_middle.empty()) ++verdict_.refused_boxes;
     if (is_blind) of_middle.clear();
-    ObjectDepthOptions narrow = options_.object_depth;
-    narrow.min_half_width_m *= 8.0 / 9;
+    const double narrow = options_.half_width_m * 8.0 / 9;
     const auto range = [&](const std::vector<float>& depths) {
-      return oracle_object_range(depths, narrow, narrow.min_box_share);
+      return oracle_object_range(depths, narrow, ObjectDepthEstimator::min_box_share);
     };
     object.ranges = {range(of_mask)};
     object.by_box = object.ranges[0].empty();
@@ -100,7 +97,7 @@ class FeatureDepthOracle {
   Votes votes(const OracleObject& object, WidePoint pixel) const {
     const cv::Size size = input_.segmentation.image_size;
     const double reach =
-        std::min(options_.feature_reach_px * scale(), double{1} * size.width + size.height);
+        std::min(depth_rule::feature_reach_px * scale(), double{1} * size.width + size.height);
     Votes votes;
     for (std::size_t j = 0; j < pixels_.size(); ++j) {
       const WidePoint apart = pixels_[j] - pixel;
@@ -117,9 +114,9 @@ class FeatureDepthOracle {
   double certainty(const OracleObject& object, std::size_t i) const {
     if (depths_m_[i] > 0) return object.has(depths_m_[i]) ? 1 : 0;
     const Votes around = votes(object, pixels_[i]);
-    const double doubt = options_.feature_doubt_px * scale();
+    const double doubt = depth_rule::feature_doubt_px * scale();
     const double share = around.own / (around.all + 4294967296.0 / (doubt * doubt));
-    const double needed = options_.min_feature_share;
+    const double needed = depth_rule::min_feature_share;
     return share < needed ? 0.5 * (share / needed) : std::max(0.5, share);
   }
 

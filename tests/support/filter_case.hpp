@@ -127,7 +127,6 @@ inline RangeEstimatorOptions arbitrary_range_options(ByteSource& source, double 
   options.outlier_rule =
       source.chance(50) ? OutlierRule::interquartile_range : OutlierRule::median_absolute_deviation;
   options.outlier_factor = source.between(0, 12) / 4.0;
-  options.min_samples = static_cast<std::size_t>(source.between(1, 6));
   options.expansion = expansion;
   return options;
 }
@@ -137,18 +136,14 @@ inline DynamicFilterOptions arbitrary_options(ByteSource& source, const cv::Size
   DynamicFilterOptions options;
   if (source.chance(30)) options.mask_culler.dynamic_classes = {0, 2};
   if (source.chance(20)) options.mask_culler.margin_px = source.between(0, 20) / 4.0;
-  if (source.chance(20)) options.mask_culler.margin_per_diameter = source.between(0, 8) / 8.0;
   if (source.chance(15)) options.mask_culler.static_mask = arbitrary_mask(source, image);
   options.compensator.rule = CompensationRule::paper;
   EdgeCompensatorOptions& edge = options.compensator.paper;
   edge.seed = source.byte();
   edge.depth = arbitrary_range_options(source, source.between(0, 10) / 20.0);
   edge.code = arbitrary_range_options(source, source.between(0, 64));
-  const std::size_t min_samples = std::max(edge.depth.min_samples, edge.code.min_samples);
-  edge.samples = min_samples + static_cast<std::size_t>(source.between(0, 24));
+  edge.samples = RangeEstimator::min_samples + static_cast<std::size_t>(source.between(0, 24));
   if (source.chance(30)) edge.missing_depth = MissingDepth::remove;
-  if (source.chance(30)) edge.depth_lbp.missing_neighbour = MissingNeighbour::farther;
-  if (source.chance(30)) edge.depth_lbp.bits = {3, 1, 0, 2, 7, 6, 5, 4};
   return options;
 }
 
@@ -180,36 +175,13 @@ inline FilterCase arbitrary_case(ByteSource& source) {
   return arbitrary_case(source, cv::Size(width, length()));
 }
 
-/// Random options whose lengths are some pixels of this image, however small, and never equal the
-/// distance of two pixels.
+/// Random options of the rule `depth`; the margin never equals the distance of two pixels.
 inline DepthCompensatorOptions arbitrary_depth_options(ByteSource& source, const cv::Size& image) {
   DepthCompensatorOptions options;
-  ObjectDepthOptions& depth = options.object_depth;
-  depth.min_half_width_m = source.between(1, 60) / 100.0;
-  depth.max_half_width_m = depth.min_half_width_m + source.between(0, 60) / 100.0;
-  depth.min_share = source.between(0, 40) / 100.0;
-  depth.min_mask_share = source.between(0, 40) / 100.0;
-  depth.min_box_share = source.between(0, 60) / 100.0;
-  depth.min_samples = static_cast<std::size_t>(source.between(0, 12));
   const double scale = image.width / 640.0;
-  options.min_nearness = (source.between(0, 8) / 4.0 + 0.11) * scale;
-  options.min_nearness_if_stale = (source.between(0, 8) / 4.0 + 0.11) * scale;
-  options.reach_px = (source.between(1, 6) + 0.2) / scale;
-  options.box_margin_px = (source.between(0, 5) + 0.15) / scale;
+  options.half_width_m = source.between(1, 90) / 100.0;
   options.mask_margin_px = (source.between(0, 2) + 0.3) / scale;
   options.motion_px_per_s = source.between(0, 40) * 10 / scale;
-  options.shadow_px = (source.between(0, 5) + 0.3) / scale;
-  options.min_nearness_in_shadow = (source.between(0, 8) / 4.0 + 0.11) * scale;
-  options.max_beyond_range_m = source.between(0, 40) / 100.0;
-  options.max_step_m = source.between(0, 20) / 100.0;
-  options.min_off_middle_m = source.between(0, 30) / 100.0;
-  options.cell_px = (source.between(2, 6) + 0.2) / scale;
-  options.mask_gap.row_step_px = (source.between(1, 3) + 0.2) / scale;
-  options.mask_gap.reach_px = (source.between(1, 8) + 0.2) / scale;
-  options.mask_gap.max_gap_px = source.between(1, 6) / scale;
-  options.mask_gap.min_samples = static_cast<std::size_t>(source.between(0, 8));
-  options.mask_gap.min_shift_px = std::max(0, source.between(-6, 3)) / scale;
-  if (source.chance(30)) depth.max_places = static_cast<std::size_t>(source.between(1, 100));
   return options;
 }
 
@@ -224,7 +196,7 @@ inline void draw_rule(ByteSource& source, FilterCase& made, CompensationRule rul
 }
 
 /// Gives the input's features a column of depths: few distinct values, with unknown ones of every
-/// kind; and random options of their own.
+/// kind.
 inline void draw_depths(ByteSource& source, FilterCase& made) {
   const float unknown[] = {0.0F, -1.0F, std::numeric_limits<float>::quiet_NaN(),
                            std::numeric_limits<float>::infinity(),
@@ -237,19 +209,6 @@ inline void draw_depths(ByteSource& source, FilterCase& made) {
                              : value == 14        ? 1e30F
                                                   : 0.2F * static_cast<float>(value));
   }
-  DepthCompensatorOptions& options = made.options.compensator.depth;
-  const double scale = made.segmentation.image_size.width / 640.0;
-  options.feature_reach_px = source.chance(10) ? 0 : (source.between(0, 12) + 0.2) / scale;
-  options.feature_doubt_px = (source.between(1, 20) + 0.2) / scale;
-  options.min_feature_share = source.between(1, 20) / 20.0;
-}
-
-/// Sets a floor that some frames miss.
-inline void draw_floor(ByteSource& source, FilterCase& made) {
-  FeatureFloorOptions& options = made.options.feature_floor;
-  options.floor = static_cast<std::size_t>(source.between(0, 130));
-  options.policy =
-      source.chance(50) ? FloorPolicy::restore_balanced : FloorPolicy::restore_best_scored;
 }
 
 /// Black image of a larger size with the smaller one at a place in it.
@@ -261,10 +220,10 @@ inline cv::Mat embedded(const cv::Mat& image, const cv::Size& size, cv::Point pl
 
 /// Moves the case into an image of any size up to that length, often into its lower right corner.
 /// Its depth begins or ends at a guard page, and some features lie up to 100 pixels outside.
-inline void enlarge(ByteSource& source, FilterCase& made, int max_length = 4096) {
+inline void enlarge(ByteSource& source, FilterCase& made, const cv::Size& largest) {
   const cv::Size small = made.segmentation.image_size;
-  const cv::Size size(source.between(small.width, max_length),
-                      source.between(small.height, max_length));
+  const cv::Size size(source.between(small.width, std::max(small.width, largest.width)),
+                      source.between(small.height, std::max(small.height, largest.height)));
   const cv::Size free = size - small;
   const cv::Point place(source.chance(60) ? free.width : source.between(0, free.width),
                         source.chance(60) ? free.height : source.between(0, free.height));
@@ -315,10 +274,12 @@ inline FilterCase arbitrary_case_of_any_size(ByteSource& source) {
   FilterCase made = arbitrary_case_of_any_rule(source);
   const bool is_large = source.is_fuzzed() && source.may_be_costly(500);
   if (source.byte() == 255 || is_large) {
-    enlarge(source, made, source.may_be_costly(500) ? 4096 : 100);
+    enlarge(source, made, source.may_be_costly(500) ? cv::Size(4096, 4096) : cv::Size(100, 100));
   }
-  if (source.byte() % 4 == 3) draw_floor(source, made);
+  made.options.feature_floor.floor = source.byte();
   const bool is_by_depth = made.options.compensator.rule == CompensationRule::depth;
+  // The rule's lengths are pixels of wide images.
+  if (is_by_depth && source.byte() % 4 == 3) enlarge(source, made, {700, 40});
   if (is_by_depth && made.frame.depth.empty() && source.byte() % 2 == 1) draw_depths(source, made);
   return made;
 }

@@ -12,7 +12,6 @@
 #include "support/depth_oracle.hpp"
 #include "support/feature_depth_oracle.hpp"
 #include "support/filter_case.hpp"
-#include "support/floor_oracle.hpp"
 #include "support/oracle.hpp"
 
 namespace dynfilter::testing {
@@ -47,8 +46,8 @@ inline bool same_object(const InstanceStatistics& a, const InstanceStatistics& b
          same_range(a.depth_range_m, b.depth_range_m);
 }
 
-/// Verdict of the oracle of the input's rule, without a floor.
-inline OracleVerdict verdict_of_rule(const FilterCase& input) {
+/// Verdict of the oracle of the input's rule.
+inline OracleVerdict expected_verdict(const FilterCase& input) {
   switch (input.options.compensator.rule) {
     case CompensationRule::depth:
       return input.frame.depth.empty() && input.depths_m
@@ -60,13 +59,6 @@ inline OracleVerdict verdict_of_rule(const FilterCase& input) {
       break;
   }
   return oracle_masks(input);
-}
-
-/// Verdict of the oracles of rule and floor.
-inline OracleVerdict expected_verdict(const FilterCase& input) {
-  OracleVerdict verdict = verdict_of_rule(input);
-  restore_to_floor(input, verdict);
-  return verdict;
 }
 
 /// Runs the filter on one input and compares every label and every instance's counts with the
@@ -90,6 +82,8 @@ inline std::string check_filter(const FilterCase& input) {
   }
   const FrameStatistics& statistics = labels.statistics();
   if (statistics.has_depth == input.frame.depth.empty()) return "wrong has_depth";
+  const bool is_starved = labels.size() - removed < input.options.feature_floor.floor;
+  if (statistics.starved != is_starved) return "wrong starved";
   for (std::size_t k = 0; k < verdict.instances.size(); ++k) {
     if (!same_counts(statistics.instances[k], verdict.instances[k])) {
       return detail::concatenate("wrong counts for instance ", k);

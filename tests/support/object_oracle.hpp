@@ -53,13 +53,12 @@ inline int oracle_cluster_end(const OracleBins& bins, int total, int half, doubl
   return fullest;
 }
 
-inline ValueRange oracle_object_range(std::vector<float> depths, const ObjectDepthOptions& options,
-                                      double share) {
-  const double narrow = options.min_half_width_m, wide = options.max_half_width_m;
+inline ValueRange oracle_object_range(std::vector<float> depths, double narrow, double share) {
+  const double wide = std::max(narrow, ObjectDepthEstimator::max_half_width_m);
   std::sort(depths.begin(), depths.end());
   while (!depths.empty() && !(depths.back() * 20.0F < 1024)) depths.pop_back();
   const int total = static_cast<int>(depths.size());
-  if (depths.empty() || depths.size() < options.min_samples) return {};
+  if (depths.empty() || depths.size() < ObjectDepthEstimator::min_samples) return {};
   OracleBins bins;
   for (const float depth : depths) ++bins[oracle_bin(depth)];
   const int half = std::max(1, static_cast<int>(narrow / 0.05 + 1e-9));
@@ -113,7 +112,8 @@ struct OracleObject {
 };
 
 inline OracleObject oracle_object(const FrameView& frame, const Instance& instance,
-                                  const ObjectDepthOptions& options) {
+                                  double half_width_m) {
+  using Rule = ObjectDepthEstimator;
   OracleObject object;
   const cv::Size size = frame.depth.size();
   // Every fourth pixel of an image 640 pixels wide, or every eighth, twelfth, … of a large area.
@@ -121,7 +121,7 @@ inline OracleObject oracle_object(const FrameView& frame, const Instance& instan
     const double shortest = std::max(1.0, std::round(4 * size.width / 640.0));
     double step = shortest;
     const auto along = [&](double length) { return std::floor(length / step) + 1; };
-    while (along(width) * along(height) > static_cast<double>(options.max_places)) step += shortest;
+    while (along(width) * along(height) > static_cast<double>(Rule::max_places)) step += shortest;
     return static_cast<int>(step);
   };
   const auto [left, right] = oracle_clip(instance.mask_origin.x, instance.mask.cols, size.width);
@@ -140,13 +140,13 @@ inline OracleObject oracle_object(const FrameView& frame, const Instance& instan
       add(of_mask, x, y);
     }
   }
-  const ValueRange by_mask = oracle_object_range(of_mask, options, options.min_share);
+  const ValueRange by_mask = oracle_object_range(of_mask, half_width_m, Rule::min_share);
   if (!by_mask.empty()) object.ranges.push_back(by_mask);
   const auto [x, x_end] = oracle_clip(instance.box.x, instance.box.width, size.width);
   const auto [y, y_end] = oracle_clip(instance.box.y, instance.box.height, size.height);
   const double boxed = double{1} * (x_end - x) * (y_end - y);
   object.samples = of_mask.size();
-  if (!by_mask.empty() && masked >= options.min_mask_share * boxed) return object;
+  if (!by_mask.empty() && masked >= Rule::min_mask_share * boxed) return object;
   const cv::Rect middle(x + (x_end - x) / 4, y + (y_end - y) / 5, (x_end - x) / 2,
                         (y_end - y) * 3 / 5);
   const int apart = step_in(middle.width, middle.height);
@@ -154,7 +154,7 @@ inline OracleObject oracle_object(const FrameView& frame, const Instance& instan
     for (int u = middle.x; u < middle.x + middle.width; u += apart) add(of_box, u, v);
   }
   object.samples += of_box.size();
-  const ValueRange by_box = oracle_object_range(of_box, options, options.min_box_share);
+  const ValueRange by_box = oracle_object_range(of_box, half_width_m, Rule::min_box_share);
   if (!by_box.empty()) object.ranges.push_back(by_box);
   object.by_box = !by_box.empty();
   return object;

@@ -52,8 +52,7 @@ inline std::optional<double> oracle_depth(const cv::Mat& depth, WidePoint pixel)
   return value;
 }
 
-inline std::optional<std::uint8_t> oracle_code(const cv::Mat& depth, WidePoint pixel,
-                                               const DepthLbpOptions& options = {}) {
+inline std::optional<std::uint8_t> oracle_code(const cv::Mat& depth, WidePoint pixel) {
   const int clockwise[8][2] = {{-1, -1}, {0, -1}, {1, -1}, {1, 0},
                                {1, 1},   {0, 1},  {-1, 1}, {-1, 0}};
   const auto centre = oracle_depth(depth, pixel);
@@ -64,9 +63,7 @@ inline std::optional<std::uint8_t> oracle_code(const cv::Mat& depth, WidePoint p
   for (std::size_t k = 0; k < 8; ++k) {
     const auto neighbour =
         oracle_depth(depth, {pixel.x + clockwise[k][0], pixel.y + clockwise[k][1]});
-    const bool farther =
-        neighbour ? *neighbour > *centre : options.missing_neighbour == MissingNeighbour::farther;
-    if (farther) code += 1 << options.bits[k];
+    if (neighbour && *neighbour > *centre) code += 1 << k;
   }
   return static_cast<std::uint8_t>(code);
 }
@@ -81,7 +78,7 @@ inline double oracle_quantile(std::vector<double> values, double share) {
 }
 
 inline ValueRange oracle_range(std::vector<double> values, const RangeEstimatorOptions& options) {
-  if (values.size() < options.min_samples) return {};
+  if (values.size() < RangeEstimator::min_samples) return {};
   std::sort(values.begin(), values.end());
   const double median = oracle_quantile(values, 0.5);
   double lower = 0, upper = 0;
@@ -154,7 +151,7 @@ inline std::pair<ValueRange, ValueRange> oracle_ranges(const FilterCase& input,
   for (const auto& [key, depth, i] : keyed) {
     const WidePoint pixel = oracle_pixel(input.keypoints[i].pt);
     depths.push_back(depth);
-    const auto code = oracle_code(input.frame.depth, pixel, options.depth_lbp);
+    const auto code = oracle_code(input.frame.depth, pixel);
     if (code) codes.push_back(*code);
   }
   return {oracle_range(depths, options.depth), oracle_range(codes, options.code)};
@@ -166,9 +163,6 @@ inline std::vector<FeatureLabel> oracle_cull(const FilterCase& input) {
   std::vector<FeatureLabel> labels(input.keypoints.size());
   for (std::size_t i = 0; i < labels.size(); ++i) {
     const WidePoint pixel = oracle_pixel(input.keypoints[i].pt);
-    const float diameter = input.keypoints[i].size;
-    const double usable = std::isfinite(diameter) && diameter > 0 ? double{diameter} : 0;
-    const double margin = options.margin_px + options.margin_per_diameter * usable;
     Instance robot;
     robot.mask = options.static_mask;
     for (std::size_t k = input.segmentation.instances.size(); k-- > 0;) {
@@ -176,7 +170,7 @@ inline std::vector<FeatureLabel> oracle_cull(const FilterCase& input) {
       const auto& classes = options.dynamic_classes;
       const bool dynamic =
           std::find(classes.begin(), classes.end(), instance.class_id) != classes.end();
-      if (!dynamic || !oracle_on_mask(instance, pixel, margin)) continue;
+      if (!dynamic || !oracle_on_mask(instance, pixel, options.margin_px)) continue;
       labels[i] = {instance.score, static_cast<int>(k), Reason::in_mask, true};
     }
     if (oracle_on_mask(robot, pixel, 0)) labels[i] = {1.0F, -1, Reason::in_mask, true};
@@ -219,7 +213,7 @@ inline OracleVerdict oracle_filter(const FilterCase& input) {
       const bool in_box = x >= 0 && y >= 0 && x < instance.box.width && y < instance.box.height;
       if (labels[i].removed || !in_box) continue;
       const auto depth = oracle_feature_depth(input, i);
-      const auto code = oracle_code(input.frame.depth, pixel, options.depth_lbp);
+      const auto code = oracle_code(input.frame.depth, pixel);
       const bool depth_fits =
           depth ? *depth >= depth_range.lower && *depth <= depth_range.upper : without_value;
       const bool code_fits =

@@ -18,7 +18,7 @@ namespace dynfilter::testing {
 /// Age of the masks, seconds.
 inline double oracle_age(const FilterCase& input) {
   const double age = std::abs(input.frame.timestamp_s - input.segmentation.timestamp_s);
-  return age > input.options.compensator.depth.max_age_s ? 0 : age;
+  return age > depth_rule::max_age_s ? 0 : age;
 }
 
 /// Tells whether the pixel lies in the image and in the box, grown by its margin and by the
@@ -29,8 +29,8 @@ inline bool oracle_in_reach(const FilterCase& input, const cv::Rect& box, WidePo
   const double scale = size.width / 640.0;
   const double moved = options.motion_px_per_s * oracle_age(input);
   const double longest_side = std::max(size.width, size.height);
-  const double dx = std::min(longest_side, (options.box_margin_px + moved) * scale);
-  const double dy = std::min(longest_side, (options.box_margin_px + moved / 2) * scale);
+  const double dx = std::min(longest_side, (depth_rule::box_margin_px + moved) * scale);
+  const double dy = std::min(longest_side, (depth_rule::box_margin_px + moved / 2) * scale);
   const auto holds = [](double first, double length, double margin, double value) {
     margin = std::round(margin);
     return length + 2 * margin > 0 && value >= first - margin && value < first + length + margin;

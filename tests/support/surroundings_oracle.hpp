@@ -32,12 +32,12 @@ inline double oracle_quarter(std::vector<double> values, std::size_t quarters) {
 /// Gap between a mask and the object's edge, and shift of the depth; without places where they are
 /// not known. `is_objects` tells whether a pixel of the image has the object's depth.
 inline MaskGap oracle_gap(const cv::Size& image, const Instance& instance,
-                          const std::function<bool(cv::Point)>& is_objects,
-                          const MaskGapOptions& options) {
+                          const std::function<bool(cv::Point)>& is_objects) {
+  using Rule = MaskGapEstimator;
   const double scale = image.width / 640.0;
   const auto scaled = [&](double pixels) { return std::max(1.0, std::round(pixels * scale)); };
-  const double reach = std::min<double>(scaled(options.reach_px), image.width);
-  const int step = static_cast<int>(scaled(options.row_step_px));
+  const double reach = std::min<double>(scaled(Rule::reach_px), image.width);
+  const int step = static_cast<int>(scaled(Rule::row_step_px));
   const auto on_mask = [&](int x, int y) {
     return x >= 0 && x < image.width && instance.covers({x, y});
   };
@@ -69,12 +69,12 @@ inline MaskGap oracle_gap(const cv::Size& image, const Instance& instance,
   const std::vector<double>& left = sides[0];
   const std::vector<double>& right = sides[1];
   const std::size_t places = left.size() + right.size();
-  if (places == 0 || places < options.min_samples) return {};
+  if (places == 0 || places < Rule::min_samples) return {};
   const double fewer = static_cast<double>(std::min(left.size(), right.size()));
   MaskGap gap;
   gap.places = places;
   double mean = 0, shift = 0;
-  if (fewer == 0 || 2 * fewer < static_cast<double>(options.min_samples)) {
+  if (fewer == 0 || 2 * fewer < static_cast<double>(Rule::min_samples)) {
     mean = oracle_quarter(left.size() > right.size() ? left : right, 2);
   } else {
     const double l = oracle_quarter(left, 2), r = oracle_quarter(right, 2);
@@ -85,11 +85,11 @@ inline MaskGap oracle_gap(const cv::Size& image, const Instance& instance,
     const bool apart =
         oracle_quarter(low, 3) < std::max(l, r) && oracle_quarter(high, 1) > std::min(l, r);
     const bool balanced = fewer >= 0.3 * (static_cast<double>(places) - fewer);
-    const bool enough = std::abs(shift) >= options.min_shift_px * scale;
+    const bool enough = std::abs(shift) >= Rule::min_shift_px * scale;
     if (apart && balanced && enough) gap.shift_px = shift;
   }
   const auto limited = [&](double px) {
-    return std::max(0.0, std::min(px, options.max_gap_px * scale));
+    return std::max(0.0, std::min(px, Rule::max_gap_px * scale));
   };
   gap.gap_px = limited(mean);
   gap.margin_px = limited(mean + 0.7 * std::abs(shift));

@@ -21,12 +21,9 @@ inline bool is_depth(std::uint16_t depth) { return depth != 0; }
 inline bool is_depth(float depth) { return depth > 0 && std::isfinite(depth); }
 
 /// Returns the D-LBP code of one pixel, or nothing on the border, outside the image, and without
-/// depth. `weights` has 2^bit of each neighbour clockwise from the top-left one. A neighbour
-/// without depth counts as farther if `missing_is_farther`.
+/// depth.
 template <class Depth>
-std::optional<std::uint8_t> depth_lbp_code(const cv::Mat& depth, cv::Point pixel,
-                                           const std::array<std::uint8_t, 8>& weights,
-                                           bool missing_is_farther) {
+std::optional<std::uint8_t> depth_lbp_code(const cv::Mat& depth, cv::Point pixel) {
   const bool has_neighbours =
       pixel.x >= 1 && pixel.y >= 1 && pixel.x < depth.cols - 1 && pixel.y < depth.rows - 1;
   if (!has_neighbours) return {};
@@ -39,9 +36,8 @@ std::optional<std::uint8_t> depth_lbp_code(const cv::Mat& depth, cv::Point pixel
   unsigned code = 0;
   for (std::size_t k = 0; k < clockwise.size(); ++k) {
     // Branch-free, because no processor foresees which neighbours are farther.
-    const bool is_known = is_depth(clockwise[k]);
-    const bool is_farther = is_known & (clockwise[k] > *middle);
-    code += weights[k] * static_cast<unsigned>(is_farther | (!is_known & missing_is_farther));
+    const bool is_farther = is_depth(clockwise[k]) & (clockwise[k] > *middle);
+    code |= static_cast<unsigned>(is_farther) << k;
   }
   return static_cast<std::uint8_t>(code);
 }

@@ -4,8 +4,6 @@
 #ifndef DYNFILTER_DETAIL_ERRORS_HPP
 #define DYNFILTER_DETAIL_ERRORS_HPP
 
-#include "dynfilter/detail/require_cxx17.hpp"
-
 #include <cstdint>
 #include <initializer_list>
 #include <locale>

@@ -1,8 +1,6 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Definitions for overlay.hpp; include that header instead.
-
 #ifndef DYNFILTER_DETAIL_OVERLAY_DRAWING_HPP
 #define DYNFILTER_DETAIL_OVERLAY_DRAWING_HPP
 
@@ -16,10 +14,12 @@
 
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/rectangles.hpp"
-#include "dynfilter/overlay.hpp"
+#include "dynfilter/features.hpp"
+#include "dynfilter/labels.hpp"
+#include "dynfilter/segmentation.hpp"
+#include "dynfilter/statistics.hpp"
 
-namespace dynfilter {
-namespace detail {
+namespace dynfilter::detail {
 
 enum class Mark { ring, cross, diamond, square, triangle };
 
@@ -91,8 +91,8 @@ inline void draw_mark(cv::Mat& canvas, cv::Point centre, const MarkStyle& style)
 }
 
 /// Tints the pixels of a mask and draws its contour, so that poor borders are visible.
-inline void draw_mask(cv::Mat& canvas, const Instance& instance, const cv::Scalar& colour,
-                      double opacity) {
+inline void draw_mask(cv::Mat& canvas, const Instance& instance, const cv::Scalar& colour) {
+  constexpr double opacity = 0.20;  // of the tint; the contour is opaque
   const cv::Rect area = clip({instance.mask_origin, instance.mask.size()}, canvas.size());
   for (int y = area.y; y < area.y + area.height; ++y) {
     auto* row = canvas.ptr<cv::Vec3b>(y);
@@ -111,11 +111,11 @@ inline void draw_mask(cv::Mat& canvas, const Instance& instance, const cv::Scala
 /// Draws dynamic objects in vermilion and others in grey; all in vermilion if the labels have no
 /// statistics for them.
 inline void draw_masks(cv::Mat& canvas, const Segmentation& segmentation,
-                       const FrameStatistics& statistics, double opacity) {
+                       const FrameStatistics& statistics) {
   for (std::size_t k = 0; k < segmentation.instances.size(); ++k) {
     const bool is_static = k < statistics.instances.size() && !statistics.instances[k].dynamic;
     draw_mask(canvas, segmentation.instances[k],
-              is_static ? cv::Scalar::all(160) : cv::Scalar(0, 94, 213), opacity);
+              is_static ? cv::Scalar::all(160) : cv::Scalar(0, 94, 213));
   }
 }
 
@@ -129,12 +129,10 @@ inline void draw_boxes(cv::Mat& canvas, const Segmentation& segmentation) {
   }
 }
 
-inline void draw_marks(cv::Mat& canvas, FeaturesView features, const FeatureLabels& labels,
-                       bool draw_removed) {
+inline void draw_marks(cv::Mat& canvas, FeaturesView features, const FeatureLabels& labels) {
   const cv::Rect drawable(-8, -8, canvas.cols + 16, canvas.rows + 16);
   // Draw kept features first, so that the removed ones lie on top.
   for (const bool removed : {false, true}) {
-    if (removed && !draw_removed) continue;
     for (std::size_t i = 0; i < features.size(); ++i) {
       const cv::Point pixel = features.pixel(i);
       if (labels.is_removed(i) != removed || !drawable.contains(pixel)) continue;
@@ -180,45 +178,6 @@ inline cv::Mat colour_copy(const cv::Mat& image) {
   return canvas;
 }
 
-}  // namespace detail
-
-inline cv::Mat draw_overlay(const cv::Mat& image, const Segmentation& segmentation,
-                            FeaturesView features, const FeatureLabels& labels,
-                            const OverlayOptions& options) {
-  if (labels.size() != features.size()) {
-    detail::throw_misuse(
-        "draw_overlay",
-        detail::concatenate(labels.size(), " labels and ", features.size(), " features"),
-        "one label per feature");
-  }
-  if (!(options.mask_opacity >= 0 && options.mask_opacity <= 1)) {
-    detail::throw_misuse("draw_overlay",
-                         detail::concatenate("mask_opacity = ", options.mask_opacity),
-                         "a number from 0 to 1");
-  }
-  validate(segmentation, "draw_overlay");
-  if (!segmentation.image_size.empty() && !detail::has_size(image, segmentation.image_size)) {
-    detail::throw_misuse("draw_overlay",
-                         detail::concatenate("a segmentation of image_size ",
-                                             detail::size_name(segmentation.image_size),
-                                             " and an image of ", detail::size_name(image)),
-                         "the same size");
-  }
-  cv::Mat canvas = detail::colour_copy(image);
-  if (options.masks) {
-    detail::draw_masks(canvas, segmentation, labels.statistics(), options.mask_opacity);
-  }
-  if (options.boxes) detail::draw_boxes(canvas, segmentation);
-  detail::draw_marks(canvas, features, labels, options.removed);
-  if (options.legend) cv::vconcat(canvas, detail::draw_legend(labels, canvas.cols), canvas);
-  return canvas;
-}
-
-inline cv::Mat draw_features(const cv::Mat& image, FeaturesView features) {
-  const FeatureLabels untouched(features.size(), Segmentation());
-  return draw_overlay(image, Segmentation(), features, untouched);
-}
-
-}  // namespace dynfilter
+}  // namespace dynfilter::detail
 
 #endif  // DYNFILTER_DETAIL_OVERLAY_DRAWING_HPP

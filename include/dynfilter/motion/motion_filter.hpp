@@ -14,8 +14,7 @@ namespace dynfilter {
 /// Options of MotionFilter, by stage.
 struct MotionFilterOptions {
   DynamicFilterOptions filter;  ///< for masks, depth and the floor
-  /// For what really moves. Its stale_age_s and max_age_s are those of the compensator's options
-  /// for depth.
+  /// For what really moves. Its stale_age_s is that of the compensator's options for depth.
   MotionJudgeOptions motion;
 };
 
@@ -25,7 +24,6 @@ namespace detail {
 inline MotionJudgeOptions motion_of(const MotionFilterOptions& options) {
   MotionJudgeOptions motion = options.motion;
   motion.stale_age_s = options.filter.compensator.depth.stale_age_s;
-  motion.max_age_s = options.filter.compensator.depth.max_age_s;
   return motion;
 }
 

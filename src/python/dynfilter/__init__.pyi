@@ -13,15 +13,10 @@ from ._options import (
     Compensation as Compensation,
     CompensationRule as CompensationRule,
     DepthCompensatorOptions as DepthCompensatorOptions,
-    DepthLbpOptions as DepthLbpOptions,
     EdgeCompensatorOptions as EdgeCompensatorOptions,
-    FloorPolicy as FloorPolicy,
     InstanceVerdict as InstanceVerdict,
-    MaskGapOptions as MaskGapOptions,
     MissingDepth as MissingDepth,
-    MissingNeighbour as MissingNeighbour,
     MotionOutcome as MotionOutcome,
-    ObjectDepthOptions as ObjectDepthOptions,
     OutlierRule as OutlierRule,
     RangeEstimatorOptions as RangeEstimatorOptions,
     Reason as Reason,
@@ -168,20 +163,17 @@ class DynamicFilter:
         *,
         dynamic_classes: Sequence[int] = [0],
         margin_px: float = 0.0,
-        margin_per_diameter: float = 0.0,
         static_mask: Optional[ArrayLike] = None,
         rule: CompensationRule = ...,
         depth: DepthCompensatorOptions = ...,
         paper: EdgeCompensatorOptions = ...,
         floor: int = 0,
-        policy: FloorPolicy = ...,
     ) -> None: ...
     def apply(
         self,
         frame: FrameView,
         segmentation: Optional[Segmentation],
         features: ArrayLike,
-        diameters_px: Optional[ArrayLike] = None,
         depths_m: Optional[ArrayLike] = None,
     ) -> FeatureLabels: ...
 
@@ -190,18 +182,10 @@ def draw_overlay(
     segmentation: Segmentation,
     features: ArrayLike,
     labels: FeatureLabels,
-    *,
-    masks: bool = True,
-    boxes: bool = True,
-    removed: bool = True,
-    legend: bool = True,
-    mask_opacity: float = 0.2,
 ) -> NDArray[np.uint8]: ...
 
 class DepthLbp:
-    def __init__(
-        self, *, bits: Sequence[int] = ..., missing_neighbour: MissingNeighbour = ...
-    ) -> None: ...
+    def __init__(self) -> None: ...
     def dense(self, depth: ArrayLike) -> NDArray[np.uint8]: ...
     def codes(self, depth: ArrayLike, features: ArrayLike) -> NDArray[np.int16]: ...
     def code(self, depth: ArrayLike, pixel: _Pixel) -> Optional[int]: ...
@@ -316,20 +300,17 @@ class MotionFilter:
         *,
         dynamic_classes: Sequence[int] = [0],
         margin_px: float = 0.0,
-        margin_per_diameter: float = 0.0,
         static_mask: Optional[ArrayLike] = None,
         rule: CompensationRule = ...,
         depth: DepthCompensatorOptions = ...,
         paper: EdgeCompensatorOptions = ...,
         floor: int = 0,
-        policy: FloorPolicy = ...,
     ) -> None: ...
     def apply(
         self,
         frame: FrameView,
         segmentation: Optional[Segmentation],
         features: ArrayLike,
-        diameters_px: Optional[ArrayLike] = None,
         depths_m: Optional[ArrayLike] = None,
     ) -> FeatureLabels: ...
     def track(

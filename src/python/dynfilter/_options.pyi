@@ -29,11 +29,6 @@ class CompensationRule(_Enumerator):
     paper: ClassVar[CompensationRule]
     mask: ClassVar[CompensationRule]
 
-class FloorPolicy(_Enumerator):
-    report_only: ClassVar[FloorPolicy]
-    restore_best_scored: ClassVar[FloorPolicy]
-    restore_balanced: ClassVar[FloorPolicy]
-
 class InstanceVerdict(_Enumerator):
     not_judged: ClassVar[InstanceVerdict]
     undecided: ClassVar[InstanceVerdict]
@@ -43,10 +38,6 @@ class InstanceVerdict(_Enumerator):
 class MissingDepth(_Enumerator):
     keep: ClassVar[MissingDepth]
     remove: ClassVar[MissingDepth]
-
-class MissingNeighbour(_Enumerator):
-    nearer: ClassVar[MissingNeighbour]
-    farther: ClassVar[MissingNeighbour]
 
 class MotionOutcome(_Enumerator):
     not_run: ClassVar[MotionOutcome]
@@ -73,105 +64,30 @@ class Reason(_Enumerator):
     def __gt__(self, other: Reason) -> bool: ...
     def __ge__(self, other: Reason) -> bool: ...
 
-class ObjectDepthOptions:
-    min_half_width_m: float
-    max_half_width_m: float
-    min_share: float
-    min_mask_share: float
-    min_box_share: float
-    min_samples: int
-    max_places: int
-    def __init__(
-        self,
-        *,
-        min_half_width_m: float = ...,
-        max_half_width_m: float = ...,
-        min_share: float = ...,
-        min_mask_share: float = ...,
-        min_box_share: float = ...,
-        min_samples: int = ...,
-        max_places: int = ...,
-    ) -> None: ...
-
-class MaskGapOptions:
-    row_step_px: float
-    reach_px: float
-    max_gap_px: float
-    min_samples: int
-    min_shift_px: float
-    def __init__(
-        self,
-        *,
-        row_step_px: float = ...,
-        reach_px: float = ...,
-        max_gap_px: float = ...,
-        min_samples: int = ...,
-        min_shift_px: float = ...,
-    ) -> None: ...
-
 class DepthCompensatorOptions:
-    object_depth: ObjectDepthOptions
-    mask_gap: MaskGapOptions
-    min_nearness: float
-    min_nearness_if_stale: float
-    reach_px: float
-    box_margin_px: float
+    half_width_m: float
     mask_margin_px: float
-    shadow_px: float
-    min_nearness_in_shadow: float
-    max_beyond_range_m: float
-    max_step_m: float
-    min_off_middle_m: float
-    cell_px: float
     stale_age_s: float
     motion_px_per_s: float
-    max_age_s: float
-    feature_reach_px: float
-    feature_doubt_px: float
-    min_feature_share: float
     def __init__(
         self,
         *,
-        object_depth: ObjectDepthOptions = ...,
-        mask_gap: MaskGapOptions = ...,
-        min_nearness: float = ...,
-        min_nearness_if_stale: float = ...,
-        reach_px: float = ...,
-        box_margin_px: float = ...,
+        half_width_m: float = ...,
         mask_margin_px: float = ...,
-        shadow_px: float = ...,
-        min_nearness_in_shadow: float = ...,
-        max_beyond_range_m: float = ...,
-        max_step_m: float = ...,
-        min_off_middle_m: float = ...,
-        cell_px: float = ...,
         stale_age_s: float = ...,
         motion_px_per_s: float = ...,
-        max_age_s: float = ...,
-        feature_reach_px: float = ...,
-        feature_doubt_px: float = ...,
-        min_feature_share: float = ...,
     ) -> None: ...
 
 class RangeEstimatorOptions:
     outlier_rule: OutlierRule
     outlier_factor: float
-    min_samples: int
     expansion: float
     def __init__(
         self,
         *,
         outlier_rule: OutlierRule = ...,
         outlier_factor: float = ...,
-        min_samples: int = ...,
         expansion: float = ...,
-    ) -> None: ...
-
-class DepthLbpOptions:
-    bits: Sequence[int]
-    missing_neighbour: MissingNeighbour
-    def __init__(
-        self, *, bits: Sequence[int] = ..., missing_neighbour: MissingNeighbour = ...
     ) -> None: ...
 
 class EdgeCompensatorOptions:
@@ -179,7 +95,6 @@ class EdgeCompensatorOptions:
     seed: int
     depth: RangeEstimatorOptions
     code: RangeEstimatorOptions
-    depth_lbp: DepthLbpOptions
     missing_depth: MissingDepth
     def __init__(
         self,
@@ -188,6 +103,5 @@ class EdgeCompensatorOptions:
         seed: int = ...,
         depth: RangeEstimatorOptions = ...,
         code: RangeEstimatorOptions = ...,
-        depth_lbp: DepthLbpOptions = ...,
         missing_depth: MissingDepth = ...,
     ) -> None: ...

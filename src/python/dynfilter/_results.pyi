@@ -24,7 +24,6 @@ class InstanceStatistics:
     score: Final[float]
     dynamic: Final[bool]
     masked: Final[int]
-    on_mask: Final[int]
     sampled: Final[int]
     candidates: Final[int]
     passed_depth: Final[int]

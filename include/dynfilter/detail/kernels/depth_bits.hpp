@@ -53,13 +53,11 @@ bool has_depth(Depth depth) {
 }
 
 /// Returns the bias to add to the bits of a depth, modulo their width. Biased depths keep their
-/// order as unsigned integers, and all values of "no depth" lie below every depth or above every
-/// depth, as a neighbour without depth shall count.
+/// order as unsigned integers, and all values of "no depth" lie below every depth, so that a
+/// neighbour without depth counts as nearer.
 template <class Depth>
-constexpr typename DepthBits<Depth>::Type depth_bias(bool missing_is_farther) {
-  using Bits = typename DepthBits<Depth>::Type;
-  return missing_is_farther ? static_cast<Bits>(-1)
-                            : static_cast<Bits>(0U - DepthBits<Depth>::first_beyond);
+constexpr typename DepthBits<Depth>::Type depth_bias() {
+  return static_cast<typename DepthBits<Depth>::Type>(0U - DepthBits<Depth>::first_beyond);
 }
 
 /// Three adjacent rows of a depth image.
