@@ -63,11 +63,6 @@ TEST_F(PluginTest, AsyncGivesUpFramesThatAreNeverFiltered) {
   EXPECT_EQ(plugin.counters().never_filtered, 29U);
 }
 
-TEST_F(PluginTest, PropagationToTheSameFrameChangesNothing) {
-  Plugin without(settings()), with(settings("dynfilter.propagate: \"yes\"\n"));
-  EXPECT_EQ(kept_in_frames(with, frames), kept_in_frames(without, frames));
-}
-
 TEST_F(PluginTest, PropagationBridgesAFrameWithoutAMask) {
   const char* keep = "dynfilter.missing_masks: \"keep\"\n";
   Plugin without(settings(keep));

@@ -80,17 +80,6 @@ TEST(ReadAhead, WaitsForAnotherFrameThatIsBeingRead) {
   EXPECT_EQ(arrivals.back(), 3U);
 }
 
-TEST(ReadAhead, TakesTheNewestOfTheFramesThatWait) {
-  Behind behind;
-  detail::ReadAhead ahead(behind.segmenter);
-  ahead.submit(frame_of(1));
-  behind.gate->await_arrivals(1);
-  for (const std::uint64_t id : {2U, 3U, 4U}) ahead.submit(frame_of(id));
-  behind.gate->open_for_good();
-  EXPECT_EQ(width_of(ahead.collect(frame_of(4))), 4);
-  EXPECT_EQ(behind.gate->arrivals(), (std::vector<std::uint64_t>{1, 4}));
-}
-
 TEST(ReadAhead, ThrowsInCollectOnly) {
   Behind behind;
   behind.gate->open_for_good();
