@@ -26,8 +26,7 @@ namespace {
 struct EvalOptions {
   std::filesystem::path estimate;
   std::filesystem::path truth;
-  std::filesystem::path baseline;  // empty: none
-  std::filesystem::path json;      // empty: none
+  std::filesystem::path json;  // empty: none
   AbsoluteErrorOptions absolute;
   RelativeErrorOptions relative;
 };
@@ -93,23 +92,9 @@ void add_relative_error(Evaluation& evaluation, const EvalOptions& options,
   evaluation.add("rpe_rotation", "deg", rpe.rotation_deg);
 }
 
-void add_improvement(Evaluation& evaluation, const EvalOptions& options, const Trajectory& other,
-                     const Trajectory& truth, const std::optional<AbsoluteTrajectoryError>& ate) {
-  const double baseline =
-      finite(absolute_trajectory_error(other, truth, options.absolute).translation_m).rmse;
-  evaluation.figures.emplace_back("ate_baseline_rmse_m", baseline);
-  if (!ate) throw std::runtime_error("the absolute error is missing");
-  if (!(baseline > 0)) throw std::runtime_error("the baseline has no error to improve on");
-  evaluation.figures.emplace_back("ate_improvement_percent",
-                                  improvement_percent(baseline, ate->translation_m.rmse));
-}
-
 Evaluation evaluate(const EvalOptions& options) {
   const Trajectory estimate = read_and_note(options.estimate);
   const Trajectory truth = read_and_note(options.truth);
-  std::optional<Trajectory> other;
-  if (!options.baseline.empty()) other = read_and_note(options.baseline);
-
   Evaluation evaluation;
   std::optional<AbsoluteTrajectoryError> ate;
   evaluation.attempt("ate", [&] {
@@ -121,10 +106,6 @@ Evaluation evaluate(const EvalOptions& options) {
     evaluation.add("ate", "m", ate->translation_m);
   });
   evaluation.attempt("rpe", [&] { add_relative_error(evaluation, options, estimate, truth, ate); });
-  if (other) {
-    evaluation.attempt("ate_improvement",
-                       [&] { add_improvement(evaluation, options, *other, truth, ate); });
-  }
   return evaluation;
 }
 
@@ -161,8 +142,7 @@ void add_eval_command(CLI::App& program) {
   CLI::App* command = program.add_subcommand(
       "eval",
       "Compare an estimated trajectory with the true one, as the TUM RGB-D benchmark does: the\n"
-      "absolute error after a rigid alignment, and the relative error over an interval. Both "
-      "files\n"
+      "absolute error after a rigid alignment, and the relative error over 1 s. Both files\n"
       "are in TUM's format (timestamp tx ty tz qx qy qz qw). As in that benchmark, rows with NaN\n"
       "or a zero quaternion are skipped, and the last row with a repeated time counts. Prints one\n"
       "figure a line, name and value. Standard error says which rows were skipped, and which\n"
@@ -175,25 +155,16 @@ void add_eval_command(CLI::App& program) {
       ->check(real_number(0, 10))
       ->capture_default_str();
   command->add_flag("--scale", options->absolute.with_scale, "align the scale too (mono)");
-  CLI::Option* interval = command
-                              ->add_option("--interval", options->relative.interval_s,
-                                           "interval of the relative error, seconds")
-                              ->check(real_number(1e-6, 1e9))
-                              ->capture_default_str();
   command
-      ->add_option(
-          "--frames", options->relative.interval_frames,
-          "interval of the relative error in poses, instead of seconds; 1 = frame to frame")
-      ->transform(whole_number(1, 1000000))
-      ->excludes(interval);
-  command->add_option("--baseline", options->baseline,
-                      "another estimate; print the improvement of the error on it");
+      ->add_option("--frames", options->relative.interval_frames,
+                   "interval of the relative error in poses, instead of 1 s; 1 = frame to frame")
+      ->transform(whole_number(1, 1000000));
   command->add_option("--json", options->json,
                       "also write the figures to this file; replaces an earlier one of this kind");
   command->footer(
       "examples:\n"
       "  dynfilter eval CameraTrajectory.txt groundtruth.txt\n"
-      "  dynfilter eval with.txt groundtruth.txt --baseline without.txt --json errors.json");
+      "  dynfilter eval CameraTrajectory.txt groundtruth.txt --json errors.json");
   command->callback([options] { report(*options); });
 }
 

@@ -57,7 +57,7 @@ void run(const RunOptions& options) {
     ProgressBar progress("filtering", source->size());
     for (std::size_t i = 0; i < source->size(); i += options.settings.every) {
       SourceFrame frame = source->read(i);
-      masks.submit(frame);
+      masks.submit(frame.frame);
       ExtractedFeatures features = extract_features(extractor, frame.frame.image);
       if (!masks.uses_source_masks()) {
         frame.masks = work.wait_for_masks([&] { return masks.collect(frame); });
@@ -140,7 +140,7 @@ void add_run_command(CLI::App& program) {
                   "  dynfilter run rgbd_dataset_freiburg3_walking_xyz --out result\n"
                   "  dynfilter run scene --rule mask --masks scene/masks_true\n"
                   "  dynfilter run --level medium --scene-seed 5 --rule crowd_slam\n"
-                  "  dynfilter run scene --rule depth_moved --async latest --hz 10");
+                  "  dynfilter run scene --rule depth_moved --async latest --model FILE.onnx");
   command->callback([options] {
     if (options->scene.sequence.empty() && options->scene.level.empty()) {
       throw CLI::RequiredError("SEQUENCE or --level");

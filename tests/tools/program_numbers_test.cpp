@@ -51,13 +51,10 @@ const std::vector<NumberOption>& number_options() {
       {"run --level medium", "--classes", {"-1", "0,4294967296", "a"}, "0 to 2147483647"},
       {"run --level medium", "--margin", {"-1", "nan", "inf", "1e7", "0x10"}, "0 to 1e+06"},
       {"run --level medium", "--seed", {"-1", "18446744073709551616"}, "0 to 18446744073709551615"},
-      {"run --level medium --async wait", "--hz", {"0", "nan", "1e9", "-5"}, "0.001 to 1000"},
-      {"run --level medium --async limited_wait", "--max-wait", {"-1", "nan", "1e9"}, "0 to 3600"},
       {"ablate --levels medium", "--frames", {"0", "4294967297"}, "1 to 1000000"},
       {"ablate --levels medium", "--width", {"0", "100000"}, "16 to 8192"},
       {"ablate --levels medium", "--features", {"0", "100001"}, "1 to 100000"},
       {"eval a.txt b.txt", "--frames", {"0", "-1", "1000001"}, "1 to 1000000"},
-      {"eval a.txt b.txt", "--interval", {"0", "-1", "nan"}, "1e-06 to 1e+09"},
       {"eval a.txt b.txt", "--max-difference", {"-1", "nan", "inf", "11"}, "0 to 10"},
   };
   return options;

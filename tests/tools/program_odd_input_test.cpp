@@ -73,9 +73,6 @@ TEST_F(OddInput, OptionsWithoutEffectAreRefused) {
   expect_refused("ablate --levels medium --degrade poor" + out, "--degrade requires SEQUENCES");
   expect_refused("ablate --levels medium --depth-offset 0.03" + out,
                  "--depth-offset requires SEQUENCES");
-  expect_refused("run" + of + " --missing-masks keep" + out, "--missing-masks keep is for a ");
-  expect_refused("run" + of + " --async wait --max-wait 1" + out, "--max-wait is for --async ");
-  expect_refused("eval a b --interval 1 --frames 2", "--interval excludes --frames");
   expect_refused("doctor --camera camera.yaml", "--camera requires SEQUENCE");
   EXPECT_FALSE(fs::exists(folder_ / "out"));
 }

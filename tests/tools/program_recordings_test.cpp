@@ -100,15 +100,14 @@ TEST_F(ProgramRecordings, EvalNamesAFileWithoutUsableRows) {
 
 TEST_F(ProgramRecordings, EvalPrintsTheAbsoluteErrorOfAShortTrajectory) {
   const fs::path json = folder_ / "errors.json";
-  const Outcome outcome = run("eval " + quoted(truth()) + " " + quoted(truth()) + " --baseline " +
-                              quoted(truth()) + " --json " + quoted(json));
+  const Outcome outcome =
+      run("eval " + quoted(truth()) + " " + quoted(truth()) + " --json " + quoted(json));
   EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
   EXPECT_TRUE(outcome.mentions("ate_rmse_m ")) << outcome.printed;
   EXPECT_TRUE(outcome.mentions("no rpe: relative_pose_error: 0 intervals")) << outcome.printed;
   const nlohmann::json errors = read_json(json);
   EXPECT_EQ(errors["pairs"], 4);
   EXPECT_TRUE(errors.contains("ate_rmse_m"));
-  EXPECT_TRUE(errors.contains("ate_baseline_rmse_m"));
   EXPECT_FALSE(errors.contains("rpe_translation_rmse_m"));
   EXPECT_NE(errors["missing"]["rpe"].get<std::string>().find("interval"), std::string::npos);
 }

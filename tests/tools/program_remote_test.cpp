@@ -98,23 +98,9 @@ TEST_F(ProgramRemote, SayThatNothingWasWritten) {
   EXPECT_FALSE(fs::exists(out("made")));
   const Outcome outcome = run(run_into("result") + with_peer());
   EXPECT_EQ(outcome.exit_code, 1);
-  EXPECT_TRUE(outcome.mentions("(nothing was written; --missing-masks keep goes on without)"))
+  EXPECT_TRUE(outcome.mentions("(nothing was written; --async goes on without)"))
       << outcome.printed;
   EXPECT_FALSE(fs::exists(out("result") / "frames.csv"));
-}
-
-TEST_F(ProgramRemote, RunGoesOnWithoutMasksOnRequest) {
-  const RemotePeer peer = peer_that_fails_at(3);
-  const Outcome outcome = run(run_into("result") + with_peer() + " --missing-masks keep");
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
-  EXPECT_TRUE(
-      outcome.mentions("frames without masks, because the segmenter failed: 1, the first "
-                       "with: " +
-                       out("socket").string() + ": the other side has closed"))
-      << outcome.printed;
-  EXPECT_EQ(read_csv(out("result") / "frames.csv").size(), 1U + frames);
-  EXPECT_EQ(run(run_into("other") + " --missing-masks keep --async wait").exit_code, 1)
-      << "a thread goes on by itself";
 }
 
 TEST_F(ProgramRemote, RunWithAThreadGoesOnWithoutMasks) {
@@ -161,10 +147,8 @@ TEST_F(ProgramRemote, CtrlCEndsTheWaitForMasks) {
   };
   const Call calls[] = {
       {run_into("out") + silent, false},
-      {run_into("out") + silent + " --missing-masks keep", false},
       {run_into("out") + silent + " --async wait", false},
       {run_into("out") + silent + " --async latest", false},
-      {run_into("out") + silent + " --async wait --hz 0.001", true},
       {"masks " + quoted(scene()) + silent + " --out " + quoted(out("out")), false}};
   for (const Call& call : calls) {
     SCOPED_TRACE(call.arguments);
