@@ -10,7 +10,6 @@
 
 #include "dynfilter/evaluation/rgbd_sequence_writer.hpp"
 #include "dynfilter/motion/motion_state.hpp"
-#include "dynfilter/networks/deformable_convolution.hpp"
 #include "dynfilter/networks/network_segmenter.hpp"
 #include "dynfilter/plugin.hpp"
 #include "dynfilter/segmenters/async_segmenter.hpp"
@@ -31,7 +30,6 @@ constexpr bool moves_without_failing =
     !std::is_copy_constructible_v<Type>;
 
 static_assert(moves_without_failing<AsyncSegmenter>);
-static_assert(moves_without_failing<DeformableConvolution>);
 static_assert(moves_without_failing<MaskFolderWriter>);
 static_assert(moves_without_failing<MaskPropagator>);
 static_assert(moves_without_failing<MotionState>);
