@@ -10,13 +10,8 @@
 
 #include <gtest/gtest.h>
 
-#if defined(__unix__)
-#include <sys/stat.h>
-#endif
-
 #include "support/expect_error.hpp"
 #include "support/temporary_folder.hpp"
-#include "support/test_data.hpp"
 
 namespace dynfilter {
 namespace {
@@ -60,18 +55,6 @@ void expect_equal(const CameraParameters& a, const CameraParameters& b) {
   EXPECT_EQ(a.depth_units_per_metre, b.depth_units_per_metre);
 }
 
-TEST(Camera, ReadsRequiredKeysAndDefaultsTheRestToZero) {
-  const TemporaryFolder folder;
-  const CameraParameters camera = read_camera(folder.write("camera.yaml", required_keys));
-  CameraParameters want;
-  want.fx = 535.4;
-  want.fy = 539;
-  want.cx = 320.1;
-  want.cy = -1.5;
-  want.depth_units_per_metre = 5000;
-  expect_equal(camera, want);
-}
-
 TEST(Camera, ReadsAnOrbSlamSettingsFile) {
   const TemporaryFolder folder;
   const std::string text =
@@ -90,14 +73,6 @@ TEST(Camera, ReadsAnOrbSlamSettingsFile) {
   EXPECT_EQ(camera.image_size, cv::Size(640, 480));
   EXPECT_EQ(camera.frames_per_second, 30);
   EXPECT_EQ(camera.depth_units_per_metre, 5000);
-}
-
-TEST(Camera, TakesOneSideAloneForAnUnknownSize) {
-  const TemporaryFolder folder;
-  for (const char* key : {"Camera.width: 640\n", "Camera.height: 480\n"}) {
-    const CameraParameters camera = read_camera(folder.write("camera.yaml", required_keys + key));
-    EXPECT_EQ(camera.image_size, cv::Size()) << key;
-  }
 }
 
 TEST(Camera, RefusesFilesWithoutACamera) {
@@ -163,33 +138,12 @@ TEST(Camera, RefusesValuesThatOpenCvWouldMisread) {
   }
 }
 
-TEST(Camera, ReadsAFileWithAnyName) {
-  const TemporaryFolder folder;
-  for (const char* name : {"what?.yaml", "a?b=c", "camera.xml"}) {
-    SCOPED_TRACE(name);
-    EXPECT_EQ(read_camera(folder.write(name, required_keys)).fx, 535.4);
-  }
-}
-
 TEST(Camera, IgnoresUnknownKeys) {
   const TemporaryFolder folder;
   const std::string text = required_keys +
                            "Viewer.x: 010\nViewer.x: 5000000000\nBlock:\n  Camera.fx: 010\n"
                            "Text: \"Camera.fx: 7\" # Camera.fx: 8\n# Camera.fx: 9\n";
   EXPECT_EQ(read_camera(folder.write("camera.yaml", text)).fx, 535.4);
-}
-
-TEST(Camera, RefusesPathsThatAreNotFiles) {
-  const TemporaryFolder folder;
-  expect_error<std::runtime_error>([&] { read_camera(folder / "none.yaml"); },
-                                   "none.yaml: there is no such file");
-  expect_error<std::runtime_error>([&] { read_camera(folder.path()); },
-                                   folder.path().string() + ": is not a regular file");
-#if defined(__unix__)
-  const std::string fifo = (folder / "fifo.yaml").string();
-  ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
-  expect_error<std::runtime_error>([&] { read_camera(fifo); }, fifo + ": is not a regular file");
-#endif
 }
 
 TEST(Camera, RoundTripIsExact) {
@@ -250,18 +204,6 @@ TEST(Camera, RefusesToWriteInvalidCameras) {
   EXPECT_NO_THROW(write_camera(folder / "camera.yaml", at_limit));
   expect_error<std::runtime_error>([&] { write_camera(folder / "no/camera.yaml", some_camera()); },
                                    "cannot be written");
-}
-
-class CameraData : public testing::RecordedData {};
-
-TEST_F(CameraData, ReadsTumCameras) {
-  const CameraParameters fr3 = read_camera(data("tum_fr3_walking_halfsphere_50") / "camera.yaml");
-  EXPECT_EQ(fr3.fx, 535.4);
-  EXPECT_EQ(fr3.cy, 247.6);
-  EXPECT_EQ(fr3.depth_units_per_metre, 5000);
-  const CameraParameters fr1 = read_camera(data("tum_fr1_xyz_120") / "camera.yaml");
-  EXPECT_EQ(fr1.k3, 1.163314);
-  EXPECT_EQ(fr1.image_size, cv::Size(640, 480));
 }
 
 }  // namespace

@@ -77,54 +77,11 @@ TEST_F(RgbdSequenceFiles, RefusesAFifoAsAListWithoutOpeningIt) {
   }
 }
 
-TEST_F(RgbdSequenceFiles, RefusesAFifoAsGroundTruthOnUse) {
-  make_fifo("groundtruth.txt");
-  const RgbdSequence sequence(folder_.path());
-  expect_error<std::runtime_error>([&] { sequence.groundtruth_file(); },
-                                   path("groundtruth.txt") + ": is not a regular file");
-}
-
-TEST_F(RgbdSequenceFiles, RefusesAFolderAsAList) {
-  fs::remove(folder_ / "associations.txt");
-  fs::create_directories(folder_ / "associations.txt");
-  expect_refused(path("associations.txt") + ": is not a regular file");
-}
-
 TEST_F(RgbdSequenceFiles, NamesTheLineOfAnImageThatIsNotAFile) {
   make_fifo("depth/b.png");
   expect_refused(path("associations.txt") + ":2: depth/b.png is missing (1 of the 4");
   folder_.write("associations.txt", "1.5 rgb/a.png 1.5 /dev/zero\n");
   expect_refused(path("associations.txt") + ":1: /dev/zero is missing (1 of the 2");
-}
-
-TEST_F(RgbdSequenceFiles, NamesTheLineOfAnInaccessibleImage) {
-  make_loop("rgb/b.png");
-  expect_refused(path("associations.txt") +
-                 ":2: rgb/b.png cannot be read: Too many levels of symbolic links");
-}
-
-TEST_F(RgbdSequenceFiles, NamesInaccessiblePathsOnOpening) {
-  for (const char* file : {"associations.txt", "rgb.txt", "depth.txt", "camera.yaml"}) {
-    SCOPED_TRACE(file);
-    make_loop(file);
-    expect_refused(path(file) + loop_error);
-    fs::remove(folder_ / file);
-    if (std::string(file) == "rgb.txt") folder_.write("rgb.txt", "1.5 rgb/a.png\n");
-  }
-}
-
-TEST_F(RgbdSequenceFiles, NamesInaccessiblePathsOnUse) {
-  const RgbdSequence sequence(folder_.path());
-  for (const char* file : {"groundtruth.txt", "masks", "masks_true", "masks_moving"}) {
-    make_loop(file);
-  }
-  expect_error<std::runtime_error>([&] { sequence.groundtruth_file(); },
-                                   path("groundtruth.txt") + loop_error);
-  expect_error<std::runtime_error>([&] { sequence.masks_folder(); }, path("masks") + loop_error);
-  expect_error<std::runtime_error>([&] { sequence.true_masks_folder(); },
-                                   path("masks_true") + loop_error);
-  expect_error<std::runtime_error>([&] { sequence.moving_masks_folder(); },
-                                   path("masks_moving") + loop_error);
 }
 
 TEST_F(RgbdSequenceFiles, NamesAnUnreadableFolder) {
@@ -135,22 +92,6 @@ TEST_F(RgbdSequenceFiles, NamesAnUnreadableFolder) {
   fs::permissions(folder_.path(), fs::perms::none);
   expect_refused(path("associations.txt") + ": cannot be read: Permission denied");
   fs::permissions(folder_.path(), fs::perms::owner_all);
-}
-
-TEST_F(RgbdSequenceFiles, SortsAssociationsByTime) {
-  folder_.write("associations.txt",
-                "2.5 rgb/b.png 2.5 depth/b.png\n1.5 rgb/a.png 1.5 depth/a.png\n");
-  const RgbdSequence sequence(folder_.path());
-  ASSERT_EQ(sequence.size(), 2U);
-  EXPECT_EQ(sequence.entry(0).stem, "a");
-  EXPECT_EQ(sequence.entry(1).stem, "b");
-}
-
-TEST_F(RgbdSequenceFiles, RefusesRepeatedTimesAndMissingFilesByLine) {
-  folder_.write("associations.txt", std::string(associations) + "1.5 rgb/b.png 9.5 depth/b.png\n");
-  expect_refused(path("associations.txt") + ":3: time 1.500000 is in line 1 already");
-  folder_.write("associations.txt", std::string(associations) + "3 rgb/c.png 3 depth/a.png\n");
-  expect_refused(path("associations.txt") + ":3: rgb/c.png is missing (1 of the 6");
 }
 
 }  // namespace

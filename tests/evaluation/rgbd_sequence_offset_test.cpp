@@ -13,7 +13,6 @@
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
 #include "support/expect_error.hpp"
 #include "support/temporary_folder.hpp"
-#include "support/test_data.hpp"
 
 namespace dynfilter {
 namespace {
@@ -84,22 +83,6 @@ TEST_F(Offset, MovesPairsOfAssociationsAndFindsImagesBesideThem) {
   EXPECT_EQ(partners(-0.1), (Stems{"-", "1.01", "1.11", "1.21"}));
 }
 
-TEST_F(Offset, PairsADepthImageOnceThatTwoLinesName) {
-  cv::imwrite((folder_ / "rgb/1.005.png").string(), cv::Mat(4, 6, CV_8UC3));
-  folder_.write("associations.txt", "1.005 rgb/1.005.png 1.01 depth/1.01.png\n" + pairs_);
-  RgbdSequenceOptions options;
-  EXPECT_EQ(RgbdSequence(folder_.path(), options).size(), 5U);
-  options.depth_offset_s = 0.001;
-  EXPECT_EQ(RgbdSequence(folder_.path(), options).size(), 4U);
-}
-
-TEST_F(Offset, TrustsOnlyTheLinesIfNamesAreNoTimes) {
-  fs::rename(folder_ / "depth/1.01.png", folder_ / "depth/0001.png");
-  const std::size_t name = pairs_.find("depth/1.01");
-  folder_.write("associations.txt", pairs_.replace(name, 10, "depth/0001"));
-  EXPECT_EQ(partners(0.1), (Stems{"1.11", "1.21", "1.31", "-"}));
-}
-
 TEST_F(Offset, IsReadFromTheCameraFileUnlessGiven) {
   folder_.write("associations.txt", pairs_);
   folder_.write("camera.yaml", std::string(camera_text) + "dynfilter.depth_offset_s: 0.1\n");
@@ -119,31 +102,6 @@ TEST_F(Offset, RefusesWhatIsOutOfRangeOrOutOfReach) {
   folder_.write("camera.yaml", std::string(camera_text) + "dynfilter.depth_offset_s: 11\n");
   expect_error<std::runtime_error>([&] { partners({}); },
                                    "dynfilter.depth_offset_s: got 11; want a number within ±10");
-}
-
-TEST_F(Offset, IsWrittenWithTheCamera) {
-  CameraParameters camera = read_camera(folder_ / "camera.yaml");
-  EXPECT_EQ(camera_file_text(camera).find("depth_offset"), std::string::npos);
-  camera.depth_offset_s = 1.0 / 30;
-  write_camera(folder_ / "written.yaml", camera);
-  EXPECT_EQ(read_camera(folder_ / "written.yaml").depth_offset_s, 1.0 / 30);
-  camera.depth_offset_s = std::numeric_limits<double>::quiet_NaN();
-  expect_error<std::invalid_argument>([&] { camera_file_text(camera); }, "depth_offset_s");
-}
-
-class OffsetData : public testing::RecordedData {};
-
-TEST_F(OffsetData, PairsTumWithTheNextDepthImage) {
-  const RgbdSequence as_stamped(data("tum_fr3_walking_halfsphere_50"));
-  RgbdSequenceOptions options;
-  options.depth_offset_s = 0.033;
-  const RgbdSequence moved(data("tum_fr3_walking_halfsphere_50"), options);
-  EXPECT_GE(moved.size() + 1, as_stamped.size());
-  for (std::size_t i = 0; i < moved.size(); ++i) {
-    const double later_s = moved.entry(i).depth_timestamp_s - moved.entry(i).timestamp_s;
-    EXPECT_GT(later_s, 0.030) << i;
-    EXPECT_LT(later_s, 0.037) << i;
-  }
 }
 
 }  // namespace

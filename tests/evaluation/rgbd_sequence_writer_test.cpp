@@ -96,18 +96,6 @@ TEST(RgbdSequenceWriter, RoundTripKeepsEveryFrame) {
   EXPECT_NEAR(truth[2].translation.x(), 1.5, 1e-8);
 }
 
-TEST(RgbdSequenceWriter, AssociatingItsListsGivesItsAssociations) {
-  const TemporaryFolder folder;
-  RgbdSequenceWriter writer(folder.path(), written_camera());
-  for (int k = 0; k < 5; ++k) writer.add(some_frame(k));
-  writer.finish();
-  fs::remove(folder / "associations.txt");
-  const RgbdSequence sequence(folder.path());
-  ASSERT_EQ(sequence.size(), 5U);
-  EXPECT_EQ(sequence.entry(4).depth_path.stem(), sequence.entry(4).stem);
-  EXPECT_FALSE(sequence.groundtruth_file());
-}
-
 TEST(RgbdSequenceWriter, WritesTheTumFormat) {
   const TemporaryFolder folder;
   RgbdSequenceWriter writer(folder.path(), written_camera());
@@ -146,25 +134,6 @@ TEST(RgbdSequenceWriter, WritesColourWithoutDepth) {
   const RgbdSequence sequence(folder.path());
   EXPECT_FALSE(sequence.has_depth());
   expect_same(sequence.read(0).image, frame.image);
-}
-
-TEST(RgbdSequenceWriter, WritesGreyImages) {
-  const TemporaryFolder folder;
-  RgbdSequenceWriter writer(folder.path(), written_camera());
-  FrameView frame = some_frame(0);
-  frame.image = cv::Mat(frame.image.size(), CV_8UC1, cv::Scalar(77));
-  writer.add(frame);
-  writer.finish();
-  const cv::Mat read = RgbdSequence(folder.path()).read(0).image;
-  expect_same(read, cv::Mat(read.size(), read.type(), cv::Scalar::all(77)));
-}
-
-TEST(RgbdSequenceWriter, WithoutFramesWritesTheCameraAlone) {
-  const TemporaryFolder folder;
-  RgbdSequenceWriter writer(folder.path(), written_camera());
-  writer.finish();
-  EXPECT_TRUE(fs::exists(folder / "camera.yaml"));
-  EXPECT_FALSE(fs::exists(folder / "rgb.txt"));
 }
 
 TEST(RgbdSequenceWriter, ConvertsDepthToTheUnitsOfTheFile) {
@@ -284,77 +253,6 @@ TEST(RgbdSequenceWriter, ReplacesOnlyItsOwnFiles) {
   EXPECT_FALSE(fs::exists(folder / "rgb/1341846434.710184.png"));
   EXPECT_FALSE(fs::exists(folder / "groundtruth.txt"));
   for (const char* file : foreign) EXPECT_EQ(file_text(folder / file), "mine");
-}
-
-TEST(RgbdSequenceWriter, ReportsWriteErrors) {
-  const TemporaryFolder folder;
-  folder.write("file", "");
-  expect_error<std::runtime_error>([&] { RgbdSequenceWriter(folder / "file/x", written_camera()); },
-                                   "file");
-  folder.write("sequence/rgb", "a file where the folder should be");
-  expect_error<std::runtime_error>(
-      [&] { RgbdSequenceWriter(folder / "sequence", written_camera()); }, "rgb: is no folder");
-}
-
-TEST(RgbdSequenceWriter, AddCanBeRepeatedIfTheDepthFoundNoRoom) {
-  const TemporaryFolder folder;
-  RgbdSequenceWriter writer(folder.path(), written_camera());
-  FrameView frame = some_frame(0);
-  frame.image.setTo(cv::Scalar::all(0));  // a file of some hundred bytes; that of depth has more
-  {
-    const testing::FileSizeLimit limit(1000);
-    expect_error<std::runtime_error>([&] { writer.add(frame); }, "cannot be written");
-  }
-  EXPECT_EQ(writer.size(), 0U);
-  for (const auto& entry : fs::recursive_directory_iterator(folder.path())) {
-    EXPECT_NE(entry.path().extension(), ".png") << "half a frame stays: " << entry.path();
-  }
-  writer.add(frame);
-  writer.finish();
-  const RgbdSequence sequence(folder.path());
-  ASSERT_EQ(sequence.size(), 1U);
-  expect_same(sequence.read(0).image, frame.image);
-  expect_same(sequence.read(0).depth, frame.depth);
-}
-
-TEST(RgbdSequenceWriter, FinishCanBeRepeatedAfterAFileWasInTheWay) {
-  const TemporaryFolder folder;
-  RgbdSequenceWriter writer(folder.path(), written_camera());
-  writer.add(some_frame(0));
-  folder.write("camera.yaml", "mine");
-  for (int k = 0; k < 2; ++k) {
-    expect_error<std::runtime_error>([&] { writer.finish(); }, "camera.yaml");
-  }
-  fs::remove(folder / "camera.yaml");
-  writer.finish();
-  EXPECT_EQ(RgbdSequence(folder.path()).size(), 1U);
-}
-
-TEST(RgbdSequenceWriter, RefusesFoldersBehindALink) {
-  const TemporaryFolder folder;
-  fs::create_directories(folder / "elsewhere");
-  fs::create_directories(folder / "sequence");
-  fs::create_directory_symlink(folder / "elsewhere", folder / "sequence/depth");
-  expect_error<std::runtime_error>(
-      [&] { RgbdSequenceWriter(folder / "sequence", written_camera()); }, "depth: is no folder");
-  EXPECT_TRUE(fs::is_empty(folder / "elsewhere"));
-}
-
-TEST(RgbdSequenceWriter, MovedWriterContinues) {
-  const TemporaryFolder folder;
-  RgbdSequenceWriter first(folder.path(), written_camera());
-  first.add(some_frame(0), cv::Matx33d::eye(), {1, 2, 3});
-  RgbdSequenceWriter second = std::move(first);
-  second.add(some_frame(1), cv::Matx33d::eye(), {1, 2, 3});
-  EXPECT_EQ(second.size(), 2U);
-  const TemporaryFolder other;
-  RgbdSequenceWriter third(other.path(), written_camera());
-  third.add(some_frame(0));
-  third = std::move(second);  // gives up what it had
-  third.finish();
-  EXPECT_EQ(RgbdSequence(folder.path()).size(), 2U);
-  EXPECT_TRUE(fs::is_empty(other.path()));
-  EXPECT_EQ(read_trajectory(folder / "groundtruth.txt").size(), 2U);
 }
 
 }  // namespace

@@ -36,12 +36,6 @@ void expect_rows(const FlawedRows& rows, std::size_t count, std::size_t first_li
   EXPECT_EQ(rows.first_line, first_line);
 }
 
-TEST(TrajectoryFlaws, ValidFileHasNone) {
-  const TrajectoryFile file = read("# comment\n1 0 0 0 0 0 0 1\n\n2 0 0 0 0 0 0 1\n");
-  EXPECT_EQ(file.trajectory.size(), 2U);
-  EXPECT_FALSE(file.flaws.any());
-}
-
 TEST(TrajectoryFlaws, RowsWithNanAreSkippedInEveryColumn) {
   for (int column = 0; column < 8; ++column) {
     for (const char* nan : {"nan", "NaN", "-nan", "+NAN"}) {
@@ -59,14 +53,6 @@ TEST(TrajectoryFlaws, RowsWithNanAreSkippedInEveryColumn) {
   }
 }
 
-TEST(TrajectoryFlaws, ZeroQuaternionsAreSkipped) {
-  const TrajectoryFile file =
-      read("1 0 0 0 0 0 0 1\n2 9 9 9 0 0 0 0\n3 0 0 0 0.0 -0 0e5 .0\n4 0 0 0 0 0 0 1\n");
-  ASSERT_EQ(file.trajectory.size(), 2U);
-  EXPECT_EQ(file.trajectory[1].timestamp_s, 4);
-  expect_rows(file.flaws.zero_quaternion, 2, 2);
-}
-
 // The ground truth of fr3_walking_static has such rows: its lines 2456 and 2457 have one time.
 TEST(TrajectoryFlaws, LastRowOfARepeatedTimeWins) {
   const TrajectoryFile file = read(
@@ -81,25 +67,10 @@ TEST(TrajectoryFlaws, LastRowOfARepeatedTimeWins) {
   expect_rows(file.flaws.time_goes_back, 1, 5);
 }
 
-TEST(TrajectoryFlaws, SkippedRowDoesNotReplaceAnEarlierOne) {
-  const TrajectoryFile file =
-      read("1 7 0 0 0 0 0 1\n1 nan 0 0 0 0 0 1\n1 8 0 0 0 0 0 0\n2 0 0 0 0 0 0 1\n");
-  ASSERT_EQ(file.trajectory.size(), 2U);
-  EXPECT_EQ(file.trajectory[0].translation.x(), 7);
-  expect_rows(file.flaws.repeated_time, 0, 0);
-}
-
-TEST(TrajectoryFlaws, TimesInTheSameMicrosecondCountAsRepeated) {
-  const TrajectoryFile file = read("1.0000002 1 0 0 0 0 0 1\n1.0000001 2 0 0 0 0 0 1\n");
-  ASSERT_EQ(file.trajectory.size(), 1U);
-  EXPECT_EQ(file.trajectory[0].translation.x(), 2) << "the last row in the file wins";
-  const TemporaryFolder folder;
-  EXPECT_NO_THROW(write_trajectory(folder / "t.txt", file.trajectory));
-}
-
 TEST(TrajectoryFlaws, RowsOutOfOrderAreSortedAndCounted) {
-  const TrajectoryFile file =
-      read("3 3 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n2 2 0 0 0 0 0 1\n\n0 0 0 0 0 0 0 1\n");
+  const TrajectoryFile file = read(
+      "3 3 0 0 0 0 0 1\n1 1 0 0 0 0 0 1\n2 2 0 0 0 0 0 1\n\n0 0 0 0 0 0 0 1\n"
+      "9 9 9 9 0 0 0 0\n9 0 0 0 0.0 -0 0e5 .0\n");
   ASSERT_EQ(file.trajectory.size(), 4U);
   for (std::size_t i = 0; i < 4; ++i) {
     EXPECT_EQ(file.trajectory[i].timestamp_s, static_cast<double>(i));
@@ -107,6 +78,7 @@ TEST(TrajectoryFlaws, RowsOutOfOrderAreSortedAndCounted) {
   }
   expect_rows(file.flaws.time_goes_back, 2, 2);
   expect_rows(file.flaws.repeated_time, 0, 0);
+  expect_rows(file.flaws.zero_quaternion, 2, 6);
 }
 
 TEST(TrajectoryFlaws, RefusesAFileWithoutUsableRows) {
@@ -119,15 +91,6 @@ TEST(TrajectoryFlaws, RefusesAFileWithoutUsableRows) {
   expect_refused("# no row\n\n", ": holds no usable pose");
   expect_refused("nan 0 0 0 0 0 0 1\n2 0 0 0 0 0 0 0\n1 0 0 nan 0 0 0 1\n",
                  ": holds no usable pose; of its rows, 2 have NaN, 1 a zero quaternion");
-}
-
-TEST(TrajectoryFlaws, OtherMalformedRowsAreRefused) {
-  const TemporaryFolder folder;
-  for (const char* row : {"nan x 0 0 0 0 0 1", "nan inf 0 0 0 0 0 1", "nan 0 0 0 0 0 0",
-                          "nann 0 0 0 0 0 0 1", "nan(1) 0 0 0 0 0 0 1", "2 0 0 0 0 0 0 1e-9"}) {
-    const auto path = folder.write("t.txt", "1 0 0 0 0 0 0 1\n" + std::string(row) + "\n");
-    expect_error<std::runtime_error>([&] { read_trajectory_file(path); }, path.string() + ":2: ");
-  }
 }
 
 /// Rows that evaluate_rpe.py keeps, time to x; the map stands for its Python dictionary, which it

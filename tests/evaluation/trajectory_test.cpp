@@ -65,18 +65,6 @@ TEST(Trajectory, RoundTripKeepsEveryPose) {
   }
 }
 
-TEST(Trajectory, RoundTripKeepsHalfTurns) {
-  const TemporaryFolder folder;
-  Trajectory trajectory(3);
-  for (int i = 0; i < 3; ++i) {
-    trajectory[static_cast<std::size_t>(i)].timestamp_s = i;
-    trajectory[static_cast<std::size_t>(i)].rotation =
-        Eigen::AngleAxisd(M_PI, Eigen::Vector3d::Unit(i)).toRotationMatrix();
-  }
-  write_trajectory(folder / "t.txt", trajectory);
-  expect_near(read_trajectory(folder / "t.txt"), trajectory);
-}
-
 TEST(Trajectory, IsWrittenInTumFormat) {
   const TemporaryFolder folder;
   Trajectory trajectory(2);
@@ -90,16 +78,6 @@ TEST(Trajectory, IsWrittenInTumFormat) {
             "0.000000000 0.000000000 0.000000000 1.000000000\n"
             "1341846434.746225 0.0000000 0.0000000 0.0000000 "
             "0.000000000 0.000000000 0.479425539 0.877582562\n");
-}
-
-TEST(Trajectory, IsWrittenWithANonNegativeScalar) {
-  const TemporaryFolder folder;
-  Trajectory trajectory(1);
-  trajectory[0].rotation = Eigen::AngleAxisd(-3.0, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  write_trajectory(folder / "t.txt", trajectory);
-  const std::string text = file_text(folder / "t.txt");
-  EXPECT_NE(text.find(" -0.997494987 0.070737202\n"), std::string::npos) << text;
-  expect_near(read_trajectory(folder / "t.txt"), trajectory);
 }
 
 TEST(Trajectory, IsReadWithCommentsBlankLinesAndDosLineEnds) {
@@ -135,9 +113,6 @@ TEST(Trajectory, RefusesMalformedRows) {
       {good + "2 0 inf 0 0 0 0 1\n", ":2: ty: got 'inf'"},
       {good + "2 0 0 1e999 0 0 0 1\n", ":2: tz: got '1e999'"},
       {good + "2 0 0 1,5 0 0 0 1\n", ":2: tz: got '1,5'"},
-      {good + "2 0 0 0x1 0 0 0 1\n", ":2: tz: got '0x1'"},
-      {good + "2 0 0 0 0 0 0 1f\n", ":2: qw: got '1f'"},
-      {good + "2 0 0 0 NaN(0) 0 0 1\n", ":2: qx: got 'NaN(0)'"},
       {good + "2 0 0 0 0 0 0 0.5\n", ":2: a quaternion of length 0.5; want length 1"},
       {good + "2 0 0 0 0 0 90 1\n", ":2: a quaternion of length 90"},
   };
@@ -147,13 +122,6 @@ TEST(Trajectory, RefusesMalformedRows) {
     const auto path = folder.write("t.txt", c.text);
     expect_error<std::runtime_error>([&] { read_trajectory(path); }, path.string() + c.message);
   }
-}
-
-TEST(Trajectory, RefusesUnreadableFiles) {
-  const TemporaryFolder folder;
-  expect_error<std::runtime_error>([&] { read_trajectory(folder / "none.txt"); },
-                                   "none.txt: there is no such file");
-  expect_error<std::runtime_error>([&] { read_trajectory(folder.path()); }, "cannot be read");
 }
 
 TEST(Trajectory, RefusesToWriteInvalidPoses) {
@@ -180,16 +148,6 @@ TEST(Trajectory, RefusesToWriteInvalidPoses) {
   expect_refused(trajectory, "finite metres");
 }
 
-TEST(Trajectory, ReportsWriteErrors) {
-  const TemporaryFolder folder;
-  expect_error<std::runtime_error>([&] { write_trajectory(folder / "no/t.txt", Trajectory(1)); },
-                                   "no/t.txt: cannot be written");
-  if (std::filesystem::exists("/dev/full")) {
-    expect_error<std::runtime_error>([&] { write_trajectory("/dev/full", Trajectory(1)); },
-                                     "/dev/full: cannot be written");
-  }
-}
-
 TEST(Trajectory, DoesNotDependOnTheLocale) {
   const TemporaryFolder folder;
   std::mt19937 random(5);
@@ -213,13 +171,6 @@ TEST_F(TrajectoryData, ReadsTumGroundTruth) {
   const Trajectory fr1 = read_trajectory(data("tum_fr1_xyz_120") / "groundtruth.txt");
   ASSERT_EQ(fr1.size(), 3000U);
   EXPECT_EQ(fr1.back().timestamp_s, 1305031128.7555);
-}
-
-TEST_F(TrajectoryData, RoundTripKeepsTumGroundTruth) {
-  const TemporaryFolder folder;
-  const Trajectory truth = read_trajectory(data("tum_fr1_xyz_120") / "groundtruth.txt");
-  write_trajectory(folder / "t.txt", truth);
-  expect_near(read_trajectory(folder / "t.txt"), truth);
 }
 
 }  // namespace
