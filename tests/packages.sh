@@ -57,7 +57,7 @@ try_suite() {
   make_system "$suite" "$maker"
   copy_repository "$root" "$maker"
   install_in "$maker" g++ cmake ninja-build libopencv-dev libeigen3-dev libcli11-dev nlohmann-json3-dev \
-    pybind11-dev python3-dev python3-numpy file dpkg-dev help2man lintian
+    pybind11-dev python3-dev python3-mypy python3-numpy file dpkg-dev help2man lintian
   in_system "$maker" cmake -S /srv/dynfilter -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=Release \
     -DCMAKE_INSTALL_PREFIX=/usr -DDYNFILTER_DEBIAN=ON -DDYNFILTER_BUILD_PYTHON=ON -DDYNFILTER_BUILD_TESTS=OFF \
     -DDYNFILTER_BUILD_EXAMPLES=OFF >/dev/null

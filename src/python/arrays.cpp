@@ -135,8 +135,8 @@ cv::Mat matrix_from(const py::object& object, Pixels kind, const Argument& argum
   return matrix;
 }
 
-py::object array_of(const cv::Mat& matrix, bool is_writeable) {
-  if (matrix.empty()) return py::none();
+OptionalArray array_of(const cv::Mat& matrix, bool is_writeable) {
+  if (matrix.empty()) return OptionalArray(py::none());
   std::string type = matrix.depth() == CV_8U    ? "u1"
                      : matrix.depth() == CV_16U ? "u2"
                      : matrix.depth() == CV_32F ? "f4"
@@ -150,7 +150,7 @@ py::object array_of(const cv::Mat& matrix, bool is_writeable) {
         py::reinterpret_borrow<py::array>(static_cast<PyObject*>(matrix.u->userdata));
     const bool is_whole = matrix.data == array.data() && array.shape(0) == matrix.rows &&
                           array.shape(1) == matrix.cols;
-    if (is_whole) return array;
+    if (is_whole) return OptionalArray(array);
     if (array.dtype().kind() == 'b') type = "?";
   }
   std::vector<py::ssize_t> shape = {matrix.rows, matrix.cols};
@@ -164,7 +164,7 @@ py::object array_of(const cv::Mat& matrix, bool is_writeable) {
                           [](void* pixels) { delete static_cast<cv::Mat*>(pixels); });
   py::array array(py::dtype(type), shape, strides, matrix.data, owner);
   if (!is_writeable) array.attr("setflags")(py::arg("write") = false);
-  return array;
+  return OptionalArray(array);
 }
 
 FeaturesView features_from(const py::array& points, const char* component) {

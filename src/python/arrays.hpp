@@ -7,6 +7,7 @@
 #define DYNFILTER_SRC_PYTHON_ARRAYS_HPP
 
 #include <string>
+#include <utility>
 
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
@@ -28,6 +29,18 @@ struct Argument {
   const char* name;  ///< with its article: "an image"
 };
 
+/// An array, as signatures and the stub name it.
+class Array : public py::object {
+ public:
+  Array() = default;
+  explicit Array(py::object array) : py::object(std::move(array)) {}
+};
+
+/// An array or None.
+class OptionalArray : public Array {
+  using Array::Array;
+};
+
 /// Returns an object as an array: itself, or what numpy.asarray makes of it. A tensor on the CPU
 /// shares its memory.
 py::array array_from(const py::object& object);
@@ -44,7 +57,7 @@ cv::Mat matrix_from(const py::object& object, Pixels kind, const Argument& argum
 /// Returns a matrix as an array that shares its pixels and keeps them alive; None for an empty one.
 /// A matrix that views a whole array is that array. Others are read-only unless `is_writeable`,
 /// because they may share pixels with other matrices.
-py::object array_of(const cv::Mat& matrix, bool is_writeable = false);
+OptionalArray array_of(const cv::Mat& matrix, bool is_writeable = false);
 
 /// Views an array of N x 2 or N x 1 x 2 points, float32, as features. The rows may have any
 /// distance. The view must not outlive the array. Throws std::invalid_argument like matrix_from.
@@ -61,5 +74,19 @@ py::array view_of(const py::dtype& type, py::ssize_t count, py::ssize_t stride, 
                   py::handle owner);
 
 }  // namespace dynfilter::python
+
+namespace pybind11::detail {
+
+template <>
+struct handle_type_name<dynfilter::python::Array> {
+  static constexpr auto name = const_name("numpy.ndarray");
+};
+
+template <>
+struct handle_type_name<dynfilter::python::OptionalArray> {
+  static constexpr auto name = const_name("Optional[numpy.ndarray]");
+};
+
+}  // namespace pybind11::detail
 
 #endif  // DYNFILTER_SRC_PYTHON_ARRAYS_HPP

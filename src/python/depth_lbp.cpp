@@ -15,14 +15,14 @@ namespace {
 
 constexpr Argument a_depth_image{"DepthLbp", "a depth image"};
 
-py::object dense(const DepthLbp&, const py::object& depth) {
+Array dense(const DepthLbp&, const py::object& depth) {
   const cv::Mat image = matrix_from(depth, Pixels::depth, a_depth_image);
   cv::Mat codes;
   {
     const py::gil_scoped_release unlock;
     codes = dense_depth_lbp(image);
   }
-  return array_of(codes, true);
+  return Array(array_of(codes, true));
 }
 
 py::array_t<std::int16_t> codes_of(const DepthLbp& lbp, const py::object& depth,

@@ -127,8 +127,8 @@ class SharedFilter {
   Workspaces workspaces_;
 };
 
-py::object draw(const py::object& image, const Segmentation& segmentation, const py::object& points,
-                const FeatureLabels& labels) {
+Array draw(const py::object& image, const Segmentation& segmentation, const py::object& points,
+           const FeatureLabels& labels) {
   const cv::Mat pixels = matrix_from(image, Pixels::image, {"draw_overlay", "an image"});
   const Features features(points, py::none(), "draw_overlay");
   cv::Mat drawing;
@@ -136,7 +136,7 @@ py::object draw(const py::object& image, const Segmentation& segmentation, const
     const py::gil_scoped_release unlock;
     drawing = draw_overlay(pixels, segmentation, features.view(), labels);
   }
-  return array_of(drawing, true);
+  return Array(array_of(drawing, true));
 }
 
 }  // namespace

@@ -44,7 +44,7 @@ class StatefulFilter {
     return labels;
   }
 
-  py::object track(const FrameView& frame, const py::object& points) {
+  OptionalArray track(const FrameView& frame, const py::object& points) {
     const Features features(points, py::none(), "MotionFilter");
     std::vector<FeatureTrack> tracks;
     bool is_known = false;
@@ -53,7 +53,7 @@ class StatefulFilter {
       const std::lock_guard<std::mutex> lock(state_->mutex);
       is_known = filter_.stage<MotionJudge>().track(frame, features.view(), tracks, workspace_);
     }
-    if (!is_known) return py::none();
+    if (!is_known) return OptionalArray(py::none());
     py::array_t<float> places({static_cast<py::ssize_t>(tracks.size()), py::ssize_t{2}});
     auto write = places.mutable_unchecked<2>();
     constexpr float nowhere = std::numeric_limits<float>::quiet_NaN();
@@ -62,7 +62,7 @@ class StatefulFilter {
       write(row, 0) = tracks[i].is_found ? tracks[i].position.x : nowhere;
       write(row, 1) = tracks[i].is_found ? tracks[i].position.y : nowhere;
     }
-    return places;
+    return OptionalArray(places);
   }
 
  private:

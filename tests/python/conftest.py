@@ -50,23 +50,9 @@ def rendered(tmp_path_factory):
     if not program:
         pytest.skip("DYNFILTER_PROGRAM, the program dynfilter, is not built")
     folder = tmp_path_factory.mktemp("rendered") / "scene"
-    subprocess.run(
-        [
-            program,
-            "synth",
-            str(folder),
-            "--frames",
-            "4",
-            "--width",
-            "320",
-            "--height",
-            "240",
-            "--seed",
-            "11",
-        ],
-        check=True,
-        stdout=subprocess.DEVNULL,
-    )
+    options = "--frames 4 --width 320 --height 240 --seed 11".split()
+    command = [program, "synth", str(folder), *options]
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     return folder
 
 

@@ -4,11 +4,8 @@
 // Filters one frame of a sequence with its masks, rule depth, and prints a line for each feature:
 // reason, instance, removed, score. The features are a file of float32, x and y in turn.
 //
-//     filter_frame SEQUENCE FRAME POINTS [CALLS]
-//
-// With CALLS it prints instead the mean time of so many calls, in microseconds.
+//     filter_frame SEQUENCE FRAME POINTS
 
-#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -39,7 +36,7 @@ void print_labels(const dynfilter::FeatureLabels& labels) {
   }
 }
 
-void run(int count, char** arguments) {
+void run(char** arguments) {
   const dynfilter::RgbdSequence sequence(arguments[1]);
   const dynfilter::FrameView frame = sequence.read(std::stoul(arguments[2]));
   const std::vector<cv::Point2f> points = read_points(arguments[3]);
@@ -51,28 +48,18 @@ void run(int count, char** arguments) {
   dynfilter::FeatureLabels labels;
   dynfilter::Workspace workspace;
   filter.apply(frame, masks, points, labels, workspace);
-  if (count == 4) {
-    print_labels(labels);
-    return;
-  }
-  const int calls = std::stoi(arguments[4]);
-  for (int i = 0; i < calls; ++i)
-    filter.apply(frame, masks, points, labels, workspace);  // to warm up
-  const auto begin = std::chrono::steady_clock::now();
-  for (int i = 0; i < calls; ++i) filter.apply(frame, masks, points, labels, workspace);
-  const std::chrono::duration<double, std::micro> time = std::chrono::steady_clock::now() - begin;
-  std::printf("%.3f\n", time.count() / calls);
+  print_labels(labels);
 }
 
 }  // namespace
 
 int main(int count, char** arguments) {
-  if (count != 4 && count != 5) {
-    std::fputs("usage: filter_frame SEQUENCE FRAME POINTS [CALLS]\n", stderr);
+  if (count != 4) {
+    std::fputs("usage: filter_frame SEQUENCE FRAME POINTS\n", stderr);
     return 2;
   }
   try {
-    run(count, arguments);
+    run(arguments);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "filter_frame: %s\n", error.what());
     return 1;

@@ -4,10 +4,8 @@
 
 import inspect
 import os
-import pathlib
 import pydoc
 import re
-import shutil
 import subprocess
 import sys
 
@@ -54,32 +52,6 @@ except ImportError as error:
         )
 
 
-def test_another_python_is_named(tmp_path):
-    """The error of Python itself would speak of a circular import."""
-    package = tmp_path / "dynfilter"
-    shutil.copytree(pathlib.Path(dynfilter.__file__).parent, package)
-    (module,) = package.glob("_dynfilter.*.so")
-    module.rename(package / "_dynfilter.cpython-38-x86_64-linux-gnu.so")
-    result = python("import dynfilter", PYTHONPATH=str(tmp_path))
-    assert f"ImportError: dynfilter: got {sys.executable}, which wants {module.name}; want the" in (
-        result.stderr
-    )
-    assert "built for (_dynfilter.cpython-38-x86_64-linux-gnu.so)" in result.stderr
-
-
-def test_may_be_imported_anew():
-    result = python(
-        """
-import sys, dynfilter
-old = dynfilter.DynamicFilter
-del sys.modules["dynfilter"], sys.modules["dynfilter._dynfilter"]
-import dynfilter
-assert dynfilter.DynamicFilter is old
-"""
-    )
-    assert result.returncode == 0, result.stderr
-
-
 def test_ends_cleanly_with_objects_alive():
     result = python(
         """
@@ -108,23 +80,3 @@ def test_help_tells_all():
             for member, attribute in vars(value).items():
                 if not member.startswith("_") and member not in ("name", "value"):
                     assert attribute.__doc__, f"{name}.{member}"
-
-
-def test_words_are_those_of_the_headers(sources):
-    """The first sentence about a class stands in its header."""
-    words = []
-    for header in (sources / "include/dynfilter").rglob("*.hpp"):
-        for line in header.read_text().splitlines():
-            if line.strip().startswith("///"):
-                words.append(line.strip().lstrip("/<").strip())
-    text = " ".join(words)
-    checked, others = 0, []
-    for name in dynfilter.__all__:
-        value = getattr(dynfilter, name)
-        if not inspect.isclass(value) or name.endswith("Options"):
-            continue
-        sentence = re.split(r"(?<=\.)\s", " ".join(value.__doc__.split()))[0].rstrip(".")
-        if sentence not in text:
-            others.append(f"{name}: {sentence}")
-        checked += 1
-    assert others == [] and checked > 25

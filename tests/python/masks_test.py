@@ -2,8 +2,6 @@
 # SPDX-License-Identifier: MIT
 """Arrays as torchvision and Ultralytics return them."""
 
-import warnings
-
 import numpy as np
 import pytest
 
@@ -62,33 +60,6 @@ def test_torchvision():
     assert pixels(everything).all()
 
 
-def test_bool_and_bytes_are_not_copied():
-    for masks in (two_masks(), two_masks().astype(np.uint8) * 255, two_masks()[:, None]):
-        instances = dynfilter.instances_from_masks(masks)
-        assert [i.box for i in instances] == [(10, 5, 10, 25), (40, 20, 30, 30)]
-        assert all(np.shares_memory(i.mask, masks) for i in instances)
-
-
-def test_probabilities_as_bytes_are_doubted():
-    soft = (np.random.default_rng(7).random((1, 60, 80)) * 255).astype(np.uint8)
-    with pytest.warns(UserWarning, match="many grey levels.*threshold it first"):
-        dynfilter.instances_from_masks(soft)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        dynfilter.instances_from_masks(soft // 37)  # 0 to 6
-        dynfilter.instances_from_masks(soft > 127)
-        with pytest.raises(UserWarning):
-            dynfilter.instances_from_masks(soft)
-
-
-def test_half_precision_and_doubles():
-    for dtype in (np.float16, np.float64):
-        segmentation = dynfilter.Segmentation.from_masks(FRAME, two_masks().astype(dtype))
-        assert np.array_equal(pixels(segmentation), two_masks())
-    tilted = np.asfortranarray(two_masks().astype(np.float32))
-    assert np.array_equal(pixels(dynfilter.Segmentation.from_masks(FRAME, tilted)), two_masks())
-
-
 def test_nobody_and_boxes_alone():
     nobody = dynfilter.Segmentation.from_masks(FRAME, np.zeros((0, 60, 80), bool), np.zeros((0, 4)))
     assert nobody.instances == () and nobody.image_size == (80, 60)
@@ -114,7 +85,6 @@ def test_nobody_and_boxes_alone():
             r"got masks of bool, shape \(60, 80\); want bool, uint8 or float, N x H x W",
         ),
         ((two_masks().astype(int),), "got masks of int64"),
-        ((two_masks().astype(">u2"),), "got masks of >u2"),
         ((two_masks(), np.zeros((2, 5))), "got boxes of float64, .*; want N x 4: x1, y1, x2, y2"),
         ((two_masks(), np.zeros((3, 4))), "got boxes of .*; want one for each mask, 2"),
         (
@@ -128,9 +98,7 @@ def test_nobody_and_boxes_alone():
         ((two_masks(), None, [0.5, 1]), "got a class id of 0.5; want whole numbers"),
         ((two_masks(), None, [1]), "got class_ids of .*; want one for each instance, 2"),
         ((two_masks(), None, None, [0.5, 1.5]), "got score 1.5 in instance 1"),
-        ((two_masks(), None, None, [0.5, np.nan]), "got score nan in instance 1"),
         ((two_masks(), None, ["person", "car"]), "got class_ids of <U6, .*; want numbers"),
-        (([], [[1, 2, 3, 4]]), "got boxes of .*; want one for each mask, 0"),
         ((None,), "got neither masks nor boxes; want masks, N x H x W, or boxes, N x 4"),
         ((two_masks()[:, ::-1],), "want rows of neighbouring pixels"),
     ],

@@ -63,32 +63,6 @@ def test_tracks_of_features_move_masks_and_serve_the_filter(rendered):
     assert labels.statistics.motion.outcome == dynfilter.MotionOutcome.applied
 
 
-def test_misuse_of_tracks(rendered):
-    sequence = dynfilter.RgbdSequence(rendered)
-    frame = next(iter(sequence))
-    propagator = dynfilter.MaskPropagator()
-    with pytest.raises(ValueError, match="tracks without features"):
-        propagator.propagate(frame, None, None, grid(frame))
-    with pytest.raises(ValueError, match="one place for each feature"):
-        propagator.propagate(frame, None, grid(frame), grid(frame)[1:])
-    with pytest.raises(ValueError, match="float32"):
-        propagator.propagate(frame, None, grid(frame), grid(frame).astype(np.float64))
-
-
-def test_options_are_those_of_the_filter(rendered):
-    sequence = dynfilter.RgbdSequence(rendered)
-    filter = dynfilter.MotionFilter(camera_of(sequence), dynfilter.MotionState(), floor=10**6)
-    assert run(sequence, filter)[0].statistics.starved
-
-
-def test_the_filter_keeps_its_state(rendered):
-    sequence = dynfilter.RgbdSequence(rendered)
-    filter = dynfilter.MotionFilter(
-        camera_of(sequence), dynfilter.MotionState()
-    )  # no other reference
-    assert run(sequence, filter)[-1].statistics.motion.outcome == dynfilter.MotionOutcome.applied
-
-
 def test_misuse():
     with pytest.raises(ValueError, match="PinholeCamera"):
         dynfilter.PinholeCamera(fx=0, fy=1, cx=1, cy=1)

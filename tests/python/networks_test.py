@@ -52,20 +52,6 @@ def test_finds_the_red_block(models):
     assert only_blue.segment(frame).instances == ()
 
 
-def test_threads_may_share_a_network(models):
-    import concurrent.futures
-
-    network = dynfilter.YoloSegmenter(models / "yolo_raw.onnx")
-    image = np.zeros((64, 64, 3), np.uint8)
-    image[0:32, 32:64] = (0, 0, 255)
-    with concurrent.futures.ThreadPoolExecutor(4) as pool:
-        results = list(
-            pool.map(lambda i: network.segment(dynfilter.FrameView(id=i, image=image)), range(40))
-        )
-    assert [r.frame_id for r in results] == list(range(40))
-    assert all(r.instances[0].covers((48, 16)) for r in results)
-
-
 def test_other_files_are_refused(models, tmp_path):
     with pytest.raises(RuntimeError, match="missing.onnx"):
         dynfilter.YoloSegmenter(tmp_path / "missing.onnx")

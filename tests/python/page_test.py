@@ -99,11 +99,3 @@ def test_network_of_your_own(blocks, scene, found):
     exec(blocks[3], names)
     segmentation = names["People"]().segment(scene.frame())
     assert [i.score for i in segmentation.instances] == ([0.75] if found else [])
-
-
-def test_trajectory_errors(blocks, rendered, monkeypatch, capsys):
-    monkeypatch.chdir(rendered.parent)
-    estimate = dynfilter.read_trajectory(rendered / "groundtruth.txt")
-    exec(blocks[4], {"dynfilter": dynfilter, "estimate": estimate})
-    assert float(capsys.readouterr().out.split()[0]) == pytest.approx(0, abs=1e-9)
-    assert len(blocks) == 5

@@ -6,7 +6,6 @@ import os
 import subprocess
 
 import numpy as np
-import pytest
 
 import dynfilter
 
@@ -52,8 +51,5 @@ def test_rendered_frames(rendered, tmp_path):
     compare(rendered, range(4), tmp_path)
 
 
-@pytest.mark.parametrize("name", ["tum_fr3_walking_halfsphere_50", "composite_person_in_step_48"])
-def test_recorded_frames(data, name, tmp_path):
-    if not (data / name).is_dir():
-        pytest.skip(f"{name} is not in the data folder")
-    compare(data / name, [0, 10, 20, 30, 40], tmp_path)
+def test_recorded_frames(data, tmp_path):
+    compare(data / "tum_fr3_walking_halfsphere_50", [0, 20, 40], tmp_path)

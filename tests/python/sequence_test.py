@@ -33,25 +33,6 @@ def test_frames_are_those_of_the_lists(rendered):
     assert np.array_equal(sequence.read(1).depth, frames[1].depth)
 
 
-def test_images_outlive_frame_and_sequence(rendered):
-    image = dynfilter.RgbdSequence(rendered)[0].image
-    expected = dynfilter.RgbdSequence(rendered)[0].image.copy()
-    np.ones(1 << 20)
-    assert np.array_equal(image, expected)
-    with pytest.raises(ValueError):
-        image[0, 0] = 0
-    assert image.copy().flags.writeable
-
-
-def test_files_beside_the_images(rendered):
-    sequence = dynfilter.RgbdSequence(str(rendered))
-    assert sequence.groundtruth_file() == rendered / "groundtruth.txt"
-    assert sequence.masks_folder() == rendered / "masks"
-    assert sequence.true_masks_folder() == rendered / "masks_true"
-    camera = dynfilter.read_camera(rendered / "camera.yaml")
-    assert camera.fx == sequence.camera.fx > 0 and camera.image_size == (320, 240)
-
-
 def test_errors_name_the_file(rendered, tmp_path):
     with pytest.raises(RuntimeError, match="absent"):
         dynfilter.RgbdSequence(tmp_path / "absent")

@@ -72,12 +72,21 @@ TEST(MaskPropagator, MovesHundredsOfInstances) {
   ASSERT_GT(crowd.size(), 500U);
   MaskPropagator propagator;
   std::optional<Segmentation> moved;
-  for (int i = 0; i <= 2; ++i)
-    moved = propagator.propagate(pan.frame(i), result_of(pan.frame(0), crowd));
+  for (int i = 0; i <= 3; ++i) {
+    moved = propagator.propagate(pan.frame(i), result_of(pan.frame(i / 2 * 2), crowd));
+    if (i == 1) crowd.assign(moved->instances.begin(), moved->instances.end());
+    for (Instance& instance : crowd) {
+      instance.track_id.reset();
+      if (i == 1) {
+        instance.mask_origin += cv::Point(2, 2);
+        instance.box += cv::Point(2, 2);
+      }
+    }
+  }
   ASSERT_EQ(moved->instances.size(), crowd.size());
   for (std::size_t k = 0; k < crowd.size(); ++k) {
     ASSERT_EQ(moved->instances[k].track_id, static_cast<int>(k));
-    ASSERT_LE(cv::norm(moved->instances[k].mask_origin - crowd[k].mask_origin - cv::Point(4, 4)),
+    ASSERT_LE(cv::norm(moved->instances[k].mask_origin - crowd[k].mask_origin - cv::Point(2, 2)),
               1.5);
   }
 }
