@@ -172,19 +172,16 @@ Label maps, if there is instances.csv (frame,instance,class_id,score,x,y,width,h
 bits, 0 = background, k = instance k of the frame. Binary masks, if there is no table: every
 connected object is one instance of class 0 and score 1. The frame needs neither image nor depth.)")
       .def(py::init([](const std::filesystem::path& folder, double max_time_difference_s,
-                       int box_margin_px, int min_pixels, bool allow_missing) {
+                       int box_margin_px, bool allow_missing) {
              return std::make_unique<MaskFolderSegmenter>(
-                 folder, MaskFolderOptions{max_time_difference_s, box_margin_px, min_pixels,
-                                           allow_missing});
+                 folder, MaskFolderOptions{max_time_difference_s, box_margin_px, allow_missing});
            }),
            py::arg("folder"), py::kw_only(), py::arg("max_time_difference_s") = 0.001,
-           py::arg("box_margin_px") = 20, py::arg("min_pixels") = 1,
-           py::arg("allow_missing") = false,
+           py::arg("box_margin_px") = 20, py::arg("allow_missing") = false,
            R"(Reads the table and the names of the masks; decodes none.
 
 max_time_difference_s: largest difference in time between a frame and its mask, seconds
 box_margin_px: margin of the box around the object, pixels; binary masks only
-min_pixels: smallest object, pixels; binary masks only
 allow_missing: whether masks may be missing; those of such a frame are unknown, see has_mask
 
 Raises RuntimeError that names the file, and the line, for what is missing or malformed.)")

@@ -150,13 +150,11 @@ std::vector<Instance> labelled_instances(const cv::Mat& label_map,
 MaskFolderSegmenter::MaskFolderSegmenter(const fs::path& folder, const MaskFolderOptions& options)
     : folder_(folder), options_(options) {
   const double reach = options.max_time_difference_s;
-  if (!(reach >= 0) || !detail::is_time_in_seconds(reach) || options.box_margin_px < 0 ||
-      options.min_pixels < 1) {
+  if (!(reach >= 0) || !detail::is_time_in_seconds(reach) || options.box_margin_px < 0) {
     detail::throw_misuse("MaskFolderSegmenter",
                          detail::concatenate("max_time_difference_s = ", reach,
-                                             ", box_margin_px = ", options.box_margin_px,
-                                             " and min_pixels = ", options.min_pixels),
-                         "at least 0, 0 and 1");
+                                             " and box_margin_px = ", options.box_margin_px),
+                         "at least 0");
   }
   for (const fs::path& whole : {folder, folder / ".."}) detail::require_whole(whole);
   index_masks();
@@ -261,8 +259,7 @@ Segmentation MaskFolderSegmenter::do_segment(const FrameView& frame) {
   if (has_table_) {
     result.instances = labelled_instances(pixels, mask->second.instances, file);
   } else {
-    result.instances = instances_from_binary_mask(cv::Mat(pixels != 0), options_.box_margin_px,
-                                                  options_.min_pixels);
+    result.instances = instances_from_binary_mask(cv::Mat(pixels != 0), options_.box_margin_px);
   }
   return result;
 }

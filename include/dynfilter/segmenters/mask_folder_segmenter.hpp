@@ -25,8 +25,6 @@ struct MaskFolderOptions {
   /// features lie outside the mask. On TUM fr3 a person's depth edge lies within 14 px of a
   /// network's mask in 95 % of the rows, and margins above 20 px catch no more. Binary masks only.
   int box_margin_px = 20;
-  /// Smallest object, pixels; smaller ones are left out. 1 = all are kept. Binary masks only.
-  int min_pixels = 1;
   /// Whether masks may be missing. Then the folder may be empty, and rows of the table may refer to
   /// frames that have no file. The masks of such a frame are unknown, see has_mask.
   bool allow_missing = false;
