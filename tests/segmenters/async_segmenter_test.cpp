@@ -145,15 +145,6 @@ TEST(AsyncSegmenter, DropReturnsTheFramesOwnMasksOrNone) {
   EXPECT_EQ(async.gate->arrivals(), (Ids{1, 2, 4}));
 }
 
-TEST(AsyncSegmenter, RemembersTheLastUncollectedFrames) {
-  Async async(options_of(HandOver::drop));
-  async.submit_and_await(1);
-  for (std::uint64_t id = 2; id <= 30; ++id) async.finish_one_then_start(id);
-  // Frame 30 is in the network; with it, these are the last eight.
-  expect_error<std::invalid_argument>([&] { async.segmenter.collect(22); }, "frame 22");
-  for (std::uint64_t id = 23; id < 30; ++id) expect_masks_of(async.segmenter.collect(id), id);
-}
-
 // --- Ids, reset, destruction ---------------------------------------------------------------------
 
 TEST(AsyncSegmenter, IdsMayRepeatAndGoBackwards) {

@@ -9,7 +9,6 @@
 #include <random>
 #include <stdexcept>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -196,25 +195,6 @@ TEST(MaskFolderWriter, RefusesAStemThatIsNotTheTime) {
   }
 }
 
-TEST(MaskFolderWriter, MovedWriterContinues) {
-  const TemporaryFolder folder;
-  Segmentation segmentation;
-  segmentation.image_size = {8, 6};
-  MaskFolderWriter first(folder.path());
-  first.add(segmentation);
-  MaskFolderWriter second = std::move(first);
-  expect_error<std::invalid_argument>([&] { second.add(segmentation); }, "a second time");
-  segmentation.timestamp_s = 1;
-  second.add(segmentation);
-  const TemporaryFolder other;
-  MaskFolderWriter third(other.path());
-  third.add(segmentation);
-  third = std::move(second);  // gives up what it had
-  third.finish();
-  EXPECT_EQ(MaskFolderSegmenter(folder.path()).size(), 2U);
-  EXPECT_TRUE(fs::is_empty(other.path()));
-}
-
 /// Segmentation without instances.
 Segmentation nobody_at(double timestamp_s) {
   Segmentation segmentation;
@@ -259,17 +239,6 @@ TEST(MaskFolderWriter, ReplacesItsOwnFilesOnRequestWhenFinished) {
   EXPECT_EQ(file_text(folder / "instances.csv"), header);
 }
 
-TEST(MaskFolderWriter, KeepsFilesChangedAfterIt) {
-  const TemporaryFolder folder;
-  MaskFolderWriter first(folder.path());
-  first.add(nobody_at(1), "1.0");
-  first.finish();
-  folder.write("1.0.png", "painted by hand");
-  expect_error<std::runtime_error>([&] { MaskFolderWriter(folder.path(), {true}); },
-                                   "holds 1.0.png");
-  EXPECT_EQ(file_text(folder / "1.0.png"), "painted by hand");
-}
-
 TEST(MaskFolderWriter, ReportsWriteErrors) {
   const TemporaryFolder folder;
   folder.write("file", "");
@@ -279,13 +248,6 @@ TEST(MaskFolderWriter, ReportsWriteErrors) {
   fs::create_directories(folder / "masks/1.png");
   expect_error<std::runtime_error>([&] { writer.finish(); }, "holds 1.png");
   EXPECT_FALSE(fs::exists(folder / "masks/instances.csv"));
-}
-
-TEST(MaskFolderWriter, RefusesASecondWriterInAFolder) {
-  const TemporaryFolder folder;
-  const MaskFolderWriter first(folder.path());
-  expect_error<std::runtime_error>([&] { MaskFolderWriter{folder.path()}; },
-                                   "another dynfilter masks is writing there");
 }
 
 }  // namespace

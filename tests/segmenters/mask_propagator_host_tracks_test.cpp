@@ -92,14 +92,5 @@ TEST(MaskPropagatorByHostsTracks, AreRefusedAtPlacesThatAreNotFinite) {
   EXPECT_FALSE(propagator.statistics().restarted);
 }
 
-TEST(MaskPropagatorByHostsTracks, MayLieFarOutside) {
-  MaskPropagator propagator;
-  const Instance object = ring({150, 120}, 45);
-  const Segmentation result = result_of(frame_without_image(0), {object});
-  propagator.propagate(frame_without_image(0), result, {});
-  const std::vector<PointMotion> wild = {{{-1e30F, 1e30F}, {1e30F, -1e30F}}, {{1e9F, 0}, {0, 0}}};
-  expect_moved(propagator.propagate(frame_without_image(1), result, wild), object, {0, 0});
-}
-
 }  // namespace
 }  // namespace dynfilter::testing

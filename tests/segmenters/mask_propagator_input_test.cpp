@@ -11,7 +11,6 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -161,17 +160,6 @@ TEST(MaskPropagator, SharesNoPixelsWithTheCaller) {
     return hash;
   };
   EXPECT_EQ(run(false), run(true));
-}
-
-TEST(MaskPropagator, MoveKeepsTheState) {
-  const Pan pan({4, 0});
-  const Segmentation result = result_of(pan.frame(0), {ring({100, 120}, 40)});
-  MaskPropagator first;
-  first.propagate(pan.frame(0), result);
-  MaskPropagator second = std::move(first);
-  const auto moved = second.propagate(pan.frame(1), std::nullopt);
-  ASSERT_TRUE(moved);
-  EXPECT_EQ(moved->instances.at(0).box.x, result.instances[0].box.x + 4);
 }
 
 }  // namespace

@@ -128,19 +128,6 @@ TEST(MaskPropagator, MovesBoxesWithoutMasks) {
 
 // --- Results of the frame itself, age and time ---------------------------------------------------
 
-TEST(MaskPropagator, ReturnsAResultOfTheFrameItselfUnchanged) {
-  Instance object = ring({5, 120}, 50);  // partly outside
-  object.box = {-70, 60, 120, 130};
-  const Segmentation result = result_of(frame_of(texture(size, 1), 0), {object});
-  MaskPropagator propagator;
-  const auto moved = propagator.propagate(frame_of(texture(size, 1), 0), result);
-  ASSERT_TRUE(moved);
-  EXPECT_EQ(moved->instances.at(0).box, object.box);
-  EXPECT_EQ(moved->instances.at(0).mask_origin, object.mask_origin);
-  EXPECT_TRUE(same(moved->instances.at(0).mask, object.mask));
-  EXPECT_EQ(moved->instances.at(0).track_id, 0);
-}
-
 // --- Without tracked points ----------------------------------------------------------------------
 
 TEST(MaskPropagator, MovesByVelocityWithoutAnImage) {

@@ -173,19 +173,6 @@ TEST(MaskPropagator, MakesRoomForAnIdThatASegmenterBringsLate) {
 
 // --- Restart -------------------------------------------------------------------------------------
 
-TEST(MaskPropagator, ResetRestoresTheInitialState) {
-  const Pan pan({4, 0});
-  MaskPropagator propagator;
-  const Segmentation result = result_of(pan.frame(0), {ring({100, 120}, 40)});
-  for (int i = 0; i < 3; ++i) propagator.propagate(pan.frame(i), result);
-  propagator.reset();
-  EXPECT_TRUE(propagator.statistics().instances.empty());
-  EXPECT_FALSE(propagator.propagate(pan.frame(0), std::nullopt));
-  EXPECT_FALSE(propagator.statistics().restarted);
-  const auto moved = propagator.propagate(pan.frame(1), result);
-  EXPECT_EQ(moved->instances.at(0).track_id, 0);
-}
-
 TEST(MaskPropagator, TimeGoingBackRestartsAndIsReported) {
   const cv::Mat image = texture(size, 1);
   MaskPropagator propagator;

@@ -63,20 +63,6 @@ TEST(PointFlow, FollowsTheStrongestCornerOfEachTexturedCell) {
   EXPECT_EQ(followed, corners);
 }
 
-TEST(PointFlow, FollowsNothingInAnImageOfLessThanTwoWindows) {
-  constexpr int window = 9;
-  const auto followed = [](const cv::Size& part) {
-    const cv::Mat image = fading_texture()({{size.width - part.width, 0}, part});
-    PointFlow flow;
-    flow.track(image);
-    flow.choose_points({});
-    return flow.track(image).size();
-  };
-  EXPECT_GT(followed({2 * window, 2 * window}), 0U);
-  EXPECT_EQ(followed({2 * window - 1, 200}), 0U);
-  EXPECT_EQ(followed({200, 2 * window - 1}), 0U);
-}
-
 TEST(PointFlow, ChoosesPointsDenselyInRectangles) {
   cv::Mat1b image(size);
   cv::RNG(6).fill(image, cv::RNG::UNIFORM, 0, 256);

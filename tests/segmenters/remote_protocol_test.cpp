@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -197,22 +196,6 @@ TEST(RemoteProtocol, RefusesNumbersBeyondTheLimits) {
   }
   expect_refused([](Instance& it) { it.mask = cv::Mat(13, 1, CV_8UC1); }, "a mask of 1x13");
   expect_refused([](Instance& it) { it.mask.release(); }, "a mask of 0x0 at 2,3");
-}
-
-TEST(RemoteProtocol, RefusesCountsThatExceedTheBytes) {
-  Bytes payload = testing::instances_payload(some_segmentation());
-  const auto with_count = [&](std::uint32_t count) {
-    Bytes changed = payload;
-    std::memcpy(changed.data() + 16, &count, sizeof count);
-    return changed;
-  };
-  expect_error<ProtocolError>([&] { decode(with_count(1001)); },
-                              "1001 instances; want at most 1000");
-  expect_error<ProtocolError>([&] { decode(with_count(0xffffffff)); }, "want at most 1000");
-  expect_error<ProtocolError>([&] { decode(with_count(1000)); }, "bytes for 1000 instances");
-  Segmentation many{fuzzed_frame_id, fuzzed_time_s, fuzzed_size(), {}};
-  many.instances.resize(1000);
-  EXPECT_EQ(decode(testing::instances_payload(many)).instances.size(), 1000U);
 }
 
 TEST(RemoteProtocol, ReadsHeaders) {

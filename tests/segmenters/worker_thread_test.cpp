@@ -83,16 +83,6 @@ TEST(WorkerThreadDeathTest, EndsBeforeStaticObjectsThatItUses) {
   }
 }
 
-TEST(WorkerThreadDeathTest, MayLeaveTheProcessItself) {
-  EXPECT_EXIT(
-      {
-        static auto* const leaked = new detail::WorkerThread;
-        leaked->start([] { std::exit(3); }, [] {});
-        std::this_thread::sleep_for(std::chrono::seconds(20));
-      },
-      ::testing::ExitedWithCode(3), "");
-}
-
 TEST(WorkerThreadDeathTest, MayLeaveTheProcessWhileItsOwnerWaitsForIt) {
   EXPECT_EXIT(
       {
