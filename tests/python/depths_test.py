@@ -31,13 +31,5 @@ def test_what_stands_at_the_persons_depth_goes():
     assert not labels.removed[-1]
     compensation = labels.statistics.instances[0].compensation
     assert compensation == dynfilter.Compensation.applied_without_image
-
-
-def test_masks_act_alone_without_depths():
-    frame, segmentation, points, _ = person_in_its_box()
-    labels = dynfilter.DynamicFilter().apply(frame, segmentation, points)
-    assert labels.removed[:-2].all() and not labels.removed[-2:].any()
-    compensation = labels.statistics.instances[0].compensation
-    assert compensation == dynfilter.Compensation.no_depth_image
     with pytest.raises(ValueError, match="depths_m of .*; want one for each feature, 32"):
-        dynfilter.DynamicFilter().apply(frame, segmentation, points, depths_m=np.ones(31))
+        dynfilter.DynamicFilter().apply(frame, segmentation, points, depths_m=depths_m[1:])

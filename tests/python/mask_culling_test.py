@@ -75,27 +75,12 @@ def test_masks_in_place_of_a_segmentation_are_told_what_is_wanted(scene):
                 filter.apply(scene.frame(), wrong, scene.points)
 
 
-@pytest.mark.parametrize(
-    "options, message",
-    [
-        (
-            {"margin_px": -1},
-            "dynfilter::MaskCuller: got margin_px = -1; want a finite number of at least 0",
-        ),
-        ({"static_mask": np.zeros((2, 2))}, "dynfilter::MaskCuller: got a static_mask of float64"),
-        (
-            {"paper": dynfilter.EdgeCompensatorOptions(samples=0)},
-            "dynfilter::FeatureSampler: got samples = 0",
-        ),
-    ],
-)
-def test_options_are_checked(options, message):
-    with pytest.raises(ValueError) as error:
-        dynfilter.DynamicFilter(**options)
-    assert str(error.value).startswith(message)
-
-
-def test_unknown_options_are_named():
+def test_options_are_checked():
+    message = "^dynfilter::MaskCuller: got margin_px = -1; want a finite number of at least 0"
+    with pytest.raises(ValueError, match=message):
+        dynfilter.DynamicFilter(margin_px=-1)
+    with pytest.raises(ValueError, match="^dynfilter::MaskCuller: got a static_mask of float64"):
+        dynfilter.DynamicFilter(static_mask=np.zeros((2, 2)))
     with pytest.raises(TypeError):
         dynfilter.DynamicFilter(margin=3)
     with pytest.raises(

@@ -60,6 +60,12 @@ def test_torchvision():
     assert pixels(everything).all()
 
 
+def test_probabilities_as_bytes_are_doubted():
+    soft = (np.random.default_rng(7).random((1, 60, 80)) * 255).astype(np.uint8)
+    with pytest.warns(UserWarning, match="many grey levels.*threshold it first"):
+        dynfilter.instances_from_masks(soft)
+
+
 def test_nobody_and_boxes_alone():
     nobody = dynfilter.Segmentation.from_masks(FRAME, np.zeros((0, 60, 80), bool), np.zeros((0, 4)))
     assert nobody.instances == () and nobody.image_size == (80, 60)

@@ -214,19 +214,6 @@ TEST_F(RemoteSegmenterTest, ReportsErrorsOfThePeer) {
   EXPECT_EQ(peer.connections(), 1);
 }
 
-TEST_F(RemoteSegmenterTest, ReportsWhyThePeerHangsUpWhileSending) {
-  const PeerSocket listener = PeerSocket::listening(path);
-  std::thread other([&] {
-    const PeerSocket socket = listener.accepted();
-    socket.receive(24);
-    socket.send(testing::error_reply(0, "version 1 of the protocol; want 2"));
-  });
-  RemoteSegmenter people(path, patient());
-  expect_fails(people, frame_of(1, 1, {2000, 2000}),
-               "the other side refuses the connection: version 1 of the protocol; want 2");
-  other.join();
-}
-
 TEST_F(RemoteSegmenterTest, SurvivesADisconnectAtEveryByteOfAReply) {
   const FrameView frame = frame_of(1);
   const std::size_t size = testing::reply(1, masks_of(frame)).size();
