@@ -36,12 +36,13 @@ inline void dense_depth_lbp(const cv::Mat& depth, const cv::Rect& region, cv::Ma
   }
   const cv::Rect inside = detail::clip(region, depth.size());
   constexpr std::array<std::uint8_t, 8> bits = {0, 1, 2, 3, 4, 5, 6, 7};
-  const detail::InstructionSet best = detail::best_instruction_set();
   if (depth.type() == CV_16UC1) {
-    detail::dense_depth_lbp<std::uint16_t>(
-        depth, inside, {bits, detail::depth_bias<std::uint16_t>()}, best, codes);
+    detail::dense_depth_lbp<std::uint16_t>(depth, inside,
+                                           {bits, detail::depth_bias<std::uint16_t>()},
+                                           detail::best_instruction_set(), codes);
   } else {
-    detail::dense_depth_lbp<float>(depth, inside, {bits, detail::depth_bias<float>()}, best, codes);
+    detail::dense_depth_lbp<float>(depth, inside, {bits, detail::depth_bias<float>()},
+                                   detail::best_instruction_set(), codes);
   }
 }
 

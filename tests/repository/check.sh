@@ -85,38 +85,46 @@ lab_apart() {
   } | nothing
 }
 
-# Includes point down: no header of detail/ leads to a stage, the workspace or a pipeline. The
-# umbrella includes our headers at most 8 deep, counted as compilers do: a header that was included
-# before is not entered again.
+# Includes point down: no header of detail/ leads to a stage, the workspace or a pipeline. No header
+# includes itself by a way, and no chain of our headers, each of which includes the next, is longer
+# than 9.
 # shellcheck disable=SC2016  # the dollars are awk's
 layers() {
   lab_apart
-  find include/dynfilter -name '*.hpp' -print0 | sort -z | xargs -0 awk -v deepest=8 '
-    # Walks through all that a header includes; says where that is too deep, or too high.
-    function walk(header, depth, chain, limit, forbidden,   i, names, count) {
+  find include/dynfilter -name '*.hpp' -print0 | sort -z | xargs -0 awk -v longest=9 '
+    # Returns the longest chain from a header on. `way` leads to it, with a space on either side.
+    function chain(header, way,   i, names, count, next_chain, best) {
+      if (header in chains) return chains[header]
+      if (index(way, " " header " ")) { print "a circle:" way header; return "" }
+      count = split(includes[header], names)
+      for (i = 1; i <= count; ++i) {
+        next_chain = chain(names[i], way header " ")
+        if (split(next_chain, parts) > split(best, parts)) best = next_chain
+      }
+      return chains[header] = header (best == "" ? "" : " " best)
+    }
+    # Says where a header leads upwards.
+    function climb(header, way,   i, names, count) {
       if (header in seen) return
       seen[header] = 1
-      chain = chain header
-      if (depth > limit) print "deeper than " limit ": " chain
-      if (forbidden != "" && header ~ forbidden) { print "upwards: " chain; return }
+      if (header ~ above) { print "upwards: " way header; return }
       count = split(includes[header], names)
-      for (i = 1; i <= count; ++i) walk(names[i], depth + 1, chain " > ", limit, forbidden)
+      for (i = 1; i <= count; ++i) climb(names[i], way header " > ")
     }
-    FNR == 1 { file = substr(FILENAME, length("include/dynfilter/") + 1) }
+    FNR == 1 { file = substr(FILENAME, length("include/dynfilter/") + 1); includes[file] = "" }
     /^#include "dynfilter\// {
       split($0, parts, "\"")
       sub("^dynfilter/", "", parts[2])
       includes[file] = includes[file] " " parts[2]
     }
     END {
-      above = "^(mask_culler|edge_compensator|depth_compensator|compensator|feature_floor" \
-              "|workspace|stage|pipeline|dynamic_filter|dynfilter)[.]hpp$"
+      above = "^(mask_culler|edge_compensator|depth_compensator|feature_floor|workspace|stage" \
+              "|pipeline|dynamic_filter|dynfilter)[.]hpp$"
       for (header in includes) {
+        if (split(chain(header, " "), parts) > longest) print "too long: " chains[header]
         split("", seen)
-        if (header ~ "^detail/") walk(header, 1, "", 1000, above)
+        if (header ~ "^detail/") climb(header, "")
       }
-      split("", seen)
-      walk("dynfilter.hpp", 1, "", deepest, "")
     }' | sort | nothing
 }
 

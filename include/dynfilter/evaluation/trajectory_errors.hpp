@@ -10,12 +10,14 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdlib>
+#include <iterator>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <Eigen/SVD>
 
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/evaluation/association.hpp"
@@ -100,8 +102,143 @@ inline double improvement_percent(double baseline_rmse, double rmse) {
   return (baseline_rmse - rmse) / baseline_rmse * 100;
 }
 
-}  // namespace dynfilter
+namespace detail {
 
-#include "dynfilter/evaluation/detail/trajectory_errors.hpp"
+inline std::vector<double> times_of(const Trajectory& trajectory) {
+  std::vector<double> times;
+  times.reserve(trajectory.size());
+  for (const TimedPose& pose : trajectory) times.push_back(pose.timestamp_s);
+  return times;
+}
+
+/// Tells whether the columns differ.
+inline bool has_extent(const Eigen::Matrix3Xd& positions) {
+  return (positions.colwise() - positions.col(0)).squaredNorm() > 0;
+}
+
+/// Aligns the columns by least squares. If all estimated positions coincide, the scale stays 1.
+/// Throws std::runtime_error if only a scale of 0 fits.
+inline Alignment align(const Eigen::Matrix3Xd& estimate, const Eigen::Matrix3Xd& truth,
+                       bool with_scale) {
+  const bool fits_scale = with_scale && has_extent(estimate);
+  const Eigen::Matrix4d transform = Eigen::umeyama(estimate, truth, fits_scale);
+  Alignment alignment;
+  if (fits_scale) alignment.scale = transform.topLeftCorner<3, 3>().col(0).norm();
+  if (!(alignment.scale > 0) || (fits_scale && !has_extent(truth))) {
+    throw std::runtime_error(
+        "absolute_trajectory_error: no scale makes the estimate like the true positions; want a "
+        "camera that moves, or no scale");
+  }
+  alignment.rotation = transform.topLeftCorner<3, 3>() / alignment.scale;
+  alignment.translation = transform.topRightCorner<3, 1>();
+  return alignment;
+}
+
+/// Returns the index of the element nearest to a value in a sorted, non-empty list; ties go to the
+/// earlier one.
+inline std::size_t nearest_index(const std::vector<double>& sorted, double value) {
+  const auto above = std::lower_bound(sorted.begin(), sorted.end(), value);
+  if (above == sorted.begin()) return 0;
+  const auto below = std::prev(above);
+  const bool take_below = above == sorted.end() || value - *below <= *above - value;
+  return static_cast<std::size_t>((take_below ? below : above) - sorted.begin());
+}
+
+inline Eigen::Isometry3d isometry_of(const TimedPose& pose) {
+  Eigen::Isometry3d isometry = Eigen::Isometry3d::Identity();
+  isometry.linear() = pose.rotation;
+  isometry.translation() = pose.translation;
+  return isometry;
+}
+
+inline Eigen::Isometry3d motion(const TimedPose& from, const TimedPose& to) {
+  return isometry_of(from).inverse() * isometry_of(to);
+}
+
+inline double angle_deg(const Eigen::Matrix3d& rotation) {
+  constexpr double degrees = 57.29577951308232;
+  return std::abs(Eigen::AngleAxisd(rotation).angle()) * degrees;
+}
+
+inline void require_positive(const char* name, double value) {
+  if (value > 0 && std::isfinite(value)) return;
+  throw_misuse("relative_pose_error", concatenate(name, " = ", value), "a finite number above 0");
+}
+
+}  // namespace detail
+
+inline AbsoluteTrajectoryError absolute_trajectory_error(const Trajectory& estimate,
+                                                         const Trajectory& truth,
+                                                         const AbsoluteErrorOptions& options) {
+  const auto pairs =
+      associate(detail::times_of(estimate), detail::times_of(truth), options.max_time_difference_s);
+  if (pairs.size() < 2) {
+    throw std::runtime_error(detail::concatenate(
+        "absolute_trajectory_error: ", pairs.size(), " of ", estimate.size(),
+        " estimated poses have a true one within ", options.max_time_difference_s,
+        " s; want at least 2. Are these the trajectories of one sequence?"));
+  }
+  const auto count = static_cast<Eigen::Index>(pairs.size());
+  Eigen::Matrix3Xd estimated(3, count), true_ones(3, count);
+  AbsoluteTrajectoryError result;
+  Eigen::Index column = 0;
+  for (const auto& [i, j] : pairs) {
+    estimated.col(column) = estimate[i].translation;
+    true_ones.col(column++) = truth[j].translation;
+    result.timestamps_s.push_back(estimate[i].timestamp_s);
+  }
+  result.alignment = detail::align(estimated, true_ones, options.with_scale);
+  const Alignment& alignment = result.alignment;
+  for (column = 0; column < count; ++column) {
+    const Eigen::Vector3d aligned =
+        alignment.scale * (alignment.rotation * estimated.col(column)) + alignment.translation;
+    result.errors_m.push_back((aligned - true_ones.col(column)).norm());
+  }
+  result.translation_m = summarise_errors(result.errors_m);
+  return result;
+}
+
+inline RelativePoseError relative_pose_error(const Trajectory& estimate, const Trajectory& truth,
+                                             const RelativeErrorOptions& options) {
+  if (options.interval_frames == 0) detail::require_positive("interval_s", options.interval_s);
+  detail::require_positive("scale", options.scale);
+  const std::vector<double> estimate_times = detail::times_of(estimate);
+  const std::vector<double> truth_times = detail::times_of(truth);
+  const auto true_pose = [&](std::size_t i) -> const TimedPose* {
+    if (truth_times.empty()) return nullptr;
+    const TimedPose& nearest = truth[detail::nearest_index(truth_times, estimate_times[i])];
+    const double off = std::abs(nearest.timestamp_s - estimate_times[i]);
+    return off <= options.max_time_difference_s ? &nearest : nullptr;
+  };
+  RelativePoseError result;
+  std::vector<double> translations, rotations;
+  for (std::size_t i = 0; i < estimate.size(); ++i) {
+    const std::size_t j =
+        options.interval_frames > 0
+            ? std::min(i + options.interval_frames, estimate.size() - 1)
+            : detail::nearest_index(estimate_times, estimate_times[i] + options.interval_s);
+    if (j == estimate.size() - 1) continue;
+    const TimedPose* from = true_pose(i);
+    const TimedPose* to = true_pose(j);
+    if (from == nullptr || to == nullptr) continue;
+    Eigen::Isometry3d estimated = detail::motion(estimate[i], estimate[j]);
+    estimated.translation() *= options.scale;
+    const Eigen::Isometry3d error = estimated * detail::motion(*from, *to).inverse();
+    translations.push_back(error.translation().norm());
+    rotations.push_back(detail::angle_deg(error.linear()));
+    result.timestamps_s.push_back(estimate_times[i]);
+  }
+  if (translations.size() < 2) {
+    throw std::runtime_error(detail::concatenate(
+        "relative_pose_error: ", translations.size(),
+        " intervals have true poses at both ends; want at least 2. Is the trajectory shorter than "
+        "the interval, or of another sequence?"));
+  }
+  result.translation_m = summarise_errors(std::move(translations));
+  result.rotation_deg = summarise_errors(std::move(rotations));
+  return result;
+}
+
+}  // namespace dynfilter
 
 #endif  // DYNFILTER_EVALUATION_TRAJECTORY_ERRORS_HPP
