@@ -93,8 +93,8 @@ std::vector<std::pair<std::string, std::string>> resolved_options(const RuleInfo
 
 std::vector<std::filesystem::path> run_names(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> names = {
-      "summary.json",    "frames.csv",        "instances.csv",   "trajectory.txt",
-      "groundtruth.txt", "contact_sheet.png", "worst_frame.jpg", "overlays/"};
+      "summary.json",      "frames.csv",      "trajectory.txt", "groundtruth.txt",
+      "contact_sheet.png", "worst_frame.jpg", "overlays/"};
   for (const std::filesystem::path& file : detail::timed_png_files(folder / "overlays")) {
     names.push_back("overlays" / file.filename());
   }
@@ -125,7 +125,6 @@ RuleRun::RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource
     odometry_.emplace(source.camera(), odometry_options(settings));
   }
   record_.scene = scene.name();
-  record_.input = scene.arguments();
   record_.rule = rule;
   record_.depth_offset_s = source.depth_offset_s();
   record_.masks = masks_name(rule, source, settings);
@@ -222,7 +221,6 @@ RunRecord RuleRun::finish(const FrameSource& source) {
   pictures_.write_contact_sheet();
   worst_.write(folder);
   write_frames_csv(record_, folder / "frames.csv");
-  write_instances_csv(record_, folder / "instances.csv");
   write_summary_json(record_, folder / "summary.json");
   staged_.commit({"summary.json"});
   return std::move(record_);

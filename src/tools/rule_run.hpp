@@ -84,7 +84,7 @@ class RuleRun {
   /// Notes what is known about the depth's offset.
   void note_depth_offset(DepthOffsetEstimate estimate);
 
-  /// Writes the results into the folder, replacing an earlier run's: frames.csv, instances.csv, the
+  /// Writes the results into the folder, replacing an earlier run's: frames.csv, the
   /// pictures, with depth trajectory.txt, and with known truth groundtruth.txt. summary.json comes
   /// last, so that it marks a completed run. Throws std::runtime_error that names a file that
   /// cannot be written; the folder is unchanged then.

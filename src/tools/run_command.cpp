@@ -70,8 +70,7 @@ void run(const RunOptions& options) {
   if (offset) work.note_depth_offset(offset->estimate());
   print_report(work.finish(*source));
   if (!masks.report().empty()) std::printf("\n%s\n", masks.report().c_str());
-  std::printf("\nwritten to %s: summary.json, frames.csv, instances.csv%s%s%s\n",
-              options.out.c_str(),
+  std::printf("\nwritten to %s: summary.json, frames.csv%s%s%s\n", options.out.c_str(),
               source->has_depth() && settings.every == 1 ? ", trajectory.txt" : "",
               std::filesystem::exists(options.out / "groundtruth.txt") ? ", groundtruth.txt" : "",
               options.settings.overlays > 0 ? ", overlays/, contact_sheet.png" : "");

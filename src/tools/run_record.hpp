@@ -50,7 +50,6 @@ struct TrajectoryRecord {
 /// The record of a run over a sequence.
 struct RunRecord {
   SceneName scene;
-  std::string input;  ///< the scene as arguments of `dynfilter run`
   cv::Size image_size;
   RuleInfo rule;
   std::string masks;      ///< the folder; empty = there were none

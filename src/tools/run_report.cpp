@@ -22,49 +22,11 @@
 namespace dynfilter::tools {
 namespace {
 
-/// Formats "lower,upper", or two empty cells.
-std::string cells_of(const ValueRange& range) {
-  if (range.empty()) return ",";
-  char text[64];
-  std::snprintf(text, sizeof text, "%.4f,%.4f", range.lower, range.upper);
-  return text;
-}
-
 /// Formats two cells of a pair of scores; they are empty if the truth is unknown.
 std::string cells_of(const FrameRecord& frame, std::size_t FeatureScores::*score) {
   if (!frame.scores || !frame.mask_only_scores) return ",";
   return std::to_string((*frame.mask_only_scores).*score) + "," +
          std::to_string((*frame.scores).*score);
-}
-
-const char* name_of(Compensation compensation) {
-  switch (compensation) {
-    case Compensation::not_run:
-      return "not_run";
-    case Compensation::no_depth_image:
-      return "no_depth_image";
-    case Compensation::too_few_samples:
-      return "too_few_samples";
-    case Compensation::applied:
-      return "applied";
-    case Compensation::applied_without_image:
-      return "applied_without_image";
-  }
-  return "";
-}
-
-const char* name_of(InstanceVerdict verdict) {
-  switch (verdict) {
-    case InstanceVerdict::not_judged:
-      return "not_judged";
-    case InstanceVerdict::undecided:
-      return "undecided";
-    case InstanceVerdict::moving:
-      return "moving";
-    case InstanceVerdict::still:
-      return "still";
-  }
-  return "";
 }
 
 void print_count(const char* name, std::size_t count, std::size_t frames) {
@@ -179,19 +141,6 @@ std::string offset_text(const RunRecord& run) {
   return ", depth paired with an offset of " + detail::fixed_decimals(run.depth_offset_s, 3) + " s";
 }
 
-/// Returns null for a rate that does not exist.
-nlohmann::ordered_json json_of(const DetectionRates& rates) {
-  nlohmann::ordered_json json;
-  const auto add = [&](const char* name, const std::optional<double>& rate) {
-    json[name] = rate ? nlohmann::ordered_json(*rate) : nlohmann::ordered_json();
-  };
-  add("true_positive_rate", rates.true_positive_rate);
-  add("false_positive_rate", rates.false_positive_rate);
-  add("precision", rates.precision);
-  add("f1", rates.f1);
-  return json;
-}
-
 void add_scores(nlohmann::ordered_json& summary, const RunRecord& run) {
   const FeatureScores masks = run.total_scores(&FrameRecord::mask_only_scores);
   const FeatureScores all = run.total_scores(&FrameRecord::scores);
@@ -205,8 +154,6 @@ void add_scores(nlohmann::ordered_json& summary, const RunRecord& run) {
   summary["rim_left"] = all.rim_left;
   summary["rim_removed"] = all.rim_removed;
   summary["rim_removed_mask_only"] = masks.rim_removed;
-  summary["rates"]["silhouette"] = json_of(all.rates(DynamicTruth::silhouette));
-  summary["rates"]["silhouette_and_rim"] = json_of(all.rates(DynamicTruth::silhouette_and_rim));
 }
 
 void add_trajectory(nlohmann::ordered_json& summary, const RunRecord& run) {
@@ -273,32 +220,11 @@ void write_frames_csv(const RunRecord& run, const std::filesystem::path& file) {
   csv.close();
 }
 
-void write_instances_csv(const RunRecord& run, const std::filesystem::path& file) {
-  OutputFile csv(file);
-  csv << "frame,instance,class_id,dynamic,masked,sampled,candidates,passed_depth,passed_code,"
-         "passed_nearness,compensated,compensation,depth_lower_m,depth_upper_m,code_lower,code_"
-         "upper,verdict,given_back,mask_gap_px,depth_shift_px\n";
-  for (const FrameRecord& frame : run.frames) {
-    std::size_t k = 0;
-    for (const InstanceStatistics& s : frame.statistics.instances) {
-      csv << frame.stem << ',' << k++ << ',' << s.class_id << ',' << (s.dynamic ? 1 : 0) << ','
-          << s.masked << ',' << s.sampled << ',' << s.candidates << ',' << s.passed_depth << ','
-          << s.passed_code << ',' << s.passed_nearness << ',' << s.compensated << ','
-          << name_of(s.compensation) << ',' << cells_of(s.depth_range_m) << ','
-          << cells_of(s.code_range) << ',' << name_of(s.verdict) << ',' << s.given_back << ','
-          << detail::fixed_decimals(s.mask_gap_px, 2) << ','
-          << detail::fixed_decimals(s.depth_shift_px, 2) << '\n';
-    }
-  }
-  csv.close();
-}
-
 void write_summary_json(const RunRecord& run, const std::filesystem::path& file) {
   const FrameStatistics totals = run.totals();
   nlohmann::ordered_json summary;
   summary["group"] = run.scene.group;
   summary["scene"] = run.scene.name;
-  summary["input"] = run.input;
   summary["rule"] = run.rule.name;
   summary["image_size"] = {run.image_size.width, run.image_size.height};
   summary["has_masks"] = !run.masks.empty();

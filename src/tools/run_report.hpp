@@ -13,11 +13,9 @@ namespace dynfilter::tools {
 /// Prints the table for people on standard output.
 void print_report(const RunRecord& run);
 
-/// Write the results. frames.csv: one line a frame, what was removed. instances.csv: one line an
-/// instance of a frame, why. summary.json: totals and times. Throw std::runtime_error that names a
-/// file that cannot be written.
+/// Write the results. frames.csv: one line a frame, what was removed. summary.json: totals and
+/// times. Throw std::runtime_error that names a file that cannot be written.
 void write_frames_csv(const RunRecord& run, const std::filesystem::path& file);
-void write_instances_csv(const RunRecord& run, const std::filesystem::path& file);
 void write_summary_json(const RunRecord& run, const std::filesystem::path& file);
 
 }  // namespace dynfilter::tools

@@ -4,7 +4,6 @@
 #include "scene_spec.hpp"
 
 #include "degraded_masks.hpp"
-#include "dynfilter/detail/errors.hpp"
 #include "lab/scenes/scene_levels.hpp"
 
 namespace dynfilter::tools {
@@ -40,49 +39,6 @@ std::unique_ptr<FrameSource> SceneSpec::open(Truth truth) const {
   }
   if (truth == Truth::by_motion) source->pass_moving_masks();
   return source;
-}
-
-std::string SceneSpec::arguments() const {
-  std::string text;
-  const auto add = [&](const char* option, const auto& value) {
-    if (value) text += std::string(" ") + option + " " + std::to_string(*value);
-  };
-  const auto add_path = [&](const char* option, const std::filesystem::path& path) {
-    if (path.empty()) return;
-    text += option + shell_quoted(std::filesystem::absolute(path).lexically_normal().string());
-  };
-  if (!level.empty()) {
-    text = "--level " + level + " --scene-seed " + std::to_string(level_seed);
-    add("--frames", frames);
-    add("--width", width);
-    add("--height", height);
-    return text;
-  }
-  add_path("", sequence);
-  add_path(" --masks ", masks);
-  add_path(" --camera ", camera);
-  if (depth_offset_s) text += " --depth-offset " + detail::concatenate(*depth_offset_s);
-  if (!degraded.empty()) text += " --degrade " + degraded;
-  return text;
-}
-
-std::string shell_quoted(const std::string& text) {
-  const auto is_plain = [](char c) {
-    return ('a' <= c && c <= 'z') || ('A' <= c && c <= 'Z') || ('0' <= c && c <= '9') ||
-           std::string("/._-+,:=@%").find(c) != std::string::npos;
-  };
-  bool plain = !text.empty();
-  for (const char c : text) plain = plain && is_plain(c);
-  if (plain) return text;
-  std::string quoted = "'";
-  for (const char c : text) {
-    if (c == '\'') {
-      quoted += "'\\''";
-    } else {
-      quoted += c;
-    }
-  }
-  return quoted + "'";
 }
 
 }  // namespace dynfilter::tools

@@ -38,13 +38,7 @@ struct SceneSpec {
   /// Opens the scene, with what this truth needs. Throws what open_sequence, render_scene and
   /// FrameSource::pass_moving_masks throw.
   std::unique_ptr<FrameSource> open(Truth truth) const;
-
-  /// Returns the scene as arguments of `dynfilter run`, quoted for a shell, with absolute paths.
-  std::string arguments() const;
 };
-
-/// Quotes text with single quotes if a shell would misread it.
-std::string shell_quoted(const std::string& text);
 
 }  // namespace dynfilter::tools
 

@@ -198,8 +198,8 @@ TEST_F(ProgramSafety, RunReplacesOnlyItsOwnResults) {
 
 TEST_F(ProgramSafety, RunKeepsFilesItDidNotWrite) {
   for (const char* file :
-       {"summary.json", "frames.csv", "instances.csv", "trajectory.txt", "groundtruth.txt",
-        "contact_sheet.png", "worst_frame.jpg", "overlays/1.000000.png", "overlays"}) {
+       {"summary.json", "frames.csv", "trajectory.txt", "groundtruth.txt", "contact_sheet.png",
+        "worst_frame.jpg", "overlays/1.000000.png", "overlays"}) {
     SCOPED_TRACE(file);
     fs::remove_all(out("mine"));
     folder_.write(fs::path("mine") / file, "mine");
