@@ -71,10 +71,6 @@ class Examination {
     check_camera();
     check_true_trajectory();
     check_masks();
-    check_truth("masks_true/", Verdict::broken, &RgbdSequence::true_masks_folder,
-                "mend the file, or move the folder away: it is optional, but `run` reads it");
-    check_truth("masks_moving/", Verdict::odd, &RgbdSequence::moving_masks_folder,
-                "mend the file before you use --truth motion");
     check_depth_offset();
     return findings_;
   }
@@ -308,34 +304,6 @@ class Examination {
       }
     } catch (const std::exception& error) {
       add(Verdict::broken, error.what(), "make the masks again, or move the folder away");
-    }
-  }
-
-  /// Adds what is wrong with optional masks of the truth, as this verdict.
-  void check_truth(const std::string& name, Verdict verdict,
-                   std::optional<std::filesystem::path> (RgbdSequence::*folder_of)() const,
-                   const char* mend) {
-    try {
-      const auto folder = (sequence_.*folder_of)();
-      if (!folder) return;
-      MaskFolderSegmenter masks(*folder);
-      FrameView frame;
-      for (std::size_t i = 0; i < sequence_.size(); ++i) {
-        frame.timestamp_s = sequence_.entry(i).timestamp_s;
-        if (!masks.has_mask(frame.timestamp_s)) masks.segment(frame);  // throws, and names it
-      }
-      for (const std::size_t i : sampled_frames(sequence_)) {
-        frame.timestamp_s = sequence_.entry(i).timestamp_s;
-        try {
-          frame.image = sequence_.read(i).image;
-        } catch (const std::exception&) {
-          continue;  // check_images has said so
-        }
-        masks.segment(frame);
-      }
-      add(Verdict::fine, detail::concatenate(name, ": ", masks.size(), " files"));
-    } catch (const std::exception& error) {
-      add(verdict, error.what(), mend);
     }
   }
 

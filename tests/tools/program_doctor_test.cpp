@@ -111,24 +111,6 @@ TEST_F(Doctor, NamesABrokenImage) {
   EXPECT_TRUE(outcome.mentions(first)) << outcome.printed;
 }
 
-TEST_F(Doctor, NamesABrokenMaskOfTheTruth) {
-  EXPECT_TRUE(examined().mentions("masks_true/: 12 files"));
-  const fs::path truth = scene() / "masks_true", mask = sorted_images(truth).at(5);
-  const auto expect_found = [&](const char* verdict, const fs::path& file, int exit_code) {
-    const std::string before = file_text(file);
-    std::ofstream(file, std::ios::trunc) << "neither image nor table";
-    const Outcome outcome = examined();
-    std::ofstream(file, std::ios::trunc) << before;
-    EXPECT_EQ(outcome.exit_code, exit_code) << outcome.printed;
-    EXPECT_TRUE(outcome.mentions(verdict + file.string())) << outcome.printed;
-  };
-  expect_found("broken  ", mask, 1);
-  expect_found("broken  ", truth / "instances.csv", 1);
-  expect_found("odd     ", sorted_images(scene() / "masks_moving").at(5), 0);  // read on demand
-  for (const fs::path& file : {truth / "instances.csv", mask}) fs::remove(file);
-  EXPECT_TRUE(examined().mentions("broken  " + mask.string()));
-}
-
 TEST_F(Doctor, DoubtsTheDepthFactorOfAnotherRecording) {
   replace_in_camera("DepthMapFactor", "DepthMapFactor: 1000.0");
   const Outcome outcome = examined();

@@ -214,33 +214,5 @@ TEST_F(ProgramRecordings, RunExplainsMissingErrors) {
   EXPECT_TRUE(run(run_scene()).mentions("no errors: the true trajectory is unknown"));
 }
 
-/// Shifts the last two frames by an hour, in the lists and in the names of the masks.
-void jump_by_an_hour(const fs::path& scene, const TemporaryFolder& folder) {
-  folder.write("scene/associations.txt",
-               "1.000000 rgb/1.000000.png 1.000000 depth/1.000000.png\n"
-               "1.033333 rgb/1.033333.png 1.033333 depth/1.033333.png\n"
-               "3601.066667 rgb/1.066667.png 1.066667 depth/1.066667.png\n"
-               "3601.100000 rgb/1.100000.png 1.100000 depth/1.100000.png\n");
-  fs::remove_all(scene / "masks_true");
-  fs::remove(scene / "masks" / "instances.csv");
-  fs::rename(scene / "masks" / "1.066667.png", scene / "masks" / "3601.066667.png");
-  fs::rename(scene / "masks" / "1.100000.png", scene / "masks" / "3601.100000.png");
-}
-
-TEST_F(ProgramRecordings, AsyncDoesNotSleepThroughATimeJump) {
-  jump_by_an_hour(scene(), folder_);
-  const Outcome outcome = run_at_most(120, run_scene() + " --async latest");
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
-  EXPECT_TRUE(outcome.mentions("jumps in time that were skipped (more than 1 s, or back): 1"))
-      << outcome.printed;
-  EXPECT_EQ(read_csv(out() / "frames.csv").size(), 5U);
-}
-
-TEST_F(ProgramRecordings, SteadyTimesAreNotReportedAsAJump) {
-  const Outcome outcome = run(run_scene() + " --async wait");
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
-  EXPECT_FALSE(outcome.mentions("jump")) << outcome.printed;
-}
-
 }  // namespace
 }  // namespace dynfilter::testing
