@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#include "depth_sensor.hpp"
+#include "sensors.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#include "masks.hpp"
+#include "sensors.hpp"
 
 #include <algorithm>
 #include <array>
@@ -11,8 +11,8 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "moment.hpp"
 #include "noise.hpp"
-#include "person.hpp"
 #include "renderer.hpp"
 
 namespace dynfilter::scene {

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "materials.hpp"
 #include "noise.hpp"
+#include "texture.hpp"
 
 namespace dynfilter::scene {
 namespace {

@@ -10,9 +10,25 @@
 #include <opencv2/core.hpp>
 
 #include "moment.hpp"
-#include "world.hpp"
+#include "texture.hpp"
 
 namespace dynfilter::scene {
+
+constexpr double frames_per_second = 30;
+
+/// The static world, and the textures of everything that moves.
+struct World {
+  explicit World(const SyntheticSceneOptions& options);
+
+  RoomBox room;
+  std::vector<Block> blocks;
+  std::vector<Texture> materials;  // by Material
+  std::vector<Texture> garments;   // by person, then Garment
+  bool changing_light;             // as in the options
+};
+
+/// Returns the camera's pose some seconds after frame 0: smooth sines with seeded phases.
+CameraPose camera_at(const SyntheticSceneOptions& options, double elapsed_s);
 
 /// The surface that a pixel's ray hits: a face of the room, a face of a block, or a part of a
 /// person. Boxes that move have the numbers after the world's blocks.

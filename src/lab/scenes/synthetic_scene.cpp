@@ -9,12 +9,10 @@
 #include <stdexcept>
 #include <string>
 
-#include "depth_sensor.hpp"
-#include "masks.hpp"
 #include "moment.hpp"
 #include "noise.hpp"
 #include "renderer.hpp"
-#include "world.hpp"
+#include "sensors.hpp"
 
 namespace dynfilter {
 namespace {

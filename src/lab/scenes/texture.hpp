@@ -55,6 +55,20 @@ class Canvas {
   cv::Mat3f pixels_;
 };
 
+/// The garments of a person; each is one texture.
+enum class Garment : std::uint8_t { shirt, trousers, skin, hair, shoe };
+constexpr int garments = 5;
+
+/// The materials of the room and its furniture; each is one texture.
+enum class Material : std::uint8_t { wall, floor, ceiling, wood, cardboard, books, screen, cloth };
+constexpr int materials = 8;
+
+/// Paints the texture of a material; `contrast` scales the differences from its mean colour.
+Texture paint_material(Material material, double contrast, std::uint64_t seed);
+
+/// Paints the texture of a person's garment.
+Texture paint_garment(Garment garment, int person, std::uint64_t seed);
+
 }  // namespace dynfilter::scene
 
 #endif  // DYNFILTER_SRC_LAB_SCENES_TEXTURE_HPP

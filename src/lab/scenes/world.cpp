@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#include "world.hpp"
+#include "renderer.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "materials.hpp"
 #include "noise.hpp"
+#include "texture.hpp"
 
 namespace dynfilter::scene {
 namespace {
