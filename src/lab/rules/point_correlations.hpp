@@ -27,10 +27,9 @@ namespace dynfilter::peers {
 /// needs neither masks nor the camera's motion.
 ///
 /// Open in the source, or changed: an edge is judged by the distances in two frames, not by an
-/// optimisation over many; the largest part is the one with the most features, of equal ones the
-/// one with the lowest feature. Features without track or either depth stay, as do all where fewer
-/// than three have them. Fails where the static features fall apart, and for things that move
-/// little between the frames. O(n log n).
+/// optimisation over many; the largest part has the most features, of equal ones the lowest
+/// feature. Features without track or either depth stay, as do all where fewer than three have
+/// them.
 class PointCorrelations {
  public:
   static constexpr int baseline_frames = 5;  ///< between the two; keyframes in the source

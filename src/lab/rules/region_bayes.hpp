@@ -24,13 +24,10 @@ namespace dynfilter::peers {
 /// once the camera's motion is compensated; a Bayes filter turns it into a probability, and the
 /// features of regions that probably move are removed.
 ///
-/// Open in the source: everything but this outline; all constants are ours. Here the difference
-/// is the mean absolute one of the region's pixels. The earlier image is compensated pixel by
-/// pixel, by depth and FrameMemory's pose. A region that looks the same without compensation
-/// (similarity) is as static as one that does with it: the smaller difference counts. Its
-/// likelihoods are normal distributions that stay flat below the static and above the moving mean,
-/// and beliefs fade to the prior, one half. A region without depth, and all where the camera's
-/// motion is unknown, gain no evidence. It needs no masks.
+/// Open in the source: everything but this outline; all constants are ours. The difference is the
+/// mean absolute one, of the earlier image compensated by depth and FrameMemory's pose, or of the
+/// earlier image itself (similarity) if that is smaller. A region without depth, and all where the
+/// camera's motion is unknown, gain no evidence, and beliefs fade to the prior, one half.
 class RegionBayes {
  public:
   static constexpr int baseline_frames = 1;

@@ -25,13 +25,11 @@ namespace dynfilter::peers {
 /// Systems 174, 2024). A prior dynamic object whose box looks as it did in an earlier frame is not
 /// moving and keeps its features; the others lose theirs.
 ///
-/// Open in the source: nearly everything; known is the match of boxes of one class over a window by
-/// a template. Here the template is the object's box, cut from the earlier image after it was
-/// warped by the homography of the background's tracks (the identity, where none can be fitted), so
-/// that the camera's motion is no difference. An object must have a box of its class in the earlier
-/// frame, and must look still for some frames in a row. The score is the correlation coefficient; a
-/// box without contrast has none, and counts as moving. The sample of RANSAC depends on the order
-/// of the features.
+/// Open in the source: nearly everything. Here the template is the object's box in the earlier
+/// image, which is warped by the homography of the background's tracks. An object must have a box
+/// of its class in the earlier frame, and look still for some frames in a row. The score is the
+/// correlation coefficient; a box without contrast has none, and counts as moving. The sample of
+/// RANSAC depends on the order of the features.
 class TemplateStillness {
  public:
   static constexpr int baseline_frames = 5;  ///< between template and image

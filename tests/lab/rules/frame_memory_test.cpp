@@ -101,19 +101,6 @@ TEST(FrameMemory, StartsAnewAfterAGapAStepBackAnotherSizeAndWithoutImage) {
   }));
 }
 
-TEST(FrameMemory, AFrameWithoutImageBreaksTheChain) {
-  const Frames frames;
-  peers::FrameMemory memory(camera, 1);
-  Workspace workspace;
-  for (int k = 0; k < 7; ++k) {
-    FrameView view = frames.frame(k);
-    if (k == 1 || k == 5) view.image = cv::Mat();
-    const peers::FramePair pair = memory.next(frames.input(view), workspace);
-    EXPECT_EQ(pair.then != nullptr, k == 3 || k == 4) << "frame " << k;
-    EXPECT_EQ(pair.image.empty(), view.image.empty()) << "frame " << k;
-  }
-}
-
 TEST(FrameMemory, KeepsCopiesOfWhatTheHostOverwrites) {
   const Frames frames;
   Frames with_mask = frames;

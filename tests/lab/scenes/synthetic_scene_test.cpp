@@ -12,7 +12,6 @@
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <opencv2/features2d.hpp>
 
 #include "support/expect_error.hpp"
 #include "support/level_scenes.hpp"
@@ -393,24 +392,6 @@ TEST(SyntheticScene, RefusesFrameIndicesOutOfRange) {
   EXPECT_THROW(small_scene().render(90), std::invalid_argument);
   EXPECT_THROW(small_scene().pose(90), std::invalid_argument);
   EXPECT_THROW(small_scene().timestamp_s(-1), std::invalid_argument);
-}
-
-TEST(SyntheticScene, OrbFindsFeaturesInTheRoomAndOnPersons) {
-  const SyntheticFrame frame = SyntheticScene().render(25);
-  std::vector<cv::KeyPoint> keypoints;
-  cv::ORB::create(1000)->detect(frame.frame.image, keypoints);
-  const cv::Mat1b persons = painted(frame.true_segmentation);
-  int on_persons = 0;
-  std::set<int> cells;  // of 40 pixels
-  for (const cv::KeyPoint& keypoint : keypoints) {
-    const cv::Point pixel = keypoint.pt;
-    on_persons += persons(pixel) != 0;
-    cells.insert(pixel.y / 40 * 16 + pixel.x / 40);
-  }
-  EXPECT_GT(keypoints.size(), 700U);
-  EXPECT_GT(on_persons, static_cast<int>(0.15 * static_cast<double>(keypoints.size())));
-  EXPECT_LT(on_persons, static_cast<int>(0.45 * static_cast<double>(keypoints.size())));
-  EXPECT_GT(cells.size(), 50U);  // of 192
 }
 
 }  // namespace
