@@ -12,16 +12,11 @@
 #include "dynfilter/edge_compensator.hpp"
 #include "dynfilter/motion/motion_judge.hpp"
 #include "dynfilter/stage.hpp"
-#include "lab/rules/cluster_votes.hpp"
-#include "lab/rules/depth_consistency.hpp"
-#include "lab/rules/epipolar_vote.hpp"
-#include "lab/rules/flow_chi_square.hpp"
-#include "lab/rules/flow_refined_mask.hpp"
-#include "lab/rules/frame_memory.hpp"
-#include "lab/rules/point_correlations.hpp"
-#include "lab/rules/region_bayes.hpp"
+#include "lab/rules/frames.hpp"
+#include "lab/rules/person_rules.hpp"
+#include "lab/rules/point_rules.hpp"
+#include "lab/rules/region_rules.hpp"
 #include "lab/rules/single_frame.hpp"
-#include "lab/rules/template_stillness.hpp"
 
 namespace dynfilter::tools {
 namespace {

@@ -13,7 +13,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "dynfilter/dynfilter.hpp"
-#include "lab/rules/frame_pair.hpp"
+#include "lab/rules/frames.hpp"
 #include "support/byte_source.hpp"
 
 namespace dynfilter::testing {

@@ -14,7 +14,6 @@
 #include <dynfilter/evaluation/trajectory.hpp>
 
 #include "local_map.hpp"
-#include "matching.hpp"
 #include "orb_extractor.hpp"
 #include "pose_estimation.hpp"
 

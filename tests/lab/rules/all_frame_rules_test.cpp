@@ -8,15 +8,10 @@
 
 #include <gtest/gtest.h>
 
-#include "lab/rules/cluster_votes.hpp"
-#include "lab/rules/depth_consistency.hpp"
-#include "lab/rules/epipolar_vote.hpp"
-#include "lab/rules/flow_chi_square.hpp"
-#include "lab/rules/flow_refined_mask.hpp"
-#include "lab/rules/frame_memory.hpp"
-#include "lab/rules/point_correlations.hpp"
-#include "lab/rules/region_bayes.hpp"
-#include "lab/rules/template_stillness.hpp"
+#include "lab/rules/frames.hpp"
+#include "lab/rules/person_rules.hpp"
+#include "lab/rules/point_rules.hpp"
+#include "lab/rules/region_rules.hpp"
 #include "support/expect_error.hpp"
 #include "support/filter_case.hpp"
 #include "support/scene_images.hpp"

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#include "lab/rules/frame_memory.hpp"
+#include "lab/rules/frames.hpp"
 
 #include <cmath>
 #include <optional>
@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include "lab/rules/flow_chi_square.hpp"
+#include "lab/rules/point_rules.hpp"
 #include "support/scene_images.hpp"
 
 namespace dynfilter::testing {

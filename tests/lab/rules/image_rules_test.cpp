@@ -11,9 +11,8 @@
 
 #include <gtest/gtest.h>
 
-#include "lab/rules/depth_consistency.hpp"
-#include "lab/rules/region_bayes.hpp"
-#include "lab/rules/template_stillness.hpp"
+#include "lab/rules/person_rules.hpp"
+#include "lab/rules/region_rules.hpp"
 #include "support/pair_scene.hpp"
 #include "support/scene_images.hpp"
 

@@ -10,11 +10,8 @@
 
 #include <gtest/gtest.h>
 
-#include "lab/rules/cluster_votes.hpp"
-#include "lab/rules/epipolar_vote.hpp"
-#include "lab/rules/flow_chi_square.hpp"
-#include "lab/rules/flow_refined_mask.hpp"
-#include "lab/rules/point_correlations.hpp"
+#include "lab/rules/person_rules.hpp"
+#include "lab/rules/point_rules.hpp"
 #include "support/pair_scene.hpp"
 
 namespace dynfilter::testing {
