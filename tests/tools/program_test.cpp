@@ -15,11 +15,8 @@
 
 #include <opencv2/imgcodecs.hpp>
 
-#include "dynfilter/evaluation/rgbd_sequence_writer.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
-#include "dynfilter/segmenters/mask_folder_writer.hpp"
 #include "dynfilter/version.hpp"
-#include "lab/scenes/synthetic_scene.hpp"
 #include "support/program.hpp"
 #include "support/small_scene_test.hpp"
 #if defined(__linux__)

@@ -8,15 +8,13 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <limits>
 #include <string>
 #include <vector>
 
-#include <odometry.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "lab/odometry/orb_extractor.hpp"
 #include "lab/scenes/scene_levels.hpp"
 #include "support/program.hpp"
 #include "support/scene_images.hpp"
