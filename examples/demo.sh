@@ -57,7 +57,7 @@ build_program "$root"
 
 if [[ -z $sequence ]]; then
   log "Rendering a scene"
-  sequence=$out/scene
+  sequence=${out}_scene
   "$dynfilter" synth "$sequence" --overwrite
 fi
 log "Filtering $sequence"

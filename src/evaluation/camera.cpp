@@ -11,7 +11,7 @@
 
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
-#include "io/text_table.hpp"
+#include "io/file_writing.hpp"
 #include "io/yaml_file.hpp"
 
 namespace dynfilter {
@@ -165,10 +165,7 @@ std::string camera_file_text(const CameraParameters& camera) {
 }
 
 void write_camera(const std::filesystem::path& path, const CameraParameters& camera) {
-  const std::string text = camera_file_text(camera);
-  detail::TableWriter file(path);
-  file.line(text.substr(0, text.size() - 1));
-  file.close();
+  detail::write_file(path, camera_file_text(camera));
 }
 
 }  // namespace dynfilter

@@ -18,7 +18,6 @@
 #include "io/file_writing.hpp"
 #include "io/image_file.hpp"
 #include "io/staged_folder.hpp"
-#include "sequence_names.hpp"
 
 namespace dynfilter {
 namespace {
@@ -52,8 +51,7 @@ cv::Mat depth_image(const FrameView& frame, double units_per_metre) {
 RgbdSequenceWriter::RgbdSequenceWriter(const fs::path& folder, const CameraParameters& camera,
                                        const RgbdSequenceWriterOptions& options)
     : camera_(camera), camera_text_(camera_file_text(camera)) {
-  staged_ = std::make_unique<detail::StagedFolder>(
-      folder, "sequence", detail::sequence_names(folder), options.overwrite);
+  staged_ = std::make_unique<detail::StagedFolder>(folder, "sequence", options.overwrite);
 }
 
 RgbdSequenceWriter::RgbdSequenceWriter(RgbdSequenceWriter&&) noexcept = default;
@@ -98,12 +96,12 @@ void RgbdSequenceWriter::write_frame(const FrameView& frame, std::string pose_ro
   const std::string file = row.front().time + ".png";
   const fs::path image = staged_->path() / "rgb" / file;
   fs::create_directories(image.parent_path());
-  detail::write_png(image, frame.image);
+  detail::write_image(image, frame.image);
   if (has_depth) {
     try {
       fs::create_directories(staged_->path() / "depth");
-      detail::write_png(staged_->path() / "depth" / file,
-                        depth_image(frame, camera_.depth_units_per_metre));
+      detail::write_image(staged_->path() / "depth" / file,
+                          depth_image(frame, camera_.depth_units_per_metre));
     } catch (...) {
       fs::remove(image);
       throw;
@@ -153,7 +151,7 @@ void RgbdSequenceWriter::write_lists() const {
 void RgbdSequenceWriter::finish() {
   if (!staged_) return;
   write_lists();
-  staged_->commit(detail::sequence_keys());
+  staged_->commit();
   staged_.reset();
 }
 

@@ -14,6 +14,7 @@
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
 #include "io/file_error.hpp"
+#include "io/file_writing.hpp"
 #include "io/text_table.hpp"
 
 namespace dynfilter::detail {
@@ -182,9 +183,9 @@ std::string trajectory_row_text(double timestamp_s, const cv::Matx33d& rotation,
 
 void write_trajectory_rows(const std::filesystem::path& path,
                            const std::vector<std::string>& rows) {
-  TableWriter file(path);
-  for (const std::string& row : rows) file.line(row);
-  file.close();
+  std::string text;
+  for (const std::string& row : rows) text += row + '\n';
+  write_file(path, text);
 }
 
 }  // namespace dynfilter::detail

@@ -79,32 +79,14 @@ inline cv::Mat read_image(const std::filesystem::path& path, int flags) {
   return image;
 }
 
-/// Encodes an image in the format of this extension (such as ".png"). Throws std::runtime_error
-/// that names the file that it is for.
-inline std::vector<std::uint8_t> encoded_image(const std::filesystem::path& path,
-                                               const char* extension, const cv::Mat& image) {
+/// Writes an image in the format of the file's extension, .png or .jpg, which must support its
+/// type. Throws std::runtime_error that names the file.
+inline void write_image(const std::filesystem::path& path, const cv::Mat& image) {
   std::vector<std::uint8_t> bytes;
-  if (!cv::imencode(extension, image, bytes)) throw_file_error(path, "cannot be encoded");
-  return bytes;
-}
-
-/// Writes an image in the format of this extension, whatever the file's name.
-inline void write_image(const std::filesystem::path& path, const char* extension,
-                        const cv::Mat& image) {
-  const std::vector<std::uint8_t> bytes = encoded_image(path, extension, image);
+  if (!cv::imencode(path.extension().string(), image, bytes)) {
+    throw_file_error(path, "cannot be encoded");
+  }
   write_file(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-}
-
-/// Writes a PNG file; PNG must support the image's type. Throws std::runtime_error that names the
-/// file.
-inline void write_png(const std::filesystem::path& path, const cv::Mat& image) {
-  write_image(path, ".png", image);
-}
-
-/// Writes a JPEG file, for pictures that need not be exact. Throws std::runtime_error that names
-/// the file.
-inline void write_jpeg(const std::filesystem::path& path, const cv::Mat& image) {
-  write_image(path, ".jpg", image);
 }
 
 }  // namespace dynfilter::detail

@@ -20,7 +20,6 @@
 
 #include "dynfilter/detail/number_text.hpp"
 #include "io/file_error.hpp"
-#include "io/file_writing.hpp"
 
 namespace dynfilter::detail {
 
@@ -116,21 +115,6 @@ class TableReader {
   std::ifstream stream_;
   std::size_t line_ = 0;
   std::vector<std::string> cells_;
-};
-
-/// Writes a text file line by line. The file appears whole on `close`, and not at all without it.
-/// Errors are std::runtime_error that name the file.
-class TableWriter {
- public:
-  explicit TableWriter(std::filesystem::path path) : path_(std::move(path)) {}
-
-  void line(const std::string& text) { text_ += text + '\n'; }
-
-  void close() const { write_file(path_, text_); }
-
- private:
-  std::filesystem::path path_;
-  std::string text_;
 };
 
 }  // namespace dynfilter::detail

@@ -16,9 +16,6 @@
 #include "dynfilter/frame.hpp"
 #include "dynfilter/labels.hpp"
 #include "dynfilter/segmentation.hpp"
-#include "io/appended_file.hpp"
-#include "io/fingerprint.hpp"
-#include "io/folder_lock.hpp"
 
 namespace dynfilter::detail {
 
@@ -31,14 +28,12 @@ struct FrameTimes {
 };
 
 /// Records what the filter does: frames.csv, always complete up to the last frame, and an overlay
-/// of every n-th frame with a known image. Lists these files in `.dynfilter-plugin.txt`, with one
-/// row for each state of frames.csv. Replaces the files that an earlier plugin listed there, and no
-/// others. Keeps other recorders out of the folder.
+/// of every n-th frame with a known image. Lists these files in `.dynfilter-plugin.txt`. Replaces
+/// the files that an earlier plugin listed there, and no others.
 class Recorder {
  public:
-  /// Makes the folder and keeps others out, but removes nothing yet. Throws std::runtime_error that
-  /// names a folder that cannot be made, a file in the way, which no earlier plugin wrote in this
-  /// form, or a folder in which another plugin is recording.
+  /// Makes the folder, but removes nothing yet. Throws std::runtime_error that names a folder that
+  /// cannot be made, or a file in the way, which no earlier plugin wrote.
   Recorder(const std::filesystem::path& folder, int overlay_every);
 
   /// Removes an earlier recording and begins a new one. Call it once, before record. Throws
@@ -51,20 +46,13 @@ class Recorder {
               const FeatureLabels& labels, const FrameTimes& times);
 
  private:
-  void require_room() const;
-  void remove_earlier_files() const;
-  void list(const Fingerprint& fingerprint, const std::filesystem::path& name);
   void write_overlay(const std::string& name, const cv::Mat& overlay);
-  void add_table_row(const std::string& row);
+  void add_table_row(const std::string& row) const;
 
   std::filesystem::path folder_;
   std::size_t overlay_every_;
   std::size_t frames_ = 0;
   std::set<std::string> overlays_;  // names of the overlays that were written
-  Fingerprint written_;             // of the table
-  // Made in this order.
-  std::optional<FolderLock> lock_;
-  std::optional<AppendedFile> manifest_, table_;
 };
 
 }  // namespace dynfilter::detail

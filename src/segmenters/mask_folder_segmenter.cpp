@@ -19,7 +19,6 @@
 #include "dynfilter/detail/number_text.hpp"
 #include "io/file_error.hpp"
 #include "io/image_file.hpp"
-#include "io/output_folder.hpp"
 #include "io/regular_file.hpp"
 #include "io/staged_folder.hpp"
 #include "io/text_table.hpp"

@@ -20,7 +20,6 @@
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "io/file_writing.hpp"
 #include "io/image_file.hpp"
-#include "io/output_folder.hpp"
 #include "io/staged_folder.hpp"
 #include "mask_table.hpp"
 
@@ -90,8 +89,7 @@ bool is_found(double mask_time_s, double frame_time_s) {
 }  // namespace
 
 MaskFolderWriter::MaskFolderWriter(const fs::path& folder, const MaskFolderWriterOptions& options)
-    : staged_(std::make_unique<detail::StagedFolder>(folder, "masks", detail::mask_names(folder),
-                                                     options.overwrite)) {}
+    : staged_(std::make_unique<detail::StagedFolder>(folder, "masks", options.overwrite)) {}
 
 MaskFolderWriter::MaskFolderWriter(MaskFolderWriter&&) noexcept = default;
 MaskFolderWriter& MaskFolderWriter::operator=(MaskFolderWriter&&) noexcept = default;
@@ -136,7 +134,7 @@ void MaskFolderWriter::add(const Segmentation& segmentation, const std::string& 
     rows.front().with_time += row + ',' + mask_time + '\n';
   }
   std::set<std::int64_t> time = {detail::microseconds(*time_s)};
-  detail::write_png(staged_->path() / (stem + ".png"), label_map_of(segmentation));
+  detail::write_image(staged_->path() / (stem + ".png"), label_map_of(segmentation));
   rows_.splice(rows_.end(), rows);
   times_.merge(time);
   has_own_times_ = has_own_times_ || (is_own_time && !segmentation.instances.empty());
@@ -149,7 +147,7 @@ void MaskFolderWriter::finish() {
   table += '\n';
   for (const Rows& rows : rows_) table += has_own_times_ ? rows.with_time : rows.without_time;
   detail::write_file(staged_->path() / detail::mask_table_name, table);
-  staged_->commit({detail::mask_table_name});
+  staged_->commit();
   staged_.reset();
 }
 

@@ -6,10 +6,10 @@
 #ifndef DYNFILTER_SRC_SEGMENTERS_MASK_TABLE_HPP
 #define DYNFILTER_SRC_SEGMENTERS_MASK_TABLE_HPP
 
-#include <filesystem>
-#include <vector>
+#include <optional>
+#include <string>
 
-#include "io/output_folder.hpp"
+#include "dynfilter/detail/number_text.hpp"
 
 namespace dynfilter::detail {
 
@@ -20,15 +20,11 @@ constexpr const char* mask_table_header_with_time =
     "frame,instance,class_id,score,x,y,width,height,mask_time";
 constexpr int max_mask_label = 65535;  // the limit of a 16-bit PNG
 
-/// Names what a mask writer writes into <folder>/<masks>, plus the files of these kinds that are
-/// there; all relative to the folder.
-inline std::vector<std::filesystem::path> mask_names(const std::filesystem::path& folder,
-                                                     const std::filesystem::path& masks = {}) {
-  std::vector<std::filesystem::path> names = {masks / mask_table_name};
-  for (const std::filesystem::path& file : timed_png_files(folder / masks)) {
-    names.push_back(masks / file.filename());
-  }
-  return names;
+/// Reads the time that a file's stem spells, as in 1341846434.710184.png.
+inline std::optional<double> time_of_stem(const std::string& stem) {
+  const std::optional<double> time_s = parse_number(stem);
+  if (!time_s || !is_time_in_seconds(*time_s)) return {};
+  return time_s;
 }
 
 }  // namespace dynfilter::detail

@@ -143,9 +143,7 @@ void add_ablate_command(CLI::App& program) {
       ->allow_extra_args(false)
       ->check(CLI::IsMember(all_rule_names()));
   add_setting_options(*command, options->plan.settings);
-  command->add_option("--out", options->plan.out, "folder for the results")
-      ->check(some_path())
-      ->capture_default_str();
+  command->add_option("--out", options->plan.out, "folder for the results")->capture_default_str();
   command->footer(rule_list() +
                   "\n\nexamples:\n"
                   "  dynfilter ablate --levels medium,hard --seeds 1-5 --out sweep\n"

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <cstdio>
+#include <future>
 #include <map>
 #include <memory>
 #include <optional>
@@ -15,8 +16,6 @@
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/segmenters/depth_offset_estimator.hpp"
 #include "inputs.hpp"
-#include "io/file_error.hpp"
-#include "parallel_for_each.hpp"
 #include "progress_bar.hpp"
 #include "rule_set.hpp"
 
@@ -68,14 +67,8 @@ std::vector<std::string> rules_for(const AblationPlan& plan, bool has_true_masks
 void require_harmless_jobs(const AblationPlan& plan, const std::vector<Outline>& outlines,
                            const Inputs& inputs) {
   for (std::size_t i = 0; i < outlines.size(); ++i) {
-    const std::filesystem::path of_scene = plan.out / plan.scenes[i].name().name;
-    if (inputs.contains(of_scene)) {
-      detail::throw_file_error(of_scene,
-                               "is read from, and would be written to; name another --out folder");
-    }
     for (const std::string& rule : rules_for(plan, outlines[i].has_true_masks)) {
-      const std::filesystem::path folder = folder_of(plan, plan.scenes[i], rule);
-      require_harmless(inputs, folder, run_writer, run_names(folder), true);
+      inputs.require_harmless(folder_of(plan, plan.scenes[i], rule), run_writer, true);
     }
   }
 }
@@ -94,7 +87,12 @@ std::vector<RunResult> run_scene(const AblationPlan& plan, const SceneSpec& scen
     const SourceFrame frame = source.read(i);
     if (offset) offset->add(frame.frame, frame.depth_timestamp_s);
     const ExtractedFeatures features = extract_features(extractor, frame.frame.image);
-    parallel_for_each(runs.size(), [&](std::size_t k) { runs[k]->process(frame, features); });
+    std::vector<std::future<void>> works;
+    for (const std::unique_ptr<RuleRun>& run : runs) {
+      works.push_back(std::async(std::launch::async,
+                                 [&, rule = run.get()] { rule->process(frame, features); }));
+    }
+    for (std::future<void>& work : works) work.get();
     progress.advance(plan.settings.every);
   }
   std::vector<RunResult> results;

@@ -109,7 +109,7 @@ Evaluation evaluate(const EvalOptions& options) {
   return evaluation;
 }
 
-void write_json(const Evaluation& evaluation, const std::filesystem::path& path) {
+nlohmann::ordered_json json_of(const Evaluation& evaluation) {
   nlohmann::ordered_json json;
   for (const auto& [name, value] : evaluation.figures) {
     if (is_count(name)) {
@@ -119,7 +119,7 @@ void write_json(const Evaluation& evaluation, const std::filesystem::path& path)
     }
   }
   for (const auto& [name, reason] : evaluation.missing) json["missing"][name] = reason;
-  write_replaceable_json(path, "eval", json);
+  return json;
 }
 
 void report(const EvalOptions& options) {
@@ -132,7 +132,7 @@ void report(const EvalOptions& options) {
     std::fprintf(stderr, "no %s: %s\n", name.c_str(), reason.c_str());
   }
   if (evaluation.figures.empty()) throw std::runtime_error("eval: there is no figure to print");
-  if (!options.json.empty()) write_json(evaluation, options.json);
+  if (!options.json.empty()) write_json(options.json, "eval", json_of(evaluation));
 }
 
 }  // namespace

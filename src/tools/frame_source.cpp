@@ -5,12 +5,12 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "io/file_error.hpp"
-#include "io/hidden_names.hpp"
 #include "lab/odometry/orb_extractor.hpp"
 #include "trajectory_note.hpp"
 
@@ -22,7 +22,6 @@ void require_plain_names(const RgbdSequence& sequence) {
   std::map<std::string, std::filesystem::path> images;
   for (std::size_t i = 0; i < sequence.size(); ++i) {
     const RgbdSequenceEntry& entry = sequence.entry(i);
-    detail::require_shown_name(entry.image_path, entry.stem);
     if (entry.stem.find_first_of(",\"") != std::string::npos) {
       detail::throw_file_error(entry.image_path,
                                "has a comma or a quote in its name, which frames.csv cannot hold; "
@@ -198,12 +197,21 @@ class Rendering final : public FrameSource {
 }  // namespace
 
 void add_sequence_inputs(const RgbdSequence& sequence, Inputs& inputs) {
-  inputs.add_folder(sequence.folder());
+  inputs.add(sequence.folder());
+  for (const auto& entry : std::filesystem::directory_iterator(sequence.folder())) {
+    if (!entry.is_directory()) inputs.add(entry.path());  // lists, camera, truth
+  }
+  std::set<std::filesystem::path> folders;
   for (std::size_t i = 0; i < sequence.size(); ++i) {
     for (const auto& file : {sequence.entry(i).image_path, sequence.entry(i).depth_path}) {
       inputs.add(file);
-      inputs.add(file.parent_path());
+      if (!file.empty()) folders.insert(file.parent_path());
     }
+  }
+  for (const std::filesystem::path& folder : folders) {
+    // Masks and results may lie in the sequence's own folder.
+    const bool is_own = std::filesystem::equivalent(folder, sequence.folder());
+    if (!is_own) inputs.add_folder(folder);
   }
 }
 

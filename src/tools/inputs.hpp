@@ -4,39 +4,59 @@
 #ifndef DYNFILTER_SRC_TOOLS_INPUTS_HPP
 #define DYNFILTER_SRC_TOOLS_INPUTS_HPP
 
-#include <sys/types.h>
-
 #include <filesystem>
 #include <set>
 #include <string>
-#include <utility>
-#include <vector>
+
+#include "io/file_error.hpp"
+#include "io/staged_folder.hpp"
 
 namespace dynfilter::tools {
 
-/// The files and folders that a sub-command reads. They are identified on the disk, so that no
-/// symbolic link or other name hides one.
+/// The files and folders that a sub-command reads, by their canonical paths.
 class Inputs {
  public:
-  /// Adds a file; ignores one that does not exist.
-  void add(const std::filesystem::path& path);
+  /// Adds a file, or a folder beside whose read files results may lie; ignores a missing one.
+  void add(const std::filesystem::path& path) {
+    if (!path.empty() && std::filesystem::exists(path))
+      files_.insert(detail::canonical_folder(path));
+  }
 
-  /// Adds a folder and the files in it.
-  void add_folder(const std::filesystem::path& folder);
+  /// Adds a folder in which no results may lie.
+  void add_folder(const std::filesystem::path& folder) {
+    if (std::filesystem::is_directory(folder)) folders_.insert(detail::canonical_folder(folder));
+  }
 
-  bool contains(const std::filesystem::path& path) const;
+  bool contains(const std::filesystem::path& file) const {
+    return files_.count(detail::canonical_folder(file)) > 0;
+  }
+
+  /// Refuses an output folder before any work is done: one that is read from, that lies in a folder
+  /// that is, that holds something that is read, or that holds files which no earlier writer of
+  /// this name wrote. Throws std::runtime_error that names the obstacle.
+  void require_harmless(const std::filesystem::path& out, const std::string& writer,
+                        bool overwrite) const {
+    const std::filesystem::path folder = detail::canonical_folder(out);
+    const auto refuse_if = [&](bool is_within, const std::filesystem::path& read) {
+      if (!is_within) return;
+      detail::throw_file_error(out, read.string() +
+                                        " is read; name another --out folder, which "
+                                        "neither holds it nor lies in it");
+    };
+    for (const auto& read : files_) refuse_if(is_within(read, folder), read);
+    for (const auto& read : folders_) {
+      refuse_if(is_within(read, folder) || is_within(folder, read), read);
+    }
+    detail::WrittenFiles(folder, writer).require_room(overwrite);
+  }
 
  private:
-  std::set<std::pair<dev_t, ino_t>> ids_;
-};
+  static bool is_within(const std::filesystem::path& inner, const std::filesystem::path& outer) {
+    return *inner.lexically_relative(outer).begin() != "..";
+  }
 
-/// Refuses an output folder before any work is done, if the writer would write into a folder that
-/// is read, replace a file that is read, or replace anything that no earlier writer of its name
-/// wrote. `names` are the names that the writer uses in the folder; one that ends in a slash is a
-/// folder. Throws std::runtime_error that names the obstacle.
-void require_harmless(const Inputs& inputs, const std::filesystem::path& out,
-                      const std::string& writer, const std::vector<std::filesystem::path>& names,
-                      bool overwrite);
+  std::set<std::filesystem::path> files_, folders_;
+};
 
 }  // namespace dynfilter::tools
 

@@ -63,24 +63,26 @@ class InterruptionGuard {
   InterruptionGuard() {
     interrupting_signal() = 0;
     for (std::size_t i = 0; i < signals.size(); ++i) {
-      struct sigaction action = {};
-      action.sa_handler = [](int signal) { interrupting_signal() = signal; };
-      action.sa_flags = static_cast<int>(SA_RESETHAND | SA_RESTART);
-      sigaction(signals[i], nullptr, &before_[i]);
-      if (before_[i].sa_handler != SIG_IGN) sigaction(signals[i], &action, nullptr);
+      before_[i] = std::signal(signals[i], note);
+      if (before_[i] == SIG_IGN) std::signal(signals[i], SIG_IGN);
     }
   }
   ~InterruptionGuard() {
-    for (std::size_t i = 0; i < signals.size(); ++i) sigaction(signals[i], &before_[i], nullptr);
+    for (std::size_t i = 0; i < signals.size(); ++i) std::signal(signals[i], before_[i]);
   }
   InterruptionGuard(const InterruptionGuard&) = delete;
   InterruptionGuard& operator=(const InterruptionGuard&) = delete;
 
  private:
+  static void note(int signal) {
+    interrupting_signal() = signal;
+    std::signal(signal, SIG_DFL);
+  }
+
   static constexpr std::array<int, 2> signals = {SIGINT, SIGTERM};
   static_assert(std::atomic<int>::is_always_lock_free, "a signal's handler may write it");
 
-  std::array<struct sigaction, 2> before_{};
+  std::array<void (*)(int), 2> before_{};
 };
 
 }  // namespace dynfilter::tools

@@ -10,7 +10,6 @@
 #include "dynfilter/depth_compensator.hpp"
 #include "dynfilter/host_masks.hpp"
 #include "io/file_error.hpp"
-#include "io/hidden_names.hpp"
 
 namespace dynfilter::tools {
 namespace {
@@ -72,7 +71,6 @@ void MaskImages::make_names(const RgbdSequence& sequence) {
     fs::path name = image_path(sequence, i).lexically_relative(image_folder_);
     if (options_.format != "colmap") name.replace_extension();
     name += ".png";
-    detail::require_shown_name(sequence.entry(i).image_path, name);
     if (!used.insert(name).second) {
       detail::throw_file_error(
           sequence.entry(i).image_path,

@@ -24,7 +24,6 @@
 #include "number_options.hpp"
 #include "progress_bar.hpp"
 #include "segmenter_spec.hpp"
-#include "segmenters/mask_table.hpp"
 #include "shared_options.hpp"
 
 namespace dynfilter::tools {
@@ -70,8 +69,7 @@ Segmentation masks_of(Segmenter& source, const FrameView& frame, std::size_t i, 
 /// Writes label maps with an instances.csv.
 void write_label_maps(const MasksOptions& options, const RgbdSequence& sequence,
                       const Inputs& inputs) {
-  require_harmless(inputs, options.out, "masks", detail::mask_names(options.out),
-                   options.overwrite);
+  inputs.require_harmless(options.out, "masks", options.overwrite);
   const std::unique_ptr<Segmenter> segmenter = options.segmenter.make();
   MaskFolderWriterOptions writer_options;
   writer_options.overwrite = options.overwrite;
@@ -109,36 +107,23 @@ std::unique_ptr<Segmenter> make_source(const MasksOptions& options, const RgbdSe
   return masks;
 }
 
-/// Refuses masks below the folder of the images, where their reader would take them for images.
-void require_elsewhere(const std::filesystem::path& out, const std::filesystem::path& images) {
-  namespace fs = std::filesystem;
-  const fs::path below =
-      fs::weakly_canonical(fs::absolute(out)).lexically_relative(fs::weakly_canonical(images));
-  if (*below.begin() == "..") return;
-  detail::throw_file_error(out, "lies in the folder of the images, " + images.string() +
-                                    ", where masks would be taken for images; name another");
-}
-
 /// Writes a mask image beside each image, for other systems.
-void write_mask_images(const MasksOptions& options, const RgbdSequence& sequence,
-                       const Inputs& inputs) {
+void write_mask_images(const MasksOptions& options, const RgbdSequence& sequence, Inputs inputs) {
   MaskImageOptions image_options = options.images;
   image_options.format = options.format;
   const MaskImages images(sequence, image_options);
-  // The folder holds masks of one format: those of another are in the way, too.
-  std::vector<std::filesystem::path> names = detail::mask_names(options.out);
-  names.insert(names.end(), images.names().begin(), images.names().end());
-  require_harmless(inputs, options.out, "masks", names, options.overwrite);
-  require_elsewhere(options.out, images.image_folder());
+  inputs.add_folder(images.image_folder());  // where masks would be taken for images
+  inputs.require_harmless(options.out, "masks", options.overwrite);
   const std::unique_ptr<Segmenter> source = make_source(options, sequence);
-  detail::StagedFolder staged(options.out, "masks", names, options.overwrite);
+  detail::StagedFolder staged(options.out, "masks", options.overwrite);
   {
     ProgressBar progress("masking", sequence.size());
     for (std::size_t i = 0; i < sequence.size(); ++i) {
       const FrameView frame = sequence.read(i);
       const std::filesystem::path file = staged.path() / images.names()[i];
       std::filesystem::create_directories(file.parent_path());
-      detail::write_png(file, images.mask_of(frame, masks_of(*source, frame, i, sequence.size())));
+      detail::write_image(file,
+                          images.mask_of(frame, masks_of(*source, frame, i, sequence.size())));
       progress.advance();
     }
   }
@@ -179,9 +164,7 @@ void add_masks_command(CLI::App& program) {
       "images\n"
       "for COLMAP and other systems, of a segmenter's masks or of the sequence's own.");
   command->add_option("SEQUENCE", options->sequence, "folder of the sequence")->required();
-  command->add_option("--out", options->out, "folder for the masks")
-      ->check(some_path())
-      ->required();
+  command->add_option("--out", options->out, "folder for the masks")->required();
   std::vector<std::string> formats = {labels_format};
   formats.insert(formats.end(), mask_image_formats().begin(), mask_image_formats().end());
   command->add_option("--format", options->format, "what to write, see below")

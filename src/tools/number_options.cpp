@@ -4,8 +4,9 @@
 #include "number_options.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <functional>
-#include <limits>
+#include <system_error>
 
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
@@ -27,15 +28,10 @@ CLI::Validator checked(const std::string& kind, const std::string& range,
 }  // namespace
 
 std::optional<std::uint64_t> parse_whole_number(const std::string& text) {
-  constexpr std::uint64_t max_number = std::numeric_limits<std::uint64_t>::max();
-  if (text.empty()) return {};
   std::uint64_t number = 0;
-  for (const char c : text) {
-    if (c < '0' || c > '9') return {};
-    const auto digit = static_cast<std::uint64_t>(c - '0');
-    if (number > (max_number - digit) / 10) return {};
-    number = 10 * number + digit;
-  }
+  const char* const end = text.data() + text.size();
+  const auto [read, error] = std::from_chars(text.data(), end, number);
+  if (text.empty() || read != end || error != std::errc()) return {};
   return number;
 }
 
@@ -55,14 +51,6 @@ CLI::Validator real_number(double min_value, double max_value) {
                    const auto number = detail::parse_number(text);
                    return number && *number >= min_value && *number <= max_value;
                  });
-}
-
-CLI::Validator some_path() {
-  return CLI::Validator(
-      [](std::string& text) -> std::string {
-        return text.empty() ? "got an empty path; want a path" : "";
-      },
-      "");
 }
 
 void refuse_empty_values(CLI::App& program) {

@@ -27,9 +27,6 @@ CLI::Validator whole_number(std::uint64_t min_value, std::uint64_t max_value);
 /// Makes a validator for Option::check: checks that an option is a finite number.
 CLI::Validator real_number(double min_value, double max_value);
 
-/// Makes a validator for Option::check: checks that a path is not empty.
-CLI::Validator some_path();
-
 /// Refuses an empty value of any option of a sub-command, as of a shell variable that is not set.
 void refuse_empty_values(CLI::App& program);
 

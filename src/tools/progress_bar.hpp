@@ -41,10 +41,8 @@ class ProgressBar {
     last_drawn_ = now;
     const double elapsed_s = std::chrono::duration<double>(now - start_).count();
     const double share = static_cast<double>(done_) / static_cast<double>(total_);
-    const auto filled = static_cast<std::size_t>(share * 30);
-    const std::string bar = std::string(filled, '#') + std::string(30 - filled, '.');
-    std::fprintf(stderr, "\r%s [%s] %zu/%zu, %.0f s left  ", what_.c_str(), bar.c_str(), done_,
-                 total_, elapsed_s / share - elapsed_s);
+    std::fprintf(stderr, "\r%s %zu/%zu, %.0f s left  ", what_.c_str(), done_, total_,
+                 elapsed_s / share - elapsed_s);
     std::fflush(stderr);
   }
 

@@ -9,7 +9,6 @@
 #include <opencv2/imgproc.hpp>
 
 #include "dynfilter/evaluation/feature_scores.hpp"
-#include "io/output_folder.hpp"
 #include "run_report.hpp"
 
 namespace dynfilter::tools {
@@ -91,16 +90,6 @@ std::vector<std::pair<std::string, std::string>> resolved_options(const RuleInfo
           {"truth", name_of(settings.truth)}};
 }
 
-std::vector<std::filesystem::path> run_names(const std::filesystem::path& folder) {
-  std::vector<std::filesystem::path> names = {
-      "summary.json",      "frames.csv",      "trajectory.txt", "groundtruth.txt",
-      "contact_sheet.png", "worst_frame.jpg", "overlays/"};
-  for (const std::filesystem::path& file : detail::timed_png_files(folder / "overlays")) {
-    names.push_back("overlays" / file.filename());
-  }
-  return names;
-}
-
 ExtractedFeatures extract_features(const odometry::OrbExtractor& extractor, const cv::Mat& image) {
   ExtractedFeatures features;
   cv::Mat grey;
@@ -114,7 +103,7 @@ ExtractedFeatures extract_features(const odometry::OrbExtractor& extractor, cons
 RuleRun::RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource& source,
                  const RunSettings& settings, const std::filesystem::path& folder)
     : rule_(checked(rule, scene, source, settings)),
-      staged_(folder, run_writer, run_names(folder), true),
+      staged_(folder, run_writer, true),
       truth_(settings.truth),
       rim_px_(truth_ == Truth::by_motion ? FrameSource::exact_rim_px : source.rim_px()),
       filter_({mask_stage_of(rule, culler_options(rule, settings)), masks_time_},
@@ -222,7 +211,7 @@ RunRecord RuleRun::finish(const FrameSource& source) {
   worst_.write(folder);
   write_frames_csv(record_, folder / "frames.csv");
   write_summary_json(record_, folder / "summary.json");
-  staged_.commit({"summary.json"});
+  staged_.commit();
   return std::move(record_);
 }
 

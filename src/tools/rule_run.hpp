@@ -45,9 +45,8 @@ struct RunSettings {
 std::vector<std::pair<std::string, std::string>> resolved_options(const RuleInfo& rule,
                                                                   const RunSettings& settings);
 
-/// The writer's name of a run for StagedFolder, and the names that it uses in a folder.
+/// The writer's name of a run for StagedFolder.
 constexpr const char* run_writer = "run";
-std::vector<std::filesystem::path> run_names(const std::filesystem::path& folder);
 
 /// A frame's ORB features before any are removed. Compared rules share them.
 struct ExtractedFeatures {

@@ -43,7 +43,7 @@ void run(const RunOptions& options) {
   Inputs inputs;
   source->add_inputs(inputs);
   inputs.add(options.masks.segmenter.model);
-  require_harmless(inputs, options.out, run_writer, run_names(options.out), true);
+  inputs.require_harmless(options.out, run_writer, true);
   MaskFeed masks(options.masks, *source);
   RunSettings settings = options.settings;
   settings.masks = masks.name();
@@ -105,7 +105,6 @@ void add_run_command(CLI::App& program) {
   command
       ->add_option("--out", options->out,
                    "folder for the results; replaces those of an earlier run and nothing else")
-      ->check(some_path())
       ->capture_default_str();
   command->add_option("--masks", options->scene.masks, "folder of the masks [SEQUENCE/masks]")
       ->excludes(level);

@@ -72,7 +72,7 @@ void RunPictures::add(const std::string& stem, const cv::Mat& image,
   }
   cv::Mat row;
   cv::hconcat(panels, row);
-  detail::write_png(folder_ / "overlays" / (stem + ".png"), row);
+  detail::write_image(folder_ / "overlays" / (stem + ".png"), row);
   if (!is_first_of_share(drawn_++, pictures_, max_rows)) return;
   cv::Mat small;
   cv::resize(row, small, {}, 0.5, 0.5, cv::INTER_AREA);
@@ -83,7 +83,7 @@ void RunPictures::write_contact_sheet() const {
   if (rows_.empty()) return;
   cv::Mat sheet;
   cv::vconcat(rows_, sheet);
-  detail::write_png(folder_ / "contact_sheet.png", sheet);
+  detail::write_image(folder_ / "contact_sheet.png", sheet);
 }
 
 void WorstFrame::offer(std::size_t dynamic_left, const std::string& stem, const cv::Mat& image,
@@ -96,7 +96,7 @@ void WorstFrame::offer(std::size_t dynamic_left, const std::string& stem, const 
 }
 
 void WorstFrame::write(const std::filesystem::path& folder) const {
-  if (!picture_.empty()) detail::write_jpeg(folder / "worst_frame.jpg", picture_);
+  if (!picture_.empty()) detail::write_image(folder / "worst_frame.jpg", picture_);
 }
 
 }  // namespace dynfilter::tools

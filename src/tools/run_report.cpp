@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <map>
 #include <set>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -17,7 +18,6 @@
 #include "health_text.hpp"
 #include "io/file_writing.hpp"
 #include "io/frame_table.hpp"
-#include "output_file.hpp"
 
 namespace dynfilter::tools {
 namespace {
@@ -205,7 +205,7 @@ void print_report(const RunRecord& run) {
 }
 
 void write_frames_csv(const RunRecord& run, const std::filesystem::path& file) {
-  OutputFile csv(file);
+  std::ostringstream csv;
   csv << detail::frame_columns()
       << ",dynamic_left_mask_only,dynamic_left,static_removed_mask_only,static_removed,"
          "static_removed_with_depth_mask_only,static_removed_with_depth,"
@@ -217,7 +217,7 @@ void write_frames_csv(const RunRecord& run, const std::filesystem::path& file) {
         << cells_of(frame, &FeatureScores::static_removed_with_depth) << ','
         << cells_of(frame, &FeatureScores::rim_removed) << '\n';
   }
-  csv.close();
+  detail::write_file(file, csv.str());
 }
 
 void write_summary_json(const RunRecord& run, const std::filesystem::path& file) {

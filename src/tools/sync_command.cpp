@@ -37,8 +37,8 @@ struct SyncOptions {
   std::filesystem::path json;   // empty: none
 };
 
-/// Identify files that may be replaced.
-constexpr const char* associations_beginning = "# written by dynfilter sync, checksum ";
+/// Identifies files that may be replaced.
+constexpr const char* associations_beginning = "# written by dynfilter sync";
 
 DepthOffsetEstimate estimate_offset(const RgbdSequence& sequence,
                                     const DepthOffsetEstimatorOptions& options) {
@@ -72,13 +72,14 @@ void print_curve(const DepthOffsetEstimate& estimate) {
 std::string listed(const std::filesystem::path& file, const std::filesystem::path& folder) {
   const auto path = std::filesystem::absolute(file).lexically_normal();
   const auto relative = path.lexically_relative(folder.lexically_normal());
-  return detail::stays_below(relative) ? relative.generic_string() : path.generic_string();
+  const bool is_below = !relative.empty() && *relative.begin() != "..";
+  return is_below ? relative.generic_string() : path.generic_string();
 }
 
-/// Returns associations, but for their beginning.
 std::string associations_text(const RgbdSequence& sequence) {
   const std::filesystem::path folder = std::filesystem::absolute(sequence.folder());
-  std::string text = ", depth offset " + detail::time_text(sequence.depth_offset_s()) + " s\n";
+  std::string text = std::string(associations_beginning) + ", depth offset " +
+                     detail::time_text(sequence.depth_offset_s()) + " s\n";
   for (std::size_t i = 0; i < sequence.size(); ++i) {
     const RgbdSequenceEntry& entry = sequence.entry(i);
     text += detail::time_text(entry.timestamp_s) + ' ' + listed(entry.image_path, folder) + ' ' +
@@ -133,7 +134,8 @@ void sync(const SyncOptions& options) {
     RgbdSequenceOptions better = given;
     better.depth_offset_s = offset_s;
     const RgbdSequence paired(options.sequence, better);
-    write_replaceable(options.write, associations_beginning, associations_text(paired));
+    require_replaceable(options.write, associations_beginning);
+    detail::write_file(options.write, associations_text(paired));
     std::printf("%zu pairs with a depth offset of %g s written to %s\n", paired.size(), offset_s,
                 options.write.c_str());
   }
@@ -143,7 +145,7 @@ void sync(const SyncOptions& options) {
     json["present_offset_s"] = sequence.depth_offset_s();
     json["recommended_offset_s"] = offset_s;
     json["depth_offset"] = depth_offset_json(estimate);
-    write_replaceable_json(options.json, "sync", json);
+    write_json(options.json, "sync", json);
   }
 }
 
@@ -164,13 +166,10 @@ void add_sync_command(CLI::App& program) {
                    "depth images to try before and after each colour image's own")
       ->transform(whole_number(1, 5))
       ->capture_default_str();
-  command
-      ->add_option("--write", options->write,
-                   "write the recommended pairs to this file, in the form of associations.txt; "
-                   "replaces\nonly a file that this command wrote")
-      ->check(some_path());
-  command->add_option("--json", options->json, "also write the figures to this file")
-      ->check(some_path());
+  command->add_option("--write", options->write,
+                      "write the recommended pairs to this file, in the form of associations.txt; "
+                      "replaces\nonly a file that this command wrote");
+  command->add_option("--json", options->json, "also write the figures to this file");
   command->footer(
       "examples:\n"
       "  dynfilter sync rgbd_dataset_freiburg3_walking_xyz\n"

@@ -17,7 +17,6 @@
 #include "dynfilter/detail/number_text.hpp"
 #include "dynfilter/evaluation/rgbd_sequence_writer.hpp"
 #include "dynfilter/segmenters/mask_folder_writer.hpp"
-#include "evaluation/sequence_names.hpp"
 #include "io/file_writing.hpp"
 #include "io/image_file.hpp"
 #include "io/staged_folder.hpp"
@@ -25,7 +24,6 @@
 #include "lab/scenes/synthetic_scene.hpp"
 #include "number_options.hpp"
 #include "progress_bar.hpp"
-#include "segmenters/mask_table.hpp"
 
 namespace dynfilter::tools {
 namespace {
@@ -37,16 +35,6 @@ struct SynthOptions {
   bool overwrite = false;
   SyntheticSceneOptions scene;
 };
-
-/// Names what a scene uses in its folder.
-std::vector<std::filesystem::path> scene_names(const std::filesystem::path& folder) {
-  std::vector<std::filesystem::path> names = detail::sequence_names(folder);
-  names.emplace_back(truth_name);
-  for (const char* masks : {"masks", "masks_true", "masks_moving"}) {
-    for (const auto& name : detail::mask_names(folder, masks)) names.push_back(name);
-  }
-  return names;
-}
 
 /// Writes what is known of a scene besides poses and masks.
 void write_truth(const std::filesystem::path& folder, const SyntheticSceneOptions& scene) {
@@ -62,8 +50,7 @@ void write_truth(const std::filesystem::path& folder, const SyntheticSceneOption
 
 void synthesise(const SynthOptions& options) {
   const SyntheticScene scene(options.scene);
-  detail::StagedFolder staged(options.folder, "synth", scene_names(options.folder),
-                              options.overwrite);
+  detail::StagedFolder staged(options.folder, "synth", options.overwrite);
   RgbdSequenceWriter sequence(staged.path(), scene.camera());
   MaskFolderWriter masks(staged.path() / "masks");
   MaskFolderWriter true_masks(staged.path() / "masks_true");
@@ -77,8 +64,8 @@ void synthesise(const SynthOptions& options) {
       masks.add(rendered.poor_segmentation, detail::time_text(rendered.frame.timestamp_s),
                 rendered.frame.timestamp_s);
       true_masks.add(rendered.true_segmentation);
-      detail::write_png(moving / (detail::time_text(rendered.frame.timestamp_s) + ".png"),
-                        rendered.moving_mask);
+      detail::write_image(moving / (detail::time_text(rendered.frame.timestamp_s) + ".png"),
+                          rendered.moving_mask);
       progress.advance();
     }
   }
@@ -86,7 +73,7 @@ void synthesise(const SynthOptions& options) {
   masks.finish();
   true_masks.finish();
   write_truth(staged.path(), options.scene);
-  staged.commit(detail::sequence_keys());
+  staged.commit();
   std::printf("%d frames of %dx%d in %s\n", scene.size(), options.scene.image_size.width,
               options.scene.image_size.height, options.folder.c_str());
 }
@@ -131,9 +118,7 @@ void add_synth_command(CLI::App& program) {
       "Write rgb/, depth/, their lists, groundtruth.txt, camera.yaml, the poor masks of a\n"
       "simulated network (masks/), the exact masks (masks_true/), the pixels that move in each\n"
       "frame (masks_moving/), and the lateness of depth (truth.yaml).");
-  command->add_option("FOLDER", options->folder, "folder for the sequence")
-      ->check(some_path())
-      ->required();
+  command->add_option("FOLDER", options->folder, "folder for the sequence")->required();
   command->add_option("--level", given->level, "a level of the list below [a scene of 90 frames]")
       ->type_name("LEVEL");
   command->add_option("--seed", given->seed, "another seed is another scene")

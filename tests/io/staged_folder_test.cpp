@@ -1,22 +1,12 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// A folder holds the results of one writer and never a mixture, whatever errors occur and whenever
-// a writer is killed.
+// A folder of results shows nothing until its writer is done, and loses no file of anybody else.
 
 #include "io/staged_folder.hpp"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
-#include <cerrno>
-#include <csignal>
-#include <cstdio>
 #include <filesystem>
 #include <iterator>
-#include <map>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -24,36 +14,8 @@
 #include <gtest/gtest.h>
 
 #include "support/expect_error.hpp"
+#include "support/file_tree.hpp"
 #include "support/temporary_folder.hpp"
-
-namespace {
-
-/// Number of renames that a process may still do before it is killed; negative: any number.
-int changes_left = -1;
-
-/// Number of renames that succeed before one fails, once; negative: any number.
-int changes_before_failure = -1;
-
-void count_change() {
-  if (changes_left == 0) kill(getpid(), SIGKILL);
-  if (changes_left > 0) --changes_left;
-}
-
-}  // namespace
-
-// Replaces the C library's function, also for the C++ library.
-extern "C" int rename(const char* from, const char* to) noexcept {
-  count_change();
-  if (changes_before_failure-- == 0) {
-    errno = ENOSPC;
-    return -1;
-  }
-  return renameat(AT_FDCWD, from, AT_FDCWD, to);
-}
-extern "C" int unlink(const char* path) noexcept {
-  count_change();
-  return unlinkat(AT_FDCWD, path, 0);
-}
 
 namespace dynfilter::detail {
 namespace {
@@ -61,300 +23,128 @@ namespace {
 namespace fs = std::filesystem;
 using testing::expect_error;
 using testing::file_text;
+using testing::FileTree;
 using testing::TemporaryFolder;
+using testing::visible_tree;
 
-using Files = std::map<fs::path, std::string>;
-
-/// All visible files of a folder.
-Files visible(const fs::path& folder) {
-  Files files;
-  for (const fs::path& file : visible_files_below(folder)) {
-    if (file.string().find(hidden_prefix) == std::string::npos) {
-      files[file] = file_text(folder / file);
-    }
-  }
-  return files;
+/// Results of which one file, in a subfolder, has the name of the content.
+FileTree results(const std::string& content) {
+  return {{"key", content}, {"parts/0", content}, {"only/" + content, content}};
 }
 
-/// Results with a key file, many files in a subfolder, and some that only these results have.
-Files results(const std::string& content, int count) {
-  Files files = {{"key", content}, {"only " + content, content}};
-  for (int i = 0; i < count; ++i) files["parts/" + std::to_string(i)] = content;
-  return files;
-}
-
-void write(StagedFolder& staged, const Files& files) {
+void write(const StagedFolder& staged, const FileTree& files) {
   for (const auto& [name, text] : files) {
     fs::create_directories((staged.path() / name).parent_path());
     write_file(staged.path() / name, text);
   }
 }
 
-void put(const fs::path& folder, const Files& files) {
-  StagedFolder staged(folder, "test", {}, true);
+void put(const fs::path& folder, const FileTree& files, bool overwrite = true) {
+  StagedFolder staged(folder, "test", overwrite);
   write(staged, files);
-  staged.commit({"key"});
+  staged.commit();
 }
 
-std::size_t entries_of(const fs::path& folder) {
-  return static_cast<std::size_t>(
-      std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
+void expect_refused(const fs::path& folder, const std::string& part, bool overwrite = true) {
+  const FileTree before = testing::file_tree(folder);
+  expect_error<std::runtime_error>([&] { put(folder, results("new"), overwrite); }, part);
+  EXPECT_EQ(testing::file_tree(folder), before);
 }
 
 TEST(StagedFolder, ShowsNothingUntilFinishedAndCleansUp) {
   const TemporaryFolder folder;
   {
-    StagedFolder staged(folder / "new/out", "test", {}, false);
-    write(staged, results("first", 3));
-    EXPECT_TRUE(visible(folder / "new/out").empty());
-    staged.commit({"key"});
+    StagedFolder staged(folder / "new/out/", "test", false);
+    write(staged, results("first"));
+    EXPECT_TRUE(visible_tree(folder / "new/out").empty());
+    staged.commit();
   }
-  EXPECT_EQ(visible(folder / "new/out"), results("first", 3));
-  EXPECT_EQ(entries_of(folder / "new/out"), 4U)
-      << "it should hold key, only first, parts, and the list of files";
-  { const StagedFolder unused(folder / "other/out", "test", {}, false); }
+  EXPECT_EQ(visible_tree(folder / "new/out"), results("first"));
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder / "new/out"), {}), 4)
+      << "it should hold key, parts, only, and the list of files";
+  { const StagedFolder unused(folder / "other/out", "test", false); }
   EXPECT_FALSE(fs::exists(folder / "other"));
 }
 
-TEST(StagedFolder, ReplacesResultsOfTheSameWriter) {
+TEST(StagedFolder, ReplacesItsOwnFilesOnRequestAndKeepsOthers) {
   const TemporaryFolder folder;
+  put(folder.path(), results("first"));
   folder.write("parts/mine", "mine");
-  put(folder.path(), results("first", 3));
-  put(folder.path(), results("second", 1));
-  Files want = results("second", 1);
-  want["parts/mine"] = "mine";
-  EXPECT_EQ(visible(folder.path()), want);
+  folder.write("only/mine", "mine");
+  expect_refused(folder.path(), "holds key already; name another folder, or overwrite it", false);
+  put(folder.path(), results("second"));
+  FileTree want = results("second");
+  want["parts/mine"] = want["only/mine"] = "mine";
+  EXPECT_EQ(visible_tree(folder.path()), want);
 }
 
-TEST(StagedFolder, RefusesToReplaceOtherFiles) {
+TEST(StagedFolder, RefusesFilesOfOthers) {
+  for (const char* file : {"key", "anything", "below/anything"}) {
+    const TemporaryFolder folder;
+    folder.write(file, "mine");
+    expect_refused(folder.path(), std::string("holds ") + file + ", which no earlier dynfilter");
+  }
   const TemporaryFolder folder;
+  folder.write(".dynfilter-test.txt", "# a list of another version\nkey\n");
   folder.write("key", "mine");
-  expect_error<std::runtime_error>([&] { StagedFolder(folder.path(), "test", {"key"}, true); },
-                                   "holds key, which no earlier dynfilter test wrote");
-  // An undeclared name is found at the end, and nothing changes.
-  expect_error<std::runtime_error>([&] { put(folder.path(), results("first", 2)); }, "holds key");
-  EXPECT_EQ(visible(folder.path()), (Files{{"key", "mine"}}));
-  EXPECT_EQ(entries_of(folder.path()), 1U);
+  expect_refused(folder.path(), "holds key, which no earlier dynfilter test wrote");
+}
 
-  fs::remove(folder / "key");
-  put(folder.path(), results("first", 2));
-  folder.write("parts/1", "changed since");
-  expect_error<std::runtime_error>([&] { put(folder.path(), results("second", 2)); }, "parts/1");
-  EXPECT_EQ(file_text(folder / "parts/1"), "changed since");
+TEST(StagedFolder, RefusesAFileThatAppearsMeanwhileAndMayBeFinishedLater) {
+  const TemporaryFolder folder;
+  StagedFolder staged(folder.path(), "test", false);
+  write(staged, results("first"));
+  folder.write("parts/0", "mine");
+  for (int k = 0; k < 2; ++k) {
+    expect_error<std::runtime_error>([&] { staged.commit(); }, "holds parts/0");
+    EXPECT_EQ(visible_tree(folder.path()), (FileTree{{"parts/0", "mine"}}));
+  }
+  fs::remove(folder / "parts/0");
+  staged.commit();
+  EXPECT_EQ(visible_tree(folder.path()), results("first"));
+}
+
+TEST(StagedFolder, NeverReachesOutsideTheFolder) {
+  for (const std::string listed : {"../outside", "link/outside", "/outside"}) {
+    SCOPED_TRACE(listed);
+    const TemporaryFolder folder;
+    folder.write("outside", "mine");
+    put(folder / "out", results("first"));
+    fs::create_directory_symlink(folder.path(), folder / "out/link");
+    const std::string name = listed[0] == '/' ? (folder / "outside").string() : listed;
+    append_to_file(folder / "out" / list_name("test"), name + '\n');
+    put(folder / "out", results("second"));
+    EXPECT_EQ(file_text(folder / "outside"), "mine");
+  }
+  const TemporaryFolder folder;
+  put(folder / "out", results("first"));
+  fs::rename(folder / "out/parts", folder / "parts");
+  fs::create_directory_symlink(folder / "parts", folder / "out/parts");
+  expect_refused(folder / "out", "is no folder of");
   EXPECT_EQ(file_text(folder / "parts/0"), "first");
 }
 
-TEST(StagedFolder, RefusesToReplaceAFileThatWasEditedToTheSameSize) {
+TEST(StagedFolder, SaysThatAStoppedWriterLeftAPart) {
   const TemporaryFolder folder;
-  put(folder.path(), results("first", 2));
-  folder.write("parts/1", "fIrst");
-  expect_error<std::runtime_error>([&] { put(folder.path(), results("second", 2)); }, "parts/1");
-  EXPECT_EQ(file_text(folder / "parts/1"), "fIrst");
+  put(folder.path(), results("first"));
+  EXPECT_NO_THROW(require_whole(folder.path()));
+  folder.write(incomplete_name, "");
+  folder.write(".dynfilter-test-1-0/parts/7", "of a killed process");
+  expect_error<std::runtime_error>([&] { require_whole(folder.path()); }, "incomplete result");
+  put(folder.path(), results("second"));
+  EXPECT_NO_THROW(require_whole(folder.path()));
+  EXPECT_EQ(visible_tree(folder.path()), results("second"));
 }
 
-TEST(StagedFolder, ListWithoutHashesProvesNothing) {
+TEST(StagedFolder, OfAnotherWriterMayLieInIt) {
   const TemporaryFolder folder;
-  folder.write("key", "mine");
-  folder.write(".dynfilter-test.txt", manifest_title("test") + "\n4/key\n");
-  expect_error<std::runtime_error>([&] { put(folder.path(), results("first", 1)); }, "holds key");
-  EXPECT_EQ(file_text(folder / "key"), "mine");
-}
-
-TEST(StagedFolder, FileListCannotReachOutsideTheFolder) {
-  for (const char* file : {"../outside", "/outside/../../outside", "link/outside"}) {
-    SCOPED_TRACE(file);
-    const TemporaryFolder folder;
-    folder.write("outside", "mine");
-    fs::create_directories(folder / "out");
-    fs::create_directory_symlink(folder.path(), folder / "out/link");
-    folder.write("out/.dynfilter-test.txt",
-                 manifest_title("test") + '\n' + fingerprint_of("mine").text() + '/' + file + "\n");
-    expect_error<std::runtime_error>([&] { put(folder / "out", results("first", 1)); }, "out");
-    EXPECT_EQ(file_text(folder / "outside"), "mine");
-  }
-}
-
-TEST(StagedFolder, RemovesOnlyWhatADeadWriterLeft) {
-  const TemporaryFolder folder;
-  folder.write(".dynfilter-test-1/owner", "dynfilter test is writing here\n");
-  folder.write(".dynfilter-test-1/new/parts/7", "half");
-  folder.write(".dynfilter-test-2/mine", "mine");
-  folder.write(".dynfilter-other-3/owner", "dynfilter other is writing here\n");
-  folder.write(".dynfilter-test-4/owner", "");  // killed before it wrote its name
-  folder.write(".dynfilter-test-5/owner", "");
-  folder.write(".dynfilter-test-5/mine", "mine");
-  folder.write(".dynfilter-test-6/owner", "dynfilter test is wri");  // the disk was full
-  folder.write(".dynfilter-test-7/owner", "dynfilter test is wri");
-  folder.write(".dynfilter-test-7/mine", "mine");
-  folder.write(".dynfilter-test-8/owner", "dynfilter te\nis mine");
-  put(folder.path(), results("first", 1));
-  EXPECT_FALSE(fs::exists(folder / ".dynfilter-test-1"));
-  EXPECT_TRUE(fs::exists(folder / ".dynfilter-test-2/mine"));
-  EXPECT_TRUE(fs::exists(folder / ".dynfilter-other-3/owner"));
-  EXPECT_FALSE(fs::exists(folder / ".dynfilter-test-4"));
-  EXPECT_TRUE(fs::exists(folder / ".dynfilter-test-5/mine"));
-  EXPECT_FALSE(fs::exists(folder / ".dynfilter-test-6"));
-  EXPECT_TRUE(fs::exists(folder / ".dynfilter-test-7/mine"));
-  EXPECT_TRUE(fs::exists(folder / ".dynfilter-test-8/owner"));
-}
-
-TEST(StagedFolder, RemovesHiddenFoldersOfItsOwnOnly) {
-  const TemporaryFolder folder;
-  const std::string prefix = hidden_prefix + std::string("test-");
-  fs::create_directory(folder / (prefix + "1"));  // killed before it wrote anything
-  folder.write(prefix + "2/owner", "somebody else is writing here\n");
-  folder.write(prefix + "3", "a file");
-  put(folder.path(), results("first", 1));
-  EXPECT_FALSE(fs::exists(folder / (prefix + "1")));
-  EXPECT_TRUE(fs::exists(folder / (prefix + "2/owner")));
-  EXPECT_TRUE(fs::exists(folder / (prefix + "3")));
-}
-
-TEST(StagedFolder, RecoversFromAMarkWhoseFilesAreGone) {
-  const TemporaryFolder folder;
-  const std::string area = hidden_prefix + std::string("test-1");
-  folder.write(area + "/owner", "dynfilter test is writing here\n");
-  folder.write(area + "/old/key", "old");
-  fs::create_directories(folder / (area + "/new"));
-  folder.write(commit_mark_name, "test\n" + area + "\ngone\nkey\n");
-  StagedFolder::check(folder.path(), "test", {}, true);
-  EXPECT_EQ(file_text(folder / "key"), "old");
-  EXPECT_FALSE(fs::exists(folder / "gone"));
-  EXPECT_FALSE(fs::exists(folder / commit_mark_name));
-}
-
-TEST(StagedFolder, NeverWaitsForAPipe) {
-  const TemporaryFolder folder;
-  const auto make_pipe = [&](const char* name) {
-    fs::create_directories((folder / name).parent_path());
-    ASSERT_EQ(mkfifo((folder / name).c_str(), 0600), 0);
-  };
-  make_pipe(".dynfilter-test-1/owner");
-  make_pipe(".dynfilter-test.txt");
-  expect_error<std::runtime_error>([&] { put(folder.path(), results("first", 1)); },
-                                   ".dynfilter-test.txt: is no list");
-  fs::remove(folder / ".dynfilter-test.txt");
-  put(folder.path(), results("first", 1));
-  EXPECT_TRUE(fs::exists(folder / ".dynfilter-test-1/owner"));
-  make_pipe(".dynfilter-commit");
-  expect_error<std::runtime_error>([&] { put(folder.path(), results("second", 1)); },
-                                   ".dynfilter-commit: is not a regular file");
-}
-
-TEST(StagedFolder, LeavesARunningWriterAlone) {
-  const TemporaryFolder folder;
-  StagedFolder first(folder.path(), "test", {}, true);
-  write(first, results("first", 2));
-  expect_error<std::runtime_error>([&] { put(folder.path(), results("second", 2)); },
-                                   "another dynfilter test is writing there");
-  put(folder / "next to it", results("third", 1));
-  first.commit({"key"});
-  EXPECT_EQ(file_text(folder / "parts/1"), "first");
-}
-
-bool counts_as_whole(const fs::path& folder) {
-  try {
-    require_whole(folder);
-    return true;
-  } catch (const std::runtime_error&) {
-    return false;
-  }
-}
-
-/// Runs `action` in a separate process that is killed at its n-th rename. Returns false if it
-/// finished before.
-template <class Action>
-bool is_killed_at(int change, const Action& action) {
-  const pid_t child = fork();
-  if (child == 0) {
-    changes_left = change;
-    action();
-    _exit(0);
-  }
-  int status = 0;
-  EXPECT_EQ(waitpid(child, &status, 0), child);
-  return WIFSIGNALED(status);
-}
-
-TEST(StagedFolder, KilledAtAnyRenameItHoldsOldOrNewFilesOrSaysIncomplete) {
-  const Files old_files = results("old", 3), new_files = results("new", 4);
-  int halves = 0;
-  bool killed = true;
-  for (int change = 0; killed; ++change) {
-    SCOPED_TRACE(change);
-    const TemporaryFolder folder;
-    put(folder.path(), old_files);
-    killed = is_killed_at(change, [&] { put(folder.path(), new_files); });
-    const Files found = visible(folder.path());
-    if (counts_as_whole(folder.path())) {
-      EXPECT_EQ(found, killed && found != new_files ? old_files : new_files);
-    } else {
-      ++halves;
-    }
-    put(folder.path(), results("next", 2));
-    EXPECT_EQ(visible(folder.path()), results("next", 2));
-    EXPECT_EQ(entries_of(folder.path()), 4U) << "the dead writer's files should be gone";
-  }
-  EXPECT_GT(halves, 10) << "otherwise the test shows little";
-}
-
-/// Kills an exchange at one rename, and the rollback of the next writer at another. Returns false
-/// if there was nothing to roll back, or if the rollback finished before.
-bool is_cut_off_twice(int change, int change_back) {
-  const Files old_files = results("old", 1);
-  const TemporaryFolder folder;
-  put(folder.path(), old_files);
-  is_killed_at(change, [&] { put(folder.path(), results("new", 2)); });
-  if (counts_as_whole(folder.path())) return false;
-  const auto put_back = [&] { StagedFolder::check(folder.path(), "test", {}, true); };
-  const bool killed = is_killed_at(change_back, put_back);
-  put_back();
-  EXPECT_TRUE(counts_as_whole(folder.path()));
-  EXPECT_EQ(visible(folder.path()), old_files);
-  return killed;
-}
-
-TEST(StagedFolder, RollbackSurvivesBeingKilled) {
-  int times = 0;
-  for (int change = 0; change < 30; ++change) {
-    for (int back = 0; is_cut_off_twice(change, back); ++back) ++times;
-  }
-  EXPECT_GT(times, 20) << "otherwise the test shows little";
-}
-
-TEST(StagedFolder, FailedRenameLeavesTheOldFiles) {
-  const Files old_files = results("old", 3);
-  bool failed = true;
-  int times = 0;
-  for (int change = 0; failed; ++change) {
-    SCOPED_TRACE(change);
-    const TemporaryFolder folder;
-    put(folder.path(), old_files);
-    failed = false;
-    changes_before_failure = change;
-    try {
-      put(folder.path(), results("new", 4));
-    } catch (const std::runtime_error& error) {
-      EXPECT_NE(std::string(error.what()).find(folder.path().string()), std::string::npos);
-      failed = true;
-      ++times;
-    }
-    changes_before_failure = -1;
-    EXPECT_TRUE(counts_as_whole(folder.path()));
-    EXPECT_EQ(visible(folder.path()), failed ? old_files : results("new", 4));
-    EXPECT_EQ(entries_of(folder.path()), 4U);
-  }
-  EXPECT_GT(times, 15) << "otherwise the test shows little";
-}
-
-TEST(StagedFolder, AnotherWriterRefusesAnIncompleteFolder) {
-  const TemporaryFolder folder;
-  folder.write(".dynfilter-commit", "test\n.dynfilter-test-1\nkey\n");
-  EXPECT_FALSE(counts_as_whole(folder.path()));
-  expect_error<std::runtime_error>([&] { StagedFolder(folder.path(), "other", {}, true); },
-                                   "holds an incomplete result: dynfilter test was stopped");
-  expect_error<std::runtime_error>([&] { put(folder.path(), results("new", 1)); },
-                                   "with the other files is gone");
+  StagedFolder outer(folder.path(), "outer", false);
+  StagedFolder inner(folder / "parts", "inner", false);
+  write(outer, {{"key", "outer"}});
+  write(inner, {{"0", "inner"}});
+  inner.commit();
+  outer.commit();
+  EXPECT_EQ(visible_tree(folder.path()), (FileTree{{"key", "outer"}, {"parts/0", "inner"}}));
 }
 
 }  // namespace

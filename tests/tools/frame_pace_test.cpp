@@ -48,29 +48,15 @@ TEST(FramePace, LateFramesCatchUp) {
   EXPECT_NEAR(camera.wait_ms(recorded_s + 0.13), 30, 1e-3);
 }
 
-TEST(FramePace, DoesNotWaitForAJumpOfAnHour) {
+TEST(FramePace, DoesNotWaitForJumps) {
   FakeCamera camera;
   camera.wait_ms(recorded_s);
-  camera.wait_ms(recorded_s + 0.03);
   EXPECT_EQ(camera.wait_ms(recorded_s + 3600), 0);
-  EXPECT_NEAR(camera.wait_ms(recorded_s + 3600.03), 30, 1e-3)
-      << "the pace continues after the jump";
-  EXPECT_EQ(camera.pace.cuts(), 1U);
-}
-
-TEST(FramePace, DoesNotWaitForTimesGoingBack) {
-  FakeCamera camera;
-  camera.wait_ms(recorded_s + 3600);
-  EXPECT_EQ(camera.wait_ms(recorded_s), 0);
+  EXPECT_NEAR(camera.wait_ms(recorded_s + 3600.03), 30, 1e-3) << "the pace continues";
+  EXPECT_EQ(camera.wait_ms(recorded_s), 0) << "back";
   EXPECT_NEAR(camera.wait_ms(recorded_s + 0.03), 30, 1e-3);
-  EXPECT_EQ(camera.wait_ms(recorded_s + 0.02), 0);
   EXPECT_EQ(camera.pace.cuts(), 2U);
-}
-
-TEST(FramePace, ExtremeTimesDoNotOverflow) {
-  FakeCamera camera;
-  for (const double time_s : {-8.9e9, 8.9e9, -8.9e9, 0.0}) EXPECT_EQ(camera.wait_ms(time_s), 0);
-  EXPECT_EQ(camera.pace.cuts(), 3U);
+  for (const double time_s : {-8.9e9, 8.9e9, -8.9e9}) EXPECT_EQ(camera.wait_ms(time_s), 0);
 }
 
 }  // namespace

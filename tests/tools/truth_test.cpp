@@ -197,7 +197,7 @@ TEST_F(TruthOfAFolder, IsNeverWrittenTo) {
   const Outcome outcome =
       run("run " + quoted(sequence()) + " --out " + quoted(sequence() / "masks_moving"));
   EXPECT_NE(outcome.exit_code, 0);
-  EXPECT_TRUE(outcome.mentions("is read from")) << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("is read; name another")) << outcome.printed;
 }
 
 TEST(Truth, RefusesUnknownNames) {

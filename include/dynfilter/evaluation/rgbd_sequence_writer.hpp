@@ -33,17 +33,14 @@ struct RgbdSequenceWriterOptions {
 /// with depth also depth/, depth.txt and associations.txt, with poses groundtruth.txt. Images are
 /// named by their time, 1341846434.710184.png.
 ///
-/// The sequence appears in the folder all at once, with finish(), its lists last. Until then, and
-/// if a writer is destroyed without it, fails or is killed, the folder keeps its contents. Files
-/// are collected in a hidden folder, `.dynfilter-sequence-<process id>`. `.dynfilter-sequence.txt`
-/// lists what was written, so that a later writer knows what it may replace.
+/// The sequence appears in the folder with finish(). Until then the folder keeps its contents, and
+/// files are collected in a hidden folder in it. `.dynfilter-sequence.txt` lists what was written,
+/// so that a later writer knows what it may replace.
 class RgbdSequenceWriter {
  public:
-  /// Makes the folder if needed. Throws std::runtime_error that names a conflicting file:
-  /// camera.yaml, a list, an image in rgb/ or depth/ whose name is a time, or any file of an
-  /// earlier writer. With `overwrite`, files of an earlier writer conflict only if they were
-  /// changed since. Throws std::runtime_error also while another writer is at work in the folder,
-  /// and std::invalid_argument for a camera that write_camera refuses.
+  /// Makes the folder if needed. Throws std::runtime_error for a folder that holds files, except
+  /// with `overwrite` one that an earlier RgbdSequenceWriter wrote: its files are replaced, others
+  /// are kept. Throws std::invalid_argument for a camera that write_camera refuses.
   RgbdSequenceWriter(const std::filesystem::path& folder, const CameraParameters& camera,
                      const RgbdSequenceWriterOptions& options = {});
   /// Moves the writer; the source may only be destroyed or assigned to.
@@ -71,7 +68,7 @@ class RgbdSequenceWriter {
 
   /// Moves the sequence into the folder and replaces an earlier one. No frame can be added
   /// afterwards; a second call does nothing. Throws std::runtime_error that names the file that
-  /// cannot be written or is in the way; the folder then keeps its contents.
+  /// cannot be written or is in the way, which the writer never replaces.
   void finish();
 
   /// Number of frames added.

@@ -34,16 +34,14 @@ struct MaskFolderWriterOptions {
 /// gets the pixel. Parts of a mask outside the image are cut off, boxes are written unchanged,
 /// scores have 6 decimals, and track_id is not written.
 ///
-/// The masks appear in the folder all together, with finish(). Until then, and if a writer is
-/// destroyed without it, fails or is killed, the folder keeps its contents. Files are collected in
-/// a hidden folder, `.dynfilter-masks-<process id>`. `.dynfilter-masks.txt` lists what was written,
-/// so that a later writer knows what it may replace.
+/// The masks appear in the folder with finish(). Until then the folder keeps its contents, and
+/// files are collected in a hidden folder in it. `.dynfilter-masks.txt` lists what was written, so
+/// that a later writer knows what it may replace.
 class MaskFolderWriter {
  public:
-  /// Makes the folder if needed. Throws std::runtime_error that names a conflicting file: a file
-  /// instances.csv, a PNG file whose name is a time, or any file of an earlier writer. With
-  /// `overwrite`, files of an earlier writer conflict only if they were changed since. Throws
-  /// std::runtime_error also while another writer is at work in the folder.
+  /// Makes the folder if needed. Throws std::runtime_error for a folder that holds files, except
+  /// with `overwrite` one that an earlier MaskFolderWriter wrote: its files are replaced, others
+  /// are kept.
   explicit MaskFolderWriter(const std::filesystem::path& folder,
                             const MaskFolderWriterOptions& options = {});
   /// Moves the writer; the source may only be destroyed or assigned to.
@@ -77,7 +75,7 @@ class MaskFolderWriter {
 
   /// Moves the masks into the folder and replaces earlier ones. No frame can be added afterwards; a
   /// second call does nothing. Throws std::runtime_error that names the file that cannot be written
-  /// or is in the way; the folder then keeps its contents.
+  /// or is in the way, which the writer never replaces.
   void finish();
 
   /// Number of frames added.

@@ -15,7 +15,7 @@
 #include <opencv2/core.hpp>
 
 #include "deadline.hpp"
-#include "io/descriptor.hpp"
+#include "descriptor.hpp"
 #include "protocol.hpp"
 
 namespace dynfilter::detail::remote {

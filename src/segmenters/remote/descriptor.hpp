@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_SRC_IO_DESCRIPTOR_HPP
-#define DYNFILTER_SRC_IO_DESCRIPTOR_HPP
+#ifndef DYNFILTER_SRC_SEGMENTERS_REMOTE_DESCRIPTOR_HPP
+#define DYNFILTER_SRC_SEGMENTERS_REMOTE_DESCRIPTOR_HPP
 
 #include <unistd.h>
 
@@ -30,4 +30,4 @@ class Descriptor {
 
 }  // namespace dynfilter::detail
 
-#endif  // DYNFILTER_SRC_IO_DESCRIPTOR_HPP
+#endif  // DYNFILTER_SRC_SEGMENTERS_REMOTE_DESCRIPTOR_HPP
