@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#include <cmath>
 #include <cstddef>
+#include <memory>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -39,21 +39,14 @@ Raises ValueError for malformed input. The interpreter's lock is released meanwh
 
 Features::Features(const py::object& points, const py::object& depths_m, const char* component)
     : points_(array_from(points)), view_(features_from(points_, component)) {
-  const auto column = [&](const py::object& values, const char* name) {
-    const auto numbers = numbers_from(values, {component, name});
-    const bool fits =
-        numbers.ndim() == 1 && static_cast<std::size_t>(numbers.size()) == view_.size();
-    if (!fits) {
-      detail::throw_misuse(component, detail::concatenate(name, " of ", description(numbers)),
-                           detail::concatenate("one for each feature, ", view_.size()));
-    }
-    const auto* const first = numbers.data();
-    return std::vector<float>(first, first + numbers.size());
-  };
-  if (!depths_m.is_none()) {
-    depths_m_ = column(depths_m, "depths_m");
-    view_ = view_.with_depths(depths_m_);
+  if (depths_m.is_none()) return;
+  const auto numbers = numbers_from(depths_m, {component, "depths_m"});
+  if (numbers.ndim() != 1 || static_cast<std::size_t>(numbers.size()) != view_.size()) {
+    detail::throw_misuse(component, detail::concatenate("depths_m of ", description(numbers)),
+                         detail::concatenate("one for each feature, ", view_.size()));
   }
+  depths_m_.assign(numbers.data(), numbers.data() + numbers.size());
+  view_ = view_.with_depths(depths_m_);
 }
 
 SegmentationView segmentation_of(const py::object& argument, const char* component) {
@@ -102,7 +95,7 @@ FilterState state_of(const DynamicFilterOptions& options) {
           options.feature_floor.floor};
 }
 
-/// DynamicFilter with workspaces for the threads that use it.
+/// DynamicFilter with its options.
 class SharedFilter {
  public:
   explicit SharedFilter(const DynamicFilterOptions& options)
@@ -114,17 +107,13 @@ class SharedFilter {
                       const py::object& depths_m) {
     const SegmentationView segmentation = segmentation_of(masks, "DynamicFilter");
     const Features features(points, depths_m, "DynamicFilter");
-    FeatureLabels labels;
     const py::gil_scoped_release unlock;
-    Workspaces::Lease workspace(workspaces_);
-    filter_.apply(frame, segmentation, features.view(), labels, *workspace);
-    return labels;
+    return filter_.apply(frame, segmentation, features.view());
   }
 
  private:
   DynamicFilter filter_;
   DynamicFilterOptions options_;
-  Workspaces workspaces_;
 };
 
 Array draw(const py::object& image, const Segmentation& segmentation, const py::object& points,

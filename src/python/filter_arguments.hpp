@@ -1,65 +1,20 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// What DynamicFilter and MotionFilter share: their options as keyword arguments, features, and
-// workspaces for threads.
+// What DynamicFilter and MotionFilter share: their options as keyword arguments, and features.
 
 #ifndef DYNFILTER_SRC_PYTHON_FILTER_ARGUMENTS_HPP
 #define DYNFILTER_SRC_PYTHON_FILTER_ARGUMENTS_HPP
 
-#include <memory>
-#include <mutex>
-#include <utility>
+#include <cstddef>
+#include <string>
 #include <vector>
-
-#include <opencv2/core.hpp>
 
 #include "arrays.hpp"
 #include "bindings.hpp"
 #include "dynfilter/dynamic_filter.hpp"
 
 namespace dynfilter::python {
-
-/// Workspaces of a filter that several threads use. A call takes one that is free, or a new one, so
-/// that there are as many as calls have run at once.
-class Workspaces {
- public:
-  /// Workspace for the duration of a call.
-  class Lease {
-   public:
-    explicit Lease(Workspaces& pool) : pool_(pool), workspace_(pool.take()) {}
-    Lease(const Lease&) = delete;
-    Lease& operator=(const Lease&) = delete;
-    ~Lease() { pool_.give_back(std::move(workspace_)); }
-
-    Workspace& operator*() { return *workspace_; }
-
-   private:
-    Workspaces& pool_;
-    std::unique_ptr<Workspace> workspace_;
-  };
-
- private:
-  std::unique_ptr<Workspace> take() {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    // Room for those that are out: giving one back allocates nothing.
-    free_.reserve(free_.size() + taken_ + 1);
-    auto workspace = free_.empty() ? std::make_unique<Workspace>() : std::move(free_.back());
-    if (!free_.empty()) free_.pop_back();
-    ++taken_;
-    return workspace;
-  }
-
-  void give_back(std::unique_ptr<Workspace> workspace) {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    --taken_;
-    free_.push_back(std::move(workspace));
-  }
-
-  std::mutex mutex_;
-  std::size_t taken_ = 0;
-  std::vector<std::unique_ptr<Workspace>> free_;
-};
 
 /// Features of a call: the caller's points, with depths if they are given.
 class Features {

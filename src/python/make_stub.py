@@ -3,8 +3,7 @@
 """Writes the stub of the extension module beside it: make_stub.py PACKAGE_FOLDER
 
 mypy's stubgen reads the signatures that pybind11 writes into docstrings. It does not know the star
-before keyword-only arguments, takes prose for signatures, and some names of types differ from what
-type checkers want.
+before keyword-only arguments, takes prose for signatures, and keeps pybind11's names of types.
 """
 
 import pathlib

@@ -44,15 +44,6 @@ class LockedYolact final : public LockedNetwork {
   using LockedNetwork::LockedNetwork;
 };
 
-NetworkOptions network_options(std::vector<int> classes, std::optional<float> score_threshold,
-                               const cv::Size& input_size) {
-  NetworkOptions options;
-  options.classes = std::move(classes);
-  options.score_threshold = score_threshold;
-  options.input_size = input_size;
-  return options;
-}
-
 std::unique_ptr<LockedNetwork> any_network(const std::filesystem::path& model,
                                            const NetworkOptions& options) {
   return std::make_unique<LockedNetwork>(make_network_segmenter(model, options));
@@ -86,7 +77,7 @@ void add_constructor(Class& segmenter, const Load& load) {
       py::init([load](const std::filesystem::path& model, std::vector<int> classes,
                       std::optional<float> score_threshold, const cv::Size& input_size) {
         const py::gil_scoped_release unlock;
-        return load(model, network_options(std::move(classes), score_threshold, input_size));
+        return load(model, NetworkOptions{std::move(classes), score_threshold, input_size});
       }),
       py::arg("model"), py::kw_only(), py::arg("classes") = std::vector<int>(),
       py::arg("score_threshold") = py::none(), py::arg("input_size") = cv::Size(), load_doc);
