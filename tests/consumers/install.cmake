@@ -1,5 +1,5 @@
 # Installs what was built and moves it, for the tests that follow. No file of the package may know
-# where it was made or first installed.
+# where it was made or first installed; the moved components are found and work.
 include(${CMAKE_CURRENT_LIST_DIR}/helpers.cmake)
 
 fresh_folder(folder install)
@@ -19,3 +19,9 @@ foreach(file IN LISTS files)
     endif()
   endforeach()
 endforeach()
+
+file(GLOB_RECURSE networks ${INSTALLED_DIR}/dynfilter-networks.cmake)
+if(networks)  # not every OpenCV has what they need
+  fresh_folder(folder components)
+  build_and_run(${CONSUMERS_DIR}/components ${folder} -DCMAKE_PREFIX_PATH=${INSTALLED_DIR})
+endif()

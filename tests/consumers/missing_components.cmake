@@ -19,13 +19,6 @@ expect("${output}" "found: core segmenters\\.")
 run_and_fail(output ${configure} ${without_eigen} -DREQUIRED=evaluation -DOPTIONAL=)
 expect("${output}" "component 'evaluation' needs Eigen3")
 
-set(without_threads -DCMAKE_DISABLE_FIND_PACKAGE_Threads=ON)
-run(output ${configure} -DCMAKE_DISABLE_FIND_PACKAGE_Eigen3=OFF ${without_threads}
-    -DREQUIRED=evaluation -DOPTIONAL=segmenters)
-expect("${output}" "found: core evaluation\\.")
-run_and_fail(output ${configure} ${without_threads} -DREQUIRED=segmenters -DOPTIONAL=)
-expect("${output}" "component 'segmenters' needs Threads")
-
 # An OpenCV without dnn: networks is left out when building, and refused by name when asked for.
 fresh_folder(opencv missing_components_opencv)
 file(WRITE ${opencv}/OpenCVConfig.cmake [=[
@@ -48,7 +41,7 @@ configure_command(configure_dynfilter ${SOURCE_DIR} ${build})
 run(output ${configure_dynfilter} -DOpenCV_DIR=${opencv} -DDYNFILTER_BUILD_TESTS=OFF
     -DDYNFILTER_BUILD_EXAMPLES=OFF -DDYNFILTER_BUILD_TOOLS=OFF)
 expect("${output}" "dynfilter::networks is not built: this OpenCV has no module dnn")
-run(output ${configure} -DCMAKE_DISABLE_FIND_PACKAGE_Threads=OFF -DOpenCV_DIR=${opencv}
+run(output ${configure} -DCMAKE_DISABLE_FIND_PACKAGE_Eigen3=OFF -DOpenCV_DIR=${opencv}
     -DREQUIRED=segmenters -DOPTIONAL=networks)
 expect("${output}" "found: core segmenters\\.")
 run_and_fail(output ${configure} -DOpenCV_DIR=${opencv} -DREQUIRED=networks -DOPTIONAL=)

@@ -17,11 +17,6 @@
 
 namespace {
 
-/// Runs a program in a folder and returns what it returned.
-int run_in(const std::filesystem::path& folder, const std::string& program) {
-  return std::system(("cd '" + folder.string() + "' && '" + program + "'").c_str());
-}
-
 /// A folder with the three images of the README's first program, and the mask as a folder of masks.
 class FirstProgram : public ::testing::Test {
  protected:
@@ -46,19 +41,23 @@ class FirstProgram : public ::testing::Test {
     ASSERT_TRUE(cv::imwrite((folder.path() / name).string(), image));
   }
 
+  /// Runs a program in the folder, tells whether it succeeds, and reads its standard output.
+  bool runs(const std::string& program) {
+    const std::string command =
+        "cd '" + folder.path().string() + "' && '" + program + "' >out.txt 2>err.txt";
+    const bool succeeds = std::system(command.c_str()) == 0;
+    std::ifstream file(folder.path() / "out.txt");
+    output.assign(std::istreambuf_iterator<char>(file), {});
+    return succeeds;
+  }
+
   dynfilter::testing::TemporaryFolder folder;
+  std::string output;
 };
 
-/// Runs a program in a folder and returns its standard output.
-std::string output_of(const std::filesystem::path& folder, const std::string& program) {
-  EXPECT_EQ(run_in(folder, program + "' >'out.txt"), 0);
-  std::ifstream file(folder / "out.txt");
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
 /// The wall is as far away as the person. So the box alone limits what compensation removes.
-TEST_F(FirstProgram, PrintsItsCountsAndKeepsFeaturesFarFromThePerson) {
-  const std::string output = output_of(folder.path(), FIRST_PROGRAM);
+TEST_F(FirstProgram, PrintsItsCountsAndWhatIsMissing) {
+  ASSERT_TRUE(runs(FIRST_PROGRAM));
   unsigned features = 0, masked = 0, missed = 0, kept = 0;
   ASSERT_EQ(
       std::sscanf(output.c_str(), "%u features: removed %u on masks, %u that masks missed; kept %u",
@@ -70,24 +69,19 @@ TEST_F(FirstProgram, PrintsItsCountsAndKeepsFeaturesFarFromThePerson) {
   EXPECT_GT(missed, 0U);
   EXPECT_GT(kept, features / 2);
   EXPECT_EQ(output.find("no depth"), std::string::npos) << output;
-}
-
-TEST_F(FirstProgram, SaysSoWhereItsDepthIsMissing) {
   std::filesystem::remove(folder.path() / "depth.png");
-  EXPECT_NE(output_of(folder.path(), FIRST_PROGRAM).find("no depth"), std::string::npos);
-}
-
-TEST_F(FirstProgram, SaysSoWhereItsMaskIsMissing) {
+  EXPECT_TRUE(runs(FIRST_PROGRAM));
+  EXPECT_NE(output.find("no depth"), std::string::npos) << output;
   std::filesystem::remove(folder.path() / "person.png");
-  EXPECT_NE(run_in(folder.path(), std::string(FIRST_PROGRAM) + "' 2>'err.txt"), 0);
+  EXPECT_FALSE(runs(FIRST_PROGRAM));
 }
 
 TEST_F(FirstProgram, RunsWithAFolderOfMasksByChangingOneStatement) {
-  EXPECT_EQ(run_in(folder.path(), FIRST_PROGRAM_WITH_FOLDER), 0);
+  EXPECT_TRUE(runs(FIRST_PROGRAM_WITH_FOLDER));
   std::filesystem::remove_all(folder.path() / "masks");
-  EXPECT_NE(run_in(folder.path(), std::string(FIRST_PROGRAM_WITH_FOLDER) + "' 2>'err.txt"), 0);
+  EXPECT_FALSE(runs(FIRST_PROGRAM_WITH_FOLDER));
 }
 
-TEST_F(FirstProgram, RunsInATracker) { EXPECT_EQ(run_in(folder.path(), IN_A_TRACKER), 0); }
+TEST_F(FirstProgram, RunsInATracker) { EXPECT_TRUE(runs(IN_A_TRACKER)); }
 
 }  // namespace

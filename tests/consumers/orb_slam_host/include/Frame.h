@@ -4,8 +4,6 @@
 #ifndef FRAME_H
 #define FRAME_H
 
-#include <memory>
-#include <mutex>
 #include <vector>
 
 #include <Eigen/Core>
@@ -15,14 +13,12 @@
 
 namespace ORB_SLAM_HOST {
 
-class MapPoint;
-
 /// Fisheye camera of a pair: the columns that both cameras see.
 struct Camera {
   std::vector<int> mvLappingArea;
 };
 
-/// Features extracted from an image or a pair. All columns have N elements.
+/// Features extracted from an image or a pair.
 class Frame {
  public:
   // As in the hosts: -march=native gives these another alignment than a packaged library has.
@@ -54,24 +50,17 @@ class Frame {
   std::vector<cv::KeyPoint> mvKeys, mvKeysRight, mvKeysUn;
   std::vector<float> mvuRight, mvDepth;
   cv::Mat mDescriptors, mDescriptorsRight;
-  std::vector<MapPoint*> mvpMapPoints;
-  std::vector<bool> mvbOutlier;
 
   int Nleft = -1, Nright = -1;
   int monoLeft = -1, monoRight = -1;
 
   Eigen::Matrix4d mTcw = Eigen::Matrix4d::Identity();
-  Eigen::Vector4f mVelocity = Eigen::Vector4f::Zero();
-  std::shared_ptr<std::mutex> mpMutexImu;
 
  private:
   void ExtractORB(int flag, const cv::Mat& im, int x0, int x1);
   void ExtractBoth(const cv::Mat& imLeft, const cv::Mat& imRight, const std::vector<int>& left,
                    const std::vector<int>& right);
   void ComputeStereoMatches();
-  void ComputeStereoFromRGBD(const cv::Mat& imDepth);
-  void ComputeStereoFishEyeMatches();
-  void MakeColumns();
 };
 
 }  // namespace ORB_SLAM_HOST

@@ -30,8 +30,6 @@ class ORBextractor {
   std::shared_ptr<dynfilter::Plugin> mpFilter;  // dynfilter
 
  protected:
-  std::vector<cv::KeyPoint> KeyPointsOfLevel(int level) const;
-
   int nfeatures;
   float scaleFactor;
   int nlevels;

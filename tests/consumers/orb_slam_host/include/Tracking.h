@@ -4,7 +4,6 @@
 #ifndef TRACKING_H
 #define TRACKING_H
 
-#include <memory>
 #include <string>
 
 #include "Frame.h"
@@ -15,6 +14,7 @@ class Tracking {
  public:
   EIGEN_MAKE_ALIGNED_OPERATOR_NEW
 
+  enum eSensor { MONOCULAR = 0, STEREO = 1, RGBD = 2 };
   enum eTrackingState { NO_IMAGES_YET = 0, NOT_INITIALIZED = 1, OK = 2 };
 
   Tracking(const std::string& strSettingPath, const int sensor);

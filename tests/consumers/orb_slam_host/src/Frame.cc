@@ -24,7 +24,6 @@ Frame::Frame(const cv::Mat& imLeft, const cv::Mat& imRight, const double& timeSt
   // clang-format off
   N = mpORBextractorLeft->mpFilter->filter(mTimeStamp, mvDepth, mvKeys, mDescriptors, mvKeysUn, mvuRight).kept();  // dynfilter
   // clang-format on
-  MakeColumns();
 }
 
 Frame::Frame(const cv::Mat& imGray, const cv::Mat& imDepth, const double& timeStamp,
@@ -34,11 +33,6 @@ Frame::Frame(const cv::Mat& imGray, const cv::Mat& imDepth, const double& timeSt
 
   mpORBextractorLeft->mpFilter->filter(mTimeStamp, imDepth, mvKeys, mDescriptors);  // dynfilter
   N = mvKeys.size();
-  if (mvKeys.empty()) return;
-
-  mvKeysUn = mvKeys;
-  ComputeStereoFromRGBD(imDepth);
-  MakeColumns();
 }
 
 Frame::Frame(const cv::Mat& imGray, const double& timeStamp, ORBextractor* extractor)
@@ -47,13 +41,7 @@ Frame::Frame(const cv::Mat& imGray, const double& timeStamp, ORBextractor* extra
 
   mpORBextractorLeft->mpFilter->filter(mTimeStamp, mvKeys, mDescriptors);  // dynfilter
   N = mvKeys.size();
-  if (mvKeys.empty()) return;
-
-  mvKeysUn = mvKeys;
-  mvuRight = std::vector<float>(N, -1);
-  mvDepth = std::vector<float>(N, -1);
   monoLeft = -1;
-  MakeColumns();
 }
 
 Frame::Frame(const cv::Mat& imLeft, const cv::Mat& imRight, const double& timeStamp,
@@ -73,9 +61,7 @@ Frame::Frame(const cv::Mat& imLeft, const cv::Mat& imRight, const double& timeSt
   N = Nleft + Nright;
   if (N == 0) return;
 
-  ComputeStereoFishEyeMatches();
   cv::vconcat(mDescriptors, mDescriptorsRight, mDescriptors);
-  MakeColumns();
 }
 
 void Frame::ExtractORB(int flag, const cv::Mat& im, int x0, int x1) {
@@ -110,37 +96,6 @@ void Frame::ComputeStereoMatches() {
       }
     }
   }
-}
-
-void Frame::ComputeStereoFromRGBD(const cv::Mat& imDepth) {
-  mvuRight = std::vector<float>(N, -1);
-  mvDepth = std::vector<float>(N, -1);
-  for (int i = 0; i < N; ++i) {
-    const float d = imDepth.at<float>(mvKeys[i].pt.y, mvKeys[i].pt.x);
-    if (d > 0) {
-      mvDepth[i] = d;
-      mvuRight[i] = mvKeysUn[i].pt.x - mbf / d;
-    }
-  }
-}
-
-/// Uses the pivots as the hosts do: cuts out the rows behind them and matches those.
-void Frame::ComputeStereoFishEyeMatches() {
-  const cv::Mat left = mDescriptors.rowRange(monoLeft, mDescriptors.rows);
-  const cv::Mat right = mDescriptorsRight.rowRange(monoRight, mDescriptorsRight.rows);
-  mvuRight = std::vector<float>(N, -1);
-  mvDepth = std::vector<float>(N, -1);
-  for (int i = 0; i < left.rows; ++i) {
-    for (int j = 0; j < right.rows; ++j) {
-      if (cv::norm(left.row(i), right.row(j), cv::NORM_HAMMING) < 16) mvDepth[monoLeft + i] = 1;
-    }
-  }
-}
-
-void Frame::MakeColumns() {
-  mvpMapPoints = std::vector<MapPoint*>(N, static_cast<MapPoint*>(nullptr));
-  mvbOutlier = std::vector<bool>(N, false);
-  mpMutexImu = std::make_shared<std::mutex>();
 }
 
 }  // namespace ORB_SLAM_HOST

@@ -3,7 +3,6 @@
 
 #include "ORBextractor.h"
 
-#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -31,7 +30,10 @@ int ORBextractor::operator()(const cv::Mat& image, std::vector<cv::KeyPoint>& ke
   for (int level = 0; level < nlevels; ++level) {
     const double scale = std::pow(scaleFactor, level);
     cv::resize(image, mvImagePyramid[level], cv::Size(), 1 / scale, 1 / scale);
-    for (cv::KeyPoint keypoint : KeyPointsOfLevel(level)) {
+    std::vector<cv::KeyPoint> found;
+    cv::FAST(mvImagePyramid[level], found, iniThFAST);
+    cv::KeyPointsFilter::retainBest(found, nfeatures / nlevels);
+    for (cv::KeyPoint keypoint : found) {
       keypoint.pt *= static_cast<float>(scale);
       keypoint.octave = level;
       all.push_back(keypoint);
@@ -54,13 +56,6 @@ int ORBextractor::operator()(const cv::Mat& image, std::vector<cv::KeyPoint>& ke
     DescriptorOf(keypoints[index]).copyTo(descriptors.row(index));
   }
   return monoIndex;
-}
-
-std::vector<cv::KeyPoint> ORBextractor::KeyPointsOfLevel(int level) const {
-  std::vector<cv::KeyPoint> keypoints;
-  cv::FAST(mvImagePyramid[level], keypoints, iniThFAST);
-  cv::KeyPointsFilter::retainBest(keypoints, nfeatures / nlevels);
-  return keypoints;
 }
 
 }  // namespace ORB_SLAM_HOST

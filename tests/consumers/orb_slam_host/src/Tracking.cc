@@ -7,8 +7,6 @@
 
 #include <opencv2/imgproc.hpp>
 
-#include "System.h"
-
 namespace ORB_SLAM_HOST {
 
 Tracking::Tracking(const std::string& strSettingPath, const int sensor) : mSensor(sensor) {
@@ -22,9 +20,9 @@ Tracking::Tracking(const std::string& strSettingPath, const int sensor) : mSenso
   const int nLevels = fSettings["ORBextractor.nLevels"];
   const int fIniThFAST = fSettings["ORBextractor.iniThFAST"];
   mpORBextractorLeft = new ORBextractor(nFeatures, fScaleFactor, nLevels, fIniThFAST);
-  if (sensor == System::STEREO)
+  if (sensor == STEREO)
     mpORBextractorRight = new ORBextractor(nFeatures, fScaleFactor, nLevels, fIniThFAST);
-  if (sensor == System::MONOCULAR)
+  if (sensor == MONOCULAR)
     mpIniORBextractor = new ORBextractor(2 * nFeatures, fScaleFactor, nLevels, fIniThFAST);
 
   if (static_cast<std::string>(fSettings["Camera.type"]) == "KannalaBrandt8") {
@@ -40,8 +38,8 @@ Tracking::Tracking(const std::string& strSettingPath, const int sensor) : mSenso
 
 Tracking::~Tracking() {
   delete mpORBextractorLeft;
-  if (mSensor == System::STEREO) delete mpORBextractorRight;
-  if (mSensor == System::MONOCULAR) delete mpIniORBextractor;
+  if (mSensor == STEREO) delete mpORBextractorRight;
+  if (mSensor == MONOCULAR) delete mpIniORBextractor;
   delete mpCamera;
   delete mpCamera2;
 }
