@@ -93,11 +93,6 @@ nlohmann::ordered_json depth_offset_json(const DepthOffsetEstimate& estimate) {
     json["sigma_s"] = estimate.offset->sigma_s;
   }
   json["out_of_step"] = is_out_of_step(estimate);
-  json["curve"] = nlohmann::ordered_json::array();
-  for (std::size_t k = 0; k < estimate.distances_px.size(); ++k) {
-    json["curve"].push_back(
-        {{"difference_s", estimate.differences_s[k]}, {"distance_px", estimate.distances_px[k]}});
-  }
   return json;
 }
 

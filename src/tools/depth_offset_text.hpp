@@ -28,7 +28,7 @@ double recommended_offset_s(const DepthOffsetEstimate& estimate, double present_
 /// wait for later depth.
 std::string pairing_advice(double offset_s);
 
-/// Returns the estimate as a JSON object; its curve has one element a lag.
+/// Returns the estimate as a JSON object.
 nlohmann::ordered_json depth_offset_json(const DepthOffsetEstimate& estimate);
 
 }  // namespace dynfilter::tools

@@ -7,11 +7,8 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <vector>
-
-#include <nlohmann/json.hpp>
 
 #include "commands.hpp"
 #include "depth_offset_text.hpp"
@@ -21,7 +18,6 @@
 #include "frame_source.hpp"
 #include "inputs.hpp"
 #include "io/file_error.hpp"
-#include "number_options.hpp"
 #include "output_file.hpp"
 #include "progress_bar.hpp"
 #include "shared_options.hpp"
@@ -32,17 +28,14 @@ namespace {
 struct SyncOptions {
   std::filesystem::path sequence, camera;
   std::optional<double> depth_offset_s;
-  DepthOffsetEstimatorOptions estimator;
   std::filesystem::path write;  // empty: none
-  std::filesystem::path json;   // empty: none
 };
 
 /// Identifies files that may be replaced.
 constexpr const char* associations_beginning = "# written by dynfilter sync";
 
-DepthOffsetEstimate estimate_offset(const RgbdSequence& sequence,
-                                    const DepthOffsetEstimatorOptions& options) {
-  DepthOffsetEstimator estimator(options);
+DepthOffsetEstimate estimate_offset(const RgbdSequence& sequence) {
+  DepthOffsetEstimator estimator;
   ProgressBar progress("comparing edges", sequence.size());
   for (std::size_t i = 0; i < sequence.size(); ++i) {
     estimator.add(sequence.read(i), sequence.entry(i).depth_timestamp_s);
@@ -91,7 +84,7 @@ std::string associations_text(const RgbdSequence& sequence) {
 
 /// Refuses an output file that is read from, or that this command did not write.
 void require_harmless_file(const RgbdSequence& sequence, const std::filesystem::path& camera,
-                           const std::filesystem::path& file, const std::string& beginning) {
+                           const std::filesystem::path& file) {
   if (file.empty()) return;
   Inputs inputs;
   add_sequence_inputs(sequence, inputs);
@@ -99,7 +92,7 @@ void require_harmless_file(const RgbdSequence& sequence, const std::filesystem::
   if (inputs.contains(file)) {
     detail::throw_file_error(file, "is read from, and would be replaced; name another file");
   }
-  require_replaceable(file, beginning);
+  require_replaceable(file, associations_beginning);
 }
 
 void sync(const SyncOptions& options) {
@@ -108,16 +101,8 @@ void sync(const SyncOptions& options) {
   if (!sequence.has_depth()) {
     detail::throw_file_error(options.sequence, "has no depth images to compare with");
   }
-  const auto whole = [](const std::filesystem::path& file) {
-    return std::filesystem::weakly_canonical(std::filesystem::absolute(file));
-  };
-  if (!options.write.empty() && !options.json.empty() &&
-      whole(options.write) == whole(options.json)) {
-    detail::throw_file_error(options.write, "is named by --write and by --json; want two files");
-  }
-  require_harmless_file(sequence, options.camera, options.write, associations_beginning);
-  require_harmless_file(sequence, options.camera, options.json, json_beginning("sync"));
-  const DepthOffsetEstimate estimate = estimate_offset(sequence, options.estimator);
+  require_harmless_file(sequence, options.camera, options.write);
+  const DepthOffsetEstimate estimate = estimate_offset(sequence);
   const double offset_s = recommended_offset_s(estimate, sequence.depth_offset_s());
   std::printf("%zu frames compared, paired with a depth offset of %g s\n\n", estimate.frames,
               sequence.depth_offset_s());
@@ -139,14 +124,6 @@ void sync(const SyncOptions& options) {
     std::printf("%zu pairs with a depth offset of %g s written to %s\n", paired.size(), offset_s,
                 options.write.c_str());
   }
-  if (!options.json.empty()) {
-    nlohmann::ordered_json json;
-    json["sequence"] = sequence.folder().string();
-    json["present_offset_s"] = sequence.depth_offset_s();
-    json["recommended_offset_s"] = offset_s;
-    json["depth_offset"] = depth_offset_json(estimate);
-    write_json(options.json, "sync", json);
-  }
 }
 
 }  // namespace
@@ -161,15 +138,9 @@ void add_sync_command(CLI::App& program) {
   command->add_option("SEQUENCE", options->sequence, "folder of the sequence")->required();
   command->add_option("--camera", options->camera, "camera file [SEQUENCE/camera.yaml]");
   add_depth_offset_option(*command, options->depth_offset_s);
-  command
-      ->add_option("--reach", options->estimator.max_lag,
-                   "depth images to try before and after each colour image's own")
-      ->transform(whole_number(1, 5))
-      ->capture_default_str();
   command->add_option("--write", options->write,
                       "write the recommended pairs to this file, in the form of associations.txt; "
                       "replaces\nonly a file that this command wrote");
-  command->add_option("--json", options->json, "also write the figures to this file");
   command->footer(
       "examples:\n"
       "  dynfilter sync rgbd_dataset_freiburg3_walking_xyz\n"

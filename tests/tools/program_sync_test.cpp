@@ -54,10 +54,8 @@ TemporaryFolder* ProgramSync::made_ = nullptr;
 
 TEST_F(ProgramSync, MeasuresAndWritesAssociationsThatAreInStep) {
   const fs::path pairs = scene() / "associations.txt";
-  const fs::path json = folder_ / "sync.json";
   const Outcome examined = run("doctor " + quoted(scene()));
-  const Outcome outcome =
-      run("sync " + quoted(scene()) + " --write " + quoted(pairs) + " --json " + quoted(json));
+  const Outcome outcome = run("sync " + quoted(scene()) + " --write " + quoted(pairs));
   ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
   EXPECT_TRUE(outcome.mentions("depth is late by ")) << outcome.printed;
   EXPECT_TRUE(outcome.mentions("recommended: --depth-offset 0.03")) << outcome.printed;
@@ -66,12 +64,6 @@ TEST_F(ProgramSync, MeasuresAndWritesAssociationsThatAreInStep) {
     EXPECT_TRUE(advice.mentions("for a SLAM program `dynfilter sync SEQUENCE --write FILE`"));
     EXPECT_FALSE(advice.mentions("dynfilter.depth_offset_s")) << "the plugin refuses it";
   }
-  nlohmann::json result;
-  std::ifstream(json) >> result;
-  EXPECT_EQ(result["depth_offset"]["verdict"], "measured");
-  EXPECT_NEAR(result["depth_offset"]["frames_late"].get<double>(), 1, 0.2);
-  EXPECT_EQ(result["depth_offset"]["curve"].size(), 5U);
-
   // The k-th image goes with the depth image that was made with it.
   std::ifstream file(pairs);
   std::string line, image_time, image, depth_time, depth;
@@ -99,9 +91,6 @@ TEST_F(ProgramSync, ReplacesOnlyWhatItWroteAndDoesNotRead) {
   EXPECT_TRUE(write(folder_.path()).mentions("cannot be written: it is a folder"));
   for (int k = 0; k < 2; ++k) EXPECT_EQ(write(pairs).exit_code, 0);
   EXPECT_EQ(file_text(mine), "mine\n# written by dynfilter sync\n");
-  const Outcome twice = run("sync " + quoted(scene()) + " --write " + quoted(folder_ / "new") +
-                            " --json " + quoted(folder_ / "." / "new"));
-  EXPECT_TRUE(twice.mentions("is named by --write and by --json")) << twice.printed;
 }
 
 TEST_F(ProgramSync, ListsFilesThatAnAbsoluteListNames) {
