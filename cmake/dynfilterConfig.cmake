@@ -1,5 +1,5 @@
-# find_package(dynfilter 0.2 REQUIRED)                          the header-only core
-# find_package(dynfilter 0.2 REQUIRED COMPONENTS segmenters)    the core and dynfilter::segmenters
+# find_package(dynfilter 0.3 REQUIRED)                          the header-only core
+# find_package(dynfilter 0.3 REQUIRED COMPONENTS segmenters)    the core and dynfilter::segmenters
 #
 # Defines dynfilter::dynfilter, and dynfilter::<component> with dynfilter_<component>_FOUND for each
 # requested component and for those it builds upon. Other components are not loaded, so that their

@@ -93,7 +93,7 @@ try_suite() {
   cat >"$user/srv/first/CMakeLists.txt" <<'END'
 cmake_minimum_required(VERSION 3.16)
 project(first LANGUAGES CXX)
-find_package(dynfilter 0.2 REQUIRED COMPONENTS segmenters motion evaluation plugin)
+find_package(dynfilter 0.3 REQUIRED COMPONENTS segmenters motion evaluation plugin)
 find_package(OpenCV 4 REQUIRED COMPONENTS features2d imgcodecs)
 add_executable(first first_program.cpp)
 target_link_libraries(first PRIVATE dynfilter::dynfilter ${OpenCV_LIBS})

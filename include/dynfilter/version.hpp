@@ -10,11 +10,11 @@
 /// @{
 /// Part of the version, major.minor.patch.
 #define DYNFILTER_VERSION_MAJOR 0
-#define DYNFILTER_VERSION_MINOR 2
+#define DYNFILTER_VERSION_MINOR 3
 #define DYNFILTER_VERSION_PATCH 0
 /// @}
 
 /// The whole version as text.
-#define DYNFILTER_VERSION_STRING "0.2.0"
+#define DYNFILTER_VERSION_STRING "0.3.0"
 
 #endif  // DYNFILTER_VERSION_HPP

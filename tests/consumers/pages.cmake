@@ -109,7 +109,7 @@ endforeach()
 
 # --- The map of the code: another way to get dynfilter -----------------------------------------------
 read_blocks(${MAP} cmake fetch)
-set(find_dynfilter "find_package(dynfilter 0.2 REQUIRED)\n")
+set(find_dynfilter "find_package(dynfilter 0.3 REQUIRED)\n")
 string(REPLACE "${find_dynfilter}" "${fetch_1}" fetched "${project}")
 if(NOT fetch_count EQUAL 1 OR fetched STREQUAL project)
   message(FATAL_ERROR "The map has ${fetch_count} blocks of CMake; README.md wants ${find_dynfilter}")
