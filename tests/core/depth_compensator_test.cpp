@@ -229,8 +229,8 @@ TEST(DepthCompensator, AcceptsPositionsOutsideTheImage) {
   DepthScene scene;
   constexpr float beyond = std::numeric_limits<float>::infinity();
   scene.person().box = {-1000, -1000, 5000, 5000};
-  scene.points = {{-1, 300},       {640, 300},        {300, -1},
-                  {300, 480},      {1e30F, 300},      {std::nanf(""), 300},
+  scene.points = {{-1, 300},     {640, 300},      {300, -1},
+                  {300, 480},    {1e30F, 300},    {std::nanf(""), 300},
                   {300, beyond}, {-beyond, 2e9F}, {-0.6F, -0.6F},
                   {390, 210}};
   for (const double time_s : {100.0, 99.9}) {

@@ -42,37 +42,6 @@ TEST(DepthWatershed, DividesAtTheLargestStep) {
   EXPECT_NEAR(behind.to_object_m, 0.1, 1e-6) << "its own step to the object's last cell";
 }
 
-TEST(DepthWatershed, EqualStepsAreTheObjects) {
-  const cv::Mat depths = (cv::Mat_<float>(1, 5) << 1.0, 1.0625, 1.125, 1.1875, 1.25);
-  const DepthWatershed watershed = flooded(depths);
-  EXPECT_EQ(watershed.steps_to({2, 0}, 1.125).to_object_m, 0.0625F);
-  EXPECT_TRUE(std::isinf(watershed.steps_to({2, 0}, 1.125).to_surroundings_m));
-  EXPECT_EQ(watershed.steps_to({3, 0}, 1.1875).to_surroundings_m, 0.0625F) << "the seed itself";
-}
-
-TEST(DepthWatershed, DoesNotCrossLargeSteps) {
-  const cv::Mat depths = (cv::Mat_<float>(1, 5) << 1.0, 1.125, 1.25, 1.5, 1.5);
-  const DepthWatershed watershed = flooded(depths);
-  EXPECT_EQ(watershed.steps_to({2, 0}, 1.25).to_object_m, 0.125F);
-  EXPECT_EQ(watershed.steps_to({4, 0}, 1.5).to_surroundings_m, 0.0F);
-  EXPECT_TRUE(std::isinf(watershed.steps_to({4, 0}, 1.5).to_object_m));
-  EXPECT_TRUE(std::isinf(watershed.steps_to({1, 0}, 1.45).to_object_m)) << "its own step is large";
-}
-
-TEST(DepthWatershed, DoesNotCrossMissingDepthOrDepthOutsideTheRange) {
-  for (const float gap : {0.0F, 0.4F, 6.0F}) {
-    const cv::Mat depths = (cv::Mat_<float>(1, 5) << 1.0, gap, 1.0, 1.0, 1.0);
-    const DepthWatershed::Steps steps = flooded(depths).steps_to({3, 0}, 1.0);
-    EXPECT_TRUE(std::isinf(steps.to_object_m)) << gap;
-    EXPECT_EQ(steps.to_surroundings_m, 0.0F) << gap;
-  }
-}
-
-TEST(DepthWatershed, TellsWhetherItBeganOnTheObject) {
-  EXPECT_TRUE(flooded((cv::Mat_<float>(1, 3) << 1.0, 1.0, 1.0)).has_object());
-  EXPECT_FALSE(flooded((cv::Mat_<float>(1, 3) << 0.0, 1.0, 1.0)).has_object());
-}
-
 TEST(DepthWatershed, AsksForTheCellsThatBeginInTheArea) {
   FrameView frame;
   frame.depth = cv::Mat(40, 40, CV_32FC1, cv::Scalar(1));
@@ -84,14 +53,6 @@ TEST(DepthWatershed, AsksForTheCellsThatBeginInTheArea) {
     });
     EXPECT_EQ(asked, cells) << size;
   }
-}
-
-TEST(DepthWatershed, FloodsNothingInAnEmptyArea) {
-  FrameView frame;
-  frame.depth = cv::Mat(4, 4, CV_32FC1, cv::Scalar(1.0F));
-  DepthWatershed watershed;
-  watershed.flood(frame, {}, 1, {0.5, 5.0}, [](cv::Point) { return Seed::object; });
-  EXPECT_FALSE(watershed.has_object());
 }
 
 TEST(DepthWatershed, MatchesTheOracleOnRandomDepth) {

@@ -140,18 +140,6 @@ TEST(DynamicFilter, LabelsDoNotDependOnThreadOrOrder) {
   }
 }
 
-TEST(DynamicFilter, ReusedMemoryKeepsLabels) {
-  FeatureLabels labels;
-  Workspace workspace;
-  for (std::uint64_t seed = 0; seed < 600; ++seed) {
-    ByteSource source(seed);
-    const FilterCase input = arbitrary_case_of_any_rule(source);
-    DynamicFilter(input.options)
-        .apply(input.frame, input.segmentation, input.keypoints, labels, workspace);
-    expect_same(labels, filtered(input));
-  }
-}
-
 /// The paper's rule lacks this property, because another feature may enter its sample.
 TEST(DynamicFilter, DepthRuleLabelsFeaturesIndependently) {
   std::size_t compensated = 0;
@@ -223,38 +211,6 @@ TEST(DynamicFilter, RefinedMaskCoversTheRemovedFeatures) {
   EXPECT_GT(off_mask, 1000U);
 }
 
-TEST(DynamicFilter, LargerExpansionKeepsAllCompensatedFeatures) {
-  std::size_t gained = 0;
-  for (std::uint64_t seed = 0; seed < 600; ++seed) {
-    ByteSource source(seed);
-    FilterCase input = arbitrary_case(source);
-    const FeatureLabels before = filtered(input);
-    input.options.compensator.paper.depth.expansion += 0.3;
-    input.options.compensator.paper.code.expansion += 20;
-    const FeatureLabels after = filtered(input);
-    for (std::size_t i = 0; i < before.size(); ++i) {
-      ASSERT_TRUE(after.is_removed(i) || !before.is_removed(i)) << "seed " << seed;
-    }
-    gained += after.statistics().compensated - before.statistics().compensated;
-  }
-  EXPECT_GT(gained, 30U) << "otherwise a filter that ignores its options would pass";
-}
-
-TEST(DynamicFilter, AcceptsPointsAndKeypoints) {
-  for (std::uint64_t seed = 0; seed < 300; ++seed) {
-    ByteSource source(seed);
-    FilterCase input = arbitrary_case_of_any_rule(source);
-    std::vector<cv::Point2f> points;
-    for (const cv::KeyPoint& keypoint : input.keypoints) points.push_back(keypoint.pt);
-    const FeatureLabels of_keypoints = filtered(input);
-    const FeatureLabels of_points =
-        DynamicFilter(input.options).apply(input.frame, input.segmentation, points);
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      ASSERT_TRUE(same_label(of_keypoints[i], of_points[i])) << "seed " << seed;
-    }
-  }
-}
-
 TEST(DynamicFilter, TwoFiltersInOneProcessShareNothing) {
   for (const CompensationRule rule : every_rule) {
     const FilterCase input = case_with_rule(rule, 3);
@@ -291,38 +247,6 @@ TEST(DynamicFilter, RefusesBadRuleOptionsByName) {
   DynamicFilterOptions paper;
   paper.compensator.paper.samples = 0;
   expect_error<std::invalid_argument>([&] { DynamicFilter{paper}; }, "samples = 0");
-}
-
-/// Writes into labels, then gives a stage input that does not fit them.
-TEST(DynamicFilter, ThrowingDepthStageChangesNoLabel) {
-  FilterCase input = case_with_rule(CompensationRule::depth, 7);
-  input.keypoints.resize(20);
-  input.segmentation.instances.resize(2);
-  FeatureLabels labels(20, input.segmentation);
-  labels.remove(3, 1, Reason::in_mask, 0.5F);
-  const auto refuses = [&](const std::string& part) {
-    const FeatureLabels before = labels;
-    const FilterInput stage_input = {input.frame, input.segmentation, input.keypoints};
-    expect_error<std::invalid_argument>([&] { DepthCompensator()(stage_input, labels); },
-                                        "dynfilter::DepthCompensator: got " + part);
-    expect_same(before, labels);
-    for (const InstanceStatistics& statistics : labels.statistics().instances) {
-      EXPECT_EQ(statistics.compensation, Compensation::not_run);
-    }
-  };
-  input.keypoints.resize(21);
-  refuses("20 labels and 21 features");
-  input.keypoints.resize(20);
-  input.segmentation.instances.resize(1);
-  refuses("labels for 2 instances and a segmentation of 1");
-  input.segmentation.instances.resize(2);
-  input.segmentation.instances[1].score = 2;
-  refuses("score 2 in instance 1");
-  input.segmentation.instances[1].score = 1;
-  input.frame.depth = cv::Mat(input.segmentation.image_size, CV_8UC1, cv::Scalar(1));
-  refuses("a depth image of type CV_8UC1");
-  input.frame.depth = cv::Mat(1, 99, CV_32FC1, cv::Scalar(1));
-  refuses("a segmentation of image_size ");
 }
 
 }  // namespace

@@ -66,15 +66,6 @@ TEST(EdgeCompensator, RemovesThePartThatTheMaskMissed) {
   EXPECT_GE(found * 10, on_person * 9) << "the codes of 20 samples cover nearly all of it";
 }
 
-TEST(EdgeCompensator, CountsWhatPassesEachTest) {
-  const Scene scene;
-  const InstanceStatistics person = scene.filtered().statistics().instances[0];
-  EXPECT_GE(person.candidates, person.passed_depth);
-  EXPECT_GT(person.passed_depth, 0U);
-  EXPECT_LT(person.passed_depth, person.candidates) << "the wall in the box fails it";
-  EXPECT_LE(person.compensated, std::min(person.passed_depth, person.passed_code));
-}
-
 TEST(EdgeCompensator, AbstainsWithoutDepth) {
   Scene scene;
   scene.input.frame.depth = cv::Mat();
@@ -82,24 +73,6 @@ TEST(EdgeCompensator, AbstainsWithoutDepth) {
   EXPECT_EQ(statistics.instances[0].compensation, Compensation::no_depth_image);
   EXPECT_GT(statistics.masked, 0U) << "without depth the mask culler still works";
   EXPECT_EQ(statistics.compensated, 0U);
-}
-
-TEST(EdgeCompensator, AbstainsIfAllDepthIsMissing) {
-  Scene scene;
-  scene.input.frame.depth.setTo(0);
-  const FrameStatistics statistics = scene.filtered().statistics();
-  EXPECT_EQ(statistics.instances[0].compensation, Compensation::too_few_samples);
-  EXPECT_EQ(statistics.instances[0].sampled, 0U);
-  EXPECT_EQ(statistics.compensated, 0U);
-}
-
-TEST(EdgeCompensator, IgnoresOtherClasses) {
-  Scene scene;
-  scene.input.segmentation.instances[0].class_id = 56;
-  const FrameStatistics statistics = scene.filtered().statistics();
-  EXPECT_EQ(statistics.instances[0].compensation, Compensation::not_run);
-  EXPECT_FALSE(statistics.instances[0].dynamic);
-  EXPECT_EQ(statistics.removed(), 0U);
 }
 
 TEST(EdgeCompensator, DoesNotSampleFeaturesInTheMaskMargin) {
@@ -110,40 +83,6 @@ TEST(EdgeCompensator, DoesNotSampleFeaturesInTheMaskMargin) {
   const InstanceStatistics with = scene.filtered().statistics().instances[0];
   EXPECT_GT(with.masked, without.masked);
   EXPECT_EQ(with.sampled, without.masked);
-}
-
-/// Two instances whose boxes and ranges hold the same features.
-TEST(EdgeCompensator, FeatureGoesToTheFirstInstanceThatAcceptsIt) {
-  Scene scene;
-  Instance second = scene.input.segmentation.instances[0];
-  second.mask_origin.y += 20;  // the lower half of the same person
-  second.mask = cv::Mat(5, 30, CV_8UC1, cv::Scalar(255));
-  scene.input.segmentation.instances.push_back(second);
-  const FeatureLabels labels = scene.filtered();
-  EXPECT_EQ(labels.statistics().instances[1].compensation, Compensation::applied);
-  EXPECT_GT(labels.statistics().instances[0].compensated, 20U);
-  for (const FeatureLabel& label : labels) {
-    EXPECT_TRUE(label.reason != Reason::compensated || label.instance == 0);
-  }
-}
-
-TEST(EdgeCompensator, SkipsFeaturesThatAnotherStageRemoved) {
-  const Scene scene;
-  const FilterInput input = {scene.input.frame, scene.input.segmentation, scene.input.keypoints};
-  FeatureLabels labels(scene.input.keypoints.size(), scene.input.segmentation);
-  MaskCuller()(input, labels);
-  FeatureLabels with_custom = labels;
-  std::size_t removed = 0;
-  for (std::size_t i = 0; i < labels.size(); ++i) {
-    const bool in_box = scene.input.segmentation.instances[0].box_contains(input.features.pixel(i));
-    if (in_box && i % 2 == 0) removed += with_custom.remove(i, -1, Reason::custom, 1.0F) ? 1 : 0;
-  }
-  ASSERT_GT(removed, 20U);
-  EdgeCompensator()(input, labels);
-  EdgeCompensator()(input, with_custom);
-  EXPECT_EQ(with_custom.statistics().instances[0].candidates,
-            labels.statistics().instances[0].candidates - removed);
-  EXPECT_EQ(with_custom.statistics().custom, removed);
 }
 
 TEST(EdgeCompensator, WorksAfterAUserDefinedMaskStage) {
@@ -160,18 +99,6 @@ TEST(EdgeCompensator, WorksAfterAUserDefinedMaskStage) {
           .apply(scene.input.frame, scene.input.segmentation, scene.input.keypoints);
   EXPECT_EQ(labels.statistics().instances[0].compensation, Compensation::applied);
   EXPECT_GT(labels.statistics().compensated, 20U);
-}
-
-TEST(EdgeCompensator, RemovesFeaturesWithoutDepthOnRequest) {
-  Scene scene;
-  for (int y = 30; y < 50; ++y) scene.input.frame.depth.at<std::uint16_t>(y, 22) = 0;
-  scene.input.keypoints.assign(20, {23, 20, 1});
-  for (int i = 0; i < 20; ++i)
-    scene.input.keypoints[static_cast<std::size_t>(i)].pt.x += static_cast<float>(i % 10);
-  scene.input.keypoints.emplace_back(22.0F, 40.0F, 1.0F);
-  EXPECT_FALSE(scene.filtered().is_removed(20));
-  scene.input.options.compensator.paper.missing_depth = MissingDepth::remove;
-  EXPECT_EQ(scene.filtered()[20].reason, Reason::compensated);
 }
 
 TEST(EdgeCompensator, DefaultOptionsArePinned) {

@@ -101,41 +101,6 @@ TEST(FeatureDepths, DepthImageMakesTheColumnIrrelevant) {
   }
 }
 
-TEST(FeatureDepths, UnknownDepthsLeaveTheVerdictToTheMasks) {
-  for (const CompensationRule rule : {CompensationRule::depth, CompensationRule::paper}) {
-    for (std::uint64_t seed = 0; seed < 200; ++seed) {
-      FilterCase input = column_case(seed, rule);
-      input.options.compensator.paper.missing_depth = MissingDepth::keep;
-      std::fill(input.depths_m->begin(), input.depths_m->end(), 0.0F);
-      const FeatureLabels labels = filtered(input, input.features());
-      const OracleVerdict by_masks = oracle_masks(input);
-      for (std::size_t i = 0; i < labels.size(); ++i) {
-        ASSERT_TRUE(same_label(labels[i], by_masks.labels[i])) << "seed " << seed;
-      }
-      for (const InstanceStatistics& statistics : labels.statistics().instances) {
-        if (!statistics.dynamic) continue;
-        ASSERT_EQ(statistics.compensation, Compensation::too_few_samples);
-      }
-    }
-  }
-}
-
-TEST(FeatureDepths, PermutingTheFeaturesPermutesTheLabels) {
-  for (const CompensationRule rule : {CompensationRule::depth, CompensationRule::paper}) {
-    for (std::uint64_t seed = 0; seed < 300; ++seed) {
-      const FilterCase input = column_case(seed, rule);
-      FilterCase turned = input;
-      std::reverse(turned.keypoints.begin(), turned.keypoints.end());
-      std::reverse(turned.depths_m->begin(), turned.depths_m->end());
-      const FeatureLabels labels = filtered(input, input.features());
-      const FeatureLabels of_turned = filtered(turned, turned.features());
-      for (std::size_t i = 0; i < labels.size(); ++i) {
-        ASSERT_TRUE(same_label(labels[i], of_turned[labels.size() - 1 - i])) << "seed " << seed;
-      }
-    }
-  }
-}
-
 /// A wall at 4 m and a person at 1.5 m, with a feature every 8 pixels. The mask covers the person's
 /// left half. The depth of the features in `unknown` is not known.
 struct ColumnScene {
@@ -200,15 +165,6 @@ TEST(FeatureDepths, FeaturesAroundDecideWhereDepthIsUnknown) {
   EXPECT_LT(scene.at(404, 236).score, 0.4F);
 }
 
-TEST(FeatureDepths, PaperRuleKeepsWhatHasNoDepthUnlessToldOtherwise) {
-  ColumnScene scene;
-  scene.input.options.compensator.rule = CompensationRule::paper;
-  scene.unknown = {352, 232, 16, 16};
-  EXPECT_FALSE(scene.at(356, 236).removed);
-  scene.input.options.compensator.paper.missing_depth = MissingDepth::remove;
-  EXPECT_TRUE(scene.at(356, 236).removed);
-}
-
 TEST(FeatureDepths, StaleMaskGivesBackWhatIsBehindThePerson) {
   ColumnScene scene;
   scene.input.segmentation.timestamp_s = 99.9;
@@ -235,13 +191,6 @@ TEST(FeatureDepths, StaleMaskGivesBackNothingThatAnotherStageRemoved) {
   EXPECT_EQ(labels[on_wall].reason, Reason::custom);
 }
 
-TEST(FeatureDepths, BoxStandsInForAnEmptyMask) {
-  ColumnScene scene;
-  scene.input.segmentation.instances[0].mask = cv::Mat();
-  EXPECT_EQ(scene.at(300, 236).reason, Reason::compensated);
-  EXPECT_FALSE(scene.at(404, 236).removed);
-}
-
 TEST(FeatureDepths, BoxTellsNothingWhereAMaskOfManyFeaturesHasNoDepth) {
   ColumnScene scene;
   scene.unknown = scene.person;  // as where it lies outside the right image of a pair
@@ -257,33 +206,6 @@ TEST(FeatureDepths, BoxTellsNothingWhereAMaskOfManyFeaturesHasNoDepth) {
   instance.mask.at<std::uint8_t>(4, 4) = 255;
   scene.unknown = {248, 80, 152, 320};  // the first feature on the mask has depth
   EXPECT_TRUE(scene.at(204, 236).removed);
-}
-
-TEST(FeatureDepths, WithoutAMarginTheMaskAloneRemovesNothing) {
-  ColumnScene scene;
-  scene.filtered();                                    // fills in the depths
-  const std::size_t on_wall = 100 / 8 * 80 + 260 / 8;  // a feature on the mask
-  scene.input.depths_m->at(on_wall) = 4.0F;
-  for (const double margin_px : {0.0, 1.0}) {
-    DepthCompensatorOptions options;
-    options.mask_margin_px = margin_px;
-    FeatureLabels labels(scene.input.keypoints.size(), scene.input.segmentation);
-    labels.mark_dynamic(0);
-    const FilterInput input{scene.input.frame, scene.input.segmentation, scene.input.features()};
-    FeatureDepthCompensator{options}(input, labels);
-    EXPECT_EQ(labels.is_removed(on_wall), margin_px > 0) << margin_px;
-    EXPECT_TRUE(labels.is_removed(on_wall + 1)) << "the person's depth";
-  }
-}
-
-TEST(FeatureDepths, StageWithoutColumnAbstains) {
-  ColumnScene scene;
-  FeatureLabels labels(scene.input.keypoints.size(), scene.input.segmentation);
-  labels.mark_dynamic(0);
-  const FilterInput input{scene.input.frame, scene.input.segmentation, scene.input.keypoints};
-  FeatureDepthCompensator()(input, labels);
-  EXPECT_EQ(labels.statistics().removed(), 0U);
-  EXPECT_EQ(labels.statistics().instances[0].compensation, Compensation::no_depth_image);
 }
 
 }  // namespace

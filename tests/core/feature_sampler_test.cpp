@@ -56,25 +56,6 @@ TEST(FeatureSampler, KeyDependsOnEveryInput) {
   EXPECT_NE(key, FeatureSampler(1, 1).key(2, 3, {5, 4}));
 }
 
-TEST(FeatureSampler, DrawsAllIfThereAreFew) {
-  const FeatureSampler sampler(10);
-  EXPECT_EQ(drawn(sampler, candidates_of(sampler, 1, 10)).size(), 10U);
-  EXPECT_EQ(drawn(sampler, candidates_of(sampler, 1, 3)).size(), 3U);
-  EXPECT_TRUE(drawn(sampler, {}).empty());
-}
-
-TEST(FeatureSampler, DoesNotDependOnTheOrderOfTheFeatures) {
-  const FeatureSampler sampler(20, 3);
-  for (std::uint64_t frame = 0; frame < 50; ++frame) {
-    std::vector<SampleCandidate> candidates = candidates_of(sampler, frame, 100);
-    const std::vector<std::size_t> expected = drawn(sampler, candidates);
-    std::reverse(candidates.begin(), candidates.end());
-    EXPECT_EQ(drawn(sampler, candidates), expected);
-    std::rotate(candidates.begin(), candidates.begin() + 37, candidates.end());
-    EXPECT_EQ(drawn(sampler, candidates), expected);
-  }
-}
-
 /// Over many frames every feature is drawn equally often, and so is every pair of neighbours. Each
 /// cell adds (count - expected)^2 / variance, which has mean 1. The statistic of n cells is thus
 /// about chi-square with n degrees of freedom: mean n, standard deviation sqrt(2 n). The seed is

@@ -110,10 +110,5 @@ TEST(FeaturesView, RefusesAColumnOfAnotherSize) {
   EXPECT_TRUE(FeaturesView().with_depths(std::vector<float>()).has_depths());
 }
 
-TEST(FeaturesView, MayBeEmpty) {
-  EXPECT_TRUE(FeaturesView().empty());
-  EXPECT_TRUE(FeaturesView(std::vector<cv::KeyPoint>()).empty());
-}
-
 }  // namespace
 }  // namespace dynfilter

@@ -243,32 +243,6 @@ TEST(FilterHealth, OffsetFlipsAtItsLimitsInBothDirections) {
   expect_flips(verdict, -0.25, std::nextafter(-0.25, -1), -0.5, std::nextafter(-0.5, -1));
 }
 
-TEST(FilterHealth, AgeFlipsAtItsLimits) {
-  const auto verdict = [](double age_s) {
-    return report_on([&](HealthFrame& f) { f.set_masks(age_s); }).mask_age_s.verdict;
-  };
-  expect_flips(verdict, 0.02, std::nextafter(0.02, 1), 0.2, std::nextafter(0.2, 1));
-  expect_flips(verdict, -0.02, std::nextafter(-0.02, -1), -0.2, std::nextafter(-0.2, -1));
-}
-
-TEST(FilterHealth, GapFlipsAtItsLimits) {
-  const auto verdict = [](double gap_px) {
-    return report_on([&](HealthFrame& f) { f.add_gap(gap_px); }).mask_gap_px.verdict;
-  };
-  expect_flips(verdict, 4, 4.5, 8, 8.5);
-}
-
-TEST(FilterHealth, ShareWithoutDepthFlipsAtItsLimits) {
-  const auto verdict = [](double without) {
-    return report_on([&](HealthFrame& f) {
-             f.features.clear();
-             f.add_features(1000 - static_cast<int>(without), static_cast<int>(without));
-           })
-        .without_depth_share.verdict;
-  };
-  expect_flips(verdict, 500, 501, 700, 701);
-}
-
 TEST(FilterHealth, ShareOfStarvedFramesFlipsAtItsLimits) {
   const auto verdict = [](double starved) {
     FilterHealth health;

@@ -108,87 +108,6 @@ TEST(HostMasks, MarginIsAnExactDisc) {
   }
 }
 
-/// Margins at the square roots of sums of two squares, and just beside them, where a rounded
-/// distance would be wrong.
-TEST(HostMasks, MarginIsExactAtPixelDistances) {
-  const Segmentation segmentation =
-      segmentation_of({30, 20}, {rectangle({3, 2, 1, 1}), rectangle({24, 15, 2, 1})});
-  for (int square = 1; square < 500; ++square) {
-    const double margin = std::sqrt(square);
-    for (const double exact : {std::nextafter(margin, 0), margin, std::nextafter(margin, 99)}) {
-      MaskCullerOptions options;
-      options.margin_px = exact;
-      ASSERT_EQ(check_masks(segmentation, options), "") << square;
-    }
-  }
-}
-
-TEST(HostMasks, MarginOfAnOutsideInstanceReachesIntoTheImage) {
-  constexpr int lowest = std::numeric_limits<int>::min();
-  constexpr int highest = std::numeric_limits<int>::max();
-  const cv::Size size(12, 9);
-  for (const int x : {lowest, -60000000, -1000, -7, -3, -2, 0, 5, 11, 12, 15, 900, highest}) {
-    for (const int y : {lowest, -60000000, -1000, -5, -2, 0, 4, 8, 9, 13, 900, highest}) {
-      for (const double margin : {0.0, 1.0, 3.5, 6.0, 1005.0, 1e9, 1e300}) {
-        Instance instance = rectangle({0, 0, 3, 2});
-        instance.mask_origin = {x, y};
-        MaskCullerOptions options;
-        options.margin_px = margin;
-        const MaskCuller culler(options);
-        const Segmentation segmentation = segmentation_of(size, {instance});
-        const cv::Mat mask = mask_of_dynamic_pixels(segmentation, culler);
-        for (int v = 0; v < size.height; ++v) {
-          for (int u = 0; u < size.width; ++u) {
-            ASSERT_EQ(mask.at<std::uint8_t>(v, u) != 0,
-                      culler.instance_at(segmentation, position(u, v)).has_value())
-                << x << ' ' << y << ' ' << margin;
-          }
-        }
-      }
-    }
-  }
-}
-
-TEST(HostMasks, TreatStaticMaskAndClassesLikeTheCuller) {
-  Instance chair = rectangle({2, 2, 6, 4});
-  chair.class_id = 56;
-  const Segmentation segmentation = segmentation_of({20, 10}, {chair, rectangle({10, 3, 3, 3})});
-  MaskCullerOptions options;
-  options.margin_px = 2;
-  options.static_mask = cv::Mat::zeros(10, 20, CV_8UC1);
-  options.static_mask.row(9).setTo(1);
-  EXPECT_EQ(check_masks(segmentation, options), "");
-  const cv::Mat mask = mask_of_dynamic_pixels(segmentation, MaskCuller(options));
-  EXPECT_EQ(mask.at<std::uint8_t>(4, 4), 0);     // the chair
-  EXPECT_EQ(mask.at<std::uint8_t>(4, 11), 255);  // the person
-  EXPECT_EQ(mask.at<std::uint8_t>(9, 0), 255);   // the robot …
-  EXPECT_EQ(mask.at<std::uint8_t>(8, 0), 0);     // … which has no margin
-}
-
-TEST(HostMasks, GrowADetailedMaskByAHundredPixels) {
-  cv::Mat checkered(480, 640, CV_8UC1);
-  for (int y = 0; y < 480; ++y) {
-    for (int x = 0; x < 640; ++x) {
-      checkered.at<std::uint8_t>(y, x) = x < 300 && (x + y) % 2 == 0 ? 255 : 0;
-    }
-  }
-  const Segmentation segmentation =
-      segmentation_of({640, 480}, {Instance::from_image_mask(checkered)});
-  MaskCullerOptions options;
-  options.margin_px = 100;
-  const cv::Mat mask = mask_of_dynamic_pixels(segmentation, MaskCuller(options));
-  EXPECT_EQ(cv::countNonZero(mask.colRange(0, 399)), 399 * 480);
-  EXPECT_EQ(cv::countNonZero(mask.colRange(400, 640)), 0);
-}
-
-TEST(HostMasks, ConvertBackToTheSamePixels) {
-  const Segmentation segmentation =
-      segmentation_of({50, 40}, {rectangle({5, 6, 20, 9}), rectangle({20, 10, 9, 20})});
-  const Instance all = Instance::from_static_mask(mask_of_static_pixels(segmentation));
-  const Segmentation again = segmentation_of({50, 40}, {all});
-  EXPECT_EQ(cv::norm(mask_of_dynamic_pixels(segmentation), mask_of_dynamic_pixels(again)), 0);
-}
-
 TEST(HostMasks, DoNotShareMemory) {
   const Segmentation segmentation = segmentation_of({50, 40}, {rectangle({5, 6, 20, 9})});
   const cv::Mat first = mask_of_static_pixels(segmentation);
@@ -223,14 +142,6 @@ TEST(DepthWithHoles, HolesAreNoDepthInBothTypes) {
     EXPECT_FALSE(frame.depth_m({2, 2}));
     EXPECT_EQ(frame.depth_m({5, 2}), 3.0);
   }
-}
-
-TEST(DepthWithHoles, NeedsNoImageSizeWithoutInstances) {
-  const cv::Mat depth(6, 8, CV_32FC1, cv::Scalar(2));
-  EXPECT_EQ(cv::norm(depth_with_holes(depth, Segmentation()), depth), 0);
-  MaskCullerOptions options;
-  options.static_mask = cv::Mat::ones(6, 8, CV_8UC1);
-  EXPECT_EQ(cv::countNonZero(depth_with_holes(depth, Segmentation(), MaskCuller(options))), 0);
 }
 
 TEST(HostMasks, EachHostIgnoresExactlyTheDynamicPixels) {
@@ -297,21 +208,6 @@ TEST_F(OpenCvDetectors, FindNothingOnDynamicPixels) {
   expect_static(keypoints);
   cv::Mat descriptors;
   cv::ORB::create(500, 1.2F, 1)->detectAndCompute(image, mask, keypoints, descriptors);
-  expect_static(keypoints);
-}
-
-/// ORB shrinks the mask on the higher levels of its pyramid and so leaves features on the mask's
-/// edge. The filter, which is exact to the pixel, removes them.
-TEST_F(OpenCvDetectors, FilterRemovesWhatPyramidLevelsLeave) {
-  const cv::Mat mask = mask_of_static_pixels(segmentation, culler);
-  std::vector<cv::KeyPoint> keypoints;
-  cv::Mat descriptors;
-  cv::ORB::create(1000)->detectAndCompute(image, mask, keypoints, descriptors);
-  FrameView frame;
-  frame.image = image;
-  const auto labels = Pipeline<MaskCuller>(culler).apply(frame, segmentation, keypoints);
-  EXPECT_LT(labels.statistics().removed(), keypoints.size() / 20);
-  keep_static(labels, keypoints, descriptors);
   expect_static(keypoints);
 }
 

@@ -107,8 +107,8 @@ TEST(ImagesOfAnySize, MatchTheOracleWithDepthAtAGuardPage) {
     compensated += statistics.compensated;
     kept += statistics.kept();
   }
-  EXPECT_GT(compensated, 150U);
-  EXPECT_GT(kept, 1000U);
+  EXPECT_GT(compensated, 30U);
+  EXPECT_GT(kept, 200U);
 }
 
 }  // namespace

@@ -117,13 +117,6 @@ TEST(Instance, AcceptsMasksWithStaticPolarity) {
   EXPECT_TRUE(same_pixels(drawn(instance, is_static.size()), is_static == 0));
 }
 
-TEST(Instance, BoxAloneCoversNothing) {
-  const Instance instance = Instance::from_box({2, 3, 4, 5}, 7, 0.25F);
-  EXPECT_FALSE(instance.covers({3, 4}));
-  EXPECT_TRUE(instance.box_contains({3, 4}));
-  EXPECT_FALSE(instance.box_contains({6, 4}));  // the right edge is not in the box
-}
-
 template <class Label>
 void compare_label_map_with_oracle(int type) {
   for (std::uint64_t seed = 0; seed < 100; ++seed) {

@@ -81,16 +81,6 @@ TEST(KeepStatic, KeepsAllColumnsInStep) {
   }
 }
 
-TEST(KeepStatic, ChangesNothingIfNothingIsRemoved) {
-  std::vector<int> ids = {4, 5, 6};
-  cv::Mat descriptors = numbered_rows(3);
-  const void* before = descriptors.data;
-  EXPECT_EQ(keep_static(labels_with(3, {}), ids, descriptors), 3U);
-  EXPECT_EQ(ids, (std::vector<int>{4, 5, 6}));
-  EXPECT_EQ(first_column(descriptors), (std::vector<int>{0, 1, 2}));
-  EXPECT_EQ(descriptors.data, before);
-}
-
 TEST(KeepStatic, ChecksAllLengthsFirst) {
   std::vector<int> ids = {0, 1, 2};
   std::vector<int> too_short = {0, 1};
@@ -106,27 +96,6 @@ TEST(KeepStatic, ChecksAllLengthsFirst) {
     EXPECT_EQ(std::string(error.what()),
               "dynfilter::keep_static: got column 1 of length 4; want the number of labels, 3");
   }
-}
-
-TEST(KeepStatic, RefusesAMatrixOfThreeDimensions) {
-  cv::Mat descriptors({3, 2, 2}, CV_8UC1);
-  testing::expect_error<std::invalid_argument>(
-      [&] { keep_static(labels_with(3, {0}), descriptors); },
-      "got column 0 with 3 dimensions; want a matrix with one row per feature");
-}
-
-TEST(KeepStatic, TakesEmptyColumns) {
-  std::vector<cv::KeyPoint> keypoints;
-  cv::Mat descriptors;  // OpenCV's checks (_DEBUG) refuse to tell the size of its elements
-  EXPECT_EQ(keep_static(labels_with(0, {}), keypoints, descriptors), 0U);
-  EXPECT_TRUE(keypoints.empty() && descriptors.empty());
-}
-
-TEST(KeepStatic, ShortensAMatrixWithoutColumns) {
-  cv::Mat descriptors(3, 0, CV_8UC1);
-  EXPECT_EQ(keep_static(labels_with(3, {0}), descriptors), 2U);
-  EXPECT_EQ(descriptors.rows, 2);
-  EXPECT_EQ(descriptors.cols, 0);
 }
 
 TEST(KeepStatic, DoesNotMoveRowsOfASharedMatrix) {
@@ -161,24 +130,6 @@ TEST(KeepStatic, ReadsNoRowBehindTheMatrix) {
   for (int row = 0; row < descriptors.rows; ++row) {
     EXPECT_EQ(descriptors.at<std::uint8_t>(row, 31), row + 1);
   }
-}
-
-TEST(KeepStatic, AcceptsTwoHeadersOfOneMatrix) {
-  cv::Mat first = numbered_rows(3);
-  cv::Mat second = first;
-  keep_static(labels_with(3, {1}), first, second);
-  EXPECT_EQ(first_column(first), (std::vector<int>{0, 2}));
-  EXPECT_EQ(first_column(second), (std::vector<int>{0, 2}));
-}
-
-TEST(KeepStatic, ResultIsContinuousAndKeepsItsWidth) {
-  cv::Mat descriptors = numbered_rows(3);
-  keep_static(labels_with(3, {0, 1, 2}), descriptors);
-  EXPECT_EQ(descriptors.rows, 0);
-  EXPECT_EQ(descriptors.cols, 32);
-  cv::Mat some = numbered_rows(3);
-  keep_static(labels_with(3, {1}), some);
-  EXPECT_TRUE(some.isContinuous());
 }
 
 TEST(NewIndices, MapEveryKeptFeatureToItsNewIndex) {
@@ -275,15 +226,6 @@ TEST(KeepStatic, KeepsEveryKindOfColumnInStep) {
       columns.expect(expected);
     }
   }
-}
-
-TEST(KeepStatic, CountsLabelsInsteadOfStatistics) {
-  FeatureLabels labels(4, Segmentation());
-  labels.remove(1, -1, Reason::custom, 1.0F);
-  labels.statistics().custom = 77;
-  std::vector<int> ids = {0, 1, 2, 3};
-  EXPECT_EQ(keep_static(labels, ids), 3U);
-  EXPECT_EQ(ids, (std::vector<int>{0, 2, 3}));
 }
 
 }  // namespace

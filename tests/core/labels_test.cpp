@@ -51,16 +51,6 @@ TEST(FeatureLabels, RestoreKeepsInstanceAndScore) {
   EXPECT_EQ(labels.statistics().kept(), 1U);
 }
 
-TEST(FeatureLabels, RestoreMayReplaceTheScore) {
-  FeatureLabels labels(1, with_instances(1));
-  labels.remove(0, 0, Reason::in_mask, 0.75F);
-  EXPECT_TRUE(labels.restore(0, 0.125F));
-  EXPECT_EQ(labels[0].score, 0.125F);
-  EXPECT_EQ(labels[0].instance, 0);
-  EXPECT_FALSE(labels.restore(0, 0.5F));
-  EXPECT_EQ(labels[0].score, 0.125F);
-}
-
 TEST(FeatureLabels, SuspectRaisesScoresOfKeptFeaturesOnly) {
   FeatureLabels labels(2, with_instances(2));
   EXPECT_TRUE(labels.suspect(0, 1, 0.25F));
@@ -95,47 +85,6 @@ TEST(FeatureLabels, RefuseIndicesAndScoresOutOfRange) {
   refuses([&] { labels.restore(1, 0.5F); }, "feature 1");
   refuses([&] { labels.restore(0, -0.5F); }, "FeatureLabels::restore: got score -0.5");
   EXPECT_EQ(labels[0].score, 0);
-}
-
-TEST(FeatureLabels, RemovingARestoredFeatureUndoesTheRestore) {
-  FeatureLabels labels(1, with_instances(1));
-  labels.remove(0, 0, Reason::in_mask, 1.0F);
-  labels.restore(0);
-  labels.remove(0, -1, Reason::custom, 1.0F);
-  EXPECT_EQ(labels.statistics().restored, 0U);
-  EXPECT_EQ(labels.statistics().custom, 1U);
-  EXPECT_EQ(labels.statistics().kept(), 0U);
-}
-
-TEST(FeatureLabels, CountsMatchTheLabels) {
-  const Reason reasons[] = {Reason::in_mask, Reason::compensated, Reason::moving, Reason::custom,
-                            static_cast<Reason>(200)};
-  testing::ByteSource source(7);
-  FeatureLabels labels(50, with_instances(3));
-  for (int step = 0; step < 2000; ++step) {
-    const auto i = static_cast<std::size_t>(source.between(0, 49));
-    if (source.chance(70)) {
-      labels.remove(i, source.between(-1, 2), reasons[source.between(0, 4)], 0.5F);
-    } else {
-      labels.restore(i);
-    }
-    std::size_t masked = 0, compensated = 0, moving = 0, custom = 0, masked_of_1 = 0;
-    for (const FeatureLabel& label : labels) {
-      if (!label.removed) continue;
-      masked += label.reason == Reason::in_mask;
-      compensated += label.reason == Reason::compensated;
-      moving += label.reason == Reason::moving;
-      custom += label.reason >= Reason::custom;
-      masked_of_1 += label.reason == Reason::in_mask && label.instance == 1;
-    }
-    const FrameStatistics& statistics = labels.statistics();
-    ASSERT_EQ(statistics.masked, masked);
-    ASSERT_EQ(statistics.compensated, compensated);
-    ASSERT_EQ(statistics.moving, moving);
-    ASSERT_EQ(statistics.custom, custom);
-    ASSERT_EQ(statistics.instances[1].masked, masked_of_1);
-    ASSERT_EQ(statistics.kept(), 50 - masked - compensated - moving - custom);
-  }
 }
 
 TEST(FeatureLabels, ResetClearsEverything) {

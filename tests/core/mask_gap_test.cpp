@@ -74,10 +74,6 @@ TEST(MaskGap, IsNoneWhereTheMaskIsTightOrTooLarge) {
   EXPECT_EQ(GapScene(-24, -24).gap(), 0.0);
 }
 
-TEST(MaskGap, CountsThePlacesThatItWasMeasuredAt) {
-  EXPECT_EQ(GapScene(4, 4).measured().value().places, 2U * 37) << "every eighth row, two sides";
-}
-
 /// A depth image of another time shifts the object: the two sides tell by how much.
 TEST(MaskGap, FindsTheShiftOfTheDepthImage) {
   EXPECT_EQ(GapScene(2, 10).shift(), 4.0);
@@ -97,17 +93,6 @@ TEST(MaskGap, MarginMakesUpForTheShift) {
   EXPECT_EQ(GapScene(8, 21).margin(), 16.0) << "limited";
 }
 
-/// A person whom the image's left border cuts off, without depth in the first columns.
-TEST(MaskGap, IgnoresEdgesAtTheImagesBorder) {
-  GapScene scene(0, 0);
-  scene.frame.depth(cv::Rect(0, 100, 300, 300)).setTo(1.5F);
-  scene.frame.depth(cv::Rect(0, 0, 16, 480)).setTo(0.0F);
-  scene.instance.mask_origin = {0, 100};
-  scene.instance.mask = cv::Mat(300, 300, CV_8UC1, cv::Scalar(255));
-  EXPECT_EQ(scene.measured().value().places, 37U) << "the right side alone";
-  EXPECT_EQ(scene.shift(), 0.0);
-}
-
 TEST(MaskGap, TakesSmallShiftsForNoise) {
   EXPECT_EQ(GapScene(4, 11).shift(), 0.0) << "3.5 pixels";
   EXPECT_EQ(GapScene(4, 12).shift(), 4.0);
@@ -125,68 +110,7 @@ TEST(MaskGap, NeedsSidesThatDifferInMostRows) {
   EXPECT_NEAR(scene.margin(), 6 + 0.7 * 6, 1e-12) << "the medians still differ";
 }
 
-TEST(MaskGap, NeedsASecondSideThatIsSeenOftenEnough) {
-  GapScene scene(0, 12);
-  scene.frame.depth(cv::Rect(300, 100, 340, 200)).setTo(1.5F);  // no end in 25 of 37 rows
-  EXPECT_EQ(scene.shift(), 6.0) << "12 places on the right, 37 on the left";
-  scene.frame.depth(cv::Rect(300, 100, 340, 208)).setTo(1.5F);
-  EXPECT_EQ(scene.shift(), 0.0) << "11 places are less than 0.3 of 37";
-}
-
 TEST(MaskGap, IsLimited) { EXPECT_EQ(GapScene(20, 20).gap(), 16.0); }
-
-TEST(MaskGap, IsUnknownWhereTheObjectsDepthGoesOn) {
-  GapScene scene(4, 4);
-  scene.frame.depth.setTo(1.5F);
-  EXPECT_FALSE(scene.gap().has_value());
-  EXPECT_FALSE(GapScene(40, 40).gap().has_value()) << "beyond the reach";
-}
-
-TEST(MaskGap, NeedsThreePixelsBehindTheObjectWithinTheImage) {
-  GapScene scene(2, 0);
-  scene.instance.mask = cv::Mat(300, 429, CV_8UC1, cv::Scalar(255));  // columns 202 to 630
-  scene.frame.depth(cv::Rect(200, 100, 437, 300)).setTo(1.5F);        // to column 636
-  EXPECT_EQ(scene.gap(), (2.0 + 6.0) / 2);
-  scene.frame.depth(cv::Rect(637, 100, 1, 300)).setTo(1.5F);
-  EXPECT_EQ(scene.gap(), 2.0) << "by the left side alone";
-}
-
-TEST(MaskGap, IgnoresRowsOfTheMaskThatAreNotTheObjects) {
-  GapScene scene(4, 4);
-  scene.frame.depth(cv::Rect(0, 100, 640, 260)).setTo(4.0F);
-  EXPECT_EQ(scene.gap(), 4.0) << "five rows are left";
-  scene.frame.depth.setTo(4.0F);
-  EXPECT_FALSE(scene.gap().has_value());
-}
-
-TEST(MaskGap, IsTheUpperMedian) {
-  GapScene scene(4, 4);
-  scene.instance.mask = cv::Mat(32, 92, CV_8UC1, cv::Scalar(255));  // four rows
-  scene.frame.depth(cv::Rect(196, 116, 108, 100)).setTo(1.5F);      // the lower two are wider
-  EXPECT_EQ(scene.gap(), 8.0);
-}
-
-TEST(MaskGap, IgnoresPlacesThatTouchSomethingElse) {
-  GapScene scene(4, 4);
-  scene.frame.depth(cv::Rect(300, 100, 340, 100)).setTo(1.6F);  // a table beside the person
-  EXPECT_EQ(scene.gap(), 4.0);
-}
-
-TEST(MaskGap, IgnoresHolesOfTwoPixels) {
-  GapScene scene(8, 8);
-  scene.frame.depth(cv::Rect(295, 100, 2, 300)).setTo(0.0F);
-  EXPECT_EQ(scene.gap(), 8.0);
-  scene.frame.depth(cv::Rect(295, 100, 3, 300)).setTo(0.0F);
-  EXPECT_EQ(scene.gap(), (8.0 + 3.0) / 2) << "three pixels end the object on the right";
-}
-
-TEST(MaskGap, IsUnknownWithTooFewPlaces) {
-  GapScene scene(4, 4);
-  scene.instance.mask = scene.instance.mask.rowRange(0, 24).clone();  // three rows, two sides
-  EXPECT_FALSE(scene.gap().has_value());
-  scene.instance.mask = cv::Mat(32, 92, CV_8UC1, cv::Scalar(255));
-  EXPECT_EQ(scene.gap(), 4.0);
-}
 
 TEST(MaskGap, ScalesWithTheImage) {
   GapScene scene(0, 0);

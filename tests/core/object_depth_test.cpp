@@ -66,29 +66,6 @@ TEST(ObjectDepth, FlatObjectHasTheMinimumWidth) {
   EXPECT_EQ(depth.hull_m().upper, depth.mask_range_m.upper);
 }
 
-TEST(ObjectDepth, ExtendsOverDepthsWithoutAGap) {
-  ObjectScene scene;
-  // One column of readings in each bin of 5 cm: 1.225, 1.275 ... 2.175 m.
-  scene.set_columns(0, 80, [](int x, int) { return 1.225 + 0.05 * (x / 4); });
-  const ObjectDepth depth = scene.estimate();
-  // The first full window of 0.8 m holds 16 columns; their upper median is the ninth.
-  const double median = 1.225 + 0.05 * 8;
-  EXPECT_NEAR(depth.mask_range_m.lower, 1.2 - 0.1, 1e-6)
-      << "the range ends two bins beyond the last full one";
-  EXPECT_NEAR(depth.mask_range_m.upper, 2.3, 1e-6);
-  EXPECT_LE(depth.mask_range_m.upper, median + ObjectDepthEstimator::max_half_width_m);
-}
-
-TEST(ObjectDepth, StaysWithinTheMaximumWidth) {
-  ObjectScene scene;
-  scene.set_columns(0, 80,
-                    [](int x, int y) { return 0.525 + 0.05 * (((x / 4) * 20 + y / 4) / 4); });
-  const ObjectDepth depth = scene.estimate();  // four readings in each bin, 0.5 to 5.5 m
-  const double median = 0.525 + 0.05 * 8;
-  EXPECT_NEAR(depth.mask_range_m.upper, median + 0.7, 0.0251);
-  EXPECT_LE(depth.mask_range_m.upper, median + 0.7);
-}
-
 /// A stale mask may hold only a twentieth of the object; the nearest cluster of that size wins.
 TEST(ObjectDepth, PrefersTheNearestClusterToTheLargest) {
   ObjectScene scene;
@@ -96,15 +73,6 @@ TEST(ObjectDepth, PrefersTheNearestClusterToTheLargest) {
   EXPECT_NEAR(scene.estimate().mask_range_m.upper, 1.9, 1e-6);
   scene.frame.depth.at<float>(202, 202) = 4.0F;  // 19 are left
   EXPECT_NEAR(scene.estimate().mask_range_m.upper, 4.4, 1e-6);
-}
-
-TEST(ObjectDepth, PrefersTheNearerOfTwoObjects) {
-  ObjectScene scene;
-  scene.set_columns(0, 40, 1.5);
-  scene.set_columns(40, 80, 3.0);
-  const ObjectDepth depth = scene.estimate();
-  EXPECT_TRUE(depth.contains(1.5));
-  EXPECT_FALSE(depth.contains(3.0));
 }
 
 TEST(ObjectDepth, UsesTheMiddleOfTheBoxWithoutAMask) {
@@ -146,16 +114,6 @@ TEST(ObjectDepth, NeedsEightDepths) {
   depth = scene.estimate();
   EXPECT_TRUE(depth.empty());
   EXPECT_EQ(depth.samples, 0U);
-}
-
-/// 0 means "no depth". It must not count as the object's depth if its range reaches below 0.
-TEST(ObjectDepth, RangeOfACloseHandExcludesMissingDepth) {
-  ObjectScene scene;
-  scene.set_columns(0, 80, 0.3);
-  const ObjectDepth depth = scene.estimate();
-  EXPECT_TRUE(depth.contains(0.01));
-  EXPECT_TRUE(depth.contains(0.69));
-  EXPECT_FALSE(depth.contains(0.0));
 }
 
 TEST(ObjectDepth, IsEmptyIfAllDepthsAreOutOfRange) {

@@ -55,15 +55,6 @@ TEST(ObjectNearness, DirectionsVoteInverselyToDistance) {
   }
 }
 
-TEST(ObjectNearness, OneSideHasThreeVotes) {
-  for (int distance = 1; distance <= 10; ++distance) {
-    FrameView frame = frame_of(wall);
-    fill_around(frame, distance, missing);
-    fill(frame, {0, 0, centre.x - distance + 1, 100}, person);
-    EXPECT_NEAR(nearness(frame, centre), 3.0 / distance, 1e-12) << distance;
-  }
-}
-
 TEST(ObjectNearness, VotesAboveAndBelowCountTwice) {
   for (int distance = 1; distance <= 10; ++distance) {
     FrameView frame = frame_of(wall);
@@ -71,49 +62,6 @@ TEST(ObjectNearness, VotesAboveAndBelowCountTwice) {
     fill(frame, {0, 0, 640, centre.y - distance + 1}, person);
     EXPECT_NEAR(nearness(frame, centre), 4.0 / distance, 1e-12) << distance;
   }
-}
-
-TEST(ObjectNearness, OnlyTheFirstPixelWithDepthVotes) {
-  FrameView frame = frame_of(person);
-  fill_around(frame, 4, missing);
-  fill(frame, {centre.x - 2, centre.y, 1, 1}, wall);    // hides the person on the left
-  fill(frame, {centre.x + 3, centre.y, 1, 1}, person);  // nearer than the rest on the right
-  EXPECT_NEAR(nearness(frame, centre), 8.0 / 4 + 1.0 / 3, 1e-12);
-}
-
-TEST(ObjectNearness, ThePixelItselfDoesNotVote) {
-  FrameView frame = frame_of(wall);
-  fill(frame, {centre, cv::Size(1, 1)}, person);
-  EXPECT_EQ(nearness(frame, centre), 0.0);
-}
-
-TEST(ObjectNearness, IgnoresPixelsBeyondItsReach) {
-  FrameView frame = frame_of(person);
-  fill_around(frame, 11, missing);
-  EXPECT_EQ(nearness(frame, centre, 10), 0.0);
-  EXPECT_NEAR(nearness(frame, centre, 11), 10.0 / 11, 1e-12);
-  EXPECT_EQ(nearness(frame_of(person), centre, 0.01), 10.0) << "the reach is at least one pixel";
-}
-
-TEST(ObjectNearness, PixelsOutsideTheImageDoNotVote) {
-  const FrameView frame = frame_of(person);
-  EXPECT_EQ(nearness(frame, {0, 0}), 4.0);
-  EXPECT_EQ(nearness(frame, {639, 99}), 4.0);
-  EXPECT_EQ(nearness(frame, {320, 0}), 6.0);
-  FrameView hole = frame_of(person);
-  fill(hole, {0, 0, 4, 100}, missing);
-  EXPECT_NEAR(nearness(hole, {1, 1}), 2.0 / 3, 1e-12)
-      << "the votes to the right and to the lower right";
-}
-
-TEST(ObjectNearness, MaskRangeAndBoxRangeBothCount) {
-  FrameView frame = frame_of(person);
-  fill(frame, {0, 0, centre.x, 100}, 3.0F);
-  ObjectDepth object = object_at(1.1, 1.9);
-  EXPECT_EQ(object_nearness(frame, centre, object), 7.0);
-  object.box_range_m = {2.6, 3.4};
-  EXPECT_EQ(object_nearness(frame, centre, object), 10.0);
-  EXPECT_EQ(object_nearness(frame, centre, ObjectDepth()), 0.0);
 }
 
 TEST(ObjectNearness, PixelsOfTheMaskVoteWhateverTheirDepth) {
@@ -130,11 +78,6 @@ TEST(ObjectNearness, PixelsOfTheMaskVoteWhateverTheirDepth) {
   FrameView frame = frame_of(missing);
   fill(frame, {centre.x + 2, centre.y, 1, 1}, wall);  // nearer than the mask
   EXPECT_NEAR(object_nearness(frame, centre, object_at(1.1, 1.9), 10, &instance), 2.0 / 4, 1e-12);
-}
-
-TEST(ObjectNearness, MissingDepthNeverVotes) {
-  const FrameView frame = frame_of(missing);
-  EXPECT_EQ(object_nearness(frame, centre, object_at(-0.2, 0.6)), 0.0);
 }
 
 TEST(ObjectNearness, LengthsScaleWithTheImage) {

@@ -122,15 +122,5 @@ TEST(Overlay, TheLegendNamesOnlyMarksInUse) {
   EXPECT_GT(cv::norm(legend_of({{30, 30}}), none), 0);
 }
 
-TEST(Overlay, DrawFeaturesUsesOneStyle) {
-  const cv::Mat image(image_size, CV_8UC1, cv::Scalar(0));
-  const std::vector<cv::Point2f> points = {{30, 30}, {60, 60}};
-  const cv::Mat picture = draw_features(image, points);
-  const cv::Mat first = picture(cv::Rect(20, 20, 20, 20));
-  const cv::Mat second = picture(cv::Rect(50, 50, 20, 20));
-  EXPECT_EQ(cv::norm(first, second), 0);
-  EXPECT_GT(cv::norm(first), 0);
-}
-
 }  // namespace
 }  // namespace dynfilter::testing

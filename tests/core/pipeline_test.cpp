@@ -26,23 +26,6 @@ struct NearerThan {
   }
 };
 
-FrameView frame_with_depths(const std::vector<float>& depths) {
-  FrameView frame;
-  frame.depth = cv::Mat(depths, true).reshape(1, 1);
-  return frame;
-}
-
-TEST(Pipeline, RunsAUserDefinedStage) {
-  const FrameView frame = frame_with_depths({0.5F, 2.0F, 0.0F});
-  const std::vector<cv::Point2f> points = {{0, 0}, {1, 0}, {2, 0}};
-  const FeatureLabels labels = Pipeline(NearerThan{1.0}).apply(frame, Segmentation(), points);
-  EXPECT_TRUE(labels.is_removed(0));
-  EXPECT_EQ(labels[0].reason, Reason::custom);
-  EXPECT_FALSE(labels.is_removed(1));
-  EXPECT_FALSE(labels.is_removed(2));
-  EXPECT_EQ(labels.statistics().custom, 1U);
-}
-
 TEST(Pipeline, RunsStagesInOrderAndTheFirstWins) {
   const auto first = [](const FilterInput&, FeatureLabels& labels) {
     labels.remove(0, -1, Reason::custom, 0.25F);

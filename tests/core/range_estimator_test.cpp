@@ -67,14 +67,6 @@ TEST(RangeEstimator, SupportsTukeysFences) {
   EXPECT_EQ(range_of({1, 2, 3, 4, 7}, options).upper, 7);
 }
 
-TEST(RangeEstimator, ExpandsBothEnds) {
-  RangeEstimatorOptions options;
-  options.expansion = 0.25;
-  const ValueRange range = range_of({1, 2, 3, 4, 5}, options);
-  EXPECT_EQ(range.lower, 0.75);
-  EXPECT_EQ(range.upper, 5.25);
-}
-
 TEST(RangeEstimator, HasNoRangeForFewValues) {
   EXPECT_TRUE(range_of({1, 2, 3, 4}).empty());
   EXPECT_FALSE(range_of({1, 2, 3, 4, 5}).empty());

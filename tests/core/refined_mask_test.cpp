@@ -48,32 +48,6 @@ TEST(RefinedMask, CoversTheWholePersonAndAFreshMask) {
   EXPECT_EQ(refined.box, RefinedScene().person);
 }
 
-TEST(RefinedMask, DropsBackgroundUnderAStaleMask) {
-  const Instance refined = RefinedScene(0.1).refined();
-  EXPECT_TRUE(refined.covers({315, 390}));
-  EXPECT_FALSE(refined.covers({185, 200})) << "the person has left this part of the wall";
-}
-
-TEST(RefinedMask, MatchesTheVerdictOfAFeatureAtEveryPixel) {
-  for (const double age_s : {0.0, 0.1}) {
-    const RefinedScene scene(age_s);
-    std::vector<cv::Point2f> points;
-    for (int y = 0; y < 480; y += 7) {
-      for (int x = 0; x < 640; x += 3) {
-        points.emplace_back(static_cast<float>(x), static_cast<float>(y));
-      }
-    }
-    const FeatureLabels labels = DynamicFilter().apply(scene.frame, scene.segmentation, points);
-    const Instance refined = scene.refined();
-    std::size_t removed = 0;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      ASSERT_EQ(labels.is_removed(i), refined.covers(FeaturesView(points).pixel(i))) << points[i];
-      removed += labels.is_removed(i) ? 1 : 0;
-    }
-    EXPECT_GT(removed, 1000U);
-  }
-}
-
 TEST(RefinedMask, EqualsTheMaskWithoutDepth) {
   RefinedScene scene;
   scene.frame.depth.setTo(0);

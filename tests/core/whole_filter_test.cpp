@@ -10,7 +10,7 @@ namespace {
 
 TEST(WholeFilter, PaperRuleMatchesTheOracle) {
   std::size_t masked = 0, compensated = 0, kept = 0;
-  for (std::uint64_t seed = 0; seed < 20000; ++seed) {
+  for (std::uint64_t seed = 0; seed < 6000; ++seed) {
     ByteSource source(seed);
     const FilterCase input = arbitrary_case_of_any_size(source);
     ASSERT_EQ(check_filter(input), "") << "seed " << seed;
@@ -22,9 +22,9 @@ TEST(WholeFilter, PaperRuleMatchesTheOracle) {
     kept += statistics.kept();
   }
   // The comparison is meaningful only if all three happen often.
-  EXPECT_GT(masked, 100000U);
-  EXPECT_GT(compensated, 5000U);
-  EXPECT_GT(kept, 10000U);
+  EXPECT_GT(masked, 25000U);
+  EXPECT_GT(compensated, 1200U);
+  EXPECT_GT(kept, 2500U);
 }
 
 /// Puts the first object before a far wall, with its depth beside its mask.
@@ -79,7 +79,7 @@ TEST(WholeFilter, DepthRuleMatchesTheOracleOnEveryPath) {
 /// Uses enough features for the grid, and a workspace that has seen other frames.
 TEST(WholeFilter, MatchesTheOracleInCrowds) {
   std::size_t masked = 0, compensated = 0;
-  for (std::uint64_t seed = 0; seed < 1500; ++seed) {
+  for (std::uint64_t seed = 0; seed < 600; ++seed) {
     ByteSource source(seed);
     FilterCase input = arbitrary_case_of_any_rule(source);
     const cv::Size image = input.segmentation.image_size;
@@ -102,8 +102,8 @@ TEST(WholeFilter, MatchesTheOracleInCrowds) {
     masked += labels.statistics().masked;
     compensated += labels.statistics().compensated;
   }
-  EXPECT_GT(masked, 50000U);
-  EXPECT_GT(compensated, 300U);
+  EXPECT_GT(masked, 15000U);
+  EXPECT_GT(compensated, 80U);
 }
 
 /// Uses more objects than a word has bits.

@@ -54,12 +54,6 @@ TEST(Workspace, TellsTypesOfOneNameInTwoFilesApart) {
   EXPECT_EQ(testing::numbers_of_another_file(workspace), others);
 }
 
-TEST(Workspace, TwoWorkspacesShareNothing) {
-  Workspace a, b;
-  a.get<Numbers>().values = {1};
-  EXPECT_TRUE(b.get<Numbers>().values.empty());
-}
-
 TEST(Workspace, FailedScratchLeavesTheRest) {
   struct Throwing {
     Throwing() { throw std::runtime_error("no memory"); }

@@ -119,42 +119,6 @@ TEST(DepthHistogram, ExtentMatchesBruteForce) {
   EXPECT_GT(stopped_by_most, 500);
 }
 
-TEST(DepthHistogram, NearestClusterBeatsALargerOneBehindIt) {
-  std::vector<float> depths;
-  add(depths, 10, 1.50);
-  add(depths, 90, 4.00);
-  const DepthHistogram histogram = histogram_of(depths);
-  // The first window that holds all of it ends with its bin.
-  EXPECT_NEAR(histogram.nearest_cluster(0.4, 0.10), 1.55 - 0.4, 1e-9);
-  EXPECT_NEAR(histogram.nearest_cluster(0.4, 0.11), 4.05 - 0.4, 1e-9);
-}
-
-TEST(DepthHistogram, WithoutAClusterTheFullestWindowWins) {
-  std::vector<float> depths;
-  for (int i = 0; i < 10; ++i) add(depths, i == 7 ? 2 : 1, 1.0 * i);
-  EXPECT_NEAR(histogram_of(depths).nearest_cluster(0.1, 0.5), 7.05 - 0.1, 1e-9);
-}
-
-TEST(DepthHistogram, ExtentEndsAtAGap) {
-  std::vector<float> depths;
-  for (int bin = 30; bin < 36; ++bin) add(depths, 3, bin * 0.05);  // 1.50 to 1.80 m
-  add(depths, 50, 2.00);
-  const ValueRange extent = histogram_of(depths).extent_around(1.6, 5);
-  // Bins 29 and 36 have a full neighbour, and a bin more is added; 37 and 38 are the gap.
-  EXPECT_NEAR(extent.lower, 1.40, 1e-9);
-  EXPECT_NEAR(extent.upper, 1.90, 1e-9);
-}
-
-TEST(DepthHistogram, ExtentStaysWithinItsLimit) {
-  std::vector<float> depths;
-  for (int bin = 0; bin < 100; ++bin) add(depths, 5, bin * 0.05);
-  const ValueRange extent = histogram_of(depths).extent_around(2.525, 0.7);
-  EXPECT_NEAR(extent.lower, 2.525 - 0.7, 0.05);
-  EXPECT_GE(extent.lower, 2.525 - 0.7);
-  EXPECT_NEAR(extent.upper, 2.525 + 0.7, 0.05);
-  EXPECT_LE(extent.upper, 2.525 + 0.7);
-}
-
 TEST(DepthHistogram, IgnoresDepthsBeyondItsRange) {
   const float beyond[] = {51.2F,
                           52.0F,
@@ -171,31 +135,9 @@ TEST(DepthHistogram, IgnoresDepthsBeyondItsRange) {
   EXPECT_EQ(histogram_of({51.17F, 51.18F, 51.19F, 3.0F}).total(), 4U) << "the last bin";
 }
 
-TEST(DepthHistogram, AcceptsWindowsOfAnyWidth) {
-  std::vector<float> depths;
-  add(depths, 5, 0.5);
-  add(depths, 5, 40.0);
-  const DepthHistogram histogram = histogram_of(depths);
-  for (const double half : {51.2, 1e6, 1e300}) {
-    const double centre = histogram.nearest_cluster(half, 0.9);
-    EXPECT_LE(centre - half, 0.5) << half;
-    EXPECT_GE(centre + half, 40.05) << half;
-  }
-  EXPECT_NEAR(histogram.nearest_cluster(1e-9, 0.1), 0.5, 1e-9) << "the window is at least one bin";
-}
-
 double median_within(std::vector<float> values, double lower, double upper) {
   const detail::DepthSamples depths_m = {values.data(), values.size()};
   return DepthHistogram(depths_m).median_within(depths_m, lower, upper);
-}
-
-TEST(MedianWithin, IsTheUpperMedianOfTheValuesInside) {
-  const std::vector<float> values = {5, 1, 9, 3, 2, 4, 7};
-  EXPECT_EQ(median_within(values, 2, 4), 3.0);
-  EXPECT_EQ(median_within(values, 2, 5), 4.0) << "of 2, 3, 4, 5";
-  EXPECT_EQ(median_within(values, 9, 9), 9.0) << "both ends are inside";
-  EXPECT_EQ(median_within(values, 20, 30), 0.0) << "no value is inside";
-  EXPECT_EQ(median_within({}, 20, 30), 0.0);
 }
 
 /// Oracle: sorts the values inside.
