@@ -27,7 +27,7 @@ using testing::expect_error;
 using testing::OrdinaryUser;
 using testing::TemporaryFolder;
 
-const std::string header = "frame,instance,class_id,score,x,y,width,height\n";
+const std::string table_header = "frame,instance,class_id,score,x,y,width,height\n";
 
 FrameView frame_at(double timestamp_s) {
   FrameView frame;
@@ -79,7 +79,7 @@ TEST(MaskFolderFiles, RefusesAFifoThatReplacedAMask) {
 TEST(MaskFolderFiles, AcceptsSymbolicLinks) {
   const TemporaryFolder folder;
   write_mask(folder / "elsewhere" / "1.png");
-  folder.write("elsewhere/instances.csv", header + "1,1,7,0.5,0,0,4,5\n");
+  folder.write("elsewhere/instances.csv", table_header + "1,1,7,0.5,0,0,4,5\n");
   fs::create_directory(folder / "masks");
   for (const char* file : {"1.png", "instances.csv"}) {
     fs::create_symlink(folder / "elsewhere" / file, folder / "masks" / file);
@@ -108,7 +108,7 @@ TEST(MaskFolderFiles, NamesAnUnreadableFolder) {
 TEST(MaskFolderFiles, SkipsRowsOfMissingMasksOnRequest) {
   const TemporaryFolder folder;
   write_mask(folder / "1.png");
-  folder.write("instances.csv", header + "1,1,0,0.9,0,0,4,5\n2,1,0,0.9,0,0,4,5\n");
+  folder.write("instances.csv", table_header + "1,1,0,0.9,0,0,4,5\n2,1,0,0.9,0,0,4,5\n");
   expect_error<std::runtime_error>([&] { MaskFolderSegmenter{folder.path()}; },
                                    "instances.csv:3: frame 2 has no mask 2.png");
   MaskFolderSegmenter people(folder.path(), allowing_missing());
@@ -130,7 +130,7 @@ TEST(MaskFolderFiles, AcceptsAnEmptyFolderOnRequest) {
                                      "there is no such mask; the folder holds none");
   };
   expect_no_masks();
-  folder.write("instances.csv", header + "1,1,0,0.9,0,0,4,5\n");
+  folder.write("instances.csv", table_header + "1,1,0,0.9,0,0,4,5\n");
   expect_no_masks();
 }
 

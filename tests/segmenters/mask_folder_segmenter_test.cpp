@@ -37,7 +37,7 @@ TEST(MaskFolderSegmenter, ReadsLabelMapsOf8And16Bits) {
     const TemporaryFolder folder;
     write_mask(folder, "12.500000.png", some_labels(type));
     write_mask(folder, "13.png", cv::Mat(6, 8, CV_8UC1, cv::Scalar(0)));
-    folder.write("instances.csv", header +
+    folder.write("instances.csv", table_header +
                                       "12.500000,1,0,0.909,0,0,4,5\r\n\r\n"
                                       "# label 2 is hidden by others\r\n"
                                       "12.5, 3, 56, 1, -2, 3, 100, 0\r\n"
@@ -67,7 +67,7 @@ TEST(MaskFolderSegmenter, ReadsLabelMapsOf8And16Bits) {
 TEST(MaskFolderSegmenter, RefusesALabelWithoutARow) {
   const TemporaryFolder folder;
   write_mask(folder, "1.png", some_labels());
-  folder.write("instances.csv", header + "1,1,0,0.9,0,0,4,5\n");
+  folder.write("instances.csv", table_header + "1,1,0,0.9,0,0,4,5\n");
   MaskFolderSegmenter people(folder.path());
   expect_error<std::runtime_error>(
       [&] { people.segment(frame_at(1)); },
@@ -82,15 +82,16 @@ TEST(MaskFolderSegmenter, RefusesMalformedTables) {
       {"", ": is empty"},
       {good, ":1: got '1.5,1,0,0.9,0,0,4,5'; want the header frame,instance"},
       {"frame,instance\n", ":1: got 'frame,instance'; want the header"},
-      {header + good + "1.5,2,0,0.9,0,0,4\n", ":3: got 7 columns; want frame,instance"},
-      {header + "\r\nx,1,0,0.9,0,0,4,5\r\n", ":3: frame: got 'x'"},
-      {header + "1.5,0,0,0.9,0,0,4,5\n", ":2: instance: got '0'; want 1 to 65535"},
-      {header + "1.5,1,person,0.9,0,0,4,5\n", ":2: class_id: got 'person'; want a whole number"},
-      {header + "1.5,1,0,1.1,0,0,4,5\n", ":2: score: got '1.1'; want 0 to 1"},
-      {header + "1.5,1,0,0.9,0,99999999999,4,5\n", ":2: y: got '99999999999'"},
-      {header + "1.5,1,0,0.9,0,0,-4,5\n", ":2: width and height: got '-4' and '5'"},
-      {header + good + good, ":3: instance 1 of frame 1.5 is in an earlier line already"},
-      {header + good + "1.6,1,0,0.9,0,0,4,5\n", ":3: frame 1.6 has no mask 1.6.png"},
+      {table_header + good + "1.5,2,0,0.9,0,0,4\n", ":3: got 7 columns; want frame,instance"},
+      {table_header + "\r\nx,1,0,0.9,0,0,4,5\r\n", ":3: frame: got 'x'"},
+      {table_header + "1.5,0,0,0.9,0,0,4,5\n", ":2: instance: got '0'; want 1 to 65535"},
+      {table_header + "1.5,1,person,0.9,0,0,4,5\n",
+       ":2: class_id: got 'person'; want a whole number"},
+      {table_header + "1.5,1,0,1.1,0,0,4,5\n", ":2: score: got '1.1'; want 0 to 1"},
+      {table_header + "1.5,1,0,0.9,0,99999999999,4,5\n", ":2: y: got '99999999999'"},
+      {table_header + "1.5,1,0,0.9,0,0,-4,5\n", ":2: width and height: got '-4' and '5'"},
+      {table_header + good + good, ":3: instance 1 of frame 1.5 is in an earlier line already"},
+      {table_header + good + "1.6,1,0,0.9,0,0,4,5\n", ":3: frame 1.6 has no mask 1.6.png"},
   };
   for (const auto& c : cases) {
     SCOPED_TRACE(c.text);

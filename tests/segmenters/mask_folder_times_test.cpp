@@ -63,7 +63,7 @@ TEST(MaskFolderTimes, MasksOfTheirFramesGetNoColumn) {
   writer.add(timed_masks(1.5004), "1.5", 1.5);  // the same moment, to 1 ms
   writer.add(timed_masks(1.5, 0), "2.5", 2.5);  // without instances
   writer.finish();
-  EXPECT_EQ(file_text(folder / "instances.csv"), header + "1.5,1,0,0.500000,0,1,2,3\n");
+  EXPECT_EQ(file_text(folder / "instances.csv"), table_header + "1.5,1,0,0.500000,0,1,2,3\n");
   MaskFolderSegmenter reader(folder.path());
   EXPECT_DOUBLE_EQ(reader.segment(frame_at(1.5)).timestamp_s, 1.5);
   EXPECT_EQ(reader.segment(frame_at(1.5)).frame_id, 77U);

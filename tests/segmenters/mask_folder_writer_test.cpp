@@ -95,7 +95,7 @@ TEST(MaskFolderWriter, WritesTheDocumentedFormat) {
   segmentation.timestamp_s = 13;
   writer.add(segmentation, "13");
   writer.finish();
-  EXPECT_EQ(file_text(folder / "instances.csv"), header +
+  EXPECT_EQ(file_text(folder / "instances.csv"), table_header +
                                                      "12.500000,1,0,0.909000,1,1,3,3\n"
                                                      "12.500000,2,56,0.500000,2,2,3,3\n"
                                                      "12.500000,3,7,1.000000,-3,0,900,2\n");
@@ -163,7 +163,7 @@ TEST(MaskFolderWriter, RefusesInvalidSegmentations) {
   expect_refused("1.0", "time 1.0 a second time");
   writer.finish();
   expect_refused("2", "after finish()");
-  EXPECT_EQ(file_text(folder / "instances.csv"), header);
+  EXPECT_EQ(file_text(folder / "instances.csv"), table_header);
 }
 
 TEST(MaskFolderWriter, RefusesAStemThatIsNotTheTime) {
@@ -235,7 +235,7 @@ TEST(MaskFolderWriter, ReplacesItsOwnFilesOnRequestWhenFinished) {
   second.finish();
   EXPECT_FALSE(fs::exists(folder / "1.0.png"));
   EXPECT_EQ(file_text(folder / "notes.txt"), "mine");
-  EXPECT_EQ(file_text(folder / "instances.csv"), header);
+  EXPECT_EQ(file_text(folder / "instances.csv"), table_header);
 }
 
 TEST(MaskFolderWriter, ReportsWriteErrors) {

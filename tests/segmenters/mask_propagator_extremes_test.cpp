@@ -17,7 +17,7 @@
 namespace dynfilter {
 namespace {
 
-const cv::Size size(96, 72);
+const cv::Size extreme_size(96, 72);
 
 template <class Value, std::size_t count>
 Value one_of(const Value (&values)[count], cv::RNG& random) {
@@ -44,13 +44,13 @@ Instance wild_instance(cv::RNG& random) {
 
 /// Expects that a moved instance lies in the image.
 void expect_in_image(const Instance& instance) {
-  const cv::Rect image({}, size), mask(instance.mask_origin, instance.mask.size());
+  const cv::Rect image({}, extreme_size), mask(instance.mask_origin, instance.mask.size());
   EXPECT_EQ(instance.box & image, instance.box);
   EXPECT_TRUE(mask.empty() || (mask & image) == mask);
 }
 
 TEST(MaskPropagatorExtremes, MovedInstancesLieInTheImage) {
-  cv::Mat1b image(size);
+  cv::Mat1b image(extreme_size);
   cv::RNG(3).fill(image, cv::RNG::UNIFORM, 0, 256);
   cv::GaussianBlur(image, image, cv::Size(), 1.5);
   int moved_count = 0;
@@ -64,7 +64,7 @@ TEST(MaskPropagatorExtremes, MovedInstancesLieInTheImage) {
     for (int i = 0; i < 8 && std::isfinite(frame.timestamp_s); ++i) {
       frame.id = static_cast<std::uint64_t>(i);
       frame.image = random.uniform(0, 2) == 0 ? cv::Mat() : cv::Mat(image);
-      Segmentation result{frame.id, frame.timestamp_s, size, {}};
+      Segmentation result{frame.id, frame.timestamp_s, extreme_size, {}};
       for (int k = 0; k < 3; ++k) result.instances.push_back(wild_instance(random));
       const bool is_new = random.uniform(0, 2) == 0;
       const auto masks =

@@ -22,8 +22,8 @@ namespace {
 /// Points every 8 pixels that all move by a step.
 std::vector<PointMotion> tracks_of(cv::Point step) {
   std::vector<PointMotion> motions;
-  for (int y = 4; y < size.height; y += 8) {
-    for (int x = 4; x < size.width; x += 8) {
+  for (int y = 4; y < scene_size.height; y += 8) {
+    for (int x = 4; x < scene_size.width; x += 8) {
       const cv::Point2f from(static_cast<float>(x), static_cast<float>(y));
       motions.push_back({from, from + cv::Point2f(step)});
     }
@@ -31,10 +31,10 @@ std::vector<PointMotion> tracks_of(cv::Point step) {
   return motions;
 }
 
-/// Frame without an image; its depth image tells its size.
+/// Frame without an image; its depth image tells its scene_size.
 FrameView frame_without_image(int index) {
   FrameView frame = frame_of(cv::Mat(), index);
-  frame.depth = cv::Mat1f(size, 1.0F);
+  frame.depth = cv::Mat1f(scene_size, 1.0F);
   return frame;
 }
 
@@ -42,7 +42,7 @@ void expect_moved(const std::optional<Segmentation>& moved, Instance object, cv:
   ASSERT_TRUE(moved);
   ASSERT_EQ(moved->instances.size(), 1U);
   object.mask_origin += shift;
-  EXPECT_TRUE(same(painted(*moved), painted(Segmentation{0, 0, size, {object}})));
+  EXPECT_TRUE(same(painted(*moved), painted(Segmentation{0, 0, scene_size, {object}})));
 }
 
 TEST(MaskPropagatorByHostsTracks, MovesByThemAndNeedsNoImage) {

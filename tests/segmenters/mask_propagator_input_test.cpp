@@ -44,7 +44,7 @@ TEST(MaskPropagator, AcceptsImagesOfAnySizeAndColour) {
 
 TEST(MaskPropagator, AcceptsMasksAndBoxesAnywhere) {
   constexpr int least = std::numeric_limits<int>::min(), most = std::numeric_limits<int>::max();
-  const cv::Mat image = texture(size, 1);
+  const cv::Mat image = texture(scene_size, 1);
   MaskPropagator propagator;
   Instance away = ring({100, 120}, 40), vast = away, nothing = away, blank = away;
   away.mask_origin = {most - 3, least};
@@ -117,9 +117,9 @@ TEST(MaskPropagator, RefusesBadInputWithoutChange) {
     expect_error<std::invalid_argument>([&] { propagator.propagate(frame, newest); }, text);
   };
   FrameView bad = pan.frame(3);
-  bad.image = cv::Mat(size, CV_16UC1, cv::Scalar(1));
+  bad.image = cv::Mat(scene_size, CV_16UC1, cv::Scalar(1));
   refuses(bad, result, "an image of type CV_16UC1; want CV_8UC1");
-  bad.image = cv::Mat(size, CV_8UC2, cv::Scalar::all(1));
+  bad.image = cv::Mat(scene_size, CV_8UC2, cv::Scalar::all(1));
   refuses(bad, result, "an image of type CV_8UC2");
   bad = pan.frame(3);
   bad.timestamp_s = std::numeric_limits<double>::infinity();

@@ -22,7 +22,7 @@ namespace {
 
 TEST(MaskPropagator, MasksAreUnchangedWithoutMotion) {
   const Instance object = ring({150, 120}, 50);
-  const cv::Mat image = texture(size, 3);
+  const cv::Mat image = texture(scene_size, 3);
   MaskPropagator propagator;
   std::optional<Segmentation> newest = result_of(frame_of(image, 0), {object});
   for (int i = 0; i < 8; ++i) {
@@ -43,7 +43,8 @@ TEST(MaskPropagator, MasksAreUnchangedWithoutMotion) {
 
 TEST(MaskPropagator, MovesByWholePixelsExactly) {
   for (const cv::Point step : {cv::Point(-3, 2), {7, 7}}) {
-    for (const cv::Size image : {size, size * 2}) {  // the propagator downscales the latter
+    for (const cv::Size image :
+         {scene_size, scene_size * 2}) {  // the propagator downscales the latter
       const Pan pan(step, image);
       const Instance object = ring(cv::Point(image) / 2, 50);
       MaskPropagator propagator;
@@ -151,7 +152,7 @@ TEST(MaskPropagator, MovesByVelocityWithoutAnImage) {
 
 TEST(MaskPropagator, LeavesMasksInPlaceWithoutEvidence) {
   const Instance object = ring({100, 120}, 40);
-  const cv::Mat blank(size, CV_8UC1, cv::Scalar(128));
+  const cv::Mat blank(scene_size, CV_8UC1, cv::Scalar(128));
   MaskPropagator propagator;
   const Segmentation result = result_of(frame_of(blank, 0), {object});
   for (int i = 0; i <= 3; ++i) {
@@ -204,7 +205,7 @@ TEST(MaskPropagator, MatchesResultsByTimeOrFrameId) {
 }
 
 TEST(MaskPropagator, IgnoresOutdatedAndFutureResults) {
-  const cv::Mat image = texture(size, 1);
+  const cv::Mat image = texture(scene_size, 1);
   MaskPropagator propagator;
   const Instance object = ring({100, 120}, 40), other = ring({200, 120}, 40);
   propagator.propagate(frame_of(image, 0), std::nullopt);
@@ -225,7 +226,7 @@ TEST(MaskPropagator, IgnoresOutdatedAndFutureResults) {
 
 /// All times are multiples of 1/8 s, so that ages are exact.
 TEST(MaskPropagator, MasksMayBeAsOldAsTheLimit) {
-  const cv::Mat image = texture(size, 1);
+  const cv::Mat image = texture(scene_size, 1);
   const auto frame_at = [&](double timestamp_s) {
     FrameView frame = frame_of(image, static_cast<int>(timestamp_s * 8));
     frame.timestamp_s = timestamp_s;

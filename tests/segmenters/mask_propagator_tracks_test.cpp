@@ -22,7 +22,7 @@ namespace {
 // --- Tracks --------------------------------------------------------------------------------------
 
 TEST(MaskPropagator, BridgesMissedDetectionsThenDropsThem) {
-  const cv::Mat image = texture(size, 1);
+  const cv::Mat image = texture(scene_size, 1);
   MaskPropagatorOptions options;
   options.max_missed = 2;
   MaskPropagator propagator(options);
@@ -101,9 +101,9 @@ TEST(MaskPropagator, DropsObjectsThatLeaveTheImage) {
     gone += propagator.statistics().left_image;
     frames_seen += moved->instances.size();
     for (const Instance& instance : moved->instances) {
-      EXPECT_EQ(instance.box & cv::Rect({}, size), instance.box) << "clipped";
+      EXPECT_EQ(instance.box & cv::Rect({}, scene_size), instance.box) << "clipped";
       const cv::Rect place(instance.mask_origin, instance.mask.size());
-      EXPECT_EQ(place & cv::Rect({}, size), place);
+      EXPECT_EQ(place & cv::Rect({}, scene_size), place);
     }
   }
   EXPECT_EQ(gone, 1U);
@@ -112,7 +112,7 @@ TEST(MaskPropagator, DropsObjectsThatLeaveTheImage) {
 }
 
 TEST(MaskPropagator, ClassesAreNotMixedUp) {
-  const cv::Mat image = texture(size, 1);
+  const cv::Mat image = texture(scene_size, 1);
   MaskPropagator propagator;
   Instance object = ring({100, 120}, 40);
   propagator.propagate(frame_of(image, 0), result_of(frame_of(image, 0), {object}));
@@ -127,7 +127,7 @@ TEST(MaskPropagator, ClassesAreNotMixedUp) {
 }
 
 TEST(MaskPropagator, KeepsTrackIdsOfTheSegmenter) {
-  const cv::Mat image = texture(size, 1);
+  const cv::Mat image = texture(scene_size, 1);
   MaskPropagator propagator;
   Instance object = ring({80, 120}, 40), other = ring({230, 120}, 40);
   object.track_id = 7;
@@ -150,7 +150,7 @@ TEST(MaskPropagator, KeepsTrackIdsOfTheSegmenter) {
 }
 
 TEST(MaskPropagator, MakesRoomForAnIdThatASegmenterBringsLate) {
-  const cv::Mat image = texture(size, 1);
+  const cv::Mat image = texture(scene_size, 1);
   MaskPropagator propagator;
   const Instance early = ring({80, 120}, 40);
   Instance late = ring({230, 120}, 40);
@@ -174,7 +174,7 @@ TEST(MaskPropagator, MakesRoomForAnIdThatASegmenterBringsLate) {
 // --- Restart -------------------------------------------------------------------------------------
 
 TEST(MaskPropagator, TimeGoingBackRestartsAndIsReported) {
-  const cv::Mat image = texture(size, 1);
+  const cv::Mat image = texture(scene_size, 1);
   MaskPropagator propagator;
   const Segmentation result = result_of(frame_of(image, 4), {ring({100, 120}, 40)});
   EXPECT_TRUE(propagator.propagate(frame_of(image, 4), result));
@@ -187,7 +187,7 @@ TEST(MaskPropagator, TimeGoingBackRestartsAndIsReported) {
                                           result_of(frame_of(image, 3), {ring({100, 120}, 40)}));
   EXPECT_FALSE(propagator.statistics().restarted);
   EXPECT_EQ(moved->instances.at(0).track_id, 1) << "ids are never reused";
-  EXPECT_FALSE(propagator.propagate(frame_of(texture(size * 2, 1), 5), std::nullopt));
+  EXPECT_FALSE(propagator.propagate(frame_of(texture(scene_size * 2, 1), 5), std::nullopt));
   EXPECT_TRUE(propagator.statistics().restarted) << "the image has another size";
 }
 

@@ -18,7 +18,7 @@
 
 namespace dynfilter::testing {
 
-inline const std::string header = "frame,instance,class_id,score,x,y,width,height\n";
+inline const std::string table_header = "frame,instance,class_id,score,x,y,width,height\n";
 
 inline FrameView frame_at(double timestamp_s, cv::Size size = {8, 6}) {
   FrameView frame;

@@ -15,7 +15,7 @@
 
 namespace dynfilter::testing {
 
-inline const cv::Size size(320, 240);
+inline const cv::Size scene_size(320, 240);
 
 inline FrameView frame_of(const cv::Mat& image, int index) {
   FrameView frame;
@@ -26,7 +26,7 @@ inline FrameView frame_of(const cv::Mat& image, int index) {
 }
 
 inline Segmentation result_of(const FrameView& frame, std::vector<Instance> instances,
-                              const cv::Size& image = size) {
+                              const cv::Size& image = scene_size) {
   return {frame.id, frame.timestamp_s, image, std::move(instances)};
 }
 
@@ -55,13 +55,13 @@ struct Patch {
   }
 
   Instance instance(cv::Point shift) const {
-    const cv::Rect at = (place + shift) & cv::Rect({}, size);
+    const cv::Rect at = (place + shift) & cv::Rect({}, scene_size);
     return Instance::from_box_mask(cv::Mat(at.size(), CV_8UC1, cv::Scalar(255)), at, class_id);
   }
 };
 
 inline cv::Mat1b image_with(const std::vector<std::pair<Patch, cv::Point>>& patches) {
-  cv::Mat1b image = texture(size, 1);
+  cv::Mat1b image = texture(scene_size, 1);
   for (const auto& [patch, shift] : patches) patch.paint(image, shift);
   return image;
 }
@@ -71,13 +71,13 @@ inline double iou(const cv::Mat& a, const cv::Mat& b) {
 }
 
 inline cv::Mat1b painted(const Instance& instance) {
-  return testing::painted(Segmentation{0, 0, size, {instance}});
+  return testing::painted(Segmentation{0, 0, scene_size, {instance}});
 }
 
 /// Images of a camera that pans over a wide texture.
 class Pan {
  public:
-  explicit Pan(cv::Point step, cv::Size image = size)
+  explicit Pan(cv::Point step, cv::Size image = scene_size)
       : step_(step), image_(image), wide_(texture(image * 3, 7)) {}
 
   FrameView frame(int index) const {
