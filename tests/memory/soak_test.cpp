@@ -30,7 +30,7 @@ FilterCase random_case(std::uint64_t seed) {
   ByteSource source(seed);
   FilterCase made = arbitrary_case_of_any_rule(source);
   if (made.frame.depth.empty() && source.chance(50)) draw_depths(source, made);
-  if (seed % 64 == 0) enlarge(source, made, 700);
+  if (seed % 64 == 0) enlarge(source, made, {700, 700});
   return made;
 }
 

@@ -26,7 +26,9 @@ class FlatMemory {
   explicit FlatMemory(double whole) : whole_(whole) {}
 
   ~FlatMemory() {
-    if (warm_mb_ > 0) EXPECT_LT(memory_mb(), warm_mb_ + 8) << "megabytes";
+    if (warm_mb_ > 0) {
+      EXPECT_LT(memory_mb(), warm_mb_ + 8) << "megabytes";
+    }
   }
 
   FlatMemory(const FlatMemory&) = delete;

@@ -18,7 +18,7 @@
 namespace dynfilter::testing {
 namespace {
 
-constexpr const char* tiny = " --frames 14 --width 160 --height 120 --features 200";
+constexpr const char* small_scene = " --frames 14 --width 160 --height 120 --features 200";
 constexpr const char* frame_rules =
     "ds_slam,dynaslam_geometry,derome,eppenberger,dai,smr,dyna_tm,dn_slam";
 
@@ -26,7 +26,7 @@ TEST(FrameRules, ScenesOfASweepDoNotTouchEachOther) {
   const TemporaryFolder folder;
   const std::string rules = std::string(" --rules ") + frame_rules;
   const fs::path both = folder.path() / "both", alone = folder.path() / "alone";
-  const std::string medium = std::string("ablate --levels medium") + tiny + rules;
+  const std::string medium = std::string("ablate --levels medium") + small_scene + rules;
   ASSERT_EQ(run(medium + " --seeds 1-2 --out " + quoted(both)).exit_code, 0);
   ASSERT_EQ(run(medium + " --seeds 2 --out " + quoted(alone)).exit_code, 0);
   std::string rule;
@@ -62,8 +62,8 @@ TEST(FrameRules, RunOnlyOnRequest) {
 TEST(FrameRules, NeedEveryFrame) {
   const TemporaryFolder folder;
   const Outcome outcome =
-      run(std::string("ablate --levels medium --seeds 1 --rules dai --every 2") + tiny + " --out " +
-          quoted(folder.path() / "out"));
+      run(std::string("ablate --levels medium --seeds 1 --rules dai --every 2") + small_scene +
+          " --out " + quoted(folder.path() / "out"));
   EXPECT_NE(outcome.exit_code, 0);
   EXPECT_TRUE(outcome.mentions("rule dai follows objects from frame to frame")) << outcome.printed;
 }
