@@ -86,8 +86,7 @@ void time_dense(benchmark::State& state, const cv::Size& size, const MakeCodes& 
 
 template <class Depth>
 void dense_by(benchmark::State& state, const cv::Size& size, InstructionSet set) {
-  const detail::DepthLbpRule<Depth> rule = {{0, 1, 2, 3, 4, 5, 6, 7},
-                                            detail::depth_bias<Depth>(false)};
+  const detail::DepthLbpRule<Depth> rule = {{0, 1, 2, 3, 4, 5, 6, 7}, detail::depth_bias<Depth>()};
   time_dense<Depth>(state, size, [&](const cv::Mat& depth, cv::Mat& codes) {
     detail::dense_depth_lbp(depth, cv::Rect({0, 0}, size), rule, set, codes);
   });
@@ -221,8 +220,8 @@ void register_dense(const cv::Size& size) {
     add(name_of(set), [=](benchmark::State& state) { dense_by<Depth>(state, size, set); });
   }
   add("best", [=](benchmark::State& state) {
-    time_dense<Depth>(state, size, [lbp = DepthLbp()](const cv::Mat& depth, cv::Mat& codes) {
-      dense_depth_lbp(depth, cv::Rect({0, 0}, depth.size()), codes, lbp.options());
+    time_dense<Depth>(state, size, [](const cv::Mat& depth, cv::Mat& codes) {
+      dense_depth_lbp(depth, cv::Rect({0, 0}, depth.size()), codes);
     });
   });
   add("memcpy", [=](benchmark::State& state) { copy<Depth>(state, size); });
