@@ -27,7 +27,8 @@ Bytes jpeg(const std::vector<int>& flags) {
   return bytes;
 }
 
-/// JPEG images as cameras write them: plain, progressive, with restarts, with a preview inside.
+/// JPEG images as cameras write them: plain, progressive, with restarts, with a preview inside,
+/// with padding before markers.
 std::vector<Bytes> jpegs() {
   Bytes with_preview = jpeg({});
   const Bytes preview = jpeg({cv::IMWRITE_JPEG_QUALITY, 20});
@@ -36,8 +37,11 @@ std::vector<Bytes> jpegs() {
                    static_cast<std::uint8_t>(length & 255U)};
   segment.insert(segment.end(), preview.begin(), preview.end());
   with_preview.insert(with_preview.begin() + 2, segment.begin(), segment.end());
+  Bytes padded = jpeg({});
+  padded.insert(padded.begin() + 2, 3, 0xFF);
+  padded.insert(padded.end() - 2, 2, 0xFF);
   return {jpeg({}), jpeg({cv::IMWRITE_JPEG_PROGRESSIVE, 1}),
-          jpeg({cv::IMWRITE_JPEG_RST_INTERVAL, 2}), with_preview};
+          jpeg({cv::IMWRITE_JPEG_RST_INTERVAL, 2}), with_preview, padded};
 }
 
 TEST(ImageFile, KnowsATruncatedJpegWhereverItWasCut) {
@@ -54,16 +58,6 @@ TEST(ImageFile, KnowsATruncatedJpegWhereverItWasCut) {
   EXPECT_FALSE(is_truncated_jpeg({}));
   EXPECT_FALSE(is_truncated_jpeg({0xFF, 0xFB, 0x90, 0x00})) << "music begins with FF, too";
   EXPECT_FALSE(is_truncated_jpeg({0x89, 'P', 'N', 'G'}));
-}
-
-TEST(ImageFile, FollowsAJpegWithBytesOfPaddingBeforeItsMarkers) {
-  for (Bytes padded : jpegs()) {
-    padded.insert(padded.begin() + 2, 3, 0xFF);
-    padded.insert(padded.end() - 2, 2, 0xFF);
-    EXPECT_FALSE(is_truncated_jpeg(padded));
-    padded.pop_back();
-    EXPECT_TRUE(is_truncated_jpeg(padded));
-  }
 }
 
 TEST(ImageFile, RefusesATruncatedJpegByName) {
