@@ -27,13 +27,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int frames = 6;
+constexpr int remote_frames = 6;
 
 class ProgramRemote : public ::testing::Test {
  protected:
   ProgramRemote() {
     const Outcome synth = run("synth " + quoted(scene()) + " --width 160 --height 120 --frames " +
-                              std::to_string(frames));
+                              std::to_string(remote_frames));
     EXPECT_EQ(synth.exit_code, 0) << synth.printed;
     masks_ = std::make_unique<MaskFolderSegmenter>(scene() / "masks");
   }
@@ -93,7 +93,7 @@ TEST_F(ProgramRemote, SayThatNothingWasWrittenOrGoOnWithoutMasks) {
   ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
   EXPECT_TRUE(outcome.mentions("frames without masks, because the segmenter failed: 1, the first"))
       << outcome.printed;
-  EXPECT_EQ(read_csv(out("result") / "frames.csv").size(), 1U + frames);
+  EXPECT_EQ(read_csv(out("result") / "frames.csv").size(), 1U + remote_frames);
 }
 
 TEST_F(ProgramRemote, RefuseMasksThatTheyWouldNotUse) {
