@@ -11,7 +11,6 @@
 #include <opencv2/core/version.hpp>
 
 #include "dynfilter/detail/errors.hpp"
-#include "dynfilter/networks/deformable_convolution.hpp"
 #include "io/file_error.hpp"
 
 namespace dynfilter::detail {
@@ -79,7 +78,6 @@ Network::Network(const std::filesystem::path& path, const cv::Size& size_where_o
     : path_(path),
       file_(read_onnx_file(path)),
       input_size_(input_size_of(file_, path, size_where_open)) {
-  register_deformable_convolution();
   try {
     net_ = cv::dnn::readNetFromONNX(file_.bytes.data(), file_.bytes.size());
   } catch (const std::bad_alloc&) {

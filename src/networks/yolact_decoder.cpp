@@ -273,29 +273,24 @@ cv::Mat yolact_priors(int count, const cv::Size& input) {
   const std::array<cv::Size, levels> maps = feature_maps(input);
   int cells = 0;
   for (const cv::Size& map : maps) cells += map.area();
-  const bool is_plus = count == 9 * cells;
-  if (!is_plus && count != 3 * cells) {
-    throw std::runtime_error(concatenate("it has ", count, " priors; YOLACT has ", 3 * cells,
-                                         " and YOLACT++ ", 9 * cells, " for an input of ",
-                                         size_name(input), "; export the priors as an output"));
+  const int wanted = 3 * cells;
+  if (count != wanted) {
+    throw std::runtime_error(concatenate("it has ", count, " priors; YOLACT has ", wanted,
+                                         " for an input of ", size_name(input),
+                                         "; export the priors as an output"));
   }
   cv::Mat priors(count, 4, CV_32F);
   int row = 0;
   for (std::size_t level = 0; level < maps.size(); ++level) {
     const cv::Size& map = maps[level];
+    const double scale = scale_at(level, input.width);
     for (int cell = 0; cell < map.area(); ++cell) {
-      for (int third = 0; third < (is_plus ? 3 : 1); ++third) {
-        const double scale = scale_at(level, input.width) * std::pow(2.0, third / 3.0);
-        for (const double ratio : aspect_ratios) {
-          const double width = scale * std::sqrt(ratio) / input.width;
-          // YOLACT was trained with a bug that made every prior a square, and keeps it.
-          const double height = is_plus ? scale / std::sqrt(ratio) / input.height : width;
-          float* prior = priors.ptr<float>(row++);
-          prior[0] = static_cast<float>((cell % map.width + 0.5) / map.width);
-          prior[1] = static_cast<float>((cell / map.width + 0.5) / map.height);
-          prior[2] = static_cast<float>(width);
-          prior[3] = static_cast<float>(height);
-        }
+      for (const double ratio : aspect_ratios) {
+        const auto side = static_cast<float>(scale * std::sqrt(ratio) / input.width);
+        float* prior = priors.ptr<float>(row++);
+        prior[0] = static_cast<float>((cell % map.width + 0.5) / map.width);
+        prior[1] = static_cast<float>((cell / map.width + 0.5) / map.height);
+        prior[2] = prior[3] = side;  // YOLACT was trained with squares, by a bug, and keeps them
       }
     }
   }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Decodes the outputs of a YOLACT or YOLACT++ network into detections.
+// Decodes the outputs of a YOLACT network into detections.
 
 #ifndef DYNFILTER_SRC_NETWORKS_YOLACT_DECODER_HPP
 #define DYNFILTER_SRC_NETWORKS_YOLACT_DECODER_HPP
@@ -38,9 +38,8 @@ YolactOutputs bind_yolact(const std::vector<NamedTensor>& outputs);
 
 /// Returns the priors of a network for this input, N x 4, CV_32F, centre and sides as fractions of
 /// the input, in the order of the network's rows (published in yolact/layers and data/config.py).
-/// `count` tells the kind: three priors a cell for YOLACT (three aspect ratios of one scale a
-/// level, all made squares) or nine for YOLACT++ (each ratio at three scales); 19248 and 57744 for
-/// an input of 550x550. Throws std::runtime_error for another count.
+/// There are three a cell (three aspect ratios of one scale a level, all made squares): 19248 for
+/// an input of 550x550. Throws std::runtime_error if `count` is another one.
 cv::Mat yolact_priors(int count, const cv::Size& input);
 
 /// Tells whether the rows are probabilities already, because the export includes the softmax: the

@@ -89,7 +89,7 @@ void bind_networks(py::module_& module) {
   py::class_<LockedNetwork, Segmenter> network(
       module, "NetworkSegmenter",
       R"(Segmenter that runs a network from an ONNX file by OpenCV's dnn module on the CPU.
-Recognises its kind, YOLOv8-seg, YOLO11-seg, YOLACT or YOLACT++, by its inputs and outputs.
+Recognises its kind, YOLOv8-seg, YOLO11-seg or YOLACT, by its inputs and outputs.
 
 Instances are sorted by score, the highest first. Frames need an 8-bit grey or BGR image. Threads
 that use one network wait for each other; several networks may run at once.)");
@@ -117,8 +117,7 @@ that use one network wait for each other; several networks may run at once.)");
       "Segmenter that runs YOLOv8-seg or YOLO11-seg. See NetworkSegmenter.");
   add_constructor(yolo_class, &yolo);
   py::class_<LockedYolact, LockedNetwork> yolact_class(
-      module, "YolactSegmenter",
-      "Segmenter that runs YOLACT or YOLACT++, the paper's segmenter. See NetworkSegmenter.");
+      module, "YolactSegmenter", "Segmenter that runs YOLACT. See NetworkSegmenter.");
   add_constructor(yolact_class, &yolact);
 }
 

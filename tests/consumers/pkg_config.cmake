@@ -54,8 +54,8 @@ write_source(source evaluation dynfilter/evaluation/camera.hpp
              "try { dynfilter::read_camera(\"none\"); } catch (const std::exception&) {}")
 expect_consumer(dynfilter-evaluation ${source} core imgproc imgcodecs)
 if(EXISTS ${pc_folder}/dynfilter-networks.pc)
-  write_source(source networks dynfilter/networks/deformable_convolution.hpp
-               "dynfilter::register_deformable_convolution();")
+  write_source(source networks dynfilter/networks/network_segmenter.hpp
+               "try { dynfilter::make_network_segmenter(\"none\"); } catch (const std::exception&) {}")
   expect_consumer(dynfilter-networks ${source} core imgproc dnn)
   set(dnn dnn)
 endif()

@@ -41,7 +41,7 @@ TEST_F(BadModels, AreRefusedByName) {
   expect_refused(model("bad_operator"), "Frobnicate");
   expect_refused(model("bad_inputs"), "has 2 inputs; want 1");
   expect_refused(model("bad_channels"), "its input images has the shape [1, 1, 8, 8]");
-  expect_refused(model("bad_deformable"), "must be a constant");
+  expect_refused(model("bad_deformable"), "DCNv2");
   expect_refused(model("yolo_open_size"), "export it with a fixed size, or set NetworkOptions");
   expect_refused(model("external_absent"), "external_absent.weights, which is not there");
   expect_refused(model("external"), "external.weights; save the model as one file");

@@ -36,18 +36,6 @@ TEST(YolactPriors, OfYolactAreSquares) {
   expect_prior(priors, 19247, 4.5 / 5, 4.5 / 5, 384 / root / 550, 384 / root / 550);
 }
 
-TEST(YolactPriors, OfYolactPlusHaveThreeScalesAndAspectRatios) {
-  const cv::Mat priors = yolact_priors(57744, {550, 550});
-  ASSERT_EQ(priors.rows, 57744);
-  const double root = std::sqrt(0.5);
-  expect_prior(priors, 0, 0.5 / 69, 0.5 / 69, 24 / 550.0, 24 / 550.0);
-  expect_prior(priors, 1, 0.5 / 69, 0.5 / 69, 24 * root / 550, 24 / root / 550);
-  expect_prior(priors, 2, 0.5 / 69, 0.5 / 69, 24 / root / 550, 24 * root / 550);
-  expect_prior(priors, 3, 0.5 / 69, 0.5 / 69, 24 * std::cbrt(2) / 550, 24 * std::cbrt(2) / 550);
-  expect_prior(priors, 57743, 4.5 / 5, 4.5 / 5, 384 * std::cbrt(4) / root / 550,
-               384 * std::cbrt(4) * root / 550);
-}
-
 TEST(YolactPriors, ScaleWithTheInputTruncatedToPixels) {
   // Input 400 has maps of 50, 25, 13, 7, 4 cells and scales of 17, 34, 69, 139, 279.
   const int cells = 50 * 50 + 25 * 25 + 13 * 13 + 7 * 7 + 4 * 4;
@@ -61,7 +49,7 @@ TEST(YolactPriors, RefuseAnotherCount) {
       [] {
         yolact_priors(19247, {550, 550});
       },
-      "19247 priors; YOLACT has 19248 and YOLACT++ 57744");
+      "19247 priors; YOLACT has 19248 for an input of 550x550");
 }
 
 }  // namespace

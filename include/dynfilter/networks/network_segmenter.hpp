@@ -81,7 +81,7 @@ class NetworkSegmenter : public Segmenter {
 };
 
 /// Loads a model and recognises its kind by its inputs and outputs: YOLOv8-seg or YOLO11-seg (see
-/// YoloSegmenter), YOLACT or YOLACT++ (see YolactSegmenter). Runs it once, so that errors show here
+/// YoloSegmenter) or YOLACT (see YolactSegmenter). Runs it once, so that errors show here
 /// and the first frame does not wait.
 ///
 /// Throws std::runtime_error that names the file if it is missing, truncated or not an ONNX model,

@@ -12,17 +12,14 @@
 
 namespace dynfilter {
 
-/// Segmenter that runs YOLACT or YOLACT++, the paper's segmenter. Source: D. Bolya, C. Zhou, F.
-/// Xiao, Y. J. Lee, "YOLACT: Real-time Instance Segmentation", ICCV 2019; "YOLACT++: Better
-/// Real-time Instance Segmentation", PAMI 2020.
+/// Segmenter that runs YOLACT. Source: D. Bolya, C. Zhou, F. Xiao, Y. J. Lee, "YOLACT: Real-time
+/// Instance Segmentation", ICCV 2019. OpenCV lacks the deformable convolutions of YOLACT++, the
+/// paper's segmenter: run that one in its own process (examples/remote_masks).
 ///
 /// With N priors, C classes and P prototypes, the model outputs in any order: locations [1, N, 4],
 /// confidences [1, N, C+1] with or without softmax, coefficients [1, N, P], prototypes [1, h, w, P]
 /// or [1, P, h, w], and optionally priors [N, 4]. Names distinguish outputs of one shape. Published
-/// networks have 19248 priors (YOLACT) or 57744 (YOLACT++).
-///
-/// DeformableConvolution computes the deformable convolutions of YOLACT++; its layer is registered
-/// with OpenCV. The mask-scoring branch of YOLACT++ is not used; few exports have it.
+/// networks have 19248 priors.
 ///
 /// The whole image is resized to the input, regardless of its aspect ratio, and normalised as for
 /// the published ResNet backbones. Overlaps are suppressed by Fast NMS, as published. A mask
