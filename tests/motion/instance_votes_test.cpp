@@ -86,15 +86,6 @@ TEST(InstanceVotes, AreNotQuietWhereTheLongBaselineSeesASlowShift) {
   EXPECT_TRUE(voted(measured_at({0.7F, 2.1F})).is_complete);
 }
 
-TEST(InstanceVotes, MayAskForAllMembers) {
-  MotionJudgeOptions all;
-  all.quiet_share = 1;
-  MotionMeasurement measured = measured_at({0.2F, 0.4F});
-  EXPECT_TRUE(voted(measured, all).is_quiet);
-  measured.motions[7].shift_px[0] = {5, 0};
-  EXPECT_FALSE(voted(measured, all).is_quiet);
-}
-
 TEST(InstanceVotes, CountTheMembersThatMove) {
   MotionMeasurement measured = measured_at({0.2F, 0.4F}, members - 4);
   for (std::size_t i = 0; i < 5; ++i) {

@@ -37,11 +37,11 @@ RelativePose motion_between(int then, int now) {
 }
 
 /// The index of a frame is its time.
-void push(detail::MotionMemory& memory, int index, bool is_camera_known, bool keeps = true) {
+void push(detail::MotionMemory& memory, int index, bool is_camera_known) {
   memory.now.timestamp_s = index;
   memory.now.motion.reset();
   if (is_camera_known) memory.now.motion = motion_between(index - 1, index);
-  memory.push({}, keeps);
+  memory.push({}, true);
 }
 
 TEST(KeptFrames, AreFollowedFromFrameToFrame) {
@@ -62,24 +62,6 @@ TEST(KeptFrames, AreFollowedFromFrameToFrame) {
       EXPECT_LE(memory.kept[0].frames_back, 11U);
     }
   }
-}
-
-TEST(KeptFrames, AreDroppedWhereTheCameraIsLost) {
-  detail::MotionMemory memory;
-  const auto are_kept = [&] { return memory.kept[0].frames_back + memory.kept[1].frames_back > 0; };
-  for (int i = 0; i < 30; ++i) {
-    push(memory, i, i > 0 && i != 20);
-    // After the loss it takes four frames, the first of which may be the lost one.
-    EXPECT_EQ(are_kept(), (i >= 3 && i < 20) || i >= 23) << i;
-  }
-  memory.forget();
-  EXPECT_FALSE(are_kept());
-  for (int i = 0; i < 10; ++i) push(memory, i, i > 0, false);
-  EXPECT_FALSE(are_kept());
-  for (int i = 10; i < 20; ++i) push(memory, i, true);
-  EXPECT_TRUE(are_kept());
-  push(memory, 20, true, false);
-  EXPECT_FALSE(are_kept());
 }
 
 /// Returns 18 frames of a person who glides through the picture at 0.07 m/s, with their features.
@@ -137,105 +119,6 @@ TEST(KeptFrames, FindWhatMovesSlowly) {
   EXPECT_LT(without.removed, without.moving / 10);
   EXPECT_GT(with.removed, with.moving * 2 / 3);
   EXPECT_LT(with.others_removed, with.others / 100);
-}
-
-/// Returns what is measured of a feature that shifts by so many pixels in the last frame, and by 9
-/// since a kept one, where a camera at rest would see it 2 m away.
-FeatureMotion measured_with_kept(float last_shift_px) {
-  const PinholeCamera camera{400, 400, 320, 240};
-  const std::vector<cv::KeyPoint> keypoints = {{300, 200, 7}};
-  FrameView frame;
-  frame.depth = cv::Mat1f(480, 640, 2.0F);
-  detail::MotionMemory memory;
-  memory.kept[0].frames_back = 9;
-  detail::MotionMeasurement measured;
-  const auto track_over = [&](std::size_t baseline, double duration_s, float shift_px) {
-    detail::MotionBaseline& over = measured.baselines[baseline];
-    over.is_used = true;
-    over.duration_s = duration_s;
-    over.tracks = {{{300 + shift_px, 200}, true}};
-  };
-  track_over(0, 1 / 30.0, last_shift_px);
-  track_over(detail::kept_baseline, 9 / 30.0, 9);
-  const FeatureTracker tracker;
-  for (ImagePyramid* one :
-       {&memory.now.pyramid, &memory.past[0].pyramid, &memory.kept[0].pyramid}) {
-    tracker.build(cv::Mat1b(480, 640, std::uint8_t{90}), *one);
-  }
-  Workspace workspace;
-  const MotionJudgeOptions options;
-  const FilterInput input{frame, {}, keypoints};
-  const detail::MotionContext context{input, camera, options, false, memory, measured, workspace};
-  measure_places(context);
-  measure_motions(context);
-  return measured.motions.at(0);
-}
-
-/// Over many frames, a track fails more easily.
-TEST(KeptFrames, SayOnlyWhatTheLastFramesDoNot) {
-  const FeatureMotion fast = measured_with_kept(4), slow = measured_with_kept(0);
-  EXPECT_GT(fast.ratio, 1);
-  EXPECT_EQ(fast.baseline, 0U);
-  EXPECT_GT(slow.ratio, 1);
-  EXPECT_EQ(slow.baseline, detail::kept_baseline);
-}
-
-TEST(KeptFrames, AreNotUsedByAJudgeThatKeepsNone) {
-  Rig rig(keeping(true));
-  const std::vector<Shot>& shots = shots_of_a_slow_person();
-  for (std::size_t i = 0; i < 12; ++i) rig.see_without_masks(shots[i]);
-  const MotionJudge other(camera(), rig.state, keeping(false));
-  FeatureLabels labels(shots[12].keypoints.size(), {});
-  other({shots[12].rendered.frame, {}, shots[12].keypoints}, labels, rig.workspace);
-  EXPECT_EQ(labels.statistics().motion.outcome, MotionOutcome::applied);
-  EXPECT_EQ(labels.statistics().motion.baselines, 2U);
-}
-
-/// The host's motions, one after the other, are too coarse over many frames.
-TEST(KeptFrames, AreNotUsedWhereOnlyTheHostKnowsTheCamera) {
-  Rig rig(keeping(true));
-  const std::vector<Shot>& shots = shots_of_a_slow_person();
-  for (std::size_t i = 0; i < 12; ++i) {
-    rig.see_without_masks(shots[i]);
-    const CameraPose then = shots[i].rendered.pose, now = shots[i + 1].rendered.pose;
-    PosePrior known;
-    known.pose = {then.rotation.t() * now.rotation,
-                  then.rotation.t() * (now.translation - then.translation)};
-    known.is_trusted = true;
-    rig.state.expect_motion(known);
-  }
-  Shot few = shots[12];
-  few.keypoints.resize(5);
-  const FeatureLabels labels = rig.see_without_masks(few);
-  EXPECT_EQ(labels.statistics().motion.outcome, MotionOutcome::applied);
-  EXPECT_EQ(labels.statistics().motion.baselines, 2U);
-}
-
-/// Breaks what a state knows after twelve frames, then compares it with a new one.
-template <class Break>
-void expect_new_after(const Break& break_off) {
-  const std::vector<Shot>& shots = shots_of_a_slow_person();
-  Rig known(keeping(true)), fresh(keeping(true));
-  for (std::size_t i = 0; i < 12; ++i) known.see_without_masks(shots[i]);
-  break_off(known);
-  for (const Shot& shot : shots) {
-    const FeatureLabels got = known.see_without_masks(shot), want = fresh.see_without_masks(shot);
-    EXPECT_TRUE(are_equal(got, want));
-    EXPECT_EQ(got.statistics().motion.baselines, want.statistics().motion.baselines);
-    EXPECT_EQ(got.statistics().motion.outcome, want.statistics().motion.outcome);
-  }
-}
-
-TEST(KeptFrames, AreForgottenWithTheOthers) {
-  expect_new_after([](Rig& /*rig*/) {});  // the first frame comes again: a step back in time
-  expect_new_after([](Rig& rig) { rig.state.reset(); });
-  expect_new_after([](Rig& rig) {
-    const Shot& next = shots_of_a_slow_person()[12];
-    FrameView other = next.rendered.frame;
-    cv::resize(other.image, other.image, {}, 0.5, 0.5);
-    other.depth.release();
-    EXPECT_EQ(rig.see(other, {}, {}).statistics().motion.outcome, MotionOutcome::started);
-  });
 }
 
 }  // namespace

@@ -63,18 +63,6 @@ CardShot card_shot(int index, double seen_at_m, double measured_m, double wall_m
   return shot;
 }
 
-/// Returns a person whose mask fills a box.
-Segmentation mask_on(const cv::Rect& box) {
-  Segmentation masks;
-  masks.image_size = {480, 360};
-  Instance person;
-  person.box = box;
-  person.mask_origin = box.tl();
-  person.mask = cv::Mat1b(box.size(), std::uint8_t{255});
-  masks.instances.push_back(person);
-  return masks;
-}
-
 /// Features in the middle of the card, where it hardly shifts, and those of the wall.
 struct Shares {
   std::size_t middle = 0, middle_removed = 0, wall = 0, wall_removed = 0;
@@ -115,79 +103,12 @@ TEST(MotionApproach, RemovesWhatComesNearerOrGoesAway) {
   }
 }
 
-TEST(MotionApproach, IsWhatTheDepthShows) {
-  // The image alone does not tell it in the middle of the card.
-  const Shares shares = see_card(0.5, false);
-  EXPECT_LT(shares.middle_removed, shares.middle / 2);
-}
-
-TEST(MotionApproach, IsNotTheCameras) {
-  for (const double speed_m_s : {0.5, -0.5}) {
+TEST(MotionApproach, IsNotTheCamerasNorNoise) {
+  for (const double speed_m_s : {0.5, -0.5, 0.0}) {
     const Shares shares = see_card(speed_m_s, true, speed_m_s);  // the card hangs still
     EXPECT_EQ(shares.middle_removed, 0U) << speed_m_s;
     EXPECT_EQ(shares.wall_removed, 0U) << speed_m_s;
   }
-}
-
-TEST(MotionApproach, IgnoresTheSensorsNoise) {
-  const Shares shares = see_card(0, true);
-  EXPECT_EQ(shares.middle_removed, 0U);
-  EXPECT_EQ(shares.wall_removed, 0U);
-}
-
-/// Returns in how many frames a person is still whose mask is on the middle of the card.
-int still_frames(double speed_m_s, const MotionJudgeOptions& options) {
-  Rig rig(options);
-  int count = 0;
-  for (int i = 0; i < 9; ++i) {
-    const double depth_m = 1.3 - speed_m_s * i / 30.0;
-    const CardShot shot = card_shot(i, depth_m, depth_m, 3);
-    const FeatureLabels labels = rig.see(shot.frame, mask_on({205, 145, 70, 70}), shot.corners);
-    const InstanceVerdict verdict = labels.statistics().instances[0].verdict;
-    count += verdict == InstanceVerdict::still ? 1 : 0;
-  }
-  return count;
-}
-
-TEST(MotionApproach, IsNoRest) {
-  MotionJudgeOptions options;
-  EXPECT_GT(still_frames(0, options), 0);
-  EXPECT_EQ(still_frames(0.5, options), 0);
-  options.instance.min_moving = 1000;  // only a lack of rest can tell,
-  options.max_quiet_px = 5;            // and no shift
-  EXPECT_EQ(still_frames(0.5, options), 0);
-}
-
-/// Returns how many features of the card's middle come back that were removed beside a person on
-/// its side, although its features get no support.
-std::size_t given_back(double speed_m_s) {
-  MotionJudgeOptions options;
-  options.votes.min_seeds = 1000;
-  Rig rig(options);
-  const Segmentation masks = mask_on({175, 115, 40, 130});
-  std::size_t count = 0;
-  for (int i = 0; i < 9; ++i) {
-    const double depth_m = 1.3 - speed_m_s * i / 30.0;
-    const CardShot shot = card_shot(i, depth_m, depth_m, 3);
-    FeatureLabels labels =
-        Pipeline<MaskCuller>(MaskCuller()).apply(shot.frame, masks, shot.corners);
-    for (std::size_t f = 0; f < shot.corners.size(); ++f) {
-      const bool is_in_middle = cv::norm(shot.corners[f] - centre()) < 20;
-      if (is_in_middle) labels.remove(f, 0, Reason::compensated, 0.6F);
-    }
-    rig.judge({shot.frame, masks, shot.corners}, labels, rig.workspace);
-    if (i < 4) continue;
-    for (std::size_t f = 0; f < shot.corners.size(); ++f) {
-      const bool is_in_middle = cv::norm(shot.corners[f] - centre()) < 20;
-      count += is_in_middle && !labels.is_removed(f) ? 1 : 0;
-    }
-  }
-  return count;
-}
-
-TEST(MotionApproach, IsNoBackground) {
-  EXPECT_GT(given_back(0), 10U);
-  EXPECT_EQ(given_back(0.5), 0U);
 }
 
 TEST(DepthResidual, IsTheDistanceBetweenTheIntervals) {
@@ -201,23 +122,6 @@ TEST(DepthResidual, IsTheDistanceBetweenTheIntervals) {
   EXPECT_NEAR(depth_residual_m(forward, point, now, {1.9, 2.05}), -0.05, 1e-12);  // went away
   EXPECT_EQ(depth_residual_m(forward, point, now, unknown), 0);
   EXPECT_EQ(depth_residual_m(forward, point, unknown, {2.4, 2.6}), 0);
-}
-
-/// At a depth edge, the thing or the wall may have come nearer, or neither.
-TEST(DepthResidual, IsThatOfTheNearestSurfaces) {
-  const cv::Point3d point(0.3, -0.1, 1);
-  DepthInterval edge{1.4, 3.2}, edge_then{1.9, 3.7};
-  edge.gap_nearest_m = 1.5;
-  edge.gap_farthest_m = 3.0;
-  EXPECT_NEAR(depth_residual_m({}, point, edge, {1.45, 1.6}), 0, 1e-12);
-  EXPECT_NEAR(depth_residual_m({}, point, edge, {3.1, 3.3}), 0, 1e-12);
-  EXPECT_NEAR(depth_residual_m({}, point, edge, {1.9, 2.0}), 0.4, 1e-12);
-  EXPECT_NEAR(depth_residual_m({}, point, edge, {2.6, 2.8}), -0.2, 1e-12);
-  edge_then.gap_nearest_m = 2.0;
-  edge_then.gap_farthest_m = 3.5;
-  EXPECT_NEAR(depth_residual_m({}, point, edge, edge_then), 0.3, 1e-12);
-  edge_then.gap_farthest_m = 3.1;
-  EXPECT_EQ(depth_residual_m({}, point, edge, edge_then), 0);
 }
 
 TEST(DepthResidual, IsZeroForStaticPointsThroughAnyMotion) {

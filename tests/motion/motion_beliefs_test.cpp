@@ -67,10 +67,6 @@ TEST(MotionBeliefs, RefuseNonsense) {
   MotionBeliefOptions options;
   options.min_moving = 4;
   testing::expect_error<std::invalid_argument>([&] { MotionBeliefs{options}; }, "min_moving = 4");
-  options = {};
-  options.quiet = NAN;
-  testing::expect_error<std::invalid_argument>([&] { MotionBeliefs{options}; },
-                                               "quiet = nan; want a finite number");
   MotionBeliefs beliefs;
   testing::expect_error<std::invalid_argument>(
       [&] { beliefs.remember(std::vector<cv::Point2f>(2), {1}); }, "1 beliefs and 2 features");

@@ -9,100 +9,14 @@
 
 #include <gtest/gtest.h>
 
-#include "dynfilter/motion/relative_pose.hpp"
+#include "dynfilter/dynfilter.hpp"
+#include "dynfilter/motion/motion_judge.hpp"
+#include "motion/motion_labels.hpp"
 
 namespace dynfilter::detail {
 namespace {
 
 constexpr double frame_s = 1 / 30.0;
-const cv::Size image_size(640, 480);
-
-RelativePose turned(double angle_rad) {
-  RelativePose pose;
-  pose.rotation = {std::cos(angle_rad),  0, std::sin(angle_rad), 0, 1, 0,
-                   -std::sin(angle_rad), 0, std::cos(angle_rad)};
-  return pose;
-}
-
-/// Estimates the pose over the long baseline without masks, for a camera that has turned by so much
-/// in each of its frames.
-RelativePoseEstimate long_pose(double turn_rad) {
-  const PinholeCamera camera{400, 400, 320, 240};
-  std::vector<cv::KeyPoint> keypoints;
-  for (int y = 20; y < image_size.height; y += 20) {
-    for (int x = 20; x < image_size.width; x += 20) keypoints.emplace_back(cv::Point(x, y), 7.0F);
-  }
-  FrameView frame;
-  frame.depth = cv::Mat(image_size, CV_32FC1);
-  cv::RNG(3).fill(frame.depth, cv::RNG::UNIFORM, 1.0, 4.0);
-  const FilterInput input{frame, {}, keypoints};
-  MotionMemory memory;
-  memory.known = past_frames;
-  for (MotionMemory::Frame& past : memory.past) past.motion = turned(turn_rad);
-  MotionMeasurement measured;
-  measured.suspicions.assign(keypoints.size(), Suspicion::none);
-  measured.baselines[0].duration_s = frame_s;
-  measured.baselines[0].pose.pose = turned(turn_rad);
-  Workspace workspace;
-  const MotionJudgeOptions options;
-  const MotionContext context{input, camera, options, false, memory, measured, workspace};
-  measure_places(context);
-  for (std::size_t i = 0; i < keypoints.size(); ++i) {
-    const cv::Point3d point =
-        camera.point(measured.ideal[i], *frame.depth_m(input.features.pixel(i)));
-    const auto then = camera.project(turned(3 * turn_rad) * point);
-    measured.baselines[1].tracks.push_back({cv::Point2f(*then), true});
-  }
-  estimate_pose(context, RelativePoseEstimator(camera), 1);
-  EXPECT_EQ(measured.baselines[1].is_used, measured.baselines[1].pose.is_trusted);
-  return measured.baselines[1].pose;
-}
-
-/// The limits of the camera's inertia are those around a motion that goes on.
-TEST(MotionMeasurement, KnowsTheLongMotionOfACameraThatTurnsEvenly) {
-  for (const double turn_rad : {0.0, 0.01, 0.04, 0.08}) {
-    const RelativePoseEstimate estimate = long_pose(turn_rad);
-    EXPECT_TRUE(estimate.is_trusted) << turn_rad;
-    EXPECT_LT(cv::norm(estimate.pose.rotation - turned(3 * turn_rad).rotation), 1e-4) << turn_rad;
-    EXPECT_LT(cv::norm(estimate.pose.translation), 1e-4) << turn_rad;
-  }
-}
-
-TEST(MotionMeasurement, ExpectsStaticFeaturesAndACameraThatMovesOn) {
-  const PinholeCamera camera{400, 400, 320, 240};
-  const std::vector<cv::KeyPoint> keypoints = {{100, 100, 7}, {400, 300, 7}, {500, 50, 7}};
-  FrameView frame;
-  frame.depth = cv::Mat1f(image_size, 2.0F);
-  frame.depth.at<float>(50, 500) = 0;  // no depth: only the camera's turn moves it
-  const FilterInput input{frame, {}, keypoints};
-  const FeatureTracker tracker;
-  MotionMemory memory;
-  for (MotionMemory::Frame* one : {&memory.now, &memory.past[0]}) {
-    tracker.build(cv::Mat1b(image_size, std::uint8_t{90}), one->pyramid);
-  }
-  MotionMeasurement measured;
-  Workspace workspace;
-  const MotionJudgeOptions options;
-  const MotionContext context{input, camera, options, false, memory, measured, workspace};
-  for (const int frames : {1, 2}) {  // 2: one was dropped
-    memory.past[1].timestamp_s = 0;
-    memory.past[0].timestamp_s = 1;
-    memory.now.timestamp_s = 1 + frames;
-    RelativePose last = turned(0.02), motion = turned(0.02 * frames);
-    last.translation = {0.05, -0.02, 0.1};
-    motion.translation = frames * last.translation;
-    memory.past[0].motion = last;
-    track_back(context, tracker, 0);
-    ASSERT_EQ(measured.scratch.expected.size(), keypoints.size());
-    for (std::size_t i = 0; i < keypoints.size(); ++i) {
-      const cv::Point3d ray = camera.point(keypoints[i].pt, 1);
-      const auto place =
-          i < 2 ? camera.project(motion * (2 * ray)) : camera.project(turned(0.02 * frames) * ray);
-      const double tolerance_px = i < 2 ? 1e-3 : 0.1;  // at 1000 m, the shift of 0.2 m is 0.08 px
-      EXPECT_LT(cv::norm(cv::Point2d(measured.scratch.expected[i]) - *place), tolerance_px) << i;
-    }
-  }
-}
 
 TEST(MotionMeasurement, SaysNothingOfAFeatureWithoutTrack) {
   const PinholeCamera camera{400, 400, 320, 240};
@@ -141,8 +55,7 @@ struct View {
   FeatureTrack track;
   cv::Mat1f depth_m = cv::Mat1f(60, 80, 3.0F);
   cv::Mat1f depth_then_m = cv::Mat1f(60, 80, 3.0F);
-  double camera_shift_m = 0;     // a point 3 m away shifts by 400 pixels a metre, over 3
-  double camera_approach_m = 0;  // since then, along the view
+  double camera_shift_m = 0;  // a point 3 m away shifts by 400 pixels a metre, over 3
   bool is_pose_known = true;
 };
 
@@ -162,7 +75,7 @@ void with_context(const View& view, const Action& action) {
   MotionMeasurement measured;
   measured.baselines[0].is_used = view.is_pose_known;
   measured.baselines[0].duration_s = frame_s;
-  measured.baselines[0].pose.pose.translation = {view.camera_shift_m, 0, view.camera_approach_m};
+  measured.baselines[0].pose.pose.translation = {view.camera_shift_m, 0, 0};
   measured.baselines[0].tracks = {view.track};
   Workspace workspace;
   const MotionJudgeOptions options;
@@ -195,35 +108,9 @@ TEST(Appearance, IsWhatTheImageShowsAtBothPlaces) {
   EXPECT_EQ(appearance(wall(0), at, {at + cv::Point2f(2, 0), true}), Appearance::at_static_place);
   EXPECT_EQ(appearance(wall(0.1), at, {at + cv::Point2f(0.1F, 0), true}), Appearance::fits);
   EXPECT_EQ(appearance(another, at, {at + cv::Point2f(2, 0), true}), Appearance::unclear);
-}
-
-TEST(Appearance, NeedsNoTrack) {
-  const cv::Point2f at(40, 30);
   EXPECT_EQ(appearance(wall(0), at, {}), Appearance::at_static_place);
   EXPECT_EQ(appearance(wall(2), at, {}), Appearance::absent);
-}
-
-TEST(Appearance, ContradictsNoTrackAtTheBorder) {
-  const cv::Point2f border(2, 30), at(40, 30);
-  EXPECT_EQ(appearance(wall(0), border, {border + cv::Point2f(2, 0), true}), Appearance::moved);
-  EXPECT_EQ(appearance(wall(0), at, {cv::Point2f(78, 30), true}), Appearance::moved);
-  EXPECT_EQ(appearance(wall(0), border, {}), Appearance::unclear);
-}
-
-TEST(Appearance, IsUnclearWithoutAPose) {
-  const cv::Point2f at(40, 30);
-  EXPECT_EQ(appearance(wall(0), at, {at, true}, false), Appearance::unclear);
-}
-
-/// A person has come up to two pixels beside the feature: what lies in front of it does not count.
-TEST(Appearance, IsNotThatOfWhoPassesBeside) {
-  View view;
-  view.then = wall(0);
-  view.then.colRange(0, 39).setTo(250);
-  view.track = {cv::Point2f(43, 30), true};  // follows the person
-  EXPECT_NE(appearance(view), Appearance::at_static_place);
-  view.depth_m.colRange(0, 39).setTo(1.5F);
-  EXPECT_EQ(appearance(view), Appearance::at_static_place);
+  EXPECT_EQ(appearance(wall(0), at, {at, true}, false), Appearance::unclear);  // without a pose
 }
 
 TEST(Appearance, IsAtThePlaceOfTheSurfacesDepth) {
@@ -235,42 +122,6 @@ TEST(Appearance, IsAtThePlaceOfTheSurfacesDepth) {
   EXPECT_EQ(appearance(view), Appearance::at_static_place);
   view.depth_m.setTo(8);
   EXPECT_EQ(appearance(view), Appearance::absent);
-}
-
-/// Without depth, any place on the segment may be the static one, and none is known without a
-/// track.
-TEST(Appearance, IsAtThePlaceNearestToTheTrackWithoutDepth) {
-  View view;
-  view.camera_shift_m = 0.015;
-  view.then = wall(2);
-  view.depth_m.setTo(0);
-  view.track = {cv::Point2f(42, 30), true};
-  EXPECT_EQ(appearance(view), Appearance::at_static_place);
-  view.track.is_found = false;
-  EXPECT_EQ(appearance(view), Appearance::unclear);
-  view.then = wall(0);  // as the far end
-  EXPECT_EQ(appearance(view), Appearance::at_static_place);
-}
-
-/// At an edge of depth, the feature may be at any depth of its interval.
-TEST(Appearance, IsNotMovedWhereADepthOfTheIntervalExplainsTheTrack) {
-  View view;
-  view.camera_shift_m = 0.015;
-  view.then = wall(4);
-  view.track = {cv::Point2f(44, 30), true};  // as a point at 1.5 m
-  EXPECT_EQ(appearance(view), Appearance::moved);
-  view.depth_m.colRange(0, 38).setTo(1.5F);
-  EXPECT_NE(appearance(view), Appearance::moved);
-}
-
-TEST(Appearance, IsUnclearBehindTheCamera) {
-  View view;
-  view.then = wall(2);
-  view.track = {cv::Point2f(42, 30), true};
-  with_context(view, [](const MotionContext& context) {
-    context.measured.baselines[0].pose.pose.translation = {0, 0, -4};
-    EXPECT_EQ(appearance_of(context, 0, 0), Appearance::unclear);
-  });
 }
 
 /// A track may fail where the wall is plain to see.
@@ -324,29 +175,102 @@ TEST(MotionMeasurement, IsASeedWhereTheLastFrameHadShownTheFeature) {
   EXPECT_EQ(evidence(view), MotionEvidence::quiet);
 }
 
-/// The place in the last frame is that of the camera then.
-TEST(MotionMeasurement, LooksAtTheStaticPlaceForWhatHidTheFeature) {
-  View view;
-  view.then = wall(5);
-  view.camera_shift_m = 0.075;  // ten pixels
-  view.depth_then_m.col(50).setTo(2);
-  EXPECT_EQ(evidence(view), MotionEvidence::unknown);
-  view.depth_then_m.setTo(3);
-  view.depth_then_m.col(40).setTo(2);
-  EXPECT_EQ(evidence(view), MotionEvidence::seed);
+/// Tells whether a feature becomes dynamic that has 24 features around it, so many of which are
+/// believed to move.
+bool is_filled(const FeatureMotion& motion, int dynamic_around) {
+  const PinholeCamera camera{400, 400, 160, 120};
+  std::vector<cv::KeyPoint> keypoints = {{160, 120, 7}};
+  std::vector<FeatureMotion> motions = {motion};
+  MotionMeasurement measured;
+  measured.beliefs = {0};
+  for (int i = 0; i < 25; ++i) {
+    if (i == 12) continue;
+    const bool moves = static_cast<int>(motions.size()) <= dynamic_around;
+    keypoints.emplace_back(cv::Point2f(cv::Point(150 + 5 * (i % 5), 110 + 5 * (i / 5))), 7.0F);
+    FeatureMotion other;
+    other.is_tracked[0] = true;
+    other.evidence = moves ? MotionEvidence::supported : MotionEvidence::quiet;
+    motions.push_back(other);
+    measured.beliefs.push_back(moves ? 10 : -10);
+  }
+  measured.motions = motions;
+  FrameView frame;
+  frame.image = cv::Mat1b(240, 320, std::uint8_t{0});
+  const FilterInput input{frame, {}, keypoints};
+  const MotionJudgeOptions options;
+  MotionMemory memory;
+  memory.beliefs.emplace(options.belief);
+  Workspace workspace;
+  decide_features({input, camera, options, false, memory, measured, workspace});
+  return measured.is_moving[0] != 0;
 }
 
-/// The depth in the last frame is compared with the one that the feature had then.
-TEST(MotionMeasurement, KnowsHowDeepAFeatureWasBeforeTheCameraMoved) {
-  View view;
-  view.then = wall(5);
-  view.camera_approach_m = 0.5;
-  view.depth_then_m.setTo(3.5);
-  EXPECT_EQ(evidence(view), MotionEvidence::seed);
-  view.depth_then_m.setTo(3.2F);  // nearer than the wall was
-  EXPECT_EQ(evidence(view), MotionEvidence::unknown);
-  view.camera_approach_m = -3.5;  // it was behind the camera
-  EXPECT_EQ(evidence(view), MotionEvidence::unknown);
+TEST(MotionFill, TakesUnclearFeaturesBetweenThoseThatMove) {
+  FeatureMotion tracked, with_depth;
+  tracked.is_tracked[0] = true;
+  tracked.ratio = 0.5F;
+  with_depth.depth_m = 2;
+  for (const FeatureMotion& unclear : {tracked, with_depth}) {
+    EXPECT_TRUE(is_filled(unclear, 24));
+    EXPECT_TRUE(is_filled(unclear, 16));
+    EXPECT_FALSE(is_filled(unclear, 14));
+    EXPECT_FALSE(is_filled(unclear, 0));
+  }
+  tracked.ratio = 0.2F;  // it is where a static one would be
+  EXPECT_FALSE(is_filled(tracked, 24));
+  EXPECT_FALSE(is_filled(FeatureMotion(), 24));  // nothing is known of it
+}
+
+/// Returns the mask of an object in the columns 20 to 49 and the rows 40 to 79.
+Segmentation one_object(cv::Size image_size) {
+  Segmentation masks;
+  masks.image_size = image_size;
+  masks.instances.emplace_back();
+  masks.instances[0].mask = cv::Mat1b(40, 30, std::uint8_t{255});
+  masks.instances[0].mask_origin = {20, 40};
+  masks.instances[0].box = {20, 40, 30, 40};
+  return masks;
+}
+
+/// Who was still until now tells the camera's motion, if need be. What was removed for no object
+/// does not: a static mask moves with the camera, and a host's own stage knows better.
+TEST(MotionMeasurement, SuspectsFeaturesByWhatTheyAreOn) {
+  const PinholeCamera camera{400, 400, 160, 120};
+  const std::vector<cv::KeyPoint> keypoints = {{35, 60, 7},  {55, 60, 7},  {70, 60, 7}, {80, 60, 7},
+                                               {200, 60, 7}, {240, 60, 7}, {35, 50, 7}};
+  FrameView frame;
+  frame.image = cv::Mat1b(240, 320, std::uint8_t{0});
+  const Segmentation masks = one_object(frame.image.size());
+  FeatureLabels labels = Pipeline<MaskCuller>(MaskCuller()).apply(frame, masks, keypoints);
+  labels.remove(2, 0, Reason::compensated, 0.8F);
+  labels.remove(4, -1, Reason::custom, 1);
+  labels.remove(5, -1, Reason::in_mask, 1);
+  const FilterInput input{frame, masks, keypoints};
+  const MotionJudgeOptions options;
+  const InstanceVotes quiet{10, 10, 0, true, true};
+  for (const int still_frames : {0, 3, 4, 9}) {
+    MotionMemory memory;
+    memory.beliefs.emplace().remember(std::vector<cv::KeyPoint>{{35, 50, 7}}, {2});  // moves
+    memory.instances.emplace();
+    for (int i = 0; i < still_frames; ++i) {
+      memory.instances->begin_frame(masks);
+      memory.instances->judge(0, quiet);
+    }
+    memory.instances->begin_frame(masks);
+    MotionMeasurement measured;
+    for (const cv::KeyPoint& keypoint : keypoints) {
+      measured.baselines[0].tracks.push_back({keypoint.pt, true});
+    }
+    Workspace workspace;
+    const MotionContext context{input, camera, options, true, memory, measured, workspace};
+    measure_places(context);
+    suspect_features(context, labels);
+    const Suspicion of_object = still_frames >= 4 ? Suspicion::standing : Suspicion::moving;
+    EXPECT_EQ(measured.suspicions,
+              (std::vector<Suspicion>{of_object, of_object, Suspicion::compensated, Suspicion::none,
+                                      Suspicion::foreign, Suspicion::foreign, Suspicion::moving}))
+        << still_frames;
+  }
 }
 
 }  // namespace

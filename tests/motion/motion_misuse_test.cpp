@@ -3,6 +3,7 @@
 
 // What a host may do wrong, and what it may do beside motion.
 
+#include <algorithm>
 #include <cstddef>
 #include <stdexcept>
 #include <utility>
@@ -10,6 +11,7 @@
 
 #include <gtest/gtest.h>
 
+#include "dynfilter/motion/feature_tracker.hpp"
 #include "support/expect_error.hpp"
 #include "support/motion_rig.hpp"
 
@@ -49,7 +51,6 @@ TEST(MotionMisuse, APriorOfARefusedFrameIsDropped) {
 TEST(MotionMisuse, AStateThatWasResetTakesTheNextJudgesOptions) {
   MotionJudgeOptions never_still;
   never_still.instance.min_still_frames = never_still.instance.max_still_frames = 1000;
-  never_still.belief.min_moving = never_still.belief.limit = 1000;
   Rig rig(never_still), fresh;
   rig.see(shots(0)[0]);
   rig.state.reset();
@@ -61,13 +62,6 @@ TEST(MotionMisuse, AStateThatWasResetTakesTheNextJudgesOptions) {
       EXPECT_EQ(got.statistics().instances[0].verdict, InstanceVerdict::still);
     }
   }
-  std::size_t moving = 0;
-  for (std::size_t i = 0; i < 6; ++i) {
-    const FeatureLabels got = rig.see_without_masks(shots(0.5)[i]);
-    EXPECT_TRUE(are_equal(got, fresh.see_without_masks(shots(0.5)[i]))) << i;
-    moving += got.statistics().moving;
-  }
-  EXPECT_GT(moving, 20U);
 }
 
 /// Motion gives back what masks and depth took, not what a stage of the host's removed.
@@ -144,29 +138,6 @@ TEST(MotionMisuse, PriorsAreJoinedOverARepeatedImage) {
   EXPECT_EQ(seen_after_repeat(true, false), one_not_judged);
 }
 
-/// A host counts frames whose image repeats another: its tracks of three frames end elsewhere then.
-TEST(MotionMisuse, LongTracksAreNotUsedForTwoFramesAfterARepeatedImage) {
-  Rig rig, plain;
-  for (std::size_t i = 0; i < 9; ++i) {
-    const bool is_repeat = i == 4;
-    const Shot& shot = shots(0)[is_repeat ? i - 1 : i];
-    FrameView frame = shot.rendered.frame;
-    frame.timestamp_s = shots(0)[i].rendered.frame.timestamp_s;
-    if (i > 4) {
-      std::vector<FeatureTrack> lost(shot.keypoints.size());
-      rig.state.hand_over_tracks(1, std::move(lost));
-    }
-    const auto baselines = [&](Rig& of) {
-      return of.see(frame, shot.rendered.true_segmentation, shot.keypoints)
-          .statistics()
-          .motion.baselines;
-    };
-    const std::size_t got = baselines(rig), want = baselines(plain);
-    EXPECT_EQ(got, i >= 7 ? 1U : want) << i;
-    EXPECT_TRUE(i < 7 || want == 2) << "else it proves nothing";
-  }
-}
-
 /// A rotation in float is a little off an orthonormal one, which adds up over three frames.
 TEST(MotionMisuse, TakesPriorsInFloat) {
   Rig rig;
@@ -180,15 +151,58 @@ TEST(MotionMisuse, TakesPriorsInFloat) {
   }
 }
 
-TEST(MotionMisuse, RefusesPriorsThatAreNoMotion) {
-  MotionState state;
-  PosePrior prior;
-  prior.pose.rotation = prior.pose.rotation * 1.01;
-  expect_error<std::invalid_argument>([&] { state.expect_motion(prior); }, "an orthonormal matrix");
-  prior.pose.rotation = {1, 0, 0, 0, 1, 0, 0, 0, -1};
-  expect_error<std::invalid_argument>([&] { state.expect_motion(prior); }, "determinant 1");
-  prior.pose.rotation = {};
-  EXPECT_THROW(state.expect_motion(prior), std::invalid_argument);
+/// Returns the tracks of a shot, made ahead of the call.
+std::vector<FeatureTrack> tracked_ahead(Rig& rig, const Shot& shot) {
+  std::vector<FeatureTrack> tracks;
+  rig.judge.track(shot.rendered.frame, shot.keypoints, tracks, rig.workspace);
+  EXPECT_EQ(tracks.size(), shot.keypoints.size());
+  return tracks;
+}
+
+bool has_found_one(const std::vector<FeatureTrack>& tracks) {
+  return std::any_of(tracks.begin(), tracks.end(),
+                     [](const auto& track) { return track.is_found; });
+}
+
+TEST(TrackingAhead, ChangesNoLabel) {
+  Rig ahead, alone;
+  bool is_first = true;
+  for (const Shot& shot : shots(0.5)) {
+    const std::vector<FeatureTrack> tracks = tracked_ahead(ahead, shot);
+    EXPECT_EQ(has_found_one(tracks), !is_first);
+    const FeatureLabels labels = ahead.see(shot);
+    const FeatureLabels same = alone.see(shot);
+    is_first = false;
+    EXPECT_TRUE(are_equal(labels, same));
+    EXPECT_EQ(labels.statistics().motion.outcome, same.statistics().motion.outcome);
+  }
+}
+
+TEST(TrackingAhead, ForgetsTracksOfAnotherFrame) {
+  Rig ahead, alone;
+  for (std::size_t i = 0; i < 6; ++i) {
+    const Shot& shot = shots(0.5)[i];
+    tracked_ahead(ahead, shots(0.5)[i + 1]);  // another time
+    Shot fewer = shot;
+    fewer.keypoints.pop_back();
+    if (i == 4) tracked_ahead(ahead, fewer);  // another number of features
+    EXPECT_TRUE(are_equal(ahead.see(shot), alone.see(shot))) << i;
+  }
+}
+
+TEST(TrackingAhead, FindsNothingWhereTheLastFrameIsNotKnown) {
+  Rig rig;
+  const std::vector<Shot>& scene = shots(0.5);
+  rig.see(scene[0]);
+  Shot late = scene[1];
+  late.rendered.frame.timestamp_s += 1;
+  EXPECT_FALSE(has_found_one(tracked_ahead(rig, late)));
+  rig.see(scene[1]);
+  EXPECT_TRUE(has_found_one(tracked_ahead(rig, scene[2])));
+  Shot blind = scene[2];
+  blind.rendered.frame.image.release();
+  EXPECT_FALSE(has_found_one(tracked_ahead(rig, blind)));
+  EXPECT_FALSE(has_found_one(tracked_ahead(rig, scene[0])));  // back in time
 }
 
 }  // namespace

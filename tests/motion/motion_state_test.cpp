@@ -3,6 +3,7 @@
 
 #include "dynfilter/motion/motion_state.hpp"
 
+#include <cstddef>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -69,6 +70,101 @@ TEST(MotionState, IsRefusedOnceItWasMovedFrom) {
   const MotionState other = std::move(state);
   expect_error<std::invalid_argument>([&] { MotionJudge(camera(), state); },
                                       "a state that was moved from");
+}
+
+/// Returns the index of the first frame in which motion is decided; none if it never is. The masks
+/// begin at a frame.
+std::optional<std::size_t> first_decided(double speed_m_s, std::size_t first_masks) {
+  MotionState state;
+  const MotionFilter filter(camera(), state);
+  Workspace workspace;
+  FeatureLabels labels;
+  for (std::size_t i = 0; i < frames; ++i) {
+    const Shot& shot = shots(speed_m_s)[i];
+    std::optional<Segmentation> masks;
+    if (i >= first_masks) masks = shot.rendered.true_segmentation;
+    filter.apply(shot.rendered.frame, masks, shot.keypoints, labels, workspace);
+    if (labels.statistics().is_motion_decided()) return i;
+  }
+  return {};
+}
+
+TEST(MotionDecided, WherePeopleAreStillOrMoveInSomeFrames) {
+  const auto still = first_decided(0, 0), walking = first_decided(0.5, 0);
+  ASSERT_TRUE(still && walking);
+  const InstanceMotionOptions defaults;
+  EXPECT_GE(*still,
+            static_cast<std::size_t>(defaults.min_still_frames + defaults.cancelled_frames));
+  EXPECT_LE(*still, 10U);
+  EXPECT_GE(*walking, static_cast<std::size_t>(defaults.min_moving_frames));
+  EXPECT_LE(*walking, 5U);
+}
+
+/// Before the first masks, nobody knows that people stand there.
+TEST(MotionDecided, NeverBeforeTheFirstMasks) {
+  EXPECT_EQ(first_decided(0, frames), std::nullopt);
+  const auto late = first_decided(0, 4);
+  ASSERT_TRUE(late);
+  EXPECT_GE(*late, 4U + static_cast<std::size_t>(InstanceMotionOptions().min_still_frames) - 1);
+}
+
+/// "No masks" is not "nobody": who stood before a frame without masks stands after it.
+TEST(MotionMasks, RemembersVerdictsOverFramesWithoutMasks) {
+  Rig rig;
+  for (const Shot& shot : shots(0)) {
+    const std::size_t i = static_cast<std::size_t>(&shot - shots(0).data());
+    if (i == 8 || i == 9 || i == 11) {
+      rig.see_without_masks(shot);
+      continue;
+    }
+    const FeatureLabels labels = rig.see(shot);
+    if (i < 7) continue;
+    EXPECT_EQ(labels.statistics().instances[0].verdict, InstanceVerdict::still) << i;
+  }
+}
+
+/// A person who was not seen for longer than a gap may be another one.
+TEST(MotionMasks, ForgetsVerdictsAfterAGapOfMasks) {
+  MotionJudgeOptions options;
+  options.max_gap_s = 0.09;
+  Rig rig(options);
+  for (std::size_t i = 0; i < 8; ++i) rig.see(shots(0)[i]);
+  for (const std::size_t i : {8U, 9U}) rig.see_without_masks(shots(0)[i]);
+  const FeatureLabels labels = rig.see(shots(0)[10]);
+  EXPECT_EQ(labels.statistics().motion.outcome, MotionOutcome::applied);
+  EXPECT_EQ(labels.statistics().instances[0].verdict, InstanceVerdict::undecided);
+}
+
+/// Masks whose time was not set are not stale for motion either.
+TEST(MotionMasks, TakesMasksWithoutATimeForFresh) {
+  Rig rig, other;
+  std::size_t moving = 0;
+  for (Shot shot : shots(0.5)) {
+    const FeatureLabels fresh = rig.see(shot);
+    shot.rendered.true_segmentation.timestamp_s -= 1e6;
+    EXPECT_TRUE(are_equal(other.see(shot), fresh));
+    moving += fresh.statistics().moving;
+  }
+  EXPECT_GT(moving, 0U);
+}
+
+/// As the scores of the other stages, that of a feature that comes back counts the detector's
+/// confidence.
+TEST(MotionMasks, ConfidenceScalesTheScoresOfWhatComesBack) {
+  Rig sure, doubtful;
+  std::size_t restored = 0;
+  for (Shot shot : shots(0)) {
+    const FeatureLabels by_sure = sure.see(shot);
+    for (Instance& person : shot.rendered.true_segmentation.instances) person.score *= 0.5F;
+    const FeatureLabels by_doubtful = doubtful.see(shot);
+    for (std::size_t i = 0; i < by_sure.size(); ++i) {
+      EXPECT_EQ(by_sure[i].reason, by_doubtful[i].reason);
+      if (by_sure[i].reason != Reason::restored) continue;
+      EXPECT_FLOAT_EQ(by_doubtful[i].score, 0.5F * by_sure[i].score);
+      restored += by_sure[i].score > 0 ? 1 : 0;
+    }
+  }
+  EXPECT_GT(restored, 100U);
 }
 
 }  // namespace

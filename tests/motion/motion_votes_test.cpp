@@ -6,16 +6,29 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
-#include <string>
 #include <tuple>
+#include <vector>
 
 #include <gtest/gtest.h>
 
-#include "motion/motion_votes_features.hpp"
 #include "support/expect_error.hpp"
 
 namespace dynfilter {
 namespace {
+
+FeatureMotion motion_of(MotionEvidence evidence, cv::Vec2f shift_px = {}) {
+  FeatureMotion motion;
+  motion.evidence = evidence;
+  motion.shift_px[0] = shift_px;
+  motion.is_tracked[0] = evidence != MotionEvidence::unknown;
+  return motion;
+}
+
+FrameFeatures features_at(const std::vector<cv::Point2f>& points) {
+  FrameFeatures features;
+  features.read(points);
+  return features;
+}
 
 bool are_alike(const FeatureMotion& a, const FeatureMotion& b, double share = 0.3) {
   const bool both_go = a.approach_m != 0 && b.approach_m != 0;
@@ -96,23 +109,6 @@ bool naive_crowd(const std::vector<cv::Point2f>& points, const std::vector<Featu
          5 * seeds >= 4 * static_cast<std::ptrdiff_t>(voices.size());
 }
 
-TEST(MotionVotes, TellNearerFromFarther) {
-  for (const float middle_m : {0.02F, -0.02F}) {
-    std::vector<cv::Point2f> points;
-    std::vector<FeatureMotion> motions;
-    for (int i = 0; i < 25; ++i) {
-      points.emplace_back(cv::Point2f(cv::Point(100 + 10 * (i % 5), 100 + 10 * (i / 5))));
-      motions.push_back(motion_of(MotionEvidence::seed));  // without a shift
-      motions.back().approach_m = i == 12 ? middle_m : 0.02F;
-    }
-    FrameFeatures features = features_at(points);
-    support_seeds(features, {}, motions);
-    EXPECT_EQ(motions[0].evidence, MotionEvidence::supported);
-    EXPECT_EQ(motions[12].evidence,
-              middle_m > 0 ? MotionEvidence::supported : MotionEvidence::seed);
-  }
-}
-
 TEST(MotionVotes, AreThoseOfTheNearest) {
   cv::RNG random(6);
   std::size_t supported = 0, joined = 0, crowded = 0, seeds = 0;
@@ -168,65 +164,6 @@ TEST(MotionVotes, AreThoseOfTheNearest) {
   EXPECT_LT(supported, seeds * 9 / 10);
 }
 
-TEST(MotionVotes, HearOneCornerOnce) {
-  // Five seeds of one corner, whose track failed, among still features.
-  std::vector<cv::Point2f> points = {{100, 100}, {100, 100}, {101, 100}, {100, 101}, {101, 101}};
-  std::vector<FeatureMotion> motions(5, motion_of(MotionEvidence::seed, {4, 0}));
-  FrameFeatures features = features_at(points);
-  support_seeds(features, {}, motions);
-  for (const FeatureMotion& motion : motions) EXPECT_EQ(motion.evidence, MotionEvidence::seed);
-}
-
-TEST(MotionVotes, AreNotThoseOfTheWallBehind) {
-  // Six features of a thing that moves, at the edge of a wall with many more.
-  std::vector<cv::Point2f> points;
-  std::vector<FeatureMotion> motions;
-  for (int i = 0; i < 18; ++i) {
-    const bool moves = i < 6;
-    points.emplace_back(100.0F + 4.0F * static_cast<float>(i / 6),
-                        100.0F + 4.0F * static_cast<float>(i % 6));
-    motions.push_back(moves ? motion_of(MotionEvidence::seed, {4, 0})
-                            : motion_of(MotionEvidence::quiet));
-    motions.back().depth_m = moves ? 2.0F : 3.0F;
-  }
-  FrameFeatures features = features_at(points);
-  std::vector<FeatureMotion> without = motions;
-  for (FeatureMotion& motion : without) motion.depth_m = 0;
-  support_seeds(features, {}, motions);
-  support_seeds(features, {}, without);
-  for (std::size_t i = 0; i < 6; ++i) {
-    EXPECT_EQ(motions[i].evidence, MotionEvidence::supported);
-    EXPECT_EQ(without[i].evidence, MotionEvidence::seed);
-  }
-}
-
-/// Persons who cross each other, and their limbs, move in many ways.
-TEST(MotionVotes, AreNotNeededAmongSeeds) {
-  const auto evidence = [](std::size_t others, std::size_t quiet, float depth_m) {
-    std::vector<cv::Point2f> points = {{100, 100}};
-    std::vector<FeatureMotion> motions = {motion_of(MotionEvidence::seed, {4, 0})};
-    for (std::size_t i = 0; i < others; ++i) {
-      const auto angle = static_cast<float>(i);
-      points.emplace_back(100 + 30 * std::cos(angle), 100 + 30 * std::sin(angle));
-      motions.push_back(i < quiet ? motion_of(MotionEvidence::quiet)
-                                  : motion_of(MotionEvidence::seed, {0, 3 + 5 * angle}));
-      motions.back().depth_m = 2;
-    }
-    motions[0].depth_m = depth_m;
-    motions.back().is_tracked[0] = false;
-    FrameFeatures features = features_at(points);
-    support_seeds(features, {}, motions);
-    EXPECT_FALSE(motions[0].neighbours_agree);
-    return motions[0].evidence;
-  };
-  EXPECT_EQ(evidence(12, 2, 2), MotionEvidence::supported);
-  EXPECT_EQ(evidence(12, 3, 2), MotionEvidence::seed);
-  EXPECT_EQ(evidence(6, 0, 2), MotionEvidence::supported);
-  EXPECT_EQ(evidence(5, 0, 2), MotionEvidence::seed);
-  EXPECT_EQ(evidence(12, 0, 0), MotionEvidence::seed);
-  EXPECT_EQ(evidence(12, 0, 3), MotionEvidence::seed);
-}
-
 /// Hosts may hand over features without a place.
 TEST(MotionVotes, HearNothingOfFeaturesWithoutAPlace) {
   const float nowhere = std::nanf("");
@@ -256,40 +193,15 @@ TEST(MotionVotes, RefuseNonsense) {
   testing::expect_error<std::invalid_argument>([&] { support_seeds(features, {}, motions); },
                                                "1 motions and 2 features");
   motions.resize(2);
-  const auto refuses = [&](auto member, auto value, const std::string& message) {
-    MotionVotesOptions options;
-    options.*member = value;
-    testing::expect_error<std::invalid_argument>([&] { support_seeds(features, options, motions); },
-                                                 message);
-  };
-  using Options = MotionVotesOptions;
-  refuses(&Options::min_seeds, std::size_t{0}, "min_seeds = 0; want at least 1");
+  MotionVotesOptions options;
+  options.min_share = 1.5;
+  testing::expect_error<std::invalid_argument>([&] { support_seeds(features, options, motions); },
+                                               "got min_share");
   // The message names the option alone, not the others.
-  for (const int radius_px : {0, 1001}) {
-    const std::string got = "_px = " + std::to_string(radius_px) + "; want 1 to 1000";
-    refuses(&Options::radius_px, radius_px, "got radius" + got);
-    refuses(&Options::join_radius_px, radius_px, "got join_radius" + got);
-    refuses(&Options::far_join_radius_px, radius_px, "got far_join_radius" + got);
-    refuses(&Options::crowd_radius_px, radius_px, "got crowd_radius" + got);
-  }
-  for (const std::size_t count : {0U, 31U}) {
-    const std::string got = " = " + std::to_string(count) + "; want 1 to 30";
-    refuses(&Options::neighbours, count, "got neighbours" + got);
-    refuses(&Options::min_joined, count, "got min_joined" + got);
-    refuses(&Options::min_far_joined, count, "got min_far_joined" + got);
-    refuses(&Options::crowd_neighbours, count, "got crowd_neighbours" + got);
-  }
-  for (const double share : {-0.5, 1.5, std::nan("")}) {
-    refuses(&Options::min_share, share, "got min_share");
-    refuses(&Options::min_crowd_share, share, "got min_crowd_share");
-  }
-  for (const double negative : {-0.5, std::nan("")}) {
-    refuses(&Options::max_difference, negative, "got max_difference = ");
-    refuses(&Options::max_difference_px, negative, "got max_difference_px");
-    refuses(&Options::max_far_difference, negative, "got max_far_difference");
-    refuses(&Options::max_depth_difference_m, negative, "got max_depth_difference_m");
-  }
-  refuses(&Options::min_spacing_px, -1, "got min_spacing_px = -1");
+  options = {};
+  options.join_radius_px = 1001;
+  testing::expect_error<std::invalid_argument>([&] { support_seeds(features, options, motions); },
+                                               "got join_radius_px = 1001; want 1 to 1000");
 }
 
 }  // namespace

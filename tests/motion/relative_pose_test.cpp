@@ -5,10 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
-#include <limits>
 #include <stdexcept>
-#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -19,9 +16,7 @@
 namespace dynfilter {
 namespace {
 
-PinholeCamera pinhole(const CameraParameters& camera) {
-  return {camera.fx, camera.fy, camera.cx, camera.cy};
-}
+PinholeCamera without_distortion(const CameraParameters& c) { return {c.fx, c.fy, c.cx, c.cy}; }
 
 /// Returns then_from_now of two poses of the camera in the world.
 RelativePose motion_between(const CameraPose& now, const CameraPose& then) {
@@ -47,7 +42,8 @@ Case rendered_case(double mover_share, const cv::Vec3d& mover_m, double noise_px
                    std::uint64_t seed = 11, bool is_compact = true) {
   const SyntheticScene scene(scene_level("static", seed));
   const cv::Mat1f depth = scene.render(now).exact_depth_m;
-  Case result{pinhole(scene.camera()), motion_between(scene.pose(now), scene.pose(then)), {}};
+  Case result{
+      without_distortion(scene.camera()), motion_between(scene.pose(now), scene.pose(then)), {}};
   cv::RNG random(7);
   for (int i = 0; i < 600; ++i) {
     const bool moves = i < 600 * mover_share;
@@ -99,7 +95,7 @@ TEST(RelativePose, ResistsAnUnmaskedMoverWithAQuarterOfTheFeatures) {
 
 /// Observations of a camera that stands: of twenty, so many are static, six are on a mover, and the
 /// tracks of the others lead anywhere.
-std::vector<PoseObservation> few_static_ones(const PinholeCamera& camera, int static_ones,
+std::vector<PoseObservation> few_static_ones(const PinholeCamera& lens, int static_ones,
                                              std::uint64_t seed) {
   std::vector<PoseObservation> observations;
   cv::RNG random(seed);
@@ -108,40 +104,33 @@ std::vector<PoseObservation> few_static_ones(const PinholeCamera& camera, int st
     const bool moves = i % 20 >= static_ones && !is_lost;
     const cv::Point pixel = moves ? cv::Point(random.uniform(180, 460), random.uniform(200, 480))
                                   : cv::Point(random.uniform(0, 640), random.uniform(0, 480));
-    const cv::Point3d point = camera.point(pixel, moves ? 1.5 : random.uniform(2.0, 4.0));
+    const cv::Point3d point = lens.point(pixel, moves ? 1.5 : random.uniform(2.0, 4.0));
     const cv::Point3d then = point + cv::Point3d(moves ? 0.02 : 0, 0, 0);
     const cv::Point2d noise(random.gaussian(0.25), random.gaussian(0.25));
     const double away_px = is_lost ? 8 : 0;
     const cv::Point2d wrong(random.uniform(-away_px, away_px), random.uniform(-away_px, away_px));
-    observations.push_back({point, *camera.project(then) + noise + wrong});
+    observations.push_back({point, *lens.project(then) + noise + wrong});
   }
   return observations;
 }
 
 TEST(RelativePose, NeedsNoMajorityOfStaticFeatures) {
-  const PinholeCamera camera{535, 539, 320, 248};
-  int wrong_by_median = 0;
+  const PinholeCamera lens{535, 539, 320, 248};
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
-    const auto observations = few_static_ones(camera, 8, seed);
+    const auto observations = few_static_ones(lens, 8, seed);
     Workspace workspace;
-    const auto error_m = [&](const RelativePoseOptions& options) {
-      const RelativePoseEstimator estimator(camera, options);
-      return cv::norm(estimator.estimate(observations, {}, {}, workspace).pose.translation);
-    };
-    EXPECT_LT(error_m({}), 0.004) << seed;
-    RelativePoseOptions median;
-    median.quantile = 0.5;
-    wrong_by_median += error_m(median) > 0.01 ? 1 : 0;
+    const RelativePoseEstimator estimator(lens);
+    const auto estimate = estimator.estimate(observations, {}, {}, workspace);
+    EXPECT_LT(cv::norm(estimate.pose.translation), 0.004) << seed;
   }
-  EXPECT_GT(wrong_by_median, 10);
 }
 
 TEST(RelativePose, IsNotTrustedWhereLessThanHalfAgree) {
-  const PinholeCamera camera{535, 539, 320, 248};
-  const RelativePoseEstimator estimator(camera);
+  const PinholeCamera lens{535, 539, 320, 248};
+  const RelativePoseEstimator estimator(lens);
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     Workspace workspace;
-    const auto estimate = estimator.estimate(few_static_ones(camera, 7, seed), {}, {}, workspace);
+    const auto estimate = estimator.estimate(few_static_ones(lens, 7, seed), {}, {}, workspace);
     EXPECT_FALSE(estimate.is_trusted) << seed;
     EXPECT_GT(estimate.support, 0.3) << seed;
   }
@@ -155,22 +144,6 @@ TEST(RelativePose, HearsPlacesRatherThanFeatures) {
       RelativePoseEstimator(rich.camera).estimate(rich.observations, {}, {}, workspace);
   EXPECT_TRUE(estimate.is_trusted);
   EXPECT_LT(cv::norm(estimate.pose.translation - rich.truth.translation), 1e-3);
-}
-
-TEST(RelativePose, NeedsAPriorWhereMostOfTheImageMoves) {
-  const Case crowd = rendered_case(0.65, {0.03, 0, 0}, 0.1, 60, 59, 11, false);
-  Workspace workspace;
-  const RelativePoseEstimator estimator(crowd.camera);
-  const RelativePoseEstimate captured = estimator.estimate(crowd.observations, {}, {}, workspace);
-  EXPECT_GT(cv::norm(captured.pose.translation - crowd.truth.translation), 0.015);
-  PosePrior prior;
-  prior.pose = crowd.truth;
-  prior.pose.translation += cv::Vec3d(0.002, -0.001, 0.001);
-  prior.max_translation_m = 0.006;
-  prior.is_trusted = true;
-  const RelativePoseEstimate held = estimator.estimate(crowd.observations, {}, prior, workspace);
-  EXPECT_TRUE(held.is_trusted);
-  EXPECT_LE(cv::norm(held.pose.translation - prior.pose.translation), 0.006);
 }
 
 /// However many features move together, the few static ones tell the pose, and how large their
@@ -190,73 +163,6 @@ TEST(RelativePose, IsMeasuredByTheFewStaticOnesWhereThePriorIsTrusted) {
     EXPECT_TRUE(held.is_trusted);
     EXPECT_LT(cv::norm(held.pose.translation - crowd.truth.translation), 2e-3) << mover_share;
     EXPECT_LT(held.scale_px, 0.6) << mover_share;
-  }
-}
-
-/// Where the observations tell a motion far beyond the limits, the nearest one within them may
-/// still have a small scale, and is wrong all the same.
-TEST(RelativePose, IsNotTrustedWhereTheObservationsContradictTheLimits) {
-  const Case room = rendered_case(0, {}, 0.1, 60, 59);
-  const RelativePoseEstimator estimator(room.camera);
-  Workspace workspace;
-  PosePrior prior;
-  prior.pose = room.truth;
-  prior.max_translation_m = 0.002;
-  for (const double off_m : {0.001, 0.0025, 0.01}) {
-    prior.pose.translation = room.truth.translation + cv::Vec3d(off_m, 0, 0);
-    const auto estimate = estimator.estimate(room.observations, {}, prior, workspace);
-    EXPECT_EQ(estimate.is_trusted, off_m < 0.01) << off_m;
-    EXPECT_LT(estimate.scale_px, 3) << off_m;
-    EXPECT_LE(cv::norm(estimate.pose.translation - prior.pose.translation), 0.002) << off_m;
-  }
-}
-
-/// ORB-SLAM extracts corners on plain walls, too. Where seven of ten tracks are wrong by a pixel,
-/// those with texture tell the pose.
-TEST(RelativePose, IsToldByWellTexturedTracks) {
-  Case room = rendered_case(0.15, {0.02, 0, 0}, 0.03, 60, 59);
-  std::vector<PoseObservation>& observations = room.observations;
-  cv::RNG random(5);
-  for (std::size_t i = 0; i < observations.size(); ++i) {
-    const bool is_plain = i >= 90 && random.uniform(0, 10) < 7;  // the first 90 are the mover's
-    observations[i].texture = is_plain ? 0.01 : 0.1;
-    if (!is_plain) continue;
-    observations[i].pixel_then += cv::Point2d(random.gaussian(1), random.gaussian(1));
-  }
-  Workspace workspace;
-  const RelativePoseEstimator estimator(room.camera);
-  const auto error_m = [&]() {
-    return cv::norm(estimator.estimate(observations, {}, {}, workspace).pose.translation -
-                    room.truth.translation);
-  };
-  EXPECT_LT(error_m(), 0.6e-3);
-  for (PoseObservation& observation : observations) observation.texture = 0;
-  EXPECT_GT(error_m(), 2e-3) << "nobody knows which tracks are good";
-}
-
-/// A fifth of the sample is taken for static: with their scale, a limit of 3.5 scales is 3 pixels.
-/// What moves by more does not count, what moves by less does.
-TEST(RelativePose, MeasuresTheScaleOfAFifthWhereThePriorIsTrusted) {
-  for (const double mover_px : {2.7, 3.6}) {
-    Case crowd = rendered_case(0, {}, 0.5, 60, 59);
-    cv::RNG random(3);
-    for (PoseObservation& observation : crowd.observations) {
-      if (random.uniform(0, 10) < 2) continue;
-      const double angle = random.uniform(0.0, 2 * CV_PI);
-      observation.pixel_then = *crowd.camera.project(crowd.truth * observation.point_now_m) +
-                               mover_px * cv::Point2d(std::cos(angle), std::sin(angle));
-    }
-    PosePrior prior;
-    prior.pose = crowd.truth;
-    prior.max_translation_m = 1e-9;  // the pose is known exactly
-    prior.max_rotation_rad = 1e-9;
-    prior.is_trusted = true;
-    Workspace workspace;
-    const double scale_px = RelativePoseEstimator(crowd.camera)
-                                .estimate(crowd.observations, {}, prior, workspace)
-                                .scale_px;
-    const double median_px = mover_px < 3 ? mover_px : 0.5 * std::sqrt(2 * std::log(2));
-    EXPECT_NEAR(scale_px, 1.4826 * median_px, 0.1) << mover_px;
   }
 }
 
@@ -287,18 +193,6 @@ TEST(RelativePose, FindsTheTurnOfACameraThatOnlyTurns) {
   const RelativePoseEstimate wrong = estimator.estimate_turn(move.observations, {}, {}, workspace);
   EXPECT_EQ(wrong.pose.translation, cv::Vec3d());
   EXPECT_GT(wrong.scale_px, 4 * estimator.estimate(move.observations, {}, {}, workspace).scale_px);
-}
-
-TEST(RelativePose, IsNoTrustedTurnWhereAPriorSaysThatTheCameraMoves) {
-  const RelativePoseEstimator estimator(partly_moved(0).camera);
-  PosePrior prior;
-  prior.is_trusted = true;
-  prior.pose.translation = {1, 0, 0};
-  Workspace workspace;
-  EXPECT_FALSE(estimator.estimate_turn({}, {}, prior, workspace).is_trusted);
-  EXPECT_TRUE(estimator.estimate({}, {}, prior, workspace).is_trusted);
-  prior.max_translation_m = 2;
-  EXPECT_TRUE(estimator.estimate_turn({}, {}, prior, workspace).is_trusted);
 }
 
 TEST(RelativePose, IsNotTrustedAmongTracksToNowhere) {
@@ -339,45 +233,25 @@ TEST(RelativePose, ComposesMotions) {
 
 TEST(RelativePose, RefusesNonsense) {
   using Bad = std::invalid_argument;
-  const PinholeCamera camera{500, 500, 320, 240};
-  testing::expect_error<Bad>([] { RelativePoseEstimator{PinholeCamera()}; }, "fx = 0");
+  const PinholeCamera lens{500, 500, 320, 240};
   RelativePoseOptions options;
-  options.min_observations = 5;
-  testing::expect_error<Bad>([&] { RelativePoseEstimator(camera, options); },
-                             "min_observations = 5; want at least 6");
-  options = {};
-  options.min_support = 1.5;
-  testing::expect_error<Bad>([&] { RelativePoseEstimator(camera, options); },
-                             "min_support = 1.5; want a share from 0 to 1");
-  options = {};
   options.quantile = 0.6;
-  testing::expect_error<Bad>([&] { RelativePoseEstimator(camera, options); },
+  testing::expect_error<Bad>([&] { RelativePoseEstimator(lens, options); },
                              "quantile = 0.6; want a share from 0.1 to 0.5");
-  options = {};
-  options.min_scale_px = std::numeric_limits<double>::quiet_NaN();
-  testing::expect_error<Bad>([&] { RelativePoseEstimator(camera, options); }, "min_scale_px = nan");
-  const RelativePoseEstimator estimator(camera);
+  const RelativePoseEstimator estimator(lens);
   Workspace workspace;
-  const std::pair<PoseObservation, const char*> bad_observations[] = {
-      {{{0, 0, -1}, {}}, "in front of the camera"},
-      {{{0, 0, 1}, {}, -1}, "of texture -1; want"},
-      {{{0, 0, 1}, {}, std::nan("")}, "of texture nan"}};
-  for (const auto& [observation, message] : bad_observations) {
-    const std::vector<PoseObservation> observations = {observation};
-    testing::expect_error<Bad>([&] { estimator.estimate(observations, {}, {}, workspace); },
-                               message);
-  }
+  std::vector<PoseObservation> observations = {{{0, 0, -1}, {}}};
+  testing::expect_error<Bad>([&] { estimator.estimate(observations, {}, {}, workspace); },
+                             "in front of the camera");
+  observations[0] = {{0, 0, 1}, {}, -1};
+  testing::expect_error<Bad>([&] { estimator.estimate(observations, {}, {}, workspace); },
+                             "of texture -1; want");
   PosePrior prior;
+  prior.pose.translation[0] = std::nan("");
+  testing::expect_error<Bad>([&] { estimator.estimate({}, {}, prior, workspace); },
+                             "a pose that is not finite");
+  prior = {};
   prior.max_rotation_rad = 0;
-  const double infinity = std::numeric_limits<double>::infinity();
-  for (const double number : {std::nan(""), infinity}) {
-    PosePrior no_number;
-    no_number.pose.translation[0] = number;
-    testing::expect_error<Bad>([&] { estimator.estimate({}, {}, no_number, workspace); },
-                               "a pose that is not finite");
-    testing::expect_error<Bad>([&] { estimator.estimate({}, no_number.pose, {}, workspace); },
-                               "a pose that is not finite");
-  }
   testing::expect_error<Bad>([&] { estimator.estimate({}, {}, prior, workspace); },
                              "limits above 0");
 }

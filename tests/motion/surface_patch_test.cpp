@@ -5,12 +5,12 @@
 
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <vector>
 
 #include <gtest/gtest.h>
 
 #include "dynfilter/features.hpp"
+#include "motion/patch.hpp"
 #include "support/brightness.hpp"
 
 namespace dynfilter::detail {
@@ -65,17 +65,6 @@ TEST(SurfacePatch, IsTheMeanOverWhatDoesNotLieInFront) {
   }
 }
 
-/// A person walks by. Two pixels beside him, the wall has not changed.
-TEST(SurfacePatch, DoesNotSeeWhoPassesBeside) {
-  const cv::Mat1b now = patch_noise(1);
-  cv::Mat1b then = now.clone();
-  patch_noise(2).colRange(0, 40).copyTo(then.colRange(0, 40));
-  const cv::Point2f at(42, 30);
-  const auto patch = SurfacePatch::around(person_left_of(40), now, at, double{wall_m});
-  EXPECT_EQ(*patch->difference(then, at), 0);
-  EXPECT_GT(*SurfacePatch::around(person_left_of(40), now, at, {})->difference(then, at), 10);
-}
-
 TEST(SurfacePatch, HasNoAnswerOutsideTheImage) {
   const cv::Mat1b image = patch_noise(1);
   const FrameView frame = person_left_of(40);
@@ -102,26 +91,40 @@ TEST(SurfaceDepth, IsThatOfWhatLiesBehindAGap) {
   EXPECT_FALSE(surface_depth({}, {40, 30}));
 }
 
-TEST(SurfaceDepth, LooksInEightDirectionsForTwentySteps) {
-  for (int dy = -1; dy <= 1; ++dy) {
-    for (int dx = -1; dx <= 1; ++dx) {
-      if (dx == 0 && dy == 0) continue;
-      FrameView frame;
-      frame.depth = cv::Mat1f(60, 80, 0.0F);
-      frame.depth.at<float>(30 + 20 * dy, 40 + 20 * dx) = 2;
-      EXPECT_EQ(surface_depth(frame, {40, 30}), 2.0);
-      EXPECT_FALSE(surface_depth(frame, {40 - dx, 30 - dy}));  // 21 steps away
+using testing::brightness;
+
+cv::Mat1b noise(std::uint64_t seed) {
+  cv::Mat1b image(40, 50);
+  cv::RNG random(seed);
+  random.fill(image, cv::RNG::UNIFORM, 0, 256);
+  return image;
+}
+
+TEST(Patch, HasTheBrightnessBetweenThePixels) {
+  const cv::Mat1b image = noise(1);
+  cv::RNG random(3);
+  for (int i = 0; i < 50; ++i) {
+    const cv::Point2f at(random.uniform(5.0F, 40.0F), random.uniform(5.0F, 34.0F));
+    const auto patch = Patch::at(image, at, 4);
+    for (int y = -4; y <= 4; ++y) {
+      for (int x = -4; x <= 4; ++x) {
+        const double expected = brightness(image, double{at.x} + x, double{at.y} + y);
+        EXPECT_NEAR(double{(*patch)(y + 4, x + 4)}, expected, 1e-3);
+      }
     }
   }
 }
 
-/// Features without a finite position have such pixels.
-TEST(SurfaceDepth, IsUnknownOutsideTheImage) {
-  const FrameView frame = person_left_of(40);
-  EXPECT_FALSE(surface_depth(frame, {-1, 30}));
-  EXPECT_FALSE(surface_depth(frame, {80, 30}));
-  EXPECT_FALSE(surface_depth(frame, nearest_pixel({NAN, 30})));
-  EXPECT_FALSE(surface_depth(frame, {std::numeric_limits<int>::max(), 30}));
+TEST(Patch, LiesInTheImage) {
+  const cv::Mat1b image = noise(1);
+  EXPECT_TRUE(Patch::at(image, {4, 4}, 4));
+  EXPECT_FALSE(Patch::at(image, {3.9F, 10}, 4));
+  EXPECT_FALSE(Patch::at(image, {46, 10}, 4));
+  EXPECT_FALSE(Patch::at(image, {20, 37}, 4));
+  EXPECT_FALSE(Patch::at(image, {10, NAN}, 4));
+  EXPECT_FALSE(Patch::at(image, {20, 20}, -1));
+  EXPECT_FALSE(Patch::at(image, {20, 20}, 1 << 30));
+  EXPECT_TRUE(Patch::at(image, {20, 20}, 0));
 }
 
 }  // namespace
