@@ -198,7 +198,6 @@ if [[ $wanted == *' valgrind '* ]]; then packages+=(valgrind); fi
 if [[ $all == yes ]]; then
   packages+=(clang-format shellcheck doxygen libbenchmark-dev)
   if is_available pybind11-dev; then packages+=(pybind11-dev python3-dev python3-mypy python3-pytest); fi
-  if is_available chromium; then packages+=(chromium); fi # Ubuntu has none outside its store
 fi
 need_build_packages "${packages[@]}"
 if [[ $all == yes ]]; then

@@ -110,34 +110,6 @@ TEST_F(Allocations, FilterAllocatesNothingInSteadyState) {
   }
 }
 
-/// Features of one pixel need one cell; as many all over the image need 20 x 15, the most that 472
-/// features get.
-TEST_F(Allocations, FeaturesInOtherPlacesAllocateNothing) {
-  FrameFeatures features;
-  std::vector<cv::Point2f> points(472);
-  features.read(points);
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    points[i] = {static_cast<float>(i * 37 % 640), static_cast<float>(i * 53 % 480)};
-  }
-  points[0] = {639, 479};
-  EXPECT_EQ(allocations_of([&] { features.read(points); }), 0U);
-}
-
-TEST_F(Allocations, FilterHealthAllocatesNothing) {
-  const FilterCase input = full_size_case(1);
-  const FeatureLabels labels =
-      DynamicFilter().apply(input.frame, input.segmentation, input.keypoints);
-  FilterHealth health;
-  EXPECT_EQ(allocations_of([&] {
-              for (int i = 0; i < 20; ++i) {
-                health.add(input.frame, input.keypoints, labels.statistics());
-              }
-              health.report();
-            }),
-            0U);
-  EXPECT_EQ(health.report().without_depth_share.frames, 20U);
-}
-
 TEST_F(Allocations, StereoDepthsAllocateNothingInSteadyState) {
   cv::Mat image(480, 640, CV_8UC1);
   cv::randu(image, 0, 256);

@@ -5,10 +5,16 @@
 
 #include <gtest/gtest.h>
 
+#include <cstddef>
+#include <memory>
+#include <stdexcept>
+#include <string>
 #include <vector>
 
+#include "dynfilter/plugin.hpp"
 #include "support/failing_allocations.hpp"
 #include "support/filter_property.hpp"
+#include "support/host_frame.hpp"
 
 namespace dynfilter::testing {
 namespace {
@@ -94,18 +100,7 @@ TEST_P(FailedAllocation, LeavesNoLabelsAndAUsableWorkspace) {
 
 INSTANTIATE_TEST_SUITE_P(Rules, FailedAllocation,
                          ::testing::Values(CompensationRule::depth, CompensationRule::paper,
-                                           CompensationRule::mask),
-                         [](const auto& test) {
-                           switch (test.param) {
-                             case CompensationRule::depth:
-                               return "depth";
-                             case CompensationRule::paper:
-                               return "paper";
-                             case CompensationRule::mask:
-                               break;
-                           }
-                           return "mask";
-                         });
+                                           CompensationRule::mask));
 
 TEST(FailedAllocationOfKeepStatic, LeavesTheColumnsUnchanged) {
   const FilterCase input = busy_case(3, CompensationRule::mask, 2);
@@ -124,6 +119,77 @@ TEST(FailedAllocationOfKeepStatic, LeavesTheColumnsUnchanged) {
     return did_fail;
   });
   EXPECT_GT(failed, 0U);
+}
+
+using PluginAllocations = PluginTest;
+
+/// A host's frame is unchanged if an allocation fails inside Plugin::filter, and the next call is
+/// right.
+TEST_F(PluginAllocations, FailedOneLeavesTheFrameUnchanged) {
+  const HostFrame frame(0);
+  HostColumns filtered(frame);
+  Plugin(settings())
+      .filter(frame.timestamp_s, frame.depth, filtered.keypoints, filtered.descriptors);
+  ASSERT_LT(filtered.keypoints.size(), frame.keypoints.size());
+  const std::size_t failed = for_each_failing_allocation([&](const std::size_t n) {
+    SCOPED_TRACE(n);
+    Plugin plugin(settings());
+    HostColumns columns(frame);
+    const cv::Mat shared = columns.descriptors;  // a second header, so that rows move into a copy
+    const auto filter = [&] {
+      plugin.filter(frame.timestamp_s, frame.depth, columns.keypoints, columns.descriptors);
+    };
+    bool is_done = false;
+    const bool one_failed = fails_at_allocation(n, [&] {
+      try {
+        filter();
+        is_done = true;
+      } catch (const std::runtime_error& error) {  // decoding of an image failed
+        EXPECT_NE(std::string(error.what()).find("cannot be"), std::string::npos);
+      }
+    });
+    if (!is_done) {
+      expect_equal(columns, HostColumns(frame));
+      EXPECT_EQ(plugin.counters().filtered, 0U);
+      filter();
+    }
+    expect_equal(columns, filtered);
+    EXPECT_EQ(plugin.counters().filtered, 1U);
+    return one_failed && !HasFailure();
+  });
+  EXPECT_GT(failed, 10U);
+}
+
+struct alignas(64) Aligned {
+  char bytes[64];
+};
+
+TEST(FailingAllocations, EachAllocationOfACallFailsOnce) {
+  std::vector<int> steps;
+  const std::size_t failed = for_each_failing_allocation([&](const std::size_t n) {
+    int step = 0;
+    std::vector<int> numbers;  // outside the call, else compilers may remove them
+    std::unique_ptr<Aligned> aligned;
+    const bool one_failed = fails_at_allocation(n, [&] {
+      numbers.resize(10);
+      step = 1;
+      aligned = std::make_unique<Aligned>();
+      step = 2;
+      const cv::Mat matrix(4, 4, CV_8UC1);
+      step = 3;
+    });
+    steps.push_back(step);
+    return one_failed;
+  });
+  EXPECT_EQ(failed, 3u);
+  EXPECT_EQ(steps, (std::vector<int>{0, 1, 2, 3}));
+}
+
+TEST(FailingAllocations, NothingFailsOutsideTheCall) {
+  EXPECT_FALSE(
+      fails_at_allocation(9, [] { static_cast<void>(cv::Mat(4, 4, CV_8UC1).isContinuous()); }));
+  EXPECT_NO_THROW(std::vector<int>(10));
+  EXPECT_NO_THROW(cv::Mat(4, 4, CV_8UC1));
 }
 
 }  // namespace

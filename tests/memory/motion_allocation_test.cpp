@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 #include <opencv2/imgproc.hpp>
 
-#include <tuple>
 #include <vector>
 
 #include "dynfilter/dynfilter.hpp"
@@ -24,16 +23,16 @@ std::size_t motion_allocations_of(const Action& action) {
   return allocations_so_far() - before;
 }
 
-/// Takes the level and whether frames are kept.
-class MotionAllocations : public ::testing::TestWithParam<std::tuple<const char*, bool>> {};
+/// Takes whether frames are kept.
+class MotionAllocations : public ::testing::TestWithParam<bool> {};
 
 TEST_P(MotionAllocations, AreThoseOfOpenCv) {
   if (!can_count_allocations) {
     GTEST_SKIP() << "allocations can only be counted with glibc and without sanitizers";
   }
   cv::setNumThreads(1);
-  const auto [level, keeps_frames] = GetParam();
-  SyntheticSceneOptions options = scene_level(level, 12);
+  const bool keeps_frames = GetParam();
+  SyntheticSceneOptions options = scene_level("medium", 12);
   options.image_size = {480, 360};
   const SyntheticScene scene(options);
   const CameraParameters c = scene.camera();
@@ -96,33 +95,7 @@ TEST_P(MotionAllocations, AreThoseOfOpenCv) {
   EXPECT_EQ(with_kept > 0, keeps_frames);
 }
 
-INSTANTIATE_TEST_SUITE_P(, MotionAllocations,
-                         ::testing::Combine(::testing::Values("medium", "sitting"),
-                                            ::testing::Bool()));
-
-/// How many features tell the pose changes from frame to frame; how many there are does not.
-TEST(PoseAllocations, AreNoneForMoreObservationsInTheSameRoom) {
-  if (!can_count_allocations) {
-    GTEST_SKIP() << "allocations can only be counted with glibc and without sanitizers";
-  }
-  const PinholeCamera pinhole{500, 500, 320, 240};
-  const RelativePoseEstimator estimator(pinhole);
-  Workspace workspace;
-  std::vector<PoseObservation> observations;
-  observations.reserve(400);
-  cv::RNG random(3);
-  const auto add = [&](int count) {
-    for (int i = 0; i < count; ++i) {
-      const cv::Point2d pixel(random.uniform(0, 640), random.uniform(0, 480));
-      observations.push_back({pinhole.point(pixel, random.uniform(1.0, 4.0)), pixel});
-    }
-  };
-  add(100);
-  estimator.estimate(observations, {}, {}, workspace);
-  add(300);
-  EXPECT_EQ(motion_allocations_of([&] { estimator.estimate(observations, {}, {}, workspace); }),
-            0U);
-}
+INSTANTIATE_TEST_SUITE_P(, MotionAllocations, ::testing::Bool());
 
 }  // namespace
 }  // namespace dynfilter::testing
