@@ -68,8 +68,8 @@ struct MotionStatistics {
   std::size_t unsettled_objects = 0;
   double scale_px = 0;      ///< scale of the static features' residuals, one frame back, pixels
   double pose_support = 0;  ///< share of the features that agree with the camera's motion
-  /// Number of baselines that were used: 0 where it abstained; else the short one, and of the long
-  /// one and the one to a kept frame those that could be.
+  /// Number of baselines that were used: 0 where it abstained; else the short one, and the long one
+  /// if it could be.
   std::size_t baselines = 0;
 };
 

@@ -140,26 +140,20 @@ bool has_enough_tracks(const MotionContext& context, std::size_t baseline) {
          context.options.pose.min_observations;
 }
 
-/// Measures the camera's motion over the short baseline, whose tracks are known, and over the
-/// others where that one is trusted.
+/// Measures the camera's motion over the short baseline, whose tracks are known, and over the long
+/// one where the short one is trusted.
 void measure_camera(const MotionContext& context, const FeatureTracker& tracker,
                     const RelativePoseEstimator& estimator, MotionStatistics& statistics) {
-  const MotionMemory& memory = context.memory;
   auto& baselines = context.measured.baselines;
   estimate_pose(context, estimator, detail::short_baseline);
-  statistics.scale_px = baselines[detail::short_baseline].pose.scale_px;
-  statistics.pose_support = baselines[detail::short_baseline].pose.support;
-  const auto measure_over = [&](std::size_t baseline, bool is_possible) {
-    baselines[baseline].is_used = false;
-    if (!baselines[detail::short_baseline].is_used || !is_possible) return;
-    track_back(context, tracker, baseline);
-    estimate_pose(context, estimator, baseline);
-  };
-  measure_over(detail::long_baseline, memory.known == detail::past_frames);
-  // A host's motions, one after the other, would be too coarse where no tracks tell the pose.
-  const bool has_kept = context.options.uses_kept_frames && memory.kept[0].frames_back > 0;
-  measure_over(detail::kept_baseline,
-               has_kept && has_enough_tracks(context, detail::short_baseline));
+  const detail::MotionBaseline& over = baselines[detail::short_baseline];
+  statistics.scale_px = over.pose.scale_px;
+  statistics.pose_support = over.pose.support;
+  baselines[detail::long_baseline].is_used = false;
+  if (over.is_used && context.memory.known == detail::past_frames) {
+    track_back(context, tracker, detail::long_baseline);
+    estimate_pose(context, estimator, detail::long_baseline);
+  }
   for (const detail::MotionBaseline& baseline : baselines) {
     statistics.baselines += baseline.is_used ? 1 : 0;
   }
@@ -185,7 +179,7 @@ void remember(const MotionContext& context) {
   memory.beliefs->remember(context.input.features, context.measured.beliefs);
   memory.now.motion.reset();
   if (over.is_used) memory.now.motion = over.pose.pose;
-  memory.push(context.input.frame, context.options.uses_kept_frames);
+  memory.push(context.input.frame);
 }
 
 /// Judges a frame that follows another, and remembers it.

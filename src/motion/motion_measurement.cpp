@@ -100,8 +100,7 @@ bool take_known_tracks(const MotionContext& context, const FeatureTracker& track
 }
 
 /// Measures how much nearer a feature came than a static one, over the long baseline, else the
-/// short one; never over the one to a kept frame. That is a motion if it is more than what is
-/// allowed for.
+/// short one. That is a motion if it is more than what is allowed for.
 void measure_approach(const MotionContext& context, std::size_t feature, FeatureMotion& motion) {
   const MotionMeasurement& measured = context.measured;
   const std::size_t baseline = motion.is_tracked[long_baseline] ? long_baseline : short_baseline;
@@ -159,9 +158,7 @@ void measure_shifts(const MotionContext& context, std::size_t feature, FeatureMo
         {options.min_shift_px, options.min_shift_scales * over.pose.scale_px,
          context.shift_px(options.min_speed_m_s, over.duration_s, measured.depths[feature])});
     const auto ratio = static_cast<float>(residual->distance_px / allowed_px);
-    // What shifts over a shorter baseline needs no kept frame, where a track fails more easily.
-    const bool is_shown_already = b == kept_baseline && motion.ratio > 1;
-    if (ratio < motion.ratio || is_shown_already) continue;
+    if (ratio < motion.ratio) continue;
     motion.ratio = ratio;
     motion.baseline = b;
   }

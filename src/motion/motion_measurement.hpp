@@ -26,9 +26,8 @@ enum class Suspicion : std::uint8_t {
   foreign       ///< removed for no object: it moves with the camera, or a host's stage knows better
 };
 
-/// Indices of the baselines: to the last frame, to the third one back, and to a kept frame.
+/// Indices of the baselines: to the last frame, and to the third one back.
 constexpr std::size_t short_baseline = 0, long_baseline = 1;
-constexpr std::size_t kept_baseline = motion_baseline_frames.size();
 
 /// One baseline of a frame.
 struct MotionBaseline {
@@ -72,21 +71,18 @@ struct MotionContext {
   MotionMeasurement& measured;
   Workspace& workspace;
 
-  /// Returns the length of a baseline, frames; 0 where there is no kept frame.
+  /// Returns the length of a baseline, frames.
   std::size_t frames_back(std::size_t baseline) const {
-    if (baseline == kept_baseline) return memory.kept[0].frames_back;
     return static_cast<std::size_t>(motion_baseline_frames[baseline]);
   }
 
   /// Returns the images at the other end of a baseline.
   const ImagePyramid& pyramid_then(std::size_t baseline) const {
-    if (baseline == kept_baseline) return memory.kept[0].pyramid;
     return memory.past[frames_back(baseline) - 1].pyramid;
   }
 
   /// Returns the time at the other end of a baseline, seconds.
   double timestamp_then_s(std::size_t baseline) const {
-    if (baseline == kept_baseline) return memory.kept[0].timestamp_s;
     return memory.past[frames_back(baseline) - 1].timestamp_s;
   }
 

@@ -23,8 +23,6 @@ namespace dynfilter::detail {
 
 /// Number of earlier frames that the long baseline needs.
 constexpr auto past_frames = static_cast<std::size_t>(motion_baseline_frames.back());
-/// Every so many frames, one is kept longer. Of the two that are kept, the older one is used.
-constexpr std::size_t kept_spacing_frames = 4;
 
 struct MotionMemory {
   struct Frame {
@@ -34,18 +32,9 @@ struct MotionMemory {
     std::optional<RelativePose> motion;  // from it to the frame before it
   };
 
-  /// Frame that is kept when it is no longer one of the last few.
-  struct KeptFrame {
-    ImagePyramid pyramid;
-    double timestamp_s = 0;
-    RelativePose kept_from_last;  ///< takes a point of the last frame's camera into this one's
-    std::size_t frames_back = 0;  ///< from the next frame; 0: there is none
-  };
-
   Frame now;
   std::array<Frame, past_frames> past;  // the last frame first
   std::size_t known = 0;                // how many of them
-  std::array<KeptFrame, 2> kept;        // the older first
   std::optional<MotionBeliefs> beliefs;
   std::optional<InstanceMotion> instances;
   double instances_s = 0;          // time of the last frame whose masks were known
@@ -57,17 +46,14 @@ struct MotionMemory {
   bool is_tracked_ahead = false;  // whether `now` and its tracks were made before the call
   std::vector<FeatureTrack> tracked_ahead;  // to the last frame
 
-  /// Makes the present frame the last one. `keeps`: whether frames are kept.
-  void push(const FrameView& frame, bool keeps = false) {
+  /// Makes the present frame the last one.
+  void push(const FrameView& frame) {
     frame.depth.copyTo(now.frame.depth);
     now.frame.metres_per_unit = frame.metres_per_unit;
     for (std::size_t i = past_frames - 1; i > 0; --i) std::swap(past[i], past[i - 1]);
     std::swap(past[0], now);
-    const bool has_left = known == past_frames;  // whether a frame left `past`; it is in `now`
     known = std::min(known + 1, past_frames);
     frames_since_repeat = std::min(frames_since_repeat + 1, past_frames);
-    follow_kept(keeps);
-    if (keeps && has_left) keep_oldest();
   }
 
   /// Forgets the earlier frames, and what was concluded from them. Keeps memory.
@@ -75,7 +61,6 @@ struct MotionMemory {
     known = 0;
     repeats = 0;
     frames_since_repeat = past_frames;
-    for (KeptFrame& one : kept) one.frames_back = 0;
     if (beliefs) beliefs->clear();
     if (instances) instances->clear();
   }
@@ -119,31 +104,6 @@ struct MotionMemory {
                      earlier->max_translation_m + later->max_translation_m,
                      earlier->max_rotation_rad + later->max_rotation_rad,
                      earlier->is_trusted && later->is_trusted};
-  }
-
-  /// Follows the camera from the kept frames to the last one; drops them where it is lost, or if
-  /// none are to be kept.
-  void follow_kept(bool keeps) {
-    for (KeptFrame& one : kept) {
-      if (one.frames_back == 0) continue;
-      const bool goes_on = keeps && past[0].motion;
-      one.frames_back = goes_on ? one.frames_back + 1 : 0;
-      if (goes_on) one.kept_from_last = one.kept_from_last * *past[0].motion;
-    }
-  }
-
-  /// Keeps the frame that just left `past` and is in `now`, if it is time.
-  void keep_oldest() {
-    const std::size_t frames_back = past_frames + 1;
-    KeptFrame& newest = kept[1];
-    const bool is_time =
-        newest.frames_back == 0 || newest.frames_back >= frames_back + kept_spacing_frames;
-    if (!is_time || !past[0].motion || !past[1].motion || !past[2].motion) return;
-    std::swap(kept[0], kept[1]);
-    std::swap(newest.pyramid, now.pyramid);
-    newest.timestamp_s = now.timestamp_s;
-    newest.kept_from_last = *past[2].motion * *past[1].motion * *past[0].motion;
-    newest.frames_back = frames_back;
   }
 };
 

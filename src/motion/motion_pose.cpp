@@ -22,7 +22,6 @@ constexpr double min_dropping_ratio = 1.5;
 bool knows_expected_pose(const MotionContext& context, std::size_t baseline) {
   const MotionMemory& memory = context.memory;
   if (baseline == short_baseline) return memory.past[0].motion.has_value();
-  if (baseline == kept_baseline) return true;  // else it would not be kept
   for (std::size_t i = 0; i + 1 < context.frames_back(baseline); ++i) {
     if (!memory.past[i].motion) return false;
   }
@@ -161,12 +160,8 @@ bool is_as_small(const MotionContext& context, double distance_px, double other_
 bool is_contradicted(const MotionContext& context, std::size_t baseline,
                      const RelativePose& expected) {
   if (baseline == short_baseline || !knows_expected_pose(context, baseline)) return false;
-  // The errors of single frames add up.
-  const double most_px = context.options.max_baseline_difference_px *
-                         static_cast<double>(context.frames_back(baseline)) /
-                         static_cast<double>(context.frames_back(long_baseline));
   const RelativePose& pose = context.measured.baselines[baseline].pose.pose;
-  return distance_between_px(context, pose, expected) > most_px;
+  return distance_between_px(context, pose, expected) > context.options.max_baseline_difference_px;
 }
 
 /// What the poses of a baseline are searched with.
@@ -263,7 +258,6 @@ RelativePose expected_pose(const MotionContext& context, std::size_t baseline) {
   const MotionMemory& memory = context.memory;
   if (baseline == short_baseline) return last_motion_going_on(memory);
   RelativePose pose = context.measured.baselines[short_baseline].pose.pose;
-  if (baseline == kept_baseline) return memory.kept[0].kept_from_last * pose;
   for (std::size_t i = 0; i + 1 < context.frames_back(baseline); ++i) {
     pose = memory.past[i].motion.value_or(RelativePose()) * pose;
   }

@@ -95,7 +95,7 @@ void bind_statistics(py::module_& module) {
              "share of the features that agree with the camera's motion")
       .field("unsettled_objects", &Motion::unsettled_objects,
              "dynamic objects that matter and of which it is not known whether they move")
-      .field("baselines", &Motion::baselines, "baselines that were used: 0 to 3");
+      .field("baselines", &Motion::baselines, "baselines that were used: 0 to 2");
   using Frame = FrameStatistics;
   ValueClass<Frame>(module, "FrameStatistics",
                     "Statistics of one frame. masked, compensated, moving, custom and kept add up\n"

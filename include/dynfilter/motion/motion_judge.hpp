@@ -34,11 +34,6 @@ struct MotionJudgeOptions {
   MotionBeliefOptions belief;      ///< for what is believed of a feature
   InstanceMotionOptions instance;  ///< for the verdict on an instance
 
-  /// Whether features are also tracked into a frame that was seen 8 to 11 frames ago and kept, from
-  /// the ninth frame on. At 30 frames a second, that finds what moves at 0.05 to 0.15 m/s. It costs
-  /// as much as the baseline of three frames. A host's tracks do not serve for it.
-  bool uses_kept_frames = false;
-
   /// A longer time after the last frame whose image was new, everything starts anew, seconds. A
   /// longer time after the last known masks, their verdicts are forgotten.
   double max_gap_s = 0.5;
@@ -78,8 +73,7 @@ struct MotionJudgeOptions {
   /// @}
   /// The pose over three frames should be that of the three single frames, one after the other. The
   /// long baseline is not used where the two place a tenth of the features with depth farther apart
-  /// than this, pixels; infinity = it always is. With a kept frame, the limit grows with the number
-  /// of frames.
+  /// than this, pixels; infinity = it always is.
   double max_baseline_difference_px = 6;
 
   /// @{
@@ -188,8 +182,8 @@ struct MotionJudgeOptions {
 /// they had got back.
 ///
 /// What is slower than min_speed_m_s is static by definition, and what is up to twice as fast, or
-/// far away, is often missed; MotionJudgeOptions::uses_kept_frames finds more. An instance with
-/// fewer than min_quiet_votes tracked features never becomes still.
+/// far away, is often missed. An instance with fewer than min_quiet_votes tracked features never
+/// becomes still.
 ///
 /// The image must be CV_8UC1 or CV_8UC3 (or CV_8UC4). Uses `frame.depth` where it exists, but not
 /// the depths of FeaturesView; without depth it needs a trusted prior in each frame, see

@@ -28,9 +28,8 @@ struct MotionMemory;
 /// What is handed over for the next frame waits until the judge sees one: call `reset`, or hand
 /// over again, after a frame that another part of a filter refused.
 ///
-/// Memory at 640x480: four image pyramids with derivatives (2.6 MB each; two more with
-/// MotionJudgeOptions::uses_kept_frames), four depth images as the host's are (0.6 or 1.2 MB each),
-/// and the features of the last frame.
+/// Memory at 640x480: four image pyramids with derivatives (2.6 MB each), four depth images as the
+/// host's are (0.6 or 1.2 MB each), and the features of the last frame.
 class MotionState {
  public:
   /// Makes a state that knows nothing.

@@ -18,12 +18,10 @@
 
 namespace dynfilter {
 
-/// Length of the short and the long baseline, frames. The short one sees what is fast, the long one
-/// what is slow.
+/// Length of the short and the long baseline, frames; their indices are those in FeatureMotion. The
+/// short one sees what is fast, the long one what is slow.
 constexpr std::array<int, 2> motion_baseline_frames = {1, 3};
-/// Baselines over which features are tracked: their indices in FeatureMotion. The third is the one
-/// to a kept frame, see MotionJudgeOptions::uses_kept_frames; it has no fixed length.
-constexpr std::size_t motion_baselines = motion_baseline_frames.size() + 1;
+constexpr std::size_t motion_baselines = motion_baseline_frames.size();
 
 /// What one feature says about its motion.
 enum class MotionEvidence : std::uint8_t {
@@ -39,10 +37,8 @@ struct FeatureMotion {
   /// Shift in the image that the camera does not explain, pixels, for each baseline.
   std::array<cv::Vec2f, motion_baselines> shift_px;
   std::array<bool, motion_baselines> is_tracked = {};  ///< whether shift_px is known
-  /// The one with the largest shift over what is allowed for. That to a kept frame only where no
-  /// shift over the others is larger than allowed.
-  std::size_t baseline = 0;
-  float ratio = 0;  ///< largest shift, or change of depth, over what is allowed for
+  std::size_t baseline = 0;  ///< the one with the largest shift over what is allowed for
+  float ratio = 0;           ///< largest shift, or change of depth, over what is allowed for
   MotionEvidence evidence = MotionEvidence::unknown;  ///< what the ratio and the image say
   bool neighbours_agree = false;  ///< written by support_seeds: its neighbours move as it does
   float depth_m = 0;              ///< depth at the feature's pixel, metres; 0 = unknown
@@ -53,7 +49,7 @@ struct FeatureMotion {
   bool is_beside_object = false;
 
   /// Whether the feature was tracked over any baseline.
-  bool was_tracked() const { return is_tracked[0] || is_tracked[1] || is_tracked[2]; }
+  bool was_tracked() const { return is_tracked[0] || is_tracked[1]; }
 
   /// Whether both depths are known and differ by more than a distance, metres: the features are on
   /// different things.
