@@ -61,8 +61,6 @@ const char* wanted(Pixels kind) {
       return "uint16 with metres_per_unit, or float32 in metres, H x W";
     case Pixels::mask:
       return "bool or uint8, H x W";
-    case Pixels::labels:
-      return "uint8 or uint16, H x W";
   }
   return "";
 }
@@ -75,7 +73,6 @@ int channel_type(const py::array& array, Pixels kind) {
     return is_native && type.kind() == letter && type.itemsize() == bytes;
   };
   if (kind == Pixels::depth) return is('u', 2) ? CV_16U : is('f', 4) ? CV_32F : -1;
-  if (kind == Pixels::labels && is('u', 2)) return CV_16U;
   return is('u', 1) || (kind == Pixels::mask && is('b', 1)) ? CV_8U : -1;
 }
 

@@ -20,8 +20,8 @@ namespace dynfilter::python {
 namespace py = pybind11;
 
 /// Kind of a matrix, which says what array it may be: an image is uint8, H x W or H x W x 3 (or 4),
-/// a depth image uint16 or float32, a mask bool or uint8, a label map uint8 or uint16, each H x W.
-enum class Pixels { image, depth, mask, labels };
+/// a depth image uint16 or float32, a mask bool or uint8, each H x W.
+enum class Pixels { image, depth, mask };
 
 /// Place of an argument, for errors: "dynfilter::<component>: got <name> of …".
 struct Argument {

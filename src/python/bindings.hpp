@@ -23,13 +23,11 @@ void bind_labels(py::module_& module);
 void bind_keep_static(py::module_& module);
 void bind_filter_options(py::module_& module);
 void bind_filter(py::module_& module);
-void bind_depth_lbp(py::module_& module);
 void bind_segmenters(py::module_& module);
 void bind_propagator(py::module_& module);
 void bind_networks(py::module_& module);
 void bind_motion(py::module_& module);
 void bind_sequence(py::module_& module);
-void bind_trajectories(py::module_& module);
 
 }  // namespace dynfilter::python
 

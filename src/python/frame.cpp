@@ -75,11 +75,6 @@ row must be neighbours.)")
           "depth", [](const FrameView& frame) { return array_of(frame.depth); },
           "registered to the image, uint16 or float32, or None")
       .def_readonly("metres_per_unit", &FrameView::metres_per_unit, "metres per unit of depth")
-      .def_property_readonly("depth_scale", &FrameView::depth_scale,
-                             "metres_per_unit, or 1 for float32 where that is 0")
-      .def("depth_m", &FrameView::depth_m, py::arg("pixel"),
-           R"(Returns the depth at a pixel (x, y), metres. Returns None without a depth image,
-outside it, and where the sensor measured nothing (0, negative, NaN, infinite).)")
       .def("__repr__", &text_of)
       .def(py::pickle(&state_of,
                       [](const FrameState& state) { return std::apply(make_frame, state); }));

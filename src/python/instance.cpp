@@ -46,17 +46,6 @@ Instance from_image_mask(const py::object& mask, const std::optional<cv::Rect>& 
              : Instance::from_image_mask(pixels, class_id, score);
 }
 
-Instance from_static_mask(const py::object& static_mask, int class_id, float score) {
-  const cv::Mat pixels =
-      matrix_from(static_mask, Pixels::mask, {"Instance::from_static_mask", "a mask"});
-  return Instance::from_static_mask(pixels, class_id, score);
-}
-
-Instance from_box_mask(const py::object& mask, const cv::Rect& box, int class_id, float score) {
-  const cv::Mat pixels = matrix_from(mask, Pixels::mask, {"Instance::from_box_mask", "a mask"});
-  return Instance::from_box_mask(pixels, box, class_id, score);
-}
-
 void add_converters(py::class_<Instance>& instance) {
   instance
       .def_static("from_image_mask", &from_image_mask, py::arg("mask"), py::arg("box") = py::none(),
@@ -65,15 +54,6 @@ void add_converters(py::class_<Instance>& instance) {
 
 The instance keeps the part that holds the object, without a copy. Without a box it gets the
 smallest one around the mask's pixels.)")
-      .def_static("from_static_mask", &from_static_mask, py::arg("static_mask"),
-                  py::arg("class_id") = 0, py::arg("score") = 1.0F,
-                  R"(Makes an instance from a mask of the whole image in the polarity of OpenCV's
-detectors: 0 = on the object, non-zero = static. Copies the mask.)")
-      .def_static(
-          "from_box_mask", &from_box_mask, py::arg("mask"), py::arg("box"), py::arg("class_id") = 0,
-          py::arg("score") = 1.0F,
-          R"(Makes an instance from a mask that fills the box: non-zero = on the object. Raises
-ValueError for another size. Copies no pixels.)")
       .def_static("from_box", &Instance::from_box, py::arg("box"), py::arg("class_id") = 0,
                   py::arg("score") = 1.0F,
                   "Makes an instance from a box alone, with an empty mask.");
@@ -110,27 +90,11 @@ track_id: identity across frames, if it is tracked)")
           "mask", [](const Instance& self) { return array_of(self.mask); },
           "bool or uint8, non-zero = on the object; None = only a box is known")
       .def_readonly("track_id", &Instance::track_id, "identity across frames, or None")
-      .def("covers", &Instance::covers, py::arg("pixel"),
-           "Whether the mask marks this pixel (x, y) as the object. False outside the mask.")
-      .def("box_contains", &Instance::box_contains, py::arg("pixel"),
-           "Whether this pixel lies in the box; its right and lower edges do not belong to it.")
       .def("__repr__", &text_of)
       .def(py::pickle(&state_of,
                       [](const InstanceState& state) { return std::apply(make_instance, state); }));
   add_converters(instance);
 
-  module.def(
-      "instances_from_label_map",
-      [](const py::object& label_map) {
-        return instances_from_label_map(
-            matrix_from(label_map, Pixels::labels, {"instances_from_label_map", "a label map"}));
-      },
-      py::arg("label_map"),
-      R"(Makes one instance for each label of a label map: uint8 or uint16, the size of the image,
-0 = background, k = instance k.
-
-Element k-1 is label k, up to the largest label; a label without a pixel gets an empty box and
-mask. Boxes are the smallest ones, classes 0, scores 1.)");
   module.def(
       "instances_from_binary_mask",
       [](const py::object& mask, int box_margin_px, int min_pixels) {

@@ -106,15 +106,6 @@ that labels may refer to.)")
 A feature that is already removed keeps its label. Returns whether this call removed it. Raises
 ValueError for a feature or instance that does not exist, for the reasons untouched and restored,
 and for a score outside 0 to 1.)")
-      .def("suspect", &FeatureLabels::suspect, py::arg("feature"), py::arg("instance"),
-           py::arg("score"),
-           R"(Raises the score of a kept feature that may belong to an instance, and names the
-instance. Returns whether this call changed the label.)")
-      .def("restore", py::overload_cast<std::size_t>(&FeatureLabels::restore), py::arg("feature"),
-           R"(Gives a removed feature back; its instance and score stay readable. Returns whether
-it was removed.)")
-      .def("mark_dynamic", &FeatureLabels::mark_dynamic, py::arg("instance"),
-           "Marks an instance as a dynamic object, whose features should be removed.")
       .def("__repr__", [](const FeatureLabels& self) {
         return detail::concatenate("FeatureLabels(", self.size(), " features, ",
                                    self.statistics().kept(), " kept)");

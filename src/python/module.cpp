@@ -42,7 +42,6 @@ void fill(py::module_& module) {
   bind_keep_static(module);
   bind_filter_options(module);
   bind_filter(module);
-  bind_depth_lbp(module);
   bind_segmenters(module);
   bind_propagator(module);
 #ifdef DYNFILTER_HAS_NETWORKS
@@ -50,7 +49,6 @@ void fill(py::module_& module) {
 #endif
   bind_motion(module);
   bind_sequence(module);
-  bind_trajectories(module);
   refuse_unmade_objects(module);
   py::delattr(module, "__module__");
 }

@@ -11,15 +11,13 @@
 
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/networks/network_segmenter.hpp"
-#include "dynfilter/networks/yolact_segmenter.hpp"
-#include "dynfilter/networks/yolo_segmenter.hpp"
 #include "values.hpp"
 
 namespace dynfilter::python {
 namespace {
 
 /// Network for one thread at a time: others wait.
-class LockedNetwork : public Segmenter {
+class LockedNetwork final : public Segmenter {
  public:
   explicit LockedNetwork(std::unique_ptr<NetworkSegmenter> network)
       : network_(std::move(network)) {}
@@ -36,29 +34,6 @@ class LockedNetwork : public Segmenter {
   std::unique_ptr<NetworkSegmenter> network_;
 };
 
-// A type of its own for each class of Python.
-class LockedYolo final : public LockedNetwork {
-  using LockedNetwork::LockedNetwork;
-};
-class LockedYolact final : public LockedNetwork {
-  using LockedNetwork::LockedNetwork;
-};
-
-std::unique_ptr<LockedNetwork> any_network(const std::filesystem::path& model,
-                                           const NetworkOptions& options) {
-  return std::make_unique<LockedNetwork>(make_network_segmenter(model, options));
-}
-
-std::unique_ptr<LockedYolo> yolo(const std::filesystem::path& model,
-                                 const NetworkOptions& options) {
-  return std::make_unique<LockedYolo>(std::make_unique<YoloSegmenter>(model, options));
-}
-
-std::unique_ptr<LockedYolact> yolact(const std::filesystem::path& model,
-                                     const NetworkOptions& options) {
-  return std::make_unique<LockedYolact>(std::make_unique<YolactSegmenter>(model, options));
-}
-
 constexpr const char* load_doc =
     R"(Loads an ONNX file and runs it once, so that errors show here and the first frame does not
 wait.
@@ -67,34 +42,30 @@ classes: classes whose instances are returned; empty = all
 score_threshold: score that instances must exceed; None = 0.25 (YOLO), 0.15 (YOLACT)
 input_size: (width, height) of the network's input, for a model that leaves them open
 
-Raises RuntimeError that names a file that is missing, truncated or of another kind, and
+Raises RuntimeError that names a file that is missing, truncated or of no known kind, and
 ValueError for options out of range.)";
 
-/// Adds the constructor, which loads a model by `load(path, options)`.
-template <class Class, class Load>
-void add_constructor(Class& segmenter, const Load& load) {
-  segmenter.def(
-      py::init([load](const std::filesystem::path& model, std::vector<int> classes,
-                      std::optional<float> score_threshold, const cv::Size& input_size) {
-        const py::gil_scoped_release unlock;
-        return load(model, NetworkOptions{std::move(classes), score_threshold, input_size});
-      }),
-      py::arg("model"), py::kw_only(), py::arg("classes") = std::vector<int>(),
-      py::arg("score_threshold") = py::none(), py::arg("input_size") = cv::Size(), load_doc);
+std::unique_ptr<LockedNetwork> load(const std::filesystem::path& model, std::vector<int> classes,
+                                    std::optional<float> score_threshold,
+                                    const cv::Size& input_size) {
+  const py::gil_scoped_release unlock;
+  return std::make_unique<LockedNetwork>(
+      make_network_segmenter(model, {std::move(classes), score_threshold, input_size}));
 }
 
 }  // namespace
 
 void bind_networks(py::module_& module) {
-  py::class_<LockedNetwork, Segmenter> network(
+  py::class_<LockedNetwork, Segmenter>(
       module, "NetworkSegmenter",
       R"(Segmenter that runs a network from an ONNX file by OpenCV's dnn module on the CPU.
 Recognises its kind, YOLOv8-seg, YOLO11-seg or YOLACT, by its inputs and outputs.
 
 Instances are sorted by score, the highest first. Frames need an 8-bit grey or BGR image. Threads
-that use one network wait for each other; several networks may run at once.)");
-  add_constructor(network, &any_network);
-  network
+that use one network wait for each other; several networks may run at once.)")
+      .def(py::init(&load), py::arg("model"), py::kw_only(),
+           py::arg("classes") = std::vector<int>(), py::arg("score_threshold") = py::none(),
+           py::arg("input_size") = cv::Size(), load_doc)
       .def_property_readonly(
           "class_names", [](const LockedNetwork& self) { return self.network().class_names(); },
           "names of the classes, by class_id; empty if they are not known")
@@ -112,13 +83,6 @@ that use one network wait for each other; several networks may run at once.)");
         return detail::concatenate(type_name(self), "(", loaded.class_names().size(),
                                    " classes, input ", detail::size_name(loaded.input_size()), ")");
       });
-  py::class_<LockedYolo, LockedNetwork> yolo_class(
-      module, "YoloSegmenter",
-      "Segmenter that runs YOLOv8-seg or YOLO11-seg. See NetworkSegmenter.");
-  add_constructor(yolo_class, &yolo);
-  py::class_<LockedYolact, LockedNetwork> yolact_class(
-      module, "YolactSegmenter", "Segmenter that runs YOLACT. See NetworkSegmenter.");
-  add_constructor(yolact_class, &yolact);
 }
 
 }  // namespace dynfilter::python

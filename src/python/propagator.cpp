@@ -55,12 +55,6 @@ class LockedPropagator {
     return propagator_.propagate(frame, result);
   }
 
-  PropagationStatistics statistics() {
-    const py::gil_scoped_release unlock;
-    const std::lock_guard<std::mutex> lock(mutex_);
-    return propagator_.statistics();
-  }
-
   void reset() {
     const py::gil_scoped_release unlock;
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -73,36 +67,6 @@ class LockedPropagator {
   MaskPropagator propagator_;
 };
 
-void bind_propagation_statistics(py::module_& module) {
-  using Instance = InstancePropagation;
-  ValueClass<Instance>(module, "InstancePropagation", "Propagation of one instance.")
-      .field("by_flow", &Instance::by_flow, "frames over which points tracked on it moved it")
-      .field("by_velocity", &Instance::by_velocity,
-             "frames over which its velocity in the image moved it, for lack of points")
-      .field("left", &Instance::left, "frames over which it stayed, as nothing was known")
-      .field("points", &Instance::points, "points tracked on it into this frame")
-      .field("missed", &Instance::missed, "results in a row that miss it")
-      .field("age_s", &Instance::age_s, "time since the frame of its mask, seconds");
-  using Statistics = PropagationStatistics;
-  ValueClass<Statistics>(module, "PropagationStatistics", "Statistics of one call of propagate.")
-      .field(
-          "instances", &Statistics::instances,
-          [](const auto& instances) { return py::tuple(py::cast(instances)); },
-          "one InstancePropagation per instance, in the order of the segmentation")
-      .field("tracked_points", &Statistics::tracked_points,
-             "all points tracked from the last frame into this one")
-      .field("left_image", &Statistics::left_image, "instances dropped because they left the image")
-      .field("given_up", &Statistics::given_up,
-             "instances dropped because of max_missed or max_age_s")
-      .field("took_result", &Statistics::took_result, "`newest` was a new result")
-      .field("ignored_result", &Statistics::ignored_result,
-             "`newest` was older than the last result, or later than the frame")
-      .field("unknown_start", &Statistics::unknown_start,
-             "the result's own frame is not in the history")
-      .field("restarted", &Statistics::restarted,
-             "everything was forgotten: time went back, or the image's size changed");
-}
-
 constexpr const char* options_doc =
     R"(max_missed: largest number of results in a row that may miss an instance
 max_age_s: masks of older frames are dropped, seconds
@@ -113,7 +77,6 @@ Raises ValueError for options out of range.)";
 }  // namespace
 
 void bind_propagator(py::module_& module) {
-  bind_propagation_statistics(module);
   const MaskPropagatorOptions defaults;
   py::class_<LockedPropagator>(
       module, "MaskPropagator",
@@ -146,8 +109,6 @@ features, tracks: the frame's features and where they were in the last frame, N 
 not found, as MotionFilter.track gives them. Masks move by these, and no points are tracked, which is
 most of the cost. After such a call the last image is not known, so the next one without tracks has
 none. If tracks is None, points are tracked, and features count for nothing.)")
-      .def_property_readonly("statistics", &LockedPropagator::statistics,
-                             "statistics of the last call; empty before the first one")
       .def("reset", &LockedPropagator::reset, "Forgets everything, like a new propagator.")
       .def("__repr__", [](const py::object& self) {
         const auto& options = self.cast<const LockedPropagator&>().options();

@@ -44,92 +44,13 @@ class DerivedSegmenter final : public Segmenter {
   }
 };
 
-/// CallbackSegmenter of a callable of Python.
-class CallableSegmenter final : public Segmenter {
- public:
-  explicit CallableSegmenter(py::object callable)
-      : callable_(std::move(callable)),
-        segmenter_([this](const cv::Mat& image) { return instances_of(image); }) {
-    if (PyCallable_Check(callable_.ptr()) == 0) {
-      detail::throw_misuse("CallbackSegmenter", type_name_of(callable_),
-                           "a callable from an image to a list of Instance");
-    }
-  }
-  CallableSegmenter(const CallableSegmenter&) = delete;  // segmenter_ refers to this one
-  CallableSegmenter& operator=(const CallableSegmenter&) = delete;
-
-  const py::object& callable() const { return callable_; }
-
-  void forget_callable() { callable_ = py::none(); }
-
- private:
-  Segmentation do_segment(const FrameView& frame) override { return segmenter_.segment(frame); }
-
-  std::vector<Instance> instances_of(const cv::Mat& image) const {
-    const py::gil_scoped_acquire lock;
-    const py::object result = callable_(array_of(image));
-    try {
-      return result.cast<std::vector<Instance>>();
-    } catch (const py::cast_error&) {
-      detail::throw_misuse("CallbackSegmenter", type_name_of(result) + " from the callback",
-                           "a list of Instance");
-    }
-  }
-
-  py::object callable_;
-  CallbackSegmenter segmenter_;
-};
-
-/// Returns the segmenter of an object of Python, or nullptr before and after its life.
-CallableSegmenter* segmenter_in(PyObject* self) {
-  const auto* const type = py::detail::get_type_info(typeid(CallableSegmenter));
-  auto held = reinterpret_cast<py::detail::instance*>(self)->get_value_and_holder(type, false);
-  const bool is_alive = held.inst != nullptr && held && held.holder_constructed();
-  return is_alive ? held.value_ptr<CallableSegmenter>() : nullptr;
-}
-
-/// Shows Python's collector of cycles what an object refers to: its type and its callable.
-int visit_callable(PyObject* self, visitproc visit, void* arg) {
-  Py_VISIT(Py_TYPE(self));
-  if (const CallableSegmenter* segmenter = segmenter_in(self)) {
-    Py_VISIT(segmenter->callable().ptr());
-  }
-  return 0;
-}
-
-int clear_callable(PyObject* self) {
-  if (CallableSegmenter* segmenter = segmenter_in(self)) segmenter->forget_callable();
-  return 0;
-}
-
-void end_callable_segmenter(PyObject* self) {
-  PyObject_GC_UnTrack(self);  // the callable's end may run the collector
-  auto* const base = reinterpret_cast<PyTypeObject*>(py::detail::get_internals().instance_base);
-  base->tp_dealloc(self);
-}
-
-void make_collectable(PyHeapTypeObject* heap_type) {
-  PyTypeObject& type = heap_type->ht_type;
-  type.tp_flags |= Py_TPFLAGS_HAVE_GC;
-  type.tp_traverse = &visit_callable;
-  type.tp_clear = &clear_callable;
-  type.tp_dealloc = &end_callable_segmenter;
-}
-
-/// Returns the name of a callable: its own text may contain the segmenter.
-std::string name_of(const py::handle& callable) {
-  return py::hasattr(callable, "__qualname__") ? py::str(callable.attr("__qualname__"))
-                                               : py::str(type_name(callable));
-}
-
 }  // namespace
 
 void bind_segmenters(py::module_& module) {
   py::class_<Segmenter, DerivedSegmenter>(
       module, "Segmenter",
-      R"(Finds the objects in an image. A segmenter may be a network, a folder of masks or a
-callback. Derived classes implement do_segment(self, frame); callers use segment, which checks the
-result.
+      R"(Finds the objects in an image. Derived classes implement do_segment(self, frame);
+callers use segment, which checks the result.
 
     class People(dynfilter.Segmenter):
         def do_segment(self, frame):
@@ -147,21 +68,6 @@ differs from the frame in image size, and passes on what do_segment raises.)")
       .def("__repr__", [](const py::object& self) {
         self.cast<const Segmenter&>();
         return type_name(self) + "()";
-      });
-  py::class_<CallableSegmenter, Segmenter>(
-      module, "CallbackSegmenter",
-      R"(Segmenter that calls a function with the image and takes the instances that it returns.
-
-    find = lambda image: dynfilter.instances_from_masks(network(image))
-    people = dynfilter.CallbackSegmenter(find)
-
-Raises ValueError for a frame with neither image nor depth.)",
-      py::custom_type_setup(&make_collectable))
-      .def(py::init<py::object>(), py::arg("callback"),
-           "Takes a callable from an image (array) to a list of Instance.")
-      .def("__repr__", [](const py::object& self) {
-        const auto& segmenter = self.cast<const CallableSegmenter&>();
-        return type_name(self) + "(" + name_of(segmenter.callable()) + ")";
       });
   py::class_<MaskFolderSegmenter, Segmenter>(
       module, "MaskFolderSegmenter",

@@ -46,29 +46,12 @@ void bind_camera(py::module_& module) {
       .field("depth_units_per_metre", &Camera::depth_units_per_metre,
              "DepthMapFactor; 5000 for TUM and BONN")
       .field("depth_offset_s", &Camera::depth_offset_s, "see RgbdSequence");
-  module.def(
-      "read_camera", &read_camera, py::arg("path"),
-      R"(Reads the camera from a settings file of ORB-SLAM2 or -3 (an OpenCV YAML file), with its
-own keys. Raises RuntimeError that names the file, and the key.)");
 }
 
 }  // namespace
 
 void bind_sequence(py::module_& module) {
   bind_camera(module);
-  using Entry = RgbdSequenceEntry;
-  ValueClass<Entry>(module, "RgbdSequenceEntry", "One frame of a sequence, not decoded.")
-      .field("timestamp_s", &Entry::timestamp_s, "time of the colour image")
-      .field("image_path", &Entry::image_path, "path including the sequence's folder")
-      .field("depth_timestamp_s", &Entry::depth_timestamp_s,
-             "time of the depth image; timestamp_s without one")
-      .field(
-          "depth_path", &Entry::depth_path,
-          [](const std::filesystem::path& path) {
-            return path.empty() ? std::optional<std::filesystem::path>() : path;
-          },
-          "path of the depth image; None without one")
-      .field("stem", &Entry::stem, "image_path without folder and extension; names the masks");
   py::class_<RgbdSequence>(
       module, "RgbdSequence",
       R"(Recorded sequence in the layout of the TUM RGB-D benchmark and of BONN RGB-D Dynamic.
@@ -107,21 +90,11 @@ in the file. Several threads may call it at once. The interpreter's lock is rele
 
 Raises IndexError for a frame that does not exist, and RuntimeError that names a file that cannot be
 read.)")
-      .def(
-          "entry",
-          [](const RgbdSequence& self, py::ssize_t i) { return self.entry(index_of(self, i)); },
-          py::arg("frame"), "Returns times and files of a frame.")
       .def_property_readonly("camera", &RgbdSequence::camera, "camera of the sequence")
       .def_property_readonly("folder", &RgbdSequence::folder, "folder of the sequence")
       .def_property_readonly("depth_offset_s", &RgbdSequence::depth_offset_s,
                              "offset that the frames were paired with, seconds")
       .def_property_readonly("has_depth", &RgbdSequence::has_depth, "whether the frames have depth")
-      .def("groundtruth_file", &RgbdSequence::groundtruth_file,
-           "Returns groundtruth.txt of the sequence, or None.")
-      .def("masks_folder", &RgbdSequence::masks_folder,
-           "Returns the folder masks of the sequence, or None.")
-      .def("true_masks_folder", &RgbdSequence::true_masks_folder,
-           "Returns the folder masks_true of the sequence, or None.")
       .def("__repr__", [](const py::object& self) {
         const auto& sequence = self.cast<const RgbdSequence&>();
         return detail::concatenate(type_name(self), "('", sequence.folder().string(), "', ",

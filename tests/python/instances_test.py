@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 the dynfilter authors
 # SPDX-License-Identifier: MIT
-"""Instances made of masks, boxes and label maps, against NumPy."""
+"""Instances made of masks and boxes, against NumPy."""
 
 import numpy as np
 import pytest
@@ -16,8 +16,6 @@ def test_members_are_those_given():
     assert (instance.class_id, instance.score, instance.box) == (7, 0.5, (1, 2, 30, 40))
     assert (instance.mask_origin, instance.track_id) == ((5, 6), 9)
     assert instance.mask is mask
-    assert instance.covers((5, 6)) and not instance.covers((4, 6)) and not instance.covers((9, 6))
-    assert instance.box_contains((1, 2)) and not instance.box_contains((31, 2))
     with pytest.raises(AttributeError):
         instance.score = 1
 
@@ -29,18 +27,11 @@ def test_image_mask_is_cut_to_the_object():
     assert instance.box == (10, 4, 7, 5) and instance.mask_origin == (10, 4)
     assert np.shares_memory(instance.mask, mask) and instance.mask.dtype == bool
     assert dynfilter.Instance.from_image_mask(mask, (1, 1, 28, 18), 3, 0.25).box == (1, 1, 28, 18)
-    static = dynfilter.Instance.from_static_mask((~mask).astype(np.uint8))
-    assert static.box == instance.box and (static.mask != 0).all()
 
 
-def test_label_maps_and_binary_masks():
-    labels = np.zeros((40, 50), np.uint16)
-    labels[3:9, 4:10] = 1
-    labels[20:30, 25:45] = 3
-    instances = dynfilter.instances_from_label_map(labels)
-    assert [i.box for i in instances] == [(4, 3, 6, 6), (0, 0, 0, 0), (25, 20, 20, 10)]
-    labels[35, 5] = 1
-    mask = labels > 0
+def test_binary_masks():
+    mask = np.zeros((40, 50), bool)
+    mask[3:9, 4:10] = mask[20:30, 25:45] = mask[35, 5] = True
     instances = dynfilter.instances_from_binary_mask(mask, box_margin_px=3, min_pixels=2)
     assert [i.box for i in instances] == [(1, 0, 12, 12), (22, 17, 26, 16)]
 

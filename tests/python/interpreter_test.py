@@ -60,7 +60,10 @@ image = numpy.zeros((4, 4), numpy.uint8)
 frame = dynfilter.FrameView(image=image)
 labels = dynfilter.DynamicFilter().apply(frame, None, numpy.zeros((3, 2), numpy.float32))
 view = labels.removed
-keep = dynfilter.CallbackSegmenter(lambda image: [])
+class Nobody(dynfilter.Segmenter):
+    def do_segment(self, frame):
+        return self.empty_segmentation(frame)
+keep = Nobody()
 threading.Thread(target=lambda: keep.segment(frame)).start()
 """
     )

@@ -18,10 +18,14 @@ def resident_bytes():
 
 def test_calls_leave_no_memory_behind(scene):
     filter = dynfilter.DynamicFilter(paper=dynfilter.EdgeCompensatorOptions(samples=10))
-    lbp = dynfilter.DepthLbp()
     descriptors = np.zeros((len(scene.points), 32), np.uint8)
-    masks, depth = scene.mask[None], scene.depth[:20, :30]
-    segmenter = dynfilter.CallbackSegmenter(lambda image: dynfilter.instances_from_masks(masks))
+    masks = scene.mask[None]
+
+    class People(dynfilter.Segmenter):
+        def do_segment(self, frame):
+            return dynfilter.Segmentation.from_masks(frame, masks)
+
+    segmenter = People()
 
     def call():
         frame = scene.frame()
@@ -31,7 +35,6 @@ def test_calls_leave_no_memory_behind(scene):
         labels = filter.apply(frame, people, scene.points)
         labels.removed.any(), labels.score, labels.instance, labels.reason, labels.statistics.kept
         dynfilter.keep_static(labels, scene.points, descriptors)
-        lbp.dense(depth)
         try:
             filter.apply(frame, people, descriptors)
         except ValueError:

@@ -35,27 +35,23 @@ def test_finds_the_red_block(models):
     image = np.zeros((64, 64, 3), np.uint8)
     image[0:32, 32:64] = (0, 0, 255)
     frame = dynfilter.FrameView(id=5, image=image)
-    for network in (
-        dynfilter.YoloSegmenter(models / "yolo_raw.onnx"),
-        dynfilter.NetworkSegmenter(str(models / "yolo_raw.onnx")),
-    ):
-        assert list(network.class_names) == ["red", "blue"] and network.input_size == (64, 64)
-        assert repr(network) == f"{type(network).__name__}(2 classes, input 64x64)"
-        assert network.class_id("blue") == 1 and network.class_id("green") is None
-        segmentation = network.segment(frame)
-        assert segmentation.frame_id == 5
-        (instance,) = segmentation.instances
-        assert (
-            instance.class_id == 0 and instance.covers((48, 16)) and not instance.covers((16, 48))
-        )
-    only_blue = dynfilter.YoloSegmenter(models / "yolo_raw.onnx", classes=[1])
+    network = dynfilter.NetworkSegmenter(str(models / "yolo_raw.onnx"))
+    assert list(network.class_names) == ["red", "blue"] and network.input_size == (64, 64)
+    assert repr(network) == "NetworkSegmenter(2 classes, input 64x64)"
+    assert network.class_id("blue") == 1 and network.class_id("green") is None
+    segmentation = network.segment(frame)
+    assert segmentation.frame_id == 5
+    (instance,) = segmentation.instances
+    x, y = instance.mask_origin
+    assert instance.class_id == 0 and instance.mask[16 - y, 48 - x]
+    only_blue = dynfilter.NetworkSegmenter(models / "yolo_raw.onnx", classes=[1])
     assert only_blue.segment(frame).instances == ()
 
 
 def test_other_files_are_refused(models, tmp_path):
     with pytest.raises(RuntimeError, match="missing.onnx"):
-        dynfilter.YoloSegmenter(tmp_path / "missing.onnx")
-    with pytest.raises(RuntimeError, match="yolo_raw.onnx"):
-        dynfilter.YolactSegmenter(models / "yolo_raw.onnx")
+        dynfilter.NetworkSegmenter(tmp_path / "missing.onnx")
+    with pytest.raises(RuntimeError, match="bad_outputs.onnx"):
+        dynfilter.NetworkSegmenter(models / "bad_outputs.onnx")
     with pytest.raises(ValueError):
-        dynfilter.YoloSegmenter(models / "yolo_raw.onnx", score_threshold=2)
+        dynfilter.NetworkSegmenter(models / "yolo_raw.onnx", score_threshold=2)

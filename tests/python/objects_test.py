@@ -44,58 +44,30 @@ def labels_of(scene):
     return dynfilter.DynamicFilter().apply(scene.frame(), scene.segmentation(), scene.points)
 
 
-def propagated(scene):
-    propagator = dynfilter.MaskPropagator()
-    propagator.propagate(scene.frame(), scene.segmentation())
-    return propagator.statistics
-
-
-def trajectory():
-    rows = np.zeros((5, 8))
-    rows[:, 0] = np.arange(5)
-    rows[:, 1:4] = np.random.default_rng(11).random((5, 3))
-    rows[:, 7] = 1
-    return rows
-
-
-def absolute_error():
-    moved = trajectory()
-    moved[:, 1] += np.arange(5) / 100
-    return dynfilter.absolute_trajectory_error(moved, trajectory())
-
-
 CAMERA = dynfilter.PinholeCamera(fx=500, fy=510, cx=80, cy=60, k1=0.25)
 
 # Values, which can be copied and pickled, by class.
 VALUES = {
-    "AbsoluteTrajectoryError": lambda scene: absolute_error(),
-    "Alignment": lambda scene: absolute_error().alignment,
     "DepthCompensatorOptions": lambda scene: dynfilter.DepthCompensatorOptions(half_width_m=0.5),
-    "DepthLbp": lambda scene: dynfilter.DepthLbp(),
     "DynamicFilter": lambda scene: dynfilter.DynamicFilter(
         dynamic_classes=[0, 2], margin_px=3, static_mask=scene.mask, floor=10
     ),
     "EdgeCompensatorOptions": lambda scene: dynfilter.EdgeCompensatorOptions(
         seed=5, missing_depth=dynfilter.MissingDepth.remove
     ),
-    "ErrorSummary": lambda scene: absolute_error().translation_m,
     "FeatureLabel": lambda scene: labels_of(scene)[100],
     "FrameStatistics": lambda scene: labels_of(scene).statistics,
     "FrameView": lambda scene: scene.frame(id=7, timestamp_s=1.5),
     "Instance": lambda scene: scene.segmentation().instances[0],
-    "InstancePropagation": lambda scene: propagated(scene).instances[0],
     "InstanceStatistics": lambda scene: labels_of(scene).statistics.instances[0],
     "MotionStatistics": lambda scene: labels_of(scene).statistics.motion,
     "PinholeCamera": lambda scene: CAMERA,
-    "PropagationStatistics": propagated,
     "RangeEstimatorOptions": lambda scene: dynfilter.RangeEstimatorOptions(expansion=3),
-    "RelativePoseError": lambda scene: dynfilter.relative_pose_error(trajectory(), trajectory()),
     "Segmentation": lambda scene: scene.segmentation(),
     "ValueRange": lambda scene: labels_of(scene).statistics.instances[0].depth_range_m,
 }
 # Others, which have a text only.
 OTHERS = {
-    "CallbackSegmenter": lambda scene: dynfilter.CallbackSegmenter(labels_of),
     "FeatureLabels": labels_of,
     "MaskPropagator": lambda scene: dynfilter.MaskPropagator(),
     "MotionFilter": lambda scene: dynfilter.MotionFilter(CAMERA, dynfilter.MotionState()),

@@ -31,7 +31,7 @@ def of_program(folder, index, points, tmp_path):
 
 def compare(folder, indices, tmp_path):
     sequence = dynfilter.RgbdSequence(folder)
-    people = dynfilter.MaskFolderSegmenter(sequence.masks_folder())
+    people = dynfilter.MaskFolderSegmenter(sequence.folder / "masks")
     filter = dynfilter.DynamicFilter()
     compensated = 0
     for index in indices:

@@ -21,11 +21,8 @@ def test_frames_are_those_of_the_lists(rendered):
         for line in (rendered / "associations.txt").read_text().splitlines()
         if not line.startswith("#")
     ]
-    for i, (frame, row) in enumerate(zip(frames, rows)):
-        entry = sequence.entry(i)
-        assert frame.timestamp_s == entry.timestamp_s == float(row[0])
-        assert entry.image_path == rendered / row[1] and entry.depth_path == rendered / row[3]
-        assert entry.stem == pathlib.Path(row[1]).stem
+    for frame, row in zip(frames, rows):
+        assert frame.timestamp_s == float(row[0])
     assert frames[0].image.shape == (240, 320, 3) and frames[0].image.dtype == np.uint8
     assert frames[0].depth.shape == (240, 320) and frames[0].depth.dtype == np.uint16
     assert frames[0].metres_per_unit == 1 / sequence.camera.depth_units_per_metre
@@ -41,6 +38,6 @@ def test_errors_name_the_file(rendered, tmp_path):
     with pytest.raises(IndexError):
         dynfilter.RgbdSequence(rendered)[4]
     with pytest.raises(IndexError):
-        dynfilter.RgbdSequence(rendered).entry(-5)
+        dynfilter.RgbdSequence(rendered).read(-5)
     with pytest.raises(TypeError):
         dynfilter.RgbdSequence(3)
