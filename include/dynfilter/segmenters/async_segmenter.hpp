@@ -56,29 +56,18 @@ struct AsyncSegmenterStatistics {
 /// extracts its features while the network works, then collects the frame's masks by its id.
 ///
 /// With HandOver::wait every frame goes through the network, in order. With the others, a newer
-/// frame replaces a frame that still waits, so that the network always takes the newest; at most
-/// one frame waits. submit never waits for the network; collect waits as HandOver says.
+/// frame replaces a frame that still waits. submit never waits for the network; collect waits as
+/// HandOver says. Except with HandOver::latest, collect(frame_id) gives up all frames submitted
+/// before that one. Ids need not grow; one that was submitted twice means the last submission.
 ///
-/// Frames count in the order in which they were submitted; their ids need not grow. An id that was
-/// submitted twice means the last submission. Except with HandOver::latest, collect(frame_id) gives
-/// up all frames submitted before that one: their masks are discarded, and the network never sees
-/// those that still waited. The same frame may be collected again.
+/// Errors: collect throws what the network threw at this frame, or the first error of an earlier
+/// frame that no call has thrown yet (HandOver::latest: of any frame). Each error is thrown once,
+/// unchanged; its frame has no masks. The thread goes on with the next frame.
 ///
-/// Errors: collect throws what the network threw, or std::invalid_argument for a malformed result.
-/// It throws the error of this frame, or the first error of an earlier frame that no call has
-/// thrown yet (HandOver::latest: of any frame). Each error is thrown once, unchanged; its frame has
-/// no masks, and a second collect returns std::nullopt for it. The thread goes on with the next
-/// frame. Of several errors between two calls only the first is thrown; all are counted.
-///
-/// Only this object's thread uses the segmenter; the thread that destroys this object destroys it.
-/// The segmenter may reuse its own memory for the next frame, because finished masks are copied.
-/// Results of collect share pixels with later results for the same masks: read them, do not draw
-/// into them.
-///
-/// A network cannot be interrupted: the destructor waits for the running inference, and for no
-/// other. So does the end of the process if nobody destroyed this object: a thread must not run on
-/// while static objects are destroyed. Several threads may call all functions at once, except the
-/// destructor and moves. A moved-from object may only be destroyed or assigned to.
+/// Only this object's thread uses the segmenter, which may reuse its memory: finished masks are
+/// copied. Results of collect share pixels: do not draw into them. The destructor, and the end of
+/// the process, wait for the running inference. Several threads may call all functions at once,
+/// except the destructor and moves. A moved-from object may only be destroyed or assigned to.
 class AsyncSegmenter {
  public:
   /// Limit of frames that are submitted and not collected (HandOver::wait), or remembered without
@@ -95,27 +84,21 @@ class AsyncSegmenter {
   AsyncSegmenter& operator=(AsyncSegmenter&&) noexcept;
   ~AsyncSegmenter();
 
-  /// Hands a frame to the network, with a copy of its images in reused buffers.
-  /// Throws std::invalid_argument for a malformed frame (see validate), and with HandOver::wait if
-  /// max_uncollected frames were submitted since the last that was collected, because no frame may
-  /// be lost and waiting here would never end. The frame is then not submitted. O(pixels).
+  /// Hands a frame to the network, with a copy of its images.
+  /// Throws std::invalid_argument for a malformed frame, and with HandOver::wait if max_uncollected
+  /// frames are not collected. The frame is then not submitted. O(pixels).
   void submit(const FrameView& frame);
 
   /// Returns the masks of a submitted frame, or with HandOver::latest the newest masks.
   /// Segmentation::frame_id and timestamp_s tell their age: FrameStatistics::segmentation_age_s.
   ///
-  /// Returns std::nullopt, "no masks are known", if
-  /// - they are not ready and HandOver does not wait any longer (a later call may return them);
-  /// - they are older than max_age_s;
-  /// - a newer frame replaced this one before the network took it;
-  /// - an earlier call threw the frame's error;
-  /// - reset() was called during the wait.
+  /// Returns std::nullopt, "no masks are known", if they are not ready and HandOver does not wait
+  /// any longer, if they are older than max_age_s, if a newer frame replaced this one, if an
+  /// earlier call threw the frame's error, or if reset() was called during the wait.
   ///
-  /// Throws std::invalid_argument for a frame that was not submitted since reset() or was given up
-  /// as described above. With any HandOver but wait, this includes frames that are not among the
-  /// last max_uncollected ones. HandOver::latest ignores the id: a host may submit every third
-  /// frame, or keyframes only, and collect for all. It may return masks of a later frame than this
-  /// one, if that was already submitted.
+  /// Throws std::invalid_argument for a frame that was not submitted since reset(), was given up,
+  /// or, except with HandOver::wait, is not among the last max_uncollected ones. HandOver::latest
+  /// ignores the id: a host may submit keyframes only, and collect for all.
   std::optional<Segmentation> collect(std::uint64_t frame_id);
 
   /// Forgets all frames, masks and unthrown errors, for a host that starts anew. A running

@@ -58,20 +58,13 @@ struct DepthOffsetEstimate {
 
 /// Estimates by how much depth lags the colour, without any truth, from a recording or on line.
 ///
-/// Edges of depth belong to the outlines of things, and most outlines show as edges of colour. If
-/// camera or things move, edges of a depth image of another time lie beside those of the colour
-/// image. So each colour image is compared with the depth images around its own, `max_lag` on
-/// either side: the truncated distance from each depth edge to the nearest Canny edge, averaged
-/// over the edges and then over all frames. Images wider than 639 pixels are shrunk first. Two
-/// lines of opposite slope through the smallest mean and its two neighbours meet at the offset, in
-/// fractions of a frame. The standard error is the jackknife's over up to 32 stretches of time.
-///
-/// What is wrong with single edges (texture beside an outline, the sensor's shadow) is so at every
-/// lag, and cancels. Nothing is found where nothing moves, and nothing is said then. The estimator
-/// expects a constant offset; make another one for another recording.
-///
-/// Source: Canny's detector (1986), chamfer distance between edges (Barrow et al., 1977); their use
-/// for this purpose is our own.
+/// Edges of depth belong to outlines, and most outlines show as edges of colour. If camera or
+/// things move, edges of a depth image of another time lie beside those of the colour image. So
+/// each colour image is compared with the depth images around its own: the truncated distance from
+/// each depth edge to the nearest Canny edge, averaged over all frames. Two lines of opposite slope
+/// through the smallest mean and its neighbours meet at the offset; the standard error is the
+/// jackknife's over up to 32 stretches of time. Where nothing moves, nothing is said. Expects a
+/// constant offset. Source: Canny (1986), chamfer distance (Barrow et al., 1977).
 class DepthOffsetEstimator {
  public:
   /// Throws std::invalid_argument for a max_lag out of range.

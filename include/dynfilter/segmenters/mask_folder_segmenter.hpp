@@ -35,21 +35,15 @@ struct MaskFolderOptions {
 ///
 /// Label maps, if there is `instances.csv` (frame,instance,class_id,score,x,y,width,height): 8 or
 /// 16 bits, 0 = background, k = instance k of the frame. Instances come in the order of their
-/// numbers, with class, score and box of the table; an instance without a pixel has no mask. A file
-/// without rows in the table is a frame without instances.
+/// numbers; one without a pixel has no mask. A last column mask_time, if there is one, holds the
+/// time of the image that a frame's masks were made of: it becomes Segmentation::timestamp_s, with
+/// the frame_id `unknown_frame`. An empty cell means the frame's own image.
 ///
-/// The table may have a last column, mask_time: the time of the image that a frame's masks were
-/// made of, seconds, equal in all rows of the frame. It becomes Segmentation::timestamp_s, so that
-/// masks of an earlier image count as stale, and Segmentation::frame_id is `unknown_frame`. An
-/// empty cell, or a time within `max_time_difference_s` of the mask's file, means the frame's own
-/// image; so does a table without the column, and a frame without rows.
-///
-/// Binary masks, if there is no table: 0 and non-zero. Every connected object is one instance of
-/// class 0 and score 1 (see instances_from_binary_mask).
+/// Binary masks, if there is no table: every connected object is one instance of class 0 and score
+/// 1 (see instances_from_binary_mask).
 ///
 /// The frame needs neither image nor depth; if it has one, the mask must have the same size.
-/// track_id is never set. Frames are looked up by time alone, in any order. The files must not
-/// change while the segmenter lives.
+/// track_id is never set. The files must not change while the segmenter lives.
 class MaskFolderSegmenter final : public Segmenter {
  public:
   /// Segmentation::frame_id of masks that were made of another image than the frame's.
@@ -57,16 +51,10 @@ class MaskFolderSegmenter final : public Segmenter {
 
   /// Reads the table and the names of the masks; decodes none. O(n log n) of files and rows.
   ///
-  /// Throws std::runtime_error that names file and line for
-  /// - a folder that is absent or cannot be read;
-  /// - a PNG file whose name is not a time (no frame would find this mask), or two files for one
-  ///   time;
-  /// - a mask or table that is not a regular file;
-  /// - a table with another header, a row that is short or malformed, an instance that occurs
-  ///   twice, or two values of mask_time for one frame;
-  /// - unless `allow_missing`: a folder without PNG files, and rows of a frame without a file.
-  ///
-  /// Throws std::invalid_argument for negative options.
+  /// Throws std::runtime_error that names file and line for a folder that cannot be read, a PNG
+  /// file whose name is not a time, two files for one time, a mask or table that is not a regular
+  /// file, a malformed table and, unless `allow_missing`, a folder without PNG files and rows of a
+  /// frame without a file. Throws std::invalid_argument for negative options.
   explicit MaskFolderSegmenter(const std::filesystem::path& folder,
                                const MaskFolderOptions& options = {});
 

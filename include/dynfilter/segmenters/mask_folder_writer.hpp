@@ -65,12 +65,9 @@ class MaskFolderWriter {
   /// the mask.
   void add(const Segmentation& segmentation, const std::string& stem);
 
-  /// Adds the masks that a frame has, made of the image of segmentation.timestamp_s: an earlier
-  /// one, if they are late. The file is named by the frame's stem. If the two times differ by more
-  /// than 1 ms, the table gets the column mask_time, by which MaskFolderSegmenter tells the masks'
-  /// age. Masks without instances have no row, so their time is lost. Throws std::invalid_argument
-  /// as above, with the frame's time in place of the segmentation's, and for a segmentation's time
-  /// that is none in seconds.
+  /// Adds masks that were made of the image of segmentation.timestamp_s, an earlier one than the
+  /// frame's if they are late. If the two times differ by more than 1 ms, the table gets the column
+  /// mask_time. Masks without instances have no row, so their time is lost. Throws as above.
   void add(const Segmentation& segmentation, const std::string& stem, double frame_timestamp_s);
 
   /// Moves the masks into the folder and replaces earlier ones. No frame can be added afterwards; a

@@ -62,36 +62,17 @@ struct PropagationStatistics {
 ///
 ///     if (auto masks = propagator.propagate(frame, newest)) filter.apply(frame, *masks, features);
 ///
-/// Every frame, corners of the last image are tracked into this one (pyramidal Lucas-Kanade: J.-Y.
-/// Bouguet, 2000), and kept if tracking them backwards returns them (Z. Kalal, K. Mikolajczyk, J.
-/// Matas, "Forward-backward error", 2010). The cost depends on neither masks nor lag. The history
-/// keeps these steps: a mask of frame t-6 that arrives at frame t is moved over six of them.
+/// Every frame, corners are tracked from the last image (pyramidal Lucas-Kanade: J.-Y. Bouguet,
+/// 2000) and kept if tracking them backwards returns them (Z. Kalal et al., "Forward-backward
+/// error", 2010). A history of these steps moves a late mask over all of them. Each pixel of a mask
+/// moves by the Gaussian mean of the points around it, and an instance without points by its last
+/// velocity. Results are matched to known instances of their class by the overlap of boxes, or by
+/// track_id if they come with one; track_id identifies an instance until reset().
 ///
-/// An instance does not move in one piece, because limbs do not move with the torso: each pixel
-/// moves by the mean motion of the points around it, weighted by a Gaussian of their distance. A
-/// coarse grid maps the frame's pixels to those of the mask's frame, so that each mask is sampled
-/// once, from the original, however far it moves. An instance without points moves by its last
-/// velocity; without a velocity it stays. The sides of the box that the mask reaches move with the
-/// mask, the others by the median of the points. A box with no mask, or almost none, moves by the
-/// points in its middle.
+/// The propagated segmentation has the frame's id and the time of the result that it was made from.
+/// Moved masks lack what was hidden or outside the image at that time.
 ///
-/// New results are matched, at their own frame, to known instances of the same class by the overlap
-/// of boxes, the best first. track_id identifies an instance; it is not used again until reset(),
-/// or until all numbers were. Instances that come with a track_id are matched by it alone and keep
-/// it; one that the propagator had given that number gets another. An instance that a result misses
-/// is propagated for up to `max_missed` results.
-///
-/// The propagated segmentation has the frame's id, because its masks lie there, and the time of the
-/// result that they were made from, because that is the age of the evidence. Moved masks are only
-/// nearly right; given their true age, DepthCompensator lets depth decide at their rim.
-///
-/// Limits: moved masks lack what was hidden or outside the image at the mask's frame. Points on
-/// something that hides an instance may drag it along.
-///
-/// Memory: two reduced images with their pyramids (1.2 MB at 320x240), up to `history_frames` steps
-/// of 16 bytes per point (1200 points: 0.6 MB), and the known instances' masks. No data of the
-/// caller is kept. Deterministic. Two threads must not use one propagator at once; two propagators
-/// share nothing.
+/// No data of the caller is kept. Deterministic. Two threads must not use one propagator at once.
 class MaskPropagator {
  public:
   /// Takes the options. Throws std::invalid_argument for options out of range.
@@ -103,32 +84,21 @@ class MaskPropagator {
   ~MaskPropagator();
 
   /// Returns the masks at `frame`, given the newest result so far: of this frame or an earlier one,
-  /// maybe the same as in the last call, maybe none. Call it for every frame, in order, also while
-  /// there are no masks, so that the history is complete. Returns nothing if no masks are known
-  /// that are at most `max_age_s` old. Instances come in the order of the newest result, then the
-  /// bridged ones by track_id; moved boxes and masks are clipped to the image.
+  /// maybe the same as in the last call, maybe none. Call it for every frame, in order, so that the
+  /// history is complete. Returns nothing if no masks are known that are at most `max_age_s` old.
+  /// Instances come in the order of the newest result, then the bridged ones by track_id.
   ///
-  /// A result belongs to the frame in the history that has its time; if none has, to that of its
-  /// frame_id, where ids do not fall from frame to frame; else to the next frame after its time. A
-  /// frame without an image is skipped: instances move
-  /// by their velocity. A frame whose time is not after the last one's, or of another size,
-  /// restarts the propagator, and the statistics report it.
-  ///
-  /// Throws std::invalid_argument, before any change, for a malformed frame or result, an image
-  /// that is not of 8 bits with 1, 3 or 4 channels, and a result that differs from the frame in
-  /// size. After any other exception (std::bad_alloc, cv::Exception for lack of memory) the
-  /// propagator has forgotten everything except used track ids: the next call starts anew. O(pixels
-  /// + points + area of the masks).
+  /// A result belongs to the frame of its time in the history, else of its frame_id, else to the
+  /// next frame after its time. A frame whose time is not after the last one's, or of another size,
+  /// restarts the propagator. Throws std::invalid_argument, before any change, for a malformed
+  /// frame or result; after another exception it has forgotten all but used track ids. O(pixels).
   std::optional<Segmentation> propagate(const FrameView& frame,
                                         const std::optional<Segmentation>& newest);
 
   /// Moves masks by the host's own tracks, and tracks no points itself, which is most of the cost.
-  /// `motions` holds points of the last call's frame that were found in this one: a KLT front end's
-  /// points, or the features that FeatureTracker follows anyway (point_motions). Instances move as
-  /// well as there are points on them; points outside the image, in either frame, do not count. The
-  /// frame's image is not read. Otherwise like propagate without tracks. Throws
-  /// std::invalid_argument also for a place that is not finite. After such a call, the next one
-  /// without tracks has none, because the last image is not known. O(points + area of the masks).
+  /// `motions` holds points of the last call's frame that were found in this one (point_motions);
+  /// the frame's image is not read. Throws std::invalid_argument also for a place that is not
+  /// finite. The next call without tracks has none. O(points + area of the masks).
   std::optional<Segmentation> propagate(const FrameView& frame,
                                         const std::optional<Segmentation>& newest,
                                         const std::vector<PointMotion>& motions);

@@ -37,26 +37,17 @@ struct RemoteSegmenterOptions {
 /// other process is the server and listens; examples/remote_masks is one in Python, and its
 /// README.md defines the protocol. Linux only; on other systems the library is built without it.
 ///
-/// Either side may start first, die and come back. The first call connects, a call that finds the
-/// connection closed connects anew, and a call that fails leaves the segmenter usable. A call
-/// during which the other side dies fails, unless `retry_interval_s` lets it wait for the next one.
+/// Either side may start first, die and come back; a call that fails leaves the segmenter usable.
+/// No call takes longer than `timeout_s`. The server works on one frame at a time: if its reply is
+/// late, the following call waits for it, discards it, and sends its own frame. So a network that
+/// is slower than `timeout_s` never answers in time: allow it more time and run it beside tracking.
+/// A reply that is 60 s late is lost. The server must run as the same user (SO_PEERCRED).
 ///
-/// No call takes longer than `timeout_s`, apart from the time for copying the data that arrived.
-/// The server works on one frame at a time and gets no other before it has answered. If its reply
-/// is late, the following call waits for it, within its own `timeout_s`, discards it, and sends its
-/// own frame; a reply that is 60 s late is lost, and the call connects anew. So a network that is
-/// slower than `timeout_s` never answers in time: allow it more time and run it beside tracking.
-///
-/// The server must run as the same user (SO_PEERCRED).
-///
-/// segment() throws std::runtime_error that begins with the path of the socket and states the
-/// reason, if nobody listens, time is up, `stop` returns true, the connection is lost, the server
-/// reports an error, or its reply is malformed, belongs to another frame or image size, or exceeds
-/// the limits of the protocol (1000 instances, masks inside the image, 64 MiB). It throws
-/// std::invalid_argument for a frame without an image, for one that is neither CV_8UC1 nor CV_8UC3,
-/// and for one with a side above 16384 or more than 2^25 pixels. Memory for a reply grows with the
-/// data that arrived, not with its announced size. No signal (SIGPIPE) is raised, and none ends a
-/// call early.
+/// segment() throws std::runtime_error that begins with the socket's path, if nobody listens, time
+/// is up, `stop` returns true, the connection is lost, the server reports an error, or its reply
+/// violates the protocol (at most 1000 instances, masks inside the image, 64 MiB). It throws
+/// std::invalid_argument for an image that is neither CV_8UC1 nor CV_8UC3, has a side above 16384
+/// or more than 2^25 pixels. No signal (SIGPIPE) is raised, and none ends a call early.
 ///
 /// One thread at a time may use a segmenter; between fork() and exec(), only one of the processes.
 class RemoteSegmenter final : public Segmenter {
