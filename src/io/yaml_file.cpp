@@ -40,8 +40,14 @@ YamlFile::YamlFile(std::filesystem::path path) : path_(std::move(path)) {
     }
   } catch (const cv::Exception& error) {
     // For a syntax error, OpenCV stores "(line): what is wrong" in place of the function's name.
-    refuse("is no OpenCV YAML file, whose first line is %YAML:1.0 (" +
-           (error.func.compare(0, 1, "(") == 0 ? "line " + error.func : error.err) + ")");
+    std::string what = error.func;
+    const std::size_t end = what.find(')');
+    if (what.compare(0, 1, "(") == 0 && end != std::string::npos) {
+      what = "line " + what.substr(1, end - 1) + what.substr(end + 1);
+    } else {
+      what = error.err;
+    }
+    refuse("is no OpenCV YAML file, whose first line is %YAML:1.0 (" + what + ")");
   }
 }
 
