@@ -6,6 +6,7 @@
 #ifndef DYNFILTER_SRC_NETWORKS_DETECTIONS_HPP
 #define DYNFILTER_SRC_NETWORKS_DETECTIONS_HPP
 
+#include <cmath>
 #include <functional>
 #include <vector>
 
@@ -17,6 +18,10 @@ struct Box {
 
   /// Tells whether the area is positive; false if a corner is NaN.
   bool has_area() const { return x2 > x1 && y2 > y1; }
+
+  bool is_finite() const {
+    return std::isfinite(x1) && std::isfinite(y1) && std::isfinite(x2) && std::isfinite(y2);
+  }
 };
 
 /// One object that a network found.

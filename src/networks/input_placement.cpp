@@ -65,24 +65,17 @@ cv::Mat normalized_rgb(const cv::Mat& bgr, const cv::Scalar& mean, const cv::Sca
 }
 
 cv::Rect box_in_image(const Box& box, const InputPlacement& placement) {
-  double x1 = placement.image.width, y1 = placement.image.height, x2 = 0, y2 = 0;
-  for (const cv::Point2d corner : {cv::Point2d(box.x1, box.y1), cv::Point2d(box.x2, box.y1),
-                                   cv::Point2d(box.x1, box.y2), cv::Point2d(box.x2, box.y2)}) {
-    const cv::Point2d point = placement.to_image(corner);
-    x1 = std::min(x1, point.x);
-    y1 = std::min(y1, point.y);
-    x2 = std::max(x2, point.x);
-    y2 = std::max(y2, point.y);
-  }
+  const cv::Point2d first = placement.to_image({box.x1, box.y1});
+  const cv::Point2d last = placement.to_image({box.x2, box.y2});
   // Tolerates the rounding error of the network's floats, which must not add a row of pixels.
   constexpr double tolerance = 1e-4;
   const auto side = [](double value, int limit) {
     return static_cast<int>(std::clamp(value, 0.0, static_cast<double>(limit)));
   };
-  const int left = side(std::floor(x1 + tolerance), placement.image.width);
-  const int top = side(std::floor(y1 + tolerance), placement.image.height);
-  const int right = side(std::ceil(x2 - tolerance), placement.image.width);
-  const int bottom = side(std::ceil(y2 - tolerance), placement.image.height);
+  const int left = side(std::floor(first.x + tolerance), placement.image.width);
+  const int top = side(std::floor(first.y + tolerance), placement.image.height);
+  const int right = side(std::ceil(last.x - tolerance), placement.image.width);
+  const int bottom = side(std::ceil(last.y - tolerance), placement.image.height);
   return {left, top, std::max(right - left, 0), std::max(bottom - top, 0)};
 }
 

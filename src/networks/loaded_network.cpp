@@ -26,23 +26,6 @@ std::vector<std::string> class_names(const Network& network, int count) {
   return count == 80 ? coco_class_names() : std::vector<std::string>();
 }
 
-/// Throws if the file's metadata name another number of classes than the outputs have: an output
-/// may be missing, and what is taken for boxes be classes.
-void require_named_classes(const Network& network, int count,
-                           const std::vector<NamedTensor>& trial) {
-  const auto written = network.metadata().find("names");
-  if (count == 0 || written == network.metadata().end()) return;
-  const std::size_t named = parse_class_names(written->second).size();
-  const auto bound = static_cast<std::size_t>(count);
-  if (named == 0 || named == bound) return;
-  constexpr std::size_t box_logits = 64;
-  network.fail(concatenate("its outputs, ", shapes_text(trial), ", give ", bound,
-                           bound == 1 ? " class" : " classes", ", but its metadata name ", named,
-                           named == bound + box_logits
-                               ? ": the box distributions [1, 64, N] are missing"
-                               : ": is an output missing?"));
-}
-
 }  // namespace
 
 void require_valid(const NetworkOptions& options, const char* component) {
@@ -90,7 +73,6 @@ std::unique_ptr<LoadedNetwork> assemble(Network network, const std::vector<Named
   } catch (const std::runtime_error& error) {
     network.fail(std::string(error.what()) + "; its outputs are " + shapes_text(trial));
   }
-  require_named_classes(network, count, trial);
   for (const int class_id : options.classes) {
     if (count > 0 && class_id >= count) {
       throw_misuse(component, concatenate("class ", class_id, " in classes"),

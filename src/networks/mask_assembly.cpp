@@ -102,16 +102,8 @@ cv::Rect cells_around(cv::Point2d first, cv::Point2d last, const Grid& grid) {
 
 /// Returns the cells under a rectangle of the image.
 cv::Rect cells_under(const cv::Rect& region, const InputPlacement& placement, const Grid& grid) {
-  cv::Point2d first(1e30, 1e30);
-  cv::Point2d last(-1e30, -1e30);
-  for (const cv::Point2d corner :
-       {cv::Point2d(region.x, region.y), cv::Point2d(region.x + region.width, region.y),
-        cv::Point2d(region.x, region.y + region.height),
-        cv::Point2d(region.x + region.width, region.y + region.height)}) {
-    const cv::Point2d point = grid.at(placement.to_input(corner));
-    first = {std::min(first.x, point.x), std::min(first.y, point.y)};
-    last = {std::max(last.x, point.x), std::max(last.y, point.y)};
-  }
+  const cv::Point2d first = grid.at(placement.to_input(region.tl()));
+  const cv::Point2d last = grid.at(placement.to_input(region.br()));
   return cells_around(first, last, grid);
 }
 

@@ -10,9 +10,10 @@
 #include <opencv2/imgproc.hpp>
 
 #include "dynfilter/detail/errors.hpp"
+#include "dynfilter/networks/yolact_segmenter.hpp"
+#include "dynfilter/networks/yolo_segmenter.hpp"
 #include "loaded_network.hpp"
-#include "yolact_kind.hpp"
-#include "yolo_kind.hpp"
+#include "network_kinds.hpp"
 
 namespace dynfilter {
 namespace {
@@ -55,6 +56,17 @@ std::unique_ptr<detail::NetworkKind> kind_of(const detail::Network& network,
                "; run other networks in their own process, see examples/remote_masks");
 }
 
+/// Loads a network that must be of this kind.
+template <class Kind>
+std::unique_ptr<detail::LoadedNetwork> load(const std::filesystem::path& model,
+                                            const NetworkOptions& options, const char* component) {
+  detail::require_valid(options, component);
+  detail::Network network(model, options.input_size);
+  const std::vector<detail::NamedTensor> trial = detail::outputs_of_trial(network);
+  auto kind = std::make_unique<Kind>(network.input_size(), options);
+  return detail::assemble(std::move(network), trial, std::move(kind), options, component);
+}
+
 }  // namespace
 
 NetworkSegmenter::NetworkSegmenter(std::unique_ptr<detail::LoadedNetwork> network)
@@ -89,6 +101,12 @@ Segmentation NetworkSegmenter::do_segment(const FrameView& frame) {
   }
   return result;
 }
+
+YoloSegmenter::YoloSegmenter(const std::filesystem::path& model, const NetworkOptions& options)
+    : NetworkSegmenter(load<detail::YoloKind>(model, options, "YoloSegmenter")) {}
+
+YolactSegmenter::YolactSegmenter(const std::filesystem::path& model, const NetworkOptions& options)
+    : NetworkSegmenter(load<detail::YolactKind>(model, options, "YolactSegmenter")) {}
 
 std::unique_ptr<NetworkSegmenter> make_network_segmenter(const std::filesystem::path& model,
                                                          const NetworkOptions& options) {

@@ -43,8 +43,6 @@ constexpr int name = 1, type = 2;
 constexpr std::int64_t float_type = 1;
 constexpr std::size_t max_dimensions = 32;  // the limit of cv::Mat
 
-// A model of a hundred layers has thousands of fields.
-constexpr std::size_t max_fields = std::size_t{1} << 20;
 // The limit of protocol buffers. A larger file is no model, and would have to fit into memory.
 constexpr std::uintmax_t max_file_bytes = (std::uintmax_t{1} << 31) - 1;
 
@@ -86,7 +84,6 @@ void read_dims(ProtobufReader& reader, std::vector<std::int64_t>& shape) {
     return;
   }
   for (std::string_view packed = reader.bytes(); !packed.empty();) {
-    reader.count_field();
     shape.push_back(static_cast<std::int64_t>(ProtobufReader::take_varint(packed)));
   }
 }
@@ -282,11 +279,8 @@ OnnxFile read_onnx_file(const fs::path& path) {
   file.bytes = read_bytes(path);
   Graph graph;
   try {
-    std::size_t fields_left = max_fields;
-    graph = read_model({{file.bytes.data(), file.bytes.size()}, fields_left}, file.metadata);
-  } catch (const OversizedMessage& error) {
-    throw_file_error(path, std::string("is no usable ONNX model: ") + error.what() + ", " +
-                               std::to_string(max_fields));
+    graph = read_model(ProtobufReader(std::string_view(file.bytes.data(), file.bytes.size())),
+                       file.metadata);
   } catch (const MalformedMessage& error) {
     throw_file_error(path, std::string("is truncated or no ONNX model: ") + error.what());
   }

@@ -20,25 +20,14 @@ struct MalformedMessage : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Reports a message with more fields than any model has.
-struct OversizedMessage : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
-
 /// Goes through the fields of a message: while (reader.next()) switch (reader.field()) …
-///
-/// A field of two bytes may take hundreds in memory. So all fields are counted, those of nested
-/// messages included, and their number is limited.
 class ProtobufReader {
  public:
-  /// Reads a message. `fields_left` counts down and must outlive the reader.
-  ProtobufReader(std::string_view message, std::size_t& fields_left)
-      : rest_(message), fields_left_(&fields_left) {}
+  explicit ProtobufReader(std::string_view message) : rest_(message) {}
 
   /// Moves to the next field; false after the last one.
   bool next() {
     if (rest_.empty()) return false;
-    count_field();
     const std::uint64_t key = varint();
     field_ = key >> 3U;
     is_number_ = false;
@@ -78,7 +67,7 @@ class ProtobufReader {
   }
 
   /// Returns a reader of the message in this field.
-  ProtobufReader message() const { return {bytes(), *fields_left_}; }
+  ProtobufReader message() const { return ProtobufReader(bytes()); }
 
   std::string text() const { return std::string(bytes()); }
 
@@ -97,12 +86,6 @@ class ProtobufReader {
     throw MalformedMessage("a number of more than 64 bits");
   }
 
-  /// Counts a field, or one of several packed numbers.
-  void count_field() {
-    if (*fields_left_ == 0) throw OversizedMessage("it has more fields than any model");
-    --*fields_left_;
-  }
-
  private:
   std::uint64_t varint() { return take_varint(rest_); }
 
@@ -115,7 +98,6 @@ class ProtobufReader {
 
   std::string_view rest_;
   std::string_view bytes_;
-  std::size_t* fields_left_;
   std::uint64_t field_ = 0;
   std::uint64_t number_ = 0;
   bool is_number_ = false;

@@ -77,6 +77,16 @@ struct Table {
   }
 };
 
+/// Returns a row of a table; empty if a number in it is not finite.
+inline std::vector<float> finite_row(const Table& table, int row) {
+  std::vector<float> numbers(static_cast<std::size_t>(table.columns));
+  for (int k = 0; k < table.columns; ++k) {
+    numbers[static_cast<std::size_t>(k)] = table.at(row, k);
+    if (!std::isfinite(table.at(row, k))) return {};
+  }
+  return numbers;
+}
+
 /// Views a tensor [1, rows, columns] or [rows, columns].
 inline Table rows_first(const cv::Mat& tensor) {
   const int rows = tensor.size[tensor.dims - 2];

@@ -110,46 +110,21 @@ double scale_at(std::size_t level, int side) {
 constexpr float min_confidence = 0.05F;
 constexpr int max_per_class = 200;
 
-/// Holds the probabilities of one row.
-class RowScores {
- public:
-  RowScores(const Table& confidences, bool are_probabilities)
-      : confidences_(confidences),
-        are_probabilities_(are_probabilities),
-        probabilities_(static_cast<std::size_t>(confidences.columns)) {}
-
-  void read(int row) {
-    float sum = 0;
-    float largest = confidences_.at(row, 0);
-    for (int c = 1; c < confidences_.columns; ++c) {
-      largest = std::max(largest, confidences_.at(row, c));
-    }
-    for (int c = 0; c < confidences_.columns; ++c) {
-      const float value = confidences_.at(row, c);
-      float& probability = probabilities_[static_cast<std::size_t>(c)];
-      probability = are_probabilities_ ? value : std::exp(value - largest);
-      sum += probability;
-    }
-    if (are_probabilities_) return;
-    for (float& probability : probabilities_) probability /= sum;
+/// Reads the probabilities of one row, the background's first, by softmax from logits.
+void read_probabilities(const Table& confidences, int row, bool are_logits,
+                        std::vector<float>& probabilities) {
+  for (int c = 0; c < confidences.columns; ++c) {
+    probabilities[static_cast<std::size_t>(c)] = confidences.at(row, c);
   }
-
-  /// Returns the probability of a class; the background does not count as one.
-  float of(int class_id) const { return probabilities_[static_cast<std::size_t>(class_id) + 1]; }
-
-  bool are_finite() const {
-    return std::all_of(probabilities_.begin(), probabilities_.end(),
-                       [](float value) { return std::isfinite(value); });
+  if (!are_logits) return;
+  const float largest = *std::max_element(probabilities.begin(), probabilities.end());
+  float sum = 0;
+  for (float& value : probabilities) {
+    value = std::exp(value - largest);
+    sum += value;
   }
-
-  /// Returns the highest probability of all classes but the background.
-  float best() const { return *std::max_element(probabilities_.begin() + 1, probabilities_.end()); }
-
- private:
-  const Table& confidences_;
-  bool are_probabilities_;
-  std::vector<float> probabilities_;
-};
+  for (float& value : probabilities) value /= sum;
+}
 
 /// Decodes a box from SSD's coding (W. Liu et al., ECCV 2016) with its variances 0.1 and 0.2, as
 /// fractions of the input.
@@ -161,18 +136,6 @@ Box decoded_box(const Table& locations, const Table& priors, int row) {
   return {x, y, x + width, y + height};
 }
 
-bool is_finite(const Box& box) {
-  return std::isfinite(box.x1) && std::isfinite(box.y1) && std::isfinite(box.x2) &&
-         std::isfinite(box.y2);
-}
-
-bool has_finite_coefficients(const Table& coefficients, int row) {
-  for (int k = 0; k < coefficients.columns; ++k) {
-    if (!std::isfinite(coefficients.at(row, k))) return false;
-  }
-  return true;
-}
-
 std::vector<Candidate> candidates_of(const YolactOutputs& outputs, const Table& priors,
                                      const DetectionOptions& options) {
   std::vector<int> wanted;
@@ -180,19 +143,22 @@ std::vector<Candidate> candidates_of(const YolactOutputs& outputs, const Table& 
     if (options.is_wanted(c)) wanted.push_back(c);
   }
   FiniteScores seen;
-  RowScores scores(outputs.confidences, are_probabilities(outputs.confidences));
+  const bool are_logits = !are_probabilities(outputs.confidences);
+  std::vector<float> scores(static_cast<std::size_t>(outputs.confidences.columns));
   std::vector<Candidate> candidates;
   for (int row = 0; row < outputs.confidences.rows; ++row) {
-    scores.read(row);
-    if (!scores.are_finite()) continue;
-    const float best = seen.probability(scores.best());
+    read_probabilities(outputs.confidences, row, are_logits, scores);
+    if (!std::all_of(scores.begin(), scores.end(), [](float s) { return std::isfinite(s); })) {
+      continue;
+    }
+    const float best = seen.probability(*std::max_element(scores.begin() + 1, scores.end()));
     if (!(best > min_confidence) || !(best > options.score_threshold)) continue;
     const Box box = decoded_box(outputs.locations, priors, row);
-    if (!is_finite(box) || !box.has_area() || !has_finite_coefficients(outputs.coefficients, row)) {
+    if (!box.is_finite() || !box.has_area() || finite_row(outputs.coefficients, row).empty()) {
       continue;
     }
     for (const int class_id : wanted) {
-      const float score = std::clamp(scores.of(class_id), 0.0F, 1.0F);
+      const float score = std::clamp(scores[static_cast<std::size_t>(class_id) + 1], 0.0F, 1.0F);
       if (score > options.score_threshold) candidates.push_back({class_id, score, row, box});
     }
   }
@@ -209,9 +175,7 @@ Detection detection_of(const Candidate& candidate, const Table& coefficients,
   const auto height = static_cast<float>(input.height);
   detection.box = {candidate.box.x1 * width, candidate.box.y1 * height, candidate.box.x2 * width,
                    candidate.box.y2 * height};
-  for (int k = 0; k < coefficients.columns; ++k) {
-    detection.coefficients.push_back(coefficients.at(candidate.row, k));
-  }
+  detection.coefficients = finite_row(coefficients, candidate.row);
   return detection;
 }
 

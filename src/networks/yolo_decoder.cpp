@@ -164,24 +164,17 @@ YoloOutputs bind_raw(const std::vector<const NamedTensor*>& outputs, const Named
                        [&](const auto& entry) { return entry.second.columns == count; });
   });
   const int count = bound.prototypes.count;
-  if (tables.size() == 3) {
-    // Boxes first: if classes or boxes have as many columns as there are prototypes, order tells
-    // them apart, and coefficients come last.
-    std::reverse(tables.begin(), tables.end());
-    bound.coefficients = take(tables, {"coef", "mask"}, [&](int n) { return n == count; });
-    std::reverse(tables.begin(), tables.end());
-    const bool has_usual = std::any_of(tables.begin(), tables.end(), [](const auto& entry) {
-      return entry.second.columns == 4 * usual_bins;
-    });
-    bound.boxes = take(tables, {"box", "dist", "reg"},
-                       [&](int n) { return has_usual ? n == 4 * usual_bins : n % 4 == 0; });
-    bound.scores = take(tables, {}, [](int) { return true; });
-    return bound;
-  }
+  // Boxes first: if classes or boxes have as many columns as there are prototypes, order tells
+  // them apart, and coefficients come last.
+  std::reverse(tables.begin(), tables.end());
   bound.coefficients = take(tables, {"coef", "mask"}, [&](int n) { return n == count; });
-  const Table joined = take(tables, {}, [](int n) { return n > 4 * usual_bins; });
-  bound.boxes = joined.part(0, 4 * usual_bins);
-  bound.scores = joined.part(4 * usual_bins, joined.columns - 4 * usual_bins);
+  std::reverse(tables.begin(), tables.end());
+  const bool has_usual = std::any_of(tables.begin(), tables.end(), [](const auto& entry) {
+    return entry.second.columns == 4 * usual_bins;
+  });
+  bound.boxes = take(tables, {"box", "dist", "reg"},
+                     [&](int n) { return has_usual ? n == 4 * usual_bins : n % 4 == 0; });
+  bound.scores = take(tables, {}, [](int) { return true; });
   return bound;
 }
 
@@ -229,21 +222,6 @@ Box box_of(const YoloOutputs& outputs, int row) {
   return {table.at(row, 0), table.at(row, 1), table.at(row, 2), table.at(row, 3)};
 }
 
-bool is_finite(const Box& box) {
-  return std::isfinite(box.x1) && std::isfinite(box.y1) && std::isfinite(box.x2) &&
-         std::isfinite(box.y2);
-}
-
-/// Returns a row's coefficients; empty if one is not finite.
-std::vector<float> coefficients_of(const Table& table, int row) {
-  std::vector<float> coefficients(static_cast<std::size_t>(table.columns));
-  for (int k = 0; k < table.columns; ++k) {
-    coefficients[static_cast<std::size_t>(k)] = table.at(row, k);
-    if (!std::isfinite(table.at(row, k))) return {};
-  }
-  return coefficients;
-}
-
 struct ClassScore {
   int class_id;
   float score;
@@ -276,11 +254,11 @@ YoloOutputs bind_yolo(const std::vector<NamedTensor>& outputs, const cv::Size& i
   switch (sorted.tables.size()) {
     case 1:
       return bind_single(*sorted.tables[0], *sorted.prototypes, input);
-    case 2:
     case 3:
       return bind_raw(sorted.tables, *sorted.prototypes, input);
     default:
-      throw std::runtime_error("besides the prototypes there must be one to three outputs");
+      throw std::runtime_error(
+          "besides the prototypes there must be one output, or boxes, classes and coefficients");
   }
 }
 
@@ -293,7 +271,7 @@ std::vector<Detection> decode_yolo(const YoloOutputs& outputs, const DetectionOp
       continue;
     }
     const Box box = box_of(outputs, row);
-    if (!is_finite(box) || !box.has_area() || coefficients_of(outputs.coefficients, row).empty()) {
+    if (!box.is_finite() || !box.has_area() || finite_row(outputs.coefficients, row).empty()) {
       continue;
     }
     candidates.push_back({best->class_id, best->score, row, box});
@@ -309,7 +287,7 @@ std::vector<Detection> decode_yolo(const YoloOutputs& outputs, const DetectionOp
   for (const Candidate& candidate : candidates) {
     if (detections.size() == static_cast<std::size_t>(options.max_detections)) break;
     detections.push_back({candidate.class_id, candidate.score, candidate.box,
-                          coefficients_of(outputs.coefficients, candidate.row)});
+                          finite_row(outputs.coefficients, candidate.row)});
   }
   return detections;
 }

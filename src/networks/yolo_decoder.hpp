@@ -40,7 +40,6 @@ struct YoloOutputs {
 ///   [1, P, h, w] or [1, h, w, P]                   prototypes, always
 ///   [1, 4+C+P, N] or [1, N, 4+C+P]                 decoded
 ///   [1, 4B, N], [1, C, N], [1, P, N]               raw, with B bins a side; also each turned
-///   [1, 4B+C, N], [1, P, N]                        raw with B = 16, boxes and classes joined
 ///   [1, K, 6+P]                                    end-to-end
 /// Throws std::runtime_error that says which outputs there are and what is missing.
 YoloOutputs bind_yolo(const std::vector<NamedTensor>& outputs, const cv::Size& input);

@@ -52,18 +52,6 @@ TEST_F(BadModels, AreRefusedByName) {
                                    "; run other networks in their own process");
 }
 
-TEST_F(BadModels, ClassesThatContradictTheirNamesAreRefused) {
-  const auto refused = [](const fs::path& file, const char* part) {
-    expect_error<std::runtime_error>([&] { make_network_segmenter(file); }, part);
-    expect_error<std::runtime_error>([&] { YoloSegmenter{file}; }, part);
-  };
-  refused(
-      model("yolo_without_boxes_80"),
-      "give 16 classes, but its metadata name 80: the box distributions [1, 64, N] are missing");
-  refused(model("yolo_without_boxes_20"), "name 20: is an output missing?");
-  EXPECT_NO_THROW(YoloSegmenter{model("yolo_without_boxes_16")});  // boxes joined with classes
-}
-
 TEST_F(BadModels, TruncatedModelsAreRefused) {
   const testing::TemporaryFolder place;
   const std::string whole = testing::file_text(model("yolo_raw"));

@@ -141,26 +141,6 @@ def yolo_raw(folder, name, has_open_size=False):
     graph.save(folder, name, YOLO_NAMES)
 
 
-def yolo_without_boxes(folder, named):
-    """Class logits, coefficients and prototypes, as if boxes were forgotten; more classes than 64."""
-    classes, side = 80, SIDE
-    graph = Graph()
-    levels = []
-    for stride in STRIDES:
-        levels.append(
-            (
-                graph.mean_over_cells(stride, np.zeros((classes, 3)), np.zeros(classes)),
-                graph.mean_over_cells(stride, np.zeros((PROTOTYPES, 3)), np.zeros(PROTOTYPES)),
-            )
-        )
-    for index, channels in enumerate([classes, PROTOTYPES]):
-        tensor = joined(graph, [level[index] for level in levels], channels)
-        graph.output(tensor, f"output{index}", [1, channels, ANCHORS])
-    graph.output(prototypes(graph), "output2", [1, PROTOTYPES, side // 4, side // 4])
-    names = ", ".join(f"{k}: 'c{k}'" for k in range(named))
-    graph.save(folder, f"yolo_without_boxes_{named}", {"names": "{" + names + "}"})
-
-
 def yolo_stock(folder, name, opset):
     """A network that computes boxes itself, like exporters' models."""
     graph = Graph()
@@ -340,8 +320,6 @@ def main():
     os.makedirs(folder)
     yolo_raw(folder, "yolo_raw")
     yolo_raw(folder, "yolo_open_size", has_open_size=True)
-    for named in (80, 20, 16):
-        yolo_without_boxes(folder, named)
     for name, opset in [("yolo_stock", 12), ("yolo_stock_13", 13)]:
         yolo_stock(folder, name, opset)
         paths = [os.path.join(folder, name + ending) for ending in (".onnx", "_cut.onnx")]

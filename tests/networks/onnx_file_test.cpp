@@ -98,25 +98,6 @@ TEST_F(OnnxFiles, RefusesShapesWhoseProductOverflows) {
   }
 }
 
-TEST_F(OnnxFiles, RefusesTooManyFields) {
-  constexpr std::size_t many = 2000000;
-  const std::string output = field(12, field(1, "ones"));
-  const std::string want = "is no usable ONNX model: it has more fields than any model, 1048576";
-  const std::string graphs[] = {
-      repeated(field(1, ""), many),                 // nodes
-      repeated(field(5, ""), many),                 // initializers
-      repeated(field(11, ""), many),                // inputs
-      repeated(field(12, ""), many),                // outputs
-      field(1, repeated(field(1, ""), many)),       // inputs of a node
-      field(1, repeated(field(5, ""), many)),       // attributes of a node
-      field(5, repeated(field(1, 1), many)),        // sides of a tensor
-      field(5, field(1, std::string(many, '\1'))),  // packed sides
-      field(5, repeated(field(4, ""), many)),       // parts of a tensor
-  };
-  for (const std::string& graph : graphs) expect_refused(model(graph + output), want);
-  expect_refused(repeated(field(14, ""), many), want);  // metadata
-}
-
 TEST_F(OnnxFiles, RefusesHugeFilesUnread) {
   const std::filesystem::path file = folder_.write("model.onnx", "");
   std::error_code error;

@@ -133,9 +133,6 @@ TEST(YoloDecoder, ReadsEveryOutputLayout) {
   const std::vector<Detection> want = decoded(heads.outputs());
   ASSERT_GT(want.size(), 3U);
   const cv::Mat last = count_last(heads.prototypes);
-  cv::Mat joined = tensor({1, 64 + 7, anchors});
-  std::copy_n(heads.boxes.ptr<float>(), heads.boxes.total(), joined.ptr<float>());
-  std::copy_n(heads.classes.ptr<float>(), heads.classes.total(), joined.ptr<float>(0, 64));
   const cv::Mat decoded_boxes = decoded_output(heads);
   const std::vector<std::vector<NamedTensor>> arrangements = {
       {{"p", heads.prototypes},
@@ -146,8 +143,6 @@ TEST(YoloDecoder, ReadsEveryOutputLayout) {
        {"s", turned(heads.classes)},
        {"c", turned(heads.coefficients)},
        {"p", last}},
-      {{"joined", joined}, {"c", heads.coefficients}, {"p", heads.prototypes}},
-      {{"c", heads.coefficients}, {"joined", turned(joined)}, {"p", last}},
       {{"p", last}, {"o", decoded_boxes}},
       {{"o", turned(decoded_boxes)}, {"p", heads.prototypes}},
   };

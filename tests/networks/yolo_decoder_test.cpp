@@ -160,7 +160,7 @@ TEST(YoloDecoder, RefusesOtherOutputs) {
     return NamedTensor{"t", tensor({1, rows, columns})};
   };
   refused({table(84, anchors)}, "no prototypes");
-  refused({prototypes}, "one to three outputs");
+  refused({prototypes}, "one output, or boxes, classes and coefficients");
   refused({table(64, anchors), prototypes, prototypes}, "two outputs");
   refused({table(4 + prototype_count, anchors), prototypes}, "can be the number of prototypes");
   refused({table(30, 300), prototypes}, "can be the number of prototypes");
@@ -169,7 +169,7 @@ TEST(YoloDecoder, RefusesOtherOutputs) {
   refused({table(64, anchors), table(7, anchors), table(6, anchors), prototypes},
           "can be the number");
   refused({table(63, anchors), table(7, anchors), table(5, anchors), prototypes}, "missing");
-  refused({table(64, anchors), table(5, anchors), prototypes}, "missing");
+  refused({table(64, anchors), table(5, anchors), prototypes}, "one output, or boxes");
   refused({{"t", tensor({2, 84, anchors})}, prototypes}, "no batch of one");
   refused({{"t", tensor({1, 1, 1, 1, 1})}, prototypes}, "too many dimensions");
 }

@@ -20,9 +20,6 @@ namespace dynfilter {
 /// - As exported: [1, 4+C+P, N] and prototypes [1, P, rows, columns]. OpenCV runs it from 4.7 on.
 /// - With raw heads: box distributions [1, 64, N], class logits [1, C, N], coefficients [1, P, N]
 ///   and prototypes. OpenCV 4.6 runs it too; examples/cut_yolo_heads.py makes it from an export.
-///   Boxes and classes may be joined: [1, 64+C, N], coefficients and prototypes. This form looks
-///   like raw heads without boxes; a model whose metadata `names` name another number of classes is
-///   refused.
 /// - End-to-end: [1, K, 6+P] (x1, y1, x2, y2, score, class, coefficients) and prototypes. The
 ///   network suppresses overlaps itself.
 ///
