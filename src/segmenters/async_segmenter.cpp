@@ -16,7 +16,6 @@
 #include <opencv2/core.hpp>
 
 #include "dynfilter/detail/errors.hpp"
-#include "image_buffers.hpp"
 #include "segmenters/worker_thread.hpp"
 
 namespace dynfilter {
@@ -122,7 +121,6 @@ class AsyncSegmenter::Worker {
 
   // Functions of submit. The mutex is held, here and below.
   void require_room(std::uint64_t id) const;
-  FrameView owned(const FrameView& frame);
   void replace_waiting_before(std::uint64_t number);
   void drop_uncollected();
 
@@ -156,7 +154,6 @@ class AsyncSegmenter::Worker {
   std::uint64_t next_number_ = 0;
   double last_timestamp_s_ = 0;         // of the frame submitted last
   std::optional<Segmentation> newest_;  // HandOver::latest
-  detail::ImageBuffers buffers_;
   AsyncSegmenterStatistics statistics_;
   bool stop_ = false;
 
@@ -180,7 +177,6 @@ void AsyncSegmenter::Worker::work() {
     thread_.note_job();
     lock.lock();
 
-    view = {};  // its buffers are free from here on
     settle(number, std::move(outcome));
     settled_.notify_all();
   }
@@ -213,10 +209,13 @@ void AsyncSegmenter::Worker::settle(std::uint64_t number, Outcome outcome) {
 
 void AsyncSegmenter::Worker::submit(const FrameView& frame) {
   validate(frame, "AsyncSegmenter::submit");
+  FrameView own = frame;
+  own.image = frame.image.clone();
+  own.depth = frame.depth.clone();
   const std::lock_guard lock(mutex_);
   const bool none_is_lost = options_.hand_over == HandOver::wait;
   if (none_is_lost) require_room(frame.id);
-  frames_.emplace_back(next_number_, owned(frame));
+  frames_.emplace_back(next_number_, std::move(own));
   last_timestamp_s_ = frame.timestamp_s;
   ++statistics_.submitted;
   ++statistics_.pending;
@@ -236,13 +235,6 @@ void AsyncSegmenter::Worker::require_room(std::uint64_t id) const {
       "AsyncSegmenter::submit",
       detail::concatenate("frame ", id, " while ", uncollected, " frames are not collected"),
       "a collect for every submitted frame (HandOver::wait loses none)");
-}
-
-FrameView AsyncSegmenter::Worker::owned(const FrameView& frame) {
-  const auto own = [&](const cv::Mat& image) {
-    return image.empty() ? cv::Mat() : buffers_.copy_of(image);
-  };
-  return {frame.id, frame.timestamp_s, own(frame.image), own(frame.depth), frame.metres_per_unit};
 }
 
 void AsyncSegmenter::Worker::replace_waiting_before(std::uint64_t number) {

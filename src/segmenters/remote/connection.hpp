@@ -4,6 +4,8 @@
 #ifndef DYNFILTER_SRC_SEGMENTERS_REMOTE_CONNECTION_HPP
 #define DYNFILTER_SRC_SEGMENTERS_REMOTE_CONNECTION_HPP
 
+#include <unistd.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -15,10 +17,27 @@
 #include <opencv2/core.hpp>
 
 #include "deadline.hpp"
-#include "descriptor.hpp"
 #include "protocol.hpp"
 
 namespace dynfilter::detail::remote {
+
+/// Owns a file descriptor.
+class Descriptor {
+ public:
+  explicit Descriptor(int number) : number_(number) {}
+  Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
+  Descriptor& operator=(Descriptor&& other) noexcept {
+    std::swap(number_, other.number_);
+    return *this;
+  }
+  ~Descriptor() {
+    if (number_ >= 0) ::close(number_);
+  }
+  int number() const { return number_; }
+
+ private:
+  int number_;
+};
 
 /// Reports a connection that could not be made or is useless now. The message lacks the path.
 class ConnectionError : public std::runtime_error {
