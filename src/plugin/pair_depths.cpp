@@ -5,27 +5,15 @@
 
 #include <cmath>
 #include <cstddef>
-#include <stdexcept>
 
 #include "dynfilter/detail/quantile.hpp"
 #include "plugin/host_image.hpp"
 
 namespace dynfilter::detail {
-namespace {
-
-StereoDepths make_stereo(const PluginSettings& settings) {
-  try {
-    return StereoDepths(settings.stereo);
-  } catch (const std::invalid_argument& error) {
-    throw std::runtime_error(settings.file + ": " + error.what());
-  }
-}
-
-}  // namespace
 
 PairDepths::PairDepths(const PluginSettings& settings)
     : is_on_(settings.filter.compensator.rule != CompensationRule::mask),
-      stereo_(make_stereo(settings)),
+      stereo_(settings.stereo),
       culler_(settings.filter.mask_culler),
       options_(settings.filter.compensator.depth) {}
 

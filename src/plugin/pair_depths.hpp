@@ -19,8 +19,6 @@ namespace dynfilter::detail {
 /// host matches few; elsewhere, and where that finds none, its own. Needs both images of the pair.
 class PairDepths {
  public:
-  /// Throws std::runtime_error that names the settings file for an option that StereoDepths
-  /// refuses.
   explicit PairDepths(const PluginSettings& settings);
 
   /// Keeps the right image of the frame that is submitted, or that it has none.

@@ -39,18 +39,7 @@ DynamicFilter make_filter(const detail::PluginSettings& settings) {
   }
 }
 
-/// Makes or begins the recorder; what it refuses is an error in the settings file.
-template <class Call>
-void record_by_settings(const detail::PluginSettings& settings, const Call& call) {
-  try {
-    call();
-  } catch (const std::runtime_error& error) {
-    throw std::runtime_error(settings.place_of("output_folder") + ": " + error.what());
-  }
-}
-
-/// Keeps at least one feature, the most static one, whatever the policy: tracking code must not
-/// meet a frame without features.
+/// Keeps at least one feature, the most static one: tracking code must not meet a frame without.
 void keep_at_least_one(FeatureLabels& labels) {
   if (labels.empty() || labels.statistics().kept() > 0) return;
   const auto best = std::min_element(
@@ -71,24 +60,139 @@ struct Plugin::State {
                             MotionFilterOptions{settings.filter, {}});
     }
 #endif
-    if (!settings.output_folder.empty()) {
-      record_by_settings(settings,
-                         [&] { recorder.emplace(settings.output_folder, settings.overlay_every); });
+    if (settings.output_folder.empty()) return;
+    try {  // last: an earlier recording goes when nothing else can fail
+      recorder.emplace(settings.output_folder, settings.overlay_every);
+    } catch (const std::runtime_error& error) {
+      throw std::runtime_error(settings.place_of("output_folder") + ": " + error.what());
     }
-    // An earlier recording goes when nothing else can fail.
-    if (recorder) record_by_settings(settings, [&] { recorder->begin(); });
   }
 
-  FrameView view(double timestamp_s, const cv::Mat& depth);
+  /// Takes a frame's image, or both images of a pair. The right one may be empty.
+  void submit(const cv::Mat& left, const cv::Mat& right, double timestamp_s) {
+    if (!masks) {
+      ++counters.submitted;
+      return;
+    }
+    detail::require_host_image(left);
+    if (!std::isfinite(timestamp_s)) {
+      detail::throw_misuse("Plugin::submit", detail::concatenate("timestamp_s = ", timestamp_s),
+                           "a finite time in seconds");
+    }
+    const cv::Mat shown = detail::in_bgr(left, settings.takes_rgb);
+    const cv::Mat shown_right = right.empty() ? right : detail::in_bgr(right, settings.takes_rgb);
+    masks->submit({0, timestamp_s, shown, {}, 0});
+    ++counters.submitted;
+    counters.never_filtered += image.empty() ? 0 : 1;
+    image = shown;
+    pair_depths.submit(shown_right);
+    image_time_s = timestamp_s;
+  }
+
+  /// Returns the frame, with the submitted image if that has this time.
+  FrameView view(double timestamp_s, const cv::Mat& depth) {
+    FrameView frame;
+    frame.id = counters.filtered;
+    frame.timestamp_s = timestamp_s;
+    frame.depth = depth;
+    if (depth.type() == CV_16UC1 && settings.depth_units_per_metre > 0) {
+      frame.metres_per_unit = 1.0 / settings.depth_units_per_metre;
+    }
+    const double limit_s = settings.mask_folder_options.max_time_difference_s;
+    if (!image.empty() && std::abs(image_time_s - timestamp_s) <= limit_s) frame.image = image;
+    return frame;
+  }
+
+  /// Returns the host's features with the depths that are known: the host's and, with both images
+  /// of a rectified pair, those that the pair tells.
   FeaturesView features_of(const detail::HostColumns& columns, const FrameView& frame,
-                           const std::optional<Segmentation>& segmentation);
+                           const std::optional<Segmentation>& segmentation) {
+    const FeaturesView features(columns.keypoints);
+    if (!columns.depths_m) return features;
+    if (!columns.right_x || !segmentation) return features.with_depths(*columns.depths_m);
+    return features.with_depths(pair_depths.find({frame, *segmentation, features},
+                                                 *columns.depths_m, *columns.right_x, workspace));
+  }
+
+  /// Returns the motions of the features that the motion filter tracks, if masks move by them, too,
+  /// and if both remember the same frame.
   std::optional<std::vector<PointMotion>> motions_of(const FrameView& frame,
-                                                     const FeaturesView& features);
+                                                     const FeaturesView& features) {
+#ifdef DYNFILTER_HAS_MOTION
+    if (motion_filter && masks->moves_masks() && !frame.image.empty() && is_in_step) {
+      const MotionJudge& judge = motion_filter->stage<MotionJudge>();
+      if (judge.track(frame, features, tracks, workspace)) return point_motions(features, tracks);
+    }
+#endif
+    (void)frame, (void)features;
+    return {};
+  }
+
   void apply(const FrameView& frame, const std::optional<Segmentation>& segmentation,
-             const FeaturesView& features);
-  void submit(const cv::Mat& image, const cv::Mat& right, double timestamp_s);
-  FrameStatistics run(double timestamp_s, const cv::Mat& depth, const detail::HostColumns& columns);
-  FrameStatistics leave_alone(const cv::Mat& depth, const std::vector<cv::KeyPoint>& keypoints);
+             const FeaturesView& features) {
+#ifdef DYNFILTER_HAS_MOTION
+    if (motion_filter) {
+      motion_filter->apply(frame, segmentation, features, labels, workspace);
+      return;
+    }
+#endif
+    filter.apply(frame, segmentation, features, labels, workspace);
+  }
+
+  /// Filters all or nothing: everything that may fail comes before the caller's data change.
+  FrameStatistics run(double timestamp_s, const cv::Mat& depth,
+                      const detail::HostColumns& columns) {
+    if (!masks) {  // switched off
+      ++counters.filtered;
+      FrameStatistics statistics;
+      statistics.features = columns.keypoints.size();
+      statistics.has_depth = !depth.empty();
+      return statistics;
+    }
+    const detail::Stopwatch in_all;
+    detail::FrameTimes times;
+    detail::require_matching_sizes(columns);
+    const FrameView frame = view(timestamp_s, depth);
+    if (depth.type() == CV_16UC1 && !depth.empty() && !(frame.metres_per_unit > 0)) {
+      detail::throw_misuse("Plugin::filter",
+                           "CV_16UC1 depth, and no DepthMapFactor above 0 in " + settings.file,
+                           "one there: 5000 for TUM, 1000 for millimetres");
+    }
+    validate(frame, "Plugin::filter");
+    const detail::Stopwatch for_masks;
+    const std::optional<Segmentation> segmentation =
+        masks->masks_for(frame, motions_of(frame, columns.keypoints));
+    times.masks_s = for_masks.elapsed_s();
+    times.masks_made_s = masks->made_s();
+    is_in_step = false;  // until the motion filter has seen the frame, as the masks' source has
+    const FeaturesView features = features_of(columns, frame, segmentation);
+    apply(frame, segmentation, features);
+    is_in_step = true;
+    keep_at_least_one(labels);
+    FrameStatistics statistics = labels.statistics();  // copying it may fail
+    const std::size_t kept_before_pivot =
+        columns.pivot ? kept_below(labels, static_cast<std::size_t>(*columns.pivot)) : 0;
+    // Otherwise keep_static would do it, and may fail.
+    if (!columns.descriptors.empty()) detail::unshare(columns.descriptors);
+    times.filter_s = in_all.elapsed_s();
+    const Segmentation shown = segmentation.value_or(Segmentation());
+    if (recorder) recorder->record(frame, shown, features, labels, times);
+    const bool has_depth = statistics.has_depth || columns.right_x != nullptr;
+    for (const std::string& sentence : first_frames.add(frame, statistics, has_depth)) {
+      std::cerr << sentence << std::endl;
+    }
+    detail::shorten(labels, columns);
+    if (columns.pivot) *columns.pivot = static_cast<int>(kept_before_pivot);
+    ++counters.filtered;
+    counters.never_submitted += frame.image.empty() ? 1 : 0;
+    counters.without_masks += segmentation ? 0 : 1;
+    counters.starved += statistics.starved ? 1 : 0;
+    if (!frame.image.empty()) {
+      image.release();
+      pair_depths.release();
+    }
+    return statistics;
+  }
 
   detail::PluginSettings settings;
   std::optional<detail::MaskSource> masks;  // none if the filter is switched off
@@ -112,142 +216,12 @@ struct Plugin::State {
   double image_time_s = 0;
 };
 
-/// Returns the frame, with the submitted image if that has this time.
-FrameView Plugin::State::view(double timestamp_s, const cv::Mat& depth) {
-  FrameView frame;
-  frame.id = counters.filtered;
-  frame.timestamp_s = timestamp_s;
-  frame.depth = depth;
-  if (depth.type() == CV_16UC1 && settings.depth_units_per_metre > 0) {
-    frame.metres_per_unit = 1.0 / settings.depth_units_per_metre;
-  }
-  const double limit_s = settings.mask_folder_options.max_time_difference_s;
-  if (!image.empty() && std::abs(image_time_s - timestamp_s) <= limit_s) frame.image = image;
-  return frame;
-}
-
-/// Returns the host's features with the depths that are known: the host's and, with both images of
-/// a rectified pair, those that the pair tells.
-FeaturesView Plugin::State::features_of(const detail::HostColumns& columns, const FrameView& frame,
-                                        const std::optional<Segmentation>& segmentation) {
-  const FeaturesView features(columns.keypoints);
-  if (!columns.depths_m) return features;
-  if (!columns.right_x || !segmentation) return features.with_depths(*columns.depths_m);
-  return features.with_depths(pair_depths.find({frame, *segmentation, features}, *columns.depths_m,
-                                               *columns.right_x, workspace));
-}
-
-/// Returns the motions of the features that the motion filter tracks, if masks move by them, too,
-/// and if both remember the same frame.
-std::optional<std::vector<PointMotion>> Plugin::State::motions_of(const FrameView& frame,
-                                                                  const FeaturesView& features) {
-#ifdef DYNFILTER_HAS_MOTION
-  if (motion_filter && masks->moves_masks() && !frame.image.empty() && is_in_step) {
-    const MotionJudge& judge = motion_filter->stage<MotionJudge>();
-    if (judge.track(frame, features, tracks, workspace)) return point_motions(features, tracks);
-  }
-#endif
-  (void)frame, (void)features;
-  return {};
-}
-
-void Plugin::State::apply(const FrameView& frame, const std::optional<Segmentation>& segmentation,
-                          const FeaturesView& features) {
-#ifdef DYNFILTER_HAS_MOTION
-  if (motion_filter) {
-    motion_filter->apply(frame, segmentation, features, labels, workspace);
-    return;
-  }
-#endif
-  filter.apply(frame, segmentation, features, labels, workspace);
-}
-
-/// Filters all or nothing: everything that may fail comes before the caller's data change.
-FrameStatistics Plugin::State::run(double timestamp_s, const cv::Mat& depth,
-                                   const detail::HostColumns& columns) {
-  if (!masks) return leave_alone(depth, columns.keypoints);
-  const detail::Stopwatch in_all;
-  detail::FrameTimes times;
-  detail::require_matching_sizes(columns);
-  const FrameView frame = view(timestamp_s, depth);
-  if (depth.type() == CV_16UC1 && !depth.empty() && !(frame.metres_per_unit > 0)) {
-    detail::throw_misuse("Plugin::filter",
-                         "CV_16UC1 depth, and no DepthMapFactor above 0 in " + settings.file,
-                         "one there: 5000 for TUM, 1000 for millimetres");
-  }
-  validate(frame, "Plugin::filter");
-  const detail::Stopwatch for_masks;
-  const std::optional<Segmentation> segmentation =
-      masks->masks_for(frame, motions_of(frame, columns.keypoints));
-  times.masks_s = for_masks.elapsed_s();
-  times.masks_made_s = masks->made_s();
-  is_in_step = false;  // until the motion filter has seen the frame, as the masks' source has
-  const FeaturesView features = features_of(columns, frame, segmentation);
-  apply(frame, segmentation, features);
-  is_in_step = true;
-  keep_at_least_one(labels);
-  FrameStatistics statistics = labels.statistics();  // copying it may fail
-  const std::size_t kept_before_pivot =
-      columns.pivot ? kept_below(labels, static_cast<std::size_t>(*columns.pivot)) : 0;
-  // Otherwise keep_static would do it, and may fail.
-  if (!columns.descriptors.empty()) detail::unshare(columns.descriptors);
-  times.filter_s = in_all.elapsed_s();
-  const Segmentation shown = segmentation.value_or(Segmentation());
-  if (recorder) recorder->record(frame, shown, features, labels, times);
-  const bool has_depth = statistics.has_depth || columns.right_x != nullptr;
-  for (const std::string& sentence : first_frames.add(frame, statistics, has_depth)) {
-    std::cerr << sentence << std::endl;
-  }
-  detail::shorten(labels, columns);
-  if (columns.pivot) *columns.pivot = static_cast<int>(kept_before_pivot);
-  ++counters.filtered;
-  counters.never_submitted += frame.image.empty() ? 1 : 0;
-  counters.without_masks += segmentation ? 0 : 1;
-  counters.starved += statistics.starved ? 1 : 0;
-  if (!frame.image.empty()) {
-    image.release();
-    pair_depths.release();
-  }
-  return statistics;
-}
-
-/// Does what a switched-off filter does.
-FrameStatistics Plugin::State::leave_alone(const cv::Mat& depth,
-                                           const std::vector<cv::KeyPoint>& keypoints) {
-  ++counters.filtered;
-  FrameStatistics statistics;
-  statistics.features = keypoints.size();
-  statistics.has_depth = !depth.empty();
-  return statistics;
-}
-
 Plugin::Plugin(const std::string& settings_file, const std::string& prefix)
     : state_(new State(detail::read_plugin_settings(settings_file, prefix))) {}
 
 Plugin::~Plugin() = default;
 Plugin::Plugin(Plugin&& other) noexcept = default;
 Plugin& Plugin::operator=(Plugin&& other) noexcept = default;
-
-/// Takes a frame's image, or both images of a pair. The right one may be empty.
-void Plugin::State::submit(const cv::Mat& left, const cv::Mat& right, double timestamp_s) {
-  if (!masks) {
-    ++counters.submitted;
-    return;
-  }
-  detail::require_host_image(left);
-  if (!std::isfinite(timestamp_s)) {
-    detail::throw_misuse("Plugin::submit", detail::concatenate("timestamp_s = ", timestamp_s),
-                         "a finite time in seconds");
-  }
-  const cv::Mat shown = detail::in_bgr(left, settings.takes_rgb);
-  const cv::Mat shown_right = right.empty() ? right : detail::in_bgr(right, settings.takes_rgb);
-  masks->submit({0, timestamp_s, shown, {}, 0});
-  ++counters.submitted;
-  counters.never_filtered += image.empty() ? 0 : 1;
-  image = shown;
-  pair_depths.submit(shown_right);
-  image_time_s = timestamp_s;
-}
 
 void Plugin::submit(const cv::Mat& image, double timestamp_s) {
   state_->submit(image, cv::Mat(), timestamp_s);

@@ -38,12 +38,7 @@ Recorder::Recorder(const fs::path& folder, int overlay_every)
   std::error_code failure;
   fs::create_directories(folder_ / overlays_name, failure);
   if (failure) throw_file_error(folder / overlays_name, "cannot be made: " + failure.message());
-}
-
-void Recorder::begin() {
-  const WrittenFiles earlier(folder_, writer);
   for (const fs::path& name : earlier.names()) {
-    std::error_code failure;
     fs::remove(folder_ / name, failure);
     if (failure) throw_file_error(folder_ / name, "cannot be removed: " + failure.message());
   }

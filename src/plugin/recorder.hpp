@@ -32,13 +32,10 @@ struct FrameTimes {
 /// the files that an earlier plugin listed there, and no others.
 class Recorder {
  public:
-  /// Makes the folder, but removes nothing yet. Throws std::runtime_error that names a folder that
-  /// cannot be made, or a file in the way, which no earlier plugin wrote.
+  /// Makes the folder, removes an earlier recording and begins a new one. Throws
+  /// std::runtime_error that names a folder that cannot be made, a file in the way, which no
+  /// earlier plugin wrote, and what cannot be removed or written.
   Recorder(const std::filesystem::path& folder, int overlay_every);
-
-  /// Removes an earlier recording and begins a new one. Call it once, before record. Throws
-  /// std::runtime_error that names what cannot be removed or written.
-  void begin();
 
   /// Records a frame. Throws std::runtime_error that names what cannot be written; the frame has no
   /// row then, and the next one may succeed.

@@ -38,9 +38,6 @@ class SettingsFile {
   /// settings in a block "<prefix>:", which would be ignored.
   void finish() const;
 
-  /// Tells whether the file has the setting.
-  bool has(const std::string& name) const { return file_.has(key_of(name)); }
-
   /// Returns the whole key of a name: "dynfilter.margin_px" for "margin_px".
   std::string key_of(const std::string& name) const { return prefix_ + name; }
 
