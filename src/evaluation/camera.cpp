@@ -17,51 +17,15 @@
 namespace dynfilter {
 namespace {
 
-/// Reads one camera file.
-class CameraFile {
- public:
-  explicit CameraFile(const std::filesystem::path& path) : file_(path) {
-    if (file_.keys().empty()) file_.refuse("holds no keys such as Camera.fx");
-  }
-
-  double required(const char* key) const {
-    if (!file_.has(key)) file_.refuse(std::string(key) + " is missing");
-    return optional(key);
-  }
-
-  double positive(const char* key) const {
-    const double value = required(key);
-    if (!(value > 0)) file_.refuse(key, file_.shown(key), "a number above 0");
-    return value;
-  }
-
-  double optional(const char* key) const { return file_.number(key).value_or(0); }
-
-  double optional_not_negative(const char* key) const {
-    const double value = optional(key);
-    if (value < 0) file_.refuse(key, file_.shown(key), "a number of at least 0");
-    return value;
-  }
-
-  double optional_within(const char* key, double limit) const {
-    const double value = optional(key);
-    if (std::abs(value) > limit) {
-      file_.refuse(key, file_.shown(key), detail::concatenate("a number within ±", limit));
-    }
-    return value;
-  }
-
-  int optional_pixels(const char* key) const {
-    const double value = optional(key);
-    if (value < 0 || value != std::floor(value) || value > std::numeric_limits<int>::max()) {
-      file_.refuse(key, file_.shown(key), "a whole number of pixels");
-    }
-    return static_cast<int>(value);
-  }
-
- private:
-  detail::YamlFile file_;
-};
+/// The numbers of the camera model, and their keys.
+constexpr struct {
+  const char* key;
+  double CameraParameters::*value;
+} model[] = {{"Camera.fx", &CameraParameters::fx}, {"Camera.fy", &CameraParameters::fy},
+             {"Camera.cx", &CameraParameters::cx}, {"Camera.cy", &CameraParameters::cy},
+             {"Camera.k1", &CameraParameters::k1}, {"Camera.k2", &CameraParameters::k2},
+             {"Camera.p1", &CameraParameters::p1}, {"Camera.p2", &CameraParameters::p2},
+             {"Camera.k3", &CameraParameters::k3}};
 
 /// Formats a number with the fewest digits that give it back exactly, and with a decimal point:
 /// ORB-SLAM3 takes a number without one for an integer and stops.
@@ -117,23 +81,34 @@ void require_readable(const CameraParameters& camera) {
 }  // namespace
 
 CameraParameters read_camera(const std::filesystem::path& path) {
-  const CameraFile file(path);
+  const detail::YamlFile file(path);
+  if (file.keys().empty()) file.refuse("holds no keys such as Camera.fx");
+  for (const char* key : {"Camera.fx", "Camera.fy", "Camera.cx", "Camera.cy", "DepthMapFactor"}) {
+    if (!file.has(key)) file.refuse(std::string(key) + " is missing");
+  }
+  const auto read = [&](const char* key) { return file.number(key).value_or(0); };
+  const auto require = [&](bool is_right, const char* key, const char* want) {
+    if (!is_right) file.refuse(key, file.shown(key), want);
+  };
+  const auto read_pixels = [&](const char* key) {
+    const double value = read(key);
+    const bool is_whole = value >= 0 && value == std::floor(value);
+    require(is_whole && value <= std::numeric_limits<int>::max(), key, "a whole number of pixels");
+    return static_cast<int>(value);
+  };
   CameraParameters camera;
-  camera.fx = file.positive("Camera.fx");
-  camera.fy = file.positive("Camera.fy");
-  camera.cx = file.required("Camera.cx");
-  camera.cy = file.required("Camera.cy");
-  camera.k1 = file.optional("Camera.k1");
-  camera.k2 = file.optional("Camera.k2");
-  camera.p1 = file.optional("Camera.p1");
-  camera.p2 = file.optional("Camera.p2");
-  camera.k3 = file.optional("Camera.k3");
-  camera.image_size.width = file.optional_pixels("Camera.width");
-  camera.image_size.height = file.optional_pixels("Camera.height");
+  for (const auto& number : model) camera.*number.value = read(number.key);
+  camera.image_size = {read_pixels("Camera.width"), read_pixels("Camera.height")};
   if (camera.image_size.empty()) camera.image_size = {};  // one side alone says nothing
-  camera.frames_per_second = file.optional_not_negative("Camera.fps");
-  camera.depth_units_per_metre = file.positive("DepthMapFactor");
-  camera.depth_offset_s = file.optional_within("dynfilter.depth_offset_s", max_depth_offset_s);
+  camera.frames_per_second = read("Camera.fps");
+  camera.depth_units_per_metre = read("DepthMapFactor");
+  camera.depth_offset_s = read("dynfilter.depth_offset_s");
+  require(camera.fx > 0, "Camera.fx", "a number above 0");
+  require(camera.fy > 0, "Camera.fy", "a number above 0");
+  require(camera.depth_units_per_metre > 0, "DepthMapFactor", "a number above 0");
+  require(camera.frames_per_second >= 0, "Camera.fps", "a number of at least 0");
+  require(std::abs(camera.depth_offset_s) <= max_depth_offset_s, "dynfilter.depth_offset_s",
+          "a number within ±10");
   return camera;
 }
 
@@ -143,15 +118,7 @@ std::string camera_file_text(const CameraParameters& camera) {
   const auto add = [&](const char* key, const std::string& value) {
     text += std::string(key) + ": " + value + "\n";
   };
-  add("Camera.fx", real_text(camera.fx));
-  add("Camera.fy", real_text(camera.fy));
-  add("Camera.cx", real_text(camera.cx));
-  add("Camera.cy", real_text(camera.cy));
-  add("Camera.k1", real_text(camera.k1));
-  add("Camera.k2", real_text(camera.k2));
-  add("Camera.p1", real_text(camera.p1));
-  add("Camera.p2", real_text(camera.p2));
-  add("Camera.k3", real_text(camera.k3));
+  for (const auto& number : model) add(number.key, real_text(camera.*number.value));
   if (!camera.image_size.empty()) {
     add("Camera.width", std::to_string(camera.image_size.width));
     add("Camera.height", std::to_string(camera.image_size.height));

@@ -243,14 +243,8 @@ RgbdSequenceEntry entry_of(const ListedFrame& frame) {
 /// Prints the file to write for a sequence without one: the data sets give the camera on a web
 /// page.
 [[noreturn]] void throw_no_camera(const fs::path& path) {
-  CameraParameters example;
-  example.fx = 535.4;
-  example.fy = 539.2;
-  example.cx = 320.1;
-  example.cy = 247.6;
-  example.image_size = {640, 480};
-  example.frames_per_second = 30;
-  example.depth_units_per_metre = 5000;
+  const CameraParameters example{535.4, 539.2, 320.1,      247.6, 0,    0, 0,
+                                 0,     0,     {640, 480}, 30,    5000, 0};
   detail::throw_file_error(
       path,
       "there is no such camera file. Write it with these lines, or name another one. The values "
