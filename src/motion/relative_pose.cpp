@@ -192,13 +192,10 @@ RelativePose least_quantile(const RelativePose& start, const std::optional<PoseP
 constexpr detail::OptionCheck require("RelativePoseEstimator");
 
 void check(const RelativePoseOptions& options) {
-  const auto between = [](std::size_t value, std::size_t low, std::size_t high) {
-    return low <= value && value <= high;
-  };
   require(options.min_observations >= 6, "min_observations", options.min_observations,
           "at least 6");
-  require(between(options.hypotheses, 1, 100000), "hypotheses", options.hypotheses, "1 to 100000");
-  require(between(options.starts, 1, 10), "starts", options.starts, "1 to 10");
+  require(options.hypotheses >= 1 && options.hypotheses <= 100000, "hypotheses", options.hypotheses,
+          "1 to 100000");
   require(options.sample_size >= 20, "sample_size", options.sample_size, "at least 20");
   require(options.quantile >= 0.1 && options.quantile <= 0.5, "quantile", options.quantile,
           "a share from 0.1 to 0.5");
@@ -287,19 +284,16 @@ struct Fit {
   }
 };
 
-/// Returns the best hypothesis of all starts, from a first one.
-RelativePose searched(const Fit& fit, RelativePose pose, const std::optional<PosePrior>& prior) {
+/// Returns the best hypothesis near a pose.
+RelativePose searched(const Fit& fit, const RelativePose& pose,
+                      const std::optional<PosePrior>& prior) {
   detail::Random random(fit.options.seed);
   PoseScratch& scratch = fit.scratch;
   scratch.sample.resize(fit.sample_size());
-  for (std::size_t s = 0; s < fit.options.starts; ++s) {
-    for (std::size_t i = 0; i < scratch.sample.size(); ++i) {
-      scratch.sample[i] = linearised(fit.at(i), pose, fit.camera, fit.freedom);
-    }
-    pose =
-        least_quantile(pose, prior, fit.options, fit.deciding.share, fit.freedom, random, scratch);
+  for (std::size_t i = 0; i < scratch.sample.size(); ++i) {
+    scratch.sample[i] = linearised(fit.at(i), pose, fit.camera, fit.freedom);
   }
-  return pose;
+  return least_quantile(pose, prior, fit.options, fit.deciding.share, fit.freedom, random, scratch);
 }
 
 /// Returns a pose after all steps of the refinement.

@@ -55,9 +55,8 @@ struct PosePrior {
 /// Options of RelativePoseEstimator. Chosen on rendered scenes of seeds 11 to 13.
 struct RelativePoseOptions {
   std::size_t min_observations = 20;  ///< below, there is no answer; at least 6
-  /// Hypotheses from each start; for a turn a quarter of them, rounded up. 1 to 100000.
+  /// Hypotheses; for a turn a quarter of them, rounded up. 1 to 100000.
   std::size_t hypotheses = 120;
-  std::size_t starts = 1;  ///< searches; each one after the first begins at its answer; 1 to 10
   /// Number of observations in the sample by which hypotheses are scored; at least 20.
   std::size_t sample_size = 300;
   /// Share of the sample that decides: those that a hypothesis explains best; 0.1 to 0.5. With a
@@ -119,8 +118,8 @@ class RelativePoseEstimator {
   /// place of `start`, and poses outside its limits are dismissed. Throws std::invalid_argument for
   /// a pose that is not finite or whose rotation is none, for limits that are not above 0, and for
   /// an observation that is not finite, not in front of the camera, or of texture below 0.
-  /// Allocates nothing with a warm workspace. O(n log n + starts x hypotheses x sample_size +
-  /// refinements x n).
+  /// Allocates nothing with a warm workspace. O(n log n + hypotheses x sample_size + refinements x
+  /// n).
   RelativePoseEstimate estimate(const std::vector<PoseObservation>& observations,
                                 const RelativePose& start, const std::optional<PosePrior>& prior,
                                 Workspace& workspace) const;
