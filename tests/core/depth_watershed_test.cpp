@@ -5,10 +5,8 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <utility>
 
 #include "support/byte_source.hpp"
 #include "support/surroundings_oracle.hpp"
@@ -17,43 +15,6 @@ namespace dynfilter::testing {
 namespace {
 
 using Seed = DepthWatershed::Seed;
-
-/// Row of cells, one pixel each, with the object's seed on the left and the surroundings' on the
-/// right.
-DepthWatershed flooded(const cv::Mat& depths) {
-  FrameView frame;
-  frame.depth = depths;
-  DepthWatershed watershed;
-  const int last = depths.cols - 1;
-  watershed.flood(frame, {{0, 0}, depths.size()}, 1, {0.5, 5.0}, [last](cv::Point pixel) {
-    return pixel.x == 0 ? Seed::object : pixel.x == last ? Seed::surroundings : Seed::none;
-  });
-  return watershed;
-}
-
-TEST(DepthWatershed, DividesAtTheLargestStep) {
-  const cv::Mat depths = (cv::Mat_<float>(1, 7) << 1.0, 1.02, 1.03, 1.05, 1.15, 1.16, 1.18);
-  const DepthWatershed watershed = flooded(depths);
-  const DepthWatershed::Steps near_object = watershed.steps_to({2, 0}, 1.03);
-  EXPECT_NEAR(near_object.to_object_m, 0.02, 1e-6);
-  EXPECT_TRUE(std::isinf(near_object.to_surroundings_m)) << "no cell of theirs is next to it";
-  const DepthWatershed::Steps behind = watershed.steps_to({4, 0}, 1.15);
-  EXPECT_NEAR(behind.to_surroundings_m, 0.02, 1e-6);
-  EXPECT_NEAR(behind.to_object_m, 0.1, 1e-6) << "its own step to the object's last cell";
-}
-
-TEST(DepthWatershed, AsksForTheCellsThatBeginInTheArea) {
-  FrameView frame;
-  frame.depth = cv::Mat(40, 40, CV_32FC1, cv::Scalar(1));
-  for (const auto& [size, cells] : {std::pair(cv::Size(8, 12), 6), {cv::Size(9, 13), 12}}) {
-    int asked = 0;
-    DepthWatershed().flood(frame, {{3, 5}, size}, 4, {0.5, 5.0}, [&](cv::Point) {
-      ++asked;
-      return Seed::none;
-    });
-    EXPECT_EQ(asked, cells) << size;
-  }
-}
 
 TEST(DepthWatershed, MatchesTheOracleOnRandomDepth) {
   std::size_t of_object = 0, of_surroundings = 0, undecided = 0;

@@ -140,45 +140,6 @@ TEST(DynamicFilter, LabelsDoNotDependOnThreadOrOrder) {
   }
 }
 
-/// The paper's rule lacks this property, because another feature may enter its sample.
-TEST(DynamicFilter, DepthRuleLabelsFeaturesIndependently) {
-  std::size_t compensated = 0;
-  for (std::uint64_t seed = 0; seed < 300; ++seed) {
-    FilterCase input = case_with_rule(CompensationRule::depth, 1000 * seed);
-    const FeatureLabels all = filtered(input);
-    std::vector<std::size_t> left;
-    std::vector<cv::KeyPoint> keypoints;
-    for (std::size_t i = seed % 3; i < all.size(); i += 3) {
-      left.push_back(i);
-      keypoints.push_back(input.keypoints[i]);
-    }
-    input.keypoints = keypoints;
-    const FeatureLabels some = filtered(input);
-    for (std::size_t i = 0; i < left.size(); ++i) {
-      ASSERT_TRUE(same_label(some[i], all[left[i]])) << "seed " << seed << ", feature " << i;
-    }
-    compensated += some.statistics().compensated;
-  }
-  EXPECT_GT(compensated, 100U);
-}
-
-/// The unit is a power of two, so that both types give the same metres.
-TEST(DynamicFilter, SixteenBitAndFloatDepthGiveTheSameLabels) {
-  std::size_t compensated = 0;
-  for (std::uint64_t seed = 0; seed < 300; ++seed) {
-    FilterCase input = case_with_rule(every_rule[seed % 2], 1000 * seed);
-    if (input.frame.depth.type() != CV_16UC1) continue;
-    input.frame.metres_per_unit = 1.0 / 4096;
-    FilterCase floating = input;
-    input.frame.depth.convertTo(floating.frame.depth, CV_32FC1, 1.0 / 4096);
-    floating.frame.metres_per_unit = 0;
-    const FeatureLabels labels = filtered(input);
-    expect_same(labels, filtered(floating));
-    compensated += labels.statistics().compensated;
-  }
-  EXPECT_GT(compensated, 100U);
-}
-
 /// With a feature at every pixel, the refined mask covers exactly the removed features in its
 /// reach.
 TEST(DynamicFilter, RefinedMaskCoversTheRemovedFeatures) {

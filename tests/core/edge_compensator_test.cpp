@@ -5,7 +5,6 @@
 
 #include <gtest/gtest.h>
 
-#include "support/expect_error.hpp"
 #include "support/filter_property.hpp"
 
 namespace dynfilter::testing {
@@ -75,16 +74,6 @@ TEST(EdgeCompensator, AbstainsWithoutDepth) {
   EXPECT_EQ(statistics.compensated, 0U);
 }
 
-TEST(EdgeCompensator, DoesNotSampleFeaturesInTheMaskMargin) {
-  Scene scene;
-  const InstanceStatistics without = scene.filtered().statistics().instances[0];
-  scene.input.options.mask_culler.margin_px = 12;  // reaches far into the wall
-  scene.input.options.compensator.paper.samples = 100000;
-  const InstanceStatistics with = scene.filtered().statistics().instances[0];
-  EXPECT_GT(with.masked, without.masked);
-  EXPECT_EQ(with.sampled, without.masked);
-}
-
 TEST(EdgeCompensator, WorksAfterAUserDefinedMaskStage) {
   Scene scene;
   scene.input.segmentation.instances[0].class_id = 56;  // dynamic in the caller's opinion
@@ -112,15 +101,6 @@ TEST(EdgeCompensator, DefaultOptionsArePinned) {
   EXPECT_EQ(paper.code.expansion, 16.0);
   EXPECT_EQ(paper.missing_depth, MissingDepth::keep);
   EXPECT_EQ(RangeEstimator::min_samples, 5U);
-}
-
-TEST(EdgeCompensator, NeedsTheSamplesOfARange) {
-  EdgeCompensatorOptions options;
-  options.samples = 5;
-  EXPECT_NO_THROW(EdgeCompensator{options});
-  options.samples = 4;
-  expect_error<std::invalid_argument>([&] { EdgeCompensator{options}; },
-                                      "got samples = 4; want at least 5");
 }
 
 /// A second compensator in the same pipeline counts afresh.

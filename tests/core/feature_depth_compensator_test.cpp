@@ -102,11 +102,10 @@ TEST(FeatureDepths, DepthImageMakesTheColumnIrrelevant) {
 }
 
 /// A wall at 4 m and a person at 1.5 m, with a feature every 8 pixels. The mask covers the person's
-/// left half. The depth of the features in `unknown` is not known.
+/// left half.
 struct ColumnScene {
   const cv::Rect person{240, 80, 160, 320}, box{230, 70, 180, 340};
   FilterCase input;
-  cv::Rect unknown;
 
   ColumnScene() {
     input.frame.timestamp_s = 100;
@@ -126,16 +125,10 @@ struct ColumnScene {
   FeatureLabels filtered() {
     input.depths_m.emplace();
     for (const cv::KeyPoint& keypoint : input.keypoints) {
-      const cv::Point pixel(keypoint.pt);
-      input.depths_m->push_back(unknown.contains(pixel)  ? 0.0F
-                                : person.contains(pixel) ? 1.5F
-                                                         : 4.0F);
+      input.depths_m->push_back(person.contains(keypoint.pt) ? 1.5F : 4.0F);
     }
     return testing::filtered(input, input.features());
   }
-
-  /// Label of the feature at (x, y).
-  FeatureLabel at(int x, int y) { return filtered()[static_cast<std::size_t>(y / 8 * 80 + x / 8)]; }
 };
 
 TEST(FeatureDepths, BothRulesRemoveThePartThatTheMaskMissed) {
@@ -153,31 +146,6 @@ TEST(FeatureDepths, BothRulesRemoveThePartThatTheMaskMissed) {
   }
 }
 
-TEST(FeatureDepths, FeaturesAroundDecideWhereDepthIsUnknown) {
-  ColumnScene scene;
-  scene.unknown = {352, 232, 16, 16};
-  EXPECT_EQ(scene.at(356, 236).reason, Reason::compensated) << "in the midst of the person";
-  EXPECT_GT(scene.at(356, 236).score, 0.72F) << "the share times the confidence";
-  EXPECT_LT(scene.at(356, 236).score, 0.8F);
-  scene.unknown = {400, 232, 8, 8};
-  EXPECT_FALSE(scene.at(404, 236).removed) << "beside the person";
-  EXPECT_GT(scene.at(404, 236).score, 0.1F) << "but suspect";
-  EXPECT_LT(scene.at(404, 236).score, 0.4F);
-}
-
-TEST(FeatureDepths, StaleMaskGivesBackWhatIsBehindThePerson) {
-  ColumnScene scene;
-  scene.input.segmentation.timestamp_s = 99.9;
-  scene.input.segmentation.instances[0].mask_origin.x = 200;  // 40 px left of the person
-  EXPECT_EQ(scene.at(212, 236).reason, Reason::restored) << "by its depth";
-  EXPECT_EQ(scene.at(252, 236).reason, Reason::in_mask);
-  EXPECT_EQ(scene.at(380, 236).reason, Reason::compensated);
-  scene.unknown = {208, 232, 8, 8};
-  EXPECT_EQ(scene.at(212, 236).reason, Reason::restored) << "as the features around";
-  scene.unknown = {248, 232, 8, 8};
-  EXPECT_EQ(scene.at(252, 236).reason, Reason::in_mask);
-}
-
 TEST(FeatureDepths, StaleMaskGivesBackNothingThatAnotherStageRemoved) {
   ColumnScene scene;
   scene.input.segmentation.timestamp_s = 99.9;
@@ -189,23 +157,6 @@ TEST(FeatureDepths, StaleMaskGivesBackNothingThatAnotherStageRemoved) {
   FeatureDepthCompensator()({scene.input.frame, scene.input.segmentation, scene.input.features()},
                             labels);
   EXPECT_EQ(labels[on_wall].reason, Reason::custom);
-}
-
-TEST(FeatureDepths, BoxTellsNothingWhereAMaskOfManyFeaturesHasNoDepth) {
-  ColumnScene scene;
-  scene.unknown = scene.person;  // as where it lies outside the right image of a pair
-  Instance& instance = scene.input.segmentation.instances[0];
-  instance.box = {120, 70, 200, 340};  // the wall is in its middle
-  EXPECT_FALSE(scene.at(204, 236).removed) << "the wall is not the person's";
-  EXPECT_EQ(scene.filtered().statistics().compensated, 0U);
-  EXPECT_EQ(scene.filtered().statistics().instances[0].compensation, Compensation::too_few_samples);
-  instance.mask = cv::Mat(24, 64, CV_8UC1, cv::Scalar(255));  // 24 features
-  EXPECT_FALSE(scene.at(204, 236).removed);
-  instance.mask.at<std::uint8_t>(4, 4) = 0;
-  EXPECT_TRUE(scene.at(204, 236).removed) << "23 may lack depth by chance";
-  instance.mask.at<std::uint8_t>(4, 4) = 255;
-  scene.unknown = {248, 80, 152, 320};  // the first feature on the mask has depth
-  EXPECT_TRUE(scene.at(204, 236).removed);
 }
 
 }  // namespace

@@ -47,15 +47,6 @@ TEST(FeatureSampler, SampleIsPinned) {
             (std::vector<std::size_t>{1, 8, 18, 37, 40, 46, 48, 51}));
 }
 
-TEST(FeatureSampler, KeyDependsOnEveryInput) {
-  const std::uint64_t key = FeatureSampler(1, 1).key(2, 3, {4, 5});
-  EXPECT_NE(key, FeatureSampler(1, 2).key(2, 3, {4, 5}));
-  EXPECT_NE(key, FeatureSampler(1, 1).key(3, 3, {4, 5}));
-  EXPECT_NE(key, FeatureSampler(1, 1).key(2, 4, {4, 5}));
-  EXPECT_NE(key, FeatureSampler(1, 1).key(2, 3, {5, 5}));
-  EXPECT_NE(key, FeatureSampler(1, 1).key(2, 3, {5, 4}));
-}
-
 /// Over many frames every feature is drawn equally often, and so is every pair of neighbours. Each
 /// cell adds (count - expected)^2 / variance, which has mean 1. The statistic of n cells is thus
 /// about chi-square with n degrees of freedom: mean n, standard deviation sqrt(2 n). The seed is

@@ -162,19 +162,6 @@ TEST(FilterHealth, TalliesEqualARecountOfAllFrames) {
   }
 }
 
-TEST(FilterHealth, NothingIsKnownWithoutFrames) {
-  const FilterHealthReport report = FilterHealth().report();
-  EXPECT_EQ(report.frames, 0U);
-  EXPECT_EQ(report.suggested_features, 0U);
-  for (const HealthMeasure& measure :
-       {report.depth_frames_late, report.mask_age_s, report.mask_gap_px, report.without_depth_share,
-        report.starved_share}) {
-    EXPECT_FALSE(measure.value);
-    EXPECT_EQ(measure.verdict, HealthVerdict::not_known);
-    EXPECT_EQ(measure.frames, 0U);
-  }
-}
-
 TEST(FilterHealth, EveryMeasureNeedsItsFrames) {
   HealthFrame frame;
   frame.set_masks(0);
@@ -192,35 +179,6 @@ TEST(FilterHealth, EveryMeasureNeedsItsFrames) {
       EXPECT_EQ(measure.verdict, frames == 10 ? HealthVerdict::good : HealthVerdict::not_known);
     }
   }
-}
-
-TEST(FilterHealth, FramesThatCannotTellDoNotCount) {
-  const FilterHealthReport report = report_on([](HealthFrame& frame) {
-    frame.view.depth = cv::Mat();
-    frame.add_gap(3);
-  });
-  EXPECT_EQ(report.mask_age_s.frames, 0U) << "no masks";
-  EXPECT_EQ(report.mask_gap_px.frames, 0U) << "no depth";
-  EXPECT_EQ(report.without_depth_share.frames, 0U) << "no depth";
-  EXPECT_EQ(report.starved_share.frames, 1U);
-  const auto tight = report_on([](HealthFrame& frame) { frame.add_gap(0); });
-  EXPECT_EQ(tight.mask_gap_px.verdict, HealthVerdict::good);
-  const auto unknown =
-      report_on([](HealthFrame& frame) { frame.statistics.instances.emplace_back(); });
-  EXPECT_EQ(unknown.mask_gap_px.verdict, HealthVerdict::not_known);
-  for (const double none : {-20.0, std::nan("")}) {
-    const auto of_none = report_on([none](HealthFrame& frame) { frame.add_gap(none); });
-    EXPECT_EQ(of_none.mask_gap_px.verdict, HealthVerdict::not_known) << none;
-  }
-}
-
-TEST(FilterHealth, MasksWithoutAUsableTimeHaveNoAge) {
-  for (const double age_s : {1.5, -1.5, 1.3e9}) {
-    const auto report = report_on([&](HealthFrame& frame) { frame.set_masks(age_s); });
-    EXPECT_EQ(report.mask_age_s.verdict, HealthVerdict::not_known) << age_s;
-    EXPECT_EQ(report.untimed_frames, 1U) << age_s;
-  }
-  EXPECT_EQ(report_on([](HealthFrame& frame) { frame.set_masks(1); }).untimed_frames, 0U);
 }
 
 /// Expects good up to the first limit, look up to the second, and bad beyond.
@@ -241,19 +199,6 @@ TEST(FilterHealth, OffsetFlipsAtItsLimitsInBothDirections) {
   };
   expect_flips(verdict, 0.25, std::nextafter(0.25, 1), 0.5, std::nextafter(0.5, 1));
   expect_flips(verdict, -0.25, std::nextafter(-0.25, -1), -0.5, std::nextafter(-0.5, -1));
-}
-
-TEST(FilterHealth, ShareOfStarvedFramesFlipsAtItsLimits) {
-  const auto verdict = [](double starved) {
-    FilterHealth health;
-    for (int i = 0; i < 100; ++i) {
-      HealthFrame frame;
-      frame.statistics.masked = i < starved ? 101 : 100;  // of 300, with a floor of 200
-      add(health, frame);
-    }
-    return health.report().starved_share.verdict;
-  };
-  expect_flips(verdict, 2, 3, 10, 11);
 }
 
 TEST(FilterHealth, SuggestsTheFeaturesOfTheHungriestFrame) {

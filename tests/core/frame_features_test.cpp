@@ -101,24 +101,6 @@ TEST(FrameFeatures, QueriesNest) {
   EXPECT_EQ(inner.size(), 2U + 5 * 3U);
 }
 
-/// A crowd's features lie in many small cells, a few features in a few large ones.
-TEST(FrameFeatures, CellsFitTheNumberOfFeatures) {
-  FrameFeatures features;
-  for (const int count : {0, 1, 40, 3000, 20000}) {
-    ByteSource source(static_cast<std::uint64_t>(count));
-    std::vector<cv::KeyPoint> keypoints;
-    for (int i = 0; i < count; ++i) {
-      keypoints.emplace_back(static_cast<float>(source.between(0, 1919)),
-                             static_cast<float>(source.between(0, 1079)), 1.0F);
-    }
-    features.read(keypoints);
-    for (const cv::Rect& box : {cv::Rect(0, 0, 1920, 1080), cv::Rect(700, 300, 90, 200),
-                                cv::Rect(1919, 1079, 1, 1), cv::Rect(-5, 500, 6, 700)}) {
-      ASSERT_EQ(sorted(features.inside(box)), brute_inside(keypoints, box)) << count << ", " << box;
-    }
-  }
-}
-
 TEST(FrameFeatures, AreReadOnceForAllStagesAndAgainForOthers) {
   std::vector<cv::Point2f> points = {{1, 1}, {2, 2}};
   const std::vector<cv::Point2f> others = {{7, 7}};

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <functional>
 #include <limits>
 #include <string>
 #include <utility>
@@ -99,15 +98,6 @@ TEST(HostMasks, MatchTheOracleOnArbitraryInput) {
   }
 }
 
-TEST(HostMasks, MarginIsAnExactDisc) {
-  const Segmentation segmentation = segmentation_of({41, 41}, {rectangle({20, 20, 1, 1})});
-  for (const double margin : {0.0, 0.5, 0.999, 1.0, 1.41, 1.42, 2.0, 4.9999, 5.0, 12.5, 15.0}) {
-    MaskCullerOptions options;
-    options.margin_px = margin;
-    ASSERT_EQ(check_masks(segmentation, options), "") << margin;
-  }
-}
-
 TEST(HostMasks, DoNotShareMemory) {
   const Segmentation segmentation = segmentation_of({50, 40}, {rectangle({5, 6, 20, 9})});
   const cv::Mat first = mask_of_static_pixels(segmentation);
@@ -129,48 +119,6 @@ TEST(DepthWithHoles, ClearsOnlyTheMaskedPixels) {
     ASSERT_EQ(check_holes(before, holes, dynamic), "") << "seed " << seed;
     ASSERT_EQ(check_holes(before, input.frame.depth.clone(), dynamic * 0), "")
         << "the input was changed";
-  }
-}
-
-TEST(DepthWithHoles, HolesAreNoDepthInBothTypes) {
-  const Segmentation segmentation = segmentation_of({8, 6}, {rectangle({2, 2, 3, 2})});
-  for (const int type : {CV_16UC1, CV_32FC1}) {
-    FrameView frame;
-    frame.depth = depth_with_holes(cv::Mat(6, 8, type, cv::Scalar(3)), segmentation);
-    frame.metres_per_unit = 1;
-    EXPECT_EQ(frame.depth.type(), type);
-    EXPECT_FALSE(frame.depth_m({2, 2}));
-    EXPECT_EQ(frame.depth_m({5, 2}), 3.0);
-  }
-}
-
-TEST(HostMasks, EachHostIgnoresExactlyTheDynamicPixels) {
-  struct Host {
-    const char* name;
-    cv::Mat (*mask)(const Segmentation&, const MaskCuller&);
-    std::function<bool(int)> ignores;
-  };
-  const std::vector<Host> hosts = {
-      {"OpenCV", mask_of_static_pixels, [](int v) { return v == 0; }},
-      {"stella_vslam", mask_of_static_pixels, [](int v) { return v == 0; }},
-      {"Kimera-VIO", mask_of_static_pixels, [](int v) { return v == 0; }},
-      {"VINS, a tracked point", mask_of_static_pixels, [](int v) { return v != 255; }},
-      {"VINS, a new corner", mask_of_static_pixels, [](int v) { return v == 0; }},
-      {"RTAB-Map, 8-bit mask", mask_of_static_pixels, [](int v) { return v == 0; }},
-      {"OpenVINS, a point", mask_of_dynamic_pixels, [](int v) { return v > 127; }},
-      {"OpenVINS, a cell of its grid", mask_of_dynamic_pixels, [](int v) { return v == 255; }},
-  };
-  const Segmentation segmentation = segmentation_of({30, 20}, {rectangle({5, 5, 9, 8})});
-  const MaskCuller culler;
-  for (const Host& host : hosts) {
-    const cv::Mat mask = host.mask(segmentation, culler);
-    for (int y = 0; y < mask.rows; ++y) {
-      for (int x = 0; x < mask.cols; ++x) {
-        ASSERT_EQ(host.ignores(mask.at<std::uint8_t>(y, x)),
-                  culler.instance_at(segmentation, position(x, y)).has_value())
-            << host.name << ' ' << x << ' ' << y;
-      }
-    }
   }
 }
 

@@ -31,28 +31,6 @@ TEST(MaskCuller, MatchesTheOracleOnArbitraryInput) {
   }
 }
 
-/// For every radius, checks all pixels around a single masked one.
-TEST(MaskCuller, MarginIsAnExactDisc) {
-  FilterCase input;
-  input.segmentation.image_size = {41, 41};
-  Instance instance =
-      Instance::from_box_mask(cv::Mat(1, 1, CV_8UC1, cv::Scalar(1)), {20, 20, 1, 1});
-  input.segmentation.instances.push_back(instance);
-  for (int y = 0; y < 41; ++y) {
-    for (int x = 0; x < 41; ++x) {
-      input.keypoints.emplace_back(static_cast<float>(x), static_cast<float>(y), 1.0F);
-    }
-  }
-  for (const double margin : {0.0, 0.5, 1.0, 1.42, 2.0, 4.9999, 5.0, 12.5, 15.0}) {
-    input.options.mask_culler.margin_px = margin;
-    const FeatureLabels labels = culled(input);
-    for (std::size_t i = 0; i < labels.size(); ++i) {
-      const cv::Point offset = FeaturesView(input.keypoints).pixel(i) - cv::Point(20, 20);
-      ASSERT_EQ(labels.is_removed(i), offset.dot(offset) <= margin * margin) << margin;
-    }
-  }
-}
-
 TEST(MaskCuller, StaticMaskActsInEveryFrameWithoutAnInstance) {
   FilterCase input;
   input.frame.image = cv::Mat::zeros(4, 4, CV_8UC1);

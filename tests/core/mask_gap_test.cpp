@@ -1,8 +1,6 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Hand-made cases, and a comparison with an oracle.
-
 #include "dynfilter/mask_gap.hpp"
 
 #include <gtest/gtest.h>
@@ -45,34 +43,9 @@ struct GapScene {
     return all ? std::optional(all->gap_px) : std::nullopt;
   }
 
-  /// Margin; the gap must be known.
-  double margin() const { return measured().value().margin_px; }
-
   /// Shift of the depth; the gap must be known.
   double shift() const { return measured().value().shift_px; }
-
-  /// Makes the mask's rows from `first` on wider by some pixels on the right.
-  void widen_rows_from(int first, int pixels) {
-    cv::Mat wide(instance.mask.rows, instance.mask.cols + pixels, CV_8UC1, cv::Scalar(0));
-    instance.mask.copyTo(wide.colRange(0, instance.mask.cols));
-    wide.rowRange(first, wide.rows).setTo(255);
-    instance.mask = wide;
-  }
 };
-
-TEST(MaskGap, IsTheDistanceFromTheMaskToTheObjectsEdge) {
-  for (int pixels = 0; pixels <= 12; ++pixels) EXPECT_EQ(GapScene(pixels, pixels).gap(), pixels);
-}
-
-TEST(MaskGap, IsNoneWhereTheMaskIsTightOrTooLarge) {
-  for (const int pixels : {0, -1, -3, -12}) {
-    EXPECT_EQ(GapScene(pixels, pixels).gap(), 0.0) << pixels;
-    EXPECT_EQ(GapScene(pixels, pixels).shift(), 0.0) << pixels;
-  }
-  EXPECT_EQ(GapScene(-1, 3).gap(), 1.0);
-  EXPECT_FALSE(GapScene(-25, -25).gap().has_value()) << "beyond the reach";
-  EXPECT_EQ(GapScene(-24, -24).gap(), 0.0);
-}
 
 /// A depth image of another time shifts the object: the two sides tell by how much.
 TEST(MaskGap, FindsTheShiftOfTheDepthImage) {
@@ -81,53 +54,6 @@ TEST(MaskGap, FindsTheShiftOfTheDepthImage) {
   EXPECT_EQ(GapScene(-3, 5).shift(), 4.0) << "the depth has left the mask on the left";
   EXPECT_EQ(GapScene(2, 10).gap(), 6.0);
   EXPECT_EQ(GapScene(10, 2).gap(), 6.0);
-}
-
-TEST(MaskGap, MarginMakesUpForTheShift) {
-  EXPECT_EQ(GapScene(6, 6).margin(), 6.0);
-  EXPECT_NEAR(GapScene(2, 10).margin(), 6 + 0.7 * 4, 1e-12);
-  EXPECT_NEAR(GapScene(10, 2).margin(), 6 + 0.7 * 4, 1e-12);
-  EXPECT_NEAR(GapScene(4, 11).margin(), 7.5 + 0.7 * 3.5, 1e-12) << "also for one that is noise";
-  EXPECT_NEAR(GapScene(-9, 5).margin(), -2 + 0.7 * 7, 1e-12);
-  EXPECT_EQ(GapScene(-12, -4).margin(), 0.0);
-  EXPECT_EQ(GapScene(8, 21).margin(), 16.0) << "limited";
-}
-
-TEST(MaskGap, TakesSmallShiftsForNoise) {
-  EXPECT_EQ(GapScene(4, 11).shift(), 0.0) << "3.5 pixels";
-  EXPECT_EQ(GapScene(4, 12).shift(), 4.0);
-}
-
-/// In the lower rows the mask lacks nothing on the right, as where only an arm is missing.
-TEST(MaskGap, NeedsSidesThatDifferInMostRows) {
-  GapScene scene(0, 12);
-  EXPECT_EQ(scene.shift(), 6.0);
-  scene.widen_rows_from(240, 12);  // a fifth of the rows
-  EXPECT_EQ(scene.shift(), 6.0);
-  scene = GapScene(0, 12);
-  scene.widen_rows_from(200, 12);  // a third: the lower quartile is 0 then
-  EXPECT_EQ(scene.shift(), 0.0);
-  EXPECT_NEAR(scene.margin(), 6 + 0.7 * 6, 1e-12) << "the medians still differ";
-}
-
-TEST(MaskGap, IsLimited) { EXPECT_EQ(GapScene(20, 20).gap(), 16.0); }
-
-TEST(MaskGap, ScalesWithTheImage) {
-  GapScene scene(0, 0);
-  scene.frame.depth = cv::Mat(960, 1280, CV_32FC1, cv::Scalar(4.0F));
-  scene.frame.depth(cv::Rect(400, 200, 200, 600)).setTo(1.5F);
-  scene.instance.mask_origin = {440, 200};
-  scene.instance.mask = cv::Mat(600, 120, CV_8UC1, cv::Scalar(255));
-  EXPECT_EQ(scene.gap(), 32.0) << "40 pixels, limited to 2 x 16";
-}
-
-TEST(MaskGap, IsUnknownWithoutMaskOrDepth) {
-  GapScene scene(4, 4);
-  scene.instance.mask = cv::Mat();
-  EXPECT_FALSE(scene.gap().has_value());
-  scene = GapScene(4, 4);
-  scene.frame.depth = cv::Mat();
-  EXPECT_FALSE(scene.gap().has_value());
 }
 
 /// Ellipses with holes, whose depth is larger or smaller than the mask and lies beside it.

@@ -111,16 +111,5 @@ TEST(Overlay, DrawsAMaskWithItsContour) {
   }
 }
 
-TEST(Overlay, TheLegendNamesOnlyMarksInUse) {
-  const cv::Mat image(image_size, CV_8UC3, cv::Scalar::all(0));
-  const auto legend_of = [&](const std::vector<cv::Point2f>& points) {
-    const FeatureLabels labels(points.size(), Segmentation());
-    return cv::Mat(draw_overlay(image, Segmentation(), points, labels).rowRange(90, 112));
-  };
-  const cv::Mat none(22, image_size.width, CV_8UC3, cv::Scalar::all(40));
-  EXPECT_EQ(cv::norm(legend_of({}), none), 0);
-  EXPECT_GT(cv::norm(legend_of({{30, 30}}), none), 0);
-}
-
 }  // namespace
 }  // namespace dynfilter::testing

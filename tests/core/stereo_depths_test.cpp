@@ -127,27 +127,6 @@ TEST(StereoDepths, WhatANearThingHidesIsBehindIt) {
   EXPECT_GT(unknown(on_it), all_of_them * 8 / 10);
 }
 
-TEST(StereoDepths, NothingIsHiddenWhereMostFindNoMatch) {
-  StereoPair pair = near_thing_before_wall({300, 20, 100, 80});
-  pair.left(cv::Rect(480, 0, 160, 120)).setTo(7);  // plain
-  auto points = grid({283, 30, 14, 60}, 3);
-  const std::size_t hidden = points.size();
-  for (const cv::Rect& area : {cv::Rect(306, 30, 88, 60), {200, 30, 75, 60}}) {
-    const auto matched = grid(area, 4);
-    points.insert(points.end(), matched.begin(), matched.end());
-  }
-  const std::size_t matched = points.size() - hidden;
-  const auto known = [&](std::size_t others) {
-    std::vector<cv::Point2f> all = points;
-    all.insert(all.end(), others, cv::Point2f(560, 60));
-    const std::vector<float> depths_m = StereoDepths().find(pair, all);
-    const auto end = depths_m.begin() + static_cast<std::ptrdiff_t>(hidden);
-    return hidden - static_cast<std::size_t>(std::count(depths_m.begin(), end, 0.F));
-  };
-  EXPECT_EQ(known(0), hidden);
-  EXPECT_LT(known(matched), hidden / 5);
-}
-
 TEST(StereoDepths, AgreesWithTheOracle) {
   for (int seed = 1; seed <= 6; ++seed) {
     cv::RNG random(static_cast<std::uint64_t>(seed));
@@ -196,16 +175,6 @@ TEST(StereoDepths, FindsDepthsInAreasOnly) {
   depths_m.assign(points.size(), 3.F);
   stereo.find(pair, points, {}, depths_m, workspace);
   EXPECT_EQ(depths_m, std::vector<float>(points.size(), 3.F));
-}
-
-TEST(StereoDepths, ReadsPartsOfImages) {
-  const StereoPair pair = near_thing_before_wall({300, 20, 100, 80});
-  const cv::Rect part(150, 11, 400, 90);
-  const StereoPair cut{pair.left(part), pair.right(part), focal_baseline};
-  ASSERT_FALSE(cut.left.isContinuous());
-  const auto points = grid({0, 0, 400, 90}, 7);
-  EXPECT_EQ(StereoDepths().find(cut, points),
-            StereoDepths().find({cut.left.clone(), cut.right.clone(), focal_baseline}, points));
 }
 
 TEST(StereoDepths, ReadsNothingOutsideTheImages) {

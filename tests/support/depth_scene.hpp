@@ -62,8 +62,6 @@ struct DepthScene {
     points = {{x, y}};
     return filtered()[0];
   }
-
-  bool compensates(float x, float y) { return at(x, y).reason == Reason::compensated; }
 };
 
 }  // namespace dynfilter::testing

@@ -55,41 +55,5 @@ TEST(ObjectPixels, WholeUnitsAreAsTheirDepthInMetres) {
   EXPECT_GT(others, 1000000U);
 }
 
-TEST(ObjectPixels, NoUnitLiesInARangeThatIsNoNumber) {
-  constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-  FrameView frame;
-  frame.depth = cv::Mat(1, 1, CV_16UC1);
-  frame.metres_per_unit = 0.001;
-  ObjectDepth object;
-  for (const ValueRange& range_m : {ValueRange{nan, 5.0}, ValueRange{0.5, nan}}) {
-    object.mask_range_m = range_m;
-    const detail::ObjectPixels pixels(frame, object.mask_range_m, object.box_range_m);
-    for (const int unit : {0, 1, 3000, 65535}) {
-      EXPECT_FALSE(pixels.contain(static_cast<std::uint16_t>(unit))) << unit;
-    }
-  }
-}
-
-TEST(ObjectPixels, FloatsAreAsTheirDepthInMetres) {
-  constexpr float infinity = std::numeric_limits<float>::infinity();
-  FrameView frame;
-  ObjectDepth object;
-  object.mask_range_m = {1.0, 2.0};
-  object.box_range_m = {3.0, std::numeric_limits<double>::infinity()};
-  for (const double unit : {0.0, 0.001}) {  // 0: the depth image is in metres
-    frame.metres_per_unit = unit;
-    for (const float depth_m :
-         {0.0F, -1.5F, 0.5F, 1.0F, 1.5F, 2.5F, 4.0F, infinity, -infinity, std::nanf("")}) {
-      const float pixel = unit == 0 ? depth_m : depth_m * 1000;
-      frame.depth = cv::Mat(1, 1, CV_32FC1, cv::Scalar(pixel));
-      const std::optional<double> known_m = frame.depth_m({0, 0});
-      const detail::ObjectPixels pixels(frame, object.mask_range_m, object.box_range_m);
-      EXPECT_EQ(pixels.has_depth(pixel), known_m.has_value()) << pixel;
-      if (!known_m) continue;
-      EXPECT_EQ(pixels.contain(pixel), object.contains(*known_m)) << pixel;
-    }
-  }
-}
-
 }  // namespace
 }  // namespace dynfilter::testing
