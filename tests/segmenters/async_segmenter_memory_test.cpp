@@ -65,20 +65,5 @@ TEST(AsyncSegmenter, NetworkMayKeepImages) {
   }
 }
 
-TEST(AsyncSegmenter, NetworkMayReuseTheMemoryOfItsMasks) {
-  cv::Mat workspace(3, 4, CV_8UC1);
-  Async async(options_of(HandOver::wait), [&](const FrameView& frame, Segmentation& result) {
-    workspace.setTo(static_cast<double>(frame.id));
-    result.instances[0].mask = workspace;
-  });
-  async.gate->open_for_good();
-  async.submit(1);
-  const Segmentation first = async.segmenter.collect(1).value();
-  async.submit(2);
-  const Segmentation second = async.segmenter.collect(2).value();
-  EXPECT_EQ(first.instances[0].mask.at<std::uint8_t>(0, 0), 1);
-  EXPECT_EQ(second.instances[0].mask.at<std::uint8_t>(0, 0), 2);
-}
-
 }  // namespace
 }  // namespace dynfilter::testing

@@ -69,14 +69,6 @@ TEST(DepthOffsetEstimator, FindsWholeFrames) {
   }
 }
 
-TEST(DepthOffsetEstimator, FindsFractions) {
-  for (const double late : {-1.25, 0.5, 1.4}) {
-    const DepthOffsetEstimate estimate = estimate_swinging(late, late == 0.5 ? 500 : 200);
-    ASSERT_TRUE(estimate.offset) << late;
-    EXPECT_NEAR(estimate.offset->frames_late, late, 0.15) << late;
-  }
-}
-
 TEST(DepthOffsetEstimator, TakesTheStampsAsTheyAre) {
   DepthOffsetEstimator estimator;
   for (int i = 0; i < 60; ++i) estimator.add(swinging(i, 1), (i - 0.4) * period_s);
@@ -151,21 +143,6 @@ TEST(DepthOffsetEstimator, AbstainsBeyondItsReachAndBeforeItHasFramesEnough) {
   EXPECT_EQ(estimate_swinging(0, 14).verdict, DepthOffsetVerdict::measured);
   EXPECT_EQ(DepthOffsetEstimator().estimate().verdict, DepthOffsetVerdict::too_few_frames);
   EXPECT_TRUE(DepthOffsetEstimator().estimate().distances_px.empty());
-}
-
-TEST(DepthOffsetEstimator, SkipsFramesWithoutEdgesAndStartsAfreshAfterGaps) {
-  DepthOffsetEstimator estimator;
-  for (int i = 0; i < 10; ++i) estimator.add(swinging(i, 0));
-  EXPECT_EQ(estimator.estimate().frames, 6U);
-  for (int i = 20; i < 30; ++i) estimator.add(swinging(i, 0));  // a gap of a third of a second
-  EXPECT_EQ(estimator.estimate().frames, 12U);
-  for (int i = 10; i < 20; ++i) estimator.add(swinging(i, 0));  // a step back
-  EXPECT_EQ(estimator.estimate().frames, 18U);
-  FrameView flat = swinging(20, 0);
-  flat.depth.setTo(5000);
-  estimator.add(flat);  // 2 colour images before it are compared with it, itself, and 2 after it
-  for (int i = 21; i < 31; ++i) estimator.add(swinging(i, 0));
-  EXPECT_EQ(estimator.estimate().frames, 18U + 11U - 5U);
 }
 
 TEST(DepthOffsetEstimator, RefusesMalformedFramesAndOptions) {

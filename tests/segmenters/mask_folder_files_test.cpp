@@ -65,17 +65,6 @@ TEST(MaskFolderFiles, RefusesWhatIsNotAFile) {
   }
 }
 
-TEST(MaskFolderFiles, RefusesAFifoThatReplacedAMask) {
-  const TemporaryFolder folder;
-  const fs::path mask = folder / "1.png";
-  write_mask(mask);
-  MaskFolderSegmenter people(folder.path());
-  fs::remove(mask);
-  ASSERT_EQ(mkfifo(mask.c_str(), 0600), 0);
-  expect_error<std::runtime_error>([&] { people.segment(frame_at(1)); },
-                                   mask.string() + ": is not a regular file");
-}
-
 TEST(MaskFolderFiles, AcceptsSymbolicLinks) {
   const TemporaryFolder folder;
   write_mask(folder / "elsewhere" / "1.png");

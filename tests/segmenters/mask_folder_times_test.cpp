@@ -69,27 +69,6 @@ TEST(MaskFolderTimes, MasksOfTheirFramesGetNoColumn) {
   EXPECT_EQ(reader.segment(frame_at(1.5)).frame_id, 77U);
 }
 
-TEST(MaskFolderTimes, CellsMayBeEmptyOrMixed) {
-  const TemporaryFolder folder;
-  for (const char* file : {"1.png", "2.png", "3.png", "4.png"}) {
-    write_mask(folder, file, cv::Mat(6, 8, CV_8UC1, cv::Scalar(1)));
-  }
-  folder.write("instances.csv", timed_header +
-                                    "1,1,0,0.5,0,0,8,6,\n"
-                                    "2,1,0,0.5,0,0,8,6,1.25\n"
-                                    "3,1,0,0.5,0,0,8,6,3.0005\r\n"
-                                    "4,1,0,0.5,0,0,8,6, 4.5 \n");
-  MaskFolderSegmenter reader(folder.path());
-  const auto time_of = [&](double frame_s) {
-    return reader.segment(frame_at(frame_s)).timestamp_s;
-  };
-  EXPECT_DOUBLE_EQ(time_of(1), 1);
-  EXPECT_DOUBLE_EQ(time_of(2), 1.25);
-  EXPECT_DOUBLE_EQ(time_of(3), 3);    // within 1 ms: the frame's own
-  EXPECT_DOUBLE_EQ(time_of(4), 4.5);  // a later image, as of the nearest key frame
-  EXPECT_DOUBLE_EQ(time_of(2.0009), 1.25);
-}
-
 TEST(MaskFolderTimes, RefusesWrongTimesWithFileAndLine) {
   const std::string good = "1.5,1,0,0.9,0,0,4,5,1.25\n";
   const struct {

@@ -62,34 +62,6 @@ TEST(MaskPropagator, AcceptsMasksAndBoxesAnywhere) {
   EXPECT_EQ(moved->instances[1].box, blank.box);
 }
 
-TEST(MaskPropagator, MovesHundredsOfInstances) {
-  const Pan pan({2, 2});
-  std::vector<Instance> crowd;
-  for (int y = 16; y < 200; y += 9) {
-    for (int x = 16; x < 280; x += 9) crowd.push_back(ring({x, y}, 8));
-  }
-  ASSERT_GT(crowd.size(), 500U);
-  MaskPropagator propagator;
-  std::optional<Segmentation> moved;
-  for (int i = 0; i <= 3; ++i) {
-    moved = propagator.propagate(pan.frame(i), result_of(pan.frame(i / 2 * 2), crowd));
-    if (i == 1) crowd.assign(moved->instances.begin(), moved->instances.end());
-    for (Instance& instance : crowd) {
-      instance.track_id.reset();
-      if (i == 1) {
-        instance.mask_origin += cv::Point(2, 2);
-        instance.box += cv::Point(2, 2);
-      }
-    }
-  }
-  ASSERT_EQ(moved->instances.size(), crowd.size());
-  for (std::size_t k = 0; k < crowd.size(); ++k) {
-    ASSERT_EQ(moved->instances[k].track_id, static_cast<int>(k));
-    ASSERT_LE(cv::norm(moved->instances[k].mask_origin - crowd[k].mask_origin - cv::Point(2, 2)),
-              1.5);
-  }
-}
-
 TEST(MaskPropagator, RefusesOptionsOutOfRange) {
   const auto refuses = [](auto MaskPropagatorOptions::*member, auto value, const char* text) {
     MaskPropagatorOptions options;

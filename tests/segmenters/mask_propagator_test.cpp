@@ -20,27 +20,6 @@ namespace {
 
 // --- Motion that is known exactly ----------------------------------------------------------------
 
-TEST(MaskPropagator, MasksAreUnchangedWithoutMotion) {
-  const Instance object = ring({150, 120}, 50);
-  const cv::Mat image = texture(scene_size, 3);
-  MaskPropagator propagator;
-  std::optional<Segmentation> newest = result_of(frame_of(image, 0), {object});
-  for (int i = 0; i < 8; ++i) {
-    const auto moved = propagator.propagate(frame_of(image, i), newest);
-    ASSERT_TRUE(moved);
-    ASSERT_EQ(moved->instances.size(), 1U);
-    EXPECT_TRUE(same(painted(moved->instances[0]), painted(object))) << i;
-    EXPECT_EQ(moved->instances[0].box, object.box);
-    EXPECT_EQ(moved->instances[0].class_id, 0);
-    EXPECT_EQ(moved->instances[0].score, 0.75F);
-    const InstancePropagation& done = propagator.statistics().instances.at(0);
-    EXPECT_EQ(done.by_flow, static_cast<std::size_t>(i));
-    EXPECT_EQ(done.by_velocity + done.left + done.missed, 0U);
-    EXPECT_EQ(done.points > 20, i > 0);
-    EXPECT_NEAR(done.age_s, i / 30.0, 1e-9);
-  }
-}
-
 TEST(MaskPropagator, MovesByWholePixelsExactly) {
   for (const cv::Point step : {cv::Point(-3, 2), {7, 7}}) {
     for (const cv::Size image :
@@ -112,22 +91,6 @@ TEST(MaskPropagator, PartsOfAnObjectMoveApart) {
     EXPECT_GT(iou(painted(*moved), painted(both(up, down))), 0.9) << i;
   }
 }
-
-TEST(MaskPropagator, MovesBoxesWithoutMasks) {
-  const Patch patch{{60, 70, 80, 100}, 5};
-  MaskPropagator propagator;
-  std::optional<Segmentation> newest;
-  for (int i = 0; i <= 6; ++i) {
-    const cv::Point shift(6 * i, 0);
-    const FrameView frame = frame_of(image_with({{patch, shift}}), i);
-    if (i == 0) newest = result_of(frame, {Instance::from_box({60, 70, 80, 100})});
-    const auto moved = propagator.propagate(frame, newest);
-    EXPECT_TRUE(moved->instances.at(0).mask.empty());
-    EXPECT_EQ(moved->instances.at(0).box, cv::Rect(60 + 6 * i, 70, 80, 100));
-  }
-}
-
-// --- Results of the frame itself, age and time ---------------------------------------------------
 
 // --- Without tracked points ----------------------------------------------------------------------
 

@@ -111,21 +111,6 @@ TEST(MaskPropagator, DropsObjectsThatLeaveTheImage) {
   EXPECT_LE(frames_seen, 20U);
 }
 
-TEST(MaskPropagator, ClassesAreNotMixedUp) {
-  const cv::Mat image = texture(scene_size, 1);
-  MaskPropagator propagator;
-  Instance object = ring({100, 120}, 40);
-  propagator.propagate(frame_of(image, 0), result_of(frame_of(image, 0), {object}));
-  object.class_id = 56;
-  const auto moved =
-      propagator.propagate(frame_of(image, 1), result_of(frame_of(image, 1), {object}));
-  ASSERT_EQ(moved->instances.size(), 2U);
-  EXPECT_EQ(moved->instances[0].class_id, 56);
-  EXPECT_EQ(moved->instances[0].track_id, 1);
-  EXPECT_EQ(moved->instances[1].class_id, 0);
-  EXPECT_EQ(moved->instances[1].track_id, 0);
-}
-
 TEST(MaskPropagator, KeepsTrackIdsOfTheSegmenter) {
   const cv::Mat image = texture(scene_size, 1);
   MaskPropagator propagator;

@@ -7,7 +7,6 @@ import logging
 import math
 import os
 import pathlib
-import random
 import socket
 import stat
 import struct
@@ -245,25 +244,6 @@ class Served(unittest.TestCase):
         self.assertEqual((kind, request), (3, 0))
         self.assertIn(b"version 2 of the protocol; want 1", payload)
         self.assertIsNone(receive_message(connection))
-
-    def test_garbage_ends_its_connection_and_nothing_else(self):
-        self.start()
-        steady = self.connect()
-        generator = random.Random(11)
-        for _ in range(200):
-            connection = self.connect()
-            data = bytearray(frame_bytes())
-            for _ in range(generator.randint(1, 4)):
-                data[generator.randrange(64)] = generator.randrange(256)
-            try:
-                connection.sendall(data[: generator.randint(1, len(data))])
-                connection.shutdown(socket.SHUT_WR)
-                while connection.recv(4096):
-                    pass
-            except ConnectionError:
-                pass
-            connection.close()
-        self.expect_answered(steady)
 
     def test_a_message_that_stops_is_given_up(self):
         timeout = remote_masks.MESSAGE_TIMEOUT_S

@@ -9,17 +9,13 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <atomic>
-#include <chrono>
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 #include <iostream>
 #include <optional>
-#include <random>
 #include <stdexcept>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -136,36 +132,6 @@ TEST_F(RemotePython, ErrorsOfTheNetworkReachTheHost) {
   EXPECT_EQ(found.class_id, 9);
   EXPECT_EQ(found.box, cv::Rect(-2, 2, 11, 3));
   EXPECT_EQ(found.track_id, -7);
-}
-
-// Covers both start orders, the socket file of a dead process, and death in the middle of a call.
-TEST_F(RemotePython, SurvivesBeingKilledAtRandomPoints) {
-  std::mt19937 random(47);
-  RemoteSegmenter people(path, patient());
-  int answered = 0;
-  for (int life = 0; life < 4 || answered <= 4; ++life) {  // more on a slow machine
-    Script script(peer, path);
-    EXPECT_EQ(people.segment(frame_of(9)).instances.at(0).class_id, 9);
-    std::atomic<bool> is_dead{false};
-    std::thread killer([&, delay = random() % 20000] {
-      std::this_thread::sleep_for(std::chrono::microseconds(delay));
-      script.stop(SIGKILL);
-      is_dead = true;
-    });
-    RemoteSegmenterOptions options = patient();
-    options.retry_interval_s = 0;
-    RemoteSegmenter others(path, options);
-    for (int i = 0; !is_dead; ++i) {
-      const int action = 4 + i % 200;
-      try {
-        EXPECT_EQ(others.segment(frame_of(action)).instances.at(0).class_id, action);
-        ++answered;
-      } catch (const std::runtime_error&) {
-      }
-    }
-    killer.join();
-    EXPECT_TRUE(fs::exists(path));
-  }
 }
 
 TEST_F(RemotePython, RemovesItsSocketWhenInterrupted) {

@@ -122,18 +122,6 @@ TEST_F(RemoteSegmenterTest, WaitsForAListenerOnRequest) {
       "others: no masks of frame 1 within 0.02 s: there is no such socket");
 }
 
-TEST_F(RemoteSegmenterTest, SurvivesARestartOfThePeer) {
-  RemoteSegmenter people(path, patient());
-  for (std::uint64_t id = 1; id < 10; ++id) {
-    const RemotePeer peer(path, answer);
-    // A connection closed between two calls loses no frame.
-    expect_answered(people, frame_of(id));
-    RemoteSegmenter moved = std::move(people);
-    expect_answered(moved, frame_of(id));
-    people = std::move(moved);
-  }
-}
-
 TEST_F(RemoteSegmenterTest, CanBeDestroyedDuringAnExchange) {
   std::promise<void> has_gone;
   std::atomic<int> frames{0};
