@@ -22,7 +22,6 @@
 #include "dynfilter/evaluation/association.hpp"
 #include "io/file_error.hpp"
 #include "io/image_file.hpp"
-#include "io/regular_file.hpp"
 #include "io/staged_folder.hpp"
 #include "io/text_table.hpp"
 
@@ -279,7 +278,6 @@ RgbdSequence::RgbdSequence(const fs::path& folder, const RgbdSequenceOptions& op
   if (detail::type_of(folder) != fs::file_type::directory) {
     detail::throw_file_error(folder, "there is no such folder");
   }
-  detail::require_whole(folder);
 
   Lists lists = read_lists(folder);
   camera_file_ = options.camera_file.empty() ? folder / "camera.yaml" : options.camera_file;

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <stdexcept>
 #include <string>
+#include <system_error>
 
 namespace dynfilter::detail {
 
@@ -14,6 +15,29 @@ namespace dynfilter::detail {
 [[noreturn]] inline void throw_file_error(const std::filesystem::path& path,
                                           const std::string& what) {
   throw std::runtime_error(path.string() + ": " + what);
+}
+
+/// Returns the type of file at a path and follows symbolic links. Throws std::runtime_error that
+/// names a path that cannot be inspected.
+inline std::filesystem::file_type type_of(const std::filesystem::path& path) {
+  std::error_code failure;
+  const std::filesystem::file_type type = std::filesystem::status(path, failure).type();
+  if (type != std::filesystem::file_type::none) return type;
+  throw_file_error(path, "cannot be read: " + failure.message());
+}
+
+/// Tells whether anything is at the path. Throws as type_of does.
+inline bool exists(const std::filesystem::path& path) {
+  return type_of(path) != std::filesystem::file_type::not_found;
+}
+
+/// Refuses a path that is missing or is a folder, FIFO, device or socket: opening a FIFO waits for
+/// a writer, which may never come.
+inline void require_regular_file(const std::filesystem::path& path) {
+  const std::filesystem::file_type type = type_of(path);
+  if (type == std::filesystem::file_type::regular) return;
+  const bool is_there = type != std::filesystem::file_type::not_found;
+  throw_file_error(path, is_there ? "is not a regular file" : "there is no such file");
 }
 
 }  // namespace dynfilter::detail

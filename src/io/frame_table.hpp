@@ -21,22 +21,9 @@ inline std::string frame_columns() {
 }
 
 inline const char* name_of(MotionOutcome outcome) {
-  switch (outcome) {
-    case MotionOutcome::no_image:
-      return "no_image";
-    case MotionOutcome::started:
-      return "started";
-    case MotionOutcome::repeated:
-      return "repeated";
-    case MotionOutcome::too_few_tracks:
-      return "too_few_tracks";
-    case MotionOutcome::pose_not_trusted:
-      return "pose_not_trusted";
-    case MotionOutcome::applied:
-      return "applied";
-    default:
-      return "not_run";
-  }
+  constexpr const char* names[] = {"not_run",        "no_image",         "started", "repeated",
+                                   "too_few_tracks", "pose_not_trusted", "applied"};
+  return names[static_cast<std::size_t>(outcome)];
 }
 
 inline std::size_t count_instances(const FrameStatistics& statistics, Compensation compensation) {

@@ -5,7 +5,6 @@
 // write. A writer called `run` uses these hidden names in its folder:
 //   .dynfilter-run-<pid>-<n>/   the files that it is writing
 //   .dynfilter-run.txt          the files that it wrote: the next writer may replace these
-//   .dynfilter-incomplete       present while files are moved into place
 
 #ifndef DYNFILTER_SRC_IO_STAGED_FOLDER_HPP
 #define DYNFILTER_SRC_IO_STAGED_FOLDER_HPP
@@ -25,17 +24,6 @@
 namespace dynfilter::detail {
 
 namespace fs = std::filesystem;
-
-constexpr const char* incomplete_name = ".dynfilter-incomplete";
-
-/// Throws std::runtime_error for a folder in which a writer was stopped while it moved its files.
-inline void require_whole(const fs::path& folder) {
-  std::error_code ignored;
-  if (!fs::exists(folder / incomplete_name, ignored)) return;
-  throw_file_error(folder,
-                   "holds an incomplete result: dynfilter was stopped while it moved files "
-                   "there; run it again");
-}
 
 /// Returns the name of the file that lists what a writer wrote into a folder.
 inline std::string list_name(const std::string& writer) { return hidden_prefix + writer + ".txt"; }
@@ -166,13 +154,11 @@ class StagedFolder {
       all.insert(file);
     }
     earlier.save(all);
-    write_file(folder_ / incomplete_name, writer_ + '\n');
     for (const fs::path& file : files) fs::rename(area_ / file, folder_ / file);
     for (const fs::path& file : earlier.names()) {
       if (files.count(file) == 0) remove(file);
     }
     earlier.save(files);
-    fs::remove(folder_ / incomplete_name);
   }
 
  private:

@@ -9,7 +9,6 @@
 
 #include "dynfilter/detail/errors.hpp"
 #include "io/file_error.hpp"
-#include "io/regular_file.hpp"
 
 namespace dynfilter::detail {
 namespace {

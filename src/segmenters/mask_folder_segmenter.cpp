@@ -19,8 +19,6 @@
 #include "dynfilter/detail/number_text.hpp"
 #include "io/file_error.hpp"
 #include "io/image_file.hpp"
-#include "io/regular_file.hpp"
-#include "io/staged_folder.hpp"
 #include "io/text_table.hpp"
 #include "mask_table.hpp"
 
@@ -155,7 +153,6 @@ MaskFolderSegmenter::MaskFolderSegmenter(const fs::path& folder, const MaskFolde
                                              " and box_margin_px = ", options.box_margin_px),
                          "at least 0");
   }
-  for (const fs::path& whole : {folder, folder / ".."}) detail::require_whole(whole);
   index_masks();
   const fs::path table = folder / detail::mask_table_name;
   has_table_ = detail::exists(table);

@@ -16,8 +16,8 @@
 #include "commands.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/evaluation/trajectory_errors.hpp"
+#include "inputs.hpp"
 #include "number_options.hpp"
-#include "output_file.hpp"
 #include "trajectory_note.hpp"
 
 namespace dynfilter::tools {

@@ -5,58 +5,34 @@
 
 #include <cmath>
 #include <cstdio>
-#include <stdexcept>
+#include <cstring>
 
 #include <nlohmann/json.hpp>
-
-#include "depth_offset_text.hpp"
-#include "dynfilter/detail/number_text.hpp"
 
 namespace dynfilter::tools {
 namespace {
 
-/// Appearance of a measure in tables and lines.
-struct HealthAppearance {
-  const char* name;  ///< of the member of FilterHealthReport
-  const char* title;
-  double scale;  ///< from the value to what is shown
-  int decimals;
-  const char* unit;
-};
-
-constexpr HealthAppearance health_appearances[] = {
-    {"depth_frames_late", "depth later than colour", 1, 2, "frames"},
-    {"mask_age_s", "age of the masks", 1, 3, "s"},
-    {"mask_gap_px", "masks short of the objects' depth", 1, 1, "px"},
-    {"without_depth_share", "features without depth", 100, 1, "%"},
-    {"starved_share", "starved frames", 100, 1, "%"},
-};
-
-std::string shown(const HealthAppearance& appearance, double value) {
-  return detail::fixed_decimals(appearance.scale * value, appearance.decimals) + ' ' +
-         appearance.unit;
-}
-
-const char* name_of(HealthVerdict verdict) {
+const char* reason_of(DepthOffsetVerdict verdict) {
   switch (verdict) {
-    case HealthVerdict::not_known:
-      return "not known";
-    case HealthVerdict::good:
-      return "good";
-    case HealthVerdict::look:
-      return "look";
-    case HealthVerdict::bad:
-      return "bad";
+    case DepthOffsetVerdict::too_few_frames:
+      return "too few successive frames have edges of depth";
+    case DepthOffsetVerdict::nothing_moves:
+      return "too little moves: every offset fits as well";
+    case DepthOffsetVerdict::out_of_reach:
+      return "the best of the offsets tried is the first or the last";
+    case DepthOffsetVerdict::uncertain:
+      return "the measurements scatter too much";
+    case DepthOffsetVerdict::measured:
+      break;
   }
   return "";
 }
 
-/// Returns the measure's appearance. Throws std::out_of_range for another name.
-const HealthAppearance& appearance_of(const std::string& name) {
-  for (const HealthAppearance& appearance : health_appearances) {
-    if (appearance.name == name) return appearance;
-  }
-  throw std::out_of_range("no measure of health is called " + name);
+const char* name_of(HealthVerdict verdict) {
+  return verdict == HealthVerdict::good   ? "good"
+         : verdict == HealthVerdict::look ? "look"
+         : verdict == HealthVerdict::bad  ? "bad"
+                                          : "not known";
 }
 
 template <class... Values>
@@ -135,30 +111,64 @@ std::string starved_advice(const FilterHealthReport& report) {
 
 }  // namespace
 
+bool is_out_of_step(const DepthOffsetEstimate& estimate) {
+  return estimate.offset && std::abs(estimate.offset->frames_late) > 0.5;
+}
+
+std::string depth_offset_text(const DepthOffsetEstimate& estimate) {
+  if (!estimate.offset) {
+    return std::string("depth offset unknown: ") + reason_of(estimate.verdict);
+  }
+  const DepthOffset& offset = *estimate.offset;
+  if (std::abs(offset.frames_late) <= 0.25) {
+    return formatted("depth is in step: late by %.2f frames (+-%.2f)", offset.frames_late,
+                     offset.sigma_frames);
+  }
+  return formatted("depth is %s by %.2f frames (+-%.2f); its stamps belong with images %.3f s %s",
+                   offset.frames_late < 0 ? "early" : "late", std::abs(offset.frames_late),
+                   offset.sigma_frames, std::abs(offset.seconds),
+                   offset.seconds < 0 ? "later" : "earlier");
+}
+
+double recommended_offset_s(const DepthOffsetEstimate& estimate, double present_s) {
+  if (!is_out_of_step(estimate)) return present_s;
+  return std::round(estimate.offset->seconds * 1000) / 1000;
+}
+
+std::string pairing_advice(double offset_s) {
+  return formatted(
+      "--depth-offset %g for dynfilter run, ablate and masks; for a SLAM program `dynfilter sync "
+      "SEQUENCE --write FILE`, and FILE in place of its associations",
+      offset_s);
+}
+
 std::vector<HealthRow> health_rows(const FilterHealthReport& report,
                                    const std::optional<DepthOffsetEstimate>& depth_offset,
                                    bool moves_masks) {
   std::vector<HealthRow> rows;
-  const auto add = [&](const char* name, const HealthMeasure& measure, const std::string& advice) {
+  const auto add = [&](const char* name, const char* title, const HealthMeasure& measure,
+                       const char* format, const std::string& advice) {
     const bool is_good = measure.verdict == HealthVerdict::good;
-    rows.push_back({name, measure.value, name_of(measure.verdict), measure.frames,
+    const double scale = std::strstr(format, "%%") != nullptr ? 100 : 1;
+    const std::string shown = measure.value ? formatted(format, scale * *measure.value) : "-";
+    rows.push_back({name, title, measure.value, shown, name_of(measure.verdict), measure.frames,
                     is_good ? std::string() : advice});
   };
   const FilterHealthReport& r = report;
-  add("depth_frames_late", r.depth_frames_late, offset_advice(r.depth_frames_late, depth_offset));
-  add("mask_age_s", r.mask_age_s, age_advice(r, moves_masks));
-  add("mask_gap_px", r.mask_gap_px, gap_advice(r));
-  add("without_depth_share", r.without_depth_share, depth_advice(r.without_depth_share));
-  add("starved_share", r.starved_share, starved_advice(r));
+  add("depth_frames_late", "depth later than colour", r.depth_frames_late, "%.2f frames",
+      offset_advice(r.depth_frames_late, depth_offset));
+  add("mask_age_s", "age of the masks", r.mask_age_s, "%.3f s", age_advice(r, moves_masks));
+  add("mask_gap_px", "masks short of the objects' depth", r.mask_gap_px, "%.1f px", gap_advice(r));
+  add("without_depth_share", "features without depth", r.without_depth_share, "%.1f %%",
+      depth_advice(r.without_depth_share));
+  add("starved_share", "starved frames", r.starved_share, "%.1f %%", starved_advice(r));
   return rows;
 }
 
 Table health_table(const std::string& title, const std::vector<HealthRow>& rows) {
   Table table{title, {"", "value", "frames", "verdict"}, {}};
   for (const HealthRow& row : rows) {
-    const HealthAppearance& appearance = appearance_of(row.name);
-    const std::string value = row.value ? shown(appearance, *row.value) : "-";
-    table.rows.push_back({appearance.title, value, std::to_string(row.frames), row.verdict});
+    table.rows.push_back({row.title, row.shown, std::to_string(row.frames), row.verdict});
   }
   return table;
 }
@@ -166,18 +176,17 @@ Table health_table(const std::string& title, const std::vector<HealthRow>& rows)
 std::vector<std::string> health_advice(const std::vector<HealthRow>& rows) {
   std::vector<std::string> advice;
   for (const HealthRow& row : rows) {
-    if (row.advice.empty()) continue;
-    advice.push_back(std::string(appearance_of(row.name).title) + ", " + row.verdict + ": " +
-                     row.advice);
+    if (!row.advice.empty()) advice.push_back(row.title + ", " + row.verdict + ": " + row.advice);
   }
   return advice;
 }
 
 nlohmann::ordered_json health_json(const std::vector<HealthRow>& rows) {
-  nlohmann::ordered_json json;
+  using Json = nlohmann::ordered_json;
+  Json json;
   for (const HealthRow& row : rows) {
-    nlohmann::ordered_json& measure = json[row.name];
-    measure["value"] = row.value ? nlohmann::ordered_json(*row.value) : nlohmann::ordered_json();
+    Json& measure = json[row.name];
+    measure["value"] = row.value ? Json(*row.value) : Json();
     measure["verdict"] = row.verdict;
     measure["frames"] = row.frames;
     if (!row.advice.empty()) measure["advice"] = row.advice;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// The health of a run, in words and in JSON: what is wrong with its input, and what to do.
+// The health of a run and the offset of its depth, in words: what is wrong, and what to do.
 
 #ifndef DYNFILTER_SRC_TOOLS_HEALTH_TEXT_HPP
 #define DYNFILTER_SRC_TOOLS_HEALTH_TEXT_HPP
@@ -19,10 +19,26 @@
 
 namespace dynfilter::tools {
 
+/// Whether depth is out of step by more than half a frame, so that another pairing is better.
+bool is_out_of_step(const DepthOffsetEstimate& estimate);
+
+/// Says in a line how late depth is, or why that is not known.
+std::string depth_offset_text(const DepthOffsetEstimate& estimate);
+
+/// Returns the recommended value of --depth-offset, seconds, to a millisecond: of the offset
+/// measured if depth is out of step, otherwise `present_s`.
+double recommended_offset_s(const DepthOffsetEstimate& estimate, double present_s);
+
+/// Says how to pair colour and depth by an offset, here and in a SLAM program, whose plugin cannot
+/// wait for later depth.
+std::string pairing_advice(double offset_s);
+
 /// One measure of a run's health.
 struct HealthRow {
   std::string name;  ///< of the member of FilterHealthReport
+  std::string title;
   std::optional<double> value;
+  std::string shown;    ///< the value with its unit; a dash without one
   std::string verdict;  ///< "good", "look", "bad" or "not known"
   std::size_t frames = 0;
   std::string advice;  ///< what is wrong and what mends it, or why it is not known; empty if good

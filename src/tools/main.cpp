@@ -11,8 +11,8 @@
 
 #include "commands.hpp"
 #include "dynfilter/version.hpp"
-#include "interruption.hpp"
 #include "number_options.hpp"
+#include "progress_bar.hpp"
 
 namespace {
 

@@ -6,13 +6,18 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <set>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "commands.hpp"
+#include "dynfilter/depth_compensator.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
+#include "dynfilter/host_masks.hpp"
+#include "dynfilter/mask_culler.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "dynfilter/segmenters/mask_folder_writer.hpp"
 #include "frame_source.hpp"
@@ -20,29 +25,104 @@
 #include "io/file_error.hpp"
 #include "io/image_file.hpp"
 #include "io/staged_folder.hpp"
-#include "mask_images.hpp"
+#include "mask_feed.hpp"
 #include "number_options.hpp"
 #include "progress_bar.hpp"
-#include "segmenter_spec.hpp"
 #include "shared_options.hpp"
 
 namespace dynfilter::tools {
 namespace {
 
+namespace fs = std::filesystem;
+
+/// Returns the beginning that two paths share.
+fs::path common_path(const fs::path& a, const fs::path& b) {
+  fs::path common;
+  for (auto i = a.begin(), j = b.begin(); i != a.end() && j != b.end() && *i == *j; ++i, ++j) {
+    common /= *i;
+  }
+  return common;
+}
+
+fs::path image_path(const RgbdSequence& sequence, std::size_t i) {
+  return fs::absolute(sequence.entry(i).image_path).lexically_normal();
+}
+
+/// Returns the segmentation with the masks of dynamic objects corrected by depth, as the rule depth
+/// judges pixels.
+Segmentation refined(const FrameView& frame, const Segmentation& masks, const MaskCuller& culler) {
+  const DepthCompensator rule;
+  Segmentation refined = masks;
+  for (std::size_t k = 0; k < masks.instances.size(); ++k) {
+    if (!culler.is_dynamic(masks.instances[k].class_id)) continue;
+    refined.instances[k] = rule.refined(frame, masks, k);
+  }
+  return refined;
+}
+
 constexpr const char* labels_format = "labels";
 
 struct MasksOptions {
-  std::filesystem::path sequence, camera, masks, out;
+  fs::path sequence, camera, masks, out;
   std::optional<double> depth_offset_s;
   std::string format = labels_format;
-  MaskImageOptions images;  // its format is not used
+  bool refines = false;  // let the rule depth correct the masks first
+  MaskCullerOptions mask_culler;
   SegmenterSpec segmenter;
   bool overwrite = false;
 };
 
+/// Returns the deepest folder that holds all images; the masks have the images' paths below it.
+fs::path image_folder_of(const RgbdSequence& sequence) {
+  fs::path folder = image_path(sequence, 0).parent_path();
+  for (std::size_t i = 1; i < sequence.size(); ++i) {
+    folder = common_path(folder, image_path(sequence, i).parent_path());
+  }
+  return folder;
+}
+
+/// Returns the names of the mask images, by the index of their frames: "colmap" adds .png to the
+/// image's whole name, the others put it in place of the extension. Refuses equal names.
+std::vector<fs::path> mask_names(const RgbdSequence& sequence, const fs::path& image_folder,
+                                 const std::string& format) {
+  std::vector<fs::path> names;
+  std::set<fs::path> used;
+  for (std::size_t i = 0; i < sequence.size(); ++i) {
+    fs::path name = image_path(sequence, i).lexically_relative(image_folder);
+    if (format != "colmap") name.replace_extension();
+    name += ".png";
+    if (!used.insert(name).second) {
+      detail::throw_file_error(
+          sequence.entry(i).image_path,
+          "the mask of another image would have the same name, " + name.string());
+    }
+    names.push_back(std::move(name));
+  }
+  return names;
+}
+
+/// Prints the files below the images' folder that look like images and are no frames.
+void print_images_without_frame(const RgbdSequence& sequence, const fs::path& image_folder) {
+  std::set<fs::path> images, extensions, others;
+  for (std::size_t i = 0; i < sequence.size(); ++i) {
+    const fs::path image = image_path(sequence, i);
+    images.insert(image);
+    extensions.insert(image.extension());
+  }
+  constexpr auto options = fs::directory_options::skip_permission_denied;
+  for (const auto& entry : fs::recursive_directory_iterator(image_folder, options)) {
+    const bool looks_like_one = extensions.count(entry.path().extension()) > 0;
+    if (!looks_like_one || images.count(entry.path()) > 0) continue;
+    others.insert(entry.path().lexically_relative(image_folder));
+  }
+  if (others.empty()) return;
+  std::printf("%zu other images are there without a mask: they are no frames of the sequence\n",
+              others.size());
+  for (const fs::path& image : others) std::printf("  %s\n", image.c_str());
+}
+
 /// Returns the folder that masks are read from; none if a segmenter makes them.
-std::optional<std::filesystem::path> masks_folder_of(const MasksOptions& options,
-                                                     const RgbdSequence& sequence) {
+std::optional<fs::path> masks_folder_of(const MasksOptions& options, const RgbdSequence& sequence) {
   if (!options.segmenter.is_unset()) return {};
   return options.masks.empty() ? sequence.masks_folder() : options.masks;
 }
@@ -109,10 +189,13 @@ std::unique_ptr<Segmenter> make_source(const MasksOptions& options, const RgbdSe
 
 /// Writes a mask image beside each image, for other systems.
 void write_mask_images(const MasksOptions& options, const RgbdSequence& sequence, Inputs inputs) {
-  MaskImageOptions image_options = options.images;
-  image_options.format = options.format;
-  const MaskImages images(sequence, image_options);
-  inputs.add_folder(images.image_folder());  // where masks would be taken for images
+  if (options.refines && !sequence.has_depth()) {
+    detail::throw_file_error(sequence.folder(), "has no depth, which --refine needs");
+  }
+  const fs::path image_folder = image_folder_of(sequence);
+  const std::vector<fs::path> names = mask_names(sequence, image_folder, options.format);
+  const MaskCuller culler(options.mask_culler);
+  inputs.add_folder(image_folder);  // where masks would be taken for images
   inputs.require_harmless(options.out, "masks", options.overwrite);
   const std::unique_ptr<Segmenter> source = make_source(options, sequence);
   detail::StagedFolder staged(options.out, "masks", options.overwrite);
@@ -120,26 +203,22 @@ void write_mask_images(const MasksOptions& options, const RgbdSequence& sequence
     ProgressBar progress("masking", sequence.size());
     for (std::size_t i = 0; i < sequence.size(); ++i) {
       const FrameView frame = sequence.read(i);
-      const std::filesystem::path file = staged.path() / images.names()[i];
-      std::filesystem::create_directories(file.parent_path());
-      detail::write_image(file,
-                          images.mask_of(frame, masks_of(*source, frame, i, sequence.size())));
+      Segmentation masks = masks_of(*source, frame, i, sequence.size());
+      if (options.refines) masks = refined(frame, masks, culler);
+      const fs::path file = staged.path() / names[i];
+      fs::create_directories(file.parent_path());
+      detail::write_image(file, options.format == "dynamic" ? mask_of_dynamic_pixels(masks, culler)
+                                                            : mask_of_static_pixels(masks, culler));
       progress.advance();
     }
   }
   staged.commit();
   std::printf("%zu masks of the images in %s, written to %s\n", sequence.size(),
-              images.image_folder().c_str(), options.out.c_str());
-  if (!images.images_without_frame().empty()) {
-    std::printf("%zu other images are there without a mask: they are no frames of the sequence\n",
-                images.images_without_frame().size());
-    for (const std::filesystem::path& image : images.images_without_frame()) {
-      std::printf("  %s\n", image.c_str());
-    }
-  }
+              image_folder.c_str(), options.out.c_str());
+  print_images_without_frame(sequence, image_folder);
   if (options.format != "colmap") return;
   std::printf("colmap feature_extractor --image_path %s --ImageReader.mask_path %s …\n",
-              images.image_folder().c_str(), options.out.c_str());
+              image_folder.c_str(), options.out.c_str());
 }
 
 void make_masks(const MasksOptions& options) {
@@ -165,23 +244,21 @@ void add_masks_command(CLI::App& program) {
       "for COLMAP and other systems, of a segmenter's masks or of the sequence's own.");
   command->add_option("SEQUENCE", options->sequence, "folder of the sequence")->required();
   command->add_option("--out", options->out, "folder for the masks")->required();
-  std::vector<std::string> formats = {labels_format};
-  formats.insert(formats.end(), mask_image_formats().begin(), mask_image_formats().end());
   command->add_option("--format", options->format, "what to write, see below")
-      ->check(CLI::IsMember(formats))
+      ->check(CLI::IsMember({labels_format, "colmap", "static", "dynamic"}))
       ->capture_default_str();
   std::vector<const CLI::Option*> of_images;  // options that suit mask images only
   of_images.push_back(command->add_option(
       "--masks", options->masks, "folder of the masks to write as images [SEQUENCE/masks]"));
   of_images.push_back(command->add_flag(
-      "--refine", options->images.refines,
+      "--refine", options->refines,
       "correct the masks by depth first, pixel by pixel, as the rule depth judges features"));
   of_images.push_back(command
-                          ->add_option("--margin", options->images.mask_culler.margin_px,
+                          ->add_option("--margin", options->mask_culler.margin_px,
                                        "grow the masks of dynamic objects by this much, pixels")
                           ->check(real_number(0, 1e6))
                           ->capture_default_str());
-  of_images.push_back(add_classes_option(*command, options->images.mask_culler));
+  of_images.push_back(add_classes_option(*command, options->mask_culler));
   command->add_option("--camera", options->camera, "camera file [SEQUENCE/camera.yaml]");
   add_depth_offset_option(*command, options->depth_offset_s);
   command->add_flag("--overwrite", options->overwrite,

@@ -17,21 +17,19 @@
 
 namespace dynfilter::tools {
 
-/// Parses a whole number: the text must be decimal digits only, and the number below 2^64.
+/// Parses decimal digits, below 2^64.
 std::optional<std::uint64_t> parse_whole_number(const std::string& text);
 
-/// Makes a validator for Option::transform: checks that an option, or each element of a list, is a
-/// whole number, and removes leading zeros.
+/// Makes a validator for Option::transform, which removes leading zeros.
 CLI::Validator whole_number(std::uint64_t min_value, std::uint64_t max_value);
 
-/// Makes a validator for Option::check: checks that an option is a finite number.
+/// Makes a validator for Option::check, of a finite number.
 CLI::Validator real_number(double min_value, double max_value);
 
 /// Refuses an empty value of any option of a sub-command, as of a shell variable that is not set.
 void refuse_empty_values(CLI::App& program);
 
-/// Parses "3", "1-5", "1,3,8-10" as numbers. std::nullopt for anything else, for a falling range,
-/// or for more than `max_count` numbers.
+/// Parses at most `max_count` numbers and rising ranges, such as 1,3,8-10.
 std::optional<std::vector<std::uint64_t>> parse_number_list(const std::string& text,
                                                             std::size_t max_count);
 

@@ -9,7 +9,6 @@
 #include <opencv2/imgproc.hpp>
 
 #include "dynfilter/evaluation/feature_scores.hpp"
-#include "run_report.hpp"
 
 namespace dynfilter::tools {
 namespace {
@@ -117,7 +116,6 @@ RuleRun::RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource
   record_.rule = rule;
   record_.depth_offset_s = source.depth_offset_s();
   record_.masks = masks_name(rule, source, settings);
-  record_.segmenter = settings.masks;
   record_.truth = truth_;
   record_.has_truth = truth_ == Truth::by_motion || source.has_true_masks();
   record_.dynamic_classes = culler_options(rule, settings).dynamic_classes;
@@ -139,7 +137,6 @@ void RuleRun::process(const SourceFrame& frame, ExtractedFeatures features) {
   filter_.apply(frame.frame, masks, features.keypoints, labels_, workspace_);
   health_.add(frame.frame, features.keypoints, labels_.statistics());
 
-  record_.image_size = frame.frame.image.size();
   FrameRecord record;
   record.stem = frame.stem;
   record.timestamp_s = frame.frame.timestamp_s;
@@ -203,7 +200,6 @@ RunRecord RuleRun::finish(const FrameSource& source) {
     const Trajectory& estimate = odometry_->trajectory();
     record_.trajectory = truth ? errors_of(estimate, *truth) : TrajectoryRecord();
     record_.trajectory->has_truth = truth.has_value();
-    record_.trajectory->keyframes = odometry_->keyframes();
     write_trajectory(folder / "trajectory.txt", estimate);
     if (truth) write_trajectory(folder / "groundtruth.txt", *truth);
   }

@@ -24,7 +24,6 @@
 #include "run_record.hpp"
 #include "scene_spec.hpp"
 #include "stopwatch.hpp"
-#include "truth.hpp"
 
 namespace dynfilter::tools {
 
@@ -62,11 +61,8 @@ ExtractedFeatures extract_features(const odometry::OrbExtractor& extractor, cons
 /// there is depth, the reference odometry on the remaining features.
 class RuleRun {
  public:
-  /// The source has to be opened with the truth of the settings.
-  ///
-  /// Throws std::runtime_error if the rule takes true masks and there are none, if a frame has no
-  /// mask, if the folder cannot be made, or if it holds a file with a run's name that no earlier
-  /// run wrote.
+  /// The source has to be opened with the truth of the settings. Throws std::runtime_error if masks
+  /// are missing, and what StagedFolder throws.
   RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource& source,
           const RunSettings& settings, const std::filesystem::path& folder);
   RuleRun(const RuleRun&) = delete;
@@ -80,13 +76,10 @@ class RuleRun {
 
   void process(const SourceFrame& frame, ExtractedFeatures features);
 
-  /// Notes what is known about the depth's offset.
   void note_depth_offset(DepthOffsetEstimate estimate);
 
-  /// Writes the results into the folder, replacing an earlier run's: frames.csv, the
-  /// pictures, with depth trajectory.txt, and with known truth groundtruth.txt. summary.json comes
-  /// last, so that it marks a completed run. Throws std::runtime_error that names a file that
-  /// cannot be written; the folder is unchanged then.
+  /// Writes the results into the folder, replacing an earlier run's: frames.csv, summary.json, the
+  /// pictures, with depth trajectory.txt, and with known truth groundtruth.txt.
   RunRecord finish(const FrameSource& source);
 
  private:

@@ -12,7 +12,6 @@
 #include <utility>
 
 #include "commands.hpp"
-#include "degraded_masks.hpp"
 #include "dynfilter/segmenters/depth_offset_estimator.hpp"
 #include "inputs.hpp"
 #include "io/file_error.hpp"
@@ -20,7 +19,6 @@
 #include "number_options.hpp"
 #include "progress_bar.hpp"
 #include "rule_run.hpp"
-#include "run_report.hpp"
 #include "shared_options.hpp"
 
 namespace dynfilter::tools {

@@ -5,12 +5,11 @@
 #define DYNFILTER_SRC_TOOLS_RUN_RECORD_HPP
 
 #include <cstddef>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
-
-#include <opencv2/core.hpp>
 
 #include "dynfilter/evaluation/feature_scores.hpp"
 #include "dynfilter/evaluation/trajectory_errors.hpp"
@@ -20,7 +19,6 @@
 #include "rule_set.hpp"
 #include "scene_spec.hpp"
 #include "stopwatch.hpp"
-#include "truth.hpp"
 
 namespace dynfilter::tools {
 
@@ -38,7 +36,6 @@ struct FrameRecord {
 /// too short.
 struct TrajectoryRecord {
   bool has_truth = false;
-  std::size_t keyframes = 0;
   std::size_t pairs = 0;
   std::string why_no_ate;  ///< empty if the ATE is there, or if there is no truth
   std::string why_no_rpe;
@@ -50,10 +47,8 @@ struct TrajectoryRecord {
 /// The record of a run over a sequence.
 struct RunRecord {
   SceneName scene;
-  cv::Size image_size;
   RuleInfo rule;
-  std::string masks;      ///< the folder; empty = there were none
-  std::string segmenter;  ///< that made the masks; empty: they belong to the scene
+  std::string masks;  ///< the folder; empty = there were none
   Truth truth = Truth::by_class;
   bool has_truth = false;
   std::vector<int> dynamic_classes;
@@ -92,6 +87,16 @@ struct RunRecord {
     return lost;
   }
 };
+
+/// Prints the table for people on standard output.
+void print_report(const RunRecord& run);
+
+/// @{
+/// Write the results: a line a frame, or totals and times. Throw std::runtime_error that names a
+/// file that cannot be written.
+void write_frames_csv(const RunRecord& run, const std::filesystem::path& file);
+void write_summary_json(const RunRecord& run, const std::filesystem::path& file);
+/// @}
 
 }  // namespace dynfilter::tools
 

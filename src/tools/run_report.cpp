@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#include "run_report.hpp"
+#include "run_record.hpp"
 
 #include <algorithm>
 #include <cstdio>
@@ -13,7 +13,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "depth_offset_text.hpp"
 #include "dynfilter/detail/number_text.hpp"
 #include "health_text.hpp"
 #include "io/file_writing.hpp"
@@ -158,7 +157,6 @@ void add_scores(nlohmann::ordered_json& summary, const RunRecord& run) {
 
 void add_trajectory(nlohmann::ordered_json& summary, const RunRecord& run) {
   const TrajectoryRecord& trajectory = *run.trajectory;
-  summary["keyframes"] = trajectory.keyframes;
   summary["lost_frames"] = run.lost_frames();
   summary["pairs"] = trajectory.pairs;
   const auto add = [&](const char* name, const std::optional<ErrorSummary>& errors) {
@@ -226,9 +224,7 @@ void write_summary_json(const RunRecord& run, const std::filesystem::path& file)
   summary["group"] = run.scene.group;
   summary["scene"] = run.scene.name;
   summary["rule"] = run.rule.name;
-  summary["image_size"] = {run.image_size.width, run.image_size.height};
   summary["has_masks"] = !run.masks.empty();
-  summary["segmenter"] = run.segmenter;
   summary["depth_offset_s"] = run.depth_offset_s;
   summary["frames"] = run.frames.size();
   summary["features"] = totals.features;
@@ -240,7 +236,6 @@ void write_summary_json(const RunRecord& run, const std::filesystem::path& file)
   summary["kept"] = totals.kept();
   if (run.has_truth) add_scores(summary, run);
   if (run.trajectory) add_trajectory(summary, run);
-  if (run.depth_offset) summary["depth_offset"] = depth_offset_json(*run.depth_offset);
   summary["health"] = health_json(health_rows_of(run));
   for (const auto& [name, value] : run.options) summary["options"][name] = value;
   for (const auto& [name, times] : run.stages) {

@@ -11,14 +11,13 @@
 #include <vector>
 
 #include "commands.hpp"
-#include "depth_offset_text.hpp"
 #include "dynfilter/detail/number_text.hpp"
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
 #include "dynfilter/segmenters/depth_offset_estimator.hpp"
 #include "frame_source.hpp"
+#include "health_text.hpp"
 #include "inputs.hpp"
 #include "io/file_error.hpp"
-#include "output_file.hpp"
 #include "progress_bar.hpp"
 #include "shared_options.hpp"
 

@@ -124,18 +124,6 @@ TEST(StagedFolder, NeverReachesOutsideTheFolder) {
   EXPECT_EQ(file_text(folder / "parts/0"), "first");
 }
 
-TEST(StagedFolder, SaysThatAStoppedWriterLeftAPart) {
-  const TemporaryFolder folder;
-  put(folder.path(), results("first"));
-  EXPECT_NO_THROW(require_whole(folder.path()));
-  folder.write(incomplete_name, "");
-  folder.write(".dynfilter-test-1-0/parts/7", "of a killed process");
-  expect_error<std::runtime_error>([&] { require_whole(folder.path()); }, "incomplete result");
-  put(folder.path(), results("second"));
-  EXPECT_NO_THROW(require_whole(folder.path()));
-  EXPECT_EQ(visible_tree(folder.path()), results("second"));
-}
-
 TEST(StagedFolder, OfAnotherWriterMayLieInIt) {
   const TemporaryFolder folder;
   StagedFolder outer(folder.path(), "outer", false);

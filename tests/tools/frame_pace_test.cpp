@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#include "frame_pace.hpp"
+#include "mask_feed.hpp"
 
 #include <chrono>
 #include <vector>

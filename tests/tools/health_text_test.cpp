@@ -15,8 +15,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "tools/depth_offset_text.hpp"
-
 namespace dynfilter::testing {
 namespace {
 

@@ -5,17 +5,12 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cstddef>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <map>
 #include <string>
-#include <vector>
-
-#include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 #include "dynfilter/version.hpp"
 #include "support/program.hpp"
@@ -32,16 +27,6 @@ std::map<std::string, std::string> contents(const fs::path& folder) {
     std::ifstream stream(entry.path(), std::ios::binary);
     files[entry.path().string()] = {std::istreambuf_iterator<char>(stream), {}};
   }
-  return files;
-}
-
-/// The images of a folder, by name.
-std::vector<fs::path> sorted_images(const fs::path& folder) {
-  std::vector<fs::path> files;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    if (entry.path().extension() == ".png") files.push_back(entry.path());
-  }
-  std::sort(files.begin(), files.end());
   return files;
 }
 
@@ -70,8 +55,7 @@ class Doctor : public ::testing::Test {
 TEST(DoctorAlone, NamesVersionsAndWhatIsBuiltIn) {
   const Outcome outcome = run("doctor");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
-  for (const char* part : {DYNFILTER_VERSION_STRING, "OpenCV ",
-                           "dense D-LBP uses: ", "networks: ", "OpenCV's modules: "})
+  for (const char* part : {DYNFILTER_VERSION_STRING, "OpenCV ", "dense D-LBP uses: ", "networks: "})
     EXPECT_TRUE(outcome.mentions(part)) << outcome.printed;
 }
 
@@ -149,123 +133,6 @@ TEST_F(Doctor, CountsFramesWithoutMasksForWhichRunStops) {
   const Outcome outcome = examined();
   EXPECT_NE(outcome.exit_code, 0);
   EXPECT_TRUE(outcome.mentions("3 of 12 frames have no mask")) << outcome.printed;
-}
-
-TEST_F(Doctor, CountsImagesThatNoDepthImageIsNearTo) {
-  fs::remove(scene() / "associations.txt");
-  std::ofstream list(scene() / "rgb.txt", std::ios::app);
-  list << "# a comment\n99.000000 rgb/99.000000.png\n";
-  list.close();
-  const Outcome outcome = examined();
-  EXPECT_TRUE(outcome.mentions("1 of 13 colour images have no depth image")) << outcome.printed;
-}
-
-TEST_F(Doctor, FindsACameraThatFroze) {
-  const std::vector<fs::path> images = sorted_images(scene() / "rgb");
-  ASSERT_EQ(images.size(), 12U);
-  const auto freeze = [&](std::size_t from, std::size_t to) {
-    for (std::size_t i = from + 1; i <= to; ++i) {
-      fs::copy_file(images[from], images[i], fs::copy_options::overwrite_existing);
-    }
-  };
-  freeze(1, 4);
-  const Outcome usual = examined();
-  EXPECT_FALSE(usual.mentions("standstill")) << "3 repetitions are not many: " << usual.printed;
-  freeze(4, 6);
-  const auto before = contents(scene());
-  const Outcome frozen = examined();
-  EXPECT_EQ(frozen.exit_code, 0) << frozen.printed;
-  const std::string place =
-      "has 6 frames, " + images[1].stem().string() + " to " + images[6].stem().string();
-  EXPECT_TRUE(frozen.mentions("odd     5 of 12 colour images are those of the frame before"))
-      << frozen.printed;
-  EXPECT_TRUE(frozen.mentions(place)) << frozen.printed;
-  EXPECT_TRUE(frozen.mentions("of each standstill from associations.txt")) << frozen.printed;
-  EXPECT_EQ(contents(scene()), before);
-}
-
-TEST_F(Doctor, FindsImagesThatAreStampedTwice) {
-  const std::vector<fs::path> images = sorted_images(scene() / "rgb");
-  for (std::size_t i = 0; i + 1 < images.size(); i += 2) {
-    fs::copy_file(images[i], images[i + 1], fs::copy_options::overwrite_existing);
-  }
-  EXPECT_TRUE(
-      examined().mentions("6 of 12 colour images are those of the frame before; the "
-                          "longest standstill has 2 frames"));
-}
-
-TEST_F(Doctor, ComparesTheFrameRateWithTheStamps) {
-  replace_in_camera("Camera.fps", "Camera.fps: 15.0");
-  const Outcome wrong = examined();
-  EXPECT_EQ(wrong.exit_code, 0) << wrong.printed;
-  EXPECT_TRUE(wrong.mentions("says 15 frames a second, the time stamps say 30")) << wrong.printed;
-  EXPECT_TRUE(wrong.mentions("write `Camera.fps: 30` into the camera file")) << wrong.printed;
-  for (const char* line : {"Camera.fps: 28.0", "# no rate"}) {
-    replace_in_camera("Camera.fps", line);
-    EXPECT_FALSE(examined().mentions("time stamps say")) << line;
-    replace_in_camera(line, "Camera.fps: 30.0");
-  }
-}
-
-TEST_F(Doctor, FindsLabelMapsWithoutTheirTable) {
-  const std::vector<fs::path> masks = sorted_images(scene() / "masks");
-  fs::remove(scene() / "masks" / "instances.csv");
-  cv::Mat labels(240, 320, CV_8UC1, cv::Scalar(0));
-  labels(cv::Rect(10, 20, 30, 40)) = 1;
-  for (const fs::path& mask : masks) cv::imwrite(mask.string(), labels);
-  EXPECT_FALSE(examined().mentions("no instances.csv")) << "one value is a binary mask";
-  labels(cv::Rect(100, 50, 60, 70)) = 11;
-  cv::imwrite(masks[3].string(), labels);
-  const Outcome outcome = examined();
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
-  EXPECT_TRUE(outcome.mentions("masks/ has no instances.csv, but " + masks[3].filename().string() +
-                               " has 2 labels up to 11"))
-      << outcome.printed;
-  EXPECT_TRUE(outcome.mentions("frame,instance,class_id,score,x,y,width,height"))
-      << outcome.printed;
-  const std::string row = masks[3].stem().string() + ",1,0,1,10,20,30,40";
-  EXPECT_TRUE(outcome.mentions(row)) << outcome.printed;
-  // With the rows that it asks for, the masks are read as they are meant.
-  std::ofstream table(scene() / "masks" / "instances.csv");
-  table << "frame,instance,class_id,score,x,y,width,height\n";
-  for (const fs::path& mask : masks) table << mask.stem().string() << ",1,0,1,10,20,30,40\n";
-  table << masks[3].stem().string() << ",11,56,1,100,50,60,70\n";
-  table.close();
-  const Outcome mended = examined();
-  EXPECT_TRUE(mended.mentions("13 instances in 12 frames looked at, 12 of them persons"))
-      << mended.printed;
-  EXPECT_FALSE(mended.mentions("no instances.csv")) << mended.printed;
-}
-
-TEST_F(Doctor, TakesSoftMasksForNoLabels) {
-  fs::remove(scene() / "masks" / "instances.csv");
-  cv::Mat soft(240, 320, CV_8UC1, cv::Scalar(0));
-  for (int x = 0; x < 256; ++x) soft.col(x) = x;
-  for (const fs::path& mask : sorted_images(scene() / "masks")) {
-    cv::imwrite(mask.string(), soft);
-  }
-  const Outcome outcome = examined();
-  EXPECT_FALSE(outcome.mentions("no instances.csv"));
-  EXPECT_TRUE(outcome.mentions("has more than 64 grey levels")) << outcome.printed;
-  soft.convertTo(soft, CV_16UC1, 257);
-  for (const fs::path& mask : sorted_images(scene() / "masks")) cv::imwrite(mask.string(), soft);
-  EXPECT_TRUE(examined().mentions("has more than 64 grey levels"));
-}
-
-TEST_F(Doctor, FindsBoxesOfTheOtherForm) {
-  EXPECT_FALSE(examined().mentions("better as x1, y1, x2, y2"));
-  cv::Mat labels(240, 320, CV_8UC1, cv::Scalar(0));
-  labels(cv::Rect(10, 20, 30, 40)) = 1;
-  std::ofstream table(scene() / "masks" / "instances.csv");
-  table << "frame,instance,class_id,score,x,y,width,height\n";
-  for (const fs::path& mask : sorted_images(scene() / "masks")) {
-    cv::imwrite(mask.string(), labels);
-    table << mask.stem().string() << ",1,0,1,10,20,40,60\n";
-  }
-  table.close();
-  const Outcome outcome = examined();
-  EXPECT_TRUE(outcome.mentions("12 of 12 boxes fit their masks better as x1, y1, x2, y2"))
-      << outcome.printed;
 }
 
 TEST_F(Doctor, SaysWhatIsMissing) {
