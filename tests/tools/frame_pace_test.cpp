@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#include "mask_feed.hpp"
+#include "tools/mask_feed.hpp"
 
 #include <chrono>
 #include <vector>
