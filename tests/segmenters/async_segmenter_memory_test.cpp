@@ -9,7 +9,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <set>
 #include <vector>
 
 #include "support/async_fixture.hpp"
@@ -19,20 +18,17 @@ namespace {
 
 /// Images that the network saw.
 struct Seen {
-  std::vector<const unsigned char*> image, depth;
   std::vector<int> value, depth_value;
 };
 
 GatedSegmenter::Then noting(Seen& seen) {
   return [&seen](const FrameView& frame, Segmentation&) {
-    seen.image.push_back(frame.image.data);
     seen.value.push_back(frame.image.at<std::uint8_t>(2, 3));
-    seen.depth.push_back(frame.depth.data);
     seen.depth_value.push_back(frame.depth.empty() ? -1 : frame.depth.at<std::uint16_t>(2, 3));
   };
 }
 
-TEST(AsyncSegmenter, ReusesItsBuffers) {
+TEST(AsyncSegmenter, CallerMayOverwriteItsImages) {
   Seen seen;
   Async async(options_of(HandOver::wait), noting(seen));
   for (std::uint64_t id = 1; id <= 20; ++id) {
@@ -40,15 +36,13 @@ TEST(AsyncSegmenter, ReusesItsBuffers) {
     frame.depth = cv::Mat(3, 4, CV_16UC1, cv::Scalar(static_cast<double>(id)));
     frame.metres_per_unit = 0.001;
     async.segmenter.submit(frame);
-    frame.image.setTo(77);  // the caller may overwrite its images
+    frame.image.setTo(77);
     frame.depth.setTo(88);
     async.gate->open();
     expect_masks_of(async.segmenter.collect(id), id);
     EXPECT_EQ(seen.value.back(), static_cast<int>(id));
     EXPECT_EQ(seen.depth_value.back(), static_cast<int>(id));
   }
-  EXPECT_EQ(std::set<const unsigned char*>(seen.image.begin(), seen.image.end()).size(), 1U);
-  EXPECT_EQ(std::set<const unsigned char*>(seen.depth.begin(), seen.depth.end()).size(), 1U);
 }
 
 TEST(AsyncSegmenter, NetworkMayKeepImages) {
