@@ -27,7 +27,7 @@ TEST(Odometry, TracksAStaticSceneToMillimetres) {
   EXPECT_LT(ate_m(odometry, static_frames().truth), 0.01);
 }
 
-TEST(Odometry, IsDeterministic) {
+TEST(SlowOdometry, IsDeterministic) {
   const Odometry first = track(static_frames(), false);
   const int threads = cv::getNumThreads();
   cv::setNumThreads(1);
@@ -36,7 +36,7 @@ TEST(Odometry, IsDeterministic) {
   EXPECT_TRUE(are_equal(first.trajectory(), second.trajectory()));
 }
 
-TEST(Odometry, IsDraggedByPersonsUnlessTheirFeaturesAreRemoved) {
+TEST(SlowOdometry, IsDraggedByPersonsUnlessTheirFeaturesAreRemoved) {
   const double with_persons = ate_m(track(moving_frames(), false), moving_frames().truth);
   const double without_persons = ate_m(track(moving_frames(), true), moving_frames().truth);
   EXPECT_LT(without_persons, 0.03);
@@ -223,9 +223,9 @@ TEST(BundleAdjustment, RecoversPosesAndPoints) {
   EXPECT_LT((bundle.points[30] - matches[30].point).norm(), 1e-4);
 }
 
-using OdometryOnRecordedData = dynfilter::testing::RecordedData;
+using SlowOdometryOnRecordedData = dynfilter::testing::RecordedData;
 
-TEST_F(OdometryOnRecordedData, TracksFr1XyzToCentimetres) {
+TEST_F(SlowOdometryOnRecordedData, TracksFr1XyzToCentimetres) {
   const dynfilter::RgbdSequence sequence(data("tum_fr1_xyz_120"));
   Odometry odometry(sequence.camera());
   for (std::size_t i = 0; i < sequence.size(); ++i) odometry.track(sequence.read(i), {});

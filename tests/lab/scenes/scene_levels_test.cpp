@@ -34,7 +34,7 @@ TEST(SceneLevels, HaveNamesAndUsualSizes) {
 // We compare rules on these levels, so they must not change unnoticed. Other machines may contract
 // multiplications or round sines differently.
 #if defined(__x86_64__) && !defined(__FMA__) && defined(__GLIBC__)
-TEST(SceneLevels, FirstAndLastFrameMatchThePublishedPixels) {
+TEST(SlowSceneLevels, FirstAndLastFrameMatchThePublishedPixels) {
   struct Published {
     const char* level;
     bool with_motion;  // of what moves, too
