@@ -24,7 +24,7 @@ class YolactKind final : public NetworkKind {
   }
 
   cv::Mat tensor_of(const PlacedImage& placed) const override {
-    // Of ImageNet, in RGB order, as the published ResNet backbones want it.
+    // The published ResNet backbones want those of ImageNet, in RGB order.
     const cv::Scalar mean(123.68, 116.78, 103.94), deviation(58.40, 57.12, 57.38);
     return normalized_rgb(placed.pixels, mean, deviation);
   }

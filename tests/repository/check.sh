@@ -189,10 +189,13 @@ versions() {
 
 # The house stays as small as budget.txt says. Prints what there is.
 budget() {
-  local kind where limit found over=0
+  local kind where limit found over=0 paths
   while read -r kind where limit; do
     case "$kind" in
-      lines) found=$(git ls-files -- ${where//,/ } ':!*/corpus/*' | xargs cat | wc -l) ;;
+      lines)
+        IFS=, read -ra paths <<<"$where"
+        found=$(git ls-files -- "${paths[@]}" ':!*/corpus/*' | xargs cat | wc -l)
+        ;;
       words) found=$(git ls-files -- "$where" ':!examples/orb_slam/README.md' | xargs cat | wc -w) ;;
       options) found=$(option_fields) ;;
       settings) found=$(grep -rhoE 'file\.(read_[a-z]+|has)\("[a-z_.]+"' "$where" | cut -d'"' -f2 | sort -u | wc -l) ;;

@@ -36,8 +36,8 @@ std::optional<std::uint8_t> depth_lbp_code(const cv::Mat& depth, cv::Point pixel
   unsigned code = 0;
   for (std::size_t k = 0; k < clockwise.size(); ++k) {
     // Branch-free, because no processor foresees which neighbours are farther.
-    const bool is_farther = is_depth(clockwise[k]) & (clockwise[k] > *middle);
-    code |= static_cast<unsigned>(is_farther) << k;
+    const unsigned is_known = is_depth(clockwise[k]), is_farther = clockwise[k] > *middle;
+    code |= (is_known & is_farther) << k;
   }
   return static_cast<std::uint8_t>(code);
 }
