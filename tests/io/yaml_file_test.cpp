@@ -83,8 +83,8 @@ TEST_F(YamlFileTest, RefusesFilesThatAreNotYaml) {
   const std::pair<std::string, const char*> cases[] = {
       {"", "is no OpenCV YAML file"},
       {"key: 3\n", "whose first line is %YAML:1.0"},
-      {"%YAML:1.0\nkey: 3\nkey\n", "(3): Missing ':'"},
-      {"%YAML:1.0\nkey: 1,5\n", "(2): "},
+      {"%YAML:1.0\nkey: 3\nkey\n", "line 3: Missing ':'"},
+      {"%YAML:1.0\nkey: 1,5\n", "line 2: "},
   };
   for (const auto& [text, message] : cases) {
     SCOPED_TRACE(text);
