@@ -6,6 +6,7 @@ mypy's stubgen reads the signatures that pybind11 writes into docstrings. It doe
 before keyword-only arguments, takes prose for signatures, and keeps pybind11's names of types.
 """
 
+import importlib
 import pathlib
 import re
 import sys
@@ -56,6 +57,12 @@ def main(folder):
     with tempfile.TemporaryDirectory() as out:
         mypy.stubgen.main(["--quiet", "--module", "dynfilter._dynfilter", "--output", out])
         text = (pathlib.Path(out) / "dynfilter" / "_dynfilter.pyi").read_text(encoding="utf-8")
+    for kind in vars(importlib.import_module("dynfilter._dynfilter")).values():
+        for name, member in vars(kind).items() if isinstance(kind, type) else ():
+            if isinstance(member, staticmethod):  # stubgen takes it for a method
+                signature = re.sub(r"= \w[^,)]*", "= ...", member.__func__.__doc__.split("\n")[0])
+                text = text.replace(f"    def {name}(self, *args, **kwargs) -> Any: ...",
+                                    f"    @staticmethod\n    def {signature}: ...")
     for pattern, replacement in REPLACEMENTS:
         text = re.sub(pattern, replacement, text)
     stub = "import os\nimport pathlib\nfrom typing import Iterator, Union\n\n__version__: str\n" + text
