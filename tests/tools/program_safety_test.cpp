@@ -181,7 +181,7 @@ bool is_at_work(const fs::path& folder) {
   return false;
 }
 
-TEST_F(ProgramSafety, StoppedCallsLeaveOldOrNewResults) {
+TEST_F(ProgramSafety, SlowCallsLeaveOldOrNewResultsIfStopped) {
   const struct {
     std::string old_call, new_call;
   } calls[] = {{"run " + quoted(scene()) + " --features 200 --out ",
