@@ -23,6 +23,11 @@ function(dynfilter_library target scope)
                            VERSION ${PROJECT_VERSION}
                            SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
     dynfilter_own_code(${target})
+    if(DYNFILTER_UNITY_BUILD)
+      set_target_properties(${target} PROPERTIES UNITY_BUILD ON)
+      # GCC takes the files of a batch for headers, whose classes other files may use.
+      target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
+    endif()
   endif()
 endfunction()
 
@@ -33,7 +38,7 @@ function(dynfilter_own_code target)
   if(NOT CMAKE_CXX_STANDARD)
     set_target_properties(${target} PROPERTIES CXX_STANDARD 17 CXX_EXTENSIONS OFF)
   endif()
-  # Files have names of their own in anonymous namespaces: a host's unity build leaves them apart.
+  # The unity build of a host leaves our files apart.
   set_target_properties(${target} PROPERTIES UNITY_BUILD OFF)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wconversion -Wshadow
                                            -Wold-style-cast)

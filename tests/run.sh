@@ -101,7 +101,8 @@ run_tests() {
 step_sanitized() {
   log "Unit tests under the address and undefined-behaviour sanitizers"
   build "${other_dirs}asan-ubsan" "${unit_tests_only[@]}" -DCMAKE_BUILD_TYPE=Debug \
-    -DCMAKE_CXX_FLAGS_DEBUG="-g1 -O1 -D_GLIBCXX_ASSERTIONS -D_DEBUG" -DDYNFILTER_SANITIZE=address,undefined
+    -DCMAKE_CXX_FLAGS_DEBUG="-g1 -O1 -D_GLIBCXX_ASSERTIONS -D_DEBUG" -DDYNFILTER_SANITIZE=address,undefined \
+    -DDYNFILTER_UNITY_BUILD=ON
   ASAN_OPTIONS=halt_on_error=1:detect_leaks=1 UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1 \
     LSAN_OPTIONS="suppressions='$root/tests/lsan.supp':print_suppressions=0" \
     run_tests "${other_dirs}asan-ubsan"

@@ -31,8 +31,6 @@ struct TrackerScratch {
   std::vector<FeatureTrack> first;  // tracks of the first search
 };
 
-constexpr detail::OptionCheck require("FeatureTracker");
-
 void require_pair(const ImagePyramid& from, const ImagePyramid& to) {
   if (!from.empty() && !to.empty() && from.size() == to.size()) return;
   detail::throw_misuse(
@@ -106,6 +104,7 @@ std::vector<PointMotion> point_motions(FeaturesView features,
 }
 
 FeatureTracker::FeatureTracker(const FeatureTrackerOptions& options) : options_(options) {
+  static constexpr detail::OptionCheck require("FeatureTracker");
   const auto is_window_side = [](int side_px) { return side_px >= 5 && side_px <= 99; };
   require(is_window_side(options.window_px.width), "window_px.width", options.window_px.width,
           "5 to 99");

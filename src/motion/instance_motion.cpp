@@ -12,8 +12,6 @@
 namespace dynfilter {
 namespace {
 
-constexpr detail::OptionCheck require("InstanceMotion");
-
 double overlap_of(const cv::Rect2d& a, const cv::Rect2d& b) {
   const double both = (a & b).area();
   const double either = a.area() + b.area() - both;
@@ -23,6 +21,7 @@ double overlap_of(const cv::Rect2d& a, const cv::Rect2d& b) {
 }  // namespace
 
 InstanceMotion::InstanceMotion(const InstanceMotionOptions& options) : options_(options) {
+  static constexpr detail::OptionCheck require("InstanceMotion");
   require(options.min_moving_share >= 0 && options.min_moving_share <= 1, "min_moving_share",
           options.min_moving_share, "0 to 1");
   require(options.min_still_frames >= 1, "min_still_frames", options.min_still_frames,

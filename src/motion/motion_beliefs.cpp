@@ -9,13 +9,9 @@
 #include "dynfilter/detail/errors.hpp"
 
 namespace dynfilter {
-namespace {
-
-constexpr detail::OptionCheck require("MotionBeliefs");
-
-}  // namespace
 
 MotionBeliefs::MotionBeliefs(const MotionBeliefOptions& options) : options_(options) {
+  static constexpr detail::OptionCheck require("MotionBeliefs");
   require(options.forgetting_factor >= 0 && options.forgetting_factor <= 1, "forgetting_factor",
           options.forgetting_factor, "0 to 1");
   require(options.limit > 0, "limit", options.limit, "a number above 0");

@@ -18,9 +18,8 @@ namespace {
 using detail::MotionContext;
 using detail::MotionMemory;
 
-constexpr detail::OptionCheck require("MotionJudge");
-
 void check_options(const MotionJudgeOptions& options) {
+  static constexpr detail::OptionCheck require("MotionJudge");
   (void)MotionBeliefs(options.belief);
   (void)InstanceMotion(options.instance);
   (void)depth_interval({}, {}, options.depth);

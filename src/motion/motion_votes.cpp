@@ -29,9 +29,8 @@ struct Neighbour {
   std::uint32_t index;
 };
 
-constexpr detail::OptionCheck require("support_seeds");
-
 void check(const MotionVotesOptions& options) {
+  static constexpr detail::OptionCheck require("support_seeds");
   const auto radius = [](const char* name, int value_px) {
     require(value_px >= 1 && value_px <= 1000, name, value_px, "1 to 1000");
   };

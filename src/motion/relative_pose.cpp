@@ -189,9 +189,8 @@ RelativePose least_quantile(const RelativePose& start, const std::optional<PoseP
   return best;
 }
 
-constexpr detail::OptionCheck require("RelativePoseEstimator");
-
 void check(const RelativePoseOptions& options) {
+  static constexpr detail::OptionCheck require("RelativePoseEstimator");
   require(options.min_observations >= 6, "min_observations", options.min_observations,
           "at least 6");
   require(options.hypotheses >= 1 && options.hypotheses <= 100000, "hypotheses", options.hypotheses,

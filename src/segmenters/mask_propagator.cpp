@@ -21,19 +21,19 @@
 namespace dynfilter {
 namespace {
 
-constexpr const char* name = "MaskPropagator";
+constexpr const char* own_name = "MaskPropagator";
 constexpr double cell_px = 16;  // side of a motion map's cell, at a width of 640 pixels
 
-void require(const char* option, double value, double min_value, double max_value) {
+void require_between(const char* option, double value, double min_value, double max_value) {
   if (value >= min_value && value <= max_value) return;
-  detail::throw_misuse(name, detail::concatenate(option, " = ", value),
+  detail::throw_misuse(own_name, detail::concatenate(option, " = ", value),
                        detail::concatenate("a number from ", min_value, " to ", max_value));
 }
 
 MaskPropagatorOptions checked(const MaskPropagatorOptions& options) {
-  require("max_missed", static_cast<double>(options.max_missed), 0, 1e6);
-  require("max_age_s", options.max_age_s, 0, 1e6);
-  require("history_frames", static_cast<double>(options.history_frames), 1, 1000);
+  require_between("max_missed", static_cast<double>(options.max_missed), 0, 1e6);
+  require_between("max_age_s", options.max_age_s, 0, 1e6);
+  require_between("history_frames", static_cast<double>(options.history_frames), 1, 1000);
   return options;
 }
 
@@ -66,27 +66,30 @@ void check(const std::vector<PointMotion>& motions) {
   for (const PointMotion& motion : motions) {
     for (const cv::Point2f place : {motion.from, motion.to}) {
       if (std::isfinite(place.x) && std::isfinite(place.y)) continue;
-      detail::throw_misuse(name, detail::concatenate("a track at (", place.x, ", ", place.y, ")"),
+      detail::throw_misuse(own_name,
+                           detail::concatenate("a track at (", place.x, ", ", place.y, ")"),
                            "tracks at finite places");
     }
   }
 }
 
 void check(const FrameView& frame, const std::optional<Segmentation>& newest) {
-  validate(frame, name);
+  validate(frame, own_name);
   const cv::Mat& image = frame.image;
   const int channels = image.channels();
   if (!image.empty() && (image.depth() != CV_8U || image.dims != 2 ||
                          (channels != 1 && channels != 3 && channels != 4))) {
-    detail::throw_misuse(name, detail::concatenate("an image of type ", detail::type_name(image)),
+    detail::throw_misuse(own_name,
+                         detail::concatenate("an image of type ", detail::type_name(image)),
                          "CV_8UC1, CV_8UC3 or CV_8UC4");
   }
   if (!newest) return;
-  validate(*newest, name);
+  validate(*newest, own_name);
   const cv::Size size = size_of(frame, newest);
   if (newest->image_size != size && !newest->instances.empty()) {
     detail::throw_misuse(
-        name, detail::concatenate("masks of an image of ", detail::size_name(newest->image_size)),
+        own_name,
+        detail::concatenate("masks of an image of ", detail::size_name(newest->image_size)),
         detail::concatenate("those of the frames, ", detail::size_name(size)));
   }
 }
