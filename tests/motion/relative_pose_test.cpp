@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -41,7 +43,9 @@ struct Case {
 Case rendered_case(double mover_share, const cv::Vec3d& mover_m, double noise_px, int now, int then,
                    std::uint64_t seed = 11, bool is_compact = true) {
   const SyntheticScene scene(scene_level("static", seed));
-  const cv::Mat1f depth = scene.render(now).exact_depth_m;
+  static std::map<std::pair<std::uint64_t, int>, cv::Mat1f> rendered;  // for all tests
+  cv::Mat1f& depth = rendered[{seed, now}];
+  if (depth.empty()) depth = scene.render(now).exact_depth_m;
   Case result{
       without_distortion(scene.camera()), motion_between(scene.pose(now), scene.pose(then)), {}};
   cv::RNG random(7);
