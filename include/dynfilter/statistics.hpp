@@ -33,7 +33,8 @@ enum class Compensation : std::uint8_t {
   applied,          ///< the ranges were estimated and applied
   /// The range of depth was estimated from the depths of features and applied, without a depth
   /// image (mono, stereo); the paper's rule did without D-LBP.
-  applied_without_image
+  applied_without_image,
+  cautious  ///< applied to sure features only, because too few would have been left to track
 };
 
 /// Verdict on the motion of an instance, see MotionJudge.
@@ -83,13 +84,12 @@ struct InstanceStatistics {
   std::size_t candidates = 0;    ///< features in the box that no earlier stage or instance removed
   std::size_t passed_depth = 0;  ///< candidates that the depth range alone would remove
   std::size_t passed_code = 0;   ///< candidates that the D-LBP range alone would remove
-  std::size_t passed_nearness = 0;  ///< candidates without the object's depth, but surrounded by it
-  std::size_t compensated = 0;      ///< removed by edge compensation
+  std::size_t compensated = 0;   ///< removed by edge compensation
   Compensation compensation = Compensation::not_run;  ///< outcome of edge compensation
   /// Range of the object's depth, [a, b] in eq. (1), metres; may be empty.
   ValueRange depth_range_m;
-  /// How far the object reaches beyond a fresh mask, as DepthCompensator measured it (see MaskGap),
-  /// pixels; 0 or more, 0 also for stale masks, and where it is not known.
+  /// How far the object reaches beyond a fresh mask, as DepthCompensator measured it, pixels;
+  /// 0 or more, 0 also for stale masks, and where it is not known.
   double mask_gap_px = 0.0;
   /// How far the object's depth is shifted to the right against a fresh mask, pixels; 0 also where
   /// it is not known. Depth that is not in step with colour shifts what moves.
@@ -123,6 +123,14 @@ struct FrameStatistics {
   std::size_t removed() const { return masked + compensated + moving + custom; }
   /// Number of features that are kept.
   std::size_t kept() const { return features - removed(); }
+
+  /// Whether compensation was cautious, because it would have left too few features.
+  bool was_cautious() const {
+    for (const InstanceStatistics& instance : instances) {
+      if (instance.compensation == Compensation::cautious) return true;
+    }
+    return false;
+  }
 
   /// Whether masks are known, motion evidence judged the frame, and it knows of each object that
   /// matters whether it moves: MotionStatistics::unsettled_objects is 0. A map that begins earlier

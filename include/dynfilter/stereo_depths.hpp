@@ -16,7 +16,7 @@
 
 #include <opencv2/core.hpp>
 
-#include "dynfilter/depth_compensator_options.hpp"
+#include "dynfilter/depth_compensator.hpp"
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/pixel_scale.hpp"
 #include "dynfilter/detail/rectangles.hpp"
@@ -43,7 +43,7 @@ struct StereoDepthsOptions {
 };
 
 /// Finds the depths of features in a rectified pair of images, for frames without a depth image:
-/// hosts match few features, and FeatureDepthCompensator needs those of an object and of what
+/// hosts match few features, and DepthCompensator needs those of an object and of what
 /// surrounds it.
 ///
 /// A feature is matched with the place in its row of the right image whose patch of 7x7 pixels
@@ -245,21 +245,22 @@ class StereoDepths {
   StereoDepthsOptions options_;
 };
 
-/// Finds where the depths of features matter to FeatureDepthCompensator: around the boxes of
-/// dynamic objects, as far as it looks for other features. The input must be valid. Overwrites
-/// `areas`. O(instances).
+/// Finds where the depths of features matter to DepthCompensator: around the boxes of dynamic
+/// objects, as far as these may have moved and as it looks for other features. The input must be
+/// valid. Overwrites `areas`. O(instances).
 inline void stereo_areas(const FilterInput& input, const MaskCuller& culler,
                          const DepthCompensatorOptions& options, std::vector<cv::Rect>& areas) {
   const cv::Size size = input.segmentation.image_size;
-  const double reach_px = std::min(depth_rule::feature_reach_px * detail::pixel_scale(size),
-                                   static_cast<double>(size.width + size.height));
-  const auto margin = static_cast<std::int64_t>(std::ceil(reach_px));
+  constexpr double max_age_s = 1, votes_px = 70;  // of DepthCompensator, rounded up
+  const double age_s = std::abs(input.frame.timestamp_s - input.segmentation.timestamp_s);
+  const double moved_px = age_s <= max_age_s ? age_s * options.motion_px_per_s : 0;
+  const auto margin = static_cast<std::int64_t>(
+      std::min(std::ceil((votes_px + moved_px) * detail::pixel_scale(size)),
+               static_cast<double>(size.width + size.height)));
   areas.clear();
   for (const Instance& instance : input.segmentation.instances) {
     if (!culler.is_dynamic(instance.class_id)) continue;
-    const cv::Rect reach =
-        object_reach(instance.box, mask_age_s(input.frame, input.segmentation), options, size);
-    areas.push_back(detail::clip_grown(reach, margin, margin, size));
+    areas.push_back(detail::clip_grown(instance.box, margin, margin, size));
   }
 }
 

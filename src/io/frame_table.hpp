@@ -17,7 +17,7 @@ namespace dynfilter::detail {
 inline std::string frame_columns() {
   return "frame,timestamp_s,has_masks,mask_age_s,instances,features,masked,compensated,moving,"
          "custom,restored,kept,starved,suggested_features,instances_without_depth,"
-         "instances_with_too_few_samples,motion,given_back";
+         "instances_with_too_few_samples,cautious,motion,given_back";
 }
 
 inline const char* name_of(MotionOutcome outcome) {
@@ -43,7 +43,7 @@ inline std::string frame_cells(const std::string& frame, double timestamp_s,
        {s.instances.size(), s.features, s.masked, s.compensated, s.moving, s.custom, s.restored,
         s.kept(), std::size_t{s.starved}, s.suggested_features,
         count_instances(s, Compensation::no_depth_image),
-        count_instances(s, Compensation::too_few_samples)}) {
+        count_instances(s, Compensation::too_few_samples), std::size_t{s.was_cautious()}}) {
     cells += ',' + std::to_string(count);
   }
   return cells + ',' + name_of(s.motion.outcome) + ',' + std::to_string(s.motion.given_back);

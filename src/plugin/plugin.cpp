@@ -14,6 +14,7 @@
 #include <opencv2/core.hpp>
 
 #include "dynfilter/detail/columns.hpp"
+#include "dynfilter/detail/number_text.hpp"
 #include "dynfilter/dynfilter.hpp"
 #include "plugin/first_frames.hpp"
 #include "plugin/host_columns.hpp"
@@ -187,6 +188,13 @@ struct Plugin::State {
     counters.never_submitted += frame.image.empty() ? 1 : 0;
     counters.without_masks += segmentation ? 0 : 1;
     counters.starved += statistics.starved ? 1 : 0;
+    if (statistics.was_cautious() && counters.cautious++ == 0) {
+      std::cerr << "dynfilter: in the frame at " << detail::time_text(timestamp_s)
+                << " s, compensation would have left too few of " << statistics.features
+                << " features to track, so it takes sure ones only; extract more features if you "
+                   "can. Plugin::counters() counts such frames"
+                << std::endl;
+    }
     if (!frame.image.empty()) {
       image.release();
       pair_depths.release();

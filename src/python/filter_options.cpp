@@ -38,7 +38,10 @@ with the width; a margin of less than one pixel has no effect.)")
              "added to the gap of a fresh mask: features this close to it are removed in any case")
       .field("stale_age_s", &Depth::stale_age_s, "age from which masks are stale, seconds")
       .field("motion_px_per_s", &Depth::motion_px_per_s,
-             "assumed speed of objects in the image, pixels per second");
+             "largest speed of objects in the image, pixels per second")
+      .field(
+          "min_kept_share", &Depth::min_kept_share,
+          "remove only what is sure where a smaller share of the features would be left; 0: never");
 }
 
 void bind_paper_options(py::module_& module) {

@@ -17,7 +17,9 @@ void bind_outcomes(py::module_& module) {
              "abstained: too few features or pixels have depth to estimate the ranges")
       .value("applied", Compensation::applied, "the ranges were estimated and applied")
       .value("applied_without_image", Compensation::applied_without_image,
-             "applied by the features' own depths: the frame has no depth image");
+             "applied by the features' own depths: the frame has no depth image")
+      .value("cautious", Compensation::cautious,
+             "applied to sure features only: too few would have been left to track");
   py::enum_<InstanceVerdict>(module, "InstanceVerdict", "Verdict on the motion of an instance.")
       .value("not_judged", InstanceVerdict::not_judged, "no motion evidence, or it abstained")
       .value("undecided", InstanceVerdict::undecided,
@@ -59,8 +61,6 @@ void bind_instance_statistics(py::module_& module) {
              "features in the box that no earlier stage or instance removed")
       .field("passed_depth", &S::passed_depth, "candidates that the depth range alone would remove")
       .field("passed_code", &S::passed_code, "candidates that the D-LBP range alone would remove")
-      .field("passed_nearness", &S::passed_nearness,
-             "candidates without the object's depth, but surrounded by it")
       .field("compensated", &S::compensated, "removed by edge compensation")
       .field("compensation", &S::compensation, "outcome of edge compensation")
       .field("depth_range_m", &S::depth_range_m, "range of the object's depth, metres")

@@ -160,6 +160,10 @@ inline cv::Mat draw_legend(const FeatureLabels& labels, int width) {
     int baseline = 0;
     x += 32 + cv::getTextSize(text, cv::FONT_HERSHEY_SIMPLEX, 0.42, 1, &baseline).width;
   }
+  if (labels.statistics().was_cautious()) {
+    cv::putText(strip, "cautious: few features left", {x, 15}, cv::FONT_HERSHEY_SIMPLEX, 0.42,
+                cv::Scalar(66, 228, 240), 1, cv::LINE_AA);
+  }
   return strip;
 }
 
