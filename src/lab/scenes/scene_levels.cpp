@@ -113,6 +113,18 @@ Options desk() {
   });
 }
 
+/// A near crowd at a workplace: most of what is static and near lies at the persons' depth.
+Options near_crowd() {
+  return with(desk(), [](Options& o) {
+    o.persons = 5;
+    o.person_distance_m = 1.6;
+    o.persons_spacing_m = 0.36;
+    o.persons_gap_m = 0.2;
+    o.person_speed_m_s = 0.3;
+    o.turn_distance_m = 0.3;
+  });
+}
+
 Options two_near() {
   return with(medium(), [](Options& o) {
     o.persons_spacing_m = 0.25;
@@ -188,6 +200,7 @@ std::vector<SceneLevel> scene_levels() {
       {"leave", "persons leave the image and come back",
        with(crossing(), [](Options& o) { o.turn_distance_m = 2.2; })},
       {"desk", "a desk, a chair and cupboards within a hand of the persons", desk()},
+      {"near_crowd", "five persons on half of the image, at a desk's depth", near_crowd()},
       {"two_near", "two persons 0.45 m apart in depth are one detection", two_near()},
       {"hair", "medium, hair without depth, the sensor's shadow on the persons",
        with(medium(), [](Options& o) { o.depth_faults = DepthFaults::hair; })},
