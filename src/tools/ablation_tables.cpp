@@ -114,6 +114,14 @@ Figure per_frame(std::size_t FeatureScores::*count) {
   };
 }
 
+/// Returns a count of worst frames, where the truth is known.
+Figure worst(std::size_t RunResult::*count) {
+  return [count](const RunResult& run) -> std::optional<double> {
+    if (!run.scores) return {};
+    return static_cast<double>(run.*count);
+  };
+}
+
 std::optional<double> kept_per_frame(const RunResult& run) {
   return static_cast<double>(run.kept) / static_cast<double>(run.frames);
 }
@@ -128,11 +136,11 @@ std::vector<double> ates_of(const Runs& runs) {
   return values_of(runs, [](const RunResult& run) { return run.ate_rmse_m; });
 }
 
-/// Formats the ratios of the ATE to that of rule perfect on the same scene.
-std::string over_perfect(const Runs& runs, const Group& group) {
-  const Runs perfect = group.under("perfect");
+/// Formats the ratios of the ATE to that of another rule on the same scene.
+std::string ate_over(const std::string& rule, const Runs& runs, const Group& group) {
+  const Runs bounds = group.under(rule);
   return with_interval(values_of(runs, [&](const RunResult& run) -> std::optional<double> {
-    for (const RunResult& bound : perfect) {
+    for (const RunResult& bound : bounds) {
       const bool is_known = run.ate_rmse_m && bound.ate_rmse_m.value_or(0) > 0;
       if (bound.scene.name == run.scene.name && is_known)
         return *run.ate_rmse_m / *bound.ate_rmse_m;
@@ -151,6 +159,12 @@ Column column(std::string header, const Figure& figure, int decimals) {
   return {std::move(header), [=](const Runs& runs, const Group&) {
             return spread(values_of(runs, figure), decimals);
           }};
+}
+
+/// A column of the ATE over that of another rule.
+Column over_column(const std::string& rule) {
+  return {"over " + rule,
+          [rule](const Runs& runs, const Group& group) { return ate_over(rule, runs, group); }};
 }
 
 /// Makes a table with a row for each rule. Columns without a figure are left out.
@@ -174,25 +188,31 @@ Table table_of(const Group& group, const std::string& what, const std::vector<Co
 }
 
 Table feature_table(const Group& group) {
-  return table_of(group, "features a frame",
-                  {column("dynamic left", per_frame(&FeatureScores::dynamic_left), 1),
-                   column("static removed", per_frame(&FeatureScores::static_removed), 1),
-                   column("with depth", per_frame(&FeatureScores::static_removed_with_depth), 1),
-                   column("rim removed", per_frame(&FeatureScores::rim_removed), 1),
-                   column("kept", kept_per_frame, 0)});
+  return table_of(
+      group, "features a frame",
+      {column("dynamic left", per_frame(&FeatureScores::dynamic_left), 1),
+       column("worst left", worst(&RunResult::worst_left), 0),
+       column("static removed", per_frame(&FeatureScores::static_removed), 1),
+       column("worst removed", worst(&RunResult::worst_removed), 0),
+       column("with depth", per_frame(&FeatureScores::static_removed_with_depth), 1),
+       column("rim removed", per_frame(&FeatureScores::rim_removed), 1),
+       column("kept", kept_per_frame, 0),
+       column(
+           "at the fewest",
+           [](const RunResult& run) { return static_cast<double>(run.fewest_kept); }, 0)});
 }
 
 Table trajectory_table(const Group& group) {
   return table_of(
       group, "the odometry's RMSE",
-      {column(
+      {column("lost %", lost_percent, 1),
+       column(
            "ATE m", [](const RunResult& run) { return run.ate_rmse_m; }, 4),
-       {"over perfect", over_perfect},
+       over_column("mask"), over_column("perfect"),
        column(
            "RPE m in 1 s", [](const RunResult& run) { return run.rpe_translation_rmse_m; }, 4),
        column(
-           "RPE deg in 1 s", [](const RunResult& run) { return run.rpe_rotation_rmse_deg; }, 3),
-       column("lost %", lost_percent, 1)});
+           "RPE deg in 1 s", [](const RunResult& run) { return run.rpe_rotation_rmse_deg; }, 3)});
 }
 
 /// Makes a table with one row a rule and one column a group. Rows without a figure are left out.
@@ -230,12 +250,12 @@ Table trajectory_overview(const std::vector<Group>& groups) {
                   });
 }
 
-Table ratio_overview(const std::vector<Group>& groups) {
+Table ratio_overview(const std::vector<Group>& groups, const std::string& rule) {
   return overview(groups,
-                  "all: ATE over that of rule perfect, medians over scenes with 95 % intervals; "
-                  "at: frames tracked, if not all",
-                  [](const Runs& runs, const Group& group) {
-                    const std::string ratio = over_perfect(runs, group);
+                  "all: ATE over that of rule " + rule +
+                      ", medians over scenes with 95 % intervals; at: frames tracked, if not all",
+                  [&rule](const Runs& runs, const Group& group) {
+                    const std::string ratio = ate_over(rule, runs, group);
                     const auto lost = values_of(runs, lost_percent);
                     const bool is_whole = lost.empty() || median(lost) < 0.5;
                     if (ratio == "-" || is_whole) return ratio;
@@ -265,7 +285,10 @@ RunResult result_of(const RunRecord& run) {
   result.rule = run.rule.name;
   result.frames = run.frames.size();
   result.kept = run.totals().kept();
+  result.fewest_kept = run.fewest_kept();
   if (run.has_truth) result.scores = run.total_scores(&FrameRecord::scores);
+  result.worst_left = run.worst(&FeatureScores::dynamic_left);
+  result.worst_removed = run.worst(&FeatureScores::static_removed);
   if (!run.trajectory) return result;
   const auto rmse = [](const std::optional<ErrorSummary>& errors) {
     return errors ? std::optional<double>(errors->rmse) : std::nullopt;
@@ -290,7 +313,8 @@ std::vector<Table> ablation_tables(const std::vector<RunResult>& results, Truth 
   if (groups.size() > 1) {
     add(feature_overview(groups));
     add(trajectory_overview(groups));
-    add(ratio_overview(groups));
+    add(ratio_overview(groups, "mask"));
+    add(ratio_overview(groups, "perfect"));
   }
   add(paper_table(groups));
   for (Table& table : tables) table.title += truth == Truth::by_motion ? ", truth by motion" : "";

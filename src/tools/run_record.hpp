@@ -4,6 +4,7 @@
 #ifndef DYNFILTER_SRC_TOOLS_RUN_RECORD_HPP
 #define DYNFILTER_SRC_TOOLS_RUN_RECORD_HPP
 
+#include <algorithm>
 #include <cstddef>
 #include <filesystem>
 #include <optional>
@@ -79,6 +80,30 @@ struct RunRecord {
     FeatureScores sum;
     for (const FrameRecord& frame : frames) sum += (frame.*which).value_or(FeatureScores());
     return sum;
+  }
+
+  std::size_t cautious_frames() const {
+    return static_cast<std::size_t>(
+        std::count_if(frames.begin(), frames.end(),
+                      [](const FrameRecord& frame) { return frame.statistics.was_cautious(); }));
+  }
+
+  /// Returns the number of features that are left in the frame with the fewest.
+  std::size_t fewest_kept() const {
+    std::size_t fewest = frames.empty() ? 0 : frames[0].statistics.kept();
+    for (const FrameRecord& frame : frames) fewest = std::min(fewest, frame.statistics.kept());
+    return fewest;
+  }
+
+  /// Returns the number of features that a worst frame has: the least one of the worst percent.
+  std::size_t worst(std::size_t FeatureScores::*count) const {
+    std::vector<std::size_t> counts;
+    for (const FrameRecord& frame : frames) {
+      if (frame.scores) counts.push_back((*frame.scores).*count);
+    }
+    if (counts.empty()) return 0;
+    std::sort(counts.begin(), counts.end());
+    return counts[counts.size() * 99 / 100];
   }
 
   std::size_t lost_frames() const {

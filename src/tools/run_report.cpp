@@ -190,6 +190,11 @@ void print_report(const RunRecord& run) {
     print_count("removed", totals.removed(), frames);
   }
   print_count("kept", totals.kept(), frames);
+  std::printf("  %-38s %6zu\n", "kept at the fewest", run.fewest_kept());
+  if (const std::size_t cautious = run.cautious_frames()) {
+    std::printf("  compensation took sure features only in %zu of %zu frames: few were left\n",
+                cautious, frames);
+  }
   if (run.has_truth) print_scores(run);
   if (run.rule.follows_motion()) print_motion(run);
   if (run.trajectory) print_trajectory(run);
@@ -234,6 +239,8 @@ void write_summary_json(const RunRecord& run, const std::filesystem::path& file)
   summary["custom"] = totals.custom;
   summary["given_back"] = totals.motion.given_back;
   summary["kept"] = totals.kept();
+  summary["fewest_kept"] = run.fewest_kept();
+  summary["cautious_frames"] = run.cautious_frames();
   if (run.has_truth) add_scores(summary, run);
   if (run.trajectory) add_trajectory(summary, run);
   summary["health"] = health_json(health_rows_of(run));
