@@ -304,8 +304,13 @@ void MaskPropagator::State::take(const Segmentation& result, const ResultPlace& 
     next.push_back(std::move(one));
   }
   const auto found = static_cast<std::ptrdiff_t>(next.size());
+  const bool is_fresh = place.is_known && place.first_step == steps.cend();
   for (std::size_t k = 0; k < known.size(); ++k) {
     if (is_seen[k]) continue;
+    if (is_fresh) {  // what is not in its own frame is not there
+      ++statistics.given_up;
+      continue;
+    }
     ++known[k].missed;
     if (brings_id(result, known[k].track_id)) known[k].track_id = fresh_track_id(result, next);
     next.push_back(std::move(known[k]));

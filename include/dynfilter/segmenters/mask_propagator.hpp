@@ -19,8 +19,8 @@ namespace dynfilter {
 
 /// Options of MaskPropagator.
 struct MaskPropagatorOptions {
-  /// Largest number of results in a row that may miss an instance; it is propagated meanwhile. 0 =
-  /// a missed instance is dropped at once.
+  /// Largest number of late results in a row that may miss an instance; it is propagated meanwhile.
+  /// 0 = it is dropped at once, as by a result of the frame itself.
   std::size_t max_missed = 3;
   /// Masks of older frames are dropped, seconds.
   double max_age_s = 1.0;
@@ -47,7 +47,7 @@ struct PropagationStatistics {
   std::vector<InstancePropagation> instances;
   std::size_t tracked_points = 0;  ///< all points tracked from the last frame into this one
   std::size_t left_image = 0;      ///< instances dropped because they left the image
-  std::size_t given_up = 0;        ///< instances dropped because of max_missed or max_age_s
+  std::size_t given_up = 0;        ///< instances dropped because results miss them, or of max_age_s
   bool took_result = false;        ///< `newest` was a new result
   /// `newest` was older than the last result, or later than the frame.
   bool ignored_result = false;
@@ -57,8 +57,8 @@ struct PropagationStatistics {
 };
 
 /// Moves masks from the frame that they were made from to the current frame. This bridges the time
-/// between two results of a segmenter that is slower than the camera, and results that miss an
-/// instance.
+/// between two results of a segmenter that is slower than the camera, and late results that miss
+/// an instance.
 ///
 ///     if (auto masks = propagator.propagate(frame, newest)) filter.apply(frame, *masks, features);
 ///
