@@ -42,8 +42,7 @@ struct FilterHealthOptions {
   /// image is nearer in time; a quarter is the largest standard error of DepthOffsetEstimator.
   HealthLimits depth_frames_late = {0.25, 0.5};
   /// Limits of the masks' mean age, seconds. DepthCompensator takes masks of more than 0.02 s for
-  /// stale. On rendered scenes, masks of 0.2 s leave it a third more dynamic features than fresh
-  /// ones, and those of a network at 5 Hz, 0.27 s old on average, more than four times as many.
+  /// stale. bench/README.md shows what they cost it: those of level stale_6 are 0.2 s old.
   HealthLimits mask_age_s = {0.02, 0.2};
   /// Limits of the gap between masks and the objects' depth, pixels at a width of 640. Networks
   /// make masks of a quarter of the image's width, so that 4 pixels are the masks' own resolution;
@@ -59,7 +58,7 @@ struct FilterHealthOptions {
   /// FeatureFloor says so. 200 are enough to go on tracking; ORB-SLAM needs more than 500 to
   /// initialise.
   std::size_t floor = 200;
-  /// Masks older than this have no usable time, seconds; see DepthCompensatorOptions::max_age_s.
+  /// Masks older than this have no usable time, seconds; as in DepthCompensator.
   double max_age_s = 1.0;
   /// Smallest number of frames that a verdict rests on.
   std::size_t min_frames = 10;

@@ -33,7 +33,7 @@ void bind_depth_options(py::module_& module) {
       R"(Options of the rule `depth`. Lengths in pixels are for images 640 pixels wide and scale
 with the width; a margin of less than one pixel has no effect.)")
       .field("half_width_m", &Depth::half_width_m,
-             "half width of the object's depth range around its median, metres")
+             "how far a person's limbs reach before and behind the median depth, metres")
       .field("mask_margin_px", &Depth::mask_margin_px,
              "added to the gap of a fresh mask: features this close to it are removed in any case")
       .field("stale_age_s", &Depth::stale_age_s, "age from which masks are stale, seconds")

@@ -58,7 +58,7 @@ void bind_instance_statistics(py::module_& module) {
       .field("masked", &S::masked, "removed because they lie on the mask")
       .field("sampled", &S::sampled, "features or pixels that the ranges were estimated from")
       .field("candidates", &S::candidates,
-             "features in the box that no earlier stage or instance removed")
+             "of rule `paper`: features in the box that no earlier stage or instance removed")
       .field("passed_depth", &S::passed_depth, "candidates that the depth range alone would remove")
       .field("passed_code", &S::passed_code, "candidates that the D-LBP range alone would remove")
       .field("compensated", &S::compensated, "removed by edge compensation")
