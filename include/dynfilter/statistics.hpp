@@ -81,7 +81,7 @@ struct InstanceStatistics {
   bool dynamic = false;     ///< its class is one of the dynamic ones
   std::size_t masked = 0;   ///< FP_object: removed because they lie on the mask
   std::size_t sampled = 0;  ///< features or pixels that the ranges were estimated from
-  /// Of EdgeCompensator: features in the box that no earlier stage or instance removed.
+  /// Features in the box that no earlier stage or instance removed; EdgeCompensator counts them.
   std::size_t candidates = 0;
   std::size_t passed_depth = 0;  ///< candidates that the depth range alone would remove
   std::size_t passed_code = 0;   ///< candidates that the D-LBP range alone would remove

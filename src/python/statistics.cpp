@@ -57,8 +57,9 @@ void bind_instance_statistics(py::module_& module) {
       .field("dynamic", &S::dynamic, "its class is one of the dynamic ones")
       .field("masked", &S::masked, "removed because they lie on the mask")
       .field("sampled", &S::sampled, "features or pixels that the ranges were estimated from")
-      .field("candidates", &S::candidates,
-             "of rule `paper`: features in the box that no earlier stage or instance removed")
+      .field(
+          "candidates", &S::candidates,
+          "features in the box that no earlier stage or instance removed; rule `paper` counts them")
       .field("passed_depth", &S::passed_depth, "candidates that the depth range alone would remove")
       .field("passed_code", &S::passed_code, "candidates that the D-LBP range alone would remove")
       .field("compensated", &S::compensated, "removed by edge compensation")
