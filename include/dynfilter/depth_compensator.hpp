@@ -300,7 +300,16 @@ class DepthCompensator {
     }
 
    private:
-    double depth_at(cv::Point pixel) const { return input_.frame.depth_m(pixel).value_or(0); }
+    /// Returns the depth at a pixel; 0 where it is unknown and outside the image.
+    double depth_at(cv::Point pixel) const {
+      const cv::Mat& depth = input_.frame.depth;
+      if (pixel.x < 0 || pixel.y < 0 || pixel.x >= depth.cols || pixel.y >= depth.rows) return 0;
+      const double units = is_16_bit_
+                               ? static_cast<double>(depth.ptr<std::uint16_t>(pixel.y)[pixel.x])
+                               : static_cast<double>(depth.ptr<float>(pixel.y)[pixel.x]);
+      const double depth_m = units * unit_m_;
+      return depth_m > 0 && depth_m <= std::numeric_limits<double>::max() ? depth_m : 0;
+    }
     bool is_near(const Object& object, double depth_m) const {
       return std::abs(depth_m - object.depth_m) <= half_m_;
     }
@@ -572,13 +581,14 @@ class DepthCompensator {
       const int reach = scaled(nearness_px);
       for (int way = 0; way < 9; ++way) {
         const cv::Point step(way % 3 - 1, way / 3 - 1);
-        for (int n = 1; n <= reach && way != 4; ++n) {
-          const cv::Point at = place + n * step;
+        cv::Point at = place + step;
+        for (int n = 1; n <= reach && way != 4; ++n, at += step) {
+          const double depth_m = depth_at(at);
           const bool is_masked =
               !is_stale_ && object.instance->covers({at.x - object.shift_px, at.y});
-          const double depth_m = depth_at(at);
+          if (depth_m == 0 && !is_masked) continue;
           if (is_masked || owns(object, at, depth_m)) sum += scale_ / n;
-          if (is_masked || depth_m > 0) break;
+          break;
         }
       }
       return sum;
@@ -608,6 +618,8 @@ class DepthCompensator {
     const FrameFeatures& features_;
     Scratch& scratch_;
     const bool has_image_ = !input_.frame.depth.empty();
+    const bool is_16_bit_ = input_.frame.depth.type() == CV_16UC1;
+    const double unit_m_ = input_.frame.depth_scale();
     const double half_m_ = options_.half_width_m * (has_image_ ? 1 : sparse_width);
     const cv::Size size_ = input_.segmentation.image_size;
     const double scale_ = detail::pixel_scale(size_);

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <functional>
-#include <random>
 #include <utility>
 
 #include "dynfilter/detail/number_text.hpp"
@@ -87,25 +86,6 @@ std::string spread(const std::vector<double>& values, int decimals) {
          fixed_decimals(*max_value, decimals) + ")";
 }
 
-/// Formats "median [lower..upper]" with the bootstrap's 95 % interval of the median (percentiles of
-/// 2000 resamples), which estimates the median over all scenes of this kind.
-std::string with_interval(const std::vector<double>& values) {
-  if (values.size() < 2) return median_text(values, 2);
-  constexpr std::size_t resamples = 2000;
-  std::mt19937_64 random(1);
-  std::vector<double> medians;
-  for (std::size_t i = 0; i < resamples; ++i) {
-    std::vector<double> resample;
-    for (std::size_t k = 0; k < values.size(); ++k) {
-      resample.push_back(values[random() % values.size()]);
-    }
-    medians.push_back(median(std::move(resample)));
-  }
-  std::sort(medians.begin(), medians.end());
-  return median_text(values, 2) + " [" + fixed_decimals(medians[resamples / 40], 2) + ".." +
-         fixed_decimals(medians[resamples - resamples / 40], 2) + "]";
-}
-
 /// Returns a count of the scores, a frame.
 Figure per_frame(std::size_t FeatureScores::*count) {
   return [count](const RunResult& run) -> std::optional<double> {
@@ -139,14 +119,15 @@ std::vector<double> ates_of(const Runs& runs) {
 /// Formats the ratios of the ATE to that of another rule on the same scene.
 std::string ate_over(const std::string& rule, const Runs& runs, const Group& group) {
   const Runs bounds = group.under(rule);
-  return with_interval(values_of(runs, [&](const RunResult& run) -> std::optional<double> {
+  const Figure ratio = [&](const RunResult& run) -> std::optional<double> {
     for (const RunResult& bound : bounds) {
       const bool is_known = run.ate_rmse_m && bound.ate_rmse_m.value_or(0) > 0;
       if (bound.scene.name == run.scene.name && is_known)
         return *run.ate_rmse_m / *bound.ate_rmse_m;
     }
     return {};
-  }));
+  };
+  return spread(values_of(runs, ratio), 2);
 }
 
 /// A column of a group's table.
@@ -251,16 +232,9 @@ Table trajectory_overview(const std::vector<Group>& groups) {
 }
 
 Table ratio_overview(const std::vector<Group>& groups, const std::string& rule) {
-  return overview(groups,
-                  "all: ATE over that of rule " + rule +
-                      ", medians over scenes with 95 % intervals; at: frames tracked, if not all",
-                  [&rule](const Runs& runs, const Group& group) {
-                    const std::string ratio = ate_over(rule, runs, group);
-                    const auto lost = values_of(runs, lost_percent);
-                    const bool is_whole = lost.empty() || median(lost) < 0.5;
-                    if (ratio == "-" || is_whole) return ratio;
-                    return ratio + " at " + fixed_decimals(100 - median(lost), 0) + " %";
-                  });
+  return overview(
+      groups, "all: ATE over that of rule " + rule + ", medians over scenes",
+      [&rule](const Runs& runs, const Group& group) { return ate_over(rule, runs, group); });
 }
 
 Table paper_table(const std::vector<Group>& groups) {

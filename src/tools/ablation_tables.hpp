@@ -36,8 +36,7 @@ RunResult result_of(const RunRecord& run);
 /// Makes the tables of all results. For every group, in the order of the results: features left and
 /// removed a frame, and the odometry's errors. Then all groups side by side, and masks alone (Y)
 /// and the paper's rule (Y+D) in the form of the paper's Table 4. Leaves out tables without a
-/// figure. Cells over several scenes are "median (min..max)"; those of the error relative to rules
-/// mask and perfect are "median [95 % interval of the median]". Titles say so if the truth is by
+/// figure. Cells over several scenes are "median (min..max)". Titles say so if the truth is by
 /// motion.
 std::vector<Table> ablation_tables(const std::vector<RunResult>& results, Truth truth);
 

@@ -5,7 +5,6 @@
 #define DYNFILTER_SRC_TOOLS_FRAME_SOURCE_HPP
 
 #include <cstddef>
-#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <optional>

@@ -44,13 +44,6 @@ std::string masks_name(const RuleInfo& rule, const FrameSource& source,
   return settings.masks.empty() ? source.masks_name() : settings.masks;
 }
 
-odometry::OdometryOptions odometry_options(const RunSettings& settings) {
-  odometry::OdometryOptions options;
-  options.seed = settings.seed;
-  options.features = settings.features;
-  return options;
-}
-
 /// Computes the errors of an estimate, or the reasons why they are missing.
 TrajectoryRecord errors_of(const Trajectory& estimate, const Trajectory& truth) {
   TrajectoryRecord record;
@@ -110,7 +103,7 @@ RuleRun::RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource
       pictures_(staged_.path(), source.size(), settings.overlays, rule) {
   if (rule.moves_masks()) propagator_.emplace();
   if (source.has_depth() && settings.every == 1) {
-    odometry_.emplace(source.camera(), odometry_options(settings));
+    odometry_.emplace(source.camera(), settings.seed);
   }
   record_.scene = scene.name();
   record_.rule = rule;

@@ -14,6 +14,7 @@
 
 #include <opencv2/core.hpp>
 #include "lab/odometry/odometry.hpp"
+#include "lab/odometry/orb_extractor.hpp"
 
 #include "dynfilter/dynfilter.hpp"
 #include "dynfilter/segmenters/mask_propagator.hpp"

@@ -83,9 +83,9 @@ struct RunRecord {
   }
 
   std::size_t cautious_frames() const {
-    return static_cast<std::size_t>(
-        std::count_if(frames.begin(), frames.end(),
-                      [](const FrameRecord& frame) { return frame.statistics.was_cautious(); }));
+    std::size_t cautious = 0;
+    for (const FrameRecord& frame : frames) cautious += frame.statistics.was_cautious() ? 1U : 0U;
+    return cautious;
   }
 
   /// Returns the number of features that are left in the frame with the fewest.

@@ -191,9 +191,9 @@ void print_report(const RunRecord& run) {
   }
   print_count("kept", totals.kept(), frames);
   std::printf("  %-38s %6zu\n", "kept at the fewest", run.fewest_kept());
-  if (const std::size_t cautious = run.cautious_frames()) {
-    std::printf("  compensation took sure features only in %zu of %zu frames: few were left\n",
-                cautious, frames);
+  if (run.cautious_frames() > 0) {
+    std::printf("  %-38s %6zu\n", "frames of sure features, for few are left",
+                run.cautious_frames());
   }
   if (run.has_truth) print_scores(run);
   if (run.rule.follows_motion()) print_motion(run);

@@ -10,7 +10,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "commands.hpp"
 #include "dynfilter/detail/errors.hpp"

@@ -13,8 +13,11 @@
 #include <vector>
 
 #include "lab/odometry/odometry.hpp"
+#include "lab/odometry/orb_extractor.hpp"
 
+#include <dynfilter/dynfilter.hpp>
 #include <dynfilter/evaluation/trajectory_errors.hpp>
+#include <opencv2/imgproc.hpp>
 #include "lab/scenes/synthetic_scene.hpp"
 
 namespace odometry {
@@ -67,10 +70,27 @@ inline const Rendered& moving_frames() {
   return rendered;
 }
 
+/// Odometry in a host that extracts and filters features.
+class HostOdometry : public Odometry {
+ public:
+  using Odometry::Odometry;
+  using Odometry::track;
+
+  FrameResult track(const dynfilter::FrameView& frame, const std::optional<Segmentation>& masks) {
+    cv::Mat grey, descriptors;
+    cv::cvtColor(frame.image, grey, cv::COLOR_BGR2GRAY);
+    std::vector<cv::KeyPoint> keypoints;
+    OrbExtractor(1000).extract(grey, keypoints, descriptors);
+    dynfilter::keep_static(filter_.apply(frame, masks, keypoints), keypoints, descriptors);
+    return track(frame, keypoints, descriptors);
+  }
+
+ private:
+  dynfilter::DynamicFilter filter_;
+};
+
 inline Odometry track(const Rendered& rendered, bool with_true_masks) {
-  OdometryOptions options;
-  options.features = 800;
-  Odometry odometry(rendered.camera, options);
+  HostOdometry odometry(rendered.camera);
   for (const SyntheticFrame& frame : rendered.frames) {
     std::optional<Segmentation> masks;
     if (with_true_masks) masks = frame.true_segmentation;

@@ -8,8 +8,6 @@
 #include <string>
 #include <utility>
 
-#include <opencv2/imgproc.hpp>
-
 #include "local_mapping.hpp"
 
 namespace odometry {
@@ -32,13 +30,6 @@ constexpr double local_map_radius_px = 8;
 constexpr std::size_t min_followed = 20;
 constexpr std::size_t keyframes_searched = 5;  // to recover a lost track, from the newest back
 
-cv::Mat grey_of(const cv::Mat& image) {
-  if (image.channels() == 1) return image;
-  cv::Mat grey;
-  cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
-  return grey;
-}
-
 void require_descriptors(const cv::Mat& descriptors, std::size_t features) {
   const bool has_all =
       static_cast<std::size_t>(descriptors.rows) == features &&
@@ -56,21 +47,6 @@ dynfilter::TimedPose timed(double timestamp_s, const Pose& pose) {
 }
 
 }  // namespace
-
-Odometry::Odometry(const dynfilter::CameraParameters& camera, const OdometryOptions& options,
-                   const dynfilter::DynamicFilter& filter)
-    : parameters_(camera), filter_(filter), options_(options), extractor_(options.features) {}
-
-/// Runs what a host needs of the library: one apply, one keep_static.
-FrameResult Odometry::track(const dynfilter::FrameView& frame,
-                            const std::optional<dynfilter::Segmentation>& segmentation) {
-  std::vector<cv::KeyPoint> keypoints;
-  cv::Mat descriptors;
-  extractor_.extract(grey_of(frame.image), keypoints, descriptors);
-  filter_.apply(frame, segmentation, keypoints, labels_, workspace_);
-  dynfilter::keep_static(labels_, keypoints, descriptors);
-  return track(frame, keypoints, descriptors);
-}
 
 FrameResult Odometry::track(const dynfilter::FrameView& frame,
                             const std::vector<cv::KeyPoint>& keypoints,
@@ -141,8 +117,8 @@ std::size_t Odometry::find_again(Tracking& tracking) {
     std::fill(tracking.points.begin(), tracking.points.end(), no_point);
     match_keyframe(map_, map_.keyframe(id), tracking);
     std::vector<PointMatch> matches = matches_of(tracking);
-    const auto pose = pnp_ransac(camera_, matches, min_inliers / 2,
-                                 options_.seed * 0x9E3779B97F4A7C15U + frames_);
+    const auto pose =
+        pnp_ransac(camera_, matches, min_inliers / 2, seed_ * 0x9E3779B97F4A7C15U + frames_);
     if (!pose) continue;
     tracking.pose = *pose;
     const std::size_t inliers = refine(tracking);

@@ -9,20 +9,13 @@
 #include <optional>
 #include <vector>
 
-#include <dynfilter/dynfilter.hpp>
 #include <dynfilter/evaluation/camera.hpp>
 #include <dynfilter/evaluation/trajectory.hpp>
 
 #include "local_map.hpp"
-#include "orb_extractor.hpp"
 #include "pose_estimation.hpp"
 
 namespace odometry {
-
-struct OdometryOptions {
-  std::uint64_t seed = 0;  ///< for the samples that recover a lost track
-  int features = 1000;     ///< a frame, before any is removed
-};
 
 enum class Tracked {
   waiting,  ///< no map yet, because no frame had enough features with depth
@@ -45,16 +38,13 @@ struct FrameResult {
 /// Equal frames, masks and seeds give bit-identical poses on one machine.
 class Odometry {
  public:
-  explicit Odometry(const dynfilter::CameraParameters& camera, const OdometryOptions& options = {},
-                    const dynfilter::DynamicFilter& filter = dynfilter::DynamicFilter());
-
-  /// Tracks a frame; frames come in the order of time, with a BGR or grey image. std::nullopt = no
-  /// masks known.
-  FrameResult track(const dynfilter::FrameView& frame,
-                    const std::optional<dynfilter::Segmentation>& segmentation);
+  /// Takes the seed of the samples that recover a lost track.
+  explicit Odometry(const dynfilter::CameraParameters& camera, std::uint64_t seed = 0)
+      : parameters_(camera), seed_(seed) {}
 
   /// Tracks a frame with features that the caller has extracted and filtered: one descriptor a row,
-  /// CV_8UC1 of 32 columns. Throws std::invalid_argument for other descriptors.
+  /// CV_8UC1 of 32 columns. Frames come in the order of time. Throws std::invalid_argument for
+  /// other descriptors.
   FrameResult track(const dynfilter::FrameView& frame, const std::vector<cv::KeyPoint>& keypoints,
                     const cv::Mat& descriptors);
 
@@ -77,11 +67,7 @@ class Odometry {
   FrameResult finish(double timestamp_s, Tracking tracking, FrameResult result);
 
   dynfilter::CameraParameters parameters_;
-  dynfilter::DynamicFilter filter_;
-  OdometryOptions options_;
-  OrbExtractor extractor_;
-  dynfilter::FeatureLabels labels_;
-  dynfilter::Workspace workspace_;
+  std::uint64_t seed_;
 
   PinholeCamera camera_;
   LocalMap map_;

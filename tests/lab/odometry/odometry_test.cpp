@@ -45,7 +45,7 @@ TEST(SlowOdometry, IsDraggedByPersonsUnlessTheirFeaturesAreRemoved) {
 
 TEST(Odometry, ReportsBeingLostAndRelocalizes) {
   const Rendered& rendered = static_frames();
-  Odometry odometry(rendered.camera);
+  HostOdometry odometry(rendered.camera);
   for (std::size_t i = 0; i < 6; ++i) odometry.track(rendered.frames[i].frame, {});
   dynfilter::FrameView dark = rendered.frames[6].frame;
   dark.image = cv::Mat::zeros(dark.image.size(), dark.image.type());
@@ -62,7 +62,7 @@ TEST(Odometry, ReportsBeingLostAndRelocalizes) {
 
 TEST(Odometry, WaitsForAFrameWithFeaturesAndDepth) {
   const Rendered& rendered = static_frames();
-  Odometry odometry(rendered.camera);
+  HostOdometry odometry(rendered.camera);
   dynfilter::FrameView frame = rendered.frames[0].frame;
   frame.depth = cv::Mat();
   EXPECT_EQ(odometry.track(frame, {}).tracked, Tracked::waiting);
@@ -118,7 +118,7 @@ dynfilter::CameraParameters camera_before_wall() {
 
 TEST(Odometry, MapsNearFeaturesAtOnceWhereItFollowsFew) {
   for (const int known : {90, 200}) {
-    Odometry odometry(camera_before_wall());
+    HostOdometry odometry(camera_before_wall());
     Wall wall(400);
     EXPECT_TRUE(wall.show(odometry, 0, known).is_keyframe);
     EXPECT_EQ(wall.show(odometry, 0, 400).is_keyframe, known < 100) << known;
@@ -126,7 +126,7 @@ TEST(Odometry, MapsNearFeaturesAtOnceWhereItFollowsFew) {
 }
 
 TEST(Odometry, RelocalizesByTheOldestKeyframeToo) {
-  Odometry odometry(camera_before_wall());
+  HostOdometry odometry(camera_before_wall());
   Wall wall(400);
   EXPECT_TRUE(wall.show(odometry, 0, 200).is_keyframe);
   bool has_second = false;
@@ -227,7 +227,7 @@ using SlowOdometryOnRecordedData = dynfilter::testing::RecordedData;
 
 TEST_F(SlowOdometryOnRecordedData, TracksFr1XyzToCentimetres) {
   const dynfilter::RgbdSequence sequence(data("tum_fr1_xyz_120"));
-  Odometry odometry(sequence.camera());
+  HostOdometry odometry(sequence.camera());
   for (std::size_t i = 0; i < sequence.size(); ++i) odometry.track(sequence.read(i), {});
   EXPECT_EQ(odometry.lost_frames(), 0U);
   const auto truth = dynfilter::read_trajectory(*sequence.groundtruth_file());
