@@ -6,7 +6,7 @@ set -euo pipefail
 
 usage() {
   cat <<'END'
-usage: bench/ablation.sh [features|late|motion] [--levels LIST] [--seeds LIST] [--rules LIST]
+usage: bench/ablation.sh [features|late|recordings|motion] [--levels LIST] [--seeds LIST] [--rules LIST]
                          [--frames N] [--every N] [--truth NAME] [--out DIR] [--readme] [-h]
                          [SEQUENCE...]
 
@@ -14,9 +14,10 @@ Builds the program and compares rules on levels of the rendered scene and on the
 `dynfilter ablate`, whose --help explains the options: features left and removed, rates, and the
 trajectory of the reference odometry. Prints the tables. Takes about half a minute a scene on two cores.
 
-  (nothing)  the usual rules on three levels with 15 seeds that tuned nothing, all frames
-  features   the usual rules on nine levels, every fifth frame, without odometry
+  (nothing)  the usual rules on four levels with five seeds that tuned nothing, 150 frames
+  features   the usual rules on ten levels, every fifth frame, without odometry
   late       ways to handle masks of a network that is slower than the camera
+  recordings our rules on recorded people, of which the truth by motion is known (masks_moving/)
   motion     rules that judge motion beside those that know only classes, by what moves
   --readme   put the overview into bench/README.md
 
@@ -28,30 +29,39 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 readonly root
 name=ablation
 case "${1-}" in
-  features | late | motion)
+  features | late | recordings | motion)
     name=$1
     shift
     ;;
 esac
 declare -A chosen
-chosen[--levels]=medium,hard,stale_3
-chosen[--seeds]=101-115
+chosen[--levels]=medium,hard,stale_3,near_crowd
+chosen[--seeds]=101-105
+chosen[--frames]=150
 chosen[--out]=$root/out/$name
 marks='trajectory tables'
-tables='^(all: ATE over|in the form)'
+tables='^(all: ATE over|near_crowd|in the form)'
 case "$name" in
   features)
     chosen[--levels]=cross,medium,hard,stale_3,stale_6,late_10hz,late_5hz,furniture,two_in_one
+    chosen[--levels]+=,near_crowd
     chosen[--every]=5
+    unset 'chosen[--frames]'
     marks='feature tables'
     tables='^all: dynamic left'
     ;;
   late)
     chosen[--levels]=late_10hz,late_5hz
-    chosen[--seeds]=101-110
     chosen[--rules]=mask,mask_moved,depth,depth_moved,perfect
     marks='late masks tables'
     tables='^all: ATE over'
+    ;;
+  recordings)
+    unset 'chosen[--levels]' 'chosen[--seeds]' 'chosen[--frames]'
+    chosen[--truth]=motion
+    chosen[--rules]=none,mask,paper,depth,masks_motion,depth_motion,perfect
+    marks='recordings tables'
+    tables='^(crowd_on|man_on|all: (dynamic|RMSE|ATE over that of rule mask))'
     ;;
   motion)
     chosen[--levels]=sitting,stop_and_go,pushed,carried,still_camera,rotation,fast,crowd

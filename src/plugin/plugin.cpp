@@ -191,8 +191,8 @@ struct Plugin::State {
     if (statistics.was_cautious() && counters.cautious++ == 0) {
       std::cerr << "dynfilter: in the frame at " << detail::time_text(timestamp_s)
                 << " s, compensation would have left too few of " << statistics.features
-                << " features to track, so it takes sure ones only; extract more features if you "
-                   "can. Plugin::counters() counts such frames"
+                << " features to track, so it takes sure ones only; Plugin::counters() counts such "
+                   "frames"
                 << std::endl;
     }
     if (!frame.image.empty()) {
