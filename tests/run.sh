@@ -180,9 +180,9 @@ if is_available python3-onnx; then packages+=(python3-onnx); fi
 dev_options=(-DCMAKE_BUILD_TYPE=RelWithDebInfo -DCMAKE_EXPORT_COMPILE_COMMANDS=ON)
 # Without --all, the unit tests run once, in the sanitized build.
 if [[ $all == yes || $wanted == *' valgrind '* ]]; then
-  dev_options+=(-DDYNFILTER_TESTS=all)
+  dev_options+=(-DDYNFILTER_TESTS=all -DDYNFILTER_UNITY_BUILD=OFF)
 else
-  dev_options+=(-DDYNFILTER_TESTS=program)
+  dev_options+=(-DDYNFILTER_TESTS=program -DDYNFILTER_UNITY_BUILD=ON)
 fi
 if is_available libcli11-dev; then
   packages+=(libcli11-dev nlohmann-json3-dev)

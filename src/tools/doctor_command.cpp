@@ -69,7 +69,7 @@ std::string text(const char* format, double value) {
   return buffer;
 }
 
-double median(std::vector<double> values) {
+double median_or_0(std::vector<double> values) {
   return values.empty() ? 0 : detail::quantile_of(values);
 }
 
@@ -88,7 +88,7 @@ void check_times(const RgbdSequence& sequence, Findings& found) {
   for (std::size_t i = 1; i < sequence.size(); ++i) {
     periods_s.push_back(sequence.entry(i).timestamp_s - sequence.entry(i - 1).timestamp_s);
   }
-  const double period_s = median(periods_s);  // 0 for a single frame
+  const double period_s = median_or_0(periods_s);  // 0 for a single frame
   const bool is_odd = period_s > 10 || period_s < 0.001;
   found.add(is_odd ? Verdict::odd : Verdict::fine,
             detail::concatenate(sequence.size(), " frames") + text(", %.1f a second", 1 / period_s),
@@ -100,7 +100,7 @@ void check_times(const RgbdSequence& sequence, Findings& found) {
 
 void check_depth(const std::vector<double>& medians_m, const std::vector<double>& missing,
                  double units_per_metre, Findings& found) {
-  const double usual_m = median(medians_m), share = median(missing);
+  const double usual_m = median_or_0(medians_m), share = median_or_0(missing);
   const std::string depth = text("median depth %.2f m", usual_m) +
                             text(", missing at %.0f %% of the pixels", 100 * share);
   if (usual_m == 0) {
@@ -138,7 +138,7 @@ cv::Size check_images(const RgbdSequence& sequence, Findings& found) {
       }
       if (pixels == 0) continue;
       missing.push_back(1 - static_cast<double>(depths_m.size()) / pixels);
-      medians_m.push_back(median(depths_m));
+      medians_m.push_back(median_or_0(depths_m));
     } catch (const std::exception& error) {
       errors.emplace_back(error.what());
     }
@@ -240,8 +240,8 @@ void check_masks(const RgbdSequence& sequence, cv::Size size, Findings& found) {
               "masks are named by their images' times, such as " + sequence.entry(0).stem +
                   ".png; `dynfilter masks` makes them, and `run` stops where one is missing");
   }
-  if (median(ages_s) > 0.02) {
-    found.add(Verdict::odd, text("masks are %.3f s older than their frames", median(ages_s)),
+  if (median_or_0(ages_s) > 0.02) {
+    found.add(Verdict::odd, text("masks are %.3f s older than their frames", median_or_0(ages_s)),
               "that costs features: `dynfilter run SEQUENCE --rule depth_moved` moves the masks");
   }
 }
