@@ -108,7 +108,7 @@ struct FrameStatistics {
   std::size_t masked = 0;       ///< removed on a mask or on the static mask
   std::size_t compensated = 0;  ///< removed by compensation, by whatever rule
   std::size_t moving = 0;       ///< removed because they move
-  std::size_t custom = 0;       ///< removed by your own stages, or while a plugin's host waits
+  std::size_t custom = 0;       ///< removed by your own stages
   std::size_t restored = 0;     ///< kept features that any stage removed first and one gave back
   bool starved = false;         ///< fewer features than the floor are left
   /// Number to extract next time; 0 = the present number suffices.
