@@ -59,8 +59,9 @@ struct DepthCompensatorOptions {
 /// of a fresh mask or 0.1 m of the object's depth.
 ///
 /// Without a depth image, features with depths serve (FeaturesView::with_depths). The stage
-/// abstains without these, too, and from an instance whose depth is not known. The statistics say
-/// so. Limit: a thing that touches an object at its depth, inside its box, is removed with it.
+/// abstains without these, too, and from an instance whose depth or box is not known. The
+/// statistics say so. Limit: a thing that touches an object at its depth, inside its box, is
+/// removed with it.
 ///
 /// The score is the detector's confidence times the certainty: from 1/2 on the feature belongs to
 /// the object, and is removed unless the stage is cautious.
@@ -111,10 +112,11 @@ class DepthCompensator {
       detail::throw_misuse("DepthCompensator::refined", detail::concatenate("instance ", k),
                            detail::concatenate("an index below ", segmentation.instances.size()));
     }
+    Instance instance = segmentation.instances[k];
+    if (frame.depth.empty()) return instance;
     Scratch scratch;
     const FrameFeatures no_features;
     Surfaces surfaces(options_, input, no_features, scratch);
-    Instance instance = segmentation.instances[k];
     for (std::size_t i = 0; i < segmentation.instances.size(); ++i) {
       InstanceStatistics unused;
       if (segmentation.instances[i].class_id == instance.class_id) surfaces.add(i, unused);
@@ -311,7 +313,7 @@ class DepthCompensator {
       return depth_m > 0 && depth_m <= std::numeric_limits<double>::max() ? depth_m : 0;
     }
     bool is_near(const Object& object, double depth_m) const {
-      return std::abs(depth_m - object.depth_m) <= half_m_;
+      return depth_m > 0 && std::abs(depth_m - object.depth_m) <= half_m_;
     }
     int scaled(double length_px) const {
       return std::max(1, static_cast<int>(std::lround(length_px * scale_)));
@@ -320,7 +322,7 @@ class DepthCompensator {
     /// Measures the object's depth, margin, shift and reach. Returns whether its depth is known.
     bool measure(Object& object, InstanceStatistics& statistics) {
       object.margin_px = options_.mask_margin_px * scale_;
-      if (!find_depth(object, statistics.sampled)) return false;
+      if (object.instance->box.empty() || !find_depth(object, statistics.sampled)) return false;
       const double moved_px = options_.motion_px_per_s * age_s_ * scale_;
       double growth_px = std::min(moved_px, max_growth * object.instance->box.width);
       growth_px = std::clamp<double>(growth_px, 0, size_.width);
@@ -536,7 +538,7 @@ class DepthCompensator {
       const cv::Point pixel = features_.pixel(feature);
       const double depth_m = has_image_ ? depth_at(place_of(object, pixel))
                                         : input_.features.depth_m(feature).value_or(0);
-      return std::abs(depth_m - object.depth_m) <= sure_m ||
+      return (depth_m > 0 && std::abs(depth_m - object.depth_m) <= sure_m) ||
              (!is_stale_ && detail::mask_within(*object.instance, pixel, sure_px * scale_));
     }
 

@@ -56,7 +56,8 @@ TEST(DynamicFilter, PermutingTheFeaturesPermutesTheLabels) {
 
 /// Places the small picture in a large one that is otherwise empty. Masks and boxes lie inside the
 /// large picture, because DepthCompensator samples depth from the first pixel of the clipped
-/// region: clipping at the border would change the pixels that it reads.
+/// region: clipping at the border would change the pixels that it reads. Its cells are 2 to 4
+/// pixels wide there, so that the picture moves by multiples of 12.
 FilterCase placed_at(const FilterCase& small, cv::Point offset, ByteSource& source) {
   FilterCase large = small;
   const cv::Size size(160, 140);
@@ -89,7 +90,7 @@ TEST(DynamicFilter, TranslationByWholePixelsKeepsLabels) {
     if (std::any_of(instances.begin(), instances.end(), out_of_reach)) continue;
     ByteSource options(seed), same_options(seed);
     const FeatureLabels here = filtered(placed_at(small, {30, 30}, options));
-    const FeatureLabels there = filtered(placed_at(small, {73, 51}, same_options));
+    const FeatureLabels there = filtered(placed_at(small, {78, 54}, same_options));
     for (std::size_t i = 0; i < here.size(); ++i) {
       if (std::abs(small.keypoints[i].pt.x) > 1000 || std::isnan(small.keypoints[i].pt.x)) continue;
       ASSERT_TRUE(same_label(here[i], there[i])) << "seed " << seed << ", feature " << i;
@@ -140,8 +141,8 @@ TEST(DynamicFilter, LabelsDoNotDependOnThreadOrOrder) {
   }
 }
 
-/// With a feature at every pixel, the refined mask covers exactly the removed features in its
-/// reach.
+/// With a feature at every pixel and without caution, the refined mask covers exactly the removed
+/// features in its reach; more, where depth is shifted.
 TEST(DynamicFilter, RefinedMaskCoversTheRemovedFeatures) {
   std::size_t on_mask = 0, off_mask = 0;
   for (std::uint64_t seed = 0; seed < 600; ++seed) {
@@ -150,21 +151,24 @@ TEST(DynamicFilter, RefinedMaskCoversTheRemovedFeatures) {
     if (instances.empty() || instances[0].class_id != 0) continue;
     instances.resize(1);
     input.options.mask_culler = MaskCullerOptions();
+    input.options.compensator.depth.min_kept_share = 0;
     input.keypoints.clear();
     const cv::Size size = input.segmentation.image_size;
     for (int y = 0; y < size.height; ++y) {
       for (int x = 0; x < size.width; ++x) input.keypoints.emplace_back(cv::Point(x, y), 1.0F);
     }
     const FeatureLabels labels = filtered(input);
-    if (labels.statistics().instances[0].compensation != Compensation::applied) continue;
+    const InstanceStatistics& statistics = labels.statistics().instances[0];
+    if (statistics.compensation != Compensation::applied) continue;
     const DepthCompensator compensator(input.options.compensator.depth);
     const Instance refined = compensator.refined(input.frame, input.segmentation, 0);
-    if (refined.mask.data == instances[0].mask.data) continue;  // its box lies outside the image
     const cv::Rect reach(refined.mask_origin, refined.mask.size());
     for (std::size_t i = 0; i < labels.size(); ++i) {
       const cv::Point pixel = FeaturesView(input.keypoints).pixel(i);
       if (!reach.contains(pixel)) continue;
-      ASSERT_EQ(refined.covers(pixel), labels.is_removed(i)) << "seed " << seed << ": " << pixel;
+      ASSERT_GE(refined.covers(pixel), labels.is_removed(i)) << "seed " << seed << ": " << pixel;
+      if (statistics.depth_shift_px != 0) continue;
+      ASSERT_LE(refined.covers(pixel), labels.is_removed(i)) << "seed " << seed << ": " << pixel;
       (labels.is_removed(i) ? on_mask : off_mask) += 1;
     }
   }
@@ -195,7 +199,8 @@ TEST(DynamicFilter, RefusesBadRuleOptionsByName) {
        {std::pair(&Depth::mask_margin_px, "DepthCompensator: got mask_margin_px = "),
         {&Depth::stale_age_s, "DepthCompensator: got stale_age_s = "},
         {&Depth::motion_px_per_s, "DepthCompensator: got motion_px_per_s = "},
-        {&Depth::half_width_m, "ObjectDepthEstimator: got half_width_m = "}}) {
+        {&Depth::half_width_m, "DepthCompensator: got half_width_m = "},
+        {&Depth::min_kept_share, "DepthCompensator: got min_kept_share = "}}) {
     for (const double value : {-0.5, static_cast<double>(INFINITY), std::nan("")}) {
       for (const CompensationRule rule : every_rule) {
         DynamicFilterOptions options;

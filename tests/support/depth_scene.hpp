@@ -15,32 +15,47 @@
 
 namespace dynfilter::testing {
 
-/// A wall at 4 m and a flat person at 1.5 m in 640x480: the body, whose mask is exact, and a limb
-/// to its right, which the mask misses. Masks and frame have the same time.
+/// A wall at 4 m and a flat person at 1.5 m in 640x480, or stretched to another size: the body,
+/// whose mask is exact, and a limb to its right, which the mask misses. There are 400 features on
+/// the wall, outside the box. Masks and frame have the same time.
 struct DepthScene {
-  const cv::Rect body{280, 120, 80, 320}, limb{360, 200, 40, 20}, box{260, 110, 160, 340};
+  cv::Size size;
+  const cv::Rect body = stretched({280, 120, 80, 320}), limb = stretched({360, 200, 40, 20}),
+                 box = stretched({260, 110, 160, 340});
   FrameView frame;
   Segmentation segmentation;
   DepthCompensatorOptions options;
   MaskCullerOptions culler;
   std::vector<cv::Point2f> points;
 
-  DepthScene() {
+  explicit DepthScene(const cv::Size& image_size = {640, 480}) : size(image_size) {
     frame.timestamp_s = 100;
-    frame.depth = cv::Mat(480, 640, CV_16UC1);
+    frame.depth = cv::Mat(size, CV_16UC1);
     frame.metres_per_unit = 1.0 / 5000;
-    set_depth({0, 0, 640, 480}, 4.0);
+    set_depth({{0, 0}, size}, 4.0);
     set_depth(body, 1.5);
     set_depth(limb, 1.5);
     segmentation.timestamp_s = 100;
-    segmentation.image_size = {640, 480};
-    Instance person = Instance::from_box(box, 0, 0.8F);
-    person.mask_origin = body.tl();
-    person.mask = cv::Mat(body.size(), CV_8UC1, cv::Scalar(255));
-    segmentation.instances.push_back(person);
+    segmentation.image_size = size;
+    segmentation.instances.push_back(Instance::from_box(box, 0, 0.8F));
+    set_mask(body);
+    for (int i = 0; i < 400; ++i) {
+      points.emplace_back(cv::Point(10 + i % 20 * 10, 10 + i / 20 * 18) * (size.width / 640));
+    }
+  }
+
+  cv::Rect stretched(const cv::Rect& area) const {
+    const auto along = [](int place, int length, int usual) { return place * length / usual; };
+    return {{along(area.x, size.width, 640), along(area.y, size.height, 480)},
+            cv::Point(along(area.br().x, size.width, 640), along(area.br().y, size.height, 480))};
   }
 
   Instance& person() { return segmentation.instances[0]; }
+
+  void set_mask(const cv::Rect& area) {
+    person().mask_origin = area.tl();
+    person().mask = cv::Mat(area.size(), CV_8UC1, cv::Scalar(255));
+  }
 
   void set_depth(const cv::Rect& area, double depth_m) {
     frame.depth(area).setTo(cv::Scalar(std::round(depth_m * 5000)));
@@ -57,10 +72,13 @@ struct DepthScene {
         .apply(frame, segmentation, points);
   }
 
-  /// Label of a single feature there.
-  FeatureLabel at(float x, float y) {
-    points = {{x, y}};
-    return filtered()[0];
+  InstanceStatistics measured() const { return filtered().statistics().instances[0]; }
+
+  /// Adds a feature there, and returns its label.
+  FeatureLabel at(int x, int y) {
+    points.emplace_back(stretched({x, y, 0, 0}).tl());
+    const FeatureLabels labels = filtered();
+    return labels[labels.size() - 1];
   }
 };
 

@@ -182,6 +182,7 @@ inline DepthCompensatorOptions arbitrary_depth_options(ByteSource& source, const
   options.half_width_m = source.between(1, 90) / 100.0;
   options.mask_margin_px = (source.between(0, 2) + 0.3) / scale;
   options.motion_px_per_s = source.between(0, 40) * 10 / scale;
+  options.min_kept_share = source.between(0, 4) / 4.0;
   return options;
 }
 

@@ -9,8 +9,7 @@
 #include <vector>
 
 #include "dynfilter/dynfilter.hpp"
-#include "support/depth_oracle.hpp"
-#include "support/feature_depth_oracle.hpp"
+#include "support/depth_rule_oracle.hpp"
 #include "support/filter_case.hpp"
 #include "support/oracle.hpp"
 
@@ -40,19 +39,16 @@ inline bool same_range(const ValueRange& a, const ValueRange& b) {
 
 /// Compares the statistics that only DepthCompensator fills in.
 inline bool same_object(const InstanceStatistics& a, const InstanceStatistics& b) {
-  return a.sampled == b.sampled && a.passed_nearness == b.passed_nearness &&
-         std::abs(a.mask_gap_px - b.mask_gap_px) < 1e-9 && a.depth_shift_px == b.depth_shift_px &&
-         a.mask_gap_places == b.mask_gap_places && a.compensation == b.compensation &&
-         same_range(a.depth_range_m, b.depth_range_m);
+  return a.sampled == b.sampled && std::abs(a.mask_gap_px - b.mask_gap_px) < 1e-9 &&
+         a.depth_shift_px == b.depth_shift_px && a.mask_gap_places == b.mask_gap_places &&
+         a.compensation == b.compensation && same_range(a.depth_range_m, b.depth_range_m);
 }
 
 /// Verdict of the oracle of the input's rule.
 inline OracleVerdict expected_verdict(const FilterCase& input) {
   switch (input.options.compensator.rule) {
     case CompensationRule::depth:
-      return input.frame.depth.empty() && input.depths_m
-                 ? FeatureDepthOracle(input).verdict().filter
-                 : DepthOracle(input).verdict().filter;
+      return DepthRuleOracle(input).filter;
     case CompensationRule::paper:
       return oracle_filter(input);
     case CompensationRule::mask:

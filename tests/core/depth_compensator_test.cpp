@@ -1,0 +1,429 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// Hand-made cases. whole_filter_test.cpp compares with the oracle, dynamic_filter_test.cpp checks
+// properties.
+
+#include "dynfilter/depth_compensator.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <stdexcept>
+#include <vector>
+
+#include "support/depth_scene.hpp"
+#include "support/expect_error.hpp"
+#include "support/filter_property.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+TEST(DepthCompensator, RemovesTheLimbThatTheMaskMissed) {
+  for (const cv::Size size : {cv::Size(640, 480), cv::Size(1920, 1080), cv::Size(1242, 375)}) {
+    DepthScene scene(size);
+    const FeatureLabel limb = scene.at(390, 210);
+    EXPECT_EQ(limb.reason, Reason::compensated) << size;
+    EXPECT_EQ(limb.instance, 0);
+    EXPECT_TRUE(limb.removed);
+    EXPECT_EQ(limb.score, 0.8F);
+    for (const auto& [x, y] : {std::pair(365, 300), {410, 210}, {390, 250}, {270, 300}}) {
+      EXPECT_EQ(scene.at(x, y).reason, Reason::untouched) << "the wall at " << x << ", " << y;
+    }
+    const InstanceStatistics measured = scene.measured();
+    EXPECT_EQ(measured.compensation, Compensation::applied);
+    EXPECT_EQ(measured.compensated, 1U);
+    EXPECT_NEAR(measured.depth_range_m.lower, 0.95, 1e-6);
+    EXPECT_NEAR(measured.depth_range_m.upper, 2.05, 1e-6);
+  }
+}
+
+TEST(DepthCompensator, KeepsWhatIsConnectedWithTheSurroundings) {
+  DepthScene scene;
+  scene.set_depth({390, 300, 250, 100}, 1.6);  // a table that reaches into the box
+  EXPECT_EQ(scene.at(405, 350).reason, Reason::untouched);
+  scene.set_depth({420, 300, 220, 100}, 4.0);
+  EXPECT_EQ(scene.at(405, 350).reason, Reason::compensated) << "nothing else has its depth";
+}
+
+TEST(DepthCompensator, NearnessDecidesInHolesOfDepth) {
+  DepthScene scene;
+  scene.set_depth({400, 195, 16, 30}, 0);
+  EXPECT_EQ(scene.at(403, 210).reason, Reason::compensated) << "beside the limb";
+  const FeatureLabel farther = scene.at(407, 210);
+  EXPECT_EQ(farther.reason, Reason::untouched);
+  EXPECT_GT(farther.score, 0.2F) << "but nearly";
+  scene.set_depth({360, 250, 9, 100}, 0);
+  EXPECT_EQ(scene.at(361, 300).reason, Reason::compensated) << "beside the body";
+  EXPECT_EQ(scene.at(363, 300).reason, Reason::untouched) << "the sensor's shadow beside the mask";
+}
+
+TEST(DepthCompensator, MarginIsTheMasksGapAndTheOptions) {
+  DepthScene scene;
+  EXPECT_EQ(scene.at(360, 300).reason, Reason::compensated) << "one pixel beside the mask";
+  EXPECT_EQ(scene.at(361, 300).reason, Reason::untouched);
+  EXPECT_EQ(scene.measured().mask_gap_px, 0);
+  scene.set_mask({286, 120, 68, 320});
+  EXPECT_EQ(scene.at(279, 300).reason, Reason::compensated);
+  EXPECT_EQ(scene.at(278, 300).reason, Reason::untouched);
+  EXPECT_EQ(scene.measured().mask_gap_px, 6);
+  EXPECT_EQ(scene.measured().mask_gap_places, 2U * 40U - 2U) << "every eighth row, not the limb";
+  scene.options.mask_margin_px = 3;
+  EXPECT_EQ(scene.at(277, 300).reason, Reason::compensated);
+}
+
+/// Within half a width of the camera, no depth is not the object's depth.
+TEST(DepthCompensator, GapOfANearMaskEndsAtAHole) {
+  DepthScene scene;
+  scene.set_depth(scene.box, 0);
+  scene.set_depth(scene.body, 0.5);
+  EXPECT_EQ(scene.measured().mask_gap_px, 0);
+  EXPECT_EQ(scene.measured().mask_gap_places, 2U * 40U);
+}
+
+TEST(DepthCompensator, FollowsDepthThatIsShiftedAgainstTheMask) {
+  DepthScene scene;
+  scene.set_depth({{0, 0}, scene.size}, 4.0);
+  for (const cv::Rect& part : {scene.body, scene.limb}) {
+    scene.set_depth(part + cv::Point(12, 0), 1.5);
+  }
+  EXPECT_EQ(scene.at(395, 210).reason, Reason::compensated);
+  EXPECT_EQ(scene.at(405, 210).reason, Reason::untouched) << "the image shows the wall there";
+  EXPECT_EQ(scene.measured().depth_shift_px, 12);
+  const Instance refined = DepthCompensator().refined(scene.frame, scene.segmentation, 0);
+  for (int x = 280; x < 372; ++x) EXPECT_TRUE(refined.covers({x, 300})) << x << ", in either image";
+  EXPECT_FALSE(refined.covers({270, 300}));
+  EXPECT_FALSE(refined.covers({381, 300}));
+}
+
+TEST(DepthCompensator, FindsNarrowPersons) {
+  DepthScene scene;
+  scene.set_depth({{0, 0}, scene.size}, 6.0);
+  scene.set_depth({303, 120, 18, 240}, 4.0);
+  scene.set_depth({321, 200, 8, 16}, 4.0);
+  scene.set_mask({303, 120, 18, 240});
+  scene.person().box = {300, 118, 30, 244};
+  EXPECT_EQ(scene.at(326, 207).reason, Reason::compensated);
+  EXPECT_EQ(scene.at(326, 240).reason, Reason::untouched);
+}
+
+TEST(DepthCompensator, ABoxWithoutAMaskSuffices) {
+  DepthScene scene;
+  scene.person().mask = cv::Mat();
+  for (const auto& [x, y] : {std::pair(320, 300), {285, 130}, {390, 210}}) {
+    EXPECT_EQ(scene.at(x, y).reason, Reason::compensated) << x << ", " << y;
+  }
+  EXPECT_EQ(scene.at(270, 300).reason, Reason::untouched);
+}
+
+TEST(DepthCompensator, AMaskWithoutABoxStandsAlone) {
+  DepthScene scene;
+  scene.person().box = cv::Rect();
+  EXPECT_EQ(scene.at(390, 210).reason, Reason::untouched);
+  scene.make_stale();
+  EXPECT_EQ(scene.at(270, 300).reason, Reason::in_mask);
+}
+
+TEST(DepthCompensator, Abstains) {
+  DepthScene scene;
+  const auto expect_abstains = [&](Compensation outcome, std::size_t sampled) {
+    for (const double time_s : {100.0, 99.9}) {
+      scene.segmentation.timestamp_s = time_s;
+      EXPECT_EQ(scene.at(390, 210).reason, Reason::untouched);
+      const bool stands = outcome != Compensation::not_run;
+      EXPECT_EQ(scene.at(300, 300).removed, stands) << "the mask stands";
+      const InstanceStatistics measured = scene.measured();
+      EXPECT_EQ(measured.compensation, outcome);
+      EXPECT_EQ(measured.sampled, sampled);
+      EXPECT_TRUE(measured.depth_range_m.empty());
+    }
+  };
+  scene.set_depth({{0, 0}, scene.size}, 0);
+  scene.set_depth({280, 120, 32, 16}, 1.5);  // 2 x 1 readings
+  expect_abstains(Compensation::too_few_samples, 2);
+  for (const float unknown : {0.F, -1.F, NAN, INFINITY, -INFINITY}) {
+    scene.frame.depth = cv::Mat(scene.size, CV_32FC1, cv::Scalar(unknown));
+    expect_abstains(Compensation::too_few_samples, 0);
+  }
+  scene.frame.depth = cv::Mat();
+  expect_abstains(Compensation::no_depth_image, 0);
+  scene.person().class_id = 56;
+  expect_abstains(Compensation::not_run, 0);
+}
+
+TEST(DepthCompensator, GivesBackTheBackgroundUnderAStaleMask) {
+  DepthScene scene;
+  scene.make_stale();
+  const FeatureLabel wall = scene.at(270, 300);
+  EXPECT_EQ(wall.reason, Reason::restored);
+  EXPECT_FALSE(wall.removed);
+  EXPECT_EQ(wall.instance, 0);
+  EXPECT_EQ(wall.score, 0) << "the mask has left it";
+  EXPECT_EQ(scene.filtered().statistics().restored, 1U);
+  EXPECT_EQ(scene.filtered().statistics().masked, 0U);
+  EXPECT_EQ(scene.at(300, 300).reason, Reason::in_mask) << "it has the person's depth";
+  EXPECT_EQ(scene.at(350, 300).reason, Reason::compensated) << "the mask has not reached it";
+  EXPECT_EQ(scene.at(264, 300).reason, Reason::untouched) << "a stale mask has no margin";
+  scene.set_depth({268, 300, 5, 5}, 0);
+  EXPECT_EQ(scene.at(270, 302).reason, Reason::restored) << "it is a hole in the wall";
+  scene.options.stale_age_s = 0.2;
+  EXPECT_EQ(scene.at(270, 300).reason, Reason::in_mask) << "it is not stale any more";
+}
+
+TEST(DepthCompensator, GivesBackNothingThatAnotherStageRemoved) {
+  DepthScene scene;
+  scene.make_stale();
+  scene.points = {{270, 300}};  // on the wall, under the stale mask
+  FeatureLabels labels(1, scene.segmentation);
+  labels.mark_dynamic(0);
+  labels.remove(0, 0, Reason::custom, 0.8F);
+  DepthCompensator(scene.options)({scene.frame, scene.segmentation, scene.points}, labels);
+  EXPECT_EQ(labels[0].reason, Reason::custom);
+}
+
+TEST(DepthCompensator, FindsWhoLeftHisStaleMask) {
+  DepthScene scene;
+  scene.make_stale();
+  scene.set_mask({200, 120, 80, 320});  // all of it on the wall
+  scene.person().box = {180, 110, 160, 340};
+  EXPECT_EQ(scene.at(240, 300).reason, Reason::restored);
+  EXPECT_EQ(scene.at(320, 300).reason, Reason::compensated);
+  EXPECT_NEAR(scene.measured().depth_range_m.upper, 2.05, 1e-6);
+}
+
+/// The mask's depth is the wall's then, and the wall fills the box, too.
+TEST(DepthCompensator, TakesNoWallForAPersonWhoIsGone) {
+  DepthScene scene;
+  scene.make_stale();
+  scene.set_depth({{0, 0}, scene.size}, 4.0);
+  EXPECT_EQ(scene.at(350, 300).reason, Reason::untouched);
+  EXPECT_EQ(scene.at(300, 300).reason, Reason::in_mask) << "nothing is known of him";
+  EXPECT_EQ(scene.measured().compensation, Compensation::too_few_samples);
+  EXPECT_TRUE(scene.measured().depth_range_m.empty());
+}
+
+/// The limb is 0.3 m behind the body; 100 features lie on it, the first 20 within 4 px of the mask.
+struct FewFeatures : DepthScene {
+  explicit FewFeatures(std::size_t on_wall) {
+    set_depth(limb, 1.8);
+    points.resize(on_wall);
+    for (int x = 362; x < 382; ++x) {
+      for (int y = 201; y < 216; y += 3) points.emplace_back(cv::Point(x, y));
+    }
+  }
+};
+
+TEST(DepthCompensator, TakesSureFeaturesOnlyWhereFewWouldBeLeft) {
+  FewFeatures scene(99);
+  const FeatureLabels labels = scene.filtered();
+  EXPECT_TRUE(labels.statistics().was_cautious());
+  EXPECT_EQ(labels.statistics().instances[0].compensation, Compensation::cautious);
+  for (std::size_t i = 99; i < labels.size(); ++i) {
+    ASSERT_EQ(labels.is_removed(i), scene.points[i].x < 364) << scene.points[i];
+    ASSERT_EQ(labels[i].score, 0.8F) << "suspect all the same";
+  }
+  scene.set_depth(scene.limb, 1.59);
+  EXPECT_EQ(scene.filtered().statistics().compensated, 100U) << "the object's depth is sure";
+  scene.set_depth(scene.limb, 1.8);
+  scene.options.min_kept_share = 0;
+  EXPECT_EQ(scene.filtered().statistics().compensated, 100U);
+  EXPECT_FALSE(scene.filtered().statistics().was_cautious());
+}
+
+TEST(DepthCompensator, CautionBeginsAtHalfOfFewFeaturesOrAtTheShareOfMany) {
+  EXPECT_FALSE(FewFeatures(100).filtered().statistics().was_cautious());
+  EXPECT_EQ(FewFeatures(100).filtered().statistics().compensated, 100U);
+  FewFeatures scene(400);
+  scene.options.min_kept_share = 0.8;
+  EXPECT_FALSE(scene.filtered().statistics().was_cautious());
+  scene.options.min_kept_share = 0.801;
+  EXPECT_TRUE(scene.filtered().statistics().was_cautious());
+}
+
+TEST(DepthCompensator, RefinedMaskCoversTheLimb) {
+  DepthScene scene;
+  const DepthCompensator compensator(scene.options);
+  const cv::Mat depth = scene.frame.depth.clone(), mask = scene.person().mask.clone();
+  const Instance refined = compensator.refined(scene.frame, scene.segmentation, 0);
+  EXPECT_TRUE(refined.covers({390, 210}));
+  EXPECT_TRUE(refined.covers({300, 300}));
+  EXPECT_FALSE(refined.covers({410, 300})) << "the wall";
+  EXPECT_EQ(refined.box, scene.box);
+  Segmentation holes = scene.segmentation;
+  holes.instances[0] = refined;
+  EXPECT_EQ(depth_with_holes(scene.frame.depth, holes).at<std::uint16_t>(210, 390), 0);
+  scene.filtered();
+  EXPECT_EQ(cv::norm(depth, scene.frame.depth, cv::NORM_INF), 0) << "input stays as it is";
+  EXPECT_EQ(cv::norm(mask, scene.person().mask, cv::NORM_INF), 0);
+  for (const cv::Mat& unknown : {cv::Mat(scene.size, CV_16UC1, cv::Scalar(0)), cv::Mat()}) {
+    scene.frame.depth = unknown;
+    const Instance same = compensator.refined(scene.frame, scene.segmentation, 0);
+    EXPECT_EQ(same.mask.data, scene.person().mask.data);
+    EXPECT_EQ(same.mask_origin, scene.person().mask_origin);
+  }
+  expect_error<std::invalid_argument>(
+      [&] { (void)compensator.refined(scene.frame, scene.segmentation, 1); },
+      "DepthCompensator::refined: got instance 1; want an index below 1");
+}
+
+TEST(DepthCompensator, RefusesAShareAboveOne) {
+  DepthCompensatorOptions options;
+  options.min_kept_share = 1.5;
+  expect_error<std::invalid_argument>([&] { DepthCompensator{options}; },
+                                      "got min_kept_share = 1.5; want a number from 0 to 1");
+  options = {1e6, 1e6, 1e6, 1e6, 1};
+  EXPECT_NO_THROW(DepthCompensator{options});
+}
+
+/// Boxes and masks at and beyond the borders and the limits of int, the largest options, and an
+/// image whose memory begins or ends at a guard page.
+TEST(DepthCompensator, MatchesTheOracleAtAllLimits) {
+  constexpr int least = std::numeric_limits<int>::min(), most = std::numeric_limits<int>::max();
+  const cv::Rect places[] = {
+      {0, 0, 70, 50},       {-9, -9, 40, 40}, {40, 20, most, most},  {least, least, most, most},
+      {69, 49, 1, 1},       {70, 50, 9, 9},   {most, most, most, 1}, {20, 10, 0, 30},
+      {-1000, 10, 2000, 20}};
+  std::size_t compensated = 0;
+  for (std::uint64_t seed = 0; seed < 324; ++seed) {
+    ByteSource source(seed);
+    FilterCase input = arbitrary_case(source, {70, 50});
+    draw_rule(source, input, CompensationRule::depth);
+    const Guard guard = seed % 2 == 0 ? Guard::behind : Guard::before;
+    input.depth_memory.emplace(cv::Size(70, 50), CV_16UC1, guard);
+    input.frame.depth = input.depth_memory->image();
+    input.frame.metres_per_unit = 0.001;
+    input.frame.depth.setTo(4000);
+    input.frame.depth(cv::Rect(20, 0, 30, 50)).setTo(1500);
+    Instance person = Instance::from_box(places[seed % 9]);
+    person.mask_origin = places[seed / 9 % 9].tl();
+    person.mask = arbitrary_mask(source, {30, 50});
+    input.segmentation.instances.assign(1, person);
+    if (seed % 4 == 1) input.options.compensator.depth = {1e6, 1e6, 0, 1e6, 1};
+    ASSERT_EQ(check_filter(input), "") << "seed " << seed;
+    compensated += DepthRuleOracle(input).filter.instances[0].compensated;
+    DepthCompensator().refined(input.frame, input.segmentation, 0);
+  }
+  EXPECT_GT(compensated, 300U);
+}
+
+FeatureLabels filtered(const FilterCase& input) {
+  return DynamicFilter(input.options).apply(input.frame, input.segmentation, input.features());
+}
+
+TEST(DepthCompensator, TypeOfTheDepthImageChangesNothing) {
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
+    ByteSource source(seed);
+    FilterCase input = arbitrary_case(source);
+    draw_rule(source, input, CompensationRule::depth);
+    if (input.frame.depth.empty() || input.frame.depth.type() == CV_32FC1) continue;
+    input.frame.metres_per_unit = 1.0 / 4096;  // floats hold the metres exactly
+    const FeatureLabels expected = filtered(input);
+    input.frame.depth.convertTo(input.frame.depth, CV_32FC1, input.frame.metres_per_unit);
+    input.frame.metres_per_unit = 0;
+    const FeatureLabels labels = filtered(input);
+    for (std::size_t i = 0; i < labels.size(); ++i) {
+      ASSERT_TRUE(same_label(labels[i], expected[i])) << "seed " << seed << ", feature " << i;
+    }
+  }
+}
+
+/// Another instance may have a feature then. Caution asks whether a feature is sure for this one.
+TEST(DepthCompensator, OrderOfTheInstancesChangesNoRemoval) {
+  std::size_t compensated = 0;
+  for (std::uint64_t seed = 0; seed < 600; ++seed) {
+    ByteSource source(seed);
+    FilterCase input = arbitrary_case(source);
+    draw_rule(source, input, CompensationRule::depth);
+    input.segmentation.timestamp_s = input.frame.timestamp_s;
+    input.options.compensator.depth.min_kept_share = 0;
+    const FeatureLabels before = filtered(input);
+    std::reverse(input.segmentation.instances.begin(), input.segmentation.instances.end());
+    const FeatureLabels after = filtered(input);
+    for (std::size_t i = 0; i < before.size(); ++i) {
+      ASSERT_EQ(after.is_removed(i), before.is_removed(i)) << "seed " << seed << ", feature " << i;
+    }
+    compensated += before.statistics().compensated;
+  }
+  EXPECT_GT(compensated, 200U);
+}
+
+/// The person of DepthScene without a depth image: a feature every 8 pixels has a depth.
+struct ColumnScene {
+  FilterCase input;
+
+  ColumnScene() {
+    const DepthScene scene;
+    input.segmentation = scene.segmentation;
+    input.segmentation.timestamp_s = 0;
+    input.depths_m.emplace();
+    for (int y = 4; y < 480; y += 8) {
+      for (int x = 4; x < 640; x += 8) {
+        input.keypoints.emplace_back(cv::Point(x, y), 31.0F);
+        input.depths_m->push_back(is_person({x, y}) ? 1.5F : 4.0F);
+      }
+    }
+  }
+  static bool is_person(cv::Point at) {
+    static const DepthScene scene;
+    return scene.body.contains(at) || scene.limb.contains(at);
+  }
+};
+
+TEST(DepthCompensator, DepthsOfFeaturesServeWithoutADepthImage) {
+  ColumnScene scene;
+  const FeatureLabels labels = filtered(scene.input);
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    const cv::Point at = scene.input.keypoints[i].pt;
+    ASSERT_EQ(labels.is_removed(i), ColumnScene::is_person(at)) << at;
+  }
+  EXPECT_EQ(labels.statistics().masked, 10U * 40U);
+  EXPECT_EQ(labels.statistics().compensated, 5U * 2U);
+  EXPECT_EQ(labels.statistics().instances[0].compensation, Compensation::applied_without_image);
+}
+
+/// Features without depth are the person's where his are around them.
+TEST(DepthCompensator, FeaturesVoteForThoseWithoutDepth) {
+  ColumnScene scene;
+  scene.input.segmentation.instances[0].mask = cv::Mat();
+  const auto at = [](int x, int y) { return static_cast<std::size_t>(y / 8 * 80 + x / 8); };
+  for (const auto& [x, y] : {std::pair(316, 300), {276, 300}, {404, 300}}) {
+    (*scene.input.depths_m)[at(x, y)] = 0;
+  }
+  const FeatureLabels labels = filtered(scene.input);
+  EXPECT_TRUE(labels.is_removed(at(316, 300)));
+  EXPECT_LT(labels[at(316, 300)].score, 1);
+  EXPECT_FALSE(labels.is_removed(at(276, 300))) << "at his edge";
+  EXPECT_FALSE(labels.is_removed(at(404, 300)));
+  EXPECT_GT(labels[at(276, 300)].score, labels[at(404, 300)].score);
+}
+
+/// The depths in the box are the background's then.
+TEST(DepthCompensator, AbstainsWithoutAnyDepthOnAMaskOfManyFeatures) {
+  ColumnScene scene;
+  for (std::size_t i = 0; i < scene.input.keypoints.size(); ++i) {
+    if (ColumnScene::is_person(scene.input.keypoints[i].pt)) (*scene.input.depths_m)[i] = NAN;
+  }
+  const FrameStatistics statistics = filtered(scene.input).statistics();
+  EXPECT_EQ(statistics.instances[0].compensation, Compensation::too_few_samples);
+  EXPECT_EQ(statistics.compensated, 0U);
+  scene.input.depths_m.reset();
+  EXPECT_EQ(filtered(scene.input).statistics().instances[0].compensation,
+            Compensation::no_depth_image);
+}
+
+TEST(DepthCompensator, GivesBackTheBackgroundUnderAStaleMaskByDepthsOfFeatures) {
+  ColumnScene scene;
+  scene.input.segmentation.instances[0].mask_origin.x = 265;
+  scene.input.segmentation.timestamp_s = -0.1;
+  const FeatureLabels labels = filtered(scene.input);
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    const cv::Point at = scene.input.keypoints[i].pt;
+    ASSERT_EQ(labels.is_removed(i), ColumnScene::is_person(at)) << at;
+  }
+  EXPECT_EQ(labels.statistics().restored, 2U * 40U);
+}
+
+}  // namespace
+}  // namespace dynfilter::testing
