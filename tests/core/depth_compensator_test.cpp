@@ -308,7 +308,7 @@ TEST(DepthCompensator, MatchesTheOracleAtAllLimits) {
   EXPECT_GT(compensated, 300U);
 }
 
-FeatureLabels filtered(const FilterCase& input) {
+FeatureLabels labels_of(const FilterCase& input) {
   return DynamicFilter(input.options).apply(input.frame, input.segmentation, input.features());
 }
 
@@ -319,10 +319,10 @@ TEST(DepthCompensator, TypeOfTheDepthImageChangesNothing) {
     draw_rule(source, input, CompensationRule::depth);
     if (input.frame.depth.empty() || input.frame.depth.type() == CV_32FC1) continue;
     input.frame.metres_per_unit = 1.0 / 4096;  // floats hold the metres exactly
-    const FeatureLabels expected = filtered(input);
+    const FeatureLabels expected = labels_of(input);
     input.frame.depth.convertTo(input.frame.depth, CV_32FC1, input.frame.metres_per_unit);
     input.frame.metres_per_unit = 0;
-    const FeatureLabels labels = filtered(input);
+    const FeatureLabels labels = labels_of(input);
     for (std::size_t i = 0; i < labels.size(); ++i) {
       ASSERT_TRUE(same_label(labels[i], expected[i])) << "seed " << seed << ", feature " << i;
     }
@@ -338,9 +338,9 @@ TEST(DepthCompensator, OrderOfTheInstancesChangesNoRemoval) {
     draw_rule(source, input, CompensationRule::depth);
     input.segmentation.timestamp_s = input.frame.timestamp_s;
     input.options.compensator.depth.min_kept_share = 0;
-    const FeatureLabels before = filtered(input);
+    const FeatureLabels before = labels_of(input);
     std::reverse(input.segmentation.instances.begin(), input.segmentation.instances.end());
-    const FeatureLabels after = filtered(input);
+    const FeatureLabels after = labels_of(input);
     for (std::size_t i = 0; i < before.size(); ++i) {
       ASSERT_EQ(after.is_removed(i), before.is_removed(i)) << "seed " << seed << ", feature " << i;
     }
@@ -373,7 +373,7 @@ struct ColumnScene {
 
 TEST(DepthCompensator, DepthsOfFeaturesServeWithoutADepthImage) {
   ColumnScene scene;
-  const FeatureLabels labels = filtered(scene.input);
+  const FeatureLabels labels = labels_of(scene.input);
   for (std::size_t i = 0; i < labels.size(); ++i) {
     const cv::Point at = scene.input.keypoints[i].pt;
     ASSERT_EQ(labels.is_removed(i), ColumnScene::is_person(at)) << at;
@@ -391,7 +391,7 @@ TEST(DepthCompensator, FeaturesVoteForThoseWithoutDepth) {
   for (const auto& [x, y] : {std::pair(316, 300), {276, 300}, {404, 300}}) {
     (*scene.input.depths_m)[at(x, y)] = 0;
   }
-  const FeatureLabels labels = filtered(scene.input);
+  const FeatureLabels labels = labels_of(scene.input);
   EXPECT_TRUE(labels.is_removed(at(316, 300)));
   EXPECT_LT(labels[at(316, 300)].score, 1);
   EXPECT_FALSE(labels.is_removed(at(276, 300))) << "at his edge";
@@ -405,11 +405,11 @@ TEST(DepthCompensator, AbstainsWithoutAnyDepthOnAMaskOfManyFeatures) {
   for (std::size_t i = 0; i < scene.input.keypoints.size(); ++i) {
     if (ColumnScene::is_person(scene.input.keypoints[i].pt)) (*scene.input.depths_m)[i] = NAN;
   }
-  const FrameStatistics statistics = filtered(scene.input).statistics();
+  const FrameStatistics statistics = labels_of(scene.input).statistics();
   EXPECT_EQ(statistics.instances[0].compensation, Compensation::too_few_samples);
   EXPECT_EQ(statistics.compensated, 0U);
   scene.input.depths_m.reset();
-  EXPECT_EQ(filtered(scene.input).statistics().instances[0].compensation,
+  EXPECT_EQ(labels_of(scene.input).statistics().instances[0].compensation,
             Compensation::no_depth_image);
 }
 
@@ -417,7 +417,7 @@ TEST(DepthCompensator, GivesBackTheBackgroundUnderAStaleMaskByDepthsOfFeatures) 
   ColumnScene scene;
   scene.input.segmentation.instances[0].mask_origin.x = 265;
   scene.input.segmentation.timestamp_s = -0.1;
-  const FeatureLabels labels = filtered(scene.input);
+  const FeatureLabels labels = labels_of(scene.input);
   for (std::size_t i = 0; i < labels.size(); ++i) {
     const cv::Point at = scene.input.keypoints[i].pt;
     ASSERT_EQ(labels.is_removed(i), ColumnScene::is_person(at)) << at;

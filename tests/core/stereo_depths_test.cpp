@@ -243,12 +243,12 @@ TEST(StereoAreas, AreAroundDynamicObjects) {
   const FeaturesView features;
   stereo_areas({frame, masks, features}, MaskCuller(), {}, areas);
   ASSERT_EQ(areas.size(), 2U);
-  EXPECT_EQ(areas[0], cv::Rect(200 - 66, 100 - 66, 80 + 132, 300 + 132));
-  EXPECT_EQ(areas[1], cv::Rect(600 - 66, 0, 106, 480));
+  EXPECT_EQ(areas[0], cv::Rect(200 - 70, 100 - 70, 80 + 140, 300 + 140));
+  EXPECT_EQ(areas[1], cv::Rect(600 - 70, 0, 110, 480));
   // Late masks: the object may have moved since.
   frame.timestamp_s = 0.1;
   stereo_areas({frame, masks, features}, MaskCuller(), {}, areas);
-  EXPECT_EQ(areas[0].x, 200 - 66 - 40);
+  EXPECT_EQ(areas[0].x, 200 - 70 - 40);
 }
 
 }  // namespace

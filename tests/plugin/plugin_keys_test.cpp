@@ -73,8 +73,8 @@ TEST_F(PluginKeys, SetTheHalfWidthOfTheObjectsRange) {
     const ValueRange range = filtered(settings(lines)).instances.at(0).depth_range_m;
     return range.upper - range.lower;
   };
-  EXPECT_EQ(range_m("dynfilter.half_width_m: 0.45\n"), range_m(""));
-  EXPECT_NEAR(range_m("dynfilter.half_width_m: 0.2\n"), range_m("") - 0.5, 1e-6);
+  EXPECT_EQ(range_m("dynfilter.half_width_m: 0.55\n"), range_m(""));
+  EXPECT_NEAR(range_m("dynfilter.half_width_m: 0.3\n"), range_m("") - 0.5, 1e-6);
 }
 
 TEST_F(PluginKeys, RefuseWrongValues) {
@@ -84,7 +84,7 @@ TEST_F(PluginKeys, RefuseWrongValues) {
       {"margin_px: \"wide\"", "dynfilter.margin_px: got \"wide\"; want a finite number"},
       {"margin_px: .nan", "nan; want a finite number"},
       {"margin_px: -1", "margin_px = -1"},
-      {"half_width_m: 0", "half"},
+      {"half_width_m: -1", "half_width_m = -1"},
       {"max_time_difference_s: -1.0", "dynfilter.max_time_difference_s: got -1; want at least 0"},
       {"min_depth_m: 0", "dynfilter.min_depth_m: got 0; want above 0"},
       {"colour_order: \"gbr\"", "dynfilter.colour_order: got \"gbr\"; want one of bgr, rgb"},

@@ -231,6 +231,7 @@ inline void enlarge(ByteSource& source, FilterCase& made, const cv::Size& larges
   made.segmentation.image_size = size;
   if (!made.frame.depth.empty()) {
     const Guard guard = source.chance(70) ? Guard::behind : Guard::before;
+    const std::optional<GuardedImage> copied = made.depth_memory;  // lives until then
     made.depth_memory.emplace(size, made.frame.depth.type(), guard);
     made.frame.depth.copyTo(made.depth_memory->image()(cv::Rect(place, small)));
     made.frame.depth = made.depth_memory->image();

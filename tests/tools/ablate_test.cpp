@@ -56,7 +56,8 @@ TEST_F(Ablate, PrintsTheTablesOfEveryGroup) {
   for (const char* title :
        {"static, 2 scenes: features a frame", "medium, 2 scenes: features a frame",
         "medium, 2 scenes: the odometry's RMSE", "all: dynamic left / static removed a frame",
-        "all: RMSE of the ATE in m", "all: ATE over that of rule perfect",
+        "all: RMSE of the ATE in m", "all: ATE over that of rule mask",
+        "all: ATE over that of rule perfect", "worst left", "worst removed", "at the fewest",
         "in the form of the paper's Table 4"}) {
     EXPECT_NE(printed().find(title), std::string::npos) << title << '\n' << printed();
   }
@@ -80,8 +81,9 @@ TEST_F(Ablate, ASingleRunGivesTheSameFigures) {
                             " --rule paper --overlays 0 --out " + quoted(out("alone")));
   ASSERT_EQ(alone.exit_code, 0) << alone.printed;
   const nlohmann::json figures = read_json(out("alone") / "summary.json");
-  for (const char* name : {"scene", "masked", "compensated", "kept", "dynamic_left", "rim_removed",
-                           "static_removed", "ate_rmse_m", "options"}) {
+  for (const char* name :
+       {"scene", "masked", "compensated", "kept", "fewest_kept", "cautious_frames", "dynamic_left",
+        "rim_removed", "static_removed", "ate_rmse_m", "options"}) {
     EXPECT_EQ(figures[name], together[name]) << name;
   }
 }
