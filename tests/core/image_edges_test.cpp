@@ -100,6 +100,7 @@ TEST(ImagesOfAnySize, MatchTheOracleWithDepthAtAGuardPage) {
     FilterCase input = arbitrary_case(source);
     draw_rule(source, input, source.chance(70) ? CompensationRule::depth : CompensationRule::paper);
     enlarge(source, input, {2000, 2000});
+    input.options.compensator.depth.min_kept_share = 0;
     ASSERT_EQ(check_filter(input), "") << "seed " << seed;
     const FrameStatistics statistics = DynamicFilter(input.options)
                                            .apply(input.frame, input.segmentation, input.keypoints)
