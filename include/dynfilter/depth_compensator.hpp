@@ -191,7 +191,19 @@ class DepthCompensator {
         : options_(options), input_(input), features_(features), scratch_(scratch) {
       if (age_s_ > max_age_s) age_s_ = 0;
       scratch.objects.clear();
+      // All memory that frames of this size may need, whether or not this one does.
+      const auto places = [](int length, int step) {
+        return static_cast<std::size_t>(length / step + 1);
+      };
+      const int step = scaled(sample_px), row_step = scaled(gap_reach_px / 3);
       scratch.objects.reserve(input.segmentation.instances.size());
+      scratch.verdicts.reserve(features.size());
+      scratch.depths_m.reserve(features.size() +
+                               places(size_.width, step) * places(size_.height, step));
+      for (std::vector<int>& gaps_px : scratch.gaps_px) {
+        gaps_px.reserve(places(size_.height, row_step));
+      }
+      scratch.cells.reserve(lay_grid(min_cell_px * scale_));
     }
 
     /// Adds an instance to the objects if its depth is known.
@@ -222,7 +234,6 @@ class DepthCompensator {
         cell_px = std::min(cell_px, std::max(min_cell_px * scale_, quarter_px));
         area |= object.reach;
       }
-      scratch_.cells.reserve(lay_grid(min_cell_px * scale_));
       scratch_.cells.assign(lay_grid(cell_px), Cell());
       area = detail::clip_grown(area, cell_, cell_, size_);  // with a ring of surroundings
       const std::size_t first = cell_at(area.tl()), end = cell_at(area.br()) + 1;
@@ -366,9 +377,6 @@ class DepthCompensator {
         if (depth_m > 0) scratch_.depths_m.push_back(depth_m);
       };
       const int step = scaled(sample_px);
-      scratch_.depths_m.reserve(features_.size() +
-                                static_cast<std::size_t>(size_.width / step + 1) *
-                                    static_cast<std::size_t>(size_.height / step + 1));
       for (int y = area.y + step / 2; has_image_ && y < area.br().y; y += step) {
         for (int x = area.x + step / 2; x < area.br().x; x += step) read({x, y}, depth_at({x, y}));
       }
@@ -421,10 +429,8 @@ class DepthCompensator {
       const int step = scaled(gap_reach_px / 3);
       const int reach = scaled(gap_reach_px) + static_cast<int>(growth_px);
       auto& [lefts, rights] = scratch_.gaps_px;
-      for (std::vector<int>& gaps_px : scratch_.gaps_px) {
-        gaps_px.clear();
-        gaps_px.reserve(static_cast<std::size_t>(size_.height / step + 1));
-      }
+      lefts.clear();
+      rights.clear();
       for (int y = masked.y + step / 2; y < masked.br().y; y += step) {
         int left = masked.x, right = masked.br().x - 1;
         while (left <= right && !instance.covers({left, y})) ++left;

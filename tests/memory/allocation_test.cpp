@@ -77,8 +77,10 @@ void expect_steady_state_without_allocations(CompensationRule rule, bool by_colu
   FeatureLabels labels;
   Workspace workspace;
   FilterCase first = full_size_case(1);
-  // No feature of the first frame is on a mask: its size alone must suffice to reserve memory.
+  // No feature of the first frame is on a mask, and it has no depth: its size alone must suffice to
+  // reserve memory.
   for (Instance& person : first.segmentation.instances) person.mask_origin.y = 1000;
+  first.frame.depth.setTo(0);
   const auto prepare = [by_column](FilterCase& input) {
     if (!by_column) return;
     input.frame.depth = cv::Mat();
@@ -86,6 +88,7 @@ void expect_steady_state_without_allocations(CompensationRule rule, bool by_colu
     for (std::size_t i = 0; i < input.keypoints.size(); i += 3) (*input.depths_m)[i] = 0;
   };
   prepare(first);
+  if (by_column) first.depths_m.emplace(1000, 0.F);
   filter.apply(first.frame, first.segmentation, first.features(), labels, workspace);
   for (std::uint64_t seed = 2; seed < 20; ++seed) {
     FilterCase input = full_size_case(seed);
