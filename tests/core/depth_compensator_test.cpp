@@ -232,7 +232,7 @@ TEST(DepthCompensator, TakesSureFeaturesOnlyWhereFewWouldBeLeft) {
   EXPECT_FALSE(scene.filtered().statistics().was_cautious());
 }
 
-TEST(DepthCompensator, CautionBeginsAtHalfOfFewFeaturesOrAtTheShareOfMany) {
+TEST(DepthCompensator, CautionBeginsAtHalfOfFewFeaturesAtTheShareOrAt300) {
   EXPECT_FALSE(FewFeatures(100).filtered().statistics().was_cautious());
   EXPECT_EQ(FewFeatures(100).filtered().statistics().compensated, 100U);
   FewFeatures scene(400);
@@ -240,6 +240,11 @@ TEST(DepthCompensator, CautionBeginsAtHalfOfFewFeaturesOrAtTheShareOfMany) {
   EXPECT_FALSE(scene.filtered().statistics().was_cautious());
   scene.options.min_kept_share = 0.801;
   EXPECT_TRUE(scene.filtered().statistics().was_cautious());
+  for (const std::size_t on_wall : {299U, 300U}) {
+    FewFeatures many(on_wall);
+    for (int i = 0; i < 300; ++i) many.points.push_back(cv::Point2f(many.points.back()));
+    EXPECT_EQ(many.filtered().statistics().was_cautious(), on_wall < 300);
+  }
 }
 
 TEST(DepthCompensator, RefinedMaskCoversTheLimb) {
