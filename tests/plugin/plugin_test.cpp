@@ -134,6 +134,28 @@ TEST_F(PluginTest, ReportsStarvation) {
   EXPECT_EQ(plugin.counters().starved, 1U);
 }
 
+TEST_F(PluginTest, SaysOnceThatItIsCautiousAndCountsSuchFrames) {
+  Plugin plugin(settings());
+  ::testing::internal::CaptureStderr();
+  for (const int index : {0, 1}) {
+    const HostFrame frame(index);
+    std::vector<cv::KeyPoint> on_person;
+    cv::Mat descriptors;
+    for (const cv::KeyPoint& keypoint : frame.keypoints) {
+      if (!frame.segmentation.instances[0].box.contains(keypoint.pt)) continue;
+      on_person.push_back(keypoint);
+      descriptors.push_back(frame.descriptors.row(keypoint.class_id));
+    }
+    EXPECT_TRUE(
+        plugin.filter(frame.timestamp_s, frame.depth, on_person, descriptors).was_cautious());
+  }
+  const std::string said = ::testing::internal::GetCapturedStderr();
+  const std::size_t place = said.find("it takes sure ones only");
+  EXPECT_NE(place, std::string::npos) << said;
+  EXPECT_EQ(said.rfind("it takes sure ones only"), place);
+  EXPECT_EQ(plugin.counters().cautious, 2U);
+}
+
 TEST_F(PluginTest, SaysOnceWhatIsOddAboutTheFirstFrames) {
   const auto said = [&](const std::string& lines, double depth_scale) {
     Plugin plugin(settings(lines));
