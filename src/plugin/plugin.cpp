@@ -182,12 +182,6 @@ struct Plugin::State {
     for (const std::string& sentence : first_frames.add(frame, statistics, has_depth)) {
       std::cerr << sentence << std::endl;
     }
-    detail::shorten(labels, columns);
-    if (columns.pivot) *columns.pivot = static_cast<int>(kept_before_pivot);
-    ++counters.filtered;
-    counters.never_submitted += frame.image.empty() ? 1 : 0;
-    counters.without_masks += segmentation ? 0 : 1;
-    counters.starved += statistics.starved ? 1 : 0;
     if (statistics.was_cautious() && counters.cautious++ == 0) {
       std::cerr << "dynfilter: in the frame at " << detail::time_text(timestamp_s)
                 << " s, compensation would have left too few of " << statistics.features
@@ -195,6 +189,12 @@ struct Plugin::State {
                    "frames"
                 << std::endl;
     }
+    detail::shorten(labels, columns);
+    if (columns.pivot) *columns.pivot = static_cast<int>(kept_before_pivot);
+    ++counters.filtered;
+    counters.never_submitted += frame.image.empty() ? 1 : 0;
+    counters.without_masks += segmentation ? 0 : 1;
+    counters.starved += statistics.starved ? 1 : 0;
     if (!frame.image.empty()) {
       image.release();
       pair_depths.release();
