@@ -68,7 +68,7 @@ class LockedPropagator {
 };
 
 constexpr const char* options_doc =
-    R"(max_missed: largest number of results in a row that may miss an instance
+    R"(max_missed: largest number of late results in a row that may miss an instance
 max_age_s: masks of older frames are dropped, seconds
 history_frames: length of the motion history, frames; 1 to 1000
 
@@ -81,8 +81,8 @@ void bind_propagator(py::module_& module) {
   py::class_<LockedPropagator>(
       module, "MaskPropagator",
       R"(Moves masks from the frame that they were made from to the current frame. This bridges
-the time between two results of a segmenter that is slower than the camera, and results that miss
-an instance.
+the time between two results of a segmenter that is slower than the camera, and late results that
+miss an instance.
 
     masks = propagator.propagate(frame, newest)
     labels = filter.apply(frame, masks, points)
