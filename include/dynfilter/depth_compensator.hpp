@@ -579,7 +579,7 @@ class DepthCompensator {
     /// Whether a pixel lies within the margin of a fresh mask, and a length beyond.
     bool is_beside_mask(const Object& object, cv::Point pixel, double beyond_px) const {
       const double margin_px = object.margin_px + beyond_px * scale_;
-      return !is_stale_ && margin_px > 0 && detail::mask_within(*object.instance, pixel, margin_px);
+      return !is_stale_ && detail::mask_within(*object.instance, pixel, margin_px);
     }
 
     /// Sums 1 / distance over the eight directions in which the first surface, or fresh mask, is
