@@ -33,7 +33,8 @@ struct DepthCompensatorOptions {
   double half_width_m = 0.55;
   /// Features this close to a fresh mask and its gap are removed in any case.
   double mask_margin_px = 1;
-  double stale_age_s = 0.02;     ///< age from which masks are stale, seconds
+  /// Masks older than this, seconds, are stale. Above 1 s they count as fresh: no time was set.
+  double stale_age_s = 0.02;
   double motion_px_per_s = 400;  ///< largest speed of objects in the image
   /// Smallest share of the features to leave. Where fewer would be left, or fewer than 300 (or half
   /// of all, if that is less), the stage is cautious and removes only what is sure. 0: it never is.
@@ -89,7 +90,8 @@ class DepthCompensator {
   }
 
   /// Runs the stage. Throws std::invalid_argument for malformed input. O(pixels / 256 + features),
-  /// and for each instance O(features in its box).
+  /// and for each instance O(features in its box); without a depth image, each of these that has no
+  /// depth asks those around it.
   void operator()(const FilterInput& input, FeatureLabels& labels, Workspace& workspace) const {
     validate(input, labels, "DepthCompensator");
     Surfaces surfaces(options_, input, frame_features(input.features, workspace),

@@ -36,7 +36,7 @@ with the width; a margin of less than one pixel has no effect.)")
              "how far a person's limbs reach before and behind the median depth, metres")
       .field("mask_margin_px", &Depth::mask_margin_px,
              "added to the gap of a fresh mask: features this close to it are removed in any case")
-      .field("stale_age_s", &Depth::stale_age_s, "age from which masks are stale, seconds")
+      .field("stale_age_s", &Depth::stale_age_s, "masks older than this, seconds, are stale")
       .field("motion_px_per_s", &Depth::motion_px_per_s,
              "largest speed of objects in the image, pixels per second")
       .field(
