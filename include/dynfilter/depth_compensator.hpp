@@ -566,7 +566,7 @@ class DepthCompensator {
       return {std::clamp(pixel.x + shift_px, 0, size_.width - 1), pixel.y};
     }
 
-    /// Returns it for a pixel of a frame with a depth image.
+    /// Returns the certainty for a pixel of a frame with a depth image.
     double certainty_at(const Object& object, cv::Point pixel) const {
       const cv::Point place = place_of(object, pixel);
       const double depth_m = depth_at(place);
@@ -634,7 +634,7 @@ class DepthCompensator {
     const cv::Size size_ = input_.segmentation.image_size;
     const double scale_ = detail::pixel_scale(size_);
     double age_s_ = std::abs(input_.frame.timestamp_s - input_.segmentation.timestamp_s);
-    const bool is_stale_ = age_s_ > options_.stale_age_s&& age_s_ <= max_age_s;
+    const bool is_stale_ = age_s_ <= max_age_s && age_s_ > options_.stale_age_s;
     int cell_ = 1, stride_ = 2;  // width of the cells; number in a row
   };
 
