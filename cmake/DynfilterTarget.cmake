@@ -23,11 +23,23 @@ function(dynfilter_library target scope)
                            VERSION ${PROJECT_VERSION}
                            SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
     dynfilter_own_code(${target})
-    if(DYNFILTER_UNITY_BUILD)
-      set_target_properties(${target} PROPERTIES UNITY_BUILD ON)
-      # GCC takes the files of a batch for headers, whose classes other files may use.
-      target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
-    endif()
+    dynfilter_batches(${target})
+  endif()
+endfunction()
+
+# Compiles the files of a target in batches, if that is wanted. Files of other folders stay apart,
+# because several libraries contain them, and a linker may take a batch for each.
+function(dynfilter_batches target)
+  if(NOT DYNFILTER_UNITY_BUILD)
+    return()
+  endif()
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON)
+  # GCC takes the files of a batch for headers, whose classes other files may use.
+  target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
+  get_target_property(sources ${target} SOURCES)
+  list(FILTER sources INCLUDE REGEX "\\.\\./|/src/io/")
+  if(sources)
+    set_source_files_properties(${sources} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
   endif()
 endfunction()
 
