@@ -190,10 +190,9 @@ void print_report(const RunRecord& run) {
     print_count("removed", totals.removed(), frames);
   }
   print_count("kept", totals.kept(), frames);
-  std::printf("  %-38s %6zu\n", "kept at the fewest", run.fewest_kept());
+  std::printf("  %-38s %9zu\n", "kept at the fewest", run.fewest_kept());
   if (run.cautious_frames() > 0) {
-    std::printf("  %-38s %6zu\n", "frames of sure features, for few are left",
-                run.cautious_frames());
+    std::printf("  %-38s %9zu\n", "frames that lose sure ones only", run.cautious_frames());
   }
   if (run.has_truth) print_scores(run);
   if (run.rule.follows_motion()) print_motion(run);
