@@ -128,8 +128,8 @@ class DepthCompensator {
   }
 
  private:
-  // Lengths in pixels are for images 640 pixels wide. The numbers were chosen on rendered scenes
-  // and tried on recorded ones; results change little within a fifth of each.
+  // Lengths in pixels are for images 640 pixels wide. The numbers were chosen on rendered and on
+  // recorded scenes.
   static constexpr double max_step_m = 0.2;       // surfaces farther apart are not connected
   static constexpr double step_per_depth = 0.25;  // of the inequality
   static constexpr double max_age_s = 1;          // older: the masks' time was not set

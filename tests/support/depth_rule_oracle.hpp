@@ -374,7 +374,7 @@ class DepthRuleOracle {
   const double scale_ = size_.width / 640.0;
   const double half_ = options_.half_width_m * (has_image_ ? 1 : 0.75);
   double age_ = std::abs(input_.frame.timestamp_s - input_.segmentation.timestamp_s);
-  const bool stale_ = age_ > options_.stale_age_s&& age_ <= 1;
+  const bool stale_ = age_ <= 1 && age_ > options_.stale_age_s;
   std::vector<cv::Point> pixels_;
   std::vector<Object> objects_;
   int cell_ = 1;
