@@ -192,7 +192,7 @@ void print_report(const RunRecord& run) {
   print_count("kept", totals.kept(), frames);
   std::printf("  %-38s %9zu\n", "kept at the fewest", run.fewest_kept());
   if (run.cautious_frames() > 0) {
-    std::printf("  %-38s %9zu\n", "frames that lose sure ones only", run.cautious_frames());
+    std::printf("  %-38s %9zu\n", "cautious frames", run.cautious_frames());
   }
   if (run.has_truth) print_scores(run);
   if (run.rule.follows_motion()) print_motion(run);
