@@ -37,7 +37,7 @@ function(dynfilter_batches target)
   # GCC takes the files of a batch for headers, whose classes other files may use.
   target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
   get_target_property(sources ${target} SOURCES)
-  list(FILTER sources INCLUDE REGEX "\\.\\./|/src/io/")
+  list(FILTER sources INCLUDE REGEX "\\.\\./")
   if(sources)
     set_source_files_properties(${sources} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
   endif()
