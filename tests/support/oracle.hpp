@@ -229,6 +229,13 @@ inline OracleVerdict oracle_filter(const FilterCase& input) {
   return verdict;
 }
 
+/// Labels that the masks alone give.
+inline OracleVerdict oracle_masks(FilterCase input) {
+  input.frame.depth = cv::Mat();
+  input.depths_m.reset();
+  return oracle_filter(input);
+}
+
 }  // namespace dynfilter::testing
 
 #endif  // DYNFILTER_TESTS_SUPPORT_ORACLE_HPP
