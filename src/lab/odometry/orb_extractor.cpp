@@ -29,13 +29,13 @@ void keep_spread(std::vector<cv::KeyPoint>& keypoints, std::size_t count,
   if (keypoints.size() <= count) return;
   std::sort(keypoints.begin(), keypoints.end(), is_stronger);
   // Half as many cells as features, because some cells have no corner.
-  const double cell_px = std::sqrt(2.0 * image_size.area() / static_cast<double>(count));
+  const double spacing_px = std::sqrt(2.0 * image_size.area() / static_cast<double>(count));
   std::map<std::pair<int, int>, std::size_t> taken_by_cell;
   std::vector<std::pair<std::size_t, std::size_t>> ranked;  // rank in its cell, keypoint
   for (std::size_t i = 0; i < keypoints.size(); ++i) {
     const cv::Point2f& position = keypoints[i].pt;
-    const std::pair<int, int> cell(static_cast<int>(position.y / cell_px),
-                                   static_cast<int>(position.x / cell_px));
+    const std::pair<int, int> cell(static_cast<int>(position.y / spacing_px),
+                                   static_cast<int>(position.x / spacing_px));
     ranked.emplace_back(taken_by_cell[cell]++, i);
   }
   std::sort(ranked.begin(), ranked.end());

@@ -16,9 +16,9 @@ namespace {
 
 constexpr int passes = 4;
 constexpr int steps_a_pass = 10;
-constexpr double min_depth_m = 0.05;
+constexpr double min_z_m = 0.05;
 
-struct NormalEquations {
+struct PoseEquations {
   Eigen::Matrix<double, 6, 6> hessian = Eigen::Matrix<double, 6, 6>::Zero();
   Twist gradient = Twist::Zero();
 };
@@ -35,15 +35,15 @@ double total_cost(const PinholeCamera& camera, const Pose& pose,
     if (!match.is_inlier) continue;
     const Eigen::Vector3d point = pose * match.point;
     // A step that puts an inlier behind the camera is bad.
-    if (point.z() < min_depth_m) return std::numeric_limits<double>::infinity();
+    if (point.z() < min_z_m) return std::numeric_limits<double>::infinity();
     total += cost_of(match, residual(camera, match.observation, point), robust).cost;
   }
   return total;
 }
 
-NormalEquations linearise(const PinholeCamera& camera, const Pose& pose,
-                          const std::vector<PointMatch>& matches, bool robust) {
-  NormalEquations equations;
+PoseEquations linearise(const PinholeCamera& camera, const Pose& pose,
+                        const std::vector<PointMatch>& matches, bool robust) {
+  PoseEquations equations;
   for (const PointMatch& match : matches) {
     if (!match.is_inlier) continue;
     const Eigen::Vector3d point = pose * match.point;
@@ -62,7 +62,7 @@ void levenberg_marquardt(const PinholeCamera& camera, Pose& pose,
   double damping = 1e-5;
   double cost = total_cost(camera, pose, matches, robust);
   for (int step = 0; step < steps_a_pass; ++step) {
-    const NormalEquations equations = linearise(camera, pose, matches, robust);
+    const PoseEquations equations = linearise(camera, pose, matches, robust);
     Eigen::Matrix<double, 6, 6> damped = equations.hessian;
     damped.diagonal() *= 1 + damping;
     damped.diagonal().array() += 1e-9;  // a degenerate view leaves directions undetermined
@@ -89,7 +89,7 @@ std::size_t mark_outliers(const PinholeCamera& camera, const Pose& pose,
   for (PointMatch& match : matches) {
     const Eigen::Vector3d point = pose * match.point;
     match.is_inlier =
-        point.z() >= min_depth_m &&
+        point.z() >= min_z_m &&
         residual(camera, match.observation, point).squaredNorm() <= chi2_limit(match.observation);
     inliers += match.is_inlier ? 1U : 0U;
   }
@@ -145,7 +145,7 @@ bool agrees(const PinholeCamera& camera, const Pose& pose, const PointMatch& mat
 std::size_t refine_pose(const PinholeCamera& camera, Pose& pose, std::vector<PointMatch>& matches) {
   if (matches.size() < 3) return 0;
   const Pose start = pose;
-  for (PointMatch& match : matches) match.is_inlier = (pose * match.point).z() >= min_depth_m;
+  for (PointMatch& match : matches) match.is_inlier = (pose * match.point).z() >= min_z_m;
   std::size_t inliers = matches.size();
   for (int pass = 0; pass < passes && inliers >= 3; ++pass) {
     // Starts from the same pose each time, so that outliers of an earlier pass leave no trace.

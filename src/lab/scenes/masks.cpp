@@ -25,14 +25,14 @@ constexpr double limbs_missing_s = 0.4;
 
 using Regions = std::array<bool, limb_regions + 1>;  // by BodyRegion
 
-struct Faults {
+struct MaskFaultShares {
   int min_limbs;           // the smallest number of missing limbs
   std::uint64_t choices;   // numbers from there on
   double torso_share = 0;  // shares of the periods without torso, and with an empty mask
   double empty_share = 0;
 };
 
-Faults faults_of(MaskFaults faults) {
+MaskFaultShares faults_of(MaskFaults faults) {
   if (faults == MaskFaults::few_limbs) return {1, 3};
   if (faults == MaskFaults::torso) return {3, 4, 0.75, 0.06};
   return {2, 4};
@@ -43,7 +43,7 @@ Regions missing_regions(const SyntheticSceneOptions& options, int person, double
   const std::uint64_t key = make_key(options.seed, Stream::mask_limbs, person);
   const auto slot = static_cast<std::int64_t>(std::floor(elapsed_s / limbs_missing_s + unit(key)));
   const std::uint64_t now = make_key(key, slot);
-  const Faults faults = faults_of(options.mask_faults);
+  const MaskFaultShares faults = faults_of(options.mask_faults);
   const int count = faults.min_limbs + static_cast<int>(mixed_bits(now) % faults.choices);
   Regions missing{};
   if (unit(make_key(now, 101)) < faults.empty_share) {
