@@ -12,13 +12,14 @@
 #include <random>
 #include <vector>
 
+extern const char* const fuzz_corpus;
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
 
 namespace {
 
 TEST(FuzzReplay, TheCorpusShowsNoFault) {
   std::size_t replayed = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(DYNFILTER_FUZZ_CORPUS)) {
+  for (const auto& entry : std::filesystem::directory_iterator(fuzz_corpus)) {
     SCOPED_TRACE(entry.path().filename());
     ASSERT_LE(entry.file_size(), 4096U);
     std::ifstream file(entry.path(), std::ios::binary);
