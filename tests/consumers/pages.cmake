@@ -1,69 +1,15 @@
-# Builds the C++ and CMake of README.md, of the map of the code and of motion's page as they are printed,
-# against an install: each project with the file that its page prints beside it, and nothing else.
-include(${CMAKE_CURRENT_LIST_DIR}/helpers.cmake)
-set(BUILD_TYPE "")  # unoptimised, in half the time
+# Builds the C++ and CMake of README.md as they are printed, against an install.
+include(${CMAKE_CURRENT_LIST_DIR}/readme_project.cmake)
 
-set(README ${SOURCE_DIR}/README.md)
-set(MAP ${SOURCE_DIR}/include/dynfilter/README.md)
-set(MOTION ${SOURCE_DIR}/include/dynfilter/motion/README.md)
-
-# Reads the blocks of a language from a page into <prefix>_1, <prefix>_2, … and <prefix>_count.
-function(read_blocks page language prefix)
-  file(READ ${page} rest)
-  string(LENGTH "```${language}\n" fence)
-  set(count 0)
-  while(TRUE)
-    string(FIND "${rest}" "```${language}\n" begin)
-    if(begin EQUAL -1)
-      break()
-    endif()
-    math(EXPR begin "${begin} + ${fence}")
-    string(SUBSTRING "${rest}" ${begin} -1 rest)
-    string(FIND "${rest}" "```" end)
-    string(SUBSTRING "${rest}" 0 ${end} block)
-    math(EXPR count "${count} + 1")
-    set(${prefix}_${count} "${block}" PARENT_SCOPE)
-  endwhile()
-  set(${prefix}_count ${count} PARENT_SCOPE)
-endfunction()
-
-# Writes a project of a CMakeLists.txt and the source that it names, and builds it.
-#   build_project(<name> <text of CMakeLists.txt> <text of the source> [<argument of cmake>...])
-function(build_project name cmake source)
-  if(NOT cmake MATCHES "add_(executable|library)\\(([a-z_]+) ([a-z_]+\\.cpp)\\)")
-    message(FATAL_ERROR "this CMakeLists.txt names no source:\n${cmake}")
-  endif()
-  set(target ${CMAKE_MATCH_2})
-  fresh_folder(project pages/${name})
-  file(WRITE ${project}/${CMAKE_MATCH_3} "${source}")
-  file(WRITE ${project}/CMakeLists.txt "${cmake}")
-  configure_command(configure ${project} ${project}/build)
-  run(output ${configure} ${ARGN})
-  run(output ${CMAKE_COMMAND} --build ${project}/build --target ${target})
-endfunction()
-
-# --- README.md: the first program and its project ---------------------------------------------------
-set(prefix -DCMAKE_PREFIX_PATH=${INSTALLED_DIR})
-read_blocks(${README} cpp cpp)
-read_blocks(${README} cmake cmake)
-if(NOT cpp_count EQUAL 1 OR NOT cmake_count EQUAL 1)
-  message(FATAL_ERROR "README.md has ${cpp_count} blocks of C++ and ${cmake_count} of CMake")
-endif()
-set(program "${cpp_1}")
-set(project "${cmake_1}")
+# --- The first program ------------------------------------------------------------------------------
 build_project(first_program "${project}" "${program}" ${prefix})
 file(READ ${SOURCE_DIR}/examples/first_program.cpp example)
 string(FIND "${example}" "${program}" found)
 if(found EQUAL -1)
   message(FATAL_ERROR "examples/first_program.cpp does not hold the program of README.md")
 endif()
-# The lines of other pages stand below the first three lines of this project.
-if(NOT project MATCHES "^cmake_minimum[^\n]*\nproject[^\n]*\nfind_package\\(OpenCV[^\n]*\n")
-  message(FATAL_ERROR "The project of README.md does not begin with project and OpenCV")
-endif()
-set(head "${CMAKE_MATCH_0}")
 
-# --- README.md: other mask sources, | source | `header` | `statement` | `component` | ---------------
+# --- Other mask sources, | source | `header` | `statement` | `component` | ---------------
 string(FIND "${program}" "  dynfilter::CallbackSegmenter people(" begin)
 string(FIND "${program}" "  });\n" end)
 string(SUBSTRING "${program}" 0 ${begin} before)
@@ -92,40 +38,4 @@ while(rest MATCHES "${row}")
 endwhile()
 if(sources LESS 3)
   message(FATAL_ERROR "README.md names ${sources} other mask sources")
-endif()
-
-# --- The map of the code: whole files for dynfilter::dynfilter --------------------------------------
-read_blocks(${MAP} cpp stage)
-if(stage_count LESS 2)
-  message(FATAL_ERROR "The map of the code has ${stage_count} blocks of C++")
-endif()
-foreach(number RANGE 1 ${stage_count})
-  build_project(map_${number} "cmake_minimum_required(VERSION 3.16)
-project(map LANGUAGES CXX)
-find_package(dynfilter REQUIRED)
-add_library(map map.cpp)
-target_link_libraries(map PRIVATE dynfilter::dynfilter)
-" "${stage_${number}}" ${prefix})
-endforeach()
-
-# --- The map of the code: another way to get dynfilter -----------------------------------------------
-read_blocks(${MAP} cmake fetch)
-set(find_dynfilter "find_package(dynfilter 0.3 REQUIRED)\n")
-string(REPLACE "${find_dynfilter}" "${fetch_1}" fetched "${project}")
-if(NOT fetch_count EQUAL 1 OR fetched STREQUAL project)
-  message(FATAL_ERROR "The map has ${fetch_count} blocks of CMake; README.md wants ${find_dynfilter}")
-endif()
-build_project(fetched "${fetched}" "${program}" -DFETCHCONTENT_SOURCE_DIR_DYNFILTER=${SOURCE_DIR})
-
-# --- The page of motion: a file and its project, without their head ---------------------------------
-read_blocks(${MOTION} cpp motion)
-read_blocks(${MOTION} cmake motion_project)
-if(NOT motion_count EQUAL 1 OR NOT motion_project_count EQUAL 1)
-  message(FATAL_ERROR "The page of motion has ${motion_count} blocks of C++")
-endif()
-file(GLOB_RECURSE installed ${INSTALLED_DIR}/dynfilter-motion.cmake)
-if(installed)
-  build_project(motion "${head}${motion_project_1}" "${motion_1}" ${prefix})
-else()
-  message("without the component motion: its page")
 endif()

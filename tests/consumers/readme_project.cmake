@@ -1,0 +1,50 @@
+# Functions and variables of tests that build the code of pages: each project with the file that its page
+# prints beside it, and nothing else. Sets `program` and `project`, the README's.
+include(${CMAKE_CURRENT_LIST_DIR}/helpers.cmake)
+
+# Reads the blocks of a language from a page into <prefix>_1, <prefix>_2, … and <prefix>_count.
+function(read_blocks page language prefix)
+  file(READ ${page} rest)
+  string(LENGTH "```${language}\n" fence)
+  set(count 0)
+  while(TRUE)
+    string(FIND "${rest}" "```${language}\n" begin)
+    if(begin EQUAL -1)
+      break()
+    endif()
+    math(EXPR begin "${begin} + ${fence}")
+    string(SUBSTRING "${rest}" ${begin} -1 rest)
+    string(FIND "${rest}" "```" end)
+    string(SUBSTRING "${rest}" 0 ${end} block)
+    math(EXPR count "${count} + 1")
+    set(${prefix}_${count} "${block}" PARENT_SCOPE)
+  endwhile()
+  set(${prefix}_count ${count} PARENT_SCOPE)
+endfunction()
+
+# Writes a project of a CMakeLists.txt and the source that it names, and builds it.
+#   build_project(<name> <text of CMakeLists.txt> <text of the source> [<argument of cmake>...])
+function(build_project name cmake source)
+  if(NOT cmake MATCHES "add_(executable|library)\\(([a-z_]+) ([a-z_]+\\.cpp)\\)")
+    message(FATAL_ERROR "this CMakeLists.txt names no source:\n${cmake}")
+  endif()
+  set(target ${CMAKE_MATCH_2})
+  fresh_folder(project pages/${name})
+  file(WRITE ${project}/${CMAKE_MATCH_3} "${source}")
+  file(WRITE ${project}/CMakeLists.txt "${cmake}")
+  configure_command(configure ${project} ${project}/build)
+  run(output ${configure} ${ARGN})
+  run(output ${CMAKE_COMMAND} --build ${project}/build --target ${target})
+endfunction()
+
+# The first program and its project.
+set(README ${SOURCE_DIR}/README.md)
+set(BUILD_TYPE "")  # unoptimised, in half the time
+set(prefix -DCMAKE_PREFIX_PATH=${INSTALLED_DIR})
+read_blocks(${README} cpp cpp)
+read_blocks(${README} cmake cmake)
+if(NOT cpp_count EQUAL 1 OR NOT cmake_count EQUAL 1)
+  message(FATAL_ERROR "README.md has ${cpp_count} blocks of C++ and ${cmake_count} of CMake")
+endif()
+set(program "${cpp_1}")
+set(project "${cmake_1}")
