@@ -53,7 +53,7 @@ TEST(FeatureSampler, SampleIsPinned) {
 /// fixed, so the test does not fail by chance.
 TEST(FeatureSampler, IsUnbiased) {
   constexpr std::size_t features = 200, samples = 20;
-  constexpr double frames = 20000;
+  constexpr double frames = 5000;
   const FeatureSampler sampler(samples, 2024);
   std::vector<double> hits(features), pairs(features);
   for (std::uint64_t frame = 0; frame < static_cast<std::uint64_t>(frames); ++frame) {

@@ -14,7 +14,7 @@ namespace {
 
 TEST(WholeFilter, PaperRuleMatchesTheOracle) {
   std::size_t masked = 0, compensated = 0, kept = 0;
-  for (std::uint64_t seed = 0; seed < 6000; ++seed) {
+  for (std::uint64_t seed = 0; seed < 1500; ++seed) {
     ByteSource source(seed);
     const FilterCase input = arbitrary_case_of_any_size(source);
     ASSERT_EQ(check_filter(input), "") << "seed " << seed;
@@ -26,9 +26,9 @@ TEST(WholeFilter, PaperRuleMatchesTheOracle) {
     kept += statistics.kept();
   }
   // The comparison is meaningful only if all three happen often.
-  EXPECT_GT(masked, 25000U);
-  EXPECT_GT(compensated, 1200U);
-  EXPECT_GT(kept, 2500U);
+  EXPECT_GT(masked, 6000U);
+  EXPECT_GT(compensated, 280U);
+  EXPECT_GT(kept, 600U);
 }
 
 /// Puts the first object before a far wall, with its depth beside its mask.
@@ -71,23 +71,23 @@ FilterCase depth_case(std::uint64_t seed) {
 
 TEST(WholeFilter, DepthRuleMatchesTheOracleOnEveryPath) {
   std::map<std::string, std::size_t> times;
-  for (std::uint64_t seed = 0; seed < 2000; ++seed) {
+  for (std::uint64_t seed = 0; seed < 700; ++seed) {
     const FilterCase input = depth_case(seed);
     ASSERT_EQ(check_filter(input), "") << "seed " << seed;
     for (const auto& [path, count] : DepthRuleOracle(input).times) times[path] += count;
   }
   const std::map<std::string, std::size_t> wanted = {
-      {"by depth", 4000}, {"by nearness", 1800}, {"by margin", 500}, {"by box", 250},
-      {"by column", 700}, {"by votes", 30},      {"restored", 3500}, {"spared", 1700},
-      {"cautious", 240},  {"shifted", 20},       {"gone", 70},       {"beside its mask", 20},
-      {"not by box", 12}};
+      {"by depth", 1500}, {"by nearness", 650}, {"by margin", 200}, {"by box", 100},
+      {"by column", 180}, {"by votes", 12},     {"restored", 1400}, {"spared", 600},
+      {"cautious", 80},   {"shifted", 5},       {"gone", 35},       {"beside its mask", 8},
+      {"not by box", 4}};
   for (const auto& [path, count] : wanted) EXPECT_GT(times[path], count) << path;
 }
 
 /// Uses enough features for the grid, and a workspace that has seen other frames.
 TEST(WholeFilter, MatchesTheOracleInCrowds) {
   std::size_t masked = 0, compensated = 0;
-  for (std::uint64_t seed = 0; seed < 600; ++seed) {
+  for (std::uint64_t seed = 0; seed < 200; ++seed) {
     ByteSource source(seed);
     FilterCase input = arbitrary_case_of_any_rule(source);
     const cv::Size image = input.segmentation.image_size;
@@ -110,14 +110,14 @@ TEST(WholeFilter, MatchesTheOracleInCrowds) {
     masked += labels.statistics().masked;
     compensated += labels.statistics().compensated;
   }
-  EXPECT_GT(masked, 15000U);
-  EXPECT_GT(compensated, 80U);
+  EXPECT_GT(masked, 5000U);
+  EXPECT_GT(compensated, 25U);
 }
 
 /// Uses more objects than a word has bits.
 TEST(WholeFilter, MatchesTheOracleWithHundredsOfObjects) {
   std::size_t compensated = 0, restored = 0, by_later_ones = 0;
-  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+  for (std::uint64_t seed = 0; seed < 25; ++seed) {
     ByteSource source(seed);
     FilterCase input = arbitrary_case(source, {source.between(20, 60), source.between(20, 60)});
     draw_rule(source, input, CompensationRule::depth);
@@ -140,9 +140,9 @@ TEST(WholeFilter, MatchesTheOracleWithHundredsOfObjects) {
       by_later_ones += is_compensated && label.instance >= 64 ? 1 : 0;
     }
   }
-  EXPECT_GT(compensated, 75U);
-  EXPECT_GT(by_later_ones, 4U);
-  EXPECT_GT(restored, 45U);
+  EXPECT_GT(compensated, 30U);
+  EXPECT_GT(by_later_ones, 1U);
+  EXPECT_GT(restored, 18U);
 }
 
 }  // namespace
