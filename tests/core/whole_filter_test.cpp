@@ -84,6 +84,16 @@ TEST(WholeFilter, DepthRuleMatchesTheOracleOnEveryPath) {
   for (const auto& [path, count] : wanted) EXPECT_GT(times[path], count) << path;
 }
 
+TEST(SlowWholeFilter, RulesMatchTheirOraclesInRareCases) {
+  for (std::uint64_t seed = 700; seed < 2000; ++seed) {
+    ASSERT_EQ(check_filter(depth_case(seed)), "") << "seed " << seed;
+  }
+  for (std::uint64_t seed = 1500; seed < 6000; ++seed) {
+    ByteSource source(seed);
+    ASSERT_EQ(check_filter(arbitrary_case_of_any_size(source)), "") << "seed " << seed;
+  }
+}
+
 /// Uses enough features for the grid, and a workspace that has seen other frames.
 TEST(WholeFilter, MatchesTheOracleInCrowds) {
   std::size_t masked = 0, compensated = 0;
