@@ -273,6 +273,16 @@ TEST(DepthCompensator, RefinedMaskCoversTheLimb) {
       "DepthCompensator::refined: got instance 1; want an index below 1");
 }
 
+TEST(DepthCompensator, RefinesTheInstanceAskedFor) {
+  DepthScene scene;
+  const cv::Rect other(40, 150, 80, 250);
+  scene.set_depth(other, 2.5);
+  scene.segmentation.instances.push_back(Instance::from_box(other, 0, 0.8F));
+  const Instance refined = DepthCompensator().refined(scene.frame, scene.segmentation, 0);
+  EXPECT_TRUE(refined.covers({300, 300}));
+  EXPECT_FALSE(refined.covers({80, 300}));
+}
+
 TEST(DepthCompensator, RefusesAShareAboveOne) {
   DepthCompensatorOptions options;
   options.min_kept_share = 1.5;
