@@ -25,6 +25,7 @@ enum class Reason : std::uint8_t {
   compensated,  ///< an edge feature that the mask missed
   restored,     ///< removed by one stage and given back by a later one
   moving,       ///< it moves, whatever it belongs to
+  still,        ///< kept though on the mask of an object, which stands still: no landmark for long
   custom = 128  ///< removed by a stage of your own; cast 129 to 255 for further reasons
 };
 
@@ -89,14 +90,14 @@ class FeatureLabels {
 
   /// Removes feature i in the name of an instance (-1 = none) and counts it. A feature that is
   /// already removed keeps its label. Returns whether this call removed it. Throws
-  /// std::invalid_argument for a feature or instance that does not exist, for the reasons untouched
-  /// and restored, and for a score outside 0 to 1. O(1).
+  /// std::invalid_argument for a feature or instance that does not exist, for the reasons
+  /// untouched, restored and still, and for a score outside 0 to 1. O(1).
   bool remove(std::size_t i, std::int32_t instance, Reason reason, float score) {
     require_verdict("FeatureLabels::remove", i, instance, score);
     require_removing(reason);
     FeatureLabel& label = labels_[i];
     if (label.removed) return false;
-    if (label.reason == Reason::restored) --statistics_.restored;
+    if (label.reason == Reason::restored || label.reason == Reason::still) --statistics_.restored;
     label = {score, instance, reason, true};
     count(label, 1);
     return true;
@@ -139,15 +140,21 @@ class FeatureLabels {
   }
 
   /// Gives a removed feature back with a new score, for a stage that knows better than the one that
-  /// removed it. Returns whether it was removed. Throws std::invalid_argument for a feature that
-  /// does not exist and for a score outside 0 to 1. O(1).
-  bool restore(std::size_t i, float score) {
+  /// removed it, and with the reason restored or still. Returns whether it was removed. Throws
+  /// std::invalid_argument for a feature that does not exist, for a score outside 0 to 1, and for
+  /// another reason. O(1).
+  bool restore(std::size_t i, float score, Reason reason = Reason::restored) {
     require_verdict("FeatureLabels::restore", i, -1, score);
+    if (reason != Reason::restored && reason != Reason::still) {
+      detail::throw_misuse("FeatureLabels::restore",
+                           detail::concatenate("the reason ", static_cast<int>(reason)),
+                           "restored or still");
+    }
     FeatureLabel& label = labels_[i];
     if (!label.removed) return false;
     count(label, std::size_t{0} - 1);
     label.score = score;
-    label.reason = Reason::restored;
+    label.reason = reason;
     label.removed = false;
     ++statistics_.restored;
     return true;

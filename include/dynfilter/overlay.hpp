@@ -18,8 +18,8 @@ namespace dynfilter {
 
 /// Draws what the filter did, for a person to look at. Each reason has its own colour and shape
 /// (kept: blue ring, in mask: vermilion cross, compensated: yellow diamond, restored: green ring,
-/// moving: orange triangle, custom: purple square). The palette, by Okabe and Ito, "Color universal
-/// design", suits colour-blind people.
+/// moving: orange triangle, still: white ring, custom: purple square). The palette, by Okabe and
+/// Ito, "Color universal design", suits colour-blind people.
 ///
 /// `image`: CV_8UC1 or CV_8UC3 (BGR), not changed. Returns a CV_8UC3 image of the same width, with
 /// the legend added below. Throws std::invalid_argument for another image type, for a segmentation

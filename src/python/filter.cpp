@@ -171,7 +171,7 @@ use one filter at once.)")
       py::arg("labels"),
       R"(Draws what the filter did, for a person to look at. Each reason has its own colour and
 shape (kept: blue ring, in mask: vermilion cross, compensated: yellow diamond, restored: green ring,
-moving: orange triangle, custom: purple square).
+moving: orange triangle, still: white ring, custom: purple square).
 
 image: uint8, grey or BGR, not changed
 Returns an uint8 image, BGR, of the same width, with the legend added below.)");

@@ -50,6 +50,7 @@ void bind_reason(py::module_& module) {
       .value("compensated", Reason::compensated, "an edge feature that the mask missed")
       .value("restored", Reason::restored, "removed by one stage and given back by a later one")
       .value("moving", Reason::moving, "it moves, whatever it belongs to")
+      .value("still", Reason::still, "kept though on the mask of an object, which stands still")
       .value("custom", Reason::custom, "removed by you")
       // pybind11 finds a number and a member of a scoped enumeration unequal, also in arrays.
       .def(
@@ -104,7 +105,7 @@ that labels may refer to.)")
            R"(Removes a feature in the name of an instance (-1 = none) and counts it.
 
 A feature that is already removed keeps its label. Returns whether this call removed it. Raises
-ValueError for a feature or instance that does not exist, for the reasons untouched and restored,
+ValueError for a feature or instance that does not exist, for the reasons untouched, restored and still,
 and for a score outside 0 to 1.)")
       .def("__repr__", [](const FeatureLabels& self) {
         return detail::concatenate("FeatureLabels(", self.size(), " features, ",

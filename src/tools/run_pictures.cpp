@@ -38,7 +38,10 @@ FeatureLabels only_masked(const FeatureLabels& labels, const Segmentation& segme
   }
   for (std::size_t i = 0; i < labels.size(); ++i) {
     // A compensation stage may have restored features of a stale mask.
-    if (labels[i].reason != Reason::in_mask && labels[i].reason != Reason::restored) continue;
+    const Reason reason = labels[i].reason;
+    const bool was_masked =
+        reason == Reason::in_mask || reason == Reason::restored || reason == Reason::still;
+    if (!was_masked) continue;
     masked.remove(i, labels[i].instance, Reason::in_mask, labels[i].score);
   }
   return masked;

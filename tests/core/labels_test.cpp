@@ -51,6 +51,28 @@ TEST(FeatureLabels, RestoreKeepsInstanceAndScore) {
   EXPECT_EQ(labels.statistics().kept(), 1U);
 }
 
+TEST(FeatureLabels, RestoreTakesAScoreAndAReasonOfKeptFeatures) {
+  FeatureLabels labels(3, with_instances(1));
+  EXPECT_FALSE(labels.restore(0, 0.5F, Reason::still)) << "it was not removed";
+  EXPECT_EQ(labels[0].reason, Reason::untouched);
+  for (const std::size_t i : {0U, 1U}) labels.remove(i, 0, Reason::in_mask, 0.75F);
+  EXPECT_TRUE(labels.restore(0, 0.25F, Reason::still));
+  EXPECT_TRUE(labels.restore(1, 0.125F));
+  EXPECT_FALSE(labels.is_removed(0));
+  EXPECT_EQ(labels[0].reason, Reason::still);
+  EXPECT_EQ(labels[0].score, 0.25F);
+  EXPECT_EQ(labels[0].instance, 0);
+  EXPECT_EQ(labels[1].reason, Reason::restored);
+  EXPECT_EQ(labels[1].score, 0.125F);
+  EXPECT_EQ(labels.statistics().masked, 0U);
+  EXPECT_EQ(labels.statistics().instances[0].masked, 0U);
+  EXPECT_EQ(labels.statistics().restored, 2U);
+  EXPECT_EQ(labels.statistics().kept(), 3U);
+  EXPECT_TRUE(labels.remove(0, -1, Reason::moving, 0.5F));
+  EXPECT_EQ(labels.statistics().restored, 1U) << "it is no restored feature any more";
+  EXPECT_EQ(labels.statistics().moving, 1U);
+}
+
 TEST(FeatureLabels, SuspectRaisesScoresOfKeptFeaturesOnly) {
   FeatureLabels labels(2, with_instances(2));
   EXPECT_TRUE(labels.suspect(0, 1, 0.25F));
@@ -84,6 +106,13 @@ TEST(FeatureLabels, RefuseIndicesAndScoresOutOfRange) {
   refuses([&] { labels.suspect(0, 0, NAN); }, "FeatureLabels::suspect: got score nan");
   refuses([&] { labels.restore(1, 0.5F); }, "feature 1");
   refuses([&] { labels.restore(0, -0.5F); }, "FeatureLabels::restore: got score -0.5");
+  for (const Reason other :
+       {Reason::untouched, Reason::in_mask, Reason::compensated, Reason::moving, Reason::custom}) {
+    refuses([&] { labels.restore(0, 0.5F, other); }, "FeatureLabels::restore: got the reason");
+  }
+  for (const Reason kept : {Reason::untouched, Reason::restored, Reason::still}) {
+    refuses([&] { labels.remove(0, -1, kept, 0.5F); }, "FeatureLabels::remove: got the reason");
+  }
   EXPECT_EQ(labels[0].score, 0);
 }
 
@@ -123,7 +152,7 @@ TEST(FeatureLabels, CountsMatchTheLabelsAfterRandomCalls) {
     for (int call = 0; call < 300; ++call) {
       const std::size_t i = source.word() % count;
       if (source.chance(30)) {
-        labels.restore(i);
+        labels.restore(i, 0.5F, source.chance(50) ? Reason::restored : Reason::still);
       } else {
         const Reason reason = source.chance(50) ? Reason::in_mask : Reason::compensated;
         labels.remove(i, source.between(-1, 2), reason, 0.5F);
@@ -133,7 +162,8 @@ TEST(FeatureLabels, CountsMatchTheLabelsAfterRandomCalls) {
     for (std::size_t i = 0; i < count; ++i) {
       ASSERT_EQ(labels.is_removed(i), labels[i].removed);
       removed += labels[i].removed ? 1 : 0;
-      restored += labels[i].reason == Reason::restored ? 1 : 0;
+      const Reason reason = labels[i].reason;
+      restored += reason == Reason::restored || reason == Reason::still ? 1 : 0;
       const bool is_masked = labels[i].removed && labels[i].reason == Reason::in_mask;
       masked_for_last += is_masked && labels[i].instance == 2 ? 1 : 0;
     }

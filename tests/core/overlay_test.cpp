@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <vector>
 
 #include "support/filter_case.hpp"
@@ -24,9 +25,21 @@ bool has_colour_near(const cv::Mat& picture, cv::Point place, const cv::Vec3b& c
   return false;
 }
 
+/// Tells whether a picture is nearly white near a pixel: the edges of a ring are smooth.
+bool has_white_near(const cv::Mat& picture, cv::Point place) {
+  int whitest = 0;  // darkest channel of the whitest pixel
+  for (int y = -5; y <= 5; ++y) {
+    for (int x = -5; x <= 5; ++x) {
+      const auto pixel = picture.at<cv::Vec3b>(place + cv::Point(x, y));
+      whitest = std::max(whitest, int{std::min({pixel[0], pixel[1], pixel[2]})});
+    }
+  }
+  return whitest > 200;
+}
+
 TEST(Overlay, EveryReasonHasAColourOfItsOwn) {
-  const std::vector<cv::Point2f> points = {{20, 20}, {40, 20},  {60, 20},
-                                           {80, 20}, {100, 20}, {60, 50}};
+  const std::vector<cv::Point2f> points = {{20, 20},  {40, 20}, {60, 20}, {80, 20},
+                                           {100, 20}, {60, 50}, {90, 60}};
   FeatureLabels labels(points.size(), Segmentation());
   labels.remove(1, -1, Reason::in_mask, 1.0F);
   labels.remove(2, -1, Reason::compensated, 1.0F);
@@ -34,6 +47,8 @@ TEST(Overlay, EveryReasonHasAColourOfItsOwn) {
   labels.remove(4, -1, Reason::custom, 1.0F);
   labels.restore(4);
   labels.remove(5, -1, Reason::moving, 1.0F);
+  labels.remove(6, -1, Reason::custom, 1.0F);
+  labels.restore(6, 1.0F, Reason::still);
   const cv::Mat grey(image_size, CV_8UC1, cv::Scalar(90));
   const cv::Mat picture =
       draw_overlay(grey, Segmentation(), points, labels)(cv::Rect({0, 0}, image_size));
@@ -43,10 +58,11 @@ TEST(Overlay, EveryReasonHasAColourOfItsOwn) {
   EXPECT_TRUE(has_colour_near(picture, {40, 20}, vermilion));
   EXPECT_TRUE(has_colour_near(picture, {80, 20}, purple));
   EXPECT_TRUE(has_colour_near(picture, {60, 50}, orange));
-  for (const cv::Point2f& point : {points[0], points[2], points[4]}) {
+  for (const cv::Point2f& point : {points[0], points[2], points[4], points[6]}) {
     EXPECT_FALSE(has_colour_near(picture, point, orange));
     EXPECT_FALSE(has_colour_near(picture, point, vermilion));
     EXPECT_FALSE(has_colour_near(picture, point, purple));
+    EXPECT_EQ(has_white_near(picture, point), point == points[6]);
   }
   EXPECT_EQ(picture.at<cv::Vec3b>(70, 60), cv::Vec3b(90, 90, 90)) << "other pixels stay unchanged";
 }

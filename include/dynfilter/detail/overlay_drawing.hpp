@@ -31,12 +31,13 @@ struct MarkStyle {
 };
 
 inline const MarkStyle& mark_style(const FeatureLabel& label) {
-  static const std::array<MarkStyle, 6> styles = {{
+  static const std::array<MarkStyle, 7> styles = {{
       {"kept", Mark::ring, {233, 180, 86}},
       {"in mask", Mark::cross, {0, 94, 213}},
       {"compensated", Mark::diamond, {66, 228, 240}},
       {"restored", Mark::ring, {115, 158, 0}},
       {"moving", Mark::triangle, {0, 159, 230}},
+      {"still", Mark::ring, {255, 255, 255}},
       {"custom", Mark::square, {167, 121, 204}},
   }};
   switch (label.reason) {
@@ -50,8 +51,10 @@ inline const MarkStyle& mark_style(const FeatureLabel& label) {
       return styles[3];
     case Reason::moving:
       return styles[4];
-    default:
+    case Reason::still:
       return styles[5];
+    default:
+      return styles[6];
   }
 }
 
@@ -146,7 +149,7 @@ inline cv::Mat draw_legend(const FeatureLabels& labels, int width) {
   cv::Mat strip(22, width, CV_8UC3, cv::Scalar(40, 40, 40));
   int x = 12;
   for (const Reason reason : {Reason::untouched, Reason::in_mask, Reason::compensated,
-                              Reason::restored, Reason::moving, Reason::custom}) {
+                              Reason::restored, Reason::moving, Reason::still, Reason::custom}) {
     FeatureLabel example;
     example.reason = reason;
     const MarkStyle& style = mark_style(example);
