@@ -26,7 +26,7 @@ struct Walk {
   cv::Vec2d forward;  // unit
   double pace = 0;    // 0 standing to 1 at full speed
   double swing = 1;   // of limbs and shoulders; 1 = a brisk walk
-  bool sits = false;
+  bool sits = false, works = false;
   double covered = 0;  // metres walked; they drive the legs, so that feet do not slide
 };
 
@@ -59,7 +59,7 @@ WalkingTime walking_time(const SyntheticSceneOptions& options, int person, doubl
 }
 
 /// Returns the state of a person who stays.
-Walk stay(const SyntheticSceneOptions& options, int person) {
+Walk stay(const SyntheticSceneOptions& options, int person, double elapsed_s) {
   Walk walk;
   const double rank = person - 0.5 * (options.persons - 1);
   walk.place = {
@@ -69,15 +69,17 @@ Walk stay(const SyntheticSceneOptions& options, int person) {
   walk.forward = {std::sin(turn), -std::cos(turn)};
   walk.swing = options.limb_swing;
   walk.sits = options.walking == Walking::one_sits;
+  walk.works = options.walking == Walking::one_works;
+  if (walk.works) walk.covered = elapsed_s;  // an arm's round takes as long as a stride of 1 m/s
   return walk;
 }
 
 /// Follows a triangle wave with rounded corners: an even pace, and turns of a few tenths of a
 /// second.
 Walk walk_at(const SyntheticSceneOptions& options, int person, double elapsed_s) {
-  const bool one_stays =
-      options.walking == Walking::one_stands || options.walking == Walking::one_sits;
-  if (one_stays && person == 0) return stay(options, person);
+  if (options.walking >= Walking::one_stands && person == 0) {
+    return stay(options, person, elapsed_s);
+  }
   const WalkingTime time = walking_time(options, person, elapsed_s);
   constexpr double sharpness = 0.96;
   const double slowest = std::sqrt(1 - sharpness * sharpness);
@@ -117,6 +119,7 @@ struct Stride {
 
 Stride stride_at(double phase, const Walk& walk) {
   if (walk.sits) return {1.45, 0.05, 0.35, 0.95};
+  if (walk.works) return {0, 0, 0.5 + 0.4 * std::sin(phase), 1.0 + 0.5 * std::cos(phase)};
   const double reach = walk.swing * (0.10 + 0.90 * walk.pace);
   const double lift = std::max(0.0, std::cos(phase));  // the leg that swings forward is bent
   Stride stride;

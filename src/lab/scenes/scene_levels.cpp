@@ -143,6 +143,15 @@ Options sitting() {
   });
 }
 
+/// She stands at one place, and only her arms move.
+Options working() {
+  return with(changing_light(), [](Options& o) {
+    o.persons = 1;
+    o.person_distance_m = 1.5;
+    o.walking = Walking::one_works;
+  });
+}
+
 Options stop_and_go() {
   return with(changing_light(), [](Options& o) {
     o.walking = Walking::stop_and_go;
@@ -205,6 +214,7 @@ std::vector<SceneLevel> scene_levels() {
       {"hair", "medium, hair without depth, the sensor's shadow on the persons",
        with(medium(), [](Options& o) { o.depth_faults = DepthFaults::hair; })},
       {"sitting", "one person sits all the time, another walks behind", sitting()},
+      {"working", "one person stands and moves her arms", working()},
       {"stop_and_go", "two persons walk for 2 s and stand for 2 s", stop_and_go()},
       {"pushed", "a cart of no class at 0.3 m/s, no persons", pushed()},
       {"carried", "a person carries a box of no class at 0.5 m/s", carried()},

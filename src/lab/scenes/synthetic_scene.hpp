@@ -20,7 +20,8 @@ enum class Walking : std::uint8_t {
   crossing,     ///< every second one walks the opposite way
   stop_and_go,  ///< together; they walk for 2 s and stand for 2 s, again and again
   one_stands,   ///< crossing, but the first one stands
-  one_sits      ///< crossing, but the first one sits on a chair
+  one_sits,     ///< crossing, but the first one sits on a chair
+  one_works     ///< crossing, but the first one stands and moves her arms
 };
 
 /// Thing of no class that moves.
