@@ -1,12 +1,9 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Times moving the masks of three persons into a frame of 640x480, by tracks of its own and by the
-// host's tracks of 1000 corners, beside plain Lucas-Kanade flow of 1000 corners of the full image,
-// with OpenCV's defaults.
+// Times moving the masks of three persons into a frame of 640x480, beside plain Lucas-Kanade flow
+// of 1000 corners of the full image, with OpenCV's defaults.
 
-#include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -36,37 +33,10 @@ const std::vector<dynfilter::SyntheticFrame>& frames() {
   return rendered;
 }
 
-/// Tracks 1000 corners of each frame into the next one, and back for frames played backwards:
-/// motions[0] forwards, motions[1] backwards, each by the earlier of the two frames.
-using Motions = std::vector<std::vector<dynfilter::PointMotion>>;
-const std::array<Motions, 2>& tracked() {
-  static const std::array<Motions, 2> motions = [] {
-    std::array<Motions, 2> made;
-    for (std::size_t i = 0; i + 1 < length; ++i) {
-      cv::Mat first, second;
-      cv::cvtColor(frames()[i].frame.image, first, cv::COLOR_BGR2GRAY);
-      cv::cvtColor(frames()[i + 1].frame.image, second, cv::COLOR_BGR2GRAY);
-      std::vector<cv::Point2f> from, to;
-      std::vector<std::uint8_t> is_found;
-      cv::goodFeaturesToTrack(first, from, 1000, 0.001, 5);
-      cv::calcOpticalFlowPyrLK(first, second, from, to, is_found, cv::noArray());
-      for (Motions& way : made) way.emplace_back();
-      for (std::size_t k = 0; k < from.size(); ++k) {
-        if (is_found[k] == 0) continue;
-        made[0][i].push_back({from[k], to[k]});
-        made[1][i].push_back({to[k], from[k]});
-      }
-    }
-    return made;
-  }();
-  return motions;
-}
-
 /// Propagates masks of every `every`th frame, that many frames late; 0 = no masks. One iteration is
 /// one frame.
-void propagate(benchmark::State& state, bool by_hosts_tracks) {
+void propagate(benchmark::State& state) {
   cv::setNumThreads(1);
-  tracked();
   const auto every = static_cast<std::size_t>(state.range(0));
   dynfilter::MaskPropagator propagator;
   std::size_t i = 0;
@@ -87,11 +57,7 @@ void propagate(benchmark::State& state, bool by_hosts_tracks) {
       newest->frame_id = source;
       newest->timestamp_s = static_cast<double>(source) / 30;
     }
-    const bool is_forwards = phase > 0 && phase < length;
-    const std::size_t earlier = is_forwards ? phase - 1 : (2 * length - 2 - phase) % (length - 1);
-    auto moved = by_hosts_tracks
-                     ? propagator.propagate(frame, newest, tracked()[is_forwards ? 0 : 1][earlier])
-                     : propagator.propagate(frame, newest);  // newer libraries want no constant
+    auto moved = propagator.propagate(frame, newest);  // newer libraries want no constant
     benchmark::DoNotOptimize(moved);
     points += static_cast<double>(propagator.statistics().tracked_points);
     if (moved) instances += static_cast<double>(moved->instances.size());
@@ -101,18 +67,7 @@ void propagate(benchmark::State& state, bool by_hosts_tracks) {
   state.counters["points"] = points / calls;
   state.counters["instances"] = instances / calls;
 }
-BENCHMARK_CAPTURE(propagate, by_own_tracks, false)
-    ->ArgName("every")
-    ->Arg(0)
-    ->Arg(3)
-    ->Arg(6)
-    ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(propagate, by_hosts_tracks, true)
-    ->ArgName("every")
-    ->Arg(0)
-    ->Arg(3)
-    ->Arg(6)
-    ->Unit(benchmark::kMillisecond);
+BENCHMARK(propagate)->ArgName("every")->Arg(0)->Arg(3)->Arg(6)->Unit(benchmark::kMillisecond);
 
 void lucas_kanade_of_1000_points(benchmark::State& state) {
   cv::setNumThreads(1);

@@ -55,39 +55,19 @@ const std::vector<Shot>& shots() {
   return all;
 }
 
-void pyramid(benchmark::State& state) {
-  const FeatureTracker tracker;
-  const cv::Mat& image = shots()[0].rendered.frame.image;
-  ImagePyramid pyramid;
-  for (auto _ : state) tracker.build(image, pyramid);
-}
-
-void tracks(benchmark::State& state) {
-  const FeatureTracker tracker;
-  ImagePyramid now, then;
-  tracker.build(shots()[static_cast<std::size_t>(state.range(0))].rendered.frame.image, now);
-  tracker.build(shots()[0].rendered.frame.image, then);
-  Workspace workspace;
-  std::vector<FeatureTrack> found;
-  for (auto _ : state) {
-    tracker.track(now, then, shots()[1].keypoints, nullptr, found, workspace);
-  }
-}
-
 /// Runs the whole stage over the frames, again and again, and counts the time of all but the first
 /// three, tracking included.
 void stage(benchmark::State& state) {
   const bool with_masks = state.range(0) != 0;
   const Pipeline<MaskCuller, Compensator> filter{MaskCuller(), Compensator()};
-  MotionState motion;
-  const MotionJudge judge(camera(), motion);
+  MotionJudge judge(camera());
   Workspace workspace;
   FeatureLabels labels;
   int i = 0;
   for (auto _ : state) {
     state.PauseTiming();
     if (i == frames) i = 0;
-    if (i == 0) motion.reset();
+    if (i == 0) judge.reset();
     for (; i < 3; ++i) {
       const Shot& shot = shots()[static_cast<std::size_t>(i)];
       FeatureLabels warm(shot.keypoints.size(), {});
@@ -170,8 +150,6 @@ void register_all() {
   const auto add = [](const char* name, auto* function) {
     return benchmark::RegisterBenchmark(name, function)->Unit(benchmark::kMillisecond);
   };
-  add("motion/pyramid", pyramid);
-  add("motion/tracks", tracks)->Arg(1)->Arg(3);
   add("motion/stage/masks", stage)->Arg(1);
   add("motion/stage/no_masks", stage)->Arg(0);
   add("motion/orb_extraction", orb_extraction);

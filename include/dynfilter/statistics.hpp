@@ -63,9 +63,9 @@ struct MotionStatistics {
   std::size_t seeds = 0;       ///< features that look as if they move, by track, depth or image
   std::size_t supported = 0;   ///< seeds that count fully, because others near them are seeds, too
   std::size_t given_back = 0;  ///< features given back because they do not move
-  /// Dynamic objects that matter and of which it is not known for sure whether they move: the
-  /// verdict is not settled, see InstanceMotion::is_settled. An object matters if masks and
-  /// compensation took more than a twentieth of the frame's features for it.
+  /// Dynamic objects that matter and of which it is not known for sure whether they move: a single
+  /// frame could change the verdict. An object matters if masks and compensation took more than a
+  /// twentieth of the frame's features for it.
   std::size_t unsettled_objects = 0;
   double scale_px = 0;      ///< scale of the static features' residuals, one frame back, pixels
   double pose_support = 0;  ///< share of the features that agree with the camera's motion

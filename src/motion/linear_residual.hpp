@@ -11,8 +11,14 @@
 #include <opencv2/core.hpp>
 
 #include "dynfilter/motion/relative_pose.hpp"
+#include "rotation.hpp"
 
 namespace dynfilter::detail {
+
+constexpr double tukey_cutoff = 3.5;        // residual without weight, in scales
+constexpr double min_scale_px = 0.25;       // of the residuals
+constexpr double median_to_scale = 1.4826;  // of normal errors
+constexpr double far_away_px = 1e6;         // residual of what is behind the camera
 
 using Twist = cv::Vec6d;  // rotation vector, then translation, in the earlier camera's frame
 
@@ -40,10 +46,7 @@ struct LinearResidual {
 inline LinearResidual linearised(const PoseObservation& observation, const RelativePose& pose,
                                  const PinholeCamera& camera, Freedom freedom) {
   const cv::Point3d p = pose * observation.point_now_m;
-  if (!(p.z > 0)) {
-    // Behind the camera: fits no pose near this one.
-    return {1e6, 1e6, {}, {}};
-  }
+  if (!(p.z > 0)) return {far_away_px, far_away_px, {}, {}};  // fits no pose near this one
   const double iz = 1 / p.z, x = p.x * iz, y = p.y * iz;
   const cv::Point2d place(camera.fx * x + camera.cx, camera.fy * y + camera.cy);
   const cv::Point2d left = observation.pixel_then - place;
@@ -57,12 +60,19 @@ inline LinearResidual linearised(const PoseObservation& observation, const Relat
           {-fy * (1 + y * y), fy * x * y, fy * x, 0, fyz, -fyz * y}};
 }
 
+/// Tukey's weight of a squared residual: 0 from the limit on.
+inline double tukey_weight(double squared, double limit_px) {
+  const double share = squared / (limit_px * limit_px);
+  return share < 1 ? (1 - share) * (1 - share) : 0;
+}
+
 /// Normal equations of weighted linear residuals.
 struct NormalEquations {
   cv::Matx66d matrix = cv::Matx66d::zeros();
   Twist right = Twist::all(0);
 
   void add(const LinearResidual& linear, double weight) {
+    if (!(weight > 0)) return;
     for (int a = 0; a < 6; ++a) {
       const double first = weight * linear.along_x[a], second = weight * linear.along_y[a];
       for (int b = a; b < 6; ++b) {
@@ -83,6 +93,13 @@ struct NormalEquations {
     return matrix.solve(right, cv::DECOMP_CHOLESKY);
   }
 };
+
+/// Returns a pose after a small motion.
+inline RelativePose moved(const RelativePose& pose, const Twist& motion) {
+  const cv::Matx33d turn = rotation_of({motion[0], motion[1], motion[2]});
+  return {orthonormal(turn * pose.rotation),
+          turn * pose.translation + cv::Vec3d(motion[3], motion[4], motion[5])};
+}
 
 }  // namespace dynfilter::detail
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// What MotionState holds.
+// What MotionJudge remembers of earlier frames.
 
 #ifndef DYNFILTER_SRC_MOTION_MOTION_MEMORY_HPP
 #define DYNFILTER_SRC_MOTION_MOTION_MEMORY_HPP
@@ -14,19 +14,31 @@
 #include <vector>
 
 #include "dynfilter/frame.hpp"
-#include "dynfilter/motion/feature_tracker.hpp"
-#include "dynfilter/motion/instance_motion.hpp"
-#include "dynfilter/motion/motion_beliefs.hpp"
-#include "dynfilter/motion/relative_pose.hpp"
+#include "dynfilter/frame_features.hpp"
+#include "dynfilter/motion/motion_judge.hpp"
+#include "instance_motion.hpp"
 
 namespace dynfilter::detail {
 
-/// Number of earlier frames that the long baseline needs.
-constexpr auto past_frames = static_cast<std::size_t>(motion_baseline_frames.back());
+/// Lengths of the short and the long baseline, frames. The short one sees what is fast, the long
+/// one what is slow.
+constexpr std::array<int, 2> baseline_frames = {1, 3};
+constexpr std::size_t baselines = baseline_frames.size();
+constexpr std::size_t short_baseline = 0, long_baseline = 1;
+constexpr auto past_frames = static_cast<std::size_t>(baseline_frames[long_baseline]);
+
+/// Feature of the last frame that was believed to move.
+struct Mover {
+  cv::Point2f expected;  // its place in this frame, if its motion goes on
+  cv::Point2f flow;      // that motion, pixels a frame
+  float depth_m = 0;     // 0 = unknown
+};
 
 struct MotionMemory {
+  static constexpr std::size_t levels = 3;  // of the grey image: itself, its half and its quarter
+
   struct Frame {
-    ImagePyramid pyramid;
+    std::array<cv::Mat1b, levels> grey;
     FrameView frame;  // only its depth: a copy
     double timestamp_s = 0;
     std::optional<RelativePose> motion;  // from it to the frame before it
@@ -35,16 +47,18 @@ struct MotionMemory {
   Frame now;
   std::array<Frame, past_frames> past;  // the last frame first
   std::size_t known = 0;                // how many of them
-  std::optional<MotionBeliefs> beliefs;
-  std::optional<InstanceMotion> instances;
-  double instances_s = 0;          // time of the last frame whose masks were known
-  std::optional<PosePrior> prior;  // of the host
-  std::array<std::vector<FeatureTrack>, motion_baseline_frames.size()> host_tracks;  // empty: none
+  std::vector<cv::Point2f> points;      // features of the last frame, raw pixels
+  std::vector<float> beliefs;           // about them
+  FrameFeatures index;                  // of the points
+  std::vector<Mover> movers;
+  InstanceMotion instances;
+  double instances_s = 0;                 // time of the last frame whose masks were known
+  std::optional<PosePrior> prior;         // of the host
+  std::vector<FeatureTrack> host_tracks;  // empty: none
   std::size_t repeats = 0;                // frames that came after the last one, with its image
   std::optional<PosePrior> over_repeats;  // of the host, from the last one to the latest
-  std::size_t frames_since_repeat = past_frames;  // at most past_frames
-  bool is_tracked_ahead = false;  // whether `now` and its tracks were made before the call
-  std::vector<FeatureTrack> tracked_ahead;  // to the last frame
+
+  explicit MotionMemory(int still_frames) : instances(still_frames) {}
 
   /// Makes the present frame the last one.
   void push(const FrameView& frame) {
@@ -53,16 +67,17 @@ struct MotionMemory {
     for (std::size_t i = past_frames - 1; i > 0; --i) std::swap(past[i], past[i - 1]);
     std::swap(past[0], now);
     known = std::min(known + 1, past_frames);
-    frames_since_repeat = std::min(frames_since_repeat + 1, past_frames);
   }
 
   /// Forgets the earlier frames, and what was concluded from them. Keeps memory.
   void forget() {
     known = 0;
     repeats = 0;
-    frames_since_repeat = past_frames;
-    if (beliefs) beliefs->clear();
-    if (instances) instances->clear();
+    points.clear();
+    beliefs.clear();
+    movers.clear();
+    index.read(points);
+    instances.clear();
   }
 
   /// Passes over a frame whose image repeats the last one. What the host knows of the camera's
@@ -70,7 +85,6 @@ struct MotionMemory {
   void pass_over_repeat() {
     over_repeats = repeats == 0 ? prior : joined(over_repeats, prior);
     ++repeats;
-    frames_since_repeat = 0;
   }
 
   /// Lets the host's prior begin at the last frame, and not at an image that repeated it. Drops it
@@ -83,16 +97,7 @@ struct MotionMemory {
   /// Forgets what was handed over for one frame.
   void end_frame() {
     prior.reset();
-    is_tracked_ahead = false;
-    for (std::vector<FeatureTrack>& tracks : host_tracks) tracks.clear();
-  }
-
-  /// Forgets everything, the options of the judge that used it among them.
-  void reset() {
-    forget();
-    end_frame();
-    beliefs.reset();
-    instances.reset();
+    host_tracks.clear();
   }
 
  private:

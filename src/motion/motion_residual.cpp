@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#include "dynfilter/motion/motion_residual.hpp"
+#include "motion_residual.hpp"
 
 #include <algorithm>
 #include <array>
@@ -10,25 +10,16 @@
 #include <cstdint>
 #include <limits>
 
-#include "dynfilter/detail/errors.hpp"
-
-namespace dynfilter {
+namespace dynfilter::detail {
 namespace {
 
 // A point nearer than this share of the farther end's depth does not bound the segment usefully.
 constexpr double min_depth_share = 1e-6;
 
-void check(const DepthIntervalOptions& options) {
-  constexpr detail::OptionCheck require("depth_interval");
-  require(options.window_px >= 1 && options.window_px <= 99 && options.window_px % 2 == 1,
-          "window_px", options.window_px, "an odd number from 1 to 99");
-  require(options.noise_at_1m_m >= 0, "noise_at_1m_m", options.noise_at_1m_m,
-          "a number of at least 0");
-  require(options.noise_factor >= 0, "noise_factor", options.noise_factor,
-          "a number of at least 0");
-  require(options.min_depth_m > 0, "min_depth_m", options.min_depth_m, "a depth above 0");
-  require(options.min_gap_m >= 0, "min_gap_m", options.min_gap_m, "a number of at least 0");
-}
+constexpr int window_px = 9;
+// Noise of a depth sensor, metres at 1 m; it grows with the square of the depth.
+constexpr double noise_at_1m_m = 0.0025, noise_factor = 2;
+constexpr double min_gap_m = 0.3;  // smallest gap in the window's depths that is left out
 
 /// Calls `action` for each depth in a window, in units of the image.
 template <class Depth, class Action>
@@ -92,30 +83,21 @@ cv::Vec3d scaled_place(const cv::Vec3d& turned_ray, const cv::Vec3d& translation
 
 }  // namespace
 
-DepthInterval depth_interval(const FrameView& frame, cv::Point pixel,
-                             const DepthIntervalOptions& options) {
-  check(options);
-  DepthInterval interval{options.min_depth_m, std::numeric_limits<double>::infinity()};
+DepthInterval depth_interval(const FrameView& frame, cv::Point pixel) {
+  DepthInterval interval;
   const cv::Rect image({}, frame.depth.size());
   if (!image.contains(pixel)) return interval;
-  const int reach = options.window_px / 2;
-  const cv::Rect window =
-      cv::Rect(pixel.x - reach, pixel.y - reach, options.window_px, options.window_px) & image;
-  const int type = frame.depth.type();
-  if (type != CV_16UC1 && type != CV_32FC1) {
-    detail::throw_misuse("depth_interval",
-                         detail::concatenate("depth of type ", detail::type_name(frame.depth)),
-                         "CV_16UC1 or CV_32FC1");
-  }
+  constexpr int reach = window_px / 2;
+  const cv::Rect window = cv::Rect(pixel.x - reach, pixel.y - reach, window_px, window_px) & image;
   const double scale = frame.depth_scale();
-  const auto min_gap = static_cast<float>(options.min_gap_m / scale);
-  const bool is_integer = type == CV_16UC1;
-  const WindowDepths depths = is_integer ? depths_in<std::uint16_t>(frame.depth, window, min_gap)
-                                         : depths_in<float>(frame.depth, window, min_gap);
+  const auto min_gap = static_cast<float>(min_gap_m / scale);
+  const WindowDepths depths = frame.depth.type() == CV_16UC1
+                                  ? depths_in<std::uint16_t>(frame.depth, window, min_gap)
+                                  : depths_in<float>(frame.depth, window, min_gap);
   if (!(depths.least <= depths.most)) return interval;
   // Not nearer than half the measured depth, however noisy the sensor.
   const auto noise_m = [&](double depth_m) {
-    return options.noise_factor * options.noise_at_1m_m * depth_m * depth_m;
+    return noise_factor * noise_at_1m_m * depth_m * depth_m;
   };
   const auto nearer = [&](float depth) {
     const double depth_m = double{depth} * scale;
@@ -125,7 +107,8 @@ DepthInterval depth_interval(const FrameView& frame, cv::Point pixel,
     const double depth_m = double{depth} * scale;
     return depth_m + noise_m(depth_m);
   };
-  interval = {nearer(depths.least), farther(depths.most)};
+  interval.nearest_m = nearer(depths.least);
+  interval.farthest_m = farther(depths.most);
   if (depths.after_gap - depths.before_gap >= min_gap) {
     interval.gap_nearest_m = farther(depths.before_gap);
     interval.gap_farthest_m = nearer(depths.after_gap);
@@ -203,4 +186,4 @@ double depth_residual_m(const RelativePose& then_from_now, const cv::Point3d& no
   return least_m;
 }
 
-}  // namespace dynfilter
+}  // namespace dynfilter::detail

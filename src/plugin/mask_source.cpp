@@ -116,14 +116,12 @@ std::uint64_t MaskSource::id_of(const FrameView& frame) {
   return unsubmitted_->id;
 }
 
-std::optional<Segmentation> MaskSource::masks_for(
-    FrameView frame, const std::optional<std::vector<PointMotion>>& motions) {
+std::optional<Segmentation> MaskSource::masks_for(FrameView frame) {
   frame.id = id_of(frame);
   if (propagator_ && propagated_id_ == frame.id) return propagated_;
   std::optional<Segmentation> masks = segment_or_continue(frame);
   if (!propagator_) return masks;
-  propagated_ = motions ? propagator_->propagate(frame, masks, *motions)
-                        : propagator_->propagate(frame, masks);
+  propagated_ = propagator_->propagate(frame, masks);
   propagated_id_ = frame.id;
   return propagated_;
 }

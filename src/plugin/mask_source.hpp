@@ -8,11 +8,9 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include <opencv2/core.hpp>
 
-#include "dynfilter/point_motion.hpp"
 #include "dynfilter/segmenter.hpp"
 #include "dynfilter/segmenters/async_segmenter.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
@@ -34,19 +32,14 @@ class MaskSource {
   /// and so does reading ahead.
   void submit(const FrameView& frame);
 
-  /// Tells whether masks of an earlier frame are moved to this one.
-  bool moves_masks() const { return propagator_.has_value(); }
-
   /// Returns the masks for a frame. std::nullopt if none are known, or if they failed and the
   /// settings allow to continue. A frame with an image, or with the time of the one submitted last,
   /// is that one. Any other frame was not submitted: its masks come from the folder; a network or
-  /// process in a thread has none, or with HandOver::latest those of another frame. `motions`, if
-  /// known, move earlier masks; otherwise points of the images do. Passes on the segmenter's
-  /// exceptions; a std::runtime_error gets the settings file and the key and, where it helps, the
-  /// setting that continues without masks. Throws std::invalid_argument for a frame that was not
-  /// submitted where no masks can be made of it.
-  std::optional<Segmentation> masks_for(
-      FrameView frame, const std::optional<std::vector<PointMotion>>& motions = {});
+  /// process in a thread has none, or with HandOver::latest those of another frame. Passes on the
+  /// segmenter's exceptions; a std::runtime_error gets the settings file and the key and, where it
+  /// helps, the setting that continues without masks. Throws std::invalid_argument for a frame that
+  /// was not submitted where no masks can be made of it.
+  std::optional<Segmentation> masks_for(FrameView frame);
 
   /// Returns how long the masks of the last frame took to read or make, in whichever thread,
   /// seconds; nothing if none were. With a segmenter in a thread: those that were made last.

@@ -57,8 +57,7 @@ struct Plugin::State {
     masks.emplace(settings);
 #ifdef DYNFILTER_HAS_MOTION
     if (settings.motion_camera) {
-      motion_filter.emplace(*settings.motion_camera, motion,
-                            MotionFilterOptions{settings.filter, {}});
+      motion_filter.emplace(*settings.motion_camera, MotionFilterOptions{settings.filter, {}});
     }
 #endif
     if (settings.output_folder.empty()) return;
@@ -115,20 +114,6 @@ struct Plugin::State {
                                                  *columns.depths_m, *columns.right_x, workspace));
   }
 
-  /// Returns the motions of the features that the motion filter tracks, if masks move by them, too,
-  /// and if both remember the same frame.
-  std::optional<std::vector<PointMotion>> motions_of(const FrameView& frame,
-                                                     const FeaturesView& features) {
-#ifdef DYNFILTER_HAS_MOTION
-    if (motion_filter && masks->moves_masks() && !frame.image.empty() && is_in_step) {
-      const MotionJudge& judge = motion_filter->stage<MotionJudge>();
-      if (judge.track(frame, features, tracks, workspace)) return point_motions(features, tracks);
-    }
-#endif
-    (void)frame, (void)features;
-    return {};
-  }
-
   void apply(const FrameView& frame, const std::optional<Segmentation>& segmentation,
              const FeaturesView& features) {
 #ifdef DYNFILTER_HAS_MOTION
@@ -161,14 +146,11 @@ struct Plugin::State {
     }
     validate(frame, "Plugin::filter");
     const detail::Stopwatch for_masks;
-    const std::optional<Segmentation> segmentation =
-        masks->masks_for(frame, motions_of(frame, columns.keypoints));
+    const std::optional<Segmentation> segmentation = masks->masks_for(frame);
     times.masks_s = for_masks.elapsed_s();
     times.masks_made_s = masks->made_s();
-    is_in_step = false;  // until the motion filter has seen the frame, as the masks' source has
     const FeaturesView features = features_of(columns, frame, segmentation);
     apply(frame, segmentation, features);
-    is_in_step = true;
     keep_at_least_one(labels);
     FrameStatistics statistics = labels.statistics();  // copying it may fail
     const std::size_t kept_before_pivot =
@@ -207,17 +189,13 @@ struct Plugin::State {
   DynamicFilter filter;
   detail::PairDepths pair_depths;
 #ifdef DYNFILTER_HAS_MOTION
-  MotionState motion;
   std::optional<MotionFilter> motion_filter;  // instead of `filter`, if it is switched on
-  std::vector<FeatureTrack> tracks;           // of the last frame that it tracked
 #endif
   std::optional<detail::Recorder> recorder;
   detail::FirstFrames first_frames;
   PluginCounters counters;
   FeatureLabels labels;
   Workspace workspace;
-
-  bool is_in_step = true;  // the motion filter and the masks' source
 
   // The submitted image, until it is filtered.
   cv::Mat image;

@@ -3,38 +3,16 @@
 
 #include "dynfilter/segmenters/mask_propagator.hpp"
 
-#include <cmath>
 #include <cstddef>
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <vector>
 
-#include "arrays.hpp"
 #include "dynfilter/detail/errors.hpp"
-#include "dynfilter/motion/feature_tracker.hpp"
 #include "values.hpp"
 
 namespace dynfilter::python {
 namespace {
-
-/// Returns the motions of the features that have a track; nothing without tracks. Throws
-/// std::invalid_argument for arrays of another type or shape, and for tracks without features.
-std::optional<std::vector<PointMotion>> motions_of(const py::object& features,
-                                                   const py::object& tracks) {
-  if (tracks.is_none()) return {};
-  if (features.is_none()) {
-    detail::throw_misuse("MaskPropagator", "tracks without features",
-                         "the features of this frame, in the order of the tracks");
-  }
-  const py::array now = array_from(features), then = array_from(tracks);
-  const FeaturesView places = features_from(then, "MaskPropagator");
-  std::vector<FeatureTrack> found;
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    found.push_back({places[i], !std::isnan(places[i].x) && !std::isnan(places[i].y)});
-  }
-  return point_motions(features_from(now, "MaskPropagator"), found);
-}
 
 /// MaskPropagator for one thread at a time: others wait.
 class LockedPropagator {
@@ -44,14 +22,11 @@ class LockedPropagator {
 
   const MaskPropagatorOptions& options() const { return options_; }
 
-  std::optional<Segmentation> propagate(const FrameView& frame, const Segmentation* newest,
-                                        const py::object& features, const py::object& tracks) {
+  std::optional<Segmentation> propagate(const FrameView& frame, const Segmentation* newest) {
     std::optional<Segmentation> result;
     if (newest != nullptr) result = *newest;
-    const std::optional<std::vector<PointMotion>> motions = motions_of(features, tracks);
     const py::gil_scoped_release unlock;
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (motions) return propagator_.propagate(frame, result, *motions);
     return propagator_.propagate(frame, result);
   }
 
@@ -96,19 +71,13 @@ Two propagators share nothing; threads that use one wait for each other.)")
            py::arg("max_age_s") = defaults.max_age_s,
            py::arg("history_frames") = defaults.history_frames, options_doc)
       .def("propagate", &LockedPropagator::propagate, py::arg("frame"),
-           py::arg("newest").none(true) = py::none(), py::arg("features") = py::none(),
-           py::arg("tracks") = py::none(),
+           py::arg("newest").none(true) = py::none(),
            R"(Returns the masks at `frame`, given the newest result so far: of this frame or an
 earlier one, maybe the same as in the last call, maybe None. Returns None if no masks are known
 that are at most max_age_s old.
 
 Call it for every frame, in order, also while there are no masks, so that the history is complete.
-The interpreter's lock is released meanwhile.
-
-features, tracks: the frame's features and where they were in the last frame, N x 2, float32, NaN =
-not found, as MotionFilter.track gives them. Masks move by these, and no points are tracked, which is
-most of the cost. After such a call the last image is not known, so the next one without tracks has
-none. If tracks is None, points are tracked, and features count for nothing.)")
+The interpreter's lock is released meanwhile.)")
       .def("reset", &LockedPropagator::reset, "Forgets everything, like a new propagator.")
       .def("__repr__", [](const py::object& self) {
         const auto& options = self.cast<const LockedPropagator&>().options();

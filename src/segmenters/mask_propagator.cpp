@@ -37,19 +37,6 @@ MaskPropagatorOptions checked(const MaskPropagatorOptions& options) {
   return options;
 }
 
-/// Returns the motions that begin and end in the image.
-std::vector<PointMotion> motions_inside(const std::vector<PointMotion>& motions,
-                                        const cv::Size& image) {
-  const cv::Rect2f whole({}, cv::Size2f(image));
-  std::vector<PointMotion> inside;
-  inside.reserve(motions.size());
-  std::copy_if(motions.begin(), motions.end(), std::back_inserter(inside),
-               [&](const PointMotion& motion) {
-                 return whole.contains(motion.from) && whole.contains(motion.to);
-               });
-  return inside;
-}
-
 /// Tells whether an instance of the result came with this id.
 bool brings_id(const Segmentation& result, int id) {
   return std::any_of(result.instances.begin(), result.instances.end(),
@@ -60,17 +47,6 @@ cv::Size size_of(const FrameView& frame, const std::optional<Segmentation>& newe
   if (!frame.image.empty()) return frame.image.size();
   if (!frame.depth.empty()) return frame.depth.size();
   return newest ? newest->image_size : cv::Size();
-}
-
-void check(const std::vector<PointMotion>& motions) {
-  for (const PointMotion& motion : motions) {
-    for (const cv::Point2f place : {motion.from, motion.to}) {
-      if (std::isfinite(place.x) && std::isfinite(place.y)) continue;
-      detail::throw_misuse(own_name,
-                           detail::concatenate("a track at (", place.x, ", ", place.y, ")"),
-                           "tracks at finite places");
-    }
-  }
 }
 
 void check(const FrameView& frame, const std::optional<Segmentation>& newest) {
@@ -122,12 +98,10 @@ struct MaskPropagator::State {
 
   void forget() noexcept;
   std::optional<Segmentation> propagate_or_forget(const FrameView& frame,
-                                                  const std::optional<Segmentation>& newest,
-                                                  const std::vector<PointMotion>* motions);
+                                                  const std::optional<Segmentation>& newest);
   std::optional<Segmentation> propagate(const FrameView& frame,
-                                        const std::optional<Segmentation>& newest,
-                                        const std::vector<PointMotion>* motions);
-  void move_on(const FrameView& frame, const std::vector<PointMotion>* motions);
+                                        const std::optional<Segmentation>& newest);
+  void move_on(const FrameView& frame);
   void drop_lost(double now_s);
   void take_if_new(const FrameView& frame, const Segmentation& result);
   ResultPlace place_of(const Segmentation& result) const;
@@ -164,20 +138,13 @@ void MaskPropagator::State::forget() noexcept {
   statistics.restarted = true;
 }
 
-/// Moves on to the frame: takes the host's tracks or computes the image's motion, and moves all
-/// known instances.
-void MaskPropagator::State::move_on(const FrameView& frame,
-                                    const std::vector<PointMotion>* motions) {
+/// Moves on to the frame: computes the image's motion, and moves all known instances.
+void MaskPropagator::State::move_on(const FrameView& frame) {
   detail::FlowStep step;
   step.frame_id = frame.id;
   step.timestamp_s = frame.timestamp_s;
   step.duration_s = steps.empty() ? 0 : frame.timestamp_s - steps.back().timestamp_s;
-  if (motions == nullptr) {
-    step.motions = flow.track(frame.image);
-  } else {
-    flow.forget();
-    if (!steps.empty()) step.motions = motions_inside(*motions, size);
-  }
+  step.motions = flow.track(frame.image);
   statistics.tracked_points = step.motions.size();
   steps.push_back(std::move(step));
   if (steps.size() > options.history_frames) steps.pop_front();
@@ -350,22 +317,13 @@ const PropagationStatistics& MaskPropagator::statistics() const { return state_-
 std::optional<Segmentation> MaskPropagator::propagate(const FrameView& frame,
                                                       const std::optional<Segmentation>& newest) {
   check(frame, newest);
-  return state_->propagate_or_forget(frame, newest, nullptr);
-}
-
-std::optional<Segmentation> MaskPropagator::propagate(const FrameView& frame,
-                                                      const std::optional<Segmentation>& newest,
-                                                      const std::vector<PointMotion>& motions) {
-  check(frame, newest);
-  check(motions);
-  return state_->propagate_or_forget(frame, newest, &motions);
+  return state_->propagate_or_forget(frame, newest);
 }
 
 std::optional<Segmentation> MaskPropagator::State::propagate_or_forget(
-    const FrameView& frame, const std::optional<Segmentation>& newest,
-    const std::vector<PointMotion>* motions) {
+    const FrameView& frame, const std::optional<Segmentation>& newest) {
   try {
-    return propagate(frame, newest, motions);
+    return propagate(frame, newest);
   } catch (...) {
     forget();  // half-done work would mislead or crash the next call
     throw;
@@ -373,8 +331,7 @@ std::optional<Segmentation> MaskPropagator::State::propagate_or_forget(
 }
 
 std::optional<Segmentation> MaskPropagator::State::propagate(
-    const FrameView& frame, const std::optional<Segmentation>& newest,
-    const std::vector<PointMotion>* motions) {
+    const FrameView& frame, const std::optional<Segmentation>& newest) {
   statistics = {};
   const cv::Size frame_size = size_of(frame, newest);
   const bool is_known_size = frame_size.empty() || size.empty() || frame_size == size;
@@ -382,14 +339,12 @@ std::optional<Segmentation> MaskPropagator::State::propagate(
   if (!is_known_size || !is_later) forget();
   if (!frame_size.empty()) size = frame_size;
 
-  move_on(frame, motions);
+  move_on(frame);
   if (newest) take_if_new(frame, *newest);
   drop_lost(frame.timestamp_s);
-  if (motions == nullptr) {
-    std::vector<cv::Rect> regions;
-    for (const Known& one : known) regions.push_back(one.instance.region());
-    flow.choose_points(regions);
-  }
+  std::vector<cv::Rect> regions;
+  for (const Known& one : known) regions.push_back(one.instance.region());
+  flow.choose_points(regions);
   const bool is_known =
       last_result && frame.timestamp_s - last_result->true_timestamp_s <= options.max_age_s;
   if (!is_known) return {};

@@ -66,14 +66,13 @@ AnyStage on_frames(const Parts& parts) {
   }
 }
 
-/// Makes a stage and, after it, a motion judge with a state of its own.
+/// Makes a stage and, after it, a motion judge, which copies share.
 template <AnyStage (*make_first)(const Parts&)>
 AnyStage then_motion(const Parts& parts) {
-  const auto state = std::make_shared<MotionState>();
-  return [first = make_first(parts), state, judge = MotionJudge(parts.camera, *state)](
+  return [first = make_first(parts), judge = std::make_shared<MotionJudge>(parts.camera)](
              const FilterInput& input, FeatureLabels& labels, Workspace& workspace) {
     first(input, labels, workspace);
-    judge(input, labels, workspace);
+    (*judge)(input, labels, workspace);
   };
 }
 

@@ -48,8 +48,9 @@ expect_consumer(dynfilter-compiled ${CONSUMERS_DIR}/compiled/main.cpp core imgpr
 write_source(source segmenters dynfilter/segmenters/mask_propagator.hpp
              "dynfilter::MaskPropagator propagator;")
 expect_consumer(dynfilter-segmenters ${source} core imgproc imgcodecs video)
-write_source(source motion dynfilter/motion/motion_filter.hpp "dynfilter::MotionState state;")
-expect_consumer(dynfilter-motion ${source} core imgproc video)
+write_source(source motion dynfilter/motion/motion_filter.hpp
+             "dynfilter::MotionFilter filter({500, 500, 32, 24});")
+expect_consumer(dynfilter-motion ${source} core imgproc)
 write_source(source evaluation dynfilter/evaluation/camera.hpp
              "try { dynfilter::read_camera(\"none\"); } catch (const std::exception&) {}")
 expect_consumer(dynfilter-evaluation ${source} core imgproc imgcodecs)

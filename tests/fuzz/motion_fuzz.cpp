@@ -75,17 +75,12 @@ const PinholeCamera& camera() {
 }
 
 struct Rig {
-  MotionState state;
   MotionFilter filter;
   FeatureLabels labels;
-  std::vector<FeatureTrack> tracks;
   Workspace workspace;
 
-  explicit Rig(const MotionFilterOptions& options) : filter(camera(), state, options) {}
+  explicit Rig(const MotionFilterOptions& options) : filter(camera(), options) {}
 
-  void track(const Shot& shot) {
-    filter.stage<MotionJudge>().track(shot.frame, shot.features, tracks, workspace);
-  }
   const FeatureLabels& see(const Shot& shot) {
     filter.apply(shot.frame, shot.masks, shot.features, labels, workspace);
     return labels;
@@ -104,7 +99,7 @@ std::string check(const FeatureLabels& labels, const Shot& shot) {
   std::size_t removed = 0, restored = 0;
   for (const FeatureLabel& label : labels) {
     removed += label.removed ? 1 : 0;
-    restored += label.reason == Reason::restored ? 1 : 0;
+    restored += label.reason == Reason::restored || label.reason == Reason::still ? 1 : 0;
     if (!(label.score >= 0 && label.score <= 1)) return "a score out of range";
     if (label.instance >= static_cast<int>(shot.masks.instances.size())) return "no such instance";
     if (label.removed && label.reason == Reason::untouched) return "removed for no reason";
@@ -118,14 +113,10 @@ std::string check(const FeatureLabels& labels, const Shot& shot) {
 
 std::string filter(ByteSource& source) {
   MotionFilterOptions options;
-  if (source.chance(30)) options.motion.min_tracked_share = source.between(0, 4) / 4.0;
+  if (source.chance(30)) options.motion.min_speed_m_s = source.between(0, 4) / 4.0;
   if (source.chance(30)) options.motion.max_gap_s = source.between(1, 20) / 10.0;
-  if (source.chance(20)) options.motion.tracker.levels = source.between(0, 3);
+  if (source.chance(20)) options.motion.still_frames = source.between(1, 4);
   const bool is_long = source.may_be_costly(16);  // many frames with many features
-  if (!is_long) {
-    options.motion.pose.hypotheses = 12;
-    options.motion.pose.sample_size = 40;
-  }
   Rig rig(options), twin(options);
   const int frames = source.between(1, is_long ? 7 : 2);
   const int step = is_long ? 5 : 10;
@@ -139,12 +130,11 @@ std::string filter(ByteSource& source) {
     const Shot shot = shot_of(source, timestamp_s, shift, step);
     const std::string complaint = check(rig.see(shot), shot);
     if (!complaint.empty()) return complaint;
-    if (i % 2 == 1) twin.track(shot);
     if (is_twice && !same(rig.labels, twin.see(shot))) return "two filters disagree";
   }
   if (is_twice && !is_long) return {};
   Rig fresh(options);
-  rig.state.reset();
+  rig.filter.judge().reset();
   for (int i = 0; i < 2; ++i) {
     const Shot shot = shot_of(source, timestamp_s + i / 30.0, shift + i, step);
     if (!same(rig.see(shot), fresh.see(shot))) return "a memory that was reset is not like new";

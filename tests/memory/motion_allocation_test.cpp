@@ -32,14 +32,11 @@ TEST(MotionAllocations, AreThoseOfOpenCv) {
   options.image_size = {480, 360};
   const SyntheticScene scene(options);
   const CameraParameters c = scene.camera();
-  MotionState state;
-  const MotionJudge judge({c.fx, c.fy, c.cx, c.cy}, state);
+  MotionJudge judge({c.fx, c.fy, c.cx, c.cy});
   const Pipeline<MaskCuller, Compensator> filter{MaskCuller(), Compensator()};
-  const FeatureTracker tracker;
   Workspace workspace;
   FeatureLabels labels;
-  std::vector<ImagePyramid> past(4);
-  std::vector<FeatureTrack> tracks;
+  cv::Mat1b now, half, quarter;
   constexpr std::size_t warm = 16;
   int compared = 0;
   for (std::size_t i = 0; i < 22; ++i) {
@@ -55,24 +52,10 @@ TEST(MotionAllocations, AreThoseOfOpenCv) {
       judge({frame, shot.true_segmentation, corners}, labels, workspace);
     });
     const MotionOutcome outcome = labels.statistics().motion.outcome;
-    std::size_t of_opencv = motion_allocations_of([&] { tracker.build(frame.image, past[i % 4]); });
-    if (i < 3) continue;
-    // The fewest searches that the judge can make: begun so near that none is repeated at once.
-    tracker.track(past[i % 4], past[(i + 3) % 4], corners, nullptr, tracks, workspace);
-    std::vector<cv::Point2f> near_places;
-    for (const FeatureTrack& track : tracks) near_places.push_back(track.position);
-    of_opencv += motion_allocations_of([&] {
-      tracker.track(past[i % 4], past[(i + 3) % 4], corners, &near_places, tracks, workspace);
-      tracker.track_again(past[i % 4], past[(i + 3) % 4], corners, tracks, workspace);
-    });
-    std::vector<cv::Point2f> expected;
-    for (std::size_t k = 0; k < corners.size(); ++k) {
-      const cv::Point2f shift =
-          tracks[k].is_found ? tracks[k].position - corners[k] : cv::Point2f();
-      expected.push_back(corners[k] + 3 * shift);
-    }
-    of_opencv += motion_allocations_of([&] {
-      tracker.track(past[i % 4], past[(i + 1) % 4], corners, &expected, tracks, workspace);
+    const std::size_t of_opencv = motion_allocations_of([&] {
+      cv::cvtColor(frame.image, now, cv::COLOR_BGR2GRAY);
+      cv::pyrDown(now, half);
+      cv::pyrDown(half, quarter);
     });
     if (i >= warm && outcome == MotionOutcome::applied) {
       EXPECT_LE(of_judge, of_opencv) << i;

@@ -185,8 +185,7 @@ TEST(SlowSoakMotion, MovedMasksAndMotionNeedNoMoreMemoryAndKeepTheirLabels) {
   constexpr long frames_of_a_life = 60;
   FlatMemory memory(static_cast<double>(wanted));
   MaskPropagator propagator;
-  MotionState state;
-  const MotionFilter filter(camera(), state);
+  MotionFilter filter(camera());
   FeatureLabels labels;
   Workspace workspace;
   std::vector<FeatureLabels> first;

@@ -1,17 +1,14 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#include "dynfilter/motion/instance_motion.hpp"
+#include "motion/instance_motion.hpp"
 
 #include <optional>
-#include <stdexcept>
 #include <vector>
 
 #include <gtest/gtest.h>
 
-#include "support/expect_error.hpp"
-
-namespace dynfilter {
+namespace dynfilter::detail {
 namespace {
 
 Segmentation at(std::vector<cv::Rect> boxes, std::vector<std::optional<int>> ids = {}) {
@@ -26,9 +23,10 @@ Segmentation at(std::vector<cv::Rect> boxes, std::vector<std::optional<int>> ids
   return segmentation;
 }
 
-const InstanceVotes quiet_votes{20, 20, 0, true, true};
-const InstanceVotes restless_votes{20, 20, 3, false, true};
-const InstanceVotes moving_votes{20, 20, 7, false, true};
+constexpr int still_frames = 4;
+const InstanceVotes quiet_votes{20, 0, true, true};
+const InstanceVotes restless_votes{20, 3, false, true};
+const InstanceVotes moving_votes{20, 7, false, true};
 const cv::Rect here_box(100, 100, 80, 200), there_box(400, 100, 80, 200);
 
 InstanceVerdict next(InstanceMotion& instances, const std::optional<InstanceVotes>& votes) {
@@ -38,8 +36,8 @@ InstanceVerdict next(InstanceMotion& instances, const std::optional<InstanceVote
 
 /// Returns instances of which the one in `here_box` has just become still.
 InstanceMotion with_still_one() {
-  InstanceMotion instances;
-  for (int i = 0; i < InstanceMotionOptions().min_still_frames; ++i) next(instances, quiet_votes);
+  InstanceMotion instances(still_frames);
+  for (int i = 0; i < still_frames; ++i) next(instances, quiet_votes);
   return instances;
 }
 
@@ -51,14 +49,14 @@ TEST(InstanceMotion, MovesAtOnce) {
 
 /// A single frame may be wrong about a person who stays.
 TEST(InstanceMotion, IsSettledWhereItStaysOrKeepsMoving) {
-  InstanceMotion instances;
+  InstanceMotion instances(still_frames);
   for (const bool is_settled : {false, false, true, true}) {
     next(instances, moving_votes);
     EXPECT_EQ(instances.is_settled(0), is_settled);
   }
   // Once it is still, one restless_votes frame must not change that.
   instances = with_still_one();
-  for (int i = 0; i < InstanceMotionOptions().cancelled_frames; ++i) {
+  for (int i = 0; i < 3; ++i) {
     EXPECT_FALSE(instances.is_settled(0));
     EXPECT_EQ(next(instances, quiet_votes), InstanceVerdict::still);
   }
@@ -104,7 +102,7 @@ TEST(InstanceMotion, FollowsObjectsInAnyOrder) {
 }
 
 TEST(InstanceMotion, FollowsIdsBeforeBoxes) {
-  InstanceMotion instances;
+  InstanceMotion instances(still_frames);
   for (int i = 0; i < 8; ++i) {
     instances.begin_frame(at({here_box}, {7}));
     instances.judge(0, quiet_votes);
@@ -120,24 +118,5 @@ TEST(InstanceMotion, ForgetsWhatIsMissing) {
   EXPECT_EQ(next(instances, quiet_votes), InstanceVerdict::undecided);
 }
 
-TEST(InstanceMotion, KnowsWhatNeverMovedSinceItAppeared) {
-  InstanceMotion instances;
-  instances.begin_frame(at({here_box}));
-  EXPECT_FALSE(instances.was_always_quiet(0));  // nobody has looked
-  instances.judge(0, std::nullopt);
-  EXPECT_FALSE(instances.was_always_quiet(0));
-  next(instances, quiet_votes);
-  EXPECT_TRUE(instances.was_always_quiet(0));
-  next(instances, restless_votes);
-  EXPECT_FALSE(instances.was_always_quiet(0));
-}
-
-TEST(InstanceMotion, RefusesNonsense) {
-  InstanceMotionOptions options;
-  options.max_still_frames = 1;
-  testing::expect_error<std::invalid_argument>([&] { InstanceMotion{options}; },
-                                               "max_still_frames = 1");
-}
-
 }  // namespace
-}  // namespace dynfilter
+}  // namespace dynfilter::detail

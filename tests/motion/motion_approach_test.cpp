@@ -11,11 +11,14 @@
 #include <gtest/gtest.h>
 #include <opencv2/imgproc.hpp>
 
-#include "dynfilter/motion/motion_residual.hpp"
+#include "motion/motion_residual.hpp"
 #include "support/motion_rig.hpp"
 
 namespace dynfilter::testing {
 namespace {
+
+using detail::depth_residual_m;
+using detail::DepthInterval;
 
 constexpr double half_side_m = 0.22;
 

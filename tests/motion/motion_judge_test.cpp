@@ -15,6 +15,7 @@
 
 #include "dynfilter/dynfilter.hpp"
 #include "lab/scenes/scene_levels.hpp"
+#include "motion/motion_frame.hpp"
 #include "support/expect_error.hpp"
 #include "support/motion_rig.hpp"
 
@@ -37,6 +38,7 @@ TEST(MotionJudge, GivesBackTheFeaturesOfPeopleWhoStandStill) {
     if (i < 7) continue;
     EXPECT_EQ(labels.statistics().instances[0].verdict, InstanceVerdict::still) << i;
     EXPECT_EQ(labels.statistics().motion.given_back, labels.statistics().restored);
+    for (const FeatureLabel& label : labels) EXPECT_NE(label.reason, Reason::restored);
     for (std::size_t f = 0; f < labels.size(); ++f) {
       if (!is_on_person(shot, shot.keypoints[f], 0)) continue;
       ++on_person;
@@ -44,7 +46,7 @@ TEST(MotionJudge, GivesBackTheFeaturesOfPeopleWhoStandStill) {
     }
   }
   EXPECT_GT(on_person, 100U);
-  EXPECT_GE(static_cast<double>(kept), 0.93 * static_cast<double>(on_person));
+  EXPECT_GE(static_cast<double>(kept), 0.92 * static_cast<double>(on_person));
 }
 
 TEST(MotionJudge, GivesBackNothingOfPeopleWhoWalk) {
@@ -172,7 +174,7 @@ TEST(MotionJudge, NeedsDepthOrAKnownPose) {
       prior.pose = {then.rotation.t() * now.rotation,
                     then.rotation.t() * (now.translation - then.translation)};
       prior.is_trusted = true;
-      guided.state.expect_motion(prior);
+      guided.judge.expect_motion(prior);
     }
     const FeatureLabels without = blind.see_without_masks(shot);
     const FeatureLabels with = guided.see_without_masks(shot);
@@ -185,29 +187,46 @@ TEST(MotionJudge, NeedsDepthOrAKnownPose) {
   EXPECT_GT(moving, 100U);
 }
 
-TEST(MotionJudge, TakesAHostsTracks) {
-  // Matches to the pixel, as descriptors give them, of the tracks that it would find itself.
-  Rig rig, own;
-  const FeatureTracker tracker;
-  std::size_t moving = 0, own_moving = 0;
-  for (std::size_t i = 0; i < 7; ++i) {
-    const Shot& shot = shots(0.5)[i];
-    for (std::size_t b = 0; b < motion_baseline_frames.size(); ++b) {
-      const auto back = static_cast<std::size_t>(motion_baseline_frames[b]);
-      if (i < back) continue;
-      ImagePyramid now, then;
-      tracker.build(shot.rendered.frame.image, now);
-      tracker.build(shots(0.5)[i - back].rendered.frame.image, then);
+/// Matches as descriptors give them, to the pixel, where nothing else leads: a card crosses a room
+/// by a third of the image a frame.
+TEST(MotionJudge, FollowsAHostsTracksAndChecksThem) {
+  const Shot& first = shots(0)[0];
+  const cv::Rect card(60, 120, 90, 110);
+  for (const bool are_right : {true, false}) {
+    Rig rig;
+    std::size_t on_card = 0, found = 0;
+    for (int i = 0; i < 4; ++i) {
+      const Shot& shot = shots(0)[static_cast<std::size_t>(i)];
+      FrameView frame = shot.rendered.frame;
+      frame.image = frame.image.clone();
+      frame.depth = frame.depth.clone();
+      const cv::Rect at(60 + 80 * i, 120, card.width, card.height);
+      first.rendered.frame.image(card).copyTo(frame.image(at));
+      frame.depth(at).setTo(5000);  // a metre
       std::vector<FeatureTrack> tracks;
-      tracker.track(now, then, shot.keypoints, nullptr, tracks, rig.workspace);
-      for (FeatureTrack& track : tracks) track.position = nearest_pixel(track.position);
-      rig.state.hand_over_tracks(b, tracks);
+      for (const cv::KeyPoint& keypoint : shot.keypoints) {
+        const bool is_on_card = at.contains(nearest_pixel(keypoint.pt));
+        const cv::Point2f back(are_right ? -80.0F : 90.0F, 0);
+        tracks.push_back({keypoint.pt + back, is_on_card});
+      }
+      if (i > 0) rig.judge.hand_over_tracks(tracks);
+      const FeatureLabels labels = rig.see(frame, {}, shot.keypoints);
+      if (i == 0) continue;
+      for (std::size_t f = 0; f < labels.size(); ++f) {
+        const cv::Rect inner(at.x + 15, at.y + 15, at.width - 30, at.height - 30);
+        if (!inner.contains(nearest_pixel(shot.keypoints[f].pt))) continue;
+        ++on_card;
+        const auto& feature = rig.workspace.get<detail::MotionScratch>().features[f];
+        found += feature.tracks[0].is_found ? 1 : 0;
+      }
     }
-    moving += rig.see_without_masks(shot).statistics().moving;
-    own_moving += own.see_without_masks(shot).statistics().moving;
+    EXPECT_GT(on_card, 20U);
+    if (are_right) {
+      EXPECT_GT(found, on_card * 7 / 10);
+    } else {
+      EXPECT_LT(found, on_card * 3 / 10);
+    }
   }
-  EXPECT_GT(moving, own_moving * 9 / 10);
-  EXPECT_LT(moving, own_moving * 11 / 10);
 }
 
 TEST(MotionJudge, LeavesFeaturesOutsideTheImageAlone) {
@@ -280,12 +299,20 @@ TEST(MotionJudge, WhoseFeaturesCannotBeTrackedIsNotStill) {
 
 TEST(MotionJudge, RefusesNonsense) {
   using Bad = std::invalid_argument;
-  MotionState state;
   MotionJudgeOptions options;
   options.min_speed_m_s = -1;
-  expect_error<Bad>([&] { MotionJudge(camera(), state, options); }, "min_speed_m_s = -1");
-  expect_error<Bad>([&] { MotionJudge(PinholeCamera(), state); }, "fx = 0");
-  expect_error<Bad>([&] { state.hand_over_tracks(2, {}); }, "baseline 2");
+  expect_error<Bad>([&] { MotionJudge(camera(), options); }, "min_speed_m_s = -1");
+  options = {};
+  options.still_frames = 0;
+  expect_error<Bad>([&] { MotionJudge(camera(), options); }, "still_frames = 0");
+  options = {};
+  options.fringe_px = 1001;
+  expect_error<Bad>([&] { MotionJudge(camera(), options); }, "fringe_px = 1001");
+  options = {};
+  options.max_gap_s = std::nan("");
+  expect_error<Bad>([&] { MotionJudge(camera(), options); }, "max_gap_s = nan");
+  expect_error<Bad>([&] { (void)MotionJudge{PinholeCamera()}; }, "fx = 0");
+  MotionJudge state(camera());
   PosePrior prior;
   prior.pose.rotation(1, 1) = std::nan("");
   expect_error<Bad>([&] { state.expect_motion(prior); }, "a pose that is not finite");

@@ -3,7 +3,6 @@
 
 // What a host may do wrong, and what it may do beside motion.
 
-#include <algorithm>
 #include <cstddef>
 #include <stdexcept>
 #include <utility>
@@ -11,7 +10,6 @@
 
 #include <gtest/gtest.h>
 
-#include "dynfilter/motion/feature_tracker.hpp"
 #include "support/expect_error.hpp"
 #include "support/motion_rig.hpp"
 
@@ -19,15 +17,13 @@ namespace dynfilter::testing {
 namespace {
 
 TEST(MotionMisuse, TracksOfAnotherNumberAreRefusedInEachFrame) {
-  for (std::size_t baseline = 0; baseline < motion_baseline_frames.size(); ++baseline) {
-    Rig rig, plain;
-    for (std::size_t i = 0; i < 5; ++i) {
-      const Shot& shot = shots(0)[i];
-      rig.state.hand_over_tracks(baseline, std::vector<FeatureTrack>(5));
-      expect_error<std::invalid_argument>([&] { rig.see(shot); }, "5 tracks of the host and");
-      // They are of the refused call alone, which forgets no frame.
-      EXPECT_TRUE(are_equal(rig.see(shot), plain.see(shot))) << i;
-    }
+  Rig rig, plain;
+  for (std::size_t i = 0; i < 5; ++i) {
+    const Shot& shot = shots(0)[i];
+    rig.judge.hand_over_tracks(std::vector<FeatureTrack>(5));
+    expect_error<std::invalid_argument>([&] { rig.see(shot); }, "5 tracks of the host and");
+    // They are of the refused call alone, which forgets no frame.
+    EXPECT_TRUE(are_equal(rig.see(shot), plain.see(shot))) << i;
   }
 }
 
@@ -40,28 +36,11 @@ TEST(MotionMisuse, APriorOfARefusedFrameIsDropped) {
   PosePrior wrong;
   wrong.pose.translation = {0.5, 0, 0};
   wrong.is_trusted = true;
-  rig.state.expect_motion(wrong);
+  rig.judge.expect_motion(wrong);
   Shot odd = shots(0)[3];
   odd.rendered.frame.image.convertTo(odd.rendered.frame.image, CV_16U);
   EXPECT_THROW(rig.see(odd), std::invalid_argument);
   EXPECT_TRUE(are_equal(rig.see(shots(0)[3]), plain.see(shots(0)[3])));
-}
-
-/// A host may build its filter anew with other options.
-TEST(MotionMisuse, AStateThatWasResetTakesTheNextJudgesOptions) {
-  MotionJudgeOptions never_still;
-  never_still.instance.min_still_frames = never_still.instance.max_still_frames = 1000;
-  Rig rig(never_still), fresh;
-  rig.see(shots(0)[0]);
-  rig.state.reset();
-  rig.judge = MotionJudge(camera(), rig.state);
-  for (std::size_t i = 0; i < 9; ++i) {
-    const FeatureLabels got = rig.see(shots(0)[i]), want = fresh.see(shots(0)[i]);
-    EXPECT_TRUE(are_equal(got, want)) << i;
-    if (i == 8) {
-      EXPECT_EQ(got.statistics().instances[0].verdict, InstanceVerdict::still);
-    }
-  }
 }
 
 /// Motion gives back what masks and depth took, not what a stage of the host's removed.
@@ -117,7 +96,7 @@ std::pair<int, int> seen_after_repeat(bool repeats, bool knows_repeat = true) {
     FrameView frame = shot.rendered.frame;
     frame.depth = cv::Mat();
     frame.timestamp_s = shots(0)[static_cast<std::size_t>(i)].rendered.frame.timestamp_s;
-    if (i > 0 && (!is_repeat || knows_repeat)) rig.state.expect_motion(exact_prior(i));
+    if (i > 0 && (!is_repeat || knows_repeat)) rig.judge.expect_motion(exact_prior(i));
     const FeatureLabels labels = rig.see(frame, {}, shot.keypoints);
     if (is_repeat) {
       EXPECT_EQ(labels.statistics().motion.outcome, MotionOutcome::repeated);
@@ -146,63 +125,9 @@ TEST(MotionMisuse, TakesPriorsInFloat) {
     PosePrior prior;
     prior.pose.rotation = prior.pose.rotation * 1.00025;
     prior.is_trusted = true;
-    rig.state.expect_motion(prior);
+    rig.judge.expect_motion(prior);
     EXPECT_NO_THROW(rig.see(shot));
   }
-}
-
-/// Returns the tracks of a shot, made ahead of the call.
-std::vector<FeatureTrack> tracked_ahead(Rig& rig, const Shot& shot) {
-  std::vector<FeatureTrack> tracks;
-  rig.judge.track(shot.rendered.frame, shot.keypoints, tracks, rig.workspace);
-  EXPECT_EQ(tracks.size(), shot.keypoints.size());
-  return tracks;
-}
-
-bool has_found_one(const std::vector<FeatureTrack>& tracks) {
-  return std::any_of(tracks.begin(), tracks.end(),
-                     [](const auto& track) { return track.is_found; });
-}
-
-TEST(TrackingAhead, ChangesNoLabel) {
-  Rig ahead, alone;
-  bool is_first = true;
-  for (const Shot& shot : shots(0.5)) {
-    const std::vector<FeatureTrack> tracks = tracked_ahead(ahead, shot);
-    EXPECT_EQ(has_found_one(tracks), !is_first);
-    const FeatureLabels labels = ahead.see(shot);
-    const FeatureLabels same = alone.see(shot);
-    is_first = false;
-    EXPECT_TRUE(are_equal(labels, same));
-    EXPECT_EQ(labels.statistics().motion.outcome, same.statistics().motion.outcome);
-  }
-}
-
-TEST(TrackingAhead, ForgetsTracksOfAnotherFrame) {
-  Rig ahead, alone;
-  for (std::size_t i = 0; i < 6; ++i) {
-    const Shot& shot = shots(0.5)[i];
-    tracked_ahead(ahead, shots(0.5)[i + 1]);  // another time
-    Shot fewer = shot;
-    fewer.keypoints.pop_back();
-    if (i == 4) tracked_ahead(ahead, fewer);  // another number of features
-    EXPECT_TRUE(are_equal(ahead.see(shot), alone.see(shot))) << i;
-  }
-}
-
-TEST(TrackingAhead, FindsNothingWhereTheLastFrameIsNotKnown) {
-  Rig rig;
-  const std::vector<Shot>& scene = shots(0.5);
-  rig.see(scene[0]);
-  Shot late = scene[1];
-  late.rendered.frame.timestamp_s += 1;
-  EXPECT_FALSE(has_found_one(tracked_ahead(rig, late)));
-  rig.see(scene[1]);
-  EXPECT_TRUE(has_found_one(tracked_ahead(rig, scene[2])));
-  Shot blind = scene[2];
-  blind.rendered.frame.image.release();
-  EXPECT_FALSE(has_found_one(tracked_ahead(rig, blind)));
-  EXPECT_FALSE(has_found_one(tracked_ahead(rig, scene[0])));  // back in time
 }
 
 }  // namespace

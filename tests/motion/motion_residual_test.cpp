@@ -1,20 +1,18 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#include "dynfilter/motion/motion_residual.hpp"
+#include "motion/motion_residual.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <stdexcept>
 
 #include <gtest/gtest.h>
 
 #include "dynfilter/features.hpp"
-#include "support/expect_error.hpp"
 
-namespace dynfilter {
+namespace dynfilter::detail {
 namespace {
 
 constexpr double unlimited_m = std::numeric_limits<double>::infinity();
@@ -174,15 +172,5 @@ TEST(DepthInterval, IsUnknownOutsideTheImageAndWithoutDepth) {
   EXPECT_EQ(depth_interval(frame, {-1, 0}).nearest_m, 0.4);
 }
 
-TEST(DepthInterval, RefusesNonsense) {
-  using Bad = std::invalid_argument;
-  DepthIntervalOptions options;
-  options.window_px = 8;
-  testing::expect_error<Bad>([&] { depth_interval({}, {}, options); }, "window_px = 8");
-  FrameView frame;
-  frame.depth = cv::Mat1b(40, 40, std::uint8_t{9});
-  testing::expect_error<Bad>([&] { depth_interval(frame, {20, 20}); }, "CV_8UC1");
-}
-
 }  // namespace
-}  // namespace dynfilter
+}  // namespace dynfilter::detail

@@ -9,7 +9,7 @@
 #include <type_traits>
 
 #include "dynfilter/evaluation/rgbd_sequence_writer.hpp"
-#include "dynfilter/motion/motion_state.hpp"
+#include "dynfilter/motion/motion_filter.hpp"
 #include "dynfilter/networks/network_segmenter.hpp"
 #include "dynfilter/plugin.hpp"
 #include "dynfilter/segmenters/async_segmenter.hpp"
@@ -32,7 +32,7 @@ constexpr bool moves_without_failing =
 static_assert(moves_without_failing<AsyncSegmenter>);
 static_assert(moves_without_failing<MaskFolderWriter>);
 static_assert(moves_without_failing<MaskPropagator>);
-static_assert(moves_without_failing<MotionState>);
+static_assert(moves_without_failing<MotionJudge>);
 static_assert(moves_without_failing<NetworkSegmenter>);
 static_assert(moves_without_failing<Plugin>);
 #if defined(__linux__)

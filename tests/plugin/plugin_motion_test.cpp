@@ -90,14 +90,15 @@ TEST_F(PluginMotion, DoesWhatTheFilterDoes) {
   }
   writer.finish();
   Plugin with(settings(std::string("dynfilter.motion: 1\n") + camera_keys)), without(settings(""));
-  MotionState state;
   const CameraParameters c = scene.camera();
-  const MotionFilter filter({c.fx, c.fy, c.cx, c.cy}, state);
+  MotionFilter filter({c.fx, c.fy, c.cx, c.cy});
+  FeatureLabels labels;
+  Workspace workspace;
   std::size_t given_back = 0;
   for (const SyntheticFrame& shot : rendered) {
     cv::Mat no_descriptors;
     const std::vector<cv::KeyPoint> keypoints = corners_of(shot.frame.image);
-    const FeatureLabels labels = filter.apply(shot.frame, shot.true_segmentation, keypoints);
+    filter.apply(shot.frame, shot.true_segmentation, keypoints, labels, workspace);
     std::vector<cv::KeyPoint> judged = keypoints, masked = keypoints;
     with.submit(shot.frame.image, shot.frame.timestamp_s);
     const FrameStatistics statistics =
@@ -112,8 +113,8 @@ TEST_F(PluginMotion, DoesWhatTheFilterDoes) {
   EXPECT_GT(given_back, 50U);
 }
 
-/// With masks of every third frame, the features that the motion filter tracks move the masks.
-TEST_F(PluginMotion, MovesMasksByItsOwnTracks) {
+/// With masks of every third frame.
+TEST_F(PluginMotion, JudgesByMasksThatWereMoved) {
   const std::vector<SyntheticFrame>& rendered = walking_people();
   write_every_third_mask(folder_.path() / "masks");
   const CameraParameters c = SyntheticScene(scene_level("medium", 12)).camera();
@@ -123,13 +124,11 @@ TEST_F(PluginMotion, MovesMasksByItsOwnTracks) {
                              "\nCamera.cy: " + std::to_string(c.cy) + "\n";
   Plugin plugin(
       settings("dynfilter.propagate: \"yes\"\ndynfilter.missing_masks: \"keep\"\n" + motion));
-  MotionState state;
-  const MotionFilter filter({c.fx, c.fy, c.cx, c.cy}, state);
-  MaskPropagator propagator, by_images;
-  std::vector<FeatureTrack> tracks;
+  MotionFilter filter({c.fx, c.fy, c.cx, c.cy});
+  MaskPropagator propagator;
   FeatureLabels labels;
   Workspace workspace;
-  std::size_t by_moved_masks = 0, by_points_of_images = 0;
+  std::size_t by_moved_masks = 0;
   for (std::size_t i = 0; i < rendered.size(); ++i) {
     FrameView frame = rendered[i].frame;
     frame.id = i + 1;
@@ -138,15 +137,11 @@ TEST_F(PluginMotion, MovesMasksByItsOwnTracks) {
     std::optional<Segmentation> masks;
     if (i % 3 == 0) masks = rendered[i].true_segmentation;
     if (masks) masks->frame_id = frame.id;
-    filter.stage<MotionJudge>().track(frame, features, tracks, workspace);
-    const auto moved = propagator.propagate(frame, masks, point_motions(features, tracks));
+    const auto moved = propagator.propagate(frame, masks);
     ASSERT_TRUE(moved);
     filter.apply(frame, moved, features, labels, workspace);
     const std::size_t masked = labels.statistics().masked;
     by_moved_masks += i % 3 == 0 ? 0 : masked;
-    const auto otherwise =
-        DynamicFilter().apply(frame, by_images.propagate(frame, masks), features);
-    by_points_of_images += i % 3 == 0 ? 0 : otherwise.statistics().masked;
     std::vector<cv::KeyPoint> expected = keypoints;
     keep_static(labels, expected);
     cv::Mat no_descriptors;
@@ -158,32 +153,31 @@ TEST_F(PluginMotion, MovesMasksByItsOwnTracks) {
     for (std::size_t k = 0; k < expected.size(); ++k) EXPECT_EQ(keypoints[k].pt, expected[k].pt);
   }
   EXPECT_GT(by_moved_masks, 100U);
-  EXPECT_NE(by_moved_masks, by_points_of_images) << "this scene does not tell the two apart";
 }
 
-/// A host that makes two frames of each image, as DynaSLAM does: motion knows no last frame then.
-TEST_F(PluginMotion, PointsOfTheImagesMoveMasksWhereMotionKnowsNoLastFrame) {
+/// A host that makes two frames of each image, as DynaSLAM does: the second one has no image.
+TEST_F(PluginMotion, JudgesNothingWhereEachImageIsFilteredTwice) {
   write_every_third_mask(folder_.path() / "masks");
   const std::string lines = "dynfilter.propagate: \"yes\"\ndynfilter.missing_masks: \"keep\"\n";
   Plugin with(settings(lines + "dynfilter.motion: 1\n" + camera_keys));
   Plugin without(settings(lines));
   for (const SyntheticFrame& rendered : walking_people()) {
+    const double time_s = rendered.frame.timestamp_s;
     const std::vector<cv::KeyPoint> all = corners_of(rendered.frame.image);
-    std::size_t masked[2][2];
-    for (Plugin* plugin : {&with, &without}) {
-      plugin->submit(rendered.frame.image, rendered.frame.timestamp_s);
-      for (std::size_t k = 0; k < 2; ++k) {
-        std::vector<cv::KeyPoint> keypoints = all;
-        cv::Mat no_descriptors;
-        masked[plugin == &with ? 0 : 1][k] =
-            plugin
-                ->filter(rendered.frame.timestamp_s, rendered.frame.depth, keypoints,
-                         no_descriptors)
-                .masked;
-      }
+    with.submit(rendered.frame.image, time_s);
+    without.submit(rendered.frame.image, time_s);
+    for (const MotionOutcome outcome : {MotionOutcome::started, MotionOutcome::no_image}) {
+      std::vector<cv::KeyPoint> judged = all, masked = all;
+      cv::Mat no_descriptors;
+      const FrameStatistics statistics =
+          with.filter(time_s, rendered.frame.depth, judged, no_descriptors);
+      const FrameStatistics others =
+          without.filter(time_s, rendered.frame.depth, masked, no_descriptors);
+      EXPECT_EQ(statistics.motion.outcome, outcome);
+      EXPECT_EQ(statistics.masked, others.masked) << "points of the images move both masks";
+      EXPECT_GT(statistics.masked, 20U);
+      EXPECT_EQ(judged.size(), masked.size());
     }
-    EXPECT_EQ(masked[0][1], masked[1][1]);
-    EXPECT_GT(masked[0][1], 20U);
   }
 }
 

@@ -28,6 +28,9 @@ def test_verdicts_of_your_own():
         ValueError, match="FeatureLabels::remove: got score 2; want a score from 0 to 1"
     ):
         labels.remove(0, -1, dynfilter.Reason.custom, 2)
+    for reason in (dynfilter.Reason.untouched, dynfilter.Reason.restored, dynfilter.Reason.still):
+        with pytest.raises(ValueError, match="FeatureLabels::remove: got the reason"):
+            labels.remove(0, -1, reason, 0.5)
     with pytest.raises(ValueError, match="FeatureLabels: got feature 10; want an index below 10"):
         labels.remove(10, -1, dynfilter.Reason.custom, 0.5)
 

@@ -25,40 +25,37 @@ def run(sequence, filter):
 
 def test_motion_is_judged_from_the_second_frame_on(rendered):
     sequence = dynfilter.RgbdSequence(rendered)
-    state = dynfilter.MotionState()
-    filter = dynfilter.MotionFilter(camera_of(sequence), state)
+    filter = dynfilter.MotionFilter(camera_of(sequence))
     labels = run(sequence, filter)
     outcomes = [one.statistics.motion.outcome for one in labels]
     assert outcomes[0] == dynfilter.MotionOutcome.started
     assert outcomes[-1] == dynfilter.MotionOutcome.applied
     assert not labels[0].statistics.is_motion_decided  # a host should wait with its map
     assert labels[-1].statistics.motion.tracked > 100
-    state.reset()
+    filter.reset()
     again = run(sequence, filter)
     for one, other in zip(labels, again):
         assert np.array_equal(one.reason, other.reason) and np.array_equal(one.score, other.score)
 
 
-def test_tracks_of_features_move_masks_and_serve_the_filter(rendered):
+def test_masks_that_were_moved_serve_the_filter(rendered):
     sequence = dynfilter.RgbdSequence(rendered)
-    people = dynfilter.MaskFolderSegmenter(sequence.folder / "masks")
-    alone = dynfilter.MotionFilter(camera_of(sequence), dynfilter.MotionState())
-    filter = dynfilter.MotionFilter(camera_of(sequence), dynfilter.MotionState())
+    newest = dynfilter.MaskFolderSegmenter(sequence.folder / "masks").segment(sequence[0])
+    filter = dynfilter.MotionFilter(camera_of(sequence))
     propagator = dynfilter.MaskPropagator()
-    for i, frame in enumerate(sequence):
-        points = grid(frame)
-        tracks = filter.track(frame, points)
-        if i == 0:
-            assert tracks is None
-            newest = people.segment(frame)
-        else:
-            assert tracks.shape == points.shape and tracks.dtype == np.float32
-            found = ~np.isnan(tracks).any(axis=1)
-            assert found.mean() > 0.5
-        masks = propagator.propagate(frame, newest, points, tracks)
-        labels = filter.apply(frame, masks, points)
-        assert np.array_equal(labels.removed, alone.apply(frame, masks, points).removed)
+    for frame in sequence:
+        labels = filter.apply(frame, propagator.propagate(frame, newest), grid(frame))
     assert labels.statistics.motion.outcome == dynfilter.MotionOutcome.applied
+    assert labels.statistics.has_segmentation
+
+
+def test_two_filters_share_nothing(rendered):
+    sequence = dynfilter.RgbdSequence(rendered)
+    alone = run(sequence, dynfilter.MotionFilter(camera_of(sequence)))
+    one, other = (dynfilter.MotionFilter(camera_of(sequence)) for _ in range(2))
+    other.apply(sequence[3], None, grid(sequence[3]))
+    for labels, expected in zip(run(sequence, one), alone):
+        assert np.array_equal(labels.reason, expected.reason)
 
 
 def test_misuse():
@@ -66,4 +63,8 @@ def test_misuse():
         dynfilter.PinholeCamera(fx=0, fy=1, cx=1, cy=1)
     camera = dynfilter.PinholeCamera(fx=500, fy=500, cx=320, cy=240)
     with pytest.raises(TypeError):
-        dynfilter.MotionFilter(camera, None)
+        dynfilter.MotionFilter(None)
+    with pytest.raises(TypeError):
+        dynfilter.MotionFilter(camera, 3)
+    with pytest.raises(ValueError, match="margin_px"):
+        dynfilter.MotionFilter(camera, margin_px=-1)

@@ -70,8 +70,7 @@ VALUES = {
 OTHERS = {
     "FeatureLabels": labels_of,
     "MaskPropagator": lambda scene: dynfilter.MaskPropagator(),
-    "MotionFilter": lambda scene: dynfilter.MotionFilter(CAMERA, dynfilter.MotionState()),
-    "MotionState": lambda scene: dynfilter.MotionState(),
+    "MotionFilter": lambda scene: dynfilter.MotionFilter(CAMERA),
     "Segmenter": lambda scene: dynfilter.Segmenter(),
 }
 

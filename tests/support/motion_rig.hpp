@@ -60,9 +60,9 @@ inline PinholeCamera camera() {
   return {c.fx, c.fy, c.cx, c.cy};
 }
 
-/// Filter with masks and motion, and its memory of one camera.
+/// Filter with masks and motion of one camera.
 struct Rig {
-  explicit Rig(const MotionJudgeOptions& options = {}) : judge(camera(), state, options) {}
+  explicit Rig(const MotionJudgeOptions& options = {}) : judge(camera(), options) {}
 
   FeatureLabels see(const FrameView& frame, const Segmentation& masks, FeaturesView features) {
     FeatureLabels labels = Pipeline<MaskCuller>(MaskCuller()).apply(frame, masks, features);
@@ -82,7 +82,6 @@ struct Rig {
     return labels;
   }
 
-  MotionState state;
   MotionJudge judge;
   Workspace workspace;
 };

@@ -40,7 +40,6 @@ struct RelativePose {
 struct PoseObservation {
   cv::Point3d point_now_m;  ///< place in the camera's frame now, metres; z above 0
   cv::Point2d pixel_then;   ///< ideal pixel in the earlier frame
-  double texture = 0;       ///< of its track, see FeatureTrack; 0 = unknown
 };
 
 /// Expected motion, and how far an estimate may be from it.
@@ -52,32 +51,12 @@ struct PosePrior {
   bool is_trusted = false;
 };
 
-/// Options of RelativePoseEstimator. Chosen on rendered scenes of seeds 11 to 13.
-struct RelativePoseOptions {
-  std::size_t min_observations = 20;  ///< below, there is no answer; at least 6
-  /// Hypotheses; for a turn a quarter of them, rounded up. 1 to 100000.
-  std::size_t hypotheses = 120;
-  /// Number of observations in the sample by which hypotheses are scored; at least 20.
-  std::size_t sample_size = 300;
-  /// Share of the sample that decides: those that a hypothesis explains best; 0.1 to 0.5. With a
-  /// trusted prior a tenth decides.
-  double quantile = 0.33;
-  int refinements = 3;         ///< steps of the refinement; 0 to 100
-  double cutoff = 3.5;         ///< residual without weight, in scales; 1e-6 to 1e6
-  double min_scale_px = 0.25;  ///< smallest scale of the residuals, pixels; 1e-6 to 1e6
-  /// Largest scale, pixels, with which a pose is trusted; above 0.
-  double max_scale_px = 3.0;
-  /// Smallest share of the sample that must agree with a pose for it to be trusted; 0 to 1.
-  double min_support = 0.5;
-  std::uint64_t seed = 0;  ///< of the hypotheses
-};
-
 /// Answer of RelativePoseEstimator.
 struct RelativePoseEstimate {
   RelativePose pose;  ///< the prior's, or else the start, where there was no answer
   /// Robust scale of the residuals, pixels: 1.4826 times the median of those that agree.
   double scale_px = 0;
-  /// Share of the sample within `cutoff` times the scale, which counts up to `max_scale_px`.
+  /// Share of the sample within 3.5 times the scale, which counts up to 3 px.
   double support = 0;
   std::size_t observations = 0;  ///< number of observations
   /// Whether the pose may be relied upon: enough observations, of which enough agree, and not twice
@@ -101,25 +80,25 @@ struct RelativePoseEstimate {
 /// the quantile at first, and then from the median of the observations that agree with it; with a
 /// trusted prior from a fifth of the sample.
 ///
-/// The sample is spread over the image: it takes from parts of 40 px in turn. What is rich in
-/// texture would outvote the rest otherwise, and where no masks are known that is often a person.
-/// Of each part the observations with the most texture come first: ORB-SLAM extracts corners on
-/// plain walls, too, whose tracks are wrong by half a pixel. They still refine the pose.
+/// The sample of 300 is spread over the image: it takes from parts of 40 px in turn. What is rich
+/// in texture would outvote the rest otherwise, and where no masks are known that is often a
+/// person.
 ///
 /// Deterministic, and independent of the observations' order. const and re-entrant.
 class RelativePoseEstimator {
  public:
-  /// Takes camera and options. Throws std::invalid_argument for values out of range.
-  explicit RelativePoseEstimator(const PinholeCamera& camera,
-                                 const RelativePoseOptions& options = {});
+  /// With fewer observations there is no answer.
+  static constexpr std::size_t min_observations = 20;
+
+  /// Takes the camera. Throws std::invalid_argument for values out of range.
+  explicit RelativePoseEstimator(const PinholeCamera& camera);
 
   /// Returns the pose. `start` is what is expected, such as the last motion; without an idea, the
   /// identity does up to about 0.1 rad and a tenth of the depth. The pose of a `prior` takes the
   /// place of `start`, and poses outside its limits are dismissed. Throws std::invalid_argument for
   /// a pose that is not finite or whose rotation is none, for limits that are not above 0, and for
-  /// an observation that is not finite, not in front of the camera, or of texture below 0.
-  /// Allocates nothing with a warm workspace. O(n log n + hypotheses x sample_size + refinements x
-  /// n).
+  /// an observation that is not finite or not in front of the camera. Allocates nothing with a
+  /// warm workspace. O(n).
   RelativePoseEstimate estimate(const std::vector<PoseObservation>& observations,
                                 const RelativePose& start, const std::optional<PosePrior>& prior,
                                 Workspace& workspace) const;
@@ -134,7 +113,6 @@ class RelativePoseEstimator {
 
  private:
   PinholeCamera camera_;
-  RelativePoseOptions options_;
 };
 
 }  // namespace dynfilter

@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "dynfilter/frame.hpp"
-#include "dynfilter/point_motion.hpp"
 #include "dynfilter/segmentation.hpp"
 
 namespace dynfilter {
@@ -94,14 +93,6 @@ class MaskPropagator {
   /// frame or result; after another exception it has forgotten all but used track ids. O(pixels).
   std::optional<Segmentation> propagate(const FrameView& frame,
                                         const std::optional<Segmentation>& newest);
-
-  /// Moves masks by the host's own tracks, and tracks no points itself, which is most of the cost.
-  /// `motions` holds points of the last call's frame that were found in this one (point_motions);
-  /// the frame's image is not read. Throws std::invalid_argument also for a place that is not
-  /// finite. The next call without tracks has none. O(points + area of the masks).
-  std::optional<Segmentation> propagate(const FrameView& frame,
-                                        const std::optional<Segmentation>& newest,
-                                        const std::vector<PointMotion>& motions);
 
   /// Statistics of the last call; empty before the first one and after reset().
   const PropagationStatistics& statistics() const;

@@ -17,12 +17,14 @@
 #include <dynfilter/features.hpp>
 #include <dynfilter/filter_input.hpp>
 #include <dynfilter/frame.hpp>
-#include <dynfilter/motion/feature_tracker.hpp>
+#include <dynfilter/motion/motion_judge.hpp>
 #include <dynfilter/motion/pinhole_camera.hpp>
 #include <dynfilter/motion/relative_pose.hpp>
 #include <dynfilter/segmentation.hpp>
 #include <dynfilter/workspace.hpp>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/video/tracking.hpp>
 
 #include "lab/rules/support.hpp"
 
@@ -101,8 +103,9 @@ inline double epipolar_distance_px(const cv::Matx33d& now_from_then, cv::Point2f
 inline double depth_deviation_m(double depth_m) { return 0.0025 * depth_m * depth_m; }
 
 /// Memory of a camera's last frames, which the rules of other systems share: tracks of the features
-/// by FeatureTracker, and the camera's motion by RelativePoseEstimator. So what is compared is the
-/// rules, not their trackers. One for each rule and scene; not for two threads at once.
+/// by pyramidal Lucas-Kanade there and back, and the camera's motion by RelativePoseEstimator. So
+/// what is compared is the rules, not their trackers. One for each rule and scene; not for two
+/// threads at once.
 class FrameMemory {
  public:
   /// Remembers `baseline_frames` frames, to compare a frame with the one so many before.
@@ -121,12 +124,10 @@ class FrameMemory {
     has_now_ = keep(input);
     if (!has_now_ || !continues()) known_ = 0;
     if (!has_now_) return pair;
-    pair.image = now_.pyramid.grey();
+    pair.image = now_.earlier.frame.image;
     if (known_ < past_.size()) return pair;
     pair.then = &past_.back().earlier;
-    if (!input.features.empty()) {
-      track(input.features, past_.size(), pair.tracks, workspace);
-    }
+    if (!input.features.empty()) track(input.features, past_.size(), pair.tracks);
     const RelativePoseEstimate estimate =
         estimator_.estimate(observations(pair), last_pose_, std::nullopt, workspace);
     last_pose_ = estimate.is_trusted ? estimate.pose : RelativePose();
@@ -137,10 +138,12 @@ class FrameMemory {
  private:
   static constexpr int mask_distance_px = 8;  // nearer features do not tell the camera's motion
   static constexpr double max_gap_s = 0.5;    // longer gaps between two frames begin a new scene
+  inline static const cv::Size window{9, 15};
+  static constexpr int levels = 3;
 
   struct Kept {
     EarlierFrame earlier;
-    ImagePyramid pyramid;
+    std::vector<cv::Mat> pyramid;
   };
 
   /// Makes the present frame the last one.
@@ -153,12 +156,19 @@ class FrameMemory {
   /// Copies what later frames need. Returns whether there is an image.
   bool keep(const FilterInput& input) {
     if (input.frame.image.empty()) return false;
-    tracker_.build(input.frame.image, now_.pyramid);
-    if (now_.pyramid.empty()) return false;
+    if (input.frame.image.cols < 2 * window.width || input.frame.image.rows < 2 * window.height) {
+      return false;
+    }
     FrameView& frame = now_.earlier.frame;
     frame.id = input.frame.id;
     frame.timestamp_s = input.frame.timestamp_s;
-    frame.image = now_.pyramid.grey();
+    const cv::Mat& image = input.frame.image;
+    const bool has_alpha = image.channels() == 4;
+    if (image.channels() == 1)
+      frame.image = image.clone();
+    else
+      cv::cvtColor(image, frame.image, has_alpha ? cv::COLOR_BGRA2GRAY : cv::COLOR_BGR2GRAY);
+    cv::buildOpticalFlowPyramid(frame.image, now_.pyramid, window, levels);
     frame.metres_per_unit = input.frame.metres_per_unit;
     input.frame.depth.copyTo(frame.depth);
     now_.earlier.segmentation = input.segmentation;
@@ -172,31 +182,47 @@ class FrameMemory {
     if (known_ == 0) return false;
     const EarlierFrame& last = past_[0].earlier;
     const double gap_s = now_.earlier.frame.timestamp_s - last.frame.timestamp_s;
-    return past_[0].pyramid.size() == now_.pyramid.size() && gap_s > 0 && gap_s <= max_gap_s;
+    return last.frame.image.size() == now_.earlier.frame.image.size() && gap_s > 0 &&
+           gap_s <= max_gap_s;
   }
 
   /// Tracks the features `frames` back. A long way is first tracked half, and the search begins
-  /// where that motion would lead.
-  void track(FeaturesView features, std::size_t frames, std::vector<FeatureTrack>& tracks,
-             Workspace& workspace) const {
+  /// where that motion would lead. Those not found back within half a pixel have no track.
+  void track(FeaturesView features, std::size_t frames, std::vector<FeatureTrack>& tracks) const {
     const std::size_t half = frames / 2;
-    std::vector<cv::Point2f> expected;
+    std::vector<cv::Point2f> points, found, back;
+    for (std::size_t i = 0; i < features.size(); ++i) points.push_back(features[i]);
+    found = points;
     if (half > 0) {
-      track(features, half, tracks, workspace);
+      track(features, half, tracks);
       const float times = static_cast<float>(frames) / static_cast<float>(half);
-      for (std::size_t i = 0; i < features.size(); ++i) {
-        const bool is_found = tracks[i].is_found;
-        const cv::Point2f shift = is_found ? tracks[i].position - features[i] : cv::Point2f();
-        expected.push_back(features[i] + times * shift);
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        if (tracks[i].is_found) found[i] += times * (tracks[i].position - points[i]);
       }
     }
-    tracker_.track(now_.pyramid, past_[frames - 1].pyramid, features,
-                   half > 0 ? &expected : nullptr, tracks, workspace);
+    std::vector<std::uint8_t> is_found, is_found_back;
+    follow(now_.pyramid, past_[frames - 1].pyramid, points, found, is_found);
+    back = points;
+    follow(past_[frames - 1].pyramid, now_.pyramid, found, back, is_found_back);
+    const cv::Rect2f image({}, cv::Size2f(now_.earlier.frame.image.size()));
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      tracks[i] = {found[i], is_found[i] != 0 && is_found_back[i] != 0 &&
+                                 image.contains(found[i]) && cv::norm(back[i] - points[i]) <= 0.5};
+    }
+  }
+
+  static void follow(const std::vector<cv::Mat>& from, const std::vector<cv::Mat>& to,
+                     const std::vector<cv::Point2f>& points, std::vector<cv::Point2f>& found,
+                     std::vector<std::uint8_t>& is_found) {
+    std::vector<float> errors;
+    const cv::TermCriteria criteria(cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 8, 0.03);
+    cv::calcOpticalFlowPyrLK(from, to, points, found, is_found, errors, window, levels, criteria,
+                             cv::OPTFLOW_USE_INITIAL_FLOW);
   }
 
   /// Lists the tracks of features with depth that are not near a dynamic object.
   std::vector<PoseObservation> observations(const FramePair& pair) const {
-    cv::Mat suspect = dynamic_pixels(pair.now.segmentation, now_.pyramid.size(), classes_);
+    cv::Mat suspect = dynamic_pixels(pair.now.segmentation, pair.image.size(), classes_);
     dilate_by_square(suspect, mask_distance_px);
     const cv::Rect image({0, 0}, suspect.size());
     std::vector<PoseObservation> list;
@@ -211,7 +237,6 @@ class FrameMemory {
 
   PinholeCamera camera_;
   Classes classes_;
-  FeatureTracker tracker_;
   RelativePoseEstimator estimator_;
   std::vector<Kept> past_;  // the last frame first
   Kept now_;

@@ -10,7 +10,7 @@
 
 #include <opencv2/core.hpp>
 
-#include "dynfilter/point_motion.hpp"
+#include "point_motion.hpp"
 
 namespace dynfilter::detail {
 

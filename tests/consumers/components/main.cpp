@@ -31,10 +31,9 @@ int main() {
   // The package must link threads although this project does not ask for them.
   dynfilter::AsyncSegmenter people(std::make_unique<dynfilter::CallbackSegmenter>(
       [](const cv::Mat&) { return std::vector<dynfilter::Instance>(); }));
-  // These need OpenCV's module video.
+  // This needs OpenCV's module video.
   const bool propagates = dynfilter::MaskPropagator().propagate({}, {}).has_value();
-  dynfilter::MotionState state;
-  const dynfilter::MotionJudge judge({500, 500, 32, 24}, state);
+  const dynfilter::MotionJudge judge({500, 500, 32, 24});
 
   const bool refuse = refuses_by_name([] { dynfilter::MaskFolderSegmenter("no_such_place"); }) &&
                       refuses_by_name([] { dynfilter::make_network_segmenter("no_such_place"); }) &&

@@ -1,26 +1,22 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#include "dynfilter/motion/motion_state.hpp"
-
 #include <cstddef>
 #include <optional>
-#include <stdexcept>
 #include <utility>
 #include <vector>
 
 #include <gtest/gtest.h>
 
 #include "dynfilter/motion/motion_filter.hpp"
-#include "support/expect_error.hpp"
 #include "support/motion_rig.hpp"
 
 namespace dynfilter::testing {
 namespace {
 
-/// Class of a host that holds a filter and its state.
+/// Class of a host that holds a filter.
 struct Tracker {
-  Tracker() : filter(camera(), state) {}
+  Tracker() : filter(camera()) {}
 
   FeatureLabels see(const Shot& shot) {
     FeatureLabels labels;
@@ -29,12 +25,11 @@ struct Tracker {
     return labels;
   }
 
-  MotionState state;
   MotionFilter filter;
   Workspace workspace;
 };
 
-TEST(MotionState, MayBeMovedWithTheFilterThatUsesIt) {
+TEST(MotionFilter, MayBeMoved) {
   Tracker resting;
   std::vector<Tracker> moved(1);
   for (std::size_t i = 0; i < 7; ++i) {
@@ -50,33 +45,19 @@ TEST(MotionState, MayBeMovedWithTheFilterThatUsesIt) {
   EXPECT_EQ(verdict, InstanceVerdict::still) << "the filters had something to remember";
 }
 
-TEST(MotionState, MayDieBeforeTheFilter) {
-  std::optional<MotionState> state(std::in_place);
-  const MotionFilter filter(camera(), *state);
-  state.reset();
-  Tracker plain;
-  Workspace workspace;
-  FeatureLabels labels;
-  for (std::size_t i = 0; i < 3; ++i) {
-    const Shot& shot = shots(0)[i];
-    filter.apply(shot.rendered.frame, shot.rendered.true_segmentation, shot.keypoints, labels,
-                 workspace);
-    EXPECT_TRUE(are_equal(labels, plain.see(shot))) << i;
+TEST(MotionFilter, IsLikeNewAfterAReset) {
+  Tracker used, fresh;
+  for (std::size_t i = 0; i < 5; ++i) used.see(shots(0.5)[i]);
+  used.filter.judge().reset();
+  for (std::size_t i = 5; i < 9; ++i) {
+    EXPECT_TRUE(are_equal(used.see(shots(0.5)[i]), fresh.see(shots(0.5)[i]))) << i;
   }
-}
-
-TEST(MotionState, IsRefusedOnceItWasMovedFrom) {
-  MotionState state;
-  const MotionState other = std::move(state);
-  expect_error<std::invalid_argument>([&] { MotionJudge(camera(), state); },
-                                      "a state that was moved from");
 }
 
 /// Returns the index of the first frame in which motion is decided; none if it never is. The masks
 /// begin at a frame.
 std::optional<std::size_t> first_decided(double speed_m_s, std::size_t first_masks) {
-  MotionState state;
-  const MotionFilter filter(camera(), state);
+  MotionFilter filter(camera());
   Workspace workspace;
   FeatureLabels labels;
   for (std::size_t i = 0; i < frames; ++i) {
@@ -92,11 +73,10 @@ std::optional<std::size_t> first_decided(double speed_m_s, std::size_t first_mas
 TEST(MotionDecided, WherePeopleAreStillOrMoveInSomeFrames) {
   const auto still = first_decided(0, 0), walking = first_decided(0.5, 0);
   ASSERT_TRUE(still && walking);
-  const InstanceMotionOptions defaults;
-  EXPECT_GE(*still,
-            static_cast<std::size_t>(defaults.min_still_frames + defaults.cancelled_frames));
+  const auto still_frames = static_cast<std::size_t>(MotionJudgeOptions().still_frames);
+  EXPECT_GE(*still, still_frames + 3) << "one frame that is not quiet must not change it";
   EXPECT_LE(*still, 10U);
-  EXPECT_GE(*walking, static_cast<std::size_t>(defaults.min_moving_frames));
+  EXPECT_GE(*walking, 3U);
   EXPECT_LE(*walking, 5U);
 }
 
@@ -105,7 +85,7 @@ TEST(MotionDecided, NeverBeforeTheFirstMasks) {
   EXPECT_EQ(first_decided(0, frames), std::nullopt);
   const auto late = first_decided(0, 4);
   ASSERT_TRUE(late);
-  EXPECT_GE(*late, 4U + static_cast<std::size_t>(InstanceMotionOptions().min_still_frames) - 1);
+  EXPECT_GE(*late, 4U + static_cast<std::size_t>(MotionJudgeOptions().still_frames) - 1);
 }
 
 /// "No masks" is not "nobody": who stood before a frame without masks stands after it.
@@ -159,7 +139,7 @@ TEST(MotionMasks, ConfidenceScalesTheScoresOfWhatComesBack) {
     const FeatureLabels by_doubtful = doubtful.see(shot);
     for (std::size_t i = 0; i < by_sure.size(); ++i) {
       EXPECT_EQ(by_sure[i].reason, by_doubtful[i].reason);
-      if (by_sure[i].reason != Reason::restored) continue;
+      if (by_sure[i].reason != Reason::still) continue;
       EXPECT_FLOAT_EQ(by_doubtful[i].score, 0.5F * by_sure[i].score);
       restored += by_sure[i].score > 0 ? 1 : 0;
     }

@@ -1,10 +1,8 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_MOTION_MOTION_RESIDUAL_HPP
-#define DYNFILTER_MOTION_MOTION_RESIDUAL_HPP
-
-#include "dynfilter/detail/require_cxx17.hpp"
+#ifndef DYNFILTER_SRC_MOTION_MOTION_RESIDUAL_HPP
+#define DYNFILTER_SRC_MOTION_MOTION_RESIDUAL_HPP
 
 #include <limits>
 #include <optional>
@@ -15,7 +13,7 @@
 #include "dynfilter/motion/pinhole_camera.hpp"
 #include "dynfilter/motion/relative_pose.hpp"
 
-namespace dynfilter {
+namespace dynfilter::detail {
 
 /// Depths that a feature may have, metres along the optical axis. By default, of an unknown one.
 struct DepthInterval {
@@ -34,24 +32,12 @@ struct DepthInterval {
   bool has_gap() const { return gap_nearest_m < gap_farthest_m; }
 };
 
-/// Options of depth_interval.
-struct DepthIntervalOptions {
-  int window_px = 9;  ///< side of the window, odd; 1 to 99
-  /// Standard deviation of the depth sensor, metres at 1 m; it grows with the square of the depth.
-  double noise_at_1m_m = 0.0025;
-  double noise_factor = 2;   ///< the interval is so many standard deviations wider each way
-  double min_depth_m = 0.4;  ///< nearest depth of a feature without one, metres; above 0
-  double min_gap_m = 0.3;    ///< smallest gap in the window's depths that is left out, metres
-};
-
-/// Returns the depths in the window around a pixel, widened by the sensor's noise: a corner may
-/// belong to either side of a depth edge, and depth may be registered a few pixels off. The gap is
-/// between the two depths that lie nearest to the middle of the window's range, if they are at
-/// least `min_gap_m` apart and the noise leaves any of it. Without any depth in the window, from
-/// `min_depth_m` to infinity. Throws std::invalid_argument for options out of range, and for depth
-/// that is neither CV_16UC1 nor CV_32FC1. O(window_px^2).
-DepthInterval depth_interval(const FrameView& frame, cv::Point pixel,
-                             const DepthIntervalOptions& options = {});
+/// Returns the depths in the window of 9x9 pixels around a pixel, widened by two standard
+/// deviations of the sensor: a corner may belong to either side of a depth edge, and depth may be
+/// registered a few pixels off. The gap is between the two depths that lie nearest to the middle of
+/// the window's range, if they are at least 0.3 m apart and the noise leaves any of it. Without any
+/// depth in the window, from 0.4 m to infinity.
+DepthInterval depth_interval(const FrameView& frame, cv::Point pixel);
 
 /// Outcome of motion_residual.
 struct MotionResidual {
@@ -77,6 +63,6 @@ std::optional<MotionResidual> motion_residual(const PinholeCamera& camera,
 double depth_residual_m(const RelativePose& then_from_now, const cv::Point3d& now_m,
                         const DepthInterval& now, const DepthInterval& then);
 
-}  // namespace dynfilter
+}  // namespace dynfilter::detail
 
-#endif  // DYNFILTER_MOTION_MOTION_RESIDUAL_HPP
+#endif  // DYNFILTER_SRC_MOTION_MOTION_RESIDUAL_HPP

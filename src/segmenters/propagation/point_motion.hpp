@@ -1,14 +1,12 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#ifndef DYNFILTER_POINT_MOTION_HPP
-#define DYNFILTER_POINT_MOTION_HPP
-
-#include "dynfilter/detail/require_cxx17.hpp"
+#ifndef DYNFILTER_SRC_SEGMENTERS_PROPAGATION_POINT_MOTION_HPP
+#define DYNFILTER_SRC_SEGMENTERS_PROPAGATION_POINT_MOTION_HPP
 
 #include <opencv2/core.hpp>
 
-namespace dynfilter {
+namespace dynfilter::detail {
 
 /// Motion of a point between two frames that follow each other.
 struct PointMotion {
@@ -19,6 +17,6 @@ struct PointMotion {
   cv::Point2f shift() const { return to - from; }
 };
 
-}  // namespace dynfilter
+}  // namespace dynfilter::detail
 
-#endif  // DYNFILTER_POINT_MOTION_HPP
+#endif  // DYNFILTER_SRC_SEGMENTERS_PROPAGATION_POINT_MOTION_HPP
