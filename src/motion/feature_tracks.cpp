@@ -12,6 +12,7 @@ namespace dynfilter::detail {
 namespace {
 
 constexpr float near_px = 0.75F;     // a place so near to the static one is that
+constexpr float noise_px = 0.2F;     // a smaller shift is no motion of its own
 constexpr float max_back_px = 0.6F;  // of a feature from where tracking it back ends
 // Differences of a patch, as shares of its contrast: of a track, of one that needs no check, and of
 // one that need not have settled.
@@ -70,8 +71,8 @@ class Tracker {
   /// Over the long baseline its own motion, if it has any, goes on.
   bool track_back_long() {
     const auto times = static_cast<float>(baseline_frames[long_baseline]);
-    const bool has_moved =
-        feature_.tracks[short_baseline].is_found && square_of(feature_.off_place) > 0.04F;
+    const bool has_moved = feature_.tracks[short_baseline].is_found &&
+                           square_of(feature_.off_place) > noise_px * noise_px;
     const cv::Point2f from = has_moved ? static_place_ + times * feature_.off_place : static_place_;
     if (is_at_static_place(from)) return true;
     // What was at its place a frame ago and is not now was hidden, or has no good patch.

@@ -279,21 +279,19 @@ void support_seeds(const MotionContext& context, const FeatureLabels& labels,
   FrameFeatures& index = frame_features(context.input.features, context.workspace);
   scratch.seeds.clear();
   scratch.cores.clear();
-  scratch.was_moving.assign(features.size(), 0);  // here: whether it lies among seeds
   for (std::uint32_t i = 0; i < features.size(); ++i) {
     if (!features[i].is_seed()) continue;
     scratch.seeds.push_back(i);
     // What is on a mask needs no neighbours: the mask says that it may move.
     const bool is_on_mask = labels[i].removed && labels[i].reason == Reason::in_mask;
-    const Neighbours neighbours =
-        is_on_mask ? Neighbours{true, false} : ask_neighbours(context, index, features[i]);
-    features[i].is_core = neighbours.agree;
-    scratch.was_moving[i] = neighbours.are_seeds ? 1 : 0;
-    if (neighbours.agree && !is_on_mask) scratch.cores.push_back(i);
+    Neighbours neighbours;
+    if (!is_on_mask) neighbours = ask_neighbours(context, index, features[i]);
+    features[i].is_supported = is_on_mask || neighbours.agree || neighbours.are_seeds;
+    if (neighbours.agree) scratch.cores.push_back(i);
   }
   for (const std::uint32_t i : scratch.seeds) {
     FeatureMotion& seed = features[i];
-    if (!seed.is_core && scratch.was_moving[i] == 0 && !joins(context, seed)) continue;
+    if (!seed.is_supported && !joins(context, seed)) continue;
     seed.evidence = Evidence::supported;
     ++statistics.supported;
   }

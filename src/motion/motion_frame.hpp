@@ -73,8 +73,8 @@ struct FeatureMotion {
   float ratio = 0;           // largest shift, or change of depth, over what is allowed for
   float approach_m = 0;      // how much nearer it came than a static one, if that is a motion
   Evidence evidence = Evidence::unknown;
-  bool is_core = false;  // its neighbours move as it does, or a mask says that it may move
-  float belief = 0;      // log-odds of moving
+  bool is_supported = false;  // by its neighbours, or by a mask, which says that it may move
+  float belief = 0;           // log-odds of moving
   bool is_moving = false;
   bool is_given_back = false;
 

@@ -188,7 +188,7 @@ TEST(MotionJudge, NeedsDepthOrAKnownPose) {
 }
 
 /// Matches as descriptors give them, to the pixel, where nothing else leads: a card crosses a room
-/// by a third of the image a frame.
+/// by a sixth of the image a frame.
 TEST(MotionJudge, FollowsAHostsTracksAndChecksThem) {
   const Shot& first = shots(0)[0];
   const cv::Rect card(60, 120, 90, 110);

@@ -37,21 +37,24 @@ struct Shot {
   std::vector<cv::KeyPoint> keypoints;
 };
 
+/// Renders a frame of a scene and finds features everywhere, not where it is richest.
+inline Shot shot_of(const SyntheticScene& scene, int frame) {
+  Shot shot{scene.render(frame), {}};
+  cv::Mat grey;
+  std::vector<cv::Point2f> corners;
+  cv::cvtColor(shot.rendered.frame.image, grey, cv::COLOR_BGR2GRAY);
+  cv::goodFeaturesToTrack(grey, corners, 800, 1e-3, 6);
+  cv::KeyPoint::convert(corners, shot.keypoints);
+  return shot;
+}
+
 /// Returns the first frames of a scene with their features; renders each scene once.
 inline const std::vector<Shot>& shots(double speed_m_s) {
   static std::map<double, std::vector<Shot>> known;
   std::vector<Shot>& result = known[speed_m_s];
   if (!result.empty()) return result;
   const SyntheticScene scene(small_scene(speed_m_s));
-  for (int i = 0; i < frames; ++i) {
-    Shot shot{scene.render(i), {}};
-    cv::Mat grey;
-    std::vector<cv::Point2f> corners;
-    cv::cvtColor(shot.rendered.frame.image, grey, cv::COLOR_BGR2GRAY);
-    cv::goodFeaturesToTrack(grey, corners, 800, 1e-3, 6);  // everywhere, not where it is richest
-    cv::KeyPoint::convert(corners, shot.keypoints);
-    result.push_back(std::move(shot));
-  }
+  for (int i = 0; i < frames; ++i) result.push_back(shot_of(scene, i));
   return result;
 }
 
