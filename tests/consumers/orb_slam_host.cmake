@@ -113,14 +113,18 @@ ${further}
 ")
 endfunction()
 
-# Sets the filter's settings of a camera, which writes into <folder>/out/<name>.
+# Sets the filter's settings of a camera, which writes into <folder>/out/<name>: the guide's.
 function(filter_settings out prefix camera name)
-  set(${out} "${prefix}.mask_folder: \"${folder}/${camera}/masks\"
-${prefix}.output_folder: \"${folder}/out/${name}\"
-${prefix}.overlay_every: 4
-" PARENT_SCOPE)
+  string(REPLACE "dynfilter." "${prefix}." text "${guide_settings}")
+  string(REPLACE "/data/walking/masks" "${folder}/${camera}/masks" text "${text}")
+  string(REPLACE "/tmp/dynfilter" "${folder}/out/${name}" text "${text}")
+  string(REPLACE "overlay_every: 30" "overlay_every: 4" text "${text}")
+  set(${out} "${text}" PARENT_SCOPE)
 endfunction()
 
+file(READ ${GUIDE} text)
+string(REGEX MATCH "```yaml\n([^`]+)```" block "${text}")
+set(guide_settings "${CMAKE_MATCH_1}")
 foreach(sensor IN ITEMS rgbd mono stereo)
   filter_settings(filter dynfilter left ${sensor})
   write_settings(${sensor} PinHole "${filter}")
@@ -162,3 +166,16 @@ write_settings(forgotten PinHole "")
 run_and_fail(output ${folder}/build/consumer rgbd ${folder} ${folder}/forgotten.yaml)
 expect("${output}" "forgotten.yaml.*dynfilter.mask_folder")
 expect("${output}" "dynfilter.enabled: 0")
+
+# The message lists the settings, and the guide's table explains each.
+string(REGEX REPLACE ".*The settings are:" "" list "${output}")
+string(REGEX MATCHALL "dynfilter\\.[a-z_]+" names "${list}")
+list(LENGTH names count)
+if(count LESS 15)
+  message(FATAL_ERROR "The message lists ${count} settings: ${output}")
+endif()
+string(REGEX MATCH "\n\\| key, .*\n## Does it work" table "${text}")
+foreach(name IN LISTS names)
+  string(REPLACE "dynfilter." "" name "${name}")
+  expect("${table}" "`${name}`")
+endforeach()

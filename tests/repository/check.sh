@@ -196,7 +196,7 @@ budget() {
         IFS=, read -ra paths <<<"$where"
         found=$(git ls-files -- "${paths[@]}" ':!*/corpus/*' | xargs cat | wc -l)
         ;;
-      words) found=$(git ls-files -- "$where" ':!examples/orb_slam/README.md' | xargs cat | wc -w) ;;
+      words) found=$(git ls-files -- "$where" | xargs cat | wc -w) ;;
       options) found=$(option_fields) ;;
       settings) found=$(grep -rhoE 'file\.(read_[a-z]+|has)\("[a-z_.]+"' "$where" | cut -d'"' -f2 | sort -u | wc -l) ;;
       *) continue ;;
