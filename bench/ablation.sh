@@ -65,13 +65,12 @@ case "$name" in
     tables='^(crowd_on|man_on|all: (dynamic|RMSE|ATE over that of rule mask))'
     ;;
   motion)
-    chosen[--levels]=sitting,stop_and_go,pushed,carried,still_camera,rotation,fast,crowd
+    chosen[--levels]=sitting,working,stop_and_go,pushed,carried,still_camera,rotation,fast,crowd
     chosen[--seeds]=101-103
     chosen[--frames]=120
     chosen[--truth]=motion
-    chosen[--rules]=none,mask,depth,motion,masks_motion,depth_motion
-    chosen[--rules]+=,ds_slam,dynaslam_geometry,derome,eppenberger,dai,smr,dyna_tm
-    chosen[--rules]+=,dn_slam,perfect
+    chosen[--rules]=none,mask,depth,motion,masks_motion,depth_motion,dynaslam_geometry,dn_slam
+    chosen[--rules]+=,perfect
     marks='motion tables'
     tables='^all: dynamic left'
     ;;

@@ -44,7 +44,9 @@ struct PluginCounters {
 /// descriptors where they are extracted. examples/orb_slam/README.md shows where.
 ///
 /// The order is kept, descriptors stay in step, and a frame that has features is never left with
-/// none. A call that throws leaves the caller's data unchanged, and the next call works.
+/// none. With the setting `motion`, a kept feature on an object that stands still has the object's
+/// class as its `class_id`, which ORB-SLAM leaves at -1: track by it, and put it into no map. A
+/// call that throws leaves the caller's data unchanged, and the next call works.
 ///
 /// The setting "<prefix>.enabled: 0" switches the filter off: it then ignores all other settings,
 /// needs no masks, writes nothing and leaves every frame unchanged. Two threads must not use one

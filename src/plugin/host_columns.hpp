@@ -12,6 +12,7 @@
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/keep_static.hpp"
 #include "dynfilter/labels.hpp"
+#include "dynfilter/segmentation.hpp"
 
 namespace dynfilter::detail {
 
@@ -53,6 +54,18 @@ inline void require_matching_sizes(const HostColumns& columns) {
   if (pivot && (*pivot < 0 || static_cast<std::size_t>(*pivot) > keypoints)) {
     throw_misuse("Plugin::filter", concatenate("pivot ", *pivot, " with ", keypoints, " keypoints"),
                  "the number of keypoints in the first block");
+  }
+}
+
+/// Gives the kept features of objects that stand still the object's class, so that a host may
+/// refuse them for its map.
+inline void mark_still(const FeatureLabels& labels, const Segmentation& segmentation,
+                       const HostColumns& columns) {
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    if (labels[i].reason != Reason::still) continue;
+    const auto k = static_cast<std::size_t>(labels[i].instance);
+    columns.keypoints[i].class_id = segmentation.instances[k].class_id;
+    if (columns.undistorted) (*columns.undistorted)[i].class_id = columns.keypoints[i].class_id;
   }
 }
 

@@ -171,6 +171,7 @@ struct Plugin::State {
                    "frames"
                 << std::endl;
     }
+    detail::mark_still(labels, shown, columns);
     detail::shorten(labels, columns);
     if (columns.pivot) *columns.pivot = static_cast<int>(kept_before_pivot);
     ++counters.filtered;

@@ -14,6 +14,7 @@
 #include <gtest/gtest.h>
 
 #include "dynfilter/dynfilter.hpp"
+#include "dynfilter/motion/motion_filter.hpp"
 #include "lab/scenes/scene_levels.hpp"
 #include "motion/motion_frame.hpp"
 #include "support/expect_error.hpp"
@@ -47,6 +48,33 @@ TEST(MotionJudge, GivesBackTheFeaturesOfPeopleWhoStandStill) {
   }
   EXPECT_GT(on_person, 100U);
   EXPECT_GE(static_cast<double>(kept), 0.92 * static_cast<double>(on_person));
+}
+
+/// Her body stands still, her arms do not.
+TEST(MotionJudge, GivesBackNoArmsOfAPersonWhoWorks) {
+  const SyntheticScene scene(scene_level("working", 11));
+  const CameraParameters c = scene.camera();
+  MotionFilter filter({c.fx, c.fy, c.cx, c.cy});
+  FeatureLabels labels;
+  Workspace workspace;
+  std::size_t moving = 0, kept = 0, still = 0;
+  for (int i = 0; i < frames; ++i) {
+    const Shot shot = shot_of(scene, i);
+    filter.apply(shot.rendered.frame, shot.rendered.true_segmentation, shot.keypoints, labels,
+                 workspace);
+    for (std::size_t f = 0; f < labels.size(); ++f) {
+      still += labels[f].reason == Reason::still ? 1 : 0;
+      if (shot.rendered.moving_mask.at<std::uint8_t>(nearest_pixel(shot.keypoints[f].pt)) == 0) {
+        continue;
+      }
+      ++moving;
+      kept += labels.is_removed(f) ? 0 : 1;
+    }
+  }
+  EXPECT_GT(moving, 200U);
+  EXPECT_GT(still, 20U);
+  EXPECT_LE(static_cast<double>(kept), 0.15 * static_cast<double>(moving))
+      << kept << " of " << moving << ", still " << still;
 }
 
 TEST(MotionJudge, GivesBackNothingOfPeopleWhoWalk) {

@@ -108,6 +108,15 @@ TEST_F(PluginMotion, DoesWhatTheFilterDoes) {
     EXPECT_EQ(statistics.motion.outcome, labels.statistics().motion.outcome);
     EXPECT_EQ(statistics.motion.given_back, labels.statistics().motion.given_back);
     given_back += statistics.motion.given_back;
+    std::vector<cv::KeyPoint> expected = keypoints;
+    for (std::size_t i = 0; i < labels.size(); ++i) {
+      expected[i].class_id = labels[i].reason == Reason::still ? 0 : -1;  // 0: a person
+    }
+    keep_static(labels, expected);
+    ASSERT_EQ(judged.size(), expected.size());
+    for (std::size_t i = 0; i < judged.size(); ++i) {
+      EXPECT_EQ(judged[i].class_id, expected[i].class_id) << i;
+    }
     EXPECT_GE(judged.size() + statistics.moving, masked.size());
   }
   EXPECT_GT(given_back, 50U);
