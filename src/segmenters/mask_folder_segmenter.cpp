@@ -117,6 +117,20 @@ std::vector<fs::path> mask_files(const fs::path& folder) {
   return files;
 }
 
+/// Adds the non-zero values of a mask.
+void add_values(const cv::Mat& mask, std::set<int>& values) {
+  std::vector<bool> is_there(65536);
+  for (int y = 0; y < mask.rows; ++y) {
+    for (int x = 0; x < mask.cols; ++x) {
+      is_there[mask.depth() == CV_8U ? mask.at<std::uint8_t>(y, x) : mask.at<std::uint16_t>(y, x)] =
+          true;
+    }
+  }
+  for (int value = 1; value < 65536; ++value) {
+    if (is_there[static_cast<std::size_t>(value)]) values.insert(value);
+  }
+}
+
 /// Returns the instances of a label map, with their rows of the table.
 std::vector<Instance> labelled_instances(const cv::Mat& label_map,
                                          const std::map<int, Instance>& table,
@@ -255,6 +269,7 @@ Segmentation MaskFolderSegmenter::do_segment(const FrameView& frame) {
   if (has_table_) {
     result.instances = labelled_instances(pixels, mask->second.instances, file);
   } else {
+    add_values(pixels, values_);
     result.instances = instances_from_binary_mask(cv::Mat(pixels != 0), options_.box_margin_px);
   }
   return result;

@@ -8,6 +8,7 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <opencv2/imgcodecs.hpp>
@@ -112,8 +113,9 @@ TEST(MaskFolderSegmenter, FindsConnectedObjectsInBinaryMasks) {
     mask(cv::Rect(30, 25, 10, 5)).setTo(on);
     mask(cv::Rect(70, 50, 2, 2)).setTo(on);
     write_mask(folder, "3.25.png", mask);
-    const Segmentation all =
-        MaskFolderSegmenter(folder.path()).segment(frame_at(3.25, mask.size()));
+    MaskFolderSegmenter people(folder.path());
+    const Segmentation all = people.segment(frame_at(3.25, mask.size()));
+    EXPECT_EQ(people.values(), std::vector<int>{on});
     ASSERT_EQ(all.instances.size(), 2U);
     EXPECT_EQ(all.instances[0].class_id, 0);
     EXPECT_EQ(all.instances[0].score, 1);

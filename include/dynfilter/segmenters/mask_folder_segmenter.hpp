@@ -12,6 +12,8 @@
 #include <limits>
 #include <map>
 #include <optional>
+#include <set>
+#include <vector>
 
 #include "dynfilter/segmenter.hpp"
 
@@ -64,6 +66,10 @@ class MaskFolderSegmenter final : public Segmenter {
   /// Whether there is a mask for a frame of this time. O(log n).
   bool has_mask(double timestamp_s) const;
 
+  /// Returns the different non-zero values of the binary masks read so far, in rising order: more
+  /// than one hints at classes, or soft masks. O(values).
+  std::vector<int> values() const { return {values_.begin(), values_.end()}; }
+
  private:
   struct Mask {
     std::filesystem::path path;
@@ -86,6 +92,7 @@ class MaskFolderSegmenter final : public Segmenter {
   MaskFolderOptions options_;
   bool has_table_ = false;
   Masks masks_;
+  std::set<int> values_;
 };
 
 }  // namespace dynfilter
