@@ -50,7 +50,8 @@ struct PluginCounters {
 ///
 /// The setting "<prefix>.enabled: 0" switches the filter off: it then ignores all other settings,
 /// needs no masks, writes nothing and leaves every frame unchanged. Two threads must not use one
-/// plugin at once; two plugins share nothing.
+/// plugin at once; two plugins share nothing. A child of fork() may destroy its parent's plugin;
+/// submit() and filter() throw std::runtime_error there.
 class DYNFILTER_PLUGIN_API Plugin {
  public:
   /// Reads the keys "<prefix>.*" of an OpenCV YAML file. Another prefix serves another camera.
@@ -63,7 +64,8 @@ class DYNFILTER_PLUGIN_API Plugin {
   /// - a DepthMapFactor that is not a number of at least 0;
   /// - masks that do not exist, and a network that cannot be loaded;
   /// - motion without the host's pinhole camera in the file;
-  /// - an output folder that cannot be written, or would replace a file of somebody's.
+  /// - an output folder that cannot be written, would replace a file of somebody's, or lies in the
+  ///   folder of masks.
   explicit Plugin(const std::string& settings_file, const std::string& prefix = "dynfilter");
   ~Plugin();
   /// Moves the plugin; `other` may then only be destroyed or assigned to.
@@ -98,7 +100,7 @@ class DYNFILTER_PLUGIN_API Plugin {
   ///
   /// Throws std::invalid_argument for malformed input and std::runtime_error for a mask that is
   /// missing or broken (see the setting missing_masks). If it throws, even for lack of memory,
-  /// keypoints and descriptors are unchanged.
+  /// keypoints and descriptors are unchanged. A frame filtered again gets the same answer.
   FrameStatistics filter(double timestamp_s, const cv::Mat& depth,
                          std::vector<cv::KeyPoint>& keypoints, cv::Mat& descriptors);
 

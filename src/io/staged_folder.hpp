@@ -20,6 +20,7 @@
 
 #include "io/file_error.hpp"
 #include "io/file_writing.hpp"
+#include "io/process.hpp"
 
 namespace dynfilter::detail {
 
@@ -36,6 +37,11 @@ inline bool is_hidden_name(const fs::path& name) {
 inline fs::path canonical_folder(const fs::path& folder) {
   const fs::path path = fs::weakly_canonical(fs::absolute(folder));
   return path.has_filename() ? path : path.parent_path();  // "out/" is "out"
+}
+
+/// Tells whether a canonical path is that of a folder or lies in it.
+inline bool is_within(const fs::path& inner, const fs::path& outer) {
+  return *inner.lexically_relative(outer).begin() != "..";
 }
 
 /// Throws std::runtime_error if a file of this name would not lie in the folder itself, because
@@ -133,17 +139,23 @@ class StagedFolder {
   StagedFolder(const StagedFolder&) = delete;
   StagedFolder& operator=(const StagedFolder&) = delete;
   ~StagedFolder() {
+    if (!home_.is_here()) return;  // the files are those of the parent
     std::error_code ignored;
     fs::remove_all(area_, ignored);
     for (const fs::path& folder : made_) fs::remove(folder, ignored);  // if it is empty
   }
 
-  /// Returns the folder to write the files to, under their final names.
-  const fs::path& path() const { return area_; }
+  /// Returns the folder to write the files to, under their final names. Throws std::runtime_error
+  /// in a child of fork(), and so does commit.
+  const fs::path& path() const {
+    if (!home_.is_here()) throw_file_error(folder_, "is being written by the parent process");
+    return area_;
+  }
 
   /// Replaces the files of an earlier writer of this name by the new ones. Throws
   /// std::runtime_error that names a file in the way, which stays.
   void commit() {
+    path();
     const WrittenFiles earlier(folder_, writer_);
     if (!overwrite_ && !earlier.names().empty()) earlier.require_room(false);
     const std::set<fs::path> files = new_files();
@@ -185,6 +197,7 @@ class StagedFolder {
   fs::path folder_, area_;
   std::string writer_;
   bool overwrite_;
+  HomeProcess home_;
   std::vector<fs::path> made_;  // folders that did not exist before, the deepest first
 };
 

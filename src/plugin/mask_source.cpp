@@ -21,11 +21,11 @@
 namespace dynfilter::detail {
 namespace {
 
-/// Makes the segmenter of a folder; `allow_missing` as in its options.
-std::unique_ptr<Segmenter> make_folder(const PluginSettings& settings, bool allow_missing) {
+std::shared_ptr<MaskFolderSegmenter> make_folder(const PluginSettings& settings,
+                                                 bool allow_missing) {
   MaskFolderOptions options = settings.mask_folder_options;
   options.allow_missing = allow_missing;
-  return std::make_unique<MaskFolderSegmenter>(settings.mask_folder, options);
+  return std::make_shared<MaskFolderSegmenter>(settings.mask_folder, options);
 }
 
 /// Tells whether the folder could be used if masks might be missing.
@@ -47,15 +47,27 @@ std::string remedy_of(const PluginSettings& settings) {
   return remedy + ")";
 }
 
-std::unique_ptr<Segmenter> make_segmenter(const PluginSettings& settings) {
+/// Makes the segmenter of settings without a folder.
+std::unique_ptr<Segmenter> make_segmenter([[maybe_unused]] const PluginSettings& settings) {
 #ifdef DYNFILTER_HAS_REMOTE_SEGMENTER
   if (!settings.remote.empty()) return std::make_unique<RemoteSegmenter>(settings.remote);
 #endif
 #ifdef DYNFILTER_HAS_NETWORKS
   if (!settings.model.empty()) return make_network_segmenter(settings.model);
 #endif
-  return make_folder(settings, settings.missing_masks == "keep");
+  throw std::logic_error("dynfilter: the settings have no source of masks");
 }
+
+/// Lets a thread read a folder that this one asks, too. Reading changes nothing in the folder.
+class FolderReader final : public Segmenter {
+ public:
+  explicit FolderReader(std::shared_ptr<MaskFolderSegmenter> folder) : folder_(std::move(folder)) {}
+
+ private:
+  Segmentation do_segment(const FrameView& frame) override { return folder_->segment(frame); }
+
+  std::shared_ptr<MaskFolderSegmenter> folder_;
+};
 
 }  // namespace
 
@@ -65,20 +77,14 @@ MaskSource::MaskSource(const PluginSettings& settings)
       continues_without_masks_(settings.missing_masks == "keep"),
       hand_over_(settings.hand_over) {
   try {
-    segmenter_ = make_segmenter(settings);
-    folder_ = dynamic_cast<MaskFolderSegmenter*>(segmenter_.get());
-    if (hand_over_) {
-      AsyncSegmenterOptions options;
-      options.hand_over = *hand_over_;
-      // A folder is read for frames without an image, too, which the thread does not get.
-      std::unique_ptr<Segmenter> for_thread = folder_ ? make_segmenter(settings) : nullptr;
-      thread_ = std::make_unique<AsyncSegmenter>(
-          for_thread ? std::move(for_thread) : std::move(segmenter_), options);
-    } else if (folder_) {
-      ahead_ = std::make_unique<ReadAhead>(*folder_);
+    if (!settings.mask_folder.empty()) {
+      folder_ = make_folder(settings, continues_without_masks_);
+    } else {
+      segmenter_ = make_segmenter(settings);
+      if (hand_over_) start_thread();
     }
-  } catch (const std::invalid_argument& error) {  // names an option
-    throw std::runtime_error(settings.file + ": " + error.what());
+  } catch (const std::invalid_argument& error) {  // names an option of the segmenter's
+    throw std::runtime_error(origin_ + without_component(error.what()));
   } catch (const std::runtime_error& error) {
     const bool helps = !continues_without_masks_ && would_do_without(settings);
     throw std::runtime_error(origin_ + error.what() + (helps ? remedy_ : ""));
@@ -86,49 +92,48 @@ MaskSource::MaskSource(const PluginSettings& settings)
   if (settings.moves_masks) propagator_.emplace();
 }
 
-/// Tells whether the frame has no mask, and may have none.
-bool MaskSource::lacks_mask(const FrameView& frame) const {
-  return folder_ && continues_without_masks_ && !folder_->has_mask(frame.timestamp_s);
+void MaskSource::start_thread() {
+  AsyncSegmenterOptions options;
+  options.hand_over = hand_over_.value_or(HandOver::wait);
+  if (folder_) {
+    thread_ = std::make_unique<AsyncSegmenter>(std::make_unique<FolderReader>(folder_), options);
+  } else {
+    thread_ = std::make_unique<AsyncSegmenter>(std::move(segmenter_), options);
+  }
 }
 
 void MaskSource::submit(const FrameView& frame) {
-  FrameView numbered = frame;
-  numbered.id = ++frames_;
-  if (thread_ && !lacks_mask(frame)) {
-    // Nobody will filter an earlier frame. HandOver::wait would keep it for ever.
-    if (is_uncollected_ && *hand_over_ == HandOver::wait) thread_->reset();
-    thread_->submit(numbered);
-    is_uncollected_ = true;
-  }
-  if (ahead_ && folder_->has_mask(frame.timestamp_s)) ahead_->submit(numbered);
-  submitted_ = {numbered.id, frame.timestamp_s};
+  submitted_ = {++frames_, frame.timestamp_s};
+  answered_.reset();
+  if (folder_ ? !folder_->has_mask(frame.timestamp_s) : !thread_) return;
+  if (!thread_) start_thread();
+  // Nobody will filter an earlier frame. HandOver::wait would keep it for ever.
+  if (is_uncollected_ && hand_over_.value_or(HandOver::wait) == HandOver::wait) thread_->reset();
+  FrameView numbered = folder_ ? FrameView() : frame;  // the thread copies images
+  numbered.id = frames_;
+  numbered.timestamp_s = frame.timestamp_s;
+  thread_->submit(numbered);
+  is_uncollected_ = true;
 }
 
-/// A host may filter a frame again after it has released the image.
-bool MaskSource::is_submitted(const FrameView& frame) const {
-  return submitted_ && (!frame.image.empty() || frame.timestamp_s == submitted_->timestamp_s);
+const std::optional<Segmentation>& MaskSource::masks_for(FrameView frame) {
+  if (answered_ && answered_->timestamp_s == frame.timestamp_s) return answered_->masks;
+  answered_.reset();
+  // A host may filter a frame again after it has released the image.
+  const bool is_submitted =
+      submitted_ && (!frame.image.empty() || frame.timestamp_s == submitted_->timestamp_s);
+  frame.id = is_submitted ? submitted_->id : ++frames_;
+  std::optional<Segmentation> masks = segment_or_continue(frame, is_submitted);
+  if (propagator_) masks = propagator_->propagate(frame, masks);
+  answered_ = {frame.timestamp_s, std::move(masks)};
+  return answered_->masks;
 }
 
-std::uint64_t MaskSource::id_of(const FrameView& frame) {
-  if (is_submitted(frame)) return submitted_->id;
-  const bool is_known = unsubmitted_ && unsubmitted_->timestamp_s == frame.timestamp_s;
-  if (!is_known) unsubmitted_ = {++frames_, frame.timestamp_s};
-  return unsubmitted_->id;
-}
-
-std::optional<Segmentation> MaskSource::masks_for(FrameView frame) {
-  frame.id = id_of(frame);
-  if (propagator_ && propagated_id_ == frame.id) return propagated_;
-  std::optional<Segmentation> masks = segment_or_continue(frame);
-  if (!propagator_) return masks;
-  propagated_ = propagator_->propagate(frame, masks);
-  propagated_id_ = frame.id;
-  return propagated_;
-}
-
-std::optional<Segmentation> MaskSource::segment_or_continue(const FrameView& frame) {
+std::optional<Segmentation> MaskSource::segment_or_continue(const FrameView& frame,
+                                                            bool is_submitted) {
+  made_s_.reset();
   try {
-    return segment(frame);
+    return segment(frame, is_submitted);
   } catch (const std::runtime_error& error) {
     // A mask in a folder that cannot be read stays broken. Missing ones lead here only if they may
     // not be missing.
@@ -147,33 +152,28 @@ std::optional<Segmentation> MaskSource::segment_or_continue(const FrameView& fra
   }
 }
 
-std::optional<Segmentation> MaskSource::segment(const FrameView& frame) {
-  made_s_.reset();
-  if (thread_ && (is_submitted(frame) || !folder_)) return collect(frame);
-  if (lacks_mask(frame)) return {};
-  if (ahead_) {
-    Segmentation masks = ahead_->collect(frame);
-    made_s_ = ahead_->read_s();
-    return masks;
-  }
-  const Stopwatch stopwatch;
-  Segmentation masks = segmenter_->segment(frame);
-  made_s_ = stopwatch.elapsed_s();
-  return masks;
-}
-
-/// Takes the masks from the thread.
-std::optional<Segmentation> MaskSource::collect(const FrameView& frame) {
-  const bool takes_any = *hand_over_ == HandOver::latest;
-  if (!takes_any && lacks_mask(frame)) return {};
-  if (!takes_any && !is_submitted(frame)) {
+std::optional<Segmentation> MaskSource::segment(const FrameView& frame, bool is_submitted) {
+  const bool takes_any = hand_over_ == HandOver::latest;
+  const bool lacks_mask = folder_ && !folder_->has_mask(frame.timestamp_s);
+  if (lacks_mask && continues_without_masks_ && !(takes_any && is_submitted)) return {};
+  if (!folder_ && !is_submitted && !takes_any) {
     throw_misuse("Plugin::filter",
                  "a frame of time " + time_text(frame.timestamp_s) + " that was not submitted",
                  "submit(image, time) before filter(time, ...)");
   }
-  is_uncollected_ = false;
-  std::optional<Segmentation> masks = thread_->collect(frame.id);
-  if (masks) made_s_ = thread_->statistics().last_inference_s;
+  if (thread_ && (is_submitted || !folder_) && !(lacks_mask && !takes_any)) {
+    is_uncollected_ = false;
+    std::optional<Segmentation> masks = thread_->collect(frame.id);
+    if (masks) made_s_ = thread_->statistics().last_inference_s;
+    const cv::Size size = frame.image.empty() ? frame.depth.size() : frame.image.size();
+    const bool is_own = masks && masks->timestamp_s == frame.timestamp_s &&
+                        (size.empty() || size == masks->image_size);
+    if (hand_over_ || is_own) return masks;
+  }
+  const Stopwatch stopwatch;
+  std::optional<Segmentation> masks =
+      folder_ ? folder_->segment(frame) : segmenter_->segment(frame);
+  made_s_ = stopwatch.elapsed_s();
   return masks;
 }
 

@@ -16,7 +16,6 @@
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "dynfilter/segmenters/mask_propagator.hpp"
 #include "plugin/plugin_settings.hpp"
-#include "plugin/read_ahead.hpp"
 
 namespace dynfilter::detail {
 
@@ -28,18 +27,19 @@ class MaskSource {
   /// fails.
   explicit MaskSource(const PluginSettings& settings);
 
-  /// Takes a frame's image, before its features are known. With a thread, segmentation starts now,
-  /// and so does reading ahead.
+  /// Takes a frame's image, before its features are known. A thread begins to read its mask from a
+  /// folder now, and to segment it if the settings say so. The first call that needs the thread
+  /// starts it, and throws std::system_error if that fails.
   void submit(const FrameView& frame);
 
-  /// Returns the masks for a frame. std::nullopt if none are known, or if they failed and the
-  /// settings allow to continue. A frame with an image, or with the time of the one submitted last,
-  /// is that one. Any other frame was not submitted: its masks come from the folder; a network or
-  /// process in a thread has none, or with HandOver::latest those of another frame. Passes on the
-  /// segmenter's exceptions; a std::runtime_error gets the settings file and the key and, where it
-  /// helps, the setting that continues without masks. Throws std::invalid_argument for a frame that
-  /// was not submitted where no masks can be made of it.
-  std::optional<Segmentation> masks_for(FrameView frame);
+  /// Returns the masks for a frame, until the next call. std::nullopt if none are known, or if they
+  /// failed and the settings allow to continue. The frame answered last gets its answer again. A
+  /// frame with an image, or with the time of the one submitted last, is that one. Any other frame
+  /// was not submitted: its masks come from the folder, or with HandOver::latest are those of
+  /// another frame; else std::invalid_argument. Passes on the segmenter's exceptions; a
+  /// std::runtime_error gets the settings file and the key and, where it helps, the setting that
+  /// continues without masks.
+  const std::optional<Segmentation>& masks_for(FrameView frame);
 
   /// Returns how long the masks of the last frame took to read or make, in whichever thread,
   /// seconds; nothing if none were. With a segmenter in a thread: those that were made last.
@@ -55,29 +55,27 @@ class MaskSource {
     double timestamp_s;
   };
 
-  bool lacks_mask(const FrameView& frame) const;
-  bool is_submitted(const FrameView& frame) const;
-  std::uint64_t id_of(const FrameView& frame);
-  std::optional<Segmentation> segment(const FrameView& frame);
-  std::optional<Segmentation> collect(const FrameView& frame);
-  std::optional<Segmentation> segment_or_continue(const FrameView& frame);
+  struct Answer {
+    double timestamp_s;
+    std::optional<Segmentation> masks;
+  };
+
+  void start_thread();
+  std::optional<Segmentation> segment(const FrameView& frame, bool is_submitted);
+  std::optional<Segmentation> segment_or_continue(const FrameView& frame, bool is_submitted);
 
   std::string origin_;  // the settings file and the masks' key, for errors
   std::string remedy_;  // the settings that help against missing masks, in brackets
   bool continues_without_masks_;
-  std::unique_ptr<Segmenter> segmenter_;   // null if the thread has it, unless it is a folder
-  MaskFolderSegmenter* folder_ = nullptr;  // the segmenter, if it is a folder
-  std::optional<HandOver> hand_over_;      // of the thread
+  std::shared_ptr<MaskFolderSegmenter> folder_;  // either this
+  std::unique_ptr<Segmenter> segmenter_;         // or this, unless the thread has it
+  std::optional<HandOver> hand_over_;            // none: the host waits for each frame's masks
   std::unique_ptr<AsyncSegmenter> thread_;
-  bool is_uncollected_ = false;       // the frame submitted last, by the thread
-  std::unique_ptr<ReadAhead> ahead_;  // reads the folder's masks, without a thread_
+  bool is_uncollected_ = false;  // the frame submitted last, by the thread
   std::optional<MaskPropagator> propagator_;
-  // The propagator's last answer: a second call for a frame would restart it.
-  std::optional<Segmentation> propagated_;
-  std::uint64_t propagated_id_ = 0;
-  std::uint64_t frames_ = 0;             // that have a number
-  std::optional<Numbered> submitted_;    // the frame submitted last
-  std::optional<Numbered> unsubmitted_;  // the frame filtered last that was never submitted
+  std::uint64_t frames_ = 0;           // that have a number
+  std::optional<Numbered> submitted_;  // the frame submitted last
+  std::optional<Answer> answered_;     // the last one, unless a frame was submitted since
   std::optional<double> made_s_;
   std::size_t failures_ = 0;
 };

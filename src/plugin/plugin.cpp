@@ -10,12 +10,14 @@
 #include <optional>
 #include <stdexcept>
 #include <utility>
+#include <vector>
 
 #include <opencv2/core.hpp>
 
 #include "dynfilter/detail/columns.hpp"
 #include "dynfilter/detail/number_text.hpp"
 #include "dynfilter/dynfilter.hpp"
+#include "io/process.hpp"
 #include "plugin/first_frames.hpp"
 #include "plugin/host_columns.hpp"
 #include "plugin/host_image.hpp"
@@ -36,7 +38,7 @@ DynamicFilter make_filter(const detail::PluginSettings& settings) {
   try {
     return DynamicFilter(settings.filter);
   } catch (const std::invalid_argument& error) {
-    throw std::runtime_error(settings.file + ": " + error.what());
+    throw std::runtime_error(settings.file + ": " + detail::without_component(error.what()));
   }
 }
 
@@ -74,6 +76,7 @@ struct Plugin::State {
       ++counters.submitted;
       return;
     }
+    home.require_here("Plugin::submit");
     detail::require_host_image(left);
     if (!std::isfinite(timestamp_s)) {
       detail::throw_misuse("Plugin::submit", detail::concatenate("timestamp_s = ", timestamp_s),
@@ -85,6 +88,7 @@ struct Plugin::State {
     ++counters.submitted;
     counters.never_filtered += image.empty() ? 0 : 1;
     image = shown;
+    answered_s.reset();
     pair_depths.submit(shown_right);
     image_time_s = timestamp_s;
   }
@@ -135,9 +139,10 @@ struct Plugin::State {
       statistics.has_depth = !depth.empty();
       return statistics;
     }
+    home.require_here("Plugin::filter");
+    detail::require_matching_sizes(columns);
     const detail::Stopwatch in_all;
     detail::FrameTimes times;
-    detail::require_matching_sizes(columns);
     const FrameView frame = view(timestamp_s, depth);
     if (depth.type() == CV_16UC1 && !depth.empty() && !(frame.metres_per_unit > 0)) {
       detail::throw_misuse("Plugin::filter",
@@ -145,20 +150,20 @@ struct Plugin::State {
                            "one there: 5000 for TUM, 1000 for millimetres");
     }
     validate(frame, "Plugin::filter");
+    require_size_of_static_mask(frame);
     const detail::Stopwatch for_masks;
-    const std::optional<Segmentation> segmentation = masks->masks_for(frame);
+    const std::optional<Segmentation>& segmentation = masks->masks_for(frame);
+    const Segmentation shown = segmentation.value_or(Segmentation());
+    if (is_answered(timestamp_s, columns.keypoints)) return drop_removed(columns, shown);
+    answered_s.reset();
     times.masks_s = for_masks.elapsed_s();
     times.masks_made_s = masks->made_s();
     const FeaturesView features = features_of(columns, frame, segmentation);
     apply(frame, segmentation, features);
     keep_at_least_one(labels);
-    FrameStatistics statistics = labels.statistics();  // copying it may fail
-    const std::size_t kept_before_pivot =
-        columns.pivot ? kept_below(labels, static_cast<std::size_t>(*columns.pivot)) : 0;
-    // Otherwise keep_static would do it, and may fail.
-    if (!columns.descriptors.empty()) detail::unshare(columns.descriptors);
+    const FrameStatistics& statistics = labels.statistics();
+    keep_points(columns.keypoints);
     times.filter_s = in_all.elapsed_s();
-    const Segmentation shown = segmentation.value_or(Segmentation());
     if (recorder) recorder->record(frame, shown, features, labels, times);
     const bool has_depth = statistics.has_depth || columns.right_x != nullptr;
     for (const std::string& sentence : first_frames.add(frame, statistics, has_depth)) {
@@ -171,20 +176,57 @@ struct Plugin::State {
                    "frames"
                 << std::endl;
     }
-    detail::mark_still(labels, shown, columns);
-    detail::shorten(labels, columns);
-    if (columns.pivot) *columns.pivot = static_cast<int>(kept_before_pivot);
-    ++counters.filtered;
+    FrameStatistics result = drop_removed(columns, shown);
     counters.never_submitted += frame.image.empty() ? 1 : 0;
     counters.without_masks += segmentation ? 0 : 1;
     counters.starved += statistics.starved ? 1 : 0;
     if (!frame.image.empty()) {
       image.release();
       pair_depths.release();
+      answered_s = timestamp_s;
     }
+    return result;
+  }
+
+  /// Tells whether the labels are those of this frame, whose image is released: without it, another
+  /// answer would come out.
+  bool is_answered(double timestamp_s, const std::vector<cv::KeyPoint>& keypoints) const {
+    return answered_s == timestamp_s &&
+           std::equal(keypoints.begin(), keypoints.end(), points.begin(), points.end(),
+                      [](const auto& keypoint, const auto& point) { return keypoint.pt == point; });
+  }
+
+  void keep_points(const std::vector<cv::KeyPoint>& keypoints) {
+    points.clear();
+    for (const cv::KeyPoint& keypoint : keypoints) points.push_back(keypoint.pt);
+  }
+
+  /// Drops the removed features from all columns, or from none.
+  FrameStatistics drop_removed(const detail::HostColumns& columns, const Segmentation& shown) {
+    FrameStatistics statistics = labels.statistics();  // copying it may fail
+    const std::size_t kept_before_pivot =
+        columns.pivot ? kept_below(labels, static_cast<std::size_t>(*columns.pivot)) : 0;
+    // Otherwise keep_static would do it, and may fail.
+    if (!columns.descriptors.empty()) detail::unshare(columns.descriptors);
+    detail::mark_still(labels, shown, columns);
+    detail::shorten(labels, columns);
+    if (columns.pivot) *columns.pivot = static_cast<int>(kept_before_pivot);
+    ++counters.filtered;
     return statistics;
   }
 
+  void require_size_of_static_mask(const FrameView& frame) const {
+    const cv::Size size = frame.image.empty() ? frame.depth.size() : frame.image.size();
+    const cv::Mat& mask = settings.filter.mask_culler.static_mask;
+    if (mask.empty() || size.empty() || mask.size() == size) return;
+    detail::throw_misuse("Plugin::filter",
+                         detail::concatenate("a frame of ", detail::size_name(size), " and ",
+                                             settings.place_of("static_mask"), " of ",
+                                             detail::size_name(mask.size())),
+                         "one size");
+  }
+
+  const detail::HomeProcess home;
   detail::PluginSettings settings;
   std::optional<detail::MaskSource> masks;  // none if the filter is switched off
   DynamicFilter filter;
@@ -201,14 +243,21 @@ struct Plugin::State {
   // The submitted image, until it is filtered.
   cv::Mat image;
   double image_time_s = 0;
+
+  std::optional<double> answered_s;  // time of the frame of `labels`, if it had an image
+  std::vector<cv::Point2f> points;   // the features of that frame
 };
 
 Plugin::Plugin(const std::string& settings_file, const std::string& prefix)
     : state_(new State(detail::read_plugin_settings(settings_file, prefix))) {}
 
-Plugin::~Plugin() = default;
+Plugin::~Plugin() { detail::destroy_at_home(state_); }
 Plugin::Plugin(Plugin&& other) noexcept = default;
-Plugin& Plugin::operator=(Plugin&& other) noexcept = default;
+Plugin& Plugin::operator=(Plugin&& other) noexcept {
+  Plugin moved(std::move(other));
+  std::swap(state_, moved.state_);
+  return *this;
+}
 
 void Plugin::submit(const cv::Mat& image, double timestamp_s) {
   state_->submit(image, cv::Mat(), timestamp_s);

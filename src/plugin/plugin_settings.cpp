@@ -13,6 +13,7 @@
 #include "dynfilter/detail/number_text.hpp"
 #include "io/hand_over_names.hpp"
 #include "io/image_file.hpp"
+#include "io/staged_folder.hpp"
 #include "plugin/settings_file.hpp"
 
 namespace dynfilter::detail {
@@ -80,6 +81,10 @@ void read_mask_culler(SettingsFile& file, MaskCullerOptions& options) {
     options.static_mask = read_image(static_mask, cv::IMREAD_UNCHANGED);
   } catch (const std::runtime_error& error) {
     file.refuse("static_mask", error.what(), "an image file");
+  }
+  if (options.static_mask.type() != CV_8UC1) {
+    file.refuse("static_mask", static_mask + " of type " + type_name(options.static_mask),
+                "one channel of 8 bits");
   }
 }
 
@@ -194,6 +199,12 @@ PluginSettings read_plugin_settings(const std::string& path, const std::string& 
   settings.overlay_every = static_cast<int>(overlay_every);
   file.finish();
   require_one_segmenter(file, settings);
+  const std::string& read = settings.mask_folder;
+  if (!read.empty() && !settings.output_folder.empty() &&
+      is_within(canonical_folder(settings.output_folder), canonical_folder(read))) {
+    file.refuse("output_folder", settings.output_folder,
+                "a folder outside " + read + ", which is read");
+  }
   settings.depth_units_per_metre = read_depth_factor(file);
   settings.is_of_orb_slam = file.host().has("ORBextractor.nFeatures");
   return settings;

@@ -4,6 +4,7 @@
 #ifndef DYNFILTER_SRC_PLUGIN_PLUGIN_SETTINGS_HPP
 #define DYNFILTER_SRC_PLUGIN_PLUGIN_SETTINGS_HPP
 
+#include <cstddef>
 #include <optional>
 #include <string>
 
@@ -50,6 +51,13 @@ struct PluginSettings {
   /// Returns the name of a setting that does nothing without images; empty if none is set.
   std::string need_of_images() const;
 };
+
+/// Returns the message of an error without the class that refused an option: the settings file
+/// takes its place.
+inline std::string without_component(const std::string& message) {
+  const std::size_t got = message.find(": got ");
+  return got == std::string::npos ? message : message.substr(got + 2);
+}
 
 /// Reads the settings. Throws std::runtime_error that names file and key.
 PluginSettings read_plugin_settings(const std::string& path, const std::string& prefix);

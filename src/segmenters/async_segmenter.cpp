@@ -16,6 +16,7 @@
 #include <opencv2/core.hpp>
 
 #include "dynfilter/detail/errors.hpp"
+#include "io/process.hpp"
 #include "segmenters/worker_thread.hpp"
 
 namespace dynfilter {
@@ -96,6 +97,8 @@ class AsyncSegmenter::Worker {
   void submit(const FrameView& frame);
   std::optional<Segmentation> collect(std::uint64_t id);
   void reset();
+
+  const detail::HomeProcess home;
 
   AsyncSegmenterStatistics statistics() const {
     const std::lock_guard lock(mutex_);
@@ -345,17 +348,31 @@ AsyncSegmenter::AsyncSegmenter(std::unique_ptr<Segmenter> segmenter,
 }
 
 AsyncSegmenter::AsyncSegmenter(AsyncSegmenter&&) noexcept = default;
-AsyncSegmenter& AsyncSegmenter::operator=(AsyncSegmenter&&) noexcept = default;
-AsyncSegmenter::~AsyncSegmenter() = default;
+AsyncSegmenter& AsyncSegmenter::operator=(AsyncSegmenter&& other) noexcept {
+  AsyncSegmenter moved(std::move(other));
+  std::swap(worker_, moved.worker_);
+  return *this;
+}
+AsyncSegmenter::~AsyncSegmenter() { detail::destroy_at_home(worker_); }
 
-void AsyncSegmenter::submit(const FrameView& frame) { worker_->submit(frame); }
+void AsyncSegmenter::submit(const FrameView& frame) {
+  worker_->home.require_here("AsyncSegmenter");
+  worker_->submit(frame);
+}
 
 std::optional<Segmentation> AsyncSegmenter::collect(std::uint64_t frame_id) {
+  worker_->home.require_here("AsyncSegmenter");
   return worker_->collect(frame_id);
 }
 
-void AsyncSegmenter::reset() { worker_->reset(); }
+void AsyncSegmenter::reset() {
+  worker_->home.require_here("AsyncSegmenter");
+  worker_->reset();
+}
 
-AsyncSegmenterStatistics AsyncSegmenter::statistics() const { return worker_->statistics(); }
+AsyncSegmenterStatistics AsyncSegmenter::statistics() const {
+  worker_->home.require_here("AsyncSegmenter");
+  return worker_->statistics();
+}
 
 }  // namespace dynfilter

@@ -181,7 +181,8 @@ void MaskFolderSegmenter::index_masks() {
       detail::throw_file_error(
           file, "the name of a mask must be its frame's time, such as 1341846434.710184.png");
     }
-    const auto [found, is_new] = masks_.emplace(detail::microseconds(*time_s), Mask{file, {}, {}});
+    const auto [found, is_new] =
+        masks_.emplace(detail::microseconds(*time_s), Mask{fs::absolute(file), {}, {}});
     if (!is_new) {
       detail::throw_file_error(file, "has the same time as " + found->second.path.string());
     }

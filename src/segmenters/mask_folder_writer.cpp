@@ -6,11 +6,13 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
+#include <limits>
 #include <list>
 #include <memory>
 #include <optional>
 #include <set>
 #include <string>
+#include <system_error>
 #include <utility>
 
 #include <opencv2/core.hpp>
@@ -29,6 +31,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* name = "MaskFolderWriter";
+constexpr const char* writer = "masks";
 
 /// Returns the part [first, last) of a mask's side that lies in the image. In 64 bits, because a
 /// mask may lie anywhere.
@@ -53,6 +56,29 @@ cv::Mat label_map_of(const Segmentation& segmentation) {
   cv::Mat label_map(segmentation.image_size, count > 255 ? CV_16UC1 : CV_8UC1, cv::Scalar(0));
   for (std::size_t i = count; i-- > 0;) paint(segmentation.instances[i], i + 1, label_map);
   return label_map;
+}
+
+/// Refuses what the reader of a table takes for no whole number.
+void require_readable(const Instance& instance) {
+  constexpr int least = -std::numeric_limits<int>::max();
+  if (instance.class_id >= least && instance.box.x >= least && instance.box.y >= least) return;
+  detail::throw_misuse(name,
+                       detail::concatenate("class_id = ", instance.class_id, " in a box at ",
+                                           instance.box.x, ", ", instance.box.y),
+                       detail::concatenate("numbers of at least ", least));
+}
+
+/// Refuses a folder in which another mask would lie beside those that are written.
+void require_no_other_mask(const fs::path& folder) {
+  const detail::WrittenFiles earlier(detail::canonical_folder(folder), writer);
+  std::error_code missing;
+  for (fs::directory_iterator file(folder, missing), end; !missing && file != end; ++file) {
+    const fs::path file_name = file->path().filename();
+    if (file_name.extension() != ".png" || earlier.names().count(file_name) > 0) continue;
+    detail::throw_file_error(folder, "holds " + file_name.string() +
+                                         ", which MaskFolderSegmenter would read as a mask; move "
+                                         "it away");
+  }
 }
 
 std::string table_row(const std::string& stem, std::size_t label, const Instance& instance) {
@@ -89,7 +115,9 @@ bool is_found(double mask_time_s, double frame_time_s) {
 }  // namespace
 
 MaskFolderWriter::MaskFolderWriter(const fs::path& folder, const MaskFolderWriterOptions& options)
-    : staged_(std::make_unique<detail::StagedFolder>(folder, "masks", options.overwrite)) {}
+    : staged_(std::make_unique<detail::StagedFolder>(folder, writer, options.overwrite)) {
+  require_no_other_mask(folder);
+}
 
 MaskFolderWriter::MaskFolderWriter(MaskFolderWriter&&) noexcept = default;
 MaskFolderWriter& MaskFolderWriter::operator=(MaskFolderWriter&&) noexcept = default;
@@ -129,6 +157,7 @@ void MaskFolderWriter::add(const Segmentation& segmentation, const std::string& 
   const bool is_own_time = !is_found(segmentation.timestamp_s, *time_s);
   std::list<Rows> rows(1);
   for (std::size_t i = 0; i < segmentation.instances.size(); ++i) {
+    require_readable(segmentation.instances[i]);
     const std::string row = table_row(stem, i + 1, segmentation.instances[i]);
     rows.front().without_time += row + '\n';
     rows.front().with_time += row + ',' + mask_time + '\n';
@@ -142,6 +171,7 @@ void MaskFolderWriter::add(const Segmentation& segmentation, const std::string& 
 
 void MaskFolderWriter::finish() {
   if (!staged_) return;
+  if (times_.empty()) detail::throw_misuse(name, "no segmentation", "one at least");
   std::string table =
       has_own_times_ ? detail::mask_table_header_with_time : detail::mask_table_header;
   table += '\n';

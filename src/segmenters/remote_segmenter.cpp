@@ -42,8 +42,11 @@ cv::Mat continuous(const cv::Mat& image) { return image.isContinuous() ? image :
 /// Sends frames and receives replies, over connections that come and go.
 class RemoteChannel {
  public:
-  RemoteChannel(std::string path, const RemoteSegmenterOptions& options)
-      : path_(std::move(path)), options_(options) {}
+  RemoteChannel(const std::filesystem::path& path, const RemoteSegmenterOptions& options)
+      : path_(path.string()), options_(options) {
+    const std::string absolute = std::filesystem::absolute(path).string();
+    address_ = remote::is_socket_path(absolute) ? absolute : path_;
+  }
 
   Segmentation exchange(const FrameView& frame);
 
@@ -64,7 +67,8 @@ class RemoteChannel {
   void send(const FrameView& frame, const Deadline& deadline);
   Message receive_reply(const Deadline& deadline);
 
-  std::string path_;
+  std::string path_;     // as it was given, for errors
+  std::string address_;  // the same place after chdir(), where the system takes so long a path
   RemoteSegmenterOptions options_;
   std::optional<Connection> connection_;
   std::optional<InFlight> in_flight_;  // on this connection
@@ -153,7 +157,7 @@ bool RemoteChannel::skip_late_reply(const Deadline& deadline) {
 void RemoteChannel::connect(const Deadline& deadline) {
   const auto interval = remote::duration_of(options_.retry_interval_s);
   while (true) {
-    connection_ = Connection::to(path_, deadline);
+    connection_ = Connection::to(address_, deadline);
     if (connection_) return;
     if (interval == Clock::duration::zero()) {
       throw ConnectionError(remote::why_nobody_listens(path_));
@@ -220,7 +224,7 @@ void validate(const std::filesystem::path& path, const RemoteSegmenterOptions& o
 RemoteSegmenter::RemoteSegmenter(const std::filesystem::path& socket_path,
                                  const RemoteSegmenterOptions& options) {
   validate(socket_path, options);
-  channel_ = std::make_unique<detail::RemoteChannel>(socket_path.string(), options);
+  channel_ = std::make_unique<detail::RemoteChannel>(socket_path, options);
 }
 
 RemoteSegmenter::RemoteSegmenter(RemoteSegmenter&&) noexcept = default;

@@ -3,11 +3,9 @@
 
 #include "segmenters/worker_thread.hpp"
 
-#if defined(__unix__) || defined(__APPLE__)
-#include <unistd.h>
-#endif
 #if defined(__linux__)
 #include <sys/syscall.h>
+#include <unistd.h>
 #endif
 
 #include <algorithm>
@@ -18,19 +16,9 @@
 #include <utility>
 #include <vector>
 
+#include "io/process.hpp"
+
 namespace dynfilter::detail {
-namespace {
-
-/// Returns a number that a child process does not share.
-long process_number() {
-#if defined(__unix__) || defined(__APPLE__)
-  return ::getpid();
-#else
-  return 0;
-#endif
-}
-
-}  // namespace
 
 struct RunningThread {
   static thread_local const RunningThread* own;  // that of the present thread, if there is one
@@ -38,17 +26,17 @@ struct RunningThread {
   std::mutex mutex;  // of the thread that ends it
   std::function<void()> stop;
   std::thread thread;
-  long process = process_number();
+  HomeProcess home;
   bool has_done_a_job = false;  // the thread's
 
   void end() {
     if (own == this) return;  // before the lock, which who waits for this thread may hold
-    const std::lock_guard<std::mutex> lock(mutex);
-    if (!thread.joinable()) return;
-    if (process != process_number()) {
-      thread.detach();  // a child process has no such thread
+    if (!home.is_here()) {
+      if (thread.joinable()) thread.detach();  // a child process has no such thread
       return;
     }
+    const std::lock_guard<std::mutex> lock(mutex);
+    if (!thread.joinable()) return;
     stop();
     thread.join();
   }
@@ -59,13 +47,24 @@ thread_local const RunningThread* RunningThread::own = nullptr;
 namespace {
 
 struct Registry {
+  explicit Registry(Registry* of_parent_) : of_parent(of_parent_) {}
+
+  HomeProcess home;
+  Registry* of_parent;  // keeps it reachable
   std::mutex mutex;
   std::vector<std::weak_ptr<RunningThread>> threads;
 };
 
+/// Returns this process's registry, which is never destroyed: threads may end at any time. A child
+/// gets its own, because another thread of its parent may have held the mutex.
 Registry& registry() {
-  static Registry& only = *new Registry;  // never destroyed: threads may end at any time
-  return only;
+  static std::atomic<Registry*> of_process{new Registry(nullptr)};
+  Registry* known = of_process;
+  while (!known->home.is_here()) {
+    auto own = std::make_unique<Registry>(known);
+    if (of_process.compare_exchange_strong(known, own.get())) known = own.release();
+  }
+  return *known;
 }
 
 void end_all() {

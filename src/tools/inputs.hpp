@@ -53,18 +53,14 @@ class Inputs {
                                         " is read; name another --out folder, which "
                                         "neither holds it nor lies in it");
     };
-    for (const auto& read : files_) refuse_if(is_within(read, folder), read);
+    for (const auto& read : files_) refuse_if(detail::is_within(read, folder), read);
     for (const auto& read : folders_) {
-      refuse_if(is_within(read, folder) || is_within(folder, read), read);
+      refuse_if(detail::is_within(read, folder) || detail::is_within(folder, read), read);
     }
     detail::WrittenFiles(folder, writer).require_room(overwrite);
   }
 
  private:
-  static bool is_within(const std::filesystem::path& inner, const std::filesystem::path& outer) {
-    return *inner.lexically_relative(outer).begin() != "..";
-  }
-
   std::set<std::filesystem::path> files_, folders_;
 };
 

@@ -137,7 +137,7 @@ TEST_F(PluginTest, AsyncLatestTakesMasksOfAnotherFrame) {
   const std::size_t all = HostFrame(3).keypoints.size();
   std::size_t left = all;
   for (int k = 0; k < 500 && left == all; ++k) {
-    left = kept(plugin, 3).size();  // was never submitted
+    left = kept(plugin, 3 + k).size();  // was never submitted
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
   EXPECT_LT(left, all);

@@ -219,7 +219,7 @@ TEST_F(PluginTest, APairIsOfOneFrame) {
   plugin.submit(first.image, first.right, first.timestamp_s);  // and another frame is filtered
   EXPECT_EQ(removed_with(plugin, second), removed_with(without, second));
   EXPECT_GT(removed_with(plugin, first), removed_with(without, first)) << "it is still there";
-  EXPECT_EQ(removed_with(plugin, first), removed_with(without, first)) << "it is used once";
+  EXPECT_GT(removed_with(plugin, first), removed_with(without, first)) << "for the frame again";
 }
 
 TEST_F(PluginTest, SettingsOfThePairArrive) {

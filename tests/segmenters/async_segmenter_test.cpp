@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "support/async_fixture.hpp"
+#include "support/child_process.hpp"
 #include "support/expect_error.hpp"
 
 namespace dynfilter::testing {
@@ -57,6 +58,28 @@ TEST(AsyncSegmenter, CollectDiscardsEarlierFrames) {
   EXPECT_EQ(async.gate->arrivals(), (Ids{1, 5}));
   expect_error<std::invalid_argument>([&] { async.segmenter.collect(4); }, "frame 4");
   expect_sum(async.segmenter.statistics());
+}
+
+TEST(AsyncSegmenter, IsTheParentsInAChild) {
+  auto gate = std::make_shared<Gate>();
+  auto segmenter = std::make_unique<AsyncSegmenter>(std::make_unique<GatedSegmenter>(gate),
+                                                    options_of(HandOver::wait));
+  gate->open_for_good();
+  segmenter->submit(numbered_frame(1));
+  segmenter->collect(1);
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));  // until the thread waits
+  EXPECT_EQ(exit_code_of_child([&] {
+              try {
+                segmenter->submit(numbered_frame(2));
+              } catch (const std::runtime_error&) {
+                segmenter.reset();
+                return 5;
+              }
+              return 1;
+            }),
+            5);
+  segmenter->submit(numbered_frame(2));
+  expect_masks_of(segmenter->collect(2), 2);
 }
 
 // --- limited_wait --------------------------------------------------------------------------------

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <limits>
+#include <memory>
 #include <random>
 #include <stdexcept>
 #include <string>
@@ -15,6 +16,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
+#include "support/child_process.hpp"
 #include "support/expect_error.hpp"
 #include "support/mask_folder.hpp"
 #include "support/temporary_folder.hpp"
@@ -236,6 +238,47 @@ TEST(MaskFolderWriter, ReplacesItsOwnFilesOnRequestWhenFinished) {
   EXPECT_FALSE(fs::exists(folder / "1.0.png"));
   EXPECT_EQ(file_text(folder / "notes.txt"), "mine");
   EXPECT_EQ(file_text(folder / "instances.csv"), table_header);
+}
+
+TEST(MaskFolderWriter, RefusesWhatTheReaderWould) {
+  const TemporaryFolder folder;
+  expect_error<std::invalid_argument>([&] { MaskFolderWriter(folder.path()).finish(); },
+                                      "no segmentation");
+  MaskFolderWriter first(folder.path());
+  constexpr int least = std::numeric_limits<int>::min();
+  for (const Instance& instance :
+       {Instance::from_box({0, 0, 3, 3}, least, 1), Instance::from_box({least, 0, 3, 3}, 0, 1),
+        Instance::from_box({0, least, 3, 3}, 0, 1)}) {
+    Segmentation segmentation = nobody_at(1);
+    segmentation.instances = {instance};
+    expect_error<std::invalid_argument>([&] { first.add(segmentation); }, "-2147483648");
+  }
+  Segmentation readable = nobody_at(1);
+  readable.instances = {Instance::from_box({least + 1, least + 1, 3, 3}, least + 1, 1)};
+  first.add(readable);
+  first.finish();
+  EXPECT_EQ(MaskFolderSegmenter(folder.path()).size(), 1U);
+  folder.write("floor_plan.png", "mine");
+  expect_error<std::runtime_error>([&] { MaskFolderWriter(folder.path(), {true}); },
+                                   "holds floor_plan.png");
+}
+
+TEST(MaskFolderWriter, IsTheParentsInAChild) {
+  const TemporaryFolder folder;
+  auto writer = std::make_unique<MaskFolderWriter>(folder.path());
+  writer->add(nobody_at(1));
+  EXPECT_EQ(exit_code_of_child([&] {
+              try {
+                writer->finish();
+              } catch (const std::runtime_error&) {
+                writer.reset();
+                return 5;
+              }
+              return 1;
+            }),
+            5);
+  writer->finish();
+  EXPECT_EQ(MaskFolderSegmenter(folder.path()).size(), 1U);
 }
 
 TEST(MaskFolderWriter, ReportsWriteErrors) {

@@ -69,6 +69,15 @@ TEST_F(RemoteSegmenterTest, SendsTheFrameAndReturnsTheInstances) {
   }
 }
 
+TEST_F(RemoteSegmenterTest, FindsARelativePathAfterChdir) {
+  const RemotePeer peer(path, answer);
+  const fs::path before = fs::current_path();
+  fs::current_path(path.parent_path());
+  RemoteSegmenter people(path.filename(), patient());
+  fs::current_path(before);
+  EXPECT_EQ(people.segment(frame_of(3)).frame_id, 3U);
+}
+
 TEST_F(RemoteSegmenterTest, RefusesMisuse) {
   const auto expect_refused = [&](auto change, const fs::path& where, const std::string& part) {
     RemoteSegmenterOptions options;

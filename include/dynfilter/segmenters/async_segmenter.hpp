@@ -67,7 +67,9 @@ struct AsyncSegmenterStatistics {
 /// Only this object's thread uses the segmenter, which may reuse its memory: finished masks are
 /// copied. Results of collect share pixels: do not draw into them. The destructor, and the end of
 /// the process, wait for the running inference. Several threads may call all functions at once,
-/// except the destructor and moves. A moved-from object may only be destroyed or assigned to.
+/// except the destructor and moves. A moved-from object may only be destroyed or assigned to. In a
+/// child of fork(), which has no such thread, every call but the destructor throws
+/// std::runtime_error.
 class AsyncSegmenter {
  public:
   /// Limit of frames that are submitted and not collected (HandOver::wait), or remembered without

@@ -41,7 +41,7 @@ class MaskFolderWriter {
  public:
   /// Makes the folder if needed. Throws std::runtime_error for a folder that holds files, except
   /// with `overwrite` one that an earlier MaskFolderWriter wrote: its files are replaced, others
-  /// are kept.
+  /// are kept, and no other may be a PNG, which MaskFolderSegmenter would read.
   explicit MaskFolderWriter(const std::filesystem::path& folder,
                             const MaskFolderWriterOptions& options = {});
   /// Moves the writer; the source may only be destroyed or assigned to.
@@ -54,7 +54,8 @@ class MaskFolderWriter {
   /// bits, or 16 for more than 255 instances. A call that fails adds nothing and can be repeated.
   ///
   /// Throws std::invalid_argument for a segmentation that is malformed (see validate), has no image
-  /// size or more than 65535 instances, for a time that was added before, and after finish().
+  /// size or more than 65535 instances, for a class or box at -2^31, which cannot be read back, for
+  /// a time that was added before, and after finish().
   /// Throws std::runtime_error that names the file that cannot be written. O(pixels + area of the
   /// masks).
   void add(const Segmentation& segmentation);
@@ -71,8 +72,9 @@ class MaskFolderWriter {
   void add(const Segmentation& segmentation, const std::string& stem, double frame_timestamp_s);
 
   /// Moves the masks into the folder and replaces earlier ones. No frame can be added afterwards; a
-  /// second call does nothing. Throws std::runtime_error that names the file that cannot be written
-  /// or is in the way, which the writer never replaces.
+  /// second call does nothing. Throws std::invalid_argument if no frame was added, and
+  /// std::runtime_error that names the file that cannot be written or is in the way, which the
+  /// writer never replaces.
   void finish();
 
   /// Number of frames added.

@@ -1,0 +1,59 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// What a child of fork() must know: it has its parent's objects, but not its parent's threads.
+
+#ifndef DYNFILTER_SRC_IO_PROCESS_HPP
+#define DYNFILTER_SRC_IO_PROCESS_HPP
+
+#include <memory>
+#include <mutex>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#if defined(__unix__) || defined(__APPLE__)
+#include <unistd.h>
+#endif
+
+namespace dynfilter::detail {
+
+/// The process in which an object was made.
+class HomeProcess {
+ public:
+  bool is_here() const { return number_ == here(); }
+
+  /// Throws std::runtime_error in any other process.
+  void require_here(const char* component) const {
+    if (is_here()) return;
+    throw std::runtime_error(std::string("dynfilter::") + component +
+                             ": got a call in a child of the process that made it; want it made "
+                             "in the child, after fork()");
+  }
+
+ private:
+  static long here() {
+#if defined(__unix__) || defined(__APPLE__)
+    return ::getpid();
+#else
+    return 0;
+#endif
+  }
+
+  long number_ = here();
+};
+
+/// Destroys an object, except in a child process: to destroy it would wait there for threads that
+/// are the parent's. There it stays reachable until the process ends.
+template <class Object>
+void destroy_at_home(std::unique_ptr<Object>& object) {
+  if (!object || object->home.is_here()) return object.reset();
+  static std::vector<Object*>& left = *new std::vector<Object*>;
+  static std::mutex mutex;
+  const std::lock_guard<std::mutex> lock(mutex);
+  left.push_back(object.release());
+}
+
+}  // namespace dynfilter::detail
+
+#endif  // DYNFILTER_SRC_IO_PROCESS_HPP
