@@ -11,6 +11,7 @@
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/overlay.hpp"
 #include "filter_arguments.hpp"
+#include "unlocked.hpp"
 #include "values.hpp"
 
 namespace dynfilter::python {
@@ -107,7 +108,7 @@ class SharedFilter {
                       const py::object& depths_m) {
     const SegmentationView segmentation = segmentation_of(masks, "DynamicFilter");
     const Features features(points, depths_m, "DynamicFilter");
-    const py::gil_scoped_release unlock;
+    const Unlocked unlock;
     return filter_.apply(frame, segmentation, features.view());
   }
 
@@ -122,7 +123,7 @@ Array draw(const py::object& image, const Segmentation& segmentation, const py::
   const Features features(points, py::none(), "draw_overlay");
   cv::Mat drawing;
   {
-    const py::gil_scoped_release unlock;
+    const Unlocked unlock;
     drawing = draw_overlay(pixels, segmentation, features.view(), labels);
   }
   return Array(array_of(drawing, true));

@@ -16,6 +16,13 @@ bool is_list(const py::handle& column) {
   return py::isinstance<py::list>(column) || py::isinstance<py::tuple>(column);
 }
 
+/// Returns the true number of elements, whatever a subclass's __len__ says.
+std::size_t length_of(const py::handle& column) {
+  const py::ssize_t length = is_list(column) ? PySequence_Fast_GET_SIZE(column.ptr())
+                                             : py::reinterpret_borrow<py::array>(column).shape(0);
+  return static_cast<std::size_t>(length);
+}
+
 [[noreturn]] void refuse(std::size_t position, const std::string& got, const std::string& want) {
   detail::throw_misuse("keep_static", detail::concatenate("column ", position, ", ", got), want);
 }
@@ -31,7 +38,7 @@ void require_length(const py::handle& column, std::size_t position, std::size_t 
   if (!is_list(column) && py::reinterpret_borrow<py::array>(column).ndim() == 0) {
     refuse(position, "an array without rows", "one row for each feature");
   }
-  const std::size_t length = py::len(column);
+  const std::size_t length = length_of(column);
   if (length != features) {
     refuse(position, detail::concatenate("of ", length, " elements"),
            detail::concatenate("one for each feature, ", features));
@@ -50,10 +57,10 @@ void require_distinct(const py::args& columns) {
 }
 
 py::list kept_elements(const FeatureLabels& labels, const py::handle& column) {
-  py::list kept;
-  std::size_t i = 0;
-  for (const py::handle element : column) {
-    if (!labels.is_removed(i++)) kept.append(element);
+  py::list kept;  // a subclass's __iter__ is not asked
+  for (std::size_t i = 0; i < labels.size(); ++i) {
+    if (labels.is_removed(i)) continue;
+    kept.append(py::handle(PySequence_Fast_GET_ITEM(column.ptr(), static_cast<py::ssize_t>(i))));
   }
   return kept;
 }

@@ -10,6 +10,7 @@
 
 #include "bindings.hpp"
 #include "dynfilter/version.hpp"
+#include "unlocked.hpp"
 
 namespace dynfilter::python {
 namespace {
@@ -51,6 +52,7 @@ void fill(py::module_& module) {
   bind_sequence(module);
   refuse_unmade_objects(module);
   py::delattr(module, "__module__");
+  py::module_::import("atexit").attr("register")(py::cpp_function(&Unlocked::end_interpreter));
 }
 
 /// Fills a module. A second one, of a program that removed the first from sys.modules, gets the

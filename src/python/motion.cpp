@@ -10,6 +10,7 @@
 
 #include "dynfilter/motion/motion_filter.hpp"
 #include "filter_arguments.hpp"
+#include "unlocked.hpp"
 #include "values.hpp"
 
 namespace dynfilter::python {
@@ -28,14 +29,14 @@ class LockedFilter {
     const SegmentationView segmentation = segmentation_of(masks, "MotionFilter");
     const Features features(points, depths_m, "MotionFilter");
     FeatureLabels labels;
-    const py::gil_scoped_release unlock;
+    const Unlocked unlock;
     const std::lock_guard<std::mutex> lock(mutex_);
     filter_.apply(frame, segmentation, features.view(), labels, workspace_);
     return labels;
   }
 
   void reset() {
-    const py::gil_scoped_release unlock;
+    const Unlocked unlock;
     const std::lock_guard<std::mutex> lock(mutex_);
     filter_.judge().reset();
   }

@@ -11,6 +11,7 @@
 
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/networks/network_segmenter.hpp"
+#include "unlocked.hpp"
 #include "values.hpp"
 
 namespace dynfilter::python {
@@ -48,7 +49,7 @@ ValueError for options out of range.)";
 std::unique_ptr<LockedNetwork> load(const std::filesystem::path& model, std::vector<int> classes,
                                     std::optional<float> score_threshold,
                                     const cv::Size& input_size) {
-  const py::gil_scoped_release unlock;
+  const Unlocked unlock;
   return std::make_unique<LockedNetwork>(
       make_network_segmenter(model, {std::move(classes), score_threshold, input_size}));
 }

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "dynfilter/detail/errors.hpp"
+#include "unlocked.hpp"
 #include "values.hpp"
 
 namespace dynfilter::python {
@@ -25,13 +26,13 @@ class LockedPropagator {
   std::optional<Segmentation> propagate(const FrameView& frame, const Segmentation* newest) {
     std::optional<Segmentation> result;
     if (newest != nullptr) result = *newest;
-    const py::gil_scoped_release unlock;
+    const Unlocked unlock;
     const std::lock_guard<std::mutex> lock(mutex_);
     return propagator_.propagate(frame, result);
   }
 
   void reset() {
-    const py::gil_scoped_release unlock;
+    const Unlocked unlock;
     const std::lock_guard<std::mutex> lock(mutex_);
     propagator_.reset();
   }

@@ -13,6 +13,7 @@
 #include "dynfilter/segmenter.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "dynfilter/segmenters/mask_folder_writer.hpp"
+#include "unlocked.hpp"
 #include "values.hpp"
 
 namespace dynfilter::python {
@@ -58,8 +59,7 @@ callers use segment, which checks the result.
             return dynfilter.Segmentation.from_masks(frame, masks, boxes)
 )")
       .def(py::init<>(), "For derived classes, which call it if they have an __init__.")
-      .def("segment", &Segmenter::segment, py::arg("frame"),
-           py::call_guard<py::gil_scoped_release>(),
+      .def("segment", &Segmenter::segment, py::arg("frame"), py::call_guard<Unlocked>(),
            R"(Segments the frame's image. Raises ValueError for a result that is malformed or
 differs from the frame in image size, and passes on what do_segment raises.)")
       .def_static(

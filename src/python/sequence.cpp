@@ -9,6 +9,7 @@
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
 #include "dynfilter/frame.hpp"
+#include "unlocked.hpp"
 #include "values.hpp"
 
 namespace dynfilter::python {
@@ -23,7 +24,7 @@ std::size_t index_of(const RgbdSequence& sequence, py::ssize_t i) {
 
 FrameView frame_at(const RgbdSequence& sequence, py::ssize_t i) {
   const std::size_t index = index_of(sequence, i);
-  const py::gil_scoped_release unlock;
+  const Unlocked unlock;
   return sequence.read(index);
 }
 

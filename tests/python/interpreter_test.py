@@ -70,6 +70,31 @@ threading.Thread(target=lambda: keep.segment(frame)).start()
     assert result.returncode == 0 and result.stderr == ""
 
 
+def test_ends_cleanly_while_daemon_threads_filter():
+    result = python(
+        """
+import threading, numpy, dynfilter
+points = numpy.random.default_rng(1).uniform(0, 600, (20000, 2)).astype(numpy.float32)
+frame = dynfilter.FrameView(depth=numpy.ones((600, 600), numpy.float32))
+masks = numpy.zeros((1, 600, 600), bool)
+masks[0, 100:400, 100:400] = True
+people = dynfilter.Segmentation.from_masks(frame, masks)
+filter, started = dynfilter.DynamicFilter(), threading.Barrier(4)
+def work():
+    filter.apply(frame, people, points)
+    started.wait()
+    while True:
+        filter.apply(frame, people, points)
+for _ in range(3):
+    threading.Thread(target=work, daemon=True).start()
+started.wait()
+import atexit
+atexit.register(lambda: filter.apply(frame, people, points))
+"""
+    )
+    assert result.returncode == 0 and result.stderr == ""
+
+
 def test_help_tells_all():
     text = pydoc.render_doc(dynfilter, renderer=pydoc.plaintext)
     for name in dynfilter.__all__:
