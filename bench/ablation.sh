@@ -40,7 +40,7 @@ chosen[--seeds]=101-105
 chosen[--frames]=150
 chosen[--out]=$root/out/$name
 marks='trajectory tables'
-tables='^(all: ATE over|near_crowd|in the form)'
+tables='^(all: ATE over that of rule mask|near_crowd.*RMSE|in the form)'
 case "$name" in
   features)
     chosen[--levels]=cross,medium,hard,stale_3,stale_6,late_10hz,late_5hz,furniture,two_in_one
@@ -55,14 +55,14 @@ case "$name" in
     chosen[--levels]=late_10hz,late_5hz
     chosen[--rules]=mask,mask_moved,depth,depth_moved,perfect
     marks='late masks tables'
-    tables='^all: ATE over'
+    tables='^all: ATE over that of rule mask'
     ;;
   recordings)
     unset 'chosen[--levels]' 'chosen[--seeds]' 'chosen[--frames]'
     chosen[--truth]=motion
     chosen[--rules]=none,mask,paper,depth,masks_motion,depth_motion,perfect
     marks='recordings tables'
-    tables='^(crowd_on|man_on|all: (dynamic|RMSE|ATE over that of rule mask))'
+    tables='^all: (dynamic|RMSE)'
     ;;
   motion)
     chosen[--levels]=sitting,working,stop_and_go,pushed,carried,still_camera,rotation,fast,crowd
