@@ -6,7 +6,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <optional>
 #include <random>
 
 namespace dynfilter::testing {
@@ -17,10 +16,10 @@ class ByteSource {
  public:
   ByteSource(const std::uint8_t* data, std::size_t size)
       : data_(data), left_(size), begin_(data), size_(size) {}
-  explicit ByteSource(std::uint64_t seed) : random_(seed) {}
+  explicit ByteSource(std::uint64_t seed) : is_fuzzed_(false), random_(seed) {}
 
   std::uint8_t byte() {
-    if (random_) return static_cast<std::uint8_t>((*random_)() >> 24U);
+    if (!is_fuzzed_) return static_cast<std::uint8_t>(random_() >> 24U);
     if (left_ == 0) return 0;
     --left_;
     return *data_++;
@@ -43,10 +42,10 @@ class ByteSource {
   bool may_be_costly(unsigned count) const {
     std::uint32_t digest = 2166136261U;  // FNV-1a
     for (std::size_t i = 0; i < size_; ++i) digest = (digest ^ begin_[i]) * 16777619U;
-    return random_ || (digest >> 8U) % count == 0;
+    return !is_fuzzed_ || (digest >> 8U) % count == 0;
   }
 
-  bool is_fuzzed() const { return !random_; }
+  bool is_fuzzed() const { return is_fuzzed_; }
 
   bool chance(int percent) { return between(0, 99) < percent; }
 
@@ -55,7 +54,8 @@ class ByteSource {
   std::size_t left_ = 0;
   const std::uint8_t* begin_ = nullptr;
   std::size_t size_ = 0;
-  std::optional<std::mt19937_64> random_;
+  bool is_fuzzed_ = true;
+  std::mt19937_64 random_;  // of a seeded generator
 };
 
 }  // namespace dynfilter::testing
