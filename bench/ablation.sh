@@ -72,7 +72,7 @@ case "$name" in
     chosen[--rules]=none,mask,depth,motion,masks_motion,depth_motion,dynaslam_geometry,dn_slam
     chosen[--rules]+=,perfect
     marks='motion tables'
-    tables='^all: dynamic left'
+    tables='^all: (dynamic left|ATE over that of rule mask)'
     ;;
 esac
 readme=no
