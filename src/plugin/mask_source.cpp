@@ -103,7 +103,8 @@ void MaskSource::start_thread() {
 }
 
 void MaskSource::submit(const FrameView& frame) {
-  submitted_ = {++frames_, frame.timestamp_s};
+  submitted_ = ++frames_;
+  submitted_s_ = frame.timestamp_s;
   answered_.reset();
   if (folder_ ? !folder_->has_mask(frame.timestamp_s) : !thread_) return;
   if (!thread_) start_thread();
@@ -121,8 +122,8 @@ const std::optional<Segmentation>& MaskSource::masks_for(FrameView frame) {
   answered_.reset();
   // A host may filter a frame again after it has released the image.
   const bool is_submitted =
-      submitted_ && (!frame.image.empty() || frame.timestamp_s == submitted_->timestamp_s);
-  frame.id = is_submitted ? submitted_->id : ++frames_;
+      submitted_s_ && (!frame.image.empty() || frame.timestamp_s == *submitted_s_);
+  frame.id = is_submitted ? submitted_ : ++frames_;
   std::optional<Segmentation> masks = segment_or_continue(frame, is_submitted);
   if (propagator_) masks = propagator_->propagate(frame, masks);
   answered_ = {frame.timestamp_s, std::move(masks)};
@@ -139,14 +140,12 @@ std::optional<Segmentation> MaskSource::segment_or_continue(const FrameView& fra
     // not be missing.
     const bool is_broken =
         folder_ && (continues_without_masks_ || folder_->has_mask(frame.timestamp_s));
-    if (is_broken) throw std::runtime_error(origin_ + error.what());
-    if (!continues_without_masks_) {
-      throw std::runtime_error(origin_ + error.what() + remedy_);
+    if (is_broken || !continues_without_masks_) {
+      throw std::runtime_error(origin_ + error.what() + (is_broken ? "" : remedy_));
     }
     if (++failures_ == 1) {
       std::cerr << "dynfilter: " << origin_ << error.what()
-                << " (this frame, and others that fail, "
-                << "go on without masks)" << std::endl;
+                << " (this frame, and others that fail, go on without masks)" << std::endl;
     }
     return {};
   }

@@ -49,12 +49,6 @@ class MaskSource {
   std::size_t failures() const { return failures_; }
 
  private:
-  /// A frame and the number by which its masks are matched.
-  struct Numbered {
-    std::uint64_t id;
-    double timestamp_s;
-  };
-
   struct Answer {
     double timestamp_s;
     std::optional<Segmentation> masks;
@@ -73,9 +67,10 @@ class MaskSource {
   std::unique_ptr<AsyncSegmenter> thread_;
   bool is_uncollected_ = false;  // the frame submitted last, by the thread
   std::optional<MaskPropagator> propagator_;
-  std::uint64_t frames_ = 0;           // that have a number
-  std::optional<Numbered> submitted_;  // the frame submitted last
-  std::optional<Answer> answered_;     // the last one, unless a frame was submitted since
+  std::uint64_t frames_ = 0;     // that have a number, by which masks are matched
+  std::uint64_t submitted_ = 0;  // number and time of the frame submitted last
+  std::optional<double> submitted_s_;
+  std::optional<Answer> answered_;  // the last one, unless a frame was submitted since
   std::optional<double> made_s_;
   std::size_t failures_ = 0;
 };

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <iostream>
 #include <optional>
 #include <stdexcept>
@@ -162,7 +161,7 @@ struct Plugin::State {
     apply(frame, segmentation, features);
     keep_at_least_one(labels);
     const FrameStatistics& statistics = labels.statistics();
-    keep_points(columns.keypoints);
+    cv::KeyPoint::convert(columns.keypoints, points);
     times.filter_s = in_all.elapsed_s();
     if (recorder) recorder->record(frame, shown, features, labels, times);
     const bool has_depth = statistics.has_depth || columns.right_x != nullptr;
@@ -194,11 +193,6 @@ struct Plugin::State {
     return answered_s == timestamp_s &&
            std::equal(keypoints.begin(), keypoints.end(), points.begin(), points.end(),
                       [](const auto& keypoint, const auto& point) { return keypoint.pt == point; });
-  }
-
-  void keep_points(const std::vector<cv::KeyPoint>& keypoints) {
-    points.clear();
-    for (const cv::KeyPoint& keypoint : keypoints) points.push_back(keypoint.pt);
   }
 
   /// Drops the removed features from all columns, or from none.
