@@ -6,11 +6,14 @@
 #include <cmath>
 #include <limits>
 #include <locale>
+#include <optional>
 #include <sstream>
 #include <string>
 
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
+#include "io/camera_keys.hpp"
+#include "io/file_error.hpp"
 #include "io/file_writing.hpp"
 #include "io/yaml_file.hpp"
 
@@ -80,14 +83,42 @@ void require_readable(const CameraParameters& camera) {
 
 }  // namespace
 
+std::optional<CameraParameters> known_camera(const std::string& name) {
+  // As the authors of the data sets publish them.
+  const struct {
+    const char* name;
+    double fx, fy, cx, cy, k1, k2, p1, p2, k3;
+  } cameras[] = {
+      {"tum1", 517.306408, 516.469215, 318.643040, 255.313989,  //
+       0.262383, -0.953104, -0.005358, 0.002628, 1.163314},
+      {"tum2", 520.908620, 521.007327, 325.141442, 249.701764,  //
+       0.231222, -0.784899, -0.003257, -0.000105, 0.917205},
+      {"tum3", 535.4, 539.2, 320.1, 247.6, 0, 0, 0, 0, 0},
+      {"bonn", 542.822841, 542.576870, 315.593520, 237.756098,  //
+       0.039903, -0.099343, -0.000730, -0.000144, 0},
+  };
+  for (const auto& c : cameras) {
+    if (name != c.name) continue;
+    return CameraParameters{c.fx, c.fy, c.cx,       c.cy, c.k1, c.k2, c.p1,
+                            c.p2, c.k3, {640, 480}, 30,   5000, 0};
+  }
+  return {};
+}
+
 CameraParameters read_camera(const std::filesystem::path& path) {
+  if (!detail::exists(path)) {
+    if (const std::optional<CameraParameters> known = known_camera(path.string())) return *known;
+  }
   const detail::YamlFile file(path);
   if (file.keys().empty()) file.refuse("holds no keys such as Camera.fx");
-  for (const char* key : {"Camera.fx", "Camera.fy", "Camera.cx", "Camera.cy", "DepthMapFactor"}) {
-    if (!file.has(key)) file.refuse(std::string(key) + " is missing");
+  const std::string prefix = detail::camera_prefix(file);
+  const std::string factor = detail::depth_factor_key(file);
+  for (const std::string& key :
+       {prefix + "fx", prefix + "fy", prefix + "cx", prefix + "cy", factor}) {
+    if (!file.has(key)) file.refuse(key + " is missing");
   }
-  const auto read = [&](const char* key) { return file.number(key).value_or(0); };
-  const auto require = [&](bool is_right, const char* key, const char* want) {
+  const auto read = [&](const std::string& key) { return file.number(key).value_or(0); };
+  const auto require = [&](bool is_right, const std::string& key, const char* want) {
     if (!is_right) file.refuse(key, file.shown(key), want);
   };
   const auto read_pixels = [&](const char* key) {
@@ -96,16 +127,15 @@ CameraParameters read_camera(const std::filesystem::path& path) {
     require(is_whole && value <= std::numeric_limits<int>::max(), key, "a whole number of pixels");
     return static_cast<int>(value);
   };
-  CameraParameters camera;
-  for (const auto& number : model) camera.*number.value = read(number.key);
+  CameraParameters camera = detail::read_pinhole<CameraParameters>(file);
   camera.image_size = {read_pixels("Camera.width"), read_pixels("Camera.height")};
   if (camera.image_size.empty()) camera.image_size = {};  // one side alone says nothing
   camera.frames_per_second = read("Camera.fps");
-  camera.depth_units_per_metre = read("DepthMapFactor");
+  camera.depth_units_per_metre = read(factor);
   camera.depth_offset_s = read("dynfilter.depth_offset_s");
-  require(camera.fx > 0, "Camera.fx", "a number above 0");
-  require(camera.fy > 0, "Camera.fy", "a number above 0");
-  require(camera.depth_units_per_metre > 0, "DepthMapFactor", "a number above 0");
+  require(camera.fx > 0, prefix + "fx", "a number above 0");
+  require(camera.fy > 0, prefix + "fy", "a number above 0");
+  require(camera.depth_units_per_metre > 0, factor, "a number above 0");
   require(camera.frames_per_second >= 0, "Camera.fps", "a number of at least 0");
   require(std::abs(camera.depth_offset_s) <= max_depth_offset_s, "dynfilter.depth_offset_s",
           "a number within ±10");

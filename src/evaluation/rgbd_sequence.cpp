@@ -246,7 +246,8 @@ RgbdSequenceEntry entry_of(const ListedFrame& frame) {
                                  0,     0,     {640, 480}, 30,    5000, 0};
   detail::throw_file_error(
       path,
-      "there is no such camera file. Write it with these lines, or name another one. The values "
+      "there is no such camera file. Write it with these lines, or name another one or one of "
+      "tum1, tum2, tum3 and bonn. The values "
       "are those of TUM's freiburg3 camera: replace them by those of the camera that recorded the "
       "sequence.\n" +
           camera_file_text(example));
@@ -281,8 +282,8 @@ RgbdSequence::RgbdSequence(const fs::path& folder, const RgbdSequenceOptions& op
 
   Lists lists = read_lists(folder);
   camera_file_ = options.camera_file.empty() ? folder / "camera.yaml" : options.camera_file;
-  if (!detail::exists(camera_file_)) throw_no_camera(camera_file_);
-  detail::require_regular_file(camera_file_);
+  const bool is_name = known_camera(camera_file_.string()).has_value();
+  if (!is_name && !detail::exists(camera_file_)) throw_no_camera(camera_file_);
   camera_ = read_camera(camera_file_);
   depth_offset_s_ = options.depth_offset_s.value_or(camera_.depth_offset_s);
 
@@ -320,17 +321,20 @@ FrameView RgbdSequence::read(std::size_t i) const {
   }
   if (!has_depth_) return frame;
 
-  frame.depth = detail::read_image(listed.depth_path, cv::IMREAD_UNCHANGED);
-  if (frame.depth.type() != CV_16UC1 && frame.depth.type() != CV_32FC1) {
+  cv::Mat depth = detail::read_image(listed.depth_path, cv::IMREAD_UNCHANGED);
+  if (depth.type() == CV_64FC1) depth.convertTo(depth, CV_32F);
+  if (depth.type() != CV_16UC1 && depth.type() != CV_32FC1) {
     detail::throw_file_error(listed.depth_path,
-                             "a depth image of type " + detail::type_name(frame.depth) +
-                                 "; want CV_16UC1 (a 16-bit grey PNG) or CV_32FC1");
+                             "a depth image of type " + detail::type_name(depth) +
+                                 "; want CV_16UC1 (a 16-bit grey PNG) or CV_32FC1 in metres");
   }
-  if (frame.depth.size() != size) {
-    detail::throw_file_error(listed.depth_path, detail::size_name(frame.depth.size()) +
-                                                    " pixels, but " + listed.image_path.string() +
-                                                    " has " + detail::size_name(size));
+  if (depth.type() == CV_32FC1) {
+    frame.metres_per_unit = 1;
+  } else {
+    constexpr double no_depth = 65535;  // of simulators, and of floats that were converted
+    depth.setTo(0, depth == no_depth);
   }
+  frame.depth = detail::fitted(depth, size, listed.depth_path, listed.image_path.string());
   return frame;
 }
 

@@ -32,7 +32,7 @@ std::string heading(const char* content, const char* columns) {
   return std::string("# ") + content + "\n# written by dynfilter\n# " + columns + '\n';
 }
 
-/// Converts depth to the units of the file; 0 means no depth.
+/// Converts depth to the units of the file; 0 means no depth, and so does 65535 to readers.
 cv::Mat depth_image(const FrameView& frame, double units_per_metre) {
   const double factor = frame.depth_scale() * units_per_metre;
   if (frame.depth.type() == CV_16UC1 && std::abs(factor - 1) < 1e-9) return frame.depth;
@@ -40,7 +40,7 @@ cv::Mat depth_image(const FrameView& frame, double units_per_metre) {
   for (int y = 0; y < units.rows; ++y) {
     for (int x = 0; x < units.cols; ++x) {
       const double value = std::floor(frame.depth_m({x, y}).value_or(0) * units_per_metre + 0.5);
-      units(y, x) = value <= 65535 ? static_cast<std::uint16_t>(value) : std::uint16_t{0};
+      units(y, x) = value < 65535 ? static_cast<std::uint16_t>(value) : std::uint16_t{0};
     }
   }
   return units;

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
@@ -20,6 +21,8 @@
 namespace dynfilter::detail {
 namespace {
 
+constexpr double kitti_frame_s = 0.1;  // KITTI's odometry has ten frames a second
+
 /// A row and its line number.
 struct NumberedRow {
   std::size_t line = 0;
@@ -28,12 +31,24 @@ struct NumberedRow {
   std::int64_t time() const { return microseconds(row.timestamp_s); }
 };
 
-void require_eight_columns(const TableReader& table) {
-  constexpr const char* columns = "8: timestamp tx ty tz qx qy qz qw";
-  table.require_columns(8, columns);
-  if (table.columns() > 8) {
-    table.fail(concatenate("got ", table.columns(), " columns; want ", columns));
+/// What the rows of a file hold, by the columns of the first.
+enum class Form { tum, euroc, kitti };
+
+constexpr std::size_t euroc_columns = 17;  // also velocity and biases
+constexpr std::size_t kitti_columns = 12;  // the upper rows of a 4x4 matrix
+
+Form form_of(const TableReader& table, std::size_t columns) {
+  if (columns == kitti_columns) return Form::kitti;
+  constexpr const char* want =
+      "8: timestamp tx ty tz qx qy qz qw; or EuRoC's 17 in each row, or KITTI's 12";
+  table.require_columns(8, want);
+  const bool is_euroc = columns == euroc_columns;
+  if (table.columns() != columns || (columns > 8 && !is_euroc)) {
+    table.fail(concatenate("got ", table.columns(), " columns; want ", want));
   }
+  // EuRoC's and TUM-VI's motion capture has eight columns, too.
+  const bool is_csv = table.has_separator() && parse_number(table.text(0)).value_or(0) >= 1e17;
+  return is_euroc || is_csv ? Form::euroc : Form::tum;
 }
 
 /// Tells whether Python's float(), which TUM's scripts use, reads the cell as NaN.
@@ -44,17 +59,18 @@ bool is_nan(const std::string& cell) {
          (rest[2] | 0x20) == 'n';
 }
 
-/// Reads the eight numbers of a row; std::nullopt if one of them is NaN.
-std::optional<std::array<double, 8>> read_numbers(const TableReader& table) {
-  constexpr const char* names[] = {"time", "tx", "ty", "tz", "qx", "qy", "qz", "qw"};
-  require_eight_columns(table);
-  std::array<double, 8> numbers{};
+/// Reads numbers of a row, the first one a time if it is called so; std::nullopt if one is NaN.
+template <std::size_t count>
+std::optional<std::array<double, count>> read_numbers(const TableReader& table,
+                                                      const char* const (&names)[count]) {
+  std::array<double, count> numbers{};
   bool has_nan = false;
-  for (std::size_t k = 0; k < numbers.size(); ++k) {
+  for (std::size_t k = 0; k < count; ++k) {
     if (is_nan(table.text(k))) {
       has_nan = true;
     } else {
-      numbers[k] = k == 0 ? table.time(k) : table.number(k, names[k]);
+      const bool is_time = k == 0 && std::string_view(names[0]) == "time";
+      numbers[k] = is_time ? table.time(k) : table.number(k, names[k]);
     }
   }
   if (has_nan) return {};
@@ -66,54 +82,9 @@ double length_of(const std::array<double, 4>& quaternion) {
   return std::sqrt(x * x + y * y + z * z + w * w);
 }
 
-/// Reads the current row; std::nullopt for a row to skip, which is counted in `flaws`.
-std::optional<TrajectoryRow> read_row(const TableReader& table, TrajectoryFlaws& flaws) {
-  const auto numbers = read_numbers(table);
-  if (!numbers) {
-    flaws.not_a_number.add(table.line());
-    return {};
-  }
-  const auto& [time, tx, ty, tz, qx, qy, qz, qw] = *numbers;
-  const TrajectoryRow row{time, {tx, ty, tz}, {qx, qy, qz, qw}};
-  if (row.quaternion == std::array<double, 4>{}) {
-    flaws.zero_quaternion.add(table.line());
-    return {};
-  }
-  const double length = length_of(row.quaternion);
-  // Files have as few as four decimals. Farther from 1, the columns mean something else.
-  if (!(std::abs(length - 1) <= 0.1)) {
-    table.fail(concatenate("a quaternion of length ", length, "; want length 1"));
-  }
-  return row;
-}
-
-/// Reads the usable rows, in the order of the file.
-std::vector<NumberedRow> read_usable_rows(TableReader& table, TrajectoryFlaws& flaws) {
-  std::vector<NumberedRow> rows;
-  while (table.next()) {
-    const std::optional<TrajectoryRow> row = read_row(table, flaws);
-    if (!row) continue;
-    const NumberedRow numbered{table.line(), *row};
-    if (!rows.empty() && numbered.time() < rows.back().time()) {
-      flaws.time_goes_back.add(table.line());
-    }
-    rows.push_back(numbered);
-  }
-  if (rows.empty()) {
-    throw_file_error(table.path(),
-                     concatenate("holds no usable pose; of its rows, ", flaws.not_a_number.count,
-                                 " have NaN, ", flaws.zero_quaternion.count, " a zero quaternion"));
-  }
-  return rows;
-}
-
 /// Tells whether the matrix is a rotation; the limit 1e-3 admits rotations in single precision.
 bool is_rotation(const cv::Matx33d& matrix) {
   return cv::norm(matrix.t() * matrix - cv::Matx33d::eye()) < 1e-3 && cv::determinant(matrix) > 0;
-}
-
-bool is_finite(const cv::Vec3d& vector) {
-  return std::isfinite(vector[0]) && std::isfinite(vector[1]) && std::isfinite(vector[2]);
 }
 
 /// Returns x y z w of a rotation, with w >= 0, which picks one of the two signs. The first
@@ -143,12 +114,87 @@ cv::Vec4d quaternion_of(const cv::Matx33d& rotation) {
   return quaternion[3] < 0 ? -quaternion : quaternion;
 }
 
+/// Reads KITTI's row: the pose of a frame, without a time.
+std::optional<TrajectoryRow> read_matrix(const TableReader& table, double time_s) {
+  if (table.columns() != kitti_columns) {
+    table.fail(concatenate("got ", table.columns(), " columns; want KITTI's 12 as above"));
+  }
+  const auto m = read_numbers<12>(
+      table, {"r11", "r12", "r13", "tx", "r21", "r22", "r23", "ty", "r31", "r32", "r33", "tz"});
+  if (!m) return {};
+  const cv::Matx33d rotation((*m)[0], (*m)[1], (*m)[2], (*m)[4], (*m)[5], (*m)[6], (*m)[8], (*m)[9],
+                             (*m)[10]);
+  if (!is_rotation(rotation)) {
+    table.fail("the matrix of KITTI's 12 columns is no rotation; want r11 r12 r13 tx r21 …");
+  }
+  const cv::Vec4d q = quaternion_of(rotation);
+  return TrajectoryRow{time_s, {(*m)[3], (*m)[7], (*m)[11]}, {q[0], q[1], q[2], q[3]}};
+}
+
+/// Reads the current row; std::nullopt for a row to skip, which is counted in `flaws`.
+std::optional<TrajectoryRow> read_row(const TableReader& table, Form form, double index_time_s,
+                                      TrajectoryFlaws& flaws) {
+  std::optional<TrajectoryRow> row;
+  if (form == Form::kitti) {
+    row = read_matrix(table, index_time_s);
+  } else if (const auto numbers =
+                 read_numbers<8>(table, {"time", "tx", "ty", "tz", "qx", "qy", "qz", "qw"})) {
+    const auto& [time, tx, ty, tz, q0, q1, q2, q3] = *numbers;
+    row = {time, {tx, ty, tz}, {q0, q1, q2, q3}};
+    if (form == Form::euroc) row->quaternion = {q1, q2, q3, q0};
+  }
+  if (!row) {
+    flaws.not_a_number.add(table.line());
+    return {};
+  }
+  if (row->quaternion == std::array<double, 4>{}) {
+    flaws.zero_quaternion.add(table.line());
+    return {};
+  }
+  const double length = length_of(row->quaternion);
+  // Files have as few as four decimals. Farther from 1, the columns mean something else.
+  if (!(std::abs(length - 1) <= 0.1)) {
+    table.fail(concatenate("a quaternion of length ", length, "; want length 1"));
+  }
+  return row;
+}
+
+/// Reads the usable rows, in the order of the file.
+std::vector<NumberedRow> read_usable_rows(TableReader& table, TrajectoryRows& read) {
+  TrajectoryFlaws& flaws = read.flaws;
+  std::vector<NumberedRow> rows;
+  std::size_t columns = 0;
+  for (std::size_t index = 0; table.next(); ++index) {
+    if (index == 0) columns = table.columns();
+    const Form form = form_of(table, columns);
+    read.has_times = form != Form::kitti;
+    const std::optional<TrajectoryRow> row =
+        read_row(table, form, static_cast<double>(index) * kitti_frame_s, flaws);
+    if (!row) continue;
+    const NumberedRow numbered{table.line(), *row};
+    if (!rows.empty() && numbered.time() < rows.back().time()) {
+      flaws.time_goes_back.add(table.line());
+    }
+    rows.push_back(numbered);
+  }
+  if (rows.empty()) {
+    throw_file_error(table.path(),
+                     concatenate("holds no usable pose; of its rows, ", flaws.not_a_number.count,
+                                 " have NaN, ", flaws.zero_quaternion.count, " a zero quaternion"));
+  }
+  return rows;
+}
+
+bool is_finite(const cv::Vec3d& vector) {
+  return std::isfinite(vector[0]) && std::isfinite(vector[1]) && std::isfinite(vector[2]);
+}
+
 }  // namespace
 
 TrajectoryRows read_trajectory_rows(const std::filesystem::path& path) {
   TableReader table(path);
   TrajectoryRows read;
-  std::vector<NumberedRow> in_order = read_usable_rows(table, read.flaws);
+  std::vector<NumberedRow> in_order = read_usable_rows(table, read);
   std::stable_sort(in_order.begin(), in_order.end(),
                    [](const auto& a, const auto& b) { return a.time() < b.time(); });
   read.rows.reserve(in_order.size());

@@ -11,15 +11,19 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <ios>
+#include <string>
 #include <system_error>
 #include <vector>
 
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 
+#include "dynfilter/detail/errors.hpp"
 #include "io/file_error.hpp"
 #include "io/file_writing.hpp"
 
@@ -57,8 +61,8 @@ inline bool is_truncated_jpeg(const std::vector<std::uint8_t>& bytes) {
   return true;
 }
 
-/// Decodes an image file; flags as for cv::imread. Throws std::runtime_error that names it.
-inline cv::Mat read_image(const std::filesystem::path& path, int flags) {
+/// Reads a whole file. Throws std::runtime_error that names it.
+inline std::vector<std::uint8_t> read_bytes(const std::filesystem::path& path) {
   std::error_code unreadable;
   const std::uintmax_t size = std::filesystem::file_size(path, unreadable);
   if (unreadable) throw_file_error(path, "cannot be read: " + unreadable.message());
@@ -68,6 +72,13 @@ inline cv::Mat read_image(const std::filesystem::path& path, int flags) {
                    static_cast<std::streamsize>(bytes.size()))) {
     throw_file_error(path, "cannot be read");
   }
+  return bytes;
+}
+
+/// Decodes the bytes of an image file; flags as for cv::imread. Throws std::runtime_error that
+/// names the file.
+inline cv::Mat decode_image(const std::filesystem::path& path,
+                            const std::vector<std::uint8_t>& bytes, int flags) {
   cv::Mat image;
   try {
     const bool is_truncated = is_truncated_png(bytes) || is_truncated_jpeg(bytes);
@@ -77,6 +88,35 @@ inline cv::Mat read_image(const std::filesystem::path& path, int flags) {
   }
   if (image.empty()) throw_file_error(path, "cannot be decoded: truncated, or no image");
   return image;
+}
+
+inline cv::Mat read_image(const std::filesystem::path& path, int flags) {
+  return decode_image(path, read_bytes(path), flags);
+}
+
+/// Returns the pixels of a mask or of depth at the size of the image that they belong to: those of
+/// the same shape, to a pixel, by the nearest neighbour. Throws std::runtime_error that names the
+/// file for another shape, and says what it may be.
+inline cv::Mat fitted(const cv::Mat& pixels, cv::Size size, const std::filesystem::path& path,
+                      const std::string& of) {
+  if (pixels.size() == size) return pixels;
+  const auto is_alike = [&](std::int64_t width, std::int64_t height) {
+    return std::abs(width * size.height - height * size.width) <= std::max(size.width, size.height);
+  };
+  if (is_alike(pixels.cols, pixels.rows)) {
+    cv::Mat resized;
+    cv::resize(pixels, resized, size, 0, 0, cv::INTER_NEAREST);
+    return resized;
+  }
+  std::string what = size_name(pixels.size()) + " pixels, but " + of + " has " + size_name(size);
+  if (is_alike(pixels.rows, pixels.cols)) {
+    what += "; is one of them turned by 90 degrees?";
+  } else if (pixels.cols % 32 == 0 && pixels.rows % 32 == 0) {
+    what +=
+        "; is it a network's input with borders (letterboxed)? Ultralytics' retina_masks=True "
+        "gives masks of the image's size";
+  }
+  throw_file_error(path, what);
 }
 
 /// Writes an image in the format of the file's extension, .png or .jpg, which must support its

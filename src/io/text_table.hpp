@@ -6,12 +6,15 @@
 #ifndef DYNFILTER_SRC_IO_TEXT_TABLE_HPP
 #define DYNFILTER_SRC_IO_TEXT_TABLE_HPP
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <limits>
 #include <optional>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <system_error>
@@ -23,19 +26,55 @@
 
 namespace dynfilter::detail {
 
-/// Reads a table row by row. Skips blank lines, lines that start with '#' and a byte order mark,
-/// and accepts CR LF. Columns are separated by blanks, or by `separator` if given. Every error is a
-/// std::runtime_error that starts with "<path>:<line>: ".
+/// Returns a number as seconds: nanoseconds, as EuRoC, KITTI-360 and ROS write them, are divided.
+/// No time in seconds or microseconds is as large.
+inline double seconds_of(double time) { return time >= 1e17 ? time / 1e9 : time; }
+
+/// Returns the text as UTF-8 with LF at the ends of its lines, from UTF-16 with a byte order mark
+/// (a shell's `>` on Windows) and from CR LF or CR. Characters beyond ASCII become '?'.
+inline std::string plain_text(const std::string& bytes) {
+  std::string text = bytes.compare(0, 3, "\xEF\xBB\xBF") == 0 ? bytes.substr(3) : bytes;
+  const bool is_little = bytes.compare(0, 2, "\xFF\xFE") == 0;
+  if (is_little || bytes.compare(0, 2, "\xFE\xFF") == 0) {
+    text.clear();
+    for (std::size_t i = 2; i + 1 < bytes.size(); i += 2) {
+      const char low = bytes[is_little ? i : i + 1];
+      const char high = bytes[is_little ? i + 1 : i];
+      text += high == 0 && (low & 0x80) == 0 ? low : '?';
+    }
+  }
+  std::size_t length = 0;
+  char previous = 0;
+  for (const char c : text) {
+    if (c != '\n' || previous != '\r') text[length++] = c == '\r' ? '\n' : c;
+    previous = c;
+  }
+  text.resize(length);
+  return text;
+}
+
+/// Reads a table row by row, in any encoding and with any ends of lines that plain_text knows.
+/// Skips blank lines and lines that start with '#'. Columns are separated by `separator` if given,
+/// or else by blanks or by commas or semicolons. Every error is a std::runtime_error that starts
+/// with
+/// "<path>:<line>: ".
 class TableReader {
  public:
   explicit TableReader(std::filesystem::path path, char separator = ' ')
       : path_(std::move(path)), separator_(separator) {
     std::error_code ignored;
     if (!std::filesystem::exists(path_, ignored)) throw_file_error(path_, "there is no such file");
-    stream_.open(path_, std::ios::binary);
-    if (!stream_ || std::filesystem::is_directory(path_, ignored)) {
+    std::ifstream file(path_, std::ios::binary);
+    if (!file || std::filesystem::is_directory(path_, ignored)) {
       throw_file_error(path_, "cannot be read");
     }
+    const std::string bytes(std::istreambuf_iterator<char>(file), {});
+    if (file.bad()) throw_file_error(path_, "cannot be read to its end");
+    const std::string text = plain_text(bytes);
+    if (text.find('\0') != std::string::npos) {
+      throw_file_error(path_, "holds zero bytes: UTF-16 without a byte order mark, or no text");
+    }
+    stream_.str(text);
   }
 
   /// Moves on to the next row; false at the end of the file.
@@ -43,17 +82,17 @@ class TableReader {
     std::string text;
     while (std::getline(stream_, text)) {
       ++line_;
-      if (line_ == 1 && text.compare(0, 3, "\xEF\xBB\xBF") == 0) text.erase(0, 3);
       split(text);
       const bool blank = cells_.empty() || (cells_.size() == 1 && cells_[0].empty());
       if (!blank && cells_[0][0] != '#') return true;
     }
-    if (stream_.bad()) throw_file_error(path_, "cannot be read to its end");
     return false;
   }
 
   std::size_t line() const { return line_; }
   std::size_t columns() const { return cells_.size(); }
+  /// Whether commas or the like divide the row, not blanks.
+  bool has_separator() const { return has_separator_; }
   const std::filesystem::path& path() const { return path_; }
 
   [[noreturn]] void fail(const std::string& what) const { fail_at(line_, what); }
@@ -71,14 +110,17 @@ class TableReader {
 
   double number(std::size_t column, const char* name) const {
     const std::optional<double> value = parse_number(text(column));
-    if (!value) fail(std::string(name) + ": got '" + text(column) + "'; want a finite number");
-    return *value;
+    if (value) return *value;
+    const bool has_comma = text(column).find(',') != std::string::npos;
+    fail(std::string(name) + ": got '" + text(column) + "'; want a finite number" +
+         (has_comma ? ", with a decimal point, and no comma beside the blanks" : ""));
   }
 
   double time(std::size_t column) const {
-    const double value = number(column, "time");
-    if (!is_time_in_seconds(value)) fail("time: got '" + text(column) + "'; want seconds");
-    return value;
+    const double value = seconds_of(number(column, "time"));
+    if (is_time_in_seconds(value)) return value;
+    const char* unit = value >= 1e14 ? ", not microseconds" : ", not milliseconds";
+    fail("time: got '" + text(column) + "'; want seconds" + (value > 0 ? unit : ""));
   }
 
   int integer(std::size_t column, const char* name) const {
@@ -97,14 +139,29 @@ class TableReader {
   }
 
   void split(const std::string& line) {
+    separate(line, separator_);
+    has_separator_ = separator_ != ' ';
+    for (const char other : {';', ','}) {
+      if (separator_ != ' ' || line.find(other) == std::string::npos) continue;
+      std::vector<std::string> by_blanks = std::move(cells_);
+      separate(line, other);
+      const auto has_blank = [](const std::string& cell) {
+        return cell.find_first_of(" \t") != std::string::npos;
+      };
+      // "0,5 1,2" has decimal commas, and "1.5 a,b.png" a name with one.
+      has_separator_ = std::none_of(cells_.begin(), cells_.end(), has_blank);
+      if (has_separator_) return;
+      cells_ = std::move(by_blanks);
+    }
+  }
+
+  void separate(const std::string& line, char separator) {
     cells_.clear();
-    const char* separators = separator_ == ' ' ? " \t" : &separator_;
-    const std::size_t length = separator_ == ' ' ? 2 : 1;
+    const std::string separators = separator == ' ' ? " \t" : std::string(1, separator);
     const std::string text = trimmed(line);
     for (std::size_t begin = 0; begin <= text.size();) {
-      const std::size_t found = text.find_first_of(separators, begin, length);
-      const std::size_t end = found == std::string::npos ? text.size() : found;
-      if (separator_ != ' ' || end > begin)
+      const std::size_t end = std::min(text.find_first_of(separators, begin), text.size());
+      if (separator != ' ' || end > begin)
         cells_.push_back(trimmed(text.substr(begin, end - begin)));
       begin = end + 1;
     }
@@ -112,7 +169,8 @@ class TableReader {
 
   std::filesystem::path path_;
   char separator_;
-  std::ifstream stream_;
+  bool has_separator_ = false;  // of the current row
+  std::istringstream stream_;
   std::size_t line_ = 0;
   std::vector<std::string> cells_;
 };

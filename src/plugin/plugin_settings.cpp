@@ -11,6 +11,7 @@
 
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
+#include "io/camera_keys.hpp"
 #include "io/hand_over_names.hpp"
 #include "io/image_file.hpp"
 #include "io/staged_folder.hpp"
@@ -115,20 +116,12 @@ double resizing(const SettingsFile& file, const std::string& side, const std::st
   return *wanted / given;
 }
 
-/// Reads the camera from the host's own keys, those of ORB-SLAM2 or of ORB-SLAM3. The latter keeps
-/// the camera of the images before it resizes them.
+/// Reads the camera from the host's own keys. ORB-SLAM3 keeps the camera of the images before it
+/// resizes them.
 PinholeCamera read_camera(const SettingsFile& file) {
   const YamlFile& host = file.host();
-  const std::string prefix = host.has("Camera1.fx") ? "Camera1." : "Camera.";
-  const std::string type = host.text("Camera.type").value_or("");
-  if (type != "" && type != "PinHole" && type != "Rectified") {
-    file.refuse("motion", "1 with Camera.type " + type, "a pinhole camera");
-  }
-  const auto number = [&](const char* name) { return host.number(prefix + name).value_or(0); };
-  PinholeCamera camera{number("fx"), number("fy"), number("cx"), number("cy"), number("k1"),
-                       number("k2"), number("p1"), number("p2"), number("k3")};
-  // ORB-SLAM3 does not read the distortion of images that are rectified already.
-  if (type == "Rectified") camera = {camera.fx, camera.fy, camera.cx, camera.cy};
+  const std::string prefix = camera_prefix(host);
+  PinholeCamera camera = read_pinhole<PinholeCamera>(host);
   const bool has_centre = host.has(prefix + "cx") && host.has(prefix + "cy");
   if (!(camera.fx > 0 && camera.fy > 0 && has_centre)) {
     file.refuse("motion",
@@ -161,14 +154,12 @@ void read_motion(SettingsFile& file, PluginSettings& settings) {
 #endif
 }
 
-/// Reads DepthMapFactor, or ORB-SLAM3's name for it.
+/// Reads DepthMapFactor, or ORB-SLAM3's name for it; 0 without.
 double read_depth_factor(const SettingsFile& file) {
-  for (const char* key : {"DepthMapFactor", "RGBD.DepthMapFactor"}) {
-    const std::optional<double> factor = file.host().number(key);
-    if (factor && *factor < 0) file.host().refuse(key, concatenate(*factor), "at least 0");
-    if (factor) return *factor;
-  }
-  return 0;
+  const std::string key = depth_factor_key(file.host());
+  const double factor = file.host().number(key).value_or(0);
+  if (factor < 0) file.host().refuse(key, concatenate(factor), "at least 0");
+  return factor;
 }
 
 }  // namespace

@@ -13,13 +13,14 @@
 #include <vector>
 
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
 #include "io/file_error.hpp"
+#include "io/frame_names.hpp"
 #include "io/image_file.hpp"
 #include "io/text_table.hpp"
+#include "mask_image.hpp"
 #include "mask_table.hpp"
 
 namespace dynfilter {
@@ -29,7 +30,6 @@ namespace fs = std::filesystem;
 
 /// One row of instances.csv.
 struct TableRow {
-  double time_s = 0;
   int label = 0;
   Instance instance;
   std::optional<double> mask_time_s;  // unknown without the column, or if its cell is empty
@@ -44,9 +44,6 @@ TableRow read_row(const detail::TableReader& table, bool has_mask_time) {
     table.require_columns(mask_time_column, detail::mask_table_header);
   }
   TableRow row;
-  const std::optional<double> time_s = detail::time_of_stem(table.text(0));
-  if (!time_s) table.fail("frame: got '" + table.text(0) + "'; want a time in seconds");
-  row.time_s = *time_s;
   row.label = table.integer(1, "instance");
   if (row.label < 1 || row.label > detail::max_mask_label) {
     table.fail("instance: got '" + table.text(1) + "'; want 1 to 65535");
@@ -62,7 +59,7 @@ TableRow read_row(const detail::TableReader& table, bool has_mask_time) {
                "'; want at least 0");
   }
   if (has_mask_time && !table.text(mask_time_column).empty()) {
-    row.mask_time_s = detail::time_of_stem(table.text(mask_time_column));
+    row.mask_time_s = detail::time_of_name(table.text(mask_time_column));
     if (!row.mask_time_s) {
       table.fail("mask_time: got '" + table.text(mask_time_column) +
                  "'; want a time in seconds, or nothing for the frame's own");
@@ -91,7 +88,9 @@ void require_regular(const fs::path& path) {
   detail::throw_file_error(path, "is not a regular file; masks and their table must be");
 }
 
-std::vector<fs::path> mask_files(const fs::path& folder) {
+/// Returns the PNG files of a folder. Throws std::runtime_error for a folder that holds none, and
+/// says what it holds.
+std::vector<fs::path> mask_files(const fs::path& folder, bool may_be_empty) {
   const fs::file_type type = detail::type_of(folder);
   if (type != fs::file_type::directory) {
     std::string what =
@@ -101,20 +100,33 @@ std::vector<fs::path> mask_files(const fs::path& folder) {
     detail::throw_file_error(folder, what);
   }
   std::vector<fs::path> files;
+  std::map<std::string, std::size_t> others;  // by what they are
   std::error_code error;
   fs::directory_iterator entry(folder, error);
   for (; !error && entry != fs::directory_iterator(); entry.increment(error)) {
     const fs::path& file = entry->path();
-    // A dangling symbolic link is no mask.
-    if (file.extension() == ".png" && detail::type_of(file) != fs::file_type::not_found) {
+    const fs::file_type kind = detail::type_of(file);
+    if (kind == fs::file_type::not_found) continue;  // a dangling symbolic link is no mask
+    const std::string extension = detail::lower_case(file.extension().string());
+    if (extension == ".png") {
       files.push_back(file);
+    } else if (kind == fs::file_type::directory) {
+      ++others["folder"];
+    } else if (detail::is_image_name(file) || extension == ".npy" || extension == ".npz") {
+      ++others[extension + " file"];
     }
   }
   if (error) {
     detail::throw_file_error(
         folder, "cannot be read: " + error.message() + "; want a folder of masks (*.png)");
   }
-  return files;
+  if (!files.empty() || (may_be_empty && others.empty())) return files;
+  std::string found;
+  for (const auto& [kind, count] : others) {
+    found += detail::concatenate(found.empty() ? ", but " : " and ", count, ' ', kind,
+                                 count > 1 ? "s" : "");
+  }
+  detail::throw_file_error(folder, "holds no mask; want <time>.png files directly in it" + found);
 }
 
 /// Adds the non-zero values of a mask.
@@ -173,23 +185,32 @@ MaskFolderSegmenter::MaskFolderSegmenter(const fs::path& folder, const MaskFolde
   if (has_table_) read_table(table);
 }
 
+std::optional<double> MaskFolderSegmenter::time_of(const std::string& stem) const {
+  const auto frame = options_.frame_times.find(stem);
+  return frame == options_.frame_times.end() ? detail::time_of_name(stem) : frame->second;
+}
+
 void MaskFolderSegmenter::index_masks() {
-  for (const fs::path& file : mask_files(folder_)) {
+  std::vector<std::string> unknown;  // names that are no frame's
+  for (const fs::path& file : mask_files(folder_, options_.allow_missing)) {
     require_regular(file);
-    const std::optional<double> time_s = detail::time_of_stem(file.stem().string());
+    const std::string stem = detail::frame_stem(file.filename());
+    const std::optional<double> time_s = time_of(stem);
     if (!time_s) {
       detail::throw_file_error(
           file, "the name of a mask must be its frame's time, such as 1341846434.710184.png");
     }
+    if (options_.frame_times.count(stem) == 0) unknown.push_back(stem);
     const auto [found, is_new] =
         masks_.emplace(detail::microseconds(*time_s), Mask{fs::absolute(file), {}, {}});
     if (!is_new) {
       detail::throw_file_error(file, "has the same time as " + found->second.path.string());
     }
   }
-  if (masks_.empty() && !options_.allow_missing) {
-    detail::throw_file_error(folder_, "holds no mask; want <time>.png files directly in it");
-  }
+  if (!detail::are_numbers(unknown)) return;
+  detail::throw_file_error(
+      folder_, "its masks, such as " + masks_.begin()->second.path.filename().string() +
+                   ", look numbered; want names by the frames' times, as 1341846434.710184.png");
 }
 
 void MaskFolderSegmenter::read_table(const fs::path& path) {
@@ -198,8 +219,10 @@ void MaskFolderSegmenter::read_table(const fs::path& path) {
   const bool has_mask_time = read_header(table);
   while (table.next()) {
     const TableRow row = read_row(table, has_mask_time);
-    const auto mask = nearest(row.time_s);
-    if (!is_within_reach(mask, row.time_s)) {
+    const std::optional<double> time_s = time_of(detail::frame_stem(table.text(0) + ".png"));
+    if (!time_s) table.fail("frame: got '" + table.text(0) + "'; want a time in seconds");
+    const auto mask = nearest(*time_s);
+    if (!is_within_reach(mask, *time_s)) {
       if (options_.allow_missing) continue;
       table.fail("frame " + table.text(0) + " has no mask " + table.text(0) + ".png");
     }
@@ -250,18 +273,10 @@ Segmentation MaskFolderSegmenter::do_segment(const FrameView& frame) {
   }
   const fs::path& file = mask->second.path;
   require_regular(file);
-  cv::Mat pixels = detail::read_image(file, cv::IMREAD_UNCHANGED);
-  if (pixels.type() != CV_8UC1 && pixels.type() != CV_16UC1) {
-    detail::throw_file_error(
-        file, "a mask of type " + detail::type_name(pixels) + "; want one channel of 8 or 16 bits");
-  }
+  cv::Mat pixels = detail::read_mask(file);
   Segmentation result = empty_segmentation(frame);
   if (result.image_size.empty()) result.image_size = pixels.size();
-  if (pixels.size() != result.image_size) {
-    detail::throw_file_error(file, "a mask of " + detail::size_name(pixels.size()) +
-                                       ", but the frame has " +
-                                       detail::size_name(result.image_size));
-  }
+  pixels = detail::fitted(pixels, result.image_size, file, "the frame");
   const std::optional<double>& own_time_s = mask->second.time_s;
   if (own_time_s && !is_within_reach(mask, *own_time_s)) {
     result.timestamp_s = *own_time_s;

@@ -21,6 +21,7 @@
 #include "dynfilter/detail/number_text.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "io/file_writing.hpp"
+#include "io/frame_names.hpp"
 #include "io/image_file.hpp"
 #include "io/staged_folder.hpp"
 #include "mask_table.hpp"
@@ -115,7 +116,8 @@ bool is_found(double mask_time_s, double frame_time_s) {
 }  // namespace
 
 MaskFolderWriter::MaskFolderWriter(const fs::path& folder, const MaskFolderWriterOptions& options)
-    : staged_(std::make_unique<detail::StagedFolder>(folder, writer, options.overwrite)) {
+    : staged_(std::make_unique<detail::StagedFolder>(folder, writer, options.overwrite)),
+      any_names_(options.any_names) {
   require_no_other_mask(folder);
 }
 
@@ -136,9 +138,10 @@ void MaskFolderWriter::add(const Segmentation& segmentation, const std::string& 
   require_writable(segmentation);
   if (!staged_)
     detail::throw_misuse(name, "a segmentation after finish()", "every segmentation before it");
-  const std::optional<double> time_s = detail::time_of_stem(stem);
-  if (!time_s) {
-    detail::throw_misuse(name, "the stem '" + stem + "'", "a time in seconds");
+  const std::optional<double> time_s = any_names_ ? frame_timestamp_s : detail::time_of_name(stem);
+  if (!time_s || stem.find_first_of(",\"/\n") != std::string::npos) {
+    detail::throw_misuse(name, "the stem '" + stem + "'",
+                         any_names_ ? "no comma, quote or slash" : "a time in seconds");
   }
   if (!is_found(*time_s, frame_timestamp_s)) {
     detail::throw_misuse(name,

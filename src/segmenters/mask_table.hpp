@@ -6,11 +6,6 @@
 #ifndef DYNFILTER_SRC_SEGMENTERS_MASK_TABLE_HPP
 #define DYNFILTER_SRC_SEGMENTERS_MASK_TABLE_HPP
 
-#include <optional>
-#include <string>
-
-#include "dynfilter/detail/number_text.hpp"
-
 namespace dynfilter::detail {
 
 constexpr const char* mask_table_name = "instances.csv";
@@ -19,13 +14,6 @@ constexpr const char* mask_table_header = "frame,instance,class_id,score,x,y,wid
 constexpr const char* mask_table_header_with_time =
     "frame,instance,class_id,score,x,y,width,height,mask_time";
 constexpr int max_mask_label = 65535;  // the limit of a 16-bit PNG
-
-/// Reads the time that a file's stem spells, as in 1341846434.710184.png.
-inline std::optional<double> time_of_stem(const std::string& stem) {
-  const std::optional<double> time_s = parse_number(stem);
-  if (!time_s || !is_time_in_seconds(*time_s)) return {};
-  return time_s;
-}
 
 }  // namespace dynfilter::detail
 

@@ -375,7 +375,9 @@ void add_doctor_command(CLI::App& program) {
       "of\nthe plugin for ORB-SLAM. Changes nothing.");
   CLI::Option* sequence =
       command->add_option("SEQUENCE", options->sequence, "folder of the sequence to examine");
-  command->add_option("--camera", options->camera, "camera file [SEQUENCE/camera.yaml]")
+  command
+      ->add_option("--camera", options->camera,
+                   "camera file, or tum1, tum2, tum3 or bonn [SEQUENCE/camera.yaml]")
       ->needs(sequence);
   command->add_option(
       "--settings", options->settings,

@@ -69,11 +69,11 @@ const ErrorSummary& finite(const ErrorSummary& errors) {
 }
 
 /// Reads a trajectory and reports flaws of its file on standard error.
-Trajectory read_and_note(const std::filesystem::path& path) {
+TrajectoryFile read_and_note(const std::filesystem::path& path) {
   TrajectoryFile file = read_trajectory_file(path);
   const std::string note = trajectory_note(path, file.flaws);
   if (!note.empty()) std::fprintf(stderr, "%s\n", note.c_str());
-  return std::move(file.trajectory);
+  return file;
 }
 
 void add_relative_error(Evaluation& evaluation, const EvalOptions& options,
@@ -93,8 +93,15 @@ void add_relative_error(Evaluation& evaluation, const EvalOptions& options,
 }
 
 Evaluation evaluate(const EvalOptions& options) {
-  const Trajectory estimate = read_and_note(options.estimate);
-  const Trajectory truth = read_and_note(options.truth);
+  const TrajectoryFile estimate_file = read_and_note(options.estimate);
+  const TrajectoryFile truth_file = read_and_note(options.truth);
+  if (estimate_file.has_times != truth_file.has_times) {
+    detail::throw_file_error(estimate_file.has_times ? options.truth : options.estimate,
+                             "has KITTI's 12 columns, without times, and the other file has "
+                             "times; want both alike");
+  }
+  const Trajectory& estimate = estimate_file.trajectory;
+  const Trajectory& truth = truth_file.trajectory;
   Evaluation evaluation;
   std::optional<AbsoluteTrajectoryError> ate;
   evaluation.attempt("ate", [&] {
@@ -142,8 +149,9 @@ void add_eval_command(CLI::App& program) {
   CLI::App* command = program.add_subcommand(
       "eval",
       "Compare an estimated trajectory with the true one, as the TUM RGB-D benchmark does: the\n"
-      "absolute error after a rigid alignment, and the relative error over 1 s. Both files\n"
-      "are in TUM's format (timestamp tx ty tz qx qy qz qw). As in that benchmark, rows with NaN\n"
+      "absolute error after a rigid alignment, and the relative error over 1 s. The files are\n"
+      "TUM's (timestamp tx ty tz qx qy qz qw), EuRoC's csv or, both of them, KITTI's 12 columns,\n"
+      "0.1 s a row; seconds or nanoseconds. As in TUM's benchmark, rows with NaN\n"
       "or a zero quaternion are skipped, and the last row with a repeated time counts. Prints one\n"
       "figure a line, name and value. Standard error says which rows were skipped, and which\n"
       "figures are missing and why. Both files may be pipes, such as <(...) of a shell.");

@@ -259,7 +259,8 @@ void add_masks_command(CLI::App& program) {
                           ->check(real_number(0, 1e6))
                           ->capture_default_str());
   of_images.push_back(add_classes_option(*command, options->mask_culler));
-  command->add_option("--camera", options->camera, "camera file [SEQUENCE/camera.yaml]");
+  command->add_option("--camera", options->camera,
+                      "camera file, or tum1, tum2, tum3 or bonn [SEQUENCE/camera.yaml]");
   add_depth_offset_option(*command, options->depth_offset_s);
   command->add_flag("--overwrite", options->overwrite,
                     "replace the masks of an earlier call when all new ones are made");

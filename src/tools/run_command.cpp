@@ -111,7 +111,9 @@ void add_run_command(CLI::App& program) {
                    "make the masks worse, and use the original ones as the truth")
       ->check(CLI::IsMember(degradation_names()))
       ->excludes(level);
-  command->add_option("--camera", options->scene.camera, "camera file [SEQUENCE/camera.yaml]")
+  command
+      ->add_option("--camera", options->scene.camera,
+                   "camera file, or tum1, tum2, tum3 or bonn [SEQUENCE/camera.yaml]")
       ->excludes(level);
   add_depth_offset_option(*command, options->scene.depth_offset_s)->excludes(level);
   command->add_option("--rule", options->rule, "rule that removes features, see below")

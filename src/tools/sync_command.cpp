@@ -135,7 +135,8 @@ void add_sync_command(CLI::App& program) {
       "about it.\n"
       "Something must move: the camera, or what it sees.");
   command->add_option("SEQUENCE", options->sequence, "folder of the sequence")->required();
-  command->add_option("--camera", options->camera, "camera file [SEQUENCE/camera.yaml]");
+  command->add_option("--camera", options->camera,
+                      "camera file, or tum1, tum2, tum3 or bonn [SEQUENCE/camera.yaml]");
   add_depth_offset_option(*command, options->depth_offset_s);
   command->add_option("--write", options->write,
                       "write the recommended pairs to this file, in the form of associations.txt; "

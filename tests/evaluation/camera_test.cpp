@@ -7,6 +7,7 @@
 #include <random>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -75,6 +76,36 @@ TEST(Camera, ReadsAnOrbSlamSettingsFile) {
   EXPECT_EQ(camera.depth_units_per_metre, 5000);
 }
 
+TEST(Camera, ReadsTheKeysOfOrbSlam3) {
+  const TemporaryFolder folder;
+  const std::string text =
+      "%YAML:1.0\nFile.version: \"1.0\"\nCamera.type: \"PinHole\"\nCamera1.fx: 517.25\n"
+      "Camera1.fy: 516.5\nCamera1.cx: 318\nCamera1.cy: 255\nCamera1.k1: 0.25\nCamera1.k3: 1.5\n"
+      "Camera.width: 640\nCamera.height: 480\nCamera.fps: 30\nRGBD.DepthMapFactor: 5000.0\n";
+  const CameraParameters camera = read_camera(folder.write("TUM1.yaml", text));
+  EXPECT_EQ(camera.fx, 517.25);
+  EXPECT_EQ(camera.cy, 255);
+  EXPECT_EQ(camera.k1, 0.25);
+  EXPECT_EQ(camera.k3, 1.5);
+  EXPECT_EQ(camera.image_size, cv::Size(640, 480));
+  EXPECT_EQ(camera.depth_units_per_metre, 5000);
+}
+
+TEST(Camera, ThoseOfTumAndBonnHaveNames) {
+  for (const auto& [name, fx] : {std::pair("tum1", 517.306408),
+                                 {"tum2", 520.90862},
+                                 {"tum3", 535.4},
+                                 {"bonn", 542.822841}}) {
+    const CameraParameters camera = read_camera(name);
+    EXPECT_EQ(camera.fx, fx);
+    EXPECT_EQ(camera.depth_units_per_metre, 5000);
+    EXPECT_EQ(camera.k1 == 0, name == std::string("tum3"));
+    EXPECT_NO_THROW(camera_file_text(camera));
+  }
+  EXPECT_FALSE(known_camera("tum4"));
+  expect_error<std::runtime_error>([] { read_camera("tum4"); }, "tum4: there is no such file");
+}
+
 TEST(Camera, RefusesFilesWithoutACamera) {
   const struct {
     const char* what;
@@ -102,6 +133,10 @@ TEST(Camera, RefusesFilesWithoutACamera) {
        "Camera.width: got 640.5; want a whole number"},
       {"negative size", required_keys + "Camera.height: -480\n",
        "Camera.height: got -480; want a whole number"},
+      {"fisheye", required_keys + "Camera.type: \"KannalaBrandt8\"\n",
+       "Camera.type: got KannalaBrandt8; want a pinhole camera"},
+      {"rational", required_keys + "Camera.k4: 0.5\n", "Camera.k4: got 0.5; want the coefficients"},
+      {"half of ORB-SLAM3", required_keys + "Camera1.fx: 500\n", "Camera1.fy is missing"},
       {"negative rate", required_keys + "Camera.fps: -30\n",
        "Camera.fps: got -30; want a number of at least 0"},
   };

@@ -4,7 +4,11 @@
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <filesystem>
+#include <limits>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -226,14 +230,40 @@ TEST_F(BrokenImages, AreNamedWhenTruncated) {
   }
 }
 
+TEST_F(BrokenImages, AreNoneIfDepthIsSmallerOrInMetresOrAtItsMaximum) {
+  const cv::Mat small = (cv::Mat_<std::uint16_t>(2, 3) << 1000, 65535, 3000, 65534, 0, 2500);
+  cv::imwrite((folder_ / "depth/2.51.png").string(), small);
+  const FrameView frame = RgbdSequence(folder_.path()).read(1);
+  EXPECT_EQ(frame.depth_m({0, 1}), 1.0);
+  EXPECT_EQ(frame.depth_m({2, 1}), std::nullopt);
+  EXPECT_EQ(frame.depth_m({5, 1}), 3.0);
+  EXPECT_EQ(frame.depth_m({1, 3}), 65.534);
+  EXPECT_EQ(frame.depth_m({4, 2}), 2.5);
+
+  const float inf = std::numeric_limits<float>::infinity();
+  const cv::Mat metres = (cv::Mat_<float>(2, 3) << 1.25F, inf, -inf, NAN, 0, 2.5F);
+  cv::Mat as_doubles;
+  metres.convertTo(as_doubles, CV_64F);
+  for (const cv::Mat& depth : {metres, as_doubles}) {
+    cv::imwrite((folder_ / "metres.tiff").string(), depth);
+    fs::rename(folder_ / "metres.tiff", folder_ / "depth/2.51.png");
+    const FrameView given = RgbdSequence(folder_.path()).read(1);
+    EXPECT_EQ(given.depth_m({1, 1}), 1.25);
+    EXPECT_EQ(given.depth_m({4, 3}), 2.5);
+    for (const cv::Point none : {cv::Point(2, 0), {4, 0}, {0, 3}, {3, 2}}) {
+      EXPECT_EQ(given.depth_m(none), std::nullopt);
+    }
+  }
+}
+
 TEST_F(BrokenImages, AreNamedWhenTypeOrSizeIsWrong) {
   const std::string depth = (folder_ / "depth/2.51.png").string();
   cv::imwrite(depth, cv::Mat(4, 6, CV_8UC1, cv::Scalar(3)));
   expect_unreadable(depth + ": a depth image of type CV_8UC1; want CV_16UC1");
   cv::imwrite(depth, cv::Mat(4, 6, CV_8UC3, cv::Scalar(3)));
   expect_unreadable(depth + ": a depth image of type CV_8UC3");
-  cv::imwrite(depth, cv::Mat(4, 7, CV_16UC1, cv::Scalar(3)));
-  expect_unreadable(depth + ": 7x4 pixels, but " + (folder_ / "rgb/2.5.png").string());
+  cv::imwrite(depth, cv::Mat(4, 9, CV_16UC1, cv::Scalar(3)));
+  expect_unreadable(depth + ": 9x4 pixels, but " + (folder_ / "rgb/2.5.png").string());
 }
 
 TEST_F(BrokenImages, AreNamedWhenTheCameraDoesNotFit) {

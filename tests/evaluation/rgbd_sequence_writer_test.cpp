@@ -143,8 +143,8 @@ TEST(RgbdSequenceWriter, ConvertsDepthToTheUnitsOfTheFile) {
   frame.metres_per_unit = 0;
   frame.depth = cv::Mat(24, 32, CV_32FC1, cv::Scalar(1.5));
   const std::vector<float> values = {
-      nan, -1, 0, 13.2F, 13.107F, 1.00009F, 1.00011F, std::numeric_limits<float>::infinity()};
-  const std::vector<int> want = {0, 0, 0, 0, 65535, 5000, 5001, 0};
+      nan, -1, 0, 13.2F, 13.1068F, 1.00009F, 1.00011F, std::numeric_limits<float>::infinity()};
+  const std::vector<int> want = {0, 0, 0, 0, 65534, 5000, 5001, 0};
   for (std::size_t i = 0; i < values.size(); ++i) {
     frame.depth.at<float>(0, static_cast<int>(i)) = values[i];
   }

@@ -99,6 +99,40 @@ TEST(Trajectory, IsReadWithCommentsBlankLinesAndDosLineEnds) {
   EXPECT_TRUE((trajectory[2].rotation.transpose() * trajectory[2].rotation).isIdentity(1e-12));
 }
 
+/// Turns by a third around (1, 1, 1), so that no two axes may be swapped.
+TEST(Trajectory, ReadsTheFormsOfTumEurocAndKitti) {
+  const TemporaryFolder folder;
+  const std::string rest = ",1,2,3,0.5,-0.5,-0.5,-0.5";  // EuRoC: the scalar is the first
+  const struct {
+    const char* what;
+    std::string text;
+    double first_s;
+  } cases[] = {
+      {"TUM", "1403636579.763556 1 2 3 0.5 0.5 0.5 -0.5\n", 1403636579.763556},
+      {"TUM, commas", "1403636579.763556, 1, 2, 3, 0.5, 0.5, 0.5, -0.5\n", 1403636579.763556},
+      {"TUM, semicolons", "1403636579.763556;1;2;3;0.5;0.5;0.5;-0.5\n", 1403636579.763556},
+      {"ORB-SLAM3 on EuRoC", "1403636579763555584 1 2 3 0.5 0.5 0.5 -0.5\n", 1403636579.763556},
+      {"EuRoC", "#timestamp [ns]\r\n1403636579763555584" + rest + ",0,0,0,0,0,0,0,0,0\r\n",
+       1403636579.763556},
+      {"TUM-VI", "1403636579763555584" + rest + "\n", 1403636579.763556},
+      {"KITTI", "0 0 1 1 1 0 0 2 0 1 0 3\n", 0},
+  };
+  for (const auto& c : cases) {
+    SCOPED_TRACE(c.what);
+    const TrajectoryFile file = read_trajectory_file(folder.write("t.txt", c.text));
+    ASSERT_EQ(file.trajectory.size(), 1U);
+    const TimedPose& pose = file.trajectory[0];
+    EXPECT_NEAR(pose.timestamp_s, c.first_s, 1e-6);
+    EXPECT_EQ(pose.translation, Eigen::Vector3d(1, 2, 3));
+    const Eigen::Matrix3d turn = (Eigen::Matrix3d() << 0, 0, 1, 1, 0, 0, 0, 1, 0).finished();
+    EXPECT_TRUE(pose.rotation.isApprox(c.what[0] == 'K' ? turn : Eigen::Matrix3d(turn.transpose())))
+        << pose.rotation;
+    EXPECT_EQ(file.has_times, c.what[0] != 'K');
+  }
+  const std::string row = "1 0 0 0 0 1 0 0 0 0 1 0\n";
+  EXPECT_EQ(read_trajectory(folder.write("t.txt", row + row + row)).back().timestamp_s, 0.2);
+}
+
 TEST(Trajectory, RefusesMalformedRows) {
   const std::string good = "1 0 0 0 0 0 0 1\n";
   const struct {
@@ -106,10 +140,18 @@ TEST(Trajectory, RefusesMalformedRows) {
   } cases[] = {
       {good + "2 0 0 0 0 0 0\n", ":2: got 7 columns; want 8"},
       {good + "2 0 0 0 0 0 0 1 0\n", ":2: got 9 columns; want 8"},
-      {"# c\n\n2,0,0,0,0,0,0,1\n", ":3: got 1 columns; want 8"},
+      {"# c\n\n2/0/0/0/0/0/0/1\n", ":3: got 1 columns; want 8"},
+      {"1 0 0 0 0 1 0 0 0 0 -1 0\n", ":1: the matrix of KITTI's 12 columns is no rotation"},
+      {"1 0 0 0 0 1 0 0 0 0 1 x\n", ":1: tz: got 'x'"},
+      {"1 0 0 0 0 1 0 0 0 0 1 0\n" + good, ":2: got 8 columns; want KITTI's 12"},
       {good + "x 0 0 0 0 0 0 1\n", ":2: time: got 'x'; want a finite number"},
       {good + "inf 0 0 0 0 0 0 1\n", ":2: time: got 'inf'"},
-      {"1403636579763555584 0 0 0 0 0 0 1\n", ":1: time: got '1403636579763555584'; want seconds"},
+      {"1403636579763555 0 0 0 0 0 0 1\n",
+       ":1: time: got '1403636579763555'; want seconds, not microseconds"},
+      {"1403636579763 0 0 0 0 0 0 1\n",
+       ":1: time: got '1403636579763'; want seconds, not milliseconds"},
+      {good + "2 0 0 0,5 0,5 0,5 0,5 0,5\n",
+       ":2: tz: got '0,5'; want a finite number, with a decimal"},
       {good + "2 0 inf 0 0 0 0 1\n", ":2: ty: got 'inf'"},
       {good + "2 0 0 1e999 0 0 0 1\n", ":2: tz: got '1e999'"},
       {good + "2 0 0 1,5 0 0 0 1\n", ":2: tz: got '1,5'"},

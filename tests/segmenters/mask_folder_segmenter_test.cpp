@@ -12,6 +12,7 @@
 
 #include <gtest/gtest.h>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "support/expect_error.hpp"
 #include "support/mask_folder.hpp"
@@ -162,6 +163,111 @@ TEST(MaskFolderSegmenter, FindsTheNearestMaskWithinAMillisecond) {
   }
 }
 
+/// One mask, 2x2 at (1,1), in every form and under every name that other tools write.
+TEST(MaskFolderSegmenter, ReadsMasksOfOtherTools) {
+  cv::Mat mask = some_labels() == 1;
+  cv::Mat none(mask.size(), CV_8UC1, cv::Scalar(0)), all(mask.size(), CV_8UC1, cv::Scalar(255));
+  const auto merged = [](const std::vector<cv::Mat>& channels) {
+    cv::Mat image;
+    cv::merge(channels, image);
+    return image;
+  };
+  cv::Mat larger;
+  cv::resize(mask, larger, {}, 3, 3, cv::INTER_NEAREST);
+  const struct {
+    const char* name;
+    cv::Mat image;
+  } cases[] = {
+      {"1.5_mask.png", mask},
+      {"mask_1.5.png", mask},
+      {"1.5.png.png", mask},
+      {"1.5.JPG.PNG", mask},
+      {"1500000000500000000.png", mask},  // nanoseconds
+      {"000007.png", mask},               // by the name of the frame
+      {"left 7.png", mask},
+      {"1.5.png", larger},
+      {"1.5.png", merged({mask, mask, mask})},
+      {"1.5.png", merged({mask, mask, mask, all})},
+      {"1.5.png", merged({all, all, all, mask})},
+      {"1.5.png", merged({none, none, none, mask})},
+      {"1.5.png", merged({mask, mask, mask, mask})},
+  };
+  for (const auto& c : cases) {
+    SCOPED_TRACE(c.name);
+    const TemporaryFolder folder;
+    std::vector<unsigned char> bytes;
+    cv::imencode(".png", c.image, bytes);
+    folder.write(c.name, std::string(bytes.begin(), bytes.end()));
+    MaskFolderOptions options;
+    options.frame_times = {{"000007", 1.5}, {"left 7", 1.5}};
+    MaskFolderSegmenter people(folder.path(), options);
+    const double time_s = c.name[1] == '5' ? 1500000000.5 : 1.5;
+    const Segmentation result = people.segment(frame_at(time_s, {8, 6}));
+    ASSERT_EQ(result.instances.size(), 1U);
+    EXPECT_EQ(cv::norm(full_mask(result.instances[0], {8, 6}), mask, cv::NORM_INF), 0);
+  }
+}
+
+/// The pixels 0 1 2 / 3 0 3 with 2, 4 and 8 bits and a palette whose colours are all the same.
+TEST(MaskFolderSegmenter, ReadsTheIndicesOfAPalette) {
+  const std::string files[] = {
+      "89504e470d0a1a0a0000000d4948445200000003000000020203000000e01a8e890000000c504c5445070707"
+      "070707070707070707c70d4b4d0000000c4944415478da639060380300011800e5c255e60d0000000049454e"
+      "44ae426082",
+      "89504e470d0a1a0a0000000d49484452000000030000000204030000006f5a7b290000000c504c5445070707"
+      "070707070707070707c70d4b4d0000000e4944415478da6360546030300000011b0082a0f26a730000000049"
+      "454e44ae426082",
+      "89504e470d0a1a0a0000000d4948445200000003000000020803000000aaaa96280000000c504c5445070707"
+      "070707070707070707c70d4b4d000000104944415478da636060646260666006000024000a2acec2ba000000"
+      "0049454e44ae426082",
+  };
+  for (const std::string& hex : files) {
+    SCOPED_TRACE(hex);
+    std::string bytes;
+    for (std::size_t i = 0; i < hex.size(); i += 2) {
+      bytes += static_cast<char>(std::stoi(hex.substr(i, 2), nullptr, 16));
+    }
+    const TemporaryFolder folder;
+    folder.write("1.png", bytes);
+    MaskFolderSegmenter binary(folder.path());
+    EXPECT_EQ(cv::countNonZero(binary.segment(frame_at(1, {3, 2})).instances.at(0).mask), 4);
+    folder.write("instances.csv",
+                 table_header + "1,1,0,1,0,0,9,9\n1,2,0,1,0,0,9,9\n1,3,0,1,0,0,9,9\n");
+    const Segmentation result = MaskFolderSegmenter(folder.path()).segment(frame_at(1, {3, 2}));
+    ASSERT_EQ(result.instances.size(), 3U);
+    EXPECT_EQ(result.instances[1].mask_origin, cv::Point(2, 0));
+    EXPECT_EQ(cv::countNonZero(full_mask(result.instances[2], {3, 2})), 2);
+    folder.write("1.png", bytes.substr(0, bytes.size() - 12));
+    expect_error<std::runtime_error>(
+        [&] { MaskFolderSegmenter(folder.path()).segment(frame_at(1)); },
+        "1.png: cannot be decoded");
+  }
+}
+
+TEST(MaskFolderSegmenter, RefusesNumbersForTimes) {
+  for (const auto& names : {std::vector<const char*>{"000000", "000005"},
+                            {"1", "2", "3", "4"},
+                            {"00_mask"},
+                            {"7.png", "8.png", "6.png"}}) {
+    const TemporaryFolder folder;
+    for (const char* name : names) write_mask(folder, std::string(name) + ".png", some_labels());
+    MaskFolderOptions options;
+    options.allow_missing = true;
+    expect_error<std::runtime_error>([&] { MaskFolderSegmenter(folder.path(), options); },
+                                     "look numbered; want names by the frames' times");
+  }
+}
+
+TEST(MaskFolderSegmenter, SaysWhatAFolderHoldsInPlaceOfMasks) {
+  const TemporaryFolder folder;
+  for (const char* name : {"1.jpg", "2.JPG", "3.npy"}) folder.write(name, "");
+  fs::create_directory(folder / "person");
+  MaskFolderOptions options;
+  options.allow_missing = true;
+  expect_error<std::runtime_error>([&] { MaskFolderSegmenter(folder.path(), options); },
+                                   "directly in it, but 2 .jpg files and 1 .npy file and 1 folder");
+}
+
 TEST(MaskFolderSegmenter, RefusesFoldersWithoutMasks) {
   const TemporaryFolder folder;
   expect_error<std::runtime_error>([&] { MaskFolderSegmenter(folder / "none"); },
@@ -184,11 +290,12 @@ TEST(MaskFolderSegmenter, RefusesMasksThatDoNotFit) {
   MaskFolderSegmenter people(folder.path());
   expect_error<std::runtime_error>(
       [&] {
-        people.segment(frame_at(1, {9, 6}));
+        people.segment(frame_at(1, {12, 6}));
       },
-      (folder / "1.png").string() + ": a mask of 8x6, but the frame has 9x6");
-  write_mask(folder, "1.png", cv::Mat(6, 8, CV_8UC3, cv::Scalar::all(255)));
-  expect_error<std::runtime_error>([&] { people.segment(frame_at(1)); }, "type CV_8UC3");
+      (folder / "1.png").string() + ": 8x6 pixels, but the frame has 12x6");
+  write_mask(folder, "1.png", cv::Mat(6, 8, CV_8UC3, cv::Scalar(255, 255, 254)));
+  expect_error<std::runtime_error>([&] { people.segment(frame_at(1)); },
+                                   "1.png: a mask in colours; want one channel");
   const std::string bytes = file_text(folder / "1.png");
   folder.write("1.png", bytes.substr(0, bytes.size() / 2));
   expect_error<std::runtime_error>([&] { people.segment(frame_at(1)); }, "cannot be decoded");

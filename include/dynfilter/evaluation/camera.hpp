@@ -7,6 +7,7 @@
 #include "dynfilter/detail/require_cxx17.hpp"
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include <opencv2/core.hpp>
@@ -32,15 +33,18 @@ struct CameraParameters {
   double depth_offset_s = 0;         ///< see RgbdSequenceOptions::depth_offset_s; within ±10 s
 };
 
-/// Reads the camera from a settings file of ORB-SLAM2 or -3 (an OpenCV YAML file), with its own
-/// keys. Camera.fx, .fy, .cx, .cy and DepthMapFactor are required; Camera.k1, .k2, .p1, .p2, .k3,
-/// .width, .height and .fps, and dynfilter.depth_offset_s are optional; other keys are ignored.
-/// Numbers must be decimal and in range: OpenCV would read 010 as 8 and 5000000000 as 705032704, so
-/// both are refused.
+/// Returns the camera of TUM's freiburg 1, 2 or 3, or of BONN, by its name: tum1, tum2, tum3, bonn.
+std::optional<CameraParameters> known_camera(const std::string& name);
+
+/// Reads the camera from a settings file of ORB-SLAM2 or -3 (an OpenCV YAML file), or by a name of
+/// known_camera where there is no such file. Camera.fx, .fy, .cx, .cy (or Camera1.fx …) and
+/// DepthMapFactor (or RGBD.DepthMapFactor) are required; .k1, .k2, .p1, .p2, .k3, Camera.width,
+/// .height and .fps, and dynfilter.depth_offset_s are optional; other keys are ignored.
 ///
 /// Throws std::runtime_error that names the file, and the key, for a file that is missing, not
 /// regular or not an OpenCV YAML file, for a key that is missing, repeated or not a finite number,
-/// if fx, fy or DepthMapFactor is not above 0, and for an offset beyond 10 s.
+/// if fx, fy or the factor is not above 0, for an offset beyond 10 s, and for a camera that is no
+/// pinhole with these coefficients.
 CameraParameters read_camera(const std::filesystem::path& path);
 
 /// Writes a file for read_camera, with ORB-SLAM's keys; every value is read back exactly. An offset

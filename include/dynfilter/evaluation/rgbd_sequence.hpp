@@ -22,7 +22,7 @@ struct RgbdSequenceOptions {
   /// Largest difference in time between a colour image, moved by depth_offset_s, and its depth
   /// image, if images are paired by time.
   double max_time_difference_s = 0.02;
-  /// Camera file; empty = camera.yaml in the sequence's folder.
+  /// Camera file or name, see read_camera; empty = camera.yaml in the sequence's folder.
   std::filesystem::path camera_file = {};
   /// Offset of the depth's stamps, seconds: a colour image of time t belongs with the depth image
   /// whose stamp is nearest to t + depth_offset_s. Positive: depth is late, a depth image shows the
@@ -78,12 +78,13 @@ class RgbdSequence {
   /// Returns the entry of frame i. Throws std::invalid_argument for i >= size().
   const RgbdSequenceEntry& entry(std::size_t i) const;
 
-  /// Decodes frame i: id = i, time of the colour image, image CV_8UC3 (BGR), depth CV_16UC1 or
-  /// CV_32FC1 as in the file, metres_per_unit = 1 / DepthMapFactor for either type. The frame owns
-  /// its pixels. Several threads may call it at once.
+  /// Decodes frame i: id = i, time of the colour image, image CV_8UC3 (BGR), depth CV_16UC1 with
+  /// metres_per_unit = 1 / DepthMapFactor and 0 for the type's maximum, or CV_32FC1 in metres.
+  /// Depth of another size and the image's shape is resized by the nearest neighbour. The frame
+  /// owns its pixels. Several threads may call it at once.
   ///
   /// Throws std::invalid_argument for i >= size(). Throws std::runtime_error that names the file
-  /// that cannot be read or decoded, a depth image of another type or size than expected, or an
+  /// that cannot be read or decoded, a depth image of another type or shape than expected, or an
   /// image whose size differs from the camera file.
   FrameView read(std::size_t i) const;
 

@@ -58,17 +58,20 @@ inline std::string row_text(const TimedPose& pose, const char* component) {
 struct TrajectoryFile {
   Trajectory trajectory;  ///< the usable poses
   TrajectoryFlaws flaws;  ///< what was wrong with the file
+  /// Whether the file has times. KITTI's has none: its row i counts as i * 0.1 s.
+  bool has_times = true;
 };
 
-/// Reads a trajectory in the format of the TUM RGB-D benchmark: rows of `timestamp tx ty tz qx qy
-/// qz qw`, seconds and metres, camera to world, scalar last. `#` comments, blank lines and CR LF
-/// are accepted. Quaternions are normalised.
+/// Reads a trajectory, camera to world, metres. Rows are TUM's `timestamp tx ty tz qx qy qz qw`,
+/// EuRoC's csv (nanoseconds, scalar first, 17 columns or 8) or KITTI's 12 columns of a matrix.
+/// Times of 1e17 and more are nanoseconds. Blanks, commas or semicolons divide columns; `#`
+/// comments, blank lines, any ends of lines and UTF-16 are accepted. Quaternions are normalised.
 ///
 /// Flawed rows are treated as by the benchmark's evaluate_rpe.py, and counted: a row with a NaN or
 /// a zero quaternion is skipped, the last row of a repeated time (in whole microseconds) counts,
 /// and rows whose time goes back are sorted.
 ///
-/// Throws std::runtime_error that names file and line for a row without 8 columns, a value that is
+/// Throws std::runtime_error that names file and line for a row of other columns, a value that is
 /// neither a finite number nor NaN, and a quaternion whose length is neither 0 nor 1 (beyond 10 %:
 /// other columns). Throws std::runtime_error that names the file if it cannot be read or has no
 /// usable row. O(n log n).
@@ -76,6 +79,7 @@ inline TrajectoryFile read_trajectory_file(const std::filesystem::path& path) {
   const detail::TrajectoryRows read = detail::read_trajectory_rows(path);
   TrajectoryFile file;
   file.flaws = read.flaws;
+  file.has_times = read.has_times;
   file.trajectory.reserve(read.rows.size());
   for (const detail::TrajectoryRow& row : read.rows) {
     file.trajectory.push_back(detail::pose_of(row));

@@ -13,6 +13,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <string>
 #include <vector>
 
 #include "dynfilter/segmenter.hpp"
@@ -30,10 +31,14 @@ struct MaskFolderOptions {
   /// Whether masks may be missing. Then the folder may be empty, and rows of the table may refer to
   /// frames that have no file. The masks of such a frame are unknown, see has_mask.
   bool allow_missing = false;
+  /// Times of the frames by their names, for masks that are named like the images. Names that are
+  /// not here are times.
+  std::map<std::string, double> frame_times = {};
 };
 
-/// Reads the instances of a frame from a folder of PNG files named by time, 1341846434.710184.png.
-/// A frame's mask is the nearest in time, within `max_time_difference_s`. There are two formats.
+/// Reads the instances of a frame from a folder of PNG files named by time, 1341846434.710184.png;
+/// nanoseconds, `<time>_mask.png` and COLMAP's `<image>.png` are read too. A frame's mask is the
+/// nearest in time, within `max_time_difference_s`. There are two formats.
 ///
 /// Label maps, if there is `instances.csv` (frame,instance,class_id,score,x,y,width,height): 8 or
 /// 16 bits, 0 = background, k = instance k of the frame. Instances come in the order of their
@@ -44,8 +49,9 @@ struct MaskFolderOptions {
 /// Binary masks, if there is no table: every connected object is one instance of class 0 and score
 /// 1 (see instances_from_binary_mask).
 ///
-/// The frame needs neither image nor depth; if it has one, the mask must have the same size.
-/// track_id is never set. The files must not change while the segmenter lives.
+/// A palette counts by its indices; three channels must be equal, and what is transparent is 0. The
+/// frame needs neither image nor depth; a mask of its shape but another size is resized by the
+/// nearest neighbour. track_id is never set. The files must not change while the segmenter lives.
 class MaskFolderSegmenter final : public Segmenter {
  public:
   /// Segmentation::frame_id of masks that were made of another image than the frame's.
@@ -56,7 +62,8 @@ class MaskFolderSegmenter final : public Segmenter {
   /// Throws std::runtime_error that names file and line for a folder that cannot be read, a PNG
   /// file whose name is not a time, two files for one time, a mask or table that is not a regular
   /// file, a malformed table and, unless `allow_missing`, a folder without PNG files and rows of a
-  /// frame without a file. Throws std::invalid_argument for negative options.
+  /// frame without a file; also for names that number the frames. Throws std::invalid_argument for
+  /// negative options.
   explicit MaskFolderSegmenter(const std::filesystem::path& folder,
                                const MaskFolderOptions& options = {});
 
@@ -79,10 +86,11 @@ class MaskFolderSegmenter final : public Segmenter {
   using Masks = std::map<std::int64_t, Mask>;  // by time in microseconds
 
   /// Reads the frame's mask. Throws std::runtime_error that names the file for a mask that is
-  /// missing, cannot be decoded, or differs from the frame in size, for one with more than one
-  /// channel, and for a label that the table lacks.
+  /// missing, cannot be decoded, or differs from the frame in shape, for one in colours, and for a
+  /// label that the table lacks.
   Segmentation do_segment(const FrameView& frame) override;
 
+  std::optional<double> time_of(const std::string& stem) const;
   void index_masks();
   void read_table(const std::filesystem::path& path);
   Masks::const_iterator nearest(double time_s) const;

@@ -25,6 +25,9 @@ class StagedFolder;
 struct MaskFolderWriterOptions {
   /// Whether masks that an earlier MaskFolderWriter wrote into the folder may be replaced.
   bool overwrite = false;
+  /// Whether frames may have any names, not only times. To read such masks, name the frames in
+  /// MaskFolderOptions::frame_times.
+  bool any_names = false;
 };
 
 /// Writes segmentations as label maps with an instances.csv: the first format that
@@ -61,9 +64,9 @@ class MaskFolderWriter {
   void add(const Segmentation& segmentation);
 
   /// Adds a frame's masks under the name of its image without folder and extension:
-  /// RgbdSequenceEntry::stem. Throws std::invalid_argument also for a stem that is not a time in
-  /// seconds, and for one more than 1 ms from timestamp_s, where MaskFolderSegmenter would not find
-  /// the mask.
+  /// RgbdSequenceEntry::stem. Unless `any_names`, throws std::invalid_argument also for a stem that
+  /// is not a time in seconds or nanoseconds, and for one more than 1 ms from timestamp_s, where
+  /// MaskFolderSegmenter would not find the mask.
   void add(const Segmentation& segmentation, const std::string& stem);
 
   /// Adds masks that were made of the image of segmentation.timestamp_s, an earlier one than the
@@ -89,6 +92,7 @@ class MaskFolderWriter {
   std::list<Rows> rows_;                          // rows of instances.csv, frame by frame
   bool has_own_times_ = false;                    // whether any masks are of another image
   std::set<std::int64_t> times_;                  // microseconds
+  bool any_names_ = false;
 };
 
 }  // namespace dynfilter

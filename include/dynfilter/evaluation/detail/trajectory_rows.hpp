@@ -31,6 +31,7 @@ struct TrajectoryRow {
 struct TrajectoryRows {
   std::vector<TrajectoryRow> rows;
   TrajectoryFlaws flaws;
+  bool has_times = true;  ///< false: KITTI's, by the number of the frame
 };
 
 /// Reads the rows of a trajectory file. Throws like read_trajectory_file.
