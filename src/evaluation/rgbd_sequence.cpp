@@ -20,124 +20,25 @@
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
 #include "dynfilter/evaluation/association.hpp"
+#include "image_lists.hpp"
 #include "io/file_error.hpp"
+#include "io/frame_names.hpp"
 #include "io/image_file.hpp"
 #include "io/staged_folder.hpp"
-#include "io/text_table.hpp"
 
 namespace dynfilter {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// An image as a list names it.
-struct ListedImage {
-  double time_s = 0;
-  std::string file;  ///< as written
-  fs::path path;
-  fs::path list;
-  std::size_t line = 0;
-};
-
-/// A frame and the place that lists it. depth.file is empty in a sequence of colour images only.
-struct ListedFrame {
-  ListedImage image, depth;
-};
-
-/// Refuses a time that occurs twice in a list.
-class DistinctTimes {
- public:
-  void add(const detail::TableReader& table, double time_s) {
-    const auto [found, is_new] = lines_.emplace(detail::microseconds(time_s), table.line());
-    if (!is_new) {
-      table.fail("time " + detail::time_text(time_s) + " is in line " +
-                 std::to_string(found->second) + " already");
-    }
-  }
-
- private:
-  std::map<std::int64_t, std::size_t> lines_;
-};
-
-ListedImage listed_image(const detail::TableReader& table, std::size_t column,
-                         const fs::path& folder) {
-  return {table.time(column), table.text(column + 1), folder / table.text(column + 1), table.path(),
-          table.line()};
-}
-
-detail::TableReader open_table(const fs::path& path) {
-  detail::require_regular_file(path);
-  return detail::TableReader(path);
-}
-
-std::vector<ListedImage> read_list(const fs::path& folder, const char* name) {
-  detail::TableReader table = open_table(folder / name);
-  std::vector<ListedImage> images;
-  DistinctTimes times;
-  while (table.next()) {
-    table.require_columns(2, "2: time, file");
-    images.push_back(listed_image(table, 0, folder));
-    times.add(table, images.back().time_s);
-  }
-  if (images.empty()) detail::throw_file_error(table.path(), "lists no image");
-  return images;
-}
-
-std::vector<ListedFrame> read_associations(const fs::path& folder) {
-  detail::TableReader table = open_table(folder / "associations.txt");
-  std::vector<ListedFrame> frames;
-  DistinctTimes times;
-  while (table.next()) {
-    table.require_columns(4, "4: time and file of the colour image, time and file of the depth");
-    // Variables of their own: g++ 9 leaks an aggregate's first member when the second one's
-    // initialiser throws.
-    ListedImage image = listed_image(table, 0, folder);
-    ListedImage depth = listed_image(table, 2, folder);
-    frames.push_back({std::move(image), std::move(depth)});
-    times.add(table, frames.back().image.time_s);
-  }
-  if (frames.empty()) detail::throw_file_error(table.path(), "lists no pair of images");
-  return frames;
-}
+using detail::ListedFrame;
+using detail::ListedImage;
+using Lists = detail::ImageLists;
 
 std::vector<double> times_of(const std::vector<ListedImage>& images) {
   std::vector<double> times;
   for (const ListedImage& image : images) times.push_back(image.time_s);
   return times;
-}
-
-/// The lists of a folder, before images are paired.
-struct Lists {
-  bool has_associations = false;
-  std::vector<ListedFrame> frames;  ///< of associations.txt, or of rgb.txt without depth.txt
-  std::vector<ListedImage> images;  ///< of rgb.txt, to be paired
-  std::vector<ListedImage> depths;  ///< of depth.txt
-};
-
-Lists read_lists(const fs::path& folder) {
-  Lists lists;
-  lists.has_associations = detail::exists(folder / "associations.txt");
-  if (lists.has_associations) {
-    lists.frames = read_associations(folder);
-    return lists;
-  }
-  if (!detail::exists(folder / "rgb.txt")) {
-    detail::throw_file_error(folder, "holds neither associations.txt nor rgb.txt");
-  }
-  lists.images = read_list(folder, "rgb.txt");
-  if (detail::exists(folder / "depth.txt")) {
-    lists.depths = read_list(folder, "depth.txt");
-    return lists;
-  }
-  for (ListedImage& image : lists.images) lists.frames.push_back({std::move(image), {}});
-  return lists;
-}
-
-/// Returns the time that names an image, or nothing.
-std::optional<double> time_in_name(const fs::path& path) {
-  const std::optional<double> time_s = detail::parse_number(path.stem().string());
-  if (!time_s || !detail::is_time_in_seconds(*time_s)) return {};
-  return time_s;
 }
 
 /// Adds the images beside those that are listed, if all of those are named by their times.
@@ -146,7 +47,7 @@ void add_images_beside(std::vector<ListedImage>& depths) {
   std::set<std::int64_t> times;
   std::set<fs::path> folders;
   for (const ListedImage& depth : depths) {
-    const std::optional<double> named_s = time_in_name(depth.path);
+    const std::optional<double> named_s = detail::time_of_name(depth.path.stem().string());
     if (!named_s || std::abs(*named_s - depth.time_s) > max_name_difference_s) return;
     times.insert(detail::microseconds(depth.time_s));
     folders.insert(depth.path.parent_path());
@@ -160,7 +61,7 @@ void add_images_beside(std::vector<ListedImage>& depths) {
     }
     std::sort(files.begin(), files.end());
     for (const fs::path& file : files) {
-      const std::optional<double> time_s = time_in_name(file);
+      const std::optional<double> time_s = detail::time_of_name(file.stem().string());
       if (!time_s || !times.insert(detail::microseconds(*time_s)).second) continue;
       depths.push_back({*time_s, file.filename().string(), file, depths.front().list, 0});
     }
@@ -202,8 +103,8 @@ std::vector<ListedFrame> frames_of(const fs::path& folder, Lists lists,
 }
 
 [[noreturn]] void refuse(const ListedImage& image, const std::string& what) {
-  throw std::runtime_error(
-      detail::concatenate(image.list.string(), ":", image.line, ": ", image.file, " ", what));
+  const std::string line = image.line == 0 ? "" : detail::concatenate(":", image.line);
+  throw std::runtime_error(image.list.string() + line + ": " + image.file + " " + what);
 }
 
 void require_files(const std::vector<ListedFrame>& frames) {
@@ -280,11 +181,14 @@ RgbdSequence::RgbdSequence(const fs::path& folder, const RgbdSequenceOptions& op
     detail::throw_file_error(folder, "there is no such folder");
   }
 
-  Lists lists = read_lists(folder);
+  Lists lists = detail::read_image_lists(folder);
   camera_file_ = options.camera_file.empty() ? folder / "camera.yaml" : options.camera_file;
   const bool is_name = known_camera(camera_file_.string()).has_value();
-  if (!is_name && !detail::exists(camera_file_)) throw_no_camera(camera_file_);
-  camera_ = read_camera(camera_file_);
+  if (is_name || detail::exists(camera_file_)) {
+    camera_ = read_camera(camera_file_);
+  } else if (options.needs_camera || !options.camera_file.empty()) {
+    throw_no_camera(camera_file_);
+  }
   depth_offset_s_ = options.depth_offset_s.value_or(camera_.depth_offset_s);
 
   std::vector<ListedFrame> frames = frames_of(folder, std::move(lists), options, depth_offset_s_);
@@ -309,7 +213,8 @@ FrameView RgbdSequence::read(std::size_t i) const {
   FrameView frame;
   frame.id = i;
   frame.timestamp_s = listed.timestamp_s;
-  frame.metres_per_unit = 1.0 / camera_.depth_units_per_metre;
+  const double units = camera_.depth_units_per_metre;
+  frame.metres_per_unit = units > 0 ? 1.0 / units : 0;
   // Depth images ignore an orientation tag, so colour images must ignore it too.
   frame.image =
       detail::read_image(listed.image_path, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
@@ -336,6 +241,16 @@ FrameView RgbdSequence::read(std::size_t i) const {
   }
   frame.depth = detail::fitted(depth, size, listed.depth_path, listed.image_path.string());
   return frame;
+}
+
+std::map<std::string, double> RgbdSequence::times_by_stem() const {
+  std::map<std::string, double> times;
+  std::set<std::string> repeated;
+  for (const RgbdSequenceEntry& entry : entries_) {
+    if (!times.emplace(entry.stem, entry.timestamp_s).second) repeated.insert(entry.stem);
+  }
+  for (const std::string& stem : repeated) times.erase(stem);
+  return times;
 }
 
 std::optional<fs::path> RgbdSequence::groundtruth_file() const {

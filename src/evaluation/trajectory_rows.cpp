@@ -163,6 +163,7 @@ std::optional<TrajectoryRow> read_row(const TableReader& table, Form form, doubl
 std::vector<NumberedRow> read_usable_rows(TableReader& table, TrajectoryRows& read) {
   TrajectoryFlaws& flaws = read.flaws;
   std::vector<NumberedRow> rows;
+  std::vector<double> times;
   std::size_t columns = 0;
   for (std::size_t index = 0; table.next(); ++index) {
     if (index == 0) columns = table.columns();
@@ -176,7 +177,9 @@ std::vector<NumberedRow> read_usable_rows(TableReader& table, TrajectoryRows& re
       flaws.time_goes_back.add(table.line());
     }
     rows.push_back(numbered);
+    times.push_back(row->timestamp_s);
   }
+  if (are_too_far_apart(times)) throw_file_error(table.path(), far_apart_text);
   if (rows.empty()) {
     throw_file_error(table.path(),
                      concatenate("holds no usable pose; of its rows, ", flaws.not_a_number.count,

@@ -30,6 +30,20 @@ namespace dynfilter::detail {
 /// No time in seconds or microseconds is as large.
 inline double seconds_of(double time) { return time >= 1e17 ? time / 1e9 : time; }
 
+/// Tells whether times, in order, are so far apart that they are no seconds: nanoseconds or
+/// microseconds that begin at 0, as simulators write them.
+inline bool are_too_far_apart(const std::vector<double>& times) {
+  constexpr double max_gap_s = 3600;
+  if (times.size() < 3) return false;
+  std::vector<double> gaps;
+  for (std::size_t i = 1; i < times.size(); ++i) gaps.push_back(std::abs(times[i] - times[i - 1]));
+  const auto middle = gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2);
+  std::nth_element(gaps.begin(), middle, gaps.end());
+  return *middle > max_gap_s;
+}
+
+constexpr const char* far_apart_text = "its times are hours apart: nanoseconds? want seconds";
+
 /// Returns the text as UTF-8 with LF at the ends of its lines, from UTF-16 with a byte order mark
 /// (a shell's `>` on Windows) and from CR LF or CR. Characters beyond ASCII become '?'.
 inline std::string plain_text(const std::string& bytes) {

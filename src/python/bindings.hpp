@@ -23,6 +23,7 @@ void bind_labels(py::module_& module);
 void bind_keep_static(py::module_& module);
 void bind_filter_options(py::module_& module);
 void bind_filter(py::module_& module);
+void bind_host_masks(py::module_& module);
 void bind_segmenters(py::module_& module);
 void bind_propagator(py::module_& module);
 void bind_networks(py::module_& module);

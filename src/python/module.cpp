@@ -43,6 +43,7 @@ void fill(py::module_& module) {
   bind_keep_static(module);
   bind_filter_options(module);
   bind_filter(module);
+  bind_host_masks(module);
   bind_segmenters(module);
   bind_propagator(module);
 #ifdef DYNFILTER_HAS_NETWORKS

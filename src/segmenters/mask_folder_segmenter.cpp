@@ -3,6 +3,7 @@
 
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <cstdlib>
 #include <iterator>
@@ -207,7 +208,17 @@ void MaskFolderSegmenter::index_masks() {
       detail::throw_file_error(file, "has the same time as " + found->second.path.string());
     }
   }
+  std::vector<double> times;
+  for (const std::string& stem : unknown) times.push_back(*detail::time_of_name(stem));
+  std::sort(times.begin(), times.end());
+  if (detail::are_too_far_apart(times)) {
+    detail::throw_file_error(folder_, std::string("by their names, ") + detail::far_apart_text);
+  }
   if (!detail::are_numbers(unknown)) return;
+  if (unknown.size() < masks_.size()) {  // masks of images that are no frames
+    for (const double time_s : times) masks_.erase(detail::microseconds(time_s));
+    return;
+  }
   detail::throw_file_error(
       folder_, "its masks, such as " + masks_.begin()->second.path.filename().string() +
                    ", look numbered; want names by the frames' times, as 1341846434.710184.png");

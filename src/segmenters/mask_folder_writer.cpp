@@ -75,7 +75,8 @@ void require_no_other_mask(const fs::path& folder) {
   std::error_code missing;
   for (fs::directory_iterator file(folder, missing), end; !missing && file != end; ++file) {
     const fs::path file_name = file->path().filename();
-    if (file_name.extension() != ".png" || earlier.names().count(file_name) > 0) continue;
+    const std::string extension = detail::lower_case(file_name.extension().string());
+    if (extension != ".png" || earlier.names().count(file_name) > 0) continue;
     detail::throw_file_error(folder, "holds " + file_name.string() +
                                          ", which MaskFolderSegmenter would read as a mask; move "
                                          "it away");

@@ -9,7 +9,6 @@
 
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
-#include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "io/file_error.hpp"
 #include "lab/odometry/orb_extractor.hpp"
 #include "trajectory_note.hpp"
@@ -53,12 +52,14 @@ class Recording final : public FrameSource {
       : sequence_(folder, {0.02, camera, depth_offset_s}), camera_file_(camera) {
     const auto given = masks.empty() ? sequence_.masks_folder() : masks;
     if (given && reads_masks) {
-      masks_.emplace(*given);
+      masks_.emplace(*given, mask_options(sequence_));
       masks_folder_ = *given;
       masks_name_ = given->string();
     }
     require_plain_names(sequence_);
-    if (sequence_.true_masks_folder()) true_masks_.emplace(*sequence_.true_masks_folder());
+    if (const auto truth = sequence_.true_masks_folder()) {
+      true_masks_.emplace(*truth, mask_options(sequence_));
+    }
     if (const auto truth = sequence_.groundtruth_file()) {
       TrajectoryFile file = read_trajectory_file(*truth);
       note_ = trajectory_note(*truth, file.flaws);
@@ -80,7 +81,7 @@ class Recording final : public FrameSource {
                                "there is no such folder; truth by motion needs the masks of what "
                                "moves, as dynfilter synth writes them");
     }
-    MaskFolderOptions options;
+    MaskFolderOptions options = mask_options(sequence_);
     options.box_margin_px = 0;  // the masks are exact
     moving_masks_.emplace(*folder, options);
   }

@@ -15,6 +15,7 @@
 #include "dynfilter/evaluation/trajectory.hpp"
 #include "dynfilter/frame.hpp"
 #include "dynfilter/segmentation.hpp"
+#include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "inputs.hpp"
 #include "lab/scenes/synthetic_scene.hpp"
 
@@ -74,6 +75,13 @@ class FrameSource {
 /// Throws if a frame that is used, every `every`-th one, lacks its masks.
 inline void require_masks(const FrameSource& source, std::size_t every) {
   for (std::size_t i = 0; i < source.size(); i += every) source.require_masks(i);
+}
+
+/// Returns options for masks that are named like the sequence's images.
+inline MaskFolderOptions mask_options(const RgbdSequence& sequence) {
+  MaskFolderOptions options;
+  options.frame_times = sequence.times_by_stem();
+  return options;
 }
 
 /// Adds the files and folders that a sequence is read from, masks excepted.

@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -30,6 +31,9 @@ struct RgbdSequenceOptions {
   /// system writes -0.033 for the same.) Without a value, the camera file's CameraParameters::
   /// depth_offset_s.
   std::optional<double> depth_offset_s = {};
+  /// Whether a missing camera file is an error. Without one, CameraParameters are all 0 and 16-bit
+  /// depth has no metres_per_unit.
+  bool needs_camera = true;
 };
 
 /// One frame of a sequence, not decoded.
@@ -46,8 +50,11 @@ struct RgbdSequenceEntry {
 /// The frames are the rows of `associations.txt` (t_rgb rgb/… t_depth depth/…) if it exists,
 /// whatever their time differences. Otherwise `associate` pairs the images of `rgb.txt` and
 /// `depth.txt` (t file), and images without a partner are left out; without `depth.txt` the
-/// sequence has colour only. Frames are ordered by time, even if the file's rows are not. `#`
-/// comments, blank lines and CR LF are accepted in all of these files.
+/// sequence has colour only. Without these lists, EuRoC's data.csv (also in mav0/cam0 or cam0),
+/// KITTI's times.txt with image_2 or image_0, or the images of a plain folder are a sequence of
+/// colour. A plain folder's times are those in the names, or 30 a second; if it holds no image, its
+/// folders but those of depth and masks are read. Frames are ordered by time, even if the file's
+/// rows are not. `#` comments, blank lines, any ends of lines, UTF-16 and nanoseconds are accepted.
 ///
 /// An offset other than 0 pairs anew, also where there is an `associations.txt`: `associate` pairs
 /// the colour images of its rows, their times moved by the offset, with the depth images of its
@@ -87,6 +94,10 @@ class RgbdSequence {
   /// that cannot be read or decoded, a depth image of another type or shape than expected, or an
   /// image whose size differs from the camera file.
   FrameView read(std::size_t i) const;
+
+  /// Returns the times of frames by the names of their images: MaskFolderOptions::frame_times.
+  /// Leaves out names that occur twice.
+  std::map<std::string, double> times_by_stem() const;
 
   /// Camera of the sequence.
   const CameraParameters& camera() const { return camera_; }

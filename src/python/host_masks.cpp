@@ -1,0 +1,90 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+#include "dynfilter/host_masks.hpp"
+
+#include <utility>
+#include <vector>
+
+#include "arrays.hpp"
+#include "bindings.hpp"
+#include "dynfilter/depth_compensator.hpp"
+
+namespace dynfilter::python {
+namespace {
+
+MaskCuller culler_of(std::vector<int> dynamic_classes, double margin_px,
+                     const py::object& static_mask) {
+  MaskCullerOptions options;
+  options.dynamic_classes = std::move(dynamic_classes);
+  options.margin_px = margin_px;
+  options.static_mask = matrix_from(static_mask, Pixels::mask, {"MaskCuller", "a static_mask"});
+  return MaskCuller(options);
+}
+
+/// Calls `make` without the interpreter's lock and returns its matrix as an array.
+template <class Make>
+Array made(const Make& make) {
+  cv::Mat result;
+  {
+    const py::gil_scoped_release unlock;
+    result = make();
+  }
+  return Array(array_of(result, true));
+}
+
+template <cv::Mat (*paint)(const Segmentation&, const MaskCuller&)>
+Array mask_of(const Segmentation& segmentation, std::vector<int> dynamic_classes, double margin_px,
+              const py::object& static_mask) {
+  const MaskCuller culler = culler_of(std::move(dynamic_classes), margin_px, static_mask);
+  return made([&] { return paint(segmentation, culler); });
+}
+
+Array holes(const py::object& depth, const Segmentation& segmentation,
+            std::vector<int> dynamic_classes, double margin_px, const py::object& static_mask) {
+  const cv::Mat pixels = matrix_from(depth, Pixels::depth, {"depth_with_holes", "a depth image"});
+  const MaskCuller culler = culler_of(std::move(dynamic_classes), margin_px, static_mask);
+  return made([&] { return depth_with_holes(pixels, segmentation, culler); });
+}
+
+}  // namespace
+
+void bind_host_masks(py::module_& module) {
+  const auto classes = py::arg("dynamic_classes") = std::vector<int>{0};
+  const auto margin = py::arg("margin_px") = 0.0;
+  const auto own = py::arg("static_mask") = py::none();
+  module.def(
+      "mask_of_static_pixels", &mask_of<&mask_of_static_pixels>, py::arg("segmentation"),
+      py::kw_only(), classes, margin, own,
+      R"(Returns a mask of where to look, uint8 of the segmented image's size: 255 on the static
+pixels, 0 on those on a dynamic object. The options are DynamicFilter's.
+
+Raises ValueError for a malformed segmentation and for one without image_size.)");
+  module.def(
+      "mask_of_dynamic_pixels", &mask_of<&mask_of_dynamic_pixels>, py::arg("segmentation"),
+      py::kw_only(), classes, margin, own,
+      R"(Returns a mask of what to ignore: 255 on the dynamic pixels, else 0, as PyCuVSLAM has it.
+Otherwise like mask_of_static_pixels.)");
+  module.def("depth_with_holes", &holes, py::arg("depth"), py::arg("segmentation"), py::kw_only(),
+             classes, margin, own,
+             R"(Returns a copy of a depth image with 0, no depth, on the dynamic pixels.
+
+depth: H x W, uint16 or float32 in any unit, registered to the segmented image; not changed
+
+Raises ValueError for another type, a malformed segmentation and sizes that differ.)");
+  module.def(
+      "refined",
+      [](const FrameView& frame, const Segmentation& segmentation,
+         const std::vector<int>& dynamic_classes) {
+        const MaskCuller culler = culler_of(dynamic_classes, 0, py::none());
+        const py::gil_scoped_release unlock;
+        return refined(frame, segmentation, culler);
+      },
+      py::arg("frame"), py::arg("segmentation"), py::kw_only(), classes,
+      R"(Returns the segmentation with the masks of dynamic objects corrected by the frame's depth,
+pixel by pixel, as CompensationRule.depth judges features. Without depth, masks stay.
+
+Raises ValueError for a malformed frame or segmentation.)");
+}
+
+}  // namespace dynfilter::python

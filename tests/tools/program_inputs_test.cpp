@@ -1,0 +1,510 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// What users have: one small scene, changed into what their tools write. Each variant gives the
+// scene's own result or a sentence that names what is wrong.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <fstream>
+#include <functional>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "dynfilter/detail/number_text.hpp"
+#include "segmenters/mask_image.hpp"
+#include "support/file_tree.hpp"
+#include "support/program.hpp"
+#include "support/small_scene_test.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+using Change = std::function<void(const fs::path&)>;
+
+std::vector<fs::path> files_in(const fs::path& folder) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.path().extension() == ".png") files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+/// Changes the pixels of each image of a folder, and its name.
+Change images(const char* folder, const std::function<cv::Mat(const cv::Mat&)>& pixels,
+              const std::function<std::string(const std::string& stem)>& name = {}) {
+  return [=](const fs::path& scene) {
+    for (const fs::path& file : files_in(scene / folder)) {
+      const cv::Mat image = pixels(cv::imread(file.string(), cv::IMREAD_UNCHANGED));
+      const std::string stem = file.stem().string();
+      const fs::path changed = scene / folder / (name ? name(stem) : stem + ".png");
+      fs::remove(file);
+      std::vector<unsigned char> bytes;
+      ASSERT_TRUE(cv::imencode(image.depth() == CV_32F ? ".tiff" : changed.extension().string(),
+                               image, bytes));
+      std::ofstream(changed, std::ios::binary)
+          .write(reinterpret_cast<const char*>(bytes.data()),
+                 static_cast<std::streamsize>(bytes.size()));
+    }
+  };
+}
+
+/// Changes the names of the images of a folder.
+Change names(const char* folder, const std::function<std::string(const std::string& stem)>& name) {
+  return [=](const fs::path& scene) {
+    for (const fs::path& file : files_in(scene / folder)) {
+      fs::rename(file, scene / folder / name(file.stem().string()));
+    }
+  };
+}
+
+/// Changes the text of a file.
+Change text(const char* file, const std::function<std::string(const std::string&)>& changed) {
+  return [=](const fs::path& scene) {
+    const std::string now = changed(read_text(scene / file));
+    std::ofstream(scene / file, std::ios::binary) << now;
+  };
+}
+
+std::string replaced(std::string text, const std::string& what, const std::string& by) {
+  for (std::size_t i = 0; (i = text.find(what, i)) != std::string::npos; i += by.size()) {
+    text.replace(i, what.size(), by);
+  }
+  return text;
+}
+
+/// Multiplies the first column, and the third one if it is a time.
+std::string with_times(const std::string& text, double factor, const char* separator = " ") {
+  std::string result;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream cells(line);
+    std::string changed;
+    for (std::string cell; line[0] != '#' && cells >> cell;) {
+      const auto number = detail::parse_number(cell);
+      const bool is_time = number && (changed.empty() || line.find("depth/") != line.npos);
+      if (!changed.empty()) changed += separator;
+      changed += is_time ? detail::fixed_decimals(std::round(*number * factor), 0) : cell;
+    }
+    result += (line[0] == '#' ? line : changed) + '\n';
+  }
+  return result;
+}
+
+std::string utf16(const std::string& text) {
+  std::string bytes = "\xFF\xFE";
+  for (const char c : text) bytes += c, bytes += '\0';
+  return bytes;
+}
+
+cv::Mat merged(const std::vector<cv::Mat>& channels) {
+  cv::Mat image;
+  cv::merge(channels, image);
+  return image;
+}
+
+cv::Mat white(const cv::Mat& mask) { return cv::Mat(mask.size(), CV_8UC1, cv::Scalar(255)); }
+
+cv::Mat resized(const cv::Mat& image, cv::Size size) {
+  cv::Mat result;
+  cv::resize(image, result, size, 0, 0, cv::INTER_NEAREST);
+  return result;
+}
+
+cv::Mat turned(const cv::Mat& image) {
+  cv::Mat result;
+  cv::rotate(image, result, cv::ROTATE_90_CLOCKWISE);
+  return result;
+}
+
+/// As a network with borders sees it.
+cv::Mat letterboxed(const cv::Mat& mask) {
+  cv::Mat result(320, 320, mask.type(), cv::Scalar(0));
+  mask.copyTo(result(cv::Rect({0, 40}, mask.size())));
+  return result;
+}
+
+/// Writes grey masks again with a palette, all of whose colours are black.
+void with_palette(const fs::path& scene) {
+  for (const fs::path& file : files_in(scene / "masks")) {
+    std::string bytes = read_text(file);
+    using Header = detail::PngHeader;
+    const auto sign = [](std::string& chunk, std::size_t type_at) {
+      const auto* first = reinterpret_cast<const std::uint8_t*>(chunk.data());
+      const std::uint32_t sum = detail::checksum(first + type_at, first + chunk.size() - 4);
+      for (std::size_t k = 0; k < 4; ++k) {
+        chunk[chunk.size() - 4 + k] = static_cast<char>(sum >> (24 - 8 * k) & 0xFFU);
+      }
+    };
+    std::string header = bytes.substr(0, Header::end);
+    header[Header::colour_type] = static_cast<char>(Header::palette);
+    sign(header, Header::chunk + 4);
+    std::string palette = std::string("\0\0\0\x30PLTE", 8) + std::string(16 * 3 + 4, '\0');
+    sign(palette, 4);
+    std::ofstream(file, std::ios::binary) << header + palette + bytes.substr(Header::end);
+  }
+}
+
+std::string in_nanoseconds(const std::string& stem) {
+  return detail::fixed_decimals(std::round(*detail::parse_number(stem) * 1e9), 0) + ".png";
+}
+
+/// A name that counts the scene's frames, whose stems begin with 1.000000.
+std::string numbered(const std::string& stem) {
+  char name[16];
+  std::snprintf(name, sizeof name, "%06ld.png",
+                std::lround((*detail::parse_number(stem) - 1) * 30));
+  return name;
+}
+
+std::string orb_slam3(const std::string& text) {
+  std::string changed = replaced(text, "DepthMapFactor", "RGBD.DepthMapFactor");
+  for (const char* name : {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"}) {
+    changed = replaced(changed, std::string("Camera.") + name, std::string("Camera1.") + name);
+  }
+  return replaced(changed, "---\n", "---\nFile.version: \"1.0\"\nCamera.type: \"PinHole\"\n");
+}
+
+class ProgramInputs : public SmallSceneTest {
+ protected:
+  /// A copy of the scene with masks of persons only, and its result.
+  static Outcome result(const fs::path& scene, const fs::path& to, const std::string& options) {
+    return run("run " + quoted(scene) + " --overlays 0 --features 300 --out " + quoted(to) + " " +
+               options);
+  }
+
+  static fs::path changed(const std::string& name, bool has_table, const Change& change) {
+    const fs::path scene = out(("changed " + name).c_str());
+    fs::copy(SmallSceneTest::scene(), scene, fs::copy_options::recursive);
+    if (!has_table) fs::remove(scene / "masks" / "instances.csv");
+    change(scene);
+    return scene;
+  }
+};
+
+enum class Expected { all, masks };  // which counts are those of the scene itself
+
+TEST_F(ProgramInputs, GiveTheScenesResultOrASentence) {
+  const auto csv = [](const std::string& s) { return replaced(replaced(s, "\t", ","), " ", ","); };
+  const auto small_depth = [](const cv::Mat& depth) { return resized(depth, {160, 120}); };
+  const auto in_metres = [](const cv::Mat& depth) {
+    cv::Mat metres;
+    depth.convertTo(metres, CV_32F, 1.0 / 5000);
+    metres.setTo(NAN, depth == 0);
+    return metres;
+  };
+  const auto saturated = [](const cv::Mat& depth) {
+    cv::Mat changed = depth.clone();
+    return cv::Mat(changed.setTo(65535, depth == 0));
+  };
+  const auto binary = [](const cv::Mat& mask) { return cv::Mat(mask != 0); };
+  const auto camera = [](const char* line) {
+    return text("camera.yaml", [=](const std::string& s) { return s + line; });
+  };
+  const auto lists = [](const std::function<std::string(const std::string&)>& change) {
+    return [=](const fs::path& scene) {
+      for (const char* file : {"associations.txt", "groundtruth.txt"}) text(file, change)(scene);
+    };
+  };
+  const struct {
+    const char* name;
+    Change change;
+    const char* sentence = "";  // empty: the scene's result
+    Expected expected = Expected::all;
+    bool has_table = true;  // masks with instances.csv
+    const char* options = "";
+  } variants[] = {
+      {"keys of ORB-SLAM3", text("camera.yaml", orb_slam3)},
+      {"fisheye", camera("Camera.type: \"KannalaBrandt8\"\n"), "want a pinhole camera"},
+      {"rational", camera("Camera.k4: 0.1\n"), "Camera.k4: got 0.1; want the coefficients k1"},
+      {"a known camera",
+       [](const fs::path&) {},
+       "but tum3 says 640x480",
+       {},
+       true,
+       "--camera tum3"},
+      {"65535 for none", images("depth", saturated)},
+      {"float metres", images("depth", in_metres), "", Expected::masks},
+      {"smaller depth", images("depth", small_depth), "", Expected::masks},
+      {"depth turned", images("depth", turned), "turned by 90 degrees?"},
+      {"UTF-16", lists(utf16)},
+      {"CR", lists([](const std::string& s) { return replaced(s, "\n", "\r"); })},
+      {"commas", lists(csv)},
+      {"commas and blanks", lists([](const std::string& s) { return replaced(s, " ", ", "); })},
+      {"decimal commas",
+       text("associations.txt", [](const std::string& s) { return replaced(s, "1.0", "1,0"); }),
+       "want a finite number, with a decimal point"},
+      {"nanoseconds", lists([](const std::string& s) { return with_times(s, 1e9); }),
+       "nanoseconds? want seconds"},
+      {"numbers", text("associations.txt", [](const std::string& t) { return with_times(t, 30); }),
+       "its times number the frames"},
+      {"palette", with_palette},
+      {"palette, binary", with_palette, "", Expected::all, false},
+      {"equal channels", images("masks",
+                                [](const cv::Mat& m) {
+                                  return merged({m, m, m});
+                                })},
+      {"white with alpha", images("masks",
+                                  [](const cv::Mat& m) {
+                                    return merged({white(m), white(m), white(m), m});
+                                  })},
+      {"opaque", images("masks",
+                        [](const cv::Mat& m) {
+                          return merged({m, m, m, white(m)});
+                        })},
+      {"colours",
+       images("masks",
+              [](const cv::Mat& m) {
+                return merged({m, m, white(m)});
+              }),
+       "a mask in colours; want one channel"},
+      {"a.png.png", names("masks", [](const std::string& s) { return s + ".png.png"; })},
+      {"a.jpg.png", names("masks", [](const std::string& s) { return s + ".jpg.png"; })},
+      {"a_mask.png", names("masks", [](const std::string& s) { return s + "_mask.png"; })},
+      {"PNG", names("masks", [](const std::string& s) { return s + ".PNG"; })},
+      {"jpg",
+       images("masks", binary, [](const std::string& s) { return s + ".jpg"; }),
+       "holds no mask; want <time>.png files directly in it, but 6 .jpg files",
+       {},
+       false},
+      {"in folders",
+       [](const fs::path& scene) {
+         fs::rename(scene / "masks", scene / "person");
+         fs::create_directory(scene / "masks");
+         fs::rename(scene / "person", scene / "masks" / "person");
+       },
+       "but 1 folder"},
+      {"masks of another size", images("masks",
+                                       [](const cv::Mat& m) {
+                                         return resized(m, {640, 480});
+                                       })},
+      {"letterboxed", images("masks", letterboxed), "retina_masks=True"},
+      {"masks turned", images("masks", turned), "turned by 90 degrees?"},
+      {"masks by number", names("masks", numbered), "look numbered", {}, false},
+      {"masks in nanoseconds",
+       names("masks", in_nanoseconds),
+       "nanoseconds? want seconds",
+       {},
+       false},
+      {"images and masks by number",
+       [](const fs::path& scene) {
+         names("rgb", numbered)(scene);
+         names("masks", numbered)(scene);
+         std::string rows;
+         for (const char* time : {"1.000000", "1.033333", "1.066667", "1.100000"}) {
+           rows += std::string(time) + " rgb/" + numbered(time) + " " + time + " depth/" + time +
+                   ".png\n";
+         }
+         std::ofstream(scene / "associations.txt") << rows;
+       },
+       "",
+       {},
+       false,
+       "--frames-of-baseline"},
+  };
+  for (const bool has_table : {true, false}) {
+    const Outcome own = result(changed(has_table ? "own" : "own binary", has_table, [](auto&) {}),
+                               out(has_table ? "with table" : "binary"), "");
+    ASSERT_EQ(own.exit_code, 0) << own.printed;
+  }
+  for (const auto& variant : variants) {
+    SCOPED_TRACE(variant.name);
+    const fs::path scene = changed(variant.name, variant.has_table, variant.change);
+    const bool is_shorter = std::string(variant.options) == "--frames-of-baseline";
+    const FileTree before = file_tree(scene);
+    const fs::path to = out((std::string("result ") + variant.name).c_str());
+    const Outcome outcome = result(scene, to, is_shorter ? "" : variant.options);
+    EXPECT_EQ(file_tree(scene), before);
+    if (*variant.sentence != '\0') {
+      EXPECT_NE(outcome.exit_code, 0);
+      EXPECT_TRUE(outcome.mentions(variant.sentence)) << outcome.printed;
+      EXPECT_FALSE(fs::exists(to / "frames.csv"));
+      continue;
+    }
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
+    auto rows = read_csv(out(variant.has_table ? "with table" : "binary") / "frames.csv");
+    if (is_shorter) rows.resize(5);
+    const auto found = read_csv(to / "frames.csv");
+    for (const char* count : {"features", "masked", "kept"}) {
+      if (variant.expected == Expected::masks && std::string(count) == "kept") continue;
+      EXPECT_EQ(sum_of(found, count), sum_of(rows, count)) << count;
+    }
+    EXPECT_GT(sum_of(found, "masked"), 0U);
+    EXPECT_GT(sum_of(found, "compensated"), 0U);
+  }
+}
+
+// --- dynfilter masks, where neither lists nor a camera are needed --------------------------------
+
+/// Lays the scene's colour images out as other data sets do. Names are those of the images.
+struct Layout {
+  const char* name;
+  Change change;
+};
+
+TEST_F(ProgramInputs, MasksNeedImagesOnly) {
+  const auto without_lists = [](const fs::path& scene) {
+    for (const char* file : {"rgb.txt", "depth.txt", "associations.txt", "camera.yaml"}) {
+      fs::remove(scene / file);
+    }
+    fs::remove_all(scene / "depth");
+  };
+  const auto move_images = [](const fs::path& scene, const fs::path& to, auto&& name) {
+    fs::create_directories(scene / to);
+    for (const fs::path& file : files_in(scene / "rgb")) {
+      const std::string stem = file.stem().string();
+      fs::rename(file, scene / to / name(stem));
+      fs::rename(scene / "masks" / (stem + ".png"), scene / "masks" / ("new " + name(stem)));
+    }
+    for (const fs::path& file : files_in(scene / "masks")) {
+      fs::rename(file, scene / "masks" / file.filename().string().substr(4));
+    }
+  };
+  const std::string epoch = "1403636579";  // so that nanoseconds are seen to be some
+  const auto photo = [](const std::string& stem) { return "IMG_" + numbered(stem); };
+  const Layout layouts[] = {
+      {"TUM without a camera", [](const fs::path& scene) { fs::remove(scene / "camera.yaml"); }},
+      {"plain", [&](const fs::path& scene) { move_images(scene, ".", photo); }},
+      {"plain, numbered", [&](const fs::path& scene) { move_images(scene, ".", numbered); }},
+      {"folders", [&](const fs::path& scene) { move_images(scene, "left", photo); }},
+      {"KITTI",
+       [&](const fs::path& scene) {
+         move_images(scene, "image_2", numbered);
+         std::ofstream(scene / "times.txt") << "0.000000e+00\n1.037e-01\n2e-1\n3e-1\n4e-1\n5e-1\n";
+       }},
+      {"EuRoC",
+       [&](const fs::path& scene) {
+         std::string rows = "#timestamp [ns],filename\r\n";
+         const auto name = [&](const std::string& stem) {
+           return epoch + in_nanoseconds(stem).substr(1);
+         };
+         for (const fs::path& file : files_in(scene / "rgb")) {
+           const std::string image = name(file.stem().string());
+           rows += fs::path(image).stem().string() + "," + image + "\r\n";
+         }
+         move_images(scene, "mav0/cam0/data", name);
+         std::ofstream(scene / "mav0/cam0/data.csv") << rows;
+       }},
+  };
+  const Outcome own =
+      run("masks " + quoted(scene()) + " --format colmap --out " + quoted(out("own masks")));
+  ASSERT_EQ(own.exit_code, 0) << own.printed;
+  const std::vector<fs::path> want = files_in(out("own masks"));
+  for (const Layout& layout : layouts) {
+    SCOPED_TRACE(layout.name);
+    const bool is_tum = layout.name[0] == 'T';
+    const fs::path scene = changed(layout.name, is_tum, layout.change);
+    if (!is_tum) without_lists(scene);
+    const FileTree before = file_tree(scene);
+    for (const std::string format : {"colmap", "static", "dynamic"}) {
+      const fs::path to = out((layout.name + (" " + format)).c_str());
+      const Outcome outcome = run("masks " + quoted(scene) + " --format " + format + " --masks " +
+                                  quoted(scene / "masks") + " --out " + quoted(to));
+      ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
+      const std::vector<fs::path> found = files_in(to);
+      ASSERT_EQ(found.size(), want.size());
+      for (std::size_t i = 0; i < found.size(); ++i) {
+        const cv::Mat mask = cv::imread(found[i].string(), cv::IMREAD_UNCHANGED);
+        const cv::Mat own_mask = cv::imread(want[i].string(), cv::IMREAD_UNCHANGED);
+        const cv::Mat is_wrong = (mask != own_mask) != (format == "dynamic" ? 255 : 0);
+        EXPECT_EQ(cv::countNonZero(is_wrong), 0) << found[i];
+        EXPECT_EQ(found[i].stem().extension() == ".png", format == "colmap") << found[i];
+      }
+    }
+    EXPECT_EQ(file_tree(scene), before);
+  }
+}
+
+TEST_F(ProgramInputs, DepthGetsHoles) {
+  for (const std::string options : {"", " --motion --refine"}) {
+    const fs::path to = out(("holes" + options).c_str());
+    const Outcome outcome =
+        run("masks " + quoted(scene()) + " --format depth" + options + " --out " + quoted(to));
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
+    int holes = 0;
+    for (const fs::path& file : files_in(scene() / "depth")) {
+      const cv::Mat depth = cv::imread(file.string(), cv::IMREAD_UNCHANGED);
+      const cv::Mat found = cv::imread((to / file.filename()).string(), cv::IMREAD_UNCHANGED);
+      ASSERT_EQ(found.type(), CV_16UC1);
+      EXPECT_EQ(cv::countNonZero((found != depth) & (found != 0)), 0);
+      const cv::Mat mask =
+          cv::imread((scene() / "masks" / file.filename()).string(), cv::IMREAD_UNCHANGED);
+      if (options.empty()) {
+        EXPECT_EQ(cv::countNonZero((found != 0) & (mask != 0)), 0);
+      }
+      holes += cv::countNonZero((found == 0) & (depth != 0));
+    }
+    EXPECT_GT(holes, 1000);
+  }
+  const fs::path colour = changed("colour only", true, [](const fs::path& scene) {
+    fs::remove(scene / "associations.txt");
+    fs::remove(scene / "depth.txt");
+  });
+  const Outcome outcome =
+      run("masks " + quoted(colour) + " --format depth --out " + quoted(out("no depth")));
+  EXPECT_NE(outcome.exit_code, 0);
+  EXPECT_TRUE(outcome.mentions("has no depth, which --format depth needs")) << outcome.printed;
+}
+
+// --- dynfilter eval ------------------------------------------------------------------------------
+
+TEST_F(ProgramInputs, EvalReadsTheTrajectoriesOfUsers) {
+  const std::string truth = read_text(scene() / "groundtruth.txt");
+  const auto write = [&](const char* name, const std::string& text) {
+    std::ofstream(out(name), std::ios::binary) << text;
+    return quoted(out(name));
+  };
+  const std::string epoch = replaced(truth, "\n1.", "\n1403636579.");
+  const std::string own = write("epoch.txt", epoch);
+  const struct {
+    const char* name;
+    std::string text;
+    const char* sentence = "";
+  } variants[] = {
+      {"CR", replaced(epoch, "\n", "\r")},
+      {"UTF-16", utf16(replaced(epoch, "\n", "\r\n"))},
+      {"commas", replaced(epoch, " ", ",")},
+      {"nanoseconds", with_times(epoch, 1e9)},
+      {"nanoseconds from 0", with_times(truth, 1e9), "nanoseconds? want seconds"},
+      {"microseconds", with_times(epoch, 1e6), "want seconds, not microseconds"},
+      {"milliseconds", with_times(epoch, 1e3), "want seconds, not milliseconds"},
+      {"KITTI", "1 0 0 0 0 1 0 0 0 0 1 0\n1 0 0 1 0 1 0 0 0 0 1 0\n", "without times"},
+      {"columns", "1 2 3 4 5\n", "got 5 columns; want 8: timestamp tx"},
+  };
+  for (const auto& variant : variants) {
+    SCOPED_TRACE(variant.name);
+    const Outcome outcome = run("eval " + write(variant.name, variant.text) + " " + own);
+    if (*variant.sentence != '\0') {
+      EXPECT_NE(outcome.exit_code, 0);
+      EXPECT_TRUE(outcome.mentions(variant.sentence)) << outcome.printed;
+      continue;
+    }
+    EXPECT_EQ(outcome.exit_code, 0);
+    EXPECT_TRUE(outcome.mentions("ate_rmse_m                           0.000000"))
+        << outcome.printed;
+    EXPECT_TRUE(outcome.mentions("pairs                                6\n")) << outcome.printed;
+  }
+  // KITTI's poses, one metre apart and ten a second: 0.1 m off in the last one.
+  std::string poses, off;
+  for (int i = 0; i < 14; ++i) {
+    const std::string x = std::to_string(i * (i % 3)), end = " 0 0 1 0\n";
+    poses += "1 0 0 " + x + " 0 1 0 " + std::to_string(i) + end;
+    off += "1 0 0 " + x + (i == 12 ? ".1" : "") + " 0 1 0 " + std::to_string(i) + end;
+  }
+  const Outcome kitti = run("eval " + write("kitti off", off) + " " + write("kitti", poses));
+  EXPECT_EQ(kitti.exit_code, 0);
+  EXPECT_TRUE(kitti.mentions("rpe_translation_max_m                0.100000")) << kitti.printed;
+}
+
+}  // namespace
+}  // namespace dynfilter::testing
