@@ -88,6 +88,7 @@ class TableReader {
     if (text.find('\0') != std::string::npos) {
       throw_file_error(path_, "holds zero bytes: UTF-16 without a byte order mark, or no text");
     }
+    stream_.exceptions(std::ios::badbit);  // a stream would swallow a failed allocation
     stream_.str(text);
   }
 
