@@ -9,7 +9,7 @@ import dynfilter
 
 
 def scene():
-    """A person, 8 x 10 pixels, and a chair; the mask lacks the person's two right columns."""
+    """A person and a chair."""
     depth = numpy.full((60, 80), 15000, numpy.uint16)
     depth[20:50, 30:50] = 7500
     masks = numpy.zeros((2, 60, 80), bool)
@@ -48,8 +48,12 @@ def test_depth_gets_holes(kind):
 
 
 def test_refined_masks_follow_depth():
-    frame, masks, people = scene()
-    refined = dynfilter.refined(frame, people)
-    mask = dynfilter.mask_of_dynamic_pixels(refined) > 0
-    assert mask[25:45, 47].all() and not mask[:, 55:].any()
-    assert len(refined.instances) == 2
+    depth = numpy.full((480, 640), 15000, numpy.uint16)
+    depth[160:400, 240:400] = 7500
+    mask = numpy.zeros((1, 480, 640), bool)
+    mask[0, 160:400, 240:392] = True  # lacks the eight right columns
+    image = numpy.zeros((480, 640, 3), numpy.uint8)
+    frame = dynfilter.FrameView(image=image, depth=depth, metres_per_unit=1 / 5000)
+    refined = dynfilter.refined(frame, dynfilter.Segmentation.from_masks(frame, mask))
+    found = dynfilter.mask_of_dynamic_pixels(refined) > 0
+    assert found[200:360, 396].all() and not found[:, 410:].any()
