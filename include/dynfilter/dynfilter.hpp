@@ -17,7 +17,6 @@
 #include "dynfilter/feature_floor.hpp"
 #include "dynfilter/feature_sampler.hpp"
 #include "dynfilter/features.hpp"
-#include "dynfilter/filter_health.hpp"
 #include "dynfilter/filter_input.hpp"
 #include "dynfilter/frame.hpp"
 #include "dynfilter/frame_features.hpp"

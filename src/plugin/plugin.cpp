@@ -7,7 +7,9 @@
 #include <cmath>
 #include <iostream>
 #include <optional>
+#include <set>
 #include <stdexcept>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -16,8 +18,8 @@
 #include "dynfilter/detail/columns.hpp"
 #include "dynfilter/detail/number_text.hpp"
 #include "dynfilter/dynfilter.hpp"
+#include "dynfilter/segmenters/input_checks.hpp"
 #include "io/process.hpp"
-#include "plugin/first_frames.hpp"
 #include "plugin/host_columns.hpp"
 #include "plugin/host_image.hpp"
 #include "plugin/mask_source.hpp"
@@ -49,11 +51,28 @@ void keep_at_least_one(FeatureLabels& labels) {
   labels.restore(static_cast<std::size_t>(best - labels.begin()));
 }
 
+/// Makes the checks of the input, which name settings as the file does.
+InputChecks checks_of(const detail::PluginSettings& settings) {
+  const auto key = [&](const std::string& name) {
+    return settings.prefix + name + " in " + settings.file;
+  };
+  InputChecksOptions options;
+  options.dynamic_classes = settings.filter.mask_culler.dynamic_classes;
+  options.wanted_features = settings.orb_features;
+  options.map_features = settings.orb_features > 0 ? 501 : 0;  // ORB-SLAM waits for more than 500
+  options.moves_masks = settings.moves_masks;
+  options.depth_setting = "DepthMapFactor in " + settings.file;
+  options.features_setting = "ORBextractor.nFeatures in " + settings.file;
+  options.masks_setting = key(settings.source());
+  if (!settings.need_of_images().empty()) options.images_setting = key(settings.need_of_images());
+  return InputChecks(options);
+}
+
 }  // namespace
 
 struct Plugin::State {
   explicit State(const detail::PluginSettings& from)
-      : settings(from), filter(make_filter(from)), pair_depths(from), first_frames(settings) {
+      : settings(from), filter(make_filter(from)), pair_depths(from), checks(checks_of(from)) {
     if (!settings.enabled) return;
     masks.emplace(settings);
 #ifdef DYNFILTER_HAS_MOTION
@@ -128,6 +147,18 @@ struct Plugin::State {
     filter.apply(frame, segmentation, features, labels, workspace);
   }
 
+  /// Checks the first frames, and writes each finding once.
+  void check(const FrameView& frame, const std::optional<Segmentation>& segmentation,
+             FeaturesView features, const FrameStatistics& statistics) {
+    constexpr std::size_t first = 30, last = 150;
+    if (checks.frames() == last) return;
+    checks.add(frame, segmentation, features, &statistics);
+    if (checks.frames() % first != 0) return;
+    for (const auto& [name, sentence, is_hopeless] : checks.findings()) {
+      if (said.insert(name).second) std::cerr << "dynfilter: " << sentence << std::endl;
+    }
+  }
+
   /// Filters all or nothing: everything that may fail comes before the caller's data change.
   FrameStatistics run(double timestamp_s, const cv::Mat& depth,
                       const detail::HostColumns& columns) {
@@ -164,10 +195,9 @@ struct Plugin::State {
     cv::KeyPoint::convert(columns.keypoints, points);
     times.filter_s = in_all.elapsed_s();
     if (recorder) recorder->record(frame, shown, features, labels, times);
+    // Depths of a mono host's map points begin no map.
     const bool has_depth = statistics.has_depth || columns.right_x != nullptr;
-    for (const std::string& sentence : first_frames.add(frame, statistics, has_depth)) {
-      std::cerr << sentence << std::endl;
-    }
+    check(frame, segmentation, has_depth ? features : columns.keypoints, statistics);
     if (statistics.was_cautious() && counters.cautious++ == 0) {
       std::cerr << "dynfilter: in the frame at " << detail::time_text(timestamp_s)
                 << " s, compensation would have left too few of " << statistics.features
@@ -229,7 +259,8 @@ struct Plugin::State {
   std::optional<MotionFilter> motion_filter;  // instead of `filter`, if it is switched on
 #endif
   std::optional<detail::Recorder> recorder;
-  detail::FirstFrames first_frames;
+  InputChecks checks;
+  std::set<std::string> said;  // the checks that spoke
   PluginCounters counters;
   FeatureLabels labels;
   Workspace workspace;

@@ -197,7 +197,8 @@ PluginSettings read_plugin_settings(const std::string& path, const std::string& 
                 "a folder outside " + read + ", which is read");
   }
   settings.depth_units_per_metre = read_depth_factor(file);
-  settings.is_of_orb_slam = file.host().has("ORBextractor.nFeatures");
+  const double features = file.host().number("ORBextractor.nFeatures").value_or(0);
+  settings.orb_features = features > 0 ? static_cast<std::size_t>(features) : 0;
   return settings;
 }
 

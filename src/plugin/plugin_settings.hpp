@@ -40,7 +40,7 @@ struct PluginSettings {
   std::string output_folder;         ///< for frames.csv and overlays; empty: none
   int overlay_every = 0;             ///< draw every n-th frame; 0: none
   double depth_units_per_metre = 0;  ///< DepthMapFactor; 0: not in the file
-  bool is_of_orb_slam = false;       ///< the file has ORBextractor.nFeatures
+  std::size_t orb_features = 0;      ///< ORBextractor.nFeatures; 0: not in the file
 
   /// Returns "<file>: <prefix><name>", for messages.
   std::string place_of(const std::string& name) const { return file + ": " + prefix + name; }

@@ -25,6 +25,7 @@ void bind_filter_options(py::module_& module);
 void bind_filter(py::module_& module);
 void bind_host_masks(py::module_& module);
 void bind_segmenters(py::module_& module);
+void bind_checks(py::module_& module);
 void bind_propagator(py::module_& module);
 void bind_networks(py::module_& module);
 void bind_motion(py::module_& module);

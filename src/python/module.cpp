@@ -45,6 +45,7 @@ void fill(py::module_& module) {
   bind_filter(module);
   bind_host_masks(module);
   bind_segmenters(module);
+  bind_checks(module);
   bind_propagator(module);
 #ifdef DYNFILTER_HAS_NETWORKS
   bind_networks(module);

@@ -5,9 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 
 #include "dynfilter/detail/errors.hpp"
+#include "dynfilter/detail/number_text.hpp"
 #include "dynfilter/detail/quantile.hpp"
 #include "dynfilter/feature_floor.hpp"
 #include "io/frame_table.hpp"
@@ -20,7 +20,7 @@ using detail::concatenate;
 constexpr std::size_t min_checked_frames = 8;               // that a check rests on
 constexpr double max_period_s = 0.9, min_period_s = 0.001;  // from frame to frame
 /// Share of images that equal the one before: a camera's noise makes it 0.
-constexpr double max_repeated = 0.3;
+constexpr double max_repeated = 0.3, max_masks_repeated = 0.8;  // masks of who sits may repeat
 /// Difference of grey, from 1 to 99 % of the places. 12 bits in a 16-bit file leave 16 greys, 14
 /// bits 64; recordings have 190 and more, levels 127.
 constexpr double min_grey_range = 64;
@@ -36,12 +36,10 @@ constexpr double small_far_m[] = {2.5, 1.7, 1}, small_near_m = 0.3;
 /// @}
 constexpr double hopeless_factor = 10;   // beyond these limits
 constexpr double max_step = 0.03;        // between depths, as a share; a Kinect's is 0.023 at 8 m
-constexpr double min_one_value = 0.05;   // share of places that have the commonest depth
 constexpr double max_missing = 0.98;     // share of places without depth
 constexpr double max_rim = 0.15;         // of width or height, never with depth; Kinect: 0.08
 constexpr double max_frames_late = 0.5;  // beyond it, another depth image is nearer
 constexpr double max_shift_px = 10;      // at a width of 640; the search is 4 px coarse
-constexpr double min_fit = 0.8;          // share of places where depth and mask agree
 constexpr double max_without_depth = 0.55;  // share of features; recordings 0.43, levels 0.47
 constexpr double max_hollow = 0.3;          // such a share on people; recordings 0.18, levels 0.24
 /// @{
@@ -50,23 +48,11 @@ constexpr double max_covered = 0.75, max_border = 0.6;
 /// @}
 constexpr double max_age_s = 0.05, no_age_s = 1;  // of masks; beyond, they have no usable time
 constexpr double max_gap_px = 8;       // at a width of 640; networks' masks are 4 px coarse
+constexpr int max_labels = 100;        // in masks of instances
 constexpr int max_values = 16;         // of masks of classes; soft masks have more
 constexpr double min_found = 0.5;      // share of the features asked for
 constexpr std::size_t min_kept = 200;  // features that suffice to go on tracking
 constexpr double max_starved = 0.1;    // share of frames with fewer
-
-/// Places at which each frame is looked at.
-constexpr int grid_columns = 64, grid_rows = 48, grid_places = grid_columns * grid_rows;
-
-cv::Point grid_pixel(int k, const cv::Size& size) {
-  return {(2 * (k % grid_columns) + 1) * size.width / (2 * grid_columns),
-          (2 * (k / grid_columns) + 1) * size.height / (2 * grid_rows)};
-}
-
-bool is_at_border(int k) {
-  const int column = k % grid_columns, row = k / grid_columns;
-  return column == 0 || row == 0 || column == grid_columns - 1 || row == grid_rows - 1;
-}
 
 /// Rounds to two digits.
 double rounded(double value) {
@@ -78,147 +64,6 @@ double rounded(double value) {
 std::string percent(double share) { return detail::fixed_decimals(100 * share, 0) + " %"; }
 
 }  // namespace
-
-void InputChecks::look_at_image(const FrameView& frame, Figures& figures) {
-  const cv::Mat& image = frame.image;
-  figures.has_image = !image.empty();
-  if (image.empty() || image.depth() != CV_8U) return;
-  std::vector<double> greys;
-  for (int k = 0; k < grid_places; ++k) {
-    const cv::Point pixel = grid_pixel(k, image.size());
-    const std::uint8_t* bytes = image.ptr<std::uint8_t>(pixel.y) + image.channels() * pixel.x;
-    greys.push_back(image.channels() < 3 ? bytes[0] : (bytes[0] + bytes[1] + bytes[2]) / 3);
-  }
-  figures.repeats_image = greys == greys_;
-  greys_ = greys;
-  figures.brightest = detail::quantile_of(greys, 0.99);
-  figures.grey_range = figures.brightest - detail::quantile_of(greys, 0.01);
-}
-
-void InputChecks::look_at_depth(const FrameView& frame, Figures& figures) {
-  if (frame.depth.empty()) return;
-  std::vector<double> now, depths;
-  figures.left = figures.right = figures.top = figures.bottom = 1;
-  for (int k = 0; k < grid_places; ++k) {
-    now.push_back(frame.depth_m(grid_pixel(k, frame.depth.size())).value_or(0));
-    if (now.back() == 0) continue;
-    depths.push_back(now.back());
-    const double column = k % grid_columns, row = k / grid_columns;
-    figures.left = std::min(figures.left, column / grid_columns);
-    figures.right = std::min(figures.right, 1 - (column + 1) / grid_columns);
-    figures.top = std::min(figures.top, row / grid_rows);
-    figures.bottom = std::min(figures.bottom, 1 - (row + 1) / grid_rows);
-  }
-  figures.missing = 1 - static_cast<double>(depths.size()) / grid_places;
-  if (figures.missing > max_missing) return;
-  figures.repeats_depth = now == depths_;
-  depths_ = now;
-  std::sort(depths.begin(), depths.end());
-  const auto at = [&](double share) {
-    return depths[static_cast<std::size_t>(share * static_cast<double>(depths.size() - 1))];
-  };
-  figures.near_m = at(0.05);
-  figures.depth_m = at(0.5);
-  figures.far_m = at(0.95);
-  double commonest = 0;
-  std::ptrdiff_t most = 0;
-  std::vector<double> steps;
-  for (auto first = depths.begin(), last = first; first != depths.end(); first = last) {
-    last = std::upper_bound(first, depths.end(), *first);
-    if (last != depths.end()) steps.push_back(*last - *first);
-    if (last - first > most) commonest = *first;
-    most = std::max(most, last - first);
-  }
-  if (!steps.empty()) figures.step = detail::quantile_of(steps) / figures.depth_m;
-  // A surface has depths near its commonest one, and what means "no depth" is beyond all others or
-  // in place of 0.
-  const auto around = std::upper_bound(depths.begin(), depths.end(), commonest * 1.03) -
-                      std::lower_bound(depths.begin(), depths.end(), commonest * 0.97);
-  const bool is_alone =
-      around < most + most / 2 && static_cast<double>(most) > min_one_value * grid_places;
-  const bool is_odd = commonest == depths.back() || figures.missing < 0.02;
-  figures.one_value = is_alone && is_odd ? commonest / frame.depth_scale() : 0;
-}
-
-bool InputChecks::is_dynamic(const Instance& instance) const {
-  const std::vector<int>& dynamic = options_.dynamic_classes;
-  return std::find(dynamic.begin(), dynamic.end(), instance.class_id) != dynamic.end();
-}
-
-bool InputChecks::is_on_people(const Segmentation& masks, cv::Point pixel) const {
-  return std::any_of(masks.instances.begin(), masks.instances.end(), [&](const Instance& one) {
-    return is_dynamic(one) && (one.mask.empty() ? one.box_contains(pixel) : one.covers(pixel));
-  });
-}
-
-void InputChecks::look_at_masks(const FrameView& frame, const Segmentation& masks,
-                                Figures& figures) {
-  double covered = 0, at_border = 0;
-  for (int k = 0; k < grid_places; ++k) {
-    if (!is_on_people(masks, grid_pixel(k, size_))) continue;
-    ++covered;
-    at_border += is_at_border(k) ? 1 : 0;
-  }
-  figures.covered = covered / grid_places;
-  figures.border = at_border / (2 * grid_columns + 2 * grid_rows - 4);
-  const Instance* largest = nullptr;
-  for (const Instance& one : masks.instances) {
-    classes_.insert(one.class_id);
-    has_dynamic_ = has_dynamic_ || is_dynamic(one);
-    figures.age_s = std::abs(frame.timestamp_s - masks.timestamp_s);
-    const bool is_larger = largest == nullptr || one.mask.total() > largest->mask.total();
-    if (is_dynamic(one) && is_larger) largest = &one;
-  }
-  if (largest != nullptr && !frame.depth.empty()) look_at_person(frame, *largest, figures);
-}
-
-/// Measures how large the person is, and how far its depth is shifted against its mask: where depth
-/// and mask agree best, first across, then down.
-void InputChecks::look_at_person(const FrameView& frame, const Instance& person,
-                                 Figures& figures) const {
-  std::vector<double> depths;
-  double count = 0;
-  cv::Rect box;
-  for (int k = 0; k < grid_places; ++k) {
-    const cv::Point pixel = grid_pixel(k, size_);
-    if (!person.covers(pixel)) continue;
-    ++count;
-    box |= cv::Rect(pixel, cv::Size(1, 1));
-    if (const auto depth_m = frame.depth_m(pixel)) depths.push_back(*depth_m);
-  }
-  if (count < 0.02 * grid_places || depths.size() < 20) return;
-  const double depth_m = detail::quantile_of(depths), half_m = std::max(0.25, 0.12 * depth_m);
-  const double focal_px =
-      camera_.fx > 0 ? camera_.fx : 0.85 * size_.width;  // as most RGB-D cameras
-  figures.people_m = std::sqrt(count / grid_places * size_.area()) * depth_m / focal_px;
-  if (figures.age_s > max_age_s) return;
-  const int step = std::max(1, size_.width / 160), reach = 10;
-  const auto fit = [&](int dx, int dy) {
-    double known = 0, alike = 0;
-    for (int y = box.y - reach * step; y < box.br().y + reach * step; y += 2 * step) {
-      for (int x = box.x - reach * step; x < box.br().x + reach * step; x += 2 * step) {
-        const auto there_m = frame.depth_m({x + dx * step, y + dy * step});
-        if (!there_m) continue;
-        ++known;
-        alike += (std::abs(*there_m - depth_m) < half_m) == person.covers({x, y}) ? 1 : 0;
-      }
-    }
-    return alike / std::max(1.0, known);
-  };
-  cv::Point best(0, 0);
-  double best_fit = fit(0, 0);
-  const auto look = [&](int dx, int dy) {
-    const double now = fit(dx, dy);
-    if (now > best_fit) best = {dx, dy};
-    best_fit = std::max(now, best_fit);
-  };
-  for (int dx = -reach; dx <= reach; ++dx) look(dx, 0);
-  const int across = best.x;
-  for (int dy = -reach; dy <= reach; ++dy) look(across, dy);
-  if (best_fit < min_fit) return;
-  figures.shift_x = 640.0 / size_.width * step * best.x;
-  figures.shift_y = 640.0 / size_.width * step * best.y;
-}
 
 void InputChecks::look_at_features(const FrameView& frame, SegmentationView masks,
                                    FeaturesView features, Figures& figures) const {
@@ -374,8 +219,15 @@ void InputChecks::check_frames(Findings& say) const {
           " of the images are those of the frame before: write each of the camera's images once")) {
     say.list.back().is_hopeless = repeated > max_missing;
   }
-  say(depth_repeated > max_repeated && repeated < max_repeated, "depth_frozen",
-      percent(depth_repeated), " of the depth images are those of the frame before,",
+  const double masks_repeated = pairs * share_of(&Figures::repeats_masks);
+  say(masks_repeated > max_masks_repeated && repeated < max_repeated && !are_masks_odd(),
+      "masks_frozen", percent(masks_repeated),
+      " of the masks are those of the frame before, while images change: ",
+      "make masks of each image");
+  say(depth_repeated > max_repeated && repeated < max_repeated &&
+          !(quantile(&Figures::one_value) > 0),
+      "depth_frozen", percent(depth_repeated),
+      " of the depth images are those of the frame before,",
       " while images change: give each image its own depth");
 }
 
@@ -410,15 +262,17 @@ void InputChecks::check_depth(Findings& say) const {
       " holds over 5 % of each depth image: if it means \"no depth\", write 0 in its place");
   const std::optional<DepthOffset> offset = offset_.estimate().offset;
   const DepthOffset late = offset.value_or(DepthOffset());
-  const bool is_late = say(
-      std::abs(late.frames_late) - 2 * late.sigma_frames > max_frames_late, "depth_late",
-      "depth is ", late.frames_late < 0 ? "early" : "late", " by ",
-      rounded(std::abs(late.frames_late)),
-      " frames, so that people leave features behind: ", "pair the images anew (--depth-offset ",
-      std::round(late.seconds * 1000) / 1000, ", or dynfilter sync --write)");
+  const bool is_late =
+      say(std::abs(late.frames_late) - 2 * late.sigma_frames > max_frames_late, "depth_late",
+          "depth is ", late.frames_late < 0 ? "early" : "late", " by ",
+          rounded(std::abs(late.frames_late)),
+          " frames, so that people leave features behind: pair the images anew: --depth-offset ",
+          std::round(late.seconds * 1000) / 1000,
+          ", for a SLAM program `dynfilter sync SEQUENCE --write FILE`");
   const double x = quantile(&Figures::shift_x), y = quantile(&Figures::shift_y);
-  say(!is_late && !are_masks_odd() && std::hypot(x, y / 2) > max_shift_px, "depth_shift",
-      "people's depth lies ", std::abs(x), " px to the ", x < 0 ? "left" : "right",
+  say(!is_late && !are_masks_odd() && !(quantile(&Figures::age_s) > max_age_s) &&
+          std::hypot(x, y / 2) > max_shift_px,
+      "depth_shift", "people's depth lies ", std::abs(x), " px to the ", x < 0 ? "left" : "right",
       " of their masks and ", std::abs(y), " px ", y < 0 ? "above" : "below",
       ", at a width of 640: register depth to the images");
   const double sides = quantile(&Figures::left, 0) + quantile(&Figures::right, 0);
@@ -448,7 +302,8 @@ void InputChecks::check_masks(Findings& say) const {
     say.list.back().is_hopeless = covered > max_missing;
   }
   const int count = static_cast<int>(mask_values_.size());
-  const bool are_labels = count < 2 || mask_values_.back() == count;  // one value, or 1 … count
+  // One value, or 1 to so many; soft masks may have each of 1 to 255.
+  const bool are_labels = count < 2 || (mask_values_.back() == count && count <= max_labels);
   say(!are_labels && count > max_values, "masks_soft", "masks hold ", count, " shades of grey, ",
       "and each but 0 counts as a person: threshold them at half, and save them as PNG");
   say(!are_labels && count <= max_values, "masks_values", "masks hold the values ",

@@ -18,7 +18,6 @@
 #include "ablation_tables.hpp"
 #include "commands.hpp"
 #include "dynfilter/detail/errors.hpp"
-#include "dynfilter/segmenters/depth_offset_estimator.hpp"
 #include "inputs.hpp"
 #include "lab/scenes/scene_levels.hpp"
 #include "number_options.hpp"
@@ -27,6 +26,7 @@
 #include "rule_set.hpp"
 #include "scene_spec.hpp"
 #include "shared_options.hpp"
+#include "source_checks.hpp"
 
 namespace dynfilter::tools {
 namespace {
@@ -98,12 +98,12 @@ std::vector<RunResult> run_scene(const AblationPlan& plan, const SceneSpec& scen
                                              folder_of(plan, scene, rule)));
   }
   const odometry::OrbExtractor extractor(plan.settings.features);
-  std::optional<DepthOffsetEstimator> offset;  // it compares successive frames
-  if (source.has_depth() && plan.settings.every == 1) offset.emplace();
+  SourceChecks checks(source, plan.settings);
   for (std::size_t i = 0; i < source.size(); i += plan.settings.every) {
     const SourceFrame frame = source.read(i);
-    if (offset) offset->add(frame.frame, frame.depth_timestamp_s);
     const ExtractedFeatures features = extract_features(extractor, frame.frame.image);
+    checks.add(frame, frame.masks, features.keypoints);
+    checks.require_hope();
     std::vector<std::future<void>> works;
     for (const std::unique_ptr<RuleRun>& run : runs) {
       works.push_back(std::async(std::launch::async,
@@ -114,8 +114,7 @@ std::vector<RunResult> run_scene(const AblationPlan& plan, const SceneSpec& scen
   }
   std::vector<RunResult> results;
   for (const std::unique_ptr<RuleRun>& run : runs) {
-    if (offset) run->note_depth_offset(offset->estimate());
-    results.push_back(result_of(run->finish(source)));
+    results.push_back(result_of(run->finish(source, checks.findings())));
   }
   return results;
 }
@@ -212,6 +211,13 @@ void ablate(const AblateOptions& options) {
   const std::vector<RunResult> results = run_all(plan);
   for (const Table& table : ablation_tables(results, plan.settings.truth)) {
     std::printf("%s\n", text_of(table).c_str());
+  }
+  std::set<std::string> scenes;
+  for (const RunResult& result : results) {
+    const std::string& name = result.scene.name;
+    if (scenes.insert(name).second && !result.findings.empty()) {
+      print_findings(result.findings, name);
+    }
   }
 }
 

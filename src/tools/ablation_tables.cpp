@@ -260,6 +260,7 @@ RunResult result_of(const RunRecord& run) {
   result.frames = run.frames.size();
   result.kept = run.totals().kept();
   result.fewest_kept = run.fewest_kept();
+  result.findings = run.findings;
   if (run.has_truth) result.scores = run.total_scores(&FrameRecord::scores);
   result.worst_left = run.worst(&FeatureScores::dynamic_left);
   result.worst_removed = run.worst(&FeatureScores::static_removed);

@@ -29,6 +29,7 @@ struct RunResult {
   std::optional<double> ate_rmse_m;
   std::optional<double> rpe_translation_rmse_m;
   std::optional<double> rpe_rotation_rmse_deg;
+  std::vector<InputFinding> findings;  ///< about the scene
 };
 
 RunResult result_of(const RunRecord& run);

@@ -111,6 +111,9 @@ class Recording final : public FrameSource {
 
   std::optional<Trajectory> true_trajectory() const override { return true_trajectory_; }
   std::string note() const override { return note_; }
+  std::vector<int> mask_values() const override {
+    return masks_ ? masks_->values() : std::vector<int>();
+  }
 
   void add_inputs(Inputs& inputs) const override {
     add_sequence_inputs(sequence_, inputs);

@@ -9,6 +9,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "dynfilter/evaluation/camera.hpp"
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
@@ -64,6 +65,9 @@ class FrameSource {
   virtual void require_masks(std::size_t i) const = 0;
 
   virtual std::optional<Trajectory> true_trajectory() const = 0;
+
+  /// Returns the different values of masks without a table, read so far.
+  virtual std::vector<int> mask_values() const { return {}; }
 
   /// Returns a line about tolerated flaws of the input; empty if there were none.
   virtual std::string note() const { return {}; }

@@ -124,11 +124,10 @@ std::optional<Segmentation> RuleRun::masks_of(const SourceFrame& frame) {
       [&] { return propagator_->propagate(frame.frame, frame.masks); });
 }
 
-void RuleRun::process(const SourceFrame& frame, ExtractedFeatures features) {
+const FrameStatistics& RuleRun::process(const SourceFrame& frame, ExtractedFeatures features) {
   extraction_time_.add(features.extraction_ms);
   const std::optional<Segmentation> masks = masks_of(frame);
   filter_.apply(frame.frame, masks, features.keypoints, labels_, workspace_);
-  health_.add(frame.frame, features.keypoints, labels_.statistics());
 
   FrameRecord record;
   record.stem = frame.stem;
@@ -152,6 +151,7 @@ void RuleRun::process(const SourceFrame& frame, ExtractedFeatures features) {
     });
   }
   record_.frames.push_back(std::move(record));
+  return record_.frames.back().statistics;
 }
 
 void RuleRun::add_pictures(const SourceFrame& frame, const Segmentation& masks,
@@ -164,11 +164,6 @@ void RuleRun::add_pictures(const SourceFrame& frame, const Segmentation& masks,
   if (pictures_.wants(record_.frames.size())) {
     pictures_.add(frame.stem, image, masks, features, by_mask, labels_);
   }
-}
-
-void RuleRun::note_depth_offset(DepthOffsetEstimate estimate) {
-  if (estimate.offset) health_.note_depth_offset(estimate.offset->frames_late, estimate.frames);
-  record_.depth_offset = std::move(estimate);
 }
 
 void RuleRun::note_times() {
@@ -184,9 +179,9 @@ void RuleRun::note_times() {
   note("odometry", odometry_time_);
 }
 
-RunRecord RuleRun::finish(const FrameSource& source) {
+RunRecord RuleRun::finish(const FrameSource& source, std::vector<InputFinding> findings) {
   note_times();
-  record_.health = health_.report();
+  record_.findings = std::move(findings);
   const std::optional<Trajectory> truth = source.true_trajectory();
   const std::filesystem::path& folder = staged_.path();
   if (odometry_) {

@@ -75,13 +75,12 @@ class RuleRun {
     return waiting_time_.measure(work);
   }
 
-  void process(const SourceFrame& frame, ExtractedFeatures features);
-
-  void note_depth_offset(DepthOffsetEstimate estimate);
+  /// Returns the filter's statistics of the frame.
+  const FrameStatistics& process(const SourceFrame& frame, ExtractedFeatures features);
 
   /// Writes the results into the folder, replacing an earlier run's: frames.csv, summary.json, the
   /// pictures, with depth trajectory.txt, and with known truth groundtruth.txt.
-  RunRecord finish(const FrameSource& source);
+  RunRecord finish(const FrameSource& source, std::vector<InputFinding> findings);
 
  private:
   using Stage = TimedStage<AnyStage>;
@@ -102,7 +101,6 @@ class RuleRun {
   FeatureLabels labels_;
   Workspace workspace_;
   std::optional<odometry::Odometry> odometry_;
-  FilterHealth health_;
   RunPictures pictures_;
   WorstFrame worst_;
   RunRecord record_;

@@ -12,7 +12,6 @@
 #include <utility>
 
 #include "commands.hpp"
-#include "dynfilter/segmenters/depth_offset_estimator.hpp"
 #include "inputs.hpp"
 #include "io/file_error.hpp"
 #include "mask_feed.hpp"
@@ -20,6 +19,7 @@
 #include "progress_bar.hpp"
 #include "rule_run.hpp"
 #include "shared_options.hpp"
+#include "source_checks.hpp"
 
 namespace dynfilter::tools {
 namespace {
@@ -49,24 +49,24 @@ void run(const RunOptions& options) {
   RuleRun work(options.with_motion ? with_motion(rule) : rule, scene, *source, settings,
                options.out);
   const odometry::OrbExtractor extractor(options.settings.features);
-  std::optional<DepthOffsetEstimator> offset;  // it compares successive frames
-  if (source->has_depth() && settings.every == 1) offset.emplace();
+  SourceChecks checks(*source, settings, rule.moves_masks());
   {
     ProgressBar progress("filtering", source->size());
     for (std::size_t i = 0; i < source->size(); i += options.settings.every) {
       SourceFrame frame = source->read(i);
       masks.submit(frame.frame);
-      ExtractedFeatures features = extract_features(extractor, frame.frame.image);
+      const ExtractedFeatures features = extract_features(extractor, frame.frame.image);
       if (!masks.uses_source_masks()) {
         frame.masks = work.wait_for_masks([&] { return masks.collect(frame); });
       }
-      if (offset) offset->add(frame.frame, frame.depth_timestamp_s);
-      work.process(frame, std::move(features));
+      const FrameStatistics& statistics = work.process(frame, features);
+      checks.add(frame, rule.takes_masks() ? frame.masks : std::nullopt, features.keypoints,
+                 &statistics);
+      checks.require_hope();
       progress.advance(options.settings.every);
     }
   }
-  if (offset) work.note_depth_offset(offset->estimate());
-  print_report(work.finish(*source));
+  print_report(work.finish(*source, checks.findings()));
   if (!masks.report().empty()) std::printf("\n%s\n", masks.report().c_str());
   std::printf("\nwritten to %s: summary.json, frames.csv%s%s%s\n", options.out.c_str(),
               source->has_depth() && settings.every == 1 ? ", trajectory.txt" : "",

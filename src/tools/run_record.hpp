@@ -14,8 +14,7 @@
 
 #include "dynfilter/evaluation/feature_scores.hpp"
 #include "dynfilter/evaluation/trajectory_errors.hpp"
-#include "dynfilter/filter_health.hpp"
-#include "dynfilter/segmenters/depth_offset_estimator.hpp"
+#include "dynfilter/segmenters/input_checks.hpp"
 #include "dynfilter/statistics.hpp"
 #include "rule_set.hpp"
 #include "scene_spec.hpp"
@@ -55,10 +54,9 @@ struct RunRecord {
   std::vector<int> dynamic_classes;
   std::vector<std::pair<std::string, std::string>> options;  ///< resolved options by name
   std::vector<FrameRecord> frames;
-  std::optional<TrajectoryRecord> trajectory;       ///< if there was depth
-  std::optional<DepthOffsetEstimate> depth_offset;  ///< of a run over every frame with depth
-  double depth_offset_s = 0;                        ///< the offset that depth was paired with
-  FilterHealthReport health;
+  std::optional<TrajectoryRecord> trajectory;         ///< if there was depth
+  double depth_offset_s = 0;                          ///< the offset that depth was paired with
+  std::vector<InputFinding> findings;                 ///< about the input
   std::vector<std::pair<std::string, Times>> stages;  ///< name and time, in the order of work
 
   /// Returns the sums over the frames.
@@ -115,6 +113,9 @@ struct RunRecord {
 
 /// Prints the table for people on standard output.
 void print_report(const RunRecord& run);
+
+/// Prints what is wrong with the input, a line each.
+void print_findings(const std::vector<InputFinding>& findings, const std::string& scene = {});
 
 /// @{
 /// Write the results: a line a frame, or totals and times. Throw std::runtime_error that names a

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <map>
-#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -14,7 +13,6 @@
 #include <nlohmann/json.hpp>
 
 #include "dynfilter/detail/number_text.hpp"
-#include "health_text.hpp"
 #include "io/file_writing.hpp"
 #include "io/frame_table.hpp"
 
@@ -76,18 +74,6 @@ void print_trajectory(const RunRecord& run) {
   if (!run.trajectory->has_truth) say_why("errors", "the true trajectory is unknown");
 }
 
-std::vector<HealthRow> health_rows_of(const RunRecord& run) {
-  return health_rows(run.health, run.depth_offset, run.rule.moves_masks());
-}
-
-/// Prints what is wrong with the run's input, and what to do about it.
-void print_health(const RunRecord& run) {
-  const std::vector<HealthRow> rows = health_rows_of(run);
-  std::printf("\n%s",
-              text_of(health_table("health of the input, without any truth", rows)).c_str());
-  for (const std::string& advice : health_advice(rows)) std::printf("* %s\n", advice.c_str());
-}
-
 /// Prints in how many frames motion was judged, and why it was not in the others.
 void print_motion(const RunRecord& run) {
   std::map<std::string, std::size_t> frames;
@@ -98,30 +84,6 @@ void print_motion(const RunRecord& run) {
   for (const auto& [outcome, count] : frames) {
     std::printf("  %-38s %10zu\n", outcome.c_str(), count);
   }
-}
-
-std::string joined(const std::set<int>& ids) {
-  std::string text;
-  for (const int id : ids) text += (text.empty() ? "" : ", ") + std::to_string(id);
-  return text;
-}
-
-/// Says if there are instances, but none of them is dynamic by its class: class ids often count
-/// from 1, where 0 is the background.
-void print_doubt_about_classes(const RunRecord& run) {
-  std::set<int> seen;
-  for (const FrameRecord& frame : run.frames) {
-    for (const InstanceStatistics& instance : frame.statistics.instances) {
-      seen.insert(instance.class_id);
-    }
-  }
-  const std::set<int> dynamic(run.dynamic_classes.begin(), run.dynamic_classes.end());
-  const bool none_is_dynamic =
-      std::none_of(seen.begin(), seen.end(), [&](int id) { return dynamic.count(id) > 0; });
-  if (!run.rule.takes_masks() || seen.empty() || !none_is_dynamic) return;
-  std::printf("* no instance is of a dynamic class (%s); the masks hold %s %s: see --classes\n",
-              joined(dynamic).c_str(), seen.size() == 1 ? "class" : "classes",
-              joined(seen).c_str());
 }
 
 std::string masks_text(const RunRecord& run) {
@@ -202,8 +164,16 @@ void print_report(const RunRecord& run) {
     std::printf("  %-38s %6.3f ms %8.3f ms\n", name.c_str(), times.quantile_ms(0.5),
                 times.quantile_ms(0.95));
   }
-  print_health(run);
-  print_doubt_about_classes(run);
+  print_findings(run.findings);
+}
+
+void print_findings(const std::vector<InputFinding>& findings, const std::string& scene) {
+  const std::string of_scene = scene.empty() ? "" : " of " + scene;
+  if (findings.empty()) std::printf("\nchecks of the input%s: nothing to mend\n", of_scene.c_str());
+  if (!findings.empty()) std::printf("\nchecks of the input%s\n", of_scene.c_str());
+  for (const auto& [check, sentence, is_hopeless] : findings) {
+    std::printf("* %s: %s\n", check.c_str(), sentence.c_str());
+  }
 }
 
 void write_frames_csv(const RunRecord& run, const std::filesystem::path& file) {
@@ -242,7 +212,10 @@ void write_summary_json(const RunRecord& run, const std::filesystem::path& file)
   summary["cautious_frames"] = run.cautious_frames();
   if (run.has_truth) add_scores(summary, run);
   if (run.trajectory) add_trajectory(summary, run);
-  summary["health"] = health_json(health_rows_of(run));
+  summary["checks"] = nlohmann::ordered_json::object();
+  for (const InputFinding& finding : run.findings) {
+    summary["checks"][finding.check] = finding.sentence;
+  }
   for (const auto& [name, value] : run.options) summary["options"][name] = value;
   for (const auto& [name, times] : run.stages) {
     summary["times_ms"][name] = {{"median", times.quantile_ms(0.5)},

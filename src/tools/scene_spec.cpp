@@ -98,6 +98,7 @@ class DegradedMasks final : public FrameSource {
   std::string masks_name() const override { return source_->masks_name() + ", " + how_; }
   std::optional<Trajectory> true_trajectory() const override { return source_->true_trajectory(); }
   std::string note() const override { return source_->note(); }
+  std::vector<int> mask_values() const override { return source_->mask_values(); }
 
   void require_masks(std::size_t i) const override {
     source_->require_masks(i);

@@ -15,7 +15,6 @@
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
 #include "dynfilter/segmenters/depth_offset_estimator.hpp"
 #include "frame_source.hpp"
-#include "health_text.hpp"
 #include "inputs.hpp"
 #include "io/file_error.hpp"
 #include "progress_bar.hpp"
@@ -41,6 +40,44 @@ DepthOffsetEstimate estimate_offset(const RgbdSequence& sequence) {
     progress.advance();
   }
   return estimator.estimate();
+}
+
+const char* reason_of(DepthOffsetVerdict verdict) {
+  switch (verdict) {
+    case DepthOffsetVerdict::too_few_frames:
+      return "too few successive frames have edges of depth";
+    case DepthOffsetVerdict::nothing_moves:
+      return "too little moves: every offset fits as well";
+    case DepthOffsetVerdict::out_of_reach:
+      return "the best of the offsets tried is the first or the last";
+    case DepthOffsetVerdict::uncertain:
+      return "the measurements scatter too much";
+    case DepthOffsetVerdict::measured:
+      break;
+  }
+  return "";
+}
+
+/// Whether depth is out of step by more than half a frame, so that another pairing is better.
+bool is_out_of_step(const DepthOffsetEstimate& estimate) {
+  return estimate.offset && std::abs(estimate.offset->frames_late) > 0.5;
+}
+
+/// Says in a line how late depth is, or why that is not known.
+std::string depth_offset_text(const DepthOffsetEstimate& estimate) {
+  if (!estimate.offset) {
+    return std::string("depth offset unknown: ") + reason_of(estimate.verdict);
+  }
+  const DepthOffset& offset = *estimate.offset;
+  const bool is_early = offset.frames_late < 0, is_in_step = std::abs(offset.frames_late) <= 0.25;
+  using detail::fixed_decimals;
+  const std::string late =
+      fixed_decimals(is_in_step ? offset.frames_late : std::abs(offset.frames_late), 2) +
+      " frames (+-" + fixed_decimals(offset.sigma_frames, 2) + ")";
+  if (is_in_step) return "depth is in step: late by " + late;
+  return std::string("depth is ") + (is_early ? "early" : "late") + " by " + late +
+         "; its stamps belong with images " + fixed_decimals(std::abs(offset.seconds), 3) +
+         (offset.seconds < 0 ? " s later" : " s earlier");
 }
 
 /// Prints one row a lag: the shorter the bar, the better the edges agree.
@@ -102,13 +139,18 @@ void sync(const SyncOptions& options) {
   }
   require_harmless_file(sequence, options.camera, options.write);
   const DepthOffsetEstimate estimate = estimate_offset(sequence);
-  const double offset_s = recommended_offset_s(estimate, sequence.depth_offset_s());
+  const bool is_late = is_out_of_step(estimate);
+  const double offset_s =
+      is_late ? std::round(estimate.offset->seconds * 1000) / 1000 : sequence.depth_offset_s();
   std::printf("%zu frames compared, paired with a depth offset of %g s\n\n", estimate.frames,
               sequence.depth_offset_s());
   print_curve(estimate);
   std::printf("\n%s\n", depth_offset_text(estimate).c_str());
-  if (is_out_of_step(estimate)) {
-    std::printf("recommended: %s\n", pairing_advice(offset_s).c_str());
+  if (is_late) {
+    std::printf(
+        "recommended: --depth-offset %g for dynfilter run, ablate and masks; for a SLAM program "
+        "`dynfilter sync SEQUENCE --write FILE`, and FILE in place of its associations\n",
+        offset_s);
   } else if (estimate.offset) {
     std::printf("recommended: keep the pairs as they are; no other pairing is nearer\n");
   } else {

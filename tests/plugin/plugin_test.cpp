@@ -172,7 +172,8 @@ TEST_F(PluginTest, SaysOnceWhatIsOddAboutTheFirstFrames) {
             std::string::npos);
   EXPECT_EQ(std::count(map.begin(), map.end(), '\n'), 1);
   const std::string unit = said("", 5000);
-  EXPECT_NE(unit.find("is DepthMapFactor in " + file().string() + " right?"), std::string::npos);
+  EXPECT_NE(unit.find("set DepthMapFactor in " + file().string() + " to the units in a metre"),
+            std::string::npos);
   EXPECT_EQ(std::count(unit.begin(), unit.end(), '\n'), 2);
   const std::string images = said("dynfilter.propagate: \"yes\"\n", 1);
   EXPECT_NE(images.find("which dynfilter.propagate in " + file().string() + " needs"),

@@ -170,6 +170,9 @@ TEST(InputChecks, EachSpeaksAlone) {
          f.view.depth = sound_frames()[0].view.depth;
          f.statistics.reset();
        }},
+      {"masks_frozen", "100 %",
+       [](CheckedFrame& f, int) { f.masks->instances = sound_frames()[3].masks->instances; }},
+      {"depth_one_value", "15000", [](CheckedFrame& f, int) { f.view.depth.setTo(15000); }},
       {"depth_empty", "100 %", [](CheckedFrame& f, int) { f.view.depth.setTo(0); }},
       {"depth_unit", "too small", depth_times(0.2)},
       {"depth_unit", "too small", depth_times(0.25)},
@@ -263,11 +266,14 @@ TEST(InputChecks, ValuesOfMasksMayBeClassesOrShades) {
   std::vector<int> labels(40), shades(200);
   std::iota(labels.begin(), labels.end(), 1);
   std::iota(shades.begin(), shades.end(), 20);
+  std::vector<int> all_shades(255);
+  std::iota(all_shades.begin(), all_shades.end(), 1);
   for (const auto& sound : {std::vector<int>{}, {1}, {255}, {15}, {1, 2, 3}, labels})
     EXPECT_EQ(said_of(sound), "");
   for (const auto& odd : {std::vector<int>{1, 255}, {9, 15}, {128, 255}})
     EXPECT_EQ(said_of(odd), "masks_values ");
   EXPECT_EQ(said_of(shades), "masks_soft ");
+  EXPECT_EQ(said_of(all_shades), "masks_soft ");
 }
 
 TEST(InputChecks, SpeakOfLateDepth) {

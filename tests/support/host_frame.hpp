@@ -141,7 +141,7 @@ class PluginTest : public ::testing::Test {
 
   std::string raw_settings(const std::string& lines) const {
     std::ofstream(file()) << "%YAML:1.0\n# Camera\nCamera.fx: 535.4\nDepthMapFactor: 5000.0\n"
-                          << "ORBextractor.nFeatures: 1000\n"
+                          << "ORBextractor.nFeatures: 500\n"
                           << lines;
     return file().string();
   }

@@ -90,7 +90,7 @@ class InputChecks {
     double shift_x = unknown, shift_y = unknown, gap_px = unknown, without_depth = unknown;
     double features = unknown, kept = unknown, suggested = 0, on_people = 0, hollow = 0;
     bool has_image = false, has_masks = false, has_depth = false;
-    bool repeats_image = false, repeats_depth = false;
+    bool repeats_image = false, repeats_depth = false, repeats_masks = false;
     MotionOutcome motion = MotionOutcome::not_run;
   };
   using Figure = double Figures::*;
@@ -121,7 +121,7 @@ class InputChecks {
   std::string other_size_;                                // of an image or mask; empty: none
   std::set<int> classes_;                                 // of instances
   bool has_dynamic_ = false, removes_elsewhere_ = false;  // instances; features without masks
-  std::vector<double> greys_, depths_;                    // at the last frame's places
+  std::vector<double> greys_, depths_, covered_;          // at the last frame's places
   DepthOffsetEstimator offset_;
   bool knows_offset_ = false;  // no more frames are compared
 };

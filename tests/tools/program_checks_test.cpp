@@ -1,0 +1,357 @@
+// SPDX-FileCopyrightText: 2026 the dynfilter authors
+// SPDX-License-Identifier: MIT
+
+// What dynfilter run, ablate and doctor say about input that is wrong: the variants that users
+// have.
+
+#include <algorithm>
+#include <fstream>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "support/program.hpp"
+#include "support/temporary_folder.hpp"
+#include "support/test_data.hpp"
+
+namespace dynfilter::testing {
+namespace {
+
+/// A rendered sequence, made once.
+const fs::path& base() {
+  static const TemporaryFolder folder;
+  static const fs::path scene = folder.path() / "base";
+  if (!fs::exists(scene)) {
+    const Outcome synth = run("synth " + quoted(scene) +
+                              " --level medium --seed 5 --frames 36 --width 320 --height 240");
+    EXPECT_EQ(synth.exit_code, 0) << synth.printed;
+  }
+  return scene;
+}
+
+using ImageChange = std::function<cv::Mat(const cv::Mat&)>;
+
+/// Replaces the images of a folder.
+void change_images(const fs::path& folder, const ImageChange& change) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.path().extension() == ".png") files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  for (const fs::path& file : files) {
+    cv::imwrite(file.string(), change(cv::imread(file.string(), cv::IMREAD_UNCHANGED)));
+  }
+}
+
+/// Replaces the text of a file, line by line.
+void change_lines(const fs::path& file, const std::function<std::string(std::string)>& change) {
+  std::ifstream in(file);
+  std::string text, line;
+  while (std::getline(in, line)) text += change(line) + '\n';
+  in.close();
+  std::ofstream(file) << text;
+}
+
+void make_masks(const fs::path& scene, const ImageChange& of_binary_mask) {
+  fs::remove(scene / "masks" / "instances.csv");
+  change_images(scene / "masks", [&](const cv::Mat& labels) { return of_binary_mask(labels > 0); });
+}
+
+ImageChange bits(int count) {
+  return [count](const cv::Mat& image) {
+    cv::Mat grey, deep;
+    cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
+    grey.convertTo(deep, CV_16UC1, 1 << (count - 8));
+    return deep;
+  };
+}
+
+void add_line(const fs::path& scene, const std::string& line) {
+  std::ofstream(scene / "camera.yaml", std::ios::app) << line << '\n';
+}
+
+/// Gives the frames other times, in lists and in the names of masks.
+void change_times(const fs::path& scene, const std::function<double(double, int)>& other) {
+  for (const char* truth : {"masks_true", "masks_moving"}) fs::remove_all(scene / truth);
+  for (const char* file : {"groundtruth.txt", "masks/instances.csv"}) fs::remove(scene / file);
+  std::vector<std::string> stems;
+  for (const auto& entry : fs::directory_iterator(scene / "rgb")) {
+    stems.push_back(entry.path().stem().string());
+  }
+  std::sort(stems.begin(), stems.end());
+  std::ofstream pairs(scene / "associations.txt");
+  const char* const folders[] = {"rgb", "depth", "masks"};
+  std::vector<fs::path> files;  // with a further extension, so that none replaces another
+  int i = 0;
+  for (const std::string& stem : stems) {
+    const std::string time = std::to_string(other(std::stod(stem), i++));
+    pairs << time << " rgb/" << time << ".png " << time << " depth/" << time << ".png\n";
+    for (const char* folder : folders) {
+      files.push_back(scene / folder / (time + ".png.new"));
+      fs::rename(scene / folder / (stem + ".png"), files.back());
+    }
+  }
+  for (const fs::path& file : files) fs::rename(file, fs::path(file).replace_extension());
+}
+
+void set_depth(const fs::path& scene, const std::function<void(cv::Mat&)>& change) {
+  change_images(scene / "depth", [&](cv::Mat depth) {
+    change(depth);
+    return depth;
+  });
+}
+
+void set_factor(const fs::path& scene, double factor) {
+  change_lines(scene / "camera.yaml", [&](const std::string& line) {
+    return line.find("DepthMapFactor") == 0 ? "DepthMapFactor: " + std::to_string(factor) : line;
+  });
+}
+
+struct Variant {
+  const char* name;
+  const char* check;  // that speaks
+  std::function<void(const fs::path&)> make;
+  bool stops = false;  // the run, because nothing can come of it
+};
+
+const Variant variants[] = {
+    {"masks inverted", "masks_everywhere",
+     [](const fs::path& s) { make_masks(s, [](const cv::Mat& m) { return 255 - m; }); }},
+    {"masks of 0 and 1, 1 is static", "masks_everywhere",
+     [](const fs::path& s) { make_masks(s, [](const cv::Mat& m) { return 1 - m / 255; }); }},
+    {"masks white", "masks_everywhere",
+     [](const fs::path& s) { make_masks(s, [](const cv::Mat& m) { return m * 0 + 255; }); }, true},
+    {"masks of classes, none 0", "masks_everywhere",
+     [](const fs::path& s) { make_masks(s, [](const cv::Mat& m) { return m / 25 + 3; }); }, true},
+    {"masks black", "masks_empty",
+     [](const fs::path& s) {
+       make_masks(s, [](const cv::Mat& m) { return m * 0; });
+       fs::remove_all(s / "masks_true");
+     }},
+    {"masks soft", "masks_soft",
+     [](const fs::path& s) {
+       make_masks(s, [](cv::Mat m) {
+         cv::GaussianBlur(m, m, {9, 9}, 0);
+         return m;
+       });
+     }},
+    {"masks with a rim to ignore", "masks_values",
+     [](const fs::path& s) {
+       make_masks(s, [](const cv::Mat& m) {
+         cv::Mat wide;
+         cv::dilate(m, wide, cv::Mat::ones(3, 3, CV_8UC1));
+         return wide - m / 17 * 16;  // 255 around 15
+       });
+     }},
+    {"classes that count from 1", "masks_classes",
+     [](const fs::path& s) {
+       change_lines(s / "masks" / "instances.csv", [](const std::string& line) {
+         const std::size_t at = line.find(",0,");
+         return at == std::string::npos ? line : line.substr(0, at) + ",1," + line.substr(at + 3);
+       });
+     }},
+    {"millimetres at TUM's factor", "depth_unit",
+     [](const fs::path& s) { set_depth(s, [](cv::Mat& d) { d *= 0.2; }); }},
+    {"factor 1", "depth_unit", [](const fs::path& s) { set_factor(s, 1); }, true},
+    {"factor 4", "depth_unit", [](const fs::path& s) { set_factor(s, 4); }, true},
+    {"factor 100", "depth_unit", [](const fs::path& s) { set_factor(s, 100); }, true},
+    {"factor 256", "depth_unit", [](const fs::path& s) { set_factor(s, 256); }},
+    {"factor 1000", "depth_unit", [](const fs::path& s) { set_factor(s, 1000); }},
+    {"factor 25000", "depth_unit", [](const fs::path& s) { set_factor(s, 25000); }},
+    {"whole metres", "depth_steps",
+     [](const fs::path& s) {
+       set_depth(s, [](cv::Mat& d) { d /= 5000; });
+       set_factor(s, 1);
+     }},
+    {"whole metres at TUM's factor", "depth_steps",
+     [](const fs::path& s) { set_depth(s, [](cv::Mat& d) { d /= 5000; }); }},
+    {"10000 is no depth", "depth_one_value",
+     [](const fs::path& s) { set_depth(s, [](cv::Mat& d) { d.setTo(10000, d == 0); }); }},
+    {"60000 is no depth", "depth_one_value",
+     [](const fs::path& s) { set_depth(s, [](cv::Mat& d) { d.setTo(60000, d == 0); }); }},
+    {"depth of the frame before", "depth_late",
+     [](const fs::path& s) {
+       cv::Mat last;
+       set_depth(s, [&](cv::Mat& d) {
+         const cv::Mat now = d.clone();
+         if (!last.empty()) d = last;
+         last = now;
+       });
+     }},
+    {"depth not registered", "depth_shift",
+     [](const fs::path& s) {
+       set_depth(s, [](cv::Mat& d) {
+         const cv::Mat shift = (cv::Mat_<double>(2, 3) << 1, 0, 14, 0, 1, 2);
+         cv::warpAffine(d.clone(), d, shift, d.size(), cv::INTER_NEAREST);
+       });
+     }},
+    {"depth without the outer sixths", "depth_rim",
+     [](const fs::path& s) {
+       set_depth(s, [](cv::Mat& d) { d.colRange(0, 53) = 0, d.colRange(267, 320) = 0; });
+     }},
+    {"depth without people", "people_without_depth",
+     [](const fs::path& s) { set_depth(s, [](cv::Mat& d) { d.setTo(0, d < 9500); }); }},
+    {"masks of one frame", "masks_frozen",
+     [](const fs::path& s) {
+       cv::Mat first;
+       make_masks(s, [&](const cv::Mat& m) { return first.empty() ? first = m.clone() : first; });
+     }},
+    {"depth black", "depth_empty",
+     [](const fs::path& s) { set_depth(s, [](cv::Mat& d) { d = 0; }); }},
+    {"depth frozen", "depth_frozen",
+     [](const fs::path& s) {
+       cv::Mat first;
+       set_depth(s, [&](cv::Mat& d) { first.empty() ? d.copyTo(first) : first.copyTo(d); });
+     }},
+    {"images frozen", "image_frozen",
+     [](const fs::path& s) {
+       cv::Mat first;
+       change_images(s / "rgb", [&](const cv::Mat& image) {
+         return first.empty() ? first = image.clone() : first;
+       });
+     },
+     true},
+    {"images of 10 bits in 16", "image_range",
+     [](const fs::path& s) { change_images(s / "rgb", bits(10)); }, true},
+    {"images of 12 bits in 16", "image_range",
+     [](const fs::path& s) { change_images(s / "rgb", bits(12)); }},
+    {"indices as times", "times",
+     [](const fs::path& s) { change_times(s, [](double, int i) { return i; }); }},
+    {"milliseconds as times", "times",
+     [](const fs::path& s) { change_times(s, [](double t, int) { return 1000 * t; }); }},
+    {"a fisheye camera", "Camera.type",
+     [](const fs::path& s) { add_line(s, "Camera.type: \"KannalaBrandt8\""); }, true},
+    {"a rational camera", "Camera.k4",
+     [](const fs::path& s) { add_line(s, "Camera.k4: 0.3\nCamera.k5: -0.1\nCamera.k6: 0.02"); },
+     true},
+    {"a camera of another size", "camera_size",
+     [](const fs::path& s) {
+       change_lines(s / "camera.yaml", [](const std::string& line) {
+         return line.find("Camera.cx") == 0 ? "Camera.cx: 318.6" : line;
+       });
+     }},
+};
+
+TEST(ProgramChecks, SayOfEachVariantWhatIsWrong) {
+  const TemporaryFolder folder;
+  for (const Variant& variant : variants) {
+    const fs::path scene = folder.path() / "variant";
+    fs::remove_all(scene);
+    fs::copy(base(), scene, fs::copy_options::recursive);
+    variant.make(scene);
+    const Outcome outcome = run("run " + quoted(scene) + " --features 500 --overlays 0 --out " +
+                                quoted(folder.path() / "out"));
+    EXPECT_TRUE(outcome.mentions(std::string(variant.check) + ": ")) << variant.name << '\n'
+                                                                     << outcome.printed;
+    EXPECT_EQ(outcome.exit_code, variant.stops ? 1 : 0) << variant.name << '\n' << outcome.printed;
+    EXPECT_FALSE(outcome.mentions("--features to")) << variant.name << '\n' << outcome.printed;
+  }
+}
+
+TEST(ProgramChecks, SpeakInDoctorAndAblateToo) {
+  const TemporaryFolder folder;
+  const fs::path scene = folder.path() / "inverted";
+  EXPECT_TRUE(run("doctor " + quoted(base())).mentions("fine    36 of 36 frames were checked\n"));
+  fs::copy(base(), scene, fs::copy_options::recursive);
+  variants[0].make(scene);
+  const Outcome examined = run("doctor " + quoted(scene));
+  EXPECT_TRUE(examined.mentions("odd     masks_everywhere: masks cover")) << examined.printed;
+  const Outcome ablated =
+      run("ablate " + quoted(scene) + " --rules none,mask --features 300 --out " +
+          quoted(folder.path() / "ablated"));
+  EXPECT_EQ(ablated.exit_code, 0) << ablated.printed;
+  EXPECT_TRUE(ablated.mentions("checks of the input of inverted\n* masks_everywhere: "))
+      << ablated.printed;
+  const auto summary = read_json(folder.path() / "ablated" / "inverted" / "mask" / "summary.json");
+  EXPECT_TRUE(summary.at("checks").contains("masks_everywhere"));
+}
+
+/// Returns what a run says of its input.
+std::string said(const std::string& arguments) {
+  const TemporaryFolder folder;
+  const Outcome outcome = run("run " + arguments + " --overlays 0 --out " + quoted(folder / "out"));
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
+  const std::size_t at = outcome.printed.find("\nchecks of the input");
+  if (at == std::string::npos) return outcome.printed;
+  const std::string rest = outcome.printed.substr(at);
+  return rest.substr(0, rest.find("\n\nwritten to"));
+}
+
+std::string said_of_level(const std::string& level, const std::string& more = "") {
+  return said("--level " + level + " --scene-seed 11 --frames 24 --width 320 --height 240 " + more);
+}
+
+constexpr const char* silence = "\nchecks of the input: nothing to mend";
+
+TEST(ProgramChecks, AreSilentAboutGoodLevels) {
+  for (const char* level : {"static", "medium", "crowd"}) EXPECT_EQ(said_of_level(level), silence);
+}
+
+TEST(ProgramChecks, AreSilentAboutOtherLevelsSlow) {
+  for (const char* level : {"cross", "together", "hard", "furniture", "two_in_one", "leave", "desk",
+                            "near_crowd", "two_near", "sitting", "working", "stop_and_go", "pushed",
+                            "carried", "still_camera", "rotation", "fast"}) {
+    EXPECT_EQ(said("--frames 40 --scene-seed 5 --level " + std::string(level)), silence) << level;
+  }
+}
+
+TEST(ProgramChecks, NameStaleMasksUnlessTheyAreMoved) {
+  EXPECT_NE(said_of_level("stale_3").find("* masks_age: masks are 0.1 s old"), std::string::npos);
+  EXPECT_EQ(said_of_level("stale_3", "--rule depth_moved"), silence);
+}
+
+TEST(ProgramChecks, AdviceOnFeaturesHelps) {
+  const std::string starved = said_of_level("medium", "--features 300");
+  const std::size_t at = starved.find("set --features to ");
+  ASSERT_NE(at, std::string::npos) << starved;
+  const std::string more = std::to_string(std::stoi(starved.substr(at + 18)));
+  EXPECT_GT(std::stoi(more), 300);
+  EXPECT_EQ(said_of_level("medium", "--features " + more), silence);
+}
+
+TEST(ProgramChecks, NameMasksOfOtherClasses) {
+  EXPECT_NE(said_of_level("medium", "--classes 1,57")
+                .find("no instance is of a dynamic class (1, 57); the masks hold class 0"),
+            std::string::npos);
+}
+
+class RecordedChecks : public RecordedData {
+ protected:
+  std::string said_of(const char* name, const std::string& more = "") const {
+    return said(quoted(data(name)) + ' ' + more);
+  }
+};
+
+TEST_F(RecordedChecks, AreSilentInStep) {
+  EXPECT_EQ(said_of("tum_fr3_walking_halfsphere_50", "--depth-offset 0.033"), silence);
+  EXPECT_EQ(said_of("composite_person_in_step_48"), silence);
+  EXPECT_EQ(said_of("boxes_25"), silence);
+  EXPECT_EQ(said_of("classroom_one_38"), silence);
+}
+
+TEST_F(RecordedChecks, AreSilentInLongerOnesSlow) {
+  for (const char* name : {"tum_fr1_xyz_120", "man_on_fr1_120", "crowd_on_fr1_120"}) {
+    EXPECT_EQ(said_of(name, "--depth-offset 0.033"), silence) << name;
+  }
+}
+
+TEST_F(RecordedChecks, NameLateDepth) {
+  for (const char* name : {"tum_fr3_walking_halfsphere_50", "composite_person_depth_late_48"}) {
+    const std::string text = said_of(name);
+    EXPECT_NE(text.find("* depth_late: depth is late by "), std::string::npos) << text;
+    EXPECT_EQ(std::count(text.begin(), text.end(), '*'), 1) << text;
+  }
+}
+
+TEST_F(RecordedChecks, SeeThatMasksAreErodedByEightPixels) {
+  const std::string text =
+      said_of("tum_fr3_walking_halfsphere_50", "--depth-offset 0.033 --degrade eroded");
+  EXPECT_NE(text.find("* masks_small: people reach "), std::string::npos) << text;
+}
+
+}  // namespace
+}  // namespace dynfilter::testing
