@@ -287,6 +287,13 @@ Segmentation MaskFolderSegmenter::do_segment(const FrameView& frame) {
   cv::Mat pixels = detail::read_mask(file);
   Segmentation result = empty_segmentation(frame);
   if (result.image_size.empty()) result.image_size = pixels.size();
+  if (frame.image.empty() && pixels.size() != result.image_size) {
+    // The features are pixels of an image whose size is not known: nothing can be scaled to it.
+    detail::throw_file_error(file, detail::size_name(pixels.size()) +
+                                       " pixels, but the depth has " +
+                                       detail::size_name(result.image_size) +
+                                       "; register depth to the image, at its size");
+  }
   pixels = detail::fitted(pixels, result.image_size, file, "the frame");
   const std::optional<double>& own_time_s = mask->second.time_s;
   if (own_time_s && !is_within_reach(mask, *own_time_s)) {

@@ -217,7 +217,7 @@ TEST_F(PluginTest, NamesMalformedInput) {
   expect_error<std::invalid_argument>(
       [&] { filter(cv::Mat::zeros(image_size, CV_8UC1), frame.descriptors); }, "CV_8UC1");
   expect_error<std::runtime_error>(
-      [&] { filter(cv::Mat(60, 70, CV_32FC1, cv::Scalar(1)), frame.descriptors); }, "70x60");
+      [&] { filter(cv::Mat(60, 80, CV_32FC1, cv::Scalar(1)), frame.descriptors); }, "80x60");
   expect_error<std::invalid_argument>([&] { plugin.submit(cv::Mat(), 1.0); }, "Plugin::submit");
   expect_error<std::invalid_argument>([&] { plugin.submit(cv::Mat::zeros(4, 4, CV_32FC1), 1.0); },
                                       "CV_32FC1");
