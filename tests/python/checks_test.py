@@ -32,5 +32,5 @@ def test_misuse_is_refused(scene):
     assert checks.findings() == []
     with pytest.raises(TypeError):
         checks.add(scene.frame(), scene.mask)
-    with pytest.raises(ValueError, match="InputChecks"):
+    with pytest.raises(ValueError, match="metres_per_unit"):
         checks.add(dynfilter.FrameView(depth=np.zeros((4, 4), np.uint16)))

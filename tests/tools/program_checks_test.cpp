@@ -334,8 +334,9 @@ TEST_F(RecordedChecks, AreSilentInStep) {
 }
 
 TEST_F(RecordedChecks, AreSilentInLongerOnesSlow) {
-  for (const char* name : {"tum_fr1_xyz_120", "man_on_fr1_120", "crowd_on_fr1_120"}) {
-    EXPECT_EQ(said_of(name, "--depth-offset 0.033"), silence) << name;
+  EXPECT_EQ(said_of("tum_fr1_xyz_120", "--depth-offset 0.033"), silence);
+  for (const char* name : {"man_on_fr1_120", "crowd_on_fr1_120"}) {
+    EXPECT_EQ(said_of(name), silence) << name;
   }
 }
 
