@@ -12,10 +12,8 @@
 #include "dynfilter/edge_compensator.hpp"
 #include "dynfilter/motion/motion_judge.hpp"
 #include "dynfilter/stage.hpp"
+#include "lab/rules/frame_rules.hpp"
 #include "lab/rules/frames.hpp"
-#include "lab/rules/person_rules.hpp"
-#include "lab/rules/point_rules.hpp"
-#include "lab/rules/region_rules.hpp"
 #include "lab/rules/single_frame.hpp"
 
 namespace dynfilter::tools {
@@ -114,20 +112,6 @@ const std::vector<Entry>& entries() {
       {{"dynaslam_geometry", "features on regions nearer than in earlier frames (DynaSLAM)",
         M::left, S::frames},
        on_frames<peers::DepthConsistency>},
-      {{"derome", "features whose flow depth and camera do not explain (Derome)", M::left,
-        S::frames},
-       on_frames<peers::FlowChiSquare>},
-      {{"eppenberger", "features on clusters faster than 0.45 m/s (Eppenberger)", M::left,
-        S::frames},
-       on_frames<peers::ClusterVotes>},
-      {{"dai", "features whose distances to the largest rigid part change (Dai)", M::left,
-        S::frames},
-       on_frames<peers::PointCorrelations>},
-      {{"smr", "features in regions that probably changed (SMR)", M::left, S::frames},
-       on_frames<peers::RegionBayes>},
-      {{"dyna_tm", "features in boxes that look different than before (DynaTM-SLAM)", M::left,
-        S::frames},
-       on_frames<peers::TemplateStillness>},
       {{"dn_slam", "features on masks that move, and what moves around them (DN-SLAM)", M::left,
         S::frames},
        on_frames<peers::FlowRefinedMask>},

@@ -19,8 +19,7 @@ namespace dynfilter::testing {
 namespace {
 
 constexpr const char* small_scene = " --frames 14 --width 160 --height 120 --features 200";
-constexpr const char* frame_rules =
-    "ds_slam,dynaslam_geometry,derome,eppenberger,dai,smr,dyna_tm,dn_slam";
+constexpr const char* frame_rules = "ds_slam,dynaslam_geometry,dn_slam";
 
 TEST(FrameRules, ScenesOfASweepDoNotTouchEachOther) {
   const TemporaryFolder folder;
@@ -45,8 +44,8 @@ TEST(FrameRules, ScenesOfASweepDoNotTouchEachOther) {
                     one["static_removed"].dump());
     removed += one["custom"].get<std::size_t>() > 0 ? 1 : 0;
   }
-  EXPECT_GE(removed, 6U) << "rules that remove anything of so short a scene";
-  EXPECT_GE(outcomes.size(), 6U) << "each name makes its own rule";
+  EXPECT_EQ(removed, 3U) << "rules that remove anything of so short a scene";
+  EXPECT_EQ(outcomes.size(), 3U) << "each name makes its own rule";
 }
 
 TEST(FrameRules, RunOnlyOnRequest) {
@@ -62,10 +61,11 @@ TEST(FrameRules, RunOnlyOnRequest) {
 TEST(FrameRules, NeedEveryFrame) {
   const TemporaryFolder folder;
   const Outcome outcome =
-      run(std::string("ablate --levels medium --seeds 1 --rules dai --every 2") + small_scene +
+      run(std::string("ablate --levels medium --seeds 1 --rules ds_slam --every 2") + small_scene +
           " --out " + quoted(folder.path() / "out"));
   EXPECT_NE(outcome.exit_code, 0);
-  EXPECT_TRUE(outcome.mentions("rule dai follows objects from frame to frame")) << outcome.printed;
+  EXPECT_TRUE(outcome.mentions("rule ds_slam follows objects from frame to frame"))
+      << outcome.printed;
 }
 
 }  // namespace

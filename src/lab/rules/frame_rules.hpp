@@ -1,21 +1,21 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Rules of other systems that ask which regions of the image change, without masks.
+// Rules of other systems that compare a frame with earlier ones.
 
-#ifndef DYNFILTER_SRC_LAB_RULES_REGION_RULES_HPP
-#define DYNFILTER_SRC_LAB_RULES_REGION_RULES_HPP
+#ifndef DYNFILTER_SRC_LAB_RULES_FRAME_RULES_HPP
+#define DYNFILTER_SRC_LAB_RULES_FRAME_RULES_HPP
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <limits>
 #include <optional>
 #include <utility>
 #include <vector>
 
+#include <opencv2/calib3d.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -23,6 +23,145 @@
 #include "lab/rules/support.hpp"
 
 namespace dynfilter::peers {
+
+/// DS-SLAM's moving consistency check (C. Yu et al., "DS-SLAM: A Semantic Visual SLAM towards
+/// Dynamic Environments", IROS 2018). A fundamental matrix is fitted to the tracks by RANSAC; a
+/// track whose feature is more than 1 px from its epipolar line is an outlier. If an outlier has a
+/// person's pixel within 15 px, all features on persons are removed; else none.
+///
+/// Open in the source, or changed: the tracks are those of the frame's features into the earlier
+/// image, not of corners of the earlier image; an object without a mask is its box. The verdict is
+/// one for all persons, as there. Known holes: motion along the epipolar line, a camera that only
+/// turns, a flat scene. Removes nothing where no matrix can be fitted. The sample of RANSAC depends
+/// on the order of the features.
+class EpipolarVote {
+ public:
+  explicit EpipolarVote(Classes dynamic_classes = {0}) : classes_(std::move(dynamic_classes)) {}
+
+  void operator()(const FramePair& pair, FeatureLabels& labels) const {
+    const std::vector<std::size_t> tracks = usable_tracks(pair);
+    const auto geometry = fundamental_matrix(pair, tracks);
+    if (!geometry) return;
+    const cv::Mat persons = dynamic_pixels(pair.now.segmentation, pair.image.size(), classes_);
+    if (move(pair, tracks, *geometry, persons)) remove_on_mask(persons, pair.now, labels);
+  }
+
+ private:
+  static constexpr int border_px = 5;  // tracks this near to the edge of either image are dropped,
+  static constexpr double max_patch_difference = 2120;  // and those whose 3x3 patches differ more
+  static constexpr double ransac_px = 0.1;              // of the fundamental matrix
+  static constexpr double confidence = 0.99;
+  static constexpr double max_distance_px = 1;  // an outlier is farther from its epipolar line
+  static constexpr int reach_px = 15;           // an outlier votes for persons within this
+
+  /// Lists the features whose tracks are far enough from the edges and look alike at both ends.
+  static std::vector<std::size_t> usable_tracks(const FramePair& pair) {
+    std::vector<std::size_t> list;
+    const cv::Rect inside(border_px, border_px, pair.image.cols - 2 * border_px,
+                          pair.image.rows - 2 * border_px);
+    for (std::size_t i = 0; i < pair.tracks.size(); ++i) {
+      if (!pair.is_tracked(i)) continue;
+      const cv::Point now = pair.now.features.pixel(i);
+      const cv::Point then = nearest_pixel(pair.tracks[i].position);
+      if (!inside.contains(now) || !inside.contains(then)) continue;
+      const auto patch = [](const cv::Mat1b& image, cv::Point at) {
+        return image(cv::Rect(at - cv::Point(1, 1), cv::Size(3, 3)));
+      };
+      const double difference =
+          cv::norm(patch(pair.image, now), patch(pair.then, then), cv::NORM_L1);
+      if (difference <= max_patch_difference) list.push_back(i);
+    }
+    return list;
+  }
+
+  static std::optional<cv::Matx33d> fundamental_matrix(const FramePair& pair,
+                                                       const std::vector<std::size_t>& tracks) {
+    constexpr std::size_t min_tracks = 8;
+    if (tracks.size() < min_tracks) return {};
+    std::vector<cv::Point2f> then, now;
+    for (const std::size_t i : tracks) {
+      then.push_back(pair.tracks[i].position);
+      now.push_back(pair.now.features[i]);
+    }
+    const cv::Mat matrix = cv::findFundamentalMat(then, now, cv::FM_RANSAC, ransac_px, confidence);
+    if (matrix.rows != 3 || matrix.cols != 3) return {};
+    return cv::Matx33d(matrix);
+  }
+
+  /// Tells whether an outlier is within reach of the persons' pixels.
+  static bool move(const FramePair& pair, const std::vector<std::size_t>& tracks,
+                   const cv::Matx33d& geometry, const cv::Mat& persons) {
+    cv::Mat within_reach = persons.clone();
+    dilate_by_square(within_reach, reach_px);
+    return std::any_of(tracks.begin(), tracks.end(), [&](std::size_t i) {
+      return is_set(within_reach, pair.now.features.pixel(i)) &&
+             distance_px(geometry, pair.tracks[i].position, pair.now.features[i]) > max_distance_px;
+    });
+  }
+
+  /// Returns the distance of a pixel from the epipolar line of its place in the earlier frame.
+  static double distance_px(const cv::Matx33d& now_from_then, cv::Point2f then, cv::Point2f now) {
+    const cv::Vec3d line = now_from_then * cv::Vec3d(then.x, then.y, 1);
+    return std::abs(line[0] * now.x + line[1] * now.y + line[2]) / std::hypot(line[0], line[1]);
+  }
+
+  Classes classes_;
+};
+
+/// DN-SLAM's refinement (C. Ruan et al., "DN-SLAM: A Visual SLAM with ORB Features and NeRF Mapping
+/// in Dynamic Environments", IEEE Sensors Journal 24(4), 2024). A network gives coarse masks; flow
+/// tells which objects move and where their masks have to be completed. The features on a moving
+/// object are those on its mask and those around it with residual flow.
+///
+/// Open in the source, or changed: there, features with flow prompt a segmentation network (SAM),
+/// which draws the mask; here they are taken themselves, as far as a margin around the coarse mask.
+/// All three thresholds. An object without a mask is its box. The residual flow is that beyond what
+/// depth and FrameMemory's pose predict; an object none of whose features has one moves, as the
+/// coarse mask says. O(pixels of the masks + features x instances).
+class FlowRefinedMask {
+ public:
+  explicit FlowRefinedMask(Classes dynamic_classes = {0}) : classes_(std::move(dynamic_classes)) {}
+
+  void operator()(const FramePair& pair, FeatureLabels& labels) const {
+    const std::size_t count = pair.now.features.size();
+    std::vector<std::uint8_t> is_known(count), moves(count);
+    for (std::size_t i = 0; i < count; ++i) {
+      const auto flow = residual_flow(pair, i);
+      is_known[i] = flow ? 1 : 0;
+      moves[i] = flow && cv::norm(*flow) > min_flow_px ? 1 : 0;
+    }
+    const std::vector<Instance>& instances = pair.now.segmentation.instances;
+    for (std::size_t k = 0; k < instances.size(); ++k) {
+      if (!is_dynamic(instances[k], classes_)) continue;
+      cv::Mat coarse(pair.now.segmentation.image_size, CV_8UC1, cv::Scalar::all(0));
+      paint_instance(instances[k], coarse);
+      cv::Mat around = coarse.clone();
+      dilate_by_square(around, margin_px);
+      std::size_t known = 0, moving = 0;
+      std::vector<std::size_t> found;
+      for (std::size_t i = 0; i < count; ++i) {
+        const cv::Point pixel = pair.now.features.pixel(i);
+        if (!is_set(around, pixel)) continue;
+        const bool is_masked = is_set(coarse, pixel);
+        if (is_masked || moves[i] != 0) found.push_back(i);
+        if (!is_masked) continue;
+        known += is_known[i];
+        moving += moves[i];
+      }
+      const double min_moving = min_moving_share * static_cast<double>(known);
+      if (known > 0 && static_cast<double>(moving) <= min_moving) continue;
+      for (const std::size_t i : found) remove(labels, i, static_cast<std::ptrdiff_t>(k));
+    }
+  }
+
+ private:
+  // All three are open in the description.
+  static constexpr int margin_px = 20;             // around the coarse mask: what it misses
+  static constexpr double min_flow_px = 1;         // a feature with more residual flow moves
+  static constexpr double min_moving_share = 0.3;  // an object with more of them moves
+
+  Classes classes_;
+};
 
 /// DynaSLAM's multi-view geometry (B. Bescos et al., "DynaSLAM: Tracking, Mapping and Inpainting in
 /// Dynamic Scenes", RA-L 2018). Points of earlier keyframes are projected into the frame. Where all
@@ -36,8 +175,6 @@ namespace dynfilter::peers {
 /// keyframes are forgotten. It needs no masks.
 class DepthConsistency {
  public:
-  static constexpr int baseline_frames = 1;
-
   struct Keyframe {
     std::vector<cv::Point3d> points;  ///< of its features, in its camera's frame, metres
     RelativePose from_now;            ///< the keyframe from the last frame seen
@@ -200,117 +337,6 @@ class DepthConsistency {
   int frames_since_ = 0;             // since the newest
 };
 
-/// SMR's removal of regions (J. Cheng et al., "Improving Visual Localization Accuracy in Dynamic
-/// Environments Based on Dynamic Region Removal", IEEE T-ASE 2020). The image is divided into
-/// regions. A region's evidence is how similar it is to the last frame, and how different from it
-/// once the camera's motion is compensated; a Bayes filter turns it into a probability, and the
-/// features of regions that probably move are removed.
-///
-/// Open in the source: everything but this outline; all constants are ours. The difference is the
-/// mean absolute one, of the earlier image compensated by depth and FrameMemory's pose, or of the
-/// earlier image itself (similarity) if that is smaller. A region without depth, and all where the
-/// camera's motion is unknown, gain no evidence, and beliefs fade to the prior, one half.
-class RegionBayes {
- public:
-  static constexpr int baseline_frames = 1;
-
-  void operator()(const FramePair& pair, FeatureLabels& labels) {
-    const auto cells = [](int pixels) { return (pixels + cell_px - 1) / cell_px; };
-    const cv::Size size(cells(pair.image.cols), cells(pair.image.rows));
-    if (pair.then == nullptr || log_odds_.size() != size) log_odds_ = cv::Mat1d(size, 0.0);
-    if (pair.then == nullptr) return;
-    for (int row = 0; row < size.height; ++row) {
-      for (int column = 0; column < size.width; ++column) {
-        const auto seen = difference(pair, row, column);
-        const double evidence = seen ? log_likelihood_ratio(*seen) : 0;
-        double& belief = log_odds_(row, column);
-        belief = std::clamp(forgetting_factor * belief + evidence, -limit, limit);
-      }
-    }
-    const cv::Rect image({0, 0}, pair.image.size());
-    for (std::size_t i = 0; i < pair.tracks.size(); ++i) {
-      const cv::Point pixel = pair.now.features.pixel(i);
-      if (image.contains(pixel) && log_odds_(pixel.y / cell_px, pixel.x / cell_px) > 0) {
-        remove(labels, i);
-      }
-    }
-  }
-
-  /// Returns the log-odds that each region moves, beyond the prior.
-  const cv::Mat1d& log_odds() const { return log_odds_; }
-
- private:
-  static constexpr int cell_px = 20;     // side of a region
-  static constexpr int step_px = 4;      // every such pixel of a region is compared, each way
-  static constexpr int min_samples = 5;  // pixels that a region needs
-  // Difference of a static and of a moving region, grey levels: mean and standard deviation.
-  // Chosen on rendered scenes of seed 11 and on frames composed of two recordings.
-  static constexpr double static_mean = 4, static_deviation = 6;
-  static constexpr double moving_mean = 25, moving_deviation = 12;
-  static constexpr double forgetting_factor = 0.7;  // what is left of log-odds a frame later
-  static constexpr double limit = 3;                // log-odds stay within minus and plus this
-
-  /// Returns the brightness between pixels; none at the edge and beyond it.
-  static std::optional<float> grey_at(const cv::Mat1b& image, cv::Point2f at) {
-    if (!(at.x >= 0 && at.y >= 0 && at.x + 1 < static_cast<float>(image.cols) &&
-          at.y + 1 < static_cast<float>(image.rows))) {
-      return {};
-    }
-    const int x = static_cast<int>(at.x), y = static_cast<int>(at.y);
-    const float right = at.x - static_cast<float>(x), down = at.y - static_cast<float>(y);
-    const auto along = [&](int row) {
-      return static_cast<float>(image(row, x)) * (1 - right) +
-             static_cast<float>(image(row, x + 1)) * right;
-    };
-    return along(y) * (1 - down) + along(y + 1) * down;
-  }
-
-  /// Returns how much a region differs from the earlier image, grey levels: with compensation or
-  /// without, whichever is less. None with too few pixels that can be compensated.
-  static std::optional<double> difference(const FramePair& pair, int row, int column) {
-    if (!pair.pose) return {};
-    const int left = column * cell_px, top = row * cell_px;
-    const int right = std::min(left + cell_px, pair.image.cols);
-    const int bottom = std::min(top + cell_px, pair.image.rows);
-    const cv::Mat1b then = pair.then->frame.image;
-    double plain = 0, compensated = 0;
-    int samples = 0;
-    for (int y = top; y < bottom; y += step_px) {
-      for (int x = left; x < right; x += step_px) {
-        const auto depth_m = pair.now.frame.depth_m({x, y});
-        if (!depth_m) continue;
-        const cv::Point2f at(static_cast<float>(x), static_cast<float>(y));
-        const cv::Point3d point = pair.camera.point(pair.camera.ideal(at), *depth_m);
-        const auto place = pair.camera.project(*pair.pose * point);
-        if (!place) continue;
-        const auto now = grey_at(pair.image, at);
-        const auto moved = grey_at(then, cv::Point2f(pair.camera.raw(*place)));
-        if (!now || !moved) continue;
-        compensated += double{std::abs(*now - *moved)};
-        plain += std::abs(pair.image(y, x) - then(y, x));
-        ++samples;
-      }
-    }
-    if (samples < min_samples) return {};
-    return std::min(plain, compensated) / samples;
-  }
-
-  static double log_likelihood_ratio(double difference) {
-    const auto log_normal = [difference](double mean, double deviation) {
-      const double scaled = (difference - mean) / deviation;
-      return -0.5 * scaled * scaled - std::log(deviation);
-    };
-    // Below the static mean, and above the moving one, a region is not less so.
-    const double is_static = difference < static_mean ? -std::log(static_deviation)
-                                                      : log_normal(static_mean, static_deviation);
-    const double is_moving = difference > moving_mean ? -std::log(moving_deviation)
-                                                      : log_normal(moving_mean, moving_deviation);
-    return is_moving - is_static;
-  }
-
-  cv::Mat1d log_odds_;
-};
-
 }  // namespace dynfilter::peers
 
-#endif  // DYNFILTER_SRC_LAB_RULES_REGION_RULES_HPP
+#endif  // DYNFILTER_SRC_LAB_RULES_FRAME_RULES_HPP
