@@ -5,7 +5,7 @@
 // and beside memcpy of the depth image, which no reader of the image can beat by much. Compares
 // each result with the naive one before it is timed.
 //
-//   dense/<u16|f32>/<width>x<height>/<portable|sse2|avx2|avx512|best>  ours; users get `best`
+//   dense/<u16|f32>/<width>x<height>/<portable|sse2|avx2|best>  ours; users get `best`
 //   dense/<u16|f32>/<width>x<height>/<memcpy|mat_at|bgr2gray|dlib>
 //   sparse/<u16|f32>/1000/<codes|naive>/<warm|cold>                    640x480
 
@@ -204,7 +204,7 @@ void dense_by_dlib(benchmark::State& state, const cv::Size& size) {
 #endif
 
 std::string name_of(InstructionSet set) {
-  static constexpr const char* names[] = {"portable", "sse2", "avx2", "avx512"};
+  static constexpr const char* names[] = {"portable", "sse2", "avx2"};
   return names[static_cast<std::size_t>(set)];
 }
 

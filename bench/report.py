@@ -14,7 +14,7 @@ import os
 import statistics
 import sys
 
-SETS = ["avx512", "avx2", "sse2"]
+SETS = ["avx2", "sse2"]
 USUAL = "640x480/1000/3"  # image, features, instances
 
 

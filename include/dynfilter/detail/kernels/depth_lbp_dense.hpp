@@ -13,13 +13,11 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <type_traits>
 #include <vector>
 
 #include <opencv2/core.hpp>
 
 #include "dynfilter/detail/kernels/depth_lbp_avx2.hpp"
-#include "dynfilter/detail/kernels/depth_lbp_avx512.hpp"
 #include "dynfilter/detail/kernels/depth_lbp_sse2.hpp"
 #include "dynfilter/detail/kernels/depth_lbp_strip.hpp"
 #include "dynfilter/detail/kernels/instruction_set.hpp"
@@ -35,12 +33,6 @@ void depth_lbp(const DepthLbpStrip<Depth>& strip, const DepthLbpRule<Depth>& rul
   const auto may_use = [&](InstructionSet set, std::ptrdiff_t columns) {
     return best >= set && strip.columns >= columns;
   };
-  if (may_use(InstructionSet::avx512, DepthLbpAvx512<Depth, true>::columns)) {
-    if constexpr (std::is_same<Depth, std::uint16_t>::value) {
-      if (rule.bias == 0) return depth_lbp_avx512<Depth, false>(strip, rule);
-    }
-    return depth_lbp_avx512<Depth, true>(strip, rule);
-  }
   if (may_use(InstructionSet::avx2, DepthLbpAvx2<Depth>::columns)) {
     return depth_lbp_avx2(strip, rule);
   }

@@ -45,39 +45,6 @@ struct DepthLbpRule {
   Bits signed_bias() const { return static_cast<Bits>(bias ^ sign); }
 };
 
-/// Returns the first rows of a strip.
-template <class Depth>
-DepthLbpStrip<Depth> upper_part(DepthLbpStrip<Depth> strip, std::ptrdiff_t rows) {
-  strip.rows = rows;
-  return strip;
-}
-
-/// Returns the part of a strip below its first rows.
-template <class Depth>
-DepthLbpStrip<Depth> lower_part(DepthLbpStrip<Depth> strip, std::ptrdiff_t upper_rows) {
-  strip.depth += upper_rows * strip.depth_stride;
-  strip.codes += upper_rows * strip.codes_stride;
-  strip.rows -= upper_rows;
-  return strip;
-}
-
-/// Returns the strip from the last row to the first; it must have a row. With its rule upside down,
-/// it has the same codes.
-template <class Depth>
-DepthLbpStrip<Depth> upside_down(DepthLbpStrip<Depth> strip) {
-  strip.depth += (strip.rows - 1) * strip.depth_stride;
-  strip.codes += (strip.rows - 1) * strip.codes_stride;
-  strip.depth_stride = -strip.depth_stride;
-  strip.codes_stride = -strip.codes_stride;
-  return strip;
-}
-
-template <class Depth>
-DepthLbpRule<Depth> upside_down(const DepthLbpRule<Depth>& rule) {
-  const auto& [a, b, c, d, e, f, g, h] = rule.bits;
-  return {{g, f, e, d, c, b, a, h}, rule.bias};
-}
-
 /// Computes the codes of a strip in plain C++, without a branch on a depth.
 template <class Depth>
 void depth_lbp_portable(const DepthLbpStrip<Depth>& strip, const DepthLbpRule<Depth>& rule) {

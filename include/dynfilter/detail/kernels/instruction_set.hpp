@@ -13,31 +13,24 @@
 // Attributes to mix instruction sets in one file, and to query the processor for them.
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(_MSC_VER)
 #define DYNFILTER_HAS_X86_KERNELS 1
-// Attributes that compile a function for a set; is_supported asks for the same instructions.
+// Attributes that compile a function for a set.
 #define DYNFILTER_AVX2 gnu::target("avx2")
-#define DYNFILTER_AVX512 gnu::target("avx2,avx512f,avx512bw,avx512vbmi,gfni")
 #define DYNFILTER_AVX2_INLINE [[DYNFILTER_AVX2, gnu::always_inline]] inline
-#define DYNFILTER_AVX512_INLINE [[DYNFILTER_AVX512, gnu::always_inline]] inline
 #else
 #define DYNFILTER_HAS_X86_KERNELS 0
 #endif
 
 namespace dynfilter::detail {
 
-/// Instruction sets in order of preference, the best last. avx512 means the set of Ice Lake, Zen 4
-/// and later processors.
-enum class InstructionSet { portable, sse2, avx2, avx512 };
+/// Instruction sets in order of preference, the best last.
+enum class InstructionSet { portable, sse2, avx2 };
 
 /// Whether this processor has the set, and this compiler can use it.
 inline bool is_supported(InstructionSet set) {
   if (set == InstructionSet::portable) return true;
 #if DYNFILTER_HAS_X86_KERNELS
   __builtin_cpu_init();
-  if (set == InstructionSet::sse2) return true;
-  if (__builtin_cpu_supports("avx2") == 0) return false;
-  return set == InstructionSet::avx2 ||
-         (__builtin_cpu_supports("avx512f") != 0 && __builtin_cpu_supports("avx512bw") != 0 &&
-          __builtin_cpu_supports("avx512vbmi") != 0 && __builtin_cpu_supports("gfni") != 0);
+  return set == InstructionSet::sse2 || __builtin_cpu_supports("avx2") != 0;
 #else
   return false;
 #endif
@@ -46,15 +39,14 @@ inline bool is_supported(InstructionSet set) {
 /// Returns the supported sets, the best last.
 inline std::vector<InstructionSet> supported_instruction_sets() {
   std::vector<InstructionSet> sets;
-  for (const auto set : {InstructionSet::portable, InstructionSet::sse2, InstructionSet::avx2,
-                         InstructionSet::avx512}) {
+  for (const auto set : {InstructionSet::portable, InstructionSet::sse2, InstructionSet::avx2}) {
     if (is_supported(set)) sets.push_back(set);
   }
   return sets;
 }
 
 inline InstructionSet best_instruction_set() {
-  for (const auto set : {InstructionSet::avx512, InstructionSet::avx2, InstructionSet::sse2}) {
+  for (const auto set : {InstructionSet::avx2, InstructionSet::sse2}) {
     if (is_supported(set)) return set;
   }
   return InstructionSet::portable;
@@ -63,8 +55,6 @@ inline InstructionSet best_instruction_set() {
 /// Returns the name of the best set, for people.
 inline const char* best_instruction_set_name() {
   switch (best_instruction_set()) {
-    case InstructionSet::avx512:
-      return "AVX-512";
     case InstructionSet::avx2:
       return "AVX2";
     case InstructionSet::sse2:
