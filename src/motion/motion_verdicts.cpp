@@ -21,9 +21,9 @@ namespace {
 constexpr float forgetting_factor = 0.9F, bias = -0.1F;
 constexpr float added_supported = 1.5F, added_seed = 0.3F, added_quiet = -0.7F;
 constexpr float belief_limit = 3, min_moving_belief = 1;
-constexpr float quiet_belief = -2;  // after three quiet frames
-constexpr double pausing_px = 15;   // so near to its mask, a person's missed features may lie
-constexpr int match_radius_px = 4;  // of a feature of the last frame where one was tracked
+constexpr float quiet_belief = -2.7F;  // after four quiet frames
+constexpr double pausing_px = 15;      // so near to its mask, a person's missed features may lie
+constexpr int match_radius_px = 4;     // of a feature of the last frame where one was tracked
 
 // The fill: a feature of unclear motion moves if most around it do, at least two.
 constexpr int fill_radius_px = 25, min_filling = 2;
