@@ -40,7 +40,7 @@ chosen[--seeds]=101-105
 chosen[--frames]=150
 chosen[--out]=$root/out/$name
 marks='trajectory tables'
-tables='^(all: ATE over that of rule mask|near_crowd.*RMSE|in the form)'
+tables='^(all: ATE over that of rule mask|in the form)'
 case "$name" in
   features)
     chosen[--levels]=cross,medium,hard,stale_3,stale_6,late_10hz,late_5hz,furniture,two_in_one
@@ -69,8 +69,8 @@ case "$name" in
     chosen[--seeds]=101-103
     chosen[--frames]=120
     chosen[--truth]=motion
-    chosen[--rules]=none,mask,depth,motion,masks_motion,depth_motion,dynaslam_geometry,dn_slam
-    chosen[--rules]+=,perfect
+    chosen[--rules]=none,mask,depth,motion,masks_motion,depth_motion
+    chosen[--rules]+=,dynaslam_geometry,perfect
     marks='motion tables'
     tables='^all: (dynamic left|ATE over that of rule mask)'
     ;;
