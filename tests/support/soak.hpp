@@ -27,7 +27,7 @@ class FlatMemory {
 
   ~FlatMemory() {
     if (warm_mb_ > 0) {
-      EXPECT_LT(memory_mb(), warm_mb_ + 8) << "megabytes";
+      EXPECT_LT(memory_mb(), warm_mb_ + 16) << "megabytes";
     }
   }
 
