@@ -1,12 +1,14 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// The sub-commands of the program; each declares its options and its action.
+// The program and its sub-commands; each of these declares its options and its action.
 
 #ifndef DYNFILTER_SRC_TOOLS_COMMANDS_HPP
 #define DYNFILTER_SRC_TOOLS_COMMANDS_HPP
 
-#include <CLI/CLI.hpp>
+namespace CLI {
+class App;
+}
 
 namespace dynfilter::tools {
 
@@ -17,6 +19,9 @@ void add_sync_command(CLI::App& program);
 void add_doctor_command(CLI::App& program);
 void add_eval_command(CLI::App& program);
 void add_ablate_command(CLI::App& program);
+
+/// Runs the program and returns its exit code. Errors go to standard error.
+int run_program(int argc, char** argv);
 
 }  // namespace dynfilter::tools
 

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include <CLI/CLI.hpp>
 #include <opencv2/core/utility.hpp>
 #include <opencv2/core/version.hpp>
 

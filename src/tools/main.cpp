@@ -1,61 +1,6 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#include <csignal>
-#include <cstdio>
-#include <exception>
-#include <iostream>
-#include <new>
-
-#include <CLI/CLI.hpp>
-
 #include "commands.hpp"
-#include "dynfilter/version.hpp"
-#include "number_options.hpp"
-#include "progress_bar.hpp"
 
-namespace {
-
-int run(int argc, char** argv) {
-  CLI::App program("Keeps the features of moving objects out of visual SLAM.", "dynfilter");
-  program.set_version_flag("--version", DYNFILTER_VERSION_STRING);
-  program.require_subcommand(1);
-  dynfilter::tools::add_synth_command(program);
-  dynfilter::tools::add_run_command(program);
-  dynfilter::tools::add_masks_command(program);
-  dynfilter::tools::add_sync_command(program);
-  dynfilter::tools::add_doctor_command(program);
-  dynfilter::tools::add_eval_command(program);
-  dynfilter::tools::add_ablate_command(program);
-  dynfilter::tools::refuse_empty_values(program);
-  try {
-    program.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return program.exit(error);
-  }
-  return 0;
-}
-
-}  // namespace
-
-int main(int argc, char** argv) {
-  int exit_code = 0;
-  try {
-    exit_code = run(argc, argv);
-  } catch (const dynfilter::tools::Interrupted& interruption) {
-    std::fprintf(stderr, "%s\n", interruption.what());
-    std::raise(interruption.signal());  // ends the program as the caller expects of this signal
-    exit_code = 1;
-  } catch (const std::bad_alloc&) {
-    std::fprintf(stderr, "error: there is not enough memory\n");
-    exit_code = 1;
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "error: %s\n", error.what());
-    exit_code = 1;
-  }
-  if (!std::cout.flush() || std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
-    std::fprintf(stderr, "error: standard output: cannot be written\n");
-    return 1;
-  }
-  return exit_code;
-}
+int main(int argc, char** argv) { return dynfilter::tools::run_program(argc, argv); }

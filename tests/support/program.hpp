@@ -1,21 +1,30 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Runs the program dynfilter in a shell and reads its output.
+// Runs the program dynfilter and reads its output.
 
 #ifndef DYNFILTER_TESTS_SUPPORT_PROGRAM_HPP
 #define DYNFILTER_TESTS_SUPPORT_PROGRAM_HPP
 
+#include <sys/wait.h>
+#include <unistd.h>
+#include <wordexp.h>
+
 #include <array>
 #include <cstddef>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include <nlohmann/json.hpp>
+#include <opencv2/core/utility.hpp>
+
+#include "tools/commands.hpp"
 
 namespace dynfilter::testing {
 
@@ -28,27 +37,59 @@ struct Outcome {
   bool mentions(const std::string& text) const { return printed.find(text) != std::string::npos; }
 };
 
-inline Outcome run_in_shell(const std::string& command) {
-  Outcome outcome{-1, {}};
-  std::FILE* pipe = popen(("{ " + command + "; } 2>&1").c_str(), "r");
-  if (pipe == nullptr) return outcome;
+/// Reads what is printed into a pipe, until its writers end.
+inline std::string text_from(std::FILE* pipe) {
+  std::string text;
   std::array<char, 4096> buffer;
-  while (std::fgets(buffer.data(), buffer.size(), pipe) != nullptr)
-    outcome.printed += buffer.data();
-  outcome.exit_code = pclose(pipe) == 0 ? 0 : 1;
-  return outcome;
+  while (std::fgets(buffer.data(), buffer.size(), pipe) != nullptr) text += buffer.data();
+  return text;
 }
 
-inline Outcome run(const std::string& arguments) {
-  return run_in_shell("'" DYNFILTER_PROGRAM "' " + arguments);
+inline Outcome run_in_shell(const std::string& command) {
+  std::FILE* pipe = popen(("{ " + command + "; } 2>&1").c_str(), "r");
+  if (pipe == nullptr) return {-1, {}};
+  const std::string printed = text_from(pipe);
+  return {pclose(pipe) == 0 ? 0 : 1, printed};
 }
 
-/// Runs the program and stops it after that many seconds as a failure, so that it cannot hang the
-/// tests.
-inline Outcome run_at_most(int seconds, const std::string& arguments) {
-  return run_in_shell("timeout " + std::to_string(seconds) + " '" DYNFILTER_PROGRAM "' " +
-                      arguments);
+/// OpenCV starts no thread in this process, see below.
+inline const bool is_serial = (cv::setNumThreads(1), true);
+
+/// Runs the program in a copy of this process, which has loaded the libraries: that takes the
+/// program longer than most of the tests' work. Stops it after so many seconds as a failure.
+inline Outcome run_at_most(unsigned int seconds, const std::string& arguments) {
+  const auto others = fs::directory_iterator("/proc/self/task");
+  wordexp_t words;
+  // A copy has none of the other threads, and they may hold locks.
+  if (std::distance(begin(others), end(others)) > 1 ||
+      wordexp(("dynfilter " + arguments).c_str(), &words, WRDE_NOCMD) != 0) {
+    return run_in_shell("timeout " + std::to_string(seconds) + " '" DYNFILTER_PROGRAM "' " +
+                        arguments);
+  }
+  int ends[2];
+  if (pipe(ends) != 0) return {-1, {}};
+  std::fflush(nullptr);
+  const pid_t child = fork();
+  if (child == 0) {
+    alarm(seconds);
+    cv::setNumThreads(-1);
+    dup2(ends[1], STDOUT_FILENO);
+    dup2(ends[1], STDERR_FILENO);
+    close(ends[0]);
+    close(ends[1]);
+    std::_Exit(tools::run_program(static_cast<int>(words.we_wordc), words.we_wordv));
+  }
+  close(ends[1]);
+  std::FILE* reading = fdopen(ends[0], "r");
+  const std::string printed = text_from(reading);
+  std::fclose(reading);
+  wordfree(&words);
+  int status = -1;
+  waitpid(child, &status, 0);
+  return {status == 0 ? 0 : 1, printed};
 }
+
+inline Outcome run(const std::string& arguments) { return run_at_most(600, arguments); }
 
 inline std::string quoted(const fs::path& path) { return "'" + path.string() + "'"; }
 

@@ -5,8 +5,6 @@
 #define DYNFILTER_TESTS_SUPPORT_SMALL_SCENE_TEST_HPP
 
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <memory>
 #include <string>
 
@@ -16,12 +14,6 @@
 #include "support/temporary_folder.hpp"
 
 namespace dynfilter::testing {
-
-inline std::string read_text(const fs::path& file) {
-  std::ifstream stream(file);
-  EXPECT_TRUE(stream.good()) << file;
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
 
 /// Small scene on disk, made once for the tests of a file.
 class SmallSceneTest : public ::testing::Test {

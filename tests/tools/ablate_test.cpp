@@ -97,7 +97,7 @@ TEST_F(Ablate, ReportDrawsTheResults) {
       run_in_shell(report + quoted(out("sweep")) + " " + quoted(out("page.html")));
   ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
   EXPECT_TRUE(outcome.mentions("4 scenes in 2 groups")) << outcome.printed;
-  const std::string page = read_text(out("page.html"));
+  const std::string page = file_text(out("page.html"));
   for (const char* part : {"<h2>medium, medians over 2 scenes", "<h3>The camera's path</h3><img",
                            "<h3>Over time</h3><img", "<b>mask</b>: 1."}) {
     EXPECT_NE(page.find(part), std::string::npos) << part;

@@ -25,15 +25,15 @@ TEST(FrameRules, ScenesOfASweepDoNotTouchEachOther) {
   const TemporaryFolder folder;
   const std::string rules = std::string(" --rules ") + frame_rules;
   const fs::path both = folder.path() / "both", alone = folder.path() / "alone";
-  const std::string medium = std::string("ablate --levels medium") + small_scene + rules;
-  ASSERT_EQ(run(medium + " --seeds 1-2 --out " + quoted(both)).exit_code, 0);
-  ASSERT_EQ(run(medium + " --seeds 2 --out " + quoted(alone)).exit_code, 0);
+  const std::string cross = std::string("ablate --levels cross") + small_scene + rules;
+  ASSERT_EQ(run(cross + " --seeds 1-2 --out " + quoted(both)).exit_code, 0);
+  ASSERT_EQ(run(cross + " --seeds 2 --out " + quoted(alone)).exit_code, 0);
   std::string rule;
   std::size_t removed = 0;
   std::set<std::string> outcomes;
   for (std::istringstream list(frame_rules); std::getline(list, rule, ',');) {
     const auto read = [&](const fs::path& out) {
-      return read_json(out / "medium_2" / rule / "summary.json");
+      return read_json(out / "cross_2" / rule / "summary.json");
     };
     const nlohmann::json together = read(both), one = read(alone);
     for (const char* name : {"custom", "kept", "dynamic_left", "static_removed"}) {
@@ -44,7 +44,7 @@ TEST(FrameRules, ScenesOfASweepDoNotTouchEachOther) {
                     one["static_removed"].dump());
     removed += one["custom"].get<std::size_t>() > 0 ? 1 : 0;
   }
-  EXPECT_EQ(removed, 3U) << "rules that remove anything of so short a scene";
+  EXPECT_EQ(removed, 2U) << "the window of dynaslam_geometry is large for these images";
   EXPECT_EQ(outcomes.size(), 3U) << "each name makes its own rule";
 }
 

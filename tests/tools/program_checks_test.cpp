@@ -7,13 +7,14 @@
 #include <algorithm>
 #include <fstream>
 #include <functional>
+#include <regex>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "support/changed_scene.hpp"
 #include "support/program.hpp"
 #include "support/temporary_folder.hpp"
 #include "support/test_data.hpp"
@@ -27,33 +28,10 @@ const fs::path& base() {
   static const fs::path scene = folder.path() / "base";
   if (!fs::exists(scene)) {
     const Outcome synth = run("synth " + quoted(scene) +
-                              " --level medium --seed 5 --frames 36 --width 320 --height 240");
+                              " --level medium --seed 5 --frames 16 --width 320 --height 240");
     EXPECT_EQ(synth.exit_code, 0) << synth.printed;
   }
   return scene;
-}
-
-using ImageChange = std::function<cv::Mat(const cv::Mat&)>;
-
-/// Replaces the images of a folder.
-void change_images(const fs::path& folder, const ImageChange& change) {
-  std::vector<fs::path> files;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    if (entry.path().extension() == ".png") files.push_back(entry.path());
-  }
-  std::sort(files.begin(), files.end());
-  for (const fs::path& file : files) {
-    cv::imwrite(file.string(), change(cv::imread(file.string(), cv::IMREAD_UNCHANGED)));
-  }
-}
-
-/// Replaces the text of a file, line by line.
-void change_lines(const fs::path& file, const std::function<std::string(std::string)>& change) {
-  std::ifstream in(file);
-  std::string text, line;
-  while (std::getline(in, line)) text += change(line) + '\n';
-  in.close();
-  std::ofstream(file) << text;
 }
 
 void make_masks(const fs::path& scene, const ImageChange& of_binary_mask) {
@@ -106,16 +84,14 @@ void set_depth(const fs::path& scene, const std::function<void(cv::Mat&)>& chang
 }
 
 void set_factor(const fs::path& scene, double factor) {
-  change_lines(scene / "camera.yaml", [&](const std::string& line) {
-    return line.find("DepthMapFactor") == 0 ? "DepthMapFactor: " + std::to_string(factor) : line;
-  });
+  set_camera(scene, "DepthMapFactor", "DepthMapFactor: " + std::to_string(factor));
 }
 
 struct Variant {
   const char* name;
   const char* check;  // that speaks
   std::function<void(const fs::path&)> make;
-  bool stops = false;  // the run, because nothing can come of it
+  bool is_hopeless = false;  // nothing can come of it
 };
 
 const Variant variants[] = {
@@ -149,9 +125,8 @@ const Variant variants[] = {
      }},
     {"classes that count from 1", "masks_classes",
      [](const fs::path& s) {
-       change_lines(s / "masks" / "instances.csv", [](const std::string& line) {
-         const std::size_t at = line.find(",0,");
-         return at == std::string::npos ? line : line.substr(0, at) + ",1," + line.substr(at + 3);
+       change_text(s / "masks" / "instances.csv", [](const std::string& text) {
+         return std::regex_replace(text, std::regex("\n([^,]*,[^,]*),0,"), "\n$1,1,");
        });
      }},
     {"millimetres at TUM's factor", "depth_unit",
@@ -229,11 +204,7 @@ const Variant variants[] = {
      [](const fs::path& s) { add_line(s, "Camera.k4: 0.3\nCamera.k5: -0.1\nCamera.k6: 0.02"); },
      true},
     {"a camera of another size", "camera_size",
-     [](const fs::path& s) {
-       change_lines(s / "camera.yaml", [](const std::string& line) {
-         return line.find("Camera.cx") == 0 ? "Camera.cx: 318.6" : line;
-       });
-     }},
+     [](const fs::path& s) { set_camera(s, "Camera.cx", "Camera.cx: 318.6"); }},
 };
 
 TEST(ProgramChecks, SayOfEachVariantWhatIsWrong) {
@@ -243,31 +214,46 @@ TEST(ProgramChecks, SayOfEachVariantWhatIsWrong) {
     fs::remove_all(scene);
     fs::copy(base(), scene, fs::copy_options::recursive);
     variant.make(scene);
-    const Outcome outcome = run("run " + quoted(scene) + " --features 500 --overlays 0 --out " +
-                                quoted(folder.path() / "out"));
+    const Outcome outcome = run("doctor " + quoted(scene));
     EXPECT_TRUE(outcome.mentions(std::string(variant.check) + ": ")) << variant.name << '\n'
                                                                      << outcome.printed;
-    EXPECT_EQ(outcome.exit_code, variant.stops ? 1 : 0) << variant.name << '\n' << outcome.printed;
+    EXPECT_EQ(outcome.exit_code, variant.is_hopeless ? 1 : 0) << variant.name << '\n'
+                                                              << outcome.printed;
     EXPECT_FALSE(outcome.mentions("--features to")) << variant.name << '\n' << outcome.printed;
   }
 }
 
-TEST(ProgramChecks, SpeakInDoctorAndAblateToo) {
+TEST(ProgramChecks, SpeakInRunAndAblateToo) {
   const TemporaryFolder folder;
-  const fs::path scene = folder.path() / "inverted";
-  EXPECT_TRUE(run("doctor " + quoted(base())).mentions("fine    36 of 36 frames were checked\n"));
+  const fs::path scene = folder.path() / "inverted", out = folder.path() / "out";
   fs::copy(base(), scene, fs::copy_options::recursive);
   variants[0].make(scene);
-  const Outcome examined = run("doctor " + quoted(scene));
-  EXPECT_TRUE(examined.mentions("odd     masks_everywhere: masks cover")) << examined.printed;
-  const Outcome ablated =
-      run("ablate " + quoted(scene) + " --rules none,mask --features 300 --out " +
-          quoted(folder.path() / "ablated"));
+  const std::string options = " --features 300 --out " + quoted(out);
+  const Outcome ran = run("run " + quoted(scene) + options);
+  EXPECT_EQ(ran.exit_code, 0) << ran.printed;
+  EXPECT_TRUE(ran.mentions("\nchecks of the input\n* masks_everywhere: ")) << ran.printed;
+  fs::remove_all(out);
+  const Outcome ablated = run("ablate " + quoted(scene) + " --rules none,mask" + options);
   EXPECT_EQ(ablated.exit_code, 0) << ablated.printed;
   EXPECT_TRUE(ablated.mentions("checks of the input of inverted\n* masks_everywhere: "))
       << ablated.printed;
-  const auto summary = read_json(folder.path() / "ablated" / "inverted" / "mask" / "summary.json");
+  const auto summary = read_json(out / "inverted" / "mask" / "summary.json");
   EXPECT_TRUE(summary.at("checks").contains("masks_everywhere"));
+}
+
+TEST(ProgramChecks, StopARunAfterThirtyFramesIfNothingCanComeOfIt) {
+  const TemporaryFolder folder;
+  const fs::path scene = folder.path() / "scene", out = folder.path() / "out";
+  ASSERT_EQ(run("synth " + quoted(scene) + " --frames 31 --width 160 --height 120").exit_code, 0);
+  set_factor(scene, 1);
+  for (const std::string command : {"run ", "ablate --rules none,mask "}) {
+    const Outcome outcome = run(command + quoted(scene) + " --features 200 --out " + quoted(out));
+    EXPECT_EQ(outcome.exit_code, 1) << outcome.printed;
+    EXPECT_TRUE(outcome.mentions("depth_unit: ")) << outcome.printed;
+    EXPECT_TRUE(outcome.mentions("(stopped after 30 frames; nothing was written)"))
+        << outcome.printed;
+    EXPECT_FALSE(fs::exists(out / "summary.json"));
+  }
 }
 
 /// Returns what a run says of its input.
@@ -282,7 +268,7 @@ std::string said(const std::string& arguments) {
 }
 
 std::string said_of_level(const std::string& level, const std::string& more = "") {
-  return said("--level " + level + " --scene-seed 11 --frames 24 --width 320 --height 240 " + more);
+  return said("--level " + level + " --scene-seed 11 --frames 16 --width 320 --height 240 " + more);
 }
 
 constexpr const char* silence = "\nchecks of the input: nothing to mend";

@@ -8,27 +8,16 @@
 #include <cstddef>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
-#include <map>
 #include <string>
 
 #include "dynfilter/version.hpp"
+#include "support/changed_scene.hpp"
+#include "support/file_tree.hpp"
 #include "support/program.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace dynfilter::testing {
 namespace {
-
-/// What the files of a folder hold, by path.
-std::map<std::string, std::string> contents(const fs::path& folder) {
-  std::map<std::string, std::string> files;
-  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    if (!entry.is_regular_file()) continue;
-    std::ifstream stream(entry.path(), std::ios::binary);
-    files[entry.path().string()] = {std::istreambuf_iterator<char>(stream), {}};
-  }
-  return files;
-}
 
 class Doctor : public ::testing::Test {
  protected:
@@ -39,14 +28,6 @@ class Doctor : public ::testing::Test {
 
   fs::path scene() const { return folder_.path() / "a scene"; }
   Outcome examined() const { return run("doctor " + quoted(scene())); }
-
-  void replace_in_camera(const std::string& key, const std::string& line) const {
-    std::ifstream in(scene() / "camera.yaml");
-    std::string text, row;
-    while (std::getline(in, row)) text += (row.find(key) == 0 ? line : row) + "\n";
-    in.close();
-    std::ofstream(scene() / "camera.yaml") << text;
-  }
 
  private:
   TemporaryFolder folder_;
@@ -60,24 +41,24 @@ TEST(DoctorAlone, NamesVersionsAndWhatIsBuiltIn) {
 }
 
 TEST_F(Doctor, FindsNothingBrokenInARenderedSceneAndChangesNothing) {
-  const auto before = contents(scene());
+  const auto before = file_tree(scene());
   const Outcome outcome = examined();
   EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
   EXPECT_FALSE(outcome.mentions("broken")) << outcome.printed;
   EXPECT_FALSE(outcome.mentions("odd ")) << outcome.printed;
   EXPECT_TRUE(outcome.mentions("fine    12 of 12 frames were checked\n")) << outcome.printed;
-  EXPECT_EQ(contents(scene()), before);
+  EXPECT_EQ(file_tree(scene()), before);
 }
 
 TEST_F(Doctor, NamesAWrongDepthFactor) {
-  replace_in_camera("DepthMapFactor", "DepthMapFactor: 50.0");
+  set_camera(scene(), "DepthMapFactor", "DepthMapFactor: 50.0");
   const Outcome outcome = examined();
   EXPECT_NE(outcome.exit_code, 0);
   EXPECT_TRUE(outcome.mentions("broken  depth_unit: depth is too large")) << outcome.printed;
 }
 
 TEST_F(Doctor, DoubtsACameraOfAnotherImageSize) {
-  replace_in_camera("Camera.cx", "Camera.cx: 318.6");
+  set_camera(scene(), "Camera.cx", "Camera.cx: 318.6");
   const Outcome outcome = examined();
   EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
   EXPECT_TRUE(outcome.mentions("odd     camera_size: ")) << outcome.printed;
@@ -93,7 +74,7 @@ TEST_F(Doctor, NamesABrokenImage) {
 }
 
 TEST_F(Doctor, DoubtsTheDepthFactorOfAnotherRecording) {
-  replace_in_camera("DepthMapFactor", "DepthMapFactor: 1000.0");
+  set_camera(scene(), "DepthMapFactor", "DepthMapFactor: 1000.0");
   const Outcome outcome = examined();
   EXPECT_TRUE(outcome.mentions("odd     depth_unit: depth is too large")) << outcome.printed;
   EXPECT_TRUE(outcome.mentions("set DepthMapFactor in the camera file")) << outcome.printed;
@@ -112,7 +93,7 @@ TEST_F(Doctor, DoesNotBlameMasksForABrokenImage) {
 }
 
 TEST_F(Doctor, NamesTheCameraFileIfNoFrameFits) {
-  replace_in_camera("Camera.width", "Camera.width: 640");
+  set_camera(scene(), "Camera.width", "Camera.width: 640");
   const Outcome outcome = examined();
   EXPECT_NE(outcome.exit_code, 0);
   EXPECT_TRUE(outcome.mentions("so it is with every frame")) << outcome.printed;

@@ -4,14 +4,13 @@
 // Sequences and options that a sub-command must not take in silence.
 
 #include <fstream>
-#include <regex>
 #include <string>
 #include <utility>
 
 #include <gtest/gtest.h>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "support/changed_scene.hpp"
 #include "support/program.hpp"
 #include "support/temporary_folder.hpp"
 
@@ -30,14 +29,7 @@ class OddInput : public ::testing::Test {
   /// Scene without masks, whose camera file tells no size.
   fs::path scene_of_any_size(int frames) {
     const fs::path sequence = scene(frames);
-    std::ifstream camera(sequence / "camera.yaml");
-    std::string without_size;
-    for (std::string line; std::getline(camera, line);) {
-      if (line.rfind("Camera.width", 0) != 0 && line.rfind("Camera.height", 0) != 0) {
-        without_size += line + '\n';
-      }
-    }
-    std::ofstream(sequence / "camera.yaml") << without_size;
+    for (const char* key : {"Camera.width", "Camera.height"}) set_camera(sequence, key, "");
     fs::remove_all(sequence / "masks");
     fs::remove_all(sequence / "masks_true");
     return sequence;
@@ -47,7 +39,7 @@ class OddInput : public ::testing::Test {
   static void resize(const fs::path& sequence, const std::string& name, cv::Size size) {
     for (const char* kind : {"rgb", "depth"}) {
       const std::string file = (sequence / kind / name).string();
-      cv::Mat image = cv::imread(file, cv::IMREAD_UNCHANGED);
+      cv::Mat image = read_unchanged(file);
       ASSERT_FALSE(image.empty()) << file;
       cv::resize(image, image, size, 0, 0, cv::INTER_NEAREST);
       cv::imwrite(file, image);

@@ -49,7 +49,7 @@ TEST_F(Synth, RendersALevelWithStaleMasks) {
 }
 
 TEST_F(Synth, StatesTheLatenessOfDepth) {
-  EXPECT_NE(read_text(scene() / "truth.yaml").find("\ndepth_late_s: 0\n"), std::string::npos);
+  EXPECT_NE(file_text(scene() / "truth.yaml").find("\ndepth_late_s: 0\n"), std::string::npos);
   ASSERT_EQ(run("synth " + quoted(out("late")) +
                 " --depth-late -0.0166667 --frames 1 --width 64 --height 48")
                 .exit_code,
@@ -59,7 +59,7 @@ TEST_F(Synth, StatesTheLatenessOfDepth) {
   EXPECT_EQ(moving.type(), CV_8UC1);
   EXPECT_EQ(moving.size(), cv::Size(64, 48));
   EXPECT_GT(cv::countNonZero(moving), 100);
-  const std::string truth = read_text(out("late") / "truth.yaml");
+  const std::string truth = file_text(out("late") / "truth.yaml");
   EXPECT_NE(truth.find("\ndepth_late_s: -0.016666"), std::string::npos) << truth;
 }
 

@@ -255,8 +255,8 @@ TEST_F(Program, SavesAndUsesMasksOfAnotherProcess) {
   const Outcome kept =
       run("masks " + quoted(scene()) + remote + " --out " + quoted(out("kept masks")));
   ASSERT_EQ(kept.exit_code, 0) << kept.printed;
-  EXPECT_EQ(read_text(out("kept masks") / "instances.csv"),
-            read_text(scene() / "masks" / "instances.csv"));
+  EXPECT_EQ(file_text(out("kept masks") / "instances.csv"),
+            file_text(scene() / "masks" / "instances.csv"));
   EXPECT_EQ(
       run("masks " + quoted(scene()) + remote + " --out " + quoted(out("kept masks"))).exit_code, 1)
       << "masks are replaced only on request";
@@ -264,11 +264,11 @@ TEST_F(Program, SavesAndUsesMasksOfAnotherProcess) {
   const std::string common = "run " + quoted(scene()) + " --overlays 0 --out ";
   ASSERT_EQ(run(common + quoted(out("own"))).exit_code, 0);
   ASSERT_EQ(run(common + quoted(out("remote")) + remote).exit_code, 0);
-  EXPECT_EQ(read_text(out("remote") / "frames.csv"), read_text(out("own") / "frames.csv"));
+  EXPECT_EQ(file_text(out("remote") / "frames.csv"), file_text(out("own") / "frames.csv"));
   const Outcome by_thread = run(common + quoted(out("thread")) + remote + " --async wait");
   EXPECT_TRUE(by_thread.mentions("by a thread (wait)")) << by_thread.printed;
   EXPECT_TRUE(by_thread.mentions("masks made in a thread: 6 of 6")) << by_thread.printed;
-  EXPECT_EQ(read_text(out("thread") / "frames.csv"), read_text(out("own") / "frames.csv"));
+  EXPECT_EQ(file_text(out("thread") / "frames.csv"), file_text(out("own") / "frames.csv"));
   EXPECT_TRUE(run(common + quoted(out("x")) + " --async wait").mentions("needs a segmenter"));
 }
 
