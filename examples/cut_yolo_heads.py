@@ -7,7 +7,7 @@
     cut_yolo_heads.py yolov8n-seg.onnx yolov8n-seg-raw-heads.onnx
 
 The exported model computes boxes by operations that such an OpenCV does not support. The script cuts
-that part off the graph: the new model outputs its inputs, and dynfilter::YoloSegmenter does the rest.
+that part off the graph: the new model outputs its inputs, and dynfilter::NetworkSegmenter does the rest.
 Weights and metadata stay unchanged. Needs python3-onnx (Debian 12, Ubuntu) or `pip install onnx`, 1.12 or newer. Export
 with a fixed input size (not dynamic=True) and without nms=True.
 """

@@ -17,19 +17,19 @@ namespace {
 void print_instances(const std::string& model, const std::string& image) {
   dynfilter::NetworkOptions options;
   options.score_threshold = 0.3F;
-  const auto network = dynfilter::make_network_segmenter(model, options);
+  dynfilter::NetworkSegmenter network(model, options);
 
   dynfilter::FrameView frame;
   frame.image = cv::imread(image);
   if (frame.image.empty()) throw std::runtime_error(image + ": cannot be read as an image");
-  const dynfilter::Segmentation found = network->segment(frame);
+  const dynfilter::Segmentation found = network.segment(frame);
 
   std::cout << found.instances.size() << " instances\n";
   for (const dynfilter::Instance& instance : found.instances) {
     const auto id = static_cast<std::size_t>(instance.class_id);
-    const bool has_name = id < network->class_names().size();
+    const bool has_name = id < network.class_names().size();
     std::cout << instance.score << "  "
-              << (has_name ? network->class_names()[id] : std::to_string(instance.class_id)) << "  "
+              << (has_name ? network.class_names()[id] : std::to_string(instance.class_id)) << "  "
               << instance.box << '\n';
   }
 }

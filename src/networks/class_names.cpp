@@ -4,62 +4,11 @@
 #include "class_names.hpp"
 
 #include <cstddef>
+#include <iomanip>
+#include <locale>
 #include <sstream>
-#include <string_view>
 
 namespace dynfilter::detail {
-namespace {
-
-/// Reads a text from left to right.
-class Scanner {
- public:
-  explicit Scanner(std::string_view text) : rest_(text) {}
-
-  bool take(char wanted) {
-    skip_blanks();
-    if (rest_.empty() || rest_.front() != wanted) return false;
-    rest_.remove_prefix(1);
-    return true;
-  }
-
-  bool take_number(std::size_t wanted) {
-    skip_blanks();
-    const std::string digits = std::to_string(wanted);
-    if (rest_.substr(0, digits.size()) != digits) return false;
-    rest_.remove_prefix(digits.size());
-    return true;
-  }
-
-  bool take_quoted(std::string& text) {
-    skip_blanks();
-    if (rest_.empty() || (rest_.front() != '\'' && rest_.front() != '"')) return false;
-    const char quote = rest_.front();
-    text.clear();
-    for (std::size_t i = 1; i < rest_.size(); ++i) {
-      if (rest_[i] == quote) {
-        rest_.remove_prefix(i + 1);
-        return true;
-      }
-      if (rest_[i] == '\\' && i + 1 < rest_.size()) ++i;
-      text += rest_[i];
-    }
-    return false;
-  }
-
-  bool is_at_end() {
-    skip_blanks();
-    return rest_.empty();
-  }
-
- private:
-  void skip_blanks() {
-    while (!rest_.empty() && rest_.front() == ' ') rest_.remove_prefix(1);
-  }
-
-  std::string_view rest_;
-};
-
-}  // namespace
 
 const std::vector<std::string>& coco_class_names() {
   static const std::vector<std::string> names = [] {
@@ -80,18 +29,22 @@ const std::vector<std::string>& coco_class_names() {
 }
 
 std::vector<std::string> parse_class_names(const std::string& text) {
-  Scanner scanner(text);
+  std::istringstream in(text);
+  in.imbue(std::locale::classic());
   std::vector<std::string> names;
-  if (!scanner.take('{')) return {};
-  std::string name;
+  char mark = 0;
+  if (!(in >> mark) || mark != '{') return {};
   do {
-    if (!scanner.take_number(names.size()) || !scanner.take(':') || !scanner.take_quoted(name)) {
-      return {};
-    }
+    std::size_t number = 0;
+    if (!(in >> number >> mark >> std::ws) || number != names.size() || mark != ':') return {};
+    const int quote = in.peek();
+    std::string name;
+    if (quote != '\'' && quote != '"') return {};
+    if (!(in >> std::quoted(name, static_cast<char>(quote)) >> mark)) return {};
     names.push_back(name);
-  } while (scanner.take(','));
-  if (!scanner.take('}') || !scanner.is_at_end()) return {};
-  return names;
+  } while (mark == ',');
+  const bool is_whole = mark == '}' && (in >> std::ws).eof();
+  return is_whole ? names : std::vector<std::string>();
 }
 
 }  // namespace dynfilter::detail

@@ -6,8 +6,8 @@
 #ifndef DYNFILTER_SRC_NETWORKS_DETECTIONS_HPP
 #define DYNFILTER_SRC_NETWORKS_DETECTIONS_HPP
 
+#include <algorithm>
 #include <cmath>
-#include <functional>
 #include <vector>
 
 namespace dynfilter::detail {
@@ -34,11 +34,39 @@ struct Detection {
 
 /// Selects the detections that a decoder returns.
 struct DetectionOptions {
-  std::function<bool(int class_id)> is_wanted;
+  std::vector<int> classes;   // empty = all
   float score_threshold = 0;  // a score must exceed it
   float iou_threshold = 0.5F;
   int max_detections = 100;
+
+  bool wants(int class_id) const {
+    return classes.empty() || std::find(classes.begin(), classes.end(), class_id) != classes.end();
+  }
 };
+
+/// Watches the scores of one image: a network that overflowed, for example in half precision, must
+/// not pass for one that saw no objects.
+class FiniteScores {
+ public:
+  /// Returns the score as a probability without rounding errors; NaN if it is not finite. Throws
+  /// std::runtime_error for a finite number that is no probability.
+  float probability(float score);
+
+  /// Throws std::runtime_error if there were rows but no finite score.
+  void require_some(int rows) const;
+
+ private:
+  bool has_any_ = false;
+};
+
+/// Returns the boxes' common area divided by their joint area; 0 if neither has an area.
+float intersection_over_union(const Box& a, const Box& b);
+
+/// Sorts by score, the highest first; equal scores by class, then as they came. Drops a detection
+/// whose box overlaps a better one of its class by more than the threshold (not if `suppresses` is
+/// false), and all beyond max_detections. O(n²).
+std::vector<Detection> best_detections(std::vector<Detection> found,
+                                       const DetectionOptions& options, bool suppresses = true);
 
 }  // namespace dynfilter::detail
 

@@ -51,17 +51,18 @@ PlacedImage stretch(const cv::Mat& image, const cv::Size& input) {
   return result;
 }
 
-cv::Mat normalized_rgb(const cv::Mat& bgr, const cv::Scalar& mean, const cv::Scalar& deviation) {
+PlacedImage normalized_rgb(const PlacedImage& bgr, const cv::Scalar& mean,
+                           const cv::Scalar& deviation) {
   std::array<cv::Mat, 3> channels;
-  cv::split(bgr, channels.data());
-  const std::array<int, 4> shape = {1, 3, bgr.rows, bgr.cols};
+  cv::split(bgr.pixels, channels.data());
+  const std::array<int, 4> shape = {1, 3, bgr.pixels.rows, bgr.pixels.cols};
   cv::Mat tensor(4, shape.data(), CV_32F);
   for (int c = 0; c < 3; ++c) {
-    cv::Mat plane(bgr.size(), CV_32F, tensor.ptr<float>(0, c));
+    cv::Mat plane(bgr.pixels.size(), CV_32F, tensor.ptr<float>(0, c));
     const std::size_t channel = static_cast<std::size_t>(2 - c);
     channels[channel].convertTo(plane, CV_32F, 1 / deviation[c], -mean[c] / deviation[c]);
   }
-  return tensor;
+  return {tensor, bgr.placement};
 }
 
 cv::Rect box_in_image(const Box& box, const InputPlacement& placement) {

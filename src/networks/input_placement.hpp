@@ -36,7 +36,7 @@ struct InputPlacement {
   Map to_image;    ///< from points of the input to points of the image
 };
 
-/// An image and its placement.
+/// An image, or a tensor made of it, and its placement.
 struct PlacedImage {
   cv::Mat pixels;
   InputPlacement placement;
@@ -49,9 +49,10 @@ PlacedImage letterbox(const cv::Mat& image, const cv::Size& input, const cv::Sca
 /// Resizes the image to the input without keeping its aspect ratio. The result is CV_32F.
 PlacedImage stretch(const cv::Mat& image, const cv::Size& input);
 
-/// Makes a tensor [1, 3, rows, columns] of a BGR image: channels in RGB order, each (value - mean)
-/// / deviation. `mean` and `deviation` are in RGB order too.
-cv::Mat normalized_rgb(const cv::Mat& bgr, const cv::Scalar& mean, const cv::Scalar& deviation);
+/// Makes a tensor [1, 3, rows, columns] of a placed BGR image: channels in RGB order, each (value -
+/// mean) / deviation. `mean` and `deviation` are in RGB order too.
+PlacedImage normalized_rgb(const PlacedImage& bgr, const cv::Scalar& mean,
+                           const cv::Scalar& deviation);
 
 /// Returns the smallest rectangle of whole image pixels that holds a box of the input, clipped to
 /// the image; its area is 0 if the box lies outside.

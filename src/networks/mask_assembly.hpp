@@ -26,12 +26,16 @@ enum class MaskRule {
   crop_pixels,
 };
 
+/// Interpolates a grid that covers the network's input at the pixels in a part of the image, to a
+/// 32nd of a cell. Beyond the outermost centres of cells the value is constant.
+cv::Mat in_image(const cv::Mat& grid, const InputPlacement& placement, const cv::Rect& part);
+
 /// Returns the instances of the image, in the order of the detections. Clips boxes and masks to the
-/// image and stores masks in the smallest matrix. Leaves out detections whose mask has no pixel in
-/// the image. O(area of the boxes, plus the prototypes below them).
+/// image. Leaves out detections whose mask has no pixel in the image. O(detections x prototypes,
+/// plus the area of the boxes).
 std::vector<Instance> assemble_instances(const std::vector<Detection>& detections,
-                                         const Prototypes& prototypes,
-                                         const InputPlacement& placement, MaskRule rule);
+                                         const Planes& prototypes, const InputPlacement& placement,
+                                         MaskRule rule);
 
 }  // namespace dynfilter::detail
 

@@ -4,9 +4,13 @@
 #include "network.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <exception>
+#include <iterator>
+#include <locale>
 #include <new>
+#include <sstream>
 
 #include <opencv2/core/version.hpp>
 
@@ -16,35 +20,11 @@
 namespace dynfilter::detail {
 namespace {
 
-constexpr int color_channels = 3;
-
-/// Returns the size of the only input.
-cv::Size input_size_of(const OnnxFile& file, const std::filesystem::path& path,
-                       const cv::Size& size_where_open) {
-  if (file.inputs.size() != 1) {
-    throw_file_error(path, concatenate("has ", file.inputs.size(), " inputs; want 1"));
-  }
-  const std::vector<int>& shape = file.inputs[0].shape;
-  const bool is_color_image =
-      shape.size() == 4 && shape[0] <= 1 && (shape[1] == color_channels || shape[1] == 0);
-  if (!is_color_image) {
-    throw_file_error(path, "its input " + file.inputs[0].name + " has the shape " +
-                               shape_text(shape) + "; want [1, 3, rows, columns]");
-  }
-  const cv::Size size(shape[3], shape[2]);
-  if (size.width == 0 || size.height == 0) {
-    if (size_where_open.empty()) {
-      throw_file_error(path,
-                       "leaves the size of its input open: export it with a fixed size, or set "
-                       "NetworkOptions::input_size (Python: input_size=(width, height))");
-    }
-    return size_where_open;
-  }
-  if (!size_where_open.empty() && size_where_open != size) {
-    throw_file_error(path, "has an input of " + size_name(size) +
-                               ", but NetworkOptions::input_size is " + size_name(size_where_open));
-  }
-  return size;
+/// Returns an image [1, 3, rows, columns] as [1, rows, columns, 3].
+cv::Mat channels_last(cv::Mat tensor) {
+  const std::array<int, 4> shape = {1, tensor.size[2], tensor.size[3], 3};
+  const cv::Mat pixels = as_table(tensor, 3, shape[1] * shape[2]).t();
+  return pixels.reshape(1, 4, shape.data());
 }
 
 /// Tells whether the file may be YOLO as exported, which computes its boxes inside the network and
@@ -74,10 +54,18 @@ std::string in_one_line(const std::string& message) {
 
 }  // namespace
 
-Network::Network(const std::filesystem::path& path, const cv::Size& size_where_open)
-    : path_(path),
-      file_(read_onnx_file(path)),
-      input_size_(input_size_of(file_, path, size_where_open)) {
+std::vector<double> numbers_in(std::string text) {
+  for (char& letter : text) {
+    if (std::string("0123456789.+-eE").find(letter) == std::string::npos) letter = ' ';
+  }
+  std::istringstream stream(text);
+  stream.imbue(std::locale::classic());
+  return {std::istream_iterator<double>(stream), {}};
+}
+
+Network::Network(const std::filesystem::path& path, const NetworkOptions& options)
+    : path_(path), file_(read_onnx_file(path)) {
+  find_input(options.input_size);
   try {
     net_ = cv::dnn::readNetFromONNX(file_.bytes.data(), file_.bytes.size());
   } catch (const std::bad_alloc&) {
@@ -86,9 +74,66 @@ Network::Network(const std::filesystem::path& path, const cv::Size& size_where_o
     fail_in_opencv(error);
   }
   if (net_.empty()) fail("OpenCV makes an empty network of it");
-  net_.setPreferableBackend(cv::dnn::DNN_BACKEND_OPENCV);
-  net_.setPreferableTarget(cv::dnn::DNN_TARGET_CPU);
+  use_device(options.device);
   file_.bytes = {};  // OpenCV has copied the weights
+}
+
+void Network::find_input(const cv::Size& size_where_open) {
+  if (file_.inputs.size() != 1) fail(concatenate("has ", file_.inputs.size(), " inputs; want 1"));
+  const std::vector<int>& shape = file_.inputs[0].shape;
+  const std::string what =
+      "its input " + file_.inputs[0].name + " has the shape " + shape_text(shape);
+  const auto is_color = [&](std::size_t i) { return shape[i] == 3 || shape[i] == 0; };
+  const bool is_image = shape.size() == 4 && (is_color(1) || is_color(3));
+  if (!is_image) fail(what + "; want [1, 3, rows, columns] or [1, rows, columns, 3]");
+  if (shape[0] > 1) fail(what + "; export it for one image (batch=1)");
+  has_channels_last_ = shape[3] == 3 && shape[1] != 3;
+  const std::size_t rows = has_channels_last_ ? 1 : 2;
+  input_size_ = {shape[rows + 1], shape[rows]};
+  if (!input_size_.empty()) {
+    if (size_where_open.empty() || size_where_open == input_size_) return;
+    fail("has an input of " + size_name(input_size_) + ", but NetworkOptions::input_size is " +
+         size_name(size_where_open));
+  }
+  input_size_ = size_where_open;
+  const std::vector<double> written = numbers_in(metadata("imgsz"));  // rows, columns
+  if (input_size_.empty() && written.size() == 2) {
+    input_size_ = {cv::saturate_cast<int>(written[1]), cv::saturate_cast<int>(written[0])};
+  }
+  constexpr int largest = 1 << 14;
+  if (input_size_.empty() || std::max(input_size_.width, input_size_.height) > largest) {
+    fail(
+        "leaves the size of its input open: export it with a fixed size (dynamic=False), or set "
+        "NetworkOptions::input_size (Python: input_size=(width, height))");
+  }
+}
+
+void Network::use_device(const std::string& device) {
+  constexpr struct {
+    const char* name;
+    cv::dnn::Backend backend;
+    cv::dnn::Target target;
+  } devices[] = {{"cpu", cv::dnn::DNN_BACKEND_OPENCV, cv::dnn::DNN_TARGET_CPU},
+                 {"opencl", cv::dnn::DNN_BACKEND_OPENCV, cv::dnn::DNN_TARGET_OPENCL},
+                 {"cuda", cv::dnn::DNN_BACKEND_CUDA, cv::dnn::DNN_TARGET_CUDA},
+                 {"openvino", cv::dnn::DNN_BACKEND_INFERENCE_ENGINE, cv::dnn::DNN_TARGET_CPU}};
+  for (const auto& [name, backend, target] : devices) {
+    if (device != name) continue;
+    const std::vector<cv::dnn::Target> found = cv::dnn::getAvailableTargets(backend);
+    if (std::find(found.begin(), found.end(), target) == found.end()) {
+      fail("cannot run on " + device +
+           ": OpenCV " CV_VERSION " was built without it, or finds no such device");
+    }
+    net_.setPreferableBackend(backend);
+    net_.setPreferableTarget(target);
+    return;
+  }
+  throw_misuse("NetworkSegmenter", "the device \"" + device + '"', "cpu, opencl, cuda or openvino");
+}
+
+std::string Network::metadata(const std::string& key) const {
+  const auto entry = file_.metadata.find(key);
+  return entry == file_.metadata.end() ? std::string() : entry->second;
 }
 
 std::vector<NamedTensor> Network::forward(const cv::Mat& input) {
@@ -98,7 +143,7 @@ std::vector<NamedTensor> Network::forward(const cv::Mat& input) {
   }
   std::vector<cv::Mat> computed;
   try {
-    net_.setInput(input);
+    net_.setInput(has_channels_last_ ? channels_last(input) : input);
     if (!names.empty()) net_.forward(computed, names);
   } catch (const std::bad_alloc&) {
     throw;
@@ -111,7 +156,7 @@ std::vector<NamedTensor> Network::forward(const cv::Mat& input) {
     const auto constant = file_.constants.find(output.name);
     const cv::Mat data = constant != file_.constants.end() ? constant->second : computed.at(next++);
     if (data.empty() || data.type() != CV_32FC1 || !data.isContinuous()) {
-      fail("its output " + output.name + " is no tensor of floats");
+      fail("its output " + output.name + " is no tensor of floats; export scores, without ArgMax");
     }
     outputs.push_back({output.name, data});
   }
@@ -121,15 +166,19 @@ std::vector<NamedTensor> Network::forward(const cv::Mat& input) {
 void Network::fail(const std::string& what) const { throw_file_error(path_, what); }
 
 void Network::fail_in_opencv(const std::exception& error) const {
-  std::string what = "OpenCV " CV_VERSION " cannot run it";
-  if (!opencv_runs_exported_yolo && may_be_exported_yolo(file_)) {
-    what +=
-        ": YOLO as exported needs OpenCV 4.7 or newer; examples/cut_yolo_heads.py makes a model of "
-        "it "
-        "that runs here";
-  }
   const auto* opencv_error = dynamic_cast<const cv::Exception*>(&error);
-  fail(what + ": " + in_one_line(opencv_error != nullptr ? opencv_error->err : error.what()));
+  const std::string said = opencv_error != nullptr ? opencv_error->err : error.what();
+  std::string what = "OpenCV " CV_VERSION " cannot run it";
+  if (said.find("FLOAT16") != std::string::npos) {
+    what += ": export it with half=False";
+  } else if (may_be_exported_yolo(file_)) {
+    what +=
+        opencv_runs_exported_yolo
+            ? ": export YOLO with opset=12, simplify=True, nms=False, end2end=False"
+            : ": YOLO as exported needs OpenCV 4.7 or newer; examples/cut_yolo_heads.py makes a "
+              "model of it that runs here";
+  }
+  fail(what + ": " + in_one_line(said));
 }
 
 }  // namespace dynfilter::detail

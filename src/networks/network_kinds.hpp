@@ -1,45 +1,75 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
+// The kinds of networks: the preprocessing and the decoder of each.
+
 #ifndef DYNFILTER_SRC_NETWORKS_NETWORK_KINDS_HPP
 #define DYNFILTER_SRC_NETWORKS_NETWORK_KINDS_HPP
 
+#include <algorithm>
+#include <memory>
+#include <string>
 #include <vector>
 
-#include "loaded_network.hpp"
+#include "class_names.hpp"
+#include "detections.hpp"
+#include "dynfilter/detail/errors.hpp"
+#include "dynfilter/instance.hpp"
+#include "dynfilter/networks/network_segmenter.hpp"
+#include "input_placement.hpp"
 #include "mask_assembly.hpp"
+#include "network.hpp"
+#include "semantic_decoder.hpp"
 #include "yolact_decoder.hpp"
 #include "yolo_decoder.hpp"
 
 namespace dynfilter::detail {
 
-/// YOLACT's preprocessing and decoding: the image is stretched, RGB and normalised.
+/// A kind of network. Constructors take the outputs for an empty image, and throw
+/// std::runtime_error that says why they are of another kind.
+class NetworkKind {
+ public:
+  virtual ~NetworkKind() = default;
+
+  /// Makes the input [1, 3, rows, columns] of a BGR image.
+  virtual PlacedImage input_of(const cv::Mat& image) const = 0;
+
+  /// Returns the number of classes; 0 = unknown.
+  virtual int class_count() const = 0;
+
+  /// Returns the instances in the image, the highest score first. Throws std::runtime_error for
+  /// outputs that cannot be scores.
+  virtual std::vector<Instance> decode(const std::vector<NamedTensor>& outputs,
+                                       const InputPlacement& placement) const = 0;
+};
+
+inline DetectionOptions detection_options(const NetworkOptions& options, float usual_score,
+                                          float iou, int max_detections) {
+  return {options.classes, options.score_threshold.value_or(usual_score), iou, max_detections};
+}
+
+/// YOLACT: the image is stretched, RGB and normalised.
 class YolactKind final : public NetworkKind {
  public:
-  YolactKind(const cv::Size& input, const NetworkOptions& options)
-      : input_(input), options_(detection_options(options, {0.15F, 0.5F, 100})) {}
-
-  PlacedImage place(const cv::Mat& image, const cv::Size& input) const override {
-    return stretch(image, input);
+  YolactKind(const Network& network, const std::vector<NamedTensor>& trial,
+             const NetworkOptions& options)
+      : input_(network.input_size()), options_(detection_options(options, 0.15F, 0.5F, 100)) {
+    const YolactOutputs bound = bind_yolact(trial);
+    class_count_ = bound.class_count();
+    if (bound.priors.empty()) priors_ = yolact_priors(bound.locations.rows, input_);
   }
 
-  cv::Mat tensor_of(const PlacedImage& placed) const override {
-    // The published ResNet backbones want those of ImageNet, in RGB order.
-    const cv::Scalar mean(123.68, 116.78, 103.94), deviation(58.40, 57.12, 57.38);
-    return normalized_rgb(placed.pixels, mean, deviation);
+  /// The published ResNet backbones want ImageNet's mean and deviation, in RGB order.
+  PlacedImage input_of(const cv::Mat& image) const override {
+    return normalized_rgb(stretch(image, input_), {123.68, 116.78, 103.94}, {58.40, 57.12, 57.38});
   }
 
-  /// Binds the outputs, and computes the priors if the outputs lack them.
-  int prepare(const std::vector<NamedTensor>& outputs) override {
-    const YolactOutputs bound = bind_yolact(outputs);
-    if (bound.priors.rows == 0) priors_ = yolact_priors(bound.locations.rows, input_);
-    return bound.class_count();
-  }
+  int class_count() const override { return class_count_; }
 
   std::vector<Instance> decode(const std::vector<NamedTensor>& outputs,
                                const InputPlacement& placement) const override {
     const YolactOutputs bound = bind_yolact(outputs);
-    const Table priors = priors_.empty() ? bound.priors : rows_first(priors_);
+    const Table priors = priors_.empty() ? bound.priors : priors_;
     return assemble_instances(decode_yolact(bound, priors, input_, options_), bound.prototypes,
                               placement, MaskRule::crop_cells);
   }
@@ -47,26 +77,25 @@ class YolactKind final : public NetworkKind {
  private:
   cv::Size input_;
   DetectionOptions options_;
-  cv::Mat priors_;  // empty if the outputs have them
+  int class_count_ = 0;
+  Table priors_;  // empty if the outputs have them
 };
 
-/// YOLO-seg's preprocessing and decoding: letterboxed in grey 114, RGB from 0 to 1.
+/// YOLO-seg: the image is letterboxed in grey 114, RGB from 0 to 1.
 class YoloKind final : public NetworkKind {
  public:
-  YoloKind(const cv::Size& input, const NetworkOptions& options)
-      : input_(input), options_(detection_options(options, {0.25F, 0.7F, 300})) {}
+  YoloKind(const Network& network, const std::vector<NamedTensor>& trial,
+           const NetworkOptions& options)
+      : input_(network.input_size()),
+        options_(detection_options(options, 0.25F, 0.7F, 300)),
+        class_count_(bind_yolo(trial, input_).class_count()) {}
 
-  PlacedImage place(const cv::Mat& image, const cv::Size& input) const override {
-    return letterbox(image, input, cv::Scalar::all(114));
+  PlacedImage input_of(const cv::Mat& image) const override {
+    return normalized_rgb(letterbox(image, input_, cv::Scalar::all(114)), cv::Scalar::all(0),
+                          cv::Scalar::all(255));
   }
 
-  cv::Mat tensor_of(const PlacedImage& placed) const override {
-    return normalized_rgb(placed.pixels, cv::Scalar::all(0), cv::Scalar::all(255));
-  }
-
-  int prepare(const std::vector<NamedTensor>& outputs) override {
-    return bind_yolo(outputs, input_).class_count();
-  }
+  int class_count() const override { return class_count_; }
 
   std::vector<Instance> decode(const std::vector<NamedTensor>& outputs,
                                const InputPlacement& placement) const override {
@@ -78,6 +107,72 @@ class YoloKind final : public NetworkKind {
  private:
   cv::Size input_;
   DetectionOptions options_;
+  int class_count_;
+};
+
+/// Semantic networks: the image is stretched, RGB, and normalised as the file or the usual network
+/// of so many planes wants it.
+class SemanticKind final : public NetworkKind {
+ public:
+  SemanticKind(const Network& network, const std::vector<NamedTensor>& trial,
+               const NetworkOptions& options)
+      : input_(network.input_size()),
+        options_(detection_options(options, 0.5F, 0, 0)),
+        planes_(bind_semantic(trial, input_).count),
+        classes_(semantic_classes(planes_)) {
+    // From 0 to 1 (selfie segmentation), from -1 to 1 (PP-HumanSeg), or as for ImageNet.
+    mean_ = planes_ == 1   ? cv::Scalar()
+            : planes_ == 2 ? cv::Scalar::all(0.5)
+                           : cv::Scalar(0.485, 0.456, 0.406);
+    deviation_ = planes_ == 1   ? cv::Scalar::all(1)
+                 : planes_ == 2 ? cv::Scalar::all(0.5)
+                                : cv::Scalar(0.229, 0.224, 0.225);
+    read(network, "mean", mean_);
+    read(network, "std", deviation_);
+    for (const int class_id : options.classes) {
+      if (classes_.count(class_id) > 0) continue;
+      throw_misuse("NetworkSegmenter", concatenate("class ", class_id, " in classes"),
+                   "one that " + network.path().string() + " knows");
+    }
+  }
+
+  PlacedImage input_of(const cv::Mat& image) const override {
+    return normalized_rgb(stretch(image, input_), 255 * mean_, 255 * deviation_);
+  }
+
+  int class_count() const override { return classes_.count(0) > 0 ? 80 : planes_; }
+
+  std::vector<Instance> decode(const std::vector<NamedTensor>& outputs,
+                               const InputPlacement& placement) const override {
+    return decode_semantic(bind_semantic(outputs, input_), placement, classes_, options_);
+  }
+
+ private:
+  /// Replaces the value by one in the file.
+  static void read(const Network& network, const char* key, cv::Scalar& value) {
+    const std::string text = network.metadata(key);
+    if (text.empty()) return;
+    const std::vector<double> numbers = numbers_in(text);
+    const auto is_usual = [](double number) { return number >= 0 && number <= 1; };
+    if (numbers.size() != 3 || !std::all_of(numbers.begin(), numbers.end(), is_usual)) {
+      network.fail(std::string("its metadata ") + key + " is " + text +
+                   "; want three numbers, of red, green and blue, which run from 0 to 1");
+    }
+    value = {numbers[0], numbers[1], numbers[2]};
+  }
+
+  cv::Size input_;
+  DetectionOptions options_;
+  int planes_;
+  SemanticClasses classes_;
+  cv::Scalar mean_, deviation_;
+};
+
+/// A network and its kind.
+struct LoadedNetwork {
+  Network network;
+  std::unique_ptr<NetworkKind> kind;
+  std::vector<std::string> class_names;
 };
 
 }  // namespace dynfilter::detail

@@ -4,24 +4,51 @@
 #include "dynfilter/networks/network_segmenter.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cstddef>
 #include <stdexcept>
 #include <utility>
 
 #include <opencv2/imgproc.hpp>
 
+#include "class_names.hpp"
 #include "dynfilter/detail/errors.hpp"
-#include "dynfilter/networks/yolact_segmenter.hpp"
-#include "dynfilter/networks/yolo_segmenter.hpp"
-#include "loaded_network.hpp"
 #include "network_kinds.hpp"
 
 namespace dynfilter {
 namespace {
 
+constexpr const char* component = "NetworkSegmenter";
+
+/// Throws std::invalid_argument for options out of range.
+void require_valid(const NetworkOptions& options) {
+  const std::optional<float>& score = options.score_threshold;
+  if (score && !(*score >= 0 && *score <= 1)) {
+    detail::throw_misuse(component, detail::concatenate("score_threshold = ", *score), "0 to 1");
+  }
+  const cv::Size size = options.input_size;
+  const bool is_open = size == cv::Size();
+  const bool is_sane =
+      size.width > 0 && size.height > 0 && size.width <= 1 << 14 && size.height <= 1 << 14;
+  if (!is_open && !is_sane) {
+    detail::throw_misuse(component, "input_size " + detail::size_name(size),
+                         "0x0 for the model's own, or 1x1 to 16384x16384");
+  }
+}
+
+/// Throws std::invalid_argument for classes that are not among so many (0: unknown).
+void require_classes(const NetworkOptions& options, int count) {
+  for (const int class_id : options.classes) {
+    if (class_id >= 0 && (count == 0 || class_id < count)) continue;
+    detail::throw_misuse(component, detail::concatenate("class ", class_id, " in classes"),
+                         count == 0 ? "ids from 0 on" : detail::concatenate("0 to ", count - 1));
+  }
+}
+
 cv::Mat bgr_image(const FrameView& frame) {
   if (frame.image.empty() || frame.image.dims != 2 ||
       (frame.image.type() != CV_8UC1 && frame.image.type() != CV_8UC3)) {
-    detail::throw_misuse("NetworkSegmenter",
+    detail::throw_misuse(component,
                          frame.image.empty() ? "a frame without an image"
                                              : "an image of type " + detail::type_name(frame.image),
                          "8 bits, grey or BGR");
@@ -32,45 +59,62 @@ cv::Mat bgr_image(const FrameView& frame) {
   return bgr;
 }
 
-/// Returns why the outputs do not fit a kind of network; empty if they do.
-template <class Bind>
-std::string objection(const Bind& bind) {
-  try {
-    bind();
-  } catch (const std::runtime_error& error) {
-    return error.what();
-  }
-  return {};
-}
-
-std::unique_ptr<detail::NetworkKind> kind_of(const detail::Network& network,
-                                             const std::vector<detail::NamedTensor>& trial,
-                                             const NetworkOptions& options) {
-  const cv::Size input = network.input_size();
-  const std::string not_yolact = objection([&] { detail::bind_yolact(trial); });
-  if (not_yolact.empty()) return std::make_unique<detail::YolactKind>(input, options);
-  const std::string not_yolo = objection([&] { detail::bind_yolo(trial, input); });
-  if (not_yolo.empty()) return std::make_unique<detail::YoloKind>(input, options);
-  network.fail("is no known kind of network by its outputs, " + detail::shapes_text(trial) +
-               ". YOLACT: " + not_yolact + ". YOLO: " + not_yolo +
-               "; run other networks in their own process, see examples/remote_masks");
-}
-
-/// Loads a network that must be of this kind.
+/// Makes the kind if the outputs fit, else adds why they do not.
 template <class Kind>
+void try_kind(const char* name, std::unique_ptr<detail::NetworkKind>& kind, std::string& objections,
+              const detail::Network& network, const std::vector<detail::NamedTensor>& trial,
+              const NetworkOptions& options) {
+  if (kind) return;
+  try {
+    kind = std::make_unique<Kind>(network, trial, options);
+  } catch (const std::runtime_error& error) {
+    objections += std::string(". ") + name + ": " + error.what();
+  }
+}
+
+/// Runs the network on an empty image, and recognises its kind by the outputs.
+std::unique_ptr<detail::NetworkKind> kind_of(detail::Network& network,
+                                             const NetworkOptions& options) {
+  const cv::Size size = network.input_size();
+  const std::array<int, 4> shape = {1, 3, size.height, size.width};
+  const std::vector<detail::NamedTensor> trial =
+      network.forward(cv::Mat(4, shape.data(), CV_32F, cv::Scalar(0)));
+  std::unique_ptr<detail::NetworkKind> kind;
+  std::string objections;
+  try_kind<detail::YolactKind>("YOLACT", kind, objections, network, trial, options);
+  try_kind<detail::YoloKind>("YOLO", kind, objections, network, trial, options);
+  try_kind<detail::SemanticKind>("Semantic", kind, objections, network, trial, options);
+  if (kind) return kind;
+  network.fail("is no known kind of network by its outputs, " + detail::shapes_text(trial) +
+               objections + "; run other networks in their own process, see examples/remote_masks");
+}
+
+/// Returns the names of `count` classes; 0 means that the number is unknown.
+std::vector<std::string> class_names(const detail::Network& network, int count) {
+  std::vector<std::string> names = detail::parse_class_names(network.metadata("names"));
+  if (!names.empty() && (count == 0 || names.size() == static_cast<std::size_t>(count))) {
+    return names;
+  }
+  return count == 80 ? detail::coco_class_names() : std::vector<std::string>();
+}
+
 std::unique_ptr<detail::LoadedNetwork> load(const std::filesystem::path& model,
-                                            const NetworkOptions& options, const char* component) {
-  detail::require_valid(options, component);
-  detail::Network network(model, options.input_size);
-  const std::vector<detail::NamedTensor> trial = detail::outputs_of_trial(network);
-  auto kind = std::make_unique<Kind>(network.input_size(), options);
-  return detail::assemble(std::move(network), trial, std::move(kind), options, component);
+                                            const NetworkOptions& options) {
+  require_valid(options);
+  require_classes(options, 0);
+  detail::Network network(model, options);
+  std::unique_ptr<detail::NetworkKind> kind = kind_of(network, options);
+  require_classes(options, kind->class_count());
+  std::vector<std::string> names = class_names(network, kind->class_count());
+  return std::make_unique<detail::LoadedNetwork>(
+      detail::LoadedNetwork{std::move(network), std::move(kind), std::move(names)});
 }
 
 }  // namespace
 
-NetworkSegmenter::NetworkSegmenter(std::unique_ptr<detail::LoadedNetwork> network)
-    : network_(std::move(network)) {}
+NetworkSegmenter::NetworkSegmenter(const std::filesystem::path& model,
+                                   const NetworkOptions& options)
+    : network_(load(model, options)) {}
 NetworkSegmenter::NetworkSegmenter(NetworkSegmenter&&) noexcept = default;
 NetworkSegmenter& NetworkSegmenter::operator=(NetworkSegmenter&&) noexcept = default;
 NetworkSegmenter::~NetworkSegmenter() = default;
@@ -90,33 +134,15 @@ cv::Size NetworkSegmenter::input_size() const { return network_->network.input_s
 
 Segmentation NetworkSegmenter::do_segment(const FrameView& frame) {
   detail::Network& network = network_->network;
-  const detail::NetworkKind& kind = *network_->kind;
-  const detail::PlacedImage placed = kind.place(bgr_image(frame), network.input_size());
-  const std::vector<detail::NamedTensor> outputs = network.forward(kind.tensor_of(placed));
+  const detail::PlacedImage input = network_->kind->input_of(bgr_image(frame));
+  const std::vector<detail::NamedTensor> outputs = network.forward(input.pixels);
   Segmentation result = empty_segmentation(frame);
   try {
-    result.instances = kind.decode(outputs, placed.placement);
+    result.instances = network_->kind->decode(outputs, input.placement);
   } catch (const std::runtime_error& error) {
     network.fail(error.what());
   }
   return result;
-}
-
-YoloSegmenter::YoloSegmenter(const std::filesystem::path& model, const NetworkOptions& options)
-    : NetworkSegmenter(load<detail::YoloKind>(model, options, "YoloSegmenter")) {}
-
-YolactSegmenter::YolactSegmenter(const std::filesystem::path& model, const NetworkOptions& options)
-    : NetworkSegmenter(load<detail::YolactKind>(model, options, "YolactSegmenter")) {}
-
-std::unique_ptr<NetworkSegmenter> make_network_segmenter(const std::filesystem::path& model,
-                                                         const NetworkOptions& options) {
-  constexpr const char* name = "make_network_segmenter";
-  detail::require_valid(options, name);
-  detail::Network network(model, options.input_size);
-  const std::vector<detail::NamedTensor> trial = detail::outputs_of_trial(network);
-  std::unique_ptr<detail::NetworkKind> kind = kind_of(network, trial, options);
-  return std::unique_ptr<NetworkSegmenter>(new NetworkSegmenter(
-      detail::assemble(std::move(network), trial, std::move(kind), options, name)));
 }
 
 }  // namespace dynfilter

@@ -4,11 +4,9 @@
 #include "onnx_file.hpp"
 
 #include <cstddef>
-#include <cstring>
 #include <fstream>
 #include <ios>
 #include <limits>
-#include <optional>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -38,213 +36,100 @@ namespace tensor_field {
 constexpr int dims = 1, data_type = 2, float_data = 4, name = 8, raw_data = 9, external_data = 13;
 }
 namespace value_field {
-constexpr int name = 1, type = 2;
+constexpr int name = 1, type = 2, tensor_type = 1, shape = 2, dimension = 1, size = 1;
 }
-constexpr std::int64_t float_type = 1;
+constexpr std::int64_t float_type = 1, half_type = 10;
 constexpr std::size_t max_dimensions = 32;  // the limit of cv::Mat
 
 // The limit of protocol buffers. A larger file is no model, and would have to fit into memory.
 constexpr std::uintmax_t max_file_bytes = (std::uintmax_t{1} << 31) - 1;
 
-struct Tensor {
-  std::string name;
-  std::vector<std::int64_t> shape;
-  std::int64_t data_type = 0;
-  std::string_view raw_data;
-  std::vector<std::string_view> float_data;
-  std::optional<std::string> external_file;
-};
+using Constants = std::map<std::string, std::string_view>;  // tensors by name
 
-struct Node {
-  std::string op_type;
-  std::vector<std::string> inputs, outputs;
-  std::optional<Tensor> value;  // the value of a Constant
-};
-
-/// The graph as views into the file's bytes.
-struct Graph {
-  bool has_nodes = false;
-  std::vector<Node> constants;  // the nodes that hold or forward a constant
-  std::vector<Tensor> initializers;
-  std::vector<OnnxValue> inputs, outputs;
-};
-
-std::pair<std::string, std::string> read_entry(ProtobufReader reader) {
-  std::pair<std::string, std::string> entry;
-  while (reader.next()) {
-    if (reader.field() == 1) entry.first = reader.text();
-    if (reader.field() == 2) entry.second = reader.text();
-  }
-  return entry;
+std::pair<std::string, std::string> read_entry(std::string_view entry) {
+  return {std::string(part_of(entry, 1)), std::string(part_of(entry, 2))};
 }
 
-void read_dims(ProtobufReader& reader, std::vector<std::int64_t>& shape) {
-  if (reader.is_number()) {
-    shape.push_back(reader.number());
-    return;
+OnnxValue read_value(std::string_view value) {
+  OnnxValue result{std::string(part_of(value, value_field::name)), {}};
+  const std::string_view tensor =
+      part_of(part_of(value, value_field::type), value_field::tensor_type);
+  for (const std::string_view dimension :
+       parts_of(part_of(tensor, value_field::shape), value_field::dimension)) {
+    const std::vector<std::int64_t> sizes = numbers_of(dimension, value_field::size);
+    const std::int64_t size = sizes.empty() ? 0 : sizes.back();
+    const bool is_known = size > 0 && size <= std::numeric_limits<int>::max();
+    result.shape.push_back(is_known ? static_cast<int>(size) : 0);
   }
-  for (std::string_view packed = reader.bytes(); !packed.empty();) {
-    shape.push_back(static_cast<std::int64_t>(ProtobufReader::take_varint(packed)));
-  }
+  return result;
 }
 
-Tensor read_tensor(ProtobufReader reader) {
-  Tensor tensor;
-  while (reader.next()) {
-    switch (reader.field()) {
-      case tensor_field::dims:
-        read_dims(reader, tensor.shape);
-        break;
-      case tensor_field::data_type:
-        tensor.data_type = reader.number();
-        break;
-      case tensor_field::float_data:
-        tensor.float_data.push_back(reader.bytes());
-        break;
-      case tensor_field::name:
-        tensor.name = reader.text();
-        break;
-      case tensor_field::raw_data:
-        tensor.raw_data = reader.bytes();
-        break;
-      case tensor_field::external_data: {
-        const auto [key, value] = read_entry(reader.message());
-        if (key == "location") tensor.external_file = value;
-        break;
-      }
-      default:
-        break;
+/// Returns the constant tensors: initializers, and what the nodes Constant and Identity forward.
+Constants constants_of(std::string_view graph) {
+  Constants constants;
+  for (const std::string_view tensor : parts_of(graph, graph_field::initializer)) {
+    constants[std::string(part_of(tensor, tensor_field::name))] = tensor;
+  }
+  for (const std::string_view node : parts_of(graph, graph_field::node)) {  // in their order
+    const std::string_view type = part_of(node, node_field::op_type);
+    const std::string output(part_of(node, node_field::output));
+    if (type == "Constant") {
+      const std::string_view value =
+          part_of(part_of(node, node_field::attribute), attribute_field::tensor);
+      if (!value.empty()) constants[output] = value;
     }
-  }
-  return tensor;
-}
-
-Node read_node(ProtobufReader reader) {
-  Node node;
-  while (reader.next()) {
-    switch (reader.field()) {
-      case node_field::input:
-        node.inputs.push_back(reader.text());
-        break;
-      case node_field::output:
-        node.outputs.push_back(reader.text());
-        break;
-      case node_field::op_type:
-        node.op_type = reader.text();
-        break;
-      case node_field::attribute:
-        for (ProtobufReader attribute = reader.message(); attribute.next();) {
-          if (attribute.field() == attribute_field::tensor) {
-            node.value = read_tensor(attribute.message());
-          }
-        }
-        break;
-      default:
-        break;
-    }
-  }
-  return node;
-}
-
-/// Reads one dimension of a shape; 0 if it has a name or nothing in place of a number.
-int read_side(ProtobufReader reader) {
-  std::int64_t side = 0;
-  while (reader.next()) {
-    if (reader.field() == 1) side = reader.number();
-  }
-  return side > 0 && side <= std::numeric_limits<int>::max() ? static_cast<int>(side) : 0;
-}
-
-OnnxValue read_value(ProtobufReader reader) {
-  OnnxValue value;
-  while (reader.next()) {
-    if (reader.field() == value_field::name) value.name = reader.text();
-    if (reader.field() != value_field::type) continue;
-    for (ProtobufReader type = reader.message(); type.next();) {
-      if (type.field() != 1) continue;  // a tensor
-      for (ProtobufReader tensor = type.message(); tensor.next();) {
-        if (tensor.field() != 2) continue;  // its shape
-        for (ProtobufReader shape = tensor.message(); shape.next();) {
-          if (shape.field() == 1) value.shape.push_back(read_side(shape.message()));
-        }
-      }
-    }
-  }
-  return value;
-}
-
-Graph read_graph(ProtobufReader reader) {
-  Graph graph;
-  while (reader.next()) {
-    switch (reader.field()) {
-      case graph_field::node: {
-        Node node = read_node(reader.message());
-        graph.has_nodes = true;
-        if (node.value || node.op_type == "Identity") graph.constants.push_back(std::move(node));
-        break;
-      }
-      case graph_field::initializer:
-        graph.initializers.push_back(read_tensor(reader.message()));
-        break;
-      case graph_field::input:
-        graph.inputs.push_back(read_value(reader.message()));
-        break;
-      case graph_field::output:
-        graph.outputs.push_back(read_value(reader.message()));
-        break;
-      default:
-        break;
-    }
-  }
-  return graph;
-}
-
-/// Returns the values of a float tensor; an empty matrix for another type, for more dimensions than
-/// cv::Mat allows, or for a count that does not match the shape.
-cv::Mat values_of(const Tensor& tensor) {
-  if (tensor.data_type != float_type || tensor.shape.empty()) return {};
-  if (tensor.shape.size() > max_dimensions) return {};
-  std::vector<int> shape;
-  std::size_t count = 1;
-  for (const std::int64_t side : tensor.shape) {
-    if (side < 1 || side > 1 << 24 || count > (std::size_t{1} << 28)) return {};
-    shape.push_back(static_cast<int>(side));
-    count *= static_cast<std::size_t>(side);
-  }
-  std::string bytes(tensor.raw_data);
-  for (const std::string_view part : tensor.float_data) bytes += part;
-  if (bytes.size() != count * sizeof(float)) return {};
-  if (shape.size() == 1) shape.insert(shape.begin(), 1);
-  cv::Mat values(static_cast<int>(shape.size()), shape.data(), CV_32F);
-  std::memcpy(values.data, bytes.data(), bytes.size());
-  return values;
-}
-
-/// Returns the constant tensors of the graph by name.
-std::map<std::string, const Tensor*> constants_of(const Graph& graph) {
-  std::map<std::string, const Tensor*> constants;
-  for (const Tensor& tensor : graph.initializers) constants[tensor.name] = &tensor;
-  for (const Node& node : graph.constants) {
-    if (node.outputs.empty()) continue;
-    if (node.op_type == "Constant" && node.value) constants[node.outputs[0]] = &*node.value;
-    // Nodes come in the order of computation.
-    if (node.op_type == "Identity" && node.inputs.size() == 1 &&
-        constants.count(node.inputs[0]) > 0) {
-      constants[node.outputs[0]] = constants[node.inputs[0]];
-    }
+    const auto source = constants.find(std::string(part_of(node, node_field::input)));
+    if (type == "Identity" && source != constants.end()) constants[output] = source->second;
   }
   return constants;
 }
 
-void refuse_external_data(const fs::path& path, const Tensor& tensor) {
-  if (!tensor.external_file) return;
-  const fs::path file = path.parent_path() / *tensor.external_file;
-  const std::string advice = "; save the model as one file (onnx.save_model, in Python)";
-  std::error_code ignored;
-  if (!fs::exists(file, ignored)) {
-    throw_file_error(path, "its weights are in " + file.string() + ", which is not there" + advice);
+/// Returns the values of a float tensor; an empty matrix for another type, for more dimensions than
+/// cv::Mat allows, or for a count that does not match the shape.
+cv::Mat values_of(std::string_view tensor) {
+  const std::vector<std::int64_t> type = numbers_of(tensor, tensor_field::data_type);
+  const std::vector<std::int64_t> sides = numbers_of(tensor, tensor_field::dims);
+  const bool is_half = !type.empty() && type.back() == half_type;
+  if (type.empty() || (type.back() != float_type && !is_half)) return {};
+  if (sides.empty() || sides.size() > max_dimensions) return {};
+  std::vector<int> shape;
+  std::size_t bytes = is_half ? 2 : 4;
+  for (const std::int64_t side : sides) {
+    if (side < 1 || side > 1 << 24 || bytes > (std::size_t{1} << 30)) return {};
+    shape.push_back(static_cast<int>(side));
+    bytes *= static_cast<std::size_t>(side);
   }
-  throw_file_error(path, "its weights are in another file, " + file.string() + advice);
+  std::string data(part_of(tensor, tensor_field::raw_data));
+  for (const std::string_view part : parts_of(tensor, tensor_field::float_data)) data += part;
+  if (data.size() != bytes) return {};
+  if (shape.size() == 1) shape.insert(shape.begin(), 1);
+  cv::Mat values;
+  cv::Mat(static_cast<int>(shape.size()), shape.data(), is_half ? CV_16F : CV_32F, data.data())
+      .convertTo(values, CV_32F);
+  return values;
+}
+
+void refuse_external_data(const fs::path& path, std::string_view tensor) {
+  for (const std::string_view entry : parts_of(tensor, tensor_field::external_data)) {
+    const auto [key, value] = read_entry(entry);
+    if (key != "location") continue;
+    const fs::path file = path.parent_path() / value;
+    std::error_code ignored;
+    throw_file_error(path, "its weights are in another file, " + file.string() +
+                               (fs::exists(file, ignored) ? "" : ", which is not there") +
+                               "; save the model as one file (onnx.save_model, in Python)");
+  }
+}
+
+/// Names what is often downloaded in place of a model.
+void refuse_other_files(const fs::path& path, std::string_view text) {
+  const std::size_t first = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
+  if (first != std::string_view::npos && text[first] == '<') {
+    throw_file_error(path, "is no ONNX model but a web page; download the file itself");
+  }
+  if (text.substr(0, 27) == "version https://git-lfs.git") {
+    throw_file_error(path, "is no ONNX model but a pointer to one; run git lfs pull");
+  }
 }
 
 std::vector<char> read_bytes(const fs::path& path) {
@@ -263,13 +148,32 @@ std::vector<char> read_bytes(const fs::path& path) {
   return bytes;
 }
 
-Graph read_model(ProtobufReader reader, std::map<std::string, std::string>& metadata) {
-  std::optional<ProtobufReader> graph;
-  while (reader.next()) {
-    if (reader.field() == model_field::graph) graph = reader.message();
-    if (reader.field() == model_field::metadata) metadata.insert(read_entry(reader.message()));
+void read_model(const fs::path& path, OnnxFile& file) {
+  const std::string_view model(file.bytes.data(), file.bytes.size());
+  for (const std::string_view entry : parts_of(model, model_field::metadata)) {
+    file.metadata.insert(read_entry(entry));
   }
-  return graph ? read_graph(*graph) : Graph();
+  const std::string_view graph = part_of(model, model_field::graph);
+  const std::vector<std::string_view> outputs = parts_of(graph, graph_field::output);
+  if (outputs.empty() || parts_of(graph, graph_field::node).empty()) {
+    throw MalformedMessage("it has no layers or no outputs");
+  }
+  const Constants constants = constants_of(graph);
+  for (const auto& [name, tensor] : constants) refuse_external_data(path, tensor);
+  for (const std::string_view part : parts_of(graph, graph_field::input)) {
+    const OnnxValue input = read_value(part);
+    if (constants.count(input.name) == 0) file.inputs.push_back(input);
+  }
+  for (const std::string_view part : outputs) {
+    file.outputs.push_back(read_value(part));
+    const std::string& name = file.outputs.back().name;
+    const auto constant = constants.find(name);
+    if (constant == constants.end()) continue;
+    file.constants[name] = values_of(constant->second);
+    if (!file.constants[name].empty()) continue;
+    throw_file_error(path, "its constant output " + name + " is no whole float tensor of 1 to " +
+                               std::to_string(max_dimensions) + " dimensions");
+  }
 }
 
 }  // namespace
@@ -277,36 +181,11 @@ Graph read_model(ProtobufReader reader, std::map<std::string, std::string>& meta
 OnnxFile read_onnx_file(const fs::path& path) {
   OnnxFile file;
   file.bytes = read_bytes(path);
-  Graph graph;
+  refuse_other_files(path, {file.bytes.data(), file.bytes.size()});
   try {
-    graph = read_model(ProtobufReader(std::string_view(file.bytes.data(), file.bytes.size())),
-                       file.metadata);
+    read_model(path, file);
   } catch (const MalformedMessage& error) {
     throw_file_error(path, std::string("is truncated or no ONNX model: ") + error.what());
-  }
-  if (!graph.has_nodes || graph.outputs.empty()) {
-    throw_file_error(path, "is truncated or no ONNX model: it has no layers or no outputs");
-  }
-  for (const Tensor& tensor : graph.initializers) refuse_external_data(path, tensor);
-  for (const Node& node : graph.constants) {
-    if (node.value) refuse_external_data(path, *node.value);
-  }
-  const std::map<std::string, const Tensor*> constants = constants_of(graph);
-  for (OnnxValue& input : graph.inputs) {
-    if (constants.count(input.name) == 0) file.inputs.push_back(std::move(input));
-  }
-  for (OnnxValue& output : graph.outputs) {
-    const auto constant = constants.find(output.name);
-    if (constant != constants.end()) {
-      const cv::Mat values = values_of(*constant->second);
-      if (values.empty()) {
-        throw_file_error(path, "its constant output " + output.name +
-                                   " is no whole float tensor of 1 to " +
-                                   std::to_string(max_dimensions) + " dimensions");
-      }
-      file.constants[output.name] = values;
-    }
-    file.outputs.push_back(std::move(output));
   }
   return file;
 }

@@ -10,8 +10,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <stdexcept>
-#include <string>
 #include <string_view>
+#include <vector>
 
 namespace dynfilter::detail {
 
@@ -20,88 +20,89 @@ struct MalformedMessage : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Goes through the fields of a message: while (reader.next()) switch (reader.field()) …
-class ProtobufReader {
- public:
-  explicit ProtobufReader(std::string_view message) : rest_(message) {}
+/// Takes the number at the front off the bytes.
+inline std::uint64_t take_varint(std::string_view& bytes) {
+  std::uint64_t value = 0;
+  for (unsigned shift = 0; shift < 64; shift += 7) {
+    if (bytes.empty()) throw MalformedMessage("cut off in a number");
+    const auto byte = static_cast<unsigned char>(bytes.front());
+    bytes.remove_prefix(1);
+    value |= static_cast<std::uint64_t>(byte & 0x7FU) << shift;
+    if ((byte & 0x80U) == 0) return value;
+  }
+  throw MalformedMessage("a number of more than 64 bits");
+}
 
-  /// Moves to the next field; false after the last one.
-  bool next() {
-    if (rest_.empty()) return false;
-    const std::uint64_t key = varint();
-    field_ = key >> 3U;
-    is_number_ = false;
-    bytes_ = {};
+/// A field of a message: a number, or the bytes of a string, a message, packed numbers, or a number
+/// of 4 or 8 bytes.
+struct ProtobufField {
+  std::uint64_t id = 0;
+  bool is_number = false;
+  std::uint64_t number = 0;
+  std::string_view bytes;
+};
+
+/// Returns the fields of a message. Throws MalformedMessage.
+inline std::vector<ProtobufField> fields_of(std::string_view message) {
+  std::vector<ProtobufField> fields;
+  while (!message.empty()) {
+    const std::uint64_t key = take_varint(message);
+    ProtobufField field{key >> 3U, (key & 7U) == 0, 0, {}};
+    std::uint64_t length = 0;
     switch (key & 7U) {
       case 0:
-        number_ = varint();
-        is_number_ = true;
+        field.number = take_varint(message);
         break;
       case 1:
-        bytes_ = take(8);
+        length = 8;
         break;
       case 2:
-        bytes_ = take(varint());
+        length = take_varint(message);
         break;
       case 5:
-        bytes_ = take(4);
+        length = 4;
         break;
       default:
         throw MalformedMessage("an unknown type of field");
     }
-    if (field_ == 0) throw MalformedMessage("a field without number");
-    return true;
+    if (field.id == 0) throw MalformedMessage("a field without number");
+    if (length > message.size()) throw MalformedMessage("cut off in a field");
+    field.bytes = message.substr(0, static_cast<std::size_t>(length));
+    message.remove_prefix(field.bytes.size());
+    fields.push_back(field);
   }
+  return fields;
+}
 
-  std::uint64_t field() const { return field_; }
-
-  std::int64_t number() const {
-    if (!is_number_) throw MalformedMessage("bytes in place of a number");
-    return static_cast<std::int64_t>(number_);
+/// Returns the bytes of each field with this number.
+inline std::vector<std::string_view> parts_of(std::string_view message, std::uint64_t id) {
+  std::vector<std::string_view> parts;
+  for (const ProtobufField& field : fields_of(message)) {
+    if (field.id != id) continue;
+    if (field.is_number) throw MalformedMessage("a number in place of bytes");
+    parts.push_back(field.bytes);
   }
+  return parts;
+}
 
-  /// Returns the bytes of a string, a message, packed numbers, or a number of 4 or 8 bytes.
-  std::string_view bytes() const {
-    if (is_number_) throw MalformedMessage("a number in place of bytes");
-    return bytes_;
-  }
+/// Returns the bytes of the last field with this number; none if there is no such field.
+inline std::string_view part_of(std::string_view message, std::uint64_t id) {
+  const std::vector<std::string_view> parts = parts_of(message, id);
+  return parts.empty() ? std::string_view() : parts.back();
+}
 
-  /// Returns a reader of the message in this field.
-  ProtobufReader message() const { return ProtobufReader(bytes()); }
-
-  std::string text() const { return std::string(bytes()); }
-
-  bool is_number() const { return is_number_; }
-
-  /// Takes the first of the packed numbers off `packed`.
-  static std::uint64_t take_varint(std::string_view& packed) {
-    std::uint64_t value = 0;
-    for (unsigned shift = 0; shift < 64; shift += 7) {
-      if (packed.empty()) throw MalformedMessage("cut off in a number");
-      const auto byte = static_cast<unsigned char>(packed.front());
-      packed.remove_prefix(1);
-      value |= static_cast<std::uint64_t>(byte & 0x7FU) << shift;
-      if ((byte & 0x80U) == 0) return value;
+/// Returns all numbers of the fields with this number, single or packed.
+inline std::vector<std::int64_t> numbers_of(std::string_view message, std::uint64_t id) {
+  std::vector<std::int64_t> numbers;
+  for (ProtobufField& field : fields_of(message)) {
+    if (field.id != id) continue;
+    if (field.is_number) numbers.push_back(static_cast<std::int64_t>(field.number));
+    while (!field.bytes.empty()) {
+      numbers.push_back(static_cast<std::int64_t>(take_varint(field.bytes)));
     }
-    throw MalformedMessage("a number of more than 64 bits");
   }
-
- private:
-  std::uint64_t varint() { return take_varint(rest_); }
-
-  std::string_view take(std::uint64_t length) {
-    if (length > rest_.size()) throw MalformedMessage("cut off in a field");
-    const std::string_view taken = rest_.substr(0, static_cast<std::size_t>(length));
-    rest_.remove_prefix(static_cast<std::size_t>(length));
-    return taken;
-  }
-
-  std::string_view rest_;
-  std::string_view bytes_;
-  std::uint64_t field_ = 0;
-  std::uint64_t number_ = 0;
-  bool is_number_ = false;
-};
+  return numbers;
+}
 
 }  // namespace dynfilter::detail
 

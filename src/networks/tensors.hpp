@@ -1,18 +1,16 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Outputs of a network, and views that hide how exporters arrange rows and columns.
+// Outputs of a network, whichever way exporters arrange rows and columns.
 
 #ifndef DYNFILTER_SRC_NETWORKS_TENSORS_HPP
 #define DYNFILTER_SRC_NETWORKS_TENSORS_HPP
 
 #include <algorithm>
-#include <cctype>
-#include <cmath>
-#include <cstddef>
-#include <initializer_list>
+#include <array>
+#include <cstdint>
+#include <cstdlib>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include <opencv2/core.hpp>
@@ -47,89 +45,53 @@ inline std::string shapes_text(const std::vector<NamedTensor>& tensors) {
   return text;
 }
 
-/// Tells whether the tensor's name contains one of these words, ignoring case.
-inline bool is_named(const NamedTensor& tensor, std::initializer_list<std::string_view> words) {
-  std::string name = tensor.name;
-  std::transform(name.begin(), name.end(), name.begin(),
-                 [](unsigned char letter) { return static_cast<char>(std::tolower(letter)); });
-  return std::any_of(words.begin(), words.end(),
-                     [&](std::string_view word) { return name.find(word) != std::string::npos; });
+using Table = cv::Mat_<float>;
+
+/// Returns a tensor's numbers in so many rows and columns, without a copy.
+inline Table as_table(const cv::Mat& tensor, int rows, int columns) {
+  const std::array<int, 2> shape = {rows, columns};
+  return tensor.reshape(1, 2, shape.data());
 }
 
-/// A table of numbers with any strides. A view: it does not own the tensor.
-struct Table {
-  const float* data = nullptr;
-  int rows = 0;
-  int columns = 0;
-  std::size_t row_step = 0;  // in floats
-  std::size_t column_step = 1;
-
-  float at(int row, int column) const {
-    return data[static_cast<std::size_t>(row) * row_step +
-                static_cast<std::size_t>(column) * column_step];
-  }
-
-  /// Returns `count` columns from `first` on. A tensor of 0 rows has no data to point into.
-  Table part(int first, int count) const {
-    const float* const begin =
-        data == nullptr ? nullptr : data + static_cast<std::size_t>(first) * column_step;
-    return {begin, rows, count, row_step, column_step};
-  }
-};
+/// Returns the table of a tensor [1, rows, columns] or [rows, columns], without a copy.
+inline Table rows_first(const cv::Mat& tensor) {
+  return as_table(tensor, tensor.size[tensor.dims - 2], tensor.size[tensor.dims - 1]);
+}
 
 /// Returns a row of a table; empty if a number in it is not finite.
 inline std::vector<float> finite_row(const Table& table, int row) {
-  std::vector<float> numbers(static_cast<std::size_t>(table.columns));
-  for (int k = 0; k < table.columns; ++k) {
-    numbers[static_cast<std::size_t>(k)] = table.at(row, k);
-    if (!std::isfinite(table.at(row, k))) return {};
+  if (!cv::checkRange(table.row(row))) return {};
+  return table.row(row);
+}
+
+/// Planes of numbers: mask prototypes, or scores of classes.
+struct Planes {
+  cv::Mat tensor;
+  int count = 0, rows = 0, columns = 0;
+  bool is_count_last = false;
+
+  /// Returns a row for each plane, of rows x columns cells; copies if the count is last.
+  Table cells() const {
+    if (!is_count_last) return as_table(tensor, count, rows * columns);
+    return cv::Mat(as_table(tensor, rows * columns, count).t());
   }
-  return numbers;
-}
 
-/// Views a tensor [1, rows, columns] or [rows, columns].
-inline Table rows_first(const cv::Mat& tensor) {
-  const int rows = tensor.size[tensor.dims - 2];
-  const int columns = tensor.size[tensor.dims - 1];
-  return {tensor.ptr<float>(), rows, columns, static_cast<std::size_t>(columns), 1};
-}
-
-/// Views a tensor [1, columns, rows].
-inline Table columns_first(const cv::Mat& tensor) {
-  const Table turned = rows_first(tensor);
-  return {turned.data, turned.columns, turned.rows, 1, turned.row_step};
-}
-
-/// The mask prototypes: `count` images of rows x columns numbers.
-struct Prototypes {
-  const float* data = nullptr;
-  int count = 0;
-  int rows = 0;
-  int columns = 0;
-  std::size_t prototype_step = 0;  // in floats
-  std::size_t cell_step = 1;
+  /// Whether the planes have the aspect ratio of an image, to less than a cell.
+  bool has_aspect_of(const cv::Size& image) const {
+    const std::int64_t difference =
+        std::int64_t{rows} * image.width - std::int64_t{columns} * image.height;
+    return std::abs(difference) < std::max(image.width, image.height);
+  }
 };
 
 /// Views a tensor [1, count, rows, columns].
-inline Prototypes prototypes_first(const cv::Mat& tensor) {
-  const int rows = tensor.size[2];
-  const int columns = tensor.size[3];
-  return {tensor.ptr<float>(),
-          tensor.size[1],
-          rows,
-          columns,
-          static_cast<std::size_t>(rows) * static_cast<std::size_t>(columns),
-          1};
+inline Planes count_first(const cv::Mat& tensor) {
+  return {tensor, tensor.size[1], tensor.size[2], tensor.size[3], false};
 }
 
 /// Views a tensor [1, rows, columns, count].
-inline Prototypes prototypes_last(const cv::Mat& tensor) {
-  return {tensor.ptr<float>(),
-          tensor.size[3],
-          tensor.size[1],
-          tensor.size[2],
-          1,
-          static_cast<std::size_t>(tensor.size[3])};
+inline Planes count_last(const cv::Mat& tensor) {
+  return {tensor, tensor.size[3], tensor.size[1], tensor.size[2], true};
 }
 
 inline float sigmoid(float value) { return 1.0F / (1.0F + std::exp(-value)); }

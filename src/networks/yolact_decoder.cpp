@@ -5,24 +5,32 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <cstddef>
 #include <functional>
 #include <initializer_list>
-#include <map>
+#include <numeric>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 #include <utility>
 
 #include "dynfilter/detail/errors.hpp"
-#include "finite_scores.hpp"
-#include "non_maximum_suppression.hpp"
 
 namespace dynfilter::detail {
 namespace {
 
 // --- Binding -------------------------------------------------------------------------------------
+
+/// Tells whether the tensor's name contains one of these words, ignoring case.
+bool is_named(const NamedTensor& tensor, std::initializer_list<std::string_view> words) {
+  std::string name = tensor.name;
+  std::transform(name.begin(), name.end(), name.begin(),
+                 [](unsigned char letter) { return static_cast<char>(std::tolower(letter)); });
+  return std::any_of(words.begin(), words.end(),
+                     [&](std::string_view word) { return name.find(word) != std::string::npos; });
+}
 
 using Outputs = std::vector<const NamedTensor*>;
 
@@ -57,23 +65,6 @@ bool is_table(const cv::Mat& data) { return data.dims == 3 && data.size[0] == 1;
 int rows_of(const cv::Mat& table) { return table.size[table.dims - 2]; }
 int columns_of(const cv::Mat& table) { return table.size[table.dims - 1]; }
 
-/// Takes the priors out of the list. They have no batch dimension; if they have one after all,
-/// their name identifies them.
-const NamedTensor* take_priors(Outputs& unbound) {
-  const NamedTensor* priors = take(unbound, "priors", {"prior", "anchor"}, [](const cv::Mat& data) {
-    return data.dims == 2 && data.size[1] == 4;
-  });
-  if (priors != nullptr) return priors;
-  const auto named = std::find_if(unbound.begin(), unbound.end(), [](const NamedTensor* output) {
-    return is_table(output->data) && columns_of(output->data) == 4 &&
-           is_named(*output, {"prior", "anchor"});
-  });
-  if (named == unbound.end()) return nullptr;
-  priors = *named;
-  unbound.erase(named);
-  return priors;
-}
-
 // --- Priors --------------------------------------------------------------------------------------
 
 constexpr int levels = 5;  // P3 to P7
@@ -106,17 +97,12 @@ double scale_at(std::size_t level, int side) {
 
 // --- Decoding ------------------------------------------------------------------------------------
 
-// As published: the least confidence, and the candidates of each class that enter Fast NMS.
-constexpr float min_confidence = 0.05F;
-constexpr int max_per_class = 200;
+constexpr float min_confidence = 0.05F;  // as published
 
 /// Reads the probabilities of one row, the background's first, by softmax from logits.
-void read_probabilities(const Table& confidences, int row, bool are_logits,
-                        std::vector<float>& probabilities) {
-  for (int c = 0; c < confidences.columns; ++c) {
-    probabilities[static_cast<std::size_t>(c)] = confidences.at(row, c);
-  }
-  if (!are_logits) return;
+std::vector<float> probabilities_of(const Table& confidences, int row, bool are_logits) {
+  std::vector<float> probabilities = confidences.row(row);
+  if (!are_logits) return probabilities;
   const float largest = *std::max_element(probabilities.begin(), probabilities.end());
   float sum = 0;
   for (float& value : probabilities) {
@@ -124,59 +110,18 @@ void read_probabilities(const Table& confidences, int row, bool are_logits,
     sum += value;
   }
   for (float& value : probabilities) value /= sum;
+  return probabilities;
 }
 
 /// Decodes a box from SSD's coding (W. Liu et al., ECCV 2016) with its variances 0.1 and 0.2, as
-/// fractions of the input.
-Box decoded_box(const Table& locations, const Table& priors, int row) {
-  const float width = priors.at(row, 2) * std::exp(locations.at(row, 2) * 0.2F);
-  const float height = priors.at(row, 3) * std::exp(locations.at(row, 3) * 0.2F);
-  const float x = priors.at(row, 0) + locations.at(row, 0) * 0.1F * priors.at(row, 2) - width / 2;
-  const float y = priors.at(row, 1) + locations.at(row, 1) * 0.1F * priors.at(row, 3) - height / 2;
-  return {x, y, x + width, y + height};
-}
-
-std::vector<Candidate> candidates_of(const YolactOutputs& outputs, const Table& priors,
-                                     const DetectionOptions& options) {
-  std::vector<int> wanted;
-  for (int c = 0; c < outputs.class_count(); ++c) {
-    if (options.is_wanted(c)) wanted.push_back(c);
-  }
-  FiniteScores seen;
-  const bool are_logits = !are_probabilities(outputs.confidences);
-  std::vector<float> scores(static_cast<std::size_t>(outputs.confidences.columns));
-  std::vector<Candidate> candidates;
-  for (int row = 0; row < outputs.confidences.rows; ++row) {
-    read_probabilities(outputs.confidences, row, are_logits, scores);
-    if (!std::all_of(scores.begin(), scores.end(), [](float s) { return std::isfinite(s); })) {
-      continue;
-    }
-    const float best = seen.probability(*std::max_element(scores.begin() + 1, scores.end()));
-    if (!(best > min_confidence) || !(best > options.score_threshold)) continue;
-    const Box box = decoded_box(outputs.locations, priors, row);
-    if (!box.is_finite() || !box.has_area() || finite_row(outputs.coefficients, row).empty()) {
-      continue;
-    }
-    for (const int class_id : wanted) {
-      const float score = std::clamp(scores[static_cast<std::size_t>(class_id) + 1], 0.0F, 1.0F);
-      if (score > options.score_threshold) candidates.push_back({class_id, score, row, box});
-    }
-  }
-  seen.require_some(outputs.confidences.rows);
-  return candidates;
-}
-
-Detection detection_of(const Candidate& candidate, const Table& coefficients,
-                       const cv::Size& input) {
-  Detection detection;
-  detection.class_id = candidate.class_id;
-  detection.score = candidate.score;
-  const auto width = static_cast<float>(input.width);
-  const auto height = static_cast<float>(input.height);
-  detection.box = {candidate.box.x1 * width, candidate.box.y1 * height, candidate.box.x2 * width,
-                   candidate.box.y2 * height};
-  detection.coefficients = finite_row(coefficients, candidate.row);
-  return detection;
+/// pixels of the input.
+Box decoded_box(const float* location, const float* prior, const cv::Size& input) {
+  const float width = prior[2] * std::exp(location[2] * 0.2F);
+  const float height = prior[3] * std::exp(location[3] * 0.2F);
+  const float x = prior[0] + location[0] * 0.1F * prior[2] - width / 2;
+  const float y = prior[1] + location[1] * 0.1F * prior[3] - height / 2;
+  const auto columns = static_cast<float>(input.width), rows = static_cast<float>(input.height);
+  return {x * columns, y * rows, (x + width) * columns, (y + height) * rows};
 }
 
 }  // namespace
@@ -185,7 +130,9 @@ YolactOutputs bind_yolact(const std::vector<NamedTensor>& outputs) {
   Outputs unbound;
   for (const NamedTensor& output : outputs) unbound.push_back(&output);
 
-  const NamedTensor* priors = take_priors(unbound);
+  const NamedTensor* priors = take(unbound, "priors", {"prior", "anchor"}, [](const cv::Mat& data) {
+    return data.dims == 2 && data.size[1] == 4;
+  });
   const NamedTensor& locations =
       need(take(unbound, "locations [1, N, 4]", {"loc", "bbox", "box"},
                 [](const cv::Mat& data) { return is_table(data) && columns_of(data) == 4; }),
@@ -221,8 +168,8 @@ YolactOutputs bind_yolact(const std::vector<NamedTensor>& outputs) {
   bound.locations = rows_first(locations.data);
   bound.confidences = rows_first(confidences.data);
   bound.coefficients = rows_first(coefficients.data);
-  bound.prototypes = prototypes.data.size[3] == count ? prototypes_last(prototypes.data)
-                                                      : prototypes_first(prototypes.data);
+  bound.prototypes =
+      prototypes.data.size[3] == count ? count_last(prototypes.data) : count_first(prototypes.data);
   if (priors != nullptr) {
     bound.priors = rows_first(priors->data);
     if (bound.priors.rows != rows) {
@@ -266,13 +213,10 @@ bool are_probabilities(const Table& confidences) {
   const int step = std::max(confidences.rows / sample, 1);
   bool has_rows = false;
   for (int row = 0; row < confidences.rows; row += step) {
-    float sum = 0;
-    float smallest = 0;
-    for (int c = 0; c < confidences.columns; ++c) {
-      sum += confidences.at(row, c);
-      smallest = std::min(smallest, confidences.at(row, c));
-    }
-    if (!std::isfinite(sum)) continue;
+    const std::vector<float> numbers = finite_row(confidences, row);
+    if (numbers.empty()) continue;
+    const float sum = std::accumulate(numbers.begin(), numbers.end(), 0.0F);
+    const float smallest = *std::min_element(numbers.begin(), numbers.end());
     if (smallest < 0 || std::abs(sum - 1) > 1e-2F) return false;
     has_rows = true;
   }
@@ -281,14 +225,26 @@ bool are_probabilities(const Table& confidences) {
 
 std::vector<Detection> decode_yolact(const YolactOutputs& outputs, const Table& priors,
                                      const cv::Size& input, const DetectionOptions& options) {
-  const std::vector<Candidate> candidates =
-      suppress_fast(candidates_of(outputs, priors, options), options.iou_threshold, max_per_class);
-  std::vector<Detection> detections;
-  for (const Candidate& candidate : candidates) {
-    if (detections.size() == static_cast<std::size_t>(options.max_detections)) break;
-    detections.push_back(detection_of(candidate, outputs.coefficients, input));
+  FiniteScores seen;
+  const bool are_logits = !are_probabilities(outputs.confidences);
+  std::vector<Detection> found;
+  for (int row = 0; row < outputs.confidences.rows; ++row) {
+    const std::vector<float> scores = probabilities_of(outputs.confidences, row, are_logits);
+    if (!cv::checkRange(scores)) continue;
+    const float best = seen.probability(*std::max_element(scores.begin() + 1, scores.end()));
+    if (!(best > min_confidence) || !(best > options.score_threshold)) continue;
+    const Box box = decoded_box(outputs.locations[row], priors[row], input);
+    const std::vector<float> coefficients = finite_row(outputs.coefficients, row);
+    if (!box.is_finite() || !box.has_area() || coefficients.empty()) continue;
+    for (int class_id = 0; class_id < outputs.class_count(); ++class_id) {
+      const float score = std::clamp(scores[static_cast<std::size_t>(class_id) + 1], 0.0F, 1.0F);
+      if (options.wants(class_id) && score > options.score_threshold) {
+        found.push_back({class_id, score, box, coefficients});
+      }
+    }
   }
-  return detections;
+  seen.require_some(outputs.confidences.rows);
+  return best_detections(std::move(found), options);
 }
 
 }  // namespace dynfilter::detail

@@ -15,15 +15,15 @@
 
 namespace dynfilter::detail {
 
-/// The outputs by meaning; each row belongs to a prior. Views the tensors.
+/// The outputs by meaning; each row belongs to a prior.
 struct YolactOutputs {
   Table locations;     // 4 columns
   Table confidences;   // background, then one column a class: logits or probabilities
   Table coefficients;  // one column a prototype
-  Prototypes prototypes;
+  Planes prototypes;
   Table priors;  // 4 columns; no rows if the network does not output them
 
-  int class_count() const { return confidences.columns - 1; }
+  int class_count() const { return confidences.cols - 1; }
 };
 
 /// Identifies the outputs by their shapes, in any order, with N priors, C classes and P prototypes;
@@ -46,12 +46,11 @@ cv::Mat yolact_priors(int count, const cv::Size& input);
 /// numbers of some sample rows are positive and add up to 1.
 bool are_probabilities(const Table& confidences);
 
-/// Returns the detections, the highest score first, with boxes in pixels of the input. As
-/// published: drops priors whose best class does not exceed 0.05, lets every other prior stand for
-/// each class, suppresses overlaps within each class, and keeps the best max_detections. Leaves out
-/// unwanted classes and scores at or below the threshold from the start, which only frees places
-/// for the other detections. Leaves out rows with a number that is not finite and boxes without
-/// area. Throws std::runtime_error if no score is a number. O(N · C).
+/// Returns the detections, the highest score first, with boxes in pixels of the input. Drops priors
+/// whose best class does not exceed 0.05, as published, lets every other prior stand for each
+/// class, and suppresses overlaps within each class (the published Fast NMS drops a few more).
+/// Leaves out rows with a number that is not finite and boxes without area. Throws
+/// std::runtime_error if no score is a number. O(N · C + n²) for n rows above the threshold.
 std::vector<Detection> decode_yolact(const YolactOutputs& outputs, const Table& priors,
                                      const cv::Size& input, const DetectionOptions& options);
 

@@ -6,18 +6,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstddef>
-#include <cstdint>
 #include <functional>
-#include <initializer_list>
 #include <optional>
 #include <stdexcept>
 #include <string>
-#include <string_view>
 #include <utility>
 
-#include "finite_scores.hpp"
-#include "non_maximum_suppression.hpp"
+#include "dynfilter/detail/errors.hpp"
 
 namespace dynfilter::detail {
 namespace {
@@ -57,124 +52,103 @@ Anchor anchor_of(int row, const cv::Size& input) {
 
 // --- Binding -------------------------------------------------------------------------------------
 
-/// Outputs of three dimensions, and the one of four.
-struct Sorted {
-  std::vector<const NamedTensor*> tables;
-  const NamedTensor* prototypes = nullptr;
-};
-
-Sorted sorted_by_rank(const std::vector<NamedTensor>& outputs) {
-  Sorted sorted;
-  for (const NamedTensor& output : outputs) {
-    const bool is_batch_of_one = output.data.dims >= 3 && output.data.size[0] == 1;
-    if (!is_batch_of_one) throw std::runtime_error("output " + output.name + " is no batch of one");
-    if (output.data.dims == 3) sorted.tables.push_back(&output);
-    if (output.data.dims == 4) {
-      if (sorted.prototypes != nullptr)
-        throw std::runtime_error("two outputs have four dimensions");
-      sorted.prototypes = &output;
-    }
-    if (output.data.dims > 4)
-      throw std::runtime_error("output " + output.name + " has too many dimensions");
-  }
-  if (sorted.prototypes == nullptr) {
-    throw std::runtime_error(
-        "there are no prototypes [1, P, rows, columns]: no segmentation network");
-  }
-  return sorted;
-}
-
-/// Views the output as a table with `rows` rows, transposed if necessary.
-std::optional<Table> with_rows(const NamedTensor& output, int rows) {
-  if (output.data.size[2] == rows) return columns_first(output.data);
-  if (output.data.size[1] == rows) return rows_first(output.data);
+/// Returns the output as a table with `rows` rows, transposed if necessary; empty if it has none.
+Table with_rows(const cv::Mat& output, int rows) {
+  if (output.size[2] == rows) return cv::Mat(rows_first(output).t());
+  if (output.size[1] == rows) return rows_first(output);
   return {};
 }
 
 /// Finds the prototypes' dimension, the second or the last: their number must fit the columns of
 /// the tables, and the grid must have the input's aspect ratio.
-Prototypes view_prototypes(const NamedTensor& output, const cv::Size& input,
-                           const std::function<bool(int)>& fits) {
-  for (const Prototypes& prototypes :
-       {prototypes_first(output.data), prototypes_last(output.data)}) {
-    const bool has_shape_of_input = std::int64_t{prototypes.rows} * input.width ==
-                                    std::int64_t{prototypes.columns} * input.height;
-    if (has_shape_of_input && fits(prototypes.count)) return prototypes;
+std::optional<Planes> find_prototypes(const NamedTensor& output, const cv::Size& input,
+                                      const std::function<bool(int)>& fits) {
+  for (const Planes& prototypes : {count_first(output.data), count_last(output.data)}) {
+    if (prototypes.has_aspect_of(input) && fits(prototypes.count)) return prototypes;
   }
-  throw std::runtime_error("no dimension of " + output.name +
-                           " can be the number of prototypes, given the other outputs");
+  return {};
 }
 
+std::runtime_error no_prototypes(const NamedTensor& output) {
+  return std::runtime_error("no dimension of " + output.name +
+                            " can be the number of prototypes, given the other outputs");
+}
+
+/// Binds one output: boxes, scores and coefficients side by side.
 YoloOutputs bind_single(const NamedTensor& output, const NamedTensor& prototypes,
                         const cv::Size& input) {
-  YoloOutputs bound;
-  bound.input = input;
-  if (const std::optional<Table> table = with_rows(output, anchor_count(input))) {
-    bound.head = YoloHead::decoded;
-    bound.prototypes =
-        view_prototypes(prototypes, input, [&](int count) { return 4 + count < table->columns; });
-    const int classes = table->columns - 4 - bound.prototypes.count;
-    bound.boxes = table->part(0, 4);
-    bound.scores = table->part(4, classes);
-    bound.coefficients = table->part(4 + classes, bound.prototypes.count);
-    return bound;
+  constexpr int v5_anchors = 3;  // YOLOv5 has so many for each cell
+  const int anchors = anchor_count(input);
+  const struct {
+    YoloHead head;
+    int rows, box_columns;
+  } forms[] = {{YoloHead::decoded, anchors, 4},
+               {YoloHead::with_objectness, v5_anchors * anchors, 5},
+               {YoloHead::end_to_end, output.data.size[1], 4}};
+  for (const auto& [head, rows, box_columns] : forms) {
+    const bool is_end_to_end = head == YoloHead::end_to_end;
+    const Table table = is_end_to_end ? rows_first(output.data) : with_rows(output.data, rows);
+    const int first = box_columns;
+    const std::optional<Planes> found = find_prototypes(prototypes, input, [&](int count) {
+      const int classes = table.cols - first - count;
+      return is_end_to_end ? classes == 2 : classes > 0;
+    });
+    if (table.empty() || !found) continue;
+    const int last = table.cols - found->count;
+    return {head,
+            input,
+            table.colRange(0, first),
+            table.colRange(first, last),
+            table.colRange(last, table.cols),
+            *found};
   }
-  const Table table = rows_first(output.data);
-  bound.head = YoloHead::end_to_end;
-  bound.prototypes =
-      view_prototypes(prototypes, input, [&](int count) { return 6 + count == table.columns; });
-  bound.boxes = table.part(0, 4);
-  bound.scores = table.part(4, 2);
-  bound.coefficients = table.part(6, bound.prototypes.count);
-  return bound;
+  if (input.width % strides.back() != 0 || input.height % strides.back() != 0) {
+    throw std::runtime_error("its input of " + size_name(input) +
+                             " is no multiple of 32: export it with such an imgsz");
+  }
+  throw no_prototypes(prototypes);
 }
 
-/// Takes the first table with this name or, if there is none, the first that fits.
-Table take(std::vector<std::pair<const NamedTensor*, Table>>& tables,
-           std::initializer_list<std::string_view> names, const std::function<bool(int)>& fits) {
-  const auto found = [&](bool by_name) {
-    return std::find_if(tables.begin(), tables.end(), [&](const auto& entry) {
-      return fits(entry.second.columns) && (!by_name || is_named(*entry.first, names));
-    });
-  };
-  auto place = found(true);
-  if (place == tables.end()) place = found(false);
+/// Takes the first table that fits.
+Table take(std::vector<Table>& tables, const std::function<bool(int columns)>& fits) {
+  const auto place = std::find_if(tables.begin(), tables.end(),
+                                  [&](const Table& table) { return fits(table.cols); });
   if (place == tables.end()) throw std::runtime_error("boxes, classes or coefficients are missing");
-  const Table table = place->second;
+  const Table table = *place;
   tables.erase(place);
   return table;
 }
 
 YoloOutputs bind_raw(const std::vector<const NamedTensor*>& outputs, const NamedTensor& prototypes,
                      const cv::Size& input) {
-  std::vector<std::pair<const NamedTensor*, Table>> tables;
+  std::vector<Table> tables;
   for (const NamedTensor* output : outputs) {
-    const std::optional<Table> table = with_rows(*output, anchor_count(input));
-    if (!table) {
-      throw std::runtime_error("output " + output->name + " has no dimension of " +
-                               std::to_string(anchor_count(input)) + ", the number of anchors");
+    tables.push_back(with_rows(output->data, anchor_count(input)));
+    if (tables.back().empty()) {
+      throw std::runtime_error(concatenate("output ", output->name, " has no dimension of ",
+                                           anchor_count(input), ", the number of anchors"));
     }
-    tables.emplace_back(output, *table);
   }
+  const auto has_columns = [&](int count) {
+    return std::any_of(tables.begin(), tables.end(),
+                       [&](const Table& table) { return table.cols == count; });
+  };
+  const std::optional<Planes> found = find_prototypes(prototypes, input, has_columns);
+  if (!found) throw no_prototypes(prototypes);
   YoloOutputs bound;
   bound.head = YoloHead::raw;
   bound.input = input;
-  bound.prototypes = view_prototypes(prototypes, input, [&](int count) {
-    return std::any_of(tables.begin(), tables.end(),
-                       [&](const auto& entry) { return entry.second.columns == count; });
-  });
-  const int count = bound.prototypes.count;
-  // Boxes first: if classes or boxes have as many columns as there are prototypes, order tells
-  // them apart, and coefficients come last.
+  bound.prototypes = *found;
+  // If classes or boxes have as many columns as there are prototypes, order tells them apart: boxes
+  // come first and coefficients last.
   std::reverse(tables.begin(), tables.end());
-  bound.coefficients = take(tables, {"coef", "mask"}, [&](int n) { return n == count; });
+  bound.coefficients = take(tables, [&](int columns) { return columns == found->count; });
   std::reverse(tables.begin(), tables.end());
-  const bool has_usual = std::any_of(tables.begin(), tables.end(), [](const auto& entry) {
-    return entry.second.columns == 4 * usual_bins;
+  const bool has_usual = has_columns(4 * usual_bins);
+  bound.boxes = take(tables, [&](int columns) {
+    return has_usual ? columns == 4 * usual_bins : columns % 4 == 0;
   });
-  bound.boxes = take(tables, {"box", "dist", "reg"},
-                     [&](int n) { return has_usual ? n == 4 * usual_bins : n % 4 == 0; });
-  bound.scores = take(tables, {}, [](int) { return true; });
+  bound.scores = take(tables, [](int) { return true; });
   return bound;
 }
 
@@ -182,14 +156,13 @@ YoloOutputs bind_raw(const std::vector<const NamedTensor*>& outputs, const Named
 
 /// Returns the mean of a distribution over 0, 1, 2, … given by logits (X. Li et al., "Generalized
 /// Focal Loss", NeurIPS 2020); for a single bin, its value.
-float expectation(const Table& logits, int row, int first, int bins) {
-  if (bins == 1) return logits.at(row, first);
-  float largest = logits.at(row, first);
-  for (int k = 1; k < bins; ++k) largest = std::max(largest, logits.at(row, first + k));
+float expectation(const float* logits, int bins) {
+  if (bins == 1) return logits[0];
+  const float largest = *std::max_element(logits, logits + bins);
   float sum = 0;
   float weighted = 0;
   for (int k = 0; k < bins; ++k) {
-    const float weight = std::exp(logits.at(row, first + k) - largest);
+    const float weight = std::exp(logits[k] - largest);
     sum += weight;
     weighted += weight * static_cast<float>(k);
   }
@@ -198,28 +171,19 @@ float expectation(const Table& logits, int row, int first, int bins) {
 
 Box raw_box(const YoloOutputs& outputs, int row) {
   const Anchor anchor = anchor_of(row, outputs.input);
-  const int bins = outputs.boxes.columns / 4;
+  const int bins = outputs.boxes.cols / 4;
   const auto distance = [&](int side) {
-    return expectation(outputs.boxes, row, side * bins, bins) * anchor.stride;
+    return expectation(outputs.boxes[row] + side * bins, bins) * anchor.stride;
   };
   return {anchor.x - distance(0), anchor.y - distance(1), anchor.x + distance(2),
           anchor.y + distance(3)};
 }
 
 Box box_of(const YoloOutputs& outputs, int row) {
-  const Table& table = outputs.boxes;
-  switch (outputs.head) {
-    case YoloHead::raw:
-      return raw_box(outputs, row);
-    case YoloHead::decoded: {
-      const float x = table.at(row, 0), y = table.at(row, 1);
-      const float width = table.at(row, 2), height = table.at(row, 3);
-      return {x - width / 2, y - height / 2, x + width / 2, y + height / 2};
-    }
-    case YoloHead::end_to_end:
-      break;
-  }
-  return {table.at(row, 0), table.at(row, 1), table.at(row, 2), table.at(row, 3)};
+  if (outputs.head == YoloHead::raw) return raw_box(outputs, row);
+  const float* box = outputs.boxes[row];
+  if (outputs.head == YoloHead::end_to_end) return {box[0], box[1], box[2], box[3]};
+  return {box[0] - box[2] / 2, box[1] - box[3] / 2, box[0] + box[2] / 2, box[1] + box[3] / 2};
 }
 
 struct ClassScore {
@@ -229,67 +193,67 @@ struct ClassScore {
 
 /// Returns a row's best class and counts its scores; std::nullopt if all are NaN.
 std::optional<ClassScore> best_class(const YoloOutputs& outputs, int row, FiniteScores& seen) {
-  const Table& scores = outputs.scores;
+  const float* scores = outputs.scores[row];
   if (outputs.head == YoloHead::end_to_end) {
-    const float score = seen.probability(scores.at(row, 0));
-    const float class_id = scores.at(row, 1);
-    if (!(score >= 0) || !(class_id >= 0 && class_id < 1e6F)) return {};
+    const float class_id = scores[1];
+    const bool is_filler = scores[0] < 0 || class_id < 0;  // rows beyond the last object
+    const float score = seen.probability(is_filler ? 0 : scores[0]);
+    if (is_filler || !(score >= 0) || !(class_id < 1e6F)) return {};
     return ClassScore{static_cast<int>(std::lround(class_id)), score};
   }
   std::optional<ClassScore> best;
-  for (int c = 0; c < scores.columns; ++c) {
-    const float value = scores.at(row, c);
-    if (!std::isnan(value) && (!best || value > best->score)) best = ClassScore{c, value};
+  for (int c = 0; c < outputs.scores.cols; ++c) {
+    if (!std::isnan(scores[c]) && (!best || scores[c] > best->score)) best = {c, scores[c]};
   }
   if (!best) return {};
-  best->score =
-      seen.probability(outputs.head == YoloHead::raw ? sigmoid(best->score) : best->score);
+  if (outputs.head == YoloHead::raw) best->score = sigmoid(best->score);
+  if (outputs.head == YoloHead::with_objectness) best->score *= outputs.boxes(row, 4);
+  best->score = seen.probability(best->score);
   return best;
 }
 
 }  // namespace
 
 YoloOutputs bind_yolo(const std::vector<NamedTensor>& outputs, const cv::Size& input) {
-  const Sorted sorted = sorted_by_rank(outputs);
-  switch (sorted.tables.size()) {
-    case 1:
-      return bind_single(*sorted.tables[0], *sorted.prototypes, input);
-    case 3:
-      return bind_raw(sorted.tables, *sorted.prototypes, input);
-    default:
-      throw std::runtime_error(
-          "besides the prototypes there must be one output, or boxes, classes and coefficients");
+  std::vector<const NamedTensor*> tables;
+  const NamedTensor* prototypes = nullptr;
+  for (const NamedTensor& output : outputs) {
+    const int dimensions = output.data.dims;
+    if (dimensions < 3 || output.data.size[0] != 1) {
+      throw std::runtime_error("output " + output.name + " is no batch of one");
+    }
+    if (dimensions == 3) tables.push_back(&output);
+    if (dimensions > 4 || (dimensions == 4 && prototypes != nullptr)) {
+      throw std::runtime_error("output " + output.name + " has too many dimensions");
+    }
+    if (dimensions == 4) prototypes = &output;
   }
+  if (prototypes == nullptr) {
+    throw std::runtime_error(
+        "there are no prototypes [1, P, rows, columns]: no segmentation network, such as those "
+        "named -seg");
+  }
+  if (tables.size() == 1) return bind_single(*tables[0], *prototypes, input);
+  if (tables.size() == 3) return bind_raw(tables, *prototypes, input);
+  throw std::runtime_error(
+      "besides the prototypes there must be one output, or boxes, classes and coefficients");
 }
 
 std::vector<Detection> decode_yolo(const YoloOutputs& outputs, const DetectionOptions& options) {
   FiniteScores seen;
-  std::vector<Candidate> candidates;
+  std::vector<Detection> found;
   for (int row = 0; row < outputs.scores.rows; ++row) {
     const std::optional<ClassScore> best = best_class(outputs, row, seen);
-    if (!best || !(best->score > options.score_threshold) || !options.is_wanted(best->class_id)) {
+    if (!best || !(best->score > options.score_threshold) || !options.wants(best->class_id)) {
       continue;
     }
     const Box box = box_of(outputs, row);
-    if (!box.is_finite() || !box.has_area() || finite_row(outputs.coefficients, row).empty()) {
-      continue;
-    }
-    candidates.push_back({best->class_id, best->score, row, box});
+    const std::vector<float> coefficients = finite_row(outputs.coefficients, row);
+    if (!box.is_finite() || !box.has_area() || coefficients.empty()) continue;
+    found.push_back({best->class_id, best->score, box, coefficients});
   }
   seen.require_some(outputs.scores.rows);
-
-  if (outputs.head == YoloHead::end_to_end) {
-    sort_by_score(candidates);
-  } else {
-    candidates = suppress_greedily(std::move(candidates), options.iou_threshold);
-  }
-  std::vector<Detection> detections;
-  for (const Candidate& candidate : candidates) {
-    if (detections.size() == static_cast<std::size_t>(options.max_detections)) break;
-    detections.push_back({candidate.class_id, candidate.score, candidate.box,
-                          finite_row(outputs.coefficients, candidate.row)});
-  }
-  return detections;
+  return best_detections(std::move(found), options, outputs.head != YoloHead::end_to_end);
 }
 
 }  // namespace dynfilter::detail

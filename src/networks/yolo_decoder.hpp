@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Decodes the outputs of a YOLOv8-seg or YOLO11-seg network into detections.
+// Decodes the outputs of a YOLO-seg network into detections.
 
 #ifndef DYNFILTER_SRC_NETWORKS_YOLO_DECODER_HPP
 #define DYNFILTER_SRC_NETWORKS_YOLO_DECODER_HPP
@@ -19,26 +19,29 @@ namespace dynfilter::detail {
 enum class YoloHead {
   raw,      ///< boxes are distributions of distances to the sides, scores are logits
   decoded,  ///< boxes are centre, width and height in pixels of the input; scores are probabilities
-  end_to_end,  ///< suppressed too: a row is x1, y1, x2, y2, score, class, coefficients
+  with_objectness,  ///< as YOLOv5 has it: decoded, and a fifth column of boxes multiplies the
+                    ///< scores
+  end_to_end,       ///< suppressed too: a row is x1, y1, x2, y2, score, class, coefficients
 };
 
-/// The outputs by meaning: one row for each anchor, or for each object. Views the tensors.
+/// The outputs by meaning: one row for each anchor, or for each object.
 struct YoloOutputs {
   YoloHead head = YoloHead::decoded;
   cv::Size input;
-  Table boxes;   // 4 columns; raw: 4 x bins
+  Table boxes;   // 4 columns; raw: 4 x bins; with_objectness: 5
   Table scores;  // one column a class; end_to_end: score and class
   Table coefficients;
-  Prototypes prototypes;
+  Planes prototypes;
 
   /// Returns the number of classes; 0 if the outputs do not tell.
-  int class_count() const { return head == YoloHead::end_to_end ? 0 : scores.columns; }
+  int class_count() const { return head == YoloHead::end_to_end ? 0 : scores.cols; }
 };
 
-/// Identifies the outputs by their shapes; if several fit, by their names, or else by their order
-/// (boxes, classes, coefficients). With P prototypes, N anchors and C classes:
+/// Identifies the outputs by their shapes; if several fit, by their order (boxes, classes,
+/// coefficients). With P prototypes, N anchors and C classes:
 ///   [1, P, h, w] or [1, h, w, P]                   prototypes, always
 ///   [1, 4+C+P, N] or [1, N, 4+C+P]                 decoded
+///   [1, 3N, 5+C+P] or [1, 5+C+P, 3N]               with_objectness
 ///   [1, 4B, N], [1, C, N], [1, P, N]               raw, with B bins a side; also each turned
 ///   [1, K, 6+P]                                    end-to-end
 /// Throws std::runtime_error that says which outputs there are and what is missing.

@@ -53,7 +53,11 @@ std::unique_ptr<Segmenter> make_segmenter([[maybe_unused]] const PluginSettings&
   if (!settings.remote.empty()) return std::make_unique<RemoteSegmenter>(settings.remote);
 #endif
 #ifdef DYNFILTER_HAS_NETWORKS
-  if (!settings.model.empty()) return make_network_segmenter(settings.model);
+  if (!settings.model.empty()) {
+    NetworkOptions options;
+    options.device = settings.device;
+    return std::make_unique<NetworkSegmenter>(settings.model, options);
+  }
 #endif
   throw std::logic_error("dynfilter: the settings have no source of masks");
 }

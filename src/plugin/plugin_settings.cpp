@@ -25,6 +25,10 @@ void read_segmenter(SettingsFile& file, PluginSettings& settings) {
   file.read_text("mask_folder", settings.mask_folder);
   file.read_text("remote", settings.remote);
   file.read_text("model", settings.model);
+  file.read_text("device", settings.device);
+  if (settings.model.empty() && settings.device != "cpu") {
+    file.refuse("device", settings.device + ", but no model", "it with a model");
+  }
 #ifndef DYNFILTER_HAS_REMOTE_SEGMENTER
   if (!settings.remote.empty()) {
     file.refuse("remote", "a socket, but this dynfilter was built without remote masks",

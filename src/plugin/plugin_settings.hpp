@@ -22,11 +22,12 @@ namespace dynfilter::detail {
 /// examples/orb_slam/README.md.
 struct PluginSettings {
   std::string file;
-  std::string prefix;       ///< of the keys, with its dot
-  bool enabled = true;      ///< false: the filter is switched off, and nothing else was read
-  std::string mask_folder;  ///< one of these three is set: the folder,
-  std::string remote;       ///< the socket of another process,
-  std::string model;        ///< or the file of a network
+  std::string prefix;          ///< of the keys, with its dot
+  bool enabled = true;         ///< false: the filter is switched off, and nothing else was read
+  std::string mask_folder;     ///< one of these three is set: the folder,
+  std::string remote;          ///< the socket of another process,
+  std::string model;           ///< or the file of a network
+  std::string device = "cpu";  ///< that the network runs on
   MaskFolderOptions mask_folder_options;
   std::optional<HandOver> hand_over;    ///< with a thread; none: masks are made on demand
   bool moves_masks = false;             ///< moves masks to the frame, see MaskPropagator

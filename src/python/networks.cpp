@@ -20,19 +20,19 @@ namespace {
 /// Network for one thread at a time: others wait.
 class LockedNetwork final : public Segmenter {
  public:
-  explicit LockedNetwork(std::unique_ptr<NetworkSegmenter> network)
-      : network_(std::move(network)) {}
+  LockedNetwork(const std::filesystem::path& model, const NetworkOptions& options)
+      : network_(model, options) {}
 
-  const NetworkSegmenter& network() const { return *network_; }
+  const NetworkSegmenter& network() const { return network_; }
 
  private:
   Segmentation do_segment(const FrameView& frame) override {
     const std::lock_guard<std::mutex> lock(mutex_);
-    return network_->segment(frame);
+    return network_.segment(frame);
   }
 
   std::mutex mutex_;
-  std::unique_ptr<NetworkSegmenter> network_;
+  NetworkSegmenter network_;
 };
 
 constexpr const char* load_doc =
@@ -40,18 +40,19 @@ constexpr const char* load_doc =
 wait.
 
 classes: classes whose instances are returned; empty = all
-score_threshold: score that instances must exceed; None = 0.25 (YOLO), 0.15 (YOLACT)
+score_threshold: score that instances must exceed; None = 0.25 (YOLO), 0.15 (YOLACT), 0.5 (semantic)
 input_size: (width, height) of the network's input, for a model that leaves them open
+device: what OpenCV runs it on, "cpu", "opencl", "cuda" or "openvino"
 
 Raises RuntimeError that names a file that is missing, truncated or of no known kind, and
 ValueError for options out of range.)";
 
 std::unique_ptr<LockedNetwork> load(const std::filesystem::path& model, std::vector<int> classes,
                                     std::optional<float> score_threshold,
-                                    const cv::Size& input_size) {
+                                    const cv::Size& input_size, const std::string& device) {
   const Unlocked unlock;
   return std::make_unique<LockedNetwork>(
-      make_network_segmenter(model, {std::move(classes), score_threshold, input_size}));
+      model, NetworkOptions{std::move(classes), score_threshold, input_size, device});
 }
 
 }  // namespace
@@ -59,14 +60,14 @@ std::unique_ptr<LockedNetwork> load(const std::filesystem::path& model, std::vec
 void bind_networks(py::module_& module) {
   py::class_<LockedNetwork, Segmenter>(
       module, "NetworkSegmenter",
-      R"(Segmenter that runs a network from an ONNX file by OpenCV's dnn module on the CPU.
-Recognises its kind, YOLOv8-seg, YOLO11-seg or YOLACT, by its inputs and outputs.
+      R"(Segmenter that runs a network from an ONNX file by OpenCV's dnn module. Recognises its
+kind, YOLO-seg, YOLACT or a semantic network, by its outputs.
 
 Instances are sorted by score, the highest first. Frames need an 8-bit grey or BGR image. Threads
 that use one network wait for each other; several networks may run at once.)")
       .def(py::init(&load), py::arg("model"), py::kw_only(),
            py::arg("classes") = std::vector<int>(), py::arg("score_threshold") = py::none(),
-           py::arg("input_size") = cv::Size(), load_doc)
+           py::arg("input_size") = cv::Size(), py::arg("device") = "cpu", load_doc)
       .def_property_readonly(
           "class_names", [](const LockedNetwork& self) { return self.network().class_names(); },
           "names of the classes, by class_id; empty if they are not known")

@@ -61,7 +61,11 @@ std::unique_ptr<Segmenter> SegmenterSpec::make() const {
   }
 #endif
 #ifdef DYNFILTER_HAS_NETWORKS
-  if (!model.empty()) return make_network_segmenter(model);
+  if (!model.empty()) {
+    NetworkOptions options;
+    options.device = device;
+    return std::make_unique<NetworkSegmenter>(model, options);
+  }
 #endif
   throw std::runtime_error("this build lacks the chosen segmenter");
 }
@@ -94,9 +98,12 @@ void add_segmenter_options([[maybe_unused]] CLI::App& command,
       command.add_option("--model", segmenter.model, "use the masks of this network, an ONNX file");
 #ifdef DYNFILTER_HAS_REMOTE_SEGMENTER
   model->excludes(remote);
-#else
-  (void)model;
 #endif
+  command
+      .add_option("--device", segmenter.device,
+                  "what OpenCV runs the network on: cpu, opencl, cuda or openvino")
+      ->needs(model)
+      ->capture_default_str();
 #endif
 }
 

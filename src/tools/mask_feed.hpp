@@ -25,6 +25,7 @@ struct SegmenterSpec {
   std::filesystem::path remote;  ///< socket of another process
   double remote_timeout_s = 1.0;
   std::filesystem::path model;  ///< ONNX file of a network
+  std::string device = "cpu";   ///< that it runs on
 
   bool is_unset() const { return remote.empty() && model.empty(); }
 
@@ -39,7 +40,7 @@ struct SegmenterSpec {
 /// Returns the names of the options that choose a segmenter in this build.
 std::string segmenter_options();
 
-/// Adds --remote, --remote-timeout and --model, if this build supports them.
+/// Adds --remote, --remote-timeout, --model and --device, if this build supports them.
 void add_segmenter_options(CLI::App& command, SegmenterSpec& segmenter);
 
 /// Tells when recorded frames are due at the camera's pace, the first one now. If the time jumps

@@ -56,7 +56,7 @@ write_source(source evaluation dynfilter/evaluation/camera.hpp
 expect_consumer(dynfilter-evaluation ${source} core imgproc imgcodecs)
 if(EXISTS ${pc_folder}/dynfilter-networks.pc)
   write_source(source networks dynfilter/networks/network_segmenter.hpp
-               "try { dynfilter::make_network_segmenter(\"none\"); } catch (const std::exception&) {}")
+               "try { dynfilter::NetworkSegmenter people(\"none\"); } catch (const std::exception&) {}")
   expect_consumer(dynfilter-networks ${source} core imgproc dnn)
   set(dnn dnn)
 endif()

@@ -16,6 +16,7 @@
 #include "fuzz/report.hpp"
 #include "networks/input_placement.hpp"
 #include "networks/mask_assembly.hpp"
+#include "networks/semantic_decoder.hpp"
 #include "networks/yolact_decoder.hpp"
 #include "networks/yolo_decoder.hpp"
 #include "support/byte_source.hpp"
@@ -61,7 +62,7 @@ std::string check(const std::vector<Detection>& detections, const DetectionOptio
     if (!(one.score > options.score_threshold && one.score <= 1)) return "a score out of range";
     if (i > 0 && one.score > detections[i - 1].score) return "the scores do not fall";
     if (!one.box.has_area()) return "a box without area";
-    if (!options.is_wanted(one.class_id)) return "an unwanted class";
+    if (!options.wants(one.class_id)) return "an unwanted class";
     for (const float coefficient : one.coefficients) {
       if (!std::isfinite(coefficient)) return "a coefficient that is not finite";
     }
@@ -95,10 +96,17 @@ std::string decode(ByteSource& source) {
   const std::vector<int> grid = {1, count, source.between(1, 9), source.between(1, 9)};
   DetectionOptions options;
   const bool wants_all = source.chance(70);
-  options.is_wanted = [wants_all](int class_id) { return wants_all || class_id == 1; };
+  if (!wants_all) options.classes = {1};
   options.score_threshold = static_cast<float>(source.between(0, 9)) / 10;
   options.iou_threshold = static_cast<float>(source.between(0, 10)) / 10;
   options.max_detections = source.between(1, 8);
+  if (source.chance(10)) {
+    const std::vector<int> shape = {1, classes, input.height / 8, input.width / 8};
+    const Planes planes = bind_semantic({{"out", tensor(source, shape, 4, odd)}}, input);
+    return check(decode_semantic(planes, stretch(image, input).placement,
+                                 semantic_classes(planes.count), options),
+                 size);
+  }
   const auto side = static_cast<float>(2 * input.width);
   if (source.chance(50)) {
     const bool is_raw = source.chance(is_large ? 40 : 10);
@@ -130,7 +138,7 @@ std::string decode(ByteSource& source) {
       {"proto", tensor(source, grid, 1, odd)},
       {"priors", tensor(source, {rows, 4}, 1, odd)}};
   const YolactOutputs bound = bind_yolact(outputs);
-  if (bound.priors.rows == 0) return {};  // the caller has to find others
+  if (bound.priors.empty()) return {};  // the caller has to find others
   const auto detections = decode_yolact(bound, bound.priors, input, options);
   const std::string complaint = check(detections, options);
   if (!complaint.empty()) return complaint;

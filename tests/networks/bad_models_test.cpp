@@ -7,12 +7,12 @@
 #include <filesystem>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include <gtest/gtest.h>
+#include <opencv2/dnn.hpp>
 
 #include "dynfilter/networks/network_segmenter.hpp"
-#include "dynfilter/networks/yolact_segmenter.hpp"
-#include "dynfilter/networks/yolo_segmenter.hpp"
 #include "models.hpp"
 #include "support/expect_error.hpp"
 #include "support/temporary_folder.hpp"
@@ -24,13 +24,11 @@ namespace fs = std::filesystem;
 
 class BadModels : public Models {
  protected:
-  /// Expects that every way to make a segmenter refuses the file and names it and its fault.
+  /// Expects an error that names the file and its fault.
   static void expect_refused(const fs::path& file, const std::string& what) {
     SCOPED_TRACE(file);
-    for (const std::string& part : {file.string(), what}) {
-      expect_error<std::runtime_error>([&] { make_network_segmenter(file); }, part);
-      expect_error<std::runtime_error>([&] { YoloSegmenter{file}; }, part);
-      expect_error<std::runtime_error>([&] { YolactSegmenter{file}; }, part);
+    for (const std::string& part : {file.string() + ": ", what}) {
+      expect_error<std::runtime_error>([&] { NetworkSegmenter{file}; }, part);
     }
   }
 };
@@ -42,14 +40,35 @@ TEST_F(BadModels, AreRefusedByName) {
   expect_refused(model("bad_inputs"), "has 2 inputs; want 1");
   expect_refused(model("bad_channels"), "its input images has the shape [1, 1, 8, 8]");
   expect_refused(model("bad_deformable"), "DCNv2");
-  expect_refused(model("yolo_open_size"), "export it with a fixed size, or set NetworkOptions");
+  expect_refused(model("yolo_open_size"), "export it with a fixed size (dynamic=False)");
+  expect_refused(model("bad_batch"), "[2, 3, 64, 64]; export it for one image (batch=1)");
+  expect_refused(model("bad_mean"), "metadata mean is 123.7, 116.3, 103.5; want three numbers");
   expect_refused(model("external_absent"), "external_absent.weights, which is not there");
   expect_refused(model("external"), "external.weights; save the model as one file");
+  expect_refused(model("bad_outputs"),
+                 "is no known kind of network by its outputs, output0 [1, 3, 4, 16]. YOLACT: ");
+  expect_refused(model("yolact_odd"), "it has 344 priors; YOLACT has 258 for an input of 64x64");
+  expect_refused(model("bad_outputs"), "Semantic: output0 is no image [1, C, rows, columns]");
+}
+
+TEST_F(BadModels, ClassIdsAreRefused) {
   expect_error<std::runtime_error>(
-      [] { make_network_segmenter(model("bad_outputs")); },
-      "is no known kind of network by its outputs, output0 [1, 3, 8, 8]");
-  expect_error<std::runtime_error>([] { make_network_segmenter(model("bad_outputs")); },
-                                   "; run other networks in their own process");
+      [&] {
+        NetworkSegmenter network(model("bad_argmax"));
+        network.segment(frame_of(cv::Mat(64, 64, CV_8UC3, red)));
+      },
+      "without ArgMax");
+}
+
+TEST_F(BadModels, DevicesThatAreMissingAreNamed) {
+  NetworkOptions options;
+  options.device = "cuda";
+  if (!cv::dnn::getAvailableTargets(cv::dnn::DNN_BACKEND_CUDA).empty()) GTEST_SKIP() << "CUDA";
+  expect_error<std::runtime_error>([&] { NetworkSegmenter(model("yolo_raw"), options); },
+                                   "yolo_raw.onnx: cannot run on cuda: OpenCV ");
+  options.device = "gpu";
+  expect_error<std::invalid_argument>([&] { NetworkSegmenter(model("yolo_raw"), options); },
+                                      "got the device \"gpu\"; want cpu, opencl, cuda or openvino");
 }
 
 TEST_F(BadModels, TruncatedModelsAreRefused) {
@@ -58,25 +77,25 @@ TEST_F(BadModels, TruncatedModelsAreRefused) {
   for (std::size_t length : {std::size_t{0}, std::size_t{1}, std::size_t{10}, whole.size() / 3,
                              whole.size() / 2, whole.size() - 1}) {
     const fs::path file = place.write("cut.onnx", whole.substr(0, length));
-    expect_error<std::runtime_error>([&] { make_network_segmenter(file); }, "cut.onnx: ");
+    expect_error<std::runtime_error>([&] { NetworkSegmenter{file}; }, "cut.onnx: ");
   }
 }
 
 TEST_F(BadModels, OtherFilesAreRefused) {
   const testing::TemporaryFolder place;
-  for (const char* text : {"no model", "<!DOCTYPE html>\n<html>404</html>",
-                           "version https://git-lfs.github.com/spec/v1\n"}) {
-    const fs::path file = place.write("other.onnx", text);
-    expect_error<std::runtime_error>([&] { make_network_segmenter(file); },
-                                     "is truncated or no ONNX model");
+  const std::pair<const char*, const char*> others[] = {
+      {"no model", "is truncated or no ONNX model"},
+      {"\n<!DOCTYPE html>\n<html>404</html>", "is no ONNX model but a web page"},
+      {"version https://git-lfs.github.com/spec/v1\n", "run git lfs pull"}};
+  for (const auto& [text, what] : others) {
+    expect_refused(place.write("other.onnx", text), what);
   }
 }
 
 TEST_F(BadModels, OptionsOutOfRangeAreRefused) {
   const auto refused = [](const NetworkOptions& options, const char* part) {
-    expect_error<std::invalid_argument>([&] { make_network_segmenter(model("yolo_raw"), options); },
+    expect_error<std::invalid_argument>([&] { NetworkSegmenter(model("yolo_raw"), options); },
                                         part);
-    expect_error<std::invalid_argument>([&] { YoloSegmenter(model("yolo_raw"), options); }, part);
   };
   NetworkOptions options;
   options.score_threshold = 1.5F;
@@ -90,7 +109,7 @@ TEST_F(BadModels, OptionsOutOfRangeAreRefused) {
   options.input_size = {640, 0};
   refused(options, "input_size 640x0");
   options.input_size = {128, 64};
-  expect_error<std::runtime_error>([&] { make_network_segmenter(model("yolo_raw"), options); },
+  expect_error<std::runtime_error>([&] { NetworkSegmenter(model("yolo_raw"), options); },
                                    "has an input of 64x64");
 }
 

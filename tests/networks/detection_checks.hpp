@@ -4,6 +4,7 @@
 #ifndef DYNFILTER_TESTS_NETWORKS_DETECTION_CHECKS_HPP
 #define DYNFILTER_TESTS_NETWORKS_DETECTION_CHECKS_HPP
 
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -31,7 +32,6 @@ inline void expect_same(const std::vector<detail::Detection>& got,
 
 inline detail::DetectionOptions options_of(float score, float iou, int max_detections) {
   detail::DetectionOptions options;
-  options.is_wanted = [](int) { return true; };
   options.score_threshold = score;
   options.iou_threshold = iou;
   options.max_detections = max_detections;
@@ -46,6 +46,33 @@ inline double overlap(const detail::Box& a, const detail::Box& b) {
   const double joint =
       length(a.x1, a.x2) * length(a.y1, a.y2) + length(b.x1, b.x2) * length(b.y1, b.y2) - common;
   return joint > 0 ? common / joint : 0;
+}
+
+/// Oracle of suppression: repeatedly picks the best remaining row.
+inline std::vector<detail::Detection> picked(std::vector<detail::Detection> rows,
+                                             const detail::DetectionOptions& options) {
+  std::vector<detail::Detection> result;
+  while (result.size() < std::size_t(options.max_detections)) {
+    const detail::Detection* best = nullptr;
+    for (const detail::Detection& row : rows) {
+      if (row.score > options.score_threshold && options.wants(row.class_id) &&
+          (best == nullptr || row.score > best->score)) {
+        best = &row;
+      }
+    }
+    if (best == nullptr) break;
+    result.push_back(*best);
+    for (detail::Detection& row : rows) {
+      if (row.class_id == result.back().class_id &&
+          overlap(row.box, result.back().box) > double{options.iou_threshold}) {
+        row.score = -1;
+      }
+    }
+    for (detail::Detection& row : rows) {
+      if (row.box.x1 == result.back().box.x1 && row.score == result.back().score) row.score = -1;
+    }
+  }
+  return result;
 }
 
 }  // namespace dynfilter::testing

@@ -90,7 +90,7 @@ TEST(InputPlacement, PlacementMapsThePattern) {
 TEST(InputPlacement, NormalizesChannelsInRgbOrder) {
   cv::Mat image(2, 3, CV_8UC3, cv::Scalar(10, 20, 30));
   image.at<cv::Vec3b>(1, 2) = {40, 50, 60};
-  const cv::Mat tensor = detail::normalized_rgb(image, {1, 2, 3}, {2, 4, 8});
+  const cv::Mat tensor = detail::normalized_rgb({image, {}}, {1, 2, 3}, {2, 4, 8}).pixels;
   ASSERT_EQ(tensor.dims, 4);
   const auto at = [&](int channel, int y, int x) {
     return tensor.at<float>(cv::Vec4i(0, channel, y, x));

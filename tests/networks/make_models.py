@@ -125,7 +125,7 @@ def joined(graph, heads, channels):
     return graph.node("Concat", flat, axis=2)
 
 
-def yolo_raw(folder, name, has_open_size=False):
+def yolo_raw(folder, name, has_open_size=False, metadata=None):
     graph = Graph()
     if has_open_size:
         graph.inputs = [
@@ -138,7 +138,7 @@ def yolo_raw(folder, name, has_open_size=False):
         tensor = joined(graph, [level[index] for level in levels], channels)
         graph.output(tensor, output, [1, channels, ANCHORS])
     graph.output(prototypes(graph), "output3", [1, PROTOTYPES, 16, 16])
-    graph.save(folder, name, YOLO_NAMES)
+    graph.save(folder, name, {**YOLO_NAMES, **(metadata or {})})
 
 
 def yolo_stock(folder, name, opset):
@@ -193,6 +193,11 @@ def yolo_end_to_end(folder):
     rows[0] = [0, 0, 32, 32, 0.5, 1, 1, 0, 0, 0]
     rows[1] = [32, 0, 64, 32, 0.75, 0, 1, 0, 0, 0]
     rows[2] = [0, 32, 32, 64, 0.125, 0, 0, 0, 0, 1]
+    constant_rows(folder, "yolo_end_to_end", rows)
+
+
+def constant_rows(folder, name, rows):
+    """Puts out these rows, whatever the image, after the prototypes."""
     graph = Graph()
     mean = graph.node("GlobalAveragePool", ["images"])
     values = graph.node(
@@ -200,9 +205,77 @@ def yolo_end_to_end(folder):
         [mean, graph.constant(np.zeros((rows.size, 3, 1, 1))), graph.constant(rows.flatten())],
         kernel_shape=[1, 1],
     )
-    graph.output(graph.reshape(values, [1, *rows.shape]), "output0", [1, *rows.shape])
     graph.output(prototypes(graph), "output1", [1, PROTOTYPES, 16, 16])
-    graph.save(folder, "yolo_end_to_end", YOLO_NAMES)
+    graph.output(graph.reshape(values, [1, *rows.shape]), "output0", [1, *rows.shape])
+    graph.save(folder, name, YOLO_NAMES)
+
+
+def yolo_v5(folder):
+    """Three anchors a cell; the score is the product of objectness and class."""
+    rows = np.zeros((3 * ANCHORS, 5 + len(CLASSES) + PROTOTYPES))
+    rows[7] = [48, 16, 32, 32, 0.5, 1, 0, 1, 0, 0, 0]
+    rows[9] = [16, 48, 32, 32, 0.25, 0, 0.5, 0, 0, 0, 1]  # too weak together
+    constant_rows(folder, "yolo_v5", rows)
+
+
+def yolo_padded(folder):
+    rows = np.full((3, 6 + PROTOTYPES), -1.0)
+    rows[0] = [32, 0, 64, 32, 0.5, 0, 1, 0, 0, 0]
+    constant_rows(folder, "yolo_padded", rows)
+
+
+# --- Semantic networks ----------------------------------------------------------------------------
+
+
+def semantic(folder, name, channels, plane, mean, deviation, stride=4, last=False, end=None,
+             half=False, auxiliary=False, size=(SIDE, SIDE), metadata=None):  # fmt: skip
+    """Puts out a high score of `plane` on red, after the operator `end`. With `last`, the channels
+    are last in the input and the output."""
+    graph = Graph()
+    columns, rows = size
+    source = "images"
+    shape = [1, rows, columns, 3] if last else [1, 3, rows, columns]
+    graph.inputs = [helper.make_tensor_value_info(source, TensorProto.FLOAT, shape)]
+    if last:
+        source = graph.node("Transpose", [source], perm=[0, 3, 1, 2])
+    weights, biases = np.zeros((channels, 3)), np.zeros(channels)
+    weights[plane][0], biases[plane] = normalized(40.0, -20.0, 255 * mean, 255 * deviation)
+    scores = graph.mean_over_cells(stride, weights, biases, source)
+    if end == "Softmax" or end == "ArgMax":
+        scores = graph.node(end, [scores], axis=1)
+    elif end:
+        scores = graph.node(end, [scores])
+    shape = [1, channels, rows // stride, columns // stride]
+    if last:
+        scores = graph.node("Transpose", [scores], perm=[0, 2, 3, 1])
+        shape = [1, rows // stride, columns // stride, channels]
+    graph.output(scores, "out", shape)
+    if auxiliary:
+        graph.output(graph.mean_over_cells(8, weights * 0, biases * 0), "aux", [1, channels, 8, 8])
+    if half:
+        for constant in graph.constants:
+            values = numpy_helper.to_array(constant).astype(np.float16)
+            constant.CopyFrom(numpy_helper.from_array(values, constant.name))
+        for value in [*graph.inputs, *graph.outputs]:
+            value.type.tensor_type.elem_type = TensorProto.FLOAT16
+    graph.save(folder, name, metadata)
+
+
+def semantics(folder):
+    image_net = (0.485, 0.229)
+    semantic(folder, "selfie", 1, 0, 0, 1, last=True, end="Sigmoid")
+    semantic(folder, "selfie_logits", 1, 0, 0, 1)
+    semantic(folder, "sinet", 2, 1, 0.4, 0.25, metadata={"mean": "[0.4 0.4 0.4]", "std": ".25, 0.25, 0.25"})
+    semantic(folder, "human_seg", 2, 1, 0.5, 0.5, end="Softmax")
+    semantic(folder, "segnet", 12, 9, *image_net, stride=1)
+    semantic(folder, "segformer", 19, 12, *image_net)
+    semantic(folder, "segformer_150", 150, 12, *image_net)
+    semantic(folder, "deeplab", 21, 15, *image_net, auxiliary=True)
+    semantic(folder, "deeplab_half", 21, 15, *image_net, half=True)
+    semantic(folder, "odd_size", 21, 15, *image_net, size=(75, 67))
+    semantic(folder, "semantic_7", 7, 3, *image_net)
+    semantic(folder, "bad_argmax", 21, 15, *image_net, end="ArgMax")
+    semantic(folder, "bad_mean", 2, 1, 0.5, 0.5, metadata={"mean": "123.7, 116.3, 103.5"})
 
 
 # --- YOLACT ---------------------------------------------------------------------------------------
@@ -282,8 +355,13 @@ def bad(folder):
     graph.save(folder, "bad_operator")
 
     graph, cells = small()
-    graph.output(cells, "output0", [1, 3, 8, 8])
+    graph.output(graph.reshape(cells, [1, 3, 4, 16]), "output0", [1, 3, 4, 16])
     graph.save(folder, "bad_outputs")
+
+    graph, cells = small()
+    graph.inputs = [helper.make_tensor_value_info("images", TensorProto.FLOAT, [2, 3, SIDE, SIDE])]
+    graph.output(cells, "output0", [2, 3, 8, 8])
+    graph.save(folder, "bad_batch")
 
     graph, cells = small()
     graph.inputs.append(helper.make_tensor_value_info("more", TensorProto.FLOAT, [1, 3, 8, 8]))
@@ -320,11 +398,15 @@ def main():
     os.makedirs(folder)
     yolo_raw(folder, "yolo_raw")
     yolo_raw(folder, "yolo_open_size", has_open_size=True)
+    yolo_raw(folder, "yolo_dynamic", has_open_size=True, metadata={"imgsz": "[64, 64]"})
     for name, opset in [("yolo_stock", 12), ("yolo_stock_13", 13)]:
         yolo_stock(folder, name, opset)
         paths = [os.path.join(folder, name + ending) for ending in (".onnx", "_cut.onnx")]
         subprocess.run([sys.executable, sys.argv[2], *paths], check=True)
     yolo_end_to_end(folder)
+    yolo_v5(folder)
+    yolo_padded(folder)
+    semantics(folder)
     yolact(folder, "yolact")
     yolact(folder, "yolact_logits", softmax=False, channels_last=False)
     half = ANCHOR_SIDE / SIDE / 2

@@ -15,8 +15,6 @@
 #include <gtest/gtest.h>
 #include <opencv2/core/version.hpp>
 
-#include "dynfilter/networks/yolact_segmenter.hpp"
-#include "dynfilter/networks/yolo_segmenter.hpp"
 #include "models.hpp"
 #include "support/expect_error.hpp"
 
@@ -54,7 +52,7 @@ class NetworkSegmenterTest : public Models {
  protected:
   static Segmentation segment(const std::string& name, const cv::Mat& image,
                               const NetworkOptions& options = {}) {
-    return make_network_segmenter(model(name), options)->segment(frame_of(image));
+    return NetworkSegmenter(model(name), options).segment(frame_of(image));
   }
 
   /// A red block in the upper right cell of 32x32 pixels, a blue one in the lower left.
@@ -92,12 +90,14 @@ TEST_F(NetworkSegmenterTest, FindsTheBlocksInTheImage) {
 }
 
 TEST_F(NetworkSegmenterTest, KnowsItsClasses) {
-  const auto yolo = make_network_segmenter(model("yolo_raw"));
-  EXPECT_EQ(yolo->class_names(), (std::vector<std::string>{"red", "blue"}));
-  EXPECT_EQ(yolo->class_id("blue"), std::optional<int>(1));
-  EXPECT_FALSE(yolo->class_id("person"));
-  EXPECT_EQ(yolo->input_size(), cv::Size(64, 64));
-  EXPECT_TRUE(make_network_segmenter(model("yolact"))->class_names().empty());
+  const NetworkSegmenter yolo(model("yolo_raw"));
+  EXPECT_EQ(yolo.class_names(), (std::vector<std::string>{"red", "blue"}));
+  EXPECT_EQ(yolo.class_id("blue"), std::optional<int>(1));
+  EXPECT_FALSE(yolo.class_id("person"));
+  EXPECT_EQ(yolo.input_size(), cv::Size(64, 64));
+  EXPECT_TRUE(NetworkSegmenter(model("yolact")).class_names().empty());
+  EXPECT_EQ(NetworkSegmenter(model("segformer")).class_id("car"), std::optional<int>(2));
+  EXPECT_TRUE(NetworkSegmenter(model("semantic_7")).class_names().empty());
 }
 
 TEST_F(NetworkSegmenterTest, FindsOnlyTheWantedClasses) {
@@ -111,8 +111,8 @@ TEST_F(NetworkSegmenterTest, FindsOnlyTheWantedClasses) {
 }
 
 TEST_F(NetworkSegmenterTest, ServesFrameAfterFrame) {
-  YoloSegmenter first(model("yolo_raw"));
-  YoloSegmenter network = std::move(first);
+  NetworkSegmenter first(model("yolo_raw"));
+  NetworkSegmenter network = std::move(first);
   for (int trial = 0; trial < 3; ++trial) {
     expect_two_blocks(network.segment(frame_of(two_blocks())));
     EXPECT_TRUE(network.segment(frame_of(black_image({31, 77}))).instances.empty());
@@ -132,13 +132,71 @@ TEST_F(NetworkSegmenterTest, KeepsTheImageUnchangedAndAcceptsGrey) {
 }
 
 TEST_F(NetworkSegmenterTest, RefusesFramesWithoutAColorOrGreyImage) {
-  const auto network = make_network_segmenter(model("yolo_raw"));
-  expect_error<std::invalid_argument>([&] { network->segment(frame_of(cv::Mat())); },
+  NetworkSegmenter network(model("yolo_raw"));
+  expect_error<std::invalid_argument>([&] { network.segment(frame_of(cv::Mat())); },
                                       "a frame without an image");
-  expect_error<std::invalid_argument>([&] { network->segment(frame_of(cv::Mat(8, 8, CV_8UC4))); },
+  expect_error<std::invalid_argument>([&] { network.segment(frame_of(cv::Mat(8, 8, CV_8UC4))); },
                                       "CV_8UC4");
-  expect_error<std::invalid_argument>([&] { network->segment(frame_of(cv::Mat(8, 8, CV_16UC1))); },
+  expect_error<std::invalid_argument>([&] { network.segment(frame_of(cv::Mat(8, 8, CV_16UC1))); },
                                       "CV_16UC1");
+}
+
+// --- Semantic networks ---------------------------------------------------------------------------
+
+TEST_F(NetworkSegmenterTest, FindsTheConnectedPartsOfPersons) {
+  cv::Mat image = black_image({128, 64});  // stretched to 64x64
+  image(cv::Rect(64, 0, 64, 32)).setTo(red);
+  image(cv::Rect(0, 32, 32, 32)).setTo(red);
+  for (const char* name : {"selfie", "selfie_logits", "sinet", "human_seg", "segnet", "segformer",
+                           "segformer_150", "deeplab"}) {
+    SCOPED_TRACE(name);
+    const Segmentation found = segment(name, image);
+    ASSERT_EQ(found.instances.size(), 2U);
+    EXPECT_GE(found.instances[0].score, found.instances[1].score);
+    for (const Instance& instance : found.instances) {
+      const bool is_wide = instance.mask.cols == 64;
+      EXPECT_EQ(instance.class_id, 0);
+      EXPECT_GT(instance.score, 0.8F);
+      expect_block(instance, is_wide ? cv::Rect(64, 0, 64, 32) : cv::Rect(0, 32, 32, 32), 8);
+      EXPECT_EQ(instance.box, is_wide ? cv::Rect(44, 0, 84, 52) : cv::Rect(0, 12, 52, 52));
+    }
+  }
+}
+
+TEST_F(NetworkSegmenterTest, SemanticNetworksWithUnknownClassesCountChannels) {
+  NetworkOptions options;
+  for (const std::vector<int>& classes : {std::vector<int>(), {3}}) {
+    options.classes = classes;
+    const Segmentation found = segment("semantic_7", two_blocks(), options);
+    ASSERT_EQ(found.instances.size(), 1U);
+    EXPECT_EQ(found.instances[0].class_id, 3);
+  }
+  options.classes = {2};
+  EXPECT_TRUE(segment("semantic_7", two_blocks(), options).instances.empty());
+  options.classes = {0};
+  expect_error<std::invalid_argument>([&] { NetworkSegmenter(model("semantic_7"), options); },
+                                      "class 0 in classes; want one that ");
+}
+
+TEST_F(NetworkSegmenterTest, HalfPrecisionRunsOrNamesTheExportOption) {
+  try {
+    EXPECT_EQ(segment("deeplab_half", two_blocks()).instances.size(), 1U);
+  } catch (const std::runtime_error& error) {
+    EXPECT_NE(std::string(error.what()).find("export it with half=False"), std::string::npos)
+        << error.what();
+  }
+}
+
+/// 75x67 pixels have 18x16 whole cells.
+TEST_F(NetworkSegmenterTest, SemanticNetworksMayHaveAnOddSize) {
+  cv::Mat image = black_image({300, 268});
+  image(cv::Rect(100, 0, 100, 268)).setTo(red);
+  const Segmentation found = segment("odd_size", image);
+  ASSERT_EQ(found.instances.size(), 1U);
+  const Instance& instance = found.instances[0];
+  EXPECT_NEAR(instance.mask_origin.x, 100, 8);
+  EXPECT_NEAR(instance.mask_origin.x + instance.mask.cols, 200, 8);
+  EXPECT_EQ(instance.mask.rows, 268);
 }
 
 // --- YOLO ----------------------------------------------------------------------------------------
@@ -159,12 +217,26 @@ TEST_F(NetworkSegmenterTest, UsesTheInputSizeOptionForDynamicModels) {
   options.input_size = {64, 64};
   expect_two_blocks(segment("yolo_open_size", two_blocks(), options));
   options.input_size = {128, 64};
-  EXPECT_EQ(make_network_segmenter(model("yolo_open_size"), options)->input_size(),
-            cv::Size(128, 64));
+  EXPECT_EQ(NetworkSegmenter(model("yolo_open_size"), options).input_size(), cv::Size(128, 64));
   const Segmentation found =
       segment("yolo_open_size", two_blocks(), options);  // 32 columns of border
   ASSERT_EQ(found.instances.size(), 2U);
   expect_block(found.instances[0], found.instances[0].box);
+}
+
+TEST_F(NetworkSegmenterTest, TakesTheSizeThatTheExporterWrote) {
+  expect_two_blocks(segment("yolo_dynamic", two_blocks()));
+}
+
+TEST_F(NetworkSegmenterTest, AcceptsObjectnessAndPaddedRows) {
+  for (const char* name : {"yolo_v5", "yolo_padded"}) {
+    SCOPED_TRACE(name);
+    const Segmentation found = segment(name, two_blocks());
+    ASSERT_EQ(found.instances.size(), 1U);
+    EXPECT_EQ(found.instances[0].class_id, red_class);
+    EXPECT_FLOAT_EQ(found.instances[0].score, 0.5F);
+    expect_block(found.instances[0], {32, 0, 32, 32});
+  }
 }
 
 TEST_F(NetworkSegmenterTest, AcceptsEndToEndModels) {
@@ -189,11 +261,11 @@ TEST_F(NetworkSegmenterTest, StockModelsRunOrNameTheRemedy) {
       expect_two_blocks(segment(name, two_blocks()));
       continue;
     }
-    expect_error<std::runtime_error>([&] { make_network_segmenter(model(name)); },
+    expect_error<std::runtime_error>([&] { NetworkSegmenter{model(name)}; },
                                      std::string(name) + ".onnx: OpenCV");
-    expect_error<std::runtime_error>([&] { make_network_segmenter(model(name)); },
+    expect_error<std::runtime_error>([&] { NetworkSegmenter{model(name)}; },
                                      "needs OpenCV 4.7 or newer");
-    expect_error<std::runtime_error>([&] { YoloSegmenter{model(name)}; },
+    expect_error<std::runtime_error>([&] { NetworkSegmenter{model(name)}; },
                                      "examples/cut_yolo_heads.py");
   }
 }
@@ -203,9 +275,9 @@ TEST_F(NetworkSegmenterTest, StockModelsRunAfterCutting) {
     SCOPED_TRACE(name);
     const fs::path cut = folder() / (std::string(name) + "_cut.onnx");
     ASSERT_TRUE(fs::exists(cut));
-    expect_two_blocks(YoloSegmenter(cut).segment(frame_of(two_blocks())));
-    EXPECT_EQ(make_network_segmenter(cut)->class_names(),
-              (std::vector<std::string>{"red", "blue"}));
+    NetworkSegmenter network(cut);
+    expect_two_blocks(network.segment(frame_of(two_blocks())));
+    EXPECT_EQ(network.class_names(), (std::vector<std::string>{"red", "blue"}));
   }
 }
 
@@ -226,25 +298,6 @@ TEST_F(NetworkSegmenterTest, YolactReadsPriorsFromTheModel) {
   ASSERT_EQ(from_model.instances.size(), 1U);  // the red block has no mask there
   EXPECT_EQ(from_model.instances[0].class_id, blue_class);
   EXPECT_EQ(from_model.instances[0].box, cv::Rect(8, 40, 16, 16));
-}
-
-TEST_F(NetworkSegmenterTest, YolactRefusesAnUnknownNumberOfPriors) {
-  for (const bool by_factory : {false, true}) {
-    expect_error<std::runtime_error>(
-        [&] {
-          if (by_factory)
-            make_network_segmenter(model("yolact_odd"));
-          else
-            YolactSegmenter{model("yolact_odd")};
-        },
-        "yolact_odd.onnx: it has 344 priors; YOLACT has 258 for an input of");
-  }
-}
-
-TEST_F(NetworkSegmenterTest, RefusesModelsOfTheOtherKind) {
-  expect_error<std::runtime_error>([] { YolactSegmenter{model("yolo_raw")}; },
-                                   "locations [1, N, 4] are missing");
-  expect_error<std::runtime_error>([] { YoloSegmenter{model("yolact")}; }, "yolact.onnx");
 }
 
 }  // namespace

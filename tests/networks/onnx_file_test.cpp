@@ -7,7 +7,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <filesystem>
 #include <stdexcept>
 #include <string>
@@ -46,13 +45,11 @@ std::string repeated(const std::string& part, std::size_t count) {
   return all;
 }
 
-/// Tensor of ones; all sides but the last are 1.
-std::string tensor(std::size_t dimensions, std::uint64_t last_side) {
-  const float one = 1;
-  std::string number(sizeof one, '\0');
-  std::memcpy(number.data(), &one, sizeof one);
-  return repeated(field(1, 1), dimensions - 1) + field(1, last_side) + field(2, 1) +
-         field(9, repeated(number, last_side));
+/// Tensor of ones, float or half; all sides but the last are 1.
+std::string tensor(std::size_t dimensions, std::uint64_t last_side, bool is_half = false) {
+  const std::string one = is_half ? std::string("\0\x3C", 2) : std::string("\0\0\x80\x3F", 4);
+  return repeated(field(1, 1), dimensions - 1) + field(1, last_side) + field(2, is_half ? 10 : 1) +
+         field(9, repeated(one, last_side));
 }
 
 std::string constant_node(const std::string& name, const std::string& tensor) {
@@ -90,6 +87,11 @@ TEST_F(OnnxFiles, ConstantOutputHasAtMost32Dimensions) {
                  "its constant output ones is no whole float tensor of 1 to 32 dimensions");
 }
 
+TEST_F(OnnxFiles, ReadsConstantsOfHalfPrecision) {
+  const cv::Mat ones = read(model_of_constant(tensor(2, 3, true))).constants.at("ones");
+  EXPECT_EQ(cv::norm(ones, cv::Mat(1, 3, CV_32F, cv::Scalar(1)), cv::NORM_INF), 0);
+}
+
 TEST_F(OnnxFiles, RefusesShapesWhoseProductOverflows) {
   const std::string side = field(1, std::uint64_t{1} << 24U);
   for (const std::size_t dimensions : {2U, 3U, 6U, 11U, 32U}) {
@@ -107,16 +109,6 @@ TEST_F(OnnxFiles, RefusesHugeFilesUnread) {
   expect_error<std::runtime_error>(
       [&] { read_onnx_file(file); },
       file.string() + ": is no ONNX model: got 1099511627776 bytes; want at most");
-}
-
-TEST(Tensors, PartsOfEmptyTablesAreEmpty) {
-  const int shape[] = {1, 0, 38};
-  const Table table = rows_first(cv::Mat(3, shape, CV_32F));
-  EXPECT_EQ(table.rows, 0);
-  const Table part = table.part(4, 2);
-  EXPECT_EQ(part.data, nullptr);
-  EXPECT_EQ(part.rows, 0);
-  EXPECT_EQ(part.columns, 2);
 }
 
 }  // namespace

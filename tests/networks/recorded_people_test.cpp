@@ -54,9 +54,9 @@ double intersection_over_union(const cv::Mat& a, const cv::Mat& b) {
 TEST_F(SlowRecordedPeople, MatchTheMasksOfAnotherProgram) {
   NetworkOptions options;
   options.classes = {person};
-  const auto people = make_network_segmenter(model_, options);
-  EXPECT_EQ(people->class_names().at(person), "person");
-  EXPECT_EQ(people->input_size(), cv::Size(640, 640));
+  NetworkSegmenter people(model_, options);
+  EXPECT_EQ(people.class_names().at(person), "person");
+  EXPECT_EQ(people.input_size(), cv::Size(640, 640));
 
   MaskFolderSegmenter theirs(data(sequence) / "masks");
   double sum = 0;
@@ -67,7 +67,7 @@ TEST_F(SlowRecordedPeople, MatchTheMasksOfAnotherProgram) {
     frame.timestamp_s = std::stod(entry.path().stem());
     if (!theirs.has_mask(frame.timestamp_s)) continue;  // only 50 frames have masks
     frame.image = cv::imread(entry.path().string());
-    const Segmentation found = people->segment(frame);
+    const Segmentation found = people.segment(frame);
     EXPECT_FALSE(found.instances.empty()) << entry.path();
     const double iou = intersection_over_union(people_in(found), people_in(theirs.segment(frame)));
     sum += iou;

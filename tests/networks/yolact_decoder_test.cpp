@@ -26,6 +26,7 @@ using detail::Detection;
 using detail::DetectionOptions;
 using detail::NamedTensor;
 using detail::rows_first;
+using detail::yolact_priors;
 using testing::expect_error;
 using testing::expect_same;
 using testing::options_of;
@@ -75,11 +76,12 @@ std::vector<Detection> decoded(const Outputs& outputs, const DetectionOptions& d
   return decode_yolact(bind_yolact(outputs.tensors()), rows_first(outputs.priors), input, decoding);
 }
 
-/// Oracle: the published procedure, step by step, for all classes and scores.
+/// Oracle: the published procedure, step by step, for all classes and scores, but with greedy
+/// suppression.
 std::vector<Detection> naive(const Outputs& outputs, bool are_logits,
                              const DetectionOptions& decoding) {
   const int classes = outputs.confidences.size[2] - 1;
-  std::vector<std::vector<Detection>> of_class(static_cast<std::size_t>(classes));
+  std::vector<Detection> rows;
   for (int row = 0; row < outputs.rows(); ++row) {
     std::vector<double> p;
     double sum = 0;
@@ -104,30 +106,10 @@ std::vector<Detection> naive(const Outputs& outputs, bool are_logits,
     for (int c = 0; c < classes; ++c) {
       detection.class_id = c;
       detection.score = float(p[std::size_t(c) + 1]);
-      of_class[std::size_t(c)].push_back(detection);
+      rows.push_back(detection);
     }
   }
-  const auto by_score = [](const Detection& a, const Detection& b) { return a.score > b.score; };
-  std::vector<Detection> result;
-  for (std::vector<Detection>& candidates : of_class) {
-    std::stable_sort(candidates.begin(), candidates.end(), by_score);
-    if (candidates.size() > 200) candidates.resize(200);
-    for (std::size_t j = 0; j < candidates.size(); ++j) {
-      bool is_kept = true;
-      for (std::size_t i = 0; i < j; ++i) {
-        is_kept = is_kept && testing::overlap(candidates[i].box, candidates[j].box) <= 0.5;
-      }
-      if (is_kept) result.push_back(candidates[j]);
-    }
-  }
-  std::stable_sort(result.begin(), result.end(), by_score);
-  if (result.size() > std::size_t(decoding.max_detections))
-    result.resize(std::size_t(decoding.max_detections));
-  std::vector<Detection> above;
-  for (const Detection& detection : result) {
-    if (detection.score > decoding.score_threshold) above.push_back(detection);
-  }
-  return above;
+  return testing::picked(rows, decoding);
 }
 
 TEST(YolactDecoder, MatchesThePublishedProcedure) {
@@ -147,71 +129,19 @@ TEST(YolactDecoder, MatchesThePublishedProcedure) {
   EXPECT_GT(found, 500U);
 }
 
-/// Priors at one place with sides 0.2; each row's location moves its box.
-struct Placed {
-  Outputs outputs;
-
-  explicit Placed(int rows, int classes = 2)
-      : outputs{tensor({1, rows, 4}), tensor({1, rows, classes + 1}),
-                tensor({1, rows, prototype_count}), tensor({1, 6, 7, prototype_count}),
-                tensor({rows, 4}, 0.2F)} {
-    for (int row = 0; row < rows; ++row) outputs.confidences.at<float>(0, row, 0) = 1;
-  }
-  /// Sets a row's box by its left side and width, as fractions of the input, and its scores.
-  void put(int row, float left, float width, std::vector<float> scores) {
-    outputs.locations.at<float>(0, row, 0) = (left + width / 2 - 0.2F) / 0.02F;
-    outputs.locations.at<float>(0, row, 2) = std::log(width / 0.2F) / 0.2F;
-    float background = 1;
-    for (std::size_t c = 0; c < scores.size(); ++c) {
-      outputs.confidences.at<float>(0, row, int(c) + 1) = scores[c];
-      background -= scores[c];
-    }
-    outputs.confidences.at<float>(0, row, 0) = background;
-    outputs.coefficients.at<float>(0, row, 0) = float(row);
-  }
-  std::vector<int> rows_found(const DetectionOptions& decoding) const {
-    std::vector<int> rows;
-    for (const Detection& detection : decoded(outputs, decoding))
-      rows.push_back(int(detection.coefficients[0]));
-    return rows;
-  }
-};
-
-TEST(YolactDecoder, FastSuppressionLetsDroppedRowsSuppress) {
-  Placed placed(3);
-  placed.put(0, 0.10F, 0.20F, {0.9F, 0});
-  placed.put(1, 0.16F, 0.20F, {0.8F, 0});  // overlaps row 0 by 0.14 / 0.26
-  placed.put(2, 0.22F, 0.20F, {0.7F, 0});  // overlaps row 1 equally, row 0 by 0.08 / 0.32
-  EXPECT_EQ(placed.rows_found(decoding_of(0.15F)), (std::vector<int>{0}));
-}
-
-TEST(YolactDecoder, BoxIsAnInstanceOfEveryClassAboveTheThreshold) {
-  Placed placed(1);
-  placed.put(0, 0.1F, 0.2F, {0.3F, 0.6F});
-  const std::vector<Detection> found = decoded(placed.outputs, decoding_of(0.15F));
-  ASSERT_EQ(found.size(), 2U);
-  EXPECT_EQ(found[0].class_id, 1);
-  EXPECT_FLOAT_EQ(found[0].score, 0.6F);
-  EXPECT_EQ(found[1].class_id, 0);
-  EXPECT_NEAR(found[0].box.x1, 6, 1e-4F);
-  EXPECT_NEAR(found[0].box.x2, 18, 1e-4F);
-  EXPECT_NEAR(found[0].box.y1, 4, 1e-4F);
-  EXPECT_NEAR(found[0].box.y2, 12, 1e-4F);
-}
-
 TEST(YolactDecoder, DropsRowsWithNonFiniteNumbers) {
+  std::mt19937 random(4);
+  const auto random_copy = [&] { return random_outputs(random, 20, 3, false); };
   for (const float bad : {nan, infinity, -infinity}) {
-    for (int part = 0; part < 5; ++part) {
-      Placed placed(2);
-      placed.put(0, 0.1F, 0.2F, {0.9F, 0});
-      placed.put(1, 0.6F, 0.2F, {0.8F, 0});
-      Outputs& o = placed.outputs;
-      cv::Mat* const parts[] = {&o.locations, &o.confidences, &o.coefficients};
-      if (part < 3) parts[part]->at<float>(0, 0, 1) = bad;
-      if (part == 3) o.priors.at<float>(0, 2) = bad;
-      if (part == 4) o.confidences.at<float>(0, 0, 2) = bad;  // of a class that is not the best
-      EXPECT_EQ(placed.rows_found(decoding_of(0.15F)), std::vector<int>{1})
-          << bad << " in part " << part;
+    for (int part = 0; part < 4; ++part) {
+      Outputs o = random_copy();
+      cv::Mat* const parts[] = {&o.locations, &o.confidences, &o.coefficients, &o.priors};
+      (part < 3 ? parts[part]->at<float>(0, 7, 2) : o.priors.at<float>(7, 2)) = bad;
+      const std::vector<Detection> got = decoded(o, decoding_of(0.15F));
+      o.coefficients.at<float>(0, 7, 0) = nan;  // another reason to drop the row
+      expect_same(got, decoded(o, decoding_of(0.15F)));
+      EXPECT_GT(got.size(), 3U);
+      for (const Detection& one : got) EXPECT_TRUE(one.box.is_finite());
     }
   }
 }
@@ -229,6 +159,45 @@ TEST(YolactDecoder, DistinguishesLogitsFromProbabilities) {
   rows.at<float>(0, 1, 0) = -0.5F;
   rows.at<float>(0, 1, 1) = 0.5F;
   EXPECT_FALSE(detail::are_probabilities(rows_first(rows))) << "but not negative, whatever the sum";
+}
+
+// --- Priors --------------------------------------------------------------------------------------
+
+void expect_prior(const cv::Mat& priors, int row, double x, double y, double width, double height) {
+  SCOPED_TRACE(row);
+  EXPECT_NEAR(priors.at<float>(row, 0), x, 1e-6);
+  EXPECT_NEAR(priors.at<float>(row, 1), y, 1e-6);
+  EXPECT_NEAR(priors.at<float>(row, 2), width, 1e-6);
+  EXPECT_NEAR(priors.at<float>(row, 3), height, 1e-6);
+}
+
+TEST(YolactDecoder, PriorsAreSquares) {
+  const cv::Mat priors = yolact_priors(19248, {550, 550});
+  ASSERT_EQ(priors.rows, 19248);
+  const double root = std::sqrt(0.5);
+  expect_prior(priors, 0, 0.5 / 69, 0.5 / 69, 24 / 550.0, 24 / 550.0);
+  expect_prior(priors, 1, 0.5 / 69, 0.5 / 69, 24 * root / 550, 24 * root / 550);
+  expect_prior(priors, 2, 0.5 / 69, 0.5 / 69, 24 / root / 550, 24 / root / 550);
+  expect_prior(priors, 3, 1.5 / 69, 0.5 / 69, 24 / 550.0, 24 / 550.0);
+  expect_prior(priors, 69 * 3, 0.5 / 69, 1.5 / 69, 24 / 550.0, 24 / 550.0);
+  expect_prior(priors, 69 * 69 * 3, 0.5 / 35, 0.5 / 35, 48 / 550.0, 48 / 550.0);
+  expect_prior(priors, 19247, 4.5 / 5, 4.5 / 5, 384 / root / 550, 384 / root / 550);
+}
+
+TEST(YolactDecoder, PriorsScaleWithTheInputTruncatedToPixels) {
+  // Input 400 has maps of 50, 25, 13, 7, 4 cells and scales of 17, 34, 69, 139, 279.
+  const int cells = 50 * 50 + 25 * 25 + 13 * 13 + 7 * 7 + 4 * 4;
+  const cv::Mat priors = yolact_priors(3 * cells, {400, 400});
+  expect_prior(priors, 0, 0.5 / 50, 0.5 / 50, 17 / 400.0, 17 / 400.0);
+  expect_prior(priors, 3 * cells - 3, 3.5 / 4, 3.5 / 4, 279 / 400.0, 279 / 400.0);
+}
+
+TEST(YolactDecoder, RefusesAnotherCount) {
+  expect_error<std::runtime_error>(
+      [] {
+        yolact_priors(19247, {550, 550});
+      },
+      "19247 priors; YOLACT has 19248 for an input of 550x550");
 }
 
 // --- Binding -------------------------------------------------------------------------------------
@@ -256,24 +225,17 @@ TEST(YolactDecoder, BindsOutputsByShapeInAnyOrder) {
 
 TEST(YolactDecoder, BindsOutputsOfEqualShapeByName) {
   std::mt19937 random(8);
-  Outputs o =
+  const Outputs o =
       random_outputs(random, 30, prototype_count - 1, true);  // as many classes as prototypes
   const auto bound = bind_yolact(o.tensors());
-  EXPECT_EQ(bound.confidences.data, o.confidences.ptr<float>());
-  EXPECT_EQ(bound.coefficients.data, o.coefficients.ptr<float>());
+  EXPECT_EQ(bound.confidences[0], o.confidences.ptr<float>());
+  EXPECT_EQ(bound.coefficients[0], o.coefficients.ptr<float>());
   expect_error<std::runtime_error>(
       [&] {
         bind_yolact(
             {{"a", o.locations}, {"b", o.confidences}, {"c", o.coefficients}, {"d", o.prototypes}});
       },
       "unclear which output holds the coefficients");
-  o = random_outputs(random, 30, 6, true);
-  const cv::Mat priors = o.priors.reshape(1, {1, 30, 4});
-  std::vector<NamedTensor> tensors = o.tensors();
-  tensors.insert(tensors.begin(), {"anchors", priors});
-  EXPECT_EQ(bind_yolact(tensors).priors.data, priors.ptr<float>());
-  tensors[0].name = "x";
-  EXPECT_EQ(bind_yolact(tensors).locations.data, o.locations.ptr<float>());
 }
 
 TEST(YolactDecoder, RefusesOtherOutputs) {

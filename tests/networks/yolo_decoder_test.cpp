@@ -63,24 +63,12 @@ TEST(YoloDecoder, EqualScoresGoToTheLowestClassAndFirstRow) {
   EXPECT_EQ(found[1].coefficients, (std::vector<float>{1, 2, 3, 4, 5}));
 }
 
-TEST(YoloDecoder, SuppressesOnlyWithinAClassAboveTheThreshold) {
-  Decoded network;
-  network.put(0, {0, 0, 20, 10}, 0.9F, 0);
-  network.put(1, {0, 0, 10, 10}, 0.8F, 0);     // overlap 0.5 with row 0: not above 0.5
-  network.put(2, {0, 0, 10.5F, 10}, 0.7F, 0);  // above 0.5 with both
-  network.put(3, {0, 0, 20, 10}, 0, 0.6F);     // another class
-  const std::vector<Detection> found = network.detections();
-  ASSERT_EQ(found.size(), 3U);
-  EXPECT_FLOAT_EQ(found[1].score, 0.8F);
-  EXPECT_EQ(found[2].class_id, 1);
-}
-
 TEST(YoloDecoder, RowsOfAnUnwantedBestClassAreDropped) {
   Decoded network;
   network.put(0, {0, 0, 20, 10}, 0.5F, 0.6F);
   network.put(1, {30, 0, 50, 10}, 0.5F, 0.4F);
   DetectionOptions options = options_of(0.25F, 0.5F, 300);
-  options.is_wanted = [](int class_id) { return class_id == 0; };
+  options.classes = {0};
   const std::vector<Detection> found = network.detections(options);
   ASSERT_EQ(found.size(), 1U);
   EXPECT_FLOAT_EQ(found[0].box.x1, 30);
@@ -102,13 +90,6 @@ TEST(YoloDecoder, DropsRowsWithNonFiniteNumbers) {
   }
 }
 
-TEST(YoloDecoder, DropsBoxesWithoutArea) {
-  Decoded network;
-  network.put(0, {10, 0, 10, 10}, 0.9F, 0);
-  network.put(1, {20, 10, 30, 5}, 0.9F, 0);
-  EXPECT_TRUE(network.detections().empty());
-}
-
 TEST(YoloDecoder, RefusesOutputsWithoutAFiniteScore) {
   Decoded network;
   for (int row = 0; row < anchors; ++row) network.put(row, {0, 0, 1, 1}, nan, nan);
@@ -125,30 +106,6 @@ TEST(YoloDecoder, RefusesScoresOutsideZeroToOne) {
   expect_error<std::runtime_error>([&] { network.detections(); }, "score 3.5");
 }
 
-// --- End-to-end ----------------------------------------------------------------------------------
-
-TEST(YoloDecoder, ReadsEndToEndRowsSortedByScore) {
-  cv::Mat rows = tensor({1, 6, 6 + prototype_count});
-  const float values[6][6] = {{0, 0, 20, 10, 0.5F, 3}, {1, 0, 20, 10, 0.75F, 3},
-                              {5, 5, 9, 9, 0.2F, 0},   {3, 3, 3, 8, 0.9F, 0},
-                              {2, 1, 9, 8, 0.5F, 1},   {2, 1, 9, 8, nan, 1}};
-  for (int i = 0; i < 6; ++i) {
-    for (int j = 0; j < 6; ++j) rows.at<float>(0, i, j) = values[i][j];
-    rows.at<float>(0, i, 6) = float(i);
-  }
-  const std::vector<NamedTensor> outputs = {{"output0", rows},
-                                            {"output1", tensor({1, prototype_count, 8, 16})}};
-  EXPECT_EQ(bind_yolo(outputs, input).head, YoloHead::end_to_end);
-  EXPECT_EQ(bind_yolo(outputs, input).class_count(), 0);
-  const std::vector<Detection> found = decoded(outputs, options_of(0.25F, 0.5F, 300));
-  ASSERT_EQ(found.size(), 3U);  // the network itself suppresses overlaps
-  EXPECT_EQ(found[0].coefficients[0], 1);
-  EXPECT_EQ(found[1].coefficients[0], 4);  // equal scores: the lower class first
-  EXPECT_EQ(found[2].coefficients[0], 0);
-  EXPECT_EQ(found[2].class_id, 3);
-  EXPECT_FLOAT_EQ(found[2].box.x2, 20);
-}
-
 // --- Other outputs -------------------------------------------------------------------------------
 
 TEST(YoloDecoder, RefusesOtherOutputs) {
@@ -161,7 +118,7 @@ TEST(YoloDecoder, RefusesOtherOutputs) {
   };
   refused({table(84, anchors)}, "no prototypes");
   refused({prototypes}, "one output, or boxes, classes and coefficients");
-  refused({table(64, anchors), prototypes, prototypes}, "two outputs");
+  refused({table(64, anchors), prototypes, prototypes}, "output p has too many dimensions");
   refused({table(4 + prototype_count, anchors), prototypes}, "can be the number of prototypes");
   refused({table(30, 300), prototypes}, "can be the number of prototypes");
   refused({table(64, anchors), table(7, anchors), table(5, anchors + 1), prototypes},

@@ -89,6 +89,8 @@ TEST_F(PluginTest, NeedsExactlyOneSourceOfMasks) {
 TEST_F(PluginTest, NamesANetworkThatCannotBeLoaded) {
   refuses_file(raw_settings("dynfilter.model: \"no_such.onnx\"\n"), "no_such.onnx");
   refuses_file(settings("dynfilter.model: \"no_such.onnx\"\n"), "got mask_folder and model");
+  refuses_file(settings("dynfilter.device: \"cuda\"\n"),
+               "dynfilter.device: got cuda, but no model");
 }
 #endif
 

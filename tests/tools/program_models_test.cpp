@@ -47,5 +47,42 @@ TEST_F(ProgramModels, WritesTheMasksOfTheNetwork) {
   EXPECT_NEAR(cv::countNonZero(mask.colRange(32, 64)), 32 * 32, 16);
 }
 
+/// A folder of photographs needs neither lists nor a camera.
+TEST_F(ProgramModels, WritesTheMasksOfAPlainFolder) {
+  fs::create_directories(folder_ / "photos");
+  for (int i = 0; i < 2; ++i) {
+    cv::Mat image = black_image({128, 64});
+    image(cv::Rect(64 * i, 0, 64, 32)).setTo(red);
+    cv::imwrite((folder_ / ("photos/IMG_" + std::to_string(i) + ".png")).string(), image);
+  }
+  for (const std::string format : {"", "static", "dynamic", "colmap"}) {
+    const std::string choice = format.empty() ? "" : " --format " + format;
+    const fs::path to = folder_.path() / ("masks" + format);
+    for (const char* network : {"yolo_raw", "selfie", "deeplab"}) {
+      SCOPED_TRACE(format + ' ' + network);
+      fs::remove_all(to);
+      const Outcome outcome = run("masks " + quoted(folder_ / "photos") + choice + " --model " +
+                                  quoted(model(network)) + " --out " + quoted(to));
+      ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
+      for (int i = 0; i < 2; ++i) {
+        const std::string name = "IMG_" + std::to_string(i) + ".png";
+        const fs::path file = to / (format == "colmap" ? name + ".png" : name);
+        cv::Mat mask = cv::imread(file.string(), cv::IMREAD_UNCHANGED);
+        ASSERT_EQ(mask.size(), cv::Size(128, 64)) << file;
+        if (format == "static" || format == "colmap") mask = 255 - mask;
+        EXPECT_NEAR(cv::countNonZero(mask), 64 * 32, 80);
+        EXPECT_NEAR(cv::countNonZero(mask(cv::Rect(64 * i, 0, 64, 32))), 64 * 32, 80);
+      }
+    }
+  }
+}
+
+TEST_F(ProgramModels, NamesADeviceThatIsMissing) {
+  const Outcome outcome = run("masks " + quoted(folder_ / "sequence") + " --device cuda --model " +
+                              quoted(model("yolo_raw")) + " --out " + quoted(folder_ / "out"));
+  if (outcome.exit_code == 0) GTEST_SKIP() << "this OpenCV has CUDA";
+  EXPECT_TRUE(outcome.mentions("yolo_raw.onnx: cannot run on cuda: OpenCV")) << outcome.printed;
+}
+
 }  // namespace
 }  // namespace dynfilter::testing

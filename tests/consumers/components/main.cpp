@@ -36,7 +36,7 @@ int main() {
   const dynfilter::MotionJudge judge({500, 500, 32, 24});
 
   const bool refuse = refuses_by_name([] { dynfilter::MaskFolderSegmenter("no_such_place"); }) &&
-                      refuses_by_name([] { dynfilter::make_network_segmenter("no_such_place"); }) &&
+                      refuses_by_name([] { dynfilter::NetworkSegmenter{"no_such_place"}; }) &&
                       refuses_by_name([] { dynfilter::read_camera("no_such_place"); });
   return refuse && !propagates && !people.collect(0) ? 0 : 1;
 }
