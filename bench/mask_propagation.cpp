@@ -40,7 +40,7 @@ void propagate(benchmark::State& state) {
   const auto every = static_cast<std::size_t>(state.range(0));
   dynfilter::MaskPropagator propagator;
   std::size_t i = 0;
-  double points = 0, instances = 0, calls = 0;
+  double instances = 0, calls = 0;
   for (auto _ : state) {
     // Plays the images forwards and backwards, so that there is no cut.
     const std::size_t phase = i % (2 * length - 2);
@@ -59,12 +59,10 @@ void propagate(benchmark::State& state) {
     }
     auto moved = propagator.propagate(frame, newest);  // newer libraries want no constant
     benchmark::DoNotOptimize(moved);
-    points += static_cast<double>(propagator.statistics().tracked_points);
     if (moved) instances += static_cast<double>(moved->instances.size());
     ++calls;
     ++i;
   }
-  state.counters["points"] = points / calls;
   state.counters["instances"] = instances / calls;
 }
 BENCHMARK(propagate)->ArgName("every")->Arg(0)->Arg(3)->Arg(6)->Unit(benchmark::kMillisecond);

@@ -21,77 +21,42 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Refuses a time that occurs twice in a list, and times that are no seconds.
-class DistinctTimes {
- public:
-  void add(const TableReader& table, double time_s) {
-    const auto [found, is_new] = lines_.emplace(microseconds(time_s), table.line());
-    if (!is_new) {
-      table.fail("time " + time_text(time_s) + " is in line " + std::to_string(found->second) +
-                 " already");
-    }
-    times_.push_back(time_s);
-    cells_.push_back(table.text(0));
-  }
-
-  void finish(const TableReader& table) const {
-    if (are_too_far_apart(times_)) throw_file_error(table.path(), far_apart_text);
-    if (!are_numbers(cells_)) return;
-    throw_file_error(table.path(), "its times number the frames; want seconds, as 1.0 and 2.0");
-  }
-
- private:
-  std::map<std::int64_t, std::size_t> lines_;
-  std::vector<double> times_;
-  std::vector<std::string> cells_;  // the times as they are written
-};
-
-ListedImage listed_image(const TableReader& table, std::size_t column, const fs::path& folder) {
-  return {table.time(column), table.text(column + 1), folder / table.text(column + 1), table.path(),
-          table.line()};
-}
-
-TableReader open_table(const fs::path& path) {
-  require_regular_file(path);
-  return TableReader(path);
-}
-
-/// Reads a list of times and files, which lie in the folder.
-std::vector<ListedImage> read_list(const fs::path& list, const fs::path& folder) {
-  TableReader table = open_table(list);
-  std::vector<ListedImage> images;
-  DistinctTimes times;
-  while (table.next()) {
-    table.require_columns(2, "2: time, file");
-    images.push_back(listed_image(table, 0, folder));
-    times.add(table, images.back().time_s);
-  }
-  times.finish(table);
-  if (images.empty()) throw_file_error(table.path(), "lists no image");
-  return images;
-}
-
-std::vector<ListedFrame> read_associations(const fs::path& folder) {
-  TableReader table = open_table(folder / "associations.txt");
+/// Reads a list of times and files, two a row for pairs; the files lie in the folder. Refuses a
+/// time that occurs twice, and times that are no seconds.
+std::vector<ListedFrame> read_list(const fs::path& list, const fs::path& folder,
+                                   bool of_pairs = false) {
+  require_regular_file(list);
+  TableReader table(list);
+  const auto listed_image = [&](std::size_t column) {
+    const std::string& file = table.text(column + 1);
+    return ListedImage{table.time(column), file, folder / file, list, table.line()};
+  };
   std::vector<ListedFrame> frames;
-  DistinctTimes times;
+  std::map<std::int64_t, std::size_t> lines;  // by time
+  std::vector<double> times;
+  std::vector<std::string> cells;  // the times as they are written
   while (table.next()) {
-    table.require_columns(4, "4: time and file of the colour image, time and file of the depth");
-    // Variables of their own: g++ 9 leaks an aggregate's first member when the second one's
-    // initialiser throws.
-    ListedImage image = listed_image(table, 0, folder);
-    ListedImage depth = listed_image(table, 2, folder);
-    frames.push_back({std::move(image), std::move(depth)});
-    times.add(table, frames.back().image.time_s);
+    table.require_columns(of_pairs ? 4 : 2,
+                          of_pairs
+                              ? "4: time and file of the colour image, time and file of the depth"
+                              : "2: time, file");
+    ListedFrame& frame = frames.emplace_back();
+    frame.image = listed_image(0);
+    if (of_pairs) frame.depth = listed_image(2);
+    times.push_back(frame.image.time_s);
+    cells.push_back(table.text(0));
+    const auto [found, is_new] = lines.emplace(microseconds(times.back()), table.line());
+    if (is_new) continue;
+    table.fail(
+        concatenate("time ", time_text(times.back()), " is in line ", found->second, " already"));
   }
-  times.finish(table);
-  if (frames.empty()) throw_file_error(table.path(), "lists no pair of images");
-  return frames;
-}
-
-std::vector<ListedFrame> colour_only(std::vector<ListedImage> images) {
-  std::vector<ListedFrame> frames;
-  for (ListedImage& image : images) frames.push_back({std::move(image), {}});
+  if (are_too_far_apart(times)) throw_file_error(list, far_apart_text);
+  if (are_numbers(cells)) {
+    throw_file_error(list, "its times number the frames; want seconds, as 1.0 and 2.0");
+  }
+  if (frames.empty()) {
+    throw_file_error(list, of_pairs ? "lists no pair of images" : "lists no image");
+  }
   return frames;
 }
 
@@ -119,7 +84,7 @@ std::vector<fs::path> image_files(const fs::path& folder) {
 }
 
 /// Returns images by the times in their names, or else as 30 a second.
-std::vector<ListedImage> by_name(const std::vector<fs::path>& files, const fs::path& folder) {
+std::vector<ListedFrame> by_name(const std::vector<fs::path>& files, const fs::path& folder) {
   constexpr double frame_s = 1.0 / 30;
   std::vector<std::string> stems;
   std::map<std::int64_t, fs::path> times;
@@ -128,63 +93,54 @@ std::vector<ListedImage> by_name(const std::vector<fs::path>& files, const fs::p
     if (const auto time_s = time_of_name(stems.back())) times.emplace(microseconds(*time_s), file);
   }
   const bool are_times = times.size() == files.size() && !are_numbers(stems);
-  std::vector<ListedImage> images;
+  std::vector<ListedFrame> frames;
   for (std::size_t i = 0; i < files.size(); ++i) {
     const double time_s = are_times ? *time_of_name(stems[i]) : static_cast<double>(i) * frame_s;
-    images.push_back({time_s, files[i].lexically_relative(folder).string(), files[i], folder, 0});
+    const std::string file = files[i].lexically_relative(folder).string();
+    frames.push_back({{time_s, file, files[i], folder, 0}, {}});
   }
-  return images;
+  return frames;
 }
 
 /// Returns the images of a sequence of KITTI's odometry, whose times are in a file of their own.
-std::vector<ListedImage> read_kitti(const fs::path& folder) {
-  fs::path images_folder = folder / "image_2";
-  if (!detail::exists(images_folder)) images_folder = folder / "image_0";
-  if (!detail::exists(images_folder)) {
+std::vector<ListedFrame> read_kitti(const fs::path& folder) {
+  fs::path images = folder / "image_2";
+  if (!detail::exists(images)) images = folder / "image_0";
+  if (!detail::exists(images)) {
     throw_file_error(folder, "holds times.txt, but neither image_2 nor image_0");
   }
-  std::vector<ListedImage> images = by_name(image_files(images_folder), images_folder);
-  TableReader table = open_table(folder / "times.txt");
+  std::vector<ListedFrame> frames = by_name(image_files(images), images);
+  require_regular_file(folder / "times.txt");
+  TableReader table(folder / "times.txt");
   std::size_t i = 0;
   for (; table.next(); ++i) {
-    if (i < images.size()) images[i].time_s = table.time(0);
+    if (i < frames.size()) frames[i].image.time_s = table.time(0);
   }
-  if (i != images.size() || images.empty()) {
-    throw_file_error(table.path(), concatenate("has ", i, " times for the ", images.size(),
-                                               " images in ", images_folder.string()));
+  if (i != frames.size() || frames.empty()) {
+    throw_file_error(table.path(), concatenate("has ", i, " times for the ", frames.size(),
+                                               " images in ", images.string()));
   }
-  return images;
+  return frames;
 }
 
 }  // namespace
 
 ImageLists read_image_lists(const fs::path& folder) {
-  ImageLists lists;
-  lists.has_associations = detail::exists(folder / "associations.txt");
-  if (lists.has_associations) {
-    lists.frames = read_associations(folder);
+  const auto has = [&](const fs::path& file) { return detail::exists(folder / file); };
+  if (has("associations.txt")) {
+    return {true, read_list(folder / "associations.txt", folder, true), {}};
+  }
+  if (has("rgb.txt")) {
+    ImageLists lists{false, read_list(folder / "rgb.txt", folder), {}};
+    if (has("depth.txt")) lists.depths = read_list(folder / "depth.txt", folder);
     return lists;
   }
-  if (detail::exists(folder / "rgb.txt")) {
-    lists.images = read_list(folder / "rgb.txt", folder);
-    if (detail::exists(folder / "depth.txt")) {
-      lists.depths = read_list(folder / "depth.txt", folder);
-    } else {
-      lists.frames = colour_only(std::move(lists.images));
-    }
-    return lists;
+  for (const fs::path camera : {"mav0/cam0", "cam0", ""}) {
+    if (!has(camera / "data.csv")) continue;
+    return {false, read_list(folder / camera / "data.csv", folder / camera / "data"), {}};
   }
-  for (const char* camera : {"mav0/cam0", "cam0", ""}) {
-    const fs::path csv = folder / camera / "data.csv";
-    if (!detail::exists(csv)) continue;
-    lists.frames = colour_only(read_list(csv, folder / camera / "data"));
-    return lists;
-  }
-  if (detail::exists(folder / "times.txt")) {
-    lists.frames = colour_only(read_kitti(folder));
-    return lists;
-  }
-  lists.frames = colour_only(by_name(image_files(folder), folder));
+  if (has("times.txt")) return {false, read_kitti(folder), {}};
+  ImageLists lists{false, by_name(image_files(folder), folder), {}};
   if (lists.frames.empty()) {
     throw_file_error(folder,
                      "holds neither associations.txt nor rgb.txt, EuRoC's data.csv, KITTI's "

@@ -22,17 +22,17 @@ struct ListedImage {
   std::size_t line = 0;        ///< 0: no list
 };
 
-/// A frame and the place that lists it. depth.file is empty in a sequence of colour images only.
+/// A frame and the place that lists it.
 struct ListedFrame {
-  ListedImage image, depth;
+  ListedImage image;
+  ListedImage depth;  ///< without a file, if it is not listed beside the image
 };
 
 /// The lists of a folder, before images are paired.
 struct ImageLists {
-  bool has_associations = false;
-  std::vector<ListedFrame> frames;  ///< of associations.txt, or of colour images only
-  std::vector<ListedImage> images;  ///< of rgb.txt, to be paired
-  std::vector<ListedImage> depths;  ///< of depth.txt
+  bool are_pairs = false;  ///< of associations.txt
+  std::vector<ListedFrame> frames;
+  std::vector<ListedFrame> depths;  ///< images of depth.txt, to be paired with those of the frames
 };
 
 /// Reads the lists of TUM, EuRoC's csv or KITTI's times, or takes the images of a plain folder by

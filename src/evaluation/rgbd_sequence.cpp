@@ -22,9 +22,7 @@
 #include "dynfilter/evaluation/association.hpp"
 #include "image_lists.hpp"
 #include "io/file_error.hpp"
-#include "io/frame_names.hpp"
 #include "io/image_file.hpp"
-#include "io/staged_folder.hpp"
 
 namespace dynfilter {
 namespace {
@@ -33,73 +31,32 @@ namespace fs = std::filesystem;
 
 using detail::ListedFrame;
 using detail::ListedImage;
-using Lists = detail::ImageLists;
 
-std::vector<double> times_of(const std::vector<ListedImage>& images) {
-  std::vector<double> times;
-  for (const ListedImage& image : images) times.push_back(image.time_s);
-  return times;
-}
-
-/// Adds the images beside those that are listed, if all of those are named by their times.
-void add_images_beside(std::vector<ListedImage>& depths) {
-  constexpr double max_name_difference_s = 0.001;
-  std::set<std::int64_t> times;
-  std::set<fs::path> folders;
-  for (const ListedImage& depth : depths) {
-    const std::optional<double> named_s = detail::time_of_name(depth.path.stem().string());
-    if (!named_s || std::abs(*named_s - depth.time_s) > max_name_difference_s) return;
-    times.insert(detail::microseconds(depth.time_s));
-    folders.insert(depth.path.parent_path());
-  }
-  for (const fs::path& folder : folders) {
-    std::error_code failure;  // require_files reports a folder that cannot be read
-    std::vector<fs::path> files;
-    for (fs::directory_iterator entry(folder, failure), end; !failure && entry != end;
-         entry.increment(failure)) {
-      if (!detail::is_hidden_name(entry->path().filename())) files.push_back(entry->path());
-    }
-    std::sort(files.begin(), files.end());
-    for (const fs::path& file : files) {
-      const std::optional<double> time_s = detail::time_of_name(file.stem().string());
-      if (!time_s || !times.insert(detail::microseconds(*time_s)).second) continue;
-      depths.push_back({*time_s, file.filename().string(), file, depths.front().list, 0});
+/// Pairs the images by time, unless they are pairs that no offset moves, or of colour only.
+std::vector<ListedFrame> frames_of(const fs::path& folder, detail::ImageLists lists,
+                                   const RgbdSequenceOptions& options, double offset_s) {
+  if (lists.are_pairs ? offset_s == 0 : lists.depths.empty()) return std::move(lists.frames);
+  std::vector<double> times, depth_times;
+  for (const ListedFrame& frame : lists.frames) times.push_back(frame.image.time_s + offset_s);
+  if (lists.are_pairs) {
+    std::set<std::int64_t> seen;
+    for (const ListedFrame& frame : lists.frames) {
+      const bool is_new = seen.insert(detail::microseconds(frame.depth.time_s)).second;
+      if (is_new) lists.depths.push_back({frame.depth, {}});
     }
   }
-}
-
-std::vector<ListedFrame> pair_by_time(const fs::path& folder, const Lists& lists,
-                                      const RgbdSequenceOptions& options, double offset_s) {
-  std::vector<double> times = times_of(lists.images);
-  for (double& time_s : times) time_s += offset_s;
+  for (const ListedFrame& depth : lists.depths) depth_times.push_back(depth.image.time_s);
   std::vector<ListedFrame> frames;
-  for (const auto& [i, j] :
-       associate(times, times_of(lists.depths), options.max_time_difference_s)) {
-    frames.push_back({lists.images[i], lists.depths[j]});
+  for (const auto& [i, j] : associate(times, depth_times, options.max_time_difference_s)) {
+    frames.push_back({lists.frames[i].image, lists.depths[j].image});
   }
   if (!frames.empty()) return frames;
-  const std::string names = lists.has_associations ? "associations.txt" : "rgb.txt and depth.txt";
+  const std::string names = lists.are_pairs ? "associations.txt" : "rgb.txt and depth.txt";
   const std::string moved =
       offset_s == 0 ? "" : detail::concatenate(" with a depth offset of ", offset_s, " s");
   detail::throw_file_error(
       folder, detail::concatenate("no image of ", names, " lie ", options.max_time_difference_s,
                                   " s apart or less", moved));
-}
-
-std::vector<ListedFrame> frames_of(const fs::path& folder, Lists lists,
-                                   const RgbdSequenceOptions& options, double offset_s) {
-  const bool are_pairs = !lists.frames.empty();
-  if (are_pairs && (offset_s == 0 || !lists.has_associations)) return std::move(lists.frames);
-  if (are_pairs) {
-    std::set<std::int64_t> depth_times;
-    for (ListedFrame& frame : lists.frames) {
-      lists.images.push_back(std::move(frame.image));
-      if (!depth_times.insert(detail::microseconds(frame.depth.time_s)).second) continue;
-      lists.depths.push_back(std::move(frame.depth));
-    }
-    add_images_beside(lists.depths);
-  }
-  return pair_by_time(folder, lists, options, offset_s);
 }
 
 [[noreturn]] void refuse(const ListedImage& image, const std::string& what) {
@@ -143,15 +100,13 @@ RgbdSequenceEntry entry_of(const ListedFrame& frame) {
 /// Prints the file to write for a sequence without one: the data sets give the camera on a web
 /// page.
 [[noreturn]] void throw_no_camera(const fs::path& path) {
-  const CameraParameters example{535.4, 539.2, 320.1,      247.6, 0,    0, 0,
-                                 0,     0,     {640, 480}, 30,    5000, 0};
   detail::throw_file_error(
       path,
       "there is no such camera file. Write it with these lines, or name another one or one of "
       "tum1, tum2, tum3 and bonn. The values "
       "are those of TUM's freiburg3 camera: replace them by those of the camera that recorded the "
       "sequence.\n" +
-          camera_file_text(example));
+          camera_file_text(*known_camera("tum3")));
 }
 
 std::optional<fs::path> existing_folder(const fs::path& path) {
@@ -165,23 +120,18 @@ std::optional<fs::path> existing_folder(const fs::path& path) {
 
 RgbdSequence::RgbdSequence(const fs::path& folder, const RgbdSequenceOptions& options)
     : folder_(folder) {
-  if (!(options.max_time_difference_s >= 0) ||
-      !detail::is_time_in_seconds(options.max_time_difference_s)) {
-    detail::throw_misuse(
-        "RgbdSequence",
-        detail::concatenate("max_time_difference_s = ", options.max_time_difference_s),
-        "seconds, at least 0");
-  }
-  const double offset_s = options.depth_offset_s.value_or(0);
-  if (!(std::abs(offset_s) <= max_depth_offset_s)) {
-    detail::throw_misuse("RgbdSequence", detail::concatenate("depth_offset_s = ", offset_s),
-                         "seconds within ±10");
-  }
+  constexpr detail::OptionCheck require("RgbdSequence");
+  const double reach_s = options.max_time_difference_s,
+               offset_s = options.depth_offset_s.value_or(0);
+  require(reach_s >= 0 && detail::is_time_in_seconds(reach_s), "max_time_difference_s", reach_s,
+          "seconds, at least 0");
+  require(std::abs(offset_s) <= max_depth_offset_s, "depth_offset_s", offset_s,
+          "seconds within ±10");
   if (detail::type_of(folder) != fs::file_type::directory) {
     detail::throw_file_error(folder, "there is no such folder");
   }
 
-  Lists lists = detail::read_image_lists(folder);
+  detail::ImageLists lists = detail::read_image_lists(folder);
   camera_file_ = options.camera_file.empty() ? folder / "camera.yaml" : options.camera_file;
   const bool is_name = known_camera(camera_file_.string()).has_value();
   if (is_name || detail::exists(camera_file_)) {

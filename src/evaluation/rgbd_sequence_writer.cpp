@@ -5,16 +5,15 @@
 
 #include <cmath>
 #include <cstdint>
-#include <list>
 #include <memory>
 #include <string>
-#include <utility>
+#include <system_error>
 
 #include <opencv2/core.hpp>
 
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
-#include "dynfilter/evaluation/detail/trajectory_rows.hpp"
+#include "dynfilter/evaluation/trajectory_rows.hpp"
 #include "io/file_writing.hpp"
 #include "io/image_file.hpp"
 #include "io/staged_folder.hpp"
@@ -89,26 +88,24 @@ void RgbdSequenceWriter::require_frame(const FrameView& frame) const {
   }
 }
 
-void RgbdSequenceWriter::write_frame(const FrameView& frame, std::string pose_row) {
-  const bool has_depth = !frame.depth.empty();
-  std::list<Row> row;
-  row.push_back({detail::time_text(frame.timestamp_s), std::move(pose_row)});
-  const std::string file = row.front().time + ".png";
-  const fs::path image = staged_->path() / "rgb" / file;
-  fs::create_directories(image.parent_path());
-  detail::write_image(image, frame.image);
-  if (has_depth) {
-    try {
-      fs::create_directories(staged_->path() / "depth");
-      detail::write_image(staged_->path() / "depth" / file,
-                          depth_image(frame, camera_.depth_units_per_metre));
-    } catch (...) {
-      fs::remove(image);
-      throw;
+void RgbdSequenceWriter::write_frame(const FrameView& frame, const std::string& pose_row) {
+  const std::string time = detail::time_text(frame.timestamp_s), file = time + ".png";
+  const fs::path image = staged_->path() / "rgb" / file, depth = staged_->path() / "depth" / file;
+  rows_.push_back({time, pose_row});
+  try {
+    fs::create_directories(image.parent_path());
+    detail::write_image(image, frame.image);
+    if (!frame.depth.empty()) {
+      fs::create_directories(depth.parent_path());
+      detail::write_image(depth, depth_image(frame, camera_.depth_units_per_metre));
     }
+  } catch (...) {
+    rows_.pop_back();
+    std::error_code ignored;
+    fs::remove(image, ignored);
+    throw;
   }
-  rows_.splice(rows_.end(), row);
-  has_depth_ = has_depth;
+  has_depth_ = !frame.depth.empty();
   last_time_ = detail::microseconds(frame.timestamp_s);
 }
 
@@ -121,7 +118,7 @@ void RgbdSequenceWriter::add(const FrameView& frame, const cv::Matx33d& rotation
                              const cv::Vec3d& translation) {
   require_frame(frame);
   write_frame(frame,
-              detail::trajectory_row_text(frame.timestamp_s, rotation, translation, name) + '\n');
+              detail::trajectory_row_text({frame.timestamp_s, rotation, translation}, name) + '\n');
 }
 
 void RgbdSequenceWriter::write_lists() const {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#include "dynfilter/evaluation/detail/trajectory_rows.hpp"
+#include "dynfilter/evaluation/trajectory_rows.hpp"
 
 #include <algorithm>
 #include <array>
@@ -77,11 +77,6 @@ std::optional<std::array<double, count>> read_numbers(const TableReader& table,
   return numbers;
 }
 
-double length_of(const std::array<double, 4>& quaternion) {
-  const auto& [x, y, z, w] = quaternion;
-  return std::sqrt(x * x + y * y + z * z + w * w);
-}
-
 /// Tells whether the matrix is a rotation; the limit 1e-3 admits rotations in single precision.
 bool is_rotation(const cv::Matx33d& matrix) {
   return cv::norm(matrix.t() * matrix - cv::Matx33d::eye()) < 1e-3 && cv::determinant(matrix) > 0;
@@ -114,6 +109,14 @@ cv::Vec4d quaternion_of(const cv::Matx33d& rotation) {
   return quaternion[3] < 0 ? -quaternion : quaternion;
 }
 
+/// Returns the rotation of a quaternion x y z w of length 1.
+cv::Matx33d rotation_of(const cv::Vec4d& q) {
+  const double x = q[0], y = q[1], z = q[2], w = q[3];
+  return {1 - 2 * (y * y + z * z), 2 * (x * y - z * w),     2 * (x * z + y * w),
+          2 * (x * y + z * w),     1 - 2 * (x * x + z * z), 2 * (y * z - x * w),
+          2 * (x * z - y * w),     2 * (y * z + x * w),     1 - 2 * (x * x + y * y)};
+}
+
 /// Reads KITTI's row: the pose of a frame, without a time.
 std::optional<TrajectoryRow> read_matrix(const TableReader& table, double time_s) {
   if (table.columns() != kitti_columns) {
@@ -127,36 +130,34 @@ std::optional<TrajectoryRow> read_matrix(const TableReader& table, double time_s
   if (!is_rotation(rotation)) {
     table.fail("the matrix of KITTI's 12 columns is no rotation; want r11 r12 r13 tx r21 …");
   }
-  const cv::Vec4d q = quaternion_of(rotation);
-  return TrajectoryRow{time_s, {(*m)[3], (*m)[7], (*m)[11]}, {q[0], q[1], q[2], q[3]}};
+  return TrajectoryRow{time_s, rotation_of(quaternion_of(rotation)), {(*m)[3], (*m)[7], (*m)[11]}};
 }
 
 /// Reads the current row; std::nullopt for a row to skip, which is counted in `flaws`.
 std::optional<TrajectoryRow> read_row(const TableReader& table, Form form, double index_time_s,
                                       TrajectoryFlaws& flaws) {
-  std::optional<TrajectoryRow> row;
   if (form == Form::kitti) {
-    row = read_matrix(table, index_time_s);
-  } else if (const auto numbers =
-                 read_numbers<8>(table, {"time", "tx", "ty", "tz", "qx", "qy", "qz", "qw"})) {
-    const auto& [time, tx, ty, tz, q0, q1, q2, q3] = *numbers;
-    row = {time, {tx, ty, tz}, {q0, q1, q2, q3}};
-    if (form == Form::euroc) row->quaternion = {q1, q2, q3, q0};
+    const std::optional<TrajectoryRow> row = read_matrix(table, index_time_s);
+    if (!row) flaws.not_a_number.add(table.line());
+    return row;
   }
-  if (!row) {
+  const auto numbers = read_numbers<8>(table, {"time", "tx", "ty", "tz", "qx", "qy", "qz", "qw"});
+  if (!numbers) {
     flaws.not_a_number.add(table.line());
     return {};
   }
-  if (row->quaternion == std::array<double, 4>{}) {
+  const auto& [time_s, tx, ty, tz, q0, q1, q2, q3] = *numbers;
+  const cv::Vec4d q = form == Form::euroc ? cv::Vec4d(q1, q2, q3, q0) : cv::Vec4d(q0, q1, q2, q3);
+  const double length = cv::norm(q);
+  if (length == 0) {
     flaws.zero_quaternion.add(table.line());
     return {};
   }
-  const double length = length_of(row->quaternion);
   // Files have as few as four decimals. Farther from 1, the columns mean something else.
   if (!(std::abs(length - 1) <= 0.1)) {
     table.fail(concatenate("a quaternion of length ", length, "; want length 1"));
   }
-  return row;
+  return TrajectoryRow{time_s, rotation_of(q / length), {tx, ty, tz}};
 }
 
 /// Reads the usable rows, in the order of the file.
@@ -188,10 +189,6 @@ std::vector<NumberedRow> read_usable_rows(TableReader& table, TrajectoryRows& re
   return rows;
 }
 
-bool is_finite(const cv::Vec3d& vector) {
-  return std::isfinite(vector[0]) && std::isfinite(vector[1]) && std::isfinite(vector[2]);
-}
-
 }  // namespace
 
 TrajectoryRows read_trajectory_rows(const std::filesystem::path& path) {
@@ -212,20 +209,20 @@ TrajectoryRows read_trajectory_rows(const std::filesystem::path& path) {
   return read;
 }
 
-std::string trajectory_row_text(double timestamp_s, const cv::Matx33d& rotation,
-                                const cv::Vec3d& translation, const char* component) {
-  if (!is_rotation(rotation)) {
+std::string trajectory_row_text(const TrajectoryRow& row, const char* component) {
+  const cv::Vec3d& t = row.translation;
+  if (!is_rotation(row.rotation)) {
     throw_misuse(component, "a rotation that is not orthonormal", "a rotation matrix");
   }
-  if (!is_time_in_seconds(timestamp_s) || !is_finite(translation)) {
-    throw_misuse(component,
-                 concatenate("time ", timestamp_s, " s, translation (", translation[0], " ",
-                             translation[1], " ", translation[2], ")"),
-                 "a time in seconds and finite metres");
+  if (!is_time_in_seconds(row.timestamp_s) || !std::isfinite(cv::norm(t))) {
+    throw_misuse(
+        component,
+        concatenate("time ", row.timestamp_s, " s, translation (", t[0], " ", t[1], " ", t[2], ")"),
+        "a time in seconds and finite metres");
   }
-  const cv::Vec4d quaternion = quaternion_of(rotation);
-  std::string text = time_text(timestamp_s);
-  for (int i = 0; i < 3; ++i) text += ' ' + fixed_decimals(translation[i], 7);
+  const cv::Vec4d quaternion = quaternion_of(row.rotation);
+  std::string text = time_text(row.timestamp_s);
+  for (int i = 0; i < 3; ++i) text += ' ' + fixed_decimals(t[i], 7);
   for (int i = 0; i < 4; ++i) text += ' ' + fixed_decimals(quaternion[i], 9);
   return text;
 }

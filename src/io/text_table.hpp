@@ -68,14 +68,12 @@ inline std::string plain_text(const std::string& bytes) {
 }
 
 /// Reads a table row by row, in any encoding and with any ends of lines that plain_text knows.
-/// Skips blank lines and lines that start with '#'. Columns are separated by `separator` if given,
-/// or else by blanks or by commas or semicolons. Every error is a std::runtime_error that starts
-/// with
-/// "<path>:<line>: ".
+/// Skips blank lines and lines that start with '#'. The first of the separators that divides a row
+/// into columns counts. Every error is a std::runtime_error that starts with "<path>:<line>: ".
 class TableReader {
  public:
-  explicit TableReader(std::filesystem::path path, char separator = ' ')
-      : path_(std::move(path)), separator_(separator) {
+  explicit TableReader(std::filesystem::path path, std::string separators = ";, ")
+      : path_(std::move(path)), separators_(std::move(separators)) {
     std::error_code ignored;
     if (!std::filesystem::exists(path_, ignored)) throw_file_error(path_, "there is no such file");
     std::ifstream file(path_, std::ios::binary);
@@ -110,9 +108,8 @@ class TableReader {
   bool has_separator() const { return has_separator_; }
   const std::filesystem::path& path() const { return path_; }
 
-  [[noreturn]] void fail(const std::string& what) const { fail_at(line_, what); }
-  [[noreturn]] void fail_at(std::size_t line, const std::string& what) const {
-    throw std::runtime_error(path_.string() + ":" + std::to_string(line) + ": " + what);
+  [[noreturn]] void fail(const std::string& what) const {
+    throw std::runtime_error(path_.string() + ":" + std::to_string(line_) + ": " + what);
   }
 
   /// Refuses rows with fewer columns; `want` names the columns.
@@ -128,7 +125,7 @@ class TableReader {
     if (value) return *value;
     const bool has_comma = text(column).find(',') != std::string::npos;
     fail(std::string(name) + ": got '" + text(column) + "'; want a finite number" +
-         (has_comma ? ", with a decimal point, and no comma beside the blanks" : ""));
+         (has_comma ? ", with a decimal point" : ""));
   }
 
   double time(std::size_t column) const {
@@ -154,19 +151,16 @@ class TableReader {
   }
 
   void split(const std::string& line) {
-    separate(line, separator_);
-    has_separator_ = separator_ != ' ';
-    for (const char other : {';', ','}) {
-      if (separator_ != ' ' || line.find(other) == std::string::npos) continue;
-      std::vector<std::string> by_blanks = std::move(cells_);
-      separate(line, other);
+    for (const char separator : separators_) {
+      const bool is_last = separator == separators_.back();
+      if (!is_last && line.find(separator) == std::string::npos) continue;
+      separate(line, separator);
+      has_separator_ = separator != ' ';
+      // "0,5 1,2" has decimal commas, and "1.5 a,b.png" a name with one.
       const auto has_blank = [](const std::string& cell) {
         return cell.find_first_of(" \t") != std::string::npos;
       };
-      // "0,5 1,2" has decimal commas, and "1.5 a,b.png" a name with one.
-      has_separator_ = std::none_of(cells_.begin(), cells_.end(), has_blank);
-      if (has_separator_) return;
-      cells_ = std::move(by_blanks);
+      if (is_last || std::none_of(cells_.begin(), cells_.end(), has_blank)) return;
     }
   }
 
@@ -176,14 +170,15 @@ class TableReader {
     const std::string text = trimmed(line);
     for (std::size_t begin = 0; begin <= text.size();) {
       const std::size_t end = std::min(text.find_first_of(separators, begin), text.size());
-      if (separator != ' ' || end > begin)
+      if (separator != ' ' || end > begin) {
         cells_.push_back(trimmed(text.substr(begin, end - begin)));
+      }
       begin = end + 1;
     }
   }
 
   std::filesystem::path path_;
-  char separator_;
+  std::string separators_;
   bool has_separator_ = false;  // of the current row
   std::istringstream stream_;
   std::size_t line_ = 0;

@@ -3,7 +3,6 @@
 
 #include "dynfilter/segmenters/mask_propagator.hpp"
 
-#include <cstddef>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -44,11 +43,9 @@ class LockedPropagator {
 };
 
 constexpr const char* options_doc =
-    R"(max_missed: largest number of late results in a row that may miss an instance
-max_age_s: masks of older frames are dropped, seconds
-history_frames: length of the motion history, frames; 1 to 1000
+    R"(max_age_s: masks of older frames are dropped, seconds
 
-Raises ValueError for options out of range.)";
+Raises ValueError for an age out of range.)";
 
 }  // namespace
 
@@ -64,13 +61,10 @@ miss an instance.
     labels = filter.apply(frame, masks, points)
 
 Two propagators share nothing; threads that use one wait for each other.)")
-      .def(py::init([](std::size_t max_missed, double max_age_s, std::size_t history_frames) {
-             return std::make_unique<LockedPropagator>(
-                 MaskPropagatorOptions{max_missed, max_age_s, history_frames});
+      .def(py::init([](double max_age_s) {
+             return std::make_unique<LockedPropagator>(MaskPropagatorOptions{max_age_s});
            }),
-           py::kw_only(), py::arg("max_missed") = defaults.max_missed,
-           py::arg("max_age_s") = defaults.max_age_s,
-           py::arg("history_frames") = defaults.history_frames, options_doc)
+           py::kw_only(), py::arg("max_age_s") = defaults.max_age_s, options_doc)
       .def("propagate", &LockedPropagator::propagate, py::arg("frame"),
            py::arg("newest").none(true) = py::none(),
            R"(Returns the masks at `frame`, given the newest result so far: of this frame or an

@@ -23,20 +23,13 @@ namespace dynfilter {
 namespace {
 
 void require_valid(const Segmenter* segmenter, const AsyncSegmenterOptions& options) {
+  constexpr detail::OptionCheck require("AsyncSegmenter");
   if (!segmenter) detail::throw_misuse("AsyncSegmenter", "no segmenter", "one to run");
-  if (!(options.max_wait_s >= 0 && options.max_wait_s <= 3600)) {
-    detail::throw_misuse("AsyncSegmenter", detail::concatenate("max_wait_s = ", options.max_wait_s),
-                         "0 to 3600 seconds");
-  }
-  if (!(options.max_age_s >= 0)) {
-    detail::throw_misuse("AsyncSegmenter", detail::concatenate("max_age_s = ", options.max_age_s),
-                         "at least 0 seconds");
-  }
-  if (options.hand_over > HandOver::drop) {
-    detail::throw_misuse("AsyncSegmenter",
-                         detail::concatenate("hand_over = ", static_cast<int>(options.hand_over)),
-                         "one of HandOver");
-  }
+  require(options.max_wait_s >= 0 && options.max_wait_s <= 3600, "max_wait_s", options.max_wait_s,
+          "0 to 3600 seconds");
+  require(options.max_age_s >= 0, "max_age_s", options.max_age_s, "at least 0 seconds");
+  require(options.hand_over <= HandOver::drop, "hand_over", static_cast<int>(options.hand_over),
+          "one of HandOver");
 }
 
 /// The network's result for a frame: masks or a failure.
@@ -94,9 +87,48 @@ class AsyncSegmenter::Worker {
     thread_.start([this] { work(); }, [this] { stop(); });
   }
 
-  void submit(const FrameView& frame);
-  std::optional<Segmentation> collect(std::uint64_t id);
-  void reset();
+  void submit(const FrameView& frame) {
+    validate(frame, "AsyncSegmenter::submit");
+    FrameView own = frame;
+    own.image = frame.image.clone();
+    own.depth = frame.depth.clone();
+    const std::lock_guard lock(mutex_);
+    const bool none_is_lost = options_.hand_over == HandOver::wait;
+    if (none_is_lost) require_room(frame.id);
+    frames_.emplace_back(next_number_, std::move(own));
+    last_timestamp_s_ = frame.timestamp_s;
+    ++statistics_.submitted;
+    ++statistics_.pending;
+    if (!none_is_lost) {
+      replace_waiting_before(next_number_);
+      drop_uncollected();
+    }
+    ++next_number_;
+    submitted_.notify_one();
+  }
+
+  std::optional<Segmentation> collect(std::uint64_t id) {
+    Lock lock(mutex_);
+    if (options_.hand_over == HandOver::latest) return newest();
+    const std::uint64_t number = number_of(id);
+    replace_waiting_before(number);
+    wait_for(number, lock);
+    const std::exception_ptr failure = first_failure_up_to(number);
+    forget_settled_before(number);
+    SubmittedFrame* frame = find(number);
+    if (frame) frame->collected = frame->is_settled();
+    if (failure) std::rethrow_exception(failure);
+    if (!frame || frame->progress != Progress::segmented) return {};
+    return frame->masks;
+  }
+
+  void reset() {
+    const std::lock_guard lock(mutex_);
+    replace_waiting_before(next_number_);
+    frames_.clear();
+    newest_.reset();
+    settled_.notify_all();  // collect has nothing left to wait for
+  }
 
   const detail::HomeProcess home;
 
@@ -119,20 +151,135 @@ class AsyncSegmenter::Worker {
   }
 
   // Runs in the thread.
-  void work();
-  void settle(std::uint64_t number, Outcome outcome);
+  void work() {
+    Lock lock(mutex_);
+    while (true) {
+      submitted_.wait(lock, [&] { return stop_ || first_waiting() != frames_.end(); });
+      if (stop_) return;
+      SubmittedFrame& frame = *first_waiting();
+      frame.progress = Progress::running;
+      const std::uint64_t number = frame.number;
+      FrameView view = std::exchange(frame.view, {});
+
+      lock.unlock();
+      Outcome outcome = infer(*segmenter_, view);
+      thread_.note_job();
+      lock.lock();
+
+      settle(number, std::move(outcome));
+      settled_.notify_all();
+    }
+  }
+
+  void settle(std::uint64_t number, Outcome outcome) {
+    --statistics_.pending;
+    if (outcome.failure) {
+      ++statistics_.failed;
+    } else {
+      ++statistics_.segmented;
+      statistics_.last_inference_s = outcome.seconds;
+      statistics_.total_inference_s += outcome.seconds;
+      statistics_.longest_inference_s = std::max(statistics_.longest_inference_s, outcome.seconds);
+    }
+    SubmittedFrame* frame = find(number);
+    if (!frame) return;  // reset() was called meanwhile
+    if (outcome.failure) {
+      frame->progress = Progress::failed;
+      if (!frame->failure)
+        frame->failure = std::move(outcome.failure);  // an earlier one is thrown first
+      return;
+    }
+    frame->progress = Progress::segmented;
+    (options_.hand_over == HandOver::latest ? newest_.emplace() : frame->masks) =
+        std::move(outcome.masks);
+  }
 
   // Functions of submit. The mutex is held, here and below.
-  void require_room(std::uint64_t id) const;
-  void replace_waiting_before(std::uint64_t number);
-  void drop_uncollected();
+  void require_room(std::uint64_t id) const {
+    const auto uncollected =
+        std::count_if(frames_.begin(), frames_.end(),
+                      [](const SubmittedFrame& frame) { return !frame.collected; });
+    if (static_cast<std::size_t>(uncollected) < max_uncollected) return;
+    detail::throw_misuse(
+        "AsyncSegmenter::submit",
+        detail::concatenate("frame ", id, " while ", uncollected, " frames are not collected"),
+        "a collect for every submitted frame (HandOver::wait loses none)");
+  }
+
+  void replace_waiting_before(std::uint64_t number) {
+    for (SubmittedFrame& frame : frames_) {
+      if (frame.number >= number || frame.progress != Progress::waiting) continue;
+      frame.progress = Progress::replaced;
+      frame.view = {};
+      ++statistics_.replaced;
+      --statistics_.pending;
+      settled_.notify_all();  // another thread may wait for it
+    }
+  }
+
+  void drop_uncollected() {
+    while (frames_.size() > max_uncollected) {
+      const auto oldest = std::find_if(frames_.begin(), frames_.end(),
+                                       [](const auto& frame) { return frame.is_settled(); });
+      // One runs and one waits: all others are settled. Their errors must still be thrown.
+      SubmittedFrame& next = *std::next(oldest);
+      if (oldest->failure) next.failure = std::move(oldest->failure);
+      frames_.erase(oldest);
+    }
+  }
 
   // Functions of collect.
-  std::optional<Segmentation> newest();
-  std::uint64_t number_of(std::uint64_t id) const;
-  void wait_for(std::uint64_t number, Lock& lock);
-  std::exception_ptr first_failure_up_to(std::uint64_t number);
-  void forget_settled_before(std::uint64_t number);
+  std::optional<Segmentation> newest() {
+    const std::exception_ptr failure = first_failure_up_to(next_number_);
+    forget_settled_before(next_number_);
+    if (failure) std::rethrow_exception(failure);
+    if (newest_ && std::abs(last_timestamp_s_ - newest_->timestamp_s) > options_.max_age_s) {
+      return {};
+    }
+    return newest_;
+  }
+
+  std::uint64_t number_of(std::uint64_t id) const {
+    const auto frame = std::find_if(frames_.rbegin(), frames_.rend(),
+                                    [&](const SubmittedFrame& other) { return other.id == id; });
+    if (frame == frames_.rend()) {
+      detail::throw_misuse("AsyncSegmenter::collect",
+                           detail::concatenate("frame ", id,
+                                               ", which was not submitted, or was given up when a "
+                                               "later one was collected"),
+                           "a frame that was submitted, in the order of submission");
+    }
+    return frame->number;
+  }
+
+  void wait_for(std::uint64_t number, Lock& lock) {
+    const auto is_settled = [&] {
+      const SubmittedFrame* frame = find(number);
+      return stop_ || !frame || frame->is_settled();
+    };
+    if (options_.hand_over == HandOver::wait) settled_.wait(lock, is_settled);
+    if (options_.hand_over == HandOver::limited_wait) {
+      settled_.wait_for(lock, std::chrono::duration<double>(options_.max_wait_s), is_settled);
+    }
+  }
+
+  /// Returns the first failure and drops the later ones, which show in the statistics only.
+  std::exception_ptr first_failure_up_to(std::uint64_t number) {
+    std::exception_ptr first;
+    for (SubmittedFrame& frame : frames_) {
+      if (frame.number > number) break;
+      const std::exception_ptr failure = std::exchange(frame.failure, nullptr);
+      if (!first) first = failure;
+    }
+    return first;
+  }
+
+  void forget_settled_before(std::uint64_t number) {
+    const auto is_obsolete = [&](const SubmittedFrame& frame) {
+      return frame.number < number && frame.is_settled();
+    };
+    frames_.erase(std::remove_if(frames_.begin(), frames_.end(), is_obsolete), frames_.end());
+  }
 
   /// Returns the frame; null if it was forgotten.
   SubmittedFrame* find(std::uint64_t number) {
@@ -162,184 +309,6 @@ class AsyncSegmenter::Worker {
 
   detail::WorkerThread thread_;  // ends first
 };
-
-// --- The thread ----------------------------------------------------------------------------------
-
-void AsyncSegmenter::Worker::work() {
-  Lock lock(mutex_);
-  while (true) {
-    submitted_.wait(lock, [&] { return stop_ || first_waiting() != frames_.end(); });
-    if (stop_) return;
-    SubmittedFrame& frame = *first_waiting();
-    frame.progress = Progress::running;
-    const std::uint64_t number = frame.number;
-    FrameView view = std::exchange(frame.view, {});
-
-    lock.unlock();
-    Outcome outcome = infer(*segmenter_, view);
-    thread_.note_job();
-    lock.lock();
-
-    settle(number, std::move(outcome));
-    settled_.notify_all();
-  }
-}
-
-void AsyncSegmenter::Worker::settle(std::uint64_t number, Outcome outcome) {
-  --statistics_.pending;
-  if (outcome.failure) {
-    ++statistics_.failed;
-  } else {
-    ++statistics_.segmented;
-    statistics_.last_inference_s = outcome.seconds;
-    statistics_.total_inference_s += outcome.seconds;
-    statistics_.longest_inference_s = std::max(statistics_.longest_inference_s, outcome.seconds);
-  }
-  SubmittedFrame* frame = find(number);
-  if (!frame) return;  // reset() was called meanwhile
-  if (outcome.failure) {
-    frame->progress = Progress::failed;
-    if (!frame->failure)
-      frame->failure = std::move(outcome.failure);  // an earlier one is thrown first
-    return;
-  }
-  frame->progress = Progress::segmented;
-  (options_.hand_over == HandOver::latest ? newest_.emplace() : frame->masks) =
-      std::move(outcome.masks);
-}
-
-// --- submit --------------------------------------------------------------------------------------
-
-void AsyncSegmenter::Worker::submit(const FrameView& frame) {
-  validate(frame, "AsyncSegmenter::submit");
-  FrameView own = frame;
-  own.image = frame.image.clone();
-  own.depth = frame.depth.clone();
-  const std::lock_guard lock(mutex_);
-  const bool none_is_lost = options_.hand_over == HandOver::wait;
-  if (none_is_lost) require_room(frame.id);
-  frames_.emplace_back(next_number_, std::move(own));
-  last_timestamp_s_ = frame.timestamp_s;
-  ++statistics_.submitted;
-  ++statistics_.pending;
-  if (!none_is_lost) {
-    replace_waiting_before(next_number_);
-    drop_uncollected();
-  }
-  ++next_number_;
-  submitted_.notify_one();
-}
-
-void AsyncSegmenter::Worker::require_room(std::uint64_t id) const {
-  const auto uncollected = std::count_if(
-      frames_.begin(), frames_.end(), [](const SubmittedFrame& frame) { return !frame.collected; });
-  if (static_cast<std::size_t>(uncollected) < max_uncollected) return;
-  detail::throw_misuse(
-      "AsyncSegmenter::submit",
-      detail::concatenate("frame ", id, " while ", uncollected, " frames are not collected"),
-      "a collect for every submitted frame (HandOver::wait loses none)");
-}
-
-void AsyncSegmenter::Worker::replace_waiting_before(std::uint64_t number) {
-  for (SubmittedFrame& frame : frames_) {
-    if (frame.number >= number || frame.progress != Progress::waiting) continue;
-    frame.progress = Progress::replaced;
-    frame.view = {};
-    ++statistics_.replaced;
-    --statistics_.pending;
-    settled_.notify_all();  // another thread may wait for it
-  }
-}
-
-void AsyncSegmenter::Worker::drop_uncollected() {
-  while (frames_.size() > max_uncollected) {
-    const auto oldest = std::find_if(frames_.begin(), frames_.end(),
-                                     [](const auto& frame) { return frame.is_settled(); });
-    // One runs and one waits: all others are settled. Their errors must still be thrown.
-    SubmittedFrame& next = *std::next(oldest);
-    if (oldest->failure) next.failure = std::move(oldest->failure);
-    frames_.erase(oldest);
-  }
-}
-
-// --- collect -------------------------------------------------------------------------------------
-
-std::optional<Segmentation> AsyncSegmenter::Worker::collect(std::uint64_t id) {
-  Lock lock(mutex_);
-  if (options_.hand_over == HandOver::latest) return newest();
-  const std::uint64_t number = number_of(id);
-  replace_waiting_before(number);
-  wait_for(number, lock);
-  const std::exception_ptr failure = first_failure_up_to(number);
-  forget_settled_before(number);
-  SubmittedFrame* frame = find(number);
-  if (frame) frame->collected = frame->is_settled();
-  if (failure) std::rethrow_exception(failure);
-  if (!frame || frame->progress != Progress::segmented) return {};
-  return frame->masks;
-}
-
-std::optional<Segmentation> AsyncSegmenter::Worker::newest() {
-  const std::exception_ptr failure = first_failure_up_to(next_number_);
-  forget_settled_before(next_number_);
-  if (failure) std::rethrow_exception(failure);
-  if (newest_ && std::abs(last_timestamp_s_ - newest_->timestamp_s) > options_.max_age_s) {
-    return {};
-  }
-  return newest_;
-}
-
-std::uint64_t AsyncSegmenter::Worker::number_of(std::uint64_t id) const {
-  const auto frame = std::find_if(frames_.rbegin(), frames_.rend(),
-                                  [&](const SubmittedFrame& other) { return other.id == id; });
-  if (frame == frames_.rend()) {
-    detail::throw_misuse("AsyncSegmenter::collect",
-                         detail::concatenate("frame ", id,
-                                             ", which was not submitted, or was given up when a "
-                                             "later one was collected"),
-                         "a frame that was submitted, in the order of submission");
-  }
-  return frame->number;
-}
-
-void AsyncSegmenter::Worker::wait_for(std::uint64_t number, Lock& lock) {
-  const auto is_settled = [&] {
-    const SubmittedFrame* frame = find(number);
-    return stop_ || !frame || frame->is_settled();
-  };
-  if (options_.hand_over == HandOver::wait) settled_.wait(lock, is_settled);
-  if (options_.hand_over == HandOver::limited_wait) {
-    settled_.wait_for(lock, std::chrono::duration<double>(options_.max_wait_s), is_settled);
-  }
-}
-
-/// Returns the first failure and drops the later ones, which show in the statistics only.
-std::exception_ptr AsyncSegmenter::Worker::first_failure_up_to(std::uint64_t number) {
-  std::exception_ptr first;
-  for (SubmittedFrame& frame : frames_) {
-    if (frame.number > number) break;
-    const std::exception_ptr failure = std::exchange(frame.failure, nullptr);
-    if (!first) first = failure;
-  }
-  return first;
-}
-
-void AsyncSegmenter::Worker::forget_settled_before(std::uint64_t number) {
-  const auto is_obsolete = [&](const SubmittedFrame& frame) {
-    return frame.number < number && frame.is_settled();
-  };
-  frames_.erase(std::remove_if(frames_.begin(), frames_.end(), is_obsolete), frames_.end());
-}
-
-void AsyncSegmenter::Worker::reset() {
-  const std::lock_guard lock(mutex_);
-  replace_waiting_before(next_number_);
-  frames_.clear();
-  newest_.reset();
-  settled_.notify_all();  // collect has nothing left to wait for
-}
-
-// --- The public face -----------------------------------------------------------------------------
 
 AsyncSegmenter::AsyncSegmenter(std::unique_ptr<Segmenter> segmenter,
                                const AsyncSegmenterOptions& options) {

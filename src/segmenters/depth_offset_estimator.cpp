@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <utility>
 
 #include <opencv2/imgproc.hpp>
@@ -40,8 +39,6 @@ constexpr double min_rise_px = 0.04;
 /// A larger gap between successive frames, seconds, or a step back, separates the frames before it
 /// from those after it.
 constexpr double max_gap_s = 0.2;
-
-constexpr detail::OptionCheck require(component);
 
 /// Collects the near sides of depth edges: a pixel's next neighbour on either side that has depth,
 /// or the one above or below, is farther away by a jump. Gives them as indices of the pixels of an
@@ -97,11 +94,13 @@ struct Vertex {
   double rise = 0;  ///< from there to the mean of the curve's ends
 };
 
+using Curve = decltype(DepthOffsetEstimate::distances_px);
+
 /// Lays two lines of equal and opposite slope through the lowest point and its neighbours:
 /// distances grow evenly to either side of the true offset. The steeper neighbour's line goes
 /// through the lowest point too. At an end of the curve, and on a flat curve, that point itself is
 /// the vertex.
-Vertex vertex_of(const std::vector<double>& x, const std::vector<double>& y) {
+Vertex vertex_of(const Curve& x, const Curve& y) {
   Vertex vertex;
   vertex.nearest = static_cast<std::size_t>(std::min_element(y.begin(), y.end()) - y.begin());
   const std::size_t b = vertex.nearest;
@@ -119,12 +118,6 @@ Vertex vertex_of(const std::vector<double>& x, const std::vector<double>& y) {
 
 }  // namespace
 
-DepthOffsetEstimator::DepthOffsetEstimator(const DepthOffsetEstimatorOptions& options)
-    : options_(options) {
-  require(options.max_lag >= 1 && options.max_lag <= 5, "max_lag", options.max_lag, "1 to 5");
-  ring_.resize(static_cast<std::size_t>(2 * options.max_lag + 1));
-}
-
 void DepthOffsetEstimator::add(const FrameView& frame, double depth_timestamp_s) {
   validate(frame, component);
   const int type = frame.image.type();
@@ -136,26 +129,23 @@ void DepthOffsetEstimator::add(const FrameView& frame, double depth_timestamp_s)
                             detail::size_name(frame.depth.size())),
         "an image CV_8UC1 or CV_8UC3 and depth of its size");
   }
-  require(std::isfinite(depth_timestamp_s), "depth_timestamp_s", depth_timestamp_s,
-          "a finite time in seconds");
-  if (filled_ > 0) {
-    const double step_s = frame.timestamp_s - last_s_;
-    const bool follows = step_s > 0 && step_s <= max_gap_s && back(0).size == frame.image.size();
-    if (!follows) filled_ = 0;
+  detail::OptionCheck{component}(std::isfinite(depth_timestamp_s), "depth_timestamp_s",
+                                 depth_timestamp_s, "a finite time in seconds");
+  const double step_s = frame.timestamp_s - last_s_;
+  const bool follows = step_s > 0 && step_s <= max_gap_s && !last_.empty() &&
+                       last_.back().size == frame.image.size();
+  if (!follows) last_.clear();
+  last_s_ = frame.timestamp_s;
+  Edges edges;
+  if (last_.size() == lags) {  // reuses memory
+    edges = std::move(last_.front());
+    last_.pop_front();
   }
-  Edges& edges = ring_[next_];
   edges.colour_s = frame.timestamp_s;
   edges.depth_s = depth_timestamp_s;
   find_edges(frame, edges);
-  next_ = (next_ + 1) % ring_.size();
-  filled_ = std::min(filled_ + 1, static_cast<int>(ring_.size()));
-  last_s_ = frame.timestamp_s;
-  if (filled_ == static_cast<int>(ring_.size())) compare();
-}
-
-DepthOffsetEstimator::Edges& DepthOffsetEstimator::back(int frames_ago) {
-  const std::size_t size = ring_.size();
-  return ring_[(next_ + size - 1 - static_cast<std::size_t>(frames_ago)) % size];
+  last_.push_back(std::move(edges));
+  if (last_.size() == lags) compare();
 }
 
 void DepthOffsetEstimator::find_edges(const FrameView& frame, Edges& edges) {
@@ -175,40 +165,42 @@ void DepthOffsetEstimator::find_edges(const FrameView& frame, Edges& edges) {
   }
 }
 
-/// Compares the colour image in the middle of the ring with every depth image of the ring.
+/// Compares the colour image in the middle with every depth image.
 void DepthOffsetEstimator::compare() {
-  const Edges& colour = back(options_.max_lag);
+  const Edges& colour = last_[lags / 2];
   const double pixels_per_unit = colour.distance.cols / 640.0;
   const float max_distance = static_cast<float>(max_distance_px * pixels_per_unit);
-  Stretch row;
+  Sums row;
   row.frames = 1;
-  for (int lag = -options_.max_lag; lag <= options_.max_lag; ++lag) {
-    const Edges& depth = back(options_.max_lag - lag);
+  for (std::size_t k = 0; k < lags; ++k) {
+    const Edges& depth = last_[k];
     if (depth.depth.size() < min_edges) return;
-    row.differences_s.push_back(depth.depth_s - colour.colour_s);
-    row.distances_px.push_back(mean_distance(colour.distance, depth.depth, max_distance) /
-                               pixels_per_unit);
+    row.differences_s[k] = depth.depth_s - colour.colour_s;
+    row.distances_px[k] =
+        mean_distance(colour.distance, depth.depth, max_distance) / pixels_per_unit;
   }
   add_row(row);
 }
 
+void DepthOffsetEstimator::Sums::add(const Sums& other, double sign) {
+  frames += sign * other.frames;
+  for (std::size_t k = 0; k < lags; ++k) {
+    differences_s[k] += sign * other.differences_s[k];
+    distances_px[k] += sign * other.distances_px[k];
+  }
+}
+
 /// Adds a frame's row to the last stretch. When the stretches are many, joins them in pairs.
-void DepthOffsetEstimator::add_row(const Stretch& row) {
-  const auto join = [](Stretch& to, const Stretch& from) {
-    to.frames += from.frames;
-    for (std::size_t k = 0; k < to.distances_px.size(); ++k) {
-      to.differences_s[k] += from.differences_s[k];
-      to.distances_px[k] += from.distances_px[k];
-    }
-  };
+void DepthOffsetEstimator::add_row(const Sums& row) {
   if (!stretches_.empty() && stretches_.back().frames < stretch_frames_) {
-    join(stretches_.back(), row);
+    stretches_.back().add(row);
     return;
   }
   if (stretches_.size() == max_stretches) {
     for (std::size_t i = 0; i < max_stretches / 2; ++i) {
-      join(stretches_[2 * i], stretches_[2 * i + 1]);
-      std::swap(stretches_[i], stretches_[2 * i]);
+      Sums both = stretches_[2 * i];
+      both.add(stretches_[2 * i + 1]);
+      stretches_[i] = both;
     }
     stretches_.resize(max_stretches / 2);
     stretch_frames_ *= 2;
@@ -219,48 +211,30 @@ void DepthOffsetEstimator::add_row(const Stretch& row) {
 DepthOffsetEstimate DepthOffsetEstimator::estimate() const {
   DepthOffsetEstimate result;
   if (stretches_.empty()) return result;
-  const std::size_t lags = ring_.size();
-  const std::size_t middle = lags / 2;
-  Stretch all;
-  all.differences_s.assign(lags, 0);
-  all.distances_px.assign(lags, 0);
-  for (const Stretch& stretch : stretches_) {
-    all.frames += stretch.frames;
+  Sums all;
+  for (const Sums& stretch : stretches_) all.add(stretch);
+  const auto mean_of = [](Sums sums) {
     for (std::size_t k = 0; k < lags; ++k) {
-      all.differences_s[k] += stretch.differences_s[k];
-      all.distances_px[k] += stretch.distances_px[k];
+      sums.differences_s[k] /= sums.frames;
+      sums.distances_px[k] /= sums.frames;
     }
-  }
-  const auto means_without = [&](const Stretch* left_out) {
-    Stretch mean = all;
-    if (left_out) mean.frames -= left_out->frames;
-    for (std::size_t k = 0; k < lags; ++k) {
-      if (left_out) {
-        mean.differences_s[k] -= left_out->differences_s[k];
-        mean.distances_px[k] -= left_out->distances_px[k];
-      }
-      mean.differences_s[k] /= static_cast<double>(mean.frames);
-      mean.distances_px[k] /= static_cast<double>(mean.frames);
-    }
-    return mean;
+    return sums;
   };
-  const Stretch mean = means_without(nullptr);
-  result.frames = all.frames;
+  const Sums mean = mean_of(all);
+  result.frames = static_cast<std::size_t>(all.frames);
   result.differences_s = mean.differences_s;
   result.distances_px = mean.distances_px;
-  result.period_s =
-      (mean.differences_s.back() - mean.differences_s.front()) / static_cast<double>(lags - 1);
-  if (all.frames < min_frames || stretches_.size() < 2 || !(result.period_s > 0)) {
-    return result;
-  }
+  result.period_s = (mean.differences_s.back() - mean.differences_s.front()) / (lags - 1);
+  if (result.frames < min_frames || stretches_.size() < 2 || !(result.period_s > 0)) return result;
 
   const Vertex vertex = vertex_of(mean.differences_s, mean.distances_px);
   // The jackknife: how far do the results change if one stretch is left out?
   double x_variance = 0, rise_variance = 0;
-  const double share =
-      (static_cast<double>(stretches_.size()) - 1) / static_cast<double>(stretches_.size());
-  for (const Stretch& stretch : stretches_) {
-    const Stretch others = means_without(&stretch);
+  const double share = 1 - 1 / static_cast<double>(stretches_.size());
+  for (const Sums& stretch : stretches_) {
+    Sums others = all;
+    others.add(stretch, -1);
+    others = mean_of(others);
     const Vertex moved = vertex_of(others.differences_s, others.distances_px);
     x_variance += share * (moved.x - vertex.x) * (moved.x - vertex.x);
     rise_variance += share * (moved.rise - vertex.rise) * (moved.rise - vertex.rise);
@@ -269,7 +243,7 @@ DepthOffsetEstimate DepthOffsetEstimator::estimate() const {
   DepthOffset offset;
   offset.seconds = vertex.x;
   offset.sigma_s = std::sqrt(x_variance);
-  offset.frames_late = (vertex.x - mean.differences_s[middle]) / result.period_s;
+  offset.frames_late = (vertex.x - mean.differences_s[lags / 2]) / result.period_s;
   offset.sigma_frames = offset.sigma_s / result.period_s;
   if (vertex.rise < min_rise) {
     result.verdict = DepthOffsetVerdict::nothing_moves;

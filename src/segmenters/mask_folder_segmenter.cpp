@@ -39,32 +39,29 @@ struct TableRow {
 constexpr std::size_t mask_time_column = 8;
 
 TableRow read_row(const detail::TableReader& table, bool has_mask_time) {
-  if (has_mask_time) {
-    table.require_columns(mask_time_column + 1, detail::mask_table_header_with_time);
-  } else {
-    table.require_columns(mask_time_column, detail::mask_table_header);
-  }
+  table.require_columns(
+      mask_time_column + (has_mask_time ? 1 : 0),
+      has_mask_time ? detail::mask_table_header_with_time : detail::mask_table_header);
   TableRow row;
   row.label = table.integer(1, "instance");
-  if (row.label < 1 || row.label > detail::max_mask_label) {
-    table.fail("instance: got '" + table.text(1) + "'; want 1 to 65535");
-  }
   row.instance.class_id = table.integer(2, "class_id");
-  const double score = table.number(3, "score");
-  if (score < 0 || score > 1) table.fail("score: got '" + table.text(3) + "'; want 0 to 1");
-  row.instance.score = static_cast<float>(score);
+  row.instance.score = static_cast<float>(table.number(3, "score"));
   row.instance.box = {table.integer(4, "x"), table.integer(5, "y"), table.integer(6, "width"),
                       table.integer(7, "height")};
-  if (row.instance.box.width < 0 || row.instance.box.height < 0) {
-    table.fail("width and height: got '" + table.text(6) + "' and '" + table.text(7) +
-               "'; want at least 0");
-  }
+  const auto require = [&](bool is_right, const char* name, const std::string& got,
+                           const char* want) {
+    if (!is_right) table.fail(detail::concatenate(name, ": got ", got, "; want ", want));
+  };
+  const auto quoted = [&](std::size_t column) { return "'" + table.text(column) + "'"; };
+  require(row.label >= 1 && row.label <= detail::max_mask_label, "instance", quoted(1),
+          "1 to 65535");
+  require(row.instance.score >= 0 && row.instance.score <= 1, "score", quoted(3), "0 to 1");
+  require(row.instance.box.width >= 0 && row.instance.box.height >= 0, "width and height",
+          quoted(6) + " and " + quoted(7), "at least 0");
   if (has_mask_time && !table.text(mask_time_column).empty()) {
     row.mask_time_s = detail::time_of_name(table.text(mask_time_column));
-    if (!row.mask_time_s) {
-      table.fail("mask_time: got '" + table.text(mask_time_column) +
-                 "'; want a time in seconds, or nothing for the frame's own");
-    }
+    require(row.mask_time_s.has_value(), "mask_time", quoted(mask_time_column),
+            "a time in seconds, or nothing for the frame's own");
   }
   return row;
 }
@@ -74,12 +71,10 @@ bool read_header(detail::TableReader& table) {
   if (!table.next()) detail::throw_file_error(table.path(), "is empty");
   std::string header = table.text(0);
   for (std::size_t i = 1; i < table.columns(); ++i) header += ',' + table.text(i);
-  if (header == detail::mask_table_header_with_time) return true;
-  if (header != detail::mask_table_header) {
-    table.fail("got '" + header + "'; want the header " + detail::mask_table_header +
-               ", with or without a last column mask_time");
-  }
-  return false;
+  const bool has_mask_time = header == detail::mask_table_header_with_time;
+  if (has_mask_time || header == detail::mask_table_header) return has_mask_time;
+  table.fail("got '" + header + "'; want the header " + detail::mask_table_header +
+             ", with or without a last column mask_time");
 }
 
 /// Refuses anything but a regular file: a FIFO without a writer blocks forever.
@@ -133,12 +128,9 @@ std::vector<fs::path> mask_files(const fs::path& folder, bool may_be_empty) {
 /// Adds the non-zero values of a mask.
 void add_values(const cv::Mat& mask, std::set<int>& values) {
   std::vector<bool> is_there(65536);
-  for (int y = 0; y < mask.rows; ++y) {
-    for (int x = 0; x < mask.cols; ++x) {
-      is_there[mask.depth() == CV_8U ? mask.at<std::uint8_t>(y, x) : mask.at<std::uint16_t>(y, x)] =
-          true;
-    }
-  }
+  cv::Mat1w wide;
+  mask.convertTo(wide, CV_16U);
+  for (const std::uint16_t value : wide) is_there[value] = true;
   for (int value = 1; value < 65536; ++value) {
     if (is_there[static_cast<std::size_t>(value)]) values.insert(value);
   }
@@ -174,12 +166,10 @@ std::vector<Instance> labelled_instances(const cv::Mat& label_map,
 MaskFolderSegmenter::MaskFolderSegmenter(const fs::path& folder, const MaskFolderOptions& options)
     : folder_(folder), options_(options) {
   const double reach = options.max_time_difference_s;
-  if (!(reach >= 0) || !detail::is_time_in_seconds(reach) || options.box_margin_px < 0) {
-    detail::throw_misuse("MaskFolderSegmenter",
-                         detail::concatenate("max_time_difference_s = ", reach,
-                                             " and box_margin_px = ", options.box_margin_px),
-                         "at least 0");
-  }
+  constexpr detail::OptionCheck require("MaskFolderSegmenter");
+  require(reach >= 0 && detail::is_time_in_seconds(reach), "max_time_difference_s", reach,
+          "at least 0");
+  require(options.box_margin_px >= 0, "box_margin_px", options.box_margin_px, "at least 0");
   index_masks();
   const fs::path table = folder / detail::mask_table_name;
   has_table_ = detail::exists(table);
@@ -226,7 +216,7 @@ void MaskFolderSegmenter::index_masks() {
 
 void MaskFolderSegmenter::read_table(const fs::path& path) {
   require_regular(path);
-  detail::TableReader table(path, ',');
+  detail::TableReader table(path, ",");
   const bool has_mask_time = read_header(table);
   while (table.next()) {
     const TableRow row = read_row(table, has_mask_time);

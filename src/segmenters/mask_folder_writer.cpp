@@ -3,14 +3,9 @@
 
 #include "dynfilter/segmenters/mask_folder_writer.hpp"
 
-#include <algorithm>
-#include <cstdint>
 #include <cstdlib>
 #include <limits>
-#include <list>
-#include <memory>
 #include <optional>
-#include <set>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -19,6 +14,7 @@
 
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
+#include "dynfilter/detail/rectangles.hpp"
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
 #include "io/file_writing.hpp"
 #include "io/frame_names.hpp"
@@ -34,22 +30,13 @@ namespace fs = std::filesystem;
 constexpr const char* name = "MaskFolderWriter";
 constexpr const char* writer = "masks";
 
-/// Returns the part [first, last) of a mask's side that lies in the image. In 64 bits, because a
-/// mask may lie anywhere.
-cv::Range visible_part(std::int64_t origin, int length, int image_length) {
-  const std::int64_t first = std::clamp<std::int64_t>(-origin, 0, length);
-  const std::int64_t last = std::clamp<std::int64_t>(image_length - origin, first, length);
-  return {static_cast<int>(first), static_cast<int>(last)};
-}
-
 void paint(const Instance& instance, std::size_t label, cv::Mat& label_map) {
-  const cv::Point origin = instance.mask_origin;
-  const cv::Range columns = visible_part(origin.x, instance.mask.cols, label_map.cols);
-  const cv::Range rows = visible_part(origin.y, instance.mask.rows, label_map.rows);
-  if (columns.empty() || rows.empty()) return;
-  const cv::Rect place(origin.x + columns.start, origin.y + rows.start, columns.size(),
-                       rows.size());
-  label_map(place).setTo(static_cast<double>(label), instance.mask(rows, columns));
+  const cv::Rect visible =
+      detail::clip({instance.mask_origin, instance.mask.size()}, label_map.size());
+  if (visible.empty()) return;
+  const cv::Point offset = detail::wrapping_difference(visible.tl(), instance.mask_origin);
+  label_map(visible).setTo(static_cast<double>(label),
+                           instance.mask(cv::Rect(offset, visible.size())));
 }
 
 cv::Mat label_map_of(const Segmentation& segmentation) {
@@ -57,16 +44,6 @@ cv::Mat label_map_of(const Segmentation& segmentation) {
   cv::Mat label_map(segmentation.image_size, count > 255 ? CV_16UC1 : CV_8UC1, cv::Scalar(0));
   for (std::size_t i = count; i-- > 0;) paint(segmentation.instances[i], i + 1, label_map);
   return label_map;
-}
-
-/// Refuses what the reader of a table takes for no whole number.
-void require_readable(const Instance& instance) {
-  constexpr int least = -std::numeric_limits<int>::max();
-  if (instance.class_id >= least && instance.box.x >= least && instance.box.y >= least) return;
-  detail::throw_misuse(name,
-                       detail::concatenate("class_id = ", instance.class_id, " in a box at ",
-                                           instance.box.x, ", ", instance.box.y),
-                       detail::concatenate("numbers of at least ", least));
 }
 
 /// Refuses a folder in which another mask would lie beside those that are written.
@@ -84,15 +61,10 @@ void require_no_other_mask(const fs::path& folder) {
 }
 
 std::string table_row(const std::string& stem, std::size_t label, const Instance& instance) {
-  std::string row = stem;
-  const auto append = [&](const std::string& text) { row += ',' + text; };
-  append(std::to_string(label));
-  append(std::to_string(instance.class_id));
-  append(detail::fixed_decimals(double{instance.score}, 6));
-  for (const int side : {instance.box.x, instance.box.y, instance.box.width, instance.box.height}) {
-    append(std::to_string(side));
-  }
-  return row;
+  const cv::Rect& box = instance.box;
+  return detail::concatenate(stem, ',', label, ',', instance.class_id, ',',
+                             detail::fixed_decimals(double{instance.score}, 6), ',', box.x, ',',
+                             box.y, ',', box.width, ',', box.height);
 }
 
 void require_writable(const Segmentation& segmentation) {
@@ -104,6 +76,14 @@ void require_writable(const Segmentation& segmentation) {
   if (segmentation.instances.size() > detail::max_mask_label) {
     detail::throw_misuse(name, detail::concatenate(segmentation.instances.size(), " instances"),
                          detail::concatenate("at most ", detail::max_mask_label));
+  }
+  constexpr int least = -std::numeric_limits<int>::max();  // that the reader of a table takes
+  for (const auto& one : segmentation.instances) {
+    if (one.class_id >= least && one.box.x >= least && one.box.y >= least) continue;
+    detail::throw_misuse(name,
+                         detail::concatenate("class_id = ", one.class_id, " in a box at ",
+                                             one.box.x, ", ", one.box.y),
+                         detail::concatenate("numbers of at least ", least));
   }
 }
 
@@ -154,23 +134,23 @@ void MaskFolderWriter::add(const Segmentation& segmentation, const std::string& 
   if (!detail::is_time_in_seconds(segmentation.timestamp_s)) {
     detail::throw_misuse(name, "masks of time " + mask_time, "a time in seconds");
   }
-  if (times_.count(detail::microseconds(*time_s)) > 0) {
+  const std::int64_t time = detail::microseconds(*time_s);
+  if (!times_.insert(time).second) {
     detail::throw_misuse(name, "time " + stem + " a second time", "one segmentation a frame");
   }
-  // Everything that can fail comes before the first change.
-  const bool is_own_time = !is_found(segmentation.timestamp_s, *time_s);
-  std::list<Rows> rows(1);
-  for (std::size_t i = 0; i < segmentation.instances.size(); ++i) {
-    require_readable(segmentation.instances[i]);
-    const std::string row = table_row(stem, i + 1, segmentation.instances[i]);
-    rows.front().without_time += row + '\n';
-    rows.front().with_time += row + ',' + mask_time + '\n';
+  const std::size_t before = rows_.size();
+  try {
+    for (std::size_t i = 0; i < segmentation.instances.size(); ++i) {
+      rows_.push_back({table_row(stem, i + 1, segmentation.instances[i]), mask_time});
+    }
+    detail::write_image(staged_->path() / (stem + ".png"), label_map_of(segmentation));
+  } catch (...) {
+    times_.erase(time);
+    rows_.erase(rows_.begin() + static_cast<std::ptrdiff_t>(before), rows_.end());
+    throw;
   }
-  std::set<std::int64_t> time = {detail::microseconds(*time_s)};
-  detail::write_image(staged_->path() / (stem + ".png"), label_map_of(segmentation));
-  rows_.splice(rows_.end(), rows);
-  times_.merge(time);
-  has_own_times_ = has_own_times_ || (is_own_time && !segmentation.instances.empty());
+  const bool is_own_time = is_found(segmentation.timestamp_s, *time_s);
+  has_own_times_ = has_own_times_ || (!is_own_time && !segmentation.instances.empty());
 }
 
 void MaskFolderWriter::finish() {
@@ -179,7 +159,9 @@ void MaskFolderWriter::finish() {
   std::string table =
       has_own_times_ ? detail::mask_table_header_with_time : detail::mask_table_header;
   table += '\n';
-  for (const Rows& rows : rows_) table += has_own_times_ ? rows.with_time : rows.without_time;
+  for (const Row& row : rows_) {
+    table += row.text + (has_own_times_ ? ',' + row.mask_time : "") + '\n';
+  }
   detail::write_file(staged_->path() / detail::mask_table_name, table);
   staged_->commit();
   staged_.reset();

@@ -17,7 +17,6 @@
 #include "dynfilter/detail/errors.hpp"
 #include "io/file_error.hpp"
 #include "remote/connection.hpp"
-#include "remote/deadline.hpp"
 #include "remote/protocol.hpp"
 
 namespace dynfilter {
@@ -36,9 +35,6 @@ using remote::TimeIsUp;
 /// network, gets no other frame.
 constexpr double lost_after_s = 60;
 
-/// Returns the image, or a copy if its rows are not continuous in memory.
-cv::Mat continuous(const cv::Mat& image) { return image.isContinuous() ? image : image.clone(); }
-
 /// Sends frames and receives replies, over connections that come and go.
 class RemoteChannel {
  public:
@@ -48,7 +44,30 @@ class RemoteChannel {
     address_ = remote::is_socket_path(absolute) ? absolute : path_;
   }
 
-  Segmentation exchange(const FrameView& frame);
+  Segmentation exchange(const FrameView& frame) {
+    const Deadline deadline(options_.timeout_s, options_.stop);
+    try {
+      const Message reply = ask(frame, deadline);
+      if (reply.header.type == MessageType::error) {
+        // The connection is still good: the other side failed in its work, not in the protocol.
+        throw_file_error(path_, concatenate("the other side has failed at frame ", frame.id, ": ",
+                                            remote::decode_error(reply.payload)));
+      }
+      return remote::decode_instances(reply.payload, frame.id, frame.timestamp_s,
+                                      frame.image.size());
+    } catch (const ConnectionError& error) {
+      drop_connection();
+      throw_file_error(path_, error.what());
+    } catch (const TimeIsUp& error) {
+      // Keeps the connection in a state in which the next call can continue.
+      if (deadline.is_stopped()) {
+        throw_file_error(path_, concatenate("the wait for the masks of frame ", frame.id,
+                                            " was stopped by the caller"));
+      }
+      throw_file_error(path_, concatenate("no masks of frame ", frame.id, " within ",
+                                          options_.timeout_s, " s: ", error.what()));
+    }
+  }
 
  private:
   /// The frame that the other side has received but not answered.
@@ -58,172 +77,123 @@ class RemoteChannel {
     Clock::time_point sent_at;
   };
 
-  Segmentation exchange(const FrameView& frame, const Deadline& deadline);
-  Message ask(const FrameView& frame, const Deadline& deadline);
-  void prepare_connection(const Deadline& deadline);
-  void connect(const Deadline& deadline);
-  bool skip_late_reply(const Deadline& deadline);
-  void drop_connection();
-  void send(const FrameView& frame, const Deadline& deadline);
-  Message receive_reply(const Deadline& deadline);
+  /// Sends the frame and receives the reply. If the connection is lost meanwhile, and the options
+  /// allow for waiting, sends the frame once more, to whoever listens then: a frame that ends the
+  /// other process ends the next one too.
+  Message ask(const FrameView& frame, const Deadline& deadline) {
+    std::string loss;
+    while (true) {
+      try {
+        prepare_connection(deadline);
+      } catch (const TimeIsUp& error) {
+        throw loss.empty() ? error : TimeIsUp(concatenate(loss, ", and then ", error.what()));
+      }
+      try {
+        send(frame, deadline);
+        return receive_reply(deadline);
+      } catch (const ProtocolError&) {
+        throw;
+      } catch (const ConnectionError& error) {
+        if (options_.retry_interval_s == 0 || !loss.empty()) throw;
+        loss = error.what();
+        drop_connection();
+      }
+    }
+  }
+
+  /// Provides a connection with nothing in flight.
+  void prepare_connection(const Deadline& deadline) {
+    if (in_flight_ && Clock::now() - in_flight_->sent_at >= remote::duration_of(lost_after_s)) {
+      drop_connection();
+    }
+    if (in_flight_ && !skip_late_reply(deadline)) drop_connection();
+    // The other side may have left since the last call, and returned.
+    if (connection_ && connection_->is_closed()) drop_connection();
+    if (!connection_) connect(deadline);
+  }
+
+  void connect(const Deadline& deadline) {
+    const auto interval = remote::duration_of(options_.retry_interval_s);
+    while (true) {
+      auto connection = std::make_unique<Connection>();
+      if (connection->connect(address_, deadline)) {
+        connection_ = std::move(connection);
+        return;
+      }
+      if (interval == Clock::duration::zero()) {
+        throw ConnectionError(remote::why_nobody_listens(path_));
+      }
+      if (deadline.has_passed()) throw TimeIsUp(remote::why_nobody_listens(path_));
+      std::this_thread::sleep_for(std::min(interval, deadline.left()));
+    }
+  }
+
+  /// Receives and ignores the reply to a frame of an earlier call. Returns whether the connection
+  /// is still good.
+  bool skip_late_reply(const Deadline& deadline) {
+    try {
+      receive_reply(deadline);
+      return true;
+    } catch (const TimeIsUp&) {
+      throw TimeIsUp(concatenate("the other side is still busy with frame ", in_flight_->frame_id));
+    } catch (const ConnectionError&) {
+      return false;
+    }
+  }
+
+  void drop_connection() {
+    connection_.reset();
+    in_flight_.reset();
+  }
+
+  void send(const FrameView& frame, const Deadline& deadline) {
+    const std::uint64_t request = ++requests_;
+    const cv::Mat image = frame.image.isContinuous() ? frame.image : frame.image.clone();
+    try {
+      connection_->send(remote::encode_frame_head(request, frame), image, deadline);
+    } catch (const TimeIsUp&) {
+      drop_connection();  // the message is incomplete
+      throw TimeIsUp("the other side does not take the image");
+    }
+    in_flight_ = InFlight{request, frame.id, Clock::now()};
+  }
+
+  /// Receives the reply to the frame in flight, and clears that.
+  Message receive_reply(const Deadline& deadline) {
+    Message reply = connection_->receive(deadline);
+    if (reply.header.type == MessageType::error && reply.header.request == 0) {
+      throw ConnectionError("the other side refuses the connection: " +
+                            remote::decode_error(reply.payload));
+    }
+    if (reply.header.request != in_flight_->request) {
+      throw ProtocolError(concatenate("malformed reply: to request ", reply.header.request,
+                                      "; want request ", in_flight_->request));
+    }
+    in_flight_.reset();
+    return reply;
+  }
 
   std::string path_;     // as it was given, for errors
   std::string address_;  // the same place after chdir(), where the system takes so long a path
   RemoteSegmenterOptions options_;
-  std::optional<Connection> connection_;
+  std::unique_ptr<Connection> connection_;
   std::optional<InFlight> in_flight_;  // on this connection
   std::uint64_t requests_ = 0;
 };
 
-Segmentation RemoteChannel::exchange(const FrameView& frame) {
-  const Deadline deadline(options_.timeout_s, options_.stop);
-  try {
-    return exchange(frame, deadline);
-  } catch (const ConnectionError& error) {
-    drop_connection();
-    throw_file_error(path_, error.what());
-  } catch (const ProtocolError& error) {
-    drop_connection();
-    throw_file_error(path_, error.what());
-  } catch (const TimeIsUp& error) {
-    // Keeps the connection in a state in which the next call can continue.
-    if (deadline.is_stopped()) {
-      throw_file_error(path_, concatenate("the wait for the masks of frame ", frame.id,
-                                          " was stopped by the caller"));
-    }
-    throw_file_error(path_, concatenate("no masks of frame ", frame.id, " within ",
-                                        options_.timeout_s, " s: ", error.what()));
-  }
-}
-
-Segmentation RemoteChannel::exchange(const FrameView& frame, const Deadline& deadline) {
-  const Message reply = ask(frame, deadline);
-  if (reply.header.type == MessageType::error) {
-    // The connection is still good: the other side failed in its work, not in the protocol.
-    throw_file_error(path_, concatenate("the other side has failed at frame ", frame.id, ": ",
-                                        remote::decode_error(reply.payload)));
-  }
-  return remote::decode_instances(reply.payload, frame.id, frame.timestamp_s, frame.image.size());
-}
-
-/// Sends the frame and receives the reply. If the connection is lost meanwhile, and the options
-/// allow for waiting, sends the frame once more, to whoever listens then: a frame that ends the
-/// other process ends the next one too.
-Message RemoteChannel::ask(const FrameView& frame, const Deadline& deadline) {
-  std::string loss;
-  while (true) {
-    try {
-      prepare_connection(deadline);
-    } catch (const TimeIsUp& error) {
-      throw loss.empty() ? error : TimeIsUp(concatenate(loss, ", and then ", error.what()));
-    }
-    try {
-      send(frame, deadline);
-      return receive_reply(deadline);
-    } catch (const ConnectionError& error) {
-      if (options_.retry_interval_s == 0 || !loss.empty()) throw;
-      loss = error.what();
-      drop_connection();
-    }
-  }
-}
-
-/// Provides a connection with nothing in flight.
-void RemoteChannel::prepare_connection(const Deadline& deadline) {
-  if (in_flight_ && Clock::now() - in_flight_->sent_at >= remote::duration_of(lost_after_s)) {
-    drop_connection();
-  }
-  if (in_flight_ && !skip_late_reply(deadline)) drop_connection();
-  // The other side may have left since the last call, and returned.
-  if (connection_ && connection_->is_closed()) drop_connection();
-  if (!connection_) connect(deadline);
-}
-
-/// Receives and ignores the reply to a frame of an earlier call. Returns whether the connection is
-/// still good.
-bool RemoteChannel::skip_late_reply(const Deadline& deadline) {
-  try {
-    receive_reply(deadline);
-    return true;
-  } catch (const TimeIsUp&) {
-    throw TimeIsUp(concatenate("the other side is still busy with frame ", in_flight_->frame_id));
-  } catch (const ConnectionError&) {
-    return false;
-  } catch (const ProtocolError&) {
-    return false;
-  }
-}
-
-void RemoteChannel::connect(const Deadline& deadline) {
-  const auto interval = remote::duration_of(options_.retry_interval_s);
-  while (true) {
-    connection_ = Connection::to(address_, deadline);
-    if (connection_) return;
-    if (interval == Clock::duration::zero()) {
-      throw ConnectionError(remote::why_nobody_listens(path_));
-    }
-    if (deadline.has_passed()) throw TimeIsUp(remote::why_nobody_listens(path_));
-    std::this_thread::sleep_for(std::min(interval, deadline.left()));
-  }
-}
-
-void RemoteChannel::drop_connection() {
-  connection_.reset();
-  in_flight_.reset();
-}
-
-void RemoteChannel::send(const FrameView& frame, const Deadline& deadline) {
-  const std::uint64_t request = ++requests_;
-  const std::vector<std::uint8_t> head = remote::encode_frame_head(request, frame);
-  try {
-    // If the other side hangs up, receiving reveals what it said before.
-    connection_->send(head, continuous(frame.image), deadline);
-  } catch (const TimeIsUp&) {
-    drop_connection();  // the message is incomplete
-    throw TimeIsUp("the other side does not take the image");
-  }
-  in_flight_ = InFlight{request, frame.id, Clock::now()};
-}
-
-/// Receives the reply to the frame in flight, and clears that.
-Message RemoteChannel::receive_reply(const Deadline& deadline) {
-  Message reply = connection_->receive(deadline);
-  if (reply.header.type == MessageType::error && reply.header.request == 0) {
-    throw ConnectionError("the other side refuses the connection: " +
-                          remote::decode_error(reply.payload));
-  }
-  if (reply.header.request != in_flight_->request) {
-    throw ProtocolError(concatenate("malformed reply: to request ", reply.header.request,
-                                    "; want request ", in_flight_->request));
-  }
-  in_flight_.reset();
-  return reply;
-}
-
 }  // namespace detail
-
-namespace {
-
-void validate(const std::filesystem::path& path, const RemoteSegmenterOptions& options) {
-  if (!detail::remote::is_socket_path(path.string())) {
-    detail::throw_misuse("RemoteSegmenter", "the path '" + path.string() + "'",
-                         "the path of a socket, of 1 to 107 bytes");
-  }
-  const auto in_range = [](double seconds) { return seconds >= 0 && seconds <= 3600; };
-  if (!in_range(options.timeout_s) || options.timeout_s == 0 ||
-      !in_range(options.retry_interval_s)) {
-    detail::throw_misuse("RemoteSegmenter",
-                         detail::concatenate("timeout_s = ", options.timeout_s,
-                                             " and retry_interval_s = ", options.retry_interval_s),
-                         "above 0 and at least 0, both up to 3600");
-  }
-}
-
-}  // namespace
 
 RemoteSegmenter::RemoteSegmenter(const std::filesystem::path& socket_path,
                                  const RemoteSegmenterOptions& options) {
-  validate(socket_path, options);
+  constexpr detail::OptionCheck require("RemoteSegmenter");
+  if (!detail::remote::is_socket_path(socket_path.string())) {
+    detail::throw_misuse("RemoteSegmenter", "the path '" + socket_path.string() + "'",
+                         "the path of a socket, of 1 to 107 bytes");
+  }
+  require(options.timeout_s > 0 && options.timeout_s <= 3600, "timeout_s", options.timeout_s,
+          "above 0, up to 3600");
+  require(options.retry_interval_s >= 0 && options.retry_interval_s <= 3600, "retry_interval_s",
+          options.retry_interval_s, "0 to 3600");
   channel_ = std::make_unique<detail::RemoteChannel>(socket_path, options);
 }
 

@@ -30,9 +30,6 @@ class WorkerThread {
   /// std::system_error if no thread can be started.
   void start(std::function<void()> work, std::function<void()> stop);
 
-  /// Whether start was called.
-  bool is_started() const { return running_ != nullptr; }
-
   /// Notes that a job is done. `work` calls this after its first job, at least.
   void note_job();
 

@@ -82,8 +82,8 @@ std::string depth_offset_text(const DepthOffsetEstimate& estimate) {
 
 /// Prints one row a lag: the shorter the bar, the better the edges agree.
 void print_curve(const DepthOffsetEstimate& estimate) {
-  const std::vector<double>& distances = estimate.distances_px;
-  if (distances.empty()) return;
+  const auto& distances = estimate.distances_px;
+  if (estimate.frames == 0) return;
   const auto [lowest, highest] = std::minmax_element(distances.begin(), distances.end());
   const double range = std::max(*highest - *lowest, 1e-9);
   std::printf("depth frame  its stamp minus the image's  mean distance of edges\n");

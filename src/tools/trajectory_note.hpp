@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <string>
 
-#include "dynfilter/evaluation/trajectory_flaws.hpp"
+#include "dynfilter/evaluation/trajectory_rows.hpp"
 
 namespace dynfilter::tools {
 

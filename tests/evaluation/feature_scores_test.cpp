@@ -55,32 +55,6 @@ TEST(FeatureScores, MatchTheOracleOnArbitraryInput) {
   EXPECT_GT(total.static_removed, total.static_removed_with_depth + 300U);
 }
 
-/// 8 dynamic features (6 removed), 4 on the rim (1 removed), 20 static (2 removed).
-TEST(FeatureScores, GiveRatesWithAndWithoutTheRim) {
-  FeatureScores scores;
-  scores.dynamic_removed = 6;
-  scores.dynamic_left = 2;
-  scores.rim_removed = 1;
-  scores.rim_left = 3;
-  scores.static_removed = 2;
-  scores.static_left = 18;
-  const DetectionRates strict = scores.rates(DynamicTruth::silhouette);
-  EXPECT_DOUBLE_EQ(*strict.true_positive_rate, 6.0 / 8);
-  EXPECT_DOUBLE_EQ(*strict.false_positive_rate, 3.0 / 24);
-  EXPECT_DOUBLE_EQ(*strict.precision, 6.0 / 9);
-  EXPECT_DOUBLE_EQ(*strict.f1, 2 * (6.0 / 8) * (6.0 / 9) / (6.0 / 8 + 6.0 / 9));
-  const DetectionRates wide = scores.rates(DynamicTruth::silhouette_and_rim);
-  EXPECT_DOUBLE_EQ(*wide.true_positive_rate, 7.0 / 12);
-  EXPECT_DOUBLE_EQ(*wide.false_positive_rate, 2.0 / 20);
-  EXPECT_DOUBLE_EQ(*wide.precision, 7.0 / 9);
-}
-
-TEST(FeatureScores, HaveNoRateWithoutFeatures) {
-  const DetectionRates rates = FeatureScores().rates(DynamicTruth::silhouette);
-  EXPECT_FALSE(rates.true_positive_rate || rates.false_positive_rate || rates.precision ||
-               rates.f1);
-}
-
 TEST(FeatureScores, RefuseLabelsOfAnotherLength) {
   EXPECT_THROW(score_features(FeaturesView(), FeatureLabels(1, Segmentation()), Segmentation()),
                std::invalid_argument);

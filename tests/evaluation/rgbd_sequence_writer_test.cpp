@@ -16,7 +16,6 @@
 #include "dynfilter/evaluation/rgbd_sequence.hpp"
 #include "dynfilter/evaluation/trajectory.hpp"
 #include "support/expect_error.hpp"
-#include "support/file_size_limit.hpp"
 #include "support/temporary_folder.hpp"
 
 namespace dynfilter {
@@ -209,49 +208,27 @@ TEST(RgbdSequenceWriter, RefusesInvalidFrames) {
   EXPECT_EQ(RgbdSequence(folder.path()).size(), 1U);
 }
 
-TEST(RgbdSequenceWriter, NeverReplacesFilesOfAnotherWriter) {
-  for (const char* file : {"camera.yaml", "rgb/12.500000.png", "notes.txt"}) {
-    SCOPED_TRACE(file);
-    const TemporaryFolder folder;
-    folder.write(file, "earlier");
-    for (const bool overwrite : {false, true}) {
-      expect_error<std::runtime_error>(
-          [&] { RgbdSequenceWriter(folder.path(), written_camera(), {overwrite}); },
-          folder.path().string() + ": holds " + file);
-      EXPECT_EQ(file_text(folder / file), "earlier");
-    }
-  }
-}
-
-TEST(RgbdSequenceWriter, ReplacesOnlyItsOwnFiles) {
+/// See StagedFolder's tests.
+TEST(RgbdSequenceWriter, ReplacesASequenceOnRequestWhenFinished) {
   const TemporaryFolder folder;
-  const char* foreign[] = {"notes.txt", "rgb/preview.png", "rgb/13.5.jpg", "masks/12.500000.png"};
   RgbdSequenceWriter first(folder.path(), written_camera());
   for (int k = 0; k < 2; ++k) first.add(some_frame(k), cv::Matx33d::eye(), {1, 2, 3});
   first.finish();
-  for (const char* file : foreign) folder.write(file, "mine");
   expect_error<std::runtime_error>([&] { RgbdSequenceWriter(folder.path(), written_camera()); },
                                    "already");
   CameraParameters bad = written_camera();
   bad.fx = 0;
   expect_error<std::invalid_argument>([&] { RgbdSequenceWriter(folder.path(), bad, {true}); },
                                       "fx = 0");
-  {
-    RgbdSequenceWriter stopped(folder.path(), written_camera(), {true});
-    stopped.add(some_frame(7));
-  }
-  EXPECT_EQ(RgbdSequence(folder.path()).size(), 2U);
   RgbdSequenceWriter second(folder.path(), written_camera(), {true});
   second.add(some_frame(7));
   EXPECT_EQ(RgbdSequence(folder.path()).size(), 2U)
-      << "readers see the old sequence before finish()";
+      << "readers see the old sequence until finish()";
   second.finish();
   const RgbdSequence sequence(folder.path());
   ASSERT_EQ(sequence.size(), 1U);
   expect_same(sequence.read(0).image, some_frame(7).image);
-  EXPECT_FALSE(fs::exists(folder / "rgb/1341846434.710184.png"));
   EXPECT_FALSE(fs::exists(folder / "groundtruth.txt"));
-  for (const char* file : foreign) EXPECT_EQ(file_text(folder / file), "mine");
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
@@ -17,26 +18,41 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 
 namespace {
 
-TEST(FuzzReplay, TheCorpusShowsNoFault) {
-  std::size_t replayed = 0;
+using Bytes = std::vector<std::uint8_t>;
+
+std::vector<Bytes> corpus() {
+  std::vector<Bytes> inputs;
   for (const auto& entry : std::filesystem::directory_iterator(fuzz_corpus)) {
-    SCOPED_TRACE(entry.path().filename());
-    ASSERT_LE(entry.file_size(), 4096U);
     std::ifstream file(entry.path(), std::ios::binary);
-    const std::vector<char> bytes((std::istreambuf_iterator<char>(file)), {});
-    // A fault aborts, and so fails, after it is printed on standard error.
-    LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
-    ++replayed;
+    inputs.emplace_back(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
+    EXPECT_LE(inputs.back().size(), 4096U) << entry.path();
   }
-  EXPECT_GE(replayed, 5U);
+  return inputs;
+}
+
+// A fault aborts, and so fails, after it is printed on standard error.
+void run(const Bytes& bytes) { LLVMFuzzerTestOneInput(bytes.data(), bytes.size()); }
+
+TEST(FuzzReplay, TheCorpusShowsNoFault) {
+  const std::vector<Bytes> inputs = corpus();
+  EXPECT_GE(inputs.size(), 5U);
+  for (const Bytes& bytes : inputs) run(bytes);
 }
 
 TEST(FuzzReplay, RandomInputShowsNoFault) {
   std::mt19937 random(11);
+  const std::vector<Bytes> inputs = corpus();
   for (int i = 0; i < 300; ++i) {
-    std::vector<std::uint8_t> bytes(random() % 4097);
+    Bytes bytes(random() % 4097);
     for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random() >> 24U);
-    LLVMFuzzerTestOneInput(bytes.data(), bytes.size());
+    run(bytes);
+    bytes = inputs[random() % inputs.size()];  // changed in a few places
+    for (auto changes = 1 + random() % 3; changes > 0 && !bytes.empty(); --changes) {
+      const std::size_t place = random() % bytes.size();
+      if (random() % 4 == 0) bytes.resize(place + 1);
+      bytes[place] = static_cast<std::uint8_t>(random() >> 24U);
+    }
+    run(bytes);
   }
 }
 

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Fuzzes the replies of another process, as RemoteSegmenter reads them. remote_protocol_test.cpp
-// checks the same property on random replies.
+// Fuzzes the replies of another process, as RemoteSegmenter reads them.
 
 #include <cstddef>
 #include <cstdint>

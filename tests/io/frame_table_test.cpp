@@ -41,19 +41,5 @@ TEST(FrameTable, HasACellForEachColumnInTheirOrder) {
   EXPECT_EQ(cells_of(row), cells_of(detail::frame_columns()));
 }
 
-TEST(FrameTable, NamesEachOutcomeOfTheMotionStage) {
-  const struct {
-    MotionOutcome outcome;
-    const char* name;
-  } cases[] = {{MotionOutcome::not_run, "not_run"},
-               {MotionOutcome::no_image, "no_image"},
-               {MotionOutcome::started, "started"},
-               {MotionOutcome::repeated, "repeated"},
-               {MotionOutcome::too_few_tracks, "too_few_tracks"},
-               {MotionOutcome::pose_not_trusted, "pose_not_trusted"},
-               {MotionOutcome::applied, "applied"}};
-  for (const auto& c : cases) EXPECT_STREQ(detail::name_of(c.outcome), c.name);
-}
-
 }  // namespace
 }  // namespace dynfilter::testing

@@ -194,10 +194,7 @@ TEST(SlowSoakMotion, MovedMasksAndMotionNeedNoMoreMemoryAndKeepTheirLabels) {
     const long number = frames % frames_of_a_life;
     const FrameView frame = walked_frame(number);
     const std::optional<Segmentation> masks = propagator.propagate(frame, newest_masks(number));
-    ASSERT_EQ(propagator.statistics().restarted, number == 0 && frames > 0);
-    for (const InstancePropagation& instance : propagator.statistics().instances) {
-      moved += instance.by_flow > 0 ? 1 : 0;
-    }
+    moved += masks && masks->timestamp_s < frame.timestamp_s ? 1 : 0;
     filter.apply(frame, masks, shot_of(number).keypoints, labels, workspace);
     judged += labels.statistics().motion.outcome == MotionOutcome::applied ? 1 : 0;
     if (frames < frames_of_a_life) {

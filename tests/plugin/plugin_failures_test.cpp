@@ -52,9 +52,7 @@ TEST_F(PluginFailures, PropagatedMasksSurviveAFailedCall) {
   Plugin plugin(settings("dynfilter.missing_masks: \"keep\"\ndynfilter.propagate: \"yes\"\n" +
                          ("dynfilter.output_folder: \"" + path("out").string()) +
                          "\"\ndynfilter.overlay_every: 1\n"));
-  const auto filter = [&](HostFrame& frame) {
-    plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors);
-  };
+  const auto filter = [&](HostFrame& frame) { filter_rgbd(plugin, frame); };
   for (int i = 0; i < frames; ++i) {
     HostFrame frame(i);
     plugin.submit(frame.image, frame.timestamp_s);
@@ -100,9 +98,7 @@ TEST_F(PluginFailures, NamesTheKeyOfMissingMasks) {
 
 TEST_F(PluginFailures, MissingMaskIsAnErrorOrIsCounted) {
   HostFrame late(50);
-  const auto filter = [&](Plugin& plugin) {
-    return plugin.filter(late.timestamp_s, late.depth, late.keypoints, late.descriptors);
-  };
+  const auto filter = [&](Plugin& plugin) { return filter_rgbd(plugin, late); };
   for (const char* thread : {"", "dynfilter.async: \"wait\"\n"}) {
     Plugin strict(settings(thread));
     expect_error<std::runtime_error>(
@@ -149,7 +145,7 @@ TEST_F(PluginFailures, BrokenMaskIsAlwaysAnError) {
     HostFrame frame(0);
     plugin.submit(frame.image, frame.timestamp_s);
     try {
-      plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors);
+      filter_rgbd(plugin, frame);
       ADD_FAILURE() << "a broken mask was accepted";
     } catch (const std::runtime_error& error) {
       const std::string message = error.what();

@@ -115,7 +115,6 @@ TEST_F(PluginHosts, ReadTheirFilesNameNotAClass) {
     expect_error<std::runtime_error>([&] { Plugin plugin(file); }, file + ": " + message);
   };
   refused(settings("dynfilter.margin_px: -1\n"), "got margin_px = -1; want");
-  refused(settings("dynfilter.half_width_m: -1\n"), "got half_width_m = -1; want");
   refused(raw_settings("dynfilter.remote: \"" + std::string(200, 'a') + "\"\n"),
           "dynfilter.remote: got the path 'aaa");
   cv::imwrite(path("robot.png"), cv::Mat(image_size, CV_8UC3, cv::Scalar::all(0)));

@@ -30,7 +30,7 @@ class PluginKeys : public PluginTest {
   static FrameStatistics filtered(const std::string& file) {
     Plugin plugin(file);
     HostFrame frame(0);
-    return plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors);
+    return filter_rgbd(plugin, frame);
   }
 };
 

@@ -149,9 +149,7 @@ TEST_F(PluginTest, WithoutAListenerItFailsOrContinuesAsConfigured) {
   Plugin strict(raw_settings(remote_settings(path("nobody"))));
   HostFrame frame(0);
   strict.submit(frame.image, frame.timestamp_s);
-  expect_error<std::runtime_error>(
-      [&] { strict.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors); },
-      path("nobody").string());
+  expect_error<std::runtime_error>([&] { filter_rgbd(strict, frame); }, path("nobody").string());
   EXPECT_EQ(frame.keypoints.size(), HostFrame(0).keypoints.size());
   EXPECT_EQ(strict.counters().mask_failures, 0U);
 

@@ -8,7 +8,6 @@
 #include <cstddef>
 #include <filesystem>
 #include <fstream>
-#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -19,7 +18,6 @@
 #include "dynfilter/motion/motion_filter.hpp"
 #include "dynfilter/plugin.hpp"
 #include "dynfilter/segmenters/mask_folder_writer.hpp"
-#include "dynfilter/segmenters/mask_propagator.hpp"
 #include "lab/scenes/scene_levels.hpp"
 #include "support/expect_error.hpp"
 #include "support/temporary_folder.hpp"
@@ -50,23 +48,6 @@ SyntheticScene standing_people() {
   options.limb_swing = 0;
   options.mask_faults = MaskFaults::none;
   return SyntheticScene(options);
-}
-
-/// People who walk, with masks of every third frame. Two tests share the frames.
-const std::vector<SyntheticFrame>& walking_people() {
-  static const std::vector<SyntheticFrame> rendered = [] {
-    const SyntheticScene scene(scene_level("medium", 12));
-    std::vector<SyntheticFrame> shots;
-    for (int i = 0; i < 8; ++i) shots.push_back(scene.render(i));
-    return shots;
-  }();
-  return rendered;
-}
-
-void write_every_third_mask(const std::filesystem::path& folder) {
-  MaskFolderWriter writer(folder);
-  for (std::size_t i = 0; i < 8; i += 3) writer.add(walking_people()[i].true_segmentation);
-  writer.finish();
 }
 
 std::vector<cv::KeyPoint> corners_of(const cv::Mat& image) {
@@ -127,57 +108,22 @@ TEST_F(PluginMotion, DoesWhatTheFilterDoes) {
   EXPECT_GT(given_back, 50U);
 }
 
-/// With masks of every third frame.
-TEST_F(PluginMotion, JudgesByMasksThatWereMoved) {
-  const std::vector<SyntheticFrame>& rendered = walking_people();
-  write_every_third_mask(folder_.path() / "masks");
-  const CameraParameters c = SyntheticScene(scene_level("medium", 12)).camera();
-  const std::string motion = "dynfilter.motion: 1\nCamera.fx: " + std::to_string(c.fx) +
-                             "\nCamera.fy: " + std::to_string(c.fy) +
-                             "\nCamera.cx: " + std::to_string(c.cx) +
-                             "\nCamera.cy: " + std::to_string(c.cy) + "\n";
-  Plugin plugin(
-      settings("dynfilter.propagate: \"yes\"\ndynfilter.missing_masks: \"keep\"\n" + motion));
-  MotionFilter filter({c.fx, c.fy, c.cx, c.cy});
-  MaskPropagator propagator;
-  FeatureLabels labels;
-  Workspace workspace;
-  std::size_t by_moved_masks = 0;
-  for (std::size_t i = 0; i < rendered.size(); ++i) {
-    FrameView frame = rendered[i].frame;
-    frame.id = i + 1;
-    std::vector<cv::KeyPoint> keypoints = corners_of(frame.image);
-    const FeaturesView features(keypoints);
-    std::optional<Segmentation> masks;
-    if (i % 3 == 0) masks = rendered[i].true_segmentation;
-    if (masks) masks->frame_id = frame.id;
-    const auto moved = propagator.propagate(frame, masks);
-    ASSERT_TRUE(moved);
-    filter.apply(frame, moved, features, labels, workspace);
-    const std::size_t masked = labels.statistics().masked;
-    by_moved_masks += i % 3 == 0 ? 0 : masked;
-    std::vector<cv::KeyPoint> expected = keypoints;
-    keep_static(labels, expected);
-    cv::Mat no_descriptors;
-    plugin.submit(frame.image, frame.timestamp_s);
-    const FrameStatistics statistics =
-        plugin.filter(frame.timestamp_s, frame.depth, keypoints, no_descriptors);
-    EXPECT_EQ(statistics.masked, masked) << i;
-    ASSERT_EQ(keypoints.size(), expected.size()) << i;
-    for (std::size_t k = 0; k < expected.size(); ++k) EXPECT_EQ(keypoints[k].pt, expected[k].pt);
-  }
-  EXPECT_GT(by_moved_masks, 100U);
-}
-
-/// A host that makes two frames of each image.
+/// A host that makes two frames of each image; masks of every third one are moved.
 TEST_F(PluginMotion, JudgesAsOftenWhereEachImageIsFilteredTwice) {
-  write_every_third_mask(folder_.path() / "masks");
+  const SyntheticScene scene(scene_level("medium", 12));
+  MaskFolderWriter writer(folder_.path() / "masks");
+  std::vector<SyntheticFrame> shots;
+  for (int i = 0; i < 8; ++i) {
+    shots.push_back(scene.render(i));
+    if (i % 3 == 0) writer.add(shots.back().true_segmentation);
+  }
+  writer.finish();
   const std::string file =
       settings(std::string("dynfilter.propagate: \"yes\"\ndynfilter.missing_masks: \"keep\"\n"
                            "dynfilter.motion: 1\n") +
                camera_keys);
   Plugin once(file), twice(file);
-  for (const SyntheticFrame& rendered : walking_people()) {
+  for (const SyntheticFrame& rendered : shots) {
     const double time_s = rendered.frame.timestamp_s;
     once.submit(rendered.frame.image, time_s);
     twice.submit(rendered.frame.image, time_s);

@@ -37,8 +37,7 @@ class PluginRecordings : public PluginTest {
                            "\"\ndynfilter.overlay_every: 1\n"));
     for (int i = 0; i < count; ++i) {
       HostFrame frame(i);
-      plugin.submit(frame.image, frame.timestamp_s);
-      plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors);
+      submit_and_filter(plugin, frame);
     }
   }
 
@@ -110,15 +109,13 @@ TEST_F(PluginRecordings, OnAFullDiskAreAnErrorThatLeavesTheFrame) {
     const std::size_t count = frame.keypoints.size();
     plugin.submit(frame.image, frame.timestamp_s);
     const FileSizeLimit limit(fs::file_size(out() / "frames.csv"));
-    expect_error<std::runtime_error>(
-        [&] { plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors); },
-        "frames.csv: cannot be written");
+    expect_error<std::runtime_error>([&] { filter_rgbd(plugin, frame); },
+                                     "frames.csv: cannot be written");
     EXPECT_EQ(frame.keypoints.size(), count);
   }
   // There is room again.
   HostFrame frame(2);
-  plugin.submit(frame.image, frame.timestamp_s);
-  plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors);
+  submit_and_filter(plugin, frame);
   const std::string table = file_text(out() / "frames.csv");
   EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), 2) << table;
   EXPECT_NE(table.find("\n100.200000,"), std::string::npos) << table;
@@ -130,8 +127,7 @@ TEST_F(PluginRecordings, DrawAFrameAnewThatComesTwice) {
                            "\"\ndynfilter.overlay_every: 1\n"));
     for (int k = 0; k < 2; ++k) {
       HostFrame frame(0);
-      plugin.submit(frame.image, frame.timestamp_s);
-      plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors);
+      submit_and_filter(plugin, frame);
     }
   }
   EXPECT_EQ(visible_tree(out()).size(), 2U);
@@ -144,9 +140,7 @@ TEST_F(PluginRecordings, LeaveAFileThatAppearsMeanwhile) {
   write("overlays/100.000000.png", "mine");
   HostFrame frame(0);
   plugin.submit(frame.image, frame.timestamp_s);
-  expect_error<std::runtime_error>(
-      [&] { plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors); },
-      "100.000000.png: appeared");
+  expect_error<std::runtime_error>([&] { filter_rgbd(plugin, frame); }, "100.000000.png: appeared");
   EXPECT_EQ(file_text(out() / "overlays/100.000000.png"), "mine");
 }
 

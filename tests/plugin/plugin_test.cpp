@@ -39,9 +39,7 @@ TEST_F(PluginTest, LabelsMatchTheCore) {
                                             expected.segmentation, expected.keypoints);
     keep_static(labels, expected.keypoints, expected.descriptors);
 
-    plugin.submit(frame.image, frame.timestamp_s);
-    const FrameStatistics statistics =
-        plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors);
+    const FrameStatistics statistics = submit_and_filter(plugin, frame);
     EXPECT_EQ(statistics.masked, labels.statistics().masked);
     EXPECT_EQ(statistics.compensated, labels.statistics().compensated);
     EXPECT_GT(statistics.masked, 0U);
@@ -62,7 +60,7 @@ TEST_F(PluginTest, AcceptsRawDepthInUnitsOfTheSettingsFile) {
   HostFrame metres(0), units(0);
   cv::Mat raw;
   units.depth.convertTo(raw, CV_16UC1, 5000);
-  of_metres.filter(metres.timestamp_s, metres.depth, metres.keypoints, metres.descriptors);
+  filter_rgbd(of_metres, metres);
   of_units.filter(units.timestamp_s, raw, units.keypoints, units.descriptors);
   EXPECT_EQ(metres.keypoints.size(), units.keypoints.size());
   EXPECT_LT(metres.keypoints.size(), HostFrame(0).keypoints.size());
@@ -126,8 +124,7 @@ TEST_F(PluginTest, KeepsAtLeastOneFeature) {
 TEST_F(PluginTest, ReportsStarvation) {
   Plugin plugin(settings("dynfilter.floor: 350\n"));
   HostFrame frame(0);
-  const FrameStatistics statistics =
-      plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors);
+  const FrameStatistics statistics = filter_rgbd(plugin, frame);
   EXPECT_TRUE(statistics.starved);
   EXPECT_GT(statistics.suggested_features, HostFrame(0).keypoints.size());
   EXPECT_LT(frame.keypoints.size(), 350U);
@@ -197,11 +194,11 @@ TEST_F(PluginTest, CountsUnpairedCalls) {
   HostFrame first(0), second(1);
   plugin.submit(first.image, first.timestamp_s);
   plugin.submit(second.image, second.timestamp_s);  // the first is never filtered
-  plugin.filter(first.timestamp_s, first.depth, first.keypoints, first.descriptors);
+  filter_rgbd(plugin, first);
   EXPECT_EQ(plugin.counters().submitted, 2U);
   EXPECT_EQ(plugin.counters().never_filtered, 1U);
   EXPECT_EQ(plugin.counters().never_submitted, 1U) << "the submitted image has another time";
-  plugin.filter(second.timestamp_s, second.depth, second.keypoints, second.descriptors);
+  filter_rgbd(plugin, second);
   EXPECT_EQ(plugin.counters().never_submitted, 1U);
   EXPECT_EQ(plugin.counters().filtered, 2U);
 }
@@ -233,8 +230,7 @@ TEST_F(PluginTest, RecordsFramesAndOverlaysOnRequest) {
                          "\"\ndynfilter.overlay_every: 3\n"));
   for (int i = 0; i < frames; ++i) {
     HostFrame frame(i);
-    plugin.submit(frame.image, frame.timestamp_s);
-    plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors);
+    submit_and_filter(plugin, frame);
     std::ifstream table(path("out") / "frames.csv");
     int lines = 0;
     for (std::string line; std::getline(table, line);) ++lines;
@@ -265,7 +261,7 @@ TEST_F(PluginTest, TakesImagesOfEveryOrderOfColours) {
     HostFrame frame(0);
     const cv::Mat before = image.clone();
     plugin.submit(image, frame.timestamp_s);
-    plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors);
+    filter_rgbd(plugin, frame);
     EXPECT_EQ(cv::norm(image, before, cv::NORM_L1), 0) << name;
     const cv::Mat overlay = cv::imread((path(name) / "overlays" / "100.000000.png").string());
     ASSERT_FALSE(overlay.empty());
@@ -279,8 +275,7 @@ TEST_F(PluginTest, CanBeMoved) {
   Plugin first(settings());
   Plugin second(std::move(first));
   HostFrame frame(0);
-  EXPECT_GT(
-      second.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors).masked, 0U);
+  EXPECT_GT(filter_rgbd(second, frame).masked, 0U);
 }
 
 }  // namespace

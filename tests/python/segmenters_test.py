@@ -131,4 +131,4 @@ def test_propagator_follows_a_moving_object():
     found[y : y + rows, x : x + columns] = instance.mask != 0
     assert (found & mask[0]).sum() / (found | mask[0]).sum() > 0.8
     with pytest.raises(ValueError, match="MaskPropagator"):
-        dynfilter.MaskPropagator(history_frames=0)
+        dynfilter.MaskPropagator(max_age_s=-1)

@@ -36,12 +36,12 @@ struct CheckedFrame {
 
 using CheckedFrames = std::vector<CheckedFrame>;
 
-/// Twelve frames of a level, rendered once.
+/// Nine frames of a level, rendered once.
 const CheckedFrames& sound_frames() {
   static const CheckedFrames frames = [] {
     SyntheticSceneOptions options = scene_level("medium", 5);
     options.image_size = {320, 240};
-    options.frames = 12;
+    options.frames = 9;
     const SyntheticScene scene(options);
     const odometry::OrbExtractor extractor(500);
     CheckedFrames result;
@@ -246,8 +246,8 @@ TEST(InputChecks, EachSpeaksAlone) {
 }
 
 TEST(InputChecks, TheCameraMayBeAnother) {
-  const auto said_of = [](const CheckedCamera& camera) {
-    InputChecks checks = checked([](CheckedFrame&, int) {});
+  InputChecks checks = checked([](CheckedFrame&, int) {});
+  const auto said_of = [&](const CheckedCamera& camera) {
     checks.note_camera(camera);
     return names(checks);
   };
@@ -258,8 +258,8 @@ TEST(InputChecks, TheCameraMayBeAnother) {
 }
 
 TEST(InputChecks, ValuesOfMasksMayBeClassesOrShades) {
-  const auto said_of = [](const std::vector<int>& values) {
-    InputChecks checks = checked([](CheckedFrame&, int) {});
+  InputChecks checks = checked([](CheckedFrame&, int) {});
+  const auto said_of = [&](const std::vector<int>& values) {
     checks.note_mask_values(values);
     return names(checks);
   };

@@ -16,24 +16,14 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "support/expect_error.hpp"
+#include "support/mask_folder.hpp"
 #include "support/ordinary_user.hpp"
 #include "support/temporary_folder.hpp"
 
-namespace dynfilter {
+namespace dynfilter::testing {
 namespace {
 
 namespace fs = std::filesystem;
-using testing::expect_error;
-using testing::OrdinaryUser;
-using testing::TemporaryFolder;
-
-const std::string table_header = "frame,instance,class_id,score,x,y,width,height\n";
-
-FrameView frame_at(double timestamp_s) {
-  FrameView frame;
-  frame.timestamp_s = timestamp_s;
-  return frame;
-}
 
 void write_mask(const fs::path& file) {
   fs::create_directories(file.parent_path());
@@ -124,4 +114,4 @@ TEST(MaskFolderFiles, AcceptsAnEmptyFolderOnRequest) {
 }
 
 }  // namespace
-}  // namespace dynfilter
+}  // namespace dynfilter::testing

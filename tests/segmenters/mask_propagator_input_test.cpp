@@ -5,12 +5,11 @@
 
 #include "dynfilter/segmenters/mask_propagator.hpp"
 
-#include <cstddef>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <optional>
 #include <stdexcept>
-#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -57,23 +56,15 @@ TEST(MaskPropagator, AcceptsMasksAndBoxesAnywhere) {
   EXPECT_EQ(propagator.propagate(frame_of(image, 0), result)->instances.size(), 4U);
   const auto moved = propagator.propagate(frame_of(image, 1), result);
   ASSERT_EQ(moved->instances.size(), 2U);  // vast and blank
-  EXPECT_EQ(propagator.statistics().left_image, 2U);
   EXPECT_TRUE(same(painted(moved->instances[0]), painted(vast)));
   EXPECT_EQ(moved->instances[1].box, blank.box);
 }
 
 TEST(MaskPropagator, RefusesOptionsOutOfRange) {
-  const auto refuses = [](auto MaskPropagatorOptions::*member, auto value, const char* text) {
-    MaskPropagatorOptions options;
-    options.*member = value;
-    expect_error<std::invalid_argument>([&] { MaskPropagator{options}; },
-                                        std::string("MaskPropagator: got ") + text);
-  };
-  using Options = MaskPropagatorOptions;
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  refuses(&Options::max_missed, std::size_t{2000000}, "max_missed");
-  refuses(&Options::max_age_s, nan, "max_age_s");
-  refuses(&Options::history_frames, std::size_t{0}, "history_frames = 0");
+  for (const double wrong : {-1.0, 2e6, std::nan("")}) {
+    expect_error<std::invalid_argument>([&] { MaskPropagator({wrong}); },
+                                        "MaskPropagator: got max_age_s");
+  }
 }
 
 TEST(MaskPropagator, RefusesBadInputWithoutChange) {
@@ -104,7 +95,6 @@ TEST(MaskPropagator, RefusesBadInputWithoutChange) {
   const auto moved = propagator.propagate(pan.frame(3), result),
              want = twin.propagate(pan.frame(3), result);
   EXPECT_TRUE(same(painted(*moved), painted(*want)));
-  EXPECT_EQ(propagator.statistics().instances.at(0).by_flow, 3U);
 }
 
 // --- Ownership of data ---------------------------------------------------------------------------

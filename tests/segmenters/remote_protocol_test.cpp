@@ -3,8 +3,8 @@
 
 #include "segmenters/remote/protocol.hpp"
 
-#include <algorithm>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -12,7 +12,6 @@
 
 #include <gtest/gtest.h>
 
-#include "support/byte_source.hpp"
 #include "support/expect_error.hpp"
 #include "support/remote_messages.hpp"
 #include "support/remote_reply_property.hpp"
@@ -20,7 +19,6 @@
 namespace dynfilter {
 namespace {
 
-using detail::remote::decode_header;
 using detail::remote::decode_instances;
 using detail::remote::encode_frame_head;
 using detail::remote::Header;
@@ -33,9 +31,10 @@ using testing::fuzzed_size;
 using testing::fuzzed_time_s;
 
 Header header_of(const Bytes& bytes) {
-  std::uint8_t header[detail::remote::header_bytes];
-  std::copy_n(bytes.begin(), sizeof header, header);
-  return decode_header(header);
+  Header header;
+  std::memcpy(&header, bytes.data(), sizeof header);
+  detail::remote::require_reply(header);
+  return header;
 }
 
 Segmentation decode(const Bytes& payload) {
@@ -51,28 +50,6 @@ Segmentation some_segmentation() {
   person.mask = (cv::Mat_<std::uint8_t>(2, 3) << 0, 1, 255, 7, 0, 1);
   person.track_id = -4;
   segmentation.instances = {person, Instance::from_box({1, 1, 400, 3}, 56, 0.5F)};
-  return segmentation;
-}
-
-Segmentation random_segmentation(testing::ByteSource& random) {
-  Segmentation segmentation{fuzzed_frame_id, fuzzed_time_s, fuzzed_size(), {}};
-  segmentation.instances.resize(static_cast<std::size_t>(random.between(0, 4)));
-  for (Instance& instance : segmentation.instances) {
-    instance.class_id = static_cast<int>(random.word());
-    instance.score = static_cast<float>(random.between(0, 1000)) / 1000;
-    instance.box = {random.between(-999, 999), random.between(-999, 999), random.between(0, 999),
-                    random.between(0, 999)};
-    if (random.chance(50)) instance.track_id = static_cast<int>(random.word());
-    if (random.chance(30)) continue;
-    instance.mask_origin = {random.between(0, 15), random.between(0, 11)};
-    instance.mask.create(random.between(1, 12 - instance.mask_origin.y),
-                         random.between(1, 16 - instance.mask_origin.x), CV_8UC1);
-    for (int y = 0; y < instance.mask.rows; ++y) {
-      for (int x = 0; x < instance.mask.cols; ++x) {
-        instance.mask.at<std::uint8_t>(y, x) = random.byte();
-      }
-    }
-  }
   return segmentation;
 }
 
@@ -130,25 +107,10 @@ TEST(RemoteProtocol, ReplyMatchesTheDocumentedBytes) {
       0,    0,    0,    0,    0,    0,    0,    0,                                 // no track
       0,    1,    255,  7,    0,    1,  // the mask's pixels
   };
-  const Segmentation want = some_segmentation();
-  const Segmentation got = decode(payload);
-  EXPECT_EQ(got.frame_id, want.frame_id);
-  EXPECT_EQ(got.timestamp_s, want.timestamp_s);
-  EXPECT_EQ(got.image_size, want.image_size);
-  ASSERT_EQ(got.instances.size(), 2U);
-  for (std::size_t i = 0; i < 2; ++i) {
-    const Instance& a = got.instances[i];
-    const Instance& b = want.instances[i];
-    EXPECT_EQ(a.class_id, b.class_id);
-    EXPECT_EQ(a.score, b.score);
-    EXPECT_EQ(a.box, b.box);
-    EXPECT_EQ(a.mask_origin, b.mask_origin);
-    EXPECT_EQ(a.mask.size(), b.mask.size());
-    EXPECT_EQ(a.track_id, b.track_id);
-  }
-  EXPECT_EQ(cv::norm(got.instances[0].mask, want.instances[0].mask, cv::NORM_INF), 0);
-  // Compares with the tests' own half of the protocol.
-  EXPECT_EQ(testing::instances_payload(want), payload);
+  // The tests' own half of the protocol agrees.
+  EXPECT_EQ(testing::instances_payload(some_segmentation()), payload);
+  EXPECT_TRUE(testing::is_same(decode(payload), some_segmentation()));
+  EXPECT_EQ(decode(payload).image_size, fuzzed_size());
 }
 
 TEST(RemoteProtocol, RefusesRepliesOfWrongLength) {
@@ -230,45 +192,6 @@ TEST(RemoteProtocol, RefusesHeadersThatAreNotReplies) {
 TEST(RemoteProtocol, ErrorsAreOneLine) {
   const std::string text("a\nb\0c\x1b[31m\x7f \xc3\xa9", 14);
   EXPECT_EQ(detail::remote::decode_error(Bytes(text.begin(), text.end())), "a b c [31m  \xc3\xa9");
-}
-
-// --- Arbitrary bytes -----------------------------------------------------------------------------
-
-void mutate(Bytes& bytes, testing::ByteSource& random) {
-  for (int changes = random.between(1, 3); changes > 0 && !bytes.empty(); --changes) {
-    const int position = random.between(0, static_cast<int>(bytes.size()) - 1);
-    std::uint8_t& byte = bytes[static_cast<std::size_t>(position)];
-    switch (random.between(0, 4)) {
-      case 0:
-        byte = random.byte();
-        break;
-      case 1:
-        byte = static_cast<std::uint8_t>(byte ^ 1U << static_cast<unsigned>(random.between(0, 7)));
-        break;
-      case 2:
-        byte = random.chance(50) ? 0xff : 0;
-        break;
-      case 3:
-        bytes.resize(static_cast<std::size_t>(position));
-        break;
-      default:
-        bytes.insert(bytes.begin() + position, random.byte());
-    }
-  }
-}
-
-TEST(RemoteProtocol, MutatedRepliesAreRefusedOrReadExactly) {
-  testing::ByteSource random(23);
-  int accepted = 0;
-  constexpr int cases = 20000;
-  for (int i = 0; i < cases; ++i) {
-    Bytes payload = testing::instances_payload(random_segmentation(random));
-    mutate(payload, random);
-    ASSERT_EQ(testing::check_reply(payload, accepted), "") << "case " << i;
-  }
-  // Some mutations change a class, a box or a mask's pixel: both outcomes must occur.
-  EXPECT_GT(accepted, cases / 20);
-  EXPECT_LT(accepted, cases * 19 / 20);
 }
 
 }  // namespace

@@ -127,7 +127,6 @@ TEST(WorkerThread, EndsOnceAndMayEndAgain) {
   std::atomic<bool> is_stopped{false};
   std::atomic<int> stops{0};
   detail::WorkerThread thread;
-  EXPECT_FALSE(thread.is_started());
   thread.end();
   thread.start(
       [&] {
@@ -138,7 +137,6 @@ TEST(WorkerThread, EndsOnceAndMayEndAgain) {
         is_stopped = true;
         ++stops;
       });
-  EXPECT_TRUE(thread.is_started());
   thread.end();
   thread.end();
   EXPECT_EQ(stops, 1);

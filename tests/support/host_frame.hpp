@@ -65,6 +65,17 @@ struct HostFrame {
   }
 };
 
+/// Filters a frame as an RGB-D host does.
+inline FrameStatistics filter_rgbd(Plugin& plugin, HostFrame& frame) {
+  return plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors);
+}
+
+/// Submits the frame's image, then filters it.
+inline FrameStatistics submit_and_filter(Plugin& plugin, HostFrame& frame) {
+  plugin.submit(frame.image, frame.timestamp_s);
+  return filter_rgbd(plugin, frame);
+}
+
 inline bool in_step(const HostFrame& frame) {
   if (frame.descriptors.rows != static_cast<int>(frame.keypoints.size())) return false;
   for (int i = 0; i < frame.descriptors.rows; ++i) {
@@ -97,7 +108,7 @@ inline void expect_equal(const HostColumns& got, const HostColumns& want) {
 /// Filters a frame; returns the class ids of the keypoints that are left.
 inline std::vector<int> kept(Plugin& plugin, int index) {
   HostFrame frame(index);
-  plugin.filter(frame.timestamp_s, frame.depth, frame.keypoints, frame.descriptors);
+  filter_rgbd(plugin, frame);
   EXPECT_TRUE(in_step(frame));
   std::vector<int> left;
   for (const cv::KeyPoint& keypoint : frame.keypoints) left.push_back(keypoint.class_id);

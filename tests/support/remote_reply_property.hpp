@@ -4,7 +4,7 @@
 #ifndef DYNFILTER_TESTS_SUPPORT_REMOTE_REPLY_PROPERTY_HPP
 #define DYNFILTER_TESTS_SUPPORT_REMOTE_REPLY_PROPERTY_HPP
 
-#include <algorithm>
+#include <cstring>
 #include <string>
 
 #include "segmenters/remote/protocol.hpp"
@@ -38,19 +38,18 @@ inline std::string check_reply(const Bytes& payload, int& accepted) {
 
 /// Checks the same property of a header.
 inline std::string check_header(const Bytes& bytes) {
-  constexpr std::size_t size = detail::remote::header_bytes;
-  if (bytes.size() < size) return {};
-  std::uint8_t header[size];
-  std::copy(bytes.begin(), bytes.begin() + size, header);
+  detail::remote::Header read;
+  if (bytes.size() < sizeof read) return {};
+  std::memcpy(&read, bytes.data(), sizeof read);
   try {
-    const detail::remote::Header read = detail::remote::decode_header(header);
+    detail::remote::require_reply(read);
     if (read.payload_bytes > 64U << 20U) return "the payload exceeds the limit";
     const Bytes written = message(static_cast<std::uint16_t>(read.type), read.request, {});
     // The length is not written back, and an error may have any version.
     const bool is_error = read.type == detail::remote::MessageType::error;
-    for (std::size_t i = 0; i < size; ++i) {
+    for (std::size_t i = 0; i < sizeof read; ++i) {
       const bool is_free = (i >= 8 && i < 12) || (is_error && (i == 4 || i == 5));
-      if (!is_free && written[i] != header[i]) return "writing the header gives other bytes";
+      if (!is_free && written[i] != bytes[i]) return "writing the header gives other bytes";
     }
   } catch (const detail::remote::ProtocolError&) {
   }

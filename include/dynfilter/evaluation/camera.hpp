@@ -41,18 +41,14 @@ std::optional<CameraParameters> known_camera(const std::string& name);
 /// DepthMapFactor (or RGBD.DepthMapFactor) are required; .k1, .k2, .p1, .p2, .k3, Camera.width,
 /// .height and .fps, and dynfilter.depth_offset_s are optional; other keys are ignored.
 ///
-/// Throws std::runtime_error that names the file, and the key, for a file that is missing, not
-/// regular or not an OpenCV YAML file, for a key that is missing, repeated or not a finite number,
-/// if fx, fy or the factor is not above 0, for an offset beyond 10 s, and for a camera that is no
-/// pinhole with these coefficients.
+/// Throws std::runtime_error that names the file, and the key, for a file that is no OpenCV YAML
+/// file, a key that is missing, repeated or out of range, and a camera that is no pinhole with
+/// these coefficients.
 CameraParameters read_camera(const std::filesystem::path& path);
 
-/// Writes a file for read_camera, with ORB-SLAM's keys; every value is read back exactly. An offset
-/// of 0 has no line. Replaces an existing file. Throws std::invalid_argument for a camera that
-/// read_camera would refuse, and std::runtime_error that names the file if it cannot be written.
-void write_camera(const std::filesystem::path& path, const CameraParameters& camera);
-
-/// Returns the text that write_camera writes. Throws std::invalid_argument as it does.
+/// Returns the text of a file for read_camera, with ORB-SLAM's keys; every value is read back
+/// exactly. A size or rate that is unknown and an offset of 0 have no line. Throws
+/// std::invalid_argument for a camera that read_camera would refuse.
 std::string camera_file_text(const CameraParameters& camera);
 
 }  // namespace dynfilter

@@ -6,9 +6,8 @@
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
+#include <algorithm>
 #include <cstddef>
-#include <cstdint>
-#include <optional>
 
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/mask_distance.hpp"
@@ -18,22 +17,6 @@
 #include "dynfilter/segmentation.hpp"
 
 namespace dynfilter {
-
-/// Definition of a dynamic feature. Either verdict on the rim is defensible, so scores are computed
-/// both ways.
-enum class DynamicTruth {
-  silhouette,         ///< features on the exact silhouette; features on the rim are static
-  silhouette_and_rim  ///< features on the rim are dynamic too
-};
-
-/// Rates of a detector of dynamic features. A rate of 0 / 0 is absent.
-struct DetectionRates {
-  /// Share of the dynamic features that is removed (recall).
-  std::optional<double> true_positive_rate;
-  std::optional<double> false_positive_rate;  ///< share of the static features that is removed
-  std::optional<double> precision;            ///< share of the removed features that is dynamic
-  std::optional<double> f1;                   ///< harmonic mean of recall and precision
-};
 
 /// Comparison of a filter's labels with the truth, in features. A feature is dynamic on the exact
 /// silhouette of an object, and static more than `rim_px` outside every silhouette. Between them is
@@ -60,48 +43,7 @@ struct FeatureScores {
     rim_removed += other.rim_removed;
     return *this;
   }
-
-  /// Returns the rates under one definition of a dynamic feature.
-  DetectionRates rates(DynamicTruth truth) const {
-    const bool with_rim = truth == DynamicTruth::silhouette_and_rim;
-    const std::size_t true_positives = dynamic_removed + (with_rim ? rim_removed : 0);
-    const std::size_t false_negatives = dynamic_left + (with_rim ? rim_left : 0);
-    const std::size_t false_positives = static_removed + (with_rim ? 0 : rim_removed);
-    const std::size_t true_negatives = static_left + (with_rim ? 0 : rim_left);
-    DetectionRates rates;
-    rates.true_positive_rate = share(true_positives, true_positives + false_negatives);
-    rates.false_positive_rate = share(false_positives, false_positives + true_negatives);
-    rates.precision = share(true_positives, true_positives + false_positives);
-    rates.f1 = share(2 * true_positives, 2 * true_positives + false_positives + false_negatives);
-    return rates;
-  }
-
- private:
-  static std::optional<double> share(std::size_t part, std::size_t whole) {
-    if (whole == 0) return {};
-    return static_cast<double>(part) / static_cast<double>(whole);
-  }
 };
-
-/// Place of a feature against the true instances.
-enum class FeaturePlace : std::uint8_t {
-  on_object,  ///< on the silhouette of an instance
-  on_rim,     ///< beside one
-  off         ///< farther away than the rim is wide
-};
-
-/// Finds the place of a feature's pixel. Distances are Euclidean, between pixel centres.
-/// O(instances x rim_px^2).
-inline FeaturePlace feature_place(cv::Point pixel, const Segmentation& truth, double rim_px) {
-  const auto lies_within = [&](double distance) {
-    for (const Instance& instance : truth.instances) {
-      if (detail::mask_within(instance, pixel, distance)) return true;
-    }
-    return false;
-  };
-  if (lies_within(0)) return FeaturePlace::on_object;
-  return lies_within(rim_px) ? FeaturePlace::on_rim : FeaturePlace::off;
-}
 
 /// Scores the labels of one frame. All instances of `truth` count as dynamic. Distances are
 /// Euclidean, between pixel centres. `frame` gives the features' depth and may be empty. Throws
@@ -121,17 +63,18 @@ inline FeatureScores score_features(FeaturesView features, const FeatureLabels& 
   for (std::size_t i = 0; i < features.size(); ++i) {
     const cv::Point pixel = features.pixel(i);
     const bool removed = labels.is_removed(i);
-    switch (feature_place(pixel, truth, rim_px)) {
-      case FeaturePlace::on_object:
-        ++(removed ? scores.dynamic_removed : scores.dynamic_left);
-        break;
-      case FeaturePlace::on_rim:
-        ++(removed ? scores.rim_removed : scores.rim_left);
-        break;
-      case FeaturePlace::off:
-        ++(removed ? scores.static_removed : scores.static_left);
-        if (removed && frame.depth_m(pixel)) ++scores.static_removed_with_depth;
-        break;
+    const auto lies_within = [&](double distance) {
+      return std::any_of(truth.instances.begin(), truth.instances.end(), [&](const auto& instance) {
+        return detail::mask_within(instance, pixel, distance);
+      });
+    };
+    if (lies_within(0)) {
+      ++(removed ? scores.dynamic_removed : scores.dynamic_left);
+    } else if (lies_within(rim_px)) {
+      ++(removed ? scores.rim_removed : scores.rim_left);
+    } else {
+      ++(removed ? scores.static_removed : scores.static_left);
+      if (removed && frame.depth_m(pixel)) ++scores.static_removed_with_depth;
     }
   }
   return scores;

@@ -47,35 +47,22 @@ struct RgbdSequenceEntry {
 
 /// Recorded sequence in the layout of the TUM RGB-D benchmark and of BONN RGB-D Dynamic.
 ///
-/// The frames are the rows of `associations.txt` (t_rgb rgb/… t_depth depth/…) if it exists,
-/// whatever their time differences. Otherwise `associate` pairs the images of `rgb.txt` and
-/// `depth.txt` (t file), and images without a partner are left out; without `depth.txt` the
-/// sequence has colour only. Without these lists, EuRoC's data.csv (also in mav0/cam0 or cam0),
-/// KITTI's times.txt with image_2 or image_0, or the images of a plain folder are a sequence of
-/// colour. A plain folder's times are those in the names, or 30 a second; if it holds no image, its
-/// folders but those of depth and masks are read. Frames are ordered by time, even if the file's
-/// rows are not. `#` comments, blank lines, any ends of lines, UTF-16 and nanoseconds are accepted.
-///
-/// An offset other than 0 pairs anew, also where there is an `associations.txt`: `associate` pairs
-/// the colour images of its rows, their times moved by the offset, with the depth images of its
-/// rows and, if these are named by their times, with the other images named so in their folder. A
-/// colour image without a depth image at that time, such as the last one, is left out.
+/// Its frames, in the order of time, are the rows of `associations.txt` (t_rgb rgb/… t_depth
+/// depth/…), or else the images of `rgb.txt` and `depth.txt` (t file) that `associate` pairs;
+/// without `depth.txt` it has colour only. So have the other layouts: EuRoC's data.csv (also in
+/// mav0/cam0 or cam0), KITTI's times.txt with image_2 or image_0, and a plain folder of images, or
+/// its folders but those of depth and masks, whose times are those in the names, or 30 a second.
+/// With an offset, the images of `associations.txt` are paired anew, too.
 class RgbdSequence {
  public:
   /// Reads the lists and the camera file, and checks that the frames' images exist; decodes none.
-  /// Images of rgb.txt without a partner may be missing. If images of frames are missing, as in a
-  /// truncated download, the error counts them. O(n log n) of the images.
+  /// `#` comments, any ends of lines, UTF-16 and nanoseconds are accepted. O(n log n).
   ///
-  /// Throws std::runtime_error that names the file, and the line if there is one, for
-  /// - a folder, list or image that is missing, unreadable or not a regular file (a FIFO or a
-  ///   device is not opened);
-  /// - a row that is short, or whose time is not a finite number;
-  /// - a time that occurs twice in the colour list or in depth.txt;
-  /// - a sequence without frames;
-  /// - a camera file that is malformed or missing; the error then shows the text to write.
-  ///
-  /// Throws std::invalid_argument for a negative max_time_difference_s, and a depth_offset_s that
-  /// is not finite or beyond 10 s.
+  /// Throws std::runtime_error that names the file, and the line if there is one, for a folder,
+  /// list or image that is missing, unreadable or not a regular file (in a truncated download, it
+  /// counts the missing images); for a row that is short, has no time, or the time of another; for
+  /// a sequence without frames; and for a camera file that is malformed or missing (it shows the
+  /// text to write). Throws std::invalid_argument for options out of range.
   explicit RgbdSequence(const std::filesystem::path& folder,
                         const RgbdSequenceOptions& options = {});
 

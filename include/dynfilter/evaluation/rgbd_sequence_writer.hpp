@@ -9,9 +9,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <list>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include <opencv2/core.hpp>
 
@@ -81,13 +81,13 @@ class RgbdSequenceWriter {
   };
 
   void require_frame(const FrameView& frame) const;
-  void write_frame(const FrameView& frame, std::string pose_row);
+  void write_frame(const FrameView& frame, const std::string& pose_row);
   void write_lists() const;
 
   CameraParameters camera_;
   std::string camera_text_;
   std::unique_ptr<detail::StagedFolder> staged_;  // null after finish()
-  std::list<Row> rows_;
+  std::vector<Row> rows_;
   bool has_depth_ = false;
   std::int64_t last_time_ = 0;  // microseconds
 };

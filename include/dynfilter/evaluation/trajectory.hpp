@@ -12,12 +12,10 @@
 #include <vector>
 
 #include <Eigen/Core>
-#include <Eigen/Geometry>
 
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
-#include "dynfilter/evaluation/detail/trajectory_rows.hpp"
-#include "dynfilter/evaluation/trajectory_flaws.hpp"
+#include "dynfilter/evaluation/trajectory_rows.hpp"
 
 namespace dynfilter {
 
@@ -32,28 +30,6 @@ struct TimedPose {
 /// Poses ordered by their times, which are distinct.
 using Trajectory = std::vector<TimedPose>;
 
-namespace detail {
-
-inline TimedPose pose_of(const TrajectoryRow& row) {
-  const auto& [x, y, z, w] = row.quaternion;
-  TimedPose pose;
-  pose.timestamp_s = row.timestamp_s;
-  pose.rotation = Eigen::Quaterniond(w, x, y, z).normalized().toRotationMatrix();
-  pose.translation = Eigen::Map<const Eigen::Vector3d>(row.translation.data());
-  return pose;
-}
-
-inline std::string row_text(const TimedPose& pose, const char* component) {
-  const Eigen::Matrix3d& r = pose.rotation;
-  const Eigen::Vector3d& t = pose.translation;
-  return trajectory_row_text(
-      pose.timestamp_s,
-      {r(0, 0), r(0, 1), r(0, 2), r(1, 0), r(1, 1), r(1, 2), r(2, 0), r(2, 1), r(2, 2)},
-      {t.x(), t.y(), t.z()}, component);
-}
-
-}  // namespace detail
-
 /// Trajectory with the flaws of its file.
 struct TrajectoryFile {
   Trajectory trajectory;  ///< the usable poses
@@ -63,26 +39,23 @@ struct TrajectoryFile {
 };
 
 /// Reads a trajectory, camera to world, metres. Rows are TUM's `timestamp tx ty tz qx qy qz qw`,
-/// EuRoC's csv (nanoseconds, scalar first, 17 columns or 8) or KITTI's 12 columns of a matrix.
-/// Times of 1e17 and more are nanoseconds. Blanks, commas or semicolons divide columns; `#`
-/// comments, blank lines, any ends of lines and UTF-16 are accepted. Quaternions are normalised.
-///
-/// Flawed rows are treated as by the benchmark's evaluate_rpe.py, and counted: a row with a NaN or
-/// a zero quaternion is skipped, the last row of a repeated time (in whole microseconds) counts,
-/// and rows whose time goes back are sorted.
+/// EuRoC's csv (nanoseconds, scalar first, 17 columns or 8) or KITTI's 12 columns of a matrix; `#`
+/// comments, any separators, ends of lines and UTF-16 are accepted. Flawed rows are treated as by
+/// the benchmark's evaluate_rpe.py, and counted: a row with a NaN or a zero quaternion is skipped,
+/// the last row of a repeated time (in whole microseconds) counts, and the others are sorted.
 ///
 /// Throws std::runtime_error that names file and line for a row of other columns, a value that is
-/// neither a finite number nor NaN, and a quaternion whose length is neither 0 nor 1 (beyond 10 %:
-/// other columns). Throws std::runtime_error that names the file if it cannot be read or has no
-/// usable row. O(n log n).
+/// neither a finite number nor NaN, and a quaternion whose length is not 1 within 10 %; and for a
+/// file that cannot be read or has no usable row. O(n log n).
 inline TrajectoryFile read_trajectory_file(const std::filesystem::path& path) {
   const detail::TrajectoryRows read = detail::read_trajectory_rows(path);
   TrajectoryFile file;
   file.flaws = read.flaws;
   file.has_times = read.has_times;
-  file.trajectory.reserve(read.rows.size());
   for (const detail::TrajectoryRow& row : read.rows) {
-    file.trajectory.push_back(detail::pose_of(row));
+    using Rotation = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+    file.trajectory.push_back({row.timestamp_s, Eigen::Map<const Rotation>(row.rotation.val),
+                               Eigen::Map<const Eigen::Vector3d>(row.translation.val)});
   }
   return file;
 }
@@ -100,16 +73,22 @@ inline Trajectory read_trajectory(const std::filesystem::path& path) {
 /// microsecond. Throws std::runtime_error that names the file if it cannot be written.
 inline void write_trajectory(const std::filesystem::path& path, const Trajectory& trajectory) {
   std::vector<std::string> rows;
-  rows.reserve(trajectory.size());
-  for (std::size_t i = 0; i < trajectory.size(); ++i) {
-    rows.push_back(detail::row_text(trajectory[i], "write_trajectory"));
-    if (i > 0 && detail::microseconds(trajectory[i].timestamp_s) <=
-                     detail::microseconds(trajectory[i - 1].timestamp_s)) {
-      detail::throw_misuse("write_trajectory",
-                           "time " + detail::time_text(trajectory[i].timestamp_s) + " after " +
-                               detail::time_text(trajectory[i - 1].timestamp_s),
-                           "times that increase");
-    }
+  for (const TimedPose& pose : trajectory) {
+    const Eigen::Matrix3d& r = pose.rotation;
+    const Eigen::Vector3d& t = pose.translation;
+    rows.push_back(detail::trajectory_row_text(
+        {pose.timestamp_s,
+         {r(0, 0), r(0, 1), r(0, 2), r(1, 0), r(1, 1), r(1, 2), r(2, 0), r(2, 1), r(2, 2)},
+         {t.x(), t.y(), t.z()}},
+        "write_trajectory"));
+  }
+  for (std::size_t i = 1; i < trajectory.size(); ++i) {
+    const double last_s = trajectory[i - 1].timestamp_s, time_s = trajectory[i].timestamp_s;
+    if (detail::microseconds(time_s) > detail::microseconds(last_s)) continue;
+    detail::throw_misuse(
+        "write_trajectory",
+        "time " + detail::time_text(time_s) + " after " + detail::time_text(last_s),
+        "times that increase");
   }
   detail::write_trajectory_rows(path, rows);
 }

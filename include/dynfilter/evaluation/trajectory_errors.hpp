@@ -21,10 +21,51 @@
 
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/evaluation/association.hpp"
-#include "dynfilter/evaluation/error_summary.hpp"
 #include "dynfilter/evaluation/trajectory.hpp"
 
 namespace dynfilter {
+
+/// Summary of a list of errors: the seven numbers that the TUM benchmark's tools print.
+struct ErrorSummary {
+  std::size_t count = 0;          ///< number of errors
+  double rmse = 0;                ///< root mean square
+  double mean = 0;                ///< mean
+  double median = 0;              ///< median; the mean of the middle two if the count is even
+  double standard_deviation = 0;  ///< standard deviation of the population (divided by the count)
+  double min_error = 0;           ///< smallest error
+  double max_error = 0;           ///< largest error
+};
+
+/// Summarises errors. Throws std::invalid_argument for no errors and for one that is not finite.
+/// O(n log n).
+inline ErrorSummary summarise_errors(std::vector<double> errors) {
+  if (errors.empty()) detail::throw_misuse("summarise_errors", "no errors", "at least one");
+  std::sort(errors.begin(), errors.end());
+  ErrorSummary summary;
+  summary.count = errors.size();
+  const auto count = static_cast<double>(errors.size());
+  double squares = 0;
+  for (const double error : errors) {
+    if (!std::isfinite(error)) {
+      detail::throw_misuse("summarise_errors", detail::concatenate("an error of ", error),
+                           "finite errors");
+    }
+    summary.mean += error / count;
+    squares += error * error / count;
+  }
+  double variance = 0;
+  for (const double error : errors) {
+    variance += (error - summary.mean) * (error - summary.mean) / count;
+  }
+  const std::size_t middle = errors.size() / 2;
+  summary.rmse = std::sqrt(squares);
+  summary.median =
+      errors.size() % 2 == 1 ? errors[middle] : (errors[middle - 1] + errors[middle]) / 2;
+  summary.standard_deviation = std::sqrt(variance);
+  summary.min_error = errors.front();
+  summary.max_error = errors.back();
+  return summary;
+}
 
 /// Alignment of an estimate with the truth: truth = scale * rotation * estimate + translation.
 struct Alignment {
@@ -89,11 +130,6 @@ inline Eigen::Isometry3d motion(const TimedPose& from, const TimedPose& to) {
 inline double angle_deg(const Eigen::Matrix3d& rotation) {
   constexpr double degrees = 57.29577951308232;
   return std::abs(Eigen::AngleAxisd(rotation).angle()) * degrees;
-}
-
-inline void require_positive(const char* name, double value) {
-  if (value > 0 && std::isfinite(value)) return;
-  throw_misuse("relative_pose_error", concatenate(name, " = ", value), "a finite number above 0");
 }
 
 }  // namespace detail
@@ -169,21 +205,21 @@ struct RelativePoseError {
 };
 
 /// Computes the relative pose error (RPE) as evaluate_rpe.py of the TUM RGB-D benchmark defines it
-/// with `--fixed_delta`. For every estimated pose and the one nearest to `interval_s` later, the
-/// estimated motion between them, P, is compared with the true motion, Q. The error is P Q^-1: the
-/// length of its translation, and the angle of its rotation.
-///
-/// An interval that ends at the last pose is left out, as in the tool, since it may be shorter. The
-/// true poses are the nearest in time; an interval is left out if one is more than
-/// max_time_difference_s off. (The tool allows twice the median interval of the truth, which is the
-/// same 0.02 s for TUM's data.)
+/// with `--fixed_delta`: for every estimated pose and the one nearest to `interval_s` later, the
+/// estimated motion P between them and the true one Q make the error P Q^-1, the length of its
+/// translation and the angle of its rotation. An interval that ends at the last pose is left out,
+/// as in the tool, and one whose true poses are more than max_time_difference_s off (the tool:
+/// twice the median interval of the truth, the same 0.02 s for TUM's data).
 ///
 /// Throws std::runtime_error if fewer than two intervals remain, and std::invalid_argument for an
 /// interval or scale that is not above 0. O(n log n).
 inline RelativePoseError relative_pose_error(const Trajectory& estimate, const Trajectory& truth,
                                              const RelativeErrorOptions& options = {}) {
-  if (options.interval_frames == 0) detail::require_positive("interval_s", options.interval_s);
-  detail::require_positive("scale", options.scale);
+  constexpr detail::OptionCheck require("relative_pose_error");
+  require(options.interval_frames > 0 || (options.interval_s > 0 && options.interval_s < INFINITY),
+          "interval_s", options.interval_s, "a finite number above 0");
+  require(options.scale > 0 && options.scale < INFINITY, "scale", options.scale,
+          "a finite number above 0");
   const std::vector<double> estimate_times = detail::times_of(estimate);
   const std::vector<double> truth_times = detail::times_of(truth);
   const auto true_pose = [&](std::size_t i) -> const TimedPose* {

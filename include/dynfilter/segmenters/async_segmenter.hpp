@@ -54,21 +54,12 @@ struct AsyncSegmenterStatistics {
 
 /// Runs a segmenter in a thread beside the tracker (paper section 3.1). The host submits a frame,
 /// extracts its features while the network works, then collects the frame's masks by its id.
+/// HandOver::wait loses no frame; with the others, a newer frame replaces one that still waits.
 ///
-/// With HandOver::wait every frame goes through the network, in order. With the others, a newer
-/// frame replaces a frame that still waits. submit never waits for the network; collect waits as
-/// HandOver says. Except with HandOver::latest, collect(frame_id) gives up all frames submitted
-/// before that one. Ids need not grow; one that was submitted twice means the last submission.
-///
-/// Errors: collect throws what the network threw at this frame, or the first error of an earlier
-/// frame that no call has thrown yet (HandOver::latest: of any frame). Each error is thrown once,
-/// unchanged; its frame has no masks. The thread goes on with the next frame.
-///
-/// Only this object's thread uses the segmenter, which may reuse its memory: finished masks are
-/// copied. Results of collect share pixels: do not draw into them. The destructor, and the end of
-/// the process, wait for the running inference. Several threads may call all functions at once,
-/// except the destructor and moves. A moved-from object may only be destroyed or assigned to. In a
-/// child of fork(), which has no such thread, every call but the destructor throws
+/// The segmenter is used by this object's thread only, and may reuse its memory. Results of collect
+/// share pixels: do not draw into them. The destructor, and the end of the process, wait for the
+/// running inference. Several threads may call all functions at once, except the destructor and
+/// moves. In a child of fork(), which has no such thread, all calls but the destructor throw
 /// std::runtime_error.
 class AsyncSegmenter {
  public:
@@ -91,16 +82,16 @@ class AsyncSegmenter {
   /// frames are not collected. The frame is then not submitted. O(pixels).
   void submit(const FrameView& frame);
 
-  /// Returns the masks of a submitted frame, or with HandOver::latest the newest masks.
-  /// Segmentation::frame_id and timestamp_s tell their age: FrameStatistics::segmentation_age_s.
+  /// Returns the masks of a submitted frame, or with HandOver::latest, which ignores the id, the
+  /// newest masks. Gives up frames submitted before it, except with HandOver::latest. An id that
+  /// was submitted twice means the last submission. std::nullopt, "no masks are known": they are
+  /// not ready, too old, or never come, because of a newer frame, an error thrown before, or
+  /// reset().
   ///
-  /// Returns std::nullopt, "no masks are known", if they are not ready and HandOver does not wait
-  /// any longer, if they are older than max_age_s, if a newer frame replaced this one, if an
-  /// earlier call threw the frame's error, or if reset() was called during the wait.
-  ///
-  /// Throws std::invalid_argument for a frame that was not submitted since reset(), was given up,
-  /// or, except with HandOver::wait, is not among the last max_uncollected ones. HandOver::latest
-  /// ignores the id: a host may submit keyframes only, and collect for all.
+  /// Throws what the network threw at this frame, or the first error of an earlier frame (with
+  /// HandOver::latest of any frame) that no call has thrown yet: each once, unchanged. Throws
+  /// std::invalid_argument for a frame that was not submitted since reset(), was given up, or,
+  /// except with HandOver::wait, is not among the last max_uncollected ones.
   std::optional<Segmentation> collect(std::uint64_t frame_id);
 
   /// Forgets all frames, masks and unthrown errors, for a host that starts anew. A running

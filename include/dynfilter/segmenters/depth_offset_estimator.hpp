@@ -6,8 +6,11 @@
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
+#include <array>
 #include <cstddef>
+#include <deque>
 #include <optional>
+#include <tuple>
 #include <vector>
 
 #include <opencv2/core.hpp>
@@ -15,13 +18,6 @@
 #include "dynfilter/frame.hpp"
 
 namespace dynfilter {
-
-/// Options of DepthOffsetEstimator.
-struct DepthOffsetEstimatorOptions {
-  /// Number of depth images before and after each colour image's own that are compared with it; 1
-  /// to 5. Offsets beyond it are not found.
-  int max_lag = 2;
-};
 
 /// Outcome of an estimate of the depth's offset.
 enum class DepthOffsetVerdict {
@@ -48,11 +44,9 @@ struct DepthOffsetEstimate {
   double period_s = 0;                ///< mean time between depth images; 0 without usable frames
   /// @{
   /// Mean difference of the stamps (depth minus colour) and mean distance of depth edges from
-  /// colour edges, pixels at a width of 640. Element k is of lag k - max_lag: 0 are the pairs
-  /// handed over, 1 pairs each colour image with the depth image after its own. Empty without
-  /// usable frames.
-  std::vector<double> differences_s;
-  std::vector<double> distances_px;
+  /// colour edges, pixels at a width of 640. Element k is of lag k - 2: 0 are the pairs handed
+  /// over, 1 pairs each colour image with the depth image after its own. 0 without usable frames.
+  std::array<double, 5> differences_s = {}, distances_px = {};
   /// @}
 };
 
@@ -60,18 +54,15 @@ struct DepthOffsetEstimate {
 ///
 /// Edges of depth belong to outlines, and most outlines show as edges of colour. If camera or
 /// things move, edges of a depth image of another time lie beside those of the colour image. So
-/// each colour image is compared with the depth images around its own: the truncated distance from
-/// each depth edge to the nearest Canny edge, averaged over all frames. Two lines of opposite slope
-/// through the smallest mean and its neighbours meet at the offset; the standard error is the
-/// jackknife's over up to 32 stretches of time. Where nothing moves, nothing is said. Expects a
-/// constant offset. Source: Canny (1986), chamfer distance (Barrow et al., 1977).
+/// each colour image is compared with its own depth image and two on either side: the truncated
+/// distance from each depth edge to the nearest Canny edge, averaged over all frames. Two lines of
+/// opposite slope through the smallest mean and its neighbours meet at the offset; the standard
+/// error is the jackknife's over up to 32 stretches of time. Where nothing moves, nothing is said.
+/// Expects a constant offset. Source: Canny (1986), chamfer distance (Barrow et al., 1977).
 class DepthOffsetEstimator {
  public:
-  /// Throws std::invalid_argument for a max_lag out of range.
-  explicit DepthOffsetEstimator(const DepthOffsetEstimatorOptions& options = {});
-
   /// Adds a frame, in the order of time, with the time of its depth image. The frame is only read.
-  /// Results come max_lag frames later. O(pixels): about 3 ms at 640x480.
+  /// Results come two frames later. O(pixels): about 3 ms at 640x480.
   ///
   /// Throws std::invalid_argument for a malformed frame, one without image or depth, an image that
   /// is not 8-bit grey or BGR, and a time that is not finite; nothing has changed then. A frame of
@@ -85,6 +76,9 @@ class DepthOffsetEstimator {
   DepthOffsetEstimate estimate() const;
 
  private:
+  static constexpr std::size_t lags =
+      std::tuple_size<decltype(DepthOffsetEstimate::distances_px)>();
+
   /// Edges of one frame.
   struct Edges {
     double colour_s = 0, depth_s = 0;
@@ -92,25 +86,23 @@ class DepthOffsetEstimator {
     cv::Mat distance;        // from every pixel of the shrunk image to the nearest colour edge
     std::vector<int> depth;  // depth edges, as indices of the shrunk image's pixels
   };
-  /// Sums over a stretch of frames; element k is of lag k - max_lag.
-  struct Stretch {
-    std::size_t frames = 0;
-    std::vector<double> differences_s, distances_px;
+  /// Sums over frames; element k is of lag k - 2.
+  struct Sums {
+    double frames = 0;
+    std::array<double, lags> differences_s = {}, distances_px = {};
+
+    void add(const Sums& other, double sign = 1);
   };
 
   void find_edges(const FrameView& frame, Edges& edges);
   void compare();
-  void add_row(const Stretch& row);
-  Edges& back(int frames_ago);
+  void add_row(const Sums& row);
 
-  DepthOffsetEstimatorOptions options_;
-  std::vector<Edges> ring_;  // of the last 2 * max_lag + 1 frames
-  std::size_t next_ = 0;     // the element of ring_ that the next frame replaces
-  int filled_ = 0;           // frames since the last gap, at most the ring's size
+  std::deque<Edges> last_;  // of the last frames, at most one a lag; the newest comes last
   double last_s_ = 0;
-  std::vector<Stretch> stretches_;
-  std::size_t stretch_frames_ = 1;  // frames of a full stretch
-  cv::Mat small_, canny_;           // scratch
+  std::vector<Sums> stretches_;
+  double stretch_frames_ = 1;  // frames of a full stretch
+  cv::Mat small_, canny_;      // scratch
 };
 
 }  // namespace dynfilter

@@ -36,34 +36,25 @@ struct MaskFolderOptions {
   std::map<std::string, double> frame_times = {};
 };
 
-/// Reads the instances of a frame from a folder of PNG files named by time, 1341846434.710184.png;
-/// nanoseconds, `<time>_mask.png` and COLMAP's `<image>.png` are read too. A frame's mask is the
-/// nearest in time, within `max_time_difference_s`. There are two formats.
+/// Reads the instances of a frame from a folder of PNG files named by time, 1341846434.710184.png,
+/// nanoseconds, `<time>_mask.png` or COLMAP's `<image>.png`: the nearest within
+/// `max_time_difference_s`. With `instances.csv` (frame,instance,class_id,score,x,y,width,height
+/// and maybe mask_time, the time of the image that the masks were made of) they are label maps of 8
+/// or 16 bits: k = instance k. Without, every connected object of a mask is one of class 0 and
+/// score 1 (see instances_from_binary_mask).
 ///
-/// Label maps, if there is `instances.csv` (frame,instance,class_id,score,x,y,width,height): 8 or
-/// 16 bits, 0 = background, k = instance k of the frame. Instances come in the order of their
-/// numbers; one without a pixel has no mask. A last column mask_time, if there is one, holds the
-/// time of the image that a frame's masks were made of: it becomes Segmentation::timestamp_s, with
-/// the frame_id `unknown_frame`. An empty cell means the frame's own image.
-///
-/// Binary masks, if there is no table: every connected object is one instance of class 0 and score
-/// 1 (see instances_from_binary_mask).
-///
-/// A palette counts by its indices; three channels must be equal, and what is transparent is 0. The
-/// frame needs neither image nor depth; a mask of its shape but another size is resized by the
-/// nearest neighbour. track_id is never set. The files must not change while the segmenter lives.
+/// A palette counts by its indices; three channels must be equal, and what is transparent is 0. A
+/// mask of the frame's shape is resized by the nearest neighbour. The files must not change.
 class MaskFolderSegmenter final : public Segmenter {
  public:
   /// Segmentation::frame_id of masks that were made of another image than the frame's.
   static constexpr std::uint64_t unknown_frame = std::numeric_limits<std::uint64_t>::max();
 
-  /// Reads the table and the names of the masks; decodes none. O(n log n) of files and rows.
-  ///
-  /// Throws std::runtime_error that names file and line for a folder that cannot be read, a PNG
-  /// file whose name is not a time, two files for one time, a mask or table that is not a regular
-  /// file, a malformed table and, unless `allow_missing`, a folder without PNG files and rows of a
-  /// frame without a file; also for names that number the frames. Throws std::invalid_argument for
-  /// negative options.
+  /// Reads the table and the names of the masks; decodes none. O(n log n) of files and rows. Throws
+  /// std::runtime_error that names file and line for a folder that cannot be read, a PNG file whose
+  /// name is not a time or numbers the frames, two files for one time, a mask or table that is not
+  /// a regular file, a malformed table and, unless `allow_missing`, a folder without PNG files and
+  /// rows of a frame without a file. Throws std::invalid_argument for negative options.
   explicit MaskFolderSegmenter(const std::filesystem::path& folder,
                                const MaskFolderOptions& options = {});
 

@@ -9,10 +9,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <list>
 #include <memory>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "dynfilter/segmentation.hpp"
 
@@ -84,12 +84,12 @@ class MaskFolderWriter {
   std::size_t size() const { return times_.size(); }
 
  private:
-  struct Rows {
-    std::string without_time, with_time;  // without and with the last column
+  struct Row {
+    std::string text, mask_time;  // the last column stands alone
   };
 
   std::unique_ptr<detail::StagedFolder> staged_;  // null after finish()
-  std::list<Rows> rows_;                          // rows of instances.csv, frame by frame
+  std::vector<Row> rows_;                         // of instances.csv, frame by frame
   bool has_own_times_ = false;                    // whether any masks are of another image
   std::set<std::int64_t> times_;                  // microseconds
   bool any_names_ = false;

@@ -6,10 +6,8 @@
 
 #include "dynfilter/detail/require_cxx17.hpp"
 
-#include <cstddef>
 #include <memory>
 #include <optional>
-#include <vector>
 
 #include "dynfilter/frame.hpp"
 #include "dynfilter/segmentation.hpp"
@@ -18,60 +16,18 @@ namespace dynfilter {
 
 /// Options of MaskPropagator.
 struct MaskPropagatorOptions {
-  /// Largest number of late results in a row that may miss an instance; it is propagated meanwhile.
-  /// 0 = it is dropped at once, as by a result of the frame itself.
-  std::size_t max_missed = 3;
-  /// Masks of older frames are dropped, seconds.
-  double max_age_s = 1.0;
-  /// Length of the motion history, frames: the delay of a result for which the motion since is
-  /// known. 1 to 1000.
-  std::size_t history_frames = 30;
+  double max_age_s = 1.0;  ///< masks of older frames are dropped, seconds
 };
 
-/// Propagation of one instance. The first three members sum up to the frames between the instance's
-/// own frame and this one; all are 0 if it is unchanged.
-struct InstancePropagation {
-  std::size_t by_flow = 0;  ///< frames over which points tracked on it moved it
-  /// Frames over which its velocity in the image moved it, for lack of points.
-  std::size_t by_velocity = 0;
-  std::size_t left = 0;    ///< frames over which it stayed, as nothing was known
-  std::size_t points = 0;  ///< points tracked on it into this frame
-  std::size_t missed = 0;  ///< results in a row that miss it; above 0 for a bridged instance
-  double age_s = 0;        ///< time since the frame of its mask, seconds
-};
-
-/// Statistics of one call of propagate.
-struct PropagationStatistics {
-  /// One per instance, in the order of the segmentation.
-  std::vector<InstancePropagation> instances;
-  std::size_t tracked_points = 0;  ///< all points tracked from the last frame into this one
-  std::size_t left_image = 0;      ///< instances dropped because they left the image
-  std::size_t given_up = 0;        ///< instances dropped because results miss them, or of max_age_s
-  bool took_result = false;        ///< `newest` was a new result
-  /// `newest` was older than the last result, or later than the frame.
-  bool ignored_result = false;
-  bool unknown_start = false;  ///< the result's own frame is not in the history
-  bool restarted = false;  ///< everything was forgotten: time went back, the image's size changed,
-                           ///< or the last call threw half way
-};
-
-/// Moves masks from the frame that they were made from to the current frame. This bridges the time
-/// between two results of a segmenter that is slower than the camera, and late results that miss
-/// an instance.
+/// Moves masks from their frame to the current one, which bridges the time between results of a
+/// slow segmenter, and three late results that miss an instance. Deterministic; for one thread.
 ///
-///     if (auto masks = propagator.propagate(frame, newest)) filter.apply(frame, *masks, features);
-///
-/// Every frame, corners are tracked from the last image (pyramidal Lucas-Kanade: J.-Y. Bouguet,
-/// 2000) and kept if tracking them backwards returns them (Z. Kalal et al., "Forward-backward
-/// error", 2010). A history of these steps moves a late mask over all of them. Each pixel of a mask
-/// moves by the Gaussian mean of the points around it, and an instance without points by its last
-/// velocity. Results are matched to known instances of their class by the overlap of boxes, or by
-/// track_id if they come with one; track_id identifies an instance until reset().
-///
-/// The propagated segmentation has the frame's id and the time of the result that it was made from.
-/// Moved masks lack what was hidden or outside the image at that time.
-///
-/// No data of the caller is kept. Deterministic. Two threads must not use one propagator at once.
+/// Corners are tracked from image to image (pyramidal Lucas-Kanade: Bouguet, 2000) and kept if
+/// tracking them backwards returns them (Kalal et al., "Forward-backward error", 2010). The last 30
+/// steps move a late mask: each pixel by the Gaussian mean of the points around it, an instance
+/// without points by its last velocity. Results are matched to known instances of their class by
+/// the overlap of boxes, or by track_id if they come with one. Moved masks lack what was hidden or
+/// outside the image before.
 class MaskPropagator {
  public:
   /// Takes the options. Throws std::invalid_argument for options out of range.
@@ -83,19 +39,17 @@ class MaskPropagator {
   ~MaskPropagator();
 
   /// Returns the masks at `frame`, given the newest result so far: of this frame or an earlier one,
-  /// maybe the same as in the last call, maybe none. Call it for every frame, in order, so that the
-  /// history is complete. Returns nothing if no masks are known that are at most `max_age_s` old.
-  /// Instances come in the order of the newest result, then the bridged ones by track_id.
+  /// maybe the same as in the last call, maybe none. Call it for every frame, in order. They have
+  /// the frame's id, the time of the result, and track ids that hold until reset(): first the
+  /// result's instances, then the bridged ones. Nothing if no masks are known that are at most
+  /// `max_age_s` old.
   ///
-  /// A result belongs to the frame of its time in the history, else of its frame_id, else to the
-  /// next frame after its time. A frame whose time is not after the last one's, or of another size,
-  /// restarts the propagator. Throws std::invalid_argument, before any change, for a malformed
-  /// frame or result; after another exception it has forgotten all but used track ids. O(pixels).
+  /// A result belongs to the frame of its time, else of its frame_id, else to the next frame after
+  /// its time. A frame whose time is not after the last one's, or of another size, restarts the
+  /// propagator. Throws std::invalid_argument, before any change, for a malformed frame or result;
+  /// after another exception it has forgotten all but used track ids. O(pixels).
   std::optional<Segmentation> propagate(const FrameView& frame,
                                         const std::optional<Segmentation>& newest);
-
-  /// Statistics of the last call; empty before the first one and after reset().
-  const PropagationStatistics& statistics() const;
 
   /// Forgets everything, like a new propagator.
   void reset();

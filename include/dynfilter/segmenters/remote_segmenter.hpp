@@ -32,24 +32,17 @@ struct RemoteSegmenterOptions {
   std::function<bool()> stop;
 };
 
-/// Gets the instances of a frame from another process on this machine, which may run any network in
-/// any language. The frame goes through a Unix domain socket, and the instances come back. The
-/// other process is the server and listens; examples/remote_masks is one in Python, and its
-/// README.md defines the protocol. Linux only; on other systems the library is built without it.
+/// Gets the instances of a frame from another process on this machine, which listens at a Unix
+/// domain socket, may run any network in any language, and runs as the same user (SO_PEERCRED).
+/// examples/remote_masks is one in Python, and its README.md defines the protocol. Linux only.
 ///
-/// Either side may start first, die and come back; a call that fails leaves the segmenter usable.
-/// No call takes longer than `timeout_s`. The server works on one frame at a time: if its reply is
-/// late, the following call waits for it, discards it, and sends its own frame. So a network that
-/// is slower than `timeout_s` never answers in time: allow it more time and run it beside tracking.
-/// A reply that is 60 s late is lost. The server must run as the same user (SO_PEERCRED).
-///
-/// segment() throws std::runtime_error that begins with the socket's path, if nobody listens, time
-/// is up, `stop` returns true, the connection is lost, the server reports an error, or its reply
-/// violates the protocol (at most 1000 instances, masks inside the image, 64 MiB). It throws
-/// std::invalid_argument for an image that is neither CV_8UC1 nor CV_8UC3, has a side above 16384
-/// or more than 2^25 pixels. No signal (SIGPIPE) is raised, and none ends a call early.
-///
-/// One thread at a time may use a segmenter; between fork() and exec(), only one of the processes.
+/// Either side may start first, die and come back. The server works on one frame at a time: the
+/// call after a late reply waits for it and discards it; one that is 60 s late is lost. segment()
+/// throws std::runtime_error that begins with the socket's path, if nobody listens, time is up,
+/// `stop` returns true, the connection is lost, the server reports an error, or its reply violates
+/// the protocol; and std::invalid_argument for an image of another type than CV_8UC1 or CV_8UC3, or
+/// above 16384 in a side or 2^25 pixels. It is then still usable. For one thread, and one process
+/// of a fork().
 class RemoteSegmenter final : public Segmenter {
  public:
   /// Takes the path and the options; connects later. Throws std::invalid_argument for options out

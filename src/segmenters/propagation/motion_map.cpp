@@ -6,115 +6,62 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
+
+#include "dynfilter/detail/pixel_scale.hpp"
 
 namespace dynfilter::detail {
 namespace {
 
+constexpr double node_distance_px = 16;  // at a width of 640
 // The weight of the common motion; a point right there has 1. Far from all points the common motion
 // decides.
 constexpr float common_weight = 0.05F;
 
-/// Returns how many nodes cover this length and one cell on either side.
-int nodes_for(float length, float cell_px) {
-  return static_cast<int>(std::ceil(length / cell_px)) + 3;
-}
+int nodes_for(int length, int cell_px) { return (length + cell_px - 1) / cell_px + 2; }
 
 }  // namespace
 
-struct MotionMap::Place {
-  int x, y;            // the cell
-  float right, down;   // position in the cell, 0 to 1
-  cv::Point2f beyond;  // how far outside the grid the point lies
-};
+MotionMap::MotionMap(const cv::Size& image)
+    : image_(image),
+      cell_px_(std::max(4, cvRound(node_distance_px * pixel_scale(image)))),
+      displacements_(nodes_for(image.height, cell_px_), nodes_for(image.width, cell_px_),
+                     cv::Point2f()) {}
 
-MotionMap::MotionMap(const cv::Rect& mask, float cell_px)
-    : mask_(mask),
-      cell_px_(cell_px),
-      origin_(static_cast<float>(mask.x) - cell_px, static_cast<float>(mask.y) - cell_px),
-      sources_(nodes_for(static_cast<float>(mask.height), cell_px),
-               nodes_for(static_cast<float>(mask.width), cell_px)) {
-  for (int y = 0; y < sources_.rows; ++y) {
-    for (int x = 0; x < sources_.cols; ++x) sources_(y, x) = node(x, y);
-  }
+cv::Point2f MotionMap::displacement_at(cv::Point2f point) const {
+  const auto along = [&](float distance_px, int count) {
+    return std::clamp(distance_px / static_cast<float>(cell_px_), 0.0F,
+                      static_cast<float>(count - 1));
+  };
+  const cv::Point2f cells(along(point.x - origin_.x, displacements_.cols),
+                          along(point.y - origin_.y, displacements_.rows));
+  const int x = std::min(static_cast<int>(cells.x), displacements_.cols - 2);
+  const int y = std::min(static_cast<int>(cells.y), displacements_.rows - 2);
+  const float right = cells.x - static_cast<float>(x), down = cells.y - static_cast<float>(y);
+  const cv::Point2f* above = displacements_[y] + x;
+  const cv::Point2f* below = displacements_[y + 1] + x;
+  const cv::Point2f upper = above[0] + right * (above[1] - above[0]);
+  const cv::Point2f lower = below[0] + right * (below[1] - below[0]);
+  return upper + down * (lower - upper);
 }
 
-cv::Point2f MotionMap::node(int x, int y) const {
-  return origin_ + cell_px_ * cv::Point2f(static_cast<float>(x), static_cast<float>(y));
-}
-
-MotionMap::Place MotionMap::place_of(cv::Point2f point) const {
-  const cv::Point2f last = node(sources_.cols - 1, sources_.rows - 1);
-  const cv::Point2f inside(std::clamp(point.x, origin_.x, last.x),
-                           std::clamp(point.y, origin_.y, last.y));
-  const cv::Point2f cells = (inside - origin_) / cell_px_;
-  const int x = std::min(static_cast<int>(cells.x), sources_.cols - 2);
-  const int y = std::min(static_cast<int>(cells.y), sources_.rows - 2);
-  return {x, y, cells.x - static_cast<float>(x), cells.y - static_cast<float>(y), point - inside};
-}
-
-cv::Point2f MotionMap::source_of(cv::Point2f point) const {
-  const Place place = place_of(point);
-  const cv::Point2f* above = sources_[place.y] + place.x;
-  const cv::Point2f* below = sources_[place.y + 1] + place.x;
-  const cv::Point2f upper = above[0] + place.right * (above[1] - above[0]);
-  const cv::Point2f lower = below[0] + place.right * (below[1] - below[0]);
-  return upper + place.down * (lower - upper) + place.beyond;
-}
-
-/// Returns bounds of the mask's present place, with a margin of one cell: around the nodes whose
-/// source is on the mask or near it.
-cv::Rect2f MotionMap::mask_bounds() const {
-  const float reach = 1.5F * cell_px_;
-  const cv::Rect2f source(static_cast<float>(mask_.x) - reach, static_cast<float>(mask_.y) - reach,
-                          static_cast<float>(mask_.width) + 2 * reach,
-                          static_cast<float>(mask_.height) + 2 * reach);
-  cv::Point2f first(std::numeric_limits<float>::max(), std::numeric_limits<float>::max());
-  cv::Point2f last = -first;
-  for (int y = 0; y < sources_.rows; ++y) {
-    for (int x = 0; x < sources_.cols; ++x) {
-      if (!source.contains(sources_(y, x))) continue;
-      const cv::Point2f here = node(x, y);
-      first = {std::min(first.x, here.x), std::min(first.y, here.y)};
-      last = {std::max(last.x, here.x), std::max(last.y, here.y)};
-    }
-  }
-  return first.x <= last.x ? cv::Rect2f(first, last) : cv::Rect2f(origin_, cv::Size2f());
-}
-
-void MotionMap::deform(const std::vector<PointMotion>& motions, cv::Point2f common, float sigma_px,
-                       const cv::Size& image) {
-  // The new grid covers every place in the image that a point may have taken the mask to.
-  cv::Point2f min_shift = common, max_shift = common;
-  for (const PointMotion& motion : motions) {
-    const cv::Point2f shift = motion.shift();
-    min_shift = {std::min(min_shift.x, shift.x), std::min(min_shift.y, shift.y)};
-    max_shift = {std::max(max_shift.x, shift.x), std::max(max_shift.y, shift.y)};
-  }
-  const cv::Rect2f bounds = mask_bounds();
-  const cv::Rect2f visible(-cell_px_, -cell_px_, static_cast<float>(image.width) + 2 * cell_px_,
-                           static_cast<float>(image.height) + 2 * cell_px_);
-  const cv::Rect2f reach = cv::Rect2f(bounds.tl() + min_shift, bounds.br() + max_shift) & visible;
-  if (reach.empty()) return shift(common);
-  MotionMap next = *this;
-  next.origin_ = reach.tl() - cv::Point2f(cell_px_, cell_px_);
-  // A matrix of its own: a copy would share its elements.
-  next.sources_ =
-      cv::Mat_<cv::Point2f>(nodes_for(reach.height, cell_px_), nodes_for(reach.width, cell_px_));
-
-  cv::Mat_<cv::Point3f> sums(next.sources_.size(), cv::Point3f(0, 0, common_weight));
-  const float radius = 3 * sigma_px;
+void MotionMap::move(const std::vector<PointMotion>& motions, cv::Point2f common, float sigma_px) {
+  const auto cell = static_cast<float>(cell_px_);
+  MotionMap next(image_);
+  next.origin_ = origin_ + common;
+  next.origin_ -=
+      cell * cv::Point2f(std::ceil(next.origin_.x / cell), std::ceil(next.origin_.y / cell));
+  cv::Mat_<cv::Point3f> sums(displacements_.size(), cv::Point3f(0, 0, common_weight));
+  const auto range = [&](float at, int count) {
+    const auto limit = static_cast<float>(count);
+    const float first = std::ceil((at - 3 * sigma_px) / cell);
+    const float end = std::floor((at + 3 * sigma_px) / cell) + 1;
+    return cv::Range(static_cast<int>(std::clamp(first, 0.0F, limit)),
+                     static_cast<int>(std::clamp(end, 0.0F, limit)));
+  };
   for (const PointMotion& motion : motions) {
     const cv::Point2f deviation = motion.shift() - common;
-    const auto range = [&](float at, float from, int count) {
-      const float first = std::ceil((at - radius - from) / cell_px_);
-      const float last = std::floor((at + radius - from) / cell_px_);
-      const auto limit = static_cast<float>(count);
-      return cv::Range(static_cast<int>(std::clamp(first, 0.0F, limit)),
-                       static_cast<int>(std::clamp(last + 1, 0.0F, limit)));
-    };
-    const cv::Range columns = range(motion.to.x, next.origin_.x, sums.cols);
-    const cv::Range rows = range(motion.to.y, next.origin_.y, sums.rows);
+    const cv::Range columns = range(motion.to.x - next.origin_.x, sums.cols);
+    const cv::Range rows = range(motion.to.y - next.origin_.y, sums.rows);
     for (int y = rows.start; y < rows.end; ++y) {
       for (int x = columns.start; x < columns.end; ++x) {
         const cv::Point2f away = next.node(x, y) - motion.to;
@@ -126,53 +73,43 @@ void MotionMap::deform(const std::vector<PointMotion>& motions, cv::Point2f comm
   for (int y = 0; y < sums.rows; ++y) {
     for (int x = 0; x < sums.cols; ++x) {
       const cv::Point3f& sum = sums(y, x);
-      const cv::Point2f moved = common + cv::Point2f(sum.x / sum.z, sum.y / sum.z);
-      next.sources_(y, x) = source_of(next.node(x, y) - moved);
+      const cv::Point2f motion = common + cv::Point2f(sum.x / sum.z, sum.y / sum.z);
+      next.displacements_(y, x) = displacement_at(next.node(x, y) - motion) - motion;
     }
   }
   *this = next;
 }
 
-cv::Mat MotionMap::moved(const cv::Mat& mask, const cv::Size& image, cv::Point& origin) const {
-  const cv::Rect2f bounds = mask_bounds() & cv::Rect2f(cv::Point2f(), cv::Size2f(image));
-  if (bounds.empty()) return {};
-  origin = {static_cast<int>(bounds.x), static_cast<int>(bounds.y)};
-  const cv::Point end(std::min(image.width, static_cast<int>(std::ceil(bounds.br().x)) + 1),
-                      std::min(image.height, static_cast<int>(std::ceil(bounds.br().y)) + 1));
-  cv::Mat result(end.y - origin.y, end.x - origin.x, CV_8UC1, cv::Scalar(0));
-  for (int y = origin.y; y < end.y; ++y)
-    sample_row(mask, y, cv::Range(origin.x, end.x), result.ptr(y - origin.y));
-  return result;
-}
-
-/// Samples a row of pixels, cell by cell, because the source is linear in x within a cell.
-void MotionMap::sample_row(const cv::Mat& mask, int y, const cv::Range& columns,
-                           std::uint8_t* pixels) const {
-  const cv::Point2f half(0.5F, 0.5F), corner(mask_.tl());
-  const Place row = place_of({origin_.x, static_cast<float>(y)});
-  const cv::Point2f below(0, row.beyond.y);
-  const auto source = [&](int x) {
-    const cv::Point2f upper = sources_(row.y, x), lower = sources_(row.y + 1, x);
-    return upper + row.down * (lower - upper) + below - corner + half;
-  };
+cv::Mat1b MotionMap::moved(const cv::Mat& mask, cv::Point origin) const {
+  cv::Mat1b result(image_, std::uint8_t{0});
   const auto width = static_cast<float>(mask.cols), height = static_cast<float>(mask.rows);
-  for (int cell = 0; cell + 1 < sources_.cols; ++cell) {
-    const float start = node(cell, 0).x;
-    const cv::Range part(std::max(columns.start, static_cast<int>(std::ceil(start))),
-                         std::min(columns.end, static_cast<int>(std::ceil(start + cell_px_))));
-    const cv::Point2f left = source(cell), right = source(cell + 1);
-    const bool misses_mask = (left.y < 0 && right.y < 0) ||
-                             (left.y >= height && right.y >= height) ||
-                             (left.x < 0 && right.x < 0) || (left.x >= width && right.x >= width);
-    if (misses_mask) continue;
-    const cv::Point2f slope = (right - left) / cell_px_;
-    for (int x = part.start; x < part.end; ++x) {
-      const cv::Point2f from = left + (static_cast<float>(x) - start) * slope;
-      if (!(from.x >= 0 && from.y >= 0 && from.x < width && from.y < height)) continue;
-      pixels[x - columns.start] =
-          mask.ptr<std::uint8_t>(static_cast<int>(from.y))[static_cast<int>(from.x)];
+  const auto cell = static_cast<float>(cell_px_);
+  const cv::Point2f to_pixel = cv::Point2f(0.5F, 0.5F) - cv::Point2f(origin);
+  const auto source = [&](int x, int y) { return node(x, y) + displacements_(y, x) + to_pixel; };
+  for (int y = 0; y + 1 < displacements_.rows; ++y) {
+    for (int x = 0; x + 1 < displacements_.cols; ++x) {
+      const cv::Point2f a = source(x, y), b = source(x + 1, y);
+      const cv::Point2f c = source(x, y + 1), d = source(x + 1, y + 1);
+      const auto [left, right] = std::minmax({a.x, b.x, c.x, d.x});
+      const auto [top, bottom] = std::minmax({a.y, b.y, c.y, d.y});
+      if (!(right >= 0 && bottom >= 0 && left < width && top < height)) continue;
+      const cv::Point2f first = node(x, y);
+      const cv::Rect square(cvCeil(first.x), cvCeil(first.y), cell_px_, cell_px_);
+      const cv::Rect part = square & cv::Rect({}, image_);
+      for (int py = part.y; py < part.br().y; ++py) {
+        const float down = (static_cast<float>(py) - first.y) / cell;
+        const cv::Point2f start = a + down * (c - a);
+        const cv::Point2f slope = (b + down * (d - b) - start) / cell;
+        for (int px = part.x; px < part.br().x; ++px) {
+          const cv::Point2f from = start + (static_cast<float>(px) - first.x) * slope;
+          if (!(from.x >= 0 && from.y >= 0 && from.x < width && from.y < height)) continue;
+          result(py, px) =
+              mask.ptr<std::uint8_t>(static_cast<int>(from.y))[static_cast<int>(from.x)];
+        }
+      }
     }
   }
+  return result;
 }
 
 }  // namespace dynfilter::detail

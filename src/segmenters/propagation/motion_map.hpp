@@ -1,12 +1,9 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Maps each pixel of a moved mask to its source.
-
 #ifndef DYNFILTER_SRC_SEGMENTERS_PROPAGATION_MOTION_MAP_HPP
 #define DYNFILTER_SRC_SEGMENTERS_PROPAGATION_MOTION_MAP_HPP
 
-#include <cstdint>
 #include <vector>
 
 #include <opencv2/core.hpp>
@@ -15,41 +12,36 @@
 
 namespace dynfilter::detail {
 
-/// Maps the pixels of a frame to those of the mask's frame. The map is known at the nodes of a
-/// square grid that covers the moved mask; it is linear in between, and a plain shift beyond.
+/// Maps each pixel of a frame to its place in an earlier one. Displacements are known at the nodes
+/// of a square grid over the image; they are linear in between, and constant beyond. The grid moves
+/// with the object, which keeps its outline sharp.
 class MotionMap {
  public:
-  /// Makes the identity for a mask in this rectangle. `cell_px` is the distance of the nodes.
-  MotionMap(const cv::Rect& mask, float cell_px);
+  /// Makes the identity for images of this size.
+  explicit MotionMap(const cv::Size& image);
 
-  /// Returns the place in the mask's frame of a point of this frame.
-  cv::Point2f source_of(cv::Point2f point) const;
+  /// Returns the place in the earlier frame of a point of this frame.
+  cv::Point2f source_of(cv::Point2f point) const { return point + displacement_at(point); }
 
-  /// Shifts the whole map: the next frame shows at p + shift what this one shows at p.
-  void shift(cv::Point2f shift) { origin_ += shift; }
+  /// Moves on to the next frame, by the mean of the motions around each node, with Gaussian weights
+  /// of their distance and a small weight for `common`. O(motions x nodes within 3 sigma + nodes).
+  void move(const std::vector<PointMotion>& motions, cv::Point2f common, float sigma_px);
 
-  /// Moves each node by the mean of the motions around it, with Gaussian weights of their distance
-  /// and a small weight for `common`. `image` is the image's size. O(motions x nodes within 3 sigma
-  /// + nodes).
-  void deform(const std::vector<PointMotion>& motions, cv::Point2f common, float sigma_px,
-              const cv::Size& image);
-
-  /// Returns the mask at this frame: its pixels in the image and, in `origin`, the place of the
-  /// first one. `mask` is the mask's own part of its frame, in the rectangle given to the
-  /// constructor. O(area of the grid).
-  cv::Mat moved(const cv::Mat& mask, const cv::Size& image, cv::Point& origin) const;
+  /// Returns the mask at this frame, of the image's size. `mask` lies at `origin` in the earlier
+  /// frame. O(pixels).
+  cv::Mat1b moved(const cv::Mat& mask, cv::Point origin) const;
 
  private:
-  struct Place;  // in the grid
-  Place place_of(cv::Point2f point) const;
-  cv::Point2f node(int x, int y) const;
-  cv::Rect2f mask_bounds() const;
-  void sample_row(const cv::Mat& mask, int y, const cv::Range& columns, std::uint8_t* pixels) const;
+  cv::Point2f node(int x, int y) const {
+    return origin_ +
+           cv::Point2f(static_cast<float>(x * cell_px_), static_cast<float>(y * cell_px_));
+  }
+  cv::Point2f displacement_at(cv::Point2f point) const;
 
-  cv::Rect mask_;  // in its own frame
-  float cell_px_;
-  cv::Point2f origin_;  // of the grid's first node
-  cv::Mat_<cv::Point2f> sources_;
+  cv::Size image_;
+  int cell_px_;         // distance of the nodes
+  cv::Point2f origin_;  // of the first one, less than a cell outside the image
+  cv::Mat_<cv::Point2f> displacements_;
 };
 
 }  // namespace dynfilter::detail

@@ -10,11 +10,17 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 
-#include "constants.hpp"
-
 namespace dynfilter::detail {
 namespace {
 
+/// Width to which images are reduced before points are tracked, about.
+constexpr int work_width_px = 320;
+/// Spacing of tracked points in the reduced image, on and around the known instances: one point per
+/// square of this side. Elsewhere the squares are twice as wide, for instances not yet reported.
+constexpr int point_spacing_px = 8;
+/// Largest distance, pixels of the reduced image, between a point and where tracking it backwards
+/// returns it to.
+constexpr double max_forward_backward_px = 1.5;
 // In pixels of the reduced image. Larger windows reach over the edge of a limb; more iterations
 // change nothing that the check does not catch.
 const cv::Size window(9, 9);
@@ -56,10 +62,9 @@ std::vector<PointMotion> PointFlow::track(const cv::Mat& image) {
   std::vector<std::uint8_t> found_forward, found_backward;
   follow(last_pyramid_, pyramid_, points_, forward, found_forward);
   follow(pyramid_, last_pyramid_, forward, backward, found_backward);
-  const double max_distance = propagation::max_forward_backward_px;
   for (std::size_t i = 0; i < points_.size(); ++i) {
     if (found_forward[i] == 0 || found_backward[i] == 0 ||
-        !(cv::norm(backward[i] - points_[i]) <= max_distance))
+        !(cv::norm(backward[i] - points_[i]) <= max_forward_backward_px))
       continue;
     motions.push_back({to_full(points_[i]), to_full(forward[i])});
   }
@@ -70,7 +75,7 @@ void PointFlow::build_pyramid(const cv::Mat& image) {
   pyramid_.clear();  // its memory must not be shared with the last one
   work_.release();
   if (image.empty()) return;
-  const int width = std::min(image.cols, propagation::work_width_px);
+  const int width = std::min(image.cols, work_width_px);
   const double height = std::round(static_cast<double>(image.rows) * width / image.cols);
   const cv::Size size(width, std::max(1, static_cast<int>(height)));
   // In an image this small, motion cannot be told from the border's effects.
@@ -100,7 +105,7 @@ void PointFlow::choose_points(const std::vector<cv::Rect>& dense) {
       return !(cv::Rect2f(rectangle) & full).empty();
     });
   };
-  const int fine = propagation::point_spacing_px, coarse = 2 * fine;
+  const int fine = point_spacing_px, coarse = 2 * fine;
   for (int y = 0; y < work_.rows; y += coarse) {
     for (int x = 0; x < work_.cols; x += coarse) {
       const cv::Rect part = cv::Rect(x, y, coarse, coarse) & whole;

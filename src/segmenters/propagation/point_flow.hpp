@@ -1,8 +1,6 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// The image's motion from frame to frame, at scattered points.
-
 #ifndef DYNFILTER_SRC_SEGMENTERS_PROPAGATION_POINT_FLOW_HPP
 #define DYNFILTER_SRC_SEGMENTERS_PROPAGATION_POINT_FLOW_HPP
 
@@ -10,9 +8,16 @@
 
 #include <opencv2/core.hpp>
 
-#include "point_motion.hpp"
-
 namespace dynfilter::detail {
+
+/// Motion of a point between two frames that follow each other.
+struct PointMotion {
+  cv::Point2f from;  ///< place in the earlier frame, raw pixels
+  cv::Point2f to;    ///< place in the later frame, raw pixels
+
+  /// Returns the shift from the earlier frame to the later one, pixels.
+  cv::Point2f shift() const { return to - from; }
+};
 
 /// Tracks corners of one image into the next. Keeps the pyramid and the corners of the last image
 /// only.

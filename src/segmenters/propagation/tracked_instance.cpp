@@ -5,45 +5,39 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
 #include <cstdlib>
 #include <iterator>
 
-#include "constants.hpp"
 #include "dynfilter/detail/pixel_scale.hpp"
 #include "dynfilter/detail/quantile.hpp"
 #include "dynfilter/detail/rectangles.hpp"
 #include "dynfilter/segmentation.hpp"
 
+// Constants were chosen by the overlap of moved masks with true ones. Pixels are those at a width
+// of 640.
 namespace dynfilter::detail {
 namespace {
 
-// A side of the box follows the mask's side if that is this near: pixels at a width of 640, or a
-// share of the box.
-constexpr double side_reach_px = 8;
-constexpr double side_reach_share = 0.1;
-
-// A point belongs to the background if it moves this much nearer to the background's motion than to
-// the object's, as a share of the distances, and if the two motions differ at all: pixels at a
-// width of 640.
-constexpr double share_of_distance = 0.75;
-constexpr double min_difference_px = 2;
-
-// A mask that fills less of its box says little about the object's motion.
-constexpr double min_mask_share = 0.1;
-
-// No image is wider (see validate), so anything that moves this far in a frame has left it. The sum
-// over the history still fits an int.
+/// Standard deviation of the Gaussian by which a point's motion spreads to the pixels around it.
+/// Small: limbs move independently; large: an instance moves as one piece.
+constexpr double field_sigma_px = 14;
+/// Width of a mask's edge. Points on the edge are ignored if they move as the background beside it
+/// does: they would stretch the mask behind the object.
+constexpr double edge_px = 8;
+/// @{
+/// A point belongs to the background if its motion is this much nearer to the background's than to
+/// the object's, as a share of the distances, and if the two motions differ at all.
+constexpr double share_of_distance = 0.75, min_difference_px = 2;
+/// @}
+constexpr std::size_t min_points = 3;  // on an instance, to move it by their flow
+// No image is wider (see validate), so anything that moves this far in a frame has left it.
 constexpr double max_shift_px = max_image_side_px;
-constexpr double max_velocity_px_s = 1e9;
 
-/// Limits a vector to real motion: NaN and large numbers arise from times that nearly coincide and
-/// from boxes that may lie anywhere.
-cv::Point2d limited(cv::Point2d vector, double limit) {
-  const auto coordinate = [&](double value) {
-    return std::isnan(value) ? 0.0 : std::clamp(value, -limit, limit);
-  };
-  return {coordinate(vector.x), coordinate(vector.y)};
+/// Returns the shift of a frame, limited: velocities are large after times that nearly coincide.
+cv::Point2d shift_of(cv::Point2d velocity_px_s, double duration_s) {
+  const cv::Point2d shift = velocity_px_s * duration_s;
+  return {std::clamp(shift.x, -max_shift_px, max_shift_px),
+          std::clamp(shift.y, -max_shift_px, max_shift_px)};
 }
 
 /// Returns the median of each coordinate.
@@ -74,8 +68,6 @@ std::optional<cv::Point2f> mean_motion(const std::vector<PointMotion>& motions, 
   return cv::Point2f(sum / weights);
 }
 
-cv::Point2d centre(const cv::Rect2d& box) { return (box.tl() + box.br()) / 2; }
-
 /// Rounds the box to pixels and clips it to the image; empty if it lies outside.
 cv::Rect pixels_of(const cv::Rect2d& box, const cv::Size& image) {
   const auto along = [](double first, double last, int limit) {
@@ -93,13 +85,8 @@ cv::Rect pixels_of(const cv::Rect2d& box, const cv::Size& image) {
 }  // namespace
 
 TrackedInstance::TrackedInstance(const Instance& instance, double timestamp_s,
-                                 const cv::Size& image, float cell_px)
-    : source_(instance),
-      timestamp_s_(timestamp_s),
-      image_(image),
-      map_({}, cell_px),
-      box_(instance.box),
-      shifted_box_(instance.box) {
+                                 const cv::Size& image)
+    : source_(instance), timestamp_s_(timestamp_s), image_(image), map_(image), box_(instance.box) {
   source_.mask = instance.mask.clone();
   const cv::Rect visible = clip({instance.mask_origin, instance.mask.size()}, image);
   if (!visible.empty()) {
@@ -109,18 +96,8 @@ TrackedInstance::TrackedInstance(const Instance& instance, double timestamp_s,
     mask_ = part(bounds);
     mask_origin_ = visible.tl() + bounds.tl();
   }
-  if (!mask_.empty()) map_ = MotionMap({mask_origin_, mask_.size()}, cell_px);
   moved_mask_ = mask_;
   moved_origin_ = mask_origin_;
-}
-
-void TrackedInstance::succeed(const TrackedInstance& earlier) {
-  velocity_px_s_ = earlier.velocity_px_s_;
-  const double passed_s = timestamp_s_ - earlier.timestamp_s_;
-  if (!velocity_px_s_ && passed_s > 0) {
-    const cv::Point2d moved = centre(box_) - centre(cv::Rect2d(earlier.source_.box));
-    velocity_px_s_ = limited(moved / passed_s, max_velocity_px_s);
-  }
 }
 
 /// Tells whether the mask has the object at a pixel and `reach` pixels away on all sides, within
@@ -144,16 +121,15 @@ bool TrackedInstance::is_inside(cv::Point pixel, int reach) const {
 /// Returns the motions of the points on the mask. Some points near its edge belong to the
 /// background: they move more like the points outside than like those well inside.
 std::vector<PointMotion> TrackedInstance::motions_on_mask(const FlowStep& step) const {
-  if (mask_.empty()) return {};
-  const int edge_px = static_cast<int>(std::lround(propagation::edge_px * pixel_scale(image_)));
-  std::vector<PointMotion> inside, edge, outside;
+  const int edge = cvRound(edge_px * pixel_scale(image_));
+  std::vector<PointMotion> inside, at_edge, outside;
   for (const PointMotion& motion : step.motions) {
     const cv::Point2f source = map_.source_of(motion.from) + cv::Point2f(0.5F, 0.5F);
     const cv::Point pixel(cvFloor(source.x), cvFloor(source.y));
-    auto& part = is_inside(pixel, edge_px) ? inside : is_inside(pixel, 0) ? edge : outside;
+    auto& part = is_inside(pixel, edge) ? inside : is_inside(pixel, 0) ? at_edge : outside;
     part.push_back(motion);
   }
-  const double sigma_px = propagation::field_sigma_px * pixel_scale(image_);
+  const double sigma_px = field_sigma_px * pixel_scale(image_);
   const double min_px = min_difference_px * pixel_scale(image_);
   const auto is_background = [&](const PointMotion& motion) {
     const auto background = mean_motion(outside, motion.from, sigma_px);
@@ -164,13 +140,8 @@ std::vector<PointMotion> TrackedInstance::motions_on_mask(const FlowStep& step) 
            share_of_distance * cv::norm(motion.shift() - *object);
   };
   std::vector<PointMotion> motions = inside;
-  std::remove_copy_if(edge.begin(), edge.end(), std::back_inserter(motions), is_background);
+  std::remove_copy_if(at_edge.begin(), at_edge.end(), std::back_inserter(motions), is_background);
   return motions;
-}
-
-bool TrackedInstance::fills_box() const {
-  return static_cast<double>(mask_.total()) >= min_mask_share * cv::Rect2d(source_.box).area() &&
-         !mask_.empty();
 }
 
 /// Returns the motions in the middle of the box, which an object fills however it moves arms and
@@ -187,29 +158,28 @@ std::vector<PointMotion> TrackedInstance::motions_in_box(
   return in_box;
 }
 
-void TrackedInstance::advance(const FlowStep& step, std::size_t history_frames) {
-  if (!is_moved_) {
-    is_moved_ = true;
-    mask_ = mask_.clone();  // pixels outside the image and around the object are no longer needed
-    source_.mask.release();
-  }
-  std::vector<PointMotion> motions = motions_on_mask(step);
-  const bool as_one = motions.size() < propagation::min_points && !fills_box();
-  if (as_one) motions = motions_in_box(step.motions);
-  if (!as_one && motions.size() >= propagation::min_points && has_gone_out(motions, step)) {
-    motions.clear();
-  }
-  counts_.points = motions.size();
-  if (motions.size() >= propagation::min_points) {
-    move_by_flow(motions, as_one, step.duration_s);
-    ++counts_.by_flow;
-  } else if (velocity_px_s_) {
-    shift(limited(*velocity_px_s_ * step.duration_s, max_shift_px));
-    ++counts_.by_velocity;
+void TrackedInstance::advance(const FlowStep& step) {
+  is_moved_ = true;
+  const bool has_mask = !mask_.empty();
+  std::vector<PointMotion> motions =
+      has_mask ? motions_on_mask(step) : motions_in_box(step.motions);
+  const bool is_followed =
+      motions.size() >= min_points && !(has_mask && has_gone_out(motions, step));
+  cv::Point2d common;
+  if (is_followed) {
+    common = cv::Point2d(median_shift(motions));
+    const cv::Point2d now = common / step.duration_s;
+    velocity_px_s_ = velocity_px_s_ ? (*velocity_px_s_ + now) / 2 : now;
   } else {
-    ++counts_.left;
+    motions.clear();
+    if (velocity_px_s_) common = shift_of(*velocity_px_s_, step.duration_s);
   }
-  past_.push_back({step.timestamp_s, box_});
+  if (has_mask) {
+    const double sigma_px = field_sigma_px * pixel_scale(image_);
+    map_.move(motions, cv::Point2f(common), static_cast<float>(sigma_px));
+  }
+  box_ += common;
+  past_.emplace_back(step.timestamp_s, box_);
   if (past_.size() > history_frames) past_.pop_front();
 }
 
@@ -231,58 +201,19 @@ bool TrackedInstance::has_gone_out(const std::vector<PointMotion>& on_mask,
          cv::norm(now - background) < share_of_distance * cv::norm(now - expected);
 }
 
-void TrackedInstance::move_by_flow(const std::vector<PointMotion>& motions, bool as_one,
-                                   double duration_s) {
-  const cv::Point2f common = median_shift(motions);
-  if (as_one) {
-    map_.shift(common);
-  } else {
-    const double sigma_px = propagation::field_sigma_px * pixel_scale(image_);
-    map_.deform(motions, common, static_cast<float>(sigma_px), image_);
-  }
-  box_ += cv::Point2d(common);
-  shifted_box_ += cv::Point2d(common);
-  const cv::Point2d now = limited(cv::Point2d(common) / duration_s, max_velocity_px_s);
-  velocity_px_s_ = velocity_px_s_ ? (*velocity_px_s_ + now) / 2 : now;
-}
-
-void TrackedInstance::shift(cv::Point2d by) {
-  map_.shift(cv::Point2f(by));
-  box_ += by;
-  shifted_box_ += by;
-}
-
 void TrackedInstance::settle() {
-  if (!is_moved_) return;
-  if (!mask_.empty()) {
-    cv::Point origin;
-    const cv::Mat mask = map_.moved(mask_, image_, origin);
-    const cv::Rect bounds = bounding_box(mask);
-    moved_mask_ = mask(bounds).clone();
-    moved_origin_ = origin + bounds.tl();
-    fit_box();
-  }
-  if (!past_.empty()) past_.back().box = box_;
-}
-
-/// Moves the sides of the box that the mask reached together with the mask's sides.
-void TrackedInstance::fit_box() {
-  box_ = shifted_box_;
-  if (moved_mask_.empty()) return;
-  const cv::Rect2d box(source_.box), mask(cv::Rect(mask_origin_, mask_.size())),
-      now(cv::Rect(moved_origin_, moved_mask_.size()));
-  const auto fitted = [&](double box_side, double mask_side, double now_side, double shifted_side,
-                          double length) {
-    const double reach = std::max(side_reach_px * pixel_scale(image_), side_reach_share * length);
-    const double beyond = box_side - mask_side;
-    return std::abs(beyond) <= reach ? now_side + beyond : shifted_side;
-  };
-  const cv::Point2d first(fitted(box.x, mask.x, now.x, shifted_box_.x, box.width),
-                          fitted(box.y, mask.y, now.y, shifted_box_.y, box.height));
-  const cv::Point2d last(
-      fitted(box.br().x, mask.br().x, now.br().x, shifted_box_.br().x, box.width),
-      fitted(box.br().y, mask.br().y, now.br().y, shifted_box_.br().y, box.height));
+  if (!is_moved_ || mask_.empty()) return;
+  const cv::Mat mask = map_.moved(mask_, mask_origin_);
+  const cv::Rect now = bounding_box(mask);
+  moved_mask_ = mask(now).clone();
+  moved_origin_ = now.tl();
+  if (now.empty()) return;
+  // The sides of the box keep their distances from those of the mask.
+  const cv::Rect2d given(source_.box), mask_then(cv::Rect(mask_origin_, mask_.size()));
+  const cv::Point2d first = cv::Point2d(now.tl()) + given.tl() - mask_then.tl();
+  const cv::Point2d last = cv::Point2d(now.br()) + given.br() - mask_then.br();
   box_ = {first.x, first.y, std::max(0.0, last.x - first.x), std::max(0.0, last.y - first.y)};
+  past_.back().second = box_;
 }
 
 Instance TrackedInstance::instance() const {
@@ -304,8 +235,8 @@ bool TrackedInstance::has_left_image() const {
 
 cv::Rect2d TrackedInstance::box_at(double time_s) const {
   const auto found = std::find_if(past_.begin(), past_.end(),
-                                  [&](const PastBox& past) { return past.timestamp_s == time_s; });
-  return found == past_.end() ? box_ : found->box;
+                                  [&](const auto& past) { return past.first == time_s; });
+  return found == past_.end() ? box_ : found->second;
 }
 
 cv::Rect TrackedInstance::region() const {

@@ -1,8 +1,6 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// Tracks one instance from the frame of its mask to the newest frame.
-
 #ifndef DYNFILTER_SRC_SEGMENTERS_PROPAGATION_TRACKED_INSTANCE_HPP
 #define DYNFILTER_SRC_SEGMENTERS_PROPAGATION_TRACKED_INSTANCE_HPP
 
@@ -10,16 +8,20 @@
 #include <cstdint>
 #include <deque>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include <opencv2/core.hpp>
 
 #include "dynfilter/instance.hpp"
-#include "dynfilter/segmenters/mask_propagator.hpp"
 #include "motion_map.hpp"
 #include "point_flow.hpp"
 
 namespace dynfilter::detail {
+
+/// Frames for which the image's motion is remembered: the largest delay of a result for which the
+/// motion since is known.
+constexpr std::size_t history_frames = 30;
 
 /// The image's motion from the frame before into a frame.
 struct FlowStep {
@@ -29,18 +31,18 @@ struct FlowStep {
   std::vector<PointMotion> motions;
 };
 
+/// Moves one instance from the frame of its mask to the newest frame.
 class TrackedInstance {
  public:
   /// Takes an instance of a frame of this time and size. Cuts off mask pixels outside the image and
   /// keeps a copy of the rest.
-  TrackedInstance(const Instance& instance, double timestamp_s, const cv::Size& image,
-                  float cell_px);
+  TrackedInstance(const Instance& instance, double timestamp_s, const cv::Size& image);
 
   /// Takes over the velocity of an earlier detection of the same object.
-  void succeed(const TrackedInstance& earlier);
+  void succeed(const TrackedInstance& earlier) { velocity_px_s_ = earlier.velocity_px_s_; }
 
   /// Moves the instance into the next frame.
-  void advance(const FlowStep& step, std::size_t history_frames);
+  void advance(const FlowStep& step);
 
   /// Determines mask and box at the current frame; call it once a frame, after the last step into
   /// it.
@@ -63,23 +65,11 @@ class TrackedInstance {
   /// Returns the part of the image that the instance covers now.
   cv::Rect region() const;
 
-  /// Returns how the instance got here; age and misses are not set.
-  const InstancePropagation& counts() const { return counts_; }
-
  private:
-  struct PastBox {
-    double timestamp_s;
-    cv::Rect2d box;
-  };
-
-  bool fills_box() const;
   bool is_inside(cv::Point pixel, int reach) const;
   std::vector<PointMotion> motions_on_mask(const FlowStep& step) const;
   std::vector<PointMotion> motions_in_box(const std::vector<PointMotion>& all) const;
   bool has_gone_out(const std::vector<PointMotion>& on_mask, const FlowStep& step) const;
-  void move_by_flow(const std::vector<PointMotion>& motions, bool as_one, double duration_s);
-  void shift(cv::Point2d by);
-  void fit_box();
 
   Instance source_;
   cv::Mat mask_;  // the part of the source's mask on the object and in the image
@@ -87,11 +77,9 @@ class TrackedInstance {
   double timestamp_s_;
   cv::Size image_;
   MotionMap map_;
-  cv::Rect2d box_;          // moved
-  cv::Rect2d shifted_box_;  // moved in one piece
-  std::deque<PastBox> past_;
+  cv::Rect2d box_;                                  // moved
+  std::deque<std::pair<double, cv::Rect2d>> past_;  // boxes by the times of frames
   std::optional<cv::Point2d> velocity_px_s_;
-  InstancePropagation counts_;
   cv::Mat moved_mask_;
   cv::Point moved_origin_;
   bool is_moved_ = false;

@@ -4,11 +4,11 @@
 #ifndef DYNFILTER_SRC_SEGMENTERS_REMOTE_CONNECTION_HPP
 #define DYNFILTER_SRC_SEGMENTERS_REMOTE_CONNECTION_HPP
 
-#include <unistd.h>
-
+#include <algorithm>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
+#include <functional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -16,33 +16,36 @@
 
 #include <opencv2/core.hpp>
 
-#include "deadline.hpp"
 #include "protocol.hpp"
 
 namespace dynfilter::detail::remote {
 
-/// Owns a file descriptor.
-class Descriptor {
+using Clock = std::chrono::steady_clock;  // unaffected when somebody sets the time of day
+
+inline Clock::duration duration_of(double seconds) {
+  return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+}
+
+/// The end of the time for one call. It passes early if `stop`, unless that is empty, is true.
+class Deadline {
  public:
-  explicit Descriptor(int number) : number_(number) {}
-  Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
-  Descriptor& operator=(Descriptor&& other) noexcept {
-    std::swap(number_, other.number_);
-    return *this;
+  Deadline(double seconds_from_now, std::function<bool()> stop)
+      : end_(Clock::now() + duration_of(seconds_from_now)), stop_(std::move(stop)) {}
+
+  bool has_passed() const { return Clock::now() >= end_ || is_stopped(); }
+
+  bool is_stopped() const { return stop_ && stop_(); }
+
+  /// Returns how long to wait before has_passed() is to be asked again.
+  Clock::duration left() const {
+    constexpr std::chrono::milliseconds pause(50);  // between questions whether to stop
+    const auto left = std::max(end_ - Clock::now(), Clock::duration::zero());
+    return stop_ ? std::min<Clock::duration>(left, pause) : left;
   }
-  ~Descriptor() {
-    if (number_ >= 0) ::close(number_);
-  }
-  int number() const { return number_; }
 
  private:
-  int number_;
-};
-
-/// Reports a connection that could not be made or is useless now. The message lacks the path.
-class ConnectionError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
+  Clock::time_point end_;
+  std::function<bool()> stop_;
 };
 
 /// Reports that time is up. A half-received reply may be received further.
@@ -54,8 +57,7 @@ class TimeIsUp : public std::runtime_error {
 /// Tells whether a path fits into a socket's address.
 bool is_socket_path(const std::string& path);
 
-/// Returns why Connection::to found no listener, and what to do about it: the path does not exist,
-/// is no socket, or is one that a process has left.
+/// Returns why nobody listens at a path, and what to do about it.
 std::string why_nobody_listens(const std::string& path);
 
 struct Message {
@@ -63,39 +65,43 @@ struct Message {
   std::vector<std::uint8_t> payload;
 };
 
-/// A connection to the process that listens on a Unix domain socket.
+/// A connection to the process that listens on a Unix domain socket. Every function throws
+/// ConnectionError if it fails or the other side has closed the connection, and TimeIsUp.
 class Connection {
  public:
-  /// Connects and checks that the listener runs as this process's user. std::nullopt if no process
-  /// listens: the file is missing, is no socket, or no process is behind it. Throws ConnectionError
-  /// if the path may not be opened or is another user's, and TimeIsUp.
-  static std::optional<Connection> to(const std::string& path, const Deadline& deadline);
+  /// Makes a socket, which is not connected.
+  Connection();
+  Connection(const Connection&) = delete;
+  Connection& operator=(const Connection&) = delete;
+  ~Connection();
+
+  /// Connects, once, and checks that the listener runs as this process's user; false if no process
+  /// listens: the file is missing, is no socket, or no process is behind it.
+  bool connect(const std::string& path, const Deadline& deadline);
 
   /// Tells whether the other side has closed the connection and nothing it sent is left to read.
   /// Does not wait.
-  bool is_closed();
+  bool is_closed() const;
 
-  /// Sends the bytes and then the pixels of the image, which must be continuous. Returns false if
-  /// the other side has closed the connection meanwhile; what it sent before may still be received.
-  /// Throws TimeIsUp; the connection is useless then, because a part of the message may have been
-  /// sent.
-  bool send(const std::vector<std::uint8_t>& head, const cv::Mat& image, const Deadline& deadline);
+  /// Sends the bytes and then the pixels of the image, which must be continuous. If the other side
+  /// closes the connection meanwhile, receive() still gets what it sent before. After TimeIsUp the
+  /// connection is useless, because a part of the message may have been sent.
+  void send(const std::vector<std::uint8_t>& head, const cv::Mat& image, const Deadline& deadline);
 
   /// Receives the next message. After TimeIsUp, another call continues where this one stopped.
-  /// Throws ProtocolError for a header that is no reply's, and ConnectionError if the other side
-  /// has closed the connection.
+  /// Throws ProtocolError for a header that is no reply's.
   Message receive(const Deadline& deadline);
 
  private:
-  explicit Connection(Descriptor socket) : socket_(std::move(socket)) {}
-
-  bool send_bytes(const std::uint8_t* bytes, std::size_t size, const Deadline& deadline);
+  template <class Transfer>
+  bool move_bytes(std::size_t size, std::size_t& done, short events, const Deadline& deadline,
+                  Transfer transfer);
   void receive_bytes(std::uint8_t* bytes, std::size_t size, std::size_t& received,
                      const Deadline& deadline);
 
-  Descriptor socket_;
+  int socket_;
   // The message being received.
-  std::uint8_t header_[header_bytes] = {};
+  Header header_ = {};
   std::size_t header_received_ = 0;
   std::vector<std::uint8_t> payload_;
   std::size_t payload_received_ = 0;

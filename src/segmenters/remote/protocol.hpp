@@ -21,13 +21,6 @@ namespace dynfilter::detail::remote {
 
 constexpr std::uint16_t protocol_version = 1;
 
-enum class MessageType : std::uint16_t { frame = 1, instances = 2, error = 3 };
-
-constexpr std::size_t header_bytes = 24;
-constexpr std::size_t frame_head_bytes = 40;
-constexpr std::size_t reply_head_bytes = 24;
-constexpr std::size_t instance_bytes = 48;
-
 constexpr int max_side_px = 16384;
 constexpr int max_pixels = 1 << 25;
 constexpr std::uint32_t max_instances = 1000;
@@ -35,22 +28,34 @@ constexpr std::uint32_t max_reply_bytes = 64U << 20U;
 constexpr std::uint32_t max_error_bytes = 4096;
 constexpr int max_box_coordinate_px = 1 << 20;
 
-/// Reports bytes from the other side that violate the protocol. The message lacks the path.
-class ProtocolError : public std::runtime_error {
+enum class MessageType : std::uint16_t { frame = 1, instances = 2, error = 3 };
+
+/// The start of every message, as it is sent.
+struct Header {
+  std::uint8_t magic[4] = {'D', 'Y', 'N', 'F'};
+  std::uint16_t version = protocol_version;
+  MessageType type = MessageType::frame;
+  std::uint32_t payload_bytes = 0;
+  std::uint32_t reserved = 0;
+  std::uint64_t request = 0;  ///< counts the frames sent; a reply has its frame's number
+};
+static_assert(sizeof(Header) == 24, "the protocol's");
+
+/// Reports a connection that could not be made or is useless now. The message lacks the path.
+class ConnectionError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// The start of every message, checked.
-struct Header {
-  MessageType type = MessageType::error;
-  std::uint32_t payload_bytes = 0;
-  std::uint64_t request = 0;  ///< counts the frames sent; a reply has its frame's number
+/// Reports bytes from the other side that violate the protocol. The message lacks the path.
+class ProtocolError : public ConnectionError {
+ public:
+  using ConnectionError::ConnectionError;
 };
 
-/// Decodes the header of a message from the other side. It must have this protocol and version, be
-/// a reply or an error, and announce an allowed length. Throws ProtocolError.
-Header decode_header(const std::uint8_t (&bytes)[header_bytes]);
+/// Throws ProtocolError unless the header is that of a reply or an error, of this protocol and
+/// version, and announces an allowed length.
+void require_reply(const Header& header);
 
 /// Throws std::invalid_argument for an image that cannot be sent; the message begins with
 /// `component`.
