@@ -140,9 +140,9 @@ class DepthCompensator {
   struct Object {
     std::size_t k;  // index of the instance
     const Instance* instance;
-    cv::Rect masked;      // part of the image that the mask spans
-    cv::Rect reach = {};  // where the object may be
-    cv::Rect seeds = {};  // where the flood starts, if not on the mask
+    cv::Rect masked;        // part of the image that the mask spans
+    cv::Rect reach = {};    // where the object may be
+    cv::Rect sources = {};  // where the flood starts, if not on the mask
     double depth_m = 0;
     double margin_px = 0;  // beside the mask
     int shift_px = 0;      // of the depth image to the right of the mask
@@ -152,7 +152,7 @@ class DepthCompensator {
 
   struct Cell {
     double depth_m = 0;
-    double step_m = -1;  // largest on the way from a seed; -1: a seed, or no depth
+    double step_m = -1;  // largest on the way from a source; -1: a source, or no depth
     Owner owner = nobody;
   };
 
@@ -226,7 +226,7 @@ class DepthCompensator {
         for (int x = area.x / cell_ * cell_ + cell_ / 2; x < area.br().x; x += cell_) {
           const double depth_m = depth_at({x, y});
           if (depth_m == 0) continue;
-          const Owner owner = seed_at({x, y}, depth_m);
+          const Owner owner = owner_at({x, y}, depth_m);
           const double step_m = owner == nobody ? std::numeric_limits<double>::infinity() : -1;
           scratch_.cells[cell_at({x, y})] = {depth_m, step_m, owner};
         }
@@ -337,9 +337,9 @@ class DepthCompensator {
       // Many features on the mask without any depth: those in the box are of what is behind it.
       if (!has_image_ && samples == 0 && places >= 3 * min_samples) return false;
       const cv::Rect box = detail::clip(object.instance->box, size_);
-      object.seeds = {box.x + box.width / 4, box.y + box.height / 5, box.width / 2,
-                      box.height * 3 / 5};
-      read_depths(object.seeds, nullptr);
+      object.sources = {box.x + box.width / 4, box.y + box.height / 5, box.width / 2,
+                        box.height * 3 / 5};
+      read_depths(object.sources, nullptr);
       samples += scratch_.depths_m.size();
       return find_cluster(min_box_share, object.depth_m);
     }
@@ -411,7 +411,7 @@ class DepthCompensator {
                min_behind * static_cast<double>(scratch_.depths_m.size());
       };
       if (!is_background()) return true;
-      object.seeds = object.reach;
+      object.sources = object.reach;
       return find_cluster(min_box_share, object.depth_m) && !is_background();
     }
 
@@ -482,14 +482,14 @@ class DepthCompensator {
       return static_cast<std::size_t>((place.y / cell_ + 1) * stride_ + place.x / cell_ + 1);
     }
 
-    /// Returns whose seed a place is.
-    Owner seed_at(cv::Point place, double depth_m) const {
+    /// Returns whose source a place is.
+    Owner owner_at(cv::Point place, double depth_m) const {
       bool is_in_reach = false;
       for (const Object& object : scratch_.objects) {
-        const bool is_seed = object.seeds.empty()
-                                 ? object.instance->covers({place.x - object.shift_px, place.y})
-                                 : object.seeds.contains(place);
-        if (is_seed && is_near(object, depth_m)) return an_object;
+        const bool is_source = object.sources.empty()
+                                   ? object.instance->covers({place.x - object.shift_px, place.y})
+                                   : object.sources.contains(place);
+        if (is_source && is_near(object, depth_m)) return an_object;
         is_in_reach = is_in_reach || object.reach.contains(place);
       }
       return is_in_reach ? nobody : surroundings;

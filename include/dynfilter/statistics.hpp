@@ -60,8 +60,8 @@ enum class MotionOutcome : std::uint8_t {
 struct MotionStatistics {
   MotionOutcome outcome = MotionOutcome::not_run;  ///< what happened
   std::size_t tracked = 0;                         ///< features that were found in the last frame
-  std::size_t seeds = 0;       ///< features that look as if they move, by track, depth or image
-  std::size_t supported = 0;   ///< seeds that count fully, because others near them are seeds, too
+  std::size_t candidates = 0;  ///< features that look as if they move, by track, depth or image
+  std::size_t supported = 0;   ///< candidates whose neighbours move, too
   std::size_t given_back = 0;  ///< features given back because they do not move
   /// Dynamic objects that matter and of which it is not known for sure whether they move: a single
   /// frame could change the verdict. An object matters if masks and compensation took more than a

@@ -15,14 +15,14 @@
 namespace dynfilter::detail {
 namespace {
 
-// A feature becomes a seed if it shifts by more than the largest of three limits: pixels, scales of
-// the camera's pose, and the shift of a thing of MotionJudgeOptions::min_speed_m_s.
+// A feature becomes a candidate if it shifts by more than the largest of three limits: pixels,
+// scales of the camera's pose, and the shift of a thing of MotionJudgeOptions::min_speed_m_s.
 constexpr double min_shift_px = 1.5, min_shift_scales = 6;
 /// A smaller share of what is allowed for is where a static feature at the predicted depth is.
 constexpr double max_sure_ratio = 0.5;
 constexpr double same_depth_m = 0.1;  // what is nearer by more hides a surface
-// A seed's patch fits its track much better than the static place: by a share of its contrast, and
-// with at most a share of the static place's difference.
+// A candidate's patch fits its track much better than the static place: by a share of its contrast,
+// and with at most a share of the static place's difference.
 constexpr float min_patch_gain = 0.2F, max_patch_ratio = 0.75F;
 constexpr float static_ratio =
     0.5F;  // difference at the static place of what is there, of contrast
@@ -30,15 +30,16 @@ constexpr float static_ratio =
 // Neighbours: features within a radius, the larger one where there are few; corners apart.
 constexpr int near_radius_px = 40, far_radius_px = 80, min_apart_px = 3;
 constexpr std::size_t enough_neighbours = 16, most_neighbours = 24;
-// Most of the nearest tracked ones are seeds that move alike.
+// Most of the nearest tracked ones are candidates that move alike.
 constexpr int voices = 8, min_alike = 4;
 constexpr double min_alike_share = 0.6;
 constexpr float max_difference = 0.3F, max_difference_px = 0.5F;  // of shifts that are alike
-// Or most of the nearest, tracked or not, are seeds: persons cross each other, and limbs swing.
+// Or most of the nearest, tracked or not, are candidates: persons cross each other, and limbs
+// swing.
 constexpr int crowd_radius_px = 50, crowd = 12, min_crowd = 6;
 constexpr double min_crowd_share = 0.8;
-// Or it moves as some supported seeds do that are near: at the edge of a thing, most neighbours may
-// be static.
+// Or it moves as some supported candidates do that are near: at the edge of a thing, most
+// neighbours may be static.
 constexpr int join_radius_px = 50, min_joined = 3;
 // Or as more do that are farther away, if they move still more alike: where a thing has little
 // texture, its features are far apart. Not beside an object's mask, where tracks fail.
@@ -125,18 +126,18 @@ std::optional<double> depth_behind_m(const MotionContext& context, const Feature
 ///
 ///     shift over the limit | image             | came nearer | evidence
 ///     no                   |                   | no          | quiet
-///     no                   |                   | yes         | seed
-///     yes                  | moved             |             | seed
+///     no                   |                   | yes         | candidate
+///     yes                  | moved             |             | candidate
 ///     yes, or no track     | at static place   |             | quiet: its track has failed
-///     no track             | any other         |             | seed, where it would have been in
+///     no track             | any other         |             | candidate, where it would be in
 ///                          |                   |             | view and no object is beside it
-///     yes                  | any other         | yes         | seed
+///     yes                  | any other         | yes         | candidate
 ///     yes, or no track     | any other         | no          | unknown
 Evidence evidence_of(const MotionContext& context, FeatureMotion& feature) {
   const bool is_at_static_place = feature.was_tracked() && feature.ratio <= 1;
   if (is_at_static_place) {
     measure_approach(context, feature);
-    return feature.approach_m == 0 ? Evidence::quiet : Evidence::seed;
+    return feature.approach_m == 0 ? Evidence::quiet : Evidence::candidate;
   }
   const PatchTrack& track = feature.tracks[feature.baseline];
   if (feature.was_tracked()) {
@@ -152,13 +153,13 @@ Evidence evidence_of(const MotionContext& context, FeatureMotion& feature) {
     const auto behind_m = depth_behind_m(context, feature, feature.baseline);
     if (behind_m && *behind_m < -same_depth_m) return Evidence::unknown;
     measure_approach(context, feature);
-    return is_moved || feature.approach_m != 0 ? Evidence::seed : Evidence::unknown;
+    return is_moved || feature.approach_m != 0 ? Evidence::candidate : Evidence::unknown;
   }
   if (looks_static(context, feature, feature.baseline)) return Evidence::quiet;
   if (track.static_difference < 0 || feature.is_beside_object) return Evidence::unknown;
   const auto behind_m = depth_behind_m(context, feature, short_baseline);
   const bool has_come = behind_m && *behind_m > -same_depth_m;
-  return has_come ? Evidence::seed : Evidence::unknown;
+  return has_come ? Evidence::candidate : Evidence::unknown;
 }
 
 /// Tells whether two features move alike: both come nearer or both go away; if only one or none
@@ -173,48 +174,50 @@ bool move_alike(const FeatureMotion& a, const FeatureMotion& b, float share = ma
 
 int squared(cv::Point vector) { return vector.dot(vector); }
 
-/// Lists a seed's neighbours that may be on the same thing and say something, the nearest first;
-/// ties go to the lower pixel, row by row.
+/// Lists a candidate's neighbours that may be on the same thing and say something, the nearest
+/// first; ties go to the lower pixel, row by row.
 void list_neighbours(const MotionContext& context, FrameFeatures& index,
-                     const FeatureMotion& seed) {
+                     const FeatureMotion& candidate) {
   const std::vector<FeatureMotion>& features = context.scratch.features;
   std::vector<std::uint32_t>& near = context.scratch.indices;
   for (const int radius : {near_radius_px, far_radius_px}) {
     near.clear();
-    for (const std::uint32_t i : index.inside(cv::Rect(seed.pixel.x - radius, seed.pixel.y - radius,
-                                                       2 * radius + 1, 2 * radius + 1))) {
+    for (const std::uint32_t i :
+         index.inside(cv::Rect(candidate.pixel.x - radius, candidate.pixel.y - radius,
+                               2 * radius + 1, 2 * radius + 1))) {
       const FeatureMotion& feature = features[i];
-      const int square = squared(feature.pixel - seed.pixel);
+      const int square = squared(feature.pixel - candidate.pixel);
       const bool counts = square >= min_apart_px * min_apart_px && square <= radius * radius &&
-                          (feature.was_tracked() || feature.is_seed()) && !seed.is_apart(feature);
+                          (feature.was_tracked() || feature.is_candidate()) &&
+                          !candidate.is_apart(feature);
       if (counts) near.push_back(i);
     }
     if (near.size() >= enough_neighbours) break;
   }
   const auto end =
       near.begin() + static_cast<std::ptrdiff_t>(std::min(near.size(), most_neighbours));
-  std::partial_sort(near.begin(), end, near.end(), [&](std::uint32_t a, std::uint32_t b) {
-    const cv::Point at_a = features[a].pixel, at_b = features[b].pixel;
-    return std::make_tuple(squared(at_a - seed.pixel), at_a.y, at_a.x, features[a].raw.y,
-                           features[a].raw.x) < std::make_tuple(squared(at_b - seed.pixel), at_b.y,
-                                                                at_b.x, features[b].raw.y,
-                                                                features[b].raw.x);
-  });
+  const auto rank = [&](std::uint32_t i) {
+    const cv::Point at = features[i].pixel;
+    const cv::Point2f raw = features[i].raw;
+    return std::make_tuple(squared(at - candidate.pixel), at.y, at.x, raw.y, raw.x);
+  };
+  std::partial_sort(near.begin(), end, near.end(),
+                    [&](std::uint32_t a, std::uint32_t b) { return rank(a) < rank(b); });
   near.erase(end, near.end());
 }
 
-/// What a seed's neighbours say.
+/// What a candidate's neighbours say.
 struct Neighbours {
-  bool agree = false;      // most of the nearest tracked ones move as it does
-  bool are_seeds = false;  // most are seeds, however they move
+  bool agree = false;           // most of the nearest tracked ones move as it does
+  bool are_candidates = false;  // most are candidates, however they move
 };
 
 Neighbours ask_neighbours(const MotionContext& context, FrameFeatures& index,
-                          const FeatureMotion& seed) {
+                          const FeatureMotion& candidate) {
   const std::vector<FeatureMotion>& features = context.scratch.features;
-  list_neighbours(context, index, seed);
+  list_neighbours(context, index, candidate);
   std::vector<std::uint32_t>& near = context.scratch.indices;
-  int heard = 0, alike = 0, around = 0, seeds = 0;
+  int heard = 0, alike = 0, around = 0, candidates = 0;
   std::size_t apart = 0;  // corners that were asked, at the front of the list
   for (std::size_t k = 0; k < near.size() && around < crowd; ++k) {
     const FeatureMotion& feature = features[near[k]];
@@ -226,31 +229,32 @@ Neighbours ask_neighbours(const MotionContext& context, FrameFeatures& index,
     near[apart++] = near[k];
     if (feature.was_tracked() && heard < voices) {
       ++heard;
-      alike += feature.is_seed() && move_alike(seed, feature) ? 1 : 0;
+      alike += feature.is_candidate() && move_alike(candidate, feature) ? 1 : 0;
     }
-    if (squared(feature.pixel - seed.pixel) > crowd_radius_px * crowd_radius_px) continue;
+    if (squared(feature.pixel - candidate.pixel) > crowd_radius_px * crowd_radius_px) continue;
     ++around;
-    seeds += feature.is_seed() ? 1 : 0;
+    candidates += feature.is_candidate() ? 1 : 0;
   }
-  return {seed.was_tracked() && alike >= min_alike && alike >= min_alike_share * heard,
-          seed.depth_m > 0 && around >= min_crowd && seeds >= min_crowd_share * around};
+  return {candidate.was_tracked() && alike >= min_alike && alike >= min_alike_share * heard,
+          candidate.depth_m > 0 && around >= min_crowd && candidates >= min_crowd_share * around};
 }
 
-/// Tells whether a seed joins supported ones that are near and move as it does. Not without depth:
-/// it is often in the shadow beside what moves.
-bool joins(const MotionContext& context, const FeatureMotion& seed) {
-  if (!(seed.depth_m > 0) || !seed.was_tracked()) return false;
+/// Tells whether a candidate joins supported ones that are near and move as it does. Not without
+/// depth: it is often in the shadow beside what moves.
+bool joins(const MotionContext& context, const FeatureMotion& candidate) {
+  if (!(candidate.depth_m > 0) || !candidate.was_tracked()) return false;
   int near = 0, far = 0;
   for (const std::uint32_t i : context.scratch.cores) {
     const FeatureMotion& core = context.scratch.features[i];
-    const int square = squared(core.pixel - seed.pixel);
+    const int square = squared(core.pixel - candidate.pixel);
     const bool counts = square >= min_apart_px * min_apart_px &&
-                        square <= far_join_radius_px * far_join_radius_px && !seed.is_apart(core);
+                        square <= far_join_radius_px * far_join_radius_px &&
+                        !candidate.is_apart(core);
     if (!counts) continue;
-    near += square <= join_radius_px * join_radius_px && move_alike(seed, core) ? 1 : 0;
-    far += move_alike(seed, core, max_far_difference) ? 1 : 0;
+    near += square <= join_radius_px * join_radius_px && move_alike(candidate, core) ? 1 : 0;
+    far += move_alike(candidate, core, max_far_difference) ? 1 : 0;
   }
-  return near >= min_joined || (!seed.is_beside_object && far >= min_far_joined);
+  return near >= min_joined || (!candidate.is_beside_object && far >= min_far_joined);
 }
 
 }  // namespace
@@ -272,30 +276,30 @@ void measure_motions(const MotionContext& context) {
   }
 }
 
-void support_seeds(const MotionContext& context, const FeatureLabels& labels,
-                   MotionStatistics& statistics) {
+void support_candidates(const MotionContext& context, const FeatureLabels& labels,
+                        MotionStatistics& statistics) {
   MotionScratch& scratch = context.scratch;
   std::vector<FeatureMotion>& features = scratch.features;
   FrameFeatures& index = frame_features(context.input.features, context.workspace);
-  scratch.seeds.clear();
+  scratch.candidates.clear();
   scratch.cores.clear();
   for (std::uint32_t i = 0; i < features.size(); ++i) {
-    if (!features[i].is_seed()) continue;
-    scratch.seeds.push_back(i);
+    if (!features[i].is_candidate()) continue;
+    scratch.candidates.push_back(i);
     // What is on a mask needs no neighbours: the mask says that it may move.
     const bool is_on_mask = labels[i].removed && labels[i].reason == Reason::in_mask;
     Neighbours neighbours;
     if (!is_on_mask) neighbours = ask_neighbours(context, index, features[i]);
-    features[i].is_supported = is_on_mask || neighbours.agree || neighbours.are_seeds;
+    features[i].is_supported = is_on_mask || neighbours.agree || neighbours.are_candidates;
     if (neighbours.agree) scratch.cores.push_back(i);
   }
-  for (const std::uint32_t i : scratch.seeds) {
-    FeatureMotion& seed = features[i];
-    if (!seed.is_supported && !joins(context, seed)) continue;
-    seed.evidence = Evidence::supported;
+  for (const std::uint32_t i : scratch.candidates) {
+    FeatureMotion& candidate = features[i];
+    if (!candidate.is_supported && !joins(context, candidate)) continue;
+    candidate.evidence = Evidence::supported;
     ++statistics.supported;
   }
-  statistics.seeds = scratch.seeds.size();
+  statistics.candidates = scratch.candidates.size();
 }
 
 }  // namespace dynfilter::detail

@@ -37,10 +37,10 @@ enum class Suspicion : std::uint8_t {
 
 /// What one feature says about its motion.
 enum class Evidence : std::uint8_t {
-  unknown,   ///< neither its track nor the image says where it was
-  quiet,     ///< it was where a static feature would have been
-  seed,      ///< it was not, but alone says little: tracks fail, too
-  supported  ///< its neighbours move as it does, or it lies among seeds
+  unknown,    ///< neither its track nor the image says where it was
+  quiet,      ///< it was where a static feature would have been
+  candidate,  ///< it was not, but alone says little: tracks fail, too
+  supported   ///< its neighbours move as it does, or it lies among candidates
 };
 
 /// Where a feature was over a baseline.
@@ -79,7 +79,7 @@ struct FeatureMotion {
   bool is_given_back = false;
 
   bool was_tracked() const { return is_tracked[short_baseline] || is_tracked[long_baseline]; }
-  bool is_seed() const { return evidence >= Evidence::seed; }
+  bool is_candidate() const { return evidence >= Evidence::candidate; }
 
   /// Whether both depths are known and tell that the features are on different things.
   bool is_apart(const FeatureMotion& other) const {
@@ -101,7 +101,7 @@ struct MotionScratch {
   std::vector<FeatureMotion> features;
   std::vector<ImagePatch> patches;
   std::array<Baseline, baselines> over;
-  std::vector<std::uint32_t> sample, indices, seeds, cores;
+  std::vector<std::uint32_t> sample, indices, candidates, cores;
   std::vector<PoseObservation> observations, more_observations;
   std::vector<float> values, depths_m;
   std::vector<std::uint8_t> was_moving;
@@ -181,8 +181,8 @@ bool search(const MotionContext& context, std::uint32_t feature, std::size_t bas
 
 // 5. Shifts and what they tell, alone and with the neighbours.
 void measure_motions(const MotionContext& context);
-void support_seeds(const MotionContext& context, const FeatureLabels& labels,
-                   MotionStatistics& statistics);
+void support_candidates(const MotionContext& context, const FeatureLabels& labels,
+                        MotionStatistics& statistics);
 
 /// Whether the image shows a feature at its static place over a baseline.
 bool looks_static(const MotionContext& context, const FeatureMotion& feature, std::size_t baseline);

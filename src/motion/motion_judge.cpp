@@ -128,7 +128,7 @@ MotionOutcome judge(const MotionContext& context, FeatureLabels& labels) {
   if (outcome == MotionOutcome::applied) {
     statistics.scale_px = over[detail::short_baseline].scale_px;
     measure_motions(context);
-    support_seeds(context, labels, statistics);
+    support_candidates(context, labels, statistics);
     update_beliefs(context);
   }
   judge_instances(context, labels);

@@ -17,9 +17,9 @@ namespace dynfilter::detail {
 namespace {
 
 // Log-odds of moving: what is left of them a frame later, what each frame adds, as most things are
-// static, and each kind of evidence. One track proves little, supported seeds much.
+// static, and each kind of evidence. One track proves little, supported candidates much.
 constexpr float forgetting_factor = 0.9F, bias = -0.1F;
-constexpr float added_supported = 1.5F, added_seed = 0.3F, added_quiet = -0.7F;
+constexpr float added_supported = 1.5F, added_candidate = 0.3F, added_quiet = -0.7F;
 constexpr float belief_limit = 3, min_moving_belief = 1;
 constexpr float quiet_belief = -2.7F;  // after four quiet frames
 constexpr double pausing_px = 15;      // so near to its mask, a person's missed features may lie
@@ -50,8 +50,8 @@ float added_by(Evidence evidence) {
   switch (evidence) {
     case Evidence::supported:
       return added_supported;
-    case Evidence::seed:
-      return added_seed;
+    case Evidence::candidate:
+      return added_candidate;
     case Evidence::quiet:
       return added_quiet;
     case Evidence::unknown:

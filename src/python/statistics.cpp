@@ -86,9 +86,9 @@ void bind_statistics(py::module_& module) {
   ValueClass<Motion>(module, "MotionStatistics", "Statistics of the motion evidence in one frame.")
       .field("outcome", &Motion::outcome, "what happened")
       .field("tracked", &Motion::tracked, "features that were found in the last frame")
-      .field("seeds", &Motion::seeds, "features that look as if they move")
+      .field("candidates", &Motion::candidates, "features that look as if they move")
       .field("supported", &Motion::supported,
-             "seeds that count, because others near them are seeds, too")
+             "candidates that count, because others near them are candidates, too")
       .field("given_back", &Motion::given_back, "features given back because they are still")
       .field("scale_px", &Motion::scale_px,
              "scale of the static features' residuals, one frame back, pixels")
