@@ -69,6 +69,14 @@ try_suite() {
   in_system "$maker" sh -c "lintian --allow-root --fail-on error $build/*.deb" ||
     die "$suite: lintian found errors"
 
+  if in_system "$maker" apt-cache show python3-scikit-build-core >/dev/null 2>&1; then
+    log "$suite: pip install"
+    install_in "$maker" python3-pip python3-scikit-build-core
+    in_system "$maker" pip install --quiet --no-build-isolation --break-system-packages /srv/dynfilter
+    in_system "$maker" sh -ec 'cd / && dynfilter --version && pip show --files dynfilter &&
+      python3 -c "import dynfilter; dynfilter.DynamicFilter()"'
+  fi
+
   log "$suite: a bare system that uses them"
   make_system "$suite" "$user"
   mkdir "$user/srv/packages"
