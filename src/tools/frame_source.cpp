@@ -41,7 +41,7 @@ void require_pyramid(const std::filesystem::path& image, cv::Size size) {
   if (std::min(size.width, size.height) >= side) return;
   detail::throw_file_error(image, detail::size_name(size) +
                                       " pixels, too few to look for ORB features; want at least " +
-                                      detail::size_name({side, side}));
+                                      detail::size_name(cv::Size(side, side)));
 }
 
 class Recording final : public FrameSource {
