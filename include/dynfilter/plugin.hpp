@@ -45,7 +45,7 @@ struct PluginCounters {
 ///
 /// The order is kept, descriptors stay in step, and a frame that has features is never left with
 /// none. With the setting `motion`, a kept feature on an object that stands still has the object's
-/// class as its `class_id`, which ORB-SLAM leaves at -1: track by it, and put it into no map. A
+/// class as its `class_id`, which ORB-SLAM leaves at -1: keep it out of a map that is used again. A
 /// call that throws leaves the caller's data unchanged, and the next call works.
 ///
 /// The setting "<prefix>.enabled: 0" switches the filter off: it then ignores all other settings,
