@@ -40,18 +40,6 @@ bool may_be_exported_yolo(const OnnxFile& file) {
 constexpr bool opencv_runs_exported_yolo = CV_VERSION_MAJOR > 4 ||
                                            (CV_VERSION_MAJOR == 4 && CV_VERSION_MINOR >= 7);
 
-/// Puts OpenCV's message on one line.
-std::string in_one_line(const std::string& message) {
-  std::string line;
-  for (const char letter : message) {
-    const bool is_blank = letter == '\n' || letter == ' ';
-    if (is_blank && (line.empty() || line.back() == ' ')) continue;
-    line += is_blank ? ' ' : letter;
-  }
-  while (!line.empty() && line.back() == ' ') line.pop_back();
-  return line;
-}
-
 }  // namespace
 
 std::vector<double> numbers_in(std::string text) {
@@ -167,7 +155,8 @@ void Network::fail(const std::string& what) const { throw_file_error(path_, what
 
 void Network::fail_in_opencv(const std::exception& error) const {
   const auto* opencv_error = dynamic_cast<const cv::Exception*>(&error);
-  const std::string said = opencv_error != nullptr ? opencv_error->err : error.what();
+  std::string said = opencv_error != nullptr ? opencv_error->err : error.what();
+  std::replace(said.begin(), said.end(), '\n', ' ');
   std::string what = "OpenCV " CV_VERSION " cannot run it";
   if (said.find("FLOAT16") != std::string::npos) {
     what += ": export it with half=False";
@@ -178,7 +167,7 @@ void Network::fail_in_opencv(const std::exception& error) const {
             : ": YOLO as exported needs OpenCV 4.7 or newer; examples/cut_yolo_heads.py makes a "
               "model of it that runs here";
   }
-  fail(what + ": " + in_one_line(said));
+  fail(what + ": " + said);
 }
 
 }  // namespace dynfilter::detail

@@ -39,7 +39,13 @@ constexpr double max_step = 0.03;        // between depths, as a share; a Kinect
 constexpr double max_missing = 0.98;     // share of places without depth
 constexpr double max_rim = 0.15;         // of width or height, never with depth; Kinect: 0.08
 constexpr double max_frames_late = 0.5;  // beyond it, another depth image is nearer
-constexpr double max_shift_px = 10;      // at a width of 640; the search is 4 px coarse
+constexpr double min_valley = 0.15;  // rise to one end of the tried offsets, of that to the other
+constexpr double max_nearer = 0.8;   // share of what surrounds people that is before them: 0
+/// @{
+/// Distance of people's depth from their masks, at a width of 640: the search is 4 px coarse. It is
+/// steady if depth is not registered.
+constexpr double max_shift_px = 10, steady_share = 0.7, min_shifted_fit = 0.75;
+/// @}
 constexpr double max_without_depth = 0.55;  // share of features; recordings 0.43, levels 0.47
 constexpr double max_hollow = 0.3;          // such a share on people; recordings 0.18, levels 0.24
 /// @{
@@ -142,6 +148,10 @@ class InputChecks::Findings {
   bool operator()(bool speaks, const char* check, const Parts&... sentence) {
     if (speaks) list.push_back({check, concatenate(sentence...), false});
     return speaks;
+  }
+
+  bool has(const char* check) const {
+    return std::any_of(list.begin(), list.end(), [&](auto& one) { return one.check == check; });
   }
 
   std::vector<InputFinding> list;
@@ -260,21 +270,41 @@ void InputChecks::check_depth(Findings& say) const {
   const bool is_everywhere = quantile(&Figures::one_value, 0.4) == value;
   say(value > 0 && is_everywhere && !has_steps, "depth_one_value", "the value ", value,
       " holds over 5 % of each depth image: if it means \"no depth\", write 0 in its place");
-  const std::optional<DepthOffset> offset = offset_.estimate().offset;
-  const DepthOffset late = offset.value_or(DepthOffset());
+  const DepthOffsetEstimate estimate = offset_.estimate();
+  const DepthOffset late = estimate.offset.value_or(DepthOffset());
+  bool has_valley = false;  // an offset at whose sides the edges' distances rise
+  if (estimate.offset) {
+    const auto& px = estimate.distances_px;
+    const double lowest = *std::min_element(px.begin(), px.end());
+    has_valley = std::min(px.front(), px.back()) - lowest >
+                 min_valley * (std::max(px.front(), px.back()) - lowest);
+  }
   const bool is_late =
-      say(std::abs(late.frames_late) - 2 * late.sigma_frames > max_frames_late, "depth_late",
-          "depth is ", late.frames_late < 0 ? "early" : "late", " by ",
+      say(has_valley && std::abs(late.frames_late) - 2 * late.sigma_frames > max_frames_late,
+          "depth_late", "depth is ", late.frames_late < 0 ? "early" : "late", " by ",
           rounded(std::abs(late.frames_late)),
           " frames, so that people leave features behind: pair the images anew: --depth-offset ",
           std::round(late.seconds * 1000) / 1000,
           ", for a SLAM program `dynfilter sync SEQUENCE --write FILE`");
+  say(quantile(&Figures::nearer) > max_nearer && !are_masks_odd(), "depth_inverted", "people lie ",
+      "behind what surrounds them: is it disparity? Write depth, focal length x baseline / "
+      "disparity");
   const double x = quantile(&Figures::shift_x), y = quantile(&Figures::shift_y);
-  say(!is_late && !are_masks_odd() && !(quantile(&Figures::age_s) > max_age_s) &&
-          std::hypot(x, y / 2) > max_shift_px,
-      "depth_shift", "people's depth lies ", std::abs(x), " px to the ", x < 0 ? "left" : "right",
-      " of their masks and ", std::abs(y), " px ", y < 0 ? "above" : "below",
-      ", at a width of 640: register depth to the images");
+  const double apart = quantile(&Figures::distance);
+  bool is_apart = !is_late && !are_masks_odd() && !(quantile(&Figures::age_s) > max_age_s) &&
+                  apart > max_shift_px;
+  for (const char* cause : {"depth_unit", "depth_one_value", "depth_frozen", "masks_frozen"}) {
+    is_apart = is_apart && !say.has(cause);
+  }
+  const bool is_steady =
+      std::hypot(x, y / 2) > steady_share * apart && quantile(&Figures::fit) > min_shifted_fit;
+  say(is_apart && is_steady, "depth_shift", "people's depth lies ", std::abs(x), " px to the ",
+      x < 0 ? "left" : "right", " of their masks and ", std::abs(y), " px ",
+      y < 0 ? "above" : "below",
+      ", at a width of 640: register depth to the images; or are the masks of other frames?");
+  say(is_apart && !is_steady, "masks_elsewhere", "masks lie ", rounded(apart),
+      " px beside the people ",
+      "that depth shows, at a width of 640: are they mirrored, or of other frames?");
   const double sides = quantile(&Figures::left, 0) + quantile(&Figures::right, 0);
   const double ends = quantile(&Figures::top, 0) + quantile(&Figures::bottom, 0);
   say(std::max(sides, ends) > max_rim && depth_m > 0, "depth_rim", "depth never reaches the outer ",
@@ -344,8 +374,8 @@ void InputChecks::check_features(Findings& say) const {
   say(without > max_without_depth && quantile(&Figures::missing) <= max_missing,
       "features_without_depth", percent(without), " of the features ",
       "have no depth: is it registered to the images, and the scene within the sensor's reach?");
-  say(!are_masks_odd() && without <= max_without_depth && hollow > max_hollow * on_people &&
-          on_people > min_kept,
+  say(!are_masks_odd() && !say.has("masks_elsewhere") && without <= max_without_depth &&
+          hollow > max_hollow * on_people && on_people > min_kept,
       "people_without_depth", percent(hollow / on_people), " of the features on people have no ",
       "depth, so that masks act alone there: take a depth mode that fills people, or a margin");
   say(motion != MotionOutcome::not_run && judged == 0, "motion", "motion judged nothing in ",

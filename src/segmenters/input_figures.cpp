@@ -15,7 +15,8 @@
 namespace dynfilter {
 namespace {
 
-constexpr double min_fit = 0.8;         // share of places where depth and mask agree
+/// Share of places where depth and mask agree, so that what surrounds the person is known.
+constexpr double min_fit = 0.6;
 constexpr double min_one_value = 0.05;  // share of places that have the commonest depth
 
 /// Places at which each frame is looked at.
@@ -169,12 +170,23 @@ void InputChecks::look_at_person(const FrameView& frame, const Instance& person,
     if (now > best_fit) best = {dx, dy};
     best_fit = std::max(now, best_fit);
   };
+  double nearer = 0, apart = 0;  // places around the person
+  for (int y = box.y - reach * step; y < box.br().y + reach * step; y += 2 * step) {
+    for (int x = box.x - reach * step; x < box.br().x + reach * step; x += 2 * step) {
+      const auto there_m = frame.depth_m({x, y});
+      if (!there_m || person.covers({x, y}) || std::abs(*there_m - depth_m) < half_m) continue;
+      ++apart;
+      nearer += *there_m < depth_m ? 1 : 0;
+    }
+  }
+  if (apart > 20 && best_fit > min_fit) figures.nearer = nearer / apart;
   for (int dx = -reach; dx <= reach; ++dx) look(dx, 0);
   const int across = best.x;
   for (int dy = -reach; dy <= reach; ++dy) look(across, dy);
-  if (best_fit < min_fit) return;
+  figures.fit = best_fit;
   figures.shift_x = 640.0 / size_.width * step * best.x;
   figures.shift_y = 640.0 / size_.width * step * best.y;
+  figures.distance = std::hypot(figures.shift_x, figures.shift_y / 2);
 }
 
 }  // namespace dynfilter

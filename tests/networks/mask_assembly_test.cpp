@@ -142,20 +142,6 @@ TEST(MaskAssembly, MatchesANaiveLoop) {
   EXPECT_GT(compared, 40);
 }
 
-/// A sum of 0 is no evidence: the sigmoid of it is one half, and a mask needs more.
-TEST(MaskAssembly, DropsInstancesOfZeroCoefficients) {
-  const cv::Mat prototypes = tensor({1, count, 24, 24}, 1);
-  const InputPlacement placement = letterboxed({96, 48}, {96, 96});
-  for (const MaskRule rule : {MaskRule::crop_cells, MaskRule::crop_pixels}) {
-    const auto instances_of = [&](float coefficient) {
-      const Detection detection{0, 0.9F, {10, 30, 40, 60}, {coefficient, 0, 0}};
-      return assemble_instances({detection}, detail::count_first(prototypes), placement, rule);
-    };
-    EXPECT_TRUE(instances_of(0).empty());
-    EXPECT_EQ(instances_of(1e-6F).size(), 1U);
-  }
-}
-
 TEST(MaskAssembly, DropsInstancesWithoutAPixelInTheImage) {
   const cv::Mat prototypes = tensor({1, count, 24, 24}, 1);
   const InputPlacement placement = letterboxed({96, 48}, {96, 96});

@@ -223,21 +223,6 @@ TEST(YolactDecoder, BindsOutputsByShapeInAnyOrder) {
                                  [](const auto& a, const auto& b) { return a.name < b.name; }));
 }
 
-TEST(YolactDecoder, BindsOutputsOfEqualShapeByName) {
-  std::mt19937 random(8);
-  const Outputs o =
-      random_outputs(random, 30, prototype_count - 1, true);  // as many classes as prototypes
-  const auto bound = bind_yolact(o.tensors());
-  EXPECT_EQ(bound.confidences[0], o.confidences.ptr<float>());
-  EXPECT_EQ(bound.coefficients[0], o.coefficients.ptr<float>());
-  expect_error<std::runtime_error>(
-      [&] {
-        bind_yolact(
-            {{"a", o.locations}, {"b", o.confidences}, {"c", o.coefficients}, {"d", o.prototypes}});
-      },
-      "unclear which output holds the coefficients");
-}
-
 TEST(YolactDecoder, RefusesOtherOutputs) {
   std::mt19937 random(9);
   const Outputs o = random_outputs(random, 30, 6, true);

@@ -50,19 +50,6 @@ struct Decoded {
   }
 };
 
-TEST(YoloDecoder, EqualScoresGoToTheLowestClassAndFirstRow) {
-  Decoded network;
-  network.put(7, {0, 0, 10, 10}, 0.5F, 0.5F);
-  network.put(5, {1, 0, 11, 10}, 0.5F, 0.5F);
-  network.put(9, {30, 0, 40, 10}, 0.5F, 0.2F);
-  const std::vector<Detection> found = network.detections();
-  ASSERT_EQ(found.size(), 2U);
-  EXPECT_FLOAT_EQ(found[0].box.x1, 1);
-  EXPECT_EQ(found[0].class_id, 0);
-  EXPECT_FLOAT_EQ(found[1].box.x1, 30);
-  EXPECT_EQ(found[1].coefficients, (std::vector<float>{1, 2, 3, 4, 5}));
-}
-
 TEST(YoloDecoder, RowsOfAnUnwantedBestClassAreDropped) {
   Decoded network;
   network.put(0, {0, 0, 20, 10}, 0.5F, 0.6F);

@@ -46,6 +46,8 @@ def test_finds_the_red_block(models):
     assert instance.class_id == 0 and instance.mask[16 - y, 48 - x]
     only_blue = dynfilter.NetworkSegmenter(models / "yolo_raw.onnx", classes=[1])
     assert only_blue.segment(frame).instances == ()
+    (person,) = dynfilter.NetworkSegmenter(models / "deeplab.onnx").segment(frame).instances
+    assert person.class_id == 0 and person.mask_origin == (32, 0)
 
 
 def test_other_files_are_refused(models, tmp_path):
@@ -55,3 +57,5 @@ def test_other_files_are_refused(models, tmp_path):
         dynfilter.NetworkSegmenter(models / "bad_outputs.onnx")
     with pytest.raises(ValueError):
         dynfilter.NetworkSegmenter(models / "yolo_raw.onnx", score_threshold=2)
+    with pytest.raises(ValueError, match="cpu, opencl, cuda or openvino"):
+        dynfilter.NetworkSegmenter(models / "yolo_raw.onnx", device="gpu")

@@ -193,6 +193,18 @@ TEST(InputChecks, EachSpeaksAlone) {
       {"depth_one_value", "1 ", none_means(1)},
       {"depth_shift", "to the right", shifted(12, 0)},
       {"depth_shift", "to the left", shifted(-16, 4)},
+      {"masks_elsewhere", "mirrored",
+       [](CheckedFrame& f, int) {
+         cv::Mat mirrored;
+         cv::flip(whole_mask(f), mirrored, 1);
+         set_whole_mask(f, mirrored);
+       }},
+      {"depth_inverted", "disparity",
+       [](CheckedFrame& f, int) {
+         f.view.depth.forEach<std::uint16_t>([](std::uint16_t& z, const int*) {
+           if (z != 0) z = cv::saturate_cast<std::uint16_t>(8e7 / z);
+         });
+       }},
       {"depth_rim", "34 %",
        [](CheckedFrame& f, int) {
          f.view.depth.colRange(0, 53).setTo(0), f.view.depth.colRange(267, 320).setTo(0);

@@ -103,6 +103,29 @@ const Variant variants[] = {
      [](const fs::path& s) { make_masks(s, [](const cv::Mat& m) { return m * 0 + 255; }); }, true},
     {"masks of classes, none 0", "masks_everywhere",
      [](const fs::path& s) { make_masks(s, [](const cv::Mat& m) { return m / 25 + 3; }); }, true},
+    {"masks of COCO's ids, from 1 to 90", "masks_values",
+     [](const fs::path& s) {
+       make_masks(s, [](const cv::Mat& m) {
+         const cv::Mat ids = m / 255;
+         ids(cv::Rect(0, 200, 60, 40)).setTo(62);
+         return ids;
+       });
+     }},
+    {"masks flipped", "masks_elsewhere",
+     [](const fs::path& s) {
+       make_masks(s, [](cv::Mat m) {
+         cv::flip(m, m, 1);
+         return m;
+       });
+     }},
+    {"masks of ten frames later", "depth_shift",
+     [](const fs::path& s) {
+       std::vector<cv::Mat> masks;
+       make_masks(s, [&](const cv::Mat& m) { return masks.emplace_back(m); });
+       std::rotate(masks.begin(), masks.begin() + 10, masks.end());
+       auto mask = masks.begin();
+       make_masks(s, [&](const cv::Mat&) { return *mask++; });
+     }},
     {"masks black", "masks_empty",
      [](const fs::path& s) {
        make_masks(s, [](const cv::Mat& m) { return m * 0; });
@@ -144,6 +167,16 @@ const Variant variants[] = {
      }},
     {"whole metres at TUM's factor", "depth_steps",
      [](const fs::path& s) { set_depth(s, [](cv::Mat& d) { d /= 5000; }); }},
+    {"disparity in place of depth", "depth_inverted",
+     [](const fs::path& s) {
+       set_depth(s, [](cv::Mat& d) {
+         cv::Mat disparity;
+         d.convertTo(disparity, CV_32F);
+         cv::divide(2.5e7, disparity, disparity);
+         disparity.setTo(0, d == 0);
+         disparity.convertTo(d, CV_16U);
+       });
+     }},
     {"10000 is no depth", "depth_one_value",
      [](const fs::path& s) { set_depth(s, [](cv::Mat& d) { d.setTo(10000, d == 0); }); }},
     {"60000 is no depth", "depth_one_value",
@@ -280,9 +313,14 @@ TEST(ProgramChecks, AreSilentAboutGoodLevels) {
 TEST(ProgramChecks, AreSilentAboutOtherLevelsSlow) {
   for (const char* level : {"cross", "together", "hard", "furniture", "two_in_one", "leave", "desk",
                             "near_crowd", "two_near", "sitting", "working", "stop_and_go", "pushed",
-                            "carried", "still_camera", "rotation", "fast"}) {
+                            "carried", "still_camera", "rotation", "fast", "hair"}) {
     EXPECT_EQ(said("--frames 40 --scene-seed 5 --level " + std::string(level)), silence) << level;
   }
+}
+
+/// Edges of hair look as if depth were early.
+TEST(ProgramChecks, AreSilentAboutHair) {
+  EXPECT_EQ(said("--frames 24 --scene-seed 5 --level hair"), silence);
 }
 
 TEST(ProgramChecks, NameStaleMasksUnlessTheyAreMoved) {

@@ -87,6 +87,7 @@ class InputChecks {
     double depth_m = unknown, near_m = unknown, far_m = unknown, missing = unknown, step = unknown;
     double one_value = unknown, left = unknown, right = unknown, top = unknown, bottom = unknown;
     double covered = unknown, border = unknown, people_m = unknown, age_s = unknown;
+    double fit = unknown, nearer = unknown, distance = unknown;
     double shift_x = unknown, shift_y = unknown, gap_px = unknown, without_depth = unknown;
     double features = unknown, kept = unknown, suggested = 0, on_people = 0, hollow = 0;
     bool has_image = false, has_masks = false, has_depth = false;
