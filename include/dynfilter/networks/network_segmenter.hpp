@@ -1,6 +1,24 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
+/// @file
+/// NetworkSegmenter recognises the kind of a network by the shapes of its outputs, in any order.
+/// C is the number of classes, P of prototypes, N of anchors:
+///
+/// - YOLO-seg, with prototypes [1, P, h, w]: [1, 4+C+P, N] (YOLOv8, YOLO11), [1, 3N, 5+C+P] (v5),
+///   [1, K, 6+P] (YOLO26), or three heads by examples/cut_yolo_heads.py. Input: RGB, letterboxed.
+/// - YOLACT (not YOLACT++): locations [1, N, 4], confidences [1, N, C+1], coefficients [1, N, P],
+///   prototypes, optionally priors [N, 4]. Input: RGB, stretched, normalised as for ResNet.
+/// - Semantic: probabilities or logits [1, C, h, w], [1, h, w, C] or [1, h, w]. Input: RGB,
+///   stretched, normalised by `mean` and `std` of the file's metadata.
+///
+/// OpenCV 4.6 runs end-to-end networks and heads, 4.7 all. Of a semantic network, the connected
+/// parts of a class are instances, their boxes 20 px larger. Classes are COCO's, by C: 1 (persons),
+/// 2 (background and persons), 12 (CamVid), 19 (Cityscapes), 21 (Pascal VOC), 150 (ADE20K); else
+/// channels, of which the first is background. `mean` and `std` are metadata for colours from 0 to
+/// 1; without them: 0 to 1 (C = 1), -1 to 1 (C = 2), or as for ImageNet. Sources: G. Jocher et al.,
+/// Ultralytics; D. Bolya et al., "YOLACT", ICCV 2019.
+
 #ifndef DYNFILTER_NETWORKS_NETWORK_SEGMENTER_HPP
 #define DYNFILTER_NETWORKS_NETWORK_SEGMENTER_HPP
 
@@ -38,36 +56,13 @@ struct NetworkOptions {
   std::string device = "cpu";
 };
 
-/// Segmenter that runs a network from an ONNX file by OpenCV's dnn module. It recognises the kind
-/// by the shapes of the outputs, in any order, with C classes, P prototypes and N anchors:
-///
-/// - YOLO-seg (G. Jocher et al., Ultralytics): prototypes [1, P, h, w] with one output [1, 4+C+P,
-/// N]
-///   (YOLOv8, YOLO11), [1, 3N, 5+C+P] (YOLOv5) or [1, K, 6+P] (end-to-end, YOLO26); or with raw
-///   heads [1, 64, N], [1, C, N], [1, P, N] by examples/cut_yolo_heads.py. OpenCV 4.6 runs the
-///   last two, 4.7 all. The image is letterboxed; the input is RGB from 0 to 1.
-/// - YOLACT (D. Bolya et al., ICCV 2019; not YOLACT++): locations [1, N, 4], confidences
-///   [1, N, C+1], coefficients [1, N, P], prototypes, and optionally priors [N, 4]. The image is
-///   stretched and normalised for ResNet. An object that resembles several classes becomes an
-///   instance of each.
-/// - Semantic networks: scores [1, C, h, w], [1, h, w, C] or [1, h, w], probabilities or logits.
-///   Instances are the connected parts of a class, their boxes 20 px larger. Classes are COCO's, by
-///   C: 1 (persons), 2 (background and persons), 12 (CamVid), 19 (Cityscapes), 21 (Pascal VOC), 150
-///   (ADE20K); else channels, of which the first is background. The image is stretched; the input
-///   is RGB, normalised by the numbers `mean` and `std` in the file's metadata, for colours from 0
-///   to 1; by default from 0 to 1 (C = 1), -1 to 1 (C = 2) or as for ImageNet.
-///
-/// Instances are sorted by score, the highest first. A box is the smallest rectangle of whole
-/// pixels that holds the network's box, clipped to the image. A mask has at least one pixel and may
-/// reach a few pixels beyond the box (YOLACT); only its bounding rectangle is stored, at
-/// mask_origin. Detections without a pixel in the image are dropped. track_id is never set.
-///
-/// segment() throws std::invalid_argument for a frame without an 8-bit grey or BGR image. It throws
-/// std::runtime_error that names the model if the network fails or its output cannot be scores. The
-/// frame's image is not changed.
-///
-/// One object serves one thread at a time, because the network's memory is its own; several objects
-/// may run at once. The threads are OpenCV's (cv::setNumThreads).
+/// Segmenter that runs a network from an ONNX file by OpenCV's dnn module; the file's head says
+/// which. Instances are sorted by score, the highest first. A box is the smallest rectangle of
+/// whole pixels that holds the network's box, clipped to the image. A mask has at least one pixel
+/// and may reach a few pixels beyond the box (YOLACT). Detections without a pixel in the image are
+/// dropped; track_id is never set. segment() throws std::invalid_argument for a frame without an
+/// 8-bit grey or BGR image, and std::runtime_error that names the model if the network fails or its
+/// output cannot be scores. One object serves one thread at a time; several may run at once.
 class NetworkSegmenter final : public Segmenter {
  public:
   /// Loads a model and runs it once, so that errors show here and the first frame does not wait.
