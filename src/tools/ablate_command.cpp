@@ -90,7 +90,7 @@ void require_harmless_jobs(const AblationPlan& plan, const std::vector<Outline>&
   }
 }
 
-std::vector<RunResult> run_scene(const AblationPlan& plan, const SceneSpec& scene,
+std::vector<RunRecord> run_scene(const AblationPlan& plan, const SceneSpec& scene,
                                  FrameSource& source, ProgressBar& progress) {
   std::vector<std::unique_ptr<RuleRun>> runs;
   for (const std::string& rule : rules_for(plan, source.has_true_masks())) {
@@ -112,9 +112,9 @@ std::vector<RunResult> run_scene(const AblationPlan& plan, const SceneSpec& scen
     for (std::future<void>& work : works) work.get();
     progress.advance(plan.settings.every);
   }
-  std::vector<RunResult> results;
+  std::vector<RunRecord> results;
   for (const std::unique_ptr<RuleRun>& run : runs) {
-    results.push_back(result_of(run->finish(source, checks.findings())));
+    results.push_back(run->finish(source, checks.findings()));
   }
   return results;
 }
@@ -132,7 +132,7 @@ void require_different_names(const AblationPlan& plan) {
 /// Runs every scene under every rule, and returns the results in this order. Reads each scene's
 /// frames and extracts their features once for all rules, which run side by side. Before the first
 /// run, refuses scenes of one name and folders of results that would touch a scene's input.
-std::vector<RunResult> run_all(const AblationPlan& plan) {
+std::vector<RunRecord> run_all(const AblationPlan& plan) {
   require_different_names(plan);
   Inputs inputs;
   const std::vector<Outline> outlines = outlines_of(plan, inputs);
@@ -145,9 +145,9 @@ std::vector<RunResult> run_all(const AblationPlan& plan) {
   }
   for (const std::string& note : notes) std::fprintf(stderr, "%s\n", note.c_str());
   ProgressBar progress("filtering", frames);
-  std::vector<RunResult> results;
+  std::vector<RunRecord> results;
   for (const SceneSpec& scene : plan.scenes) {
-    for (RunResult& result : run_scene(plan, scene, *scene.open(plan.settings.truth), progress)) {
+    for (RunRecord& result : run_scene(plan, scene, *scene.open(plan.settings.truth), progress)) {
       results.push_back(std::move(result));
     }
   }
@@ -208,12 +208,12 @@ AblationPlan plan_of(const AblateOptions& options) {
 
 void ablate(const AblateOptions& options) {
   const AblationPlan plan = plan_of(options);
-  const std::vector<RunResult> results = run_all(plan);
+  const std::vector<RunRecord> results = run_all(plan);
   for (const Table& table : ablation_tables(results, plan.settings.truth)) {
     std::printf("%s\n", text_of(table).c_str());
   }
   std::set<std::string> scenes;
-  for (const RunResult& result : results) {
+  for (const RunRecord& result : results) {
     const std::string& name = result.scene.name;
     if (scenes.insert(name).second && !result.findings.empty()) {
       print_findings(result.findings, name);

@@ -15,10 +15,10 @@ namespace dynfilter::tools {
 namespace {
 
 using detail::fixed_decimals;
-using Runs = std::vector<RunResult>;
-using Figure = std::function<std::optional<double>(const RunResult&)>;
+using Runs = std::vector<const RunRecord*>;
+using Figure = std::function<std::optional<double>(const RunRecord&)>;
 
-/// The results of one group by rule, in the tables' order of rules.
+/// The runs of one group by rule, in the tables' order of rules.
 struct Group {
   std::string name;
   std::vector<std::pair<std::string, Runs>> rules;
@@ -38,19 +38,19 @@ struct Group {
   }
 };
 
-std::vector<Group> grouped(const Runs& results) {
+std::vector<Group> grouped(const std::vector<RunRecord>& all) {
   std::vector<Group> groups;
-  for (const RunResult& result : results) {
-    const auto has_name = [&](const Group& group) { return group.name == result.scene.group; };
+  for (const RunRecord& run : all) {
+    const auto has_name = [&](const Group& group) { return group.name == run.scene.group; };
     if (std::none_of(groups.begin(), groups.end(), has_name)) {
-      groups.push_back({result.scene.group, {}});
+      groups.push_back({run.scene.group, {}});
     }
   }
   for (Group& group : groups) {
     for (const std::string& rule : all_rule_names()) {
       Runs runs;
-      for (const RunResult& result : results) {
-        if (result.scene.group == group.name && result.rule == rule) runs.push_back(result);
+      for (const RunRecord& run : all) {
+        if (run.scene.group == group.name && run.rule.name == rule) runs.push_back(&run);
       }
       if (!runs.empty()) group.rules.emplace_back(rule, std::move(runs));
     }
@@ -67,8 +67,8 @@ double median(std::vector<double> values) {
 /// Returns the figure of the runs that have it.
 std::vector<double> values_of(const Runs& runs, const Figure& figure) {
   std::vector<double> values;
-  for (const RunResult& run : runs) {
-    if (const auto value = figure(run)) values.push_back(*value);
+  for (const RunRecord* run : runs) {
+    if (const auto value = figure(*run)) values.push_back(*value);
   }
   return values;
 }
@@ -88,42 +88,51 @@ std::string spread(const std::vector<double>& values, int decimals) {
 
 /// Returns a count of the scores, a frame.
 Figure per_frame(std::size_t FeatureScores::*count) {
-  return [count](const RunResult& run) -> std::optional<double> {
-    if (!run.scores) return {};
-    return static_cast<double>((*run.scores).*count) / static_cast<double>(run.frames);
+  return [count](const RunRecord& run) -> std::optional<double> {
+    if (!run.has_truth) return {};
+    return static_cast<double>(run.total_scores(&FrameRecord::scores).*count) /
+           static_cast<double>(run.frames.size());
   };
 }
 
 /// Returns a count of worst frames, where the truth is known.
-Figure worst(std::size_t RunResult::*count) {
-  return [count](const RunResult& run) -> std::optional<double> {
-    if (!run.scores) return {};
-    return static_cast<double>(run.*count);
+Figure worst(std::size_t FeatureScores::*count) {
+  return [count](const RunRecord& run) -> std::optional<double> {
+    if (!run.has_truth) return {};
+    return static_cast<double>(run.worst(count));
   };
 }
 
-std::optional<double> kept_per_frame(const RunResult& run) {
-  return static_cast<double>(run.kept) / static_cast<double>(run.frames);
+std::optional<double> kept_per_frame(const RunRecord& run) {
+  return static_cast<double>(run.totals().kept()) / static_cast<double>(run.frames.size());
+}
+
+std::optional<double> fewest_kept(const RunRecord& run) {
+  return static_cast<double>(run.fewest_kept());
 }
 
 /// Returns the share of the frames that the odometry lost.
-std::optional<double> lost_percent(const RunResult& run) {
-  if (!run.lost_frames) return {};
-  return 100.0 * static_cast<double>(*run.lost_frames) / static_cast<double>(run.frames);
+std::optional<double> lost_percent(const RunRecord& run) {
+  if (!run.trajectory) return {};
+  return 100.0 * static_cast<double>(run.lost_frames()) / static_cast<double>(run.frames.size());
 }
 
-std::vector<double> ates_of(const Runs& runs) {
-  return values_of(runs, [](const RunResult& run) { return run.ate_rmse_m; });
+/// Returns the RMSE of an error of the odometry.
+Figure rmse(std::optional<ErrorSummary> TrajectoryRecord::*errors) {
+  return [errors](const RunRecord& run) -> std::optional<double> {
+    if (!run.trajectory || !((*run.trajectory).*errors)) return {};
+    return ((*run.trajectory).*errors)->rmse;
+  };
 }
+
+const Figure ate_m = rmse(&TrajectoryRecord::ate_m);
 
 /// Formats the ratios of the ATE to that of another rule on the same scene.
 std::string ate_over(const std::string& rule, const Runs& runs, const Group& group) {
-  const Runs bounds = group.under(rule);
-  const Figure ratio = [&](const RunResult& run) -> std::optional<double> {
-    for (const RunResult& bound : bounds) {
-      const bool is_known = run.ate_rmse_m && bound.ate_rmse_m.value_or(0) > 0;
-      if (bound.scene.name == run.scene.name && is_known)
-        return *run.ate_rmse_m / *bound.ate_rmse_m;
+  const Figure ratio = [&](const RunRecord& run) -> std::optional<double> {
+    for (const RunRecord* bound : group.under(rule)) {
+      const auto own = ate_m(run), other = ate_m(*bound);
+      if (bound->scene.name == run.scene.name && own && other.value_or(0) > 0) return *own / *other;
     }
     return {};
   };
@@ -169,31 +178,22 @@ Table table_of(const Group& group, const std::string& what, const std::vector<Co
 }
 
 Table feature_table(const Group& group) {
-  return table_of(
-      group, "features a frame",
-      {column("dynamic left", per_frame(&FeatureScores::dynamic_left), 1),
-       column("worst left", worst(&RunResult::worst_left), 0),
-       column("static removed", per_frame(&FeatureScores::static_removed), 1),
-       column("worst removed", worst(&RunResult::worst_removed), 0),
-       column("with depth", per_frame(&FeatureScores::static_removed_with_depth), 1),
-       column("rim removed", per_frame(&FeatureScores::rim_removed), 1),
-       column("kept", kept_per_frame, 0),
-       column(
-           "at the fewest",
-           [](const RunResult& run) { return static_cast<double>(run.fewest_kept); }, 0)});
+  return table_of(group, "features a frame",
+                  {column("dynamic left", per_frame(&FeatureScores::dynamic_left), 1),
+                   column("worst left", worst(&FeatureScores::dynamic_left), 0),
+                   column("static removed", per_frame(&FeatureScores::static_removed), 1),
+                   column("worst removed", worst(&FeatureScores::static_removed), 0),
+                   column("with depth", per_frame(&FeatureScores::static_removed_with_depth), 1),
+                   column("rim removed", per_frame(&FeatureScores::rim_removed), 1),
+                   column("kept", kept_per_frame, 0), column("at the fewest", fewest_kept, 0)});
 }
 
 Table trajectory_table(const Group& group) {
-  return table_of(
-      group, "the odometry's RMSE",
-      {column("lost %", lost_percent, 1),
-       column(
-           "ATE m", [](const RunResult& run) { return run.ate_rmse_m; }, 4),
-       over_column("mask"), over_column("perfect"),
-       column(
-           "RPE m in 1 s", [](const RunResult& run) { return run.rpe_translation_rmse_m; }, 4),
-       column(
-           "RPE deg in 1 s", [](const RunResult& run) { return run.rpe_rotation_rmse_deg; }, 3)});
+  return table_of(group, "the odometry's RMSE",
+                  {column("lost %", lost_percent, 1), column("ATE m", ate_m, 4),
+                   over_column("mask"), over_column("perfect"),
+                   column("RPE m in 1 s", rmse(&TrajectoryRecord::rpe_translation_m), 4),
+                   column("RPE deg in 1 s", rmse(&TrajectoryRecord::rpe_rotation_deg), 3)});
 }
 
 /// Makes a table with one row a rule and one column a group. Rows without a figure are left out.
@@ -226,7 +226,7 @@ Table trajectory_overview(const std::vector<Group>& groups) {
                   [](const Runs& runs, const Group&) -> std::string {
                     const auto lost = values_of(runs, lost_percent);
                     if (lost.empty()) return "-";
-                    return median_text(ates_of(runs), 4) + " / " +
+                    return median_text(values_of(runs, ate_m), 4) + " / " +
                            fixed_decimals(100 - median(lost), 0);
                   });
 }
@@ -242,7 +242,8 @@ Table paper_table(const std::vector<Group>& groups) {
               {"scenes", "Y", "Y+D", "improvement"},
               {}};
   for (const Group& group : groups) {
-    const std::vector<double> y = ates_of(group.under("mask")), y_d = ates_of(group.under("paper"));
+    const std::vector<double> y = values_of(group.under("mask"), ate_m);
+    const std::vector<double> y_d = values_of(group.under("paper"), ate_m);
     if (y.empty() || y_d.empty()) continue;
     const std::string improvement =
         median(y) > 0 ? fixed_decimals(improvement_percent(median(y), median(y_d)), 1) + " %" : "-";
@@ -253,30 +254,28 @@ Table paper_table(const std::vector<Group>& groups) {
 
 }  // namespace
 
-RunResult result_of(const RunRecord& run) {
-  RunResult result;
-  result.scene = run.scene;
-  result.rule = run.rule.name;
-  result.frames = run.frames.size();
-  result.kept = run.totals().kept();
-  result.fewest_kept = run.fewest_kept();
-  result.findings = run.findings;
-  if (run.has_truth) result.scores = run.total_scores(&FrameRecord::scores);
-  result.worst_left = run.worst(&FeatureScores::dynamic_left);
-  result.worst_removed = run.worst(&FeatureScores::static_removed);
-  if (!run.trajectory) return result;
-  const auto rmse = [](const std::optional<ErrorSummary>& errors) {
-    return errors ? std::optional<double>(errors->rmse) : std::nullopt;
+std::string text_of(const Table& table) {
+  std::vector<std::size_t> widths;
+  for (std::size_t k = 0; k < table.header.size(); ++k) {
+    std::size_t width = table.header[k].size();
+    for (const auto& row : table.rows) width = std::max(width, row[k].size());
+    widths.push_back(width);
+  }
+  const auto line = [&](const std::vector<std::string>& cells) {
+    std::string text;
+    for (std::size_t k = 0; k < cells.size(); ++k) {
+      const std::string blank(widths[k] - cells[k].size(), ' ');
+      text += k == 0 ? cells[k] + blank : "  " + blank + cells[k];
+    }
+    return text.substr(0, text.find_last_not_of(' ') + 1) + '\n';
   };
-  result.lost_frames = run.lost_frames();
-  result.ate_rmse_m = rmse(run.trajectory->ate_m);
-  result.rpe_translation_rmse_m = rmse(run.trajectory->rpe_translation_m);
-  result.rpe_rotation_rmse_deg = rmse(run.trajectory->rpe_rotation_deg);
-  return result;
+  std::string text = table.title + '\n' + line(table.header);
+  for (const auto& row : table.rows) text += line(row);
+  return text;
 }
 
-std::vector<Table> ablation_tables(const std::vector<RunResult>& results, Truth truth) {
-  const std::vector<Group> groups = grouped(results);
+std::vector<Table> ablation_tables(const std::vector<RunRecord>& runs, Truth truth) {
+  const std::vector<Group> groups = grouped(runs);
   std::vector<Table> tables;
   const auto add = [&](Table table) {
     if (table.header.size() > 1 && !table.rows.empty()) tables.push_back(std::move(table));

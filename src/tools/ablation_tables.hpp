@@ -4,42 +4,29 @@
 #ifndef DYNFILTER_SRC_TOOLS_ABLATION_TABLES_HPP
 #define DYNFILTER_SRC_TOOLS_ABLATION_TABLES_HPP
 
-#include <cstddef>
-#include <optional>
 #include <string>
 #include <vector>
 
-#include "dynfilter/evaluation/feature_scores.hpp"
 #include "run_record.hpp"
-#include "table.hpp"
 
 namespace dynfilter::tools {
 
-/// The figures of a run that tables need.
-struct RunResult {
-  SceneName scene;
-  std::string rule;
-  std::size_t frames = 0;
-  std::size_t kept = 0;
-  std::size_t fewest_kept = 0;  ///< of a frame
-  std::optional<FeatureScores> scores;
-  std::size_t worst_left = 0;     ///< dynamic features left in the worst percent of the frames
-  std::size_t worst_removed = 0;  ///< static features removed there
-  std::optional<std::size_t> lost_frames;  ///< frames that the odometry lost
-  std::optional<double> ate_rmse_m;
-  std::optional<double> rpe_translation_rmse_m;
-  std::optional<double> rpe_rotation_rmse_deg;
-  std::vector<InputFinding> findings;  ///< about the scene
+/// A table for people, on a terminal or on a page.
+struct Table {
+  std::string title;
+  std::vector<std::string> header;             ///< the first column names the row
+  std::vector<std::vector<std::string>> rows;  ///< as many cells as the header
 };
 
-RunResult result_of(const RunRecord& run);
+/// Formats the table: first column left-aligned, the others right-aligned.
+std::string text_of(const Table& table);
 
-/// Makes the tables of all results. For every group, in the order of the results: features left and
+/// Makes the tables of all runs. For every group, in the order of the runs: features left and
 /// removed a frame, and the odometry's errors. Then all groups side by side, and masks alone (Y)
 /// and the paper's rule (Y+D) in the form of the paper's Table 4. Leaves out tables without a
 /// figure. Cells over several scenes are "median (min..max)". Titles say so if the truth is by
 /// motion.
-std::vector<Table> ablation_tables(const std::vector<RunResult>& results, Truth truth);
+std::vector<Table> ablation_tables(const std::vector<RunRecord>& runs, Truth truth);
 
 }  // namespace dynfilter::tools
 

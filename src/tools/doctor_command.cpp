@@ -131,7 +131,10 @@ Findings examine_sequence(const DoctorOptions& options) {
   Findings found;
   const std::filesystem::path& folder = options.sequence;
   run_check(found, "", [&] {
-    const auto source = open_sequence(folder, {}, options.camera);
+    SequenceSpec spec;
+    spec.sequence = folder;
+    spec.camera = options.camera;
+    const auto source = open_sequence(spec);
     if (!source->note().empty()) found.add(Verdict::odd, source->note());
     if (!source->has_depth()) {
       found.add(Verdict::odd, "no depth images",

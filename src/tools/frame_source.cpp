@@ -4,8 +4,13 @@
 #include "frame_source.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
+#include <stdexcept>
+#include <utility>
+
+#include <opencv2/imgproc.hpp>
 
 #include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
@@ -44,18 +49,82 @@ void require_pyramid(const std::filesystem::path& image, cv::Size size) {
                                       detail::size_name(cv::Size(side, side)));
 }
 
+constexpr int erosion_px = 8;
+constexpr double cut_share = 0.2;
+constexpr double disc_share = 0.25;
+constexpr std::size_t late_frames = 3;
+
+/// Distance beyond which features are surely static: a mask network's silhouette is off by some
+/// pixels, and colour and depth of a moving person are up to 10 px apart.
+constexpr double degraded_rim_px = 15;
+
+void erode(cv::Mat& mask) {
+  const cv::Size size(2 * erosion_px + 1, 2 * erosion_px + 1);
+  // Pixels beyond the crop do not belong to the object.
+  cv::erode(mask, mask, cv::getStructuringElement(cv::MORPH_ELLIPSE, size), {-1, -1}, 1,
+            cv::BORDER_CONSTANT, cv::Scalar::all(0));
+}
+
+std::vector<cv::Point> pixels_of(const cv::Mat& mask) {
+  std::vector<cv::Point> pixels;
+  cv::findNonZero(mask, pixels);
+  return pixels;
+}
+
+void cut(cv::Mat& mask) {
+  const std::vector<cv::Point> pixels = pixels_of(mask);
+  if (pixels.empty()) return;
+  // The pixels come row by row.
+  const int top = pixels.front().y, height = pixels.back().y + 1 - top;
+  mask.rowRange(top + static_cast<int>(std::lround((1 - cut_share) * height)), mask.rows).setTo(0);
+}
+
+void drop_disc(cv::Mat& mask, std::uint64_t key) {
+  const std::vector<cv::Point> pixels = pixels_of(mask);
+  if (pixels.empty()) return;
+  cv::RNG random(key);
+  const cv::Point centre =
+      pixels[static_cast<std::size_t>(random.uniform(0, static_cast<int>(pixels.size())))];
+  const double radius =
+      std::sqrt(disc_share * static_cast<double>(pixels.size()) / 3.14159265358979);
+  cv::circle(mask, centre, static_cast<int>(std::lround(radius)), cv::Scalar::all(0), cv::FILLED);
+}
+
+Segmentation degraded(Segmentation segmentation, const std::string& how) {
+  std::uint64_t key = 1000003 * (segmentation.frame_id + 1);
+  for (Instance& instance : segmentation.instances) {
+    ++key;
+    if (instance.mask.empty()) continue;
+    instance.mask = instance.mask.clone();
+    if (how == "eroded" || how == "poor") erode(instance.mask);
+    if (how == "cut" || how == "poor") cut(instance.mask);
+    if (how == "disc" || how == "poor") drop_disc(instance.mask, key);
+  }
+  return segmentation;
+}
+
+/// Keeps the persons: other detections, such as chairs and monitors, are not moving objects.
+Segmentation persons_of(Segmentation segmentation) {
+  std::vector<Instance>& all = segmentation.instances;
+  all.erase(std::remove_if(all.begin(), all.end(),
+                           [](const Instance& instance) { return instance.class_id != 0; }),
+            all.end());
+  return segmentation;
+}
+
 class Recording final : public FrameSource {
  public:
-  Recording(const std::filesystem::path& folder, const std::filesystem::path& masks,
-            const std::filesystem::path& camera, std::optional<double> depth_offset_s,
-            bool reads_masks)
-      : sequence_(folder, {0.02, camera, depth_offset_s}), camera_file_(camera) {
-    const auto given = masks.empty() ? sequence_.masks_folder() : masks;
-    if (given && reads_masks) {
+  explicit Recording(const SequenceSpec& spec)
+      : sequence_(spec.sequence, {0.02, spec.camera, spec.depth_offset_s}),
+        camera_file_(spec.camera),
+        degraded_(spec.degraded) {
+    const auto given = spec.masks.empty() ? sequence_.masks_folder() : spec.masks;
+    if (given && spec.reads_masks) {
       masks_.emplace(*given, mask_options(sequence_));
       masks_folder_ = *given;
-      masks_name_ = given->string();
+      masks_name_ = given->string() + (degraded_.empty() ? "" : ", " + degraded_);
     }
+    if (!degraded_.empty() && !masks_) throw std::runtime_error("there are no masks to degrade");
     require_plain_names(sequence_);
     if (const auto truth = sequence_.true_masks_folder()) {
       true_masks_.emplace(*truth, mask_options(sequence_));
@@ -71,8 +140,9 @@ class Recording final : public FrameSource {
   CameraParameters camera() const override { return sequence_.camera(); }
   bool has_depth() const override { return sequence_.has_depth(); }
   double depth_offset_s() const override { return sequence_.depth_offset_s(); }
-  bool has_true_masks() const override { return true_masks_.has_value(); }
+  bool has_true_masks() const override { return !degraded_.empty() || true_masks_.has_value(); }
   std::string masks_name() const override { return masks_name_; }
+  double rim_px() const override { return degraded_.empty() ? exact_rim_px : degraded_rim_px; }
 
   void pass_moving_masks() override {
     const auto folder = sequence_.moving_masks_folder();
@@ -99,12 +169,14 @@ class Recording final : public FrameSource {
     }
     if (masks_) frame.masks = masks_->segment(frame.frame);
     if (true_masks_) frame.true_masks = true_masks_->segment(frame.frame);
+    if (!degraded_.empty()) degrade(frame, i);
     if (moving_masks_) frame.moving_masks = moving_masks_->segment(frame.frame);
     return frame;
   }
 
   void require_masks(std::size_t i) const override {
-    if (masks_) require_mask(*masks_, masks_name_, i);
+    if (masks_) require_mask(*masks_, masks_folder_, i);
+    if (degraded_ == "late") require_mask(*masks_, masks_folder_, earlier(i));
     if (true_masks_) require_mask(*true_masks_, *sequence_.true_masks_folder(), i);
     if (moving_masks_) require_mask(*moving_masks_, *sequence_.moving_masks_folder(), i);
   }
@@ -134,8 +206,25 @@ class Recording final : public FrameSource {
                              "there is no such mask; frame " + entry.stem + " needs it");
   }
 
+  static std::size_t earlier(std::size_t i) { return i - std::min(i, late_frames); }
+
+  /// Makes the masks worse. The good masks of persons (class 0) serve as the truth. The same frame
+  /// gets the same masks at every call.
+  void degrade(SourceFrame& frame, std::size_t i) {
+    frame.true_masks = persons_of(*frame.masks);
+    if (degraded_ == "late") {
+      FrameView late = frame.frame;
+      late.id = earlier(i);
+      late.timestamp_s = sequence_.entry(earlier(i)).timestamp_s;
+      frame.masks = masks_->segment(late);
+    } else {
+      frame.masks = degraded(std::move(*frame.masks), degraded_);
+    }
+  }
+
   RgbdSequence sequence_;
   std::filesystem::path camera_file_, masks_folder_;  // empty if the sequence has none
+  std::string degraded_;                              // how; empty: not at all
   std::string masks_name_;
   std::optional<MaskFolderSegmenter> masks_;
   std::optional<MaskFolderSegmenter> true_masks_;
@@ -219,11 +308,10 @@ void add_sequence_inputs(const RgbdSequence& sequence, Inputs& inputs) {
   }
 }
 
-std::unique_ptr<FrameSource> open_sequence(const std::filesystem::path& folder,
-                                           const std::filesystem::path& masks,
-                                           const std::filesystem::path& camera,
-                                           std::optional<double> depth_offset_s, bool reads_masks) {
-  return std::make_unique<Recording>(folder, masks, camera, depth_offset_s, reads_masks);
+std::vector<std::string> degradation_names() { return {"eroded", "cut", "disc", "poor", "late"}; }
+
+std::unique_ptr<FrameSource> open_sequence(const SequenceSpec& spec) {
+  return std::make_unique<Recording>(spec);
 }
 
 std::unique_ptr<FrameSource> render_scene(const SyntheticSceneOptions& options) {

@@ -91,15 +91,28 @@ inline MaskFolderOptions mask_options(const RgbdSequence& sequence) {
 /// Adds the files and folders that a sequence is read from, masks excepted.
 void add_sequence_inputs(const RgbdSequence& sequence, Inputs& inputs);
 
-/// Opens a sequence in the layout of TUM or BONN. Empty paths mean the files in its folder, no
-/// offset of depth means the camera file's. Reads everything but images: lists, camera, mask tables
-/// and the true trajectory. With `reads_masks` false, frames have no masks but the true ones.
-/// Throws std::runtime_error that names what cannot be read.
-std::unique_ptr<FrameSource> open_sequence(const std::filesystem::path& folder,
-                                           const std::filesystem::path& masks = {},
-                                           const std::filesystem::path& camera = {},
-                                           std::optional<double> depth_offset_s = {},
-                                           bool reads_masks = true);
+/// Names the ways to degrade good masks of a recording, so that rules have something to correct:
+/// - eroded: by 8 px.
+/// - cut: the lowest fifth of each mask is gone.
+/// - disc: a disc somewhere on each mask is gone, a quarter as large as the mask.
+/// - poor: all three, in this order.
+/// - late: masks and boxes come from three frames before, or from the first frame.
+std::vector<std::string> degradation_names();
+
+/// The files of a recorded sequence.
+struct SequenceSpec {
+  std::filesystem::path sequence;        ///< its folder
+  std::filesystem::path masks;           ///< empty: the sequence's own
+  std::filesystem::path camera;          ///< empty: the sequence's own
+  std::optional<double> depth_offset_s;  ///< empty: the camera file's
+  bool reads_masks = true;               ///< false: masks come from elsewhere
+  std::string degraded;                  ///< how the masks are degraded; empty: not at all
+};
+
+/// Opens a sequence in the layout of TUM or BONN. Reads everything but images: lists, camera, mask
+/// tables and the true trajectory. Throws std::runtime_error that names what cannot be read, or if
+/// there are no masks to degrade.
+std::unique_ptr<FrameSource> open_sequence(const SequenceSpec& spec);
 
 /// Renders a scene. Throws std::invalid_argument for options out of range.
 std::unique_ptr<FrameSource> render_scene(const SyntheticSceneOptions& options);

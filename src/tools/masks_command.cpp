@@ -27,10 +27,10 @@
 #include "io/file_error.hpp"
 #include "io/image_file.hpp"
 #include "io/staged_folder.hpp"
-#include "mask_feed.hpp"
 #include "number_options.hpp"
 #include "progress_bar.hpp"
 #include "rule_run.hpp"
+#include "segmenter_options.hpp"
 #include "shared_options.hpp"
 
 namespace dynfilter::tools {
@@ -132,17 +132,6 @@ Inputs inputs_of(const MasksOptions& options, const RgbdSequence& sequence) {
   inputs.add(options.segmenter.model);
   if (const auto folder = masks_folder_of(options, sequence)) inputs.add_folder(*folder);
   return inputs;
-}
-
-/// Returns the masks of frame i. An error says that nothing of the frames before it is there.
-Segmentation masks_of(Segmenter& source, FrameView frame, std::size_t i, std::size_t size) {
-  frame.depth.release();  // without a camera file, its unit is not known
-  try {
-    return source.segment(frame);
-  } catch (const std::runtime_error& error) {
-    throw std::runtime_error(detail::concatenate(error.what(), " (nothing was written; ", i, " of ",
-                                                 size, " frames had masks)"));
-  }
 }
 
 /// Writes label maps with an instances.csv.

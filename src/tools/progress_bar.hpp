@@ -17,7 +17,6 @@
 #include <cstdio>
 #include <exception>
 #include <string>
-#include <thread>
 #include <utility>
 
 namespace dynfilter::tools {
@@ -49,16 +48,6 @@ inline std::atomic<int>& interrupting_signal() {
 /// Throws Interrupted if the user interrupted the work.
 inline void throw_if_interrupted() {
   if (const int signal = interrupting_signal(); signal != 0) throw Interrupted(signal);
-}
-
-/// Sleeps. Throws Interrupted soon after the user interrupted the work.
-inline void interruptible_sleep_until(std::chrono::steady_clock::time_point end) {
-  constexpr std::chrono::milliseconds pause(50);
-  for (auto now = end - pause; now < end;) {
-    throw_if_interrupted();
-    now = std::chrono::steady_clock::now();
-    std::this_thread::sleep_until(std::min(end, now + pause));
-  }
 }
 
 /// Catches SIGINT and SIGTERM while it lives. The first signal is noted; a second one ends the

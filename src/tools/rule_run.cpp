@@ -44,6 +44,14 @@ std::string masks_name(const RuleInfo& rule, const FrameSource& source,
   return settings.masks.empty() ? source.masks_name() : settings.masks;
 }
 
+/// Returns the stage with its times noted, which the caller owns.
+AnyStage timed(AnyStage stage, Times& times) {
+  return [stage = std::move(stage), &times](const FilterInput& input, FeatureLabels& labels,
+                                            Workspace& workspace) {
+    times.measure([&] { stage(input, labels, workspace); });
+  };
+}
+
 /// Computes the errors of an estimate, or the reasons why they are missing.
 TrajectoryRecord errors_of(const Trajectory& estimate, const Trajectory& truth) {
   TrajectoryRecord record;
@@ -98,8 +106,9 @@ RuleRun::RuleRun(const RuleInfo& rule, const SceneSpec& scene, const FrameSource
       staged_(folder, run_writer, true),
       truth_(settings.truth),
       rim_px_(truth_ == Truth::by_motion ? FrameSource::exact_rim_px : source.rim_px()),
-      filter_({mask_stage_of(rule, culler_options(rule, settings)), masks_time_},
-              {stage_of(rule, settings.mask_culler, settings.seed, source.camera()), rule_time_}),
+      filter_(
+          timed(mask_stage_of(rule, culler_options(rule, settings)), masks_time_),
+          timed(stage_of(rule, settings.mask_culler, settings.seed, source.camera()), rule_time_)),
       pictures_(staged_.path(), source.size(), settings.overlays, rule) {
   if (rule.moves_masks()) propagator_.emplace();
   if (source.has_depth() && settings.every == 1) {

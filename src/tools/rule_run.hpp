@@ -71,7 +71,7 @@ class RuleRun {
 
   /// Runs the work that gets a frame its masks, and records the waiting time.
   template <class Work>
-  std::optional<Segmentation> wait_for_masks(const Work& work) {
+  Segmentation wait_for_masks(const Work& work) {
     return waiting_time_.measure(work);
   }
 
@@ -83,8 +83,6 @@ class RuleRun {
   RunRecord finish(const FrameSource& source, std::vector<InputFinding> findings);
 
  private:
-  using Stage = TimedStage<AnyStage>;
-
   std::optional<Segmentation> masks_of(const SourceFrame& frame);
   void add_pictures(const SourceFrame& frame, const Segmentation& masks, FeaturesView features,
                     const FrameRecord& record, const FeatureLabels& by_mask);
@@ -97,7 +95,7 @@ class RuleRun {
   Times extraction_time_, waiting_time_, propagation_time_, masks_time_, rule_time_,
       keep_static_time_, odometry_time_;
   std::optional<MaskPropagator> propagator_;
-  Pipeline<Stage, Stage> filter_;
+  Pipeline<AnyStage, AnyStage> filter_;
   FeatureLabels labels_;
   Workspace workspace_;
   std::optional<odometry::Odometry> odometry_;

@@ -14,10 +14,10 @@
 #include "commands.hpp"
 #include "inputs.hpp"
 #include "io/file_error.hpp"
-#include "mask_feed.hpp"
 #include "number_options.hpp"
 #include "progress_bar.hpp"
 #include "rule_run.hpp"
+#include "segmenter_options.hpp"
 #include "shared_options.hpp"
 #include "source_checks.hpp"
 
@@ -30,21 +30,22 @@ struct RunOptions {
   std::filesystem::path out = "dynfilter_out";
   bool with_motion = false;
   RunSettings settings;
-  MaskFeedOptions masks;
+  SegmenterSpec segmenter;
 };
 
 void run(const RunOptions& options) {
   SceneSpec scene = options.scene;
-  scene.reads_masks = options.masks.segmenter.is_unset();
+  scene.reads_masks = options.segmenter.is_unset();
   const std::unique_ptr<FrameSource> source = scene.open(options.settings.truth);
   if (!source->note().empty()) std::fprintf(stderr, "%s\n", source->note().c_str());
   Inputs inputs;
   source->add_inputs(inputs);
-  inputs.add(options.masks.segmenter.model);
+  inputs.add(options.segmenter.model);
   inputs.require_harmless(options.out, run_writer, true);
-  MaskFeed masks(options.masks, *source);
+  const std::unique_ptr<Segmenter> segmenter =
+      scene.reads_masks ? nullptr : options.segmenter.make();
   RunSettings settings = options.settings;
-  settings.masks = masks.name();
+  settings.masks = scene.reads_masks ? source->masks_name() : options.segmenter.name();
   const RuleInfo& rule = rule_info(options.rule);
   RuleRun work(options.with_motion ? with_motion(rule) : rule, scene, *source, settings,
                options.out);
@@ -54,10 +55,10 @@ void run(const RunOptions& options) {
     ProgressBar progress("filtering", source->size());
     for (std::size_t i = 0; i < source->size(); i += options.settings.every) {
       SourceFrame frame = source->read(i);
-      masks.submit(frame.frame);
       const ExtractedFeatures features = extract_features(extractor, frame.frame.image);
-      if (!masks.uses_source_masks()) {
-        frame.masks = work.wait_for_masks([&] { return masks.collect(frame); });
+      if (segmenter) {
+        frame.masks = work.wait_for_masks(
+            [&] { return masks_of(*segmenter, frame.frame, i, source->size()); });
       }
       const FrameStatistics& statistics = work.process(frame, features);
       checks.add(frame, rule.takes_masks() ? frame.masks : std::nullopt, features.keypoints,
@@ -67,7 +68,6 @@ void run(const RunOptions& options) {
     }
   }
   print_report(work.finish(*source, checks.findings()));
-  if (!masks.report().empty()) std::printf("\n%s\n", masks.report().c_str());
   std::printf("\nwritten to %s: summary.json, frames.csv%s%s%s\n", options.out.c_str(),
               source->has_depth() && settings.every == 1 ? ", trajectory.txt" : "",
               std::filesystem::exists(options.out / "groundtruth.txt") ? ", groundtruth.txt" : "",
@@ -122,7 +122,7 @@ void add_run_command(CLI::App& program) {
   command->add_flag("--motion", options->with_motion,
                     "judge the features by their motion, too: what moves goes, and what stands "
                     "still comes back (rules none, mask and depth)");
-  add_mask_feed_options(*command, options->masks);
+  add_segmenter_options(*command, options->segmenter);
   for (const char* own : {"--masks", "--degrade"}) {  // a segmenter has no use for these masks
     for (const char* name : {"--remote", "--model"}) {
       CLI::Option* segmenter = command->get_option_no_throw(name);  // none: built without it
@@ -138,7 +138,7 @@ void add_run_command(CLI::App& program) {
                   "  dynfilter run rgbd_dataset_freiburg3_walking_xyz --out result\n"
                   "  dynfilter run scene --rule mask --masks scene/masks_true\n"
                   "  dynfilter run --level medium --scene-seed 5 --rule crowd_slam\n"
-                  "  dynfilter run scene --rule depth_moved --async latest --model FILE.onnx");
+                  "  dynfilter run scene --model FILE.onnx");
   command->callback([options] {
     if (options->scene.sequence.empty() && options->scene.level.empty()) {
       throw CLI::RequiredError("SEQUENCE or --level");

@@ -5,11 +5,9 @@
 #define DYNFILTER_SRC_TOOLS_SCENE_SPEC_HPP
 
 #include <cstdint>
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "frame_source.hpp"
 #include "rule_set.hpp"
@@ -40,22 +38,8 @@ struct SceneName {
   std::string name;   ///< medium_5, or the name of the sequence's folder
 };
 
-/// Names the ways to degrade good masks of a recording, so that rules have something to correct:
-/// - eroded: by 8 px.
-/// - cut: the lowest fifth of each mask is gone.
-/// - disc: a disc somewhere on each mask is gone, a quarter as large as the mask.
-/// - poor: all three, in this order.
-/// - late: masks and boxes come from three frames before, or from the first frame.
-std::vector<std::string> degradation_names();
-
 /// The frames to use: those of a recorded sequence, or of a level with a seed.
-struct SceneSpec {
-  std::filesystem::path sequence;        ///< empty: use a level
-  std::filesystem::path masks;           ///< empty: the sequence's own
-  bool reads_masks = true;               ///< false: masks come from elsewhere
-  std::filesystem::path camera;          ///< empty: the sequence's own
-  std::optional<double> depth_offset_s;  ///< empty: the camera file's
-  std::string degraded;  ///< how the sequence's masks are degraded; empty: not at all
+struct SceneSpec : SequenceSpec {  // sequence is empty: use a level
   std::string level;
   std::uint64_t level_seed = 1;
   std::optional<int> frames, width, height;  ///< replace the level's own
@@ -63,7 +47,7 @@ struct SceneSpec {
   SceneName name() const;
 
   /// Opens the scene, with what this truth needs. Throws what open_sequence, render_scene and
-  /// FrameSource::pass_moving_masks throw, and std::runtime_error if there are no masks to degrade.
+  /// FrameSource::pass_moving_masks throw.
   std::unique_ptr<FrameSource> open(Truth truth) const;
 };
 

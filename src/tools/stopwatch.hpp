@@ -10,8 +10,6 @@
 #include <utility>
 #include <vector>
 
-#include "dynfilter/stage.hpp"
-
 namespace dynfilter::tools {
 
 /// Times of one stage of work, a value a frame, in milliseconds.
@@ -47,23 +45,6 @@ class Times {
   };
 
   std::vector<double> values_ms_;
-};
-
-/// Measures a pipeline's stage. The caller owns the times.
-template <class Stage>
-class TimedStage {
- public:
-  TimedStage(Stage stage, Times& times) : stage_(std::move(stage)), times_(&times) {}
-
-  void check(const FilterInput& input) const { check_stage(stage_, input); }
-
-  void operator()(const FilterInput& input, FeatureLabels& labels, Workspace& workspace) const {
-    times_->measure([&] { run_stage(stage_, input, labels, workspace); });
-  }
-
- private:
-  Stage stage_;
-  Times* times_;
 };
 
 }  // namespace dynfilter::tools

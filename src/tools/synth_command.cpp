@@ -12,11 +12,9 @@
 #include <string>
 
 #include "commands.hpp"
-#include "dynfilter/detail/errors.hpp"
 #include "dynfilter/detail/number_text.hpp"
 #include "dynfilter/evaluation/rgbd_sequence_writer.hpp"
 #include "dynfilter/segmenters/mask_folder_writer.hpp"
-#include "io/file_writing.hpp"
 #include "io/image_file.hpp"
 #include "io/staged_folder.hpp"
 #include "lab/scenes/scene_levels.hpp"
@@ -27,25 +25,11 @@
 namespace dynfilter::tools {
 namespace {
 
-constexpr const char* truth_name = "truth.yaml";
-
 struct SynthOptions {
   std::filesystem::path folder;
   bool overwrite = false;
   SyntheticSceneOptions scene;
 };
-
-/// Writes what is known of a scene besides poses and masks.
-void write_truth(const std::filesystem::path& folder, const SyntheticSceneOptions& scene) {
-  detail::write_file(
-      folder / truth_name,
-      detail::concatenate(
-          "%YAML:1.0\n---\n"
-          "# Seconds by which the depth images show an earlier moment than the colour\n"
-          "# images of the same stamp.\n"
-          "depth_late_s: ",
-          scene.depth_late_s, '\n'));
-}
 
 void synthesise(const SynthOptions& options) {
   const SyntheticScene scene(options.scene);
@@ -71,7 +55,6 @@ void synthesise(const SynthOptions& options) {
   sequence.finish();
   masks.finish();
   true_masks.finish();
-  write_truth(staged.path(), options.scene);
   staged.commit();
   std::printf("%d frames of %dx%d in %s\n", scene.size(), options.scene.image_size.width,
               options.scene.image_size.height, options.folder.c_str());
@@ -91,7 +74,6 @@ struct Given {
   std::string level;
   std::uint64_t seed = 1;
   std::optional<int> frames, persons, width, height;
-  std::optional<double> depth_late;
 };
 
 SyntheticSceneOptions scene_options(const Given& given) {
@@ -102,7 +84,6 @@ SyntheticSceneOptions scene_options(const Given& given) {
   scene.persons = given.persons.value_or(scene.persons);
   scene.image_size.width = given.width.value_or(scene.image_size.width);
   scene.image_size.height = given.height.value_or(scene.image_size.height);
-  scene.depth_late_s = given.depth_late.value_or(scene.depth_late_s);
   return scene;
 }
 
@@ -115,8 +96,8 @@ void add_synth_command(CLI::App& program) {
       "synth",
       "Render a sequence with known truth: a room, a moving camera, walking persons.\n"
       "Write rgb/, depth/, their lists, groundtruth.txt, camera.yaml, the poor masks of a\n"
-      "simulated network (masks/), the exact masks (masks_true/), the pixels that move in each\n"
-      "frame (masks_moving/), and the lateness of depth (truth.yaml).");
+      "simulated network (masks/), the exact masks (masks_true/), and the pixels that move in\n"
+      "each frame (masks_moving/).");
   command->add_option("FOLDER", options->folder, "folder for the sequence")->required();
   command->add_option("--level", given->level, "a level of the list below [a scene of 90 frames]")
       ->type_name("LEVEL");
@@ -131,10 +112,6 @@ void add_synth_command(CLI::App& program) {
       ->transform(whole_number(16, 8192));
   command->add_option("--height", given->height, "height of the images, pixels [480]")
       ->transform(whole_number(16, 8192));
-  command
-      ->add_option("--depth-late", given->depth_late,
-                   "show the scene of so many seconds earlier in depth images; below 0: later")
-      ->check(real_number(-0.2, 0.2));
   command->add_flag("--overwrite", options->overwrite,
                     "replace an earlier scene in FOLDER when the new one is complete");
   command->footer(

@@ -32,6 +32,28 @@ class SmallSceneTest : public ::testing::Test {
   static inline std::unique_ptr<TemporaryFolder> folder_;
 };
 
+/// Scene on disk, made once for the tests of a fixture, which names the options of `synth`. Each
+/// test has a copy of its own.
+template <class Fixture>
+class CopiedSceneTest : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    made_ = std::make_unique<TemporaryFolder>();
+    const Outcome synth = run("synth " + quoted(made()) + " " + Fixture::synth_options);
+    ASSERT_EQ(synth.exit_code, 0) << synth.printed;
+  }
+  static void TearDownTestSuite() { made_.reset(); }
+  void SetUp() override { fs::copy(made(), scene(), fs::copy_options::recursive); }
+
+  static fs::path made() { return *made_ / "scene"; }
+  fs::path scene() const { return folder_ / "scene"; }
+
+  TemporaryFolder folder_;
+
+ private:
+  static inline std::unique_ptr<TemporaryFolder> made_;
+};
+
 }  // namespace dynfilter::testing
 
 #endif  // DYNFILTER_TESTS_SUPPORT_SMALL_SCENE_TEST_HPP

@@ -153,20 +153,19 @@ TEST_F(Ablate, OmitsPerfectMasksWithoutTruth) {
   EXPECT_TRUE(alone.mentions("masks_true")) << alone.printed;
 }
 
-/// Returns a result over ten frames, of which `scene` were lost.
-tools::RunResult result(const std::string& group, std::size_t scene, const std::string& rule,
+/// Returns a run over ten frames, of which `scene` were lost.
+tools::RunRecord result(const std::string& group, std::size_t scene, const std::string& rule,
                         double ate_rmse_m) {
-  tools::RunResult result;
-  result.scene = {group, group + "_" + std::to_string(scene)};
-  result.rule = rule;
-  result.frames = 10;
-  result.kept = 500;
-  result.lost_frames = scene;
-  result.ate_rmse_m = ate_rmse_m;
-  return result;
+  tools::RunRecord run;
+  run.scene = {group, group + "_" + std::to_string(scene)};
+  run.rule = tools::rule_info(rule);
+  run.frames.resize(10);
+  for (std::size_t i = 0; i < scene; ++i) run.frames[i].is_lost = true;
+  run.trajectory.emplace().ate_m.emplace().rmse = ate_rmse_m;
+  return run;
 }
 
-std::string tables_text(const std::vector<tools::RunResult>& results) {
+std::string tables_text(const std::vector<tools::RunRecord>& results) {
   std::string text;
   for (const auto& table : tools::ablation_tables(results, tools::Truth::by_class)) {
     text += text_of(table);
@@ -176,7 +175,7 @@ std::string tables_text(const std::vector<tools::RunResult>& results) {
 
 TEST(AblationTables, MatchHandComputedValues) {
   const double errors[][3] = {{0.4, 0.1, 0.1}, {1.2, 0.3, 0.2}, {0.6, 0.6, 0.1}};
-  std::vector<tools::RunResult> results;
+  std::vector<tools::RunRecord> results;
   for (const std::size_t scene : {0U, 1U, 2U}) {
     results.push_back(result("made", scene, "mask", errors[scene][0]));
     results.push_back(result("made", scene, "paper", errors[scene][1]));
@@ -192,7 +191,7 @@ TEST(AblationTables, MatchHandComputedValues) {
 }
 
 TEST(AblationTables, TellTheFramesTrackedBesideTheError) {
-  std::vector<tools::RunResult> results;
+  std::vector<tools::RunRecord> results;
   for (const std::size_t scene : {0U, 1U, 2U}) {
     results.push_back(result("a", scene, "mask", 0.1 * static_cast<double>(scene + 1)));
     results.push_back(result("a", scene, "perfect", 0.1));

@@ -58,15 +58,5 @@ TEST(FrameRules, RunOnlyOnRequest) {
   }
 }
 
-TEST(FrameRules, NeedEveryFrame) {
-  const TemporaryFolder folder;
-  const Outcome outcome =
-      run(std::string("ablate --levels medium --seeds 1 --rules ds_slam --every 2") + small_scene +
-          " --out " + quoted(folder.path() / "out"));
-  EXPECT_NE(outcome.exit_code, 0);
-  EXPECT_TRUE(outcome.mentions("rule ds_slam follows objects from frame to frame"))
-      << outcome.printed;
-}
-
 }  // namespace
 }  // namespace dynfilter::testing

@@ -13,28 +13,16 @@
 
 #include <gtest/gtest.h>
 
-#include "support/program.hpp"
-#include "support/temporary_folder.hpp"
+#include "support/small_scene_test.hpp"
 
 namespace dynfilter::testing {
 namespace {
 
-/// Small recording on disk, made once; every test has its own copy to modify.
-class ProgramRecordings : public ::testing::Test {
- protected:
-  static void SetUpTestSuite() {
-    made_ = new TemporaryFolder();
-    const Outcome synth =
-        run("synth " + quoted(*made_ / "scene") + " --frames 4 --width 160 --height 120");
-    ASSERT_EQ(synth.exit_code, 0) << synth.printed;
-  }
-  static void TearDownTestSuite() {
-    delete made_;
-    made_ = nullptr;
-  }
-  void SetUp() override { fs::copy(*made_ / "scene", scene(), fs::copy_options::recursive); }
+class ProgramRecordings : public CopiedSceneTest<ProgramRecordings> {
+ public:
+  static constexpr const char* synth_options = "--frames 4 --width 160 --height 120";
 
-  fs::path scene() const { return folder_ / "scene"; }
+ protected:
   fs::path out() const { return folder_ / "out"; }
   fs::path truth() const { return scene() / "groundtruth.txt"; }
   std::string run_scene() const {
@@ -51,14 +39,7 @@ class ProgramRecordings : public ::testing::Test {
       EXPECT_FALSE(fs::exists(out())) << "it must fail before the first frame";
     }
   }
-
-  TemporaryFolder folder_;
-
- private:
-  static TemporaryFolder* made_;
 };
-
-TemporaryFolder* ProgramRecordings::made_ = nullptr;
 
 /// Rows of a trajectory file.
 std::vector<std::string> rows_of(const fs::path& file) {

@@ -9,7 +9,6 @@
 #include <chrono>
 #include <csignal>
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <string>
 #include <thread>
@@ -17,28 +16,20 @@
 #include <gtest/gtest.h>
 
 #include "dynfilter/segmenters/mask_folder_segmenter.hpp"
-#include "support/program.hpp"
 #include "support/remote_peer.hpp"
+#include "support/small_scene_test.hpp"
 #include "support/started_program.hpp"
-#include "support/temporary_folder.hpp"
 
 namespace dynfilter::testing {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int remote_frames = 6;
+class ProgramRemote : public CopiedSceneTest<ProgramRemote> {
+ public:
+  static constexpr const char* synth_options = "--frames 6 --width 160 --height 120";
 
-class ProgramRemote : public ::testing::Test {
  protected:
-  ProgramRemote() {
-    const Outcome synth = run("synth " + quoted(scene()) + " --width 160 --height 120 --frames " +
-                              std::to_string(remote_frames));
-    EXPECT_EQ(synth.exit_code, 0) << synth.printed;
-    masks_ = std::make_unique<MaskFolderSegmenter>(scene() / "masks");
-  }
-
-  fs::path scene() const { return folder_ / "scene"; }
   fs::path out(const std::string& name) const { return folder_ / name; }
 
   std::string with_peer() const { return " --remote " + quoted(out("socket")); }
@@ -51,12 +42,8 @@ class ProgramRemote : public ::testing::Test {
     view.id = frame.id;
     view.timestamp_s = frame.timestamp_s;
     view.image = frame.image;
-    return socket.send(reply(frame.request, masks_->segment(view)));
+    return socket.send(reply(frame.request, MaskFolderSegmenter(scene() / "masks").segment(view)));
   }
-
- private:
-  TemporaryFolder folder_;
-  std::unique_ptr<MaskFolderSegmenter> masks_;
 };
 
 TEST_F(ProgramRemote, SurviveADeathWithinAFrame) {
@@ -75,7 +62,7 @@ TEST_F(ProgramRemote, SurviveADeathWithinAFrame) {
   EXPECT_EQ(file_text(out("remote") / "frames.csv"), file_text(out("own") / "frames.csv"));
 }
 
-TEST_F(ProgramRemote, SayThatNothingWasWrittenOrGoOnWithoutMasks) {
+TEST_F(ProgramRemote, SayThatNothingWasWritten) {
   const RemotePeer peer(out("socket"), [&](const PeerSocket& socket, const ReceivedFrame& frame) {
     return frame.id != 3 && answer(socket, frame);
   });
@@ -84,16 +71,11 @@ TEST_F(ProgramRemote, SayThatNothingWasWrittenOrGoOnWithoutMasks) {
   EXPECT_EQ(made.exit_code, 1);
   EXPECT_TRUE(made.mentions("(nothing was written; 3 of 6 frames had masks)")) << made.printed;
   EXPECT_FALSE(fs::exists(out("made")));
-  Outcome outcome = run(run_into("result") + with_peer());
+  const Outcome outcome = run(run_into("result") + with_peer());
   EXPECT_EQ(outcome.exit_code, 1);
-  EXPECT_TRUE(outcome.mentions("(nothing was written; --async goes on without)"))
+  EXPECT_TRUE(outcome.mentions("(nothing was written; 3 of 6 frames had masks)"))
       << outcome.printed;
   EXPECT_FALSE(fs::exists(out("result")));
-  outcome = run(run_into("result") + with_peer() + " --async wait");
-  ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
-  EXPECT_TRUE(outcome.mentions("frames without masks, because the segmenter failed: 1, the first"))
-      << outcome.printed;
-  EXPECT_EQ(read_csv(out("result") / "frames.csv").size(), 1U + remote_frames);
 }
 
 TEST_F(ProgramRemote, RefuseMasksThatTheyWouldNotUse) {
@@ -111,9 +93,8 @@ TEST_F(ProgramRemote, CtrlCEndsTheWaitForMasks) {
     return true;
   });
   const std::string silent = with_peer() + " --remote-timeout 600";
-  const std::string calls[] = {
-      run_into("out") + silent, run_into("out") + silent + " --async latest",
-      "masks " + quoted(scene()) + silent + " --out " + quoted(out("out"))};
+  const std::string calls[] = {run_into("out") + silent, "masks " + quoted(scene()) + silent +
+                                                             " --out " + quoted(out("out"))};
   for (const std::string& call : calls) {
     SCOPED_TRACE(call);
     asked = 0;

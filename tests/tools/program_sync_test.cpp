@@ -10,23 +10,22 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "support/program.hpp"
-#include "support/temporary_folder.hpp"
+#include "support/small_scene_test.hpp"
 
 namespace dynfilter::testing {
 namespace {
 
-/// Recording of 30 frames, made once; each test has its own copy. Its lists of depth images name
-/// each image a frame later than it was made, so that depth is late by a frame.
-class ProgramSync : public ::testing::Test {
+/// Recording of 30 frames. Its lists of depth images name each image a frame later than it was
+/// made, so that depth is late by a frame.
+class ProgramSync : public CopiedSceneTest<ProgramSync> {
+ public:
+  static constexpr const char* synth_options = "--frames 30 --width 320 --height 240 --seed 11";
+
  protected:
   static void SetUpTestSuite() {
-    made_ = new TemporaryFolder();
-    const Outcome synth = run("synth " + quoted(*made_ / "scene") +
-                              " --frames 30 --width 320 --height 240 --seed 11");
-    ASSERT_EQ(synth.exit_code, 0) << synth.printed;
-    fs::remove(*made_ / "scene/associations.txt");
-    std::ifstream in(*made_ / "scene/depth.txt");
+    CopiedSceneTest::SetUpTestSuite();
+    fs::remove(made() / "associations.txt");
+    std::ifstream in(made() / "depth.txt");
     std::string late, line, time, file, last;
     while (std::getline(in, line)) {
       if (line[0] == '#') continue;
@@ -34,23 +33,10 @@ class ProgramSync : public ::testing::Test {
       if (!last.empty()) late += time + " " + last + "\n";
       last = file;
     }
-    std::ofstream(*made_ / "scene/depth.txt") << late;
+    in.close();
+    std::ofstream(made() / "depth.txt") << late;
   }
-  static void TearDownTestSuite() {
-    delete made_;
-    made_ = nullptr;
-  }
-  void SetUp() override { fs::copy(*made_ / "scene", scene(), fs::copy_options::recursive); }
-
-  fs::path scene() const { return folder_ / "scene"; }
-
-  TemporaryFolder folder_;
-
- private:
-  static TemporaryFolder* made_;
 };
-
-TemporaryFolder* ProgramSync::made_ = nullptr;
 
 TEST_F(ProgramSync, MeasuresAndWritesAssociationsThatAreInStep) {
   const fs::path pairs = scene() / "associations.txt";

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-// The program with a real network, from image to trajectory: frame by frame, and in a thread at the
-// network's own pace.
+// The program with a real network, from image to trajectory.
 
 #include <gtest/gtest.h>
 
@@ -41,12 +40,6 @@ TEST_F(SlowProgramWithNetwork, TracksTheCameraDespitePersons) {
   EXPECT_GT(summary["masked"], 49 * 150);
   EXPECT_EQ(summary["lost_frames"], 0);
   EXPECT_LT(summary["ate_rmse_m"], 0.03) << "0.22 m with all features";
-}
-
-TEST_F(SlowProgramWithNetwork, MakesMasksInAThread) {
-  const nlohmann::json summary = summary_of(" --async latest --rule depth_moved");
-  EXPECT_GT(summary["masked"], 0);
-  EXPECT_EQ(summary["lost_frames"], 0);
 }
 
 }  // namespace

@@ -16,9 +16,8 @@
 
 #include "lab/odometry/orb_extractor.hpp"
 #include "lab/scenes/scene_levels.hpp"
-#include "support/program.hpp"
 #include "support/scene_images.hpp"
-#include "support/temporary_folder.hpp"
+#include "support/small_scene_test.hpp"
 
 namespace dynfilter::testing {
 namespace {
@@ -129,30 +128,24 @@ TEST(Truth, PerfectRuleRemovesJustWhatMoves) {
 }
 
 /// Sequence in a folder, with the masks of what moves.
-class TruthOfAFolder : public ::testing::Test {
- protected:
-  TruthOfAFolder() {
-    const Outcome outcome =
-        run("synth " + quoted(sequence()) + " --level carried --seed 11" + size_options);
-    EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
-  }
+class TruthOfAFolder : public CopiedSceneTest<TruthOfAFolder> {
+ public:
+  static constexpr const char* synth_options =
+      "--level carried --seed 11 --frames 4 --width 320 --height 240";
 
-  fs::path sequence() const { return folder_.path() / "sequence"; }
-  fs::path out() const { return folder_.path() / "out"; }
+ protected:
+  fs::path out() const { return folder_ / "out"; }
 
   Outcome ablate(const std::string& options) const {
-    return run("ablate " + quoted(sequence()) + " --features 400 --out " + quoted(out()) + ' ' +
+    return run("ablate " + quoted(scene()) + " --features 400 --out " + quoted(out()) + ' ' +
                options);
   }
-
- private:
-  TemporaryFolder folder_;
 };
 
 TEST_F(TruthOfAFolder, GivesTheScoresOfItsLevel) {
   for (const char* rule : {"mask", "perfect"}) {
     const std::string options = std::string(" --truth motion --rule ") + rule;
-    const nlohmann::json read = summary_of(quoted(sequence()) + options);
+    const nlohmann::json read = summary_of(quoted(scene()) + options);
     const nlohmann::json rendered = summary_of(level("carried") + options);
     for (const char* score : score_names) EXPECT_EQ(read[score], rendered[score]) << score;
     EXPECT_EQ(read["kept"], rendered["kept"]) << rule;
@@ -160,7 +153,7 @@ TEST_F(TruthOfAFolder, GivesTheScoresOfItsLevel) {
 }
 
 TEST_F(TruthOfAFolder, NeedsNoMasksOfPersons) {
-  fs::remove_all(sequence() / "masks_true");
+  fs::remove_all(scene() / "masks_true");
   const Outcome outcome = ablate("--truth motion --rules mask,perfect");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.printed;
   EXPECT_TRUE(outcome.mentions("\nperfect ")) << outcome.printed;
@@ -168,34 +161,33 @@ TEST_F(TruthOfAFolder, NeedsNoMasksOfPersons) {
 
 TEST_F(TruthOfAFolder, NamesMissingMasks) {
   const auto refused = [&](const std::string& what) {
-    for (const std::string& command :
-         {"run " + quoted(sequence()), "ablate " + quoted(sequence())}) {
+    for (const std::string& command : {"run " + quoted(scene()), "ablate " + quoted(scene())}) {
       const Outcome outcome = run(command + " --truth motion --out " + quoted(out()));
       EXPECT_NE(outcome.exit_code, 0) << command;
       EXPECT_TRUE(outcome.mentions(what)) << outcome.printed;
       EXPECT_FALSE(fs::exists(out())) << "nothing starts";
     }
   };
-  fs::remove(sequence() / "masks_moving/1.033333.png");
+  fs::remove(scene() / "masks_moving/1.033333.png");
   refused("masks_moving/1.033333.png: there is no such mask; frame 1.033333 needs it");
-  EXPECT_EQ(summary_of(quoted(sequence()) + " --rule mask")["options"]["truth"], "class")
+  EXPECT_EQ(summary_of(quoted(scene()) + " --rule mask")["options"]["truth"], "class")
       << "the other truth does without";
-  fs::remove_all(sequence() / "masks_moving");
+  fs::remove_all(scene() / "masks_moving");
   refused("masks_moving: there is no such folder; truth by motion needs");
 }
 
 TEST_F(TruthOfAFolder, ResultsSayWhichTruthTheyHave) {
   const Outcome outcome = ablate("--truth motion --rules mask,perfect");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.printed;
-  EXPECT_TRUE(outcome.mentions("sequence: features a frame, truth by motion\n")) << outcome.printed;
-  EXPECT_TRUE(run("run " + quoted(sequence()) + " --truth motion --overlays 0 --out " +
-                  quoted(out() / "one"))
-                  .mentions("against what moves"));
+  EXPECT_TRUE(outcome.mentions("scene: features a frame, truth by motion\n")) << outcome.printed;
+  EXPECT_TRUE(
+      run("run " + quoted(scene()) + " --truth motion --overlays 0 --out " + quoted(out() / "one"))
+          .mentions("against what moves"));
 }
 
 TEST_F(TruthOfAFolder, IsNeverWrittenTo) {
   const Outcome outcome =
-      run("run " + quoted(sequence()) + " --out " + quoted(sequence() / "masks_moving"));
+      run("run " + quoted(scene()) + " --out " + quoted(scene() / "masks_moving"));
   EXPECT_NE(outcome.exit_code, 0);
   EXPECT_TRUE(outcome.mentions("is read; name another")) << outcome.printed;
 }

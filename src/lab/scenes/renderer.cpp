@@ -261,20 +261,6 @@ Rendering render(const World& world, const Moment& moment, const CameraParameter
   return out;
 }
 
-cv::Mat1i render_surfaces(const World& world, const Moment& moment, const CameraParameters& camera,
-                          const CameraPose& pose) {
-  cv::Mat1i surface(camera.image_size);
-  const View view(world, moment, camera, pose);
-  cv::parallel_for_(cv::Range(0, surface.rows), [&](const cv::Range& rows) {
-    for (int y = rows.start; y < rows.end; ++y) {
-      for (int x = 0; x < surface.cols; ++x) {
-        surface(y, x) = view.trace(view.ray(x, y), x, y).id;
-      }
-    }
-  });
-  return surface;
-}
-
 cv::Mat3b expose(const cv::Mat3f& colour, std::uint64_t key) {
   cv::Mat3b image(colour.size());
   cv::parallel_for_(cv::Range(0, image.rows), [&](const cv::Range& rows) {

@@ -60,10 +60,6 @@ struct Rendering {
 Rendering render(const World& world, const Moment& moment, const CameraParameters& camera,
                  const CameraPose& pose);
 
-/// Renders the surfaces only, in a third of the time.
-cv::Mat1i render_surfaces(const World& world, const Moment& moment, const CameraParameters& camera,
-                          const CameraPose& pose);
-
 /// Adds the sensor's noise to the colour image and rounds to bytes.
 cv::Mat3b expose(const cv::Mat3f& colour, std::uint64_t key);
 

@@ -17,21 +17,13 @@
 namespace dynfilter {
 namespace {
 
-[[noreturn]] void refuse(const std::string& got, const std::string& want) {
-  throw std::invalid_argument("dynfilter::SyntheticScene: got " + got + "; want " + want);
-}
-
-std::string text_of(double number) {
+void require_range(const std::string& name, double value, double low, double high) {
+  if (value >= low && value <= high) return;  // false for NaN
   std::ostringstream text;
   text.imbue(std::locale::classic());
-  text << number;
-  return text.str();
-}
-
-void require_range(const char* option, double value, double low, double high) {
-  if (value >= low && value <= high) return;  // false for NaN
-  refuse(option + (" = " + text_of(value)),
-         "a number from " + text_of(low) + " to " + text_of(high));
+  text << "dynfilter::SyntheticScene: got " << name << " = " << value << "; want a number from "
+       << low << " to " << high;
+  throw std::invalid_argument(text.str());
 }
 
 SyntheticSceneOptions checked(const SyntheticSceneOptions& o) {
@@ -39,33 +31,11 @@ SyntheticSceneOptions checked(const SyntheticSceneOptions& o) {
   require_range("image_size.width", o.image_size.width, 16, 8192);
   require_range("image_size.height", o.image_size.height, 16, 8192);
   require_range("persons", o.persons, 0, 8);
-  if (o.moving_box == MovingBox::carried) {
-    require_range("persons, with a carried box,", o.persons, 1, 8);
-  }
-  const bool at_shelves = o.surroundings == Surroundings::shelves;
-  const bool at_work = o.surroundings == Surroundings::workplace;
-  require_range("person_distance_m", o.person_distance_m,
-                at_shelves ? 1.7
-                : at_work  ? 1.6
-                           : 1.0,
-                18.0);
-  require_range("person_speed_m_s", o.person_speed_m_s, 0, 5);
-  require_range("limb_swing", o.limb_swing, 0, at_work ? 0.1 : 1.2);
-  require_range("persons_spacing_m", o.persons_spacing_m, 0, 1);
-  require_range("persons_gap_m", o.persons_gap_m, 0, 1);
-  require_range("turn_distance_m", o.turn_distance_m, 0.2, 2.4);
-  require_range("wall_distance_m", o.wall_distance_m,
-                o.person_distance_m + std::max(1.5, o.persons_gap_m + 1.0), 20);
-  require_range("background_contrast", o.background_contrast, 0, 1);
-  require_range("depth_late_s", o.depth_late_s, -0.2, 0.2);
-  require_range("mask_rate_hz", o.mask_rate_hz, 0, 1000);
-  require_range("mask_age_frames", o.mask_age_frames, 0, o.mask_rate_hz > 0 ? 0 : 1000);
   return o;
 }
 
 void require_index(const SyntheticScene& scene, int index) {
-  if (index >= 0 && index < scene.size()) return;
-  refuse("frame " + std::to_string(index), "a frame from 0 to " + std::to_string(scene.size() - 1));
+  require_range("frame", index, 0, scene.size() - 1);
 }
 
 double elapsed_s(int index) { return index / scene::frames_per_second; }
@@ -96,12 +66,6 @@ struct SyntheticScene::Content {
     return scene::render(world, scene::moment_at(options, elapsed_s), camera,
                          scene::camera_at(options, elapsed_s));
   }
-  cv::Mat1i surfaces(const CameraParameters& camera, int frame) const {
-    const double elapsed = elapsed_s(frame);
-    return scene::render_surfaces(world, scene::moment_at(options, elapsed), camera,
-                                  scene::camera_at(options, elapsed));
-  }
-
   SyntheticSceneOptions options;
   scene::World world;
 };
@@ -147,10 +111,8 @@ SyntheticFrame SyntheticScene::render(int index) const {
   out.frame.timestamp_s = timestamp_s(index);
   out.frame.image =
       scene::expose(rendering.colour, scene::make_key(seed, scene::Stream::image_noise, index));
-  const double late_s = options().depth_late_s;
-  out.frame.depth = scene::measure_depth(
-      late_s == 0 ? rendering : content_->render(camera(), elapsed - late_s), camera(), options(),
-      scene::make_key(seed, scene::Stream::depth_noise, index));
+  out.frame.depth = scene::measure_depth(rendering, camera(), options(),
+                                         scene::make_key(seed, scene::Stream::depth_noise, index));
   out.frame.metres_per_unit = 1 / scene::depth_units_per_metre;
   out.exact_depth_m = rendering.depth;
   out.moving_mask =
@@ -163,9 +125,10 @@ SyntheticFrame SyntheticScene::render(int index) const {
   const int segmented = masks_from(options(), index);
   out.poor_segmentation = {
       static_cast<std::uint64_t>(segmented), timestamp_s(segmented), options().image_size,
-      scene::detections(
-          options(), segmented,
-          segmented == index ? rendering.surface : content_->surfaces(camera(), segmented))};
+      scene::detections(options(), segmented,
+                        segmented == index
+                            ? rendering.surface
+                            : content_->render(camera(), elapsed_s(segmented)).surface)};
   return out;
 }
 

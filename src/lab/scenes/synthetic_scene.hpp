@@ -45,9 +45,8 @@ enum class CameraMotion : std::uint8_t { by_hand, none, turns_only, three_times_
 
 /// How the depth sensor fails, besides its quantisation, shadows and misregistered edges.
 enum class DepthFaults : std::uint8_t {
-  few,   ///< holes that hardly depend on the distance
-  many,  ///< holes far away, patches along edges, and blind rows at the top
-  hair   ///< many; most hair has no depth, and depth is shifted so that shadows hide left rims
+  few,  ///< holes that hardly depend on the distance
+  many  ///< holes far away, patches along edges, and blind rows at the top
 };
 
 /// What the masks of a network miss; the choice of limbs, of nine, changes every 0.4 s.
@@ -72,9 +71,7 @@ struct SyntheticSceneOptions {
   Walking walking = Walking::together;
   double persons_spacing_m = 0.54;  ///< between neighbours along their way; 0 to 1
   double persons_gap_m = 0.28;      ///< in depth; every second one walks on the farther way; 0 to 1
-  /// Distance from the middle at which persons turn back; 0.2 to 2.4. From about 2 on they leave
-  /// the image and come back.
-  double turn_distance_m = 0.8;
+  double turn_distance_m = 0.8;     ///< from the middle, where persons turn back; 0.2 to 2.4
   MovingBox moving_box = MovingBox::none;  ///< carried needs a person
 
   double wall_distance_m = 4.2;      ///< of the back wall; from person_distance_m + 1.5 to 20
@@ -85,9 +82,6 @@ struct SyntheticSceneOptions {
   CameraMotion camera = CameraMotion::by_hand;
   bool changing_light = false;  ///< soft shadows drift, and still surfaces mirror the room
 
-  /// Time by which the depth image shows an earlier moment than the colour image of the same stamp,
-  /// from the camera's place at that moment; negative: a later moment. -0.2 to 0.2.
-  double depth_late_s = 0;
   DepthFaults depth_faults = DepthFaults::few;
   MaskFaults mask_faults = MaskFaults::limbs;
   bool overlapping_as_one = false;  ///< persons whose boxes overlap are found as one instance
@@ -112,7 +106,7 @@ struct CameraPose {
 struct SyntheticFrame {
   /// Frame as a Kinect measures it: BGR image, and CV_16UC1 depth of 5000 units per metre with
   /// disparity quantised to 1/8 px, shadow bands, misregistered edges and holes. 0 = nothing
-  /// measured. It shows the scene at timestamp_s - depth_late_s.
+  /// measured.
   FrameView frame;
   /// True instances: the visible silhouettes of the people, in their order, with the smallest
   /// boxes, score 1, class 0. track_id is the person; for several people in one instance, the
@@ -127,8 +121,7 @@ struct SyntheticFrame {
   /// was one frame earlier. CV_8UC1, 255 or 0; persons, their limbs one by one, and boxes.
   cv::Mat moving_mask;
   CameraPose pose;  ///< exact pose
-  /// Exact depth at the time of the colour image: CV_32FC1, metres along the optical axis, of every
-  /// pixel.
+  /// Exact depth of every pixel: CV_32FC1, metres along the optical axis.
   cv::Mat exact_depth_m;
 };
 
@@ -139,8 +132,8 @@ struct SyntheticFrame {
 /// share the textures (about 20 MB); all functions are const and re-entrant.
 class SyntheticScene {
  public:
-  /// Paints the textures, in a few tenths of a second. Throws std::invalid_argument that names the
-  /// option that is out of range.
+  /// Paints the textures, in a few tenths of a second. Throws std::invalid_argument for a number of
+  /// frames or persons or a size that is out of range.
   explicit SyntheticScene(const SyntheticSceneOptions& options = {});
 
   /// Options as given.
@@ -161,7 +154,7 @@ class SyntheticScene {
   CameraPose pose(int index) const;
 
   /// Renders a frame; frame.id is the index. Throws like timestamp_s. O(pixels): about 0.15 s of
-  /// one core at 640x480, half as much again with stale masks.
+  /// one core at 640x480, twice that with stale masks.
   SyntheticFrame render(int index) const;
 
  private:

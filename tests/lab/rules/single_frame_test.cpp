@@ -5,8 +5,6 @@
 
 #include "lab/rules/single_frame.hpp"
 
-#include <limits>
-
 #include <gtest/gtest.h>
 
 #include "support/expect_error.hpp"
@@ -34,14 +32,6 @@ PeerScene person_scene(int class_id = 0) {
   return scene;
 }
 
-std::vector<cv::Point2f> grid() {
-  std::vector<cv::Point2f> points;
-  for (float y = -4; y < 126; y += 4.25F) {
-    for (float x = -4; x < 166; x += 4.25F) points.emplace_back(x, y);
-  }
-  return points;
-}
-
 TYPED_TEST(Peer, RemovesThePersonAndKeepsTheWall) {
   const TypeParam rule;
   EXPECT_EQ(person_scene().verdicts(rule, {{68, 60}, {10, 10}, {150, 110}}), "xoo");
@@ -51,19 +41,6 @@ TYPED_TEST(Peer, IgnoresStaticClasses) {
   const PeerScene scene = person_scene(2);
   EXPECT_EQ(scene.verdicts(TypeParam(), {{68, 60}}), "o");
   EXPECT_EQ(scene.verdicts(TypeParam({0, 2}), {{68, 60}}), "x");
-}
-
-TYPED_TEST(Peer, IgnoresABoxOutsideTheImage) {
-  constexpr int int_max = std::numeric_limits<int>::max();
-  constexpr int int_min = std::numeric_limits<int>::min();
-  PeerScene scene;
-  for (const cv::Rect& box :
-       {cv::Rect(-200, 10, 50, 50), cv::Rect(10, 300, 50, 50),
-        cv::Rect(int_max, int_max, int_max, int_max),
-        cv::Rect(int_min, int_min, int_max / 2, int_max / 2), cv::Rect(50, 50, 0, 0)}) {
-    scene.add_box(box);
-  }
-  EXPECT_EQ(scene.labels(TypeParam(), grid()).statistics().removed(), 0U);
 }
 
 TYPED_TEST(Peer, RefusesLabelsOfAnotherLength) {
@@ -133,12 +110,6 @@ TEST(WholeBox, RemovesTheBoxGrownByFivePixels) {
   EXPECT_EQ(scene.verdicts(rule, {{35, 25}, {34, 25}, {35, 24}}), "xoo");
   EXPECT_EQ(scene.verdicts(rule, {{94, 74}, {95, 74}, {94, 75}}), "xoo");
   EXPECT_EQ(scene.verdicts(rule, {{34.5F, 50}, {34.4F, 50}}), "xo");
-}
-
-TEST(WholeBox, ClipsTheBoxToTheImage) {
-  PeerScene scene;
-  scene.add_box({-20, -20, 30, 30});
-  EXPECT_EQ(scene.verdicts(peers::WholeBox(), {{14, 14}, {15, 14}, {0, 0}, {-1, 0}}), "xoxo");
 }
 
 TEST(WholeBox, FeatureGoesToTheFirstBox) {

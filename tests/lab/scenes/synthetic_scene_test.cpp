@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 #include <set>
 #include <string>
 #include <vector>
@@ -264,54 +263,14 @@ TEST(SyntheticScene, PoorMasksHaveTheDocumentedErrors) {
   EXPECT_LT(sum / static_cast<double>(overlaps.size()), 0.88);
 }
 
-/// Share of the pixels with depth in both images where they differ by more than 0.1 m.
-double changed_share(const cv::Mat1w& a, const cv::Mat1w& b) {
-  int both = 0, changed = 0;
-  for (int k = 0; k < 160 * 120; ++k) {
-    const int x = a(k / 160, k % 160), y = b(k / 160, k % 160);
-    both += x != 0 && y != 0 ? 1 : 0;
-    changed += x != 0 && y != 0 && std::abs(x - y) > 500 ? 1 : 0;
-  }
-  return static_cast<double>(changed) / both;
-}
-
-TEST(DepthLate, ShowsTheSceneOfAnotherTimeFromItsOwnPlace) {
-  const SyntheticFrame& now = level_frame("", 12);
-  for (const int frames : {12, -12}) {
-    const SyntheticFrame late =
-        SyntheticScene(small([&](Options& o) { o.depth_late_s = frames / 60.0; })).render(12);
-    const double to_then =
-        changed_share(late.frame.depth, level_frame("", 12 - frames / 2).frame.depth);
-    EXPECT_GT(changed_share(late.frame.depth, now.frame.depth), 2 * to_then) << frames;
-    EXPECT_LT(to_then, 0.05) << frames;
-    EXPECT_TRUE(same(late.frame.image, now.frame.image));
-    EXPECT_TRUE(same(late.exact_depth_m, now.exact_depth_m));
-    EXPECT_TRUE(same_masks(late.poor_segmentation, now.poor_segmentation));
-    EXPECT_DOUBLE_EQ(late.frame.timestamp_s, now.frame.timestamp_s);
-  }
-}
-
-TEST(DepthFaults, TakeDepthAwayMore) {
-  const auto depth = [](DepthFaults faults) {
-    return SyntheticScene(small([&](Options& o) { o.depth_faults = faults; })).render(24);
-  };
+TEST(DepthFaults, TakeDepthAwayAndChangeNone) {
   const SyntheticFrame& few = level_frame("", 24);
-  const SyntheticFrame many = depth(DepthFaults::many), hair = depth(DepthFaults::hair);
-  const cv::Mat1b persons = painted(few.true_segmentation);
-  EXPECT_GT(cv::countNonZero((hair.frame.depth == 0) & persons),
-            cv::countNonZero((many.frame.depth == 0) & persons));
+  const SyntheticFrame many =
+      SyntheticScene(small([](Options& o) { o.depth_faults = DepthFaults::many; })).render(24);
   EXPECT_EQ(cv::countNonZero(many.frame.depth.rowRange(0, 5)), 0);
   EXPECT_GT(cv::countNonZero(few.frame.depth.rowRange(0, 5)), 0);
-  // Depth that remains is unchanged, and shifted by 6 px of 640 with hair.
   const cv::Mat both = (many.frame.depth != 0) & (few.frame.depth != 0);
   EXPECT_EQ(cv::countNonZero((many.frame.depth != few.frame.depth) & both), 0);
-  const auto differing = [&](int shift) {
-    const cv::Mat with = hair.frame.depth.colRange(shift, 160);
-    const cv::Mat without = many.frame.depth.colRange(0, 160 - shift);
-    return cv::countNonZero((with != without) & (with != 0));
-  };
-  EXPECT_LT(differing(2), 160 * 120 / 20);  // edges are shifted by noise, too
-  EXPECT_GT(differing(0), 160 * 120 / 5);
 }
 
 TEST(StaleMasks, AreThoseOfAnEarlierFrame) {
@@ -350,38 +309,11 @@ TEST(SyntheticScene, RefusesOptionsOutOfRangeByName) {
     const char* named;
     std::function<void(Options&)> spoil;
   };
-  const double nan = std::numeric_limits<double>::quiet_NaN();
   const Case cases[] = {
       {"frames = 0; want a number from 1 to 1e+06", [](Options& o) { o.frames = 0; }},
       {"image_size.width = 8", [](Options& o) { o.image_size.width = 8; }},
       {"image_size.height", [](Options& o) { o.image_size.height = -1; }},
       {"persons = 9", [](Options& o) { o.persons = 9; }},
-      {"person_distance_m", [](Options& o) { o.person_distance_m = 0.5; }},
-      {"person_distance_m", [](Options& o) { o.surroundings = Surroundings::shelves; }},
-      {"limb_swing",
-       [](Options& o) {
-         o.person_distance_m = 1.7;
-         o.surroundings = Surroundings::workplace;
-       }},
-      {"persons, with a carried box,",
-       [](Options& o) {
-         o.persons = 0;
-         o.moving_box = MovingBox::carried;
-       }},
-      {"person_speed_m_s", [](Options& o) { o.person_speed_m_s = -1; }},
-      {"persons_spacing_m", [](Options& o) { o.persons_spacing_m = 1.1; }},
-      {"persons_gap_m", [](Options& o) { o.persons_gap_m = -0.1; }},
-      {"turn_distance_m", [](Options& o) { o.turn_distance_m = 0.1; }},
-      {"wall_distance_m", [](Options& o) { o.wall_distance_m = 2; }},
-      {"background_contrast", [](Options& o) { o.background_contrast = 1.5; }},
-      {"depth_late_s = 0.3", [](Options& o) { o.depth_late_s = 0.3; }},
-      {"mask_age_frames", [](Options& o) { o.mask_age_frames = -1; }},
-      {"mask_rate_hz", [nan](Options& o) { o.mask_rate_hz = nan; }},
-      {"mask_age_frames = 1",
-       [](Options& o) {
-         o.mask_rate_hz = 10;
-         o.mask_age_frames = 1;
-       }},
   };
   for (const Case& one : cases) {
     expect_error<std::invalid_argument>([&] { const SyntheticScene scene(small(one.spoil)); },

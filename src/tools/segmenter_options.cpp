@@ -1,14 +1,11 @@
 // SPDX-FileCopyrightText: 2026 the dynfilter authors
 // SPDX-License-Identifier: MIT
 
-#include "mask_feed.hpp"
+#include "segmenter_options.hpp"
 
 #include <stdexcept>
-#include <utility>
 
 #include "dynfilter/detail/errors.hpp"
-#include "dynfilter/detail/number_text.hpp"
-#include "io/hand_over_names.hpp"
 #include "number_options.hpp"
 #include "progress_bar.hpp"
 
@@ -107,68 +104,14 @@ void add_segmenter_options([[maybe_unused]] CLI::App& command,
 #endif
 }
 
-void add_mask_feed_options(CLI::App& command, MaskFeedOptions& options) {
-  add_segmenter_options(command, options.segmenter);
-  command
-      .add_option("--async", options.hand_over,
-                  "make the masks in a thread while tracking goes on, with frames at the pace of\n"
-                  "their times (jumps are skipped): wait for each frame's masks, limited_wait for\n"
-                  "0.03 s at most, take the latest, or drop masks that are not ready")
-      ->check(CLI::IsMember(detail::hand_over_names()));
-}
-
-MaskFeed::MaskFeed(const MaskFeedOptions& options, const FrameSource& source) {
-  const SegmenterSpec& segmenter = options.segmenter;
-  name_ = segmenter.is_unset() ? source.masks_name() : segmenter.name();
-  if (!segmenter.is_unset()) segmenter_ = segmenter.make();
-  if (options.hand_over.empty()) return;
-  if (!segmenter_) {
-    throw std::runtime_error("--async needs a segmenter: " + segmenter_options());
-  }
-  AsyncSegmenterOptions thread;
-  thread.hand_over = detail::hand_over_of(options.hand_over);
-  thread_ = std::make_unique<AsyncSegmenter>(std::move(segmenter_), thread);
-  name_ += ", by a thread (" + options.hand_over + ")";
-}
-
-void MaskFeed::submit(const FrameView& frame) {
-  if (!thread_) return;
-  interruptible_sleep_until(pace_.due(frame.timestamp_s, FramePace::Clock::now()));
-  thread_->submit(frame);
-}
-
-std::optional<Segmentation> MaskFeed::collect(const SourceFrame& frame) {
-  if (!thread_ && !segmenter_) return frame.masks;
+Segmentation masks_of(Segmenter& segmenter, FrameView frame, std::size_t i, std::size_t frames) {
+  frame.depth.release();  // without a camera file, its unit is not known
   try {
-    if (thread_) return thread_->collect(frame.frame.id);
-    return segmenter_->segment(frame.frame);
+    return segmenter.segment(frame);
   } catch (const std::runtime_error& error) {
-    if (!thread_) {
-      throw std::runtime_error(std::string(error.what()) +
-                               " (nothing was written; --async goes on without)");
-    }
-    if (++failures_ == 1) first_failure_ = error.what();
-    return {};
+    throw std::runtime_error(detail::concatenate(error.what(), " (nothing was written; ", i, " of ",
+                                                 frames, " frames had masks)"));
   }
-}
-
-std::string MaskFeed::report() const {
-  if (!thread_) return {};
-  const AsyncSegmenterStatistics counts = thread_->statistics();
-  std::string report =
-      detail::concatenate("masks made in a thread: ", counts.segmented, " of ", counts.submitted,
-                          " frames, ", detail::fixed_decimals(1e3 * counts.mean_inference_s(), 1),
-                          " ms each, ", counts.failed, " failed");
-  if (failures_ > 0) {
-    report +=
-        detail::concatenate("\nframes without masks, because the segmenter failed: ", failures_,
-                            ", the first with: ", first_failure_);
-  }
-  if (pace_.cuts() > 0) {
-    report += detail::concatenate("\njumps in time that were skipped (more than ",
-                                  FramePace::max_gap_s, " s, or back): ", pace_.cuts());
-  }
-  return report;
 }
 
 }  // namespace dynfilter::tools
