@@ -32,11 +32,14 @@ struct Faults {
   double hole_slope;        // growth of holes with distance, a metre
   double fringe_px = 0;     // reach of the patches along near edges that lose depth
   double blind_top_px = 0;  // rows without depth, as if the colour camera saw more
+  double bald_share = 0;    // of the hair that has no depth, in patches
+  double shift_px = 0;      // of the depth image to the right, as from a poor registration
 };
 
 Faults faults_of(DepthFaults faults) {
   if (faults == DepthFaults::few) return {0.16};
-  return {0.45, 12, 20};
+  if (faults == DepthFaults::many) return {0.45, 12, 20};
+  return {0.45, 12, 20, 0.8, 6};
 }
 
 /// Makes noise with patches of this size, given for an image 640 pixels wide.
@@ -47,7 +50,7 @@ cv::Mat1f patches(cv::Size size, double cell_px, std::uint64_t key) {
 
 /// Holds the noise that disturbs one frame.
 struct Disturbance {
-  Disturbance(cv::Size size, bool with_fringe, std::uint64_t key)
+  Disturbance(cv::Size size, bool with_fringe, bool with_hair, std::uint64_t key)
       : disparity(patches(size, 4, make_key(key, 1))),
         shift_x(patches(size, 14, make_key(key, 2))),
         shift_y(patches(size, 14, make_key(key, 3))),
@@ -56,9 +59,10 @@ struct Disturbance {
         holes(patches(size, 20, make_key(key, 6))) {
     add_noise(holes, std::max(1, 6 * size.width / 640), 0.35F, make_key(key, 7));
     if (with_fringe) fringe = patches(size, 12, make_key(key, 8));
+    if (with_hair) hair = patches(size, 6, make_key(key, 9));
   }
 
-  cv::Mat1f disparity, shift_x, shift_y, edges, shadow, holes, fringe;
+  cv::Mat1f disparity, shift_x, shift_y, edges, shadow, holes, fringe, hair;
 };
 
 /// Marks the pixels that the projector does not light. It stands right of the camera, so a near
@@ -96,6 +100,14 @@ bool ends_within(const cv::Mat1f& depth, int reach, int x, int y) {
   return false;
 }
 
+/// Returns the index of the hair among the parts of every body.
+int hair_index(const SyntheticSceneOptions& options) {
+  const std::vector<BodyPart> body = body_at(options, 0, 0);
+  const auto hair = std::find_if(
+      body.begin(), body.end(), [](const BodyPart& part) { return part.garment == Garment::hair; });
+  return static_cast<int>(hair - body.begin());
+}
+
 bool is_lost(const Rendering& seen, const Disturbance& disturbance, int reach, float slope, int x,
              int y) {
   const float z = seen.depth(y, x);
@@ -120,12 +132,16 @@ cv::Mat1w measure_depth(const Rendering& rendering, const CameraParameters& came
                         const SyntheticSceneOptions& options, std::uint64_t key) {
   const cv::Size size = rendering.depth.size();
   const Faults faults = faults_of(options.depth_faults);
-  const Disturbance disturbance(size, faults.fringe_px > 0, key);
+  const Disturbance disturbance(size, faults.fringe_px > 0, faults.bald_share > 0, key);
   const double scale = size.width / 640.0;
   const auto fringe_px = static_cast<float>(faults.fringe_px * scale);
   const int reach = std::max(1, static_cast<int>(std::lround(2 * scale)));
   const auto shift_px = static_cast<float>(edge_shift_px * scale);
+  const int constant_shift = static_cast<int>(std::lround(faults.shift_px * scale));
   const auto slope = static_cast<float>(faults.hole_slope);
+  // Noise below this bound takes its share of the hair: it is about uniform in [-0.75, 0.75].
+  const auto bald = static_cast<float>(1.5 * faults.bald_share - 0.75);
+  const int hair = hair_index(options);
   cv::Mat1b shadow(size);
   cv::Mat1w raw(size);
   cv::parallel_for_(cv::Range(0, size.height), [&](const cv::Range& rows) {
@@ -137,7 +153,10 @@ cv::Mat1w measure_depth(const Rendering& rendering, const CameraParameters& came
         const double noise = noise_px * static_cast<double>(disturbance.disparity(y, x));
         const int fringe =
             fringe_px > 0 ? static_cast<int>(fringe_px * disturbance.fringe(y, x)) : 0;
-        const bool lost = z > max_depth_m || dark ||
+        const int id = rendering.surface(y, x);
+        const bool hairy = faults.bald_share > 0 && SurfaceId::is_part(id) &&
+                           SurfaceId::part_index(id) == hair && disturbance.hair(y, x) < bald;
+        const bool lost = z > max_depth_m || dark || hairy ||
                           is_lost(rendering, disturbance, reach, slope, x, y) ||
                           ends_within(rendering.depth, fringe, x, y);
         raw(y, x) = lost ? std::uint16_t{0} : quantised(z, noise);
@@ -149,8 +168,8 @@ cv::Mat1w measure_depth(const Rendering& rendering, const CameraParameters& came
     for (int x = 0; x < size.width; ++x) {
       const auto dx = static_cast<int>(std::lround(shift_px * disturbance.shift_x(y, x)));
       const auto dy = static_cast<int>(std::lround(shift_px * disturbance.shift_y(y, x)));
-      registered(y, x) =
-          raw(std::clamp(y + dy, 0, size.height - 1), std::clamp(x + dx, 0, size.width - 1));
+      registered(y, x) = raw(std::clamp(y + dy, 0, size.height - 1),
+                             std::clamp(x + dx - constant_shift, 0, size.width - 1));
     }
   }
   const double blind = faults.blind_top_px * size.height / 480.0;

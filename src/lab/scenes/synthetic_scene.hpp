@@ -45,8 +45,9 @@ enum class CameraMotion : std::uint8_t { by_hand, none, turns_only, three_times_
 
 /// How the depth sensor fails, besides its quantisation, shadows and misregistered edges.
 enum class DepthFaults : std::uint8_t {
-  few,  ///< holes that hardly depend on the distance
-  many  ///< holes far away, patches along edges, and blind rows at the top
+  few,   ///< holes that hardly depend on the distance
+  many,  ///< holes far away, patches along edges, and blind rows at the top
+  hair   ///< many; most hair has no depth, and depth is shifted so that shadows hide left rims
 };
 
 /// What the masks of a network miss; the choice of limbs, of nine, changes every 0.4 s.
