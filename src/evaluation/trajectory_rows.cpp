@@ -214,7 +214,8 @@ std::string trajectory_row_text(const TrajectoryRow& row, const char* component)
   if (!is_rotation(row.rotation)) {
     throw_misuse(component, "a rotation that is not orthonormal", "a rotation matrix");
   }
-  if (!is_time_in_seconds(row.timestamp_s) || !std::isfinite(cv::norm(t))) {
+  const bool is_finite = std::all_of(t.val, t.val + 3, [](double x) { return std::isfinite(x); });
+  if (!is_time_in_seconds(row.timestamp_s) || !is_finite) {
     throw_misuse(
         component,
         concatenate("time ", row.timestamp_s, " s, translation (", t[0], " ", t[1], " ", t[2], ")"),
