@@ -24,7 +24,6 @@ constexpr double max_repeated = 0.3, max_masks_repeated = 0.8;  // masks of who 
 /// Difference of grey, from 1 to 99 % of the places. 12 bits in a 16-bit file leave 16 greys, 14
 /// bits 64; recordings have 190 and more, levels 127.
 constexpr double min_grey_range = 64;
-/// @{
 /// Depth, metres: no sensor sees nearer, and few rooms are deeper.
 constexpr double min_depth_m = 0.2, max_depth_m = 8;
 /// Width of a square as large as the nearest person. Recorded ones have 0.26 to 0.8 (0.21 pasted at
@@ -33,7 +32,6 @@ constexpr double min_people_m = 0.15, max_people_m = 1.5;
 /// A scene at a fifth of its size with people ends before 2.5 m. One without people ends before
 /// 1 m, or begins before 0.3 m and ends before 1.7 m; a desk begins at 0.4 m.
 constexpr double small_far_m[] = {2.5, 1.7, 1}, small_near_m = 0.3;
-/// @}
 constexpr double hopeless_factor = 10;   // beyond these limits
 constexpr double max_step = 0.03;        // between depths, as a share; a Kinect's is 0.023 at 8 m
 constexpr double max_missing = 0.98;     // share of places without depth
@@ -41,17 +39,13 @@ constexpr double max_rim = 0.15;         // of width or height, never with depth
 constexpr double max_frames_late = 0.5;  // beyond it, another depth image is nearer
 constexpr double min_valley = 0.15;  // rise to one end of the tried offsets, of that to the other
 constexpr double max_nearer = 0.8;   // share of what surrounds people that is before them: 0
-/// @{
 /// Distance of people's depth from their masks, at a width of 640: the search is 4 px coarse. It is
 /// steady if depth is not registered.
 constexpr double max_shift_px = 10, steady_share = 0.7, min_shifted_fit = 0.75;
-/// @}
 constexpr double max_without_depth = 0.55;  // share of features; recordings 0.43, levels 0.47
 constexpr double max_hollow = 0.3;          // such a share on people; recordings 0.18, levels 0.24
-/// @{
 /// Share of the image, and of its border, on masks. Crowds have 0.54 and 0.33.
 constexpr double max_covered = 0.75, max_border = 0.6;
-/// @}
 constexpr double max_age_s = 0.05, no_age_s = 1;  // of masks; beyond, they have no usable time
 constexpr double max_gap_px = 8;       // at a width of 640; networks' masks are 4 px coarse
 constexpr int max_labels = 100;        // in masks of instances

@@ -63,7 +63,9 @@ TEST_F(BadModels, ClassIdsAreRefused) {
 TEST_F(BadModels, DevicesThatAreMissingAreNamed) {
   NetworkOptions options;
   options.device = "cuda";
-  if (!cv::dnn::getAvailableTargets(cv::dnn::DNN_BACKEND_CUDA).empty()) GTEST_SKIP() << "CUDA";
+  if (!cv::dnn::getAvailableTargets(cv::dnn::DNN_BACKEND_CUDA).empty()) {
+    GTEST_SKIP() << "this OpenCV has CUDA, whose absence is tried here";
+  }
   expect_error<std::runtime_error>([&] { NetworkSegmenter(model("yolo_raw"), options); },
                                    "yolo_raw.onnx: cannot run on cuda: OpenCV ");
   options.device = "gpu";
