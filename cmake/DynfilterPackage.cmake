@@ -75,9 +75,6 @@ endfunction()
 
 # --- The components -------------------------------------------------------------------------------
 dynfilter_package(core dynfilter)
-if(TARGET dynfilter_compiled)
-  dynfilter_package(compiled dynfilter_compiled)
-endif()
 if(TARGET dynfilter_segmenters)
   dynfilter_package(segmenters dynfilter_segmenters segmenters)
 endif()
@@ -105,15 +102,8 @@ install(
   REGEX "/include/dynfilter/(segmenters|motion|networks|evaluation|plugin\\.hpp)$" EXCLUDE)
 
 # --- The config and its version file -------------------------------------------------------------
-set(_arch_independent "")
-if(NOT TARGET dynfilter_compiled AND NOT TARGET dynfilter_segmenters
-   AND NOT TARGET dynfilter_motion AND NOT TARGET dynfilter_networks
-   AND NOT TARGET dynfilter_evaluation)
-  set(_arch_independent ARCH_INDEPENDENT)
-endif()
 write_basic_package_version_file(
-  ${PROJECT_BINARY_DIR}/dynfilterConfigVersion.cmake COMPATIBILITY SameMinorVersion
-  ${_arch_independent})
+  ${PROJECT_BINARY_DIR}/dynfilterConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 configure_file(cmake/dynfilterConfig.cmake ${PROJECT_BINARY_DIR}/dynfilterConfig.cmake COPYONLY)
 configure_file(cmake/dynfilterCheckStandard.cmake
                ${PROJECT_BINARY_DIR}/dynfilterCheckStandard.cmake COPYONLY)

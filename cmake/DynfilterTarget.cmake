@@ -4,27 +4,25 @@
 # Sets the properties of every library of the project: include directories, C++17, and the name for
 # consumers (dynfilter::<alias>, both installed and in the build tree).
 # With CXX11_HEADERS its headers are C++11 and require no standard of consumers.
-#   dynfilter_library(<target> <INTERFACE|PUBLIC> ALIAS <alias> [CXX11_HEADERS])
-function(dynfilter_library target scope)
+#   dynfilter_library(<target> ALIAS <alias> [CXX11_HEADERS])
+function(dynfilter_library target)
   cmake_parse_arguments(arg "CXX11_HEADERS" "ALIAS" "" ${ARGN})
   add_library(dynfilter::${arg_ALIAS} ALIAS ${target})
   set_target_properties(${target} PROPERTIES EXPORT_NAME ${arg_ALIAS})
   if(NOT arg_CXX11_HEADERS)
-    target_compile_features(${target} ${scope} cxx_std_17)
+    target_compile_features(${target} PUBLIC cxx_std_17)
   endif()
   target_include_directories(
-    ${target} ${scope} $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>
+    ${target} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/include>
     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
-  if(NOT scope STREQUAL "INTERFACE")
-    # While the version is 0.x, a new minor version may break the binary interface.
-    # $ORIGIN: an installed shared library finds its dependencies beside it.
-    set_target_properties(
-      ${target} PROPERTIES POSITION_INDEPENDENT_CODE ON INSTALL_RPATH "$ORIGIN"
-                           VERSION ${PROJECT_VERSION}
-                           SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
-    dynfilter_own_code(${target})
-    dynfilter_batches(${target})
-  endif()
+  # While the version is 0.x, a new minor version may break the binary interface.
+  # $ORIGIN: an installed shared library finds its dependencies beside it.
+  set_target_properties(
+    ${target} PROPERTIES POSITION_INDEPENDENT_CODE ON INSTALL_RPATH "$ORIGIN"
+                         VERSION ${PROJECT_VERSION}
+                         SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
+  dynfilter_own_code(${target})
+  dynfilter_batches(${target})
 endfunction()
 
 # Compiles the files of a target in batches, if that is wanted. Files of other folders stay apart,

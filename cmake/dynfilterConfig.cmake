@@ -1,4 +1,4 @@
-# find_package(dynfilter 0.3 REQUIRED)                          the header-only core
+# find_package(dynfilter 0.3 REQUIRED)                          the core
 # find_package(dynfilter 0.3 REQUIRED COMPONENTS segmenters)    the core and dynfilter::segmenters
 #
 # Defines dynfilter::dynfilter, and dynfilter::<component> with dynfilter_<component>_FOUND for each

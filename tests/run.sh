@@ -72,7 +72,7 @@ readonly dev_dir other_dirs jobs
 
 # Spells the presets out, because CMake before 3.20 cannot read them.
 unit_tests_only=(-DDYNFILTER_TESTS=unit -DDYNFILTER_BUILD_EXAMPLES=OFF -DDYNFILTER_BUILD_TOOLS=OFF
-  -DDYNFILTER_BUILD_COMPILED=OFF -DDYNFILTER_INSTALL=OFF)
+  -DDYNFILTER_INSTALL=OFF)
 
 # configure <folder> <option of cmake>...
 configure() {

@@ -74,7 +74,7 @@ struct DynamicFilterOptions {
 };
 
 #ifdef DYNFILTER_COMPILED
-// The library dynfilter::compiled contains it; files that include this header need not compile it.
+// The library contains it; files that include this header need not compile it.
 extern template class Pipeline<MaskCuller, Compensator, FeatureFloor>;
 #endif
 

@@ -80,7 +80,7 @@ class Pipeline {
   std::tuple<Stages...> stages_;
 };
 
-// Defined outside the class, so that dynfilter::compiled can instantiate it once for all files.
+// Defined outside the class, so that the library can instantiate it once for all files.
 template <class... Stages>
 void Pipeline<Stages...>::run(const FilterInput& input, bool has_segmentation,
                               FeatureLabels& labels, Workspace& workspace) const {

@@ -7,7 +7,7 @@ configure_command(configure ${CONSUMERS_DIR}/missing_components ${folder})
 list(APPEND configure -DCMAKE_PREFIX_PATH=${INSTALLED_DIR})
 
 run_and_fail(output ${configure} -DREQUIRED=teleport)
-expect("${output}" "no component 'teleport' here \\(there are: compiled, core, evaluation, motion, networks, plugin, segmenters\\)")
+expect("${output}" "no component 'teleport' here \\(there are: core, evaluation, motion, networks, plugin, segmenters\\)")
 
 run(output ${configure} -DREQUIRED=segmenters -DOPTIONAL=teleport)
 expect("${output}" "no component 'teleport'")

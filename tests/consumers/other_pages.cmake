@@ -23,12 +23,14 @@ target_link_libraries(map PRIVATE dynfilter::dynfilter)
 " "${stage_${number}}" ${prefix})
 endforeach()
 
-# --- The map of the code: another way to get dynfilter -----------------------------------------------
-read_blocks(${MAP} cmake fetch)
+# --- FetchContent in place of find_package --------------------------------------------------------
 set(find_dynfilter "find_package(dynfilter 0.3 REQUIRED)\n")
-string(REPLACE "${find_dynfilter}" "${fetch_1}" fetched "${project}")
-if(NOT fetch_count EQUAL 1 OR fetched STREQUAL project)
-  message(FATAL_ERROR "The map has ${fetch_count} blocks of CMake; README.md wants ${find_dynfilter}")
+string(REPLACE "${find_dynfilter}" "include(FetchContent)
+FetchContent_Declare(dynfilter GIT_TAG main GIT_REPOSITORY https://example.org/dynfilter.git)
+FetchContent_MakeAvailable(dynfilter)
+" fetched "${project}")
+if(fetched STREQUAL project)
+  message(FATAL_ERROR "README.md wants ${find_dynfilter}")
 endif()
 build_project(fetched "${fetched}" "${program}" -DFETCHCONTENT_SOURCE_DIR_DYNFILTER=${SOURCE_DIR})
 

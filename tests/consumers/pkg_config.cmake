@@ -44,7 +44,6 @@ function(write_source out name header statement)
 endfunction()
 
 expect_consumer(dynfilter ${CONSUMERS_DIR}/core/main.cpp core imgproc)
-expect_consumer(dynfilter-compiled ${CONSUMERS_DIR}/compiled/main.cpp core imgproc)
 write_source(source segmenters dynfilter/segmenters/mask_propagator.hpp
              "dynfilter::MaskPropagator propagator;")
 expect_consumer(dynfilter-segmenters ${source} core imgproc imgcodecs video)
